@@ -94,8 +94,8 @@ fn told(pieces: &Receiver<Piece>) -> Recording {
         }
         Piece::Inputs(_) => recording,
         Piece::Rows(values) => {
-            for row in values.chunks_exact(1 + recording.columns().len()) {
-                recording.add_row(row[0]).copy_from_slice(&row[1..]);
+            for row in values.chunks_exact(2 + recording.columns().len()) {
+                recording.add_row(row[1]).copy_from_slice(&row[2..]);
             }
             recording
         }

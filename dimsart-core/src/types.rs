@@ -73,10 +73,10 @@ catalogue! {
     26 CONTROL_STIFFNESS  Stiffness F32 Vector "Slope of the control law: change of force per desired position.";
     27 CONTROL_MEMORY     Force     F32 Vector "Force that the law's memory takes off in the next tick.";
     32 LINK_AGE           Tick      U32 Scalar "Ticks since the last new packet.";
-    33 LINK_LOST          One       U32 Scalar "Packets that never came, counted by their sequence numbers.";
+    33 LINK_LOST          One       U32 Scalar "Packets missing in the sequence: lost, or superseded by a newer one in the same tick.";
     34 LINK_ROUND_TRIP    Tick      U32 Scalar "Ticks from sending a packet to receiving its echo; 0 until known.";
-    35 LINK_REFUSED       One       U32 Scalar "Packets refused: old, repeated, damaged, not finite or of other content.";
-    36 LINK_STATE         One       U32 Scalar "0 no data, 1 ok, 2 some lost, 3 repeated, 4 wrong sequence, 5 error, 6 timeout.";
+    35 LINK_REFUSED       One       U32 Scalar "Packets that came unused: superseded, old, repeated, damaged, not finite or of other content.";
+    36 LINK_STATE         One       U32 Scalar "0 no new packet, 1 ok, 2 some lost, 3 repeated, 4 wrong sequence, 5 error, 6 timeout.";
     37 LINK_JITTER        Tick      F32 Scalar "Jitter of the packets, smoothed (RFC 3550).";
     40 SIGNAL             Any       F32 Vector "A signal of any unit.";
     41 SIGNAL_OUT         Any       F32 Vector "What a module made of a signal of any unit.";

@@ -44,7 +44,7 @@ use clap::{Parser, Subcommand};
 use crate::budget::BudgetError;
 use crate::sweep::GridError;
 use dimsart_core::DescriptorError;
-use hil_sim::foreign_text::visible_lines;
+use hil_sim::foreign_text::{shortened, visible_lines};
 use hil_sim::rig_file::RigFileError;
 use hil_sim::scenario::ScenarioError;
 
@@ -116,6 +116,9 @@ struct UsageError(String);
 /// What a sub-command ends with: its exit status, or what went wrong.
 type Ending = Result<ExitCode, Box<dyn Error>>;
 
+/// A line of an error shows no more of an input.
+const MAX_LINE_CHARS: usize = 2000;
+
 /// Reads the command line and does what it says.
 #[must_use]
 pub fn main() -> ExitCode {
@@ -158,7 +161,9 @@ pub fn main() -> ExitCode {
         if error.downcast_ref::<io::Error>().is_some_and(|error| error.kind() == ErrorKind::BrokenPipe) {
             return ExitCode::SUCCESS;
         }
-        eprintln!("dimsart: {}", visible_lines(&error.to_string()));
+        let text = visible_lines(&error.to_string());
+        let lines: Vec<_> = text.lines().map(|line| shortened(line, MAX_LINE_CHARS)).collect();
+        eprintln!("dimsart: {}", lines.join("\n"));
         let is_usage = error.downcast_ref().is_some_and(ScenarioError::is_usage)
             || error.downcast_ref().is_some_and(RigFileError::is_usage)
             || matches!(error.downcast_ref(), Some(BudgetError::Unknown { .. }))

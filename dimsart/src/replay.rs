@@ -17,7 +17,6 @@ use std::collections::BTreeMap;
 use std::fs::File;
 use std::path::Path;
 
-use mcap::records::{Channel, Record};
 use serde::Serialize;
 
 pub use device::DeviceFacts;
@@ -25,11 +24,11 @@ pub use divergence::Divergence;
 pub use error::ReplayError;
 
 use crate::cdr;
-use crate::report::{DEVICE_END, INPUTS_TOPIC, SCHEME_END};
+use crate::report::{DEVICE_END, INPUTS_DEFINITION, INPUTS_TOPIC, InputsMessage, SCHEME_END, STAMP_BYTES};
 use controller::ReplayedController;
 use hil_sim::foreign_text::{visible, visible_lines};
 use layout::Layout;
-use records::Records;
+use records::{Record, Records};
 
 /// Messages between two looks at the progress.
 const PROGRESS_MESSAGES: u64 = 4096;
@@ -39,7 +38,7 @@ const PROGRESS_MESSAGES: u64 = 4096;
 pub struct Replay {
     /// Of each controller whose inputs are in the file, by name.
     pub controllers: Vec<Replayed>,
-    /// Whether the file ends before its end, as that of a run that was killed.
+    /// Whether its writer did not finish it, as that of a run that was killed.
     pub is_cut: bool,
     /// From its first tick to its last one, `s`.
     pub recorded_s: f64,
@@ -82,78 +81,84 @@ enum Meaning {
 /// [`ReplayError`] when the file cannot be read, or holds no inputs; a divergence is no error.
 pub fn replay(path: &Path, mut progress: impl FnMut(f64)) -> Result<Replay, ReplayError> {
     let file = File::open(path).map_err(|source| ReplayError::File { path: path.to_owned(), source })?;
-    let mut records = Records::new(file);
+    let mut records = Records::new(file).map_err(|error| error.of(path))?;
     let (mut devices, mut schemes) = (BTreeMap::new(), BTreeMap::new());
     let (mut schemas, mut channels) = (BTreeMap::new(), BTreeMap::new());
     let mut controllers: BTreeMap<String, ReplayedController> = BTreeMap::new();
-    let (mut messages, mut last_ns) = (0_u64, 0);
+    let (mut messages, mut last_s) = (0_u64, 0.0_f64);
     while let Some(record) = records.next().map_err(|error| error.of(path))? {
         match record {
-            Record::Attachment { header, data, .. } => {
+            Record::Attachment { name, data } => {
                 let text = visible_lines(&String::from_utf8_lossy(&data));
-                if let Some(name) = header.name.strip_suffix(DEVICE_END) {
+                if let Some(name) = name.strip_suffix(DEVICE_END) {
                     devices.insert(visible(name), text);
-                } else if let Some(name) = header.name.strip_suffix(SCHEME_END) {
+                } else if let Some(name) = name.strip_suffix(SCHEME_END) {
                     schemes.insert(visible(name), text);
                 }
             }
-            Record::Schema { header, data } => {
-                schemas.insert(header.id, visible_lines(&String::from_utf8_lossy(&data)));
+            Record::Schema { id, data } => {
+                schemas.insert(id, visible_lines(&String::from_utf8_lossy(&data)));
             }
-            Record::Channel(channel) => {
-                let meaning = meaning(&channel, schemas.get(&channel.schema_id));
-                channels.extend(meaning.map(|meaning| (channel.id, meaning)));
+            Record::Channel { id, schema, topic } => {
+                channels.extend(meaning(&topic, schemas.get(&schema))?.map(|meaning| (id, meaning)));
             }
-            Record::Message { header, data } => {
+            Record::Message { channel, data } => {
                 messages += 1;
-                last_ns = last_ns.max(header.log_time);
                 if messages % PROGRESS_MESSAGES == 0 {
-                    progress(seconds(header.log_time));
+                    progress(last_s);
                 }
-                match channels.get(&header.channel_id) {
+                match channels.get(&channel) {
                     Some(Meaning::Inputs(name)) => {
-                        let found = cdr::decode(&data).ok_or(ReplayError::OtherInputs)?;
+                        let found: InputsMessage = cdr::decode(&data).ok_or(ReplayError::OtherInputs)?;
+                        last_s = last_s.max(found.time_s);
                         if !controllers.contains_key(name) {
                             let (device, scheme) = (devices.get(name), schemes.get(name));
                             controllers.insert(name.clone(), ReplayedController::new(name, device, scheme)?);
                         }
                         if let Some(controller) = controllers.get_mut(name) {
-                            controller.expect(header.log_time, found);
+                            controller.expect(found);
                         }
                     }
                     Some(Meaning::Signals(name, layout)) => {
                         if let Some(controller) = controllers.get_mut(name) {
-                            controller.compare(header.log_time, &data, layout)?;
+                            let (tick, time_s) = stamp(&data).ok_or(ReplayError::OtherInputs)?;
+                            last_s = last_s.max(time_s);
+                            controller.compare(tick, time_s, &data, layout)?;
                         }
                     }
                     None => {}
                 }
             }
-            _ => {}
         }
     }
     if controllers.is_empty() {
         return Err(ReplayError::NoInputs { path: path.to_owned() });
     }
     let controllers = controllers.into_values().map(ReplayedController::finish).collect::<Result<_, _>>()?;
-    Ok(Replay { controllers, is_cut: records.is_cut(), recorded_s: seconds(last_ns) })
+    Ok(Replay { controllers, is_cut: records.is_unfinished(), recorded_s: last_s })
 }
 
 /// What comes over a channel: inputs of `/NAME/inputs`, signals of `/NAME` and of `/NAME/2`.
-fn meaning(channel: &Channel, schema: Option<&String>) -> Option<Meaning> {
-    let topic = channel.topic.strip_prefix('/')?;
+fn meaning(topic: &str, schema: Option<&String>) -> Result<Option<Meaning>, ReplayError> {
+    let Some((topic, schema)) = topic.strip_prefix('/').zip(schema) else { return Ok(None) };
     if let Some(name) = topic.strip_suffix(INPUTS_TOPIC) {
-        return Some(Meaning::Inputs(visible(name)));
+        let is_known = schema == INPUTS_DEFINITION;
+        return if is_known {
+            Ok(Some(Meaning::Inputs(visible(name))))
+        } else {
+            Err(ReplayError::OtherInputs)
+        };
     }
     let name = match topic.rsplit_once('/') {
         Some((name, number)) if number.parse::<u32>().is_ok() => name,
         _ => topic,
     };
-    Some(Meaning::Signals(visible(name), Layout::of_schema(schema?)))
+    Ok(Layout::of_schema(schema).map(|layout| Meaning::Signals(visible(name), layout)))
 }
 
-fn seconds(time_ns: u64) -> f64 {
-    #[expect(clippy::cast_precision_loss, reason = "for people")]
-    let time_ns = time_ns as f64;
-    time_ns / 1e9
+/// Tick and time of a message of signals.
+fn stamp(message: &[u8]) -> Option<(u64, f64)> {
+    let stamp: [u8; STAMP_BYTES] = *message.strip_prefix(&cdr::MARK)?.first_chunk()?;
+    let (tick, time_s) = stamp.split_first_chunk()?;
+    Some((u64::from_le_bytes(*tick), f64::from_le_bytes(*time_s.first_chunk()?)))
 }

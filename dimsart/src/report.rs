@@ -38,9 +38,10 @@ pub(crate) use decimate::decimate;
 pub use field_map::{Border, Field, FieldMap};
 pub use figure::{Curve, Figure, Level, Panel, Span};
 pub(crate) use mcap::{
-    DEVICE_END, Field as SignalField, INPUTS_TOPIC, InputsMessage, PacketMessage, SCHEME_END,
+    DEVICE_END, Field as SignalField, INPUTS_DEFINITION, INPUTS_TOPIC, InputsMessage, PacketMessage,
+    SCHEME_END, STAMP_BYTES, STAMP_DEFINITION,
 };
-pub use signals::{ControllerFacts, RunFacts, SignalsFile, SignalsFormat, SignalsKind};
+pub use signals::{ControllerFacts, RunFacts, SignalsFile, SignalsFormat, SignalsKind, TimeBase};
 pub use tick_map::{TickMap, TypeRow};
 
 use crate::recorder_files::RecorderFile;

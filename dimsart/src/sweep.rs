@@ -40,7 +40,7 @@ pub enum Subject<'a> {
     },
 }
 
-/// Figures of a point, by name: numbers, `true` and `false`, or nothing.
+/// Figures of a point, by name: numbers, `true` and `false`, why a figure is not settled, or nothing.
 pub type Figures = Vec<(String, String)>;
 
 impl Subject<'_> {
@@ -104,6 +104,9 @@ impl Subject<'_> {
 const LEFT_OUT: [&str; 5] =
     ["wall_s", "realtime_factor", "k_perceived_n_per_m", "k_predicted_n_per_m", "real_time"];
 
+/// Texts that are kept: why a figure means less than it seems to.
+const KEPT_TEXTS: [&str; 1] = ["unsettled"];
+
 /// Numbers and truths of a value, by their way from the top: `axes.0.rise_time_s`. Of a list of texts, how many there are.
 fn flatten(name: &str, value: &serde_json::Value, figures: &mut Figures) {
     use serde_json::Value;
@@ -128,6 +131,9 @@ fn flatten(name: &str, value: &serde_json::Value, figures: &mut Figures) {
         }
         Value::Null => figures.push((name.to_owned(), String::new())),
         Value::Bool(_) | Value::Number(_) => figures.push((name.to_owned(), value.to_string())),
+        Value::String(text) if KEPT_TEXTS.iter().any(|kept| name.rsplit('.').next() == Some(*kept)) => {
+            figures.push((name.to_owned(), text.clone()));
+        }
         Value::String(_) => {}
     }
 }
@@ -177,4 +183,26 @@ pub fn sweep(
         }
         Ok(())
     })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn why_a_figure_is_not_settled_is_a_figure_and_other_texts_are_none() {
+        let figures = |unsettled: serde_json::Value| {
+            let felt = serde_json::json!({ "device": "arm", "stiffness": 2.5, "unsettled": unsettled });
+            let mut figures = Vec::new();
+            flatten("", &serde_json::json!({ "stable": true, "perceived": [felt] }), &mut figures);
+            figures
+        };
+        let expected = |unsettled: &str| {
+            let rows =
+                [("perceived.0.stiffness", "2.5"), ("perceived.0.unsettled", unsettled), ("stable", "true")];
+            rows.map(|(name, value)| (name.to_owned(), value.to_owned())).to_vec()
+        };
+        assert_eq!(figures(serde_json::json!("it moves by 3 mm")), expected("it moves by 3 mm"));
+        assert_eq!(figures(serde_json::Value::Null), expected(""));
+    }
 }

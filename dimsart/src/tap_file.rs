@@ -4,8 +4,11 @@ use std::io::{Read, Write};
 use std::path::Path;
 use std::sync::mpsc::SyncSender;
 
-use crate::connect::{ConnectError, Device, Identity, TapRow, TapSignal};
-use crate::report::{ControllerFacts, ReportError, RunFacts, SignalsFile, SignalsFormat, SignalsKind};
+use crate::connect::{ConnectError, Device, Identity, TapRow, TapSignal, WordText};
+use crate::report::{
+    ControllerFacts, ReportError, RunFacts, SignalsFile, SignalsFormat, SignalsKind, TimeBase,
+};
+use hil_sim::bus::time::tick_seconds;
 use hil_sim::recording::{Column, Piece};
 
 /// Why a record ends whose controller sends something else.
@@ -26,7 +29,8 @@ pub(crate) struct TapFile {
     signals: Vec<TapSignal>,
     rows: u64,
     every_ticks: u32,
-    last_tick: Option<u32>,
+    /// With the times that the device's number of it has wrapped.
+    last_tick: Option<u64>,
     /// Rows between those that came.
     missing: u64,
 }
@@ -62,7 +66,7 @@ pub(crate) fn format(
             );
             let scheme = device.scheme_rows(None)?;
             let controllers = vec![ControllerFacts { name, scheme, device_json: None }];
-            SignalsFormat::Mcap(RunFacts { settings_toml, controllers })
+            SignalsFormat::Mcap(RunFacts { settings_toml, controllers, time_base: TimeBase::RealTime })
         }
     })
 }
@@ -79,7 +83,9 @@ impl TapFile {
         format: SignalsFormat,
     ) -> Result<Self, ReportError> {
         let (file, pieces) = SignalsFile::create(folder, &[], format)?;
-        let (source, period_s) = (identity.device.clone(), identity.sample_period_s.into());
+        // As it was meant: 0.001, not the nearest `f32`.
+        let period_s = identity.sample_period_s.to_string().parse().unwrap_or(f64::NAN);
+        let source = identity.device.clone();
         Ok(Self {
             file,
             pieces,
@@ -111,18 +117,26 @@ impl TapFile {
         } else if self.signals != signals {
             return Next::Ends(OTHER_SIGNALS);
         }
+        let mut values = Vec::new();
         for row in rows {
-            let gap = self.last_tick.map_or(self.every_ticks, |last| row.tick.wrapping_sub(last));
-            if gap == 0 || gap.cast_signed() < 0 {
-                return Next::Ends(BEGUN_ANEW);
-            }
-            self.missing += u64::from((gap / self.every_ticks.max(1)).saturating_sub(1));
-            self.last_tick = Some(row.tick);
+            let tick = match self.last_tick {
+                None => u64::from(row.tick),
+                Some(last) => {
+                    #[expect(clippy::cast_possible_truncation, reason = "as the device counts")]
+                    let gap = row.tick.wrapping_sub(last as u32);
+                    if gap == 0 || gap.cast_signed() < 0 {
+                        return Next::Ends(BEGUN_ANEW);
+                    }
+                    self.missing += u64::from((gap / self.every_ticks.max(1)).saturating_sub(1));
+                    last + u64::from(gap)
+                }
+            };
+            self.last_tick = Some(tick);
+            #[expect(clippy::cast_precision_loss, reason = "exact for 285 000 years of ticks")]
+            values.extend([tick as f64, tick_seconds(tick, self.period_s)]);
+            values.extend(&row.values);
         }
-        let values = rows.iter().flat_map(|row| {
-            std::iter::once(f64::from(row.tick) * self.period_s).chain(row.values.iter().copied())
-        });
-        if self.pieces.send(Piece::Rows(values.collect())).is_err() {
+        if self.pieces.send(Piece::Rows(values)).is_err() {
             return Next::NoDisk;
         }
         self.rows += rows.len() as u64;
@@ -146,14 +160,14 @@ impl TapFile {
 
 fn columns_of(source: &str, signals: &[TapSignal]) -> Vec<Column> {
     let of_signal = |signal: &TapSignal| {
-        let column = |place| Column {
+        let column = |place: &WordText| Column {
             source: source.to_owned(),
             signal: signal.name.clone(),
-            indices: if signal.words > 1 { vec![place] } else { Vec::new() },
-            unit: signal.unit.clone(),
+            indices: place.indices.clone(),
+            unit: place.unit.clone(),
             format: Some(signal.format()),
         };
-        (0..signal.words).map(column).collect::<Vec<_>>()
+        signal.places().iter().map(column).collect::<Vec<_>>()
     };
     signals.iter().flat_map(of_signal).collect()
 }

@@ -92,7 +92,8 @@ fn a_node_that_is_off_the_bus_is_not_called_a_full_line() {
 fn a_link_that_carries_nothing_is_a_fault_for_each_who_listens() {
     for set in ["link.loss=1", "udp.burst_start=1"] {
         let faults = run(&["link.carrier=udp", "udp.burst_end=0", set, "duration_s=0.5"]).outcome.faults;
-        let silent = |name| format!("nothing came to the {name} in the whole run; ");
+        let silent =
+            |name| format!("the link to COMM_RXMOD of the {name} never came up: no packet arrived; ");
         assert_eq!(faults.len(), 2, "{faults:?}");
         assert!(
             faults[0].starts_with(&silent("master")) && faults[1].starts_with(&silent("slave")),

@@ -384,3 +384,18 @@ fn what_a_controller_of_a_rig_has_is_printed() {
         assert!(output.status.code() == Some(2) && message.contains(expected), "{arguments:?}: {message}");
     }
 }
+
+#[test]
+fn a_word_of_megabytes_is_refused_at_once_and_shown_in_part() {
+    let word = "K".repeat(2_000_000);
+    for rows in [
+        format!("all {word} K 1\n"),
+        format!("all PDCTRL_MOD {word} 1\n"),
+        format!("all PDCTRL_MOD K_PARAM {word}\n"),
+    ] {
+        let begun = std::time::Instant::now();
+        let (status, printed) = check(&rows, &[]);
+        assert!(status == Some(1) && printed.contains("KKK…") && printed.len() < 20_000, "{printed:.300}");
+        assert!(begun.elapsed().as_secs_f64() < 4.0, "{:?}", begun.elapsed());
+    }
+}

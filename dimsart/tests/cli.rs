@@ -527,3 +527,24 @@ fn every_command_has_a_page_of_the_manual_with_its_options() {
     );
     assert!(pages.join("dimsart-connect-arm.1").exists());
 }
+
+#[test]
+fn a_wrong_word_is_answered_with_the_right_one() {
+    for (arguments, status, expected) in [
+        (
+            &["run", "joint", "--set", "device.joint.plant.inertia=1"][..],
+            2,
+            "did you mean `device.joint.axis.0.plant.",
+        ),
+        (&["run", "joint", "--set", "link.loss=0.1"], 2, "there is no [[link]] in the file"),
+        (&["identify", "nofile.csv"], 1, "cannot read nofile.csv"),
+        (&["connect", "joint"], 1, "sim:NAME"),
+        (&["modules", "pid"], 1, "PIDCTRL_MOD"),
+    ] {
+        let output = dimsart(arguments);
+        let printed = text(&output.stderr);
+        assert!(printed.contains(expected), "{arguments:?}: {printed}");
+        assert_eq!(output.status.code(), Some(status), "{arguments:?}: {printed}");
+    }
+    assert!(out(&["connect", "--help"]).contains("sim:NAME"));
+}

@@ -52,8 +52,10 @@ fn columns(path: &Path, prefix: &str) -> Vec<Vec<u32>> {
 
 /// The file that a run has written for a controller's recorder says what the end of its signals does.
 fn assert_same(folder: &Path, controller: &str, signal: &str, length: usize) {
-    let recorded = columns(&folder.join(format!("recorder_{controller}_RECORDER_MOD.csv")), signal);
-    let signals = columns(&folder.join("signals.csv"), &format!("{controller}.{signal}["));
+    // A column has the same name in both.
+    let name = format!("{controller}.{signal}[");
+    let recorded = columns(&folder.join(format!("recorder_{controller}_RECORDER_MOD.csv")), &name);
+    let signals = columns(&folder.join("signals.csv"), &name);
     assert_eq!(recorded.len(), length);
     assert!(recorded == signals[signals.len() - length..], "{controller}");
     assert!(recorded.concat().iter().any(|bits| *bits != 0), "{controller}: nothing but zeros");

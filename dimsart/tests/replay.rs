@@ -4,7 +4,7 @@
 
 use std::fs::{self, File};
 use std::path::{Path, PathBuf};
-use std::process::Command;
+use std::process::{Child, Command, Stdio};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::thread;
@@ -82,7 +82,7 @@ impl Live {
         let file = RigFile::read(text, "joint", PathBuf::new(), &[]).unwrap();
         let (mut live, mut lines) = LiveRig::new(&file).unwrap();
         let folder = tempfile::tempdir().unwrap();
-        let facts = RunFacts::new(file.to_toml(), live.rig_mut());
+        let facts = RunFacts::new(file.to_toml(), live.rig_mut()).in_real_time();
         let (recording, listener) =
             SignalsFile::create(folder.path(), &[], SignalsFormat::Mcap(facts)).unwrap();
         live.tell(listener).unwrap();
@@ -153,7 +153,7 @@ fn what_is_changed_while_it_moves_is_changed_again() {
 fn doctored(
     folder: &TempDir,
     attachment: impl Fn(&str, String) -> String,
-    mut message: impl FnMut(&str, u64, &mut Vec<u8>),
+    mut message: impl FnMut(&str, &mut Vec<u8>),
 ) {
     let path = folder.path().join(FILE);
     let bytes = fs::read(&path).unwrap();
@@ -173,7 +173,7 @@ fn doctored(
     }
     for found in mcap::MessageStream::new(&bytes).unwrap().map(Result::unwrap) {
         let mut data = found.data.to_vec();
-        message(&found.channel.topic, found.log_time, &mut data);
+        message(&found.channel.topic, &mut data);
         out.write(&mcap::Message { data: data.into(), ..found }).unwrap();
     }
     out.finish().unwrap();
@@ -199,7 +199,7 @@ fn another_parameter_is_found_in_the_first_tick_that_it_changes() {
         }
         _ => text,
     };
-    doctored(&folder, other_limit, |_, _, _| ());
+    doctored(&folder, other_limit, |_, _| ());
     let found = first_divergence(&folder);
     // At rest there is nothing to limit.
     assert_eq!((found.tick, found.time_s, found.recorded), (100, 0.1, 20.0), "{found}");
@@ -220,10 +220,10 @@ fn one_bit_of_one_word_is_found() {
     doctored(
         &folder,
         |_, text| text,
-        |topic, log_time, data| {
-            if (topic, log_time) == ("/joint", 150_000_000) {
-                data[4] ^= 1;
-                position_bits = u32::from_le_bytes(data[4..8].try_into().unwrap());
+        |topic, data| {
+            if (topic, u64::from_le_bytes(data[4..12].try_into().unwrap())) == ("/joint", 150) {
+                data[20] ^= 1;
+                position_bits = u32::from_le_bytes(data[20..24].try_into().unwrap());
             }
         },
     );
@@ -235,16 +235,102 @@ fn one_bit_of_one_word_is_found() {
     assert!((found.replayed - found.recorded).abs() < 1e-6, "{found:?}");
 }
 
+/// A recording that another process writes, and the seconds in it when it has begun.
+struct Writing {
+    folder: TempDir,
+    process: Child,
+}
+
+impl Writing {
+    /// Starts `dimsart` with these arguments, whose folder is `out` in the folder it runs in.
+    fn start(arguments: &[&str]) -> Self {
+        let folder = tempfile::tempdir().unwrap();
+        let mut command = Command::new(env!("CARGO_BIN_EXE_dimsart"));
+        command.current_dir(folder.path()).args(arguments).stdout(Stdio::null()).stderr(Stdio::null());
+        Self { process: command.spawn().unwrap(), folder }
+    }
+
+    fn path(&self) -> PathBuf {
+        self.folder.path().join("out").join(FILE)
+    }
+
+    /// Waits until so much is in the file, which is read while it is written.
+    fn wait_for(&self, recorded_s: f64) {
+        let deadline = Instant::now() + Duration::from_secs(60);
+        while replay(&self.path(), |_| ()).map_or(0.0, |replay| replay.recorded_s) < recorded_s {
+            assert!(Instant::now() < deadline, "no {recorded_s} s in {}", self.path().display());
+            thread::sleep(Duration::from_millis(20));
+        }
+    }
+
+    /// Ends it as the system does.
+    fn kill(mut self) -> (TempDir, PathBuf) {
+        self.process.kill().unwrap();
+        self.process.wait().unwrap();
+        let path = self.path();
+        (self.folder, path)
+    }
+}
+
+/// What Python's readers find in a recording; none without their packages.
+fn read_by_others(path: &Path) -> Option<serde_json::Value> {
+    let script = concat!(env!("CARGO_MANIFEST_DIR"), "/../tests/oracle/recording.py");
+    let output = Command::new(test_requirements::python()?).args(["-B", script]).arg(path).output().unwrap();
+    assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+    Some(serde_json::from_slice(&output.stdout).unwrap())
+}
+
 #[test]
-fn a_run_that_was_killed_is_replayed_as_far_as_it_goes() {
-    let folder = recorded(&["--set", "duration_s=6"]);
-    let path = folder.path().join(FILE);
-    let bytes = fs::read(&path).unwrap();
-    fs::write(&path, &bytes[..bytes.len() * 2 / 3]).unwrap();
-    let replay = replayed(&folder);
-    assert!(replay.is_cut && !replay.diverges());
-    assert!(replay.controllers.iter().all(|of| of.ticks > 1000 && of.words > 0), "{replay:?}");
-    assert!(dimsart(folder.path(), &["replay", FILE]).1.contains("ends before its end"));
+fn a_run_that_is_killed_leaves_a_file_that_everybody_reads() {
+    let long = ["run", "joint", "--signals", "mcap", "--out", "out", "--set", "duration_s=100000"];
+    let writing = Writing::start(&long);
+    writing.wait_for(1.0);
+    let (folder, path) = writing.kill();
+    let found = replay(&path, |_| ()).unwrap();
+    assert!(found.is_cut && !found.diverges(), "{found:?}");
+    let ticks = found.controllers[0].ticks;
+    assert!(ticks > 1000, "{found:?}");
+    let path = path.to_str().unwrap();
+    assert!(dimsart(folder.path(), &["replay", path]).1.contains("was not finished"));
+    let Some(read) = read_by_others(Path::new(path)) else { return };
+    for reader in ["mcap", "rosbags"] {
+        let count = |topic: &str| read[reader][topic].as_u64();
+        assert_eq!((count("/joint/inputs"), count("/joint")), (Some(ticks), Some(ticks)), "{reader}: {read}");
+    }
+    let last = &read["last"]["/joint"];
+    assert_eq!((last["tick"].as_u64(), last["time_s"].as_f64()), (Some(ticks - 1), Some(found.recorded_s)));
+    assert_eq!(last["position"].as_array().map(Vec::len), Some(1), "{last}");
+    let since_s = last["log_time"].as_f64().unwrap() * 1e-9 - found.recorded_s;
+    let now_s = std::time::SystemTime::now().duration_since(std::time::UNIX_EPOCH).unwrap().as_secs_f64();
+    assert!((0.0..60.0).contains(&(now_s - since_s)), "log_time is wall-clock time: {last}");
+}
+
+#[test]
+fn a_recording_in_real_time_that_is_killed_lacks_half_a_second_at_most() {
+    let writing = Writing::start(&["serve", "joint", "--no-page", "--record", "out"]);
+    writing.wait_for(0.5);
+    // From here on the joint runs for three seconds, less what a busy computer lets it skip.
+    thread::sleep(Duration::from_secs(3));
+    let (_folder, path) = writing.kill();
+    let found = replay(&path, |_| ()).unwrap();
+    assert!(found.is_cut && found.recorded_s > 2.0, "{found:?}");
+}
+
+#[test]
+fn a_damaged_length_takes_no_memory_and_is_found_where_it_is() {
+    let folder = joint();
+    let bytes = fs::read(folder.path().join(FILE)).unwrap();
+    for place in [9, 12, 14, 16] {
+        let mut damaged = bytes.clone();
+        damaged[place] = 0xFF;
+        fs::write(folder.path().join("damaged.mcap"), damaged).unwrap();
+        let command =
+            format!("ulimit -v 2000000; exec {} replay damaged.mcap", env!("CARGO_BIN_EXE_dimsart"));
+        let output = Command::new("sh").current_dir(folder.path()).args(["-c", &command]).output().unwrap();
+        let printed = String::from_utf8(output.stderr).unwrap();
+        assert_eq!(output.status.code(), Some(1), "byte {place}: {printed}");
+        assert!(printed.contains("is damaged at byte "), "byte {place}: {printed}");
+    }
 }
 
 #[test]
@@ -256,13 +342,13 @@ fn what_cannot_be_replayed_says_why_and_what_can() {
     };
     fs::write(folder.path().join("text"), "time_s,POSITION\n0,1\n").unwrap();
     refused(&["replay", "nowhere.mcap"], "cannot read nowhere.mcap");
-    refused(&["replay", "text"], "text is no MCAP file");
+    refused(&["replay", "text"], "text is not an MCAP file");
     refused(&["replay", "."], "cannot read .");
     let rest = |name: &str, text: String| match name {
         "joint.scheme" => text.replace("PIDCTRL_MOD", "NEWER_MOD"),
         _ => text,
     };
-    doctored(&folder, rest, |_, _, _| ());
+    doctored(&folder, rest, |_, _| ());
     refused(&["replay", FILE], "joint.scheme:1:8: 'NEWER_MOD' is not a module");
     let mcap = fs::read(folder.path().join(FILE)).unwrap();
     let mut signals = mcap::Writer::new(File::create(folder.path().join("line.mcap")).unwrap()).unwrap();

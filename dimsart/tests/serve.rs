@@ -328,7 +328,7 @@ fn a_record_has_every_tick_and_the_scheme() {
     // Those that are named, in the order of the names.
     assert!(record_of("csv", &["DES_FORCE", "POSITION"]).unwrap().contains("2 signals, 0 samples lost"));
     let text = std::fs::read_to_string(folder.path().join("signals.csv")).unwrap();
-    assert!(text.starts_with("time_s (s),joint.DES_FORCE (N·m),joint.POSITION (rad)\n"), "{text:.80}");
+    assert!(text.starts_with("time_s (s),joint.DES_FORCE[0] (N·m),joint.POSITION[0] (rad)\n"), "{text:.80}");
     assert!(
         record_of("csv", &["VELOCITY"]).unwrap_err().contains("VELOCITY is not in the Data Base of joint")
     );
@@ -338,10 +338,15 @@ fn a_record_has_every_tick_and_the_scheme() {
     let mut lines = text.lines();
     assert_eq!(
         lines.next(),
-        Some("time_s (s),joint.POSITION (rad),joint.DES_POSITION (rad),joint.DES_FORCE (N·m)")
+        Some("time_s (s),joint.POSITION[0] (rad),joint.DES_POSITION[0] (rad),joint.DES_FORCE[0] (N·m)")
     );
-    let ticks: Vec<f64> =
-        lines.map(|line| (1e3 * line.split(',').next().unwrap().parse::<f64>().unwrap()).round()).collect();
+    let times: Vec<&str> = lines.map(|line| line.split(',').next().unwrap()).collect();
+    // No more digits than the milliseconds have.
+    assert!(
+        times.iter().all(|time| time.split_once('.').is_none_or(|(_, digits)| digits.len() <= 3)),
+        "{times:?}"
+    );
+    let ticks: Vec<f64> = times.iter().map(|time| (1e3 * time.parse::<f64>().unwrap()).round()).collect();
     assert!(ticks.len() > 500, "{}", ticks.len());
     assert!(ticks.windows(2).all(|pair| (pair[1] - pair[0] - 1.0).abs() < 1e-9), "a tick is missing");
     record("mcap");
@@ -350,6 +355,32 @@ fn a_record_has_every_tick_and_the_scheme() {
     let summary = mcap::Summary::read(&bytes).unwrap().unwrap();
     assert!(summary.stats.unwrap().message_count > 500);
     assert_eq!(summary.attachment_indexes.len(), 2, "what was recorded, and its scheme");
+    // As `run` and `serve` record it.
+    let channel = summary.channels.values().find(|channel| channel.topic == "/joint").unwrap();
+    let schema = String::from_utf8_lossy(&channel.schema.as_ref().unwrap().data).into_owned();
+    assert!(schema.contains("\nfloat32[1] position # POSITION (rad)\n"), "{schema}");
+}
+
+#[test]
+fn a_record_that_is_killed_leaves_its_rows() {
+    let served = Served::start("killed", &[]);
+    let folder = tempfile::tempdir().unwrap();
+    let mut command = std::process::Command::new(env!("CARGO_BIN_EXE_dimsart"));
+    let mut record = command.args(["record", &served.port, "--out"]).arg(folder.path()).spawn().unwrap();
+    let (path, deadline) = (folder.path().join("signals.mcap"), Instant::now() + LONG);
+    let messages = || {
+        let bytes = std::fs::read(&path).unwrap_or_default();
+        mcap::MessageStream::new(&bytes).map_or(0, |messages| messages.map_while(Result::ok).count())
+    };
+    // Read while it is written, too.
+    while messages() < 200 {
+        assert!(Instant::now() < deadline, "{} messages", messages());
+        thread::sleep(Duration::from_millis(20));
+    }
+    record.kill().unwrap();
+    record.wait().unwrap();
+    let bytes = std::fs::read(&path).unwrap();
+    assert!(mcap::MessageStream::new(&bytes).unwrap().map(Result::unwrap).count() >= 200);
 }
 
 #[test]

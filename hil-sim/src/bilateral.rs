@@ -8,6 +8,7 @@ mod error;
 mod guards;
 pub mod linear_loop;
 mod one_side;
+mod peer;
 pub mod perceived_stiffness;
 pub mod phases;
 pub mod round_trips;
@@ -45,12 +46,13 @@ use crate::link::{Carrier, Ends, TransitTicks};
 use crate::outcome::{AxisOutcome, Outcome, RealTime};
 use crate::pace::Pace;
 use crate::port_energy::PortEnergy;
-use crate::reception;
+use crate::reception::{received, silences};
 use crate::recorder::Recorder;
 use crate::recording::{Piece, Recording};
 use crate::rig::{End, Probe, Rig};
 use crate::scenario::Scenario;
 use crate::watch::{Alarm, Watch};
+use peer::Peer;
 
 /// Silence from the other process that is worth a word at the end of a run, ticks.
 const SILENCE_TICKS: u32 = 100;
@@ -228,6 +230,7 @@ impl Experiment {
         let mut pace = self.alone.map(|alone| Pace::new(alone.start, self.scenario.sample_period_s));
         let side = self.alone.map(|alone| alone.side);
         let half_tick_s = 0.5 * self.scenario.sample_period_s;
+        let mut peer = Peer::new(&self.rig);
         while self.rig.time_s() < end_s - half_tick_s {
             if stop.load(Ordering::Relaxed) {
                 faults.push(format!("stopped by the user at {:.3} s", self.rig.time_s()));
@@ -273,6 +276,7 @@ impl Experiment {
                     break;
                 }
             }
+            peer.look(&self.rig);
             self.rig.advance();
         }
         let loops =
@@ -289,9 +293,11 @@ impl Experiment {
         };
         is_stable &= undecided.is_empty() && !limit_cycles.iter().any(|cycle| cycle.is_chatter);
         faults.extend(undecided);
-        // A side that runs alone has met the other one before, and knows more of what came.
-        let stations = || self.rig.stations().iter().filter(|_| self.alone.is_none());
-        faults.extend(stations().filter_map(|station| reception::silence(station, self.rig.ticks())));
+        // A side that runs alone has met the other one before.
+        let both = self.rig.stations().iter().filter(|_| self.alone.is_none());
+        let silences: Vec<_> = both.flat_map(|station| silences(station, self.rig.ticks())).collect();
+        is_stable &= !silences.iter().any(|silence| silence.is_refusal);
+        faults.extend(silences.into_iter().map(|silence| silence.text));
         let media = self.rig.media();
         faults.extend(media.iter().flat_map(|medium| medium.faults.clone()));
         progress(self.rig.time_s());
@@ -300,12 +306,16 @@ impl Experiment {
         let energy_min_j = energy.smallest_j().filter(|_| side.is_none());
         let outcome = self.outcome(is_stable, wall_s, energy_min_j, round_trips.median(), &perceived, faults);
         let media_traffic = media.iter().map(|medium| medium.traffic.clone()).collect();
-        let outcome = outcome.with_received(stations().filter_map(reception::received).collect());
-        let creep = self.creep(&outcome.received);
+        let outcome = outcome.with_received(self.rig.stations().iter().filter_map(received).collect());
+        let creep = if side.is_none() { self.creep(&outcome.received) } else { Vec::new() };
         let outcome = if creep.is_empty() { outcome } else { outcome.without_prediction() };
         let undecided = loops.iter().filter_map(LinearLoop::warning);
-        let warnings =
-            undecided.chain(creep).chain(perceived.unsettled().filter(|_| side.is_none())).collect();
+        let peer = side.map(|side| peer.warnings(&self.rig, &self.scenario, side)).unwrap_or_default();
+        let warnings = undecided
+            .chain(creep)
+            .chain(perceived.unsettled().filter(|_| side.is_none()))
+            .chain(peer)
+            .collect();
         let energy_ports_min_j = (side.is_none() && outcome.ticks > 0).then(|| port_energy.smallest_j());
         let outcome = Outcome {
             real_time,
@@ -359,13 +369,7 @@ impl Experiment {
                 "nothing came from the {other} in the last {silence_ticks} ticks: it ended first"
             ));
         }
-        RealTime {
-            side: side.name(),
-            late_ticks,
-            worst_lateness_s: pace.worst_lateness_s(),
-            packets_lost: link(types::LINK_LOST).unwrap_or_default(),
-            packets_refused: link(types::LINK_REFUSED).unwrap_or_default(),
-        }
+        RealTime { side: side.name(), late_ticks, worst_lateness_s: pace.worst_lateness_s() }
     }
 
     /// Ticks that a wave takes over the link there and back, when an echo takes `echo_ticks` on median.

@@ -2,6 +2,8 @@
 //!
 //! Every reader of such text calls [`visible`] or [`visible_word`] where the text enters, so that no later use has to.
 
+use std::borrow::Cow;
+
 /// The text on one line: control characters, changes of the text direction and invisible characters become `?`.
 #[must_use]
 pub fn visible(text: &str) -> String {
@@ -18,6 +20,15 @@ pub fn visible_word(text: &str) -> String {
 #[must_use]
 pub fn visible_lines(text: &str) -> String {
     replaced(text, |found| is_hidden(found) && !['\n', '\r', '\t', '\u{feff}'].contains(&found))
+}
+
+/// The text as messages show it: of a long one its beginning, so that a message stays one that is read.
+#[must_use]
+pub fn shortened(text: &str, most_chars: usize) -> Cow<'_, str> {
+    match text.char_indices().nth(most_chars) {
+        Some((end, _)) => Cow::Owned(format!("{}…", text.get(..end).unwrap_or_default())),
+        None => Cow::Borrowed(text),
+    }
 }
 
 fn replaced(text: &str, is_replaced: impl Fn(char) -> bool) -> String {

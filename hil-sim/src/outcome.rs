@@ -43,9 +43,9 @@ pub struct Outcome {
     pub axes: Vec<AxisOutcome>,
     /// What the simulated media came to; empty over an ideal carrier and for one side alone.
     pub media: Vec<Traffic>,
-    /// What the receivers missed, by station; empty for one side alone.
+    /// What the receivers missed, by station.
     pub received: Vec<Received>,
-    /// Of all receivers: packets that never came.
+    /// Of all receivers: packets that were missing when a newer one came.
     pub lost_packets: u64,
     /// Of all receivers: packets that came together with a newer one.
     pub superseded_packets: u64,
@@ -68,10 +68,6 @@ pub struct RealTime {
     pub late_ticks: u64,
     /// How late the latest tick came, `s`.
     pub worst_lateness_s: f64,
-    /// Packets of the other side that never came.
-    pub packets_lost: u32,
-    /// Packets refused: old, repeated, overtaken within a tick, or not of the agreed content.
-    pub packets_refused: u32,
 }
 
 /// What a station made of the packets that were sent to it.
@@ -79,11 +75,11 @@ pub struct RealTime {
 pub struct Received {
     /// Its name.
     pub station: String,
-    /// Packets that never came, as far as later ones tell.
+    /// Packets that were missing when a newer one came.
     pub lost: u32,
     /// Packets that came together with a newer one: a tick uses one.
     pub superseded: u32,
-    /// Packets refused: damaged, old, repeated, or not of the agreed content.
+    /// Packets refused: damaged, old, repeated, or of another content.
     pub refused: u32,
 }
 

@@ -1,31 +1,64 @@
 //! What a station made of the packets that were sent to it.
+//!
+//! A packet that a peer has sent is used, superseded (it came with a newer one in the same tick), refused (old, repeated,
+//! damaged, of another content) or lost (it was missing when a newer one came). The signals of a receiver count what it sees:
+//! `LINK_LOST` is lost and superseded together, the gaps in the sequence; `LINK_REFUSED` is refused and superseded together,
+//! what came and was not used.
 
-use dimsart_core::{DataType, types};
+use dimsart_core::{DataType, LinkState, types};
 
 use crate::outcome::Received;
-use crate::rig::{Probe, Station};
+use crate::rig::Station;
 
-/// What it missed and refused; none for one that does not listen.
+/// What it missed and refused on all its links; none for one that does not listen.
 pub(crate) fn received(station: &Station) -> Option<Received> {
-    let [lost, refused] = [types::LINK_LOST, types::LINK_REFUSED].map(|signal| word(station, signal));
+    let sum = |signal| words(station, signal).map(|(_, count)| count).reduce(u32::wrapping_add);
     let superseded = station.superseded();
-    // The receiver counts each among those it refused, and sees a gap in the numbers.
-    let [lost, refused] = [lost?, refused?].map(|count| count.saturating_sub(superseded));
+    let [lost, refused] = [sum(types::LINK_LOST)?, sum(types::LINK_REFUSED)?];
+    let [lost, refused] = [lost, refused].map(|count| count.saturating_sub(superseded));
     Some(Received { station: station.name.clone(), lost, superseded, refused })
 }
 
-/// In words, that it accepted nothing in all `ticks` of a run; none for one that did, or that does not listen.
-pub(crate) fn silence(station: &Station, ticks: u64) -> Option<String> {
-    let Received { station: name, refused, .. } = received(station)?;
-    (u64::from(word(station, types::LINK_AGE)?) == ticks).then(|| match refused {
-        0 => format!("nothing came to the {name} in the whole run; see to the link, and to what the other side sends"),
-        refused => format!(
-            "the {name} refused all {refused} packets: they are not what it listens for; give both schemes the same \
-             types in the same order, one in CTX_ADD_DATA and the other in CRX_ADD_DATA"
-        ),
-    })
+/// A link over which a station accepted nothing.
+pub(crate) struct Silence {
+    /// In words, with the reason.
+    pub(crate) text: String,
+    /// Whether packets came and were refused: a run can be shorter than the delay of a link that works.
+    pub(crate) is_refusal: bool,
 }
 
-fn word(station: &Station, signal: &DataType) -> Option<u32> {
-    Probe::new(signal.first()).words(station).first().copied()
+/// The links of a station over which it accepted nothing in all `ticks` of a run.
+pub(crate) fn silences(station: &Station, ticks: u64) -> Vec<Silence> {
+    let own_ticks = ticks.div_ceil(station.every_ticks() as u64);
+    let of =
+        |signal, number| words(station, signal).find(|(found, _)| *found == number).map(|(_, word)| word);
+    let links = words(station, types::LINK_AGE).filter(|(_, age)| ticks > 0 && u64::from(*age) >= own_ticks);
+    let silent = links.map(|(number, _)| {
+        let name = &station.name;
+        let module = if number == 1 { "COMM_RXMOD".to_owned() } else { format!("COMM_RXMOD.{number}") };
+        let link = format!("the link to {module} of the {name} never came up");
+        let refused = of(types::LINK_REFUSED, number).unwrap_or_default();
+        let text = match (refused, station.authentication_failure()) {
+            (0, _) => format!("{link}: no packet arrived; check the link, and what the other side sends"),
+            (_, Some(failure)) => format!("{link}: all {refused} packets were refused: {failure}"),
+            (_, None) if of(types::LINK_STATE, number) == Some(LinkState::WrongSequence as u32) => {
+                format!("{link}: all {refused} packets were refused as old or out of order; restart the other side")
+            }
+            (_, None) => format!(
+                "{link}: all {refused} packets were refused, as their content differs; give both schemes the same types in \
+                 the same order, one in CTX_ADD_DATA and the other in CRX_ADD_DATA, and the same CTX_EVERY and CRX_EVERY"
+            ),
+        };
+        Silence { text, is_refusal: refused > 0 }
+    });
+    silent.collect()
+}
+
+/// The numbers of all signals of a type, with their first words.
+fn words(station: &Station, signal: &'static DataType) -> impl Iterator<Item = (u8, u32)> {
+    let data_base = station.dimsart.engine().data_base();
+    data_base
+        .signals()
+        .filter(|(_, entry)| entry.signal.id == signal.id)
+        .filter_map(move |(slot, entry)| Some((entry.signal.number, data_base.words(slot).first().copied()?)))
 }

@@ -18,6 +18,8 @@ use selection::Selection;
 
 /// A listener waits no longer for a row: to tell it of each one takes longer than to record it.
 const TOLD_TICKS: u64 = 64;
+/// Nor does a slow rig keep its rows from a listener for longer, `s`.
+const TOLD_S: f64 = 0.1;
 /// Rows that pictures are drawn of: far more than they are wide.
 const PICTURE_ROWS: usize = 65_536;
 
@@ -31,7 +33,9 @@ pub struct Recorder {
     /// Revisions of the stations' Data Bases that the sources are of.
     revisions: Vec<u32>,
     every_ticks: u64,
-    /// Told of what is recorded, every [`TOLD_TICKS`].
+    period_s: f64,
+    /// Told of what is recorded, once in so many ticks.
+    told_ticks: u64,
     listener: Option<SyncSender<Piece>>,
     /// Whether it is waited for.
     is_in_a_hurry: bool,
@@ -70,6 +74,8 @@ impl Recorder {
             sources: Vec::new(),
             revisions: revisions(rig),
             every_ticks: u64::from(settings.every_ticks.max(1)),
+            period_s: rig.period_s(),
+            told_ticks: told_ticks(rig.period_s()),
             listener: None,
             is_in_a_hurry: false,
             untold: Vec::new(),
@@ -114,6 +120,7 @@ impl Recorder {
         self.say(Piece::Columns(self.recording.columns().to_vec()));
         self.untold.clear();
         for (time_s, row) in self.recording.time_s().iter().zip(self.recording.rows()) {
+            self.untold.push((time_s / self.period_s).round());
             self.untold.push(*time_s);
             self.untold.extend_from_slice(row);
         }
@@ -145,7 +152,7 @@ impl Recorder {
 
     /// Takes a row of the present tick, if it is one of those wanted. `channel_energy_j` is by axis.
     pub fn record(&mut self, rig: &Rig, channel_energy_j: &[f64]) {
-        if rig.ticks().is_multiple_of(TOLD_TICKS) {
+        if rig.ticks().is_multiple_of(self.told_ticks) {
             self.tell_rows();
         }
         if self.listener.is_some() {
@@ -163,7 +170,9 @@ impl Recorder {
             rest = source.fill(rig, channel_energy_j, rest);
         }
         if self.listener.is_some() {
-            self.untold.push(rig.time_s());
+            #[expect(clippy::cast_precision_loss, reason = "exact for 285 000 years of ticks")]
+            let tick = rig.ticks() as f64;
+            self.untold.extend([tick, rig.time_s()]);
             self.untold.extend_from_slice(row);
         }
     }
@@ -171,7 +180,8 @@ impl Recorder {
     fn take_inputs(&mut self, rig: &Rig) {
         let due = rig.stations().iter().enumerate().filter(|(_, station)| station.is_due(rig.ticks()));
         let inputs = due.filter_map(|(station, of)| {
-            of.inputs().map(|inputs| TickInputs { time_s: rig.time_s(), station, inputs: inputs.clone() })
+            let (tick, time_s) = (rig.ticks(), rig.time_s());
+            of.inputs().map(|inputs| TickInputs { tick, time_s, station, inputs: inputs.clone() })
         });
         self.untold_inputs.extend(inputs);
     }
@@ -250,6 +260,13 @@ impl Source {
             }
         }
     }
+}
+
+/// From one word to a listener to the next.
+fn told_ticks(period_s: f64) -> u64 {
+    #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "a cast saturates")]
+    let ticks = (TOLD_S / period_s) as u64;
+    ticks.clamp(1, TOLD_TICKS)
 }
 
 /// A word as what it is: every one has its `f64`; a switch is 0 or 1.

@@ -59,13 +59,15 @@ pub enum Piece {
     Columns(Vec<Column>),
     /// What went into controllers, before the rows of the same ticks.
     Inputs(Vec<TickInputs>),
-    /// Whole rows, one behind the other: time, `s`, and values, one per column.
+    /// Whole rows, one behind the other: number of the tick, time, `s`, and values, one per column.
     Rows(Vec<f64>),
 }
 
 /// What went into a controller for one tick.
 #[derive(Debug, Clone)]
 pub struct TickInputs {
+    /// Number of the tick.
+    pub tick: u64,
     /// Time of the tick, `s`.
     pub time_s: f64,
     /// The controller, by its place in the rig.

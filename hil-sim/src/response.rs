@@ -52,7 +52,7 @@ use crate::emulated::{Board, Image};
 use crate::limit_cycle::{LimitCycle, Swings};
 use crate::outcome::Received;
 use crate::port_energy::PortEnergy;
-use crate::reception;
+use crate::reception::{received, silences};
 use crate::recorder::Recorder;
 use crate::recording::{Piece, Recording};
 use crate::rig::Rig;
@@ -244,6 +244,11 @@ impl Experiment {
             false => Vec::new(),
         };
         is_stable &= undecided.is_empty() && !limit_cycles.iter().any(|cycle| cycle.is_chatter);
+        let stations = self.rig.stations().iter();
+        for silence in stations.flat_map(|station| silences(station, self.rig.ticks())) {
+            is_stable &= !silence.is_refusal;
+            faults.push(silence.text);
+        }
         Run { broken, ..self.finish(is_stable, limit_cycles, faults, undecided) }
     }
 
@@ -314,7 +319,7 @@ impl Experiment {
         });
         let axes = axes.collect();
         let simulated_s = self.rig.time_s();
-        let received: Vec<_> = self.rig.stations().iter().filter_map(reception::received).collect();
+        let received: Vec<_> = self.rig.stations().iter().filter_map(received).collect();
         let [lost_packets, superseded_packets, refused_packets] = Received::sums(&received);
         let recording = self.recorder.map(Recorder::finish).unwrap_or_default();
         let wall_s = self.begun.elapsed().as_secs_f64();

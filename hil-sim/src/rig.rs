@@ -23,6 +23,7 @@ use dimsart_core::modules::Standard;
 use dimsart_core::{Dimsart, Packet, PacketError, Tick, Word};
 
 use crate::bus::MediumReport;
+use crate::bus::time::tick_seconds;
 use crate::emulated::{Board, EmulatedError};
 use crate::link::{Carried, Link, TransitTicks};
 use crate::plant::Plant;
@@ -213,10 +214,22 @@ impl Station {
             .or(self.is_tagged.then_some(AuthenticationFailure::NoKeyHere))
     }
 
-    /// Packets so far whose place a newer one took before any tick had used them.
+    /// Packets so far that came together with a newer one: a tick uses one.
     #[must_use]
     pub fn superseded(&self) -> u32 {
         self.arrivals.superseded()
+    }
+
+    /// How often the sender at the other end of a link has restarted.
+    #[must_use]
+    pub fn restarts(&self) -> u32 {
+        self.arrivals.restarts()
+    }
+
+    /// How many packets a tick the sender at the other end of a link sends, lost ones included; none where few came.
+    #[must_use]
+    pub fn packets_per_tick(&self, link: usize) -> Option<f64> {
+        self.arrivals.packets_per_tick(link)
     }
 
     /// Whether its actuators have something to do: the scheme commands, or the way to zero is not over.
@@ -224,7 +237,7 @@ impl Station {
         self.last_tick == Tick::Ran || self.command.iter().any(|command| *command != 0.0)
     }
 
-    fn receive(&mut self, link: usize, carried: Carried) {
+    fn receive(&mut self, tick: u64, link: usize, carried: Carried) {
         match carried {
             Carried::Packet(packet) if self.takes_packet(link, &packet) => {
                 let packet = Ok(packet);
@@ -232,13 +245,12 @@ impl Station {
                 if self.dimsart.deliver(link, &packet).is_ok()
                     && let Ok(packet) = packet
                 {
-                    self.arrivals.add(link, Carried::Packet(packet));
+                    self.arrivals.add(tick, link, packet);
                 }
             }
             carried => {
                 let bytes = carried.into_bytes();
-                self.receive_bytes(link, &bytes);
-                self.arrivals.add(link, Carried::Bytes(bytes));
+                self.receive_bytes(tick, link, &bytes);
             }
         }
     }
@@ -251,8 +263,9 @@ impl Station {
         !is_looked_at && packet.channel == self.dimsart.listening_channel(link) && packet.counter != 0
     }
 
-    fn receive_bytes(&mut self, link: usize, bytes: &[u8]) {
-        let Self { guarded, board, dimsart, is_tagged, trace, inputs, .. } = self;
+    fn receive_bytes(&mut self, tick: u64, link: usize, bytes: &[u8]) {
+        let Self { guarded, board, dimsart, is_tagged, trace, inputs, arrivals, .. } = self;
+        let listening_channel = dimsart.listening_channel(link);
         let mut give = |content: &[u8]| match board {
             Some(board) => board.receive(link, content),
             // What is refused is counted by the controller.
@@ -266,6 +279,9 @@ impl Station {
             }
         };
         let mut deliver = |content: &[u8]| {
+            if let Ok(packet) = Packet::from_bytes(content, listening_channel) {
+                arrivals.add(tick, link, packet);
+            }
             inputs.iter_mut().for_each(|inputs| inputs.packets.push((link, content.to_vec())));
             give(content);
         };
@@ -446,13 +462,7 @@ impl Rig {
     /// Virtual time, `s`.
     #[must_use]
     pub fn time_s(&self) -> f64 {
-        self.seconds(self.tick)
-    }
-
-    fn seconds(&self, ticks: u64) -> f64 {
-        #[expect(clippy::cast_precision_loss, reason = "exact for 285 000 years of ticks")]
-        let ticks = ticks as f64;
-        ticks * self.period_s
+        tick_seconds(self.tick, self.period_s)
     }
 
     /// Takes what went wrong with the board of a station, by the station's name; its device then gets no force.
@@ -474,7 +484,7 @@ impl Rig {
             for connection in self.connections.iter_mut().filter(|connection| connection.to.station == index)
             {
                 let end = connection.to.link;
-                connection.link.receive_carried(self.tick, &mut |carried| station.receive(end, carried));
+                connection.link.receive_carried(tick, &mut |carried| station.receive(tick, end, carried));
             }
             station.tick();
             for connection in

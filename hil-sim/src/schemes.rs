@@ -107,10 +107,17 @@ fn built_in_names() -> String {
     names.join(", ")
 }
 
+/// No name is as long; a longer word is like none, and shown in part.
+const MAX_WORD_CHARS: usize = 64;
+
 /// The known word most like `word`, if one is like it at all.
 #[must_use]
 pub fn nearest<'a>(word: &str, known: &'a [String]) -> Option<&'a str> {
-    let likeness = |known: &&String| strsim::jaro_winkler(&word.to_uppercase(), &known.to_uppercase());
+    if word.len() > 4 * MAX_WORD_CHARS {
+        return None;
+    }
+    let word = word.to_uppercase();
+    let likeness = |known: &&String| strsim::jaro_winkler(&word, &known.to_uppercase());
     let best = known.iter().max_by(|a, b| likeness(a).total_cmp(&likeness(b)))?;
     (!word.is_empty() && likeness(&best) > 0.75).then_some(best)
 }

@@ -231,3 +231,10 @@ fn a_reset_joins_buses_that_the_controllers_have_given_up() {
     assert_eq!(bus_offs(&mut bench), 2 * given_up);
     assert!(given_up > 0);
 }
+
+#[test]
+fn what_can_be_held_is_known_by_name() {
+    let file = RigFile::read(RigFile::shipped("joint").unwrap(), "joint", PathBuf::new(), &[]).unwrap();
+    let (live, _lines) = LiveRig::new(&file).unwrap();
+    assert_eq!(live.references(0), ["DES_POSITION[0]"]);
+}

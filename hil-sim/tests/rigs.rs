@@ -184,6 +184,41 @@ fn what_swings_between_its_limits_is_a_limit_cycle() {
     );
 }
 
+/// A device that follows another one over a link, which sends this.
+fn led(sent: &str) -> Run {
+    let device = |name: &str, reference: &str| {
+        format!(
+            "[[device]]\nname = '{name}'\nmeasures = ['POSITION'{reference}]\naxis = [{{ plant.load.inertia = 0.01 }}]\n\
+             [[controller]]\ndevice = '{name}'\nscheme = 'pd.scheme'\n"
+        )
+    };
+    let scheme = SchemeFile::new(&format!(
+        "all PDCTRL_MOD K_PARAM 10\nall PDCTRL_MOD D_PARAM 0.3\n\
+         follow COMM_RXMOD CRX_ADD_DATA DES_POSITION\nfollow MOD_ENG MOD_ON COMM_RXMOD\n\
+         all MOD_ENG MOD_ON PDCTRL_MOD\nlead COMM_TXMOD CTX_ADD_DATA {sent}\nlead MOD_ENG MOD_ON COMM_TXMOD\n\
+         all MOD_ENG MATCHING_CHECK"
+    ));
+    scheme.run(&format!(
+        "duration_s = 0.5\n{}{}[[link]]\nfrom = 'lead'\nto = 'follow'\n\
+         [[experiment.move]]\ndevice = 'lead'\non = 'DES_POSITION'\nstep = {{ at_s = 0.1, size = 0.1 }}\n",
+        device("lead", ", 'DES_POSITION'"),
+        device("follow", "")
+    ))
+}
+
+#[test]
+fn a_link_that_never_comes_up_is_named_and_no_run_with_it_is_stable() {
+    let good = led("POSITION").outcome;
+    assert!(good.stable && good.faults.is_empty(), "{:?}", good.faults);
+    let bad = led("POSITION\nlead COMM_TXMOD CTX_ADD_DATA DES_POSITION").outcome;
+    let named = |fault: &String| {
+        fault.starts_with("the link to COMM_RXMOD of the follow never came up: all ")
+            && fault.contains("their content differs")
+    };
+    assert!(!bad.stable && bad.faults.iter().any(named), "{:?}", bad.faults);
+    assert!(bad.refused_packets > 400 && bad.lost_packets == 0, "{bad:?}");
+}
+
 /// Two devices of two axes each, one that turns and one that slides; the second one gets where the first one is over a link.
 #[test]
 fn a_device_follows_another_one_over_a_link() {

@@ -55,7 +55,7 @@ impl core::fmt::Display for LawRefusal {
             Self::Program(error) => write!(f, "the law was refused: {error}"),
             Self::InUse => write!(
                 f,
-                "a module has the law that is there: upload this one to another number, or `close` the module first"
+                "a module has the law of this number: upload this one to another number, or `close` the module first"
             ),
             Self::NoSuchNumber => {
                 write!(f, "the controller keeps laws 1 to {MAX_PROGRAMS}: give it one of these numbers")

@@ -26,7 +26,7 @@ use hil_sim::schemes::SchemeText;
 #[derive(Debug, Args)]
 #[command(after_help = EXAMPLES)]
 pub(super) struct Connect {
-    /// Serial port such as `/dev/ttyACM0`, or an emulated board's socket: `tcp:HOST:PORT`, `unix:PATH`.
+    /// Serial port such as `/dev/ttyACM0`, `tcp:HOST:PORT`, `unix:PATH`, or `sim:NAME` of a `dimsart serve`.
     port: String,
     #[command(subcommand)]
     action: Option<Action>,
@@ -39,6 +39,7 @@ pub(super) struct Connect {
 const EXAMPLES: &str = "\
 Examples:
   dimsart connect /dev/ttyACM0                                    identity, state, modules, signals
+  dimsart connect sim:joint                                       the same of a controller of `dimsart serve joint`
   dimsart connect /dev/ttyACM0 set PDCTRL_MOD K_PARAM[0] 500      one gain of axis 0; prints what holds now
   dimsart connect /dev/ttyACM0 scheme my.scheme --side slave      a whole scheme, in force at once or not at all
   dimsart connect /dev/ttyACM0 scheme > its.scheme                what it has now, as rows

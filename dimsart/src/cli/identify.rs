@@ -218,7 +218,8 @@ impl Identify {
             let reason = "it is neither a rig nor a recording as CSV (`--signals csv`, `dimsart record`)";
             return Err(wrong(reason.to_owned()).into());
         }
-        let mut reader = csv::Reader::from_path(path)?;
+        let mut reader = csv::Reader::from_path(path)
+            .map_err(|error| format!("cannot read {}: {error}", path.display()))?;
         let headers = reader.headers()?.clone();
         let rows: Vec<csv::StringRecord> = reader.records().collect::<Result<_, _>>()?;
         let place = |signal: &str, axis: usize| {

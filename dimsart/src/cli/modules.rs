@@ -138,7 +138,13 @@ impl Modules {
         if let Some(name) = &self.name
             && !names.contains(name)
         {
-            return Err(format!("there is no module or group '{name}'; {}", suggestion(name, &names)).into());
+            let capitals = name.to_uppercase();
+            let within: Vec<_> = names.iter().filter(|known| known.contains(&capitals)).cloned().collect();
+            let near = match within.is_empty() {
+                true => suggestion(name, &names),
+                false => format!("there is {}", within.join(", ")),
+            };
+            return Err(format!("there is no module or group '{name}'; {near}").into());
         }
         if self.markdown && self.name.is_none() {
             write!(out, "{MARKDOWN_HEAD}")?;

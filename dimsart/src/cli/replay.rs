@@ -50,7 +50,10 @@ impl Replay {
         } else {
             replayed.controllers.iter().try_for_each(|controller| print(out, controller))?;
             if replayed.is_cut {
-                writeln!(out, "the file ends before its end, as that of a run that was killed")?;
+                writeln!(
+                    out,
+                    "the recording was not finished, as that of a run that was killed: replayed as far as it goes"
+                )?;
             }
             let recorded_s = replayed.recorded_s;
             let times = recorded_s / took_s;

@@ -236,7 +236,8 @@ impl Run {
             SignalsKind::Csv => SignalsFormat::Csv,
             SignalsKind::Mcap => {
                 rig.stations_mut().iter_mut().for_each(Station::keep_inputs);
-                SignalsFormat::Mcap(RunFacts::new(settings_toml, rig))
+                let facts = RunFacts::new(settings_toml, rig);
+                SignalsFormat::Mcap(if self.side.is_some() { facts.in_real_time() } else { facts })
             }
         }
     }

@@ -20,6 +20,7 @@ use crate::report::{RunFacts, SignalsFile, SignalsFormat};
 use hil_sim::clock;
 use hil_sim::response::{Hold, LiveRig};
 use hil_sim::rig_file::RigFile;
+use hil_sim::schemes::suggestion;
 
 /// What is simulated when nothing is named.
 const DEFAULT_RIG: &str = "joint";
@@ -122,7 +123,8 @@ impl Serve {
             writeln!(out, "{port} runs until Ctrl-C: dimsart connect {port}")?;
             ports.push((name, port));
         }
-        let page = self.page(&ports, Some(live.hand()), out)?;
+        let references = (0..ports.len()).map(|station| live.references(station)).collect();
+        let page = self.page(&ports, Some((live.hand(), references)), out)?;
         live.run(&stop, |news| eprintln!("dimsart: {news}"));
         end(page.as_ref(), out)?;
         if let Some(recording) = recording {
@@ -135,7 +137,7 @@ impl Serve {
     fn page(
         &self,
         ports: &[(String, String)],
-        hand: Option<Sender<Hold>>,
+        hand: Option<(Sender<Hold>, Vec<Vec<String>>)>,
         out: &mut impl Write,
     ) -> Result<Option<Page>, Box<dyn Error>> {
         if self.no_page {
@@ -151,10 +153,21 @@ impl Serve {
         let stations = (0..).zip(ports).map(|(number, (name, port))| {
             let (at, bits) = (port.clone(), self.baud);
             let open: OpenLine = Box::new(move || Ok(broker::open(&at, bits)?));
-            let hand = hand.clone().map(|hand| -> Hand {
+            let hand = hand.clone().map(|(hand, references)| -> Hand {
                 let station = usize::from(number);
-                // The rig ends with the page.
-                Box::new(move |signal, axis, value| drop(hand.send(Hold { station, signal, axis, value })))
+                let known = references.get(station).cloned().unwrap_or_default();
+                Box::new(move |signal, axis, value| {
+                    let reference = format!("{signal}[{axis}]");
+                    if !known.contains(&reference) {
+                        return Err(format!(
+                            "no reference {reference} to hold; {}",
+                            suggestion(&reference, &known)
+                        ));
+                    }
+                    // The rig ends with the page.
+                    let _ = hand.send(Hold { station, signal, axis, value });
+                    Ok(())
+                })
             });
             let (port, baud) = (port.clone(), line_baud(port, bits));
             let recordings = Some(self.recordings.clone());
@@ -174,7 +187,7 @@ fn end(page: Option<&Page>, out: &mut impl Write) -> io::Result<()> {
 
 /// Has a rig recorded into a folder.
 fn record(live: &mut LiveRig, file: &RigFile, folder: &Path) -> Result<SignalsFile, Box<dyn Error>> {
-    let facts = RunFacts::new(file.to_toml(), live.rig_mut());
+    let facts = RunFacts::new(file.to_toml(), live.rig_mut()).in_real_time();
     let (recording, listener) = SignalsFile::create(folder, &[], SignalsFormat::Mcap(facts))?;
     live.tell(listener)?;
     Ok(recording)

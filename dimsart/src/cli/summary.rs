@@ -124,9 +124,9 @@ pub(super) fn lost(received: &[Received]) -> Option<Fact> {
     let each = others.map(|Received { station, lost, superseded, refused }| {
         let together = match superseded {
             0 => String::new(),
-            superseded => format!(" and got {superseded} together with newer ones"),
+            superseded => format!("; {superseded} superseded by a newer one in the same tick"),
         };
-        format!("{lost} of those to the {station}, which refused {refused}{together}")
+        format!("to the {station}: {lost} lost, {refused} refused{together}")
     });
     let clean = (!clean.is_empty()).then(|| format!("none lost or refused to {}", clean.join(", ")));
     let note = each.chain(clean).collect::<Vec<_>>().join("; ");
@@ -166,21 +166,17 @@ fn channel_energy(energy_min_j: Option<f64>) -> Fact {
 
 /// What one side alone knows, and what it cannot know.
 fn one_side(outcome: &Outcome, real_time: &RealTime) -> Vec<Fact> {
-    let RealTime { side, late_ticks, worst_lateness_s, packets_lost, packets_refused } = real_time;
+    let RealTime { side, late_ticks, worst_lateness_s } = real_time;
     let latest = format!(
         "of {}, by more than a period; the latest by {:.3} ms",
         outcome.ticks,
         1e3 * worst_lateness_s
-    );
-    let refused = format!(
-        "of the other side's, for `link.stale` to make up for; {packets_refused} refused: old, repeated, two in one tick"
     );
     let unknown = |name: &str, unit: &str, note: &str| {
         fact(name, NONE.to_owned(), unit, &format!("not known on the {side}: {note}"))
     };
     let mut facts = vec![
         fact("late ticks", late_ticks.to_string(), "", &latest),
-        fact("lost packets", packets_lost.to_string(), "", &refused),
         unknown("smallest channel energy", "J", "it takes the waves of both sides"),
     ];
     if outcome.k_perceived_n_per_m.iter().all(Option::is_none) {

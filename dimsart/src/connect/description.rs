@@ -8,7 +8,10 @@ use dimsart_core::protocol::{
     self, Accepted, DataTypeText, ParameterText, PortText, Request, Response, decode_response,
 };
 use dimsart_core::scheme::{SWITCH, switch};
-use dimsart_core::{AxisKind, Engine, Entries, Format, ModuleList as _, ModuleRef, Value, Vocabulary};
+use dimsart_core::{
+    AxisKind, Engine, Entries, Format, ModuleList as _, ModuleRef, Shape, Unit, Value, Vocabulary,
+};
+use hil_sim::recording::indices;
 use serde::{Serialize, Serializer};
 
 /// Who is there.
@@ -152,6 +155,24 @@ impl Vocabulary for Description {
             Response::DataType(found) => Some(found),
             _ => None,
         }
+    }
+}
+
+/// A word of a signal: where it is, and its unit, empty for a pure number.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize)]
+pub(crate) struct WordText {
+    pub(crate) indices: Vec<usize>,
+    pub(crate) unit: String,
+}
+
+impl WordText {
+    /// The words of a signal.
+    pub(super) fn of_all(unit: Unit, shape: Shape, axes: &[AxisKind]) -> Vec<Self> {
+        let word = |word| Self {
+            indices: indices(shape, word, axes.len()),
+            unit: unit.of_word(shape, word, axes).to_string(),
+        };
+        (0..shape.words(axes.len())).map(word).collect()
     }
 }
 

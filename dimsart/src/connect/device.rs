@@ -2,6 +2,7 @@
 
 use std::io::{Read, Write};
 
+use dimsart_core::online::LawAction;
 use dimsart_core::protocol::{
     InstanceText, OLDEST_PROTOCOL_VERSION, PROTOCOL_VERSION, Refusal, Request, Response, Status,
 };
@@ -115,6 +116,9 @@ impl<S: Read + Write> Device<S> {
         request: &Request,
         take: impl FnOnce(Response<'_>) -> Option<T>,
     ) -> Result<Option<T>, ConnectError> {
+        if is_beyond_every_list(request) {
+            return Err(ConnectError::EndlessList);
+        }
         if request.needs_key() {
             self.may_change()?;
         }
@@ -222,4 +226,24 @@ impl<S: Read + Write> Device<S> {
 /// A word that is none of those it should be, and stands in no text.
 fn misread(word: &str, problem: Problem) -> SchemeError<'_> {
     SchemeError { place: Place { line: 1, column: 1, word }, problem }
+}
+
+/// Whether no device has as much as this asks for: one that has answered all before it never ends a list.
+fn is_beyond_every_list(request: &Request) -> bool {
+    const LISTED: u8 = 128;
+    const WORDS: u16 = 1024;
+    match *request {
+        Request::Instance { index }
+        | Request::Entry { index }
+        | Request::DeviceType { index }
+        | Request::Parameter { index, .. }
+        | Request::Port { index, .. }
+        | Request::Cycles { place: index, .. }
+        | Request::Law(LawAction::Look { number: index }) => index >= LISTED,
+        Request::Module { kind: index } | Request::Finding { index } => index == u8::MAX,
+        Request::DataType { index } => index >= WORDS,
+        Request::SchemeCommand { place, index } => place >= LISTED || index >= WORDS,
+        Request::Signal { from, .. } => from >= WORDS,
+        _ => false,
+    }
 }

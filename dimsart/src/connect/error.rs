@@ -69,6 +69,9 @@ pub enum ConnectError {
     /// The system gives no random numbers.
     #[error("the system gives no random number, which the device's nonces would begin with: {0}")]
     NoRandomness(String),
+    /// A list of the device goes on beyond all that a device can have.
+    #[error("a list of the device has no end: flash an image of this version, `cargo xtask flash BOARD`")]
+    EndlessList,
     /// Undamaged, and no answer to what was asked.
     #[error("the device answered something else than was asked: is its image of another version?")]
     OtherAnswer,

@@ -177,7 +177,7 @@ impl<S: Read + Write> Device<S> {
                 })?;
             let Some(SignalText { words_in_all, words: more, .. }) = read else { return Ok(None) };
             words.extend_from_slice(&more);
-            if more.is_empty() || words.len() >= usize::from(words_in_all) {
+            if more.is_empty() || words.len() >= usize::from(words_in_all).min(PROGRAM_WORDS) {
                 break;
             }
         }

@@ -6,7 +6,7 @@ use std::time::{Duration, Instant};
 use dimsart_core::protocol::Sample;
 use dimsart_core::{Format, TypeRef};
 
-use super::description::ValueText;
+use super::description::{ValueText, WordText};
 use super::streams::Streams;
 use super::{ConnectError, Device, SignalReport};
 use hil_sim::clock;
@@ -36,6 +36,8 @@ pub(super) struct Followed {
     pub(super) signal: TypeRef,
     /// None while it is not in the Data Base.
     pub(super) format: Option<Format>,
+    /// Indices and unit of each of its words.
+    pub(super) words: Vec<WordText>,
     pub(super) report: SignalReport,
 }
 

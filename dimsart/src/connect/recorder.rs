@@ -10,10 +10,10 @@ use dimsart_core::protocol::{Request, Response};
 use dimsart_core::{CommandError, Direction, Format, ModuleRef, TypeRef, Value, Vocabulary};
 use serde::Serialize;
 
-use super::description::{Description, ValueText};
+use super::description::{Description, ValueText, WordText};
 use super::device::take;
 use super::{ConnectError, Device};
-use hil_sim::recording::{in_brackets, indices};
+use hil_sim::recording::Column;
 
 /// The kind of module that records.
 const RECORDER: &str = "RECORDER_MOD";
@@ -138,13 +138,11 @@ impl Layout {
         let axes = known.axes();
         let signal = known.name_of_signal(signal).to_string();
         let row_words = found.shape.words(axes.len());
-        let column = |place| {
-            let unit = found.unit.of_word(found.shape, place, axes);
-            let unit = if unit.is_empty() { String::new() } else { format!(" ({unit})") };
-            let indices = in_brackets(&indices(found.shape, place, axes.len()));
-            format!("{signal}{indices}{unit}")
+        let column = |WordText { indices, unit }| {
+            let (source, signal) = (known.device_name().to_owned(), signal.clone());
+            Column { source, signal, indices, unit, format: None }.header()
         };
-        let columns = (0..row_words).map(column).collect();
+        let columns = WordText::of_all(found.unit, found.shape, axes).into_iter().map(column).collect();
         Some(Self { columns, signal, format: found.format, counter, port, caught, memory_words, row_words })
     }
 }

@@ -7,7 +7,7 @@ use dimsart_core::protocol::{Request, Response};
 use dimsart_core::{TypeRef, Vocabulary};
 use serde::Serialize;
 
-use super::description::ValueText;
+use super::description::{ValueText, WordText};
 use super::device::take;
 use super::live::Followed;
 use super::{ConnectError, Device};
@@ -89,17 +89,20 @@ impl<S: Read + Write> Device<S> {
 
     fn signal(&mut self, signal: TypeRef) -> Result<Followed, ConnectError> {
         let mut format = None;
-        let (name, unit) = self.know(|known| {
-            let unit = known.type_of(signal).map(|found| found.unit.on(known.axes()).to_string());
-            (known.name_of_signal(signal).to_string(), unit.unwrap_or_default())
+        let (name, unit, shape) = self.know(|known| {
+            let found = known.type_of(signal);
+            let unit = found.map(|found| found.unit.on(known.axes()).to_string());
+            let shape = found.map(|found| (found.unit, found.shape));
+            (known.name_of_signal(signal).to_string(), unit.unwrap_or_default(), shape)
         })?;
+        let mut bound = None;
         let mut report = SignalReport { name, unit, values: Vec::new() };
         let axes = self.identity().axes.clone();
         let take = |response: Response<'_>| match response {
             Response::Signal(text) => {
                 let values = text.words.iter().map(|word| ValueText::of_word(*word, text.format));
                 let unit = text.unit.on(&axes).to_string();
-                Some((text.format, unit, text.words_in_all, values.collect::<Vec<_>>()))
+                Some((text.format, (text.unit, unit), text.words_in_all, values.collect::<Vec<_>>()))
             }
             _ => None,
         };
@@ -110,13 +113,14 @@ impl<S: Read + Write> Device<S> {
                 break;
             };
             format = Some(found);
-            report.unit = unit;
+            (bound, report.unit) = (Some(unit.0), unit.1);
             let is_end = values.is_empty();
             report.values.extend(values);
             if is_end || report.values.len() >= usize::from(in_all) {
                 break;
             }
         }
-        Ok(Followed { signal, format, report })
+        let words = shape.map(|(unit, shape)| WordText::of_all(bound.unwrap_or(unit), shape, &axes));
+        Ok(Followed { signal, format, words: words.unwrap_or_default(), report })
     }
 }

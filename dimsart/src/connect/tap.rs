@@ -7,6 +7,7 @@ use dimsart_core::protocol::{MAX_TELEMETRY_WORDS, Sample};
 use dimsart_core::{Format, TypeRef};
 use serde::Serialize;
 
+use super::description::WordText;
 use super::live::Followed;
 use super::streams::{Streams, without_last_stream};
 use super::{ConnectError, Device};
@@ -30,12 +31,18 @@ pub struct TapSignal {
     pub words: usize,
     #[serde(skip)]
     format: Format,
+    places: Vec<WordText>,
 }
 
 impl TapSignal {
     #[cfg(all(test, feature = "zenoh"))]
     pub(crate) fn new(name: &str, unit: &str, words: usize, format: Format) -> Self {
-        Self { name: name.to_owned(), unit: unit.to_owned(), words, format }
+        Self { name: name.to_owned(), unit: unit.to_owned(), words, format, places: Vec::new() }
+    }
+
+    /// Indices and unit of each of its words.
+    pub(crate) fn places(&self) -> &[WordText] {
+        &self.places
     }
 
     /// Format of its words in the Data Base.
@@ -218,11 +225,12 @@ impl<S: Read + Write> Device<S> {
                 without_last_stream(&mut wanted);
             }
         }
-        let signals =
-            signals.into_iter().take(wanted.len()).filter_map(|Followed { format, report, .. }| {
+        let signals = signals.into_iter().take(wanted.len()).filter_map(
+            |Followed { format, report, words: places, .. }| {
                 let words = report.values.len();
-                Some(TapSignal { name: report.name, unit: report.unit, words, format: format? })
-            });
+                Some(TapSignal { name: report.name, unit: report.unit, words, format: format?, places })
+            },
+        );
         tap.signals = signals.collect();
         let is_unsent = |signal: &&TypeRef| !wanted.iter().any(|(sent, _)| sent == *signal);
         let unsent = tap.entries.iter().filter(is_unsent).map(|signal| self.signal_name(*signal));

@@ -120,7 +120,7 @@ impl Action {
                     || ConnectError::Word("a reference is held by hand in a simulation alone".to_owned());
                 let no_number = |_| ConnectError::Word("a reference is held at a number".to_owned());
                 let value = value.map(|value| value.parse().map_err(no_number)).transpose()?;
-                hand.ok_or_else(no_hand)?(signal, axis, value);
+                hand.ok_or_else(no_hand)?(signal, axis, value).map_err(ConnectError::Word)?;
                 Value::Null
             }
             // The station has threads for them.

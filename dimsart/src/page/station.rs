@@ -44,7 +44,7 @@ pub(super) type PageDevice = Device<Box<dyn Stream>>;
 pub type OpenLine = Box<dyn Fn() -> Result<Box<dyn Stream>, ConnectError> + Send + Sync>;
 
 /// Holds a reference of a simulated device: its name, the axis, and where; or lets it go.
-pub type Hand = Box<dyn Fn(String, usize, Option<f32>) + Send>;
+pub type Hand = Box<dyn Fn(String, usize, Option<f32>) -> Result<(), String> + Send>;
 
 /// How a controller is reached.
 pub struct Access {

@@ -8,7 +8,7 @@ use dimsart_core::{Command, Word};
 use super::device::DeviceFacts;
 use super::divergence::Divergence;
 use super::layout::Layout;
-use super::{ReplayError, Replayed, seconds};
+use super::{ReplayError, Replayed};
 use crate::report::{InputsMessage, PacketMessage};
 use dimsart_core::limits::MAX_LINKS;
 use hil_sim::rig::SimulatedDimsart;
@@ -17,8 +17,8 @@ use hil_sim::schemes::{SchemeText, load_for};
 /// A controller as it began, and what has been given to it since.
 pub(super) struct ReplayedController {
     dimsart: Box<SimulatedDimsart>,
-    /// Inputs of ticks that are still to be run, with their times, ns.
-    waiting: VecDeque<(u64, InputsMessage)>,
+    /// Inputs of ticks that are still to be run.
+    waiting: VecDeque<InputsMessage>,
     measured: Vec<Word>,
     commanded: Vec<Word>,
     row: Vec<f64>,
@@ -64,26 +64,27 @@ impl ReplayedController {
     }
 
     /// Takes what went into a tick.
-    pub(super) fn expect(&mut self, time_ns: u64, inputs: InputsMessage) {
-        self.waiting.push_back((time_ns, inputs));
+    pub(super) fn expect(&mut self, inputs: InputsMessage) {
+        self.waiting.push_back(inputs);
     }
 
-    /// Runs all ticks up to a time, and compares what the Data Base holds then with what it held.
+    /// Runs all ticks up to this one, and compares what the Data Base holds then with what it held.
     pub(super) fn compare(
         &mut self,
-        time_ns: u64,
+        tick: u64,
+        time_s: f64,
         recorded: &[u8],
         layout: &Layout,
     ) -> Result<(), ReplayError> {
-        self.run(time_ns)?;
-        layout.fill(&self.dimsart, &mut self.row, &mut self.message);
+        self.run(tick)?;
+        layout.fill(&self.dimsart, recorded, &mut self.row, &mut self.message);
         self.replayed.words += layout.words() as u64;
         if self.message != recorded {
             self.replayed.differing_rows += 1;
             if self.replayed.divergence.is_none() {
                 let others = layout.others(recorded, &self.row);
                 let tick = self.replayed.ticks.saturating_sub(1);
-                self.replayed.divergence = Divergence::first(&self.dimsart, tick, seconds(time_ns), others);
+                self.replayed.divergence = Divergence::first(&self.dimsart, tick, time_s, others);
             }
         }
         Ok(())
@@ -95,19 +96,19 @@ impl ReplayedController {
         Ok(self.replayed)
     }
 
-    fn run(&mut self, until_ns: u64) -> Result<(), ReplayError> {
-        while self.waiting.front().is_some_and(|(time_ns, _)| *time_ns <= until_ns) {
-            let Some((time_ns, inputs)) = self.waiting.pop_front() else { break };
-            self.tick(time_ns, &inputs)?;
+    fn run(&mut self, until: u64) -> Result<(), ReplayError> {
+        while self.waiting.front().is_some_and(|inputs| inputs.tick <= until) {
+            let Some(inputs) = self.waiting.pop_front() else { break };
+            self.tick(&inputs)?;
         }
         Ok(())
     }
 
-    fn tick(&mut self, time_ns: u64, inputs: &InputsMessage) -> Result<(), ReplayError> {
+    fn tick(&mut self, inputs: &InputsMessage) -> Result<(), ReplayError> {
         for command in &inputs.commands {
             self.command(&command.request).map_err(|reason| ReplayError::Command {
                 controller: self.replayed.name.clone(),
-                time_s: seconds(time_ns),
+                time_s: inputs.time_s,
                 reason,
             })?;
             self.replayed.commands += 1;

@@ -15,13 +15,21 @@ pub enum ReplayError {
         /// What the system says.
         source: std::io::Error,
     },
-    /// It is none, or damaged.
-    #[error("{} is no MCAP file that can be read: {source}; give it a signals.mcap of `dimsart run` or `serve`", path.display())]
-    NoMcap {
+    /// It does not begin as an MCAP file.
+    #[error("{} is not an MCAP file; give a signals.mcap of `dimsart run` or `serve`", path.display())]
+    NotMcap {
         /// The file.
         path: PathBuf,
+    },
+    /// A part of it is not as it was written.
+    #[error("{} is damaged at byte {byte}: {reason}; replay another copy of it", path.display())]
+    Damaged {
+        /// The file.
+        path: PathBuf,
+        /// Where the record begins.
+        byte: u64,
         /// What is wrong.
-        source: mcap::McapError,
+        reason: String,
     },
     /// Nothing is in it that went into a controller.
     #[error(

@@ -7,7 +7,10 @@ use hil_sim::rig::SimulatedDimsart;
 
 use crate::cdr;
 use crate::connect::value_of;
-use crate::report::SignalField as Field;
+use crate::report::{STAMP_BYTES, STAMP_DEFINITION, SignalField as Field};
+
+/// No signal has as many words.
+const MAX_WORDS: usize = 1 << 16;
 
 /// The signals of a controller's messages, in order.
 #[derive(Debug, Clone, Default, PartialEq)]
@@ -36,14 +39,18 @@ pub(super) struct Other {
 }
 
 impl Layout {
-    /// Reads lines such as `float32[3] position # POSITION (m)`.
-    pub(super) fn of_schema(definition: &str) -> Self {
+    /// Reads lines such as `float32[3] position # POSITION (m)`; none without tick and time before them.
+    pub(super) fn of_schema(definition: &str) -> Option<Self> {
         let mut layout = Self::default();
+        let definition = definition.strip_prefix(STAMP_DEFINITION)?;
         for (format, rest) in definition.lines().filter_map(|line| line.split_once(' ')) {
             let Some((_, signal)) = rest.split_once(" # ") else { continue };
             let signal = signal.split(" (").next().unwrap_or_default();
             let (format, count) = match format.split_once('[') {
-                Some((format, count)) => (format, count.trim_end_matches(']').parse().unwrap_or(1)),
+                Some((format, count)) => {
+                    let count = count.trim_end_matches(']').parse().ok();
+                    (format, count.filter(|count| *count <= MAX_WORDS).unwrap_or(1))
+                }
                 None => (format, 1),
             };
             let columns = (layout.words..layout.words + count).collect();
@@ -51,18 +58,25 @@ impl Layout {
             layout.fields.push(LayoutField { name: signal.to_owned(), signal: OnceCell::new(), field });
             layout.words += count;
         }
-        layout
+        Some(layout)
     }
 
     pub(super) fn words(&self) -> usize {
         self.words
     }
 
-    /// The row of values that a controller makes of these signals, into `row`, and the message of them into `message`.
-    pub(super) fn fill(&self, dimsart: &SimulatedDimsart, row: &mut Vec<f64>, message: &mut Vec<u8>) {
+    /// The row of values that a controller makes of these signals, into `row`, and the message of them into `message`, of the
+    /// same tick and time as the `recorded` one.
+    pub(super) fn fill(
+        &self,
+        dimsart: &SimulatedDimsart,
+        recorded: &[u8],
+        row: &mut Vec<f64>,
+        message: &mut Vec<u8>,
+    ) {
         row.clear();
         message.clear();
-        message.extend(cdr::MARK);
+        message.extend(head(recorded));
         let data_base = dimsart.engine().data_base();
         for LayoutField { name, signal, field } in &self.fields {
             let signal = *signal.get_or_init(|| dimsart.engine().device().signal(name));
@@ -80,7 +94,7 @@ impl Layout {
 
     /// The words of a recorded message that are other ones in `row`.
     pub(super) fn others(&self, recorded: &[u8], row: &[f64]) -> Vec<Other> {
-        let (mut others, mut expected) = (Vec::new(), cdr::MARK.to_vec());
+        let (mut others, mut expected) = (Vec::new(), head(recorded).to_vec());
         for LayoutField { name, field, .. } in &self.fields {
             field.add(&mut expected, row);
             let size = if field.is_single { size_of::<f32>() } else { size_of::<f64>() };
@@ -97,6 +111,11 @@ impl Layout {
         }
         others
     }
+}
+
+/// What a message begins with.
+fn head(message: &[u8]) -> &[u8] {
+    message.get(..cdr::MARK.len() + STAMP_BYTES).unwrap_or(&cdr::MARK)
 }
 
 fn number(bytes: &[u8]) -> f64 {

@@ -1,27 +1,49 @@
-//! The records of an MCAP file, one after the other, in memory that does not grow with it.
+//! The records of an MCAP file, one after the other, in memory that its size bounds.
+//!
+//! A finished file ends with a magic word. One without it was cut off, as by a computer that lost its power: its last record,
+//! which may be an open chunk, is read as far as it goes. In any other file a length that does not fit is damage.
+
+mod chunk;
+mod fields;
 
 use std::fs::File;
-use std::io::Read as _;
+use std::io::{self, BufReader, ErrorKind, Read as _, Seek as _, SeekFrom};
 use std::path::Path;
 
-use mcap::McapError;
-use mcap::records::Record;
-use mcap::sans_io::linear_reader::{LinearReadEvent, LinearReader};
+use crc32fast::Hasher;
+use mcap::MAGIC;
+use mcap::records::op;
 
 use super::ReplayError;
+use chunk::Chunk;
+use fields::Fields;
 
-/// A file that is read to its end, or to where it is cut off.
-pub(super) struct Records {
-    file: File,
-    reader: LinearReader,
-    is_cut: bool,
+/// Opcode and length of a record.
+pub(super) const HEAD_BYTES: usize = 9;
+/// Footer and magic word at the end of a file.
+const TAIL_BYTES: u64 = 37;
+
+/// A record that a replay needs.
+#[derive(Debug, PartialEq, Eq)]
+pub(super) enum Record {
+    Attachment { name: String, data: Vec<u8> },
+    Schema { id: u16, data: Vec<u8> },
+    Channel { id: u16, schema: u16, topic: String },
+    Message { channel: u16, data: Vec<u8> },
 }
 
 /// Why the next record cannot be read.
 #[derive(Debug)]
 pub(super) enum RecordError {
-    File(std::io::Error),
-    Mcap(McapError),
+    File(io::Error),
+    NotMcap,
+    Damaged { byte: u64, reason: String },
+}
+
+impl From<io::Error> for RecordError {
+    fn from(error: io::Error) -> Self {
+        Self::File(error)
+    }
 }
 
 impl RecordError {
@@ -29,40 +51,119 @@ impl RecordError {
         let path = path.to_owned();
         match self {
             Self::File(source) => ReplayError::File { path, source },
-            Self::Mcap(source) => ReplayError::NoMcap { path, source },
+            Self::NotMcap => ReplayError::NotMcap { path },
+            Self::Damaged { byte, reason } => ReplayError::Damaged { path, byte, reason },
         }
     }
+}
+
+/// A file that is read to its end, or to where it is cut off.
+pub(super) struct Records {
+    file: BufReader<File>,
+    bytes: u64,
+    /// Where the next record of the file begins.
+    position: u64,
+    /// Whether the last bytes are missing, and whether the writer did not finish.
+    is_cut: bool,
+    is_unfinished: bool,
+    is_over: bool,
+    crc: Hasher,
+    chunk: Option<Chunk>,
 }
 
 impl Records {
-    pub(super) fn new(file: File) -> Self {
-        Self { file, reader: LinearReader::new(), is_cut: false }
+    pub(super) fn new(mut file: File) -> Result<Self, RecordError> {
+        let bytes = file.seek(SeekFrom::End(0))?;
+        let tail_bytes = TAIL_BYTES.min(bytes);
+        let mut tail = Vec::new();
+        file.seek(SeekFrom::Start(bytes - tail_bytes))?;
+        file.by_ref().take(tail_bytes).read_to_end(&mut tail)?;
+        file.rewind()?;
+        let is_cut = bytes < TAIL_BYTES + MAGIC.len() as u64 || !tail.ends_with(MAGIC);
+        // The footer begins with where the summary is, which only a finished recording has.
+        let has_summary = tail.get(HEAD_BYTES..HEAD_BYTES + 8).is_some_and(|start| start != [0; 8]);
+        let (mut file, mut magic) = (BufReader::new(file), [0; MAGIC.len()]);
+        match file.read_exact(&mut magic) {
+            Err(error) if error.kind() != ErrorKind::UnexpectedEof => return Err(error.into()),
+            Ok(()) if magic == *MAGIC => {}
+            _ => return Err(RecordError::NotMcap),
+        }
+        let mut crc = Hasher::new();
+        crc.update(MAGIC);
+        let (position, is_unfinished) = (MAGIC.len() as u64, is_cut || !has_summary);
+        Ok(Self { file, bytes, position, is_cut, is_unfinished, is_over: false, crc, chunk: None })
     }
 
-    /// Whether the file had no end.
-    pub(super) const fn is_cut(&self) -> bool {
-        self.is_cut
+    /// Whether the writer of the file did not finish it.
+    pub(super) const fn is_unfinished(&self) -> bool {
+        self.is_unfinished
     }
 
     /// The next record; none at the end.
-    pub(super) fn next(&mut self) -> Result<Option<Record<'static>>, RecordError> {
-        while let Some(event) = self.reader.next_event() {
-            match event {
-                Ok(LinearReadEvent::ReadRequest(bytes)) => {
-                    let read = self.file.read(self.reader.insert(bytes)).map_err(RecordError::File)?;
-                    self.reader.notify_read(read);
+    pub(super) fn next(&mut self) -> Result<Option<Record>, RecordError> {
+        loop {
+            if let Some(chunk) = &mut self.chunk {
+                match chunk.next()? {
+                    Some(record) => return Ok(Some(record)),
+                    None => self.chunk = None,
                 }
-                Ok(LinearReadEvent::Record { data, opcode }) => {
-                    let record = mcap::parse_record(opcode, data).map_err(RecordError::Mcap)?;
-                    return Ok(Some(record.into_owned()));
-                }
-                Err(McapError::UnexpectedEof) => {
-                    self.is_cut = true;
-                    return Ok(None);
-                }
-                Err(error) => return Err(RecordError::Mcap(error)),
+            } else if self.is_over {
+                return Ok(None);
+            } else if let Some(record) = self.next_of_file()? {
+                return Ok(Some(record));
             }
         }
-        Ok(None)
+    }
+
+    /// The next record outside of chunks; none for one that is not needed, and for a chunk, which is opened.
+    fn next_of_file(&mut self) -> Result<Option<Record>, RecordError> {
+        let start = self.position;
+        let damaged = |reason: String| RecordError::Damaged { byte: start, reason };
+        let left = self.bytes - start;
+        let mut head = [0; HEAD_BYTES];
+        if left < HEAD_BYTES as u64 {
+            self.is_over = true;
+            return if self.is_cut { Ok(None) } else { Err(damaged("no end of data".to_owned())) };
+        }
+        self.file.read_exact(&mut head)?;
+        let [opcode, length @ ..] = head;
+        let (length, left) = (u64::from_le_bytes(length), left - HEAD_BYTES as u64);
+        let is_open = length > left;
+        if is_open && !self.is_cut {
+            return Err(damaged(format!("a record of {length} bytes, and {left} are left in the file")));
+        }
+        let mut body = Vec::new();
+        self.file.by_ref().take(length).read_to_end(&mut body)?;
+        self.position = start + HEAD_BYTES as u64 + body.len() as u64;
+        if is_open {
+            self.is_over = true;
+            if opcode != op::CHUNK {
+                return Ok(None);
+            }
+        }
+        if opcode == op::DATA_END {
+            self.is_over = true;
+            let found = std::mem::take(&mut self.crc).finalize();
+            let saved = Fields(&body).u32().ok_or_else(|| damaged("a short end of data".to_owned()))?;
+            let is_right = saved == 0 || saved == found;
+            return if is_right { Ok(None) } else { Err(damaged("another checksum of all data".to_owned())) };
+        }
+        self.crc.update(&head);
+        self.crc.update(&body);
+        let record = match opcode {
+            op::CHUNK => {
+                self.chunk = Some(Chunk::open(start, &body, is_open)?);
+                return Ok(None);
+            }
+            op::ATTACHMENT => fields::attachment(&body).map(Some),
+            op::SCHEMA | op::CHANNEL | op::MESSAGE => fields::record(opcode, &body).map(Some),
+            op::HEADER | op::MESSAGE_INDEX | op::METADATA => Some(None),
+            // A summary comes after the data.
+            _ => return Err(damaged(format!("unknown record {opcode:#04x}"))),
+        };
+        record.ok_or_else(|| damaged(format!("unreadable record {opcode:#04x}")))
     }
 }
+
+#[cfg(test)]
+mod tests;

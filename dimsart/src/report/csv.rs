@@ -3,8 +3,9 @@
 //! Numbers are the shortest text that reads back as the same number, in the width it was computed in: an `f32` kept
 //! as `f64` is written as the `f32` it is (`0.1`, not `0.10000000149011612`).
 
-use std::fs::File;
-use std::io::{self, Read as _, Seek as _, Write as _};
+use std::fs::{self, File};
+use std::io::{self, BufRead as _, BufReader, BufWriter, Seek as _, Write as _};
+use std::path::Path;
 use std::sync::mpsc::Receiver;
 
 use hil_sim::recording::{Column, Piece};
@@ -22,57 +23,52 @@ const SPREAD: u64 = 0x9E37_79B9_7F4A_7C15;
 const LARGEST_EXACT_INTEGER: f64 = 9_007_199_254_740_992.0;
 
 /// Writes what comes until the sender is gone. A row that a full disk takes in part is taken out again.
-pub(super) fn write(pieces: &Receiver<Piece>, file: &File) -> io::Result<()> {
-    let mut whole_bytes = 0;
-    let written = write_rows(pieces, file, &mut whole_bytes);
-    if written.is_err() {
-        let _ = file.set_len(whole_bytes);
-    }
-    written
-}
-
-fn write_rows(pieces: &Receiver<Piece>, mut file: &File, whole_bytes: &mut u64) -> io::Result<()> {
-    begin(file, &[])?;
-    let (mut width, mut text, mut numbers) = (1, Vec::new(), Numbers::new());
+pub(super) fn write(pieces: &Receiver<Piece>, mut file: File, path: &Path) -> io::Result<()> {
+    begin(&mut file, &[])?;
+    // Of a row of the pieces, with tick and time.
+    let (mut width, mut text, mut numbers) = (2, Vec::new(), Numbers::new());
     for piece in pieces {
         match piece {
             Piece::Columns(columns) => {
-                let new = (1 + columns.len()).saturating_sub(width);
-                widen(file, &columns, new)?;
-                width = 1 + columns.len();
+                file = widen(file, path, &columns, (2 + columns.len()).saturating_sub(width))?;
+                width = 2 + columns.len();
             }
             Piece::Inputs(_) => {}
             Piece::Rows(values) => {
                 text.clear();
                 for row in values.chunks_exact(width) {
-                    row.iter().for_each(|value| numbers.add(&mut text, *value));
+                    row.iter().skip(1).for_each(|value| numbers.add(&mut text, *value));
                     if let Some(comma) = text.last_mut() {
                         *comma = b'\n';
                     }
                 }
-                file.write_all(&text)?;
+                let whole_bytes = file.stream_position()?;
+                file.write_all(&text).inspect_err(|_| drop(file.set_len(whole_bytes)))?;
             }
         }
-        *whole_bytes = file.stream_position()?;
     }
     Ok(())
 }
 
-/// Gives the rows so far the `new` last ones of these columns; nothing was there in them.
-fn widen(mut file: &File, columns: &[Column], new: usize) -> io::Result<()> {
-    let mut rows = String::new();
-    file.rewind()?;
-    file.read_to_string(&mut rows)?;
-    begin(file, columns)?;
+/// The file in place of the one at `path`, with the `new` last ones of these columns; nothing was there in them. Whoever is
+/// killed meanwhile leaves one of both.
+fn widen(mut file: File, path: &Path, columns: &[Column], new: usize) -> io::Result<File> {
+    let wider_path = path.with_extension("csv.new");
+    let wider = File::options().read(true).write(true).create(true).truncate(true).open(&wider_path)?;
+    let mut wider = BufWriter::new(wider);
+    begin(&mut wider, columns)?;
     let nothing = ",NaN".repeat(new);
-    let lines = rows.split_inclusive('\n').skip(1).map(|row| format!("{}{nothing}\n", row.trim_end()));
-    file.write_all(lines.collect::<String>().as_bytes())
+    file.rewind()?;
+    for row in BufReader::new(file).lines().skip(1) {
+        writeln!(wider, "{}{nothing}", row?)?;
+    }
+    let wider = wider.into_inner().map_err(io::IntoInnerError::into_error)?;
+    fs::rename(wider_path, path)?;
+    Ok(wider)
 }
 
-/// Begins the file anew, with the names of these columns.
-fn begin(mut file: &File, columns: &[Column]) -> io::Result<()> {
-    file.rewind()?;
-    file.set_len(0)?;
+/// Writes the names of these columns.
+fn begin(file: &mut impl io::Write, columns: &[Column]) -> io::Result<()> {
     let headers = columns.iter().map(Column::header);
     let mut table = csv::Writer::from_writer(file);
     table.write_record(std::iter::once(TIME_HEADER.to_owned()).chain(headers))?;
@@ -174,7 +170,7 @@ mod tests {
         let (file, pieces) = SignalsFile::create(folder.path(), &[], SignalsFormat::Csv).unwrap();
         pieces.send(Piece::Columns(columns)).unwrap();
         for (time_s, values) in rows {
-            pieces.send(Piece::Rows([vec![time_s], values].concat())).unwrap();
+            pieces.send(Piece::Rows([vec![0.0, time_s], values].concat())).unwrap();
         }
         drop(pieces);
         fs::read(file.finish().unwrap()).unwrap()
@@ -238,7 +234,7 @@ mod tests {
         let folder = tempfile::tempdir().unwrap();
         let (file, pieces) = SignalsFile::create(folder.path(), &[], SignalsFormat::Csv).unwrap();
         let (one, other) = (column("ONE", "m"), column("OTHER", "m"));
-        let rows = |width: usize| (0..100).map(move |_| Piece::Rows(vec![0.5; 2 * (1 + width)]));
+        let rows = |width: usize| (0..100).map(move |_| Piece::Rows(vec![0.5; 2 * (2 + width)]));
         let anew = [Piece::Columns(vec![one.clone(), other])];
         for piece in [Piece::Columns(vec![one])].into_iter().chain(rows(1)).chain(anew).chain(rows(2)) {
             pieces.send(piece).unwrap();

@@ -4,18 +4,23 @@
 //! Words of format f32 are `float32`, all others `float64`, which holds every one of them: a word of a row in which its
 //! signal was not there is NaN. A source that gets more signals goes on under another topic: `/knee`, then `/knee/2`. What went
 //! into a controller, tick by tick, is in `/knee/inputs`, before the signals of the same ticks.
+//! Each message begins with the number of the tick and its time; `log_time` is wall-clock time.
 //!
-//! What the run was made of is attached, before the first message: a run that is killed leaves it, too.
+//! What the run was made of is attached, before the first message: a run that is killed leaves it, too, and all but the last
+//! quarter of a second of its signals.
 
 mod inputs;
 mod signals;
 #[cfg(test)]
 mod tests;
+mod wall_clock;
+mod whole_file;
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, VecDeque};
 use std::fs::File;
-use std::io::{self, BufWriter};
-use std::sync::mpsc::Receiver;
+use std::io::{self, Write as _};
+use std::sync::mpsc::{Receiver, RecvTimeoutError};
+use std::time::{Duration, Instant};
 
 use mcap::records::{MessageHeader, Metadata};
 use mcap::{Attachment, Compression, McapError, WriteOptions, Writer};
@@ -24,52 +29,92 @@ use super::RunFacts;
 use super::signals::ControllerFacts;
 use crate::cdr;
 use hil_sim::recording::{Piece, TickInputs};
-pub(crate) use inputs::{InputsMessage, PacketMessage, TOPIC as INPUTS_TOPIC};
-pub(crate) use signals::Field;
+pub(crate) use inputs::{
+    DEFINITION as INPUTS_DEFINITION, InputsMessage, PacketMessage, TOPIC as INPUTS_TOPIC,
+};
 use signals::Source;
+pub(crate) use signals::{Field, STAMP_BYTES, STAMP_DEFINITION};
+use wall_clock::WallClock;
+use whole_file::WholeFile;
 
-/// What is lost at most when a run is killed: some hundred rows.
-const CHUNK_BYTES: u64 = 256 * 1024;
-const NS_PER_S: f64 = 1e9;
+/// A chunk is closed and written at this size, and after this time: a killed run loses no more.
+const CHUNK_BYTES: usize = 256 * 1024;
+const CHUNK_TIME: Duration = Duration::from_millis(250);
 const SETTINGS_FILE: &str = "settings.toml";
 /// Ends of the names of what is attached for each controller.
 pub(crate) const SCHEME_END: &str = ".scheme";
 pub(crate) const DEVICE_END: &str = ".device.json";
 
-type McapFile<'a> = Writer<BufWriter<&'a File>>;
+type McapFile<'a> = Writer<WholeFile<'a>>;
 
 /// Writes what comes until the sender is gone.
 pub(super) fn write(pieces: &Receiver<Piece>, file: &File, facts: &RunFacts) -> io::Result<()> {
     let mut recording = Recording::begin(file, facts).map_err(io_error)?;
-    for piece in pieces {
-        recording.add(piece).map_err(io_error)?;
+    loop {
+        match pieces.recv_timeout(CHUNK_TIME.saturating_sub(recording.written.elapsed())) {
+            Ok(piece) => recording.add(piece).map_err(io_error)?,
+            Err(RecvTimeoutError::Timeout) => {}
+            Err(RecvTimeoutError::Disconnected) => break,
+        }
+        if recording.unwritten_bytes >= CHUNK_BYTES || recording.written.elapsed() >= CHUNK_TIME {
+            recording.write_chunk().map_err(io_error)?;
+        }
     }
+    recording.add_inputs_until(f64::INFINITY).map_err(io_error)?;
     recording.mcap.finish().map_err(io_error)?;
-    Ok(())
+    recording.mcap.into_inner().flush()
 }
 
 /// The file, and what goes into a message of each source.
 struct Recording<'a> {
     mcap: McapFile<'a>,
     facts: &'a RunFacts,
+    clock: WallClock,
     sources: Vec<Source>,
     columns: usize,
+    /// What went into controllers in ticks whose signals are still to come: messages are in the order of time, which readers
+    /// without an index ask for.
+    waiting: VecDeque<TickInputs>,
     /// Channels with what went into controllers, by their places.
     inputs: BTreeMap<usize, u16>,
     sequence: u32,
     message: Vec<u8>,
+    /// Bytes of messages that are not in the file yet, and since when.
+    unwritten_bytes: usize,
+    written: Instant,
 }
 
 impl<'a> Recording<'a> {
     fn begin(file: &'a File, facts: &'a RunFacts) -> Result<Self, McapError> {
         let options = WriteOptions::new()
             .compression(Some(Compression::Lz4))
-            .chunk_size(Some(CHUNK_BYTES))
+            .chunk_size(None)
+            .disable_seeking(true)
+            .profile("ros2")
             .library(concat!("dimsart ", env!("CARGO_PKG_VERSION")));
-        let mut mcap = options.create(BufWriter::new(file))?;
+        let mut mcap = options.create(WholeFile::new(file))?;
         attach(&mut mcap, facts)?;
-        let (sources, inputs, message) = (Vec::new(), BTreeMap::new(), Vec::new());
-        Ok(Self { mcap, facts, sources, columns: 0, inputs, sequence: 0, message })
+        let mut recording = Self {
+            mcap,
+            facts,
+            clock: WallClock::new(facts.time_base),
+            sources: Vec::new(),
+            columns: 0,
+            waiting: VecDeque::new(),
+            inputs: BTreeMap::new(),
+            sequence: 0,
+            message: Vec::new(),
+            unwritten_bytes: 0,
+            written: Instant::now(),
+        };
+        recording.write_chunk()?;
+        Ok(recording)
+    }
+
+    /// Closes the chunk and writes it.
+    fn write_chunk(&mut self) -> Result<(), McapError> {
+        (self.unwritten_bytes, self.written) = (0, Instant::now());
+        self.mcap.flush()
     }
 
     fn add(&mut self, piece: Piece) -> Result<(), McapError> {
@@ -79,35 +124,54 @@ impl<'a> Recording<'a> {
                 self.columns = columns.len();
                 Ok(())
             }
-            Piece::Inputs(inputs) => inputs.into_iter().try_for_each(|inputs| self.add_inputs(inputs)),
+            Piece::Inputs(inputs) => {
+                self.waiting.extend(inputs);
+                Ok(())
+            }
             Piece::Rows(values) => {
-                values.chunks_exact(1 + self.columns).try_for_each(|row| self.add_row(row))
+                let mut rows = values.chunks_exact(2 + self.columns);
+                let last_s = rows.clone().last().and_then(|row| row.get(1));
+                last_s.into_iter().for_each(|time_s| self.clock.observe(*time_s));
+                rows.try_for_each(|row| self.add_row(row))
             }
         }
     }
 
-    /// Adds a message of each source; a row is its time, `s`, and a value per column.
+    /// Adds a message of each source; a row is its tick, its time, `s`, and a value per column.
     fn add_row(&mut self, row: &[f64]) -> Result<(), McapError> {
-        let Some((time_s, values)) = row.split_first() else { return Ok(()) };
+        let Some(([tick, time_s], values)) = row.split_first_chunk() else { return Ok(()) };
+        self.add_inputs_until(*time_s)?;
         for source in &self.sources {
             self.message.clear();
             self.message.extend(cdr::MARK);
+            signals::add_stamp(&mut self.message, *tick, *time_s);
             source.fields.iter().for_each(|field| field.add(&mut self.message, values));
-            let header = header(source.channel(), self.sequence, *time_s);
+            let header = header(source.channel(), self.sequence, self.clock.log_time(*time_s));
             self.mcap.write_to_known_channel(&header, &self.message)?;
+            self.unwritten_bytes += self.message.len();
         }
         self.sequence = self.sequence.wrapping_add(1);
         Ok(())
     }
 
-    fn add_inputs(&mut self, TickInputs { time_s, station, inputs }: TickInputs) -> Result<(), McapError> {
+    fn add_inputs_until(&mut self, time_s: f64) -> Result<(), McapError> {
+        while let Some(inputs) = self.waiting.pop_front_if(|inputs| inputs.time_s <= time_s) {
+            self.add_inputs(inputs)?;
+        }
+        Ok(())
+    }
+
+    fn add_inputs(&mut self, inputs: TickInputs) -> Result<(), McapError> {
+        let TickInputs { time_s, station, .. } = inputs;
         let channel = match self.inputs.get(&station) {
             Some(channel) => *channel,
             None => self.open_inputs(station)?,
         };
         // CDR has all that it is made of.
         let message = cdr::encode(&InputsMessage::from(inputs)).unwrap_or_default();
-        self.mcap.write_to_known_channel(&header(channel, self.sequence, time_s), &message)
+        self.unwritten_bytes += message.len();
+        self.mcap
+            .write_to_known_channel(&header(channel, self.sequence, self.clock.log_time(time_s)), &message)
     }
 
     fn open_inputs(&mut self, station: usize) -> Result<u16, McapError> {
@@ -120,9 +184,7 @@ impl<'a> Recording<'a> {
     }
 }
 
-fn header(channel_id: u16, sequence: u32, time_s: f64) -> MessageHeader {
-    #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "a run's time is positive")]
-    let log_time = (time_s * NS_PER_S).round() as u64;
+fn header(channel_id: u16, sequence: u32, log_time: u64) -> MessageHeader {
     MessageHeader { channel_id, sequence, log_time, publish_time: log_time }
 }
 

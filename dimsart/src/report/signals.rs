@@ -37,6 +37,16 @@ pub enum SignalsKind {
     Mcap,
 }
 
+/// How wall-clock time goes on in a recording.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+pub enum TimeBase {
+    /// As the time of the run, from when its file was begun.
+    #[default]
+    Simulated,
+    /// As rows arrive: the clock of a device is not that of this computer.
+    RealTime,
+}
+
 /// What a run was made of.
 #[derive(Debug, Clone, Default, PartialEq, Eq)]
 pub struct RunFacts {
@@ -44,6 +54,8 @@ pub struct RunFacts {
     pub settings_toml: String,
     /// The controllers, in the order of the rig.
     pub controllers: Vec<ControllerFacts>,
+    /// Where the times of its messages come from.
+    pub time_base: TimeBase,
 }
 
 /// What a controller was when a recording began.
@@ -69,7 +81,14 @@ impl RunFacts {
                 device_json: serde_json::to_string_pretty(&DeviceFacts::from(engine.device())).ok(),
             }
         };
-        Self { settings_toml, controllers: rig.stations_mut().iter_mut().map(facts).collect() }
+        let controllers = rig.stations_mut().iter_mut().map(facts).collect();
+        Self { settings_toml, controllers, time_base: TimeBase::Simulated }
+    }
+
+    /// The same of a run in real time.
+    #[must_use]
+    pub fn in_real_time(self) -> Self {
+        Self { time_base: TimeBase::RealTime, ..self }
     }
 }
 
@@ -128,8 +147,9 @@ impl SignalsFile {
         let options = File::options().read(true).write(true).create(true).truncate(true).open(&path);
         let file = options.map_err(|source| ReportError::File { path: path.clone(), source })?;
         let (sender, pieces) = sync_channel(MOST_WAITING);
+        let at = path.clone();
         let thread = std::thread::spawn(move || match format {
-            SignalsFormat::Csv => csv::write(&pieces, &file),
+            SignalsFormat::Csv => csv::write(&pieces, file, &at),
             SignalsFormat::Mcap(facts) => mcap::write(&pieces, &file, &facts),
         });
         Ok((Self { path, thread }, sender))

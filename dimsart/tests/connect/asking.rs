@@ -1,13 +1,19 @@
 //! Every question and command: what is answered, and what is told when it is refused.
 
+use std::collections::HashMap;
 use std::io::{BufRead, BufReader};
 use std::process::{Command, Stdio};
+use std::sync::Arc;
+use std::time::{Duration, Instant};
 
 use dimsart::connect::ValueText;
+use dimsart_core::protocol::{
+    MAX_FRAME_BYTES, Receiver, Refusal, Response, decode_request, decode_response, encode_response,
+};
 use dimsart_core::scheme;
 use hil_sim::schemes::{SIDES, SchemeText};
 
-use crate::emulated::{Emulated, QUICK, Robot, message};
+use crate::emulated::{Emulated, QUICK, Robot, listen, message};
 
 fn text(scheme: &str) -> SchemeText {
     SchemeText { name: "my.scheme".to_owned(), text: scheme.to_owned() }
@@ -482,4 +488,43 @@ fn a_board_whose_ticks_stand_still_is_not_well_and_one_that_does_not_answer_neit
     assert!(out.contains("; next: "), "{out}");
     let out = doctor("tcp:localhost:1");
     assert!(out.starts_with("FAILED   answers: ") && out.lines().count() == 1, "{out}");
+}
+
+#[test]
+fn a_device_whose_lists_have_no_end_is_told_so_and_asked_no_more() {
+    let emulated = Emulated::with_scheme("master");
+    let robot = Arc::clone(&emulated.robot);
+    // It gives the last answer of the same kind again where it has nothing of that number.
+    let mut last = HashMap::new();
+    let port = listen(move |content| {
+        let framed = robot.lock().unwrap().answer(content);
+        let mut answer = Vec::new();
+        Receiver::new().take_all(&framed, |content| answer = content.to_vec());
+        let (Ok((id, request)), Ok((_, response))) = (decode_request(content), decode_response(&answer))
+        else {
+            return framed;
+        };
+        let kind = std::mem::discriminant(&request);
+        if !matches!(response, Response::Refused(Refusal::NotThere)) {
+            last.insert(kind, answer.clone());
+        }
+        match last.get(&kind).and_then(|last: &Vec<u8>| decode_response(last).ok()) {
+            Some((_, again)) => encode_response(&again, id, &mut [0; MAX_FRAME_BYTES]).unwrap().to_vec(),
+            None => framed,
+        }
+    });
+    let endless = Emulated { port, robot: Arc::clone(&emulated.robot) };
+    for arguments in [&["show"][..], &["scheme"]] {
+        let begun = Instant::now();
+        let found = message(&endless.run(arguments));
+        assert!(found.contains("a list of the device has no end"), "{arguments:?}: {found}");
+        assert!(begun.elapsed() < Duration::from_secs(30), "{arguments:?}: {:?}", begun.elapsed());
+    }
+    for arguments in [&["config", "save"][..], &["doctor", "--board"]] {
+        let begun = Instant::now();
+        let mut command = Command::new(env!("CARGO_BIN_EXE_dimsart"));
+        let output = command.args(arguments).arg(&endless.port).output().unwrap();
+        assert!(!output.status.success(), "{arguments:?}: {output:?}");
+        assert!(begun.elapsed() < Duration::from_secs(30), "{arguments:?}: {:?}", begun.elapsed());
+    }
 }

@@ -52,7 +52,7 @@ fn rows_come_oldest_first_with_name_and_unit() {
         let expected: Vec<_> = (first..end).map(|number| row(number.into(), number.into())).collect();
         assert_eq!(recorded.rows, expected);
         assert_eq!(recorded.overwritten, 0);
-        assert_eq!(recorded.columns, ["POSITION[0] (m)", "POSITION[1] (rad)", "POSITION[2] (m)"]);
+        assert_eq!(recorded.columns, ["arm.POSITION[0] (m)", "arm.POSITION[1] (rad)", "arm.POSITION[2] (m)"]);
     }
 }
 
@@ -67,14 +67,14 @@ fn the_rows_are_printed_as_json() {
     let path = file.path().join("rows.csv");
     let json = emulated.json(&["recorder", "--out", path.to_str().unwrap(), "--json"], 0);
     assert_eq!((&json["rows"], &json["recorder"]), (&3.into(), &"RECORDER_MOD".into()));
-    assert!(std::fs::read_to_string(path).unwrap().starts_with("row,POSITION[0]"));
+    assert!(std::fs::read_to_string(path).unwrap().starts_with("row,arm.POSITION[0]"));
 }
 
 #[test]
 fn the_rows_are_written_as_csv() {
     let emulated = with_recorder(4);
     tick(&emulated, 1..7);
-    let csv = "row,POSITION[0] (m),POSITION[1] (rad),POSITION[2] (m)\n2,3,0,0\n3,4,0,0\n4,5,0,0\n5,6,0,0\n";
+    let csv = "row,arm.POSITION[0] (m),arm.POSITION[1] (rad),arm.POSITION[2] (m)\n2,3,0,0\n3,4,0,0\n4,5,0,0\n5,6,0,0\n";
     let output = emulated.run(&["recorder", "RECORDER_MOD"]);
     assert_eq!(String::from_utf8(output.stdout).unwrap(), csv);
     let note = String::from_utf8(output.stderr).unwrap();
@@ -96,7 +96,7 @@ fn a_row_that_takes_two_answers_is_read_whole_and_named_by_row_and_column() {
     tick(&emulated, 0..5);
     let recorded = emulated.connect(QUICK).recorded(None).unwrap();
     let columns: Vec<_> =
-        (0..5).flat_map(|row| (0..8).map(move |column| format!("MAP[{row}][{column}] (J)"))).collect();
+        (0..5).flat_map(|row| (0..8).map(move |column| format!("arm.MAP[{row}][{column}] (J)"))).collect();
     assert_eq!(recorded.columns, columns);
     assert_eq!(recorded.rows.iter().map(|row| row.number).collect::<Vec<_>>(), [2, 3, 4]);
     let values: Vec<_> = (1..=40_u8).map(|value| ValueText::Real(value.into())).collect();
@@ -106,8 +106,8 @@ fn a_row_that_takes_two_answers_is_read_whole_and_named_by_row_and_column() {
 #[test]
 fn a_sign_is_kept_and_a_switch_is_written_as_a_number() {
     for (signal, csv) in [
-        ("TURNS", "row,TURNS (m or rad)\n0,-7\n1,-7\n"),
-        ("BRAKES", "row,BRAKES[0],BRAKES[1],BRAKES[2]\n0,1,0,0\n1,1,0,0\n"),
+        ("TURNS", "row,arm.TURNS (m or rad)\n0,-7\n1,-7\n"),
+        ("BRAKES", "row,arm.BRAKES[0],arm.BRAKES[1],arm.BRAKES[2]\n0,1,0,0\n1,1,0,0\n"),
     ] {
         let emulated = Emulated::with_scheme("master");
         add_recorder(&emulated, signal, 5);
@@ -164,7 +164,7 @@ fn an_empty_recorder_is_said_to_be_empty() {
     let output = emulated.run(&["recorder"]);
     assert_eq!(output.status.code(), Some(0), "{output:?}");
     let out = String::from_utf8(output.stdout).unwrap();
-    assert_eq!(out, "row,POSITION[0] (m),POSITION[1] (rad),POSITION[2] (m)\n");
+    assert_eq!(out, "row,arm.POSITION[0] (m),arm.POSITION[1] (rad),arm.POSITION[2] (m)\n");
     let note = String::from_utf8(output.stderr).unwrap();
     assert!(
         note.contains("RECORDER_MOD has no rows of POSITION yet: it takes one every EVERY ticks, while the scheme runs (`check`) and its RECORD is ON"),

@@ -43,8 +43,9 @@ fn read(path: &Path) -> BTreeMap<u32, Vec<f64>> {
     for message in mcap::MessageStream::new(&bytes).unwrap() {
         let message = message.unwrap();
         let values =
-            message.data[4..].chunks(4).map(|word| f32::from_le_bytes(word.try_into().unwrap()).into());
-        rows.insert(u32::try_from((message.log_time + 500_000) / 1_000_000).unwrap(), values.collect());
+            message.data[20..].chunks(4).map(|word| f32::from_le_bytes(word.try_into().unwrap()).into());
+        let tick = u64::from_le_bytes(message.data[4..12].try_into().unwrap());
+        rows.insert(u32::try_from(tick).unwrap(), values.collect());
     }
     let (first, last) = (rows.keys().next().unwrap(), rows.keys().last().unwrap());
     assert_eq!(rows.len(), usize::try_from(last - first + 1).unwrap(), "a tick is missing");

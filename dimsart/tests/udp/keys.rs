@@ -64,7 +64,7 @@ fn two_processes_with_the_same_key_run_and_refuse_what_somebody_repeats() {
     for output in run([key, key], repeat) {
         let figures = figures(&output);
         assert_eq!((&figures["stable"], &figures["ticks"]), (&true.into(), &1000.into()), "{figures}");
-        let refused = figures["real_time"]["packets_refused"].as_u64().unwrap();
+        let refused = figures["refused_packets"].as_u64().unwrap();
         assert!(refused >= 800, "of about 1000 that were repeated {refused} were refused");
         assert!(figures["round_trip_ticks"].as_u64().unwrap() >= 21, "{figures}");
     }

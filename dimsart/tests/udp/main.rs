@@ -72,6 +72,66 @@ fn a_side_that_is_left_alone_runs_to_its_own_end() {
     }
 }
 
+/// Counters of a side's only receiver, as the JSON and the table have them.
+fn assert_counted_once(output: &std::process::Output) {
+    let figures = figures(output);
+    assert_eq!(figures["received"].as_array().unwrap().len(), 1, "{figures}");
+    let received = &figures["received"][0];
+    for (one, all) in
+        [("lost", "lost_packets"), ("superseded", "superseded_packets"), ("refused", "refused_packets")]
+    {
+        assert_eq!(received[one], figures[all], "{figures}");
+    }
+    let expected = format!("{} lost, {} refused", received["lost"], received["refused"]);
+    let table = text(&output.stderr);
+    let is_clean = ["lost", "superseded", "refused"].iter().all(|count| received[*count] == 0);
+    assert!(table.contains(&expected) || is_clean && table.contains("none lost or refused"), "{table}");
+}
+
+#[test]
+fn a_peer_that_is_restarted_is_named() {
+    let folder = tempfile::tempdir().unwrap();
+    let master = Network::carry(|[to_slave, to_master]| {
+        let run =
+            |side, peer, duration| start(side, peer, folder.path(), &["--no-report", "--set", duration]);
+        let mut slave = run("slave", to_master, "duration_s=20");
+        let master = run("master", to_slave, "duration_s=4");
+        std::thread::sleep(std::time::Duration::from_millis(2000));
+        slave.kill().unwrap();
+        slave.wait().unwrap();
+        std::thread::sleep(std::time::Duration::from_millis(500));
+        let mut slave = run("slave", to_master, "duration_s=20");
+        let master = master.wait_with_output().unwrap();
+        slave.kill().unwrap();
+        slave.wait().unwrap();
+        master
+    });
+    let warnings = figures(&master)["warnings"].to_string();
+    assert!(warnings.contains("the slave was restarted at "), "{warnings}");
+    assert_counted_once(&master);
+}
+
+#[test]
+fn sides_with_different_sample_periods_are_told_so() {
+    let folder = tempfile::tempdir().unwrap();
+    let outputs = Network::carry(|[to_slave, to_master]| {
+        let run = |side, peer, period| {
+            let settings = ["--no-report", "--set", "duration_s=2", "--set", period];
+            start(side, peer, folder.path(), &settings)
+        };
+        let slave = run("slave", to_master, "sample_period_s=0.002");
+        let master = run("master", to_slave, "sample_period_s=0.001");
+        [("master", 500, slave), ("slave", 1000, master)]
+            .map(|(other, hz, process)| (other, hz, process.wait_with_output().unwrap()))
+    });
+    for (own, hz, output) in outputs {
+        let warnings = figures(&output)["warnings"].to_string();
+        assert!(warnings.contains(&format!("the {own} sends ")), "{warnings}");
+        assert!(warnings.contains(&format!("{hz} are expected")), "{warnings}");
+        assert_counted_once(&output);
+    }
+}
+
 #[test]
 fn a_peer_that_never_comes_is_named_with_what_to_do() {
     let folder = tempfile::tempdir().unwrap();

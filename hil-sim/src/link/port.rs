@@ -25,7 +25,7 @@ impl<S: Read + Write + Send + fmt::Debug> Stream for S {}
 #[derive(Debug, thiserror::Error)]
 pub enum PortError {
     /// Nothing has this name.
-    #[error("there is no port {port}; {}", list(existing))]
+    #[error("there is no port {port}; {}; a controller of `dimsart serve` is sim:NAME", list(existing))]
     NotThere {
         /// The name.
         port: String,

@@ -125,6 +125,13 @@ impl LiveRig {
         self.hand.clone()
     }
 
+    /// The references of a station that can be held, as `DES_POSITION[0]`.
+    #[must_use]
+    pub fn references(&self, station: usize) -> Vec<String> {
+        let own = self.references.names().filter(|(of, ..)| *of == station);
+        own.map(|(_, signal, axis)| format!("{signal}[{axis}]")).collect()
+    }
+
     /// Runs until `stop` is set. Time in which the computer stalls is skipped. `say` hears what a user should know.
     pub fn run(mut self, stop: &AtomicBool, mut say: impl FnMut(String)) {
         let mut pace = Pace::new(clock::now(), self.rig.period_s());

@@ -38,7 +38,7 @@ pub struct Outcome {
     pub media: Vec<Traffic>,
     /// What the receivers missed, by device.
     pub received: Vec<Received>,
-    /// Of all receivers: packets that never came.
+    /// Of all receivers: packets that were missing when a newer one came.
     pub lost_packets: u64,
     /// Of all receivers: packets that came together with a newer one.
     pub superseded_packets: u64,

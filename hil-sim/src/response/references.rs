@@ -102,6 +102,11 @@ impl References {
         Ok(Self { all, moving, repetition, period_s, start_tick: 0, cycle_ticks, is_running: false })
     }
 
+    /// What can be held: station, signal and axis of each reference.
+    pub(super) fn names(&self) -> impl Iterator<Item = (usize, &str, usize)> {
+        self.all.iter().map(|reference| (reference.station, reference.signal.as_ref(), reference.axis))
+    }
+
     /// Holds a reference at a value; none: the experiment moves it again. Everything else stays as it is.
     pub(super) fn hold(&mut self, station: usize, signal: &str, axis: usize, value: Option<f32>, rig: &Rig) {
         let found = self.all.iter_mut().find(|reference| {

@@ -136,9 +136,9 @@ mod tests {
                 let channel = station.dimsart.listening_channel(0);
                 for (kind, length) in [(0, 0), (1, 8), (2, 16), (3, 8), (4, 16), (5, 16), (6, 8), (7, 0)] {
                     let random = u64::from(tick) << 8 | u64::from(kind);
-                    station.receive(0, Carried::Bytes(handshake(kind, random, length, channel)));
+                    station.receive(0, 0, Carried::Bytes(handshake(kind, random, length, channel)));
                 }
-                station.receive(0, Carried::Bytes(vec![0x83; 59]));
+                station.receive(0, 0, Carried::Bytes(vec![0x83; 59]));
             }
         });
         assert_eq!(during, before, "not a packet came late");

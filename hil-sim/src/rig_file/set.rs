@@ -13,7 +13,9 @@ pub(super) fn apply_all(text: &str, mut file: RigFile, sets: &[String]) -> Resul
     for argument in sets {
         let refused = |error: toml::de::Error| {
             let way = argument.split('=').next().unwrap_or_default().trim();
-            RigFileError::Set { argument: argument.clone(), reason: read::in_words(way, error.message()) }
+            let reason = elsewhere(&table, way, error.message())
+                .unwrap_or_else(|| read::in_words(way, error.message()));
+            RigFileError::Set { argument: argument.clone(), reason }
         };
         let mut with = table.clone();
         match apply(&mut with, argument).map(|()| RigFile::deserialize(with.clone())) {
@@ -70,6 +72,38 @@ fn apply(table: &mut Table, argument: &str) -> Result<(), RigFileError> {
     let value = text.parse().unwrap_or_else(|_| Value::String(text.to_owned()));
     here.insert((*last).to_owned(), value);
     Ok(())
+}
+
+/// What to write instead of a way whose keys are somewhere else in the file, or of a list that has no entries.
+fn elsewhere(table: &Table, way: &str, message: &str) -> Option<String> {
+    let (first, _) = way.split_once('.')?;
+    if !table.contains_key(first) && message.starts_with("invalid type: map, expected a sequence") {
+        return Some(format!("there is no [[{first}]] in the file: add one to it, and set its keys then"));
+    }
+    if !message.starts_with("unknown field") {
+        return None;
+    }
+    let mut ways = Vec::new();
+    ways_of(&Value::Table(table.clone()), "", &mut ways);
+    // The last keys are the same, and so is where both begin.
+    let same = |a: &str, b: &str| a.split('.').zip(b.split('.')).take_while(|(a, b)| a == b).count();
+    let reversed = |way: &str| way.rsplit('.').collect::<Vec<_>>().join(".");
+    let likeness = |other: &String| same(&reversed(way), &reversed(other)) + same(way, other);
+    let is_like = |other: &&String| same(&reversed(way), &reversed(other)) > 0 && same(way, other) > 0;
+    let near = ways.iter().filter(is_like).max_by_key(|other| likeness(other))?;
+    Some(format!("there is no key `{way}`; did you mean `{near}`?"))
+}
+
+/// The ways to all values of a table.
+fn ways_of(value: &Value, way: &str, ways: &mut Vec<String>) {
+    let below = |key: &str| if way.is_empty() { key.to_owned() } else { format!("{way}.{key}") };
+    match value {
+        Value::Table(inner) => inner.iter().for_each(|(key, value)| ways_of(value, &below(key), ways)),
+        Value::Array(entries) if entries.iter().any(Value::is_table) => {
+            names(entries).iter().zip(entries).for_each(|(name, value)| ways_of(value, &below(name), ways));
+        }
+        _ => ways.push(way.to_owned()),
+    }
 }
 
 /// What the entries of a list are called.

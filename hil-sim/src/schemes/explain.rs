@@ -6,7 +6,8 @@ use dimsart_core::protocol::{Accepted, ParameterText};
 use dimsart_core::scheme::{ENGINE, PORT_PREFIX, Problem, SWITCH, SchemeError};
 use dimsart_core::{CommandError, EngineCommand, Explanation, ModuleRef, ParameterError, Vocabulary};
 
-use super::{nearest, suggestion};
+use super::{MAX_WORD_CHARS, nearest, suggestion};
+use crate::foreign_text::shortened;
 
 /// A row's error in words, with the names of the controller that the row was for.
 pub struct Explained<'a, V> {
@@ -21,7 +22,7 @@ impl<V: Vocabulary> Explained<'_, V> {
     fn missing_or(&self, f: &mut fmt::Formatter<'_>, what: impl fmt::Display) -> fmt::Result {
         match self.error.place.word {
             "" => write!(f, "the row ends where {what} should be"),
-            word => write!(f, "'{word}' is not {what}"),
+            word => write!(f, "'{}' is not {what}", shortened(word, MAX_WORD_CHARS)),
         }
     }
 
@@ -61,7 +62,7 @@ impl<V: Vocabulary> Explained<'_, V> {
     /// Indices that the parameter does not have.
     fn entry(&self, f: &mut fmt::Formatter<'_>, parameter: &ParameterText<'_>) -> fmt::Result {
         let ParameterText { name, entries, .. } = parameter;
-        let word = self.error.place.word;
+        let word = shortened(self.error.place.word, MAX_WORD_CHARS);
         let (rows, columns) = entries.size(self.known.dof());
         if entries.are_matrix() {
             write!(
@@ -89,7 +90,7 @@ impl<V: Vocabulary> Explained<'_, V> {
 impl<V: Vocabulary> fmt::Display for Explained<'_, V> {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let Self { error: SchemeError { place, problem }, known } = *self;
-        let word = place.word;
+        let word = &*shortened(place.word, MAX_WORD_CHARS);
         match problem {
             Problem::Destination => self.unknown(f, "a side", ["master", "slave", "m&s", "all"]),
             Problem::Module => self.unknown(f, "a module", [ENGINE].into_iter().chain(known.kind_names())),

@@ -60,6 +60,13 @@ pub fn reference_runs(oracle: &str) -> Option<PathBuf> {
     folder.map(PathBuf::from)
 }
 
+/// The Python with the packages of `tests/oracle/requirements.txt`.
+#[must_use]
+pub fn python() -> Option<PathBuf> {
+    let _ = reference_runs("Python")?;
+    Some(PathBuf::from(concat!(env!("CARGO_MANIFEST_DIR"), "/../../.venv/bin/python")))
+}
+
 /// Reports that a test of images is skipped.
 ///
 /// # Panics

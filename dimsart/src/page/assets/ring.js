@@ -4,13 +4,17 @@
 export const SECONDS = 60;
 const MOST_ROWS = 60000;
 
+/** The name of a column in a table, as the command has it: `POSITION[0] (rad)`. */
+const header = (name, { indices = [], unit = "" } = {}) =>
+  `${name}${indices.map((index) => `[${index}]`).join("")}${unit && ` (${unit})`}`;
+
 /** Rows of signals in a ring. A row has a number, from the oldest one that is there to the newest; it goes on rising. */
 export class Ring {
   /** `unsent` are names of signals that are not in its rows. */
   constructor(layout, period_s, unsent) {
     this.unsent = unsent;
-    this.columns = layout.signals.flatMap(({ name, unit, words }) => Array.from({ length: words },
-      (_, place) => ({ signal: name, place, unit, name: words > 1 ? `${name}[${place}]` : name })));
+    this.columns = layout.signals.flatMap(({ name, unit, words, places }) => Array.from({ length: words },
+      (_, place) => ({ signal: name, place, unit, name: words > 1 ? `${name}[${place}]` : name, header: header(name, places?.[place]) })));
     this.numbers = new Map(this.columns.map(({ name }, number) => [name, number]));
     this.layout = layout;
     this.step = layout.every_ticks;

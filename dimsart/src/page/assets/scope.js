@@ -97,7 +97,8 @@ export class Scope {
     return signals;
   }
 
-  show(station) {
+  show(station, name) {
+    this.name = name;
     if (station === this.station) return;
     this.kept[this.station ?? station] = this.isRunning ? null : this.held;
     this.station = station;
@@ -355,10 +356,10 @@ export class Scope {
     const part = this.part();
     if (!part) return;
     const { rows, start, end } = part, columns = this.columns(rows);
-    const head = ["tick", "time (s)", ...columns.map(({ name, unit }) => `${name} (${unit})`)].join(",");
+    const head = ["tick", "time_s (s)", ...columns.map(({ header }) => `${this.name}.${header}`)].join(",");
     const lines = Array.from({ length: end - start }, (_, i) => {
       const row = start + i, tick = rows.tick(row);
-      return [tick, tick * rows.tick_s, ...columns.map(({ column }) => rows.at(column, row))].join(",");
+      return [tick, Number((tick * rows.tick_s).toPrecision(12)), ...columns.map(({ column }) => rows.at(column, row))].join(",");
     });
     const link = document.createElement("a");
     link.href = URL.createObjectURL(new Blob([[head, ...lines].join("\n")], { type: "text/csv" }));

@@ -214,7 +214,8 @@ impl Asking {
         let (gone, held) = self.held.drain(..).partition(|(holder, ..)| *holder == client);
         self.held = held;
         for ((_, signal, axis), hand) in Vec::into_iter(gone).zip(self.hand.iter().cycle()) {
-            hand(signal, axis, None);
+            // It was held before.
+            let _ = hand(signal, axis, None);
         }
         if self.holder == Some(client) {
             self.let_go(device);

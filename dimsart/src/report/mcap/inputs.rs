@@ -2,10 +2,13 @@
 
 use serde::{Deserialize, Serialize};
 
+use hil_sim::recording::TickInputs;
 use hil_sim::rig::Inputs;
 
 /// The same as a ROS 2 message.
-pub(super) const DEFINITION: &str = "\
+pub(crate) const DEFINITION: &str = "\
+uint64 tick # number of the tick
+float64 time_s # its time
 bool is_motion_allowed # whether the device may move in this tick
 Command[] commands # carried out before it, in order
 Packet[] packets # that came in over links before it, in order
@@ -26,8 +29,10 @@ pub(super) const SCHEMA: &str = "dimsart/msg/Inputs";
 pub(crate) const TOPIC: &str = "/inputs";
 
 /// Inputs as they are written.
-#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub(crate) struct InputsMessage {
+    pub(crate) tick: u64,
+    pub(crate) time_s: f64,
     pub(crate) is_motion_allowed: bool,
     pub(crate) commands: Vec<CommandMessage>,
     pub(crate) packets: Vec<PacketMessage>,
@@ -45,14 +50,17 @@ pub(crate) struct PacketMessage {
     pub(crate) bytes: Vec<u8>,
 }
 
-impl From<Inputs> for InputsMessage {
-    fn from(Inputs { commands, is_motion_allowed, packets, measured }: Inputs) -> Self {
+impl From<TickInputs> for InputsMessage {
+    fn from(TickInputs { tick, time_s, inputs, .. }: TickInputs) -> Self {
+        let Inputs { commands, is_motion_allowed, packets, measured } = inputs;
         let packets = packets.into_iter().map(|(link, bytes)| PacketMessage {
             // A controller has fewer of them.
             link: u8::try_from(link).unwrap_or(u8::MAX),
             bytes,
         });
         Self {
+            tick,
+            time_s,
             is_motion_allowed,
             commands: commands.into_iter().map(|request| CommandMessage { request }).collect(),
             packets: packets.collect(),

@@ -9,6 +9,18 @@ use super::McapFile;
 use crate::cdr;
 use hil_sim::recording::Column;
 
+/// Tick and time, with which each message begins: lines of its definition, and their bytes.
+pub(crate) const STAMP_DEFINITION: &str = "uint64 tick # number of the tick\nfloat64 time_s # its time\n";
+pub(crate) const STAMP_BYTES: usize = size_of::<u64>() + size_of::<f64>();
+
+/// Adds tick and time.
+pub(super) fn add_stamp(message: &mut Vec<u8>, tick: f64, time_s: f64) {
+    #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "a whole number")]
+    let tick = tick as u64;
+    message.extend(tick.to_le_bytes());
+    message.extend(time_s.to_le_bytes());
+}
+
 /// A signal, or what is recorded of it.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub(crate) struct Field {
@@ -91,9 +103,9 @@ impl Source {
                 }
             }
         }
-        let mut names = BTreeSet::new();
-        let definition: String =
-            fields.iter().map(|(field, first)| field_definition(field, first, &mut names)).collect();
+        let mut names = BTreeSet::from(["tick", "time_s"].map(str::to_owned));
+        let lines = fields.iter().map(|(field, first)| field_definition(field, first, &mut names));
+        let definition = lines.fold(STAMP_DEFINITION.to_owned(), |definition, line| definition + &line);
         let fields = fields.into_iter().map(|(field, _)| field).collect();
         let columns: Vec<Column> = columns.iter().map(|(_, column)| (*column).clone()).collect();
         if let Some(last) = last.filter(|last| last.columns == columns) {
@@ -103,7 +115,7 @@ impl Source {
         // Viewers want one schema for a topic.
         let (schema_name, topic) = match number {
             1 => (format!("dimsart/msg/{}", camel_case(name)), format!("/{name}")),
-            _ => (format!("dimsart/msg/{}{number}", camel_case(name)), format!("/{name}/{number}")),
+            _ => (format!("dimsart/msg/{}V{number}", camel_case(name)), format!("/{name}/{number}")),
         };
         let schema = mcap.add_schema(&schema_name, "ros2msg", definition.as_bytes())?;
         let channel = mcap.add_channel(schema, &topic, "cdr", &BTreeMap::new())?;
@@ -138,5 +150,6 @@ fn camel_case(name: &str) -> String {
         let (first, rest) = word.split_at(1);
         first.to_ascii_uppercase() + rest
     };
-    words.map(word).collect()
+    let name: String = words.map(word).collect();
+    if name.starts_with(|first: char| first.is_ascii_alphabetic()) { name } else { format!("Device{name}") }
 }
