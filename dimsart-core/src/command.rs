@@ -140,15 +140,17 @@ impl EngineCommand {
         Self::ALL.iter().copied().find(|known| known.name == name)
     }
 
-    /// The one of this number on the wire.
-    fn numbered(number: u8) -> Option<Self> {
-        Self::ALL.iter().copied().find(|known| known.number == number)
-    }
-
     /// The command with its value; none where a module is missing or one too many.
     #[must_use]
     pub fn with(self, module: Option<ModuleRef>) -> Option<Command> {
-        Some(match (self.number, module) {
+        Command::of_engine(self.number, module)
+    }
+}
+
+impl Command {
+    /// The command to the engine of this number on the wire, if it has one and takes the value.
+    fn of_engine(number: u8, module: Option<ModuleRef>) -> Option<Self> {
+        Some(match (number, module) {
             (1, Some(module)) => Command::PlugIn(module),
             (2, Some(module)) => Command::Unplug(module),
             (3, Some(module)) => Command::PlaceBefore(module),
@@ -166,9 +168,7 @@ impl EngineCommand {
             _ => return None,
         })
     }
-}
 
-impl Command {
     /// Sets a parameter of a module, on all axes.
     #[must_use]
     pub const fn set(module: ModuleRef, parameter: u8, value: Value) -> Self {
@@ -181,25 +181,36 @@ impl Command {
         Self::Bind { module, port, signal }
     }
 
-    /// A command to the engine, apart from the module that is its value.
-    fn to_engine(self) -> Option<(EngineCommand, Option<ModuleRef>)> {
-        let module = match self {
-            Self::PlugIn(module)
-            | Self::Unplug(module)
-            | Self::PlaceBefore(module)
-            | Self::ResetModule(module)
-            | Self::InitModule(module)
-            | Self::CloseModule(module) => Some(module),
-            _ => None,
-        };
-        let found = EngineCommand::ALL.iter().find(|known| known.with(module) == Some(self))?;
-        Some((*found, module))
+    /// The number of a command to the engine on the wire, and the module that is its value.
+    fn to_engine(self) -> Option<(u8, Option<ModuleRef>)> {
+        Some(match self {
+            Self::PlugIn(module) => (1, Some(module)),
+            Self::Unplug(module) => (2, Some(module)),
+            Self::PlaceBefore(module) => (3, Some(module)),
+            Self::ResetModule(module) => (4, Some(module)),
+            Self::InitModule(module) => (5, Some(module)),
+            Self::CloseModule(module) => (6, Some(module)),
+            Self::Check => (16, None),
+            Self::Stop => (17, None),
+            Self::Reset => (18, None),
+            Self::Close => (19, None),
+            Self::Init => (20, None),
+            Self::Begin => (21, None),
+            Self::Commit => (22, None),
+            Self::Abort => (23, None),
+            Self::Set { .. }
+            | Self::Bind { .. }
+            | Self::PutLaw { .. }
+            | Self::KeepLaw { .. }
+            | Self::RemoveLaw { .. } => return None,
+        })
     }
 
     /// What it is called in schemes, if it is one to the engine.
     #[must_use]
     pub fn as_engine_command(self) -> Option<EngineCommand> {
-        self.to_engine().map(|(command, _)| command)
+        let (number, _) = self.to_engine()?;
+        EngineCommand::ALL.iter().copied().find(|known| known.number == number)
     }
 }
 

@@ -24,6 +24,7 @@ pub struct Data<'a> {
     device: &'a DeviceDescriptor,
     dof: Dof,
     takes_over: Cell<bool>,
+    is_limited: bool,
 }
 
 /// Degrees of freedom. The compiler knows how few they can be, and that there is one: loops over axes are short and
@@ -53,9 +54,10 @@ impl<'a> Data<'a> {
         links: &'a [LinkPort; MAX_LINKS],
         programs: &'a Programs,
         device: &'a DeviceDescriptor,
+        is_limited: bool,
     ) -> Self {
         let dof = Dof::ALL.get(device.dof().wrapping_sub(1)).copied().unwrap_or(Dof::One);
-        Self { words, links, programs, device, dof, takes_over: Cell::new(false) }
+        Self { words, links, programs, device, dof, takes_over: Cell::new(false), is_limited }
     }
 
     /// The device's descriptor: degrees of freedom, sample period.
@@ -76,6 +78,14 @@ impl<'a> Data<'a> {
     #[must_use]
     pub fn takes_over(&self) -> bool {
         self.takes_over.get()
+    }
+
+    /// Whether the device got less than it was commanded in the last tick: a module that writes its input finds what it got
+    /// in [`last`](Output::last) of its port, and has integrals follow that.
+    #[inline(always)]
+    #[must_use]
+    pub fn is_limited(&self) -> bool {
+        self.is_limited
     }
 
     /// Whether a word of a span is what it cannot be.

@@ -30,6 +30,7 @@ pub struct DataBase<const WORDS: usize> {
     links: [LinkPort; MAX_LINKS],
     programs: Programs,
     revision: u32,
+    is_limited: bool,
 }
 
 impl<const WORDS: usize> DataBase<WORDS> {
@@ -40,6 +41,7 @@ impl<const WORDS: usize> DataBase<WORDS> {
             links: [const { LinkPort::new() }; MAX_LINKS],
             programs: Programs::new(),
             revision: 0,
+            is_limited: false,
         }
     }
 
@@ -172,10 +174,15 @@ impl<const WORDS: usize> DataBase<WORDS> {
         Cell::from_mut(self.storage.words_mut(block).unwrap_or_default()).as_slice_of_cells()
     }
 
+    /// Says whether the device got less than it was commanded in the last tick.
+    pub(crate) fn set_limited(&mut self, is_limited: bool) {
+        self.is_limited = is_limited;
+    }
+
     /// The view that modules get during a tick.
     pub(crate) fn view<'a>(&'a mut self, device: &'a DeviceDescriptor) -> Data<'a> {
         let words = Cell::from_mut(self.storage.words.as_mut_slice()).as_slice_of_cells();
-        Data::new(words, &self.links, &self.programs, device)
+        Data::new(words, &self.links, &self.programs, device, self.is_limited)
     }
 }
 

@@ -75,7 +75,8 @@ impl<'a> Declare<'a> {
         self
     }
 
-    /// Data one tick old is what the next port wants (read) or gives (write).
+    /// Data one tick old is what the next port wants (read) or gives (write). A module that reads so is plugged in before
+    /// the one that writes, or the matching check refuses the scheme.
     pub fn delayed(&mut self) -> &mut Self {
         self.next.is_delayed = true;
         self

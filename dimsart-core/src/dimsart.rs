@@ -10,7 +10,7 @@ use crate::limits::DEFAULT_WORDS;
 use crate::mailbox::{LinkPort, Silence, is_newer};
 use crate::modules::Standard;
 use crate::packet::{Packet, PacketError};
-use crate::safety::{DriveFault, Safety, Tick};
+use crate::safety::{DriveFault, Reason, Safety, Tick};
 use crate::storage::StorageError;
 use crate::word::Word;
 
@@ -148,6 +148,11 @@ impl<M: ModuleList, const WORDS: usize> Dimsart<M, WORDS> {
         if !self.engine.is_running() {
             return Err(Tick::Idle);
         }
+        let is_limited = self.safety.reason() != Reason::None;
+        if is_limited {
+            self.show_given();
+        }
+        self.engine.data_base_mut().set_limited(is_limited);
         self.engine.step_observed(observer);
         // Asked in every tick: what a receiver says of this one is not to be told of a later one.
         let silent_link = self.silent_link();
@@ -195,7 +200,7 @@ impl<M: ModuleList, const WORDS: usize> Dimsart<M, WORDS> {
     /// As [`Engine::command`]; and [`CommandError::FaultReaction`] for a reset while the device is on its way to its
     /// safe value.
     pub fn command(&mut self, command: Command) -> Result<(), CommandError> {
-        if command == Command::Reset {
+        if matches!(command, Command::Reset) {
             if self.safety.reacts_to_fault() {
                 return Err(CommandError::FaultReaction);
             }
@@ -206,10 +211,16 @@ impl<M: ModuleList, const WORDS: usize> Dimsart<M, WORDS> {
         }
         self.engine.command(command)?;
         if self.engine.is_taking_over() {
-            // Modules take over from what the device got, which may be less than the scheme commanded.
-            self.frame.show(self.engine.data_base_mut(), self.safety.given());
+            self.show_given();
         }
         Ok(())
+    }
+
+    /// Modules take over from what the device got, and integrals track it: it may be less than the scheme commanded.
+    #[cold]
+    #[inline(never)]
+    fn show_given(&mut self) {
+        self.frame.show(self.engine.data_base_mut(), self.safety.given());
     }
 
     /// The channel that is listened to on a link, 0 to 2047; 0 while nobody listens.

@@ -143,6 +143,20 @@ impl<'a, V: Vocabulary> Explanation<'a, V> {
                 write!(f, "{writer} writes {signal} in one of {every_ticks} ticks: it is up to ")?;
                 write!(f, "{} ticks old where it is read", every_ticks.saturating_sub(1))
             }
+            Finding::NotDelayed { signal, writer, reader } => {
+                let [writer, reader] = [writer, reader].map(|module| known.name_of_module(module));
+                let signal = known.name_of_signal(signal);
+                write!(
+                    f,
+                    "{reader} computes with {signal} of the last tick, but {writer} writes it before: "
+                )?;
+                write!(f, "plug in {reader} before {writer}")
+            }
+            Finding::LateStageWaits { reader, writer, every_ticks } => {
+                let [writer, reader] = [writer, reader].map(|module| known.name_of_module(module));
+                write!(f, "{reader} needs {writer} in each of its ticks, but {writer} runs in one of ")?;
+                write!(f, "{every_ticks} ticks: set EVERY_TICKS of {reader} to {every_ticks} or a multiple")
+            }
             Finding::LinkTaken { link, first, second } => {
                 let [first, second] = [first, second].map(|module| known.name_of_module(module));
                 write!(

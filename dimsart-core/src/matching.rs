@@ -7,10 +7,10 @@ use crate::data_base::bit;
 use crate::data_type::{DataType, TypeRef};
 use crate::device::DeviceDescriptor;
 use crate::limits::MAX_FINDINGS;
-use crate::port::{Difference, Direction};
+use crate::port::{Difference, Direction, Stage};
 use crate::unit::Unit;
 use crate::unit_tie::UnitRelation;
-use crate::wiring::{Call, Plugged, Port, Wiring};
+use crate::wiring::{Call, Plugged, Port, Wiring, module_bit};
 
 /// Who reads or writes a signal.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
@@ -99,6 +99,25 @@ pub enum Finding {
         /// Who writes it.
         writer: ModuleRef,
         /// In one of so many ticks.
+        every_ticks: u8,
+    },
+    /// A fault: a module computes with a signal's value of the tick before, and reads it after it was written.
+    NotDelayed {
+        /// The signal.
+        signal: TypeRef,
+        /// The module that writes it.
+        writer: ModuleRef,
+        /// The module that reads it too late.
+        reader: ModuleRef,
+    },
+    /// A fault: a late stage waits for what a module makes of its early stage, and that module rests in some of its
+    /// ticks.
+    LateStageWaits {
+        /// The module with the late stage.
+        reader: ModuleRef,
+        /// The module it waits for.
+        writer: ModuleRef,
+        /// `EVERY_TICKS` of the module it waits for.
         every_ticks: u8,
     },
 }
@@ -200,6 +219,7 @@ impl Scheme<'_> {
         self.check_ties(&signal_in, report);
         self.check_links(report);
         self.check_rates(&signal_in, report);
+        self.check_late_stages(report);
         if report.is_over() {
             return;
         }
@@ -232,6 +252,7 @@ impl Scheme<'_> {
                 } else {
                     // A memory's slot too, which holds no signal.
                     reads |= slot;
+                    suspects |= if port.is_delayed() { slot } else { 0 };
                 }
             }
             suspects |= (reads & !written) | (writes & written);
@@ -322,6 +343,24 @@ impl Scheme<'_> {
         }
     }
 
+    /// A late stage needs this tick's values of the modules between its module's two stages.
+    fn check_late_stages(&self, report: &mut CheckReport) {
+        let modules = self.wiring.modules();
+        for (order, late) in (0..).zip(modules) {
+            let waits = |port: &Port| port.stage() == Stage::Late && !port.is_written();
+            if !self.wiring.ports(late).iter().any(waits) {
+                continue;
+            }
+            for (other, writer) in (0..).zip(modules) {
+                let is_between = late.needs & module_bit(other) != 0 && writer.needs & module_bit(order) != 0;
+                if is_between && !late.rate.every_ticks.is_multiple_of(writer.rate.every_ticks) {
+                    let (reader, every_ticks) = (late.module, writer.rate.every_ticks);
+                    report.add(Finding::LateStageWaits { reader, writer: writer.module, every_ticks });
+                }
+            }
+        }
+    }
+
     /// Whether a signal is to another one as it should be; one of no known type is.
     fn admits(&self, relation: UnitRelation, signal: TypeRef, other: TypeRef) -> bool {
         let found = self.device.data_type(signal.id).zip(self.device.data_type(other.id));
@@ -346,6 +385,12 @@ impl Scheme<'_> {
                 let is_declared = reader.is_delayed || writer.is_delayed;
                 let (writer, reader) = (writer.party, reader.party);
                 report.add(Finding::Delay { signal, writer, reader, is_declared });
+            }
+            Some(writer) if reader.direction == Direction::Read && reader.is_delayed => {
+                // What the device measures may well be of the tick before.
+                if let (Party::Module(writer), Party::Module(reader)) = (writer.party, reader.party) {
+                    report.add(Finding::NotDelayed { signal, writer, reader });
+                }
             }
             Some(_) => {}
         });

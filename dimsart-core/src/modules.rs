@@ -1,6 +1,7 @@
 //! The module library, one file per kind.
 
 pub mod admittance;
+mod anti_windup;
 pub mod binary_noise;
 pub mod biquad;
 pub mod cascade;

@@ -161,6 +161,19 @@ pub enum ParameterError {
     WhilePluggedIn,
     /// `STALE LIMITED` and `INTEGRAL` make up for what got lost by counters, which are switched off.
     NeedsCounters,
+    /// The values have too few digits as `f32` for what they are to do.
+    Imprecise {
+        /// How far off it may be, %.
+        percent: u16,
+    },
+}
+
+impl ParameterError {
+    /// Of what may be so far off.
+    #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "a cast saturates")]
+    pub(crate) fn imprecise(percent: f32) -> Self {
+        Self::Imprecise { percent: (percent + 0.999) as u16 }
+    }
 }
 
 /// A set of names a parameter can take, each standing for a value of the module's own enum; made by

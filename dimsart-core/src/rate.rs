@@ -28,6 +28,15 @@ pub struct Rate {
 }
 
 impl Rate {
+    /// Whether there are ticks in which a module of this rate and one of the other run both.
+    pub(crate) fn meets(self, other: Self) -> bool {
+        let (mut common, mut rest) = (self.every_ticks, other.every_ticks);
+        while let Some(remainder) = common.checked_rem(rest) {
+            (common, rest) = (rest, remainder);
+        }
+        self.left_ticks.abs_diff(other.left_ticks).is_multiple_of(common)
+    }
+
     pub(crate) fn is_slow(self) -> bool {
         self.every_ticks > 1
     }
@@ -80,16 +89,14 @@ impl Load {
         }
     }
 
-    /// Where a module adds least to the ticks that have most to do; of several such places the first one from `start` on,
-    /// so that it runs soon after those that it may read from.
-    pub(crate) fn lightest(&self, every_ticks: u8, start: u8) -> Rate {
+    /// Where a module that fits there adds least to the ticks that have most to do; the first one of several such places.
+    pub(crate) fn lightest(&self, every_ticks: u8, fits: impl Fn(&Rate) -> bool) -> Rate {
         let (mut best, mut least) = (Rate { every_ticks, left_ticks: 0 }, u32::MAX);
-        let start = start.checked_rem(every_ticks).unwrap_or(0);
-        for left_ticks in (start..every_ticks).chain(0..start) {
-            let ticks = self.0.iter().skip(left_ticks.into()).step_by(usize::from(every_ticks).max(1));
+        for rate in (0..every_ticks).map(|left_ticks| Rate { every_ticks, left_ticks }).filter(fits) {
+            let ticks = self.0.iter().skip(rate.left_ticks.into()).step_by(usize::from(every_ticks).max(1));
             let most = ticks.copied().max().unwrap_or(0);
             if most < least {
-                (best.left_ticks, least) = (left_ticks, most);
+                (best, least) = (rate, most);
             }
         }
         best

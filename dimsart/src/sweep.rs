@@ -119,7 +119,8 @@ fn flatten(name: &str, value: &serde_json::Value, figures: &mut Figures) {
             }
         }
         Value::Array(_)
-            if ["faults", "limit_cycles", "media", "received", "undecided", "warnings"].contains(&name) =>
+            if ["faults", "limit_cycles", "media", "received", "saturated", "undecided", "warnings"]
+                .contains(&name) =>
         {
             let count = value.as_array().map_or(0, Vec::len);
             figures.push((name.to_owned(), count.to_string()));

@@ -385,6 +385,49 @@ fn what_a_controller_of_a_rig_has_is_printed() {
     }
 }
 
+<<<<<<< HEAD
+/// Where an `f32` has too coarse steps for a position, the rig's check says up to where it is usable.
+#[test]
+fn positions_beyond_what_an_f32_has_fine_steps_for_are_noted() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("far.toml");
+    let far = |limit: &str| {
+        let rig = include_str!("../../scenarios/telerobot.toml");
+        fs::write(&path, rig.replace("position_limit = 2.0 ", &format!("position_limit = {limit} ")))
+            .unwrap();
+        let output = dimsart(&["check", path.to_str().unwrap()]);
+        assert!(output.status.success());
+        String::from_utf8(output.stdout).unwrap()
+    };
+    let note = "note: a position has steps of 6.2e-2 m at position_limit, 1000000 m (f32): usable to 0.0001 m within ±1024 m";
+    assert_eq!(far("1e6").matches(note).count(), 1);
+    assert!(!far("1000.0").contains("usable"));
+}
+
+/// 0.49 of the module's own rate, on every axis; a low-pass of first order has no maximum.
+#[test]
+fn a_filter_s_frequency_above_its_rate_is_refused_with_the_maximum() {
+    let with = |rows: &str| {
+        let rows = rows.split('|').map(|row| format!("master {row}\n")).collect::<String>();
+        let signals = "PORT_SIGNAL_IN POSITION|PORT_SIGNAL_OUT SIGNAL";
+        let module = rows.split_whitespace().nth(1).unwrap();
+        let bound = signals.split('|').map(|row| format!("master {module} {row}\n")).collect::<String>();
+        let all = format!("{rows}{bound}master MOD_ENG MOD_ON {module}\n{LAST_ROW}");
+        let (_, out) = check(&BILATERAL.replacen(LAST_ROW, &all, 1), &["--side", "master"]);
+        out.lines().filter(|line| line.contains("FREQUENCY")).map(str::trim).collect::<Vec<_>>().join("\n")
+    };
+    assert_eq!(
+        with("NOTCH_MOD FREQUENCY[1] 491"),
+        "fault: FREQUENCY[1] of NOTCH_MOD is 491 Hz, above 0.49 of the module's rate, 490.0 Hz: lower FREQUENCY"
+    );
+    assert_eq!(with("NOTCH_MOD FREQUENCY 490"), "");
+    let slow = with("LOWPASS_MOD ORDER SECOND|LOWPASS_MOD EVERY_TICKS 10");
+    assert_eq!(slow.lines().count(), 3, "{slow}");
+    assert!(
+        slow.ends_with("is 100 Hz, above 0.49 of the module's rate, 49.0 Hz: lower FREQUENCY or EVERY_TICKS")
+    );
+    assert_eq!(with("LOWPASS_MOD FREQUENCY 1e5"), "");
+=======
 #[test]
 fn a_word_of_megabytes_is_refused_at_once_and_shown_in_part() {
     let word = "K".repeat(2_000_000);
@@ -398,4 +441,5 @@ fn a_word_of_megabytes_is_refused_at_once_and_shown_in_part() {
         assert!(status == Some(1) && printed.contains("KKK…") && printed.len() < 20_000, "{printed:.300}");
         assert!(begun.elapsed().as_secs_f64() < 4.0, "{:?}", begun.elapsed());
     }
+>>>>>>> 0cc4ace3aa9661ff19d296217afbf4f11ddfa368
 }

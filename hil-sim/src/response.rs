@@ -26,6 +26,7 @@ mod plant_model;
 mod poles;
 mod probe;
 mod references;
+mod saturation;
 mod step_response;
 
 use std::fs::File;
@@ -40,11 +41,13 @@ pub use loop_gain::LoopFigures;
 pub use motion::SamplesError;
 pub use outcome::{AxisOutcome, Outcome, PerceivedStiffness};
 pub use part::Part;
+pub use saturation::Saturation;
 
 use controller_model::Place;
 use follow::Follow;
 use perceived::Perceived;
 use poles::UNDECIDED;
+use saturation::Saturated;
 
 use crate::bilateral::border::Border;
 use crate::bus::MediumReport;
@@ -73,6 +76,7 @@ pub struct Experiment {
     loops: Vec<AxisLoop>,
     perceived: Vec<Perceived>,
     swings: Swings,
+    saturated: Vec<Saturated>,
     border: Option<Border>,
     port_energy: PortEnergy,
     /// Whether hands and loads alone move it: then its controllers have no energy but what they get.
@@ -131,6 +135,7 @@ impl Experiment {
         let rests_s = parts.iter().map(|part| moves::long_rests_s(file, part));
         let rests_s: Vec<_> = rests_s.collect::<Result<_, _>>()?;
         let swings = Swings::new(&rig, |station| rests_s.get(station).cloned().unwrap_or_default());
+        let saturated = Saturated::of_all(&rig);
         let border = Border::of(file, &mut rig);
         let recorder = Some(Recorder::new(&rig, &file.record)?);
         let ranges = parts.iter().map(|part| part.device.ranges()).collect();
@@ -148,6 +153,7 @@ impl Experiment {
             loops,
             perceived,
             swings,
+            saturated,
             border,
             port_energy,
             is_led_by_hand,
@@ -254,7 +260,7 @@ impl Experiment {
 
     /// Has all that measures look at the present tick.
     fn look(&mut self) {
-        let Self { rig, follows, perceived, swings, port_energy, recorder, .. } = self;
+        let Self { rig, follows, perceived, swings, saturated, port_energy, recorder, .. } = self;
         if let Some(recorder) = recorder {
             recorder.record(rig, &[]);
         }
@@ -268,6 +274,7 @@ impl Experiment {
             axis.add(rig);
         }
         swings.add(rig);
+        saturated.iter_mut().zip(rig.stations()).for_each(|(saturated, station)| saturated.add(station));
         port_energy.add(rig);
     }
 
@@ -318,6 +325,11 @@ impl Experiment {
             AxisOutcome { contact_growth_per_tick, ..outcome }
         });
         let axes = axes.collect();
+        let saturated =
+            self.saturated.iter().enumerate().flat_map(|(station, saturated)| {
+                saturated.found(self.device_name(station), self.rig.period_s())
+            });
+        let saturated = saturated.collect();
         let simulated_s = self.rig.time_s();
         let received: Vec<_> = self.rig.stations().iter().filter_map(received).collect();
         let [lost_packets, superseded_packets, refused_packets] = Received::sums(&received);
@@ -333,6 +345,7 @@ impl Experiment {
             perceived,
             energy_ports_min_j: self.is_led_by_hand.then(|| self.port_energy.smallest_j()),
             limit_cycles,
+            saturated,
             theory: self.border,
             media: media.iter().map(|medium| medium.traffic.clone()).collect(),
             received,

@@ -44,7 +44,7 @@ pub use around::{AxisHand, AxisSpring, AxisWall};
 pub use bus::BusSection;
 pub use controller::{ControllerSection, LinkSection};
 pub use data_type::TypeSection;
-pub use device::{AxisSection, AxisUnit, DeviceSection};
+pub use device::{ActuatorSection, AxisSection, AxisUnit, DeviceSection};
 pub use error::RigFileError;
 pub use moves::{
     Chirp, ExperimentSection, HAND, LOAD, MinimumJerk, MoveSection, Prbs, Ramp, SamplesFile, Sine, Step,

@@ -1,6 +1,7 @@
 //! Scheme files on the host: which there are, and what is wrong with one, in words.
 
 mod explain;
+mod frequencies;
 mod load;
 mod rows;
 mod setting;

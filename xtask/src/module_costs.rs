@@ -18,8 +18,9 @@ const FILE: &str = "boards/module-costs.txt";
 
 /// Groups of the images beside the plain one, so many in each as its CCM SRAM has room for. What modules of `energy` read
 /// comes over links.
-const GROUPS: [&[&str]; 2] = [
-    &["energy", "filters", "limits", "teleoperation", "trajectories"],
+const GROUPS: [&[&str]; 3] = [
+    &["energy", "limits", "teleoperation"],
+    &["filters", "trajectories"],
     &["joint-control", "logic", "online", "robots"],
 ];
 

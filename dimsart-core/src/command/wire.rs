@@ -1,6 +1,6 @@
 //! Commands as they travel and are kept: by numbers, which never change.
 
-use super::{Command, EngineCommand, ModuleRef};
+use super::{Command, ModuleRef};
 use crate::data_type::TypeRef;
 use crate::parameter;
 
@@ -103,9 +103,7 @@ impl From<Command> for Wire {
             Command::KeepLaw { number, count } => Self::of_law(KEEP_LAW, number, Value::Count(count.into())),
             Command::RemoveLaw { number } => Self::of_law(REMOVE_LAW, number, Value::Nothing),
             command => {
-                let to_engine = command.to_engine();
-                let (number, module) =
-                    to_engine.map_or((0, None), |(command, module)| (command.number, module));
+                let (number, module) = command.to_engine().unwrap_or_default();
                 let value = module.map_or(Value::Nothing, Value::Module);
                 Self { target: Target::Engine, number, entry: None, value }
             }
@@ -133,7 +131,7 @@ impl TryFrom<Wire> for Command {
                 Value::Nothing => None,
                 _ => return Err(NoCommand),
             };
-            return EngineCommand::numbered(number).and_then(|known| known.with(module)).ok_or(NoCommand);
+            return Self::of_engine(number, module).ok_or(NoCommand);
         };
         match (number.checked_sub(PORT), value) {
             (Some(port), Value::Type(signal)) => Ok(Self::Bind { module, port, signal }),
@@ -146,6 +144,7 @@ impl TryFrom<Wire> for Command {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::EngineCommand;
 
     const MODULE: ModuleRef = ModuleRef { kind: 3, number: 2 };
 

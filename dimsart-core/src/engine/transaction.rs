@@ -148,9 +148,11 @@ impl<M: ModuleList, const WORDS: usize> Engine<M, WORDS> {
         Err(CommandError::TooSlow { module, cycles, tick_cycles, limit_cycles: limit.get() })
     }
 
-    /// The order of the calls of the next scheme.
+    /// The order of the calls of the next scheme, and which of its modules need which.
     pub(super) fn schedule_next(&mut self) {
+        let of_device = self.slots_of(self.device.inputs);
         let wiring = &mut self.plans.next_mut().wiring;
+        wiring.find_needs(of_device);
         let calls = schedule(wiring);
         wiring.set_calls(calls.into_iter(), M::KINDS);
     }
@@ -192,8 +194,6 @@ impl<M: ModuleList, const WORDS: usize> Engine<M, WORDS> {
             self.begins |= begins;
         }
         next.connect(self.data_base.storage_mut());
-        let of_device = self.slots_of(self.device.inputs);
-        self.plans.next_mut().wiring.find_needs(of_device);
         self.weigh_next();
         self.clear_writes(fallen & !stay);
         self.plans.switch();
@@ -209,7 +209,8 @@ impl<M: ModuleList, const WORDS: usize> Engine<M, WORDS> {
         let spare_cycles = self.spare_cycles;
         let counts_per_cycle = self.counter.map_or(1, |counter| counter.counts_per_cycle());
         let (running, next) = self.plans.split_mut();
-        next.wiring.spread(&running.wiring, &costs);
+        let before = self.is_running.then_some(&running.wiring);
+        next.wiring.spread(before, &costs);
         next.wiring.set_budgets(&costs, spare_cycles, counts_per_cycle);
     }
 

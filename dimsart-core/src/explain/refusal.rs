@@ -173,6 +173,12 @@ fn parameter<V: Vocabulary>(
                  device)"
             )
         }
+        (ParameterError::Imprecise { percent }, _) => {
+            write!(
+                f,
+                "as f32 these coefficients may be off by {percent} % at 0 Hz: use LOWPASS_MOD, or a larger EVERY_TICKS"
+            )
+        }
         (ParameterError::NeedsCounters, _) => {
             write!(
                 f,

@@ -1,7 +1,8 @@
 //! Cascade: a P controller of position around a PI controller of velocity, each with its limit.
 //!
 //! `v_c = sat(K_x (x_d - x) + v_d)`, `F = sat(K (v_c - v) + I + F_feed)`: `I` integrates `K_I (v_c - v)` and is bled by
-//! `(sat(F) - F) h / T_t` while the force limit holds. `FEED_FORWARD ON` adds `v_d`, `DES_VELOCITY`, and `F_feed`,
+//! `(sat(F) - F) h / T_t` while the force limit or that of the device
+//! holds. `FEED_FORWARD ON` adds `v_d`, `DES_VELOCITY`, and `F_feed`,
 //! `FEED_FORCE`; without it there are none. Leonhard, *Control of Electrical Drives*, section 15.1.
 //!
 //! Where it takes over, `I` begins with what the last force leaves for it; with `K_I = 0`, with zero.
@@ -21,6 +22,7 @@
 //! # Ok::<(), dimsart_core::BenchError>(())
 //! ```
 
+use super::anti_windup::follow;
 use crate::math::{self, CompensatedSum};
 use crate::{Context, Declare, DeviceDescriptor, Input, Module, Output, Parameters, Unit, types, words};
 
@@ -43,7 +45,11 @@ words! {
         integral_per_tick: f32,
     }
     /// Of an axis.
-    pub struct Axis { integral: CompensatedSum }
+    pub struct Axis {
+        integral: CompensatedSum,
+        /// Of the last tick.
+        force: f32,
+    }
     /// Signals.
     pub struct Ports {
         position: Input,
@@ -119,7 +125,8 @@ impl Module for Cascade {
                 (gains.proportional + gains.integral_per_tick) * error + context.axis(feed_force, number);
             let integral = math::limit(last, gains.limit) - others;
             let is_known = takes_over && gains.integral > 0.0 && integral.is_finite();
-            lane.set_axis(Axis { integral: CompensatedSum::new(if is_known { integral } else { 0.0 }) });
+            let integral = CompensatedSum::new(if is_known { integral } else { 0.0 });
+            lane.set_axis(Axis { integral, force: last });
             []
         });
     }
@@ -129,16 +136,22 @@ impl Module for Cascade {
         let Ports { position, velocity, desired_position, desired_velocity, feed_force, force } =
             context.ports();
         let Settings { tracking, .. } = context.settings();
+        let is_limited = context.is_limited();
         context.map_lanes(
-            [position, velocity, desired_position],
+            [position, velocity, desired_position, force.last()],
             [force],
-            |number, lane, [x, v, desired]| {
+            |number, lane, [x, v, desired, given]| {
                 let (gains, mut axis) = (lane.gains(), lane.axis());
+                let tracking = follow(tracking, gains.integral_per_tick);
+                if is_limited {
+                    axis.integral.add(tracking * (given - axis.force));
+                }
                 let error = gains.velocity_error(desired - x, context.axis(desired_velocity, number), v);
                 let integral = axis.integral.add(gains.integral_per_tick * error);
                 let wanted = gains.proportional * error + integral + context.axis(feed_force, number);
                 let force = math::limit(wanted, gains.limit);
                 axis.integral.add(tracking * (force - wanted));
+                axis.force = force;
                 lane.set_axis(axis);
                 [force]
             },

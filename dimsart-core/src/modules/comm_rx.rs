@@ -13,8 +13,8 @@
 //! | `LIMITED` | what the line owes, as far as received energy allows | yes | some |
 //! | `INTEGRAL` | what the line owes, at once | no | none |
 //!
-//! All other signals keep their last value. The channel's first wave follows the policy with its
-//! counters of all that was ever sent; without them (`CRX_COUNTERS OFF`) only `ZERO` and `HOLD` are possible.
+//! All other signals keep their last value. The channel's first wave follows the policy with its counters of all that was
+//! ever sent, which hold what an outage may lose up to `8 sqrt(W)·s`; without them (`CRX_COUNTERS OFF`) only `ZERO` and `HOLD` are possible.
 //!
 //! With `CRX_AXIS n` a packet brings that axis alone, as a device of one axis sends it; the other axes of its signals keep
 //! their values. `ZERO` and `HOLD` alone are possible then.

@@ -3,16 +3,22 @@
 //! Each side counts the energy that goes into the link there and sends the count along (`LINE_ENERGY`). What a side gives
 //! out is what the other one has reported (`FAR_ENERGY`), or less; a damper takes back the rest (Ryu, Artigas and Preusche,
 //! *Mechatronics* 20(7), 2010; Artigas, Ryu, Preusche and Hirzinger, *IROS* 2011). It holds for any delay, jitter or loss,
-//! as counts only grow. `W` is `PORT_ENERGY`, with `E` the energy that has come out here and `E'` the count of the other side:
+//! as counts only grow: what a packet did not bring, the next one does. `W` is `PORT_ENERGY`, with `E` the energy that has
+//! come out here and `E'` the count of the other side:
 //!
 //! ```text
 //! IMPEDANCE   W = E' - E,  P h = -F[k-1] (x[k] - x[k-1])       α = min(-W / (h v²), DAMPER) if W < 0        F = F_in - α v
 //! ADMITTANCE  W = E' - E,  P h = -F[k] (x_d[k] - x_d[k-1])     β = min((F Δ - W) / (h F²), 1/DAMPER) if W < F Δ   x_d += Δ - h β F
 //! ```
 //!
-//! `P h > 0` goes into the link and is counted for the other side, `P h < 0` came out. The motion side knows what its step
-//! `Δ` will cost at the force of the last tick, and pays before.
-//! As in [`PASSIVITY_MOD`](super::passivity_controller), `DAMPER` is to stay below `m/h`, under `ADMITTANCE` above `h K`.
+//! `P h > 0` goes into the link: it pays for `W < 0`, and the rest is counted for the other side; `P h < 0` came out. The motion side pays for its step
+//! `Δ` before, at the force of the last tick. The step then makes a force of its own: with `K + D/h` behind it at most
+//! `DAMPER / h` times what it moves the reference away from the joint. With that force it may cost no more than
+//! `W + CREDIT`, or it is shortened, such as after an outage, when the far position jumps: so `W` never falls below
+//! `-CREDIT`, whatever is lost. Without credit nothing could begin to move. The force side commands no force that
+//! would cost more than `W + CREDIT` over another step as long as the last one, and, while `W` is below 0, over what the
+//! force itself moves a mass of `h DAMPER`.
+//! As in [`PASSIVITY_MOD`](super::passivity_controller), `DAMPER` is to stay below `m/h`, under `ADMITTANCE` above `h K + D`.
 //! The damper would leave a drift, so `Δ = Δx + DRIFT_RATE h (x - x_d)` leads back, as far as `W` pays for it (idea:
 //! Chawda, Van Quang, O'Malley and Ryu, *IROS* 2014).
 //!
@@ -31,6 +37,7 @@
 
 use super::damper::{Causality, Damper, damping};
 use super::energy_ledger::Ledger;
+use crate::math::CompensatedSum;
 use crate::{
     Context, Declare, DeviceDescriptor, Input, Module, Output, Parameters, Unit, Vector, math, types, words,
 };
@@ -40,6 +47,7 @@ words! {
     pub struct Settings {
         causality: Causality,
         drift_rate_hz: f32,
+        credit_j: f32,
         period_s: f32,
         rate_hz: f32,
         /// Share of the drift that a tick takes off, at most 1.
@@ -50,11 +58,15 @@ words! {
         ledger: Ledger,
         /// Position of the last tick; under `ADMITTANCE` of the other side.
         previous: f32,
+        /// Of the joint, under `ADMITTANCE`.
+        previous_own: f32,
         /// Force that is held since the last tick.
         force: f32,
-        desired: f32,
+        desired: CompensatedSum,
         /// What the desired position moved by in this tick.
         step: f32,
+        /// The same, less what the joint moved by.
+        stretch: f32,
     }
     /// Signals.
     pub struct Ports {
@@ -87,6 +99,8 @@ impl Module for DelayedPassivity {
         let summary = "How fast drift is made up for under ADMITTANCE; 0: it stays.";
         visit.real(&mut settings.drift_rate_hz, "DRIFT_RATE", Unit::Hertz, 0.0..=1e3, 10.0, summary);
         gains.parameters(visit, "Most of what the other side took in that is kept.");
+        let summary = "Energy given out before the other side reports it, of each axis.";
+        visit.real(&mut settings.credit_j, "CREDIT", Unit::Energy, 0.0..=100.0, 0.1, summary);
     }
 
     fn prepare(settings: &mut Settings, device: &DeviceDescriptor) {
@@ -126,7 +140,8 @@ impl Module for DelayedPassivity {
         context.begin_axes(inputs, |_, (x, wanted, far_energy, last)| Axis {
             ledger: Ledger::new(far_energy),
             previous: if is_impedance { x } else { wanted },
-            desired: if takes_over { last } else { x },
+            previous_own: x,
+            desired: CompensatedSum::new(if takes_over { last } else { x }),
             ..Axis::default()
         });
     }
@@ -134,17 +149,24 @@ impl Module for DelayedPassivity {
     #[inline(always)]
     fn compute(context: &Context<'_, Self>) {
         let Ports { position, wanted, far_energy, out, line_energy, energy, .. } = context.ports();
-        let Settings { causality, period_s, rate_hz, drift_share, .. } = context.settings();
+        let Settings { causality, credit_j, period_s, rate_hz, drift_share, .. } = context.settings();
         if causality == Causality::Admittance {
-            context.map_axes((wanted, far_energy), (out,), |gains, axis, (wanted, far_energy)| {
+            let inputs = (position, wanted, far_energy);
+            context.map_axes(inputs, (out,), |gains, axis, (x, wanted, far_energy)| {
                 axis.ledger.receive(far_energy, gains.energy_limit_j);
-                let step = wanted - axis.previous + drift_share * (axis.previous - axis.desired);
-                axis.previous = wanted;
-                let deficit_j = axis.force * step - axis.ledger.balance_j();
-                let mobility = damping(deficit_j, axis.force, period_s, gains.cap);
-                axis.step = step - period_s * mobility * axis.force;
-                axis.desired += axis.step;
-                (axis.desired,)
+                let drift = axis.previous - axis.desired.value();
+                let step = wanted - axis.previous + drift_share * drift;
+                let own_step = x - axis.previous_own;
+                (axis.previous, axis.previous_own) = (wanted, x);
+                let balance_j = axis.ledger.balance_j();
+                let mobility = damping(axis.force * step - balance_j, axis.force, period_s, gains.cap);
+                let step = step - period_s * mobility * axis.force;
+                let budget_j = (balance_j + credit_j).max(0.0);
+                // A damper lets go of what it pushed against in the last tick.
+                let moved = own_step + if axis.stretch * step < 0.0 { axis.stretch } else { 0.0 };
+                axis.step = affordable(step, axis.force, moved, budget_j, rate_hz / gains.cap);
+                axis.stretch = axis.step - own_step;
+                (axis.desired.add(axis.step),)
             });
             return;
         }
@@ -157,7 +179,11 @@ impl Module for DelayedPassivity {
             let energy_j = axis.ledger.balance_j();
             let velocity = step * rate_hz;
             let damper = damping(-energy_j, velocity, period_s, gains.cap);
-            axis.force = math::limit(wanted - damper * velocity, gains.limit);
+            let force = math::limit(wanted - damper * velocity, gains.limit);
+            let budget_j = (energy_j + credit_j).max(0.0);
+            // In debt it counts, too, what the force itself moves: no mass is below what the damper is for.
+            let compliance = if energy_j < 0.0 { period_s / gains.cap.max(1e-3) } else { 0.0 };
+            axis.force = affordable(force, step, 0.0, budget_j, compliance);
             (axis.force, axis.ledger.sent(), energy_j)
         });
     }
@@ -171,4 +197,23 @@ impl Module for DelayedPassivity {
             (axis.ledger.sent(), axis.ledger.balance_j())
         });
     }
+}
+
+/// The step of the reference, or as much of it as costs the budget at most: with the force before it, and what the step
+/// adds to that beyond the way that the joint has `moved`, at this stiffness. Or a force, with the step before it, and what
+/// the force adds to that, at this compliance.
+#[inline(always)]
+fn affordable(step: f32, force: f32, moved: f32, budget_j: f32, stiffness: f32) -> f32 {
+    let (way, force, moved) = (step.abs(), force * step.signum(), moved * step.signum());
+    let added = stiffness * (way - moved).max(0.0);
+    if (force + added) * way <= budget_j {
+        return step;
+    }
+    // Where the force alone costs too much, and where the stiffness does.
+    let by_force = if force > 0.0 { budget_j / force } else { f32::MAX };
+    let half = 0.5 * (force - stiffness * moved);
+    let root = math::sqrt(half * half + stiffness * budget_j);
+    let by_stiffness =
+        if half > 0.0 { budget_j / (half + root) } else { (root - half) / stiffness.max(1e-12) };
+    by_force.min(by_stiffness).min(way) * step.signum()
 }

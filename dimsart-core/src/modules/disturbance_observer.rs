@@ -6,7 +6,8 @@
 //! `EXTERNAL_FORCE` is the estimate, with everything in it that `J` does not say, friction too; `FEED_FORCE` is
 //! `-COMPENSATION` times it, held inside `±LIMIT`.
 //!
-//! `F` is what `DES_FORCE` was in the tick before, `FEED_FORCE` included: bind the port to what the device takes. It begins
+//! `F` is what `DES_FORCE` was in the tick before, `FEED_FORCE` included: bind the port to what the device takes, and plug the
+//! module in before the one that writes it. It begins
 //! with an estimate of 0, or where it takes over with the one that was written last.
 //!
 //! ```

@@ -48,9 +48,14 @@ impl Ledger {
         self.sent = self.sent.wrapping_add(whole.cast_unsigned());
     }
 
-    /// Energy that has just gone in at the port: it is the other side's; one below 0 came out, and is taken off.
+    /// Energy that has just gone in at the port: what it does not need for a debt is the other side's; one below 0 came out,
+    /// and is taken off.
     pub(super) fn pass(&mut self, energy_in_j: f32, limit_j: f32) {
-        if energy_in_j > 0.0 { self.send(energy_in_j) } else { self.add(energy_in_j, limit_j) }
+        let kept_j = energy_in_j.min((-self.balance_j()).max(0.0));
+        self.add(kept_j, limit_j);
+        if energy_in_j > kept_j {
+            self.send(energy_in_j - kept_j);
+        }
     }
 
     /// What the other side is to know.

@@ -9,8 +9,9 @@
 //! what pushes the joint from outside are below `FORCE_LIMIT` together, and the force is the joint's within the tick: leave
 //! room for a lag, or for a velocity that is filtered.
 //!
-//! Beyond a limit (`d < 0`) `w` is at most `d / (10 h)`, and not below `-5 a h`: so a load that pushes outwards is held, and the
-//! joint goes back slowly. It keeps nothing from tick to tick.
+//! Beyond a limit (`d < 0`) `w` is at most `d / (10 h)`, and not below `-5 a h`: so the joint goes back slowly. A load that
+//! pushes outwards is held there, however large: what it has been beyond `2.5 a INERTIA`, `INERTIA (v - v[k-1]) / h - F[k-1]`
+//! through a low-pass of ten ticks, is taken off `F`. The joint then stands at most `25 a h²` beyond its limit.
 //!
 //! ```
 //! use dimsart_core::{Bench, types};
@@ -41,10 +42,22 @@ words! {
         inertia: f32,
         /// `INERTIA / h`.
         inertia_per_tick: f32,
+        /// `2.5 DECELERATION INERTIA`: what the way back holds.
+        held: f32,
+    }
+    /// Of an axis.
+    pub struct Axis {
+        previous_velocity: f32,
+        force: f32,
+        /// What pushes the joint from outside.
+        load: f32,
     }
     /// Signals.
     pub struct Ports { position: Input, velocity: Input, wanted: Input, force: Output }
 }
+
+/// Of what pushes the joint in a tick, in what is known of the load.
+const LOAD_SHARE: f32 = 0.1;
 
 /// See the [module docs](self).
 #[derive(Debug)]
@@ -56,7 +69,7 @@ impl Module for JointLimit {
     type Settings = Settings;
     type Gains = Gains;
     type State = ();
-    type Axis = ();
+    type Axis = Axis;
     type Ports = Ports;
 
     fn parameters(_: &mut Settings, gains: &mut Gains, visit: &mut Parameters<'_>) {
@@ -78,6 +91,7 @@ impl Module for JointLimit {
 
     fn prepare_axis(settings: &Settings, gains: &mut Gains, _: &DeviceDescriptor) {
         gains.inertia_per_tick = gains.inertia * settings.rate_hz;
+        gains.held = 2.5 * gains.deceleration * gains.inertia;
     }
 
     fn ports(_: &Settings, declare: &mut Declare<'_>) -> Ports {
@@ -90,20 +104,38 @@ impl Module for JointLimit {
         }
     }
 
+    fn begin(context: &Context<'_, Self>) {
+        context.begin_axes([context.ports().velocity], |_, [v]| Axis {
+            previous_velocity: v,
+            ..Axis::default()
+        });
+    }
+
     #[inline(always)]
     fn compute(context: &Context<'_, Self>) {
         let Ports { position, velocity, wanted, force } = context.ports();
         let settings = context.settings();
-        context.map_axes([position, velocity, wanted], [force], |gains, (), [x, v, wanted]| {
+        context.map_axes([position, velocity, wanted], [force], |gains, axis, [x, v, wanted]| {
+            let pushed = gains.inertia_per_tick * (v - axis.previous_velocity) - axis.force;
+            axis.load += LOAD_SHARE * (pushed - axis.load);
+            axis.previous_velocity = v;
             // Seen in the direction of each limit.
-            let most = gains.inertia_per_tick * (gains.fastest(gains.high - x, v, &settings) - v);
-            let least = -gains.inertia_per_tick * (gains.fastest(x - gains.low, -v, &settings) + v);
-            [math::limit(math::clamp(wanted, least, most), gains.force_limit)]
+            let most = gains.largest(gains.high - x, v, axis.load, &settings);
+            let least = -gains.largest(x - gains.low, -v, -axis.load, &settings);
+            axis.force = math::limit(math::clamp(wanted, least, most), gains.force_limit);
+            [axis.force]
         });
     }
 }
 
 impl Gains {
+    /// Force towards the limit with which it stops in the distance.
+    #[inline(always)]
+    fn largest(&self, distance: f32, v: f32, load: f32, settings: &Settings) -> f32 {
+        let force = self.inertia_per_tick * (self.fastest(distance, v, settings) - v);
+        if distance < 0.0 { force - (load - self.held).max(0.0) } else { force }
+    }
+
     /// Velocity at the end of the tick with which it stops in the distance.
     #[inline(always)]
     fn fastest(&self, distance: f32, v: f32, &Settings { period_s, rate_hz }: &Settings) -> f32 {

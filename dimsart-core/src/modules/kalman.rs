@@ -6,6 +6,8 @@
 //!
 //! `x̂ = x̂⁻ + α r`, `v̂ = v̂⁻ + β r / h`, `â = â⁻ + γ r / h²`.
 //!
+//! Computed with differences alone, as in [`VELOCITY_OBSERVER_MOD`](super::velocity_observer): nothing is lost far from zero.
+//!
 //! The gains are those that the filter settles at, so that a tick costs the same whatever the noise. They have closed forms
 //! in `λ = σ_a h² / σ_x` (Kalata, *The Tracking Index*, 1984; Gray & Murray, 1993), here in `u = 1 - sqrt(1 - α)`, with
 //! which nothing cancels in `f32`:
@@ -48,15 +50,22 @@ words! {
     pub struct Gains {
         position_noise: f32,
         acceleration_noise: f32,
-        /// `α`.
-        position_gain: f32,
+        /// `1 - α`.
+        kept: f32,
         /// `β / h`.
         velocity_gain: f32,
         /// `γ / h²`.
         acceleration_gain: f32,
     }
     /// Of an axis.
-    pub struct Axis { position: f32, velocity: f32, acceleration: f32 }
+    pub struct Axis {
+        /// Position of the last tick.
+        previous: f32,
+        /// The same, less its estimate.
+        error: f32,
+        velocity: f32,
+        acceleration: f32,
+    }
     /// Signals.
     pub struct Ports { position: Input, velocity: Output, acceleration: Output }
 }
@@ -105,7 +114,7 @@ impl Module for Kalman {
                 (u, 2.0 * u * u * u / (2.0 - u))
             }
         };
-        gains.position_gain = u * (2.0 - u);
+        gains.kept = (1.0 - u) * (1.0 - u);
         gains.velocity_gain = 2.0 * u * u / h;
         gains.acceleration_gain = gamma / (h * h);
     }
@@ -126,7 +135,7 @@ impl Module for Kalman {
         let takes_over = context.takes_over();
         context.begin_axes([position, velocity.last()], |_, [x, last]| {
             let velocity = first(takes_over, last, 0.0);
-            Axis { position: x - period_s * velocity, velocity, acceleration: 0.0 }
+            Axis { previous: x, error: period_s * velocity, velocity, acceleration: 0.0 }
         });
     }
 
@@ -137,10 +146,10 @@ impl Module for Kalman {
         context.map_lanes([position], [velocity], |number, lane, [x]| {
             let (gains, axis) = (lane.gains(), lane.axis());
             let gained = period_s * axis.acceleration;
-            let predicted = axis.position + period_s * (axis.velocity + 0.5 * gained);
-            let beyond = x - predicted;
+            let beyond = (x - axis.previous) + axis.error - period_s * (axis.velocity + 0.5 * gained);
             let axis = Axis {
-                position: predicted + gains.position_gain * beyond,
+                previous: x,
+                error: gains.kept * beyond,
                 velocity: axis.velocity + gained + gains.velocity_gain * beyond,
                 acceleration: axis.acceleration + gains.acceleration_gain * beyond,
             };

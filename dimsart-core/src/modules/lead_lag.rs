@@ -2,8 +2,9 @@
 //!
 //! `y = GAIN (1 + s/ω_z) / (1 + s/ω_p) x` by Tustin's rule, with the corner frequencies `ω_z = 2 pi ZERO` and `ω_p = 2 pi
 //! POLE`: lead where the zero is below the pole, lag where it is above (Franklin, Powell & Emami-Naeini, *Feedback Control
-//! of Dynamic Systems*, section 6.7). Computed as `GAIN (r x + (1 - r) w)`, `r = ω_p/ω_z`, where `w` is `x` behind a
-//! low-pass of the pole: so at 0 Hz the gain is `GAIN`, to the digit, however low the pole.
+//! of Dynamic Systems*, section 6.7). Computed as `GAIN (x + (r - 1) (x - w))`, `r = ω_p/ω_z`, where `w` is `x` behind a
+//! low-pass of the pole, and what `w` lacks is kept: so at 0 Hz the gain is `GAIN`, to the digit, however low the pole and
+//! however large `x`.
 //!
 //! It begins with its input as if that had been the same for ever. `GAIN` may change the unit, so the output's is free.
 //!
@@ -32,13 +33,16 @@ words! {
         gain: f32,
         /// `g / (1 + g)`, `g = ω_p h/2`.
         share: f32,
-        /// `GAIN r`.
-        direct: f32,
-        /// `GAIN (1 - r)`.
-        filtered: f32,
+        /// `GAIN (r - 1)`.
+        lead: f32,
     }
     /// Of an axis.
-    pub struct Axis { memory: f32 }
+    pub struct Axis {
+        /// Input of the last tick.
+        previous: f32,
+        /// The same, less the memory of the low-pass.
+        lacking: f32,
+    }
     /// Signals.
     pub struct Ports { input: Input, output: Output }
 }
@@ -67,8 +71,7 @@ impl Module for LeadLag {
         let g = PI * gains.pole_hz * device.sample_period_s();
         let ratio = gains.pole_hz / gains.zero_hz;
         gains.share = g / (1.0 + g);
-        gains.direct = gains.gain * ratio;
-        gains.filtered = gains.gain * (1.0 - ratio);
+        gains.lead = gains.gain * (ratio - 1.0);
     }
 
     fn ports((): &(), declare: &mut Declare<'_>) -> Ports {
@@ -79,17 +82,17 @@ impl Module for LeadLag {
     }
 
     fn begin(context: &Context<'_, Self>) {
-        context.begin_axes([context.ports().input], |_, [x]| Axis { memory: x });
+        context.begin_axes([context.ports().input], |_, [x]| Axis { previous: x, lacking: 0.0 });
     }
 
     #[inline(always)]
     fn compute(context: &Context<'_, Self>) {
         let Ports { input, output } = context.ports();
         context.map_axes([input], [output], |gains, axis, [x]| {
-            let change = gains.share * (x - axis.memory);
-            let low = axis.memory + change;
-            axis.memory = low + change;
-            [gains.direct * x + gains.filtered * low]
+            let lacking = (x - axis.previous) + axis.lacking;
+            let change = gains.share * lacking;
+            *axis = Axis { previous: x, lacking: lacking - 2.0 * change };
+            [gains.gain * x + gains.lead * (lacking - change)]
         });
     }
 }

@@ -6,8 +6,8 @@
 //! | `SECOND` | `ω² / (s² + 2 DAMPING ω s + ω²)` by Tustin's rule, prewarped at `ω` |
 //!
 //! Åström & Wittenmark, *Computer-Controlled Systems*, sections 2.3 and 8.2. It begins with its input as if that had been
-//! the same for ever, or where it takes over with what was written last. `SECOND` has no frequencies beyond 0.49 of the
-//! ticks': a higher one counts as that.
+//! the same for ever, or where it takes over with what was written last. `SECOND` has no frequencies above 0.49 of the
+//! module's rate: a higher one counts as that, and `dimsart check` refuses it.
 //!
 //! ```
 //! use dimsart_core::{Bench, types};

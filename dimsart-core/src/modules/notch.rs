@@ -5,7 +5,8 @@
 //! 11.3; `scipy.signal.iirnotch` is this design). Computed as `y = x - k b`, where `b` is the band-pass of a state-variable
 //! filter and `k = tan(ω h / 2Q) (1 + g²) / g`, `g = tan(ω h / 2)`.
 //!
-//! It begins with its input as if that had been the same for ever. A frequency beyond 0.49 of the ticks' counts as that.
+//! It begins with its input as if that had been the same for ever. A frequency above 0.49 of the
+//! module's rate counts as that; `dimsart check` refuses it.
 //!
 //! ```
 //! use dimsart_core::{Bench, types};

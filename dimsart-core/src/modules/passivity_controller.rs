@@ -43,7 +43,7 @@ words! {
         previous: f32,
         /// Force that is held since the last tick.
         force: f32,
-        desired: f32,
+        desired: CompensatedSum,
         /// What the desired position moved by in this tick.
         step: f32,
     }
@@ -117,7 +117,8 @@ impl Module for PassivityController {
             if is_impedance {
                 return Axis { previous: x, ..Axis::default() };
             }
-            Axis { previous: wanted, desired: if takes_over { last } else { x }, ..Axis::default() }
+            let desired = CompensatedSum::new(if takes_over { last } else { x });
+            Axis { previous: wanted, desired, ..Axis::default() }
         });
     }
 
@@ -130,8 +131,7 @@ impl Module for PassivityController {
                 let mobility = damping(-axis.energy.value(), axis.force, period_s, gains.cap);
                 axis.step = wanted - axis.previous - period_s * mobility * axis.force;
                 axis.previous = wanted;
-                axis.desired += axis.step;
-                [axis.desired]
+                [axis.desired.add(axis.step)]
             });
             return;
         }

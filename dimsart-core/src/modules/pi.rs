@@ -1,7 +1,7 @@
 //! PI controller of velocity, with anti-windup.
 //!
 //! `F = sat(K e + I)`, `e = v_d - v`: `I` integrates `K_I e` and is bled by `(sat(F) - F) h / T_t` while the force limit
-//! holds (back-calculation, Åström & Hägglund, *Advanced PID Control*, section 3.5).
+//! or that of the device holds (back-calculation, Åström & Hägglund, *Advanced PID Control*, section 3.5).
 //!
 //! Where it takes over, `I` begins with what the last force leaves for it, so that the force goes on without a step; with
 //! `K_I = 0` nothing would take that away again, and `I` begins with zero.
@@ -19,6 +19,7 @@
 //! # Ok::<(), dimsart_core::BenchError>(())
 //! ```
 
+use super::anti_windup::follow;
 use crate::math::{self, CompensatedSum};
 use crate::{Context, Declare, DeviceDescriptor, Input, Module, Output, Parameters, Unit, types, words};
 
@@ -38,7 +39,11 @@ words! {
         integral_per_tick: f32,
     }
     /// Of an axis.
-    pub struct Axis { integral: CompensatedSum }
+    pub struct Axis {
+        integral: CompensatedSum,
+        /// Of the last tick.
+        force: f32,
+    }
     /// Signals.
     pub struct Ports { velocity: Input, desired_velocity: Input, force: Output }
 }
@@ -88,7 +93,7 @@ impl Module for Pi {
             let proportional = (gains.proportional + gains.integral_per_tick) * (desired - v);
             let integral = math::limit(last, gains.limit) - proportional;
             let is_known = takes_over && gains.integral > 0.0 && integral.is_finite();
-            Axis { integral: CompensatedSum::new(if is_known { integral } else { 0.0 }) }
+            Axis { integral: CompensatedSum::new(if is_known { integral } else { 0.0 }), force: last }
         });
     }
 
@@ -96,11 +101,18 @@ impl Module for Pi {
     fn compute(context: &Context<'_, Self>) {
         let Ports { velocity, desired_velocity, force } = context.ports();
         let Settings { tracking, .. } = context.settings();
-        context.map_axes([velocity, desired_velocity], [force], |gains, axis, [v, desired]| {
+        let is_limited = context.is_limited();
+        let inputs = [velocity, desired_velocity, force.last()];
+        context.map_axes(inputs, [force], |gains, axis, [v, desired, given]| {
+            let tracking = follow(tracking, gains.integral_per_tick);
+            if is_limited {
+                axis.integral.add(tracking * (given - axis.force));
+            }
             let error = desired - v;
             let wanted = gains.proportional * error + axis.integral.add(gains.integral_per_tick * error);
             let force = math::limit(wanted, gains.limit);
             axis.integral.add(tracking * (force - wanted));
+            axis.force = force;
             [force]
         });
     }

@@ -2,15 +2,15 @@
 //!
 //! `F = sat(K e + I + D v)`: `I` integrates `K_I e` and is bled by `(sat(F) - F) h / T_t`
 //! (back-calculation, Åström & Hägglund, *Advanced PID Control*, section 3.5), so that it stops
-//! winding while the force limit holds; `v` is the slope of the error through a first-order low-pass
+//! winding while the force limit holds, that of the device too; `v` is the slope of the error through a first-order low-pass
 //! `v += (slope - v) h / (h + T_f)`.
 //!
 //! Where it takes over from another module, `I` begins with what that one's last force leaves for it, so that the force
 //! goes on without a step; with `K_I = 0`, nothing would ever take that away again, and `I` begins with zero.
 
-use crate::{
-    Context, Declare, DeviceDescriptor, Input, Module, Output, Parameters, Unit, math, types, words,
-};
+use super::anti_windup::follow;
+use crate::math::{self, CompensatedSum};
+use crate::{Context, Declare, DeviceDescriptor, Input, Module, Output, Parameters, Unit, types, words};
 
 words! {
     /// Of all axes.
@@ -35,7 +35,9 @@ words! {
     }
     /// Of an axis.
     pub struct Axis {
-        integral: f32,
+        integral: CompensatedSum,
+        /// Of the last tick.
+        force: f32,
         previous_error: f32,
         filtered_change: f32,
         /// Ticks left in which the integral makes up for the derivative, which takes two to be known.
@@ -107,14 +109,14 @@ impl Module for Pid {
         let takes_over = context.takes_over();
         context.begin_axes([position, desired_position, force.last()], |gains, [x, desired, last_force]| {
             let error = desired - x;
-            let axis = Axis { previous_error: error, ..Axis::default() };
+            let axis = Axis { force: last_force, previous_error: error, ..Axis::default() };
             let proportional = (gains.stiffness + gains.integral_gain_per_tick) * error;
             let integral = last_force - proportional;
             if !takes_over || !integral.is_finite() || gains.integral_gain_per_tick == 0.0 {
                 return axis;
             }
             let integral = math::limit(last_force, gains.limit) - proportional;
-            Axis { integral, settling_ticks: 2, ..axis }
+            Axis { integral: CompensatedSum::new(integral), settling_ticks: 2, ..axis }
         });
     }
 
@@ -122,7 +124,13 @@ impl Module for Pid {
     fn compute(context: &Context<'_, Self>) {
         let Ports { position, desired_position, force } = context.ports();
         let Settings { tracking, smoothing, .. } = context.settings();
-        context.map_axes([position, desired_position], [force], |gains, axis, [x, desired]| {
+        let is_limited = context.is_limited();
+        let inputs = [position, desired_position, force.last()];
+        context.map_axes(inputs, [force], |gains, axis, [x, desired, given]| {
+            let tracking = follow(tracking, gains.integral_gain_per_tick);
+            if is_limited {
+                axis.integral.add(tracking * (given - axis.force));
+            }
             let error = desired - x;
             let change = error - axis.previous_error;
             axis.previous_error = error;
@@ -130,12 +138,13 @@ impl Module for Pid {
             if axis.settling_ticks > 0 {
                 axis.settling_ticks -= 1;
                 axis.filtered_change = change;
-                axis.integral -= gains.damping_per_tick * change;
+                axis.integral.add(-gains.damping_per_tick * change);
             }
-            let integral = axis.integral + gains.integral_gain_per_tick * error;
+            let integral = axis.integral.add(gains.integral_gain_per_tick * error);
             let wanted = gains.stiffness * error + integral + gains.damping_per_tick * axis.filtered_change;
             let force = math::limit(wanted, gains.limit);
-            axis.integral = integral + tracking * (force - wanted);
+            axis.integral.add(tracking * (force - wanted));
+            axis.force = force;
             [force]
         });
     }

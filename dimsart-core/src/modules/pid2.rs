@@ -4,7 +4,7 @@
 //! `K_I (x_d - x)`, `v` is the slope of `c x_d - x` through a first-order low-pass, `v += (slope - v) h / (h + T_f)`. With
 //! `b` below 1 a step of the reference overshoots less; with `c = 0` it does not kick.
 //!
-//! While the force limit holds, `ANTI_WINDUP BACK_CALCULATION` bleeds `I` by `(sat(F) - F) h / T_t`; `CLAMPING` stops it where
+//! While the force limit or that of the device holds, `ANTI_WINDUP BACK_CALCULATION` bleeds `I` by `(sat(F) - F) h / T_t`; `CLAMPING` stops it where
 //! the error would drive it further (section 3.5). `FEED_FORWARD ON` adds `FEED_FORCE` before the limit.
 //!
 //! Where it takes over, `I` begins with what the last force leaves for it, and makes up for the derivative, which takes two
@@ -22,6 +22,7 @@
 //! # Ok::<(), dimsart_core::BenchError>(())
 //! ```
 
+use super::anti_windup::follow;
 use super::pid::Gains;
 use crate::math::{self, CompensatedSum};
 use crate::{
@@ -50,6 +51,8 @@ words! {
     /// Of an axis.
     pub struct Axis {
         integral: CompensatedSum,
+        /// Of the last tick.
+        force: f32,
         /// `c x_d - x`.
         previous: f32,
         filtered_change: f32,
@@ -120,7 +123,8 @@ impl Module for Pid2 {
             [],
             |number, lane, [x, desired, last]| {
                 let gains = lane.gains();
-                let axis = Axis { previous: derivative_weight * desired - x, ..Axis::default() };
+                let previous = derivative_weight * desired - x;
+                let axis = Axis { force: last, previous, ..Axis::default() };
                 let others = gains.stiffness * (setpoint_weight * desired - x)
                     + gains.integral_gain_per_tick * (desired - x)
                     + context.axis(feed_force, number);
@@ -140,8 +144,16 @@ impl Module for Pid2 {
     fn compute(context: &Context<'_, Self>) {
         let Ports { position, desired_position, feed_force, force } = context.ports();
         let settings = context.settings();
-        context.map_lanes([position, desired_position], [force], |number, lane, [x, desired]| {
+        let is_limited = context.is_limited();
+        let inputs = [position, desired_position, force.last()];
+        context.map_lanes(inputs, [force], |number, lane, [x, desired, given]| {
             let (gains, mut axis) = (lane.gains(), lane.axis());
+            let tracking = follow(settings.tracking, gains.integral_gain_per_tick);
+            // Of the last tick's force.
+            let beyond_device = if is_limited { axis.force - given } else { 0.0 };
+            if is_limited && settings.anti_windup == AntiWindup::BackCalculation {
+                axis.integral.add(-tracking * beyond_device);
+            }
             let weighed = settings.derivative_weight * desired - x;
             let change = weighed - axis.previous;
             axis.previous = weighed;
@@ -162,11 +174,14 @@ impl Module for Pid2 {
             let beyond = wanted - force;
             match settings.anti_windup {
                 AntiWindup::BackCalculation => {
-                    axis.integral.add(-settings.tracking * beyond);
+                    axis.integral.add(-tracking * beyond);
                 }
-                AntiWindup::Clamping if beyond * step > 0.0 => axis.integral = before,
+                AntiWindup::Clamping if beyond * step > 0.0 || beyond_device * step > 0.0 => {
+                    axis.integral = before
+                }
                 AntiWindup::Clamping => {}
             }
+            axis.force = force;
             lane.set_axis(axis);
             [force]
         });

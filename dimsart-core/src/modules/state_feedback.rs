@@ -1,6 +1,6 @@
 //! State feedback of position and velocity, with integral action.
 //!
-//! `F = sat(N r - K_1 x - K_2 v + I)`: `I` integrates `K_I (r - x)` and is bled by `(sat(F) - F) h / T_t` while the force
+//! `F = sat(N r - K_1 x - K_2 v + I)`, computed as `K_1 (r - x) + (N - K_1) r`, which loses nothing far from zero: `I` integrates `K_I (r - x)` and is bled by `(sat(F) - F) h / T_t` while the force
 //! limit holds (Franklin, Powell & Workman, *Digital Control of Dynamic Systems*, section 8.5). `r` is `DES_POSITION`. The
 //! gains are those of `control.place` or `control.dlqr`, with `N = K_1` where there is no integral.
 //!
@@ -21,6 +21,7 @@
 //! # Ok::<(), dimsart_core::BenchError>(())
 //! ```
 
+use super::anti_windup::follow;
 use super::take_over::first;
 use crate::math::{self, CompensatedSum};
 use crate::{Context, Declare, DeviceDescriptor, Input, Module, Output, Parameters, Unit, types, words};
@@ -41,9 +42,15 @@ words! {
         limit: f32,
         /// `K_I h`.
         integral_per_tick: f32,
+        /// `N - K_1`.
+        excess: f32,
     }
     /// Of an axis.
-    pub struct Axis { integral: CompensatedSum }
+    pub struct Axis {
+        integral: CompensatedSum,
+        /// Of the last tick.
+        force: f32,
+    }
     /// Signals.
     pub struct Ports { position: Input, velocity: Input, desired_position: Input, force: Output }
 }
@@ -80,6 +87,7 @@ impl Module for StateFeedback {
 
     fn prepare_axis(_: &Settings, gains: &mut Gains, device: &DeviceDescriptor) {
         gains.integral_per_tick = gains.integral * device.sample_period_s();
+        gains.excess = gains.reference - gains.position;
     }
 
     fn ports(_: &Settings, declare: &mut Declare<'_>) -> Ports {
@@ -98,11 +106,12 @@ impl Module for StateFeedback {
         context.begin_axes(inputs, |gains, [x, v, desired, last]| {
             let damping = -gains.velocity * v;
             let first = first(takes_over, last, damping);
-            let others = gains.reference * desired - gains.position * x
-                + damping
-                + gains.integral_per_tick * (desired - x);
+            let error = desired - x;
+            let others =
+                (gains.position + gains.integral_per_tick) * error + gains.excess * desired + damping;
             let integral = math::limit(first, gains.limit) - others;
-            Axis { integral: CompensatedSum::new(if gains.integral > 0.0 { integral } else { 0.0 }) }
+            let integral = if gains.integral > 0.0 { integral } else { 0.0 };
+            Axis { integral: CompensatedSum::new(integral), force: last }
         });
     }
 
@@ -110,11 +119,19 @@ impl Module for StateFeedback {
     fn compute(context: &Context<'_, Self>) {
         let Ports { position, velocity, desired_position, force } = context.ports();
         let Settings { tracking, .. } = context.settings();
-        context.map_axes([position, velocity, desired_position], [force], |gains, axis, [x, v, desired]| {
-            let integral = axis.integral.add(gains.integral_per_tick * (desired - x));
-            let wanted = gains.reference * desired - gains.position * x - gains.velocity * v + integral;
+        let is_limited = context.is_limited();
+        let inputs = [position, velocity, desired_position, force.last()];
+        context.map_axes(inputs, [force], |gains, axis, [x, v, desired, given]| {
+            let tracking = follow(tracking, gains.integral_per_tick);
+            if is_limited {
+                axis.integral.add(tracking * (given - axis.force));
+            }
+            let error = desired - x;
+            let integral = axis.integral.add(gains.integral_per_tick * error);
+            let wanted = gains.position * error + gains.excess * desired - gains.velocity * v + integral;
             let force = math::limit(wanted, gains.limit);
             axis.integral.add(tracking * (force - wanted));
+            axis.force = force;
             [force]
         });
     }

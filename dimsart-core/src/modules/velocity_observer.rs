@@ -2,7 +2,8 @@
 //!
 //! With what is left between the position and the predicted one, `r = x - (x̂ + h v̂)`:
 //! `x̂ = x̂ + h v̂ + α r`, `v̂ = v̂ + β r / h` (the α-β filter; Brookner, *Tracking and Kalman Filtering Made Easy*, section
-//! 1.2). With `p = exp(-2 pi FREQUENCY h)`:
+//! 1.2). Computed as `r = (x - x[k-1]) + (1 - α) r[k-1] - h v̂`: it has no large number to lose a small one in, so that the
+//! velocity is as good at 1e5 rad as the position's own steps are. With `p = exp(-2 pi FREQUENCY h)`:
 //!
 //! | `METHOD` | α | β | Is |
 //! |---|---|---|---|
@@ -46,12 +47,19 @@ words! {
         frequency_hz: f32,
         alpha: f32,
         beta: f32,
-        position_gain: f32,
+        /// `1 - α`.
+        kept: f32,
         /// `β / h`.
         velocity_gain: f32,
     }
     /// Of an axis.
-    pub struct Axis { position: f32, velocity: f32 }
+    pub struct Axis {
+        /// Position of the last tick.
+        previous: f32,
+        /// The same, less its estimate.
+        error: f32,
+        velocity: f32,
+    }
     /// Signals.
     pub struct Ports { position: Input, velocity: Output }
 }
@@ -85,12 +93,12 @@ impl Module for VelocityObserver {
 
     fn prepare_axis(settings: &Settings, gains: &mut Gains, _: &DeviceDescriptor) {
         let share = lag::share(TAU * gains.frequency_hz * settings.period_s);
-        let (alpha, beta) = match settings.method {
-            Method::Tracking => (share * (2.0 - share), share * share),
-            Method::Difference => (1.0, share),
-            Method::AlphaBeta => (gains.alpha, gains.beta),
+        let (kept, beta) = match settings.method {
+            Method::Tracking => ((1.0 - share) * (1.0 - share), share * share),
+            Method::Difference => (0.0, share),
+            Method::AlphaBeta => (1.0 - gains.alpha, gains.beta),
         };
-        (gains.position_gain, gains.velocity_gain) = (alpha, beta / settings.period_s);
+        (gains.kept, gains.velocity_gain) = (kept, beta / settings.period_s);
     }
 
     fn ports(_: &Settings, declare: &mut Declare<'_>) -> Ports {
@@ -106,8 +114,8 @@ impl Module for VelocityObserver {
         let takes_over = context.takes_over();
         context.begin_axes([position, velocity.last()], |_, [x, last]| {
             let velocity = first(takes_over, last, 0.0);
-            // Where it would have been a tick before.
-            Axis { position: x - period_s * velocity, velocity }
+            // As if the estimates had been right in the tick before.
+            Axis { previous: x, error: period_s * velocity, velocity }
         });
     }
 
@@ -116,9 +124,9 @@ impl Module for VelocityObserver {
         let Ports { position, velocity } = context.ports();
         let Settings { period_s, .. } = context.settings();
         context.map_axes([position], [velocity], |gains, axis, [x]| {
-            let predicted = axis.position + period_s * axis.velocity;
-            let beyond = x - predicted;
-            axis.position = predicted + gains.position_gain * beyond;
+            let beyond = (x - axis.previous) + axis.error - period_s * axis.velocity;
+            axis.previous = x;
+            axis.error = gains.kept * beyond;
             axis.velocity += gains.velocity_gain * beyond;
             [axis.velocity]
         });

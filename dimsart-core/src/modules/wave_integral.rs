@@ -12,8 +12,10 @@ const WAVE_QUANTUM: f32 = 1.0 / 268_435_456.0;
 /// `J` per count of the energy counter: 2^-30, so it wraps after 4.
 const ENERGY_QUANTUM: f32 = 1.0 / 1_073_741_824.0;
 
-/// Counts from which an energy does not fit into its counter: 4 J in one tick.
-const TOO_MUCH: f32 = 4_294_967_296.0;
+/// Most counts of one tick: an energy of 4 J, and a wave of 8 `sqrt(W)·s`. What is beyond is not counted, or it would stay in
+/// the rests.
+const MOST_ENERGY: f32 = 4_294_967_040.0;
+const MOST_WAVE: f32 = 2_147_483_520.0;
 /// More than the roundings of an energy that is worked out in `f32`.
 const MARGIN: f32 = 1.0 + 8.0 * f32::EPSILON;
 
@@ -35,13 +37,12 @@ crate::words! {
 impl Sent {
     /// Adds the wave that is to be sent this tick; gives what is sent, and both counters.
     ///
-    /// A wave of 4 J or more adds nothing: what does not fit into the counters would stay in the rests.
+    /// Of a wave with more than 4 J in a tick, no more energy than that is counted: so a receiver that limits what it gives
+    /// out gives out too little, and one that does not makes up for all of it.
     pub(super) fn add(&mut self, wave: f32, period_s: f32) -> (f32, [u32; 2]) {
         let energy_counts = self.energy_rest + (0.5 * wave * wave) * (period_s / ENERGY_QUANTUM);
-        if energy_counts >= TOO_MUCH {
-            return (wave, [self.wave, self.energy]);
-        }
-        let counts = self.wave_rest + wave * (period_s / WAVE_QUANTUM);
+        let energy_counts = math::min(energy_counts, MOST_ENERGY);
+        let counts = math::limit(self.wave_rest + wave * (period_s / WAVE_QUANTUM), MOST_WAVE);
         let whole = to_count(counts);
         self.wave_rest = counts - from_count(whole);
         self.wave = self.wave.wrapping_add(whole.cast_unsigned());

@@ -11,7 +11,7 @@ use serde::{Deserialize, Serialize};
 
 use super::lease::{Lease, NOBODY};
 use super::response::Refusal;
-use crate::checksum::CRC;
+use crate::checksum::Crc32;
 use crate::safety::Reason;
 
 /// Most words of a configuration.
@@ -133,6 +133,8 @@ pub enum IdentificationFailure {
     Slipped,
     /// What turns off the drive, too: the number of a [`Reason`](crate::Reason).
     Drive(u8),
+    /// A small change of the voltage, or the turning rotor, exceeds the current: the resistance is too low for it.
+    TooLittleCurrent,
 }
 
 impl core::fmt::Display for IdentificationFailure {
@@ -145,6 +147,10 @@ impl core::fmt::Display for IdentificationFailure {
             Self::WrongPhases => f.write_str(
                 "the currents are not where the voltage is: a phase is open, or the wires or signs of the current sensors \
                  are swapped",
+            ),
+            Self::TooLittleCurrent => f.write_str(
+                "the current exceeded 1.25 times the requested one: the motor's resistance is too low for it; request \
+                 more current",
             ),
             Self::DidNotMove => f.write_str(
                 "the rotor did not turn: take its load off or ask for more current; is the encoder on this motor?",
@@ -199,7 +205,7 @@ impl core::error::Error for MotorRefusal {}
 /// By which a board knows that it has all words of a configuration.
 #[must_use]
 pub fn motor_checksum(words: &[u32]) -> u32 {
-    let mut digest = CRC.digest();
+    let mut digest = Crc32::new();
     for word in words {
         digest.update(&word.to_le_bytes());
     }

@@ -153,7 +153,7 @@ impl Request {
     #[must_use]
     pub fn is_change(&self) -> bool {
         match self {
-            Self::Command(command) => *command != Command::Stop,
+            Self::Command(command) => !matches!(command, Command::Stop),
             Self::Schemes(action) => *action != SchemeAction::Look,
             Self::Restart => true,
             Self::Motor(action) => !matches!(action, MotorAction::Look | MotorAction::Found),

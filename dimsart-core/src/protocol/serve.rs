@@ -190,7 +190,7 @@ fn carry_out<M: ModuleList, const WORDS: usize>(
     dimsart: &mut Dimsart<M, WORDS>,
     info: &mut DeviceInfo,
 ) -> Effect {
-    if command == Command::Stop {
+    if matches!(command, Command::Stop) {
         // Motion after a STOP requires arming.
         info.end_lease();
     }

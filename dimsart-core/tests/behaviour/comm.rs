@@ -297,3 +297,32 @@ fn limited_keeps_its_account_for_waves_of_any_size() {
         assert!(given_out > 0.5 * received, "{scale}: {given_out} J of {received} J");
     }
 }
+
+/// Bursts of up to 2000 √W, of which a tick has kilojoules, while packets get lost: `INTEGRAL` makes up for every one of
+/// them, and `LIMITED` gives out no energy for what its counters cannot carry.
+#[test]
+fn what_violent_bursts_have_moved_is_made_up_for() {
+    for (policy, seed) in [("INTEGRAL", 1), ("INTEGRAL", 2), ("INTEGRAL", 3), ("LIMITED", 4), ("LIMITED", 5)]
+    {
+        let mut random = Pcg32::seed_from_u64(seed);
+        let mut way = Way::new(&format!("COMM_RXMOD STALE {policy}"));
+        let (mut sent, mut given) = ([0.0; 2], [0.0; 2]);
+        for tick in 0..4000 {
+            let is_burst = (500..3500).contains(&tick) && tick % 500 < 3;
+            let size = if is_burst { [80.0, 100.0, 300.0, 2000.0][tick / 500 % 4] } else { 0.1 };
+            let side = if is_burst && tick / 500 % 2 == 0 { 1.0 } else { chance(&mut random) - 0.5 };
+            let wave = (size * side) as f32;
+            sent = [sent[0] + energy(wave), sent[1] + f64::from(wave) * f64::from(H)];
+            let packet = way.send(wave);
+            let is_lost = (10..3600).contains(&tick) && (chance(&mut random) < 0.5 || tick % 500 < 2);
+            let received = way.receive(Some(&packet).filter(|_| !is_lost));
+            given = [given[0] + energy(received), given[1] + f64::from(received) * f64::from(H)];
+            assert!(
+                policy == "INTEGRAL" || given[0] <= sent[0] * (1.0 + 1e-6),
+                "{tick}: {given:?} of {sent:?}"
+            );
+        }
+        let left = sent[1] - given[1];
+        assert!(policy == "LIMITED" || left.abs() < 1e-5, "{seed}: {left} of {sent:?} stay away");
+    }
+}

@@ -7,7 +7,7 @@ use std::collections::VecDeque;
 
 use dimsart_core::{
     AxisKind, CommandError, DataType, DeviceDescriptor, Dimsart, Direction, EVERY_TICKS, Engine, ModuleList,
-    ModuleRef, Packet, Step, Tick, TypeRef, Usage, Value, Word, modules::Standard, scheme, types,
+    ModuleRef, Packet, PortSpec, Step, Tick, TypeRef, Usage, Value, Word, modules::Standard, scheme, types,
 };
 
 /// Sample period of every bench, `s`.
@@ -134,10 +134,14 @@ impl<M: ModuleList> Bench<M> {
 /// a signal, which only another module gives, to a type like it.
 pub(crate) fn surroundings(module: ModuleRef) -> (Vec<&'static DataType>, Vec<(u8, TypeRef)>) {
     let none = DeviceDescriptor::new("none", &[AxisKind::Linear], H, &[], &[]).unwrap();
-    let ports = Engine::<Standard>::new(none).ports(module).unwrap();
+    surroundings_of(&Engine::<Standard>::new(none).ports(module).unwrap())
+}
+
+/// The same for these ports.
+pub(crate) fn surroundings_of(ports: &[PortSpec]) -> (Vec<&'static DataType>, Vec<(u8, TypeRef)>) {
     let used: Vec<u16> = ports.iter().filter_map(|port| Some(port.data_type?.1.id)).collect();
     let (mut measured, mut bindings) = (Vec::new(), Vec::new());
-    for (place, port) in (0..).zip(&ports) {
+    for (place, port) in (0..).zip(ports) {
         let Some((data_type, signal)) = port.data_type.filter(|_| port.direction == Direction::Read) else {
             continue;
         };

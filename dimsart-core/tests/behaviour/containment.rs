@@ -75,11 +75,11 @@ fn signal(number: u8) -> TypeRef {
 /// What every mixer reads: its own place is that of its output.
 type Graph = Vec<[u8; 2]>;
 
-/// Any mixers: each reads one that is before it, or the device, and one that is anywhere.
+/// Any mixers: each reads one that is before it, or the device, and a tick later one that is not.
 fn any_graph(random: &mut Pcg32) -> Graph {
     let count = 2 + (random.next_u32() % 20) as u8;
     let below = |random: &mut Pcg32, bound: u8| (random.next_u32() % u32::from(bound)) as u8;
-    (1..=count).map(|number| [below(random, number), 1 + below(random, count)]).collect()
+    (1..=count).map(|number| [below(random, number), number + below(random, count - number + 1)]).collect()
 }
 
 /// A controller with these mixers. The device is commanded by the last one.

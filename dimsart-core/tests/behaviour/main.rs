@@ -3,6 +3,7 @@
 
 mod activation_sets;
 mod admission;
+mod anti_windup;
 mod auth;
 mod capacity;
 mod carriers;
@@ -31,6 +32,7 @@ mod link_start;
 mod matching;
 mod modules;
 mod online;
+mod order;
 mod overruns;
 mod parameters;
 mod play_out;

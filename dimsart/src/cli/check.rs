@@ -21,7 +21,7 @@ use hil_sim::bilateral::{Side, device, settings};
 use hil_sim::first_packet::first_packet;
 use hil_sim::response::{Experiment, LoadedController, loaded_controllers};
 use hil_sim::rig::SimulatedDimsart;
-use hil_sim::rig_file::{RigFile, SHIPPED};
+use hil_sim::rig_file::{AxisUnit, DeviceSection, RigFile, SHIPPED};
 use hil_sim::scenario::Scenario;
 use hil_sim::schemes::{self, Loaded, SchemeFileError, SchemeText, Setting};
 
@@ -202,7 +202,12 @@ impl Check {
             }
             verdict(name, dimsart, loaded, most_words, target)
         };
-        let verdicts: Vec<Verdict> = loaded_controllers(&file)?.into_iter().map(judge).collect();
+        let mut verdicts: Vec<Verdict> = loaded_controllers(&file)?.into_iter().map(judge).collect();
+        for verdict in &mut verdicts {
+            let controller = file.controllers.iter().find(|found| found.name() == verdict.controller);
+            let device = controller.and_then(|found| file.device(&found.device));
+            verdict.notes.extend(device.and_then(range_note));
+        }
         if verdicts.iter().all(|verdict| verdict.matches) {
             // What is between the controllers.
             file.experiment.margins = false;
@@ -302,4 +307,23 @@ fn note<const WORDS: usize>(dimsart: &mut Dimsart<Standard, WORDS>, link: usize)
         "over link {link} it {what}; give each direction a channel above 0 of its own (CTX_CHANNEL here is CRX_CHANNEL on \
          the other side)"
     ))
+}
+
+/// How far a device may go from zero until the steps of an `f32` show in its positions.
+fn range_note(device: &DeviceSection) -> Option<String> {
+    const FINE: (f32, f32) = (1024.0, 1e-4);
+    let (fine_range, fine_step) = FINE;
+    #[expect(clippy::cast_possible_truncation, reason = "as a controller has it")]
+    let limit = device.position_limit as f32;
+    let unit = match device.axes.first()?.unit {
+        AxisUnit::Radian => "rad",
+        AxisUnit::Metre => "m",
+    };
+    let step = limit.next_up() - limit;
+    (limit > fine_range).then(|| {
+        format!(
+            "a position has steps of {step:.1e} {unit} at position_limit, {limit} {unit} (f32): usable to {fine_step} \
+             {unit} within ±{fine_range} {unit}"
+        )
+    })
 }

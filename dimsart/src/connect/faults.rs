@@ -235,6 +235,8 @@ fn subject(finding: Finding) -> (Option<ModuleRef>, Option<TypeRef>) {
         }
         Finding::LinkTaken { second, .. } => (Some(second), None),
         Finding::Held { signal, writer, .. } => (Some(writer), Some(signal)),
+        Finding::NotDelayed { signal, reader, .. } => (Some(reader), Some(signal)),
+        Finding::LateStageWaits { reader, .. } => (Some(reader), None),
         _ => (None, None),
     }
 }

@@ -209,6 +209,14 @@ impl Scheme {
             }
         }
         scheme.give(Command::PlugIn(module))?;
+        // A value of the last tick is written after the module reads it.
+        let report = scheme.dimsart.engine().check();
+        for finding in report.findings() {
+            if let Finding::NotDelayed { writer, .. } = *finding {
+                scheme.give(Command::Unplug(writer))?;
+                scheme.give(Command::PlugIn(writer))?;
+            }
+        }
         scheme.start()?;
         Ok(Some(scheme))
     }

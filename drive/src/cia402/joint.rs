@@ -45,6 +45,10 @@ pub struct Cia402Joint {
     mode: i8,
     /// By the last process data; NaN before.
     shown: Cia402Reading,
+    /// Counts of the drive by the last process data: it wraps. None before, and after the drive was lost.
+    last_counts: Option<i32>,
+    /// The same, not wrapped.
+    counts: i64,
     emergency: Option<Cia402Emergency>,
     /// Why it was set up anew.
     lost: Option<Cia402Trouble>,
@@ -65,6 +69,8 @@ impl Cia402Joint {
             statusword: 0,
             mode: 0,
             shown: Cia402Reading::NOTHING,
+            last_counts: None,
+            counts: 0,
             emergency: None,
             lost: None,
             is_lost_now: false,
@@ -92,7 +98,8 @@ impl Cia402Joint {
             &[low, high, a, b, c, d, torque_low, torque_high] if id == node.tpdo_id(1) => {
                 self.statusword = u16::from_le_bytes([low, high]);
                 let torque = i16::from_le_bytes([torque_low, torque_high]);
-                self.shown.position_rad = i32::from_le_bytes([a, b, c, d]) as f32 * self.rad_per_count();
+                self.count(i32::from_le_bytes([a, b, c, d]));
+                self.shown.position_rad = self.counts as f32 * self.rad_per_count();
                 self.shown.torque_nm = f32::from(torque) * self.nm_per_thousandth();
                 self.news[0] = true;
                 self.setup.see_operational();
@@ -190,8 +197,17 @@ impl Cia402Joint {
     /// Sets the drive up anew.
     fn lose(&mut self, why: Cia402Trouble) {
         (self.lost, self.is_lost_now) = (Some(why), true);
-        self.statusword = 0;
+        (self.statusword, self.last_counts) = (0, None);
         self.setup.begin();
+    }
+
+    /// Follows the drive's counts across the ends of their range.
+    fn count(&mut self, counts: i32) {
+        self.counts = match self.last_counts {
+            Some(last) => self.counts.saturating_add(counts.wrapping_sub(last).into()),
+            None => counts.into(),
+        };
+        self.last_counts = Some(counts);
     }
 
     fn rad_per_count(&self) -> f32 {

@@ -78,7 +78,11 @@ struct Bench {
 
 impl Bench {
     fn new(drive: Cia402Drive) -> Self {
-        let (joint, host) = (Cia402Joint::new(&settings()), Cia402Host::new(&settings()));
+        Self::with(drive, &settings())
+    }
+
+    fn with(drive: Cia402Drive, settings: &Cia402Settings) -> Self {
+        let (joint, host) = (Cia402Joint::new(settings), Cia402Host::new(settings));
         Self { joint, host, drive, are_wires_whole: true, sent: None }
     }
 
@@ -122,6 +126,34 @@ impl Bench {
         assert!(self.drive.torque_nm().abs() < 1e-9);
         told.unwrap()
     }
+}
+
+/// A drive's count wraps after 2^32: here after 64.34 rad of the output, from 32.17 to -32.17.
+#[test]
+fn a_position_goes_on_where_the_drives_count_wraps() {
+    let settings = Cia402Settings { counts_per_turn: 4_194_304.0, gear_ratio: 100.0, ..settings() };
+    let mut bench = Bench::with(Cia402Drive::new(5, 4_194_304.0, 100.0, RATED_NM), &settings);
+    bench.drive.set_state(30.0, 0.0);
+    bench.ticks(100, None);
+    // Up across three ends of its range and down across four; now and then a reply is lost.
+    let up = (0..8_000).map(|tick| 30.0 + 0.02 * f64::from(tick));
+    let down = (0..16_000).map(|tick| 190.0 - 0.02 * f64::from(tick));
+    let mut shown_before = 30.0;
+    for (tick, position_rad) in up.chain(down).enumerate() {
+        bench.drive.set_state(position_rad, 0.0);
+        bench.are_wires_whole = tick % 50 != 7;
+        bench.tick(None);
+        let shown = f64::from(bench.joint.read().position_rad);
+        assert!((shown - position_rad).abs() < 0.021, "{shown} at {position_rad}");
+        assert!((shown - shown_before).abs() < 0.041, "from {shown_before} to {shown}");
+        shown_before = shown;
+    }
+    assert!((shown_before + 130.0).abs() < 0.03, "{shown_before}");
+    // A drive that was switched off and on counts from where it stands.
+    bench.drive.boot();
+    bench.drive.set_state(1.0, 0.0);
+    bench.ticks(200, None);
+    assert!((bench.joint.read().position_rad - 1.0).abs() < 1e-5);
 }
 
 #[test]

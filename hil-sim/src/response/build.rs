@@ -157,12 +157,14 @@ fn descriptor(file: &RigFile, part: &Part<'_>) -> Result<DeviceDescriptor, Respo
         .map_err(|error| ResponseError::Device { device: part.name().to_owned(), error })
 }
 
-/// The forces that motors have, for each type that the device takes.
+/// Range and rate of the actuators, for each type that the device takes.
 fn limits(part: &Part<'_>) -> &'static [&'static [InputLimits]] {
     let of_axis = |axis: &usize| {
         #[expect(clippy::cast_possible_truncation, reason = "the controller's number is an f32")]
-        let max = (part.device.max_force(*axis) as f32).min(f32::MAX);
-        InputLimits { min: -max, max, ..InputLimits::NONE }
+        let [max, rate_per_s] =
+            [part.device.max_force(*axis), part.device.actuator(*axis).max_rate].map(|limit| limit as f32);
+        let max = max.min(f32::MAX);
+        InputLimits { min: -max, max, rate_per_s, ..InputLimits::NONE }
     };
     let of_type = |name: &String| -> &'static [InputLimits] {
         let is_force = name == types::DES_FORCE.name;

@@ -2,7 +2,7 @@
 
 use serde::Serialize;
 
-use super::LoopFigures;
+use super::{LoopFigures, Saturation};
 use crate::bilateral::border::Border;
 use crate::bus::Traffic;
 use crate::limit_cycle::LimitCycle;
@@ -31,6 +31,8 @@ pub struct Outcome {
     pub energy_ports_min_j: Option<f64>,
     /// What went on swinging when nothing moved it any more.
     pub limit_cycles: Vec<LimitCycle>,
+    /// How long actuators were saturated; those that never were are left out.
+    pub saturated: Vec<Saturation>,
     /// Where theory has a coupling of two robots become unstable, or active; `None` where no theory is known.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub theory: Option<Border>,

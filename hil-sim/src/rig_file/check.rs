@@ -3,8 +3,8 @@
 use dimsart_core::{DataType, Format, Shape, limits, types};
 
 use super::{
-    AxisSection, AxisUnit, BusSection, DeviceSection, HAND, LOAD, LinkSection, MoveSection, RigFile,
-    TypeSection,
+    ActuatorSection, AxisSection, AxisUnit, BusSection, DeviceSection, HAND, LOAD, LinkSection, MoveSection,
+    RigFile, TypeSection,
 };
 use crate::link::InProcessParameters;
 use crate::plant::{JointParameters, ParameterError};
@@ -346,6 +346,12 @@ fn check_axis(at: &str, measures: &[String], section: &AxisSection, problems: &m
     let AxisSection { plant, sensor, .. } = section;
     if section.wall.is_some() && plant.as_ref().is_some_and(|plant| plant.stops.is_some()) {
         problems.push(format!("{at}: it has a wall and plant.stops: give it one of them, a wall is a stop"));
+    }
+    let ActuatorSection { max_force, max_rate } = section.actuator;
+    for (key, limit) in [("max_force", max_force), ("max_rate", max_rate)] {
+        if limit.is_nan() || limit <= 0.0 {
+            problems.push(format!("{at}: actuator.{key} is {limit}: give it a number > 0, or inf"));
+        }
     }
     let of_hand = section.hand.iter().flat_map(|hand| {
         [("hand.inertia", hand.inertia), ("hand.damping", hand.damping), ("hand.stiffness", hand.stiffness)]

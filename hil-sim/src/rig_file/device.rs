@@ -68,6 +68,9 @@ pub struct AxisSection {
     /// What is wrong with its sensors, by the type that they show; one that is left out shows the truth.
     #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
     pub sensor: BTreeMap<String, SensorParameters>,
+    /// What its controller's safety stage lets through, as a board declares it.
+    #[serde(default, skip_serializing_if = "ActuatorSection::is_unlimited")]
+    pub actuator: ActuatorSection,
     /// What it meets on one side; a stop of the `plant` by another name.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub wall: Option<AxisWall>,
@@ -77,6 +80,28 @@ pub struct AxisSection {
     /// Who holds it.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub hand: Option<AxisHand>,
+}
+
+/// `actuator`: range and rate of an axis' force.
+#[derive(Debug, Clone, Copy, PartialEq, Deserialize, Serialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct ActuatorSection {
+    /// Maximum force either way, `N` or `N m`; `inf` for that of the motor.
+    pub max_force: f64,
+    /// Maximum change of the force, `N/s` or `N m/s`; `inf` for any.
+    pub max_rate: f64,
+}
+
+impl Default for ActuatorSection {
+    fn default() -> Self {
+        Self { max_force: f64::INFINITY, max_rate: f64::INFINITY }
+    }
+}
+
+impl ActuatorSection {
+    fn is_unlimited(&self) -> bool {
+        *self == Self::default()
+    }
 }
 
 /// What an axis is measured in.
@@ -190,7 +215,7 @@ impl DeviceSection {
     }
 
     /// Maximum force of an axis that its controller's safety stage lets through, `N` or `N m`: that of its motor, at most
-    /// `force_limit`.
+    /// `force_limit` and the declared one.
     #[must_use]
     pub fn max_force(&self, axis: usize) -> f64 {
         let own = || Some(self.axes.get(axis)?.plant.as_ref()?.max_force());
@@ -201,7 +226,13 @@ impl DeviceSection {
             (.., Some(cia402)) => Some(cia402.max_torque_nm()),
             _ => own(),
         };
-        motor.unwrap_or(f64::INFINITY).min(self.force_limit)
+        motor.unwrap_or(f64::INFINITY).min(self.force_limit).min(self.actuator(axis).max_force)
+    }
+
+    /// Range and rate of an axis as they are declared.
+    #[must_use]
+    pub fn actuator(&self, axis: usize) -> ActuatorSection {
+        self.axes.get(axis).map(|section| section.actuator).unwrap_or_default()
     }
 
     /// What a run of it is broken off by.

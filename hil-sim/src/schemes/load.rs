@@ -5,7 +5,7 @@ use dimsart_core::scheme::{self, ENGINE, Problem, Row, SchemeError};
 use dimsart_core::{CommandError, Dimsart, Engine, Finding, ModuleRef, Value, Vocabulary};
 
 use super::explain::Explained;
-use super::{SIDES, SchemeText, Setting};
+use super::{SIDES, SchemeText, Setting, frequencies};
 use crate::law::{self, Law, WithLaw};
 
 /// What a scheme came to on a controller.
@@ -70,6 +70,7 @@ pub fn load_for<const WORDS: usize>(
             }
         }
     }
+    let too_high = frequencies::too_high(dimsart.engine_mut());
     let engine = dimsart.engine();
     let report = engine.check();
     let (faults, delays): (Vec<&Finding>, Vec<&Finding>) =
@@ -79,6 +80,7 @@ pub fn load_for<const WORDS: usize>(
     if report.unlisted() > 0 {
         faults.push(format!("and {} more", report.unlisted()));
     }
+    faults.extend(too_high);
     if errors.is_empty() && engine.is_in_transaction() {
         faults.push(format!(
             "its last row leaves a transaction open: end it with the row `all {ENGINE} COMMIT`"

@@ -20,7 +20,7 @@ PORT = "CH2_WAVES"
 def cases() -> list[Case]:
     forms = [clamped(form) for form in ("SPLIT", "IMPLICIT", "PRINTED")]
     waves = [clamped_line(), delay(), wave_filter(), matched_port(), drift(), *scaling()]
-    energies = [published_wall(), admittance(), impedance_link(), motion_link(), tank(0.0), tank(0.05)]
+    energies = [published_wall(), admittance(), impedance_link(), motion_link(0.1), motion_link(0.002), tank(0.0), tank(0.05)]
     return [*forms, *waves, *energies, four_channels(), clutch(), shared()]
 
 
@@ -256,11 +256,14 @@ def impedance_link() -> Case:
     forces, sent, energies = [], [], []
     for x, push, count in zip(position, wanted, far, strict=True):
         taken = -held * (x - last)
-        balance = min(balance + (count - last_far) / COUNTS_PER_J, 10.0) + min(taken, 0.0)
-        given += max(taken, 0.0)
+        balance = min(balance + (count - last_far) / COUNTS_PER_J, 10.0)
+        kept = min(taken, max(-balance, 0.0))
+        balance, given = balance + kept, given + taken - kept
         speed = (x - last) / TICK_S
         damper = min(-balance / (TICK_S * speed**2), 10.0) if balance < 0 and speed != 0 else 0.0
         held = push - damper * speed
+        # With debts a force counts what it moves, too: at 10 N s/m it adds a tick's worth of 1/10 m/s per N.
+        held = affordable(held, x - last, 0.0, max(balance + 0.1, 0.0), TICK_S / 10.0 if balance < 0 else 0.0)
         last, last_far = x, count
         forces.append(held)
         sent.append(np.floor(given * COUNTS_PER_J))
@@ -276,11 +279,23 @@ def impedance_link() -> Case:
     )
 
 
-def motion_link() -> Case:
+def affordable(step: float, force: float, moved: float, budget_j: float, stiffness: float) -> float:
+    """As much of a step that costs the budget, with the force and what the step adds to it at this stiffness."""
+    way, force = abs(step), force * np.sign(step)
+    costs = (force + stiffness * max(way - moved, 0.0)) * way
+    if costs <= budget_j:
+        return step
+    roots = [budget_j / force] if force > 0 else []
+    if stiffness > 0:
+        roots.append(float(np.max(np.roots([stiffness, force - stiffness * moved, -budget_j]).real)))
+    return min(*roots, way) * np.sign(step)
+
+
+def motion_link(credit_j: float) -> Case:
     wanted = rounded(0.05 * np.sin(2 * pi * 2.0 * times(TICKS)))
     force = rounded(3.0 * np.sin(2 * pi * 2.0 * times(TICKS) + 1.2))
     far = reported(TICKS, 0.2)
-    balance, given, held, last_far, last, desired = 0.0, 0.0, 0.0, 0.0, wanted[0], 0.0
+    balance, given, held, last_far, last, desired, stretch = 0.0, 0.0, 0.0, 0.0, wanted[0], 0.0, 0.0
     where, sent, energies = [], [], []
     for target, now, count in zip(wanted, force, far, strict=True):
         balance = min(balance + (count - last_far) / COUNTS_PER_J, 10.0)
@@ -288,19 +303,22 @@ def motion_link() -> Case:
         missing = held * step - balance
         if missing > 0 and held != 0:
             step -= TICK_S * min(missing / (TICK_S * held**2), 1.0) * held
+        # The longest step that costs what there is and the credit, with the force that it adds at 1 / TICK_S.
+        moved = min(stretch * np.sign(step), 0.0)
+        step = stretch = affordable(step, held, moved, max(balance + credit_j, 0.0), 1 / TICK_S)
         last, last_far = target, count
         desired += step
         held = now
-        balance -= max(held * step, 0.0)
-        given += max(-held * step, 0.0)
+        kept = min(-held * step, max(-balance, 0.0))
+        balance, given = balance + kept, given - held * step - kept
         where.append(desired)
         sent.append(np.floor(given * COUNTS_PER_J))
         energies.append(balance)
     return Case(
         module="TDPA_MOD",
-        name="motion that the other side has not paid for, ADMITTANCE",
-        oracle="numpy",
-        rows="TDPA_MOD CAUSALITY ADMITTANCE\nTDPA_MOD DAMPER 1\nTDPA_MOD DRIFT_RATE 5",
+        name=f"motion that the other side has not paid for, ADMITTANCE, {credit_j} J of credit",
+        oracle="numpy.roots",
+        rows=f"TDPA_MOD CAUSALITY ADMITTANCE\nTDPA_MOD DAMPER 1\nTDPA_MOD DRIFT_RATE 5\nTDPA_MOD CREDIT {credit_j}",
         inputs={"POSITION": np.zeros(TICKS), "FAR_POSITION": wanted, "FAR_ENERGY": far, "DES_FORCE": force},
         expected={"DES_POSITION": np.array(where), "LINE_ENERGY": np.array(sent), "PORT_ENERGY": np.array(energies)},
         axis="linear",

@@ -24,6 +24,7 @@ fn refusals() {
             ParameterError::NoSuchEntry,
             ParameterError::WhilePluggedIn,
             ParameterError::NeedsCounters,
+            ParameterError::Imprecise { percent: 300 },
         ]
         .map(CommandError::Parameter),
     );
@@ -61,6 +62,7 @@ fn refusals() {
         "08 04",
         "08 05",
         "08 06",
+        "08 07 ac 02",
         "09 00 ac 02 01 00",
         "0a 02",
         "0b 03 02 ac 02 09 08",
@@ -127,6 +129,8 @@ fn reasons() {
             relation: UnitRelation::Alike,
         }),
         Blocked::Fault(Finding::LinkTaken { link: 1, first: MODULE, second: MODULE }),
+        Blocked::Fault(Finding::NotDelayed { signal: SIGNAL, writer: MODULE, reader: MODULE }),
+        Blocked::Fault(Finding::LateStageWaits { reader: MODULE, writer: MODULE, every_ticks: 5 }),
         Blocked::Stopped,
         Blocked::Measurement(FrameError::Length { expected: 3, found: 2 }),
         Blocked::Command(not_finite),
@@ -151,6 +155,8 @@ fn reasons() {
         "00 04 03 02 01 ac 02 01 00 ac 02 01 01",
         "00 04 03 02 01 ac 02 01 00 ac 02 01 03",
         "00 05 01 03 02 03 02",
+        "00 07 ac 02 01 03 02 03 02",
+        "00 08 03 02 03 02 05",
         "01",
         "02 00 03 02",
         "03 01 ac 02 01 02",

@@ -1,7 +1,12 @@
 //! Modules that watch energy: what counts that wrap, restart or stay away do, and what begins without a jump.
 
-use crate::common::Bench;
+#![expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "what a device measures")]
+
 use dimsart_core::{Tick, Word, types};
+use rand_core::{Rng, SeedableRng};
+use rand_pcg::Pcg32;
+
+use crate::common::{Bench, H};
 
 /// Counts of a joule.
 const COUNTS_PER_J: u32 = 1 << 24;
@@ -77,6 +82,86 @@ fn a_reference_waits_for_energy_and_then_goes_to_where_the_master_is() {
     }
     let arrived = bench.signal("DES_POSITION")[0];
     assert!((arrived - 0.02).abs() < 1e-5, "{arrived} m");
+}
+
+/// A reference with 1000 N/m and 5 N s/m behind it moves 0.5 kg, now and then against a wall, by a far position that stays
+/// away for up to a second and then jumps. What has come out, by the forces and steps themselves, is never more than what
+/// the other side has reported and the credit.
+#[test]
+fn a_reference_gives_out_no_more_than_was_reported_and_its_credit_whatever_is_lost() {
+    let (h, mass, credit_j) = (f64::from(H), 0.5, 0.1);
+    for seed in 0..60 {
+        let mut random = Pcg32::seed_from_u64(seed);
+        let mut share = move || f64::from(random.next_u32()) / f64::from(u32::MAX);
+        let mut bench = bench(
+            &[types::POSITION, types::FAR_POSITION, types::FAR_ENERGY],
+            "TDPA_MOD CAUSALITY ADMITTANCE\nTDPA_MOD DRIFT_RATE 5\nMOD_ENG MOD_ON TDPA_MOD\nPDCTRL_MOD K_PARAM 1000\n\
+             PDCTRL_MOD D_PARAM 5\nMOD_ENG MOD_ON PDCTRL_MOD",
+        );
+        let (size, rate) = (0.02 + 0.3 * share(), 0.2 + 2.0 * share());
+        let paid_w = if seed % 3 == 0 { 0.0 } else { 20.0 * share() };
+        let (mut x, mut v, mut far, mut reported_j) = (0.0, 0.0, 0.0, 0.0);
+        let (mut outage_ticks, mut desired, mut out_j, mut least_j) = (0.0, 0.0, 0.0, 0.0_f64);
+        for tick in 0..6000 {
+            if outage_ticks > 0.0 {
+                outage_ticks -= 1.0;
+            } else {
+                far = size * (core::f64::consts::TAU * rate * h * f64::from(tick)).sin();
+                reported_j = f64::from(tick) * h * paid_w;
+                outage_ticks = if share() < 0.004 { 1000.0 * share() } else { 0.0 };
+            }
+            let counts = (reported_j * f64::from(COUNTS_PER_J)) as u64 as u32;
+            self::tick(&mut bench, [x as f32, far as f32], counts);
+            let force = f64::from(bench.signal("DES_FORCE")[0]);
+            let now = f64::from(bench.signal("DES_POSITION")[0]);
+            out_j += force * (now - desired);
+            desired = now;
+            least_j = least_j.min(reported_j - out_j);
+            let wall = if x > 0.1 { -5000.0 * (x - 0.1) } else { 0.0 };
+            v += h * (force - 3.0 * v + wall) / mass;
+            x += h * v;
+        }
+        assert!(least_j > -credit_j - 1e-4, "{seed}: {least_j} J");
+        assert!(least_j < -0.01 || paid_w > 0.0, "{seed}: it takes its credit: {least_j}");
+    }
+}
+
+/// The same of a force: a hand moves 0.5 kg while the far force stays away and jumps.
+#[test]
+fn a_force_gives_out_no_more_than_was_reported_and_its_credit_whatever_is_lost() {
+    let (h, mass) = (f64::from(H), 0.5);
+    for seed in 0..60 {
+        let mut random = Pcg32::seed_from_u64(seed);
+        let mut share = move || f64::from(random.next_u32()) / f64::from(u32::MAX);
+        let mut bench = bench(
+            &[types::POSITION, types::FAR_FORCE, types::FAR_ENERGY],
+            "TDPA_MOD PORT_FORCE_IN FAR_FORCE\nTDPA_MOD DAMPER 60\nMOD_ENG MOD_ON TDPA_MOD",
+        );
+        let (rate, paid_w) = (0.2 + 2.0 * share(), if seed % 3 == 0 { 0.0 } else { 5.0 * share() });
+        let (mut x, mut v, mut far, mut reported_j) = (0.0_f64, 0.0_f64, 0.0, 0.0);
+        let (mut outage_ticks, mut out_j, mut least_j) = (0.0, 0.0, 0.0_f64);
+        let (mut last_x, mut force) = (0.0, 0.0);
+        for tick in 0..6000 {
+            if outage_ticks > 0.0 {
+                outage_ticks -= 1.0;
+            } else {
+                far = 30.0 * (core::f64::consts::TAU * rate * h * f64::from(tick)).sin();
+                reported_j = f64::from(tick) * h * paid_w;
+                outage_ticks = if share() < 0.004 { 1000.0 * share() } else { 0.0 };
+            }
+            let counts = (reported_j * f64::from(COUNTS_PER_J)) as u64 as u32;
+            let measured = x as f32;
+            out_j += force * f64::from(measured - last_x);
+            last_x = measured;
+            self::tick(&mut bench, [measured, far as f32], counts);
+            force = f64::from(bench.signal("DES_FORCE")[0]);
+            least_j = least_j.min(reported_j - out_j);
+            v += h * (force - 5.0 * v - 100.0 * x) / mass;
+            x += h * v;
+        }
+        // And what a tick of 30 N does to 0.5 kg, which is known behind it.
+        assert!(least_j > -0.1 - 30.0 * 30.0 * h * h / mass, "{seed}: {least_j} J");
+    }
 }
 
 #[test]

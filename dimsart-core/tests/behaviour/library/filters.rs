@@ -79,6 +79,62 @@ fn a_section_has_an_a0_of_one_or_is_left_out() {
     assert_close(biquad.step(&[1.25]), 1.25, 0.0);
 }
 
+/// `scipy.signal.butter(8, 1, fs=1000, output="sos")`, rounded to `f32`.
+const LOW: [[f64; 6]; 4] = [
+    [9.337_203_445e-21, 1.867_440_689e-20, 9.337_203_445e-21, 1.0, -1.987_711_429_596, 0.987_750_649_452],
+    [1.0, 2.0, 1.0, 1.0, -1.989_566_564_56, 0.989_605_844_021],
+    [1.0, 2.0, 1.0, 1.0, -1.993_003_487_587, 0.993_042_826_653],
+    [1.0, 2.0, 1.0, 1.0, -1.997_511_982_918, 0.997_551_441_193],
+];
+
+fn sections(sos: &[[f64; 6]]) -> String {
+    let rows = sos.iter().enumerate().flat_map(|(section, row)| {
+        let entries = row.iter().enumerate();
+        entries.map(move |(place, value)| format!("BIQUAD_MOD SOS[{section}][{place}] {value:e}"))
+    });
+    rows.collect::<Vec<_>>().join("\n")
+}
+
+/// Poles near 1: a step through a filter of 1 Hz is what the same coefficients make of it in double precision.
+#[test]
+fn a_filter_of_a_low_frequency_keeps_its_gain() {
+    let mut filter = filter(&sections(&LOW));
+    filter.step(&[0.0]);
+    let mut memory = [[0.0_f64; 2]; 4];
+    for tick in 0..8000 {
+        let mut y = 1.0;
+        for (row, [s1, s2]) in LOW.iter().zip(&mut memory) {
+            #[expect(clippy::cast_possible_truncation, reason = "what the module has of them")]
+            let [b0, b1, b2, _, a1, a2] = row.map(|value| f64::from(value as f32));
+            let x = y;
+            y = b0 * x + *s1;
+            (*s1, *s2) = (b1 * x - a1 * y + *s2, b2 * x - a2 * y);
+        }
+        let found = f64::from(filter.step(&[1.0]));
+        assert!((found - y).abs() < 2e-4, "{tick}: {found} for {y}");
+    }
+    assert_close(filter.step(&[1.0]), 1.0, 1e-3);
+}
+
+/// `scipy.signal.butter(4, 0.1, fs=1000, output="sos")`: as `f32` its gain is 4 % off, and could be 46 %.
+#[test]
+fn a_filter_whose_coefficients_have_too_few_digits_is_refused_with_the_error() {
+    let [first, last] = [
+        [9.732_916_985e-15, 1.946_583_397e-14, 9.732_916_985e-15, 1.0, -1.998_839_297_808, 0.998_839_692_363],
+        [1.0, 2.0, 1.0, 1.0, -1.999_518_826_76, 0.999_519_221_45],
+    ];
+    let mut biquad = filter("BIQUAD_MOD SOS[0][0] 1");
+    let refused = Err(CommandError::Parameter(ParameterError::Imprecise { percent: 22 }));
+    let rows = sections(&[first]);
+    let answers: Vec<_> = rows.lines().map(|row| biquad.bench.order(row)).collect();
+    assert_eq!(answers.last(), Some(&refused), "{answers:?}");
+    assert!(answers.iter().rev().skip(1).all(Result::is_ok), "{answers:?}");
+    let both = sections(&[[0.0; 6], last]);
+    let answers: Vec<_> = both.lines().map(|row| biquad.bench.order(row)).collect();
+    let refused = Err(CommandError::Parameter(ParameterError::Imprecise { percent: 25 }));
+    assert_eq!(answers.last(), Some(&refused), "{answers:?}");
+}
+
 /// A pole at 1 never comes to rest: an integrator begins with nothing.
 #[test]
 fn a_section_that_integrates_begins_with_no_memory() {
@@ -194,4 +250,76 @@ fn a_kalman_filter_has_an_acceleration_where_its_model_has_one() {
     };
     assert!(provides("CONSTANT_ACCELERATION"));
     assert!(!provides("CONSTANT_VELOCITY"));
+}
+
+/// A ramp far from zero, in the steps that an `f32` has there: its mean velocity is observed to a part in a thousand, by
+/// every observer and method, whatever the distance.
+#[test]
+fn a_velocity_is_observed_far_from_zero() {
+    for rows in [
+        "VELOCITY_OBSERVER_MOD FREQUENCY 20",
+        "VELOCITY_OBSERVER_MOD FREQUENCY 1",
+        "VELOCITY_OBSERVER_MOD METHOD DIFFERENCE\nVELOCITY_OBSERVER_MOD FREQUENCY 5",
+        "VELOCITY_OBSERVER_MOD METHOD ALPHA_BETA\nVELOCITY_OBSERVER_MOD ALPHA 0.05\nVELOCITY_OBSERVER_MOD BETA 0.002",
+        "KALMAN_MOD POSITION_NOISE 1e-3",
+        "KALMAN_MOD MODEL CONSTANT_ACCELERATION\nKALMAN_MOD POSITION_NOISE 1e-2",
+        "DIFFERENTIATOR_MOD FILTER_TIME 0.03\nDIFFERENTIATOR_MOD PORT_SIGNAL_IN POSITION\nDIFFERENTIATOR_MOD PORT_SIGNAL_OUT VELOCITY",
+    ] {
+        for start in [0.0, 1e4, 3e4, 1e5, -1e5, 1e6] {
+            let mut observer = observer(rows);
+            let position = |tick: u32| start + 0.5 * f64::from(H) * f64::from(tick);
+            #[expect(clippy::cast_possible_truncation, reason = "as it is measured")]
+            let velocities: Vec<_> =
+                (0..60_000).map(|tick| observer.step(&[position(tick) as f32])).collect();
+            let (count, sum) = velocities[20_000..]
+                .iter()
+                .fold((0.0, 0.0), |(count, sum), v| (count + 1.0, sum + f64::from(*v)));
+            let mean = sum / count;
+            assert!((mean - 0.5).abs() < 5e-4, "{rows} at {start}: {mean}");
+        }
+    }
+}
+
+/// A lead of ten times, and a reference that is far away: what comes out follows small steps of the input, not its size.
+#[test]
+fn a_lead_and_a_state_feedback_lose_nothing_far_from_zero() {
+    for start in [0.0_f32, 1e4, 1e5] {
+        let mut lead = filter("LEAD_LAG_MOD ZERO 0.01\nLEAD_LAG_MOD POLE 0.1");
+        lead.step(&[start]);
+        // A step of 1/64, which an f32 has at 1e5: at once ten times as much but for half a tick, then with 1.6 s.
+        let step = 0.015_625;
+        let share = core::f64::consts::PI * 0.1 * f64::from(H);
+        let (share, mut lacking) = (share / (1.0 + share), f64::from(step));
+        for tick in 0..5000 {
+            let found = f64::from(lead.step(&[start + step])) - f64::from(start);
+            let change = share * lacking;
+            let expected = f64::from(step) + 9.0 * (lacking - change);
+            lacking -= 2.0 * change;
+            // Half of the last digit of what comes out.
+            assert!((found - expected).abs() < 0.004 + 1e-4, "{start} {tick}: {found} for {expected}");
+        }
+        let mut feedback = Alone::new(
+            1,
+            &[types::POSITION, types::VELOCITY, types::DES_POSITION],
+            "DES_FORCE",
+            "STATE_FEEDBACK_MOD K1_PARAM 997\nSTATE_FEEDBACK_MOD REFERENCE_GAIN 997\nMOD_ENG MOD_ON STATE_FEEDBACK_MOD",
+        );
+        let force = feedback.step(&[start, 0.0, start + step]);
+        assert_close(force, 997.0 * 0.015_625, 1e-6);
+    }
+}
+
+/// A constant error that adds less than the last digit of a large integral is not lost.
+#[test]
+fn an_integral_goes_on_growing_by_small_steps() {
+    for (module, gain) in [("PIDCTRL_MOD", 2.0), ("PID2_MOD", 2.0), ("STATE_FEEDBACK_MOD", 2.0)] {
+        let rows = format!("{module} I_PARAM {gain}\nMOD_ENG MOD_ON {module}");
+        let measured = &[types::POSITION, types::VELOCITY, types::DES_POSITION];
+        let mut module = Alone::new(1, measured, "DES_FORCE", &rows);
+        (0..1000).for_each(|_| _ = module.step(&[0.0, 0.0, 100.0]));
+        let before = module.step(&[0.0, 0.0, 1e-3]);
+        let after = (0..100_000).map(|_| module.step(&[0.0, 0.0, 1e-3])).last().unwrap_or_default();
+        // 2 N/(m s) of 1 mm over 100 s; the integral is 200 N, whose last digit is 15 micronewtons.
+        assert!((after - before - 0.2).abs() < 1e-3, "{rows}: {before} to {after}");
+    }
 }

@@ -47,6 +47,52 @@ fn beyond_a_limit_a_joint_is_braked_and_may_go_back() {
     assert_eq!(module.step(&[1.5, -0.5, -4.0]).to_bits(), (-4.0_f32).to_bits());
 }
 
+/// Loads of 0.5 to 40 times what `DECELERATION` says, on a joint that is up to 30 % lighter or heavier than said: each is
+/// held at the limit for a minute, from rest and where it is hit with the largest velocity; without it the joint goes back.
+#[test]
+fn whatever_pushes_outwards_is_held_at_the_limit() {
+    let rows = "JLIMIT_MOD PORT_FORCE_IN FEED_FORCE\nJLIMIT_MOD POSITION_HIGH 1\nJLIMIT_MOD POSITION_LOW -1
+        JLIMIT_MOD VELOCITY_LIMIT 0.5\nJLIMIT_MOD FORCE_LIMIT 500\nJLIMIT_MOD DECELERATION 7\nJLIMIT_MOD INERTIA 0.5
+        MOD_ENG MOD_ON JLIMIT_MOD";
+    let measured = &[types::POSITION, types::VELOCITY, types::FEED_FORCE];
+    let h = f64::from(H);
+    for (load, side) in
+        [1.75, 8.0, 10.0, 18.0, 20.0, 40.0, 140.0].into_iter().zip([1.0, -1.0].into_iter().cycle())
+    {
+        for inertia in [0.5, 0.385, 0.65] {
+            let mut module = Alone::new(1, measured, "DES_FORCE", rows);
+            let (mut x, mut v) = (0.999, 0.0);
+            let mut tick = |x: &mut f64, v: &mut f64, load: f64| {
+                #[expect(clippy::cast_possible_truncation, reason = "as it is measured")]
+                let force = module.step(&[(side * *x) as f32, (side * *v) as f32, 0.0]);
+                let a = (side * f64::from(force) + load) / inertia;
+                *x += h * (*v + 0.5 * h * a);
+                *v += h * a;
+            };
+            let mut furthest = 0.0_f64;
+            for _ in 0..60_000 {
+                tick(&mut x, &mut v, load);
+                furthest = furthest.max(x);
+            }
+            // While the load is not known yet, it pushes the joint some ticks further.
+            assert!(
+                furthest < 1.0 + 30.0 * load / inertia * h * h + 25.0 * 7.0 * h * h,
+                "{load}: {furthest}"
+            );
+            assert!(
+                (x - 1.0 - 25.0 * 7.0 * h * h).abs() < 2e-4 && v.abs() < 1e-5,
+                "{load} {inertia}: {x}, {v}"
+            );
+            let mut fastest = 0.0_f64;
+            (0..1000).for_each(|_| {
+                tick(&mut x, &mut v, 0.0);
+                fastest = fastest.max(-v);
+            });
+            assert!(x < 1.0 + 1e-5 && fastest < 5.0 * load / inertia * h + 0.04, "{load}: {x}, {fastest}");
+        }
+    }
+}
+
 #[test]
 fn homing_finds_a_stop_by_its_force_and_says_when_there_is_none() {
     let rows = "HOMING_MOD HOMING_VELOCITY 0.1\nHOMING_MOD BACK_OFF 0.005\nHOMING_MOD SEARCH_DISTANCE 0.1

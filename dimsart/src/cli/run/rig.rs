@@ -16,7 +16,7 @@ use crate::tick_map::tick_maps;
 use dimsart_core::types;
 use hil_sim::bus::time::seconds_ns;
 use hil_sim::emulated::{self, Image};
-use hil_sim::response::{AxisOutcome, Experiment, LoopFigures, Outcome, PerceivedStiffness};
+use hil_sim::response::{AxisOutcome, Experiment, LoopFigures, Outcome, PerceivedStiffness, Saturation};
 use hil_sim::rig_file::{RigFile, RigFileError, SHIPPED};
 use hil_sim::schemes::suggestion;
 use indicatif::ProgressBar;
@@ -169,9 +169,17 @@ fn facts(outcome: &Outcome) -> Vec<Fact> {
     facts.extend(outcome.perceived.iter().map(perceived));
     facts.extend(outcome.energy_ports_min_j.map(summary::port_energy));
     facts.extend(summary::limit_cycles(&outcome.limit_cycles));
+    facts.extend(outcome.saturated.iter().map(|found| saturated(found, outcome.simulated_s)));
     facts.extend(outcome.media.iter().map(summary::medium));
     facts.extend(summary::lost(&outcome.received));
     facts
+}
+
+fn saturated(found: &Saturation, simulated_s: f64) -> Fact {
+    let Saturation { device, axis, time_s } = found;
+    let share = 100.0 * time_s / simulated_s.max(f64::MIN_POSITIVE);
+    let note = format!("{share:.0} % of the run: commands beyond range or rate of axis {axis} of {device}");
+    summary::fact("saturated", format!("{time_s:.3}"), "s", &note)
 }
 
 fn perceived(felt: &PerceivedStiffness) -> Fact {

@@ -1,0 +1,57 @@
+//! How long actuators were saturated: the safety stage gave them less than their controllers commanded.
+
+use dimsart_core::limits::MAX_DOF;
+use dimsart_core::{Tick, types};
+use serde::Serialize;
+
+use crate::rig::{Probe, Rig, Station};
+
+/// An actuator that was saturated.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Saturation {
+    /// The device.
+    pub device: String,
+    /// The axis, from 0.
+    pub axis: usize,
+    /// Time with a command beyond its range or its rate limit, `s`.
+    pub time_s: f64,
+}
+
+/// Counts the ticks in which a station's actuators are saturated.
+#[derive(Debug)]
+pub(super) struct Saturated {
+    command: Probe,
+    ticks: [u64; MAX_DOF],
+}
+
+impl Saturated {
+    pub(super) fn of_all(rig: &Rig) -> Vec<Self> {
+        let new = |_| Self { command: Probe::new(types::DES_FORCE.first()), ticks: [0; MAX_DOF] };
+        rig.stations().iter().map(new).collect()
+    }
+
+    /// Adds the present tick of its station.
+    pub(super) fn add(&mut self, station: &Station) {
+        if station.last_tick != Tick::Ran {
+            return;
+        }
+        let commands = self.command.values(station).zip(station.command());
+        for (ticks, (command, given)) in self.ticks.iter_mut().zip(commands) {
+            *ticks += u64::from((command - f64::from(*given)).abs() > 0.0);
+        }
+    }
+
+    /// The actuators of a device that were saturated.
+    pub(super) fn found<'a>(
+        &'a self,
+        device: &'a str,
+        period_s: f64,
+    ) -> impl Iterator<Item = Saturation> + 'a {
+        let saturated = self.ticks.iter().enumerate().filter(|(_, ticks)| **ticks > 0);
+        saturated.map(move |(axis, ticks)| {
+            #[expect(clippy::cast_precision_loss, reason = "no run has so many ticks")]
+            let time_s = *ticks as f64 * period_s;
+            Saturation { device: device.to_owned(), axis, time_s }
+        })
+    }
+}
