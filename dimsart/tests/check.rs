@@ -385,7 +385,6 @@ fn what_a_controller_of_a_rig_has_is_printed() {
     }
 }
 
-<<<<<<< HEAD
 /// Where an `f32` has too coarse steps for a position, the rig's check says up to where it is usable.
 #[test]
 fn positions_beyond_what_an_f32_has_fine_steps_for_are_noted() {
@@ -427,7 +426,8 @@ fn a_filter_s_frequency_above_its_rate_is_refused_with_the_maximum() {
         slow.ends_with("is 100 Hz, above 0.49 of the module's rate, 49.0 Hz: lower FREQUENCY or EVERY_TICKS")
     );
     assert_eq!(with("LOWPASS_MOD FREQUENCY 1e5"), "");
-=======
+}
+
 #[test]
 fn a_word_of_megabytes_is_refused_at_once_and_shown_in_part() {
     let word = "K".repeat(2_000_000);
@@ -441,5 +441,4 @@ fn a_word_of_megabytes_is_refused_at_once_and_shown_in_part() {
         assert!(status == Some(1) && printed.contains("KKK…") && printed.len() < 20_000, "{printed:.300}");
         assert!(begun.elapsed().as_secs_f64() < 4.0, "{:?}", begun.elapsed());
     }
->>>>>>> 0cc4ace3aa9661ff19d296217afbf4f11ddfa368
 }
