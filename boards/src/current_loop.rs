@@ -273,7 +273,6 @@ pub fn why(error: IdentificationError) -> IdentificationFailure {
     match error {
         IdentificationError::NoCurrent => IdentificationFailure::NoCurrent,
         IdentificationError::WrongPhases => IdentificationFailure::WrongPhases,
-        IdentificationError::TooLittleCurrent => IdentificationFailure::TooLittleCurrent,
         IdentificationError::DidNotMove => IdentificationFailure::DidNotMove,
         IdentificationError::Slipped { .. } => IdentificationFailure::Slipped,
         IdentificationError::Fault(fault) => IdentificationFailure::Drive(told(fault).reason().number()),

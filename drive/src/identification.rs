@@ -50,8 +50,6 @@ pub enum IdentificationError {
     NoCurrent,
     /// The currents are not where the voltage is.
     WrongPhases,
-    /// A small change of the voltage, or the turning rotor, exceeds the current: the resistance is too low for it.
-    TooLittleCurrent,
     /// The rotor did not turn.
     DidNotMove,
     /// It turned, and not as a whole number of pole pairs does.
@@ -174,10 +172,7 @@ impl Identification {
     #[inline]
     fn voltage(&mut self, sample: &Sample, most_v: f32) -> Result<Option<Stator>, IdentificationError> {
         if sample.phase_a.iter().any(|phase_a| phase_a.abs() > MOST_SHARE * self.current_a) {
-            return Err(match &self.stage {
-                Stage::Resting(_) if !resting::are_right(sample.phase_a) => IdentificationError::WrongPhases,
-                _ => IdentificationError::TooLittleCurrent,
-            });
+            return Err(IdentificationError::WrongPhases);
         }
         let is_a = Stator::from_phases(sample.phase_a);
         let (current_a, period_s) = (self.current_a, self.period_s);

@@ -15,13 +15,12 @@ const UNDER_WAY: u32 = 1;
 const FOUND: u32 = 2;
 const FAILED: u32 = 3;
 const DRIVE: u32 = 0x100;
-const FAILURES: [IdentificationFailure; 6] = [
+const FAILURES: [IdentificationFailure; 5] = [
     IdentificationFailure::Ended,
     IdentificationFailure::NoCurrent,
     IdentificationFailure::WrongPhases,
     IdentificationFailure::DidNotMove,
     IdentificationFailure::Slipped,
-    IdentificationFailure::TooLittleCurrent,
 ];
 
 /// Between one who asks and one current loop.

@@ -133,8 +133,6 @@ pub enum IdentificationFailure {
     Slipped,
     /// What turns off the drive, too: the number of a [`Reason`](crate::Reason).
     Drive(u8),
-    /// A small change of the voltage, or the turning rotor, exceeds the current: the resistance is too low for it.
-    TooLittleCurrent,
 }
 
 impl core::fmt::Display for IdentificationFailure {
@@ -147,10 +145,6 @@ impl core::fmt::Display for IdentificationFailure {
             Self::WrongPhases => f.write_str(
                 "the currents are not where the voltage is: a phase is open, or the wires or signs of the current sensors \
                  are swapped",
-            ),
-            Self::TooLittleCurrent => f.write_str(
-                "the current exceeded 1.25 times the requested one: the motor's resistance is too low for it; request \
-                 more current",
             ),
             Self::DidNotMove => f.write_str(
                 "the rotor did not turn: take its load off or ask for more current; is the encoder on this motor?",

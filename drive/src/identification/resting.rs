@@ -4,23 +4,14 @@ use super::IdentificationError;
 use crate::number::larger;
 use crate::vector::Stator;
 
-/// In which the voltage rises by a factor of e: so the current is behind it by no more than `L/R` of this.
-const RISE_S: f32 = 0.25;
-/// Of all that the supply can make: up to there it rises evenly. The whole rise takes 2.2 s.
-const FIRST_SHARE: f32 = 1.0 / 2048.0;
+/// In which the voltage rises to all that the supply can make.
+const RISE_S: f32 = 2.0;
 /// For the rotor to come to rest.
 const SETTLE_S: f32 = 0.5;
 /// Over which a current is averaged.
 const AVERAGE_S: f32 = 0.2;
 /// Of the current, in each of the other two phases: half of it, if they are both there.
 const OTHER_PHASE_SHARE: core::ops::Range<f32> = 0.4..0.6;
-
-/// Whether the currents are where the voltage is.
-#[inline]
-pub(super) fn are_right([along_a, v, w]: [f32; 3]) -> bool {
-    let is_right = |phase_a: f32| OTHER_PHASE_SHARE.contains(&(-phase_a / along_a));
-    is_right(v) && is_right(w)
-}
 
 /// What came of it.
 #[derive(Debug, Clone, Copy)]
@@ -63,7 +54,7 @@ impl Resting {
         match &mut self.held_s {
             None => {
                 let wanted_a = if self.half.is_none() { 0.5 * self.current_a } else { self.current_a };
-                self.voltage_v += larger(self.voltage_v, FIRST_SHARE * most_v) * self.period_s / RISE_S;
+                self.voltage_v += most_v * self.period_s / RISE_S;
                 if largest_a >= wanted_a {
                     // The rotor may still move, and its magnets with it.
                     if along_a < 0.5 * wanted_a {
@@ -85,7 +76,8 @@ impl Resting {
                     match self.half {
                         None => self.half = Some((self.voltage_v, mean_a)),
                         Some((half_v, half_a)) => {
-                            if !are_right(phase_a) {
+                            let is_right = |phase_a: f32| OTHER_PHASE_SHARE.contains(&(-phase_a / along_a));
+                            if !is_right(v) || !is_right(w) {
                                 return Err(IdentificationError::WrongPhases);
                             }
                             let resistance_ohm = (self.voltage_v - half_v) / (mean_a - half_a);

@@ -26,15 +26,7 @@ fn identify(
     bench: &mut Bench,
     change: impl Fn(Sample, u32) -> Sample,
 ) -> (Result<Identified, IdentificationError>, f64) {
-    identify_with(bench, CURRENT_A, change)
-}
-
-fn identify_with(
-    bench: &mut Bench,
-    current_a: f32,
-    change: impl Fn(Sample, u32) -> Sample,
-) -> (Result<Identified, IdentificationError>, f64) {
-    let mut identification = Identification::new(&bench.configuration, current_a).unwrap();
+    let mut identification = Identification::new(&bench.configuration, CURRENT_A).unwrap();
     let (mut duties, mut most_a) = (None, 0.0_f64);
     for period in 0..400_000 {
         let sample = change(bench.sample(), period);
@@ -118,35 +110,6 @@ fn what_was_found_drives_the_motor() {
     bench.motor.set_rotor(0.2, 40.0);
     let found_nm = bench.mean_torque_nm(0.5, 2_000);
     assert!((found_nm / 0.5 - 1.0).abs() < 0.02, "{found_nm} N m of 0.5");
-}
-
-/// The current follows the voltage by `L/R`, up to 10 ms here, and what dead time takes is most of the voltage: 10 A are
-/// exceeded by the rotor's turning, 20 A are not.
-#[test]
-fn a_motor_of_low_resistance_is_found_out_or_more_current_is_asked_for() {
-    for inductance_h in [2e-5, 2e-4] {
-        let motor = ThreePhaseParameters {
-            resistance_ohm: 0.02,
-            direct_inductance_h: inductance_h,
-            quadrature_inductance_h: inductance_h,
-            ..free()
-        };
-        let identify = |current_a| {
-            identify_with(&mut Bench::new(&motor, configuration(&motor)), current_a, |sample, _| sample)
-        };
-        let (found, most_a) = identify(20.0);
-        let found = found.unwrap();
-        assert!(most_a < 25.0, "{most_a} A");
-        assert!(is_near(found.resistance_ohm, 0.02, 0.01), "{found:?}");
-        assert!(is_near(found.direct_inductance_h, inductance_h, 0.05), "{found:?}");
-        assert!(is_near(found.quadrature_inductance_h, inductance_h, 0.05), "{found:?}");
-        assert_eq!(u32::from(found.pole_pairs), motor.pole_pairs);
-        for current_a in [2.0, 10.0] {
-            let (found, most_a) = identify(current_a);
-            assert_eq!(found, Err(IdentificationError::TooLittleCurrent), "{current_a} A");
-            assert!(most_a < 1.3 * f64::from(current_a), "{most_a} A");
-        }
-    }
 }
 
 #[test]
