@@ -56,7 +56,7 @@ fn a_rig_with_a_type_of_its_own_is_checked_and_every_fault_of_it_named() {
 #[test]
 fn a_rig_is_checked_for_the_axes_links_and_memory_of_a_board() {
     let (status, [out, _]) = check(Path::new("joint"), &["--board", "b-g431b-esc1"]);
-    assert!(status == Some(0) && out.contains("20 of 480 words"), "{out}");
+    assert!(status == Some(0) && out.contains("22 of 480 words"), "{out}");
     let (status, [out, _]) = check(Path::new("arm_bus"), &["--board", "nucleo-g474re"]);
     assert_eq!(status, Some(1));
     for fault in
