@@ -22,8 +22,8 @@ const CALL_BUDGET: f64 = 25.0;
 /// What LinuxCNC HAL spends on calling a function, counted the same way.
 const LINUXCNC_CALL: f64 = 29.4;
 /// Most times as many instructions as the same arithmetic by hand, which does not look at what it has written: that is
-/// 0.9 of it.
-const TABLE1_BUDGET: f64 = 3.5;
+/// 0.9 of it, and keeps integrals on the force that was applied.
+const TABLE1_BUDGET: f64 = 3.7;
 /// Largest distance of a count from its straight line.
 const LINE_BUDGET: f64 = 1.0;
 
