@@ -26,7 +26,6 @@ impl Crc32 {
     }
 
     /// Adds bytes.
-    #[inline(never)]
     pub fn update(&mut self, bytes: &[u8]) {
         let mut sum = self.0;
         for byte in bytes {
