@@ -2,7 +2,7 @@
 
 use core::cell::Cell;
 
-use crate::checksum::Crc32;
+use crate::checksum::CRC;
 use crate::data_type::{DataType, Shape};
 use crate::unit::AxisKind;
 use crate::words::Words;
@@ -55,7 +55,7 @@ impl Content {
         every_ticks: u8,
         has_counters: bool,
     ) -> Self {
-        let mut digest = Crc32::new();
+        let mut digest = CRC.digest();
         digest.update(&[LAYOUT, every_ticks, u8::from(has_counters)]);
         // Waves are the same on every axis: a joint that turns can be coupled to a tool that slides.
         let tells_axes = |data_type: &&DataType| data_type.unit.is_of_axis();

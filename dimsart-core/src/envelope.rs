@@ -9,7 +9,7 @@
 //! This is end-to-end protection in the manner of AUTOSAR's profile 4 (same polynomial, a counter, a data id), in
 //! a shorter layout: Hamming distance 6 up to 256 bytes, 7 and more up to 32.
 
-use crate::checksum::Crc32;
+use crate::checksum::CRC;
 
 /// Longest content, all included: the CRC's Hamming distance is 6 up to here.
 pub const MAX_CONTENT_BYTES: usize = 256;
@@ -129,7 +129,7 @@ pub fn parse(covered: &[u8]) -> Result<Envelope<'_>, EnvelopeError> {
 
 /// The data id comes first, as a 32-bit number: the channel.
 fn crc(channel: u16, covered: &[u8]) -> u32 {
-    let mut digest = Crc32::new();
+    let mut digest = CRC.digest();
     digest.update(&u32::from(channel).to_le_bytes());
     digest.update(covered);
     digest.finalize()

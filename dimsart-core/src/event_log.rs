@@ -6,7 +6,7 @@
 
 use core::sync::atomic::{AtomicU32, Ordering::Relaxed};
 
-use crate::checksum::Crc32;
+use crate::checksum::CRC;
 use crate::command::ModuleRef;
 use crate::data_type::TypeRef;
 use crate::safety::Reason;
@@ -247,7 +247,7 @@ fn read(record: &[AtomicU32; WORDS]) -> Option<Event> {
 
 /// Never 0 for words that are all 0: fresh memory holds no event.
 fn checksum(words: [u32; WORDS - 1]) -> u32 {
-    let mut digest = Crc32::new();
+    let mut digest = CRC.digest();
     words.iter().for_each(|word| digest.update(&word.to_le_bytes()));
     digest.finalize()
 }

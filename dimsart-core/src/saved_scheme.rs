@@ -11,7 +11,7 @@ use heapless::Vec;
 use postcard::ser_flavors::Flavor;
 use serde::{Deserialize, Serialize};
 
-use crate::checksum::Crc32;
+use crate::checksum::{CRC, Table};
 use crate::command::{Command, CommandError, ModuleRef};
 use crate::dimsart::Dimsart;
 use crate::encode::encode_into;
@@ -111,7 +111,7 @@ impl<'b> Writer<'b> {
     /// [`TooLong`] when there is no room for it; the bytes are of no use then.
     pub fn finish(mut self) -> Result<(), TooLong> {
         self.push(&Command::Check)?;
-        let crc = Crc32::checksum(self.bytes).to_le_bytes();
+        let crc = CRC.checksum(self.bytes).to_le_bytes();
         self.bytes.extend_from_slice(&crc).map_err(|_| TooLong)
     }
 }
@@ -185,7 +185,7 @@ fn give<M: ModuleList, const WORDS: usize>(
 /// The commands, if the bytes are whole and the image is the right one.
 fn check(bytes: &[u8], fingerprint: u32) -> Result<&[u8], LoadError> {
     let (content, crc) = bytes.split_last_chunk::<CRC_BYTES>().ok_or(LoadError::Damaged)?;
-    if Crc32::checksum(content) != u32::from_le_bytes(*crc) {
+    if CRC.checksum(content) != u32::from_le_bytes(*crc) {
         return Err(LoadError::Damaged);
     }
     let (version, content) = content.split_first().ok_or(LoadError::Damaged)?;
@@ -205,7 +205,7 @@ fn check(bytes: &[u8], fingerprint: u32) -> Result<&[u8], LoadError> {
 /// explain them.
 #[must_use]
 pub fn fingerprint<M: ModuleList, const WORDS: usize>(engine: &mut Engine<M, WORDS>) -> u32 {
-    let mut digest = Fingerprint(Crc32::new());
+    let mut digest = Fingerprint(CRC.digest());
     for (kind, found) in (0..).zip(M::KINDS) {
         digest = digest.with(&found.name);
         let parameters = (0..).map_while(|index| Engine::<M, WORDS>::describe_parameter(kind, index));
@@ -227,12 +227,12 @@ pub fn fingerprint<M: ModuleList, const WORDS: usize>(engine: &mut Engine<M, WOR
 }
 
 /// Takes the bytes of what is described.
-struct Fingerprint(Crc32);
+struct Fingerprint(crc::Digest<'static, u32, Table>);
 
 impl Fingerprint {
     fn with(self, content: &impl Serialize) -> Self {
         // Cannot fail: nothing is kept.
-        postcard::serialize_with_flavor(content, self).unwrap_or_else(|_| Self(Crc32::new()))
+        postcard::serialize_with_flavor(content, self).unwrap_or_else(|_| Self(CRC.digest()))
     }
 }
 

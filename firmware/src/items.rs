@@ -19,7 +19,7 @@
 
 use core::ops::Range;
 
-use dimsart_core::checksum::Crc32;
+use dimsart_core::checksum::CRC;
 use embedded_storage_async::nor_flash::NorFlash;
 
 use crate::read_back::{ERASED, ReadBack};
@@ -127,7 +127,7 @@ impl<F: NorFlash> Items<F> {
             let sequence = u32::from_le_bytes(header);
             let is_newer = self.current.is_none_or(|page| sequence > page.sequence);
             // The sum of ones is all ones.
-            if is_newer && (header, sum) != BLANK && sum == Crc32::checksum(&header) {
+            if is_newer && (header, sum) != BLANK && sum == CRC.checksum(&header) {
                 self.current = Some(Page::blank(start, sequence));
             }
         }
@@ -137,11 +137,8 @@ impl<F: NorFlash> Items<F> {
         let next = self.next(page.start);
         let (header, sum) = self.header(next)?;
         let is_blank = (header, sum) == BLANK;
-        let is_whole = if is_blank {
-            self.header(next + HEADER_BYTES)? == BLANK
-        } else {
-            sum == Crc32::checksum(&header)
-        };
+        let is_whole =
+            if is_blank { self.header(next + HEADER_BYTES)? == BLANK } else { sum == CRC.checksum(&header) };
         page.damaged += u16::from(!is_whole);
         self.current = Some(page);
         Ok(())
@@ -173,7 +170,7 @@ impl<F: NorFlash> Items<F> {
     }
 
     fn sum_of(&mut self, header: [u8; 4], item: Item) -> Result<u32, Broken> {
-        let mut digest = Crc32::new();
+        let mut digest = CRC.digest();
         digest.update(&header);
         let mut block = [0; BLOCK_BYTES];
         let bytes = item.start + HEADER_BYTES..;
@@ -264,7 +261,7 @@ impl<F: NorFlash> Items<F> {
         }
         self.write(&mut page, items).await?;
         let header = sequence.to_le_bytes();
-        self.write_header(start, header, Crc32::checksum(&header)).await?;
+        self.write_header(start, header, CRC.checksum(&header)).await?;
         self.current = Some(page);
         Ok(())
     }
@@ -289,7 +286,7 @@ impl<F: NorFlash> Items<F> {
             }
             let [low, high] = length.to_le_bytes();
             let header = [*key, 0, low, high];
-            let mut digest = Crc32::new();
+            let mut digest = CRC.digest();
             digest.update(&header);
             digest.update(bytes);
             self.write_header(start, header, digest.finalize()).await?;

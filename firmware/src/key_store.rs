@@ -15,7 +15,7 @@
 
 use core::ops::Range;
 
-use dimsart_core::checksum::Crc32;
+use dimsart_core::checksum::CRC;
 use embedded_storage_async::nor_flash::NorFlash;
 
 use crate::items::Broken;
@@ -307,5 +307,5 @@ impl Record {
 }
 
 fn checksum(bytes: &[u8]) -> u32 {
-    Crc32::checksum(bytes)
+    CRC.checksum(bytes)
 }

@@ -8,7 +8,7 @@ mod common;
 
 use board::{Board, blank_flashes, scheme};
 use common::{Flash, PAGE, WORD};
-use dimsart_core::checksum::Crc32;
+use dimsart_core::checksum::CRC;
 use dimsart_core::protocol::{Fallback, Origin, Trial};
 use embassy_futures::block_on;
 
@@ -23,7 +23,7 @@ const RECORD_BYTES: usize = 16;
 fn item(key: u8, bytes: &[u8]) -> Vec<u8> {
     let [low, high] = u16::try_from(bytes.len()).unwrap().to_le_bytes();
     let mut item = vec![key, 0, low, high];
-    let mut digest = Crc32::new();
+    let mut digest = CRC.digest();
     digest.update(&item);
     digest.update(bytes);
     item.extend(digest.finalize().to_le_bytes());
@@ -35,7 +35,7 @@ fn item(key: u8, bytes: &[u8]) -> Vec<u8> {
 /// The blank flash with these items in its first page.
 fn with_items(mut flash: Flash, items: &[Vec<u8>]) -> Flash {
     let sequence = 1_u32.to_le_bytes();
-    let mut page = [sequence, Crc32::checksum(&sequence).to_le_bytes()].concat();
+    let mut page = [sequence, CRC.checksum(&sequence).to_le_bytes()].concat();
     page.extend(items.concat());
     flash.bytes[..page.len()].copy_from_slice(&page);
     flash.is_written[..page.len() / WORD].fill(true);

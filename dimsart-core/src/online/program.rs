@@ -21,7 +21,7 @@ use core::ops::Range;
 use super::PROGRAM_VERSION;
 use super::instruction::{Instruction, Opcode};
 use super::verify::{self, ProgramError};
-use crate::checksum::Crc32;
+use crate::checksum::CRC;
 use crate::data_type::TypeRef;
 use crate::unit::Unit;
 
@@ -293,7 +293,7 @@ impl<'a> Program<'a> {
 /// The CRC that ends a program with these words in front of it.
 #[must_use]
 pub fn seal(words: &[u32]) -> u32 {
-    let mut digest = Crc32::new();
+    let mut digest = CRC.digest();
     words.iter().for_each(|word| digest.update(&word.to_le_bytes()));
     digest.finalize()
 }

@@ -11,7 +11,7 @@ use serde::{Deserialize, Serialize};
 
 use super::lease::{Lease, NOBODY};
 use super::response::Refusal;
-use crate::checksum::Crc32;
+use crate::checksum::CRC;
 use crate::safety::Reason;
 
 /// Most words of a configuration.
@@ -199,7 +199,7 @@ impl core::error::Error for MotorRefusal {}
 /// By which a board knows that it has all words of a configuration.
 #[must_use]
 pub fn motor_checksum(words: &[u32]) -> u32 {
-    let mut digest = Crc32::new();
+    let mut digest = CRC.digest();
     for word in words {
         digest.update(&word.to_le_bytes());
     }
