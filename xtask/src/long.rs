@@ -33,10 +33,16 @@ struct Run {
 /// Every long run of tests.
 const RUNS: &[Run] = &[
     Run {
-        what: "10^7 bytes of noise through the emulated UART, a cut frame and a flood, then a command",
-        minutes: 10,
+        what: "10^7 bytes of noise through the emulated UART, a cut frame and a flood, then a command; 5000 ticks a period apart",
+        minutes: 11,
         package: "dimsart",
-        test: ["emulated", "timer_tick::noise_a_cut_frame_and_a_flood_are_survived"],
+        test: ["emulated", "timer_tick::"],
+    },
+    Run {
+        what: "10^4 ticks of every board in its emulated chip",
+        minutes: 2,
+        package: "dimsart",
+        test: ["chip", "boot::boards_tick_by_the_rules"],
     },
     Run {
         what: "10^6 ticks with random inputs in the emulated processor, of both sides, against their bounds",

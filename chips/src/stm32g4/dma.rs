@@ -113,11 +113,12 @@ impl Dma {
 
     /// Channels that ask for an interrupt, as bits.
     pub(super) fn interrupts(&self) -> u32 {
+        let flags = self.registers.get(ISR);
         let wants = |channel: &u32| {
             let enabled = self.registers.get(CHANNEL + channel * CHANNEL_BYTES) & 0xE;
-            self.registers.get(ISR) >> (4 * channel) & enabled != 0
+            flags >> (4 * channel) & enabled != 0
         };
-        (0..CHANNELS).filter(wants).map(|channel| 1 << channel).sum()
+        (0..if flags == 0 { 0 } else { CHANNELS }).filter(wants).map(|channel| 1 << channel).sum()
     }
 }
 

@@ -251,17 +251,20 @@ impl Timer {
     /// Counts until the phase is `target` again, at least 1.
     fn distance(&self, target: u64) -> u64 {
         let period = self.period();
-        (target % period + period - self.phase % period - 1) % period + 1
+        // A division is slow, and rarely needed.
+        let [target, phase] =
+            [target, self.phase].map(|count| if count < period { count } else { count % period });
+        if target > phase { target - phase } else { target + period - phase }
     }
 
-    /// Counts until each flag would be set, with its bit in SR. Up and down, it is the way up alone (CMS 2), down alone
-    /// (CMS 1) or both.
-    fn coming(&self) -> impl Iterator<Item = (u32, u64)> {
+    /// Counts until each of these flags would be set, with its bit in SR. Up and down, it is the way up alone (CMS 2), down
+    /// alone (CMS 1) or both.
+    fn coming(&self, flags: u32) -> impl Iterator<Item = (u32, u64)> {
         let mode = self.registers.bits(CR1, CMS, 2);
         let period = self.period();
         (0..CHANNELS).zip(self.compares).filter_map(move |(channel, compare)| {
             let compare = u64::from(compare);
-            if compare > self.top() {
+            if flags >> (channel + 1) & 1 == 0 || compare > self.top() {
                 return None;
             }
             let up = self.distance(compare);
@@ -293,11 +296,10 @@ impl Timer {
             let to_update = self.counts_to_update();
             let to_stop = to_update.min(self.counts_to_edge().unwrap_or(u64::MAX));
             let passed = counts.min(to_stop);
-            let reached: Vec<u32> =
-                self.coming().filter(|(_, distance)| *distance <= passed).map(|(bit, _)| bit).collect();
-            for bit in reached {
-                self.registers.set_bit(SR, bit, true);
-            }
+            let flags = self.registers.get(SR);
+            let reached = self.coming(!flags).filter(|(_, distance)| *distance <= passed);
+            let flags = reached.fold(flags, |flags, (bit, _)| flags | 1 << bit);
+            self.registers.set(SR, flags);
             let at = self.cycle_of(passed);
             self.phase = (self.phase + passed) % self.period();
             if counts < to_stop {
@@ -330,11 +332,7 @@ impl Timer {
             return u64::MAX;
         }
         let wanted = self.registers.get(DIER) & !self.registers.get(SR);
-        let compare = self
-            .coming()
-            .filter(|(bit, _)| wanted >> bit & 1 == 1)
-            .map(|(_, counts)| self.cycle_of(counts))
-            .min();
+        let compare = self.coming(wanted).map(|(_, counts)| self.cycle_of(counts)).min();
         let edge = self.counts_to_edge().map(|counts| self.cycle_of(counts));
         let triggers = self.has_gates && self.selects().contains(&Select::UPDATE);
         let update = (wanted & 1 == 1 || triggers || compare.is_some() || edge.is_some())

@@ -1,22 +1,23 @@
 //! A board boots and ticks by the chip's rules.
 
 use chips::{BOARDS, Bench, Board};
+use test_requirements::length;
 
 use crate::common::{Shared, image};
 
-/// Ten thousand ticks, and what the start takes.
-const RUN_S: f64 = 10.1;
 /// The longest that interrupts may be kept out, `us`.
 const LONGEST_MASKED_US: f64 = 25.0;
 
 #[test]
 fn boards_tick_by_the_rules() {
+    let ticks = length(2_000_u32, 10_000);
     for board in BOARDS {
         let Some(shared) = Shared::start(board.name) else { return };
-        shared.run_for(0.1);
+        // What the start takes.
+        shared.run_for(0.2);
         let (at_start, place) = shared.bench().processor.take_longest_masked();
         println!("{}: at the start interrupts are masked for {at_start} cycles, until {place}", board.name);
-        shared.run_for(RUN_S);
+        shared.run_for(1e-3 * f64::from(ticks));
         shared.assert_sound();
         let mut bench = shared.bench();
         assert_eq!(bench.chip().resets(), []);
@@ -28,7 +29,7 @@ fn boards_tick_by_the_rules() {
         drop(bench);
         let overview = shared.greet().overview().unwrap();
         let timing = overview.status.timing.unwrap();
-        assert!(timing.ticks >= 10_000, "{timing:?}");
+        assert!(timing.ticks >= ticks, "{timing:?}");
         assert_eq!((timing.late, timing.overruns), (0, 0), "{timing:?}");
     }
 }

@@ -34,9 +34,9 @@ fn commands_are_answered_below_a_tick_that_is_never_late() {
     for _ in 0..100 {
         device.state().unwrap();
     }
-    while ticks(&mut device) < start + 3_000 {}
+    while ticks(&mut device) < start + 1_000 {}
     let reports = firmware.reports();
-    assert!(reports.len() >= 3, "{reports:?}");
+    assert!(!reports.is_empty());
     for report in reports {
         assert!(report.contains(", 0 late, 0 overruns, "), "{report}");
     }
@@ -48,7 +48,7 @@ fn noise_a_cut_frame_and_a_flood_are_survived() {
     share_one_processor();
     let Some(firmware) = Firmware::start(false) else { return };
     let mut uart = firmware.uart();
-    let mut noise = vec![0; length(300_000, 10_000_000)];
+    let mut noise = vec![0; length(60_000, 10_000_000)];
     rand_pcg::Pcg32::seed_from_u64(3).fill_bytes(&mut noise);
     let mut buffer = [0; MAX_FRAME_BYTES];
     let request = encode_request(&Request::Status, 1, &mut buffer).unwrap();
@@ -88,7 +88,7 @@ fn eight_clients_keep_neither_the_tick_nor_the_heart_from_beating() {
         .collect();
     let mut rest = flood.iter().copied().cycle();
     let mut answers = [0; 1024];
-    while beats.len() < 20 || answered.len() < 8 {
+    while beats.len() < length(10, 20) || answered.len() < 8 {
         let bytes: Vec<u8> = rest.by_ref().take(64).collect();
         uart.write_all(&bytes).unwrap();
         let Ok(count) = uart.read(&mut answers) else { continue };
@@ -139,7 +139,7 @@ const PERIOD_CYCLES: u32 = 25_000;
 fn ticks_begin_a_period_apart() {
     let Some(firmware) = Firmware::start(true) else { return };
     let mut line = ByHand::greet(firmware.folder());
-    assert_eq!(jitter_cycles(&mut line, 5_000), 0);
+    assert_eq!(jitter_cycles(&mut line, length(1_000, 5_000)), 0);
 }
 
 #[test]

@@ -102,7 +102,8 @@ impl Link {
 
     fn inertia(&self, frame: &Frame) -> Inertia {
         let Frame { x, y, z, .. } = *frame;
-        let [u, v, w] = self.inertia_kg_m2.map(|row| frame.seen(row));
+        let [first, second, third] = self.inertia_kg_m2;
+        let (u, v, w) = (frame.seen(first), frame.seen(second), frame.seen(third));
         let row = |x: f64, y: f64, z: f64| plus(plus(scaled(u, x), scaled(v, y)), scaled(w, z));
         let ([x0, x1, x2], [y0, y1, y2], [z0, z1, z2]) = (x, y, z);
         let turned = [row(x0, y0, z0), row(x1, y1, z1), row(x2, y2, z2)];

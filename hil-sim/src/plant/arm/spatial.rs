@@ -74,8 +74,8 @@ impl Inertia {
     pub(super) fn of(mass_kg: f64, centre: Vector, about_centre: [Vector; 3]) -> Self {
         let square = dot(centre, centre);
         let [x, y, z] = centre;
-        let shift = |row: Vector, [one, two, three]: Vector, along: f64| {
-            let away = plus([one, two, three].map(|unit| unit * square), scaled(centre, -along));
+        let shift = |row: Vector, unit: Vector, along: f64| {
+            let away = plus(scaled(unit, square), scaled(centre, -along));
             plus(row, scaled(away, mass_kg))
         };
         let [first, second, third] = about_centre;
@@ -101,7 +101,8 @@ impl Inertia {
 
     /// The momentum of a body that moves like `twist`; for an acceleration, the force that it takes from rest.
     pub(super) fn times(&self, Twist { angular, linear }: Twist) -> Wrench {
-        let turning = self.second_kg_m2.map(|row| dot(row, angular));
+        let [x, y, z] = self.second_kg_m2;
+        let turning = [dot(x, angular), dot(y, angular), dot(z, angular)];
         Wrench {
             moment: plus(turning, cross(self.first_kg_m, linear)),
             force: plus(scaled(linear, self.mass_kg), cross(angular, self.first_kg_m)),

@@ -14,8 +14,8 @@ pub(super) fn plus([x, y, z]: Vector, [other_x, other_y, other_z]: Vector) -> Ve
     [x + other_x, y + other_y, z + other_z]
 }
 
-pub(super) fn scaled(vector: Vector, factor: f64) -> Vector {
-    vector.map(|value| value * factor)
+pub(super) fn scaled([x, y, z]: Vector, factor: f64) -> Vector {
+    [x * factor, y * factor, z * factor]
 }
 
 /// `x` and `y`, turned by the angle of this sine and cosine from the one towards the other.

@@ -23,7 +23,11 @@ impl Matrix {
 
     /// The product with a vector.
     pub(super) fn times(&self, vector: &Axes) -> Axes {
-        self.0.map(|row| super::dot(&row, vector))
+        let mut product = [0.0; MAX_DOF];
+        for (value, row) in product.iter_mut().zip(&self.0) {
+            *value = super::dot(row, vector);
+        }
+        product
     }
 }
 
