@@ -180,6 +180,14 @@ impl Bench {
         Ok(())
     }
 
+    /// Runs until `cycle` of the processor has passed; time is counted by [`run_for`](Self::run_for) alone.
+    ///
+    /// # Errors
+    /// As [`run_for`](Self::run_for).
+    pub fn run_until(&mut self, cycle: u64) -> Result<(), MachineError> {
+        self.processor.run_until(cycle)
+    }
+
     /// Pulls the reset pin for a moment.
     pub fn reset(&mut self) {
         self.processor.reset(Reset::Pin);

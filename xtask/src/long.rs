@@ -10,7 +10,9 @@ use crate::boards::{Image, Images};
 use crate::shell::{Outcome, cargo, target};
 use crate::steps::Steps;
 use crate::toolchain::Toolchain;
-use crate::{boards, cycle_table, fuzz, module_costs, page, panic_free, setup, stack, tutorial, two_engines};
+use crate::{
+    boards, cycle_table, fuzz, module_costs, page, panic_free, setup, stack, test, tutorial, two_engines,
+};
 
 /// Tells a test to run at its full length.
 const VARIABLE: &str = "DIMSART_LONG";
@@ -115,6 +117,7 @@ pub(crate) fn run() -> Outcome {
         outcomes.extend([
             steps.step("tests of every image", tests_of_images),
             steps.step("lints of every image", || boards::lint(toolchain, Images::All)),
+            steps.step("lints of the simulator alone", test::lint_simulator),
             steps.step("documentation of every board", || boards::document(toolchain, Images::All)),
             steps.step("stack of every image", || stack::hold(&images, &stack::bounds(&images)?)),
             steps.step("no panic in a tick of any image", || panic_free::hold(&images)),

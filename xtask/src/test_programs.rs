@@ -11,7 +11,7 @@ use serde::Deserialize;
 use crate::shell::{Outcome, cargo, on_every_core, run};
 
 /// The programs that take longest, by name.
-const LONGEST: [&str; 8] = ["emulated", "chip", "rigs", "cycles", "live", "foc", "replay", "sweep"];
+const LONGEST: [&str; 8] = ["chip", "emulated", "cycles", "replay", "page", "power_cut", "connect", "live"];
 
 /// Arguments of cargo that build all of them.
 pub(crate) const BUILD: [&str; 4] = ["test", "--workspace", "--no-run", "--quiet"];

@@ -126,10 +126,8 @@ fn loaded(instruction: &Instruction, outcome: Outcome, known: Known) -> Option<(
 pub struct Caches {
     /// The line that the processor takes instructions from.
     current: Option<u32>,
-    /// Lines, the one not used for longest first.
-    instructions: Vec<u32>,
-    /// As `instructions`.
-    data: Vec<u32>,
+    instructions: Cache,
+    data: Cache,
     /// The line that is being read ahead, and cycles until it is there.
     ahead: Option<(u32, u32)>,
 }
@@ -161,7 +159,7 @@ impl Caches {
         if self.current.replace(line) == Some(line) {
             return 0;
         }
-        let is_cached = take(&mut self.instructions, line, flash.instruction_lines);
+        let is_cached = self.instructions.take(line, flash.instruction_lines);
         let wait = match self.ahead {
             Some((ahead, left)) if ahead == line => left.min(flash.wait_states.into()),
             _ if is_cached => return 0,
@@ -172,7 +170,7 @@ impl Caches {
     }
 
     fn load(&mut self, flash: &Flash, line: u32) -> u32 {
-        if take(&mut self.data, line, flash.data_lines) { 0 } else { self.read(flash) }
+        if self.data.take(line, flash.data_lines) { 0 } else { self.read(flash) }
     }
 
     /// Cycles that a read is waited for, behind one ahead of it.
@@ -188,16 +186,36 @@ impl Caches {
     }
 }
 
-/// Takes a line from a cache, or puts it there in place of the one not used for longest; whether it was there.
-fn take(cache: &mut Vec<u32>, line: u32, most: u16) -> bool {
-    let found = cache.iter().rposition(|cached| *cached == line);
-    if let Some(place) = found {
-        cache.remove(place);
-    } else if most > 0 && cache.len() >= usize::from(most) {
-        cache.remove(0);
+/// Lines of flash, of which the one not used for longest gives way.
+#[derive(Debug, Clone, Default)]
+struct Cache {
+    lines: Vec<u32>,
+    /// When each was used last, counted in uses.
+    used_at: Vec<u64>,
+    uses: u64,
+}
+
+impl Cache {
+    /// Takes a line from it, or puts it there; whether it was there. It holds `most` lines.
+    fn take(&mut self, line: u32, most: u16) -> bool {
+        self.uses += 1;
+        // All are looked at, several at a time: faster than to stop at the first. At most one is it.
+        let numbered = self.lines.iter().zip(1..u32::from(most) + 1);
+        let found =
+            numbered.fold(0, |found, (cached, number)| found | if *cached == line { number } else { 0 });
+        let place = found.checked_sub(1);
+        if let Some(used_at) = place.and_then(|place| self.used_at.get_mut(place as usize)) {
+            *used_at = self.uses;
+            return true;
+        }
+        if self.lines.len() < usize::from(most) {
+            self.lines.push(line);
+            self.used_at.push(self.uses);
+        } else if let Some((cached, used_at)) =
+            self.lines.iter_mut().zip(&mut self.used_at).min_by_key(|(_, used_at)| **used_at)
+        {
+            (*cached, *used_at) = (line, self.uses);
+        }
+        false
     }
-    if most > 0 {
-        cache.push(line);
-    }
-    found.is_some()
 }

@@ -237,7 +237,7 @@ impl Powered {
             None => now + PERIOD_CYCLES,
         };
         self.wire_shunts();
-        self.bench.processor.run_until(end).unwrap();
+        self.bench.run_until(end).unwrap();
         self.turn_motor();
         let bytes = self.bench.received();
         self.received.extend(bytes);

@@ -195,10 +195,10 @@ fn a_data_line_of_an_as5600_that_is_low_is_a_named_fault_and_one_that_a_reset_le
     // In the middle of a byte.
     let begun = powered.chip().i2c_read_at("I2C4");
     while powered.chip().i2c_read_at("I2C4") == begun {
-        powered.bench.processor.run_until(powered.bench.processor.cycles() + 100).unwrap();
+        powered.bench.run_until(powered.bench.processor.cycles() + 100).unwrap();
     }
     let middle = powered.bench.processor.cycles() + 5_000;
-    powered.bench.processor.run_until(middle).unwrap();
+    powered.bench.run_until(middle).unwrap();
     powered.bench.reset();
     powered.run_for(0.3);
     let mut client = Client::new(&mut powered);
