@@ -115,25 +115,63 @@ pub struct EngineCommand {
     number: u8,
 }
 
-impl EngineCommand {
-    /// Every one.
-    pub const ALL: &'static [Self] = &[
-        Self { name: "MOD_ON", needs_module: true, number: 1 },
-        Self { name: "MOD_OFF", needs_module: true, number: 2 },
-        Self { name: "PLACE_BEFORE", needs_module: true, number: 3 },
-        Self { name: "MOD_RESET", needs_module: true, number: 4 },
-        Self { name: "MOD_INIT", needs_module: true, number: 5 },
-        Self { name: "MOD_CLOSE", needs_module: true, number: 6 },
-        Self { name: "MATCHING_CHECK", needs_module: false, number: 16 },
-        Self { name: "STOP", needs_module: false, number: 17 },
-        Self { name: "RESET", needs_module: false, number: 18 },
-        Self { name: "CLOSE", needs_module: false, number: 19 },
-        Self { name: "INIT", needs_module: false, number: 20 },
-        Self { name: "BEGIN", needs_module: false, number: 21 },
-        Self { name: "COMMIT", needs_module: false, number: 22 },
-        Self { name: "ABORT", needs_module: false, number: 23 },
-    ];
+/// Commands to the engine: number on the wire, name in schemes, and the command. The only table of them.
+macro_rules! engine_commands {
+    (with a module: $($of_number:literal $of_name:literal $Of:ident,)* without: $($number:literal $name:literal $Own:ident,)*) => {
+        impl EngineCommand {
+            /// Every one.
+            pub const ALL: &'static [Self] = &[
+                $(Self { name: $of_name, needs_module: true, number: $of_number },)*
+                $(Self { name: $name, needs_module: false, number: $number },)*
+            ];
+        }
 
+        impl Command {
+            /// The command with this number on the wire, if it exists and its value fits.
+            fn of_engine(number: u8, module: Option<ModuleRef>) -> Option<Self> {
+                Some(match (number, module) {
+                    $(($of_number, Some(module)) => Self::$Of(module),)*
+                    $(($number, None) => Self::$Own,)*
+                    _ => return None,
+                })
+            }
+
+            /// The number on the wire of a command to the engine, and the module that is its value.
+            fn to_engine(self) -> Option<(u8, Option<ModuleRef>)> {
+                Some(match self {
+                    $(Self::$Of(module) => ($of_number, Some(module)),)*
+                    $(Self::$Own => ($number, None),)*
+                    Self::Set { .. }
+                    | Self::Bind { .. }
+                    | Self::PutLaw { .. }
+                    | Self::KeepLaw { .. }
+                    | Self::RemoveLaw { .. } => return None,
+                })
+            }
+        }
+    };
+}
+
+engine_commands! {
+    with a module:
+    1 "MOD_ON" PlugIn,
+    2 "MOD_OFF" Unplug,
+    3 "PLACE_BEFORE" PlaceBefore,
+    4 "MOD_RESET" ResetModule,
+    5 "MOD_INIT" InitModule,
+    6 "MOD_CLOSE" CloseModule,
+    without:
+    16 "MATCHING_CHECK" Check,
+    17 "STOP" Stop,
+    18 "RESET" Reset,
+    19 "CLOSE" Close,
+    20 "INIT" Init,
+    21 "BEGIN" Begin,
+    22 "COMMIT" Commit,
+    23 "ABORT" Abort,
+}
+
+impl EngineCommand {
     /// The one of this name in schemes.
     #[must_use]
     pub fn of(name: &str) -> Option<Self> {
@@ -148,27 +186,6 @@ impl EngineCommand {
 }
 
 impl Command {
-    /// The command to the engine of this number on the wire, if it has one and takes the value.
-    fn of_engine(number: u8, module: Option<ModuleRef>) -> Option<Self> {
-        Some(match (number, module) {
-            (1, Some(module)) => Command::PlugIn(module),
-            (2, Some(module)) => Command::Unplug(module),
-            (3, Some(module)) => Command::PlaceBefore(module),
-            (4, Some(module)) => Command::ResetModule(module),
-            (5, Some(module)) => Command::InitModule(module),
-            (6, Some(module)) => Command::CloseModule(module),
-            (16, None) => Command::Check,
-            (17, None) => Command::Stop,
-            (18, None) => Command::Reset,
-            (19, None) => Command::Close,
-            (20, None) => Command::Init,
-            (21, None) => Command::Begin,
-            (22, None) => Command::Commit,
-            (23, None) => Command::Abort,
-            _ => return None,
-        })
-    }
-
     /// Sets a parameter of a module, on all axes.
     #[must_use]
     pub const fn set(module: ModuleRef, parameter: u8, value: Value) -> Self {
@@ -179,31 +196,6 @@ impl Command {
     #[must_use]
     pub const fn bind(module: ModuleRef, port: u8, signal: TypeRef) -> Self {
         Self::Bind { module, port, signal }
-    }
-
-    /// The number of a command to the engine on the wire, and the module that is its value.
-    fn to_engine(self) -> Option<(u8, Option<ModuleRef>)> {
-        Some(match self {
-            Self::PlugIn(module) => (1, Some(module)),
-            Self::Unplug(module) => (2, Some(module)),
-            Self::PlaceBefore(module) => (3, Some(module)),
-            Self::ResetModule(module) => (4, Some(module)),
-            Self::InitModule(module) => (5, Some(module)),
-            Self::CloseModule(module) => (6, Some(module)),
-            Self::Check => (16, None),
-            Self::Stop => (17, None),
-            Self::Reset => (18, None),
-            Self::Close => (19, None),
-            Self::Init => (20, None),
-            Self::Begin => (21, None),
-            Self::Commit => (22, None),
-            Self::Abort => (23, None),
-            Self::Set { .. }
-            | Self::Bind { .. }
-            | Self::PutLaw { .. }
-            | Self::KeepLaw { .. }
-            | Self::RemoveLaw { .. } => return None,
-        })
     }
 
     /// What it is called in schemes, if it is one to the engine.
