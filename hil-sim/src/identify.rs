@@ -8,8 +8,9 @@
 //! derivatives are moved to `φ` (modulating functions; M. Shinbrot, "On the analysis of linear and nonlinear systems", Trans.
 //! ASME 79, 1957). So neither speed nor acceleration has to be measured. In a window the joint moves one way, and not slowly:
 //! what friction does around rest is not in the model. Least squares, each column scaled to 1; the half widths are of 95 %
-//! confidence, from what the windows leave unexplained: noise is in them, what is wrong all along is not. That the force is
-//! recorded later than the position, by half a tick of sampling or an amplifier's lag, would be: it is estimated, too.
+//! confidence, from what the windows leave unexplained. The noise of the recorded positions, such as an encoder's steps, is
+//! estimated and taken off. The force may be recorded later than the position, by half a tick of sampling, a filter or a bus:
+//! the delay is the one that leaves least of the force unexplained.
 //!
 //! Of joints that move each other, one is identified while the others are held. How much they give way when it pulls at them
 //! is recorded, and explains its part of the force: each of them has the inertia that both share as a column, which gets no
@@ -27,7 +28,8 @@ mod windows;
 pub use response::{FrequencyPoint, ResponseTooShort, frequency_response};
 pub use truth::{arm_truth, truth};
 
-use windows::{WINDOW, Windows, count, travel};
+use least_squares::Columns;
+use windows::{LENGTHS, MARGIN, Windows, count, travel};
 
 /// What was recorded of a joint, tick by tick.
 #[derive(Debug, Clone, Copy)]
@@ -78,6 +80,20 @@ pub enum Quantity {
     Lateness,
 }
 
+impl std::fmt::Display for Quantity {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.write_str(match self {
+            Self::Inertia => "inertia",
+            Self::Viscous => "viscous friction",
+            Self::Coulomb => "Coulomb friction",
+            Self::WeightSine => "weight with sin q",
+            Self::WeightCosine => "weight with cos q",
+            Self::Constant => "constant force",
+            Self::Lateness => "delay of the force",
+        })
+    }
+}
+
 /// An estimate.
 #[derive(Debug, Clone, Copy, PartialEq, serde::Serialize)]
 pub struct Estimate {
@@ -101,7 +117,7 @@ pub struct Identified {
 }
 
 /// Why an experiment says nothing of a joint.
-#[derive(Debug, Clone, Copy, PartialEq, thiserror::Error)]
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
 pub enum IdentifyError {
     /// Something recorded is not a number.
     #[error("position or force of tick {tick} is not finite")]
@@ -126,6 +142,12 @@ pub enum IdentifyError {
         /// How long each is, s.
         window_s: f64,
     },
+    /// The motion is the same for several quantities, or the position is too coarse.
+    #[error("this motion cannot separate {}: sweep from slow to fast over a larger range, or record the position more finely", quantities.iter().map(Quantity::to_string).collect::<Vec<_>>().join(", "))]
+    NotSeparable {
+        /// Those without a value.
+        quantities: Vec<Quantity>,
+    },
     /// The model is not that of this joint.
     #[error("inertia, friction and weight leave {:.0} % of the force unexplained: the joint is pushed by something else, bends, has play, or what was recorded is not its force", 100.0 * unexplained)]
     Unexplained {
@@ -136,15 +158,17 @@ pub enum IdentifyError {
 
 /// Windows for each parameter.
 const WINDOWS_EACH: usize = 5;
-/// How often the force's lateness is found anew, with the force moved by what is known of it.
-const PASSES: usize = 3;
+/// Longest delay of the force that is looked for, `s`.
+const MAX_DELAY_S: f64 = 0.15;
+/// Part of a tick that a delay is found to.
+const DELAY_SHARE: f64 = 1e-3;
 
 /// Estimates what a joint has.
 ///
 /// # Errors
 /// [`IdentifyError`] where the experiment cannot say.
 pub fn identify(experiment: &Experiment<'_>) -> Result<Identified, IdentifyError> {
-    let Experiment { position, force, turns, .. } = *experiment;
+    let Experiment { period_s, position, force, turns, others, .. } = *experiment;
     let finite = |(position, force): (&f64, &f64)| position.is_finite() && force.is_finite();
     if let Some(tick) = position.iter().zip(force).position(|both| !finite(both)) {
         return Err(IdentifyError::NotFinite { tick });
@@ -166,39 +190,59 @@ pub fn identify(experiment: &Experiment<'_>) -> Result<Identified, IdentifyError
             &[Quantity::Inertia, Quantity::Viscous, Quantity::Coulomb, Quantity::Constant, Quantity::Lateness]
         }
     };
-    let mut lateness_s = 0.0;
-    let mut identified = pass(experiment, quantities, &mut lateness_s)?;
-    for _ in 1..PASSES {
-        identified = pass(experiment, quantities, &mut lateness_s)?;
+    let max_delay_ticks = libm::ceil(MAX_DELAY_S / period_s).min(count(position.len() / 8));
+    #[expect(
+        clippy::cast_possible_truncation,
+        clippy::cast_sign_loss,
+        reason = "an eighth of the ticks at most"
+    )]
+    let margin = max_delay_ticks as usize + MARGIN;
+    let needed = WINDOWS_EACH * (quantities.len() + others.len());
+    let [windows, shorter] = LENGTHS.map(|ticks| Windows::of(experiment, quantities, ticks, margin));
+    let windows = if windows.list.len() < needed { shorter } else { windows };
+    let found = windows.list.len();
+    if found < needed {
+        return Err(IdentifyError::TooShort { found, needed, window_s: period_s * count(windows.ticks) });
+    }
+    let columns = Columns::of(&windows)?;
+    let unexplained = |delay_ticks: f64| columns.unexplained(&windows.forces(delay_ticks));
+    let delay_ticks = minimum(max_delay_ticks, unexplained);
+    let [before, at, behind] =
+        [-DELAY_SHARE, 0.0, DELAY_SHARE].map(|away| windows.forces(delay_ticks + away));
+    // A force that comes later by this is less by its rate.
+    let slope: Vec<f64> = before
+        .iter()
+        .zip(&behind)
+        .map(|(before, behind)| (before - behind) / (2.0 * DELAY_SHARE * period_s))
+        .collect();
+    let delay = (period_s * delay_ticks, &slope[..]);
+    let (estimates, unexplained) = least_squares::solve(quantities, &windows, &columns, &at, delay)?;
+    let identified = Identified { estimates, others_at: windows.others_at, windows: found, unexplained };
+    let unknown = |estimate: &&Estimate| estimate.value.is_none();
+    if identified.of(Quantity::Inertia).is_none() {
+        let names = identified.estimates.iter().filter(unknown).map(|estimate| estimate.quantity);
+        return Err(IdentifyError::NotSeparable { quantities: names.collect() });
     }
     Ok(identified)
 }
 
-/// Identifies with a force that is so late, and finds how much later it is.
-fn pass(
-    experiment: &Experiment<'_>,
-    quantities: &[Quantity],
-    lateness_s: &mut f64,
-) -> Result<Identified, IdentifyError> {
-    let Experiment { period_s, others, .. } = *experiment;
-    let Windows { equations, others_at } = Windows::of(experiment, quantities, *lateness_s / period_s);
-    let windows = equations.len();
-    let needed = WINDOWS_EACH * (quantities.len() + others.len());
-    if windows < needed {
-        return Err(IdentifyError::TooShort { found: windows, needed, window_s: period_s * count(WINDOW) });
-    }
-    let (estimates, unexplained) = least_squares::solve(quantities, &equations)?;
-    let mut identified = Identified { estimates, others_at, windows, unexplained };
-    // What was estimated in the place of lateness is its product with the inertia.
-    let inertia = identified.of(Quantity::Inertia).map_or(f64::NAN, |(inertia, _)| inertia);
-    for estimate in &mut identified.estimates {
-        if let (Quantity::Lateness, Some((value, half_width))) = (estimate.quantity, &mut estimate.value) {
-            *lateness_s += *value / inertia;
-            (*value, *half_width) = (*lateness_s, *half_width / inertia);
-            estimate.value = estimate.value.filter(|(value, _)| value.is_finite());
+/// Where `of` is smallest from `-max` to `max`: at a whole number first, then around it by golden sections.
+fn minimum(max: f64, of: impl Fn(f64) -> f64) -> f64 {
+    let (mut best, mut least, mut at) = (0.0, f64::INFINITY, -max);
+    while at <= max {
+        let value = of(at);
+        if value < least {
+            (best, least) = (at, value);
         }
+        at += 1.0;
     }
-    Ok(identified)
+    const GOLDEN: f64 = 0.618_033_988_749_895;
+    let (mut low, mut high) = (best - 1.0, best + 1.0);
+    while high - low > DELAY_SHARE {
+        let (one, other) = (high - GOLDEN * (high - low), low + GOLDEN * (high - low));
+        if of(one) < of(other) { high = other } else { low = one }
+    }
+    0.5 * (low + high)
 }
 
 impl Identified {

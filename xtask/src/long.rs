@@ -65,6 +65,12 @@ const RUNS: &[Run] = &[
         test: ["policies", "every_policy"],
     },
     Run {
+        what: "intervals of identified joints: 8 kinds of recordings, 40 seeds each",
+        minutes: 1,
+        package: "hil-sim",
+        test: ["identify_coverage", "the_truth"],
+    },
+    Run {
         what: "a day of the shipped experiment, over a line with loss and jitter, by two clocks",
         minutes: 4,
         package: "dimsart-tests",

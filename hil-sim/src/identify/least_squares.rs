@@ -1,62 +1,109 @@
-//! Least squares over the equations of an experiment, with what each parameter is known to.
+//! Least squares over the windows of an experiment, with a confidence interval of each parameter.
 
 use nalgebra::{DMatrix, DVector};
 
-use super::windows::{Equation, count};
+use super::windows::{Windows, count};
 use super::{Estimate, IdentifyError, Quantity};
 
 /// Variance inflation beyond which two columns are the same.
-const MOST_INFLATION: f64 = 1e3;
+const MAX_INFLATION: f64 = 1e3;
 /// Share of the force that may stay unexplained.
-const MOST_UNEXPLAINED: f64 = 0.1;
+const MAX_UNEXPLAINED: f64 = 0.1;
+/// Share of a column that may be noise of the recorded positions.
+const MAX_NOISE: f64 = 0.3;
+/// Correlation between the errors of two windows in a row that is counted with at most.
+const MAX_CORRELATION: f64 = 0.9;
 
-/// An estimate of each quantity, which are the first columns, and the share of the force that stays unexplained, RMS.
+/// The columns of all windows.
+pub(super) struct Columns {
+    matrix: DMatrix<f64>,
+    /// Orthonormal, of the same space.
+    basis: DMatrix<f64>,
+}
+
+impl Columns {
+    /// # Errors
+    /// [`IdentifyError::NotExcited`].
+    pub(super) fn of(windows: &Windows<'_>) -> Result<Self, IdentifyError> {
+        let columns = windows.list.first().map_or(0, |window| window.columns.len());
+        let values = windows.list.iter().flat_map(|window| window.columns.iter().copied());
+        let matrix = DMatrix::from_row_iterator(windows.list.len(), columns, values);
+        let mut scaled = matrix.clone();
+        for mut column in scaled.column_iter_mut() {
+            column /= column.norm().max(f64::MIN_POSITIVE);
+        }
+        let decomposed = scaled.svd(true, false);
+        let smallest = decomposed.singular_values.max() * 1e-9;
+        let basis = decomposed.u.ok_or(IdentifyError::NotExcited)?;
+        let known = decomposed.singular_values.iter().enumerate().filter(|(_, value)| **value > smallest);
+        let known: Vec<usize> = known.map(|(place, _)| place).collect();
+        Ok(Self { matrix, basis: basis.select_columns(&known) })
+    }
+
+    /// Sum of squares of what the columns leave of these forces.
+    pub(super) fn unexplained(&self, forces: &[f64]) -> f64 {
+        let forces = DVector::from_column_slice(forces);
+        (&forces - &self.basis * self.basis.tr_mul(&forces)).norm_squared()
+    }
+}
+
+/// An estimate of each quantity and the share of the force that stays unexplained, RMS. Lateness, of which the estimate is
+/// `delay`, is the last quantity; how the forces change with it is `slope`.
+///
+/// The noise of the recorded positions makes a column longer and what it explains smaller, so its expected square is taken
+/// off (W. A. Fuller, "Measurement Error Models", Wiley 1987, chapter 2).
 ///
 /// # Errors
 /// [`IdentifyError::NotExcited`], [`IdentifyError::Unexplained`].
 pub(super) fn solve(
     quantities: &[Quantity],
-    equations: &[Equation],
+    windows: &Windows<'_>,
+    columns: &Columns,
+    forces: &[f64],
+    (delay, slope): (f64, &[f64]),
 ) -> Result<(Vec<Estimate>, f64), IdentifyError> {
-    let (rows, columns) = (equations.len(), equations.first().map_or(0, |(row, _)| row.len()));
-    let values = equations.iter().flat_map(|(row, _)| row.iter().copied());
-    let mut matrix = DMatrix::from_row_iterator(rows, columns, values);
-    let forces = DVector::from_iterator(rows, equations.iter().map(|(_, force)| *force));
+    let rows = forces.len();
+    let forces = DVector::from_column_slice(forces);
+    let mut matrix = columns.matrix.clone();
+    let lateness = quantities.len() - 1;
+    matrix.set_column(lateness, &DVector::from_column_slice(slope));
     // A column that is 0 stays so, and is found below.
     let scales: Vec<f64> = matrix.column_iter().map(|column| column.norm().max(f64::MIN_POSITIVE)).collect();
     for (mut column, scale) in matrix.column_iter_mut().zip(&scales) {
         column /= *scale;
     }
-    let decomposed = matrix.clone().svd(true, true);
-    let smallest = decomposed.singular_values.max() * 1e-9;
-    let (Ok(solution), Ok(inverse)) =
-        (decomposed.solve(&forces, smallest), matrix.clone().pseudo_inverse(smallest))
-    else {
-        return Err(IdentifyError::NotExcited);
-    };
+    let plain = matrix.tr_mul(&matrix);
+    let noise: Vec<f64> =
+        windows.noise.iter().zip(&scales).map(|(of, scale)| count(rows) * of / (scale * scale)).collect();
+    let mut normal = plain.clone();
+    for (place, noise) in noise.iter().enumerate() {
+        if let Some(entry) = normal.get_mut((place, place)) {
+            *entry -= noise.min(MAX_NOISE);
+        }
+    }
+    let inverse = normal.clone().pseudo_inverse(1e-12).map_err(|_| IdentifyError::NotExcited)?;
+    let solution = &inverse * matrix.tr_mul(&forces);
     let residual = &forces - &matrix * &solution;
     let unexplained = residual.norm() / forces.norm().max(f64::MIN_POSITIVE);
-    if unexplained > MOST_UNEXPLAINED {
+    if unexplained > MAX_UNEXPLAINED {
         return Err(IdentifyError::Unexplained { unexplained });
     }
-    let variance = residual.norm_squared() / count(rows - columns);
-    // With columns of length 1, what the others add to the variance of a parameter.
-    let inflations: Vec<f64> = inverse.row_iter().map(|row| row.norm_squared()).collect();
-    // A direction that is cut off the pseudo-inverse has no variance in it, and is no better known.
-    let is_known = |place: usize| match &decomposed.v_t {
-        Some(directions) => {
-            decomposed.singular_values.iter().zip(directions.row_iter()).all(|(value, direction)| {
-                *value > smallest || direction.get(place).is_none_or(|part| part.abs() < 1e-6)
-            })
-        }
-        None => false,
-    };
+    // What is wrong in one window and in the next one, too, is averaged out less.
+    let product = |(one, other): (usize, usize)| Some(residual.get(one)? * residual.get(other)?);
+    let together: f64 = windows.neighbours().filter_map(product).sum();
+    let correlation = (together / residual.norm_squared().max(f64::MIN_POSITIVE)).clamp(0.0, MAX_CORRELATION);
+    let variance = residual.norm_squared() / count(rows - scales.len());
+    let variance = variance * (1.0 + correlation) / (1.0 - correlation);
+    let spread = &inverse * &plain * &inverse;
     let estimate = |(place, quantity): (usize, &Quantity)| {
-        let (inflation, scale) = (inflations.get(place)?, scales.get(place)?);
-        let is_told = *inflation < MOST_INFLATION && is_known(place);
+        let (inflation, scale) = (*spread.get((place, place))?, scales.get(place)?);
+        let is_told = (0.0..MAX_INFLATION).contains(&inflation)
+            && inflation > 0.0
+            && noise.get(place).is_none_or(|noise| *noise < MAX_NOISE);
         let half_width = 1.96 * libm::sqrt(variance * inflation) / scale;
-        let value = is_told.then_some((solution.get(place)? / scale, half_width));
-        Some(Estimate { quantity: *quantity, value })
+        let value = solution.get(place)? / scale;
+        let value = if *quantity == Quantity::Lateness { delay + value } else { value };
+        Some(Estimate { quantity: *quantity, value: is_told.then_some((value, half_width)) })
     };
     let estimates = quantities.iter().enumerate().filter_map(estimate).collect();
     Ok((estimates, unexplained))

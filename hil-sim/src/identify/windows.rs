@@ -1,78 +1,158 @@
-//! The equations of an experiment: one for each window of time in which the joint moves one way, and not slowly.
+//! The windows of an experiment: stretches in which the joint moves one way, and not slowly. Each makes one equation.
 
 use super::{Experiment, ForceIs, Quantity};
 
-/// Ticks of a window.
-pub(super) const WINDOW: usize = 40;
+/// Ticks of a window: long ones average more noise, short ones are left where rows are few or the motion is fast.
+pub(super) const LENGTHS: [usize; 2] = [40, 20];
+/// Ticks around a window that its force may reach beyond its delay.
+pub(super) const MARGIN: usize = 12;
 /// Share of the largest speed that counts as slow.
 const SLOW: f64 = 0.1;
 /// Share of the joint's travel that another one may move in a window and count as held.
 const HELD: f64 = 0.02;
+/// Order of the difference that shows the position's noise, and the variance that white noise of variance 1 has in it.
+const NOISE_ORDER: usize = 6;
+const NOISE_GAIN: f64 = 924.0;
 
-/// One window: a column for each quantity and one for each other joint's inertia, and the force.
-pub(super) type Equation = (Vec<f64>, f64);
-
-/// Every window of an experiment.
-#[derive(Debug, Default)]
-pub(super) struct Windows {
-    pub(super) equations: Vec<Equation>,
-    /// Where the others were, on average.
-    pub(super) others_at: Vec<f64>,
+/// The equation of one window, without its force.
+pub(super) struct Window {
+    /// Its first tick.
+    start: usize,
+    /// One for each quantity, and one for the inertia shared with each other joint.
+    pub(super) columns: Vec<f64>,
 }
 
-impl Windows {
-    /// With the force as it was `lateness_ticks` before it was recorded.
-    pub(super) fn of(experiment: &Experiment<'_>, quantities: &[Quantity], lateness_ticks: f64) -> Self {
-        let Experiment { period_s, position, force, others, .. } = *experiment;
+/// Every window of an experiment.
+pub(super) struct Windows<'a> {
+    experiment: &'a Experiment<'a>,
+    /// Ticks of each.
+    pub(super) ticks: usize,
+    pub(super) list: Vec<Window>,
+    /// Mean positions of the other joints.
+    pub(super) others_at: Vec<f64>,
+    /// Variance of each column by the noise of the recorded positions.
+    pub(super) noise: Vec<f64>,
+}
+
+impl<'a> Windows<'a> {
+    /// Windows of so many ticks that stay `margin` ticks away from both ends of the recording.
+    pub(super) fn of(
+        experiment: &'a Experiment<'a>,
+        quantities: &[Quantity],
+        ticks: usize,
+        margin: usize,
+    ) -> Self {
+        let Experiment { period_s, position, others, .. } = *experiment;
         // Over five ticks, so that an encoder's steps do not turn it around.
         let changes: Vec<f64> = position.windows(5).map(change).collect();
         let fastest = changes.iter().fold(0.0, |most: f64, change| most.max(change.abs()));
-        let late_ticks = match experiment.force_is {
-            ForceIs::Measured => -lateness_ticks,
-            ForceIs::Held { delay_ticks } => delay_ticks - lateness_ticks,
+        let mut windows = Self {
+            experiment,
+            ticks,
+            list: Vec::new(),
+            others_at: vec![0.0; others.len()],
+            noise: Vec::new(),
         };
-        #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "a few ticks")]
-        let before = libm::ceil(late_ticks.max(0.0)) as usize;
-        let weight: fn(f64) -> f64 = match experiment.force_is {
-            ForceIs::Measured => |x| bump(x.clamp(0.0, 1.0)) / count(WINDOW),
-            ForceIs::Held { .. } => |x| area(x + 1.0 / count(WINDOW)) - area(x),
-        };
-        // Of the place in the window at which the force begins to be there.
-        let driven = |forces: &[f64]| -> f64 {
-            let place = |tick| (count(tick) - count(before) + late_ticks) / count(WINDOW);
-            forces.iter().enumerate().map(|(tick, force)| force * weight(place(tick))).sum()
-        };
-        let mut windows = Self { equations: Vec::new(), others_at: vec![0.0; others.len()] };
-        let mut start = before.max(2);
-        while let (Some(moved), Some(speeds), Some(forces)) = (
-            position.get(start..=start + WINDOW),
-            changes.get(start - 2..start + WINDOW - 1),
-            force.get(start - before..=start + WINDOW),
+        let mut start = margin.max(2);
+        while let (Some(moved), Some(speeds), Some(_)) = (
+            position.get(start..=start + ticks),
+            changes.get(start - 2..start + ticks - 1),
+            position.get(start + ticks + margin),
         ) {
             let way = speeds.first().copied().unwrap_or_default().signum();
             if let Some(slow) = speeds.iter().rposition(|speed| speed * way <= SLOW * fastest) {
                 start += slow + 1;
                 continue;
             }
-            let window = start..=start + WINDOW;
+            let window = start..=start + ticks;
             let others: Vec<&[f64]> =
                 others.iter().map(|other| other.get(window.clone()).unwrap_or_default()).collect();
-            start += WINDOW;
-            if others.iter().any(|other| travel(other) > HELD * travel(moved)) {
-                continue;
+            if others.iter().all(|other| travel(other) <= HELD * travel(moved)) {
+                let own = quantities.iter().map(|quantity| column(*quantity, moved, way, period_s));
+                let coupled = others.iter().map(|other| column(Quantity::Inertia, other, way, period_s));
+                windows.list.push(Window { start, columns: own.chain(coupled).collect() });
+                for (at, other) in windows.others_at.iter_mut().zip(&others) {
+                    *at += middle(other);
+                }
             }
-            let own = quantities.iter().map(|quantity| column(*quantity, moved, way, period_s));
-            let coupled = others.iter().map(|other| column(Quantity::Inertia, other, way, period_s));
-            let columns = own.chain(coupled).collect();
-            windows.equations.push((columns, driven(forces)));
-            for (at, other) in windows.others_at.iter_mut().zip(&others) {
-                *at += middle(other);
-            }
+            start += ticks;
         }
         for at in &mut windows.others_at {
-            *at /= count(windows.equations.len().max(1));
+            *at /= count(windows.list.len().max(1));
         }
+        let own = quantities.iter().map(|quantity| (*quantity, position));
+        let coupled = others.iter().map(|other| (Quantity::Inertia, *other));
+        let noise = |(quantity, position)| gain(quantity, period_s, ticks) * windows.position_noise(position);
+        windows.noise = own.chain(coupled).map(noise).collect();
         windows
+    }
+
+    /// The mean force of each window, if the force was recorded `delay_ticks` later than the position.
+    pub(super) fn forces(&self, delay_ticks: f64) -> Vec<f64> {
+        let tick = 1.0 / count(self.ticks);
+        let shift = match self.experiment.force_is {
+            ForceIs::Measured => delay_ticks,
+            ForceIs::Held { delay_ticks: known } => delay_ticks - known,
+        };
+        let weight = |x: f64| match self.experiment.force_is {
+            ForceIs::Measured => bump(x.clamp(0.0, 1.0)) * tick,
+            ForceIs::Held { .. } => area(x + tick) - area(x),
+        };
+        // From the last tick at or before the window's start on, and one beyond its end.
+        let first = libm::floor(shift) - 1.0;
+        let weights: Vec<f64> =
+            (0..self.ticks + 3).map(|place| weight((count(place) + first - shift) * tick)).collect();
+        let forces = |window: &Window| {
+            #[expect(clippy::cast_possible_truncation, reason = "ticks of a recording")]
+            let begin = window.start.checked_add_signed(first as isize).unwrap_or_default();
+            let forces = self.experiment.force.get(begin..).unwrap_or_default();
+            forces.iter().zip(&weights).map(|(force, weight)| force * weight).sum()
+        };
+        self.list.iter().map(forces).collect()
+    }
+
+    /// Pairs of windows that follow each other without a gap, by their places.
+    pub(super) fn neighbours(&self) -> impl Iterator<Item = (usize, usize)> {
+        let starts = self.list.windows(2).enumerate();
+        starts.filter_map(|(place, pair)| match pair {
+            [one, other] if one.start + self.ticks == other.start => Some((place, place + 1)),
+            _ => None,
+        })
+    }
+
+    /// Variance of what a position is recorded wrong by: what is left of it in a difference of sixth order, which no motion
+    /// reaches.
+    fn position_noise(&self, position: &[f64]) -> f64 {
+        let moved =
+            self.list.iter().filter_map(|window| position.get(window.start..=window.start + self.ticks));
+        let squares: Vec<f64> =
+            moved.flat_map(|moved| moved.windows(NOISE_ORDER + 1).map(difference)).collect();
+        squares.iter().sum::<f64>() / NOISE_GAIN / count(squares.len().max(1))
+    }
+}
+
+/// Square of the difference of sixth order.
+fn difference(positions: &[f64]) -> f64 {
+    let binomial = [1.0, -6.0, 15.0, -20.0, 15.0, -6.0, 1.0];
+    let difference: f64 = positions.iter().zip(binomial).map(|(position, factor)| position * factor).sum();
+    difference * difference
+}
+
+/// Variance that white noise of variance 1 in the positions makes in a quantity's column. That of a weight is small.
+fn gain(quantity: Quantity, period_s: f64, ticks: usize) -> f64 {
+    let window_s = period_s * count(ticks);
+    let squares = |weight: fn(f64) -> f64| -> f64 {
+        let terms = (0..=ticks).map(|tick| weight(count(tick) / count(ticks)) / count(ticks));
+        terms.map(|weight| weight * weight).sum()
+    };
+    match quantity {
+        Quantity::Inertia => squares(curvature) / libm::pow(window_s, 4.0),
+        Quantity::Viscous => squares(slope) / (window_s * window_s),
+        Quantity::Coulomb
+        | Quantity::WeightSine
+        | Quantity::WeightCosine
+        | Quantity::Constant
+        | Quantity::Lateness => 0.0,
     }
 }
 
@@ -93,10 +173,12 @@ pub(super) fn travel(values: &[f64]) -> f64 {
 /// What a quantity of 1 adds to the mean force of a window. Sums are integrals by the trapezoidal rule: all that is
 /// summed is 0 at both ends with its slopes, where that rule is exact to the third order of a tick or better.
 fn column(quantity: Quantity, moved: &[f64], way: f64, period_s: f64) -> f64 {
-    let window_s = period_s * count(WINDOW);
+    let ticks = count(moved.len() - 1);
+    let window_s = period_s * ticks;
     let weighted = |weight: fn(f64) -> f64, of: &dyn Fn(f64) -> f64| -> f64 {
-        let terms = moved.iter().enumerate().map(|(tick, position)| weight(share(tick)) * of(*position));
-        terms.sum::<f64>() / count(WINDOW)
+        let terms =
+            moved.iter().enumerate().map(|(tick, position)| weight(count(tick) / ticks) * of(*position));
+        terms.sum::<f64>() / ticks
     };
     // What the rule leaves of one end is that of the other.
     let middle = middle(moved);
@@ -107,7 +189,8 @@ fn column(quantity: Quantity, moved: &[f64], way: f64, period_s: f64) -> f64 {
         Quantity::WeightSine => weighted(bump, &libm::sin),
         Quantity::WeightCosine => weighted(bump, &libm::cos),
         Quantity::Constant => AREA,
-        Quantity::Lateness => weighted(jerk, &|q| q - middle) / (window_s * window_s * window_s),
+        // Its column is how the force changes with it, which the force says.
+        Quantity::Lateness => 0.0,
     }
 }
 
@@ -125,11 +208,6 @@ fn curvature(x: f64) -> f64 {
     6.0 * libm::pow(product, 4.0) * (5.0 * inner * inner - 2.0 * product)
 }
 
-fn jerk(x: f64) -> f64 {
-    let (product, inner) = (x * (1.0 - x), 1.0 - 2.0 * x);
-    60.0 * libm::pow(product, 3.0) * inner * (2.0 * inner * inner - 3.0 * product)
-}
-
 /// Its integral from 0 to `x`, held inside 0 to 1: term by term of the binomial.
 fn area(x: f64) -> f64 {
     let x = x.clamp(0.0, 1.0);
@@ -143,10 +221,6 @@ fn area(x: f64) -> f64 {
 
 /// Its integral from 0 to 1.
 const AREA: f64 = 1.0 / 12_012.0;
-
-fn share(tick: usize) -> f64 {
-    count(tick) / count(WINDOW)
-}
 
 #[expect(clippy::cast_precision_loss, reason = "ticks of an experiment")]
 pub(super) fn count(ticks: usize) -> f64 {
