@@ -41,6 +41,18 @@ const RUNS: &[Run] = &[
         test: ["emulated", "timer_tick::"],
     },
     Run {
+        what: "10^5 ticks of both sides on emulated boards, with every module, bit by bit",
+        minutes: 3,
+        package: "dimsart",
+        test: ["emulated", "same_bits::"],
+    },
+    Run {
+        what: "10^4 random transactions on an emulated board",
+        minutes: 3,
+        package: "dimsart",
+        test: ["emulated", "transactions::"],
+    },
+    Run {
         what: "10^4 ticks of every board in its emulated chip",
         minutes: 2,
         package: "dimsart",

@@ -3,7 +3,7 @@
 use std::path::PathBuf;
 
 use crate::setup;
-use crate::shell::{Outcome, cargo, command, run, target, top};
+use crate::shell::{Outcome, cargo, command, on_every_core, run, target, top};
 
 /// The scripts that write reference runs.
 const REFERENCES: [&str; 6] = ["two_sided_loop", "joint", "arm", "phantom", "identify", "modules"];
@@ -15,11 +15,11 @@ pub(crate) fn folder() -> PathBuf {
 
 /// Has the reference runs written.
 pub(crate) fn references() -> Outcome {
-    for name in REFERENCES {
+    let python = setup::python()?;
+    on_every_core(REFERENCES.to_vec(), |name| {
         let script = format!("tests/oracle/{name}.py");
-        run(command(setup::python()?, ["-B", &script, "--out"]).current_dir(top()).arg(folder()))?;
-    }
-    Ok(())
+        run(command(&python, ["-B", &script, "--out"]).current_dir(top()).arg(folder()))
+    })
 }
 
 /// Runs every comparison and draws the page.

@@ -50,12 +50,21 @@ pub(crate) fn run(command: &mut Command) -> Outcome {
 /// Does some work for each of these, as many at a time as there are cores: the next one goes to the core that is free first.
 /// An error names all that failed.
 pub(crate) fn on_every_core<T: Send>(todo: Vec<T>, work: impl Fn(T) -> Outcome + Sync) -> Outcome {
+    at_once(cores(), todo, work)
+}
+
+/// Cores of this computer.
+pub(crate) fn cores() -> usize {
+    available_parallelism().map_or(1, NonZero::get)
+}
+
+/// The same, so many at a time.
+pub(crate) fn at_once<T: Send>(count: usize, todo: Vec<T>, work: impl Fn(T) -> Outcome + Sync) -> Outcome {
     let todo = Mutex::new(todo.into_iter());
     let next = || todo.lock().unwrap_or_else(PoisonError::into_inner).next();
     let on_core = || std::iter::from_fn(next).filter_map(|one| work(one).err()).collect();
-    let cores = available_parallelism().map_or(1, NonZero::get);
     let failed: Vec<String> = std::thread::scope(|scope| {
-        let workers: Vec<_> = (0..cores).map(|_| scope.spawn(on_core)).collect();
+        let workers: Vec<_> = (0..count).map(|_| scope.spawn(on_core)).collect();
         let lost = |_| vec!["a thread was lost".to_owned()];
         workers.into_iter().flat_map(|worker| worker.join().unwrap_or_else(lost)).collect()
     });

@@ -25,8 +25,13 @@ pub(crate) fn quick() -> Outcome {
 pub(crate) fn test() -> Outcome {
     Steps::run(|steps| {
         let toolchain = tools(steps)?;
-        let images = Steps::both(|| images(steps, toolchain), || build(steps))?;
-        tests(steps, toolchain, &images)
+        let host = || {
+            python(steps)?;
+            build(steps)
+        };
+        let images = Steps::both(|| images(steps, toolchain), host)?;
+        hold(steps, toolchain, &images)?;
+        tests(steps)
     })
 }
 
@@ -44,25 +49,33 @@ pub(crate) fn ci() -> Outcome {
                 Ok(images)
             },
             || {
+                python(steps)?;
                 steps.step("lints", lint)?;
                 steps.step("documentation", document)?;
                 build(steps)
             },
         )?;
-        tests(steps, toolchain, &images)?;
+        hold(steps, toolchain, &images)?;
+        // Instructions are counted, not timed: the tests may run meanwhile.
         Steps::both(
-            || steps.step("no panic in a tick", || panic_free::hold(&images)),
-            || steps.step("instructions of a tick", bench::hold),
+            || {
+                steps.step("no panic in a tick", || panic_free::hold(&images))?;
+                steps.step("instructions of a tick", bench::hold)
+            },
+            || tests(steps),
         )
     })
 }
 
 fn tools(steps: &Steps) -> Result<Toolchain, String> {
     steps.step("tools", || {
-        setup::python()?;
         setup::emulator()?;
         Toolchain::set_up()
     })
+}
+
+fn python(steps: &Steps) -> Outcome {
+    steps.step("Python packages", || setup::python().map(drop))
 }
 
 fn format() -> Outcome {
@@ -92,8 +105,8 @@ fn build(steps: &Steps) -> Outcome {
     steps.step("build of the tests", || run(&mut cargo(&test_programs::BUILD)))
 }
 
-/// What the images are held to, and every test.
-fn tests(steps: &Steps, toolchain: Toolchain, images: &[Image]) -> Outcome {
+/// Holds the images to their budgets, and prepares what tests need.
+fn hold(steps: &Steps, toolchain: Toolchain, images: &[Image]) -> Outcome {
     steps.step("size of the images", || boards::hold(images))?;
     steps.step("stack of the images", || stack::hold(images, &stack::bounds(images)?))?;
     // Each of these has one core busy.
@@ -106,7 +119,10 @@ fn tests(steps: &Steps, toolchain: Toolchain, images: &[Image]) -> Outcome {
             steps.step("reference runs", oracle::references)?;
             steps.step("the how-to pages", tutorial::follow_how_tos)
         },
-    )?;
+    )
+}
+
+fn tests(steps: &Steps) -> Outcome {
     steps.step("tests", || {
         let folders = [("DIMSART_ORACLE", oracle::folder()), ("DIMSART_FIRMWARE", boards::folder())];
         test_programs::run_all(&folders.map(|(name, folder)| (name, folder.into())))

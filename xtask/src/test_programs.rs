@@ -1,5 +1,5 @@
-//! Every test program, as many at a time as there are cores, the longest first. Cargo runs one after the other, and cores wait
-//! at the end of each.
+//! Every test program, one more at a time than there are cores, the longest first. Cargo runs one after the other, and cores
+//! wait at the end of each.
 
 use std::ffi::OsString;
 use std::path::PathBuf;
@@ -8,7 +8,7 @@ use std::time::Instant;
 
 use serde::Deserialize;
 
-use crate::shell::{Outcome, cargo, on_every_core, run};
+use crate::shell::{Outcome, at_once, cargo, cores, run};
 
 /// The programs that take longest, by name.
 const LONGEST: [&str; 8] = ["chip", "emulated", "cycles", "replay", "page", "power_cut", "connect", "live"];
@@ -91,7 +91,8 @@ pub(crate) fn run_all(environment: &[(&str, OsString)]) -> Outcome {
     if programs.is_empty() {
         return Err("cargo has built no test program".to_owned());
     }
-    let tests = on_every_core(programs, |program| program.run(environment));
+    // One more: some tests wait.
+    let tests = at_once(cores() + 1, programs, |program| program.run(environment));
     let examples = run(&mut cargo(&["test", "--workspace", "--doc", "--quiet"]));
     let failed: Vec<String> = [tests, examples].into_iter().filter_map(Result::err).collect();
     if failed.is_empty() { Ok(()) } else { Err(failed.join("; ")) }

@@ -11,31 +11,31 @@ use hil_sim::rig::{Rig, Station};
 use hil_sim::scenario::Scenario;
 
 use crate::common::image;
+use test_requirements::length;
 
+/// Of the longest comparison, at full length.
 const TICKS: u64 = 100_000;
 const EVERY_MODULE: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/tests/emulated/every_module.scheme");
 
 #[test]
 fn table_1_on_both_sides() {
     // Packets that are late and lost keep every signal moving to the end.
-    compare(TICKS, ["link.jitter_ticks=2", "link.loss=0.02"]);
+    compare(length(TICKS / 5, TICKS), ["link.jitter_ticks=2", "link.loss=0.02"]);
 }
 
 #[test]
 fn packets_that_come_in_heaps() {
     let heaps =
         ["link.jitter_ticks=40", "link.duplication=0.8", "link.reordering=0.2", "link.timeout_ticks=100"];
-    let Some(rig) = compare(TICKS / 5, heaps) else { return };
+    let ticks = length(TICKS / 20, TICKS / 5);
+    let Some(rig) = compare(ticks, heaps) else { return };
     let replaced = |station: &Station| {
         let data_base = station.dimsart.engine().data_base();
         let counter = data_base.signals().find(|(_, entry)| entry.signal.id == types::LINK_REFUSED.id);
         data_base.words(counter.unwrap().0)[0]
     };
     // Of 1.8 packets per tick, all but one of those that come together are replaced by the newest.
-    assert!(
-        rig.stations().iter().map(replaced).all(|count| u64::from(count) > TICKS / 5),
-        "few came together"
-    );
+    assert!(rig.stations().iter().map(replaced).all(|count| u64::from(count) > ticks), "few came together");
 }
 
 #[test]
@@ -56,7 +56,7 @@ fn more_packets_than_a_tick_takes_are_an_error_that_says_so() {
 #[test]
 fn every_module_on_both_sides() {
     let [master, slave] = ["master", "slave"].map(|side| format!("{side}.scheme={EVERY_MODULE}"));
-    let rig = compare(TICKS, [&master, &slave, "link.loss=0.02"]);
+    let rig = compare(length(TICKS / 5, TICKS), [&master, &slave, "link.loss=0.02"]);
     for station in rig.iter().flat_map(Rig::stations) {
         let kinds: BTreeSet<u8> = station.dimsart.engine().steps().map(|step| step.module.kind).collect();
         let board = BOARDS.iter().find(|board| board.name == BOARD).unwrap();

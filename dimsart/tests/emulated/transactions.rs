@@ -73,7 +73,8 @@ fn random_transactions_come_to_the_same_bits_and_answers_on_the_board() {
     let mut random = Pcg32::seed_from_u64(12);
     let (mut receiver, mut number) = (Receiver::new(), 0_u8);
     let (mut taken, mut refused, mut commits) = (0, 0, 0);
-    for transaction in 0..length(2_000, 10_000) {
+    let transactions = length(500, 10_000);
+    for transaction in 0..transactions {
         for command in any_transaction(&mut random) {
             let expected = here.stations_mut()[0].dimsart.command(command).err();
             // The copy of the board's Data Base has the same modules.
@@ -114,5 +115,5 @@ fn random_transactions_come_to_the_same_bits_and_answers_on_the_board() {
         }
     }
     println!("{commits} commits, {taken} commands taken, {refused} refused");
-    assert!(commits > 1_000 && refused > 1_500, "{commits} {taken} {refused}");
+    assert!(2 * commits > transactions && 4 * refused > 3 * transactions, "{commits} {taken} {refused}");
 }
