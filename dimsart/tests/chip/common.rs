@@ -1,12 +1,16 @@
 //! A board for a test, and its command line.
 
 use std::sync::{Arc, MutexGuard};
+use std::time::Duration;
 
 use chips::{Bench, Board};
 use cycles::image::Image;
 pub(crate) use dimsart::commissioning::EmulatedLine as CommandLine;
 use dimsart::commissioning::{EmulatedBoard, OnBench};
 use dimsart::connect::{Device, Patience};
+
+/// With a board that is slower here than in its time, also where this computer is busy.
+pub(crate) const PATIENCE: Patience = Patience { timeout: Duration::from_secs(20), tries: 3 };
 
 /// The board of a name on the bench, with its image; none where no images are.
 pub(crate) fn bench(name: &str) -> Option<Bench> {
@@ -46,7 +50,7 @@ impl<W: OnBench> Shared<W> {
 
     /// Asks who is there.
     pub(crate) fn greet(&self) -> Device<CommandLine<W>> {
-        Device::greet(self.0.line(), Patience::default()).unwrap()
+        Device::greet(self.0.line(), PATIENCE).unwrap()
     }
 
     /// Holds the board to the chip's rules.
