@@ -198,8 +198,10 @@ pub fn identify(experiment: &Experiment<'_>) -> Result<Identified, IdentifyError
     )]
     let margin = max_delay_ticks as usize + MARGIN;
     let needed = WINDOWS_EACH * (quantities.len() + others.len());
-    let [windows, shorter] = LENGTHS.map(|ticks| Windows::of(experiment, quantities, ticks, margin));
-    let windows = if windows.list.len() < needed { shorter } else { windows };
+    let windows_of = |ticks| Windows::of(experiment, quantities, ticks, margin);
+    let [long, short] = LENGTHS;
+    let windows = Some(windows_of(long)).filter(|windows| windows.list.len() >= needed);
+    let windows = windows.unwrap_or_else(|| windows_of(short));
     let found = windows.list.len();
     if found < needed {
         return Err(IdentifyError::TooShort { found, needed, window_s: period_s * count(windows.ticks) });

@@ -34,60 +34,55 @@ struct Run {
 
 /// Every long run of tests.
 const RUNS: &[Run] = &[
-    Run {
-        what: "10^7 bytes of noise through the emulated UART, a cut frame and a flood, then a command; 5000 ticks a period apart",
-        minutes: 11,
-        package: "dimsart",
-        test: ["emulated", "timer_tick::"],
-    },
-    Run {
-        what: "10^5 ticks of both sides on emulated boards, with every module, bit by bit",
-        minutes: 3,
-        package: "dimsart",
-        test: ["emulated", "same_bits::"],
-    },
-    Run {
-        what: "10^4 random transactions on an emulated board",
-        minutes: 3,
-        package: "dimsart",
-        test: ["emulated", "transactions::"],
-    },
-    Run {
-        what: "10^4 ticks of every board in its emulated chip",
-        minutes: 2,
-        package: "dimsart",
-        test: ["chip", "boot::boards_tick_by_the_rules"],
-    },
-    Run {
-        what: "10^6 ticks with random inputs in the emulated processor, of both sides, against their bounds",
-        minutes: 10,
-        package: "dimsart",
-        test: ["cycles", "bounds::the_whole_of_table_1"],
-    },
-    Run {
-        what: "10^6 ticks with random inputs and parameters of every kind of module, against its bound",
-        minutes: 5,
-        package: "dimsart",
-        test: ["cycles", "kinds::every_kind_of_module"],
-    },
-    Run {
-        what: "10^6 scenarios of faults and operators in both sides, every tick against every policy",
-        minutes: 60,
-        package: "hil-sim",
-        test: ["policies", "every_policy"],
-    },
-    Run {
-        what: "intervals of identified joints: 8 kinds of recordings, 40 seeds each",
-        minutes: 1,
-        package: "hil-sim",
-        test: ["identify_coverage", "the_truth"],
-    },
-    Run {
-        what: "a day of the shipped experiment, over a line with loss and jitter, by two clocks",
-        minutes: 4,
-        package: "dimsart-tests",
-        test: ["soak", "a_day"],
-    },
+    Run::new(
+        11,
+        "10^7 bytes of noise through the emulated UART, a cut frame and a flood, then a command; 5000 ticks a period apart",
+        "dimsart",
+        ["emulated", "timer_tick::"],
+    ),
+    Run::new(
+        3,
+        "10^5 ticks of both sides on emulated boards, with every module, bit by bit",
+        "dimsart",
+        ["emulated", "same_bits::"],
+    ),
+    Run::new(3, "10^4 random transactions on an emulated board", "dimsart", ["emulated", "transactions::"]),
+    Run::new(
+        2,
+        "10^4 ticks of every board in its emulated chip",
+        "dimsart",
+        ["chip", "boot::boards_tick_by_the_rules"],
+    ),
+    Run::new(
+        10,
+        "10^6 ticks with random inputs in the emulated processor, of both sides, against their bounds",
+        "dimsart",
+        ["cycles", "bounds::the_whole_of_table_1"],
+    ),
+    Run::new(
+        5,
+        "10^6 ticks with random inputs and parameters of every kind of module, against its bound",
+        "dimsart",
+        ["cycles", "kinds::every_kind_of_module"],
+    ),
+    Run::new(
+        60,
+        "10^6 scenarios of faults and operators in both sides, every tick against every policy",
+        "hil-sim",
+        ["policies", "every_policy"],
+    ),
+    Run::new(
+        1,
+        "intervals of identified joints: 8 kinds of recordings, 40 seeds each",
+        "hil-sim",
+        ["identify_coverage", "the_truth"],
+    ),
+    Run::new(
+        4,
+        "a day of the shipped experiment, over a line with loss and jitter, by two clocks",
+        "dimsart-tests",
+        ["soak", "a_day"],
+    ),
     Run::core_faults(
         2,
         "2 x 10^8 damaged frames, every 4 wrong bits, 2 x 10^7 bursts; the same with a CRC of 16 bits",
@@ -107,14 +102,18 @@ const RUNS: &[Run] = &[
 ];
 
 impl Run {
+    const fn new(minutes: u64, what: &'static str, package: &'static str, test: [&'static str; 2]) -> Self {
+        Self { what, minutes, package, test }
+    }
+
     /// Of the core's tests.
     const fn core_faults(minutes: u64, what: &'static str, module: &'static str) -> Self {
-        Self { what, minutes, package: "dimsart-core", test: ["behaviour", module] }
+        Self::new(minutes, what, "dimsart-core", ["behaviour", module])
     }
 
     /// Of the root package's `tests/faults`.
     const fn loop_faults(minutes: u64, what: &'static str, module: &'static str) -> Self {
-        Self { what, minutes, package: "dimsart-tests", test: ["faults", module] }
+        Self::new(minutes, what, "dimsart-tests", ["faults", module])
     }
 }
 

@@ -1,5 +1,7 @@
 //! `dimsart identify`: what a joint has, by what was recorded of it.
 
+mod file;
+
 use std::io::Write;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
@@ -12,7 +14,6 @@ use super::output::{say, text_table};
 use super::run::rig;
 use super::{Ending, UsageError};
 use crate::report::{self, Bode};
-use hil_sim::foreign_text::visible;
 use hil_sim::identify::{
     Estimate, Experiment, ForceIs, FrequencyPoint, Identified, Quantity, arm_truth, frequency_response,
     identify, truth,
@@ -190,7 +191,7 @@ impl Identify {
             let of_arm = device.arm.clone().map(Truth::OfArm);
             Ok(Joint {
                 name: format!("{}, axis {axis}, by {force}", found.name()),
-                period_s: period_s(run.recording.time_s()).map_err(UsageError)?,
+                period_s: file::period_s(run.recording.time_s()).map_err(UsageError)?,
                 position: column("POSITION", axis)?,
                 force: column(force, axis)?,
                 force_is: force_is(is_measured, device),
@@ -209,75 +210,6 @@ impl Identify {
             (None, Some(count)) => 0..count,
             (None, None) => 0..1,
         }
-    }
-
-    /// Reads a recording of `dimsart run`, or of a board.
-    fn read(&self, path: &Path) -> Result<Vec<Joint>, Box<dyn std::error::Error>> {
-        let wrong = |reason: String| UsageError(format!("{}: {reason}", path.display()));
-        if path.extension().is_none_or(|extension| extension != "csv") {
-            let reason = "it is neither a rig nor a recording as CSV (`--signals csv`, `dimsart record`)";
-            return Err(wrong(reason.to_owned()).into());
-        }
-        let mut reader = csv::Reader::from_path(path)
-            .map_err(|error| format!("cannot read {}: {error}", path.display()))?;
-        let headers = reader.headers()?.clone();
-        let rows: Vec<csv::StringRecord> = reader.records().collect::<Result<_, _>>()?;
-        let place = |signal: &str, axis: usize| {
-            let end = format!(".{signal}[{axis}] ");
-            let is_it = |header: &str| {
-                let of_controller =
-                    self.controller.as_ref().is_none_or(|name| header.starts_with(&format!("{name}.")));
-                of_controller && header.contains(&end)
-            };
-            headers.iter().position(is_it)
-        };
-        let column = |place: usize| -> Result<Vec<f64>, UsageError> {
-            let header = headers.get(place).unwrap_or_default();
-            let scale = scale(header).map_err(wrong)?;
-            let value = |(row, record): (usize, &csv::StringRecord)| {
-                let text = record.get(place).unwrap_or_default();
-                let value: Option<f64> = text.trim().parse().ok().filter(|value: &f64| value.is_finite());
-                let problem = || {
-                    format!(
-                        "row {} has '{}' as {}: give it a number, or delete the row at the begin or end of the \
-                             file",
-                        row + 2,
-                        visible(text),
-                        visible(header)
-                    )
-                };
-                value.map(|value| scale * value).ok_or_else(|| wrong(problem()))
-            };
-            rows.iter().enumerate().map(value).collect()
-        };
-        let positions: Vec<usize> = (0..).map_while(|axis| place("POSITION", axis)).collect();
-        let coupled: Option<Vec<Vec<f64>>> =
-            self.coupled.then(|| positions.iter().map(|place| column(*place)).collect()).transpose()?;
-        let time = headers.iter().position(|header| header.trim_start().starts_with("time"));
-        let time = time.ok_or_else(|| wrong("no column of time: name one `time (s)`".to_owned()))?;
-        let period_s = period_s(&column(time)?).map_err(wrong)?;
-        let joint = |axis: usize| -> Result<Joint, Box<dyn std::error::Error>> {
-            let missing = |signal: &str| wrong(format!("it has no {signal} of axis {axis}"));
-            let position = *positions.get(axis).ok_or_else(|| missing("POSITION"))?;
-            let (force, is_measured) = match (place("FORCE", axis), place("DES_FORCE", axis)) {
-                (Some(measured), _) => (measured, true),
-                (None, Some(commanded)) => (commanded, false),
-                (None, None) => return Err(missing("FORCE, nor DES_FORCE,").into()),
-            };
-            let header = headers.get(position).unwrap_or_default();
-            let delay_ticks = self.delay_ticks;
-            Ok(Joint {
-                name: format!("{}, axis {axis}", visible(header.split('.').next().unwrap_or_default())),
-                period_s,
-                position: column(position)?,
-                force: column(force)?,
-                force_is: if is_measured { ForceIs::Measured } else { ForceIs::Held { delay_ticks } },
-                turns: !LENGTHS.contains(&unit(header)),
-                coupled: coupled.clone().map(|positions| (axis, positions)),
-                truth: Truth::Unknown,
-            })
-        };
-        self.axes(self.coupled.then_some(positions.len())).map(joint).collect()
     }
 }
 
@@ -305,54 +237,6 @@ impl Joint {
 
 fn force_is(is_measured: bool, device: &DeviceSection) -> ForceIs {
     if is_measured { ForceIs::Measured } else { ForceIs::Held { delay_ticks: device.delay_ticks } }
-}
-
-/// The unit of a column: `deg` of `arm.POSITION[0] (deg)`, `s` of `time_s`.
-fn unit(header: &str) -> &str {
-    let in_brackets = header.rsplit_once('(').and_then(|(_, rest)| rest.trim_end().strip_suffix(')'));
-    in_brackets.or_else(|| header.strip_prefix("time_")).unwrap_or_default().trim()
-}
-
-/// Units of a length.
-const LENGTHS: [&str; 2] = ["m", "mm"];
-
-/// What a column's values are multiplied by, to be in s, rad, m, N m or N.
-fn scale(header: &str) -> Result<f64, String> {
-    match unit(header) {
-        "s" | "rad" | "m" | "N·m" | "N m" | "Nm" | "N" => Ok(1.0),
-        "ms" | "mm" | "mN·m" | "mN m" | "mNm" | "mN" => Ok(1e-3),
-        "us" | "µs" => Ok(1e-6),
-        "deg" | "°" => Ok(std::f64::consts::PI / 180.0),
-        unit => Err(format!(
-            "unknown unit '{}' of the column {}: use s, ms, us, rad, deg, m, mm, N·m, mN·m, N or mN, in brackets behind the name",
-            visible(unit),
-            visible(header)
-        )),
-    }
-}
-
-/// Time between two rows. All must be the same time apart, within 1 %.
-fn period_s(times_s: &[f64]) -> Result<f64, String> {
-    let (Some(first), Some(last @ 1..)) = (times_s.first(), times_s.len().checked_sub(1)) else {
-        return Err("fewer than two rows: record for longer".to_owned());
-    };
-    let rows = i32::try_from(last).map_err(|error| format!("too many rows: {error}"))?;
-    let period_s = (times_s.last().unwrap_or(first) - first) / f64::from(rows);
-    let is_uneven = |pair: &[f64]| !matches!(pair, [one, other] if period_s > 0.0 && ((other - one) / period_s - 1.0).abs() < 0.01);
-    match times_s.windows(2).position(is_uneven) {
-        None => Ok(period_s),
-        Some(row) => {
-            let apart_s =
-                times_s.get(row + 1).zip(times_s.get(row)).map_or(f64::NAN, |(other, one)| other - one);
-            Err(format!(
-                "row {} is {:.4} ms after the one before it, but rows are {:.4} ms apart on average: rows must be evenly \
-                 spaced; resample the file first, such as with `numpy.interp`",
-                row + 3,
-                1e3 * apart_s,
-                1e3 * period_s
-            ))
-        }
-    }
 }
 
 /// Of the frequency response, and of a force.
@@ -384,22 +268,21 @@ fn print(
         let off = known.zip(*value).filter(|(truth, _)| truth.abs() > NOTHING);
         let off = off
             .map_or(String::new(), |(truth, (value, _))| format!("{:.2} %", 100.0 * (value / truth - 1.0)));
-        let (name, unit) = describe(*quantity, joint.turns);
+        let unit = unit(*quantity, joint.turns);
         let truth = known.map_or("-".to_owned(), |truth| format!("{truth:.5}"));
-        table.add_row([name.to_owned(), unit.to_owned(), estimate, half_width, truth, off]);
+        table.add_row([quantity.to_string(), unit.to_owned(), estimate, half_width, truth, off]);
     }
     writeln!(out, "{table}")
 }
 
-fn describe(quantity: Quantity, turns: bool) -> (&'static str, &'static str) {
+fn unit(quantity: Quantity, turns: bool) -> &'static str {
     let [_, force] = units(turns);
     match quantity {
-        Quantity::Inertia => ("inertia", if turns { "kg·m²" } else { "kg" }),
-        Quantity::Viscous => ("viscous friction", if turns { "N·m·s/rad" } else { "N·s/m" }),
-        Quantity::Coulomb => ("Coulomb friction", force),
-        Quantity::WeightSine => ("weight, with sin q", force),
-        Quantity::WeightCosine => ("weight, with cos q", force),
-        Quantity::Constant => ("constant force", force),
-        Quantity::Lateness => ("force recorded later by", "s"),
+        Quantity::Inertia if turns => "kg·m²",
+        Quantity::Inertia => "kg",
+        Quantity::Viscous if turns => "N·m·s/rad",
+        Quantity::Viscous => "N·s/m",
+        Quantity::Coulomb | Quantity::WeightSine | Quantity::WeightCosine | Quantity::Constant => force,
+        Quantity::Lateness => "s",
     }
 }

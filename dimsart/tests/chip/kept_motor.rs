@@ -2,12 +2,11 @@
 
 use std::io::{self, ErrorKind, Read, Write};
 use std::sync::{Arc, Mutex, MutexGuard};
-use std::time::Duration;
 
-use dimsart::connect::{ConnectError, Device, Patience, ValueText};
+use dimsart::connect::{ConnectError, Device, ValueText};
 use dimsart_core::protocol::IdentificationFailure;
 
-use crate::common::Shared;
+use crate::common::{PATIENCE, Shared};
 use crate::motor::Powered;
 
 /// Longer than a start takes.
@@ -38,9 +37,7 @@ impl Board {
     }
 
     fn greet(&self) -> Device<Line> {
-        // Of this computer, which is slower than the board.
-        let patience = Patience { timeout: Duration::from_secs(20), tries: 1 };
-        Device::greet(Line { board: self.clone(), rest: Vec::new() }, patience).unwrap()
+        Device::greet(Line { board: self.clone(), rest: Vec::new() }, PATIENCE).unwrap()
     }
 
     fn restart(&self) -> Device<Line> {

@@ -1,6 +1,6 @@
 //! Least squares over the windows of an experiment, with a confidence interval of each parameter.
 
-use nalgebra::{DMatrix, DVector};
+use nalgebra::{DMatrix, DVector, SymmetricEigen};
 
 use super::windows::{Windows, count};
 use super::{Estimate, IdentifyError, Quantity};
@@ -11,6 +11,10 @@ const MAX_INFLATION: f64 = 1e3;
 const MAX_UNEXPLAINED: f64 = 0.1;
 /// Share of a column that may be noise of the recorded positions.
 const MAX_NOISE: f64 = 0.3;
+/// Share of the largest eigenvalue below which a combination of columns is not known.
+const UNKNOWN: f64 = 1e-9;
+/// Share of such a combination that a quantity may have and be known.
+const MAX_SHARE: f64 = 1e-3;
 /// Correlation between the errors of two windows in a row that is counted with at most.
 const MAX_CORRELATION: f64 = 0.9;
 
@@ -81,7 +85,13 @@ pub(super) fn solve(
             *entry -= noise.min(MAX_NOISE);
         }
     }
-    let inverse = normal.clone().pseudo_inverse(1e-12).map_err(|_| IdentifyError::NotExcited)?;
+    let SymmetricEigen { eigenvectors, eigenvalues } = normal.symmetric_eigen();
+    let smallest = UNKNOWN * eigenvalues.max();
+    let inverse_of = |value: f64| if value > smallest { 1.0 / value } else { 0.0 };
+    let inverse =
+        &eigenvectors * DMatrix::from_diagonal(&eigenvalues.map(inverse_of)) * eigenvectors.transpose();
+    let unknown = eigenvectors.column_iter().zip(&eigenvalues).filter(|(_, value)| **value <= smallest);
+    let unknown: Vec<_> = unknown.map(|(combination, _)| combination).collect();
     let solution = &inverse * matrix.tr_mul(&forces);
     let residual = &forces - &matrix * &solution;
     let unexplained = residual.norm() / forces.norm().max(f64::MIN_POSITIVE);
@@ -99,6 +109,9 @@ pub(super) fn solve(
         let (inflation, scale) = (*spread.get((place, place))?, scales.get(place)?);
         let is_told = (0.0..MAX_INFLATION).contains(&inflation)
             && inflation > 0.0
+            && unknown
+                .iter()
+                .all(|combination| combination.get(place).is_none_or(|share| share.abs() < MAX_SHARE))
             && noise.get(place).is_none_or(|noise| *noise < MAX_NOISE);
         let half_width = 1.96 * libm::sqrt(variance * inflation) / scale;
         let value = solution.get(place)? / scale;

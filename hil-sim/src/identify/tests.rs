@@ -58,6 +58,31 @@ fn a_joint_that_hardly_turns_does_not_say_how_it_hangs() {
 }
 
 #[test]
+fn a_joint_that_turns_one_way_does_not_tell_coulomb_friction_from_a_constant_force() {
+    let [inertia, viscous, coulomb, constant] = [0.08, 0.3, 0.4, 0.2];
+    // At 3 rad/s, and faster and slower around that from 0.3 to 2.7 Hz.
+    let phase = |t: f64| std::f64::consts::TAU * (0.3 * t + 0.06 * t * t);
+    let rate = |t: f64| std::f64::consts::TAU * (0.3 + 0.12 * t);
+    let times: Vec<f64> = (0..20_000).map(|tick| f64::from(tick) * PERIOD_S).collect();
+    let speed = |t: f64| 3.0 + phase(t).sin();
+    let mut position = vec![0.0];
+    for pair in times.windows(2) {
+        // Simpson's rule.
+        let [begin, end] = [pair[0], pair[1]];
+        let moved = (speed(begin) + 4.0 * speed(0.5 * (begin + end)) + speed(end)) * PERIOD_S / 6.0;
+        position.push(position.last().unwrap() + moved);
+    }
+    let force_at = |t: &f64| inertia * phase(*t).cos() * rate(*t) + viscous * speed(*t) + coulomb + constant;
+    let force: Vec<f64> = times.iter().map(force_at).collect();
+    let found = identify(&Experiment { force_is: ForceIs::Measured, ..held(&position, &force) }).unwrap();
+    assert_eq!([Quantity::Coulomb, Quantity::Constant].map(|quantity| found.of(quantity)), [None; 2]);
+    for (quantity, truth) in [(Quantity::Inertia, inertia), (Quantity::Viscous, viscous)] {
+        let (value, half_width) = found.of(quantity).unwrap();
+        assert!((value - truth).abs() < 0.01 * truth && half_width < 0.01 * truth, "{found:?}");
+    }
+}
+
+#[test]
 fn experiments_that_cannot_say_are_refused() {
     let still = vec![0.3; 5000];
     let (position, force) = joint(20, chirp(12.0), [0.08, 0.3, 0.4, 2.0, 0.7, 0.2]);

@@ -10,9 +10,11 @@ pub(super) const MARGIN: usize = 12;
 const SLOW: f64 = 0.1;
 /// Share of the joint's travel that another one may move in a window and count as held.
 const HELD: f64 = 0.02;
-/// Order of the difference that shows the position's noise, and the variance that white noise of variance 1 has in it.
+/// Order of the difference that shows the position's noise, and the variance of that difference for white noise of variance 1.
 const NOISE_ORDER: usize = 6;
 const NOISE_GAIN: f64 = 924.0;
+/// Of `(1 - x)⁶`.
+const BINOMIAL: [f64; NOISE_ORDER + 1] = [1.0, -6.0, 15.0, -20.0, 15.0, -6.0, 1.0];
 
 /// The equation of one window, without its force.
 pub(super) struct Window {
@@ -120,8 +122,7 @@ impl<'a> Windows<'a> {
         })
     }
 
-    /// Variance of what a position is recorded wrong by: what is left of it in a difference of sixth order, which no motion
-    /// reaches.
+    /// Variance of the noise of a recorded position, from its sixth difference: a smooth motion has next to none.
     fn position_noise(&self, position: &[f64]) -> f64 {
         let moved =
             self.list.iter().filter_map(|window| position.get(window.start..=window.start + self.ticks));
@@ -131,10 +132,9 @@ impl<'a> Windows<'a> {
     }
 }
 
-/// Square of the difference of sixth order.
+/// Square of the sixth difference.
 fn difference(positions: &[f64]) -> f64 {
-    let binomial = [1.0, -6.0, 15.0, -20.0, 15.0, -6.0, 1.0];
-    let difference: f64 = positions.iter().zip(binomial).map(|(position, factor)| position * factor).sum();
+    let difference: f64 = positions.iter().zip(BINOMIAL).map(|(position, factor)| position * factor).sum();
     difference * difference
 }
 
@@ -211,8 +211,7 @@ fn curvature(x: f64) -> f64 {
 /// Its integral from 0 to `x`, held inside 0 to 1: term by term of the binomial.
 fn area(x: f64) -> f64 {
     let x = x.clamp(0.0, 1.0);
-    let binomial = [1.0, -6.0, 15.0, -20.0, 15.0, -6.0, 1.0];
-    binomial
+    BINOMIAL
         .into_iter()
         .zip([7.0, 8.0, 9.0, 10.0, 11.0, 12.0, 13.0])
         .map(|(of, power)| of * libm::pow(x, power) / power)
