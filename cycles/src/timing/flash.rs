@@ -186,36 +186,51 @@ impl Caches {
     }
 }
 
-/// Lines of flash, of which the one not used for longest gives way.
+/// Lines of flash; the least recently used one is replaced.
 #[derive(Debug, Clone, Default)]
 struct Cache {
     lines: Vec<u32>,
     /// When each was used last, counted in uses.
     used_at: Vec<u64>,
     uses: u64,
+    /// The place in `lines` of each line, by the lower bits of its number: true for nearly all of them.
+    places: Vec<u8>,
 }
 
+/// Entries of [`Cache::places`], a power of 2.
+const PLACES: usize = 1024;
+
 impl Cache {
-    /// Takes a line from it, or puts it there; whether it was there. It holds `most` lines.
+    /// Takes a line from it, or puts it there; whether it was there. It holds `most` lines, 256 at most.
     fn take(&mut self, line: u32, most: u16) -> bool {
         self.uses += 1;
-        // All are looked at, several at a time: faster than to stop at the first. At most one is it.
-        let numbered = self.lines.iter().zip(1..u32::from(most) + 1);
-        let found =
-            numbered.fold(0, |found, (cached, number)| found | if *cached == line { number } else { 0 });
-        let place = found.checked_sub(1);
-        if let Some(used_at) = place.and_then(|place| self.used_at.get_mut(place as usize)) {
+        self.places.resize(PLACES, 0);
+        let entry = line as usize % PLACES;
+        let likely = self.places.get(entry).map_or(0, |place| usize::from(*place));
+        let is_there = self.lines.get(likely) == Some(&line);
+        let found = if is_there { Some(likely) } else { self.lines.iter().position(|cached| *cached == line) };
+        let place = found.unwrap_or_else(|| self.replace(line, most));
+        if let Some(used_at) = self.used_at.get_mut(place) {
             *used_at = self.uses;
-            return true;
         }
+        if let (Some(entry), Ok(place)) = (self.places.get_mut(entry), u8::try_from(place)) {
+            *entry = place;
+        }
+        found.is_some()
+    }
+
+    /// Puts a line where there is room, or in the place of the least recently used one; returns its place.
+    fn replace(&mut self, line: u32, most: u16) -> usize {
         if self.lines.len() < usize::from(most) {
             self.lines.push(line);
-            self.used_at.push(self.uses);
-        } else if let Some((cached, used_at)) =
-            self.lines.iter_mut().zip(&mut self.used_at).min_by_key(|(_, used_at)| **used_at)
-        {
-            (*cached, *used_at) = (line, self.uses);
+            self.used_at.push(0);
+            return self.lines.len() - 1;
         }
-        false
+        let oldest = self.used_at.iter().enumerate().min_by_key(|(_, used_at)| **used_at);
+        let place = oldest.map_or(0, |(place, _)| place);
+        if let Some(cached) = self.lines.get_mut(place) {
+            *cached = line;
+        }
+        place
     }
 }

@@ -1,6 +1,5 @@
 //! `--set` on a rig file: one value by its way from the top.
 
-use serde::Deserialize;
 use toml::{Table, Value};
 
 use super::{RigFile, RigFileError, read};
@@ -18,7 +17,7 @@ pub(super) fn apply_all(text: &str, mut file: RigFile, sets: &[String]) -> Resul
             RigFileError::Set { argument: argument.clone(), reason }
         };
         let mut with = table.clone();
-        match apply(&mut with, argument).map(|()| RigFile::deserialize(with.clone())) {
+        match apply(&mut with, argument).map(|()| toml::from_str(&with.to_string())) {
             Ok(Ok(found)) => (table, file, unfinished) = (with, found, None),
             // What goes with it can come with the next argument.
             Ok(Err(error)) if read::is_missing(&error) => (table, unfinished) = (with, Some(refused(error))),
