@@ -273,6 +273,10 @@ pub fn why(error: IdentificationError) -> IdentificationFailure {
     match error {
         IdentificationError::NoCurrent => IdentificationFailure::NoCurrent,
         IdentificationError::WrongPhases => IdentificationFailure::WrongPhases,
+        #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "a cast saturates")]
+        IdentificationError::TooLittleCurrent { needed_a } => {
+            IdentificationFailure::TooLittleCurrent(((10.0 * needed_a) as u16).saturating_add(1))
+        }
         IdentificationError::DidNotMove => IdentificationFailure::DidNotMove,
         IdentificationError::Slipped { .. } => IdentificationFailure::Slipped,
         IdentificationError::Fault(fault) => IdentificationFailure::Drive(told(fault).reason().number()),

@@ -15,16 +15,26 @@ mod turning;
 
 use crate::configuration::{Checked, Configuration, ConfigurationError};
 use crate::modulation::{Duties, Modulation};
-use crate::number::within;
+use crate::number::{larger, within};
 use crate::protection::{Fault, Protection};
 use crate::sample::{Rotor, Sample};
 use crate::vector::{Dq, Stator, Turn};
-use resting::Resting;
+use resting::{Rest, Resting};
 use shaking::{Axis, Shaking};
 use turning::Turning;
 
 /// Of the current that was asked for: more is not made by what is done here.
 const MOST_SHARE: f32 = 1.25;
+
+/// Of what dead time takes, over `R`: the least current with which no phase exceeds [`MOST_SHARE`] where the current turns.
+/// There dead time takes `cos 30°` of what it takes along a phase, which has `cos 30°` of the current:
+/// `cos 30° (1 - cos 30°) / (MOST_SHARE - cos 30°)`.
+const DEAD_TIME_SHARE: f32 = 0.302;
+/// Of the current below which dead time takes less: half of the requested current, less 5 %, has half of that in two phases,
+/// which exceeds it. Otherwise dead time would count as resistance.
+const LEAST_SHARE: f32 = 4.5;
+/// For what the rotor's own voltage adds, and where the resistance is not known yet.
+const RESERVE: f32 = 1.5;
 
 /// What was found.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
@@ -50,6 +60,11 @@ pub enum IdentificationError {
     NoCurrent,
     /// The currents are not where the voltage is.
     WrongPhases,
+    /// Dead time, or the rotor's own voltage, changes so small a current by over a quarter.
+    TooLittleCurrent {
+        /// With which to try again, `A`.
+        needed_a: f32,
+    },
     /// The rotor did not turn.
     DidNotMove,
     /// It turned, and not as a whole number of pole pairs does.
@@ -59,6 +74,12 @@ pub enum IdentificationError {
     },
     /// What turns off a drive, too.
     Fault(Fault),
+}
+
+impl IdentificationError {
+    fn too_little(least_a: f32) -> Self {
+        Self::TooLittleCurrent { needed_a: RESERVE * least_a }
+    }
 }
 
 /// What a period comes to.
@@ -125,6 +146,7 @@ impl Identification {
     fn begin(configuration: &Checked, current_a: f32, finds_inductances: bool) -> Self {
         let configuration = configuration.get();
         let current_a = within(current_a, configuration.limits.current_a);
+        let needed_a = LEAST_SHARE * configuration.inverter.dead_time_current_a;
         let period_s = configuration.inverter.period_s;
         Self {
             finds_inductances,
@@ -132,7 +154,10 @@ impl Identification {
             period_s,
             modulation: Modulation::new(configuration),
             protection: Protection::new(configuration),
-            stage: Stage::Resting(Resting::new(current_a, period_s)),
+            stage: match finds_inductances && current_a < needed_a {
+                true => Stage::Over(Err(IdentificationError::TooLittleCurrent { needed_a })),
+                false => Stage::Resting(Resting::new(current_a, period_s)),
+            },
             found: Identified::default(),
             held_v: 0.0,
         }
@@ -172,7 +197,11 @@ impl Identification {
     #[inline]
     fn voltage(&mut self, sample: &Sample, most_v: f32) -> Result<Option<Stator>, IdentificationError> {
         if sample.phase_a.iter().any(|phase_a| phase_a.abs() > MOST_SHARE * self.current_a) {
-            return Err(IdentificationError::WrongPhases);
+            let dead_time_a = self.held_v / self.found.resistance_ohm - self.current_a;
+            return Err(IdentificationError::too_little(larger(
+                DEAD_TIME_SHARE * dead_time_a,
+                self.current_a,
+            )));
         }
         let is_a = Stator::from_phases(sample.phase_a);
         let (current_a, period_s) = (self.current_a, self.period_s);
@@ -182,9 +211,7 @@ impl Identification {
                 let next = done.map(|rest| {
                     (self.found.resistance_ohm, self.held_v) = (rest.resistance_ohm, rest.voltage_v);
                     match self.finds_inductances {
-                        true => {
-                            Stage::Shaking(Shaking::new(Axis::Direct, current_a, rest.voltage_v, period_s))
-                        }
+                        true => Stage::Shaking(Shaking::new(Axis::Direct, current_a, rest, period_s)),
                         false => Stage::Turning(Turning::new(period_s)),
                     }
                 });
@@ -195,7 +222,8 @@ impl Identification {
                 let next = done.map(|inductance_h| match shaking.axis {
                     Axis::Direct => {
                         self.found.direct_inductance_h = inductance_h;
-                        Stage::Shaking(Shaking::new(Axis::Quadrature, current_a, self.held_v, period_s))
+                        let rest = Rest { resistance_ohm: self.found.resistance_ohm, voltage_v: self.held_v };
+                        Stage::Shaking(Shaking::new(Axis::Quadrature, current_a, rest, period_s))
                     }
                     Axis::Quadrature => {
                         self.found.quadrature_inductance_h = inductance_h;

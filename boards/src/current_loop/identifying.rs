@@ -9,7 +9,8 @@ use dimsart_core::protocol::{FoundMotor, Identification, IdentificationFailure};
 /// Bits of no current that is asked for.
 const NOTHING: u32 = 0;
 
-/// How it stands; a failure by its place in [`FAILURES`] behind these, one of the drive by its reason's number behind those.
+/// How it stands; a failure by its place in [`FAILURES`] behind these, one of the drive by its reason's number behind those,
+/// too little current by what is needed in the upper half.
 const NONE: u32 = 0;
 const UNDER_WAY: u32 = 1;
 const FOUND: u32 = 2;
@@ -81,6 +82,9 @@ impl Identifying {
                 FOUND
             }
             Identification::Failed(IdentificationFailure::Drive(number)) => DRIVE | u32::from(number),
+            Identification::Failed(IdentificationFailure::TooLittleCurrent(tenths)) => {
+                u32::from(tenths) << 16
+            }
             Identification::Failed(failure) => (FAILED..)
                 .zip(FAILURES)
                 .find(|(_, known)| *known == failure)
@@ -108,6 +112,9 @@ impl Identifying {
                 is_encoder_reversed: is_encoder_reversed != 0,
                 encoder_offset_rad: f32::from_bits(offset),
             }),
+            state if state >> 16 != 0 => {
+                Identification::Failed(IdentificationFailure::TooLittleCurrent((state >> 16) as u16))
+            }
             state => {
                 let [number, ..] = state.to_le_bytes();
                 let known = (FAILED..).zip(FAILURES).find(|(known, _)| *known == state);
@@ -135,7 +142,9 @@ mod tests {
             is_encoder_reversed: true,
             encoder_offset_rad: -1.0,
         };
-        let failures = FAILURES.into_iter().chain([IdentificationFailure::Drive(57)]);
+        let failures = FAILURES
+            .into_iter()
+            .chain([IdentificationFailure::Drive(57), IdentificationFailure::TooLittleCurrent(u16::MAX)]);
         for end in failures.map(Identification::Failed).chain([Identification::Found(motor)]) {
             identifying.ask(2.5);
             assert!(identifying.is_asked());

@@ -208,7 +208,8 @@ impl Cache {
         let entry = line as usize % PLACES;
         let likely = self.places.get(entry).map_or(0, |place| usize::from(*place));
         let is_there = self.lines.get(likely) == Some(&line);
-        let found = if is_there { Some(likely) } else { self.lines.iter().position(|cached| *cached == line) };
+        let found =
+            if is_there { Some(likely) } else { self.lines.iter().position(|cached| *cached == line) };
         let place = found.unwrap_or_else(|| self.replace(line, most));
         if let Some(used_at) = self.used_at.get_mut(place) {
             *used_at = self.uses;

@@ -133,6 +133,9 @@ pub enum IdentificationFailure {
     Slipped,
     /// What turns off the drive, too: the number of a [`Reason`](crate::Reason).
     Drive(u8),
+    /// Dead time, or the rotor's own voltage, changes so small a current by over a quarter: at least this one is needed, in
+    /// 0.1 A.
+    TooLittleCurrent(u16),
 }
 
 impl core::fmt::Display for IdentificationFailure {
@@ -145,6 +148,13 @@ impl core::fmt::Display for IdentificationFailure {
             Self::WrongPhases => f.write_str(
                 "the currents are not where the voltage is: a phase is open, or the wires or signs of the current sensors \
                  are swapped",
+            ),
+            Self::TooLittleCurrent(tenths) => write!(
+                f,
+                "too little current: dead time and the rotor's motion change it by over a \
+                 quarter; request at least {}.{} A, and set limits.current_a at least as high",
+                tenths / 10,
+                tenths % 10
             ),
             Self::DidNotMove => f.write_str(
                 "the rotor did not turn: take its load off or ask for more current; is the encoder on this motor?",

@@ -160,6 +160,29 @@ fn a_board_identifies_its_motor_although_it_was_told_of_another_one() {
     assert_eq!(board.powered().bench.violations(), [] as [&str; 0]);
 }
 
+/// At 12 V dead time takes `4/3 * 0.016 * 12 V = 0.256 V`, as 12.8 A in 0.02 ohm do: less than 3.9 A cannot turn the rotor.
+#[test]
+fn a_motor_of_low_resistance_asks_for_the_current_that_identifies_it() {
+    let Some(board) = Board::start() else { return };
+    board.powered().set_resistance(0.02);
+    let mut device = board.greet();
+    let mut told = device.motor().unwrap().configuration;
+    (told.limits.current_a, told.limits.trip_current_a) = (10.0, 20.0);
+    device.keep_motor(&told).unwrap();
+    let mut device = board.restart();
+    device.set("COMM_RXMOD", "TIMEOUT_TICKS", "0").unwrap();
+    let error = device.identify_motor(2.0, || {}).unwrap_err();
+    let ConnectError::Identification(IdentificationFailure::TooLittleCurrent(tenths)) = error else {
+        panic!("{error}")
+    };
+    assert!(error.to_string().contains("request at least"), "{error}");
+    let needed_a = f32::from(tenths) / 10.0;
+    assert!((3.9..=10.0).contains(&needed_a), "{needed_a} A");
+    let found = device.identify_motor(needed_a, || {}).unwrap();
+    assert!((found.resistance_ohm / 0.02 - 1.0).abs() < 0.1, "{found:?}");
+    assert_eq!(found.pole_pairs, told.motor.pole_pairs);
+}
+
 #[test]
 fn a_rotor_that_is_held_is_told() {
     let Some(board) = Board::start() else { return };

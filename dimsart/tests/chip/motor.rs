@@ -201,6 +201,12 @@ impl Powered {
         self.motor.set_rotor(angle_rad, 0.0);
     }
 
+    /// Winds the motor with thicker wire.
+    pub(crate) fn set_resistance(&mut self, resistance_ohm: f64) {
+        self.parameters.resistance_ohm = resistance_ohm;
+        self.lock(false);
+    }
+
     /// Turns the rotor at a speed, whatever its torque, with a supply of 24 V.
     pub(crate) fn turn_at(&mut self, speed_rad_per_s: f64) {
         self.parameters.supply_v = 24.0;

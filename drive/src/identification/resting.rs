@@ -4,8 +4,16 @@ use super::IdentificationError;
 use crate::number::larger;
 use crate::vector::Stator;
 
-/// In which the voltage rises to all that the supply can make.
+/// In which the voltage rises to all that the supply can make, at the fastest.
 const RISE_S: f32 = 2.0;
+/// Of the current: by so much it may exceed its target, and its mean of the last while, before the voltage falls or waits. So
+/// a current that follows by an `L/R` of 10 ms exceeds its target by 2.5 % at most.
+const SHARE: f32 = 0.05;
+const FILTER_S: f32 = 0.02;
+/// So often it waits for currents that are where the voltage is.
+const MOST_TRIES: u8 = 4;
+/// Of the current, between the two that are compared.
+const LEAST_CHANGE: f32 = 0.25;
 /// For the rotor to come to rest.
 const SETTLE_S: f32 = 0.5;
 /// Over which a current is averaged.
@@ -27,10 +35,16 @@ pub(super) struct Resting {
     current_a: f32,
     period_s: f32,
     voltage_v: f32,
+    /// The current, filtered with [`FILTER_S`].
+    filtered_a: f32,
     /// Since the current was reached; before that, the voltage rises.
     held_s: Option<f32>,
-    sum_a: f32,
-    samples: u16,
+    /// Of the phases since then, and of how many samples.
+    sum_a: [f32; 3],
+    samples: f32,
+    /// Whether the current has stayed meanwhile.
+    is_steady: bool,
+    tries: u8,
     /// Voltage and current at half of the current.
     half: Option<(f32, f32)>,
 }
@@ -38,7 +52,18 @@ pub(super) struct Resting {
 impl Resting {
     #[inline]
     pub(super) fn new(current_a: f32, period_s: f32) -> Self {
-        Self { current_a, period_s, voltage_v: 0.0, held_s: None, sum_a: 0.0, samples: 0, half: None }
+        Self {
+            current_a,
+            period_s,
+            voltage_v: 0.0,
+            filtered_a: 0.0,
+            held_s: None,
+            sum_a: [0.0; 3],
+            samples: 0.0,
+            is_steady: true,
+            tries: 0,
+            half: None,
+        }
     }
 
     /// One period: the voltage for the next one, `V`, and what came of it all, when it is done.
@@ -50,17 +75,19 @@ impl Resting {
     ) -> Result<(Stator, Option<Rest>), IdentificationError> {
         let [along_a, v, w] = phase_a;
         let largest_a = larger(larger(along_a.abs(), v.abs()), w.abs());
+        let wanted_a = if self.half.is_none() { 0.5 * self.current_a } else { self.current_a };
+        let (missing_a, most_a) = (wanted_a - largest_a, SHARE * self.current_a);
+        let rise_a = largest_a - self.filtered_a;
+        self.filtered_a += rise_a * self.period_s / FILTER_S;
+        let change_v = most_v * self.period_s / RISE_S;
         let mut done = None;
         match &mut self.held_s {
             None => {
-                let wanted_a = if self.half.is_none() { 0.5 * self.current_a } else { self.current_a };
-                self.voltage_v += most_v * self.period_s / RISE_S;
-                if largest_a >= wanted_a {
-                    // The rotor may still move, and its magnets with it.
-                    if along_a < 0.5 * wanted_a {
-                        return Err(IdentificationError::WrongPhases);
-                    }
-                    (self.held_s, self.sum_a, self.samples) = (Some(0.0), 0.0, 0);
+                if rise_a < most_a {
+                    self.voltage_v += change_v;
+                }
+                if missing_a <= 0.0 {
+                    self.held_s = Some(0.0);
                 } else if self.voltage_v > most_v {
                     return Err(IdentificationError::NoCurrent);
                 }
@@ -68,21 +95,36 @@ impl Resting {
             Some(held_s) => {
                 *held_s += self.period_s;
                 if *held_s > SETTLE_S {
-                    (self.sum_a, self.samples) = (self.sum_a + along_a, self.samples + 1);
+                    self.samples += 1.0;
+                    self.is_steady &= missing_a < LEAST_CHANGE * self.current_a;
+                    for (sum_a, phase_a) in self.sum_a.iter_mut().zip(phase_a) {
+                        *sum_a += phase_a;
+                    }
+                } else if missing_a > most_a && rise_a < most_a {
+                    self.voltage_v += change_v;
+                } else if missing_a < -most_a && rise_a > -most_a {
+                    self.voltage_v -= change_v;
                 }
                 if *held_s > SETTLE_S + AVERAGE_S {
-                    let mean_a = self.sum_a / f32::from(self.samples);
-                    self.held_s = None;
-                    match self.half {
-                        None => self.half = Some((self.voltage_v, mean_a)),
-                        Some((half_v, half_a)) => {
-                            let is_right = |phase_a: f32| OTHER_PHASE_SHARE.contains(&(-phase_a / along_a));
-                            if !is_right(v) || !is_right(w) {
-                                return Err(IdentificationError::WrongPhases);
-                            }
-                            let resistance_ohm = (self.voltage_v - half_v) / (mean_a - half_a);
-                            done = Some(Rest { resistance_ohm, voltage_v: self.voltage_v });
+                    let [along_a, v, w] = core::mem::take(&mut self.sum_a);
+                    let mean_a = along_a / core::mem::take(&mut self.samples);
+                    let is_right = |phase_a: f32| OTHER_PHASE_SHARE.contains(&(-phase_a / along_a));
+                    let is_steady = core::mem::replace(&mut self.is_steady, true);
+                    if !(is_steady && mean_a > 0.0 && is_right(v) && is_right(w)) {
+                        // The rotor may still turn: the lower the resistance, the more its own voltage slows it down.
+                        *held_s = 0.0;
+                        self.tries += 1;
+                        if self.tries > MOST_TRIES {
+                            return Err(IdentificationError::WrongPhases);
                         }
+                    } else if let Some((half_v, half_a)) = self.half {
+                        if mean_a - half_a < LEAST_CHANGE * self.current_a {
+                            return Err(IdentificationError::too_little(self.current_a));
+                        }
+                        let resistance_ohm = (self.voltage_v - half_v) / (mean_a - half_a);
+                        done = Some(Rest { resistance_ohm, voltage_v: self.voltage_v });
+                    } else {
+                        (self.half, self.held_s) = (Some((self.voltage_v, mean_a)), None);
                     }
                 }
             }

@@ -1,6 +1,7 @@
 //! An inductance, from a voltage that changes sign in every period: too fast for the rotor, and for the resistance to matter.
 
 use super::IdentificationError;
+use super::resting::Rest;
 use crate::number::smaller;
 use crate::vector::Stator;
 
@@ -10,9 +11,9 @@ const PERIODS: u16 = 400;
 const BEFORE: u16 = 10;
 /// Of the current: a change from one sample to the next that is large enough, and the least one where the supply makes no
 /// larger one.
-const SHARE: f32 = 0.1;
+const SHARE: f32 = 0.15;
 const LEAST_SHARE: f32 = 0.01;
-/// Of the voltage that makes the current: the first amplitude.
+/// Of what the resistance takes of the current: the first amplitude. What dead time takes is left out, which may be most.
 const FIRST_SHARE: f32 = 0.25;
 
 /// Along which axis of the rotor, which points along phase U.
@@ -38,8 +39,9 @@ pub(super) struct Shaking {
 
 impl Shaking {
     #[inline]
-    pub(super) fn new(axis: Axis, current_a: f32, held_v: f32, period_s: f32) -> Self {
-        let amplitude_v = FIRST_SHARE * held_v;
+    pub(super) fn new(axis: Axis, current_a: f32, rest: Rest, period_s: f32) -> Self {
+        let held_v = rest.voltage_v;
+        let amplitude_v = FIRST_SHARE * rest.resistance_ohm * current_a;
         Self { axis, current_a, period_s, held_v, amplitude_v, periods: 0, last_a: 0.0, sum_a: 0.0 }
     }
 
@@ -78,9 +80,10 @@ impl Shaking {
             } else {
                 self.amplitude_v *= 2.0;
             }
-            (self.periods, self.sum_a) = (0, 0.0);
+            (self.periods, self.sum_a) = (2, 0.0);
         }
-        let swing_v = sign * self.amplitude_v;
+        // The first period is half as large: so the current swings to both sides of what it was.
+        let swing_v = if self.periods == 1 { 0.5 * self.amplitude_v } else { sign * self.amplitude_v };
         let voltage = match self.axis {
             Axis::Direct => Stator { alpha: self.held_v + swing_v, beta: 0.0 },
             Axis::Quadrature => Stator { alpha: self.held_v, beta: swing_v },

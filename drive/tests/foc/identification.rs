@@ -26,7 +26,15 @@ fn identify(
     bench: &mut Bench,
     change: impl Fn(Sample, u32) -> Sample,
 ) -> (Result<Identified, IdentificationError>, f64) {
-    let mut identification = Identification::new(&bench.configuration, CURRENT_A).unwrap();
+    identify_with(bench, CURRENT_A, change)
+}
+
+fn identify_with(
+    bench: &mut Bench,
+    current_a: f32,
+    change: impl Fn(Sample, u32) -> Sample,
+) -> (Result<Identified, IdentificationError>, f64) {
+    let mut identification = Identification::new(&bench.configuration, current_a).unwrap();
     let (mut duties, mut most_a) = (None, 0.0_f64);
     for period in 0..400_000 {
         let sample = change(bench.sample(), period);
@@ -110,6 +118,58 @@ fn what_was_found_drives_the_motor() {
     bench.motor.set_rotor(0.2, 40.0);
     let found_nm = bench.mean_torque_nm(0.5, 2_000);
     assert!((found_nm / 0.5 - 1.0).abs() < 0.02, "{found_nm} N m of 0.5");
+}
+
+/// The current follows the voltage by `L/R`, up to 10 ms here, what dead time takes is most of the voltage, and the rotor's own
+/// voltage slows it down for longer than its mass does.
+#[test]
+fn a_motor_of_low_resistance_asks_for_the_current_that_identifies_it() {
+    for (inductance_h, rotor_rad, first_a) in
+        [(2e-5, 0.0, 2.0), (2e-4, 0.0, 10.0), (2e-5, 0.2, 2.0), (2e-4, 0.3, 5.0), (2e-5, 0.314, 13.0)]
+    {
+        let motor = ThreePhaseParameters {
+            resistance_ohm: 0.02,
+            direct_inductance_h: inductance_h,
+            quadrature_inductance_h: inductance_h,
+            ..free()
+        };
+        let identify = |current_a| {
+            let mut bench = Bench::new(&motor, configuration(&motor));
+            bench.motor.set_rotor(rotor_rad, 0.0);
+            let (found, most_a) = identify_with(&mut bench, current_a, |sample, _| sample);
+            assert!(most_a < 1.3 * f64::from(current_a), "{most_a} A of {current_a}");
+            found
+        };
+        let (mut current_a, mut requests) = (first_a, 1);
+        let found = loop {
+            match identify(current_a) {
+                Err(IdentificationError::TooLittleCurrent { needed_a }) => {
+                    assert!(needed_a > 1.4 * current_a, "{needed_a} A after {current_a}");
+                    (current_a, requests) = (needed_a, requests + 1);
+                }
+                found => break found.unwrap(),
+            }
+        };
+        assert!(requests <= 5, "{requests} requests from {first_a} A on");
+        assert!(is_near(found.resistance_ohm, 0.02, 0.02), "{found:?}");
+        assert!(is_near(found.direct_inductance_h, inductance_h, 0.05), "{found:?}");
+        assert!(is_near(found.quadrature_inductance_h, inductance_h, 0.05), "{found:?}");
+        assert_eq!(u32::from(found.pole_pairs), motor.pole_pairs);
+    }
+}
+
+/// Below 0.2 A dead time takes in proportion to the current, as a resistance does; the other two phases have half of it.
+#[test]
+fn a_current_that_dead_time_distorts_is_too_little() {
+    let told = configuration(&motor());
+    let needed_a = 4.5 * told.inverter.dead_time_current_a;
+    let expected = Err(IdentificationError::TooLittleCurrent { needed_a });
+    let (found, most_a) = identify_with(&mut Bench::new(&motor(), told), 0.89, |sample, _| sample);
+    assert_eq!((found, most_a.to_bits()), (expected, 0));
+    let resistance_ohm = 1.2;
+    let motor = ThreePhaseParameters { resistance_ohm, coulomb_nm: 0.0, ..free() };
+    let (found, _) = identify_with(&mut Bench::new(&motor, told), 0.91, |sample, _| sample);
+    assert!(is_near(found.unwrap().resistance_ohm, resistance_ohm, 0.02), "{found:?}");
 }
 
 #[test]
