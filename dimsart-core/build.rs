@@ -1,10 +1,10 @@
 //! Takes the modules of a project outside this repository in: `DIMSART_MODULES` is the path of a Rust file with a list of
-//! modules called `Own`. Without it there are those of the library.
+//! kinds called `OWN`. Without it there are those of the library.
 
 use std::path::PathBuf;
 use std::{env, fs};
 
-const NONE: &str = "const OWN: &[&crate::Kind] = &[];\n";
+const NONE: &str = "const OWN: Kinds = Kinds::NONE;\n";
 
 fn main() -> Result<(), String> {
     println!("cargo:rerun-if-env-changed=DIMSART_MODULES");
@@ -24,7 +24,7 @@ fn main() -> Result<(), String> {
                  #[allow(missing_docs, unreachable_pub, dead_code, clippy::all)]\n\
                  #[path = {file:?}]\n\
                  pub mod own;\n\
-                 const OWN: &[&crate::Kind] = <own::Own as crate::ModuleList>::KINDS;\n"
+                 use own::OWN;\n"
             )
         }
     };

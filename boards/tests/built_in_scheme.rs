@@ -6,6 +6,8 @@ use std::f32::consts::TAU;
 use boards::BOARDS;
 use boards::catalogue::BoardInfo;
 use boards::motor::Motor;
+use dimsart_core::limits::DEFAULT_WORDS;
+use dimsart_core::modules::ALL;
 use dimsart_core::{AxisKind, DeviceDescriptor, Dimsart, Scalar as _, Tick, Word, scheme, types};
 
 const SIDES: [&str; 2] = ["master", "slave"];
@@ -22,7 +24,7 @@ fn largest_torque_nm(motor: Motor) -> f32 {
 }
 
 /// Two boards, one on each side, over a link that takes a tick.
-struct Pair([Dimsart; 2]);
+struct Pair([Dimsart<[u32; DEFAULT_WORDS]>; 2]);
 
 impl Pair {
     fn new(board: &BoardInfo) -> Self {
@@ -30,7 +32,7 @@ impl Pair {
             let axes = [AxisKind::Rotary];
             let device =
                 DeviceDescriptor::new(board.name, &axes, TICK_S, &[types::POSITION], &[types::DES_FORCE]);
-            let mut dimsart: Dimsart = Dimsart::new(device.unwrap()).unwrap();
+            let mut dimsart = Dimsart::<[u32; DEFAULT_WORDS]>::new(device.unwrap(), ALL).unwrap();
             let mut faults = 0;
             scheme::load(board.tooling.scheme.text, side, &SIDES, &mut dimsart, |_| faults += 1);
             assert_eq!((faults, dimsart.engine().is_running()), (0, true), "{} {side}", board.name);

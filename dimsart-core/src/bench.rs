@@ -3,9 +3,9 @@
 use crate::data_type::DataType;
 use crate::device::{DescriptorError, DeviceDescriptor};
 use crate::dimsart::Dimsart;
-use crate::kind::ModuleList;
-use crate::limits::MAX_DOF;
-use crate::modules::Standard;
+use crate::kind::Kinds;
+use crate::limits::{DEFAULT_WORDS, MAX_DOF};
+use crate::modules;
 use crate::safety::Tick;
 use crate::scheme::{self, SchemeError};
 use crate::storage::StorageError;
@@ -17,7 +17,7 @@ use crate::word::Word;
 /// ```
 /// use dimsart_core::{Bench, types};
 ///
-/// let mut bench: Bench = Bench::new(
+/// let mut bench = Bench::new(
 ///     &[types::POSITION, types::DES_POSITION],
 ///     "all PCTRL_MOD K_PARAM 3000
 ///      all MOD_ENG   MOD_ON PCTRL_MOD
@@ -27,8 +27,8 @@ use crate::word::Word;
 /// # Ok::<(), dimsart_core::BenchError>(())
 /// ```
 #[derive(Debug)]
-pub struct Bench<M: ModuleList = Standard> {
-    dimsart: Dimsart<M>,
+pub struct Bench {
+    dimsart: Dimsart<[u32; DEFAULT_WORDS]>,
 }
 
 /// Why a bench was not set up.
@@ -44,18 +44,31 @@ pub enum BenchError {
     DoesNotRun,
 }
 
-impl<M: ModuleList> Bench<M> {
+impl Bench {
     /// Time between two ticks, `s`.
     pub const PERIOD_S: f32 = 1e-3;
 
-    /// A controller with a scheme for `all`, whose device measures these types, one value of each.
+    /// A controller with the library's modules and a scheme for `all`, whose device measures these types, one value of each.
     ///
     /// # Errors
     /// [`BenchError`].
     pub fn new(measured: &'static [&'static DataType], rows: &'static str) -> Result<Self, BenchError> {
+        Self::with_kinds(modules::ALL, measured, rows)
+    }
+
+    /// The same with other kinds of modules.
+    ///
+    /// # Errors
+    /// [`BenchError`].
+    pub fn with_kinds(
+        kinds: Kinds,
+        measured: &'static [&'static DataType],
+        rows: &'static str,
+    ) -> Result<Self, BenchError> {
         const AXES: &[AxisKind] = &[AxisKind::Linear];
         let device = DeviceDescriptor::new("bench", AXES, Self::PERIOD_S, measured, &[]);
-        let mut dimsart = Dimsart::new(device.map_err(BenchError::Device)?).map_err(BenchError::Memory)?;
+        let mut dimsart =
+            Dimsart::new(device.map_err(BenchError::Device)?, kinds).map_err(BenchError::Memory)?;
         let mut first = None;
         scheme::load(rows, "all", &[], &mut dimsart, |error| first = first.or(Some(error)));
         match first {
@@ -80,7 +93,7 @@ impl<M: ModuleList> Bench<M> {
 
     /// The controller, for what a test wants to look at.
     #[must_use]
-    pub fn dimsart(&self) -> &Dimsart<M> {
+    pub fn dimsart(&self) -> &Dimsart {
         &self.dimsart
     }
 }

@@ -15,7 +15,7 @@ use wire::Wire;
 #[derive(Debug, Clone, Copy, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct ModuleRef {
-    /// Place in [`ModuleList::KINDS`](crate::ModuleList::KINDS).
+    /// Place in the list of [kinds](crate::Kinds).
     pub kind: u8,
     /// 1 for the plain name.
     pub number: u8,

@@ -46,7 +46,7 @@ impl Cost {
 pub struct Costs(&'static [Cost]);
 
 impl Costs {
-    /// The tick's cost, then that of each kind in the order of the [list](crate::ModuleList::KINDS), then that of each
+    /// The tick's cost, then that of each kind in the order of the [list](crate::Kinds), then that of each
     /// [instruction](crate::online::Opcode) of programs; [`Cost::UNKNOWN`] where there is none.
     #[must_use]
     pub const fn new(lines: &'static [Cost]) -> Self {

@@ -19,32 +19,34 @@ pub struct Entry {
     pub data_type: &'static DataType,
 }
 
-/// Signals, modules' memories and link mailboxes, in `WORDS` words and [`MAX_SLOTS`] slots.
+/// Signals, modules' memories and link mailboxes, in the caller's words and [`MAX_SLOTS`] slots.
 ///
 /// Memory is taken and given back only when a module comes, goes, or is plugged in or out. A signal is there as long
 /// as somebody reads or writes it.
 #[derive(Debug)]
-pub struct DataBase<const WORDS: usize> {
-    storage: Storage<WORDS>,
+pub struct DataBase<W: ?Sized = [u32]> {
     entries: [Option<Entry>; MAX_SLOTS],
     links: [LinkPort; MAX_LINKS],
     programs: Programs,
     revision: u32,
     is_limited: bool,
+    storage: Storage<W>,
 }
 
-impl<const WORDS: usize> DataBase<WORDS> {
+impl<const WORDS: usize> DataBase<[u32; WORDS]> {
     pub(crate) const fn new() -> Self {
         Self {
-            storage: Storage::new(),
             entries: [None; MAX_SLOTS],
             links: [const { LinkPort::new() }; MAX_LINKS],
             programs: Programs::new(),
             revision: 0,
             is_limited: false,
+            storage: Storage::new(),
         }
     }
+}
 
+impl DataBase {
     /// Takes everything back that anybody holds.
     pub(crate) fn clear(&mut self) {
         self.storage.clear();
@@ -100,11 +102,11 @@ impl<const WORDS: usize> DataBase<WORDS> {
         self.storage.taken_slots()
     }
 
-    pub(crate) fn storage(&self) -> &Storage<WORDS> {
+    pub(crate) fn storage(&self) -> &Storage {
         &self.storage
     }
 
-    pub(crate) fn storage_mut(&mut self) -> &mut Storage<WORDS> {
+    pub(crate) fn storage_mut(&mut self) -> &mut Storage {
         &mut self.storage
     }
 
@@ -181,7 +183,7 @@ impl<const WORDS: usize> DataBase<WORDS> {
 
     /// The view that modules get during a tick.
     pub(crate) fn view<'a>(&'a mut self, device: &'a DeviceDescriptor) -> Data<'a> {
-        let words = Cell::from_mut(self.storage.words.as_mut_slice()).as_slice_of_cells();
+        let words = Cell::from_mut(&mut self.storage.words).as_slice_of_cells();
         Data::new(words, &self.links, &self.programs, device, self.is_limited)
     }
 }

@@ -1,28 +1,30 @@
 //! One controller: engine, frame and safety stage, and the order of a tick.
 
+use core::ops::{Deref, DerefMut};
+
 use crate::command::{Command, CommandError};
 use crate::data_type::TypeRef;
 use crate::device::DeviceDescriptor;
 use crate::engine::{Engine, Observer};
 use crate::frame::Frame;
-use crate::kind::ModuleList;
-use crate::limits::DEFAULT_WORDS;
+use crate::kind::Kinds;
 use crate::mailbox::{LinkPort, Silence, is_newer};
-use crate::modules::Standard;
 use crate::packet::{Packet, PacketError};
 use crate::safety::{DriveFault, Reason, Safety, Tick};
 use crate::storage::StorageError;
 use crate::word::Word;
 
 /// A whole DIMSART, for one device.
+///
+/// The caller provides its memory: a `Dimsart<[u32; WORDS]>` has that many words of Data Base, and is used as a `Dimsart`.
 #[derive(Debug)]
-pub struct Dimsart<M = Standard, const WORDS: usize = DEFAULT_WORDS> {
-    engine: Engine<M, WORDS>,
+pub struct Dimsart<W: ?Sized = [u32]> {
     frame: Frame,
     safety: Safety,
     are_commands_late: bool,
     drive_fault: Option<DriveFault>,
     first_packet: FirstPacket,
+    engine: Engine<W>,
 }
 
 /// The first packet of a link. The device does not move before it.
@@ -39,14 +41,15 @@ enum FirstPacket {
     },
 }
 
-impl<M: ModuleList, const WORDS: usize> Dimsart<M, WORDS> {
-    /// A controller for a device, with its types in the Data Base and no module plugged in.
+impl<const WORDS: usize> Dimsart<[u32; WORDS]> {
+    /// A controller for a device and the kinds of modules that it can have, with the device's types in the Data Base and no module
+    /// plugged in.
     ///
     /// # Errors
     /// [`StorageError`] when the device's types do not fit into the Data Base.
-    pub fn new(device: DeviceDescriptor) -> Result<Self, StorageError> {
+    pub fn new(device: DeviceDescriptor, kinds: Kinds) -> Result<Self, StorageError> {
         let mut dimsart = Self::unconnected();
-        dimsart.connect(device)?;
+        dimsart.connect(device, kinds)?;
         Ok(dimsart)
     }
 
@@ -57,25 +60,42 @@ impl<M: ModuleList, const WORDS: usize> Dimsart<M, WORDS> {
     #[must_use]
     pub const fn unconnected() -> Self {
         Self {
-            engine: Engine::unconnected(),
             frame: Frame::unconnected(),
             safety: Safety::new(),
             are_commands_late: false,
             drive_fault: None,
             first_packet: FirstPacket::Unneeded,
+            engine: Engine::unconnected(),
         }
     }
+}
 
-    /// Starts anew for a device, with its types in the Data Base and no module plugged in.
+impl<const WORDS: usize> Deref for Dimsart<[u32; WORDS]> {
+    type Target = Dimsart;
+
+    fn deref(&self) -> &Dimsart {
+        self
+    }
+}
+
+impl<const WORDS: usize> DerefMut for Dimsart<[u32; WORDS]> {
+    fn deref_mut(&mut self) -> &mut Dimsart {
+        self
+    }
+}
+
+impl Dimsart {
+    /// Restarts for a device and the kinds of modules that it can have, with the device's types in the Data Base and no module
+    /// plugged in.
     ///
     /// # Errors
     /// [`StorageError`] when the device's types do not fit into the Data Base; the controller is
     /// [unconnected](Self::unconnected) then.
-    pub fn connect(&mut self, device: DeviceDescriptor) -> Result<(), StorageError> {
+    pub fn connect(&mut self, device: DeviceDescriptor, kinds: Kinds) -> Result<(), StorageError> {
         self.frame = Frame::unconnected();
         self.first_packet = FirstPacket::Unneeded;
         self.safety.connect(&device);
-        self.engine.connect(device.clone());
+        self.engine.connect(device.clone(), kinds);
         let frame = Frame::connect(self.engine.data_base_mut(), &device);
         self.frame = frame.inspect_err(|_| self.engine.disconnect())?;
         Ok(())
@@ -301,12 +321,12 @@ impl<M: ModuleList, const WORDS: usize> Dimsart<M, WORDS> {
 
     /// The engine, to look at.
     #[must_use]
-    pub fn engine(&self) -> &Engine<M, WORDS> {
+    pub fn engine(&self) -> &Engine {
         &self.engine
     }
 
     /// The engine, to ask for what needs a moment of its attention, such as a parameter's value.
-    pub fn engine_mut(&mut self) -> &mut Engine<M, WORDS> {
+    pub fn engine_mut(&mut self) -> &mut Engine {
         &mut self.engine
     }
 
@@ -320,6 +340,7 @@ impl<M: ModuleList, const WORDS: usize> Dimsart<M, WORDS> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::modules::ALL;
     use crate::types;
     use crate::unit::AxisKind;
 
@@ -328,8 +349,8 @@ mod tests {
         DeviceDescriptor::new("arm", axes, 1e-3, &[types::POSITION], &[types::DES_FORCE]).unwrap()
     }
 
-    fn run<const WORDS: usize>(dimsart: &mut Dimsart<Standard, WORDS>) -> Result<(), CommandError> {
-        let pd = Engine::<Standard>::module("PDCTRL_MOD").unwrap();
+    fn run(dimsart: &mut Dimsart) -> Result<(), CommandError> {
+        let pd = ALL.module("PDCTRL_MOD").unwrap();
         dimsart.command(Command::bind(pd, 1, types::POSITION.first()))?;
         dimsart.command(Command::PlugIn(pd))?;
         dimsart.command(Command::Check)
@@ -337,7 +358,7 @@ mod tests {
 
     #[test]
     fn a_tick_without_a_device_is_idle() {
-        let mut dimsart = Dimsart::<Standard>::unconnected();
+        let mut dimsart = Dimsart::<[u32; 2048]>::unconnected();
         assert_eq!(dimsart.tick(&[], &mut []), Tick::Idle);
         assert_eq!(dimsart.engine().usage().slots, 0);
     }
@@ -354,7 +375,7 @@ mod tests {
 
     #[test]
     fn an_observer_makes_every_call_of_a_tick_and_none_while_idle() {
-        let mut dimsart = Dimsart::<Standard>::new(device(1)).unwrap();
+        let mut dimsart = Dimsart::<[u32; 2048]>::new(device(1), ALL).unwrap();
         let mut observer = Calls(0);
         let mut commanded = [Word(0)];
         assert_eq!(dimsart.tick_observed(&[Word(0)], &mut commanded, &mut observer), Tick::Idle);
@@ -366,23 +387,26 @@ mod tests {
 
     #[test]
     fn connecting_again_starts_anew() {
-        let mut dimsart = Dimsart::<Standard>::new(device(3)).unwrap();
+        let mut dimsart = Dimsart::<[u32; 2048]>::new(device(3), ALL).unwrap();
         run(&mut dimsart).unwrap();
         assert_eq!(dimsart.tick(&[Word(0); 3], &mut [Word(0); 3]), Tick::Ran);
-        dimsart.connect(device(2)).unwrap();
+        dimsart.connect(device(2), ALL).unwrap();
         assert_eq!(dimsart.tick(&[Word(0); 2], &mut [Word(0); 2]), Tick::Idle);
-        assert_eq!(dimsart.engine().usage(), Dimsart::<Standard>::new(device(2)).unwrap().engine().usage());
+        assert_eq!(
+            dimsart.engine().usage(),
+            Dimsart::<[u32; 2048]>::new(device(2), ALL).unwrap().engine().usage()
+        );
         run(&mut dimsart).unwrap();
         assert_eq!(dimsart.tick(&[Word(0); 2], &mut [Word(0); 2]), Tick::Ran);
     }
 
     #[test]
     fn a_device_that_does_not_fit_leaves_the_controller_unconnected() {
-        let mut dimsart = Dimsart::<Standard, 4>::new(device(2)).unwrap();
+        let mut dimsart = Dimsart::<[u32; 4]>::new(device(2), ALL).unwrap();
         let no_room = StorageError::NoRoom { wanted: 3, free: 1 };
-        assert_eq!(dimsart.connect(device(3)), Err(no_room));
+        assert_eq!(dimsart.connect(device(3), ALL), Err(no_room));
         assert_eq!(dimsart.tick(&[], &mut []), Tick::Idle);
         assert_eq!((dimsart.engine().usage().words, dimsart.engine().device().dof()), (0, 0));
-        dimsart.connect(device(2)).unwrap();
+        dimsart.connect(device(2), ALL).unwrap();
     }
 }

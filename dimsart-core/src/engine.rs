@@ -13,8 +13,8 @@ mod vocabulary;
 
 pub use commands::Cursor;
 pub use containment::{FaultCause, ModuleFault};
-use core::marker::PhantomData;
 use core::num::NonZeroU32;
+use core::ops::{Deref, DerefMut};
 
 pub use observer::{Calls, Observer};
 pub(crate) use vocabulary::type_at;
@@ -25,10 +25,8 @@ use crate::counter::Counter;
 use crate::data_base::DataBase;
 use crate::data_type::TypeRef;
 use crate::device::{DeviceDescriptor, Served};
-use crate::kind::ModuleList;
-use crate::limits::DEFAULT_WORDS;
+use crate::kind::{Kind, Kinds};
 use crate::matching::{CheckReport, Finding, Scheme};
-use crate::modules::Standard;
 use crate::port::{Direction, Stage};
 use crate::rate::Rate;
 use crate::wiring::Wiring;
@@ -59,16 +57,17 @@ pub struct Usage {
 
 /// Modules, their Data Base and the device they serve.
 ///
-/// All of it is statically sized: `WORDS` words of Data Base, which holds the modules' parameters and state, too, and
-/// [`MAX_MODULES`](crate::limits::MAX_MODULES) modules. Commands are given between ticks and take bounded time;
+/// All of it is statically sized: the words of the Data Base (`W`, provided by the caller) hold signals, parameters and state
+/// of at most [`MAX_MODULES`](crate::limits::MAX_MODULES) modules. Commands are given between ticks and take bounded time;
 /// [`step`](Self::step) cannot fail.
 ///
 /// A change of the scheme is put together aside, checked, and takes effect between two ticks, whole or not at all. One
 /// command is such a change; [`Command::Begin`] opens one of many commands.
 #[derive(Debug)]
-pub struct Engine<M = Standard, const WORDS: usize = DEFAULT_WORDS> {
+pub struct Engine<W: ?Sized = [u32]> {
     device: Served,
-    data_base: DataBase<WORDS>,
+    /// None before a device is connected.
+    kinds: Option<Kinds>,
     plans: Plans,
     draft: Draft,
     /// Whether the next scheme has passed its check, and has not changed since.
@@ -84,15 +83,15 @@ pub struct Engine<M = Standard, const WORDS: usize = DEFAULT_WORDS> {
     begins: bool,
     /// Modules that have failed and are cut out with all that depend on them, a bit for each place in the plug-in order.
     failed: u32,
-    list: PhantomData<M>,
+    data_base: DataBase<W>,
 }
 
-impl<M: ModuleList, const WORDS: usize> Engine<M, WORDS> {
-    /// An engine without modules, for a device.
+impl<const WORDS: usize> Engine<[u32; WORDS]> {
+    /// An engine without modules, for a device and the kinds of modules that it can have.
     #[must_use]
-    pub fn new(device: DeviceDescriptor) -> Self {
+    pub fn new(device: DeviceDescriptor, kinds: Kinds) -> Self {
         let mut engine = Self::unconnected();
-        engine.connect(device);
+        engine.connect(device, kinds);
         engine
     }
 
@@ -101,7 +100,7 @@ impl<M: ModuleList, const WORDS: usize> Engine<M, WORDS> {
     pub const fn unconnected() -> Self {
         Self {
             device: Served(None),
-            data_base: DataBase::new(),
+            kinds: None,
             plans: Plans::new(),
             draft: Draft::None,
             is_checked: false,
@@ -113,8 +112,35 @@ impl<M: ModuleList, const WORDS: usize> Engine<M, WORDS> {
             is_running: false,
             begins: false,
             failed: 0,
-            list: PhantomData,
+            data_base: DataBase::new(),
         }
+    }
+}
+
+impl<const WORDS: usize> Deref for Engine<[u32; WORDS]> {
+    type Target = Engine;
+
+    fn deref(&self) -> &Engine {
+        self
+    }
+}
+
+impl<const WORDS: usize> DerefMut for Engine<[u32; WORDS]> {
+    fn deref_mut(&mut self) -> &mut Engine {
+        self
+    }
+}
+
+impl Engine {
+    #[inline(never)]
+    fn kind(&self, number: u8) -> Option<&'static Kind> {
+        self.kinds().kind(number)
+    }
+
+    /// The kinds of modules that it can have; none before a device is connected.
+    #[must_use]
+    pub fn kinds(&self) -> Kinds {
+        self.kinds.unwrap_or(Kinds::NONE)
     }
 
     /// Computes every module that is plugged in once, in order. Does nothing unless the scheme runs.
@@ -242,9 +268,10 @@ impl<M: ModuleList, const WORDS: usize> Engine<M, WORDS> {
     }
 
     /// Starts anew for a device: no modules, and nothing in the Data Base.
-    pub(crate) fn connect(&mut self, device: DeviceDescriptor) {
+    pub(crate) fn connect(&mut self, device: DeviceDescriptor, kinds: Kinds) {
         self.disconnect();
         self.device = Served(Some(device));
+        self.kinds = Some(kinds);
     }
 
     /// Serves no device any more.
@@ -254,15 +281,16 @@ impl<M: ModuleList, const WORDS: usize> Engine<M, WORDS> {
         self.follow_moves();
         self.data_base.clear();
         self.device = Served(None);
+        self.kinds = None;
     }
 
     /// The Data Base.
     #[must_use]
-    pub fn data_base(&self) -> &DataBase<WORDS> {
+    pub fn data_base(&self) -> &DataBase {
         &self.data_base
     }
 
-    pub(crate) fn data_base_mut(&mut self) -> &mut DataBase<WORDS> {
+    pub(crate) fn data_base_mut(&mut self) -> &mut DataBase {
         &mut self.data_base
     }
 
@@ -336,11 +364,12 @@ impl<M: ModuleList, const WORDS: usize> Engine<M, WORDS> {
     /// [`instances`](Self::instances).
     #[must_use]
     pub fn usage(&self) -> Usage {
+        let words_in_all = self.data_base.storage().words.len();
         Usage {
             modules: self.edited().instances.len(),
             slots: self.data_base.taken_slots(),
-            words: WORDS - self.data_base.free_words(),
-            words_in_all: WORDS,
+            words: words_in_all - self.data_base.free_words(),
+            words_in_all,
         }
     }
 
@@ -355,6 +384,6 @@ impl<M: ModuleList, const WORDS: usize> Engine<M, WORDS> {
     /// Words of the Data Base that an instance of a kind takes for its parameters and state, on this device.
     #[must_use]
     pub fn words_of(&self, kind: u8) -> Option<usize> {
-        M::KINDS.get(usize::from(kind)).map(|kind| kind.words(self.device.dof()))
+        self.kind(kind).map(|kind| kind.words(self.device.dof()))
     }
 }

@@ -7,7 +7,6 @@ use core::fmt;
 use crate::command::{CommandError, ModuleRef};
 use crate::data_type::TypeRef;
 use crate::engine::{Engine, FaultCause, ModuleFault};
-use crate::kind::ModuleList;
 use crate::matching::{Finding, Party};
 use crate::port::Difference;
 use crate::unit_tie::UnitRelation;
@@ -15,7 +14,7 @@ use crate::vocabulary::Vocabulary;
 
 /// A sentence about a controller, with the names of its [`Vocabulary`].
 #[derive(Debug, Clone, Copy)]
-pub struct Explanation<'a, V> {
+pub struct Explanation<'a, V: ?Sized> {
     known: &'a V,
     subject: Subject,
 }
@@ -27,7 +26,7 @@ enum Subject {
     Module(ModuleFault),
 }
 
-impl<M: ModuleList, const WORDS: usize> Engine<M, WORDS> {
+impl Engine {
     /// A finding of this engine's check as a sentence.
     #[must_use]
     pub fn explain(&self, finding: Finding) -> Explanation<'_, Self> {
@@ -41,7 +40,7 @@ impl<M: ModuleList, const WORDS: usize> Engine<M, WORDS> {
     }
 }
 
-impl<'a, V: Vocabulary> Explanation<'a, V> {
+impl<'a, V: Vocabulary + ?Sized> Explanation<'a, V> {
     /// What the matching check found.
     #[must_use]
     pub fn of_finding(known: &'a V, finding: Finding) -> Self {
@@ -212,7 +211,7 @@ impl<'a, V: Vocabulary> Explanation<'a, V> {
     }
 }
 
-impl<V: Vocabulary> fmt::Display for Explanation<'_, V> {
+impl<V: Vocabulary + ?Sized> fmt::Display for Explanation<'_, V> {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self.subject {
             Subject::Finding(finding) => self.finding(f, finding),

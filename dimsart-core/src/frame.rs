@@ -92,10 +92,7 @@ impl Frame {
     ///
     /// # Errors
     /// [`StorageError`] when they do not fit.
-    pub(crate) fn connect<const WORDS: usize>(
-        data_base: &mut DataBase<WORDS>,
-        device: &DeviceDescriptor,
-    ) -> Result<Self, StorageError> {
+    pub(crate) fn connect(data_base: &mut DataBase, device: &DeviceDescriptor) -> Result<Self, StorageError> {
         let mut side = |types: &[&'static DataType]| {
             let mut side = Side::EMPTY;
             for data_type in types {
@@ -132,11 +129,7 @@ impl Frame {
     /// [`FrameError`] when the length is wrong, a number is not finite, or a sensor shows what it cannot; the Data Base is
     /// unchanged.
     #[doc(alias = "DB_ext_write")]
-    pub fn write<const WORDS: usize>(
-        &mut self,
-        data_base: &mut DataBase<WORDS>,
-        measured: &[Word],
-    ) -> Result<(), FrameError> {
+    pub fn write(&mut self, data_base: &mut DataBase, measured: &[Word]) -> Result<(), FrameError> {
         let words = data_base.storage_mut().words_mut(self.outputs.span);
         self.outputs.check(measured.iter().copied())?;
         if !self.plausibility.look_at(measured) {
@@ -157,11 +150,7 @@ impl Frame {
     }
 
     /// Puts what the device got into the Data Base, instead of what it was commanded.
-    pub(crate) fn show<const WORDS: usize>(
-        &self,
-        data_base: &mut DataBase<WORDS>,
-        given: impl Iterator<Item = (usize, Word)>,
-    ) {
+    pub(crate) fn show(&self, data_base: &mut DataBase, given: impl Iterator<Item = (usize, Word)>) {
         let words = data_base.storage_mut().words_mut(self.inputs.span).unwrap_or_default();
         for (place, given) in given {
             if let Some(word) = words.get_mut(place) {
@@ -176,11 +165,7 @@ impl Frame {
     /// [`FrameError`] when the length is wrong; `commanded` is unchanged. What modules write is
     /// [looked at](crate::Engine::step) before.
     #[doc(alias = "DB_ext_read")]
-    pub fn read<const WORDS: usize>(
-        &self,
-        data_base: &DataBase<WORDS>,
-        commanded: &mut [Word],
-    ) -> Result<(), FrameError> {
+    pub fn read(&self, data_base: &DataBase, commanded: &mut [Word]) -> Result<(), FrameError> {
         let words = data_base.storage().words(self.inputs.span);
         self.inputs.read(words.unwrap_or_default(), commanded)
     }

@@ -223,6 +223,8 @@ impl Words for Memory {
 
 #[cfg(test)]
 mod tests {
+
+    use crate::modules::ALL;
     use crate::{AxisKind, DeviceDescriptor, Dimsart, Tick, Word, scheme, types};
 
     const SCHEME: &str = "
@@ -246,7 +248,7 @@ mod tests {
         let axes = [AxisKind::Linear; 2];
         let outputs = &[types::POSITION, types::CH1_WAVES];
         let device = DeviceDescriptor::new("arm", &axes, 1e-3, outputs, &[]);
-        let mut dimsart = Dimsart::new(device.unwrap()).unwrap();
+        let mut dimsart = Dimsart::<[u32; 2048]>::new(device.unwrap(), ALL).unwrap();
         load(&mut dimsart, SCHEME);
         for tick in 0..8_u8 {
             if tick == 3 {

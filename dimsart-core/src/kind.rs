@@ -1,14 +1,16 @@
 //! Kinds of modules: what the engine knows of a module without knowing its type.
 
 use core::cell::Cell;
+use core::ops::Deref;
 
 use crate::context::Context;
 use crate::data::Data;
 use crate::declare::Declare;
 use crate::device::DeviceDescriptor;
 use crate::module::Module;
-use crate::parameter::Parameters;
+use crate::parameter::{Parameter, Parameters};
 use crate::port::Stage;
+use crate::rate::{self, EVERY_TICKS};
 use crate::summary::Summary;
 use crate::words::Words;
 
@@ -283,37 +285,71 @@ fn compute_late<M: Module>(data: &Data<'_>, configuration: u16, state: u16) {
     }
 }
 
-/// Every module of an image, made by [`module_list!`](crate::module_list).
+/// The kinds of modules of an image or a program, each in the place of its number; [`Kind::LEFT_OUT`] in the place of a kind that
+/// the image lacks.
 #[doc(alias = "List of Modules")]
-pub trait ModuleList: Sized + 'static {
-    /// The kinds, each in the place of its number; [`Kind::LEFT_OUT`] in that of one that the image has not.
-    const KINDS: &'static [&'static Kind];
+#[derive(Debug, Clone, Copy)]
+pub struct Kinds(&'static [&'static Kind]);
+
+impl Kinds {
+    /// No kinds.
+    pub const NONE: Self = Self(&[]);
+
+    /// The kinds of a list, such as `&[&Kind::of::<MyLaw>()]`.
+    #[must_use]
+    pub const fn new(kinds: &'static [&'static Kind]) -> Self {
+        Self(kinds)
+    }
+
+    /// All of them, by number.
+    #[must_use]
+    pub const fn list(self) -> &'static [&'static Kind] {
+        self.0
+    }
+
+    /// The kind with this number, also one that the image lacks.
+    #[must_use]
+    pub fn kind(self, number: u8) -> Option<&'static Kind> {
+        self.0.get(usize::from(number)).copied()
+    }
+
+    /// Describes parameter `index` of a kind; none past the last one, except for number 127: [every how many
+    /// ticks](crate::Rate) a module runs.
+    #[must_use]
+    #[inline(never)]
+    pub fn describe_parameter(self, kind: u8, index: u8) -> Option<Parameter> {
+        let mut found = None;
+        let kind = self.kind(kind)?;
+        if index == EVERY_TICKS {
+            return kind.is_there().then_some(rate::PARAMETER);
+        }
+        kind.describe(&mut Parameters::get(index, None, &mut found));
+        found.map(|(parameter, _)| parameter)
+    }
 }
 
-/// Makes a [`ModuleList`] of the modules of an image; one line registers a module.
+/// [`Kinds`] of modules, such as `kinds![MyLaw, modules::Pd]`; one entry registers a module.
 ///
-/// `Pid(Pid) if "control"` leaves the module out of images that are built without the crate's feature `control`: its
-/// number stays, so that a kind has the same one in every image.
+/// `Pd: "control"` is left out of images that are built without the crate's feature `control`. Its number stays, so that a kind has
+/// the same number in every image.
 #[macro_export]
-macro_rules! module_list {
-    (
-        $(#[$meta:meta])* $visibility:vis enum $list:ident {
-            $($kind:ident($module:ty) $(if $feature:literal)?),+ $(,)?
-        }
-    ) => {
-        $(#[$meta])*
-        #[derive(Debug)]
-        $visibility enum $list {}
-
-        impl $crate::ModuleList for $list {
-            const KINDS: &'static [&'static $crate::Kind] = &[$(
-                // Decided where constants are: of a module that is left out, no code is made.
-                if true $(&& cfg!(feature = $feature))? {
-                    const { &$crate::Kind::of::<$module>()$(.of_group($feature))? }
-                } else {
-                    $crate::Kind::LEFT_OUT
-                }
-            ),+];
-        }
+macro_rules! kinds {
+    ($($module:ty $(: $feature:literal)?),* $(,)?) => {
+        $crate::Kinds::new(const { &[$(
+            // Decided at compile time: a module that is left out takes no code.
+            if true $(&& cfg!(feature = $feature))? {
+                const { &$crate::Kind::of::<$module>()$(.of_group($feature))? }
+            } else {
+                $crate::Kind::LEFT_OUT
+            }
+        ),*] })
     };
+}
+
+impl Deref for Kinds {
+    type Target = [&'static Kind];
+
+    fn deref(&self) -> &Self::Target {
+        self.0
+    }
 }

@@ -62,6 +62,7 @@ extern crate std;
 
 #[cfg(feature = "auth")]
 pub mod auth;
+#[cfg(feature = "summaries")]
 mod bench;
 mod binding;
 pub mod carrier;
@@ -118,6 +119,7 @@ mod wiring;
 mod word;
 pub mod words;
 
+#[cfg(feature = "summaries")]
 pub use bench::{Bench, BenchError};
 pub use command::{Command, CommandError, EngineCommand, ModuleRef};
 pub use content::Content;
@@ -137,7 +139,7 @@ pub use explain::Explanation;
 pub use frame::{Frame, FrameError, MAX_DEVICE_TYPES};
 pub use handle::{Grid, Input, Matrix, Memory, Output, Signal, Single, Square, Untyped, Vector};
 pub use input_limits::{InputLimits, LimitsFault, SafeValue};
-pub use kind::{Kind, ModuleList};
+pub use kind::{Kind, Kinds};
 pub use mailbox::{LinkPort, LinkState, Mailbox, START_COUNTERS, counters_ahead, is_newer, next_number};
 pub use matching::{CheckReport, Finding, Party};
 pub use module::Module;

@@ -14,7 +14,7 @@ use crate::words::Words;
 /// the kind needs. This is all of a proportional controller with velocity damping:
 ///
 /// ```
-/// use dimsart_core::{Context, Declare, Input, Module, Output, Parameters, Unit, types, words};
+/// use dimsart_core::{Context, Declare, Input, Kinds, Module, Output, Parameters, Unit, types, words};
 ///
 /// words! {
 ///     pub struct Gains { stiffness: f32, damping: f32 }
@@ -56,13 +56,11 @@ use crate::words::Words;
 ///     }
 /// }
 ///
-/// dimsart_core::module_list! {
-///     /// The modules of this firmware.
-///     pub enum MyModules { DampedSpring(DampedSpring) }
-/// }
+/// /// The modules of this firmware.
+/// pub const MY_MODULES: Kinds = dimsart_core::kinds![DampedSpring];
 /// ```
 ///
-/// The last line registers it. In this crate the list is [`Standard`](crate::modules::Standard).
+/// The last line registers it. The whole library is [`ALL`](crate::modules::ALL).
 ///
 /// A module that remembers something says in [`begin`](Self::begin) what it starts from, such as where the joint
 /// stands. Where it [takes over](crate::Data::takes_over) from another one in a scheme that runs, it can read what that

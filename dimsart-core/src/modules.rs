@@ -84,7 +84,7 @@ mod wave_integral;
 pub mod wave_scaling;
 pub mod wave_transformer;
 
-use crate::{Kind, ModuleList};
+use crate::Kinds;
 
 pub use admittance::Admittance;
 pub use binary_noise::BinaryNoise;
@@ -159,116 +159,115 @@ pub use wave_transformer::WaveTransformer;
 
 include!(concat!(env!("OUT_DIR"), "/own_modules.rs"));
 
-/// Every module there is: those of the [library](Library), and behind them those of a project of one's own, whose list the
-/// build finds by `DIMSART_MODULES`.
-#[derive(Debug)]
-pub enum Standard {}
+/// Every kind there is: those of the [library](LIBRARY), followed by those of a project of one's own, whose list the build finds by
+/// `DIMSART_MODULES`. Their code is compiled once, with this crate.
+#[cfg(feature = "summaries")]
+pub static ALL: Kinds = IN_PLACE;
 
-impl ModuleList for Standard {
-    const KINDS: &'static [&'static Kind] = &ALL;
-}
+/// The same, compiled with the crate that names it: an image optimises it for size.
+pub const IN_PLACE: Kinds = Kinds::new(&JOINED);
 
-/// How many kinds there are up to the last one that the build has. Of a build with laws every one: what their instructions
-/// cost stands behind all kinds ([`stamp`](crate::stamp)).
+/// Number of kinds, up to the last one that the build has. A build with laws has all of them: the costs of their instructions follow
+/// those of the kinds ([`stamp`](crate::stamp)).
 #[expect(clippy::indexing_slicing, reason = "of a constant: out of bounds is an error of the build")]
 const COUNT: usize = {
-    let mut count = Library::KINDS.len() + OWN.len();
-    while !cfg!(feature = "online") && OWN.is_empty() && !Library::KINDS[count - 1].is_there() {
+    let library = LIBRARY.list();
+    let mut count = library.len() + OWN.list().len();
+    while !cfg!(feature = "online") && OWN.list().is_empty() && !library[count - 1].is_there() {
         count -= 1;
     }
     count
 };
 
 #[expect(clippy::indexing_slicing, reason = "of a constant: out of bounds is an error of the build")]
-const ALL: [&Kind; COUNT] = {
-    let mut all = [Library::KINDS[0]; COUNT];
-    let mut place = 0;
+const JOINED: [&crate::Kind; COUNT] = {
+    let library = LIBRARY.list();
+    let mut all = [library[0]; COUNT];
+    let mut place: usize = 0;
     while place < all.len() {
-        all[place] = match place.checked_sub(Library::KINDS.len()) {
-            Some(own) => OWN[own],
-            None => Library::KINDS[place],
+        all[place] = match place.checked_sub(library.len()) {
+            Some(own) => OWN.list()[own],
+            None => library[place],
         };
         place += 1;
     }
     all
 };
 
-crate::module_list! {
-    /// Every module of the library. A new one is a file above and a line here, with the feature that leaves it out of
-    /// an image. P and the generator stay: with them the costs of an image are worked out.
-    pub enum Library {
-        CommRx(CommRx) if "teleoperation",
-        CommTx(CommTx) if "teleoperation",
-        WaveTransformer(WaveTransformer) if "teleoperation",
-        WaveImpedance(WaveImpedance) if "teleoperation",
-        TimeDelay(TimeDelay) if "teleoperation",
-        P(P),
-        Pd(Pd) if "control",
-        Pid(Pid) if "control",
-        VirtualWall(VirtualWall) if "control",
-        Sum(Sum) if "signals",
-        Normalizer(Normalizer) if "signals",
-        Integrator(Integrator) if "signals",
-        Differentiator(Differentiator) if "signals",
-        VelocityToPosition(VelocityToPosition) if "signals",
-        SignalGenerator(SignalGenerator),
-        Recorder(Recorder) if "signals",
-        Pi(Pi) if "joint-control",
-        Pid2(Pid2) if "joint-control",
-        Cascade(Cascade) if "joint-control",
-        StateFeedback(StateFeedback) if "joint-control",
-        LeadLag(LeadLag) if "joint-control",
-        Impedance(Impedance) if "joint-control",
-        Admittance(Admittance) if "joint-control",
-        DisturbanceObserver(DisturbanceObserver) if "joint-control",
-        FeedForward(FeedForward) if "joint-control",
-        Friction(Friction) if "joint-control",
-        Cogging(Cogging) if "joint-control",
-        LowPass(LowPass) if "filters",
-        Notch(Notch) if "filters",
-        Biquad(Biquad) if "filters",
-        MovingAverage(MovingAverage) if "filters",
-        VelocityObserver(VelocityObserver) if "filters",
-        Kalman(Kalman) if "filters",
-        Online(Online) if "online",
-        PassivityController(PassivityController) if "energy",
-        DelayedPassivity(DelayedPassivity) if "energy",
-        EnergyTank(EnergyTank) if "energy",
-        WaveFilter(WaveFilter) if "energy",
-        MatchedWavePort(MatchedWavePort) if "energy",
-        WaveDrift(WaveDrift) if "energy",
-        WaveScaling(WaveScaling) if "energy",
-        FourChannel(FourChannel) if "energy",
-        Clutch(Clutch) if "energy",
-        SharedControl(SharedControl) if "energy",
-        PhantomTip(Tip<PhantomChain>) if "robots",
-        PlanarTip(Tip<PlanarChain>) if "robots",
-        DenavitHartenbergTip(Tip<DenavitHartenberg>) if "robots",
-        PhantomInverse(Inverse<Phantom>) if "robots",
-        PlanarInverse(Inverse<Planar>) if "robots",
-        PhantomGravity(GravityCompensation<Phantom>) if "robots",
-        PlanarGravity(GravityCompensation<Planar>) if "robots",
-        PhantomTorque(ComputedTorque<Phantom>) if "robots",
-        PlanarTorque(ComputedTorque<Planar>) if "robots",
-        PhantomCollision(Collision<Phantom>) if "robots",
-        PlanarCollision(Collision<Planar>) if "robots",
-        Trapezoid(Trapezoid) if "trajectories",
-        SCurve(SCurve) if "trajectories",
-        MinimumJerk(MinimumJerk) if "trajectories",
-        ViaPoints(ViaPoints) if "trajectories",
-        Chirp(Chirp) if "trajectories",
-        Multisine(Multisine) if "trajectories",
-        BinaryNoise(BinaryNoise) if "trajectories",
-        Limit(Limit) if "limits",
-        JointLimit(JointLimit) if "limits",
-        SoftLimit(SoftLimit) if "limits",
-        Fixture(Fixture) if "limits",
-        Homing(Homing) if "limits",
-        Mux(Mux) if "logic",
-        Demux(Demux) if "logic",
-        Comparator(Comparator) if "logic",
-        Logic(Logic) if "logic",
-        StateMachine(StateMachine) if "logic",
-        Table(Table) if "logic",
-    }
-}
+/// Every kind of the library. A new one is a file above and a line here, with the feature that leaves it out of an image. P and the
+/// generator stay: the costs of an image are worked out with them.
+pub const LIBRARY: Kinds = crate::kinds![
+    CommRx: "teleoperation",
+    CommTx: "teleoperation",
+    WaveTransformer: "teleoperation",
+    WaveImpedance: "teleoperation",
+    TimeDelay: "teleoperation",
+    P,
+    Pd: "control",
+    Pid: "control",
+    VirtualWall: "control",
+    Sum: "signals",
+    Normalizer: "signals",
+    Integrator: "signals",
+    Differentiator: "signals",
+    VelocityToPosition: "signals",
+    SignalGenerator,
+    Recorder: "signals",
+    Pi: "joint-control",
+    Pid2: "joint-control",
+    Cascade: "joint-control",
+    StateFeedback: "joint-control",
+    LeadLag: "joint-control",
+    Impedance: "joint-control",
+    Admittance: "joint-control",
+    DisturbanceObserver: "joint-control",
+    FeedForward: "joint-control",
+    Friction: "joint-control",
+    Cogging: "joint-control",
+    LowPass: "filters",
+    Notch: "filters",
+    Biquad: "filters",
+    MovingAverage: "filters",
+    VelocityObserver: "filters",
+    Kalman: "filters",
+    Online: "online",
+    PassivityController: "energy",
+    DelayedPassivity: "energy",
+    EnergyTank: "energy",
+    WaveFilter: "energy",
+    MatchedWavePort: "energy",
+    WaveDrift: "energy",
+    WaveScaling: "energy",
+    FourChannel: "energy",
+    Clutch: "energy",
+    SharedControl: "energy",
+    Tip<PhantomChain>: "robots",
+    Tip<PlanarChain>: "robots",
+    Tip<DenavitHartenberg>: "robots",
+    Inverse<Phantom>: "robots",
+    Inverse<Planar>: "robots",
+    GravityCompensation<Phantom>: "robots",
+    GravityCompensation<Planar>: "robots",
+    ComputedTorque<Phantom>: "robots",
+    ComputedTorque<Planar>: "robots",
+    Collision<Phantom>: "robots",
+    Collision<Planar>: "robots",
+    Trapezoid: "trajectories",
+    SCurve: "trajectories",
+    MinimumJerk: "trajectories",
+    ViaPoints: "trajectories",
+    Chirp: "trajectories",
+    Multisine: "trajectories",
+    BinaryNoise: "trajectories",
+    Limit: "limits",
+    JointLimit: "limits",
+    SoftLimit: "limits",
+    Fixture: "limits",
+    Homing: "limits",
+    Mux: "logic",
+    Demux: "logic",
+    Comparator: "logic",
+    Logic: "logic",
+    StateMachine: "logic",
+    Table: "logic",
+];

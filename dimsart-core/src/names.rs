@@ -5,8 +5,7 @@ use core::fmt;
 use crate::command::ModuleRef;
 use crate::data_type::TypeRef;
 use crate::device::DeviceDescriptor;
-use crate::engine::Engine;
-use crate::kind::ModuleList;
+use crate::kind::Kinds;
 use crate::rate::EVERY_TICKS;
 
 /// A name and which copy of it, printed `NAME` or `NAME.2`.
@@ -72,25 +71,25 @@ impl DeviceDescriptor {
     }
 }
 
-impl<M: ModuleList, const WORDS: usize> Engine<M, WORDS> {
-    /// Name of a module; `?` for a kind that is not in the image.
+impl Kinds {
+    /// Name of a module; `?` for a kind that is not in the list.
     #[must_use]
-    pub fn module_name(module: ModuleRef) -> Name<'static> {
-        let kind = M::KINDS.get(usize::from(module.kind)).filter(|kind| kind.is_there());
+    pub fn module_name(self, module: ModuleRef) -> Name<'static> {
+        let kind = self.kind(module.kind).filter(|kind| kind.is_there());
         let name = kind.map_or("?", |kind| kind.name);
         Name { name, number: module.number }
     }
 
     /// Finds a module by name, `PDCTRL_MOD` or `PDCTRL_MOD.2`. It need not exist yet.
     #[must_use]
-    pub fn module(word: &str) -> Option<ModuleRef> {
-        numbered(M::KINDS.iter().map(|kind| kind.name), word)
+    pub fn module(self, word: &str) -> Option<ModuleRef> {
+        numbered(self.iter().map(|kind| kind.name), word)
     }
 
     /// Finds a parameter of a kind of module by name.
     #[must_use]
-    pub fn parameter(kind: u8, name: &str) -> Option<u8> {
-        let described = |index| Some((index, Self::describe_parameter(kind, index)?));
+    pub fn parameter(self, kind: u8, name: &str) -> Option<u8> {
+        let described = |index| Some((index, self.describe_parameter(kind, index)?));
         let found = (0..=u8::MAX).map_while(described).chain(described(EVERY_TICKS));
         found.into_iter().find(|(_, parameter)| parameter.name == name).map(|(index, _)| index)
     }

@@ -17,7 +17,6 @@ use crate::device::DeviceDescriptor;
 use crate::engine::Engine;
 use crate::frame::{Frame, FrameError};
 use crate::input_limits::SafeValue;
-use crate::kind::ModuleList;
 use crate::limits::MAX_LIMITED_WORDS;
 use crate::word::{Scalar as _, Word};
 use limited::{Held, Limited};
@@ -204,11 +203,11 @@ impl Safety {
     /// `computed` says why no scheme commands the device, as far as the tick has come. A `drive_fault` is the cause of a
     /// measurement that is refused in the same tick.
     #[inline]
-    pub(crate) fn decide<M: ModuleList, const WORDS: usize>(
+    pub(crate) fn decide(
         &mut self,
         computed: Result<(), Tick>,
         drive_fault: Option<DriveFault>,
-        engine: &Engine<M, WORDS>,
+        engine: &Engine,
         frame: &Frame,
         measured: &[Word],
         commanded: &mut [Word],
@@ -240,10 +239,10 @@ impl Safety {
     }
 
     #[inline(never)]
-    fn give_safe_values<M: ModuleList, const WORDS: usize>(
+    fn give_safe_values(
         &mut self,
         (tick, cause): (Tick, Tick),
-        engine: &Engine<M, WORDS>,
+        engine: &Engine,
         measured: &[Word],
         commanded: &mut [Word],
     ) -> Tick {

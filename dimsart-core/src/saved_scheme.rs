@@ -16,7 +16,6 @@ use crate::command::{Command, CommandError, ModuleRef};
 use crate::dimsart::Dimsart;
 use crate::encode::encode_into;
 use crate::engine::Engine;
-use crate::kind::ModuleList;
 use crate::limits::MAX_PROGRAMS;
 use crate::protocol::ParameterText;
 use crate::types;
@@ -123,9 +122,7 @@ const MAX_COMMAND_BYTES: usize = 24;
 ///
 /// # Errors
 /// [`TooLong`] when they are more than [`MAX_SCHEME_BYTES`].
-pub fn save<M: ModuleList, const WORDS: usize>(
-    engine: &mut Engine<M, WORDS>,
-) -> Result<SchemeBytes, TooLong> {
+pub fn save(engine: &mut Engine) -> Result<SchemeBytes, TooLong> {
     let mut bytes = SchemeBytes::new();
     let mut writer = Writer::new(&mut bytes, fingerprint(engine));
     engine.commands().try_for_each(|command| writer.push(&command))?;
@@ -146,11 +143,7 @@ pub fn fingerprint_of(bytes: &[u8]) -> u32 {
 ///
 /// # Errors
 /// [`LoadError`] when it is not whole, of another image, or does not match; no module exists then.
-pub fn load<M: ModuleList, const WORDS: usize>(
-    bytes: &[u8],
-    fingerprint: u32,
-    dimsart: &mut Dimsart<M, WORDS>,
-) -> Result<(), LoadError> {
+pub fn load(bytes: &[u8], fingerprint: u32, dimsart: &mut Dimsart) -> Result<(), LoadError> {
     let refused = |error| LoadError::Refused { command: 0, error };
     // What somebody was putting together is not to be mixed with it.
     let _ = dimsart.command(Command::Abort);
@@ -163,10 +156,7 @@ pub fn load<M: ModuleList, const WORDS: usize>(
 }
 
 /// Gives all commands, the last of which starts the scheme.
-fn give<M: ModuleList, const WORDS: usize>(
-    mut commands: &[u8],
-    dimsart: &mut Dimsart<M, WORDS>,
-) -> Result<(), LoadError> {
+fn give(mut commands: &[u8], dimsart: &mut Dimsart) -> Result<(), LoadError> {
     let mut count = 0;
     while !commands.is_empty() {
         let (command, rest) = postcard::take_from_bytes(commands).map_err(|_| LoadError::Damaged)?;
@@ -204,11 +194,11 @@ fn check(bytes: &[u8], fingerprint: u32) -> Result<&[u8], LoadError> {
 /// It covers modules, parameters, their ranges and defaults, ports and data types; not the texts that
 /// explain them.
 #[must_use]
-pub fn fingerprint<M: ModuleList, const WORDS: usize>(engine: &mut Engine<M, WORDS>) -> u32 {
+pub fn fingerprint(engine: &mut Engine) -> u32 {
     let mut digest = Fingerprint(CRC.digest());
-    for (kind, found) in (0..).zip(M::KINDS) {
+    for (kind, found) in (0..).zip(engine.kinds().list()) {
         digest = digest.with(&found.name);
-        let parameters = (0..).map_while(|index| Engine::<M, WORDS>::describe_parameter(kind, index));
+        let parameters = (0..).map_while(|index| engine.kinds().describe_parameter(kind, index));
         for text in parameters.map(ParameterText::try_from) {
             let content = text
                 .as_ref()

@@ -11,7 +11,6 @@ use heapless::Vec;
 use crate::command::{Command, CommandError, EngineCommand, ModuleRef};
 use crate::data_type::TypeRef;
 use crate::dimsart::Dimsart;
-use crate::kind::ModuleList;
 use crate::names::split_axis;
 use crate::parameter::{ParameterError, Value};
 use crate::protocol::Accepted;
@@ -130,11 +129,11 @@ pub fn rows_for<'a>(
 /// Gives every row for `side` to a controller, in order. Rows that fail are reported and skipped.
 ///
 /// Returns the number of rows that failed.
-pub fn load<'a, M: ModuleList, const WORDS: usize>(
+pub fn load<'a>(
     text: &'a str,
     side: &str,
     sides: &[&str],
-    dimsart: &mut Dimsart<M, WORDS>,
+    dimsart: &mut Dimsart,
     mut report: impl FnMut(SchemeError<'a>),
 ) -> usize {
     let mut failed = 0;
@@ -189,7 +188,7 @@ impl<'a> Row<'a> {
     ///
     /// # Errors
     /// [`SchemeError`] names the word that is not understood.
-    pub fn command(&self, known: &impl Vocabulary) -> Result<Command, SchemeError<'a>> {
+    pub fn command(&self, known: &(impl Vocabulary + ?Sized)) -> Result<Command, SchemeError<'a>> {
         let (command, words) = if self.place(1).word == ENGINE {
             self.engine_command(known)?
         } else {
@@ -205,10 +204,7 @@ impl<'a> Row<'a> {
     ///
     /// # Errors
     /// [`SchemeError`] when it is not understood or refused; nothing has changed then.
-    pub fn apply<M: ModuleList, const WORDS: usize>(
-        &self,
-        dimsart: &mut Dimsart<M, WORDS>,
-    ) -> Result<(), SchemeError<'a>> {
+    pub fn apply(&self, dimsart: &mut Dimsart) -> Result<(), SchemeError<'a>> {
         let command = self.command(dimsart.engine())?;
         dimsart.command(command).map_err(|error| self.refused(error))
     }
@@ -238,7 +234,10 @@ impl<'a> Row<'a> {
     }
 
     /// And how many words it takes.
-    fn engine_command(&self, known: &impl Vocabulary) -> Result<(Command, usize), SchemeError<'a>> {
+    fn engine_command(
+        &self,
+        known: &(impl Vocabulary + ?Sized),
+    ) -> Result<(Command, usize), SchemeError<'a>> {
         let place = self.place(2);
         let unknown = SchemeError { place, problem: Problem::EngineCommand };
         let command = EngineCommand::of(place.word).ok_or(unknown)?;
@@ -251,7 +250,7 @@ impl<'a> Row<'a> {
         Ok((command.with(Some(module)).ok_or(unknown)?, 4))
     }
 
-    fn module_command(&self, known: &impl Vocabulary) -> Result<Command, SchemeError<'a>> {
+    fn module_command(&self, known: &(impl Vocabulary + ?Sized)) -> Result<Command, SchemeError<'a>> {
         let module = self.module(known)?;
         let place = self.place(2);
         if let Some(port) = place.word.strip_prefix(PORT_PREFIX) {
@@ -278,7 +277,10 @@ impl<'a> Row<'a> {
     ///
     /// # Errors
     /// [`SchemeError`] names the word that is not understood.
-    pub fn parameter(&self, known: &impl Vocabulary) -> Result<(ModuleRef, u8, Option<u8>), SchemeError<'a>> {
+    pub fn parameter(
+        &self,
+        known: &(impl Vocabulary + ?Sized),
+    ) -> Result<(ModuleRef, u8, Option<u8>), SchemeError<'a>> {
         let module = self.module(known)?;
         let place = self.place(2);
         let unknown = SchemeError { place, problem: Problem::ModuleCommand(module) };
@@ -294,12 +296,12 @@ impl<'a> Row<'a> {
         Ok((module, parameter, entry))
     }
 
-    fn module(&self, known: &impl Vocabulary) -> Result<ModuleRef, SchemeError<'a>> {
+    fn module(&self, known: &(impl Vocabulary + ?Sized)) -> Result<ModuleRef, SchemeError<'a>> {
         let place = self.place(1);
         known.module_named(place.word).ok_or(SchemeError { place, problem: Problem::Module })
     }
 
-    fn signal(&self, known: &impl Vocabulary) -> Result<TypeRef, SchemeError<'a>> {
+    fn signal(&self, known: &(impl Vocabulary + ?Sized)) -> Result<TypeRef, SchemeError<'a>> {
         let place = self.place(3);
         known.signal_named(place.word).ok_or(SchemeError { place, problem: Problem::Type })
     }

@@ -70,23 +70,25 @@ impl Block {
     }
 }
 
-/// `WORDS` words shared by at most [`MAX_SLOTS`] blocks. Fresh, it is all zero bits.
-#[derive(Debug, Clone)]
-pub(crate) struct Storage<const WORDS: usize> {
-    pub(crate) words: [u32; WORDS],
+/// Words shared by at most [`MAX_SLOTS`] blocks. A new one is all zero bits.
+#[derive(Debug)]
+pub(crate) struct Storage<W: ?Sized = [u32]> {
     blocks: [Option<Block>; MAX_SLOTS],
     /// Words taken at the start.
     used: usize,
     /// Words taken at the end.
     used_at_end: usize,
+    pub(crate) words: W,
 }
 
-impl<const WORDS: usize> Storage<WORDS> {
+impl<const WORDS: usize> Storage<[u32; WORDS]> {
     pub(crate) const fn new() -> Self {
         const { assert!(WORDS < u16::MAX as usize, "a Data Base holds at most 65534 words") };
-        Self { words: [0; WORDS], blocks: [None; MAX_SLOTS], used: 0, used_at_end: 0 }
+        Self { blocks: [None; MAX_SLOTS], used: 0, used_at_end: 0, words: [0; WORDS] }
     }
+}
 
+impl Storage {
     /// Takes every block back.
     pub(crate) fn clear(&mut self) {
         self.blocks.fill(None);
@@ -96,7 +98,7 @@ impl<const WORDS: usize> Storage<WORDS> {
 
     /// Words not taken.
     pub(crate) fn free_words(&self) -> usize {
-        WORDS.saturating_sub(self.used + self.used_at_end)
+        self.words.len().saturating_sub(self.used + self.used_at_end)
     }
 
     /// Slots taken.
@@ -146,7 +148,7 @@ impl<const WORDS: usize> Storage<WORDS> {
         if words > free {
             return Err(no_room);
         }
-        let offset = WORDS.saturating_sub(self.used_at_end + words);
+        let offset = self.words.len().saturating_sub(self.used_at_end + words);
         let numbers = u16::try_from(offset).ok().zip(u16::try_from(words).ok());
         let (offset, words) = numbers.ok_or(no_room)?;
         let block = Block { offset, words };
@@ -168,7 +170,7 @@ impl<const WORDS: usize> Storage<WORDS> {
 
     /// Gives back a block at the end: those in front of it have moved by its words, towards the end.
     pub(crate) fn give_back_at_end(&mut self, gone: Block) {
-        let start = WORDS.saturating_sub(self.used_at_end);
+        let start = self.words.len().saturating_sub(self.used_at_end);
         if let Some(moved) = self.words.get_mut(start..gone.range().end) {
             let rest = moved.len().saturating_sub(gone.words.into());
             moved.copy_within(..rest, moved.len() - rest);
@@ -210,7 +212,7 @@ mod tests {
 
     #[test]
     fn a_gap_is_closed_and_contents_move_with_their_block() {
-        let mut storage = Storage::<8>::new();
+        let storage: &mut Storage = &mut Storage::<[u32; 8]>::new();
         let a = storage.take(3).unwrap();
         let b = storage.take(3).unwrap();
         storage.words_mut(storage.block(b)).unwrap().copy_from_slice(&[7, 8, 9]);
@@ -224,7 +226,7 @@ mod tests {
 
     #[test]
     fn what_is_taken_at_the_end_moves_there_when_a_gap_is_closed() {
-        let mut storage = Storage::<8>::new();
+        let storage: &mut Storage = &mut Storage::<[u32; 8]>::new();
         storage.take(1).unwrap();
         let [a, b, c] = [3, 1, 2].map(|words| storage.take_at_end(words).unwrap());
         assert_eq!([a, b, c].map(|block| block.offset), [5, 4, 2]);
@@ -248,7 +250,7 @@ mod tests {
 
     #[test]
     fn an_empty_block_survives_its_neighbours() {
-        let mut storage = Storage::<4>::new();
+        let storage: &mut Storage = &mut Storage::<[u32; 4]>::new();
         let empty = storage.take(0).unwrap();
         let full = storage.take(4).unwrap();
         storage.give_back(empty);

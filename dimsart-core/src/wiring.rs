@@ -180,11 +180,11 @@ impl Wiring {
     /// Puts a module in, whose signals and memory are taken from the Data Base.
     ///
     /// On an error it is as before, and the Data Base may have slots that nobody uses.
-    pub(crate) fn plug_in<const WORDS: usize>(
+    pub(crate) fn plug_in(
         &mut self,
         new: &New<'_>,
         device: &DeviceDescriptor,
-        data_base: &mut DataBase<WORDS>,
+        data_base: &mut DataBase,
         bound: Bound<'_>,
     ) -> Result<(), CommandError> {
         let (ports, handles) = (self.ports.len(), self.handles.len());
@@ -200,11 +200,11 @@ impl Wiring {
 
     /// Apart from what is done with the wiring: the ports' descriptions are off the stack by then.
     #[inline(never)]
-    fn declare<const WORDS: usize>(
+    fn declare(
         &mut self,
         new: &New<'_>,
         device: &DeviceDescriptor,
-        data_base: &mut DataBase<WORDS>,
+        data_base: &mut DataBase,
         bound: Bound<'_>,
     ) -> Result<Plugged, CommandError> {
         let mut specs = PortSpecs::new();
@@ -311,11 +311,7 @@ impl Wiring {
     }
 
     /// Points every handle to where its slot is now, and every call to its module's configuration and state.
-    pub(crate) fn connect<const WORDS: usize>(
-        &mut self,
-        storage: &mut Storage<WORDS>,
-        memory: impl Fn(u8) -> [Block; 2],
-    ) {
+    pub(crate) fn connect(&mut self, storage: &mut Storage, memory: impl Fn(u8) -> [Block; 2]) {
         let mut places = Vec::<[Block; 2], MAX_MODULES>::new();
         for plugged in &self.modules {
             let blocks = memory(plugged.instance);

@@ -3,10 +3,11 @@
 #![expect(clippy::unwrap_used, clippy::indexing_slicing, reason = "in helpers of tests as in tests")]
 #![expect(clippy::float_cmp, reason = "these numbers are exact")]
 
+use dimsart_core::limits::DEFAULT_WORDS;
 use dimsart_core::{
     AxisKind, Command, CommandError, DataType, DescriptorError, DeviceDescriptor, Dimsart, DriveFault,
     DriveState, EventKind, FrameError, InputLimits, LimitsFault, Packet, Reason, SafeValue, Tick, Word,
-    limits::MAX_LIMITED_WORDS, modules::Standard, scheme, types,
+    limits::MAX_LIMITED_WORDS, modules::ALL, scheme, types,
 };
 
 const AXES: usize = 3;
@@ -46,8 +47,8 @@ any MOD_ENG MATCHING_CHECK";
 
 /// A controller whose device measures position and desired position, and takes a force and a whole number.
 struct Arm {
-    dimsart: Dimsart,
-    sender: Dimsart,
+    dimsart: Dimsart<[u32; DEFAULT_WORDS]>,
+    sender: Dimsart<[u32; DEFAULT_WORDS]>,
     position_m: [f32; AXES],
     /// What it got last.
     given: [f32; AXES],
@@ -76,9 +77,10 @@ impl Arm {
     }
 
     fn of(device: DeviceDescriptor) -> Self {
-        let mut dimsart = Dimsart::<Standard>::new(device).unwrap();
+        let mut dimsart = Dimsart::<[u32; DEFAULT_WORDS]>::new(device, ALL).unwrap();
         load(&mut dimsart, SPRING);
-        let mut sender = Dimsart::<Standard>::new(described(&[types::VELOCITY], &[])).unwrap();
+        let mut sender =
+            Dimsart::<[u32; DEFAULT_WORDS]>::new(described(&[types::VELOCITY], &[]), ALL).unwrap();
         load(
             &mut sender,
             "any COMM_TXMOD CTX_ADD_DATA VELOCITY\nany MOD_ENG MOD_ON COMM_TXMOD\nany MOD_ENG MATCHING_CHECK",
@@ -317,7 +319,8 @@ fn the_safe_value_is_reached_and_left_at_the_rate() {
 fn arming_forgets_what_an_integrator_has_wound_up_and_keeps_to_the_rate() {
     let run = |limits: &'static [&'static [InputLimits]]| {
         let device = described(&[types::DES_POSITION, types::POSITION], &[types::DES_FORCE]);
-        let mut dimsart = Dimsart::<Standard>::new(device.with_limits(limits).unwrap()).unwrap();
+        let mut dimsart =
+            Dimsart::<[u32; DEFAULT_WORDS]>::new(device.with_limits(limits).unwrap(), ALL).unwrap();
         let rows = "
 any PIDCTRL_MOD I_PARAM 1000
 any MOD_ENG MOD_ON PIDCTRL_MOD
@@ -351,7 +354,7 @@ fn a_rate_that_is_accepted_changes_the_command_anywhere_in_its_range() {
         for [stands, wanted] in [[min, max], [max, min], [0.5 * (min + max), min], [0.5 * (min + max), max]] {
             let device = described(&[types::FAR_POSITION, types::POSITION], &[types::DES_POSITION]);
             let device = device.with_limits(Box::leak(Box::new([limits]))).unwrap();
-            let mut dimsart = Dimsart::<Standard>::new(device).unwrap();
+            let mut dimsart = Dimsart::<[u32; DEFAULT_WORDS]>::new(device, ALL).unwrap();
             load(&mut dimsart, FOLLOWS);
             let measured = [[Word::from(wanted); AXES], [Word::from(stands); AXES]].concat();
             let mut commanded = [Word(0); AXES];
@@ -366,7 +369,7 @@ fn a_rate_that_is_accepted_changes_the_command_anywhere_in_its_range() {
 fn a_position_that_is_held_begins_where_the_device_stands() {
     const HELD: &[InputLimits] =
         &[InputLimits { min: -2.0, max: 2.0, rate_per_s: 1.0, safe_value: SafeValue::Hold }];
-    let tick = |dimsart: &mut Dimsart<Standard>, stands: f32| {
+    let tick = |dimsart: &mut Dimsart, stands: f32| {
         let mut measured = [Word(0); 2 * AXES];
         measured[AXES] = stands.into();
         let mut commanded = [Word(0); AXES];
@@ -374,7 +377,8 @@ fn a_position_that_is_held_begins_where_the_device_stands() {
         (tick, f32::from_bits(commanded[0].0))
     };
     let device = || described(&[types::FAR_POSITION, types::POSITION], &[types::DES_POSITION]);
-    let new = |limits| Dimsart::<Standard>::new(device().with_limits(limits).unwrap()).unwrap();
+    let new =
+        |limits| Dimsart::<[u32; DEFAULT_WORDS]>::new(device().with_limits(limits).unwrap(), ALL).unwrap();
     let mut dimsart = new(&[HELD]);
     // Nothing commands it: it may be moved by hand until then.
     assert_eq!(tick(&mut dimsart, f32::NAN).1, 0.0, "nothing is measured yet");
@@ -396,7 +400,8 @@ fn a_position_that_is_held_begins_where_the_device_stands() {
 #[test]
 fn damping_takes_the_measured_velocity_where_there_is_one() {
     let device = described(&[types::POSITION, types::VELOCITY], &[types::DES_FORCE]);
-    let mut dimsart = Dimsart::<Standard>::new(device.with_limits(&[DAMPED]).unwrap()).unwrap();
+    let mut dimsart =
+        Dimsart::<[u32; DEFAULT_WORDS]>::new(device.with_limits(&[DAMPED]).unwrap(), ALL).unwrap();
     let mut tick = |velocity: f32| {
         let mut measured = [Word(0); 2 * AXES];
         measured[AXES + 1] = velocity.into();
@@ -563,7 +568,7 @@ fn a_new_device_begins_anew_but_motion_stays_forbidden() {
     let mut arm = Arm::limited();
     arm.dimsart.allow_motion(false);
     arm.tick([1.0; AXES]);
-    arm.dimsart.connect(device()).unwrap();
+    arm.dimsart.connect(device(), ALL).unwrap();
     assert_eq!((arm.reason(), arm.ticks_of(Reason::Disarmed)), (Reason::None, 0));
     load(&mut arm.dimsart, SPRING);
     assert_eq!(arm.tick([1.0; AXES]), Tick::Disarmed);

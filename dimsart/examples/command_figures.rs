@@ -5,7 +5,7 @@
 use std::error::Error;
 
 use dimsart_core::protocol::{MAX_FRAME_BYTES, Request, encode_request, request_id};
-use dimsart_core::{Command, Engine, ModuleRef, TypeRef, Value, modules::Standard, types};
+use dimsart_core::{Command, ModuleRef, TypeRef, Value, modules::ALL, types};
 use hil_sim::bilateral::{Experiment, Side};
 use hil_sim::emulated::{Image, share_one_processor};
 use hil_sim::rig::Rig;
@@ -39,7 +39,7 @@ fn main() -> Result<(), Box<dyn Error>> {
 
 /// The commands that exchange the controller in one transaction, and what each adds to its tick.
 fn measure(beside: u8) -> Result<Vec<(&'static str, i64)>, Box<dyn Error>> {
-    let module = |name| Engine::<Standard>::module(name).ok_or("no such module");
+    let module = |name| ALL.module(name).ok_or("no such module");
     let [p, pd] = [module("PCTRL_MOD")?, module("PDCTRL_MOD")?];
     let [pid, delay, sum] = [module("PIDCTRL_MOD")?, module("TIMEDELAY_MOD")?, module("SUM_MOD")?];
     let mut experiment = Experiment::new(&Scenario::default())?;

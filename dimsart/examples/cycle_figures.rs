@@ -7,6 +7,7 @@ use std::path::PathBuf;
 
 use cycles::timing::{Column, Timing};
 use dimsart::cycles::{Figures, Firmware, Setup, Steady, UNIT, measure};
+use dimsart_core::modules::ALL;
 use dimsart_core::scheme;
 use hil_sim::bilateral::{Experiment, Side, device};
 use hil_sim::rig::SimulatedDimsart;
@@ -92,7 +93,7 @@ fn springs(modules: usize) -> Result<SimulatedDimsart, Box<dyn Error>> {
     }
     rows += "all MOD_ENG MATCHING_CHECK\n";
     let device = device("springs", USUAL_AXES, 1e-3)?;
-    let mut dimsart = SimulatedDimsart::new(device).map_err(|error| format!("{error:?}"))?;
+    let mut dimsart = SimulatedDimsart::new(device, ALL).map_err(|error| format!("{error:?}"))?;
     let mut wrong = String::new();
     scheme::load(&rows, "all", &[], &mut dimsart, |error| wrong += &format!("{error:?}\n"));
     if wrong.is_empty() { Ok(dimsart) } else { Err(wrong.into()) }

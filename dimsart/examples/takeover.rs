@@ -7,7 +7,7 @@ use std::error::Error;
 use std::path::Path;
 
 use dimsart::report::{Curve, Figure, Panel, write_figure};
-use dimsart_core::{Command, Engine, Value, modules::Standard};
+use dimsart_core::{Command, Value, modules::ALL};
 use hil_sim::bilateral::{Experiment, ExperimentError, Side};
 use hil_sim::recording::{Column, Recording};
 use hil_sim::rig::{Rig, Station};
@@ -42,7 +42,7 @@ impl Change {
 
     /// One after the other, one in a tick.
     fn commands(self, from: &str, to: &str, station: &mut Station) -> Result<Vec<Command>, Box<dyn Error>> {
-        let module = |name| Engine::<Standard>::module(name).ok_or("no such module");
+        let module = |name| ALL.module(name).ok_or("no such module");
         let (from, to, behind) = (module(from)?, module(to)?, module("TIMEDELAY_MOD")?);
         let exchange = [Command::Unplug(from), Command::PlaceBefore(behind), Command::PlugIn(to)];
         Ok(match self {
@@ -135,7 +135,7 @@ fn forces(
 ) -> Result<Vec<f64>, Box<dyn Error>> {
     let mut experiment = Experiment::new(scenario)?;
     let rig = experiment.rig_mut();
-    let pid = Engine::<Standard>::module("PIDCTRL_MOD").ok_or("no PID")?;
+    let pid = ALL.module("PIDCTRL_MOD").ok_or("no PID")?;
     for (parameter, gain) in (0..).zip(GAINS) {
         slave(rig)?.dimsart.command(Command::set(pid, parameter, Value::Real(gain)))?;
     }

@@ -7,8 +7,8 @@ mod layout;
 
 use std::fmt::{self, Display, Formatter};
 
-use dimsart_core::modules::Standard;
-use dimsart_core::{Command, Dimsart, Engine, ModuleList, ModuleRef, TypeRef, Value};
+use dimsart_core::modules::ALL;
+use dimsart_core::{Command, Dimsart, ModuleRef, TypeRef, Value};
 use serde::Serialize;
 
 use hil_sim::first_packet::first_packet;
@@ -115,11 +115,7 @@ pub enum DbcError {
 ///
 /// # Errors
 /// [`DbcError`] when nothing is sent, or something that a frame cannot carry.
-pub fn messages<const WORDS: usize>(
-    dimsart: &mut Dimsart<Standard, WORDS>,
-    side: &str,
-    frames: Frames,
-) -> Result<Vec<Message>, DbcError> {
+pub fn messages(dimsart: &mut Dimsart, side: &str, frames: Frames) -> Result<Vec<Message>, DbcError> {
     let senders = senders(dimsart);
     if senders.is_empty() {
         return Err(DbcError::NothingSent { side: side.to_owned() });
@@ -134,21 +130,21 @@ struct Sender {
     types: Vec<TypeRef>,
 }
 
-fn senders<const WORDS: usize>(dimsart: &mut Dimsart<Standard, WORDS>) -> Vec<Sender> {
+fn senders(dimsart: &mut Dimsart) -> Vec<Sender> {
     let engine = dimsart.engine_mut();
     let is_sender = |module: &ModuleRef| {
-        Standard::KINDS.get(usize::from(module.kind)).is_some_and(|kind| kind.name == "COMM_TXMOD")
+        ALL.list().get(usize::from(module.kind)).is_some_and(|kind| kind.name == "COMM_TXMOD")
     };
     let modules: Vec<ModuleRef> =
         engine.instances().filter(|module| is_sender(module) && engine.is_plugged_in(*module)).collect();
     let mut senders: Vec<Sender> =
         modules.into_iter().map(|module| Sender { module, link: 0, types: Vec::new() }).collect();
     for sender in &mut senders {
-        let link = Engine::<Standard, WORDS>::parameter(sender.module.kind, "CTX_LINK");
+        let link = ALL.parameter(sender.module.kind, "CTX_LINK");
         if let Some(Ok(Value::Count(link))) = link.map(|index| engine.get(sender.module, index, 0)) {
             sender.link = usize::try_from(link).unwrap_or_default();
         }
-        let types = Engine::<Standard, WORDS>::parameter(sender.module.kind, "CTX_ADD_DATA");
+        let types = ALL.parameter(sender.module.kind, "CTX_ADD_DATA");
         for command in engine.commands() {
             if let Command::Set { module, parameter, value: Value::Type(signal), .. } = command
                 && module == sender.module
@@ -161,13 +157,8 @@ fn senders<const WORDS: usize>(dimsart: &mut Dimsart<Standard, WORDS>) -> Vec<Se
     senders
 }
 
-fn message<const WORDS: usize>(
-    dimsart: &mut Dimsart<Standard, WORDS>,
-    side: &str,
-    sender: &Sender,
-    frames: Frames,
-) -> Result<Message, DbcError> {
-    let module = Engine::<Standard, WORDS>::module_name(sender.module).to_string();
+fn message(dimsart: &mut Dimsart, side: &str, sender: &Sender, frames: Frames) -> Result<Message, DbcError> {
+    let module = ALL.module_name(sender.module).to_string();
     let side = side.to_owned();
     let Some(packet) = first_packet(dimsart, sender.link) else { return Err(DbcError::NothingSent { side }) };
     if packet.channel == 0 {

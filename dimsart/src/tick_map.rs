@@ -1,6 +1,6 @@
 //! What happens inside one tick of a controller, for the Data Base timeline.
 
-use dimsart_core::modules::Standard;
+use dimsart_core::modules::ALL;
 use dimsart_core::{Direction, Engine, Finding, Party, Stage, Step};
 
 use crate::report::{TickMap, TypeRow};
@@ -14,12 +14,12 @@ pub fn tick_maps(rig: &Rig) -> Vec<TickMap> {
 
 /// The map of a controller's tick: the frame writes, the modules compute, the frame reads.
 #[must_use]
-pub fn tick_map<const WORDS: usize>(name: &str, engine: &Engine<Standard, WORDS>) -> TickMap {
+pub fn tick_map(name: &str, engine: &Engine) -> TickMap {
     let steps: Vec<Step> = engine.steps().collect();
     let has_late =
         |step: &Step| steps.iter().any(|other| other.module == step.module && other.stage == Stage::Late);
     let label = |step: &Step| {
-        let module = Engine::<Standard, WORDS>::module_name(step.module);
+        let module = ALL.module_name(step.module);
         match (step.stage, has_late(step)) {
             (Stage::Early, false) => module.to_string(),
             (Stage::Early, true) => format!("{module} early"),

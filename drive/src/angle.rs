@@ -18,7 +18,7 @@ impl Angle {
         Self(((angle_rad * (FRAC_1_PI * HALF_TURN)) as i32).cast_unsigned())
     }
 
-    /// Of turns, 0 to 2; what is beyond wraps no more.
+    /// Of turns, 0 or more, without the whole ones.
     #[inline]
     #[must_use]
     #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "a cast saturates")]

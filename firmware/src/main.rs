@@ -36,7 +36,6 @@ use boards::{Board as _, Joints as _, Limits, Parts, Selected, handover};
 use cortex_m_rt::entry;
 use dimsart_core::Dimsart;
 use dimsart_core::limits::MAX_LINKS;
-use dimsart_core::modules::Standard;
 use dimsart_core::protocol::{MAX_MOTOR_WORDS, MotorReport};
 use dimsart_core::saved_scheme::{SchemeBytes, fingerprint_of};
 use embassy_futures::block_on;
@@ -50,7 +49,7 @@ use crate::motor_service::MotorService;
 use crate::scheme_service::{SchemeService, Store};
 use crate::stamp::stamp;
 
-type BoardDimsart = Dimsart<Standard, { Selected::WORDS }>;
+type BoardDimsart = Dimsart<[u32; Selected::WORDS]>;
 
 #[entry]
 fn main() -> ! {

@@ -9,9 +9,9 @@
 
 use core::ops::Range;
 
+use dimsart_core::Dimsart;
 use dimsart_core::protocol::Trial;
 use dimsart_core::saved_scheme::{self, LoadError, MAX_SCHEME_BYTES, SchemeBytes};
-use dimsart_core::{Dimsart, ModuleList};
 use embedded_storage_async::nor_flash::NorFlash;
 
 use crate::items::{Broken, Items};
@@ -137,12 +137,12 @@ impl<F: NorFlash> SchemeStore<F> {
     ///
     /// # Errors
     /// Why it does not load, [`LoadError::Damaged`] if it is not there; no module exists then.
-    pub fn load<M: ModuleList, const WORDS: usize>(
+    pub fn load(
         &mut self,
         is_trial: bool,
         fingerprint: u32,
         bytes: &mut SchemeBytes,
-        dimsart: &mut Dimsart<M, WORDS>,
+        dimsart: &mut Dimsart,
     ) -> Result<(), LoadError> {
         let place = if is_trial { Some(self.record.other_place()) } else { self.record.confirmed };
         let place = place.ok_or(LoadError::Damaged)?;

@@ -4,16 +4,15 @@
     reason = "a host tool finds the stamp by its name, and changes it behind the compiler's back"
 )]
 
-use dimsart_core::ModuleList as _;
 use dimsart_core::limits::MAX_PROGRAMS;
-use dimsart_core::modules::Standard;
+use dimsart_core::modules::IN_PLACE;
 use dimsart_core::online::OPCODES;
 use dimsart_core::stamp::{Stamp, text};
 
 use crate::BoardDimsart;
 
 /// The tick, kinds of modules, instructions of laws.
-const LINES: usize = 1 + Standard::KINDS.len() + if MAX_PROGRAMS == 0 { 0 } else { OPCODES };
+const LINES: usize = 1 + IN_PLACE.list().len() + if MAX_PROGRAMS == 0 { 0 } else { OPCODES };
 type BoardStamp = Stamp<LINES>;
 
 /// As the build has made it of the scheme's text.

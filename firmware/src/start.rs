@@ -1,8 +1,8 @@
 //! Which scheme a board starts with.
 
+use dimsart_core::Dimsart;
 use dimsart_core::protocol::{Fallback, Origin, SchemeStatus, Trial};
 use dimsart_core::saved_scheme::{self, SchemeBytes};
-use dimsart_core::{Dimsart, ModuleList};
 use embedded_storage_async::nor_flash::NorFlash;
 
 use crate::scheme_store::SchemeStore;
@@ -11,11 +11,11 @@ use crate::scheme_store::SchemeStore;
 ///
 /// What is kept is read into `bytes`. Whatever the storage holds, it ends with the controller running one of them or none, and says why it
 /// is not the first.
-pub async fn start<F: NorFlash, M: ModuleList, const WORDS: usize>(
+pub async fn start<F: NorFlash>(
     store: Option<&mut SchemeStore<F>>,
     bytes: &mut SchemeBytes,
     built_in: &[u8],
-    dimsart: &mut Dimsart<M, WORDS>,
+    dimsart: &mut Dimsart,
 ) -> SchemeStatus {
     let fingerprint = saved_scheme::fingerprint_of(built_in);
     let mut fallback = None;
@@ -35,11 +35,11 @@ pub async fn start<F: NorFlash, M: ModuleList, const WORDS: usize>(
     SchemeStatus { origin, fallback, trial, is_saved }
 }
 
-async fn start_kept<F: NorFlash, M: ModuleList, const WORDS: usize>(
+async fn start_kept<F: NorFlash>(
     store: &mut SchemeStore<F>,
     fingerprint: u32,
     bytes: &mut SchemeBytes,
-    dimsart: &mut Dimsart<M, WORDS>,
+    dimsart: &mut Dimsart,
     fallback: &mut Option<Fallback>,
 ) -> Option<Origin> {
     if store.open().is_err() {

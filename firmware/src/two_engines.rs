@@ -18,7 +18,7 @@ use cortex_m::interrupt::Mutex;
 use cortex_m::peripheral::syst::SystClkSource;
 use cortex_m::peripheral::{SCB, SYST};
 use cortex_m_rt::{entry, exception};
-use dimsart_core::modules::Standard;
+use dimsart_core::modules::IN_PLACE;
 use dimsart_core::{
     AxisKind, Command, Coupling, DataType, DeviceDescriptor, Dimsart, Engine, ModuleRef, Snapshot,
     TIMEOUT_TICKS, Tick, Value, Word, types,
@@ -38,7 +38,7 @@ const TICKS_ALONE: u32 = TIMEOUT_TICKS + 10;
 const MOST_BETWEEN: u32 = 1 << 15;
 const LONGEST: u32 = 0x00FF_FFFF;
 
-type Controller = Dimsart<Standard, 512>;
+type Controller = Dimsart<[u32; 512]>;
 type Between = Coupling<'static, DOF, DOF>;
 
 /// What the interrupt has.
@@ -113,14 +113,14 @@ fn main() -> ! {
 
 /// Follows a position that somebody else commands.
 fn follow(joint: &mut Controller) {
-    let Some(pd) = Engine::<Standard>::module("PDCTRL_MOD") else { exit(1) };
+    let Some(pd) = IN_PLACE.module("PDCTRL_MOD") else { exit(1) };
     done(joint.command(Command::set(pd, 0, Value::Real(1.0))));
     run(joint, pd);
 }
 
 /// Commands half of the position that it gets.
 fn plan(planner: &mut Controller) {
-    let Some(sum) = Engine::<Standard>::module("SUM_MOD") else { exit(1) };
+    let Some(sum) = IN_PLACE.module("SUM_MOD") else { exit(1) };
     for (port, signal) in (0..).zip([types::POSITION, types::POSITION, types::DES_POSITION]) {
         done(planner.command(Command::bind(sum, port, signal.first())));
     }
@@ -138,7 +138,7 @@ fn connect(
 ) {
     let period_s = 1e-3;
     match DeviceDescriptor::new(name, &AXES, period_s, gets, commands) {
-        Ok(device) => done(dimsart.connect(device)),
+        Ok(device) => done(dimsart.connect(device, IN_PLACE)),
         Err(error) => done(Err(error)),
     }
 }

@@ -7,10 +7,10 @@ mod common;
 
 use std::num::NonZeroU32;
 
-use dimsart_core::modules::Standard;
+use dimsart_core::modules::ALL;
 use dimsart_core::protocol::{Fallback, Origin, SchemeStatus, Trial};
 use dimsart_core::saved_scheme::{LoadError, SchemeBytes, Writer, fingerprint, load, save};
-use dimsart_core::{Command, CommandError, Engine, TypeRef, types};
+use dimsart_core::{Command, CommandError, TypeRef, types};
 use embassy_futures::block_on;
 use firmware::{SchemeStore, start};
 
@@ -266,7 +266,7 @@ fn without_any_scheme_that_loads_the_board_is_empty_and_answers() {
 fn a_saved_scheme_that_takes_too_long_gives_way_to_the_built_in_one() {
     let mut larger = controller();
     load(&scheme(5), fingerprint(larger.engine_mut()), &mut larger).unwrap();
-    let p = Engine::<Standard>::module("PCTRL_MOD").unwrap();
+    let p = ALL.module("PCTRL_MOD").unwrap();
     let beside = TypeRef { number: 2, ..types::DES_FORCE.first() };
     larger.command(Command::bind(p, 2, beside)).unwrap();
     larger.command(Command::PlugIn(p)).unwrap();

@@ -10,7 +10,7 @@ use dimsart_fuzz::{arm, controller};
 use libfuzzer_sys::fuzz_target;
 
 thread_local! {
-    static CONTROLLER: RefCell<(Dimsart, Vec<u32>)> = RefCell::new((controller(), whole()));
+    static CONTROLLER: RefCell<(Dimsart<[u32; DEFAULT_WORDS]>, Vec<u32>)> = RefCell::new((controller(), whole()));
 }
 
 /// A program with every instruction there is.
@@ -94,7 +94,7 @@ fuzz_target!(|bytes: &[u8]| {
         let is_program = Program::verify(&words).is_ok();
         assert_eq!(keep(dimsart, &words).is_ok(), is_program);
         assert_eq!(dimsart.engine().programs().count(), usize::from(is_program));
-        let Some(ModuleRef { kind, .. }) = Engine::<dimsart_core::modules::Standard>::module("ONLINE_MOD")
+        let Some(ModuleRef { kind, .. }) = ALL.module("ONLINE_MOD")
         else {
             return;
         };

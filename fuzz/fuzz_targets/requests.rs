@@ -8,13 +8,13 @@ use dimsart_core::{AxisKind, DeviceDescriptor, Dimsart, types};
 use libfuzzer_sys::fuzz_target;
 
 thread_local! {
-    static CONTROLLER: RefCell<Dimsart> = RefCell::new(controller());
+    static CONTROLLER: RefCell<Dimsart<[u32; DEFAULT_WORDS]>> = RefCell::new(controller());
 }
 
-fn controller() -> Dimsart {
+fn controller() -> Dimsart<[u32; DEFAULT_WORDS]> {
     let axes = [AxisKind::Linear; 3];
     let device = DeviceDescriptor::new("arm", &axes, 1e-3, &[types::POSITION], &[types::DES_FORCE]).unwrap();
-    Dimsart::new(device).unwrap()
+    Dimsart::new(device, ALL).unwrap()
 }
 
 fuzz_target!(|bytes: &[u8]| {

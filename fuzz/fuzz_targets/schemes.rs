@@ -9,7 +9,7 @@ use dimsart_fuzz::{SIDES, arm, controller};
 use libfuzzer_sys::fuzz_target;
 
 thread_local! {
-    static CONTROLLER: RefCell<(Dimsart, u32)> = RefCell::new({
+    static CONTROLLER: RefCell<(Dimsart<[u32; DEFAULT_WORDS]>, u32)> = RefCell::new({
         let mut dimsart = controller();
         let fingerprint = fingerprint(dimsart.engine_mut());
         (dimsart, fingerprint)

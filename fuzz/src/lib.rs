@@ -15,7 +15,7 @@ pub fn arm() -> DeviceDescriptor {
 /// A controller of an [`arm`] without a module.
 #[must_use]
 pub fn controller() -> Dimsart {
-    Dimsart::new(arm()).unwrap()
+    Dimsart::new(arm(), ALL).unwrap()
 }
 
 /// Gives rows to a controller; they must all be right.

@@ -12,7 +12,7 @@ use dimsart_core::protocol::Refusal;
 use dimsart_core::{DescriptorError, Word};
 
 pub use controller::{CLIENT, Controller, LIMITS, SENSOR_LIMITS};
-pub use failing::{Failing, Kinds};
+pub use failing::{Failing, KINDS};
 pub use fault::{Fault, Line, Shows, Writes, Wrong};
 
 use crate::bilateral::{Experiment, ExperimentError, Side, device};

@@ -19,7 +19,6 @@ pub use trace::TickTrace;
 
 use dimsart_core::auth::{AuthError, Guard};
 use dimsart_core::envelope::Class;
-use dimsart_core::modules::Standard;
 use dimsart_core::{Dimsart, Packet, PacketError, Tick, Word};
 
 use crate::bus::MediumReport;
@@ -34,7 +33,7 @@ use guarded::Guarded;
 pub const DATA_BASE_WORDS: usize = 32_768;
 
 /// A simulated controller.
-pub type SimulatedDimsart = Dimsart<Standard, DATA_BASE_WORDS>;
+pub type SimulatedDimsart = Dimsart<[u32; DATA_BASE_WORDS]>;
 
 /// A controller and the plant it is joined to.
 #[derive(Debug)]

@@ -25,7 +25,7 @@ proptest! {
         parameters.gear = GearParameters { ratio: 50.0, ..GearParameters::default() };
         parameters.friction.viscous = 0.1;
         let mut joint = parameters.build().unwrap();
-        let mut bench: Bench = Bench::new(&[types::POSITION, types::VELOCITY, types::FEED_FORCE], ROWS).unwrap();
+        let mut bench = Bench::new(&[types::POSITION, types::VELOCITY, types::FEED_FORCE], ROWS).unwrap();
         let (period_s, mut time_s, mut travelled) = (1e-3, 0.0, 0.0);
         for (push, load, ticks) in pushes {
             for _ in 0..ticks {

@@ -3,10 +3,10 @@
 //! The cases are those of `modules.py`. A case is a scheme, what the device measures tick by tick, and what the Data Base has to have behind each tick.
 use std::collections::{BTreeMap, BTreeSet};
 
-use dimsart_core::modules::Library;
-use dimsart_core::{
-    AxisKind, DataType, DeviceDescriptor, Dimsart, Format, ModuleList, Tick, Word, scheme, types,
-};
+use dimsart_core::limits::DEFAULT_WORDS;
+use dimsart_core::modules::ALL;
+use dimsart_core::modules::LIBRARY;
+use dimsart_core::{AxisKind, DataType, DeviceDescriptor, Dimsart, Format, Tick, Word, scheme, types};
 use serde::Deserialize;
 
 use crate::evidence::{self, Compared, Evidence, column};
@@ -47,7 +47,7 @@ impl Case {
     }
 
     /// A controller whose device measures the inputs.
-    fn controller(&self) -> (Dimsart, Vec<&'static DataType>) {
+    fn controller(&self) -> (Dimsart<[u32; DEFAULT_WORDS]>, Vec<&'static DataType>) {
         let outputs: Vec<&'static DataType> = self
             .inputs
             .keys()
@@ -57,7 +57,7 @@ impl Case {
         let kind = if self.axis == "linear" { AxisKind::Linear } else { AxisKind::Rotary };
         let axes = vec![kind; widest.max().unwrap()];
         let device = DeviceDescriptor::new("case", axes.leak(), self.period_s, outputs.clone().leak(), &[]);
-        let mut dimsart = Dimsart::new(device.unwrap()).unwrap();
+        let mut dimsart = Dimsart::new(device.unwrap(), ALL).unwrap();
         let named: BTreeSet<&str> =
             self.rows.lines().filter_map(|row| row.split_whitespace().next()).collect();
         let is_on = |module: &str| self.rows.contains(&format!("MOD_ON {module}\n"));
@@ -166,6 +166,6 @@ fn every_module_does_what_an_outside_implementation_says() {
     let elsewhere = ["COMM_RXMOD", "COMM_TXMOD", "RECORDER_MOD", "ONLINE_MOD"];
     let compared: BTreeSet<&str> = cases.iter().map(|case| case.module.as_str()).chain(elsewhere).collect();
     let missing: Vec<&str> =
-        Library::KINDS.iter().map(|kind| kind.name).filter(|name| !compared.contains(name)).collect();
+        LIBRARY.list().iter().map(|kind| kind.name).filter(|name| !compared.contains(name)).collect();
     assert!(missing.is_empty(), "without an oracle (tests/oracle/cases): {missing:?}");
 }

@@ -6,18 +6,20 @@
     reason = "in helpers of tests as in tests"
 )]
 
+use dimsart_core::limits::DEFAULT_WORDS;
+use dimsart_core::modules::ALL;
 use dimsart_core::{AxisKind, DataType, DeviceDescriptor, Dimsart, Tick, Word, scheme};
 
 /// See the module docs.
 pub(crate) struct Port {
-    dimsart: Dimsart,
+    dimsart: Dimsart<[u32; DEFAULT_WORDS]>,
 }
 
 impl Port {
     /// Of a device that measures these types, with rows `MODULE COMMAND VALUE`.
     pub(crate) fn new(period_s: f64, measured: &'static [&'static DataType], rows: &str) -> Self {
         let device = DeviceDescriptor::new("port", &[AxisKind::Linear], period_s as f32, measured, &[]);
-        let mut dimsart = Dimsart::new(device.unwrap()).unwrap();
+        let mut dimsart = Dimsart::new(device.unwrap(), ALL).unwrap();
         let rows = rows.lines().map(|row| format!("all {row}\n")).collect::<String>();
         let rows = rows + "all MOD_ENG MATCHING_CHECK\n";
         let mut errors = Vec::new();

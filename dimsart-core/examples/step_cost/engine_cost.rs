@@ -1,8 +1,9 @@
 //! Schemes made to measure: how the cost of a step grows, and what it does not depend on.
 
+use dimsart_core::Kinds;
 use dimsart_core::{
-    AxisKind, Command, Context, DataType, Declare, DeviceDescriptor, Dimsart, Module, ModuleList, ModuleRef,
-    modules::{self, Standard},
+    AxisKind, Command, Context, DataType, Declare, DeviceDescriptor, Dimsart, Module, ModuleRef,
+    modules::{self, ALL},
     scheme, types,
 };
 
@@ -25,28 +26,26 @@ impl Module for Empty {
     fn compute(_: &Context<'_, Self>) {}
 }
 
-dimsart_core::module_list! {
-    /// The standard modules and the empty one: the engine has as many kinds to tell apart as ever.
-    enum WithEmpty {
-        CommRx(modules::CommRx),
-        CommTx(modules::CommTx),
-        WaveTransformer(modules::WaveTransformer),
-        WaveImpedance(modules::WaveImpedance),
-        TimeDelay(modules::TimeDelay),
-        P(modules::P),
-        Pd(modules::Pd),
-        Pid(modules::Pid),
-        VirtualWall(modules::VirtualWall),
-        Sum(modules::Sum),
-        Normalizer(modules::Normalizer),
-        Integrator(modules::Integrator),
-        Differentiator(modules::Differentiator),
-        VelocityToPosition(modules::VelocityToPosition),
-        SignalGenerator(modules::SignalGenerator),
-        Recorder(modules::Recorder),
-        Empty(Empty),
-    }
-}
+/// The standard modules and the empty one: the engine has as many kinds to tell apart as ever.
+const WITH_EMPTY: Kinds = dimsart_core::kinds![
+    modules::CommRx,
+    modules::CommTx,
+    modules::WaveTransformer,
+    modules::WaveImpedance,
+    modules::TimeDelay,
+    modules::P,
+    modules::Pd,
+    modules::Pid,
+    modules::VirtualWall,
+    modules::Sum,
+    modules::Normalizer,
+    modules::Integrator,
+    modules::Differentiator,
+    modules::VelocityToPosition,
+    modules::SignalGenerator,
+    modules::Recorder,
+    Empty
+];
 
 const FEW: &[&DataType] = &[types::POSITION, types::DES_POSITION];
 const MANY: &[&DataType] = &[
@@ -62,24 +61,25 @@ const MANY: &[&DataType] = &[
 
 /// Marks what callgrind counts: the engine's step.
 #[inline(never)]
-fn counted_step<M: ModuleList, const WORDS: usize>(dimsart: &mut Dimsart<M, WORDS>) {
+fn counted_step(dimsart: &mut Dimsart) {
     dimsart.engine_mut().step();
 }
 
-fn robot<M: ModuleList, const WORDS: usize>(
+fn robot<const WORDS: usize>(
+    kinds: Kinds,
     dof: usize,
     types: &'static [&'static DataType],
-) -> Dimsart<M, WORDS> {
+) -> Dimsart<[u32; WORDS]> {
     let axes = [AxisKind::Linear; 8];
     let axes = axes.get(..dof).expect("1 to 8 axes");
     let device = DeviceDescriptor::new("robot", axes, 1e-3, types, &[]).expect("a sound device");
-    Dimsart::new(device).expect("an empty Data Base")
+    Dimsart::new(device, kinds).expect("an empty Data Base")
 }
 
 /// `modules` empty modules.
 pub(crate) fn run_empty(modules: u8, ticks: u32) {
-    let mut dimsart = robot::<WithEmpty, 2048>(3, FEW);
-    let kind = WithEmpty::KINDS.iter().position(|kind| kind.name == Empty::NAME);
+    let mut dimsart = robot::<2048>(WITH_EMPTY, 3, FEW);
+    let kind = WITH_EMPTY.iter().position(|kind| kind.name == Empty::NAME);
     let kind = kind.and_then(|kind| u8::try_from(kind).ok()).expect("a module of the list");
     for number in 1..=modules {
         let module = ModuleRef { kind, number };
@@ -111,7 +111,7 @@ pub(crate) fn run_scheme(scheme: Scheme, ticks: u32) {
 }
 
 fn run_sized<const WORDS: usize>(scheme: Scheme, ticks: u32) {
-    let mut dimsart = robot::<Standard, WORDS>(scheme.dof, if scheme.has_many_types { MANY } else { FEW });
+    let mut dimsart = robot::<WORDS>(ALL, scheme.dof, if scheme.has_many_types { MANY } else { FEW });
     let mut rows = String::new();
     for number in 1..=scheme.inactive {
         rows += &format!("all PCTRL_MOD.{} K_PARAM 1\n", scheme.active + number);

@@ -3,12 +3,11 @@
 use super::Engine;
 use super::plan::Instance;
 use crate::command::{Command, ModuleRef};
-use crate::kind::ModuleList;
 use crate::port::PortSpecs;
 use crate::rate::{self, EVERY_TICKS};
 use crate::vocabulary::Vocabulary as _;
 
-impl<M: ModuleList, const WORDS: usize> Engine<M, WORDS> {
+impl Engine {
     /// Command `index` of those that would build the module at `place` as it runs now; none past the last one.
     ///
     /// Places count from 0: the modules that are plugged in first, in plug-in order, then the others; each has

@@ -4,7 +4,6 @@
 use super::Engine;
 use crate::command::ModuleRef;
 use crate::data_type::TypeRef;
-use crate::kind::ModuleList;
 use crate::wiring::{Plugged, Span, module_bit};
 
 /// Why a module was cut out.
@@ -37,7 +36,7 @@ pub enum FaultCause {
     },
 }
 
-impl<M: ModuleList, const WORDS: usize> Engine<M, WORDS> {
+impl Engine {
     /// Modules that have failed, a bit for each place in the plug-in order.
     pub(crate) fn failed(&self) -> u32 {
         self.failed

@@ -5,11 +5,10 @@ use core::num::NonZeroU32;
 use super::Engine;
 use crate::cost::Costs;
 use crate::counter::Counter;
-use crate::kind::ModuleList;
 use crate::protocol::BoundReport;
 use crate::wiring::{Plugged, Wiring};
 
-impl<M: ModuleList, const WORDS: usize> Engine<M, WORDS> {
+impl Engine {
     /// What a tick may take, in processor cycles: a module that could make it longer is not plugged in, as soon as
     /// [costs](Self::set_costs) are known. None, as at first: as long as it likes. Modules that are plugged in stay.
     pub fn limit_cycles(&mut self, limit: Option<NonZeroU32>) {

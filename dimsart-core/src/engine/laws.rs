@@ -2,12 +2,12 @@
 
 use super::Engine;
 use crate::command::{Command, ModuleRef};
-use crate::kind::{Kind, ModuleList};
+use crate::kind::Kind;
 use crate::limits::MAX_PROGRAMS;
 use crate::online::{LawParameter, LawRefusal, LawReport, MAX_PARAMETERS, PARAMETERS, Program};
 use crate::storage::Block;
 
-impl<M: ModuleList, const WORDS: usize> Engine<M, WORDS> {
+impl Engine {
     /// The programs that the controller has, each with its number.
     pub fn programs(&self) -> impl Iterator<Item = (u8, Program<'_>)> {
         self.data_base.programs().all()
@@ -72,7 +72,7 @@ impl<M: ModuleList, const WORDS: usize> Engine<M, WORDS> {
 
     /// The program of a module in the scheme that runs; 0 for none.
     fn program_of_module(&self, module: ModuleRef) -> u8 {
-        let kind = M::KINDS.get(usize::from(module.kind));
+        let kind = self.kind(module.kind);
         let instance = self.plans.running().instance(module);
         kind.zip(instance).map_or(0, |(kind, instance)| self.program_of(kind, instance.configuration))
     }
@@ -83,7 +83,7 @@ impl<M: ModuleList, const WORDS: usize> Engine<M, WORDS> {
         number != 0
             && MAX_PROGRAMS != 0
             && plans.into_iter().flat_map(|plan| &plan.instances).any(|instance| {
-                let kind = M::KINDS.get(usize::from(instance.reference.kind));
+                let kind = self.kind(instance.reference.kind);
                 kind.is_some_and(|kind| self.program_of(kind, instance.configuration) == number)
             })
     }
@@ -130,7 +130,7 @@ impl<M: ModuleList, const WORDS: usize> Engine<M, WORDS> {
 
     /// What a program adds to a tick with the module that runs it; none if that is not known.
     fn cycles_of_law(&self, number: u8) -> Option<u32> {
-        let kind = M::KINDS.iter().position(|kind| kind.runs_program())?;
+        let kind = self.kinds().iter().position(|kind| kind.runs_program())?;
         let own = self.cycles_of(u8::try_from(kind).ok()?)?;
         Some(own.saturating_add(self.program_cycles(number)?))
     }
@@ -138,6 +138,6 @@ impl<M: ModuleList, const WORDS: usize> Engine<M, WORDS> {
     /// What the instructions of a program add to a tick, by their costs.
     pub(super) fn program_cycles(&self, number: u8) -> Option<u32> {
         let (costs, program) = (self.costs?, self.data_base.programs().get(number.into())?);
-        program.cycles(self.device.dof(), |opcode| costs.instruction(M::KINDS.len(), opcode))
+        program.cycles(self.device.dof(), |opcode| costs.instruction(self.kinds().len(), opcode))
     }
 }

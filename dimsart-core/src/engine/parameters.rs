@@ -9,15 +9,15 @@ use super::plan::{Instance, Plan};
 use crate::command::{CommandError, ModuleRef};
 use crate::data_type::TypeRef;
 use crate::declare::Declare;
-use crate::kind::{Kind, MAX_HANDLES, MAX_SETTINGS_WORDS, ModuleList};
+use crate::kind::{Kind, MAX_HANDLES, MAX_SETTINGS_WORDS};
 use crate::limits::MAX_PORTS;
-use crate::parameter::{Entries, Found, Parameter, ParameterError, Parameters, Value};
+use crate::parameter::{Entries, Found, ParameterError, Parameters, Value};
 use crate::port::{PortSpec, PortSpecs};
 use crate::rate::{self, EVERY_TICKS};
 use crate::storage::Block;
 use crate::vocabulary::Vocabulary as _;
 
-impl<M: ModuleList, const WORDS: usize> Engine<M, WORDS> {
+impl Engine {
     /// Value of a module's parameter, in the next scheme while a transaction is open; that at `place` if it has [several](crate::Entries), the axis where each axis has
     /// one.
     ///
@@ -63,20 +63,6 @@ impl<M: ModuleList, const WORDS: usize> Engine<M, WORDS> {
         found
     }
 
-    /// Describes parameter `index` of a kind of module; none past the last one, but for number 127, by which every module
-    /// is told [every how many ticks](crate::Rate) it runs.
-    #[must_use]
-    #[inline(never)]
-    pub fn describe_parameter(kind: u8, index: u8) -> Option<Parameter> {
-        let mut found = None;
-        let kind = M::KINDS.get(usize::from(kind))?;
-        if index == EVERY_TICKS {
-            return kind.is_there().then_some(rate::PARAMETER);
-        }
-        kind.describe(&mut Parameters::get(index, None, &mut found));
-        found.map(|(parameter, _)| parameter)
-    }
-
     /// How many values a parameter of a kind of module has, which axis holds the one at a place, and where; of all, the
     /// first axis. One value for a parameter that does not exist.
     #[inline(never)]
@@ -86,7 +72,7 @@ impl<M: ModuleList, const WORDS: usize> Engine<M, WORDS> {
         parameter: u8,
         place: Option<u8>,
     ) -> Result<(Entries, u8, Option<u8>), ParameterError> {
-        let found = Self::describe_parameter(kind, parameter);
+        let found = self.kinds().describe_parameter(kind, parameter);
         let entries = found.map_or(Entries::ONE, |found| found.entries);
         let Some(place) = place else { return Ok((entries, 0, None)) };
         let (axis, element) = entries.split(place, self.dof()).ok_or(ParameterError::NoSuchEntry)?;
@@ -118,7 +104,7 @@ impl<M: ModuleList, const WORDS: usize> Engine<M, WORDS> {
     /// Asks a module for its ports; false if there are too many, or no such kind.
     #[inline(never)]
     pub(super) fn declare(&self, plan: &Plan, module: ModuleRef, specs: &mut PortSpecs) -> bool {
-        let Some(kind) = M::KINDS.get(usize::from(module.kind)) else { return false };
+        let Some(kind) = self.kind(module.kind) else { return false };
         let settings = self.settings(plan, module, kind);
         let mut declare = Declare::new(&self.device, self.data_base.programs(), plan.bound(module), specs);
         kind.ports(&settings, &mut declare, &[const { Cell::new(0) }; MAX_HANDLES]);
@@ -150,7 +136,7 @@ impl<M: ModuleList, const WORDS: usize> Engine<M, WORDS> {
     /// Visits the parameters of an instance, with the gains of an axis.
     #[inline(never)]
     pub(super) fn visit(&mut self, kind: u8, configuration: Block, axis: u8, visit: &mut Parameters<'_>) {
-        if let Some(kind) = M::KINDS.get(usize::from(kind)) {
+        if let Some(kind) = self.kind(kind) {
             if kind.runs_program() {
                 let found = self.law_parameter(kind, configuration, visit.asked());
                 visit.say_of_program(found);
@@ -162,7 +148,7 @@ impl<M: ModuleList, const WORDS: usize> Engine<M, WORDS> {
     /// Works out what follows from an instance's parameters, and from how often it runs.
     #[inline(never)]
     pub(super) fn prepare(&mut self, instance: &Instance) {
-        if let Some(kind) = M::KINDS.get(usize::from(instance.reference.kind)) {
+        if let Some(kind) = self.kind(instance.reference.kind) {
             if kind.runs_program() {
                 self.give_defaults_of_law(kind, instance.configuration);
             }

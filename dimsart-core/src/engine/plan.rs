@@ -109,7 +109,7 @@ impl Plan {
     }
 
     /// Points the handles of the modules that are plugged in, and their calls, to where all words are now.
-    pub(super) fn connect<const WORDS: usize>(&mut self, storage: &mut Storage<WORDS>) {
+    pub(super) fn connect(&mut self, storage: &mut Storage) {
         let Self { instances, wiring, .. } = self;
         wiring.connect(storage, |instance| {
             instances.get(usize::from(instance)).unwrap_or(&Instance::NONE).blocks()

@@ -6,14 +6,14 @@ use super::transaction::Draft;
 use crate::binding::{Binding, Bound};
 use crate::command::{Command, CommandError, ModuleRef};
 use crate::data_type::{DataType, TypeRef};
-use crate::kind::{Kind, ModuleList};
+use crate::kind::Kind;
 use crate::parameter::{ParameterError, Parameters, Value};
 use crate::port::PortSpecs;
 use crate::rate::{self, EVERY_TICKS};
 use crate::vocabulary::Vocabulary as _;
 use crate::wiring::New;
 
-impl<M: ModuleList, const WORDS: usize> Engine<M, WORDS> {
+impl Engine {
     /// Changes the next scheme while a transaction is open. Otherwise parameters and bindings are changed in place, and
     /// what changes the wiring is a transaction of its own.
     pub(super) fn change(&mut self, command: Command) -> Result<(), CommandError> {
@@ -165,16 +165,13 @@ impl<M: ModuleList, const WORDS: usize> Engine<M, WORDS> {
         Ok(())
     }
 
-    fn kind(module: ModuleRef) -> Result<&'static Kind, CommandError> {
-        let kind = M::KINDS
-            .get(usize::from(module.kind))
-            .copied()
-            .filter(|kind| kind.is_there() && module.number > 0);
+    fn kind_of(&self, module: ModuleRef) -> Result<&'static Kind, CommandError> {
+        let kind = self.kind(module.kind).filter(|kind| kind.is_there() && module.number > 0);
         kind.ok_or(CommandError::UnknownModule(module))
     }
 
     fn create(&mut self, module: ModuleRef) -> Result<(), CommandError> {
-        let (kind, dof) = (Self::kind(module)?, self.device.dof());
+        let (kind, dof) = (self.kind_of(module)?, self.device.dof());
         if self.edited().instances.is_full() {
             return Err(CommandError::TooManyModules);
         }
@@ -216,9 +213,8 @@ impl<M: ModuleList, const WORDS: usize> Engine<M, WORDS> {
 
     /// Modules begin as after a start, but those that outlast it: what the others wrote is zero until then.
     pub(crate) fn begin_motion(&mut self) {
-        let begins = |module: ModuleRef| {
-            M::KINDS.get(usize::from(module.kind)).is_some_and(|kind| !kind.outlasts_arming())
-        };
+        let kinds = self.kinds();
+        let begins = |module: ModuleRef| kinds.kind(module.kind).is_some_and(|kind| !kind.outlasts_arming());
         let wiring = &self.plans.running().wiring;
         for plugged in wiring.modules().iter().filter(|plugged| begins(plugged.module)) {
             for port in wiring.ports(plugged).iter().filter(|port| port.is_written()) {
@@ -240,7 +236,7 @@ impl<M: ModuleList, const WORDS: usize> Engine<M, WORDS> {
 
     fn plug_in(&mut self, module: ModuleRef) -> Result<(), CommandError> {
         self.is_unplugged(module)?;
-        let kind = Self::kind(module)?;
+        let kind = self.kind_of(module)?;
         if self.plans.running().is_plugged_in(module) {
             // There its handles are in use.
             self.own_instance(module)?;

@@ -8,7 +8,6 @@ use super::plan::Instance;
 use crate::command::{CommandError, ModuleRef};
 use crate::data_base::bit;
 use crate::data_type::DataType;
-use crate::kind::ModuleList;
 use crate::limits::MAX_MODULES;
 use crate::mailbox::LinkPort;
 use crate::schedule::schedule;
@@ -38,7 +37,7 @@ impl Draft {
     }
 }
 
-impl<M: ModuleList, const WORDS: usize> Engine<M, WORDS> {
+impl Engine {
     /// Whether a transaction is open.
     #[must_use]
     pub fn is_in_transaction(&self) -> bool {
@@ -151,10 +150,11 @@ impl<M: ModuleList, const WORDS: usize> Engine<M, WORDS> {
     /// The order of the calls of the next scheme, and which of its modules need which.
     pub(super) fn schedule_next(&mut self) {
         let of_device = self.slots_of(self.device.inputs);
+        let kinds = self.kinds();
         let wiring = &mut self.plans.next_mut().wiring;
         wiring.find_needs(of_device);
         let calls = schedule(wiring);
-        wiring.set_calls(calls.into_iter(), M::KINDS);
+        wiring.set_calls(calls.into_iter(), kinds.list());
     }
 
     /// The next scheme takes the place of the one that runs. Modules that are in both go on, the others begin.

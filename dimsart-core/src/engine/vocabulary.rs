@@ -4,13 +4,12 @@ use super::Engine;
 use crate::command::ModuleRef;
 use crate::data_type::DataType;
 use crate::device::DeviceDescriptor;
-use crate::kind::ModuleList;
 use crate::protocol::{DataTypeText, ParameterText, PortText};
 use crate::types;
 use crate::unit::AxisKind;
 use crate::vocabulary::Vocabulary;
 
-impl<M: ModuleList, const WORDS: usize> Vocabulary for Engine<M, WORDS> {
+impl Vocabulary for Engine {
     fn device_name(&self) -> &str {
         self.device.name()
     }
@@ -20,11 +19,11 @@ impl<M: ModuleList, const WORDS: usize> Vocabulary for Engine<M, WORDS> {
     }
 
     fn kind_name(&self, kind: u8) -> Option<&str> {
-        M::KINDS.get(usize::from(kind)).map(|kind| kind.name)
+        self.kind(kind).map(|kind| kind.name)
     }
 
     fn parameter_text(&self, kind: u8, index: u8) -> Option<ParameterText<'_>> {
-        Self::describe_parameter(kind, index)?.try_into().ok()
+        self.kinds().describe_parameter(kind, index)?.try_into().ok()
     }
 
     fn port_text(&self, module: ModuleRef, index: u8) -> Option<PortText<'_>> {
@@ -36,7 +35,7 @@ impl<M: ModuleList, const WORDS: usize> Vocabulary for Engine<M, WORDS> {
     }
 }
 
-impl<M: ModuleList, const WORDS: usize> Engine<M, WORDS> {
+impl Engine {
     pub(crate) fn describe_port(&self, module: ModuleRef, index: u8) -> Option<PortText<'static>> {
         let spec = self.port(module, index)?;
         let default = spec.data_type.map(|(_, signal)| signal);

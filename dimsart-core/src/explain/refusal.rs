@@ -12,9 +12,9 @@ use crate::unit::AxisKind;
 use crate::vocabulary::Vocabulary;
 
 /// A module by its name, where names are known.
-struct Named<'a, V>(Option<&'a V>, ModuleRef);
+struct Named<'a, V: ?Sized>(Option<&'a V>, ModuleRef);
 
-impl<V: Vocabulary> fmt::Display for Named<'_, V> {
+impl<V: Vocabulary + ?Sized> fmt::Display for Named<'_, V> {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self.0 {
             Some(known) => known.name_of_module(self.1).fmt(f),
@@ -24,7 +24,7 @@ impl<V: Vocabulary> fmt::Display for Named<'_, V> {
 }
 
 /// Writes why a command was refused; without names where none are known.
-pub(super) fn write<V: Vocabulary>(
+pub(super) fn write<V: Vocabulary + ?Sized>(
     f: &mut fmt::Formatter<'_>,
     error: CommandError,
     known: Option<&V>,
@@ -142,7 +142,7 @@ pub(super) fn write<V: Vocabulary>(
     }
 }
 
-fn parameter<V: Vocabulary>(
+fn parameter<V: Vocabulary + ?Sized>(
     f: &mut fmt::Formatter<'_>,
     error: ParameterError,
     known: Option<&V>,

@@ -12,7 +12,7 @@
 //! ```
 //! use dimsart_core::{Bench, types};
 //!
-//! let mut bench: Bench = Bench::new(
+//! let mut bench = Bench::new(
 //!     &[types::POSITION, types::FAR_POSITION, types::CONDITION],
 //!     "all MOD_ENG MOD_ON CLUTCH_MOD\nall MOD_ENG MATCHING_CHECK",
 //! )?;

@@ -25,7 +25,7 @@
 //! ```
 //! use dimsart_core::{Bench, types};
 //!
-//! let mut bench: Bench = Bench::new(
+//! let mut bench = Bench::new(
 //!     &[types::POSITION, types::FAR_FORCE, types::FAR_ENERGY],
 //!     "all TDPA_MOD PORT_FORCE_IN FAR_FORCE\nall MOD_ENG MOD_ON TDPA_MOD\nall MOD_ENG MATCHING_CHECK",
 //! )?;

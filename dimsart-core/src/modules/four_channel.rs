@@ -15,7 +15,7 @@
 //! ```
 //! use dimsart_core::{Bench, types};
 //!
-//! let mut bench: Bench = Bench::new(
+//! let mut bench = Bench::new(
 //!     &[types::POSITION, types::FORCE, types::FAR_POSITION, types::FAR_FORCE],
 //!     "all FOURCHANNEL_MOD K_PARAM 1000\nall MOD_ENG MOD_ON FOURCHANNEL_MOD\nall MOD_ENG MATCHING_CHECK",
 //! )?;

@@ -16,7 +16,7 @@
 //! ```
 //! use dimsart_core::{Bench, types};
 //!
-//! let mut bench: Bench = Bench::new(
+//! let mut bench = Bench::new(
 //!     &[types::CH2_WAVES, types::POSITION, types::VELOCITY],
 //!     "all WMATCH_MOD MASS 0.5\nall MOD_ENG MOD_ON WMATCH_MOD\nall MOD_ENG MATCHING_CHECK",
 //! )?;

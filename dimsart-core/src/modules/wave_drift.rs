@@ -16,7 +16,7 @@
 //! ```
 //! use dimsart_core::{Bench, types};
 //!
-//! let mut bench: Bench = Bench::new(
+//! let mut bench = Bench::new(
 //!     &[types::CH1_WAVES, types::DES_POSITION, types::FAR_POSITION],
 //!     "all WDRIFT_MOD RATE 10\nall WDRIFT_MOD B_PARAM 2\nall MOD_ENG MOD_ON WDRIFT_MOD\nall MOD_ENG MATCHING_CHECK",
 //! )?;

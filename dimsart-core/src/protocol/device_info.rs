@@ -12,7 +12,6 @@ use crate::dimsart::Dimsart;
 use crate::engine::{FaultCause, ModuleFault};
 use crate::event_log::{Event, EventKind, EventLog};
 use crate::frame::FrameError;
-use crate::kind::ModuleList;
 use crate::matching::Finding;
 use crate::safety::{DriveFault, Reason, Tick};
 use crate::timing::Timing;
@@ -170,7 +169,7 @@ impl DeviceInfo {
     }
 
     /// Ends a tick of this controller: counts it, and takes note of what it came to.
-    pub fn end_tick<M: ModuleList, const WORDS: usize>(&mut self, tick: Tick, dimsart: &Dimsart<M, WORDS>) {
+    pub fn end_tick(&mut self, tick: Tick, dimsart: &Dimsart) {
         self.ticks = self.ticks.saturating_add(1);
         let (reason, failed) = (Some(tick.reason()), dimsart.engine().failed());
         if (reason, failed) != (self.reason, self.failed) {
@@ -252,10 +251,7 @@ impl DeviceInfo {
     }
 
     /// Telemetry of the tick that has ended, as far as it is due.
-    pub fn samples<'a, const WORDS: usize>(
-        &'a mut self,
-        data_base: &'a DataBase<WORDS>,
-    ) -> impl Iterator<Item = Sample> {
+    pub fn samples<'a>(&'a mut self, data_base: &'a DataBase) -> impl Iterator<Item = Sample> {
         let tick = u32::try_from(self.ticks & u64::from(u32::MAX)).unwrap_or_default();
         self.telemetry.samples(tick, data_base)
     }
@@ -264,11 +260,7 @@ impl DeviceInfo {
         self.telemetry.hear(id, self.patience_ticks);
     }
 
-    pub(super) fn send<const WORDS: usize>(
-        &mut self,
-        wanted: Wanted,
-        data_base: &DataBase<WORDS>,
-    ) -> Result<u8, Refusal> {
+    pub(super) fn send(&mut self, wanted: Wanted, data_base: &DataBase) -> Result<u8, Refusal> {
         self.telemetry.ask(wanted, self.patience_ticks, data_base)
     }
 

@@ -17,7 +17,6 @@ use crate::device::DeviceDescriptor;
 use crate::dimsart::Dimsart;
 use crate::engine::{Engine, type_at};
 use crate::event_log::{Event, EventKind};
-use crate::kind::ModuleList;
 use crate::limits::MAX_PROGRAMS;
 use crate::online::LawAction;
 use crate::parameter::Value;
@@ -26,20 +25,15 @@ use crate::word::Format;
 
 /// Carries out the request with this id, between two ticks; see [Time](super#time) for what it costs.
 #[must_use]
-pub fn serve<M: ModuleList, const WORDS: usize>(
-    id: u16,
-    request: &Request,
-    dimsart: &mut Dimsart<M, WORDS>,
-    info: &mut DeviceInfo,
-) -> Response<'static> {
+pub fn serve(id: u16, request: &Request, dimsart: &mut Dimsart, info: &mut DeviceInfo) -> Response<'static> {
     respond(id, request, dimsart, info).unwrap_or_else(Response::Refused)
 }
 
 /// As [`serve`], of the content of a frame: the id and what is to be answered. None when it is not a request.
 #[must_use]
-pub fn serve_content<M: ModuleList, const WORDS: usize>(
+pub fn serve_content(
     content: &[u8],
-    dimsart: &mut Dimsart<M, WORDS>,
+    dimsart: &mut Dimsart,
     info: &mut DeviceInfo,
 ) -> Option<(u16, Response<'static>)> {
     match decode_request(content) {
@@ -55,9 +49,9 @@ pub fn serve_content<M: ModuleList, const WORDS: usize>(
 /// # Errors
 /// [`NoRoom`] when `out` is too small; [`MAX_FRAME_BYTES`](super::MAX_FRAME_BYTES) are enough. The
 /// request has been carried out all the same.
-pub fn answer<'o, M: ModuleList, const WORDS: usize>(
+pub fn answer<'o>(
     content: &[u8],
-    dimsart: &mut Dimsart<M, WORDS>,
+    dimsart: &mut Dimsart,
     info: &mut DeviceInfo,
     out: &'o mut [u8],
 ) -> Result<Option<&'o [u8]>, NoRoom> {
@@ -65,10 +59,10 @@ pub fn answer<'o, M: ModuleList, const WORDS: usize>(
     encode_response(&response, id, out).map(Some)
 }
 
-fn respond<M: ModuleList, const WORDS: usize>(
+fn respond(
     id: u16,
     request: &Request,
-    dimsart: &mut Dimsart<M, WORDS>,
+    dimsart: &mut Dimsart,
     info: &mut DeviceInfo,
 ) -> Result<Response<'static>, Refusal> {
     info.hear(id);
@@ -79,9 +73,9 @@ fn respond<M: ModuleList, const WORDS: usize>(
     let engine = dimsart.engine_mut();
     let response = match *request {
         Request::Identify => Response::Identity(identity(engine.device(), info)),
-        Request::Module { kind } => Response::Module((*found(M::KINDS.get(usize::from(kind)))?).into()),
+        Request::Module { kind } => Response::Module(found(dimsart.engine().kinds().kind(kind))?.into()),
         Request::Parameter { kind, index } => {
-            Response::Parameter(found(Engine::<M, WORDS>::describe_parameter(kind, index))?.try_into()?)
+            Response::Parameter(found(dimsart.engine().kinds().describe_parameter(kind, index))?.try_into()?)
         }
         Request::Port { module, index } => Response::Port(found(engine.describe_port(module, index))?),
         Request::DataType { index } => Response::DataType(found(type_at(engine.device(), index))?.into()),
@@ -179,17 +173,13 @@ fn identity(device: &DeviceDescriptor, info: &DeviceInfo) -> Identity<'static> {
     }
 }
 
-fn instance<M: ModuleList, const WORDS: usize>(engine: &Engine<M, WORDS>, index: u8) -> Option<InstanceText> {
+fn instance(engine: &Engine, index: u8) -> Option<InstanceText> {
     let module = engine.instances().nth(usize::from(index))?;
     let place = engine.place_of(module).and_then(|place| u8::try_from(place).ok());
     Some(InstanceText { module, place })
 }
 
-fn carry_out<M: ModuleList, const WORDS: usize>(
-    command: Command,
-    dimsart: &mut Dimsart<M, WORDS>,
-    info: &mut DeviceInfo,
-) -> Effect {
+fn carry_out(command: Command, dimsart: &mut Dimsart, info: &mut DeviceInfo) -> Effect {
     if matches!(command, Command::Stop) {
         // Motion after a STOP requires arming.
         info.end_lease();
@@ -218,10 +208,7 @@ fn carry_out<M: ModuleList, const WORDS: usize>(
     Effect { refused, blocked: blocked(engine, info), value, is_in_transaction: engine.is_in_transaction() }
 }
 
-fn blocked<M: ModuleList, const WORDS: usize>(
-    engine: &Engine<M, WORDS>,
-    info: &DeviceInfo,
-) -> Option<Blocked> {
+fn blocked(engine: &Engine, info: &DeviceInfo) -> Option<Blocked> {
     if engine.is_running() {
         return info.keeps_still();
     }
@@ -229,7 +216,7 @@ fn blocked<M: ModuleList, const WORDS: usize>(
 }
 
 /// As many words of a slot as fit, from one of them on.
-fn words<const WORDS: usize>(data_base: &DataBase<WORDS>, slot: u8, from: u16) -> Option<SignalText> {
+fn words(data_base: &DataBase, slot: u8, from: u16) -> Option<SignalText> {
     // A memory is no signal.
     let meaning = data_base.entry(slot).map(|entry| (entry.data_type.format, entry.data_type.unit));
     let (format, unit) = meaning.unwrap_or((Format::U32, Unit::One));
@@ -237,11 +224,7 @@ fn words<const WORDS: usize>(data_base: &DataBase<WORDS>, slot: u8, from: u16) -
 }
 
 /// As many words of a program as fit, from one of them on.
-fn words_of_law<M: ModuleList, const WORDS: usize>(
-    engine: &Engine<M, WORDS>,
-    number: u8,
-    from: u8,
-) -> Option<SignalText> {
+fn words_of_law(engine: &Engine, number: u8, from: u8) -> Option<SignalText> {
     let (_, program) = engine.programs().find(|(found, _)| *found == number)?;
     text_of(program.words(), from.into(), Format::U32, Unit::One)
 }
@@ -263,6 +246,7 @@ mod tests {
     use super::super::{Receiver, decode_response};
     use super::*;
     use crate::envelope::Class;
+    use crate::modules::ALL;
     use crate::unit::AxisKind;
 
     const LONG: &str = match core::str::from_utf8(&[b'x'; 256]) {
@@ -270,9 +254,9 @@ mod tests {
         Err(_) => "",
     };
 
-    fn controller() -> Dimsart {
+    fn controller() -> Dimsart<[u32; 2048]> {
         let device = DeviceDescriptor::new("arm", &[AxisKind::Linear], 1e-3, &[], &[]);
-        Dimsart::new(device.unwrap()).unwrap()
+        Dimsart::new(device.unwrap(), ALL).unwrap()
     }
 
     fn content(frame: &[u8]) -> std::vec::Vec<u8> {

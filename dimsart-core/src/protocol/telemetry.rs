@@ -94,11 +94,11 @@ impl Streams {
     pub(super) const NONE: Self = Self([Subscription::NONE; TELEMETRY_STREAMS]);
 
     /// Does what a client asks for; the words of a sample.
-    pub(super) fn ask<const WORDS: usize>(
+    pub(super) fn ask(
         &mut self,
         wanted: Wanted,
         patience_ticks: u32,
-        data_base: &DataBase<WORDS>,
+        data_base: &DataBase,
     ) -> Result<u8, Refusal> {
         let place = usize::from(wanted.place);
         let stream = self.0.get_mut(place / MAX_TELEMETRY_SIGNALS).ok_or(Refusal::TooLong)?;
@@ -111,10 +111,10 @@ impl Streams {
     }
 
     /// Counts a tick; the samples that are due.
-    pub(super) fn samples<'a, const WORDS: usize>(
+    pub(super) fn samples<'a>(
         &'a mut self,
         tick: u32,
-        data_base: &'a DataBase<WORDS>,
+        data_base: &'a DataBase,
     ) -> impl Iterator<Item = Sample> {
         self.0.iter_mut().filter_map(move |stream| stream.sample(tick, data_base))
     }
@@ -144,12 +144,12 @@ impl Subscription {
     };
 
     /// Does what a client asks for; the words of a sample.
-    fn ask<const WORDS: usize>(
+    fn ask(
         &mut self,
         wanted: Wanted,
         place: usize,
         patience_ticks: u32,
-        data_base: &DataBase<WORDS>,
+        data_base: &DataBase,
     ) -> Result<u8, Refusal> {
         let Wanted { id, signal, every_ticks, .. } = wanted;
         let [client, holder] = [id, self.id].map(client_of);
@@ -185,7 +185,7 @@ impl Subscription {
     }
 
     /// Counts a tick; a sample when one is due.
-    fn sample<const WORDS: usize>(&mut self, tick: u32, data_base: &DataBase<WORDS>) -> Option<Sample> {
+    fn sample(&mut self, tick: u32, data_base: &DataBase) -> Option<Sample> {
         if self.id == 0 {
             return None;
         }

@@ -102,7 +102,7 @@ impl Wiring {
     }
 
     /// Finds out what is looked at behind which call, and where it lies.
-    pub(super) fn find_spans<const WORDS: usize>(&mut self, storage: &Storage<WORDS>) {
+    pub(super) fn find_spans(&mut self, storage: &Storage) {
         let Self { modules, ports, calls, spans, .. } = self;
         spans.clear();
         for call in calls {

@@ -9,9 +9,7 @@
 
 use std::collections::BTreeSet;
 
-use dimsart_core::{
-    Command, CommandError, Engine, Finding, ModuleRef, Usage, Vocabulary as _, modules::Standard, types,
-};
+use dimsart_core::{Command, CommandError, Finding, ModuleRef, Usage, Vocabulary as _, modules::ALL, types};
 
 use crate::common::Bench;
 
@@ -112,7 +110,7 @@ fn calls(order: &[&Known]) -> Vec<Call> {
 }
 
 fn module(known: &Known) -> ModuleRef {
-    Engine::<Standard>::module(known.name).unwrap()
+    ALL.module(known.name).unwrap()
 }
 
 /// Every fault of these modules, plugged in in this order, as what it is and the signal.
@@ -194,7 +192,7 @@ fn sound_sets(all: &Set) -> u32 {
                 order.reverse();
             }
             let expected = faults(&order);
-            let mut bench: Bench = Bench::of(2, &[types::POSITION], &[types::DES_FORCE]);
+            let mut bench = Bench::of(2, &[types::POSITION], &[types::DES_FORCE]);
             let empty = bench.dimsart.engine().usage();
             for is_transaction in [false, true] {
                 for known in &order {

@@ -4,15 +4,15 @@
 use std::num::NonZeroU32;
 
 use crate::common::Bench;
-use dimsart_core::modules::Standard;
+use dimsart_core::modules::ALL;
 use dimsart_core::saved_scheme::{LoadError, fingerprint, load, save};
-use dimsart_core::{Command, CommandError, Cost, Costs, Engine, ModuleList, ModuleRef, types};
+use dimsart_core::{Command, CommandError, Cost, Costs, ModuleRef, types};
 use proptest::prelude::*;
 
 const SCHEME: &str = include_str!("../../../schemes/bilateral.scheme");
 const DOF: usize = 3;
 
-const KINDS: usize = Standard::KINDS.len();
+const KINDS: usize = ALL.list().len();
 const TICK: Cost = Cost::new(557, 69);
 /// As in a stamp: the tick's, then another one for each kind.
 const LINES: [Cost; 1 + KINDS] = {
@@ -47,7 +47,7 @@ fn limit(bench: &mut Bench, cycles: u32) {
 }
 
 fn module(name: &str) -> ModuleRef {
-    Engine::<Standard>::module(name).unwrap()
+    ALL.module(name).unwrap()
 }
 
 fn cost(name: &str) -> u32 {
@@ -109,11 +109,11 @@ fn a_module_that_just_fits_is_taken_and_unplugging_makes_room() {
 #[test]
 fn without_a_limit_every_module_is_taken_and_with_one_of_a_cycle_none() {
     let mut bench = robot();
-    for kind in Standard::KINDS {
+    for kind in ALL.list() {
         bench.rows(&format!("MOD_ENG MOD_ON {0}\nMOD_ENG MOD_CLOSE {0}", kind.name));
     }
     limit(&mut bench, 1);
-    for kind in Standard::KINDS {
+    for kind in ALL.list() {
         let refused = bench.order(&format!("MOD_ENG MOD_ON {}", kind.name));
         assert!(matches!(refused, Err(CommandError::TooSlow { limit_cycles: 1, .. })), "{refused:?}");
     }
@@ -122,7 +122,7 @@ fn without_a_limit_every_module_is_taken_and_with_one_of_a_cycle_none() {
 
 #[test]
 fn a_kind_that_the_stamp_lacks_is_refused_under_a_limit_only() {
-    let name = Standard::KINDS[KINDS - 1].name;
+    let name = ALL.list()[KINDS - 1].name;
     let mut bench = stamped(&LACKING);
     limit(&mut bench, u32::MAX);
     let before = bench.snapshot();
@@ -139,7 +139,7 @@ fn without_costs_nothing_is_refused_for_them_and_nothing_is_said_of_a_tick() {
     let mut bench = robot();
     bench.dimsart.engine_mut().set_costs(None);
     limit(&mut bench, 1);
-    for kind in Standard::KINDS {
+    for kind in ALL.list() {
         bench.rows(&format!("MOD_ENG MOD_ON {}", kind.name));
         let engine = bench.dimsart.engine();
         assert_eq!((engine.usage().modules, engine.tick_cycles(), engine.cycles_of(0)), (1, None, None));

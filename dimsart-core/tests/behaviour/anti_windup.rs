@@ -1,9 +1,8 @@
 //! Integrals follow the force that the device got: its range, its rate, its safe value.
 #![expect(clippy::unwrap_used, clippy::panic, reason = "in helpers of tests as in tests")]
 
-use dimsart_core::{
-    AxisKind, DataType, DeviceDescriptor, Dimsart, InputLimits, Tick, modules::Standard, types,
-};
+use dimsart_core::limits::DEFAULT_WORDS;
+use dimsart_core::{AxisKind, DataType, DeviceDescriptor, Dimsart, InputLimits, Tick, modules::ALL, types};
 
 use crate::common::{Bench, H, assert_close};
 
@@ -22,12 +21,12 @@ const CONTROLLERS: [&str; 6] = [
 /// A controller with `K = 10` and `K_I = 1000`, and more rows.
 fn controller(module: &str, limits: InputLimits, more: &str) -> Bench {
     let (name, row) = module.split_once(' ').unwrap_or((module, ""));
-    let mut bench: Bench = Bench::of(1, MEASURED, &[types::DES_FORCE]);
+    let mut bench = Bench::of(1, MEASURED, &[types::DES_FORCE]);
     let device =
         DeviceDescriptor::new("joint", &[AxisKind::Linear], H, MEASURED, &[types::DES_FORCE]).unwrap();
     let limits: &'static [InputLimits] = Vec::leak(vec![limits]);
     let limits: &'static [&'static [InputLimits]] = Vec::leak(vec![limits]);
-    bench.dimsart = Dimsart::<Standard>::new(device.with_limits(limits).unwrap()).unwrap();
+    bench.dimsart = Dimsart::<[u32; DEFAULT_WORDS]>::new(device.with_limits(limits).unwrap(), ALL).unwrap();
     let gains = match name {
         "STATE_FEEDBACK_MOD" => "K1_PARAM 10\nREFERENCE_GAIN 10\nI_PARAM 1000",
         "CASCADE_MOD" => "POSITION_GAIN 1\nK_PARAM 10\nI_PARAM 1000",

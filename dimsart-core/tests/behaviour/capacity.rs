@@ -1,7 +1,7 @@
 //! What the memory of a board holds.
 #![expect(clippy::unwrap_used, reason = "in helpers of tests as in tests")]
 
-use dimsart_core::modules::Standard;
+use dimsart_core::modules::ALL;
 use dimsart_core::{AxisKind, DataType, DeviceDescriptor, Dimsart, scheme, types};
 
 /// Of the board nucleo-g474re, as its `Board::WORDS`.
@@ -17,7 +17,7 @@ fn refused(recorder_rows: usize, side: &str) -> Vec<String> {
     };
     let axes = [AxisKind::Rotary; 7];
     let device = DeviceDescriptor::new("arm", &axes, 1e-3, &OUTPUTS, &[types::DES_FORCE]).unwrap();
-    let mut dimsart: Dimsart<Standard, WORDS> = Dimsart::new(device).unwrap();
+    let mut dimsart = Dimsart::<[u32; WORDS]>::new(device, ALL).unwrap();
     let length = format!("LENGTH               {recorder_rows}");
     let text = SCHEME.replace("LENGTH               500", &length);
     assert!(text.contains(&length));

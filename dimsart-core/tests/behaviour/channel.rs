@@ -3,13 +3,15 @@
 #![expect(clippy::float_cmp, reason = "compared to the bit on purpose")]
 
 use crate::common::{Bench, H, Types};
+use dimsart_core::limits::DEFAULT_WORDS;
+use dimsart_core::modules::ALL;
 use dimsart_core::{AxisKind, CommandError, DeviceDescriptor, Dimsart, ParameterError, types};
 
 /// A sender and a receiver of these types, and whether the receiver takes what is sent.
 fn is_taken(sent: &[&str], received: &[&str], [from, to]: [&[AxisKind]; 2]) -> bool {
     let bench = |axes, rows: &str, outputs| {
         let device = DeviceDescriptor::new("bench", axes, H, outputs, &[]).unwrap();
-        let mut bench: Bench = Bench { dimsart: Dimsart::new(device).unwrap() };
+        let mut bench: Bench = Bench { dimsart: Dimsart::<[u32; DEFAULT_WORDS]>::new(device, ALL).unwrap() };
         bench.run(rows);
         bench
     };
@@ -55,9 +57,9 @@ fn a_packet_of_other_units_or_axes_is_refused_and_counted() {
 #[test]
 fn a_packet_with_a_sample_that_is_no_number_never_came() {
     for policy in ["ZERO", "HOLD", "LIMITED", "INTEGRAL"] {
-        let mut sender: Bench = Bench::of(1, &[types::CH1_WAVES], &[]);
+        let mut sender = Bench::of(1, &[types::CH1_WAVES], &[]);
         sender.run("COMM_TXMOD CTX_ADD_DATA CH1_WAVES\nMOD_ENG MOD_ON COMM_TXMOD");
-        let mut receiver: Bench = Bench::of(1, &[], &[]);
+        let mut receiver = Bench::of(1, &[], &[]);
         receiver.run(&format!(
             "COMM_RXMOD STALE {policy}\nCOMM_RXMOD CRX_ADD_DATA CH2_WAVES\nMOD_ENG MOD_ON COMM_RXMOD"
         ));
@@ -84,7 +86,7 @@ fn a_packet_with_a_sample_that_is_no_number_never_came() {
 fn three_axes_of_waves_fit_the_channel_of_rokviss() {
     // 245 kbit/s up at 500 Hz (Preusche et al., ROKVISS, 2006): 61 bytes a packet.
     const UP_BITS_PER_S: usize = 245_000;
-    let mut bench: Bench = Bench::of(3, &[types::CH1_WAVES], &[]);
+    let mut bench = Bench::of(3, &[types::CH1_WAVES], &[]);
     bench.run("COMM_TXMOD CTX_ADD_DATA CH1_WAVES\nMOD_ENG MOD_ON COMM_TXMOD");
     bench.tick(&[1.0; 3]);
     let bytes = bench.dimsart.outgoing(0).unwrap().to_bytes().len();
@@ -105,7 +107,8 @@ fn one_axis_goes_to_a_device_of_one_axis_and_comes_back() {
         &[],
     );
     for axis in 0..3 {
-        let mut coordinator: Bench = Bench { dimsart: Dimsart::new(device.clone().unwrap()).unwrap() };
+        let mut coordinator: Bench =
+            Bench { dimsart: Dimsart::<[u32; DEFAULT_WORDS]>::new(device.clone().unwrap(), ALL).unwrap() };
         let adds = |module: &str, command: &str, types: &[&str]| {
             types.iter().map(|name| format!("{module} {command} {name}\n")).collect::<String>()
         };
@@ -116,7 +119,7 @@ fn one_axis_goes_to_a_device_of_one_axis_and_comes_back() {
              COMM_RXMOD CRX_AXIS {axis}\n{back}MOD_ENG MOD_ON COMM_RXMOD"
         ));
         let joint = DeviceDescriptor::new("joint", &axes[axis..=axis], H, &[types::POSITION], &[]).unwrap();
-        let mut joint: Bench = Bench { dimsart: Dimsart::new(joint).unwrap() };
+        let mut joint: Bench = Bench { dimsart: Dimsart::<[u32; DEFAULT_WORDS]>::new(joint, ALL).unwrap() };
         let taken = adds("COMM_RXMOD", "CRX_ADD_DATA", &["DES_POSITION", "CH2_WAVES", "LINK_LOST.2"]);
         let sent = adds("COMM_TXMOD", "CTX_ADD_DATA", &["POSITION", "LINK_LOST.2", "CH2_WAVES"]);
         joint.run(&format!(
@@ -148,7 +151,7 @@ fn one_axis_goes_to_a_device_of_one_axis_and_comes_back() {
 
 #[test]
 fn an_axis_that_the_device_has_not_is_refused() {
-    let mut bench: Bench = Bench::of(3, &[types::POSITION], &[]);
+    let mut bench = Bench::of(3, &[types::POSITION], &[]);
     bench.run("COMM_TXMOD CTX_ADD_DATA POSITION\nCOMM_TXMOD CTX_AXIS 3");
     let refused = bench.order("MOD_ENG MOD_ON COMM_TXMOD");
     assert_eq!(refused, Err(CommandError::Parameter(ParameterError::NoSuchEntry)));
@@ -162,7 +165,7 @@ fn an_axis_that_the_device_has_not_is_refused() {
 /// Schemes are the same for all controllers; some of these have fewer links.
 #[test]
 fn a_link_that_the_controller_has_not_is_refused() {
-    let mut bench: Bench = Bench::of(3, &[types::POSITION], &[]);
+    let mut bench = Bench::of(3, &[types::POSITION], &[]);
     bench.rows("COMM_TXMOD CTX_ADD_DATA POSITION");
     for link in 0..8 {
         bench.rows(&format!("COMM_TXMOD CTX_LINK {link}"));

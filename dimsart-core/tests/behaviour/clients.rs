@@ -1,14 +1,15 @@
 //! Clients of one device: who may change something, who hears what, and what a tick without a lease comes to.
 #![expect(clippy::unwrap_used, clippy::panic, reason = "in helpers of tests as in tests")]
 
+use dimsart_core::limits::DEFAULT_WORDS;
 use dimsart_core::limits::TELEMETRY_STREAMS;
 use dimsart_core::protocol::{
     Blocked, DeviceInfo, Effect, LeaseAction, LeaseStatus, MAX_TELEMETRY_SIGNALS, MAX_TELEMETRY_WORDS,
     NOBODY, Refusal, Request, Response, Sample, SchemeAction, StoreError, request_id, serve,
 };
 use dimsart_core::{
-    AxisKind, Command, DataType, DeviceDescriptor, Dimsart, Engine, EventLog, FrameError, ModuleRef, Reason,
-    Tick, Value, Word, modules::Standard, scheme, types,
+    AxisKind, Command, DataType, DeviceDescriptor, Dimsart, EventLog, FrameError, ModuleRef, Reason, Tick,
+    Value, Word, modules::ALL, scheme, types,
 };
 
 const TICK_HZ: u32 = 1000;
@@ -25,7 +26,7 @@ any MOD_ENG MATCHING_CHECK";
 
 /// A controller beside a tick that needs a lease.
 struct Board {
-    dimsart: Dimsart,
+    dimsart: Dimsart<[u32; DEFAULT_WORDS]>,
     info: DeviceInfo,
     number: u8,
     last: (Tick, [Word; 3]),
@@ -35,7 +36,7 @@ impl Board {
     fn new() -> Self {
         let (outputs, inputs) = (&[types::POSITION, types::VELOCITY], &[types::DES_FORCE]);
         let device = DeviceDescriptor::new("arm", &[AxisKind::Linear; 3], 1e-3, outputs, inputs);
-        let dimsart = Dimsart::new(device.unwrap()).unwrap();
+        let dimsart = Dimsart::<[u32; DEFAULT_WORDS]>::new(device.unwrap(), ALL).unwrap();
         let info = DeviceInfo::new("test").for_clients(TICK_HZ);
         Self { dimsart, info, number: 0, last: (Tick::Idle, [Word(0); 3]) }
     }
@@ -97,7 +98,7 @@ impl Board {
 }
 
 fn module(name: &str) -> ModuleRef {
-    Engine::<Standard>::module(name).unwrap()
+    ALL.module(name).unwrap()
 }
 
 fn stiffer() -> Command {

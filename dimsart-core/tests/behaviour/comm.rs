@@ -138,11 +138,11 @@ fn hold_holds_for_so_many_ticks_and_no_longer() {
 #[test]
 fn signals_that_are_no_waves_keep_their_last_value() {
     for policy in ["ZERO", "HOLD", "LIMITED", "INTEGRAL"] {
-        let mut sender: Bench = Bench::of(2, &[types::POSITION, types::FORCE], &[]);
+        let mut sender = Bench::of(2, &[types::POSITION, types::FORCE], &[]);
         sender.run(
             "COMM_TXMOD CTX_ADD_DATA FORCE\nCOMM_TXMOD CTX_ADD_DATA POSITION\nMOD_ENG MOD_ON COMM_TXMOD",
         );
-        let mut receiver: Bench = Bench::of(2, &[], &[]);
+        let mut receiver = Bench::of(2, &[], &[]);
         receiver.run(&format!(
             "COMM_RXMOD TIMEOUT_TICKS 0\nCOMM_RXMOD STALE {policy}\nCOMM_RXMOD CRX_ADD_DATA FORCE.2\nCOMM_RXMOD CRX_ADD_DATA DES_POSITION\n\
              MOD_ENG MOD_ON COMM_RXMOD"

@@ -3,15 +3,14 @@
 #![expect(clippy::cast_possible_truncation, reason = "numbers of a test, small by construction")]
 
 use crate::common::{self, Bench, Snapshot};
+use dimsart_core::Kinds;
 use dimsart_core::{
     Command, CommandError, Context, Declare, Finding, Input, Module, ModuleRef, ParameterError, Party,
-    StorageError, TypeRef, Value, limits::MAX_MODULES, modules::Standard, types,
+    StorageError, TypeRef, Value, limits::MAX_MODULES, modules::ALL, types,
 };
 
-type Engine = dimsart_core::Engine<Standard>;
-
 fn module(name: &str) -> ModuleRef {
-    Engine::module(name).unwrap()
+    ALL.module(name).unwrap()
 }
 
 fn on(name: &str) -> Command {
@@ -28,7 +27,7 @@ fn close(name: &str) -> Command {
 
 fn set(name: &str, parameter: &str, value: Value) -> Command {
     let module = module(name);
-    Command::set(module, Engine::parameter(module.kind, parameter).unwrap(), value)
+    Command::set(module, ALL.parameter(module.kind, parameter).unwrap(), value)
 }
 
 fn robot() -> Bench {
@@ -224,13 +223,11 @@ impl Module for Greedy {
     fn compute(_: &Context<'_, Self>) {}
 }
 
-dimsart_core::module_list! {
-    enum Greedies { Greedy(Greedy) }
-}
+const GREEDIES: Kinds = dimsart_core::kinds![Greedy];
 
 #[test]
 fn a_module_of_too_many_ports_is_refused() {
-    let mut bench: Bench<Greedies> = Bench::of(3, &[types::FORCE], &[]);
+    let mut bench = Bench::with_kinds(GREEDIES, 3, &[types::FORCE], &[]);
     let before = bench.snapshot();
     let greedy = ModuleRef { kind: 0, number: 1 };
     for command in [Command::PlugIn(greedy), Command::bind(greedy, 0, types::FORCE.first())] {
@@ -378,7 +375,7 @@ fn a_start_after_a_stop_is_as_the_first_one() {
     let implicit = "WTRANSF_MOD FORM IMPLICIT\nPDCTRL_MOD LAW_OUTPUT ON";
     for rows in ["", "COMM_RXMOD STALE HOLD", "COMM_RXMOD STALE LIMITED", implicit] {
         let (mut used, mut fresh) = (master(rows), master(rows));
-        let mut sender: Bench = Bench::of(1, &[types::CH1_WAVES], &[]);
+        let mut sender = Bench::of(1, &[types::CH1_WAVES], &[]);
         sender.run("COMM_TXMOD CTX_CHANNEL 2\nCOMM_TXMOD CTX_ADD_DATA CH1_WAVES\nMOD_ENG MOD_ON COMM_TXMOD");
         for tick in 0..100 {
             sender.tick(&[2.0]);

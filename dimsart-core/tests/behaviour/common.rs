@@ -5,9 +5,11 @@ pub(crate) mod way;
 
 use std::collections::VecDeque;
 
+use dimsart_core::Kinds;
+use dimsart_core::limits::DEFAULT_WORDS;
 use dimsart_core::{
-    AxisKind, CommandError, DataType, DeviceDescriptor, Dimsart, Direction, EVERY_TICKS, Engine, ModuleList,
-    ModuleRef, Packet, PortSpec, Step, Tick, TypeRef, Usage, Value, Word, modules::Standard, scheme, types,
+    AxisKind, CommandError, DataType, DeviceDescriptor, Dimsart, Direction, EVERY_TICKS, Engine, ModuleRef,
+    Packet, PortSpec, Step, Tick, TypeRef, Usage, Value, Word, modules::ALL, scheme, types,
 };
 
 /// Sample period of every bench, `s`.
@@ -17,16 +19,21 @@ pub(crate) const H: f32 = 1e-3;
 pub(crate) type Types = &'static [&'static DataType];
 
 /// A controller without a robot: the test is the device.
-pub(crate) struct Bench<M: ModuleList = Standard> {
-    pub(crate) dimsart: Dimsart<M>,
+pub(crate) struct Bench {
+    pub(crate) dimsart: Dimsart<[u32; DEFAULT_WORDS]>,
 }
 
-impl<M: ModuleList> Bench<M> {
+impl Bench {
     /// A controller of `dof` linear axes, for a device that measures `outputs` and takes `inputs`.
     pub(crate) fn of(dof: usize, outputs: Types, inputs: Types) -> Self {
+        Self::with_kinds(ALL, dof, outputs, inputs)
+    }
+
+    /// The same with other kinds of modules.
+    pub(crate) fn with_kinds(kinds: Kinds, dof: usize, outputs: Types, inputs: Types) -> Self {
         let axes = vec![AxisKind::Linear; dof];
         let device = DeviceDescriptor::new("bench", &axes, H, outputs, inputs).unwrap();
-        Self { dimsart: Dimsart::new(device).unwrap() }
+        Self { dimsart: Dimsart::<[u32; DEFAULT_WORDS]>::new(device, kinds).unwrap() }
     }
 
     /// Gives it rows `module command value`; all must be taken.
@@ -96,13 +103,17 @@ impl<M: ModuleList> Bench<M> {
     /// The calls of a tick, late ones marked.
     pub(crate) fn steps(&self) -> Vec<String> {
         let steps = self.dimsart.engine().steps();
-        steps.map(|step| format!("{} {:?}", Engine::<M>::module_name(step.module), step.stage)).collect()
+        steps
+            .map(|step| {
+                format!("{} {:?}", self.dimsart.engine().kinds().module_name(step.module), step.stage)
+            })
+            .collect()
     }
 
     /// All that a refused command must leave as it is.
     pub(crate) fn snapshot(&mut self) -> Snapshot {
         let engine = self.dimsart.engine_mut();
-        let kinds = 0..u8::try_from(M::KINDS.len()).unwrap();
+        let kinds = 0..u8::try_from(engine.kinds().len()).unwrap();
         let modules = kinds.flat_map(|kind| (1..=17).map(move |number| ModuleRef { kind, number }));
         let mut parameters = Vec::new();
         let mut bindings = Vec::new();
@@ -134,7 +145,7 @@ impl<M: ModuleList> Bench<M> {
 /// a signal, which only another module gives, to a type like it.
 pub(crate) fn surroundings(module: ModuleRef) -> (Vec<&'static DataType>, Vec<(u8, TypeRef)>) {
     let none = DeviceDescriptor::new("none", &[AxisKind::Linear], H, &[], &[]).unwrap();
-    surroundings_of(&Engine::<Standard>::new(none).ports(module).unwrap())
+    surroundings_of(&Engine::<[u32; DEFAULT_WORDS]>::new(none, ALL).ports(module).unwrap())
 }
 
 /// The same for these ports.
@@ -211,12 +222,12 @@ impl DelayedLink {
     }
 
     /// Takes the packet of tick `now`.
-    pub(crate) fn send<M: ModuleList>(&mut self, now: usize, from: &mut Dimsart<M>) {
+    pub(crate) fn send(&mut self, now: usize, from: &mut Dimsart) {
         self.packets.push_back((now + self.delay_ticks, from.outgoing(0).unwrap()));
     }
 
     /// Hands over what is there before tick `now`.
-    pub(crate) fn deliver<M: ModuleList>(&mut self, now: usize, to: &mut Dimsart<M>) {
+    pub(crate) fn deliver(&mut self, now: usize, to: &mut Dimsart) {
         while let Some((_, packet)) = self.packets.pop_front_if(|(due, _)| *due <= now) {
             to.receive(0, &packet.to_bytes()).unwrap();
         }

@@ -5,6 +5,7 @@
 
 use std::collections::BTreeSet;
 
+use dimsart_core::Kinds;
 use dimsart_core::{
     Command, Context, Declare, DriveEvent, DriveState, FaultCause, Input, Module, ModuleRef, Output,
     Parameters, Reason, Tick, TypeRef, Value, Word, types, words,
@@ -57,9 +58,7 @@ impl Module for Mix {
     }
 }
 
-dimsart_core::module_list! {
-    enum Mixers { Mix(Mix) }
-}
+const MIXERS: Kinds = dimsart_core::kinds![Mix];
 
 const DOF: usize = 2;
 const NO_TYPES: Types = &[];
@@ -83,9 +82,9 @@ fn any_graph(random: &mut Pcg32) -> Graph {
 }
 
 /// A controller with these mixers. The device is commanded by the last one.
-fn bench(graph: &Graph) -> Bench<Mixers> {
-    let mut bench: Bench<Mixers> = Bench::of(DOF, &[types::SIGNAL], &[types::DES_FORCE]);
-    let give = |bench: &mut Bench<Mixers>, command| bench.dimsart.command(command).unwrap();
+fn bench(graph: &Graph) -> Bench {
+    let mut bench = Bench::with_kinds(MIXERS, DOF, &[types::SIGNAL], &[types::DES_FORCE]);
+    let give = |bench: &mut Bench, command| bench.dimsart.command(command).unwrap();
     for ([a, b], number) in graph.iter().zip(1..) {
         let a = if *a == 0 { types::SIGNAL.first() } else { signal(*a) };
         let is_last = usize::from(number) == graph.len();
@@ -116,18 +115,18 @@ fn reached(graph: &Graph, from: &BTreeSet<u8>) -> BTreeSet<u8> {
     }
 }
 
-fn output(bench: &Bench<Mixers>, graph: &Graph, number: u8) -> Vec<u32> {
+fn output(bench: &Bench, graph: &Graph, number: u8) -> Vec<u32> {
     let is_last = usize::from(number) == graph.len();
     let data_base = bench.dimsart.engine().data_base();
     let slot = data_base.slot(if is_last { types::DES_FORCE.first() } else { signal(number) });
     data_base.words(slot.unwrap()).to_vec()
 }
 
-fn fallen(bench: &Bench<Mixers>) -> BTreeSet<u8> {
+fn fallen(bench: &Bench) -> BTreeSet<u8> {
     bench.dimsart.engine().fallen_modules().map(|module| module.number).collect()
 }
 
-fn spoil(bench: &mut Bench<Mixers>, number: u8, spoils: bool) {
+fn spoil(bench: &mut Bench, number: u8, spoils: bool) {
     bench.dimsart.command(Command::set(mix(number), 0, Value::Flag(spoils))).unwrap();
 }
 
@@ -221,7 +220,7 @@ fn a_transaction_that_puts_another_in_its_place_leaves_nothing_cut_out() {
     bench.try_tick(&[Word(0); DOF]);
     spoil(&mut bench, 1, true);
     bench.try_tick(&[Word(0); DOF]);
-    let give = |bench: &mut Bench<Mixers>, command| bench.dimsart.command(command).unwrap();
+    let give = |bench: &mut Bench, command| bench.dimsart.command(command).unwrap();
     // One that only moves in the order is still the one that failed.
     for command in
         [Command::Begin, Command::Unplug(mix(1)), Command::PlaceBefore(mix(2)), Command::PlugIn(mix(1))]
@@ -259,7 +258,7 @@ fn a_signal_beyond_what_its_unit_can_be_is_a_fault_and_the_largest_value_is_none
         assert_eq!(out.unit.largest().to_bits(), largest.to_bits());
         let inputs: Types = Box::leak(Box::new([out]));
         for sign in [1.0, -1.0] {
-            let mut bench: Bench = Bench::of(1, &[types::SIGNAL], inputs);
+            let mut bench = Bench::of(1, &[types::SIGNAL], inputs);
             bench.rows(&format!("SUM_MOD PORT_SIGNAL_OUT {}", out.name));
             bench.run("SUM_MOD B_GAIN 0\nMOD_ENG MOD_ON SUM_MOD");
             assert_eq!(bench.tick(&[sign * largest]), [sign * largest]);
@@ -279,7 +278,7 @@ fn a_signal_beyond_what_its_unit_can_be_is_a_fault_and_the_largest_value_is_none
 /// What a link would have carried of the tick in which its sender fell is not sent.
 #[test]
 fn a_sender_that_falls_sends_nothing_until_a_reset() {
-    let mut bench: Bench = Bench::of(1, &[types::SIGNAL], NO_TYPES);
+    let mut bench = Bench::of(1, &[types::SIGNAL], NO_TYPES);
     bench.run(
         "SUM_MOD A_GAIN 1000000\nMOD_ENG MOD_ON SUM_MOD\nCOMM_TXMOD CTX_ADD_DATA SIGNAL_OUT\n\
          MOD_ENG MOD_ON COMM_TXMOD",

@@ -13,7 +13,7 @@ const GAIN: f32 = 0.5;
 
 /// Follows a position that another engine commands.
 fn fast() -> Bench {
-    let mut bench: Bench = Bench::of(DOF, &[types::POSITION, types::DES_POSITION], &[types::DES_FORCE]);
+    let mut bench = Bench::of(DOF, &[types::POSITION, types::DES_POSITION], &[types::DES_FORCE]);
     bench.rows(&format!("PDCTRL_MOD K_PARAM {STIFFNESS}"));
     bench.run("MOD_ENG MOD_ON PDCTRL_MOD");
     bench
@@ -21,7 +21,7 @@ fn fast() -> Bench {
 
 /// Commands half of the position that it gets.
 fn slow() -> Bench {
-    let mut bench: Bench = Bench::of(DOF, &[types::POSITION], &[types::DES_POSITION]);
+    let mut bench = Bench::of(DOF, &[types::POSITION], &[types::DES_POSITION]);
     bench.rows("SUM_MOD PORT_A POSITION\nSUM_MOD PORT_B POSITION\nSUM_MOD PORT_SIGNAL_OUT DES_POSITION");
     bench.run(&format!("SUM_MOD A_GAIN {GAIN}\nSUM_MOD B_GAIN 0\nMOD_ENG MOD_ON SUM_MOD"));
     bench

@@ -10,11 +10,12 @@
 use std::collections::BTreeMap;
 
 use crate::common::Bench;
+use dimsart_core::Kinds;
 use dimsart_core::limits::{DEFAULT_WORDS, MAX_MODULES, MAX_SLOTS};
 use dimsart_core::{
     Command, CommandError, Context, DataType, Declare, Direction, Engine, Input, Matrix, Memory, Module,
-    ModuleList, ModuleRef, Output, ParameterError, Parameters, PortSpec, Shape, StorageError, Summary,
-    TypeRef, Unit, Value, Word, modules::Standard, types, words,
+    ModuleRef, Output, ParameterError, Parameters, PortSpec, Shape, StorageError, Summary, TypeRef, Unit,
+    Value, Word, modules::ALL, types, words,
 };
 use rand_core::{Rng, SeedableRng};
 use rand_pcg::Pcg32;
@@ -154,9 +155,9 @@ impl Model {
 }
 
 /// What a module will ask for, from its declared ports and the signals they are bound to.
-fn needs<M: ModuleList>(engine: &mut Engine<M>, module: ModuleRef) -> Vec<Need> {
+fn needs(engine: &mut Engine, module: ModuleRef) -> Vec<Need> {
     let dof = engine.device().dof();
-    let need = |engine: &Engine<M>, spec: &PortSpec| match (spec.data_type, spec.direction) {
+    let need = |engine: &Engine, spec: &PortSpec| match (spec.data_type, spec.direction) {
         (None, Direction::Memory(words)) => Need::Memory(words),
         (None, _) => panic!("{spec:?} is neither signal nor memory"),
         (Some((_, default)), _) => {
@@ -204,7 +205,7 @@ fn structural_parameter(random: &mut Pcg32, dof: usize) -> (&'static str, &'stat
 
 /// Whether a device has as many axes as a module of this kind needs.
 fn has_the_axes_of(kind: u8, dof: usize) -> bool {
-    let mut bench: Bench = Bench::of(dof, &[], &[]);
+    let mut bench = Bench::of(dof, &[], &[]);
     let plugged_in = bench.dimsart.command(Command::PlugIn(ModuleRef { kind, number: 1 }));
     plugged_in != Err(CommandError::Parameter(ParameterError::NoSuchEntry))
 }
@@ -212,9 +213,9 @@ fn has_the_axes_of(kind: u8, dof: usize) -> bool {
 /// Gives the engine and the model the same random commands; returns how often room ran out.
 fn compare_with_model(dof: usize, operations: u32, seed: u64) -> [u32; 3] {
     let mut random = Pcg32::seed_from_u64(seed);
-    let mut bench: Bench = Bench::of(dof, &[types::POSITION, types::FORCE], &[types::DES_FORCE]);
+    let mut bench = Bench::of(dof, &[types::POSITION, types::FORCE], &[types::DES_FORCE]);
     let mut model = Model::default();
-    let kinds = 0..u8::try_from(Standard::KINDS.len()).unwrap();
+    let kinds = 0..u8::try_from(ALL.list().len()).unwrap();
     model.kinds = kinds.clone().filter(|kind| has_the_axes_of(*kind, dof)).collect();
     model.own_words = kinds.map(|kind| bench.dimsart.engine().words_of(kind).unwrap()).collect();
     for data_type in [types::POSITION, types::FORCE, types::DES_FORCE] {
@@ -249,9 +250,9 @@ fn compare_with_model(dof: usize, operations: u32, seed: u64) -> [u32; 3] {
             }
             10..12 => {
                 let (kind, name, value) = structural_parameter(&mut random, dof);
-                let kind = Engine::<Standard>::module(kind).unwrap().kind;
+                let kind = ALL.module(kind).unwrap().kind;
                 let module = ModuleRef { kind, ..module };
-                let parameter = Engine::<Standard>::parameter(kind, name).unwrap();
+                let parameter = ALL.parameter(kind, name).unwrap();
                 if engine.command(Command::set(module, parameter, value)).is_ok() {
                     model.bring_up(module).unwrap();
                 }
@@ -338,14 +339,12 @@ impl Module for Stamper {
     }
 }
 
-dimsart_core::module_list! {
-    enum Stampers { Stamper(Stamper) }
-}
+const STAMPERS: Kinds = dimsart_core::kinds![Stamper];
 
 #[test]
 fn what_stays_plugged_in_keeps_its_contents_while_others_move() {
     let mut random = Pcg32::seed_from_u64(7);
-    let mut bench: Bench<Stampers> = Bench::of(3, &[], &[]);
+    let mut bench = Bench::with_kinds(STAMPERS, 3, &[], &[]);
     bench.rows("MOD_ENG MATCHING_CHECK");
     let mut stamps = [None; 12];
     for operation in 1_u16..=20_000 {
@@ -413,13 +412,11 @@ impl Module for Beside {
     }
 }
 
-dimsart_core::module_list! {
-    enum Besides { Beside(Beside) }
-}
+const BESIDES: Kinds = dimsart_core::kinds![Beside];
 
 #[test]
 fn outside_a_matrix_there_is_nothing() {
-    let mut bench: Bench<Besides> = Bench::of(1, &[TABLE], &[]);
+    let mut bench = Bench::with_kinds(BESIDES, 1, &[TABLE], &[]);
     bench.run("BESIDE_MOD PORT_OUT TABLE.2\nMOD_ENG MOD_ON BESIDE_MOD");
     bench.tick(&[1.0, 2.0, 3.0, 4.0]);
     assert_eq!(bench.signal("TABLE.2"), [0.0; 4]);

@@ -27,7 +27,7 @@ fn a_can_bus_is_logged_when_it_changes() {
 fn a_fault_that_is_there_again_behind_a_reset_is_told_again() {
     let log: &EventLog = Box::leak(Box::new(EventLog::new()));
     let mut info = DeviceInfo::new("bench").with_events(log);
-    let mut bench: Bench = Bench::of(1, &[types::POSITION, types::DES_POSITION], &[types::DES_FORCE]);
+    let mut bench = Bench::of(1, &[types::POSITION, types::DES_POSITION], &[types::DES_FORCE]);
     bench.run("PDCTRL_MOD K_PARAM 1000\nMOD_ENG MOD_ON PDCTRL_MOD");
     let tick = |bench: &mut Bench, info: &mut DeviceInfo, position_m: f32| {
         let (tick, _) = bench.try_tick(&common::words(&[position_m, 0.0]));

@@ -3,9 +3,7 @@
 #![expect(clippy::cast_possible_truncation, clippy::cast_precision_loss, reason = "numbers of a test")]
 
 use dimsart_core::protocol::MAX_CHOICES;
-use dimsart_core::{
-    Accepts, Command, Engine, FaultCause, ModuleList, ModuleRef, Tick, Unit, Value, modules::Standard,
-};
+use dimsart_core::{Accepts, Command, FaultCause, ModuleRef, Tick, Unit, Value, modules::ALL};
 use rand_core::{Rng, SeedableRng};
 use rand_pcg::Pcg32;
 
@@ -15,11 +13,11 @@ use crate::modules::kind_alone;
 const TICKS: usize = 200;
 
 fn kinds() -> impl Iterator<Item = ModuleRef> {
-    (0..u8::try_from(Standard::KINDS.len()).unwrap()).map(|kind| ModuleRef { kind, number: 1 })
+    (0..u8::try_from(ALL.list().len()).unwrap()).map(|kind| ModuleRef { kind, number: 1 })
 }
 
 fn name(module: ModuleRef) -> &'static str {
-    Engine::<Standard>::module_name(module).name
+    ALL.module_name(module).name
 }
 
 /// Words of a device: mostly of a robot's size, sometimes zero, held for a while or jumping.
@@ -55,7 +53,7 @@ fn value(random: &mut Pcg32, accepts: Accepts) -> Option<Value> {
 /// Gives it random parameters; those that do not fit together are refused, and stay as they were.
 fn set_all(alone: &mut Alone, random: &mut Pcg32, module: ModuleRef) {
     for parameter in 0..=u8::MAX {
-        let Some(found) = Engine::<Standard>::describe_parameter(module.kind, parameter) else { return };
+        let Some(found) = ALL.describe_parameter(module.kind, parameter) else { return };
         if let Some(value) = value(random, found.accepts) {
             let _ = alone.bench.dimsart.command(Command::Set { module, parameter, entry: None, value });
         }
@@ -120,10 +118,10 @@ fn with_any_parameters_it_begins_anew_after_a_reset_whatever_became_of_it() {
 #[test]
 fn its_words_say_what_it_is() {
     for module in kinds() {
-        let kind = Standard::KINDS.get(usize::from(module.kind)).unwrap();
+        let kind = ALL.list().get(usize::from(module.kind)).unwrap();
         assert!(kind.name.ends_with("MOD"), "{}", kind.name);
         assert!(kind.summary.text().ends_with('.') && kind.summary.text().len() > 20, "{}", kind.name);
-        let described = |index| Engine::<Standard>::describe_parameter(module.kind, index);
+        let described = |index| ALL.describe_parameter(module.kind, index);
         for parameter in (0..=u8::MAX).map_while(described) {
             let said = format!("{} {}: '{}'", kind.name, parameter.name, parameter.summary.text());
             assert!(parameter.summary.text().ends_with('.'), "{said}");
@@ -140,7 +138,7 @@ fn its_words_say_what_it_is() {
 fn every_choice_can_be_described_over_the_protocol() {
     let mut choices = 0;
     for module in kinds() {
-        let described = |index| Engine::<Standard>::describe_parameter(module.kind, index);
+        let described = |index| ALL.describe_parameter(module.kind, index);
         for parameter in (0..=u8::MAX).map_while(described) {
             if let Accepts::Choice(names) = parameter.accepts {
                 let (name, kind) = (parameter.name, name(module));

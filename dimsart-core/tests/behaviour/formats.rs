@@ -4,11 +4,12 @@
 use core::num::NonZeroU32;
 
 use crate::common::{Bench, DelayedLink, Types};
-use dimsart_core::modules::Standard;
+use dimsart_core::Kinds;
+use dimsart_core::modules::ALL;
 use dimsart_core::{
     AxisKind, CommandError, Content, Context, Cost, Costs, DataType, Declare, DeviceDescriptor, Difference,
-    Engine, Finding, Format, Input, Matrix, Module, Output, Packet, Shape, Single, Square, Summary, Tick,
-    Unit, UnitRelation, Vector, Word, types, words,
+    Finding, Format, Input, Matrix, Module, Output, Packet, Shape, Single, Square, Summary, Tick, Unit,
+    UnitRelation, Vector, Word, types, words,
 };
 
 const DOF: usize = 3;
@@ -125,7 +126,7 @@ fn every_format_and_shape_goes_through_everything_bit_for_bit() {
         }
         let mut start = 0;
         for (number, found) in (1..).zip(types) {
-            let module = Engine::<Standard>::module(&format!("RECORDER_MOD.{number}")).unwrap();
+            let module = ALL.module(&format!("RECORDER_MOD.{number}")).unwrap();
             let count = found.shape.words(DOF);
             let rows = taken[25..].iter().flat_map(|row| row[start..start + count].iter().map(|word| word.0));
             let rows: Vec<u32> = rows.collect();
@@ -140,7 +141,7 @@ fn a_delay_of_no_ticks_hands_any_signal_through_and_a_reset_empties_any_line() {
     for types in FORMATS {
         for (place, found) in types.iter().enumerate() {
             let name = found.name;
-            let mut bench: Bench = Bench::of(DOF, types, &[]);
+            let mut bench = Bench::of(DOF, types, &[]);
             bench.run(&format!(
                 "TIMEDELAY_MOD PORT_SIGNAL_IN {name}\nTIMEDELAY_MOD PORT_SIGNAL_OUT {name}.2
                  MOD_ENG MOD_ON TIMEDELAY_MOD
@@ -243,9 +244,9 @@ fn contents_of_different_formats_or_shapes_differ_and_their_packets_are_refused(
     ids.dedup();
     assert_eq!(ids.len(), 16);
 
-    let mut a: Bench = Bench::of(DOF, &[I32_VECTOR], &[]);
+    let mut a = Bench::of(DOF, &[I32_VECTOR], &[]);
     a.run("COMM_TXMOD CTX_ADD_DATA I32_VECTOR\nMOD_ENG MOD_ON COMM_TXMOD");
-    let mut b: Bench = Bench::of(DOF, &[], &[U32_VECTOR]);
+    let mut b = Bench::of(DOF, &[], &[U32_VECTOR]);
     b.run("COMM_RXMOD CRX_ADD_DATA U32_VECTOR\nMOD_ENG MOD_ON COMM_RXMOD");
     a.try_tick(&[1, 2, 3].map(Word));
     b.dimsart.receive(0, &a.dimsart.outgoing(0).unwrap().to_bytes()).unwrap();
@@ -255,7 +256,7 @@ fn contents_of_different_formats_or_shapes_differ_and_their_packets_are_refused(
 
 #[test]
 fn a_channel_that_does_not_fit_a_packet_is_not_plugged_in() {
-    let mut bench: Bench = Bench::of(8, &[FITS, TOO_LONG], &[F32_SQUARE]);
+    let mut bench = Bench::of(8, &[FITS, TOO_LONG], &[F32_SQUARE]);
     for (signal, words) in [("TOO_LONG", 49), ("F32_SQUARE", 64)] {
         for (module, add) in [("COMM_TXMOD", "CTX_ADD_DATA"), ("COMM_RXMOD", "CRX_ADD_DATA")] {
             bench.rows(&format!("{module} {add} {signal}"));
@@ -291,7 +292,7 @@ fn what_does_not_fit_a_port_is_a_fault_and_what_does_is_none() {
                 BOOL_SQUARE,
             ],
         );
-        Bench::<Standard>::of(DOF, outputs, inputs)
+        Bench::of(DOF, outputs, inputs)
     };
     for expected in &all {
         let mut bench = device();
@@ -331,7 +332,7 @@ fn what_does_not_fit_a_port_is_a_fault_and_what_does_is_none() {
 
 #[test]
 fn a_delay_says_what_it_wants_and_is_not_bound_anew_while_it_is_plugged_in() {
-    let mut bench: Bench = Bench::of(DOF, &[I32_SQUARE, I32_VECTOR], &[]);
+    let mut bench = Bench::of(DOF, &[I32_SQUARE, I32_VECTOR], &[]);
     bench.rows(
         "TIMEDELAY_MOD PORT_SIGNAL_IN I32_SQUARE\nTIMEDELAY_MOD PORT_SIGNAL_OUT I32_VECTOR.2
          TIMEDELAY_MOD TD_PARAM 4\nMOD_ENG MOD_ON TIMEDELAY_MOD",
@@ -343,7 +344,7 @@ fn a_delay_says_what_it_wants_and_is_not_bound_anew_while_it_is_plugged_in() {
           have the same unit, format and shape as the first: bind one of them to a signal that fits (PORT_... command)"
         ]
     );
-    let module = Engine::<Standard>::module("TIMEDELAY_MOD").unwrap();
+    let module = ALL.module("TIMEDELAY_MOD").unwrap();
     let memory = |bench: &Bench| bench.dimsart.engine().memory(module).map(<[u32]>::len);
     assert_eq!(memory(&bench), Some(4 * 9));
     assert_eq!(bench.order("TIMEDELAY_MOD PORT_SIGNAL_IN I32_VECTOR"), Err(CommandError::PluggedIn(module)));
@@ -356,13 +357,13 @@ fn a_delay_says_what_it_wants_and_is_not_bound_anew_while_it_is_plugged_in() {
 #[test]
 fn a_wide_signal_costs_what_one_of_as_many_axes_does() {
     const LINES: [Cost; 17] = [Cost::new(10, 1); 17];
-    let mut bench: Bench = Bench::of(DOF, &[FITS], &[]);
+    let mut bench = Bench::of(DOF, &[FITS], &[]);
     let limit = |cycles| NonZeroU32::new(cycles);
     bench.dimsart.engine_mut().set_costs(Some(Costs::new(&LINES)));
     bench.dimsart.engine_mut().limit_cycles(limit(13 + 58 - 1));
     bench.rows("TIMEDELAY_MOD PORT_SIGNAL_IN FITS\nTIMEDELAY_MOD PORT_SIGNAL_OUT FITS.2");
     let before = bench.snapshot();
-    let module = Engine::<Standard>::module("TIMEDELAY_MOD").unwrap();
+    let module = ALL.module("TIMEDELAY_MOD").unwrap();
     let too_slow = CommandError::TooSlow { module, cycles: 58, tick_cycles: 71, limit_cycles: 70 };
     assert_eq!(bench.order("MOD_ENG MOD_ON TIMEDELAY_MOD"), Err(too_slow));
     assert_eq!(bench.snapshot(), before);
@@ -445,16 +446,14 @@ own_types! {
     0x8023 I32_SQUARE_OUT  I32  Shape::Square;
 }
 
-dimsart_core::module_list! {
-    enum Turns { Turn(Turn) }
-}
+const TURNS: Kinds = dimsart_core::kinds![Turn];
 
 #[test]
 fn a_module_reads_and_writes_axes_of_mixed_formats_and_square_matrices() {
     let outputs = &[F32_VECTOR, I32_VECTOR, U32_VECTOR, BOOL_VECTOR, I32_SQUARE, U32_SCALAR];
     let inputs =
         &[I32_VECTOR_OUT, U32_VECTOR_OUT, BOOL_VECTOR_OUT, I32_SQUARE_OUT, F32_MATRIX, types::SIGNAL_OUT];
-    let mut bench: Bench<Turns> = Bench::of(DOF, outputs, inputs);
+    let mut bench = Bench::with_kinds(TURNS, DOF, outputs, inputs);
     bench.run("MOD_ENG MOD_ON TURN_MOD");
     let mut measured: Vec<Word> = [1.5, -2.0, 0.0].map(Word::from).into();
     measured.extend([-1, 2, i32::MIN].map(Word::from));
@@ -479,7 +478,7 @@ fn a_square_has_a_row_and_a_column_for_each_axis() {
         let device =
             DeviceDescriptor::new("arm", &vec![AxisKind::Linear; dof], 1e-3, &[I32_SQUARE], &[]).unwrap();
         assert_eq!(I32_SQUARE.shape.words(device.dof()), dof * dof);
-        let mut bench: Bench = Bench::of(dof, &[I32_SQUARE], &[]);
+        let mut bench = Bench::of(dof, &[I32_SQUARE], &[]);
         bench.run("MOD_ENG MATCHING_CHECK");
         let words: Vec<Word> = (0..u32::try_from(dof * dof).unwrap()).map(|word| Word(!word)).collect();
         assert_eq!(bench.try_tick(&words).0, Tick::Ran);

@@ -2,10 +2,11 @@
 #![expect(clippy::unwrap_used, reason = "in helpers of tests as in tests")]
 
 use crate::common::{Bench, Types};
+use dimsart_core::Kinds;
 use dimsart_core::{
     AxisKind, Context, DataType, Declare, DescriptorError, DeviceDescriptor, Dimsart, FaultCause, Format,
     FrameError, Input, MAX_DEVICE_TYPES, Matrix, Module, Output, Parameters, Shape, Single, Summary, Tick,
-    Unit, Vector, Word, limits::MAX_DOF, modules::Standard, types, words,
+    Unit, Vector, Word, limits::MAX_DOF, modules::ALL, types, words,
 };
 
 macro_rules! own_types {
@@ -106,16 +107,15 @@ impl Module for Relay {
     }
 }
 
-dimsart_core::module_list! {
-    enum Relays { Relay(Relay) }
-}
+const RELAYS: Kinds = dimsart_core::kinds![Relay];
 
 const DOF: usize = 3;
 /// Where the floats of a measured frame stand, by type, with the words before the type.
 const FLOATS: [(&DataType, usize, usize); 2] = [(TEMPERATURES, 0, DOF), (JACOBIAN, 2 * DOF + 5, 6)];
 
-fn bench() -> Bench<Relays> {
-    let mut bench = Bench::of(
+fn bench() -> Bench {
+    let mut bench = Bench::with_kinds(
+        RELAYS,
         DOF,
         &[TEMPERATURES, COUNTER, STATUS_BITS, LIMIT_SWITCH, JACOBIAN],
         &[HEATING, TARGET, MASK, BRAKES, TRANSPOSED],
@@ -250,7 +250,7 @@ fn a_scheme_that_does_not_run_gives_the_safe_output() {
 
 #[test]
 fn a_type_of_more_words_than_a_byte_counts_is_checked_to_its_end() {
-    let mut bench: Bench = Bench::of(1, &[IMAGE], &[]);
+    let mut bench = Bench::of(1, &[IMAGE], &[]);
     let mut measured = vec![Word::from(1.0); 320];
     assert_eq!(bench.try_tick(&measured).0, Tick::Idle);
     measured[319] = Word::from(f32::NAN);
@@ -320,5 +320,5 @@ fn a_type_that_is_measured_and_commanded_or_is_taken_for_another_one_is_refused(
 fn a_device_whose_types_do_not_fit_is_refused() {
     let axes = [AxisKind::Linear; 3];
     let device = DeviceDescriptor::new("arm", &axes, 1e-3, &[IMAGE, TEMPERATURES], &[]).unwrap();
-    assert!(Dimsart::<Standard, 322>::new(device).is_err());
+    assert!(Dimsart::<[u32; 322]>::new(device, ALL).is_err());
 }

@@ -5,10 +5,12 @@
 use std::cell::Cell;
 use std::sync::atomic::{AtomicU32, Ordering::Relaxed};
 
+use dimsart_core::Kinds;
+use dimsart_core::limits::DEFAULT_WORDS;
 use dimsart_core::{
     AxisKind, Context, Cost, Costs, Counter, Declare, DeviceDescriptor, Dimsart, Input, InputLimits, Module,
-    ModuleList, Output, OutputLimits, Packet, Parameters, SafeValue, Tick, Word, modules, modules::Standard,
-    scheme, types, words,
+    Output, OutputLimits, Packet, Parameters, SafeValue, Tick, Word, modules, modules::ALL, scheme, types,
+    words,
 };
 
 const H_S: f32 = 1e-3;
@@ -65,11 +67,9 @@ impl Module for Failing {
     }
 }
 
-dimsart_core::module_list! {
-    enum Kinds { Pd(modules::Pd), Failing(Failing), CommRx(modules::CommRx) }
-}
+const KINDS: Kinds = dimsart_core::kinds![modules::Pd, Failing, modules::CommRx];
 
-fn load<M: ModuleList>(dimsart: &mut Dimsart<M>, rows: &str) {
+fn load(dimsart: &mut Dimsart, rows: &str) {
     let text: String = rows.lines().map(|row| format!("joint {row}\n")).collect();
     assert_eq!(scheme::load(&text, "joint", &["joint"], dimsart, |error| eprintln!("{error:?}")), 0);
 }
@@ -90,8 +90,8 @@ struct Wrong {
 
 /// A mass on a slide that follows a sine.
 struct Joint {
-    dimsart: Dimsart<Kinds>,
-    sender: Dimsart,
+    dimsart: Dimsart<[u32; DEFAULT_WORDS]>,
+    sender: Dimsart<[u32; DEFAULT_WORDS]>,
     position_m: f32,
     velocity_m_per_s: f32,
     force_n: f32,
@@ -106,7 +106,7 @@ impl Joint {
         let device = DeviceDescriptor::new("joint", &[AxisKind::Linear], H_S, outputs, &[types::DES_FORCE]);
         let device = device.unwrap().with_limits(&[&[LIMITS]]).unwrap();
         let device = device.with_output_limits(&[SENSOR_LIMITS]).unwrap();
-        let mut dimsart = Dimsart::<Kinds>::new(device).unwrap();
+        let mut dimsart = Dimsart::<[u32; DEFAULT_WORDS]>::new(device, KINDS).unwrap();
         dimsart.engine_mut().set_costs(Some(Costs::new(&COSTS)));
         dimsart.engine_mut().time_calls(Counter::up(COUNTER.with(|counter| *counter)), 0);
         load(
@@ -116,7 +116,7 @@ impl Joint {
              MOD_ENG MOD_ON PDCTRL_MOD\nMOD_ENG MOD_ON FAILING_MOD\nMOD_ENG MATCHING_CHECK",
         );
         let sender = DeviceDescriptor::new("joint", &[AxisKind::Linear], H_S, &[types::VELOCITY], &[]);
-        let mut sender = Dimsart::<Standard>::new(sender.unwrap()).unwrap();
+        let mut sender = Dimsart::<[u32; DEFAULT_WORDS]>::new(sender.unwrap(), ALL).unwrap();
         load(
             &mut sender,
             "COMM_TXMOD CTX_ADD_DATA VELOCITY\nMOD_ENG MOD_ON COMM_TXMOD\nMOD_ENG MATCHING_CHECK",

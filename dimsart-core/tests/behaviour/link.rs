@@ -144,9 +144,9 @@ fn commanded_and_age(sender: &mut Bench, receiver: &mut Bench, receives: bool) -
 
 #[test]
 fn a_lost_link_gives_the_safe_input_until_a_reset() {
-    let mut sender: Bench = Bench::of(1, &[types::FORCE], &[]);
+    let mut sender = Bench::of(1, &[types::FORCE], &[]);
     sender.run("COMM_TXMOD CTX_ADD_DATA FORCE\nMOD_ENG MOD_ON COMM_TXMOD");
-    let mut receiver: Bench = Bench::of(1, &[], &[types::DES_FORCE]);
+    let mut receiver = Bench::of(1, &[], &[types::DES_FORCE]);
     receiver.run("COMM_RXMOD CRX_ADD_DATA DES_FORCE\nMOD_ENG MOD_ON COMM_RXMOD");
     let mut step = |receives| commanded_and_age(&mut sender, &mut receiver, receives);
     let lost = Tick::LinkLost { link: 0 };
@@ -171,9 +171,9 @@ fn a_lost_link_gives_the_safe_input_until_a_reset() {
 /// What is told of a module that failed is not what the receiver said in the same tick: the next reset ends that, too.
 #[test]
 fn a_link_that_was_lost_behind_another_fault_is_not_lost_after_the_reset() {
-    let mut sender: Bench = Bench::of(1, &[types::DES_POSITION], &[]);
+    let mut sender = Bench::of(1, &[types::DES_POSITION], &[]);
     sender.run("COMM_TXMOD CTX_ADD_DATA DES_POSITION\nMOD_ENG MOD_ON COMM_TXMOD");
-    let mut receiver: Bench = Bench::of(1, &[types::POSITION], &[types::DES_FORCE]);
+    let mut receiver = Bench::of(1, &[types::POSITION], &[types::DES_FORCE]);
     receiver.run(
         "COMM_RXMOD CRX_ADD_DATA DES_POSITION\nMOD_ENG MOD_ON COMM_RXMOD\n\
          PDCTRL_MOD K_PARAM 1000\nMOD_ENG MOD_ON PDCTRL_MOD",
@@ -218,9 +218,9 @@ fn a_link_without_a_first_packet_is_down_until_it_comes() {
 /// What winds up while the device waits for the other side is forgotten when it comes.
 #[test]
 fn motion_begins_anew_with_the_first_packet() {
-    let mut sender: Bench = Bench::of(1, &[types::DES_POSITION], &[]);
+    let mut sender = Bench::of(1, &[types::DES_POSITION], &[]);
     sender.run("COMM_TXMOD CTX_ADD_DATA DES_POSITION\nMOD_ENG MOD_ON COMM_TXMOD");
-    let mut receiver: Bench = Bench::of(1, &[types::POSITION], &[types::DES_FORCE]);
+    let mut receiver = Bench::of(1, &[types::POSITION], &[types::DES_FORCE]);
     receiver.run(
         "COMM_RXMOD CRX_ADD_DATA DES_POSITION\nMOD_ENG MOD_ON COMM_RXMOD\n\
          PIDCTRL_MOD I_PARAM 1000\nMOD_ENG MOD_ON PIDCTRL_MOD",
@@ -271,7 +271,7 @@ fn without_counters_a_packet_is_samples_only() {
 fn policies_that_need_counters_are_refused_without_them() {
     let refused = Err(CommandError::Parameter(ParameterError::NeedsCounters));
     for policy in ["LIMITED", "INTEGRAL"] {
-        let mut bench: Bench = Bench::of(1, &[], &[]);
+        let mut bench = Bench::of(1, &[], &[]);
         bench.rows("COMM_RXMOD CRX_COUNTERS OFF\nCOMM_RXMOD STALE HOLD");
         let before = bench.snapshot();
         assert_eq!(bench.order(&format!("COMM_RXMOD STALE {policy}")), refused);
@@ -316,9 +316,9 @@ fn a_round_trip_is_in_ticks_at_any_rate() {
 #[test]
 fn time_goes_on_for_a_link_while_measurements_are_refused() {
     for (missed, is_alive) in [(5, false), (19, false), (20, false), (10_000, false), (10_000, true)] {
-        let mut sender: Bench = Bench::of(1, &[types::FORCE], &[]);
+        let mut sender = Bench::of(1, &[types::FORCE], &[]);
         sender.run("COMM_TXMOD CTX_ADD_DATA FORCE\nMOD_ENG MOD_ON COMM_TXMOD");
-        let mut receiver: Bench = Bench::of(1, &[types::POSITION], &[types::DES_FORCE]);
+        let mut receiver = Bench::of(1, &[types::POSITION], &[types::DES_FORCE]);
         receiver.run("COMM_RXMOD CRX_ADD_DATA DES_FORCE\nMOD_ENG MOD_ON COMM_RXMOD");
         let mut step = |is_allowed: bool, force: f32, measured: f32, arrives: bool| {
             sender.tick(&[force]);
@@ -352,7 +352,7 @@ fn what_a_line_gives_back_is_not_taken_for_the_other_side() {
         include_str!("../../../schemes/position_position.scheme"),
     ] {
         for side in SIDES {
-            let mut bench: Bench = Bench::of(1, &[types::POSITION], &[types::DES_FORCE]);
+            let mut bench = Bench::of(1, &[types::POSITION], &[types::DES_FORCE]);
             assert_eq!(scheme::load(text, side, &SIDES, &mut bench.dimsart, |_| {}), 0);
             for _ in 0..100 {
                 bench.tick(&[0.1]);

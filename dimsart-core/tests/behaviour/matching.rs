@@ -4,19 +4,20 @@
 use std::collections::BTreeSet;
 
 use crate::common::Bench;
+use dimsart_core::limits::DEFAULT_WORDS;
 use dimsart_core::{
     AxisKind, Command, CommandError, DataType, DeviceDescriptor, Dimsart, Direction, Engine, Finding, Format,
-    ModuleList, ModuleRef, ParameterError, Party, Shape, Summary, Unit, UnitRelation, limits,
-    modules::Standard, scheme, types,
+    ModuleRef, ParameterError, Party, Shape, Summary, Unit, UnitRelation, limits, modules::ALL, scheme,
+    types,
 };
 use rand_core::{Rng, SeedableRng};
 
 const SIDES: &[&str] = &["master", "slave"];
 
-fn robot() -> Dimsart {
+fn robot() -> Dimsart<[u32; DEFAULT_WORDS]> {
     let axes = [AxisKind::Linear; 3];
     let device = DeviceDescriptor::new("arm", &axes, 1e-3, &[types::POSITION], &[types::DES_FORCE]);
-    Dimsart::new(device.unwrap()).unwrap()
+    Dimsart::<[u32; DEFAULT_WORDS]>::new(device.unwrap(), ALL).unwrap()
 }
 
 /// Loads a scheme and gives what went wrong, in words.
@@ -47,7 +48,7 @@ fn table_1_as_printed_lacks_exactly_one_provider_on_the_slave() {
     let errors = load(&mut slave, include_str!("../../../schemes/table1.scheme"), "slave");
     assert_eq!(errors, ["20:25 Refused(DoesNotMatch { faults: 1 })"]);
     let report = slave.engine().check();
-    let tx = Engine::<Standard>::module("COMM_TXMOD").unwrap();
+    let tx = ALL.module("COMM_TXMOD").unwrap();
     let expected = Finding::NoProvider { signal: types::CH1_TD_WAVES.first(), reader: Party::Module(tx) };
     assert_eq!(report.findings(), [expected]);
     assert!(!slave.engine().is_running());
@@ -72,7 +73,7 @@ const fn own(id: u16, name: &'static str, format: Format, shape: Shape) -> DataT
 #[test]
 fn every_fault_of_a_scheme_is_in_one_report_and_the_declared_delays_behind() {
     let outputs = &[types::POSITION, types::FORCE, AGE, INERTIA];
-    let mut bench: Bench = Bench::of(3, outputs, &[types::DES_FORCE, types::DES_VELOCITY]);
+    let mut bench = Bench::of(3, outputs, &[types::DES_FORCE, types::DES_VELOCITY]);
     let errors = bench.load(
         "RECORDER_MOD PORT_SIGNAL_IN LINE_FORCE
          MOD_ENG MOD_ON RECORDER_MOD
@@ -87,7 +88,7 @@ fn every_fault_of_a_scheme_is_in_one_report_and_the_declared_delays_behind() {
          MOD_ENG MOD_ON PIDCTRL
          MOD_ENG MATCHING_CHECK",
     );
-    let pcontrol = Engine::<Standard>::module("PCTRL_MOD").unwrap();
+    let pcontrol = ALL.module("PCTRL_MOD").unwrap();
     assert_eq!(
         errors,
         [
@@ -143,7 +144,7 @@ fn every_fault_of_a_scheme_is_in_one_report_and_the_declared_delays_behind() {
 
 #[test]
 fn a_report_counts_what_it_cannot_list_and_lists_faults_before_declared_delays() {
-    let mut bench: Bench = Bench::of(3, &[types::POSITION, types::FORCE], &[]);
+    let mut bench = Bench::of(3, &[types::POSITION, types::FORCE], &[]);
     let mut rows = String::new();
     for number in 1..=14 {
         rows += &format!(
@@ -166,7 +167,7 @@ fn a_comm_channel_bound_to_another_format_or_shape_is_a_fault() {
     for (signal, difference) in
         [("ARM_AGE", "format, U32"), ("ARM_INERTIA", "shape, Matrix(2, 2)"), ("LINK_AGE", "format, U32")]
     {
-        let mut bench: Bench = Bench::of(3, &[AGE, INERTIA, types::LINK_AGE], &[]);
+        let mut bench = Bench::of(3, &[AGE, INERTIA, types::LINK_AGE], &[]);
         let rows = "COMM_TXMOD CTX_ADD_DATA SIGNAL\nCOMM_TXMOD PORT_DATA_1";
         bench.rows(&format!("{rows} {signal}\nMOD_ENG MOD_ON COMM_TXMOD"));
         let expected = format!(
@@ -180,14 +181,14 @@ fn a_comm_channel_bound_to_another_format_or_shape_is_a_fault() {
 #[test]
 fn the_unit_in_a_finding_is_the_one_of_the_axes() {
     let device = DeviceDescriptor::new("arm", &[AxisKind::Rotary], 1e-3, &[types::FORCE], &[]).unwrap();
-    let mut bench: Bench = Bench { dimsart: Dimsart::new(device).unwrap() };
+    let mut bench: Bench = Bench { dimsart: Dimsart::<[u32; DEFAULT_WORDS]>::new(device, ALL).unwrap() };
     bench.rows("VWALL_MOD PORT_POSITION FORCE\nMOD_ENG MOD_ON VWALL_MOD");
     assert!(bench.findings()[0].contains("another unit, N·m:"), "{:?}", bench.findings());
 }
 
 #[test]
 fn instances_of_one_kind_live_side_by_side_on_numbered_signals() {
-    let mut bench: Bench = Bench::of(2, &[types::POSITION, types::DES_POSITION], &[types::DES_FORCE]);
+    let mut bench = Bench::of(2, &[types::POSITION, types::DES_POSITION], &[types::DES_FORCE]);
     bench.run(
         "PCTRL_MOD K_PARAM 100
          PCTRL_MOD PORT_DES_FORCE FORCE.2
@@ -207,7 +208,7 @@ fn instances_of_one_kind_live_side_by_side_on_numbered_signals() {
 
 /// Plugs in a module whose ports are bound to these signals; gives what the check finds of its units.
 fn unit_faults(module: &str, bindings: &[(&str, &str)]) -> Vec<String> {
-    let mut bench: Bench = Bench::of(3, &[], &[]);
+    let mut bench = Bench::of(3, &[], &[]);
     for (port, signal) in bindings {
         bench.rows(&format!("{module} PORT_{port} {signal}"));
     }
@@ -309,7 +310,7 @@ fn two_modules_at_one_end_of_a_link_are_a_fault() {
     let two = "COMM_TXMOD CTX_ADD_DATA CH1_WAVES
          MOD_ENG MOD_ON COMM_TXMOD
          COMM_TXMOD.2 CTX_ADD_DATA CH1_WAVES";
-    let mut bench: Bench = Bench::of(3, &[types::CH1_WAVES], &[]);
+    let mut bench = Bench::of(3, &[types::CH1_WAVES], &[]);
     bench.rows(two);
     bench.rows("MOD_ENG MOD_ON COMM_TXMOD.2\nMOD_ENG MOD_ON COMM_RXMOD");
     assert_eq!(
@@ -320,7 +321,7 @@ fn two_modules_at_one_end_of_a_link_are_a_fault() {
         ]
     );
     // While the scheme runs, neither plugging it in nor changing its link lets it in.
-    let mut bench: Bench = Bench::of(3, &[types::CH1_WAVES], &[]);
+    let mut bench = Bench::of(3, &[types::CH1_WAVES], &[]);
     bench.run(two);
     let refused = bench.order("MOD_ENG MOD_ON COMM_TXMOD.2");
     assert!(
@@ -337,7 +338,7 @@ fn two_modules_at_one_end_of_a_link_are_a_fault() {
 
 /// The bilateral scheme on the master, with more rows before the transformer or controller comes in.
 fn bilateral(first: &str) -> Bench {
-    let mut bench: Bench = Bench::of(3, &[types::POSITION], &[types::DES_FORCE]);
+    let mut bench = Bench::of(3, &[types::POSITION], &[types::DES_FORCE]);
     bench.rows(first);
     assert_eq!(
         load(&mut bench.dimsart, include_str!("../../../schemes/bilateral.scheme"), "master"),
@@ -383,7 +384,7 @@ fn the_late_stage_of_the_transformer_follows_the_force_in_every_form() {
 
 #[test]
 fn the_late_stage_waits_for_the_last_writer_of_what_it_reads() {
-    let mut bench: Bench = Bench::of(3, &[types::POSITION, types::CH2_WAVES], &[types::DES_FORCE]);
+    let mut bench = Bench::of(3, &[types::POSITION, types::CH2_WAVES], &[types::DES_FORCE]);
     bench.run(
         "MOD_ENG MOD_ON WTRANSF_MOD
          PDCTRL_MOD PORT_DES_FORCE FORCE.2
@@ -412,7 +413,7 @@ fn the_late_stage_waits_for_the_last_writer_of_what_it_reads() {
 
 #[test]
 fn a_loop_within_the_tick_is_a_fault() {
-    let mut bench: Bench = Bench::of(3, &[types::POSITION, types::CH2_WAVES], &[]);
+    let mut bench = Bench::of(3, &[types::POSITION, types::CH2_WAVES], &[]);
     bench.rows("WTRANSF_MOD PORT_DES_FORCE LINE_FORCE\nMOD_ENG MOD_ON WTRANSF_MOD");
     assert_eq!(
         bench.findings(),
@@ -423,7 +424,7 @@ fn a_loop_within_the_tick_is_a_fault() {
 
 #[test]
 fn the_implicit_form_needs_the_law_of_a_controller() {
-    let mut bench: Bench = Bench::of(3, &[types::POSITION, types::CH2_WAVES], &[types::DES_FORCE]);
+    let mut bench = Bench::of(3, &[types::POSITION, types::CH2_WAVES], &[types::DES_FORCE]);
     bench.rows("WTRANSF_MOD FORM IMPLICIT\nMOD_ENG MOD_ON WTRANSF_MOD\nMOD_ENG MOD_ON PDCTRL_MOD");
     assert_eq!(
         bench.findings(),
@@ -462,7 +463,7 @@ fn whatever_is_plugged_in_each_signal_out_of_order_is_named_and_no_other() {
     let mut random = rand_pcg::Pcg32::seed_from_u64(11);
     let (mut dimsart, mut seen) = (robot(), [0; 3]);
     for _ in 0..5_000 {
-        let kind = u8::try_from(random.next_u32() as usize % Standard::KINDS.len()).unwrap();
+        let kind = u8::try_from(random.next_u32() as usize % ALL.list().len()).unwrap();
         let module = ModuleRef { kind, number: u8::try_from(random.next_u32() % 2 + 1).unwrap() };
         let is_off = random.next_u32() % 5 < 2;
         // What has no room is refused and changes nothing.

@@ -3,7 +3,7 @@
 #![expect(clippy::cast_possible_truncation, clippy::float_cmp, reason = "rounded and compared on purpose")]
 
 use crate::common::{self, Alone, H, Types, assert_close};
-use dimsart_core::{Command, Direction, Engine, ModuleList, ModuleRef, modules::Standard, types};
+use dimsart_core::{Command, Direction, ModuleRef, modules::ALL, types};
 use rand_core::{Rng, SeedableRng};
 use rand_pcg::Pcg32;
 
@@ -244,7 +244,7 @@ fn sum_weighs_both_signals() {
 /// A bench on which the device provides all that a kind of module reads.
 pub(crate) fn kind_alone(kind: u8) -> Alone {
     let module = ModuleRef { kind, number: 1 };
-    let name = Standard::KINDS[usize::from(kind)].name;
+    let name = ALL.list()[usize::from(kind)].name;
     let (measured, bindings) = common::surroundings(module);
     let mut bench: common::Bench = common::Bench::of(3, measured.leak(), &[]);
     for (port, signal) in bindings {
@@ -272,7 +272,7 @@ fn a_reset_module_starts_anew_and_keeps_its_parameters() {
     ];
     for (rows, reset) in gains.into_iter().zip([Some("RESET"), None].into_iter().cycle()) {
         let name = rows.split_whitespace().next().unwrap();
-        let mut module = kind_alone(Engine::<Standard>::module(name).unwrap().kind);
+        let mut module = kind_alone(ALL.module(name).unwrap().kind);
         if rows != name {
             module.bench.rows(rows);
         }

@@ -2,13 +2,12 @@
 #![expect(clippy::unwrap_used, clippy::indexing_slicing, reason = "in helpers of tests as in tests")]
 
 use dimsart_core::limits::{MAX_PROGRAMS, PROGRAM_WORDS};
-use dimsart_core::modules::Standard;
+use dimsart_core::modules::ALL;
 use dimsart_core::online::{
     Header, Instruction, LawParameter, LawRefusal, OWN_AXIS, Opcode, Program, ProgramError, seal,
 };
 use dimsart_core::{
-    Command, CommandError, Cost, Costs, Engine, ModuleList, ModuleRef, ParameterError, Unit, Value,
-    saved_scheme, types,
+    Command, CommandError, Cost, Costs, ModuleRef, ParameterError, Unit, Value, saved_scheme, types,
 };
 
 use crate::common::{self, Bench};
@@ -16,7 +15,7 @@ use crate::common::{self, Bench};
 const MEASURED: common::Types = &[types::POSITION];
 
 fn module(name: &str) -> ModuleRef {
-    Engine::<Standard>::module(name).unwrap()
+    ALL.module(name).unwrap()
 }
 
 /// `force = -gain * position`, with a constant, a state and a name.
@@ -209,7 +208,7 @@ fn a_saved_scheme_has_its_laws() {
     keep(&mut bench, 1, &with(8, |_| 7.0_f32.to_bits())).unwrap();
     bench.run("ONLINE_MOD PROGRAM 2\nONLINE_MOD P_1[1] 5\nMOD_ENG MOD_ON ONLINE_MOD\nONLINE_MOD.2 PROGRAM 2");
     let saved = saved_scheme::save(bench.dimsart.engine_mut()).unwrap();
-    let mut other: Bench = Bench::of(2, MEASURED, &[types::DES_FORCE]);
+    let mut other = Bench::of(2, MEASURED, &[types::DES_FORCE]);
     let fingerprint = saved_scheme::fingerprint(other.dimsart.engine_mut());
     saved_scheme::load(&saved, fingerprint, &mut other.dimsart).unwrap();
     assert_eq!(other.tick(&[1.0, 3.0]), [-2.0, -15.0]);
@@ -223,7 +222,7 @@ fn a_saved_scheme_has_its_laws() {
 fn a_law_costs_what_its_instructions_do() {
     const LINES: [Cost; 200] = {
         let mut lines = [Cost::new(100, 10); 200];
-        let mut place = 1 + Standard::KINDS.len();
+        let mut place = 1 + ALL.list().len();
         while place < lines.len() {
             lines[place] = Cost::new(7, 0);
             place += 1;

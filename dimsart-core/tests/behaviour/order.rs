@@ -3,10 +3,11 @@
 #![expect(clippy::unwrap_used, clippy::indexing_slicing, reason = "in helpers of tests as in tests")]
 #![expect(clippy::cast_precision_loss, reason = "small by construction")]
 
-use dimsart_core::modules::Standard;
+use dimsart_core::limits::DEFAULT_WORDS;
+use dimsart_core::modules::ALL;
 use dimsart_core::{
-    Accepts, AxisKind, Command, DeviceDescriptor, Dimsart, Direction, Engine, ModuleList, ModuleRef,
-    PortSpec, Tick, TypeRef, Value, Word, types,
+    Accepts, AxisKind, Command, DeviceDescriptor, Dimsart, Direction, Engine, ModuleRef, PortSpec, Tick,
+    TypeRef, Value, Word, types,
 };
 use rand_core::{Rng, SeedableRng};
 use rand_pcg::Pcg32;
@@ -32,7 +33,7 @@ enum Copied {
 impl Case {
     fn ports(&self) -> Vec<PortSpec> {
         let none = DeviceDescriptor::new("none", &[AxisKind::Linear; DOF], H, &[], &[]).unwrap();
-        let mut engine = Engine::<Standard>::new(none);
+        let mut engine = Engine::<[u32; DEFAULT_WORDS]>::new(none, ALL);
         for (parameter, value) in &self.settings {
             let _ = engine.command(Command::set(self.module, *parameter, *value));
         }
@@ -40,12 +41,12 @@ impl Case {
     }
 
     /// None where the matching check refuses it.
-    fn scheme(&self, copied: Option<Copied>) -> Option<Dimsart> {
+    fn scheme(&self, copied: Option<Copied>) -> Option<Dimsart<[u32; DEFAULT_WORDS]>> {
         let ports = self.ports();
         let (measured, bindings) = surroundings_of(&ports);
         let device =
             DeviceDescriptor::new("bench", &[AxisKind::Linear; DOF], H, measured.leak(), &[]).unwrap();
-        let mut dimsart: Dimsart = Dimsart::new(device).unwrap();
+        let mut dimsart = Dimsart::<[u32; DEFAULT_WORDS]>::new(device, ALL).unwrap();
         for (parameter, value) in &self.settings {
             let _ = dimsart.command(Command::set(self.module, *parameter, *value));
         }
@@ -55,7 +56,7 @@ impl Case {
         for (port, signal) in &bindings {
             bind(&mut dimsart, *port, *signal);
         }
-        let copy = Engine::<Standard>::module("TIMEDELAY_MOD.9").unwrap();
+        let copy = ALL.module("TIMEDELAY_MOD.9").unwrap();
         if let Some(Copied::Before(port) | Copied::After(port)) = copied {
             let source = source(&ports, &bindings, port);
             let target = TypeRef { number: 9, ..source };
@@ -76,7 +77,7 @@ impl Case {
     }
 
     /// What the module writes in each tick; where a port is late, its input comes a tick later than the others.
-    fn run(&self, mut dimsart: Dimsart, late: Option<usize>) -> Vec<Vec<u32>> {
+    fn run(&self, mut dimsart: Dimsart<[u32; DEFAULT_WORDS]>, late: Option<usize>) -> Vec<Vec<u32>> {
         let ports = self.ports();
         let (measured, bindings) = surroundings_of(&ports);
         let words = dimsart.frame().output_words();
@@ -123,9 +124,9 @@ fn source(ports: &[PortSpec], bindings: &[(u8, TypeRef)], port: usize) -> TypeRe
 /// Every kind with its defaults, with each other value of each choice and switch, and with random numbers.
 fn cases() -> Vec<Case> {
     let mut cases = Vec::new();
-    for kind in 0..u8::try_from(Standard::KINDS.len()).unwrap() {
+    for kind in 0..u8::try_from(ALL.list().len()).unwrap() {
         let module = ModuleRef { kind, number: 1 };
-        let described = |index| Engine::<Standard>::describe_parameter(kind, index);
+        let described = |index| ALL.describe_parameter(kind, index);
         let parameters: Vec<_> = (0..=u8::MAX).map_while(described).map(|found| found.accepts).collect();
         let mut random = Pcg32::seed_from_u64(kind.into());
         let numbers: Vec<_> = (0..)
@@ -153,7 +154,7 @@ fn in_every_order_that_is_accepted_a_module_computes_what_its_law_says() {
     for case in cases() {
         let Some(alone) = case.scheme(None) else { continue };
         let expected = case.run(alone, None);
-        let name = Engine::<Standard>::module_name(case.module).name;
+        let name = ALL.module_name(case.module).name;
         for (place, port) in case.ports().iter().enumerate() {
             if port.direction != Direction::Read {
                 continue;
@@ -187,7 +188,7 @@ fn an_observer_behind_its_controller_is_refused_and_before_it_observes_nothing_w
     let (observer, controller) = ("MOD_ENG MOD_ON DISTURBANCE_OBSERVER_MOD", "MOD_ENG MOD_ON PDCTRL_MOD");
     let rows = "DISTURBANCE_OBSERVER_MOD INERTIA 2\nPDCTRL_MOD K_PARAM 100\nPDCTRL_MOD D_PARAM 10";
     let measured = &[types::POSITION, types::VELOCITY, types::DES_POSITION];
-    let mut bench: Bench = Bench::of(1, measured, &[types::DES_FORCE]);
+    let mut bench = Bench::of(1, measured, &[types::DES_FORCE]);
     bench.rows(&format!("{rows}\n{controller}\n{observer}"));
     assert_eq!(bench.load("MOD_ENG MATCHING_CHECK").len(), 1);
     assert_eq!(
@@ -197,7 +198,7 @@ fn an_observer_behind_its_controller_is_refused_and_before_it_observes_nothing_w
           DISTURBANCE_OBSERVER_MOD before PDCTRL_MOD"
         ]
     );
-    let mut bench: Bench = Bench::of(1, measured, &[types::DES_FORCE]);
+    let mut bench = Bench::of(1, measured, &[types::DES_FORCE]);
     bench.run(&format!("{rows}\n{observer}\n{controller}"));
     let (mut x, mut v) = (0.0, 0.0);
     for _ in 0..500 {

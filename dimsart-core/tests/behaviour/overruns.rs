@@ -4,6 +4,7 @@
 use std::cell::Cell;
 use std::sync::atomic::{AtomicU32, Ordering::Relaxed};
 
+use dimsart_core::Kinds;
 use dimsart_core::protocol::DeviceInfo;
 use dimsart_core::{
     Command, Context, Cost, Costs, Counter, Declare, Event, EventKind, EventLog, FaultCause, Input, Module,
@@ -52,9 +53,7 @@ impl Module for Slow {
     }
 }
 
-dimsart_core::module_list! {
-    enum Slows { Slow(Slow) }
-}
+const SLOWS: Kinds = dimsart_core::kinds![Slow];
 
 const DOF: usize = 2;
 const SPARE_CYCLES: u32 = 50;
@@ -68,13 +67,13 @@ fn slow(number: u8) -> ModuleRef {
 }
 
 /// The first module drives the device, the second reads what the first writes, the third is by itself.
-fn bench() -> Bench<Slows> {
+fn bench() -> Bench {
     bench_with_counter(1)
 }
 
 /// One whose counter counts so many for each cycle.
-fn bench_with_counter(counts_per_cycle: u32) -> Bench<Slows> {
-    let mut bench: Bench<Slows> = Bench::of(DOF, &[types::SIGNAL], &[types::DES_FORCE]);
+fn bench_with_counter(counts_per_cycle: u32) -> Bench {
+    let mut bench = Bench::with_kinds(SLOWS, DOF, &[types::SIGNAL], &[types::DES_FORCE]);
     let engine = bench.dimsart.engine_mut();
     engine.set_costs(Some(Costs::new(&COSTS)));
     let counter = Counter::up(COUNTER.with(|counter| *counter)).with_counts_per_cycle(counts_per_cycle);
@@ -94,7 +93,7 @@ fn bench_with_counter(counts_per_cycle: u32) -> Bench<Slows> {
     bench
 }
 
-fn set_cycles(bench: &mut Bench<Slows>, number: u8, cycles: u32) {
+fn set_cycles(bench: &mut Bench, number: u8, cycles: u32) {
     bench.rows(&format!("SLOW_MOD.{number} CYCLES {cycles}"));
 }
 

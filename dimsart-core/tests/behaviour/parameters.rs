@@ -2,10 +2,12 @@
 #![expect(clippy::unwrap_used, reason = "in helpers of tests as in tests")]
 
 use crate::common::Bench;
+use dimsart_core::Kinds;
+use dimsart_core::limits::DEFAULT_WORDS;
 use dimsart_core::protocol::{Accepted, ParameterText};
 use dimsart_core::saved_scheme::{self, fingerprint};
 use dimsart_core::{
-    Command, CommandError, Context, Declare, Dimsart, Engine, Entries, Input, Module, ModuleRef, Output,
+    Command, CommandError, Context, Declare, Dimsart, Entries, Input, Module, ModuleRef, Output,
     ParameterError, Parameters, Unit, Value, choice, limits::MAX_DOF, types, words,
 };
 
@@ -61,20 +63,18 @@ impl Module for Feedback {
     }
 }
 
-dimsart_core::module_list! {
-    enum Feedbacks { Feedback(Feedback) }
-}
+const FEEDBACKS: Kinds = dimsart_core::kinds![Feedback];
 
 const MODULE: ModuleRef = ModuleRef { kind: 0, number: 1 };
 
-fn bench() -> Bench<Feedbacks> {
-    let mut bench = Bench::of(DOF, &[types::POSITION], &[types::DES_FORCE]);
+fn bench() -> Bench {
+    let mut bench = Bench::with_kinds(FEEDBACKS, DOF, &[types::POSITION], &[types::DES_FORCE]);
     bench.rows("MOD_ENG MOD_ON FEEDBACK_MOD");
     bench
 }
 
-fn values(bench: &mut Bench<Feedbacks>, name: &str, count: u8) -> Vec<Value> {
-    let index = Engine::<Feedbacks>::parameter(0, name).unwrap();
+fn values(bench: &mut Bench, name: &str, count: u8) -> Vec<Value> {
+    let index = FEEDBACKS.parameter(0, name).unwrap();
     (0..count).map(|place| bench.dimsart.engine_mut().get(MODULE, index, place).unwrap()).collect()
 }
 
@@ -97,7 +97,7 @@ const ROWS: &str = "
     FEEDBACK_MOD K[0][1] -20
     FEEDBACK_MOD K[2][2] 300";
 
-fn assert_set(bench: &mut Bench<Feedbacks>) {
+fn assert_set(bench: &mut Bench) {
     assert_eq!(values(bench, "OFFSET", 1), [Value::Integer(-77)]);
     assert_eq!(values(bench, "M", 6), reals(&[0.5, 0.5, 3.5, -2.0, 0.5, 0.5]));
     assert_eq!(values(bench, "COUNT", 3), [4, 9, 4].map(Value::Count));
@@ -118,7 +118,7 @@ fn rows_set_every_kind_of_parameter_and_a_saved_scheme_brings_it_back() {
 
     let image = fingerprint(bench.dimsart.engine_mut());
     let saved = saved_scheme::save(bench.dimsart.engine_mut()).unwrap();
-    let mut other: Bench<Feedbacks> = Bench::of(DOF, &[types::POSITION], &[types::DES_FORCE]);
+    let mut other = Bench::with_kinds(FEEDBACKS, DOF, &[types::POSITION], &[types::DES_FORCE]);
     saved_scheme::load(&saved, image, &mut other.dimsart).unwrap();
     assert_set(&mut other);
     assert_eq!(other.tick(&[1.0, 2.0, 3.0]), force);
@@ -129,7 +129,7 @@ fn rows_set_every_kind_of_parameter_and_a_saved_scheme_brings_it_back() {
 #[test]
 fn defaults_are_those_of_every_entry_and_take_no_command() {
     let mut bench = bench();
-    let defaults = |bench: &mut Bench<Feedbacks>| {
+    let defaults = |bench: &mut Bench| {
         assert_eq!(values(bench, "OFFSET", 1), [Value::Integer(-1)]);
         assert_eq!(values(bench, "M", 6), reals(&[0.5; 6]));
         assert_eq!(values(bench, "COUNT", 3), [Value::Count(1); 3]);
@@ -196,7 +196,7 @@ fn what_an_entry_cannot_be_is_refused_and_changes_nothing() {
 #[test]
 fn a_matrix_takes_as_many_axes_as_the_device_has() {
     for dof in 1..=MAX_DOF {
-        let mut bench: Bench<Feedbacks> = Bench::of(dof, &[types::POSITION], &[types::DES_FORCE]);
+        let mut bench = Bench::with_kinds(FEEDBACKS, dof, &[types::POSITION], &[types::DES_FORCE]);
         bench.rows("MOD_ENG MOD_ON FEEDBACK_MOD");
         let last = dof - 1;
         bench.run(&format!("FEEDBACK_MOD K[0][{last}] 2\nFEEDBACK_MOD K[{last}][{last}] 5"));
@@ -209,7 +209,7 @@ fn a_matrix_takes_as_many_axes_as_the_device_has() {
 
 #[test]
 fn every_kind_of_parameter_describes_itself() {
-    let parameters = (0..).map_while(|index| Engine::<Feedbacks>::describe_parameter(0, index));
+    let parameters = (0..).map_while(|index| FEEDBACKS.describe_parameter(0, index));
     let texts: Vec<_> = parameters.map(|parameter| ParameterText::try_from(parameter).unwrap()).collect();
     let accepts: Vec<_> = texts.into_iter().map(|text| (text.accepts, text.entries)).collect();
     let names = heapless::Vec::from_slice(&["FREE", "SPRING", "DAMPER"]).unwrap();
@@ -231,6 +231,6 @@ fn every_kind_of_parameter_describes_itself() {
 #[test]
 fn a_controller_without_the_module_has_none_of_its_parameters() {
     let device = bench().dimsart.engine().device().clone();
-    let mut dimsart: Dimsart<Feedbacks> = Dimsart::new(device).unwrap();
+    let mut dimsart = Dimsart::<[u32; DEFAULT_WORDS]>::new(device, FEEDBACKS).unwrap();
     assert_eq!(dimsart.engine_mut().get(MODULE, 0, 0), Err(CommandError::NotPluggedIn(MODULE)));
 }

@@ -19,8 +19,8 @@ use dimsart_core::protocol::{
     Refusal, Request, Response, SchemeAction, StoreError, TimingReport,
 };
 use dimsart_core::{
-    Accepts, AxisKind, Command, CommandError, Engine, EngineCommand, Finding, Format, FrameError, ModuleList,
-    ModuleRef, ParameterError, Party, Timing, TypeRef, Unit, Value, modules::Standard, scheme, types,
+    Accepts, AxisKind, Command, CommandError, EngineCommand, Finding, Format, FrameError, ModuleRef,
+    ParameterError, Party, Timing, TypeRef, Unit, Value, modules::ALL, scheme, types,
 };
 
 use served::{MAP, ServedDevice, frame, module, robot};
@@ -52,12 +52,12 @@ fn the_device_introduces_itself() {
 fn every_module_and_parameter_of_the_library_is_described_as_the_engine_has_it() {
     let mut served = ServedDevice::new();
     let kinds = served.list(|kind| Request::Module { kind });
-    assert_eq!(kinds.len(), Standard::KINDS.len());
-    for ((kind, found), expected) in (0..).zip(kinds).zip(Standard::KINDS) {
+    assert_eq!(kinds.len(), ALL.list().len());
+    for ((kind, found), expected) in (0..).zip(kinds).zip(ALL.list()) {
         let found = unwrap!(Module, found);
         assert_eq!(found.name, expected.name);
         let found = served.list(|index| Request::Parameter { kind, index });
-        let expected = (0..).map_while(|index| Engine::<Standard>::describe_parameter(kind, index));
+        let expected = (0..).map_while(|index| ALL.describe_parameter(kind, index));
         let expected: Vec<_> = expected.collect();
         assert_eq!(found.len(), expected.len());
         for (found, expected) in found.into_iter().zip(expected) {

@@ -4,10 +4,11 @@
 
 use std::collections::BTreeMap;
 
-use dimsart_core::modules::Standard;
+use dimsart_core::limits::DEFAULT_WORDS;
+use dimsart_core::modules::ALL;
 use dimsart_core::{
-    AxisKind, Command, DeviceDescriptor, Dimsart, Direction, EVERY_TICKS, Engine, ModuleList, ModuleRef,
-    Observer, Tick, Value, Word, types,
+    AxisKind, Command, DeviceDescriptor, Dimsart, Direction, EVERY_TICKS, ModuleRef, Observer, Tick, Value,
+    Word, types,
 };
 use rand_core::{Rng, SeedableRng};
 use rand_pcg::Pcg32;
@@ -27,7 +28,7 @@ impl Observer for Count {
     }
 }
 
-fn calls<M: ModuleList>(dimsart: &mut Dimsart<M>) -> u32 {
+fn calls(dimsart: &mut Dimsart) -> u32 {
     let mut count = Count(0);
     let measured = vec![Word(0); dimsart.frame().output_words()];
     let mut commanded = vec![Word(0); dimsart.frame().input_words()];
@@ -36,12 +37,17 @@ fn calls<M: ModuleList>(dimsart: &mut Dimsart<M>) -> u32 {
 }
 
 /// One module alone, on random parameters.
-fn alone(module: ModuleRef, every_ticks: u8, period_s: f32, seed: u64) -> Option<Dimsart> {
+fn alone(
+    module: ModuleRef,
+    every_ticks: u8,
+    period_s: f32,
+    seed: u64,
+) -> Option<Dimsart<[u32; DEFAULT_WORDS]>> {
     let mut random = Pcg32::seed_from_u64(seed);
     let (measured, bindings) = surroundings(module);
     let axes = &[AxisKind::Linear; DOF];
     let device = DeviceDescriptor::new("bench", axes, period_s, measured.leak(), &[]).unwrap();
-    let mut dimsart = Dimsart::new(device).unwrap();
+    let mut dimsart = Dimsart::<[u32; DEFAULT_WORDS]>::new(device, ALL).unwrap();
     for (port, signal) in bindings {
         dimsart.command(Command::bind(module, port, signal)).unwrap();
     }
@@ -64,7 +70,7 @@ fn choice(every_ticks: u8) -> Value {
 #[test]
 fn a_module_computes_with_its_own_period_and_holds_between() {
     let mut compared = BTreeMap::new();
-    for (kind, found) in (0..).zip(Standard::KINDS) {
+    for (kind, found) in (0..).zip(ALL.list()) {
         let module = ModuleRef { kind, number: 1 };
         for every_ticks in PERIODS {
             let seed = u64::from(kind) << 8 | u64::from(every_ticks);
@@ -217,7 +223,7 @@ const MEASURED: Types = &[types::POSITION, types::CH2_WAVES, types::FAR_POSITION
 /// The scheme on a device of this period, each of its modules at its own rate.
 fn scheme(modules: &[&str], period_s: f32, rates: &[u8]) -> (Bench, Vec<String>) {
     let device = DeviceDescriptor::new("bench", &[AxisKind::Rotary; DOF], period_s, MEASURED, &[]).unwrap();
-    let mut bench = Bench { dimsart: Dimsart::new(device).unwrap() };
+    let mut bench = Bench { dimsart: Dimsart::<[u32; DEFAULT_WORDS]>::new(device, ALL).unwrap() };
     for (rows, every_ticks) in modules.iter().zip(rates) {
         let name = rows.split(' ').next().unwrap();
         bench.rows(&format!("{rows}\n{name} EVERY_TICKS {every_ticks}\nMOD_ENG MOD_ON {name}"));
@@ -282,7 +288,7 @@ fn a_late_stage_that_would_read_an_old_value_is_refused() {
         }
     }
     // A collision observer commands nothing: the force that a slow controller holds is the one that moves the arm.
-    let mut bench: Bench = Bench::of(DOF, &[types::POSITION, types::VELOCITY, types::DES_POSITION], &[]);
+    let mut bench = Bench::of(DOF, &[types::POSITION, types::VELOCITY, types::DES_POSITION], &[]);
     bench.run(
         "MOD_ENG MOD_ON PLANAR_COLLISION_MOD\nPDCTRL_MOD K_PARAM 100\nPDCTRL_MOD EVERY_TICKS 5\n\
          MOD_ENG MOD_ON PDCTRL_MOD",
@@ -295,7 +301,7 @@ fn a_late_stage_that_would_read_an_old_value_is_refused() {
 fn modules_that_need_one_another_share_their_ticks() {
     let mut random = Pcg32::seed_from_u64(7);
     for _ in 0..200 {
-        let mut bench: Bench = Bench::of(1, &[types::SIGNAL], &[]);
+        let mut bench = Bench::of(1, &[types::SIGNAL], &[]);
         let mut below = |bound: u32| random.next_u32() % bound;
         let mut needs: Vec<Vec<usize>> = Vec::new();
         for number in 0..8_usize {
@@ -325,7 +331,7 @@ fn modules_that_need_one_another_share_their_ticks() {
             }
         }
         let engine = bench.dimsart.engine();
-        let module = |place: usize| Engine::<Standard>::module(&format!("SUM_MOD.{}", place + 2)).unwrap();
+        let module = |place: usize| ALL.module(&format!("SUM_MOD.{}", place + 2)).unwrap();
         let rates: Vec<_> = (0..8).map(|place| engine.rate_of(module(place)).unwrap()).collect();
         for (place, needed) in needs.iter().enumerate() {
             for other in needed {
@@ -363,10 +369,10 @@ fn what_does_not_run_in_every_tick_is_reported_with_how_old_its_signals_get() {
         bench.findings(),
         ["PCTRL_MOD.3 writes DES_FORCE.3 in one of 20 ticks: it is up to 19 ticks old where it is read"]
     );
-    let rate = bench.dimsart.engine().rate_of(Engine::<Standard>::module("PCTRL_MOD.3").unwrap()).unwrap();
+    let rate = bench.dimsart.engine().rate_of(ALL.module("PCTRL_MOD.3").unwrap()).unwrap();
     assert_eq!(rate.every_ticks, 20);
     // It can be asked for, and goes back to every tick with the other parameters.
-    let module = Engine::<Standard>::module("PCTRL_MOD.3").unwrap();
+    let module = ALL.module("PCTRL_MOD.3").unwrap();
     assert_eq!(bench.dimsart.engine_mut().get(module, EVERY_TICKS, 0), Ok(Value::Choice(5)));
     bench.rows("MOD_ENG MOD_OFF PCTRL_MOD.3\nMOD_ENG MOD_INIT PCTRL_MOD.3\nMOD_ENG MOD_ON PCTRL_MOD.3");
     assert_eq!(bench.dimsart.engine_mut().get(module, EVERY_TICKS, 0), Ok(Value::Choice(0)));
@@ -375,11 +381,11 @@ fn what_does_not_run_in_every_tick_is_reported_with_how_old_its_signals_get() {
 
 #[test]
 fn rates_that_cannot_be_are_refused() {
-    let mut bench: Bench = Bench::of(1, SERVO, &[]);
+    let mut bench = Bench::of(1, SERVO, &[]);
     assert_eq!(bench.load("PCTRL_MOD EVERY_TICKS 3").len(), 1, "no divisor of 100");
     assert_eq!(bench.load("PCTRL_MOD EVERY_TICKS 0").len(), 1);
     bench.rows("COMM_TXMOD EVERY_TICKS 2");
     let refused = bench.order("MOD_ENG MOD_ON COMM_TXMOD").unwrap_err();
-    let module = Engine::<Standard>::module("COMM_TXMOD").unwrap();
+    let module = ALL.module("COMM_TXMOD").unwrap();
     assert_eq!(refused, dimsart_core::CommandError::RunsEveryTick(module));
 }

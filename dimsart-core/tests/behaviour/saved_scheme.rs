@@ -2,13 +2,14 @@
 #![expect(clippy::unwrap_used, clippy::indexing_slicing, reason = "in helpers of tests as in tests")]
 
 use crate::common::{self, Bench, words};
-use dimsart_core::modules::Standard;
+use dimsart_core::limits::DEFAULT_WORDS;
+use dimsart_core::modules::{ALL, P, Pd};
 use dimsart_core::saved_scheme::{
     LoadError, MAX_SCHEME_BYTES, SAVED_SCHEME_VERSION, SchemeBytes, TooLong, Writer, fingerprint, load, save,
 };
 use dimsart_core::{
-    Accepts, Command, CommandError, Context, Declare, Dimsart, EVERY_TICKS, Entries, Kind, Module,
-    ModuleList, ModuleRef, Parameters, TypeRef, Unit, Value, types, words,
+    Accepts, Command, CommandError, Context, Declare, Dimsart, EVERY_TICKS, Entries, Module, ModuleRef,
+    Parameters, TypeRef, Unit, Value, types, words,
 };
 use rand_core::{Rng, SeedableRng};
 use rand_pcg::Pcg32;
@@ -46,7 +47,7 @@ fn any_value(accepts: Accepts, random: &mut Pcg32) -> Value {
 /// A scheme that matches, made of whatever the engine takes.
 fn any_scheme(dof: usize, random: &mut Pcg32) -> Bench {
     let mut bench = Bench::of(dof, MEASURED, &[]);
-    let kinds = u32::try_from(Standard::KINDS.len()).unwrap();
+    let kinds = u32::try_from(ALL.list().len()).unwrap();
     for _ in 0..10 + below(random, 10) {
         let module = ModuleRef { kind: small(random, kinds), number: 1 + small(random, 2) };
         for _ in 0..below(random, 8) {
@@ -55,7 +56,7 @@ fn any_scheme(dof: usize, random: &mut Pcg32) -> Bench {
                 continue;
             };
             let index = if below(random, 8) == 0 { EVERY_TICKS } else { index };
-            let parameter = dimsart_core::Engine::<Standard>::describe_parameter(module.kind, index).unwrap();
+            let parameter = ALL.describe_parameter(module.kind, index).unwrap();
             let place = |random: &mut Pcg32, count: usize| small(random, u32::try_from(count).unwrap());
             // All of a large matrix take more than a saved scheme has room for.
             let entry = match parameter.entries {
@@ -85,7 +86,7 @@ fn any_scheme(dof: usize, random: &mut Pcg32) -> Bench {
 }
 
 fn parameters(kind: u8) -> u32 {
-    let described = |index| dimsart_core::Engine::<Standard>::describe_parameter(kind, index);
+    let described = |index| ALL.describe_parameter(kind, index);
     u32::try_from((0..).map_while(described).count()).unwrap()
 }
 
@@ -150,7 +151,7 @@ fn reload(bytes: &[u8], dimsart: &mut Dimsart) -> Result<(), LoadError> {
 }
 
 /// One side of the shipped scheme.
-fn shipped() -> Dimsart {
+fn shipped() -> Dimsart<[u32; DEFAULT_WORDS]> {
     let mut bench = Bench::of(3, &[types::POSITION], &[types::DES_FORCE]);
     let sides = &["master", "slave"];
     let failed = dimsart_core::scheme::load(SCHEME, "master", sides, &mut bench.dimsart, |_| {});
@@ -158,13 +159,13 @@ fn shipped() -> Dimsart {
     bench.dimsart
 }
 
-fn empty() -> Dimsart {
+fn empty() -> Dimsart<[u32; DEFAULT_WORDS]> {
     Bench::of(3, &[types::POSITION], &[types::DES_FORCE]).dimsart
 }
 
 #[test]
 fn a_transaction_that_is_open_ends_when_a_scheme_is_loaded() {
-    let mut bench: Bench = Bench::of(3, &[types::POSITION, types::DES_POSITION], &[types::DES_FORCE]);
+    let mut bench = Bench::of(3, &[types::POSITION, types::DES_POSITION], &[types::DES_FORCE]);
     bench.run("PDCTRL_MOD K_PARAM 10\nMOD_ENG MOD_ON PDCTRL_MOD");
     let bytes = save(bench.dimsart.engine_mut()).unwrap();
     bench.rows("MOD_ENG BEGIN\nMOD_ENG MOD_OFF PDCTRL_MOD\nMOD_ENG MOD_ON PIDCTRL_MOD");
@@ -221,7 +222,7 @@ fn a_scheme_that_does_not_load_leaves_no_module_behind() {
     let mut dimsart = shipped();
     let mut bytes = SchemeBytes::new();
     let mut writer = Writer::new(&mut bytes, fingerprint(dimsart.engine_mut()));
-    let pd = dimsart_core::Engine::<Standard>::module("PDCTRL_MOD").unwrap();
+    let pd = ALL.module("PDCTRL_MOD").unwrap();
     let mut commands: Vec<Command> = dimsart.engine_mut().commands().collect();
     commands.retain(|command| *command != Command::PlugIn(pd));
     commands.iter().for_each(|command| writer.push(command).unwrap());
@@ -262,26 +263,14 @@ fn a_scheme_that_fits_no_page_is_refused() {
     assert!(save(shipped().engine_mut()).unwrap().len() < MAX_SCHEME_BYTES / 2);
 }
 
-mod other_image {
-    use dimsart_core::modules::{P, Pd};
-
-    dimsart_core::module_list! {
-        /// Two modules of the library.
-        pub enum Two { Pd(Pd), P(P) }
-    }
-    dimsart_core::module_list! {
-        /// The same in another order.
-        pub enum Swapped { P(P), Pd(Pd) }
-    }
-}
-
 #[test]
 fn images_with_other_modules_have_other_fingerprints() {
     let of = |bench: &mut Bench| fingerprint(bench.dimsart.engine_mut());
     let standard = of(&mut Bench::of(3, MEASURED, &[]));
     assert_eq!(of(&mut Bench::of(1, &[], MEASURED)), standard, "the device is no part of it");
-    let two = fingerprint(Bench::<other_image::Two>::of(1, &[], &[]).dimsart.engine_mut());
-    let swapped = fingerprint(Bench::<other_image::Swapped>::of(1, &[], &[]).dimsart.engine_mut());
+    let two = fingerprint(Bench::with_kinds(dimsart_core::kinds![Pd, P], 1, &[], &[]).dimsart.engine_mut());
+    let swapped =
+        fingerprint(Bench::with_kinds(dimsart_core::kinds![P, Pd], 1, &[], &[]).dimsart.engine_mut());
     assert!(two != standard && swapped != standard && two != swapped);
 }
 
@@ -313,16 +302,11 @@ impl<const IS_PER_AXIS: bool> Module for Law<IS_PER_AXIS> {
     fn compute(_: &Context<'_, Self>) {}
 }
 
-#[derive(Debug)]
-struct Laws<const IS_PER_AXIS: bool>;
-
-impl<const IS_PER_AXIS: bool> ModuleList for Laws<IS_PER_AXIS> {
-    const KINDS: &'static [&'static Kind] = &[&Kind::of::<Law<IS_PER_AXIS>>()];
-}
-
 #[test]
 fn an_image_whose_parameter_has_another_number_of_values_has_another_fingerprint() {
-    let one = fingerprint(Bench::<Laws<false>>::of(1, &[], &[]).dimsart.engine_mut());
-    let per_axis = fingerprint(Bench::<Laws<true>>::of(1, &[], &[]).dimsart.engine_mut());
+    let one =
+        fingerprint(Bench::with_kinds(dimsart_core::kinds![Law<false>], 1, &[], &[]).dimsart.engine_mut());
+    let per_axis =
+        fingerprint(Bench::with_kinds(dimsart_core::kinds![Law<true>], 1, &[], &[]).dimsart.engine_mut());
     assert_ne!(one, per_axis);
 }

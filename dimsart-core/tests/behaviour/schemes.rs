@@ -3,9 +3,7 @@
 
 use crate::common::Bench;
 use dimsart_core::scheme::{self, Place, Problem, SchemeError};
-use dimsart_core::{
-    Accepts, CommandError, Engine, ModuleList, ModuleRef, ParameterError, Value, modules::Standard, types,
-};
+use dimsart_core::{Accepts, CommandError, ModuleRef, ParameterError, Value, modules::ALL, types};
 use proptest::prelude::*;
 use proptest::test_runner::FileFailurePersistence;
 
@@ -25,14 +23,14 @@ fn load<'a>(bench: &mut Bench, text: &'a str) -> Vec<SchemeError<'a>> {
 }
 
 fn module(name: &str) -> ModuleRef {
-    Engine::<Standard>::module(name).unwrap()
+    ALL.module(name).unwrap()
 }
 
 /// No value of this parameter, which takes those.
 fn value(name: &str, parameter: &str, accepts: Accepts) -> Problem {
     let module = module(name);
-    let parameter = Engine::<Standard>::parameter(module.kind, parameter).unwrap();
-    let found = Engine::<Standard>::describe_parameter(module.kind, parameter).unwrap();
+    let parameter = ALL.parameter(module.kind, parameter).unwrap();
+    let found = ALL.describe_parameter(module.kind, parameter).unwrap();
     assert_eq!(found.accepts, accepts, "{name} {}", found.name);
     Problem::Value { module, parameter }
 }
@@ -198,10 +196,10 @@ fn ports_are_bound_by_name_whether_or_not_the_module_exists() {
 #[test]
 fn every_module_parameter_and_port_can_be_named_in_a_scheme() {
     let mut bench = robot();
-    for (kind, known) in (0..).zip(Standard::KINDS) {
+    for (kind, known) in (0..).zip(ALL.list()) {
         let mut rows = String::new();
         for index in 0.. {
-            let Some(parameter) = Engine::<Standard>::describe_parameter(kind, index) else { break };
+            let Some(parameter) = ALL.describe_parameter(kind, index) else { break };
             let value = match parameter.accepts {
                 Accepts::Real { min, max } => 1.0_f32.clamp(min, max).to_string(),
                 Accepts::Count { max, .. } => max.to_string(),

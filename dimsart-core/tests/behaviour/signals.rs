@@ -3,7 +3,8 @@
 #![expect(clippy::cast_possible_truncation, clippy::float_cmp, reason = "rounded and compared on purpose")]
 
 use crate::common::{Alone, Bench, H, assert_close};
-use dimsart_core::{Engine, modules::Standard, scheme, types};
+use dimsart_core::limits::DEFAULT_WORDS;
+use dimsart_core::{modules::ALL, scheme, types};
 use rand_core::{Rng, SeedableRng};
 use rand_pcg::Pcg32;
 
@@ -35,7 +36,7 @@ fn a_delay_plugged_in_again_is_empty() {
 
 #[test]
 fn a_delay_is_not_disturbed_when_a_module_before_it_in_the_data_base_goes() {
-    let mut bench: Bench = Bench::of(2, &[types::CH1_WAVES], &[]);
+    let mut bench = Bench::of(2, &[types::CH1_WAVES], &[]);
     bench.run(
         "TIMEDELAY_MOD.2 TD_PARAM 33\nTIMEDELAY_MOD.2 PORT_SIGNAL_OUT CH2_WAVES\nMOD_ENG MOD_ON TIMEDELAY_MOD.2
          TIMEDELAY_MOD TD_PARAM 10\nMOD_ENG MOD_ON TIMEDELAY_MOD",
@@ -108,7 +109,7 @@ fn a_slow_signal_keeps_its_frequency() {
 fn a_generator_never_waits_however_long_the_sample_period() {
     use dimsart_core::{AxisKind, DeviceDescriptor, Dimsart};
     let device = DeviceDescriptor::new("slow", &[AxisKind::Linear], 1e9, &[], &[]).unwrap();
-    let mut bench: Bench = Bench { dimsart: Dimsart::new(device).unwrap() };
+    let mut bench: Bench = Bench { dimsart: Dimsart::<[u32; DEFAULT_WORDS]>::new(device, ALL).unwrap() };
     bench.run(
         "SIGGEN_MOD FORM STEP\nSIGGEN_MOD AMPLITUDE 1\nSIGGEN_MOD FREQUENCY 10000\nMOD_ENG MOD_ON SIGGEN_MOD",
     );
@@ -142,12 +143,12 @@ fn a_step_comes_in_the_tick_nearest_to_its_time_and_again_after_a_reset() {
 
 #[test]
 fn a_recorder_keeps_the_last_rows_of_every_few_ticks() {
-    let mut bench: Bench = Bench::of(2, &[types::FORCE], &[]);
+    let mut bench = Bench::of(2, &[types::FORCE], &[]);
     bench.run(
         "RECORDER_MOD LENGTH 4\nRECORDER_MOD EVERY 3\nRECORDER_MOD PORT_SIGNAL_IN FORCE\n\
          MOD_ENG MOD_ON RECORDER_MOD",
     );
-    let recorder = Engine::<Standard>::module("RECORDER_MOD").unwrap();
+    let recorder = ALL.module("RECORDER_MOD").unwrap();
     let mut kept = vec![0.0; 8];
     let mut rows = 0;
     for tick in 0..60_u8 {
@@ -179,10 +180,10 @@ fn a_recorder_keeps_the_last_rows_of_every_few_ticks() {
 /// Against rows kept in a plain list: the edge of the second word, in whatever tick it comes.
 #[test]
 fn a_recorder_keeps_the_rows_around_an_edge() {
-    let recorder = Engine::<Standard>::module("RECORDER_MOD").unwrap();
+    let recorder = ALL.module("RECORDER_MOD").unwrap();
     for (trigger, sign) in [("RISING", 1.0), ("FALLING", -1.0)] {
         for (every, after, edge) in [(1, 0, 6_u8), (1, 3, 25), (1, 5, 7), (3, 2, 40), (4, 5, 41)] {
-            let mut bench: Bench = Bench::of(2, &[types::FORCE], &[]);
+            let mut bench = Bench::of(2, &[types::FORCE], &[]);
             bench.run(&format!(
                 "RECORDER_MOD LENGTH 6\nRECORDER_MOD EVERY {every}\nRECORDER_MOD TRIGGER {trigger}\n\
                  RECORDER_MOD LEVEL {}\nRECORDER_MOD WORD 1\nRECORDER_MOD AFTER {after}\n\
@@ -226,7 +227,7 @@ fn a_recorder_keeps_the_rows_around_an_edge() {
 
 /// Every bit of every signal of the bilateral scheme, for ticks with a packet of its own now and then.
 fn bits_of_a_run(form: &str) -> Vec<u32> {
-    let mut bench: Bench = Bench::of(3, &[types::POSITION], &[types::DES_FORCE]);
+    let mut bench = Bench::of(3, &[types::POSITION], &[types::DES_FORCE]);
     let text = include_str!("../../../schemes/bilateral.scheme");
     bench.rows(&format!("{form}\nCOMM_RXMOD STALE LIMITED"));
     let text = text.replace("CRX_CHANNEL     2", "CRX_CHANNEL     1");

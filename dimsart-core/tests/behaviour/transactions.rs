@@ -25,7 +25,7 @@ struct Joint {
 
 impl Joint {
     fn new(rows: &str) -> Self {
-        let mut bench: Bench = Bench::of(1, &[types::POSITION, types::DES_POSITION], &[types::DES_FORCE]);
+        let mut bench = Bench::of(1, &[types::POSITION, types::DES_POSITION], &[types::DES_FORCE]);
         bench.run(rows);
         Self { bench, x_m: 0.0, v_m_s: 0.0, ticks: 0, force_n: 0.0, largest_step_n: 0.0 }
     }
@@ -244,7 +244,7 @@ fn a_whole_scheme_is_exchanged_for_another_one_and_nothing_is_lost() {
 
 #[test]
 fn a_transaction_on_a_scheme_that_is_stopped_starts_it_where_it_was_checked() {
-    let mut bench: Bench = Bench::of(1, &[types::POSITION, types::DES_POSITION], &[types::DES_FORCE]);
+    let mut bench = Bench::of(1, &[types::POSITION, types::DES_POSITION], &[types::DES_FORCE]);
     bench.rows(&format!("MOD_ENG BEGIN\n{PD}\nMOD_ENG COMMIT"));
     assert!(!bench.dimsart.engine().is_running());
     bench.rows(&format!("MOD_ENG BEGIN\nMOD_ENG CLOSE\n{PID}\nMOD_ENG MATCHING_CHECK"));
@@ -337,7 +337,7 @@ fn a_command_that_is_refused_in_a_transaction_changes_nothing_of_it() {
         assert!(bench.order(row).is_err(), "{row}");
         assert_eq!(bench.snapshot(), before, "{row}");
     }
-    let pd = dimsart_core::Engine::<dimsart_core::modules::Standard>::module("PDCTRL_MOD").unwrap();
+    let pd = dimsart_core::modules::ALL.module("PDCTRL_MOD").unwrap();
     assert_eq!(bench.dimsart.command(Command::CloseModule(pd)), Ok(()));
     assert_eq!(bench.dimsart.command(Command::CloseModule(pd)), Err(CommandError::NotPluggedIn(pd)));
 }
@@ -376,9 +376,9 @@ fn what_takes_over_from_a_force_that_is_not_finite_begins_anew() {
 #[test]
 fn a_packet_that_waits_is_the_listener_s_whatever_is_refused_meanwhile() {
     let rx = "COMM_RXMOD CRX_ADD_DATA DES_POSITION\nMOD_ENG MOD_ON COMM_RXMOD\nMOD_ENG MOD_ON PDCTRL_MOD";
-    let mut bench: Bench = Bench::of(1, &[types::POSITION], &[types::DES_FORCE]);
+    let mut bench = Bench::of(1, &[types::POSITION], &[types::DES_FORCE]);
     bench.run(rx);
-    let mut sender: Bench = Bench::of(1, &[types::DES_POSITION], &[]);
+    let mut sender = Bench::of(1, &[types::DES_POSITION], &[]);
     sender.run("COMM_TXMOD CTX_ADD_DATA DES_POSITION\nMOD_ENG MOD_ON COMM_TXMOD");
     let second = "COMM_RXMOD.2 CRX_ADD_DATA DES_POSITION.2";
     for (number, rows) in [
@@ -410,7 +410,7 @@ fn a_delay_line_of_another_shape_begins_and_writes_nowhere_else() {
         SIGGEN_MOD FORM SQUARE
         SIGGEN_MOD AMPLITUDE 7
         MOD_ENG MOD_ON SIGGEN_MOD";
-    let mut bench: Bench = Bench::of(3, &[types::POSITION, types::LINK_AGE], &[]);
+    let mut bench = Bench::of(3, &[types::POSITION, types::LINK_AGE], &[]);
     bench.run(rows);
     let measured = [Word::from(1.0); 3].into_iter().chain([Word(5)]).collect::<Vec<_>>();
     (0..20).for_each(|_| drop(bench.try_tick(&measured)));

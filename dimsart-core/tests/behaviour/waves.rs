@@ -3,7 +3,9 @@
 #![expect(clippy::cast_possible_truncation, clippy::float_cmp, reason = "rounded and compared on purpose")]
 
 use crate::common::{self, Bench, DelayedLink, H, assert_close};
-use dimsart_core::{Context, Declare, Input, Module, ModuleList, Output, Parameters, Unit, types, words};
+use dimsart_core::Kinds;
+use dimsart_core::modules::ALL;
+use dimsart_core::{Context, Declare, Input, Module, Output, Parameters, Unit, types, words};
 use rand_core::{Rng, SeedableRng};
 use rand_pcg::Pcg32;
 
@@ -49,24 +51,22 @@ impl Module for Resistor {
     }
 }
 
-dimsart_core::module_list! {
-    enum Slaves {
-        CommRx(dimsart_core::modules::CommRx),
-        CommTx(dimsart_core::modules::CommTx),
-        WaveTransformer(dimsart_core::modules::WaveTransformer),
-        WaveImpedance(dimsart_core::modules::WaveImpedance),
-        SignalGenerator(dimsart_core::modules::SignalGenerator),
-        Resistor(Resistor),
-    }
-}
+const SLAVES: Kinds = dimsart_core::kinds![
+    dimsart_core::modules::CommRx,
+    dimsart_core::modules::CommTx,
+    dimsart_core::modules::WaveTransformer,
+    dimsart_core::modules::WaveImpedance,
+    dimsart_core::modules::SignalGenerator,
+    Resistor
+];
 
 const B: f64 = 10.0;
 const V: f64 = 0.2;
 const DELAYS: [(usize, usize); 4] = [(1, 1), (10, 10), (3, 8), (40, 4)];
 
 /// A controller at one end of the line, with these modules between receiver and sender.
-fn end<M: ModuleList>(outputs: common::Types, modules: &str) -> Bench<M> {
-    let mut bench = Bench::of(3, outputs, &[]);
+fn end(kinds: Kinds, outputs: common::Types, modules: &str) -> Bench {
+    let mut bench = Bench::with_kinds(kinds, 3, outputs, &[]);
     bench.run(&format!(
         "COMM_RXMOD TIMEOUT_TICKS 0\nCOMM_RXMOD CRX_ADD_DATA CH2_WAVES\nMOD_ENG MOD_ON COMM_RXMOD\n{modules}\n\
          COMM_TXMOD CTX_ADD_DATA CH1_WAVES\nMOD_ENG MOD_ON COMM_TXMOD"
@@ -76,8 +76,8 @@ fn end<M: ModuleList>(outputs: common::Types, modules: &str) -> Bench<M> {
 
 /// A velocity step at the master; gives force at the master and velocity at the slave, by tick.
 fn step_response(slave: &str, (forward, backward): (usize, usize)) -> Vec<[f64; 2]> {
-    let mut master: Bench = end(&[types::VELOCITY], "MOD_ENG MOD_ON WIMPEDANCE_MOD");
-    let mut slave: Bench<Slaves> = end(&[types::VELOCITY], slave);
+    let mut master = end(ALL, &[types::VELOCITY], "MOD_ENG MOD_ON WIMPEDANCE_MOD");
+    let mut slave = end(SLAVES, &[types::VELOCITY], slave);
     let (mut there, mut back) = (DelayedLink::new(forward), DelayedLink::new(backward));
     let step = |tick| {
         back.deliver(tick, &mut master.dimsart);
@@ -158,7 +158,7 @@ fn a4_a_matched_damper_is_perceived_at_once_and_moves_after_exactly_the_forward_
 
 /// Runs a transformer with a PD in one form on noise; gives what `look` makes of each tick.
 fn transformer(rows: &str, mut look: impl FnMut(&Bench, [f32; 2])) {
-    let mut bench: Bench = Bench::of(1, &[types::POSITION, types::CH2_WAVES], &[types::DES_FORCE]);
+    let mut bench = Bench::of(1, &[types::POSITION, types::CH2_WAVES], &[types::DES_FORCE]);
     bench.run(&format!(
         "WTRANSF_MOD B_PARAM 7\n{rows}\nMOD_ENG MOD_ON WTRANSF_MOD\nPDCTRL_MOD K_PARAM 2000\n\
          PDCTRL_MOD D_PARAM 0.5\nMOD_ENG MOD_ON PDCTRL_MOD"
@@ -214,7 +214,7 @@ fn the_desired_position_moves_at_the_speed_of_the_line() {
 #[test]
 fn the_desired_position_starts_at_the_device_in_every_form() {
     for form in FORMS {
-        let mut bench: Bench = Bench::of(1, &[types::POSITION, types::CH2_WAVES], &[types::DES_FORCE]);
+        let mut bench = Bench::of(1, &[types::POSITION, types::CH2_WAVES], &[types::DES_FORCE]);
         bench.run(&format!(
             "{form}\nMOD_ENG MOD_ON WTRANSF_MOD\nPDCTRL_MOD K_PARAM 5000\nMOD_ENG MOD_ON PDCTRL_MOD"
         ));
@@ -231,7 +231,7 @@ fn the_desired_position_starts_at_the_device_in_every_form() {
 #[test]
 fn the_split_form_settles_where_the_waves_are() {
     // A constant wave onto a clamped device: it pushes until F = a u, at K (x_d - x).
-    let mut bench: Bench = Bench::of(1, &[types::POSITION, types::CH2_WAVES], &[types::DES_FORCE]);
+    let mut bench = Bench::of(1, &[types::POSITION, types::CH2_WAVES], &[types::DES_FORCE]);
     bench.run(
         "MOD_ENG MOD_ON WTRANSF_MOD\nPDCTRL_MOD K_PARAM 3000\nMOD_ENG MOD_ON PDCTRL_MOD\n\
          WTRANSF_MOD B_PARAM 10",

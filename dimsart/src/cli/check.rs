@@ -10,7 +10,7 @@ use std::process::ExitCode;
 
 use clap::Args;
 use dimsart_core::limits::{DEFAULT_WORDS, MAX_LINKS, Sizes};
-use dimsart_core::modules::Standard;
+use dimsart_core::modules::ALL;
 use dimsart_core::{DeviceDescriptor, Dimsart, Usage};
 use serde::Serialize;
 use target::Target;
@@ -230,16 +230,17 @@ fn check(
 ) -> Result<Verdict, Box<dyn Error>> {
     let Some(found) = target else {
         // As large as on a board of the usual size: what passes here fits there.
-        let mut dimsart: Dimsart = Dimsart::new(device).map_err(dimsart_core::CommandError::from)?;
+        let mut dimsart =
+            Dimsart::<[u32; DEFAULT_WORDS]>::new(device, ALL).map_err(dimsart_core::CommandError::from)?;
         return Ok(check_on(&mut dimsart, scheme, side, settings, DEFAULT_WORDS, target));
     };
     // More than there is on any board, so that it is known how much too much a scheme takes.
-    let dimsart = SimulatedDimsart::new(device).map_err(dimsart_core::CommandError::from)?;
+    let dimsart = SimulatedDimsart::new(device, ALL).map_err(dimsart_core::CommandError::from)?;
     Ok(check_on(&mut Box::new(dimsart), scheme, side, settings, found.board.words, target))
 }
 
-fn check_on<const WORDS: usize>(
-    dimsart: &mut Dimsart<Standard, WORDS>,
+fn check_on(
+    dimsart: &mut Dimsart,
     scheme: &SchemeText,
     side: Side,
     settings: &[Setting],
@@ -259,9 +260,9 @@ fn check_on<const WORDS: usize>(
 }
 
 /// What is to be said of a controller that has its scheme.
-fn verdict<const WORDS: usize>(
+fn verdict(
     name: &str,
-    dimsart: &mut Dimsart<Standard, WORDS>,
+    dimsart: &mut Dimsart,
     loaded: &Loaded,
     most_words: Option<usize>,
     target: Option<&Target>,
@@ -291,7 +292,7 @@ fn verdict<const WORDS: usize>(
 }
 
 /// What the scheme hears over a link on some lines, and should not.
-fn note<const WORDS: usize>(dimsart: &mut Dimsart<Standard, WORDS>, link: usize) -> Option<String> {
+fn note(dimsart: &mut Dimsart, link: usize) -> Option<String> {
     let own = first_packet(dimsart, link)?;
     let _ = dimsart.receive(link, &own.to_bytes());
     let hears_itself = first_packet(dimsart, link).is_some_and(|next| next.echo == own.counter);

@@ -2,12 +2,13 @@
 
 use std::error::Error;
 
-use dimsart_core::{CommandError, Dimsart, modules::Standard};
+use dimsart_core::{CommandError, Dimsart, modules::ALL};
 
 use super::UsageError;
 use crate::connect::ANY_SIDE;
 use hil_sim::bilateral::{Side, device};
 use hil_sim::response::{LoadedController, loaded_controllers};
+use hil_sim::rig::SimulatedDimsart;
 use hil_sim::rig_file::RigFile;
 use hil_sim::schemes::{self, SchemeText};
 
@@ -17,13 +18,13 @@ pub(super) const DOF: usize = 3;
 pub(super) const PERIOD_S: f64 = 1e-3;
 
 /// A controller of one side of a scheme, which runs, for a device of so many axes.
-pub(super) fn side_of_scheme<const WORDS: usize>(
+pub(super) fn side_of_scheme(
     scheme: &SchemeText,
     side: Side,
     dof: Option<usize>,
-) -> Result<Box<Dimsart<Standard, WORDS>>, Box<dyn Error>> {
+) -> Result<Box<Dimsart>, Box<dyn Error>> {
     let device = device(side.name(), dof.unwrap_or(DOF), PERIOD_S)?;
-    let mut dimsart = Box::new(Dimsart::new(device).map_err(CommandError::from)?);
+    let mut dimsart = Box::new(SimulatedDimsart::new(device, ALL).map_err(CommandError::from)?);
     let loaded = schemes::load(scheme, side.name(), &[], &mut dimsart);
     match loaded.problems().next() {
         None => Ok(dimsart),

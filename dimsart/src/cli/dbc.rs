@@ -6,7 +6,6 @@ use std::path::Path;
 use std::process::ExitCode;
 
 use clap::Args;
-use dimsart_core::limits::DEFAULT_WORDS;
 
 use super::Ending;
 use super::controllers::{controllers, no_rig, rig_says_itself, side_of_scheme};
@@ -74,7 +73,7 @@ impl Dbc {
         let sides = self.side.map_or(vec![Side::Master, Side::Slave], |side| vec![side]);
         let mut messages = Vec::new();
         for side in sides {
-            let mut dimsart = side_of_scheme::<DEFAULT_WORDS>(&scheme, side, self.dof)?;
+            let mut dimsart = side_of_scheme(&scheme, side, self.dof)?;
             messages.extend(dbc::messages(&mut dimsart, side.name(), self.frames)?);
         }
         Ok(messages)

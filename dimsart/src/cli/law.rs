@@ -6,9 +6,9 @@ use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
 use clap::{Args, Subcommand};
-use dimsart_core::modules::Standard;
+use dimsart_core::modules::ALL;
 use dimsart_core::online::Header;
-use dimsart_core::{AxisKind, Cost, DeviceDescriptor, ModuleList as _};
+use dimsart_core::{AxisKind, Cost, DeviceDescriptor};
 use serde::Serialize;
 
 use super::Ending;
@@ -162,11 +162,11 @@ impl Summary {
 fn cycles(law: &hil_sim::law::Law, image: &Path, axes: u8) -> Result<u32, Box<dyn std::error::Error>> {
     let unknown = || format!("{}: what laws cost is not known: `dimsart stamp` it", image.display());
     let costs = StampedImage::read(image)?.costs().ok_or_else(unknown)?;
-    let kind = Standard::KINDS.iter().position(|kind| kind.runs_program()).ok_or_else(unknown)?;
+    let kind = ALL.list().iter().position(|kind| kind.runs_program()).ok_or_else(unknown)?;
     let line = |index: usize| costs.get(index).copied().filter(|cost| *cost != Cost::UNKNOWN);
     let program = law.program().ok_or_else(unknown)?;
     let own = line(1 + kind).ok_or_else(unknown)?.cycles(axes.into());
-    let of = |opcode| Some(line(1 + Standard::KINDS.len() + opcode as usize)?.cycles(0));
+    let of = |opcode| Some(line(1 + ALL.list().len() + opcode as usize)?.cycles(0));
     Ok(own + program.cycles(axes.into(), of).ok_or_else(unknown)?)
 }
 

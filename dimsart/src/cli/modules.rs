@@ -7,12 +7,13 @@ use std::path::PathBuf;
 use std::process::ExitCode;
 
 use clap::Args;
-use dimsart_core::modules::Standard;
+use dimsart_core::limits::DEFAULT_WORDS;
+use dimsart_core::modules::ALL;
 use dimsart_core::protocol::ParameterText;
 use dimsart_core::scheme::switch;
 use dimsart_core::{
-    Accepts, AxisKind, Direction, Engine, Kind, ModuleList, ModuleRef, Parameter, PortSpec, Unit,
-    UnitRelation, Value, Word,
+    Accepts, AxisKind, Direction, Engine, Kind, ModuleRef, Parameter, PortSpec, Unit, UnitRelation, Value,
+    Word,
 };
 use serde::Serialize;
 
@@ -133,7 +134,7 @@ type Rows<const COLUMNS: usize> = Vec<[String; COLUMNS]>;
 
 impl Modules {
     pub(super) fn execute(self, out: &mut impl Write) -> Ending {
-        let names = Standard::KINDS.iter().flat_map(|kind| [kind.name, kind.group.text()]);
+        let names = ALL.list().iter().flat_map(|kind| [kind.name, kind.group.text()]);
         let names: Vec<String> = names.filter(|name| !name.is_empty()).map(str::to_owned).collect();
         if let Some(name) = &self.name
             && !names.contains(name)
@@ -149,11 +150,11 @@ impl Modules {
         if self.markdown && self.name.is_none() {
             write!(out, "{MARKDOWN_HEAD}")?;
         }
-        let mut engine: Engine = Engine::new(device("device", 1, 1e-3)?);
+        let mut engine = Engine::<[u32; DEFAULT_WORDS]>::new(device("device", 1, 1e-3)?, ALL);
         let is_wanted = |kind: &Kind| {
             self.name.as_deref().is_none_or(|name| [kind.name, kind.group.text()].contains(&name))
         };
-        let wanted = (0..).zip(Standard::KINDS).filter(|(_, kind)| is_wanted(kind));
+        let wanted = (0..).zip(ALL.list()).filter(|(_, kind)| is_wanted(kind));
         let costs = self.image.as_deref().map(KindCost::of_image).transpose()?;
         let cost = |number: u8, kind: &Kind| match &costs {
             Some(costs) => costs.get(usize::from(number)).cloned().unwrap_or_default(),
@@ -187,8 +188,7 @@ impl Description {
 
     fn new(engine: &mut Engine, number: u8, kind: &Kind, cost: KindCost) -> Self {
         let ports = engine.ports(ModuleRef { kind: number, number: 1 }).unwrap_or_default();
-        let parameters: Vec<_> =
-            (0..).map_while(|index| <Engine>::describe_parameter(number, index)).collect();
+        let parameters: Vec<_> = (0..).map_while(|index| ALL.describe_parameter(number, index)).collect();
         let lists = parameters.iter().filter(|parameter| parameter.accepts == Accepts::Types);
         Self {
             name: kind.name,

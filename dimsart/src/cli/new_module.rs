@@ -176,12 +176,10 @@ fn advice(path: &Path, error: &io::Error) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use dimsart_core::{AxisKind, Command, DeviceDescriptor, Dimsart, Engine, Tick, Value, Word, types};
+    use dimsart_core::{AxisKind, Command, DeviceDescriptor, Dimsart, Tick, Value, Word, types};
 
-    dimsart_core::module_list! {
-        /// What an engineer who registers the template gets.
-        enum WithTemplate { Template(template::Template) }
-    }
+    /// What an engineer who registers the template gets.
+    const WITH_TEMPLATE: dimsart_core::Kinds = dimsart_core::kinds![template::Template];
 
     #[test]
     fn the_template_is_a_module_that_runs_once_registered() {
@@ -189,8 +187,8 @@ mod tests {
         let measured = &[types::POSITION, types::DES_POSITION];
         let device =
             DeviceDescriptor::new("arm", &[AxisKind::Linear; 2], 1e-3, measured, &[types::DES_FORCE]);
-        let mut dimsart: Dimsart<WithTemplate> = Dimsart::new(device.unwrap()).unwrap();
-        let module = Engine::<WithTemplate>::module("TEMPLATE_MOD").unwrap();
+        let mut dimsart = Dimsart::<[u32; 512]>::new(device.unwrap(), WITH_TEMPLATE).unwrap();
+        let module = WITH_TEMPLATE.module("TEMPLATE_MOD").unwrap();
         dimsart.command(Command::set(module, 0, Value::Real(1000.0))).unwrap();
         dimsart.command(Command::PlugIn(module)).unwrap();
         dimsart.command(Command::Check).unwrap();

@@ -8,8 +8,8 @@ use clap::Args;
 
 use super::Ending;
 use super::controllers::{no_rig, one_controller, rig_says_itself, side_of_scheme};
+use dimsart_core::Dimsart;
 use hil_sim::bilateral::Side;
-use hil_sim::rig::SimulatedDimsart;
 use hil_sim::schemes::{self, SchemeText};
 
 /// Print a scheme of one side, or of a rig's controller, in the shortest form: modules in their order, what differs from
@@ -52,11 +52,11 @@ impl Scheme {
             return Err(no_rig(&self.scheme).into());
         }
         let (scheme, side) = (SchemeText::read(&self.scheme)?, self.side.unwrap_or(Side::Master));
-        print(&mut *side_of_scheme(&scheme, side, self.dof)?, side.name(), out)
+        print(&mut side_of_scheme(&scheme, side, self.dof)?, side.name(), out)
     }
 }
 
-fn print(dimsart: &mut SimulatedDimsart, side: &str, out: &mut impl Write) -> Ending {
+fn print(dimsart: &mut Dimsart, side: &str, out: &mut impl Write) -> Ending {
     let commands: Vec<_> = dimsart.engine_mut().commands().collect();
     write!(out, "{}", schemes::rows(&commands, side, dimsart.engine()))?;
     Ok(ExitCode::SUCCESS)

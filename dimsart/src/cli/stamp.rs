@@ -9,11 +9,11 @@ use std::time::Instant;
 use std::{env, fs};
 
 use clap::Args;
+use dimsart_core::Cost;
 use dimsart_core::limits::MAX_DOF;
-use dimsart_core::modules::Standard;
+use dimsart_core::modules::ALL;
 use dimsart_core::online::Opcode;
 use dimsart_core::saved_scheme::{self, SchemeBytes};
-use dimsart_core::{Cost, ModuleList};
 use serde::Serialize;
 
 use super::Ending;
@@ -129,7 +129,7 @@ fn name(scheme: &str) -> &str {
 fn saved(scheme: &str, side: Side) -> Result<SchemeBytes, Box<dyn std::error::Error>> {
     let text = SchemeText::read(scheme)?;
     let device = device(side.name(), MAX_DOF, SAMPLE_PERIOD_S)?;
-    let mut dimsart = SimulatedDimsart::new(device).map_err(dimsart_core::CommandError::from)?;
+    let mut dimsart = SimulatedDimsart::new(device, ALL).map_err(dimsart_core::CommandError::from)?;
     let loaded = schemes::load(&text, side.name(), &[], &mut dimsart);
     if !loaded.is_sound() {
         let problems: Vec<String> = loaded.problems().collect();
@@ -171,7 +171,7 @@ fn key(image: &StampedImage, memory: Memory) -> Result<String, Box<dyn std::erro
 
 /// The names of the lines in order.
 fn names() -> impl Iterator<Item = &'static str> {
-    let kinds = Standard::KINDS.iter().map(|kind| kind.name);
+    let kinds = ALL.list().iter().map(|kind| kind.name);
     std::iter::once("tick").chain(kinds).chain(Opcode::ALL.iter().map(|opcode| opcode.name()))
 }
 
@@ -209,7 +209,7 @@ mod tests {
     fn costs_are_kept_for_the_same_key_alone() {
         let mut lines: Vec<Cost> = names().map(|_| Cost::new(100, 10)).collect();
         lines[1] = Cost::UNKNOWN;
-        let unknown = vec![(Standard::KINDS[0].name.to_owned(), "no bound: why".to_owned())];
+        let unknown = vec![(ALL.list()[0].name.to_owned(), "no bound: why".to_owned())];
         let costs = ImageCosts { lines, unknown };
         let kept = text(&costs, "1f");
         assert_eq!(read(&kept, "1f"), Some(costs));

@@ -15,7 +15,7 @@ const NOT_THERE: u8 = u8::MAX;
 impl Configuration {
     /// Reads the rows for `side`, or for all, by these names, and by those of the laws with these numbers.
     #[must_use]
-    pub fn read(text: &str, side: &str, known: &impl Vocabulary, laws: &[(u8, Law)]) -> Self {
+    pub fn read(text: &str, side: &str, known: &(impl Vocabulary + ?Sized), laws: &[(u8, Law)]) -> Self {
         let mut reader = Reader { known, laws, drafts: BTreeMap::new(), order: Vec::new(), before: None };
         let mut unknown = Vec::new();
         for row in scheme::rows(text) {
@@ -47,7 +47,7 @@ struct Draft {
 }
 
 impl Draft {
-    fn finish(&self, module: ModuleRef, is_on: bool, known: &impl Vocabulary) -> Module {
+    fn finish(&self, module: ModuleRef, is_on: bool, known: &(impl Vocabulary + ?Sized)) -> Module {
         let kind = module.kind;
         let parameter = |(index, values): (&u8, &Vec<Option<Value>>)| {
             Some(Setting::of_parameter(&known.parameter_text(kind, *index)?, values, known))
@@ -63,7 +63,7 @@ impl Draft {
     }
 }
 
-struct Reader<'a, V> {
+struct Reader<'a, V: ?Sized> {
     known: &'a V,
     laws: &'a [(u8, Law)],
     /// By kind and number; a module is there from the first row on that names it.
@@ -74,7 +74,7 @@ struct Reader<'a, V> {
     before: Option<ModuleRef>,
 }
 
-impl<V: Vocabulary> Reader<'_, V> {
+impl<V: Vocabulary + ?Sized> Reader<'_, V> {
     fn finish(self) -> Vec<Module> {
         let on = self.order.iter().map(|module| (*module, true));
         let all = self.drafts.keys().map(|(kind, number)| ModuleRef { kind: *kind, number: *number });

@@ -26,7 +26,7 @@ impl Setting {
     pub(super) fn of_parameter(
         found: &ParameterText<'_>,
         values: &[Option<Value>],
-        known: &impl Vocabulary,
+        known: &(impl Vocabulary + ?Sized),
     ) -> Self {
         let word = |value| schemes::value_text(value, &found.accepts, known);
         let default = found.default.map(word);

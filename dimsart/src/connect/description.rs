@@ -3,14 +3,12 @@
 use std::cell::Cell;
 use std::fmt;
 
-use dimsart_core::modules::Standard;
+use dimsart_core::modules::ALL;
 use dimsart_core::protocol::{
     self, Accepted, DataTypeText, ParameterText, PortText, Request, Response, decode_response,
 };
 use dimsart_core::scheme::{SWITCH, switch};
-use dimsart_core::{
-    AxisKind, Engine, Entries, Format, ModuleList as _, ModuleRef, Shape, Unit, Value, Vocabulary,
-};
+use dimsart_core::{AxisKind, Entries, Format, ModuleRef, Shape, Unit, Value, Vocabulary};
 use hil_sim::recording::indices;
 use serde::{Serialize, Serializer};
 
@@ -129,7 +127,7 @@ impl Vocabulary for Description {
         match self.answer(Request::Module { kind })? {
             // Left out of the image, which does not know its name.
             Response::Module(found) if found.name.is_empty() => {
-                Some(Standard::KINDS.get(usize::from(kind)).map_or("", |known| known.name))
+                Some(ALL.list().get(usize::from(kind)).map_or("", |known| known.name))
             }
             Response::Module(found) => Some(found.name),
             _ => None,
@@ -178,16 +176,16 @@ impl WordText {
 
 /// The help text of a parameter, if this program has its module; empty if not.
 pub(super) fn summary(kind: &str, parameter: &str) -> &'static str {
-    let found = Standard::KINDS.iter().position(|found| found.name == kind).and_then(|kind| {
+    let found = ALL.list().iter().position(|found| found.name == kind).and_then(|kind| {
         let kind = u8::try_from(kind).ok()?;
-        <Engine>::describe_parameter(kind, <Engine>::parameter(kind, parameter)?)
+        ALL.describe_parameter(kind, ALL.parameter(kind, parameter)?)
     });
     found.map_or("", |found| found.summary.text())
 }
 
 /// This program's help text for a kind of module; empty for one that it does not know.
 pub(super) fn kind_summary(kind: &str) -> &'static str {
-    Standard::KINDS.iter().find(|found| found.name == kind).map_or("", |found| found.summary.text())
+    ALL.list().iter().find(|found| found.name == kind).map_or("", |found| found.summary.text())
 }
 
 /// What a parameter takes, in words, and how many of it.

@@ -12,9 +12,9 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 use std::thread;
 
 use ::cycles::timing::Timing;
-use dimsart_core::modules::Standard;
+use dimsart_core::Cost;
+use dimsart_core::modules::ALL;
 use dimsart_core::online::Opcode;
-use dimsart_core::{Cost, ModuleList};
 
 use super::law_costs;
 use super::scheme_bound::{MOST_DOF, SchemeBound, Variant};
@@ -52,8 +52,7 @@ impl ImageCosts {
         let variants = Variant::all();
         let few = tasks(variants.iter().map(Some).chain([None]), FEW);
         let mut found = bounds(firmware, timing, &few);
-        let worst: BTreeSet<usize> =
-            (0..Standard::KINDS.len()).flat_map(|kind| worst(&found, kind)).collect();
+        let worst: BTreeSet<usize> = (0..ALL.list().len()).flat_map(|kind| worst(&found, kind)).collect();
         let worst = worst.into_iter().filter_map(|index| few.get(index)).map(|(variant, _)| *variant);
         found.extend(bounds(firmware, timing, &tasks(worst.chain([None]), MANY)));
         let mut costs = Self::above(found)?;
@@ -79,7 +78,7 @@ impl ImageCosts {
             bounds.iter().map(|((_, dof), bound)| (*dof, bound.rest.saturating_sub(call * bound.calls)));
         let tick = line(&most(tick)).ok_or(CyclesError::NoTick)?;
         let (mut lines, mut unknown) = (vec![tick], Vec::new());
-        for (kind, known) in Standard::KINDS.iter().enumerate() {
+        for (kind, known) in ALL.list().iter().enumerate() {
             let own = bounds.iter().filter(|((variant, _), _)| variant.is_some_and(|own| own.kind() == kind));
             let points = own
                 .map(|((_, dof), SchemeBound { module: (cycles, calls), .. })| (*dof, cycles + call * calls));
@@ -224,15 +223,14 @@ mod tests {
     fn calls_belong_to_modules() {
         let variants = Variant::all();
         let bound = |rest, calls, module| Ok(Some(SchemeBound { rest, calls, module }));
-        let kinds =
-            (0..Standard::KINDS.len()).filter_map(|kind| variants.iter().find(|one| one.kind() == kind));
+        let kinds = (0..ALL.list().len()).filter_map(|kind| variants.iter().find(|one| one.kind() == kind));
         let mut found: Vec<Found<'_>> =
             kinds.map(|kind| ((Some(kind), 1), bound(500, 2, (100, 2)))).collect();
         found.push(((None, 1), bound(950, 12, (0, 0))));
         let costs = ImageCosts::above(found).unwrap();
         // (950 - 500) / 10.
         let expected = [Cost::new(500 - 2 * 45, 0)].into_iter();
-        let expected = expected.chain(Standard::KINDS.iter().map(|_| Cost::new(100 + 2 * 45, 0)));
+        let expected = expected.chain(ALL.list().iter().map(|_| Cost::new(100 + 2 * 45, 0)));
         assert_eq!(costs, ImageCosts { lines: expected.collect(), unknown: Vec::new() });
     }
 
@@ -243,7 +241,7 @@ mod tests {
         let first = variants.first().unwrap();
         let tick = Ok(Some(SchemeBound { rest: 500, calls: 10, module: (0, 0) }));
         let costs = ImageCosts::above(vec![((Some(first), 1), refused), ((None, 1), tick)]).unwrap();
-        assert_eq!(costs.unknown.len(), Standard::KINDS.len());
+        assert_eq!(costs.unknown.len(), ALL.list().len());
         assert!(costs.unknown[0].1.contains("does not run"), "{:?}", costs.unknown[0]);
         assert!(costs.unknown[1].1.contains("no memory"), "{:?}", costs.unknown[1]);
         assert!(ImageCosts::above(Vec::new()).is_err());

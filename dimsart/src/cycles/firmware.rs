@@ -20,8 +20,7 @@ const COMPUTE: [&str; 2] = ["dimsart_core::kind::compute", "dimsart_core::kind::
 /// Such a call with what measures it, in an image that does.
 const TIMED: &str = "firmware::measure::timed";
 /// What applies a command.
-const COMMAND: &str = ">::command";
-const ENGINE: &str = "dimsart_core::engine::Engine<";
+const COMMAND: &str = "dimsart_core::engine::Engine::command";
 /// More than any board's memory.
 const MAX_CONTROLLER_BYTES: u32 = 1 << 24;
 /// Longest text that an image can call itself by.
@@ -160,7 +159,7 @@ impl Firmware {
         if compute.is_empty() {
             return Err(lacks("a module's compute"));
         }
-        let command = named(|name| name.starts_with(ENGINE) && name.ends_with(COMMAND)).next();
+        let command = named(|name| name == COMMAND).next();
         let command = command.ok_or_else(|| lacks("Engine::command"))?;
         let stack_top = *image.symbols.get("_stack_start").ok_or_else(|| lacks("_stack_start"))? & !7;
         Ok(Self {

@@ -1,11 +1,11 @@
 //! What a law costs: a program with as many ports, parameters and states as can be, and what each instruction adds to it.
 
-use dimsart_core::modules::Standard;
+use dimsart_core::modules::ALL;
 use dimsart_core::online::{
     Field, Header, Instruction, LawParameter, MAX_INPUTS, MAX_OUTPUTS, MAX_PARAMETERS, MAX_STATES, OWN_AXIS,
     Opcode, seal,
 };
-use dimsart_core::{Command, Cost, ModuleList as _, ModuleRef, TypeRef, Unit, Value, types};
+use dimsart_core::{Command, Cost, ModuleRef, TypeRef, Unit, Value, types};
 use hil_sim::law;
 
 use super::scheme_bound::{SchemeBound, Variant};
@@ -15,7 +15,7 @@ const COPIES: u8 = 8;
 
 /// The module that runs laws; none in a build without it.
 pub(super) fn module() -> Option<ModuleRef> {
-    let kind = Standard::KINDS.iter().position(|kind| kind.runs_program())?;
+    let kind = ALL.list().iter().position(|kind| kind.runs_program())?;
     Some(ModuleRef { kind: u8::try_from(kind).ok()?, number: 1 })
 }
 

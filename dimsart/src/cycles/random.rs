@@ -2,6 +2,7 @@
 
 use dimsart_core::envelope::MAX_CONTENT_BYTES;
 use dimsart_core::limits::MAX_PACKET_WORDS;
+use dimsart_core::modules::ALL;
 use dimsart_core::saved_scheme::{self, fingerprint_of};
 use dimsart_core::{DeviceDescriptor, Packet, Word};
 
@@ -44,7 +45,7 @@ impl<'a> RandomInputs<'a> {
         template: Option<Template>,
         seed: u64,
     ) -> Result<Self, CyclesError> {
-        let dimsart = Box::new(SimulatedDimsart::new(device.clone()).map_err(ExperimentError::Storage)?);
+        let dimsart = Box::new(SimulatedDimsart::new(device.clone(), ALL).map_err(ExperimentError::Storage)?);
         let (random, trace) = (Random::new(seed), TickTrace::default());
         Ok(Self { random, device, dimsart, scheme, template, silence_ticks: 0, trace, ticks: 0 })
     }
@@ -60,7 +61,7 @@ impl<'a> RandomInputs<'a> {
         let is_new = place <= STARTS;
         if is_new {
             // Without a fault of the last start, which outlasts a scheme; both could be made before.
-            if let Ok(dimsart) = SimulatedDimsart::new(self.device.clone()) {
+            if let Ok(dimsart) = SimulatedDimsart::new(self.device.clone(), ALL) {
                 *self.dimsart = dimsart;
             }
             let _ = saved_scheme::load(self.scheme, fingerprint_of(self.scheme), &mut self.dimsart);

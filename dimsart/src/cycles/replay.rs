@@ -3,9 +3,9 @@
 use ::cycles::machine::{Call, Run};
 use ::cycles::timing::Timing;
 use dimsart_core::limits::MAX_LINKS;
-use dimsart_core::modules::Standard;
+use dimsart_core::modules::ALL;
 use dimsart_core::saved_scheme::{self, SchemeBytes};
-use dimsart_core::{Command, Engine, ModuleRef, Packet, Word};
+use dimsart_core::{Command, ModuleRef, Packet, Word};
 
 use super::controller::Lengths;
 use super::figures::Row;
@@ -264,7 +264,7 @@ impl Replay {
         let modules = worst.map(|worst| self.by_module(&worst.calls));
         let module = |(place, (module, statistics)): (usize, &(ModuleRef, Statistics))| {
             let most = modules.as_ref().and_then(|modules| modules.get(place)).copied();
-            row(&Engine::<Standard>::module_name(*module).to_string(), statistics, most)
+            row(&ALL.module_name(*module).to_string(), statistics, most)
         };
         let rest = worst.zip(modules.as_ref()).map(|(worst, modules)| {
             let inside: u64 = modules.iter().map(|module| module.cycles).sum();

@@ -2,13 +2,13 @@
 
 use ::cycles::timing::Timing;
 use dimsart_core::limits::{MAX_CHANNEL_TYPES, MAX_DOF, MAX_LINKS};
-use dimsart_core::modules::Standard;
+use dimsart_core::modules::ALL;
 use dimsart_core::protocol::PortText;
 use dimsart_core::saved_scheme;
 use dimsart_core::scheme::{ENGINE, Problem, Row};
 use dimsart_core::{
-    Accepts, Command, CommandError, Direction, Engine, Finding, Format, ModuleList, ModuleRef, Parameter,
-    ParameterError, Party, TypeRef, Value, Vocabulary, types,
+    Accepts, Command, CommandError, Direction, Finding, Format, ModuleRef, Parameter, ParameterError, Party,
+    TypeRef, Value, Vocabulary, types,
 };
 
 use super::controller::Lengths;
@@ -60,7 +60,7 @@ impl Variant {
     /// Every kind with all its choices and switches; its numbers, those that decide ports or memory apart from the
     /// others, as by default and otherwise.
     pub(super) fn all() -> Vec<Self> {
-        (0..).zip(Standard::KINDS).flat_map(|(kind, _)| Self::of(kind)).collect()
+        (0..).zip(ALL.list()).flat_map(|(kind, _)| Self::of(kind)).collect()
     }
 
     /// Number of its kind.
@@ -88,7 +88,7 @@ impl Variant {
         if law_costs::module() == Some(module) {
             return vec![law_costs::plain(module)];
         }
-        let described = |index| Some((index, Engine::<Standard>::describe_parameter(kind, index)?));
+        let described = |index| Some((index, ALL.describe_parameter(kind, index)?));
         let parameters: Vec<(u8, Parameter)> = (0..).map_while(described).collect();
         let mut all = Vec::new();
         for (structural, others) in [(false, false), (true, false), (false, true), (true, true)] {
@@ -176,7 +176,8 @@ struct Scheme {
 impl Scheme {
     fn new(module: ModuleRef, dof: usize) -> Result<Self, CyclesError> {
         let device = device(Side::Master.name(), dof, SAMPLE_PERIOD_S)?;
-        let dimsart = SimulatedDimsart::new(device).map_err(|error| CyclesError::Scheme(error.into()))?;
+        let dimsart =
+            SimulatedDimsart::new(device, ALL).map_err(|error| CyclesError::Scheme(error.into()))?;
         Ok(Self { dimsart: Box::new(dimsart), module })
     }
 
@@ -280,7 +281,7 @@ impl Scheme {
     /// What is listened to; nobody sees what comes over another link.
     fn channels(&mut self) -> [Option<u16>; MAX_LINKS] {
         let receiver = named("COMM_RXMOD");
-        let link = Engine::<Standard>::parameter(receiver.kind, "CRX_LINK");
+        let link = ALL.parameter(receiver.kind, "CRX_LINK");
         let link = link.and_then(|link| self.dimsart.engine_mut().get(receiver, link, 0).ok());
         let mut channels = channels(&self.dimsart).map(Some);
         for (number, channel) in (0..).zip(&mut channels) {
@@ -322,7 +323,7 @@ const OTHER: u8 = 91;
 const SAMPLE_PERIOD_S: f64 = 1e-3;
 
 fn named(name: &str) -> ModuleRef {
-    Engine::<Standard>::module(name).unwrap_or(ModuleRef { kind: 0, number: 1 })
+    ALL.module(name).unwrap_or(ModuleRef { kind: 0, number: 1 })
 }
 
 #[cfg(test)]
@@ -332,7 +333,7 @@ mod tests {
     #[test]
     fn every_kind_has_schemes_around_it_from_the_fewest_axes_on_that_it_takes() {
         let variants = Variant::all();
-        for (kind, known) in Standard::KINDS.iter().enumerate() {
+        for (kind, known) in ALL.list().iter().enumerate() {
             let own: Vec<&Variant> = variants.iter().filter(|variant| variant.kind() == kind).collect();
             let least = own.iter().map(|variant| variant.least_dof()).max().unwrap();
             for dof in [least, MOST_DOF].map(usize::from) {

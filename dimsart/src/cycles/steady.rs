@@ -3,13 +3,13 @@
 use std::collections::BTreeSet;
 
 use ::cycles::timing::Timing;
+use dimsart_core::Dimsart;
 use dimsart_core::limits::MAX_LINKS;
 use dimsart_core::saved_scheme;
 
 use super::controller::Lengths;
 use super::worst::Worst;
 use super::{Controller, CyclesError, Firmware};
-use hil_sim::rig::SimulatedDimsart;
 
 /// Ticks until what happens once has happened.
 const TICKS: usize = 30;
@@ -30,11 +30,7 @@ impl Steady {
     ///
     /// # Errors
     /// [`CyclesError`].
-    pub fn of(
-        firmware: &Firmware,
-        timing: Timing,
-        dimsart: &mut SimulatedDimsart,
-    ) -> Result<Self, CyclesError> {
+    pub fn of(firmware: &Firmware, timing: Timing, dimsart: &mut Dimsart) -> Result<Self, CyclesError> {
         let mut controller = Controller::new(firmware, timing, dimsart.engine().device().dof())?;
         let scheme = saved_scheme::save(dimsart.engine_mut()).map_err(|_| CyclesError::SchemeTooLong)?;
         controller.load(&scheme)?;
@@ -52,7 +48,7 @@ impl Steady {
 }
 
 /// The channels that a controller listens to.
-pub(super) fn channels(dimsart: &SimulatedDimsart) -> [u16; MAX_LINKS] {
+pub(super) fn channels(dimsart: &Dimsart) -> [u16; MAX_LINKS] {
     let mut channels = [0; MAX_LINKS];
     for (link, channel) in channels.iter_mut().enumerate() {
         *channel = dimsart.listening_channel(link);

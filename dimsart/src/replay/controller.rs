@@ -2,6 +2,7 @@
 
 use std::collections::VecDeque;
 
+use dimsart_core::modules::ALL;
 use dimsart_core::protocol::{Request, decode_request};
 use dimsart_core::{Command, Word};
 
@@ -41,7 +42,7 @@ impl ReplayedController {
         let device = facts
             .descriptor()
             .map_err(|error| ReplayError::Descriptor { controller: controller(), error })?;
-        let dimsart = SimulatedDimsart::new(device);
+        let dimsart = SimulatedDimsart::new(device, ALL);
         let dimsart = dimsart.map_err(|error| ReplayError::Storage { controller: controller(), error })?;
         let mut dimsart = Box::new(dimsart);
         let scheme = SchemeText { name: format!("{name}.scheme"), text };

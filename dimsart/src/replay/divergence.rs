@@ -57,9 +57,9 @@ impl Divergence {
         let found = others.into_iter().map(|other| (writer(&other), other));
         // What the device measured comes before every step.
         let (place, Other { signal, word, recorded, replayed }) = found.min_by_key(|(place, _)| *place)?;
-        let module = place.and_then(|place| steps.get(place)).map(|step| {
-            dimsart_core::Engine::<dimsart_core::modules::Standard>::module_name(step.module).to_string()
-        });
+        let module = place
+            .and_then(|place| steps.get(place))
+            .map(|step| dimsart_core::modules::ALL.module_name(step.module).to_string());
         Some(Self { tick, time_s, signal, word, module, recorded, replayed })
     }
 }

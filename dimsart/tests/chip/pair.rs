@@ -12,6 +12,7 @@ use chips::{Bench, Board, CanBus, Fate, Passed};
 use cycles::image::Image;
 use dimsart::stamp::StampedImage;
 use dimsart_core::limits::MAX_DOF;
+use dimsart_core::modules::ALL;
 use dimsart_core::protocol::{
     Blocked, Heartbeat, LeaseAction, MAX_FRAME_BYTES, Receiver, Request, Response, decode_heartbeat,
     decode_response, encode_request, request_id,
@@ -67,6 +68,7 @@ pub(crate) fn stamped(
     let text = SchemeText::read("builtin:small_motors").unwrap();
     let mut dimsart = SimulatedDimsart::new(
         device(if side == "master" { "master" } else { "slave" }, MAX_DOF, TICK_S).unwrap(),
+        ALL,
     )
     .unwrap();
     let settings = settings.iter().map(|(command, value)| Setting {

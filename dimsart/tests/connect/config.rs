@@ -8,6 +8,7 @@ use std::process::Output;
 
 use dimsart::config::{Difference, deviations};
 use dimsart::connect::{ConnectError, Device, Exchange, InProcess};
+use dimsart_core::modules::ALL;
 use dimsart_core::protocol::{
     MAX_FRAME_BYTES, PROTOCOL_VERSION, Receiver, Request, Response, decode_request, encode_response, serve,
 };
@@ -28,7 +29,8 @@ fn of_rig(name: &str) -> Box<SimulatedDimsart> {
 }
 
 fn of_side(scheme: &str, side: &'static str) -> Box<SimulatedDimsart> {
-    let mut dimsart = Box::new(SimulatedDimsart::new(bilateral::device(side, 3, 1e-3).unwrap()).unwrap());
+    let mut dimsart =
+        Box::new(SimulatedDimsart::new(bilateral::device(side, 3, 1e-3).unwrap(), ALL).unwrap());
     schemes::load(&SchemeText::read(scheme).unwrap(), side, &[], &mut dimsart);
     dimsart
 }

@@ -9,6 +9,8 @@ use std::time::Duration;
 
 use dimsart::connect::{Device, Patience};
 use dimsart_core::auth::Key;
+use dimsart_core::limits::DEFAULT_WORDS;
+use dimsart_core::modules::ALL;
 use dimsart_core::protocol::{
     DeviceInfo, Gate, KeyAction, MAX_FRAME_BYTES, Receiver, Refusal, Request, Response, Taken,
     decode_request, encode_response, serve,
@@ -63,7 +65,7 @@ pub(crate) const MEASURED_WORDS: usize = 3 + 40 + 1 + 3;
 
 /// A controller and what its ticks came to.
 pub(crate) struct Robot {
-    pub(crate) dimsart: Dimsart,
+    pub(crate) dimsart: Dimsart<[u32; DEFAULT_WORDS]>,
     pub(crate) info: DeviceInfo,
     /// Commands that it took.
     pub(crate) commands: u32,
@@ -75,7 +77,7 @@ impl Robot {
         let axes = [AxisKind::Linear, AxisKind::Rotary, AxisKind::Linear];
         let outputs = &[types::POSITION, MAP, TURNS, BRAKES];
         let device = DeviceDescriptor::new("arm", &axes, 1e-3, outputs, &[types::DES_FORCE]).unwrap();
-        let (dimsart, info) = (Dimsart::new(device).unwrap(), DeviceInfo::new("test 0.1"));
+        let (dimsart, info) = (Dimsart::new(device, ALL).unwrap(), DeviceInfo::new("test 0.1"));
         let info = info.with_events(Box::leak(Box::default()));
         Self { dimsart, info, commands: 0, gate: Gate::open() }
     }

@@ -10,8 +10,9 @@ use cycles::timing::{Column, Profile, Timing};
 use dimsart::budget::Budget;
 use dimsart::cycles::{Controller, CyclesError, Firmware, Memory};
 use dimsart::stamp::StampedImage;
-use dimsart_core::modules::Standard;
-use dimsart_core::{Cost, Costs, Dimsart, ModuleList, saved_scheme};
+use dimsart_core::limits::DEFAULT_WORDS;
+use dimsart_core::modules::ALL;
+use dimsart_core::{Cost, Costs, Dimsart, saved_scheme};
 use hil_sim::bilateral::device;
 use hil_sim::schemes::{self, SchemeText};
 
@@ -24,8 +25,8 @@ fn images() -> Vec<(&'static BoardInfo, PathBuf)> {
 }
 
 /// The shipped master, on a controller that admits modules as the image does.
-fn shipped(image: &StampedImage) -> Dimsart {
-    let mut dimsart = Dimsart::new(device("master", DOF, 1e-3).unwrap()).unwrap();
+fn shipped(image: &StampedImage) -> Dimsart<[u32; DEFAULT_WORDS]> {
+    let mut dimsart = Dimsart::new(device("master", DOF, 1e-3).unwrap(), ALL).unwrap();
     dimsart.engine_mut().set_costs(image.costs().map(|costs| Costs::new(costs.leak())));
     dimsart.engine_mut().limit_cycles(NonZeroU32::new(image.limit_cycles()));
     let scheme = SchemeText::read("builtin:bilateral").unwrap();
@@ -53,7 +54,7 @@ fn every_board_s_stamp_knows_every_kind_and_takes_the_shipped_scheme_by_the_boar
         let costs = image.costs().unwrap();
         assert!(costs.first().is_some_and(|cost| cost.cycles(1) > 0), "{board}: {costs:?}");
         // What an image does not have costs nothing.
-        for (place, kind) in (1..).zip(Standard::KINDS) {
+        for (place, kind) in (1..).zip(ALL.list()) {
             let is_known = costs.get(place).is_some_and(|cost: &Cost| cost.cycles(1) > 0);
             assert_eq!(is_known, info.has_group(kind.group.text()), "{board}: {}", kind.name);
         }
@@ -123,7 +124,7 @@ fn the_list_of_modules_says_what_they_cost_by_a_stamp() {
     let mut command = Command::new(env!("CARGO_BIN_EXE_dimsart"));
     let output = command.args(["modules", "PDCTRL_MOD", "--json", "--image"]).arg(&path).output().unwrap();
     let found: serde_json::Value = serde_json::from_slice(&output.stdout).unwrap();
-    let place = 1 + Standard::KINDS.iter().position(|kind| kind.name == "PDCTRL_MOD").unwrap();
+    let place = 1 + ALL.list().iter().position(|kind| kind.name == "PDCTRL_MOD").unwrap();
     let (cycles, per_axis) = StampedImage::read(&path).unwrap().costs().unwrap()[place].line();
     assert_eq!((&found[0]["cycles"], &found[0]["cycles_per_axis"]), (&cycles.into(), &per_axis.into()));
 }

@@ -4,8 +4,7 @@ use std::env;
 
 use boards::BOARDS;
 use dimsart::cycles::Firmware;
-use dimsart_core::ModuleList;
-use dimsart_core::modules::Standard;
+use dimsart_core::modules::ALL;
 use hil_sim::emulated::FOLDER_VARIABLE;
 use test_requirements::{image, missing};
 
@@ -17,7 +16,7 @@ const SMALL_BOARD: &str = "b-g431b-esc1";
 /// The kinds that the board's image has.
 pub(crate) fn kinds() -> usize {
     let board = BOARDS.iter().find(|board| board.name == BOARD).unwrap();
-    Standard::KINDS.iter().filter(|kind| board.has_group(kind.group.text())).count()
+    ALL.list().iter().filter(|kind| board.has_group(kind.group.text())).count()
 }
 
 /// The board's image, or the one that was built last where no folder of images is known.

@@ -1,8 +1,8 @@
 //! Every kind of module against its bound, with parameters and inputs that are left to chance.
 
 use cycles::timing::{Column, Profile, Timing};
-use dimsart_core::modules::Standard;
-use dimsart_core::{Accepts, Command, Engine, ModuleRef, Parameter, Value, saved_scheme};
+use dimsart_core::modules::ALL;
+use dimsart_core::{Accepts, Command, ModuleRef, Parameter, Value, saved_scheme};
 use hil_sim::bilateral::{Experiment, Side};
 use hil_sim::rig::SimulatedDimsart;
 use hil_sim::scenario::Scenario;
@@ -58,7 +58,7 @@ fn with_random_parameters(scenario: &Scenario, side: Side, random: &mut Pcg64Mcg
     let dimsart = &mut stations.find(|station| station.name == side.name()).unwrap().dimsart;
     let modules: Vec<ModuleRef> = dimsart.engine().steps().map(|step| step.module).collect();
     let described = |module: ModuleRef| {
-        let describe = move |index| Engine::<Standard>::describe_parameter(module.kind, index);
+        let describe = move |index| ALL.describe_parameter(module.kind, index);
         (0..).map_while(move |index| Some((module, index, describe(index)?)))
     };
     let mut parameters: Vec<(ModuleRef, u8, Parameter)> = modules.into_iter().flat_map(described).collect();

@@ -4,6 +4,7 @@ use std::process::Command;
 
 use dimsart::stamp::StampedImage;
 use dimsart_core::limits::MAX_DOF;
+use dimsart_core::modules::ALL;
 use dimsart_core::saved_scheme;
 use hil_sim::bilateral::device;
 use hil_sim::rig::SimulatedDimsart;
@@ -68,7 +69,7 @@ fn without_a_stamp_a_board_says_so_and_takes_what_there_is_memory_for() {
 fn one_image_starts_as_the_side_that_it_is_stamped_with() {
     let text = SchemeText::read("builtin:bilateral").unwrap();
     for (side, mode) in [("master", "MASTER"), ("slave", "SLAVE")] {
-        let mut dimsart = SimulatedDimsart::new(device(side, MAX_DOF, 1e-3).unwrap()).unwrap();
+        let mut dimsart = SimulatedDimsart::new(device(side, MAX_DOF, 1e-3).unwrap(), ALL).unwrap();
         assert!(schemes::load(&text, side, &[], &mut dimsart).is_sound());
         let scheme = saved_scheme::save(dimsart.engine_mut()).unwrap();
         let folder = tempfile::tempdir().unwrap();

@@ -4,12 +4,12 @@
 
 use std::collections::BTreeMap;
 
-use dimsart_core::modules::Standard;
+use dimsart_core::modules::ALL;
 use dimsart_core::protocol::{
     Heartbeat, MAX_FRAME_BYTES, NOBODY, Receiver, Request, client_of, decode_heartbeat, decode_response,
     encode_request, request_id,
 };
-use dimsart_core::{Command, Engine, ModuleRef, Tick, types};
+use dimsart_core::{Command, ModuleRef, Tick, types};
 use hil_sim::bilateral::{Experiment, Side};
 use hil_sim::scenario::Scenario;
 
@@ -83,7 +83,7 @@ fn flood(request: &Request) -> Vec<u8> {
 /// Cheap ones, and the dearest of those that change nothing: a tick takes one of them at most, however many there are.
 #[test]
 fn eight_clients_at_a_hundred_times_the_line_s_rate_cost_a_tick_no_more_than_one_request_does() {
-    let receiver = Engine::<Standard>::module("COMM_RXMOD").unwrap();
+    let receiver = ALL.module("COMM_RXMOD").unwrap();
     let second = ModuleRef { number: 2, ..receiver };
     let requests = [
         ("signal", Request::Signal { signal: types::POSITION.first(), from: 0 }),

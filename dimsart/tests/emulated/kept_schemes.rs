@@ -4,6 +4,8 @@ use std::fs;
 use std::process::Command;
 
 use crc::{CRC_32_AUTOSAR, Crc};
+use dimsart_core::limits::DEFAULT_WORDS;
+use dimsart_core::modules::ALL;
 use dimsart_core::protocol::{
     MAX_FRAME_BYTES, Receiver, Request, Response, SchemeAction, decode_heartbeat, decode_response,
     encode_request, request_id,
@@ -115,7 +117,7 @@ fn change_fingerprint(flash: &mut [u8]) {
     // As `firmware/src/items.rs` has an item: key, 0, length u16, CRC-32 of these and of the bytes behind it.
     const HEADER: usize = 8;
     let device = DeviceDescriptor::new("any", &[AxisKind::Linear], 1e-3, &[types::POSITION], &[]).unwrap();
-    let mut dimsart: Dimsart = Dimsart::new(device).unwrap();
+    let mut dimsart = Dimsart::<[u32; DEFAULT_WORDS]>::new(device, ALL).unwrap();
     let print = fingerprint(dimsart.engine_mut()).to_le_bytes();
     let place = flash.windows(5).position(|bytes| bytes[0] == SAVED_SCHEME_VERSION && bytes[1..] == print);
     let item = &mut flash[place.unwrap() - HEADER..];

@@ -3,8 +3,8 @@
 use std::collections::BTreeSet;
 
 use boards::BOARDS;
-use dimsart_core::modules::Standard;
-use dimsart_core::{ModuleList, Tick, types};
+use dimsart_core::modules::ALL;
+use dimsart_core::{Tick, types};
 use hil_sim::bilateral::{Experiment, Side};
 use hil_sim::emulated::BOARD;
 use hil_sim::rig::{Rig, Station};
@@ -60,7 +60,7 @@ fn every_module_on_both_sides() {
     for station in rig.iter().flat_map(Rig::stations) {
         let kinds: BTreeSet<u8> = station.dimsart.engine().steps().map(|step| step.module.kind).collect();
         let board = BOARDS.iter().find(|board| board.name == BOARD).unwrap();
-        let there = Standard::KINDS.iter().filter(|kind| board.has_group(kind.group.text()));
+        let there = ALL.list().iter().filter(|kind| board.has_group(kind.group.text()));
         assert_eq!(kinds.len(), there.count());
     }
 }

@@ -8,9 +8,9 @@ use std::thread;
 use std::time::{Duration, Instant};
 
 use dimsart_core::exchange::Tag;
-use dimsart_core::modules::Standard;
+use dimsart_core::modules::ALL;
 use dimsart_core::protocol::{LeaseAction, MAX_FRAME_BYTES, Request, encode_request, request_id};
-use dimsart_core::{Command, Engine, Value};
+use dimsart_core::{Command, Value};
 
 use crate::by_hand::{ByHand, section};
 use crate::common::image;
@@ -126,9 +126,9 @@ pub(crate) const TICKS_OF_MOTION: u8 = 20;
 
 /// Has the board move without packets over its link.
 pub(crate) fn without_peer(line: &mut ByHand) {
-    let module = Engine::<Standard>::module("COMM_RXMOD").unwrap();
+    let module = ALL.module("COMM_RXMOD").unwrap();
     let timeout = (0..=u8::MAX).find(|index| {
-        let found = Engine::<Standard>::describe_parameter(module.kind, *index);
+        let found = ALL.describe_parameter(module.kind, *index);
         found.is_some_and(|found| found.name == "TIMEOUT_TICKS")
     });
     let set = Command::set(module, timeout.unwrap(), Value::Count(0));

@@ -3,7 +3,7 @@
 use dimsart_core::protocol::{
     MAX_FRAME_BYTES, Receiver, Request, Response, decode_response, encode_request, request_id,
 };
-use dimsart_core::{Command, CommandError, Engine, ModuleRef, Tick, Value, modules::Standard};
+use dimsart_core::{Command, CommandError, ModuleRef, Tick, Value, modules::ALL};
 use hil_sim::bilateral::{Experiment, Side};
 use hil_sim::scenario::Scenario;
 use rand_core::{Rng, SeedableRng};
@@ -22,7 +22,7 @@ fn below(random: &mut Pcg32, bound: u32) -> u32 {
 }
 
 fn module(name: &str) -> ModuleRef {
-    Engine::<Standard>::module(name).unwrap()
+    ALL.module(name).unwrap()
 }
 
 /// A transaction of commands that make up no new signal, some of them senseless, and how it ends.

@@ -6,9 +6,9 @@ use std::thread;
 use std::time::{Duration, Instant};
 
 use dimsart_core::exchange::{Frame, Tag};
-use dimsart_core::modules::Standard;
+use dimsart_core::modules::ALL;
 use dimsart_core::protocol::Request;
-use dimsart_core::{Command, Engine, Value};
+use dimsart_core::{Command, Value};
 use hil_sim::link::Stream;
 use tempfile::TempDir;
 
@@ -40,7 +40,7 @@ fn with_endless_law(image: &Path, folder: &TempDir) -> Firmware {
 /// answered by.
 fn loop_in_motion(line: &mut ByHand) -> Frame {
     move_by_hand(line);
-    let [law, behind] = ["WTRANSF_MOD", "PDCTRL_MOD"].map(|name| Engine::<Standard>::module(name).unwrap());
+    let [law, behind] = ["WTRANSF_MOD", "PDCTRL_MOD"].map(|name| ALL.module(name).unwrap());
     let commands = [
         Command::Begin,
         Command::Unplug(law),

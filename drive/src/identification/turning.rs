@@ -15,8 +15,11 @@ const WAY: f32 = 1.25;
 const MOST_FRACTION: f32 = 0.3;
 /// A rotor that turns less in an electrical turn, in turns, did not move: nobody builds more pole pairs.
 const LEAST_TRAVEL: f32 = 1.0 / 128.0;
-/// 2³²: a turn.
-const TURN: f32 = 4_294_967_296.0;
+/// Travel is counted in steps of this many units of an [`Angle`], of 2²⁸ a turn: eight turns either way.
+const UNITS: i32 = 16;
+const STEP: f32 = 1.0 / 268_435_456.0;
+/// Turns that make any offset positive.
+const WHOLE: f32 = 4.0;
 
 /// What came of it.
 #[derive(Debug, Clone, Copy)]
@@ -35,8 +38,8 @@ pub(super) struct Turning {
     /// As the encoder says; none before it has said anything.
     start: Option<Angle>,
     last: Angle,
-    /// Of the encoder since it began, in 2³² of a turn.
-    travel: i64,
+    /// Of the encoder since it began, in [`STEP`]s.
+    travel: i32,
     forward: Way,
     back: Way,
 }
@@ -44,28 +47,24 @@ pub(super) struct Turning {
 /// What was seen of the turn that counts.
 #[derive(Debug, Clone, Copy, Default)]
 struct Way {
-    first: Option<i64>,
-    last: i64,
-    sum: i64,
+    first: Option<i32>,
+    last: i32,
+    mean: f32,
     samples: u32,
 }
 
 impl Way {
     #[inline]
-    fn take(&mut self, travel: i64) {
+    fn take(&mut self, travel: i32) {
         self.first.get_or_insert(travel);
-        (self.last, self.sum, self.samples) = (travel, self.sum + travel, self.samples + 1);
+        (self.last, self.samples) = (travel, self.samples + 1);
+        self.mean += (travel as f32 - self.mean) / self.samples as f32;
     }
 
     /// From its begin to its end, in turns.
     #[inline]
     fn travel(&self) -> f32 {
-        (self.last - self.first.unwrap_or(self.last)) as f32 / TURN
-    }
-
-    #[inline]
-    fn mean(&self) -> i64 {
-        self.sum.checked_div(self.samples.into()).unwrap_or(0)
+        (self.last - self.first.unwrap_or(self.last)) as f32 * STEP
     }
 }
 
@@ -88,8 +87,10 @@ impl Turning {
             if self.start.is_none() {
                 (self.start, self.last) = (Some(angle), angle);
             }
-            self.travel += i64::from(angle.minus(self.last).0.cast_signed());
-            self.last = angle;
+            let steps = angle.minus(self.last).0.cast_signed() / UNITS;
+            self.travel = self.travel.saturating_add(steps);
+            // What is less than a step counts in the next period.
+            self.last = Angle(self.last.0.wrapping_add((steps * UNITS).cast_unsigned()));
             if in_way >= AHEAD && turns < 2.0 * WAY {
                 let way = if is_forward { &mut self.forward } else { &mut self.back };
                 way.take(self.travel);
@@ -116,13 +117,11 @@ impl Turning {
             return Err(IdentificationError::Slipped { travel_rad: forward * core::f32::consts::TAU });
         }
         let is_reversed = forward < 0.0;
-        let signed = |travel: i64| if is_reversed { -travel } else { travel };
         // The current was at 3/4 of a turn on average on the way forward, at 1/2 on the way back.
-        let start = i64::from(self.start.unwrap_or_default().0);
-        let mean = signed(start) + signed(self.forward.mean() + self.back.mean()) / 2;
-        let current = (1_i64 << 32) * 5 / (8 * i64::from(pole_pairs));
-        #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "angles wrap")]
-        let offset = Angle((mean - current) as u32);
+        let start = self.start.unwrap_or_default().rad() / core::f32::consts::TAU;
+        let mean = start + 0.5 * (self.forward.mean + self.back.mean) * STEP;
+        let turns = if is_reversed { -mean } else { mean } - 0.625 / f32::from(pole_pairs);
+        let offset = Angle::from_turns(turns + WHOLE);
         Ok(Turned { pole_pairs, offset_rad: offset.rad(), is_reversed })
     }
 }

@@ -1,14 +1,13 @@
 //! A board with schemes in its flash.
 
-use dimsart_core::modules::Standard;
+use dimsart_core::limits::DEFAULT_WORDS;
+use dimsart_core::modules::ALL;
 use dimsart_core::protocol::{
     DeviceInfo, MAX_FRAME_BYTES, Receiver, Request, Response, SchemeStatus, answer, decode_response,
     encode_request,
 };
 use dimsart_core::saved_scheme::{SchemeBytes, save};
-use dimsart_core::{
-    AxisKind, Command, Cost, Costs, DeviceDescriptor, Dimsart, Engine, ModuleList, ModuleRef, Value, types,
-};
+use dimsart_core::{AxisKind, Command, Cost, Costs, DeviceDescriptor, Dimsart, ModuleRef, Value, types};
 use embassy_futures::block_on;
 use firmware::{SchemeStore, start};
 
@@ -18,13 +17,13 @@ use crate::common::Flash;
 const PATIENCE_US: u64 = 10_000;
 
 fn pd() -> ModuleRef {
-    Engine::<Standard>::module("PDCTRL_MOD").unwrap()
+    ALL.module("PDCTRL_MOD").unwrap()
 }
 
 /// As if a tick cost as much as each of its modules.
-const COSTS: Costs = Costs::new(&[Cost::new(500, 50); 1 + Standard::KINDS.len()]);
+const COSTS: Costs = Costs::new(&[Cost::new(500, 50); 1 + ALL.list().len()]);
 
-pub(crate) fn controller() -> Dimsart {
+pub(crate) fn controller() -> Dimsart<[u32; DEFAULT_WORDS]> {
     let device = DeviceDescriptor::new(
         "arm",
         &[AxisKind::Linear; 3],
@@ -32,7 +31,7 @@ pub(crate) fn controller() -> Dimsart {
         &[types::POSITION, types::DES_POSITION],
         &[types::DES_FORCE],
     );
-    let mut dimsart = Dimsart::new(device.unwrap()).unwrap();
+    let mut dimsart = Dimsart::new(device.unwrap(), ALL).unwrap();
     dimsart.engine_mut().set_costs(Some(COSTS));
     dimsart
 }
@@ -62,7 +61,7 @@ pub(crate) const BUILT_IN: u16 = 9;
 /// A board with the flash in it.
 pub(crate) struct Board {
     pub(crate) store: SchemeStore<Flash>,
-    pub(crate) dimsart: Dimsart,
+    pub(crate) dimsart: Dimsart<[u32; DEFAULT_WORDS]>,
     pub(crate) status: SchemeStatus,
 }
 

@@ -1,5 +1,6 @@
 //! One side of the experiment: its device, its scheme with the scenario's settings, its plant.
 
+use dimsart_core::modules::ALL;
 use dimsart_core::{AxisKind, DescriptorError, DeviceDescriptor, limits, types};
 
 use super::{ExperimentError, Side};
@@ -43,7 +44,7 @@ pub(super) fn controller(scenario: &Scenario, side: Side) -> Result<Box<Simulate
     let device = device(side.name(), scenario.dof, scenario.sample_period_s)?;
     // In its place: it is large, and there is one for each loop that is worked out.
     let mut dimsart = Box::new(SimulatedDimsart::unconnected());
-    dimsart.connect(device).map_err(ExperimentError::Storage)?;
+    dimsart.connect(device, ALL).map_err(ExperimentError::Storage)?;
     let scheme = SchemeText::read(&side.section(scenario).scheme)?;
     let loaded = schemes::load(&scheme, side.name(), &settings(scenario, side), &mut dimsart);
     if !loaded.is_sound() {

@@ -2,17 +2,18 @@
 
 use std::sync::atomic::{AtomicU32, Ordering::Relaxed};
 
+use dimsart_core::modules::ALL;
 use dimsart_core::protocol::{DeviceInfo, LeaseAction, Request, Response, request_id, serve};
 use dimsart_core::{
-    Command, Costs, Counter, DeviceDescriptor, Dimsart, Engine, EventKind, EventLog, FrameError, InputLimits,
+    Command, Costs, Counter, DeviceDescriptor, Dimsart, EventKind, EventLog, FrameError, InputLimits,
     ModuleRef, Observer, OutputLimits, Packet, SafeValue, Tick, Vocabulary as _, Word, scheme,
 };
 
 use super::PairError;
-use super::failing::{COSTS, Kinds, let_write, with_failing_modules};
+use super::failing::{COSTS, KINDS, let_write, with_failing_modules};
 use super::fault::{Fault, Wrong};
 use crate::bilateral::{ExperimentError, Side};
-use crate::rig::DATA_BASE_WORDS;
+use crate::rig::SimulatedDimsart;
 use crate::schemes::SIDES;
 
 /// What the actuators allow: the range of the shipped scenario, and as on a board all of it in 10 ms.
@@ -53,7 +54,7 @@ impl Observer for Clock {
 /// A controller with its client and its processor's time.
 #[derive(Debug)]
 pub struct Controller {
-    dimsart: Box<Dimsart<Kinds, DATA_BASE_WORDS>>,
+    dimsart: Box<SimulatedDimsart>,
     info: DeviceInfo,
     clock: Clock,
     commanded: Vec<Word>,
@@ -77,7 +78,7 @@ impl Controller {
     ) -> Result<Self, PairError> {
         let device = device.with_limits(&[&[LIMITS]])?.with_output_limits(&[SENSOR_LIMITS])?;
         let mut dimsart = Box::new(Dimsart::unconnected());
-        dimsart.connect(device).map_err(ExperimentError::Storage)?;
+        dimsart.connect(device, KINDS).map_err(ExperimentError::Storage)?;
         let counter = COUNTER.with(|counter| *counter);
         dimsart.engine_mut().set_costs(Some(Costs::new(&COSTS)));
         dimsart.engine_mut().time_calls(Counter::up(counter), spare_cycles);
@@ -107,7 +108,7 @@ impl Controller {
 
     /// The controller itself.
     #[must_use]
-    pub fn dimsart(&self) -> &Dimsart<Kinds, DATA_BASE_WORDS> {
+    pub fn dimsart(&self) -> &Dimsart {
         &self.dimsart
     }
 
@@ -160,7 +161,7 @@ impl Controller {
         let slow = &self.slow;
         let calls = self.dimsart.engine().steps().map(|step| {
             let cost = COSTS.get(usize::from(step.module.kind) + 1).map_or(0, |cost| cost.cycles(0));
-            let name = Engine::<Kinds>::module_name(step.module).to_string();
+            let name = ALL.module_name(step.module).to_string();
             let percent: u32 =
                 slow.iter().filter(|(slow, _)| *slow == name).map(|(_, percent)| percent).sum();
             cost + cost * percent / 100
@@ -260,7 +261,7 @@ impl Controller {
     /// What is named with it, and the axis of a signal that is.
     #[must_use]
     pub fn named(&self) -> String {
-        let name = |module| Engine::<Kinds>::module_name(module).to_string();
+        let name = |module| ALL.module_name(module).to_string();
         match self.last_tick {
             Tick::ModuleFailed(module) => name(module),
             Tick::LinkLost { link } | Tick::LinkDown { link } => format!("link {link}"),

@@ -2,6 +2,7 @@
 
 use std::cell::Cell;
 
+use dimsart_core::Kinds;
 use dimsart_core::{Context, Cost, Declare, Input, Module, Output, Parameters, Unit, modules, types, words};
 
 use super::fault::{Fault, Writes, Wrong};
@@ -74,17 +75,15 @@ impl Module for Failing {
     }
 }
 
-dimsart_core::module_list! {
-    /// The modules of the shipped scheme, and the one that fails.
-    pub enum Kinds {
-        CommRx(modules::CommRx),
-        WaveTransformer(modules::WaveTransformer),
-        Pd(modules::Pd),
-        TimeDelay(modules::TimeDelay),
-        CommTx(modules::CommTx),
-        Failing(Failing),
-    }
-}
+/// The modules of the shipped scheme, and the one that fails.
+pub const KINDS: Kinds = dimsart_core::kinds![
+    modules::CommRx,
+    modules::WaveTransformer,
+    modules::Pd,
+    modules::TimeDelay,
+    modules::CommTx,
+    Failing
+];
 
 /// What a tick costs without modules, then each kind of the list: the bounds of nucleo-g474re for three axes
 /// (`boards/budgets/nucleo-g474re.toml`), and something for the module that no board has.

@@ -12,12 +12,12 @@ pub const MODULE: &str = "ONLINE_MOD";
 /// The names of a controller, and of the law that one of its modules runs: `stiffness` for `P_1`, `PORT_force` for
 /// `PORT_OUT_1`.
 #[derive(Debug)]
-pub struct WithLaw<'k, V> {
+pub struct WithLaw<'k, V: ?Sized> {
     known: &'k V,
     law: Option<&'k (ModuleRef, Law)>,
 }
 
-impl<'k, V: Vocabulary> WithLaw<'k, V> {
+impl<'k, V: Vocabulary + ?Sized> WithLaw<'k, V> {
     /// With the law of a module; without one, the names are the controller's.
     pub fn new(known: &'k V, law: Option<&'k (ModuleRef, Law)>) -> Self {
         Self { known, law }
@@ -42,13 +42,13 @@ impl<'k, V: Vocabulary> WithLaw<'k, V> {
 }
 
 /// The module that a row is for, if it is one that runs laws.
-pub fn runner(row: &Row<'_>, known: &impl Vocabulary) -> Option<ModuleRef> {
+pub fn runner(row: &Row<'_>, known: &(impl Vocabulary + ?Sized)) -> Option<ModuleRef> {
     let word = row.word(1);
     let is_runner = word.split('.').next() == Some(MODULE);
     if is_runner { known.module_named(word) } else { None }
 }
 
-impl<V: Vocabulary> Vocabulary for WithLaw<'_, V> {
+impl<V: Vocabulary + ?Sized> Vocabulary for WithLaw<'_, V> {
     fn device_name(&self) -> &str {
         self.known.device_name()
     }

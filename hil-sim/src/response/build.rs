@@ -2,6 +2,7 @@
 
 use std::sync::{Arc, Mutex};
 
+use dimsart_core::modules::ALL;
 use dimsart_core::{AxisKind, CommandError, DataType, DeviceDescriptor, Explanation, InputLimits, types};
 
 use super::ResponseError;
@@ -108,7 +109,7 @@ pub fn loaded_controllers(file: &RigFile) -> Result<Vec<LoadedController>, Respo
 
 fn loaded_controller(file: &RigFile, part: &Part<'_>) -> Result<LoadedController, ResponseError> {
     let mut dimsart =
-        Box::new(SimulatedDimsart::new(descriptor(file, part)?).map_err(ResponseError::Storage)?);
+        Box::new(SimulatedDimsart::new(descriptor(file, part)?, ALL).map_err(ResponseError::Storage)?);
     let sides: Vec<&str> =
         file.controllers.iter().map(ControllerSection::side).chain(SIDES.iter().copied()).collect();
     for (number, law) in (1..=u8::MAX).zip(&part.controller.laws) {

@@ -10,14 +10,14 @@ use super::{MAX_WORD_CHARS, nearest, suggestion};
 use crate::foreign_text::shortened;
 
 /// A row's error in words, with the names of the controller that the row was for.
-pub struct Explained<'a, V> {
+pub struct Explained<'a, V: ?Sized> {
     /// The error, with its place.
     pub error: SchemeError<'a>,
     /// The names.
     pub known: &'a V,
 }
 
-impl<V: Vocabulary> Explained<'_, V> {
+impl<V: Vocabulary + ?Sized> Explained<'_, V> {
     /// `'X' is not a number`, or that it is missing.
     fn missing_or(&self, f: &mut fmt::Formatter<'_>, what: impl fmt::Display) -> fmt::Result {
         match self.error.place.word {
@@ -87,7 +87,7 @@ impl<V: Vocabulary> Explained<'_, V> {
     }
 }
 
-impl<V: Vocabulary> fmt::Display for Explained<'_, V> {
+impl<V: Vocabulary + ?Sized> fmt::Display for Explained<'_, V> {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let Self { error: SchemeError { place, problem }, known } = *self;
         let word = &*shortened(place.word, MAX_WORD_CHARS);

@@ -1,6 +1,5 @@
 //! Filters whose frequency is too high for the rate of their module: a board limits it without a message.
 
-use dimsart_core::modules::Standard;
 use dimsart_core::{Engine, ModuleRef, Value, Vocabulary as _};
 
 /// Modules that use Tustin's rule, and their maximum frequency as a share of their rate.
@@ -8,7 +7,7 @@ const KINDS: [&str; 2] = ["NOTCH_MOD", "LOWPASS_MOD"];
 const MAX_SHARE: f64 = 0.49;
 
 /// A fault for each frequency of a plugged-in filter that is above its maximum.
-pub(super) fn too_high<const WORDS: usize>(engine: &mut Engine<Standard, WORDS>) -> Vec<String> {
+pub(super) fn too_high(engine: &mut Engine) -> Vec<String> {
     let kinds = KINDS.map(|name| engine.module_named(name).map(|module| module.kind));
     let filters: Vec<ModuleRef> = engine
         .instances()
@@ -17,7 +16,7 @@ pub(super) fn too_high<const WORDS: usize>(engine: &mut Engine<Standard, WORDS>)
     filters.into_iter().flat_map(|module| of_module(engine, module)).collect()
 }
 
-fn of_module<const WORDS: usize>(engine: &mut Engine<Standard, WORDS>, module: ModuleRef) -> Vec<String> {
+fn of_module(engine: &mut Engine, module: ModuleRef) -> Vec<String> {
     // A low-pass of first order has no maximum.
     if value(engine, module, "ORDER", 0) == Some(Value::Choice(0)) {
         return Vec::new();
@@ -40,12 +39,7 @@ fn of_module<const WORDS: usize>(engine: &mut Engine<Standard, WORDS>, module: M
 }
 
 /// A parameter by its name; none where the module has none of that name.
-fn value<const WORDS: usize>(
-    engine: &mut Engine<Standard, WORDS>,
-    module: ModuleRef,
-    name: &str,
-    place: u8,
-) -> Option<Value> {
+fn value(engine: &mut Engine, module: ModuleRef, name: &str, place: u8) -> Option<Value> {
     let (parameter, _) = engine.parameter_named(module.kind, name)?;
     engine.get(module, parameter, place).ok()
 }

@@ -1,6 +1,5 @@
 //! A scheme's rows given to a controller, with the scenario's settings over them.
 
-use dimsart_core::modules::Standard;
 use dimsart_core::scheme::{self, ENGINE, Problem, Row, SchemeError};
 use dimsart_core::{CommandError, Dimsart, Engine, Finding, ModuleRef, Value, Vocabulary};
 
@@ -38,22 +37,17 @@ impl Loaded {
 /// Every row counts. A setting goes over the rows of its parameter: it is given right before its module is
 /// plugged in, and after each row that sets the parameter later. A setting whose module the scheme does not plug
 /// in is a fault.
-pub fn load<const WORDS: usize>(
-    scheme: &SchemeText,
-    side: &str,
-    settings: &[Setting],
-    dimsart: &mut Dimsart<Standard, WORDS>,
-) -> Loaded {
+pub fn load(scheme: &SchemeText, side: &str, settings: &[Setting], dimsart: &mut Dimsart) -> Loaded {
     load_for(scheme, side, SIDES, settings, dimsart)
 }
 
 /// The same for one of other `sides`.
-pub fn load_for<const WORDS: usize>(
+pub fn load_for(
     scheme: &SchemeText,
     side: &str,
     sides: &[&str],
     settings: &[Setting],
-    dimsart: &mut Dimsart<Standard, WORDS>,
+    dimsart: &mut Dimsart,
 ) -> Loaded {
     let mut errors = Vec::new();
     for row in scheme::rows_for(&scheme.text, side, sides) {
@@ -114,7 +108,7 @@ impl<'a> From<SchemeError<'a>> for Refusal<'a> {
 }
 
 impl Refusal<'_> {
-    fn explain(&self, name: &str, known: &impl Vocabulary) -> String {
+    fn explain(&self, name: &str, known: &(impl Vocabulary + ?Sized)) -> String {
         let Self { error, by } = *self;
         let place = error.place;
         let explained = Explained { error, known };
@@ -129,10 +123,7 @@ impl Refusal<'_> {
 }
 
 /// The law that the module of a row runs: the row may have the law's own names.
-fn law_of<const WORDS: usize>(
-    row: &Row<'_>,
-    engine: &mut Engine<Standard, WORDS>,
-) -> Option<(ModuleRef, Law)> {
+fn law_of(row: &Row<'_>, engine: &mut Engine) -> Option<(ModuleRef, Law)> {
     let module = law::runner(row, engine)?;
     let Ok(Value::Count(number)) = engine.get(module, 0, 0) else { return None };
     let (_, program) = engine.programs().find(|(known, _)| u32::from(*known) == number)?;
@@ -140,11 +131,11 @@ fn law_of<const WORDS: usize>(
 }
 
 /// Gives a row to the controller, and with it the settings that are due.
-fn apply<'a, const WORDS: usize>(
+fn apply<'a>(
     row: &Row<'a>,
     law: Option<&(ModuleRef, Law)>,
     settings: &'a [Setting],
-    dimsart: &mut Dimsart<Standard, WORDS>,
+    dimsart: &mut Dimsart,
 ) -> Result<(), Refusal<'a>> {
     let command = WithLaw::new(dimsart.engine(), law).command(row)?;
     for setting in settings.iter().filter(|setting| setting.is_due_before(command)) {
@@ -159,11 +150,7 @@ fn apply<'a, const WORDS: usize>(
     Ok(())
 }
 
-fn give<'a, const WORDS: usize>(
-    setting: &'a Setting,
-    row: &Row<'a>,
-    dimsart: &mut Dimsart<Standard, WORDS>,
-) -> Result<(), Refusal<'a>> {
+fn give<'a>(setting: &'a Setting, row: &Row<'a>, dimsart: &mut Dimsart) -> Result<(), Refusal<'a>> {
     scheme::rows(&setting.row()).try_for_each(|given| {
         given.apply(dimsart).map_err(|SchemeError { problem, .. }| {
             let mut error = row.blame(problem);

@@ -8,7 +8,7 @@ use dimsart_core::{Command, Entries, ModuleRef, Value, Vocabulary};
 /// Given to a controller without modules, for a device of the same types, they build the same scheme, and the last row lets
 /// it run.
 #[must_use]
-pub fn rows(commands: &[Command], dest: &str, names: &impl Vocabulary) -> String {
+pub fn rows(commands: &[Command], dest: &str, names: &(impl Vocabulary + ?Sized)) -> String {
     let parts: Vec<[String; 3]> = commands.iter().filter_map(|command| parts(*command, names)).collect();
     let end = ["MOD_ENG".to_owned(), "MATCHING_CHECK".to_owned(), String::new()];
     let parts: Vec<[String; 3]> = parts.into_iter().chain([end]).collect();
@@ -22,7 +22,7 @@ pub fn rows(commands: &[Command], dest: &str, names: &impl Vocabulary) -> String
 }
 
 /// Module, command and value of a row.
-fn parts(command: Command, names: &impl Vocabulary) -> Option<[String; 3]> {
+fn parts(command: Command, names: &(impl Vocabulary + ?Sized)) -> Option<[String; 3]> {
     let name = |module: ModuleRef| names.name_of_module(module).to_string();
     if let Command::Set { module, parameter, entry, value } = command {
         let text = names.parameter_text(module.kind, parameter)?;
@@ -59,7 +59,7 @@ pub fn entry_text(entries: Entries, entry: usize, dof: u8) -> String {
 
 /// A value as a row has it.
 #[must_use]
-pub fn value_text(value: Value, accepts: &Accepted<'_>, names: &impl Vocabulary) -> String {
+pub fn value_text(value: Value, accepts: &Accepted<'_>, names: &(impl Vocabulary + ?Sized)) -> String {
     match value {
         Value::Real(value) => value.to_string(),
         Value::Count(value) => value.to_string(),

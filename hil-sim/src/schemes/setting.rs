@@ -1,7 +1,7 @@
 //! Settings of a scenario that are put over a scheme's own parameters.
 
-use dimsart_core::modules::Standard;
-use dimsart_core::{Command, Engine, ModuleRef, limits};
+use dimsart_core::modules::ALL;
+use dimsart_core::{Command, ModuleRef};
 
 /// A value that somebody asked for by a scenario key: it stands in the scheme, whatever the rows say.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -16,9 +16,6 @@ pub struct Setting {
     pub key: String,
 }
 
-/// Names do not depend on how large a Data Base is.
-type AnyEngine = Engine<Standard, { limits::DEFAULT_WORDS }>;
-
 impl Setting {
     pub(super) fn row(&self) -> String {
         format!("all {} {} {}", self.module, self.command, self.value)
@@ -32,12 +29,11 @@ impl Setting {
     /// Whether `command` set this very parameter, on one axis or on all.
     pub(super) fn is_due_after(&self, command: Command) -> bool {
         let Command::Set { module, parameter, .. } = command else { return false };
-        self.module_ref() == Some(module)
-            && AnyEngine::parameter(module.kind, self.command) == Some(parameter)
+        self.module_ref() == Some(module) && ALL.parameter(module.kind, self.command) == Some(parameter)
     }
 
     /// The module's number, if the library has it.
     pub(super) fn module_ref(&self) -> Option<ModuleRef> {
-        AnyEngine::module(self.module)
+        ALL.module(self.module)
     }
 }

@@ -11,21 +11,21 @@ mod expressions;
 mod laws;
 mod names;
 
-use dimsart_core::{
-    AxisKind, Command, DeviceDescriptor, Dimsart, Engine, ModuleRef, Tick, Value, Word, types,
-};
+use dimsart_core::limits::DEFAULT_WORDS;
+use dimsart_core::modules::ALL;
+use dimsart_core::{AxisKind, Command, DeviceDescriptor, Dimsart, ModuleRef, Tick, Value, Word, types};
 use hil_sim::law::Law;
 
 /// A controller of an arm with so many axes, without a module.
-pub(crate) fn controller(dof: usize) -> Dimsart {
+pub(crate) fn controller(dof: usize) -> Dimsart<[u32; DEFAULT_WORDS]> {
     let axes = [AxisKind::Rotary; 8];
     let outputs = &[types::POSITION, types::VELOCITY, types::DES_POSITION];
     let device = DeviceDescriptor::new("arm", &axes[..dof], 1e-3, outputs, &[types::DES_FORCE]);
-    Dimsart::new(device.unwrap()).unwrap()
+    Dimsart::new(device.unwrap(), ALL).unwrap()
 }
 
 pub(crate) fn module(name: &str) -> ModuleRef {
-    <Engine>::module(name).unwrap()
+    ALL.module(name).unwrap()
 }
 
 /// Gives a controller a law.

@@ -70,7 +70,7 @@ pub(crate) struct Ends {
 
 impl Ends {
     pub(crate) fn end(rows: &str) -> Bench {
-        let mut bench: Bench = Bench::of(1, &[types::CH1_WAVES], &[]);
+        let mut bench = Bench::of(1, &[types::CH1_WAVES], &[]);
         bench.run(&format!(
             "COMM_RXMOD TIMEOUT_TICKS 0\n{rows}\nCOMM_RXMOD CRX_ADD_DATA CH2_WAVES\nMOD_ENG MOD_ON COMM_RXMOD\n\
              COMM_TXMOD CTX_ADD_DATA CH1_WAVES\nMOD_ENG MOD_ON COMM_TXMOD"

@@ -13,7 +13,7 @@ const COUNTS_PER_J: u32 = 1 << 24;
 
 /// A bench of one axis that measures position and force or position of the other side, and its count.
 fn bench(far: crate::common::Types, rows: &str) -> Bench {
-    let mut bench: Bench = Bench::of(1, far, &[]);
+    let mut bench = Bench::of(1, far, &[]);
     bench.run(rows);
     bench
 }
@@ -166,7 +166,7 @@ fn a_force_gives_out_no_more_than_was_reported_and_its_credit_whatever_is_lost()
 
 #[test]
 fn a_clutch_that_takes_over_goes_on_from_what_was_commanded() {
-    let mut bench: Bench = Bench::of(1, &[types::POSITION, types::FAR_POSITION, types::CONDITION], &[]);
+    let mut bench = Bench::of(1, &[types::POSITION, types::FAR_POSITION, types::CONDITION], &[]);
     bench.run("NORMALIZER_MOD PORT_SIGNAL_IN FAR_POSITION\nNORMALIZER_MOD PORT_SIGNAL_OUT DES_POSITION\nMOD_ENG MOD_ON NORMALIZER_MOD");
     bench.tick(&[0.1, 0.7, 1.0]);
     assert_eq!(bench.signal("DES_POSITION"), [0.7]);
@@ -179,7 +179,7 @@ fn a_clutch_that_takes_over_goes_on_from_what_was_commanded() {
 
 #[test]
 fn a_share_that_changes_hands_slews_and_does_not_jump() {
-    let mut bench: Bench = Bench::of(1, &[types::DES_POSITION, types::FAR_POSITION], &[]);
+    let mut bench = Bench::of(1, &[types::DES_POSITION, types::FAR_POSITION], &[]);
     bench.run(
         "SHARED_MOD RATE 10\nSHARED_MOD PORT_OPERATOR DES_POSITION\nSHARED_MOD PORT_PROGRAM FAR_POSITION\nMOD_ENG MOD_ON SHARED_MOD",
     );

@@ -20,7 +20,7 @@ struct Joint {
 impl Joint {
     fn new(rows: &str) -> Self {
         let measured = &[types::POSITION, types::VELOCITY, types::DES_POSITION, types::DES_VELOCITY];
-        let mut bench: Bench = Bench::of(1, measured, &[types::DES_FORCE]);
+        let mut bench = Bench::of(1, measured, &[types::DES_FORCE]);
         bench.run(rows);
         Self { bench, x_m: 0.0, v_m_s: 0.0, load_n: 0.0, force_n: 0.0, largest_step_n: 0.0 }
     }
@@ -156,7 +156,7 @@ fn a_state_feedback_begins_where_the_joint_stands() {
 /// Of 0.5 kg a hand feels 2 kg.
 #[test]
 fn an_impedance_is_felt_with_the_inertia_that_is_asked_for() {
-    let mut bench: Bench = Bench::of(
+    let mut bench = Bench::of(
         1,
         &[types::POSITION, types::VELOCITY, types::DES_POSITION, types::EXTERNAL_FORCE],
         &[types::DES_FORCE],

@@ -68,7 +68,7 @@ fn a_recorder_keeps_the_rows_around_a_condition() {
         RECORDER_MOD TRIGGER CONDITION\nMOD_ENG MOD_ON RECORDER_MOD";
     // From tick 10 on, and from the start on: that is no edge, and caught only where it is asked for.
     for (more, from, taken) in [("", 10, 13), ("", 0, 100), ("\nRECORDER_MOD AT_ONCE ON", 0, 3)] {
-        let mut bench: Bench = Bench::of(1, &[types::POSITION, types::CONDITION], &[]);
+        let mut bench = Bench::of(1, &[types::POSITION, types::CONDITION], &[]);
         bench.run(&format!("{rows}{more}"));
         for tick in 0..100_u8 {
             bench.tick(&[f32::from(tick), f32::from(u8::from(tick >= from))]);

@@ -6,7 +6,7 @@ use dimsart_core::{AxisKind, Unit, UnitRelation, types};
 
 /// What the matching check finds in a scheme on a device of three axes.
 fn findings(rows: &str) -> Vec<String> {
-    let mut bench: Bench = Bench::of(3, &[types::POSITION, types::DES_POSITION], &[]);
+    let mut bench = Bench::of(3, &[types::POSITION, types::DES_POSITION], &[]);
     bench.rows(rows);
     bench.findings()
 }

@@ -1,12 +1,13 @@
 //! A controller at the far end of a line, and a host that asks it.
 
+use dimsart_core::limits::DEFAULT_WORDS;
 use dimsart_core::protocol::{
     DeviceInfo, Effect, MAX_FRAME_BYTES, Receiver, Refusal, Request, Response, answer, decode_response,
     encode_request,
 };
 use dimsart_core::{
-    AxisKind, Command, DataType, DeviceDescriptor, Dimsart, Engine, Format, ModuleRef, Shape, Summary, Unit,
-    Word, modules::Standard, types,
+    AxisKind, Command, DataType, DeviceDescriptor, Dimsart, Format, ModuleRef, Shape, Summary, Unit, Word,
+    modules::ALL, types,
 };
 
 /// A type of this device alone, larger than one answer.
@@ -19,15 +20,15 @@ pub(super) const MAP: &DataType = &DataType {
     summary: Summary::new("A map."),
 };
 
-pub(super) fn robot() -> Dimsart {
+pub(super) fn robot() -> Dimsart<[u32; DEFAULT_WORDS]> {
     let axes = [AxisKind::Linear, AxisKind::Rotary, AxisKind::Linear];
     let device = DeviceDescriptor::new("arm", &axes, 1e-3, &[types::POSITION, MAP], &[types::DES_FORCE]);
-    Dimsart::new(device.unwrap()).unwrap()
+    Dimsart::<[u32; DEFAULT_WORDS]>::new(device.unwrap(), ALL).unwrap()
 }
 
 /// A controller at the far end of a line.
 pub(super) struct ServedDevice {
-    pub(super) dimsart: Dimsart,
+    pub(super) dimsart: Dimsart<[u32; DEFAULT_WORDS]>,
     pub(super) info: DeviceInfo,
     pub(super) device: Receiver,
     host: Receiver,
@@ -94,5 +95,5 @@ pub(super) fn frame(request: Request, id: u16) -> Vec<u8> {
 }
 
 pub(super) fn module(name: &str) -> ModuleRef {
-    Engine::<Standard>::module(name).unwrap()
+    ALL.module(name).unwrap()
 }

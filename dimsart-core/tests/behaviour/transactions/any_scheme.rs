@@ -12,9 +12,10 @@
     reason = "numbers of a test, small by construction"
 )]
 
+use dimsart_core::limits::DEFAULT_WORDS;
 use dimsart_core::{
-    Accepts, AxisKind, Command, DeviceDescriptor, Dimsart, EVERY_TICKS, Engine, InputLimits, ModuleList,
-    ModuleRef, Packet, SafeValue, Tick, TypeRef, Value, Word, modules::Standard, scheme, types,
+    Accepts, AxisKind, Command, DeviceDescriptor, Dimsart, EVERY_TICKS, InputLimits, ModuleRef, Packet,
+    SafeValue, Tick, TypeRef, Value, Word, modules::ALL, scheme, types,
 };
 use rand_core::{Rng, SeedableRng};
 use rand_pcg::Pcg32;
@@ -62,7 +63,7 @@ fn any_value(random: &mut Pcg32, accepts: Accepts) -> Value {
 }
 
 fn any_command(random: &mut Pcg32) -> Command {
-    let kind = below(random, Standard::KINDS.len() as u32) as u8;
+    let kind = below(random, ALL.list().len() as u32) as u8;
     let module = ModuleRef { kind, number: 1 + below(random, 2) as u8 };
     match below(random, 60) {
         0..9 => Command::PlugIn(module),
@@ -72,7 +73,7 @@ fn any_command(random: &mut Pcg32) -> Command {
         19 => Command::InitModule(module),
         20..37 => {
             let parameter = if below(random, 12) == 0 { EVERY_TICKS } else { below(random, 7) as u8 };
-            let accepts = Engine::<Standard>::describe_parameter(kind, parameter).map(|found| found.accepts);
+            let accepts = ALL.describe_parameter(kind, parameter).map(|found| found.accepts);
             let value = any_value(random, accepts.unwrap_or(Accepts::Flag));
             let entry = [None, None, Some(0), Some(5)][below(random, 4) as usize];
             Command::Set { module, parameter, entry, value }
@@ -94,7 +95,7 @@ fn any_command(random: &mut Pcg32) -> Command {
 
 /// Puts one controller in another one's place, which succeeds as long as either drives the device.
 fn exchange(random: &mut Pcg32) -> Vec<Command> {
-    let of = |name| Engine::<Standard>::module(name).unwrap();
+    let of = |name| ALL.module(name).unwrap();
     let all = [of("PDCTRL_MOD"), of("PIDCTRL_MOD"), of("PCTRL_MOD")];
     let [from, to] = [0, 1].map(|_| all[below(random, 3) as usize]);
     let k = Value::Real(below(random, 3_000) as f32);
@@ -132,10 +133,10 @@ impl Robot {
         Self { axes, outputs: &[types::POSITION, types::DES_POSITION], rows: PD }
     }
 
-    fn controller(self) -> Dimsart {
+    fn controller(self) -> Dimsart<[u32; DEFAULT_WORDS]> {
         let axes = vec![AxisKind::Rotary; self.axes];
         let device = DeviceDescriptor::new("arm", &axes, H, self.outputs, &[types::DES_FORCE]);
-        Dimsart::new(device.unwrap().with_limits(&[LIMITS]).unwrap()).unwrap()
+        Dimsart::<[u32; DEFAULT_WORDS]>::new(device.unwrap().with_limits(&[LIMITS]).unwrap(), ALL).unwrap()
     }
 
     fn load(self, side: &str, dimsart: &mut Dimsart) {

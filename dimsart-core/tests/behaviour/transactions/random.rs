@@ -10,6 +10,7 @@
 
 mod model;
 
+use dimsart_core::Kinds;
 use dimsart_core::{
     Command, CommandError, Context, Declare, Input, Memory, Module, ModuleRef, Output, Parameters, Tick,
     TypeRef, Unit, Value, types, words,
@@ -86,9 +87,7 @@ impl Module for Node {
     }
 }
 
-dimsart_core::module_list! {
-    enum Nodes { Node(Node) }
-}
+const KINDS: Kinds = dimsart_core::kinds![Node];
 
 fn node(number: u8) -> ModuleRef {
     ModuleRef { kind: 0, number }
@@ -189,7 +188,7 @@ struct Counts {
 
 fn compare_with_model(transactions: u64, seed: u64) -> Counts {
     let mut random = Pcg32::seed_from_u64(seed);
-    let mut bench: Bench<Nodes> = Bench::of(1, &[types::POSITION], &[types::DES_FORCE]);
+    let mut bench = Bench::with_kinds(KINDS, 1, &[types::POSITION], &[types::DES_FORCE]);
     let empty = bench.dimsart.engine().usage();
     let mut model = Model::default();
     let mut counts = Counts::default();

@@ -6,7 +6,6 @@ use std::path::Path;
 use boards::BOARDS;
 use boards::catalogue::Tooling;
 use dimsart_core::limits::{MAX_LINKS, Sizes};
-use dimsart_core::modules::Standard;
 use dimsart_core::{Costs, Dimsart, Usage};
 
 use crate::budget::{Budget, BudgetError};
@@ -38,7 +37,7 @@ impl Target {
     }
 
     /// What a controller takes that the board has not, but for words of its Data Base.
-    pub(super) fn faults<const WORDS: usize>(&self, dimsart: &mut Dimsart<Standard, WORDS>) -> Vec<String> {
+    pub(super) fn faults(&self, dimsart: &mut Dimsart) -> Vec<String> {
         let (Self { name, board, limit }, mut faults) = (self, Vec::new());
         let (dof, axes) = (dimsart.engine().device().dof(), board.axes);
         // A simulated device has as many as it is told to have.
@@ -73,7 +72,7 @@ impl Target {
     }
 
     /// How long a tick can be, or why that is not known.
-    pub(super) fn time<const WORDS: usize>(&self, dimsart: &Dimsart<Standard, WORDS>) -> Option<String> {
+    pub(super) fn time(&self, dimsart: &Dimsart) -> Option<String> {
         match &self.limit {
             Ok(limit) => dimsart.engine().tick_cycles().map(|cycles| limit.time_text(cycles)),
             Err(reason) => Some(format!("how long a tick takes is not known: {reason}")),

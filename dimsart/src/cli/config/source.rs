@@ -2,6 +2,7 @@
 
 use std::error::Error;
 
+use dimsart_core::modules::ALL;
 use dimsart_core::{AxisKind, CommandError, DeviceDescriptor, types};
 
 use super::super::UsageError;
@@ -55,6 +56,6 @@ pub(super) fn side_of(scheme: &SchemeText, side: Option<Side>) -> Result<&'stati
 fn without_a_device(scheme: &SchemeText, side: &str) -> Result<Configuration, Box<dyn Error>> {
     let axes = [AxisKind::Linear, AxisKind::Rotary].repeat(4);
     let device = DeviceDescriptor::new("any", &axes, 1e-3, &[types::POSITION], &[types::DES_FORCE])?;
-    let dimsart = Box::new(SimulatedDimsart::new(device).map_err(CommandError::from)?);
+    let dimsart = Box::new(SimulatedDimsart::new(device, ALL).map_err(CommandError::from)?);
     Ok(Configuration::read(&scheme.text, side, dimsart.engine(), &[]))
 }

@@ -3,8 +3,8 @@
 use std::path::Path;
 
 use boards::catalogue::{MODULE_COSTS, ModuleCost, module_costs};
-use dimsart_core::modules::Standard;
-use dimsart_core::{Cost, ModuleList};
+use dimsart_core::Cost;
+use dimsart_core::modules::ALL;
 use serde::Serialize;
 
 use crate::stamp::StampedImage;
@@ -42,7 +42,7 @@ impl KindCost {
             cost => Self::known(cost.line()),
         };
         // The tick's is the first.
-        Ok(lines.iter().skip(1).take(Standard::KINDS.len()).map(cost).collect())
+        Ok(lines.iter().skip(1).take(ALL.list().len()).map(cost).collect())
     }
 
     /// Its cell in a table.
@@ -60,7 +60,7 @@ mod tests {
 
     #[test]
     fn the_board_s_table_says_of_every_kind_what_it_costs_or_why_that_is_not_known() {
-        for kind in Standard::KINDS {
+        for kind in ALL.list() {
             let KindCost { cycles, cycles_per_axis, no_bound } = KindCost::of_board(kind.name);
             let is_known = cycles.is_some_and(|cycles| cycles > 0) && cycles_per_axis.is_some();
             assert!(is_known != no_bound.is_some(), "{}: run `cargo xtask module-costs`", kind.name);

@@ -1,7 +1,6 @@
 //! The names of a new module, from what somebody calls it.
 
-use dimsart_core::ModuleList;
-use dimsart_core::modules::Standard;
+use dimsart_core::modules::ALL;
 
 /// Words that Rust or the template itself uses: no name for a file or a type.
 const RESERVED: &[&str] = &[
@@ -104,7 +103,7 @@ impl Names {
             ));
         }
         let module = format!("{}_MOD", file.to_uppercase());
-        if Standard::KINDS.iter().any(|kind| kind.name == module) {
+        if ALL.list().iter().any(|kind| kind.name == module) {
             return Err(format!("there is a module {module} already: choose another name"));
         }
         let kind = words.iter().map(|word| capitalised(word)).collect();

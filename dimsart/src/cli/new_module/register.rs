@@ -2,18 +2,18 @@
 
 use super::names::Names;
 
-/// What a list begins with, and its last line.
-const LIST: &str = "pub enum ";
-const LIST_END: &str = "    }";
+/// The end of a list's first line, and its last line.
+const LIST: &str = "kinds![";
+const LIST_END: &str = "];";
 
 /// The lines that make it part of a list.
 pub(super) fn lines(names: &Names) -> [String; 3] {
     let Names { file, kind, .. } = names;
-    [format!("pub mod {file};"), format!("pub use {file}::{kind};"), format!("        {kind}({kind}),")]
+    [format!("pub mod {file};"), format!("pub use {file}::{kind};"), format!("    {kind},")]
 }
 
-/// The text of a file with a [list of modules](dimsart_core::module_list) that has the module, too; none for a file that
-/// has no such list.
+/// The text of a file with a [list of modules](dimsart_core::kinds) with the module added; none for a file without such
+/// a list.
 pub(super) fn register(text: &str, names: &Names) -> Option<String> {
     let mut rows: Vec<String> = text.lines().map(str::to_owned).collect();
     let [module, use_of_it, entry] = lines(names);
@@ -24,7 +24,7 @@ pub(super) fn register(text: &str, names: &Names) -> Option<String> {
         let place = rows.iter().position(after).or_else(|| Some(rows.iter().rposition(is_like)? + 1))?;
         rows.insert(place, row);
     }
-    let list = rows.iter().rposition(|row| row.trim_start().starts_with(LIST) && row.ends_with('{'))?;
+    let list = rows.iter().rposition(|row| row.ends_with(LIST))?;
     let end = rows.iter().skip(list).position(|row| row == LIST_END)? + list;
     rows.insert(end, entry);
     Some(rows.join("\n") + "\n")
@@ -53,8 +53,8 @@ mod tests {
             assert!(mods.is_sorted(), "{mods:?}");
         }
         let entries = register(library, &names).unwrap();
-        let last = entries.lines().rev().find(|row| row.starts_with("        ")).unwrap();
-        assert_eq!(last, "        SwingDamper(SwingDamper),");
+        let last = entries.lines().rev().find(|row| row.starts_with("    ")).unwrap();
+        assert_eq!(last, "    SwingDamper,");
     }
 
     #[test]

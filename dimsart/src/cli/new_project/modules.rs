@@ -7,9 +7,7 @@ pub mod template;
 
 pub use template::Template;
 
-dimsart_core::module_list! {
-    /// What the tools and images of this project have beside the library.
-    pub enum Own {
-        Template(Template),
-    }
-}
+/// The modules that the tools and images of this project have besides those of the library.
+pub const OWN: dimsart_core::Kinds = dimsart_core::kinds![
+    Template,
+];

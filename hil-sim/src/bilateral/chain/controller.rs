@@ -1,12 +1,12 @@
 //! What a scheme makes of one side's controller.
 
-use dimsart_core::modules::Standard;
+use dimsart_core::modules::ALL;
 use dimsart_core::{Accepts, Engine, ModuleRef, Value};
 
 use super::delay;
-use crate::rig::{DATA_BASE_WORDS, SimulatedDimsart};
+use crate::rig::SimulatedDimsart;
 
-pub(in crate::bilateral) type SimulatedEngine = Engine<Standard, DATA_BASE_WORDS>;
+pub(in crate::bilateral) type SimulatedEngine = Engine;
 
 /// One end of the line. [`default`](Default::default) is one of which nothing is known.
 #[derive(Debug, Clone, PartialEq, Default)]
@@ -51,7 +51,7 @@ pub(in crate::bilateral) fn real(
     parameter: &str,
     axis: u8,
 ) -> Option<f64> {
-    match value(engine, SimulatedEngine::module(module)?, parameter, axis)? {
+    match value(engine, ALL.module(module)?, parameter, axis)? {
         Value::Real(value) => Some(f64::from(value)),
         _ => None,
     }
@@ -71,7 +71,7 @@ pub(in crate::bilateral) fn chosen(
     module: &str,
     parameter: &str,
 ) -> Option<&'static str> {
-    choice(engine, SimulatedEngine::module(module)?, parameter)
+    choice(engine, ALL.module(module)?, parameter)
 }
 
 /// A choice among names, if the scheme plugs the module in.
@@ -84,15 +84,15 @@ pub(super) fn choice(
         Value::Choice(place) => place,
         _ => return None,
     };
-    let index = SimulatedEngine::parameter(module.kind, parameter)?;
-    match SimulatedEngine::describe_parameter(module.kind, index)?.accepts {
+    let index = ALL.parameter(module.kind, parameter)?;
+    match ALL.describe_parameter(module.kind, index)?.accepts {
         Accepts::Choice(names) => names.get(usize::from(place)).copied(),
         _ => None,
     }
 }
 
 fn value(engine: &mut SimulatedEngine, module: ModuleRef, parameter: &str, axis: u8) -> Option<Value> {
-    let parameter = SimulatedEngine::parameter(module.kind, parameter)?;
+    let parameter = ALL.parameter(module.kind, parameter)?;
     if !engine.is_plugged_in(module) {
         return None;
     }

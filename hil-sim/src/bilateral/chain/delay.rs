@@ -7,6 +7,7 @@
 //! leaves on link 0 is made to its packet, and from the packet that comes in to what uses its signal. Of several
 //! signals in a packet the first wave is followed, or the first signal of a packet without waves.
 
+use dimsart_core::modules::ALL;
 use dimsart_core::{Direction, ModuleRef, TypeRef, Unit};
 
 use super::controller::{SimulatedEngine, choice, count};
@@ -115,7 +116,7 @@ fn used(engine: &SimulatedEngine) -> Vec<TypeRef> {
 }
 
 fn is_of(module: ModuleRef, kind: &str) -> bool {
-    SimulatedEngine::module(kind).is_some_and(|known| known.kind == module.kind)
+    ALL.module(kind).is_some_and(|known| known.kind == module.kind)
 }
 
 /// Signals that a module reads or writes, in the order of its ports; none when it is not plugged in.
@@ -140,7 +141,7 @@ mod tests {
             let lines = scheme.text.lines().map(|line| if words(line).contains(row) { by } else { line });
             scheme.text = lines.collect::<Vec<_>>().join("\n");
         }
-        let mut dimsart = Box::new(SimulatedDimsart::new(device("master", 2, 1e-3).unwrap()).unwrap());
+        let mut dimsart = Box::new(SimulatedDimsart::new(device("master", 2, 1e-3).unwrap(), ALL).unwrap());
         let loaded = load(&scheme, "master", &[], &mut dimsart);
         assert!(loaded.is_sound(), "{loaded:?}");
         delay_ticks(&mut dimsart)
