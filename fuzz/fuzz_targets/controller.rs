@@ -5,6 +5,7 @@
 use std::cell::RefCell;
 
 use dimsart_core::envelope::{Class, HEADER_BYTES, MAX_CONTENT_BYTES, seal};
+use dimsart_core::limits::DEFAULT_WORDS;
 use dimsart_core::{Dimsart, LinkState, TypeRef, Word, types};
 use dimsart_fuzz::{bilateral, load};
 use libfuzzer_sys::fuzz_target;

@@ -4,8 +4,10 @@
 
 use std::cell::RefCell;
 
+use dimsart_core::limits::DEFAULT_WORDS;
+use dimsart_core::modules::ALL;
 use dimsart_core::online::{Header, Instruction, LawParameter, OWN_AXIS, Opcode, Program, seal};
-use dimsart_core::{Command, CommandError, Dimsart, Engine, ModuleRef, Tick, Unit, Value, Word, types};
+use dimsart_core::{Command, CommandError, Dimsart, ModuleRef, Tick, Unit, Value, Word, types};
 use dimsart_fuzz::{arm, controller};
 use libfuzzer_sys::fuzz_target;
 
@@ -94,8 +96,7 @@ fuzz_target!(|bytes: &[u8]| {
         let is_program = Program::verify(&words).is_ok();
         assert_eq!(keep(dimsart, &words).is_ok(), is_program);
         assert_eq!(dimsart.engine().programs().count(), usize::from(is_program));
-        let Some(ModuleRef { kind, .. }) = ALL.module("ONLINE_MOD")
-        else {
+        let Some(ModuleRef { kind, .. }) = ALL.module("ONLINE_MOD") else {
             return;
         };
         let module = ModuleRef { kind, number: 1 };

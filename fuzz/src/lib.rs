@@ -1,5 +1,7 @@
 //! What several fuzz targets need: controllers as they ship.
 
+use dimsart_core::limits::DEFAULT_WORDS;
+use dimsart_core::modules::ALL;
 use dimsart_core::{AxisKind, DeviceDescriptor, Dimsart, scheme, types};
 
 /// The sides that the shipped schemes are for.
@@ -14,7 +16,7 @@ pub fn arm() -> DeviceDescriptor {
 
 /// A controller of an [`arm`] without a module.
 #[must_use]
-pub fn controller() -> Dimsart {
+pub fn controller() -> Dimsart<[u32; DEFAULT_WORDS]> {
     Dimsart::new(arm(), ALL).unwrap()
 }
 
@@ -26,7 +28,7 @@ pub fn load(rows: &str, dimsart: &mut Dimsart) {
 
 /// The paper's bilateral scheme, running on the slave.
 #[must_use]
-pub fn bilateral() -> Dimsart {
+pub fn bilateral() -> Dimsart<[u32; DEFAULT_WORDS]> {
     let mut dimsart = controller();
     load(include_str!("../../schemes/bilateral.scheme"), &mut dimsart);
     dimsart
