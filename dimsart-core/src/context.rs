@@ -16,6 +16,7 @@ pub struct Context<'a, M: Module> {
     configuration: &'a [Cell<u32>],
     /// What the module remembers, then what it remembers of each axis.
     state: &'a [Cell<u32>],
+    takes_over: bool,
     module: PhantomData<M>,
 }
 
@@ -43,7 +44,21 @@ impl<'a, M: Module> Context<'a, M> {
             0 => &[],
             _ => data.range(state, M::State::COUNT + data.dof() * M::Axis::COUNT)?,
         };
-        Some(Self { data, configuration, state, module: PhantomData })
+        Some(Self { data, configuration, state, takes_over: false, module: PhantomData })
+    }
+
+    /// The same for a module that begins.
+    #[inline(always)]
+    pub(crate) fn beginning(self, takes_over: bool) -> Self {
+        Self { takes_over, ..self }
+    }
+
+    /// Whether the module that [begins](Module::begin) takes over from another one in a running scheme: its outputs then hold
+    /// what that one wrote in the last tick. Otherwise it begins as after a start.
+    #[inline(always)]
+    #[must_use]
+    pub fn takes_over(&self) -> bool {
+        self.takes_over
     }
 
     /// The module's handles.

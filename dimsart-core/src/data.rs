@@ -23,7 +23,6 @@ pub struct Data<'a> {
     programs: &'a Programs,
     device: &'a DeviceDescriptor,
     dof: Dof,
-    takes_over: Cell<bool>,
     is_limited: bool,
 }
 
@@ -57,7 +56,7 @@ impl<'a> Data<'a> {
         is_limited: bool,
     ) -> Self {
         let dof = Dof::ALL.get(device.dof().wrapping_sub(1)).copied().unwrap_or(Dof::One);
-        Self { words, links, programs, device, dof, takes_over: Cell::new(false), is_limited }
+        Self { words, links, programs, device, dof, is_limited }
     }
 
     /// The device's descriptor: degrees of freedom, sample period.
@@ -72,14 +71,6 @@ impl<'a> Data<'a> {
         self.programs
     }
 
-    /// Whether the module that [begins](crate::Module::begin) takes over from another one in a scheme that runs: its
-    /// outputs hold what that one wrote in the tick before. Otherwise it begins as after a start.
-    #[inline]
-    #[must_use]
-    pub fn takes_over(&self) -> bool {
-        self.takes_over.get()
-    }
-
     /// Whether the device got less than it was commanded in the last tick: a module that writes its input finds what it got
     /// in [`last`](Output::last) of its port, and has integrals follow that.
     #[inline(always)]
@@ -92,10 +83,6 @@ impl<'a> Data<'a> {
     #[inline(always)]
     pub(crate) fn has_wrong(&self, span: Span) -> bool {
         span.has_wrong(self.words)
-    }
-
-    pub(crate) fn say_who_takes_over(&self, takes_over: bool) {
-        self.takes_over.set(takes_over);
     }
 
     /// Degrees of freedom: how many axes a vector has.

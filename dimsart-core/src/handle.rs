@@ -179,7 +179,7 @@ handle!(Output, "A signal that a module writes.");
 
 impl<S> Output<S> {
     /// What was written to it last, also by the module before: for [`begin`](crate::Module::begin) of a module that
-    /// [takes over](crate::Data::takes_over). What the device got, where that [was less](crate::Data::is_limited).
+    /// [takes over](crate::Context::takes_over). What the device got, where that [was less](crate::Data::is_limited).
     #[inline(always)]
     #[must_use]
     pub const fn last(self) -> Input<S> {

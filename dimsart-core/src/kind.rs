@@ -17,6 +17,9 @@ use crate::words::Words;
 /// Calls a module whose configuration and whose state begin at these words of the Data Base.
 pub(crate) type Compute = fn(&Data<'_>, u16, u16);
 
+/// The same before its first call, and whether it takes over from another module.
+pub(crate) type Begin = fn(&Data<'_>, u16, u16, bool);
+
 /// Declares the ports of a module with these settings, and fills in its handles.
 type DeclarePorts = fn(&[Cell<u32>], &mut Declare<'_>, &[Cell<u32>]);
 
@@ -41,7 +44,7 @@ pub struct Kind {
     prepare: fn(&Configuration<'_>, &DeviceDescriptor),
     ports: DeclarePorts,
     /// None where there is no state to begin with.
-    begin: Option<Compute>,
+    begin: Option<Begin>,
     compute: [Compute; 2],
 }
 
@@ -200,7 +203,7 @@ impl Kind {
     }
 
     /// What begins modules of this kind, if they have a state.
-    pub(crate) fn begin(&self) -> Option<Compute> {
+    pub(crate) fn begin(&self) -> Option<Begin> {
         self.begin
     }
 
@@ -267,9 +270,9 @@ fn ports<M: Module>(settings: &[Cell<u32>], declare: &mut Declare<'_>, handles: 
     store(&M::ports(&load::<M::Settings>(settings), declare), handles);
 }
 
-fn begin<M: Module>(data: &Data<'_>, configuration: u16, state: u16) {
+fn begin<M: Module>(data: &Data<'_>, configuration: u16, state: u16, takes_over: bool) {
     if let Some(context) = Context::new(data, configuration, state) {
-        M::begin(&context);
+        M::begin(&context.beginning(takes_over));
     }
 }
 

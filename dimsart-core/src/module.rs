@@ -63,7 +63,7 @@ use crate::words::Words;
 /// The last line registers it. The whole library is [`ALL`](crate::modules::ALL).
 ///
 /// A module that remembers something says in [`begin`](Self::begin) what it starts from, such as where the joint
-/// stands. Where it [takes over](crate::Data::takes_over) from another one in a scheme that runs, it can read what that
+/// stands. Where it [takes over](crate::Context::takes_over) from another one in a scheme that runs, it can read what that
 /// one commanded [last](crate::Output::last), and begin so that the command goes on without a step.
 #[doc(alias = "Module Template")]
 pub trait Module: Sized + 'static {

@@ -17,7 +17,7 @@ use crate::command::{CommandError, ModuleRef};
 use crate::data_base::{DataBase, bit};
 use crate::declare::Declare;
 use crate::device::DeviceDescriptor;
-use crate::kind::{Compute, Kind, MAX_HANDLES};
+use crate::kind::{Begin, Compute, Kind, MAX_HANDLES};
 use crate::limits::{MAX_CALLS, MAX_LINKS, MAX_MODULES, MAX_PACKET_WORDS, MAX_SLOTS, MAX_WIRES};
 use crate::parameter::ParameterError;
 use crate::port::{Direction, LinkEnd, PortSpec, PortSpecs, Stage};
@@ -93,7 +93,7 @@ impl Part {
 pub(crate) struct Call {
     pub(crate) compute: Compute,
     /// What the module begins by in this call, if it has a state and this is its first call in a tick.
-    pub(crate) begin: Option<Compute>,
+    pub(crate) begin: Option<Begin>,
     /// First word of its module's configuration.
     pub(crate) configuration: u16,
     /// First word of its module's state.

@@ -20,8 +20,8 @@ use cortex_m::peripheral::{SCB, SYST};
 use cortex_m_rt::{entry, exception};
 use dimsart_core::modules::IN_PLACE;
 use dimsart_core::{
-    AxisKind, Command, Coupling, DataType, DeviceDescriptor, Dimsart, Engine, ModuleRef, Snapshot,
-    TIMEOUT_TICKS, Tick, Value, Word, types,
+    AxisKind, Command, Coupling, DataType, DeviceDescriptor, Dimsart, ModuleRef, Snapshot, TIMEOUT_TICKS,
+    Tick, Value, Word, types,
 };
 use semihosting::process::exit;
 use static_cell::ConstStaticCell;

@@ -91,7 +91,7 @@ fuzz_target!(|bytes: &[u8]| {
             words
         };
         let words = sealed(words);
-        dimsart.connect(arm()).unwrap();
+        dimsart.connect(arm(), ALL).unwrap();
         let _ = dimsart.command(Command::RemoveLaw { number: 1 });
         let is_program = Program::verify(&words).is_ok();
         assert_eq!(keep(dimsart, &words).is_ok(), is_program);

@@ -4,6 +4,7 @@
 use std::cell::RefCell;
 
 use dimsart_core::limits::DEFAULT_WORDS;
+use dimsart_core::modules::ALL;
 use dimsart_core::saved_scheme::{self, Writer, fingerprint};
 use dimsart_core::{Dimsart, Tick, Word, scheme};
 use dimsart_fuzz::{SIDES, arm, controller};
@@ -29,7 +30,7 @@ fn run(dimsart: &mut Dimsart) {
 
 fuzz_target!(|bytes: &[u8]| {
     CONTROLLER.with_borrow_mut(|(dimsart, fingerprint)| {
-        dimsart.connect(arm()).unwrap();
+        dimsart.connect(arm(), ALL).unwrap();
         if let Ok(text) = core::str::from_utf8(bytes) {
             let mut named = 0;
             let failed = scheme::load(text, "slave", SIDES, dimsart, |error| {

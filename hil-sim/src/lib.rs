@@ -75,8 +75,6 @@ pub mod bus;
 pub mod bus_plan;
 pub mod clock;
 pub mod emulated;
-pub mod fault_table;
-pub mod faulty_pair;
 pub mod first_packet;
 pub mod foreign_text;
 pub mod growth;

@@ -78,45 +78,8 @@ packets bit by bit. The function has one scheme, parameters that are constants a
 board's frame has what the board says of itself, too, 9 words in all.
 ";
 
-const FAULTS: &str = "\
-# How soon faults are noticed in the shipped scheme
-
-Written by `cargo xtask faults`; `hil-sim/tests/fault_latency.rs` holds this table to what it finds, and what must be
-noticed to its time and number. [faults.md](faults.md) says what the numbers mean.
-
-Both sides of the shipped experiment (`dimsart run`) run as boards run them: every call is timed by its cost on
-nucleo-g474re, and a client holds the lease of each side. Each fault is tried 24 times over the whole run, in free motion,
-contact and release, on master and slave in turn. A tick is 1 ms, and 0 is the very tick in which the fault is first there.
-
-- **Noticed**: ticks until it is told, by which number, and what is named with it. Never: not in 1000 ticks.
-- **Held back**: until the device gets the scheme's command no more. A module that it does not depend on is cut out
-  alone (131).
-- **Other side**: until that one's device is held back. A side that has failed sends nothing, and is missed after 20 ticks
-  of silence. A sender that took too long has sent once more.
-- **Largest**: of the forces that both sides command from the fault on, and of their changes in a tick. 30 N and 3 N are
-  what the device declares, 30 N in 10 ms. Every command in every tick of every row kept to them, or there would be no
-  table.
-- **Ended by**: what this side needs to move again when the fault is over: none that was noticed ends by itself.
-
-Sensors declare what they can show: 2 m each way, and no more than 5 mm further in a tick. What is never noticed is
-bounded by range and rate alone: no module of the library compares a sensor with what it should show. Boards leave 2000
-cycles more for interrupts in every call, so a module that costs little may take several times that unnoticed: the rows
-with 2000 cycles. An endless loop is no row: it ends no tick, and is the watchdog's
-([faults.md](faults.md#how-soon-a-fault-is-noticed)).
-
-";
-
-/// Measures how soon faults are noticed and writes the page. Takes no image and no emulator.
-pub(crate) fn faults() -> Outcome {
-    let page = FAULTS.to_owned() + &example("fault_figures", "release", &[])?;
-    println!("{page}");
-    let file = top().join("docs/fault-latency.md");
-    std::fs::write(&file, page).map_err(|error| format!("cannot write {}: {error}", file.display()))
-}
-
 /// Builds every image, measures and writes the pages.
 pub(crate) fn run() -> Outcome {
-    faults()?;
     setup::emulator()?;
     let toolchain = Toolchain::set_up()?;
     let images = build_all(toolchain, Images::All)?;

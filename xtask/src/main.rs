@@ -49,8 +49,7 @@ usage: cargo xtask COMMAND
   two-engines run a planner below a joint's interrupt on the emulated board, and check what crosses between them
   budgets     what the shipped scheme takes on every board, of cycles and stack, into boards/budgets/
   oracle      compare every module and plant with outside implementations: a table, and a page with the curves
-  figures     what the firmware takes, of memory and of time (docs/firmware.md), and what faults does
-  faults      how soon faults are noticed in the shipped scheme (docs/fault-latency.md); takes seconds
+  figures     memory and time of the firmware (docs/firmware.md)
   module-groups the section of docs/firmware.md on what each group of modules takes; takes half an hour
   module-costs what each kind of module costs, into boards/module-costs.txt
   bench       count the instructions of a tick, hold them to their budgets, and time the shipped scenario
@@ -85,7 +84,6 @@ fn main() -> ExitCode {
         ["figures"] => figures::run(),
         ["module-groups"] => module_groups::write(),
         ["module-costs"] => module_costs::write(),
-        ["faults"] => figures::faults(),
         ["bench"] => bench::run(),
         ["fuzz"] => fuzz::fuzz(fuzz::INPUTS),
         ["fuzz", inputs] => match inputs.parse() {

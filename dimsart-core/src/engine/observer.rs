@@ -58,35 +58,36 @@ impl Calls<'_> {
     fn run_by(&mut self, data: &Data<'_>, mut make: impl FnMut(usize, &Call)) {
         let wiring = self.wiring;
         let is_usual = !self.begins && self.resting == 0;
+        let mut failed = *self.failed;
         let mut spans = wiring.spans();
         for (place, call) in wiring.calls().iter().enumerate() {
-            if is_usual && *self.failed == 0 || self.prepare(call, data) {
+            if is_usual && failed == 0 || self.prepare(call, failed, data) {
                 let start = self.counter.map_or(0, |counter| counter.now());
                 make(place, call);
                 if self.counter.is_some_and(|counter| counter.since(start) > call.budget_counts) {
-                    *self.failed |= module_bit(call.order);
+                    failed |= module_bit(call.order);
                 }
             }
             for _ in 0..call.spans {
                 if spans.next().is_some_and(|span| data.has_wrong(*span)) {
-                    *self.failed |= module_bit(call.order);
+                    failed |= module_bit(call.order);
                 }
             }
         }
+        *self.failed = failed;
     }
 
     /// Begins a module before its first stage, if it is to; says whether the call is made.
     #[cold]
     #[inline(never)]
-    fn prepare(&self, call: &Call, data: &Data<'_>) -> bool {
+    fn prepare(&self, call: &Call, failed: u32, data: &Data<'_>) -> bool {
         let Some(called) = self.wiring.called(call) else { return false };
-        if called.needs & *self.failed != 0 {
+        if called.needs & failed != 0 {
             return false;
         }
         let begins = self.begins && called.begins;
         if begins && let Some(begin) = call.begin {
-            data.say_who_takes_over(called.takes_over);
-            begin(data, call.configuration, call.state);
+            begin(data, call.configuration, call.state, called.takes_over);
         }
         begins || self.resting & module_bit(call.order) == 0
     }

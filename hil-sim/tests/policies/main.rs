@@ -9,6 +9,9 @@
     reason = "in helpers of tests as in tests"
 )]
 
+mod fault_latency;
+mod fault_table;
+mod faulty_pair;
 mod moment;
 mod parts;
 mod play;

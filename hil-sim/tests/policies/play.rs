@@ -1,9 +1,9 @@
 //! Plays a scenario, and holds every tick of both sides to the policies.
 
+use crate::faulty_pair::{CLIENT, Controller, Fault, Line, Pair, Parts, Wrong};
 use dimsart_core::protocol::{LeaseAction, Request, Response};
 use dimsart_core::scheme::Row;
 use dimsart_core::{Command, EventLog};
-use hil_sim::faulty_pair::{CLIENT, Controller, Fault, Line, Pair, Parts, Wrong};
 
 use crate::moment::{Asked, Known, Moment};
 use crate::parts::{plants, scheme};

@@ -1,9 +1,9 @@
 //! What is seen of a side after a tick.
 
+use crate::faulty_pair::Pair;
 use dimsart_core::{
     DriveState, Event, EventLog, ModuleFault, ModuleRef, Reason, ReasonCounts, Scalar as _, Tick, types,
 };
-use hil_sim::faulty_pair::Pair;
 
 /// Of one side.
 #[derive(Debug, Clone)]

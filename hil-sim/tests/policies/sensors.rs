@@ -1,7 +1,7 @@
 //! What a side's sensors can show, by an account of its own.
 
+use crate::faulty_pair::SENSOR_LIMITS;
 use dimsart_core::{Scalar as _, Word};
-use hil_sim::faulty_pair::SENSOR_LIMITS;
 
 /// In a tick of a millisecond, m.
 const STEP_M: f32 = SENSOR_LIMITS.rate_per_s * 1e-3;

@@ -1,7 +1,7 @@
 //! Of what the device gets.
 
+use crate::faulty_pair::LIMITS;
 use dimsart_core::{Reason, Tick};
-use hil_sim::faulty_pair::LIMITS;
 
 use crate::moment::Moment;
 

@@ -1,7 +1,7 @@
 //! Of modules that fail.
 
+use crate::faulty_pair::{Fault, Wrong};
 use dimsart_core::FaultCause;
-use hil_sim::faulty_pair::{Fault, Wrong};
 
 use crate::moment::{DELAY, Moment, NAMES, SENDER, failing};
 

@@ -2,7 +2,7 @@
 
 /// What the sensor of an axis shows.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub enum Shows {
+pub(crate) enum Shows {
     /// This, whatever the position is.
     This(f32),
     /// So much more than the position, m.
@@ -15,7 +15,7 @@ pub enum Shows {
 
 /// What a module that fails writes.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub enum Writes {
+pub(crate) enum Writes {
     /// No number.
     Nan,
     /// A number without bound.
@@ -26,7 +26,7 @@ pub enum Writes {
 
 /// What comes over a line.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub enum Line {
+pub(crate) enum Line {
     /// Nothing for so many ticks.
     Silent(u32),
     /// Every packet, or every other one, with wrong bits.
@@ -42,7 +42,7 @@ pub enum Line {
 
 /// Something that goes wrong at one side.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub enum Fault {
+pub(crate) enum Fault {
     /// Nothing: to compare with.
     None,
     /// The sensor of an axis.
@@ -66,8 +66,7 @@ pub enum Fault {
 
 impl Fault {
     /// What is to be named when it is noticed, where it is known.
-    #[must_use]
-    pub fn named(self, axis: usize) -> Option<String> {
+    pub(crate) fn named(self, axis: usize) -> Option<String> {
         Some(match self {
             Self::Sensor(_) => format!("POSITION of axis {axis}"),
             Self::Writes(1, _) => "FAILING_MOD".to_owned(),
@@ -83,13 +82,13 @@ impl Fault {
 
 /// A fault that lasts.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Wrong {
+pub(crate) struct Wrong {
     /// What it is.
-    pub fault: Fault,
+    pub(crate) fault: Fault,
     /// The axis that it is about, if it is about one.
-    pub axis: usize,
+    pub(crate) axis: usize,
     /// Ticks that it has lasted.
-    pub ticks: u32,
+    pub(crate) ticks: u32,
     /// Ticks after which it ends by itself.
-    pub end_ticks: u32,
+    pub(crate) end_ticks: u32,
 }

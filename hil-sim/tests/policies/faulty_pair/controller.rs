@@ -12,17 +12,17 @@ use dimsart_core::{
 use super::PairError;
 use super::failing::{COSTS, KINDS, let_write, with_failing_modules};
 use super::fault::{Fault, Wrong};
-use crate::bilateral::{ExperimentError, Side};
-use crate::rig::SimulatedDimsart;
-use crate::schemes::SIDES;
+use hil_sim::bilateral::{ExperimentError, Side};
+use hil_sim::rig::SimulatedDimsart;
+use hil_sim::schemes::SIDES;
 
 /// What the actuators allow: the range of the shipped scenario, and as on a board all of it in 10 ms.
-pub const LIMITS: InputLimits =
+pub(crate) const LIMITS: InputLimits =
     InputLimits { min: -30.0, max: 30.0, rate_per_s: 3_000.0, safe_value: SafeValue::Zero };
 /// What its sensors can show: 2 m each way, and 5 mm further in a tick.
-pub const SENSOR_LIMITS: OutputLimits = OutputLimits { min: -2.0, max: 2.0, rate_per_s: 5.0 };
+pub(crate) const SENSOR_LIMITS: OutputLimits = OutputLimits { min: -2.0, max: 2.0, rate_per_s: 5.0 };
 /// The client that holds the lease.
-pub const CLIENT: u8 = 1;
+pub(crate) const CLIENT: u8 = 1;
 /// How often it renews it, ticks: as `dimsart connect`.
 const RENEWAL_TICKS: u32 = 50;
 /// Of the shipped scenario: a lease lasts 200 of its ticks.
@@ -53,7 +53,7 @@ impl Observer for Clock {
 
 /// A controller with its client and its processor's time.
 #[derive(Debug)]
-pub struct Controller {
+pub(crate) struct Controller {
     dimsart: Box<SimulatedDimsart>,
     info: DeviceInfo,
     clock: Clock,
@@ -70,7 +70,7 @@ pub struct Controller {
 
 impl Controller {
     /// The side's controller of a scheme, armed.
-    pub(super) fn new(
+    pub(crate) fn new(
         device: DeviceDescriptor,
         scheme: &str,
         side: Side,
@@ -107,46 +107,42 @@ impl Controller {
     }
 
     /// The controller itself.
-    #[must_use]
-    pub fn dimsart(&self) -> &Dimsart {
+    pub(crate) fn dimsart(&self) -> &Dimsart {
         &self.dimsart
     }
 
     /// The commands that would build the scheme that runs.
-    pub fn commands(&mut self) -> Vec<Command> {
+    pub(crate) fn commands(&mut self) -> Vec<Command> {
         self.dimsart.engine_mut().commands().collect()
     }
 
     /// What is kept beside it.
-    #[must_use]
-    pub fn info(&self) -> &DeviceInfo {
+    pub(crate) fn info(&self) -> &DeviceInfo {
         &self.info
     }
 
     /// Keeps what happens in a log from now on.
-    pub fn keep_events(&mut self, events: &'static EventLog) {
+    pub(crate) fn keep_events(&mut self, events: &'static EventLog) {
         self.info = self.info.with_events(events);
     }
 
     /// What the last tick came to.
-    #[must_use]
-    pub fn last_tick(&self) -> Tick {
+    pub(crate) fn last_tick(&self) -> Tick {
         self.last_tick
     }
 
     /// Whether its client asked to renew the lease right before the last tick.
-    #[must_use]
-    pub fn has_renewed(&self) -> bool {
+    pub(crate) fn has_renewed(&self) -> bool {
         self.has_renewed
     }
 
     /// The modules that were called in the last tick, as the scheme is now.
-    pub fn called(&self) -> impl Iterator<Item = ModuleRef> + '_ {
+    pub(crate) fn called(&self) -> impl Iterator<Item = ModuleRef> + '_ {
         self.clock.called.iter().filter_map(|place| Some(self.dimsart.engine().steps().nth(*place)?.module))
     }
 
     /// Begins or ends faults of the controller itself: these are all that last.
-    pub(super) fn suffer(&mut self, wrong: &[Wrong]) {
+    pub(crate) fn suffer(&mut self, wrong: &[Wrong]) {
         let slow = wrong.iter().filter_map(|wrong| match wrong.fault {
             Fault::TakesLonger(module, percent) => Some((module, percent)),
             _ => None,
@@ -170,7 +166,7 @@ impl Controller {
     }
 
     /// What a client is answered.
-    pub fn ask(&mut self, client: u8, request: &Request) -> Response<'static> {
+    pub(crate) fn ask(&mut self, client: u8, request: &Request) -> Response<'static> {
         let answer = serve(request_id(client, 2), request, &mut self.dimsart, &mut self.info);
         if matches!(request, Request::Command(_)) {
             self.take_times();
@@ -192,17 +188,17 @@ impl Controller {
         self.demand(&Request::Lease(LeaseAction::Take))
     }
 
-    pub(super) fn receive(&mut self, bytes: &[u8]) {
+    pub(crate) fn receive(&mut self, bytes: &[u8]) {
         // What is refused is counted by the controller.
         let _ = self.dimsart.receive(0, bytes);
     }
 
-    pub(super) fn outgoing(&mut self) -> Option<Packet> {
+    pub(crate) fn outgoing(&mut self) -> Option<Packet> {
         self.dimsart.outgoing(0)
     }
 
     /// A tick in which all this is wrong; gives what the actuators get, N.
-    pub(super) fn tick(&mut self, measured: &[Word], wrong: &[Wrong]) -> Vec<f32> {
+    pub(crate) fn tick(&mut self, measured: &[Word], wrong: &[Wrong]) -> Vec<f32> {
         self.ticks_to_renewal -= 1;
         self.has_renewed = self.ticks_to_renewal == 0 && self.renews;
         if self.has_renewed {
@@ -221,8 +217,7 @@ impl Controller {
     }
 
     /// Whether a module is cut out.
-    #[must_use]
-    pub fn is_cut(&self) -> bool {
+    pub(crate) fn is_cut(&self) -> bool {
         self.dimsart.engine().module_fault().is_some()
     }
 
@@ -230,7 +225,7 @@ impl Controller {
     ///
     /// # Errors
     /// [`PairError::Refused`] when that is refused.
-    pub fn make_move(&mut self) -> Result<&'static str, PairError> {
+    pub(crate) fn make_move(&mut self) -> Result<&'static str, PairError> {
         let takes_reset = self.is_cut() || self.dimsart.safety().state().is_fault();
         if takes_reset {
             self.demand(&Request::Command(Command::Reset))?;
@@ -249,8 +244,7 @@ impl Controller {
 
     /// Number of why the last tick was not as it should be: of the reason, or of the event where a module is cut out
     /// that the device does not depend on.
-    #[must_use]
-    pub fn reason(&self) -> u8 {
+    pub(crate) fn reason(&self) -> u8 {
         if self.last_tick == Tick::Ran && self.is_cut() {
             EventKind::ModuleCutOut as u8
         } else {
@@ -259,8 +253,7 @@ impl Controller {
     }
 
     /// What is named with it, and the axis of a signal that is.
-    #[must_use]
-    pub fn named(&self) -> String {
+    pub(crate) fn named(&self) -> String {
         let name = |module| ALL.module_name(module).to_string();
         match self.last_tick {
             Tick::ModuleFailed(module) => name(module),

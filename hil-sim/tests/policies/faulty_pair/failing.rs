@@ -17,7 +17,7 @@ thread_local! {
 }
 
 /// Has the modules of the next tick write what these faults say.
-pub(super) fn let_write(wrong: &[Wrong]) {
+pub(crate) fn let_write(wrong: &[Wrong]) {
     let mut places = [None; PLACES];
     for Wrong { fault, axis, .. } in wrong {
         if let Fault::Writes(place, writes) = fault
@@ -31,14 +31,14 @@ pub(super) fn let_write(wrong: &[Wrong]) {
 
 words! {
     /// Of all axes.
-    pub struct Settings { place: u32 }
+    pub(crate) struct Settings { place: u32 }
     /// Signals.
-    pub struct Ports { input: Input, output: Output }
+    pub(crate) struct Ports { input: Input, output: Output }
 }
 
 /// Passes a signal on, bit by bit, or spoils an axis of it while something is wrong at its place.
 #[derive(Debug)]
-pub struct Failing;
+pub(crate) struct Failing;
 
 impl Module for Failing {
     const NAME: &'static str = "FAILING_MOD";
@@ -76,7 +76,7 @@ impl Module for Failing {
 }
 
 /// The modules of the shipped scheme, and the one that fails.
-pub const KINDS: Kinds = dimsart_core::kinds![
+pub(crate) const KINDS: Kinds = dimsart_core::kinds![
     modules::CommRx,
     modules::WaveTransformer,
     modules::Pd,
@@ -87,7 +87,7 @@ pub const KINDS: Kinds = dimsart_core::kinds![
 
 /// What a tick costs without modules, then each kind of the list: the bounds of nucleo-g474re for three axes
 /// (`boards/budgets/nucleo-g474re.toml`), and something for the module that no board has.
-pub(super) static COSTS: [Cost; 7] = [
+pub(crate) static COSTS: [Cost; 7] = [
     Cost::new(3605, 0),
     Cost::new(968, 0),
     Cost::new(528, 0),
@@ -99,7 +99,7 @@ pub(super) static COSTS: [Cost; 7] = [
 
 /// The shipped scheme with a module that can fail behind the receiver (1), before the device (2) and before the
 /// sender (3).
-pub(super) fn with_failing_modules(scheme: &str) -> String {
+pub(crate) fn with_failing_modules(scheme: &str) -> String {
     let mut text = String::new();
     for row in scheme.lines() {
         let words: Vec<&str> = row.split_whitespace().collect();

@@ -4,35 +4,35 @@ use dimsart_core::{Packet, Word};
 
 use super::controller::Controller;
 use super::fault::{Fault, Line, Shows, Wrong};
-use crate::bus::Random;
-use crate::link::{InProcess, InProcessParameters, Link as _};
-use crate::plant::Plant;
+use hil_sim::bus::Random;
+use hil_sim::link::{InProcess, InProcessParameters, Link as _};
+use hil_sim::plant::Plant;
 
 /// Most bits of a packet that are damaged: so few are found for sure.
 const WRONG_BITS: u32 = 4;
 
 /// A controller, its plant and the line to it.
 #[derive(Debug)]
-pub(super) struct End {
-    pub(super) controller: Controller,
-    pub(super) plant: Box<dyn Plant>,
-    pub(super) line: InProcess,
-    pub(super) wrong: Vec<Wrong>,
+pub(crate) struct End {
+    pub(crate) controller: Controller,
+    pub(crate) plant: Box<dyn Plant>,
+    pub(crate) line: InProcess,
+    pub(crate) wrong: Vec<Wrong>,
     position_m: Vec<f32>,
-    pub(super) force_n: Vec<f32>,
+    pub(crate) force_n: Vec<f32>,
     /// What its sensors showed and its actuators got in the last tick in which none was stuck, and what came over the
     /// line last.
     shown_m: Vec<f32>,
     given_n: Vec<f32>,
     packet: Vec<u8>,
-    pub(super) measured: Vec<Word>,
+    pub(crate) measured: Vec<Word>,
     /// Counter of what came over the line in the last tick and was no damaged packet and none that came before.
-    pub(super) heard: Option<u16>,
-    pub(super) has_sent: bool,
+    pub(crate) heard: Option<u16>,
+    pub(crate) has_sent: bool,
 }
 
 impl End {
-    pub(super) fn new(controller: Controller, plant: Box<dyn Plant>, delay_ticks: u32, dof: usize) -> Self {
+    pub(crate) fn new(controller: Controller, plant: Box<dyn Plant>, delay_ticks: u32, dof: usize) -> Self {
         let parameters = InProcessParameters { delay_ticks, ..InProcessParameters::default() };
         let zeros = vec![0.0; dof];
         Self {
@@ -51,7 +51,7 @@ impl End {
         }
     }
 
-    pub(super) fn receive(&mut self, tick: u64, random: &mut Random) {
+    pub(crate) fn receive(&mut self, tick: u64, random: &mut Random) {
         let Self { controller, line, packet, wrong, heard, .. } = self;
         *heard = None;
         let line_fault = wrong.iter().find_map(|wrong| match wrong.fault {
@@ -109,7 +109,7 @@ impl End {
         measured
     }
 
-    pub(super) fn tick(&mut self) {
+    pub(crate) fn tick(&mut self) {
         self.measured = self.measure();
         self.force_n = self.controller.tick(&self.measured, &self.wrong);
         if self.stuck_axes().next().is_none() {
@@ -123,7 +123,7 @@ impl End {
         stuck.map(|wrong| wrong.axis)
     }
 
-    pub(super) fn advance(&mut self, start_s: f64, period_s: f64) {
+    pub(crate) fn advance(&mut self, start_s: f64, period_s: f64) {
         let mut force_n = self.force_n.clone();
         for axis in self.stuck_axes() {
             if let Some((force_n, given_n)) = force_n.get_mut(axis).zip(self.given_n.get(axis)) {

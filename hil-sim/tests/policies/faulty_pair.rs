@@ -11,21 +11,20 @@ mod fault;
 use dimsart_core::protocol::Refusal;
 use dimsart_core::{DescriptorError, Word};
 
-pub use controller::{CLIENT, Controller, LIMITS, SENSOR_LIMITS};
-pub use failing::{Failing, KINDS};
-pub use fault::{Fault, Line, Shows, Writes, Wrong};
+pub(crate) use controller::{CLIENT, Controller, LIMITS, SENSOR_LIMITS};
+pub(crate) use fault::{Fault, Line, Shows, Writes, Wrong};
 
-use crate::bilateral::{Experiment, ExperimentError, Side, device};
-use crate::bus::Random;
-use crate::link::Link;
-use crate::plant::{AxisWise, Plant};
-use crate::scenario::Scenario;
-use crate::schemes::{SchemeFileError, SchemeText};
 use end::End;
+use hil_sim::bilateral::{Experiment, ExperimentError, Side, device};
+use hil_sim::bus::Random;
+use hil_sim::link::Link;
+use hil_sim::plant::{AxisWise, Plant};
+use hil_sim::scenario::Scenario;
+use hil_sim::schemes::{SchemeFileError, SchemeText};
 
 /// Why there is no pair, or it does not move.
 #[derive(Debug, thiserror::Error)]
-pub enum PairError {
+pub(crate) enum PairError {
     /// The experiment cannot be made.
     #[error("{0}")]
     Experiment(#[from] ExperimentError),
@@ -45,27 +44,27 @@ pub enum PairError {
 
 /// What a pair is made of; of two, the master's is first.
 #[derive(Debug)]
-pub struct Parts<'a> {
+pub(crate) struct Parts<'a> {
     /// Axes of each device.
-    pub dof: usize,
+    pub(crate) dof: usize,
     /// Of both controllers.
-    pub sample_period_s: f64,
+    pub(crate) sample_period_s: f64,
     /// The shipped scheme, with other values perhaps.
-    pub scheme: &'a str,
+    pub(crate) scheme: &'a str,
     /// What the controllers move.
-    pub plants: [Box<dyn Plant>; 2],
+    pub(crate) plants: [Box<dyn Plant>; 2],
     /// Of the lines to them.
-    pub delay_ticks: [u32; 2],
+    pub(crate) delay_ticks: [u32; 2],
     /// What interrupts may take in the midst of a call.
-    pub spare_cycles: u32,
+    pub(crate) spare_cycles: u32,
     /// Of what a damaged line does.
-    pub seed: u64,
+    pub(crate) seed: u64,
 }
 
-/// Master and slave, stepped as a [`Rig`](crate::rig::Rig) steps its stations. Sides are 0 for the master and 1 for the
+/// Master and slave, stepped as a [`Rig`](hil_sim::rig::Rig) steps its stations. Sides are 0 for the master and 1 for the
 /// slave.
 #[derive(Debug)]
-pub struct Pair {
+pub(crate) struct Pair {
     ends: [End; 2],
     period_s: f64,
     tick: u32,
@@ -78,7 +77,7 @@ impl Pair {
     ///
     /// # Errors
     /// [`PairError`], where the parts do not fit.
-    pub fn new(parts: Parts<'_>) -> Result<Self, PairError> {
+    pub(crate) fn new(parts: Parts<'_>) -> Result<Self, PairError> {
         let Parts { dof, sample_period_s, scheme, plants, delay_ticks, spare_cycles, seed } = parts;
         let end = |side: Side, plant, delay_ticks| {
             let device = device(side.name(), dof, sample_period_s)?;
@@ -94,7 +93,7 @@ impl Pair {
     ///
     /// # Errors
     /// [`PairError`], where the shipped experiment cannot be made.
-    pub fn shipped(spare_cycles: u32, seed: u64) -> Result<(Self, u32), PairError> {
+    pub(crate) fn shipped(spare_cycles: u32, seed: u64) -> Result<(Self, u32), PairError> {
         let scenario = Scenario::default();
         let mut experiment = Experiment::new(&scenario)?;
         let end_s = experiment.phases().end_s;
@@ -118,50 +117,44 @@ impl Pair {
     }
 
     /// Ticks so far.
-    #[must_use]
-    pub fn ticks(&self) -> u32 {
+    pub(crate) fn ticks(&self) -> u32 {
         self.tick
     }
 
     /// Forces of the last tick, N, of the master and of the slave.
-    #[must_use]
-    pub fn force_n(&self) -> [&[f32]; 2] {
+    pub(crate) fn force_n(&self) -> [&[f32]; 2] {
         self.ends.each_ref().map(|end| end.force_n.as_slice())
     }
 
     /// The controllers of a side, and of the other one.
-    pub fn of(&mut self, side: usize) -> [&mut Controller; 2] {
+    pub(crate) fn of(&mut self, side: usize) -> [&mut Controller; 2] {
         let [master, slave] = self.ends.each_mut().map(|end| &mut end.controller);
         if side == 0 { [master, slave] } else { [slave, master] }
     }
 
     /// What is wrong at each side.
-    #[must_use]
-    pub fn wrong(&self) -> [&[Wrong]; 2] {
+    pub(crate) fn wrong(&self) -> [&[Wrong]; 2] {
         self.ends.each_ref().map(|end| end.wrong.as_slice())
     }
 
     /// What each side's controller was given of its sensors in the last tick.
-    #[must_use]
-    pub fn measured(&self) -> [&[Word]; 2] {
+    pub(crate) fn measured(&self) -> [&[Word]; 2] {
         self.ends.each_ref().map(|end| end.measured.as_slice())
     }
 
     /// Counter of the packet that came over the line to each side in the last tick, if one did that was neither damaged
     /// nor there before.
-    #[must_use]
-    pub fn heard(&self) -> [Option<u16>; 2] {
+    pub(crate) fn heard(&self) -> [Option<u16>; 2] {
         self.ends.each_ref().map(|end| end.heard)
     }
 
     /// Whether each side sent a packet in the last tick.
-    #[must_use]
-    pub fn has_sent(&self) -> [bool; 2] {
+    pub(crate) fn has_sent(&self) -> [bool; 2] {
         self.ends.each_ref().map(|end| end.has_sent)
     }
 
     /// Begins a fault at a side for so many ticks, beside those that last.
-    pub fn begin(&mut self, side: usize, fault: Fault, axis: usize, end_ticks: u32) {
+    pub(crate) fn begin(&mut self, side: usize, fault: Fault, axis: usize, end_ticks: u32) {
         if let Some(end) = self.ends.get_mut(side) {
             end.wrong.push(Wrong { fault, axis, ticks: 0, end_ticks });
             end.controller.suffer(&end.wrong);
@@ -169,7 +162,7 @@ impl Pair {
     }
 
     /// Ends all faults at a side.
-    pub fn end(&mut self, side: usize) {
+    pub(crate) fn end(&mut self, side: usize) {
         if let Some(end) = self.ends.get_mut(side) {
             end.wrong.clear();
             end.controller.suffer(&end.wrong);
@@ -177,7 +170,7 @@ impl Pair {
     }
 
     /// A tick of both sides, and what moves in it.
-    pub fn step(&mut self) {
+    pub(crate) fn step(&mut self) {
         let tick = u64::from(self.tick);
         for is_master in [true, false] {
             let [master, slave] = &mut self.ends;

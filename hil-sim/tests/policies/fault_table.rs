@@ -11,12 +11,12 @@ use std::fmt::Write as _;
 
 use dimsart_core::Tick;
 
-use crate::bus::Random;
 use crate::faulty_pair::{Fault, LIMITS, Pair, PairError};
 use cases::{Case, cases};
+use hil_sim::bus::Random;
 
 /// How often each fault is tried.
-pub const TRIES: u32 = 24;
+pub(crate) const TRIES: u32 = 24;
 /// Ticks before the first fault: the hand has begun to move.
 const START_TICKS: u32 = 200;
 /// Ticks in which a fault can be noticed; a lease ends after 200.
@@ -30,7 +30,7 @@ const HEALTHY_TICKS: u32 = 50;
 
 /// Why there is no table.
 #[derive(Debug, thiserror::Error)]
-pub enum FaultTableError {
+pub(crate) enum FaultTableError {
     /// There is no pair, or it was refused something.
     #[error("{0}")]
     Pair(#[from] PairError),
@@ -56,7 +56,7 @@ pub enum FaultTableError {
 
 /// Ticks after which something happened, in every try.
 #[derive(Debug, Clone, Default, PartialEq, Eq)]
-pub struct After(pub Vec<Option<u32>>);
+pub(crate) struct After(pub(crate) Vec<Option<u32>>);
 
 impl std::fmt::Display for After {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
@@ -75,40 +75,39 @@ impl std::fmt::Display for After {
 
 /// What a fault came to.
 #[derive(Debug, Clone, Default)]
-pub struct Row {
+pub(crate) struct Row {
     /// The fault.
-    pub fault: String,
+    pub(crate) fault: String,
     /// Ticks until it was told.
-    pub noticed: After,
+    pub(crate) noticed: After,
     /// The numbers that it was told by.
-    pub reasons: BTreeSet<u8>,
+    pub(crate) reasons: BTreeSet<u8>,
     /// What was named.
-    pub named: BTreeSet<String>,
+    pub(crate) named: BTreeSet<String>,
     /// Tries in which something else was named than what was wrong.
-    pub misnamed: u32,
+    pub(crate) misnamed: u32,
     /// Ticks until the device got the scheme's command no more.
-    pub held_back: After,
+    pub(crate) held_back: After,
     /// Ticks until the other side's device got it no more.
-    pub other_held_back: After,
+    pub(crate) other_held_back: After,
     /// The largest force from the fault on, on either side, N.
-    pub largest_n: f32,
+    pub(crate) largest_n: f32,
     /// The largest change of one in a tick, N.
-    pub largest_step_n: f32,
+    pub(crate) largest_step_n: f32,
     /// What was needed for this side to move again, when the fault was over.
-    pub ended_by: BTreeSet<&'static str>,
+    pub(crate) ended_by: BTreeSet<&'static str>,
 }
 
 /// Tries every fault.
 ///
 /// # Errors
 /// [`FaultTableError`], among them a force beyond its limits, and a side that does not run when nothing is wrong.
-pub fn rows() -> Result<Vec<Row>, FaultTableError> {
+pub(crate) fn rows() -> Result<Vec<Row>, FaultTableError> {
     (1..).zip(cases()).map(|(seed, case)| row(&case, seed)).collect()
 }
 
 /// The rows as a Markdown table.
-#[must_use]
-pub fn markdown(rows: &[Row]) -> String {
+pub(crate) fn markdown(rows: &[Row]) -> String {
     let mut text = "\
 | Fault | Noticed | Number | Named | Held back | Other side held back | Largest force, N | Largest step, N | Ended by |
 |---|---:|---:|---|---:|---:|---:|---:|---|
@@ -134,7 +133,7 @@ pub fn markdown(rows: &[Row]) -> String {
 ///
 /// # Errors
 /// As [`rows`].
-pub fn forces_without_a_fault(ticks: u32) -> Result<Vec<[Vec<f32>; 2]>, FaultTableError> {
+pub(crate) fn forces_without_a_fault(ticks: u32) -> Result<Vec<[Vec<f32>; 2]>, FaultTableError> {
     let mut both = Both::new(0, Random::new(0))?;
     let step = |_| {
         both.step()?;

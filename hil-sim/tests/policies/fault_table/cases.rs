@@ -4,21 +4,21 @@ use crate::faulty_pair::{Fault, Line, Shows, Writes};
 
 /// A row of the table: faults that are tried in turn.
 #[derive(Debug, Clone)]
-pub(super) struct Case {
-    pub(super) name: String,
-    pub(super) faults: Vec<Fault>,
+pub(crate) struct Case {
+    pub(crate) name: String,
+    pub(crate) faults: Vec<Fault>,
     /// What interrupts may take in the midst of a call.
-    pub(super) spare_cycles: u32,
+    pub(crate) spare_cycles: u32,
 }
 
 /// What boards leave for interrupts in the midst of a call (`firmware/src/entry_points.rs`).
-pub(super) const SPARE_CYCLES: u32 = 2_000;
+pub(crate) const SPARE_CYCLES: u32 = 2_000;
 /// Modules that the device depends on, and those that it does not.
 const BEFORE_DEVICE: [&str; 3] = ["COMM_RXMOD", "WTRANSF_MOD", "PDCTRL_MOD"];
 const BEHIND_DEVICE: [&str; 2] = ["TIMEDELAY_MOD", "COMM_TXMOD"];
 
 /// Every row.
-pub(super) fn cases() -> Vec<Case> {
+pub(crate) fn cases() -> Vec<Case> {
     let one = |name: &str, fault| Case { name: name.to_owned(), faults: vec![fault], spare_cycles: 0 };
     let sensor = |name, shows| one(name, Fault::Sensor(shows));
     let mut cases = vec![
