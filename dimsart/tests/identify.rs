@@ -101,8 +101,8 @@ fn a_file_that_cannot_be_used_is_refused_with_the_row_and_what_to_do() {
     };
     let even = |time_s: f64| time_s;
     for (text, parts) in [
-        (format!("{head}\n{}", with(0, &even, "nan")), ["row 2 has 'nan'", "delete the row"]),
-        (format!("{head}\n{}", with(77, &even, "")), ["row 79 has ''", "delete the row"]),
+        (format!("{head}\n{}", with(0, &even, "nan")), ["row 2 has 'nan'", "replace it by a number"]),
+        (format!("{head}\n{}", with(77, &even, "")), ["row 79 has ''", "replace it by a number"]),
         // A row is missing.
         (
             format!("{head}\n{}", with(0, &|time_s| if time_s < 5.0 { time_s } else { time_s + 1e-3 }, "0")),

@@ -2,7 +2,6 @@
 
 use std::sync::atomic::{AtomicU32, Ordering::Relaxed};
 
-use dimsart_core::modules::ALL;
 use dimsart_core::protocol::{DeviceInfo, LeaseAction, Request, Response, request_id, serve};
 use dimsart_core::{
     Command, Costs, Counter, DeviceDescriptor, Dimsart, EventKind, EventLog, FrameError, InputLimits,
@@ -157,7 +156,7 @@ impl Controller {
         let slow = &self.slow;
         let calls = self.dimsart.engine().steps().map(|step| {
             let cost = COSTS.get(usize::from(step.module.kind) + 1).map_or(0, |cost| cost.cycles(0));
-            let name = ALL.module_name(step.module).to_string();
+            let name = KINDS.module_name(step.module).to_string();
             let percent: u32 =
                 slow.iter().filter(|(slow, _)| *slow == name).map(|(_, percent)| percent).sum();
             cost + cost * percent / 100
@@ -254,7 +253,7 @@ impl Controller {
 
     /// What is named with it, and the axis of a signal that is.
     pub(crate) fn named(&self) -> String {
-        let name = |module| ALL.module_name(module).to_string();
+        let name = |module| KINDS.module_name(module).to_string();
         match self.last_tick {
             Tick::ModuleFailed(module) => name(module),
             Tick::LinkLost { link } | Tick::LinkDown { link } => format!("link {link}"),
