@@ -1,7 +1,6 @@
 //! Kinds of modules: what the engine knows of a module without knowing its type.
 
 use core::cell::Cell;
-use core::ops::Deref;
 
 use crate::context::Context;
 use crate::data::Data;
@@ -347,12 +346,4 @@ macro_rules! kinds {
             }
         ),*] })
     };
-}
-
-impl Deref for Kinds {
-    type Target = [&'static Kind];
-
-    fn deref(&self) -> &Self::Target {
-        self.0
-    }
 }

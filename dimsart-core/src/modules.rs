@@ -159,8 +159,8 @@ pub use wave_transformer::WaveTransformer;
 
 include!(concat!(env!("OUT_DIR"), "/own_modules.rs"));
 
-/// Every kind there is: those of the [library](LIBRARY), followed by those of a project of one's own, whose list the build finds by
-/// `DIMSART_MODULES`. Their code is compiled once, with this crate.
+/// All module kinds: the [library](LIBRARY), then the kinds of the project whose list `DIMSART_MODULES` names. Their code is
+/// compiled once, with this crate.
 #[cfg(feature = "summaries")]
 pub static ALL: Kinds = IN_PLACE;
 

@@ -83,7 +83,7 @@ impl Kinds {
     /// Finds a module by name, `PDCTRL_MOD` or `PDCTRL_MOD.2`. It need not exist yet.
     #[must_use]
     pub fn module(self, word: &str) -> Option<ModuleRef> {
-        numbered(self.iter().map(|kind| kind.name), word)
+        numbered(self.list().iter().map(|kind| kind.name), word)
     }
 
     /// Finds a parameter of a kind of module by name.

@@ -132,9 +132,7 @@ struct Sender {
 
 fn senders(dimsart: &mut Dimsart) -> Vec<Sender> {
     let engine = dimsart.engine_mut();
-    let is_sender = |module: &ModuleRef| {
-        ALL.list().get(usize::from(module.kind)).is_some_and(|kind| kind.name == "COMM_TXMOD")
-    };
+    let is_sender = |module: &ModuleRef| ALL.kind(module.kind).is_some_and(|kind| kind.name == "COMM_TXMOD");
     let modules: Vec<ModuleRef> =
         engine.instances().filter(|module| is_sender(module) && engine.is_plugged_in(*module)).collect();
     let mut senders: Vec<Sender> =

@@ -187,7 +187,7 @@ impl Caches {
 }
 
 /// Lines of flash; the least recently used one is replaced.
-#[derive(Debug, Clone, Default)]
+#[derive(Debug, Clone)]
 struct Cache {
     lines: Vec<u32>,
     /// When each was used last, counted in uses.
@@ -200,11 +200,16 @@ struct Cache {
 /// Entries of [`Cache::places`], a power of 2.
 const PLACES: usize = 1024;
 
+impl Default for Cache {
+    fn default() -> Self {
+        Self { lines: Vec::new(), used_at: Vec::new(), uses: 0, places: vec![0; PLACES] }
+    }
+}
+
 impl Cache {
     /// Takes a line from it, or puts it there; whether it was there. It holds `most` lines, 256 at most.
     fn take(&mut self, line: u32, most: u16) -> bool {
         self.uses += 1;
-        self.places.resize(PLACES, 0);
         let entry = line as usize % PLACES;
         let likely = self.places.get(entry).map_or(0, |place| usize::from(*place));
         let is_there = self.lines.get(likely) == Some(&line);

@@ -79,7 +79,7 @@ fn robot<const WORDS: usize>(
 /// `modules` empty modules.
 pub(crate) fn run_empty(modules: u8, ticks: u32) {
     let mut dimsart = robot::<2048>(WITH_EMPTY, 3, FEW);
-    let kind = WITH_EMPTY.iter().position(|kind| kind.name == Empty::NAME);
+    let kind = WITH_EMPTY.list().iter().position(|kind| kind.name == Empty::NAME);
     let kind = kind.and_then(|kind| u8::try_from(kind).ok()).expect("a module of the list");
     for number in 1..=modules {
         let module = ModuleRef { kind, number };

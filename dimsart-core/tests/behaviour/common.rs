@@ -113,7 +113,7 @@ impl Bench {
     /// All that a refused command must leave as it is.
     pub(crate) fn snapshot(&mut self) -> Snapshot {
         let engine = self.dimsart.engine_mut();
-        let kinds = 0..u8::try_from(engine.kinds().len()).unwrap();
+        let kinds = 0..u8::try_from(engine.kinds().list().len()).unwrap();
         let modules = kinds.flat_map(|kind| (1..=17).map(move |number| ModuleRef { kind, number }));
         let mut parameters = Vec::new();
         let mut bindings = Vec::new();

@@ -118,7 +118,7 @@ fn with_any_parameters_it_begins_anew_after_a_reset_whatever_became_of_it() {
 #[test]
 fn its_words_say_what_it_is() {
     for module in kinds() {
-        let kind = ALL.list().get(usize::from(module.kind)).unwrap();
+        let kind = ALL.kind(module.kind).unwrap();
         assert!(kind.name.ends_with("MOD"), "{}", kind.name);
         assert!(kind.summary.text().ends_with('.') && kind.summary.text().len() > 20, "{}", kind.name);
         let described = |index| ALL.describe_parameter(module.kind, index);

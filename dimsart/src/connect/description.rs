@@ -127,7 +127,7 @@ impl Vocabulary for Description {
         match self.answer(Request::Module { kind })? {
             // Left out of the image, which does not know its name.
             Response::Module(found) if found.name.is_empty() => {
-                Some(ALL.list().get(usize::from(kind)).map_or("", |known| known.name))
+                Some(ALL.kind(kind).map_or("", |known| known.name))
             }
             Response::Module(found) => Some(found.name),
             _ => None,

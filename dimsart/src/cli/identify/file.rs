@@ -67,7 +67,7 @@ impl Identify {
                 position: column(position)?,
                 force: column(force)?,
                 force_is: if is_measured { ForceIs::Measured } else { ForceIs::Held { delay_ticks } },
-                turns: !LENGTHS.contains(&unit(header)),
+                turns: !LENGTHS.contains(&column_unit(header)),
                 coupled: coupled.clone().map(|positions| (axis, positions)),
                 truth: Truth::Unknown,
             })
@@ -77,7 +77,7 @@ impl Identify {
 }
 
 /// The unit of a column: `deg` of `arm.POSITION[0] (deg)`, `s` of `time_s`.
-fn unit(header: &str) -> &str {
+fn column_unit(header: &str) -> &str {
     let in_brackets = header.rsplit_once('(').and_then(|(_, rest)| rest.trim_end().strip_suffix(')'));
     in_brackets.or_else(|| header.strip_prefix("time_")).unwrap_or_default().trim()
 }
@@ -87,7 +87,7 @@ const LENGTHS: [&str; 2] = ["m", "mm"];
 
 /// What a column's values are multiplied by, to be in s, rad, m, N m or N.
 fn scale(header: &str) -> Result<f64, String> {
-    match unit(header) {
+    match column_unit(header) {
         "s" | "rad" | "m" | "N·m" | "N m" | "Nm" | "N" => Ok(1.0),
         "ms" | "mm" | "mN·m" | "mN m" | "mNm" | "mN" => Ok(1e-3),
         "us" | "µs" => Ok(1e-6),
