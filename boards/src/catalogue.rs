@@ -45,10 +45,10 @@ pub struct BoardInfo {
 }
 
 impl BoardInfo {
-    /// Whether its images have a group of modules; "" is that of modules in every one.
+    /// Whether its images have a group of modules; `basic` is in every one.
     #[must_use]
     pub fn has_group(&self, group: &str) -> bool {
-        group.is_empty() || self.tooling.modules.contains(&group)
+        group == "basic" || self.tooling.modules.contains(&group)
     }
 }
 

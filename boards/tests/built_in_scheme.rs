@@ -7,8 +7,8 @@ use boards::BOARDS;
 use boards::catalogue::BoardInfo;
 use boards::motor::Motor;
 use dimsart_core::limits::DEFAULT_WORDS;
-use dimsart_core::modules::ALL;
 use dimsart_core::{AxisKind, DeviceDescriptor, Dimsart, Scalar as _, Tick, Word, scheme, types};
+use dimsart_modules::ALL;
 
 const SIDES: [&str; 2] = ["master", "slave"];
 const TICK_S: f32 = 1e-3;

@@ -5,7 +5,6 @@ use crate::device::{DescriptorError, DeviceDescriptor};
 use crate::dimsart::Dimsart;
 use crate::kind::Kinds;
 use crate::limits::{DEFAULT_WORDS, MAX_DOF};
-use crate::modules;
 use crate::safety::Tick;
 use crate::scheme::{self, SchemeError};
 use crate::storage::StorageError;
@@ -18,6 +17,7 @@ use crate::word::Word;
 /// use dimsart_core::{Bench, types};
 ///
 /// let mut bench = Bench::new(
+///     dimsart_modules::ALL,
 ///     &[types::POSITION, types::DES_POSITION],
 ///     "all PCTRL_MOD K_PARAM 3000
 ///      all MOD_ENG   MOD_ON PCTRL_MOD
@@ -48,19 +48,11 @@ impl Bench {
     /// Time between two ticks, `s`.
     pub const PERIOD_S: f32 = 1e-3;
 
-    /// A controller with the library's modules and a scheme for `all`, whose device measures these types, one value of each.
+    /// A controller with these kinds of modules and a scheme for `all`, whose device measures these types, one value of each.
     ///
     /// # Errors
     /// [`BenchError`].
-    pub fn new(measured: &'static [&'static DataType], rows: &'static str) -> Result<Self, BenchError> {
-        Self::with_kinds(modules::ALL, measured, rows)
-    }
-
-    /// The same with other kinds of modules.
-    ///
-    /// # Errors
-    /// [`BenchError`].
-    pub fn with_kinds(
+    pub fn new(
         kinds: Kinds,
         measured: &'static [&'static DataType],
         rows: &'static str,

@@ -3,6 +3,7 @@
 mod wire;
 
 use crate::data_type::TypeRef;
+use crate::kind_id::KindId;
 use crate::matching::Finding;
 use crate::online::LawRefusal;
 use crate::parameter::{ParameterError, Value};
@@ -14,11 +15,23 @@ use wire::Wire;
 /// An instance comes into being with the first command that names it.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
+#[repr(align(4))]
 pub struct ModuleRef {
-    /// Place in the list of [kinds](crate::Kinds).
-    pub kind: u8,
+    /// Which kind.
+    pub kind: KindId,
     /// 1 for the plain name.
     pub number: u8,
+}
+
+impl ModuleRef {
+    /// Refers to no module.
+    pub(crate) const NONE: Self = Self { kind: KindId::of(""), number: 0 };
+
+    /// An instance of the kind with this name, such as `ModuleRef::new("PDCTRL_MOD", 2)`; its list need not be known.
+    #[must_use]
+    pub const fn new(kind: &str, number: u8) -> Self {
+        Self { kind: KindId::of(kind), number }
+    }
 }
 
 /// A command to the engine or to a module.

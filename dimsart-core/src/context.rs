@@ -124,15 +124,17 @@ impl<'a, M: Module> Context<'a, M> {
     }
 
     /// Words of the parameters of an axis.
+    #[must_use]
     #[inline(always)]
-    pub(crate) fn gain_words(&self, axis: usize) -> &'a [Cell<u32>] {
+    pub fn gain_words(&self, axis: usize) -> &'a [Cell<u32>] {
         let start = Self::GAINS + axis * M::Gains::COUNT;
         self.configuration.get(start..start + M::Gains::COUNT).unwrap_or_default()
     }
 
     /// Words of what the module remembers of an axis.
+    #[must_use]
     #[inline(always)]
-    pub(crate) fn axis_words(&self, axis: usize) -> &'a [Cell<u32>] {
+    pub fn axis_words(&self, axis: usize) -> &'a [Cell<u32>] {
         let start = M::State::COUNT + axis * M::Axis::COUNT;
         self.state.get(start..start + M::Axis::COUNT).unwrap_or_default()
     }

@@ -1,5 +1,6 @@
 //! What a tick and each kind of module take at most: cycles of the processor.
 
+use crate::kind_id::KindId;
 use crate::online::Opcode;
 
 /// Most cycles that something takes: `offset + per_dof * dof`.
@@ -43,14 +44,17 @@ impl Cost {
 /// A module's cost covers every choice and switch among its parameters and two values of each number, and a COMM module
 /// that carries the most it can: nothing but plugging in is taken to change what a scheme may take.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct Costs(&'static [Cost]);
+pub struct Costs {
+    lines: &'static [Cost],
+    kinds: &'static [KindId],
+}
 
 impl Costs {
-    /// The tick's cost, then that of each kind in the order of the [list](crate::Kinds), then that of each
-    /// [instruction](crate::online::Opcode) of programs; [`Cost::UNKNOWN`] where there is none.
+    /// The tick's cost, then that of each of these kinds, then that of each [instruction](crate::online::Opcode) of programs;
+    /// [`Cost::UNKNOWN`] where there is none.
     #[must_use]
-    pub const fn new(lines: &'static [Cost]) -> Self {
-        Self(lines)
+    pub const fn new(lines: &'static [Cost], kinds: &'static [KindId]) -> Self {
+        Self { lines, kinds }
     }
 
     /// Of a tick without modules: the device's signals in and out, and the engine.
@@ -61,18 +65,17 @@ impl Costs {
 
     /// Of a kind of module, with the engine's calls of it; none if it is not known.
     #[must_use]
-    pub fn kind(self, kind: u8) -> Option<Cost> {
-        self.line(usize::from(kind) + 1)
+    pub fn kind(self, kind: KindId) -> Option<Cost> {
+        self.line(self.kinds.iter().position(|known| *known == kind)? + 1)
     }
 
-    /// Of an instruction of a program, by its opcode; these lines come behind those of so many kinds. None if it is not
-    /// known.
-    pub(crate) fn instruction(self, kinds: usize, opcode: Opcode) -> Option<u32> {
-        self.line(1 + kinds + opcode as usize).map(|cost| cost.cycles(0))
+    /// Of an instruction of a program, by its opcode. None if it is not known.
+    pub(crate) fn instruction(self, opcode: Opcode) -> Option<u32> {
+        self.line(1 + self.kinds.len() + opcode as usize).map(|cost| cost.cycles(0))
     }
 
     fn line(self, index: usize) -> Option<Cost> {
-        self.0.get(index).copied().filter(|cost| *cost != Cost::UNKNOWN)
+        self.lines.get(index).copied().filter(|cost| *cost != Cost::UNKNOWN)
     }
 }
 
@@ -89,8 +92,9 @@ mod tests {
     #[test]
     fn a_kind_has_the_line_of_its_number_or_none() {
         const LINES: [Cost; 3] = [Cost::new(500, 60), Cost::new(100, 10), Cost::UNKNOWN];
-        let costs = Costs::new(&LINES);
+        const KINDS: [KindId; 2] = [KindId::of("PD"), KindId::of("P")];
+        let costs = Costs::new(&LINES, &KINDS);
         assert_eq!(costs.tick(), Some(Cost::new(500, 60)));
-        assert_eq!([0, 1, 2, u8::MAX].map(|kind| costs.kind(kind)), [Some(LINES[1]), None, None, None]);
+        assert_eq!(["PD", "P", "PID"].map(|name| costs.kind(KindId::of(name))), [Some(LINES[1]), None, None]);
     }
 }

@@ -46,7 +46,8 @@ impl<const N: usize> Default for Snapshot<N> {
 /// One engine's end of what crosses.
 ///
 /// ```
-/// use dimsart_core::{Coupling, DeviceDescriptor, AxisKind, Dimsart, Snapshot, Word, modules::ALL, types};
+/// use dimsart_core::{Coupling, DeviceDescriptor, AxisKind, Dimsart, Snapshot, Word, types};
+/// use dimsart_modules::ALL;
 ///
 /// # fn main() -> Result<(), Box<dyn std::error::Error>> {
 /// // The joint gets DES_POSITION beside what its encoder measures; the planner gets POSITION and commands DES_POSITION.

@@ -66,8 +66,9 @@ impl<'a> Data<'a> {
     }
 
     /// The programs that the controller has.
+    #[must_use]
     #[inline(always)]
-    pub(crate) fn programs(&self) -> &'a Programs {
+    pub fn programs(&self) -> &'a Programs {
         self.programs
     }
 

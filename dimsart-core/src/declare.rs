@@ -175,7 +175,7 @@ impl<'a> Declare<'a> {
     }
 
     /// The program of this number; none has number 0. Without another one the module is not plugged in.
-    pub(crate) fn program(&mut self, number: u32) -> Option<Program<'a>> {
+    pub fn program(&mut self, number: u32) -> Option<Program<'a>> {
         let found = self.programs.get(number);
         self.has_program = number == 0 || found.is_some();
         found

@@ -26,6 +26,7 @@ use crate::data_base::DataBase;
 use crate::data_type::TypeRef;
 use crate::device::{DeviceDescriptor, Served};
 use crate::kind::{Kind, Kinds};
+use crate::kind_id::KindId;
 use crate::matching::{CheckReport, Finding, Scheme};
 use crate::port::{Direction, Stage};
 use crate::rate::Rate;
@@ -132,9 +133,8 @@ impl<const WORDS: usize> DerefMut for Engine<[u32; WORDS]> {
 }
 
 impl Engine {
-    #[inline(never)]
-    fn kind(&self, number: u8) -> Option<&'static Kind> {
-        self.kinds().kind(number)
+    fn kind(&self, id: KindId) -> Option<&'static Kind> {
+        self.kinds().kind(id)
     }
 
     /// The kinds of modules that it can have; none before a device is connected.
@@ -383,7 +383,7 @@ impl Engine {
 
     /// Words of the Data Base that an instance of a kind takes for its parameters and state, on this device.
     #[must_use]
-    pub fn words_of(&self, kind: u8) -> Option<usize> {
+    pub fn words_of(&self, kind: KindId) -> Option<usize> {
         self.kind(kind).map(|kind| kind.words(self.device.dof()))
     }
 }

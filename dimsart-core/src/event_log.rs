@@ -9,6 +9,7 @@ use core::sync::atomic::{AtomicU32, Ordering::Relaxed};
 use crate::checksum::CRC;
 use crate::command::ModuleRef;
 use crate::data_type::TypeRef;
+use crate::kind_id::KindId;
 use crate::safety::Reason;
 
 /// Events that a log keeps.
@@ -119,7 +120,7 @@ pub struct Event {
     pub module: Option<ModuleRef>,
     /// The signal that it is about, if it is about one.
     pub signal: Option<TypeRef>,
-    /// Which of the signal's words.
+    /// Which of the signal's words; 255 for all from there on.
     pub word: u16,
     /// A link, a cause, a register, or the word's bits: as `what` says.
     pub detail: u32,
@@ -139,23 +140,25 @@ impl Event {
     }
 
     fn to_words(self) -> [u32; WORDS - 1] {
-        let module = self.module.unwrap_or(ModuleRef { kind: 0, number: 0 });
+        let module = self.module.unwrap_or(ModuleRef::NONE);
         let signal = self.signal.unwrap_or(TypeRef { id: 0, number: 0 });
-        let what = u32::from_le_bytes([self.what, module.kind, module.number, signal.number]);
-        let places = u32::from(signal.id) << 16 | u32::from(self.word);
+        let word = u8::try_from(self.word).unwrap_or(u8::MAX);
+        let what = u32::from_le_bytes([self.what, word, module.number, signal.number]);
+        let places = u32::from(signal.id) << 16 | u32::from(module.kind.bits());
         [self.number, self.tick, what, places, self.detail]
     }
 
     fn from_words([number, tick, what, places, detail]: [u32; WORDS - 1]) -> Self {
-        let [what, kind, module, signal] = what.to_le_bytes();
-        let [word, word_high, id, id_high] = places.to_le_bytes();
+        let [what, word, module, signal] = what.to_le_bytes();
+        let [kind, kind_high, id, id_high] = places.to_le_bytes();
+        let kind = KindId::from_bits(u16::from_le_bytes([kind, kind_high]));
         Self {
             number,
             tick,
             what,
             module: (module > 0).then_some(ModuleRef { kind, number: module }),
             signal: (signal > 0).then_some(TypeRef { id: u16::from_le_bytes([id, id_high]), number: signal }),
-            word: u16::from_le_bytes([word, word_high]),
+            word: word.into(),
             detail,
         }
     }
@@ -340,11 +343,11 @@ mod tests {
 
         #[test]
         fn what_is_added_is_read(
-            tick: u32, what: u8, module: Option<(u8, u8)>, signal: Option<(u16, u8)>, word: u16, detail: u32
+            tick: u32, what: u8, module: Option<(u16, u8)>, signal: Option<(u16, u8)>, word: u8, detail: u32
         ) {
-            let module = module.map(|(kind, number)| ModuleRef { kind, number: number.max(1) });
+            let module = module.map(|(kind, number)| ModuleRef { kind: KindId::from_bits(kind), number: number.max(1) });
             let signal = signal.map(|(id, number)| TypeRef { id, number: number.max(1) });
-            let event = Event { number: 1, tick, what, module, signal, word, detail };
+            let event = Event { number: 1, tick, what, module, signal, word: word.into(), detail };
             let log = EventLog::new();
             log.add(tick, event);
             prop_assert_eq!(log.get(0), Some(event));

@@ -6,6 +6,7 @@ use crate::context::Context;
 use crate::data::Data;
 use crate::declare::Declare;
 use crate::device::DeviceDescriptor;
+use crate::kind_id::KindId;
 use crate::module::Module;
 use crate::parameter::{Parameter, Parameters};
 use crate::port::Stage;
@@ -27,11 +28,10 @@ type DeclarePorts = fn(&[Cell<u32>], &mut Declare<'_>, &[Cell<u32>]);
 pub struct Kind {
     /// [`Module::NAME`].
     pub name: &'static str,
+    /// Derived from the name.
+    pub id: KindId,
     /// [`Module::SUMMARY`].
     pub summary: Summary,
-    /// The feature that leaves it out of an image; empty for one that every image has.
-    pub group: Summary,
-    is_left_out: bool,
     outlasts_arming: bool,
     runs_program: bool,
     handles: u8,
@@ -71,9 +71,8 @@ impl Kind {
         #[expect(clippy::cast_possible_truncation, reason = "checked above")]
         Self {
             name: M::NAME,
+            id: KindId::of(M::NAME),
             summary: Summary::new(M::SUMMARY),
-            group: Summary::new(""),
-            is_left_out: false,
             outlasts_arming: M::OUTLASTS_ARMING,
             runs_program: M::RUNS_PROGRAM,
             handles: M::Ports::COUNT as u8,
@@ -89,15 +88,13 @@ impl Kind {
         }
     }
 
-    /// Every kind that an image is built without: each has its number, and they share this, which has no name and no
-    /// code. Who knows the whole library knows its name.
-    pub const LEFT_OUT: &'static Self = &const {
+    /// Fills a list before its kinds are in it.
+    const NONE: &'static Self = &const {
         Self {
             name: "",
-            summary: Summary::new("Left out of this image."),
-            group: Summary::new(""),
-            is_left_out: true,
-            outlasts_arming: true,
+            id: KindId::of(""),
+            summary: Summary::new(""),
+            outlasts_arming: false,
             runs_program: false,
             handles: 0,
             settings_words: 0,
@@ -111,19 +108,6 @@ impl Kind {
             compute: [|_, _, _| {}; 2],
         }
     };
-
-    /// The same kind as one of a group.
-    #[must_use]
-    pub const fn of_group(mut self, feature: &'static str) -> Self {
-        self.group = Summary::new(feature);
-        self
-    }
-
-    /// Whether the image has its code.
-    #[must_use]
-    pub const fn is_there(&self) -> bool {
-        !self.is_left_out
-    }
 
     /// [`Module::OUTLASTS_ARMING`].
     pub(crate) const fn outlasts_arming(&self) -> bool {
@@ -287,8 +271,7 @@ fn compute_late<M: Module>(data: &Data<'_>, configuration: u16, state: u16) {
     }
 }
 
-/// The kinds of modules of an image or a program, each in the place of its number; [`Kind::LEFT_OUT`] in the place of a kind that
-/// the image lacks.
+/// A list of module kinds: those of an image, or of a program.
 #[doc(alias = "List of Modules")]
 #[derive(Debug, Clone, Copy)]
 pub struct Kinds(&'static [&'static Kind]);
@@ -298,52 +281,112 @@ impl Kinds {
     pub const NONE: Self = Self(&[]);
 
     /// The kinds of a list, such as `&[&Kind::of::<MyLaw>()]`.
+    ///
+    /// # Panics
+    /// Where two kinds have the same [id](KindId), which fails the build as lists are constants: rename one of them.
     #[must_use]
     pub const fn new(kinds: &'static [&'static Kind]) -> Self {
+        let mut rest = kinds;
+        while let [first, others @ ..] = rest {
+            rest = others;
+            let mut others = others;
+            while let [other, beyond @ ..] = others {
+                assert!(
+                    first.id.bits() != other.id.bits(),
+                    "two module kinds have the same id: rename one of them"
+                );
+                others = beyond;
+            }
+        }
         Self(kinds)
     }
 
-    /// All of them, by number.
+    /// All of them, in order.
     #[must_use]
     pub const fn list(self) -> &'static [&'static Kind] {
         self.0
     }
 
-    /// The kind with this number, also one that the image lacks.
+    /// The ids of all of them.
     #[must_use]
-    pub fn kind(self, number: u8) -> Option<&'static Kind> {
-        self.0.get(usize::from(number)).copied()
+    #[expect(clippy::indexing_slicing, reason = "of a constant: out of bounds is an error of the build")]
+    pub const fn ids<const COUNT: usize>(self) -> [KindId; COUNT] {
+        let mut ids = [KindId::of(""); COUNT];
+        let mut place = 0;
+        while place < COUNT {
+            ids[place] = self.0[place].id;
+            place += 1;
+        }
+        ids
+    }
+
+    /// The kind with this id.
+    #[must_use]
+    #[inline(never)]
+    pub fn kind(self, id: KindId) -> Option<&'static Kind> {
+        self.0.iter().copied().find(|kind| kind.id == id)
     }
 
     /// Describes parameter `index` of a kind; none past the last one, except for number 127: [every how many
     /// ticks](crate::Rate) a module runs.
     #[must_use]
     #[inline(never)]
-    pub fn describe_parameter(self, kind: u8, index: u8) -> Option<Parameter> {
+    pub fn describe_parameter(self, kind: KindId, index: u8) -> Option<Parameter> {
         let mut found = None;
         let kind = self.kind(kind)?;
         if index == EVERY_TICKS {
-            return kind.is_there().then_some(rate::PARAMETER);
+            return Some(rate::PARAMETER);
         }
         kind.describe(&mut Parameters::get(index, None, &mut found));
         found.map(|(parameter, _)| parameter)
     }
+
+    /// Number of kinds in these lists; for [`join_kinds`](crate::join_kinds).
+    #[doc(hidden)]
+    #[must_use]
+    pub const fn count(mut lists: &[Self]) -> usize {
+        let mut count = 0;
+        while let [first, rest @ ..] = lists {
+            count += first.0.len();
+            lists = rest;
+        }
+        count
+    }
+
+    /// The kinds of these lists one after another; for [`join_kinds`](crate::join_kinds).
+    #[doc(hidden)]
+    #[must_use]
+    #[expect(clippy::indexing_slicing, reason = "of a constant: out of bounds is an error of the build")]
+    pub const fn joined<const COUNT: usize>(lists: &[Self]) -> [&'static Kind; COUNT] {
+        let (mut all, mut place, mut lists) = ([Kind::NONE; COUNT], 0, lists);
+        while let [first, rest @ ..] = lists {
+            let mut list = first.0;
+            while let [kind, others @ ..] = list {
+                all[place] = *kind;
+                (place, list) = (place + 1, others);
+            }
+            lists = rest;
+        }
+        all
+    }
 }
 
-/// [`Kinds`] of modules, such as `kinds![MyLaw, modules::Pd]`; one entry registers a module.
-///
-/// `Pd: "control"` is left out of images that are built without the crate's feature `control`. Its number stays, so that a kind has
-/// the same number in every image.
+/// [`Kinds`] of modules, such as `kinds![MyLaw, dimsart_modules::Pd]`; one entry registers a module.
 #[macro_export]
 macro_rules! kinds {
-    ($($module:ty $(: $feature:literal)?),* $(,)?) => {
-        $crate::Kinds::new(const { &[$(
-            // Decided at compile time: a module that is left out takes no code.
-            if true $(&& cfg!(feature = $feature))? {
-                const { &$crate::Kind::of::<$module>()$(.of_group($feature))? }
-            } else {
-                $crate::Kind::LEFT_OUT
-            }
-        ),*] })
+    ($($module:ty),* $(,)?) => {
+        $crate::Kinds::new(const { &[$(const { &$crate::Kind::of::<$module>() }),*] })
+    };
+}
+
+/// Several lists as one, such as `join_kinds![dimsart_modules::CONTROL, MY_LAWS]`.
+#[macro_export]
+macro_rules! join_kinds {
+    ($($list:expr),+ $(,)?) => {
+        const {
+            const LISTS: &[$crate::Kinds] = &[$($list),+];
+            const JOINED: [&$crate::Kind; $crate::Kinds::count(LISTS)] = $crate::Kinds::joined(LISTS);
+            $crate::Kinds::new(&JOINED)
+        }
     };
 }

@@ -32,7 +32,7 @@
 //! | Module Engine, `Module_Step`, `ModuleCmd` | [`Engine`], [`Engine::step`], [`Engine::command`] |
 //! | `DB_ext_write`, `DB_ext_read` | [`Frame::write`], [`Frame::read`] |
 //! | Types matching check | [`Engine::check`], its [`CheckReport`] and [`Finding`]s |
-//! | `COMM_RX`, `COMM_TX` | [`modules::CommRx`], [`modules::CommTx`]; a link carries their [`Packet`]s |
+//! | `COMM_RX`, `COMM_TX` | the modules of that name; a link carries their [`Packet`]s |
 //! | multi-thread architectures | two [`Dimsart`]s and a [`Coupling`]; modules that do not run in every tick |
 //! | Table 1 | a [`scheme`]: rows of `dest module command value` |
 //!
@@ -51,12 +51,10 @@
 //! # Where to start
 //!
 //! To write a control law: [`Module`], with a whole one as its example. To run one: [`Dimsart`]. To
-//! build a scheme out of the library: [`scheme`] and [`modules`].
+//! build a scheme out of the library: [`scheme`] and the crate `dimsart-modules`.
 #![no_std]
 #![forbid(unsafe_code)]
 
-// By this name, modules of a project of one's own know the crate, whose part they become.
-extern crate self as dimsart_core;
 #[cfg(test)]
 extern crate std;
 
@@ -89,12 +87,12 @@ mod frame;
 mod handle;
 mod input_limits;
 mod kind;
+mod kind_id;
 pub mod limits;
-mod mailbox;
+pub mod mailbox;
 mod matching;
 pub mod math;
 mod module;
-pub mod modules;
 pub mod names;
 pub mod online;
 mod output_limits;
@@ -140,6 +138,7 @@ pub use frame::{Frame, FrameError, MAX_DEVICE_TYPES};
 pub use handle::{Grid, Input, Matrix, Memory, Output, Signal, Single, Square, Untyped, Vector};
 pub use input_limits::{InputLimits, LimitsFault, SafeValue};
 pub use kind::{Kind, Kinds};
+pub use kind_id::KindId;
 pub use mailbox::{LinkPort, LinkState, Mailbox, START_COUNTERS, counters_ahead, is_newer, next_number};
 pub use matching::{CheckReport, Finding, Party};
 pub use module::Module;

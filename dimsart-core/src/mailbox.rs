@@ -212,7 +212,7 @@ pub fn next_number(number: u32) -> u32 {
 
 /// The counter of the packet with this number.
 #[must_use]
-pub(crate) fn low_half(number: u32) -> u16 {
+pub fn low_half(number: u32) -> u16 {
     let [low, high, ..] = number.to_le_bytes();
     u16::from_le_bytes([low, high])
 }

@@ -60,7 +60,7 @@ use crate::words::Words;
 /// pub const MY_MODULES: Kinds = dimsart_core::kinds![DampedSpring];
 /// ```
 ///
-/// The last line registers it. The whole library is [`ALL`](crate::modules::ALL).
+/// The last line registers it. The whole library is `dimsart_modules::ALL`.
 ///
 /// A module that remembers something says in [`begin`](Self::begin) what it starts from, such as where the joint
 /// stands. Where it [takes over](crate::Context::takes_over) from another one in a scheme that runs, it can read what that

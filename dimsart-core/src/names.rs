@@ -6,6 +6,7 @@ use crate::command::ModuleRef;
 use crate::data_type::TypeRef;
 use crate::device::DeviceDescriptor;
 use crate::kind::Kinds;
+use crate::kind_id::KindId;
 use crate::rate::EVERY_TICKS;
 
 /// A name and which copy of it, printed `NAME` or `NAME.2`.
@@ -35,8 +36,7 @@ pub fn split(word: &str) -> Option<(&str, u8)> {
 /// Finds `NAME` or `NAME.2` among the names of kinds of modules.
 pub(crate) fn numbered<'a>(mut kinds: impl Iterator<Item = &'a str>, word: &str) -> Option<ModuleRef> {
     let (name, number) = split(word)?;
-    let kind = kinds.position(|kind| kind == name && !kind.is_empty())?;
-    Some(ModuleRef { kind: u8::try_from(kind).ok()?, number })
+    kinds.any(|kind| kind == name).then(|| ModuleRef::new(name, number))
 }
 
 /// Splits `K_PARAM[1]` into `K_PARAM` and axis 1, and `K[1][2]` into `K`, row 1 and column 2; the name alone when what
@@ -75,8 +75,7 @@ impl Kinds {
     /// Name of a module; `?` for a kind that is not in the list.
     #[must_use]
     pub fn module_name(self, module: ModuleRef) -> Name<'static> {
-        let kind = self.kind(module.kind).filter(|kind| kind.is_there());
-        let name = kind.map_or("?", |kind| kind.name);
+        let name = self.kind(module.kind).map_or("?", |kind| kind.name);
         Name { name, number: module.number }
     }
 
@@ -88,7 +87,7 @@ impl Kinds {
 
     /// Finds a parameter of a kind of module by name.
     #[must_use]
-    pub fn parameter(self, kind: u8, name: &str) -> Option<u8> {
+    pub fn parameter(self, kind: KindId, name: &str) -> Option<u8> {
         let described = |index| Some((index, self.describe_parameter(kind, index)?));
         let found = (0..=u8::MAX).map_while(described).chain(described(EVERY_TICKS));
         found.into_iter().find(|(_, parameter)| parameter.name == name).map(|(index, _)| index)

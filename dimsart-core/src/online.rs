@@ -1,5 +1,5 @@
 //! Control laws that come while the controller runs: a program is taken, verified, kept, and run by
-//! [`ONLINE_MOD`](crate::modules::Online).
+//! `ONLINE_MOD`.
 //!
 //! A program is straight on: no jump, no loop, no address. So what it takes is known before it runs, and it ends.
 //! Whatever its words are, running one cannot panic or reach beyond its own registers, parameters and ports; what
@@ -13,12 +13,12 @@ mod verify;
 
 pub use instruction::{Field, Instruction, OPCODES, OWN_AXIS, Opcode, REGISTERS};
 pub use interpret::calculate;
-pub(crate) use interpret::{Surroundings, run};
+pub use interpret::{Registers, Surroundings, run};
 pub(crate) use program::PARAMETERS;
 pub use program::{
     Header, LawParameter, MAX_INPUTS, MAX_OUTPUTS, MAX_PARAMETERS, MAX_STATES, Program, Section, seal,
 };
-pub(crate) use programs::Programs;
+pub use programs::{Code, Programs};
 pub use programs::{LawAction, LawRefusal, LawReport};
 pub use verify::ProgramError;
 

@@ -171,7 +171,8 @@ pub enum ParameterError {
 impl ParameterError {
     /// Of what may be so far off.
     #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "a cast saturates")]
-    pub(crate) fn imprecise(percent: f32) -> Self {
+    #[must_use]
+    pub fn imprecise(percent: f32) -> Self {
         Self::Imprecise { percent: (percent + 0.999) as u16 }
     }
 }

@@ -21,7 +21,7 @@ use crate::protocol::ParameterText;
 use crate::types;
 
 /// Version of the layout.
-pub const SAVED_SCHEME_VERSION: u8 = 1;
+pub const SAVED_SCHEME_VERSION: u8 = 2;
 /// Most bytes of a scheme; one module with one gain takes 18, a law about 7 for each word of its program. With laws, two
 /// schemes and a motor's configuration are what a page of 2048 bytes of flash holds.
 pub const MAX_SCHEME_BYTES: usize = if MAX_PROGRAMS == 0 { 512 } else { 920 };
@@ -196,7 +196,8 @@ fn check(bytes: &[u8], fingerprint: u32) -> Result<&[u8], LoadError> {
 #[must_use]
 pub fn fingerprint(engine: &mut Engine) -> u32 {
     let mut digest = Fingerprint(CRC.digest());
-    for (kind, found) in (0..).zip(engine.kinds().list()) {
+    for found in engine.kinds().list() {
+        let kind = found.id;
         digest = digest.with(&found.name);
         let parameters = (0..).map_while(|index| engine.kinds().describe_parameter(kind, index));
         for text in parameters.map(ParameterText::try_from) {
@@ -210,7 +211,7 @@ pub fn fingerprint(engine: &mut Engine) -> u32 {
             digest = digest.with(&(port.name, port.data_type.map(|(_, signal)| signal)));
         }
     }
-    for found in types::ALL {
+    for found in &types::ALL {
         digest = digest.with(&(found.id, found.name, found.unit, found.format, found.shape));
     }
     digest.0.finalize()

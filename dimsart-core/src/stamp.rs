@@ -9,27 +9,30 @@
 //! ```text
 //! byte  bytes
 //!    0      8  "DIMSTAMP"
-//!    8      2  version of this layout, 1
-//!   10      2  lines of costs there is room for: the tick's, and one for each kind of module
+//!    8      2  version of this layout, 2
+//!   10      2  lines of costs there is room for: the tick's, one for each module kind, those of instructions
 //!   12      4  most cycles of a tick; 0: no limit
 //!   16     16  side of the scheme, as text
 //!   32     16  memory that the costs are for, as text, such as `0ws`; empty: the image is not stamped
 //!   48     16  compiler of the image, as text
 //!   64     16  name of the scheme, as text
-//!   80      4  bytes of the scheme
+//!   80      2  bytes of the scheme
+//!   82      2  number of module kinds
 //!   84    512  the scheme, as it is saved
 //!  596  4 each  lines of costs: cycles u16, cycles for each degree of freedom u16; both 0: not known
+//!       2 each  ids of the image's module kinds, in the order of their lines
 //! ```
 //! Text ends at the first zero byte.
 
 use core::num::NonZeroU32;
 
 use crate::cost::{Cost, Costs};
+use crate::kind_id::KindId;
 
 /// How a stamp begins.
 pub const MAGIC: [u8; 8] = *b"DIMSTAMP";
 /// Version of the layout.
-pub const VERSION: u16 = 1;
+pub const VERSION: u16 = 2;
 /// Behind the name of an image that is not stamped, where a board describes itself.
 pub const UNSTAMPED: &str = " unstamped";
 /// Most bytes of a text.
@@ -44,7 +47,7 @@ pub type Text = [u8; MAX_TEXT_BYTES];
 /// What is put into an image after it was linked, with room for so many lines of costs.
 #[derive(Debug, Clone, Copy)]
 #[repr(C)]
-pub struct Stamp<const LINES: usize> {
+pub struct Stamp<const LINES: usize, const KINDS: usize> {
     /// [`MAGIC`].
     pub magic: [u8; 8],
     /// [`VERSION`].
@@ -62,23 +65,27 @@ pub struct Stamp<const LINES: usize> {
     /// Name of the scheme.
     pub scheme_name: Text,
     /// Bytes of the scheme that are used.
-    pub scheme_bytes: u32,
+    pub scheme_bytes: u16,
+    /// `KINDS`.
+    pub kind_count: u16,
     /// A [saved scheme](crate::saved_scheme).
     pub scheme: [u8; STAMP_SCHEME_BYTES],
-    /// What a tick and each kind of module cost.
+    /// What a tick, each kind of module and each instruction cost.
     pub costs: [Cost; LINES],
+    /// The module kinds of the image.
+    pub kinds: [KindId; KINDS],
 }
 
 const _: () = {
-    assert!(core::mem::offset_of!(Stamp<1>, scheme) == 84, "as the layout says");
-    assert!(core::mem::offset_of!(Stamp<1>, costs) == 596 && size_of::<Stamp<3>>() == 608);
+    assert!(core::mem::offset_of!(Stamp<1, 0>, scheme) == 84, "as the layout says");
+    assert!(core::mem::offset_of!(Stamp<1, 0>, costs) == 596 && size_of::<Stamp<3, 2>>() == 612);
 };
 
-impl<const LINES: usize> Stamp<LINES> {
+impl<const LINES: usize, const KINDS: usize> Stamp<LINES, KINDS> {
     /// Of an image as it is linked: a scheme of one side, and no costs. What does not fit is left out.
     #[must_use]
     #[expect(clippy::cast_possible_truncation, reason = "kinds are counted in a byte, schemes are short")]
-    pub const fn unstamped(side: &str, scheme: &[u8]) -> Self {
+    pub const fn unstamped(side: &str, scheme: &[u8], kinds: [KindId; KINDS]) -> Self {
         let (scheme, scheme_bytes) = filled(scheme);
         Self {
             magic: MAGIC,
@@ -89,17 +96,18 @@ impl<const LINES: usize> Stamp<LINES> {
             memory: text(""),
             compiler: text(""),
             scheme_name: text(""),
-            scheme_bytes: scheme_bytes as u32,
+            scheme_bytes: scheme_bytes as u16,
+            kind_count: KINDS as u16,
             scheme,
             costs: [Cost::UNKNOWN; LINES],
+            kinds,
         }
     }
 
     /// The bytes of the scheme.
     #[must_use]
     pub fn scheme(&self) -> &[u8] {
-        let bytes = usize::try_from(self.scheme_bytes).ok();
-        bytes.and_then(|bytes| self.scheme.get(..bytes)).unwrap_or_default()
+        self.scheme.get(..usize::from(self.scheme_bytes)).unwrap_or_default()
     }
 
     /// Side of the scheme.
@@ -111,7 +119,7 @@ impl<const LINES: usize> Stamp<LINES> {
     /// What the modules cost; none in an image that is not stamped.
     #[must_use]
     pub fn costs(&'static self) -> Option<Costs> {
-        (self.memory.first() != Some(&0)).then_some(Costs::new(&self.costs))
+        (self.memory.first() != Some(&0)).then_some(Costs::new(&self.costs, &self.kinds))
     }
 
     /// What a tick may take, cycles.
@@ -155,7 +163,8 @@ mod tests {
 
     #[test]
     fn what_is_linked_has_a_scheme_and_no_costs() {
-        static STAMP: Stamp<3> = Stamp::unstamped("master", &[1, 2, 3]);
+        static STAMP: Stamp<3, 2> =
+            Stamp::unstamped("master", &[1, 2, 3], [KindId::of("PD"), KindId::of("P")]);
         assert_eq!((STAMP.side(), STAMP.scheme(), STAMP.lines), ("master", [1, 2, 3].as_slice(), 3));
         assert_eq!((STAMP.costs(), STAMP.limit_cycles()), (None, None));
     }
@@ -163,22 +172,25 @@ mod tests {
     #[test]
     fn a_stamp_has_costs_for_a_memory_and_a_limit() {
         const LINES: [Cost; 2] = [Cost::new(500, 60), Cost::new(100, 10)];
-        static STAMP: Stamp<2> = Stamp {
+        static STAMP: Stamp<2, 1> = Stamp {
             memory: text("flash"),
             limit_cycles: 84_000,
             costs: LINES,
-            ..Stamp::unstamped("slave", &[])
+            ..Stamp::unstamped("slave", &[], [KindId::of("PD")])
         };
-        assert_eq!(STAMP.costs(), Some(Costs::new(&LINES)));
+        assert_eq!(STAMP.costs(), Some(Costs::new(&LINES, &STAMP.kinds)));
         assert_eq!(STAMP.limit_cycles().map(NonZeroU32::get), Some(84_000));
     }
 
     #[test]
     fn a_length_beyond_the_room_and_text_that_is_none_are_nothing() {
-        let stamp =
-            Stamp::<1> { scheme_bytes: 513, side: [0xFF; MAX_TEXT_BYTES], ..Stamp::unstamped("", &[1]) };
+        let stamp = Stamp::<1, 0> {
+            scheme_bytes: 513,
+            side: [0xFF; MAX_TEXT_BYTES],
+            ..Stamp::unstamped("", &[1], [])
+        };
         assert_eq!((stamp.scheme(), stamp.side()), ([].as_slice(), ""));
-        assert_eq!(Stamp::<1>::unstamped("a side of too many letters", &[1; 600]).scheme(), []);
+        assert_eq!(Stamp::<1, 0>::unstamped("a side of too many letters", &[1; 600], []).scheme(), []);
         assert_eq!(as_str(&text("sixteen letters!")), "sixteen letters!");
     }
 }

@@ -6,42 +6,21 @@ use crate::unit::Unit;
 use crate::word::Format;
 
 macro_rules! catalogue {
-    ($($id:literal $name:ident $unit:ident $format:ident $shape:ident $summary:literal $(if $($group:literal)+)?;)*) => {
+    ($($id:literal $name:ident $unit:ident $format:ident $shape:ident $summary:literal;)*) => {
+        /// Place of each in the catalogue.
+        #[expect(non_camel_case_types, clippy::upper_case_acronyms, reason = "named as the types are")]
+        enum Place { $($name),* }
+
         $(#[doc = $summary]
-        pub const $name: &DataType = &DataType {
+        #[expect(clippy::indexing_slicing, reason = "of a constant: out of bounds is an error of the build")]
+        pub const $name: &DataType = &ALL[Place::$name as usize];)*
+
+        /// Every standard type, by rising id.
+        pub static ALL: [DataType; [$($id),*].len()] = [$(DataType {
             id: $id, name: stringify!($name), unit: Unit::$unit,
             format: Format::$format, shape: Shape::$shape, summary: Summary::new($summary),
-        };)*
-        /// Each, and whether the build has a group of modules that it is for.
-        const EVERY: &[(&DataType, bool)] = &[$(($name, true $(&& (false $(|| cfg!(feature = $group))+))?)),*];
+        }),*];
     };
-}
-
-/// Every standard type that the build has modules for, by rising id.
-pub const ALL: &[&DataType] = &PRESENT;
-
-#[expect(clippy::indexing_slicing, reason = "of a constant: out of bounds is an error of the build")]
-const PRESENT: [&DataType; present()] = {
-    let mut types = [POSITION; present()];
-    let (mut place, mut count) = (0, 0);
-    while place < EVERY.len() {
-        if EVERY[place].1 {
-            types[count] = EVERY[place].0;
-            count += 1;
-        }
-        place += 1;
-    }
-    types
-};
-
-#[expect(clippy::indexing_slicing, reason = "of a constant: out of bounds is an error of the build")]
-const fn present() -> usize {
-    let (mut place, mut count) = (0, 0);
-    while place < EVERY.len() {
-        count += EVERY[place].1 as usize;
-        place += 1;
-    }
-    count
 }
 
 catalogue! {
@@ -51,7 +30,7 @@ catalogue! {
      4 MOTOR_CURRENT      Ampere    F32 Vector "Measured current of the motor; of three phases the one that makes the torque.";
      5 MOTOR_VOLTAGE      Volt      F32 Vector "Measured voltage at the motor.";
      6 WINDING_TEMPERATURE Celsius  F32 Vector "Measured temperature of the motor's winding.";
-     7 ACCELERATION       Acceleration F32 Vector "Measured or observed acceleration." if "filters";
+     7 ACCELERATION       Acceleration F32 Vector "Measured or observed acceleration.";
      8 DES_POSITION       Position  F32 Vector "Desired position.";
      9 DES_VELOCITY       Velocity  F32 Vector "Desired velocity.";
     10 DES_FORCE          Force     F32 Vector "Force to command to the device.";
@@ -59,15 +38,15 @@ catalogue! {
     12 BUS_VOLTAGE        Volt      F32 Vector "Measured voltage of a drive's supply.";
     13 TEMPERATURE        Celsius   F32 Vector "Measured temperature of a drive's board.";
     14 DRIVE_FAULT        One       F32 Vector "Number of what is wrong with a drive, or limits it; 0 for nothing.";
-    15 DES_ACCELERATION   Acceleration F32 Vector "Desired acceleration." if "joint-control" "robots" "trajectories";
+    15 DES_ACCELERATION   Acceleration F32 Vector "Desired acceleration.";
     16 CH1_WAVES          Wave      F32 Vector "Wave leaving on channel 1.";
     17 CH2_WAVES          Wave      F32 Vector "Wave that came in on channel 2.";
     18 CH1_TD_WAVES       Wave      F32 Vector "Channel 1 after its time delay.";
     19 CH2_TD_WAVES       Wave      F32 Vector "Channel 2 after its time delay.";
-    20 FEED_FORCE         Force     F32 Vector "Force to add to what a controller commands." if "energy" "joint-control" "limits" "logic" "robots";
-    21 EXTERNAL_FORCE     Force     F32 Vector "Observed force of the world on the device." if "joint-control" "robots";
-    22 PORT_ENERGY        Energy    F32 Vector "Energy that has gone into a port." if "energy";
-    23 CONDITION          One       F32 Vector "1 where something holds, 0 where not." if "energy" "limits" "logic" "robots" "signals";
+    20 FEED_FORCE         Force     F32 Vector "Force to add to what a controller commands.";
+    21 EXTERNAL_FORCE     Force     F32 Vector "Observed force of the world on the device.";
+    22 PORT_ENERGY        Energy    F32 Vector "Energy that has gone into a port.";
+    23 CONDITION          One       F32 Vector "1 where something holds, 0 where not.";
     24 LINE_FORCE         Force     F32 Vector "Force at the wave port, positive from master to slave.";
     25 LINE_VELOCITY      Velocity  F32 Vector "Velocity at the wave port.";
     26 CONTROL_STIFFNESS  Stiffness F32 Vector "Slope of the control law: change of force per desired position.";
@@ -90,16 +69,16 @@ catalogue! {
     54 SUPPLY_VOLTAGE     Volt      F32 Scalar "Measured voltage of the supply of the motor's bridge.";
     55 BRIDGE_TEMPERATURE Celsius   F32 Scalar "Measured temperature of the motor's bridge.";
     56 TICK_PERIOD        One       U32 Scalar "Processor cycles between the last two ticks.";
-    80 STATE              One       F32 Vector "Number of the state that a sequence is in." if "limits" "logic";
-    90 TIP_POSITION       Metre     F32 Vector "Place of the tip: x, y, z on the first three axes, as far as there are." if "robots";
-    91 TIP_VELOCITY       MetrePerSecond F32 Vector "Velocity of the tip along x, y, z." if "robots";
-    92 TIP_FORCE          Newton    F32 Vector "Force of the world on the tip along x, y, z." if "robots";
-    93 DES_TIP_POSITION   Metre     F32 Vector "Desired place of the tip." if "robots";
-    94 DES_TIP_FORCE      Newton    F32 Vector "Force to apply with the tip along x, y, z." if "robots";
-   120 FAR_POSITION       Position  F32 Vector "Position of the other side of a link." if "energy";
-   121 FAR_FORCE          Force     F32 Vector "Force of the other side of a link." if "energy";
-   122 LINE_ENERGY        One       U32 Vector "Energy that has gone into a link here, in counts of 2^-24 J; wraps." if "energy";
-   123 FAR_ENERGY         One       U32 Vector "Energy that has gone into a link on its other side, in counts of 2^-24 J; wraps." if "energy";
+    80 STATE              One       F32 Vector "Number of the state that a sequence is in.";
+    90 TIP_POSITION       Metre     F32 Vector "Place of the tip: x, y, z on the first three axes, as far as there are.";
+    91 TIP_VELOCITY       MetrePerSecond F32 Vector "Velocity of the tip along x, y, z.";
+    92 TIP_FORCE          Newton    F32 Vector "Force of the world on the tip along x, y, z.";
+    93 DES_TIP_POSITION   Metre     F32 Vector "Desired place of the tip.";
+    94 DES_TIP_FORCE      Newton    F32 Vector "Force to apply with the tip along x, y, z.";
+   120 FAR_POSITION       Position  F32 Vector "Position of the other side of a link.";
+   121 FAR_FORCE          Force     F32 Vector "Force of the other side of a link.";
+   122 LINE_ENERGY        One       U32 Vector "Energy that has gone into a link here, in counts of 2^-24 J; wraps.";
+   123 FAR_ENERGY         One       U32 Vector "Energy that has gone into a link on its other side, in counts of 2^-24 J; wraps.";
 }
 
 /// What a device with a clock measures of its own ticks: its outputs end with all of these, with the last of them, or with none.
@@ -109,11 +88,11 @@ pub const TIMING: [&DataType; 6] =
 /// Finds a standard type by its number.
 #[must_use]
 pub fn by_id(id: u16) -> Option<&'static DataType> {
-    ALL.iter().copied().find(|data_type| data_type.id == id)
+    ALL.iter().find(|data_type| data_type.id == id)
 }
 
 /// Finds a standard type by its name.
 #[must_use]
 pub fn by_name(name: &str) -> Option<&'static DataType> {
-    ALL.iter().copied().find(|data_type| data_type.name == name)
+    ALL.iter().find(|data_type| data_type.name == name)
 }

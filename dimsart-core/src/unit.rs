@@ -186,12 +186,10 @@ impl Unit {
         }
     }
 
-    /// The unit of the same quantity in Cartesian coordinates; none for what is no coordinate's, nor in a build without
-    /// `robots`, where nothing is Cartesian.
+    /// The unit of the same quantity in Cartesian coordinates; none for a quantity that has no axis.
     #[must_use]
     pub const fn cartesian(self) -> Option<Self> {
         match self {
-            _ if !cfg!(feature = "robots") => None,
             Self::Position => Some(Self::Metre),
             Self::Velocity => Some(Self::MetrePerSecond),
             Self::Acceleration => Some(Self::MetrePerSecondSquared),

@@ -4,6 +4,7 @@ use core::fmt;
 
 use crate::command::ModuleRef;
 use crate::data_type::{Shape, TypeRef};
+use crate::kind_id::KindId;
 use crate::names::{Name, numbered, split};
 use crate::protocol::{DataTypeText, ParameterText, PortText};
 use crate::rate::EVERY_TICKS;
@@ -26,12 +27,12 @@ pub trait Vocabulary {
         u8::try_from(self.axes().len()).unwrap_or(u8::MAX)
     }
 
-    /// Name of a kind of module; none past the last one.
-    fn kind_name(&self, kind: u8) -> Option<&str>;
+    /// Name of the kind of module at a place in the list; none past the last one.
+    fn kind_at(&self, place: u8) -> Option<&str>;
 
     /// Parameter `index` of a kind of module; none past the last one, but for number 127: [every how many
     /// ticks](crate::Rate) a module runs.
-    fn parameter_text(&self, kind: u8, index: u8) -> Option<ParameterText<'_>>;
+    fn parameter_text(&self, kind: KindId, index: u8) -> Option<ParameterText<'_>>;
 
     /// Port `index` of a module as its parameters are now; none past the last one.
     fn port_text(&self, module: ModuleRef, index: u8) -> Option<PortText<'_>>;
@@ -41,11 +42,16 @@ pub trait Vocabulary {
 
     /// Names of all kinds of modules.
     fn kind_names(&self) -> impl Iterator<Item = &str> {
-        (0..=u8::MAX).map_while(|kind| self.kind_name(kind))
+        (0..=u8::MAX).map_while(|place| self.kind_at(place))
+    }
+
+    /// Name of a kind of module.
+    fn kind_name(&self, kind: KindId) -> Option<&str> {
+        self.kind_names().find(|name| KindId::of(name) == kind)
     }
 
     /// Parameters of a kind of module.
-    fn parameter_texts(&self, kind: u8) -> impl Iterator<Item = ParameterText<'_>> {
+    fn parameter_texts(&self, kind: KindId) -> impl Iterator<Item = ParameterText<'_>> {
         (0..=u8::MAX).map_while(move |index| self.parameter_text(kind, index))
     }
 
@@ -70,7 +76,7 @@ pub trait Vocabulary {
     }
 
     /// Finds a parameter of a kind of module by name, and its number.
-    fn parameter_named(&self, kind: u8, name: &str) -> Option<(u8, ParameterText<'_>)> {
+    fn parameter_named(&self, kind: KindId, name: &str) -> Option<(u8, ParameterText<'_>)> {
         let of_all = self.parameter_text(kind, EVERY_TICKS).map(|parameter| (EVERY_TICKS, parameter));
         let mut found = (0..=u8::MAX).zip(self.parameter_texts(kind)).chain(of_all);
         found.find(|(_, parameter)| parameter.name == name)

@@ -17,7 +17,7 @@ use crate::command::{CommandError, ModuleRef};
 use crate::data_base::{DataBase, bit};
 use crate::declare::Declare;
 use crate::device::DeviceDescriptor;
-use crate::kind::{Begin, Compute, Kind, MAX_HANDLES};
+use crate::kind::{Begin, Compute, Kind, Kinds, MAX_HANDLES};
 use crate::limits::{MAX_CALLS, MAX_LINKS, MAX_MODULES, MAX_PACKET_WORDS, MAX_SLOTS, MAX_WIRES};
 use crate::parameter::ParameterError;
 use crate::port::{Direction, LinkEnd, PortSpec, PortSpecs, Stage};
@@ -290,11 +290,11 @@ impl Wiring {
     }
 
     /// Takes over the order of the calls.
-    pub(crate) fn set_calls(&mut self, calls: impl Iterator<Item = (u8, Stage)>, kinds: &[&Kind]) {
+    pub(crate) fn set_calls(&mut self, calls: impl Iterator<Item = (u8, Stage)>, kinds: Kinds) {
         self.calls.clear();
         for (order, stage) in calls {
             let Some(plugged) = self.modules.get(usize::from(order)) else { continue };
-            let Some(kind) = kinds.get(usize::from(plugged.module.kind)) else { continue };
+            let Some(kind) = kinds.kind(plugged.module.kind) else { continue };
             let begin = if stage == Stage::Early { kind.begin() } else { None };
             let compute = kind.compute(stage);
             let _ = self.calls.push(Call {

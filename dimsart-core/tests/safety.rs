@@ -7,8 +7,9 @@ use dimsart_core::limits::DEFAULT_WORDS;
 use dimsart_core::{
     AxisKind, Command, CommandError, DataType, DescriptorError, DeviceDescriptor, Dimsart, DriveFault,
     DriveState, EventKind, FrameError, InputLimits, LimitsFault, Packet, Reason, SafeValue, Tick, Word,
-    limits::MAX_LIMITED_WORDS, modules::ALL, scheme, types,
+    limits::MAX_LIMITED_WORDS, scheme, types,
 };
+use dimsart_modules::ALL;
 
 const AXES: usize = 3;
 /// A power of two, so that no product with it is rounded.

@@ -7,7 +7,8 @@ use std::error::Error;
 use std::path::Path;
 
 use dimsart::report::{Curve, Figure, Panel, write_figure};
-use dimsart_core::{Command, Value, modules::ALL};
+use dimsart_core::{Command, Value};
+use dimsart_modules::ALL;
 use hil_sim::bilateral::{Experiment, ExperimentError, Side};
 use hil_sim::recording::{Column, Recording};
 use hil_sim::rig::{Rig, Station};

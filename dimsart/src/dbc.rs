@@ -7,8 +7,8 @@ mod layout;
 
 use std::fmt::{self, Display, Formatter};
 
-use dimsart_core::modules::ALL;
 use dimsart_core::{Command, Dimsart, ModuleRef, TypeRef, Value};
+use dimsart_modules::ALL;
 use serde::Serialize;
 
 use hil_sim::first_packet::first_packet;

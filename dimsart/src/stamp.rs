@@ -6,8 +6,8 @@ use std::mem::offset_of;
 use std::ops::Range;
 use std::path::{Path, PathBuf};
 
-use dimsart_core::Cost;
 use dimsart_core::stamp::{MAGIC, MAX_TEXT_BYTES, STAMP_SCHEME_BYTES, Stamp, Text, VERSION, as_str, text};
+use dimsart_core::{Cost, KindId};
 use hil_sim::foreign_text::visible;
 use object::{Object, ObjectSegment, ObjectSymbol};
 
@@ -16,7 +16,7 @@ const SYMBOL: &str = "dimsart_stamp";
 /// Bytes of a line of costs.
 const LINE_BYTES: usize = size_of::<Cost>();
 
-type Layout = Stamp<0>;
+type Layout = Stamp<0, 0>;
 
 /// An image with its stamp.
 #[derive(Debug, Clone)]
@@ -122,7 +122,7 @@ impl StampedImage {
     /// Bytes of its scheme.
     #[must_use]
     pub fn scheme(&self) -> &[u8] {
-        let length = usize::try_from(self.number(offset_of!(Layout, scheme_bytes))).unwrap_or(usize::MAX);
+        let length = usize::from(self.half(offset_of!(Layout, scheme_bytes)));
         let start = offset_of!(Layout, scheme);
         let end = start + length.min(STAMP_SCHEME_BYTES);
         self.stamp().get(start..end).unwrap_or_default()
@@ -132,11 +132,24 @@ impl StampedImage {
     #[must_use]
     pub fn costs(&self) -> Option<Vec<Cost>> {
         self.memory()?;
-        let (lines, _) = self.stamp().get(offset_of!(Layout, costs)..)?.as_chunks::<LINE_BYTES>();
+        let costs = self.stamp().get(offset_of!(Layout, costs)..self.start_of_kinds())?;
+        let (lines, _) = costs.as_chunks::<LINE_BYTES>();
         let cost = |[a, b, c, d]: &[u8; LINE_BYTES]| {
             Cost::new(u16::from_le_bytes([*a, *b]), u16::from_le_bytes([*c, *d]))
         };
         Some(lines.iter().map(cost).collect())
+    }
+
+    /// The module kinds of the image.
+    #[must_use]
+    pub fn kinds(&self) -> Vec<KindId> {
+        let (ids, _) = self.stamp().get(self.start_of_kinds()..).unwrap_or_default().as_chunks();
+        let count = usize::from(self.half(offset_of!(Layout, kind_count)));
+        ids.iter().take(count).map(|bits| KindId::from_bits(u16::from_le_bytes(*bits))).collect()
+    }
+
+    fn start_of_kinds(&self) -> usize {
+        offset_of!(Layout, costs) + LINE_BYTES * usize::from(self.half(offset_of!(Layout, lines)))
     }
 
     /// Puts in costs, the memory that they are for, and what a tick may take.
@@ -144,12 +157,9 @@ impl StampedImage {
     /// # Errors
     /// [`StampError::NoRoom`]; nothing has changed then.
     pub fn set_costs(&mut self, lines: &[Cost], memory: &str, limit_cycles: u32) -> Result<(), StampError> {
-        let start = offset_of!(Layout, costs);
-        let room = (self.at.len() - start) / LINE_BYTES;
-        // An image without laws has no room for their instructions.
-        let (lines, beyond) = lines.split_at_checked(room).unwrap_or((lines, &[]));
-        if lines.len() != room || beyond.iter().any(|cost| *cost != Cost::UNKNOWN) {
-            return Err(StampError::NoRoom { what: "kinds of modules", room, wanted: lines.len() });
+        let room = usize::from(self.half(offset_of!(Layout, lines)));
+        if lines.len() != room {
+            return Err(StampError::NoRoom { what: "costs", room, wanted: lines.len() });
         }
         let bytes: Vec<u8> = lines
             .iter()
@@ -157,7 +167,7 @@ impl StampedImage {
             .flat_map(|(offset, per_dof)| [offset.to_le_bytes(), per_dof.to_le_bytes()].concat())
             .collect();
         self.put(offset_of!(Layout, memory), &fitting(memory)?);
-        self.put(start, &bytes);
+        self.put(offset_of!(Layout, costs), &bytes);
         self.put(offset_of!(Layout, limit_cycles), &limit_cycles.to_le_bytes());
         Ok(())
     }
@@ -173,7 +183,7 @@ impl StampedImage {
         }
         let no_room =
             StampError::NoRoom { what: "bytes of a scheme", room: STAMP_SCHEME_BYTES, wanted: scheme.len() };
-        let length = u32::try_from(scheme.len()).ok().filter(|_| scheme.len() <= STAMP_SCHEME_BYTES);
+        let length = u16::try_from(scheme.len()).ok().filter(|_| scheme.len() <= STAMP_SCHEME_BYTES);
         let length = length.ok_or(no_room)?;
         self.put(offset_of!(Layout, side), &fitting(side)?);
         let name = name.char_indices().take_while(|(at, next)| at + next.len_utf8() <= MAX_TEXT_BYTES);
@@ -194,6 +204,10 @@ impl StampedImage {
 
     fn number(&self, at: usize) -> u32 {
         self.field(at).map_or(0, u32::from_le_bytes)
+    }
+
+    fn half(&self, at: usize) -> u16 {
+        self.field(at).map_or(0, u16::from_le_bytes)
     }
 
     fn text(&self, at: usize) -> String {
@@ -224,9 +238,11 @@ fn place(bytes: &[u8]) -> Option<Range<usize>> {
         let beyond = address.checked_sub(segment.address()).filter(|beyond| *beyond < in_file)?;
         usize::try_from(from + beyond).ok()
     })?;
-    let lines =
-        bytes.get(start + offset_of!(Layout, lines)..)?.first_chunk().map(|two| u16::from_le_bytes(*two))?;
-    let is_whole = length == offset_of!(Layout, costs) + LINE_BYTES * usize::from(lines);
+    let count = |at: usize| Some(usize::from(u16::from_le_bytes(*bytes.get(start + at..)?.first_chunk()?)));
+    let (lines, kinds) = (count(offset_of!(Layout, lines))?, count(offset_of!(Layout, kind_count))?);
+    // The linker has it end at a whole word.
+    let used = offset_of!(Layout, costs) + LINE_BYTES * lines + size_of::<KindId>() * kinds;
+    let is_whole = length == used.next_multiple_of(4);
     (is_whole && start + length <= bytes.len()).then_some(start..start + length)
 }
 

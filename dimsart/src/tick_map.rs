@@ -1,7 +1,7 @@
 //! What happens inside one tick of a controller, for the Data Base timeline.
 
-use dimsart_core::modules::ALL;
 use dimsart_core::{Direction, Engine, Finding, Party, Stage, Step};
+use dimsart_modules::ALL;
 
 use crate::report::{TickMap, TypeRow};
 use hil_sim::rig::Rig;

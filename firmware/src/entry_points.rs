@@ -6,9 +6,9 @@
 #![expect(unsafe_code, reason = "the names are for a host tool; nothing else of the image has them")]
 #![expect(improper_ctypes_definitions, reason = "a host only hands on what has no layout of its own")]
 
+use crate::modules::MODULES;
 use boards::{Board as _, Limits, Selected};
 use dimsart_core::limits::MAX_DOF;
-use dimsart_core::modules::IN_PLACE;
 use dimsart_core::saved_scheme::LoadError;
 use dimsart_core::{
     AxisKind, DeviceDescriptor, InputLimits, MAX_DEVICE_TYPES, OutputLimits, Packet, PacketError, Tick, Word,
@@ -97,7 +97,7 @@ pub(crate) fn connect_with(
     };
     let device = device.and_then(|device| device.with_output_limits(limits.outputs));
     let Ok(device) = device else { defmt::panic!("a device of {} axes", axes.len()) };
-    if let Err(error) = dimsart.connect(device, IN_PLACE) {
+    if let Err(error) = dimsart.connect(device, MODULES) {
         defmt::panic!("the board's Data Base is too small for its device: {}", error);
     }
     dimsart.engine_mut().time_calls(Selected::counter(), Selected::SPARE_CYCLES);

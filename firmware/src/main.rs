@@ -19,6 +19,7 @@ mod links;
 #[cfg(feature = "measure")]
 mod measure;
 mod memory;
+mod modules;
 mod motor_service;
 mod rescue;
 mod scheme_service;

@@ -5,15 +5,15 @@
 )]
 
 use dimsart_core::limits::MAX_PROGRAMS;
-use dimsart_core::modules::IN_PLACE;
 use dimsart_core::online::OPCODES;
 use dimsart_core::stamp::{Stamp, text};
 
 use crate::BoardDimsart;
+use crate::modules::{COUNT, IDS};
 
 /// The tick, kinds of modules, instructions of laws.
-const LINES: usize = 1 + IN_PLACE.list().len() + if MAX_PROGRAMS == 0 { 0 } else { OPCODES };
-type BoardStamp = Stamp<LINES>;
+const LINES: usize = 1 + COUNT + if MAX_PROGRAMS == 0 { 0 } else { OPCODES };
+type BoardStamp = Stamp<LINES, COUNT>;
 
 /// As the build has made it of the scheme's text.
 const SCHEME: &[u8] = include_bytes!(concat!(env!("OUT_DIR"), "/built-in-scheme"));
@@ -25,7 +25,7 @@ pub(crate) const IMAGE: &str = env!("DIMSART_IMAGE");
 static STAMP: BoardStamp = Stamp {
     compiler: text(env!("DIMSART_COMPILER")),
     scheme_name: text(env!("DIMSART_SCHEME")),
-    ..Stamp::unstamped(env!("DIMSART_SIDE"), SCHEME)
+    ..Stamp::unstamped(env!("DIMSART_SIDE"), SCHEME, IDS)
 };
 
 static PLACE: &BoardStamp = &STAMP;

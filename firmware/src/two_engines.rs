@@ -18,13 +18,15 @@ use cortex_m::interrupt::Mutex;
 use cortex_m::peripheral::syst::SystClkSource;
 use cortex_m::peripheral::{SCB, SYST};
 use cortex_m_rt::{entry, exception};
-use dimsart_core::modules::IN_PLACE;
 use dimsart_core::{
-    AxisKind, Command, Coupling, DataType, DeviceDescriptor, Dimsart, ModuleRef, Snapshot, TIMEOUT_TICKS,
-    Tick, Value, Word, types,
+    AxisKind, Command, Coupling, DataType, DeviceDescriptor, Dimsart, Kinds, ModuleRef, Snapshot,
+    TIMEOUT_TICKS, Tick, Value, Word, join_kinds, types,
 };
+use dimsart_modules::{CONTROL, SIGNALS};
 use semihosting::process::exit;
 use static_cell::ConstStaticCell;
+
+const MODULES: Kinds = join_kinds![CONTROL, SIGNALS];
 
 const DOF: usize = 3;
 const AXES: [AxisKind; DOF] = [AxisKind::Rotary; DOF];
@@ -113,14 +115,14 @@ fn main() -> ! {
 
 /// Follows a position that somebody else commands.
 fn follow(joint: &mut Controller) {
-    let Some(pd) = IN_PLACE.module("PDCTRL_MOD") else { exit(1) };
+    let Some(pd) = MODULES.module("PDCTRL_MOD") else { exit(1) };
     done(joint.command(Command::set(pd, 0, Value::Real(1.0))));
     run(joint, pd);
 }
 
 /// Commands half of the position that it gets.
 fn plan(planner: &mut Controller) {
-    let Some(sum) = IN_PLACE.module("SUM_MOD") else { exit(1) };
+    let Some(sum) = MODULES.module("SUM_MOD") else { exit(1) };
     for (port, signal) in (0..).zip([types::POSITION, types::POSITION, types::DES_POSITION]) {
         done(planner.command(Command::bind(sum, port, signal.first())));
     }
@@ -138,7 +140,7 @@ fn connect(
 ) {
     let period_s = 1e-3;
     match DeviceDescriptor::new(name, &AXES, period_s, gets, commands) {
-        Ok(device) => done(dimsart.connect(device, IN_PLACE)),
+        Ok(device) => done(dimsart.connect(device, MODULES)),
         Err(error) => done(Err(error)),
     }
 }

@@ -1,7 +1,7 @@
 //! What several fuzz targets need: controllers as they ship.
 
 use dimsart_core::limits::DEFAULT_WORDS;
-use dimsart_core::modules::ALL;
+use dimsart_modules::ALL;
 use dimsart_core::{AxisKind, DeviceDescriptor, Dimsart, scheme, types};
 
 /// The sides that the shipped schemes are for.

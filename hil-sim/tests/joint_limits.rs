@@ -2,6 +2,7 @@
 #![expect(clippy::cast_possible_truncation, reason = "as it is measured")]
 
 use dimsart_core::{Bench, types};
+use dimsart_modules::ALL;
 use hil_sim::plant::{BrushedParameters, GearParameters, JointMotorParameters, JointParameters};
 use proptest::prelude::*;
 
@@ -25,7 +26,7 @@ proptest! {
         parameters.gear = GearParameters { ratio: 50.0, ..GearParameters::default() };
         parameters.friction.viscous = 0.1;
         let mut joint = parameters.build().unwrap();
-        let mut bench = Bench::new(&[types::POSITION, types::VELOCITY, types::FEED_FORCE], ROWS).unwrap();
+        let mut bench = Bench::new(ALL, &[types::POSITION, types::VELOCITY, types::FEED_FORCE], ROWS).unwrap();
         let (period_s, mut time_s, mut travelled) = (1e-3, 0.0, 0.0);
         for (push, load, ticks) in pushes {
             for _ in 0..ticks {

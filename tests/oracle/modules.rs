@@ -4,9 +4,8 @@
 use std::collections::{BTreeMap, BTreeSet};
 
 use dimsart_core::limits::DEFAULT_WORDS;
-use dimsart_core::modules::ALL;
-use dimsart_core::modules::LIBRARY;
 use dimsart_core::{AxisKind, DataType, DeviceDescriptor, Dimsart, Format, Tick, Word, scheme, types};
+use dimsart_modules::ALL;
 use serde::Deserialize;
 
 use crate::evidence::{self, Compared, Evidence, column};
@@ -166,6 +165,6 @@ fn every_module_does_what_an_outside_implementation_says() {
     let elsewhere = ["COMM_RXMOD", "COMM_TXMOD", "RECORDER_MOD", "ONLINE_MOD"];
     let compared: BTreeSet<&str> = cases.iter().map(|case| case.module.as_str()).chain(elsewhere).collect();
     let missing: Vec<&str> =
-        LIBRARY.list().iter().map(|kind| kind.name).filter(|name| !compared.contains(name)).collect();
+        ALL.list().iter().map(|kind| kind.name).filter(|name| !compared.contains(name)).collect();
     assert!(missing.is_empty(), "without an oracle (tests/oracle/cases): {missing:?}");
 }

@@ -7,8 +7,8 @@
 )]
 
 use dimsart_core::limits::DEFAULT_WORDS;
-use dimsart_core::modules::ALL;
 use dimsart_core::{AxisKind, DataType, DeviceDescriptor, Dimsart, Tick, Word, scheme};
+use dimsart_modules::ALL;
 
 /// See the module docs.
 pub(crate) struct Port {

@@ -29,8 +29,8 @@ const HEAD: &str = "\
 # no bound. By `cargo xtask module-costs`, from stamps of images. `cargo xtask test` fails where the plain image differs by
 # over 5 %, `cargo xtask long` where another one does.
 ";
-/// How a stamp begins to say of a kind that the image does not have it.
-const ABSENT: &str = "the image was built without it";
+/// How the reason begins where the image has no module to compare with.
+const ABSENT: &str = "the image lacks modules";
 
 /// Builds and stamps images with every kind, and writes the file.
 pub(crate) fn write() -> Outcome {

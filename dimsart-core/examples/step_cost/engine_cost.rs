@@ -2,10 +2,10 @@
 
 use dimsart_core::Kinds;
 use dimsart_core::{
-    AxisKind, Command, Context, DataType, Declare, DeviceDescriptor, Dimsart, Module, ModuleRef,
-    modules::{self, ALL},
-    scheme, types,
+    AxisKind, Command, Context, DataType, Declare, DeviceDescriptor, Dimsart, Module, ModuleRef, scheme,
+    types,
 };
+use dimsart_modules::{self as modules, ALL};
 
 /// A module that does nothing, so that only the engine's call of it costs.
 #[derive(Debug)]
@@ -79,10 +79,8 @@ fn robot<const WORDS: usize>(
 /// `modules` empty modules.
 pub(crate) fn run_empty(modules: u8, ticks: u32) {
     let mut dimsart = robot::<2048>(WITH_EMPTY, 3, FEW);
-    let kind = WITH_EMPTY.list().iter().position(|kind| kind.name == Empty::NAME);
-    let kind = kind.and_then(|kind| u8::try_from(kind).ok()).expect("a module of the list");
     for number in 1..=modules {
-        let module = ModuleRef { kind, number };
+        let module = ModuleRef::new(Empty::NAME, number);
         dimsart.command(Command::PlugIn(module)).expect("room for the module");
     }
     dimsart.command(Command::Check).expect("a sound scheme");

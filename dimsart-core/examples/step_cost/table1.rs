@@ -2,8 +2,8 @@
 
 use by_hand::{DOF, Master, PACKET_WORDS};
 use dimsart_core::limits::DEFAULT_WORDS;
-use dimsart_core::modules::ALL;
 use dimsart_core::{AxisKind, DeviceDescriptor, Dimsart, Packet, Tick, Word, scheme, types};
+use dimsart_modules::ALL;
 
 const SCHEME: &str = include_str!("../../../schemes/bilateral.scheme");
 

@@ -146,7 +146,7 @@ mod tests {
     use super::*;
     use crate::EngineCommand;
 
-    const MODULE: ModuleRef = ModuleRef { kind: 3, number: 2 };
+    const MODULE: ModuleRef = ModuleRef::new("WAVEIMP_MOD", 2);
 
     #[test]
     fn every_command_is_read_as_it_was_written() {

@@ -5,6 +5,7 @@ use core::num::NonZeroU32;
 use super::Engine;
 use crate::cost::Costs;
 use crate::counter::Counter;
+use crate::kind_id::KindId;
 use crate::protocol::BoundReport;
 use crate::wiring::{Plugged, Wiring};
 
@@ -61,7 +62,7 @@ impl Engine {
     /// What a module of a kind adds to a tick of this device, in processor cycles, with signals of at most one word per
     /// axis; none if that is not known.
     #[must_use]
-    pub fn cycles_of(&self, kind: u8) -> Option<u32> {
+    pub fn cycles_of(&self, kind: KindId) -> Option<u32> {
         Some(self.costs?.kind(kind)?.cycles(self.device.dof()))
     }
 }

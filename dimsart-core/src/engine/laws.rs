@@ -130,14 +130,14 @@ impl Engine {
 
     /// What a program adds to a tick with the module that runs it; none if that is not known.
     fn cycles_of_law(&self, number: u8) -> Option<u32> {
-        let kind = self.kinds().list().iter().position(|kind| kind.runs_program())?;
-        let own = self.cycles_of(u8::try_from(kind).ok()?)?;
+        let kind = self.kinds().list().iter().find(|kind| kind.runs_program())?;
+        let own = self.cycles_of(kind.id)?;
         Some(own.saturating_add(self.program_cycles(number)?))
     }
 
     /// What the instructions of a program add to a tick, by their costs.
     pub(super) fn program_cycles(&self, number: u8) -> Option<u32> {
         let (costs, program) = (self.costs?, self.data_base.programs().get(number.into())?);
-        program.cycles(self.device.dof(), |opcode| costs.instruction(self.kinds().list().len(), opcode))
+        program.cycles(self.device.dof(), |opcode| costs.instruction(opcode))
     }
 }

@@ -10,6 +10,7 @@ use crate::command::{CommandError, ModuleRef};
 use crate::data_type::TypeRef;
 use crate::declare::Declare;
 use crate::kind::{Kind, MAX_HANDLES, MAX_SETTINGS_WORDS};
+use crate::kind_id::KindId;
 use crate::limits::MAX_PORTS;
 use crate::parameter::{Entries, Found, ParameterError, Parameters, Value};
 use crate::port::{PortSpec, PortSpecs};
@@ -35,7 +36,7 @@ impl Engine {
     pub(super) fn value_in(
         &mut self,
         configuration: Block,
-        kind: u8,
+        kind: KindId,
         parameter: u8,
         place: u8,
     ) -> Result<Value, CommandError> {
@@ -54,7 +55,7 @@ impl Engine {
     pub(super) fn look(
         &mut self,
         configuration: Block,
-        kind: u8,
+        kind: KindId,
         parameter: u8,
         (axis, entry): (u8, Option<u8>),
     ) -> Option<Found> {
@@ -68,7 +69,7 @@ impl Engine {
     #[inline(never)]
     pub(super) fn locate(
         &self,
-        kind: u8,
+        kind: KindId,
         parameter: u8,
         place: Option<u8>,
     ) -> Result<(Entries, u8, Option<u8>), ParameterError> {
@@ -135,7 +136,7 @@ impl Engine {
 
     /// Visits the parameters of an instance, with the gains of an axis.
     #[inline(never)]
-    pub(super) fn visit(&mut self, kind: u8, configuration: Block, axis: u8, visit: &mut Parameters<'_>) {
+    pub(super) fn visit(&mut self, kind: KindId, configuration: Block, axis: u8, visit: &mut Parameters<'_>) {
         if let Some(kind) = self.kind(kind) {
             if kind.runs_program() {
                 let found = self.law_parameter(kind, configuration, visit.asked());

@@ -25,12 +25,8 @@ pub(super) struct Instance {
 
 impl Instance {
     /// That of a module that does not exist.
-    const NONE: Self = Self {
-        reference: ModuleRef { kind: 0, number: 0 },
-        every_ticks: 1,
-        configuration: Block::FREE,
-        state: Block::FREE,
-    };
+    const NONE: Self =
+        Self { reference: ModuleRef::NONE, every_ticks: 1, configuration: Block::FREE, state: Block::FREE };
 
     pub(super) fn blocks(&self) -> [Block; 2] {
         [self.configuration, self.state]

@@ -166,7 +166,7 @@ impl Engine {
     }
 
     fn kind_of(&self, module: ModuleRef) -> Result<&'static Kind, CommandError> {
-        let kind = self.kind(module.kind).filter(|kind| kind.is_there() && module.number > 0);
+        let kind = self.kind(module.kind).filter(|_| module.number > 0);
         kind.ok_or(CommandError::UnknownModule(module))
     }
 

@@ -154,7 +154,7 @@ impl Engine {
         let wiring = &mut self.plans.next_mut().wiring;
         wiring.find_needs(of_device);
         let calls = schedule(wiring);
-        wiring.set_calls(calls.into_iter(), kinds.list());
+        wiring.set_calls(calls.into_iter(), kinds);
     }
 
     /// The next scheme takes the place of the one that runs. Modules that are in both go on, the others begin.

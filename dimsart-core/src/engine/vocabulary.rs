@@ -4,6 +4,7 @@ use super::Engine;
 use crate::command::ModuleRef;
 use crate::data_type::DataType;
 use crate::device::DeviceDescriptor;
+use crate::kind_id::KindId;
 use crate::protocol::{DataTypeText, ParameterText, PortText};
 use crate::types;
 use crate::unit::AxisKind;
@@ -18,11 +19,15 @@ impl Vocabulary for Engine {
         self.device.axes()
     }
 
-    fn kind_name(&self, kind: u8) -> Option<&str> {
+    fn kind_at(&self, place: u8) -> Option<&str> {
+        self.kinds().list().get(usize::from(place)).map(|kind| kind.name)
+    }
+
+    fn kind_name(&self, kind: KindId) -> Option<&str> {
         self.kind(kind).map(|kind| kind.name)
     }
 
-    fn parameter_text(&self, kind: u8, index: u8) -> Option<ParameterText<'_>> {
+    fn parameter_text(&self, kind: KindId, index: u8) -> Option<ParameterText<'_>> {
         self.kinds().describe_parameter(kind, index)?.try_into().ok()
     }
 
@@ -60,5 +65,5 @@ pub(crate) fn type_at(device: &DeviceDescriptor, index: u16) -> Option<&'static 
         types::by_id(data_type.id).is_none() && !own().take(*place).any(is_same)
     };
     let own_only = own().enumerate().filter(is_new).map(|(_, data_type)| data_type);
-    types::ALL.iter().copied().chain(own_only).nth(usize::from(index))
+    types::ALL.iter().chain(own_only).nth(usize::from(index))
 }

@@ -4,6 +4,7 @@ use core::fmt;
 
 use super::Explanation;
 use crate::command::{CommandError, ModuleRef};
+use crate::kind_id::KindId;
 use crate::limits::{MAX_CHANNEL_TYPES, MAX_PACKET_WORDS, MAX_PORTS};
 use crate::parameter::ParameterError;
 use crate::protocol::{DataTypeText, ParameterText, PortText};
@@ -32,13 +33,19 @@ pub(super) fn write<V: Vocabulary + ?Sized>(
     let named = |module| Named(known, module);
     match error {
         CommandError::UnknownModule(module) => {
-            write!(f, "no module of kind {} number {} in this image", module.kind, module.number)?;
-            match known.filter(|known| module.number > 0 && known.kind_name(module.kind).is_some()) {
-                Some(known) => {
-                    let name = known.name_of_module(module);
-                    write!(f, ": was {name} left out with its group when it was built (docs/firmware.md)?")
+            match known.filter(|known| known.kind_name(module.kind).is_some()) {
+                Some(known) if module.number > 0 => {
+                    let name = known.name_of_module(ModuleRef { number: 1, ..module });
+                    write!(f, "the image has no {name}: build it with that module kind (docs/firmware.md)")
                 }
-                None => write!(f, ": kinds count from 0, modules of a kind from 1"),
+                Some(known) => write!(
+                    f,
+                    "no {}.0: instances count from 1",
+                    known.name_of_module(ModuleRef { number: 1, ..module })
+                ),
+                None => {
+                    write!(f, "the image has no module kind with id {}: build it with that kind", module.kind)
+                }
             }
         }
         CommandError::UnknownPort(port) => write!(f, "the module has no port {port}"),
@@ -200,11 +207,11 @@ impl Vocabulary for Unnamed {
         match *self {}
     }
 
-    fn kind_name(&self, _: u8) -> Option<&str> {
+    fn kind_at(&self, _: u8) -> Option<&str> {
         match *self {}
     }
 
-    fn parameter_text(&self, _: u8, _: u8) -> Option<ParameterText<'_>> {
+    fn parameter_text(&self, _: KindId, _: u8) -> Option<ParameterText<'_>> {
         match *self {}
     }
 

@@ -5,26 +5,27 @@ use crate::math;
 
 /// What a program reads and writes on the axis that is computed. What is not there reads as 0, and what is written to
 /// it is dropped.
-pub(crate) trait Surroundings {
+pub trait Surroundings {
+    /// The module's sample period, `s`.
     fn period_s(&self) -> f32;
+    /// Value of an input port.
     fn input(&self, port: u32, axis: u32) -> f32;
+    /// Value that an output port had after the last tick.
     fn last(&self, port: u32, axis: u32) -> f32;
+    /// Value of a parameter, or of a state.
     fn parameter(&self, number: u32, axis: u32) -> f32;
+    /// Sets a state.
     fn remember(&self, number: u32, value: f32);
+    /// Writes an output port.
     fn write(&self, port: u32, axis: u32, value: f32);
 }
 
 /// Numbers that instructions work on.
-pub(crate) type Registers = [f32; REGISTERS];
+pub type Registers = [f32; REGISTERS];
 
 /// Runs instructions one behind the other.
 #[inline(always)]
-pub(crate) fn run(
-    instructions: &[u32],
-    constants: &[u32],
-    registers: &mut Registers,
-    around: &impl Surroundings,
-) {
+pub fn run(instructions: &[u32], constants: &[u32], registers: &mut Registers, around: &impl Surroundings) {
     for word in instructions {
         // Each case takes the fields that it needs out of the word: nothing else is done for all of them.
         let field = |place: u32| (word >> place) & FIELD;

@@ -82,18 +82,24 @@ impl Place {
 
 /// What a tick needs of a program.
 #[derive(Debug, Clone, Copy)]
-pub(crate) struct Code<'a> {
-    pub(crate) constants: &'a [u32],
-    pub(crate) once: &'a [u32],
-    pub(crate) section: &'a [u32],
-    pub(crate) parameters: u8,
-    pub(crate) states: u8,
-    pub(crate) is_coupled: bool,
+pub struct Code<'a> {
+    /// Bits of its constants.
+    pub constants: &'a [u32],
+    /// Instructions that run once for all axes.
+    pub once: &'a [u32],
+    /// Instructions of the section.
+    pub section: &'a [u32],
+    /// Number of parameters.
+    pub parameters: u8,
+    /// Number of states.
+    pub states: u8,
+    /// Whether an axis uses values of another one.
+    pub is_coupled: bool,
 }
 
-/// All programs, and what was put of the next one.
+/// All programs of a controller, and the words of the next one.
 #[derive(Debug)]
-pub(crate) struct Programs {
+pub struct Programs {
     places: [Place; MAX_PROGRAMS],
     /// No word where there is no place.
     put: [[u32; PROGRAM_WORDS]; if MAX_PROGRAMS == 0 { 0 } else { 1 }],
@@ -108,16 +114,18 @@ impl Programs {
     }
 
     /// The program of this number, from 1.
+    #[must_use]
     #[inline(always)]
-    pub(crate) fn get(&self, number: u32) -> Option<Program<'_>> {
+    pub fn get(&self, number: u32) -> Option<Program<'_>> {
         let place = self.places.get(usize::try_from(number).ok()?.checked_sub(1)?)?;
         let words = place.words.get(..usize::from(place.count)).filter(|words| !words.is_empty())?;
         Some(Program::trusted(words, place.header))
     }
 
     /// What a tick needs of the program of this number: the instructions of a section, with what is before them.
+    #[must_use]
     #[inline(always)]
-    pub(crate) fn code(&self, number: u32, section: Section) -> Option<Code<'_>> {
+    pub fn code(&self, number: u32, section: Section) -> Option<Code<'_>> {
         let place = self.places.get(usize::try_from(number).ok()?.checked_sub(1)?)?;
         let words = place.words.get(..usize::from(place.count)).filter(|words| !words.is_empty())?;
         let (header, part) = (&place.header, |range| words.get(range).unwrap_or_default());

@@ -80,7 +80,7 @@ impl<'a> Parameters<'a> {
 
     /// A real number per axis whose range and default are the program's.
     #[inline(never)]
-    pub(crate) fn of_program(&mut self, field: &mut f32, name: &'static str, summary: &'static str) {
+    pub fn of_program(&mut self, field: &mut f32, name: &'static str, summary: &'static str) {
         const UNKNOWN: LawParameter =
             LawParameter { unit: Unit::Any, min: f32::MIN, max: f32::MAX, default: 0.0 };
         let LawParameter { unit, min, max, default } = self.of_program.unwrap_or(UNKNOWN);

@@ -7,6 +7,7 @@ use super::{KeyAction, LeaseAction, MotorAction, SchemeAction};
 use crate::command::{Command, ModuleRef};
 use crate::data_type::TypeRef;
 use crate::envelope::Class;
+use crate::kind_id::KindId;
 use crate::online::LawAction;
 
 /// A request. New ones are added at the end; see [Versions](super#versions).
@@ -18,13 +19,13 @@ pub enum Request {
     Identify,
     /// Name and purpose of a kind of module.
     Module {
-        /// Place in the image's list of modules.
-        kind: u8,
+        /// Place in the image's list of module kinds.
+        place: u8,
     },
     /// Description of a parameter of a kind of module.
     Parameter {
         /// Kind of module.
-        kind: u8,
+        kind: KindId,
         /// Number of the parameter, as in the [command](Command::Set) that sets it.
         index: u8,
     },

@@ -73,7 +73,9 @@ fn respond(
     let engine = dimsart.engine_mut();
     let response = match *request {
         Request::Identify => Response::Identity(identity(engine.device(), info)),
-        Request::Module { kind } => Response::Module(found(dimsart.engine().kinds().kind(kind))?.into()),
+        Request::Module { place } => {
+            Response::Module((*found(dimsart.engine().kinds().list().get(usize::from(place)))?).into())
+        }
         Request::Parameter { kind, index } => {
             Response::Parameter(found(dimsart.engine().kinds().describe_parameter(kind, index))?.try_into()?)
         }
@@ -246,7 +248,7 @@ mod tests {
     use super::super::{Receiver, decode_response};
     use super::*;
     use crate::envelope::Class;
-    use crate::modules::ALL;
+    use crate::kind::Kinds;
     use crate::unit::AxisKind;
 
     const LONG: &str = match core::str::from_utf8(&[b'x'; 256]) {
@@ -256,7 +258,7 @@ mod tests {
 
     fn controller() -> Dimsart<[u32; 2048]> {
         let device = DeviceDescriptor::new("arm", &[AxisKind::Linear], 1e-3, &[], &[]);
-        Dimsart::new(device.unwrap(), ALL).unwrap()
+        Dimsart::new(device.unwrap(), Kinds::NONE).unwrap()
     }
 
     fn content(frame: &[u8]) -> std::vec::Vec<u8> {

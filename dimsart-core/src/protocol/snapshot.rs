@@ -20,7 +20,7 @@ use crate::online::{LawAction, LawRefusal, LawReport, ProgramError};
 use crate::saved_scheme::LoadError;
 use crate::*;
 
-const MODULE: ModuleRef = ModuleRef { kind: 3, number: 2 };
+const MODULE: ModuleRef = ModuleRef::new("WAVEIMP_MOD", 2);
 const SIGNAL: TypeRef = TypeRef { id: 300, number: 1 };
 const MODULE_FAULT: ModuleFault =
     ModuleFault { module: MODULE, cause: FaultCause::Wrote { signal: SIGNAL, word: 2, bits: 0x7F80_0000 } };

@@ -9,7 +9,8 @@
 
 use std::collections::BTreeSet;
 
-use dimsart_core::{Command, CommandError, Finding, ModuleRef, Usage, Vocabulary as _, modules::ALL, types};
+use dimsart_core::{Command, CommandError, Finding, ModuleRef, Usage, Vocabulary as _, types};
+use dimsart_modules::ALL;
 
 use crate::common::Bench;
 

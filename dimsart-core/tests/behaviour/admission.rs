@@ -4,9 +4,11 @@
 use std::num::NonZeroU32;
 
 use crate::common::Bench;
-use dimsart_core::modules::ALL;
+use crate::common::IDS;
+use crate::common::module_at;
 use dimsart_core::saved_scheme::{LoadError, fingerprint, load, save};
 use dimsart_core::{Command, CommandError, Cost, Costs, ModuleRef, types};
+use dimsart_modules::ALL;
 use proptest::prelude::*;
 
 const SCHEME: &str = include_str!("../../../schemes/bilateral.scheme");
@@ -38,7 +40,7 @@ fn robot() -> Bench {
 
 fn stamped(lines: &'static [Cost]) -> Bench {
     let mut bench = Bench::of(DOF, &[types::POSITION, types::DES_POSITION], &[types::DES_FORCE]);
-    bench.dimsart.engine_mut().set_costs(Some(Costs::new(lines)));
+    bench.dimsart.engine_mut().set_costs(Some(Costs::new(lines, &IDS)));
     bench
 }
 
@@ -142,7 +144,10 @@ fn without_costs_nothing_is_refused_for_them_and_nothing_is_said_of_a_tick() {
     for kind in ALL.list() {
         bench.rows(&format!("MOD_ENG MOD_ON {}", kind.name));
         let engine = bench.dimsart.engine();
-        assert_eq!((engine.usage().modules, engine.tick_cycles(), engine.cycles_of(0)), (1, None, None));
+        assert_eq!(
+            (engine.usage().modules, engine.tick_cycles(), engine.cycles_of(kind.id)),
+            (1, None, None)
+        );
         bench.rows(&format!("MOD_ENG MOD_CLOSE {}", kind.name));
     }
 }
@@ -167,7 +172,7 @@ fn a_saved_scheme_that_takes_too_long_is_not_loaded() {
 
 fn shipped() -> Bench {
     let mut bench = Bench::of(DOF, &[types::POSITION], &[types::DES_FORCE]);
-    bench.dimsart.engine_mut().set_costs(Some(Costs::new(&LINES)));
+    bench.dimsart.engine_mut().set_costs(Some(Costs::new(&LINES, &IDS)));
     dimsart_core::scheme::load(SCHEME, "master", &["master", "slave"], &mut bench.dimsart, |error| {
         panic!("{error:?}")
     });
@@ -175,7 +180,7 @@ fn shipped() -> Bench {
 }
 
 fn any_command() -> impl Strategy<Value = Command> {
-    let module = (0..18_u8, 0..4_u8).prop_map(|(kind, number)| ModuleRef { kind, number });
+    let module = (0..18_usize, 0..4_u8).prop_map(|(kind, number)| module_at(kind, number));
     let about = prop_oneof![
         3 => module.clone().prop_map(Command::PlugIn),
         1 => module.clone().prop_map(Command::Unplug),

@@ -2,7 +2,8 @@
 #![expect(clippy::unwrap_used, clippy::panic, reason = "in helpers of tests as in tests")]
 
 use dimsart_core::limits::DEFAULT_WORDS;
-use dimsart_core::{AxisKind, DataType, DeviceDescriptor, Dimsart, InputLimits, Tick, modules::ALL, types};
+use dimsart_core::{AxisKind, DataType, DeviceDescriptor, Dimsart, InputLimits, Tick, types};
+use dimsart_modules::ALL;
 
 use crate::common::{Bench, H, assert_close};
 

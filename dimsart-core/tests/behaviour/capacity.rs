@@ -1,8 +1,8 @@
 //! What the memory of a board holds.
 #![expect(clippy::unwrap_used, reason = "in helpers of tests as in tests")]
 
-use dimsart_core::modules::ALL;
 use dimsart_core::{AxisKind, DataType, DeviceDescriptor, Dimsart, scheme, types};
+use dimsart_modules::ALL;
 
 /// Of the board nucleo-g474re, as its `Board::WORDS`.
 const WORDS: usize = 3072;

@@ -4,8 +4,8 @@
 
 use crate::common::{Bench, H, Types};
 use dimsart_core::limits::DEFAULT_WORDS;
-use dimsart_core::modules::ALL;
 use dimsart_core::{AxisKind, CommandError, DeviceDescriptor, Dimsart, ParameterError, types};
+use dimsart_modules::ALL;
 
 /// A sender and a receiver of these types, and whether the receiver takes what is sent.
 fn is_taken(sent: &[&str], received: &[&str], [from, to]: [&[AxisKind]; 2]) -> bool {

@@ -9,8 +9,9 @@ use dimsart_core::protocol::{
 };
 use dimsart_core::{
     AxisKind, Command, DataType, DeviceDescriptor, Dimsart, EventLog, FrameError, ModuleRef, Reason, Tick,
-    Value, Word, modules::ALL, scheme, types,
+    Value, Word, scheme, types,
 };
+use dimsart_modules::ALL;
 
 const TICK_HZ: u32 = 1000;
 const LEASE_TICKS: u32 = 200;

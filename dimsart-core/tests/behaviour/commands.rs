@@ -6,8 +6,9 @@ use crate::common::{self, Bench, Snapshot};
 use dimsart_core::Kinds;
 use dimsart_core::{
     Command, CommandError, Context, Declare, Finding, Input, Module, ModuleRef, ParameterError, Party,
-    StorageError, TypeRef, Value, limits::MAX_MODULES, modules::ALL, types,
+    StorageError, TypeRef, Value, limits::MAX_MODULES, types,
 };
+use dimsart_modules::ALL;
 
 fn module(name: &str) -> ModuleRef {
     ALL.module(name).unwrap()
@@ -68,8 +69,8 @@ fn no_slots() -> String {
 }
 
 fn refusals() -> Vec<(String, Command, CommandError)> {
-    let nowhere = ModuleRef { kind: 200, number: 1 };
-    let zeroth = ModuleRef { kind: 0, number: 0 };
+    let nowhere = ModuleRef::new("NO_MOD", 1);
+    let zeroth = ModuleRef::new("PCTRL_MOD", 0);
     let unknown = TypeRef { id: 999, number: 1 };
     let zeroth_type = TypeRef { number: 0, ..types::FORCE.first() };
     let pd = module("PDCTRL_MOD");
@@ -229,7 +230,7 @@ const GREEDIES: Kinds = dimsart_core::kinds![Greedy];
 fn a_module_of_too_many_ports_is_refused() {
     let mut bench = Bench::with_kinds(GREEDIES, 3, &[types::FORCE], &[]);
     let before = bench.snapshot();
-    let greedy = ModuleRef { kind: 0, number: 1 };
+    let greedy = ModuleRef::new(Greedy::NAME, 1);
     for command in [Command::PlugIn(greedy), Command::bind(greedy, 0, types::FORCE.first())] {
         assert_eq!(bench.dimsart.command(command), Err(CommandError::TooManyPorts));
         assert_eq!(bench.snapshot(), before);

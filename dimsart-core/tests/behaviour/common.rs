@@ -5,12 +5,22 @@ pub(crate) mod way;
 
 use std::collections::VecDeque;
 
+use dimsart_core::KindId;
 use dimsart_core::Kinds;
 use dimsart_core::limits::DEFAULT_WORDS;
 use dimsart_core::{
     AxisKind, CommandError, DataType, DeviceDescriptor, Dimsart, Direction, EVERY_TICKS, Engine, ModuleRef,
-    Packet, PortSpec, Step, Tick, TypeRef, Usage, Value, Word, modules::ALL, scheme, types,
+    Packet, PortSpec, Step, Tick, TypeRef, Usage, Value, Word, scheme, types,
 };
+use dimsart_modules::ALL;
+
+/// Ids of all kinds of the library.
+pub(crate) static IDS: [KindId; ALL.list().len()] = ALL.ids();
+
+/// A module of the library, by the place of its kind.
+pub(crate) fn module_at(place: usize, number: u8) -> ModuleRef {
+    ModuleRef { kind: IDS[place], number }
+}
 
 /// Sample period of every bench, `s`.
 pub(crate) const H: f32 = 1e-3;
@@ -113,7 +123,7 @@ impl Bench {
     /// All that a refused command must leave as it is.
     pub(crate) fn snapshot(&mut self) -> Snapshot {
         let engine = self.dimsart.engine_mut();
-        let kinds = 0..u8::try_from(engine.kinds().list().len()).unwrap();
+        let kinds = engine.kinds().list().iter().map(|kind| kind.id);
         let modules = kinds.flat_map(|kind| (1..=17).map(move |number| ModuleRef { kind, number }));
         let mut parameters = Vec::new();
         let mut bindings = Vec::new();
@@ -165,7 +175,7 @@ pub(crate) fn surroundings_of(ports: &[PortSpec]) -> (Vec<&'static DataType>, Ve
             (other.unit, other.format, other.shape) == (data_type.unit, data_type.format, data_type.shape)
                 && !used.contains(&other.id)
         };
-        let like = types::ALL.iter().copied().find(is_like).unwrap_or(types::SIGNAL);
+        let like = types::ALL.iter().find(is_like).unwrap_or(types::SIGNAL);
         measured.push(like);
         bindings.push((place, like.first()));
     }

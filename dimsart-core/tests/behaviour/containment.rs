@@ -64,7 +64,7 @@ const DOF: usize = 2;
 const NO_TYPES: Types = &[];
 
 fn mix(number: u8) -> ModuleRef {
-    ModuleRef { kind: 0, number }
+    ModuleRef::new(Mix::NAME, number)
 }
 
 fn signal(number: u8) -> TypeRef {

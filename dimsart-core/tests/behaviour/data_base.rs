@@ -10,13 +10,15 @@
 use std::collections::BTreeMap;
 
 use crate::common::Bench;
+use dimsart_core::KindId;
 use dimsart_core::Kinds;
 use dimsart_core::limits::{DEFAULT_WORDS, MAX_MODULES, MAX_SLOTS};
 use dimsart_core::{
     Command, CommandError, Context, DataType, Declare, Direction, Engine, Input, Matrix, Memory, Module,
     ModuleRef, Output, ParameterError, Parameters, PortSpec, Shape, StorageError, Summary, TypeRef, Unit,
-    Value, Word, modules::ALL, types, words,
+    Value, Word, types, words,
 };
+use dimsart_modules::ALL;
 use rand_core::{Rng, SeedableRng};
 use rand_pcg::Pcg32;
 
@@ -35,7 +37,7 @@ enum Need {
 #[derive(Default)]
 struct Model {
     /// Kinds that the device has the axes for.
-    kinds: Vec<u8>,
+    kinds: Vec<KindId>,
     /// Users of each signal, and its words.
     signals: BTreeMap<(u16, u8), (u32, usize)>,
     slots: usize,
@@ -43,7 +45,7 @@ struct Model {
     /// Modules that exist, with the words of their own, and what they have taken while they are plugged in.
     modules: Vec<(ModuleRef, usize, Option<Vec<Need>>)>,
     /// Words of an instance, by its kind.
-    own_words: Vec<usize>,
+    own_words: BTreeMap<KindId, usize>,
 }
 
 impl Model {
@@ -112,7 +114,7 @@ impl Model {
         if self.modules.len() == MAX_MODULES {
             return Err(CommandError::TooManyModules);
         }
-        let (wanted, free) = (self.own_words[usize::from(module.kind)], DEFAULT_WORDS - self.words);
+        let (wanted, free) = (self.own_words[&module.kind], DEFAULT_WORDS - self.words);
         if wanted > free {
             return Err(CommandError::Storage(StorageError::NoRoom { wanted, free }));
         }
@@ -204,7 +206,7 @@ fn structural_parameter(random: &mut Pcg32, dof: usize) -> (&'static str, &'stat
 }
 
 /// Whether a device has as many axes as a module of this kind needs.
-fn has_the_axes_of(kind: u8, dof: usize) -> bool {
+fn has_the_axes_of(kind: KindId, dof: usize) -> bool {
     let mut bench = Bench::of(dof, &[], &[]);
     let plugged_in = bench.dimsart.command(Command::PlugIn(ModuleRef { kind, number: 1 }));
     plugged_in != Err(CommandError::Parameter(ParameterError::NoSuchEntry))
@@ -215,9 +217,9 @@ fn compare_with_model(dof: usize, operations: u32, seed: u64) -> [u32; 3] {
     let mut random = Pcg32::seed_from_u64(seed);
     let mut bench = Bench::of(dof, &[types::POSITION, types::FORCE], &[types::DES_FORCE]);
     let mut model = Model::default();
-    let kinds = 0..u8::try_from(ALL.list().len()).unwrap();
+    let kinds = ALL.list().iter().map(|kind| kind.id);
     model.kinds = kinds.clone().filter(|kind| has_the_axes_of(*kind, dof)).collect();
-    model.own_words = kinds.map(|kind| bench.dimsart.engine().words_of(kind).unwrap()).collect();
+    model.own_words = kinds.map(|kind| (kind, bench.dimsart.engine().words_of(kind).unwrap())).collect();
     for data_type in [types::POSITION, types::FORCE, types::DES_FORCE] {
         model.take(Need::Signal(data_type.first(), dof)).unwrap();
     }
@@ -260,7 +262,7 @@ fn compare_with_model(dof: usize, operations: u32, seed: u64) -> [u32; 3] {
             _ => {
                 let first = below(&mut random, types::ALL.len() as u32);
                 for port in 0..10_u8 {
-                    let data_type = types::ALL[(first as usize + usize::from(port)) % types::ALL.len()];
+                    let data_type = &types::ALL[(first as usize + usize::from(port)) % types::ALL.len()];
                     let number = u8::try_from(below(&mut random, 200) + 1).unwrap();
                     let signal = TypeRef { id: data_type.id, number };
                     if engine.command(Command::bind(module, port, signal)).is_ok() {
@@ -349,7 +351,7 @@ fn what_stays_plugged_in_keeps_its_contents_while_others_move() {
     let mut stamps = [None; 12];
     for operation in 1_u16..=20_000 {
         let number = u8::try_from(below(&mut random, 12) + 1).unwrap();
-        let module = ModuleRef { kind: 0, number };
+        let module = ModuleRef { kind: KindId::of(Stamper::NAME), number };
         let engine = bench.dimsart.engine_mut();
         let stamp = &mut stamps[usize::from(number) - 1];
         if stamp.is_some() {
@@ -368,7 +370,8 @@ fn what_stays_plugged_in_keeps_its_contents_while_others_move() {
         bench.tick(&[]);
         for (number, stamp) in (1..).zip(stamps) {
             let Some(stamp) = stamp else { continue };
-            let memory = bench.dimsart.engine().memory(ModuleRef { kind: 0, number }).unwrap();
+            let memory =
+                bench.dimsart.engine().memory(ModuleRef { kind: KindId::of(Stamper::NAME), number }).unwrap();
             let signal = bench.bits(&format!("SIGNAL.{number}"));
             assert!(memory.iter().chain(signal).all(|word| *word == stamp), "{operation}: {number}");
         }

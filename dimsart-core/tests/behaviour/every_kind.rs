@@ -1,9 +1,10 @@
 //! What every kind of module of the library holds to, whatever it computes.
-#![expect(clippy::unwrap_used, clippy::indexing_slicing, reason = "in helpers of tests as in tests")]
+#![expect(clippy::indexing_slicing, reason = "in helpers of tests as in tests")]
 #![expect(clippy::cast_possible_truncation, clippy::cast_precision_loss, reason = "numbers of a test")]
 
 use dimsart_core::protocol::MAX_CHOICES;
-use dimsart_core::{Accepts, Command, FaultCause, ModuleRef, Tick, Unit, Value, modules::ALL};
+use dimsart_core::{Accepts, Command, FaultCause, ModuleRef, Tick, Unit, Value};
+use dimsart_modules::ALL;
 use rand_core::{Rng, SeedableRng};
 use rand_pcg::Pcg32;
 
@@ -13,7 +14,7 @@ use crate::modules::kind_alone;
 const TICKS: usize = 200;
 
 fn kinds() -> impl Iterator<Item = ModuleRef> {
-    (0..u8::try_from(ALL.list().len()).unwrap()).map(|kind| ModuleRef { kind, number: 1 })
+    ALL.list().iter().map(|kind| ModuleRef { kind: kind.id, number: 1 })
 }
 
 fn name(module: ModuleRef) -> &'static str {
@@ -79,7 +80,7 @@ fn tick(alone: &mut Alone, measured: &[f32]) -> Tick {
 fn with_its_defaults_it_writes_nothing_but_numbers_that_can_be() {
     for module in kinds() {
         let mut alone = kind_alone(module.kind);
-        let mut random = Pcg32::seed_from_u64(module.kind.into());
+        let mut random = Pcg32::seed_from_u64(module.kind.bits().into());
         let mut measured = vec![0.0; alone.bench.dimsart.frame().output_words()];
         for _ in 0..TICKS {
             measure(&mut random, &mut measured);
@@ -96,7 +97,7 @@ fn with_any_parameters_it_begins_anew_after_a_reset_whatever_became_of_it() {
     let mut cut_out = 0;
     for module in kinds() {
         for seed in 0..20 {
-            let mut random = Pcg32::seed_from_u64(1000 * seed + u64::from(module.kind));
+            let mut random = Pcg32::seed_from_u64(1000 * seed + u64::from(module.kind.bits()));
             let mut alone = kind_alone(module.kind);
             set_all(&mut alone, &mut random, module);
             let mut measured = vec![0.0; alone.bench.dimsart.frame().output_words()];

@@ -3,14 +3,15 @@
 
 use core::num::NonZeroU32;
 
+use crate::common::IDS;
 use crate::common::{Bench, DelayedLink, Types};
 use dimsart_core::Kinds;
-use dimsart_core::modules::ALL;
 use dimsart_core::{
     AxisKind, CommandError, Content, Context, Cost, Costs, DataType, Declare, DeviceDescriptor, Difference,
     Finding, Format, Input, Matrix, Module, Output, Packet, Shape, Single, Square, Summary, Tick, Unit,
     UnitRelation, Vector, Word, types, words,
 };
+use dimsart_modules::ALL;
 
 const DOF: usize = 3;
 
@@ -356,10 +357,10 @@ fn a_delay_says_what_it_wants_and_is_not_bound_anew_while_it_is_plugged_in() {
 
 #[test]
 fn a_wide_signal_costs_what_one_of_as_many_axes_does() {
-    const LINES: [Cost; 17] = [Cost::new(10, 1); 17];
+    const LINES: [Cost; 1 + ALL.list().len()] = [Cost::new(10, 1); 1 + ALL.list().len()];
     let mut bench = Bench::of(DOF, &[FITS], &[]);
     let limit = |cycles| NonZeroU32::new(cycles);
-    bench.dimsart.engine_mut().set_costs(Some(Costs::new(&LINES)));
+    bench.dimsart.engine_mut().set_costs(Some(Costs::new(&LINES, &IDS)));
     bench.dimsart.engine_mut().limit_cycles(limit(13 + 58 - 1));
     bench.rows("TIMEDELAY_MOD PORT_SIGNAL_IN FITS\nTIMEDELAY_MOD PORT_SIGNAL_OUT FITS.2");
     let before = bench.snapshot();

@@ -6,8 +6,9 @@ use dimsart_core::Kinds;
 use dimsart_core::{
     AxisKind, Context, DataType, Declare, DescriptorError, DeviceDescriptor, Dimsart, FaultCause, Format,
     FrameError, Input, MAX_DEVICE_TYPES, Matrix, Module, Output, Parameters, Shape, Single, Summary, Tick,
-    Unit, Vector, Word, limits::MAX_DOF, modules::ALL, types, words,
+    Unit, Vector, Word, limits::MAX_DOF, types, words,
 };
+use dimsart_modules::ALL;
 
 macro_rules! own_types {
     ($($id:literal $name:ident $format:ident $shape:expr;)*) => {
@@ -278,7 +279,8 @@ fn impossible_devices_are_refused_with_what_was_asked_for() {
 
 #[test]
 fn too_many_types_and_one_type_twice_are_refused_with_the_numbers() {
-    let (most, nine) = (&types::ALL[..MAX_DEVICE_TYPES], &types::ALL[..=MAX_DEVICE_TYPES]);
+    let all: Types = types::ALL.iter().collect::<Vec<_>>().leak();
+    let (most, nine) = (&all[..MAX_DEVICE_TYPES], &all[..=MAX_DEVICE_TYPES]);
     let twice: Types = &[types::FORCE, types::POSITION, types::VELOCITY, types::POSITION];
     let describe = |outputs, inputs| {
         DeviceDescriptor::new("arm", &[AxisKind::Linear], 1e-3, outputs, inputs).map(|device| device.dof())

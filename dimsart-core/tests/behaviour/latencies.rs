@@ -5,13 +5,15 @@
 use std::cell::Cell;
 use std::sync::atomic::{AtomicU32, Ordering::Relaxed};
 
+use dimsart_core::KindId;
 use dimsart_core::Kinds;
 use dimsart_core::limits::DEFAULT_WORDS;
 use dimsart_core::{
     AxisKind, Context, Cost, Costs, Counter, Declare, DeviceDescriptor, Dimsart, Input, InputLimits, Module,
-    Output, OutputLimits, Packet, Parameters, SafeValue, Tick, Word, modules, modules::ALL, scheme, types,
-    words,
+    Output, OutputLimits, Packet, Parameters, SafeValue, Tick, Word, scheme, types, words,
 };
+use dimsart_modules as modules;
+use dimsart_modules::ALL;
 
 const H_S: f32 = 1e-3;
 /// 10 mm in a tick.
@@ -68,6 +70,7 @@ impl Module for Failing {
 }
 
 const KINDS: Kinds = dimsart_core::kinds![modules::Pd, Failing, modules::CommRx];
+static IDS: [KindId; 3] = KINDS.ids();
 
 fn load(dimsart: &mut Dimsart, rows: &str) {
     let text: String = rows.lines().map(|row| format!("joint {row}\n")).collect();
@@ -107,7 +110,7 @@ impl Joint {
         let device = device.unwrap().with_limits(&[&[LIMITS]]).unwrap();
         let device = device.with_output_limits(&[SENSOR_LIMITS]).unwrap();
         let mut dimsart = Dimsart::<[u32; DEFAULT_WORDS]>::new(device, KINDS).unwrap();
-        dimsart.engine_mut().set_costs(Some(Costs::new(&COSTS)));
+        dimsart.engine_mut().set_costs(Some(Costs::new(&COSTS, &IDS)));
         dimsart.engine_mut().time_calls(Counter::up(COUNTER.with(|counter| *counter)), 0);
         load(
             &mut dimsart,

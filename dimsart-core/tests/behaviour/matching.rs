@@ -4,12 +4,13 @@
 use std::collections::BTreeSet;
 
 use crate::common::Bench;
+use crate::common::module_at;
 use dimsart_core::limits::DEFAULT_WORDS;
 use dimsart_core::{
     AxisKind, Command, CommandError, DataType, DeviceDescriptor, Dimsart, Direction, Engine, Finding, Format,
-    ModuleRef, ParameterError, Party, Shape, Summary, Unit, UnitRelation, limits, modules::ALL, scheme,
-    types,
+    ParameterError, Party, Shape, Summary, Unit, UnitRelation, limits, scheme, types,
 };
+use dimsart_modules::ALL;
 use rand_core::{Rng, SeedableRng};
 
 const SIDES: &[&str] = &["master", "slave"];
@@ -463,8 +464,8 @@ fn whatever_is_plugged_in_each_signal_out_of_order_is_named_and_no_other() {
     let mut random = rand_pcg::Pcg32::seed_from_u64(11);
     let (mut dimsart, mut seen) = (robot(), [0; 3]);
     for _ in 0..5_000 {
-        let kind = u8::try_from(random.next_u32() as usize % ALL.list().len()).unwrap();
-        let module = ModuleRef { kind, number: u8::try_from(random.next_u32() % 2 + 1).unwrap() };
+        let kind = random.next_u32() as usize % ALL.list().len();
+        let module = module_at(kind, u8::try_from(random.next_u32() % 2 + 1).unwrap());
         let is_off = random.next_u32() % 5 < 2;
         // What has no room is refused and changes nothing.
         let _ = dimsart.command(if is_off { Command::Unplug(module) } else { Command::PlugIn(module) });

@@ -1,9 +1,11 @@
 //! Every control law of the library against its closed form.
-#![expect(clippy::unwrap_used, clippy::indexing_slicing, reason = "in helpers of tests as in tests")]
+#![expect(clippy::unwrap_used, reason = "in helpers of tests as in tests")]
 #![expect(clippy::cast_possible_truncation, clippy::float_cmp, reason = "rounded and compared on purpose")]
 
 use crate::common::{self, Alone, H, Types, assert_close};
-use dimsart_core::{Command, Direction, ModuleRef, modules::ALL, types};
+use dimsart_core::KindId;
+use dimsart_core::{Command, Direction, ModuleRef, types};
+use dimsart_modules::ALL;
 use rand_core::{Rng, SeedableRng};
 use rand_pcg::Pcg32;
 
@@ -242,9 +244,9 @@ fn sum_weighs_both_signals() {
 }
 
 /// A bench on which the device provides all that a kind of module reads.
-pub(crate) fn kind_alone(kind: u8) -> Alone {
+pub(crate) fn kind_alone(kind: KindId) -> Alone {
     let module = ModuleRef { kind, number: 1 };
-    let name = ALL.list()[usize::from(kind)].name;
+    let name = ALL.module_name(module).name;
     let (measured, bindings) = common::surroundings(module);
     let mut bench: common::Bench = common::Bench::of(3, measured.leak(), &[]);
     for (port, signal) in bindings {

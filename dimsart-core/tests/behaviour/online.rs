@@ -1,14 +1,15 @@
 //! Programs: what is taken, what is refused, and that nothing changes then.
 #![expect(clippy::unwrap_used, clippy::indexing_slicing, reason = "in helpers of tests as in tests")]
 
+use crate::common::IDS;
 use dimsart_core::limits::{MAX_PROGRAMS, PROGRAM_WORDS};
-use dimsart_core::modules::ALL;
 use dimsart_core::online::{
     Header, Instruction, LawParameter, LawRefusal, OWN_AXIS, Opcode, Program, ProgramError, seal,
 };
 use dimsart_core::{
     Command, CommandError, Cost, Costs, ModuleRef, ParameterError, Unit, Value, saved_scheme, types,
 };
+use dimsart_modules::ALL;
 
 use crate::common::{self, Bench};
 
@@ -230,7 +231,7 @@ fn a_law_costs_what_its_instructions_do() {
         lines
     };
     let mut bench = bench();
-    bench.dimsart.engine_mut().set_costs(Some(Costs::new(&LINES)));
+    bench.dimsart.engine_mut().set_costs(Some(Costs::new(&LINES, &IDS)));
     keep(&mut bench, 1, &spring()).unwrap();
     // The module's own, the one that runs once before each of the others, and those of both axes.
     let expected = 120 + 2 * 7 + 2 * 7 * 7;

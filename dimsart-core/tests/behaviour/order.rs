@@ -4,11 +4,11 @@
 #![expect(clippy::cast_precision_loss, reason = "small by construction")]
 
 use dimsart_core::limits::DEFAULT_WORDS;
-use dimsart_core::modules::ALL;
 use dimsart_core::{
     Accepts, AxisKind, Command, DeviceDescriptor, Dimsart, Direction, Engine, ModuleRef, PortSpec, Tick,
     TypeRef, Value, Word, types,
 };
+use dimsart_modules::ALL;
 use rand_core::{Rng, SeedableRng};
 use rand_pcg::Pcg32;
 
@@ -87,7 +87,7 @@ impl Case {
             let before: usize = measured[..place].iter().map(|found| found.shape.words(DOF)).sum();
             before..before + measured[place].shape.words(DOF)
         };
-        let mut random = Pcg32::seed_from_u64(u64::from(self.module.kind));
+        let mut random = Pcg32::seed_from_u64(u64::from(self.module.kind.bits()));
         let mut previous = vec![Word(0); words];
         let mut written = Vec::new();
         for _ in 0..TICKS {
@@ -124,11 +124,11 @@ fn source(ports: &[PortSpec], bindings: &[(u8, TypeRef)], port: usize) -> TypeRe
 /// Every kind with its defaults, with each other value of each choice and switch, and with random numbers.
 fn cases() -> Vec<Case> {
     let mut cases = Vec::new();
-    for kind in 0..u8::try_from(ALL.list().len()).unwrap() {
+    for kind in ALL.list().iter().map(|kind| kind.id) {
         let module = ModuleRef { kind, number: 1 };
         let described = |index| ALL.describe_parameter(kind, index);
         let parameters: Vec<_> = (0..=u8::MAX).map_while(described).map(|found| found.accepts).collect();
-        let mut random = Pcg32::seed_from_u64(kind.into());
+        let mut random = Pcg32::seed_from_u64(kind.bits().into());
         let numbers: Vec<_> = (0..)
             .zip(&parameters)
             .filter(|(_, accepts)| matches!(accepts, Accepts::Real { .. }))

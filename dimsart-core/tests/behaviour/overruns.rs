@@ -4,6 +4,7 @@
 use std::cell::Cell;
 use std::sync::atomic::{AtomicU32, Ordering::Relaxed};
 
+use dimsart_core::KindId;
 use dimsart_core::Kinds;
 use dimsart_core::protocol::DeviceInfo;
 use dimsart_core::{
@@ -63,7 +64,7 @@ const BUDGET: u32 = COST + COST / 4 + SPARE_CYCLES;
 static COSTS: [Cost; 2] = [Cost::new(1000, 0), Cost::new(400, 50)];
 
 fn slow(number: u8) -> ModuleRef {
-    ModuleRef { kind: 0, number }
+    ModuleRef::new(Slow::NAME, number)
 }
 
 /// The first module drives the device, the second reads what the first writes, the third is by itself.
@@ -75,7 +76,7 @@ fn bench() -> Bench {
 fn bench_with_counter(counts_per_cycle: u32) -> Bench {
     let mut bench = Bench::with_kinds(SLOWS, DOF, &[types::SIGNAL], &[types::DES_FORCE]);
     let engine = bench.dimsart.engine_mut();
-    engine.set_costs(Some(Costs::new(&COSTS)));
+    engine.set_costs(Some(Costs::new(&COSTS, const { &[KindId::of(Slow::NAME)] })));
     let counter = Counter::up(COUNTER.with(|counter| *counter)).with_counts_per_cycle(counts_per_cycle);
     engine.time_calls(counter, SPARE_CYCLES);
     let signal = |number| dimsart_core::TypeRef { id: types::SIGNAL_OUT.id, number };

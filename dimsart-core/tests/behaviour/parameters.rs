@@ -65,7 +65,7 @@ impl Module for Feedback {
 
 const FEEDBACKS: Kinds = dimsart_core::kinds![Feedback];
 
-const MODULE: ModuleRef = ModuleRef { kind: 0, number: 1 };
+const MODULE: ModuleRef = ModuleRef::new("FEEDBACK_MOD", 1);
 
 fn bench() -> Bench {
     let mut bench = Bench::with_kinds(FEEDBACKS, DOF, &[types::POSITION], &[types::DES_FORCE]);
@@ -74,7 +74,7 @@ fn bench() -> Bench {
 }
 
 fn values(bench: &mut Bench, name: &str, count: u8) -> Vec<Value> {
-    let index = FEEDBACKS.parameter(0, name).unwrap();
+    let index = FEEDBACKS.parameter(MODULE.kind, name).unwrap();
     (0..count).map(|place| bench.dimsart.engine_mut().get(MODULE, index, place).unwrap()).collect()
 }
 
@@ -209,7 +209,7 @@ fn a_matrix_takes_as_many_axes_as_the_device_has() {
 
 #[test]
 fn every_kind_of_parameter_describes_itself() {
-    let parameters = (0..).map_while(|index| FEEDBACKS.describe_parameter(0, index));
+    let parameters = (0..).map_while(|index| FEEDBACKS.describe_parameter(MODULE.kind, index));
     let texts: Vec<_> = parameters.map(|parameter| ParameterText::try_from(parameter).unwrap()).collect();
     let accepts: Vec<_> = texts.into_iter().map(|text| (text.accepts, text.entries)).collect();
     let names = heapless::Vec::from_slice(&["FREE", "SPRING", "DAMPER"]).unwrap();

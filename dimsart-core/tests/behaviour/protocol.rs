@@ -14,14 +14,16 @@ mod looking;
 mod noise;
 mod served;
 
+use crate::common::module_at;
 use dimsart_core::protocol::{
     Accepted, Blocked, DataTypeText, Effect, MAX_SIGNAL_WORDS, PROTOCOL_VERSION, ParameterText, PortText,
     Refusal, Request, Response, SchemeAction, StoreError, TimingReport,
 };
 use dimsart_core::{
     Accepts, AxisKind, Command, CommandError, EngineCommand, Finding, Format, FrameError, ModuleRef,
-    ParameterError, Party, Timing, TypeRef, Unit, Value, modules::ALL, scheme, types,
+    ParameterError, Party, Timing, TypeRef, Unit, Value, scheme, types,
 };
+use dimsart_modules::ALL;
 
 use served::{MAP, ServedDevice, frame, module, robot};
 
@@ -30,10 +32,10 @@ const SCHEME: &str = include_str!("../../../schemes/bilateral.scheme");
 
 #[test]
 fn a_frame_has_these_bytes() {
-    let command = Command::PlugIn(ModuleRef { kind: 6, number: 1 });
+    let command = Command::PlugIn(ModuleRef::new("PDCTRL_MOD", 1));
     // Class, id, request, engine, MOD_ON, no axis, module, CRC (of channel 0 too); each zero replaced by the way to the
     // next.
-    let expected = [0, 5, 1, 2, 1, 7, 2, 1, 8, 5, 6, 1, 0x0D, 0xAD, 0x0B, 0x80, 0];
+    let expected = [0, 5, 1, 2, 1, 7, 2, 1, 9, 5, 0x9E, 0x73, 1, 0x4D, 0x78, 0x09, 0xDE, 0];
     assert_eq!(frame(Request::Command(command), 0x0102), expected);
 }
 
@@ -51,9 +53,10 @@ fn the_device_introduces_itself() {
 #[test]
 fn every_module_and_parameter_of_the_library_is_described_as_the_engine_has_it() {
     let mut served = ServedDevice::new();
-    let kinds = served.list(|kind| Request::Module { kind });
+    let kinds = served.list(|place| Request::Module { place });
     assert_eq!(kinds.len(), ALL.list().len());
-    for ((kind, found), expected) in (0..).zip(kinds).zip(ALL.list()) {
+    for (found, expected) in kinds.into_iter().zip(ALL.list()) {
+        let kind = expected.id;
         let found = unwrap!(Module, found);
         assert_eq!(found.name, expected.name);
         let found = served.list(|index| Request::Parameter { kind, index });
@@ -85,7 +88,7 @@ fn ports_are_described_with_what_they_are_bound_to() {
     let second = ModuleRef { number: 2, ..module("PDCTRL_MOD") };
     let elsewhere = TypeRef { id: types::DES_POSITION.id, number: 2 };
     assert_eq!(served.command(Command::bind(second, 1, elsewhere)).refused, None);
-    let modules = (0..16).map(|kind| ModuleRef { kind, number: 1 }).chain([second]);
+    let modules = (0..16).map(|place| module_at(place, 1)).chain([second]);
     for module in modules {
         let found = served.list(|index| Request::Port { module, index });
         let expected = served.dimsart.engine_mut().ports(module).unwrap();
@@ -107,7 +110,7 @@ fn ports_are_described_with_what_they_are_bound_to() {
 fn data_types_are_the_catalogue_and_the_devices_own() {
     let mut served = ServedDevice::new();
     let found = served.list(|index| Request::DataType { index: index.into() });
-    let expected = types::ALL.iter().copied().chain([MAP]);
+    let expected = types::ALL.iter().chain([MAP]);
     assert_eq!(found.len(), types::ALL.len() + 1);
     for (found, expected) in found.into_iter().zip(expected) {
         let DataTypeText { id, name, unit, format, shape } = unwrap!(DataType, found);
@@ -124,7 +127,7 @@ struct Catalogue {
 
 impl Catalogue {
     fn learn(served: &mut ServedDevice) -> Self {
-        let modules = served.list(|kind| Request::Module { kind });
+        let modules = served.list(|place| Request::Module { place });
         let types = served.list(|index| Request::DataType { index: index.into() });
         Self {
             modules: modules.into_iter().map(|module| unwrap!(Module, module).name).collect(),
@@ -133,8 +136,8 @@ impl Catalogue {
     }
 
     fn module(&self, name: &str) -> ModuleRef {
-        let kind = self.modules.iter().position(|known| *known == name).unwrap();
-        ModuleRef { kind: u8::try_from(kind).unwrap(), number: 1 }
+        assert!(self.modules.contains(&name), "{name}");
+        ModuleRef::new(name, 1)
     }
 
     fn command(&self, row: &scheme::Row<'_>, served: &mut ServedDevice) -> Command {
@@ -187,7 +190,7 @@ fn a_scheme_sent_row_by_row_leaves_the_controller_as_loading_it_does() {
         let names: Vec<_> = instances
             .into_iter()
             .map(|found| unwrap!(Instance, found))
-            .map(|found| (catalogue.modules[usize::from(found.module.kind)], found.place.unwrap()))
+            .map(|found| (ALL.module_name(found.module).name, found.place.unwrap()))
             .collect();
         let order = ["COMM_RXMOD", "WTRANSF_MOD", "PDCTRL_MOD", "TIMEDELAY_MOD", "COMM_TXMOD"];
         assert_eq!(names, order.into_iter().zip(0..).collect::<Vec<_>>());
@@ -257,7 +260,7 @@ fn a_refused_command_changes_nothing_and_shows_the_value_that_holds() {
         assert_eq!(effect.refused, Some(ParameterError::OutOfRange.into()));
         assert_eq!(effect.value, Some(Value::Real(500.0)));
     }
-    let nobody = ModuleRef { kind: 200, number: 1 };
+    let nobody = ModuleRef::new("NO_MOD", 1);
     for (command, error) in [
         (Command::PlugIn(nobody), CommandError::UnknownModule(nobody)),
         (Command::set(pd, 100, Value::Flag(true)), ParameterError::Unknown.into()),

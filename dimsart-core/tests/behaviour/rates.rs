@@ -5,11 +5,11 @@
 use std::collections::BTreeMap;
 
 use dimsart_core::limits::DEFAULT_WORDS;
-use dimsart_core::modules::ALL;
 use dimsart_core::{
     AxisKind, Command, DeviceDescriptor, Dimsart, Direction, EVERY_TICKS, ModuleRef, Observer, Tick, Value,
     Word, types,
 };
+use dimsart_modules::ALL;
 use rand_core::{Rng, SeedableRng};
 use rand_pcg::Pcg32;
 
@@ -70,10 +70,11 @@ fn choice(every_ticks: u8) -> Value {
 #[test]
 fn a_module_computes_with_its_own_period_and_holds_between() {
     let mut compared = BTreeMap::new();
-    for (kind, found) in (0..).zip(ALL.list()) {
+    for found in ALL.list() {
+        let kind = found.id;
         let module = ModuleRef { kind, number: 1 };
         for every_ticks in PERIODS {
-            let seed = u64::from(kind) << 8 | u64::from(every_ticks);
+            let seed = u64::from(kind.bits()) << 8 | u64::from(every_ticks);
             let Some(mut fast) = alone(module, every_ticks, H, seed) else { continue };
             let mut slow = alone(module, 1, H * f32::from(every_ticks), seed).unwrap();
             let mut random = Pcg32::seed_from_u64(seed);

@@ -1,9 +1,10 @@
 //! A scheme is the commands that build it: as bytes it comes back the same, or not at all.
 #![expect(clippy::unwrap_used, clippy::indexing_slicing, reason = "in helpers of tests as in tests")]
 
+use crate::common::module_at;
 use crate::common::{self, Bench, words};
+use dimsart_core::KindId;
 use dimsart_core::limits::DEFAULT_WORDS;
-use dimsart_core::modules::{ALL, P, Pd};
 use dimsart_core::saved_scheme::{
     LoadError, MAX_SCHEME_BYTES, SAVED_SCHEME_VERSION, SchemeBytes, TooLong, Writer, fingerprint, load, save,
 };
@@ -11,6 +12,7 @@ use dimsart_core::{
     Accepts, Command, CommandError, Context, Declare, Dimsart, EVERY_TICKS, Entries, Module, ModuleRef,
     Parameters, TypeRef, Unit, Value, types, words,
 };
+use dimsart_modules::{ALL, P, Pd};
 use rand_core::{Rng, SeedableRng};
 use rand_pcg::Pcg32;
 
@@ -27,7 +29,7 @@ fn small(random: &mut Pcg32, bound: u32) -> u8 {
 }
 
 fn any_signal(random: &mut Pcg32) -> TypeRef {
-    let found = types::ALL[below(random, u32::try_from(types::ALL.len()).unwrap()) as usize];
+    let found = &types::ALL[below(random, u32::try_from(types::ALL.len()).unwrap()) as usize];
     TypeRef { id: found.id, number: 1 + small(random, 3) }
 }
 
@@ -49,7 +51,7 @@ fn any_scheme(dof: usize, random: &mut Pcg32) -> Bench {
     let mut bench = Bench::of(dof, MEASURED, &[]);
     let kinds = u32::try_from(ALL.list().len()).unwrap();
     for _ in 0..10 + below(random, 10) {
-        let module = ModuleRef { kind: small(random, kinds), number: 1 + small(random, 2) };
+        let module = module_at(below(random, kinds) as usize, 1 + small(random, 2));
         for _ in 0..below(random, 8) {
             let Some(index) = parameters(module.kind).checked_sub(1).map(|last| small(random, last + 1))
             else {
@@ -73,7 +75,7 @@ fn any_scheme(dof: usize, random: &mut Pcg32) -> Bench {
             let _ = bench.dimsart.command(Command::bind(module, small(random, 6), any_signal(random)));
         }
         if below(random, 4) == 0 {
-            let other = ModuleRef { kind: small(random, kinds), number: 1 };
+            let other = module_at(below(random, kinds) as usize, 1);
             let _ = bench.dimsart.command(Command::PlaceBefore(other));
         }
         let _ = bench.dimsart.command(Command::PlugIn(module));
@@ -85,7 +87,7 @@ fn any_scheme(dof: usize, random: &mut Pcg32) -> Bench {
     bench
 }
 
-fn parameters(kind: u8) -> u32 {
+fn parameters(kind: KindId) -> u32 {
     let described = |index| ALL.describe_parameter(kind, index);
     u32::try_from((0..).map_while(described).count()).unwrap()
 }
@@ -252,11 +254,11 @@ fn a_scheme_without_the_command_that_starts_it_is_damaged() {
 
 #[test]
 fn a_scheme_that_fits_no_page_is_refused() {
-    let gain = Command::set(ModuleRef { kind: 6, number: 1 }, 0, Value::Real(1.0));
+    let gain = Command::set(ModuleRef::new("PDCTRL_MOD", 1), 0, Value::Real(1.0));
     let mut bytes = SchemeBytes::new();
     let mut writer = Writer::new(&mut bytes, 0);
     let gains = (0..).take_while(|_| writer.push(&gain).is_ok()).count();
-    assert_eq!(gains, (MAX_SCHEME_BYTES - 5) / 10);
+    assert_eq!(gains, (MAX_SCHEME_BYTES - 5) / 11);
     while writer.push(&Command::Stop).is_ok() {}
     assert_eq!(writer.finish(), Err(TooLong));
     // What the shipped scheme takes, so that the bound is known to be far off.

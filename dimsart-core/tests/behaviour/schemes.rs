@@ -3,7 +3,8 @@
 
 use crate::common::Bench;
 use dimsart_core::scheme::{self, Place, Problem, SchemeError};
-use dimsart_core::{Accepts, CommandError, ModuleRef, ParameterError, Value, modules::ALL, types};
+use dimsart_core::{Accepts, CommandError, ModuleRef, ParameterError, Value, types};
+use dimsart_modules::ALL;
 use proptest::prelude::*;
 use proptest::test_runner::FileFailurePersistence;
 
@@ -196,7 +197,8 @@ fn ports_are_bound_by_name_whether_or_not_the_module_exists() {
 #[test]
 fn every_module_parameter_and_port_can_be_named_in_a_scheme() {
     let mut bench = robot();
-    for (kind, known) in (0..).zip(ALL.list()) {
+    for known in ALL.list() {
+        let kind = known.id;
         let mut rows = String::new();
         for index in 0.. {
             let Some(parameter) = ALL.describe_parameter(kind, index) else { break };

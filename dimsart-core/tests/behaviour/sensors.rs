@@ -2,11 +2,11 @@
 #![expect(clippy::unwrap_used, clippy::indexing_slicing, reason = "in helpers of tests as in tests")]
 
 use dimsart_core::limits::DEFAULT_WORDS;
-use dimsart_core::modules::ALL;
 use dimsart_core::{
     AxisKind, Command, DataType, DescriptorError, DeviceDescriptor, Dimsart, DriveState, Format, FrameError,
     OutputLimits, Reason, Shape, Tick, Unit, Word, types,
 };
+use dimsart_modules::ALL;
 use proptest::prelude::*;
 
 const PERIOD_S: f32 = 1e-3;
@@ -33,7 +33,7 @@ impl Arm {
         let mut dimsart =
             Dimsart::<[u32; DEFAULT_WORDS]>::new(device().with_output_limits(&[LIMITS]).unwrap(), ALL)
                 .unwrap();
-        let p = dimsart_core::modules::ALL.module("PCTRL_MOD").unwrap();
+        let p = dimsart_modules::ALL.module("PCTRL_MOD").unwrap();
         dimsart.command(Command::bind(p, 1, types::POSITION.first())).unwrap();
         dimsart.command(Command::bind(p, 0, types::POSITION.first())).unwrap();
         dimsart.command(Command::PlugIn(p)).unwrap();

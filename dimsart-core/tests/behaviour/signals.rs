@@ -4,7 +4,8 @@
 
 use crate::common::{Alone, Bench, H, assert_close};
 use dimsart_core::limits::DEFAULT_WORDS;
-use dimsart_core::{modules::ALL, scheme, types};
+use dimsart_core::{scheme, types};
+use dimsart_modules::ALL;
 use rand_core::{Rng, SeedableRng};
 use rand_pcg::Pcg32;
 

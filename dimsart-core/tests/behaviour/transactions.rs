@@ -337,7 +337,7 @@ fn a_command_that_is_refused_in_a_transaction_changes_nothing_of_it() {
         assert!(bench.order(row).is_err(), "{row}");
         assert_eq!(bench.snapshot(), before, "{row}");
     }
-    let pd = dimsart_core::modules::ALL.module("PDCTRL_MOD").unwrap();
+    let pd = dimsart_modules::ALL.module("PDCTRL_MOD").unwrap();
     assert_eq!(bench.dimsart.command(Command::CloseModule(pd)), Ok(()));
     assert_eq!(bench.dimsart.command(Command::CloseModule(pd)), Err(CommandError::NotPluggedIn(pd)));
 }

@@ -4,8 +4,8 @@
 
 use crate::common::{self, Bench, DelayedLink, H, assert_close};
 use dimsart_core::Kinds;
-use dimsart_core::modules::ALL;
 use dimsart_core::{Context, Declare, Input, Module, Output, Parameters, Unit, types, words};
+use dimsart_modules::ALL;
 use rand_core::{Rng, SeedableRng};
 use rand_pcg::Pcg32;
 
@@ -52,11 +52,11 @@ impl Module for Resistor {
 }
 
 const SLAVES: Kinds = dimsart_core::kinds![
-    dimsart_core::modules::CommRx,
-    dimsart_core::modules::CommTx,
-    dimsart_core::modules::WaveTransformer,
-    dimsart_core::modules::WaveImpedance,
-    dimsart_core::modules::SignalGenerator,
+    dimsart_modules::CommRx,
+    dimsart_modules::CommTx,
+    dimsart_modules::WaveTransformer,
+    dimsart_modules::WaveImpedance,
+    dimsart_modules::SignalGenerator,
     Resistor
 ];
 

@@ -10,8 +10,8 @@ use std::process::ExitCode;
 
 use clap::Args;
 use dimsart_core::limits::{DEFAULT_WORDS, MAX_LINKS, Sizes};
-use dimsart_core::modules::ALL;
 use dimsart_core::{DeviceDescriptor, Dimsart, Usage};
+use dimsart_modules::ALL;
 use serde::Serialize;
 use target::Target;
 

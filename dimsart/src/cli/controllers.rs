@@ -2,7 +2,8 @@
 
 use std::error::Error;
 
-use dimsart_core::{CommandError, Dimsart, modules::ALL};
+use dimsart_core::{CommandError, Dimsart};
+use dimsart_modules::ALL;
 
 use super::UsageError;
 use crate::connect::ANY_SIDE;

@@ -6,9 +6,9 @@ use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
 use clap::{Args, Subcommand};
-use dimsart_core::modules::ALL;
 use dimsart_core::online::Header;
 use dimsart_core::{AxisKind, Cost, DeviceDescriptor};
+use dimsart_modules::ALL;
 use serde::Serialize;
 
 use super::Ending;

@@ -8,13 +8,13 @@ use std::process::ExitCode;
 
 use clap::Args;
 use dimsart_core::limits::DEFAULT_WORDS;
-use dimsart_core::modules::ALL;
 use dimsart_core::protocol::ParameterText;
 use dimsart_core::scheme::switch;
 use dimsart_core::{
     Accepts, AxisKind, Direction, Engine, Kind, ModuleRef, Parameter, PortSpec, Unit, UnitRelation, Value,
     Word,
 };
+use dimsart_modules::{ALL, GROUPS, group_of};
 use serde::Serialize;
 
 use self::cost::KindCost;
@@ -134,8 +134,9 @@ type Rows<const COLUMNS: usize> = Vec<[String; COLUMNS]>;
 
 impl Modules {
     pub(super) fn execute(self, out: &mut impl Write) -> Ending {
-        let names = ALL.list().iter().flat_map(|kind| [kind.name, kind.group.text()]);
-        let names: Vec<String> = names.filter(|name| !name.is_empty()).map(str::to_owned).collect();
+        let names = ALL.list().iter().map(|kind| kind.name);
+        let names: Vec<String> =
+            names.chain(GROUPS.iter().map(|(name, _)| *name)).map(str::to_owned).collect();
         if let Some(name) = &self.name
             && !names.contains(name)
         {
@@ -151,17 +152,15 @@ impl Modules {
             write!(out, "{MARKDOWN_HEAD}")?;
         }
         let mut engine = Engine::<[u32; DEFAULT_WORDS]>::new(device("device", 1, 1e-3)?, ALL);
-        let is_wanted = |kind: &Kind| {
-            self.name.as_deref().is_none_or(|name| [kind.name, kind.group.text()].contains(&name))
-        };
-        let wanted = (0..).zip(ALL.list()).filter(|(_, kind)| is_wanted(kind));
+        let is_wanted =
+            |kind: &Kind| self.name.as_deref().is_none_or(|name| [kind.name, group(kind)].contains(&name));
+        let wanted = ALL.list().iter().filter(|kind| is_wanted(kind));
         let costs = self.image.as_deref().map(KindCost::of_image).transpose()?;
-        let cost = |number: u8, kind: &Kind| match &costs {
-            Some(costs) => costs.get(usize::from(number)).cloned().unwrap_or_default(),
+        let cost = |kind: &Kind| match &costs {
+            Some(costs) => costs.get(&kind.id).cloned().unwrap_or_default(),
             None => KindCost::of_board(kind.name),
         };
-        let described =
-            wanted.map(|(number, kind)| Description::new(&mut engine, number, kind, cost(number, kind)));
+        let described = wanted.map(|kind| Description::new(&mut engine, kind, cost(kind)));
         let mut descriptions: Vec<Description> = described.collect();
         // In the order of the list within a group.
         descriptions.sort_by_key(|description| description.group);
@@ -182,17 +181,22 @@ impl Modules {
     }
 }
 
+/// The group of a kind; empty for one of a project.
+fn group(kind: &Kind) -> &'static str {
+    group_of(kind.id).unwrap_or_default()
+}
+
 impl Description {
     const HEADER: [&str; 5] =
         ["group", "module", "what it does", "cycles, for each axis", "bytes, for each axis"];
 
-    fn new(engine: &mut Engine, number: u8, kind: &Kind, cost: KindCost) -> Self {
-        let ports = engine.ports(ModuleRef { kind: number, number: 1 }).unwrap_or_default();
-        let parameters: Vec<_> = (0..).map_while(|index| ALL.describe_parameter(number, index)).collect();
+    fn new(engine: &mut Engine, kind: &Kind, cost: KindCost) -> Self {
+        let ports = engine.ports(ModuleRef { kind: kind.id, number: 1 }).unwrap_or_default();
+        let parameters: Vec<_> = (0..).map_while(|index| ALL.describe_parameter(kind.id, index)).collect();
         let lists = parameters.iter().filter(|parameter| parameter.accepts == Accepts::Types);
         Self {
             name: kind.name,
-            group: kind.group.text(),
+            group: group(kind),
             summary: kind.summary.text(),
             bytes: size_of::<Word>() * kind.words(0),
             bytes_per_axis: size_of::<Word>() * (kind.words(1) - kind.words(0)),

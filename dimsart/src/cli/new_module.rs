@@ -53,8 +53,6 @@ struct Place {
     tests: &'static str,
     /// From the folder of the test's crate to that of schemes and scenarios.
     up: &'static str,
-    /// How the crate of the modules calls the core.
-    core: &'static str,
     /// How a test and the command are called.
     test: &'static str,
     command: &'static str,
@@ -67,16 +65,14 @@ const PLACES: [Place; 2] = [
         modules: "src/modules",
         tests: "tests",
         up: "/",
-        core: "use dimsart_core::",
         test: "cargo test --test",
         command: "cargo dimsart",
     },
     Place {
-        list: "dimsart-core/src/modules.rs",
-        modules: "dimsart-core/src/modules",
+        list: "dimsart-modules/src/lib.rs",
+        modules: "dimsart-modules/src",
         tests: "hil-sim/tests",
         up: "/../",
-        core: "use crate::",
         test: "cargo test --package hil-sim --test",
         command: "cargo run --release --",
     },
@@ -136,7 +132,7 @@ impl Place {
     /// Writes all of it or, where a file is there already, nothing.
     fn write(&self, folder: &Path, names: &Names) -> Result<Vec<PathBuf>, String> {
         let file = &names.file;
-        let law = names.fill(LAW).replace("use dimsart_core::", self.core);
+        let law = names.fill(LAW);
         let test = names.fill(TEST).replace("\"/../", &format!("\"{}", self.up));
         let files = [
             (format!("{}/{file}.rs", self.modules), law),

@@ -9,17 +9,17 @@ use std::time::Instant;
 use std::{env, fs};
 
 use clap::Args;
-use dimsart_core::Cost;
 use dimsart_core::limits::MAX_DOF;
-use dimsart_core::modules::ALL;
-use dimsart_core::online::Opcode;
+use dimsart_core::online::{OPCODES, Opcode};
 use dimsart_core::saved_scheme::{self, SchemeBytes};
+use dimsart_core::{Cost, KindId};
+use dimsart_modules::ALL;
 use serde::Serialize;
 
 use super::Ending;
 use super::output::say;
 use crate::budget::{Budget, share};
-use crate::cycles::{Firmware, ImageCosts, Memory};
+use crate::cycles::{Firmware, ImageCosts, Memory, name_of};
 use crate::stamp::StampedImage;
 use hil_sim::bilateral::{Side, device};
 use hil_sim::rig::SimulatedDimsart;
@@ -151,11 +151,13 @@ fn costs(
 ) -> Result<ImageCosts, Box<dyn std::error::Error>> {
     let file = firmware.path.with_added_extension("costs");
     let key = key(image, memory)?;
-    if let Some(known) = fs::read_to_string(&file).ok().and_then(|text| read(&text, &key)) {
+    if let Some(known) =
+        fs::read_to_string(&file).ok().and_then(|text| read(&text, &key, &names(&image.kinds())))
+    {
         return Ok(known);
     }
-    let costs = ImageCosts::of(firmware, memory.upper())?;
-    fs::write(&file, text(&costs, &key))
+    let costs = ImageCosts::of(firmware, memory.upper(), &image.kinds())?;
+    fs::write(&file, text(&costs, &key, &names(&image.kinds())))
         .map_err(|error| format!("cannot write {}: {error}", file.display()))?;
     Ok(costs)
 }
@@ -169,27 +171,27 @@ fn key(image: &StampedImage, memory: Memory) -> Result<String, Box<dyn std::erro
     Ok(format!("{:016x}", hasher.finish()))
 }
 
-/// The names of the lines in order.
-fn names() -> impl Iterator<Item = &'static str> {
-    let kinds = ALL.list().iter().map(|kind| kind.name);
-    std::iter::once("tick").chain(kinds).chain(Opcode::ALL.iter().map(|opcode| opcode.name()))
+/// The names of the lines of an image with these kinds, in order; those of instructions are used where it runs laws.
+fn names(kinds: &[KindId]) -> Vec<String> {
+    let instructions = Opcode::ALL.iter().map(|opcode| opcode.name().to_owned());
+    std::iter::once("tick".to_owned()).chain(kinds.iter().copied().map(name_of)).chain(instructions).collect()
 }
 
 /// A line for each cost: what costs it, cycles, cycles for each degree of freedom, why they are not known.
-fn text(costs: &ImageCosts, key: &str) -> String {
+fn text(costs: &ImageCosts, key: &str, names: &[String]) -> String {
     let reason = |name: &str| costs.unknown.iter().find(|(kind, _)| kind == name).map(|(_, reason)| reason);
-    let line = |(name, cost): (&str, &Cost)| {
+    let line = |(name, cost): (&String, &Cost)| {
         let ((offset, per_dof), reason) = (cost.line(), reason(name).map_or("", String::as_str));
         format!("{name} {offset} {per_dof} {}\n", reason.replace('\n', " "))
     };
-    format!("{key}\n{}", names().zip(&costs.lines).map(line).collect::<String>())
+    format!("{key}\n{}", names.iter().zip(&costs.lines).map(line).collect::<String>())
 }
 
 /// The costs of a text with this key; none of another one.
-fn read(text: &str, key: &str) -> Option<ImageCosts> {
+fn read(text: &str, key: &str, names: &[String]) -> Option<ImageCosts> {
     let lines = text.strip_prefix(key)?.strip_prefix('\n')?;
     let mut costs = ImageCosts::default();
-    for (name, line) in names().zip(lines.lines()) {
+    for (name, line) in names.iter().zip(lines.lines()) {
         let [found, offset, per_dof, reason] = line.splitn(4, ' ').collect::<Vec<_>>().try_into().ok()?;
         let cost = Cost::new(offset.parse().ok()?, per_dof.parse().ok()?);
         if cost == Cost::UNKNOWN && !reason.is_empty() {
@@ -198,7 +200,8 @@ fn read(text: &str, key: &str) -> Option<ImageCosts> {
         costs.lines.push(cost);
         (found == name).then_some(())?;
     }
-    (costs.lines.len() == names().count()).then_some(costs)
+    let fits = [names.len(), names.len() - OPCODES].contains(&costs.lines.len());
+    (fits && costs.lines.len() == lines.lines().count()).then_some(costs)
 }
 
 #[cfg(test)]
@@ -207,15 +210,16 @@ mod tests {
 
     #[test]
     fn costs_are_kept_for_the_same_key_alone() {
-        let mut lines: Vec<Cost> = names().map(|_| Cost::new(100, 10)).collect();
+        let names = names(&[KindId::of("PCTRL_MOD")]);
+        let mut lines: Vec<Cost> = names.iter().map(|_| Cost::new(100, 10)).collect();
         lines[1] = Cost::UNKNOWN;
-        let unknown = vec![(ALL.list()[0].name.to_owned(), "no bound: why".to_owned())];
+        let unknown = vec![("PCTRL_MOD".to_owned(), "no bound: why".to_owned())];
         let costs = ImageCosts { lines, unknown };
-        let kept = text(&costs, "1f");
-        assert_eq!(read(&kept, "1f"), Some(costs));
-        assert_eq!(read(&kept, "2f"), None);
-        assert_eq!(read(&kept.replace("tick 100", "tock 100"), "1f"), None);
-        assert_eq!(read(kept.trim_end().rsplit_once('\n').unwrap().0, "1f"), None);
+        let kept = text(&costs, "1f", &names);
+        assert_eq!(read(&kept, "1f", &names), Some(costs));
+        assert_eq!(read(&kept, "2f", &names), None);
+        assert_eq!(read(&kept.replace("tick 100", "tock 100"), "1f", &names), None);
+        assert_eq!(read(kept.trim_end().rsplit_once('\n').unwrap().0, "1f", &names), None);
     }
 
     #[test]

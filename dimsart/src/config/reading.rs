@@ -2,6 +2,7 @@
 
 use std::collections::BTreeMap;
 
+use dimsart_core::KindId;
 use dimsart_core::scheme::{self, PORT_PREFIX, Problem, Row, SchemeError};
 use dimsart_core::{Command, CommandError, ModuleRef, ParameterError, Value, Vocabulary};
 use hil_sim::law::{self, Law, WithLaw};
@@ -67,7 +68,7 @@ struct Reader<'a, V: ?Sized> {
     known: &'a V,
     laws: &'a [(u8, Law)],
     /// By kind and number; a module is there from the first row on that names it.
-    drafts: BTreeMap<(u8, u8), Draft>,
+    drafts: BTreeMap<(KindId, u8), Draft>,
     /// What is plugged in.
     order: Vec<ModuleRef>,
     /// Where the next module is plugged in.

@@ -3,12 +3,13 @@
 use std::cell::Cell;
 use std::fmt;
 
-use dimsart_core::modules::ALL;
+use dimsart_core::KindId;
 use dimsart_core::protocol::{
     self, Accepted, DataTypeText, ParameterText, PortText, Request, Response, decode_response,
 };
 use dimsart_core::scheme::{SWITCH, switch};
 use dimsart_core::{AxisKind, Entries, Format, ModuleRef, Shape, Unit, Value, Vocabulary};
+use dimsart_modules::ALL;
 use hil_sim::recording::indices;
 use serde::{Serialize, Serializer};
 
@@ -123,18 +124,20 @@ impl Vocabulary for Description {
         &self.identity.axes
     }
 
-    fn kind_name(&self, kind: u8) -> Option<&str> {
-        match self.answer(Request::Module { kind })? {
-            // Left out of the image, which does not know its name.
-            Response::Module(found) if found.name.is_empty() => {
-                Some(ALL.kind(kind).map_or("", |known| known.name))
-            }
+    fn kind_at(&self, place: u8) -> Option<&str> {
+        match self.answer(Request::Module { place })? {
             Response::Module(found) => Some(found.name),
             _ => None,
         }
     }
 
-    fn parameter_text(&self, kind: u8, index: u8) -> Option<ParameterText<'_>> {
+    fn kind_name(&self, kind: KindId) -> Option<&str> {
+        // An id follows from a name: one that this program knows need not be asked for.
+        let known = ALL.kind(kind).map(|known| known.name);
+        known.or_else(|| self.kind_names().find(|name| KindId::of(name) == kind))
+    }
+
+    fn parameter_text(&self, kind: KindId, index: u8) -> Option<ParameterText<'_>> {
         match self.answer(Request::Parameter { kind, index })? {
             Response::Parameter(found) => Some(found),
             _ => None,
@@ -176,10 +179,8 @@ impl WordText {
 
 /// The help text of a parameter, if this program has its module; empty if not.
 pub(super) fn summary(kind: &str, parameter: &str) -> &'static str {
-    let found = ALL.list().iter().position(|found| found.name == kind).and_then(|kind| {
-        let kind = u8::try_from(kind).ok()?;
-        ALL.describe_parameter(kind, ALL.parameter(kind, parameter)?)
-    });
+    let kind = KindId::of(kind);
+    let found = ALL.parameter(kind, parameter).and_then(|index| ALL.describe_parameter(kind, index));
     found.map_or("", |found| found.summary.text())
 }
 

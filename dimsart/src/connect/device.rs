@@ -240,7 +240,7 @@ fn is_beyond_every_list(request: &Request) -> bool {
         | Request::Port { index, .. }
         | Request::Cycles { place: index, .. }
         | Request::Law(LawAction::Look { number: index }) => index >= LISTED,
-        Request::Module { kind: index } | Request::Finding { index } => index == u8::MAX,
+        Request::Module { place: index } | Request::Finding { index } => index == u8::MAX,
         Request::DataType { index } => index >= WORDS,
         Request::SchemeCommand { place, index } => place >= LISTED || index >= WORDS,
         Request::Signal { from, .. } => from >= WORDS,

@@ -260,8 +260,8 @@ impl<S: Read + Write> Device<S> {
     /// [`ConnectError`] when the device does not answer.
     pub fn kinds(&mut self) -> Result<Vec<KindReport>, ConnectError> {
         let mut kinds = Vec::new();
-        for kind in 0..=u8::MAX {
-            let found = self.ask(&Request::Module { kind }, |response| match response {
+        for place in 0..=u8::MAX {
+            let found = self.ask(&Request::Module { place }, |response| match response {
                 Response::Module(found) => Some(KindReport {
                     name: found.name.to_owned(),
                     summary: kind_summary(found.name).to_owned(),
@@ -269,8 +269,7 @@ impl<S: Read + Write> Device<S> {
                 _ => None,
             });
             match found {
-                // One without a name is left out of the image.
-                Ok(Some(found)) => kinds.extend((!found.name.is_empty()).then_some(found)),
+                Ok(Some(found)) => kinds.push(found),
                 Ok(None) | Err(ConnectError::Refused(_)) => break,
                 Err(error) => return Err(error),
             }

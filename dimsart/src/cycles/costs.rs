@@ -12,9 +12,9 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 use std::thread;
 
 use ::cycles::timing::Timing;
-use dimsart_core::Cost;
-use dimsart_core::modules::ALL;
 use dimsart_core::online::Opcode;
+use dimsart_core::{Cost, KindId, ModuleRef};
+use dimsart_modules::ALL;
 
 use super::law_costs;
 use super::scheme_bound::{MOST_DOF, SchemeBound, Variant};
@@ -44,26 +44,28 @@ type Found<'a> = (Task<'a>, Result<Option<SchemeBound>, CyclesError>);
 type Points = BTreeMap<u16, u64>;
 
 impl ImageCosts {
-    /// Of an image that is built from the same sources as this program.
+    /// Of an image with these kinds that is built from the same sources as this program.
     ///
     /// # Errors
     /// [`CyclesError`] when not even a tick without modules has a bound.
-    pub fn of(firmware: &Firmware, timing: Timing) -> Result<Self, CyclesError> {
-        let variants = Variant::all();
+    pub fn of(firmware: &Firmware, timing: Timing, kinds: &[KindId]) -> Result<Self, CyclesError> {
+        let variants: Vec<Variant> = kinds.iter().copied().flat_map(Variant::of).collect();
         let few = tasks(variants.iter().map(Some).chain([None]), FEW);
         let mut found = bounds(firmware, timing, &few);
-        let worst: BTreeSet<usize> = (0..ALL.list().len()).flat_map(|kind| worst(&found, kind)).collect();
+        let worst: BTreeSet<usize> = kinds.iter().flat_map(|kind| worst(&found, *kind)).collect();
         let worst = worst.into_iter().filter_map(|index| few.get(index)).map(|(variant, _)| *variant);
         found.extend(bounds(firmware, timing, &tasks(worst.chain([None]), MANY)));
-        let mut costs = Self::above(found)?;
-        costs.lines.extend(instructions(firmware, timing)?);
+        let mut costs = Self::above(found, kinds)?;
+        if let Some(module) = law_costs::module().filter(|module| kinds.contains(&module.kind)) {
+            costs.lines.extend(instructions(module, firmware, timing)?);
+        }
         Ok(costs)
     }
 
     /// The lowest lines above bounds.
-    fn above(found: Vec<Found<'_>>) -> Result<Self, CyclesError> {
+    fn above(found: Vec<Found<'_>>, kinds: &[KindId]) -> Result<Self, CyclesError> {
         let mut bounds: Vec<(Task<'_>, SchemeBound)> = Vec::new();
-        let mut failed: BTreeMap<usize, String> = BTreeMap::new();
+        let mut failed: BTreeMap<KindId, String> = BTreeMap::new();
         for (task, bound) in found {
             match (task.0, bound) {
                 (_, Ok(bound)) => bounds.extend(bound.map(|bound| (task, bound))),
@@ -78,19 +80,19 @@ impl ImageCosts {
             bounds.iter().map(|((_, dof), bound)| (*dof, bound.rest.saturating_sub(call * bound.calls)));
         let tick = line(&most(tick)).ok_or(CyclesError::NoTick)?;
         let (mut lines, mut unknown) = (vec![tick], Vec::new());
-        for (kind, known) in ALL.list().iter().enumerate() {
-            let own = bounds.iter().filter(|((variant, _), _)| variant.is_some_and(|own| own.kind() == kind));
+        for kind in kinds {
+            let own =
+                bounds.iter().filter(|((variant, _), _)| variant.is_some_and(|own| own.kind() == *kind));
             let points = own
                 .map(|((_, dof), SchemeBound { module: (cycles, calls), .. })| (*dof, cycles + call * calls));
-            let cost = match failed.remove(&kind) {
+            let cost = match failed.remove(kind) {
                 Some(reason) => Err(reason),
                 None => line(&most(points)).ok_or_else(|| {
-                    "the image was built without it or what is around it, or has no memory for them"
-                        .to_owned()
+                    "the image lacks modules that are tested together with it, or memory for them".to_owned()
                 }),
             };
             lines.push(cost.unwrap_or_else(|reason| {
-                unknown.push((known.name.to_owned(), reason));
+                unknown.push((name_of(*kind), reason));
                 Cost::UNKNOWN
             }));
         }
@@ -98,9 +100,13 @@ impl ImageCosts {
     }
 }
 
-/// What each instruction of a law adds to it for an axis; not known where the image runs no laws.
-fn instructions(firmware: &Firmware, timing: Timing) -> Result<Vec<Cost>, CyclesError> {
-    let Some(module) = law_costs::module() else { return Ok(Vec::new()) };
+/// The name of a kind; its id where this program does not know it.
+pub(crate) fn name_of(kind: KindId) -> String {
+    ALL.kind(kind).map_or_else(|| kind.to_string(), |known| known.name.to_owned())
+}
+
+/// What each instruction of a law adds to it for an axis.
+fn instructions(module: ModuleRef, firmware: &Firmware, timing: Timing) -> Result<Vec<Cost>, CyclesError> {
     let variants: Vec<Variant> = [law_costs::plain(module)]
         .into_iter()
         .chain(Opcode::ALL.iter().map(|opcode| law_costs::with(module, *opcode)))
@@ -123,7 +129,7 @@ fn tasks<'a>(schemes: impl Iterator<Item = Option<&'a Variant>>, more: Range<u16
 }
 
 /// Places of the schemes around a kind that take most with few degrees of freedom, or would with more.
-fn worst(found: &[Found<'_>], kind: usize) -> Vec<usize> {
+fn worst(found: &[Found<'_>], kind: KindId) -> Vec<usize> {
     let cycles = |(task, bound): &Found<'_>| match (task.0, bound) {
         (Some(variant), Ok(Some(bound))) if variant.kind() == kind => Some(bound.module.0),
         _ => None,
@@ -221,13 +227,14 @@ mod tests {
 
     #[test]
     fn calls_belong_to_modules() {
-        let variants = Variant::all();
+        let ids: Vec<KindId> = ALL.list().iter().map(|kind| kind.id).collect();
+        let variants: Vec<Variant> = ids.iter().copied().flat_map(Variant::of).collect();
         let bound = |rest, calls, module| Ok(Some(SchemeBound { rest, calls, module }));
-        let kinds = (0..ALL.list().len()).filter_map(|kind| variants.iter().find(|one| one.kind() == kind));
+        let kinds = ids.iter().filter_map(|kind| variants.iter().find(|one| one.kind() == *kind));
         let mut found: Vec<Found<'_>> =
             kinds.map(|kind| ((Some(kind), 1), bound(500, 2, (100, 2)))).collect();
         found.push(((None, 1), bound(950, 12, (0, 0))));
-        let costs = ImageCosts::above(found).unwrap();
+        let costs = ImageCosts::above(found, &ids).unwrap();
         // (950 - 500) / 10.
         let expected = [Cost::new(500 - 2 * 45, 0)].into_iter();
         let expected = expected.chain(ALL.list().iter().map(|_| Cost::new(100 + 2 * 45, 0)));
@@ -236,14 +243,16 @@ mod tests {
 
     #[test]
     fn a_kind_without_bound_or_memory_is_named_and_the_others_are_known() {
-        let variants = Variant::all();
+        let ids = ["PCTRL_MOD", "SIGGEN_MOD", "OTHER"].map(KindId::of);
+        let variants: Vec<Variant> = ids.into_iter().flat_map(Variant::of).collect();
         let refused = Err(CyclesError::Scheme(dimsart_core::CommandError::TooManyPorts));
         let first = variants.first().unwrap();
         let tick = Ok(Some(SchemeBound { rest: 500, calls: 10, module: (0, 0) }));
-        let costs = ImageCosts::above(vec![((Some(first), 1), refused), ((None, 1), tick)]).unwrap();
-        assert_eq!(costs.unknown.len(), ALL.list().len());
+        let costs = ImageCosts::above(vec![((Some(first), 1), refused), ((None, 1), tick)], &ids).unwrap();
+        let names: Vec<&str> = costs.unknown.iter().map(|(name, _)| name.as_str()).collect();
+        assert_eq!(names, ["PCTRL_MOD", "SIGGEN_MOD", &KindId::of("OTHER").to_string()]);
         assert!(costs.unknown[0].1.contains("does not run"), "{:?}", costs.unknown[0]);
-        assert!(costs.unknown[1].1.contains("no memory"), "{:?}", costs.unknown[1]);
-        assert!(ImageCosts::above(Vec::new()).is_err());
+        assert!(costs.unknown[1].1.contains("or memory"), "{:?}", costs.unknown[1]);
+        assert!(ImageCosts::above(Vec::new(), &[]).is_err());
     }
 }

@@ -1,11 +1,11 @@
 //! What a law costs: a program with as many ports, parameters and states as can be, and what each instruction adds to it.
 
-use dimsart_core::modules::ALL;
 use dimsart_core::online::{
     Field, Header, Instruction, LawParameter, MAX_INPUTS, MAX_OUTPUTS, MAX_PARAMETERS, MAX_STATES, OWN_AXIS,
     Opcode, seal,
 };
 use dimsart_core::{Command, Cost, ModuleRef, TypeRef, Unit, Value, types};
+use dimsart_modules::ALL;
 use hil_sim::law;
 
 use super::scheme_bound::{SchemeBound, Variant};
@@ -15,8 +15,8 @@ const COPIES: u8 = 8;
 
 /// The module that runs laws; none in a build without it.
 pub(super) fn module() -> Option<ModuleRef> {
-    let kind = ALL.list().iter().position(|kind| kind.runs_program())?;
-    Some(ModuleRef { kind: u8::try_from(kind).ok()?, number: 1 })
+    let kind = ALL.list().iter().find(|kind| kind.runs_program())?;
+    Some(ModuleRef { kind: kind.id, number: 1 })
 }
 
 /// A law with all ports, parameters and states, which writes an input to every output.

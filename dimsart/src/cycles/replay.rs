@@ -3,9 +3,9 @@
 use ::cycles::machine::{Call, Run};
 use ::cycles::timing::Timing;
 use dimsart_core::limits::MAX_LINKS;
-use dimsart_core::modules::ALL;
 use dimsart_core::saved_scheme::{self, SchemeBytes};
 use dimsart_core::{Command, ModuleRef, Packet, Word};
+use dimsart_modules::ALL;
 
 use super::controller::Lengths;
 use super::figures::Row;

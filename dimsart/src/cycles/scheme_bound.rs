@@ -1,8 +1,8 @@
 //! Bounds of small schemes around one kind of module, for each of its parameters' choices.
 
 use ::cycles::timing::Timing;
+use dimsart_core::KindId;
 use dimsart_core::limits::{MAX_CHANNEL_TYPES, MAX_DOF, MAX_LINKS};
-use dimsart_core::modules::ALL;
 use dimsart_core::protocol::PortText;
 use dimsart_core::saved_scheme;
 use dimsart_core::scheme::{ENGINE, Problem, Row};
@@ -10,6 +10,7 @@ use dimsart_core::{
     Accepts, Command, CommandError, Direction, Finding, Format, ModuleRef, Parameter, ParameterError, Party,
     TypeRef, Value, Vocabulary, types,
 };
+use dimsart_modules::ALL;
 
 use super::controller::Lengths;
 use super::law_costs;
@@ -59,31 +60,7 @@ pub(super) struct Variant {
 impl Variant {
     /// Every kind with all its choices and switches; its numbers, those that decide ports or memory apart from the
     /// others, as by default and otherwise.
-    pub(super) fn all() -> Vec<Self> {
-        (0..).zip(ALL.list()).flat_map(|(kind, _)| Self::of(kind)).collect()
-    }
-
-    /// Number of its kind.
-    pub(super) fn kind(&self) -> usize {
-        usize::from(self.module.kind)
-    }
-
-    /// A module with these commands before it is plugged in.
-    pub(super) fn with(module: ModuleRef, parameters: Vec<Command>) -> Self {
-        Self { module, parameters }
-    }
-
-    /// Fewest degrees of freedom that its kind takes.
-    pub(super) fn least_dof(&self) -> u16 {
-        let takes = |dof: &u16| {
-            let plugged_in = Scheme::new(self.module, usize::from(*dof))
-                .map(|mut scheme| scheme.dimsart.command(Command::PlugIn(self.module)));
-            !matches!(plugged_in, Ok(Err(CommandError::Parameter(ParameterError::NoSuchEntry))))
-        };
-        (1..=MOST_DOF).find(takes).unwrap_or(1)
-    }
-
-    fn of(kind: u8) -> Vec<Self> {
+    pub(super) fn of(kind: KindId) -> Vec<Self> {
         let module = ModuleRef { kind, number: 1 };
         if law_costs::module() == Some(module) {
             return vec![law_costs::plain(module)];
@@ -109,6 +86,26 @@ impl Variant {
             }
         }
         all
+    }
+
+    /// Its kind.
+    pub(super) fn kind(&self) -> KindId {
+        self.module.kind
+    }
+
+    /// A module with these commands before it is plugged in.
+    pub(super) fn with(module: ModuleRef, parameters: Vec<Command>) -> Self {
+        Self { module, parameters }
+    }
+
+    /// Fewest degrees of freedom that its kind takes.
+    pub(super) fn least_dof(&self) -> u16 {
+        let takes = |dof: &u16| {
+            let plugged_in = Scheme::new(self.module, usize::from(*dof))
+                .map(|mut scheme| scheme.dimsart.command(Command::PlugIn(self.module)));
+            !matches!(plugged_in, Ok(Err(CommandError::Parameter(ParameterError::NoSuchEntry))))
+        };
+        (1..=MOST_DOF).find(takes).unwrap_or(1)
     }
 }
 
@@ -323,7 +320,7 @@ const OTHER: u8 = 91;
 const SAMPLE_PERIOD_S: f64 = 1e-3;
 
 fn named(name: &str) -> ModuleRef {
-    ALL.module(name).unwrap_or(ModuleRef { kind: 0, number: 1 })
+    ModuleRef::new(name, 1)
 }
 
 #[cfg(test)]
@@ -332,9 +329,8 @@ mod tests {
 
     #[test]
     fn every_kind_has_schemes_around_it_from_the_fewest_axes_on_that_it_takes() {
-        let variants = Variant::all();
-        for (kind, known) in ALL.list().iter().enumerate() {
-            let own: Vec<&Variant> = variants.iter().filter(|variant| variant.kind() == kind).collect();
+        for known in ALL.list() {
+            let own = Variant::of(known.id);
             let least = own.iter().map(|variant| variant.least_dof()).max().unwrap();
             for dof in [least, MOST_DOF].map(usize::from) {
                 let schemes = own.iter().map(|variant| Scheme::around(variant, dof).unwrap());

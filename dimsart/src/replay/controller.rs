@@ -2,9 +2,9 @@
 
 use std::collections::VecDeque;
 
-use dimsart_core::modules::ALL;
 use dimsart_core::protocol::{Request, decode_request};
 use dimsart_core::{Command, Word};
+use dimsart_modules::ALL;
 
 use super::device::DeviceFacts;
 use super::divergence::Divergence;

@@ -13,7 +13,6 @@ const PATIENCE_S: f64 = 0.1;
 /// Of 200 ms that a lease lasts.
 const RENEWAL_S: f64 = 0.08;
 
-/// The generator of the force, as the board numbers it.
 #[derive(Clone)]
 pub(crate) struct Client {
     number: u8,
@@ -28,14 +27,13 @@ impl Client {
     pub(crate) fn new(powered: &mut Powered) -> Self {
         let mut client = Self {
             number: 0,
-            generator: ModuleRef { kind: 0, number: 1 },
+            generator: ModuleRef::new("SIGGEN_MOD", 1),
             amplitude: 0,
             is_holding: false,
             renewed_s: 0.0,
         };
-        let kind = client.find(powered, "SIGGEN_MOD", |kind| Request::Module { kind });
-        let module = ModuleRef { kind, number: 1 };
-        client.generator = module;
+        let module = client.generator;
+        let kind = module.kind;
         let parameter = client.find(powered, "FORM", |index| Request::Parameter { kind, index });
         client.amplitude = client.find(powered, "AMPLITUDE", |index| Request::Parameter { kind, index });
         let port = client.find(powered, "SIGNAL_OUT", |index| Request::Port { module, index });

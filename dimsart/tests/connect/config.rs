@@ -8,11 +8,11 @@ use std::process::Output;
 
 use dimsart::config::{Difference, deviations};
 use dimsart::connect::{ConnectError, Device, Exchange, InProcess};
-use dimsart_core::modules::ALL;
 use dimsart_core::protocol::{
     MAX_FRAME_BYTES, PROTOCOL_VERSION, Receiver, Request, Response, decode_request, encode_response, serve,
 };
 use dimsart_core::{Command, Word};
+use dimsart_modules::ALL;
 use hil_sim::bilateral;
 use hil_sim::law::Law;
 use hil_sim::response::loaded_controllers;

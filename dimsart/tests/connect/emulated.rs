@@ -10,7 +10,6 @@ use std::time::Duration;
 use dimsart::connect::{Device, Patience};
 use dimsart_core::auth::Key;
 use dimsart_core::limits::DEFAULT_WORDS;
-use dimsart_core::modules::ALL;
 use dimsart_core::protocol::{
     DeviceInfo, Gate, KeyAction, MAX_FRAME_BYTES, Receiver, Refusal, Request, Response, Taken,
     decode_request, encode_response, serve,
@@ -18,6 +17,7 @@ use dimsart_core::protocol::{
 use dimsart_core::{
     AxisKind, DataType, DeviceDescriptor, Dimsart, Format, Shape, Summary, Unit, Word, types,
 };
+use dimsart_modules::ALL;
 use hil_sim::link::{Stream, open_port};
 use hil_sim::schemes::SchemeText;
 use rand_core::{Rng, SeedableRng};

@@ -19,7 +19,7 @@ fn keeping(answer: Result<SchemeStatus, Refusal>) -> (String, Arc<Mutex<Vec<Sche
     timing.count(true, false);
     timing.measure(4_000);
     robot.info.set_timing(timing);
-    robot.dimsart.engine_mut().set_costs(Some(Costs::new(const { &[Cost::new(700, 100)] })));
+    robot.dimsart.engine_mut().set_costs(Some(Costs::new(const { &[Cost::new(700, 100)] }, &[])));
     robot.dimsart.engine_mut().limit_cycles(NonZeroU32::new(9_000));
     let notes = Arc::clone(&asked);
     let port = listen(move |content| match decode_request(content) {

@@ -176,7 +176,7 @@ fn an_empty_recorder_is_said_to_be_empty() {
 fn a_recorder_that_is_not_in_the_image_is_said_to_be_left_out() {
     let emulated = Emulated::start();
     let robot = Arc::clone(&emulated.robot);
-    let recorder = dimsart_core::modules::ALL.module("RECORDER_MOD").unwrap();
+    let recorder = dimsart_modules::ALL.module("RECORDER_MOD").unwrap();
     let port = listen(move |content| match decode_request(content) {
         Ok((id, Request::Parameter { kind, .. })) if kind == recorder.kind => {
             let response = Response::Refused(Refusal::NotThere);
@@ -249,7 +249,7 @@ fn a_recorder_that_begins_anew_meanwhile_is_not_mixed_with_what_it_was() {
     for is_unplugged in [false, true] {
         let emulated = with_recorder(100);
         tick(&emulated, 0..150);
-        let recorder = dimsart_core::modules::ALL.module("RECORDER_MOD").unwrap();
+        let recorder = dimsart_modules::ALL.module("RECORDER_MOD").unwrap();
         let pieces = Mutex::new(0);
         let busy = while_read(&emulated, move |robot| {
             let mut pieces = pieces.lock().unwrap();

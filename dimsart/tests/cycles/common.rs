@@ -4,7 +4,7 @@ use std::env;
 
 use boards::BOARDS;
 use dimsart::cycles::Firmware;
-use dimsart_core::modules::ALL;
+use dimsart_modules::{ALL, group_of};
 use hil_sim::emulated::FOLDER_VARIABLE;
 use test_requirements::{image, missing};
 
@@ -16,7 +16,7 @@ const SMALL_BOARD: &str = "b-g431b-esc1";
 /// The kinds that the board's image has.
 pub(crate) fn kinds() -> usize {
     let board = BOARDS.iter().find(|board| board.name == BOARD).unwrap();
-    ALL.list().iter().filter(|kind| board.has_group(kind.group.text())).count()
+    ALL.list().iter().filter(|kind| group_of(kind.id).is_some_and(|group| board.has_group(group))).count()
 }
 
 /// The board's image, or the one that was built last where no folder of images is known.

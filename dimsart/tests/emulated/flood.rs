@@ -4,12 +4,12 @@
 
 use std::collections::BTreeMap;
 
-use dimsart_core::modules::ALL;
 use dimsart_core::protocol::{
     Heartbeat, MAX_FRAME_BYTES, NOBODY, Receiver, Request, client_of, decode_heartbeat, decode_response,
     encode_request, request_id,
 };
 use dimsart_core::{Command, ModuleRef, Tick, types};
+use dimsart_modules::ALL;
 use hil_sim::bilateral::{Experiment, Side};
 use hil_sim::scenario::Scenario;
 

@@ -5,13 +5,13 @@ use std::process::Command;
 
 use crc::{CRC_32_AUTOSAR, Crc};
 use dimsart_core::limits::DEFAULT_WORDS;
-use dimsart_core::modules::ALL;
 use dimsart_core::protocol::{
     MAX_FRAME_BYTES, Receiver, Request, Response, SchemeAction, decode_heartbeat, decode_response,
     encode_request, request_id,
 };
 use dimsart_core::saved_scheme::{SAVED_SCHEME_VERSION, fingerprint};
 use dimsart_core::{AxisKind, DeviceDescriptor, Dimsart, types};
+use dimsart_modules::ALL;
 use rand_core::{Rng, SeedableRng};
 
 use crate::firmware::Firmware;

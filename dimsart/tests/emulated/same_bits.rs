@@ -3,8 +3,9 @@
 use std::collections::BTreeSet;
 
 use boards::BOARDS;
-use dimsart_core::modules::ALL;
+use dimsart_core::KindId;
 use dimsart_core::{Tick, types};
+use dimsart_modules::{ALL, group_of};
 use hil_sim::bilateral::{Experiment, Side};
 use hil_sim::emulated::BOARD;
 use hil_sim::rig::{Rig, Station};
@@ -58,9 +59,10 @@ fn every_module_on_both_sides() {
     let [master, slave] = ["master", "slave"].map(|side| format!("{side}.scheme={EVERY_MODULE}"));
     let rig = compare(length(TICKS / 5, TICKS), [&master, &slave, "link.loss=0.02"]);
     for station in rig.iter().flat_map(Rig::stations) {
-        let kinds: BTreeSet<u8> = station.dimsart.engine().steps().map(|step| step.module.kind).collect();
+        let kinds: BTreeSet<KindId> = station.dimsart.engine().steps().map(|step| step.module.kind).collect();
         let board = BOARDS.iter().find(|board| board.name == BOARD).unwrap();
-        let there = ALL.list().iter().filter(|kind| board.has_group(kind.group.text()));
+        let there =
+            ALL.list().iter().filter(|kind| group_of(kind.id).is_some_and(|group| board.has_group(group)));
         assert_eq!(kinds.len(), there.count());
     }
 }

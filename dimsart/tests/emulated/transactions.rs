@@ -3,7 +3,8 @@
 use dimsart_core::protocol::{
     MAX_FRAME_BYTES, Receiver, Request, Response, decode_response, encode_request, request_id,
 };
-use dimsart_core::{Command, CommandError, ModuleRef, Tick, Value, modules::ALL};
+use dimsart_core::{Command, CommandError, ModuleRef, Tick, Value};
+use dimsart_modules::ALL;
 use hil_sim::bilateral::{Experiment, Side};
 use hil_sim::scenario::Scenario;
 use rand_core::{Rng, SeedableRng};

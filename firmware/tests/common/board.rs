@@ -1,13 +1,14 @@
 //! A board with schemes in its flash.
 
+use dimsart_core::KindId;
 use dimsart_core::limits::DEFAULT_WORDS;
-use dimsart_core::modules::ALL;
 use dimsart_core::protocol::{
     DeviceInfo, MAX_FRAME_BYTES, Receiver, Request, Response, SchemeStatus, answer, decode_response,
     encode_request,
 };
 use dimsart_core::saved_scheme::{SchemeBytes, save};
 use dimsart_core::{AxisKind, Command, Cost, Costs, DeviceDescriptor, Dimsart, ModuleRef, Value, types};
+use dimsart_modules::ALL;
 use embassy_futures::block_on;
 use firmware::{SchemeStore, start};
 
@@ -21,7 +22,9 @@ fn pd() -> ModuleRef {
 }
 
 /// As if a tick cost as much as each of its modules.
-const COSTS: Costs = Costs::new(&[Cost::new(500, 50); 1 + ALL.list().len()]);
+const COSTS: Costs = Costs::new(&[Cost::new(500, 50); 1 + KINDS], &IDS);
+const KINDS: usize = ALL.list().len();
+static IDS: [KindId; KINDS] = ALL.ids();
 
 pub(crate) fn controller() -> Dimsart<[u32; DEFAULT_WORDS]> {
     let device = DeviceDescriptor::new(

@@ -13,7 +13,7 @@
 use std::f64::consts::PI;
 
 use dimsart_core::ModuleRef;
-use dimsart_core::modules::ALL;
+use dimsart_modules::ALL;
 use nalgebra::{Complex, Matrix3, Matrix4};
 use serde::Serialize;
 

@@ -1,7 +1,7 @@
 //! One side of the experiment: its device, its scheme with the scenario's settings, its plant.
 
-use dimsart_core::modules::ALL;
 use dimsart_core::{AxisKind, DescriptorError, DeviceDescriptor, limits, types};
+use dimsart_modules::ALL;
 
 use super::{ExperimentError, Side};
 use crate::bilateral::phases::Phases;

@@ -1,5 +1,6 @@
 //! Brings a controller's scheme to the board, by commands, and learns where the board keeps its signals.
 
+use dimsart_core::KindId;
 use dimsart_core::auth::Key;
 use dimsart_core::exchange::Tag;
 use dimsart_core::protocol::{
@@ -169,16 +170,12 @@ impl CommandLine<'_> {
     /// Whether kinds, parameters and types are the same there as here: commands name them by their numbers. Kinds and types
     /// that the board's image has not are not compared.
     fn compare_libraries(&mut self, copy: &mut SimulatedDimsart) -> Result<(), EmulatedError> {
-        for kind in 0..=u8::MAX {
-            let is_left_out = match self.ask(&Request::Module { kind })? {
+        for place in 0..=u8::MAX {
+            let kind = match self.ask(&Request::Module { place })? {
                 Response::Refused(_) => break,
-                Response::Module(found) => found.name.is_empty(),
-                _ => false,
+                Response::Module(found) => KindId::of(found.name),
+                answer => return Err(unexpected(&answer)),
             };
-            if is_left_out {
-                continue;
-            }
-            self.is_same(copy, Request::Module { kind }, "list of modules")?;
             for index in 0..=u8::MAX {
                 if !self.is_same(copy, Request::Parameter { kind, index }, "list of parameters")? {
                     break;

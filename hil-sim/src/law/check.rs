@@ -151,7 +151,7 @@ fn port(law: &mut Checked<'_>, name: &Word, is_output: bool, signal: &Word) -> R
 }
 
 fn data_type(signal: &Word) -> Result<TypeRef, Problem> {
-    let takes = |found: &&&DataType| found.format == Format::F32 && found.shape == Shape::Vector;
+    let takes = |found: &&DataType| found.format == Format::F32 && found.shape == Shape::Vector;
     let found = names::split(&signal.text).and_then(|(name, number)| Some((types::by_name(name)?, number)));
     let Some((found, number)) = found else {
         let known = types::ALL.iter().filter(takes).map(|found| found.name);
@@ -162,7 +162,7 @@ fn data_type(signal: &Word) -> Result<TypeRef, Problem> {
             help,
         ));
     };
-    if !takes(&&found) {
+    if !takes(&found) {
         let message = format!("{} is not one real number for each axis", found.name);
         return Err(Problem::new(signal.span.clone(), message, "a law reads and writes such signals only"));
     }

@@ -1,5 +1,6 @@
 //! The names of a controller, where the module that runs a law has the law's own.
 
+use dimsart_core::KindId;
 use dimsart_core::protocol::{Accepted, DataTypeText, ParameterText, PortText};
 use dimsart_core::scheme::{Problem, Row, SchemeError};
 use dimsart_core::{AxisKind, Command, EVERY_TICKS, ModuleRef, Value, Vocabulary};
@@ -57,11 +58,15 @@ impl<V: Vocabulary + ?Sized> Vocabulary for WithLaw<'_, V> {
         self.known.axes()
     }
 
-    fn kind_name(&self, kind: u8) -> Option<&str> {
+    fn kind_at(&self, place: u8) -> Option<&str> {
+        self.known.kind_at(place)
+    }
+
+    fn kind_name(&self, kind: KindId) -> Option<&str> {
         self.known.kind_name(kind)
     }
 
-    fn parameter_text(&self, kind: u8, index: u8) -> Option<ParameterText<'_>> {
+    fn parameter_text(&self, kind: KindId, index: u8) -> Option<ParameterText<'_>> {
         let found = self.known.parameter_text(kind, index)?;
         let (Some(law), Some(number), true) =
             (self.law_of(|module| module.kind == kind), index.checked_sub(1), index != EVERY_TICKS)
@@ -88,7 +93,7 @@ impl<V: Vocabulary + ?Sized> Vocabulary for WithLaw<'_, V> {
         Some(PortText { name, ..found })
     }
 
-    fn parameter_named(&self, kind: u8, name: &str) -> Option<(u8, ParameterText<'_>)> {
+    fn parameter_named(&self, kind: KindId, name: &str) -> Option<(u8, ParameterText<'_>)> {
         let of_law = (0..=u8::MAX).zip(self.parameter_texts(kind)).find(|(_, found)| found.name == name);
         // A row may have the controller's own name, too.
         of_law.or_else(|| {

@@ -2,8 +2,8 @@
 
 use std::sync::{Arc, Mutex};
 
-use dimsart_core::modules::ALL;
 use dimsart_core::{AxisKind, CommandError, DataType, DeviceDescriptor, Explanation, InputLimits, types};
+use dimsart_modules::ALL;
 
 use super::ResponseError;
 use super::body::Body;

@@ -207,8 +207,7 @@ impl RigFile {
         };
         let found = self.data_type(name).filter(is_vector);
         if found.is_none() {
-            let known =
-                types::ALL.iter().copied().filter(is_vector).map(|data_type| data_type.name.to_owned());
+            let known = types::ALL.iter().filter(is_vector).map(|data_type| data_type.name.to_owned());
             let known: Vec<String> = known.chain(self.types.iter().map(|own| own.name.clone())).collect();
             let near = suggestion(name, &known);
             problems.push(format!("device '{device}' measures '{name}', and there is no such type; {near}"));

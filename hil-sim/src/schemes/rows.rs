@@ -78,7 +78,7 @@ pub fn value_text(value: Value, accepts: &Accepted<'_>, names: &(impl Vocabulary
 #[cfg(test)]
 mod tests {
     use dimsart_core::protocol::{DataTypeText, ParameterText, PortText};
-    use dimsart_core::{AxisKind, Unit, scheme};
+    use dimsart_core::{AxisKind, KindId, Unit, scheme};
 
     use super::*;
 
@@ -94,11 +94,11 @@ mod tests {
             &[AxisKind::Rotary; 2]
         }
 
-        fn kind_name(&self, kind: u8) -> Option<&str> {
-            (kind == 0).then_some("MATRIX_MOD")
+        fn kind_at(&self, place: u8) -> Option<&str> {
+            (place == 0).then_some("MATRIX_MOD")
         }
 
-        fn parameter_text(&self, _kind: u8, index: u8) -> Option<ParameterText<'_>> {
+        fn parameter_text(&self, _kind: KindId, index: u8) -> Option<ParameterText<'_>> {
             (index == 0).then_some(ParameterText {
                 name: "K",
                 unit: Unit::One,
@@ -120,7 +120,7 @@ mod tests {
 
     #[test]
     fn an_element_of_a_matrix_is_read_as_it_is_written() {
-        let module = ModuleRef { kind: 0, number: 1 };
+        let module = ModuleRef::new("MATRIX_MOD", 1);
         let set = |entry| Command::Set { module, parameter: 0, entry, value: Value::Real(1.5) };
         let commands = [set(None), set(Some(0)), set(Some(5))];
         let text = rows(&commands, "all", &WithMatrix);

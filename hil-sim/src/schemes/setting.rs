@@ -1,7 +1,7 @@
 //! Settings of a scenario that are put over a scheme's own parameters.
 
-use dimsart_core::modules::ALL;
 use dimsart_core::{Command, ModuleRef};
+use dimsart_modules::ALL;
 
 /// A value that somebody asked for by a scenario key: it stands in the scheme, whatever the rows say.
 #[derive(Debug, Clone, PartialEq, Eq)]

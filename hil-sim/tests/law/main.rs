@@ -12,8 +12,8 @@ mod laws;
 mod names;
 
 use dimsart_core::limits::DEFAULT_WORDS;
-use dimsart_core::modules::ALL;
 use dimsart_core::{AxisKind, Command, DeviceDescriptor, Dimsart, ModuleRef, Tick, Value, Word, types};
+use dimsart_modules::ALL;
 use hil_sim::law::Law;
 
 /// A controller of an arm with so many axes, without a module.

@@ -7,17 +7,17 @@ use dimsart_core::{Command, ModuleRef};
 use crate::seen::Seen;
 use crate::sensors::Sensors;
 
-/// Kinds of the modules of the pair, in the order of their list.
-pub(crate) const RECEIVER: ModuleRef = ModuleRef { kind: 0, number: 1 };
-pub(crate) const TRANSFORMER: ModuleRef = ModuleRef { kind: 1, number: 1 };
-pub(crate) const DELAY: ModuleRef = ModuleRef { kind: 3, number: 1 };
-pub(crate) const SENDER: ModuleRef = ModuleRef { kind: 4, number: 1 };
+/// Modules of the pair.
+pub(crate) const RECEIVER: ModuleRef = ModuleRef::new("COMM_RXMOD", 1);
+pub(crate) const TRANSFORMER: ModuleRef = ModuleRef::new("WTRANSF_MOD", 1);
+pub(crate) const DELAY: ModuleRef = ModuleRef::new("TIMEDELAY_MOD", 1);
+pub(crate) const SENDER: ModuleRef = ModuleRef::new("COMM_TXMOD", 1);
 pub(crate) const NAMES: [&str; 5] =
     ["COMM_RXMOD", "WTRANSF_MOD", "PDCTRL_MOD", "TIMEDELAY_MOD", "COMM_TXMOD"];
 
 /// The module that can fail at this place.
 pub(crate) fn failing(place: u8) -> ModuleRef {
-    ModuleRef { kind: 5, number: place }
+    ModuleRef::new("FAILING_MOD", place)
 }
 
 /// What a client asked for between two ticks.

@@ -37,7 +37,7 @@ fn sections(page: &str) -> impl Iterator<Item = (&str, &str)> {
 
 /// Path and text of the files that modules are in.
 fn sources() -> Result<Vec<(String, String)>, String> {
-    let folder = "dimsart-core/src/modules";
+    let folder = "dimsart-modules/src";
     let entries = fs::read_dir(top().join(folder)).map_err(|error| format!("{folder}: {error}"))?;
     let paths = entries.flatten().map(|entry| format!("{folder}/{}", entry.file_name().to_string_lossy()));
     let mut paths: Vec<String> = paths.filter(|path| path.ends_with(".rs")).collect();
@@ -77,8 +77,7 @@ mod tests {
             assert!(text.contains("| port |") || text.contains("adds a port"), "{title}: {text}");
         }
         let pd = pages.iter().find(|page| page.title == "PDCTRL_MOD").unwrap();
-        for part in
-            ["| K_PARAM | N/m", "`F = K e + D", "| nucleo-g474re | 1", "`dimsart-core/src/modules/pd.rs`"]
+        for part in ["| K_PARAM | N/m", "`F = K e + D", "| nucleo-g474re | 1", "`dimsart-modules/src/pd.rs`"]
         {
             assert!(pd.text.contains(part), "{}", pd.text);
         }

@@ -4,11 +4,11 @@ use super::*;
 
 #[test]
 fn requests() {
-    assert_eq!(PROTOCOL_VERSION, 15);
+    assert_eq!(PROTOCOL_VERSION, 16);
     let requests = [
         Request::Identify,
-        Request::Module { kind: 3 },
-        Request::Parameter { kind: 3, index: 4 },
+        Request::Module { place: 3 },
+        Request::Parameter { kind: MODULE.kind, index: 4 },
         Request::Port { module: MODULE, index: 4 },
         Request::DataType { index: 200 },
         Request::Instance { index: 5 },

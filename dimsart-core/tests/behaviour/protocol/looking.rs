@@ -1,5 +1,7 @@
 //! To look changes nothing, and shows what modules keep in memories of their own.
 
+use crate::common::IDS;
+use crate::common::module_at;
 use dimsart_core::protocol::{
     LeaseAction, MAX_SIGNAL_WORDS, Refusal, Request, Response, SchemeAction, SignalText,
 };
@@ -34,22 +36,22 @@ fn no_question_changes_the_controller() {
     served.tick(0.25);
     let before = (served.state(), served.dimsart.engine().usage());
     let kinds = 0..20;
-    let modules = kinds.flat_map(|kind| [0, 1, 2].map(|number| ModuleRef { kind, number }));
+    let modules = kinds.flat_map(|place| [0, 1, 2].map(|number| module_at(place, number)));
     let of_modules = modules.flat_map(|module| {
         let of_index = move |index| {
             [
                 Request::Port { module, index },
                 Request::Get { module, parameter: index, entry: index },
                 Request::Memory { module, port: index, from: 0 },
-                Request::SchemeCommand { place: module.kind, index: index.into() },
+                Request::SchemeCommand { place: module.number, index: index.into() },
             ]
         };
         (0..18).flat_map(of_index)
     });
     let of_lists = (0..60).flat_map(|index| {
         [
-            Request::Module { kind: index },
-            Request::Parameter { kind: index, index: index % 9 },
+            Request::Module { place: index },
+            Request::Parameter { kind: IDS[usize::from(index)], index: index % 9 },
             Request::DataType { index: index.into() },
             Request::Instance { index },
             Request::Entry { index },
@@ -115,7 +117,7 @@ fn every_module_s_memory_can_be_read_and_nothing_else() {
         (recorder, ROWS_KEPT, 91),
         (recorder, ROWS_KEPT, u16::MAX),
         (ModuleRef { number: 2, ..recorder }, ROWS_KEPT, 0),
-        (ModuleRef { kind: 200, number: 1 }, 0, 0),
+        (ModuleRef::new("NO_MOD", 1), 0, 0),
     ] {
         assert_eq!(memory(&mut served, module, port, from), None, "{module:?} {port} {from}");
     }

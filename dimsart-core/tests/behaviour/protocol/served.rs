@@ -7,8 +7,9 @@ use dimsart_core::protocol::{
 };
 use dimsart_core::{
     AxisKind, Command, DataType, DeviceDescriptor, Dimsart, Format, ModuleRef, Shape, Summary, Unit, Word,
-    modules::ALL, types,
+    types,
 };
+use dimsart_modules::ALL;
 
 /// A type of this device alone, larger than one answer.
 pub(super) const MAP: &DataType = &DataType {

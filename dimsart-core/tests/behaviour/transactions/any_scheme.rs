@@ -12,11 +12,13 @@
     reason = "numbers of a test, small by construction"
 )]
 
+use crate::common::IDS;
 use dimsart_core::limits::DEFAULT_WORDS;
 use dimsart_core::{
     Accepts, AxisKind, Command, DeviceDescriptor, Dimsart, EVERY_TICKS, InputLimits, ModuleRef, Packet,
-    SafeValue, Tick, TypeRef, Value, Word, modules::ALL, scheme, types,
+    SafeValue, Tick, TypeRef, Value, Word, scheme, types,
 };
+use dimsart_modules::ALL;
 use rand_core::{Rng, SeedableRng};
 use rand_pcg::Pcg32;
 
@@ -45,7 +47,7 @@ fn any_real(random: &mut Pcg32, min: f32, max: f32) -> f32 {
 }
 
 fn any_signal(random: &mut Pcg32) -> TypeRef {
-    let known = types::ALL[below(random, types::ALL.len() as u32) as usize];
+    let known = &types::ALL[below(random, types::ALL.len() as u32) as usize];
     let often = [types::POSITION, types::DES_FORCE, types::DES_POSITION, known];
     let data_type = often[below(random, 4) as usize];
     TypeRef { id: data_type.id, number: [1, 1, 1, 2, 3][below(random, 5) as usize] }
@@ -63,7 +65,7 @@ fn any_value(random: &mut Pcg32, accepts: Accepts) -> Value {
 }
 
 fn any_command(random: &mut Pcg32) -> Command {
-    let kind = below(random, ALL.list().len() as u32) as u8;
+    let kind = IDS[below(random, ALL.list().len() as u32) as usize];
     let module = ModuleRef { kind, number: 1 + below(random, 2) as u8 };
     match below(random, 60) {
         0..9 => Command::PlugIn(module),

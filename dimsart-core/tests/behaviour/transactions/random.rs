@@ -90,7 +90,7 @@ impl Module for Node {
 const KINDS: Kinds = dimsart_core::kinds![Node];
 
 fn node(number: u8) -> ModuleRef {
-    ModuleRef { kind: 0, number }
+    ModuleRef::new(Node::NAME, number)
 }
 
 fn below(random: &mut Pcg32, bound: u32) -> u32 {

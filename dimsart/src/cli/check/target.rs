@@ -93,7 +93,7 @@ fn limit(board: &str, image: Option<&Path>) -> Result<Result<Limit, String>, Box
         return Ok(Err(format!("{path} is not stamped; `dimsart stamp {path}` does that")));
     };
     // They live as long as the program, as on a board.
-    let costs = Costs::new(costs.leak());
+    let costs = Costs::new(costs.leak(), image.kinds().leak());
     Ok(Ok(Limit { cycles: image.limit_cycles(), period_cycles, costs }))
 }
 

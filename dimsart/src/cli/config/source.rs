@@ -2,8 +2,8 @@
 
 use std::error::Error;
 
-use dimsart_core::modules::ALL;
 use dimsart_core::{AxisKind, CommandError, DeviceDescriptor, types};
+use dimsart_modules::ALL;
 
 use super::super::UsageError;
 use super::super::line::{Device, LineOptions, is_port};

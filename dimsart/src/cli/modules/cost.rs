@@ -1,10 +1,10 @@
 //! What each kind of module adds to a tick: by the table of a board, or by an image's stamp.
 
+use std::collections::BTreeMap;
 use std::path::Path;
 
 use boards::catalogue::{MODULE_COSTS, ModuleCost, module_costs};
-use dimsart_core::Cost;
-use dimsart_core::modules::ALL;
+use dimsart_core::{Cost, KindId};
 use serde::Serialize;
 
 use crate::stamp::StampedImage;
@@ -33,16 +33,17 @@ impl KindCost {
         }
     }
 
-    /// Of every kind, by the stamp of an image.
-    pub(super) fn of_image(image: &Path) -> Result<Vec<Self>, Box<dyn std::error::Error>> {
+    /// Of every kind of an image, by its stamp.
+    pub(super) fn of_image(image: &Path) -> Result<BTreeMap<KindId, Self>, Box<dyn std::error::Error>> {
         let unstamped = || format!("{0} has no costs: run `dimsart stamp {0}`", image.display());
-        let lines = StampedImage::read(image)?.costs().ok_or_else(unstamped)?;
+        let stamp = StampedImage::read(image)?;
+        let lines = stamp.costs().ok_or_else(unstamped)?;
         let cost = |cost: &Cost| match *cost {
             Cost::UNKNOWN => Self::default(),
             cost => Self::known(cost.line()),
         };
         // The tick's is the first.
-        Ok(lines.iter().skip(1).take(ALL.list().len()).map(cost).collect())
+        Ok(stamp.kinds().into_iter().zip(lines.iter().skip(1).map(cost)).collect())
     }
 
     /// Its cell in a table.
@@ -56,6 +57,8 @@ impl KindCost {
 
 #[cfg(test)]
 mod tests {
+    use dimsart_modules::ALL;
+
     use super::*;
 
     #[test]

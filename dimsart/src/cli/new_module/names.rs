@@ -1,6 +1,6 @@
 //! The names of a new module, from what somebody calls it.
 
-use dimsart_core::modules::ALL;
+use dimsart_modules::ALL;
 
 /// Words that Rust or the template itself uses: no name for a file or a type.
 const RESERVED: &[&str] = &[

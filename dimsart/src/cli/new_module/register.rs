@@ -38,7 +38,7 @@ mod tests {
     #[test]
     fn a_module_comes_into_both_lists_among_its_like_and_at_the_end() {
         let names = Names::new("swing damper").unwrap();
-        let library = include_str!("../../../../dimsart-core/src/modules.rs");
+        let library = include_str!("../../../../dimsart-modules/src/lib.rs");
         let project = include_str!("../new_project/modules.rs");
         for text in [library, project] {
             let registered = register(text, &names).unwrap();

@@ -1,7 +1,7 @@
 //! What a scheme makes of one side's controller.
 
-use dimsart_core::modules::ALL;
 use dimsart_core::{Accepts, Engine, ModuleRef, Value};
+use dimsart_modules::ALL;
 
 use super::delay;
 use crate::rig::SimulatedDimsart;

@@ -7,8 +7,8 @@
 //! leaves on link 0 is made to its packet, and from the packet that comes in to what uses its signal. Of several
 //! signals in a packet the first wave is followed, or the first signal of a packet without waves.
 
-use dimsart_core::modules::ALL;
 use dimsart_core::{Direction, ModuleRef, TypeRef, Unit};
+use dimsart_modules::ALL;
 
 use super::controller::{SimulatedEngine, choice, count};
 use crate::rig::SimulatedDimsart;

@@ -9,7 +9,7 @@ use dimsart_core::{
 };
 
 use super::PairError;
-use super::failing::{COSTS, KINDS, let_write, with_failing_modules};
+use super::failing::{COSTS, IDS, KINDS, let_write, with_failing_modules};
 use super::fault::{Fault, Wrong};
 use hil_sim::bilateral::{ExperimentError, Side};
 use hil_sim::rig::SimulatedDimsart;
@@ -79,7 +79,7 @@ impl Controller {
         let mut dimsart = Box::new(Dimsart::unconnected());
         dimsart.connect(device, KINDS).map_err(ExperimentError::Storage)?;
         let counter = COUNTER.with(|counter| *counter);
-        dimsart.engine_mut().set_costs(Some(Costs::new(&COSTS)));
+        dimsart.engine_mut().set_costs(Some(Costs::new(&COSTS, &IDS)));
         dimsart.engine_mut().time_calls(Counter::up(counter), spare_cycles);
         let commanded = vec![Word(0); dimsart.frame().input_words()];
         let mut controller = Self {
@@ -155,7 +155,8 @@ impl Controller {
     fn take_times(&mut self) {
         let slow = &self.slow;
         let calls = self.dimsart.engine().steps().map(|step| {
-            let cost = COSTS.get(usize::from(step.module.kind) + 1).map_or(0, |cost| cost.cycles(0));
+            let costs = Costs::new(&COSTS, &IDS);
+            let cost = costs.kind(step.module.kind).map_or(0, |cost| cost.cycles(0));
             let name = KINDS.module_name(step.module).to_string();
             let percent: u32 =
                 slow.iter().filter(|(slow, _)| *slow == name).map(|(_, percent)| percent).sum();

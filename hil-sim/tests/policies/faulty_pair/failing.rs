@@ -2,8 +2,10 @@
 
 use std::cell::Cell;
 
+use dimsart_core::KindId;
 use dimsart_core::Kinds;
-use dimsart_core::{Context, Cost, Declare, Input, Module, Output, Parameters, Unit, modules, types, words};
+use dimsart_core::{Context, Cost, Declare, Input, Module, Output, Parameters, Unit, types, words};
+use dimsart_modules as modules;
 
 use super::fault::{Fault, Writes, Wrong};
 
@@ -84,6 +86,7 @@ pub(crate) const KINDS: Kinds = dimsart_core::kinds![
     modules::CommTx,
     Failing
 ];
+pub(crate) static IDS: [KindId; 6] = KINDS.ids();
 
 /// What a tick costs without modules, then each kind of the list: the bounds of nucleo-g474re for three axes
 /// (`boards/budgets/nucleo-g474re.toml`), and something for the module that no board has.

@@ -2,6 +2,7 @@
 
 use crate::faulty_pair::{Fault, Wrong};
 use dimsart_core::FaultCause;
+use dimsart_core::KindId;
 
 use crate::moment::{DELAY, Moment, NAMES, SENDER, failing};
 
@@ -29,8 +30,8 @@ pub(super) fn too_long(moment: &Moment<'_>) -> Option<bool> {
     Some(moment.now.fallen.iter().any(|fallen| name_of(fallen.kind) == name))
 }
 
-fn name_of(kind: u8) -> &'static str {
-    NAMES.get(usize::from(kind)).copied().unwrap_or_default()
+fn name_of(kind: KindId) -> &'static str {
+    NAMES.into_iter().find(|name| KindId::of(name) == kind).unwrap_or_default()
 }
 
 pub(super) fn stays_out(moment: &Moment<'_>) -> Option<bool> {

@@ -1,0 +1,73 @@
+//! A controller that is connected to its device, and connected again.
+#![expect(clippy::unwrap_used, clippy::indexing_slicing, reason = "in helpers of tests as in tests")]
+
+use dimsart_core::{
+    AxisKind, Command, CommandError, DeviceDescriptor, Dimsart, Observer, StorageError, Tick, Word, types,
+};
+use dimsart_modules::ALL;
+
+fn device(axes: usize) -> DeviceDescriptor {
+    let axes = &[AxisKind::Linear; 8][..axes];
+    DeviceDescriptor::new("arm", axes, 1e-3, &[types::POSITION], &[types::DES_FORCE]).unwrap()
+}
+
+fn run(dimsart: &mut Dimsart) -> Result<(), CommandError> {
+    let pd = ALL.module("PDCTRL_MOD").unwrap();
+    dimsart.command(Command::bind(pd, 1, types::POSITION.first()))?;
+    dimsart.command(Command::PlugIn(pd))?;
+    dimsart.command(Command::Check)
+}
+
+#[test]
+fn a_tick_without_a_device_is_idle() {
+    let mut dimsart = Dimsart::<[u32; 2048]>::unconnected();
+    assert_eq!(dimsart.tick(&[], &mut []), Tick::Idle);
+    assert_eq!(dimsart.engine().usage().slots, 0);
+}
+
+/// Counts calls.
+struct Calls(usize);
+
+impl Observer for Calls {
+    fn call(&mut self, _: usize, call: impl FnOnce()) {
+        call();
+        self.0 += 1;
+    }
+}
+
+#[test]
+fn an_observer_makes_every_call_of_a_tick_and_none_while_idle() {
+    let mut dimsart = Dimsart::<[u32; 2048]>::new(device(1), ALL).unwrap();
+    let mut observer = Calls(0);
+    let mut commanded = [Word(0)];
+    assert_eq!(dimsart.tick_observed(&[Word(0)], &mut commanded, &mut observer), Tick::Idle);
+    assert_eq!(observer.0, 0);
+    run(&mut dimsart).unwrap();
+    assert_eq!(dimsart.tick_observed(&[Word(0)], &mut commanded, &mut observer), Tick::Ran);
+    assert_eq!(observer.0, dimsart.engine().steps().count());
+}
+
+#[test]
+fn connecting_again_starts_anew() {
+    let mut dimsart = Dimsart::<[u32; 2048]>::new(device(3), ALL).unwrap();
+    run(&mut dimsart).unwrap();
+    assert_eq!(dimsart.tick(&[Word(0); 3], &mut [Word(0); 3]), Tick::Ran);
+    dimsart.connect(device(2), ALL).unwrap();
+    assert_eq!(dimsart.tick(&[Word(0); 2], &mut [Word(0); 2]), Tick::Idle);
+    assert_eq!(
+        dimsart.engine().usage(),
+        Dimsart::<[u32; 2048]>::new(device(2), ALL).unwrap().engine().usage()
+    );
+    run(&mut dimsart).unwrap();
+    assert_eq!(dimsart.tick(&[Word(0); 2], &mut [Word(0); 2]), Tick::Ran);
+}
+
+#[test]
+fn a_device_that_does_not_fit_leaves_the_controller_unconnected() {
+    let mut dimsart = Dimsart::<[u32; 4]>::new(device(2), ALL).unwrap();
+    let no_room = StorageError::NoRoom { wanted: 3, free: 1 };
+    assert_eq!(dimsart.connect(device(3), ALL), Err(no_room));
+    assert_eq!(dimsart.tick(&[], &mut []), Tick::Idle);
+    assert_eq!((dimsart.engine().usage().words, dimsart.engine().device().dof()), (0, 0));
+    dimsart.connect(device(2), ALL).unwrap();
+}

@@ -1,0 +1,135 @@
+//! Chirp: a sine whose frequency goes from one value to another, to excite what is to be identified.
+//!
+//! `out = OFFSET + A sin(2 π p)`, `p` in periods, `T = DURATION`, `f_0 = FROM`, `f_1 = TO`:
+//!
+//! | `SWEEP` | frequency | periods of tick `k` |
+//! |---|---|---|
+//! | `LINEAR` | `f_0 + (f_1 - f_0) t / T` | `f_0 h + (f_1 - f_0) h² (2 k + 1) / (2 T)` |
+//! | `LOGARITHMIC` | `f_0 (f_1 / f_0)^(t / T)` | `f_0 (e^(c h) - 1) / c · e^(c k h)`, `c = ln(f_1 / f_0) / T` |
+//!
+//! Periods are summed without loss (Kahan) and turned back, so that the phase does not drift. It begins at `OFFSET`, and
+//! holds its last value.
+//!
+//! ```
+//! use dimsart_core::{Bench, types};
+//!
+//! let rows = "all CHIRP_MOD AMPLITUDE 2\nall CHIRP_MOD FROM 10\nall CHIRP_MOD TO 10
+//!             all MOD_ENG MOD_ON CHIRP_MOD\nall MOD_ENG MATCHING_CHECK";
+//! let mut bench = Bench::new(&[types::POSITION], rows)?;
+//! let quarter = (0..26).filter_map(|_| bench.tick(&[0.0], "SIGNAL_OUT")).last();
+//! assert!(quarter.is_some_and(|x| (x - 2.0).abs() < 1e-5));
+//! # Ok::<(), dimsart_core::BenchError>(())
+//! ```
+
+use dimsart_core::{
+    Context, Declare, DeviceDescriptor, Module, Output, Parameters, Unit, choice, math, types, words,
+};
+
+choice! {
+    /// How the frequency goes.
+    pub enum Sweep { Linear = "LINEAR", Logarithmic = "LOGARITHMIC" }
+}
+
+words! {
+    /// Of all axes.
+    pub struct Settings {
+        sweep: Sweep,
+        from_hz: f32,
+        to_hz: f32,
+        duration_s: f32,
+        /// Periods of the first tick, without what grows.
+        periods: f32,
+        /// Linear: what each half tick adds. Logarithmic: exponent per tick.
+        growth: f32,
+        ticks: u32,
+    }
+    /// Of an axis.
+    pub struct Gains { amplitude: f32, offset: f32 }
+    /// Of all axes.
+    pub struct State { periods: math::CompensatedSum, ticks: u32 }
+    /// Signals.
+    pub struct Ports { output: Output }
+}
+
+/// See the [module docs](self).
+#[derive(Debug)]
+pub struct Chirp;
+
+impl Module for Chirp {
+    const NAME: &'static str = "CHIRP_MOD";
+    const SUMMARY: &'static str = "Generates a sine of rising or falling frequency.";
+    type Settings = Settings;
+    type Gains = Gains;
+    type State = State;
+    type Axis = ();
+    type Ports = Ports;
+
+    fn parameters(settings: &mut Settings, gains: &mut Gains, visit: &mut Parameters<'_>) {
+        visit.per_axis(&mut gains.amplitude, "AMPLITUDE", Unit::Any, -1e6..=1e6, 0.0, "Amplitude.");
+        visit.per_axis(&mut gains.offset, "OFFSET", Unit::Any, -1e6..=1e6, 0.0, "Added to the signal.");
+        let Settings { sweep, from_hz, to_hz, duration_s, .. } = settings;
+        visit.choice(sweep, "SWEEP", "How the frequency goes.");
+        visit.real(from_hz, "FROM", Unit::Hertz, 1e-3..=1e4, 0.1, "Frequency at the start.");
+        visit.real(to_hz, "TO", Unit::Hertz, 1e-3..=1e4, 10.0, "Frequency at the end.");
+        visit.real(duration_s, "DURATION", Unit::Second, 0.1..=1e4, 10.0, "Time from one to the other.");
+    }
+
+    fn prepare(settings: &mut Settings, device: &DeviceDescriptor) {
+        let h = device.sample_period_s();
+        let Settings { from_hz, to_hz, duration_s, .. } = *settings;
+        match settings.sweep {
+            Sweep::Linear => {
+                settings.growth = (to_hz - from_hz) * h * h / (2.0 * duration_s);
+                settings.periods = from_hz * h;
+            }
+            Sweep::Logarithmic => {
+                let growth = logarithm(to_hz / from_hz) * h / duration_s;
+                settings.growth = growth;
+                // (e^x - 1) / x, of an x that is small unless the sweep has few ticks.
+                let share = if growth.abs() < 0.1 {
+                    1.0 + growth / 2.0 * (1.0 + growth / 3.0 * (1.0 + growth / 4.0 * (1.0 + growth / 5.0)))
+                } else {
+                    (math::exp(growth) - 1.0) / growth
+                };
+                settings.periods = from_hz * h * share;
+            }
+        }
+        settings.ticks = device.ticks(duration_s);
+    }
+
+    fn ports(_: &Settings, declare: &mut Declare<'_>) -> Ports {
+        Ports { output: declare.output("SIGNAL_OUT", types::SIGNAL_OUT) }
+    }
+
+    #[inline(always)]
+    fn compute(context: &Context<'_, Self>) {
+        let Settings { sweep, periods: first, growth, ticks: end, .. } = context.settings();
+        let State { mut periods, ticks } = context.state();
+        let sine = math::sin(core::f32::consts::TAU * periods.value());
+        context.map_axes([], [context.ports().output], |Gains { amplitude, offset }, (), []| {
+            [offset + amplitude * sine]
+        });
+        if ticks >= end {
+            return;
+        }
+        #[expect(clippy::cast_precision_loss, reason = "exact for hours")]
+        let tick = ticks as f32;
+        let step = match sweep {
+            Sweep::Linear => first + growth * (2.0 * tick + 1.0),
+            Sweep::Logarithmic => first * math::exp(growth * tick),
+        };
+        // Whole periods change nothing.
+        periods.turn_on(math::fraction(step.max(0.0)));
+        context.set_state(State { periods, ticks: ticks + 1 });
+    }
+}
+
+/// Natural logarithm of a number above 0: each step makes three times as many digits right (Halley).
+fn logarithm(x: f32) -> f32 {
+    let mut y = micromath::F32Ext::ln(x);
+    for _ in 0..3 {
+        let power = math::exp(y);
+        y += 2.0 * (x - power) / (x + power);
+    }
+    y
+}

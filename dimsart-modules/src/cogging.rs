@@ -1,0 +1,87 @@
+//! Cogging compensation: a force for every place within a turn, or within the pitch of a linear motor's magnets.
+//!
+//! `F = TABLE(x)`, linear between 16 evenly spaced entries, the first of which is at position 0 and at every whole `PERIOD`
+//! from there. A table of a sine is off by at most 2 % of it: of a motor with many pole pairs, take the pitch of a pair for
+//! the `PERIOD`, or one module for each order.
+//!
+//! ```
+//! use dimsart_core::{Bench, types};
+//!
+//! let rows = "all COGGING_MOD PERIOD 1.6
+//!             all COGGING_MOD TABLE[0][15] 2
+//!             all MOD_ENG MOD_ON COGGING_MOD
+//!             all MOD_ENG MATCHING_CHECK";
+//! let mut bench = Bench::new(&[types::POSITION], rows)?;
+//! let force = bench.tick(&[-0.05], "FEED_FORCE").unwrap_or_default();
+//! assert!((force - 1.0).abs() < 1e-5, "{force}");
+//! # Ok::<(), dimsart_core::BenchError>(())
+//! ```
+
+use core::f32::consts::TAU;
+
+use dimsart_core::{
+    Context, Declare, DeviceDescriptor, Input, Module, Output, Parameters, Unit, math, types, words,
+};
+
+/// Entries of a period: a power of two.
+const ENTRIES: usize = 16;
+
+words! {
+    /// Of an axis.
+    pub struct Gains {
+        period: f32,
+        table: [f32; ENTRIES],
+        /// `1 / PERIOD`.
+        per_period: f32,
+    }
+    /// Signals.
+    pub struct Ports { position: Input, feed_force: Output }
+}
+
+/// See the [module docs](self).
+#[derive(Debug)]
+pub struct Cogging;
+
+impl Module for Cogging {
+    const NAME: &'static str = "COGGING_MOD";
+    const SUMMARY: &'static str = "Compensates a force that comes again in every turn, by a table.";
+    type Settings = ();
+    type Gains = Gains;
+    type State = ();
+    type Axis = ();
+    type Ports = Ports;
+
+    fn parameters((): &mut (), gains: &mut Gains, visit: &mut Parameters<'_>) {
+        let Gains { period, table, .. } = gains;
+        visit.per_axis(period, "PERIOD", Unit::Position, 1e-6..=1e3, TAU, "Way after which it comes again.");
+        let summary = "Forces at 16 evenly spaced places of the period, a row for each axis.";
+        visit.per_axis_row(table, "TABLE", Unit::Force, -1e4..=1e4, 0.0, summary);
+    }
+
+    fn prepare_axis((): &(), gains: &mut Gains, _: &DeviceDescriptor) {
+        gains.per_period = 1.0 / gains.period;
+    }
+
+    fn ports((): &(), declare: &mut Declare<'_>) -> Ports {
+        Ports {
+            position: declare.input("POSITION", types::POSITION),
+            feed_force: declare.output("FEED_FORCE", types::FEED_FORCE),
+        }
+    }
+
+    #[inline(always)]
+    fn compute(context: &Context<'_, Self>) {
+        let Ports { position, feed_force } = context.ports();
+        context.map_axes([position], [feed_force], |gains, (), [x]| {
+            let periods = x * gains.per_period;
+            let part = math::fraction(periods.abs());
+            let place = 16.0 * if periods < 0.0 { 1.0 - part } else { part };
+            #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "from 0 to 16")]
+            let entry = place as u8;
+            let force =
+                |entry: u8| gains.table.get(usize::from(entry) % ENTRIES).copied().unwrap_or_default();
+            let (here, next) = (force(entry), force(entry + 1));
+            [here + (place - f32::from(entry)) * (next - here)]
+        });
+    }
+}

@@ -1,0 +1,410 @@
+//! `COMM_RX`: takes the newest packet from its link and gives its data to the Data Base.
+//!
+//! A packet is used once: old and repeated ones are refused and counted. So are those of another
+//! [`Content`](dimsart_core::Content) than that of the types added here, and those with a sample of format `f32` that is no
+//! finite number: to the rest of the scheme they never came. The types can be of any format and shape; a wave is one of
+//! unit `sqrt(W)` with an `f32` on each axis. `STALE` says what a wave is
+//! in a tick without a new packet, and how what got lost is made up for:
+//!
+//! | Policy | Wave without a new packet | Passive | Drift after loss |
+//! |---|---|---|---|
+//! | `ZERO` | 0 | yes | yes |
+//! | `HOLD` | the last one, for at most `HOLD_TICKS`, then 0 | no | little |
+//! | `LIMITED` | what the line owes, as far as received energy allows | yes | some |
+//! | `INTEGRAL` | what the line owes, at once | no | none |
+//!
+//! All other signals keep their last value. The channel's first wave follows the policy with its counters of all that was
+//! ever sent, which hold what an outage may lose up to `8 sqrt(W)·s`; without them (`CRX_COUNTERS OFF`) only `ZERO` and `HOLD` are possible.
+//!
+//! With `CRX_AXIS n` a packet brings that axis alone, as a device of one axis sends it; the other axes of its signals keep
+//! their values. `ZERO` and `HOLD` alone are possible then.
+//!
+//! With `CRX_EVERY n` a packet is due in every `n`-th tick. A wave is then the mean of the sender's `n` last ones and
+//! is given out for `n` ticks, which keeps its sum and adds no energy (Jensen). A packet that is early waits until
+//! they are over, and in a tick in which one is due and none is there the policy begins.
+//!
+//! Packets that take longer at times than at others come bunched, and a wave that is not given out evenly either loses
+//! displacement or adds energy. `PLAYOUT_TICKS n` evens that out under `LIMITED` and `INTEGRAL`: all that a packet
+//! brings is given out evenly by `n` ticks after what the fastest packet would have come in time for. A mean has no
+//! more energy than what it is the mean of (Jensen), so the line stays passive and makes up for what got lost, too, as
+//! long as no packet is more than `n` ticks later than the fastest one; the wave is `n` ticks later throughout.
+//!
+//! After `TIMEOUT_TICKS` in a row without a packet that was due the link is lost: from that tick on the device gets its
+//! safe input ([`Tick::LinkLost`](dimsart_core::Tick)) until a `RESET` or `MOD_RESET`, though everything is still computed. Before
+//! the first packet the ticks count from the module's start or reset, and the link is down
+//! ([`Tick::LinkDown`](dimsart_core::Tick)): the device gets its safe input until that packet.
+//! [`LinkState`](dimsart_core::LinkState) says in every tick what the link is in.
+
+use core::cell::Cell;
+
+use crate::channel::{
+    ALL_AXES, AXES, CHANNEL_PORTS, CHANNELS, EVERY_TICKS, LINKS, Layout, Parts, Prepared, first_wave, not_f32,
+};
+use crate::reception::{Came, Expected, Reception};
+use crate::wave_integral::Received;
+use dimsart_core::limits::{MAX_CHANNEL_TYPES, MAX_PACKET_WORDS};
+use dimsart_core::mailbox::{counters_ahead, low_half};
+use dimsart_core::parameter::TypeList;
+use dimsart_core::{
+    Context, Declare, DeviceDescriptor, Lane, LinkPort, Module, Output, ParameterError, Parameters, Single,
+    Unit, Untyped, choice, types, words,
+};
+
+choice! {
+    /// What a wave is while nothing new comes.
+    pub enum Stale { Hold = "HOLD", Zero = "ZERO", Limited = "LIMITED", Integral = "INTEGRAL" }
+}
+
+words! {
+    /// Of all axes.
+    pub struct Settings {
+        types: TypeList,
+        link: u32,
+        channel: u32,
+        stale: Stale,
+        hold_ticks: u32,
+        has_counters: bool,
+        axis: u32,
+        parts: Parts,
+        expected: Expected,
+        playout_ticks: u32,
+        /// Signals of the channel.
+        signals: u32,
+        /// Which of them are not `f32`, a bit each.
+        not_f32: u32,
+        /// Place of the wave whose counters are in the packet; behind all signals where there is none.
+        counted: u32,
+        /// First of its words in the packet.
+        counted_at: u32,
+        tick_s: f32,
+        /// Time that a packet's wave is given out for.
+        period_s: f32,
+    }
+    /// Of all axes.
+    pub struct State {
+        reception: Reception,
+        /// Ticks in which what is owed is to be given out, this one included.
+        left_ticks: u16,
+        /// Of the last tick.
+        playout_ticks: u32,
+    }
+    /// Signals, those of the channel first.
+    pub struct Ports {
+        channel: [Output<Untyped>; MAX_CHANNEL_TYPES],
+        /// The channel's first wave; not connected when there is none.
+        wave: Output,
+        age: Output<Single<u32>>,
+        lost: Output<Single<u32>>,
+        round_trip: Output<Single<u32>>,
+        refused: Output<Single<u32>>,
+        state: Output<Single<u32>>,
+        jitter: Output<Single<f32>>,
+    }
+}
+
+/// See the [module docs](self).
+#[derive(Debug)]
+pub struct CommRx;
+
+impl Module for CommRx {
+    const NAME: &'static str = "COMM_RXMOD";
+    const SUMMARY: &'static str = "Receives signals from the other side.";
+    const OUTLASTS_ARMING: bool = true;
+    type Settings = Settings;
+    type Gains = ();
+    type State = State;
+    type Axis = Received;
+    type Ports = Ports;
+
+    fn parameters(settings: &mut Settings, _: &mut (), visit: &mut Parameters<'_>) {
+        visit.types(&mut settings.types, "CRX_ADD_DATA", "Adds a signal that the packet brings.");
+        visit.structural_count(&mut settings.link, "CRX_LINK", Unit::One, LINKS, 0, "Link it listens to.");
+        visit.choice(&mut settings.stale, "STALE", "What a wave is while nothing new comes.");
+        let summary = "Longest time a wave is held by STALE HOLD.";
+        visit.count(&mut settings.hold_ticks, "HOLD_TICKS", Unit::Tick, 0..=100_000, 20, summary);
+        let summary = "Channel it listens to; 0 between two ends.";
+        visit.structural_count(&mut settings.channel, "CRX_CHANNEL", Unit::One, CHANNELS, 0, summary);
+        let summary = "Ticks from a packet to the next one, as CTX_EVERY.";
+        let every = &mut settings.expected.every_ticks;
+        visit.structural_count(every, "CRX_EVERY", Unit::Tick, EVERY_TICKS, 1, summary);
+        let summary = "Whether packets carry counters, as CTX_COUNTERS.";
+        visit.structural_flag(&mut settings.has_counters, "CRX_COUNTERS", true, summary);
+        let summary = "Ticks without a due packet after which the link is lost; 0: never.";
+        let timeout = &mut settings.expected.timeout_ticks;
+        visit.count(timeout, "TIMEOUT_TICKS", Unit::Tick, 0..=1_000_000, 20, summary);
+        let summary = "Delay that evens out jitter under STALE LIMITED and INTEGRAL.";
+        visit.count(&mut settings.playout_ticks, "PLAYOUT_TICKS", Unit::Tick, 0..=1000, 0, summary);
+        let summary = "Axis that packets bring alone, without counters; 8: all axes.";
+        visit.structural_count(&mut settings.axis, "CRX_AXIS", Unit::One, AXES, ALL_AXES, summary);
+    }
+
+    fn validate(settings: &Settings) -> Result<(), ParameterError> {
+        match settings.stale.makes_up() && !(settings.has_counters && settings.axis == ALL_AXES) {
+            true => Err(ParameterError::NeedsCounters),
+            false => Ok(()),
+        }
+    }
+
+    fn prepare(settings: &mut Settings, device: &DeviceDescriptor) {
+        settings.tick_s = device.sample_period_s();
+        let Prepared { content, samples, parts, counted, counted_at, period_s } =
+            settings.layout().prepare(device, &settings.types);
+        (settings.expected.content, settings.expected.samples, settings.parts) = (content, samples, parts);
+        (settings.counted, settings.counted_at, settings.period_s) = (counted, counted_at, period_s);
+        settings.signals = u32::try_from(settings.types.len()).unwrap_or(0);
+        settings.not_f32 = not_f32(device, &settings.types);
+    }
+
+    fn ports(settings: &Settings, declare: &mut Declare<'_>) -> Ports {
+        let mut ports = Ports::default();
+        let wave = first_wave(declare.device(), &settings.types);
+        for (place, ((signal, name), port)) in
+            settings.types.iter().zip(CHANNEL_PORTS).zip(&mut ports.channel).enumerate()
+        {
+            let Some(data_type) = declare.device().data_type(signal.id) else { continue };
+            *port = declare.of_signal(*signal).output(name, data_type);
+            if wave == Some(place) {
+                ports.wave = port.as_vector();
+            }
+        }
+        let layout = settings.layout();
+        declare.packs(layout.packet_words(declare.device(), &settings.types));
+        declare.needs_axis(layout.has_axis(declare.device()));
+        declare.listens_to(settings.link, settings.channel);
+        ports.age = declare.output("AGE", types::LINK_AGE);
+        ports.lost = declare.output("LOST", types::LINK_LOST);
+        ports.round_trip = declare.output("ROUND_TRIP", types::LINK_ROUND_TRIP);
+        ports.refused = declare.output("REFUSED", types::LINK_REFUSED);
+        ports.state = declare.output("STATE", types::LINK_STATE);
+        ports.jitter = declare.output("JITTER", types::LINK_JITTER);
+        ports
+    }
+
+    fn begin(context: &Context<'_, Self>) {
+        context.clear_axes();
+        let playout_ticks = context.settings().playout_ticks;
+        context.set_state(State { playout_ticks, ..State::default() });
+    }
+
+    #[inline(always)]
+    fn compute(context: &Context<'_, Self>) {
+        let settings = context.settings();
+        let Some(link) = context.link(settings.link) else { return };
+        let mut state = context.state();
+        let is_usual = settings.playout_ticks | state.playout_ticks == 0
+            && state.reception.accept_next(link, &settings.expected);
+        let came = if is_usual {
+            context.set_state(state);
+            link.received.clear();
+            state.reception.acknowledge(link);
+            Some(Came::Next)
+        } else {
+            let came = accept_unusual(context, link);
+            state = context.state();
+            came
+        };
+        match came {
+            Some(came) => take(context, came, state.left_ticks, link.received.room()),
+            None => go_without(context),
+        }
+        show(context, &state.reception, link);
+    }
+}
+
+impl Settings {
+    fn layout(&self) -> Layout {
+        let Self { expected: Expected { every_ticks, .. }, has_counters, axis, .. } = *self;
+        Layout { every_ticks, has_counters, axis }
+    }
+}
+
+/// How a packet came, if one did, in a tick without the packet that is the next one, or in which packets are played
+/// out.
+#[inline(never)]
+fn accept_unusual(context: &Context<'_, CommRx>, link: &LinkPort) -> Option<Came> {
+    let mut settings = context.settings();
+    let received = &link.received;
+    if settings.not_f32 != 0 && received.is_full() && are_finite(context, received.words()) {
+        // All floats are finite: the count of finite words, which takes every word for one, is not asked.
+        settings.expected.samples = 0;
+    }
+    let State { mut reception, mut left_ticks, playout_ticks } = context.state();
+    if playout_ticks != settings.playout_ticks {
+        left_ticks = low_half(settings.playout_ticks);
+    }
+    let plays_out = settings.playout_ticks != 0 && settings.stale.makes_up();
+    if plays_out {
+        left_ticks = left_ticks.saturating_sub(1);
+        reception.hold_no_more();
+    }
+    let before = reception.counter();
+    let mut came = if reception.is_holding() {
+        reception.hold(link);
+        Some(Came::Held)
+    } else {
+        reception.accept(link, &settings.expected)
+    };
+    if let Some(came) = came.as_mut().filter(|_| plays_out) {
+        left_ticks = play_out(&mut reception, came, &settings, before, left_ticks);
+    }
+    context.set_state(State { reception, left_ticks, playout_ticks: settings.playout_ticks });
+    came
+}
+
+/// Whether all samples of format `f32` are finite numbers, in a packet with words that would not be.
+#[cold]
+fn are_finite(context: &Context<'_, CommRx>, mut words: &[Cell<u32>]) -> bool {
+    let Settings { signals, mut not_f32, mut parts, .. } = context.settings();
+    for place in 0..usize::try_from(signals).unwrap_or(0) {
+        let output: Output<Untyped> = context.port(place);
+        let Some(own) = words.split_off(..parts.next(context.words_out(output)).len()) else { return false };
+        let is_not_finite = |word: &Cell<u32>| !f32::from_bits(word.get()).is_finite();
+        if not_f32 & 1 == 0 && own.iter().any(is_not_finite) {
+            return false;
+        }
+        not_f32 >>= 1;
+    }
+    true
+}
+
+/// Says what is known of the link.
+#[inline(always)]
+fn show(context: &Context<'_, CommRx>, reception: &Reception, link: &LinkPort) {
+    let Ports { age, lost, round_trip, refused, state, jitter, .. } = context.ports();
+    context.set(age, reception.age_ticks);
+    context.set(lost, reception.lost);
+    context.set(round_trip, reception.round_trip_ticks);
+    context.set(refused, reception.refused.wrapping_add(link.superseded.get()));
+    context.set(state, reception.state(link) as u32);
+    context.set(jitter, reception.jitter_ticks);
+}
+
+/// Gives a packet's signals to the Data Base; its wave as it is, or with what got lost made up for.
+#[inline(always)]
+fn take(context: &Context<'_, CommRx>, came: Came, left_ticks: u16, words: &[Cell<u32>; MAX_PACKET_WORDS]) {
+    let Settings { signals, counted, counted_at, expected, .. } = context.settings();
+    if came == Came::Held {
+        return;
+    }
+    let has_counted = counted < signals;
+    if has_counted {
+        let port = usize::try_from(counted).unwrap_or(usize::MAX);
+        let samples = usize::try_from(expected.samples).unwrap_or(usize::MAX);
+        let counted_at = usize::try_from(counted_at).unwrap_or(usize::MAX);
+        let Some((_, values)) = words.split_at_checked(counted_at) else { return };
+        let Some((_, counters)) = words.split_at_checked(samples) else { return };
+        take_counted(context, came, left_ticks, context.port(port), values, counters);
+    }
+    if signals > u32::from(has_counted) {
+        take_uncounted(context, words);
+    }
+}
+
+/// Gives the signals that have no counters to the Data Base.
+#[inline(never)]
+fn take_uncounted(context: &Context<'_, CommRx>, words: &[Cell<u32>; MAX_PACKET_WORDS]) {
+    let Settings { signals, counted, mut parts, .. } = context.settings();
+    let mut words = words.as_slice();
+    for (place, output) in (0..signals).zip(context.ports().channel) {
+        let output = parts.next(context.words_out(output));
+        let Some(values) = words.split_off(..output.len()) else { return };
+        if place != counted {
+            output.iter().zip(values).for_each(|(word, value)| word.set(value.get()));
+        }
+    }
+}
+
+/// Gives out the wave that has counters.
+#[inline(always)]
+fn take_counted(
+    context: &Context<'_, CommRx>,
+    came: Came,
+    left_ticks: u16,
+    output: Output,
+    values: &[Cell<u32>],
+    counters: &[Cell<u32>],
+) {
+    // What was sent before this side listened is not owed.
+    let settles = came == Came::Restarted || !context.settings().stale.makes_up();
+    let (counters, _) = counters.as_chunks::<2>();
+    // Cut to as many as there are axes, so that their number is compared once.
+    let dof = context.dof();
+    let Some((values, counters)) = values.get(..dof).zip(counters.get(..dof)) else { return };
+    context.map_lanes([], [output], |axis, lane, []| {
+        let Some((value, [wave, energy])) = values.get(axis).zip(counters.get(axis)) else { return [0.0] };
+        let counters = [wave.get(), energy.get()];
+        let mut received = lane.axis();
+        if settles || came == Came::Next && received.is_settled() {
+            received.settle(counters);
+            lane.set_axis(received);
+            [f32::from_bits(value.get())]
+        } else {
+            [pay_new(context, &lane, counters, left_ticks)]
+        }
+    });
+}
+
+/// Has what a new packet brings given out evenly in the ticks that are left for it; `before` was the counter then.
+#[cold]
+fn play_out(
+    reception: &mut Reception,
+    came: &mut Came,
+    settings: &Settings,
+    before: u16,
+    left_ticks: u16,
+) -> u16 {
+    let every_ticks = settings.expected.every_ticks;
+    let packets = counters_ahead(reception.counter(), before).max(1);
+    let brought_ticks = packets.saturating_mul(low_half(every_ticks));
+    let most_ticks = low_half(every_ticks + settings.playout_ticks);
+    reception.hold_no_more();
+    if *came == Came::Restarted {
+        return most_ticks;
+    }
+    // Nothing is handed through as it came.
+    *came = Came::Jumped;
+    // A faster packet than all before it moves the time forward, and so does a sender's clock that is fast.
+    left_ticks.saturating_add(brought_ticks).min(most_ticks)
+}
+
+/// What the wave is in a tick without a new packet.
+#[inline(never)]
+fn go_without(context: &Context<'_, CommRx>) {
+    let Settings { stale, hold_ticks, expected, tick_s, .. } = context.settings();
+    let State { reception, left_ticks, .. } = context.state();
+    match stale {
+        Stale::Hold if reception.overdue_ticks(expected.every_ticks) <= hold_ticks => {}
+        Stale::Limited | Stale::Integral => {
+            context.map_axes([], [context.ports().wave], |(), received, []| {
+                [stale.pay(received, tick_s, left_ticks)]
+            });
+        }
+        _ => context.data().map_axes([], [context.ports().wave], |_, []| [0.0]),
+    }
+}
+
+impl Stale {
+    /// Whether it makes up for what got lost, which takes counters.
+    fn makes_up(self) -> bool {
+        matches!(self, Self::Limited | Self::Integral)
+    }
+
+    /// What the policy gives out as wave of what the line owes, of which there are `ticks` left for; rare, as packets
+    /// seldom get lost.
+    #[cold]
+    fn pay(self, received: &mut Received, period_s: f32, ticks: u16) -> f32 {
+        received.pay(period_s, ticks, self == Self::Limited)
+    }
+}
+
+/// What the policy gives out after a new packet, which stands for the first period, or for the second one in play-out.
+#[cold]
+#[inline(never)]
+fn pay_new(context: &Context<'_, CommRx>, lane: &Lane<'_, CommRx>, counters: [u32; 2], ticks: u16) -> f32 {
+    let Settings { stale, period_s, tick_s, .. } = context.settings();
+    let mut received = lane.axis();
+    received.update(counters);
+    let wave = stale.pay(&mut received, if ticks == 0 { period_s } else { tick_s }, ticks);
+    lane.set_axis(received);
+    wave
+}

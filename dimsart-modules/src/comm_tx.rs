@@ -1,0 +1,230 @@
+//! `COMM_TX`: puts the data of its channel into a packet for the link, every tick or every few ticks.
+//!
+//! Words of a packet: the words of every type, of any format and shape, in the order of the `CTX_ADD_DATA` commands;
+//! behind them, per axis, the counters of the channel's first wave: all that was ever sent, so that what a lost packet
+//! carried can be made up for; `CTX_COUNTERS OFF` leaves them out. The packet also says of which [`Content`] it is.
+//!
+//! With `CTX_AXIS n` it carries what belongs to that axis alone, without counters, as a device of this one axis would
+//! send it.
+//!
+//! With `CTX_EVERY n` a packet goes out in every `n`-th tick: of a wave with the mean of the last `n` ticks, of all
+//! else with the last sample. The receiver gives the mean out for as many ticks.
+//!
+//! The packet's counter and those of the wave go on over a reset: the other side would take a jump for a loss.
+
+use core::cell::Cell;
+
+use crate::channel::{
+    ALL_AXES, AXES, BLOCK_PORTS, CHANNEL_PORTS, CHANNELS, EVERY_TICKS, LINKS, Layout, Parts, Prepared,
+    is_wave,
+};
+use crate::wave_integral::Sent;
+use dimsart_core::limits::{MAX_CHANNEL_TYPES, MAX_PACKET_WORDS};
+use dimsart_core::mailbox::{low_half, next_number};
+use dimsart_core::parameter::TypeList;
+use dimsart_core::{
+    Content, Context, Declare, DeviceDescriptor, Input, LinkPort, Memory, Module, Parameters, Unit, Untyped,
+    words,
+};
+
+words! {
+    /// Of all axes.
+    pub struct Settings {
+        types: TypeList,
+        link: u32,
+        channel: u32,
+        every_ticks: u32,
+        has_counters: bool,
+        axis: u32,
+        parts: Parts,
+        content: Content,
+        /// Words of the packet that are samples; counters follow.
+        samples: u32,
+        /// Signals of the channel.
+        signals: u32,
+        /// Place of the wave whose counters go into the packet; behind all signals where there is none.
+        counted: u32,
+        /// First of its words in the packet.
+        counted_at: u32,
+        /// Time that a packet's wave stands for.
+        period_s: f32,
+    }
+    /// Of all axes.
+    pub struct State {
+        /// Of the last packet: its counter is the low half, which is never 0.
+        number: u32,
+        /// Ticks since the last packet.
+        since_sent_ticks: u32,
+    }
+    /// Signals and memory, by the place of the channel's type.
+    pub struct Ports {
+        /// What goes into the packet: the input, or the mean of a wave.
+        samples: [Input<Untyped>; MAX_CHANNEL_TYPES],
+        inputs: [Input<Untyped>; MAX_CHANNEL_TYPES],
+        /// Where a wave's mean is worked out, if not every one is sent.
+        blocks: [Memory; MAX_CHANNEL_TYPES],
+    }
+}
+
+/// See the [module docs](self).
+#[derive(Debug)]
+pub struct CommTx;
+
+impl Module for CommTx {
+    const NAME: &'static str = "COMM_TXMOD";
+    const SUMMARY: &'static str = "Sends signals to the other side.";
+    const OUTLASTS_ARMING: bool = true;
+    type Settings = Settings;
+    type Gains = ();
+    type State = State;
+    type Axis = Sent;
+    type Ports = Ports;
+
+    fn parameters(settings: &mut Settings, _: &mut (), visit: &mut Parameters<'_>) {
+        visit.types(&mut settings.types, "CTX_ADD_DATA", "Adds a signal to the packet.");
+        visit.structural_count(&mut settings.link, "CTX_LINK", Unit::One, LINKS, 0, "Link it sends over.");
+        let summary = "Channel it sends on; 0 between two ends.";
+        visit.structural_count(&mut settings.channel, "CTX_CHANNEL", Unit::One, CHANNELS, 0, summary);
+        let summary = "Ticks from a packet to the next one; of a wave the mean is sent.";
+        let every = &mut settings.every_ticks;
+        visit.structural_count(every, "CTX_EVERY", Unit::Tick, EVERY_TICKS, 1, summary);
+        let summary = "Whether packets carry counters, to make up for lost waves.";
+        visit.structural_flag(&mut settings.has_counters, "CTX_COUNTERS", true, summary);
+        let summary = "Axis that is sent alone, without counters; 8: all axes.";
+        visit.structural_count(&mut settings.axis, "CTX_AXIS", Unit::One, AXES, ALL_AXES, summary);
+    }
+
+    fn prepare(settings: &mut Settings, device: &DeviceDescriptor) {
+        let Prepared { content, samples, parts, counted, counted_at, period_s } =
+            settings.layout().prepare(device, &settings.types);
+        (settings.content, settings.samples, settings.parts) = (content, samples, parts);
+        (settings.counted, settings.counted_at, settings.period_s) = (counted, counted_at, period_s);
+        settings.signals = u32::try_from(settings.types.len()).unwrap_or(0);
+    }
+
+    fn ports(settings: &Settings, declare: &mut Declare<'_>) -> Ports {
+        let mut ports = Ports::default();
+        let Ports { samples, inputs, blocks } = &mut ports;
+        let names = CHANNEL_PORTS.into_iter().zip(BLOCK_PORTS);
+        let handles = inputs.iter_mut().zip(samples).zip(blocks);
+        for ((signal, (name, block_name)), ((input, sample), block)) in
+            settings.types.iter().zip(names).zip(handles)
+        {
+            let Some(data_type) = declare.device().data_type(signal.id) else { continue };
+            *input = declare.of_signal(*signal).input(name, data_type);
+            *sample = *input;
+            if settings.every_ticks > 1 && is_wave(declare.device(), *signal) {
+                let dof = declare.device().dof();
+                *block = declare.memory(block_name, dof);
+                *sample = block.as_input();
+            }
+        }
+        let layout = settings.layout();
+        declare.packs(layout.packet_words(declare.device(), &settings.types));
+        declare.needs_axis(layout.has_axis(declare.device()));
+        declare.sends_over(settings.link, settings.channel);
+        ports
+    }
+
+    /// The packet's counter and those of the wave go on.
+    fn begin(context: &Context<'_, Self>) {
+        context.set_state(State { since_sent_ticks: 0, ..context.state() });
+    }
+
+    #[inline(always)]
+    fn compute(context: &Context<'_, Self>) {
+        let settings = context.settings();
+        let Some(link) = context.link(settings.link) else { return };
+        if settings.every_ticks > 1 && !gather(context, link) {
+            return;
+        }
+        let mut state = context.state();
+        state.number = next_number(state.number);
+        context.set_state(state);
+        link.since_sent_ticks.set(0);
+        link.sent_every_ticks.set(settings.every_ticks);
+        let (channel, counter) = (low_half(settings.channel), low_half(state.number));
+        link.sent_number.set(state.number);
+        link.outgoing.open(channel, counter, link.accepted_counter.get(), settings.content);
+        let room = link.outgoing.room();
+        let has_counted = settings.counted < settings.signals;
+        if has_counted {
+            let port = usize::try_from(settings.counted).unwrap_or(usize::MAX);
+            let samples = usize::try_from(settings.samples).unwrap_or(usize::MAX);
+            let counted_at = usize::try_from(settings.counted_at).unwrap_or(usize::MAX);
+            let Some((_, values)) = room.split_at_checked(counted_at) else { return };
+            let Some((_, counters)) = room.split_at_checked(samples) else { return };
+            send_counted(context, context.port(port), values, counters);
+        }
+        if settings.signals > u32::from(has_counted) {
+            send_uncounted(context, room);
+        }
+    }
+}
+
+impl Settings {
+    fn layout(&self) -> Layout {
+        let Self { every_ticks, has_counters, axis, .. } = *self;
+        Layout { every_ticks, has_counters, axis }
+    }
+}
+
+/// Sends the signals that have no counters.
+#[inline(never)]
+fn send_uncounted(context: &Context<'_, CommTx>, room: &[Cell<u32>; MAX_PACKET_WORDS]) {
+    let Settings { signals, counted, mut parts, .. } = context.settings();
+    let mut room = room.as_slice();
+    for (place, sample) in (0..signals).zip(context.ports().samples) {
+        let sample = parts.next(context.words(sample));
+        let Some(values) = room.split_off(..sample.len()) else { return };
+        if place != counted {
+            values.iter().zip(sample).for_each(|(value, word)| value.set(word.get()));
+        }
+    }
+}
+
+/// Sends the wave that has counters, with them.
+#[inline(always)]
+fn send_counted(context: &Context<'_, CommTx>, sample: Input, values: &[Cell<u32>], counters: &[Cell<u32>]) {
+    let period_s = context.settings().period_s;
+    let (counters, _) = counters.as_chunks::<2>();
+    // Cut to as many as there are axes, so that their number is compared once.
+    let dof = context.dof();
+    let Some((values, counters)) = values.get(..dof).zip(counters.get(..dof)) else { return };
+    context.map_lanes([sample], [], |axis, lane, [wave]| {
+        let Some((value, [wave_count, energy_count])) = values.get(axis).zip(counters.get(axis)) else {
+            return [];
+        };
+        let mut sent = lane.axis();
+        let (wave, [waves, energies]) = sent.add(wave, period_s);
+        lane.set_axis(sent);
+        value.set(wave.to_bits());
+        wave_count.set(waves);
+        energy_count.set(energies);
+        []
+    });
+}
+
+/// Adds this tick's waves to their means; whether these are due to be sent.
+#[cold]
+fn gather(context: &Context<'_, CommTx>, link: &LinkPort) -> bool {
+    let (mut state, every_ticks) = (context.state(), context.settings().every_ticks);
+    let is_first = state.since_sent_ticks == 0;
+    state.since_sent_ticks += 1;
+    let is_last = state.since_sent_ticks >= every_ticks;
+    #[expect(clippy::cast_precision_loss, reason = "at most 100")]
+    let share = if is_last { 1.0 / every_ticks as f32 } else { 1.0 };
+    for (input, block) in context.ports().inputs.iter().zip(context.ports().blocks) {
+        // Of what is no wave there is no memory, and nothing to do.
+        for (sum, wave) in context.memory(block).iter().zip(context.words(*input)) {
+            let before = if is_first { 0.0 } else { f32::from_bits(sum.get()) };
+            sum.set((share * (before + f32::from_bits(wave.get()))).to_bits());
+        }
+    }
+    link.since_sent_ticks.set(state.since_sent_ticks);
+    if is_last {
+        state.since_sent_ticks = 0;
+    }
+    context.set_state(state);
+    is_last
+}

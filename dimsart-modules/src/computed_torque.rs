@@ -1,0 +1,119 @@
+//! Computed torque: an arm follows its desired motion as if each of its axes were a unit mass alone.
+//!
+//! ```text
+//! a = x_d'' + 2 ζ ω (x_d' - x') + ω² (x_d - x)
+//! F = M(q) a + C(q, q') q' + g(q) + J_m a + b x'
+//! ```
+//!
+//! `ω = 2π BANDWIDTH`. With the right masses every error decays as a second-order system of that frequency and damping
+//! ratio, wherever the arm is (Craig, *Introduction to Robotics*, section 10.4). A wrong mass, dry friction or a joint that
+//! gives leave an error; there is no integral. It remembers nothing: where it takes over, the force steps to its own.
+//! [`Planar`](crate::planar) and [`Phantom`](crate::phantom) say what the other parameters are of.
+//!
+//! ```
+//! # use dimsart_core::{Bench, types};
+//! let rows = "all PLANAR_TORQUE_MOD INERTIA 0.5
+//!             all MOD_ENG MOD_ON PLANAR_TORQUE_MOD
+//!             all MOD_ENG MATCHING_CHECK";
+//! let measured =
+//!     &[types::POSITION, types::VELOCITY, types::DES_POSITION, types::DES_VELOCITY, types::DES_ACCELERATION];
+//! let mut bench = Bench::new(measured, rows)?;
+//! assert_eq!(bench.tick(&[0.0, 0.0, 0.0, 0.0, 3.0], "DES_FORCE"), Some(1.5));
+//! # Ok::<(), dimsart_core::BenchError>(())
+//! ```
+
+use core::marker::PhantomData;
+
+use crate::dynamics::{Body, axes, links, write};
+use dimsart_core::limits::MAX_DOF;
+use dimsart_core::{
+    Context, Declare, DeviceDescriptor, Input, Module, Output, Parameters, Unit, types, words,
+};
+
+words! {
+    /// Of an axis.
+    pub struct Follow {
+        bandwidth: f32,
+        damping_ratio: f32,
+        motor_inertia: f32,
+        viscous: f32,
+        /// `ω²`.
+        stiffness: f32,
+        /// `2 ζ ω`.
+        damping: f32,
+    }
+    /// Signals.
+    pub struct Ports {
+        position: Input,
+        velocity: Input,
+        desired_position: Input,
+        desired_velocity: Input,
+        desired_acceleration: Input,
+        force: Output,
+    }
+}
+
+/// See the [module docs](self).
+#[derive(Debug)]
+pub struct ComputedTorque<B>(PhantomData<B>);
+
+impl<B: Body> Module for ComputedTorque<B> {
+    const NAME: &'static str = B::COMPUTED_TORQUE;
+    const SUMMARY: &'static str =
+        "Computed torque: the arm's equations of motion, and PD on the acceleration.";
+    type Settings = B::Settings;
+    type Gains = (Follow, B::Link);
+    type State = ();
+    type Axis = ();
+    type Ports = Ports;
+
+    fn parameters(settings: &mut B::Settings, gains: &mut Self::Gains, visit: &mut Parameters<'_>) {
+        let (Follow { bandwidth, damping_ratio, motor_inertia, viscous, .. }, link) = gains;
+        visit.per_axis(bandwidth, "BANDWIDTH", Unit::Hertz, 0.0..=100.0, 2.0, "How fast an error decays.");
+        let summary = "Of the decay of an error; 1 is without overshoot.";
+        visit.per_axis(damping_ratio, "DAMPING_RATIO", Unit::One, 0.0..=10.0, 1.0, summary);
+        let summary = "Of the motor, seen from the joint.";
+        visit.per_axis(motor_inertia, "MOTOR_INERTIA", Unit::Inertia, 0.0..=1e4, 0.0, summary);
+        visit.per_axis(viscous, "VISCOUS", Unit::Damping, 0.0..=1e4, 0.0, "Viscous friction of the joint.");
+        B::parameters(settings, link, visit);
+    }
+
+    fn prepare_axis(_: &B::Settings, (follow, _): &mut Self::Gains, _: &DeviceDescriptor) {
+        let rate = core::f32::consts::TAU * follow.bandwidth;
+        follow.stiffness = rate * rate;
+        follow.damping = 2.0 * follow.damping_ratio * rate;
+    }
+
+    fn ports(_: &B::Settings, declare: &mut Declare<'_>) -> Ports {
+        Ports {
+            position: declare.input("POSITION", types::POSITION),
+            velocity: declare.input("VELOCITY", types::VELOCITY),
+            desired_position: declare.input("DES_POSITION", types::DES_POSITION),
+            desired_velocity: declare.input("DES_VELOCITY", types::DES_VELOCITY),
+            desired_acceleration: declare.input("DES_ACCELERATION", types::DES_ACCELERATION),
+            force: declare.output("DES_FORCE", types::DES_FORCE),
+        }
+    }
+
+    fn compute(context: &Context<'_, Self>) {
+        let Ports { position, velocity, desired_position, desired_velocity, desired_acceleration, force } =
+            context.ports();
+        let links = links(context, position, |(_, link)| link);
+        let body = B::at(context.settings(), &links, &axes(context, position));
+        let mut accelerations = [0.0; MAX_DOF];
+        let mut own = [0.0; MAX_DOF];
+        let mut places = accelerations.iter_mut().zip(&mut own);
+        let inputs = [position, velocity, desired_position, desired_velocity, desired_acceleration];
+        context.map_axes(inputs, [], |(follow, _), (), [x, v, x_d, v_d, a_d]| {
+            let wanted = a_d + follow.damping * (v_d - v) + follow.stiffness * (x_d - x);
+            if let Some((acceleration, own)) = places.next() {
+                *acceleration = wanted;
+                *own = follow.motor_inertia * wanted + follow.viscous * v;
+            }
+            []
+        });
+        let mut forces = body.torques(&axes(context, velocity), &accelerations);
+        forces.iter_mut().zip(own).for_each(|(force, own)| *force += own);
+        write(context, force, &forces);
+    }
+}

@@ -1,0 +1,92 @@
+//! Demultiplexer: passes a signal on to one of up to four outputs.
+//!
+//! `OUT1` gets it where the selection is 0, `OUT2` at 1, and so on to the last of `COUNT`; the others get 0, or keep what they had
+//! (`HOLD`). The selection is `SELECT`, or `CONDITION` to the next whole number, of each axis (`SELECT_BY`).
+//!
+//! ```
+//! use dimsart_core::{Bench, types};
+//!
+//! let rows = "all DEMUX_MOD SELECT_BY CONDITION\nall MOD_ENG MOD_ON DEMUX_MOD\nall MOD_ENG MATCHING_CHECK";
+//! let mut bench = Bench::new(&[types::SIGNAL, types::CONDITION], rows)?;
+//! assert_eq!(bench.tick(&[3.0, 1.0], "SIGNAL_OUT.2"), Some(3.0));
+//! assert_eq!(bench.tick(&[3.0, 0.0], "SIGNAL_OUT.2"), Some(0.0));
+//! # Ok::<(), dimsart_core::BenchError>(())
+//! ```
+
+use crate::mux::{SelectBy, number};
+use dimsart_core::{Context, Declare, Input, Module, Output, Parameters, Unit, UnitRelation, types, words};
+
+words! {
+    /// Of all axes.
+    pub struct Settings { select_by: SelectBy, count: u32, selected: u32, holds: bool }
+    /// Of an axis: what each output had.
+    pub struct Axis { outputs: [f32; 4] }
+    /// Signals.
+    pub struct Ports { input: Input, condition: Input, outputs: [Output; 4] }
+}
+
+/// See the [module docs](self).
+#[derive(Debug)]
+pub struct Demux;
+
+impl Module for Demux {
+    const NAME: &'static str = "DEMUX_MOD";
+    const SUMMARY: &'static str = "Passes a signal on to one of several outputs.";
+    type Settings = Settings;
+    type Gains = ();
+    type State = ();
+    type Axis = Axis;
+    type Ports = Ports;
+
+    fn parameters(settings: &mut Settings, (): &mut (), visit: &mut Parameters<'_>) {
+        let Settings { select_by, count, selected, holds } = settings;
+        visit.structural_choice(select_by, "SELECT_BY", "What selects.");
+        visit.structural_count(count, "COUNT", Unit::One, 2..=4, 2, "How many outputs there are.");
+        visit.count(selected, "SELECT", Unit::One, 0..=3, 0, "Number of the output, from 0.");
+        visit.flag(holds, "HOLD", false, "Whether the others keep what they had.");
+    }
+
+    fn ports(settings: &Settings, declare: &mut Declare<'_>) -> Ports {
+        let input = declare.input("SIGNAL_IN", types::SIGNAL);
+        let condition = match settings.select_by {
+            SelectBy::Parameter => Input::default(),
+            SelectBy::Condition => declare.input("CONDITION", types::CONDITION),
+        };
+        let mut outputs = [Output::default(); 4];
+        let count = usize::try_from(settings.count).unwrap_or(0);
+        for ((output, name), number) in
+            outputs.iter_mut().zip(["OUT1", "OUT2", "OUT3", "OUT4"]).zip(1..).take(count)
+        {
+            let signal = types::SIGNAL_OUT.copy(number);
+            *output = declare.of_signal(signal).output(name, types::SIGNAL_OUT);
+            declare.tie(name, UnitRelation::Same, "SIGNAL_IN");
+        }
+        Ports { input, condition, outputs }
+    }
+
+    #[inline(always)]
+    fn compute(context: &Context<'_, Self>) {
+        let Ports { input, condition, outputs } = context.ports();
+        let Settings { select_by, count, selected, holds } = context.settings();
+        context.map_lanes([input], [], |axis, lane, [x]| {
+            let selected = match select_by {
+                SelectBy::Parameter => selected,
+                SelectBy::Condition => number(context.axis(condition, axis)),
+            };
+            let selected = selected.min(count.saturating_sub(1));
+            let mut values = lane.axis().outputs;
+            for ((value, output), number) in values.iter_mut().zip(outputs).zip(0..) {
+                if number == selected {
+                    *value = x;
+                } else if !holds {
+                    *value = 0.0;
+                }
+                if number < count {
+                    context.set_axis(output, axis, *value);
+                }
+            }
+            lane.set_axis(Axis { outputs: values });
+            []
+        });
+    }
+}

@@ -1,0 +1,120 @@
+//! `DH_TIP_MOD`: a chain of joints placed by modified Denavit-Hartenberg parameters.
+//!
+//! From the frame of the joint before, turn by `DH_ALPHA` about its x, go `DH_A` along it, turn by `DH_THETA` about the
+//! new z, go `DH_D` along that (J. J. Craig, *Introduction to Robotics*, section 3.4). A rotary joint adds its position to
+//! theta, a linear one to d. The tip is at `TIP_X`, `TIP_Y`, `TIP_Z` in the last frame. Ports and limits are those of every
+//! [tip](crate::tip).
+
+use crate::tip::{Joint, Placed, Placement, Vector3};
+use dimsart_core::{AxisKind, Parameters, Unit, math, words};
+
+words! {
+    /// Of a joint.
+    pub struct Row {
+        a: f32,
+        alpha: f32,
+        d: f32,
+        theta: f32,
+        sin_alpha: f32,
+        cos_alpha: f32,
+    }
+}
+
+/// See the [module docs](self).
+#[derive(Debug, Clone, Copy)]
+pub struct DenavitHartenberg;
+
+/// Where a frame is, and its axes.
+#[derive(Debug, Clone, Copy)]
+struct Frame {
+    origin: Vector3,
+    x: Vector3,
+    y: Vector3,
+    z: Vector3,
+}
+
+impl Placed for DenavitHartenberg {
+    const TIP: &'static str = "DH_TIP_MOD";
+    /// The tip in the last frame.
+    type Settings = Vector3;
+    type Joint = Row;
+
+    fn parameters(tip: &mut Vector3, row: &mut Row, visit: &mut Parameters<'_>) {
+        let Row { a, alpha, d, theta, .. } = row;
+        let (length, angle) = (-100.0..=100.0, -7.0..=7.0);
+        visit.per_axis(a, "DH_A", Unit::Metre, length.clone(), 0.0, "Along the x axis before it.");
+        visit.per_axis(alpha, "DH_ALPHA", Unit::Radian, angle.clone(), 0.0, "About the x axis before it.");
+        visit.per_axis(d, "DH_D", Unit::Metre, length.clone(), 0.0, "Along its own axis.");
+        visit.per_axis(theta, "DH_THETA", Unit::Radian, angle, 0.0, "About its own axis.");
+        visit.real(&mut tip.x, "TIP_X", Unit::Metre, length.clone(), 0.0, "Of the tip in the last frame.");
+        visit.real(&mut tip.y, "TIP_Y", Unit::Metre, length.clone(), 0.0, "Of the tip in the last frame.");
+        visit.real(&mut tip.z, "TIP_Z", Unit::Metre, length, 0.0, "Of the tip in the last frame.");
+    }
+
+    fn prepare(row: &mut Row) {
+        (row.sin_alpha, row.cos_alpha) = math::sin_cos(row.alpha);
+    }
+
+    fn place(tip: Vector3, joints: &[Joint<Row>]) -> Placement {
+        let axis = |x, y, z| Vector3 { x, y, z };
+        let (x, y, z) = (axis(1.0, 0.0, 0.0), axis(0.0, 1.0, 0.0), axis(0.0, 0.0, 1.0));
+        let mut frame = Frame { origin: Vector3::default(), x, y, z };
+        let mut placement = Placement::default();
+        // Until the tip is known, a column holds where its joint is; its axis is beside it.
+        let mut axes = [Vector3::default(); dimsart_core::limits::MAX_DOF];
+        for ((joint, column), axis) in joints.iter().zip(&mut placement.columns).zip(&mut axes) {
+            frame = frame.behind(joint);
+            (*column, *axis) = (frame.origin, frame.z);
+        }
+        placement.tip = frame.of(tip);
+        for ((joint, column), axis) in joints.iter().zip(&mut placement.columns).zip(axes) {
+            *column = match joint.kind {
+                AxisKind::Rotary => cross(axis, sum(placement.tip, -1.0, *column)),
+                AxisKind::Linear => axis,
+            };
+        }
+        placement
+    }
+}
+
+impl Frame {
+    fn behind(&self, joint: &Joint<Row>) -> Self {
+        let Row { a, d, theta, sin_alpha, cos_alpha, .. } = joint.parameters;
+        let (d, theta) = match joint.kind {
+            AxisKind::Rotary => (d, theta + joint.position),
+            AxisKind::Linear => (d + joint.position, theta),
+        };
+        let (sine, cosine) = math::sin_cos(theta);
+        let y = sum(scaled(self.y, cos_alpha), sin_alpha, self.z);
+        let z = sum(scaled(self.z, cos_alpha), -sin_alpha, self.y);
+        Self {
+            origin: sum(sum(self.origin, a, self.x), d, z),
+            x: sum(scaled(self.x, cosine), sine, y),
+            y: sum(scaled(y, cosine), -sine, self.x),
+            z,
+        }
+    }
+
+    /// A place that is said in this frame.
+    fn of(&self, place: Vector3) -> Vector3 {
+        sum(sum(sum(self.origin, place.x, self.x), place.y, self.y), place.z, self.z)
+    }
+}
+
+fn scaled(vector: Vector3, factor: f32) -> Vector3 {
+    Vector3 { x: factor * vector.x, y: factor * vector.y, z: factor * vector.z }
+}
+
+/// `one + factor other`.
+fn sum(one: Vector3, factor: f32, other: Vector3) -> Vector3 {
+    let Vector3 { x, y, z } = other;
+    Vector3 { x: one.x + factor * x, y: one.y + factor * y, z: one.z + factor * z }
+}
+
+fn cross(one: Vector3, other: Vector3) -> Vector3 {
+    Vector3 {
+        x: one.y * other.z - one.z * other.y,
+        y: one.z * other.x - one.x * other.z,
+        z: one.x * other.y - one.y * other.x,
+    }
+}

@@ -1,0 +1,68 @@
+//! Differentiator: backward difference through a first-order low-pass.
+//!
+//! `y += (1 - p) ((x - x[k-1]) / h - y)`, `p = T/(T + h)` with the filter's time constant `T`;
+//! the first output is 0. Its unit is the input's over `s`; where that has no name, the output is a signal of
+//! any unit.
+
+use dimsart_core::{
+    Context, Declare, DeviceDescriptor, Input, Module, Output, Parameters, Unit, UnitRelation, types, words,
+};
+
+words! {
+    /// Of all axes.
+    pub struct Settings { filter_time_s: f32, rate_hz: f32, smoothing: f32 }
+    /// Of an axis.
+    pub struct Axis { previous: f32, slope: f32 }
+    /// Signals.
+    pub struct Ports { input: Input, output: Output }
+}
+
+/// See the [module docs](self).
+#[derive(Debug)]
+pub struct Differentiator;
+
+impl Module for Differentiator {
+    const NAME: &'static str = "DIFFERENTIATOR_MOD";
+    const SUMMARY: &'static str = "Differentiates a signal by time, with a low-pass.";
+    type Settings = Settings;
+    type Gains = ();
+    type State = ();
+    type Axis = Axis;
+    type Ports = Ports;
+
+    fn parameters(settings: &mut Settings, _: &mut (), visit: &mut Parameters<'_>) {
+        let summary = "Time constant of the low-pass; 0 for none.";
+        visit.real(&mut settings.filter_time_s, "FILTER_TIME", Unit::Second, 0.0..=10.0, 0.0, summary);
+    }
+
+    fn prepare(settings: &mut Settings, device: &DeviceDescriptor) {
+        let h = device.sample_period_s();
+        settings.rate_hz = 1.0 / h;
+        settings.smoothing = h / (h + settings.filter_time_s);
+    }
+
+    fn ports(_: &Settings, declare: &mut Declare<'_>) -> Ports {
+        let ports = Ports {
+            input: declare.input("SIGNAL_IN", types::SIGNAL),
+            output: declare.output("SIGNAL_OUT", types::SIGNAL_OUT),
+        };
+        declare.tie("SIGNAL_OUT", UnitRelation::Derivative, "SIGNAL_IN");
+        ports
+    }
+
+    fn begin(context: &Context<'_, Self>) {
+        context.begin_axes([context.ports().input], |(), [x]| Axis { previous: x, slope: 0.0 });
+    }
+
+    #[inline(always)]
+    fn compute(context: &Context<'_, Self>) {
+        let Ports { input, output } = context.ports();
+        let Settings { rate_hz, smoothing, .. } = context.settings();
+        context.map_axes([input], [output], |(), axis, [x]| {
+            let previous = axis.previous;
+            axis.previous = x;
+            axis.slope += smoothing * ((x - previous) * rate_hz - axis.slope);
+            [axis.slope]
+        });
+    }
+}

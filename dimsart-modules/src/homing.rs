@@ -1,0 +1,164 @@
+//! Homing: finds where a joint with a relative encoder stands, by driving it to a stop or a switch.
+//!
+//! | `STATE` | desired position | goes on |
+//! |---|---|---|
+//! | 0 searches | moves with `HOMING_VELOCITY` | to 1 where the stop is there, to 3 after `SEARCH_DISTANCE` |
+//! | 1 backs off | moves back with the same speed | to 2 after `BACK_OFF` |
+//! | 2 homed | stays | |
+//! | 3 has found nothing | stays | |
+//!
+//! The stop is there while `|FORCE| > STALL_FORCE` for `STALL_TIME`, or while `CONDITION` is above 0.5 for as long
+//! (`STOP_BY`). That place is `HOME_POSITION`: `HOMED_POSITION` is the position as measured plus an offset, which is 0 before.
+//! Each axis goes its own way.
+//!
+//! It begins to search where the joint stands, or where it takes over from what was commanded last: homing is done anew after
+//! each reset.
+//!
+//! ```
+//! use dimsart_core::{Bench, types};
+//!
+//! let rows = "all HOMING_MOD STOP_BY CONDITION\nall HOMING_MOD HOME_POSITION -0.5\nall HOMING_MOD STALL_TIME 0
+//!             all MOD_ENG MOD_ON HOMING_MOD\nall MOD_ENG MATCHING_CHECK";
+//! let mut bench = Bench::new(&[types::POSITION, types::CONDITION], rows)?;
+//! assert_eq!(bench.tick(&[0.2, 0.0], "STATE"), Some(0.0));
+//! assert_eq!(bench.tick(&[0.2, 1.0], "POSITION.2"), Some(-0.5));
+//! # Ok::<(), dimsart_core::BenchError>(())
+//! ```
+
+use crate::take_over::first;
+use dimsart_core::math::{self, CompensatedSum};
+use dimsart_core::{
+    Context, Declare, DeviceDescriptor, Input, Module, Output, Parameters, Unit, choice, types, words,
+};
+
+choice! {
+    /// What shows the stop.
+    pub enum StopBy { Force = "FORCE", Condition = "CONDITION" }
+}
+
+const SEARCHES: u16 = 0;
+const BACKS_OFF: u16 = 1;
+const HOMED: u16 = 2;
+const FOUND_NOTHING: u16 = 3;
+
+words! {
+    /// Of all axes.
+    pub struct Settings { stop_by: StopBy, stall_time_s: f32, period_s: f32 }
+    /// Of an axis.
+    pub struct Gains {
+        velocity: f32,
+        back_off: f32,
+        search_distance: f32,
+        stall_force: f32,
+        home_position: f32,
+        step: f32,
+    }
+    /// Of an axis.
+    pub struct Axis { state: u16, desired: CompensatedSum, gone: CompensatedSum, stalled_s: f32, offset: f32 }
+    /// Signals.
+    pub struct Ports {
+        position: Input,
+        sign: Input,
+        desired_position: Output,
+        homed: Output,
+        state: Output,
+    }
+}
+
+/// See the [module docs](self).
+#[derive(Debug)]
+pub struct Homing;
+
+impl Module for Homing {
+    const NAME: &'static str = "HOMING_MOD";
+    const SUMMARY: &'static str = "Drives a joint to a stop or a switch, and counts its position from there.";
+    type Settings = Settings;
+    type Gains = Gains;
+    type State = ();
+    type Axis = Axis;
+    type Ports = Ports;
+
+    fn parameters(settings: &mut Settings, gains: &mut Gains, visit: &mut Parameters<'_>) {
+        let Gains { velocity, back_off, search_distance, stall_force, home_position, .. } = gains;
+        let summary = "Velocity of the search, towards the stop.";
+        visit.per_axis(velocity, "HOMING_VELOCITY", Unit::Velocity, -1e3..=1e3, -0.05, summary);
+        visit.per_axis(back_off, "BACK_OFF", Unit::Position, 0.0..=1e3, 0.01, "Way back from the stop.");
+        let summary = "How far it searches.";
+        visit.per_axis(search_distance, "SEARCH_DISTANCE", Unit::Position, 0.0..=1e6, 10.0, summary);
+        visit.per_axis(stall_force, "STALL_FORCE", Unit::Force, 0.0..=1e4, 1.0, "Force at the stop.");
+        let summary = "Position of the stop.";
+        visit.per_axis(home_position, "HOME_POSITION", Unit::Position, -1e6..=1e6, 0.0, summary);
+        visit.structural_choice(&mut settings.stop_by, "STOP_BY", "What shows the stop.");
+        let summary = "How long that has to last.";
+        visit.real(&mut settings.stall_time_s, "STALL_TIME", Unit::Second, 0.0..=10.0, 0.05, summary);
+    }
+
+    fn prepare(settings: &mut Settings, device: &DeviceDescriptor) {
+        settings.period_s = device.sample_period_s();
+    }
+
+    fn prepare_axis(settings: &Settings, gains: &mut Gains, _: &DeviceDescriptor) {
+        gains.step = gains.velocity * settings.period_s;
+    }
+
+    fn ports(settings: &Settings, declare: &mut Declare<'_>) -> Ports {
+        let homed = types::POSITION.copy(2);
+        Ports {
+            position: declare.input("POSITION", types::POSITION),
+            sign: match settings.stop_by {
+                StopBy::Force => declare.input("FORCE", types::MEASURED_TORQUE),
+                StopBy::Condition => declare.input("CONDITION", types::CONDITION),
+            },
+            desired_position: declare.output("DES_POSITION", types::DES_POSITION),
+            homed: declare.of_signal(homed).output("HOMED_POSITION", types::POSITION),
+            state: declare.output("STATE", types::STATE),
+        }
+    }
+
+    fn begin(context: &Context<'_, Self>) {
+        let Ports { position, desired_position, .. } = context.ports();
+        let takes_over = context.takes_over();
+        context.begin_axes([position, desired_position.last()], |_, [x, last]| Axis {
+            desired: CompensatedSum::new(first(takes_over, last, x)),
+            ..Axis::default()
+        });
+    }
+
+    #[inline(always)]
+    fn compute(context: &Context<'_, Self>) {
+        let Ports { position, sign, desired_position, homed, state } = context.ports();
+        let Settings { stop_by, stall_time_s, period_s } = context.settings();
+        context.map_axes([position, sign], [desired_position, homed, state], |gains, axis, [x, sign]| {
+            let is_there = match stop_by {
+                StopBy::Force => sign.abs() > gains.stall_force,
+                StopBy::Condition => sign > 0.5,
+            };
+            axis.stalled_s = if is_there { axis.stalled_s + period_s } else { 0.0 };
+            match axis.state {
+                SEARCHES if is_there && axis.stalled_s > stall_time_s => {
+                    axis.offset = gains.home_position - x;
+                    // The desired position can be far behind the stop by now.
+                    axis.desired = CompensatedSum::new(x);
+                    (axis.state, axis.gone) = (BACKS_OFF, CompensatedSum::new(0.0));
+                }
+                SEARCHES if axis.gone.value() >= gains.search_distance => axis.state = FOUND_NOTHING,
+                SEARCHES => axis.go(gains.step),
+                BACKS_OFF if axis.gone.value() >= gains.back_off => axis.state = HOMED,
+                BACKS_OFF => {
+                    let left = gains.back_off - axis.gone.value();
+                    axis.go(math::limit(-gains.step, left));
+                }
+                _ => {}
+            }
+            [axis.desired.value(), x + axis.offset, f32::from(axis.state)]
+        });
+    }
+}
+
+impl Axis {
+    #[inline(always)]
+    fn go(&mut self, step: f32) {
+        self.desired.add(step);
+        self.gone.add(step.abs());
+    }
+}

@@ -1,0 +1,65 @@
+//! Integrator of a signal, by the trapezoidal rule.
+//!
+//! `y += h (x + x[k-1]) / 2`, held inside `±LIMIT`; `x[-1] = 0`. The sum is compensated (Kahan).
+//! The output's unit is the input's times `s`; where that has no name, the output is a signal of any unit.
+
+use dimsart_core::math::{self, CompensatedSum};
+use dimsart_core::{
+    Context, Declare, DeviceDescriptor, Input, Module, Output, Parameters, Unit, UnitRelation, types, words,
+};
+
+words! {
+    /// Of all axes.
+    pub struct Settings { half_period_s: f32 }
+    /// Of an axis.
+    pub struct Gains { limit: f32 }
+    /// Of an axis.
+    pub struct Axis { previous: f32, sum: CompensatedSum }
+    /// Signals.
+    pub struct Ports { input: Input, output: Output }
+}
+
+/// See the [module docs](self).
+#[derive(Debug)]
+pub struct Integrator;
+
+impl Module for Integrator {
+    const NAME: &'static str = "INTEGRATOR_MOD";
+    const SUMMARY: &'static str = "Integrates a signal over time.";
+    type Settings = Settings;
+    type Gains = Gains;
+    type State = ();
+    type Axis = Axis;
+    type Ports = Ports;
+
+    fn parameters(_: &mut Settings, gains: &mut Gains, visit: &mut Parameters<'_>) {
+        visit.per_axis(&mut gains.limit, "LIMIT", Unit::Any, 0.0..=1e9, 1e9, "Largest output either way.");
+    }
+
+    fn prepare(settings: &mut Settings, device: &DeviceDescriptor) {
+        settings.half_period_s = 0.5 * device.sample_period_s();
+    }
+
+    fn ports(_: &Settings, declare: &mut Declare<'_>) -> Ports {
+        let ports = Ports {
+            input: declare.input("SIGNAL_IN", types::SIGNAL),
+            output: declare.output("SIGNAL_OUT", types::SIGNAL_OUT),
+        };
+        declare.tie("SIGNAL_OUT", UnitRelation::Integral, "SIGNAL_IN");
+        ports
+    }
+
+    #[inline(always)]
+    fn compute(context: &Context<'_, Self>) {
+        let Ports { input, output } = context.ports();
+        let Settings { half_period_s } = context.settings();
+        context.map_axes([input], [output], |Gains { limit }, axis, [x]| {
+            let sum = axis.sum.add(half_period_s * (x + axis.previous));
+            axis.previous = x;
+            if sum.abs() > limit {
+                axis.sum = CompensatedSum::new(math::limit(sum, limit));
+            }
+            [axis.sum.value()]
+        });
+    }
+}

@@ -1,0 +1,148 @@
+//! Joint limits: lets a force through only as far as the joint can still stop before its limits.
+//!
+//! With the distance `d` to a limit and the deceleration `a` that is always to be had, the joint may have at the end of this
+//! tick the velocity `w` with which it can still stop, `w² / 2a <= d - h (v + w) / 2`, and no more than `VELOCITY_LIMIT`:
+//!
+//! `w = -a h / 2 + sqrt((a h / 2)² + a (2 d - h v))`, `F <= INERTIA (w - v) / h`,
+//!
+//! and so on the other side. Then the force is held within `±FORCE_LIMIT`. It holds as long as `DECELERATION × INERTIA` and
+//! what pushes the joint from outside are below `FORCE_LIMIT` together, and the force is the joint's within the tick: leave
+//! room for a lag, or for a velocity that is filtered.
+//!
+//! Beyond a limit (`d < 0`) `w` is at most `d / (10 h)`, and not below `-5 a h`: so the joint goes back slowly. A load that
+//! pushes outwards is held there, however large: what it has been beyond `2.5 a INERTIA`, `INERTIA (v - v[k-1]) / h - F[k-1]`
+//! through a low-pass of ten ticks, is taken off `F`. The joint then stands at most `25 a h²` beyond its limit.
+//!
+//! ```
+//! use dimsart_core::{Bench, types};
+//!
+//! let rows = "all JLIMIT_MOD PORT_FORCE_IN FEED_FORCE\nall JLIMIT_MOD POSITION_HIGH 1\nall JLIMIT_MOD FORCE_LIMIT 20
+//!             all MOD_ENG MOD_ON JLIMIT_MOD\nall MOD_ENG MATCHING_CHECK";
+//! let mut bench = Bench::new(&[types::POSITION, types::VELOCITY, types::FEED_FORCE], rows)?;
+//! // 1 m away at rest; at the limit.
+//! assert_eq!(bench.tick(&[0.0, 0.0, 5.0], "DES_FORCE"), Some(5.0));
+//! assert_eq!(bench.tick(&[1.0, 0.0, 5.0], "DES_FORCE"), Some(0.0));
+//! # Ok::<(), dimsart_core::BenchError>(())
+//! ```
+
+use dimsart_core::{
+    Context, Declare, DeviceDescriptor, Input, Module, Output, Parameters, Unit, math, types, words,
+};
+
+words! {
+    /// Of all axes.
+    pub struct Settings { period_s: f32, rate_hz: f32 }
+    /// Of an axis.
+    pub struct Gains {
+        low: f32,
+        high: f32,
+        velocity_limit: f32,
+        force_limit: f32,
+        deceleration: f32,
+        inertia: f32,
+        /// `INERTIA / h`.
+        inertia_per_tick: f32,
+        /// `2.5 DECELERATION INERTIA`: what the way back holds.
+        held: f32,
+    }
+    /// Of an axis.
+    pub struct Axis {
+        previous_velocity: f32,
+        force: f32,
+        /// What pushes the joint from outside.
+        load: f32,
+    }
+    /// Signals.
+    pub struct Ports { position: Input, velocity: Input, wanted: Input, force: Output }
+}
+
+/// Of what pushes the joint in a tick, in what is known of the load.
+const LOAD_SHARE: f32 = 0.1;
+
+/// See the [module docs](self).
+#[derive(Debug)]
+pub struct JointLimit;
+
+impl Module for JointLimit {
+    const NAME: &'static str = "JLIMIT_MOD";
+    const SUMMARY: &'static str = "Reduces a force so that the joint can stop before its limits.";
+    type Settings = Settings;
+    type Gains = Gains;
+    type State = ();
+    type Axis = Axis;
+    type Ports = Ports;
+
+    fn parameters(_: &mut Settings, gains: &mut Gains, visit: &mut Parameters<'_>) {
+        let Gains { low, high, velocity_limit, force_limit, deceleration, inertia, .. } = gains;
+        visit.per_axis(low, "POSITION_LOW", Unit::Position, -1e6..=1e6, -1.0, "Smallest position.");
+        visit.per_axis(high, "POSITION_HIGH", Unit::Position, -1e6..=1e6, 1.0, "Largest position.");
+        let summary = "Largest velocity.";
+        visit.per_axis(velocity_limit, "VELOCITY_LIMIT", Unit::Velocity, 0.0..=1e4, 1.0, summary);
+        visit.per_axis(force_limit, "FORCE_LIMIT", Unit::Force, 0.0..=1e4, 1e4, "Largest force.");
+        let summary = "With which the joint can always brake.";
+        visit.per_axis(deceleration, "DECELERATION", Unit::Acceleration, 1e-3..=1e5, 10.0, summary);
+        visit.per_axis(inertia, "INERTIA", Unit::Inertia, 1e-6..=1e4, 1.0, "Of the joint and its load.");
+    }
+
+    fn prepare(settings: &mut Settings, device: &DeviceDescriptor) {
+        settings.period_s = device.sample_period_s();
+        settings.rate_hz = 1.0 / settings.period_s;
+    }
+
+    fn prepare_axis(settings: &Settings, gains: &mut Gains, _: &DeviceDescriptor) {
+        gains.inertia_per_tick = gains.inertia * settings.rate_hz;
+        gains.held = 2.5 * gains.deceleration * gains.inertia;
+    }
+
+    fn ports(_: &Settings, declare: &mut Declare<'_>) -> Ports {
+        let wanted = types::DES_FORCE.copy(2);
+        Ports {
+            position: declare.input("POSITION", types::POSITION),
+            velocity: declare.input("VELOCITY", types::VELOCITY),
+            wanted: declare.of_signal(wanted).input("FORCE_IN", types::DES_FORCE),
+            force: declare.output("DES_FORCE", types::DES_FORCE),
+        }
+    }
+
+    fn begin(context: &Context<'_, Self>) {
+        context.begin_axes([context.ports().velocity], |_, [v]| Axis {
+            previous_velocity: v,
+            ..Axis::default()
+        });
+    }
+
+    #[inline(always)]
+    fn compute(context: &Context<'_, Self>) {
+        let Ports { position, velocity, wanted, force } = context.ports();
+        let settings = context.settings();
+        context.map_axes([position, velocity, wanted], [force], |gains, axis, [x, v, wanted]| {
+            let pushed = gains.inertia_per_tick * (v - axis.previous_velocity) - axis.force;
+            axis.load += LOAD_SHARE * (pushed - axis.load);
+            axis.previous_velocity = v;
+            // Seen in the direction of each limit.
+            let most = gains.largest(gains.high - x, v, axis.load, &settings);
+            let least = -gains.largest(x - gains.low, -v, -axis.load, &settings);
+            axis.force = math::limit(math::clamp(wanted, least, most), gains.force_limit);
+            [axis.force]
+        });
+    }
+}
+
+impl Gains {
+    /// Force towards the limit with which it stops in the distance.
+    #[inline(always)]
+    fn largest(&self, distance: f32, v: f32, load: f32, settings: &Settings) -> f32 {
+        let force = self.inertia_per_tick * (self.fastest(distance, v, settings) - v);
+        if distance < 0.0 { force - (load - self.held).max(0.0) } else { force }
+    }
+
+    /// Velocity at the end of the tick with which it stops in the distance.
+    #[inline(always)]
+    fn fastest(&self, distance: f32, v: f32, &Settings { period_s, rate_hz }: &Settings) -> f32 {
+        let a = self.deceleration;
+        let half = 0.5 * a * period_s;
+        let stopping = math::sqrt(half * half + a * (2.0 * distance - period_s * v)) - half;
+        let back = if distance < 0.0 { (0.1 * distance * rate_hz).max(-10.0 * half) } else { stopping };
+        stopping.min(back).min(self.velocity_limit)
+    }
+}

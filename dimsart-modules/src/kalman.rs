@@ -1,0 +1,176 @@
+//! Kalman filter of a position: its velocity, and its acceleration.
+//!
+//! The joint is a mass that is pushed at random: its acceleration (`CONSTANT_VELOCITY`), or the change of its acceleration
+//! (`CONSTANT_ACCELERATION`), is drawn anew in every tick with the deviation `σ_a = ACCELERATION_NOISE` and holds for it; the
+//! position is measured with the deviation `σ_x = POSITION_NOISE`. With `r = x - x̂⁻`, `x̂⁻` predicted with the estimates before:
+//!
+//! `x̂ = x̂⁻ + α r`, `v̂ = v̂⁻ + β r / h`, `â = â⁻ + γ r / h²`.
+//!
+//! Computed with differences alone, as in [`VELOCITY_OBSERVER_MOD`](crate::velocity_observer): nothing is lost far from zero.
+//!
+//! The gains are those that the filter settles at, so that a tick costs the same whatever the noise. They have closed forms
+//! in `λ = σ_a h² / σ_x` (Kalata, *The Tracking Index*, 1984; Gray & Murray, 1993), here in `u = 1 - sqrt(1 - α)`, with
+//! which nothing cancels in `f32`:
+//!
+//! | `MODEL` | `u` | α | β | γ |
+//! |---|---|---|---|---|
+//! | `CONSTANT_VELOCITY` | `2 λ / (λ + sqrt(λ² + 8 λ))` | `u (2 - u)` | `2 u²` | |
+//! | `CONSTANT_ACCELERATION` | root of `u³ = λ (1 - u) (1 - u/2)` | `u (2 - u)` | `2 u²` | `2 u³ / (2 - u)` |
+//!
+//! It begins at the position, at rest; where it takes over, with the velocity that was written last.
+//!
+//! ```
+//! use dimsart_core::{Bench, types};
+//!
+//! let rows = "all KALMAN_MOD MODEL CONSTANT_ACCELERATION
+//!             all MOD_ENG MOD_ON KALMAN_MOD
+//!             all MOD_ENG MATCHING_CHECK";
+//! let mut bench = Bench::new(&[types::POSITION], rows)?;
+//! // It falls at 9.81 m/s².
+//! let fall = (0..400_u16).map(|tick| -9.81e-6 / 2.0 * f32::from(tick).powi(2));
+//! let last = fall.filter_map(|x| bench.tick(&[x], "ACCELERATION")).last().unwrap_or_default();
+//! assert!((last + 9.81).abs() < 0.02, "{last}");
+//! # Ok::<(), dimsart_core::BenchError>(())
+//! ```
+
+use crate::take_over::first;
+use dimsart_core::{
+    Context, Declare, DeviceDescriptor, Input, Module, Output, Parameters, Unit, choice, math, types, words,
+};
+
+choice! {
+    /// What stays as it is but for the noise.
+    pub enum Model { Velocity = "CONSTANT_VELOCITY", Acceleration = "CONSTANT_ACCELERATION" }
+}
+
+words! {
+    /// Of all axes.
+    pub struct Settings { model: Model, period_s: f32 }
+    /// Of an axis.
+    pub struct Gains {
+        position_noise: f32,
+        acceleration_noise: f32,
+        /// `1 - α`.
+        kept: f32,
+        /// `β / h`.
+        velocity_gain: f32,
+        /// `γ / h²`.
+        acceleration_gain: f32,
+    }
+    /// Of an axis.
+    pub struct Axis {
+        /// Position of the last tick.
+        previous: f32,
+        /// The same, less its estimate.
+        error: f32,
+        velocity: f32,
+        acceleration: f32,
+    }
+    /// Signals.
+    pub struct Ports { position: Input, velocity: Output, acceleration: Output }
+}
+
+/// See the [module docs](self).
+#[derive(Debug)]
+pub struct Kalman;
+
+impl Module for Kalman {
+    const NAME: &'static str = "KALMAN_MOD";
+    const SUMMARY: &'static str = "Kalman filter: velocity and acceleration of a measured position.";
+    type Settings = Settings;
+    type Gains = Gains;
+    type State = ();
+    type Axis = Axis;
+    type Ports = Ports;
+
+    fn parameters(settings: &mut Settings, gains: &mut Gains, visit: &mut Parameters<'_>) {
+        let summary = "What stays as it is but for the noise; with the second one there is an acceleration.";
+        visit.structural_choice(&mut settings.model, "MODEL", summary);
+        let Gains { position_noise, acceleration_noise, .. } = gains;
+        let summary = "Standard deviation of the measured position.";
+        visit.per_axis(position_noise, "POSITION_NOISE", Unit::Position, 1e-9..=1e3, 1e-5, summary);
+        let summary = "Standard deviation of the acceleration, or of its change, from tick to tick.";
+        visit.per_axis(
+            acceleration_noise,
+            "ACCELERATION_NOISE",
+            Unit::Acceleration,
+            1e-6..=1e6,
+            1.0,
+            summary,
+        );
+    }
+
+    fn prepare(settings: &mut Settings, device: &DeviceDescriptor) {
+        settings.period_s = device.sample_period_s();
+    }
+
+    fn prepare_axis(settings: &Settings, gains: &mut Gains, _: &DeviceDescriptor) {
+        let h = settings.period_s;
+        let index = gains.acceleration_noise * h * h / gains.position_noise;
+        let (u, gamma) = match settings.model {
+            Model::Velocity => (2.0 * index / (index + math::sqrt(index * index + 8.0 * index)), 0.0),
+            Model::Acceleration => {
+                let u = root(index);
+                (u, 2.0 * u * u * u / (2.0 - u))
+            }
+        };
+        gains.kept = (1.0 - u) * (1.0 - u);
+        gains.velocity_gain = 2.0 * u * u / h;
+        gains.acceleration_gain = gamma / (h * h);
+    }
+
+    fn ports(settings: &Settings, declare: &mut Declare<'_>) -> Ports {
+        let position = declare.input("POSITION", types::POSITION);
+        let velocity = declare.output("VELOCITY", types::VELOCITY);
+        let acceleration = match settings.model {
+            Model::Velocity => Output::default(),
+            Model::Acceleration => declare.output("ACCELERATION", types::ACCELERATION),
+        };
+        Ports { position, velocity, acceleration }
+    }
+
+    fn begin(context: &Context<'_, Self>) {
+        let Ports { position, velocity, .. } = context.ports();
+        let Settings { period_s, .. } = context.settings();
+        let takes_over = context.takes_over();
+        context.begin_axes([position, velocity.last()], |_, [x, last]| {
+            let velocity = first(takes_over, last, 0.0);
+            Axis { previous: x, error: period_s * velocity, velocity, acceleration: 0.0 }
+        });
+    }
+
+    #[inline(always)]
+    fn compute(context: &Context<'_, Self>) {
+        let Ports { position, velocity, acceleration } = context.ports();
+        let Settings { period_s, .. } = context.settings();
+        context.map_lanes([position], [velocity], |number, lane, [x]| {
+            let (gains, axis) = (lane.gains(), lane.axis());
+            let gained = period_s * axis.acceleration;
+            let beyond = (x - axis.previous) + axis.error - period_s * (axis.velocity + 0.5 * gained);
+            let axis = Axis {
+                previous: x,
+                error: gains.kept * beyond,
+                velocity: axis.velocity + gained + gains.velocity_gain * beyond,
+                acceleration: axis.acceleration + gains.acceleration_gain * beyond,
+            };
+            lane.set_axis(axis);
+            context.set_axis(acceleration, number, axis.acceleration);
+            [axis.velocity]
+        });
+    }
+}
+
+/// The root of `u³ = λ (1 - u) (1 - u/2)` between 0 and 1: there is one, for the left side rises and the right one falls.
+fn root(index: f32) -> f32 {
+    let (mut below, mut above) = (0.0, 1.0);
+    // Enough for the digits of a small root, too.
+    for _ in 0..48 {
+        let u: f32 = 0.5 * (below + above);
+        if u * u * u < index * (1.0 - u) * (1.0 - 0.5 * u) {
+            below = u;
+        } else {
+            above = u;
+        }
+    }
+    above
+}

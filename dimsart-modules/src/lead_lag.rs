@@ -1,0 +1,100 @@
+//! Lead-lag: turns the phase of a signal of any unit around a frequency.
+//!
+//! `y = GAIN (1 + s/ω_z) / (1 + s/ω_p) x` by Tustin's rule, with the corner frequencies `ω_z = 2 pi ZERO` and `ω_p = 2 pi
+//! POLE`: lead where the zero is below the pole, lag where it is above (Franklin, Powell & Emami-Naeini, *Feedback Control
+//! of Dynamic Systems*, section 6.7). Computed as `GAIN (x + (r - 1) (x - w))`, `r = ω_p/ω_z`, where `w` is `x` behind a
+//! low-pass of the pole, and what `w` lacks is kept: so at 0 Hz the gain is `GAIN`, to the digit, however low the pole and
+//! however large `x`.
+//!
+//! It begins with its input as if that had been the same for ever. `GAIN` may change the unit, so the output's is free.
+//!
+//! ```
+//! use dimsart_core::{Bench, types};
+//!
+//! let rows = "all LEAD_LAG_MOD ZERO 10
+//!             all LEAD_LAG_MOD POLE 30
+//!             all LEAD_LAG_MOD GAIN 2
+//!             all MOD_ENG MOD_ON LEAD_LAG_MOD
+//!             all MOD_ENG MATCHING_CHECK";
+//! let mut bench = Bench::new(&[types::SIGNAL], rows)?;
+//! assert_eq!(bench.tick(&[1.0], "SIGNAL_OUT"), Some(2.0));
+//! # Ok::<(), dimsart_core::BenchError>(())
+//! ```
+
+use core::f32::consts::PI;
+
+use dimsart_core::{
+    Context, Declare, DeviceDescriptor, Input, Module, Output, Parameters, Unit, types, words,
+};
+
+words! {
+    /// Of an axis.
+    pub struct Gains {
+        zero_hz: f32,
+        pole_hz: f32,
+        gain: f32,
+        /// `g / (1 + g)`, `g = ω_p h/2`.
+        share: f32,
+        /// `GAIN (r - 1)`.
+        lead: f32,
+    }
+    /// Of an axis.
+    pub struct Axis {
+        /// Input of the last tick.
+        previous: f32,
+        /// The same, less the memory of the low-pass.
+        lacking: f32,
+    }
+    /// Signals.
+    pub struct Ports { input: Input, output: Output }
+}
+
+/// See the [module docs](self).
+#[derive(Debug)]
+pub struct LeadLag;
+
+impl Module for LeadLag {
+    const NAME: &'static str = "LEAD_LAG_MOD";
+    const SUMMARY: &'static str = "Leads or lags in phase: a zero, a pole and a gain.";
+    type Settings = ();
+    type Gains = Gains;
+    type State = ();
+    type Axis = Axis;
+    type Ports = Ports;
+
+    fn parameters((): &mut (), gains: &mut Gains, visit: &mut Parameters<'_>) {
+        let Gains { zero_hz, pole_hz, gain, .. } = gains;
+        visit.per_axis(zero_hz, "ZERO", Unit::Hertz, 1e-3..=1e5, 10.0, "Corner frequency of the zero.");
+        visit.per_axis(pole_hz, "POLE", Unit::Hertz, 1e-3..=1e5, 10.0, "Corner frequency of the pole.");
+        visit.per_axis(gain, "GAIN", Unit::One, -1e6..=1e6, 1.0, "Gain at 0 Hz.");
+    }
+
+    fn prepare_axis((): &(), gains: &mut Gains, device: &DeviceDescriptor) {
+        let g = PI * gains.pole_hz * device.sample_period_s();
+        let ratio = gains.pole_hz / gains.zero_hz;
+        gains.share = g / (1.0 + g);
+        gains.lead = gains.gain * (ratio - 1.0);
+    }
+
+    fn ports((): &(), declare: &mut Declare<'_>) -> Ports {
+        Ports {
+            input: declare.input("SIGNAL_IN", types::SIGNAL),
+            output: declare.output("SIGNAL_OUT", types::SIGNAL_OUT),
+        }
+    }
+
+    fn begin(context: &Context<'_, Self>) {
+        context.begin_axes([context.ports().input], |_, [x]| Axis { previous: x, lacking: 0.0 });
+    }
+
+    #[inline(always)]
+    fn compute(context: &Context<'_, Self>) {
+        let Ports { input, output } = context.ports();
+        context.map_axes([input], [output], |gains, axis, [x]| {
+            let lacking = (x - axis.previous) + axis.lacking;
+            let change = gains.share * lacking;
+            *axis = Axis { previous: x, lacking: lacking - 2.0 * change };
+            [gains.gain * x + gains.lead * (lacking - change)]
+        });
+    }
+}

@@ -1,0 +1,81 @@
+//! Limits of a signal of any unit: of its value, and of how fast it changes.
+//!
+//! `out += limit(clamp(in, LOW, HIGH) - out, RATE h)`, summed without rounding loss; where `LOW` is above `HIGH`, `HIGH` counts.
+//!
+//! It begins with its first input within its limits; where it takes over, with what was commanded last, so that a step
+//! between the two becomes a ramp.
+//!
+//! ```
+//! use dimsart_core::{Bench, types};
+//!
+//! let rows = "all LIMIT_MOD HIGH 2\nall LIMIT_MOD RATE 1000
+//!             all MOD_ENG MOD_ON LIMIT_MOD\nall MOD_ENG MATCHING_CHECK";
+//! let mut bench = Bench::new(&[types::SIGNAL], rows)?;
+//! assert_eq!([0.0, 5.0, 5.0, 5.0].map(|x| bench.tick(&[x], "SIGNAL_OUT")), [0.0, 1.0, 2.0, 2.0].map(Some));
+//! # Ok::<(), dimsart_core::BenchError>(())
+//! ```
+
+use crate::filtered::Filtered;
+use crate::take_over::first;
+use dimsart_core::math::{self, CompensatedSum};
+use dimsart_core::{Context, Declare, DeviceDescriptor, Module, Parameters, Unit, words};
+
+words! {
+    /// Of an axis.
+    pub struct Gains {
+        low: f32,
+        high: f32,
+        rate: f32,
+        /// `RATE h`.
+        step: f32,
+    }
+    /// Of an axis.
+    pub struct Axis { output: CompensatedSum }
+}
+
+/// See the [module docs](self).
+#[derive(Debug)]
+pub struct Limit;
+
+impl Module for Limit {
+    const NAME: &'static str = "LIMIT_MOD";
+    const SUMMARY: &'static str = "Limits a signal of any unit, and how fast it changes.";
+    type Settings = ();
+    type Gains = Gains;
+    type State = ();
+    type Axis = Axis;
+    type Ports = Filtered;
+
+    fn parameters(_: &mut (), gains: &mut Gains, visit: &mut Parameters<'_>) {
+        visit.per_axis(&mut gains.low, "LOW", Unit::Any, -1e9..=1e9, -1e9, "Smallest output.");
+        visit.per_axis(&mut gains.high, "HIGH", Unit::Any, -1e9..=1e9, 1e9, "Largest output.");
+        let summary = "Largest change per second, either way.";
+        visit.per_axis(&mut gains.rate, "RATE", Unit::Any, 0.0..=1e15, 1e15, summary);
+    }
+
+    fn prepare_axis((): &(), gains: &mut Gains, device: &DeviceDescriptor) {
+        gains.step = gains.rate * device.sample_period_s();
+    }
+
+    fn ports((): &(), declare: &mut Declare<'_>) -> Filtered {
+        Filtered::declare(declare)
+    }
+
+    fn begin(context: &Context<'_, Self>) {
+        let Filtered { input, output } = context.ports();
+        let takes_over = context.takes_over();
+        context.begin_axes([input, output.last()], |gains, [x, last]| Axis {
+            output: CompensatedSum::new(first(takes_over, last, math::clamp(x, gains.low, gains.high))),
+        });
+    }
+
+    #[inline(always)]
+    fn compute(context: &Context<'_, Self>) {
+        let Filtered { input, output } = context.ports();
+        context.map_axes([input], [output], |gains, axis, [x]| {
+            let wanted = math::clamp(x, gains.low, gains.high);
+            axis.output.approach(wanted, gains.step);
+            [axis.output.value()]
+        });
+    }
+}

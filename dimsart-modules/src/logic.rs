@@ -1,0 +1,120 @@
+//! Logic of conditions: gates, a latch, edges and delays.
+//!
+//! `A` and `B` hold where they are above 0.5; with `INVERT`, `A` holds where it is not. The output is 1 where:
+//!
+//! | `FUNCTION` | |
+//! |---|---|
+//! | `AND`, `OR`, `XOR` | both hold, one does, only one does |
+//! | `NOT` | `A` does not hold |
+//! | `LATCH` | `A` has held since `B` did; `B` wins |
+//! | `EDGE` | `A` holds and did not in the tick before |
+//! | `ON_DELAY` | `A` has held for `DELAY` |
+//! | `OFF_DELAY` | `A` holds, or has held not longer than `DELAY` ago |
+//!
+//! It begins as if `A` had always been what it is, and with an open latch.
+//!
+//! ```
+//! use dimsart_core::{Bench, types};
+//!
+//! let rows = "all LOGIC_MOD FUNCTION EDGE\nall LOGIC_MOD INVERT ON\nall MOD_ENG MOD_ON LOGIC_MOD\nall MOD_ENG MATCHING_CHECK";
+//! let mut bench = Bench::new(&[types::CONDITION], rows)?;
+//! assert_eq!([0.0, 1.0, 0.0, 0.0].map(|x| bench.tick(&[x], "CONDITION.3")), [0.0, 0.0, 1.0, 0.0].map(Some));
+//! # Ok::<(), dimsart_core::BenchError>(())
+//! ```
+
+use dimsart_core::{
+    Context, Declare, DeviceDescriptor, Input, Module, Output, Parameters, Unit, choice, types, words,
+};
+
+choice! {
+    /// What is made of the conditions.
+    pub enum Function {
+        And = "AND", Or = "OR", Xor = "XOR", Not = "NOT", Latch = "LATCH", Edge = "EDGE",
+        OnDelay = "ON_DELAY", OffDelay = "OFF_DELAY",
+    }
+}
+
+words! {
+    /// Of all axes.
+    pub struct Settings { function: Function, is_inverted: bool, delay_s: f32, delay_ticks: u32 }
+    /// Of an axis.
+    pub struct Axis {
+        held: bool,
+        latched: bool,
+        /// For which the condition has been what it is.
+        ticks: u32,
+    }
+    /// Signals.
+    pub struct Ports { a: Input, b: Input, output: Output }
+}
+
+/// See the [module docs](self).
+#[derive(Debug)]
+pub struct Logic;
+
+impl Module for Logic {
+    const NAME: &'static str = "LOGIC_MOD";
+    const SUMMARY: &'static str = "Makes a condition of others: gates, latch, edges, delays.";
+    type Settings = Settings;
+    type Gains = ();
+    type State = ();
+    type Axis = Axis;
+    type Ports = Ports;
+
+    fn parameters(settings: &mut Settings, (): &mut (), visit: &mut Parameters<'_>) {
+        visit.structural_choice(&mut settings.function, "FUNCTION", "What is made of the conditions.");
+        visit.flag(&mut settings.is_inverted, "INVERT", false, "Whether A holds where it is not above 0.5.");
+        visit.real(&mut settings.delay_s, "DELAY", Unit::Second, 0.0..=1e4, 0.1, "Time of a delay.");
+    }
+
+    fn prepare(settings: &mut Settings, device: &DeviceDescriptor) {
+        settings.delay_ticks = device.ticks(settings.delay_s);
+    }
+
+    fn ports(settings: &Settings, declare: &mut Declare<'_>) -> Ports {
+        let [second, third] = [2, 3].map(|number| types::CONDITION.copy(number));
+        let a = declare.input("A", types::CONDITION);
+        let b = match settings.function {
+            Function::And | Function::Or | Function::Xor | Function::Latch => {
+                declare.of_signal(second).input("B", types::CONDITION)
+            }
+            _ => Input::default(),
+        };
+        Ports { a, b, output: declare.of_signal(third).output("CONDITION", types::CONDITION) }
+    }
+
+    fn begin(context: &Context<'_, Self>) {
+        let Settings { is_inverted, .. } = context.settings();
+        context.begin_axes([context.ports().a], |(), [a]| Axis {
+            held: (a > 0.5) != is_inverted,
+            latched: false,
+            ticks: u32::MAX,
+        });
+    }
+
+    #[inline(always)]
+    fn compute(context: &Context<'_, Self>) {
+        let Ports { a, b, output } = context.ports();
+        let Settings { function, is_inverted, delay_ticks, .. } = context.settings();
+        context.map_lanes([a], [output], |number, lane, [a]| {
+            let (a, b) = ((a > 0.5) != is_inverted, context.axis(b, number) > 0.5);
+            let mut axis = lane.axis();
+            let held = axis.held;
+            axis.held = a;
+            axis.latched = (axis.latched || a) && !b;
+            axis.ticks = if a == held { axis.ticks.saturating_add(1) } else { 0 };
+            lane.set_axis(axis);
+            let holds = match function {
+                Function::And => a && b,
+                Function::Or => a || b,
+                Function::Xor => a != b,
+                Function::Not => !a,
+                Function::Latch => axis.latched,
+                Function::Edge => a && !held,
+                Function::OnDelay => a && axis.ticks >= delay_ticks,
+                Function::OffDelay => a || axis.ticks < delay_ticks,
+            };
+            [f32::from(u8::from(holds))]
+        });
+    }
+}

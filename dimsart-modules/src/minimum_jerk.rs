@@ -1,0 +1,151 @@
+//! Minimum jerk: the motion to a target whose jerk is least in the mean square (Flash & Hogan, *J. Neuroscience* 5(7), 1985).
+//!
+//! From rest, `x = x_0 + D (10 s³ - 15 s⁴ + 6 s⁵)`, `s = t / T`. A target that changes on the way is gone to from the position,
+//! velocity `v` and acceleration `a` of this moment in a new time `T`, with the same polynomial seen from its end, `r = 1 - s`:
+//!
+//! `x = target + r³ (α + β r + γ r²)`,
+//! `α = -10 D + 4 v T + a T²/2`, `β = 15 D - 7 v T - a T²`, `γ = -6 D + 3 v T + a T²/2`.
+//!
+//! `T = max(DURATION, 15/8 |D| / VELOCITY_LIMIT)`: from rest it does not go faster than the limit.
+//!
+//! It begins at rest where the joint stands; where it takes over, with the position and the velocity commanded last.
+//!
+//! ```
+//! use dimsart_core::{Bench, types};
+//!
+//! let rows = "all MINJERK_MOD TARGET 1\nall MINJERK_MOD DURATION 0.1
+//!             all MOD_ENG MOD_ON MINJERK_MOD\nall MOD_ENG MATCHING_CHECK";
+//! let mut bench = Bench::new(&[types::POSITION], rows)?;
+//! let path: Vec<_> = (0..102).filter_map(|_| bench.tick(&[0.0], "DES_POSITION")).collect();
+//! assert_eq!((path.get(50), path.last()), (Some(&0.5), Some(&1.0)));
+//! # Ok::<(), dimsart_core::BenchError>(())
+//! ```
+
+use crate::take_over::first;
+use crate::target::Source;
+use dimsart_core::{
+    Context, Declare, DeviceDescriptor, Input, Module, Output, Parameters, Unit, types, words,
+};
+
+words! {
+    /// Of all axes.
+    pub struct Settings { source: Source, duration_s: f32, period_s: f32 }
+    /// Of an axis.
+    pub struct Gains { target: f32, velocity_limit: f32 }
+    /// Of an axis.
+    pub struct Axis {
+        target: f32,
+        ticks: u32,
+        duration_s: f32,
+        /// `1 / T`.
+        rate_hz: f32,
+        /// `α`, `β`, `γ`.
+        terms: [f32; 3],
+    }
+    /// Signals.
+    pub struct Ports {
+        position: Input,
+        target: Input,
+        desired_position: Output,
+        desired_velocity: Output,
+        desired_acceleration: Output,
+    }
+}
+
+/// See the [module docs](self).
+#[derive(Debug)]
+pub struct MinimumJerk;
+
+impl Module for MinimumJerk {
+    const NAME: &'static str = "MINJERK_MOD";
+    const SUMMARY: &'static str = "Moves to a target in a set time, with least jerk.";
+    type Settings = Settings;
+    type Gains = Gains;
+    type State = ();
+    type Axis = Axis;
+    type Ports = Ports;
+
+    fn parameters(settings: &mut Settings, gains: &mut Gains, visit: &mut Parameters<'_>) {
+        let Gains { target, velocity_limit } = gains;
+        visit.per_axis(target, "TARGET", Unit::Position, -1e6..=1e6, 0.0, "Where to go.");
+        let summary = "Largest velocity of a move from rest, which takes longer for it.";
+        visit.per_axis(velocity_limit, "VELOCITY_LIMIT", Unit::Velocity, 1e-6..=1e6, 1e3, summary);
+        let summary = "Time that a move takes.";
+        visit.real(&mut settings.duration_s, "DURATION", Unit::Second, 1e-2..=1e4, 1.0, summary);
+        visit.structural_choice(&mut settings.source, "TARGET_FROM", "What says where to go.");
+    }
+
+    fn prepare(settings: &mut Settings, device: &DeviceDescriptor) {
+        settings.period_s = device.sample_period_s();
+    }
+
+    fn ports(settings: &Settings, declare: &mut Declare<'_>) -> Ports {
+        Ports {
+            position: declare.input("POSITION", types::POSITION),
+            target: settings.source.port(declare),
+            desired_position: declare.output("DES_POSITION", types::DES_POSITION),
+            desired_velocity: declare.output("DES_VELOCITY", types::DES_VELOCITY),
+            desired_acceleration: declare.output("DES_ACCELERATION", types::DES_ACCELERATION),
+        }
+    }
+
+    fn begin(context: &Context<'_, Self>) {
+        let Ports { position, desired_position, desired_velocity, .. } = context.ports();
+        let Settings { duration_s, .. } = context.settings();
+        let takes_over = context.takes_over();
+        let inputs = [position, desired_position.last(), desired_velocity.last()];
+        context.begin_axes(inputs, |gains, [x, last, last_velocity]| {
+            let velocity = first(takes_over, last_velocity, 0.0);
+            let mut axis = Axis { target: first(takes_over, last, x), ..Axis::default() };
+            // To where it stands, with the velocity that it has.
+            axis.plan([axis.target, velocity, 0.0], axis.target, duration_s, gains.velocity_limit);
+            axis
+        });
+    }
+
+    #[inline(always)]
+    fn compute(context: &Context<'_, Self>) {
+        let Ports { target, desired_position, desired_velocity, desired_acceleration, .. } = context.ports();
+        let Settings { source, duration_s, period_s } = context.settings();
+        let outputs = [desired_position, desired_velocity, desired_acceleration];
+        context.map_lanes([], outputs, |number, lane, []| {
+            let (gains, mut axis) = (lane.gains(), lane.axis());
+            let target = source.target(context, target, number, gains.target);
+            let now = axis.now(period_s);
+            if target.to_bits() != axis.target.to_bits() {
+                axis.plan(now, target, duration_s, gains.velocity_limit);
+            }
+            axis.ticks = axis.ticks.saturating_add(1);
+            lane.set_axis(axis);
+            now
+        });
+    }
+}
+
+impl Axis {
+    #[inline(always)]
+    fn plan(&mut self, [x, v, a]: [f32; 3], target: f32, duration_s: f32, velocity_limit: f32) {
+        let distance = target - x;
+        let duration_s = duration_s.max(1.875 * distance.abs() / velocity_limit);
+        let (v, a) = (v * duration_s, 0.5 * a * duration_s * duration_s);
+        self.terms = [
+            4.0 * v + a - 10.0 * distance,
+            15.0 * distance - 7.0 * v - 2.0 * a,
+            3.0 * v + a - 6.0 * distance,
+        ];
+        (self.target, self.ticks, self.duration_s, self.rate_hz) = (target, 0, duration_s, 1.0 / duration_s);
+    }
+
+    /// Position, velocity and acceleration.
+    #[inline(always)]
+    fn now(&self, period_s: f32) -> [f32; 3] {
+        let Self { target, ticks, duration_s, rate_hz, terms: [alpha, beta, gamma] } = *self;
+        #[expect(clippy::cast_precision_loss, reason = "exact for hours")]
+        let left_s = duration_s - ticks as f32 * period_s;
+        let r = left_s.max(0.0) * rate_hz;
+        let position = target + r * r * r * (alpha + r * (beta + r * gamma));
+        let slope = r * r * (3.0 * alpha + r * (4.0 * beta + r * 5.0 * gamma));
+        let bend = r * (6.0 * alpha + r * (12.0 * beta + r * 20.0 * gamma));
+        [position, -slope * rate_hz, bend * rate_hz * rate_hz]
+    }
+}

@@ -1,0 +1,95 @@
+//! Moving average of a signal of any unit.
+//!
+//! `y = (x + x[k-1] + ... + x[k-N+1]) / N`, `N = WINDOW`; until so many samples have come, the average of those. Whole periods
+//! of `N` ticks leave nothing behind (Smith, *The Scientist and Engineer's Guide to Digital Signal Processing*, chapter 15).
+//!
+//! A sum takes in the newest sample and gives up the oldest one. It does not drift: a second sum begins anew with every `N`
+//! samples and takes the first one's place when it has them all.
+//!
+//! ```
+//! use dimsart_core::{Bench, types};
+//!
+//! let rows = "all MOVING_AVERAGE_MOD WINDOW 2
+//!             all MOD_ENG MOD_ON MOVING_AVERAGE_MOD
+//!             all MOD_ENG MATCHING_CHECK";
+//! let mut bench = Bench::new(&[types::SIGNAL], rows)?;
+//! let averages = [1.0, 3.0, 5.0].map(|x| bench.tick(&[x], "SIGNAL_OUT"));
+//! assert_eq!(averages, [Some(1.0), Some(2.0), Some(4.0)]);
+//! # Ok::<(), dimsart_core::BenchError>(())
+//! ```
+
+use crate::filtered::Filtered;
+use dimsart_core::math::CompensatedSum;
+use dimsart_core::{Context, Declare, Input, Memory, Module, Output, Parameters, Unit, words};
+
+words! {
+    /// Of all axes.
+    pub struct Settings { window_ticks: u32 }
+    /// Of all axes.
+    pub struct State {
+        /// Where the next sample goes.
+        position: u16,
+        /// Samples that there have been, at most the window's.
+        samples: u32,
+    }
+    /// Of an axis.
+    pub struct Axis {
+        sum: CompensatedSum,
+        /// Of the samples since the start of the memory was written.
+        fresh_sum: CompensatedSum,
+    }
+    /// Signals and memory.
+    pub struct Ports { input: Input, output: Output, window: Memory }
+}
+
+/// See the [module docs](self).
+#[derive(Debug)]
+pub struct MovingAverage;
+
+impl Module for MovingAverage {
+    const NAME: &'static str = "MOVING_AVERAGE_MOD";
+    const SUMMARY: &'static str = "Average of the last samples of a signal.";
+    type Settings = Settings;
+    type Gains = ();
+    type State = State;
+    type Axis = Axis;
+    type Ports = Ports;
+
+    fn parameters(settings: &mut Settings, (): &mut (), visit: &mut Parameters<'_>) {
+        let summary = "Samples that are averaged; they are kept in the Data Base.";
+        visit.structural_count(&mut settings.window_ticks, "WINDOW", Unit::Tick, 1..=60_000, 10, summary);
+    }
+
+    fn ports(settings: &Settings, declare: &mut Declare<'_>) -> Ports {
+        let Filtered { input, output } = Filtered::declare(declare);
+        let ticks = usize::try_from(settings.window_ticks).unwrap_or(usize::MAX);
+        let words = ticks.saturating_mul(declare.words_of("SIGNAL_IN"));
+        Ports { input, output, window: declare.memory("WINDOW", words) }
+    }
+
+    #[inline(always)]
+    fn compute(context: &Context<'_, Self>) {
+        let Ports { input, output, window } = context.ports();
+        let State { position, samples } = context.state();
+        let Some((row, next)) = context.words_at(window, position, context.dof()) else { return };
+        let is_full = samples == context.settings().window_ticks;
+        let samples = if is_full { samples } else { samples + 1 };
+        #[expect(clippy::cast_precision_loss, reason = "at most 60 000")]
+        let scale = 1.0 / samples as f32;
+        context.map_lanes([input], [output], |number, lane, [x]| {
+            let mut axis = lane.axis();
+            let oldest = row.get(number).map_or(0, |cell| cell.replace(x.to_bits()));
+            axis.sum.add(x);
+            if is_full {
+                axis.sum.add(-f32::from_bits(oldest));
+            }
+            axis.fresh_sum.add(x);
+            if next == 0 {
+                axis = Axis { sum: axis.fresh_sum, fresh_sum: CompensatedSum::default() };
+            }
+            lane.set_axis(axis);
+            [axis.sum.value() * scale]
+        });
+        context.set_state(State { position: next, samples });
+    }
+}

@@ -1,0 +1,105 @@
+//! Multisine: a sum of tones at the multiples of a frequency, with the phases of Schroeder, which keep its peaks low.
+//!
+//! `out = OFFSET + A Σ cos(2 π n p + φ_n)`, `φ_n = -π n (n - 1) / N`, `n = 1 … N`; `p = FREQUENCY t` in periods
+//! (Schroeder, *IEEE Trans. Information Theory* 16(1), 1970). `A` is the amplitude of each tone. A tone follows from the one
+//! before by turning: from `n` to `n + 1` by `2 π (p - n / N)`.
+//!
+//! Tones from half the sample rate on alias. It begins at once with what its phases say, as a step does: for a force that
+//! excites, not for a position.
+//!
+//! ```
+//! use dimsart_core::{Bench, types};
+//!
+//! let rows = "all MULTISINE_MOD AMPLITUDE 1\nall MULTISINE_MOD TONES 1
+//!             all MOD_ENG MOD_ON MULTISINE_MOD\nall MOD_ENG MATCHING_CHECK";
+//! let mut bench = Bench::new(&[types::POSITION], rows)?;
+//! assert_eq!(bench.tick(&[0.0], "SIGNAL_OUT"), Some(1.0));
+//! # Ok::<(), dimsart_core::BenchError>(())
+//! ```
+
+use core::f32::consts::TAU;
+
+use dimsart_core::{
+    Context, Declare, DeviceDescriptor, Module, Output, Parameters, Unit, math, types, words,
+};
+
+/// Most tones.
+const TONES: u32 = 32;
+
+words! {
+    /// Of all axes.
+    pub struct Settings {
+        tones: u32,
+        frequency_hz: f32,
+        periods_per_tick: f32,
+        /// Cosine and sine of `2 π / N`.
+        turn: [f32; 2],
+    }
+    /// Of an axis.
+    pub struct Gains { amplitude: f32, offset: f32 }
+    /// Of all axes.
+    pub struct State { periods: math::CompensatedSum }
+    /// Signals.
+    pub struct Ports { output: Output }
+}
+
+/// See the [module docs](self).
+#[derive(Debug)]
+pub struct Multisine;
+
+impl Module for Multisine {
+    const NAME: &'static str = "MULTISINE_MOD";
+    const SUMMARY: &'static str = "Generates a sum of tones with low peaks.";
+    type Settings = Settings;
+    type Gains = Gains;
+    type State = State;
+    type Axis = ();
+    type Ports = Ports;
+
+    fn parameters(settings: &mut Settings, gains: &mut Gains, visit: &mut Parameters<'_>) {
+        let summary = "Amplitude of each tone.";
+        visit.per_axis(&mut gains.amplitude, "AMPLITUDE", Unit::Any, -1e6..=1e6, 0.0, summary);
+        visit.per_axis(&mut gains.offset, "OFFSET", Unit::Any, -1e6..=1e6, 0.0, "Added to the signal.");
+        let Settings { tones, frequency_hz, .. } = settings;
+        visit.real(frequency_hz, "FREQUENCY", Unit::Hertz, 1e-4..=1e4, 1.0, "Frequency of the first tone.");
+        visit.count(tones, "TONES", Unit::One, 1..=TONES, 10, "How many tones.");
+    }
+
+    fn prepare(settings: &mut Settings, device: &DeviceDescriptor) {
+        settings.periods_per_tick = math::fraction(settings.frequency_hz * device.sample_period_s());
+        #[expect(clippy::cast_precision_loss, reason = "at most 32")]
+        let (sine, cosine) = math::sin_cos(TAU / settings.tones as f32);
+        settings.turn = [cosine, sine];
+    }
+
+    fn ports(_: &Settings, declare: &mut Declare<'_>) -> Ports {
+        Ports { output: declare.output("SIGNAL_OUT", types::SIGNAL_OUT) }
+    }
+
+    #[inline(always)]
+    fn compute(context: &Context<'_, Self>) {
+        let Settings { tones, periods_per_tick, turn: [cosine, sine], .. } = context.settings();
+        let State { mut periods } = context.state();
+        let (first_sine, first_cosine) = math::sin_cos(TAU * periods.value());
+        let back = [cosine, -sine];
+        let mut tone = [first_cosine, first_sine];
+        let mut step = times(tone, back);
+        let mut sum = 0.0;
+        for number in 0..TONES {
+            sum += if number < tones { tone[0] } else { 0.0 };
+            tone = times(tone, step);
+            step = times(step, back);
+        }
+        context.map_axes([], [context.ports().output], |Gains { amplitude, offset }, (), []| {
+            [offset + amplitude * sum]
+        });
+        periods.turn_on(periods_per_tick);
+        context.set_state(State { periods });
+    }
+}
+
+/// Product of two complex numbers.
+#[inline(always)]
+fn times([a, b]: [f32; 2], [c, d]: [f32; 2]) -> [f32; 2] {
+    [a * c - b * d, a * d + b * c]
+}

@@ -1,0 +1,97 @@
+//! Multiplexer: passes one of up to four signals on.
+//!
+//! `out = IN1` where the selection is 0, `IN2` at 1, and so on to the last of `COUNT`. The selection is `SELECT`, or
+//! `CONDITION` to the next whole number, of each axis (`SELECT_BY`): so a condition chooses between two.
+//!
+//! ```
+//! use dimsart_core::{Bench, types};
+//!
+//! let rows = "all MUX_MOD SELECT_BY CONDITION\nall MUX_MOD PORT_IN1 FORCE\nall MUX_MOD PORT_IN2 FEED_FORCE
+//!             all MOD_ENG MOD_ON MUX_MOD\nall MOD_ENG MATCHING_CHECK";
+//! let mut bench = Bench::new(&[types::FORCE, types::FEED_FORCE, types::CONDITION], rows)?;
+//! assert_eq!(bench.tick(&[3.0, 5.0, 0.0], "SIGNAL_OUT"), Some(3.0));
+//! assert_eq!(bench.tick(&[3.0, 5.0, 1.0], "SIGNAL_OUT"), Some(5.0));
+//! # Ok::<(), dimsart_core::BenchError>(())
+//! ```
+
+use dimsart_core::{
+    Context, Declare, Input, Module, Output, Parameters, Unit, UnitRelation, choice, types, words,
+};
+
+choice! {
+    /// What selects.
+    pub enum SelectBy { Parameter = "PARAMETER", Condition = "CONDITION" }
+}
+
+words! {
+    /// Of all axes.
+    pub struct Settings { select_by: SelectBy, count: u32, selected: u32 }
+    /// Signals.
+    pub struct Ports { inputs: [Input; 4], condition: Input, output: Output }
+}
+
+/// See the [module docs](self).
+#[derive(Debug)]
+pub struct Mux;
+
+impl Module for Mux {
+    const NAME: &'static str = "MUX_MOD";
+    const SUMMARY: &'static str = "Passes one of several signals on.";
+    type Settings = Settings;
+    type Gains = ();
+    type State = ();
+    type Axis = ();
+    type Ports = Ports;
+
+    fn parameters(settings: &mut Settings, (): &mut (), visit: &mut Parameters<'_>) {
+        let Settings { select_by, count, selected } = settings;
+        visit.structural_choice(select_by, "SELECT_BY", "What selects.");
+        visit.structural_count(count, "COUNT", Unit::One, 2..=4, 2, "How many signals there are.");
+        visit.count(selected, "SELECT", Unit::One, 0..=3, 0, "Number of the signal, from 0.");
+    }
+
+    fn ports(settings: &Settings, declare: &mut Declare<'_>) -> Ports {
+        let mut inputs = [Input::default(); 4];
+        let count = usize::try_from(settings.count).unwrap_or(0);
+        for (input, name) in inputs.iter_mut().zip(["IN1", "IN2", "IN3", "IN4"]).take(count) {
+            *input = declare.input(name, types::SIGNAL);
+            if name != "IN1" {
+                declare.tie(name, UnitRelation::Same, "IN1");
+            }
+        }
+        let condition = match settings.select_by {
+            SelectBy::Parameter => Input::default(),
+            SelectBy::Condition => declare.input("CONDITION", types::CONDITION),
+        };
+        let output = declare.output("SIGNAL_OUT", types::SIGNAL_OUT);
+        declare.tie("SIGNAL_OUT", UnitRelation::Same, "IN1");
+        Ports { inputs, condition, output }
+    }
+
+    #[inline(always)]
+    fn compute(context: &Context<'_, Self>) {
+        let Ports { inputs: [first, second, third, fourth], condition, output } = context.ports();
+        let Settings { select_by, count, selected } = context.settings();
+        context.map_lanes([], [output], |axis, _, []| {
+            let selected = match select_by {
+                SelectBy::Parameter => selected,
+                SelectBy::Condition => number(context.axis(condition, axis)),
+            };
+            let input = match selected.min(count.saturating_sub(1)) {
+                0 => first,
+                1 => second,
+                2 => third,
+                _ => fourth,
+            };
+            [context.axis(input, axis)]
+        });
+    }
+}
+
+/// The next whole number, from 0; 0 for what is none.
+#[inline(always)]
+pub(super) fn number(condition: f32) -> u32 {
+    #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "a cast saturates")]
+    let number = (condition + 0.5) as u32;
+    number
+}

@@ -1,0 +1,84 @@
+//! Notch: takes one frequency out of a signal of any unit, such as that of a joint's resonance.
+//!
+//! `(s² + ω²) / (s² + (ω/Q) s + ω²)` by Tustin's rule, prewarped at `ω = 2 pi FREQUENCY`, with the width between its two
+//! frequencies of -3 dB, `FREQUENCY / QUALITY`, prewarped too (Orfanidis, *Introduction to Signal Processing*, section
+//! 11.3; `scipy.signal.iirnotch` is this design). Computed as `y = x - k b`, where `b` is the band-pass of a state-variable
+//! filter and `k = tan(ω h / 2Q) (1 + g²) / g`, `g = tan(ω h / 2)`.
+//!
+//! It begins with its input as if that had been the same for ever. A frequency above 0.49 of the
+//! module's rate counts as that; `dimsart check` refuses it.
+//!
+//! ```
+//! use dimsart_core::{Bench, types};
+//!
+//! let rows = "all NOTCH_MOD FREQUENCY 250
+//!             all MOD_ENG MOD_ON NOTCH_MOD
+//!             all MOD_ENG MATCHING_CHECK";
+//! let mut bench = Bench::new(&[types::SIGNAL], rows)?;
+//! // A fourth of 1 kHz: 1, 0, -1, 0. Nothing of it is left after a while.
+//! let wave = [1.0, 0.0, -1.0, 0.0].into_iter().cycle().take(400);
+//! let last = wave.filter_map(|x| bench.tick(&[x], "SIGNAL_OUT")).last().unwrap_or(1.0);
+//! assert!(last.abs() < 1e-5, "{last}");
+//! # Ok::<(), dimsart_core::BenchError>(())
+//! ```
+
+use crate::filtered::Filtered;
+use crate::state_variable::{Coefficients, Integrators, warped};
+use dimsart_core::{Context, Declare, DeviceDescriptor, Module, Parameters, Unit, words};
+
+words! {
+    /// Of an axis.
+    pub struct Gains {
+        frequency_hz: f32,
+        quality: f32,
+        k: f32,
+        coefficients: Coefficients,
+    }
+    /// Of an axis.
+    pub struct Axis { integrators: Integrators }
+}
+
+/// See the [module docs](self).
+#[derive(Debug)]
+pub struct Notch;
+
+impl Module for Notch {
+    const NAME: &'static str = "NOTCH_MOD";
+    const SUMMARY: &'static str = "Takes one frequency out of a signal.";
+    type Settings = ();
+    type Gains = Gains;
+    type State = ();
+    type Axis = Axis;
+    type Ports = Filtered;
+
+    fn parameters(_: &mut (), gains: &mut Gains, visit: &mut Parameters<'_>) {
+        let Gains { frequency_hz, quality, .. } = gains;
+        visit.per_axis(frequency_hz, "FREQUENCY", Unit::Hertz, 1e-3..=1e5, 50.0, "Frequency to take out.");
+        let summary = "Frequency over the width of the notch at -3 dB.";
+        visit.per_axis(quality, "QUALITY", Unit::One, 1.0..=1000.0, 10.0, summary);
+    }
+
+    fn prepare_axis(_: &(), gains: &mut Gains, device: &DeviceDescriptor) {
+        let h = device.sample_period_s();
+        let g = warped(gains.frequency_hz, h);
+        gains.k = warped(gains.frequency_hz / gains.quality, h) * (1.0 + g * g) / g;
+        gains.coefficients = Coefficients::new(g, gains.k);
+    }
+
+    fn ports(_: &(), declare: &mut Declare<'_>) -> Filtered {
+        Filtered::declare(declare)
+    }
+
+    fn begin(context: &Context<'_, Self>) {
+        context.begin_axes([context.ports().input], |_, [x]| Axis { integrators: Integrators::at_rest(x) });
+    }
+
+    #[inline(always)]
+    fn compute(context: &Context<'_, Self>) {
+        let Filtered { input, output } = context.ports();
+        context.map_axes([input], [output], |gains, axis, [x]| {
+            let (band, _) = axis.integrators.step(gains.coefficients, x);
+            [x - gains.k * band]
+        });
+    }
+}

@@ -1,0 +1,176 @@
+//! Runs a [program](dimsart_core::online): a control law that came while the controller ran.
+//!
+//! `PROGRAM` is its number, 0 for none, which does nothing; its ports and parameters are the program's. `P_1` is its first parameter, with the range and
+//! default that the law gives it; beyond the last one, a value has no effect.
+
+use core::cell::Cell;
+
+use dimsart_core::online::{
+    MAX_INPUTS, MAX_OUTPUTS, MAX_PARAMETERS, MAX_STATES, OWN_AXIS, REGISTERS, Section, Surroundings, run,
+};
+use dimsart_core::{
+    Context, Declare, DeviceDescriptor, Input, Module, Output, Parameters, Unit, types, words,
+};
+
+words! {
+    /// Of all axes. The program's number comes first.
+    pub struct Settings {
+        program: u32,
+        /// Whose parameters the values are: the engine gives those of another one their defaults.
+        valued_program: u32,
+        period_s: f32,
+    }
+    /// Of an axis.
+    pub struct Gains { values: [f32; MAX_PARAMETERS] }
+    /// Of an axis.
+    pub struct Axis { values: [f32; MAX_STATES] }
+    /// Signals.
+    pub struct Ports { inputs: [Input; MAX_INPUTS], outputs: [Output; MAX_OUTPUTS] }
+}
+
+const INPUTS: [&str; MAX_INPUTS] = ["IN_1", "IN_2", "IN_3", "IN_4", "IN_5", "IN_6"];
+const OUTPUTS: [&str; MAX_OUTPUTS] = ["OUT_1", "OUT_2", "OUT_3", "OUT_4"];
+const PARAMETERS: [&str; MAX_PARAMETERS] = ["P_1", "P_2", "P_3", "P_4", "P_5", "P_6", "P_7", "P_8"];
+
+/// Numbers of programs, whatever the controller has places for: a scheme means the same on every one.
+const MOST: u32 = u8::MAX as u32;
+
+/// See the [module docs](self).
+#[derive(Debug)]
+pub struct Online;
+
+impl Module for Online {
+    const NAME: &'static str = "ONLINE_MOD";
+    const SUMMARY: &'static str = "A control law that was uploaded while the controller ran.";
+    const RUNS_PROGRAM: bool = true;
+    type Settings = Settings;
+    type Gains = Gains;
+    type State = ();
+    type Axis = Axis;
+    type Ports = Ports;
+
+    fn parameters(settings: &mut Settings, gains: &mut Gains, visit: &mut Parameters<'_>) {
+        let summary = "Number of the law, as it was uploaded.";
+        visit.structural_count(&mut settings.program, "PROGRAM", Unit::One, 0..=MOST, 0, summary);
+        for (name, value) in PARAMETERS.into_iter().zip(&mut gains.values) {
+            visit.of_program(value, name, "A parameter of the law.");
+        }
+    }
+
+    fn prepare(settings: &mut Settings, device: &DeviceDescriptor) {
+        settings.period_s = device.sample_period_s();
+    }
+
+    fn ports(settings: &Settings, declare: &mut Declare<'_>) -> Ports {
+        let mut ports = Ports::default();
+        // As by default, it has no port.
+        let Some(program) = declare.program(settings.program) else { return ports };
+        let (header, dof) = (program.header(), declare.device().dof());
+        let axes = usize::from(header.axes);
+        declare.needs_axis(if header.is_coupled { axes == dof } else { axes <= dof });
+        let mut signals = program.ports();
+        for (name, input) in INPUTS.into_iter().zip(&mut ports.inputs).take(header.inputs.into()) {
+            let Some(signal) = signals.next() else { break };
+            let Some(data_type) = types::by_id(signal.id) else { break };
+            *input = declare.of_signal(signal).input(name, data_type);
+        }
+        for (name, output) in OUTPUTS.into_iter().zip(&mut ports.outputs).take(header.outputs.into()) {
+            let Some(signal) = signals.next() else { break };
+            let Some(data_type) = types::by_id(signal.id) else { break };
+            *output = declare.of_signal(signal).output(name, data_type);
+        }
+        ports
+    }
+
+    fn begin(context: &Context<'_, Self>) {
+        context.clear();
+        run_section(context, Section::Begin);
+    }
+
+    fn compute(context: &Context<'_, Self>) {
+        run_section(context, Section::Tick);
+    }
+}
+
+/// Runs what all axes have in common, and then the section for each axis, which finds its parameters and what is remembered of
+/// it in registers: an instruction for each of these would take four times as long. One loop, so that the interpreter is there
+/// once.
+#[inline(never)]
+fn run_section(context: &Context<'_, Online>, section: Section) {
+    let Settings { program, period_s, .. } = context.settings();
+    let Some(code) = context.programs().code(program, section) else { return };
+    let mut registers = [0.0; REGISTERS];
+    let mut lane = Lane { context, period_s, axis: 0, states: &[] };
+    let mut instructions = code.once;
+    let mut left = if code.is_coupled { 1 } else { context.dof() };
+    loop {
+        run(instructions, code.constants, &mut registers, &lane);
+        let Some(others) = left.checked_sub(1) else { return };
+        (lane.axis, lane.states) = (others, context.axis_words(others));
+        let parameters = context.gain_words(others).iter().take(code.parameters.into());
+        let there = parameters.chain(lane.states.iter().take(code.states.into()));
+        let mut free = registers.iter_mut();
+        there.for_each(|word| {
+            if let Some(register) = free.next() {
+                *register = f32::from_bits(word.get());
+            }
+        });
+        (instructions, left) = (code.section, others);
+    }
+}
+
+/// What a program reads and writes on an axis.
+struct Lane<'a> {
+    context: &'a Context<'a, Online>,
+    period_s: f32,
+    axis: usize,
+    /// Of that axis.
+    states: &'a [Cell<u32>],
+}
+
+impl Lane<'_> {
+    #[inline(always)]
+    fn axis(&self, axis: u32) -> usize {
+        if axis == u32::from(OWN_AXIS) { self.axis } else { axis as usize }
+    }
+}
+
+impl Surroundings for Lane<'_> {
+    #[inline(always)]
+    fn period_s(&self) -> f32 {
+        self.period_s
+    }
+
+    #[inline(always)]
+    fn input(&self, port: u32, axis: u32) -> f32 {
+        let input: Input = self.context.port(port as usize);
+        self.context.axis(input, self.axis(axis))
+    }
+
+    #[inline(always)]
+    fn last(&self, port: u32, axis: u32) -> f32 {
+        let output: Output = self.context.port(MAX_INPUTS + port as usize);
+        if self.context.takes_over() { self.context.axis(output.last(), self.axis(axis)) } else { 0.0 }
+    }
+
+    #[inline(always)]
+    fn parameter(&self, number: u32, axis: u32) -> f32 {
+        self.context
+            .gain_words(self.axis(axis))
+            .get(number as usize)
+            .map_or(0.0, |word| f32::from_bits(word.get()))
+    }
+
+    #[inline(always)]
+    fn remember(&self, number: u32, value: f32) {
+        if let Some(word) = self.states.get(number as usize) {
+            word.set(value.to_bits());
+        }
+    }
+
+    #[inline(always)]
+    fn write(&self, port: u32, axis: u32, value: f32) {
+        let output: Output = self.context.port(MAX_INPUTS + port as usize);
+        self.context.set_axis(output, self.axis(axis), value);
+    }
+}

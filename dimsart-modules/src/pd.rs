@@ -1,0 +1,103 @@
+//! PD controller: spring and damper between desired and measured position.
+//!
+//! `F = K e + D (e - e[k-1]) / h`, `e = x_d - x`, `h` the sample period; `e[-1] = e[0]`. Where it takes over from another
+//! module, `e[-1]` is such that its first force is that one's last, if there is damping to make it so.
+//!
+//! With `LAW_OUTPUT ON` it also publishes the law it will follow in the next tick,
+//! `F = S (x_d - x) - M` with `S = K + D/h` and `M = D e/h`, so that a wave transformer can solve for
+//! the desired position that the force itself depends on (its implicit form).
+
+use dimsart_core::{
+    Context, Declare, DeviceDescriptor, Input, Module, Output, Parameters, Unit, types, words,
+};
+
+words! {
+    /// Of all axes.
+    pub struct Settings { publishes_law: bool }
+    /// Of an axis.
+    pub struct Gains {
+        stiffness: f32,
+        damping: f32,
+        /// `D / h`.
+        damping_per_tick: f32,
+    }
+    /// Of an axis.
+    pub struct Axis { previous_error: f32 }
+    /// Signals.
+    pub struct Ports {
+        position: Input,
+        desired_position: Input,
+        force: Output,
+        control_stiffness: Output,
+        control_memory: Output,
+    }
+}
+
+/// See the [module docs](self).
+#[derive(Debug)]
+pub struct Pd;
+
+impl Module for Pd {
+    const NAME: &'static str = "PDCTRL_MOD";
+    const SUMMARY: &'static str = "PD controller on position: F = K e + D de/dt.";
+    type Settings = Settings;
+    type Gains = Gains;
+    type State = ();
+    type Axis = Axis;
+    type Ports = Ports;
+
+    fn parameters(settings: &mut Settings, gains: &mut Gains, visit: &mut Parameters<'_>) {
+        let Gains { stiffness, damping, .. } = gains;
+        visit.per_axis(stiffness, "K_PARAM", Unit::Stiffness, 0.0..=1e6, 0.0, "Proportional gain.");
+        visit.per_axis(damping, "D_PARAM", Unit::Damping, 0.0..=1e4, 0.0, "Derivative gain.");
+        let summary = "Publish the law of the next tick, for an implicit wave transformer.";
+        visit.structural_flag(&mut settings.publishes_law, "LAW_OUTPUT", false, summary);
+    }
+
+    fn prepare_axis(_: &Settings, gains: &mut Gains, device: &DeviceDescriptor) {
+        gains.damping_per_tick = gains.damping / device.sample_period_s();
+    }
+
+    fn ports(settings: &Settings, declare: &mut Declare<'_>) -> Ports {
+        let mut ports = Ports {
+            position: declare.input("POSITION", types::POSITION),
+            desired_position: declare.input("DES_POSITION", types::DES_POSITION),
+            force: declare.output("DES_FORCE", types::DES_FORCE),
+            ..Ports::default()
+        };
+        if settings.publishes_law {
+            ports.control_stiffness = declare.output("CONTROL_STIFFNESS", types::CONTROL_STIFFNESS);
+            ports.control_memory = declare.output("CONTROL_MEMORY", types::CONTROL_MEMORY);
+        }
+        ports
+    }
+
+    fn begin(context: &Context<'_, Self>) {
+        let Ports { position, desired_position, force, .. } = context.ports();
+        let takes_over = context.takes_over();
+        context.begin_axes([position, desired_position, force.last()], |gains, [x, desired, last_force]| {
+            let error = desired - x;
+            // Not finite where there is hardly any damping, or the predecessor's force was not.
+            let change = (last_force - gains.stiffness * error) / gains.damping_per_tick;
+            let takes_over = takes_over && change.is_finite();
+            Axis { previous_error: if takes_over { error - change } else { error } }
+        });
+    }
+
+    #[inline(always)]
+    fn compute(context: &Context<'_, Self>) {
+        let Ports { position, desired_position, force, .. } = context.ports();
+        context.map_axes([position, desired_position], [force], |gains, axis, [x, desired]| {
+            let error = desired - x;
+            let change = error - axis.previous_error;
+            axis.previous_error = error;
+            [gains.stiffness * error + gains.damping_per_tick * change]
+        });
+        if context.settings().publishes_law {
+            let outputs = [context.ports().control_stiffness, context.ports().control_memory];
+            context.map_axes([], outputs, |Gains { stiffness, damping_per_tick, .. }, axis, []| {
+                [stiffness + damping_per_tick, damping_per_tick * axis.previous_error]
+            });
+        }
+    }
+}

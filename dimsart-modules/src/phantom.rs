@@ -1,0 +1,183 @@
+//! The PHANToM Premium 1.5: `PHANTOM_TIP_MOD`, and its masses for gravity, computed torque and collisions.
+//!
+//! Axis 0 turns the device about the vertical, axis 1 is the angle of the inner link over the horizontal, axis 2 that of the
+//! outer link from the vertical; both are seen from the base, for a parallel bar turns the outer link. x is forward, y left,
+//! z up, from where the axes meet:
+//!
+//! ```text
+//! r = l1 cos q2 + l2 sin q3        tip = (r cos q1, r sin q1, l1 sin q2 - l2 cos q3)
+//! M11 = T0 + T1 cos 2 q2 + T2 cos 2 q3 + A cos q2 sin q3        M23 = M32 = -A/2 sin(q2 - q3)
+//! M22 = T3        M33 = T4        g2 = W1 cos q2        g3 = W2 sin q3
+//! ```
+//!
+//! M. C. Cavusoglu, D. Feygin, F. Tendick, "A critical study of the mechanical and electrical properties of the PHANToM haptic
+//! interface", Presence 11(6), 2002; the defaults are its lengths and masses, lumped. Motors are not among them: see
+//! `MOTOR_INERTIA`.
+
+use crate::dynamics::{Axes, Body};
+use crate::tip::{Joint, Placed, Placement, Vector3};
+use dimsart_core::limits::MAX_DOF;
+use dimsart_core::{Parameters, Unit, math, words};
+
+words! {
+    /// Of the links that the tip hangs on.
+    pub struct Lengths { pub(super) inner: f32, pub(super) outer: f32 }
+    /// What of the masses the equations of motion hold.
+    pub struct Masses {
+        turning: f32,
+        turning_with_inner: f32,
+        turning_with_outer: f32,
+        inner: f32,
+        outer: f32,
+        coupling: f32,
+        inner_weight: f32,
+        outer_weight: f32,
+    }
+}
+
+/// How the links of a PHANToM lie.
+#[derive(Debug, Clone, Copy)]
+pub struct PhantomChain;
+
+impl Lengths {
+    pub(super) fn parameters(&mut self, visit: &mut Parameters<'_>) {
+        let Self { inner, outer } = self;
+        let range = 1e-3..=100.0;
+        visit.real(inner, "INNER_LENGTH", Unit::Metre, range.clone(), 0.215, "Of the inner link.");
+        visit.real(outer, "OUTER_LENGTH", Unit::Metre, range, 0.170, "Of the outer link, to the tip.");
+    }
+}
+
+impl Placed for PhantomChain {
+    const TIP: &'static str = "PHANTOM_TIP_MOD";
+    type Settings = Lengths;
+    type Joint = ();
+
+    fn parameters(lengths: &mut Lengths, (): &mut (), visit: &mut Parameters<'_>) {
+        lengths.parameters(visit);
+    }
+
+    fn place(Lengths { inner, outer }: Lengths, joints: &[Joint<()>]) -> Placement {
+        let angle = |axis| math::sin_cos(joints.get(axis).map_or(0.0, |joint: &Joint<()>| joint.position));
+        let [(sine, cosine), (inner_sine, inner_cosine), (outer_sine, outer_cosine)] = [0, 1, 2].map(angle);
+        let (inner_x, inner_z) = (inner * inner_cosine, inner * inner_sine);
+        let (outer_x, outer_z) = (outer * outer_sine, -outer * outer_cosine);
+        let reach = inner_x + outer_x;
+        let in_plane = |along, up| Vector3 { x: along * cosine, y: along * sine, z: up };
+        let tip = in_plane(reach, inner_z + outer_z);
+        let mut placement = Placement { tip, ..Placement::default() };
+        let columns = [
+            Vector3 { x: -tip.y, y: tip.x, z: 0.0 },
+            in_plane(-inner_z, inner_x),
+            in_plane(-outer_z, outer_x),
+        ];
+        placement.columns.iter_mut().zip(columns).for_each(|(column, found)| *column = found);
+        placement
+    }
+}
+
+/// A PHANToM with its masses, as it stands.
+#[derive(Debug, Clone, Copy)]
+pub struct Phantom {
+    masses: Masses,
+    sin_inner: f32,
+    cos_inner: f32,
+    sin_outer: f32,
+    cos_outer: f32,
+}
+
+impl Body for Phantom {
+    const GRAVITY: &'static str = "PHANTOM_GRAVITY_MOD";
+    const COMPUTED_TORQUE: &'static str = "PHANTOM_TORQUE_MOD";
+    const COLLISION: &'static str = "PHANTOM_COLLISION_MOD";
+    type Settings = Masses;
+    type Link = ();
+
+    fn parameters(masses: &mut Masses, (): &mut (), visit: &mut Parameters<'_>) {
+        let inertias = [
+            (
+                &mut masses.turning,
+                "T0",
+                2.832_787_8e-3,
+                "Inertia about the vertical: what is constant of it.",
+            ),
+            (&mut masses.turning_with_inner, "T1", 1.131_892_8e-3, "The part of it with cos 2 q2."),
+            (&mut masses.turning_with_outer, "T2", -3.912_006_6e-4, "The part of it with cos 2 q3."),
+            (&mut masses.inner, "T3", 2.426_395_6e-3, "Inertia of the inner link's axis."),
+            (&mut masses.outer, "T4", 9.318_856e-4, "Inertia of the outer link's axis."),
+            (&mut masses.coupling, "A", 9.122_987_5e-4, "Inertia that couples the two links."),
+        ];
+        for (field, name, default, summary) in inertias {
+            visit.real(field, name, Unit::Inertia, -10.0..=10.0, default, summary);
+        }
+        let summary = "Torque that holds the inner link level.";
+        visit.real(&mut masses.inner_weight, "W1", Unit::Force, -100.0..=100.0, -1.629_804e-2, summary);
+        let summary = "Torque that holds the outer link level.";
+        visit.real(&mut masses.outer_weight, "W2", Unit::Force, -100.0..=100.0, -7.375_521e-2, summary);
+    }
+
+    fn at(masses: Masses, _: &[(); MAX_DOF], position: &Axes) -> Self {
+        let [_, inner, outer, ..] = *position;
+        let ((sin_inner, cos_inner), (sin_outer, cos_outer)) = (math::sin_cos(inner), math::sin_cos(outer));
+        Self { masses, sin_inner, cos_inner, sin_outer, cos_outer }
+    }
+
+    fn torques(&self, velocity: &Axes, acceleration: &Axes) -> Axes {
+        let [turning, inner, outer, ..] = *velocity;
+        let (by_inner, by_outer) = self.turning_slopes();
+        let half_coupling = 0.5 * self.masses.coupling * self.cos_between();
+        let [about, up, out, ..] = self.times_mass(acceleration);
+        let [_, inner_weight, outer_weight, ..] = self.gravity();
+        let turned = 0.5 * turning * turning;
+        three([
+            about + turning * (by_inner * inner + by_outer * outer),
+            up - by_inner * turned + half_coupling * outer * outer + inner_weight,
+            out - by_outer * turned - half_coupling * inner * inner + outer_weight,
+        ])
+    }
+
+    fn momentum(&self, velocity: &Axes) -> (Axes, Axes) {
+        let [turning, inner, outer, ..] = *velocity;
+        let (by_inner, by_outer) = self.turning_slopes();
+        let turned = 0.5 * turning * turning;
+        let coupled = 0.5 * self.masses.coupling * self.cos_between() * inner * outer;
+        let slopes = three([0.0, by_inner * turned - coupled, by_outer * turned + coupled]);
+        (self.times_mass(velocity), slopes)
+    }
+
+    fn gravity(&self) -> Axes {
+        let Masses { inner_weight, outer_weight, .. } = self.masses;
+        three([0.0, inner_weight * self.cos_inner, outer_weight * self.sin_outer])
+    }
+}
+
+impl Phantom {
+    /// Cosine of the angle between the links' own angles.
+    fn cos_between(&self) -> f32 {
+        self.cos_inner * self.cos_outer + self.sin_inner * self.sin_outer
+    }
+
+    fn times_mass(&self, [about, up, out, ..]: &Axes) -> Axes {
+        let Self { sin_inner, cos_inner, sin_outer, cos_outer, masses } = self;
+        let turning = masses.turning
+            + masses.turning_with_inner * (cos_inner * cos_inner - sin_inner * sin_inner)
+            + masses.turning_with_outer * (cos_outer * cos_outer - sin_outer * sin_outer)
+            + masses.coupling * cos_inner * sin_outer;
+        let between = -0.5 * masses.coupling * (sin_inner * cos_outer - cos_inner * sin_outer);
+        three([turning * about, masses.inner * up + between * out, masses.outer * out + between * up])
+    }
+
+    /// How `M11` changes with the angle of either link.
+    fn turning_slopes(&self) -> (f32, f32) {
+        let Self { sin_inner, cos_inner, sin_outer, cos_outer, masses } = self;
+        let by_inner = -4.0 * masses.turning_with_inner * sin_inner * cos_inner
+            - masses.coupling * sin_inner * sin_outer;
+        let by_outer = -4.0 * masses.turning_with_outer * sin_outer * cos_outer
+            + masses.coupling * cos_inner * cos_outer;
+        (by_inner, by_outer)
+    }
+}
+
+fn three([first, second, third]: [f32; 3]) -> Axes {
+    [first, second, third, 0.0, 0.0, 0.0, 0.0, 0.0]
+}

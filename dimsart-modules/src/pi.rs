@@ -1,0 +1,121 @@
+//! PI controller of velocity, with anti-windup.
+//!
+//! `F = sat(K e + I)`, `e = v_d - v`: `I` integrates `K_I e` and is bled by `(sat(F) - F) h / T_t` while the force limit
+//! or that of the device holds (back-calculation, Åström & Hägglund, *Advanced PID Control*, section 3.5).
+//!
+//! Where it takes over, `I` begins with what the last force leaves for it, so that the force goes on without a step; with
+//! `K_I = 0` nothing would take that away again, and `I` begins with zero.
+//!
+//! ```
+//! use dimsart_core::{Bench, types};
+//!
+//! let rows = "all PI_MOD K_PARAM 2
+//!             all PI_MOD I_PARAM 100
+//!             all MOD_ENG MOD_ON PI_MOD
+//!             all MOD_ENG MATCHING_CHECK";
+//! let mut bench = Bench::new(&[types::VELOCITY, types::DES_VELOCITY], rows)?;
+//! let forces = [1, 2].map(|_| bench.tick(&[0.0, 1.0], "DES_FORCE"));
+//! assert_eq!(forces, [Some(2.1), Some(2.2)]);
+//! # Ok::<(), dimsart_core::BenchError>(())
+//! ```
+
+use crate::anti_windup::follow;
+use dimsart_core::math::{self, CompensatedSum};
+use dimsart_core::{
+    Context, Declare, DeviceDescriptor, Input, Module, Output, Parameters, Unit, types, words,
+};
+
+words! {
+    /// Of all axes.
+    pub struct Settings {
+        tracking_time_s: f32,
+        /// `h / T_t`, at most 1.
+        tracking: f32,
+    }
+    /// Of an axis.
+    pub struct Gains {
+        proportional: f32,
+        integral: f32,
+        limit: f32,
+        /// `K_I h`.
+        integral_per_tick: f32,
+    }
+    /// Of an axis.
+    pub struct Axis {
+        integral: CompensatedSum,
+        /// Of the last tick.
+        force: f32,
+    }
+    /// Signals.
+    pub struct Ports { velocity: Input, desired_velocity: Input, force: Output }
+}
+
+/// See the [module docs](self).
+#[derive(Debug)]
+pub struct Pi;
+
+impl Module for Pi {
+    const NAME: &'static str = "PI_MOD";
+    const SUMMARY: &'static str = "PI controller of velocity with anti-windup.";
+    type Settings = Settings;
+    type Gains = Gains;
+    type State = ();
+    type Axis = Axis;
+    type Ports = Ports;
+
+    fn parameters(settings: &mut Settings, gains: &mut Gains, visit: &mut Parameters<'_>) {
+        let Gains { proportional, integral, limit, .. } = gains;
+        visit.per_axis(proportional, "K_PARAM", Unit::Damping, 0.0..=1e5, 0.0, "Proportional gain.");
+        visit.per_axis(integral, "I_PARAM", Unit::Stiffness, 0.0..=1e7, 0.0, "Integral gain.");
+        visit.per_axis(limit, "LIMIT", Unit::Force, 0.0..=1e4, 1e4, "Largest force either way.");
+        let summary = "Time in which the integral follows a saturated force (anti-windup).";
+        visit.real(&mut settings.tracking_time_s, "TRACKING_TIME", Unit::Second, 1e-3..=100.0, 0.1, summary);
+    }
+
+    fn prepare(settings: &mut Settings, device: &DeviceDescriptor) {
+        settings.tracking = (device.sample_period_s() / settings.tracking_time_s).min(1.0);
+    }
+
+    fn prepare_axis(_: &Settings, gains: &mut Gains, device: &DeviceDescriptor) {
+        gains.integral_per_tick = gains.integral * device.sample_period_s();
+    }
+
+    fn ports(_: &Settings, declare: &mut Declare<'_>) -> Ports {
+        Ports {
+            velocity: declare.input("VELOCITY", types::VELOCITY),
+            desired_velocity: declare.input("DES_VELOCITY", types::DES_VELOCITY),
+            force: declare.output("DES_FORCE", types::DES_FORCE),
+        }
+    }
+
+    fn begin(context: &Context<'_, Self>) {
+        let Ports { velocity, desired_velocity, force } = context.ports();
+        let takes_over = context.takes_over();
+        context.begin_axes([velocity, desired_velocity, force.last()], |gains, [v, desired, last]| {
+            let proportional = (gains.proportional + gains.integral_per_tick) * (desired - v);
+            let integral = math::limit(last, gains.limit) - proportional;
+            let is_known = takes_over && gains.integral > 0.0 && integral.is_finite();
+            Axis { integral: CompensatedSum::new(if is_known { integral } else { 0.0 }), force: last }
+        });
+    }
+
+    #[inline(always)]
+    fn compute(context: &Context<'_, Self>) {
+        let Ports { velocity, desired_velocity, force } = context.ports();
+        let Settings { tracking, .. } = context.settings();
+        let is_limited = context.is_limited();
+        let inputs = [velocity, desired_velocity, force.last()];
+        context.map_axes(inputs, [force], |gains, axis, [v, desired, given]| {
+            let tracking = follow(tracking, gains.integral_per_tick);
+            if is_limited {
+                axis.integral.add(tracking * (given - axis.force));
+            }
+            let error = desired - v;
+            let wanted = gains.proportional * error + axis.integral.add(gains.integral_per_tick * error);
+            let force = math::limit(wanted, gains.limit);
+            axis.integral.add(tracking * (force - wanted));
+            axis.force = force;
+            [force]
+        });
+    }
+}

@@ -1,0 +1,153 @@
+//! PID controller with anti-windup and filtered derivative.
+//!
+//! `F = sat(K e + I + D v)`: `I` integrates `K_I e` and is bled by `(sat(F) - F) h / T_t`
+//! (back-calculation, Åström & Hägglund, *Advanced PID Control*, section 3.5), so that it stops
+//! winding while the force limit holds, that of the device too; `v` is the slope of the error through a first-order low-pass
+//! `v += (slope - v) h / (h + T_f)`.
+//!
+//! Where it takes over from another module, `I` begins with what that one's last force leaves for it, so that the force
+//! goes on without a step; with `K_I = 0`, nothing would ever take that away again, and `I` begins with zero.
+
+use crate::anti_windup::follow;
+use dimsart_core::math::{self, CompensatedSum};
+use dimsart_core::{
+    Context, Declare, DeviceDescriptor, Input, Module, Output, Parameters, Unit, types, words,
+};
+
+words! {
+    /// Of all axes.
+    pub struct Settings {
+        tracking_time_s: f32,
+        filter_time_s: f32,
+        /// `h / T_t`, at most 1.
+        tracking: f32,
+        /// `h / (h + T_f)`.
+        smoothing: f32,
+    }
+    /// Of an axis.
+    pub struct Gains {
+        pub(super) stiffness: f32,
+        pub(super) integral_gain: f32,
+        damping: f32,
+        pub(super) limit: f32,
+        /// `K_I h`.
+        pub(super) integral_gain_per_tick: f32,
+        /// `D / h`.
+        pub(super) damping_per_tick: f32,
+    }
+    /// Of an axis.
+    pub struct Axis {
+        integral: CompensatedSum,
+        /// Of the last tick.
+        force: f32,
+        previous_error: f32,
+        filtered_change: f32,
+        /// Ticks left in which the integral makes up for the derivative, which takes two to be known.
+        settling_ticks: u32,
+    }
+    /// Signals.
+    pub struct Ports { position: Input, desired_position: Input, force: Output }
+}
+
+impl Gains {
+    #[inline(always)]
+    pub(super) fn parameters(&mut self, visit: &mut Parameters<'_>) {
+        let Self { stiffness, integral_gain, damping, limit, .. } = self;
+        visit.per_axis(stiffness, "K_PARAM", Unit::Stiffness, 0.0..=1e6, 0.0, "Proportional gain.");
+        visit.per_axis(integral_gain, "I_PARAM", Unit::IntegralGain, 0.0..=1e7, 0.0, "Integral gain.");
+        visit.per_axis(damping, "D_PARAM", Unit::Damping, 0.0..=1e4, 0.0, "Derivative gain.");
+        visit.per_axis(limit, "LIMIT", Unit::Force, 0.0..=1e4, 1e4, "Largest force either way.");
+    }
+
+    #[inline(always)]
+    pub(super) fn prepare(&mut self, period_s: f32) {
+        self.integral_gain_per_tick = self.integral_gain * period_s;
+        self.damping_per_tick = self.damping / period_s;
+    }
+}
+
+/// See the [module docs](self).
+#[derive(Debug)]
+pub struct Pid;
+
+impl Module for Pid {
+    const NAME: &'static str = "PIDCTRL_MOD";
+    const SUMMARY: &'static str = "PID controller on position with anti-windup and filtered derivative.";
+    type Settings = Settings;
+    type Gains = Gains;
+    type State = ();
+    type Axis = Axis;
+    type Ports = Ports;
+
+    fn parameters(settings: &mut Settings, gains: &mut Gains, visit: &mut Parameters<'_>) {
+        gains.parameters(visit);
+        let Settings { tracking_time_s, filter_time_s, .. } = settings;
+        let summary = "Time in which the integral follows a saturated force (anti-windup).";
+        visit.real(tracking_time_s, "TRACKING_TIME", Unit::Second, 1e-3..=100.0, 0.1, summary);
+        let summary = "Time constant of the derivative's low-pass; 0 for none.";
+        visit.real(filter_time_s, "FILTER_TIME", Unit::Second, 0.0..=10.0, 0.0, summary);
+    }
+
+    fn prepare(settings: &mut Settings, device: &DeviceDescriptor) {
+        let h = device.sample_period_s();
+        settings.tracking = (h / settings.tracking_time_s).min(1.0);
+        settings.smoothing = h / (h + settings.filter_time_s);
+    }
+
+    fn prepare_axis(_: &Settings, gains: &mut Gains, device: &DeviceDescriptor) {
+        gains.prepare(device.sample_period_s());
+    }
+
+    fn ports(_: &Settings, declare: &mut Declare<'_>) -> Ports {
+        Ports {
+            position: declare.input("POSITION", types::POSITION),
+            desired_position: declare.input("DES_POSITION", types::DES_POSITION),
+            force: declare.output("DES_FORCE", types::DES_FORCE),
+        }
+    }
+
+    fn begin(context: &Context<'_, Self>) {
+        let Ports { position, desired_position, force } = context.ports();
+        let takes_over = context.takes_over();
+        context.begin_axes([position, desired_position, force.last()], |gains, [x, desired, last_force]| {
+            let error = desired - x;
+            let axis = Axis { force: last_force, previous_error: error, ..Axis::default() };
+            let proportional = (gains.stiffness + gains.integral_gain_per_tick) * error;
+            let integral = last_force - proportional;
+            if !takes_over || !integral.is_finite() || gains.integral_gain_per_tick == 0.0 {
+                return axis;
+            }
+            let integral = math::limit(last_force, gains.limit) - proportional;
+            Axis { integral: CompensatedSum::new(integral), settling_ticks: 2, ..axis }
+        });
+    }
+
+    #[inline(always)]
+    fn compute(context: &Context<'_, Self>) {
+        let Ports { position, desired_position, force } = context.ports();
+        let Settings { tracking, smoothing, .. } = context.settings();
+        let is_limited = context.is_limited();
+        let inputs = [position, desired_position, force.last()];
+        context.map_axes(inputs, [force], |gains, axis, [x, desired, given]| {
+            let tracking = follow(tracking, gains.integral_gain_per_tick);
+            if is_limited {
+                axis.integral.add(tracking * (given - axis.force));
+            }
+            let error = desired - x;
+            let change = error - axis.previous_error;
+            axis.previous_error = error;
+            axis.filtered_change += smoothing * (change - axis.filtered_change);
+            if axis.settling_ticks > 0 {
+                axis.settling_ticks -= 1;
+                axis.filtered_change = change;
+                axis.integral.add(-gains.damping_per_tick * change);
+            }
+            let integral = axis.integral.add(gains.integral_gain_per_tick * error);
+            let wanted = gains.stiffness * error + integral + gains.damping_per_tick * axis.filtered_change;
+            let force = math::limit(wanted, gains.limit);
+            axis.integral.add(tracking * (force - wanted));
+            axis.force = force;
+            [force]
+        });
+    }
+}

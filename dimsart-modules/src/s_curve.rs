@@ -1,0 +1,227 @@
+//! S-curve: from rest to a target as fast as limits of velocity, acceleration and jerk allow, in seven segments.
+//!
+//! A ramp of velocity has jerk for `T_j`, constant acceleration, and jerk of the other sign for `T_j`; it takes `T_a`. With the
+//! distance `D` (Biagiotti & Melchiorri, *Trajectory Planning for Automatic Machines and Robots*, section 3.4):
+//!
+//! | where | `T_j` | `T_a` | at full velocity |
+//! |---|---|---|---|
+//! | `V J > A²` | `A / J` | `T_j + V / A` | `D / V - T_a` |
+//! | otherwise | `sqrt(V / J)` | `2 T_j` | `D / V - T_a` |
+//! | too near for that, `D >= 2 A³ / J²` | `A / J` | `T_j/2 + sqrt(T_j²/4 + D/A)` | 0 |
+//! | nearer | `cbrt(D / (2 J))` | `2 T_j` | 0 |
+//!
+//! Where the target changes on the way, it brakes within its limits, and then goes to the new one: this is for moves, not to
+//! follow a signal that changes all the time. `SYNCHRONISED`: all axes arrive together, each one slowed in time to the one that
+//! takes longest; where one has a new target, all brake.
+//!
+//! It begins at rest where the joint stands; where it takes over, with what was commanded last.
+//!
+//! ```
+//! use dimsart_core::{Bench, types};
+//!
+//! let rows = "all SCURVE_MOD TARGET 2\nall SCURVE_MOD JERK_LIMIT 1000
+//!             all MOD_ENG MOD_ON SCURVE_MOD\nall MOD_ENG MATCHING_CHECK";
+//! let mut bench = Bench::new(&[types::POSITION], rows)?;
+//! let path: Vec<_> = (0..1501).filter_map(|_| bench.tick(&[1.0], "DES_POSITION")).collect();
+//! assert_eq!((path.first(), path.last()), (Some(&1.0), Some(&2.0)));
+//! # Ok::<(), dimsart_core::BenchError>(())
+//! ```
+
+use crate::seven_segments::{Limits, SevenSegments};
+use crate::take_over::first;
+use crate::target::Source;
+use dimsart_core::{
+    Context, Declare, DeviceDescriptor, Input, Module, Output, Parameters, Unit, types, words,
+};
+
+words! {
+    /// Of all axes.
+    pub struct Settings { source: Source, is_synchronised: bool, period_s: f32 }
+    /// Of an axis.
+    pub struct Gains { target: f32, velocity_limit: f32, acceleration_limit: f32, jerk_limit: f32 }
+    /// Of an axis.
+    pub struct Axis {
+        target: f32,
+        start: f32,
+        end: f32,
+        ticks: u32,
+        /// Share of the time that passes: 1, less where another axis takes longer.
+        pace: f32,
+        segments: SevenSegments,
+    }
+    /// Signals.
+    pub struct Ports {
+        position: Input,
+        target: Input,
+        desired_position: Output,
+        desired_velocity: Output,
+        desired_acceleration: Output,
+    }
+}
+
+/// See the [module docs](self).
+#[derive(Debug)]
+pub struct SCurve;
+
+impl Module for SCurve {
+    const NAME: &'static str = "SCURVE_MOD";
+    const SUMMARY: &'static str =
+        "Moves from rest to a target within limits of velocity, acceleration and jerk.";
+    type Settings = Settings;
+    type Gains = Gains;
+    type State = ();
+    type Axis = Axis;
+    type Ports = Ports;
+
+    fn parameters(settings: &mut Settings, gains: &mut Gains, visit: &mut Parameters<'_>) {
+        let Gains { target, velocity_limit: velocity, acceleration_limit: acceleration, jerk_limit } = gains;
+        visit.per_axis(target, "TARGET", Unit::Position, -1e6..=1e6, 0.0, "Where to go.");
+        visit.per_axis(velocity, "VELOCITY_LIMIT", Unit::Velocity, 1e-6..=1e4, 1.0, "Largest velocity.");
+        let summary = "Largest acceleration.";
+        visit.per_axis(acceleration, "ACCELERATION_LIMIT", Unit::Acceleration, 1e-6..=1e6, 10.0, summary);
+        visit.per_axis(jerk_limit, "JERK_LIMIT", Unit::Jerk, 1e-6..=1e8, 100.0, "Largest jerk.");
+        visit.structural_choice(&mut settings.source, "TARGET_FROM", "What says where to go.");
+        let summary = "Whether all axes arrive together.";
+        visit.flag(&mut settings.is_synchronised, "SYNCHRONISED", false, summary);
+    }
+
+    fn prepare(settings: &mut Settings, device: &DeviceDescriptor) {
+        settings.period_s = device.sample_period_s();
+    }
+
+    fn ports(settings: &Settings, declare: &mut Declare<'_>) -> Ports {
+        Ports {
+            position: declare.input("POSITION", types::POSITION),
+            target: settings.source.port(declare),
+            desired_position: declare.output("DES_POSITION", types::DES_POSITION),
+            desired_velocity: declare.output("DES_VELOCITY", types::DES_VELOCITY),
+            desired_acceleration: declare.output("DES_ACCELERATION", types::DES_ACCELERATION),
+        }
+    }
+
+    fn begin(context: &Context<'_, Self>) {
+        let Ports { position, desired_position, .. } = context.ports();
+        let takes_over = context.takes_over();
+        context.begin_axes([position, desired_position.last()], |_, [x, last]| {
+            let start = first(takes_over, last, x);
+            Axis { target: start, start, end: start, ..Axis::default() }
+        });
+    }
+
+    #[inline(always)]
+    fn compute(context: &Context<'_, Self>) {
+        let Ports { desired_position, desired_velocity, desired_acceleration, .. } = context.ports();
+        let Settings { period_s, .. } = context.settings();
+        aim(context);
+        let outputs = [desired_position, desired_velocity, desired_acceleration];
+        context.map_axes([], outputs, |_, axis, []| {
+            let outputs = axis.now(period_s);
+            axis.ticks = axis.ticks.saturating_add(1);
+            outputs
+        });
+    }
+}
+
+/// Brakes where there is a new target, and sets off from rest.
+#[inline(always)]
+fn aim(context: &Context<'_, SCurve>) {
+    let Settings { source, is_synchronised, period_s } = context.settings();
+    let (mut is_new, mut all_rest, mut longest_s) = (false, true, 0.0_f32);
+    context.map_lanes([], [], |number, lane, []| {
+        let mut axis = lane.axis();
+        let target = source.target(context, context.ports().target, number, lane.gains().target);
+        let has_new = target.to_bits() != axis.target.to_bits();
+        if has_new && !is_synchronised {
+            axis.brake(period_s);
+        }
+        axis.target = target;
+        lane.set_axis(axis);
+        is_new |= has_new;
+        []
+    });
+    context.map_axes([], [], |gains, axis, []| {
+        if is_new && is_synchronised {
+            axis.brake(period_s);
+        }
+        let rests = axis.rests(period_s);
+        all_rest &= rests;
+        if rests && !is_synchronised {
+            axis.set_off(&gains);
+        }
+        []
+    });
+    if !is_synchronised || !all_rest {
+        return;
+    }
+    context.map_axes([], [], |gains, axis, []| {
+        axis.set_off(&gains);
+        longest_s = longest_s.max(axis.segments.duration_s());
+        []
+    });
+    context.map_axes([], [], |_, axis, []| {
+        let own_s = axis.segments.duration_s();
+        axis.pace = if own_s < longest_s { own_s / longest_s } else { 1.0 };
+        []
+    });
+}
+
+impl Axis {
+    /// Time since it set off, in its own pace.
+    #[inline(always)]
+    fn time_s(&self, period_s: f32) -> f32 {
+        #[expect(clippy::cast_precision_loss, reason = "exact for hours")]
+        let ticks = self.ticks as f32;
+        ticks * period_s * self.pace
+    }
+
+    #[inline(always)]
+    fn rests(&self, period_s: f32) -> bool {
+        self.time_s(period_s) >= self.segments.duration_s()
+    }
+
+    /// Plans the way from where it rests to the target.
+    #[inline(always)]
+    fn set_off(&mut self, gains: &Gains) {
+        let distance = (self.target - self.end).abs();
+        (self.start, self.end) = (self.end, self.target);
+        (self.ticks, self.pace, self.segments) = (0, 1.0, SevenSegments::default());
+        if distance > 0.0 {
+            let limits = Limits {
+                velocity: gains.velocity_limit,
+                acceleration: gains.acceleration_limit,
+                jerk: gains.jerk_limit,
+            };
+            self.segments = SevenSegments::over(distance, &limits);
+        }
+    }
+
+    /// Cuts the way short where it does not brake yet.
+    #[inline(always)]
+    fn brake(&mut self, period_s: f32) {
+        let time_s = self.time_s(period_s);
+        if time_s < 0.5 * self.segments.duration_s() {
+            self.segments = self.segments.cut_at(time_s);
+            let distance = self.segments.distance();
+            self.end = self.start + if self.end < self.start { -distance } else { distance };
+        }
+    }
+
+    /// Position, velocity and acceleration.
+    #[inline(always)]
+    fn now(&self, period_s: f32) -> [f32; 3] {
+        let (time_s, duration_s) = (self.time_s(period_s), self.segments.duration_s());
+        let side = if self.end < self.start { -self.pace } else { self.pace };
+        let is_first_half = time_s < 0.5 * duration_s;
+        let from_s = if is_first_half { time_s } else { (duration_s - time_s).max(0.0) };
+        let [way, velocity, acceleration] = self.segments.first_half(from_s);
+        let (way, velocity) = (if side < 0.0 { -way } else { way }, side * velocity);
+        let acceleration = side * self.pace * acceleration;
+        if is_first_half {
+            [self.start + way, velocity, acceleration]
+        } else if from_s > 0.0 {
+            [self.end - way, velocity, -acceleration]
+        } else {
+            [self.end, 0.0, 0.0]
+        }
+    }
+}

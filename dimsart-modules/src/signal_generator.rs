@@ -1,0 +1,100 @@
+//! Signal generator: test signals from the tick count, the same in every run.
+//!
+//! With the time `t` since plug-in or reset, `p = FREQUENCY t` in periods, `A` and `OFFSET` per axis:
+//! `CONSTANT` `OFFSET + A`, `STEP` `OFFSET`, then `OFFSET + A` from the tick at `STEP_TIME` on, `SINE`
+//! `OFFSET + A sin(2 pi p)`, `SQUARE` `OFFSET ± A`, `TRIANGLE` starts at `OFFSET`, rising. The periods are
+//! a compensated sum, so that a slow signal keeps its frequency.
+
+use dimsart_core::{
+    Context, Declare, DeviceDescriptor, Module, Output, Parameters, Unit, choice, math, types, words,
+};
+
+choice! {
+    /// Form of the signal.
+    pub enum Form { Constant = "CONSTANT", Step = "STEP", Sine = "SINE", Square = "SQUARE", Triangle = "TRIANGLE" }
+}
+
+words! {
+    /// Of all axes.
+    pub struct Settings {
+        form: Form,
+        frequency_hz: f32,
+        /// Without whole periods, which change nothing.
+        periods_per_tick: f32,
+        step_time_s: f32,
+        step_ticks: u32,
+    }
+    /// Of an axis.
+    pub struct Gains { amplitude: f32, offset: f32 }
+    /// Of all axes.
+    pub struct State { periods: math::CompensatedSum, ticks: u32 }
+    /// Signals.
+    pub struct Ports { output: Output }
+}
+
+/// See the [module docs](self).
+#[derive(Debug)]
+pub struct SignalGenerator;
+
+impl Module for SignalGenerator {
+    const NAME: &'static str = "SIGGEN_MOD";
+    const SUMMARY: &'static str = "Generates a constant, step, sine, square or triangle.";
+    type Settings = Settings;
+    type Gains = Gains;
+    type State = State;
+    type Axis = ();
+    type Ports = Ports;
+
+    fn parameters(settings: &mut Settings, gains: &mut Gains, visit: &mut Parameters<'_>) {
+        visit.choice(&mut settings.form, "FORM", "Form of the signal.");
+        visit.per_axis(&mut gains.amplitude, "AMPLITUDE", Unit::Any, -1e6..=1e6, 0.0, "Amplitude.");
+        visit.per_axis(&mut gains.offset, "OFFSET", Unit::Any, -1e6..=1e6, 0.0, "Added to the signal.");
+        let frequency_hz = &mut settings.frequency_hz;
+        visit.real(frequency_hz, "FREQUENCY", Unit::Hertz, 1e-4..=1e4, 1.0, "Periods per second.");
+        visit.real(&mut settings.step_time_s, "STEP_TIME", Unit::Second, 0.0..=1e4, 1.0, "When STEP steps.");
+    }
+
+    fn prepare(settings: &mut Settings, device: &DeviceDescriptor) {
+        let periods_per_tick = (settings.frequency_hz * device.sample_period_s()).min(f32::MAX);
+        settings.periods_per_tick = math::fraction(periods_per_tick);
+        settings.step_ticks = device.ticks(settings.step_time_s);
+    }
+
+    fn ports(_: &Settings, declare: &mut Declare<'_>) -> Ports {
+        Ports { output: declare.output("SIGNAL_OUT", types::SIGNAL_OUT) }
+    }
+
+    #[inline(always)]
+    fn compute(context: &Context<'_, Self>) {
+        let Settings { form, periods_per_tick, step_ticks, .. } = context.settings();
+        let State { mut periods, ticks } = context.state();
+        let p = periods.value();
+        let shape = match form {
+            Form::Constant => 1.0,
+            Form::Step => f32::from(u8::from(ticks >= step_ticks)),
+            Form::Sine => math::sin(core::f32::consts::TAU * p),
+            Form::Square => {
+                if p < 0.5 {
+                    1.0
+                } else {
+                    -1.0
+                }
+            }
+            Form::Triangle => {
+                let rising = 4.0 * p;
+                if p < 0.25 {
+                    rising
+                } else if p < 0.75 {
+                    2.0 - rising
+                } else {
+                    rising - 4.0
+                }
+            }
+        };
+        context.map_axes([], [context.ports().output], |Gains { amplitude, offset }, (), []| {
+            [offset + amplitude * shape]
+        });
+        periods.turn_on(periods_per_tick);
+        context.set_state(State { periods, ticks: ticks.saturating_add(1) });
+    }
+}

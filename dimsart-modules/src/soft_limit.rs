@@ -1,0 +1,89 @@
+//! Soft limits: a spring and a damper beyond two positions, added to the force of a controller.
+//!
+//! `F = F_in - max(0, K p + B v)` at a depth `p = x - HIGH > 0`, and so beyond `LOW` with the other sign: it pushes, and does not
+//! pull. `v` by backward difference.
+//!
+//! It begins where the joint stands, as if it stood still.
+//!
+//! ```
+//! use dimsart_core::{Bench, types};
+//!
+//! let rows = "all SOFTLIMIT_MOD PORT_FORCE_IN FEED_FORCE\nall SOFTLIMIT_MOD K_PARAM 100
+//!             all MOD_ENG MOD_ON SOFTLIMIT_MOD\nall MOD_ENG MATCHING_CHECK";
+//! let mut bench = Bench::new(&[types::POSITION, types::FEED_FORCE], rows)?;
+//! assert_eq!(bench.tick(&[1.5, 7.0], "DES_FORCE"), Some(-43.0));
+//! # Ok::<(), dimsart_core::BenchError>(())
+//! ```
+
+use dimsart_core::{
+    Context, Declare, DeviceDescriptor, Input, Module, Output, Parameters, Unit, types, words,
+};
+
+words! {
+    /// Of an axis.
+    pub struct Gains {
+        low: f32,
+        high: f32,
+        stiffness: f32,
+        damping: f32,
+        /// `B / h`.
+        damping_per_tick: f32,
+    }
+    /// Of an axis.
+    pub struct Axis { previous: f32 }
+    /// Signals.
+    pub struct Ports { position: Input, wanted: Input, force: Output }
+}
+
+/// See the [module docs](self).
+#[derive(Debug)]
+pub struct SoftLimit;
+
+impl Module for SoftLimit {
+    const NAME: &'static str = "SOFTLIMIT_MOD";
+    const SUMMARY: &'static str = "Adds spring and damper beyond limits of position to a force.";
+    type Settings = ();
+    type Gains = Gains;
+    type State = ();
+    type Axis = Axis;
+    type Ports = Ports;
+
+    fn parameters(_: &mut (), gains: &mut Gains, visit: &mut Parameters<'_>) {
+        let Gains { low, high, stiffness, damping, .. } = gains;
+        visit.per_axis(low, "LOW", Unit::Position, -1e3..=1e3, -1.0, "Where the lower wall begins.");
+        visit.per_axis(high, "HIGH", Unit::Position, -1e3..=1e3, 1.0, "Where the upper wall begins.");
+        visit.per_axis(stiffness, "K_PARAM", Unit::Stiffness, 0.0..=1e6, 0.0, "Stiffness.");
+        visit.per_axis(damping, "B_PARAM", Unit::Damping, 0.0..=1e4, 0.0, "Damping beyond the limits.");
+    }
+
+    fn prepare_axis((): &(), gains: &mut Gains, device: &DeviceDescriptor) {
+        gains.damping_per_tick = gains.damping / device.sample_period_s();
+    }
+
+    fn ports((): &(), declare: &mut Declare<'_>) -> Ports {
+        let wanted = types::DES_FORCE.copy(2);
+        Ports {
+            position: declare.input("POSITION", types::POSITION),
+            wanted: declare.of_signal(wanted).input("FORCE_IN", types::DES_FORCE),
+            force: declare.output("DES_FORCE", types::DES_FORCE),
+        }
+    }
+
+    fn begin(context: &Context<'_, Self>) {
+        context.begin_axes([context.ports().position], |_, [x]| Axis { previous: x });
+    }
+
+    #[inline(always)]
+    fn compute(context: &Context<'_, Self>) {
+        let Ports { position, wanted, force } = context.ports();
+        context.map_axes([position, wanted], [force], |gains, axis, [x, wanted]| {
+            let push = gains.damping_per_tick * (x - axis.previous);
+            axis.previous = x;
+            let above = x - gains.high;
+            let below = x - gains.low;
+            let upper = if above > 0.0 { (gains.stiffness * above + push).max(0.0) } else { 0.0 };
+            let lower = if below < 0.0 { (gains.stiffness * below + push).min(0.0) } else { 0.0 };
+            [wanted - upper - lower]
+        });
+    }
+}

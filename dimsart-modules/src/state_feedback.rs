@@ -1,0 +1,140 @@
+//! State feedback of position and velocity, with integral action.
+//!
+//! `F = sat(N r - K_1 x - K_2 v + I)`, computed as `K_1 (r - x) + (N - K_1) r`, which loses nothing far from zero: `I` integrates `K_I (r - x)` and is bled by `(sat(F) - F) h / T_t` while the force
+//! limit holds (Franklin, Powell & Workman, *Digital Control of Dynamic Systems*, section 8.5). `r` is `DES_POSITION`. The
+//! gains are those of `control.place` or `control.dlqr`, with `N = K_1` where there is no integral.
+//!
+//! It begins with what is needed of `I` to go on from the last force where it takes over, and otherwise to begin with
+//! `-K_2 v`; with `K_I = 0`, with zero.
+//!
+//! ```
+//! use dimsart_core::{Bench, types};
+//!
+//! let rows = "all STATE_FEEDBACK_MOD K1_PARAM 100
+//!             all STATE_FEEDBACK_MOD K2_PARAM 8
+//!             all STATE_FEEDBACK_MOD REFERENCE_GAIN 100
+//!             all MOD_ENG MOD_ON STATE_FEEDBACK_MOD
+//!             all MOD_ENG MATCHING_CHECK";
+//! let measured = &[types::POSITION, types::VELOCITY, types::DES_POSITION];
+//! let mut bench = Bench::new(measured, rows)?;
+//! assert_eq!(bench.tick(&[0.5, 1.0, 1.0], "DES_FORCE"), Some(42.0));
+//! # Ok::<(), dimsart_core::BenchError>(())
+//! ```
+
+use crate::anti_windup::follow;
+use crate::take_over::first;
+use dimsart_core::math::{self, CompensatedSum};
+use dimsart_core::{
+    Context, Declare, DeviceDescriptor, Input, Module, Output, Parameters, Unit, types, words,
+};
+
+words! {
+    /// Of all axes.
+    pub struct Settings {
+        tracking_time_s: f32,
+        /// `h / T_t`, at most 1.
+        tracking: f32,
+    }
+    /// Of an axis.
+    pub struct Gains {
+        position: f32,
+        velocity: f32,
+        integral: f32,
+        reference: f32,
+        limit: f32,
+        /// `K_I h`.
+        integral_per_tick: f32,
+        /// `N - K_1`.
+        excess: f32,
+    }
+    /// Of an axis.
+    pub struct Axis {
+        integral: CompensatedSum,
+        /// Of the last tick.
+        force: f32,
+    }
+    /// Signals.
+    pub struct Ports { position: Input, velocity: Input, desired_position: Input, force: Output }
+}
+
+/// See the [module docs](self).
+#[derive(Debug)]
+pub struct StateFeedback;
+
+impl Module for StateFeedback {
+    const NAME: &'static str = "STATE_FEEDBACK_MOD";
+    const SUMMARY: &'static str = "State feedback of position and velocity with integral action.";
+    type Settings = Settings;
+    type Gains = Gains;
+    type State = ();
+    type Axis = Axis;
+    type Ports = Ports;
+
+    fn parameters(settings: &mut Settings, gains: &mut Gains, visit: &mut Parameters<'_>) {
+        let Gains { position, velocity, integral, reference, limit, .. } = gains;
+        visit.per_axis(position, "K1_PARAM", Unit::Stiffness, -1e6..=1e6, 0.0, "Gain of the position.");
+        visit.per_axis(velocity, "K2_PARAM", Unit::Damping, -1e5..=1e5, 0.0, "Gain of the velocity.");
+        visit.per_axis(integral, "I_PARAM", Unit::IntegralGain, 0.0..=1e7, 0.0, "Integral gain.");
+        let summary = "Gain of the desired position.";
+        visit.per_axis(reference, "REFERENCE_GAIN", Unit::Stiffness, -1e6..=1e6, 0.0, summary);
+        visit.per_axis(limit, "LIMIT", Unit::Force, 0.0..=1e4, 1e4, "Largest force either way.");
+        let summary = "Time in which the integral follows a saturated force (anti-windup).";
+        let tracking_time_s = &mut settings.tracking_time_s;
+        visit.real(tracking_time_s, "TRACKING_TIME", Unit::Second, 1e-3..=100.0, 0.1, summary);
+    }
+
+    fn prepare(settings: &mut Settings, device: &DeviceDescriptor) {
+        settings.tracking = (device.sample_period_s() / settings.tracking_time_s).min(1.0);
+    }
+
+    fn prepare_axis(_: &Settings, gains: &mut Gains, device: &DeviceDescriptor) {
+        gains.integral_per_tick = gains.integral * device.sample_period_s();
+        gains.excess = gains.reference - gains.position;
+    }
+
+    fn ports(_: &Settings, declare: &mut Declare<'_>) -> Ports {
+        Ports {
+            position: declare.input("POSITION", types::POSITION),
+            velocity: declare.input("VELOCITY", types::VELOCITY),
+            desired_position: declare.input("DES_POSITION", types::DES_POSITION),
+            force: declare.output("DES_FORCE", types::DES_FORCE),
+        }
+    }
+
+    fn begin(context: &Context<'_, Self>) {
+        let Ports { position, velocity, desired_position, force } = context.ports();
+        let takes_over = context.takes_over();
+        let inputs = [position, velocity, desired_position, force.last()];
+        context.begin_axes(inputs, |gains, [x, v, desired, last]| {
+            let damping = -gains.velocity * v;
+            let first = first(takes_over, last, damping);
+            let error = desired - x;
+            let others =
+                (gains.position + gains.integral_per_tick) * error + gains.excess * desired + damping;
+            let integral = math::limit(first, gains.limit) - others;
+            let integral = if gains.integral > 0.0 { integral } else { 0.0 };
+            Axis { integral: CompensatedSum::new(integral), force: last }
+        });
+    }
+
+    #[inline(always)]
+    fn compute(context: &Context<'_, Self>) {
+        let Ports { position, velocity, desired_position, force } = context.ports();
+        let Settings { tracking, .. } = context.settings();
+        let is_limited = context.is_limited();
+        let inputs = [position, velocity, desired_position, force.last()];
+        context.map_axes(inputs, [force], |gains, axis, [x, v, desired, given]| {
+            let tracking = follow(tracking, gains.integral_per_tick);
+            if is_limited {
+                axis.integral.add(tracking * (given - axis.force));
+            }
+            let error = desired - x;
+            let integral = axis.integral.add(gains.integral_per_tick * error);
+            let wanted = gains.position * error + gains.excess * desired - gains.velocity * v + integral;
+            let force = math::limit(wanted, gains.limit);
+            axis.integral.add(tracking * (force - wanted));
+            axis.force = force;
+            [force]
+        });
+    }
+}

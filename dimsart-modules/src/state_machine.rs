@@ -1,0 +1,116 @@
+//! Sequence of up to eight states, each with an output: by conditions and by time, as a table says.
+//!
+//! In state `i`, `SIGNAL_OUT` is `OUTPUT[axis][i]`. It goes on to `IF_A[axis][i]` where condition `A` holds (is above 0.5),
+//! otherwise to `IF_B[axis][i]` where `B` holds, otherwise to `THEN[axis][i]` after `AFTER[axis][i]` seconds; -1 stays. One step a
+//! tick; the output is that of the new state at once. Each axis goes its own way.
+//!
+//! It begins in state 0.
+//!
+//! ```
+//! use dimsart_core::{Bench, types};
+//!
+//! // 2 until A holds, then 5 for 2 ms.
+//! let rows = "all SEQUENCE_MOD OUTPUT[0][0] 2\nall SEQUENCE_MOD OUTPUT[0][1] 5\nall SEQUENCE_MOD IF_A[0][0] 1
+//!             all SEQUENCE_MOD AFTER[0][1] 0.002\nall SEQUENCE_MOD THEN[0][1] 0
+//!             all SEQUENCE_MOD PORT_B CONDITION\nall MOD_ENG MOD_ON SEQUENCE_MOD\nall MOD_ENG MATCHING_CHECK";
+//! let mut bench = Bench::new(&[types::CONDITION], rows)?;
+//! let outputs = [0.0, 1.0, 0.0, 0.0].map(|a| bench.tick(&[a], "SIGNAL_OUT"));
+//! assert_eq!(outputs, [2.0, 5.0, 5.0, 2.0].map(Some));
+//! # Ok::<(), dimsart_core::BenchError>(())
+//! ```
+
+use dimsart_core::{
+    Context, Declare, DeviceDescriptor, Input, Module, Output, Parameters, Unit, types, words,
+};
+
+/// Most states.
+const STATES: usize = 8;
+
+words! {
+    /// Of all axes.
+    pub struct Settings { period_s: f32 }
+    /// Of an axis.
+    pub struct Gains {
+        outputs: [f32; STATES],
+        if_a: [f32; STATES],
+        if_b: [f32; STATES],
+        then: [f32; STATES],
+        after_s: [f32; STATES],
+    }
+    /// Of an axis.
+    pub struct Axis { state: u16, ticks: u32 }
+    /// Signals.
+    pub struct Ports { a: Input, b: Input, output: Output, state: Output }
+}
+
+/// See the [module docs](self).
+#[derive(Debug)]
+pub struct StateMachine;
+
+impl Module for StateMachine {
+    const NAME: &'static str = "SEQUENCE_MOD";
+    const SUMMARY: &'static str = "Goes through states by conditions and time, each with an output.";
+    type Settings = Settings;
+    type Gains = Gains;
+    type State = ();
+    type Axis = Axis;
+    type Ports = Ports;
+
+    fn parameters(_: &mut Settings, gains: &mut Gains, visit: &mut Parameters<'_>) {
+        let Gains { outputs, if_a, if_b, then, after_s } = gains;
+        visit.per_axis_row(outputs, "OUTPUT", Unit::Any, -1e9..=1e9, 0.0, "Output of each state.");
+        visit.per_axis_row(if_a, "IF_A", Unit::One, -1.0..=7.0, -1.0, "State after it where A holds.");
+        visit.per_axis_row(if_b, "IF_B", Unit::One, -1.0..=7.0, -1.0, "State after it where B holds.");
+        visit.per_axis_row(then, "THEN", Unit::One, -1.0..=7.0, -1.0, "State after it in time.");
+        visit.per_axis_row(after_s, "AFTER", Unit::Second, 0.0..=1e4, 1.0, "How long it lasts until then.");
+    }
+
+    fn prepare(settings: &mut Settings, device: &DeviceDescriptor) {
+        settings.period_s = device.sample_period_s();
+    }
+
+    fn ports(_: &Settings, declare: &mut Declare<'_>) -> Ports {
+        let second = types::CONDITION.copy(2);
+        Ports {
+            a: declare.input("A", types::CONDITION),
+            b: declare.of_signal(second).input("B", types::CONDITION),
+            output: declare.output("SIGNAL_OUT", types::SIGNAL_OUT),
+            state: declare.output("STATE", types::STATE),
+        }
+    }
+
+    #[inline(always)]
+    fn compute(context: &Context<'_, Self>) {
+        let Ports { a, b, output, state } = context.ports();
+        let Settings { period_s } = context.settings();
+        context.map_lanes([a, b], [output, state], |_, lane, [a, b]| {
+            let mut axis = lane.axis();
+            #[expect(clippy::cast_precision_loss, reason = "exact for hours")]
+            let time_s = axis.ticks as f32 * period_s;
+            // Of the rows as they stand in the parameters.
+            let of = |row: usize, state: u16| {
+                let state = Some(usize::from(state)).filter(|state| *state < STATES);
+                state.and_then(|state| lane.gain(row * STATES + state))
+            };
+            let [if_a, if_b, then] = [1, 2, 3].map(|row| of(row, axis.state).unwrap_or(-1.0));
+            let next = if a > 0.5 && if_a >= 0.0 {
+                if_a
+            } else if b > 0.5 && if_b >= 0.0 {
+                if_b
+            } else if time_s + 0.5 * period_s >= of(4, axis.state).unwrap_or(-1.0) {
+                then
+            } else {
+                -1.0
+            };
+            axis.ticks = axis.ticks.saturating_add(1);
+            if next >= 0.0 {
+                #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "0 to 7")]
+                let number = (next + 0.5) as u16;
+                axis = Axis { state: number, ticks: 1 };
+            }
+            lane.set_axis(axis);
+            let output: f32 = of(0, axis.state).unwrap_or(0.0);
+            [output, f32::from(axis.state)]
+        });
+    }
+}

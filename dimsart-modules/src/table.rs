@@ -1,0 +1,95 @@
+//! Table: a function of a signal by up to 16 points, with straight lines between them.
+//!
+//! `out = Y_i + (in - X_i) (Y_{i+1} - Y_i) / (X_{i+1} - X_i)` for `X_i <= in < X_{i+1}`; before the first and behind the last point
+//! it is theirs. `X` has to rise; a point that is not beyond the one before it is the end of the line to it, so that the output
+//! jumps there. The unit of the output is free.
+//!
+//! ```
+//! use dimsart_core::{Bench, types};
+//!
+//! let rows = "all TABLE_MOD COUNT 2\nall TABLE_MOD X[0][1] 2\nall TABLE_MOD Y[0][1] 10
+//!             all MOD_ENG MOD_ON TABLE_MOD\nall MOD_ENG MATCHING_CHECK";
+//! let mut bench = Bench::new(&[types::SIGNAL], rows)?;
+//! assert_eq!([-1.0, 0.5, 3.0].map(|x| bench.tick(&[x], "SIGNAL_OUT")), [0.0, 2.5, 10.0].map(Some));
+//! # Ok::<(), dimsart_core::BenchError>(())
+//! ```
+
+use dimsart_core::{
+    Context, Declare, DeviceDescriptor, Input, Module, Output, Parameters, Unit, math, types, words,
+};
+
+/// Most points.
+const POINTS: usize = 16;
+
+words! {
+    /// Of all axes.
+    pub struct Settings { count: u32 }
+    /// Of an axis.
+    pub struct Gains {
+        x: [f32; POINTS],
+        y: [f32; POINTS],
+        /// From each point to the next.
+        slopes: [f32; POINTS],
+    }
+    /// Signals.
+    pub struct Ports { input: Input, output: Output }
+}
+
+/// See the [module docs](self).
+#[derive(Debug)]
+pub struct Table;
+
+impl Module for Table {
+    const NAME: &'static str = "TABLE_MOD";
+    const SUMMARY: &'static str = "A function of a signal by points, with straight lines between them.";
+    type Settings = Settings;
+    type Gains = Gains;
+    type State = ();
+    type Axis = ();
+    type Ports = Ports;
+
+    fn parameters(settings: &mut Settings, gains: &mut Gains, visit: &mut Parameters<'_>) {
+        visit.per_axis_row(&mut gains.x, "X", Unit::Any, -1e9..=1e9, 0.0, "Inputs of the points, rising.");
+        visit.per_axis_row(&mut gains.y, "Y", Unit::Any, -1e9..=1e9, 0.0, "Outputs of the points.");
+        visit.count(&mut settings.count, "COUNT", Unit::One, 1..=16, 1, "How many points there are.");
+    }
+
+    fn prepare_axis(settings: &Settings, gains: &mut Gains, _: &DeviceDescriptor) {
+        let count = usize::try_from(settings.count).unwrap_or(POINTS);
+        let Gains { x, y, slopes } = gains;
+        slopes.fill(0.0);
+        let ends = x.iter().zip(y.iter()).take(count).skip(1);
+        for ((slope, (from_x, from_y)), (to_x, to_y)) in
+            slopes.iter_mut().zip(x.iter().zip(y.iter())).zip(ends)
+        {
+            let width = to_x - from_x;
+            *slope = if width > 0.0 { math::limit((to_y - from_y) / width, 1e30) } else { 0.0 };
+        }
+    }
+
+    fn ports(_: &Settings, declare: &mut Declare<'_>) -> Ports {
+        Ports {
+            input: declare.input("SIGNAL_IN", types::SIGNAL),
+            output: declare.output("SIGNAL_OUT", types::SIGNAL_OUT),
+        }
+    }
+
+    #[inline(always)]
+    fn compute(context: &Context<'_, Self>) {
+        let Ports { input, output } = context.ports();
+        let count = usize::try_from(context.settings().count).unwrap_or(POINTS);
+        context.map_lanes([input], [output], |_, lane, [x]| {
+            let word = |place: usize| lane.gain(place).unwrap_or(0.0);
+            // Before the first point its value holds.
+            let mut found = None;
+            for place in 0..POINTS {
+                if place < count && x >= word(place) {
+                    found = Some(place);
+                }
+            }
+            let place = found.unwrap_or(0);
+            let slope = found.map_or(0.0, |place| word(2 * POINTS + place));
+            [word(POINTS + place) + (x - word(place)) * slope]
+        });
+    }
+}

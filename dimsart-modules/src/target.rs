@@ -1,0 +1,28 @@
+//! Where trajectories go to, and where they begin.
+
+use dimsart_core::{Data, Declare, Input, choice, types};
+
+choice! {
+    /// What says where to go.
+    pub(super) enum Source { Parameter = "PARAMETER", Signal = "SIGNAL" }
+}
+
+impl Source {
+    /// The port of the target, if a signal says where to go.
+    pub(super) fn port(self, declare: &mut Declare<'_>) -> Input {
+        let signal = types::DES_POSITION.copy(2);
+        match self {
+            Self::Parameter => Input::default(),
+            Self::Signal => declare.of_signal(signal).input("TARGET", types::DES_POSITION),
+        }
+    }
+
+    /// The target of an axis.
+    #[inline(always)]
+    pub(super) fn target(self, data: &Data<'_>, port: Input, axis: usize, parameter: f32) -> f32 {
+        match self {
+            Self::Parameter => parameter,
+            Self::Signal => data.axis(port, axis),
+        }
+    }
+}

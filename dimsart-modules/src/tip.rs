@@ -1,0 +1,178 @@
+//! The tip of an arm in Cartesian coordinates: its place and velocity, and the force that it is to apply.
+//!
+//! ```text
+//! x = f(q)        x' = J(q) q'        tau = Jᵀ(q) F
+//! ```
+//!
+//! (J. J. Craig, *Introduction to Robotics*, chapters 3 and 5; `x' F = q' tau`, so no power gets lost between the two.) A
+//! control law stands between the two stages and sees a device that moves in metres: `PD`, a wave transformer, a wall. All
+//! coordinates of such a law are bound to the tip's, `PORT_POSITION TIP_POSITION`; one with some of each does not match.
+//!
+//! x, y and z are on the first three axes, as far as the device has these; on its other axes is 0. Orientations of the tip
+//! are not coordinates here. `J` is that of where the arm is: near a singular place the tip cannot be moved in some
+//! direction, and a force along it makes no torque.
+//!
+//! ```
+//! # use dimsart_core::{Bench, types};
+//! let rows = "all PLANAR_TIP_MOD LENGTH 0.5
+//!             all PLANAR_TIP_MOD FORCE OFF
+//!             all MOD_ENG MOD_ON PLANAR_TIP_MOD
+//!             all MOD_ENG MATCHING_CHECK";
+//! let mut bench = Bench::new(&[types::POSITION], rows)?;
+//! assert_eq!(bench.tick(&[0.0], "TIP_POSITION"), Some(0.5));
+//! # Ok::<(), dimsart_core::BenchError>(())
+//! ```
+
+use core::fmt::Debug;
+use core::marker::PhantomData;
+
+use dimsart_core::limits::MAX_DOF;
+use dimsart_core::{
+    AxisKind, Context, Declare, DeviceDescriptor, Input, Module, Output, Parameters, Words, types, words,
+};
+
+/// How a kind of arm is placed.
+pub trait Placed: Debug + Copy + 'static {
+    /// Name of its module.
+    const TIP: &'static str;
+    /// Of all axes.
+    type Settings: Words + Default;
+    /// Of a joint.
+    type Joint: Words + Default;
+
+    /// Lists the parameters.
+    fn parameters(settings: &mut Self::Settings, joint: &mut Self::Joint, visit: &mut Parameters<'_>);
+
+    /// Works out of the parameters of a joint what a tick needs.
+    fn prepare(joint: &mut Self::Joint) {
+        let _ = joint;
+    }
+
+    /// Where the tip is, and how each joint moves it.
+    fn place(settings: Self::Settings, joints: &[Joint<Self::Joint>]) -> Placement;
+}
+
+/// A joint as it stands.
+#[derive(Debug, Clone, Copy, Default)]
+pub struct Joint<P> {
+    pub(super) parameters: P,
+    pub(super) kind: AxisKind,
+    pub(super) position: f32,
+}
+
+words! {
+    /// Along x, y, z.
+    pub struct Vector3 { pub(super) x: f32, pub(super) y: f32, pub(super) z: f32 }
+    /// Which of its signals are there.
+    pub struct Options { velocity: bool, force: bool }
+    /// Signals.
+    pub struct Ports {
+        position: Input,
+        velocity: Input,
+        tip_force: Input,
+        tip_position: Output,
+        tip_velocity: Output,
+        force: Output,
+    }
+}
+
+impl Vector3 {
+    fn along(self, axis: usize) -> f32 {
+        [self.x, self.y, self.z].get(axis).copied().unwrap_or(0.0)
+    }
+}
+
+/// Where the tip is, and the columns of its Jacobian.
+#[derive(Debug, Clone, Copy, Default)]
+pub struct Placement {
+    pub(super) tip: Vector3,
+    pub(super) columns: [Vector3; MAX_DOF],
+}
+
+/// See the [module docs](self).
+#[derive(Debug)]
+pub struct Tip<A>(PhantomData<A>);
+
+impl<A: Placed> Module for Tip<A> {
+    const NAME: &'static str = A::TIP;
+    const SUMMARY: &'static str = "Tip of an arm: where it is and how it moves, its force to the joints.";
+    type Settings = (Options, A::Settings);
+    type Gains = A::Joint;
+    type State = ();
+    /// The Jacobian's.
+    type Axis = Vector3;
+    type Ports = Ports;
+
+    fn parameters(
+        (options, settings): &mut Self::Settings,
+        joint: &mut Self::Gains,
+        visit: &mut Parameters<'_>,
+    ) {
+        visit.structural_flag(
+            &mut options.velocity,
+            "VELOCITY",
+            false,
+            "Whether it says the tip's velocity.",
+        );
+        visit.structural_flag(&mut options.force, "FORCE", true, "Whether it commands the tip's force.");
+        A::parameters(settings, joint, visit);
+    }
+
+    fn prepare_axis(_: &Self::Settings, joint: &mut Self::Gains, _: &DeviceDescriptor) {
+        A::prepare(joint);
+    }
+
+    fn ports((options, _): &Self::Settings, declare: &mut Declare<'_>) -> Ports {
+        let mut ports = Ports {
+            position: declare.input("POSITION", types::POSITION),
+            tip_position: declare.output("TIP_POSITION", types::TIP_POSITION),
+            ..Ports::default()
+        };
+        if options.velocity {
+            ports.velocity = declare.input("VELOCITY", types::VELOCITY);
+            ports.tip_velocity = declare.output("TIP_VELOCITY", types::TIP_VELOCITY);
+        }
+        if options.force {
+            ports.tip_force = declare.late().input("DES_TIP_FORCE", types::DES_TIP_FORCE);
+            ports.force = declare.late().output("DES_FORCE", types::DES_FORCE);
+        }
+        ports
+    }
+
+    fn compute(context: &Context<'_, Self>) {
+        let Ports { position, velocity, tip_position, tip_velocity, .. } = context.ports();
+        let (options, settings) = context.settings();
+        let mut joints = [Joint::default(); MAX_DOF];
+        let kinds = context.device().axes().iter();
+        let mut places = joints.iter_mut().zip(kinds);
+        context.map_lanes([position], [], |_, lane, [position]| {
+            if let Some((joint, kind)) = places.next() {
+                *joint = Joint { parameters: lane.gains(), kind: *kind, position };
+            }
+            []
+        });
+        let Placement { tip, columns } = A::place(settings, joints.get(..context.dof()).unwrap_or_default());
+        let mut speed = Vector3::default();
+        let mut columns = columns.into_iter();
+        context.map_lanes([position], [tip_position], |axis, lane, _| {
+            let column = columns.next().unwrap_or_default();
+            lane.set_axis(column);
+            if options.velocity {
+                let rate = context.axis(velocity, axis);
+                speed.x += column.x * rate;
+                speed.y += column.y * rate;
+                speed.z += column.z * rate;
+            }
+            [tip.along(axis)]
+        });
+        if options.velocity {
+            context.map_lanes([position], [tip_velocity], |axis, _, _| [speed.along(axis)]);
+        }
+    }
+
+    fn compute_late(context: &Context<'_, Self>) {
+        let Ports { tip_force, force, .. } = context.ports();
+        let [x, y, z] = [0, 1, 2].map(|axis| context.axis(tip_force, axis));
+        context.map_axes([tip_force], [force], |_, column, _| [column.x * x + column.y * y + column.z * z]);
+    }
+}

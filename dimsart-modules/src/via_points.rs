@@ -1,0 +1,167 @@
+//! Via points: from where the joint stands through up to eight points, each in its own time, on a cubic spline.
+//!
+//! Position, velocity and acceleration are continuous; it is at rest at the first and at the last point (a clamped spline;
+//! de Boor, *A Practical Guide to Splines*, chapter IV). With the slopes `m` at the points, `δ_i` the mean slope and `h_i`
+//! the time from point `i` to the next, the slopes follow from
+//!
+//! `h_i m_{i-1} + 2 (h_{i-1} + h_i) m_i + h_{i-1} m_{i+1} = 3 (h_i δ_{i-1} + h_{i-1} δ_i)`, `m_0 = m_n = 0`,
+//!
+//! and between points, `τ` after the earlier one,
+//! `x = x_i + τ (m_i + τ (c + τ d))`, `c = (3 δ - 2 m_i - m_{i+1}) / h_i`, `d = (m_i + m_{i+1} - 2 δ) / h_i²`.
+//!
+//! It begins where the joint stands, or where it takes over with what was commanded last; points and times are taken then, and
+//! count anew from the next reset on. Behind the last point it stays.
+//!
+//! ```
+//! use dimsart_core::{Bench, types};
+//!
+//! let rows = "all VIA_MOD POINTS 2\nall VIA_MOD POINTS[0][0] 1\nall VIA_MOD COUNT 2\nall VIA_MOD TIMES 0.1
+//!             all MOD_ENG MOD_ON VIA_MOD\nall MOD_ENG MATCHING_CHECK";
+//! let mut bench = Bench::new(&[types::POSITION], rows)?;
+//! let path: Vec<_> = (0..202).filter_map(|_| bench.tick(&[0.0], "DES_POSITION")).collect();
+//! assert_eq!((path.first(), path.last()), (Some(&0.0), Some(&2.0)));
+//! assert!(path.get(100).is_some_and(|x| (x - 1.0).abs() < 1e-5));
+//! # Ok::<(), dimsart_core::BenchError>(())
+//! ```
+
+use crate::take_over::first;
+use dimsart_core::{
+    Context, Declare, DeviceDescriptor, Input, Module, Output, Parameters, Unit, Words as _, types, words,
+};
+
+/// Most points.
+const POINTS: usize = 8;
+
+words! {
+    /// Of all axes.
+    pub struct Settings { count: u32, times_s: [[f32; POINTS]; 1], period_s: f32 }
+    /// Of an axis.
+    pub struct Gains { points: [f32; POINTS] }
+    /// Of all axes: the piece that is gone, and since when.
+    pub struct State { piece: u32, time_s: f32, lost_s: f32 }
+    /// Of an axis; the end is behind all pieces.
+    pub struct Axis { pieces: [Piece; POINTS], end: f32 }
+    /// From a point to the next.
+    pub struct Piece { time_s: f32, point: f32, slope: f32, bend: f32, twist: f32 }
+    /// Signals.
+    pub struct Ports {
+        position: Input,
+        desired_position: Output,
+        desired_velocity: Output,
+        desired_acceleration: Output,
+    }
+}
+
+const END: usize = POINTS * Piece::COUNT;
+
+/// See the [module docs](self).
+#[derive(Debug)]
+pub struct ViaPoints;
+
+impl Module for ViaPoints {
+    const NAME: &'static str = "VIA_MOD";
+    const SUMMARY: &'static str = "Moves through points at set times, on a cubic spline.";
+    type Settings = Settings;
+    type Gains = Gains;
+    type State = State;
+    type Axis = Axis;
+    type Ports = Ports;
+
+    fn parameters(settings: &mut Settings, gains: &mut Gains, visit: &mut Parameters<'_>) {
+        let Settings { count, times_s, .. } = settings;
+        visit.per_axis_row(&mut gains.points, "POINTS", Unit::Position, -1e6..=1e6, 0.0, "Where to go.");
+        let summary = "Time from the point before to each one.";
+        visit.matrix(times_s, "TIMES", Unit::Second, 1e-2..=1e4, 1.0, summary);
+        visit.count(count, "COUNT", Unit::One, 1..=8, 1, "How many of the points are gone to.");
+    }
+
+    fn prepare(settings: &mut Settings, device: &DeviceDescriptor) {
+        settings.period_s = device.sample_period_s();
+    }
+
+    fn ports(_: &Settings, declare: &mut Declare<'_>) -> Ports {
+        Ports {
+            position: declare.input("POSITION", types::POSITION),
+            desired_position: declare.output("DES_POSITION", types::DES_POSITION),
+            desired_velocity: declare.output("DES_VELOCITY", types::DES_VELOCITY),
+            desired_acceleration: declare.output("DES_ACCELERATION", types::DES_ACCELERATION),
+        }
+    }
+
+    fn begin(context: &Context<'_, Self>) {
+        let Ports { position, desired_position, .. } = context.ports();
+        let Settings { count, times_s: [times_s], .. } = context.settings();
+        let takes_over = context.takes_over();
+        context.set_state(State { piece: 0, time_s: 0.0, lost_s: 0.0 });
+        context.begin_axes([position, desired_position.last()], |gains, [x, last]| {
+            let pieces = usize::try_from(count).unwrap_or(POINTS);
+            spline(first(takes_over, last, x), gains.points, times_s, pieces)
+        });
+    }
+
+    #[inline(always)]
+    fn compute(context: &Context<'_, Self>) {
+        let Ports { desired_position, desired_velocity, desired_acceleration, .. } = context.ports();
+        let Settings { period_s, .. } = context.settings();
+        let State { piece, time_s, lost_s } = context.state();
+        let place = usize::try_from(piece).unwrap_or(POINTS);
+        let mut piece_s = 0.0;
+        let outputs = [desired_position, desired_velocity, desired_acceleration];
+        context.map_lanes([], outputs, |_, lane, []| {
+            let piece = Some(place).filter(|place| *place < POINTS).and_then(|place| lane.remembered(place));
+            let Some(piece) = piece.filter(|piece: &Piece| piece.time_s > 0.0) else {
+                return [lane.remembered(END).unwrap_or(0.0), 0.0, 0.0];
+            };
+            piece_s = piece.time_s;
+            let Piece { point, slope, bend, twist, .. } = piece;
+            [
+                point + time_s * (slope + time_s * (bend + time_s * twist)),
+                slope + time_s * (2.0 * bend + time_s * 3.0 * twist),
+                2.0 * bend + time_s * 6.0 * twist,
+            ]
+        });
+        // Rounding is given back with the next step, as `CompensatedSum` does.
+        let step_s = period_s - lost_s;
+        let next_s = time_s + step_s;
+        let lost_s = (next_s - time_s) - step_s;
+        let is_done = next_s >= piece_s && piece_s > 0.0;
+        context.set_state(State {
+            piece: piece + u32::from(is_done),
+            time_s: if is_done { next_s - piece_s } else { next_s },
+            lost_s,
+        });
+    }
+}
+
+/// Slopes by elimination forwards and back; a piece that is not gone has no time.
+fn spline(start: f32, points: [f32; POINTS], times_s: [f32; POINTS], count: usize) -> Axis {
+    let mut axis = Axis { end: start, ..Axis::default() };
+    // Slope at a point is `constant - factor × slope at the next one`: none at the start.
+    let mut eliminated = [(0.0_f32, 0.0_f32); POINTS];
+    let (mut before_s, mut mean_before) = (0.0, 0.0);
+    let (mut constant, mut factor) = (0.0, 0.0);
+    let inputs = points.into_iter().zip(times_s).take(count);
+    for ((place, piece), (terms, (point, time_s))) in
+        axis.pieces.iter_mut().enumerate().zip(eliminated.iter_mut().zip(inputs))
+    {
+        let mean = (point - axis.end) / time_s;
+        if place > 0 {
+            let pivot = 1.0 / (2.0 * (before_s + time_s) - time_s * factor);
+            constant = (3.0 * (time_s * mean_before + before_s * mean) - time_s * constant) * pivot;
+            factor = before_s * pivot;
+        }
+        *terms = (constant, factor);
+        *piece = Piece { time_s, point: axis.end, slope: mean, ..Piece::default() };
+        (axis.end, before_s, mean_before) = (point, time_s, mean);
+    }
+    let mut next = 0.0;
+    for (piece, (constant, factor)) in axis.pieces.iter_mut().zip(eliminated).take(count).rev() {
+        let (mean, slope) = (piece.slope, constant - factor * next);
+        let rate_hz = 1.0 / piece.time_s;
+        piece.slope = slope;
+        piece.bend = (3.0 * mean - 2.0 * slope - next) * rate_hz;
+        piece.twist = (slope + next - 2.0 * mean) * rate_hz * rate_hz;
+        next = slope;
+    }
+    axis
+}

@@ -1,0 +1,81 @@
+//! Virtual wall: a one-sided spring and damper at a set position.
+//!
+//! `F = -s max(0, K p + B p')` with the penetration `p = s (x - x_w) > 0`; `s = +1` for a wall that
+//! stops motion to larger positions, `-1` for `BELOW`. Pushes, never pulls. `p'` by backward difference.
+
+use dimsart_core::{
+    Context, Declare, DeviceDescriptor, Input, Module, Output, Parameters, Unit, choice, types, words,
+};
+
+choice! {
+    /// Where the wall is, seen from free space.
+    pub enum Side { Above = "ABOVE", Below = "BELOW" }
+}
+
+words! {
+    /// Of all axes.
+    pub struct Settings { side: Side }
+    /// Of an axis.
+    pub struct Gains {
+        wall_position: f32,
+        stiffness: f32,
+        damping: f32,
+        /// `B / h`.
+        damping_per_tick: f32,
+    }
+    /// Of an axis.
+    pub struct Axis { previous: f32 }
+    /// Signals.
+    pub struct Ports { position: Input, force: Output }
+}
+
+/// See the [module docs](self).
+#[derive(Debug)]
+pub struct VirtualWall;
+
+impl Module for VirtualWall {
+    const NAME: &'static str = "VWALL_MOD";
+    const SUMMARY: &'static str = "One-sided virtual wall: spring and damper that only push.";
+    type Settings = Settings;
+    type Gains = Gains;
+    type State = ();
+    type Axis = Axis;
+    type Ports = Ports;
+
+    fn parameters(settings: &mut Settings, gains: &mut Gains, visit: &mut Parameters<'_>) {
+        let Gains { wall_position, stiffness, damping, .. } = gains;
+        visit.per_axis(wall_position, "WALL_POSITION", Unit::Position, -1e3..=1e3, 0.0, "Where it begins.");
+        visit.per_axis(stiffness, "K_PARAM", Unit::Stiffness, 0.0..=1e6, 0.0, "Stiffness.");
+        visit.per_axis(damping, "B_PARAM", Unit::Damping, 0.0..=1e4, 0.0, "Damping inside the wall.");
+        let summary = "Whether it stops motion to larger or to smaller positions.";
+        visit.choice(&mut settings.side, "SIDE", summary);
+    }
+
+    fn prepare_axis(_: &Settings, gains: &mut Gains, device: &DeviceDescriptor) {
+        gains.damping_per_tick = gains.damping / device.sample_period_s();
+    }
+
+    fn ports(_: &Settings, declare: &mut Declare<'_>) -> Ports {
+        Ports {
+            position: declare.input("POSITION", types::POSITION),
+            force: declare.output("DES_FORCE", types::DES_FORCE),
+        }
+    }
+
+    fn begin(context: &Context<'_, Self>) {
+        context.begin_axes([context.ports().position], |_, [x]| Axis { previous: x });
+    }
+
+    #[inline(always)]
+    fn compute(context: &Context<'_, Self>) {
+        let Ports { position, force } = context.ports();
+        let outwards = if context.settings().side == Side::Above { 1.0 } else { -1.0 };
+        context.map_axes([position], [force], |gains, axis, [x]| {
+            let previous = axis.previous;
+            axis.previous = x;
+            let depth = outwards * (x - gains.wall_position);
+            let push = gains.stiffness * depth + gains.damping_per_tick * outwards * (x - previous);
+            [if depth > 0.0 { -outwards * push.max(0.0) } else { 0.0 }]
+        });
+    }
+}

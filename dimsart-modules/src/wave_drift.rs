@@ -1,0 +1,86 @@
+//! Drift correction of wave transmission: lessens the wave that leaves, so that the far side comes back to this one.
+//!
+//! With `d` the far side's position beyond this one's, `a = sqrt(2b)`:
+//!
+//! ```text
+//! u' = u                    if d u <= 0
+//! u' = u - a RATE d         as far as it does not change sign
+//! u' = 0                    beyond that
+//! ```
+//!
+//! (Niemeyer and Slotine, *IJRR* 23(9), 2004, "adjusting the wave command".) `|u'| <= |u|` always, so no energy is added
+//! and the line stays passive. Nothing is corrected while no wave goes out, and what leads away is never strengthened.
+//! Waves carry position by themselves: this is for lines that lose packets under `STALE ZERO` or `LIMITED`. In contact the
+//! far side rightly stays behind by `F T/(2b)`; compare desired positions of both wave ports, not of the devices.
+//!
+//! ```
+//! use dimsart_core::{Bench, types};
+//!
+//! let mut bench = Bench::new(
+//!     &[types::CH1_WAVES, types::DES_POSITION, types::FAR_POSITION],
+//!     "all WDRIFT_MOD RATE 10\nall WDRIFT_MOD B_PARAM 2\nall MOD_ENG MOD_ON WDRIFT_MOD\nall MOD_ENG MATCHING_CHECK",
+//! )?;
+//! assert_eq!(bench.tick(&[1.0, 0.0, 0.025], "CH1_TD_WAVES"), Some(0.5)); // 1 - 2 * 10 * 0.025
+//! assert_eq!(bench.tick(&[1.0, 0.0, 0.9], "CH1_TD_WAVES"), Some(0.0));
+//! # Ok::<(), dimsart_core::BenchError>(())
+//! ```
+
+use dimsart_core::{
+    Context, Declare, DeviceDescriptor, Input, Module, Output, Parameters, Unit, math, types, words,
+};
+
+words! {
+    /// Of all axes.
+    pub struct Settings {
+        impedance: f32,
+        rate_hz: f32,
+        /// `sqrt(2 b) RATE`.
+        wave_per_position: f32,
+    }
+    /// Signals.
+    pub struct Ports { waves_in: Input, position: Input, far_position: Input, waves_out: Output }
+}
+
+/// See the [module docs](self).
+#[derive(Debug)]
+pub struct WaveDrift;
+
+impl Module for WaveDrift {
+    const NAME: &'static str = "WDRIFT_MOD";
+    const SUMMARY: &'static str =
+        "Lessens a leaving wave so that the far side's position comes back to this one.";
+    type Settings = Settings;
+    type Gains = ();
+    type State = ();
+    type Axis = ();
+    type Ports = Ports;
+
+    fn parameters(settings: &mut Settings, _: &mut (), visit: &mut Parameters<'_>) {
+        let Settings { impedance, rate_hz, .. } = settings;
+        visit.real(impedance, "B_PARAM", Unit::Damping, 1e-3..=1e4, 10.0, "Wave impedance b.");
+        visit.real(rate_hz, "RATE", Unit::Hertz, 0.0..=1e3, 1.0, "How fast drift is taken back.");
+    }
+
+    fn prepare(settings: &mut Settings, _: &DeviceDescriptor) {
+        settings.wave_per_position = math::sqrt(2.0 * settings.impedance) * settings.rate_hz;
+    }
+
+    fn ports(_: &Settings, declare: &mut Declare<'_>) -> Ports {
+        Ports {
+            waves_in: declare.input("WAVES_IN", types::CH1_WAVES),
+            position: declare.input("POSITION", types::DES_POSITION),
+            far_position: declare.input("FAR_POSITION", types::FAR_POSITION),
+            waves_out: declare.output("WAVES_OUT", types::CH1_TD_WAVES),
+        }
+    }
+
+    #[inline(always)]
+    fn compute(context: &Context<'_, Self>) {
+        let Ports { waves_in, position, far_position, waves_out } = context.ports();
+        let Settings { wave_per_position, .. } = context.settings();
+        context.map_axes([waves_in, position, far_position], [waves_out], |(), (), [wave, x, far]| {
+            let excess = wave_per_position * (far - x);
+            [if wave > 0.0 { wave - excess.max(0.0).min(wave) } else { wave - excess.min(0.0).max(wave) }]
+        });
+    }
+}

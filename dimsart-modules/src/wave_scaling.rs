@@ -1,0 +1,91 @@
+//! Scaling between master and slave on a line of waves: the slave moves `p` times as far, and pushes `f` times as hard.
+//!
+//! ```text
+//! in' = s in       out' = out / s       s = sqrt(p f)
+//! ```
+//!
+//! It stands between the line and the slave's wave port, whose `B_PARAM` is then to be `b f / p` with the master's `b`:
+//! `p` and `f` are both in `s` and in that impedance, `u = (b x' + F)/sqrt(2b)` with `p x'`, `f F` in place of `x'`, `F`.
+//! A wave that goes there and back is as large as it was, so a loop of passive ports is as stable as without scaling,
+//! for any `p`, `f`; the power at the slave is `p f` times the master's. With `p f = 1` no energy is scaled at all,
+//! `s = 1`, and the impedance alone does it. (Niemeyer and Slotine, *IJRR* 23(9), 2004; power scaling: Colgate, *IEEE T-RA*
+//! 9(4), 1993.) Schemes without waves scale by `NORMALIZER_MOD`.
+//!
+//! ```
+//! use dimsart_core::{Bench, types};
+//!
+//! let mut bench = Bench::new(
+//!     &[types::CH2_WAVES, types::CH1_WAVES],
+//!     "all WSCALE_MOD POSITION_SCALE 2\nall WSCALE_MOD FORCE_SCALE 8
+//!      all MOD_ENG MOD_ON WSCALE_MOD\nall MOD_ENG MATCHING_CHECK",
+//! )?;
+//! assert_eq!(bench.tick(&[1.0, 1.0], "CH2_TD_WAVES"), Some(4.0));
+//! assert_eq!(bench.tick(&[1.0, 1.0], "CH1_TD_WAVES"), Some(0.25));
+//! # Ok::<(), dimsart_core::BenchError>(())
+//! ```
+
+use dimsart_core::{
+    Context, Declare, DeviceDescriptor, Input, Module, Output, Parameters, Unit, math, types, words,
+};
+
+words! {
+    /// Of an axis.
+    pub struct Gains {
+        position_scale: f32,
+        force_scale: f32,
+        /// `sqrt(p f)`.
+        inwards: f32,
+        /// `1 / sqrt(p f)`.
+        outwards: f32,
+    }
+    /// Signals.
+    pub struct Ports { line_in: Input, port_in: Output, port_out: Input, line_out: Output }
+}
+
+/// See the [module docs](self).
+#[derive(Debug)]
+pub struct WaveScaling;
+
+impl Module for WaveScaling {
+    const NAME: &'static str = "WSCALE_MOD";
+    const SUMMARY: &'static str = "Scales position and force between a line of waves and the slave's port.";
+    type Settings = ();
+    type Gains = Gains;
+    type State = ();
+    type Axis = ();
+    type Ports = Ports;
+
+    fn parameters(_: &mut (), gains: &mut Gains, visit: &mut Parameters<'_>) {
+        let Gains { position_scale, force_scale, .. } = gains;
+        let summary = "How far the slave moves per motion of the master.";
+        visit.per_axis(position_scale, "POSITION_SCALE", Unit::One, 1e-3..=1e3, 1.0, summary);
+        let summary = "How hard the slave pushes per force of the master.";
+        visit.per_axis(force_scale, "FORCE_SCALE", Unit::One, 1e-3..=1e3, 1.0, summary);
+    }
+
+    fn prepare_axis((): &(), gains: &mut Gains, _: &DeviceDescriptor) {
+        gains.inwards = math::sqrt(gains.position_scale * gains.force_scale);
+        gains.outwards = 1.0 / gains.inwards;
+    }
+
+    fn ports((): &(), declare: &mut Declare<'_>) -> Ports {
+        Ports {
+            line_in: declare.input("LINE_IN", types::CH2_WAVES),
+            port_in: declare.output("PORT_IN", types::CH2_TD_WAVES),
+            port_out: declare.late().input("PORT_OUT", types::CH1_WAVES),
+            line_out: declare.late().output("LINE_OUT", types::CH1_TD_WAVES),
+        }
+    }
+
+    #[inline(always)]
+    fn compute(context: &Context<'_, Self>) {
+        let Ports { line_in, port_in, .. } = context.ports();
+        context.map_axes([line_in], [port_in], |gains, (), [wave]| [gains.inwards * wave]);
+    }
+
+    #[inline(always)]
+    fn compute_late(context: &Context<'_, Self>) {
+        let Ports { port_out, line_out, .. } = context.ports();
+        context.map_axes([port_out], [line_out], |gains, (), [wave]| [gains.outwards * wave]);
+    }
+}

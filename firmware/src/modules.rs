@@ -1,0 +1,30 @@
+//! The module kinds of this image.
+
+use dimsart_core::{KindId, Kinds, join_kinds};
+use dimsart_modules::{
+    BASIC, CONTROL, ENERGY, FILTERS, JOINT_CONTROL, LIMITS, LOGIC, ONLINE, OWN, ROBOTS, SIGNALS,
+    TELEOPERATION, TRAJECTORIES,
+};
+
+/// The groups that were chosen by features of this package, and the kinds of a project.
+pub(crate) const MODULES: Kinds = join_kinds![
+    BASIC,
+    if cfg!(feature = "control") { CONTROL } else { Kinds::NONE },
+    if cfg!(feature = "joint-control") { JOINT_CONTROL } else { Kinds::NONE },
+    if cfg!(feature = "signals") { SIGNALS } else { Kinds::NONE },
+    if cfg!(feature = "filters") { FILTERS } else { Kinds::NONE },
+    if cfg!(feature = "trajectories") { TRAJECTORIES } else { Kinds::NONE },
+    if cfg!(feature = "limits") { LIMITS } else { Kinds::NONE },
+    if cfg!(feature = "logic") { LOGIC } else { Kinds::NONE },
+    if cfg!(feature = "robots") { ROBOTS } else { Kinds::NONE },
+    if cfg!(feature = "teleoperation") { TELEOPERATION } else { Kinds::NONE },
+    if cfg!(feature = "energy") { ENERGY } else { Kinds::NONE },
+    if cfg!(feature = "online") { ONLINE } else { Kinds::NONE },
+    OWN,
+];
+
+/// Number of module kinds.
+pub(crate) const COUNT: usize = MODULES.list().len();
+
+/// Their ids.
+pub(crate) const IDS: [KindId; COUNT] = MODULES.ids();
