@@ -111,6 +111,7 @@ pub(super) fn pages_of_docs() -> Vec<String> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::chore;
     use crate::markdown::{anchors, blocks, code_spans};
 
     #[test]
@@ -172,10 +173,11 @@ mod tests {
             let text = read_text(path).unwrap();
             let code = blocks(&text).into_iter().map(|block| block.text).chain(code_spans(&text));
             for code in code {
-                let named =
-                    code.split("cargo xtask ").skip(1).filter_map(|rest| rest.split_whitespace().next());
-                for chore in named.map(|chore| chore.trim_end_matches('`')) {
-                    assert!(crate::USAGE.contains(&format!("\n  {chore} ")), "{path}: cargo xtask {chore}");
+                for call in
+                    code.split("cargo xtask ").skip(1).filter_map(|rest| rest.split(['\n', '`']).next())
+                {
+                    let words: Vec<&str> = call.split_whitespace().take(2).collect();
+                    assert!(chore::names(crate::VERBS, &words), "{path}: cargo xtask {call}");
                 }
             }
         }
