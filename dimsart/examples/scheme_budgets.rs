@@ -1,4 +1,4 @@
-//! What the shipped scheme takes at most of images with their sides' schemes: rows for `cargo xtask budgets`.
+//! What the shipped scheme takes at most of images with their sides' schemes: rows for `cargo xtask write budgets`.
 //!
 //! `cargo run --release -p dimsart --example scheme_budgets FOLDER BOARD...`; the folder has an image named after each.
 //!

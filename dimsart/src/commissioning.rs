@@ -8,7 +8,6 @@
 
 mod at_rest;
 mod check;
-mod emulated;
 mod examination;
 mod jitter;
 mod locked_rotor;
@@ -18,7 +17,6 @@ mod surroundings;
 mod ticks;
 
 pub use check::{Check, Verdict};
-pub use emulated::{EmulatedBoard, EmulatedLine, OnBench};
 pub use examination::examine;
 pub use jitter::Histogram;
 pub use locked_rotor::{LockedRotor, Step};

@@ -1,6 +1,6 @@
 //! A fleet over Zenoh: `dimsart bridge` and a router as processes of their own, and a commander here.
 //!
-//! `cargo xtask bridge` runs it; the build takes minutes.
+//! `cargo xtask step bridge` runs it; the build takes minutes.
 #![cfg(unix)]
 #![expect(clippy::unwrap_used, clippy::indexing_slicing, reason = "in helpers of tests as in tests")]
 

@@ -2,7 +2,7 @@
 //!
 //! It shows how to join two [`Dimsart`]s by a [`Coupling`], and checks what that promises: words that cross are whole, never
 //! older than what was there before, the interrupt never waits, and a planner that stands still takes the force away.
-//! `cargo xtask two-engines` runs it on the emulated board, with interrupts at random distances.
+//! `cargo xtask step two-engines` runs it on the emulated board, with interrupts at random distances.
 #![no_std]
 #![no_main]
 

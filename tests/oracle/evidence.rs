@@ -1,4 +1,4 @@
-//! Comparisons with an oracle: what is beyond its tolerance fails the test, and all of it is kept for `cargo xtask oracle` to
+//! Comparisons with an oracle: what is beyond its tolerance fails the test, and all of it is kept for `cargo xtask step oracle` to
 //! show.
 
 use std::path::Path;

@@ -1,7 +1,7 @@
 //! Modules and plants against outside implementations: scipy, python-control, `MuJoCo`, closed forms.
 //!
 //! `cargo xtask test` has the reference runs written by the Python scripts beside these files, and says in `DIMSART_ORACLE`
-//! where they are; `cargo xtask oracle` draws what was compared.
+//! where they are; `cargo xtask step oracle` draws what was compared.
 #![expect(
     clippy::unwrap_used,
     clippy::indexing_slicing,

@@ -3,7 +3,7 @@
 
     python tests/oracle/report.py --found target/oracle/found --out target/oracle-report
 
-The tests write the rows (`tests/common/evidence.rs`); `cargo xtask oracle` runs all of it.
+The tests write the rows (`tests/common/evidence.rs`); `cargo xtask step oracle` runs all of it.
 """
 
 from __future__ import annotations

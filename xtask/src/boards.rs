@@ -269,25 +269,20 @@ fn over_budget(image: &Image) -> Option<String> {
     })
 }
 
-pub(crate) fn size(image: &Path) -> Result<Size, String> {
-    size_where(image, |_| true)
-}
-
-/// Of the sections with such names.
-pub(crate) fn size_where(image: &Path, is_counted: impl Fn(&[u8]) -> bool) -> Result<Size, String> {
+fn size(image: &Path) -> Result<Size, String> {
     let unreadable = |error: &dyn std::fmt::Display| format!("cannot read {}: {error}", image.display());
     let bytes = std::fs::read(image).map_err(|error| unreadable(&error))?;
-    size_of(&bytes, is_counted).map_err(|error| unreadable(&error))
+    size_of(&bytes).map_err(|error| unreadable(&error))
 }
 
-fn size_of(bytes: &[u8], is_counted: impl Fn(&[u8]) -> bool) -> object::Result<Size> {
+fn size_of(bytes: &[u8]) -> object::Result<Size> {
     let header = FileHeader32::<Endianness>::parse(bytes)?;
     let endian = header.endian()?;
     let sections = header.sections(endian, bytes)?;
     let mut size = Size { flash: 0, ram: 0 };
     for section in sections.iter() {
         let (flags, bytes) = (section.sh_flags(endian), u64::from(section.sh_size(endian)));
-        if flags & elf::SHF_ALLOC != 0 && is_counted(sections.section_name(endian, section)?) {
+        if flags & elf::SHF_ALLOC != 0 {
             size.flash += if section.sh_type(endian) == elf::SHT_NOBITS { 0 } else { bytes };
             size.ram += if flags & elf::SHF_WRITE == 0 { 0 } else { bytes };
         }
@@ -331,6 +326,6 @@ mod tests {
 
     #[test]
     fn what_is_no_image_has_no_size() {
-        assert!(size_of(b"no image", |_| true).is_err());
+        assert!(size_of(b"no image").is_err());
     }
 }

@@ -1,4 +1,4 @@
-//! `cargo xtask budgets`: what the shipped scheme takes on every board, of cycles and stack, for a tick and for each
+//! `cargo xtask write budgets`: what the shipped scheme takes on every board, of cycles and stack, for a tick and for each
 //! module, kept in `boards/budgets` and held to that.
 
 mod changes;
@@ -38,7 +38,7 @@ pub(crate) fn write() -> Outcome {
 pub(crate) fn hold(toolchain: Toolchain) -> Outcome {
     let changes = changes(&measure()?)?;
     if !changes.gained.is_empty() {
-        println!("{}\nrun `cargo xtask budgets` to keep what was gained", changes.gained.join("\n"));
+        println!("{}\nrun `cargo xtask write budgets` to keep what was gained", changes.gained.join("\n"));
     }
     if changes.wrong.is_empty() {
         return Ok(());
@@ -55,7 +55,7 @@ pub(crate) fn hold(toolchain: Toolchain) -> Outcome {
         return Ok(());
     }
     Err(wrong
-        + "\nmake it cheaper; if it is worth that, or the scheme is another one, run `cargo xtask budgets` and commit the \
+        + "\nmake it cheaper; if it is worth that, or the scheme is another one, run `cargo xtask write budgets` and commit the \
            files with the reason")
 }
 

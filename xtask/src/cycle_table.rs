@@ -1,4 +1,4 @@
-//! `cargo xtask cycle-table BOARD`: checks the cycle table on a board's chip; on the emulated board, its sequences.
+//! `cargo xtask step cycle-table BOARD`: checks the cycle table on a board's chip; on the emulated board, its sequences.
 
 use boards::BOARDS;
 

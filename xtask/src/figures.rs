@@ -1,5 +1,4 @@
-//! `cargo xtask figures`: what the firmware takes, of memory and of time, written to `docs/firmware.md`; with it,
-//! and alone by `cargo xtask faults`, how soon faults are noticed, written to `docs/fault-latency.md`.
+//! `cargo xtask write figures`: memory and time of the firmware, to `docs/firmware.md`.
 
 use std::fmt::Write;
 
@@ -8,12 +7,12 @@ use crate::example::example;
 use crate::shell::{Outcome, command, top};
 use crate::table::table;
 use crate::toolchain::Toolchain;
-use crate::{module_groups, setup, stack};
+use crate::{setup, stack};
 
 const HEAD: &str = "\
 # What the firmware takes
 
-Written by `cargo xtask figures`; this and `cargo xtask test` fail when an image is over its budget in
+Written by `cargo xtask write figures`; this and `cargo xtask test` fail when an image is over its budget in
 `boards/budgets/`.
 Flash is code, constants and the initial values of variables; RAM is all variables, the Data Base with its modules'
 parameters and state among them, without the stack and without the code that is copied to CCM SRAM. The emulated board
@@ -26,7 +25,7 @@ const STACK: &str = "
 ## Stack
 
 Every priority at its deepest on top of the others, with what interrupts save: by following all calls in the machine
-code. `cargo xtask stack` shows the calls. At most is what the memory map leaves for it; `cargo xtask test` fails when
+code. `cargo xtask step stack` shows the calls. At most is what the memory map leaves for it; `cargo xtask test` fails when
 that is too little.
 ";
 
@@ -84,8 +83,7 @@ pub(crate) fn run() -> Outcome {
     let toolchain = Toolchain::set_up()?;
     let images = build_all(toolchain, Images::All)?;
     let bounds = stack::bounds(&images)?;
-    let page =
-        page(&images) + &module_groups::section(toolchain)? + STACK + &stack::summary(&images, &bounds);
+    let page = page(&images) + STACK + &stack::summary(&images, &bounds);
     let page = page
         + TIME
         + "

@@ -1,4 +1,4 @@
-//! `cargo xtask fuzz`: every decoder under libFuzzer, on the stable compiler.
+//! `cargo xtask step fuzz`: every decoder under libFuzzer, on the stable compiler.
 //!
 //! The folder `fuzz` is laid out for `cargo fuzz` too: `cargo fuzz run packets --sanitizer none`.
 

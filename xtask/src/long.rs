@@ -7,26 +7,28 @@ use std::thread::sleep;
 use std::time::{Duration, Instant};
 
 use crate::boards::{Image, Images};
-use crate::shell::{Outcome, cargo, target};
+use crate::shell::{EMULATOR, Outcome, cargo, target};
 use crate::steps::Steps;
 use crate::toolchain::Toolchain;
 use crate::{
     boards, cycle_table, fuzz, module_costs, page, panic_free, setup, stack, test, tutorial, two_engines,
 };
 
-/// Tells a test to run at its full length.
-const VARIABLE: &str = "DIMSART_LONG";
+/// Tell a test to run at its full length: here, and in the emulator's workspace.
+const VARIABLES: [&str; 2] = ["DIMSART_LONG", "LONG_TESTS"];
 const A_MOMENT: Duration = Duration::from_secs(1);
 
 /// Inputs of each decoder, and the hours they take.
 const INPUTS: u64 = 1_000_000_000;
 const HOURS: u64 = 8;
 
-/// Tests that read [`VARIABLE`].
+/// Tests that read one of [`VARIABLES`].
 struct Run {
     what: &'static str,
     /// On two cores, about.
     minutes: u64,
+    /// Cargo's manifest of the workspace.
+    workspace: &'static str,
     package: &'static str,
     /// File in the package's `tests`, and how the names of the tests in it begin.
     test: [&'static str; 2],
@@ -47,6 +49,15 @@ const RUNS: &[Run] = &[
         ["emulated", "same_bits::"],
     ),
     Run::new(3, "10^4 random transactions on an emulated board", "dimsart", ["emulated", "transactions::"]),
+    Run {
+        workspace: EMULATOR,
+        ..Run::new(
+            2,
+            "10^7 random instructions in the emulated processor and in QEMU, register by register",
+            "dimsart-cycles",
+            ["qemu", "random_instructions"],
+        )
+    },
     Run::new(
         2,
         "10^4 ticks of every board in its emulated chip",
@@ -103,7 +114,7 @@ const RUNS: &[Run] = &[
 
 impl Run {
     const fn new(minutes: u64, what: &'static str, package: &'static str, test: [&'static str; 2]) -> Self {
-        Self { what, minutes, package, test }
+        Self { what, minutes, workspace: "Cargo.toml", package, test }
     }
 
     /// Of the core's tests.
@@ -160,7 +171,8 @@ pub(crate) fn run() -> Outcome {
 fn run_one(run: &Run) -> Outcome {
     let [file, name] = run.test;
     println!("about {} min", run.minutes);
-    complete(&["--release", "--package", run.package, "--test", file], &["--", name], Some(run.minutes))
+    let what = ["--release", "--manifest-path", run.workspace, "--package", run.package, "--test", file];
+    complete(&what, &["--", name], Some(run.minutes))
 }
 
 /// Tests that need images which `cargo xtask test` does not build, at their short length.
@@ -173,11 +185,16 @@ fn tests_of_images() -> Outcome {
 /// Runs tests, at their full length where the minutes are given; fails if one is skipped.
 fn complete(what: &[&str], names: &[&str], minutes: Option<u64>) -> Outcome {
     let arguments = [&["test", "--quiet"], what].concat();
-    crate::shell::run(cargo(&arguments).arg("--no-run"))?;
-    let mut tests = cargo(&arguments);
+    let test = || {
+        let mut test = cargo(&arguments);
+        test.env("CARGO_TARGET_DIR", target());
+        test
+    };
+    crate::shell::run(test().arg("--no-run"))?;
+    let mut tests = test();
     tests.args(names).env("DIMSART_FIRMWARE", boards::folder());
     if minutes.is_some() {
-        tests.env(VARIABLE, "1");
+        tests.envs(VARIABLES.map(|variable| (variable, "1")));
     }
     let (succeeds, said) = wait_for(&mut tests, minutes)?;
     let is_skipped = |line: &str| line.starts_with("skipped:");

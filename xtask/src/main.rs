@@ -6,6 +6,7 @@ mod book;
 mod bridge;
 mod budget_file;
 mod budgets;
+mod chore;
 mod console;
 mod cycle_table;
 mod emulator;
@@ -16,7 +17,6 @@ mod fuzz;
 mod long;
 mod markdown;
 mod module_costs;
-mod module_groups;
 mod oracle;
 mod page;
 mod panic_free;
@@ -34,86 +34,132 @@ mod two_engines;
 
 use std::process::ExitCode;
 
-const USAGE: &str = "\
-usage: cargo xtask COMMAND
+use chore::{Chore, list};
 
-  quick       format, lints, tests of the core and of the two-sided loop: while one works
-  test        set up what is missing, build an image of every board, run all tests
-  flash BOARD[,VARIANT] [master|slave]
-              build a board's image, flash it through its debug probe and show its log
-  cycle-table BOARD
-              run the image that measures every row of the cycle table on a board (docs/cycles.md)
-  silicon BOARD[,VARIANT] [--emulated] [--port PORT] [--locked-rotor] [...]
-              flash a board, check all of it that can be checked, and write a report to runs/silicon/BOARD; further
-              arguments are those of `dimsart commission`
-  two-engines run a planner below a joint's interrupt on the emulated board, and check what crosses between them
-  budgets     what the shipped scheme takes on every board, of cycles and stack, into boards/budgets/
-  oracle      compare every module and plant with outside implementations: a table, and a page with the curves
-  figures     memory and time of the firmware (docs/firmware.md)
-  module-groups the section of docs/firmware.md on what each group of modules takes; takes half an hour
-  module-costs what each kind of module costs, into boards/module-costs.txt
-  bench       count the instructions of a tick, hold them to their budgets, and time the shipped scenario
-              (docs/benchmarks.md)
-  page        try the page of `dimsart serve` in a browser; its pictures go to target/page
-  book        build the book of docs/, with a page per module, board and fault, to target/book; sets up mdBook first
-  tutorial    follow docs/tutorial.md, command by command
-  how-tos     the same with docs/howto/; takes seconds
-  bridge      build `dimsart bridge`, which takes minutes, and try it with a Zenoh router
-  fuzz [N]    give every decoder N inputs, 10 million unless told otherwise
-  long        for the night: tests that ci runs short, at their full length; the images, lints, documentation and tests of all
-              variants, the tutorial, the page in a browser, the cycle table and two engines, which ci leaves out;
-              then fuzz 1000000000
-  panic-free  show that nothing a tick reaches in the images' machine code can panic, and that it is in CCM SRAM
-  stack       bound the stack of every image by its machine code, with the deepest calls of every priority
-  ci          for every change: format, lints and documentation with warnings denied, then test, panic-free
-              and the counts of bench
-";
+const VERBS: &[Chore] = &[
+    Chore::new("quick", "run format, lints, tests of the core and of the two-sided loop", test::quick),
+    Chore::new("test", "set up missing tools, build an image of every board, run all tests", test::test),
+    Chore::new("ci", "run all that a change has to pass: `test`, lints, documentation, budgets", test::ci),
+    Chore::new(
+        "long",
+        "run all that is for the night: tests at full length, all variants, most steps",
+        long::run,
+    ),
+    Chore::with(
+        "flash",
+        "BOARD[,VARIANT] [master|slave]",
+        "build a board's image, flash it through its debug probe and show its log",
+        |words| match words {
+            [board] => Some(flash::flash(board, "master")),
+            [board, side] => Some(flash::flash(board, side)),
+            _ => None,
+        },
+    ),
+    Chore::with(
+        "silicon",
+        "BOARD[,VARIANT] [--emulated] [--port PORT] [--locked-rotor] [...]",
+        "flash and check a board, report to runs/silicon/BOARD; more arguments go to `dimsart commission`",
+        |words| Some(silicon::silicon(words)),
+    ),
+    Chore::new(
+        "bench",
+        "count the instructions of a tick and time the simulator (docs/benchmarks.md)",
+        bench::run,
+    ),
+    Chore::new("book", "build the book of docs/ to target/book; sets up mdBook first", book::book),
+    Chore::one_of("write", "write a generated file; without a name, list them", FILES),
+    Chore::one_of("step", "run a single step; without a name, list them", STEPS),
+];
+
+/// Generated files that the repository keeps.
+const FILES: &[Chore] = &[
+    Chore::new(
+        "budgets",
+        "cycles and stack of the shipped scheme on every board: boards/budgets/",
+        budgets::write,
+    ),
+    Chore::new("figures", "memory and time of the firmware: docs/firmware.md", figures::run),
+    Chore::new(
+        "module-costs",
+        "cycles of every kind of module: boards/module-costs.txt",
+        module_costs::write,
+    ),
+];
+
+/// Steps that run by themselves.
+const STEPS: &[Chore] = &[
+    Chore::new(
+        "bridge",
+        "build `dimsart bridge`, which takes minutes, and test it with a Zenoh router",
+        bridge::bridge,
+    ),
+    Chore::with(
+        "cycle-table",
+        "BOARD",
+        "measure every row of the cycle table on a board (docs/cycles.md)",
+        |words| match words {
+            [board] => Some(cycle_table::cycle_table(board)),
+            _ => None,
+        },
+    ),
+    Chore::with("fuzz", "[N]", "give every decoder N inputs, 10 million by default", |words| match words {
+        [] => Some(fuzz::fuzz(fuzz::INPUTS)),
+        [inputs] => Some(match inputs.parse() {
+            Ok(inputs) => fuzz::fuzz(inputs),
+            Err(error) => Err(format!("invalid number of inputs '{inputs}': {error}")),
+        }),
+        _ => None,
+    }),
+    Chore::new("how-tos", "follow docs/howto/, command by command", tutorial::follow_how_tos),
+    Chore::new(
+        "oracle",
+        "compare modules and plants with outside implementations: a table and a page",
+        oracle::report,
+    ),
+    Chore::new(
+        "page",
+        "test the page of `dimsart serve` in a browser; pictures go to target/page",
+        page::page,
+    ),
+    Chore::new(
+        "panic-free",
+        "show that no tick can panic, and that its code is in CCM SRAM",
+        panic_free::run,
+    ),
+    Chore::new(
+        "stack",
+        "bound the stack of every image, with the deepest calls of every priority",
+        stack::run,
+    ),
+    Chore::new("tutorial", "follow docs/tutorial.md, command by command", tutorial::follow),
+    Chore::new(
+        "two-engines",
+        "run two engines on the emulated board, one interrupting the other",
+        two_engines::run,
+    ),
+];
+
+fn usage() -> String {
+    let [verbs, files, steps] = [VERBS, FILES, STEPS].map(list);
+    format!("usage: cargo xtask COMMAND\n\n{verbs}\nnames for `write`:\n{files}\nnames for `step`:\n{steps}")
+}
 
 fn main() -> ExitCode {
-    let arguments: Vec<String> = std::env::args().skip(1).collect();
-    let arguments: Vec<&str> = arguments.iter().map(String::as_str).collect();
-    let result = match arguments.as_slice() {
-        ["quick"] => test::quick(),
-        ["test"] => test::test(),
-        ["flash", board] => flash::flash(board, "master"),
-        ["flash", board, side] => flash::flash(board, side),
-        ["cycle-table", board] => cycle_table::cycle_table(board),
-        ["silicon", words @ ..] => silicon::silicon(words),
-        ["two-engines"] => two_engines::run(),
-        ["budgets"] => budgets::write(),
-        ["figures"] => figures::run(),
-        ["module-groups"] => module_groups::write(),
-        ["module-costs"] => module_costs::write(),
-        ["bench"] => bench::run(),
-        ["fuzz"] => fuzz::fuzz(fuzz::INPUTS),
-        ["fuzz", inputs] => match inputs.parse() {
-            Ok(inputs) => fuzz::fuzz(inputs),
-            Err(error) => Err(format!("'{inputs}' is no number of inputs: {error}")),
-        },
-        ["book"] => book::book(),
-        ["tutorial"] => tutorial::follow(),
-        ["how-tos"] => tutorial::follow_how_tos(),
-        ["bridge"] => bridge::bridge(),
-        ["page"] => page::page(),
-        ["oracle"] => oracle::report(),
-        ["long"] => long::run(),
-        ["panic-free"] => panic_free::run(),
-        ["stack"] => stack::run(),
-        ["ci"] => test::ci(),
-        ["help" | "-h" | "--help", ..] => {
-            print!("{USAGE}");
-            return ExitCode::SUCCESS;
-        }
-        _ => {
-            eprint!("{USAGE}");
-            return ExitCode::from(2);
-        }
-    };
-    match result {
-        Ok(()) => ExitCode::SUCCESS,
-        Err(message) => {
+    let words: Vec<String> = std::env::args().skip(1).collect();
+    let words: Vec<&str> = words.iter().map(String::as_str).collect();
+    if let ["help" | "-h" | "--help", ..] = words.as_slice() {
+        print!("{}", usage());
+        return ExitCode::SUCCESS;
+    }
+    match chore::run(VERBS, &words) {
+        Some(Ok(())) => ExitCode::SUCCESS,
+        Some(Err(message)) => {
             eprintln!("xtask: {message}");
             ExitCode::FAILURE
+        }
+        None => {
+            eprint!("{}", usage());
+            ExitCode::from(2)
         }
     }
 }

@@ -1,4 +1,4 @@
-//! `cargo xtask module-costs`: what each kind of module costs on a board, by stamps of images that have it, kept in
+//! `cargo xtask write module-costs`: what each kind of module costs on a board, by stamps of images that have it, kept in
 //! `boards/module-costs.txt` and held to that.
 
 use std::fmt::Write;
@@ -26,7 +26,7 @@ const GROUPS: [&[&str]; 3] = [
 
 const HEAD: &str = "\
 # What each kind of module adds to a tick at most on nucleo-g474re, cycles: without axes, for each axis, and why there is
-# no bound. By `cargo xtask module-costs`, from stamps of images. `cargo xtask test` fails where the plain image differs by
+# no bound. By `cargo xtask write module-costs`, from stamps of images. `cargo xtask test` fails where the plain image differs by
 # over 5 %, `cargo xtask long` where another one does.
 ";
 /// How the reason begins where the image has no module to compare with.
@@ -95,9 +95,10 @@ fn hold(toolchain: Toolchain, images: &[PathBuf]) -> Outcome {
     }
     match wrong.is_empty() {
         true => Ok(()),
-        false => {
-            Err(format!("{} cost other than in {FILE}: run `cargo xtask module-costs`", wrong.join(", ")))
-        }
+        false => Err(format!(
+            "{} cost other than in {FILE}: run `cargo xtask write module-costs`",
+            wrong.join(", ")
+        )),
     }
 }
 

@@ -1,4 +1,4 @@
-//! `cargo xtask panic-free`: nothing that a tick or a current loop can reach in the machine code may panic, and all of it is
+//! `cargo xtask step panic-free`: nothing that a tick or a current loop can reach in the machine code may panic, and all of it is
 //! in CCM SRAM where the board has it there.
 //!
 //! From `dimsart_tick` on, and from what brings it packets and takes them from it, every call in the machine code of

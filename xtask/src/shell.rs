@@ -36,6 +36,16 @@ pub(crate) fn cargo(arguments: &[&str]) -> Command {
     command(std::env::var_os("CARGO").unwrap_or_else(|| "cargo".into()), arguments)
 }
 
+/// Cargo's manifest of the emulator, which is a workspace of its own.
+pub(crate) const EMULATOR: &str = "emulator/Cargo.toml";
+
+/// Cargo for the emulator's workspace. Dependencies of both workspaces are built once, in one target directory.
+pub(crate) fn cargo_emulator(verb: &str) -> Command {
+    let mut cargo = cargo(&[verb, "--workspace", "--manifest-path", EMULATOR]);
+    cargo.env("CARGO_TARGET_DIR", target());
+    cargo
+}
+
 /// Runs a command to its end.
 pub(crate) fn run(command: &mut Command) -> Outcome {
     let shown = shown(command);

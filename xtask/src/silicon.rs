@@ -169,7 +169,7 @@ fn cycle_table(toolchain: Toolchain, board: &BoardInfo, chip: &str) -> Result<Ch
         true => Ok(format!("{rows} lines of log")),
         false => Err(last_lines(&log)),
     };
-    let next = "send the log of `cargo xtask cycle-table BOARD`: the model's table is wrong for this chip, or nothing was flashed";
+    let next = "send the log of `cargo xtask step cycle-table BOARD`: the model's table is wrong for this chip, or nothing was flashed";
     Ok(Check::of("cycle table", "every row as the table has it", found, next))
 }
 

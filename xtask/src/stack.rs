@@ -1,4 +1,4 @@
-//! `cargo xtask stack`: how much stack every image takes, by its machine code.
+//! `cargo xtask step stack`: how much stack every image takes, by its machine code.
 
 use boards::BOARDS;
 use cycles::frame::Frames;
@@ -43,7 +43,7 @@ pub(crate) fn hold(images: &[Image], bounds: &[StackBound]) -> Outcome {
             format!("{} takes up to {bytes} bytes of stack and has {available_bytes}", image.name)
         })
         .collect();
-    if over.is_empty() { Ok(()) } else { Err(over.join("\n") + ": `cargo xtask stack` shows for what") }
+    if over.is_empty() { Ok(()) } else { Err(over.join("\n") + ": `cargo xtask step stack` shows for what") }
 }
 
 /// Holds what the code of an image says of its functions' frames to what the compiler says of them.

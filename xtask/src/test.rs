@@ -1,7 +1,7 @@
 //! The tiers of tests: `quick` while one works, `test` for all tests, `ci` for every change. `long` is for the night.
 
 use crate::boards::{Image, Images};
-use crate::shell::{Outcome, cargo, run};
+use crate::shell::{EMULATOR, Outcome, cargo, cargo_emulator, run};
 use crate::steps::Steps;
 use crate::toolchain::Toolchain;
 use crate::{
@@ -80,12 +80,17 @@ fn python(steps: &Steps) -> Outcome {
 
 fn format() -> Outcome {
     run(&mut cargo(&["fmt", "--all", "--check"]))?;
-    run(&mut cargo(&["fmt", "--manifest-path", "fuzz/Cargo.toml", "--check"]))?;
+    for workspace in [EMULATOR, "fuzz/Cargo.toml"] {
+        run(&mut cargo(&["fmt", "--all", "--manifest-path", workspace, "--check"]))?;
+    }
     boards::check_format()
 }
 
 fn lint() -> Outcome {
-    run(&mut cargo(&["clippy", "--workspace", "--all-targets", "--quiet", "--", "--deny", "warnings"]))
+    for mut clippy in [cargo(&["clippy", "--workspace"]), cargo_emulator("clippy")] {
+        run(clippy.args(["--all-targets", "--quiet", "--", "--deny", "warnings"]))?;
+    }
+    Ok(())
 }
 
 /// Of what tests of control laws depend on: the simulator without emulated boards.
@@ -94,7 +99,10 @@ pub(crate) fn lint_simulator() -> Outcome {
 }
 
 fn document() -> Outcome {
-    run(cargo(&["doc", "--workspace", "--no-deps", "--quiet"]).env("RUSTDOCFLAGS", "--deny warnings"))
+    for mut document in [cargo(&["doc", "--workspace"]), cargo_emulator("doc")] {
+        run(document.args(["--no-deps", "--quiet"]).env("RUSTDOCFLAGS", "--deny warnings"))?;
+    }
+    Ok(())
 }
 
 fn images(steps: &Steps, toolchain: Toolchain) -> Result<Vec<Image>, String> {
@@ -102,7 +110,7 @@ fn images(steps: &Steps, toolchain: Toolchain) -> Result<Vec<Image>, String> {
 }
 
 fn build(steps: &Steps) -> Outcome {
-    steps.step("build of the tests", || run(&mut cargo(&test_programs::BUILD)))
+    steps.step("build of the tests", || test_programs::builds().iter_mut().try_for_each(run))
 }
 
 /// Holds the images to their budgets, and prepares what tests need.
@@ -124,7 +132,10 @@ fn hold(steps: &Steps, toolchain: Toolchain, images: &[Image]) -> Outcome {
 
 fn tests(steps: &Steps) -> Outcome {
     steps.step("tests", || {
-        let folders = [("DIMSART_ORACLE", oracle::folder()), ("DIMSART_FIRMWARE", boards::folder())];
-        test_programs::run_all(&folders.map(|(name, folder)| (name, folder.into())))
+        test_programs::run_all(&[
+            ("DIMSART_ORACLE", oracle::folder().into()),
+            ("DIMSART_FIRMWARE", boards::folder().into()),
+            ("REQUIRE_QEMU", "1".into()),
+        ])
     })
 }

@@ -8,13 +8,18 @@ use std::time::Instant;
 
 use serde::Deserialize;
 
-use crate::shell::{Outcome, at_once, cargo, cores, run};
+use crate::shell::{Outcome, at_once, cargo, cargo_emulator, cores, run};
 
 /// The programs that take longest, by name.
 const LONGEST: [&str; 8] = ["chip", "emulated", "cycles", "replay", "page", "power_cut", "connect", "live"];
 
-/// Arguments of cargo that build all of them.
-pub(crate) const BUILD: [&str; 4] = ["test", "--workspace", "--no-run", "--quiet"];
+/// Commands that build all test programs, of both workspaces.
+pub(crate) fn builds() -> [Command; 2] {
+    [cargo(&["test", "--workspace"]), cargo_emulator("test")].map(|mut build| {
+        build.args(["--no-run", "--quiet"]);
+        build
+    })
+}
 
 /// What cargo tells of something that it has built.
 #[derive(Deserialize)]
@@ -80,13 +85,15 @@ impl Program {
 
 /// Builds and runs all of them, with these variables, and the examples of the documentation; names those that fail.
 pub(crate) fn run_all(environment: &[(&str, OsString)]) -> Outcome {
-    let told = cargo(&BUILD).arg("--message-format=json").output();
-    let told = told.map_err(|error| format!("cargo could not be started: {error}"))?;
-    if !told.status.success() {
-        return Err(String::from_utf8_lossy(&told.stderr).into_owned());
+    let mut programs = Vec::new();
+    for mut build in builds() {
+        let told = build.arg("--message-format=json").output();
+        let told = told.map_err(|error| format!("cargo could not be started: {error}"))?;
+        if !told.status.success() {
+            return Err(String::from_utf8_lossy(&told.stderr).into_owned());
+        }
+        programs.extend(String::from_utf8_lossy(&told.stdout).lines().filter_map(Program::of));
     }
-    let mut programs: Vec<Program> =
-        String::from_utf8_lossy(&told.stdout).lines().filter_map(Program::of).collect();
     programs.sort_by_key(Program::rank);
     if programs.is_empty() {
         return Err("cargo has built no test program".to_owned());

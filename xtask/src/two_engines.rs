@@ -1,4 +1,4 @@
-//! `cargo xtask two-engines`: two engines on the emulated board, one of which interrupts the other.
+//! `cargo xtask step two-engines`: two engines on the emulated board, one of which interrupts the other.
 
 use boards::BOARDS;
 

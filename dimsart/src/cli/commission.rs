@@ -7,15 +7,14 @@ use std::process::ExitCode;
 
 use boards::BOARDS;
 use boards::catalogue::BoardInfo;
-use chips::{Bench, Board};
+use chips::{Bench, Board, SharedBoard};
 use clap::Args;
 use serde::Deserialize;
 
 use super::line::{Device, LineOptions};
 use super::{Ending, UsageError};
 use crate::commissioning::{
-    Check, Computer, EmulatedBoard, LockedRotor, Report, Step, Surroundings, examine, save_and_restart,
-    watch_ticks,
+    Check, Computer, LockedRotor, Report, Step, Surroundings, examine, save_and_restart, watch_ticks,
 };
 use crate::connect::{self, Patience};
 use crate::cycles::Firmware;
@@ -114,7 +113,7 @@ impl Commission {
             Board::named(&self.board).ok_or_else(|| format!("{} boots in no emulated chip", self.board))?;
         let firmware = Firmware::find(image, Some(board.name))?;
         report.facts.push(("image's file".to_owned(), firmware.path.display().to_string()));
-        let mut emulated = EmulatedBoard::new(Bench::new(board, firmware.image)?);
+        let mut emulated = SharedBoard::new(Bench::new(board, firmware.image)?);
         let mut device = connect::Device::greet(emulated.line(), Patience::default())?;
         let checked = self.check(&mut device, &mut emulated, report);
         report.add([rules(&emulated), Check::not_run(LOCKED, "an emulated chip has no motor")]);
@@ -173,7 +172,7 @@ impl Commission {
 const LOCKED: &str = "torque on a locked rotor";
 
 /// What the emulated chip has noted.
-fn rules(emulated: &EmulatedBoard) -> Check {
+fn rules(emulated: &SharedBoard) -> Check {
     let bench = emulated.bench();
     let faults =
         bench.processor.faults().iter().map(|fault| format!("fault at {}: {}", fault.place, fault.why));

@@ -63,7 +63,9 @@ impl Emulate {
             }
             None => serve(&mut bench, &stop, out)?,
         }
-        report(&mut bench, out)
+        let verdict = bench.verdict();
+        writeln!(out, "{verdict}")?;
+        Ok(if verdict.is_well() { ExitCode::SUCCESS } else { ExitCode::FAILURE })
     }
 }
 
@@ -99,33 +101,4 @@ fn exchange(bench: &mut Bench, line: &mut Pipe) {
         // Nobody reads: it is lost, as on a cable.
         let _ = line.write(&answer);
     }
-}
-
-fn report(bench: &mut Bench, out: &mut impl Write) -> Ending {
-    let (masked, place) = bench.processor.take_longest_masked();
-    let hz = bench.chip().clock().hz();
-    #[expect(clippy::cast_precision_loss, reason = "below 2^53")]
-    let masked_us = masked as f64 / hz * 1e6;
-    writeln!(
-        out,
-        "{}: {:.3} s at {:.0} MHz, {} instructions; interrupts masked for {masked_us:.1} us at most, until {place}",
-        bench.board.name,
-        bench.time_s(),
-        hz / 1e6,
-        bench.processor.instructions(),
-    )?;
-    let (violations, faults) = (bench.violations(), bench.processor.faults().to_vec());
-    let resets = bench.chip().resets().to_vec();
-    for violation in &violations {
-        writeln!(out, "rule broken: {violation}")?;
-    }
-    for fault in &faults {
-        writeln!(out, "fault: {}: {}", fault.place, fault.why)?;
-    }
-    for reset in &resets {
-        writeln!(out, "reset: {reset:?}")?;
-    }
-    let is_well = violations.is_empty() && faults.is_empty() && resets.is_empty();
-    writeln!(out, "{}", if is_well { "no rule broken, no fault, no reset" } else { "not well" })?;
-    Ok(if is_well { ExitCode::SUCCESS } else { ExitCode::FAILURE })
 }

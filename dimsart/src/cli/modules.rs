@@ -58,7 +58,7 @@ and run it again. Ports can be bound to other data types of the same unit, forma
 scheme); `any` is every one.
 
 Cycles are what a module adds to a tick at most on nucleo-g474re, whose tick runs from CCM SRAM: bounds of the machine code
-([cycles.md](cycles.md)), by `cargo xtask module-costs`. `dimsart modules --image FILE` shows those of an image that is
+([cycles.md](cycles.md)), by `cargo xtask write module-costs`. `dimsart modules --image FILE` shows those of an image that is
 stamped. Bytes are those of the Data Base. Both are without axes, and for each axis.
 
 Every module but the ends of links takes `EVERY_TICKS`, too: 1 (the default), 2, 4, 5, 10, 20, 50 or 100, while it is

@@ -3,6 +3,8 @@
 use std::process::Command;
 use std::time::Instant;
 
+use chips::SharedBoard;
+
 /// What a check needs beside the board's line.
 pub trait Surroundings {
     /// Time that passes for the board, by a clock that is not its own, `s`.
@@ -61,5 +63,25 @@ impl Surroundings for Computer {
             true => Ok(()),
             false => Err(format!("`{line}`: {}", String::from_utf8_lossy(&output.stderr).trim())),
         }
+    }
+}
+
+/// An emulated board; its time is the chip's.
+impl Surroundings for SharedBoard {
+    fn now_s(&self) -> f64 {
+        self.bench().time_s()
+    }
+
+    fn keeps_time(&self) -> bool {
+        true
+    }
+
+    fn can_restart(&self) -> bool {
+        true
+    }
+
+    fn restart(&mut self) -> Result<(), String> {
+        self.bench().reset();
+        Ok(())
     }
 }

@@ -175,7 +175,7 @@ fn duration(name: &str, timing: Option<&TimingText>, cycles: &[f64]) -> Check {
             "{bound} at most without a request, by the machine code of the scheme that runs; {} in all",
             limit.map_or("any".to_owned(), |limit| limit.to_string())
         ),
-        "`cargo xtask cycle-table BOARD` compares the chip with the model: report what it shows",
+        "`cargo xtask step cycle-table BOARD` compares the chip with the model: report what it shows",
     )
 }
 

@@ -311,6 +311,6 @@ fn machine(what: &'static str) -> impl Fn(MachineError) -> CyclesError {
     move |source| CyclesError::Machine { what, source }
 }
 
-fn access(source: ::cycles::state::AccessError) -> CyclesError {
+fn access(source: ::cycles::AccessError) -> CyclesError {
     CyclesError::Access(source)
 }

@@ -3,10 +3,10 @@
 use std::io;
 use std::path::PathBuf;
 
+use ::cycles::AccessError;
 use ::cycles::bound::BoundError;
 use ::cycles::image::ImageError;
 use ::cycles::machine::MachineError;
-use ::cycles::state::AccessError;
 use dimsart_core::CommandError;
 
 use hil_sim::bilateral::ExperimentError;

@@ -1,4 +1,4 @@
-"""The page in a real browser: what a user does with it, step by step. `cargo xtask page` runs it.
+"""The page in a real browser: what a user does with it, step by step. `cargo xtask step page` runs it.
 
 usage: page.py DIMSART FOLDER    the command, and where the pictures go
 """

@@ -5,7 +5,8 @@ use std::path::{Path, PathBuf};
 use std::process::{Command, Output};
 use std::sync::{Arc, Mutex};
 
-use dimsart::commissioning::{Check, EmulatedBoard, LockedRotor, Surroundings, Verdict, examine};
+use chips::SharedBoard;
+use dimsart::commissioning::{Check, LockedRotor, Surroundings, Verdict, examine};
 use dimsart::connect::Device;
 
 use crate::common::{CommandLine, PATIENCE, bench};
@@ -86,8 +87,8 @@ fn an_image_without_a_stamp_fails_and_so_does_another_board() {
 }
 
 /// A board in an emulated chip that was spoilt first, as examined.
-fn examined(spoil: impl FnOnce(&mut Device<CommandLine>, &mut EmulatedBoard)) -> Option<Vec<Check>> {
-    let mut around = EmulatedBoard::new(bench("nucleo-g474re")?);
+fn examined(spoil: impl FnOnce(&mut Device<CommandLine>, &mut SharedBoard)) -> Option<Vec<Check>> {
+    let mut around = SharedBoard::new(bench("nucleo-g474re")?);
     let mut device = Device::greet(around.line(), PATIENCE).unwrap();
     spoil(&mut device, &mut around);
     Some(examine(&mut device, &around, Some("nucleo-g474re")).unwrap())

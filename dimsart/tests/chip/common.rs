@@ -3,10 +3,9 @@
 use std::sync::{Arc, MutexGuard};
 use std::time::Duration;
 
-use chips::{Bench, Board};
+pub(crate) use chips::CommandLine;
+use chips::{Bench, Board, OnBench, SharedBoard};
 use cycles::image::Image;
-pub(crate) use dimsart::commissioning::EmulatedLine as CommandLine;
-use dimsart::commissioning::{EmulatedBoard, OnBench};
 use dimsart::connect::{Device, Patience};
 
 /// With a board that is slower here than in its time, also where this computer is busy.
@@ -25,7 +24,7 @@ pub(crate) fn bench_of(name: &str, image: Arc<Image>) -> Bench {
 
 /// A board that a test and its command line share.
 #[derive(Debug)]
-pub(crate) struct Shared<W = Bench>(EmulatedBoard<W>);
+pub(crate) struct Shared<W = Bench>(SharedBoard<W>);
 
 impl Shared {
     /// The board of a name on the bench, with its image; none where no images are.
@@ -36,7 +35,7 @@ impl Shared {
 
 impl<W: OnBench> Shared<W> {
     pub(crate) fn of(world: W) -> Self {
-        Self(EmulatedBoard::new(world))
+        Self(SharedBoard::new(world))
     }
 
     pub(crate) fn bench(&self) -> MutexGuard<'_, W> {

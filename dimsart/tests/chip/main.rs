@@ -10,7 +10,6 @@
 )]
 
 mod boot;
-mod can_adapter;
 mod client;
 mod command;
 mod commissioning;

@@ -4,14 +4,12 @@
 //! command line ──▶ board ◀── CAN FD at 1 and 5 Mbit/s ──▶ adapter ──▶ three drives ──▶ joints of an inertia
 //! ```
 
-use chips::{Bench, Board, CanBus, Fate};
+use chips::{Bench, Board, CanAdapter, CanBus, Fate, OnBench};
 use cycles::machine::MachineError;
-use dimsart::commissioning::OnBench;
 use dimsart::connect::Device;
 use hil_sim::plant::{Joint, JointParameters, MoteusDrive};
 use hil_sim::schemes::SchemeText;
 
-use crate::can_adapter::CanAdapter;
 use crate::common::{CommandLine, Shared, image};
 
 const BOARD: usize = 0;
@@ -38,7 +36,7 @@ impl World {
     fn start() -> Option<Shared<Self>> {
         let board =
             Bench::new(Board::named("nucleo-g474re").unwrap(), image("nucleo-g474re-moteus")?).unwrap();
-        let adapter = CanAdapter::bench(board.board);
+        let adapter = CanAdapter::bench(board.board).unwrap();
         let axis = |id| {
             let joint = JointParameters::of_inertia(INERTIA_KG_M2).build().unwrap();
             (MoteusDrive::new(id, MOST_TORQUE_NM), joint)
@@ -52,8 +50,8 @@ impl World {
         };
         // Until the board's controller is set up; the adapter's is then set up as that one.
         world.bus.run_for(20e-3).unwrap();
-        let timing = CanAdapter::timing(world.bench());
-        CanAdapter::join(world.bus.bench(ADAPTER).unwrap(), timing);
+        let timing = CanAdapter::timing(world.bench()).unwrap();
+        CanAdapter::join(world.bus.bench(ADAPTER).unwrap(), timing).unwrap();
         world.run_for(100e-3).unwrap();
         Some(Shared::of(world))
     }
@@ -61,7 +59,7 @@ impl World {
     fn step(&mut self) -> Result<(), MachineError> {
         self.bus.run_for(STEP_S)?;
         let adapter = self.bus.bench(ADAPTER).unwrap();
-        while let Some((identifier, bytes)) = CanAdapter::take(adapter) {
+        while let Some((identifier, bytes)) = CanAdapter::take(adapter).unwrap() {
             for ((drive, _), _) in
                 self.axes.iter_mut().zip(self.is_plugged).filter(|(_, is_plugged)| *is_plugged)
             {
@@ -70,7 +68,7 @@ impl World {
                 }
             }
         }
-        self.adapter.flush(adapter);
+        self.adapter.flush(adapter).unwrap();
         for (drive, joint) in &mut self.axes {
             joint.advance(self.time_s, STEP_S, drive.torque_nm(), &|_| 0.0);
             drive.set_state(joint.state().position, joint.state().velocity);

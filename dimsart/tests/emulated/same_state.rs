@@ -1,11 +1,11 @@
 //! Ticks of the firmware in the machine that counts cycles and in QEMU: the same registers behind every instruction.
 #![expect(clippy::expect_used, reason = "in helpers of a test")]
 
-#[path = "../../../cycles/tests/qemu/compare.rs"]
+#[path = "../../../emulator/cycles/tests/qemu/compare.rs"]
 mod compare;
-#[path = "../../../cycles/tests/qemu/emulator.rs"]
+#[path = "../../../emulator/cycles/tests/qemu/emulator.rs"]
 mod emulator;
-#[path = "../../../cycles/tests/qemu/encode.rs"]
+#[path = "../../../emulator/cycles/tests/qemu/encode.rs"]
 mod encode;
 
 use std::fs;

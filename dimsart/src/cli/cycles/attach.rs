@@ -183,7 +183,7 @@ impl Attached {
                 out,
                 "WARNING: {} took {:.0} {measured_unit}, more than its bound of {bound}: the bound is of memory `{profile}`; \
                  is it the board's (`--profile flash` where flash waits), and is an interrupt in it? \
-                 `cargo xtask cycle-table {board}` holds the model to the chip",
+                 `cargo xtask step cycle-table {board}` holds the model to the chip",
                 row.name, row.measured_max
             )?;
         }

@@ -66,7 +66,7 @@ mod tests {
         for kind in ALL.list() {
             let KindCost { cycles, cycles_per_axis, no_bound } = KindCost::of_board(kind.name);
             let is_known = cycles.is_some_and(|cycles| cycles > 0) && cycles_per_axis.is_some();
-            assert!(is_known != no_bound.is_some(), "{}: run `cargo xtask module-costs`", kind.name);
+            assert!(is_known != no_bound.is_some(), "{}: run `cargo xtask write module-costs`", kind.name);
         }
     }
 }

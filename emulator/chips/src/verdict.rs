@@ -1,0 +1,51 @@
+//! The verdict on a run: how long it was, and each broken rule, fault and reset.
+
+use std::fmt;
+
+use crate::Bench;
+
+/// The verdict on a board's run so far, as text.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Verdict {
+    /// Board, time, clock, instructions and the longest time with interrupts masked.
+    pub run: String,
+    /// A line for each broken rule, fault and reset.
+    pub troubles: Vec<String>,
+}
+
+impl Verdict {
+    pub(crate) fn of(bench: &mut Bench) -> Self {
+        let (masked, place) = bench.processor.take_longest_masked();
+        let hz = bench.chip().clock().hz();
+        #[expect(clippy::cast_precision_loss, reason = "below 2^53")]
+        let masked_us = masked as f64 / hz * 1e6;
+        let run = format!(
+            "{}: {:.3} s at {:.0} MHz, {} instructions; interrupts masked for {masked_us:.1} us at most, until {place}",
+            bench.board.name,
+            bench.time_s(),
+            hz / 1e6,
+            bench.processor.instructions(),
+        );
+        let rules = bench.violations().into_iter().map(|rule| format!("rule broken: {rule}"));
+        let mut troubles: Vec<String> = rules.collect();
+        let faults = bench.processor.faults().iter();
+        troubles.extend(faults.map(|fault| format!("fault: {}: {}", fault.place, fault.why)));
+        troubles.extend(bench.chip().resets().iter().map(|reset| format!("reset: {reset:?}")));
+        Self { run, troubles }
+    }
+
+    /// Whether there was no trouble.
+    #[must_use]
+    pub fn is_well(&self) -> bool {
+        self.troubles.is_empty()
+    }
+}
+
+impl fmt::Display for Verdict {
+    fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let Self { run, troubles } = self;
+        writeln!(formatter, "{run}")?;
+        troubles.iter().try_for_each(|trouble| writeln!(formatter, "{trouble}"))?;
+        formatter.write_str(if self.is_well() { "no rule broken, no fault, no reset" } else { "not well" })
+    }
+}

@@ -1,0 +1,167 @@
+//! Who calls whom in an image.
+
+use std::collections::btree_map::Entry;
+use std::collections::{BTreeMap, BTreeSet, VecDeque};
+use std::rc::Rc;
+
+use crate::declared::{Callee, Declared, Name};
+use crate::frame::{Frame, FrameError, Frames};
+use crate::image::{Function, Image};
+
+/// The calls of an image, with what is declared of them.
+#[derive(Debug)]
+pub(crate) struct Graph<'a> {
+    /// The functions.
+    pub frames: Frames<'a>,
+    /// What the image does not say.
+    pub declared: &'a Declared,
+}
+
+/// Why calls cannot be followed.
+#[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
+pub enum GraphError {
+    /// A function cannot be followed.
+    #[error(transparent)]
+    Frame(#[from] FrameError),
+    /// A call through a pointer of which nothing is declared.
+    #[error("{place}: a call through a pointer; declare what {caller} can call (on behalf of {root})")]
+    Undeclared {
+        /// Where.
+        place: String,
+        /// The function.
+        caller: String,
+        /// What it is called from.
+        root: String,
+    },
+    /// A call of an address where no function begins.
+    #[error(
+        "{place}: a call of {target:#010x}, where no function begins; give it a function's symbol (`.type`)"
+    )]
+    NoFunction {
+        /// Where.
+        place: String,
+        /// What is called.
+        target: u32,
+    },
+    /// What is declared matches nothing.
+    #[error("no function of the image is '{callee}', which {caller} is declared to call")]
+    Unmatched {
+        /// Declared callee.
+        callee: String,
+        /// Of this caller.
+        caller: String,
+    },
+}
+
+/// A call, its target found.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) struct Edge {
+    /// Address of the instruction.
+    pub at: u32,
+    /// Bytes of the caller that are on the stack.
+    pub depth_bytes: u32,
+    /// Where the called function begins.
+    pub callee: u32,
+}
+
+impl<'a> Graph<'a> {
+    /// Of an image.
+    #[must_use]
+    pub(crate) fn new(image: &'a Image, declared: &'a Declared) -> Self {
+        Self { frames: Frames::new(image), declared }
+    }
+
+    /// The image.
+    #[must_use]
+    pub(crate) fn image(&self) -> &'a Image {
+        self.frames.image()
+    }
+
+    /// Whether the function that begins at an address has such a name.
+    #[must_use]
+    pub(crate) fn has_name(&self, address: u32, name: &Name) -> bool {
+        self.image().functions.get(&address).is_some_and(|function| name.is_of(function))
+    }
+
+    /// A function and what it calls on behalf of `root`, where an interrupt or the program begins. At each call's target
+    /// a function begins.
+    ///
+    /// # Errors
+    /// [`GraphError`].
+    pub(crate) fn calls(&self, root: u32, function: u32) -> Result<(Rc<Frame>, Vec<Edge>), GraphError> {
+        let frame = self.frames.of(function)?;
+        let mut edges = Vec::new();
+        for (&at, call) in &frame.calls {
+            let callees = match call.callee {
+                Some(target) if !self.image().functions.contains_key(&target) => {
+                    return Err(GraphError::NoFunction { place: self.image().place(at), target });
+                }
+                Some(callee) => vec![callee],
+                None => self.pointed(root, function, at)?,
+            };
+            let edge = |callee| Edge { at, depth_bytes: call.depth_bytes, callee };
+            edges.extend(callees.into_iter().map(edge));
+        }
+        Ok((frame, edges))
+    }
+
+    /// Everything that `root` reaches, each with its caller and the call on one of the shortest ways.
+    ///
+    /// # Errors
+    /// [`GraphError`].
+    pub(crate) fn reached(&self, root: u32) -> Result<BTreeMap<u32, Option<(u32, Edge)>>, GraphError> {
+        let mut reached = BTreeMap::from([(root, None)]);
+        let mut waiting = VecDeque::from([root]);
+        while let Some(caller) = waiting.pop_front() {
+            for edge in self.calls(root, caller)?.1 {
+                if let Entry::Vacant(entry) = reached.entry(edge.callee) {
+                    entry.insert(Some((caller, edge)));
+                    waiting.push_back(edge.callee);
+                }
+            }
+        }
+        Ok(reached)
+    }
+
+    /// What a call through a pointer can call.
+    fn pointed(&self, root: u32, caller: u32, at: u32) -> Result<Vec<u32>, GraphError> {
+        let image = self.image();
+        let declared = self.declared.callers.iter().find(|declared| {
+            self.has_name(caller, &declared.name)
+                && declared.from.as_ref().is_none_or(|from| self.has_name(root, from))
+        });
+        let Some(declared) = declared else {
+            let [caller, root] = [caller, root].map(|address| image.place(address));
+            return Err(GraphError::Undeclared { place: image.place(at), caller, root });
+        };
+        let mut callees = BTreeSet::new();
+        for callee in &declared.callees {
+            let named = image.functions.values().filter(|function| callee.name.is_of(function));
+            let mut is_matched = false;
+            for function in named {
+                if self.is_meant(callee, function)? {
+                    is_matched = true;
+                    callees.insert(function.address);
+                }
+            }
+            if !is_matched {
+                let [callee, caller] = [&callee.name, &declared.name].map(Name::to_string);
+                return Err(GraphError::Unmatched { callee, caller });
+            }
+        }
+        Ok(callees.into_iter().collect())
+    }
+
+    /// Whether it calls what it has to, by calls that need no declaration.
+    fn is_meant(&self, callee: &Callee, function: &Function) -> Result<bool, GraphError> {
+        let Some((reaches, other)) = &callee.reaching else { return Ok(true) };
+        let mut seen = BTreeSet::from([function.address]);
+        let mut waiting = vec![function.address];
+        while let Some(address) = waiting.pop() {
+            let known =
+                self.frames.of(address)?.calls.values().filter_map(|call| call.callee).collect::<Vec<_>>();
+            waiting.extend(known.into_iter().filter(|callee| seen.insert(*callee)));
+        }
+        Ok(seen.iter().any(|address| self.has_name(*address, other)) == *reaches)
+    }
+}
