@@ -5,10 +5,10 @@
 use std::cell::RefCell;
 
 use dimsart_core::limits::DEFAULT_WORDS;
-use dimsart_modules::ALL;
 use dimsart_core::online::{Header, Instruction, LawParameter, OWN_AXIS, Opcode, Program, seal};
 use dimsart_core::{Command, CommandError, Dimsart, ModuleRef, Tick, Unit, Value, Word, types};
 use dimsart_fuzz::{arm, controller};
+use dimsart_modules::ALL;
 use libfuzzer_sys::fuzz_target;
 
 thread_local! {

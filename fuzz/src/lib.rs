@@ -1,8 +1,8 @@
 //! What several fuzz targets need: controllers as they ship.
 
 use dimsart_core::limits::DEFAULT_WORDS;
-use dimsart_modules::ALL;
 use dimsart_core::{AxisKind, DeviceDescriptor, Dimsart, scheme, types};
+use dimsart_modules::ALL;
 
 /// The sides that the shipped schemes are for.
 pub const SIDES: &[&str] = &["master", "slave"];

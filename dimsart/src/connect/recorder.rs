@@ -209,11 +209,6 @@ impl<S: Read + Write> Device<S> {
     /// The recorder of this name, or the only one; it is plugged in.
     fn recorder(&mut self, name: Option<&str>) -> Result<ModuleRef, ConnectError> {
         let recorder = self.module(RECORDER)?;
-        // A kind that was left out of the image keeps its name and has no parameters.
-        if self.know(|known| known.parameter_named(recorder.kind, LENGTH).is_none())? {
-            let left_out = CommandError::UnknownModule(recorder);
-            return Err(ConnectError::Word(self.refusal_text(left_out)?));
-        }
         let recorders = self.plugged_in(recorder)?;
         let names = self.recorders()?;
         let there = match names.is_empty() {

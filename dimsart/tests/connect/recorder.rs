@@ -173,22 +173,24 @@ fn an_empty_recorder_is_said_to_be_empty() {
 }
 
 #[test]
-fn a_recorder_that_is_not_in_the_image_is_said_to_be_left_out() {
+fn a_kind_that_the_image_lacks_is_named() {
     let emulated = Emulated::start();
     let robot = Arc::clone(&emulated.robot);
-    let recorder = dimsart_modules::ALL.module("RECORDER_MOD").unwrap();
+    let place = dimsart_modules::ALL.list().iter().position(|kind| kind.name == "RECORDER_MOD").unwrap();
     let port = listen(move |content| match decode_request(content) {
-        Ok((id, Request::Parameter { kind, .. })) if kind == recorder.kind => {
+        // The list ends before it.
+        Ok((id, Request::Module { place: asked })) if usize::from(asked) >= place => {
             let response = Response::Refused(Refusal::NotThere);
             encode_response(&response, id, &mut [0; MAX_FRAME_BYTES]).unwrap().to_vec()
         }
         _ => robot.lock().unwrap().answer(content),
     });
     let emulated = Emulated { port, ..emulated };
-    for arguments in [&["recorder"][..], &["recorder", "RECORDER_MOD"]] {
+    for arguments in [&["recorder"][..], &["recorder", "RECORDER_MOD"], &["on", "RECORDER_MOD.2"]] {
         let found = message(&emulated.run(arguments));
         assert!(
-            found.contains("was RECORDER_MOD left out with its group when it was built (docs/firmware.md)?"),
+            found
+                .contains("the image has no RECORDER_MOD: build it with that module kind (docs/firmware.md)"),
             "{found}"
         );
     }

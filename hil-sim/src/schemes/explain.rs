@@ -6,6 +6,8 @@ use dimsart_core::protocol::{Accepted, ParameterText};
 use dimsart_core::scheme::{ENGINE, PORT_PREFIX, Problem, SWITCH, SchemeError};
 use dimsart_core::{CommandError, EngineCommand, Explanation, ModuleRef, ParameterError, Vocabulary};
 
+use dimsart_modules::ALL;
+
 use super::{MAX_WORD_CHARS, nearest, suggestion};
 use crate::foreign_text::shortened;
 
@@ -92,6 +94,10 @@ impl<V: Vocabulary + ?Sized> fmt::Display for Explained<'_, V> {
         let Self { error: SchemeError { place, problem }, known } = *self;
         let word = &*shortened(place.word, MAX_WORD_CHARS);
         match problem {
+            Problem::Module | Problem::ModuleValue if ALL.module(word).is_some() => {
+                let kind = word.split('.').next().unwrap_or(word);
+                write!(f, "the image has no {kind}: build it with that module kind (docs/firmware.md)")
+            }
             Problem::Destination => self.unknown(f, "a side", ["master", "slave", "m&s", "all"]),
             Problem::Module => self.unknown(f, "a module", [ENGINE].into_iter().chain(known.kind_names())),
             Problem::ModuleValue => self.unknown(f, "a module", known.kind_names()),

@@ -1,6 +1,6 @@
 //! The control laws of this project: `cargo dimsart new-module NAME` adds one.
 //!
-//! This file is compiled twice: as a part of this crate, and, as .cargo/config.toml says, as a part of the core, for every
+//! This file is compiled twice: as a part of this crate, and, as .cargo/config.toml says, with the module library, for every
 //! tool and image of this project. So a law names the core `dimsart_core`, and another file of this folder `super`.
 
 pub mod template;
