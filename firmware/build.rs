@@ -13,7 +13,8 @@ use boards::BOARDS;
 use boards::catalogue::{BoardInfo, MODULE_GROUPS, SHIPPED_GROUPS};
 use dimsart_core::limits::DEFAULT_WORDS;
 use dimsart_core::limits::MAX_DOF;
-use dimsart_core::{AxisKind, DeviceDescriptor, Dimsart, saved_scheme, scheme, types};
+use dimsart_core::{AxisKind, DeviceDescriptor, Dimsart, scheme, types};
+use dimsart_link::saved_scheme;
 use dimsart_modules::IN_PLACE;
 
 const SIDES: [&str; 2] = ["master", "slave"];

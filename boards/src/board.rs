@@ -2,14 +2,15 @@
 
 use core::ops::Range;
 
-#[cfg(feature = "auth")]
-use dimsart_core::auth::Profile;
 use dimsart_core::limits::{MAX_DOF, MAX_LINKS};
-use dimsart_core::protocol::{Identification, MotorFallback, MotorReport};
 use dimsart_core::{
-    AxisKind, Counter, DataType, DriveFault, InputLimits, MAX_PACKET_BYTES, OutputLimits, Scalar as _,
-    StartCause, Tick, Word, types,
+    AxisKind, Counter, DataType, DriveFault, InputLimits, MAX_PACKET_BYTES, OutputLimits, Scalar as _, Tick,
+    Word, types,
 };
+use dimsart_link::StartCause;
+#[cfg(feature = "auth")]
+use dimsart_link::auth::Profile;
+use dimsart_link::protocol::{Identification, MotorFallback, MotorReport};
 use embassy_executor::SendSpawner;
 use embedded_io_async::{Read, Write};
 use embedded_storage_async::nor_flash::NorFlash;

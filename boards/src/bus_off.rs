@@ -5,7 +5,7 @@
 
 use core::sync::atomic::{AtomicBool, AtomicU8, Ordering::Relaxed};
 
-use dimsart_core::EventKind;
+use dimsart_link::EventKind;
 
 /// Whether the controller was reset since the node last looked.
 static IS_RESET: AtomicBool = AtomicBool::new(false);

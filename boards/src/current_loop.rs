@@ -21,7 +21,7 @@ pub use identifying::Identifying;
 pub use scaling::{MOST_COUNTS, Rest, Scaling, WrongAtRest, amperes};
 
 use dimsart_core::DriveFault;
-use dimsart_core::protocol::{self, FoundMotor, IdentificationFailure};
+use dimsart_link::protocol::{self, FoundMotor, IdentificationFailure};
 use drive::{
     As5600, Checked, Configuration, Drive, Duties, Encoder, Fault, Identification, IdentificationError,
     IdentificationStep, Identified, Rotor, Sample,

@@ -1,6 +1,6 @@
 //! ARM's MPS2 with a Cortex-M4F (application note 386), as QEMU emulates it: no hardware needed.
 //!
-//! The device is whatever the host plays: a host exchanges one [frame](dimsart_core::exchange) per tick over two
+//! The device is whatever the host plays: a host exchanges one [frame](dimsart_link::exchange) per tick over two
 //! pipes named `to-board` and `from-board` in the emulator's working folder. By default the exchange is
 //! also the clock: each frame of the host moves time on by one tick, no asynchronous interrupt happens,
 //! and a run is the same bit by bit and instruction by instruction. With the feature `timer-tick` a
@@ -26,8 +26,9 @@ use cortex_m::interrupt::InterruptNumber;
 use cortex_m::peripheral::syst::SystClkSource;
 use cortex_m::peripheral::{MPU, Peripherals, SCB, SYST};
 use defmt_semihosting as _;
-use dimsart_core::exchange::MAX_PACKETS;
-use dimsart_core::{Counter, DataType, StartCause, Tick, Word};
+use dimsart_link::exchange::MAX_PACKETS;
+use dimsart_core::{Counter, DataType, Tick, Word};
+use dimsart_link::{StartCause};
 use embassy_executor::InterruptExecutor;
 
 use crate::board::{Board, Joints, Parts};

@@ -44,9 +44,10 @@ use core::sync::atomic::AtomicU32;
 
 use cortex_m::peripheral::{MPU, SCB};
 use defmt_rtt as _;
-use dimsart_core::{Counter, StartCause, Word};
+use dimsart_core::{Counter, Word};
 #[cfg(not(any(feature = "three-phase", feature = "moteus")))]
 use dimsart_core::{DataType, types};
+use dimsart_link::StartCause;
 use embassy_executor::{InterruptExecutor, SendSpawner};
 use embassy_stm32::interrupt::{self as line, InterruptExt as _, Priority};
 use embassy_stm32::pac::iwdg::vals::Key;

@@ -1,7 +1,7 @@
 //! What a board with a three-phase motor makes of the configuration that it keeps, without registers.
 
-use dimsart_core::protocol::{MotorFallback, MotorReport, MotorWords};
 use dimsart_core::{InputLimits, OutputLimits, SafeValue};
+use dimsart_link::protocol::{MotorFallback, MotorReport, MotorWords};
 use drive::{Checked, Configuration, Encoder};
 
 use crate::motor::RISE_S;

@@ -13,7 +13,7 @@ use boards::BOARDS;
 use boards::catalogue::ThreePhaseDrive;
 use boards::current_loop::{Counts, CurrentLoop, Exchange, MOST_COUNTS, Told};
 use dimsart_core::DriveFault;
-use dimsart_core::protocol::{Identification, IdentificationFailure};
+use dimsart_link::protocol::{Identification, IdentificationFailure};
 use drive::{Angle, Duties, Encoder, Rotor};
 use hil_sim::plant::{BridgeMotor, ThreePhaseParameters};
 

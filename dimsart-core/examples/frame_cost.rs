@@ -6,10 +6,10 @@
 #![expect(clippy::expect_used, reason = "a program that measures: what fails ends it")]
 
 use dimsart_core::Packet;
-use dimsart_core::auth::{Key, Line, Opener, Profile, Sealer};
-use dimsart_core::carrier::stream::{MAX_FRAME_BYTES, StreamReceiver};
-use dimsart_core::carrier::{can, can_fd, stream};
 use dimsart_core::envelope::MAX_CONTENT_BYTES;
+use dimsart_link::auth::{Key, Line, Opener, Profile, Sealer};
+use dimsart_link::carrier::stream::{MAX_FRAME_BYTES, StreamReceiver};
+use dimsart_link::carrier::{can, can_fd, stream};
 
 /// Table 1 at 3 DoF: a wave and its two counters per axis.
 const WORDS: usize = 9;

@@ -4,7 +4,7 @@
 pub static CRC: crc::Crc<u32, Table> = crc::Crc::<u32, Table>::new(&crc::CRC_32_AUTOSAR);
 
 /// AUTOSAR's CRC-8 (polynomial 0x2F), Hamming distance 4 up to 14 bytes: for frames of 8.
-pub(crate) static CRC_8: crc::Crc<u8, Table> = crc::Crc::<u8, Table>::new(&crc::CRC_8_AUTOSAR);
+pub static CRC_8: crc::Crc<u8, Table> = crc::Crc::<u8, Table>::new(&crc::CRC_8_AUTOSAR);
 
 /// One step per byte.
 #[cfg(any(feature = "host-sizes", not(feature = "small-sizes")))]

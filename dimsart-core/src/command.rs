@@ -25,7 +25,7 @@ pub struct ModuleRef {
 
 impl ModuleRef {
     /// Refers to no module.
-    pub(crate) const NONE: Self = Self { kind: KindId::of(""), number: 0 };
+    pub const NONE: Self = Self { kind: KindId::of(""), number: 0 };
 
     /// An instance of the kind with this name, such as `ModuleRef::new("PDCTRL_MOD", 2)`; its list need not be known.
     #[must_use]

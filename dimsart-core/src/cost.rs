@@ -1,5 +1,9 @@
 //! What a tick and each kind of module take at most: cycles of the processor.
 
+use core::num::NonZeroU32;
+
+use serde::{Deserialize, Serialize};
+
 use crate::kind_id::KindId;
 use crate::online::Opcode;
 
@@ -77,6 +81,15 @@ impl Costs {
     fn line(self, index: usize) -> Option<Cost> {
         self.lines.get(index).copied().filter(|cost| *cost != Cost::UNKNOWN)
     }
+}
+
+/// What a tick of the scheme that runs takes at most, by the machine code of the image; see [`Cost`](crate::Cost).
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+pub struct BoundReport {
+    /// Processor cycles.
+    pub cycles: u32,
+    /// What it may take: a module that could make it longer is not plugged in.
+    pub limit_cycles: Option<NonZeroU32>,
 }
 
 #[cfg(test)]

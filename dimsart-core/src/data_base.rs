@@ -162,7 +162,7 @@ impl DataBase {
     }
 
     /// What is in a slot; none for one that is free or holds a memory.
-    pub(crate) fn entry(&self, slot: u8) -> Option<&Entry> {
+    pub fn entry(&self, slot: u8) -> Option<&Entry> {
         self.entries.get(usize::from(slot))?.as_ref()
     }
 

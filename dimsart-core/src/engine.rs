@@ -15,9 +15,9 @@ pub use commands::Cursor;
 pub use containment::{FaultCause, ModuleFault};
 use core::num::NonZeroU32;
 use core::ops::{Deref, DerefMut};
+pub use vocabulary::type_at;
 
 pub use observer::{Calls, Observer};
-pub(crate) use vocabulary::type_at;
 
 use crate::command::{Command, CommandError, ModuleRef};
 use crate::cost::Costs;
@@ -235,13 +235,13 @@ impl Engine {
     }
 
     /// The first fault of the scheme as it is plugged in now.
-    pub(crate) fn first_fault(&self) -> Option<Finding> {
+    pub fn first_fault(&self) -> Option<Finding> {
         self.first_fault_of(&self.plans.running().wiring)
     }
 
     /// Finding `index` of the scheme, and the number of its faults.
     #[inline(never)]
-    pub(crate) fn finding(&self, index: u8) -> (Option<Finding>, usize) {
+    pub fn finding(&self, index: u8) -> (Option<Finding>, usize) {
         let mut report = CheckReport::default();
         self.check_edited(&mut report);
         (report.findings().get(usize::from(index)).copied(), report.faults())
@@ -354,7 +354,7 @@ impl Engine {
     }
 
     /// Slot of the memory that a port of a module declares; none while the module is not plugged in.
-    pub(crate) fn memory_slot(&self, module: ModuleRef, port: u8) -> Option<u8> {
+    pub fn memory_slot(&self, module: ModuleRef, port: u8) -> Option<u8> {
         let wiring = &self.plans.running().wiring;
         let ports = wiring.ports(wiring.find(module)?);
         ports.get(usize::from(port)).filter(|port| port.is_memory()).map(|port| port.slot)

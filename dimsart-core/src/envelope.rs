@@ -19,22 +19,22 @@ pub const HEADER_BYTES: usize = 3;
 pub const CRC_BYTES: usize = 4;
 
 /// Added to the class of a content that has a tag: `auth`.
-pub(crate) const TAGGED: u8 = 0x80;
+pub const TAGGED: u8 = 0x80;
 
 /// What an envelope is for. What is behind it never changes once it was released: a new layout is a new class.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[repr(u8)]
 pub enum Class {
-    /// A host asks: [`protocol`](crate::protocol).
+    /// A host asks: `dimsart_link::protocol`.
     Request = 1,
     /// A controller answers a request.
     Response = 2,
     /// What a comm module sends, cyclically: [`Packet`](crate::Packet).
     Packet = 3,
-    /// Signals that a client asked to be sent again and again: [`protocol::Sample`](crate::protocol::Sample).
+    /// Signals that a client asked to be sent again and again: `dimsart_link::protocol::Sample`.
     Telemetry = 4,
-    /// A controller says how it is doing: [`protocol::Heartbeat`](crate::protocol::Heartbeat).
+    /// A controller says how it is doing: `dimsart_link::protocol::Heartbeat`.
     Heartbeat = 5,
     /// Two ends agree on what is fresh: `auth`.
     Handshake = 6,
@@ -87,7 +87,7 @@ pub fn seal(class: Class, channel: u16, counter: u16, length: usize, buffer: &mu
 }
 
 /// Puts the CRC behind the first `end` bytes of `buffer`.
-pub(crate) fn close(channel: u16, end: usize, buffer: &mut [u8]) -> Option<&[u8]> {
+pub fn close(channel: u16, end: usize, buffer: &mut [u8]) -> Option<&[u8]> {
     let whole = end.checked_add(CRC_BYTES).filter(|whole| *whole <= MAX_CONTENT_BYTES)?;
     let (content, rest) = buffer.split_at_mut_checked(end)?;
     *rest.first_chunk_mut()? = crc(channel, content).to_le_bytes();

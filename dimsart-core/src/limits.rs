@@ -62,7 +62,7 @@ pub const MAX_LINKS: usize = SIZES.links;
 pub const MAX_PROGRAMS: usize = if cfg!(feature = "online") { SIZES.programs } else { 0 };
 /// Most words of a program.
 pub const PROGRAM_WORDS: usize = 120;
-/// Clients, or parts of what one client looks at, that a controller sends [telemetry](crate::protocol::Sample) to.
+/// Clients, or parts of what one client looks at, that a controller sends telemetry to.
 pub const TELEMETRY_STREAMS: usize = if cfg!(feature = "host-sizes") { 16 } else { 1 };
 /// Payload of a packet, 32-bit words.
 pub const MAX_PACKET_WORDS: usize = 48;

@@ -19,7 +19,7 @@ pub use program::{
     Header, LawParameter, MAX_INPUTS, MAX_OUTPUTS, MAX_PARAMETERS, MAX_STATES, Program, Section, seal,
 };
 pub use programs::{Code, Programs};
-pub use programs::{LawAction, LawRefusal, LawReport};
+pub use programs::{LawRefusal, LawReport};
 pub use verify::ProgramError;
 
 /// Version of the format of programs.

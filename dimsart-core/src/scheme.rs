@@ -10,10 +10,10 @@ use heapless::Vec;
 
 use crate::command::{Command, CommandError, EngineCommand, ModuleRef};
 use crate::data_type::TypeRef;
+use crate::description::Accepted;
 use crate::dimsart::Dimsart;
 use crate::names::split_axis;
 use crate::parameter::{ParameterError, Value};
-use crate::protocol::Accepted;
 use crate::vocabulary::Vocabulary;
 
 /// Name of the engine in a row.

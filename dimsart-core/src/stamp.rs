@@ -68,7 +68,7 @@ pub struct Stamp<const LINES: usize, const KINDS: usize> {
     pub scheme_bytes: u16,
     /// `KINDS`.
     pub kind_count: u16,
-    /// A [saved scheme](crate::saved_scheme).
+    /// A saved scheme.
     pub scheme: [u8; STAMP_SCHEME_BYTES],
     /// What a tick, each kind of module and each instruction cost.
     pub costs: [Cost; LINES],

@@ -4,9 +4,9 @@ use core::fmt;
 
 use crate::command::ModuleRef;
 use crate::data_type::{Shape, TypeRef};
+use crate::description::{DataTypeText, ParameterText, PortText};
 use crate::kind_id::KindId;
 use crate::names::{Name, numbered, split};
-use crate::protocol::{DataTypeText, ParameterText, PortText};
 use crate::rate::EVERY_TICKS;
 use crate::unit::{AxisKind, Unit};
 

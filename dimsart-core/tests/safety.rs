@@ -6,9 +6,10 @@
 use dimsart_core::limits::DEFAULT_WORDS;
 use dimsart_core::{
     AxisKind, Command, CommandError, DataType, DescriptorError, DeviceDescriptor, Dimsart, DriveFault,
-    DriveState, EventKind, FrameError, InputLimits, LimitsFault, Packet, Reason, SafeValue, Tick, Word,
+    DriveState, FrameError, InputLimits, LimitsFault, Packet, Reason, SafeValue, Tick, Word,
     limits::MAX_LIMITED_WORDS, scheme, types,
 };
+use dimsart_link::EventKind;
 use dimsart_modules::ALL;
 
 const AXES: usize = 3;

@@ -4,8 +4,8 @@
 
 use std::error::Error;
 
-use dimsart_core::protocol::{MAX_FRAME_BYTES, Request, encode_request, request_id};
 use dimsart_core::{Command, ModuleRef, TypeRef, Value, types};
+use dimsart_link::protocol::{MAX_FRAME_BYTES, Request, encode_request, request_id};
 use dimsart_modules::ALL;
 use hil_sim::bilateral::{Experiment, Side};
 use hil_sim::emulated::{Image, share_one_processor};

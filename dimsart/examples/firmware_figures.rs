@@ -6,7 +6,7 @@
 use std::error::Error;
 use std::time::Instant;
 
-use dimsart_core::protocol::{MAX_FRAME_BYTES, Request, encode_request};
+use dimsart_link::protocol::{MAX_FRAME_BYTES, Request, encode_request};
 use hil_sim::bilateral::{Experiment, Side};
 use hil_sim::emulated::{Board, Image, share_one_processor};
 use hil_sim::rig::Rig;

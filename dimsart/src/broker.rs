@@ -4,7 +4,7 @@
 //! client ──▶ Turns ──▶ port      requests of all clients, one after another; STOP goes first
 //! client ◀──────────── port      everybody hears everything, as on a line that they share
 //! ```
-//! The clients tell their answers by the ids of their requests; see [`protocol`](dimsart_core::protocol#clients). So a
+//! The clients tell their answers by the ids of their requests; see [`protocol`](dimsart_link::protocol#clients). So a
 //! lease is still one client's, and stopping everybody's.
 
 pub(crate) mod accepting;
@@ -23,7 +23,7 @@ use std::sync::mpsc::{Receiver, Sender, TryRecvError, channel};
 use std::thread::{self, JoinHandle};
 use std::time::{Duration, Instant};
 
-use dimsart_core::protocol::{MAX_FRAME_BYTES, decode_response};
+use dimsart_link::protocol::{MAX_FRAME_BYTES, decode_response};
 
 pub use shared_port::{SharedPort, open, private_folder, shared_ports};
 
@@ -91,7 +91,7 @@ struct Passing {
     turns: Turns,
     /// The frame that the port is taking.
     outgoing: Option<Outgoing>,
-    answers: dimsart_core::protocol::Receiver,
+    answers: dimsart_link::protocol::Receiver,
     next: u64,
 }
 
@@ -104,7 +104,7 @@ struct Outgoing {
 
 impl Passing {
     fn new(port: Box<dyn Stream>) -> Self {
-        let answers = dimsart_core::protocol::Receiver::new();
+        let answers = dimsart_link::protocol::Receiver::new();
         Self { port, clients: Vec::new(), turns: Turns::default(), outgoing: None, answers, next: 0 }
     }
 
@@ -216,7 +216,7 @@ impl Passing {
 /// Takes the frames out of what a client writes, for two of them must not go over the port mixed up.
 #[derive(Debug, Default)]
 struct Frames {
-    receiver: dimsart_core::protocol::Receiver,
+    receiver: dimsart_link::protocol::Receiver,
     bytes: Vec<u8>,
 }
 

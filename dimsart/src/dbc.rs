@@ -1,7 +1,7 @@
 //! What a scheme says on a CAN bus, as a DBC file that every CAN tool reads.
 //!
 //! It is made of what the firmware itself would send: the packets of a controller that runs the scheme, in the layout
-//! of [`carrier`](dimsart_core::carrier). One message per sending module; its identifier is the module's channel.
+//! of [`carrier`](dimsart_link::carrier). One message per sending module; its identifier is the module's channel.
 
 mod layout;
 

@@ -177,7 +177,7 @@ impl StampedImage {
     /// # Errors
     /// [`StampError::OtherImage`] or [`StampError::NoRoom`]; nothing has changed then.
     pub fn set_scheme(&mut self, name: &str, side: &str, scheme: &[u8]) -> Result<(), StampError> {
-        let fingerprint = dimsart_core::saved_scheme::fingerprint_of;
+        let fingerprint = dimsart_link::saved_scheme::fingerprint_of;
         if fingerprint(self.scheme()) != fingerprint(scheme) {
             return Err(StampError::OtherImage);
         }

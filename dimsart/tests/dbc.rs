@@ -8,11 +8,11 @@ use can_dbc::{
     AttributeValue, ByteOrder, Dbc, MessageId, MultiplexIndicator, SignalExtendedValueType, ValueType,
 };
 use dimsart::dbc::{self, Frames};
-use dimsart_core::carrier::{can, can_fd};
 use dimsart_core::limits::DEFAULT_WORDS;
 use dimsart_core::{
     AxisKind, DataType, DeviceDescriptor, Dimsart, Format, Packet, Shape, Summary, Unit, Word, types,
 };
+use dimsart_link::carrier::{can, can_fd};
 use dimsart_modules::ALL;
 use hil_sim::bilateral::device;
 use hil_sim::schemes::{self, SchemeText};

@@ -8,7 +8,7 @@
 use core::sync::atomic::{AtomicU32, Ordering::Relaxed};
 
 use boards::{Board as _, Selected};
-use dimsart_core::protocol::{
+use dimsart_link::protocol::{
     Counters, DecodeError, Heartbeat, MAX_FRAME_BYTES, Receiver, Refusal, Request, Response, Sample,
     encode_heartbeat, encode_response, encode_sample,
 };

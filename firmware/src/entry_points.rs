@@ -9,11 +9,11 @@
 use crate::modules::MODULES;
 use boards::{Board as _, Limits, Selected};
 use dimsart_core::limits::MAX_DOF;
-use dimsart_core::saved_scheme::LoadError;
 use dimsart_core::{
     AxisKind, DeviceDescriptor, InputLimits, MAX_DEVICE_TYPES, OutputLimits, Packet, PacketError, Tick, Word,
-    saved_scheme,
 };
+use dimsart_link::saved_scheme;
+use dimsart_link::saved_scheme::LoadError;
 
 use crate::BoardDimsart;
 use crate::stamp::{self, stamp};

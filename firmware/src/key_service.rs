@@ -3,9 +3,9 @@
 use core::ops::Range;
 
 use boards::{Selected, Storage};
-use dimsart_core::auth::Key;
 use dimsart_core::limits::MAX_LINKS;
-use dimsart_core::protocol::{
+use dimsart_link::auth::Key;
+use dimsart_link::protocol::{
     DecodeError, Gate, KeyAction, KeyBytes, KeyRefusal, LeaseAction, LeaseStatus, MAX_FRAME_BYTES, NOBODY,
     Refusal, Request, Response, StoreError, Taken,
 };

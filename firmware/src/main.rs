@@ -37,8 +37,8 @@ use boards::{Board as _, Joints as _, Limits, Parts, Selected, handover};
 use cortex_m_rt::entry;
 use dimsart_core::Dimsart;
 use dimsart_core::limits::MAX_LINKS;
-use dimsart_core::protocol::{MAX_MOTOR_WORDS, MotorReport};
-use dimsart_core::saved_scheme::{SchemeBytes, fingerprint_of};
+use dimsart_link::protocol::{MAX_MOTOR_WORDS, MotorReport};
+use dimsart_link::saved_scheme::{SchemeBytes, fingerprint_of};
 use embassy_futures::block_on;
 use firmware::SchemeStore;
 use static_cell::ConstStaticCell;
@@ -82,7 +82,7 @@ fn start() -> <Selected as boards::Board>::Idle {
     stamp::log();
     let (schemes, keys, keys_to_take) = start_scheme(store, stalls_tick, key_range, dimsart);
 
-    static REQUESTS: ConstStaticCell<Handover<(u16, dimsart_core::protocol::Request), 2>> =
+    static REQUESTS: ConstStaticCell<Handover<(u16, dimsart_link::protocol::Request), 2>> =
         ConstStaticCell::new(Handover::new());
     static ANSWERS: ConstStaticCell<Handover<commands::Answer, 2>> = ConstStaticCell::new(Handover::new());
     static PACKETS_IN: ConstStaticCell<Handover<links::Received, { Selected::PACKETS_PER_TICK + 1 }>> =

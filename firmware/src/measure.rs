@@ -4,8 +4,8 @@ use core::sync::atomic::{Ordering::SeqCst, compiler_fence};
 
 use boards::{Board as _, Selected};
 use dimsart_core::limits::MAX_CALLS;
-use dimsart_core::protocol::{self, CyclesReport, DeviceInfo, Refusal, Request, Response};
 use dimsart_core::{Observer, Tick, Word};
+use dimsart_link::protocol::{self, CyclesReport, DeviceInfo, Refusal, Request, Response};
 
 use crate::BoardDimsart;
 use crate::commands::Answer;

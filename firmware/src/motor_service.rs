@@ -1,7 +1,7 @@
 //! Keeps the configuration of the board's motor, beside the tick.
 
 use boards::{Board, Joints, Selected};
-use dimsart_core::protocol::{
+use dimsart_link::protocol::{
     MAX_MOTOR_WORDS, MotorAction, MotorRefusal, MotorReport, Refusal, Request, Response, StoreError,
     motor_checksum,
 };

@@ -4,7 +4,7 @@
 //! layout u32 | words u32 ...     little-endian; the layout alone, and 0, where nothing is kept any more
 //! ```
 
-use dimsart_core::protocol::{MAX_MOTOR_WORDS, MotorFallback, MotorReport};
+use dimsart_link::protocol::{MAX_MOTOR_WORDS, MotorFallback, MotorReport};
 use embedded_storage_async::nor_flash::NorFlash;
 
 use crate::items::Broken;

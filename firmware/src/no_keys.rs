@@ -1,7 +1,7 @@
 //! In place of the key service, in an image without authentication: everything is taken, and costs nothing.
 
 use boards::{Selected, Storage};
-use dimsart_core::protocol::{DecodeError, MAX_FRAME_BYTES, Refusal, Request, decode_request};
+use dimsart_link::protocol::{DecodeError, MAX_FRAME_BYTES, Refusal, Request, decode_request};
 
 type Flash = <Selected as boards::Board>::Flash;
 

@@ -4,7 +4,7 @@ use core::panic::PanicInfo;
 use core::sync::atomic::{AtomicBool, Ordering::Relaxed};
 
 use boards::{Board as _, Selected};
-use dimsart_core::{EventKind, EventLog};
+use dimsart_link::{EventKind, EventLog};
 
 /// What happened, also before the last reset.
 #[expect(unsafe_code, reason = "start-up writes nothing there")]

@@ -1,11 +1,11 @@
 //! Keeps schemes, beside the tick.
 
 use boards::Selected;
-use dimsart_core::protocol::{
+use dimsart_core::{CommandError, Cursor};
+use dimsart_link::protocol::{
     LeaseAction, Origin, Refusal, Request, Response, SchemeAction, SchemeStatus, StoreError, Trial,
 };
-use dimsart_core::saved_scheme::{SchemeBytes, Writer};
-use dimsart_core::{CommandError, Cursor};
+use dimsart_link::saved_scheme::{SchemeBytes, Writer};
 use firmware::{Broken, SchemeStore};
 
 use crate::commands::{Answer, CommandLine, TickHandover};

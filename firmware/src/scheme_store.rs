@@ -10,8 +10,8 @@
 use core::ops::Range;
 
 use dimsart_core::Dimsart;
-use dimsart_core::protocol::Trial;
-use dimsart_core::saved_scheme::{self, LoadError, MAX_SCHEME_BYTES, SchemeBytes};
+use dimsart_link::protocol::Trial;
+use dimsart_link::saved_scheme::{self, LoadError, MAX_SCHEME_BYTES, SchemeBytes};
 use embedded_storage_async::nor_flash::NorFlash;
 
 use crate::items::{Broken, Items};

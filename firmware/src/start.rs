@@ -1,8 +1,8 @@
 //! Which scheme a board starts with.
 
 use dimsart_core::Dimsart;
-use dimsart_core::protocol::{Fallback, Origin, SchemeStatus, Trial};
-use dimsart_core::saved_scheme::{self, SchemeBytes};
+use dimsart_link::protocol::{Fallback, Origin, SchemeStatus, Trial};
+use dimsart_link::saved_scheme::{self, SchemeBytes};
 use embedded_storage_async::nor_flash::NorFlash;
 
 use crate::scheme_store::SchemeStore;

@@ -2,8 +2,8 @@
 
 use boards::{Board as _, Joints as _, Selected, bus_off};
 use dimsart_core::limits::MAX_LINKS;
-use dimsart_core::protocol::{DeviceInfo, HEARTBEATS_PER_S, Request};
 use dimsart_core::{Command, Packet, Tick, Timing};
+use dimsart_link::protocol::{DeviceInfo, HEARTBEATS_PER_S, Request};
 use embassy_time::{Duration, Instant, Timer};
 use firmware::Watchdog;
 
@@ -111,7 +111,7 @@ fn serve(dimsart: &mut BoardDimsart, frames: &mut Frames, info: &mut DeviceInfo,
         #[cfg(feature = "measure")]
         let answer = frames.measurements.serve(id, &request, dimsart, info);
         #[cfg(not(feature = "measure"))]
-        let answer = dimsart_core::protocol::serve(id, &request, dimsart, info);
+        let answer = dimsart_link::protocol::serve(id, &request, dimsart, info);
         ends.answers.give(answer);
         links::listen(dimsart);
         if matches!(request, Request::Command(Command::Reset)) {

@@ -8,8 +8,8 @@ mod common;
 
 use board::{BUILT_IN, Board, blank_flashes, scheme, store};
 use common::{Flash, PAGE, WORD};
-use dimsart_core::protocol::{Fallback, MotorFallback, MotorReport, Origin, Trial};
-use dimsart_core::saved_scheme::save;
+use dimsart_link::protocol::{Fallback, MotorFallback, MotorReport, Origin, Trial};
+use dimsart_link::saved_scheme::save;
 use embassy_futures::block_on;
 
 const CONFIRMED: u16 = 10;

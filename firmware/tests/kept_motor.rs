@@ -3,7 +3,7 @@
 
 mod common;
 
-use dimsart_core::protocol::{MotorFallback, MotorReport, Trial};
+use dimsart_link::protocol::{MotorFallback, MotorReport, Trial};
 use embassy_futures::block_on;
 use firmware::{Broken, SchemeStore};
 

@@ -7,9 +7,9 @@ mod common;
 
 use std::num::NonZeroU32;
 
-use dimsart_core::protocol::{Fallback, Origin, SchemeStatus, Trial};
-use dimsart_core::saved_scheme::{LoadError, SchemeBytes, Writer, fingerprint, load, save};
 use dimsart_core::{Command, CommandError, TypeRef, types};
+use dimsart_link::protocol::{Fallback, Origin, SchemeStatus, Trial};
+use dimsart_link::saved_scheme::{LoadError, SchemeBytes, Writer, fingerprint, load, save};
 use dimsart_modules::ALL;
 use embassy_futures::block_on;
 use firmware::{SchemeStore, start};

@@ -7,7 +7,7 @@ mod common;
 use std::ops::Range;
 
 use common::{Flash, PAGE, PAGES};
-use dimsart_core::protocol::Trial;
+use dimsart_link::protocol::Trial;
 use embassy_futures::block_on;
 use firmware::{Broken, Kept, KeyStore, SchemeStore};
 

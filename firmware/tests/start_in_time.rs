@@ -9,7 +9,7 @@ mod common;
 use board::{Board, blank_flashes, scheme};
 use common::{Flash, PAGE, WORD};
 use dimsart_core::checksum::CRC;
-use dimsart_core::protocol::{Fallback, Origin, Trial};
+use dimsart_link::protocol::{Fallback, Origin, Trial};
 use embassy_futures::block_on;
 
 /// Keys of items: as in the firmware, and all of an item that has another length.

@@ -1,7 +1,7 @@
 //! Data of CAN FD frames: a content within it or none; and what is packed comes out.
 #![no_main]
 
-use dimsart_core::carrier::can_fd::{MAX_CONTENT_BYTES, MAX_DATA_BYTES, pack, unpack};
+use dimsart_link::carrier::can_fd::{MAX_CONTENT_BYTES, MAX_DATA_BYTES, pack, unpack};
 use libfuzzer_sys::fuzz_target;
 
 fuzz_target!(|bytes: &[u8]| {

@@ -3,7 +3,7 @@
 #![no_main]
 
 use dimsart_core::Packet;
-use dimsart_core::carrier::can::{Assembler, MAX_DATA_BYTES, MAX_WORDS, frames};
+use dimsart_link::carrier::can::{Assembler, MAX_DATA_BYTES, MAX_WORDS, frames};
 use libfuzzer_sys::fuzz_target;
 
 const CHANNEL: u16 = 0x123;

@@ -1,7 +1,7 @@
 //! Bytes of a UART: whatever came before it, the next good frame is found; and every content fits a frame.
 #![no_main]
 
-use dimsart_core::carrier::stream::{MAX_FRAME_BYTES, StreamReceiver, encode};
+use dimsart_link::carrier::stream::{MAX_FRAME_BYTES, StreamReceiver, encode};
 use dimsart_core::envelope::MAX_CONTENT_BYTES;
 use libfuzzer_sys::fuzz_target;
 

@@ -2,7 +2,7 @@
 //!
 //! A link is one direction. Time is given to it in ticks; nothing here reads a clock.
 //! A new kind of link is one file here. Those over a simulated medium put contents on a [`bus`](crate::bus) as the
-//! core's [carriers](dimsart_core::carrier) do, and [`Carrier`] makes them of a scenario.
+//! core's [carriers](dimsart_link::carrier) do, and [`Carrier`] makes them of a scenario.
 
 mod address;
 mod arrival;

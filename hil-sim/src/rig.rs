@@ -17,9 +17,9 @@ pub use inputs::Inputs;
 pub use probe::Probe;
 pub use trace::TickTrace;
 
-use dimsart_core::auth::{AuthError, Guard};
 use dimsart_core::envelope::Class;
 use dimsart_core::{Dimsart, Packet, PacketError, Tick, Word};
+use dimsart_link::auth::{AuthError, Guard};
 
 use crate::bus::MediumReport;
 use crate::bus::time::tick_seconds;

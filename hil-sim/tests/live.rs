@@ -9,8 +9,8 @@
 
 use std::path::PathBuf;
 
-use dimsart_core::protocol::{LeaseAction, MAX_FRAME_BYTES, Request, encode_request, request_id};
 use dimsart_core::{Command, Tick, types};
+use dimsart_link::protocol::{LeaseAction, MAX_FRAME_BYTES, Request, encode_request, request_id};
 use hil_sim::pipe::Pipe;
 use hil_sim::response::{LiveRig, Part};
 use hil_sim::rig_file::{MoveSection, RigFile, SHIPPED};

@@ -4,7 +4,7 @@
 use core::sync::atomic::Ordering::{Acquire, Relaxed, Release};
 use core::sync::atomic::{AtomicU32, compiler_fence};
 
-use dimsart_core::protocol::{FoundMotor, Identification, IdentificationFailure};
+use dimsart_link::protocol::{FoundMotor, Identification, IdentificationFailure};
 
 /// Bits of no current that is asked for.
 const NOTHING: u32 = 0;

@@ -16,7 +16,7 @@ use super::{Mps2An386, SharedWords, clock, uart};
 use crate::board::{Axes, Board, Idle, LinkIn, LinkOut, MAX_CARRIED_BYTES};
 use crate::handover::{Giver, Handover, Taker};
 use crate::listening::Listening;
-use dimsart_core::exchange::{ExchangeError, Frame, MAX_SIGNAL_WORDS, Tag, VERSION};
+use dimsart_link::exchange::{ExchangeError, Frame, MAX_SIGNAL_WORDS, Tag, VERSION};
 
 const WORDS: usize = MAX_DEVICE_TYPES * MAX_DOF;
 

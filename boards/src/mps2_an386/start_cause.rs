@@ -2,7 +2,7 @@
 
 use core::sync::atomic::{AtomicU32, Ordering::Relaxed};
 
-use dimsart_core::StartCause;
+use dimsart_link::StartCause;
 
 /// Anything else is what the memory holds when the supply comes.
 const WATCHDOG: u32 = 0x57D0_6E5D;

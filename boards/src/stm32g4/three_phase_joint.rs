@@ -1,7 +1,7 @@
 //! The joint that a three-phase motor turns, above its current loop.
 
-use dimsart_core::protocol::{Identification, MotorFallback, MotorReport};
 use dimsart_core::{DataType, DriveFault, InputLimits, OutputLimits, Scalar as _, Tick, Word, types};
+use dimsart_link::protocol::{Identification, MotorFallback, MotorReport};
 use drive::Configuration;
 use embassy_stm32::gpio::{AfType, Flex};
 use static_cell::StaticCell;

@@ -3,7 +3,7 @@
 //! What comes in lands in a ring of [`RING_BYTES`] without the processor. It is lost when no task below the tick reads
 //! for as long as the ring takes to fill: 2.4 ms at 921 600 baud.
 
-use dimsart_core::protocol::DEFAULT_BAUD;
+use dimsart_link::protocol::DEFAULT_BAUD;
 use embassy_stm32::interrupt::typelevel::{Binding, Interrupt as _};
 use embassy_stm32::mode::Async;
 use embassy_stm32::usart::{

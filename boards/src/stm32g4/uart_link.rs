@@ -2,7 +2,7 @@
 
 use core::ops::Range;
 
-use dimsart_core::carrier::stream::{self, StreamReceiver};
+use dimsart_link::carrier::stream::{self, StreamReceiver};
 use embassy_stm32::mode::Async;
 use embassy_stm32::usart::{RingBufferedUartRx, UartTx};
 

@@ -38,7 +38,7 @@ pub enum FaultCause {
 
 impl Engine {
     /// Modules that have failed, a bit for each place in the plug-in order.
-    pub(crate) fn failed(&self) -> u32 {
+    pub fn failed(&self) -> u32 {
         self.failed
     }
 
@@ -62,7 +62,7 @@ impl Engine {
     }
 
     /// What each of these modules wrote, a bit for each place in the plug-in order.
-    pub(crate) fn faults_of(&self, places: u32) -> impl Iterator<Item = ModuleFault> + '_ {
+    pub fn faults_of(&self, places: u32) -> impl Iterator<Item = ModuleFault> + '_ {
         let modules = (0..).zip(self.plans.running().wiring.modules());
         let modules = modules.filter(move |(order, _)| places & module_bit(*order) != 0);
         modules.map(|(_, plugged)| self.fault_of(plugged))

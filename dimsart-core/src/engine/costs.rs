@@ -3,10 +3,10 @@
 use core::num::NonZeroU32;
 
 use super::Engine;
+use crate::cost::BoundReport;
 use crate::cost::Costs;
 use crate::counter::Counter;
 use crate::kind_id::KindId;
-use crate::protocol::BoundReport;
 use crate::wiring::{Plugged, Wiring};
 
 impl Engine {
@@ -37,7 +37,7 @@ impl Engine {
     }
 
     /// The same, and what it may take; none if it is not known.
-    pub(crate) fn bound(&self) -> Option<BoundReport> {
+    pub fn bound(&self) -> Option<BoundReport> {
         Some(BoundReport { cycles: self.tick_cycles()?, limit_cycles: self.limit_cycles })
     }
 

@@ -3,9 +3,9 @@
 use super::Engine;
 use crate::command::ModuleRef;
 use crate::data_type::DataType;
+use crate::description::{DataTypeText, ParameterText, PortText};
 use crate::device::DeviceDescriptor;
 use crate::kind_id::KindId;
-use crate::protocol::{DataTypeText, ParameterText, PortText};
 use crate::types;
 use crate::unit::AxisKind;
 use crate::vocabulary::Vocabulary;
@@ -41,7 +41,9 @@ impl Vocabulary for Engine {
 }
 
 impl Engine {
-    pub(crate) fn describe_port(&self, module: ModuleRef, index: u8) -> Option<PortText<'static>> {
+    /// A port as [`Vocabulary::port_text`] describes it, with texts of the image.
+    #[must_use]
+    pub fn describe_port(&self, module: ModuleRef, index: u8) -> Option<PortText<'static>> {
         let spec = self.port(module, index)?;
         let default = spec.data_type.map(|(_, signal)| signal);
         let bound = default.map(|default| self.binding(module, spec.name).unwrap_or(default));
@@ -58,7 +60,8 @@ impl Engine {
 }
 
 /// The standard types, then the device's own, each once.
-pub(crate) fn type_at(device: &DeviceDescriptor, index: u16) -> Option<&'static DataType> {
+#[must_use]
+pub fn type_at(device: &DeviceDescriptor, index: u16) -> Option<&'static DataType> {
     let own = || device.outputs.iter().chain(device.inputs).copied();
     let is_new = |(place, data_type): &(usize, &DataType)| {
         let is_same = |other: &DataType| other.id == data_type.id;

@@ -4,10 +4,10 @@ use core::fmt;
 
 use super::Explanation;
 use crate::command::{CommandError, ModuleRef};
+use crate::description::{DataTypeText, ParameterText, PortText};
 use crate::kind_id::KindId;
 use crate::limits::{MAX_CHANNEL_TYPES, MAX_PACKET_WORDS, MAX_PORTS};
 use crate::parameter::ParameterError;
-use crate::protocol::{DataTypeText, ParameterText, PortText};
 use crate::storage::StorageError;
 use crate::unit::AxisKind;
 use crate::vocabulary::Vocabulary;

@@ -6,25 +6,6 @@ use super::program::{Header, Program, Section};
 use super::verify::ProgramError;
 use crate::limits::{MAX_PROGRAMS, PROGRAM_WORDS};
 
-/// What is asked of the programs.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
-#[cfg_attr(feature = "defmt", derive(defmt::Format))]
-#[non_exhaustive]
-pub enum LawAction {
-    /// How the place of this number stands, from 1.
-    Look {
-        /// The place.
-        number: u8,
-    },
-    /// Words of the program in this place, from one of them on.
-    Read {
-        /// The place.
-        number: u8,
-        /// First word wanted; at most [`MAX_SIGNAL_WORDS`](crate::protocol::MAX_SIGNAL_WORDS) come at a time.
-        from: u8,
-    },
-}
-
 /// How a place for a program stands.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
 pub struct LawReport {

@@ -6,8 +6,8 @@ use std::num::NonZeroU32;
 use crate::common::Bench;
 use crate::common::IDS;
 use crate::common::module_at;
-use dimsart_core::saved_scheme::{LoadError, fingerprint, load, save};
 use dimsart_core::{Command, CommandError, Cost, Costs, ModuleRef, types};
+use dimsart_link::saved_scheme::{LoadError, fingerprint, load, save};
 use dimsart_modules::ALL;
 use proptest::prelude::*;
 

@@ -3,8 +3,8 @@
 
 mod handshakes;
 
-use dimsart_core::auth::{AuthError, Key, Line, Opener, Profile, Sealer};
 use dimsart_core::envelope::{Class, MAX_CONTENT_BYTES, seal};
+use dimsart_link::auth::{AuthError, Key, Line, Opener, Profile, Sealer};
 use proptest::prelude::*;
 use rand_core::{Rng, SeedableRng};
 use rand_pcg::Pcg64Mcg;

@@ -1,10 +1,10 @@
 //! Carriers: what they carry comes out as it went in, or not at all.
 #![expect(clippy::unwrap_used, clippy::indexing_slicing, reason = "a failed unwrap is a failed test")]
 
-use dimsart_core::auth::{Key, Line, Opener, Profile, Sealer};
-use dimsart_core::carrier::stream::{MAX_FRAME_BYTES, StreamReceiver};
-use dimsart_core::carrier::{can, stream};
 use dimsart_core::envelope::{self, Class, HEADER_BYTES, MAX_CONTENT_BYTES};
+use dimsart_link::auth::{Key, Line, Opener, Profile, Sealer};
+use dimsart_link::carrier::stream::{MAX_FRAME_BYTES, StreamReceiver};
+use dimsart_link::carrier::{can, stream};
 use proptest::collection::vec;
 use proptest::prelude::*;
 use proptest::sample::Index;

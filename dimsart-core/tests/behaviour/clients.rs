@@ -3,13 +3,14 @@
 
 use dimsart_core::limits::DEFAULT_WORDS;
 use dimsart_core::limits::TELEMETRY_STREAMS;
-use dimsart_core::protocol::{
+use dimsart_core::{
+    AxisKind, Command, DataType, DeviceDescriptor, Dimsart, FrameError, ModuleRef, Reason, Tick, Value, Word,
+    scheme, types,
+};
+use dimsart_link::EventLog;
+use dimsart_link::protocol::{
     Blocked, DeviceInfo, Effect, LeaseAction, LeaseStatus, MAX_TELEMETRY_SIGNALS, MAX_TELEMETRY_WORDS,
     NOBODY, Refusal, Request, Response, Sample, SchemeAction, StoreError, request_id, serve,
-};
-use dimsart_core::{
-    AxisKind, Command, DataType, DeviceDescriptor, Dimsart, EventLog, FrameError, ModuleRef, Reason, Tick,
-    Value, Word, scheme, types,
 };
 use dimsart_modules::ALL;
 

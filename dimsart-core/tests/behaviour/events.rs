@@ -1,7 +1,8 @@
 //! What a controller's events say of faults and resets.
 
-use dimsart_core::protocol::{DeviceInfo, Request, request_id, serve};
-use dimsart_core::{Command, EventKind, EventLog, Reason, types};
+use dimsart_core::{Command, Reason, types};
+use dimsart_link::protocol::{DeviceInfo, Request, request_id, serve};
+use dimsart_link::{EventKind, EventLog};
 
 use crate::common::{self, Bench};
 

@@ -4,10 +4,10 @@
 use std::sync::atomic::{AtomicU64, Ordering::Relaxed};
 
 use dimsart_core::Command;
-use dimsart_core::auth::{Key, Line, Opener, Profile, Sealer};
-use dimsart_core::carrier::stream;
 use dimsart_core::envelope::{Class, seal};
-use dimsart_core::protocol::{
+use dimsart_link::auth::{Key, Line, Opener, Profile, Sealer};
+use dimsart_link::carrier::stream;
+use dimsart_link::protocol::{
     Gate, KeyAction, KeyBytes, KeyRefusal, KeyState, LeaseAction, MAX_FRAME_BYTES, Receiver, Request,
     RequestSealer, SchemeAction, Taken, encode_request,
 };

@@ -8,10 +8,10 @@ mod strangers;
 use std::collections::VecDeque;
 
 use dimsart_core::Packet;
-use dimsart_core::auth::{AuthError, Guard, Key, Line, Profile, STANDS_MS};
-use dimsart_core::carrier::can::{Assembler, frames};
-use dimsart_core::carrier::can_fd;
 use dimsart_core::envelope::{Class, MAX_CONTENT_BYTES};
+use dimsart_link::auth::{AuthError, Guard, Key, Line, Profile, STANDS_MS};
+use dimsart_link::carrier::can::{Assembler, frames};
+use dimsart_link::carrier::can_fd;
 use proptest::prelude::*;
 use rand_core::{Rng, SeedableRng};
 use rand_pcg::Pcg64Mcg;

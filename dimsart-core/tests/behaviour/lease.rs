@@ -1,7 +1,7 @@
 //! The right to move the device: one holder at a time, and never longer than it was renewed for.
 #![expect(clippy::unwrap_used, reason = "in helpers of tests as in tests")]
 
-use dimsart_core::protocol::{Lease, LeaseAction, LeaseStatus, NOBODY, Refusal};
+use dimsart_link::protocol::{Lease, LeaseAction, LeaseStatus, NOBODY, Refusal};
 use proptest::prelude::*;
 
 const LENGTH: u32 = 200;

@@ -6,9 +6,8 @@ use dimsart_core::limits::{MAX_PROGRAMS, PROGRAM_WORDS};
 use dimsart_core::online::{
     Header, Instruction, LawParameter, LawRefusal, OWN_AXIS, Opcode, Program, ProgramError, seal,
 };
-use dimsart_core::{
-    Command, CommandError, Cost, Costs, ModuleRef, ParameterError, Unit, Value, saved_scheme, types,
-};
+use dimsart_core::{Command, CommandError, Cost, Costs, ModuleRef, ParameterError, Unit, Value, types};
+use dimsart_link::saved_scheme;
 use dimsart_modules::ALL;
 
 use crate::common::{self, Bench};

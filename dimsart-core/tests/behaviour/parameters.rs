@@ -4,12 +4,12 @@
 use crate::common::Bench;
 use dimsart_core::Kinds;
 use dimsart_core::limits::DEFAULT_WORDS;
-use dimsart_core::protocol::{Accepted, ParameterText};
-use dimsart_core::saved_scheme::{self, fingerprint};
+use dimsart_core::{Accepted, ParameterText};
 use dimsart_core::{
     Command, CommandError, Context, Declare, Dimsart, Entries, Input, Module, ModuleRef, Output,
     ParameterError, Parameters, Unit, Value, choice, limits::MAX_DOF, types, words,
 };
+use dimsart_link::saved_scheme::{self, fingerprint};
 
 const DOF: usize = 3;
 

@@ -15,13 +15,14 @@ mod noise;
 mod served;
 
 use crate::common::module_at;
-use dimsart_core::protocol::{
-    Accepted, Blocked, DataTypeText, Effect, MAX_SIGNAL_WORDS, PROTOCOL_VERSION, ParameterText, PortText,
-    Refusal, Request, Response, SchemeAction, StoreError, TimingReport,
-};
+use dimsart_core::{Accepted, DataTypeText, ParameterText, PortText};
 use dimsart_core::{
     Accepts, AxisKind, Command, CommandError, EngineCommand, Finding, Format, FrameError, ModuleRef,
     ParameterError, Party, Timing, TypeRef, Unit, Value, scheme, types,
+};
+use dimsart_link::protocol::{
+    Blocked, Effect, MAX_SIGNAL_WORDS, PROTOCOL_VERSION, Refusal, Request, Response, SchemeAction,
+    StoreError, TimingReport,
 };
 use dimsart_modules::ALL;
 

@@ -5,12 +5,12 @@ use crate::common::module_at;
 use crate::common::{self, Bench, words};
 use dimsart_core::KindId;
 use dimsart_core::limits::DEFAULT_WORDS;
-use dimsart_core::saved_scheme::{
-    LoadError, MAX_SCHEME_BYTES, SAVED_SCHEME_VERSION, SchemeBytes, TooLong, Writer, fingerprint, load, save,
-};
 use dimsart_core::{
     Accepts, Command, CommandError, Context, Declare, Dimsart, EVERY_TICKS, Entries, Module, ModuleRef,
     Parameters, TypeRef, Unit, Value, types, words,
+};
+use dimsart_link::saved_scheme::{
+    LoadError, MAX_SCHEME_BYTES, SAVED_SCHEME_VERSION, SchemeBytes, TooLong, Writer, fingerprint, load, save,
 };
 use dimsart_modules::{ALL, P, Pd};
 use rand_core::{Rng, SeedableRng};

@@ -1,12 +1,13 @@
 //! The examples in docs/wire.md are what the code makes, byte by byte.
 #![expect(clippy::unwrap_used, reason = "in helpers of tests as in tests")]
 
-use dimsart_core::carrier::{can, can_fd, stream};
-use dimsart_core::protocol::{
+use dimsart_core::Packet;
+use dimsart_link::auth;
+use dimsart_link::carrier::{can, can_fd, stream};
+use dimsart_link::protocol::{
     Gate, Heartbeat, LeaseAction, LeaseStatus, MAX_FRAME_BYTES, PROTOCOL_VERSION, Receiver, Request,
     RequestSealer, Sample, encode_heartbeat, encode_request, encode_sample, request_id,
 };
-use dimsart_core::{Packet, auth};
 
 fn hex(bytes: &[u8]) -> String {
     bytes.iter().map(|byte| format!("{byte:02x}")).collect::<Vec<_>>().join(" ")

@@ -163,7 +163,7 @@ fn to_client(client: &Connection, mut line: PipeReader) {
 mod tests {
     use super::*;
     use dimsart_core::Command;
-    use dimsart_core::protocol::{MAX_FRAME_BYTES, Receiver, Request, encode_request};
+    use dimsart_link::protocol::{MAX_FRAME_BYTES, Receiver, Request, encode_request};
     use hil_sim::pipe::pair;
 
     fn listening() -> Listening {

@@ -2,7 +2,7 @@
 
 use super::*;
 use dimsart_core::Command;
-use dimsart_core::protocol::{Request, Response, decode_request, encode_request, encode_response};
+use dimsart_link::protocol::{Request, Response, decode_request, encode_request, encode_response};
 use std::sync::{Arc, Mutex};
 
 const HOSTILE: usize = 8;
@@ -16,7 +16,7 @@ struct Wire {
     is_blocked: bool,
     /// Bytes that it takes in one write; 0: all.
     most: usize,
-    receiver: dimsart_core::protocol::Receiver,
+    receiver: dimsart_link::protocol::Receiver,
     /// Requests that came, in their order.
     requests: Vec<Request>,
     answers: Vec<u8>,
@@ -139,7 +139,7 @@ fn the_stop_of_a_ninth_client_goes_out_among_the_next_frames() {
                 answers.extend_from_slice(&buffer[..count]);
             }
             let mut ids = Vec::new();
-            dimsart_core::protocol::Receiver::new().take_all(&answers, |content| {
+            dimsart_link::protocol::Receiver::new().take_all(&answers, |content| {
                 ids.push(decode_response(content).unwrap().0);
             });
             assert!(ids.contains(&900), "it is answered: {ids:?}");

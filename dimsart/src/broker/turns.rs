@@ -4,7 +4,7 @@ use std::collections::VecDeque;
 use std::time::{Duration, Instant};
 
 use dimsart_core::Command;
-use dimsart_core::protocol::{LeaseAction, Request, decode_request};
+use dimsart_link::protocol::{LeaseAction, Request, decode_request};
 
 /// How long the answer to a request keeps others waiting. It is shorter than a renewal of the lease can wait.
 const PATIENCE: Duration = Duration::from_millis(45);
@@ -154,7 +154,7 @@ pub(super) fn is_stop(content: &[u8]) -> bool {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use dimsart_core::protocol::{MAX_FRAME_BYTES, Receiver, encode_request};
+    use dimsart_link::protocol::{MAX_FRAME_BYTES, Receiver, encode_request};
 
     struct Bench(Turns, Instant);
 

@@ -3,7 +3,7 @@
 use std::io::Write;
 
 use clap::Args;
-use dimsart_core::protocol::DEFAULT_BAUD;
+use dimsart_link::protocol::DEFAULT_BAUD;
 
 use super::Ending;
 

@@ -11,7 +11,7 @@ use ::cycles::timing::{Column, Timing};
 use attach::Attached;
 use clap::{Args, ValueEnum};
 use comfy_table::CellAlignment;
-use dimsart_core::protocol::DEFAULT_BAUD;
+use dimsart_link::protocol::DEFAULT_BAUD;
 use indicatif::{ProgressBar, ProgressStyle};
 
 use super::Ending;

@@ -7,8 +7,8 @@ use std::path::PathBuf;
 use std::process::ExitCode;
 
 use clap::Args;
+use dimsart_core::ParameterText;
 use dimsart_core::limits::DEFAULT_WORDS;
-use dimsart_core::protocol::ParameterText;
 use dimsart_core::scheme::switch;
 use dimsart_core::{
     Accepts, AxisKind, Direction, Engine, Kind, ModuleRef, Parameter, PortSpec, Unit, UnitRelation, Value,

@@ -8,7 +8,7 @@ use std::sync::atomic::Ordering;
 use std::sync::mpsc::Sender;
 
 use clap::Args;
-use dimsart_core::protocol::DEFAULT_BAUD;
+use dimsart_link::protocol::DEFAULT_BAUD;
 
 use super::run::{rig, stop_on_interrupt};
 use super::station::line_baud;

@@ -11,8 +11,8 @@ use std::{env, fs};
 use clap::Args;
 use dimsart_core::limits::MAX_DOF;
 use dimsart_core::online::{OPCODES, Opcode};
-use dimsart_core::saved_scheme::{self, SchemeBytes};
 use dimsart_core::{Cost, KindId};
+use dimsart_link::saved_scheme::{self, SchemeBytes};
 use dimsart_modules::ALL;
 use serde::Serialize;
 

@@ -4,7 +4,7 @@ use std::io::{self, IsTerminal};
 use std::process::ExitCode;
 
 use clap::Args;
-use dimsart_core::protocol::DEFAULT_BAUD;
+use dimsart_link::protocol::DEFAULT_BAUD;
 
 use super::run::stop_on_interrupt;
 use super::station::station;

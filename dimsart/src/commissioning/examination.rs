@@ -3,9 +3,10 @@
 use std::io::{Read, Write};
 
 use boards::BOARDS;
-use dimsart_core::protocol::{NOBODY, PROTOCOL_VERSION};
+use dimsart_core::Reason;
 use dimsart_core::stamp::UNSTAMPED;
-use dimsart_core::{EventKind, Reason, StartCause};
+use dimsart_link::protocol::{NOBODY, PROTOCOL_VERSION};
+use dimsart_link::{EventKind, StartCause};
 
 use super::at_rest::{self, Looks};
 use super::{Check, Surroundings, watch_ticks};

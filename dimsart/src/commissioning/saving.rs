@@ -2,7 +2,7 @@
 
 use std::io::{Read, Write};
 
-use dimsart_core::protocol::{Refusal, StoreError};
+use dimsart_link::protocol::{Refusal, StoreError};
 
 use super::ticks::wait;
 use super::{Check, Surroundings};

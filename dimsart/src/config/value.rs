@@ -1,7 +1,7 @@
 //! Values of parameters and ports, as schemes write them.
 
-use dimsart_core::protocol::{Accepted, ParameterText};
 use dimsart_core::scheme::PORT_PREFIX;
+use dimsart_core::{Accepted, ParameterText};
 use dimsart_core::{Entries, Value, Vocabulary};
 use hil_sim::schemes;
 

@@ -3,9 +3,9 @@
 use std::fmt;
 use std::io::{Read, Write};
 
-use dimsart_core::protocol::{Effect, Request, Response};
 use dimsart_core::scheme::Row;
 use dimsart_core::{Command, CommandError, ModuleRef, ParameterError, Value, Vocabulary};
+use dimsart_link::protocol::{Effect, Request, Response};
 use serde::Serialize;
 
 use super::device::take;

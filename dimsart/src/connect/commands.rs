@@ -2,8 +2,8 @@
 
 use std::io::{Read, Write};
 
-use dimsart_core::protocol::{Request, Response};
 use dimsart_core::{Command, Cursor};
+use dimsart_link::protocol::{Request, Response};
 
 use super::{ConnectError, Device, LineError};
 

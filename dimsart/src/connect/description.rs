@@ -4,11 +4,10 @@ use std::cell::Cell;
 use std::fmt;
 
 use dimsart_core::KindId;
-use dimsart_core::protocol::{
-    self, Accepted, DataTypeText, ParameterText, PortText, Request, Response, decode_response,
-};
 use dimsart_core::scheme::{SWITCH, switch};
+use dimsart_core::{Accepted, DataTypeText, ParameterText, PortText};
 use dimsart_core::{AxisKind, Entries, Format, ModuleRef, Shape, Unit, Value, Vocabulary};
+use dimsart_link::protocol::{self, Request, Response, decode_response};
 use dimsart_modules::ALL;
 use hil_sim::recording::indices;
 use serde::{Serialize, Serializer};

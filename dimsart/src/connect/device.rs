@@ -2,12 +2,12 @@
 
 use std::io::{Read, Write};
 
-use dimsart_core::online::LawAction;
-use dimsart_core::protocol::{
-    InstanceText, OLDEST_PROTOCOL_VERSION, PROTOCOL_VERSION, Refusal, Request, Response, Status,
-};
 use dimsart_core::scheme::{Place, Problem, SchemeError};
 use dimsart_core::{ModuleRef, TypeRef, Vocabulary};
+use dimsart_link::protocol::LawAction;
+use dimsart_link::protocol::{
+    InstanceText, OLDEST_PROTOCOL_VERSION, PROTOCOL_VERSION, Refusal, Request, Response, Status,
+};
 
 use super::description::{Description, Identity};
 use super::{ConnectError, LineError, Patience, RequestLine};

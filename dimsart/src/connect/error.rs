@@ -1,6 +1,6 @@
 //! Why a device was not asked, or not told, what it was meant to be.
 
-use dimsart_core::protocol::{IdentificationFailure, PROTOCOL_VERSION, Refusal};
+use dimsart_link::protocol::{IdentificationFailure, PROTOCOL_VERSION, Refusal};
 
 use hil_sim::link::PortError;
 

@@ -3,10 +3,9 @@
 use std::fmt;
 use std::io::{Read, Write};
 
-use dimsart_core::protocol::{Request, Response};
-use dimsart_core::{
-    Event, EventKind, FaultCause, MAX_EVENTS, ModuleFault, Reason, StartCause, Vocabulary as _,
-};
+use dimsart_core::{FaultCause, ModuleFault, Reason, Vocabulary as _};
+use dimsart_link::protocol::{Request, Response};
+use dimsart_link::{Event, EventKind, MAX_EVENTS, StartCause};
 use serde::Serialize;
 
 use super::device::take;

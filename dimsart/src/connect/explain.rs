@@ -2,8 +2,8 @@
 
 use std::io::{Read, Write};
 
-use dimsart_core::protocol::Blocked;
 use dimsart_core::{CommandError, DriveFault, Explanation, Finding, FrameError, ModuleFault, Vocabulary};
+use dimsart_link::protocol::Blocked;
 
 use super::description::Description;
 use super::{ConnectError, Device};

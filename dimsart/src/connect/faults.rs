@@ -3,8 +3,8 @@
 use std::fmt;
 use std::io::{Read, Write};
 
-use dimsart_core::protocol::{FirstFault, Request, Response, SafetyReport};
 use dimsart_core::{Command, CommandError, Finding, ModuleRef, Party, Reason, TypeRef};
+use dimsart_link::protocol::{FirstFault, Request, Response, SafetyReport};
 use serde::Serialize;
 
 use super::device::take;

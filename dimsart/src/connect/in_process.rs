@@ -3,7 +3,7 @@
 use std::collections::VecDeque;
 use std::io::{self, Read, Write};
 
-use dimsart_core::protocol::{DeviceInfo, MAX_FRAME_BYTES, Receiver, answer};
+use dimsart_link::protocol::{DeviceInfo, MAX_FRAME_BYTES, Receiver, answer};
 use hil_sim::rig::SimulatedDimsart;
 
 /// A controller of this process as a stream: requests go in, and their answers are there at once.

@@ -4,11 +4,11 @@ use std::fmt;
 use std::io::{Read, Write};
 use std::num::NonZeroU32;
 
-use dimsart_core::protocol::{
-    BoundReport, Fallback, Origin, Refusal, Request, Response, SchemeAction, SchemeStatus, StoreError,
-    TimingReport, Trial,
+use dimsart_core::BoundReport;
+use dimsart_link::protocol::{
+    Fallback, Origin, Refusal, Request, Response, SchemeAction, SchemeStatus, StoreError, TimingReport, Trial,
 };
-use dimsart_core::saved_scheme::LoadError;
+use dimsart_link::saved_scheme::LoadError;
 use serde::Serialize;
 
 use super::device::take;

@@ -3,8 +3,8 @@
 use std::fmt;
 use std::io::{Read, Write};
 
-use dimsart_core::auth::Key;
-use dimsart_core::protocol::{KeyAction, KeyBytes, KeyState, Refusal, Request, RequestSealer, Response};
+use dimsart_link::auth::Key;
+use dimsart_link::protocol::{KeyAction, KeyBytes, KeyState, Refusal, Request, RequestSealer, Response};
 use serde::Serialize;
 
 use super::{ConnectError, Device};

@@ -4,10 +4,11 @@ use std::fmt;
 use std::io::{Read, Write};
 
 use dimsart_core::limits::PROGRAM_WORDS;
-use dimsart_core::online::{LawAction, Program};
-use dimsart_core::protocol::{Refusal, Request, Response, SignalText};
+use dimsart_core::online::Program;
 use dimsart_core::scheme::{self, Row};
 use dimsart_core::{Command, ModuleRef, Value};
+use dimsart_link::protocol::LawAction;
+use dimsart_link::protocol::{Refusal, Request, Response, SignalText};
 use hil_sim::law::{self, Law, LawName};
 use serde::Serialize;
 

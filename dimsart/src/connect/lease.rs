@@ -4,7 +4,7 @@ use std::fmt;
 use std::io::{Read, Write};
 use std::time::Duration;
 
-use dimsart_core::protocol::{Blocked, LeaseAction, LeaseStatus, NOBODY, Refusal, Request, Response};
+use dimsart_link::protocol::{Blocked, LeaseAction, LeaseStatus, NOBODY, Refusal, Request, Response};
 use serde::Serialize;
 
 use super::{ConnectError, Device, LineError, Patience, Presence};

@@ -8,7 +8,7 @@ use std::collections::VecDeque;
 use std::io::{Read, Write};
 use std::time::{Duration, Instant};
 
-use dimsart_core::protocol::{
+use dimsart_link::protocol::{
     Counters, KeyRefusal, LeaseAction, MAX_FRAME_BYTES, Receiver, Refusal, Request, RequestSealer, Response,
     client_of, decode_response, encode_request, request_id,
 };

@@ -3,8 +3,8 @@
 use std::io::{Read, Write};
 use std::time::{Duration, Instant};
 
-use dimsart_core::protocol::Sample;
 use dimsart_core::{Format, TypeRef};
+use dimsart_link::protocol::Sample;
 
 use super::description::{ValueText, WordText};
 use super::streams::Streams;

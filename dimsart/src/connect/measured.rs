@@ -2,7 +2,7 @@
 
 use std::io::{Read, Write};
 
-use dimsart_core::protocol::{CyclesReport, Refusal, Request, Response};
+use dimsart_link::protocol::{CyclesReport, Refusal, Request, Response};
 
 use super::device::take;
 use super::{ConnectError, Device};

@@ -2,7 +2,7 @@
 
 use std::io::{Read, Write};
 
-use dimsart_core::protocol::{
+use dimsart_link::protocol::{
     FoundMotor, Identification, IdentificationFailure, MotorAction, MotorFallback, MotorReport, Refusal,
     Request, Response, StoreError, motor_checksum,
 };

@@ -6,8 +6,8 @@
 use std::fmt;
 use std::io::{self, Read, Write};
 
-use dimsart_core::protocol::{Request, Response};
 use dimsart_core::{CommandError, Direction, Format, ModuleRef, TypeRef, Value, Vocabulary};
+use dimsart_link::protocol::{Request, Response};
 use serde::Serialize;
 
 use super::description::{Description, ValueText, WordText};
@@ -20,7 +20,7 @@ const RECORDER: &str = "RECORDER_MOD";
 /// Its parameter that says how many rows it keeps.
 const LENGTH: &str = "LENGTH";
 /// About as many words as one answer has.
-const PIECE_WORDS: usize = dimsart_core::protocol::MAX_SIGNAL_WORDS;
+const PIECE_WORDS: usize = dimsart_link::protocol::MAX_SIGNAL_WORDS;
 
 /// What a recorder has kept, oldest first.
 #[derive(Debug, Clone, PartialEq, Serialize)]

@@ -2,7 +2,7 @@
 
 use std::time::{Duration, Instant};
 
-use dimsart_core::protocol::{Refusal, Response, decode_response, request_id};
+use dimsart_link::protocol::{Refusal, Response, decode_response, request_id};
 
 use super::{ConnectError, Presence};
 use hil_sim::clock;

@@ -3,7 +3,8 @@
 use std::io::{Read, Write};
 
 use dimsart_core::scheme::{self, Place, Problem, Row, SchemeError};
-use dimsart_core::{Command, CommandError, ModuleRef, protocol::Effect};
+use dimsart_core::{Command, CommandError, ModuleRef};
+use dimsart_link::protocol::Effect;
 use serde::Serialize;
 
 use super::command::ANY_SIDE;

@@ -3,9 +3,10 @@
 use std::fmt;
 use std::io::{Read, Write};
 
-use dimsart_core::protocol::{Accepted, InstanceText, LeaseStatus, NOBODY, PortText, Request, Response};
 use dimsart_core::scheme::{PORT_PREFIX, SWITCH};
+use dimsart_core::{Accepted, PortText};
 use dimsart_core::{Direction, EVERY_TICKS, Entries, ModuleRef, Usage, Vocabulary};
+use dimsart_link::protocol::{InstanceText, LeaseStatus, NOBODY, Request, Response};
 use serde::Serialize;
 
 use super::description::{Identity, ValueText, axis_name, joined, kind_summary, range_text, summary};

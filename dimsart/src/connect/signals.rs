@@ -3,8 +3,8 @@
 use std::fmt;
 use std::io::{Read, Write};
 
-use dimsart_core::protocol::{Request, Response};
 use dimsart_core::{TypeRef, Vocabulary};
+use dimsart_link::protocol::{Request, Response};
 use serde::Serialize;
 
 use super::description::{ValueText, WordText};

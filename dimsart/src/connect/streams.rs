@@ -3,7 +3,7 @@
 use std::io::{Read, Write};
 
 use dimsart_core::TypeRef;
-use dimsart_core::protocol::{
+use dimsart_link::protocol::{
     MAX_TELEMETRY_SIGNALS, MAX_TELEMETRY_WORDS, NOBODY, Refusal, Request, Response, Sample, client_of,
 };
 

@@ -3,8 +3,8 @@
 use std::io::{Read, Write};
 use std::time::{Duration, Instant};
 
-use dimsart_core::protocol::{MAX_TELEMETRY_WORDS, Sample};
 use dimsart_core::{Format, TypeRef};
+use dimsart_link::protocol::{MAX_TELEMETRY_WORDS, Sample};
 use serde::Serialize;
 
 use super::description::WordText;

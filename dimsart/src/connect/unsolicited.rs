@@ -3,7 +3,7 @@
 use std::collections::VecDeque;
 use std::time::{Duration, Instant};
 
-use dimsart_core::protocol::{Heartbeat, Sample, client_of, decode_heartbeat, decode_sample};
+use dimsart_link::protocol::{Heartbeat, Sample, client_of, decode_heartbeat, decode_sample};
 use hil_sim::clock;
 
 /// Samples that wait to be taken; the oldest make room for newer ones.

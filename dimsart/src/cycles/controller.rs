@@ -88,7 +88,7 @@ impl Controller {
         self.run("dimsart_limit", &Call::new(self.entry.limit, [CONTROLLER, 0, 0, 0]))
     }
 
-    /// Gives it a [saved scheme](dimsart_core::saved_scheme).
+    /// Gives it a [saved scheme](dimsart_link::saved_scheme).
     ///
     /// # Errors
     /// [`CyclesError::OtherImage`] or [`CyclesError::Refused`]; it has no scheme then.

@@ -100,7 +100,7 @@ pub enum CyclesError {
     #[error(transparent)]
     Experiment(#[from] ExperimentError),
     /// The scheme does not fit into what a board keeps.
-    #[error("the scheme takes more than the {most} bytes that a board keeps; make it shorter", most = dimsart_core::saved_scheme::MAX_SCHEME_BYTES)]
+    #[error("the scheme takes more than the {most} bytes that a board keeps; make it shorter", most = dimsart_link::saved_scheme::MAX_SCHEME_BYTES)]
     SchemeTooLong,
     /// The image knows other modules.
     #[error(

@@ -2,8 +2,8 @@
 
 use dimsart_core::envelope::MAX_CONTENT_BYTES;
 use dimsart_core::limits::MAX_PACKET_WORDS;
-use dimsart_core::saved_scheme::{self, fingerprint_of};
 use dimsart_core::{DeviceDescriptor, Packet, Word};
+use dimsart_link::saved_scheme::{self, fingerprint_of};
 use dimsart_modules::ALL;
 
 use super::CyclesError;

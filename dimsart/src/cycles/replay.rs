@@ -3,8 +3,8 @@
 use ::cycles::machine::{Call, Run};
 use ::cycles::timing::Timing;
 use dimsart_core::limits::MAX_LINKS;
-use dimsart_core::saved_scheme::{self, SchemeBytes};
 use dimsart_core::{Command, ModuleRef, Packet, Word};
+use dimsart_link::saved_scheme::{self, SchemeBytes};
 use dimsart_modules::ALL;
 
 use super::controller::Lengths;

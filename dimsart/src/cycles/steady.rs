@@ -5,7 +5,7 @@ use std::collections::BTreeSet;
 use ::cycles::timing::Timing;
 use dimsart_core::Dimsart;
 use dimsart_core::limits::MAX_LINKS;
-use dimsart_core::saved_scheme;
+use dimsart_link::saved_scheme;
 
 use super::controller::Lengths;
 use super::worst::Worst;

@@ -2,8 +2,8 @@
 
 use std::fmt::{self, Display, Formatter};
 
-use dimsart_core::carrier::{can, can_fd};
 use dimsart_core::{DeviceDescriptor, Format, PACKET_OVERHEAD, TypeRef};
+use dimsart_link::carrier::{can, can_fd};
 use serde::Serialize;
 
 use super::Frames;

@@ -2,8 +2,8 @@
 
 use std::collections::VecDeque;
 
-use dimsart_core::protocol::{Request, decode_request};
 use dimsart_core::{Command, Word};
+use dimsart_link::protocol::{Request, decode_request};
 use dimsart_modules::ALL;
 
 use super::device::DeviceFacts;

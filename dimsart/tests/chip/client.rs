@@ -1,9 +1,9 @@
 //! A host at the board's command line, in the board's own time.
 
-use dimsart_core::protocol::{
+use dimsart_core::{Command, ModuleRef, Reason, TypeRef, Value};
+use dimsart_link::protocol::{
     LeaseAction, MAX_FRAME_BYTES, Receiver, Request, Response, decode_response, encode_request, request_id,
 };
-use dimsart_core::{Command, ModuleRef, Reason, TypeRef, Value};
 
 use crate::motor::Powered;
 

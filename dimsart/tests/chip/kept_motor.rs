@@ -4,7 +4,7 @@ use std::io::{self, ErrorKind, Read, Write};
 use std::sync::{Arc, Mutex, MutexGuard};
 
 use dimsart::connect::{ConnectError, Device, ValueText};
-use dimsart_core::protocol::IdentificationFailure;
+use dimsart_link::protocol::IdentificationFailure;
 
 use crate::common::{PATIENCE, Shared};
 use crate::motor::Powered;

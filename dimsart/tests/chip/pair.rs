@@ -11,12 +11,13 @@ use std::sync::Arc;
 use chips::{Bench, Board, CanBus, Fate, Passed};
 use cycles::image::Image;
 use dimsart::stamp::StampedImage;
+use dimsart_core::DataType;
 use dimsart_core::limits::MAX_DOF;
-use dimsart_core::protocol::{
+use dimsart_link::protocol::{
     Blocked, Heartbeat, LeaseAction, MAX_FRAME_BYTES, Receiver, Request, Response, decode_heartbeat,
     decode_response, encode_request, request_id,
 };
-use dimsart_core::{DataType, saved_scheme};
+use dimsart_link::saved_scheme;
 use dimsart_modules::ALL;
 use hil_sim::bilateral::device;
 use hil_sim::plant::{Joint, JointParameters};

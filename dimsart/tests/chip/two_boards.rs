@@ -2,8 +2,9 @@
 
 use std::f64::consts::TAU;
 
-use dimsart_core::protocol::{Blocked, Request};
-use dimsart_core::{Command, EventKind, Reason, types};
+use dimsart_core::{Command, Reason, types};
+use dimsart_link::EventKind;
+use dimsart_link::protocol::{Blocked, Request};
 
 use crate::pair::{COUNTS_PER_TURN, FULL_NM, MASTER, Pair, SLAVE, SPRING_NM_PER_RAD};
 

@@ -7,10 +7,10 @@ use std::sync::Arc;
 use std::time::{Duration, Instant};
 
 use dimsart::connect::ValueText;
-use dimsart_core::protocol::{
+use dimsart_core::scheme;
+use dimsart_link::protocol::{
     MAX_FRAME_BYTES, Receiver, Refusal, Response, decode_request, decode_response, encode_response,
 };
-use dimsart_core::scheme;
 use hil_sim::schemes::{SIDES, SchemeText};
 
 use crate::emulated::{Emulated, QUICK, Robot, listen, message};

@@ -11,10 +11,10 @@ use std::thread;
 use std::time::Duration;
 
 use dimsart::connect::{Device, Patience};
-use dimsart_core::protocol::{
+use dimsart_core::{Tick, Word};
+use dimsart_link::protocol::{
     HEARTBEATS_PER_S, MAX_FRAME_BYTES, Receiver, Request, decode_request, encode_heartbeat, encode_sample,
 };
-use dimsart_core::{Tick, Word};
 use hil_sim::clock::{self, Simulated};
 use hil_sim::link::open_port;
 

@@ -8,10 +8,10 @@ use std::process::Output;
 
 use dimsart::config::{Difference, deviations};
 use dimsart::connect::{ConnectError, Device, Exchange, InProcess};
-use dimsart_core::protocol::{
+use dimsart_core::{Command, Word};
+use dimsart_link::protocol::{
     MAX_FRAME_BYTES, PROTOCOL_VERSION, Receiver, Request, Response, decode_request, encode_response, serve,
 };
-use dimsart_core::{Command, Word};
 use dimsart_modules::ALL;
 use hil_sim::bilateral;
 use hil_sim::law::Law;

@@ -8,14 +8,14 @@ use std::thread;
 use std::time::Duration;
 
 use dimsart::connect::{Device, Patience};
-use dimsart_core::auth::Key;
 use dimsart_core::limits::DEFAULT_WORDS;
-use dimsart_core::protocol::{
-    DeviceInfo, Gate, KeyAction, MAX_FRAME_BYTES, Receiver, Refusal, Request, Response, Taken,
-    decode_request, encode_response, serve,
-};
 use dimsart_core::{
     AxisKind, DataType, DeviceDescriptor, Dimsart, Format, Shape, Summary, Unit, Word, types,
+};
+use dimsart_link::auth::Key;
+use dimsart_link::protocol::{
+    DeviceInfo, Gate, KeyAction, MAX_FRAME_BYTES, Receiver, Refusal, Request, Response, Taken,
+    decode_request, encode_response, serve,
 };
 use dimsart_modules::ALL;
 use hil_sim::link::{Stream, open_port};

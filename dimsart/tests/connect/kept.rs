@@ -3,12 +3,12 @@
 use std::num::NonZeroU32;
 use std::sync::{Arc, Mutex};
 
-use dimsart_core::protocol::{
+use dimsart_core::{CommandError, Cost, Costs, Timing};
+use dimsart_link::protocol::{
     Fallback, MAX_FRAME_BYTES, Origin, Refusal, Request, Response, SchemeAction, SchemeStatus, StoreError,
     Trial, decode_request, encode_response,
 };
-use dimsart_core::saved_scheme::LoadError;
-use dimsart_core::{CommandError, Cost, Costs, Timing};
+use dimsart_link::saved_scheme::LoadError;
 
 use crate::emulated::{Emulated, Robot, dimsart, listen, message};
 

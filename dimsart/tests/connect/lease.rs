@@ -8,8 +8,8 @@ use std::time::Duration;
 
 use dimsart::connect::{ConnectError, Live, Patience, ValueText};
 use dimsart_core::limits::TELEMETRY_STREAMS;
-use dimsart_core::protocol::{LeaseAction, MAX_FRAME_BYTES, Refusal, Request, encode_request, request_id};
 use dimsart_core::{Tick, Word};
+use dimsart_link::protocol::{LeaseAction, MAX_FRAME_BYTES, Refusal, Request, encode_request, request_id};
 use hil_sim::clock;
 use hil_sim::schemes::SchemeText;
 

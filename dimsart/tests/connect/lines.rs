@@ -6,7 +6,7 @@ use std::thread;
 use std::time::Duration;
 
 use dimsart::connect::{ConnectError, Device, LineError, Patience};
-use dimsart_core::protocol::{
+use dimsart_link::protocol::{
     MAX_FRAME_BYTES, OLDEST_PROTOCOL_VERSION, PROTOCOL_VERSION, Refusal, Request, Response, decode_request,
     encode_response, serve,
 };

@@ -10,7 +10,7 @@ use std::time::Duration;
 #[cfg(unix)]
 use dimsart::connect::Device;
 #[cfg(unix)]
-use dimsart_core::protocol::Receiver;
+use dimsart_link::protocol::Receiver;
 use hil_sim::link::{PortError, open_port};
 
 #[cfg(unix)]

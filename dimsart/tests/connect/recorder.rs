@@ -4,7 +4,7 @@ use std::sync::{Arc, Mutex};
 
 use dimsart::connect::{RecordedRow, ValueText};
 use dimsart_core::Command;
-use dimsart_core::protocol::{MAX_FRAME_BYTES, Refusal, Request, Response, decode_request, encode_response};
+use dimsart_link::protocol::{MAX_FRAME_BYTES, Refusal, Request, Response, decode_request, encode_response};
 use hil_sim::schemes::SchemeText;
 
 use crate::emulated::{Emulated, QUICK, Robot, listen, message};

@@ -1,7 +1,8 @@
 //! Every kind of module against its bound, with parameters and inputs that are left to chance.
 
 use cycles::timing::{Column, Profile, Timing};
-use dimsart_core::{Accepts, Command, ModuleRef, Parameter, Value, saved_scheme};
+use dimsart_core::{Accepts, Command, ModuleRef, Parameter, Value};
+use dimsart_link::saved_scheme;
 use dimsart_modules::ALL;
 use hil_sim::bilateral::{Experiment, Side};
 use hil_sim::rig::SimulatedDimsart;

@@ -3,7 +3,8 @@
 use cycles::timing::{Column, Profile, Timing};
 use dimsart::cycles::Controller;
 use dimsart_core::limits::DEFAULT_WORDS;
-use dimsart_core::{Dimsart, Word, saved_scheme, scheme};
+use dimsart_core::{Dimsart, Word, scheme};
+use dimsart_link::saved_scheme;
 use dimsart_modules::ALL;
 use hil_sim::bilateral::device;
 use hil_sim::law::Law;

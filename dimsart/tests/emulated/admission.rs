@@ -4,7 +4,7 @@ use std::process::Command;
 
 use dimsart::stamp::StampedImage;
 use dimsart_core::limits::MAX_DOF;
-use dimsart_core::saved_scheme;
+use dimsart_link::saved_scheme;
 use dimsart_modules::ALL;
 use hil_sim::bilateral::device;
 use hil_sim::rig::SimulatedDimsart;

@@ -6,7 +6,7 @@ use std::path::Path;
 use std::thread;
 use std::time::{Duration, Instant};
 
-use dimsart_core::exchange::{ExchangeError, Frame, Tag};
+use dimsart_link::exchange::{ExchangeError, Frame, Tag};
 
 /// The host's ends of two named pipes.
 pub(crate) struct ByHand {

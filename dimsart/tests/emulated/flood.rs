@@ -4,11 +4,11 @@
 
 use std::collections::BTreeMap;
 
-use dimsart_core::protocol::{
+use dimsart_core::{Command, ModuleRef, Tick, types};
+use dimsart_link::protocol::{
     Heartbeat, MAX_FRAME_BYTES, NOBODY, Receiver, Request, client_of, decode_heartbeat, decode_response,
     encode_request, request_id,
 };
-use dimsart_core::{Command, ModuleRef, Tick, types};
 use dimsart_modules::ALL;
 use hil_sim::bilateral::{Experiment, Side};
 use hil_sim::scenario::Scenario;

@@ -5,12 +5,12 @@ use std::process::Command;
 
 use crc::{CRC_32_AUTOSAR, Crc};
 use dimsart_core::limits::DEFAULT_WORDS;
-use dimsart_core::protocol::{
+use dimsart_core::{AxisKind, DeviceDescriptor, Dimsart, types};
+use dimsart_link::protocol::{
     MAX_FRAME_BYTES, Receiver, Request, Response, SchemeAction, decode_heartbeat, decode_response,
     encode_request, request_id,
 };
-use dimsart_core::saved_scheme::{SAVED_SCHEME_VERSION, fingerprint};
-use dimsart_core::{AxisKind, DeviceDescriptor, Dimsart, types};
+use dimsart_link::saved_scheme::{SAVED_SCHEME_VERSION, fingerprint};
 use dimsart_modules::ALL;
 use rand_core::{Rng, SeedableRng};
 

@@ -8,9 +8,9 @@ use std::sync::atomic::AtomicBool;
 use std::sync::{Arc, Mutex};
 
 use dimsart::connect::Device;
-use dimsart_core::auth::{Guard, Key, Line, Profile};
-use dimsart_core::protocol::{KeyRefusal, LeaseStatus, Receiver, Refusal, Response, decode_response};
 use dimsart_core::{LinkState, Tick, types};
+use dimsart_link::auth::{Guard, Key, Line, Profile};
+use dimsart_link::protocol::{KeyRefusal, LeaseStatus, Receiver, Refusal, Response, decode_response};
 use hil_sim::bilateral::{Experiment, Run, Side};
 use hil_sim::emulated::Image;
 use hil_sim::link::Stream;

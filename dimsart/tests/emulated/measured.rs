@@ -10,8 +10,9 @@ use dimsart::broker::{self, SharedPort};
 use dimsart::connect::{ConnectError, Device, Measured, Tap};
 use dimsart::cycles::{Controller, Firmware as Image};
 use dimsart_core::limits::DEFAULT_WORDS;
-use dimsart_core::protocol::Refusal;
-use dimsart_core::{AxisKind, Command as SchemeCommand, DeviceDescriptor, Dimsart, saved_scheme, types};
+use dimsart_core::{AxisKind, Command as SchemeCommand, DeviceDescriptor, Dimsart, types};
+use dimsart_link::protocol::Refusal;
+use dimsart_link::saved_scheme;
 use dimsart_modules::ALL;
 use hil_sim::link::Stream;
 

@@ -7,9 +7,9 @@ use std::process;
 use std::thread;
 use std::time::{Duration, Instant};
 
-use dimsart_core::exchange::Tag;
-use dimsart_core::protocol::{LeaseAction, MAX_FRAME_BYTES, Request, encode_request, request_id};
 use dimsart_core::{Command, Value};
+use dimsart_link::exchange::Tag;
+use dimsart_link::protocol::{LeaseAction, MAX_FRAME_BYTES, Request, encode_request, request_id};
 use dimsart_modules::ALL;
 
 use crate::by_hand::{ByHand, section};

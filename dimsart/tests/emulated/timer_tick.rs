@@ -6,8 +6,8 @@ use std::thread;
 use std::time::Duration;
 
 use dimsart::connect::{Device, Live};
-use dimsart_core::exchange::Tag;
-use dimsart_core::protocol::{
+use dimsart_link::exchange::Tag;
+use dimsart_link::protocol::{
     MAX_FRAME_BYTES, Receiver, Request, client_of, decode_heartbeat, decode_response, encode_request,
     request_id,
 };

@@ -1,9 +1,9 @@
 //! Random transactions on a running scheme, on the board and here: the same answers, the same bits in every tick.
 
-use dimsart_core::protocol::{
+use dimsart_core::{Command, CommandError, ModuleRef, Tick, Value};
+use dimsart_link::protocol::{
     MAX_FRAME_BYTES, Receiver, Request, Response, decode_response, encode_request, request_id,
 };
-use dimsart_core::{Command, CommandError, ModuleRef, Tick, Value};
 use dimsart_modules::ALL;
 use hil_sim::bilateral::{Experiment, Side};
 use hil_sim::scenario::Scenario;

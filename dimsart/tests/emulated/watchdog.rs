@@ -5,9 +5,9 @@ use std::path::Path;
 use std::thread;
 use std::time::{Duration, Instant};
 
-use dimsart_core::exchange::{Frame, Tag};
-use dimsart_core::protocol::Request;
 use dimsart_core::{Command, Value};
+use dimsart_link::exchange::{Frame, Tag};
+use dimsart_link::protocol::Request;
 use dimsart_modules::ALL;
 use hil_sim::link::Stream;
 use tempfile::TempDir;

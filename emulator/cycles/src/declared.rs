@@ -10,7 +10,7 @@
 //! last firmware::rescue::rescue
 //! # Interrupts that do nothing before the program has come back from some functions.
 //! late CORDIC
-//! early dimsart_core::saved_scheme::load
+//! early dimsart_link::saved_scheme::load
 //! ```
 //!
 //! Names are as [`Function::names`] has them, `*` stands for any text in them. `from` is for calls on behalf of this

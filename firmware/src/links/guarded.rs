@@ -4,10 +4,10 @@
 //! as long as a tag takes.
 
 use boards::{LinkIn as _, LinkOut as _, MAX_CARRIED_BYTES};
-use dimsart_core::auth::{Guard, Key, Line, Profile};
 use dimsart_core::envelope::MAX_CONTENT_BYTES;
 use dimsart_core::limits::MAX_LINKS;
 use dimsart_core::{Packet, PacketError};
+use dimsart_link::auth::{Guard, Key, Line, Profile};
 use embassy_executor::SendSpawner;
 use embassy_futures::select::{Either3, select3};
 use embassy_futures::yield_now;

@@ -2,12 +2,12 @@
 
 use dimsart_core::KindId;
 use dimsart_core::limits::DEFAULT_WORDS;
-use dimsart_core::protocol::{
+use dimsart_core::{AxisKind, Command, Cost, Costs, DeviceDescriptor, Dimsart, ModuleRef, Value, types};
+use dimsart_link::protocol::{
     DeviceInfo, MAX_FRAME_BYTES, Receiver, Request, Response, SchemeStatus, answer, decode_response,
     encode_request,
 };
-use dimsart_core::saved_scheme::{SchemeBytes, save};
-use dimsart_core::{AxisKind, Command, Cost, Costs, DeviceDescriptor, Dimsart, ModuleRef, Value, types};
+use dimsart_link::saved_scheme::{SchemeBytes, save};
 use dimsart_modules::ALL;
 use embassy_futures::block_on;
 use firmware::{SchemeStore, start};

@@ -1,7 +1,7 @@
 //! The guards of a link whose scenario names a key.
 
-use dimsart_core::auth::{Guard, Key, Line, Profile};
-use dimsart_core::protocol::KeyBytes;
+use dimsart_link::auth::{Guard, Key, Line, Profile};
+use dimsart_link::protocol::KeyBytes;
 
 use super::{ExperimentError, Side};
 use crate::emulated::BoardKey;

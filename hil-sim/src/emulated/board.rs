@@ -2,11 +2,11 @@
 
 use std::fs::File;
 
-use dimsart_core::exchange::{self, Frame, MAX_PACKETS, Tag};
-use dimsart_core::protocol::{
+use dimsart_core::{AxisKind, DeviceDescriptor, Tick, Word};
+use dimsart_link::exchange::{self, Frame, MAX_PACKETS, Tag};
+use dimsart_link::protocol::{
     KeyBytes, LeaseAction, MAX_FRAME_BYTES, Request, RequestSealer, encode_request, request_id,
 };
-use dimsart_core::{AxisKind, DeviceDescriptor, Tick, Word};
 
 use super::emulator::Emulator;
 use super::upload::{self, CLIENT, Layout};

@@ -6,7 +6,7 @@ use std::os::fd::AsRawFd;
 use std::os::unix::fs::symlink;
 use std::time::Instant;
 
-use dimsart_core::exchange::{ExchangeError, Frame, Tag};
+use dimsart_link::exchange::{ExchangeError, Frame, Tag};
 use rustix::event::{PollFd, PollFlags, Timespec, poll};
 use rustix::io::Errno;
 use tempfile::TempDir;

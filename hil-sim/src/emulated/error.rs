@@ -4,8 +4,8 @@ use std::io;
 use std::path::PathBuf;
 use std::process::ExitStatus;
 
-use dimsart_core::exchange::{self, ExchangeError, MAX_FRAME_BYTES, MAX_PACKETS};
-use dimsart_core::protocol::Refusal;
+use dimsart_link::exchange::{self, ExchangeError, MAX_FRAME_BYTES, MAX_PACKETS};
+use dimsart_link::protocol::Refusal;
 
 use super::image::BUILD;
 use super::{PATIENCE, PROGRAM};

@@ -3,7 +3,7 @@
 use std::fs::File;
 use std::io::ErrorKind;
 
-use dimsart_core::exchange::Frame;
+use dimsart_link::exchange::Frame;
 
 use super::{EmulatedError, Image};
 

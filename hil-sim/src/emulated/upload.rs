@@ -1,13 +1,13 @@
 //! Brings a controller's scheme to the board, by commands, and learns where the board keeps its signals.
 
 use dimsart_core::KindId;
-use dimsart_core::auth::Key;
-use dimsart_core::exchange::Tag;
-use dimsart_core::protocol::{
+use dimsart_core::{Command, TypeRef, Word};
+use dimsart_link::auth::Key;
+use dimsart_link::exchange::Tag;
+use dimsart_link::protocol::{
     self, DeviceInfo, KeyAction, KeyState, MAX_FRAME_BYTES, PROTOCOL_VERSION, Receiver, Refusal, Request,
     RequestSealer, Response, decode_response, request_id,
 };
-use dimsart_core::{Command, TypeRef, Word};
 
 use super::EmulatedError;
 use super::board::{BoardKey, Wire, words};

@@ -1,8 +1,8 @@
 //! The names of a controller, where the module that runs a law has the law's own.
 
 use dimsart_core::KindId;
-use dimsart_core::protocol::{Accepted, DataTypeText, ParameterText, PortText};
 use dimsart_core::scheme::{Problem, Row, SchemeError};
+use dimsart_core::{Accepted, DataTypeText, ParameterText, PortText};
 use dimsart_core::{AxisKind, Command, EVERY_TICKS, ModuleRef, Value, Vocabulary};
 
 use super::Law;

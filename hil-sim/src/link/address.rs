@@ -3,7 +3,7 @@
 use std::fmt;
 use std::net::SocketAddr;
 
-use dimsart_core::protocol::DEFAULT_BAUD;
+use dimsart_link::protocol::DEFAULT_BAUD;
 use serde::{Deserialize, Serialize};
 
 /// Where a side sends from and listens.

@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use dimsart_core::carrier::can::Assembler;
+use dimsart_link::carrier::can::Assembler;
 
 use super::can::{CanDirection, SharedBus};
 use super::medium::{Medium, MediumLink, Serial};

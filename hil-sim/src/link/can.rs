@@ -2,8 +2,8 @@
 
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
-use dimsart_core::carrier::can::{Assembler, frames};
-use dimsart_core::carrier::can_fd::{pack, unpack};
+use dimsart_link::carrier::can::{Assembler, frames};
+use dimsart_link::carrier::can_fd::{pack, unpack};
 
 use super::medium::{Medium, MediumState, Refusal};
 use crate::bus::can::{CanBus, CanFrame, ErrorState, Format, Identifier};

@@ -3,8 +3,8 @@
 use std::path::Path;
 
 use dimsart_core::MAX_PACKET_BYTES;
-use dimsart_core::auth::Profile;
-use dimsart_core::carrier::can::Assembler;
+use dimsart_link::auth::Profile;
+use dimsart_link::carrier::can::Assembler;
 
 use super::can::{CanDirection, SharedBus};
 use super::medium::{Medium, MediumLink, Serial};

@@ -1,6 +1,6 @@
 //! A link over a simulated medium: packets by tick on one side, nanoseconds on the other.
 
-use dimsart_core::carrier::stream::{self, StreamReceiver};
+use dimsart_link::carrier::stream::{self, StreamReceiver};
 
 use super::transit::{Transit, TransitTicks};
 use super::{InProcess, Link};

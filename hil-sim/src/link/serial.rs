@@ -3,7 +3,7 @@
 use std::io::{Read, Write};
 use std::time::Duration;
 
-use dimsart_core::carrier::stream::{MAX_FRAME_BYTES, StreamReceiver, encode};
+use dimsart_link::carrier::stream::{MAX_FRAME_BYTES, StreamReceiver, encode};
 use serialport::SerialPort;
 
 use super::{ArrivalPoll, Link};

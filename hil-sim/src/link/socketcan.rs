@@ -2,8 +2,8 @@
 
 use std::io;
 
-use dimsart_core::carrier::can::{Assembler, frames};
-use dimsart_core::carrier::can_fd::{pack, unpack};
+use dimsart_link::carrier::can::{Assembler, frames};
+use dimsart_link::carrier::can_fd::{pack, unpack};
 use socketcan::{
     CanAnyFrame, CanDataFrame, CanFdFrame, CanFdSocket, CanFilter, EmbeddedFrame as _, ExtendedId, Id,
     Socket as _, SocketOptions as _, StandardId,

@@ -12,11 +12,12 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::mpsc::{Receiver as Holding, Sender, SyncSender, channel};
 use std::time::Duration;
 
-use dimsart_core::protocol::{
+use dimsart_core::{Command, Timing};
+use dimsart_link::EventLog;
+use dimsart_link::protocol::{
     DeviceInfo, HEARTBEATS_PER_S, MAX_FRAME_BYTES, Receiver, Request, decode_request, encode_heartbeat,
     encode_response, encode_sample, serve_content,
 };
-use dimsart_core::{Command, EventLog, Timing};
 
 use super::ResponseError;
 use super::build;

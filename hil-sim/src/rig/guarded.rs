@@ -1,7 +1,7 @@
 //! The end of a link whose packets are authenticated.
 
-use dimsart_core::auth::{AuthError, Guard};
 use dimsart_core::envelope::MAX_CONTENT_BYTES;
+use dimsart_link::auth::{AuthError, Guard};
 
 /// Answers in a tick. A board says as much as its line takes.
 const MOST_ANSWERS: usize = 64;
@@ -82,9 +82,9 @@ pub(super) fn introduce(left: &mut Guard, right: &mut Guard) {
 
 #[cfg(test)]
 mod tests {
-    use dimsart_core::auth::{Guard, Key, Line, Profile};
     use dimsart_core::envelope::{Class, MAX_CONTENT_BYTES, seal};
     use dimsart_core::{Tick, types};
+    use dimsart_link::auth::{Guard, Key, Line, Profile};
 
     use crate::bilateral::Experiment;
     use crate::link::Carried;

@@ -1,7 +1,7 @@
 //! All that a controller's tick depends on, kept for who repeats it elsewhere.
 
 use dimsart_core::Word;
-use dimsart_core::protocol::Response;
+use dimsart_link::protocol::Response;
 
 /// What went into a controller from one of its ticks to the next. Given in this order to a controller that began as it did,
 /// it makes the same signals, bit by bit.

@@ -2,8 +2,8 @@
 
 use std::fmt;
 
-use dimsart_core::protocol::{Accepted, ParameterText};
 use dimsart_core::scheme::{ENGINE, PORT_PREFIX, Problem, SWITCH, SchemeError};
+use dimsart_core::{Accepted, ParameterText};
 use dimsart_core::{CommandError, EngineCommand, Explanation, ModuleRef, ParameterError, Vocabulary};
 
 use dimsart_modules::ALL;

@@ -8,8 +8,8 @@ mod end;
 mod failing;
 mod fault;
 
-use dimsart_core::protocol::Refusal;
 use dimsart_core::{DescriptorError, Word};
+use dimsart_link::protocol::Refusal;
 
 pub(crate) use controller::{CLIENT, Controller, LIMITS, SENSOR_LIMITS};
 pub(crate) use fault::{Fault, Line, Shows, Writes, Wrong};

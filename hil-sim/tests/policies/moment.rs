@@ -1,8 +1,8 @@
 //! What a policy speaks of: a tick of a side, what was before it, and what the world knows of it.
 
 use crate::faulty_pair::{CLIENT, Wrong};
-use dimsart_core::protocol::{LeaseAction, Request};
 use dimsart_core::{Command, ModuleRef};
+use dimsart_link::protocol::{LeaseAction, Request};
 
 use crate::seen::Seen;
 use crate::sensors::Sensors;

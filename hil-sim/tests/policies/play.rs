@@ -1,9 +1,10 @@
 //! Plays a scenario, and holds every tick of both sides to the policies.
 
 use crate::faulty_pair::{CLIENT, Controller, Fault, Line, Pair, Parts, Wrong};
-use dimsart_core::protocol::{LeaseAction, Request, Response};
+use dimsart_core::Command;
 use dimsart_core::scheme::Row;
-use dimsart_core::{Command, EventLog};
+use dimsart_link::EventLog;
+use dimsart_link::protocol::{LeaseAction, Request, Response};
 
 use crate::moment::{Asked, Known, Moment};
 use crate::parts::{plants, scheme};

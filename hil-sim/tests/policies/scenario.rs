@@ -1,7 +1,7 @@
 //! What is tried: settings of a pair, and what happens to it.
 
 use crate::faulty_pair::{Fault, Line, Shows, Writes};
-use dimsart_core::protocol::LeaseAction;
+use dimsart_link::protocol::LeaseAction;
 use proptest::collection::vec;
 use proptest::option::weighted;
 use proptest::prelude::*;

@@ -1,9 +1,8 @@
 //! What is seen of a side after a tick.
 
 use crate::faulty_pair::Pair;
-use dimsart_core::{
-    DriveState, Event, EventLog, ModuleFault, ModuleRef, Reason, ReasonCounts, Scalar as _, Tick, types,
-};
+use dimsart_core::{DriveState, ModuleFault, ModuleRef, Reason, ReasonCounts, Scalar as _, Tick, types};
+use dimsart_link::{Event, EventLog};
 
 /// Of one side.
 #[derive(Debug, Clone)]

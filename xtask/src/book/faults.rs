@@ -1,6 +1,7 @@
 //! A page per reason why a device does not get what the scheme commands, and per event, by what the core says of them.
 
-use dimsart_core::{EventKind, Reason};
+use dimsart_core::Reason;
+use dimsart_link::EventKind;
 
 use super::{Page, read_text};
 

@@ -1,6 +1,6 @@
 //! Classic CAN frames: up to 16 of 8 bytes per packet.
 
-use dimsart_core::carrier::can;
+use dimsart_link::carrier::can;
 use embassy_stm32::can::config::FrameTransmissionConfig;
 use embassy_stm32::can::frame::{FdFrame, Header};
 use embedded_can::Id;

@@ -1,6 +1,6 @@
 //! CAN FD frames: a content per frame, at most 63 bytes.
 
-use dimsart_core::carrier::can_fd;
+use dimsart_link::carrier::can_fd;
 use embassy_stm32::can::config::FrameTransmissionConfig;
 use embassy_stm32::can::frame::{FdFrame, Header};
 use embedded_can::Id;

@@ -1,7 +1,7 @@
 //! Damage in frames of classic CAN, found by their CRC-8 alone: the bus has a CRC of its own, which is not asked.
 
 use dimsart_core::Packet;
-use dimsart_core::carrier::can::{Assembler, frames};
+use dimsart_link::carrier::can::{Assembler, frames};
 use rand_core::{Rng, SeedableRng};
 use rand_pcg::Pcg64Mcg;
 

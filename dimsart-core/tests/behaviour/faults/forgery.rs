@@ -1,7 +1,7 @@
 //! Contents forged and repeated by who has no key.
 
-use dimsart_core::auth::{AuthError, Key, Line, Opener, Profile, Sealer};
 use dimsart_core::envelope::{Class, MAX_CONTENT_BYTES, seal};
+use dimsart_link::auth::{AuthError, Key, Line, Opener, Profile, Sealer};
 use rand_core::{Rng, SeedableRng};
 use rand_pcg::Pcg64Mcg;
 

@@ -1,7 +1,7 @@
 //! A UART that drops and inserts bytes: every frame that it left alone is taken, and nothing that was not sent.
 
 use dimsart_core::Packet;
-use dimsart_core::carrier::stream::{MAX_FRAME_BYTES, StreamReceiver, encode};
+use dimsart_link::carrier::stream::{MAX_FRAME_BYTES, StreamReceiver, encode};
 use rand_core::{Rng, SeedableRng};
 use rand_pcg::Pcg64Mcg;
 

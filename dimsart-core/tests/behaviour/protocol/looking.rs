@@ -2,10 +2,10 @@
 
 use crate::common::IDS;
 use crate::common::module_at;
-use dimsart_core::protocol::{
+use dimsart_core::{Format, ModuleRef, scheme, types};
+use dimsart_link::protocol::{
     LeaseAction, MAX_SIGNAL_WORDS, Refusal, Request, Response, SchemeAction, SignalText,
 };
-use dimsart_core::{Format, ModuleRef, scheme, types};
 
 use super::served::{ServedDevice, module};
 use super::{SCHEME, SIDES};

@@ -1,7 +1,7 @@
 //! What goes wrong on a line: noise, damage, cuts, and clients that write at the same time.
 
-use dimsart_core::protocol::{Counters, Receiver, Request, Response, client_of, decode_request, request_id};
 use dimsart_core::{Command, Value};
+use dimsart_link::protocol::{Counters, Receiver, Request, Response, client_of, decode_request, request_id};
 use proptest::prelude::Rng;
 use proptest::test_runner::{RngAlgorithm, TestRng};
 

@@ -1,13 +1,13 @@
 //! A controller at the far end of a line, and a host that asks it.
 
 use dimsart_core::limits::DEFAULT_WORDS;
-use dimsart_core::protocol::{
-    DeviceInfo, Effect, MAX_FRAME_BYTES, Receiver, Refusal, Request, Response, answer, decode_response,
-    encode_request,
-};
 use dimsart_core::{
     AxisKind, Command, DataType, DeviceDescriptor, Dimsart, Format, ModuleRef, Shape, Summary, Unit, Word,
     types,
+};
+use dimsart_link::protocol::{
+    DeviceInfo, Effect, MAX_FRAME_BYTES, Receiver, Refusal, Request, Response, answer, decode_response,
+    encode_request,
 };
 use dimsart_modules::ALL;
 

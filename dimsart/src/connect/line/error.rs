@@ -3,7 +3,7 @@
 use std::io::{self, ErrorKind};
 use std::time::Duration;
 
-use dimsart_core::protocol::PROTOCOL_VERSION;
+use dimsart_link::protocol::PROTOCOL_VERSION;
 
 /// How long an answer is waited for.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

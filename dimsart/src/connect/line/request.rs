@@ -5,8 +5,8 @@ use std::hash::{BuildHasher, Hasher};
 use std::sync::OnceLock;
 use std::sync::atomic::{AtomicU16, Ordering};
 
-use dimsart_core::protocol::{DecodeError, KeyAction, Request, decode_response, request_id};
 use dimsart_core::{Command, Value};
+use dimsart_link::protocol::{DecodeError, KeyAction, Request, decode_response, request_id};
 
 /// A client's first id. From the system's own randomness: not what another host on the line draws, nor an earlier
 /// program here.

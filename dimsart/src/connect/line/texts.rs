@@ -1,6 +1,6 @@
 //! Texts of answers: characters that a terminal or a scheme would act on are replaced where an answer enters.
 
-use dimsart_core::protocol::decode_response;
+use dimsart_link::protocol::decode_response;
 use hil_sim::foreign_text::{ends_word, is_hidden};
 
 /// Replaces them in place; the bytes of a text keep their number, and the rest of the content its place.
@@ -26,11 +26,12 @@ pub(super) fn make_visible(content: &mut [u8]) {
 mod tests {
     use super::*;
     use crate::connect::{Device, Patience};
-    use dimsart_core::protocol::{
-        Accepted, DataTypeText, Identity, MAX_FRAME_BYTES, ModuleText, PROTOCOL_VERSION, ParameterText,
-        PortText, Receiver, Response, decode_request, encode_response,
-    };
+    use dimsart_core::{Accepted, DataTypeText, ParameterText, PortText};
     use dimsart_core::{Direction, Entries, Format, Shape, Stage, Unit};
+    use dimsart_link::protocol::{
+        Identity, MAX_FRAME_BYTES, ModuleText, PROTOCOL_VERSION, Receiver, Response, decode_request,
+        encode_response,
+    };
     use std::io::{self, Read, Write};
 
     const BAD: &str = "a\x1b[2J\nall MOD_ENG CLOSE #\u{202e}\u{200b}";

@@ -12,7 +12,7 @@ use super::super::news::{Board, Rows};
 use super::{Answer, OpenLine, PAUSE, PageDevice, Waiting, greet};
 use crate::connect::{ConnectError, Tap, TapSignal};
 use crate::tap_file::OTHER_SIGNALS;
-use dimsart_core::protocol::{MAX_TELEMETRY_SIGNALS, MAX_TELEMETRY_WORDS};
+use dimsart_link::protocol::{MAX_TELEMETRY_SIGNALS, MAX_TELEMETRY_WORDS};
 
 /// How often the rows of ticks go out: a screen's picture.
 const PICTURE: Duration = Duration::from_millis(20);

@@ -2,10 +2,10 @@
 
 use super::super::action::Edit;
 use super::*;
-use dimsart_core::protocol::{
+use dimsart_core::{Command, Tick};
+use dimsart_link::protocol::{
     DeviceInfo, MAX_FRAME_BYTES, NOBODY, Receiver, Request, decode_request, encode_response, serve,
 };
-use dimsart_core::{Command, Tick};
 use hil_sim::response::loaded_controllers;
 use hil_sim::rig::SimulatedDimsart;
 use hil_sim::rig_file::RigFile;

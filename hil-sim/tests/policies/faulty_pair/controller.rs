@@ -2,11 +2,12 @@
 
 use std::sync::atomic::{AtomicU32, Ordering::Relaxed};
 
-use dimsart_core::protocol::{DeviceInfo, LeaseAction, Request, Response, request_id, serve};
 use dimsart_core::{
-    Command, Costs, Counter, DeviceDescriptor, Dimsart, EventKind, EventLog, FrameError, InputLimits,
-    ModuleRef, Observer, OutputLimits, Packet, SafeValue, Tick, Vocabulary as _, Word, scheme,
+    Command, Costs, Counter, DeviceDescriptor, Dimsart, FrameError, InputLimits, ModuleRef, Observer,
+    OutputLimits, Packet, SafeValue, Tick, Vocabulary as _, Word, scheme,
 };
+use dimsart_link::protocol::{DeviceInfo, LeaseAction, Request, Response, request_id, serve};
+use dimsart_link::{EventKind, EventLog};
 
 use super::PairError;
 use super::failing::{COSTS, IDS, KINDS, let_write, with_failing_modules};

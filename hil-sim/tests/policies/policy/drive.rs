@@ -1,7 +1,7 @@
 //! Of the drive's state.
 
-use dimsart_core::protocol::Request;
 use dimsart_core::{Command, DriveState, Tick};
+use dimsart_link::protocol::Request;
 
 use crate::moment::{DELAY, Moment, SENDER, failing};
 

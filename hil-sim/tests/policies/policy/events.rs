@@ -1,6 +1,7 @@
 //! Of what is counted and logged.
 
-use dimsart_core::{Command, EventKind, Reason, Tick};
+use dimsart_core::{Command, Reason, Tick};
+use dimsart_link::EventKind;
 
 use crate::moment::Moment;
 

@@ -1,7 +1,7 @@
 //! Of the lease.
 
-use dimsart_core::protocol::{NOBODY, Request};
 use dimsart_core::{Command, Tick};
+use dimsart_link::protocol::{NOBODY, Request};
 
 use crate::moment::Moment;
 

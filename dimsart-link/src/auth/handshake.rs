@@ -1,0 +1,93 @@
+//! The bytes of a handshake.
+
+use super::tag::TAG_BYTES;
+use dimsart_core::envelope::{CRC_BYTES, Class, HEADER_BYTES, parse, seal, verify};
+
+/// Longest handshake.
+pub(super) const MAX_BYTES: usize = HEADER_BYTES + KIND_BYTES + 8 + TAG_BYTES + CRC_BYTES;
+
+// Up to 2 were those of version 8 of the protocol and before.
+const HELLO: u8 = 3;
+const CHALLENGE: u8 = 4;
+const PROOF: u8 = 5;
+const TAKEN: u8 = 6;
+const QUESTION: u8 = 7;
+/// A kind and zeros: a payload of whole words, which classic CAN carries as well.
+const KIND_BYTES: usize = 4;
+
+/// What one end tells the other.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Handshake {
+    /// Of a sealer: its nonce.
+    Hello { sealer: u64 },
+    /// Of an opener, for a hello: its nonce.
+    Challenge { opener: u64, tag: [u8; TAG_BYTES] },
+    /// Of a sealer, for a challenge: its nonce again, so that an opener need not remember who said hello.
+    Proof { sealer: u64, tag: [u8; TAG_BYTES] },
+    /// Of an opener, for a proof.
+    Taken { tag: [u8; TAG_BYTES] },
+    /// Of an opener that cannot open what comes: a sealer says hello for it.
+    Question,
+    /// Of another version.
+    Unknown,
+}
+
+impl Handshake {
+    /// The handshake in a content of a channel, if it is one.
+    pub(super) fn open(content: &[u8], channel: u16) -> Option<Self> {
+        Self::of_covered(verify(content, channel).ok()?)
+    }
+
+    /// The handshake in a content whose CRC was right and taken off.
+    pub(super) fn of_covered(covered: &[u8]) -> Option<Self> {
+        let found = parse(covered).ok().filter(|found| found.class == Class::Handshake)?;
+        Some(Self::read(found.payload))
+    }
+
+    /// Reads the payload of an envelope.
+    pub(super) fn read(payload: &[u8]) -> Self {
+        Self::of_this_version(payload).unwrap_or(Self::Unknown)
+    }
+
+    fn of_this_version(payload: &[u8]) -> Option<Self> {
+        let (&[kind, 0, 0, 0], rest) = payload.split_first_chunk::<KIND_BYTES>()? else { return None };
+        let nonce_and_tag = || {
+            let (nonce, tag) = rest.split_first_chunk()?;
+            Some((u64::from_le_bytes(*nonce), tag.try_into().ok()?))
+        };
+        match kind {
+            HELLO => Some(Self::Hello { sealer: u64::from_le_bytes(rest.try_into().ok()?) }),
+            CHALLENGE => nonce_and_tag().map(|(opener, tag)| Self::Challenge { opener, tag }),
+            PROOF => nonce_and_tag().map(|(sealer, tag)| Self::Proof { sealer, tag }),
+            TAKEN => Some(Self::Taken { tag: rest.try_into().ok()? }),
+            QUESTION => rest.is_empty().then_some(Self::Question),
+            _ => None,
+        }
+    }
+
+    /// The content of a channel.
+    pub(super) fn write(self, channel: u16, out: &mut [u8]) -> Option<&[u8]> {
+        let payload = out.get_mut(HEADER_BYTES..)?;
+        let (place, rest) = payload.split_first_chunk_mut::<KIND_BYTES>()?;
+        let (kind, length) = match self {
+            Self::Hello { sealer } => {
+                *rest.first_chunk_mut()? = sealer.to_le_bytes();
+                (HELLO, 8)
+            }
+            Self::Challenge { opener: nonce, tag } | Self::Proof { sealer: nonce, tag } => {
+                let (place, rest) = rest.split_first_chunk_mut()?;
+                *place = nonce.to_le_bytes();
+                *rest.first_chunk_mut()? = tag;
+                (if matches!(self, Self::Proof { .. }) { PROOF } else { CHALLENGE }, 8 + TAG_BYTES)
+            }
+            Self::Taken { tag } => {
+                *rest.first_chunk_mut()? = tag;
+                (TAKEN, TAG_BYTES)
+            }
+            Self::Question => (QUESTION, 0),
+            Self::Unknown => return None,
+        };
+        *place = u32::from(kind).to_le_bytes();
+        seal(Class::Handshake, channel, 0, KIND_BYTES + length, out)
+    }
+}

@@ -1,0 +1,209 @@
+//! Takes off tags that are right, once.
+
+use super::handshake::{Handshake, MAX_BYTES};
+use super::keys::{Line, LineKeys, Nonces, Statement};
+use super::tag::{ContentKey, Key, Profile, is_same};
+use dimsart_core::envelope::{Class, EnvelopeError, TAGGED, close, parse, verify};
+
+/// Why a content was refused. Nothing has changed for what else comes.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub enum AuthError {
+    /// No whole, undamaged content of the channel, or no room for it.
+    Envelope(EnvelopeError),
+    /// A content without a tag.
+    NoTag,
+    /// Not newer than what was taken already: a repetition. Its tag was not looked at.
+    NotFresh,
+    /// A wrong tag: forged, of another key, or of an end that has to find together with this one first.
+    Tag,
+}
+
+impl core::fmt::Display for AuthError {
+    fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
+        f.write_str(match self {
+            Self::Envelope(_) => "damaged, or of another channel",
+            Self::NoTag => "not authenticated: the other side has no key",
+            Self::NotFresh => "a repetition of what was sent before",
+            Self::Tag => "the tag is wrong: forged, or the two sides have different keys",
+        })
+    }
+}
+
+impl core::error::Error for AuthError {}
+
+/// The receiving end of a channel.
+#[derive(Debug)]
+pub struct Opener {
+    keys: LineKeys,
+    profile: Profile,
+    channel: u16,
+    /// What nonces are made of.
+    seed: u64,
+    challenges: u32,
+    /// Of the next association.
+    nonce: u64,
+    session: Option<Session>,
+    /// Nonce of the sealer that has said hello and was not answered yet.
+    greeted_by: Option<u64>,
+    /// Whether a sealer has proven itself and was not told yet that it is taken.
+    owes_taken: bool,
+    handshake: [u8; MAX_BYTES],
+}
+
+/// What has been proven.
+#[derive(Debug)]
+struct Session {
+    key: ContentKey,
+    nonces: Nonces,
+    newest: u64,
+}
+
+impl Opener {
+    /// An opener that has taken nothing yet.
+    ///
+    /// `seed` must be another one at every start of this end, for as long as the key is in use: a random number, or a
+    /// counter that is kept. What was sent to an earlier life with the same seed could be used again.
+    #[must_use]
+    pub fn new(key: &Key, line: Line, profile: Profile, channel: u16, seed: u64) -> Self {
+        let keys = LineKeys::new(key, line);
+        let nonce = keys.opener_nonce(seed, 0);
+        let (session, greeted_by, owes_taken) = (None, None, false);
+        let (challenges, handshake) = (0, [0; MAX_BYTES]);
+        Self { keys, profile, channel, seed, challenges, nonce, session, greeted_by, owes_taken, handshake }
+    }
+
+    /// The handshake to be sent back now, if there is one: an answer to what came last. To be asked for after every
+    /// [`open`](Self::open).
+    pub fn handshake(&mut self) -> Option<&[u8]> {
+        if self.owes_challenge() { self.challenge_on(self.channel) } else { self.taken_on(self.channel) }
+    }
+
+    /// The answer to a hello, for a sealer that listens to `channel`.
+    pub(super) fn challenge_on(&mut self, channel: u16) -> Option<&[u8]> {
+        let nonces = Nonces { sealer: self.greeted_by.take()?, opener: self.nonce };
+        let tag = self.keys.tag(Statement::Challenge, self.channel, nonces);
+        Handshake::Challenge { opener: self.nonce, tag }.write(channel, &mut self.handshake)
+    }
+
+    /// The answer to a proof.
+    pub(super) fn taken_on(&mut self, channel: u16) -> Option<&[u8]> {
+        let session = self.session.as_ref().filter(|_| core::mem::take(&mut self.owes_taken))?;
+        let tag = self.keys.tag(Statement::Taken, self.channel, session.nonces);
+        Handshake::Taken { tag }.write(channel, &mut self.handshake)
+    }
+
+    /// Asks the sealer at the other end, which listens to `channel`, to say hello.
+    pub(super) fn question_on(&mut self, channel: u16) -> Option<&[u8]> {
+        Handshake::Question.write(channel, &mut self.handshake)
+    }
+
+    pub(super) fn owes_challenge(&self) -> bool {
+        self.greeted_by.is_some()
+    }
+
+    pub(super) fn owes_taken(&self) -> bool {
+        self.owes_taken
+    }
+
+    pub(crate) fn owes_handshake(&self) -> bool {
+        self.owes_challenge() || self.owes_taken
+    }
+
+    pub(super) fn channel(&self) -> u16 {
+        self.channel
+    }
+
+    /// Listens to a channel. What was proven for another one is worth nothing there.
+    pub(super) fn listen(&mut self, channel: u16) {
+        if channel != self.channel {
+            (self.channel, self.session, self.greeted_by, self.owes_taken) = (channel, None, None, false);
+        }
+    }
+
+    /// Takes a content; writes the one that was given to the sealer at the other end to `out` and gives it. None for
+    /// a handshake.
+    ///
+    /// # Errors
+    /// [`AuthError`]; what is in `out` then is of no use.
+    pub fn open<'o>(&mut self, content: &[u8], out: &'o mut [u8]) -> Result<Option<&'o [u8]>, AuthError> {
+        let covered = verify(content, self.channel).map_err(AuthError::Envelope)?;
+        let Some(sealed) = self.open_covered(covered)? else { return Ok(None) };
+        plain(self.channel, sealed, out).map(Some)
+    }
+
+    /// As [`open`](Self::open), for a content without the CRC that was right for the channel. What it gives has
+    /// neither CRC nor freshness nor tag, and its class is that of a tagged content.
+    pub(crate) fn open_covered<'c>(&mut self, covered: &'c [u8]) -> Result<Option<&'c [u8]>, AuthError> {
+        match handshake(covered)? {
+            None => self.check(covered).map(Some),
+            Some(handshake) => self.hear(handshake).map(|_| None),
+        }
+    }
+
+    /// The content without freshness and tag, if these are right.
+    pub(super) fn check<'c>(&mut self, covered: &'c [u8]) -> Result<&'c [u8], AuthError> {
+        let bytes = EnvelopeError::Length { bytes: covered.len() };
+        let session = self.session.as_mut().ok_or(AuthError::Tag)?;
+        let length = covered.len().checked_sub(self.profile.overhead());
+        let (sealed, trailer) =
+            length.and_then(|length| covered.split_at_checked(length)).ok_or(AuthError::Envelope(bytes))?;
+        let (low, tag) =
+            trailer.split_at_checked(self.profile.freshness_bytes()).ok_or(AuthError::Envelope(bytes))?;
+        let freshness = self.profile.freshness(low, session.newest).ok_or(AuthError::NotFresh)?;
+        let right = session.key.tag(self.channel, freshness, sealed);
+        if !is_same(tag, right.get(..tag.len()).unwrap_or_default()) {
+            return Err(AuthError::Tag);
+        }
+        session.newest = freshness;
+        Ok(sealed)
+    }
+
+    /// Hears what a sealer says; gives whether an association is begun by it.
+    pub(super) fn hear(&mut self, handshake: Handshake) -> Result<bool, AuthError> {
+        let known = self.session.as_ref().map(|session| session.nonces.sealer);
+        match handshake {
+            // One that was long on its way is no new one.
+            Handshake::Hello { sealer } if known != Some(sealer) => self.greeted_by = Some(sealer),
+            // That it is taken, was lost.
+            Handshake::Proof { sealer, .. } if known == Some(sealer) => self.owes_taken = true,
+            Handshake::Proof { sealer, tag } => {
+                let nonces = Nonces { sealer, opener: self.nonce };
+                if !is_same(&tag, &self.keys.tag(Statement::Proof, self.channel, nonces)) {
+                    return Err(AuthError::Tag);
+                }
+                let key = self.keys.contents(self.channel, nonces);
+                self.session = Some(Session { key, nonces, newest: 0 });
+                self.owes_taken = true;
+                self.challenges = self.challenges.wrapping_add(1);
+                self.nonce = self.keys.opener_nonce(self.seed, self.challenges);
+                return Ok(true);
+            }
+            _ => {}
+        }
+        Ok(false)
+    }
+}
+
+/// The handshake in a content, if there is one; none for a content with a tag.
+pub(super) fn handshake(covered: &[u8]) -> Result<Option<Handshake>, AuthError> {
+    if covered.first().is_none_or(|class| class & TAGGED != 0) {
+        return Ok(None);
+    }
+    let found = parse(covered).map_err(AuthError::Envelope)?;
+    if found.class != Class::Handshake {
+        return Err(AuthError::NoTag);
+    }
+    Ok(Some(Handshake::read(found.payload)))
+}
+
+/// The content as it was before it was tagged.
+pub(super) fn plain<'o>(channel: u16, sealed: &[u8], out: &'o mut [u8]) -> Result<&'o [u8], AuthError> {
+    let length = sealed.len();
+    let no_room = AuthError::Envelope(EnvelopeError::Length { bytes: length });
+    out.get_mut(..length).ok_or(no_room)?.copy_from_slice(sealed);
+    if let Some(class) = out.first_mut() {
+        *class &= !TAGGED;
+    }
+    close(channel, length, out).ok_or(no_room)
+}

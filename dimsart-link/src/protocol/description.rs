@@ -1,0 +1,43 @@
+//! Descriptions that requests are answered by.
+
+use dimsart_core::limits::MAX_DOF;
+use dimsart_core::{AxisKind, Kind, ModuleRef};
+use heapless::Vec;
+use serde::{Deserialize, Serialize};
+
+/// Who is there.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct Identity<'a> {
+    /// [`PROTOCOL_VERSION`](super::PROTOCOL_VERSION) of the device.
+    pub protocol_version: u16,
+    /// Name of the device.
+    pub device: &'a str,
+    /// Name of the image.
+    pub image: &'a str,
+    /// What moves on each axis; as many as there are degrees of freedom.
+    pub axes: Vec<AxisKind, MAX_DOF>,
+    /// Time between two ticks, `s`.
+    pub sample_period_s: f32,
+}
+
+/// A kind of module.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+pub struct ModuleText<'a> {
+    /// Name in schemes.
+    pub name: &'a str,
+}
+
+impl From<&Kind> for ModuleText<'static> {
+    fn from(kind: &Kind) -> Self {
+        Self { name: kind.name }
+    }
+}
+
+/// A module that exists.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+pub struct InstanceText {
+    /// Which one.
+    pub module: ModuleRef,
+    /// Its place in the plug-in order, from 0; none while it is not plugged in.
+    pub place: Option<u8>,
+}

@@ -1,0 +1,284 @@
+//! What the caller of the tick knows of a controller and the controller itself does not.
+
+use serde::{Deserialize, Serialize};
+
+use super::heartbeat::Heartbeat;
+use super::lease::Lease;
+use super::response::Refusal;
+use super::telemetry::{Sample, Streams, Wanted};
+use crate::event_log::{Event, EventKind, EventLog};
+use dimsart_core::DataBase;
+use dimsart_core::Dimsart;
+use dimsart_core::Finding;
+use dimsart_core::FrameError;
+use dimsart_core::ModuleRef;
+use dimsart_core::Timing;
+use dimsart_core::{DriveFault, Reason, Tick};
+use dimsart_core::{FaultCause, ModuleFault};
+
+const LEASES_PER_S: u32 = 5;
+/// Telemetry ends when its client has been silent for so long.
+const PATIENCE_S: u32 = 5;
+
+/// Why the device is not commanded by the scheme.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+#[non_exhaustive]
+pub enum Blocked {
+    /// The scheme does not match; this is its first fault.
+    Fault(Finding),
+    /// The scheme matches, or is empty, and waits for `MATCHING_CHECK`.
+    Stopped,
+    /// The scheme runs and the last measurement was refused.
+    Measurement(FrameError),
+    /// The scheme runs and its last command to the device was refused.
+    Command(FrameError),
+    /// The scheme runs and nobody holds the [lease](super::Lease).
+    Disarmed,
+    /// The scheme runs and nothing has come over a link for too long, until a reset.
+    LinkLost {
+        /// The link.
+        link: u8,
+    },
+    /// The scheme runs, and a module that the device depends on has failed, until a reset.
+    Module(ModuleRef),
+    /// The scheme runs, and what it is commanded by from outside is [too old](dimsart_core::Dimsart::hold_back).
+    Late,
+    /// The scheme runs, and the bridge of the device's drive is off, until a reset if it was moved before.
+    Drive(DriveFault),
+    /// The scheme runs, and no packet has come over a link since it started or was reset: until the first one.
+    LinkDown {
+        /// The link.
+        link: u8,
+    },
+}
+
+impl Blocked {
+    /// Its reason in numbers: what the [safety stage](dimsart_core::Safety) says of such a tick.
+    #[must_use]
+    pub const fn reason(&self) -> Reason {
+        match self {
+            Self::Fault(_) | Self::Stopped => Reason::Stopped,
+            Self::Measurement(_) => Reason::MeasurementRefused,
+            Self::Command(_) => Reason::CommandRefused,
+            Self::Disarmed => Reason::Disarmed,
+            Self::LinkLost { .. } => Reason::LinkLost,
+            Self::LinkDown { .. } => Reason::LinkDown,
+            Self::Late => Reason::CommandsLate,
+            Self::Module(_) => Reason::ModuleFailed,
+            Self::Drive(fault) => fault.reason(),
+        }
+    }
+}
+
+/// The first tick that was refused, or in which a link was lost.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub struct FirstFault {
+    /// Number of the tick, from 1.
+    pub tick: u64,
+    /// Why.
+    pub reason: Blocked,
+}
+
+/// What whoever calls [`Dimsart::tick`](dimsart_core::Dimsart::tick) keeps beside it: the image's name, what its ticks
+/// came to, and what its clients may do.
+#[derive(Debug, Clone, Copy)]
+pub struct DeviceInfo {
+    pub(super) image: &'static str,
+    pub(super) ticks: u64,
+    /// Why the last tick did not command the device.
+    blocked: Option<Blocked>,
+    pub(super) first_fault: Option<FirstFault>,
+    pub(super) timing: Option<Timing>,
+    pub(super) lease: Lease,
+    telemetry: Streams,
+    /// What a client may be silent for; 0 where nothing is sent unsolicited.
+    patience_ticks: u32,
+    pub(super) events: Option<&'static EventLog>,
+    /// Of the last tick, as [events](EventLog) were added for it; no reason where it was a fault that was reset since.
+    reason: Option<Reason>,
+    failed: u32,
+    /// Number of the last event of the board's CAN bus.
+    bus: u8,
+}
+
+impl DeviceInfo {
+    /// An image before its first tick. `image` tells it from every other one, for example by board,
+    /// version and commit; a host may remember descriptions by it. At most 100 bytes.
+    ///
+    /// It moves without a lease and has no telemetry.
+    #[must_use]
+    pub const fn new(image: &'static str) -> Self {
+        Self {
+            image,
+            ticks: 0,
+            blocked: Some(Blocked::Stopped),
+            first_fault: None,
+            timing: None,
+            lease: Lease::new(0),
+            telemetry: Streams::NONE,
+            patience_ticks: 0,
+            events: None,
+            reason: Some(Reason::Stopped),
+            failed: 0,
+            bus: EventKind::BusJoined as u8,
+        }
+    }
+
+    /// With a log of what happens.
+    #[must_use]
+    pub const fn with_events(self, events: &'static EventLog) -> Self {
+        Self { events: Some(events), ..self }
+    }
+
+    /// With telemetry, and motion for the client alone that holds a lease of 200 ms.
+    #[must_use]
+    pub const fn for_clients(self, tick_hz: u32) -> Self {
+        let patience_ticks = tick_hz.saturating_mul(PATIENCE_S);
+        Self { lease: Lease::new(tick_hz / LEASES_PER_S), patience_ticks, ..self }
+    }
+
+    /// Takes note of how well the ticks keep their time, where there is a clock to tell.
+    pub fn set_timing(&mut self, timing: Timing) {
+        self.timing = Some(timing);
+    }
+
+    /// Logs an event of the board's CAN bus, if it is new, by the number of its [`EventKind`].
+    pub fn log_bus(&mut self, what: u8) {
+        if core::mem::replace(&mut self.bus, what) != what {
+            self.log(Event::of(what));
+        }
+    }
+
+    /// Begins a tick: counts the time of the lease. Gives whether the device may be moved in this tick, for
+    /// [`Dimsart::allow_motion`](dimsart_core::Dimsart::allow_motion).
+    #[must_use]
+    pub fn begin_tick(&mut self) -> bool {
+        self.lease.tick()
+    }
+
+    /// Takes the lease from whoever holds it: motion needs a new one.
+    pub fn end_lease(&mut self) {
+        self.lease.end();
+    }
+
+    /// Takes note of a tick that was left out because the one before it overran: a lease lasts no longer for it.
+    pub fn leave_out_tick(&mut self) {
+        let _ = self.lease.tick();
+    }
+
+    /// Ends a tick of this controller: counts it, and takes note of what it came to.
+    pub fn end_tick(&mut self, tick: Tick, dimsart: &Dimsart) {
+        self.ticks = self.ticks.saturating_add(1);
+        let (reason, failed) = (Some(tick.reason()), dimsart.engine().failed());
+        if (reason, failed) != (self.reason, self.failed) {
+            let faults = dimsart.engine().faults_of(failed & !self.failed);
+            self.log_tick(tick, faults);
+            (self.reason, self.failed) = (reason, failed);
+        }
+        self.blocked = match tick {
+            Tick::Ran => None,
+            Tick::Idle => Some(Blocked::Stopped),
+            Tick::MeasurementRefused(error) => Some(Blocked::Measurement(error)),
+            Tick::CommandRefused(error) => Some(Blocked::Command(error)),
+            Tick::Disarmed => Some(Blocked::Disarmed),
+            Tick::LinkLost { link } => Some(Blocked::LinkLost { link }),
+            Tick::LinkDown { link } => Some(Blocked::LinkDown { link }),
+            Tick::CommandsLate => Some(Blocked::Late),
+            Tick::ModuleFailed(module) => Some(Blocked::Module(module)),
+            Tick::DriveFailed(fault) => Some(Blocked::Drive(fault)),
+        };
+        // Who is armed waits for a link's first packet: a peer that starts later is no fault.
+        let failed = self.trouble().filter(|reason| !matches!(reason, Blocked::LinkDown { .. }));
+        if failed.is_some() {
+            // Motion takes a reset and a new lease.
+            self.lease.end();
+        }
+        if self.first_fault.is_none() {
+            self.first_fault = failed.map(|reason| FirstFault { tick: self.ticks, reason });
+        }
+    }
+
+    /// Adds what is new in a tick.
+    #[cold]
+    #[inline(never)]
+    fn log_tick(&self, tick: Tick, faults: impl Iterator<Item = ModuleFault>) {
+        let reason = tick.reason();
+        let is_new = self.reason != Some(reason);
+        for ModuleFault { module, cause } in faults {
+            let is_why = tick == Tick::ModuleFailed(module) && is_new;
+            let what = if is_why { reason.number() } else { EventKind::ModuleCutOut as u8 };
+            let event = Event { module: Some(module), ..Event::of(what) };
+            self.log(match cause {
+                FaultCause::Wrote { signal, word, bits } => {
+                    Event { signal: Some(signal), word, detail: bits, ..event }
+                }
+                FaultCause::TookTooLong { budget_cycles } => Event { detail: budget_cycles, ..event },
+            });
+        }
+        let event = Event::of(reason.number());
+        match tick {
+            _ if !is_new => {}
+            Tick::ModuleFailed(_) => {}
+            Tick::LinkLost { link } | Tick::LinkDown { link } => {
+                self.log(Event { detail: link.into(), ..event });
+            }
+            Tick::MeasurementRefused(FrameError::NotFinite { signal, word }) => {
+                self.log(Event { signal: Some(signal), word, detail: f32::NAN.to_bits(), ..event });
+            }
+            Tick::MeasurementRefused(FrameError::Implausible { signal, word, bits }) => {
+                self.log(Event { signal: Some(signal), word, detail: bits, ..event });
+            }
+            _ => self.log(event),
+        }
+    }
+
+    /// Adds an event of this tick.
+    pub(super) fn log(&self, event: Event) {
+        if let Some(events) = self.events {
+            events.add(u32::try_from(self.ticks & u64::from(u32::MAX)).unwrap_or_default(), event);
+        }
+    }
+
+    /// A heartbeat of the tick that has ended. `dropped` is for the caller to know; what the line damaged is for
+    /// who has the line.
+    #[must_use]
+    pub fn heartbeat(&self, dropped: u32) -> Heartbeat {
+        let Self { ticks, blocked, first_fault, lease, .. } = *self;
+        let events = self.events.map_or(0, EventLog::last);
+        Heartbeat { ticks, blocked, first_fault, lease: lease.status(), dropped, damaged: 0, events }
+    }
+
+    /// Telemetry of the tick that has ended, as far as it is due.
+    pub fn samples<'a>(&'a mut self, data_base: &'a DataBase) -> impl Iterator<Item = Sample> {
+        let tick = u32::try_from(self.ticks & u64::from(u32::MAX)).unwrap_or_default();
+        self.telemetry.samples(tick, data_base)
+    }
+
+    pub(super) fn hear(&mut self, id: u16) {
+        self.telemetry.hear(id, self.patience_ticks);
+    }
+
+    pub(super) fn send(&mut self, wanted: Wanted, data_base: &DataBase) -> Result<u8, Refusal> {
+        self.telemetry.ask(wanted, self.patience_ticks, data_base)
+    }
+
+    /// Why a scheme that runs does not command the device in the next tick, as far as can be told.
+    pub(super) fn keeps_still(&self) -> Option<Blocked> {
+        self.trouble().or_else(|| (!self.lease.is_armed()).then_some(Blocked::Disarmed))
+    }
+
+    /// Takes note of a reset: what has failed may work again, and is told anew where it does not.
+    pub(super) fn forget_fault(&mut self) {
+        self.reason = self.reason.filter(|reason| !reason.is_fault());
+        self.failed = 0;
+        self.blocked = self.blocked.filter(|reason| !reason.reason().is_fault());
+    }
+
+    /// What was wrong with the last tick.
+    fn trouble(&self) -> Option<Blocked> {
+        let is_state = |reason: &Blocked| matches!(reason, Blocked::Stopped | Blocked::Disarmed);
+        self.blocked.filter(|reason| !is_state(reason))
+    }
+}

@@ -1,0 +1,314 @@
+//! Answers requests out of a controller.
+
+use heapless::Vec;
+
+use super::LawAction;
+use super::description::{Identity, InstanceText};
+use super::device_info::{Blocked, DeviceInfo};
+use super::frame::{DecodeError, NoRoom};
+use super::lease::{LeaseAction, NOBODY};
+use super::request::{Request, client_of, decode_request};
+use super::response::{Effect, Refusal, Response, SignalText, Status, encode_response};
+use super::schemes::StoreError;
+use super::telemetry::Wanted;
+use super::{MAX_SIGNAL_WORDS, PROTOCOL_VERSION};
+use crate::event_log::{Event, EventKind};
+use dimsart_core::Command;
+use dimsart_core::DataBase;
+use dimsart_core::DeviceDescriptor;
+use dimsart_core::Dimsart;
+use dimsart_core::Format;
+use dimsart_core::Unit;
+use dimsart_core::limits::MAX_PROGRAMS;
+use dimsart_core::parameter::Value;
+use dimsart_core::{Engine, type_at};
+
+/// Carries out the request with this id, between two ticks; see [Time](super#time) for what it costs.
+#[must_use]
+pub fn serve(id: u16, request: &Request, dimsart: &mut Dimsart, info: &mut DeviceInfo) -> Response<'static> {
+    respond(id, request, dimsart, info).unwrap_or_else(Response::Refused)
+}
+
+/// As [`serve`], of the content of a frame: the id and what is to be answered. None when it is not a request.
+#[must_use]
+pub fn serve_content(
+    content: &[u8],
+    dimsart: &mut Dimsart,
+    info: &mut DeviceInfo,
+) -> Option<(u16, Response<'static>)> {
+    match decode_request(content) {
+        Ok((id, request)) => Some((id, serve(id, &request, dimsart, info))),
+        Err(DecodeError::NotUnderstood { id }) => Some((id, Response::Refused(Refusal::NotUnderstood))),
+        Err(DecodeError::OtherClass) => None,
+    }
+}
+
+/// Content of a frame in, frame of the answer out, for a caller that has all of it at hand. None when
+/// the frame is not a request.
+///
+/// # Errors
+/// [`NoRoom`] when `out` is too small; [`MAX_FRAME_BYTES`](super::MAX_FRAME_BYTES) are enough. The
+/// request has been carried out all the same.
+pub fn answer<'o>(
+    content: &[u8],
+    dimsart: &mut Dimsart,
+    info: &mut DeviceInfo,
+    out: &'o mut [u8],
+) -> Result<Option<&'o [u8]>, NoRoom> {
+    let Some((id, response)) = serve_content(content, dimsart, info) else { return Ok(None) };
+    encode_response(&response, id, out).map(Some)
+}
+
+fn respond(
+    id: u16,
+    request: &Request,
+    dimsart: &mut Dimsart,
+    info: &mut DeviceInfo,
+) -> Result<Response<'static>, Refusal> {
+    info.hear(id);
+    if request.is_change() {
+        info.lease.admit(client_of(id))?;
+    }
+    let (refused_ticks, state) = (dimsart.refused_ticks(), dimsart.safety().state());
+    let engine = dimsart.engine_mut();
+    let response = match *request {
+        Request::Identify => Response::Identity(identity(engine.device(), info)),
+        Request::Module { place } => {
+            Response::Module((*found(dimsart.engine().kinds().list().get(usize::from(place)))?).into())
+        }
+        Request::Parameter { kind, index } => {
+            Response::Parameter(found(dimsart.engine().kinds().describe_parameter(kind, index))?.try_into()?)
+        }
+        Request::Port { module, index } => Response::Port(found(engine.describe_port(module, index))?),
+        Request::DataType { index } => Response::DataType(found(type_at(engine.device(), index))?.into()),
+        Request::Instance { index } => Response::Instance(found(instance(engine, index))?),
+        Request::Entry { index } => {
+            let (_, entry) = found(engine.data_base().signals().nth(usize::from(index)))?;
+            Response::Entry(entry.signal)
+        }
+        Request::Command(command) => Response::Effect(carry_out(command, dimsart, info)),
+        Request::Get { module, parameter, entry } => {
+            Response::Value(engine.get(module, parameter, entry).map_err(Refusal::Engine)?)
+        }
+        Request::Signal { from, .. } | Request::Memory { from, .. } => {
+            let slot = match *request {
+                Request::Signal { signal, .. } => engine.data_base().slot(signal),
+                Request::Memory { module, port, .. } => engine.memory_slot(module, port),
+                _ => None,
+            };
+            Response::Signal(found(words(engine.data_base(), found(slot)?, from))?)
+        }
+        Request::Finding { index } => {
+            let (finding, faults) = engine.finding(index);
+            Response::Finding { finding: found(finding)?, faults: u32::try_from(faults).unwrap_or(u32::MAX) }
+        }
+        Request::Status => Response::Status(Status {
+            ticks: info.ticks,
+            refused_ticks,
+            is_running: engine.is_running(),
+            blocked: blocked(engine, info),
+            first_fault: info.first_fault,
+            usage: engine.usage(),
+            is_in_transaction: engine.is_in_transaction(),
+            state,
+            module_fault: engine.module_fault(),
+        }),
+        Request::SchemeCommand { place, index } => {
+            Response::SchemeCommand(found(engine.command_of(place, index))?)
+        }
+        Request::Timing => Response::Timing(found(info.timing)?.into()),
+        Request::Schemes(_) => {
+            if request.is_change() {
+                let _ = info.lease.carry_out(client_of(id), LeaseAction::Renew);
+            }
+            return Err(Refusal::Store(StoreError::NoStorage));
+        }
+        Request::Safety => Response::Safety(dimsart.safety().into()),
+        Request::Event { back } => Response::Event(found(info.events.and_then(|events| events.get(back)))?),
+        Request::DeviceType { index } => {
+            let DeviceDescriptor { outputs, inputs, .. } = engine.device();
+            let found = found(outputs.iter().chain(inputs.iter()).nth(usize::from(index)))?;
+            Response::DeviceType { signal: found.first(), is_taken: usize::from(index) >= outputs.len() }
+        }
+        Request::Bound => Response::Bound(found(engine.bound())?),
+        Request::Motor(action) => {
+            action.admit(client_of(id), &info.lease, engine.is_running())?;
+            return Err(Refusal::NotThere);
+        }
+        // None in an image without laws: nothing of it is there.
+        Request::Law(_) if MAX_PROGRAMS == 0 => return Err(Refusal::NotUnderstood),
+        Request::Law(LawAction::Read { number, from }) => {
+            Response::Signal(found(words_of_law(engine, number, from))?)
+        }
+        Request::Law(LawAction::Look { number }) => Response::Law(found(engine.law(number))?),
+        Request::Restart => {
+            return Err(match info.lease.status().holder {
+                NOBODY => Refusal::NotThere,
+                holder => Refusal::Lease { holder },
+            });
+        }
+        Request::Key(_) => return Err(Refusal::NotUnderstood),
+        Request::Cycles { .. } => return Err(Refusal::NotThere),
+        Request::Lease(LeaseAction::Take | LeaseAction::Renew) if state.is_fault() => {
+            return Err(Refusal::Fault(dimsart.safety().reason().number()));
+        }
+        Request::Lease(action) => Response::Lease(info.lease.carry_out(client_of(id), action)?),
+        Request::Telemetry { place, signal, every_ticks } => {
+            let wanted = Wanted { id, place, signal, every_ticks };
+            Response::Telemetry { words: info.send(wanted, engine.data_base())? }
+        }
+    };
+    Ok(response)
+}
+
+fn found<T>(item: Option<T>) -> Result<T, Refusal> {
+    item.ok_or(Refusal::NotThere)
+}
+
+fn identity(device: &DeviceDescriptor, info: &DeviceInfo) -> Identity<'static> {
+    Identity {
+        protocol_version: PROTOCOL_VERSION,
+        device: device.name(),
+        image: info.image,
+        axes: Vec::from_slice(device.axes()).unwrap_or_default(),
+        sample_period_s: device.sample_period_s(),
+    }
+}
+
+fn instance(engine: &Engine, index: u8) -> Option<InstanceText> {
+    let module = engine.instances().nth(usize::from(index))?;
+    let place = engine.place_of(module).and_then(|place| u8::try_from(place).ok());
+    Some(InstanceText { module, place })
+}
+
+fn carry_out(command: Command, dimsart: &mut Dimsart, info: &mut DeviceInfo) -> Effect {
+    if matches!(command, Command::Stop) {
+        // Motion after a STOP requires arming.
+        info.end_lease();
+    }
+    let refused = dimsart.command(command).err();
+    let engine = dimsart.engine_mut();
+    if refused.is_none() {
+        match command {
+            Command::Reset => {
+                info.forget_fault();
+                info.log(Event::of(EventKind::Reset as u8));
+            }
+            Command::Commit => info.log(Event::of(EventKind::SchemeChange as u8)),
+            _ => {}
+        }
+    }
+    let value = match command {
+        Command::Set { module, parameter, entry, .. } => {
+            engine.get(module, parameter, entry.unwrap_or(0)).ok()
+        }
+        Command::Bind { module, port: index, .. } => {
+            engine.describe_port(module, index).and_then(|port| port.bound).map(Value::Type)
+        }
+        _ => None,
+    };
+    Effect { refused, blocked: blocked(engine, info), value, is_in_transaction: engine.is_in_transaction() }
+}
+
+fn blocked(engine: &Engine, info: &DeviceInfo) -> Option<Blocked> {
+    if engine.is_running() {
+        return info.keeps_still();
+    }
+    Some(engine.first_fault().map_or(Blocked::Stopped, Blocked::Fault))
+}
+
+/// As many words of a slot as fit, from one of them on.
+fn words(data_base: &DataBase, slot: u8, from: u16) -> Option<SignalText> {
+    // A memory is no signal.
+    let meaning = data_base.entry(slot).map(|entry| (entry.data_type.format, entry.data_type.unit));
+    let (format, unit) = meaning.unwrap_or((Format::U32, Unit::One));
+    text_of(data_base.words(slot), from, format, unit)
+}
+
+/// As many words of a program as fit, from one of them on.
+fn words_of_law(engine: &Engine, number: u8, from: u8) -> Option<SignalText> {
+    let (_, program) = engine.programs().find(|(found, _)| *found == number)?;
+    text_of(program.words(), from.into(), Format::U32, Unit::One)
+}
+
+fn text_of(words: &[u32], from: u16, format: Format, unit: Unit) -> Option<SignalText> {
+    let rest = words.get(usize::from(from)..)?;
+    let wanted = rest.get(..MAX_SIGNAL_WORDS).unwrap_or(rest);
+    Some(SignalText {
+        format,
+        unit,
+        words_in_all: u16::try_from(words.len()).unwrap_or(u16::MAX),
+        words: Vec::from_slice(wanted).unwrap_or_default(),
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::frame::encode;
+    use super::super::{Receiver, decode_response};
+    use super::*;
+    use dimsart_core::AxisKind;
+    use dimsart_core::Kinds;
+    use dimsart_core::envelope::Class;
+
+    const LONG: &str = match core::str::from_utf8(&[b'x'; 256]) {
+        Ok(text) => text,
+        Err(_) => "",
+    };
+
+    fn controller() -> Dimsart<[u32; 2048]> {
+        let device = DeviceDescriptor::new("arm", &[AxisKind::Linear], 1e-3, &[], &[]);
+        Dimsart::new(device.unwrap(), Kinds::NONE).unwrap()
+    }
+
+    fn content(frame: &[u8]) -> std::vec::Vec<u8> {
+        let (mut receiver, mut found) = (Receiver::new(), std::vec::Vec::new());
+        receiver.take_all(frame, |content| found = content.to_vec());
+        found
+    }
+
+    fn send(class: Class, payload: &[u8], out: &mut [u8]) -> Result<std::vec::Vec<u8>, NoRoom> {
+        // A tuple of bytes travels as the bytes themselves.
+        let mut frame = [0; 300];
+        let length = match *payload {
+            [a] => encode(class, 9, &(a,), &mut frame),
+            [a, b] => encode(class, 9, &(a, b), &mut frame),
+            [a, b, c] => encode(class, 9, &(a, b, c), &mut frame),
+            _ => unreachable!(),
+        };
+        let request = content(&frame[..length.ok().unwrap()]);
+        let mut info = DeviceInfo::new(LONG);
+        Ok(answer(&request, &mut controller(), &mut info, out)?.map(content).unwrap_or_default())
+    }
+
+    fn refusal(payload: &[u8]) -> Refusal {
+        let answer = send(Class::Request, payload, &mut [0; 300]).unwrap();
+        match decode_response(&answer) {
+            Ok((9, Response::Refused(refusal))) => refusal,
+            other => panic!("{other:?}"),
+        }
+    }
+
+    #[test]
+    fn a_request_of_another_version_is_refused_by_name() {
+        assert_eq!(refusal(&[250]), Refusal::NotUnderstood, "unknown");
+        assert_eq!(refusal(&[1]), Refusal::NotUnderstood, "too short");
+        assert_eq!(refusal(&[0, 0]), Refusal::NotUnderstood, "too long");
+    }
+
+    #[test]
+    fn who_does_not_measure_says_so() {
+        assert_eq!(refusal(&[18, 0, 0]), Refusal::NotThere);
+    }
+
+    #[test]
+    fn an_answer_that_fits_no_frame_is_refused_and_a_small_buffer_reported() {
+        assert_eq!(refusal(&[0]), Refusal::TooLong);
+        assert_eq!(send(Class::Request, &[0], &mut [0; 8]), Err(NoRoom));
+    }
+
+    #[test]
+    fn a_response_is_not_answered() {
+        assert_eq!(send(Class::Response, &[0], &mut [0; 300]), Ok(std::vec::Vec::new()));
+    }
+}

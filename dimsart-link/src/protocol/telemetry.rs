@@ -1,0 +1,215 @@
+//! Signals that a device sends by itself, every so many ticks.
+//!
+//! ```text
+//! payload  id u16 | tick u32 | words u32 each        little endian; of class 4, its counter counts the samples
+//! ```
+//! The id is that of the last [request](super::Request::Telemetry) that had a part in it, the words are those of the
+//! signals, in the order of their places. A gap in the counter is what the line had no room for. Each stream has its own id
+//! and counter; a controller on a host has several.
+
+use heapless::Vec;
+
+use super::frame::{DecodeError, NoRoom, seal_frame};
+use super::lease::NOBODY;
+use super::request::client_of;
+use super::response::Refusal;
+use dimsart_core::DataBase;
+use dimsart_core::TypeRef;
+use dimsart_core::envelope::{Class, HEADER_BYTES, MAX_CONTENT_BYTES, parse};
+use dimsart_core::limits::TELEMETRY_STREAMS;
+
+/// Most signals of one stream.
+pub const MAX_TELEMETRY_SIGNALS: usize = 4;
+/// Most words of all signals of one stream.
+pub const MAX_TELEMETRY_WORDS: usize = 12;
+const FIXED_BYTES: usize = 6;
+
+/// Signals as one tick left them.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Sample {
+    /// Counts the samples of a request, those among them that were dropped.
+    pub counter: u16,
+    /// Of the request.
+    pub id: u16,
+    /// Number of the tick, from 1; it wraps.
+    pub tick: u32,
+    /// The words of the signals, one signal behind the other.
+    pub words: Vec<u32, MAX_TELEMETRY_WORDS>,
+}
+
+/// Writes the frame of a sample to the start of `out` and gives it.
+///
+/// # Errors
+/// [`NoRoom`] when `out` is too small; [`MAX_FRAME_BYTES`](super::MAX_FRAME_BYTES) are enough.
+pub fn encode_sample<'o>(sample: &Sample, out: &'o mut [u8]) -> Result<&'o [u8], NoRoom> {
+    let mut buffer = [0; MAX_CONTENT_BYTES];
+    let [id_low, id_high] = sample.id.to_le_bytes();
+    let [a, b, c, d] = sample.tick.to_le_bytes();
+    let words = sample.words.iter().flat_map(|word| word.to_le_bytes());
+    let payload = [id_low, id_high, a, b, c, d].into_iter().chain(words);
+    let mut length = 0;
+    for (to, from) in buffer.iter_mut().skip(HEADER_BYTES).zip(payload) {
+        *to = from;
+        length += 1;
+    }
+    let length = seal_frame(Class::Telemetry, sample.counter, length, &mut buffer, out).ok_or(NoRoom)?;
+    out.get(..length).ok_or(NoRoom)
+}
+
+/// Reads a sample out of a frame's content.
+///
+/// # Errors
+/// [`DecodeError`] when it is none.
+pub fn decode_sample(content: &[u8]) -> Result<Sample, DecodeError> {
+    let envelope = parse(content).map_err(|_| DecodeError::OtherClass)?;
+    if envelope.class != Class::Telemetry {
+        return Err(DecodeError::OtherClass);
+    }
+    let counter = envelope.counter;
+    let not_understood = DecodeError::NotUnderstood { id: counter };
+    let (fixed, words) = envelope.payload.split_first_chunk::<FIXED_BYTES>().ok_or(not_understood)?;
+    let [id_low, id_high, a, b, c, d] = *fixed;
+    let (words, rest) = words.as_chunks::<4>();
+    if !rest.is_empty() || words.len() > MAX_TELEMETRY_WORDS {
+        return Err(not_understood);
+    }
+    let words = words.iter().map(|word| u32::from_le_bytes(*word)).collect();
+    let (id, tick) = (u16::from_le_bytes([id_low, id_high]), u32::from_le_bytes([a, b, c, d]));
+    Ok(Sample { counter, id, tick, words })
+}
+
+/// As [`Request::Telemetry`](super::Request::Telemetry) says, and its id.
+pub(super) struct Wanted {
+    pub(super) id: u16,
+    pub(super) place: u8,
+    pub(super) signal: TypeRef,
+    pub(super) every_ticks: u32,
+}
+
+/// All that is sent. Places beyond the first stream's are the next one's.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) struct Streams([Subscription; TELEMETRY_STREAMS]);
+
+impl Streams {
+    pub(super) const NONE: Self = Self([Subscription::NONE; TELEMETRY_STREAMS]);
+
+    /// Does what a client asks for; the words of a sample.
+    pub(super) fn ask(
+        &mut self,
+        wanted: Wanted,
+        patience_ticks: u32,
+        data_base: &DataBase,
+    ) -> Result<u8, Refusal> {
+        let place = usize::from(wanted.place);
+        let stream = self.0.get_mut(place / MAX_TELEMETRY_SIGNALS).ok_or(Refusal::TooLong)?;
+        stream.ask(wanted, place % MAX_TELEMETRY_SIGNALS, patience_ticks, data_base)
+    }
+
+    /// Takes note that a client is there.
+    pub(super) fn hear(&mut self, id: u16, patience_ticks: u32) {
+        self.0.iter_mut().for_each(|stream| stream.hear(id, patience_ticks));
+    }
+
+    /// Counts a tick; the samples that are due.
+    pub(super) fn samples<'a>(
+        &'a mut self,
+        tick: u32,
+        data_base: &'a DataBase,
+    ) -> impl Iterator<Item = Sample> {
+        self.0.iter_mut().filter_map(move |stream| stream.sample(tick, data_base))
+    }
+}
+
+/// What is sent, and to whom: one client at a time, until it stops it or has been silent for long.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+struct Subscription {
+    /// Of the request; 0 when there is none.
+    id: u16,
+    signals: [Option<TypeRef>; MAX_TELEMETRY_SIGNALS],
+    words: u8,
+    every_ticks: u32,
+    counter: u16,
+    /// Until the client counts as gone.
+    patience_ticks: u32,
+}
+
+impl Subscription {
+    const NONE: Self = Self {
+        id: 0,
+        signals: [None; MAX_TELEMETRY_SIGNALS],
+        words: 0,
+        every_ticks: 0,
+        counter: 0,
+        patience_ticks: 0,
+    };
+
+    /// Does what a client asks for; the words of a sample.
+    fn ask(
+        &mut self,
+        wanted: Wanted,
+        place: usize,
+        patience_ticks: u32,
+        data_base: &DataBase,
+    ) -> Result<u8, Refusal> {
+        let Wanted { id, signal, every_ticks, .. } = wanted;
+        let [client, holder] = [id, self.id].map(client_of);
+        if holder != NOBODY && holder != client {
+            return Err(Refusal::Telemetry { client: holder });
+        }
+        if client == NOBODY || patience_ticks == 0 {
+            return Err(Refusal::NotThere);
+        }
+        let mut next = if place == 0 { Self::NONE } else { *self };
+        *next.signals.get_mut(place).ok_or(Refusal::TooLong)? = Some(signal);
+        let mut words = 0;
+        for signal in next.signals.iter().flatten() {
+            words += data_base.words(data_base.slot(*signal).ok_or(Refusal::NotThere)?).len();
+        }
+        let words = u8::try_from(words).unwrap_or(u8::MAX);
+        if usize::from(words) > MAX_TELEMETRY_WORDS {
+            return Err(Refusal::TooLong);
+        }
+        *self = if every_ticks == 0 {
+            Self::NONE
+        } else {
+            Self { id, words, every_ticks, counter: 0, patience_ticks, ..next }
+        };
+        Ok(self.words)
+    }
+
+    /// Takes note that a client is there.
+    fn hear(&mut self, id: u16, patience_ticks: u32) {
+        if client_of(id) == client_of(self.id) {
+            self.patience_ticks = patience_ticks;
+        }
+    }
+
+    /// Counts a tick; a sample when one is due.
+    fn sample(&mut self, tick: u32, data_base: &DataBase) -> Option<Sample> {
+        if self.id == 0 {
+            return None;
+        }
+        let Some(patience) = self.patience_ticks.checked_sub(1) else {
+            *self = Self::NONE;
+            return None;
+        };
+        self.patience_ticks = patience;
+        // By the number of the tick: the streams of a client are of the same ticks.
+        if !tick.is_multiple_of(self.every_ticks) {
+            return None;
+        }
+        let mut words = Vec::new();
+        for signal in self.signals.iter().flatten() {
+            let found = data_base.slot(*signal).map(|slot| data_base.words(slot)).unwrap_or_default();
+            let _ = words.extend_from_slice(found);
+        }
+        // A scheme of other signals: who asked sees that nothing comes any more.
+        if words.len() != usize::from(self.words) {
+            *self = Self::NONE;
+            return None;
+        }
+        let counter = self.counter;
+        self.counter = counter.wrapping_add(1);
+        Some(Sample { counter, id: self.id, tick, words })
+    }
+}
