@@ -115,23 +115,48 @@ pub(super) fn encode(canvas: &[u8], size: (u32, u32), fineness: u32) -> Result<V
 fn shrink(canvas: &[u8], size: (u32, u32), fineness: u32) -> Vec<u8> {
     let square_bytes = 3 * fineness as usize;
     let row_bytes = size.0 as usize * square_bytes;
-    let weight = fineness * fineness;
-    let mut sums = vec![0_u32; size.0 as usize * 3];
     let mut small = Vec::with_capacity(byte_count(size));
     for rows in canvas.chunks_exact(row_bytes * fineness as usize) {
-        sums.fill(0);
-        for row in rows.chunks_exact(row_bytes) {
-            for (sum, square) in sums.chunks_exact_mut(3).zip(row.chunks_exact(square_bytes)) {
-                for pixel in square.chunks_exact(3) {
-                    for (channel, byte) in sum.iter_mut().zip(pixel) {
-                        *channel += u32::from(*byte);
-                    }
+        let mut rows: Vec<_> =
+            rows.chunks_exact(row_bytes).map(|row| row.chunks(SPAN * square_bytes)).collect();
+        loop {
+            let spans: Vec<&[u8]> = rows.iter_mut().filter_map(Iterator::next).collect();
+            let Some(first) = spans.first() else { break };
+            match one_colour(&spans) {
+                Some(colour) => small.extend_from_slice(&colour.repeat(first.len() / square_bytes)),
+                None => average(&spans, fineness, &mut small),
+            }
+        }
+    }
+    small
+}
+
+/// Squares that are compared at once: most of a picture has one colour.
+const SPAN: usize = 8;
+
+/// The colour of all pixels; none when they differ.
+fn one_colour<'a>(spans: &[&'a [u8]]) -> Option<&'a [u8]> {
+    let first = spans.first()?;
+    let colour = first.get(..3)?;
+    let is_even = first.get(3..) == first.get(..first.len() - 3) && spans.iter().all(|span| span == first);
+    is_even.then_some(colour)
+}
+
+/// Appends the averages of squares, given by their rows.
+fn average(rows: &[&[u8]], fineness: u32, small: &mut Vec<u8>) {
+    let square_bytes = 3 * fineness as usize;
+    let weight = fineness * fineness;
+    let mut sums = vec![0_u32; rows.first().map_or(0, |row| row.len() / fineness as usize)];
+    for row in rows {
+        for (sum, square) in sums.chunks_exact_mut(3).zip(row.chunks_exact(square_bytes)) {
+            for pixel in square.chunks_exact(3) {
+                for (channel, byte) in sum.iter_mut().zip(pixel) {
+                    *channel += u32::from(*byte);
                 }
             }
         }
-        small.extend(sums.iter().map(|sum| u8::try_from((sum + weight / 2) / weight).unwrap_or(u8::MAX)));
     }
-    small
+    small.extend(sums.iter().map(|sum| u8::try_from((sum + weight / 2) / weight).unwrap_or(u8::MAX)));
 }
 
 #[cfg(test)]
@@ -144,6 +169,18 @@ mod tests {
         // Two pixels wide, one high: the left square black, the right one third white.
         let row: Vec<u8> = [0, 0, 0, 255, 0, 0].iter().flat_map(|level| [*level; 3]).collect();
         assert_eq!(shrink(&row.repeat(3), (2, 1), 3), [0, 0, 0, 85, 85, 85]);
+    }
+
+    #[test]
+    fn spans_of_one_colour_shrink_as_others_do() {
+        // Wider than two spans; a red background, and a black pixel in the last square of the last row of one span.
+        let (wide, fineness) = (2 * SPAN + 5, 2);
+        let mut canvas = [200, 10, 10].repeat(wide * 2 * 2);
+        let black = 3 * (2 * wide + 2 * SPAN - 1);
+        canvas[black..black + 3].fill(0);
+        let mut expected = [200, 10, 10].repeat(wide);
+        expected[3 * (SPAN - 1)..3 * SPAN].copy_from_slice(&[150, 8, 8]);
+        assert_eq!(shrink(&canvas, (wide.try_into().unwrap(), 1), fineness), expected);
     }
 
     #[test]

@@ -1,6 +1,7 @@
-//! Instructions by their address, found without a search.
+//! Instructions by their address, found without a search, with their prices.
 
 use crate::instruction::Instruction;
+use crate::timing::{Price, Timing};
 
 /// Bytes without code between two areas from which on they are kept apart.
 const GAP_BYTES: u32 = 0x1_0000;
@@ -9,6 +10,7 @@ const GAP_BYTES: u32 = 0x1_0000;
 #[derive(Debug, Default)]
 pub(crate) struct Code {
     areas: Vec<Area>,
+    instructions: Vec<(Instruction, Price)>,
 }
 
 /// Code that lies close together.
@@ -16,53 +18,52 @@ pub(crate) struct Code {
 struct Area {
     /// Address of the first instruction.
     address: u32,
-    /// For every halfword, 1 + the place in `instructions` of the one that begins there, or 0.
+    /// For every halfword, 1 + the place of the instruction that begins there, or 0.
     places: Vec<u32>,
-    instructions: Vec<Instruction>,
 }
 
 impl Code {
-    /// Of instructions by ascending address.
-    pub(crate) fn new<'a>(instructions: impl Iterator<Item = &'a Instruction>) -> Self {
-        let mut areas: Vec<Area> = Vec::new();
+    /// Of instructions by ascending address, with their prices by a model.
+    pub(crate) fn new<'a>(instructions: impl Iterator<Item = &'a Instruction>, timing: &Timing) -> Self {
+        let mut code = Self::default();
+        let mut end = None;
         for instruction in instructions {
-            let area = match areas.last_mut() {
-                Some(area) if instruction.address - area.end() < GAP_BYTES => area,
-                _ => {
-                    areas.push(Area {
-                        address: instruction.address,
-                        places: Vec::new(),
-                        instructions: Vec::new(),
-                    });
-                    let Some(area) = areas.last_mut() else { continue };
-                    area
-                }
-            };
-            area.push(*instruction);
+            if end.is_none_or(|end| instruction.address - end >= GAP_BYTES) {
+                code.areas.push(Area { address: instruction.address, places: Vec::new() });
+            }
+            end = Some(instruction.next());
+            code.instructions.push((*instruction, timing.price(instruction)));
+            let place = u32::try_from(code.instructions.len()).unwrap_or(0);
+            if let Some(area) = code.areas.last_mut() {
+                area.places.resize((instruction.address - area.address) as usize / 2, 0);
+                area.places.push(place);
+            }
         }
-        Self { areas }
+        code
     }
 
     /// The instruction that begins at an address.
+    pub(crate) fn at(&self, address: u32) -> Option<&(Instruction, Price)> {
+        self.instructions.get(self.place(address)?)
+    }
+
+    /// The same, at once where it follows the one at the place `last`, which becomes its place.
     #[inline]
-    pub(crate) fn at(&self, address: u32) -> Option<&Instruction> {
-        self.areas.iter().find_map(|area| {
+    pub(crate) fn at_behind(&self, last: &mut usize, address: u32) -> Option<&(Instruction, Price)> {
+        let next = self.instructions.get(last.wrapping_add(1));
+        if next.is_some_and(|(instruction, _)| instruction.address == address) {
+            *last = last.wrapping_add(1);
+            return next;
+        }
+        *last = self.place(address)?;
+        self.instructions.get(*last)
+    }
+
+    fn place(&self, address: u32) -> Option<usize> {
+        let place = self.areas.iter().find_map(|area| {
             let halfword = address.wrapping_sub(area.address) as usize / 2;
-            let place = area.places.get(halfword)?.checked_sub(1)?;
-            area.instructions.get(place as usize)
-        })
-    }
-}
-
-impl Area {
-    fn end(&self) -> u32 {
-        self.instructions.last().map_or(self.address, Instruction::next)
-    }
-
-    fn push(&mut self, instruction: Instruction) {
-        let halfword = (instruction.address - self.address) as usize / 2;
-        self.instructions.push(instruction);
-        self.places.resize(halfword, 0);
-        self.places.push(u32::try_from(self.instructions.len()).unwrap_or(0));
+            area.places.get(halfword)?.checked_sub(1)
+        })?;
+        usize::try_from(place).ok()
     }
 }

@@ -19,7 +19,7 @@ use crate::execute::{Flow, execute};
 use crate::image::Image;
 use crate::instruction::{Instruction, LR, Operation, SP};
 use crate::state::{AccessError, Registers};
-use crate::timing::{Access, Caches, Known, Outcome, Pipeline, Timing};
+use crate::timing::{Access, Caches, Known, Outcome, Pipeline, Price, Timing};
 
 /// What a called function returns to: no memory is there.
 const RETURN: u32 = 0xF000_0000;
@@ -52,6 +52,8 @@ pub struct Run {
 pub struct Machine {
     image: Arc<Image>,
     code: Arc<Code>,
+    /// Place in `code` of the last instruction.
+    last: usize,
     memory: Regions,
     /// Registers of the core and of the float unit.
     pub registers: Registers<Concrete>,
@@ -79,7 +81,8 @@ impl Machine {
         let variables = symbol("__sdata")?..symbol("__euninit")?;
         let ram = stack.start.min(variables.start)..stack.end.max(variables.end);
         Ok(Self {
-            code: Arc::new(Code::new(image.code.values())),
+            code: Arc::new(Code::new(image.code.values(), &timing)),
+            last: usize::MAX,
             memory: Regions::new(ram, &image),
             image,
             registers: Registers::new(&mut Concrete),
@@ -176,7 +179,7 @@ impl Machine {
     /// The next instruction; none behind the end of the function, and where there is no code.
     #[must_use]
     pub fn next(&self) -> Option<&Instruction> {
-        self.code.at(self.address)
+        self.code.at(self.address).map(|(instruction, _)| instruction)
     }
 
     /// Executes the next instruction, or skips it when its condition does not hold.
@@ -190,13 +193,14 @@ impl Machine {
 
     #[inline]
     fn advance(&mut self) -> Result<(), Stop> {
-        let instruction = &self.next().copied().ok_or(Stop::NoCode)?;
+        let (instruction, price) =
+            &self.code.at_behind(&mut self.last, self.address).copied().ok_or(Stop::NoCode)?;
         if self.instructions >= self.step_limit {
             return Err(Stop::StepLimit { instructions: self.step_limit });
         }
         self.instructions += 1;
         if !self.registers.flags.hold(instruction.condition) {
-            self.count(instruction, Outcome::Skipped, Known::default());
+            self.count(price, Outcome::Skipped, Known::default());
             self.address = instruction.next();
             return Ok(());
         }
@@ -215,7 +219,7 @@ impl Machine {
         };
         let outcome = if target.is_some() { Outcome::Taken } else { Outcome::Done };
         let access = self.memory.first_access.map(Access::at);
-        self.count(instruction, outcome, Known { division, access });
+        self.count(price, outcome, Known { division, access });
         self.stack.at(self.registers.read(SP))?;
         self.address = target.unwrap_or_else(|| instruction.next());
         if target.is_some() {
@@ -226,9 +230,9 @@ impl Machine {
     }
 
     #[inline]
-    fn count(&mut self, instruction: &Instruction, outcome: Outcome, known: Known) {
+    fn count(&mut self, price: &Price, outcome: Outcome, known: Known) {
         let (pipeline, caches) = (&mut self.pipeline, &mut self.caches);
-        let cycles = self.timing.cached_cycles(pipeline, caches, instruction, outcome, known);
+        let cycles = self.timing.cached_cycles_of(pipeline, caches, price, outcome, known);
         self.cycles += u64::from(cycles);
     }
 

@@ -29,10 +29,10 @@ use crate::code::Code;
 use crate::concrete::Concrete;
 use crate::execute::{ExecuteError, Flow, execute};
 use crate::image::Image;
-use crate::instruction::{Instruction, LR, Operation, SP, Width};
+use crate::instruction::{LR, Operation, SP, Width};
 use crate::machine::{MachineError, Stop};
 use crate::state::{AccessError, Registers};
-use crate::timing::{Access, Caches, Known, Outcome, Pipeline, Timing};
+use crate::timing::{Access, Caches, Known, Outcome, Pipeline, Price, Timing};
 
 /// Words that are no address: where a handler returns to.
 const EXCEPTION_RETURN: u32 = 0xF000_0000;
@@ -122,6 +122,8 @@ pub enum State {
 pub struct Processor<B> {
     image: Arc<Image>,
     code: Arc<Code>,
+    /// Place in `code` of the last instruction.
+    last: usize,
     /// Registers of the core and of the float unit.
     pub registers: Registers<Concrete>,
     /// The chip.
@@ -163,7 +165,8 @@ impl<B: Bus> Processor<B> {
             .or_else(|| image.segments.first().map(|segment| segment.address))
             .ok_or(MachineError::NoSymbol { name })?;
         let mut processor = Self {
-            code: Arc::new(Code::new(image.code.values())),
+            code: Arc::new(Code::new(image.code.values(), &timing)),
+            last: usize::MAX,
             image,
             registers: Registers::new(&mut Concrete),
             bus,
@@ -314,20 +317,19 @@ impl<B: Bus> Processor<B> {
     }
 
     fn instruction(&mut self) -> Result<(), Stop> {
-        let Some(instruction) = self.code.at(self.address).copied() else {
+        let Some((instruction, price)) = &self.code.at_behind(&mut self.last, self.address).copied() else {
             return self.fault(Stop::NoCode);
         };
-        let instruction = &instruction;
         self.cycles += self.bus.wait(self.address, self.cycles);
         self.instructions += 1;
         if !self.registers.flags.hold(instruction.condition) {
-            self.count(instruction, Outcome::Skipped, Known::default());
+            self.count(price, Outcome::Skipped, Known::default());
             self.address = instruction.next();
             return Ok(());
         }
         match instruction.operation {
             Operation::Wait => {
-                self.count(instruction, Outcome::Done, Known::default());
+                self.count(price, Outcome::Done, Known::default());
                 self.address = instruction.next();
                 if !self.system.wakes(&self.registers) {
                     self.state = State::Sleeping;
@@ -341,7 +343,7 @@ impl<B: Bus> Processor<B> {
                     u32::from(self.system.uses_float) << 2
                 };
                 self.registers.write(d, value);
-                self.count(instruction, Outcome::Done, Known::default());
+                self.count(price, Outcome::Done, Known::default());
                 self.address = instruction.next();
                 return Ok(());
             }
@@ -370,7 +372,8 @@ impl<B: Bus> Processor<B> {
             Flow::Next | Flow::Branch { taken: false, .. } => None,
             Flow::Jump(target) | Flow::Branch { target, taken: true } => Some(target),
             Flow::Indirect(target) if target >= EXCEPTION_RETURN && self.system.current() != 0 => {
-                self.count(instruction, Outcome::Taken, Known::default());
+                let access = first_access.map(Access::at);
+                self.count(price, Outcome::Taken, Known { access, ..Known::default() });
                 return self.leave(target);
             }
             Flow::Indirect(target) if target & 1 == 1 => Some(target & !1),
@@ -378,7 +381,7 @@ impl<B: Bus> Processor<B> {
             Flow::Trap => return self.fault(Stop::Trap { operation: instruction.operation }),
         };
         let outcome = if target.is_some() { Outcome::Taken } else { Outcome::Done };
-        self.count(instruction, outcome, Known { division, access: first_access.map(Access::at) });
+        self.count(price, outcome, Known { division, access: first_access.map(Access::at) });
         self.address = target.unwrap_or_else(|| instruction.next());
         if touches_chip {
             if std::mem::take(&mut self.system.wants_reset) {
@@ -416,9 +419,9 @@ impl<B: Bus> Processor<B> {
         }
     }
 
-    fn count(&mut self, instruction: &Instruction, outcome: Outcome, known: Known) {
+    fn count(&mut self, price: &Price, outcome: Outcome, known: Known) {
         let (pipeline, caches) = (&mut self.pipeline, &mut self.caches);
-        let cycles = self.timing.cached_cycles(pipeline, caches, instruction, outcome, known);
+        let cycles = self.timing.cached_cycles_of(pipeline, caches, price, outcome, known);
         self.cycles += u64::from(cycles);
     }
 

@@ -6,7 +6,9 @@
 mod core_cycles;
 mod flash;
 mod known;
+mod least_recent;
 mod pipeline;
+mod price;
 pub(crate) mod registers;
 mod rows;
 mod table;
@@ -14,6 +16,7 @@ mod table;
 pub use flash::{Caches, Flash};
 pub use known::{Access, Known};
 pub use pipeline::Pipeline;
+pub(crate) use price::Price;
 pub use table::{Cost, Row};
 
 use crate::instruction::Instruction;
@@ -55,6 +58,8 @@ pub struct Timing {
     cycles: [u8; Row::COUNT],
     /// Cycles that the floating-point unit is busy behind the longest instruction that others overlap.
     longest_busy: u8,
+    /// Cycles until the latest result of the floating-point unit is there.
+    longest_result: u8,
 }
 
 impl Timing {
@@ -65,7 +70,7 @@ impl Timing {
         for (cycles, row) in cycles.iter_mut().zip(Row::ALL) {
             *cycles = row.cost().of(column);
         }
-        Self { profile, column, cycles, longest_busy: 0 }.with_longest_busy()
+        Self { profile, column, cycles, longest_busy: 0, longest_result: 0 }.with_longest_busy()
     }
 
     /// The model with another number in a row, such as one that a chip has measured.
@@ -80,6 +85,8 @@ impl Timing {
     fn with_longest_busy(mut self) -> Self {
         let overlapped = [Row::FloatMultiplyAccumulate, Row::FloatDivide].map(|row| self.overlapped(row).1);
         self.longest_busy = overlapped.into_iter().max().unwrap_or(0);
+        let longest_result = u32::from(self.longest_busy) + self.row(Row::FloatResult);
+        self.longest_result = u8::try_from(longest_result).unwrap_or(u8::MAX);
         self
     }
 
@@ -108,11 +115,12 @@ impl Timing {
         outcome: Outcome,
         known: Known,
     ) -> u32 {
-        let core = self.core_cycles(pipeline, instruction, outcome, known);
+        let (price, known) = (self.price(instruction), known.with_access_of(instruction));
+        let core = self.core_cycles(pipeline, &price, outcome, known);
         match &self.profile {
             Profile::ZeroWait => core,
             Profile::Flash(flash) => {
-                core + flash.longest_waits(&mut pipeline.line, instruction, outcome, known)
+                core + flash.longest_waits(&mut pipeline.line, instruction, &price, outcome, known)
             }
         }
     }
@@ -126,10 +134,24 @@ impl Timing {
         outcome: Outcome,
         known: Known,
     ) -> u32 {
-        let core = self.core_cycles(pipeline, instruction, outcome, known);
+        let known = known.with_access_of(instruction);
+        self.cached_cycles_of(pipeline, caches, &self.price(instruction), outcome, known)
+    }
+
+    /// The same, of an instruction by its price, with the address of its access to memory.
+    #[inline]
+    pub(crate) fn cached_cycles_of(
+        &self,
+        pipeline: &mut Pipeline,
+        caches: &mut Caches,
+        price: &Price,
+        outcome: Outcome,
+        known: Known,
+    ) -> u32 {
+        let core = self.core_cycles(pipeline, price, outcome, known);
         match &self.profile {
             Profile::ZeroWait => core,
-            Profile::Flash(flash) => core + caches.waits(flash, instruction, outcome, known, core),
+            Profile::Flash(flash) => core + caches.waits(flash, price, outcome, known, core),
         }
     }
 }

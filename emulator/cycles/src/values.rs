@@ -201,9 +201,23 @@ impl Values {
     pub(crate) fn limit(&self, least: u32, greatest: u32) -> Option<Self> {
         match self.0 {
             Kind::Set { .. } => self.retain(|number| (least..=greatest).contains(&number)),
+            Kind::Range { low, high, .. } if least <= low && high <= greatest => Some(*self),
             Kind::Range { low, high, step } => {
                 let from = low.checked_add(least.saturating_sub(low).div_ceil(step).checked_mul(step)?)?;
                 (from <= high.min(greatest)).then(|| Self::stepped(from, high.min(greatest), step))
+            }
+        }
+    }
+
+    /// Whether one of them is from `low` to `high`: [`limit`](Self::limit) without its numbers.
+    pub(crate) fn reaches(&self, least: u32, greatest: u32) -> bool {
+        match self.0 {
+            Kind::Set { .. } => self.iter().any(|number| (least..=greatest).contains(&number)),
+            Kind::Range { low, high, step } => {
+                let beyond = least.saturating_sub(low).div_ceil(step).checked_mul(step);
+                beyond
+                    .and_then(|beyond| low.checked_add(beyond))
+                    .is_some_and(|from| from <= high.min(greatest))
             }
         }
     }

@@ -1,5 +1,8 @@
 //! A board with schemes in its flash.
 
+use std::cell::RefCell;
+use std::collections::BTreeMap;
+
 use dimsart_core::KindId;
 use dimsart_core::limits::DEFAULT_WORDS;
 use dimsart_core::{AxisKind, Command, Cost, Costs, DeviceDescriptor, Dimsart, ModuleRef, Value, types};
@@ -39,8 +42,17 @@ pub(crate) fn controller() -> Dimsart<[u32; DEFAULT_WORDS]> {
     dimsart
 }
 
+thread_local! {
+    /// The schemes that were made, by their gain.
+    static SCHEMES: RefCell<BTreeMap<u16, Vec<u8>>> = const { RefCell::new(BTreeMap::new()) };
+}
+
 /// A scheme identified by its gain; a larger size has more modules.
 pub(crate) fn scheme(gain: u16) -> Vec<u8> {
+    SCHEMES.with_borrow_mut(|schemes| schemes.entry(gain).or_insert_with(|| new_scheme(gain)).clone())
+}
+
+fn new_scheme(gain: u16) -> Vec<u8> {
     let mut dimsart = controller();
     let modules = 1 + gain % 10;
     for number in (1..=u8::try_from(modules).unwrap()).rev() {

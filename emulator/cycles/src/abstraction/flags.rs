@@ -98,7 +98,7 @@ fn states_of(result: &Values) -> u16 {
         (true, true) => false,
         (true, false) => result.high() >= SIGN,
         (false, true) => result.contains(0),
-        (false, false) => result.limit(1, SIGN - 1).is_some(),
+        (false, false) => result.reaches(1, SIGN - 1),
     })
 }
 
@@ -126,7 +126,7 @@ impl Flags {
     pub(super) fn from_bits(values: &Values) -> Self {
         let is_possible = |nzcv: u16| {
             let low = u32::from(nzcv) << 28;
-            values.limit(low, low | 0x0FFF_FFFF).is_some()
+            values.reaches(low, low | 0x0FFF_FFFF)
         };
         let possible = states(is_possible);
         Self { possible: if possible == 0 { u16::MAX } else { possible }, source: Source::Unknown }

@@ -16,6 +16,8 @@ pub(super) struct MemoryProtection {
     number: u32,
     /// Base address with its low bits, size and attributes.
     regions: [(u32, u32); REGIONS],
+    /// Regions up to the last enabled one.
+    used: usize,
 }
 
 impl MemoryProtection {
@@ -25,13 +27,13 @@ impl MemoryProtection {
             return Ok(());
         }
         let denied =
-            self.regions.iter().rev().find(|region| contains(**region, address)).map(|(_, attributes)| {
-                match attributes >> 24 & 7 {
+            self.regions.iter().take(self.used).rev().find(|region| contains(**region, address)).map(
+                |(_, attributes)| match attributes >> 24 & 7 {
                     0 => true,
                     5 | 6 => writes,
                     _ => false,
-                }
-            });
+                },
+            );
         if denied == Some(true) { Err(AccessError::Protected { address }) } else { Ok(()) }
     }
 
@@ -66,6 +68,8 @@ impl MemoryProtection {
                 if let Some(region) = self.region_mut() {
                     region.1 = value;
                 }
+                let last = self.regions.iter().rposition(|(_, attributes)| attributes & 1 == 1);
+                self.used = last.map_or(0, |last| last + 1);
             }
             _ => return false,
         }

@@ -1,28 +1,26 @@
 //! Cycles of an instruction without waiting for flash: the rows that it pays.
 
-use super::pipeline::{Pipeline, PrecedingLoad};
-use super::{Access, Column, Known, Outcome, Row, Timing, registers, rows};
-use crate::instruction::{Instruction, Operation, PC};
+use super::pipeline::Pipeline;
+use super::price::Price;
+use super::{Access, Column, Known, Outcome, Row, Timing};
 
 impl Timing {
     /// Cycles without waiting for flash.
+    #[inline]
     pub(super) fn core_cycles(
         &self,
         pipeline: &mut Pipeline,
-        instruction: &Instruction,
+        price: &Price,
         outcome: Outcome,
         known: Known,
     ) -> u32 {
-        let operation = &instruction.operation;
         pipeline.float_busy = pipeline.float_busy.min(self.longest_busy);
-        let longest_result = u32::from(self.longest_busy) + self.row(Row::FloatResult);
-        pipeline.float_results_after =
-            pipeline.float_results_after.min(u8::try_from(longest_result).unwrap_or(u8::MAX));
+        pipeline.float_results_after = pipeline.float_results_after.min(self.longest_result);
 
         // The floating-point unit is taken to stand still in stalls. If it did not, a path that stalls early, where its
         // result is waited for anyway, could overtake one that stalls later: joined pipelines would bound neither.
-        let mut stalls = self.fetch_stall(pipeline, instruction);
-        if matches!(operation, Operation::IfThen { .. }) {
+        let mut stalls = self.fetch_stall(pipeline, price.is_misaligned);
+        if price.is_if_then {
             // It may be folded away: what is before it is then right before the next instruction. If it takes its time, two
             // loads around it do not pipeline.
             let own = self.row(Row::IfThen);
@@ -38,36 +36,29 @@ impl Timing {
             pipeline.pass(own);
             return stalls + own;
         }
-        if pipeline.computed & registers::of_address(operation) != 0 {
+        if pipeline.computed & price.address != 0 {
             stalls += self.row(Row::AddressDependent);
         }
-        let mut own = float_wait(pipeline, operation) + self.own_cycles(pipeline, instruction, known);
+        let mut own = float_wait(pipeline, price) + self.own_cycles(pipeline, price, known);
         if outcome == Outcome::Taken {
-            let is_load = rows::loaded_bytes(operation).is_some();
-            own += self.row(if is_load { Row::RefillBehindLoad } else { Row::Refill });
-            pipeline.jumped = !is_load;
+            own += u32::from(price.refill);
+            pipeline.jumped = !price.is_load();
         }
 
-        pipeline.computed = registers::computed(operation);
-        pipeline.load = rows::pipelines(operation).then(|| PrecedingLoad {
-            registers: registers::loaded(operation),
-            is_float: matches!(operation, Operation::FloatLoad { .. }),
-        });
+        pipeline.computed = price.computed;
+        pipeline.load = price.load;
         pipeline.pass(own);
-        let result = registers::float_result(operation);
+        let (result, busy, after) = price.float_result;
         if result != 0 {
-            let (_, busy) = self.overlapped(rows::base(operation));
             pipeline.float_busy = busy;
             pipeline.float_results = result;
-            let after = u32::from(busy) + self.row(Row::FloatResult);
-            pipeline.float_results_after = u8::try_from(after).unwrap_or(u8::MAX);
+            pipeline.float_results_after = after;
         }
         stalls + own
     }
 
     /// What the place of a four-byte instruction costs.
-    fn fetch_stall(&self, pipeline: &mut Pipeline, instruction: &Instruction) -> u32 {
-        let is_misaligned = instruction.bytes == 4 && !instruction.address.is_multiple_of(4);
+    fn fetch_stall(&self, pipeline: &mut Pipeline, is_misaligned: bool) -> u32 {
         let mut cycles = 0;
         if std::mem::take(&mut pipeline.jumped) && is_misaligned {
             cycles += self.row(Row::MisalignedTarget);
@@ -81,30 +72,19 @@ impl Timing {
     }
 
     /// An instruction's own cycles, behind a load that it may be pipelined behind.
-    fn own_cycles(&self, pipeline: &Pipeline, instruction: &Instruction, known: Known) -> u32 {
-        let operation = &instruction.operation;
-        let base = rows::base(operation);
-        let (mut cycles, _) = self.overlapped(base);
-        if let Some((each, count)) = rows::each(operation) {
-            cycles += self.row(each) * count;
-        }
-        if let Operation::Divide { is_signed, .. } = *operation {
+    fn own_cycles(&self, pipeline: &Pipeline, price: &Price, known: Known) -> u32 {
+        let mut cycles = u32::from(price.own);
+        if let Some(is_signed) = price.division {
             cycles += self.quotient_cycles(known.division, is_signed);
         }
-        if is_literal(operation) {
-            cycles += self.row(Row::LoadLiteral);
-        }
-        if let Some((row, width)) = rows::unaligned(operation) {
-            let access = known.access_of(instruction).unwrap_or(Access::UNKNOWN);
-            cycles += self.row(row) * access.further(width);
+        if let Some((each, width)) = price.unaligned {
+            cycles += u32::from(each) * known.access.unwrap_or(Access::UNKNOWN).further(width);
         }
         if let Some(load) = pipeline.load
-            && (base == Row::StoreRegister || rows::pipelines(operation))
-            && load.registers & registers::of_address(operation) == 0
+            && load.registers & price.address == 0
         {
-            let is_float = load.is_float || base == Row::FloatLoad;
-            cycles =
-                cycles.saturating_sub(self.row(if is_float { Row::FloatPipelined } else { Row::Pipelined }));
+            let [saved, saved_by_float] = price.pipelined;
+            cycles = cycles.saturating_sub((if load.is_float { saved_by_float } else { saved }).into());
         }
         cycles
     }
@@ -135,8 +115,8 @@ impl Timing {
 }
 
 /// Cycles until the floating-point unit is free and has what the instruction reads; 0 for any other instruction.
-fn float_wait(pipeline: &Pipeline, operation: &Operation) -> u32 {
-    let Some(sources) = registers::float_sources(operation) else { return 0 };
+fn float_wait(pipeline: &Pipeline, price: &Price) -> u32 {
+    let Some(sources) = price.float else { return 0 };
     let mut wait = pipeline.float_busy;
     if pipeline.float_results & sources.read != 0 {
         wait = wait.max(pipeline.float_results_after);
@@ -144,9 +124,4 @@ fn float_wait(pipeline: &Pipeline, operation: &Operation) -> u32 {
         wait = wait.max(pipeline.float_results_after.saturating_sub(1));
     }
     wait.into()
-}
-
-fn is_literal(operation: &Operation) -> bool {
-    let is_single = matches!(rows::base(operation), Row::Load | Row::FloatLoad);
-    is_single && rows::immediate_offset(operation).is_some_and(|(base, _)| base == PC)
 }

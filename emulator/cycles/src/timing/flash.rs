@@ -1,7 +1,9 @@
 //! Flash that the processor waits for: its lines, and the caches before it.
 
+use super::Outcome;
 use super::known::{Access, Known, RAM};
-use super::{Outcome, rows};
+use super::least_recent::LeastRecent;
+use super::price::Price;
 use crate::instruction::Instruction;
 
 /// A flash memory behind caches, as STM32 parts have it.
@@ -46,11 +48,12 @@ impl Flash {
         &self,
         line: &mut Option<u32>,
         instruction: &Instruction,
+        price: &Price,
         outcome: Outcome,
         known: Known,
     ) -> u32 {
         let before = *line;
-        let mut reads = self.fetched(instruction).filter(|line| Some(*line) != before).count();
+        let mut reads = all(price.lines).filter(|line| Some(*line) != before).count();
         *line = self.line(instruction.next().wrapping_sub(1));
         if outcome == Outcome::Taken {
             *line = None;
@@ -58,15 +61,13 @@ impl Flash {
             reads += usize::from(self.holds(instruction.address));
         }
         let fetches = self.longest_read() * u32::try_from(reads).unwrap_or(u32::MAX);
-        fetches
-            + loaded(instruction, outcome, known)
-                .map_or(0, |(access, bytes)| self.longest_load(access, bytes))
+        fetches + loaded(price, outcome, known).map_or(0, |(access, bytes)| self.longest_load(access, bytes))
     }
 
     /// The longest that a load of `bytes` is waited for.
     fn longest_load(&self, access: Access, bytes: u32) -> u32 {
         let reads = if access.lowest == access.highest {
-            u32::try_from(self.lines(access.lowest, bytes).count()).unwrap_or(u32::MAX)
+            u32::try_from(all(self.lines(access.lowest, bytes)).count()).unwrap_or(u32::MAX)
         } else if self.reaches(access) {
             bytes.div_ceil(self.line_bytes.into()) + 1
         } else {
@@ -103,22 +104,26 @@ impl Flash {
         self.holds(address).then(|| address >> self.line_bytes.trailing_zeros())
     }
 
-    /// Numbers of the lines that `bytes` from `address` on lie in; none in RAM.
-    fn lines(&self, address: u32, bytes: u32) -> impl Iterator<Item = u32> + use<> {
-        let ends = self.line(address).zip(self.line(address.saturating_add(bytes.saturating_sub(1))));
-        ends.into_iter().flat_map(|(first, last)| first..=last)
+    /// Numbers of the first and the last line that `bytes` from `address` on lie in; none in RAM.
+    fn lines(&self, address: u32, bytes: u32) -> Option<(u32, u32)> {
+        self.line(address).zip(self.line(address.saturating_add(bytes.saturating_sub(1))))
     }
 
-    /// Numbers of the lines that an instruction lies in.
-    fn fetched(&self, instruction: &Instruction) -> impl Iterator<Item = u32> + use<> {
+    /// Numbers of the first and the last line that an instruction lies in.
+    pub(super) fn lines_of(&self, instruction: &Instruction) -> Option<(u32, u32)> {
         self.lines(instruction.address, instruction.bytes.into())
     }
 }
 
+/// The lines from a first to a last one.
+fn all(lines: Option<(u32, u32)>) -> impl Iterator<Item = u32> {
+    lines.into_iter().flat_map(|(first, last)| first..=last)
+}
+
 /// What an instruction loads: from where, and how many bytes.
-fn loaded(instruction: &Instruction, outcome: Outcome, known: Known) -> Option<(Access, u32)> {
-    let bytes = rows::loaded_bytes(&instruction.operation).filter(|_| outcome != Outcome::Skipped)?;
-    Some((known.access_of(instruction).unwrap_or(Access::UNKNOWN), bytes))
+fn loaded(price: &Price, outcome: Outcome, known: Known) -> Option<(Access, u32)> {
+    let bytes = price.loaded_bytes.filter(|_| outcome != Outcome::Skipped)?;
+    Some((known.access.unwrap_or(Access::UNKNOWN), bytes.into()))
 }
 
 /// The state of the caches in an emulated run.
@@ -126,8 +131,8 @@ fn loaded(instruction: &Instruction, outcome: Outcome, known: Known) -> Option<(
 pub struct Caches {
     /// The line that the processor takes instructions from.
     current: Option<u32>,
-    instructions: Cache,
-    data: Cache,
+    instructions: LeastRecent,
+    data: LeastRecent,
     /// The line that is being read ahead, and cycles until it is there.
     ahead: Option<(u32, u32)>,
 }
@@ -138,15 +143,20 @@ impl Caches {
     pub(super) fn waits(
         &mut self,
         flash: &Flash,
-        instruction: &Instruction,
+        price: &Price,
         outcome: Outcome,
         known: Known,
         core_cycles: u32,
     ) -> u32 {
-        let mut waits: u32 = flash.fetched(instruction).map(|line| self.fetch(flash, line)).sum();
-        if let Some((access, bytes)) = loaded(instruction, outcome, known) {
+        let mut waits = match price.lines {
+            // Most instructions.
+            Some((first, last)) if first == last && self.current == Some(first) => 0,
+            lines => all(lines).map(|line| self.fetch(flash, line)).sum(),
+        };
+        if let Some((access, bytes)) = loaded(price, outcome, known) {
             if access.lowest == access.highest {
-                waits += flash.lines(access.lowest, bytes).map(|line| self.load(flash, line)).sum::<u32>();
+                waits +=
+                    all(flash.lines(access.lowest, bytes)).map(|line| self.load(flash, line)).sum::<u32>();
             } else {
                 waits += flash.longest_load(access, bytes);
             }
@@ -183,60 +193,5 @@ impl Caches {
         if let Some((_, left)) = &mut self.ahead {
             *left = left.saturating_sub(cycles);
         }
-    }
-}
-
-/// Lines of flash; the least recently used one is replaced.
-#[derive(Debug, Clone)]
-struct Cache {
-    lines: Vec<u32>,
-    /// When each was used last, counted in uses.
-    used_at: Vec<u64>,
-    uses: u64,
-    /// The place in `lines` of each line, by the lower bits of its number: true for nearly all of them.
-    places: Vec<u8>,
-}
-
-/// Entries of [`Cache::places`], a power of 2.
-const PLACES: usize = 1024;
-
-impl Default for Cache {
-    fn default() -> Self {
-        Self { lines: Vec::new(), used_at: Vec::new(), uses: 0, places: vec![0; PLACES] }
-    }
-}
-
-impl Cache {
-    /// Takes a line from it, or puts it there; whether it was there. It holds `most` lines, 256 at most.
-    fn take(&mut self, line: u32, most: u16) -> bool {
-        self.uses += 1;
-        let entry = line as usize % PLACES;
-        let likely = self.places.get(entry).map_or(0, |place| usize::from(*place));
-        let is_there = self.lines.get(likely) == Some(&line);
-        let found =
-            if is_there { Some(likely) } else { self.lines.iter().position(|cached| *cached == line) };
-        let place = found.unwrap_or_else(|| self.replace(line, most));
-        if let Some(used_at) = self.used_at.get_mut(place) {
-            *used_at = self.uses;
-        }
-        if let (Some(entry), Ok(place)) = (self.places.get_mut(entry), u8::try_from(place)) {
-            *entry = place;
-        }
-        found.is_some()
-    }
-
-    /// Puts a line where there is room, or in the place of the least recently used one; returns its place.
-    fn replace(&mut self, line: u32, most: u16) -> usize {
-        if self.lines.len() < usize::from(most) {
-            self.lines.push(line);
-            self.used_at.push(0);
-            return self.lines.len() - 1;
-        }
-        let oldest = self.used_at.iter().enumerate().min_by_key(|(_, used_at)| **used_at);
-        let place = oldest.map_or(0, |(place, _)| place);
-        if let Some(cached) = self.lines.get_mut(place) {
-            *cached = line;
-        }
-        place
     }
 }

@@ -35,9 +35,9 @@ impl Access {
 }
 
 impl Known {
-    /// What is known of the access to memory: SP is always divisible by 4 and in RAM, PC is known.
-    pub(super) fn access_of(self, instruction: &Instruction) -> Option<Access> {
-        self.access.or_else(|| {
+    /// With what is known of the access to memory without: SP is always divisible by 4 and in RAM, PC is known.
+    pub(super) fn with_access_of(self, instruction: &Instruction) -> Self {
+        let access = self.access.or_else(|| {
             let (base, offset) = rows::immediate_offset(&instruction.operation)?;
             match base {
                 PC => {
@@ -49,7 +49,8 @@ impl Known {
                 }
                 _ => None,
             }
-        })
+        });
+        Self { access, ..self }
     }
 }
 

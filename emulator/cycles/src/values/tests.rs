@@ -61,6 +61,7 @@ proptest! {
         let both = a.union(&b);
         prop_assert!(both.contains(x) && both.contains(y));
         prop_assert!(!b.contains(x) || a.intersection(&b).unwrap().contains(x));
+        prop_assert_eq!(a.reaches(x.min(c), x.max(c)), a.limit(x.min(c), x.max(c)).is_some());
         prop_assert_eq!(a.limit(c, u32::MAX).is_some_and(|above| above.contains(x)), x >= c);
         prop_assert_eq!(a.limit(0, c).is_some_and(|below| below.contains(x)), x <= c);
         prop_assert!(a.retain(|number| number == x).unwrap().contains(x));
