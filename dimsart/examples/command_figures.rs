@@ -6,8 +6,8 @@ use std::error::Error;
 
 use dimsart_core::protocol::{MAX_FRAME_BYTES, Request, encode_request, request_id};
 use dimsart_core::{Command, ModuleRef, TypeRef, Value, modules::ALL, types};
-use hil_sim::bilateral::{Experiment, Side};
 use hil_sim::emulated::{Image, share_one_processor};
+use hil_sim::experiment::Experiment;
 use hil_sim::rig::Rig;
 use hil_sim::scenario::Scenario;
 
@@ -65,7 +65,7 @@ fn measure(beside: u8) -> Result<Vec<(&'static str, i64)>, Box<dyn Error>> {
         station.dimsart.command(Command::bind(p, 2, own))?;
         station.dimsart.command(Command::PlugIn(p))?;
     }
-    experiment.emulate(Side::Master, &Image::find(None)?, None)?;
+    experiment.emulate("master", &Image::find(None)?, None)?;
     let rig = experiment.rig_mut();
     let gain = |module| Command::set(module, 0, Value::Real(3_000.0));
     let mut costs = Vec::new();

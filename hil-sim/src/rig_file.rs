@@ -31,6 +31,7 @@ mod data_type;
 mod device;
 mod error;
 mod moves;
+pub(crate) mod part;
 mod read;
 mod set;
 
@@ -49,6 +50,7 @@ pub use error::RigFileError;
 pub use moves::{
     Chirp, ExperimentSection, HAND, LOAD, MinimumJerk, MoveSection, Prbs, Ramp, SamplesFile, Sine, Step,
 };
+pub use part::Part;
 
 use crate::scenario::RecordSection;
 

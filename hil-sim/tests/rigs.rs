@@ -4,8 +4,9 @@
 use std::path::PathBuf;
 use std::sync::atomic::AtomicBool;
 
+use hil_sim::experiment::{Experiment, Run};
 use hil_sim::identify;
-use hil_sim::response::{Experiment, Outcome, Run};
+use hil_sim::outcome::Outcome;
 use hil_sim::rig_file::{RigFile, SHIPPED};
 
 fn read(text: &str) -> RigFile {
@@ -104,7 +105,7 @@ fn a_sampled_loop_goes_as_its_exact_solution_with_any_delay() {
 fn the_figures_of_a_step_are_those_of_the_recorded_curve() {
     let run = SchemeFile::new(PD).run(&pd_rig(1.0));
     let positions = column(&run, "world", "drive.position");
-    let axis = &run.outcome.axes[0];
+    let axis = run.outcome.axes[0].following.unwrap();
     let first = |share: f64| positions.iter().position(|x| *x >= share * 0.5).unwrap() as f64;
     assert!((axis.rise_time_s.unwrap() - 1e-3 * (first(0.9) - first(0.1))).abs() < 1e-3);
     let most = positions.iter().copied().fold(0.0, f64::max);
@@ -246,8 +247,12 @@ fn a_device_follows_another_one_over_a_link() {
     };
     for delay_ticks in [1_u32, 40] {
         let run = scheme.run(&rig(delay_ticks));
-        let names: Vec<_> =
-            run.outcome.axes.iter().map(|axis| (axis.device.as_str(), axis.axis, axis.unit)).collect();
+        let names: Vec<_> = run
+            .outcome
+            .axes
+            .iter()
+            .map(|axis| (axis.device.as_str(), axis.axis, axis.following.unwrap().unit))
+            .collect();
         assert_eq!(names, [("lead", 0, "m"), ("follow", 0, "m"), ("follow", 1, "rad")]);
         assert!(run.outcome.stable && run.outcome.lost_packets == 0, "{:?}", run.outcome);
         // At an even speed, one is behind by the link and by its own lag, (damping + 0)/K of the speed.

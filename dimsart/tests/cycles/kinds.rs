@@ -3,7 +3,8 @@
 use cycles::timing::{Column, Profile, Timing};
 use dimsart_core::modules::ALL;
 use dimsart_core::{Accepts, Command, ModuleRef, Parameter, Value, saved_scheme};
-use hil_sim::bilateral::{Experiment, Side};
+use hil_sim::bilateral::Side;
+use hil_sim::experiment::Experiment;
 use hil_sim::rig::SimulatedDimsart;
 use hil_sim::scenario::Scenario;
 use rand_core::{Rng, SeedableRng};

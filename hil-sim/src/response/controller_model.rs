@@ -9,7 +9,8 @@
 
 use nalgebra::Complex;
 
-use super::{ResponseError, build};
+use super::build;
+use crate::experiment::ExperimentError;
 use crate::rig::{Rig, Shown};
 use crate::rig_file::{LinkSection, RigFile};
 use dimsart_core::Tick;
@@ -85,7 +86,7 @@ impl<'f> Controllers<'f> {
     ///
     /// # Errors
     /// As the [experiment](super::Experiment::new)'s.
-    pub(super) fn new(file: &'f RigFile, commands: Vec<Place>) -> Result<Option<Self>, ResponseError> {
+    pub(super) fn new(file: &'f RigFile, commands: Vec<Place>) -> Result<Option<Self>, ExperimentError> {
         let rig = build::rig(file)?;
         let (mut cycle_ticks, mut memory_ticks) = (1, 0);
         for station in rig.stations() {
@@ -119,7 +120,7 @@ impl<'f> Controllers<'f> {
         &mut self,
         place: Place,
         phase: usize,
-    ) -> Result<Option<Vec<Option<Answer>>>, ResponseError> {
+    ) -> Result<Option<Vec<Option<Answer>>>, ExperimentError> {
         for size in SIZES {
             let mut pair = match self.pair.take() {
                 Some(pair) => pair,
@@ -150,7 +151,7 @@ impl<'f> Controllers<'f> {
 
 impl Pair {
     /// Both of them in operation; none when they do not come to that.
-    fn new(file: &RigFile, commands: &[Place], quiet_ticks: usize) -> Result<Option<Self>, ResponseError> {
+    fn new(file: &RigFile, commands: &[Place], quiet_ticks: usize) -> Result<Option<Self>, ExperimentError> {
         let (still, disturbed) = (build::rig(file)?, build::rig(file)?);
         let (differences, sizes) = (Vec::new(), vec![0.0; commands.len()]);
         let settled = sizes.clone();

@@ -11,7 +11,7 @@ use super::closed_loop::{Loop, ONE, Point};
 use super::controller_model::Answer;
 
 /// Growth per tick, up or down, that is not told from none.
-pub(super) const UNDECIDED: f64 = 1e-5;
+pub(crate) const UNDECIDED: f64 = 1e-5;
 /// Growth per tick below which a disturbance is gone soon.
 const GONE: f64 = 0.9977;
 /// The same times the ticks of the longest answer: what is smaller drowns in rounding.
