@@ -113,7 +113,12 @@ fn setting(
     value: Option<impl ToString>,
     key: String,
 ) -> Option<Setting> {
-    value.map(|value| Setting { module, command, value: value.to_string(), key })
+    value.map(|value| Setting {
+        module: module.to_owned(),
+        command: command.to_owned(),
+        value: value.to_string(),
+        key,
+    })
 }
 
 fn plant(

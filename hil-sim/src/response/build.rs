@@ -120,7 +120,8 @@ fn loaded_controller(file: &RigFile, part: &Part<'_>) -> Result<LoadedController
         }
     }
     let scheme = SchemeText::read_from(&part.controller.scheme, &file.folder)?;
-    let loaded = schemes::load_for(&scheme, part.controller.side(), &sides, &[], &mut dimsart);
+    let loaded =
+        schemes::load_for(&scheme, part.controller.side(), &sides, &part.controller.settings(), &mut dimsart);
     Ok(LoadedController { name: part.name().to_owned(), scheme: scheme.name, dimsart, loaded })
 }
 
