@@ -18,7 +18,7 @@ pub use error::ExperimentError;
 
 use crate::bilateral::phases::Phases;
 use crate::bus::MediumReport;
-use crate::emulated::{Board, BoardKey, Image};
+use crate::emulated::{Board, BoardKey, EmulatedError, Image};
 use crate::observer::Observer;
 use crate::observer::channel_energy::ChannelEnergy;
 use crate::outcome::{Outcome, RealTime};
@@ -134,7 +134,10 @@ impl Experiment {
         let found = self.rig.stations_mut().iter_mut().find(|found| found.name == station);
         if let Some(found) = found {
             let board = Board::start(image, &mut found.dimsart, key, log);
-            let emulated = |source| ExperimentError::Emulated { station: station.to_owned(), source };
+            let emulated = |source: EmulatedError| ExperimentError::Emulated {
+                station: station.to_owned(),
+                source: source.into(),
+            };
             found.move_to(board.map_err(emulated)?);
         }
         Ok(())

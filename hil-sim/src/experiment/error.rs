@@ -3,13 +3,12 @@
 use dimsart_core::{DescriptorError, StorageError};
 
 use crate::bus::DelayFileError;
-use crate::emulated::EmulatedError;
 use crate::key_file::KeyFileError;
 use crate::link::{Address, OpenError};
 use crate::motion::SamplesError;
 use crate::plant::ParameterError;
 use crate::recorder::UnknownSignal;
-use crate::rig::AuthenticationFailure;
+use crate::rig::{AuthenticationFailure, RemoteError};
 use crate::schemes::{Loaded, SchemeFileError};
 
 /// Why an experiment could not be set up or run.
@@ -150,7 +149,7 @@ pub enum ExperimentError {
         /// The station.
         station: String,
         /// What is wrong.
-        source: EmulatedError,
+        source: RemoteError,
     },
     /// The user gave up waiting.
     #[error("stopped while waiting for the {other}; nothing was run")]
