@@ -10,7 +10,7 @@ use std::sync::atomic::AtomicBool;
 use std::sync::mpsc::{Receiver, sync_channel};
 
 use dimsart_core::scheme;
-use hil_sim::bilateral::Experiment;
+use hil_sim::experiment::Experiment;
 use hil_sim::recorder::Recorder;
 use hil_sim::recording::{Column, Piece, Recording};
 use hil_sim::rig::Rig;

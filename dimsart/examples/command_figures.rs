@@ -7,8 +7,8 @@ use std::error::Error;
 use dimsart_core::{Command, ModuleRef, TypeRef, Value, types};
 use dimsart_link::protocol::{MAX_FRAME_BYTES, Request, encode_request, request_id};
 use dimsart_modules::ALL;
-use hil_sim::bilateral::{Experiment, Side};
 use hil_sim::emulated::{Image, share_one_processor};
+use hil_sim::experiment::Experiment;
 use hil_sim::rig::Rig;
 use hil_sim::scenario::Scenario;
 
@@ -66,7 +66,7 @@ fn measure(beside: u8) -> Result<Vec<(&'static str, i64)>, Box<dyn Error>> {
         station.dimsart.command(Command::bind(p, 2, own))?;
         station.dimsart.command(Command::PlugIn(p))?;
     }
-    experiment.emulate(Side::Master, &Image::find(None)?, None)?;
+    experiment.emulate("master", &Image::find(None)?, None)?;
     let rig = experiment.rig_mut();
     let gain = |module| Command::set(module, 0, Value::Real(3_000.0));
     let mut costs = Vec::new();

@@ -9,7 +9,8 @@ use cycles::timing::{Column, Timing};
 use dimsart::cycles::{Figures, Firmware, Setup, Steady, UNIT, measure};
 use dimsart_core::scheme;
 use dimsart_modules::ALL;
-use hil_sim::bilateral::{Experiment, Side, device};
+use hil_sim::bilateral::{Side, device};
+use hil_sim::experiment::Experiment;
 use hil_sim::rig::SimulatedDimsart;
 use hil_sim::scenario::Scenario;
 

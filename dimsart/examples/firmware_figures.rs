@@ -7,9 +7,9 @@ use std::error::Error;
 use std::time::Instant;
 
 use dimsart_link::protocol::{MAX_FRAME_BYTES, Request, encode_request};
-use hil_sim::bilateral::{Experiment, Side};
-use hil_sim::emulated::{Board, Image, share_one_processor};
-use hil_sim::rig::Rig;
+use hil_sim::emulated::{Image, share_one_processor};
+use hil_sim::experiment::Experiment;
+use hil_sim::rig::{RemoteController, Rig};
 use hil_sim::scenario::Scenario;
 
 /// Ticks that are measured unless said otherwise.
@@ -40,7 +40,7 @@ fn main() -> Result<(), Box<dyn Error>> {
 /// With `bytes` on the command line in every tick.
 fn measure(ticks: u32, bytes: &[u8]) -> Result<String, Box<dyn Error>> {
     let mut experiment = Experiment::new(&Scenario::default())?;
-    experiment.emulate(Side::Master, &Image::find(None)?, None)?;
+    experiment.emulate("master", &Image::find(None)?, None)?;
     let rig = experiment.rig_mut();
     let (mut min, mut max, mut sum) = (u32::MAX, 0, 0_u64);
     let start = Instant::now();
@@ -60,6 +60,6 @@ fn measure(ticks: u32, bytes: &[u8]) -> Result<String, Box<dyn Error>> {
     Ok(format!("{per_second:.0} | {min} | {} | {max}", sum / u64::from(ticks)))
 }
 
-fn board(rig: &mut Rig) -> Option<&mut Board> {
+fn board(rig: &mut Rig) -> Option<&mut (dyn RemoteController + 'static)> {
     rig.stations_mut().first_mut()?.board_mut()
 }

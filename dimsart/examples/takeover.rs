@@ -9,7 +9,8 @@ use std::path::Path;
 use dimsart::report::{Curve, Figure, Panel, write_figure};
 use dimsart_core::{Command, Value};
 use dimsart_modules::ALL;
-use hil_sim::bilateral::{Experiment, ExperimentError, Side};
+use hil_sim::bilateral::{Side, phases};
+use hil_sim::experiment::{Experiment, ExperimentError};
 use hil_sim::recording::{Column, Recording};
 use hil_sim::rig::{Rig, Station};
 use hil_sim::scenario::Scenario;
@@ -122,8 +123,7 @@ fn main() -> Result<(), Box<dyn Error>> {
 
 /// When the slave moves and when it pushes, s.
 fn moments(scenario: &Scenario) -> Result<[(&'static str, f64); 2], ExperimentError> {
-    let experiment = Experiment::new(scenario)?;
-    let phases = experiment.phases();
+    let phases = phases(scenario)?;
     Ok([("in motion", 0.5 * phases.leg_s), ("in contact", phases.settled_s)])
 }
 

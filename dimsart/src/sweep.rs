@@ -19,85 +19,39 @@ pub use file::{SweepFile, SweepFileError, SweepTable};
 pub use grid::{Grid, GridError, Shard, Values};
 pub use map::map;
 
-use hil_sim::bilateral;
-use hil_sim::response;
-use hil_sim::rig_file::RigFile;
-use hil_sim::scenario::Scenario;
+use hil_sim::experiment::Experiment;
 
-/// What is run at every point.
-#[derive(Debug, Clone)]
-pub enum Subject<'a> {
-    /// The bilateral scenario, with a file over it if there is one.
-    Scenario(Option<&'a Path>),
-    /// A rig from its text; paths in it begin in the folder.
-    Rig {
-        /// What messages call it.
-        name: &'a str,
-        /// The file's text.
-        text: &'a str,
-        /// Where its paths begin.
-        folder: &'a Path,
-    },
-}
+use crate::subject::Subject;
 
 /// Figures of a point, by name: numbers, `true` and `false`, why a figure is not settled, or nothing.
 pub type Figures = Vec<(String, String)>;
 
-impl Subject<'_> {
-    /// Whether it can take `sets`, with every value of the grid: a sweep need not begin to find that out.
-    ///
-    /// # Errors
-    /// [`ScenarioError`](hil_sim::scenario::ScenarioError) or [`RigFileError`](hil_sim::rig_file::RigFileError) when file
-    /// or `sets` are wrong; [`GridError`] when a key or value of the grid is.
-    pub fn check(&self, sets: &[String], grid: &Grid) -> Result<(), Box<dyn Error>> {
-        for point in grid.samples() {
-            let settings = grid.settings(point);
-            if let Err(error) = self.settings_toml(&[sets, &settings].concat()) {
-                self.settings_toml(sets)?;
-                let text = format!("--vary, at {}", settings.join(" "));
-                return Err(GridError { text, reason: error.to_string() }.into());
-            }
+/// Whether the rig file or scenario at a path can take `sets`, with every value of the grid: a sweep need not begin to find
+/// that out.
+///
+/// # Errors
+/// As [`Subject::read`]; [`GridError`] when a key or value of the grid is wrong.
+pub fn check(path: Option<&Path>, sets: &[String], grid: &Grid) -> Result<(), Box<dyn Error>> {
+    for point in grid.samples() {
+        let settings = grid.settings(point);
+        if let Err(error) = Subject::read(path, &[sets, &settings].concat()) {
+            Subject::read(path, sets)?;
+            let text = format!("--vary, at {}", settings.join(" "));
+            return Err(GridError { text, reason: error.to_string() }.into());
         }
-        Ok(())
     }
+    Ok(())
+}
 
-    /// What it runs with these settings, as a file.
-    ///
-    /// # Errors
-    /// What is wrong with file or settings.
-    pub fn settings_toml(&self, sets: &[String]) -> Result<String, Box<dyn Error>> {
-        Ok(match self {
-            Self::Scenario(path) => Scenario::load(*path, sets)?.to_toml(),
-            Self::Rig { name, text, folder } => {
-                RigFile::read(text, name, (*folder).to_owned(), sets)?.to_toml()
-            }
-        })
-    }
-
-    /// Runs it with these settings.
-    ///
-    /// # Errors
-    /// Why it cannot be run, in words.
-    pub fn run(&self, sets: &[String]) -> Result<Figures, String> {
-        let never = AtomicBool::new(false);
-        let words = |error: &dyn std::error::Error| error.to_string();
-        let outcome = match self {
-            Self::Scenario(path) => {
-                let scenario = Scenario::load(*path, sets).map_err(|error| words(&error))?;
-                let experiment = bilateral::Experiment::new(&scenario).map_err(|error| words(&error))?;
-                serde_json::to_value(experiment.without_recording().run(&never, |_| ()).outcome)
-            }
-            Self::Rig { name, text, folder } => {
-                let file = RigFile::read(text, name, (*folder).to_owned(), sets);
-                let file = file.map_err(|error| words(&error))?;
-                let experiment = response::Experiment::new(&file).map_err(|error| words(&error))?;
-                serde_json::to_value(experiment.without_recording().run(&never, |_| ()).outcome)
-            }
-        };
-        let mut figures = Vec::new();
-        flatten("", &outcome.map_err(|error| words(&error))?, &mut figures);
-        Ok(figures)
-    }
+/// Runs the rig file or scenario at a path with these settings.
+fn run(path: Option<&Path>, sets: &[String]) -> Result<Figures, String> {
+    let subject = Subject::read(path, sets).map_err(|error| error.to_string())?;
+    let experiment = Experiment::new(&subject).map_err(|error| error.to_string())?;
+    let outcome = experiment.without_recording().run(&AtomicBool::new(false), |_| ()).outcome;
+    let outcome = serde_json::to_value(outcome).map_err(|error| error.to_string())?;
+    let mut figures = Vec::new();
+    flatten("", &outcome, &mut figures);
+    Ok(figures)
 }
 
 /// At the top: figures that say how fast this machine is, and those that only say what others do.
@@ -145,7 +99,7 @@ fn flatten(name: &str, value: &serde_json::Value, figures: &mut Figures) {
 /// # Errors
 /// What cannot be written, or the first point that cannot be run: its settings and why. What was done is in the file.
 pub fn sweep(
-    subject: &Subject<'_>,
+    path: Option<&Path>,
     sets: &[String],
     grid: &Grid,
     shard: Shard,
@@ -163,7 +117,7 @@ pub fn sweep(
             scope.spawn(move || {
                 while !stop.load(Ordering::Relaxed) {
                     let Some(point) = todo.get(next.fetch_add(1, Ordering::Relaxed)) else { break };
-                    if sender.send((*point, subject.run(&[sets, &grid.settings(*point)].concat()))).is_err() {
+                    if sender.send((*point, run(path, &[sets, &grid.settings(*point)].concat()))).is_err() {
                         break;
                     }
                 }

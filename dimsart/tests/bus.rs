@@ -4,7 +4,7 @@
 use std::process::{Command, Output};
 use std::sync::atomic::AtomicBool;
 
-use hil_sim::bilateral::{Experiment, Run};
+use hil_sim::experiment::{Experiment, Run};
 use hil_sim::scenario::Scenario;
 
 fn run(settings: &[&str]) -> Run {
@@ -20,7 +20,8 @@ fn assert_perceived(run: &Run) {
     assert!(run.outcome.stable && run.outcome.faults.is_empty(), "{:?}", run.outcome.faults);
     assert!(run.outcome.energy_min_j.unwrap() >= 0.0);
     for axis in run.outcome.axes.iter().take(2) {
-        let ratio = axis.k_perceived_n_per_m.unwrap() / axis.k_predicted_n_per_m.unwrap();
+        let ratio = axis.contact.unwrap().k_perceived_n_per_m.unwrap()
+            / axis.contact.unwrap().k_predicted_n_per_m.unwrap();
         assert!((ratio - 1.0).abs() < 1e-4, "{ratio}");
     }
 }
@@ -188,7 +189,8 @@ fn the_packets_of_the_space_link_fit_its_link_at_500_hz_and_not_at_1_khz() {
     );
     assert!(outcome.energy_min_j.unwrap() >= 0.0, "{outcome:?}");
     for axis in &outcome.axes {
-        let ratio = axis.k_perceived_n_per_m.unwrap() / axis.k_predicted_n_per_m.unwrap();
+        let ratio = axis.contact.unwrap().k_perceived_n_per_m.unwrap()
+            / axis.contact.unwrap().k_predicted_n_per_m.unwrap();
         assert!((ratio - 1.0).abs() < 1e-4, "{ratio}");
     }
     // What jitter does without play-out: the line becomes a damper, and nothing but the drift is felt.

@@ -4,8 +4,8 @@
 use std::cell::RefCell;
 
 use dimsart_core::limits::DEFAULT_WORDS;
-use dimsart_link::protocol::{DeviceInfo, MAX_FRAME_BYTES, Receiver, Request, answer, encode_request};
 use dimsart_core::{AxisKind, DeviceDescriptor, Dimsart, types};
+use dimsart_link::protocol::{DeviceInfo, MAX_FRAME_BYTES, Receiver, Request, answer, encode_request};
 use dimsart_modules::ALL;
 use libfuzzer_sys::fuzz_target;
 

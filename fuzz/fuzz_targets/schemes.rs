@@ -4,9 +4,9 @@
 use std::cell::RefCell;
 
 use dimsart_core::limits::DEFAULT_WORDS;
-use dimsart_link::saved_scheme::{self, Writer, fingerprint};
 use dimsart_core::{Dimsart, Tick, Word, scheme};
 use dimsart_fuzz::{SIDES, arm, controller};
+use dimsart_link::saved_scheme::{self, Writer, fingerprint};
 use dimsart_modules::ALL;
 use libfuzzer_sys::fuzz_target;
 

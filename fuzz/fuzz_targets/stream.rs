@@ -1,8 +1,8 @@
 //! Bytes of a UART: whatever came before it, the next good frame is found; and every content fits a frame.
 #![no_main]
 
-use dimsart_link::carrier::stream::{MAX_FRAME_BYTES, StreamReceiver, encode};
 use dimsart_core::envelope::MAX_CONTENT_BYTES;
+use dimsart_link::carrier::stream::{MAX_FRAME_BYTES, StreamReceiver, encode};
 use libfuzzer_sys::fuzz_target;
 
 const NEXT: &[u8] = &[3, 1, 0, 0, 7];

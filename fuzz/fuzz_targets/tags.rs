@@ -1,8 +1,8 @@
 //! Authenticated contents and requests: nothing is taken that was not sealed with the key.
 #![no_main]
 
-use dimsart_link::auth::{Guard, Key, Line, Opener, Profile};
 use dimsart_core::envelope::MAX_CONTENT_BYTES;
+use dimsart_link::auth::{Guard, Key, Line, Opener, Profile};
 use dimsart_link::protocol::{Gate, MAX_FRAME_BYTES, Taken};
 use libfuzzer_sys::fuzz_target;
 

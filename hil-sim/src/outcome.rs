@@ -1,16 +1,20 @@
-//! The figures of a run, for people and for programs.
+//! The figures of a run, for people and for programs: what its [observers](crate::observer) found.
 
 use serde::Serialize;
 
 use crate::bilateral::linear_loop::LinearLoop;
 use crate::bus::Traffic;
-use crate::limit_cycle::LimitCycle;
+pub use crate::observer::limit_cycles::LimitCycle;
+pub use crate::observer::perceived::PerceivedStiffness;
+pub use crate::observer::reception::Received;
+pub use crate::observer::saturation::Saturation;
+pub use crate::response::{Border, LoopFigures};
 
-/// What a run came to; printed whole by `--json`.
+/// The figures of a run; `--json` prints all of them.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Outcome {
-    /// Whether no linear loop grows, every position, force and wave stayed in its declared range, none grew without bound,
-    /// and no axis went on swinging in contact by a hundredth of its motion or on and off the wall.
+    /// Whether every loop is stable, all signals stayed in their declared range, none grew without bound, and no axis kept
+    /// oscillating by more than a hundredth of its motion.
     pub stable: bool,
     /// Ticks that were run.
     pub ticks: u64,
@@ -20,28 +24,35 @@ pub struct Outcome {
     pub wall_s: f64,
     /// Virtual time over the time it took.
     pub realtime_factor: f64,
-    /// Smallest energy in the channel of any axis over the run, `J`: below 0, the channel was not passive. None
-    /// when no tick was run, when there are no waves, and when one side only was run: it takes those of both.
+    /// Minimum energy in the channel of any axis over the run, `J`: below 0, the channel was not passive. None
+    /// where it is not observed, when there are no waves, and when one station only was run: it takes those of both.
     pub energy_min_j: Option<f64>,
-    /// Smallest energy that the robots gave controllers and line on any axis over the run, `J`: below 0, these gave out
-    /// more than they got, they are active. None for one side alone.
+    /// Minimum energy that the devices gave controllers and links on any axis, `J`; below 0 these are active. None where
+    /// a reference moves, for it brings energy, and for one station alone.
     pub energy_ports_min_j: Option<f64>,
-    /// The linear loops, guided, free and in contact, by their largest eigenvalues; empty for one side alone.
+    /// The linear loops of two stations, guided, free and in contact, by their largest eigenvalues.
     pub loops: Vec<LinearLoop>,
-    /// What went on swinging in contact though nothing moved it.
+    /// Sustained oscillations of what nothing moved any more.
     pub limit_cycles: Vec<LimitCycle>,
-    /// Bound of how fast rounding lets a hand in contact creep, `m/h`; none where a side has no waves.
+    /// Bound of how fast rounding lets a hand in contact creep, `m/h`; none where a station has no waves.
     pub rounding_creep_m_per_h: Option<f64>,
     /// Ticks there and back: the link's as measured, and on top the samples of the delay modules on the way.
-    /// None when nothing came back, or when one side was run and the other one's scheme is not known.
+    /// None when nothing came back, and when one station was run and the other one's scheme is not known.
     pub round_trip_ticks: Option<u32>,
     /// Perceived stiffness by axis, `N/m`; none for an axis that was not in settled contact.
     pub k_perceived_n_per_m: Vec<Option<f64>>,
     /// The static chain's stiffness for the measured round trip, by axis, `N/m`.
     pub k_predicted_n_per_m: Vec<Option<f64>>,
-    /// The same, an object per axis.
+    /// What each axis came to.
     pub axes: Vec<AxisOutcome>,
-    /// What the simulated media came to; empty over an ideal carrier and for one side alone.
+    /// What hands feel of what other devices meet.
+    pub perceived: Vec<PerceivedStiffness>,
+    /// How long actuators were saturated; those that never were are left out.
+    pub saturated: Vec<Saturation>,
+    /// Where theory has a coupling of two robots become unstable, or active; `None` where no theory is known.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub theory: Option<Border>,
+    /// What the simulated media came to.
     pub media: Vec<Traffic>,
     /// What the receivers missed, by station.
     pub received: Vec<Received>,
@@ -53,54 +64,111 @@ pub struct Outcome {
     pub refused_packets: u64,
     /// What went wrong, in words.
     pub faults: Vec<String>,
+    /// What cannot be decided, and what a decision needs; the run is not reported as stable.
+    pub undecided: Vec<String>,
     /// What makes figures mean less than they seem to, in words.
     pub warnings: Vec<String>,
-    /// None unless one side was run in real time.
+    /// None unless one station was run in real time.
     pub real_time: Option<RealTime>,
+    /// Whether the run reached its end.
+    #[serde(skip)]
+    pub is_complete: bool,
 }
 
-/// What the clock and the other process did to one side's run.
+/// What an axis came to.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct AxisOutcome {
+    /// The device.
+    pub device: String,
+    /// The axis, from 0.
+    pub axis: usize,
+    /// How it followed a reference, if it had one.
+    #[serde(flatten)]
+    pub following: Option<Following>,
+    /// How stiff a hand felt what it met, if it was to meet something.
+    #[serde(flatten)]
+    pub contact: Option<ContactStiffness>,
+    /// The loop around it, as it stands at the start; none when it is not linear there.
+    #[serde(flatten)]
+    pub loop_figures: Option<LoopFigures>,
+    /// Growth per tick of a disturbance while every axis is held by its wall; none without one, and when nothing is left
+    /// of it.
+    pub contact_growth_per_tick: Option<f64>,
+}
+
+/// How an axis followed one of its references. Figures of a step are of the first one, until something else moves the
+/// axis.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+pub struct Following {
+    /// What it was to follow.
+    pub reference: &'static str,
+    /// Unit of the errors.
+    pub unit: &'static str,
+    /// From a tenth to nine tenths of the step, `s`; none without a step, or when it has not come that far.
+    pub rise_time_s: Option<f64>,
+    /// By which part of the step it went too far at most; none without a step.
+    pub overshoot: Option<f64>,
+    /// From the step until it stays within 2 % of it, `s`; none when it does not.
+    pub settling_time_s: Option<f64>,
+    /// Root of the mean square of the error.
+    pub rms_error: f64,
+    /// Maximum of the error's size.
+    pub peak_error: f64,
+}
+
+/// Stiffness that a hand perceives of an obstacle, and what theory predicts.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+pub struct ContactStiffness {
+    /// Perceived stiffness in the settled contact, `N/m`; none when not in contact.
+    pub k_perceived_n_per_m: Option<f64>,
+    /// The static chain's stiffness, `N/m`.
+    pub k_predicted_n_per_m: Option<f64>,
+}
+
+/// What the clock did to the run of one station.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct RealTime {
-    /// The side that was run here.
-    pub side: &'static str,
+    /// The station that was run here.
+    pub side: String,
     /// Ticks that came more than a period late.
     pub late_ticks: u64,
     /// How late the latest tick came, `s`.
     pub worst_lateness_s: f64,
 }
 
-/// What a station made of the packets that were sent to it.
-#[derive(Debug, Clone, PartialEq, Eq, Serialize)]
-pub struct Received {
-    /// Its name.
-    pub station: String,
-    /// Packets that were missing when a newer one came.
-    pub lost: u32,
-    /// Packets that came together with a newer one: a tick uses one.
-    pub superseded: u32,
-    /// Packets refused: damaged, old, repeated, or of another content.
-    pub refused: u32,
-}
-
-impl Received {
-    /// Lost, superseded and refused packets of all.
-    #[must_use]
-    pub fn sums(received: &[Self]) -> [u64; 3] {
-        let sum = |count: fn(&Self) -> u32| received.iter().map(|each| u64::from(count(each))).sum();
-        [sum(|each| each.lost), sum(|each| each.superseded), sum(|each| each.refused)]
+impl Default for Outcome {
+    /// Of a run in which nothing has happened yet: stable.
+    fn default() -> Self {
+        Self {
+            stable: true,
+            ticks: 0,
+            simulated_s: 0.0,
+            wall_s: 0.0,
+            realtime_factor: 0.0,
+            energy_min_j: None,
+            energy_ports_min_j: None,
+            loops: Vec::new(),
+            limit_cycles: Vec::new(),
+            rounding_creep_m_per_h: None,
+            round_trip_ticks: None,
+            k_perceived_n_per_m: Vec::new(),
+            k_predicted_n_per_m: Vec::new(),
+            axes: Vec::new(),
+            perceived: Vec::new(),
+            saturated: Vec::new(),
+            theory: None,
+            media: Vec::new(),
+            received: Vec::new(),
+            lost_packets: 0,
+            superseded_packets: 0,
+            refused_packets: 0,
+            faults: Vec::new(),
+            undecided: Vec::new(),
+            warnings: Vec::new(),
+            real_time: None,
+            is_complete: false,
+        }
     }
-}
-
-/// What a run came to on one axis.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
-pub struct AxisOutcome {
-    /// The axis, from 0.
-    pub axis: usize,
-    /// Perceived stiffness in the settled contact, `N/m`; none when not in contact.
-    pub k_perceived_n_per_m: Option<f64>,
-    /// The static chain's stiffness, `N/m`.
-    pub k_predicted_n_per_m: Option<f64>,
 }
 
 impl Outcome {
@@ -110,59 +178,17 @@ impl Outcome {
         self.realtime_factor = self.simulated_s / wall_s.max(f64::MIN_POSITIVE);
     }
 
-    /// The same with what the receivers missed.
-    #[must_use]
-    pub(crate) fn with_received(self, received: Vec<Received>) -> Self {
-        let [lost_packets, superseded_packets, refused_packets] = Received::sums(&received);
-        Self { received, lost_packets, superseded_packets, refused_packets, ..self }
+    /// Adds a fault of a run that is not stable.
+    pub(crate) fn fail(&mut self, fault: String) {
+        self.stable = false;
+        self.faults.push(fault);
     }
 
-    /// The same where no stiffness can be predicted.
-    #[must_use]
-    pub(crate) fn without_prediction(mut self) -> Self {
+    /// Takes back the predicted stiffness of all axes.
+    pub(crate) fn predict_nothing(&mut self) {
         self.k_predicted_n_per_m.fill(None);
-        for axis in &mut self.axes {
-            axis.k_predicted_n_per_m = None;
-        }
-        self
-    }
-
-    /// The figures; what follows from others is worked out.
-    #[expect(clippy::too_many_arguments, reason = "the fields, one by one")]
-    #[must_use]
-    pub fn new(
-        ticks: u64,
-        simulated_s: f64,
-        wall_s: f64,
-        stable: bool,
-        energy_min_j: Option<f64>,
-        round_trip_ticks: Option<u32>,
-        axes: Vec<AxisOutcome>,
-        faults: Vec<String>,
-    ) -> Self {
-        Self {
-            stable,
-            ticks,
-            simulated_s,
-            wall_s,
-            realtime_factor: simulated_s / wall_s.max(f64::MIN_POSITIVE),
-            energy_min_j,
-            energy_ports_min_j: None,
-            loops: Vec::new(),
-            limit_cycles: Vec::new(),
-            rounding_creep_m_per_h: None,
-            round_trip_ticks,
-            k_perceived_n_per_m: axes.iter().map(|axis| axis.k_perceived_n_per_m).collect(),
-            k_predicted_n_per_m: axes.iter().map(|axis| axis.k_predicted_n_per_m).collect(),
-            axes,
-            media: Vec::new(),
-            received: Vec::new(),
-            lost_packets: 0,
-            superseded_packets: 0,
-            refused_packets: 0,
-            faults,
-            warnings: Vec::new(),
-            real_time: None,
+        for contact in self.axes.iter_mut().filter_map(|axis| axis.contact.as_mut()) {
+            contact.k_predicted_n_per_m = None;
         }
     }
 }

@@ -11,10 +11,12 @@ mod arrivals;
 mod guarded;
 mod inputs;
 mod probe;
+mod remote;
 mod trace;
 
 pub use inputs::Inputs;
 pub use probe::Probe;
+pub use remote::{RemoteController, RemoteError};
 pub use trace::TickTrace;
 
 use dimsart_core::envelope::Class;
@@ -23,7 +25,6 @@ use dimsart_link::auth::{AuthError, Guard};
 
 use crate::bus::MediumReport;
 use crate::bus::time::tick_seconds;
-use crate::emulated::{Board, EmulatedError};
 use crate::link::{Carried, Link, TransitTicks};
 use crate::plant::Plant;
 use arrivals::Arrivals;
@@ -48,8 +49,8 @@ pub struct Station {
     /// What the last tick came to.
     pub last_tick: Tick,
     every_ticks: u64,
-    board: Option<Box<Board>>,
-    trouble: Option<EmulatedError>,
+    remote: Option<Box<dyn RemoteController>>,
+    trouble: Option<RemoteError>,
     guarded: Option<Guarded>,
     /// Whether something with a tag came in where no guard is.
     is_tagged: bool,
@@ -86,7 +87,7 @@ impl Station {
             plant,
             last_tick: Tick::Idle,
             every_ticks: 1,
-            board: None,
+            remote: None,
             trouble: None,
             guarded: None,
             is_tagged: false,
@@ -144,18 +145,18 @@ impl Station {
         self.sensed.get(place).copied()
     }
 
-    /// Lets a board that was [started](Board::start) with this station's controller be the controller, and the guard
-    /// of its link if it has a key.
-    pub fn move_to(&mut self, board: Board) {
+    /// Lets a board that was started with this station's controller be the controller, and the guard of its link if it has
+    /// a key.
+    pub fn move_to(&mut self, board: impl RemoteController + 'static) {
         if board.is_authenticated() {
             self.guarded = None;
         }
-        self.board = Some(Box::new(board));
+        self.remote = Some(Box::new(board));
     }
 
     /// The board that the controller runs on; none when it runs here.
-    pub fn board_mut(&mut self) -> Option<&mut Board> {
-        self.board.as_deref_mut()
+    pub fn board_mut(&mut self) -> Option<&mut (dyn RemoteController + 'static)> {
+        self.remote.as_deref_mut()
     }
 
     /// Has every tick of the controller traced from now on, if it runs here.
@@ -172,7 +173,7 @@ impl Station {
     /// Keeps what goes into the controller from now on. Not of a board that authenticates its links by itself: what comes
     /// in there is opened by nobody else.
     pub fn keep_inputs(&mut self) {
-        let is_open = !self.board.as_ref().is_some_and(|board| board.is_authenticated());
+        let is_open = !self.remote.as_ref().is_some_and(|remote| remote.is_authenticated());
         self.inputs = is_open.then(Inputs::default);
     }
 
@@ -258,15 +259,15 @@ impl Station {
     fn takes_packet(&self, link: usize, packet: &Packet) -> bool {
         let is_guarded = self.guarded.as_ref().is_some_and(|guarded| guarded.link == link);
         let is_looked_at =
-            is_guarded || self.board.is_some() || self.trace.is_some() || self.inputs.is_some();
+            is_guarded || self.remote.is_some() || self.trace.is_some() || self.inputs.is_some();
         !is_looked_at && packet.channel == self.dimsart.listening_channel(link) && packet.counter != 0
     }
 
     fn receive_bytes(&mut self, tick: u64, link: usize, bytes: &[u8]) {
-        let Self { guarded, board, dimsart, is_tagged, trace, inputs, arrivals, .. } = self;
+        let Self { guarded, remote, dimsart, is_tagged, trace, inputs, arrivals, .. } = self;
         let listening_channel = dimsart.listening_channel(link);
-        let mut give = |content: &[u8]| match board {
-            Some(board) => board.receive(link, content),
+        let mut give = |content: &[u8]| match remote {
+            Some(remote) => remote.receive(link, content),
             // What is refused is counted by the controller.
             None => {
                 if let Some(trace) = trace {
@@ -291,7 +292,7 @@ impl Station {
     }
 
     fn send(&mut self, link: usize, mut carry: impl FnMut(Carried)) {
-        let Self { guarded, board, dimsart, trace, .. } = self;
+        let Self { guarded, remote, dimsart, trace, .. } = self;
         let mut guarded = guarded.as_mut().filter(|guarded| guarded.link == link);
         if let Some(guarded) = &mut guarded {
             guarded.tick();
@@ -301,8 +302,8 @@ impl Station {
             Some(guarded) => guarded.seal(&content.into_bytes(), |bytes| carry(bytes.into())),
             None => carry(content),
         };
-        match board {
-            Some(board) => board.outgoing(link).map(Carried::from).for_each(carry),
+        match remote {
+            Some(remote) => remote.outgoing(link).map(Carried::from).for_each(carry),
             None => {
                 if let Some(packet) = dimsart.outgoing(link) {
                     trace.iter_mut().for_each(|trace| trace.sent.push((link, packet.clone())));
@@ -326,12 +327,12 @@ impl Station {
         }
         self.inputs.iter_mut().for_each(|inputs| self.measured.clone_into(&mut inputs.measured));
         self.dimsart.allow_motion(self.is_motion_allowed);
-        self.last_tick = match &mut self.board {
+        self.last_tick = match &mut self.remote {
             None => match &mut self.trace {
                 None => self.dimsart.tick(&self.measured, &mut self.commanded),
                 Some(trace) => self.dimsart.tick_observed(&self.measured, &mut self.commanded, trace),
             },
-            Some(board) => match board.tick(&self.measured, &mut self.commanded, &mut self.dimsart) {
+            Some(remote) => match remote.tick(&self.measured, &mut self.commanded, &mut self.dimsart) {
                 Ok(tick) => tick,
                 Err(trouble) => {
                     self.commanded.fill(Word(0));
@@ -465,7 +466,7 @@ impl Rig {
     }
 
     /// Takes what went wrong with the board of a station, by the station's name; its device then gets no force.
-    pub fn trouble(&mut self) -> Option<(String, EmulatedError)> {
+    pub fn trouble(&mut self) -> Option<(String, RemoteError)> {
         let taken =
             |station: &mut Station| station.trouble.take().map(|trouble| (station.name.clone(), trouble));
         self.stations.iter_mut().find_map(taken)

@@ -31,6 +31,8 @@ mod data_type;
 mod device;
 mod error;
 mod moves;
+mod parameter;
+pub(crate) mod part;
 mod read;
 mod set;
 
@@ -49,6 +51,8 @@ pub use error::RigFileError;
 pub use moves::{
     Chirp, ExperimentSection, HAND, LOAD, MinimumJerk, MoveSection, Prbs, Ramp, SamplesFile, Sine, Step,
 };
+pub use parameter::ParameterSection;
+pub use part::Part;
 
 use crate::scenario::RecordSection;
 
@@ -80,6 +84,9 @@ pub struct RigFile {
     /// Of every controller, `s`.
     #[serde(default = "millisecond")]
     pub sample_period_s: f64,
+    /// Short names for keys that are set together.
+    #[serde(rename = "parameter", default, skip_serializing_if = "Vec::is_empty")]
+    pub parameters: Vec<ParameterSection>,
     /// Types of the Data Base beside the catalogue.
     #[serde(rename = "type", default, skip_serializing_if = "Vec::is_empty")]
     pub types: Vec<TypeSection>,
@@ -130,7 +137,8 @@ impl RigFile {
         SHIPPED.iter().find(|(known, _)| *known == name).map(|(_, text)| *text)
     }
 
-    /// The file at `path` with each of `sets` (`device.joint.axis.0.plant.load.inertia=0.02`) over it.
+    /// The file at `path` with each of `sets` (`device.joint.axis.0.plant.load.inertia=0.02`, or the name of a
+    /// [parameter](ParameterSection)) over it.
     ///
     /// # Errors
     /// A file that cannot be read or is not TOML, a key that does not exist, a value that its key does not take; or
@@ -150,7 +158,8 @@ impl RigFile {
         let own = read::read(text, name)?.completed(folder.clone());
         let is_sound = own.problems().is_empty();
         let file = if sets.is_empty() { own } else { set::apply_all(text, own, sets)?.completed(folder) };
-        let problems = file.problems();
+        let mut problems = file.problems();
+        problems.extend(parameter::problems(&file.parameters, text));
         if problems.is_empty() {
             return Ok(file);
         }

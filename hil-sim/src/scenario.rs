@@ -15,10 +15,10 @@ pub use error::{Origin, ScenarioError};
 pub use reference::{Key, SHIPPED};
 
 use crate::link::Address;
+use crate::observer::watch::Ranges;
 use crate::plant::{
     DeviceParameters, EnvironmentKind, Environments, MotorParameters, Obstacle, ParameterError,
 };
-use crate::watch::Ranges;
 use change::Change;
 use dimsart_core::limits::MAX_DOF;
 use serde::{Deserialize, Serialize};

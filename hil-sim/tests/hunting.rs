@@ -1,7 +1,7 @@
 //! Friction hunting: what is said of a joint that never comes to rest, beside what its recorded position does.
 #![expect(clippy::unwrap_used, clippy::indexing_slicing, reason = "in helpers of tests as in tests")]
 
-use hil_sim::response::{self, Run};
+use hil_sim::experiment::{self, Run};
 use hil_sim::rig_file::RigFile;
 
 fn run(plant: &str, [k, i, d]: [f64; 3], duration_s: f64) -> Run {
@@ -30,7 +30,7 @@ fn run(plant: &str, [k, i, d]: [f64; 3], duration_s: f64) -> Run {
     );
     let folder = tempfile::tempdir().unwrap();
     std::fs::write(folder.path().join("law.scheme"), rows).unwrap();
-    response::run(&RigFile::read(&text, "test", folder.path().to_owned(), &[]).unwrap()).unwrap()
+    experiment::run(&RigFile::read(&text, "test", folder.path().to_owned(), &[]).unwrap()).unwrap()
 }
 
 /// Width of the recorded position over a part of the run.

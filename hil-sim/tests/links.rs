@@ -6,7 +6,7 @@ mod cases;
 use std::sync::atomic::AtomicBool;
 
 use cases::{CASES, errors, off};
-use hil_sim::bilateral::Experiment;
+use hil_sim::experiment::Experiment;
 use hil_sim::scenario::Scenario;
 
 #[test]

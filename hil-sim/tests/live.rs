@@ -12,7 +12,8 @@ use std::path::PathBuf;
 use dimsart_core::{Command, Tick, types};
 use dimsart_link::protocol::{LeaseAction, MAX_FRAME_BYTES, Request, encode_request, request_id};
 use hil_sim::pipe::Pipe;
-use hil_sim::response::{LiveRig, Part};
+use hil_sim::response::LiveRig;
+use hil_sim::rig_file::Part;
 use hil_sim::rig_file::{MoveSection, RigFile, SHIPPED};
 use std::io::Write;
 

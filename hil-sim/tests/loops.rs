@@ -6,7 +6,8 @@
 use std::f64::consts::PI;
 use std::path::PathBuf;
 
-use hil_sim::response::{self, LoopFigures, Outcome};
+use hil_sim::experiment;
+use hil_sim::outcome::{LoopFigures, Outcome};
 use hil_sim::rig_file::RigFile;
 use nalgebra::{Complex, DMatrix, DVector, Schur};
 
@@ -87,7 +88,7 @@ impl Loop {
         let folder = tempfile::tempdir().unwrap();
         std::fs::write(folder.path().join("loop.scheme"), rows).unwrap();
         let file = RigFile::read(&text, "test", folder.path().to_owned(), &[]).unwrap();
-        response::run(&file).unwrap().outcome
+        experiment::run(&file).unwrap().outcome
     }
 
     fn figures(&self) -> LoopFigures {
@@ -358,7 +359,7 @@ fn bandwidth_is_that_from_reference_to_position() {
             step = { at_s = 0.0, size = 0.001 }
         "#;
         let file = RigFile::read(text, "test", folder.path().to_owned(), &[]).unwrap();
-        response::run(&file).unwrap().outcome.axes[0].loop_figures.unwrap().bandwidth_hz
+        experiment::run(&file).unwrap().outcome.axes[0].loop_figures.unwrap().bandwidth_hz
     };
     assert_close(scheme("IMPEDANCE_MOD"), 4.96, 2e-3, "impedance");
     // The continuous loop's: w² = (-(D² - 2JK) + sqrt((D² - 2JK)² + 4 J² K²)) / 2J², a little more with half a tick of hold.
@@ -393,7 +394,7 @@ fn saturation_that_alternates_in_sign_is_not_stable_without_margins() {
     let rows = "all PIDCTRL_MOD K_PARAM 3000\nall PIDCTRL_MOD D_PARAM 100\nall MOD_ENG MOD_ON PIDCTRL_MOD\nall MOD_ENG MATCHING_CHECK";
     std::fs::write(folder.path().join("loop.scheme"), rows).unwrap();
     let file = RigFile::read(text, "test", PathBuf::from(folder.path()), &[]).unwrap();
-    let outcome = response::run(&file).unwrap().outcome;
+    let outcome = experiment::run(&file).unwrap().outcome;
     let is_told = outcome.faults.iter().any(|fault| fault.contains("alternates between its limits"));
     assert!(!outcome.stable && is_told, "{outcome:?}");
 }

@@ -3,7 +3,7 @@
 
 use std::path::PathBuf;
 
-use hil_sim::response;
+use hil_sim::experiment;
 use hil_sim::rig_file::RigFile;
 
 const RATIO: f64 = 10.0;
@@ -52,7 +52,7 @@ fn motor() -> String {
 
 /// The last row of the recorded signals.
 fn last(text: &str) -> Vec<f64> {
-    let run = response::run(&RigFile::read(text, "test", PathBuf::new(), &[]).unwrap()).unwrap();
+    let run = experiment::run(&RigFile::read(text, "test", PathBuf::new(), &[]).unwrap()).unwrap();
     assert!(run.outcome.stable, "{:?}", run.outcome.faults);
     run.recording.rows().last().unwrap().to_vec()
 }

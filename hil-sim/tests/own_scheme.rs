@@ -4,7 +4,8 @@
 use std::fs;
 use std::sync::atomic::AtomicBool;
 
-use hil_sim::bilateral::Experiment;
+use hil_sim::bilateral::round_trip_ticks;
+use hil_sim::experiment::Experiment;
 use hil_sim::outcome::Outcome;
 use hil_sim::scenario::Scenario;
 
@@ -44,7 +45,7 @@ fn run(scheme: &str, settings: &[&str]) -> Result<Outcome, String> {
         own.into_iter().chain(settings.iter().map(|text| (*text).to_owned())).collect();
     let scenario = Scenario::load(None, &settings).unwrap();
     let experiment = Experiment::new(&scenario).map_err(|error| error.to_string())?;
-    let expected_ticks = experiment.round_trip_ticks();
+    let expected_ticks = Some(round_trip_ticks(&scenario).unwrap());
     let outcome = experiment.run(&AtomicBool::new(false), |_| {}).outcome;
     assert!(outcome.stable, "{:?}", outcome.faults);
     assert_eq!(outcome.round_trip_ticks, expected_ticks, "as measured and as planned");
@@ -59,7 +60,7 @@ fn chain(master: f64, impedance_ns_per_m: f64, ticks: u32, slave: f64) -> f64 {
 
 fn feels(outcome: &Outcome, expected: [f64; 2]) {
     for (axis, expected) in outcome.axes.iter().zip(expected) {
-        for found in [axis.k_perceived_n_per_m, axis.k_predicted_n_per_m] {
+        for found in [axis.contact.unwrap().k_perceived_n_per_m, axis.contact.unwrap().k_predicted_n_per_m] {
             let error = found.unwrap() / expected - 1.0;
             assert!(error.abs() < 1e-4, "axis {}: {found:?} instead of {expected}", axis.axis);
         }

@@ -4,9 +4,11 @@
 use std::path::PathBuf;
 use std::sync::atomic::AtomicBool;
 
+use hil_sim::experiment::{Experiment, Run};
 use hil_sim::identify;
-use hil_sim::response::{Experiment, Outcome, Run};
+use hil_sim::outcome::Outcome;
 use hil_sim::rig_file::{RigFile, SHIPPED};
+use hil_sim::scenario::Scenario;
 
 fn read(text: &str) -> RigFile {
     RigFile::read(text, "test", PathBuf::new(), &[]).unwrap()
@@ -104,7 +106,7 @@ fn a_sampled_loop_goes_as_its_exact_solution_with_any_delay() {
 fn the_figures_of_a_step_are_those_of_the_recorded_curve() {
     let run = SchemeFile::new(PD).run(&pd_rig(1.0));
     let positions = column(&run, "world", "drive.position");
-    let axis = &run.outcome.axes[0];
+    let axis = run.outcome.axes[0].following.unwrap();
     let first = |share: f64| positions.iter().position(|x| *x >= share * 0.5).unwrap() as f64;
     assert!((axis.rise_time_s.unwrap() - 1e-3 * (first(0.9) - first(0.1))).abs() < 1e-3);
     let most = positions.iter().copied().fold(0.0, f64::max);
@@ -246,8 +248,12 @@ fn a_device_follows_another_one_over_a_link() {
     };
     for delay_ticks in [1_u32, 40] {
         let run = scheme.run(&rig(delay_ticks));
-        let names: Vec<_> =
-            run.outcome.axes.iter().map(|axis| (axis.device.as_str(), axis.axis, axis.unit)).collect();
+        let names: Vec<_> = run
+            .outcome
+            .axes
+            .iter()
+            .map(|axis| (axis.device.as_str(), axis.axis, axis.following.unwrap().unit))
+            .collect();
         assert_eq!(names, [("lead", 0, "m"), ("follow", 0, "m"), ("follow", 1, "rad")]);
         assert!(run.outcome.stable && run.outcome.lost_packets == 0, "{:?}", run.outcome);
         // At an even speed, one is behind by the link and by its own lag, (damping + 0)/K of the speed.
@@ -521,5 +527,55 @@ fn the_shipped_experiment_identifies_its_joint_within_half_a_percent() {
         // What is 0 is inside of its interval, or small beside the weight.
         let allowed = if truth > 0.0 { 0.005 * truth } else { 0.01 };
         assert!((value - truth).abs() < allowed, "{quantity:?}: {value} ± {half_width} instead of {truth}");
+    }
+}
+
+/// Its parameters have the names of the bilateral scenario, and set what they say.
+#[test]
+fn the_telerobot_takes_the_keys_of_the_bilateral_scenario() {
+    let text = RigFile::shipped("telerobot").unwrap();
+    let read = |sets: &[&str]| {
+        let sets: Vec<String> = sets.iter().map(|set| (*set).to_owned()).collect();
+        RigFile::read(text, "telerobot", PathBuf::new(), &sets)
+    };
+    let keys: Vec<String> = Scenario::keys().into_iter().map(|key| key.path).collect();
+    for parameter in read(&[]).unwrap().parameters {
+        let is_own = ["scheme", "link.delay_ticks"].contains(&parameter.name.as_str());
+        assert!(is_own || keys.contains(&parameter.name), "{}", parameter.name);
+    }
+    let file = read(&["link.delay_ticks=7", "wall.stiffness_n_per_m=1e4", "master.stiffness_n_per_m=2000"]);
+    let file = file.unwrap();
+    assert_eq!(file.links.iter().map(|link| link.carrier.delay_ticks).collect::<Vec<_>>(), [7, 7]);
+    assert!((file.devices[1].axes[0].wall.as_ref().unwrap().stiffness - 1e4).abs() < 1e-9);
+    let settings = file.controllers[0].settings();
+    assert_eq!((settings.len(), settings[0].value.as_str()), (1, "2000"));
+    assert!(Experiment::new(&file).is_ok());
+    // The settings in effect give the same file again.
+    let again = RigFile::read(&file.to_toml(), "again", PathBuf::new(), &[]).unwrap();
+    assert_eq!(again.links, file.links);
+    for (set, expected) in [
+        ("link.loss=2", "`link.loss` cannot be 2; give it a number from 0 to 1"),
+        ("wall.stiffnes_n_per_m=1", "did you mean `wall.stiffness_n_per_m`?"),
+    ] {
+        let error = read(&[set]).unwrap_err().to_string();
+        assert!(error.contains(expected), "{error}");
+    }
+}
+
+#[test]
+fn a_wrong_parameter_is_refused_with_its_name() {
+    let text = RigFile::shipped("joint").unwrap();
+    for (parameter, expected) in [
+        ("name = 'load', keys = []", "parameter 'load': it sets nothing"),
+        ("name = 'duration_s', keys = ['seed']", "parameter 'duration_s': there is a key of this name"),
+        (
+            "name = 'load', keys = ['device.joint.delay']",
+            "parameter 'load': there is no key `device.joint.delay`",
+        ),
+        ("name = 'load', keys = ['device.drive.delay_ticks']", "parameter 'load': `device` is a list"),
+    ] {
+        let text = format!("parameter = [{{ {parameter} }}]\n{text}");
+        let error = RigFile::read(&text, "wrong", PathBuf::new(), &[]).unwrap_err().to_string();
+        assert!(error.contains(expected), "{error}");
     }
 }

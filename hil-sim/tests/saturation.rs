@@ -1,7 +1,7 @@
 //! Actuators at their range and rate: what they get, how controllers recover, and what a run reports.
 #![expect(clippy::unwrap_used, reason = "in helpers of tests as in tests")]
 
-use hil_sim::response::{self, Run};
+use hil_sim::experiment::{self, Run};
 use hil_sim::rig_file::RigFile;
 
 /// The shipped joint's gains with another row instead of its limit, of 24 N m by its motor: it is to go to 4 rad for 6 s, with
@@ -27,7 +27,7 @@ fn against_the_stop(row: &str) -> Run {
 fn run(rig: &str, scheme: &str) -> Run {
     let folder = tempfile::tempdir().unwrap();
     std::fs::write(folder.path().join("law.scheme"), scheme).unwrap();
-    response::run(&RigFile::read(rig, "test", folder.path().to_owned(), &[]).unwrap()).unwrap()
+    experiment::run(&RigFile::read(rig, "test", folder.path().to_owned(), &[]).unwrap()).unwrap()
 }
 
 fn column(run: &Run, group: &str, name: &str) -> Vec<f64> {

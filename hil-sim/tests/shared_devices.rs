@@ -3,7 +3,7 @@
 
 use std::path::PathBuf;
 
-use hil_sim::response::{Run, run};
+use hil_sim::experiment::{Run, run};
 use hil_sim::rig_file::RigFile;
 
 fn read(name: &str, sets: &[&str]) -> RigFile {

@@ -7,7 +7,7 @@
 )]
 
 use dimsart_core::DataType;
-use hil_sim::bilateral::Experiment;
+use hil_sim::experiment::Experiment;
 use hil_sim::plant::{Axis, AxisWise, DeviceParameters, Environment, Law, Role};
 use hil_sim::rig::Rig;
 use hil_sim::scenario::Scenario;

@@ -3,7 +3,7 @@
 
 use std::f64::consts::PI;
 
-use hil_sim::bilateral::energy::ChannelEnergy;
+use hil_sim::observer::channel_energy::ChannelEnergy;
 use hil_sim::plant::Environment;
 use rand_core::SeedableRng;
 use rand_pcg::Pcg64Mcg;

@@ -3,8 +3,8 @@
 
 use std::sync::atomic::AtomicBool;
 
-use hil_sim::bilateral::Experiment;
 use hil_sim::bilateral::linear_loop::Held;
+use hil_sim::experiment::Experiment;
 use hil_sim::outcome::Outcome;
 
 use crate::loops::scenario;

@@ -6,8 +6,8 @@ use std::f64::consts::PI;
 use std::sync::atomic::AtomicBool;
 
 use dimsart_core::types;
-use hil_sim::bilateral::Experiment;
-use hil_sim::bilateral::energy::ChannelEnergy;
+use hil_sim::experiment::Experiment;
+use hil_sim::observer::channel_energy::ChannelEnergy;
 use hil_sim::plant::{AxisWise, SpringParameters};
 use hil_sim::rig::Rig;
 

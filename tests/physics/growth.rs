@@ -3,12 +3,12 @@
 
 use std::sync::atomic::AtomicBool;
 
-use hil_sim::bilateral::Experiment;
 use hil_sim::bilateral::linear_loop::LinearLoop;
+use hil_sim::experiment::Experiment;
+use hil_sim::observer::watch::{Alarm, Watch};
 use hil_sim::outcome::Outcome;
 use hil_sim::rig::Rig;
 use hil_sim::scenario::{LimitsSection, Scenario};
-use hil_sim::watch::{Alarm, Watch};
 
 use crate::loops::{delays, scenario};
 use crate::stability::{held, nudge};

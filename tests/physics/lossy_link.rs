@@ -5,8 +5,8 @@ use std::f64::consts::PI;
 use std::sync::atomic::AtomicBool;
 
 use dimsart_core::{DataType, types};
-use hil_sim::bilateral::energy::ChannelEnergy;
-use hil_sim::bilateral::{Experiment, Run};
+use hil_sim::experiment::{Experiment, Run};
+use hil_sim::observer::channel_energy::ChannelEnergy;
 
 use crate::loops::{MASTER, SLAVE, TICK_S, axis, delays, push, rig, scenario, signal};
 

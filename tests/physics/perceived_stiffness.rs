@@ -4,7 +4,7 @@
 use std::sync::atomic::AtomicBool;
 
 use dimsart_core::types;
-use hil_sim::bilateral::{Experiment, Run};
+use hil_sim::experiment::{Experiment, Run};
 use hil_sim::plant::{WallParameters, WallSide};
 
 use crate::loops::{MASTER, SLAVE, axis, delays, push, rig, scenario, signal};
@@ -84,8 +84,10 @@ fn a_run_waits_until_a_soft_wall_has_settled() {
         let settings = format!("dof=1 wall.stiffness_n_per_m={wall_n_per_m} {}", delays(1, 1));
         let experiment = Experiment::new(&scenario(&settings)).unwrap();
         let outcome = experiment.run(&AtomicBool::new(false), |_| ()).outcome;
-        let [perceived, predicted] =
-            [outcome.axes[0].k_perceived_n_per_m, outcome.axes[0].k_predicted_n_per_m];
+        let [perceived, predicted] = [
+            outcome.axes[0].contact.unwrap().k_perceived_n_per_m,
+            outcome.axes[0].contact.unwrap().k_predicted_n_per_m,
+        ];
         let error = perceived.unwrap() / predicted.unwrap() - 1.0;
         assert!(error.abs() < 1e-4, "wall of {wall_n_per_m} N/m: {perceived:?} instead of {predicted:?} N/m");
     }
@@ -106,11 +108,17 @@ fn a_run_reports_round_trip_and_perceived_stiffness() {
         assert_eq!(outcome.round_trip_ticks, Some(round_trip_ticks));
         assert!(outcome.energy_min_j.is_some_and(|energy_j| energy_j >= 0.0), "{:?} J", outcome.energy_min_j);
         for axis in outcome.axes.get(..2).unwrap() {
-            for found in [axis.k_perceived_n_per_m, axis.k_predicted_n_per_m] {
+            for found in
+                [axis.contact.unwrap().k_perceived_n_per_m, axis.contact.unwrap().k_predicted_n_per_m]
+            {
                 let found = found.unwrap();
                 assert!((found / expected - 1.0).abs() < 1e-4, "{found} N/m instead of {expected} N/m");
             }
         }
-        assert_eq!(outcome.axes[2].k_perceived_n_per_m, None, "the third axis stays away from the wall");
+        assert_eq!(
+            outcome.axes[2].contact.unwrap().k_perceived_n_per_m,
+            None,
+            "the third axis stays away from the wall"
+        );
     }
 }

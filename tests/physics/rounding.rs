@@ -1,7 +1,7 @@
 //! What rounding does to a hand that leans on the wall for long.
 
-use hil_sim::bilateral::creep::by_rounding_m_per_s;
-use hil_sim::response;
+use hil_sim::experiment;
+use hil_sim::observer::creep::by_rounding_m_per_s;
 use hil_sim::rig_file::RigFile;
 use hil_sim::schemes::BUILT_IN;
 
@@ -32,7 +32,7 @@ fn a_hand_in_contact_creeps_by_less_than_the_bound_of_rounding() {
         });
         std::fs::write(folder.path().join("own.scheme"), rows.collect::<Vec<_>>().join("\n")).unwrap();
         let file = RigFile::read(RIG, "rounding", folder.path().to_owned(), &[]).unwrap();
-        let run = response::run(&file).unwrap();
+        let run = experiment::run(&file).unwrap();
         let column = |source: &str, signal: &str| -> Vec<f64> {
             run.recording.column(run.recording.find(source, signal, Some(0)).unwrap()).collect()
         };

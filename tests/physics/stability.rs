@@ -8,7 +8,7 @@ use std::f64::consts::PI;
 use std::sync::atomic::AtomicBool;
 
 use dimsart_core::types;
-use hil_sim::bilateral::{Experiment, Run};
+use hil_sim::experiment::{Experiment, Run};
 use hil_sim::plant::{Environment, SpringParameters};
 use hil_sim::rig::Rig;
 

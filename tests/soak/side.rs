@@ -1,7 +1,7 @@
 //! A side of the experiment that is ticked by a clock of its own.
 
 use dimsart_core::{Packet, Reason, Tick, TypeRef, Word, types};
-use hil_sim::bilateral::Experiment;
+use hil_sim::experiment::Experiment;
 use hil_sim::plant::{
     Axis, AxisWise, DeviceParameters, Environment, HandParameters, HandPhase, Plant, WallParameters,
 };

@@ -10,8 +10,9 @@ use std::path::{Path, PathBuf};
 use cycles::timing::{Column, Timing};
 use dimsart::cycles::{Firmware, Setup, UNIT, measure};
 use dimsart_core::{Packet, is_newer};
-use hil_sim::bilateral::{Experiment, Side};
+use hil_sim::bilateral::Side;
 use hil_sim::emulated::FOLDER_VARIABLE;
+use hil_sim::experiment::Experiment;
 use hil_sim::rig::{Station, TickTrace};
 use hil_sim::scenario::Scenario;
 

@@ -10,7 +10,7 @@ use serde::Serialize;
 use super::output::{say, text_table};
 use super::{Ending, UsageError};
 use crate::report::{self, BusTimeline};
-use hil_sim::bilateral::Experiment;
+use hil_sim::bilateral::words_of_one_axis;
 use hil_sim::bus::can::{CanParameters, Format};
 use hil_sim::bus_plan::{BusFigures, BusPlan, MAX_JOINTS};
 use hil_sim::scenario::{CarrierKind, Scenario};
@@ -118,7 +118,7 @@ impl Bus {
     fn plan(&self, scenario: &Scenario) -> Result<BusPlan, Box<dyn std::error::Error>> {
         let [words_to_joint, words_from_joint] = match self.words {
             Some(words) => [words; 2],
-            None => Experiment::words_of_one_axis(scenario)?,
+            None => words_of_one_axis(scenario)?,
         };
         let frames = self.carrier.unwrap_or(match scenario.link.carrier {
             CarrierKind::Can => Frames::Can,
@@ -146,7 +146,7 @@ impl Bus {
 
 /// Whether a path or name is of a rig, be it a right one or not.
 fn is_rig(path: &Path) -> bool {
-    !matches!(super::run::rig::read_rig(path), Ok(None))
+    !matches!(crate::subject::read_rig(path), Ok(None))
 }
 
 fn print(out: &mut dyn Write, plan: &BusPlan, figures: &BusFigures) -> std::io::Result<()> {

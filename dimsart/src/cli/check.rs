@@ -18,8 +18,9 @@ use target::Target;
 use super::controllers::{DOF, PERIOD_S};
 use super::{Ending, UsageError};
 use hil_sim::bilateral::{Side, device, settings};
+use hil_sim::experiment::Experiment;
 use hil_sim::first_packet::first_packet;
-use hil_sim::response::{Experiment, LoadedController, loaded_controllers};
+use hil_sim::response::{LoadedController, loaded_controllers};
 use hil_sim::rig::SimulatedDimsart;
 use hil_sim::rig_file::{AxisUnit, DeviceSection, RigFile, SHIPPED};
 use hil_sim::scenario::Scenario;
@@ -100,7 +101,7 @@ impl Check {
         let target =
             self.board.as_deref().map(|board| Target::find(board, self.image.as_deref())).transpose()?;
         let path = Path::new(&self.scheme);
-        let verdicts = match super::run::rig::read_rig(path)? {
+        let verdicts = match crate::subject::read_rig(path)? {
             Some(file) => self.check_rig(file, target.as_ref()),
             None if path.extension().is_some_and(|extension| extension == "toml") => {
                 self.check_scenario(target.as_ref())

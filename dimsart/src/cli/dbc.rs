@@ -52,7 +52,7 @@ Rows that give a scheme its channels, above the MOD_ON rows of these modules:
 
 impl Dbc {
     pub(super) fn execute(self, out: &mut impl Write) -> Ending {
-        let messages = match super::run::rig::read_rig(Path::new(&self.scheme))? {
+        let messages = match crate::subject::read_rig(Path::new(&self.scheme))? {
             Some(file) => self.of_rig(&file)?,
             None => self.of_scheme()?,
         };

@@ -11,15 +11,15 @@ use clap::Args;
 use serde::Serialize;
 
 use super::output::{say, text_table};
-use super::run::rig;
 use super::{Ending, UsageError};
 use crate::report::{self, Bode};
+use crate::subject;
+use hil_sim::experiment;
 use hil_sim::identify::{
     Estimate, Experiment, ForceIs, FrequencyPoint, Identified, Quantity, arm_truth, frequency_response,
     identify, truth,
 };
 use hil_sim::plant::{ArmParameters, ParameterError};
-use hil_sim::response;
 use hil_sim::rig_file::{AxisUnit, DeviceSection, RigFile};
 
 /// Estimate inertia, friction and weight of a joint, and draw its frequency response.
@@ -116,7 +116,7 @@ struct Answer<'a> {
 
 impl Identify {
     pub(super) fn execute(self, out: &mut impl Write) -> Ending {
-        let joints = match rig::read(Some(&self.source), &self.sets)? {
+        let joints = match subject::read(Some(&self.source), &self.sets)? {
             Some(file) => self.run(&file)?,
             None => self.read(&self.source)?,
         };
@@ -175,7 +175,7 @@ impl Identify {
         let device = device.ok_or_else(|| UsageError("the rig has no such device".to_owned()))?;
         let axes = self.axes(device.coupled_axes());
         let is_measured = device.measures.iter().any(|measured| measured == "FORCE");
-        let run = response::Experiment::new(file)?.run(&AtomicBool::new(false), |_| ());
+        let run = experiment::Experiment::new(file)?.run(&AtomicBool::new(false), |_| ());
         let column = |signal: &str, axis: usize| {
             let place = run.recording.find(found.name(), signal, Some(axis));
             let missing = || UsageError(format!("the run recorded no {signal} of axis {axis}: measure it"));

@@ -1,7 +1,5 @@
 //! `dimsart run`: runs a scenario and writes its report.
 
-pub(super) mod rig;
-
 use std::error::Error;
 use std::fs::File;
 use std::io::Write;
@@ -16,16 +14,17 @@ use indicatif::{ProgressBar, ProgressStyle};
 
 use super::line::seconds;
 use super::output::say;
-use super::{Ending, NOT_STABLE, summary};
-use crate::pictures::bilateral::{FILE_STEMS, figures};
+use super::{Ending, NOT_STABLE, UsageError, summary};
 use crate::recorder_files::{self, RecorderFile};
 use crate::report::{
     self, BusTimeline, Report, ReportError, RunFacts, SignalsFile, SignalsFormat, SignalsKind, Written,
 };
+use crate::subject::Subject;
 use crate::tick_map::tick_maps;
-use hil_sim::bilateral::{self, Experiment, Side};
+use hil_sim::bilateral::{Side, one_side};
 use hil_sim::bus::time::seconds_ns;
 use hil_sim::emulated::{self, Image};
+use hil_sim::experiment::{self, Experiment, ExperimentError};
 use hil_sim::key_file;
 use hil_sim::rig::{Rig, Station};
 use hil_sim::rig_file::RigFile;
@@ -79,6 +78,8 @@ pub(super) struct Run {
 
 /// Time to remove the files of an emulator that was ended.
 const TO_CLEAN_UP: Duration = Duration::from_millis(500);
+/// From one look of a spinner to the next.
+const SPINNER: Duration = Duration::from_millis(100);
 
 /// Controllers that run on the target.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
@@ -89,11 +90,12 @@ enum TargetSide {
 }
 
 impl TargetSide {
-    fn sides(self) -> &'static [Side] {
+    /// Whether the controller of that name runs on it.
+    fn takes(self, name: &str) -> bool {
         match self {
-            Self::Master => &[Side::Master],
-            Self::Slave => &[Side::Slave],
-            Self::Both => &[Side::Master, Side::Slave],
+            Self::Master => name == Side::Master.name(),
+            Self::Slave => name == Side::Slave.name(),
+            Self::Both => true,
         }
     }
 }
@@ -165,11 +167,17 @@ impl Run {
             writeln!(out, "{}", rig.unwrap_or(scenario::SHIPPED).trim_end())?;
             return Ok(ExitCode::SUCCESS);
         }
-        if let Some(file) = rig::read(self.scenario.as_deref(), &self.sets)? {
-            return rig::run(&self, &file, out);
+        let subject = Subject::read(self.scenario.as_deref(), &self.sets)?;
+        if let Subject::Rig(_) = &subject
+            && (self.side.is_some() || self.target_side.is_some())
+        {
+            let reason = "--side and --target-side are for scenarios of two sides; of a rig, all controllers run here, or \
+                          with --target all of them as firmware";
+            return Err(UsageError(reason.to_owned()).into());
         }
-        let scenario = Scenario::load(self.scenario.as_deref(), &self.sets)?;
-        if let Some(warning) = scenario.link.key_file.as_deref().and_then(key_file::exposure) {
+        if let Subject::Scenario(scenario) = &subject
+            && let Some(warning) = scenario.link.key_file.as_deref().and_then(key_file::exposure)
+        {
             eprintln!("dimsart: warning: {warning}");
         }
         let begun = Instant::now();
@@ -179,7 +187,7 @@ impl Run {
             report::try_folder(&folder)?;
         }
         let stop = stop_on_interrupt()?;
-        let mut experiment = self.experiment(&scenario, &stop)?;
+        let mut experiment = self.experiment(&subject, &stop)?;
         if self.no_report {
             experiment = experiment.without_recording();
         }
@@ -190,11 +198,10 @@ impl Run {
         self.move_to_target(&mut experiment, &folder)?;
         let mut signals = None;
         if !self.no_report {
-            let (file, listener) = SignalsFile::create(
-                &folder,
-                &FILE_STEMS,
-                self.signals_format(scenario.to_toml(), experiment.rig_mut()),
-            )?;
+            let stems = subject.file_stems();
+            let stems: Vec<&str> = stems.iter().map(String::as_str).collect();
+            let format = self.signals_format(subject.settings_toml(), experiment.rig_mut());
+            let (file, listener) = SignalsFile::create(&folder, &stems, format)?;
             experiment.tell(listener);
             signals = Some(file);
         }
@@ -206,7 +213,7 @@ impl Run {
         let report = |signals: SignalsFile| {
             signals.finish()?;
             let recorders = write_recorders(&folder, &mut run.rig)?;
-            self.write_report(&folder, &scenario, &run, recorders, &stop)
+            self.write_report(&folder, &subject, &run, recorders, &stop)
         };
         let written = signals.map(report).transpose();
         run.outcome.set_wall_s(begun.elapsed().as_secs_f64());
@@ -247,12 +254,14 @@ impl Run {
         self.out.clone().unwrap_or_else(default)
     }
 
-    fn experiment(
-        &self,
-        scenario: &Scenario,
-        stop: &AtomicBool,
-    ) -> Result<Experiment, bilateral::ExperimentError> {
-        let Some(side) = self.side else { return Experiment::new(scenario) };
+    fn experiment(&self, subject: &Subject, stop: &AtomicBool) -> Result<Experiment, ExperimentError> {
+        let (Some(side), Subject::Scenario(scenario)) = (self.side, subject) else {
+            let spinner = ProgressBar::new_spinner().with_message("analysing every loop");
+            spinner.enable_steady_tick(SPINNER);
+            let experiment = Experiment::new(subject);
+            spinner.finish_and_clear();
+            return experiment;
+        };
         if !is_ideal(&scenario.link) {
             eprintln!(
                 "dimsart: note: two processes talk over a real link; link.carrier, delays, jitter, loss, duplication and \
@@ -266,10 +275,10 @@ impl Run {
             self.wait_s.as_secs_f64(),
             side.meeting_place(scenario),
         );
-        Experiment::one_side(scenario, side, self.wait_s, stop)
+        one_side(scenario, side, self.wait_s, stop)
     }
 
-    /// Starts the firmware of every side that is to run on the target. Its log goes beside the report.
+    /// Starts the firmware of every controller that is to run on the target. Its log goes beside the report.
     fn move_to_target(&self, experiment: &mut Experiment, folder: &Path) -> Result<(), Box<dyn Error>> {
         if self.target.is_none() {
             return Ok(());
@@ -279,10 +288,12 @@ impl Run {
             report::make_folder(folder)?;
         }
         emulated::share_one_processor();
-        for side in self.target_side.unwrap_or(TargetSide::Both).sides() {
-            let path = folder.join(format!("firmware-{}.log", side.name()));
+        let wanted = self.target_side.unwrap_or(TargetSide::Both);
+        let names = experiment.rig_mut().stations().iter().map(|station| station.name.clone());
+        for name in names.filter(|name| wanted.takes(name)).collect::<Vec<_>>() {
+            let path = folder.join(format!("firmware-{name}.log"));
             let log = (!self.no_report).then(|| File::create(path)).transpose()?;
-            experiment.emulate(*side, &image, log)?;
+            experiment.emulate(&name, &image, log)?;
         }
         Ok(())
     }
@@ -290,21 +301,20 @@ impl Run {
     fn write_report(
         &self,
         folder: &Path,
-        scenario: &Scenario,
-        run: &bilateral::Run,
+        subject: &Subject,
+        run: &experiment::Run,
         recorders: Vec<RecorderFile>,
         stop: &AtomicBool,
     ) -> Result<Written, ReportError> {
-        let sides = self.side.map_or("both sides", Side::name);
         let report = Report {
-            title: format!("Bilateral control over a delayed link: {sides}"),
+            title: subject.title(self.side),
             summary: summary::facts(&run.outcome),
             axes: summary::axes(&run.outcome),
-            faults: run.outcome.faults.clone(),
-            figures: figures(&run.recording, &run.phases, scenario, self.side),
+            faults: run.outcome.faults.iter().chain(&run.outcome.undecided).cloned().collect(),
+            figures: subject.figures(run, self.side),
             tick_maps: tick_maps(&run.rig),
-            bus: BusTimeline::of(&run.media, seconds_ns(scenario.sample_period_s)),
-            settings_toml: scenario.to_toml(),
+            bus: BusTimeline::of(&run.media, seconds_ns(subject.sample_period_s())),
+            settings_toml: subject.settings_toml(),
             recording: &run.recording,
             signals: self.signals,
             recorders,

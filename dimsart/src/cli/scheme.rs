@@ -41,7 +41,7 @@ Examples:
 
 impl Scheme {
     pub(super) fn execute(self, out: &mut impl Write) -> Ending {
-        if let Some(file) = super::run::rig::read_rig(Path::new(&self.scheme))? {
+        if let Some(file) = crate::subject::read_rig(Path::new(&self.scheme))? {
             if self.side.is_some() || self.dof.is_some() {
                 return Err(rig_says_itself("--side and --dof").into());
             }

@@ -10,13 +10,14 @@ use std::sync::mpsc::Sender;
 use clap::Args;
 use dimsart_link::protocol::DEFAULT_BAUD;
 
-use super::run::{rig, stop_on_interrupt};
+use super::run::stop_on_interrupt;
 use super::station::line_baud;
 use super::{Ending, UsageError};
 use crate::broker::{self, SIMULATED, SharedPort};
 use crate::connect::ConnectError;
 use crate::page::{Access, Hand, OpenLine, Page, Station};
 use crate::report::{RunFacts, SignalsFile, SignalsFormat};
+use crate::subject;
 use hil_sim::clock;
 use hil_sim::response::{Hold, LiveRig};
 use hil_sim::rig_file::RigFile;
@@ -89,7 +90,7 @@ impl Serve {
             self.share(&name, out)?;
         } else {
             let no_rig = || format!("{name} is no rig: it has no [[device]] (docs/rigs.md)");
-            self.simulate(&rig::read(Some(&self.what), &[])?.ok_or_else(no_rig)?, out)?;
+            self.simulate(&subject::read(Some(&self.what), &[])?.ok_or_else(no_rig)?, out)?;
         }
         Ok(ExitCode::SUCCESS)
     }

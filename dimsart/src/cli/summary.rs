@@ -6,9 +6,12 @@ use comfy_table::{CellAlignment, Table as TextTable};
 
 use super::output::text_table;
 use crate::report::{Fact, Table};
+use dimsart_core::types;
 use hil_sim::bus::Traffic;
-use hil_sim::limit_cycle::LimitCycle;
-use hil_sim::outcome::{AxisOutcome, Outcome, RealTime, Received};
+use hil_sim::outcome::{
+    AxisOutcome, ContactStiffness, LimitCycle, LoopFigures, Outcome, PerceivedStiffness, RealTime, Received,
+    Saturation,
+};
 
 /// Stands for a figure that is not there.
 const NONE: &str = "-";
@@ -22,11 +25,11 @@ pub(super) fn print(out: &mut dyn Write, outcome: &Outcome) -> io::Result<()> {
     for fault in &outcome.faults {
         writeln!(out, "fault: {fault}")?;
     }
-    Ok(())
+    outcome.undecided.iter().try_for_each(|undecided| writeln!(out, "{undecided}"))
 }
 
 /// What a run came to as a whole, and then what it came to on each axis.
-pub(super) fn print_tables(out: &mut dyn Write, facts: Vec<Fact>, axes: Table) -> io::Result<()> {
+fn print_tables(out: &mut dyn Write, facts: Vec<Fact>, axes: Table) -> io::Result<()> {
     let mut table = text_table();
     for fact in facts {
         table.add_row([fact.name, fact.value, fact.unit, fact.note]);
@@ -50,17 +53,16 @@ fn right_aligned(mut table: TextTable, columns: std::ops::Range<usize>) -> TextT
     table
 }
 
-pub(super) fn fact(name: &str, value: String, unit: &str, note: &str) -> Fact {
+fn fact(name: &str, value: String, unit: &str, note: &str) -> Fact {
     Fact { name: name.to_owned(), value, unit: unit.to_owned(), note: note.to_owned() }
 }
 
 /// What a run came to as a whole.
 pub(super) fn facts(outcome: &Outcome) -> Vec<Fact> {
-    let stable = if outcome.stable { "yes" } else { "NO" };
-    let range = if outcome.stable {
-        "every position, force and wave in its range, none grows"
-    } else {
-        "see the fault"
+    let (stable, note) = match outcome.stable {
+        true => ("yes", "all signals in range; no growth, no sustained oscillation"),
+        false if outcome.faults.is_empty() => ("undecided", "see below"),
+        false => ("NO", "see the fault"),
     };
     let ticks = format!("{} ticks", outcome.ticks);
     let factor = match outcome.realtime_factor {
@@ -68,14 +70,18 @@ pub(super) fn facts(outcome: &Outcome) -> Vec<Fact> {
         factor => format!("{factor:.0} times real time"),
     };
     let mut facts = vec![
-        fact("stable", stable.to_owned(), "", range),
+        fact("stable", stable.to_owned(), "", note),
         fact("simulated", format!("{:.3}", outcome.simulated_s), "s", &ticks),
         fact("took", format!("{:.3}", outcome.wall_s), "s", &factor),
-        round_trip(outcome),
     ];
-    match &outcome.real_time {
-        None => facts.push(channel_energy(outcome.energy_min_j)),
-        Some(real_time) => facts.extend(one_side(outcome, real_time)),
+    if has_contacts(outcome) {
+        facts.push(round_trip(outcome));
+        match &outcome.real_time {
+            None => facts.push(channel_energy(outcome.energy_min_j)),
+            Some(real_time) => facts.extend(one_side(outcome, real_time)),
+        }
+    } else {
+        facts.extend(outcome.perceived.iter().map(perceived));
     }
     facts.extend(outcome.energy_ports_min_j.map(port_energy));
     facts.extend(outcome.rounding_creep_m_per_h.map(|creep| {
@@ -87,13 +93,19 @@ pub(super) fn facts(outcome: &Outcome) -> Vec<Fact> {
         )
     }));
     facts.extend(limit_cycles(&outcome.limit_cycles));
+    facts.extend(outcome.saturated.iter().map(|found| saturated(found, outcome.simulated_s)));
     facts.extend(lost(&outcome.received));
     facts.extend(outcome.media.iter().map(medium));
     facts
 }
 
+/// Whether there is a table of what a hand perceives, axis by axis.
+fn has_contacts(outcome: &Outcome) -> bool {
+    outcome.axes.iter().any(|axis| axis.contact.is_some())
+}
+
 /// What controllers and line did with the robots' energy.
-pub(super) fn port_energy(energy_j: f64) -> Fact {
+fn port_energy(energy_j: f64) -> Fact {
     let (value, note) = match energy_j < 0.0 {
         true => (
             format!("{energy_j:.3e}"),
@@ -105,7 +117,7 @@ pub(super) fn port_energy(energy_j: f64) -> Fact {
 }
 
 /// What goes on swinging; none where nothing does.
-pub(super) fn limit_cycles(cycles: &[LimitCycle]) -> Option<Fact> {
+fn limit_cycles(cycles: &[LimitCycle]) -> Option<Fact> {
     let widest = cycles.iter().max_by(|a, b| a.amplitude.total_cmp(&b.amplitude))?;
     let LimitCycle { device, axis, hz, amplitude, .. } = widest;
     let note = format!(
@@ -115,7 +127,7 @@ pub(super) fn limit_cycles(cycles: &[LimitCycle]) -> Option<Fact> {
 }
 
 /// What did not arrive, at both ends; none where nothing is received.
-pub(super) fn lost(received: &[Received]) -> Option<Fact> {
+fn lost(received: &[Received]) -> Option<Fact> {
     let sum: u64 = received.iter().map(|received| u64::from(received.lost)).sum();
     let is_clean = |received: &&Received| received.lost + received.superseded + received.refused == 0;
     let clean: Vec<&str> =
@@ -134,7 +146,7 @@ pub(super) fn lost(received: &[Received]) -> Option<Fact> {
 }
 
 /// How full a medium was and what went wrong on it.
-pub(super) fn medium(traffic: &Traffic) -> Fact {
+fn medium(traffic: &Traffic) -> Fact {
     let Traffic { medium, load, packets, dropped, errors, bus_offs, longest_s } = traffic;
     let gone = if *bus_offs > 0 { format!(", {bus_offs} times bus-off") } else { String::new() };
     let note = format!(
@@ -142,6 +154,21 @@ pub(super) fn medium(traffic: &Traffic) -> Fact {
         1e3 * longest_s
     );
     fact(medium, format!("{:.1}", 100.0 * load), "%", &note)
+}
+
+fn saturated(found: &Saturation, simulated_s: f64) -> Fact {
+    let Saturation { device, axis, time_s } = found;
+    let share = 100.0 * time_s / simulated_s.max(f64::MIN_POSITIVE);
+    let note = format!("{share:.0} % of the run: commands beyond range or rate of axis {axis} of {device}");
+    fact("saturated", format!("{time_s:.3}"), "s", &note)
+}
+
+fn perceived(felt: &PerceivedStiffness) -> Fact {
+    let PerceivedStiffness { device, axis, met_by, unit, stiffness, unsettled } = felt;
+    let settled = unsettled.as_ref().map_or_else(String::new, |how| format!("; NOT settled: {how}"));
+    let note =
+        format!("by the hand on axis {axis} of {device}, from where {met_by} meets something{settled}");
+    fact("perceived stiffness", format!("{stiffness:.1}"), unit, &note)
 }
 
 fn round_trip(outcome: &Outcome) -> Fact {
@@ -184,7 +211,7 @@ fn one_side(outcome: &Outcome, real_time: &RealTime) -> Vec<Fact> {
             "perceived stiffness",
             NONE.to_owned(),
             "N/m",
-            match *side {
+            match side.as_str() {
                 "slave" => "not known on the slave: the operator perceives it at the master",
                 _ => "no axis came to a settled contact",
             },
@@ -195,18 +222,76 @@ fn one_side(outcome: &Outcome, real_time: &RealTime) -> Vec<Fact> {
 
 /// What it came to on each axis; no rows when one side alone measured nothing.
 pub(super) fn axes(outcome: &Outcome) -> Table {
+    if has_contacts(outcome) { contacts(outcome) } else { followings(outcome) }
+}
+
+/// What a hand perceived on each axis, beside what theory predicts.
+fn contacts(outcome: &Outcome) -> Table {
     let number = |value: Option<f64>| value.map_or(NONE.to_owned(), |value| format!("{value:.3}"));
     let row = |axis: &AxisOutcome| {
-        let (perceived, predicted) = (axis.k_perceived_n_per_m, axis.k_predicted_n_per_m);
+        let ContactStiffness { k_perceived_n_per_m: perceived, k_predicted_n_per_m: predicted } =
+            axis.contact?;
         let difference = match (perceived, predicted) {
             (Some(perceived), Some(predicted)) => format!("{:+.1e}", (perceived - predicted) / predicted),
             (Some(_), None) => NONE.to_owned(),
             (None, _) => "no settled contact".to_owned(),
         };
-        vec![axis.axis.to_string(), number(perceived), number(predicted), difference]
+        Some(vec![axis.axis.to_string(), number(perceived), number(predicted), difference])
     };
     let has_perceived = outcome.k_perceived_n_per_m.iter().any(Option::is_some);
     let shown = outcome.axes.iter().filter(|_| outcome.real_time.is_none() || has_perceived);
     let header = ["axis", "perceived stiffness (N/m)", "predicted (N/m)", "relative difference"];
-    Table { header: header.map(str::to_owned).to_vec(), rows: shown.map(row).collect() }
+    Table { header: header.map(str::to_owned).to_vec(), rows: shown.filter_map(row).collect() }
+}
+
+/// How each axis followed its references.
+fn followings(outcome: &Outcome) -> Table {
+    let header = [
+        "axis",
+        "follows",
+        "rise (s)",
+        "overshoot",
+        "settled (s)",
+        "rms error",
+        "peak error",
+        "phase margin",
+        "gain margin",
+        "bandwidth",
+    ];
+    let seconds = |time_s: Option<f64>| time_s.map_or(NONE.to_owned(), |time_s| format!("{time_s:.4}"));
+    let row = |axis: &AxisOutcome| {
+        let following = axis.following?;
+        let unit = following.unit;
+        let LoopFigures { phase_margin_deg, gain_margin, bandwidth_hz, .. } =
+            axis.loop_figures.unwrap_or_default();
+        let number = |value: Option<f64>, unit: &str| {
+            value.map_or(NONE.to_owned(), |value| format!("{value:.1}{unit}"))
+        };
+        Some(vec![
+            format!("{} {}", axis.device, axis.axis),
+            following.reference.to_owned(),
+            seconds(following.rise_time_s),
+            following.overshoot.map_or(NONE.to_owned(), |share| format!("{:.1} %", 100.0 * share)),
+            seconds(following.settling_time_s),
+            format!("{:.1e} {unit}", following.rms_error),
+            format!("{:.1e} {unit}", following.peak_error),
+            number(phase_margin_deg, "°"),
+            number(gain_margin, ""),
+            number(bandwidth_hz, " Hz"),
+        ])
+    };
+    let rows: Vec<Vec<String>> = outcome.axes.iter().filter_map(row).collect();
+    let is_usual = outcome
+        .axes
+        .iter()
+        .filter_map(|axis| axis.following)
+        .all(|following| following.reference == types::DES_POSITION.name);
+    // What says nothing takes no room.
+    let is_shown = |column: &usize| match column {
+        1 => !is_usual,
+        _ => rows.iter().any(|row| row.get(*column).is_some_and(|entry| entry != NONE)),
+    };
+    let shown: Vec<usize> = (0..header.len()).filter(is_shown).collect();
+    let pick = |row: &[String]| shown.iter().filter_map(|column| row.get(*column).cloned()).collect();
+    Table { header: pick(&header.map(str::to_owned)), rows: rows.iter().map(|row| pick(row)).collect() }
 }

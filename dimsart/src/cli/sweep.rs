@@ -13,8 +13,8 @@ use super::Ending;
 use super::output::say;
 use super::run::{stop_on_interrupt, style};
 use crate::report;
-use crate::sweep::{Grid, Shard, Subject, SweepFile, SweepTable, Values, map, sweep};
-use hil_sim::rig_file::RigFile;
+use crate::subject::Subject;
+use crate::sweep::{self, Grid, Shard, SweepFile, SweepTable, Values, map};
 
 /// Run a grid of settings on all cores, into one CSV and a map.
 #[derive(Debug, Args)]
@@ -104,51 +104,40 @@ impl Sweep {
         if self.merge {
             return self.merge(&grid, out);
         }
-        let shipped = self.file.as_deref().filter(|path| !path.exists());
-        let shipped = shipped.and_then(|path| Some((path.to_str()?, RigFile::shipped(path.to_str()?)?)));
-        let text = self.text();
-        let folder = self.file.as_deref().and_then(Path::parent).unwrap_or(Path::new(""));
-        let subject = match (&shipped, &text) {
-            (Some((name, text)), _) => Subject::Rig { name, text, folder: Path::new("") },
-            (None, Some(text)) if RigFile::is_one(text) => {
-                let name = self.file.as_deref().and_then(Path::to_str).unwrap_or_default();
-                Subject::Rig { name, text, folder }
-            }
-            _ => Subject::Scenario(self.file.as_deref()),
-        };
-        subject.check(&self.sets, &grid)?;
+        let path = self.file.as_deref();
+        sweep::check(path, &self.sets, &grid)?;
         report::make_folder(&self.out)?;
         // What only the grid completes has no settings of its own.
-        if let Ok(settings) = subject.settings_toml(&self.sets) {
-            self.keep_settings(&settings)?;
+        if let Ok(subject) = Subject::read(path, &self.sets) {
+            self.keep_settings(&subject.settings_toml())?;
         }
         let shard = self.shard.unwrap_or(Shard::WHOLE);
         let name = match self.shard {
             Some(Shard { number, of }) => format!("sweep-{number}-of-{of}.csv"),
             None => WHOLE_FILE.to_owned(),
         };
-        let path = self.out.join(name);
-        let mut file = SweepFile::open(&path, &grid)?;
+        let rows = self.out.join(name);
+        let mut file = SweepFile::open(&rows, &grid)?;
         let count = shard.points(&grid).count();
         let todo = shard.points(&grid).filter(|point| !file.has(&grid.values(*point))).count();
         let bar = ProgressBar::new(count as u64);
         bar.set_style(style("sweeping   [{bar:40}] {pos}/{len} points, {eta} left"));
         bar.set_position((count - todo) as u64);
         let stop = stop_on_interrupt()?;
-        let swept = sweep(&subject, &self.sets, &grid, shard, &mut file, &stop, || bar.inc(1));
+        let swept = sweep::sweep(path, &self.sets, &grid, shard, &mut file, &stop, || bar.inc(1));
         let was_stopped = stop.swap(false, Ordering::Relaxed);
         bar.finish_and_clear();
         swept?;
         let points = file.len().min(count);
         say(self.json, out, |text| {
-            writeln!(text, "{points} of {count} points are in {}", path.display())?;
+            writeln!(text, "{points} of {count} points are in {}", rows.display())?;
             if was_stopped { writeln!(text, "stopped; the same command goes on") } else { Ok(()) }
         })?;
         let map = match self.shard {
             Some(_) => None,
-            None => self.finish(&grid, SweepTable::read(&path)?.0, out)?,
+            None => self.finish(&grid, SweepTable::read(&rows)?.0, out)?,
         };
-        self.tell(&Done { file: &path, points, of: count, map }, out)
+        self.tell(&Done { file: &rows, points, of: count, map }, out)
     }
 
     /// Writes down what all points have in common; rows that are there must have the same in common.
@@ -170,10 +159,6 @@ impl Sweep {
             writeln!(out, "{}", serde_json::to_string(done)?)?;
         }
         Ok(ExitCode::SUCCESS)
-    }
-
-    fn text(&self) -> Option<String> {
-        self.file.as_deref().and_then(|path| std::fs::read_to_string(path).ok())
     }
 
     fn merge(&self, grid: &Grid, out: &mut impl Write) -> Ending {

@@ -9,7 +9,7 @@ use ::cycles::image::ImageError;
 use ::cycles::machine::MachineError;
 use dimsart_core::CommandError;
 
-use hil_sim::bilateral::ExperimentError;
+use hil_sim::experiment::ExperimentError;
 
 /// Why there are no figures.
 #[derive(Debug, thiserror::Error)]

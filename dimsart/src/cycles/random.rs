@@ -7,8 +7,8 @@ use dimsart_link::saved_scheme::{self, fingerprint_of};
 use dimsart_modules::ALL;
 
 use super::CyclesError;
-use hil_sim::bilateral::ExperimentError;
 use hil_sim::bus::Random;
+use hil_sim::experiment::ExperimentError;
 use hil_sim::rig::{SimulatedDimsart, TickTrace};
 
 /// Ticks after which the scheme starts anew: what is wild once can stay so.

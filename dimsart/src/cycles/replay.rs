@@ -15,7 +15,8 @@ use super::statistics::{Inputs, Statistics};
 use super::steady::channels;
 use super::worst::{Most, Worst};
 use super::{Controller, CyclesError, Figures, Firmware, UNIT};
-use hil_sim::bilateral::{Experiment, Side};
+use hil_sim::bilateral::Side;
+use hil_sim::experiment::Experiment;
 use hil_sim::rig::{Station, TickTrace};
 use hil_sim::scenario::Scenario;
 

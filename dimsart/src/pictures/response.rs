@@ -5,8 +5,7 @@ use dimsart_core::{DataType, types};
 
 use crate::report::{Curve, Figure, Panel};
 use hil_sim::recording::Recording;
-use hil_sim::response::Part;
-use hil_sim::rig_file::{AxisSection, DeviceSection, LinkSection, RigFile};
+use hil_sim::rig_file::{AxisSection, DeviceSection, LinkSection, Part, RigFile};
 
 /// Names of the figures' files of a rig, without what says their format.
 #[must_use]
@@ -178,9 +177,8 @@ fn panel(
 #[cfg(test)]
 mod tests {
     use std::path::PathBuf;
-    use std::sync::atomic::AtomicBool;
 
-    use hil_sim::response::Experiment;
+    use hil_sim::experiment::run;
 
     use super::*;
 
@@ -189,7 +187,7 @@ mod tests {
         let text = RigFile::shipped("phantom_tip").unwrap();
         let sets = ["duration_s=0.02".to_owned()];
         let file = RigFile::read(text, "phantom_tip", PathBuf::new(), &sets).unwrap();
-        let run = Experiment::new(&file).unwrap().run(&AtomicBool::new(false), |_| ());
+        let run = run(&file).unwrap();
         let figures = figures(&run.recording, &file);
         let stems: Vec<&str> = figures.iter().map(|figure| figure.file_stem.as_str()).collect();
         assert_eq!(stems, ["phantom_robot", "phantom", "robot"]);

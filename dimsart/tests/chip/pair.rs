@@ -73,8 +73,8 @@ pub(crate) fn stamped(
     )
     .unwrap();
     let settings = settings.iter().map(|(command, value)| Setting {
-        module: "COMM_RXMOD",
-        command,
+        module: "COMM_RXMOD".to_owned(),
+        command: (*command).to_owned(),
         value: (*value).to_owned(),
         key: (*command).to_owned(),
     });

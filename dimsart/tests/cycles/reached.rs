@@ -8,7 +8,7 @@ use cycles::declared::{Declared, Name};
 use cycles::reach;
 use cycles::timing::{Column, Profile, Timing};
 use dimsart::cycles::Steady;
-use hil_sim::bilateral::Experiment;
+use hil_sim::experiment::Experiment;
 use hil_sim::scenario::Scenario;
 
 use crate::common::{firmware_for_every_module, kinds};

@@ -10,7 +10,7 @@ use dimsart_link::protocol::{
     encode_request, request_id,
 };
 use dimsart_modules::ALL;
-use hil_sim::bilateral::{Experiment, Side};
+use hil_sim::experiment::Experiment;
 use hil_sim::scenario::Scenario;
 
 use crate::common::image;
@@ -36,7 +36,7 @@ struct Heard {
 fn run(bytes: &[u8]) -> Option<Heard> {
     let image = image()?;
     let mut experiment = Experiment::new(&Scenario::default()).unwrap();
-    experiment.emulate(Side::Master, &image, None).unwrap();
+    experiment.emulate("master", &image, None).unwrap();
     let rig = experiment.rig_mut();
     let mut heard = Heard { heartbeats: Vec::new(), answers: BTreeMap::new(), instructions: Vec::new() };
     let mut receiver = Receiver::new();
@@ -142,7 +142,7 @@ fn hears_the_device(name: &str, heard: &Heard) {
 fn a_host_in_lockstep_holds_the_lease_by_the_command_line() {
     let Some(image) = image() else { return };
     let mut experiment = Experiment::new(&Scenario::default()).unwrap();
-    experiment.emulate(Side::Slave, &image, None).unwrap();
+    experiment.emulate("slave", &image, None).unwrap();
     let rig = experiment.rig_mut();
     let mut receiver = Receiver::new();
     let mut leases = Vec::new();

@@ -11,8 +11,9 @@ use dimsart::connect::Device;
 use dimsart_core::{LinkState, Tick, types};
 use dimsart_link::auth::{Guard, Key, Line, Profile};
 use dimsart_link::protocol::{KeyRefusal, LeaseStatus, Receiver, Refusal, Response, decode_response};
-use hil_sim::bilateral::{Experiment, Run, Side};
+use hil_sim::bilateral::Side;
 use hil_sim::emulated::Image;
+use hil_sim::experiment::{Experiment, Run};
 use hil_sim::link::Stream;
 use hil_sim::rig::{Probe, Rig};
 use hil_sim::scenario::Scenario;
@@ -206,13 +207,13 @@ fn what_is_perceived_over_an_authenticated_link_of_a_board_is_what_is_perceived_
     let key = key_file(&folder, "a");
     let run = |mut experiment: Experiment, sides: &[Side]| -> Run {
         for side in sides {
-            experiment.emulate(*side, &image, None).unwrap();
+            experiment.emulate(side.name(), &image, None).unwrap();
         }
         let run = experiment.without_recording().run(&AtomicBool::new(false), |_| {});
         assert_eq!(run.outcome.faults, Vec::<String>::new(), "{sides:?}");
         run
     };
-    let perceived = |run: &Run| run.outcome.axes[0].k_perceived_n_per_m.unwrap();
+    let perceived = |run: &Run| run.outcome.axes[0].contact.unwrap().k_perceived_n_per_m.unwrap();
     let expected = perceived(&run(Experiment::new(&scenario(None)).unwrap(), &[]));
     for sides in [[Side::Slave].as_slice(), &[Side::Master, Side::Slave]] {
         let found = perceived(&run(Experiment::new(&scenario(Some(&key))).unwrap(), sides));
@@ -223,7 +224,7 @@ fn what_is_perceived_over_an_authenticated_link_of_a_board_is_what_is_perceived_
 /// The slave as a board with a key, the master here.
 fn with_slave(scenario: &Scenario, image: &Image) -> Experiment {
     let mut experiment = Experiment::new(scenario).unwrap();
-    experiment.emulate(Side::Slave, image, None).unwrap();
+    experiment.emulate("slave", image, None).unwrap();
     experiment
 }
 
@@ -246,7 +247,7 @@ fn a_board_does_not_follow_who_has_another_key() {
     let key = key_file(&folder, "a");
     let mut experiment = Experiment::new(&scenario(Some(&key))).unwrap();
     fs::write(&key, "b".repeat(32)).unwrap();
-    experiment.emulate(Side::Slave, &image, None).unwrap();
+    experiment.emulate("slave", &image, None).unwrap();
     let rig = experiment.rig_mut();
     let found = states(rig, 1000);
     let ok = [LinkState::Ok, LinkState::OkSomeLost].map(|state| state as u32);

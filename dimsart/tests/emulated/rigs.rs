@@ -1,7 +1,7 @@
 //! Rigs of any devices on emulated boards: what the firmware does is what the controllers here do.
 
 use dimsart::replay::replay;
-use hil_sim::response::{Experiment, Run};
+use hil_sim::experiment::{Experiment, Run};
 use hil_sim::rig_file::RigFile;
 use std::path::PathBuf;
 use std::process::Command;
@@ -20,7 +20,9 @@ fn a_rig_is_the_same_on_emulated_boards() {
         let run = |is_emulated: bool| {
             let mut experiment = Experiment::new(&file).unwrap();
             if is_emulated {
-                experiment.emulate(&image, |_| None).unwrap();
+                for controller in &file.controllers {
+                    experiment.emulate(controller.name(), &image, None).unwrap();
+                }
             }
             let run = experiment.run(&AtomicBool::new(false), |_| ());
             assert!(run.broken.is_none(), "{:?}", run.broken);

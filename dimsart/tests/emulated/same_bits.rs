@@ -6,8 +6,9 @@ use boards::BOARDS;
 use dimsart_core::KindId;
 use dimsart_core::{Tick, types};
 use dimsart_modules::{ALL, group_of};
-use hil_sim::bilateral::{Experiment, Side};
+use hil_sim::bilateral::Side;
 use hil_sim::emulated::BOARD;
+use hil_sim::experiment::Experiment;
 use hil_sim::rig::{Rig, Station};
 use hil_sim::scenario::Scenario;
 
@@ -44,7 +45,7 @@ fn more_packets_than_a_tick_takes_are_an_error_that_says_so() {
     let Some(image) = image() else { return };
     let scenario = Scenario::load(None, &["link.jitter_ticks=1000".to_owned()]).unwrap();
     let mut experiment = Experiment::new(&scenario).unwrap();
-    experiment.emulate(Side::Slave, &image, None).unwrap();
+    experiment.emulate("slave", &image, None).unwrap();
     let rig = experiment.rig_mut();
     let trouble = (0..TICKS).find_map(|_| {
         rig.step();
@@ -73,7 +74,7 @@ fn compare<const COUNT: usize>(ticks: u64, settings: [&str; COUNT]) -> Option<Ri
     let scenario = Scenario::load(None, &settings.map(str::to_owned)).unwrap();
     let [mut here, mut there] = [(); 2].map(|()| Experiment::new(&scenario).unwrap());
     for side in [Side::Master, Side::Slave] {
-        there.emulate(side, &image, None).unwrap();
+        there.emulate(side.name(), &image, None).unwrap();
     }
     let (here, mut there) = (here.rig_mut(), std::mem::replace(there.rig_mut(), Rig::new(1.0)));
     let (mut changed_ticks, mut last) = ([0; 2], [Vec::new(), Vec::new()]);

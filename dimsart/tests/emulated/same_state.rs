@@ -15,7 +15,7 @@ use cycles::machine::Machine;
 use cycles::timing::{Column, Profile, Timing};
 use dimsart::cycles::{Controller, Firmware};
 use dimsart_link::saved_scheme;
-use hil_sim::bilateral::Experiment;
+use hil_sim::experiment::Experiment;
 use hil_sim::rig::Station;
 use hil_sim::scenario::Scenario;
 

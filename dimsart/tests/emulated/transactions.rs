@@ -5,7 +5,7 @@ use dimsart_link::protocol::{
     MAX_FRAME_BYTES, Receiver, Request, Response, decode_response, encode_request, request_id,
 };
 use dimsart_modules::ALL;
-use hil_sim::bilateral::{Experiment, Side};
+use hil_sim::experiment::Experiment;
 use hil_sim::scenario::Scenario;
 use rand_core::{Rng, SeedableRng};
 use rand_pcg::Pcg32;
@@ -65,7 +65,7 @@ fn random_transactions_come_to_the_same_bits_and_answers_on_the_board() {
     let Some(image) = image() else { return };
     let scenario = Scenario::default();
     let [mut here, mut there] = [(); 2].map(|()| Experiment::new(&scenario).unwrap());
-    there.emulate(Side::Master, &image, None).unwrap();
+    there.emulate("master", &image, None).unwrap();
     let (here, there) = (here.rig_mut(), there.rig_mut());
     // The lease is asked for in the first tick.
     for rig in [&mut *here, &mut *there] {

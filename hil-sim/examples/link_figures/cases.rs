@@ -3,7 +3,7 @@
 use std::error::Error;
 use std::sync::atomic::AtomicBool;
 
-use hil_sim::bilateral::Experiment;
+use hil_sim::experiment::Experiment;
 use hil_sim::outcome::Outcome;
 use hil_sim::scenario::Scenario;
 

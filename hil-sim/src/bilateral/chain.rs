@@ -7,7 +7,7 @@ mod controller;
 mod delay;
 
 pub use controller::Controller;
-pub(super) use controller::{SimulatedEngine, chosen, real};
+pub(crate) use controller::{SimulatedEngine, chosen, real};
 
 use crate::plant::{Obstacle, ParameterError};
 use crate::scenario::Scenario;

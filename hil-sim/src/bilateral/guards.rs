@@ -3,8 +3,9 @@
 use dimsart_link::auth::{Guard, Key, Line, Profile};
 use dimsart_link::protocol::KeyBytes;
 
-use super::{ExperimentError, Side};
+use super::Side;
 use crate::emulated::BoardKey;
+use crate::experiment::ExperimentError;
 use crate::key_file::{self, KeyFileError};
 use crate::link::{Address, Channels, Ends};
 use crate::rig::{Rig, Station};
@@ -70,7 +71,7 @@ mod tests {
     use std::sync::atomic::AtomicBool;
 
     use super::*;
-    use crate::bilateral::Experiment;
+    use crate::experiment::Experiment;
 
     fn load(carrier: &str, key: Option<&std::path::Path>) -> (f64, u64) {
         let mut sets = vec![format!("link.carrier={carrier}"), "duration_s=0.5".to_owned()];

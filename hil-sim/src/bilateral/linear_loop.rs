@@ -6,11 +6,18 @@
 //! it, and what it does then is listened to: the second difference of both positions, of which a constant offset or speed
 //! leaves nothing. The largest eigenvalue is by how much that grows from tick to tick in the end.
 
+use core::ops::ControlFlow;
+use std::panic::resume_unwind;
+use std::thread::JoinHandle;
+
 use serde::Serialize;
 
+use super::Side;
 use super::station::{controller, station_held};
-use super::{ExperimentError, Side};
+use crate::experiment::ExperimentError;
 use crate::link::{Carrier, Ends};
+use crate::observer::Observer;
+use crate::outcome::Outcome;
 use crate::plant::{EnvironmentKind, HandPhase, RIGID_STIFFNESS_N_PER_M, SpringParameters};
 use crate::rig::{End, Rig};
 use crate::scenario::Scenario;
@@ -85,7 +92,7 @@ impl LinearLoop {
     }
 
     /// What is wrong with one that grows, in words.
-    pub(super) fn fault(&self, period_s: f64) -> Option<String> {
+    fn fault(&self, period_s: f64) -> Option<String> {
         let growth = self.growth_per_tick.filter(|_| self.grows())?;
         let doubles_s = period_s * core::f64::consts::LN_2 / libm::log(growth);
         let held = self.held.words();
@@ -93,17 +100,51 @@ impl LinearLoop {
     }
 
     /// Of one that is not told from either, in words.
-    pub(super) fn warning(&self) -> Option<String> {
+    fn warning(&self) -> Option<String> {
         let held = self.held.words();
         let text = format!("the loop {held} neither grows nor dies out within 1e-5 per tick: undecided");
         self.is_undecided().then_some(text)
     }
 }
 
+/// Works out the loops of a scenario on a thread of its own during the run.
+#[derive(Debug)]
+pub(super) struct Loops {
+    scenario: Scenario,
+    worked_out: Option<JoinHandle<Vec<LinearLoop>>>,
+}
+
+impl Loops {
+    pub(super) fn new(scenario: &Scenario) -> Self {
+        Self { scenario: scenario.clone(), worked_out: None }
+    }
+}
+
+impl Observer for Loops {
+    fn begin(&mut self) {
+        let scenario = self.scenario.clone();
+        // A scenario that makes an experiment makes its loops.
+        self.worked_out = Some(std::thread::spawn(move || linear_loops(&scenario).unwrap_or_default()));
+    }
+
+    fn observe(&mut self, _rig: &Rig) -> ControlFlow<()> {
+        ControlFlow::Continue(())
+    }
+
+    fn report(&mut self, rig: &Rig, outcome: &mut Outcome) {
+        let worked_out = self.worked_out.take().map(JoinHandle::join);
+        outcome.loops =
+            worked_out.map_or_else(Vec::new, |loops| loops.unwrap_or_else(|panic| resume_unwind(panic)));
+        outcome.faults.extend(outcome.loops.iter().filter_map(|one| one.fault(rig.period_s())));
+        outcome.warnings.extend(outcome.loops.iter().filter_map(LinearLoop::warning));
+        outcome.stable &= !outcome.loops.iter().any(LinearLoop::grows);
+    }
+}
+
 /// The loops of a scenario: guided, free, and in contact where there is something to meet.
 ///
 /// # Errors
-/// As [`Experiment::new`](super::Experiment::new).
+/// As [`Experiment::new`](crate::experiment::Experiment::new).
 pub fn linear_loops(scenario: &Scenario) -> Result<Vec<LinearLoop>, ExperimentError> {
     let meets = scenario.environment != EnvironmentKind::Nothing;
     let has_spring = scenario.hand.stiffness_n_per_m > 0.0;

@@ -3,8 +3,9 @@
 use dimsart_core::{AxisKind, DescriptorError, DeviceDescriptor, limits, types};
 use dimsart_modules::ALL;
 
-use super::{ExperimentError, Side};
+use super::Side;
 use crate::bilateral::phases::Phases;
+use crate::experiment::ExperimentError;
 use crate::plant::{Axis, AxisWise, Environment, HandParameters, HandPhase, ParameterError, Plant};
 use crate::rig::{SimulatedDimsart, Station};
 use crate::scenario::{Scenario, Stale, WaveForm};
@@ -35,7 +36,7 @@ fn joined(
     dimsart: Box<SimulatedDimsart>,
     plant: Result<Box<dyn Plant>, ParameterError>,
 ) -> Result<Station, ExperimentError> {
-    let plant = plant.map_err(|error| ExperimentError::Plant { side: side.name(), error })?;
+    let plant = plant.map_err(|error| ExperimentError::Plant { place: side.name().to_owned(), error })?;
     Ok(Station::new(side.name(), dimsart, plant))
 }
 
@@ -48,7 +49,8 @@ pub(super) fn controller(scenario: &Scenario, side: Side) -> Result<Box<Simulate
     let scheme = SchemeText::read(&side.section(scenario).scheme)?;
     let loaded = schemes::load(&scheme, side.name(), &settings(scenario, side), &mut dimsart);
     if !loaded.is_sound() {
-        return Err(ExperimentError::Scheme { name: scheme.name, side: side.name(), loaded });
+        let controller = format!("the {}", side.name());
+        return Err(ExperimentError::Scheme { name: scheme.name, controller, loaded });
     }
     Ok(dimsart)
 }
@@ -111,7 +113,12 @@ fn setting(
     value: Option<impl ToString>,
     key: String,
 ) -> Option<Setting> {
-    value.map(|value| Setting { module, command, value: value.to_string(), key })
+    value.map(|value| Setting {
+        module: module.to_owned(),
+        command: command.to_owned(),
+        value: value.to_string(),
+        key,
+    })
 }
 
 fn plant(

@@ -11,7 +11,7 @@ use dimsart_link::protocol::{
 use super::emulator::Emulator;
 use super::upload::{self, CLIENT, Layout};
 use super::{EmulatedError, Image, NS_PER_INSTRUCTION};
-use crate::rig::SimulatedDimsart;
+use crate::rig::{RemoteController, RemoteError, SimulatedDimsart};
 
 /// Ticks from one renewal of the lease to the next, half of what it lasts.
 const RENEWAL_TICKS: u32 = 100;
@@ -74,10 +74,11 @@ impl Board {
         let layout = upload::upload(&mut wire, copy, key)?;
         Ok(Self { wire, layout, ticks_to_renewal: 0, lease: LeaseAction::Take, began: None })
     }
+}
 
-    /// Gives a packet that came in over `link` to the next tick, which takes [`MAX_PACKETS`] at most: with more
-    /// of them it fails, for nothing is lost unsaid.
-    pub fn receive(&mut self, link: usize, bytes: &[u8]) {
+impl RemoteController for Board {
+    /// A tick takes [`MAX_PACKETS`] at most: with more of them it fails, so that no packet is lost silently.
+    fn receive(&mut self, link: usize, bytes: &[u8]) {
         if let Some(tag) = Tag::of_link(link) {
             let Wire { request, packets, has_room, .. } = &mut self.wire;
             *packets += 1;
@@ -85,12 +86,46 @@ impl Board {
         }
     }
 
-    /// One tick: the words that are measured there, those that are commanded back. `copy` holds the board's
-    /// Data Base afterwards.
-    ///
-    /// # Errors
-    /// [`EmulatedError`] when the board does not answer as it should; it is of no further use then.
-    pub fn tick(
+    fn tick(
+        &mut self,
+        measured: &[Word],
+        commanded: &mut [Word],
+        copy: &mut SimulatedDimsart,
+    ) -> Result<Tick, RemoteError> {
+        Ok(self.exchange(measured, commanded, copy)?)
+    }
+
+    fn is_authenticated(&self) -> bool {
+        self.wire.sealer.is_some()
+    }
+
+    fn outgoing(&self, link: usize) -> Box<dyn Iterator<Item = &[u8]> + '_> {
+        Box::new(self.wire.sections(move |tag| tag.link() == Some(link)))
+    }
+
+    /// To one in a hundred thousand: the emulator's time counts them.
+    fn instructions(&self) -> Option<u32> {
+        let [before, after, mask] = self.stamps()?;
+        instructions(after.wrapping_sub(before) & mask)
+    }
+
+    /// The exchange with the host among them; none before the second tick.
+    fn instructions_of_all(&self) -> Option<u32> {
+        let [before, _, mask] = self.stamps()?;
+        instructions(before.wrapping_sub(self.began?) & mask)
+    }
+
+    fn command_bytes(&self) -> Box<dyn Iterator<Item = &[u8]> + '_> {
+        Box::new(self.wire.sections(|tag| tag == Tag::Command))
+    }
+
+    fn send_command_bytes(&mut self, bytes: &[u8]) {
+        self.wire.send(Tag::Command, bytes);
+    }
+}
+
+impl Board {
+    fn exchange(
         &mut self,
         measured: &[Word],
         commanded: &mut [Word],
@@ -134,49 +169,12 @@ impl Board {
         self.ticks_to_renewal -= 1;
     }
 
-    /// Whether it authenticates its links by itself.
-    #[must_use]
-    pub fn is_authenticated(&self) -> bool {
-        self.wire.sealer.is_some()
-    }
-
-    /// The packets that the last tick left for `link`.
-    pub fn outgoing(&self, link: usize) -> impl Iterator<Item = &[u8]> {
-        self.wire.sections(move |tag| tag.link() == Some(link))
-    }
-
-    /// Instructions from reading the sensors to commanding the actuators in the last tick, to one in a hundred
-    /// thousand: the emulator's time counts them.
-    #[must_use]
-    pub fn instructions(&self) -> Option<u32> {
-        let [before, after, mask] = self.stamps()?;
-        instructions(after.wrapping_sub(before) & mask)
-    }
-
-    /// Instructions from the beginning of the tick before the last one to that of the last one: whatever the board did
-    /// meanwhile, the exchange with its host among it. None before the second tick.
-    #[must_use]
-    pub fn instructions_of_all(&self) -> Option<u32> {
-        let [before, _, mask] = self.stamps()?;
-        instructions(before.wrapping_sub(self.began?) & mask)
-    }
-
     /// The cycle counter before and after the last tick, and the bits of it that count.
     fn stamps(&self) -> Option<[u32; 3]> {
         let stamps = self.wire.sections(|tag| tag == Tag::Stamps).next()?;
         let mut cycles = words(stamps);
         let mask = u32::MAX.checked_shr(32 - u32::from(*stamps.get(8)?))?;
         Some([cycles.next()?, cycles.next()?, mask])
-    }
-
-    /// What came back on the command line in the last tick.
-    pub fn command_bytes(&self) -> impl Iterator<Item = &[u8]> {
-        self.wire.sections(|tag| tag == Tag::Command)
-    }
-
-    /// Puts bytes on the command line, for the next tick.
-    pub fn send_command_bytes(&mut self, bytes: &[u8]) {
-        self.wire.send(Tag::Command, bytes);
     }
 }
 

@@ -4,7 +4,7 @@ use dimsart_core::limits::MAX_DOF;
 
 use drive::DriveReading;
 
-use super::error::ResponseError;
+use crate::experiment::ExperimentError;
 use crate::plant::{Arm, Axes, DriveBus, Joint, JointParameters, Phantom, PhantomPort};
 use crate::rig_file::{AxisSection, DeviceSection};
 
@@ -44,11 +44,11 @@ impl Body {
     /// The plant of a device at rest, for ticks of `tick_s`.
     ///
     /// # Errors
-    /// [`ResponseError::Plant`] for one that cannot exist.
-    pub(super) fn new(section: &DeviceSection, tick_s: f64, seed: u64) -> Result<Self, ResponseError> {
-        let wrong = |axis| {
-            let device = section.name.clone();
-            move |error| ResponseError::Plant { device, axis, error }
+    /// [`ExperimentError::Plant`] for one that cannot exist.
+    pub(super) fn new(section: &DeviceSection, tick_s: f64, seed: u64) -> Result<Self, ExperimentError> {
+        let wrong = |axis: usize| {
+            let place = format!("device '{}', axis {axis}", section.name);
+            move |error| ExperimentError::Plant { place, error }
         };
         if !section.moves() {
             return Ok(Self::Joints(Vec::new()));

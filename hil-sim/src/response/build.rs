@@ -5,15 +5,15 @@ use std::sync::{Arc, Mutex};
 use dimsart_core::{AxisKind, CommandError, DataType, DeviceDescriptor, Explanation, InputLimits, types};
 use dimsart_modules::ALL;
 
-use super::ResponseError;
 use super::body::Body;
 use super::instrumented::{Instrumented, Output};
 use super::machine::{Axis, Machine};
 use super::moves::motions;
-use super::part::Part;
+use crate::experiment::ExperimentError;
 use crate::law::Law;
 use crate::link::{Buses, InProcess, Link, Route};
 use crate::rig::{End, Rig, SimulatedDimsart, Station};
+use crate::rig_file::part::Part;
 use crate::rig_file::{AxisSection, ControllerSection, DeviceSection, HAND, LOAD, LinkSection, RigFile};
 use crate::schemes::{self, Loaded, SIDES, SchemeText};
 
@@ -21,7 +21,7 @@ use crate::schemes::{self, Loaded, SIDES, SchemeText};
 const SPREAD: u64 = 0x9E37_79B9_7F4A_7C15;
 
 /// All devices with their controllers, and the links between them.
-pub(super) fn rig(file: &RigFile) -> Result<Rig, ResponseError> {
+pub(super) fn rig(file: &RigFile) -> Result<Rig, ExperimentError> {
     let mut rig = Rig::new(file.sample_period_s);
     let parts = Part::of_all(file);
     for device in &file.devices {
@@ -29,7 +29,7 @@ pub(super) fn rig(file: &RigFile) -> Result<Rig, ResponseError> {
         let machine = Arc::new(Mutex::new(machine(file, device, of_device.clone().count())?));
         of_device.try_for_each(|part| {
             rig.add(station(file, part, Arc::clone(&machine))?);
-            Ok::<_, ResponseError>(())
+            Ok::<_, ExperimentError>(())
         })?;
     }
     connect(file, &parts, &mut rig)?;
@@ -41,12 +41,12 @@ pub(super) fn machine(
     file: &RigFile,
     device: &DeviceSection,
     controllers: usize,
-) -> Result<Machine, ResponseError> {
+) -> Result<Machine, ExperimentError> {
     let body = Body::new(device, file.sample_period_s, file.seed)?;
     Ok(Machine::new(body, axes_of(file, device)?, device.delay_ticks, controllers))
 }
 
-fn connect(file: &RigFile, parts: &[Part<'_>], rig: &mut Rig) -> Result<(), ResponseError> {
+fn connect(file: &RigFile, parts: &[Part<'_>], rig: &mut Rig) -> Result<(), ExperimentError> {
     let mut buses = Buses::new(&file.buses, file.sample_period_s, file.seed, &file.folder)?;
     let mut taken: Vec<(&str, u16, &str)> = Vec::new();
     for (number, link) in (0..).zip(&file.links) {
@@ -64,13 +64,13 @@ fn connect(file: &RigFile, parts: &[Part<'_>], rig: &mut Rig) -> Result<(), Resp
                 let channel = receiver.map_or(0, |station| station.dimsart.listening_channel(end.link));
                 if buses.needs_channels(bus) {
                     if channel == 0 {
-                        return Err(ResponseError::NoChannel { from: from.clone(), to: to.clone() });
+                        return Err(ExperimentError::NoChannel { from: from.clone(), to: to.clone() });
                     }
                     if let Some((.., first)) =
                         taken.iter().find(|(known, used, _)| (*known, *used) == (bus, channel))
                     {
                         let [first, second] = [*first, to].map(ToOwned::to_owned);
-                        return Err(ResponseError::SameChannel { channel, first, second });
+                        return Err(ExperimentError::SameChannel { channel, first, second });
                     }
                     taken.push((bus, channel, to));
                 }
@@ -102,25 +102,26 @@ pub struct LoadedController {
 /// All controllers of a rig with their schemes, whether these match or not.
 ///
 /// # Errors
-/// [`ResponseError`] for a device that cannot be, or a scheme that cannot be read.
-pub fn loaded_controllers(file: &RigFile) -> Result<Vec<LoadedController>, ResponseError> {
+/// [`ExperimentError`] for a device that cannot be, or a scheme that cannot be read.
+pub fn loaded_controllers(file: &RigFile) -> Result<Vec<LoadedController>, ExperimentError> {
     Part::of_all(file).iter().map(|part| loaded_controller(file, part)).collect()
 }
 
-fn loaded_controller(file: &RigFile, part: &Part<'_>) -> Result<LoadedController, ResponseError> {
+fn loaded_controller(file: &RigFile, part: &Part<'_>) -> Result<LoadedController, ExperimentError> {
     let mut dimsart =
-        Box::new(SimulatedDimsart::new(descriptor(file, part)?, ALL).map_err(ResponseError::Storage)?);
+        Box::new(SimulatedDimsart::new(descriptor(file, part)?, ALL).map_err(ExperimentError::Storage)?);
     let sides: Vec<&str> =
         file.controllers.iter().map(ControllerSection::side).chain(SIDES.iter().copied()).collect();
     for (number, law) in (1..=u8::MAX).zip(&part.controller.laws) {
-        let refused = |what| ResponseError::Law { controller: part.name().to_owned(), what };
+        let refused = |what| ExperimentError::Law { controller: part.name().to_owned(), what };
         let path = file.folder.join(law);
         for command in Law::read(&path).map_err(refused)?.commands(number) {
             dimsart.command(command).map_err(|error| refused(format!("{law}: {}", told(&dimsart, error))))?;
         }
     }
     let scheme = SchemeText::read_from(&part.controller.scheme, &file.folder)?;
-    let loaded = schemes::load_for(&scheme, part.controller.side(), &sides, &[], &mut dimsart);
+    let loaded =
+        schemes::load_for(&scheme, part.controller.side(), &sides, &part.controller.settings(), &mut dimsart);
     Ok(LoadedController { name: part.name().to_owned(), scheme: scheme.name, dimsart, loaded })
 }
 
@@ -130,19 +131,24 @@ fn told(dimsart: &SimulatedDimsart, error: CommandError) -> String {
 }
 
 /// A controller, joined to its axes of a machine.
-fn station(file: &RigFile, part: &Part<'_>, machine: Arc<Mutex<Machine>>) -> Result<Station, ResponseError> {
+fn station(
+    file: &RigFile,
+    part: &Part<'_>,
+    machine: Arc<Mutex<Machine>>,
+) -> Result<Station, ExperimentError> {
     let Part { controller, device, axes } = part;
     let plant = Instrumented::new(machine, axes.clone(), outputs_of(file, part)?, device.moves());
     let LoadedController { name, scheme, dimsart, loaded } = loaded_controller(file, part)?;
     if !loaded.is_sound() {
-        return Err(ResponseError::Scheme { name: scheme, controller: name, loaded });
+        let controller = format!("the controller '{name}'");
+        return Err(ExperimentError::Scheme { name: scheme, controller, loaded });
     }
     let mut station = Station::new(part.name(), dimsart, Box::new(plant));
     station.step_every(controller.every_ticks);
     Ok(station)
 }
 
-fn descriptor(file: &RigFile, part: &Part<'_>) -> Result<DeviceDescriptor, ResponseError> {
+fn descriptor(file: &RigFile, part: &Part<'_>) -> Result<DeviceDescriptor, ExperimentError> {
     let kinds: Vec<AxisKind> = part.sections().map(|(_, axis)| part.device.kind(axis)).collect();
     // A descriptor lives as long as the program: on a board it is in flash.
     let leak = |names: &[String]| -> &'static [&'static DataType] {
@@ -155,7 +161,7 @@ fn descriptor(file: &RigFile, part: &Part<'_>) -> Result<DeviceDescriptor, Respo
         DeviceDescriptor::new(name, &kinds, sample_period_s, leak(&device.measures), leak(&device.takes));
     described
         .and_then(|described| described.with_limits(limits(part)))
-        .map_err(|error| ResponseError::Device { device: part.name().to_owned(), error })
+        .map_err(|error| ExperimentError::Device { device: part.name().to_owned(), error })
 }
 
 /// Range and rate of the actuators, for each type that the device takes.
@@ -174,7 +180,7 @@ fn limits(part: &Part<'_>) -> &'static [&'static [InputLimits]] {
     Vec::leak(part.device.takes.iter().map(of_type).collect())
 }
 
-fn axes_of(file: &RigFile, section: &DeviceSection) -> Result<Vec<Axis>, ResponseError> {
+fn axes_of(file: &RigFile, section: &DeviceSection) -> Result<Vec<Axis>, ExperimentError> {
     let axis = |(axis, of_axis): (usize, &AxisSection)| {
         let load = motions(file, &section.name, axis, LOAD)?;
         let hand = motions(file, &section.name, axis, HAND)?;
@@ -183,7 +189,7 @@ fn axes_of(file: &RigFile, section: &DeviceSection) -> Result<Vec<Axis>, Respons
     section.axes.iter().enumerate().map(axis).collect()
 }
 
-fn outputs_of(file: &RigFile, part: &Part<'_>) -> Result<Vec<Output>, ResponseError> {
+fn outputs_of(file: &RigFile, part: &Part<'_>) -> Result<Vec<Output>, ExperimentError> {
     let device = part.device;
     let output = |name: &String| {
         let data_type = file.data_type(name).unwrap_or(types::SIGNAL);
@@ -194,8 +200,8 @@ fn outputs_of(file: &RigFile, part: &Part<'_>) -> Result<Vec<Output>, ResponseEr
                 let mut parameters = of_axis.sensor.get(name).cloned().unwrap_or_default();
                 parameters.seed =
                     file.seed.wrapping_add(parameters.seed).wrapping_add(place).wrapping_mul(SPREAD);
-                let device = device.name.clone();
-                parameters.build().map_err(|error| ResponseError::Plant { device, axis, error })
+                let place = format!("device '{}', axis {axis}", device.name);
+                parameters.build().map_err(|error| ExperimentError::Plant { place, error })
             };
             let sensors: Result<Vec<_>, _> = part.sections().map(sensor).collect();
             return Ok(Output::Sensed(data_type, sensors?));

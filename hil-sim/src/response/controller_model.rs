@@ -9,7 +9,8 @@
 
 use nalgebra::Complex;
 
-use super::{ResponseError, build};
+use super::build;
+use crate::experiment::ExperimentError;
 use crate::rig::{Rig, Shown};
 use crate::rig_file::{LinkSection, RigFile};
 use dimsart_core::Tick;
@@ -85,7 +86,7 @@ impl<'f> Controllers<'f> {
     ///
     /// # Errors
     /// As the [experiment](super::Experiment::new)'s.
-    pub(super) fn new(file: &'f RigFile, commands: Vec<Place>) -> Result<Option<Self>, ResponseError> {
+    pub(super) fn new(file: &'f RigFile, commands: Vec<Place>) -> Result<Option<Self>, ExperimentError> {
         let rig = build::rig(file)?;
         let (mut cycle_ticks, mut memory_ticks) = (1, 0);
         for station in rig.stations() {
@@ -119,7 +120,7 @@ impl<'f> Controllers<'f> {
         &mut self,
         place: Place,
         phase: usize,
-    ) -> Result<Option<Vec<Option<Answer>>>, ResponseError> {
+    ) -> Result<Option<Vec<Option<Answer>>>, ExperimentError> {
         for size in SIZES {
             let mut pair = match self.pair.take() {
                 Some(pair) => pair,
@@ -150,7 +151,7 @@ impl<'f> Controllers<'f> {
 
 impl Pair {
     /// Both of them in operation; none when they do not come to that.
-    fn new(file: &RigFile, commands: &[Place], quiet_ticks: usize) -> Result<Option<Self>, ResponseError> {
+    fn new(file: &RigFile, commands: &[Place], quiet_ticks: usize) -> Result<Option<Self>, ExperimentError> {
         let (still, disturbed) = (build::rig(file)?, build::rig(file)?);
         let (differences, sizes) = (Vec::new(), vec![0.0; commands.len()]);
         let settled = sizes.clone();
@@ -334,20 +335,54 @@ impl Answer {
         let is_before = offset < 0;
         let first = if is_before { offset + cycle_ticks.cast_signed() } else { offset };
         let first = usize::try_from(first).unwrap_or_default();
-        // From the last one on, each a cycle earlier; with real numbers, for most of the time goes into this.
-        let Complex { re: turn_re, im: turn_im } = back;
-        let (mut re, mut im) = (0.0, 0.0);
-        let mut add = |tap: f64| (re, im) = (re * turn_re - im * turn_im + tap, re * turn_im + im * turn_re);
-        match cycle_ticks {
-            1 => self.taps.iter().rev().for_each(|tap| add(*tap)),
-            _ => self.taps.iter().skip(first).step_by(cycle_ticks).rev().for_each(|tap| add(*tap)),
-        }
-        let mut sum = Complex::new(re, im);
+        let mut sum = match cycle_ticks {
+            1 => polynomial(&self.taps, back),
+            _ => {
+                let of_cycle: Vec<f64> = self.taps.iter().skip(first).step_by(cycle_ticks).copied().collect();
+                polynomial(&of_cycle, back)
+            }
+        };
         #[expect(clippy::cast_precision_loss, reason = "a few hundred ticks")]
         let [first, cycle_ticks] = [first, cycle_ticks].map(|ticks| ticks as f64);
         let rest = (Complex::new(1.0, 0.0) - back).inv();
         sum += rest * (self.level + self.slope * first);
         sum += rest * rest * back * (self.slope * cycle_ticks);
         if is_before { sum * back } else { sum }
+    }
+}
+
+/// Sums that are taken side by side.
+const LANES: usize = 8;
+
+/// `Σ factors[k] x^k` by Horner's rule: every so many factors are a polynomial of their own, as a processor works on
+/// several at once. Most of the time of an analysis goes into this.
+fn polynomial(factors: &[f64], x: Complex<f64>) -> Complex<f64> {
+    let Complex { re: turn_re, im: turn_im } = x.powu(u32::try_from(LANES).unwrap_or_default());
+    let (mut re, mut im) = ([0.0; LANES], [0.0; LANES]);
+    let (whole, rest) = factors.as_chunks::<LANES>();
+    let mut last = [0.0; LANES];
+    last.iter_mut().zip(rest).for_each(|(last, rest)| *last = *rest);
+    for row in std::iter::once(&last).chain(whole.iter().rev()) {
+        for ((re, im), factor) in re.iter_mut().zip(&mut im).zip(row) {
+            (*re, *im) = (*re * turn_re - *im * turn_im + factor, *re * turn_im + *im * turn_re);
+        }
+    }
+    let lanes = re.into_iter().zip(im).rev();
+    lanes.fold(Complex::new(0.0, 0.0), |sum, (re, im)| sum * x + Complex::new(re, im))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_polynomial_is_the_sum_of_its_powers_whatever_its_length() {
+        let x = Complex::from_polar(0.99, 0.3);
+        for length in [0, 1, 7, 8, 9, 100] {
+            let factors: Vec<f64> = (0..length).map(|k| f64::from(k % 7) - 2.5).collect();
+            let powers = (0..).map(|k| x.powi(k));
+            let sum: Complex<f64> = factors.iter().zip(powers).map(|(factor, power)| power * factor).sum();
+            assert!((polynomial(&factors, x) - sum).norm() < 1e-12 * (1.0 + sum.norm()), "{length}");
+        }
     }
 }

@@ -7,7 +7,7 @@ use drive::DriveReading;
 
 use super::body::AxisState;
 use super::machine::Machine;
-use super::motion::{Motion, sum_at};
+use crate::motion::{Motion, sum_at};
 use crate::plant::{Actuation, AxisTruth, Plant, Repetition, Sensor};
 use crate::rig_file::AxisUnit;
 

@@ -19,17 +19,17 @@ use dimsart_link::protocol::{
     encode_response, encode_sample, serve_content,
 };
 
-use super::ResponseError;
 use super::build;
-use super::part::Part;
 use super::references::References;
 use crate::clock;
+use crate::experiment::ExperimentError;
 use crate::pace::Pace;
 use crate::pipe::{Pipe, pair};
 use crate::recorder::Recorder;
 use crate::recording::Piece;
 use crate::rig::{Rig, Station};
 use crate::rig_file::RigFile;
+use crate::rig_file::part::Part;
 
 /// Longest time that the other end of a line waits for bytes in one read.
 const WAIT: Duration = Duration::from_millis(1);
@@ -88,7 +88,7 @@ impl LiveRig {
     ///
     /// # Errors
     /// As [`Experiment::new`](super::Experiment::new).
-    pub fn new(file: &RigFile) -> Result<(Self, Vec<(String, Pipe)>), ResponseError> {
+    pub fn new(file: &RigFile) -> Result<(Self, Vec<(String, Pipe)>), ExperimentError> {
         let (rig, references) = (build::rig(file)?, References::new(file)?);
         let (mut answering, mut lines) = (Vec::new(), Vec::new());
         for (part, station) in Part::of_all(file).iter().zip(rig.stations()) {
@@ -106,8 +106,8 @@ impl LiveRig {
     /// the controllers. A listener that is thousands of ticks behind is told nothing more: the rig waits for nobody.
     ///
     /// # Errors
-    /// [`ResponseError`] for a signal that nothing has.
-    pub fn tell(&mut self, listener: SyncSender<Piece>) -> Result<(), ResponseError> {
+    /// [`ExperimentError`] for a signal that nothing has.
+    pub fn tell(&mut self, listener: SyncSender<Piece>) -> Result<(), ExperimentError> {
         self.rig.stations_mut().iter_mut().for_each(Station::keep_inputs);
         let mut recorder = Recorder::new(&self.rig, &self.file.record)?.in_a_hurry();
         recorder.tell(listener);

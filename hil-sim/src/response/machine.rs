@@ -3,7 +3,7 @@
 use std::collections::VecDeque;
 
 use super::body::{AxisState, Body};
-use super::motion::{Motion, sum_at};
+use crate::motion::{Motion, sum_at};
 use crate::plant::{JointMotorParameters, JointParameters, Repetition};
 use crate::rig_file::AxisSection;
 

@@ -4,10 +4,10 @@ use std::ops::Range;
 
 use dimsart_core::DataType;
 
-use super::ResponseError;
-use super::follow::{FOLLOWS, Follow, followed};
-use super::motion::Motion;
-use super::part::{Part, linked_with};
+use crate::experiment::ExperimentError;
+use crate::motion::Motion;
+use crate::observer::following::{FOLLOWS, Follow, followed};
+use crate::rig_file::part::{Part, linked_with};
 use crate::rig_file::{ControllerSection, MoveSection, RigFile};
 
 /// All moves on one signal of an axis.
@@ -16,23 +16,27 @@ pub(super) fn motions(
     device: &str,
     axis: usize,
     on: &str,
-) -> Result<Vec<Motion>, ResponseError> {
+) -> Result<Vec<Motion>, ExperimentError> {
     made(file, |moved| moved.moves(device, on) && moved.axis == axis)
 }
 
 /// All moves of an axis.
-fn all_motions(file: &RigFile, device: &str, axis: usize) -> Result<Vec<Motion>, ResponseError> {
+fn all_motions(file: &RigFile, device: &str, axis: usize) -> Result<Vec<Motion>, ExperimentError> {
     made(file, |moved| moved.device == device && moved.axis == axis)
 }
 
-fn made(file: &RigFile, is_it: impl Fn(&MoveSection) -> bool) -> Result<Vec<Motion>, ResponseError> {
+fn made(file: &RigFile, is_it: impl Fn(&MoveSection) -> bool) -> Result<Vec<Motion>, ExperimentError> {
     let on_it = file.experiment.moves.iter().filter(|moved| is_it(moved));
     let made: Result<Vec<_>, _> = on_it.map(|section| Motion::new(section, &file.folder)).collect();
     Ok(made?.into_iter().flatten().collect())
 }
 
 /// What is to be followed, by every axis of a station; nothing where nothing moves.
-pub(super) fn follows(file: &RigFile, part: &Part<'_>, station: usize) -> Result<Vec<Follow>, ResponseError> {
+pub(super) fn follows(
+    file: &RigFile,
+    part: &Part<'_>,
+    station: usize,
+) -> Result<Vec<Follow>, ExperimentError> {
     let (device, mut follows) = (part.device, Vec::new());
     if !device.moves() {
         return Ok(follows);
@@ -59,7 +63,7 @@ pub(super) fn follows(file: &RigFile, part: &Part<'_>, station: usize) -> Result
 
 /// The stretches in which nothing begins or goes on to move an axis of any device, `s`, the first one first: coupled axes
 /// move each other.
-pub(super) fn rests_s(file: &RigFile, axis: usize) -> Result<Vec<Range<f64>>, ResponseError> {
+pub(super) fn rests_s(file: &RigFile, axis: usize) -> Result<Vec<Range<f64>>, ExperimentError> {
     let is_coupled = |moved: &MoveSection| {
         file.devices.iter().any(|device| device.name == moved.device && device.coupled_axes().is_some())
     };
@@ -68,7 +72,7 @@ pub(super) fn rests_s(file: &RigFile, axis: usize) -> Result<Vec<Range<f64>>, Re
 
 /// The stretches in which nothing moves a controller's device or one that links lead to, `s`: those that are as long as the
 /// one at the end, and that one. None when it is moved to the end.
-pub(super) fn long_rests_s(file: &RigFile, part: &Part<'_>) -> Result<Vec<Range<f64>>, ResponseError> {
+pub(super) fn long_rests_s(file: &RigFile, part: &Part<'_>) -> Result<Vec<Range<f64>>, ExperimentError> {
     let linked = linked_with(file, part.name());
     let of_linked = |controller: &&ControllerSection| linked.contains(controller.name());
     let devices: Vec<&str> =
@@ -83,7 +87,7 @@ pub(super) fn long_rests_s(file: &RigFile, part: &Part<'_>) -> Result<Vec<Range<
 fn rests_between_s(
     file: &RigFile,
     is_of_interest: impl Fn(&MoveSection) -> bool,
-) -> Result<Vec<Range<f64>>, ResponseError> {
+) -> Result<Vec<Range<f64>>, ExperimentError> {
     let motions = made(file, |moved| !moved.is_constant() && is_of_interest(moved))?;
     let mut moving_s: Vec<Range<f64>> =
         motions.iter().map(|motion| motion.start_s()..motion.end_s()).collect();

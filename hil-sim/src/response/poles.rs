@@ -11,7 +11,7 @@ use super::closed_loop::{Loop, ONE, Point};
 use super::controller_model::Answer;
 
 /// Growth per tick, up or down, that is not told from none.
-pub(super) const UNDECIDED: f64 = 1e-5;
+pub(crate) const UNDECIDED: f64 = 1e-5;
 /// Growth per tick below which a disturbance is gone soon.
 const GONE: f64 = 0.9977;
 /// The same times the ticks of the longest answer: what is smaller drowns in rounding.
@@ -30,6 +30,10 @@ const STEPS_AROUND: u32 = 24;
 /// Largest growth per tick.
 const MAX_GROWTH: f64 = 1e6;
 const TURN_HALVINGS: u32 = 40;
+/// Newton's method: most steps, the difference for a slope, and the step that ends it.
+const NEWTON_STEPS: usize = 30;
+const NEWTON_DIFFERENCE: f64 = 1e-6;
+const NEWTON_WITHIN: f64 = 1e-10;
 /// Largest turn from one point to the next, rad, and by how much its two halves may differ from it.
 const TURN_RAD: f64 = 0.8;
 const TURN_OFF_RAD: f64 = 0.2;
@@ -104,11 +108,47 @@ impl Loop {
                 return None;
             }
         }
+        // A pole that Newton's method finds is the largest one if two circles around it say so.
+        if let Some(size) = self.pole_near(0.5 * (from + to), &angles).map(|pole| pole.norm())
+            && from < size
+            && size < to
+        {
+            let away = 0.4 * GROWTH_WITHIN * size;
+            if !has_pole_beyond(size + away) {
+                to = size + away;
+                if has_pole_beyond(size - away) {
+                    from = size - away;
+                }
+            }
+        }
         while to - from > GROWTH_WITHIN * to {
             let middle = 0.5 * (from + to);
             if has_pole_beyond(middle) { from = middle } else { to = middle }
         }
         Some(0.5 * (from + to))
+    }
+}
+
+impl Loop {
+    /// The pole that Newton's method leads to from where the characteristic is smallest on a circle; none where it leads
+    /// nowhere.
+    fn pole_near(&self, radius: f64, angles: &[f64]) -> Option<Point> {
+        let value = |z: Point| self.characteristic(z, 0.0);
+        let points = angles.iter().map(|angle| self.on_circle(radius, *angle));
+        let mut pole = points.min_by(|a, b| value(*a).norm().total_cmp(&value(*b).norm()))?;
+        for _ in 0..NEWTON_STEPS {
+            let slope = (value(pole + NEWTON_DIFFERENCE) - value(pole - NEWTON_DIFFERENCE))
+                / (2.0 * NEWTON_DIFFERENCE);
+            let step = value(pole) / slope;
+            if !step.is_finite() {
+                return None;
+            }
+            pole -= step;
+            if step.norm() < NEWTON_WITHIN {
+                return Some(pole);
+            }
+        }
+        None
     }
 }
 

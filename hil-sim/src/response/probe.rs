@@ -6,14 +6,15 @@ use dimsart_core::types;
 
 use super::closed_loop::{Block, Column, Loop, Reference};
 use super::controller_model::{Answer, Controllers, Place};
-use super::follow::{FOLLOWS, followed};
 use super::instrumented::sensed;
 use super::loop_gain::LoopFigures;
 use super::machine::Machine;
-use super::part::{Part, linked_with};
 use super::plant_model::PlantModel;
-use super::{AxisLoop, ResponseError, build};
+use super::{AxisLoop, build};
+use crate::experiment::ExperimentError;
 use crate::link::InProcessParameters;
+use crate::observer::following::{FOLLOWS, followed};
+use crate::rig_file::part::{Part, linked_with};
 use crate::rig_file::{DeviceSection, MoveSection, RigFile, Step};
 
 /// An axis that is commanded.
@@ -42,7 +43,7 @@ struct Channel {
 ///
 /// # Errors
 /// As the [experiment](super::Experiment::new)'s.
-pub(super) fn loops(file: &RigFile) -> Result<Vec<AxisLoop>, ResponseError> {
+pub(super) fn loops(file: &RigFile) -> Result<Vec<AxisLoop>, ExperimentError> {
     let free = at_rest(file, false);
     let parts = Part::of_all(&free);
     let mut commanded = Vec::new();
@@ -124,7 +125,11 @@ struct Axes<'a> {
 
 impl Axes<'_> {
     /// Of every axis with the devices of a file; none where it is not linear.
-    fn figures(&self, file: &RigFile, cycle_ticks: usize) -> Result<Vec<Option<LoopFigures>>, ResponseError> {
+    fn figures(
+        &self,
+        file: &RigFile,
+        cycle_ticks: usize,
+    ) -> Result<Vec<Option<LoopFigures>>, ExperimentError> {
         let models =
             file.devices.iter().enumerate().map(|(device, section)| self.model(file, device, section));
         let models: Vec<Option<PlantModel>> = models.collect::<Result<_, _>>()?;
@@ -149,7 +154,7 @@ impl Axes<'_> {
         file: &RigFile,
         device: usize,
         section: &DeviceSection,
-    ) -> Result<Option<PlantModel>, ResponseError> {
+    ) -> Result<Option<PlantModel>, ExperimentError> {
         if !section.moves() {
             return Ok(None);
         }

@@ -8,12 +8,12 @@
 
 use dimsart_core::{Tick, types};
 
-use super::ResponseError;
-use super::motion::{Motion, sum_at};
 use super::moves::motions;
-use super::part::Part;
+use crate::experiment::ExperimentError;
+use crate::motion::{Motion, sum_at};
 use crate::plant::{PEAK_SPEED, Repetition, minimum_jerk};
 use crate::rig::{Rig, Shown, Station};
+use crate::rig_file::part::Part;
 use crate::rig_file::{AxisUnit, HAND, RigFile};
 
 /// Maximum speed of an approach.
@@ -75,7 +75,7 @@ struct Approach {
 
 impl References {
     /// The references of a file's controllers, at the start of the experiment.
-    pub(super) fn new(file: &RigFile) -> Result<Self, ResponseError> {
+    pub(super) fn new(file: &RigFile) -> Result<Self, ExperimentError> {
         let (parts, period_s) = (Part::of_all(file), file.sample_period_s);
         let (mut all, mut moving) = (Vec::new(), Vec::new());
         for (station, part) in parts.iter().enumerate() {
@@ -151,7 +151,7 @@ impl Reference {
         parts: &[Part<'_>],
         station: usize,
         part: &Part<'_>,
-    ) -> Result<Vec<Self>, ResponseError> {
+    ) -> Result<Vec<Self>, ExperimentError> {
         let (device, count) = (part.device, part.axes.len());
         let measured = device.measures.iter().position(|name| name == types::POSITION.name);
         let mut all = Vec::new();

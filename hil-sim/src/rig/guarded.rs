@@ -86,7 +86,7 @@ mod tests {
     use dimsart_core::{Tick, types};
     use dimsart_link::auth::{Guard, Key, Line, Profile};
 
-    use crate::bilateral::Experiment;
+    use crate::experiment::Experiment;
     use crate::link::Carried;
     use crate::rig::{Probe, Rig};
     use crate::scenario::Scenario;

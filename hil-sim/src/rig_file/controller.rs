@@ -1,9 +1,13 @@
 //! `[[controller]]`, and `[[link]]` between two of them.
 
+use std::collections::BTreeMap;
+
 use serde::{Deserialize, Serialize};
+use toml::Value;
 
 use super::DeviceSection;
 use crate::link::InProcessParameters;
+use crate::schemes::Setting;
 
 /// `[[controller]]`.
 #[derive(Debug, Clone, PartialEq, Deserialize, Serialize)]
@@ -28,6 +32,9 @@ pub struct ControllerSection {
     /// It is stepped in every so many ticks of the rig.
     #[serde(default = "one")]
     pub every_ticks: u32,
+    /// Parameters that go over the scheme's rows, by module and name: `set.PDCTRL_MOD.K_PARAM = 3000.0`.
+    #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
+    pub set: BTreeMap<String, BTreeMap<String, Value>>,
 }
 
 impl ControllerSection {
@@ -41,6 +48,21 @@ impl ControllerSection {
     #[must_use]
     pub fn side(&self) -> &str {
         self.side.as_deref().unwrap_or_else(|| self.name())
+    }
+
+    /// What goes over its scheme's rows.
+    #[must_use]
+    pub fn settings(&self) -> Vec<Setting> {
+        let of_module = |(module, values): (&String, &BTreeMap<String, Value>)| {
+            let setting = |(command, value): (&String, &Value)| Setting {
+                module: module.clone(),
+                command: command.clone(),
+                value: value.as_str().map_or_else(|| value.to_string(), str::to_owned),
+                key: format!("controller.{}.set.{module}.{command}", self.name()),
+            };
+            values.iter().map(setting).collect::<Vec<_>>()
+        };
+        self.set.iter().flat_map(of_module).collect()
     }
 
     /// The axes of its device that it controls.

@@ -6,11 +6,11 @@ use dimsart_core::AxisKind;
 use serde::{Deserialize, Serialize};
 
 use super::{AxisHand, AxisSpring, AxisWall};
+use crate::observer::watch::Ranges;
 use crate::plant::{
     ArmParameters, Cia402Parameters, JointParameters, LinkKind, MoteusParameters, PhantomParameters,
     PhantomPort, SensorParameters,
 };
-use crate::watch::Ranges;
 
 /// `[[device]]`.
 #[derive(Debug, Clone, PartialEq, Deserialize, Serialize)]

@@ -1,14 +1,18 @@
-//! `--set` on a rig file: one value by its way from the top.
+//! `--set` on a rig file: one value by its way from the top, or by the name of a parameter.
 
 use toml::{Table, Value};
 
-use super::{RigFile, RigFileError, read};
+use super::{ParameterSection, RigFile, RigFileError, read};
+
+/// Letters in which a name is mistyped at most.
+const MAX_TYPOS: usize = 3;
 
 /// The rig of `text`, `file`, with each of `sets` over it, or all that is wrong with them.
 pub(super) fn apply_all(text: &str, mut file: RigFile, sets: &[String]) -> Result<RigFile, RigFileError> {
     // It was read once already.
     let mut table: Table = toml::from_str(text).unwrap_or_default();
     let (mut errors, mut unfinished) = (Vec::new(), None);
+    let parameters = file.parameters.clone();
     for argument in sets {
         let refused = |error: toml::de::Error| {
             let way = argument.split('=').next().unwrap_or_default().trim();
@@ -16,13 +20,16 @@ pub(super) fn apply_all(text: &str, mut file: RigFile, sets: &[String]) -> Resul
                 .unwrap_or_else(|| read::in_words(way, error.message()));
             RigFileError::Set { argument: argument.clone(), reason }
         };
+        let or_mistyped = |error| mistyped_parameter(&parameters, argument).unwrap_or(error);
         let mut with = table.clone();
-        match apply(&mut with, argument).map(|()| toml::from_str(&with.to_string())) {
+        let applied = by_parameter(&parameters, argument)
+            .and_then(|settings| settings.iter().try_for_each(|setting| apply(&mut with, setting)));
+        match applied.map(|()| toml::from_str(&with.to_string())) {
             Ok(Ok(found)) => (table, file, unfinished) = (with, found, None),
             // What goes with it can come with the next argument.
             Ok(Err(error)) if read::is_missing(&error) => (table, unfinished) = (with, Some(refused(error))),
-            Ok(Err(error)) => errors.push(refused(error)),
-            Err(error) => errors.push(error),
+            Ok(Err(error)) => errors.push(or_mistyped(refused(error))),
+            Err(error) => errors.push(or_mistyped(error)),
         }
     }
     errors.extend(unfinished);
@@ -30,6 +37,57 @@ pub(super) fn apply_all(text: &str, mut file: RigFile, sets: &[String]) -> Resul
         0 => Ok(file),
         1 => Err(errors.remove(0)),
         _ => Err(RigFileError::Sets(errors)),
+    }
+}
+
+/// The arguments that set the keys of a parameter, or the argument itself.
+fn by_parameter(parameters: &[ParameterSection], argument: &str) -> Result<Vec<String>, RigFileError> {
+    let itself = || Ok(vec![argument.to_owned()]);
+    let Some((name, value)) = argument.split_once('=') else { return itself() };
+    let Some(parameter) = parameters.iter().find(|found| found.name == name.trim()) else { return itself() };
+    parameter.settings(value).map_err(|reason| RigFileError::Set { argument: argument.to_owned(), reason })
+}
+
+/// What to say of an argument that was refused, if it is nearly the name of a parameter.
+fn mistyped_parameter(parameters: &[ParameterSection], argument: &str) -> Option<RigFileError> {
+    let way = argument.split('=').next().unwrap_or_default().trim();
+    let typos = |parameter: &&ParameterSection| strsim::damerau_levenshtein(way, &parameter.name);
+    let near = parameters.iter().min_by_key(typos).filter(|near| (1..=MAX_TYPOS).contains(&typos(near)))?;
+    let reason = format!("there is no key `{way}`; did you mean `{}`?", near.name);
+    Some(RigFileError::Set { argument: argument.to_owned(), reason })
+}
+
+/// The value of a key.
+pub(super) fn value_at<'t>(table: &'t Table, key: &str) -> Option<&'t Value> {
+    let (first, rest) = key.split_once('.').map_or((key, None), |(first, rest)| (first, Some(rest)));
+    let mut here = table.get(first.trim())?;
+    for part in rest.into_iter().flat_map(|rest| rest.split('.')).map(str::trim) {
+        here = match here {
+            Value::Table(inner) => inner.get(part)?,
+            Value::Array(entries) => {
+                let place = part.parse().ok().or_else(|| names(entries).iter().position(|name| name == part));
+                entries.get(place?)?
+            }
+            _ => return None,
+        };
+    }
+    Some(here)
+}
+
+/// Whether a key that the file leaves out takes a value, or why not.
+pub(super) fn can_be_set(table: &Table, key: &str, value: &str) -> Result<(), String> {
+    let mut with = table.clone();
+    match apply(&mut with, &format!("{key}={value}")) {
+        Err(RigFileError::Set { reason, .. }) => return Err(reason),
+        Err(error) => return Err(error.to_string()),
+        Ok(()) => {}
+    }
+    match toml::from_str::<RigFile>(&with.to_string()) {
+        Ok(_) => Ok(()),
+        Err(error) => {
+            Err(elsewhere(table, key, error.message())
+                .unwrap_or_else(|| read::in_words(key, error.message())))
+        }
     }
 }
 

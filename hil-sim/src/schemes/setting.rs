@@ -1,18 +1,18 @@
-//! Settings of a scenario that are put over a scheme's own parameters.
+//! Settings of a scenario or rig file that are put over a scheme's own parameters.
 
 use dimsart_core::{Command, ModuleRef};
 use dimsart_modules::ALL;
 
-/// A value that somebody asked for by a scenario key: it stands in the scheme, whatever the rows say.
+/// A value that a key asks for: it goes over the rows of the scheme.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Setting {
     /// The module.
-    pub module: &'static str,
+    pub module: String,
     /// The parameter.
-    pub command: &'static str,
+    pub command: String,
     /// The value as a scheme would write it.
     pub value: String,
-    /// The scenario key it comes from.
+    /// The key it comes from.
     pub key: String,
 }
 
@@ -29,11 +29,11 @@ impl Setting {
     /// Whether `command` set this very parameter, on one axis or on all.
     pub(super) fn is_due_after(&self, command: Command) -> bool {
         let Command::Set { module, parameter, .. } = command else { return false };
-        self.module_ref() == Some(module) && ALL.parameter(module.kind, self.command) == Some(parameter)
+        self.module_ref() == Some(module) && ALL.parameter(module.kind, &self.command) == Some(parameter)
     }
 
     /// The module's number, if the library has it.
     pub(super) fn module_ref(&self) -> Option<ModuleRef> {
-        ALL.module(self.module)
+        ALL.module(&self.module)
     }
 }

@@ -5,7 +5,7 @@ use std::path::PathBuf;
 
 use dimsart_core::{Command, DataType, Reason, Tick, types};
 use drive::{Cia402Emergency, Cia402Trouble, DriveTrouble};
-use hil_sim::response::{Experiment, run};
+use hil_sim::experiment::{Experiment, run};
 use hil_sim::rig::{Probe, Rig};
 use hil_sim::rig_file::RigFile;
 

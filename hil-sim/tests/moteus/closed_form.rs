@@ -3,7 +3,7 @@
 use core::f64::consts::PI;
 
 use hil_sim::bus::can::{CanFrame, Format, Identifier};
-use hil_sim::response::run;
+use hil_sim::experiment::run;
 use hil_sim::rig_file::RigFile;
 
 use super::{DAMPING, INERTIA, PERIOD_S, STIFFNESS, read, step, text};

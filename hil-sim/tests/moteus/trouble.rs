@@ -2,7 +2,7 @@
 
 use dimsart_core::{Command, DataType, Reason, Tick, types};
 use drive::{MoteusMode, MoteusTrouble};
-use hil_sim::response::{Experiment, run};
+use hil_sim::experiment::{Experiment, run};
 use hil_sim::rig::{Probe, Rig};
 
 use super::{read, step, text};

@@ -3,7 +3,7 @@ use std::sync::LazyLock;
 
 use crate::fault_table::{Row, TRIES, forces_without_a_fault, markdown, rows};
 use dimsart_core::types;
-use hil_sim::bilateral::Experiment;
+use hil_sim::experiment::Experiment;
 use hil_sim::rig::Probe;
 use hil_sim::scenario::Scenario;
 

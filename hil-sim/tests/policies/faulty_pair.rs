@@ -15,8 +15,9 @@ pub(crate) use controller::{CLIENT, Controller, LIMITS, SENSOR_LIMITS};
 pub(crate) use fault::{Fault, Line, Shows, Writes, Wrong};
 
 use end::End;
-use hil_sim::bilateral::{Experiment, ExperimentError, Side, device};
+use hil_sim::bilateral::{Side, device};
 use hil_sim::bus::Random;
+use hil_sim::experiment::{Experiment, ExperimentError};
 use hil_sim::link::Link;
 use hil_sim::plant::{AxisWise, Plant};
 use hil_sim::scenario::Scenario;
@@ -96,7 +97,7 @@ impl Pair {
     pub(crate) fn shipped(spare_cycles: u32, seed: u64) -> Result<(Self, u32), PairError> {
         let scenario = Scenario::default();
         let mut experiment = Experiment::new(&scenario)?;
-        let end_s = experiment.phases().end_s;
+        let end_s = experiment.duration_s();
         let mut plants = experiment.rig_mut().stations_mut().iter_mut().map(|station| {
             let none: Box<dyn Plant> = Box::new(AxisWise::new(Vec::new()));
             std::mem::replace(&mut station.plant, none)

@@ -1,6 +1,6 @@
 //! Template: its law by itself, and the step of its loop, against closed forms.
 
-use hil_sim::response::{self, Run};
+use hil_sim::experiment::{self, Run};
 use hil_sim::rig_file::RigFile;
 
 /// As schemes/template.scheme and scenarios/template.toml have them.
@@ -11,7 +11,7 @@ const PERIOD_S: f64 = 1e-3;
 
 fn run() -> Run {
     let path = concat!(env!("CARGO_MANIFEST_DIR"), "/../scenarios/template.toml");
-    let run = response::run(&RigFile::load(path.as_ref(), &[]).unwrap()).unwrap();
+    let run = experiment::run(&RigFile::load(path.as_ref(), &[]).unwrap()).unwrap();
     assert!(run.outcome.stable, "{:?}", run.outcome.faults);
     run
 }
@@ -36,6 +36,6 @@ fn a_step_overshoots_as_one_of_second_order() {
     let damping = DAMPING - 0.5 * STIFFNESS * PERIOD_S;
     let ratio = 0.5 * damping / (STIFFNESS * INERTIA).sqrt();
     let expected = (-std::f64::consts::PI * ratio / (1.0 - ratio * ratio).sqrt()).exp();
-    let overshoot = run().outcome.axes[0].overshoot.unwrap();
+    let overshoot = run().outcome.axes[0].following.unwrap().overshoot.unwrap();
     assert!((overshoot - expected).abs() < 1e-3, "{overshoot} instead of {expected}");
 }

@@ -6,7 +6,7 @@ use dimsart_modules::ALL;
 use super::delay;
 use crate::rig::SimulatedDimsart;
 
-pub(in crate::bilateral) type SimulatedEngine = Engine;
+pub(crate) type SimulatedEngine = Engine;
 
 /// One end of the line. [`default`](Default::default) is one of which nothing is known.
 #[derive(Debug, Clone, PartialEq, Default)]
@@ -45,12 +45,7 @@ impl Controller {
 }
 
 /// A real parameter of a module, if the scheme plugs the module in.
-pub(in crate::bilateral) fn real(
-    engine: &mut SimulatedEngine,
-    module: &str,
-    parameter: &str,
-    axis: u8,
-) -> Option<f64> {
+pub(crate) fn real(engine: &mut SimulatedEngine, module: &str, parameter: &str, axis: u8) -> Option<f64> {
     match value(engine, ALL.module(module)?, parameter, axis)? {
         Value::Real(value) => Some(f64::from(value)),
         _ => None,
@@ -66,11 +61,7 @@ pub(super) fn count(engine: &mut SimulatedEngine, module: ModuleRef, parameter: 
 }
 
 /// A choice of a module by its name, if the scheme plugs the module in.
-pub(in crate::bilateral) fn chosen(
-    engine: &mut SimulatedEngine,
-    module: &str,
-    parameter: &str,
-) -> Option<&'static str> {
+pub(crate) fn chosen(engine: &mut SimulatedEngine, module: &str, parameter: &str) -> Option<&'static str> {
     choice(engine, ALL.module(module)?, parameter)
 }
 

@@ -62,9 +62,12 @@ impl LoadParameters {
 
     /// By gravity and the spring, `N m` or `N`.
     pub(super) fn potential_force(&self, position: f64) -> f64 {
-        self.stiffness * (self.rest_position - position)
-            - self.gravity_torque_nm * libm::sin(position - self.gravity_angle_rad)
-            - self.gravity_force_n
+        let hanging = if self.gravity_torque_nm.abs() > 0.0 {
+            self.gravity_torque_nm * libm::sin(position - self.gravity_angle_rad)
+        } else {
+            0.0
+        };
+        self.stiffness * (self.rest_position - position) - hanging - self.gravity_force_n
     }
 
     /// Potential energy, `J`.

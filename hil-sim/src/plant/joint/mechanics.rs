@@ -51,6 +51,15 @@ pub(super) struct Rates {
     pub(super) voltage_v: f64,
 }
 
+/// Friction and damping against the output.
+#[derive(Clone, Copy)]
+struct Resistance {
+    /// `N m` or `N`.
+    force: f64,
+    /// How fast the bristles deflect.
+    deflection_rate: f64,
+}
+
 /// What the drive does: transmitted force at the output, accelerations, and the power lost on the way.
 struct Drive {
     force: f64,
@@ -129,8 +138,9 @@ impl Mechanics {
     pub(super) fn rates(&self, inputs: &Inputs, state: &State, mode: &Mode) -> Rates {
         let (_, rotor_rad_per_s) = self.rotor(state);
         let electric = self.motor.electric(inputs.wanted_nm, rotor_rad_per_s, state);
-        let drive = self.drive(inputs, state, mode);
-        let (resistance, deflection_rate) = self.resistance(inputs, state, mode.output);
+        let resistance = self.resistance(inputs, state, mode.output);
+        let drive = self.drive_against(resistance.force, inputs, state, mode);
+        let Resistance { force: resistance, deflection_rate } = resistance;
         let velocity = state.velocity;
         let bristles_w = self.friction.presliding_stiffness * state.deflection * deflection_rate;
         let stop_w = self.stops.as_ref().map_or(0.0, |stops| {
@@ -155,22 +165,25 @@ impl Mechanics {
         Rates { state, force: drive.force, voltage_v: electric.voltage_v }
     }
 
-    /// Friction and damping against the output, `N m` or `N`, and how fast the bristles deflect.
-    fn resistance(&self, inputs: &Inputs, state: &State, output: Slide) -> (f64, f64) {
+    fn resistance(&self, inputs: &Inputs, state: &State, output: Slide) -> Resistance {
         let (friction, deflection_rate) = self.friction.resist(
             direction(output),
             state.velocity,
             state.deflection,
             inputs.settling_max_per_s,
         );
-        (friction + self.load.damping * state.velocity, deflection_rate)
+        Resistance { force: friction + self.load.damping * state.velocity, deflection_rate }
     }
 
     fn drive(&self, inputs: &Inputs, state: &State, mode: &Mode) -> Drive {
+        self.drive_against(self.resistance(inputs, state, mode.output).force, inputs, state, mode)
+    }
+
+    fn drive_against(&self, resistance: f64, inputs: &Inputs, state: &State, mode: &Mode) -> Drive {
         let stop = |stops: &StopsParameters| stops.force(mode.stop, state.position, state.velocity);
         let outer =
             inputs.load + self.load.potential_force(state.position) + self.stops.as_ref().map_or(0.0, stop)
-                - self.resistance(inputs, state, mode.output).0;
+                - resistance;
         let motor_nm = self.motor.torque_nm(inputs.wanted_nm, state);
         match &self.flexible {
             Some(flexible) => self.flexible_drive(flexible, state, mode, motor_nm, outer),

@@ -1,5 +1,6 @@
-//! One sub-step: Runge-Kutta within a mode, halved where the mode changes.
+//! One sub-step: exact or by Runge-Kutta within a mode, halved where the mode changes.
 
+use super::exact::{ExactSteps, Push};
 use super::mechanics::{Inputs, Mechanics};
 use super::mode::Mode;
 use super::state::State;
@@ -8,6 +9,8 @@ use super::state::State;
 pub(super) struct Period<'a> {
     pub(super) mechanics: &'a Mechanics,
     pub(super) load: &'a dyn Fn(f64) -> f64,
+    /// None of a joint that is not linear.
+    pub(super) exact: Option<&'a mut ExactSteps>,
     /// Where the period has come to.
     pub(super) inputs: Inputs,
 }
@@ -50,9 +53,30 @@ impl Period<'_> {
         Inputs { load: (self.load)(time_s), ..self.inputs }
     }
 
-    fn step(&self, state: &State, mode: &Mode, from_s: f64, step_s: f64, end: &Inputs) -> State {
+    /// Takes `state` on by the whole period, if that is linear and nothing can happen in it; says whether it did.
+    pub(super) fn stride(&mut self, state: &mut State, mode: &Mode, start_s: f64, period_s: f64) -> bool {
+        if self.exact.is_none() {
+            return false;
+        }
+        let end = self.inputs_at(start_s + period_s);
+        let middle = (self.load)(start_s + 0.5 * period_s);
+        let push = Push { start: self.inputs.load, middle, end: end.load };
+        let quarter = (self.load)(start_s + 0.25 * period_s);
+        let is_one = self.mechanics.is_undisturbed(state, mode, &self.inputs, push, quarter, period_s);
+        if is_one {
+            *state = self.step(state, mode, start_s, period_s, &end);
+            self.inputs = end;
+        }
+        is_one
+    }
+
+    fn step(&mut self, state: &State, mode: &Mode, from_s: f64, step_s: f64, end: &Inputs) -> State {
         let half_s = 0.5 * step_s;
         let middle = self.inputs_at(from_s + half_s);
+        if let Some(steps) = &mut self.exact {
+            let push = Push { start: self.inputs.load, middle: middle.load, end: end.load };
+            return self.mechanics.exact_step(steps, state, mode, &self.inputs, push, step_s);
+        }
         let rate = |inputs: &Inputs, state: &State| self.mechanics.rates(inputs, state, mode).state;
         let first = rate(&self.inputs, state);
         let second = rate(&middle, &state.after(half_s, &first));

@@ -12,7 +12,8 @@ use dimsart_link::{EventKind, EventLog};
 use super::PairError;
 use super::failing::{COSTS, IDS, KINDS, let_write, with_failing_modules};
 use super::fault::{Fault, Wrong};
-use hil_sim::bilateral::{ExperimentError, Side};
+use hil_sim::bilateral::Side;
+use hil_sim::experiment::ExperimentError;
 use hil_sim::rig::SimulatedDimsart;
 use hil_sim::schemes::SIDES;
 

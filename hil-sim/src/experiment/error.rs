@@ -1,47 +1,90 @@
-//! Why an experiment cannot be set up: what is wrong, where, and what to do next.
+//! Why an experiment cannot be set up or run: what is wrong, where, and what to do next.
 
 use dimsart_core::{DescriptorError, StorageError};
 
 use crate::bus::DelayFileError;
-use crate::emulated::EmulatedError;
 use crate::key_file::KeyFileError;
 use crate::link::{Address, OpenError};
+use crate::motion::SamplesError;
 use crate::plant::ParameterError;
 use crate::recorder::UnknownSignal;
-use crate::rig::AuthenticationFailure;
+use crate::rig::{AuthenticationFailure, RemoteError};
 use crate::schemes::{Loaded, SchemeFileError};
 
 /// Why an experiment could not be set up or run.
 #[derive(Debug, thiserror::Error)]
 pub enum ExperimentError {
-    /// The device cannot exist.
+    /// The devices of two stations cannot exist.
     #[error("{0}; change dof or sample_period_s")]
-    Device(#[from] DescriptorError),
+    Descriptor(#[from] DescriptorError),
+    /// The device cannot exist.
+    #[error("device '{device}': {error}")]
+    Device {
+        /// The device.
+        device: String,
+        /// What is wrong.
+        error: DescriptorError,
+    },
     /// The device's types do not fit.
     #[error("the device's types do not fit into the Data Base: {0:?}")]
     Storage(StorageError),
     /// A plant's parameter.
-    #[error("{side}: {error}")]
+    #[error("{place}: {error}")]
     Plant {
-        /// Whose plant.
-        side: &'static str,
+        /// Which plant.
+        place: String,
         /// What is wrong.
         error: ParameterError,
     },
     /// The scheme cannot be read.
     #[error(transparent)]
     SchemeFile(#[from] SchemeFileError),
-    /// The scheme does not run on this side.
-    #[error("the scheme {name} does not run on the {side}:\n{}", list(loaded))]
+    /// The scheme does not run on this controller.
+    #[error("the scheme {name} does not run on {controller}:\n{}", list(loaded))]
     Scheme {
         /// The scheme.
         name: String,
-        /// The side.
-        side: &'static str,
+        /// The controller.
+        controller: String,
         /// What is wrong.
         loaded: Loaded,
     },
-    /// The recorded delays of a network.
+    /// A law that cannot be read, is invalid, or is one too many.
+    #[error("the controller '{controller}': {what}")]
+    Law {
+        /// The controller.
+        controller: String,
+        /// What is wrong.
+        what: String,
+    },
+    /// A file that something moves by.
+    #[error(transparent)]
+    Samples(#[from] SamplesError),
+    /// A link over a CAN bus whose receiver listens to no channel.
+    #[error(
+        "the link from '{from}' to '{to}' goes over a CAN bus without a channel: give the sender a CTX_CHANNEL and the \
+         receiver the same CRX_CHANNEL, 1 to 2047"
+    )]
+    NoChannel {
+        /// The controller that sends.
+        from: String,
+        /// The controller that receives.
+        to: String,
+    },
+    /// Two links over one CAN bus have the same channel.
+    #[error(
+        "the links to '{first}' and to '{second}' go over one CAN bus on channel {channel}: give each a CTX_CHANNEL and \
+         CRX_CHANNEL of its own"
+    )]
+    SameChannel {
+        /// The channel.
+        channel: u16,
+        /// The controller that receives by the first one in the file.
+        first: String,
+        /// The one that receives by the other one.
+        second: String,
+    },
+    /// Recorded delays of a network.
     #[error(transparent)]
     Delays(#[from] DelayFileError),
     /// What `record.signals` names.
@@ -100,13 +143,13 @@ pub enum ExperimentError {
         /// The other side's name.
         other: &'static str,
     },
-    /// The firmware of a side does not run, or no longer runs.
-    #[error("{side} as firmware: {source}")]
+    /// The firmware of a station does not run, or no longer runs.
+    #[error("{station} as firmware: {source}")]
     Emulated {
-        /// The side.
-        side: String,
+        /// The station.
+        station: String,
         /// What is wrong.
-        source: EmulatedError,
+        source: RemoteError,
     },
     /// The user gave up waiting.
     #[error("stopped while waiting for the {other}; nothing was run")]

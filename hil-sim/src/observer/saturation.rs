@@ -1,9 +1,13 @@
 //! How long actuators were saturated: the safety stage gave them less than their controllers commanded.
 
+use core::ops::ControlFlow;
+
 use dimsart_core::limits::MAX_DOF;
 use dimsart_core::{Tick, types};
 use serde::Serialize;
 
+use super::Observer;
+use crate::outcome::Outcome;
 use crate::rig::{Probe, Rig, Station};
 
 /// An actuator that was saturated.
@@ -17,21 +21,41 @@ pub struct Saturation {
     pub time_s: f64,
 }
 
-/// Counts the ticks in which a station's actuators are saturated.
+/// Counts the ticks in which actuators are saturated, station by station.
 #[derive(Debug)]
-pub(super) struct Saturated {
+pub(crate) struct Saturated {
+    stations: Vec<SaturatedStation>,
+}
+
+#[derive(Debug)]
+struct SaturatedStation {
     command: Probe,
     ticks: [u64; MAX_DOF],
 }
 
 impl Saturated {
-    pub(super) fn of_all(rig: &Rig) -> Vec<Self> {
-        let new = |_| Self { command: Probe::new(types::DES_FORCE.first()), ticks: [0; MAX_DOF] };
-        rig.stations().iter().map(new).collect()
+    pub(crate) fn new(rig: &Rig) -> Self {
+        let new = |_| SaturatedStation { command: Probe::new(types::DES_FORCE.first()), ticks: [0; MAX_DOF] };
+        Self { stations: rig.stations().iter().map(new).collect() }
+    }
+}
+
+impl Observer for Saturated {
+    fn observe(&mut self, rig: &Rig) -> ControlFlow<()> {
+        self.stations.iter_mut().zip(rig.stations()).for_each(|(saturated, station)| saturated.add(station));
+        ControlFlow::Continue(())
     }
 
+    fn report(&mut self, rig: &Rig, outcome: &mut Outcome) {
+        for (saturated, station) in self.stations.iter().zip(rig.stations()) {
+            outcome.saturated.extend(saturated.found(&station.name, rig.period_s()));
+        }
+    }
+}
+
+impl SaturatedStation {
     /// Adds the present tick of its station.
-    pub(super) fn add(&mut self, station: &Station) {
+    fn add(&mut self, station: &Station) {
         if station.last_tick != Tick::Ran {
             return;
         }
@@ -42,11 +66,7 @@ impl Saturated {
     }
 
     /// The actuators of a device that were saturated.
-    pub(super) fn found<'a>(
-        &'a self,
-        device: &'a str,
-        period_s: f64,
-    ) -> impl Iterator<Item = Saturation> + 'a {
+    fn found<'a>(&'a self, device: &'a str, period_s: f64) -> impl Iterator<Item = Saturation> + 'a {
         let saturated = self.ticks.iter().enumerate().filter(|(_, ticks)| **ticks > 0);
         saturated.map(move |(axis, ticks)| {
             #[expect(clippy::cast_precision_loss, reason = "no run has so many ticks")]

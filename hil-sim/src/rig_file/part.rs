@@ -2,7 +2,7 @@
 
 use std::collections::BTreeSet;
 
-use crate::rig_file::{AxisSection, ControllerSection, DeviceSection, RigFile};
+use super::{AxisSection, ControllerSection, DeviceSection, RigFile};
 
 /// A controller, and what it controls.
 #[derive(Debug, Clone)]
@@ -39,7 +39,7 @@ impl<'f> Part<'f> {
 }
 
 /// All controllers that links lead to from one, either way and over others; with itself.
-pub(super) fn linked_with<'f>(file: &'f RigFile, controller: &'f str) -> BTreeSet<&'f str> {
+pub(crate) fn linked_with<'f>(file: &'f RigFile, controller: &'f str) -> BTreeSet<&'f str> {
     let mut linked = BTreeSet::from([controller]);
     loop {
         let ends = file.links.iter().map(|link| [link.from.as_str(), link.to.as_str()]);

@@ -10,11 +10,13 @@
 //! motion as wide as that whose rest is too short for three of its periods is undecided.
 
 use std::collections::BTreeMap;
-use std::ops::Range;
+use std::ops::{ControlFlow, Range};
 
 use dimsart_core::Unit;
 use serde::Serialize;
 
+use super::Observer;
+use crate::outcome::Outcome;
 use crate::rig::{Rig, Station};
 
 /// Periods below which a frequency is a guess.
@@ -71,20 +73,9 @@ impl Swings {
         Self { axes: rig.stations().iter().enumerate().flat_map(of_station).collect() }
     }
 
-    /// Adds the present tick.
-    pub fn add(&mut self, rig: &Rig) {
-        let time_s = rig.time_s();
-        for (station, axis, swing) in &mut self.axes {
-            let Some(station) = rig.stations().get(*station) else { continue };
-            let plant = &station.plant;
-            swing.add(time_s, plant.position(*axis), || plant.is_touching(*axis));
-        }
-    }
-
     /// Sustained oscillations by axis, as in the rest in which they are widest; explains chatter in `faults`, and what
     /// is undecided in `undecided`.
-    #[must_use]
-    pub fn found(&self, rig: &Rig, faults: &mut Vec<String>, undecided: &mut Vec<String>) -> Vec<LimitCycle> {
+    fn found(&self, rig: &Rig, faults: &mut Vec<String>, undecided: &mut Vec<String>) -> Vec<LimitCycle> {
         let mut widest = BTreeMap::new();
         for (station, axis, swing) in &self.axes {
             let found = swing.found();
@@ -122,6 +113,26 @@ impl Swings {
             }
         }
         cycles
+    }
+}
+
+impl Observer for Swings {
+    fn observe(&mut self, rig: &Rig) -> ControlFlow<()> {
+        let time_s = rig.time_s();
+        for (station, axis, swing) in &mut self.axes {
+            let Some(station) = rig.stations().get(*station) else { continue };
+            let plant = &station.plant;
+            swing.add(time_s, plant.position(*axis), || plant.is_touching(*axis));
+        }
+        ControlFlow::Continue(())
+    }
+
+    fn report(&mut self, rig: &Rig, outcome: &mut Outcome) {
+        // Of a run that was broken off, nothing can be said.
+        if outcome.is_complete {
+            outcome.limit_cycles = self.found(rig, &mut outcome.faults, &mut outcome.undecided);
+            outcome.stable &= !outcome.limit_cycles.iter().any(|cycle| cycle.is_chatter);
+        }
     }
 }
 

@@ -2,10 +2,14 @@
 //!
 //! `E = -∫ sum_sides F v dt`, with the actuator's force `F` on the device and its velocity `v`. A passive two-port never
 //! gives out more than it got, `E >= 0` (Niemeyer and Slotine, 1991); one that does is active, whatever the energy in the
-//! [channel](crate::bilateral::energy) says. A force that is held for a tick does `F Δx`, exactly; a motor's is taken as even.
+//! [channel](super::channel_energy) says. A force that is held for a tick does `F Δx`, exactly; a motor's is taken as even.
 //! Where an actuator moves several directions of its device, controllers move energy from axis to axis: all axes count
 //! together then.
 
+use core::ops::ControlFlow;
+
+use super::Observer;
+use crate::outcome::Outcome;
 use crate::plant::Actuation;
 use crate::rig::{Rig, Station};
 
@@ -20,9 +24,9 @@ pub struct PortEnergy {
     smallest_j: f64,
 }
 
-impl PortEnergy {
+impl Observer for PortEnergy {
     /// Adds what has happened since the tick before.
-    pub fn add(&mut self, rig: &Rig) {
+    fn observe(&mut self, rig: &Rig) -> ControlFlow<()> {
         let Self { before, now, energy_j, smallest_j } = self;
         now.clear();
         let mut are_together = false;
@@ -47,11 +51,11 @@ impl PortEnergy {
         }
         core::mem::swap(before, now);
         *smallest_j = energy_j.iter().copied().fold(*smallest_j, f64::min);
+        ControlFlow::Continue(())
     }
 
-    /// Smallest energy of any axis so far, `J`, never above the 0 that each starts with.
-    #[must_use]
-    pub fn smallest_j(&self) -> f64 {
-        self.smallest_j
+    /// The minimum energy of any axis, `J`, never above the 0 that each starts with.
+    fn report(&mut self, rig: &Rig, outcome: &mut Outcome) {
+        outcome.energy_ports_min_j = (rig.ticks() > 0).then_some(self.smallest_j);
     }
 }

@@ -7,7 +7,7 @@ use crate::rig_file::{Chirp, MinimumJerk, MoveSection, Prbs, Ramp, Sine, Step};
 
 /// One move, ready to be asked for its value at any time.
 #[derive(Debug)]
-pub(super) enum Motion {
+pub(crate) enum Motion {
     Step(Step),
     Ramp(Ramp),
     MinimumJerk(MinimumJerk),
@@ -28,7 +28,7 @@ pub struct SamplesError {
 }
 
 /// All of them together.
-pub(super) fn sum_at(motions: &[Motion], time_s: f64) -> f64 {
+pub(crate) fn sum_at(motions: &[Motion], time_s: f64) -> f64 {
     motions.iter().map(|motion| motion.at(time_s)).sum()
 }
 
@@ -37,7 +37,7 @@ impl Motion {
     ///
     /// # Errors
     /// [`SamplesError`] for a file that is not there, or has a row that is no time and value, or goes back in time.
-    pub(super) fn new(section: &MoveSection, folder: &Path) -> Result<Option<Self>, SamplesError> {
+    pub(crate) fn new(section: &MoveSection, folder: &Path) -> Result<Option<Self>, SamplesError> {
         let MoveSection { step, ramp, minimum_jerk, sine, chirp, prbs, samples, .. } = section.clone();
         let of_samples = samples.map(|samples| {
             let rows = read_samples(&folder.join(&samples.file))?;
@@ -62,7 +62,7 @@ impl Motion {
     }
 
     /// Its value at a time, `s`, in the unit of its signal.
-    pub(super) fn at(&self, time_s: f64) -> f64 {
+    pub(crate) fn at(&self, time_s: f64) -> f64 {
         match self {
             Self::Step(Step { at_s, size }) => {
                 if time_s >= *at_s - LATE_S {
@@ -98,7 +98,7 @@ impl Motion {
     }
 
     /// When it begins, `s`.
-    pub(super) fn start_s(&self) -> f64 {
+    pub(crate) fn start_s(&self) -> f64 {
         match self {
             Self::Step(Step { at_s, .. })
             | Self::Ramp(Ramp { at_s, .. })
@@ -111,7 +111,7 @@ impl Motion {
     }
 
     /// When nothing more comes of it, `s`.
-    pub(super) fn end_s(&self) -> f64 {
+    pub(crate) fn end_s(&self) -> f64 {
         match self {
             Self::Step(Step { at_s, .. }) => *at_s,
             Self::Ramp(Ramp { until_s, .. })

@@ -1,11 +1,15 @@
 //! Watches whether every position, force and wave stays in its declared range, none grows without bound, and no force
 //! alternates between its limits: then growth has ended in saturation.
 
+use core::ops::ControlFlow;
+
 use dimsart_core::limits::MAX_DOF;
 use dimsart_core::{DataType, Tick, Unit, Vocabulary as _, types};
 use drive::DriveTrouble;
 
-use crate::growth::Growth;
+use super::Observer;
+use super::growth::Growth;
+use crate::outcome::Outcome;
 use crate::rig::{Probe, Rig, Station};
 
 /// Share of a signal's declared range below which its growth is noise: above that, `f32` still has digits for it.
@@ -22,6 +26,8 @@ pub struct Watch {
     stations: Vec<Watched>,
     /// One that grows is enough to know.
     has_seen_growth: bool,
+    faults: Vec<String>,
+    is_unstable: bool,
 }
 
 /// Declared ranges of a station's signals, symmetric around 0, in the units of its axes.
@@ -91,7 +97,8 @@ impl Watch {
                 has_lost_link: false,
             }
         };
-        Self { stations: rig.stations().iter().zip(ranges).map(watched).collect(), has_seen_growth: false }
+        let stations = rig.stations().iter().zip(ranges).map(watched).collect();
+        Self { stations, has_seen_growth: false, faults: Vec::new(), is_unstable: false }
     }
 
     /// What is wrong in the present tick; none while all is well. Growth is told once, when it is first seen, and
@@ -182,6 +189,30 @@ impl Watch {
         let grows = grows.filter(|_| !self.has_seen_growth)?;
         self.has_seen_growth = true;
         Some(Alarm::Grows(grows))
+    }
+}
+
+impl Observer for Watch {
+    fn observe(&mut self, rig: &Rig) -> ControlFlow<()> {
+        match self.look(rig) {
+            None => {}
+            Some(Alarm::LinkLost(lost)) => self.faults.extend(lost),
+            Some(Alarm::Grows(fault)) => {
+                self.faults.push(fault);
+                self.is_unstable = true;
+            }
+            Some(Alarm::Left(fault)) => {
+                self.faults.push(fault);
+                self.is_unstable = true;
+                return ControlFlow::Break(());
+            }
+        }
+        ControlFlow::Continue(())
+    }
+
+    fn report(&mut self, _rig: &Rig, outcome: &mut Outcome) {
+        outcome.faults.append(&mut self.faults);
+        outcome.stable &= !self.is_unstable;
     }
 }
 

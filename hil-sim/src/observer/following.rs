@@ -1,31 +1,99 @@
-//! Watches how an axis follows its reference.
+//! How axes follow their references, and the loops around them.
+
+use core::ops::ControlFlow;
 
 use dimsart_core::{DataType, types};
 
-use super::loop_gain::LoopFigures;
-use super::motion::{Motion, sum_at};
-use super::outcome::AxisOutcome;
+use super::Observer;
 use super::step_response::{StepFigures, StepResponse};
+use crate::motion::{Motion, sum_at};
+use crate::outcome::{AxisOutcome, Following, Outcome};
 use crate::plant::MAX_QUANTITIES;
-use crate::rig::{Probe, Station};
+use crate::response::{AxisLoop, UNDECIDED};
+use crate::rig::{Probe, Rig, Station};
 
 /// Which quantity of an axis follows which reference.
-pub(super) const FOLLOWS: [(&DataType, usize); 2] = [(types::DES_POSITION, 0), (types::DES_VELOCITY, 1)];
+pub(crate) const FOLLOWS: [(&DataType, usize); 2] = [(types::DES_POSITION, 0), (types::DES_VELOCITY, 1)];
 
 /// A reference that is followed, and the place of what follows it among what is known of an axis.
-pub(super) fn followed(reference: &DataType) -> Option<(&'static DataType, usize)> {
+pub(crate) fn followed(reference: &DataType) -> Option<(&'static DataType, usize)> {
     FOLLOWS.into_iter().find(|(known, _)| known.id == reference.id)
+}
+
+/// All axes with a reference, and all loops.
+#[derive(Debug)]
+pub(crate) struct Followings {
+    follows: Vec<Follow>,
+    loops: Vec<AxisLoop>,
+}
+
+impl Followings {
+    pub(crate) fn new(follows: Vec<Follow>, loops: Vec<AxisLoop>) -> Self {
+        Self { follows, loops }
+    }
+
+    /// Reports loops in which a disturbance grows, and those in which that is undecided.
+    fn report_loops(&self, rig: &Rig, outcome: &mut Outcome) {
+        for of in &self.loops {
+            for (figures, place) in [(of.free, ""), (of.in_contact, " in contact")] {
+                let Some(growth) = figures.and_then(|figures| figures.growth_per_tick) else { continue };
+                let the_loop = format!("the loop of axis {} of {}{place}", of.axis, name(rig, of.station));
+                if growth > 1.0 + UNDECIDED {
+                    outcome
+                        .fail(format!("{the_loop} is unstable: a disturbance grows by {growth:.5} per tick"));
+                } else if growth >= 1.0 - UNDECIDED {
+                    outcome.undecided.push(format!(
+                        "{the_loop} is at its stability limit: a disturbance changes by less than 1e-5 per tick; change a \
+                         gain to decide"
+                    ));
+                }
+            }
+        }
+    }
+}
+
+impl Observer for Followings {
+    fn observe(&mut self, rig: &Rig) -> ControlFlow<()> {
+        let time_s = rig.time_s();
+        for follow in &mut self.follows {
+            if let Some(station) = rig.stations().get(follow.station) {
+                follow.add(time_s, station);
+            }
+        }
+        ControlFlow::Continue(())
+    }
+
+    fn report(&mut self, rig: &Rig, outcome: &mut Outcome) {
+        self.report_loops(rig, outcome);
+        for follow in self.follows.iter().filter(|follow| follow.has_followed()) {
+            let is_around = |of: &&AxisLoop| (of.station, of.axis) == (follow.station, follow.axis);
+            let found = self.loops.iter().find(is_around);
+            let in_contact = found.and_then(|of| of.in_contact);
+            outcome.axes.push(AxisOutcome {
+                device: name(rig, follow.station).to_owned(),
+                axis: follow.axis,
+                following: Some(follow.figures()),
+                contact: None,
+                loop_figures: found.and_then(|of| of.free),
+                contact_growth_per_tick: in_contact.and_then(|figures| figures.growth_per_tick),
+            });
+        }
+    }
+}
+
+fn name(rig: &Rig, station: usize) -> &str {
+    rig.stations().get(station).map_or("", |station| &station.name)
 }
 
 /// One axis and one reference.
 #[derive(Debug)]
-pub(super) struct Follow {
-    pub(super) station: usize,
-    pub(super) axis: usize,
-    pub(super) reference: &'static DataType,
-    pub(super) unit: &'static str,
+pub(crate) struct Follow {
+    station: usize,
+    axis: usize,
+    reference: &'static DataType,
+    unit: &'static str,
     /// Of what follows it.
-    pub(super) quantity: usize,
+    quantity: usize,
     motions: Vec<Motion>,
     /// Where the scheme has a reference that nothing moves from outside: from a link, or a module.
     of_scheme: Option<Probe>,
@@ -37,7 +105,7 @@ pub(super) struct Follow {
 
 impl Follow {
     /// `others` are when anything else begins to move the axis, `s`.
-    pub(super) fn new(
+    pub(crate) fn new(
         place: (usize, usize),
         reference: &'static DataType,
         unit: &'static str,
@@ -73,12 +141,12 @@ impl Follow {
     }
 
     /// Whether there ever was a reference.
-    pub(super) fn has_followed(&self) -> bool {
+    fn has_followed(&self) -> bool {
         self.ticks > 0
     }
 
     /// Looks at the present tick of its station.
-    pub(super) fn add(&mut self, time_s: f64, station: &Station) {
+    fn add(&mut self, time_s: f64, station: &Station) {
         let mut values = [f64::NAN; MAX_QUANTITIES];
         station.plant.look(self.axis, &mut values);
         let value = values.get(self.quantity).copied().unwrap_or(f64::NAN);
@@ -96,15 +164,12 @@ impl Follow {
         }
     }
 
-    /// What came of it.
-    pub(super) fn outcome(&self, device: &str, loop_figures: Option<LoopFigures>) -> AxisOutcome {
+    fn figures(&self) -> Following {
         let figures = self.step.as_ref().map(StepResponse::figures);
         let of_step = |figure: fn(&StepFigures) -> Option<f64>| figures.as_ref().and_then(figure);
         #[expect(clippy::cast_precision_loss, reason = "far fewer ticks than 2^53")]
         let ticks = self.ticks.max(1) as f64;
-        AxisOutcome {
-            device: device.to_owned(),
-            axis: self.axis,
+        Following {
             reference: self.reference.name,
             unit: self.unit,
             rise_time_s: of_step(|figures| figures.rise_time_s),
@@ -112,8 +177,6 @@ impl Follow {
             settling_time_s: of_step(|figures| figures.settling_time_s),
             rms_error: (self.squares / ticks).sqrt(),
             peak_error: self.peak,
-            loop_figures,
-            contact_growth_per_tick: None,
         }
     }
 }

@@ -7,8 +7,12 @@
 //! A wave that is not lost arrives bit for bit as it left. Its power is counted in whole grains, so that it takes out
 //! exactly what it brought in: at rest the account is 0, and not what rounding left.
 
+use core::ops::ControlFlow;
+
 use dimsart_core::types;
 
+use super::Observer;
+use crate::outcome::Outcome;
 use crate::rig::{Probe, Rig};
 
 /// A grain is 8e-22 `W`: far below what a wave of any use has, and waves of 1e8 `sqrt(W)` still fit.
@@ -67,6 +71,17 @@ impl ChannelEnergy {
 
     fn joules(&self, grains: i128) -> f64 {
         self.half_period_s * (grains as f64 / GRAINS_PER_W)
+    }
+}
+
+impl Observer for ChannelEnergy {
+    fn observe(&mut self, rig: &Rig) -> ControlFlow<()> {
+        self.add(rig);
+        ControlFlow::Continue(())
+    }
+
+    fn report(&mut self, _rig: &Rig, outcome: &mut Outcome) {
+        outcome.energy_min_j = self.smallest_j();
     }
 }
 

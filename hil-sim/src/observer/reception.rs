@@ -5,13 +5,57 @@
 //! `LINK_LOST` is lost and superseded together, the gaps in the sequence; `LINK_REFUSED` is refused and superseded together,
 //! what came and was not used.
 
-use dimsart_core::{DataType, LinkState, types};
+use core::ops::ControlFlow;
 
-use crate::outcome::Received;
-use crate::rig::Station;
+use dimsart_core::{DataType, LinkState, types};
+use serde::Serialize;
+
+use super::Observer;
+use crate::outcome::Outcome;
+use crate::rig::{Rig, Station};
+
+/// What a station made of the packets that were sent to it.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize)]
+pub struct Received {
+    /// Its name.
+    pub station: String,
+    /// Packets that were missing when a newer one came.
+    pub lost: u32,
+    /// Packets that came together with a newer one: a tick uses one.
+    pub superseded: u32,
+    /// Packets refused: damaged, old, repeated, or of another content.
+    pub refused: u32,
+}
+
+/// Reads at the end what receivers have counted.
+#[derive(Debug)]
+pub(crate) struct Reception {
+    /// Whether a link that never came up is a fault here: a station alone has met the other one before.
+    pub(crate) reports_silence: bool,
+}
+
+impl Observer for Reception {
+    fn observe(&mut self, _rig: &Rig) -> ControlFlow<()> {
+        ControlFlow::Continue(())
+    }
+
+    fn report(&mut self, rig: &Rig, outcome: &mut Outcome) {
+        let stations = rig.stations().iter().filter(|_| self.reports_silence);
+        for silence in stations.flat_map(|station| silences(station, rig.ticks())) {
+            outcome.stable &= !silence.is_refusal;
+            outcome.faults.push(silence.text);
+        }
+        let received: Vec<Received> = rig.stations().iter().filter_map(received).collect();
+        let sum = |count: fn(&Received) -> u32| received.iter().map(|each| u64::from(count(each))).sum();
+        outcome.lost_packets = sum(|each| each.lost);
+        outcome.superseded_packets = sum(|each| each.superseded);
+        outcome.refused_packets = sum(|each| each.refused);
+        outcome.received = received;
+    }
+}
 
 /// What it missed and refused on all its links; none for one that does not listen.
-pub(crate) fn received(station: &Station) -> Option<Received> {
+fn received(station: &Station) -> Option<Received> {
     let sum = |signal| words(station, signal).map(|(_, count)| count).reduce(u32::wrapping_add);
     let superseded = station.superseded();
     let [lost, refused] = [sum(types::LINK_LOST)?, sum(types::LINK_REFUSED)?];
@@ -20,15 +64,15 @@ pub(crate) fn received(station: &Station) -> Option<Received> {
 }
 
 /// A link over which a station accepted nothing.
-pub(crate) struct Silence {
+struct Silence {
     /// In words, with the reason.
-    pub(crate) text: String,
+    text: String,
     /// Whether packets came and were refused: a run can be shorter than the delay of a link that works.
-    pub(crate) is_refusal: bool,
+    is_refusal: bool,
 }
 
 /// The links of a station over which it accepted nothing in all `ticks` of a run.
-pub(crate) fn silences(station: &Station, ticks: u64) -> Vec<Silence> {
+fn silences(station: &Station, ticks: u64) -> Vec<Silence> {
     let own_ticks = ticks.div_ceil(station.every_ticks() as u64);
     let of =
         |signal, number| words(station, signal).find(|(found, _)| *found == number).map(|(_, word)| word);

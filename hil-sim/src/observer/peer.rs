@@ -1,0 +1,72 @@
+//! What the packets of another process show of it: that it was restarted, or that it ticks at another rate.
+
+use core::ops::ControlFlow;
+
+use dimsart_core::types;
+
+use super::Observer;
+use crate::outcome::Outcome;
+use crate::rig::{Probe, Rig, Station};
+
+/// Share by which the rate of packets differs where sample periods do; clocks differ by far less.
+const OTHER_RATE: f64 = 0.1;
+/// Silence at the end of a run that is reported, ticks.
+const SILENCE_TICKS: u32 = 100;
+
+/// Observes the only station of a rig.
+#[derive(Debug)]
+pub(crate) struct Peer {
+    name: String,
+    /// From one packet to the next, ticks.
+    every_ticks: u32,
+    restarts: u32,
+    restarts_s: Vec<f64>,
+}
+
+impl Peer {
+    /// Of this name, which sends a packet in every so many ticks.
+    pub(crate) fn new(rig: &Rig, name: &str, every_ticks: u32) -> Self {
+        Self { name: name.to_owned(), every_ticks, restarts: restarts(rig), restarts_s: Vec::new() }
+    }
+}
+
+impl Observer for Peer {
+    fn observe(&mut self, rig: &Rig) -> ControlFlow<()> {
+        let restarts = restarts(rig);
+        if restarts != self.restarts {
+            self.restarts = restarts;
+            self.restarts_s.push(rig.time_s());
+        }
+        ControlFlow::Continue(())
+    }
+
+    fn report(&mut self, rig: &Rig, outcome: &mut Outcome) {
+        let (other, station) = (&self.name, rig.stations().first());
+        let age =
+            station.and_then(|station| Probe::new(types::LINK_AGE.first()).words(station).first().copied());
+        if let Some(silence_ticks) = age.filter(|ticks| *ticks > SILENCE_TICKS) {
+            outcome.faults.push(format!(
+                "nothing came from the {other} in the last {silence_ticks} ticks: it ended first"
+            ));
+        }
+        for time_s in &self.restarts_s {
+            outcome.warnings.push(format!(
+                "the {other} was restarted at {time_s:.3} s: figures are of two runs; start both sides again"
+            ));
+        }
+        let per_tick = station.and_then(|station| station.packets_per_tick(0));
+        let expected = 1.0 / f64::from(self.every_ticks);
+        let is_other = |per_tick: &f64| (per_tick / expected - 1.0).abs() > OTHER_RATE;
+        if let Some(per_tick) = per_tick.filter(is_other) {
+            let [found, expected] = [per_tick, expected].map(|share| share / rig.period_s());
+            outcome.warnings.push(format!(
+                "the {other} sends {found:.0} packets a second, {expected:.0} are expected: give both sides the same \
+                 sample_period_s and link.every_ticks"
+            ));
+        }
+    }
+}
+
+fn restarts(rig: &Rig) -> u32 {
+    rig.stations().first().map_or(0, Station::restarts)
+}
