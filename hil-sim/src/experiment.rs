@@ -59,7 +59,8 @@ pub struct Experiment {
     outcome: Outcome,
     /// None when nothing is to be kept.
     recorder: Option<Recorder>,
-    channel_energy: ChannelEnergy,
+    /// For the recorder; none where there are several channels.
+    channel_energy: Option<ChannelEnergy>,
     /// By station: what an emulated board authenticates packets with.
     pub(crate) board_keys: BTreeMap<String, BoardKey>,
     pub(crate) phases: Option<Phases>,
@@ -102,7 +103,7 @@ impl Experiment {
         observers: Vec<Box<dyn Observer>>,
         outcome: Outcome,
     ) -> Self {
-        let channel_energy = ChannelEnergy::new(&rig);
+        let channel_energy = ChannelEnergy::of_one_channel(&rig);
         let (recorder, board_keys) = (Some(recorder), BTreeMap::new());
         let (phases, pace) = (None, None);
         Self {
@@ -216,8 +217,9 @@ impl Experiment {
     fn observe(&mut self) -> bool {
         let Self { rig, observers, recorder, channel_energy, .. } = self;
         if let Some(recorder) = recorder {
-            channel_energy.add(rig);
-            recorder.record(rig, &channel_energy.energy_j());
+            channel_energy.iter_mut().for_each(|energy| energy.add(rig));
+            let energy_j = channel_energy.as_ref().map_or_else(Vec::new, ChannelEnergy::energy_j);
+            recorder.record(rig, &energy_j);
         }
         observers.iter_mut().fold(false, |ends, observer| observer.observe(rig).is_break() | ends)
     }

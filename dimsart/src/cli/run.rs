@@ -255,13 +255,17 @@ impl Run {
     }
 
     fn experiment(&self, subject: &Subject, stop: &AtomicBool) -> Result<Experiment, ExperimentError> {
-        let (Some(side), Subject::Scenario(scenario)) = (self.side, subject) else {
-            let spinner = ProgressBar::new_spinner().with_message("analysing every loop");
-            spinner.enable_steady_tick(SPINNER);
-            let experiment = Experiment::new(subject);
-            spinner.finish_and_clear();
-            return experiment;
+        let scenario = match subject {
+            Subject::Scenario(scenario) => scenario,
+            Subject::Rig(file) => {
+                let spinner = ProgressBar::new_spinner().with_message("analysing every loop");
+                spinner.enable_steady_tick(SPINNER);
+                let experiment = Experiment::new(file.as_ref());
+                spinner.finish_and_clear();
+                return experiment;
+            }
         };
+        let Some(side) = self.side else { return Experiment::new(scenario.as_ref()) };
         if !is_ideal(&scenario.link) {
             eprintln!(
                 "dimsart: note: two processes talk over a real link; link.carrier, delays, jitter, loss, duplication and \

@@ -13,10 +13,13 @@ use dimsart_core::types;
 
 use super::Observer;
 use crate::outcome::Outcome;
-use crate::rig::{Probe, Rig};
+use crate::rig::{Probe, Rig, Station};
 
 /// A grain is 8e-22 `W`: far below what a wave of any use has, and waves of 1e8 `sqrt(W)` still fit.
 const GRAINS_PER_W: f64 = (1_u128 << 70) as f64;
+
+/// Ends of a channel.
+const MAX_ENDS: usize = 2;
 
 /// Adds up the channel's energy, tick by tick.
 #[derive(Debug)]
@@ -37,6 +40,18 @@ impl ChannelEnergy {
         let port = || (Probe::new(types::CH1_WAVES.first()), Probe::new(types::CH2_WAVES.first()));
         let ports = rig.stations().iter().map(|_| port()).collect();
         Self { ports, grains: Vec::new(), smallest: 0, half_period_s: 0.5 * rig.period_s() }
+    }
+
+    /// The same where there is one channel: between two stations with a wave each way, or at one of them alone. None where
+    /// the waves of several channels would be mixed.
+    #[must_use]
+    pub fn of_one_channel(rig: &Rig) -> Option<Self> {
+        let has_one = |station: &Station| {
+            let signals = station.dimsart.engine().data_base().signals();
+            signals.filter(|(_, entry)| entry.signal.id == types::CH1_WAVES.id).count() <= 1
+        };
+        let stations = rig.stations();
+        (stations.len() <= MAX_ENDS && stations.iter().all(has_one)).then(|| Self::new(rig))
     }
 
     /// Adds the present tick of every station, unless one of them has no wave signals.

@@ -110,12 +110,16 @@ impl Perceived {
     /// Looks at the present tick.
     fn add(&mut self, rig: &Rig) {
         let Some(hand) = rig.stations().get(self.station) else { return };
+        let time_s = rig.time_s();
+        let is_watched = self.watched_s.first().is_some_and(|watched_s| time_s >= watched_s.start);
+        if !is_watched && self.min_depth <= 0.0 {
+            return;
+        }
         let position = hand.plant.position(self.axis);
         for obstacle in &mut self.obstacles {
             obstacle.depth = position - obstacle.surface();
             obstacle.farthest = obstacle.farthest.max(obstacle.depth.abs());
         }
-        let time_s = rig.time_s();
         let Some(watched_s) = self.watched_s.first().filter(|watched_s| time_s >= watched_s.start) else {
             return;
         };
