@@ -20,7 +20,7 @@
 mod amplifiers;
 
 use dimsart_core::{AxisKind, Counter, DataType, InputLimits, OutputLimits};
-use dimsart_link::{StartCause};
+use dimsart_link::StartCause;
 use drive::{Checked, Encoder};
 use embassy_stm32::can::{CanConfigurator, IT0InterruptHandler, IT1InterruptHandler};
 use embassy_stm32::gpio::{AfType, Flex, Level, Output, OutputType, Pull, Speed};

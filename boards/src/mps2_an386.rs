@@ -26,9 +26,9 @@ use cortex_m::interrupt::InterruptNumber;
 use cortex_m::peripheral::syst::SystClkSource;
 use cortex_m::peripheral::{MPU, Peripherals, SCB, SYST};
 use defmt_semihosting as _;
-use dimsart_link::exchange::MAX_PACKETS;
 use dimsart_core::{Counter, DataType, Tick, Word};
-use dimsart_link::{StartCause};
+use dimsart_link::StartCause;
+use dimsart_link::exchange::MAX_PACKETS;
 use embassy_executor::InterruptExecutor;
 
 use crate::board::{Board, Joints, Parts};

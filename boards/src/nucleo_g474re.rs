@@ -31,7 +31,7 @@ mod ihm08m1;
 mod uart_link;
 
 use dimsart_core::{AxisKind, Counter, DataType, InputLimits, OutputLimits};
-use dimsart_link::{StartCause};
+use dimsart_link::StartCause;
 use embassy_stm32::peripherals::{DMA1_CH1, DMA1_CH2, LPUART1};
 use embassy_stm32::time::Hertz;
 use embassy_stm32::{bind_interrupts, dma, pac, usart};

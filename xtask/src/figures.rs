@@ -21,6 +21,15 @@ The Data Base of nucleo-g474re, 3072 words, holds all 16 kinds of modules at 7 d
 250 rows (`dimsart-core/tests/behaviour/capacity.rs`).
 ";
 
+const KINDS: &str = "
+## Module kinds of an image
+
+`cargo board nucleo-g474re,filters` builds an image with the shipped groups of modules and `filters`. With
+`--no-default-features` the image has the named groups only: `cargo board b-g431b-esc1,control,teleoperation
+--no-default-features` is what `cargo xtask flash b-g431b-esc1` builds. `dimsart modules` shows the group of each kind. A
+project's own kinds are always added (`firmware/src/modules.rs`).
+";
+
 const STACK: &str = "
 ## Stack
 
@@ -83,7 +92,7 @@ pub(crate) fn run() -> Outcome {
     let toolchain = Toolchain::set_up()?;
     let images = build_all(toolchain, Images::All)?;
     let bounds = stack::bounds(&images)?;
-    let page = page(&images) + STACK + &stack::summary(&images, &bounds);
+    let page = page(&images) + KINDS + STACK + &stack::summary(&images, &bounds);
     let page = page
         + TIME
         + "
