@@ -75,7 +75,6 @@ mod declare;
 mod description;
 mod device;
 mod dimsart;
-pub mod encode;
 mod engine;
 pub mod envelope;
 mod explain;

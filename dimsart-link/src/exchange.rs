@@ -12,8 +12,8 @@
 //! A host that has nothing to measure yet sends NaN: the [tick](dimsart_core::Dimsart::tick) is refused and
 //! computes nothing, while commands are carried out as in every tick.
 
+use crate::encode::encode_into;
 use dimsart_core::Tick;
-use dimsart_core::encode::encode_into;
 
 /// Version of the exchange, the first byte of a [`Tag::Hello`].
 pub const VERSION: u8 = 5;

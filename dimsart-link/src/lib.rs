@@ -15,6 +15,7 @@ extern crate std;
 #[cfg(feature = "auth")]
 pub mod auth;
 pub mod carrier;
+mod encode;
 mod event_log;
 pub mod exchange;
 pub mod protocol;

@@ -11,11 +11,11 @@ use heapless::Vec;
 use postcard::ser_flavors::Flavor;
 use serde::{Deserialize, Serialize};
 
+use crate::encode::encode_into;
 use dimsart_core::Dimsart;
 use dimsart_core::Engine;
 use dimsart_core::ParameterText;
 use dimsart_core::checksum::{CRC, Table};
-use dimsart_core::encode::encode_into;
 use dimsart_core::limits::MAX_PROGRAMS;
 use dimsart_core::types;
 use dimsart_core::{Command, CommandError, ModuleRef};

@@ -1,7 +1,6 @@
 //! Tags, and the two ways of how much of freshness and tag travels.
 
-use aes::Aes128;
-use cmac::{Cmac, KeyInit, Mac as _};
+use dimsart_cmac::{Cmac, KEY_BYTES};
 use heapless::Vec;
 
 use super::keys::Line;
@@ -9,7 +8,6 @@ use dimsart_core::envelope::MAX_CONTENT_BYTES;
 
 /// Bytes of the longest tag that travels.
 pub(super) const TAG_BYTES: usize = 8;
-const KEY_BYTES: usize = 16;
 const KEY_BITS: u16 = 128;
 /// Line, channel, freshness, and a content.
 const MAX_TAGGED_BYTES: usize = 2 + 2 + 8 + MAX_CONTENT_BYTES;
@@ -45,15 +43,15 @@ impl Key {
         first_bytes(self.0)
     }
 
-    fn cipher(&self) -> Cmac<Aes128> {
-        Cmac::new(&self.0.into())
+    fn cipher(&self) -> Cmac {
+        Cmac::new(&self.0)
     }
 }
 
 /// A key that is ready for the contents of one association.
 #[derive(Clone)]
 pub(super) struct ContentKey {
-    cipher: Cmac<Aes128>,
+    cipher: Cmac,
     line: Line,
 }
 
@@ -77,15 +75,13 @@ impl ContentKey {
 }
 
 /// Over `parts`, one behind the other. They are joined before: every call of the library sets the cipher up anew.
-fn cmac<const N: usize>(cipher: &Cmac<Aes128>, parts: &[&[u8]]) -> [u8; KEY_BYTES] {
+fn cmac<const N: usize>(cipher: &Cmac, parts: &[&[u8]]) -> [u8; KEY_BYTES] {
     let mut joined: Vec<u8, N> = Vec::new();
     for part in parts {
         // Fits: nothing longer than a content is sealed or opened, and no label is longer than 16 bytes.
         let _ = joined.extend_from_slice(part);
     }
-    let mut mac = cipher.clone();
-    mac.update(&joined);
-    mac.finalize().into_bytes().into()
+    cipher.tag(&joined)
 }
 
 fn first_bytes([a, b, c, d, e, f, g, h, ..]: [u8; KEY_BYTES]) -> [u8; TAG_BYTES] {

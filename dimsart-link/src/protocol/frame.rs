@@ -3,7 +3,7 @@
 use serde::{Deserialize, Serialize};
 
 use crate::carrier::stream;
-use dimsart_core::encode::encode_into;
+use crate::encode::encode_into;
 use dimsart_core::envelope::{CRC_BYTES, Class, HEADER_BYTES, MAX_CONTENT_BYTES, parse, seal, verify};
 
 pub use crate::carrier::stream::MAX_FRAME_BYTES;

@@ -4,7 +4,7 @@ use super::frame::{CHANNEL, NoRoom};
 use super::request::Request;
 use crate::auth::{Key, Line, Profile, Sealer};
 use crate::carrier::stream;
-use dimsart_core::encode::encode_into;
+use crate::encode::encode_into;
 use dimsart_core::envelope::{Class, HEADER_BYTES, MAX_CONTENT_BYTES, seal};
 
 /// Seals a host's requests for a board.

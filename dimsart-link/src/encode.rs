@@ -7,7 +7,7 @@ use serde::Serialize;
 /// Writes a value to the start of `buffer`; none when it does not fit.
 ///
 /// As `postcard::to_slice`, which has what puts a byte down in the image for every field of every type.
-pub fn encode_into<'b>(value: &impl Serialize, buffer: &'b mut [u8]) -> Option<&'b [u8]> {
+pub(crate) fn encode_into<'b>(value: &impl Serialize, buffer: &'b mut [u8]) -> Option<&'b [u8]> {
     postcard::serialize_with_flavor(value, Buffer { bytes: buffer, length: 0 }).ok()
 }
 
