@@ -18,7 +18,7 @@
 //! let rows = "all ADMITTANCE_MOD M_PARAM 2
 //!             all MOD_ENG MOD_ON ADMITTANCE_MOD
 //!             all MOD_ENG MATCHING_CHECK";
-//! let mut bench = Bench::new(&[types::POSITION, types::EXTERNAL_FORCE], rows)?;
+//! let mut bench = Bench::new(dimsart_modules::ALL, &[types::POSITION, types::EXTERNAL_FORCE], rows)?;
 //! // A free mass of 2 kg from 0.5 m on, 8 N for a second.
 //! let last = (0..1000).filter_map(|_| bench.tick(&[0.5, 8.0], "DES_POSITION")).last().unwrap_or_default();
 //! assert!((last - 2.5).abs() < 1e-5, "{last}");

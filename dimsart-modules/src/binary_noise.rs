@@ -8,7 +8,7 @@
 //! use dimsart_core::{Bench, types};
 //!
 //! let rows = "all PRBS_MOD AMPLITUDE 3\nall MOD_ENG MOD_ON PRBS_MOD\nall MOD_ENG MATCHING_CHECK";
-//! let mut bench = Bench::new(&[types::POSITION], rows)?;
+//! let mut bench = Bench::new(dimsart_modules::ALL, &[types::POSITION], rows)?;
 //! let period: Vec<_> = (0..1023).filter_map(|_| bench.tick(&[0.0], "SIGNAL_OUT")).collect();
 //! assert_eq!(period.iter().filter(|value| **value > 0.0).count(), 512);
 //! # Ok::<(), dimsart_core::BenchError>(())

@@ -22,7 +22,7 @@
 //!             all BIQUAD_MOD SOS[0][3] 1
 //!             all MOD_ENG MOD_ON BIQUAD_MOD
 //!             all MOD_ENG MATCHING_CHECK";
-//! let mut bench = Bench::new(&[types::SIGNAL], rows)?;
+//! let mut bench = Bench::new(dimsart_modules::ALL, &[types::SIGNAL], rows)?;
 //! let steps = [0.0, 1.0, 1.0].map(|x| bench.tick(&[x], "SIGNAL_OUT"));
 //! assert_eq!(steps, [Some(0.0), Some(0.5), Some(1.0)]);
 //! # Ok::<(), dimsart_core::BenchError>(())

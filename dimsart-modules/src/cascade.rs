@@ -16,7 +16,7 @@
 //!             all MOD_ENG MOD_ON CASCADE_MOD
 //!             all MOD_ENG MATCHING_CHECK";
 //! let measured = &[types::POSITION, types::VELOCITY, types::DES_POSITION];
-//! let mut bench = Bench::new(measured, rows)?;
+//! let mut bench = Bench::new(dimsart_modules::ALL, measured, rows)?;
 //! // 10 m/s is wanted, 2 m/s is the limit, 0.5 m/s is there.
 //! assert_eq!(bench.tick(&[0.0, 0.5, 1.0], "DES_FORCE"), Some(4.5));
 //! # Ok::<(), dimsart_core::BenchError>(())

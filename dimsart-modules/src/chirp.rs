@@ -15,7 +15,7 @@
 //!
 //! let rows = "all CHIRP_MOD AMPLITUDE 2\nall CHIRP_MOD FROM 10\nall CHIRP_MOD TO 10
 //!             all MOD_ENG MOD_ON CHIRP_MOD\nall MOD_ENG MATCHING_CHECK";
-//! let mut bench = Bench::new(&[types::POSITION], rows)?;
+//! let mut bench = Bench::new(dimsart_modules::ALL, &[types::POSITION], rows)?;
 //! let quarter = (0..26).filter_map(|_| bench.tick(&[0.0], "SIGNAL_OUT")).last();
 //! assert!(quarter.is_some_and(|x| (x - 2.0).abs() < 1e-5));
 //! # Ok::<(), dimsart_core::BenchError>(())

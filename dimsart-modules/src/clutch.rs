@@ -12,8 +12,7 @@
 //! ```
 //! use dimsart_core::{Bench, types};
 //!
-//! let mut bench = Bench::new(
-//!     &[types::POSITION, types::FAR_POSITION, types::CONDITION],
+//! let mut bench = Bench::new(dimsart_modules::ALL, &[types::POSITION, types::FAR_POSITION, types::CONDITION],
 //!     "all MOD_ENG MOD_ON CLUTCH_MOD\nall MOD_ENG MATCHING_CHECK",
 //! )?;
 //! bench.tick(&[0.0, 2.0, 0.0], "DES_POSITION");

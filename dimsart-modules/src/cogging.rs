@@ -11,7 +11,7 @@
 //!             all COGGING_MOD TABLE[0][15] 2
 //!             all MOD_ENG MOD_ON COGGING_MOD
 //!             all MOD_ENG MATCHING_CHECK";
-//! let mut bench = Bench::new(&[types::POSITION], rows)?;
+//! let mut bench = Bench::new(dimsart_modules::ALL, &[types::POSITION], rows)?;
 //! let force = bench.tick(&[-0.05], "FEED_FORCE").unwrap_or_default();
 //! assert!((force - 1.0).abs() < 1e-5, "{force}");
 //! # Ok::<(), dimsart_core::BenchError>(())

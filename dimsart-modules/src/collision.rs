@@ -19,7 +19,7 @@
 //!             all MOD_ENG MOD_ON PLANAR_COLLISION_MOD
 //!             all MOD_ENG MATCHING_CHECK";
 //! let measured = &[types::POSITION, types::VELOCITY, types::DES_FORCE];
-//! let mut bench = Bench::new(measured, rows)?;
+//! let mut bench = Bench::new(dimsart_modules::ALL, measured, rows)?;
 //! assert_eq!(bench.tick(&[0.0, 0.0, 0.0], "CONDITION"), Some(0.0));
 //! assert_eq!(bench.tick(&[0.0, 0.1, 0.0], "CONDITION"), Some(1.0)); // a jerk that no torque made
 //! # Ok::<(), dimsart_core::BenchError>(())

@@ -10,7 +10,7 @@
 //!
 //! let rows = "all COMPARE_MOD LEVEL 1\nall COMPARE_MOD HYSTERESIS 0.5
 //!             all MOD_ENG MOD_ON COMPARE_MOD\nall MOD_ENG MATCHING_CHECK";
-//! let mut bench = Bench::new(&[types::SIGNAL], rows)?;
+//! let mut bench = Bench::new(dimsart_modules::ALL, &[types::SIGNAL], rows)?;
 //! assert_eq!([1.1, 1.3, 0.9, 0.7].map(|x| bench.tick(&[x], "CONDITION")), [0.0, 1.0, 1.0, 0.0].map(Some));
 //! # Ok::<(), dimsart_core::BenchError>(())
 //! ```

@@ -17,7 +17,7 @@
 //!             all MOD_ENG MATCHING_CHECK";
 //! let measured =
 //!     &[types::POSITION, types::VELOCITY, types::DES_POSITION, types::DES_VELOCITY, types::DES_ACCELERATION];
-//! let mut bench = Bench::new(measured, rows)?;
+//! let mut bench = Bench::new(dimsart_modules::ALL, measured, rows)?;
 //! assert_eq!(bench.tick(&[0.0, 0.0, 0.0, 0.0, 3.0], "DES_FORCE"), Some(1.5));
 //! # Ok::<(), dimsart_core::BenchError>(())
 //! ```

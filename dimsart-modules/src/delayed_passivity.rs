@@ -25,8 +25,7 @@
 //! ```
 //! use dimsart_core::{Bench, types};
 //!
-//! let mut bench = Bench::new(
-//!     &[types::POSITION, types::FAR_FORCE, types::FAR_ENERGY],
+//! let mut bench = Bench::new(dimsart_modules::ALL, &[types::POSITION, types::FAR_FORCE, types::FAR_ENERGY],
 //!     "all TDPA_MOD PORT_FORCE_IN FAR_FORCE\nall MOD_ENG MOD_ON TDPA_MOD\nall MOD_ENG MATCHING_CHECK",
 //! )?;
 //! bench.tick(&[0.0, 1.0, 0.0], "DES_FORCE");

@@ -7,7 +7,7 @@
 //! use dimsart_core::{Bench, types};
 //!
 //! let rows = "all DEMUX_MOD SELECT_BY CONDITION\nall MOD_ENG MOD_ON DEMUX_MOD\nall MOD_ENG MATCHING_CHECK";
-//! let mut bench = Bench::new(&[types::SIGNAL, types::CONDITION], rows)?;
+//! let mut bench = Bench::new(dimsart_modules::ALL, &[types::SIGNAL, types::CONDITION], rows)?;
 //! assert_eq!(bench.tick(&[3.0, 1.0], "SIGNAL_OUT.2"), Some(3.0));
 //! assert_eq!(bench.tick(&[3.0, 0.0], "SIGNAL_OUT.2"), Some(0.0));
 //! # Ok::<(), dimsart_core::BenchError>(())

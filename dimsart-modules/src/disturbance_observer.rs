@@ -16,7 +16,7 @@
 //! let rows = "all DISTURBANCE_OBSERVER_MOD INERTIA 2
 //!             all MOD_ENG MOD_ON DISTURBANCE_OBSERVER_MOD
 //!             all MOD_ENG MATCHING_CHECK";
-//! let mut bench = Bench::new(&[types::VELOCITY, types::DES_FORCE], rows)?;
+//! let mut bench = Bench::new(dimsart_modules::ALL, &[types::VELOCITY, types::DES_FORCE], rows)?;
 //! // 2 kg that go faster by 1 m/s each second while nobody commands anything: 2 N.
 //! let ramp = (0..1000_u16).map(|tick| f32::from(tick) / 1000.0);
 //! let last = ramp.filter_map(|v| bench.tick(&[v, 0.0], "EXTERNAL_FORCE")).last().unwrap_or_default();

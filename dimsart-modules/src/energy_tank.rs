@@ -15,8 +15,7 @@
 //! ```
 //! use dimsart_core::{Bench, types};
 //!
-//! let mut bench = Bench::new(
-//!     &[types::POSITION, types::FEED_FORCE, types::FAR_ENERGY],
+//! let mut bench = Bench::new(dimsart_modules::ALL, &[types::POSITION, types::FEED_FORCE, types::FAR_ENERGY],
 //!     "all TANK_MOD PORT_FORCE_IN FEED_FORCE\nall MOD_ENG MOD_ON TANK_MOD\nall MOD_ENG MATCHING_CHECK",
 //! )?;
 //! // Nothing in the tank, no force.

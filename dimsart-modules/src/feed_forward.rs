@@ -12,7 +12,7 @@
 //!             all FEED_FORWARD_MOD VISCOUS 0.5
 //!             all MOD_ENG MOD_ON FEED_FORWARD_MOD
 //!             all MOD_ENG MATCHING_CHECK";
-//! let mut bench = Bench::new(&[types::DES_VELOCITY, types::DES_ACCELERATION], rows)?;
+//! let mut bench = Bench::new(dimsart_modules::ALL, &[types::DES_VELOCITY, types::DES_ACCELERATION], rows)?;
 //! assert_eq!(bench.tick(&[1.0, 3.0], "FEED_FORCE"), Some(6.5));
 //! # Ok::<(), dimsart_core::BenchError>(())
 //! ```

@@ -17,7 +17,7 @@
 //!
 //! let rows = "all FIXTURE_MOD PORT_FORCE_IN FEED_FORCE\nall FIXTURE_MOD K_PARAM 100\nall FIXTURE_MOD DIRECTION 2
 //!             all MOD_ENG MOD_ON FIXTURE_MOD\nall MOD_ENG MATCHING_CHECK";
-//! let mut bench = Bench::new(&[types::POSITION, types::FEED_FORCE], rows)?;
+//! let mut bench = Bench::new(dimsart_modules::ALL, &[types::POSITION, types::FEED_FORCE], rows)?;
 //! assert_eq!(bench.tick(&[0.5, 1.0], "DES_FORCE"), Some(-49.0));
 //! # Ok::<(), dimsart_core::BenchError>(())
 //! ```

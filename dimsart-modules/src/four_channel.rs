@@ -15,8 +15,7 @@
 //! ```
 //! use dimsart_core::{Bench, types};
 //!
-//! let mut bench = Bench::new(
-//!     &[types::POSITION, types::FORCE, types::FAR_POSITION, types::FAR_FORCE],
+//! let mut bench = Bench::new(dimsart_modules::ALL, &[types::POSITION, types::FORCE, types::FAR_POSITION, types::FAR_FORCE],
 //!     "all FOURCHANNEL_MOD K_PARAM 1000\nall MOD_ENG MOD_ON FOURCHANNEL_MOD\nall MOD_ENG MATCHING_CHECK",
 //! )?;
 //! assert_eq!(bench.tick(&[0.0, 3.0, 0.5, -2.0], "DES_FORCE"), Some(498.0));

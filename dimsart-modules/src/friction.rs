@@ -16,7 +16,7 @@
 //!             all FRICTION_MOD VISCOUS 0.5
 //!             all MOD_ENG MOD_ON FRICTION_MOD
 //!             all MOD_ENG MATCHING_CHECK";
-//! let mut bench = Bench::new(&[types::DES_VELOCITY], rows)?;
+//! let mut bench = Bench::new(dimsart_modules::ALL, &[types::DES_VELOCITY], rows)?;
 //! assert_eq!(bench.tick(&[-3.0], "FEED_FORCE"), Some(-3.5));
 //! # Ok::<(), dimsart_core::BenchError>(())
 //! ```

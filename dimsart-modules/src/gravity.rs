@@ -11,7 +11,7 @@
 //!             all PLANAR_GRAVITY_MOD GRAVITY_Y -10
 //!             all MOD_ENG MOD_ON PLANAR_GRAVITY_MOD
 //!             all MOD_ENG MATCHING_CHECK";
-//! let mut bench = Bench::new(&[types::POSITION], rows)?;
+//! let mut bench = Bench::new(dimsart_modules::ALL, &[types::POSITION], rows)?;
 //! assert_eq!(bench.tick(&[0.0], "FEED_FORCE"), Some(10.0));
 //! # Ok::<(), dimsart_core::BenchError>(())
 //! ```

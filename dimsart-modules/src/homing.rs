@@ -19,7 +19,7 @@
 //!
 //! let rows = "all HOMING_MOD STOP_BY CONDITION\nall HOMING_MOD HOME_POSITION -0.5\nall HOMING_MOD STALL_TIME 0
 //!             all MOD_ENG MOD_ON HOMING_MOD\nall MOD_ENG MATCHING_CHECK";
-//! let mut bench = Bench::new(&[types::POSITION, types::CONDITION], rows)?;
+//! let mut bench = Bench::new(dimsart_modules::ALL, &[types::POSITION, types::CONDITION], rows)?;
 //! assert_eq!(bench.tick(&[0.2, 0.0], "STATE"), Some(0.0));
 //! assert_eq!(bench.tick(&[0.2, 1.0], "POSITION.2"), Some(-0.5));
 //! # Ok::<(), dimsart_core::BenchError>(())

@@ -15,7 +15,7 @@
 //!             all MOD_ENG MOD_ON IMPEDANCE_MOD
 //!             all MOD_ENG MATCHING_CHECK";
 //! let measured = &[types::POSITION, types::VELOCITY, types::DES_POSITION];
-//! let mut bench = Bench::new(measured, rows)?;
+//! let mut bench = Bench::new(dimsart_modules::ALL, measured, rows)?;
 //! assert_eq!(bench.tick(&[0.0, 0.5, 0.25], "DES_FORCE"), Some(23.0));
 //! # Ok::<(), dimsart_core::BenchError>(())
 //! ```

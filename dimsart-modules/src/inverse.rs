@@ -16,7 +16,7 @@
 //! # use dimsart_core::{Bench, types};
 //! let rows = "all MOD_ENG MOD_ON PLANAR_INVERSE_MOD
 //!             all MOD_ENG MATCHING_CHECK";
-//! let bench: Result<Bench, _> = Bench::new(&[types::DES_TIP_POSITION], rows);
+//! let bench: Result<Bench, _> = Bench::new(dimsart_modules::ALL, &[types::DES_TIP_POSITION], rows);
 //! assert!(bench.is_err()); // a plane takes two axes, and a bench has one
 //! ```
 

@@ -18,7 +18,7 @@
 //!
 //! let rows = "all JLIMIT_MOD PORT_FORCE_IN FEED_FORCE\nall JLIMIT_MOD POSITION_HIGH 1\nall JLIMIT_MOD FORCE_LIMIT 20
 //!             all MOD_ENG MOD_ON JLIMIT_MOD\nall MOD_ENG MATCHING_CHECK";
-//! let mut bench = Bench::new(&[types::POSITION, types::VELOCITY, types::FEED_FORCE], rows)?;
+//! let mut bench = Bench::new(dimsart_modules::ALL, &[types::POSITION, types::VELOCITY, types::FEED_FORCE], rows)?;
 //! // 1 m away at rest; at the limit.
 //! assert_eq!(bench.tick(&[0.0, 0.0, 5.0], "DES_FORCE"), Some(5.0));
 //! assert_eq!(bench.tick(&[1.0, 0.0, 5.0], "DES_FORCE"), Some(0.0));

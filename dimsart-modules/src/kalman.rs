@@ -25,7 +25,7 @@
 //! let rows = "all KALMAN_MOD MODEL CONSTANT_ACCELERATION
 //!             all MOD_ENG MOD_ON KALMAN_MOD
 //!             all MOD_ENG MATCHING_CHECK";
-//! let mut bench = Bench::new(&[types::POSITION], rows)?;
+//! let mut bench = Bench::new(dimsart_modules::ALL, &[types::POSITION], rows)?;
 //! // It falls at 9.81 m/s².
 //! let fall = (0..400_u16).map(|tick| -9.81e-6 / 2.0 * f32::from(tick).powi(2));
 //! let last = fall.filter_map(|x| bench.tick(&[x], "ACCELERATION")).last().unwrap_or_default();

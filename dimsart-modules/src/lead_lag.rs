@@ -16,7 +16,7 @@
 //!             all LEAD_LAG_MOD GAIN 2
 //!             all MOD_ENG MOD_ON LEAD_LAG_MOD
 //!             all MOD_ENG MATCHING_CHECK";
-//! let mut bench = Bench::new(&[types::SIGNAL], rows)?;
+//! let mut bench = Bench::new(dimsart_modules::ALL, &[types::SIGNAL], rows)?;
 //! assert_eq!(bench.tick(&[1.0], "SIGNAL_OUT"), Some(2.0));
 //! # Ok::<(), dimsart_core::BenchError>(())
 //! ```

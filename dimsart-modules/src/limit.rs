@@ -10,7 +10,7 @@
 //!
 //! let rows = "all LIMIT_MOD HIGH 2\nall LIMIT_MOD RATE 1000
 //!             all MOD_ENG MOD_ON LIMIT_MOD\nall MOD_ENG MATCHING_CHECK";
-//! let mut bench = Bench::new(&[types::SIGNAL], rows)?;
+//! let mut bench = Bench::new(dimsart_modules::ALL, &[types::SIGNAL], rows)?;
 //! assert_eq!([0.0, 5.0, 5.0, 5.0].map(|x| bench.tick(&[x], "SIGNAL_OUT")), [0.0, 1.0, 2.0, 2.0].map(Some));
 //! # Ok::<(), dimsart_core::BenchError>(())
 //! ```

@@ -17,7 +17,7 @@
 //! use dimsart_core::{Bench, types};
 //!
 //! let rows = "all LOGIC_MOD FUNCTION EDGE\nall LOGIC_MOD INVERT ON\nall MOD_ENG MOD_ON LOGIC_MOD\nall MOD_ENG MATCHING_CHECK";
-//! let mut bench = Bench::new(&[types::CONDITION], rows)?;
+//! let mut bench = Bench::new(dimsart_modules::ALL, &[types::CONDITION], rows)?;
 //! assert_eq!([0.0, 1.0, 0.0, 0.0].map(|x| bench.tick(&[x], "CONDITION.3")), [0.0, 0.0, 1.0, 0.0].map(Some));
 //! # Ok::<(), dimsart_core::BenchError>(())
 //! ```

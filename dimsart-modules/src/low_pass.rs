@@ -15,7 +15,7 @@
 //! let rows = "all LOWPASS_MOD FREQUENCY 15.915494
 //!             all MOD_ENG MOD_ON LOWPASS_MOD
 //!             all MOD_ENG MATCHING_CHECK";
-//! let mut bench = Bench::new(&[types::SIGNAL], rows)?;
+//! let mut bench = Bench::new(dimsart_modules::ALL, &[types::SIGNAL], rows)?;
 //! assert_eq!(bench.tick(&[1.0], "SIGNAL_OUT"), Some(1.0));
 //! // A step to 2, and a time constant of 10 ms: 10 ticks later, 1/e of it is left.
 //! let last = (0..10).filter_map(|_| bench.tick(&[2.0], "SIGNAL_OUT")).last().unwrap_or_default();

@@ -16,8 +16,7 @@
 //! ```
 //! use dimsart_core::{Bench, types};
 //!
-//! let mut bench = Bench::new(
-//!     &[types::CH2_WAVES, types::POSITION, types::VELOCITY],
+//! let mut bench = Bench::new(dimsart_modules::ALL, &[types::CH2_WAVES, types::POSITION, types::VELOCITY],
 //!     "all WMATCH_MOD MASS 0.5\nall MOD_ENG MOD_ON WMATCH_MOD\nall MOD_ENG MATCHING_CHECK",
 //! )?;
 //! assert_eq!(bench.tick(&[0.0, 0.2, 0.0], "DES_POSITION"), Some(0.2)); // begins where the robot is

@@ -15,7 +15,7 @@
 //!
 //! let rows = "all MINJERK_MOD TARGET 1\nall MINJERK_MOD DURATION 0.1
 //!             all MOD_ENG MOD_ON MINJERK_MOD\nall MOD_ENG MATCHING_CHECK";
-//! let mut bench = Bench::new(&[types::POSITION], rows)?;
+//! let mut bench = Bench::new(dimsart_modules::ALL, &[types::POSITION], rows)?;
 //! let path: Vec<_> = (0..102).filter_map(|_| bench.tick(&[0.0], "DES_POSITION")).collect();
 //! assert_eq!((path.get(50), path.last()), (Some(&0.5), Some(&1.0)));
 //! # Ok::<(), dimsart_core::BenchError>(())

@@ -12,7 +12,7 @@
 //! let rows = "all MOVING_AVERAGE_MOD WINDOW 2
 //!             all MOD_ENG MOD_ON MOVING_AVERAGE_MOD
 //!             all MOD_ENG MATCHING_CHECK";
-//! let mut bench = Bench::new(&[types::SIGNAL], rows)?;
+//! let mut bench = Bench::new(dimsart_modules::ALL, &[types::SIGNAL], rows)?;
 //! let averages = [1.0, 3.0, 5.0].map(|x| bench.tick(&[x], "SIGNAL_OUT"));
 //! assert_eq!(averages, [Some(1.0), Some(2.0), Some(4.0)]);
 //! # Ok::<(), dimsart_core::BenchError>(())

@@ -12,7 +12,7 @@
 //!
 //! let rows = "all MULTISINE_MOD AMPLITUDE 1\nall MULTISINE_MOD TONES 1
 //!             all MOD_ENG MOD_ON MULTISINE_MOD\nall MOD_ENG MATCHING_CHECK";
-//! let mut bench = Bench::new(&[types::POSITION], rows)?;
+//! let mut bench = Bench::new(dimsart_modules::ALL, &[types::POSITION], rows)?;
 //! assert_eq!(bench.tick(&[0.0], "SIGNAL_OUT"), Some(1.0));
 //! # Ok::<(), dimsart_core::BenchError>(())
 //! ```

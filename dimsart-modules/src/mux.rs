@@ -8,7 +8,7 @@
 //!
 //! let rows = "all MUX_MOD SELECT_BY CONDITION\nall MUX_MOD PORT_IN1 FORCE\nall MUX_MOD PORT_IN2 FEED_FORCE
 //!             all MOD_ENG MOD_ON MUX_MOD\nall MOD_ENG MATCHING_CHECK";
-//! let mut bench = Bench::new(&[types::FORCE, types::FEED_FORCE, types::CONDITION], rows)?;
+//! let mut bench = Bench::new(dimsart_modules::ALL, &[types::FORCE, types::FEED_FORCE, types::CONDITION], rows)?;
 //! assert_eq!(bench.tick(&[3.0, 5.0, 0.0], "SIGNAL_OUT"), Some(3.0));
 //! assert_eq!(bench.tick(&[3.0, 5.0, 1.0], "SIGNAL_OUT"), Some(5.0));
 //! # Ok::<(), dimsart_core::BenchError>(())

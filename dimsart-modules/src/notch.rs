@@ -14,7 +14,7 @@
 //! let rows = "all NOTCH_MOD FREQUENCY 250
 //!             all MOD_ENG MOD_ON NOTCH_MOD
 //!             all MOD_ENG MATCHING_CHECK";
-//! let mut bench = Bench::new(&[types::SIGNAL], rows)?;
+//! let mut bench = Bench::new(dimsart_modules::ALL, &[types::SIGNAL], rows)?;
 //! // A fourth of 1 kHz: 1, 0, -1, 0. Nothing of it is left after a while.
 //! let wave = [1.0, 0.0, -1.0, 0.0].into_iter().cycle().take(400);
 //! let last = wave.filter_map(|x| bench.tick(&[x], "SIGNAL_OUT")).last().unwrap_or(1.0);

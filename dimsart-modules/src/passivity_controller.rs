@@ -19,8 +19,7 @@
 //! use dimsart_core::{Bench, types};
 //!
 //! // A spring that pulls harder on the way back, 1 N instead of 0: the port gave out 1 mJ.
-//! let mut bench = Bench::new(
-//!     &[types::POSITION, types::FEED_FORCE],
+//! let mut bench = Bench::new(dimsart_modules::ALL, &[types::POSITION, types::FEED_FORCE],
 //!     "all PASSIVITY_MOD PORT_FORCE_IN FEED_FORCE\nall MOD_ENG MOD_ON PASSIVITY_MOD\nall MOD_ENG MATCHING_CHECK",
 //! )?;
 //! bench.tick(&[0.0, 1.0], "DES_FORCE");

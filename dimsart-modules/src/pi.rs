@@ -13,7 +13,7 @@
 //!             all PI_MOD I_PARAM 100
 //!             all MOD_ENG MOD_ON PI_MOD
 //!             all MOD_ENG MATCHING_CHECK";
-//! let mut bench = Bench::new(&[types::VELOCITY, types::DES_VELOCITY], rows)?;
+//! let mut bench = Bench::new(dimsart_modules::ALL, &[types::VELOCITY, types::DES_VELOCITY], rows)?;
 //! let forces = [1, 2].map(|_| bench.tick(&[0.0, 1.0], "DES_FORCE"));
 //! assert_eq!(forces, [Some(2.1), Some(2.2)]);
 //! # Ok::<(), dimsart_core::BenchError>(())

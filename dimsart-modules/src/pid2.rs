@@ -17,7 +17,7 @@
 //!             all PID2_MOD SETPOINT_WEIGHT 0.5
 //!             all MOD_ENG MOD_ON PID2_MOD
 //!             all MOD_ENG MATCHING_CHECK";
-//! let mut bench = Bench::new(&[types::POSITION, types::DES_POSITION], rows)?;
+//! let mut bench = Bench::new(dimsart_modules::ALL, &[types::POSITION, types::DES_POSITION], rows)?;
 //! assert_eq!(bench.tick(&[0.25, 1.0], "DES_FORCE"), Some(25.0));
 //! # Ok::<(), dimsart_core::BenchError>(())
 //! ```

@@ -21,7 +21,7 @@
 //!
 //! let rows = "all SCURVE_MOD TARGET 2\nall SCURVE_MOD JERK_LIMIT 1000
 //!             all MOD_ENG MOD_ON SCURVE_MOD\nall MOD_ENG MATCHING_CHECK";
-//! let mut bench = Bench::new(&[types::POSITION], rows)?;
+//! let mut bench = Bench::new(dimsart_modules::ALL, &[types::POSITION], rows)?;
 //! let path: Vec<_> = (0..1501).filter_map(|_| bench.tick(&[1.0], "DES_POSITION")).collect();
 //! assert_eq!((path.first(), path.last()), (Some(&1.0), Some(&2.0)));
 //! # Ok::<(), dimsart_core::BenchError>(())

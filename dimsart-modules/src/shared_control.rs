@@ -7,8 +7,7 @@
 //! ```
 //! use dimsart_core::{Bench, types};
 //!
-//! let mut bench = Bench::new(
-//!     &[types::DES_POSITION, types::FAR_POSITION],
+//! let mut bench = Bench::new(dimsart_modules::ALL, &[types::DES_POSITION, types::FAR_POSITION],
 //!     "all SHARED_MOD PORT_OPERATOR DES_POSITION\nall SHARED_MOD PORT_PROGRAM FAR_POSITION
 //!      all SHARED_MOD SHARE 0.25\nall MOD_ENG MOD_ON SHARED_MOD\nall MOD_ENG MATCHING_CHECK",
 //! )?;

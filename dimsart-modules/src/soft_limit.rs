@@ -10,7 +10,7 @@
 //!
 //! let rows = "all SOFTLIMIT_MOD PORT_FORCE_IN FEED_FORCE\nall SOFTLIMIT_MOD K_PARAM 100
 //!             all MOD_ENG MOD_ON SOFTLIMIT_MOD\nall MOD_ENG MATCHING_CHECK";
-//! let mut bench = Bench::new(&[types::POSITION, types::FEED_FORCE], rows)?;
+//! let mut bench = Bench::new(dimsart_modules::ALL, &[types::POSITION, types::FEED_FORCE], rows)?;
 //! assert_eq!(bench.tick(&[1.5, 7.0], "DES_FORCE"), Some(-43.0));
 //! # Ok::<(), dimsart_core::BenchError>(())
 //! ```

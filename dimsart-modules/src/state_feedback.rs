@@ -16,7 +16,7 @@
 //!             all MOD_ENG MOD_ON STATE_FEEDBACK_MOD
 //!             all MOD_ENG MATCHING_CHECK";
 //! let measured = &[types::POSITION, types::VELOCITY, types::DES_POSITION];
-//! let mut bench = Bench::new(measured, rows)?;
+//! let mut bench = Bench::new(dimsart_modules::ALL, measured, rows)?;
 //! assert_eq!(bench.tick(&[0.5, 1.0, 1.0], "DES_FORCE"), Some(42.0));
 //! # Ok::<(), dimsart_core::BenchError>(())
 //! ```

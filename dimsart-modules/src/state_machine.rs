@@ -13,7 +13,7 @@
 //! let rows = "all SEQUENCE_MOD OUTPUT[0][0] 2\nall SEQUENCE_MOD OUTPUT[0][1] 5\nall SEQUENCE_MOD IF_A[0][0] 1
 //!             all SEQUENCE_MOD AFTER[0][1] 0.002\nall SEQUENCE_MOD THEN[0][1] 0
 //!             all SEQUENCE_MOD PORT_B CONDITION\nall MOD_ENG MOD_ON SEQUENCE_MOD\nall MOD_ENG MATCHING_CHECK";
-//! let mut bench = Bench::new(&[types::CONDITION], rows)?;
+//! let mut bench = Bench::new(dimsart_modules::ALL, &[types::CONDITION], rows)?;
 //! let outputs = [0.0, 1.0, 0.0, 0.0].map(|a| bench.tick(&[a], "SIGNAL_OUT"));
 //! assert_eq!(outputs, [2.0, 5.0, 5.0, 2.0].map(Some));
 //! # Ok::<(), dimsart_core::BenchError>(())

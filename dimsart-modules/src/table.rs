@@ -9,7 +9,7 @@
 //!
 //! let rows = "all TABLE_MOD COUNT 2\nall TABLE_MOD X[0][1] 2\nall TABLE_MOD Y[0][1] 10
 //!             all MOD_ENG MOD_ON TABLE_MOD\nall MOD_ENG MATCHING_CHECK";
-//! let mut bench = Bench::new(&[types::SIGNAL], rows)?;
+//! let mut bench = Bench::new(dimsart_modules::ALL, &[types::SIGNAL], rows)?;
 //! assert_eq!([-1.0, 0.5, 3.0].map(|x| bench.tick(&[x], "SIGNAL_OUT")), [0.0, 2.5, 10.0].map(Some));
 //! # Ok::<(), dimsart_core::BenchError>(())
 //! ```

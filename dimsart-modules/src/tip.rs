@@ -18,7 +18,7 @@
 //!             all PLANAR_TIP_MOD FORCE OFF
 //!             all MOD_ENG MOD_ON PLANAR_TIP_MOD
 //!             all MOD_ENG MATCHING_CHECK";
-//! let mut bench = Bench::new(&[types::POSITION], rows)?;
+//! let mut bench = Bench::new(dimsart_modules::ALL, &[types::POSITION], rows)?;
 //! assert_eq!(bench.tick(&[0.0], "TIP_POSITION"), Some(0.5));
 //! # Ok::<(), dimsart_core::BenchError>(())
 //! ```

@@ -20,7 +20,7 @@
 //!
 //! let rows = "all TRAPEZOID_MOD TARGET 0.2\nall TRAPEZOID_MOD VELOCITY_LIMIT 1\nall TRAPEZOID_MOD ACCELERATION_LIMIT 10
 //!             all MOD_ENG MOD_ON TRAPEZOID_MOD\nall MOD_ENG MATCHING_CHECK";
-//! let mut bench = Bench::new(&[types::POSITION], rows)?;
+//! let mut bench = Bench::new(dimsart_modules::ALL, &[types::POSITION], rows)?;
 //! assert_eq!(bench.tick(&[0.1], "DES_POSITION"), Some(0.1));
 //! // It takes twice sqrt(0.1 m / 10 m/s²).
 //! let path: Vec<_> = (0..201).filter_map(|_| bench.tick(&[0.1], "DES_POSITION")).collect();

@@ -19,7 +19,7 @@
 //!
 //! let rows = "all MOD_ENG MOD_ON VELOCITY_OBSERVER_MOD
 //!             all MOD_ENG MATCHING_CHECK";
-//! let mut bench = Bench::new(&[types::POSITION], rows)?;
+//! let mut bench = Bench::new(dimsart_modules::ALL, &[types::POSITION], rows)?;
 //! let ramp = (0..200_u8).map(|tick| f32::from(tick) / 512.0);
 //! let last = ramp.filter_map(|x| bench.tick(&[x], "VELOCITY")).last().unwrap_or_default();
 //! assert!((last - 1000.0 / 512.0).abs() < 1e-3, "{last}");

@@ -17,7 +17,7 @@
 //!
 //! let rows = "all VIA_MOD POINTS 2\nall VIA_MOD POINTS[0][0] 1\nall VIA_MOD COUNT 2\nall VIA_MOD TIMES 0.1
 //!             all MOD_ENG MOD_ON VIA_MOD\nall MOD_ENG MATCHING_CHECK";
-//! let mut bench = Bench::new(&[types::POSITION], rows)?;
+//! let mut bench = Bench::new(dimsart_modules::ALL, &[types::POSITION], rows)?;
 //! let path: Vec<_> = (0..202).filter_map(|_| bench.tick(&[0.0], "DES_POSITION")).collect();
 //! assert_eq!((path.first(), path.last()), (Some(&0.0), Some(&2.0)));
 //! assert!(path.get(100).is_some_and(|x| (x - 1.0).abs() < 1e-5));

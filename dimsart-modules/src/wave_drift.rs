@@ -16,8 +16,7 @@
 //! ```
 //! use dimsart_core::{Bench, types};
 //!
-//! let mut bench = Bench::new(
-//!     &[types::CH1_WAVES, types::DES_POSITION, types::FAR_POSITION],
+//! let mut bench = Bench::new(dimsart_modules::ALL, &[types::CH1_WAVES, types::DES_POSITION, types::FAR_POSITION],
 //!     "all WDRIFT_MOD RATE 10\nall WDRIFT_MOD B_PARAM 2\nall MOD_ENG MOD_ON WDRIFT_MOD\nall MOD_ENG MATCHING_CHECK",
 //! )?;
 //! assert_eq!(bench.tick(&[1.0, 0.0, 0.025], "CH1_TD_WAVES"), Some(0.5)); // 1 - 2 * 10 * 0.025

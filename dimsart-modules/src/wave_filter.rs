@@ -9,7 +9,7 @@
 //! use dimsart_core::{Bench, types};
 //!
 //! let mut bench: Bench =
-//!     Bench::new(&[types::CH2_WAVES], "all WFILTER_MOD CUTOFF 50\nall MOD_ENG MOD_ON WFILTER_MOD\nall MOD_ENG MATCHING_CHECK")?;
+//!     Bench::new(dimsart_modules::ALL, &[types::CH2_WAVES], "all WFILTER_MOD CUTOFF 50\nall MOD_ENG MOD_ON WFILTER_MOD\nall MOD_ENG MATCHING_CHECK")?;
 //! bench.tick(&[0.0], "CH2_TD_WAVES");
 //! let first = bench.tick(&[1.0], "CH2_TD_WAVES").unwrap();
 //! assert!((first - (1.0 - (-0.1 * core::f32::consts::PI).exp())).abs() < 1e-6);

@@ -14,8 +14,7 @@
 //! ```
 //! use dimsart_core::{Bench, types};
 //!
-//! let mut bench = Bench::new(
-//!     &[types::CH2_WAVES, types::CH1_WAVES],
+//! let mut bench = Bench::new(dimsart_modules::ALL, &[types::CH2_WAVES, types::CH1_WAVES],
 //!     "all WSCALE_MOD POSITION_SCALE 2\nall WSCALE_MOD FORCE_SCALE 8
 //!      all MOD_ENG MOD_ON WSCALE_MOD\nall MOD_ENG MATCHING_CHECK",
 //! )?;
