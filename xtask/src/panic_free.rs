@@ -2,7 +2,7 @@
 //! in CCM SRAM where the board has it there.
 //!
 //! From `dimsart_tick` on, and from what brings it packets and takes them from it, every call in the machine code of
-//! every image is followed. All of it must be the core's own, its mathematics', plain memory moves or statistics of
+//! every image is followed. All of it must be the core's own, its modules', its mathematics', plain memory moves or statistics of
 //! what was measured, without an instruction that traps: a panic, a formatter, an allocator or floats in software are
 //! faults, and so is a call whose target cannot be seen.
 
@@ -19,9 +19,11 @@ use crate::toolchain::Toolchain;
 /// What the tick's interrupt asks of a controller in every period.
 const ROOTS: [&str; 3] = ["dimsart_deliver", "dimsart_tick", "dimsart_take"];
 /// What a tick may be made of.
-const ALLOWED: [&str; 15] = [
+const ALLOWED: [&str; 17] = [
     "dimsart_core::*",
     "<dimsart_core::*",
+    "dimsart_modules::*",
+    "<dimsart_modules::*",
     // The statistics of images that measure.
     "firmware::measure::*",
     "<firmware::measure::*",

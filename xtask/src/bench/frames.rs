@@ -58,7 +58,7 @@ pub(super) struct Frame {
 /// Builds what is counted and counts it.
 pub(super) fn count() -> Result<Vec<Frame>, String> {
     let example = ["build", "--profile", PROFILE, "--package", "dimsart-core", "--example", "frame_cost"];
-    run(cargo(&example).args(["--features", "dimsart-core/auth"]))?;
+    run(&mut cargo(&example))?;
     CARRIERS.into_iter().map(|(carrier, protection, name)| frame(carrier, protection, name)).collect()
 }
 
