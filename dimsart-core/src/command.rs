@@ -15,6 +15,7 @@ use wire::Wire;
 /// An instance comes into being with the first command that names it.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
+// Copied as one word: half as large, it takes 1.6 KB more of an image.
 #[repr(align(4))]
 pub struct ModuleRef {
     /// Which kind.

@@ -28,7 +28,7 @@ mod worst;
 
 pub use controller::Controller;
 pub use costs::ImageCosts;
-pub(crate) use costs::name_of;
+pub(crate) use costs::{name_of, runs_laws};
 pub use error::CyclesError;
 pub use figures::{Figures, Row};
 pub use firmware::Firmware;

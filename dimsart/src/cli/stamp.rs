@@ -10,7 +10,7 @@ use std::{env, fs};
 
 use clap::Args;
 use dimsart_core::limits::MAX_DOF;
-use dimsart_core::online::{OPCODES, Opcode};
+use dimsart_core::online::Opcode;
 use dimsart_core::{Cost, KindId};
 use dimsart_link::saved_scheme::{self, SchemeBytes};
 use dimsart_modules::ALL;
@@ -19,7 +19,7 @@ use serde::Serialize;
 use super::Ending;
 use super::output::say;
 use crate::budget::{Budget, share};
-use crate::cycles::{Firmware, ImageCosts, Memory, name_of};
+use crate::cycles::{Firmware, ImageCosts, Memory, name_of, runs_laws};
 use crate::stamp::StampedImage;
 use hil_sim::bilateral::{Side, device};
 use hil_sim::rig::SimulatedDimsart;
@@ -171,9 +171,10 @@ fn key(image: &StampedImage, memory: Memory) -> Result<String, Box<dyn std::erro
     Ok(format!("{:016x}", hasher.finish()))
 }
 
-/// The names of the lines of an image with these kinds, in order; those of instructions are used where it runs laws.
+/// The names of the lines of an image with these kinds, in order; those of instructions where it runs laws.
 fn names(kinds: &[KindId]) -> Vec<String> {
-    let instructions = Opcode::ALL.iter().map(|opcode| opcode.name().to_owned());
+    let opcodes: &[Opcode] = if runs_laws(kinds) { Opcode::ALL } else { &[] };
+    let instructions = opcodes.iter().map(|opcode| opcode.name().to_owned());
     std::iter::once("tick".to_owned()).chain(kinds.iter().copied().map(name_of)).chain(instructions).collect()
 }
 
@@ -200,8 +201,7 @@ fn read(text: &str, key: &str, names: &[String]) -> Option<ImageCosts> {
         costs.lines.push(cost);
         (found == name).then_some(())?;
     }
-    let fits = [names.len(), names.len() - OPCODES].contains(&costs.lines.len());
-    (fits && costs.lines.len() == lines.lines().count()).then_some(costs)
+    (costs.lines.len() == names.len() && lines.lines().count() == names.len()).then_some(costs)
 }
 
 #[cfg(test)]
@@ -210,7 +210,7 @@ mod tests {
 
     #[test]
     fn costs_are_kept_for_the_same_key_alone() {
-        let names = names(&[KindId::of("PCTRL_MOD")]);
+        let names = names(&["PCTRL_MOD", "ONLINE_MOD"].map(KindId::of));
         let mut lines: Vec<Cost> = names.iter().map(|_| Cost::new(100, 10)).collect();
         lines[1] = Cost::UNKNOWN;
         let unknown = vec![("PCTRL_MOD".to_owned(), "no bound: why".to_owned())];

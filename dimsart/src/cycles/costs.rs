@@ -56,7 +56,7 @@ impl ImageCosts {
         let worst = worst.into_iter().filter_map(|index| few.get(index)).map(|(variant, _)| *variant);
         found.extend(bounds(firmware, timing, &tasks(worst.chain([None]), MANY)));
         let mut costs = Self::above(found, kinds)?;
-        if let Some(module) = law_costs::module().filter(|module| kinds.contains(&module.kind)) {
+        if let Some(module) = law_costs::module().filter(|_| runs_laws(kinds)) {
             costs.lines.extend(instructions(module, firmware, timing)?);
         }
         Ok(costs)
@@ -98,6 +98,11 @@ impl ImageCosts {
         }
         Ok(Self { lines, unknown })
     }
+}
+
+/// Whether one of the kinds runs laws, so that the lines of instructions follow those of the kinds.
+pub(crate) fn runs_laws(kinds: &[KindId]) -> bool {
+    law_costs::module().is_some_and(|module| kinds.contains(&module.kind))
 }
 
 /// The name of a kind; its id where this program does not know it.

@@ -176,6 +176,9 @@ impl CommandLine<'_> {
                 Response::Module(found) => KindId::of(found.name),
                 answer => return Err(unexpected(&answer)),
             };
+            if copy.engine().kinds().kind(kind).is_none() {
+                return Err(EmulatedError::OtherLibrary { what: "list of modules".to_owned() });
+            }
             for index in 0..=u8::MAX {
                 if !self.is_same(copy, Request::Parameter { kind, index }, "list of parameters")? {
                     break;
