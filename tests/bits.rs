@@ -6,7 +6,7 @@ use std::sync::atomic::AtomicBool;
 
 use crc::{CRC_32_ISO_HDLC, Crc};
 use hil_sim::experiment::Experiment;
-use hil_sim::scenario::Scenario;
+use hil_sim::rig_file::RigFile;
 
 const CRC: Crc<u32> = Crc::<u32>::new(&CRC_32_ISO_HDLC);
 const FILE: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/tests/bits.txt");
@@ -29,7 +29,7 @@ fn checksums() -> String {
     let mut lines = String::new();
     for (name, settings) in RUNS {
         let settings: Vec<String> = settings.split_whitespace().map(str::to_owned).collect();
-        let experiment = Experiment::new(&Scenario::load(None, &settings).unwrap()).unwrap();
+        let experiment = Experiment::new(&RigFile::of_shipped("bilateral", &settings).unwrap()).unwrap();
         let run = experiment.run(&AtomicBool::new(false), |_| ());
         assert!(run.outcome.ticks > 5000, "{name}: {:?}", run.outcome.faults);
         for (index, column) in run.recording.columns().iter().enumerate() {

@@ -14,14 +14,14 @@ use hil_sim::experiment::Experiment;
 use hil_sim::recorder::Recorder;
 use hil_sim::recording::{Column, Piece, Recording};
 use hil_sim::rig::Rig;
-use hil_sim::scenario::Scenario;
+use hil_sim::rig_file::RigFile;
 
-fn scenario(settings: &[&str]) -> Scenario {
-    Scenario::load(None, &settings.iter().map(|&setting| setting.to_owned()).collect::<Vec<_>>()).unwrap()
+fn bilateral(settings: &[&str]) -> RigFile {
+    RigFile::of_shipped("bilateral", &settings.iter().map(|&setting| setting.to_owned()).collect::<Vec<_>>()).unwrap()
 }
 
 fn run(settings: &[&str]) -> Recording {
-    let experiment = Experiment::new(&scenario(settings)).unwrap();
+    let experiment = Experiment::new(&bilateral(settings)).unwrap();
     experiment.run(&AtomicBool::new(false), |_| ()).recording
 }
 
@@ -72,7 +72,7 @@ fn a_name_that_nothing_has_is_refused_with_the_nearest_one() {
         ("DES_FORCE", "did you mean 'master.DES_FORCE'?"),
         ("master.DES", "did you mean "),
     ] {
-        let error = Experiment::new(&scenario(&[&format!("record.signals=['{name}']")])).unwrap_err();
+        let error = Experiment::new(&bilateral(&[&format!("record.signals=['{name}']")])).unwrap_err();
         let message = error.to_string();
         assert!(message.contains(&format!("nothing is called '{name}'")), "{message}");
         assert!(message.contains(expected), "{message}");
@@ -110,10 +110,10 @@ fn bits(recording: &Recording) -> (Vec<String>, Vec<u64>) {
 
 #[test]
 fn what_is_plugged_in_later_is_recorded_from_then_on() {
-    let scenario = scenario(&["dof=2", "record.signals=['master', 'world.slave.position']"]);
-    let mut experiment = Experiment::new(&scenario).unwrap();
+    let file = bilateral(&["dof=2", "record.signals=['master', 'world.slave.position']"]);
+    let mut experiment = Experiment::new(&file).unwrap();
     let rig = experiment.rig_mut();
-    let mut recorder = Recorder::new(rig, &scenario.record).unwrap();
+    let mut recorder = Recorder::new(rig, &file.record).unwrap();
     let (listener, pieces) = sync_channel(1000);
     for tick in 0..40 {
         if tick == 5 {
@@ -151,10 +151,10 @@ fn what_is_plugged_in_later_is_recorded_from_then_on() {
 
 #[test]
 fn a_run_that_keeps_nothing_comes_to_the_same() {
-    let scenario = scenario(&["duration_s=0.3"]);
+    let file = bilateral(&["duration_s=0.3"]);
     let run = |experiment: Experiment| experiment.run(&AtomicBool::new(false), |_| ());
-    let kept = run(Experiment::new(&scenario).unwrap());
-    let not_kept = run(Experiment::new(&scenario).unwrap().without_recording());
+    let kept = run(Experiment::new(&file).unwrap());
+    let not_kept = run(Experiment::new(&file).unwrap().without_recording());
     assert!(not_kept.recording.columns().is_empty() && not_kept.recording.time_s().is_empty());
     assert_eq!(not_kept.outcome.energy_min_j, kept.outcome.energy_min_j);
     assert_eq!((not_kept.outcome.stable, not_kept.outcome.ticks), (true, 300));

@@ -10,7 +10,7 @@ use dimsart_modules::ALL;
 use hil_sim::emulated::{Image, share_one_processor};
 use hil_sim::experiment::Experiment;
 use hil_sim::rig::Rig;
-use hil_sim::scenario::Scenario;
+use hil_sim::rig_file::RigFile;
 
 /// P controllers that are plugged in beside the others, to see what hangs on the number of modules.
 const BESIDE: [u8; 3] = [0, 9, 23];
@@ -43,7 +43,7 @@ fn measure(beside: u8) -> Result<Vec<(&'static str, i64)>, Box<dyn Error>> {
     let module = |name| ALL.module(name).ok_or("no such module");
     let [p, pd] = [module("PCTRL_MOD")?, module("PDCTRL_MOD")?];
     let [pid, delay, sum] = [module("PIDCTRL_MOD")?, module("TIMEDELAY_MOD")?, module("SUM_MOD")?];
-    let mut experiment = Experiment::new(&Scenario::default())?;
+    let mut experiment = Experiment::new(&RigFile::of_shipped("bilateral", &[])?)?;
     let station = experiment.rig_mut().stations_mut().first_mut().ok_or("no station")?;
     let position = |number| TypeRef { number, ..types::POSITION.first() };
     for number in 1..=2 {

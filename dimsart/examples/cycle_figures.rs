@@ -9,10 +9,10 @@ use cycles::timing::{Column, Timing};
 use dimsart::cycles::{Figures, Firmware, Setup, Steady, UNIT, measure};
 use dimsart_core::scheme;
 use dimsart_modules::ALL;
-use hil_sim::bilateral::{Side, device};
+use hil_sim::schemes::device;
 use hil_sim::experiment::Experiment;
 use hil_sim::rig::SimulatedDimsart;
-use hil_sim::scenario::Scenario;
+use hil_sim::rig_file::RigFile;
 
 const AXES: std::ops::RangeInclusive<usize> = 1..=7;
 const MODULES: std::ops::RangeInclusive<usize> = 1..=16;
@@ -24,12 +24,12 @@ fn main() -> Result<(), Box<dyn Error>> {
     let path = std::env::args().nth(1).map(PathBuf::from);
     let firmware = Firmware::find(path.as_deref(), Some("nucleo-g474re"))?;
     println!("`{}`, {UNIT}, memory {}, column upper.\n", firmware.name, firmware.memory().name());
-    for side in [Side::Master, Side::Slave] {
+    for side in ["master", "slave"] {
         parts(&figures(&firmware, side)?);
     }
     let scheme = |dof: usize| {
-        let scenario = Scenario { dof, ..Scenario::default() };
-        let mut experiment = Experiment::new(&scenario)?;
+        let rig = RigFile::of_shipped("bilateral", &[format!("dof={dof}")])?;
+        let mut experiment = Experiment::new(&rig)?;
         let master = experiment.rig_mut().stations_mut().first_mut().ok_or("no master")?;
         steady(&firmware, &mut master.dimsart)
     };
@@ -50,11 +50,11 @@ fn steady(firmware: &Firmware, dimsart: &mut SimulatedDimsart) -> Result<Steady,
     Ok(Steady::of(firmware, timing(firmware), dimsart)?)
 }
 
-fn figures(firmware: &Firmware, side: Side) -> Result<Figures, Box<dyn Error>> {
-    let scenario = Scenario::load(None, &["link.jitter_ticks=2", "link.loss=0.02"].map(str::to_owned))?;
+fn figures(firmware: &Firmware, side: &'static str) -> Result<Figures, Box<dyn Error>> {
+    let rig = RigFile::of_shipped("bilateral", &["link.jitter_ticks=2", "link.loss=0.02"].map(str::to_owned))?;
     let setup = Setup {
         firmware,
-        scenario: &scenario,
+        rig: &rig,
         side,
         commands: None,
         counts_instructions: false,

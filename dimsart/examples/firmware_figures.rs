@@ -10,7 +10,7 @@ use dimsart_link::protocol::{MAX_FRAME_BYTES, Request, encode_request};
 use hil_sim::emulated::{Image, share_one_processor};
 use hil_sim::experiment::Experiment;
 use hil_sim::rig::{RemoteController, Rig};
-use hil_sim::scenario::Scenario;
+use hil_sim::rig_file::RigFile;
 
 /// Ticks that are measured unless said otherwise.
 const TICKS: u32 = 100_000;
@@ -39,7 +39,7 @@ fn main() -> Result<(), Box<dyn Error>> {
 
 /// With `bytes` on the command line in every tick.
 fn measure(ticks: u32, bytes: &[u8]) -> Result<String, Box<dyn Error>> {
-    let mut experiment = Experiment::new(&Scenario::default())?;
+    let mut experiment = Experiment::new(&RigFile::of_shipped("bilateral", &[])?)?;
     experiment.emulate("master", &Image::find(None)?, None)?;
     let rig = experiment.rig_mut();
     let (mut min, mut max, mut sum) = (u32::MAX, 0, 0_u64);

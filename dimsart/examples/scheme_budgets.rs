@@ -12,8 +12,7 @@ use std::thread;
 
 use cycles::timing::{Column, Timing};
 use dimsart::cycles::{Figures, Firmware, Setup, measure};
-use hil_sim::bilateral::Side;
-use hil_sim::scenario::Scenario;
+use hil_sim::rig_file::RigFile;
 
 /// Bounds need no run: a few ticks show that the image computes what the host does.
 const SETTINGS: [&str; 2] = ["dof=3", "duration_s=0.01"];
@@ -22,7 +21,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     let mut arguments = std::env::args().skip(1);
     let folder = arguments.next().ok_or("give a folder of images, then boards")?;
     let boards: Vec<String> = arguments.collect();
-    let images = boards.iter().flat_map(|board| [Side::Master, Side::Slave].map(|side| (board, side)));
+    let images = boards.iter().flat_map(|board| ["master", "slave"].map(|side| (board, side)));
     let folder = Path::new(&folder);
     let rows = thread::scope(|scope| {
         let started: Vec<_> =
@@ -34,25 +33,25 @@ fn main() -> Result<(), Box<dyn Error>> {
     Ok(())
 }
 
-fn rows(folder: &Path, board: &str, side: Side) -> Result<String, String> {
-    let name = format!("{board} as {}", side.name());
+fn rows(folder: &Path, board: &str, side: &'static str) -> Result<String, String> {
+    let name = format!("{board} as {}", side);
     let figures = figures(&folder.join(board), board, side).map_err(|error| format!("{name}: {error}"))?;
     let whole = [("tick", &figures.tick), ("frame_and_engine", &figures.frame_and_engine)];
     let modules = figures.modules.iter().map(|row| (row.name.as_str(), row));
     let row = |(what, row): (&str, &dimsart::cycles::Row)| {
         let (cycles, stack_bytes) = row.bound.zip(row.stack_bytes)?;
-        Some(format!("{board} {} {what} {cycles} {stack_bytes}\n", side.name()))
+        Some(format!("{board} {} {what} {cycles} {stack_bytes}\n", side))
     };
     let rows: Option<String> = whole.into_iter().chain(modules).map(row).collect();
     rows.ok_or_else(|| format!("{name}: {}", figures.no_bound.unwrap_or_default()))
 }
 
-fn figures(image: &Path, board: &str, side: Side) -> Result<Figures, Box<dyn Error>> {
+fn figures(image: &Path, board: &str, side: &'static str) -> Result<Figures, Box<dyn Error>> {
     let firmware = Firmware::find(Some(image), Some(board))?;
-    let scenario = Scenario::load(None, &SETTINGS.map(str::to_owned))?;
+    let rig = RigFile::of_shipped("bilateral", &SETTINGS.map(str::to_owned))?;
     let setup = Setup {
         firmware: &firmware,
-        scenario: &scenario,
+        rig: &rig,
         side,
         commands: None,
         counts_instructions: false,

@@ -9,11 +9,11 @@ use std::path::Path;
 use dimsart::report::{Curve, Figure, Panel, write_figure};
 use dimsart_core::{Command, Value};
 use dimsart_modules::ALL;
-use hil_sim::bilateral::{Side, phases};
-use hil_sim::experiment::{Experiment, ExperimentError};
+use hil_sim::response::phases;
+use hil_sim::experiment::Experiment;
 use hil_sim::recording::{Column, Recording};
 use hil_sim::rig::{Rig, Station};
-use hil_sim::scenario::Scenario;
+use hil_sim::rig_file::RigFile;
 
 /// Ticks before and after the change that are looked at.
 const AROUND: u64 = 100;
@@ -70,8 +70,8 @@ impl Change {
 
 fn main() -> Result<(), Box<dyn Error>> {
     let folder = std::env::args().nth(1);
-    let scenario = Scenario::default();
-    let moments = moments(&scenario)?;
+    let file = RigFile::of_shipped("bilateral", &[])?;
+    let moments = moments(&file)?;
     println!(
         "| Largest step of the slave's force in a tick, N | before | {} |",
         Change::ALL.map(Change::name).join(" | ")
@@ -82,7 +82,7 @@ fn main() -> Result<(), Box<dyn Error>> {
         for (from, to) in [("PDCTRL_MOD", "PIDCTRL_MOD"), ("PIDCTRL_MOD", "PDCTRL_MOD")] {
             let mut steps = Vec::new();
             for change in Change::ALL {
-                let forces = forces(&scenario, change, start_s, (from, to))?;
+                let forces = forces(&file, change, start_s, (from, to))?;
                 let (before, after) = forces.split_at(usize::try_from(AROUND)?);
                 if steps.is_empty() {
                     steps.push(largest_step(before));
@@ -122,19 +122,19 @@ fn main() -> Result<(), Box<dyn Error>> {
 }
 
 /// When the slave moves and when it pushes, s.
-fn moments(scenario: &Scenario) -> Result<[(&'static str, f64); 2], ExperimentError> {
-    let phases = phases(scenario)?;
+fn moments(file: &RigFile) -> Result<[(&'static str, f64); 2], Box<dyn Error>> {
+    let phases = phases(file)?.ok_or("no press")?;
     Ok([("in motion", 0.5 * phases.leg_s), ("in contact", phases.settled_s)])
 }
 
 /// The force of the slave's first axis, by tick, around a change.
 fn forces(
-    scenario: &Scenario,
+    file: &RigFile,
     change: Change,
     start_s: f64,
     (from, to): (&str, &str),
 ) -> Result<Vec<f64>, Box<dyn Error>> {
-    let mut experiment = Experiment::new(scenario)?;
+    let mut experiment = Experiment::new(file)?;
     let rig = experiment.rig_mut();
     let pid = ALL.module("PIDCTRL_MOD").ok_or("no PID")?;
     for (parameter, gain) in (0..).zip(GAINS) {
@@ -186,7 +186,7 @@ fn recorded(curves: &[(&str, Change, Vec<f64>)]) -> Recording {
 }
 
 fn slave(rig: &mut Rig) -> Result<&mut Station, &'static str> {
-    rig.stations_mut().iter_mut().find(|station| station.name == Side::Slave.name()).ok_or("no slave")
+    rig.stations_mut().iter_mut().find(|station| station.name == "slave").ok_or("no slave")
 }
 
 fn largest_step(forces: &[f64]) -> f64 {

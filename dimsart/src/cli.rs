@@ -46,7 +46,6 @@ use crate::sweep::GridError;
 use dimsart_core::DescriptorError;
 use hil_sim::foreign_text::{shortened, visible_lines};
 use hil_sim::rig_file::RigFileError;
-use hil_sim::scenario::ScenarioError;
 
 /// DIMSART on the desk: run control schemes against simulated robots, check them, look modules up.
 #[derive(Debug, Parser)]
@@ -164,8 +163,7 @@ pub fn main() -> ExitCode {
         let text = visible_lines(&error.to_string());
         let lines: Vec<_> = text.lines().map(|line| shortened(line, MAX_LINE_CHARS)).collect();
         eprintln!("dimsart: {}", lines.join("\n"));
-        let is_usage = error.downcast_ref().is_some_and(ScenarioError::is_usage)
-            || error.downcast_ref().is_some_and(RigFileError::is_usage)
+        let is_usage = error.downcast_ref().is_some_and(RigFileError::is_usage)
             || matches!(error.downcast_ref(), Some(BudgetError::Unknown { .. }))
             || error.is::<DescriptorError>()
             || error.is::<GridError>()

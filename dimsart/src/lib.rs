@@ -33,7 +33,7 @@ pub mod recorder_files;
 pub mod replay;
 pub mod report;
 pub mod stamp;
-pub mod subject;
+pub mod rig_argument;
 pub mod sweep;
 mod tap_file;
 pub mod tick_map;

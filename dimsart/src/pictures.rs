@@ -1,4 +1,42 @@
-//! The pictures of runs: what is drawn of a bilateral one, and of a rig's.
+//! The pictures of a run, by what it is an experiment of.
 
-pub mod bilateral;
-pub mod response;
+mod press;
+mod response;
+
+use hil_sim::experiment::Run;
+use hil_sim::rig_file::RigFile;
+
+use crate::report::Figure;
+
+/// What the report of a rig is called, of all of it or of one station `alone`.
+#[must_use]
+pub fn title(file: &RigFile, alone: Option<&str>) -> String {
+    match (file.pressed(), alone) {
+        (Some(_), alone) => {
+            format!("Bilateral control over a delayed link: {}", alone.unwrap_or("both sides"))
+        }
+        (None, Some(name)) => format!("Response of {name}"),
+        (None, None) => {
+            let names: Vec<&str> = file.devices.iter().map(|device| device.name.as_str()).collect();
+            format!("Response of {}", names.join(", "))
+        }
+    }
+}
+
+/// Names of its figures' files, without what says their format.
+#[must_use]
+pub fn file_stems(file: &RigFile) -> Vec<String> {
+    match file.pressed() {
+        Some(_) => press::FILE_STEMS.map(str::to_owned).to_vec(),
+        None => response::file_stems(file),
+    }
+}
+
+/// The figures that the recorded signals allow.
+#[must_use]
+pub fn figures(file: &RigFile, run: &Run, alone: Option<&str>) -> Vec<Figure> {
+    match &run.phases {
+        Some(phases) => press::figures(&run.recording, phases, file, alone),
+        None => response::figures(&run.recording, file),
+    }
+}

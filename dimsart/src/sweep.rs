@@ -21,21 +21,21 @@ pub use map::map;
 
 use hil_sim::experiment::Experiment;
 
-use crate::subject::Subject;
+use crate::rig_argument;
 
 /// Figures of a point, by name: numbers, `true` and `false`, why a figure is not settled, or nothing.
 pub type Figures = Vec<(String, String)>;
 
-/// Whether the rig file or scenario at a path can take `sets`, with every value of the grid: a sweep need not begin to find
+/// Whether the rig at a path can take `sets`, with every value of the grid: a sweep need not begin to find
 /// that out.
 ///
 /// # Errors
-/// As [`Subject::read`]; [`GridError`] when a key or value of the grid is wrong.
+/// As [`rig_argument::read`]; [`GridError`] when a key or value of the grid is wrong.
 pub fn check(path: Option<&Path>, sets: &[String], grid: &Grid) -> Result<(), Box<dyn Error>> {
     for point in grid.samples() {
         let settings = grid.settings(point);
-        if let Err(error) = Subject::read(path, &[sets, &settings].concat()) {
-            Subject::read(path, sets)?;
+        if let Err(error) = rig_argument::read(path, &[sets, &settings].concat()) {
+            rig_argument::read(path, sets)?;
             let text = format!("--vary, at {}", settings.join(" "));
             return Err(GridError { text, reason: error.to_string() }.into());
         }
@@ -43,10 +43,10 @@ pub fn check(path: Option<&Path>, sets: &[String], grid: &Grid) -> Result<(), Bo
     Ok(())
 }
 
-/// Runs the rig file or scenario at a path with these settings.
+/// Runs the rig at a path with these settings.
 fn run(path: Option<&Path>, sets: &[String]) -> Result<Figures, String> {
-    let subject = Subject::read(path, sets).map_err(|error| error.to_string())?;
-    let experiment = Experiment::new(&subject).map_err(|error| error.to_string())?;
+    let file = rig_argument::read(path, sets).map_err(|error| error.to_string())?;
+    let experiment = Experiment::new(&file).map_err(|error| error.to_string())?;
     let outcome = experiment.without_recording().run(&AtomicBool::new(false), |_| ()).outcome;
     let outcome = serde_json::to_value(outcome).map_err(|error| error.to_string())?;
     let mut figures = Vec::new();

@@ -5,11 +5,11 @@ use std::process::{Command, Output};
 use std::sync::atomic::AtomicBool;
 
 use hil_sim::experiment::{Experiment, Run};
-use hil_sim::scenario::Scenario;
+use hil_sim::rig_file::RigFile;
 
 fn run(settings: &[&str]) -> Run {
     let settings: Vec<String> = settings.iter().map(ToString::to_string).collect();
-    let scenario = Scenario::load(None, &settings).unwrap();
+    let scenario = RigFile::of_shipped("bilateral", &settings).unwrap();
     Experiment::new(&scenario).unwrap().run(&AtomicBool::new(false), |_| {})
 }
 
@@ -157,7 +157,7 @@ fn the_packets_of_the_space_link_fit_its_link_at_500_hz_and_not_at_1_khz() {
     let path = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("../scenarios/space_link.toml");
     let load = |sets: &[&str]| {
         let sets: Vec<String> = sets.iter().map(ToString::to_string).collect();
-        let scenario = Scenario::load(Some(&path), &sets).unwrap();
+        let scenario = RigFile::load(&path, &sets).unwrap();
         Experiment::new(&scenario).unwrap().run(&AtomicBool::new(false), |_| {}).outcome
     };
     let outcome = load(&[]);

@@ -4,11 +4,11 @@
 #![expect(clippy::unwrap_used, reason = "a failed unwrap is a failed test")]
 
 use std::fs;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::process::{Command, Output, Stdio};
 use std::time::{Duration, Instant};
 
-use hil_sim::scenario::Scenario;
+use hil_sim::rig_file::RigFile;
 
 fn dimsart(arguments: &[&str]) -> Output {
     Command::new(env!("CARGO_BIN_EXE_dimsart")).args(arguments).output().unwrap()
@@ -358,15 +358,15 @@ fn a_scenario_file_that_is_wrong_is_named_with_the_place() {
 }
 
 #[test]
-fn the_printed_keys_are_a_scenario_file() {
+fn the_printed_keys_are_a_rig_file() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("mine.toml");
     fs::write(&path, out(&["run", "--keys"])).unwrap();
-    let mut printed = Scenario::load(Some(&path), &[]).unwrap();
+    let mut printed = RigFile::load(&path, &[]).unwrap();
     // A path in a file begins in its folder.
-    assert_eq!(Path::new(&printed.udp.delays_file), folder.path().join("delays.csv"));
-    printed.udp.delays_file = Scenario::default().udp.delays_file;
-    assert_eq!(printed, Scenario::default());
+    assert_eq!(printed.folder, folder.path());
+    printed.folder = PathBuf::new();
+    assert_eq!(printed, RigFile::of_shipped("bilateral", &[]).unwrap());
 }
 
 #[test]

@@ -14,7 +14,7 @@ use dimsart_core::{
 };
 use dimsart_link::carrier::{can, can_fd};
 use dimsart_modules::ALL;
-use hil_sim::bilateral::device;
+use hil_sim::schemes::device;
 use hil_sim::schemes::{self, SchemeText};
 use tempfile::TempDir;
 

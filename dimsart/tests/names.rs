@@ -5,7 +5,6 @@ use std::path::PathBuf;
 
 use hil_sim::experiment::run;
 use hil_sim::rig_file::RigFile;
-use hil_sim::scenario::Scenario;
 use serde_json::Value;
 
 /// Of the bilateral scenario.
@@ -166,14 +165,18 @@ fn rig(name: &str, sets: &[&str]) -> Value {
 
 #[test]
 fn every_key_of_the_bilateral_scenario_keeps_its_name() {
-    let keys: Vec<String> = Scenario::keys().into_iter().map(|key| key.path).collect();
-    let missing: Vec<_> = KEYS.iter().filter(|key| !keys.iter().any(|known| known == *key)).collect();
+    let file = RigFile::of_shipped("bilateral", &[]).unwrap();
+    let text = RigFile::shipped("bilateral").unwrap();
+    let of_file =
+        |key: &&&str| key.split('.').next_back().is_some_and(|last| text.contains(&format!("{last} = ")));
+    let has = |key: &&&str| file.parameter(key).is_some() || of_file(key);
+    let missing: Vec<_> = KEYS.iter().filter(|key| !has(key)).collect();
     assert!(missing.is_empty(), "{missing:?}");
 }
 
 #[test]
 fn every_figure_of_a_scenario_keeps_its_name() {
-    let outcome = serde_json::to_value(run(&Scenario::default()).unwrap().outcome).unwrap();
+    let outcome = serde_json::to_value(run(&RigFile::of_shipped("bilateral", &[]).unwrap()).unwrap().outcome).unwrap();
     has(&outcome, OF_BOTH);
     has(&outcome, OF_SCENARIO);
     has(&outcome["axes"][0], &["axis", "k_perceived_n_per_m", "k_predicted_n_per_m"]);

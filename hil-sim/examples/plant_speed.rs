@@ -1,47 +1,48 @@
 //! How long a tick of the plants takes: `cargo run --release -p hil-sim --example plant_speed`.
 
 use hil_sim::plant::{
-    Axis, AxisWise, DeviceParameters, HandParameters, HandPhase, MotorParameters, ParameterError, Plant,
-    WallParameters,
+    BrushedParameters, GearParameters, JointMotorParameters, JointParameters, Joints, ParameterError, Plant, Push,
+    StopsParameters,
 };
+use hil_sim::rig_file::RIGID_STIFFNESS;
 use std::hint::black_box;
 use std::time::Instant;
 
 const TICKS: u32 = 1_000_000;
 
-/// Three axes whose hand moves, pushes and lets go, over and over.
-fn master(motor: Option<&MotorParameters>) -> Result<AxisWise, ParameterError> {
-    let phases = (0..250_u32).flat_map(|cycle| {
-        let start_s = f64::from(cycle) * 4.0;
-        [
-            HandPhase::Move { start_s, end_s: start_s + 1.0, from_m: 0.0, to_m: 0.05 },
-            HandPhase::Push { start_s: start_s + 1.0, end_s: start_s + 3.0, force_n: 2.0 },
-            HandPhase::Release { start_s: start_s + 3.0, end_s: start_s + 4.0 },
-        ]
-    });
-    let hand = HandParameters { phases: phases.collect(), ..HandParameters::default() };
-    let axis = |_| Axis::new(&DeviceParameters::default(), motor, vec![Box::new(hand.build()?)]);
-    Ok(AxisWise::new((0..3).map(axis).collect::<Result<_, _>>()?))
+/// A motor like that of a `PHANToM`, with its gear.
+fn drive(joint: &mut JointParameters) {
+    joint.motor = JointMotorParameters::Brushed(BrushedParameters::default());
+    joint.gear = GearParameters { ratio: 52.09, ..GearParameters::default() };
+}
+
+/// Three axes whose hand pushes and lets go, over and over.
+fn master(has_motor: bool) -> Result<Joints, ParameterError> {
+    let mut joint = JointParameters::of_inertia(0.6);
+    (joint.load.damping, joint.load.stiffness) = (8.01, 300.0);
+    if has_motor {
+        drive(&mut joint);
+    }
+    let push = |t: f64| if t % 4.0 < 2.0 { 15.0 * (t % 4.0).min(1.0) } else { 0.0 };
+    let axis = |_| Ok((joint.build()?, Some(Box::new(push) as Push)));
+    Ok(Joints::new((0..3).map(axis).collect::<Result<_, _>>()?))
 }
 
 /// Three axes before a wall.
-fn slave(
-    wall: &WallParameters,
-    coulomb_friction_n: f64,
-    motor: Option<&MotorParameters>,
-) -> Result<AxisWise, ParameterError> {
-    let device = DeviceParameters {
-        mass_kg: 0.5,
-        damping_ns_per_m: 8.0,
-        coulomb_friction_n,
-        ..DeviceParameters::default()
-    };
-    let axis = |_| Axis::new(&device, motor, vec![Box::new(wall.build()?)]);
-    Ok(AxisWise::new((0..3).map(axis).collect::<Result<_, _>>()?))
+fn slave(wall: &StopsParameters, coulomb_friction_n: f64, has_motor: bool) -> Result<Joints, ParameterError> {
+    let mut joint = JointParameters::of_inertia(0.5);
+    joint.load.damping = 8.0;
+    joint.friction.coulomb = coulomb_friction_n;
+    joint.stops = Some(wall.clone());
+    if has_motor {
+        drive(&mut joint);
+    }
+    let axis = |_| Ok((joint.build()?, None));
+    Ok(Joints::new((0..3).map(axis).collect::<Result<_, _>>()?))
 }
 
 /// Nanoseconds per tick of master and slave axes that a spring of 300 N/m couples, and the ticks in contact.
-fn measure(mut master: AxisWise, mut slave: AxisWise) -> (f64, u32) {
+fn measure(mut master: Joints, mut slave: Joints) -> (f64, u32) {
     let (mut here, mut there, mut contacts) = ([0.0_f32; 3], [0.0_f32; 3], 0);
     let start = Instant::now();
     for tick in 0..TICKS {
@@ -54,23 +55,22 @@ fn measure(mut master: AxisWise, mut slave: AxisWise) -> (f64, u32) {
         }
         master.advance(start_s, 1e-3, &pull.map(|pull| -pull));
         slave.advance(start_s, 1e-3, black_box(&pull));
-        contacts += u32::from(slave.truth(0).is_some_and(|truth| truth.is_in_contact));
+        contacts += u32::from(slave.is_touching(0));
     }
     (start.elapsed().as_secs_f64() * 1e9 / f64::from(TICKS), contacts)
 }
 
 fn main() -> Result<(), ParameterError> {
-    let motor = MotorParameters::default();
-    let soft = WallParameters { position_m: 0.02, ..WallParameters::default() };
-    let rigid = WallParameters { stiffness_n_per_m: f64::INFINITY, ..soft.clone() };
-    let damped = WallParameters { damping_ns_per_m: 1e4, ..rigid.clone() };
+    let soft = StopsParameters { max: 0.02, stiffness: 1e4, ..StopsParameters::default() };
+    let rigid = StopsParameters { stiffness: RIGID_STIFFNESS, ..soft.clone() };
+    let damped = StopsParameters { damping: 1e4, ..rigid.clone() };
     println!("3 + 3 axes, hand and wall, 20 sub-steps per tick");
     for (name, wall, coulomb_friction_n, motor) in [
-        ("wall 1e4 N/m", &soft, 0.0, None),
-        ("wall 1e4 N/m, Coulomb friction", &soft, 0.05, None),
-        ("wall 1e4 N/m, motors", &soft, 0.0, Some(&motor)),
-        ("rigid wall, 1e4 N s/m", &damped, 0.0, None),
-        ("rigid wall, undamped: it rattles", &rigid, 0.0, None),
+        ("wall 1e4 N/m", &soft, 0.0, false),
+        ("wall 1e4 N/m, Coulomb friction", &soft, 0.05, false),
+        ("wall 1e4 N/m, motors", &soft, 0.0, true),
+        ("rigid wall, 1e4 N s/m", &damped, 0.0, false),
+        ("rigid wall, undamped: it rattles", &rigid, 0.0, false),
     ] {
         let (nanoseconds, contacts) = measure(master(motor)?, slave(wall, coulomb_friction_n, motor)?);
         println!(

@@ -1,9 +1,8 @@
 //! A rig with its observers, ready to run.
 //!
 //! ```text
-//!  rig file ──▶ response ──┐                      every tick: Recorder and observers watch
-//!                          ├──▶ Experiment ──▶ Rig ─────────────────────────────────────▶ Run { Outcome, Recording }
-//!  scenario ──▶ bilateral ─┘
+//!                                               every tick: Recorder and observers watch
+//!  rig file ──▶ response ──▶ Experiment ──▶ Rig ─────────────────────────────────────────▶ Run { Outcome, Recording }
 //! ```
 
 mod error;
@@ -16,7 +15,6 @@ use std::time::Instant;
 
 pub use error::ExperimentError;
 
-use crate::bilateral::phases::Phases;
 use crate::bus::MediumReport;
 use crate::emulated::{Board, BoardKey, EmulatedError, Image};
 use crate::observer::Observer;
@@ -25,27 +23,14 @@ use crate::outcome::{Outcome, RealTime};
 use crate::pace::Pace;
 use crate::recorder::Recorder;
 use crate::recording::{Piece, Recording};
+use crate::response::{self, Phases};
 use crate::rig::Rig;
+use crate::rig_file::RigFile;
 
 /// Ticks between two looks at the progress.
 const PROGRESS_TICKS: u64 = 512;
 /// Share of late ticks that is a fault: now and then one is normal on a host.
 const LATE_SHARE: f64 = 0.01;
-
-/// What an experiment is made of: a [`RigFile`](crate::rig_file::RigFile) or a [`Scenario`](crate::scenario::Scenario).
-pub trait Setup {
-    /// Makes the experiment, with all controllers in one process and one virtual time.
-    ///
-    /// # Errors
-    /// [`ExperimentError`] when a device, plant or scheme cannot be made of it.
-    fn experiment(&self) -> Result<Experiment, ExperimentError>;
-}
-
-impl<S: Setup> Setup for &S {
-    fn experiment(&self) -> Result<Experiment, ExperimentError> {
-        (**self).experiment()
-    }
-}
 
 /// A rig with its observers, ready to run.
 #[derive(Debug)]
@@ -86,12 +71,12 @@ pub struct Run {
 }
 
 impl Experiment {
-    /// The experiment of a rig file or scenario.
+    /// The experiment of a rig file, with all controllers in one process and one virtual time.
     ///
     /// # Errors
     /// [`ExperimentError`] when a device, plant or scheme cannot be made of it.
-    pub fn new(setup: &impl Setup) -> Result<Self, ExperimentError> {
-        setup.experiment()
+    pub fn new(file: &RigFile) -> Result<Self, ExperimentError> {
+        response::experiment(file)
     }
 
     /// Observers of a rig that runs for `duration_s`; it was begun to be made at `begun`.
@@ -260,6 +245,6 @@ fn real_time(rig: &Rig, pace: &Pace, faults: &mut Vec<String>) -> RealTime {
 ///
 /// # Errors
 /// As [`Experiment::new`].
-pub fn run(setup: &impl Setup) -> Result<Run, ExperimentError> {
-    Ok(Experiment::new(setup)?.run(&AtomicBool::new(false), |_time_s| ()))
+pub fn run(file: &RigFile) -> Result<Run, ExperimentError> {
+    Ok(Experiment::new(file)?.run(&AtomicBool::new(false), |_time_s| ()))
 }

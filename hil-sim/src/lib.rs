@@ -17,44 +17,43 @@
 //! ```
 //!
 //! ```text
-//!  rig_file ──▶ response ──┐                           every tick: Recorder and observers watch
-//!                          ├──▶ experiment ──▶ Rig: one virtual time for all of it ──▶ Run { Outcome, Recording, Rig }
-//!  scenario ──▶ bilateral ─┘                   ├─ Station: controller ◀─▶ Plant
-//!                                              └─ Link: in this process, over a bus, or to another process
+//!                                            every tick: Recorder and observers watch
+//!  rig_file ──▶ response ──▶ experiment ──▶ Rig: one virtual time for all of it ──▶ Run { Outcome, Recording, Rig }
+//!                                           ├─ Station: controller ◀─▶ Plant
+//!                                           └─ Link: in this process, over a bus, or to another process
 //! ```
 //!
 //! Data flows one way: an observer never changes the rig, and nothing but the rig knows the order of a step. The
-//! same file and seed give the same bits on every machine (`tests/bits.rs`); only a run of one side keeps step
+//! same file and seed give the same bits on every machine (`tests/bits.rs`); only a run of one station keeps step
 //! with the clock ([`pace`]).
 //!
 //! # What to add where
 //!
 //! | To add | Write | Register it |
 //! |---|---|---|
-//! | a figure of a run | a file in [`observer`] | a field of [`Outcome`](outcome::Outcome), a line where experiments are made (`response.rs`, `bilateral.rs`), a row of the summary |
-//! | an environment, such as a wall | a file in [`plant`] | a line in `plant.rs`, its keys in `scenarios/bilateral.toml` |
-//! | a plant of another kind | a file in [`plant`] that implements [`Plant`](plant::Plant) | a line in `bilateral/station.rs` |
+//! | a figure of a run | a file in [`observer`] | a field of [`Outcome`](outcome::Outcome), a line where experiments are made (`response.rs`), a row of the summary |
+//! | an environment, such as a wall | a section of an axis in [`rig_file`] | what it does to a joint in `rig_file/around.rs` |
+//! | a plant of another kind | a file in [`plant`] | a variant of `Body` in `response/body.rs`, its section in `rig_file/device.rs` |
 //! | a part of a joint | a file in `plant/joint/` | a field of [`JointParameters`](plant::JointParameters) |
 //! | a form of a move | a field of [`MoveSection`](rig_file::MoveSection) | a case in `motion.rs` |
 //! | a shipped rig | a file in `scenarios/` | a line in [`rig_file::SHIPPED`] |
 //! | a link | a file in [`link`] that implements [`Link`](link::Link) | where the experiment connects stations |
-//! | a medium | a file in [`bus`], its link in [`link`] | a line in `link/carrier.rs`, its section in `scenario/carrier.rs` |
-//! | a setting | a field in [`scenario`] | a line with its meaning in `scenarios/bilateral.toml`, its range in `range.rs` |
+//! | a medium | a file in [`bus`], its link in [`link`] | its section in `rig_file/media.rs`, a case in `link/buses.rs` |
+//! | a setting | a field of a section in [`rig_file`] | a `[[parameter]]` of a shipped rig, if it is to have a short name |
 //! | a scheme | a file in `schemes/` | a line in [`schemes::BUILT_IN`], if it is to come with the command |
 //!
 //! A control law is no part of this crate: it is a module of `dimsart_core`, and `dimsart new-module` writes one.
 //!
 //! ```
 //! use hil_sim::experiment;
-//! use hil_sim::scenario::Scenario;
+//! use hil_sim::rig_file::RigFile;
 //!
-//! let run = experiment::run(&Scenario::load(None, &["duration_s=0.5".to_owned()])?)?;
+//! let run = experiment::run(&RigFile::of_shipped("bilateral", &["duration_s=0.5".to_owned()])?)?;
 //! assert!(run.outcome.stable && run.outcome.ticks == 500);
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 #![forbid(unsafe_code)]
 
-pub mod bilateral;
 pub mod bus;
 pub mod bus_plan;
 pub mod clock;
@@ -78,7 +77,6 @@ pub mod recording;
 pub mod response;
 pub mod rig;
 pub mod rig_file;
-pub mod scenario;
 pub mod schemes;
 
 /// The page whose lines of Rust are tests of this crate.

@@ -2,13 +2,12 @@
 //!
 //! A link is one direction. Time is given to it in ticks; nothing here reads a clock.
 //! A new kind of link is one file here. Those over a simulated medium put contents on a [`bus`](crate::bus) as the
-//! core's [carriers](dimsart_link::carrier) do, and [`Carrier`] makes them of a scenario.
+//! core's [carriers](dimsart_link::carrier) do, and [`Buses`] makes them of a rig file.
 
 mod address;
 mod arrival;
 mod buses;
 mod can;
-mod carrier;
 mod in_process;
 mod medium;
 mod open;
@@ -22,9 +21,8 @@ mod udp;
 
 pub use address::Address;
 pub use arrival::ArrivalPoll;
-pub use buses::{Buses, Route};
+pub use buses::{Buses, Route, round_trip_ticks};
 pub(crate) use can::can_frames;
-pub use carrier::{Carrier, Ends};
 pub use in_process::{InProcess, InProcessParameters};
 pub use open::{Channels, OpenError, open};
 pub use port::{PortError, Stream, open_port, open_serial, open_waiting};

@@ -2,13 +2,12 @@
 
 use serde::Serialize;
 
-use crate::bilateral::linear_loop::LinearLoop;
 use crate::bus::Traffic;
 pub use crate::observer::limit_cycles::LimitCycle;
 pub use crate::observer::perceived::PerceivedStiffness;
 pub use crate::observer::reception::Received;
 pub use crate::observer::saturation::Saturation;
-pub use crate::response::{Border, LoopFigures};
+pub use crate::response::{Border, LinearLoop, LoopFigures};
 
 /// The figures of a run; `--json` prints all of them.
 #[derive(Debug, Clone, PartialEq, Serialize)]

@@ -13,7 +13,7 @@ use dimsart_core::{DataType, Format, Scalar, TypeRef, Word, types};
 use crate::plant::MAX_QUANTITIES;
 use crate::recording::{Column, Piece, Recording, TickInputs, indices};
 use crate::rig::{Rig, Station};
-use crate::scenario::RecordSection;
+use crate::rig_file::RecordSection;
 use selection::Selection;
 
 /// A listener waits no longer for a row: to tell it of each one takes longer than to record it.

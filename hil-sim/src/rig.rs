@@ -205,6 +205,11 @@ impl Station {
         self.guarded = Some(Guarded::new(link, guard, period_s));
     }
 
+    /// Whether a link authenticates what goes over it.
+    pub(crate) fn is_guarded(&self) -> bool {
+        self.guarded.is_some()
+    }
+
     /// Why something that came in was not trusted, the newest case; none when keys were no matter.
     #[must_use]
     pub fn authentication_failure(&self) -> Option<AuthenticationFailure> {

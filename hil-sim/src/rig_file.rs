@@ -30,34 +30,38 @@ mod controller;
 mod data_type;
 mod device;
 mod error;
+mod media;
 mod moves;
 mod parameter;
 pub(crate) mod part;
 mod read;
 mod set;
+mod settings_file;
 
 use std::path::{Path, PathBuf};
 
 use dimsart_core::{DataType, types};
 use serde::{Deserialize, Serialize};
 use toml::Table;
-
-pub use around::{AxisHand, AxisSpring, AxisWall};
-pub use bus::BusSection;
+pub use around::{AxisHand, AxisSpring, AxisWall, EnvironmentKind, RIGID_STIFFNESS, WallSide};
+pub use bus::{BusSection, IdealSection};
 pub use controller::{ControllerSection, LinkSection};
 pub use data_type::TypeSection;
-pub use device::{ActuatorSection, AxisSection, AxisUnit, DeviceSection};
+pub use device::{ActuatorSection, AxisSection, AxisUnit, DeviceSection, WatchSection};
 pub use error::RigFileError;
+pub use media::{CanSection, DelayKind, UartSection, UdpSection};
 pub use moves::{
-    Chirp, ExperimentSection, HAND, LOAD, MinimumJerk, MoveSection, Prbs, Ramp, SamplesFile, Sine, Step,
+    Chirp, ExperimentSection, HAND, LOAD, MinimumJerk, MoveSection, Prbs, PressSection, Ramp, SamplesFile,
+    Sine, Step,
 };
 pub use parameter::ParameterSection;
 pub use part::Part;
-
-use crate::scenario::RecordSection;
+use set::Setting;
+use crate::schemes::suggestion;
 
 /// Rigs that come with the command, by name; of those with the same scheme the one first that it is for.
-pub const SHIPPED: [(&str, &str); 12] = [
+pub const SHIPPED: [(&str, &str); 13] = [
+    ("bilateral", include_str!("../scenarios/bilateral.toml")),
     ("arm", include_str!("../scenarios/arm.toml")),
     ("arm_bus", include_str!("../scenarios/arm_bus.toml")),
     ("joint", include_str!("../scenarios/joint.toml")),
@@ -79,7 +83,8 @@ pub struct RigFile {
     /// Of every random draw: the same seed gives the same run, bit for bit.
     #[serde(default = "first_seed")]
     pub seed: u64,
-    /// Length of the run, `s`.
+    /// Length of the run, `s`; left out, a [press](PressSection) takes as long as it needs.
+    #[serde(default = "forever", skip_serializing_if = "is_forever")]
     pub duration_s: f64,
     /// Of every controller, `s`.
     #[serde(default = "millisecond")]
@@ -105,7 +110,7 @@ pub struct RigFile {
     /// What happens.
     pub experiment: ExperimentSection,
     /// What is kept.
-    #[serde(default = "every_tick")]
+    #[serde(default)]
     pub record: RecordSection,
     /// That paths begin in.
     #[serde(skip)]
@@ -120,17 +125,41 @@ fn millisecond() -> f64 {
     1e-3
 }
 
-fn every_tick() -> RecordSection {
-    RecordSection { every_ticks: 1, signals: Vec::new() }
+fn forever() -> f64 {
+    f64::INFINITY
+}
+
+#[expect(clippy::trivially_copy_pass_by_ref, reason = "as serde has it")]
+fn is_forever(duration_s: &f64) -> bool {
+    duration_s.is_infinite()
+}
+
+/// `[record]`: what a run keeps.
+#[derive(Debug, Clone, PartialEq, Deserialize, Serialize)]
+#[serde(default, deny_unknown_fields)]
+pub struct RecordSection {
+    /// One row in this many ticks.
+    pub every_ticks: u32,
+    /// All signals, or those that begin like one of these: `world`, `master.DES_FORCE`.
+    pub signals: Vec<String>,
+}
+
+impl Default for RecordSection {
+    fn default() -> Self {
+        Self { every_ticks: 1, signals: Vec::new() }
+    }
+}
+
+/// The rig of a run without a file, and of a file of settings that names none.
+pub const USUAL: &str = "bilateral";
+
+/// What stands behind a key of a text.
+fn text_of_key(text: &str, key: &str) -> Option<String> {
+    let line = text.lines().find(|line| line.trim_start_matches('#').starts_with(&format!("{key} = ")))?;
+    Some(line.split_once(" # ")?.1.to_owned())
 }
 
 impl RigFile {
-    /// Whether a text is a rig file rather than a scenario of the [bilateral experiment](crate::bilateral).
-    #[must_use]
-    pub fn is_one(text: &str) -> bool {
-        text.parse::<Table>().is_ok_and(|table| table.contains_key("device"))
-    }
-
     /// The shipped rig of that name.
     #[must_use]
     pub fn shipped(name: &str) -> Option<&'static str> {
@@ -138,7 +167,8 @@ impl RigFile {
     }
 
     /// The file at `path` with each of `sets` (`device.joint.axis.0.plant.load.inertia=0.02`, or the name of a
-    /// [parameter](ParameterSection)) over it.
+    /// [parameter](ParameterSection)) over it. A file without devices is one of settings over the shipped rig that its key
+    /// `rig` names, or over [`USUAL`].
     ///
     /// # Errors
     /// A file that cannot be read or is not TOML, a key that does not exist, a value that its key does not take; or
@@ -146,8 +176,22 @@ impl RigFile {
     pub fn load(path: &Path, sets: &[String]) -> Result<Self, RigFileError> {
         let text = std::fs::read_to_string(path)
             .map_err(|source| RigFileError::Unreadable { path: path.to_owned(), source })?;
-        let folder = path.parent().map(Path::to_owned).unwrap_or_default();
-        Self::read(&text, &path.display().to_string(), folder, sets)
+        let (folder, name) = (path.parent().map(Path::to_owned).unwrap_or_default(), path.display().to_string());
+        match settings_file::read(&text, &name, &folder)? {
+            None => Self::read(&text, &name, folder, sets),
+            Some((rig, settings)) => Self::read_with(rig, &name, PathBuf::new(), settings, sets),
+        }
+    }
+
+    /// The [shipped](SHIPPED) rig of that name with each of `sets` over it.
+    ///
+    /// # Errors
+    /// As [`load`](Self::load), and for a name that no shipped rig has.
+    pub fn of_shipped(name: &str, sets: &[String]) -> Result<Self, RigFileError> {
+        let near = || suggestion(name, &SHIPPED.map(|(name, _)| name.to_owned()));
+        let text = Self::shipped(name)
+            .ok_or_else(|| RigFileError::NotShipped { name: name.to_owned(), near: near() })?;
+        Self::read(text, name, PathBuf::new(), sets)
     }
 
     /// A text with each of `sets` over it; `name` is what messages call it.
@@ -155,11 +199,40 @@ impl RigFile {
     /// # Errors
     /// As [`load`](Self::load).
     pub fn read(text: &str, name: &str, folder: PathBuf, sets: &[String]) -> Result<Self, RigFileError> {
-        let own = read::read(text, name)?.completed(folder.clone());
-        let is_sound = own.problems().is_empty();
-        let file = if sets.is_empty() { own } else { set::apply_all(text, own, sets)?.completed(folder) };
+        Self::read_with(text, name, folder, Vec::new(), sets)
+    }
+
+    fn read_with(
+        text: &str,
+        name: &str,
+        folder: PathBuf,
+        mut settings: Vec<Setting>,
+        sets: &[String],
+    ) -> Result<Self, RigFileError> {
+        let mut errors = Vec::new();
+        for argument in sets {
+            match Setting::of_argument(argument) {
+                Ok(found) => settings.extend(found),
+                Err(error) => errors.push(error),
+            }
+        }
+        let own = read::read(text, name)?;
+        let is_shipped = SHIPPED.iter().any(|(_, shipped)| *shipped == text);
+        let is_sound = is_shipped || own.clone().completed(folder.clone()).problems().is_empty();
+        let file = match set::apply_all(text, own, &settings) {
+            Ok(file) if errors.is_empty() => file.completed(folder),
+            Ok(_) if errors.len() == 1 => return Err(errors.remove(0)),
+            Ok(_) => return Err(RigFileError::Sets(errors)),
+            Err(error) => {
+                errors.insert(0, error);
+                return Err(if errors.len() == 1 { errors.remove(0) } else { RigFileError::Sets(errors) });
+            }
+        };
         let mut problems = file.problems();
-        problems.extend(parameter::problems(&file.parameters, text));
+        problems.extend(file.surplus_forces(&settings));
+        if !is_shipped {
+            problems.extend(parameter::problems(&file.parameters, text));
+        }
         if problems.is_empty() {
             return Ok(file);
         }
@@ -172,6 +245,28 @@ impl RigFile {
         self.folder = folder;
         self.devices.iter_mut().for_each(DeviceSection::complete);
         self
+    }
+
+    /// What a shipped rig has at a key at its top, or at the keys of a parameter, as TOML, and what that is, in a line. The
+    /// value is none where the key is left out.
+    #[must_use]
+    pub fn shipped_setting(rig: &str, name: &str) -> Option<(Option<String>, String)> {
+        let text = Self::shipped(rig)?;
+        let table: Table = toml::from_str(text).ok()?;
+        let file: Self = toml::from_str(text).ok()?;
+        let of_parameter = |found: &ParameterSection| {
+            (found.keys.first().cloned().unwrap_or_default(), found.meaning.clone())
+        };
+        let last = name.rsplit('.').next().unwrap_or_default();
+        let of_key = || Some((name.to_owned(), text_of_key(text, last)?));
+        let (key, meaning) = file.parameter(name).map(of_parameter).or_else(of_key)?;
+        Some((set::value_at(&table, &key).map(ToString::to_string), meaning))
+    }
+
+    /// The parameter of that name.
+    #[must_use]
+    pub fn parameter(&self, name: &str) -> Option<&ParameterSection> {
+        self.parameters.iter().find(|parameter| parameter.name == name)
     }
 
     /// The settings in effect, as a file that gives the same run again.

@@ -13,10 +13,28 @@ pub use setting::Setting;
 
 use std::path::Path;
 
+use dimsart_core::{AxisKind, DescriptorError, DeviceDescriptor, limits, types};
+
 use crate::foreign_text::visible_lines;
 
 /// The sides a scheme can name.
 pub const SIDES: &[&str] = &["master", "slave"];
+
+/// The device that a scheme is checked on by itself: positions out, forces in, linear axes.
+///
+/// # Errors
+/// [`DescriptorError`] for an impossible number of axes or period.
+pub fn device(
+    name: &'static str,
+    dof: usize,
+    sample_period_s: f64,
+) -> Result<DeviceDescriptor, DescriptorError> {
+    let axes = [AxisKind::Linear; limits::MAX_DOF];
+    let axes = axes.get(..dof).ok_or(DescriptorError::Dof { wanted: dof })?;
+    #[expect(clippy::cast_possible_truncation, reason = "controllers count in f32")]
+    let sample_period_s = sample_period_s as f32;
+    DeviceDescriptor::new(name, axes, sample_period_s, &[types::POSITION], &[types::DES_FORCE])
+}
 
 /// Schemes that come with the command, by name.
 pub const BUILT_IN: &[(&str, &str)] = &[

@@ -4,11 +4,11 @@
 use std::sync::atomic::AtomicBool;
 
 use hil_sim::experiment::{Experiment, Run};
-use hil_sim::scenario::Scenario;
+use hil_sim::rig_file::RigFile;
 
 fn run(settings: &[&str]) -> Run {
     let settings: Vec<String> = settings.iter().map(ToString::to_string).collect();
-    let scenario = Scenario::load(None, &settings).unwrap();
+    let scenario = RigFile::of_shipped("bilateral", &settings).unwrap();
     let run = Experiment::new(&scenario).unwrap().run(&AtomicBool::new(false), |_| {});
     assert!(run.outcome.stable, "{:?}", run.outcome.faults);
     run

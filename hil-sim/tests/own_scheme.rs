@@ -4,10 +4,10 @@
 use std::fs;
 use std::sync::atomic::AtomicBool;
 
-use hil_sim::bilateral::round_trip_ticks;
+use hil_sim::response::round_trip_ticks;
 use hil_sim::experiment::Experiment;
 use hil_sim::outcome::Outcome;
-use hil_sim::scenario::Scenario;
+use hil_sim::rig_file::RigFile;
 
 /// The paper's scheme with gains and delays of its own, and one axis unlike the others.
 const OWN: &str = "
@@ -43,9 +43,9 @@ fn run(scheme: &str, settings: &[&str]) -> Result<Outcome, String> {
     ];
     let settings: Vec<String> =
         own.into_iter().chain(settings.iter().map(|text| (*text).to_owned())).collect();
-    let scenario = Scenario::load(None, &settings).unwrap();
+    let scenario = RigFile::of_shipped("bilateral", &settings).unwrap();
     let experiment = Experiment::new(&scenario).map_err(|error| error.to_string())?;
-    let expected_ticks = Some(round_trip_ticks(&scenario).unwrap());
+    let expected_ticks = round_trip_ticks(&scenario).unwrap();
     let outcome = experiment.run(&AtomicBool::new(false), |_| {}).outcome;
     assert!(outcome.stable, "{:?}", outcome.faults);
     assert_eq!(outcome.round_trip_ticks, expected_ticks, "as measured and as planned");
@@ -159,7 +159,7 @@ fn packets_that_a_scheme_does_not_listen_for_are_named() {
     let settings: Vec<String> =
         ["slave.scheme=builtin:position_position", "duration_s=0.2"].map(str::to_owned).to_vec();
     let faults = |settings: &[String]| {
-        let experiment = Experiment::new(&Scenario::load(None, settings).unwrap()).unwrap();
+        let experiment = Experiment::new(&RigFile::of_shipped("bilateral", settings).unwrap()).unwrap();
         experiment.run(&AtomicBool::new(false), |_| {}).outcome.faults
     };
     let [master, slave] = &*faults(&settings) else { panic!("{:?}", faults(&settings)) };

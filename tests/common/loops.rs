@@ -8,9 +8,9 @@
 
 use dimsart_core::DataType;
 use hil_sim::experiment::Experiment;
-use hil_sim::plant::{Axis, AxisWise, DeviceParameters, Environment, Law, Role};
+use hil_sim::plant::{Joint, JointParameters, Joints, Push, StopsParameters};
 use hil_sim::rig::Rig;
-use hil_sim::scenario::Scenario;
+use hil_sim::rig_file::{RIGID_STIFFNESS, RigFile};
 
 /// Sample period of both controllers, `s`.
 pub(crate) const TICK_S: f64 = 1e-3;
@@ -19,17 +19,17 @@ pub(crate) const MASTER: usize = 0;
 /// Index of the remote station in a rig.
 pub(crate) const SLAVE: usize = 1;
 
-/// The shipped scenario with one axis and `settings` over it, such as `wave.form=split link.loss=0.1`.
-pub(crate) fn scenario(settings: &str) -> Scenario {
+/// The shipped experiment with one axis and `settings` over it, such as `wave.form=split link.loss=0.1`.
+pub(crate) fn bilateral(settings: &str) -> RigFile {
     let settings = ["dof=1"].into_iter().chain(settings.split_whitespace());
-    Scenario::load(None, &settings.map(str::to_owned).collect::<Vec<_>>()).unwrap()
+    RigFile::of_shipped("bilateral", &settings.map(str::to_owned).collect::<Vec<_>>()).unwrap()
 }
 
-/// The rig of a [`scenario`], moving these axes instead of the scenario's own.
+/// The rig of [`bilateral`], moving these axes instead of its own.
 pub(crate) fn rig(settings: &str, master: Axis, slave: Axis) -> Rig {
-    let mut experiment = Experiment::new(&scenario(settings)).unwrap();
+    let mut experiment = Experiment::new(&bilateral(settings)).unwrap();
     for (station, axis) in experiment.rig_mut().stations_mut().iter_mut().zip([master, slave]) {
-        station.plant = Box::new(AxisWise::new(vec![axis]));
+        station.plant = Box::new(Joints::new(vec![axis]));
     }
     std::mem::replace(experiment.rig_mut(), Rig::new(TICK_S))
 }
@@ -44,41 +44,38 @@ pub(crate) fn delays(forward_ticks: u32, backward_ticks: u32) -> String {
     )
 }
 
-/// A mass with a damper to ground, at rest at 0, and what else acts on it.
-pub(crate) fn axis(mass_kg: f64, damping_ns_per_m: f64, environments: Vec<Box<dyn Environment>>) -> Axis {
-    let device = DeviceParameters { mass_kg, damping_ns_per_m, ..DeviceParameters::default() };
-    Axis::new(&device, None, environments).unwrap()
+/// A moving mass, and what pushes it.
+pub(crate) type Axis = (Joint, Option<Push>);
+
+/// What an axis meets; not every program of tests has all of it.
+#[allow(dead_code, reason = "shared by programs of tests")]
+#[derive(Clone, Copy)]
+pub(crate) enum Met {
+    Nothing,
+    /// A spring from 0 on both ways, `N/m`.
+    Spring(f64),
+    /// A wall: its surface, `m`, and `N/m` and `N s/m` behind it.
+    Wall(f64, f64, f64),
 }
 
-/// A massless hand that pushes with a force of time, held for each tick.
-pub(crate) fn push(force_n: impl Fn(f64) -> f64 + Send + 'static) -> Box<dyn Environment> {
-    Box::new(Push { script: force_n, now_n: 0.0 })
+/// A mass with a damper to ground, at rest at 0, what it meets and what pushes it.
+pub(crate) fn axis(mass_kg: f64, damping_ns_per_m: f64, met: Met, push: Option<Push>) -> Axis {
+    let mut joint = JointParameters::of_inertia(mass_kg);
+    joint.load.damping = damping_ns_per_m;
+    match met {
+        Met::Nothing => {}
+        Met::Spring(stiffness) => joint.load.stiffness = stiffness,
+        Met::Wall(max, stiffness, damping) => {
+            let stiffness = stiffness.min(RIGID_STIFFNESS);
+            joint.stops = Some(StopsParameters { max, stiffness, damping, ..StopsParameters::default() });
+        }
+    }
+    (joint.build().unwrap(), push)
 }
 
-struct Push<F> {
-    /// From the start of a tick, `s`, to the force in it, `N`.
-    script: F,
-    now_n: f64,
-}
-
-impl<F> std::fmt::Debug for Push<F> {
-    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        f.debug_struct("Push").field("now_n", &self.now_n).finish_non_exhaustive()
-    }
-}
-
-impl<F: Fn(f64) -> f64 + Send> Environment for Push<F> {
-    fn role(&self) -> Role {
-        Role::Hand
-    }
-
-    fn begin_period(&mut self, start_s: f64, _period_s: f64) {
-        self.now_n = (self.script)(start_s);
-    }
-
-    fn law(&self, _elapsed_s: f64, _position_m: f64, _velocity_m_per_s: f64) -> Law {
-        Law { force_n: self.now_n, ..Law::default() }
-    }
+/// A push of time, held for each tick.
+pub(crate) fn push(force_n: impl Fn(f64) -> f64 + Send + 'static) -> Option<Push> {
+    Some(Box::new(force_n))
 }
 
 /// What a signal of one station is in the present tick.

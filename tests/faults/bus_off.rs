@@ -3,16 +3,16 @@
 use std::f64::consts::PI;
 
 use dimsart_core::Tick;
-use hil_sim::plant::Environment;
+use hil_sim::plant::Push;
 use hil_sim::rig::Station;
 
 use crate::line::Loop;
-use crate::loops::{SLAVE, axis, push, rig};
+use crate::loops::{Met, SLAVE, axis, push, rig};
 use test_requirements::length;
 
 /// A hand that never lets go.
-fn swing() -> [Vec<Box<dyn Environment>>; 2] {
-    [vec![push(|t| 2.0 * libm::sin(2.0 * PI * 0.7 * t))], vec![]]
+fn swing() -> Option<Push> {
+    push(|t| 2.0 * libm::sin(2.0 * PI * 0.7 * t))
 }
 
 /// How far the slave goes in so many ticks, `m`.
@@ -58,8 +58,8 @@ fn a_node_that_stays_off_the_bus_leaves_both_sides_at_rest() {
                     "can.bits_per_s=1000000 can.bit_error_rate={bit_error_rate} can.rejoins={rejoins}"
                 );
                 let settings = format!("wave.form=implicit link.carrier={carrier} {bus} seed={seed}");
-                let [hand, none] = swing();
-                let mut rig = rig(&settings, axis(0.1, 8.0, hand), axis(0.5, 8.0, none));
+                let (master, slave) = (axis(0.1, 8.0, Met::Nothing, swing()), axis(0.5, 8.0, Met::Nothing, None));
+                let mut rig = rig(&settings, master, slave);
                 let mut at_rest_m = None::<f32>;
                 let mut farthest_m = 0.0_f32;
                 for tick in 0..20_000 {

@@ -4,10 +4,10 @@ use std::sync::{Arc, Mutex};
 
 use dimsart_core::{Command, Tick, types};
 use hil_sim::link::{InProcess, InProcessParameters, Link};
-use hil_sim::plant::{AxisWise, Environment};
+use hil_sim::plant::{Joints, Push};
 use hil_sim::rig::{End, Rig, SimulatedDimsart, Station};
 
-use crate::loops::{MASTER, SLAVE, TICK_S, axis, delays, rig, signal};
+use crate::loops::{MASTER, Met, SLAVE, TICK_S, axis, delays, rig, signal};
 
 /// Ticks without a packet that lose a link.
 pub(crate) const TIMEOUT_TICKS: u64 = 20;
@@ -59,16 +59,16 @@ impl Loop {
     /// Implicit form, 10 ticks each way. `loses` is asked for every packet, by the station that it is sent to.
     pub(crate) fn new<F: FnMut(u64) -> bool + Send + 'static>(
         settings: &str,
-        hands: [Vec<Box<dyn Environment>>; 2],
+        hand: Option<Push>,
         loses: [F; 2],
     ) -> Self {
         let settings = format!("wave.form=implicit {} {settings}", delays(10, 10));
-        let [at_master, at_slave] = hands;
-        let mut shipped = rig(&settings, axis(0.1, 8.0, at_master), axis(0.5, 8.0, at_slave));
+        let (master, slave) = (axis(0.1, 8.0, Met::Nothing, hand), axis(0.5, 8.0, Met::Nothing, None));
+        let mut shipped = rig(&settings, master, slave);
         let mut rig = Rig::new(TICK_S);
         for station in shipped.stations_mut() {
             let dimsart = std::mem::replace(&mut station.dimsart, Box::new(SimulatedDimsart::unconnected()));
-            let plant = std::mem::replace(&mut station.plant, Box::new(AxisWise::new(vec![])));
+            let plant = std::mem::replace(&mut station.plant, Box::<Joints>::default());
             rig.add(Station::new(&station.name, dimsart, plant));
         }
         let sides = loses.map(|loses| (loses, Arc::new(Mutex::new(None))));

@@ -4,7 +4,7 @@
 use std::f64::consts::PI;
 
 use hil_sim::observer::channel_energy::ChannelEnergy;
-use hil_sim::plant::Environment;
+use hil_sim::plant::Push;
 use rand_core::SeedableRng;
 use rand_pcg::Pcg64Mcg;
 
@@ -19,9 +19,9 @@ const NOTHING_J: f64 = 1e-9;
 const FAR_M: f64 = 0.5;
 
 /// Swings with 2 N at 0.7 Hz until it lets go, 10 s before the end.
-fn swing(duration_s: f64) -> [Vec<Box<dyn Environment>>; 2] {
+fn swing(duration_s: f64) -> Option<Push> {
     let force = move |t| if t < duration_s - 10.0 { 2.0 * libm::sin(2.0 * PI * 0.7 * t) } else { 0.0 };
-    [vec![push(force)], vec![]]
+    push(force)
 }
 
 /// Runs a loop that has to be passive and come to rest; gives which sides lost their link.

@@ -8,12 +8,12 @@
 //! forces here. Waves carry it to the other side. Free devices wander farthest and differ most, by up to 3.4e-5;
 //! those at a wall by 2e-6.
 use dimsart_core::{DataType, types};
-use hil_sim::bilateral::linear_loop::{Held, linear_loops};
-use hil_sim::plant::{Environment, SpringParameters};
+use hil_sim::plant::Push;
+use hil_sim::response::{Held, linear_loops};
 use serde::Deserialize;
 
 use crate::evidence::{self, Compared, Evidence, column};
-use crate::loops::{MASTER, SLAVE, TICK_S, axis, delays, push, rig, scenario, signal};
+use crate::loops::{MASTER, Met, SLAVE, TICK_S, axis, bilateral, delays, push, rig, signal};
 
 /// Share of a signal's peak that it may be off by.
 const TOLERANCE: f64 = 1e-4;
@@ -84,11 +84,11 @@ fn run(case: &Case, forces_n: Vec<f64>, ticks: usize) -> Vec<Vec<f64>> {
     #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "the number of a tick")]
     let hand = push(move |t| forces_n[(t / TICK_S).round() as usize]);
     let stiffness_n_per_m = case.wall_stiffness_n_per_m;
-    let wall = SpringParameters { stiffness_n_per_m, ..SpringParameters::default() }.build().unwrap();
-    let device = |side: &Side, environment: Box<dyn Environment>| {
-        axis(side.mass_kg, side.device_damping_ns_per_m, vec![environment])
-    };
-    let mut rig = rig(&settings, device(&case.master, hand), device(&case.slave, Box::new(wall)));
+    let device =
+        |side: &Side, met, push: Option<Push>| axis(side.mass_kg, side.device_damping_ns_per_m, met, push);
+    let wall = Met::Spring(stiffness_n_per_m);
+    let mut rig =
+        rig(&settings, device(&case.master, Met::Nothing, hand), device(&case.slave, wall, None));
     let run = (0..ticks).map(|_| {
         rig.tick();
         let seen = COMPARED.map(|(_, side, data_type, _)| signal(&rig, side, data_type)).to_vec();
@@ -123,7 +123,7 @@ fn loops_grow_by_the_largest_eigenvalue_of_python_control() {
     let predictions: Predictions = evidence::read(&folder.join("predictions.json"));
     let mut growing = 0;
     for row in &predictions.weakly_damped {
-        let scenario = scenario(&format!(
+        let file = bilateral(&format!(
             "{} dof=1 wave.form={} hand.damping_ns_per_m={} hand.stiffness_n_per_m=0 slave.device.mass_kg={} \
              slave.device.damping_ns_per_m={} wall.stiffness_n_per_m={} wall.damping_ns_per_m=0",
             delays(row.forward_delay_ticks, row.backward_delay_ticks),
@@ -133,7 +133,7 @@ fn loops_grow_by_the_largest_eigenvalue_of_python_control() {
             row.slave.device_damping_ns_per_m,
             row.wall_stiffness_n_per_m,
         ));
-        let loops = linear_loops(&scenario).unwrap();
+        let loops = linear_loops(&file).unwrap();
         for (held, expected) in
             [(Held::Free, row.free_growth_per_tick), (Held::Contact, row.contact_growth_per_tick)]
         {

@@ -3,14 +3,14 @@
 
 use std::sync::atomic::AtomicBool;
 
-use hil_sim::bilateral::linear_loop::Held;
 use hil_sim::experiment::Experiment;
 use hil_sim::outcome::Outcome;
+use hil_sim::response::Held;
 
-use crate::loops::scenario;
+use crate::loops::bilateral;
 
 fn outcome(settings: &str) -> Outcome {
-    let experiment = Experiment::new(&scenario(settings)).unwrap();
+    let experiment = Experiment::new(&bilateral(settings)).unwrap();
     experiment.without_recording().run(&AtomicBool::new(false), |_| ()).outcome
 }
 

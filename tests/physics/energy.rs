@@ -8,10 +8,10 @@ use std::sync::atomic::AtomicBool;
 use dimsart_core::types;
 use hil_sim::experiment::Experiment;
 use hil_sim::observer::channel_energy::ChannelEnergy;
-use hil_sim::plant::{AxisWise, SpringParameters};
+use hil_sim::plant::Joints;
 use hil_sim::rig::Rig;
 
-use crate::loops::{MASTER, SLAVE, TICK_S, axis, delays, push, rig, scenario, signal};
+use crate::loops::{MASTER, SLAVE, TICK_S, Met, axis, bilateral, delays, push, rig, signal};
 
 /// One direction of the line: waves that have left and not arrived yet.
 struct InFlight(VecDeque<f64>);
@@ -55,7 +55,7 @@ fn the_line_holds_the_energy_of_the_waves_in_flight() {
         for (forward_ticks, backward_ticks) in [(0, 1), (1, 1), (10, 1), (3, 17), (40, 4), (100, 100)] {
             let settings = format!("wave.form={form} {}", delays(forward_ticks, backward_ticks));
             let hand = push(|t| 2.0 * libm::sin(9.0 * t) + if t < 0.5 { 1.0 } else { 0.0 });
-            let mut rig = rig(&settings, axis(0.1, 8.0, vec![hand]), axis(0.5, 8.0, vec![]));
+            let mut rig = rig(&settings, axis(0.1, 8.0, Met::Nothing, hand), axis(0.5, 8.0, Met::Nothing, None));
             let mut account = ChannelEnergy::new(&rig);
             let (mut forward, mut backward) = (InFlight::new(forward_ticks), InFlight::new(backward_ticks));
             let (mut through_ports_j, mut carried_j, mut largest_error) = (0.0, 0.0, 0.0_f64);
@@ -93,17 +93,16 @@ fn the_line_holds_the_energy_of_the_waves_in_flight() {
 /// one is not passive.
 #[test]
 fn an_axis_that_gives_energy_away_does_not_hide_behind_another() {
-    let spring = SpringParameters { stiffness_n_per_m: 1e3, ..SpringParameters::default() };
     let swing = |t: f64| if t > 2.0 && t % 2.0 < 1.0 { 2.0 * libm::sin(2.0 * PI * 3.0 * t) } else { 0.0 };
-    let (master, slave) = (|hand| axis(0.1, 8.0, vec![hand]), |walls| axis(0.5, 8.0, walls));
+    let (master, slave) = (|hand| axis(0.1, 8.0, Met::Nothing, hand), |met| axis(0.5, 8.0, met, None));
     let settings = format!("dof=2 seed=2 link.stale=hold link.loss=0.2 {}", delays(10, 10));
-    let mut rig = rig(&settings, master(push(|_| 0.0)), slave(vec![]));
+    let mut rig = rig(&settings, master(push(|_| 0.0)), slave(Met::Nothing));
     let axes = [
         vec![master(push(|_| 8.0)), master(push(swing))],
-        vec![slave(vec![Box::new(spring.build().unwrap())]), slave(vec![])],
+        vec![slave(Met::Spring(1e3)), slave(Met::Nothing)],
     ];
     for (station, axes) in rig.stations_mut().iter_mut().zip(axes) {
-        station.plant = Box::new(AxisWise::new(axes));
+        station.plant = Box::new(Joints::new(axes));
     }
     let mut account = ChannelEnergy::new(&rig);
     let (mut smallest_j, mut smallest_of_both_j) = ([0.0_f64; 2], f64::INFINITY);
@@ -125,7 +124,7 @@ fn an_axis_that_gives_energy_away_does_not_hide_behind_another() {
 #[test]
 fn what_sends_no_waves_or_never_runs_has_no_channel_energy() {
     let energy_min_j = |settings: &str, is_stopped: bool| {
-        let experiment = Experiment::new(&scenario(settings)).unwrap();
+        let experiment = Experiment::new(&bilateral(settings)).unwrap();
         experiment.run(&AtomicBool::new(is_stopped), |_| ()).outcome.energy_min_j
     };
     let without_waves =

@@ -1,26 +1,24 @@
 //! What grows without bound is told, at the rate it grows, before or when it leaves its range. What is stable never is.
-#![expect(clippy::unwrap_used, reason = "in helpers of tests as in tests")]
+#![expect(clippy::unwrap_used, clippy::indexing_slicing, reason = "in helpers of tests as in tests")]
 
 use std::sync::atomic::AtomicBool;
 
-use hil_sim::bilateral::linear_loop::LinearLoop;
 use hil_sim::experiment::Experiment;
-use hil_sim::observer::watch::{Alarm, Watch};
-use hil_sim::outcome::Outcome;
+use hil_sim::observer::watch::{Alarm, Ranges, Watch};
+use hil_sim::outcome::{LinearLoop, Outcome};
 use hil_sim::rig::Rig;
-use hil_sim::scenario::{LimitsSection, Scenario};
 
-use crate::loops::{delays, scenario};
+use crate::loops::{bilateral, delays};
 use crate::stability::{held, nudge};
 
 fn outcome(settings: &str) -> Outcome {
-    let experiment = Experiment::new(&scenario(settings)).unwrap();
+    let experiment = Experiment::new(&bilateral(settings)).unwrap();
     experiment.without_recording().run(&AtomicBool::new(false), |_| ()).outcome
 }
 
 /// The first alarm within `ticks`.
-fn alarm(rig: &mut Rig, limits: &LimitsSection, ticks: u64) -> Option<Alarm> {
-    let mut watch = Watch::new(rig, [limits.ranges(); 2]);
+fn alarm(rig: &mut Rig, limits: Ranges, ticks: u64) -> Option<Alarm> {
+    let mut watch = Watch::new(rig, [limits; 2]);
     (0..ticks).find_map(|_| {
         rig.tick();
         let alarm = watch.look(rig);
@@ -49,9 +47,9 @@ fn unstable() -> Vec<(String, bool, f64)> {
 
 #[test]
 fn what_flies_apart_is_told_before_or_when_it_leaves_its_range() {
-    let limits = Scenario::default().limits;
+    let limits = bilateral("").devices[0].ranges();
     for (settings, in_contact, _) in unstable() {
-        let alarm = alarm(&mut held(&settings, in_contact, nudge()), &limits, 2000);
+        let alarm = alarm(&mut held(&settings, in_contact, nudge()), limits, 2000);
         println!("{settings}, contact {in_contact}: {alarm:?}");
         assert!(alarm.is_some(), "{settings}, contact {in_contact}");
     }
@@ -61,9 +59,9 @@ fn what_flies_apart_is_told_before_or_when_it_leaves_its_range() {
 /// tick goes through the noise and out of any range in fewer windows than it takes to be sure.
 #[test]
 fn growth_is_told_with_its_rate() {
-    let limits = LimitsSection { position_m: 1e30, force_n: 1e9, wave: 1e9 };
+    let limits = Ranges { position: 1e30, force: 1e9, max_force: [1e9; 8], wave: 1e9 };
     for (settings, in_contact, expected) in unstable().into_iter().filter(|(.., growth)| *growth < 1.15) {
-        let alarm = alarm(&mut held(&settings, in_contact, nudge()), &limits, 20_000);
+        let alarm = alarm(&mut held(&settings, in_contact, nudge()), limits, 20_000);
         let Some(Alarm::Grows(text)) = &alarm else { panic!("{settings}, contact {in_contact}: {alarm:?}") };
         let (_, rate) = text.split_once("by a factor of ").unwrap();
         let growth: f64 = rate.split(' ').next().unwrap().parse().unwrap();

@@ -8,7 +8,7 @@ use dimsart_core::{DataType, types};
 use hil_sim::experiment::{Experiment, Run};
 use hil_sim::observer::channel_energy::ChannelEnergy;
 
-use crate::loops::{MASTER, SLAVE, TICK_S, axis, delays, push, rig, scenario, signal};
+use crate::loops::{MASTER, Met, SLAVE, TICK_S, axis, bilateral, delays, push, rig, signal};
 
 /// What a run over a bad link leaves behind.
 struct Aftermath {
@@ -29,7 +29,7 @@ const NOTHING_J: f64 = 1e-9;
 fn swung(link: &str) -> Aftermath {
     let settings = format!("wave.form=implicit {} {link}", delays(10, 10));
     let hand = push(|t| if t < 20.0 { 2.0 * libm::sin(2.0 * PI * 0.7 * t) } else { 0.0 });
-    let mut rig = rig(&settings, axis(0.1, 8.0, vec![hand]), axis(0.5, 8.0, vec![]));
+    let mut rig = rig(&settings, axis(0.1, 8.0, Met::Nothing, hand), axis(0.5, 8.0, Met::Nothing, None));
     let mut energy = ChannelEnergy::new(&rig);
     let mut sent = [const { Vec::new() }; 2];
     while rig.ticks() < 30_000 {
@@ -161,14 +161,14 @@ fn a_link_that_loses_nothing_is_the_same_under_every_policy() {
     }
 }
 
-/// Every draw of the link is from the scenario's seed: all that is recorded repeats bit for bit with it, and with no
+/// Every draw of the link is from the rig's seed: all that is recorded repeats bit for bit with it, and with no
 /// other one.
 #[test]
 fn the_seed_decides_the_run() {
     let record = |seed: u64| {
         let bad = "link.jitter_ticks=3 link.duplication=0.1 link.reordering=0.1 link.loss=0.1";
-        let scenario = scenario(&format!("{bad} dof=3 duration_s=2 seed={seed}"));
-        let Run { recording, .. } = Experiment::new(&scenario).unwrap().run(&AtomicBool::new(false), |_| ());
+        let file = bilateral(&format!("{bad} dof=3 duration_s=2 seed={seed}"));
+        let Run { recording, .. } = Experiment::new(&file).unwrap().run(&AtomicBool::new(false), |_| ());
         recording.rows().flatten().map(|value| value.to_bits()).collect::<Vec<_>>()
     };
     let run = record(1);
@@ -194,7 +194,7 @@ fn a_rate_change_stays_passive_and_free_of_drift() {
 fn a_rate_change_is_perceived_as_its_delay() {
     let settings = "dof=1 link.every_ticks=2 hand.contact_force_n=[2.0]";
     let Run { outcome, .. } =
-        Experiment::new(&scenario(settings)).unwrap().run(&AtomicBool::new(false), |_| ());
+        Experiment::new(&bilateral(settings)).unwrap().run(&AtomicBool::new(false), |_| ());
     assert!(outcome.stable && outcome.faults.is_empty(), "{:?}", outcome.faults);
     let (perceived, predicted) =
         (outcome.k_perceived_n_per_m[0].unwrap(), outcome.k_predicted_n_per_m[0].unwrap());
@@ -204,7 +204,7 @@ fn a_rate_change_is_perceived_as_its_delay() {
 #[test]
 fn a_link_that_is_silent_for_too_long_is_a_fault_and_takes_the_force_away() {
     let settings = "dof=1 duration_s=3 link.loss=0.5 link.timeout_ticks=4 link.stale=zero";
-    let run = Experiment::new(&scenario(settings)).unwrap().run(&AtomicBool::new(false), |_| ());
+    let run = Experiment::new(&bilateral(settings)).unwrap().run(&AtomicBool::new(false), |_| ());
     let lost = |side: &str| run.outcome.faults.iter().filter(|fault| fault.starts_with(side)).count();
     for side in ["master lost link 0", "slave lost link 0"] {
         assert_eq!(lost(side), 1, "{:?}", run.outcome.faults);

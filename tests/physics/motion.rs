@@ -3,7 +3,7 @@
 use dimsart_core::types;
 use hil_sim::rig::Rig;
 
-use crate::loops::{MASTER, SLAVE, TICK_S, axis, delays, push, rig, signal};
+use crate::loops::{MASTER, Met, SLAVE, TICK_S, axis, delays, push, rig, signal};
 
 const FORMS: [&str; 2] = ["split", "implicit"];
 /// What the hand pushes with, `N`.
@@ -15,8 +15,8 @@ const SLAVE_STIFFNESS_N_PER_M: f64 = 5000.0;
 /// A constant push on a master of 0.1 kg that drags a slave of 0.5 kg, from rest.
 fn pushed(form: &str, ticks: (u32, u32), damping_ns_per_m: (f64, f64)) -> Rig {
     let settings = format!("wave.form={form} {}", delays(ticks.0, ticks.1));
-    let master = axis(0.1, damping_ns_per_m.0, vec![push(|_| FORCE_N)]);
-    rig(&settings, master, axis(0.5, damping_ns_per_m.1, vec![]))
+    let master = axis(0.1, damping_ns_per_m.0, Met::Nothing, push(|_| FORCE_N));
+    rig(&settings, master, axis(0.5, damping_ns_per_m.1, Met::Nothing, None))
 }
 
 /// Compliance of line and controllers, `T/b + 1/K_m + 1/K_s` with the mean delay `T`, `m/N`.
@@ -76,7 +76,7 @@ fn the_line_adds_its_apparent_mass() {
             while rig.ticks() < 4000 {
                 rig.step();
             }
-            let position_m = rig.stations()[MASTER].plant.truth(0).unwrap().position_m;
+            let position_m = rig.stations()[MASTER].plant.position(0);
             let damping_ns_per_m = 8.0 + 8.0;
             let mass_kg = damping_ns_per_m * (rig.time_s() - position_m * damping_ns_per_m / FORCE_N);
             let round_trip_ticks = ticks.0 + ticks.1;
@@ -106,7 +106,9 @@ fn echoes_die_by_the_product_of_both_reflections() {
             let mut expected_m_per_s = FORCE_N / (master + b);
             for _ in 0..6 {
                 (0..1000).for_each(|_| rig.step());
-                let speed_m_per_s = rig.stations()[MASTER].plant.truth(0).unwrap().velocity_m_per_s;
+                let mut seen = [0.0; 2];
+                rig.stations()[MASTER].plant.look(0, &mut seen);
+                let [_, speed_m_per_s] = seen;
                 let error = speed_m_per_s / expected_m_per_s - 1.0;
                 println!("{form:8} {master} and {slave} N s/m: {speed_m_per_s:.6} m/s, {error:+.1e}");
                 assert!(error.abs() < 1e-4, "{speed_m_per_s} m/s instead of {expected_m_per_s} m/s");

@@ -5,9 +5,8 @@ use std::sync::atomic::AtomicBool;
 
 use dimsart_core::types;
 use hil_sim::experiment::{Experiment, Run};
-use hil_sim::plant::{WallParameters, WallSide};
 
-use crate::loops::{MASTER, SLAVE, axis, delays, push, rig, scenario, signal};
+use crate::loops::{MASTER, Met, SLAVE, axis, bilateral, delays, push, rig, signal};
 
 /// Perceived stiffness by round trip and wall, `N/m`: springs in series (Niemeyer and Slotine),
 ///
@@ -37,24 +36,18 @@ const WATCHED: u64 = 200;
 fn perceived_n_per_m(form: &str, round_trip_ticks: u32, wall_n_per_m: f64) -> f64 {
     let backward_ticks = round_trip_ticks.div_ceil(2);
     let settings = format!("wave.form={form} {}", delays(round_trip_ticks - backward_ticks, backward_ticks));
-    let wall = WallParameters {
-        position_m: SURFACE_M,
-        stiffness_n_per_m: wall_n_per_m,
-        damping_ns_per_m: 10.0,
-        solid: WallSide::Above,
-    };
-    let master = axis(0.1, 10.0, vec![push(|_| HAND_FORCE_N)]);
-    let slave = axis(0.2, 10.0, vec![Box::new(wall.build().unwrap())]);
+    let master = axis(0.1, 10.0, Met::Nothing, push(|_| HAND_FORCE_N));
+    let slave = axis(0.2, 10.0, Met::Wall(SURFACE_M, wall_n_per_m, 10.0), None);
     let mut rig = rig(&settings, master, slave);
     let settled = 2000 + 24 * u64::from(round_trip_ticks);
     let (mut force_n, mut depth_m) = (0.0, 0.0);
     while rig.ticks() < settled + WATCHED {
         rig.tick();
         if rig.ticks() >= settled {
-            let truth = |side: usize| rig.stations()[side].plant.truth(0).unwrap();
-            assert!(truth(SLAVE).is_in_contact);
+            let plant = |side: usize| &rig.stations()[side].plant;
+            assert!(plant(SLAVE).is_touching(0));
             force_n += signal(&rig, MASTER, types::LINE_FORCE);
-            depth_m += truth(MASTER).position_m - SURFACE_M;
+            depth_m += plant(MASTER).position(0) - SURFACE_M;
         }
         rig.advance();
     }
@@ -82,7 +75,7 @@ fn the_hand_feels_both_controllers_the_line_and_the_wall_in_series() {
 fn a_run_waits_until_a_soft_wall_has_settled() {
     for wall_n_per_m in [10, 100] {
         let settings = format!("dof=1 wall.stiffness_n_per_m={wall_n_per_m} {}", delays(1, 1));
-        let experiment = Experiment::new(&scenario(&settings)).unwrap();
+        let experiment = Experiment::new(&bilateral(&settings)).unwrap();
         let outcome = experiment.run(&AtomicBool::new(false), |_| ()).outcome;
         let [perceived, predicted] = [
             outcome.axes[0].contact.unwrap().k_perceived_n_per_m,
@@ -102,8 +95,8 @@ fn a_run_reports_round_trip_and_perceived_stiffness() {
         ("implicit", String::new(), 22, GOLDEN[3].1[1]),
         ("split", delays(10, 1), 11, GOLDEN[1].1[1]),
     ] {
-        let scenario = scenario(&format!("dof=3 wave.form={form} {delays}"));
-        let Run { outcome, .. } = Experiment::new(&scenario).unwrap().run(&AtomicBool::new(false), |_| ());
+        let file = bilateral(&format!("dof=3 wave.form={form} {delays}"));
+        let Run { outcome, .. } = Experiment::new(&file).unwrap().run(&AtomicBool::new(false), |_| ());
         assert!(outcome.stable, "{:?}", outcome.faults);
         assert_eq!(outcome.round_trip_ticks, Some(round_trip_ticks));
         assert!(outcome.energy_min_j.is_some_and(|energy_j| energy_j >= 0.0), "{:?} J", outcome.energy_min_j);

@@ -9,17 +9,15 @@ use std::sync::atomic::AtomicBool;
 
 use dimsart_core::types;
 use hil_sim::experiment::{Experiment, Run};
-use hil_sim::plant::{Environment, SpringParameters};
+use hil_sim::plant::Push;
 use hil_sim::rig::Rig;
 
-use crate::loops::{MASTER, TICK_S, axis, delays, push, rig, scenario, signal};
+use crate::loops::{MASTER, TICK_S, Met, axis, bilateral, delays, push, rig, signal};
 
 /// The loop of this file, its slave `in_contact` or free, with a hand that pushes with a force of time.
-pub(crate) fn held(settings: &str, in_contact: bool, hand: Box<dyn Environment>) -> Rig {
-    let spring = SpringParameters { stiffness_n_per_m: 1e4, ..SpringParameters::default() };
-    let wall: Vec<Box<dyn Environment>> =
-        if in_contact { vec![Box::new(spring.build().unwrap())] } else { vec![] };
-    rig(settings, axis(0.1, 8.0, vec![hand]), axis(0.5, 8.0, wall))
+pub(crate) fn held(settings: &str, in_contact: bool, hand: Option<Push>) -> Rig {
+    let met = if in_contact { Met::Spring(1e4) } else { Met::Nothing };
+    rig(settings, axis(0.1, 8.0, Met::Nothing, hand), axis(0.5, 8.0, met, None))
 }
 
 /// The largest force that the master's controller commands in the next `ticks`, `N`.
@@ -35,7 +33,7 @@ fn peak_n(rig: &mut Rig, ticks: u64) -> f64 {
 
 /// A feeble push that changes sign with every tick and grows by `growth`, faded in and out over `ticks`: it moves
 /// the loop at half the sample rate, where the printed order grows fastest, and hardly elsewhere.
-fn shake(ticks: u64, growth: f64) -> Box<dyn Environment> {
+fn shake(ticks: u64, growth: f64) -> Option<Push> {
     let length = ticks as f64;
     push(move |t| {
         let tick = (t / TICK_S).round();
@@ -74,7 +72,7 @@ fn the_printed_order_grows_as_its_spectral_radius_says() {
 }
 
 /// A push for a tenth of a second, `N`.
-pub(crate) fn nudge() -> Box<dyn Environment> {
+pub(crate) fn nudge() -> Option<Push> {
     push(|t| if t < 0.1 { 2.0 } else { 0.0 })
 }
 
@@ -128,7 +126,7 @@ fn an_experiment_that_waves_carry_leaves_its_range_without_them() {
     let no_modules = "master.time_delay_ticks=0 slave.time_delay_ticks=0";
     for (scheme, delays, is_stable) in [("bilateral", no_modules, true), ("position_position", "", false)] {
         let scheme = format!("master.scheme=builtin:{scheme} slave.scheme=builtin:{scheme}");
-        let experiment = Experiment::new(&scenario(&format!("{scheme} {link} {delays}"))).unwrap();
+        let experiment = Experiment::new(&bilateral(&format!("{scheme} {link} {delays}"))).unwrap();
         let Run { outcome, .. } = experiment.run(&AtomicBool::new(false), |_| ());
         assert_eq!(outcome.stable, is_stable, "{scheme}: {:?}", outcome.faults);
     }

@@ -2,11 +2,9 @@
 
 use dimsart_core::{Packet, Reason, Tick, TypeRef, Word, types};
 use hil_sim::experiment::Experiment;
-use hil_sim::plant::{
-    Axis, AxisWise, DeviceParameters, Environment, HandParameters, HandPhase, Plant, WallParameters,
-};
+use hil_sim::plant::{Joint, JointParameters, Joints, Plant, Push, StopsParameters};
 use hil_sim::rig::SimulatedDimsart;
-use hil_sim::scenario::Scenario;
+use hil_sim::rig_file::RigFile;
 
 pub(crate) const DOF: usize = 3;
 /// What is lost is made up for, and what comes bunched is evened out: else positions drift apart, as documented.
@@ -20,7 +18,7 @@ const AMPLITUDE_M: f64 = 0.03;
 
 pub(crate) struct Side {
     dimsart: Box<SimulatedDimsart>,
-    plant: AxisWise,
+    plant: Joints,
     period_ns: u64,
     pub(crate) next_ns: u64,
     pub(crate) ticks: u64,
@@ -39,40 +37,33 @@ pub(crate) struct Side {
 
 impl Side {
     pub(crate) fn master(period_ns: u64) -> Self {
-        let hand = |axis: usize| -> Box<dyn Environment> {
-            let swing = HandPhase::Sine {
-                start_s: 0.0,
-                end_s: f64::INFINITY,
-                center_m: CENTERS_M[axis],
-                amplitude_m: AMPLITUDE_M,
-                frequency_hz: FREQUENCIES_HZ[axis],
-            };
-            let hand = HandParameters {
-                mass_kg: 0.05,
-                damping_ns_per_m: 10.0,
-                stiffness_n_per_m: 300.0,
-                phases: vec![swing],
-            };
-            Box::new(hand.build().unwrap())
+        // A hand of 0.05 kg, 10 N s/m and 300 N/m.
+        let hand = |axis: usize| -> Push {
+            let center_m = CENTERS_M[axis];
+            let rad_per_s = std::f64::consts::TAU * FREQUENCIES_HZ[axis];
+            Box::new(move |t| 300.0 * (center_m + AMPLITUDE_M * libm::sin(rad_per_s * t)))
         };
-        Self::new(0, period_ns, [0, 1, 2].map(|number| axis(0.05, 0.5, hand(number))))
+        let mut held = axis(0.1, 10.5);
+        held.load.stiffness = 300.0;
+        Self::new(0, period_ns, [0, 1, 2].map(|number| (held.build().unwrap(), Some(hand(number)))))
     }
 
     pub(crate) fn slave(period_ns: u64) -> Self {
-        let wall = WallParameters { damping_ns_per_m: 10.0, ..WallParameters::default() };
-        Self::new(1, period_ns, [(); DOF].map(|()| axis(0.2, 10.0, Box::new(wall.build().unwrap()))))
+        let mut free = axis(0.2, 10.0);
+        free.stops = Some(StopsParameters { max: 0.05, damping: 10.0, ..StopsParameters::default() });
+        Self::new(1, period_ns, [(); DOF].map(|()| (free.build().unwrap(), None)))
     }
 
-    fn new(station: usize, period_ns: u64, axes: [Axis; DOF]) -> Self {
-        let scenario = Scenario::load(None, &SETTINGS.map(str::to_owned)).unwrap();
-        let mut experiment = Experiment::new(&scenario).unwrap();
+    fn new(station: usize, period_ns: u64, axes: [(Joint, Option<Push>); DOF]) -> Self {
+        let file = RigFile::of_shipped("bilateral", &SETTINGS.map(str::to_owned)).unwrap();
+        let mut experiment = Experiment::new(&file).unwrap();
         let station = &mut experiment.rig_mut().stations_mut()[station];
         let dimsart = std::mem::replace(&mut station.dimsart, Box::new(SimulatedDimsart::unconnected()));
         let slot = |signal: TypeRef| dimsart.engine().data_base().slot(signal).unwrap();
         let slots = [types::CH1_WAVES.first(), types::CH2_WAVES.first(), types::LINK_AGE.first()].map(slot);
         Self {
             dimsart,
-            plant: AxisWise::new(axes.into()),
+            plant: Joints::new(axes.into()),
             period_ns,
             next_ns: 0,
             ticks: 0,
@@ -150,7 +141,8 @@ impl Side {
     }
 }
 
-fn axis(mass_kg: f64, damping_ns_per_m: f64, environment: Box<dyn Environment>) -> Axis {
-    let device = DeviceParameters { mass_kg, damping_ns_per_m, ..DeviceParameters::default() };
-    Axis::new(&device, None, vec![environment]).unwrap()
+fn axis(mass_kg: f64, damping_ns_per_m: f64) -> JointParameters {
+    let mut joint = JointParameters::of_inertia(mass_kg);
+    joint.load.damping = damping_ns_per_m;
+    joint
 }

@@ -10,11 +10,10 @@ use std::path::{Path, PathBuf};
 use cycles::timing::{Column, Timing};
 use dimsart::cycles::{Firmware, Setup, UNIT, measure};
 use dimsart_core::{Packet, is_newer};
-use hil_sim::bilateral::Side;
 use hil_sim::emulated::FOLDER_VARIABLE;
 use hil_sim::experiment::Experiment;
 use hil_sim::rig::{Station, TickTrace};
-use hil_sim::scenario::Scenario;
+use hil_sim::rig_file::RigFile;
 
 use crate::hand::Hand;
 
@@ -24,7 +23,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     let given = std::env::args().nth(1).map(PathBuf::from);
     let collected = || std::env::var_os(FOLDER_VARIABLE).map(|folder| Path::new(&folder).join(IMAGE));
     let firmware = Firmware::find(given.or_else(collected).as_deref(), None)?;
-    let scenario = Scenario::load(None, &["link.jitter_ticks=2", "link.loss=0.02"].map(str::to_owned))?;
+    let scenario = RigFile::of_shipped("bilateral", &["link.jitter_ticks=2", "link.loss=0.02"].map(str::to_owned))?;
     println!(
         "`{}`, {UNIT}, memory {}; means, and the same over that by hand.\n",
         firmware.name,
@@ -46,14 +45,14 @@ fn main() -> Result<(), Box<dyn Error>> {
 /// What the tick by hand takes, the image's tick and its parts: mean cycles.
 fn parts(
     firmware: &Firmware,
-    scenario: &Scenario,
+    rig: &RigFile,
     column: Column,
 ) -> Result<Vec<(String, f64)>, Box<dyn Error>> {
     let timing = Timing::new(firmware.memory().profile(), column);
     let setup = Setup {
         firmware,
-        scenario,
-        side: Side::Master,
+        rig,
+        side: "master",
         commands: None,
         counts_instructions: false,
         timing,
@@ -61,7 +60,7 @@ fn parts(
         profile: firmware.memory().name(),
         column: "",
     };
-    let by_hand = by_hand(firmware, scenario, timing)?;
+    let by_hand = by_hand(firmware, rig, timing)?;
     let figures = measure(&setup, |_, _| {})?;
     let rows = [&figures.tick, &figures.frame_and_engine].into_iter().chain(&figures.modules);
     let named = rows.map(|row| (row.name.clone(), row.emulated_mean));
@@ -69,10 +68,10 @@ fn parts(
 }
 
 /// Mean cycles of the hand-written master over every tick of the scenario. It has to command and send the same bits.
-fn by_hand(firmware: &Firmware, scenario: &Scenario, timing: Timing) -> Result<f64, Box<dyn Error>> {
-    let mut experiment = Experiment::new(scenario)?.without_recording();
+fn by_hand(firmware: &Firmware, file: &RigFile, timing: Timing) -> Result<f64, Box<dyn Error>> {
+    let mut experiment = Experiment::new(file)?.without_recording();
     #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "a cast saturates")]
-    let ticks = (experiment.duration_s() / scenario.sample_period_s).round() as u32;
+    let ticks = (experiment.duration_s() / file.sample_period_s).round() as u32;
     let rig = experiment.rig_mut();
     rig.stations_mut().first_mut().ok_or("no master")?.start_trace();
     let mut hand = Hand::new(firmware, timing)?;

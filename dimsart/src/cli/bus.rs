@@ -10,31 +10,32 @@ use serde::Serialize;
 use super::output::{say, text_table};
 use super::{Ending, UsageError};
 use crate::report::{self, BusTimeline};
-use hil_sim::bilateral::words_of_one_axis;
+use crate::rig_argument;
 use hil_sim::bus::can::{CanParameters, Format};
 use hil_sim::bus_plan::{BusFigures, BusPlan, MAX_JOINTS};
-use hil_sim::scenario::{CarrierKind, Scenario};
+use hil_sim::response::{every_ticks, words_of_one_axis};
+use hil_sim::rig_file::{BusSection, CanSection, RigFile};
 
 /// Say whether a robot's joints fit on one CAN bus: exit status 0 when they do, 1 when not.
 ///
 /// A central controller sends each joint a packet every period, and each joint one back, with as many words as the
-/// scenario's scheme sends for one axis. The worst case is worked out (Davis and others, 2007), and one second is
-/// simulated bit by bit. Bit rates, errors and queues are those of the scenario's section `[can]`.
+/// rig's scheme sends for one axis. The worst case is worked out (Davis and others, 2007), and one second is
+/// simulated bit by bit. Bit rates, errors and queues are those of the rig's bus.
 #[derive(Debug, Args)]
 #[command(after_help = EXAMPLES)]
 pub(super) struct Bus {
-    /// Scenario file (TOML) with what differs from the shipped scenario; none for the shipped one.
-    scenario: Option<PathBuf>,
+    /// Rig whose hand presses something, or file of settings over one (TOML); `bilateral` when left out.
+    rig: Option<PathBuf>,
     /// Changes one setting, such as `can.bits_per_s=500000`; can be given often.
     #[arg(long = "set", value_name = "KEY=VALUE")]
     sets: Vec<String>,
     /// Joints on the bus.
     #[arg(long, value_name = "COUNT", default_value_t = 6, value_parser = clap::value_parser!(u16).range(1..=i64::from(MAX_JOINTS)))]
     joints: u16,
-    /// Packets per second to each joint and from it; as often as the scenario's link when left out.
+    /// Packets per second to each joint and from it; as often as the rig's link when left out.
     #[arg(long, value_name = "HZ", value_parser = rate)]
     rate_hz: Option<f64>,
-    /// Kind of frames; when left out, `can` if that is the scenario's link.carrier, else `can_fd`.
+    /// Kind of frames; when left out, `can` if the rig's link goes over that, else `can_fd`.
     #[arg(long, value_name = "KIND")]
     carrier: Option<Frames>,
     /// Words of each packet; what the scheme sends for one axis when left out.
@@ -88,17 +89,8 @@ fn rate(text: &str) -> Result<f64, String> {
 
 impl Bus {
     pub(super) fn execute(self, out: &mut impl Write) -> Ending {
-        if let Some(path) = self.scenario.as_deref().filter(|path| is_rig(path)) {
-            let path = path.display();
-            return Err(UsageError(format!(
-                "{path} is a rig, and `bus` takes a scenario of two sides, for as many joints as --joints says: `dimsart \
-                 run {path}` runs the rig with its buses, and its report has their timeline; `dimsart check {path}` checks \
-                 its schemes"
-            ))
-            .into());
-        }
-        let scenario = Scenario::load(self.scenario.as_deref(), &self.sets)?;
-        let plan = self.plan(&scenario)?;
+        let file = rig_argument::read(self.rig.as_deref(), &self.sets)?;
+        let plan = self.plan(&file)?;
         let (figures, medium) = plan.look()?;
         say(self.json, out, |text| print(text, &plan, &figures))?;
         if !self.no_picture
@@ -115,38 +107,43 @@ impl Bus {
         Ok(if figures.fits { ExitCode::SUCCESS } else { ExitCode::FAILURE })
     }
 
-    fn plan(&self, scenario: &Scenario) -> Result<BusPlan, Box<dyn std::error::Error>> {
+    fn plan(&self, file: &RigFile) -> Result<BusPlan, Box<dyn std::error::Error>> {
+        let no_pair = || {
+            let name = self.rig.as_deref().unwrap_or(Path::new("the rig")).display().to_string();
+            UsageError(format!(
+                "{name} is a rig without [experiment.press], and `bus` plans a bus for the packets of two controllers, for \
+                 as many joints as --joints says: `dimsart run {name}` runs the rig with its buses, and its report has \
+                 their timeline; `dimsart check {name}` checks its schemes"
+            ))
+        };
+        let [hand, other] = file.pressed().ok_or_else(no_pair)?;
         let [words_to_joint, words_from_joint] = match self.words {
             Some(words) => [words; 2],
-            None => words_of_one_axis(scenario)?,
+            None => words_of_one_axis(file)?.ok_or_else(no_pair)?,
         };
-        let frames = self.carrier.unwrap_or(match scenario.link.carrier {
-            CarrierKind::Can => Frames::Can,
-            _ => Frames::CanFd,
+        let link = file.links.iter().find(|link| link.from == hand.name() && link.to == other.name());
+        let bus = file.buses.iter().find(|bus| link.is_some_and(|link| link.bus.as_ref() == Some(&bus.name)));
+        let is_classic = |bus: &BusSection| bus.can.is_some();
+        let frames = self.carrier.unwrap_or(match bus.is_some_and(is_classic) {
+            true => Frames::Can,
+            false => Frames::CanFd,
         });
-        let can = &scenario.can;
-        let every_ticks = f64::from(scenario.link.every_ticks.unwrap_or(1));
+        let can = file.buses.iter().find_map(|bus| match frames {
+            Frames::Can => bus.can.clone(),
+            Frames::CanFd => bus.can_fd.clone(),
+        });
+        let can: CanSection = can.unwrap_or_default();
+        let every_ticks = f64::from(every_ticks(file)?.unwrap_or(1));
         Ok(BusPlan {
             joints: self.joints,
-            rate_hz: self.rate_hz.unwrap_or(1.0 / (scenario.sample_period_s * every_ticks)),
+            rate_hz: self.rate_hz.unwrap_or(1.0 / (file.sample_period_s * every_ticks)),
             words_to_joint,
             words_from_joint,
             format: if frames == Frames::Can { Format::Classic } else { Format::Fd },
-            parameters: CanParameters {
-                bits_per_s: can.bits_per_s,
-                data_bits_per_s: can.data_bits_per_s,
-                bit_error_rate: can.bit_error_rate,
-                rejoins: can.rejoins,
-                queue_frames: can.queue_frames,
-            },
-            seed: scenario.seed,
+            parameters: CanParameters::from(&can),
+            seed: file.seed,
         })
     }
-}
-
-/// Whether a path or name is of a rig, be it a right one or not.
-fn is_rig(path: &Path) -> bool {
-    !matches!(crate::subject::read_rig(path), Ok(None))
 }
 
 fn print(out: &mut dyn Write, plan: &BusPlan, figures: &BusFigures) -> std::io::Result<()> {

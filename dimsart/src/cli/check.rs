@@ -17,16 +17,15 @@ use target::Target;
 
 use super::controllers::{DOF, PERIOD_S};
 use super::{Ending, UsageError};
-use hil_sim::bilateral::{Side, device, settings};
+use crate::rig_argument;
 use hil_sim::experiment::Experiment;
 use hil_sim::first_packet::first_packet;
 use hil_sim::response::{LoadedController, loaded_controllers};
 use hil_sim::rig::SimulatedDimsart;
 use hil_sim::rig_file::{AxisUnit, DeviceSection, RigFile, SHIPPED};
-use hil_sim::scenario::Scenario;
-use hil_sim::schemes::{self, Loaded, SchemeFileError, SchemeText, Setting};
+use hil_sim::schemes::{self, Loaded, SIDES, SchemeText, device};
 
-/// Check a scheme against a device, or those of a scenario or rig against its devices: exit status 0 when it matches, 1 when not.
+/// Check a scheme against a device, or those of a rig against its devices: exit status 0 when it matches, 1 when not.
 ///
 /// Names every fault at once: a type that nobody provides or that two modules provide, a port bound to a type of
 /// another unit, a word that does not exist, a module that does not fit any more. A type that is read before it is
@@ -35,15 +34,15 @@ use hil_sim::schemes::{self, Loaded, SchemeFileError, SchemeText, Setting};
 #[command(after_help = EXAMPLES)]
 pub(super) struct Check {
     /// Scheme file, or one that is built in: `builtin:bilateral`, `builtin:position_position`,
-    /// `builtin:table1`; a scenario (TOML), for its two schemes; or a rig: a TOML file, or a shipped one such as `arm_bus`.
+    /// `builtin:table1`; or a rig: a TOML file, or a shipped one such as `arm_bus`.
     scheme: String,
-    /// Side whose rows are checked; both when left out.
+    /// Side of a scheme whose rows are checked, or controller of a rig; all when left out.
     #[arg(long, value_parser = super::side::side())]
-    side: Option<Side>,
+    side: Option<&'static str>,
     /// Degrees of freedom of the device, 1 to 8; those of the board, or 3, when left out.
     #[arg(long, value_name = "COUNT", allow_negative_numbers = true)]
     dof: Option<usize>,
-    /// Sample period of the device, s; 0.001, or the scenario's, when left out.
+    /// Sample period of the device, s; 0.001, or the rig's, when left out.
     #[arg(long, value_name = "SECONDS", allow_negative_numbers = true)]
     sample_period_s: Option<f64>,
     /// Board whose axes and memory it is checked for, such as `nucleo-g474re`, and whose limit of cycles per tick holds, by
@@ -57,6 +56,9 @@ pub(super) struct Check {
     #[arg(long)]
     json: bool,
 }
+
+/// The parameter of a rig that says how many axes it has.
+const DOF_PARAMETER: &str = "dof";
 
 /// What was found of one controller.
 #[derive(Debug, Default, Serialize)]
@@ -77,14 +79,6 @@ struct Verdict {
     time: Option<String>,
 }
 
-impl Verdict {
-    /// Of a controller whose scheme cannot be read.
-    fn unreadable(controller: &str, error: &SchemeFileError) -> Self {
-        let faults = vec![error.to_string()];
-        Self { controller: controller.to_owned(), faults, ..Self::default() }
-    }
-}
-
 const EXAMPLES: &str = "\
 Examples:
   dimsart check builtin:table1               the paper's Table 1: on the slave, a type has no provider
@@ -101,12 +95,9 @@ impl Check {
         let target =
             self.board.as_deref().map(|board| Target::find(board, self.image.as_deref())).transpose()?;
         let path = Path::new(&self.scheme);
-        let verdicts = match crate::subject::read_rig(path)? {
-            Some(file) => self.check_rig(file, target.as_ref()),
-            None if path.extension().is_some_and(|extension| extension == "toml") => {
-                self.check_scenario(target.as_ref())
-            }
-            None => self.check_scheme(target.as_ref()),
+        let verdicts = match rig_argument::is_rig(path) {
+            true => self.check_rig(path, target.as_ref()),
+            false => self.check_scheme(target.as_ref()),
         }?;
         if self.json {
             writeln!(out, "{}", serde_json::to_string(&verdicts)?)?;
@@ -138,37 +129,13 @@ impl Check {
         notes.iter().try_for_each(|note| writeln!(out, "  note: {note}"))
     }
 
-    /// The schemes of a scenario's two sides, or of one of them, with what the scenario sets.
-    fn check_scenario(&self, target: Option<&Target>) -> Result<Vec<Verdict>, Box<dyn Error>> {
-        let scenario = Scenario::load(Some(Path::new(&self.scheme)), &[])?;
-        let board = target.filter(|target| target.board.motor.is_some() && target.board.axes < scenario.dof);
-        let board = board.filter(|_| self.dof.is_none());
-        let dof = self.dof.or(board.map(|target| target.board.axes)).unwrap_or(scenario.dof);
-        let period_s = self.sample_period_s.unwrap_or(scenario.sample_period_s);
-        let note = board.map(|Target { name, board, .. }| {
-            let axes = if board.axes == 1 { "axis" } else { "axes" };
-            format!("for the {} {axes} of {name}, not for the scenario's {}", board.axes, scenario.dof)
-        });
-        let check = |side: Side| {
-            let device = device(side.name(), dof, period_s)?;
-            let mut verdict = match SchemeText::read(&side.section(&scenario).scheme) {
-                Ok(scheme) => check(&scheme, side, device, &settings(&scenario, side), target)?,
-                // The other side's faults are told, too.
-                Err(error) => Verdict::unreadable(side.name(), &error),
-            };
-            verdict.notes.extend(note.clone());
-            Ok(verdict)
-        };
-        self.sides().into_iter().map(check).collect()
-    }
-
     fn check_scheme(&self, target: Option<&Target>) -> Result<Vec<Verdict>, Box<dyn Error>> {
         let scheme = SchemeText::read(&self.scheme)?;
         let dof = self.dof.or(target.map(|target| target.board.axes)).unwrap_or(DOF);
         let period_s = self.sample_period_s.unwrap_or(PERIOD_S);
         let rig = self.rig_of_scheme();
-        let check = |side: Side| {
-            let mut verdict = check(&scheme, side, device(side.name(), dof, period_s)?, &[], target)?;
+        let check = |side: &'static str| {
+            let mut verdict = check(&scheme, side, device(side, dof, period_s)?, target)?;
             verdict.notes.extend(rig.filter(|_| !verdict.matches).map(|rig| {
                 format!(
                     "the scheme is for the devices of the rig {rig}: `dimsart check {rig}` checks it on these"
@@ -176,7 +143,7 @@ impl Check {
             }));
             Ok(verdict)
         };
-        self.sides().into_iter().map(check).collect()
+        self.side.map_or(SIDES.to_vec(), |side| vec![side]).into_iter().map(check).collect()
     }
 
     /// The shipped rig that has this scheme.
@@ -188,22 +155,42 @@ impl Check {
         SHIPPED.iter().find(|(name, text)| has_it(text, name)).map(|(name, _)| *name)
     }
 
-    /// The controllers of a rig.
-    fn check_rig(&self, mut file: RigFile, target: Option<&Target>) -> Result<Vec<Verdict>, Box<dyn Error>> {
-        if self.side.is_some() || self.dof.is_some() || self.sample_period_s.is_some() {
+    /// The controllers of a rig. What is said of its axes and period goes over the file, where that has parameters for it.
+    fn check_rig(&self, path: &Path, target: Option<&Target>) -> Result<Vec<Verdict>, Box<dyn Error>> {
+        let file = rig_argument::read(Some(path), &[])?;
+        let has_dof = file.parameter(DOF_PARAMETER).is_some();
+        if (self.side.is_some() || self.dof.is_some() || self.sample_period_s.is_some()) && !has_dof {
             let reason = "--side, --dof and --sample-period-s are for schemes; a rig says itself which controllers, axes and \
                           period it has";
             return Err(UsageError(reason.to_owned()).into());
         }
+        let axes = file.devices.iter().map(|device| device.axes.len()).max().unwrap_or_default();
+        let board = target.filter(|target| has_dof && target.board.motor.is_some() && target.board.axes < axes);
+        let board = board.filter(|_| self.dof.is_none());
+        let mut sets = Vec::new();
+        sets.extend(self.dof.or(board.map(|target| target.board.axes)).map(|dof| format!("{DOF_PARAMETER}={dof}")));
+        sets.extend(self.sample_period_s.map(|period_s| format!("sample_period_s={period_s:?}")));
+        let mut file = rig_argument::read(Some(path), &sets)?;
+        let note = board.map(|Target { name, board, .. }| {
+            let of_board = if board.axes == 1 { "axis" } else { "axes" };
+            format!("for the {} {of_board} of {name}, not for the rig's {axes}", board.axes)
+        });
         let judge = |mut controller: LoadedController| {
             let LoadedController { name, dimsart, loaded, .. } = &mut controller;
-            let most_words = target.map(|target| target.board.words);
+            // Without a board, as large as one of the usual size: what passes here fits there.
+            let most_words = target.map_or(DEFAULT_WORDS, |target| target.board.words);
             if let Some(Ok(limit)) = target.map(|target| &target.limit) {
                 dimsart.engine_mut().set_costs(Some(limit.costs));
             }
-            verdict(name, dimsart, loaded, most_words, target)
+            let mut verdict = verdict(name, dimsart, loaded, Some(most_words).filter(|_| has_dof || target.is_some()), target);
+            if verdict.matches && has_dof {
+                verdict.notes.extend((0..MAX_LINKS).filter_map(|link| line_note(dimsart, link)));
+            }
+            verdict.notes.extend(note.clone());
+            verdict
         };
         let mut verdicts: Vec<Verdict> = loaded_controllers(&file)?.into_iter().map(judge).collect();
+        verdicts.retain(|verdict| self.side.is_none_or(|side| verdict.controller == side));
         for verdict in &mut verdicts {
             let controller = file.controllers.iter().find(|found| found.name() == verdict.controller);
             let device = controller.and_then(|found| file.device(&found.device));
@@ -217,34 +204,29 @@ impl Check {
         Ok(verdicts)
     }
 
-    fn sides(&self) -> Vec<Side> {
-        self.side.map_or(vec![Side::Master, Side::Slave], |side| vec![side])
-    }
 }
 
 fn check(
     scheme: &SchemeText,
-    side: Side,
+    side: &'static str,
     device: DeviceDescriptor,
-    settings: &[Setting],
     target: Option<&Target>,
 ) -> Result<Verdict, Box<dyn Error>> {
     let Some(found) = target else {
         // As large as on a board of the usual size: what passes here fits there.
         let mut dimsart =
             Dimsart::<[u32; DEFAULT_WORDS]>::new(device, ALL).map_err(dimsart_core::CommandError::from)?;
-        return Ok(check_on(&mut dimsart, scheme, side, settings, DEFAULT_WORDS, target));
+        return Ok(check_on(&mut dimsart, scheme, side, DEFAULT_WORDS, target));
     };
     // More than there is on any board, so that it is known how much too much a scheme takes.
     let dimsart = SimulatedDimsart::new(device, ALL).map_err(dimsart_core::CommandError::from)?;
-    Ok(check_on(&mut Box::new(dimsart), scheme, side, settings, found.board.words, target))
+    Ok(check_on(&mut Box::new(dimsart), scheme, side, found.board.words, target))
 }
 
 fn check_on(
     dimsart: &mut Dimsart,
     scheme: &SchemeText,
-    side: Side,
-    settings: &[Setting],
+    side: &'static str,
     most_words: usize,
     target: Option<&Target>,
 ) -> Verdict {
@@ -252,10 +234,10 @@ fn check_on(
         dimsart.engine_mut().limit_cycles(NonZeroU32::new(limit.cycles));
         dimsart.engine_mut().set_costs(Some(limit.costs));
     }
-    let loaded = schemes::load(scheme, side.name(), settings, dimsart);
-    let mut verdict = verdict(side.name(), dimsart, &loaded, Some(most_words), target);
+    let loaded = schemes::load(scheme, side, &[], dimsart);
+    let mut verdict = verdict(side, dimsart, &loaded, Some(most_words), target);
     if verdict.matches {
-        verdict.notes = (0..MAX_LINKS).filter_map(|link| note(dimsart, link)).collect();
+        verdict.notes = (0..MAX_LINKS).filter_map(|link| line_note(dimsart, link)).collect();
     }
     verdict
 }
@@ -293,7 +275,7 @@ fn verdict(
 }
 
 /// What the scheme hears over a link on some lines, and should not.
-fn note(dimsart: &mut Dimsart, link: usize) -> Option<String> {
+fn line_note(dimsart: &mut Dimsart, link: usize) -> Option<String> {
     let own = first_packet(dimsart, link)?;
     let _ = dimsart.receive(link, &own.to_bytes());
     let hears_itself = first_packet(dimsart, link).is_some_and(|next| next.echo == own.counter);

@@ -16,7 +16,6 @@ use super::output::say;
 use super::{Ending, NOT_STABLE};
 use crate::config::{Change, Configuration, Deviation, Difference, UnknownRow, deviations};
 use crate::connect::{Exchange, Sent};
-use hil_sim::bilateral::Side;
 use hil_sim::schemes::SchemeText;
 use print::{print_deviations, print_difference};
 use source::{Source, side_of};
@@ -60,7 +59,7 @@ enum Action {
         to: Option<String>,
         /// Side whose rows of files are meant, where they are not for all.
         #[arg(long, value_parser = super::side::side())]
-        side: Option<Side>,
+        side: Option<&'static str>,
         /// Ends with 3 when something differs.
         #[arg(long)]
         exit_code: bool,
@@ -77,7 +76,7 @@ enum Action {
         port: String,
         /// Side whose rows of the file are meant, where they are not for all.
         #[arg(long, value_parser = super::side::side())]
-        side: Option<Side>,
+        side: Option<&'static str>,
         /// Has the device check the whole and CHANGES NOTHING. How long a tick takes it says with the commit alone.
         #[arg(long)]
         dry_run: bool,
@@ -169,7 +168,7 @@ fn save(device: &mut Device, port: &str, file: Option<PathBuf>, out: &mut impl W
 fn compare(
     from: &str,
     to: &str,
-    side: Option<Side>,
+    side: Option<&'static str>,
     line: &LineOptions,
 ) -> Result<Difference, Box<dyn Error>> {
     let (mut from, mut to) = (Source::open(from, line)?, Source::open(to, line)?);

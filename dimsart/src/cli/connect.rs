@@ -16,7 +16,6 @@ use answer::{Json, KeyState, Look, SchemeRows, SentFile, write_recorded};
 use super::Ending;
 use super::law;
 use super::line::{self, Device, LineOptions};
-use hil_sim::bilateral::Side;
 use hil_sim::schemes::SchemeText;
 
 /// Talk to a controller: look at it, tune it, change its scheme while it runs.
@@ -132,7 +131,7 @@ enum Action {
         file: Option<String>,
         /// Side whose rows are sent, or that the printed rows are for; `all` when left out.
         #[arg(long, value_parser = super::side::side())]
-        side: Option<Side>,
+        side: Option<&'static str>,
         /// Put it in place of the scheme that is on the device, not upon it.
         #[arg(long, requires = "file")]
         replace: bool,
@@ -252,17 +251,17 @@ impl Action {
                 return Ok(faults.is_sound());
             }
             Self::Scheme { file: None, side, .. } => {
-                let rows = device.scheme_rows(side.map(Side::name))?;
+                let rows = device.scheme_rows(side)?;
                 json.print(out, &SchemeRows { rows })?;
             }
             Self::Scheme { file: Some(file), side, replace } => {
                 let side = side.ok_or("--side says whose rows of the file are sent")?;
                 let scheme = SchemeText::read(&file)?;
                 let sent = match replace {
-                    true => device.replace_scheme(&scheme, side.name())?,
-                    false => device.send_scheme(&scheme, side.name())?,
+                    true => device.replace_scheme(&scheme, side)?,
+                    false => device.send_scheme(&scheme, side)?,
                 };
-                json.print(out, &SentFile { file, side: side.name(), sent })?;
+                json.print(out, &SentFile { file, side, sent })?;
             }
             Self::Save => json.print(out, &device.save()?)?,
             Self::Confirm => json.print(out, &device.confirm()?)?,

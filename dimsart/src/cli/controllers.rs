@@ -7,11 +7,10 @@ use dimsart_modules::ALL;
 
 use super::UsageError;
 use crate::connect::ANY_SIDE;
-use hil_sim::bilateral::{Side, device};
 use hil_sim::response::{LoadedController, loaded_controllers};
 use hil_sim::rig::SimulatedDimsart;
 use hil_sim::rig_file::RigFile;
-use hil_sim::schemes::{self, SchemeText};
+use hil_sim::schemes::{self, SchemeText, device};
 
 /// Axes where nothing says how many.
 pub(super) const DOF: usize = 3;
@@ -21,12 +20,12 @@ pub(super) const PERIOD_S: f64 = 1e-3;
 /// A controller of one side of a scheme, which runs, for a device of so many axes.
 pub(super) fn side_of_scheme(
     scheme: &SchemeText,
-    side: Side,
+    side: &'static str,
     dof: Option<usize>,
 ) -> Result<Box<Dimsart>, Box<dyn Error>> {
-    let device = device(side.name(), dof.unwrap_or(DOF), PERIOD_S)?;
+    let device = device(side, dof.unwrap_or(DOF), PERIOD_S)?;
     let mut dimsart = Box::new(SimulatedDimsart::new(device, ALL).map_err(CommandError::from)?);
-    let loaded = schemes::load(scheme, side.name(), &[], &mut dimsart);
+    let loaded = schemes::load(scheme, side, &[], &mut dimsart);
     match loaded.problems().next() {
         None => Ok(dimsart),
         Some(problem) => Err(format!("{problem}; `dimsart check {}` names all faults", scheme.name).into()),

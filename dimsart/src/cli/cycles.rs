@@ -18,8 +18,7 @@ use super::Ending;
 use super::output::{say, text_table};
 use crate::cycles::{Figures, Firmware, Memory, Row, Setup, UNIT, measure};
 use crate::report;
-use hil_sim::bilateral::Side;
-use hil_sim::scenario::Scenario;
+use hil_sim::rig_file::{RigFile, USUAL};
 
 /// Say what a scheme costs on a board: cycles and stack of the image that is flashed.
 ///
@@ -38,7 +37,7 @@ pub(super) struct Cycles {
     scheme: Option<String>,
     /// The side whose controller is looked at.
     #[arg(long, default_value = "master", value_parser = super::side::side())]
-    side: Side,
+    side: &'static str,
     /// Degrees of freedom of the device, 1 to 8; the scenario's when left out.
     #[arg(long, value_name = "COUNT")]
     dof: Option<usize>,
@@ -98,7 +97,7 @@ impl Cycles {
         if let Some(scheme) = &self.scheme {
             sets.extend(["master", "slave"].map(|side| format!("{side}.scheme={scheme}")));
         }
-        let scenario = Scenario::load(None, &sets)?;
+        let rig = RigFile::of_shipped(USUAL, &sets)?;
         let elf = self.elf.as_deref();
         let firmware = match &attached {
             Some(attached) => Firmware::find_by_name(elf, &attached.image)?,
@@ -111,7 +110,7 @@ impl Cycles {
         };
         let setup = Setup {
             firmware: &firmware,
-            scenario: &scenario,
+            rig: &rig,
             side: self.side,
             commands: attached.as_ref().map(|attached| attached.commands.as_slice()),
             timing: Timing::new(memory.profile(), column),

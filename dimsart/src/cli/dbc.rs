@@ -10,9 +10,8 @@ use clap::Args;
 use super::Ending;
 use super::controllers::{controllers, no_rig, rig_says_itself, side_of_scheme};
 use crate::dbc::{self, DbcError, Frames, Message};
-use hil_sim::bilateral::Side;
 use hil_sim::rig_file::RigFile;
-use hil_sim::schemes::SchemeText;
+use hil_sim::schemes::{SIDES, SchemeText};
 
 /// Write the DBC file of what a scheme, or a rig's controllers, send over CAN.
 ///
@@ -25,7 +24,7 @@ pub(super) struct Dbc {
     scheme: String,
     /// Side of a scheme whose messages are written; both when left out.
     #[arg(long, value_parser = super::side::side())]
-    side: Option<Side>,
+    side: Option<&'static str>,
     /// Degrees of freedom of a scheme's devices, 1 to 8; 3 when left out.
     #[arg(long, value_name = "COUNT", allow_negative_numbers = true)]
     dof: Option<usize>,
@@ -52,7 +51,7 @@ Rows that give a scheme its channels, above the MOD_ON rows of these modules:
 
 impl Dbc {
     pub(super) fn execute(self, out: &mut impl Write) -> Ending {
-        let messages = match crate::subject::read_rig(Path::new(&self.scheme))? {
+        let messages = match crate::rig_argument::read_rig(Path::new(&self.scheme))? {
             Some(file) => self.of_rig(&file)?,
             None => self.of_scheme()?,
         };
@@ -70,11 +69,11 @@ impl Dbc {
             return Err(no_rig(&self.scheme).into());
         }
         let scheme = SchemeText::read(&self.scheme)?;
-        let sides = self.side.map_or(vec![Side::Master, Side::Slave], |side| vec![side]);
+        let sides = self.side.map_or(SIDES.to_vec(), |side| vec![side]);
         let mut messages = Vec::new();
         for side in sides {
             let mut dimsart = side_of_scheme(&scheme, side, self.dof)?;
-            messages.extend(dbc::messages(&mut dimsart, side.name(), self.frames)?);
+            messages.extend(dbc::messages(&mut dimsart, side, self.frames)?);
         }
         Ok(messages)
     }

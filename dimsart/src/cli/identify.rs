@@ -13,7 +13,7 @@ use serde::Serialize;
 use super::output::{say, text_table};
 use super::{Ending, UsageError};
 use crate::report::{self, Bode};
-use crate::subject;
+use crate::rig_argument;
 use hil_sim::experiment;
 use hil_sim::identify::{
     Estimate, Experiment, ForceIs, FrequencyPoint, Identified, Quantity, arm_truth, frequency_response,
@@ -116,9 +116,10 @@ struct Answer<'a> {
 
 impl Identify {
     pub(super) fn execute(self, out: &mut impl Write) -> Ending {
-        let joints = match subject::read(Some(&self.source), &self.sets)? {
-            Some(file) => self.run(&file)?,
-            None => self.read(&self.source)?,
+        let joints = if rig_argument::is_rig(&self.source) || !self.source.exists() {
+            self.run(&rig_argument::read(Some(&self.source), &self.sets)?)?
+        } else {
+            self.read(&self.source)?
         };
         for (place, joint) in joints.iter().enumerate() {
             let of_axis = (joints.len() > 1).then(|| self.out.join(format!("axis_{place}")));

@@ -21,7 +21,7 @@ use self::cost::KindCost;
 use super::Ending;
 use super::output::text_table;
 use crate::connect::range_text;
-use hil_sim::bilateral::device;
+use hil_sim::schemes::device;
 use hil_sim::schemes::suggestion;
 
 /// List the modules, or show one with its ports, parameters, units and ranges.

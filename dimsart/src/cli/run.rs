@@ -1,4 +1,4 @@
-//! `dimsart run`: runs a scenario and writes its report.
+//! `dimsart run`: runs a rig and writes its report.
 
 use std::error::Error;
 use std::fs::File;
@@ -9,52 +9,54 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant};
 
-use clap::{Args, Parser, ValueEnum};
+use clap::{Args, Parser};
 use indicatif::{ProgressBar, ProgressStyle};
 
 use super::line::seconds;
 use super::output::say;
 use super::{Ending, NOT_STABLE, UsageError, summary};
+use crate::pictures;
 use crate::recorder_files::{self, RecorderFile};
 use crate::report::{
     self, BusTimeline, Report, ReportError, RunFacts, SignalsFile, SignalsFormat, SignalsKind, Written,
 };
-use crate::subject::Subject;
+use crate::rig_argument;
 use crate::tick_map::tick_maps;
-use hil_sim::bilateral::{Side, one_side};
 use hil_sim::bus::time::seconds_ns;
 use hil_sim::emulated::{self, Image};
 use hil_sim::experiment::{self, Experiment, ExperimentError};
 use hil_sim::key_file;
+use hil_sim::link::InProcessParameters;
 use hil_sim::rig::{Rig, Station};
-use hil_sim::rig_file::RigFile;
-use hil_sim::scenario::{self, CarrierKind, LinkSection, Scenario};
+use hil_sim::response::{Alone, one_station};
+use hil_sim::rig_file::{LinkSection, RigFile, USUAL};
 
-/// Run a scenario: both sides against simulated plants, or one side in real time.
+/// Run a rig: all stations against simulated plants, or one station in real time.
 #[derive(Debug, Args)]
 #[command(after_help = EXAMPLES, after_long_help = help())]
 pub(super) struct Run {
-    /// Rig file (TOML), or scenario file with what differs from the shipped bilateral scenario; a name such as `joint` for
-    /// one that comes with the command; none for the bilateral scenario.
-    scenario: Option<PathBuf>,
+    /// Rig file, or file of settings over a shipped rig (TOML); a name such as `joint` for one that comes with the command;
+    /// `bilateral` when left out.
+    rig: Option<PathBuf>,
     /// Changes one setting, such as `link.loss=0.1`; can be given often.
     #[arg(long = "set", value_name = "KEY=VALUE")]
     sets: Vec<String>,
     /// Folder for the report; `runs/latest` when left out, or `runs/master` and `runs/slave` with --side.
     #[arg(long, value_name = "FOLDER")]
     out: Option<PathBuf>,
-    /// Runs only this side, in real time, and talks to the other side's process over UDP, a serial port or CAN.
-    #[arg(long, value_parser = super::side::side())]
-    side: Option<Side>,
+    /// Runs only the station of this controller, in real time, and talks to the other one's process over UDP, a serial port
+    /// or CAN.
+    #[arg(long, value_name = "CONTROLLER")]
+    side: Option<String>,
     /// How long a side waits for the other one to start, s.
     #[arg(long, value_name = "SECONDS", default_value = "60", requires = "side", value_parser = seconds)]
     wait_s: Duration,
     /// Runs controllers as firmware on an emulated board, in lockstep with the simulated devices.
     #[arg(long, value_name = "BOARD", conflicts_with = "side", value_parser = [emulated::BOARD])]
     target: Option<String>,
-    /// Which controllers of two sides run on the board, all of them when left out; the others run here.
-    #[arg(long, value_name = "SIDE", requires = "target")]
-    target_side: Option<TargetSide>,
+    /// The controller that runs on the board, or `both`: all of them, as when left out; the others run here.
+    #[arg(long, value_name = "CONTROLLER", requires = "target")]
+    target_side: Option<String>,
     /// Firmware image for the board, instead of the one that `cargo board mps2-an386` has built.
     #[arg(long, value_name = "PATH", requires = "target")]
     image: Option<PathBuf>,
@@ -70,8 +72,7 @@ pub(super) struct Run {
     /// Format of the file with all signals.
     #[arg(long, value_name = "FORMAT", default_value = "csv", conflicts_with = "no_report")]
     signals: SignalsKind,
-    /// Prints the shipped scenario, which has every setting with its default and meaning, or the shipped rig of the name
-    /// that is given, and runs nothing.
+    /// Prints the shipped rig of the name that is given, with every setting, its default and meaning, and runs nothing.
     #[arg(long)]
     keys: bool,
 }
@@ -81,24 +82,8 @@ const TO_CLEAN_UP: Duration = Duration::from_millis(500);
 /// From one look of a spinner to the next.
 const SPINNER: Duration = Duration::from_millis(100);
 
-/// Controllers that run on the target.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
-enum TargetSide {
-    Master,
-    Slave,
-    Both,
-}
-
-impl TargetSide {
-    /// Whether the controller of that name runs on it.
-    fn takes(self, name: &str) -> bool {
-        match self {
-            Self::Master => name == Side::Master.name(),
-            Self::Slave => name == Side::Slave.name(),
-            Self::Both => true,
-        }
-    }
-}
+/// `--target-side` for all controllers.
+const BOTH: &str = "both";
 
 /// Settings that are changed most often.
 const USUAL_SETTINGS: &[&str] = &[
@@ -126,8 +111,8 @@ Examples:
   dimsart run joint                                          one joint: a position loop and a step
   dimsart run --set link.forward_delay_ticks=200             0.2 s later at the slave
   dimsart run --set wave.form=printed --out runs/printed     the paper's order, which diverges
-  dimsart run --keys > my.toml                               a scenario file to start from
-  dimsart run joint --keys > my.toml                         a rig file to start from
+  dimsart run --keys > my.toml                               a rig file to start from
+  dimsart run joint --keys > my.toml                         another one
   dimsart run my.toml --set seed=7 --no-report --json        figures for a program
   dimsart run --side master                                  two processes, in two terminals:
   dimsart run --side slave                                   real time over UDP
@@ -139,11 +124,10 @@ reported. A second one ends the report. A run that does not stay stable says so 
 with 3 where --fail-if-unstable asks for it: 1 is for a run that could not be made or reported, 2 for wrong usage.";
 
 fn help() -> String {
-    let keys = Scenario::keys();
-    let usual = USUAL_SETTINGS.iter().filter_map(|path| keys.iter().find(|key| key.path == *path));
-    let lines = usual.map(|key| {
-        let setting = format!("{}={}", key.path, key.default.as_deref().unwrap_or("..."));
-        format!("\n  {setting:<38} {}", key.meaning)
+    let lines = USUAL_SETTINGS.iter().filter_map(|name| {
+        let (default, meaning) = RigFile::shipped_setting(USUAL, name)?;
+        let setting = format!("{name}={}", default.as_deref().unwrap_or("..."));
+        Some(format!("\n  {setting:<38} {meaning}"))
     });
     format!("{EXAMPLES}\n\nUsual settings and their defaults; --keys has all:{}", lines.collect::<String>())
 }
@@ -163,21 +147,15 @@ impl Default for Run {
 impl Run {
     pub(super) fn execute(self, out: &mut impl Write) -> Ending {
         if self.keys {
-            let rig = self.scenario.as_deref().and_then(Path::to_str).and_then(RigFile::shipped);
-            writeln!(out, "{}", rig.unwrap_or(scenario::SHIPPED).trim_end())?;
+            let rig = self.rig.as_deref().and_then(Path::to_str).and_then(RigFile::shipped);
+            let usual = RigFile::shipped(USUAL).unwrap_or_default();
+            writeln!(out, "{}", rig.unwrap_or(usual).trim_end())?;
             return Ok(ExitCode::SUCCESS);
         }
-        let subject = Subject::read(self.scenario.as_deref(), &self.sets)?;
-        if let Subject::Rig(_) = &subject
-            && (self.side.is_some() || self.target_side.is_some())
-        {
-            let reason = "--side and --target-side are for scenarios of two sides; of a rig, all controllers run here, or \
-                          with --target all of them as firmware";
-            return Err(UsageError(reason.to_owned()).into());
-        }
-        if let Subject::Scenario(scenario) = &subject
-            && let Some(warning) = scenario.link.key_file.as_deref().and_then(key_file::exposure)
-        {
+        let file = rig_argument::read(self.rig.as_deref(), &self.sets)?;
+        self.check_names(&file)?;
+        let keys = file.links.iter().filter_map(|link| Some(file.resolve(link.key_file.as_deref()?)));
+        if let Some(warning) = keys.filter_map(|key| key_file::exposure(&key)).next() {
             eprintln!("dimsart: warning: {warning}");
         }
         let begun = Instant::now();
@@ -187,7 +165,7 @@ impl Run {
             report::try_folder(&folder)?;
         }
         let stop = stop_on_interrupt()?;
-        let mut experiment = self.experiment(&subject, &stop)?;
+        let mut experiment = self.experiment(&file, &stop)?;
         if self.no_report {
             experiment = experiment.without_recording();
         }
@@ -198,9 +176,9 @@ impl Run {
         self.move_to_target(&mut experiment, &folder)?;
         let mut signals = None;
         if !self.no_report {
-            let stems = subject.file_stems();
+            let stems = pictures::file_stems(&file);
             let stems: Vec<&str> = stems.iter().map(String::as_str).collect();
-            let format = self.signals_format(subject.settings_toml(), experiment.rig_mut());
+            let format = self.signals_format(file.to_toml(), experiment.rig_mut());
             let (file, listener) = SignalsFile::create(&folder, &stems, format)?;
             experiment.tell(listener);
             signals = Some(file);
@@ -213,7 +191,7 @@ impl Run {
         let report = |signals: SignalsFile| {
             signals.finish()?;
             let recorders = write_recorders(&folder, &mut run.rig)?;
-            self.write_report(&folder, &subject, &run, recorders, &stop)
+            self.write_report(&folder, &file, &run, recorders, &stop)
         };
         let written = signals.map(report).transpose();
         run.outcome.set_wall_s(begun.elapsed().as_secs_f64());
@@ -250,36 +228,52 @@ impl Run {
     }
 
     fn folder(&self) -> PathBuf {
-        let default = || Path::new("runs").join(self.side.map_or("latest", Side::name));
+        let default = || Path::new("runs").join(self.side.as_deref().unwrap_or("latest"));
         self.out.clone().unwrap_or_else(default)
     }
 
-    fn experiment(&self, subject: &Subject, stop: &AtomicBool) -> Result<Experiment, ExperimentError> {
-        let scenario = match subject {
-            Subject::Scenario(scenario) => scenario,
-            Subject::Rig(file) => {
-                let spinner = ProgressBar::new_spinner().with_message("analysing every loop");
-                spinner.enable_steady_tick(SPINNER);
-                let experiment = Experiment::new(file.as_ref());
-                spinner.finish_and_clear();
-                return experiment;
+    /// Whether the rig has the controllers that are named.
+    fn check_names(&self, file: &RigFile) -> Result<(), UsageError> {
+        let names: Vec<&str> = file.controllers.iter().map(|controller| controller.name()).collect();
+        let is_wrong = |name: &&str| !names.contains(name);
+        let target = self.target_side.as_deref().filter(|name| *name != BOTH);
+        if let Some(name) = self.side.as_deref().into_iter().chain(target).find(is_wrong) {
+            return Err(UsageError(format!("there is no controller {name}; there is {}", names.join(", "))));
+        }
+        let cannot = self.side.as_deref().filter(|name| Alone::of(file, name).is_none());
+        cannot.map_or(Ok(()), |name| {
+            Err(UsageError(format!(
+                "--side {name}: give the rig a [[link]] with an `address` from {name} to another controller, and one back"
+            )))
+        })
+    }
+
+    fn experiment(&self, file: &RigFile, stop: &AtomicBool) -> Result<Experiment, ExperimentError> {
+        let alone = self.side.as_deref().and_then(|name| Alone::of(file, name));
+        let Some(alone) = alone else {
+            if !file.experiment.margins {
+                return Experiment::new(file);
             }
+            let spinner = ProgressBar::new_spinner().with_message("analysing every loop");
+            spinner.enable_steady_tick(SPINNER);
+            let experiment = Experiment::new(file);
+            spinner.finish_and_clear();
+            return experiment;
         };
-        let Some(side) = self.side else { return Experiment::new(scenario.as_ref()) };
-        if !is_ideal(&scenario.link) {
+        if !file.links.iter().all(is_ideal) {
             eprintln!(
                 "dimsart: note: two processes talk over a real link; link.carrier, delays, jitter, loss, duplication and \
-                 reordering of the scenario are not used"
+                 reordering of the rig are not used"
             );
         }
-        let (name, other) = (side.name(), side.other().name());
+        let (name, other) = (alone.own.name(), alone.other.name());
         eprintln!(
             "{name} at {}: waiting up to {} s for the {other} at {} (`dimsart run --side {other}`)",
-            side.address(scenario),
+            alone.own_address,
             self.wait_s.as_secs_f64(),
-            side.meeting_place(scenario),
+            alone.meeting_place(),
         );
-        one_side(scenario, side, self.wait_s, stop)
+        one_station(file, name, self.wait_s, stop)
     }
 
     /// Starts the firmware of every controller that is to run on the target. Its log goes beside the report.
@@ -292,9 +286,9 @@ impl Run {
             report::make_folder(folder)?;
         }
         emulated::share_one_processor();
-        let wanted = self.target_side.unwrap_or(TargetSide::Both);
+        let wanted = self.target_side.as_deref().filter(|name| *name != BOTH);
         let names = experiment.rig_mut().stations().iter().map(|station| station.name.clone());
-        for name in names.filter(|name| wanted.takes(name)).collect::<Vec<_>>() {
+        for name in names.filter(|name| wanted.is_none_or(|wanted| wanted == name)).collect::<Vec<_>>() {
             let path = folder.join(format!("firmware-{name}.log"));
             let log = (!self.no_report).then(|| File::create(path)).transpose()?;
             experiment.emulate(&name, &image, log)?;
@@ -305,20 +299,20 @@ impl Run {
     fn write_report(
         &self,
         folder: &Path,
-        subject: &Subject,
+        file: &RigFile,
         run: &experiment::Run,
         recorders: Vec<RecorderFile>,
         stop: &AtomicBool,
     ) -> Result<Written, ReportError> {
         let report = Report {
-            title: subject.title(self.side),
+            title: pictures::title(file, self.side.as_deref()),
             summary: summary::facts(&run.outcome),
             axes: summary::axes(&run.outcome),
             faults: run.outcome.faults.iter().chain(&run.outcome.undecided).cloned().collect(),
-            figures: subject.figures(run, self.side),
+            figures: pictures::figures(file, run, self.side.as_deref()),
             tick_maps: tick_maps(&run.rig),
-            bus: BusTimeline::of(&run.media, seconds_ns(subject.sample_period_s())),
-            settings_toml: subject.settings_toml(),
+            bus: BusTimeline::of(&run.media, seconds_ns(file.sample_period_s)),
+            settings_toml: file.to_toml(),
             recording: &run.recording,
             signals: self.signals,
             recorders,
@@ -346,8 +340,9 @@ fn print_written(out: &mut dyn Write, folder: &Path, written: &Written) -> std::
 
 /// Whether a link does nothing to packets but to delay them.
 fn is_ideal(link: &LinkSection) -> bool {
-    let shares = [link.loss, link.duplication, link.reordering];
-    link.carrier == CarrierKind::Ideal && link.jitter_ticks == 0 && shares.iter().all(|share| *share <= 0.0)
+    let InProcessParameters { jitter_ticks, loss, duplication, reordering, .. } = link.carrier;
+    let is_on_none = link.bus.as_deref().is_none_or(|bus| bus == "ideal");
+    is_on_none && jitter_ticks == 0 && [loss, duplication, reordering].iter().all(|share| *share <= 0.0)
 }
 
 /// A flag that Ctrl-C (or a request to terminate) sets: what goes on ends. A second one before that has happened

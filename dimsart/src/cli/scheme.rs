@@ -9,7 +9,6 @@ use clap::Args;
 use super::Ending;
 use super::controllers::{no_rig, one_controller, rig_says_itself, side_of_scheme};
 use dimsart_core::Dimsart;
-use hil_sim::bilateral::Side;
 use hil_sim::schemes::{self, SchemeText};
 
 /// Print a scheme of one side, or of a rig's controller, in the shortest form: modules in their order, what differs from
@@ -23,7 +22,7 @@ pub(super) struct Scheme {
     scheme: String,
     /// Side of a scheme whose rows are taken; `master` when left out.
     #[arg(long, value_parser = super::side::side())]
-    side: Option<Side>,
+    side: Option<&'static str>,
     /// Degrees of freedom of a scheme's device, 1 to 8; 3 when left out.
     #[arg(long, value_name = "COUNT", allow_negative_numbers = true)]
     dof: Option<usize>,
@@ -41,7 +40,7 @@ Examples:
 
 impl Scheme {
     pub(super) fn execute(self, out: &mut impl Write) -> Ending {
-        if let Some(file) = crate::subject::read_rig(Path::new(&self.scheme))? {
+        if let Some(file) = crate::rig_argument::read_rig(Path::new(&self.scheme))? {
             if self.side.is_some() || self.dof.is_some() {
                 return Err(rig_says_itself("--side and --dof").into());
             }
@@ -51,8 +50,8 @@ impl Scheme {
         if self.controller.is_some() {
             return Err(no_rig(&self.scheme).into());
         }
-        let (scheme, side) = (SchemeText::read(&self.scheme)?, self.side.unwrap_or(Side::Master));
-        print(&mut side_of_scheme(&scheme, side, self.dof)?, side.name(), out)
+        let (scheme, side) = (SchemeText::read(&self.scheme)?, self.side.unwrap_or("master"));
+        print(&mut side_of_scheme(&scheme, side, self.dof)?, side, out)
     }
 }
 

@@ -17,7 +17,7 @@ use crate::broker::{self, SIMULATED, SharedPort};
 use crate::connect::ConnectError;
 use crate::page::{Access, Hand, OpenLine, Page, Station};
 use crate::report::{RunFacts, SignalsFile, SignalsFormat};
-use crate::subject;
+use crate::rig_argument;
 use hil_sim::clock;
 use hil_sim::response::{Hold, LiveRig};
 use hil_sim::rig_file::RigFile;
@@ -89,8 +89,7 @@ impl Serve {
             }
             self.share(&name, out)?;
         } else {
-            let no_rig = || format!("{name} is no rig: it has no [[device]] (docs/rigs.md)");
-            self.simulate(&subject::read(Some(&self.what), &[])?.ok_or_else(no_rig)?, out)?;
+            self.simulate(&rig_argument::read(Some(&self.what), &[])?, out)?;
         }
         Ok(ExitCode::SUCCESS)
     }

@@ -1,13 +1,12 @@
-//! A side as an argument.
+//! A side of a scheme as an argument.
 
 use clap::builder::{PossibleValuesParser, TypedValueParser};
 
-use hil_sim::bilateral::Side;
+use hil_sim::schemes::SIDES;
 
 /// Takes the name of a side.
-pub(super) fn side() -> impl TypedValueParser<Value = Side> {
-    let sides = [Side::Master, Side::Slave];
-    let named = move |name: String| sides.into_iter().find(|side| side.name() == name);
-    PossibleValuesParser::new(sides.map(Side::name))
+pub(super) fn side() -> impl TypedValueParser<Value = &'static str> {
+    let named = |name: String| SIDES.iter().find(|side| **side == name).copied();
+    PossibleValuesParser::new(SIDES.iter().copied())
         .try_map(move |name| named(name).ok_or("there is no such side"))
 }

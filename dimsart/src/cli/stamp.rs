@@ -21,9 +21,8 @@ use super::output::say;
 use crate::budget::{Budget, share};
 use crate::cycles::{Firmware, ImageCosts, Memory, name_of, runs_laws};
 use crate::stamp::StampedImage;
-use hil_sim::bilateral::{Side, device};
 use hil_sim::rig::SimulatedDimsart;
-use hil_sim::schemes::{self, SchemeText};
+use hil_sim::schemes::{self, SchemeText, device};
 
 /// Put into a firmware image what its modules cost, and the scheme that it starts with.
 ///
@@ -36,7 +35,7 @@ pub(super) struct Stamp {
     elf: Option<PathBuf>,
     /// Side whose rows of the scheme it starts with.
     #[arg(long, default_value = "master", value_parser = super::side::side())]
-    side: Side,
+    side: &'static str,
     /// Scheme file, or one that is built in; the one of the image when left out.
     #[arg(long, value_name = "FILE")]
     scheme: Option<String>,
@@ -84,7 +83,7 @@ impl Stamp {
         let budget = Budget::of(board.name)?;
         let mut image = StampedImage::read(&firmware.path)?;
         let scheme = self.scheme.unwrap_or_else(|| format!("builtin:{}", image.scheme_name()));
-        image.set_scheme(name(&scheme), self.side.name(), &saved(&scheme, self.side)?)?;
+        image.set_scheme(name(&scheme), self.side, &saved(&scheme, self.side)?)?;
         let memory = self.memory.unwrap_or_else(|| firmware.memory());
         let start = Instant::now();
         let costs = costs(&firmware, &image, memory)?;
@@ -92,7 +91,7 @@ impl Stamp {
         image.set_costs(&costs.lines, memory.name(), limit)?;
         let path = self.out.unwrap_or(firmware.path);
         image.write(&path)?;
-        let (side, memory, compiler) = (self.side.name(), memory.name(), image.compiler());
+        let (side, memory, compiler) = (self.side, memory.name(), image.compiler());
         say(self.json, out, |out| {
             writeln!(
                 out,
@@ -126,15 +125,15 @@ fn name(scheme: &str) -> &str {
 }
 
 /// A scheme's rows for one side as an image keeps them, for a device that has every axis a board can have.
-fn saved(scheme: &str, side: Side) -> Result<SchemeBytes, Box<dyn std::error::Error>> {
+fn saved(scheme: &str, side: &'static str) -> Result<SchemeBytes, Box<dyn std::error::Error>> {
     let text = SchemeText::read(scheme)?;
-    let device = device(side.name(), MAX_DOF, SAMPLE_PERIOD_S)?;
+    let device = device(side, MAX_DOF, SAMPLE_PERIOD_S)?;
     let mut dimsart = SimulatedDimsart::new(device, ALL).map_err(dimsart_core::CommandError::from)?;
-    let loaded = schemes::load(&text, side.name(), &[], &mut dimsart);
+    let loaded = schemes::load(&text, side, &[], &mut dimsart);
     if !loaded.is_sound() {
         let problems: Vec<String> = loaded.problems().collect();
         return Err(
-            format!("{scheme} does not run on the {}:\n  {}", side.name(), problems.join("\n  ")).into()
+            format!("{scheme} does not run on the {}:\n  {}", side, problems.join("\n  ")).into()
         );
     }
     let bytes = saved_scheme::save(dimsart.engine_mut());
@@ -224,8 +223,8 @@ mod tests {
 
     #[test]
     fn a_scheme_that_does_not_run_is_not_stamped() {
-        assert!(!saved("builtin:bilateral", Side::Slave).unwrap().is_empty());
-        let message = saved("builtin:table1", Side::Slave).unwrap_err().to_string();
+        assert!(!saved("builtin:bilateral", "slave").unwrap().is_empty());
+        let message = saved("builtin:table1", "slave").unwrap_err().to_string();
         assert!(message.contains("does not run on the slave"), "{message}");
     }
 }

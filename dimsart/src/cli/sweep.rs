@@ -13,14 +13,14 @@ use super::Ending;
 use super::output::say;
 use super::run::{stop_on_interrupt, style};
 use crate::report;
-use crate::subject::Subject;
+use crate::rig_argument;
 use crate::sweep::{self, Grid, Shard, SweepFile, SweepTable, Values, map};
 
 /// Run a grid of settings on all cores, into one CSV and a map.
 #[derive(Debug, Args)]
 #[command(after_help = EXAMPLES)]
 pub(super) struct Sweep {
-    /// Rig file, scenario file, or a name such as `joint`; none for the shipped bilateral scenario.
+    /// Rig file, file of settings, or a name such as `joint`; `bilateral` when left out.
     file: Option<PathBuf>,
     /// A key and its values: `KEY=A,B,C`, `KEY=FROM:TO:STEP` or `KEY=log:FROM:TO:COUNT`; `KEY+KEY=...` for keys of the same
     /// value; can be given often. None: the map of round trip and wall stiffness.
@@ -108,8 +108,8 @@ impl Sweep {
         sweep::check(path, &self.sets, &grid)?;
         report::make_folder(&self.out)?;
         // What only the grid completes has no settings of its own.
-        if let Ok(subject) = Subject::read(path, &self.sets) {
-            self.keep_settings(&subject.settings_toml())?;
+        if let Ok(file) = rig_argument::read(path, &self.sets) {
+            self.keep_settings(&file.to_toml())?;
         }
         let shard = self.shard.unwrap_or(Shard::WHOLE);
         let name = match self.shard {

@@ -41,7 +41,7 @@ pub struct Figures {
     /// What the image calls itself.
     pub image: String,
     /// The side of the scheme.
-    pub side: &'static str,
+    pub side: String,
     /// The scheme.
     pub scheme: String,
     /// Axes of the device.

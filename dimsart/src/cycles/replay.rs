@@ -15,10 +15,9 @@ use super::statistics::{Inputs, Statistics};
 use super::steady::channels;
 use super::worst::{Most, Worst};
 use super::{Controller, CyclesError, Figures, Firmware, UNIT};
-use hil_sim::bilateral::Side;
 use hil_sim::experiment::Experiment;
 use hil_sim::rig::{Station, TickTrace};
-use hil_sim::scenario::Scenario;
+use hil_sim::rig_file::RigFile;
 
 /// What is measured.
 #[derive(Debug)]
@@ -26,14 +25,14 @@ pub struct Setup<'a> {
     /// The image.
     pub firmware: &'a Firmware,
     /// Where the ticks' inputs come from.
-    pub scenario: &'a Scenario,
+    pub rig: &'a RigFile,
     /// The side whose controller the image runs.
-    pub side: Side,
-    /// Commands that make the controller's scheme, in place of the scenario's.
+    pub side: &'a str,
+    /// Commands that make the controller's scheme, in place of the rig's.
     pub commands: Option<&'a [Command]>,
     /// The model of its cycles.
     pub timing: Timing,
-    /// Ticks with random inputs, after those of the scenario.
+    /// Ticks with random inputs, after those of the rig.
     pub random_ticks: u64,
     /// Whether instructions are counted in the emulated run in place of cycles; bounds are of cycles all the same.
     pub counts_instructions: bool,
@@ -43,21 +42,22 @@ pub struct Setup<'a> {
     pub column: &'static str,
 }
 
-/// Runs the scenario on the host, and every tick of one side's controller again in the image. `progress` hears the
+/// Runs the rig on the host, and every tick of one side's controller again in the image. `progress` hears the
 /// ticks done and those in all, now and then.
 ///
 /// # Errors
 /// [`CyclesError`]: among them that the image commands or sends other bits than the host.
 pub fn measure(setup: &Setup<'_>, mut progress: impl FnMut(u64, u64)) -> Result<Figures, CyclesError> {
-    let Setup { firmware, scenario, side, timing, .. } = setup;
-    let mut experiment = Experiment::new(scenario)?.without_recording();
+    let Setup { firmware, rig: file, side, timing, .. } = setup;
+    let mut experiment = Experiment::new(file)?.without_recording();
     #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "a cast saturates")]
-    let ticks = (experiment.duration_s() / scenario.sample_period_s).round() as u64;
+    let ticks = (experiment.duration_s() / file.sample_period_s).round() as u64;
     let rig = experiment.rig_mut();
-    let mut controller = Controller::new(firmware, *timing, scenario.dof)?;
+    let axes = file.device(side).map_or(0, |device| device.axes.len());
+    let mut controller = Controller::new(firmware, *timing, axes)?;
     let mut replay = Replay { counts_instructions: setup.counts_instructions, ..Replay::default() };
     let mut stations = rig.stations_mut().iter_mut();
-    let Some(station) = stations.find(|station| station.name == side.name()) else {
+    let Some(station) = stations.find(|station| station.name == *side) else {
         return Ok(replay.figures(setup, 0));
     };
     if let Some(commands) = setup.commands {
@@ -81,7 +81,7 @@ pub fn measure(setup: &Setup<'_>, mut progress: impl FnMut(u64, u64)) -> Result<
         });
         template = packet.or(template);
     }
-    let mut random = RandomInputs::new(device, &scheme, template, scenario.seed)?;
+    let mut random = RandomInputs::new(device, &scheme, template, file.seed)?;
     for tick in ticks..all_ticks {
         if tick % 256 == 0 {
             progress(tick, all_ticks);
@@ -256,7 +256,8 @@ impl Replay {
     }
 
     fn figures(self, setup: &Setup<'_>, ticks: u64) -> Figures {
-        let Setup { firmware, scenario, side, timing, profile, column, .. } = setup;
+        let Setup { firmware, rig, side, timing, profile, column, .. } = setup;
+        let controller = rig.controllers.iter().find(|controller| controller.name() == *side);
         let budget_cycles = firmware.budget_cycles();
         let row = |name: &str, statistics: &Statistics, most| {
             Row::new(name.to_owned(), statistics, most, budget_cycles)
@@ -274,12 +275,12 @@ impl Replay {
         Figures {
             unit: UNIT,
             image: firmware.name.clone(),
-            side: side.name(),
+            side: (*side).to_owned(),
             scheme: match setup.commands {
                 Some(_) => "the controller's own scheme".to_owned(),
-                None => side.section(scenario).scheme.clone(),
+                None => controller.map(|controller| controller.scheme.clone()).unwrap_or_default(),
             },
-            dof: scenario.dof,
+            dof: rig.device(side).map_or(0, |device| device.axes.len()),
             ticks,
             random_ticks: setup.random_ticks,
             profile,

@@ -17,7 +17,7 @@ use super::law_costs;
 use super::steady::channels;
 use super::worst::Worst;
 use super::{Controller, CyclesError, Firmware};
-use hil_sim::bilateral::{Side, device};
+use hil_sim::schemes::device;
 use hil_sim::rig::SimulatedDimsart;
 use hil_sim::schemes::Explained;
 
@@ -172,7 +172,7 @@ struct Scheme {
 
 impl Scheme {
     fn new(module: ModuleRef, dof: usize) -> Result<Self, CyclesError> {
-        let device = device(Side::Master.name(), dof, SAMPLE_PERIOD_S)?;
+        let device = device("master", dof, SAMPLE_PERIOD_S)?;
         let dimsart =
             SimulatedDimsart::new(device, ALL).map_err(|error| CyclesError::Scheme(error.into()))?;
         Ok(Self { dimsart: Box::new(dimsart), module })

@@ -9,7 +9,7 @@ use hil_sim::rig_file::{AxisSection, DeviceSection, LinkSection, Part, RigFile};
 
 /// Names of the figures' files of a rig, without what says their format.
 #[must_use]
-pub fn file_stems(file: &RigFile) -> Vec<String> {
+pub(super) fn file_stems(file: &RigFile) -> Vec<String> {
     let sides = led(file).into_iter().map(|[hand, other]| sides_stem(&hand, &other));
     sides.chain(drawn(file).map(|device| device.name.clone())).collect()
 }
@@ -63,7 +63,7 @@ fn drawn(file: &RigFile) -> impl Iterator<Item = &DeviceSection> {
 
 /// The figures that the recorded signals allow.
 #[must_use]
-pub fn figures(recording: &Recording, file: &RigFile) -> Vec<Figure> {
+pub(super) fn figures(recording: &Recording, file: &RigFile) -> Vec<Figure> {
     let parts = Part::of_all(file);
     let figure = |device: &DeviceSection| {
         let of_device: Vec<&Part<'_>> = parts.iter().filter(|part| part.device.name == device.name).collect();

@@ -13,10 +13,10 @@ use dimsart_link::protocol::{
     MAX_FRAME_BYTES, PROTOCOL_VERSION, Receiver, Request, Response, decode_request, encode_response, serve,
 };
 use dimsart_modules::ALL;
-use hil_sim::bilateral;
 use hil_sim::law::Law;
 use hil_sim::response::loaded_controllers;
 use hil_sim::rig::SimulatedDimsart;
+use hil_sim::schemes::device;
 use hil_sim::rig_file::RigFile;
 use hil_sim::schemes::{self, SchemeText};
 
@@ -30,7 +30,7 @@ fn of_rig(name: &str) -> Box<SimulatedDimsart> {
 
 fn of_side(scheme: &str, side: &'static str) -> Box<SimulatedDimsart> {
     let mut dimsart =
-        Box::new(SimulatedDimsart::new(bilateral::device(side, 3, 1e-3).unwrap(), ALL).unwrap());
+        Box::new(SimulatedDimsart::new(device(side, 3, 1e-3).unwrap(), ALL).unwrap());
     schemes::load(&SchemeText::read(scheme).unwrap(), side, &[], &mut dimsart);
     dimsart
 }

@@ -14,7 +14,7 @@ use dimsart_core::limits::DEFAULT_WORDS;
 use dimsart_core::{Costs, Dimsart, Kind, KindId};
 use dimsart_link::saved_scheme;
 use dimsart_modules::{ALL, group_of};
-use hil_sim::bilateral::device;
+use hil_sim::schemes::device;
 use hil_sim::schemes::{self, SchemeText};
 
 const DOF: usize = 3;

@@ -3,8 +3,7 @@
 use cycles::timing::{Column, Profile, Timing};
 use dimsart::cycles::{Figures, Firmware, Row, Setup, measure};
 use dimsart_core::Command;
-use hil_sim::bilateral::Side;
-use hil_sim::scenario::Scenario;
+use hil_sim::rig_file::RigFile;
 
 use crate::common::firmware;
 use test_requirements::length;
@@ -15,16 +14,16 @@ const MODULE_RATIO: f64 = 1.30;
 
 #[test]
 fn the_whole_of_table_1_on_the_master() {
-    table_1(Side::Master);
+    table_1("master");
 }
 
 #[test]
 fn the_whole_of_table_1_on_the_slave() {
-    table_1(Side::Slave);
+    table_1("slave");
 }
 
 /// Both columns, with packets late and lost, so that every path is there.
-fn table_1(side: Side) {
+fn table_1(side: &'static str) {
     let Some(firmware) = firmware() else { return };
     for column in [Column::Likely, Column::Upper] {
         let figures = figures(&firmware, side, column, &["link.jitter_ticks=2", "link.loss=0.02"]);
@@ -43,18 +42,18 @@ fn table_1(side: Side) {
 fn any_number_of_axes() {
     let Some(firmware) = firmware() else { return };
     for dof in [1, 7] {
-        hold(&figures(&firmware, Side::Master, Column::Upper, &["duration_s=1", &format!("dof={dof}")]));
+        hold(&figures(&firmware, "master", Column::Upper, &["duration_s=1", &format!("dof={dof}")]));
     }
 }
 
 #[test]
 fn flash_that_waits_costs_more_and_has_a_bound() {
     let Some(firmware) = firmware() else { return };
-    let scenario = Scenario::load(None, &["duration_s=1".to_owned()]).unwrap();
+    let scenario = RigFile::of_shipped("bilateral", &["duration_s=1".to_owned()]).unwrap();
     let [without, with] =
         [Profile::ZeroWait, Profile::Flash(cycles::timing::Flash::STM32G4)].map(|profile| {
             let timing = Timing::new(profile, Column::Upper);
-            let figures = run(&firmware, &scenario, Side::Master, None, timing, 500);
+            let figures = run(&firmware, &scenario, "master", None, timing, 500);
             hold(&figures);
             figures
         });
@@ -71,24 +70,24 @@ fn flash_that_waits_costs_more_and_has_a_bound() {
     assert_eq!(with[1..], [12 + 3 * 4, 12 + 2 * 4, 17]);
 }
 
-fn figures(firmware: &Firmware, side: Side, column: Column, settings: &[&str]) -> Figures {
+fn figures(firmware: &Firmware, side: &'static str, column: Column, settings: &[&str]) -> Figures {
     let settings: Vec<String> = settings.iter().map(|setting| (*setting).to_owned()).collect();
-    let scenario = Scenario::load(None, &settings).unwrap();
+    let scenario = RigFile::of_shipped("bilateral", &settings).unwrap();
     let timing = Timing::new(Profile::ZeroWait, column);
     run(firmware, &scenario, side, None, timing, length(5_000, 250_000))
 }
 
 pub(crate) fn run(
     firmware: &Firmware,
-    scenario: &Scenario,
-    side: Side,
+    rig: &RigFile,
+    side: &'static str,
     commands: Option<&[Command]>,
     timing: Timing,
     random_ticks: u64,
 ) -> Figures {
     let setup = Setup {
         firmware,
-        scenario,
+        rig,
         side,
         commands,
         timing,

@@ -6,7 +6,7 @@ use dimsart_core::limits::DEFAULT_WORDS;
 use dimsart_core::{Dimsart, Word, scheme};
 use dimsart_link::saved_scheme;
 use dimsart_modules::ALL;
-use hil_sim::bilateral::device;
+use hil_sim::schemes::device;
 use hil_sim::law::Law;
 
 use crate::common::variant;

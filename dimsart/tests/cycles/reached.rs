@@ -9,7 +9,7 @@ use cycles::reach;
 use cycles::timing::{Column, Profile, Timing};
 use dimsart::cycles::Steady;
 use hil_sim::experiment::Experiment;
-use hil_sim::scenario::Scenario;
+use hil_sim::rig_file::RigFile;
 
 use crate::common::{firmware_for_every_module, kinds};
 use crate::kinds::EVERY_MODULE;
@@ -21,7 +21,7 @@ const PIECE: &str = "OUTLINED_FUNCTION";
 fn every_function_that_a_tick_can_execute_is_looked_through_for_panics() {
     let Some(firmware) = firmware_for_every_module() else { return };
     let both = ["master", "slave"].map(|side| format!("{side}.scheme={EVERY_MODULE}"));
-    let mut experiment = Experiment::new(&Scenario::load(None, &both).unwrap()).unwrap();
+    let mut experiment = Experiment::new(&RigFile::of_shipped("bilateral", &both).unwrap()).unwrap();
     let master = &mut experiment.rig_mut().stations_mut()[0].dimsart;
     let timing = Timing::new(Profile::ZeroWait, Column::Upper);
     let steady = Steady::of(&firmware, timing, master).unwrap();

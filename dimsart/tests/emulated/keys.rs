@@ -11,12 +11,11 @@ use dimsart::connect::Device;
 use dimsart_core::{LinkState, Tick, types};
 use dimsart_link::auth::{Guard, Key, Line, Profile};
 use dimsart_link::protocol::{KeyRefusal, LeaseStatus, Receiver, Refusal, Response, decode_response};
-use hil_sim::bilateral::Side;
 use hil_sim::emulated::Image;
 use hil_sim::experiment::{Experiment, Run};
 use hil_sim::link::Stream;
 use hil_sim::rig::{Probe, Rig};
-use hil_sim::scenario::Scenario;
+use hil_sim::rig_file::RigFile;
 use tempfile::TempDir;
 
 use crate::common::{key_image, timer_key_image};
@@ -195,9 +194,9 @@ fn a_lease_is_sealed_and_whoever_repeats_it_is_refused() {
     );
 }
 
-fn scenario(key: Option<&Path>) -> Scenario {
+fn scenario(key: Option<&Path>) -> RigFile {
     let setting = key.map(|key| format!("link.key_file='{}'", key.display()));
-    Scenario::load(None, &setting.into_iter().collect::<Vec<_>>()).unwrap()
+    RigFile::of_shipped("bilateral", &setting.into_iter().collect::<Vec<_>>()).unwrap()
 }
 
 #[test]
@@ -205,9 +204,9 @@ fn what_is_perceived_over_an_authenticated_link_of_a_board_is_what_is_perceived_
     let Some(image) = key_image() else { return };
     let folder = tempfile::tempdir().unwrap();
     let key = key_file(&folder, "a");
-    let run = |mut experiment: Experiment, sides: &[Side]| -> Run {
+    let run = |mut experiment: Experiment, sides: &[&str]| -> Run {
         for side in sides {
-            experiment.emulate(side.name(), &image, None).unwrap();
+            experiment.emulate(side, &image, None).unwrap();
         }
         let run = experiment.without_recording().run(&AtomicBool::new(false), |_| {});
         assert_eq!(run.outcome.faults, Vec::<String>::new(), "{sides:?}");
@@ -215,14 +214,14 @@ fn what_is_perceived_over_an_authenticated_link_of_a_board_is_what_is_perceived_
     };
     let perceived = |run: &Run| run.outcome.axes[0].contact.unwrap().k_perceived_n_per_m.unwrap();
     let expected = perceived(&run(Experiment::new(&scenario(None)).unwrap(), &[]));
-    for sides in [[Side::Slave].as_slice(), &[Side::Master, Side::Slave]] {
+    for sides in [["slave"].as_slice(), &["master", "slave"]] {
         let found = perceived(&run(Experiment::new(&scenario(Some(&key))).unwrap(), sides));
         assert!((found / expected - 1.0).abs() < 1e-4, "{found} N/m, {expected} N/m without, {sides:?}");
     }
 }
 
 /// The slave as a board with a key, the master here.
-fn with_slave(scenario: &Scenario, image: &Image) -> Experiment {
+fn with_slave(scenario: &RigFile, image: &Image) -> Experiment {
     let mut experiment = Experiment::new(scenario).unwrap();
     experiment.emulate("slave", image, None).unwrap();
     experiment

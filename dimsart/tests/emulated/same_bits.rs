@@ -6,11 +6,10 @@ use boards::BOARDS;
 use dimsart_core::KindId;
 use dimsart_core::{Tick, types};
 use dimsart_modules::{ALL, group_of};
-use hil_sim::bilateral::Side;
 use hil_sim::emulated::BOARD;
 use hil_sim::experiment::Experiment;
 use hil_sim::rig::{Rig, Station};
-use hil_sim::scenario::Scenario;
+use hil_sim::rig_file::RigFile;
 
 use crate::common::image;
 use test_requirements::length;
@@ -43,7 +42,7 @@ fn packets_that_come_in_heaps() {
 #[test]
 fn more_packets_than_a_tick_takes_are_an_error_that_says_so() {
     let Some(image) = image() else { return };
-    let scenario = Scenario::load(None, &["link.jitter_ticks=1000".to_owned()]).unwrap();
+    let scenario = RigFile::of_shipped("bilateral", &["link.jitter_ticks=1000".to_owned()]).unwrap();
     let mut experiment = Experiment::new(&scenario).unwrap();
     experiment.emulate("slave", &image, None).unwrap();
     let rig = experiment.rig_mut();
@@ -71,10 +70,10 @@ fn every_module_on_both_sides() {
 /// Steps a rig whose controllers run here and one whose controllers run on boards; gives the latter one.
 fn compare<const COUNT: usize>(ticks: u64, settings: [&str; COUNT]) -> Option<Rig> {
     let image = image()?;
-    let scenario = Scenario::load(None, &settings.map(str::to_owned)).unwrap();
+    let scenario = RigFile::of_shipped("bilateral", &settings.map(str::to_owned)).unwrap();
     let [mut here, mut there] = [(); 2].map(|()| Experiment::new(&scenario).unwrap());
-    for side in [Side::Master, Side::Slave] {
-        there.emulate(side.name(), &image, None).unwrap();
+    for side in ["master", "slave"] {
+        there.emulate(side, &image, None).unwrap();
     }
     let (here, mut there) = (here.rig_mut(), std::mem::replace(there.rig_mut(), Rig::new(1.0)));
     let (mut changed_ticks, mut last) = ([0; 2], [Vec::new(), Vec::new()]);

@@ -17,7 +17,7 @@ use dimsart::cycles::{Controller, Firmware};
 use dimsart_link::saved_scheme;
 use hil_sim::experiment::Experiment;
 use hil_sim::rig::Station;
-use hil_sim::scenario::Scenario;
+use hil_sim::rig_file::RigFile;
 
 use crate::common::image;
 use compare::{lockstep, meet};
@@ -43,11 +43,11 @@ fn ticks_of_both_sides_do_in_qemu_what_they_do_in_the_machine() {
 
 /// Runs the scenario, and now and then a tick of one side on both; gives the instructions that were compared.
 fn compare_ticks(firmware: &Firmware, side: &str, ticks: usize) -> u64 {
-    let scenario = Scenario::default();
+    let scenario = RigFile::of_shipped("bilateral", &[]).unwrap();
     let mut experiment = Experiment::new(&scenario).unwrap().without_recording();
     let rig = experiment.rig_mut();
     let timing = Timing::new(Profile::ZeroWait, Column::Likely);
-    let mut controller = Controller::new(firmware, timing, scenario.dof).unwrap();
+    let mut controller = Controller::new(firmware, timing, scenario.devices[0].axes.len()).unwrap();
     let station = rig.stations_mut().iter_mut().find(|station| station.name == side).unwrap();
     station.start_trace();
     controller.load(&saved_scheme::save(station.dimsart.engine_mut()).unwrap()).unwrap();

@@ -6,7 +6,7 @@ use dimsart_link::protocol::{
 };
 use dimsart_modules::ALL;
 use hil_sim::experiment::Experiment;
-use hil_sim::scenario::Scenario;
+use hil_sim::rig_file::RigFile;
 use rand_core::{Rng, SeedableRng};
 use rand_pcg::Pcg32;
 
@@ -63,7 +63,7 @@ fn any_transaction(random: &mut Pcg32) -> Vec<Command> {
 #[test]
 fn random_transactions_come_to_the_same_bits_and_answers_on_the_board() {
     let Some(image) = image() else { return };
-    let scenario = Scenario::default();
+    let scenario = RigFile::of_shipped("bilateral", &[]).unwrap();
     let [mut here, mut there] = [(); 2].map(|()| Experiment::new(&scenario).unwrap());
     there.emulate("master", &image, None).unwrap();
     let (here, there) = (here.rig_mut(), there.rig_mut());

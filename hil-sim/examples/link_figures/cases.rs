@@ -5,7 +5,7 @@ use std::sync::atomic::AtomicBool;
 
 use hil_sim::experiment::Experiment;
 use hil_sim::outcome::Outcome;
-use hil_sim::scenario::Scenario;
+use hil_sim::rig_file::RigFile;
 
 /// A carrier with its faults under a policy.
 pub(crate) struct Case {
@@ -105,7 +105,7 @@ impl Case {
         let none = ["link.forward_delay_ticks=0", "link.backward_delay_ticks=0"];
         let sets: Vec<String> =
             none.into_iter().chain(self.sets.split_whitespace()).map(str::to_owned).collect();
-        let scenario = Scenario::load(None, &sets)?;
+        let scenario = RigFile::of_shipped("bilateral", &sets)?;
         let experiment = Experiment::new(&scenario)?.without_recording();
         Ok(experiment.run(&AtomicBool::new(false), |_| {}).outcome)
     }

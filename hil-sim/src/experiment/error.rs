@@ -14,9 +14,6 @@ use crate::schemes::{Loaded, SchemeFileError};
 /// Why an experiment could not be set up or run.
 #[derive(Debug, thiserror::Error)]
 pub enum ExperimentError {
-    /// The devices of two stations cannot exist.
-    #[error("{0}; change dof or sample_period_s")]
-    Descriptor(#[from] DescriptorError),
     /// The device cannot exist.
     #[error("device '{device}': {error}")]
     Device {
@@ -92,14 +89,20 @@ pub enum ExperimentError {
     Record(#[from] UnknownSignal),
     /// The side's link to another process.
     #[error(
-        "{source}, or give another one with --set link.{side}_address=IP:PORT (of both sides), serial:PATH or \
+        "{source}, or give another one with --set link.{name}_address=IP:PORT (of both sides), serial:PATH or \
          can:INTERFACE"
     )]
     Link {
         /// Whose address it is.
-        side: &'static str,
+        name: String,
         /// What is wrong with it.
         source: OpenError,
+    },
+    /// A station that cannot run alone.
+    #[error("the controller '{name}' has no link with an address each way: give both links an `address`")]
+    NoAddress {
+        /// The controller.
+        name: String,
     },
     /// The other process does not answer.
     #[error(
@@ -112,7 +115,7 @@ pub enum ExperimentError {
         /// How long was waited, `s`.
         waited_s: f64,
         /// The other side's name.
-        other: &'static str,
+        other: String,
     },
     /// The key cannot be read.
     #[error(transparent)]
@@ -128,7 +131,7 @@ pub enum ExperimentError {
         /// Where it is.
         peer: Address,
         /// The other side's name.
-        other: &'static str,
+        other: String,
         /// Why.
         reason: AuthenticationFailure,
     },
@@ -141,7 +144,7 @@ pub enum ExperimentError {
         /// Where it is.
         peer: Address,
         /// The other side's name.
-        other: &'static str,
+        other: String,
     },
     /// The firmware of a station does not run, or no longer runs.
     #[error("{station} as firmware: {source}")]
@@ -155,7 +158,7 @@ pub enum ExperimentError {
     #[error("stopped while waiting for the {other}; nothing was run")]
     Stopped {
         /// The other side's name.
-        other: &'static str,
+        other: String,
     },
 }
 

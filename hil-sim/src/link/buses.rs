@@ -2,19 +2,29 @@
 
 use std::path::Path;
 
+use dimsart_core::MAX_PACKET_BYTES;
+use dimsart_link::auth::Profile;
 use dimsart_link::carrier::can::Assembler;
 
 use super::can::{CanDirection, SharedBus};
 use super::medium::{Medium, MediumLink, Serial};
 use super::{InProcess, Link};
-use crate::bus::can::{CanBus, Format, Identifier};
-use crate::bus::time::seconds_ns;
+use crate::bus::can::{CanBus, CanFrame, CanParameters, Format, Identifier};
+use crate::bus::time::{bits_ns, seconds_ns};
 use crate::bus::{DatagramPath, Delay, DelayFileError, Uart};
-use crate::rig_file::BusSection;
-use crate::scenario::UdpSection;
+use crate::rig_file::{BusSection, CanSection, LinkSection, RigFile, UartSection, UdpSection};
 
 /// Apart from the seeds of links.
 const BUS_SEEDS: u64 = 1 << 33;
+
+/// Identifiers without a channel are 29 bits long, as if of a chip's serial number.
+const OWN_IDENTIFIERS: u32 = 0x1000_0000;
+/// Of other nodes: one half is more urgent, the other one less.
+const OTHER_IDENTIFIERS: [u32; 2] = [0x0800_0000, 0x1800_0000];
+/// Frames of a classic CAN packet at most.
+const MOST_FRAMES: u32 = 16;
+/// Bytes that a UART frame has more than its content.
+const STREAM_BYTES: usize = 4;
 
 /// All of them.
 #[derive(Debug)]
@@ -26,8 +36,15 @@ pub struct Buses<'f> {
 
 #[derive(Debug)]
 enum Bus<'f> {
-    Uart(&'f crate::scenario::UartSection),
-    Can { bus: SharedBus, format: Format, nodes: Vec<String> },
+    Ideal,
+    Uart(&'f UartSection),
+    Can {
+        bus: SharedBus,
+        format: Format,
+        nodes: Vec<String>,
+        /// Nodes besides those of links that are not there yet.
+        other_nodes: u32,
+    },
     Udp(&'f UdpSection, Delay),
 }
 
@@ -46,6 +63,8 @@ pub struct Route<'f> {
     pub channel: u16,
     /// Number of the link, apart from others.
     pub number: u64,
+    /// Whether packets have tags.
+    pub is_authenticated: bool,
 }
 
 impl<'f> Buses<'f> {
@@ -61,14 +80,16 @@ impl<'f> Buses<'f> {
     ) -> Result<Self, DelayFileError> {
         let mut buses = Vec::new();
         for (place, section) in (0..).zip(sections) {
-            let BusSection { name, uart, can, can_fd, udp } = section;
+            let BusSection { name, ideal, uart, can, can_fd, udp } = section;
             let cans = can.iter().map(|can| (can, Format::Classic));
             let mut cans = cans.chain(can_fd.iter().map(|can| (can, Format::Fd)));
             let bus = match (uart, cans.next(), udp) {
+                _ if ideal.is_some() => Bus::Ideal,
                 (Some(uart), ..) => Bus::Uart(uart),
                 (_, Some((can, format)), _) => {
                     let bus = CanBus::new(can.into(), seed.wrapping_add(BUS_SEEDS).wrapping_add(place));
-                    Bus::Can { bus: SharedBus::new(bus), format, nodes: Vec::new() }
+                    let other_nodes = can.other_nodes;
+                    Bus::Can { bus: SharedBus::new(bus), format, nodes: Vec::new(), other_nodes }
                 }
                 (_, _, Some(udp)) => Bus::Udp(udp, udp.delay(folder)?),
                 _ => continue,
@@ -86,11 +107,12 @@ impl<'f> Buses<'f> {
 
     /// A link over a bus, with what happens to packets behind it; none when there is no such bus.
     pub fn link(&mut self, route: Route<'_>, behind: InProcess) -> Option<Box<dyn Link>> {
-        let Route { bus, from, to, is_forward, channel, number } = route;
+        let Route { bus, from, to, is_forward, channel, number, is_authenticated } = route;
         let (name, bus) = self.buses.iter_mut().find(|(known, _)| *known == bus)?;
         let (period_ns, seed) = (self.period_ns, self.seed.wrapping_add(2 * BUS_SEEDS).wrapping_add(number));
         let own_name = format!("{name}, {from} to {to}");
         Some(match bus {
+            Bus::Ideal => Box::new(behind),
             Bus::Uart(uart) => {
                 let medium = Serial::new(Uart::new((*uart).into(), seed));
                 over(
@@ -110,8 +132,11 @@ impl<'f> Buses<'f> {
                     behind,
                 )
             }
-            Bus::Can { bus, format, nodes } => {
-                let identifier = Identifier::Standard(channel);
+            Bus::Can { bus, format, nodes, other_nodes } => {
+                let identifier = match (channel, u32::try_from(number)) {
+                    (0, number) => Identifier::Extended(OWN_IDENTIFIERS + number.unwrap_or_default()),
+                    (channel, _) => Identifier::Standard(channel),
+                };
                 let mut node = |name: &str| match nodes.iter().position(|known| known == name) {
                     Some(place) => place,
                     None => {
@@ -121,6 +146,13 @@ impl<'f> Buses<'f> {
                 };
                 let (sender, receiver) = (node(from), node(to));
                 bus.lock().accept(receiver, identifier);
+                let bases = OTHER_IDENTIFIERS.iter().cycle();
+                let others = (0..core::mem::take(other_nodes)).zip(bases).map(|(number, base)| {
+                    let node = bus.lock().add(&format!("other {}", number + 1), &[]);
+                    (node, Identifier::Extended(base + number))
+                });
+                let others: Vec<_> = others.collect();
+                let assembler = if is_authenticated { Assembler::authenticated() } else { Assembler::new() };
                 let direction = CanDirection {
                     bus: bus.clone(),
                     format: *format,
@@ -128,9 +160,8 @@ impl<'f> Buses<'f> {
                     identifier,
                     sender,
                     receiver,
-                    others: Vec::new(),
-                    remark: None,
-                    assembler: Box::new(Assembler::new()),
+                    others,
+                    assembler: Box::new(assembler),
                 };
                 let remedy = "raise its bit rates, take CAN FD, or send less often (CTX_EVERY)";
                 over(((*name).to_owned(), from, remedy), period_ns, direction, behind)
@@ -146,4 +177,60 @@ fn over(
     behind: InProcess,
 ) -> Box<dyn Link> {
     Box::new(MediumLink::new((name, from, remedy), period_ns, medium, behind))
+}
+
+/// Ticks from a packet's departure at the first of two controllers to its echo's arrival when nothing on the way is late,
+/// over ideal links; else what it hardly ever exceeds while the medium is not full. That of the links' delays is part of it,
+/// that of delay modules is not.
+///
+/// The second one is stepped after the first: over an ideal link it gets what took 0 ticks in the same tick, the first one
+/// what came back in 0 ticks in the next one.
+///
+/// # Errors
+/// [`DelayFileError`] when a file of recorded delays cannot be used.
+pub fn round_trip_ticks(file: &RigFile, [one, other]: [&str; 2]) -> Result<u32, DelayFileError> {
+    let period_ns = seconds_ns(file.sample_period_s).max(1);
+    let mut sum = 0_u32;
+    for (from, to) in [(one, other), (other, one)] {
+        let Some(link) = file.links.iter().find(|link| link.from == from && link.to == to) else { continue };
+        let is_forward = from == one;
+        let bus = file.buses.iter().find(|bus| link.bus.as_ref() == Some(&bus.name));
+        let medium_ns = bus.map(|bus| longest_ns(file, bus, link, is_forward)).transpose()?.flatten();
+        let delay_ticks = match medium_ns {
+            None if !is_forward => link.carrier.delay_ticks.max(1),
+            _ => link.carrier.delay_ticks,
+        };
+        let medium = medium_ns.unwrap_or(0).div_ceil(period_ns);
+        sum = sum.saturating_add(delay_ticks).saturating_add(u32::try_from(medium).unwrap_or(u32::MAX));
+    }
+    Ok(sum)
+}
+
+/// What a packet of the greatest length takes on a bus, `ns`; none on an ideal one.
+fn longest_ns(
+    file: &RigFile,
+    bus: &BusSection,
+    link: &LinkSection,
+    is_forward: bool,
+) -> Result<Option<u64>, DelayFileError> {
+    let BusSection { uart, can, can_fd, udp, .. } = bus;
+    let tag_bytes = if link.key_file.is_some() { Profile::Full.overhead() } else { 0 };
+    let packet_bytes = MAX_PACKET_BYTES + tag_bytes;
+    let line_ns =
+        |bytes: usize, bits_per_byte: usize, rate: u32| bits_ns((bytes * bits_per_byte) as u64, rate);
+    let of_can = |can: &CanSection, format, bytes, frames: u32| {
+        let most = CanFrame::most_wire_bits(Identifier::Extended(0), format, bytes);
+        u64::from((2 + can.other_nodes) * frames) * CanBus::frame_ns(&CanParameters::from(can), most)
+    };
+    Ok(match (uart, can, can_fd, udp) {
+        (Some(uart), ..) => Some(line_ns(packet_bytes + STREAM_BYTES, 10, uart.bits_per_s)),
+        (_, Some(can), ..) => Some(of_can(can, Format::Classic, 8, MOST_FRAMES)),
+        (_, _, Some(can), _) => Some(of_can(can, Format::Fd, 64, 1)),
+        (.., Some(udp)) => {
+            let rate = if is_forward { udp.forward_bits_per_s } else { udp.backward_bits_per_s };
+            let delay_ns = seconds_ns(udp.delay(&file.folder)?.upper_s());
+            Some(delay_ns + line_ns(packet_bytes + udp.header_bytes, 8, rate))
+        }
+        _ => None,
+    })
 }

@@ -35,8 +35,6 @@ pub(super) struct CanDirection {
     pub(super) receiver: usize,
     /// Other nodes, with their identifiers, that send as much whenever this one does.
     pub(super) others: Vec<(usize, Identifier)>,
-    /// What is not right about the bus before anything has happened on it.
-    pub(super) remark: Option<String>,
     pub(super) assembler: Box<Assembler>,
 }
 
@@ -114,7 +112,7 @@ impl Medium for CanDirection {
             longest_ns: longest_ns.unwrap_or(0),
             senders: nodes.iter().map(|node| node.name.clone()).collect(),
             timeline: bus.timeline().clone(),
-            faults: gone.chain(crowded).chain(self.remark.clone()).collect(),
+            faults: gone.chain(crowded).collect(),
         }
     }
 }

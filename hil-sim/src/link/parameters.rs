@@ -4,7 +4,7 @@ use std::path::Path;
 
 use crate::bus::can::CanParameters;
 use crate::bus::{DatagramParameters, Delay, DelayFileError, UartParameters};
-use crate::scenario::{CanSection, DelayKind, UartSection, UdpSection};
+use crate::rig_file::{CanSection, DelayKind, UartSection, UdpSection};
 
 impl From<&UartSection> for UartParameters {
     fn from(uart: &UartSection) -> Self {

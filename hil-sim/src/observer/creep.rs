@@ -11,7 +11,7 @@ use core::ops::ControlFlow;
 
 use super::Observer;
 use super::reception::Received;
-use crate::bilateral::chain::Controller;
+use crate::response::Controller;
 use crate::outcome::Outcome;
 use crate::rig::Rig;
 

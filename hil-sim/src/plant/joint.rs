@@ -37,6 +37,7 @@ pub use flexible::FlexibleParameters;
 pub use friction::FrictionParameters;
 pub use gear::GearParameters;
 pub use load::LoadParameters;
+pub(super) use mode::Slide;
 pub use motor::JointMotorParameters;
 pub(super) use stops::Contact;
 pub use stops::StopsParameters;
@@ -46,7 +47,7 @@ pub use three_phase::ThreePhaseParameters;
 use super::SUB_STEPS_MIN;
 use super::parameter::{ParameterError, require};
 use exact::ExactSteps;
-use mechanics::{Inputs, Mechanics};
+use mechanics::{Inputs, Mechanics, Rates};
 use serde::{Deserialize, Serialize};
 use state::State;
 use step::Period;
@@ -158,7 +159,7 @@ impl JointParameters {
         };
         let sub_steps_per_s = pace::sub_steps_per_s(&mechanics)?;
         let state = mechanics.start();
-        let exact = mechanics.is_linear().then(ExactSteps::default);
+        let exact = mechanics.is_linear().then(|| ExactSteps::new(&mechanics));
         Ok(Joint { mechanics, sub_steps_per_s, state, inputs: Inputs::default(), exact })
     }
 }
@@ -219,13 +220,13 @@ impl Joint {
             load: load(start_s),
             settling_max_per_s: step_s.recip(),
         };
-        let mut mode = self.mechanics.mode(&self.inputs, &self.state);
         let exact = self.exact.as_mut();
         let mut period = Period { mechanics: &self.mechanics, load, exact, inputs: self.inputs };
-        if period.stride(&mut self.state, &mode, start_s, period_s) {
+        if period.stride(&mut self.state, start_s, period_s) {
             self.inputs = period.inputs;
             return;
         }
+        let mut mode = self.mechanics.mode(&self.inputs, &self.state);
         let mut done = 0.0;
         while done < sub_steps {
             let from_s = start_s + done * step_s;
@@ -233,6 +234,27 @@ impl Joint {
             done += 1.0;
         }
         self.inputs = period.inputs;
+    }
+
+    /// Changes the spring of its load from now on; whoever does that brings the energy.
+    pub fn hold(&mut self, stiffness: f64, rest_position: f64) {
+        let load = &mut self.mechanics.load;
+        let before_j = load.potential_j(self.state.position);
+        (load.stiffness, load.rest_position) = (stiffness, rest_position);
+        self.state.supplied_j += load.potential_j(self.state.position) - before_j;
+    }
+
+    /// Where its output is now, `rad` or `m`.
+    #[must_use]
+    pub fn position(&self) -> f64 {
+        self.state.position
+    }
+
+    /// Acceleration of its output now, `rad/s²` or `m/s²`.
+    #[must_use]
+    pub fn acceleration(&self) -> f64 {
+        let Self { mechanics, state, inputs, .. } = self;
+        mechanics.rates(inputs, state, &mechanics.mode(inputs, state)).state.velocity
     }
 
     /// Everything that it moves on from, but energies and the temperature of its winding.
@@ -258,8 +280,14 @@ impl Joint {
     #[must_use]
     pub fn state(&self) -> JointState {
         let Self { mechanics, state, inputs, .. } = self;
-        let rates = mechanics.rates(inputs, state, &mechanics.mode(inputs, state));
         let (motor_position, motor_velocity) = mechanics.rotor(state);
+        let rates = match &self.exact {
+            // All of what is commanded arrives where no rotor takes its part.
+            Some(_) if mechanics.rotor_kg_m2 <= 0.0 => {
+                Rates { force: mechanics.gear.ratio * inputs.wanted_nm, ..Rates::default() }
+            }
+            _ => mechanics.rates(inputs, state, &mechanics.mode(inputs, state)),
+        };
         JointState {
             position: state.position,
             velocity: state.velocity,

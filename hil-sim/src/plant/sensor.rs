@@ -17,6 +17,8 @@ pub struct SensorParameters {
     /// Counts per unit, >= 0; 0 for a sensor that does not count. It shows whole counts passed, so up to one count
     /// less than there is.
     pub counts_per_unit: f64,
+    /// Length of a count, unit, >= 0, in place of `counts_per_unit`; 0 for a sensor that does not count.
+    pub step: f64,
     /// Standard deviation of normal noise, unit, >= 0, drawn anew each time it is read, ahead of the counting.
     pub noise_deviation: f64,
     /// The same seed gives the same noise.
@@ -39,6 +41,7 @@ impl Default for SensorParameters {
             gain: 1.0,
             offset: 0.0,
             counts_per_unit: 0.0,
+            step: 0.0,
             noise_deviation: 0.0,
             seed: 1,
             jump_at_s: f64::INFINITY,
@@ -59,6 +62,8 @@ impl SensorParameters {
         finite("gain", self.gain)?;
         finite("offset", self.offset)?;
         not_negative("counts_per_unit", self.counts_per_unit)?;
+        not_negative("step", self.step)?;
+        require("step", self.step, self.step * self.counts_per_unit <= 0.0, "0 with `counts_per_unit`")?;
         not_negative("noise_deviation", self.noise_deviation)?;
         time("jump_at_s", self.jump_at_s)?;
         finite("jump", self.jump)?;
@@ -117,6 +122,9 @@ impl Sensor {
         }
         if parameters.counts_per_unit > 0.0 {
             seen = (seen * parameters.counts_per_unit).floor() / parameters.counts_per_unit;
+        }
+        if parameters.step > 0.0 {
+            seen = (seen / parameters.step).floor() * parameters.step;
         }
         seen
     }

@@ -99,6 +99,35 @@ impl Body {
         }
     }
 
+    /// Where an axis is now; 0 for one that it has not.
+    pub(super) fn position(&self, axis: usize) -> f64 {
+        match self {
+            Self::Joints(joints) => joints.get(axis).map_or(0.0, Joint::position),
+            Self::Drives(_) | Self::Arm(_) | Self::Phantom(_) => self.state(axis).position,
+        }
+    }
+
+    /// What accelerates an axis by itself now; 0 for a coupled one.
+    pub(super) fn acceleration(&self, axis: usize) -> f64 {
+        match self {
+            Self::Joints(joints) => joints.get(axis).map_or(0.0, Joint::acceleration),
+            Self::Drives(bus) => bus.joint(axis).map_or(0.0, Joint::acceleration),
+            Self::Arm(_) | Self::Phantom(_) => 0.0,
+        }
+    }
+
+    /// Changes the spring that an axis which moves by itself hangs on.
+    pub(super) fn hold(&mut self, axis: usize, stiffness: f64, rest_position: f64) {
+        match self {
+            Self::Joints(joints) => {
+                if let Some(joint) = joints.get_mut(axis) {
+                    joint.hold(stiffness, rest_position);
+                }
+            }
+            Self::Drives(_) | Self::Arm(_) | Self::Phantom(_) => {}
+        }
+    }
+
     /// Everything that it moves on from, axis by axis.
     pub(super) fn values(&self) -> Vec<f64> {
         let coupled = |positions: &Axes, velocities: &Axes, axes: usize| {

@@ -17,7 +17,7 @@ use dimsart_modules::ALL;
 use nalgebra::{Complex, Matrix3, Matrix4};
 use serde::Serialize;
 
-use crate::bilateral::chain::{Controller, SimulatedEngine, chosen, real};
+use super::chain::{Controller, SimulatedEngine, chosen, real};
 use crate::link::InProcessParameters;
 use crate::plant::{GearParameters, JointMotorParameters, JointParameters};
 use crate::rig::{Rig, SimulatedDimsart};

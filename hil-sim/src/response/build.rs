@@ -6,9 +6,11 @@ use dimsart_core::{AxisKind, CommandError, DataType, DeviceDescriptor, Explanati
 use dimsart_modules::ALL;
 
 use super::body::Body;
+use super::guards::guard_all;
 use super::instrumented::{Instrumented, Output};
 use super::machine::{Axis, Machine};
 use super::moves::motions;
+use super::press::Planned;
 use crate::experiment::ExperimentError;
 use crate::law::Law;
 use crate::link::{Buses, InProcess, Link, Route};
@@ -20,19 +22,20 @@ use crate::schemes::{self, Loaded, SIDES, SchemeText};
 /// Odd, with bits all over: neighbouring numbers become seeds that have nothing in common.
 const SPREAD: u64 = 0x9E37_79B9_7F4A_7C15;
 
-/// All devices with their controllers, and the links between them.
-pub(super) fn rig(file: &RigFile) -> Result<Rig, ExperimentError> {
+/// All devices with their controllers, and the links between them; a press is planned.
+pub(super) fn rig(file: &RigFile, press: Option<&Planned>) -> Result<Rig, ExperimentError> {
     let mut rig = Rig::new(file.sample_period_s);
     let parts = Part::of_all(file);
     for device in &file.devices {
         let mut of_device = parts.iter().filter(|part| part.device.name == device.name);
-        let machine = Arc::new(Mutex::new(machine(file, device, of_device.clone().count())?));
+        let machine = Arc::new(Mutex::new(machine(file, device, of_device.clone().count(), press)?));
         of_device.try_for_each(|part| {
-            rig.add(station(file, part, Arc::clone(&machine))?);
+            rig.add(station(file, part, Arc::clone(&machine), controller(file, part)?)?);
             Ok::<_, ExperimentError>(())
         })?;
     }
     connect(file, &parts, &mut rig)?;
+    guard_all(file, &parts, &mut rig)?;
     Ok(rig)
 }
 
@@ -41,33 +44,40 @@ pub(super) fn machine(
     file: &RigFile,
     device: &DeviceSection,
     controllers: usize,
+    press: Option<&Planned>,
 ) -> Result<Machine, ExperimentError> {
     let body = Body::new(device, file.sample_period_s, file.seed)?;
-    Ok(Machine::new(body, axes_of(file, device)?, device.delay_ticks, controllers))
+    let presses = file.experiment.press.as_ref().is_some_and(|press| press.device == device.name);
+    let let_go_s = press.filter(|_| presses).map_or_else(Vec::new, Planned::let_go_s);
+    Ok(Machine::new(body, axes_of(file, device, &let_go_s)?, device.delay_ticks, controllers))
 }
+
+/// Packets that a link carries are told apart by channels where a bus has those of more than two controllers.
+const ENDS_WITHOUT_CHANNELS: usize = 2;
 
 fn connect(file: &RigFile, parts: &[Part<'_>], rig: &mut Rig) -> Result<(), ExperimentError> {
     let mut buses = Buses::new(&file.buses, file.sample_period_s, file.seed, &file.folder)?;
     let mut taken: Vec<(&str, u16, &str)> = Vec::new();
     for (number, link) in (0..).zip(&file.links) {
-        let LinkSection { from, to, from_link, to_link, bus, carrier } = link;
+        let LinkSection { from, to, from_link, to_link, bus, carrier, .. } = link;
         let end = |name: &str, link: u8| {
             let station = parts.iter().position(|part| part.name() == name).unwrap_or_default();
             End { station, link: link.into() }
         };
         let (start, end) = (end(from, *from_link), end(to, *to_link));
-        let behind = InProcess::new(*carrier, file.seed.wrapping_add(number));
+        let behind = InProcess::new(*carrier, file.seed.wrapping_mul(2).wrapping_add(number));
         let connected: Box<dyn Link> = match bus {
             None => Box::new(behind),
             Some(bus) => {
                 let receiver = rig.stations().get(end.station);
                 let channel = receiver.map_or(0, |station| station.dimsart.listening_channel(end.link));
                 if buses.needs_channels(bus) {
-                    if channel == 0 {
+                    let over_it = file.links.iter().filter(|link| link.bus.as_ref() == Some(bus)).count();
+                    if channel == 0 && over_it > ENDS_WITHOUT_CHANNELS {
                         return Err(ExperimentError::NoChannel { from: from.clone(), to: to.clone() });
                     }
                     if let Some((.., first)) =
-                        taken.iter().find(|(known, used, _)| (*known, *used) == (bus, channel))
+                        taken.iter().find(|(known, used, _)| channel > 0 && (*known, *used) == (bus, channel))
                     {
                         let [first, second] = [*first, to].map(ToOwned::to_owned);
                         return Err(ExperimentError::SameChannel { channel, first, second });
@@ -75,7 +85,8 @@ fn connect(file: &RigFile, parts: &[Part<'_>], rig: &mut Rig) -> Result<(), Expe
                     taken.push((bus, channel, to));
                 }
                 let is_forward = start.station < end.station;
-                let route = Route { bus, from, to, is_forward, channel, number };
+                let is_authenticated = link.key_file.is_some();
+                let route = Route { bus, from, to, is_forward, channel, number, is_authenticated };
                 let over = buses.link(route, behind);
                 // A bus that is not there was refused with the file.
                 over.unwrap_or_else(|| Box::new(InProcess::new(*carrier, file.seed)))
@@ -120,8 +131,12 @@ fn loaded_controller(file: &RigFile, part: &Part<'_>) -> Result<LoadedController
         }
     }
     let scheme = SchemeText::read_from(&part.controller.scheme, &file.folder)?;
-    let loaded =
-        schemes::load_for(&scheme, part.controller.side(), &sides, &part.controller.settings(), &mut dimsart);
+    let mut settings = part.controller.settings();
+    for setting in &mut settings {
+        let short = file.parameters.iter().find(|parameter| parameter.sets(&setting.key));
+        short.into_iter().for_each(|short| short.name.clone_into(&mut setting.key));
+    }
+    let loaded = schemes::load_for(&scheme, part.controller.side(), &sides, &settings, &mut dimsart);
     Ok(LoadedController { name: part.name().to_owned(), scheme: scheme.name, dimsart, loaded })
 }
 
@@ -130,19 +145,26 @@ fn told(dimsart: &SimulatedDimsart, error: CommandError) -> String {
     Explanation::of_refusal(dimsart.engine(), error).to_string()
 }
 
-/// A controller, joined to its axes of a machine.
-fn station(
-    file: &RigFile,
-    part: &Part<'_>,
-    machine: Arc<Mutex<Machine>>,
-) -> Result<Station, ExperimentError> {
-    let Part { controller, device, axes } = part;
-    let plant = Instrumented::new(machine, axes.clone(), outputs_of(file, part)?, device.moves());
+/// A controller whose scheme runs.
+pub(super) fn controller(file: &RigFile, part: &Part<'_>) -> Result<Box<SimulatedDimsart>, ExperimentError> {
     let LoadedController { name, scheme, dimsart, loaded } = loaded_controller(file, part)?;
     if !loaded.is_sound() {
         let controller = format!("the controller '{name}'");
         return Err(ExperimentError::Scheme { name: scheme, controller, loaded });
     }
+    Ok(dimsart)
+}
+
+/// A controller, joined to its axes of a machine.
+pub(super) fn station(
+    file: &RigFile,
+    part: &Part<'_>,
+    machine: Arc<Mutex<Machine>>,
+    dimsart: Box<SimulatedDimsart>,
+) -> Result<Station, ExperimentError> {
+    let Part { controller, device, axes } = part;
+    let is_pressed = file.experiment.press.is_some();
+    let plant = Instrumented::new(machine, axes.clone(), outputs_of(file, part)?, device.moves(), is_pressed);
     let mut station = Station::new(part.name(), dimsart, Box::new(plant));
     station.step_every(controller.every_ticks);
     Ok(station)
@@ -180,11 +202,16 @@ fn limits(part: &Part<'_>) -> &'static [&'static [InputLimits]] {
     Vec::leak(part.device.takes.iter().map(of_type).collect())
 }
 
-fn axes_of(file: &RigFile, section: &DeviceSection) -> Result<Vec<Axis>, ExperimentError> {
+fn axes_of(
+    file: &RigFile,
+    section: &DeviceSection,
+    let_go_s: &[f64],
+) -> Result<Vec<Axis>, ExperimentError> {
     let axis = |(axis, of_axis): (usize, &AxisSection)| {
         let load = motions(file, &section.name, axis, LOAD)?;
         let hand = motions(file, &section.name, axis, HAND)?;
-        Ok(Axis { section: of_axis.clone(), load, hand })
+        let let_go_s = let_go_s.get(axis).copied().unwrap_or(f64::INFINITY);
+        Ok(Axis::new(of_axis.clone(), load, hand, let_go_s))
     };
     section.axes.iter().enumerate().map(axis).collect()
 }

@@ -87,7 +87,7 @@ impl<'f> Controllers<'f> {
     /// # Errors
     /// As the [experiment](super::Experiment::new)'s.
     pub(super) fn new(file: &'f RigFile, commands: Vec<Place>) -> Result<Option<Self>, ExperimentError> {
-        let rig = build::rig(file)?;
+        let rig = build::rig(file, None)?;
         let (mut cycle_ticks, mut memory_ticks) = (1, 0);
         for station in rig.stations() {
             let engine = station.dimsart.engine();
@@ -152,7 +152,7 @@ impl<'f> Controllers<'f> {
 impl Pair {
     /// Both of them in operation; none when they do not come to that.
     fn new(file: &RigFile, commands: &[Place], quiet_ticks: usize) -> Result<Option<Self>, ExperimentError> {
-        let (still, disturbed) = (build::rig(file)?, build::rig(file)?);
+        let (still, disturbed) = (build::rig(file, None)?, build::rig(file, None)?);
         let (differences, sizes) = (Vec::new(), vec![0.0; commands.len()]);
         let settled = sizes.clone();
         let mut pair = Self { still, disturbed, differences, sizes, settled };

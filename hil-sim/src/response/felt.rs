@@ -5,6 +5,7 @@ use std::ops::Range;
 use dimsart_core::types;
 
 use super::moves::rests_s;
+use super::press::Planned;
 use crate::experiment::ExperimentError;
 use crate::observer::perceived::{Feeling, MIN_DEPTH, Obstacle, Perceived};
 use crate::rig::Probe;
@@ -12,9 +13,10 @@ use crate::rig_file::part::linked_with;
 use crate::rig_file::{Part, RigFile};
 
 /// Every axis of a rig that is held by a hand and whose links lead to something that can be felt. It is observed in the
-/// second halves of the times in which nothing moves.
-pub(super) fn feeling(file: &RigFile) -> Result<Feeling, ExperimentError> {
+/// second halves of the times in which nothing moves. Of an experiment that presses, in the settled contact, on the axes that are pressed.
+pub(super) fn feeling(file: &RigFile, press: Option<&Planned>, alone: Option<&str>) -> Result<Feeling, ExperimentError> {
     let (parts, mut all) = (Part::of_all(file), Vec::new());
+    let presses = file.pressed().map(|[hand, _]| hand.name());
     let half = |rest: Range<f64>| 0.5 * (rest.start + rest.end)..rest.end;
     for (station, part) in parts.iter().enumerate() {
         let linked = linked_with(file, part.name());
@@ -27,17 +29,30 @@ pub(super) fn feeling(file: &RigFile) -> Result<Feeling, ExperimentError> {
                 let mut sections = other.sections().enumerate();
                 let (axis, (_, met)) = sections.find(|(_, (other_place, _))| *other_place == place)?;
                 let is_met = met.unit == section.unit;
-                let obstacle =
-                    Obstacle::new(other.name(), Some(station), axis, met.wall.clone(), met.spring.clone());
+                let station = Some(station).filter(|_| alone.is_none());
+                let spring = met.spring.clone().filter(|spring| spring.stiffness > 0.0);
+                let obstacle = Obstacle::new(other.name(), station, axis, met.wall.clone(), spring);
                 obstacle.filter(|_| is_met)
             };
             let obstacles: Vec<Obstacle> = others.filter_map(meets).collect();
-            if section.hand_stiffness() > 0.0 && !obstacles.is_empty() {
-                let watched_s = rests_s(file, place)?.into_iter().map(half).collect();
+            let is_pressed = press.as_ref().map(|press| {
+                let force_n = press.forces_n.get(place).copied().unwrap_or(0.0);
+                presses == Some(part.name()) && force_n.abs() > 0.0
+            });
+            let station = match alone {
+                Some(name) if name != part.name() => continue,
+                Some(_) => 0,
+                None => station,
+            };
+            if is_pressed.unwrap_or(section.hand_stiffness() > 0.0) && !obstacles.is_empty() {
+                let watched_s = match press {
+                    Some(press) => vec![press.phases.settled_s..press.phases.release_s.min(file.duration_s)],
+                    None => rests_s(file, place)?.into_iter().map(half).collect(),
+                };
                 let is_at_tip = part.device.kind(section) != section.unit.kind();
                 let command = if is_at_tip { types::DES_TIP_FORCE } else { types::DES_FORCE };
                 let force = Probe::new(command.first());
-                let (unit, min_depth) = (section.unit.stiffness(), MIN_DEPTH);
+                let (unit, min_depth) = (section.unit.stiffness(), if press.is_some() { 0.0 } else { MIN_DEPTH });
                 all.push(Perceived {
                     station,
                     axis,

@@ -8,7 +8,7 @@ use drive::DriveReading;
 use super::body::AxisState;
 use super::machine::Machine;
 use crate::motion::{Motion, sum_at};
-use crate::plant::{Actuation, AxisTruth, Plant, Repetition, Sensor};
+use crate::plant::{Actuation, Plant, Repetition, Sensor};
 use crate::rig_file::AxisUnit;
 
 /// The axes of a machine that one controller has, behind the frame of its device.
@@ -21,6 +21,8 @@ pub(super) struct Instrumented {
     outputs: Vec<Output>,
     /// Whether anything moves: references alone come with nothing that does.
     moves: bool,
+    /// Whether the experiment is one of a [press](crate::rig_file::PressSection).
+    is_pressed: bool,
     time_s: f64,
 }
 
@@ -39,8 +41,9 @@ impl Instrumented {
         axes: Vec<usize>,
         outputs: Vec<Output>,
         moves: bool,
+        is_pressed: bool,
     ) -> Self {
-        Self { machine, axes, outputs, moves, time_s: 0.0 }
+        Self { machine, axes, outputs, moves, is_pressed, time_s: 0.0 }
     }
 
     fn machine(&self) -> MutexGuard<'_, Machine> {
@@ -95,12 +98,8 @@ impl Plant for Instrumented {
         self.machine().repeat(repetition);
     }
 
-    fn truth(&self, _axis: usize) -> Option<AxisTruth> {
-        None
-    }
-
     fn position(&self, axis: usize) -> f64 {
-        self.axis(axis).map_or(f64::NAN, |axis| self.machine().state(axis).position)
+        self.axis(axis).map_or(f64::NAN, |axis| self.machine().body().position(axis))
     }
 
     fn add_actuations(&self, actuations: &mut Vec<Actuation>) {
@@ -136,6 +135,18 @@ impl Plant for Instrumented {
             ("voltage", "V"),
             ("winding", "°C"),
         ];
+        // Where a hand presses, what it and the obstacle do.
+        const PRESSED: [(&str, &str); 9] = [
+            ("position", "m"),
+            ("velocity", "m/s"),
+            ("actuator_force", "N"),
+            ("hand_force", "N"),
+            ("wall_force", "N"),
+            ("load", "N"),
+            ("current", "A"),
+            ("voltage", "V"),
+            ("winding", "°C"),
+        ];
         // Its motors turn the joints.
         const AT_TIP: [(&str, &str); 4] =
             [("position", "m"), ("velocity", "m/s"), ("actuator_force", "N·m"), ("load", "N")];
@@ -143,20 +154,29 @@ impl Plant for Instrumented {
         let machine = self.machine();
         let known: &[_] = match machine.axis(axis).map(|axis| axis.section.unit) {
             _ if machine.state(axis).joint.is_some() => &AT_TIP,
+            Some(AxisUnit::Metre) if self.is_pressed => &PRESSED,
             Some(AxisUnit::Metre) => &LINEAR,
             _ => &ROTARY,
         };
         // Coupled axes have no motors of their own.
-        let count = if machine.state(axis).motor.is_some() { known.len() } else { 4 };
+        let has_motor = machine.state(axis).motor.is_some();
+        let count = if has_motor { known.len() } else { known.len().saturating_sub(3).max(4) };
         known.get(..count).unwrap_or_default()
     }
 
     fn look(&self, axis: usize, values: &mut [f64]) {
         let (Some(axis), machine) = (self.axis(axis), self.machine()) else { return };
         let Some(of_axis) = machine.axis(axis) else { return };
-        let AxisState { position, velocity, force, motor, .. } = machine.state(axis);
+        let state = machine.state(axis);
+        let AxisState { position, velocity, force, motor, .. } = state;
         let load = of_axis.pushed_by(machine.repetition(), self.time_s, position);
-        let known = [position, velocity, force, load].into_iter().chain(motor.into_iter().flatten());
+        let pressed = self.is_pressed.then(|| {
+            let acceleration = machine.body().acceleration(axis);
+            let hand = of_axis.hand_force(machine.repetition(), self.time_s, &state, acceleration);
+            [hand, of_axis.section.met_force(position, velocity)]
+        });
+        let known = [position, velocity, force].into_iter().chain(pressed.into_iter().flatten());
+        let known = known.chain([load]).chain(motor.into_iter().flatten());
         for (entry, value) in values.iter_mut().zip(known) {
             *entry = value;
         }

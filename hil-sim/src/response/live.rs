@@ -19,6 +19,7 @@ use dimsart_link::protocol::{
     encode_response, encode_sample, serve_content,
 };
 
+use super::press::{self, Planned};
 use super::build;
 use super::references::References;
 use crate::clock;
@@ -44,6 +45,7 @@ const IMAGE: &str = concat!("simulated, DIMSART ", env!("CARGO_PKG_VERSION"));
 #[derive(Debug)]
 pub struct LiveRig {
     file: RigFile,
+    planned: Option<Planned>,
     rig: Rig,
     references: References,
     answering: Vec<Answering>,
@@ -89,7 +91,9 @@ impl LiveRig {
     /// # Errors
     /// As [`Experiment::new`](super::Experiment::new).
     pub fn new(file: &RigFile) -> Result<(Self, Vec<(String, Pipe)>), ExperimentError> {
-        let (rig, references) = (build::rig(file)?, References::new(file)?);
+        let planned = press::planned(file)?;
+        let file = &planned.as_ref().map_or_else(|| file.clone(), |planned| planned.moved(file));
+        let (rig, references) = (build::rig(file, planned.as_ref())?, References::new(file)?);
         let (mut answering, mut lines) = (Vec::new(), Vec::new());
         for (part, station) in Part::of_all(file).iter().zip(rig.stations()) {
             let [client, here] = pair([WAIT, Duration::ZERO]);
@@ -99,7 +103,7 @@ impl LiveRig {
         }
         let (hand, holds) = channel();
         let file = file.clone();
-        Ok((Self { file, rig, references, answering, hand, holds, recorder: None }, lines))
+        Ok((Self { file, planned, rig, references, answering, hand, holds, recorder: None }, lines))
     }
 
     /// Tells `listener` every tick from the first one on: the signals that the file's `[record]` names, and all that went into
@@ -197,7 +201,7 @@ impl LiveRig {
             self.rig.time_s()
         ));
         // It was built once already.
-        let Ok(mut anew) = build::rig(&self.file) else { return };
+        let Ok(mut anew) = build::rig(&self.file, self.planned.as_ref()) else { return };
         for (station, fresh) in self.rig.stations_mut().iter_mut().zip(anew.stations_mut()) {
             std::mem::swap(&mut station.plant, &mut fresh.plant);
         }

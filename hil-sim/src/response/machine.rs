@@ -5,8 +5,10 @@ use std::collections::VecDeque;
 use super::body::{AxisState, Body};
 use crate::motion::{Motion, sum_at};
 use crate::plant::{JointMotorParameters, JointParameters, Repetition};
-use crate::rig_file::AxisSection;
+use crate::rig_file::{AxisHand, AxisSection};
 
+/// What a tick's time may be less than a multiple of the period by rounding, `s`.
+const LATE_S: f64 = 1e-9;
 /// Most ticks that a command can wait.
 pub(super) const MOST_WAITING: usize = 5;
 
@@ -31,18 +33,35 @@ pub(super) struct Axis {
     pub(super) load: Vec<Motion>,
     /// Where its hand wants to be.
     pub(super) hand: Vec<Motion>,
+    /// When its hand lets go of it, `s`: it moves along from then on, and pulls to nowhere.
+    pub(super) let_go_s: f64,
+    pub(super) has_let_go: bool,
 }
 
 impl Axis {
+    pub(super) fn new(section: AxisSection, load: Vec<Motion>, hand: Vec<Motion>, let_go_s: f64) -> Self {
+        Self { section, load, hand, let_go_s, has_let_go: false }
+    }
+
     /// By time alone: the load, and what the hand wants more than 0.
     fn outside(&self, repetition: Repetition, time_s: f64) -> f64 {
-        let at = |motions: &[Motion]| repetition.value(time_s, |time_s| sum_at(motions, time_s));
-        at(&self.load) + self.section.hand_stiffness() * at(&self.hand)
+        let at = |motions: &[Motion]| match motions {
+            [] => 0.0,
+            motions => repetition.value(time_s, |time_s| sum_at(motions, time_s)),
+        };
+        at(&self.load) + if self.has_let_go { 0.0 } else { self.section.hand_stiffness() * at(&self.hand) }
     }
 
     /// The load, and the hand's spring.
     pub(super) fn pushed_by(&self, repetition: Repetition, time_s: f64, position: f64) -> f64 {
-        self.outside(repetition, time_s) - self.section.hand_stiffness() * position
+        let held = if self.has_let_go { 0.0 } else { self.section.hand_stiffness() * position };
+        self.outside(repetition, time_s) - held
+    }
+
+    /// What the hand does to its device, its own inertia included, as a force sensor between them shows.
+    pub(super) fn hand_force(&self, repetition: Repetition, time_s: f64, state: &AxisState, acceleration: f64) -> f64 {
+        let Some(AxisHand { inertia, damping, .. }) = self.section.hand else { return 0.0 };
+        self.pushed_by(repetition, time_s, state.position) - damping * state.velocity - inertia * acceleration
     }
 }
 
@@ -86,10 +105,22 @@ impl Machine {
         self.body.holds_commands() && self.delay_ticks <= 0.0 && plant.is_none_or(is_ideal)
     }
 
+    /// Has a hand let go whose time has come.
+    fn let_go(&mut self, time_s: f64) {
+        for (place, axis) in self.axes.iter_mut().enumerate().filter(|(_, axis)| !axis.has_let_go) {
+            if time_s >= axis.let_go_s - LATE_S {
+                axis.has_let_go = true;
+                if let Some(free) = axis.section.without_hand_stiffness().joint() {
+                    self.body.hold(place, free.load.stiffness, free.load.rest_position);
+                }
+            }
+        }
+    }
+
     /// Whether an axis pushes against a wall, or an end of its travel.
     pub(super) fn is_touching(&self, axis: usize) -> bool {
         let wall = self.axis(axis).and_then(|axis| axis.section.wall.as_ref());
-        let is_at_wall = |wall: &crate::rig_file::AxisWall| wall.depth(self.body.state(axis).position) > 0.0;
+        let is_at_wall = |wall: &crate::rig_file::AxisWall| wall.depth(self.body.position(axis)) > 0.0;
         self.body.is_at_stop(axis) || wall.is_some_and(is_at_wall)
     }
 
@@ -118,6 +149,7 @@ impl Machine {
     }
 
     fn advance(&mut self, start_s: f64, period_s: f64) {
+        self.let_go(start_s);
         let whole_ticks = libm::floor(self.delay_ticks);
         #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "0 to 3")]
         let ticks = whole_ticks as usize;

@@ -158,7 +158,7 @@ impl Axes<'_> {
         if !section.moves() {
             return Ok(None);
         }
-        let mut machine = build::machine(file, section, 1)?;
+        let mut machine = build::machine(file, section, 1, None)?;
         let read = |machine: &Machine| {
             let shown = self.sensed_of(device).filter_map(|channel| {
                 let axis = self.commanded.get(channel.command)?.axis;

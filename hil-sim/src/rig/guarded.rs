@@ -89,7 +89,7 @@ mod tests {
     use crate::experiment::Experiment;
     use crate::link::Carried;
     use crate::rig::{Probe, Rig};
-    use crate::scenario::Scenario;
+    use crate::rig_file::RigFile;
 
     /// Table 1 with a key over a link of so many ticks, one way.
     fn experiment(delay_ticks: u32) -> Experiment {
@@ -100,7 +100,7 @@ mod tests {
             format!("link.forward_delay_ticks={delay_ticks}"),
             format!("link.backward_delay_ticks={delay_ticks}"),
         ];
-        Experiment::new(&Scenario::load(None, &sets).unwrap()).unwrap()
+        Experiment::new(&RigFile::of_shipped("bilateral", &sets).unwrap()).unwrap()
     }
 
     /// Steps, and holds both controllers to going on; gives the longest time without a packet of either, in ticks.

@@ -3,7 +3,32 @@
 use serde::{Deserialize, Serialize};
 
 use super::AxisSection;
-use crate::plant::{JointParameters, StopsParameters, WallSide};
+use crate::plant::{JointParameters, StopsParameters};
+
+/// What an infinite stiffness of a wall stands for, `N/m` or `N m/rad`: 1 nm of penetration per newton.
+pub const RIGID_STIFFNESS: f64 = 1e9;
+
+/// Which side of a wall is solid.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize, Serialize)]
+#[serde(rename_all = "snake_case")]
+pub enum WallSide {
+    /// Positions above its surface are inside the wall; it pushes towards smaller ones.
+    Above,
+    /// Positions below its surface are inside the wall; it pushes towards larger ones.
+    Below,
+}
+
+/// Which of its sections an axis meets.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize, Serialize)]
+#[serde(rename_all = "snake_case")]
+pub enum EnvironmentKind {
+    /// Its `wall`.
+    Wall,
+    /// Its `spring`.
+    Spring,
+    /// Neither.
+    Nothing,
+}
 
 /// `wall`: a one-sided spring-damper at the output. Units are rad and N m, or m and N.
 #[derive(Debug, Clone, PartialEq, Deserialize, Serialize)]
@@ -11,7 +36,7 @@ use crate::plant::{JointParameters, StopsParameters, WallSide};
 pub struct AxisWall {
     /// Its surface.
     pub position: f64,
-    /// Of its spring, > 0.
+    /// Of its spring, > 0; `inf` for a [rigid](RIGID_STIFFNESS) one.
     pub stiffness: f64,
     /// Acts while the axis is inside.
     #[serde(default)]
@@ -76,9 +101,23 @@ impl AxisSection {
                 WallSide::Below => (wall.position, f64::INFINITY),
             };
             joint.stops =
-                Some(StopsParameters { min, max, stiffness: wall.stiffness, damping: wall.damping });
+                Some(StopsParameters { min, max, stiffness: wall.stiffness(), damping: wall.damping });
         }
         Some(joint)
+    }
+
+    /// Leaves what it meets of its sections.
+    pub(super) fn choose_environment(&mut self) {
+        let Some(kind) = self.environment else { return };
+        self.wall = self.wall.take().filter(|_| kind == EnvironmentKind::Wall);
+        self.spring = self.spring.take().filter(|_| kind == EnvironmentKind::Spring);
+    }
+
+    /// What wall and spring exert on it.
+    #[must_use]
+    pub fn met_force(&self, position: f64, velocity: f64) -> f64 {
+        self.spring.as_ref().map_or(0.0, |spring| spring.force(position, velocity))
+            + self.wall.as_ref().map_or(0.0, |wall| wall.force(position, velocity))
     }
 
     /// What hand, spring and wall exert on the axis, without the hand's inertia; the spring of the hand pulls to 0.
@@ -87,6 +126,13 @@ impl AxisSection {
         let springs: f64 = self.springs().map(|spring| spring.force(position, velocity)).sum();
         let hand = self.hand.as_ref().map_or(0.0, |hand| -hand.damping * velocity);
         springs + hand + self.wall.as_ref().map_or(0.0, |wall| wall.force(position, velocity))
+    }
+
+    /// With a hand that moves along and pulls to nowhere.
+    #[must_use]
+    pub fn without_hand_stiffness(&self) -> Self {
+        let hand = self.hand.clone().map(|hand| AxisHand { stiffness: 0.0, ..hand });
+        Self { hand, ..self.clone() }
     }
 
     /// Of the hand's spring, `N m/rad` or `N/m`; 0 without one.
@@ -123,6 +169,12 @@ impl AxisSpring {
 }
 
 impl AxisWall {
+    /// Of its spring.
+    #[must_use]
+    pub fn stiffness(&self) -> f64 {
+        self.stiffness.min(RIGID_STIFFNESS)
+    }
+
     /// How deep a position is inside, >= 0.
     #[must_use]
     pub fn depth(&self, position: f64) -> f64 {
@@ -143,7 +195,7 @@ impl AxisWall {
             WallSide::Above => -1.0,
             WallSide::Below => 1.0,
         };
-        outward * (self.stiffness * depth - self.damping * outward * velocity).max(0.0)
+        outward * (self.stiffness() * depth - self.damping * outward * velocity).max(0.0)
     }
 }
 

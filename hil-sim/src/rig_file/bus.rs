@@ -1,44 +1,45 @@
 //! `[[bus]]`: what links go over, and take time on.
 
-use serde::de::{DeserializeOwned, Error};
-use serde::{Deserialize, Deserializer, Serialize};
-use toml::{Table, Value};
+use serde::{Deserialize, Serialize};
 
-use crate::scenario::{CanSection, SHIPPED, UartSection, UdpSection};
+use super::{CanSection, UartSection, UdpSection};
 
-/// `[[bus]]`, of exactly one kind. What a kind leaves out is as in the shipped scenario; so are its keys.
+/// `[[bus]]`, of exactly one kind.
 #[derive(Debug, Clone, PartialEq, Deserialize, Serialize)]
 #[serde(deny_unknown_fields)]
 pub struct BusSection {
     /// What it is called.
     pub name: String,
+    /// One that takes no time.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub ideal: Option<IdealSection>,
     /// A UART for each link.
-    #[serde(default, deserialize_with = "uart", skip_serializing_if = "Option::is_none")]
+    #[serde(skip_serializing_if = "Option::is_none")]
     pub uart: Option<UartSection>,
     /// A CAN bus that all links share, with frames of at most 8 bytes.
-    #[serde(default, deserialize_with = "can", skip_serializing_if = "Option::is_none")]
+    #[serde(skip_serializing_if = "Option::is_none")]
     pub can: Option<CanSection>,
     /// A CAN bus that all links share, with CAN FD frames.
-    #[serde(default, deserialize_with = "can", skip_serializing_if = "Option::is_none")]
+    #[serde(skip_serializing_if = "Option::is_none")]
     pub can_fd: Option<CanSection>,
     /// A network path for each link: forward to a controller further down in the file, else backward.
-    #[serde(default, deserialize_with = "udp", skip_serializing_if = "Option::is_none")]
+    #[serde(skip_serializing_if = "Option::is_none")]
     pub udp: Option<UdpSection>,
 }
+
+/// `ideal`: nothing to set.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Deserialize, Serialize)]
+#[serde(deny_unknown_fields)]
+pub struct IdealSection {}
 
 impl BusSection {
     /// What is wrong with it.
     pub(super) fn problems(&self) -> Vec<String> {
-        let Self { name, uart, can, can_fd, udp } = self;
+        let Self { name, ideal, uart, can, can_fd, udp } = self;
         let mut problems = Vec::new();
-        let kinds = [uart.is_some(), can.is_some(), can_fd.is_some(), udp.is_some()];
+        let kinds = [ideal.is_some(), uart.is_some(), can.is_some(), can_fd.is_some(), udp.is_some()];
         if kinds.into_iter().filter(|is_it| *is_it).count() != 1 {
-            problems.push(format!("bus '{name}': give it one of uart, can, can_fd, udp"));
-        }
-        for can in can.iter().chain(can_fd).filter(|can| can.other_nodes > 0) {
-            let count = can.other_nodes;
-            problems
-                .push(format!("bus '{name}': other_nodes is {count}: give it 0, and links of those nodes"));
+            problems.push(format!("bus '{name}': give it one of uart, can, can_fd, udp, ideal"));
         }
         let cans = can
             .iter()
@@ -69,28 +70,4 @@ impl BusSection {
         }
         problems
     }
-}
-
-/// A section with what it leaves out as a scenario ships it.
-fn over_shipped<'de, D: Deserializer<'de>, S: DeserializeOwned>(
-    key: &str,
-    deserializer: D,
-) -> Result<Option<S>, D::Error> {
-    let given = Table::deserialize(deserializer)?;
-    let shipped: Table = toml::from_str(SHIPPED).map_err(D::Error::custom)?;
-    let mut whole = shipped.get(key).and_then(Value::as_table).cloned().unwrap_or_default();
-    whole.extend(given);
-    whole.try_into().map(Some).map_err(|error: toml::de::Error| D::Error::custom(error.message()))
-}
-
-fn uart<'de, D: Deserializer<'de>>(deserializer: D) -> Result<Option<UartSection>, D::Error> {
-    over_shipped("uart", deserializer)
-}
-
-fn can<'de, D: Deserializer<'de>>(deserializer: D) -> Result<Option<CanSection>, D::Error> {
-    over_shipped("can", deserializer)
-}
-
-fn udp<'de, D: Deserializer<'de>>(deserializer: D) -> Result<Option<UdpSection>, D::Error> {
-    over_shipped("udp", deserializer)
 }

@@ -4,8 +4,9 @@ use dimsart_core::{DataType, Format, Shape, limits, types};
 
 use super::{
     ActuatorSection, AxisSection, AxisUnit, BusSection, DeviceSection, HAND, LOAD, LinkSection, MoveSection,
-    RigFile, TypeSection,
+    PressSection, RigFile, TypeSection, WatchSection,
 };
+use super::set::Setting;
 use crate::link::InProcessParameters;
 use crate::plant::{JointParameters, ParameterError};
 use crate::schemes::suggestion;
@@ -53,9 +54,12 @@ fn no_name(name: &str) -> String {
 impl RigFile {
     pub(super) fn problems(&self) -> Vec<String> {
         let mut problems = Vec::new();
-        if !(self.duration_s.is_finite() && self.duration_s > 0.0) {
+        if self.duration_s.is_infinite() && self.experiment.press.is_none() {
+            problems.push("`duration_s` is missing: give it a number > 0, in s".to_owned());
+        } else if self.duration_s.is_nan() || self.duration_s <= 0.0 {
             problems.push(format!("duration_s is {}: give it a number > 0", self.duration_s));
         }
+        self.check_press(&mut problems);
         if !(1e-5..=0.1).contains(&self.sample_period_s) {
             problems.push(format!("sample_period_s is {}: give it 0.00001 to 0.1", self.sample_period_s));
         }
@@ -98,6 +102,36 @@ impl RigFile {
         problems
     }
 
+    fn check_press(&self, problems: &mut Vec<String>) {
+        let Some(PressSection { device, path, force }) = &self.experiment.press else { return };
+        let at = "experiment.press";
+        if self.has_device(at, device, problems) {
+            let is_held = |device: &DeviceSection| device.axes.iter().all(|axis| axis.hand.is_some());
+            if !self.device(device).is_some_and(is_held) {
+                problems.push(format!("{at}: give every axis of '{device}' a hand"));
+            }
+            if self.pressed().is_none() {
+                problems.push(format!("{at}: '{device}' has no link: give it one to the device that it presses with"));
+            }
+        }
+        if !(path.is_finite() && force.iter().all(|force| force.is_finite())) {
+            problems.push(format!("{at}: give path and force finite numbers"));
+        }
+    }
+
+    /// Forces of the press that were set for axes which are not there.
+    pub(super) fn surplus_forces(&self, settings: &[Setting]) -> Option<String> {
+        let PressSection { device, force, .. } = self.experiment.press.as_ref()?;
+        let axes = self.device(device)?.axes.len();
+        let is_it = |key: &String| key == "experiment.press.force";
+        let sets_it = |setting: &&Setting| {
+            is_it(&setting.key) || self.parameter(&setting.key).is_some_and(|found| found.keys.iter().any(is_it))
+        };
+        let set = settings.iter().find(sets_it).filter(|_| force.len() > axes)?;
+        let (name, count) = (&set.key, force.len());
+        Some(format!("{name} has {count} values and there are {axes} axes: give it one for each axis, or raise dof"))
+    }
+
     fn names(&self) -> Vec<String> {
         self.devices.iter().map(|device| device.name.clone()).collect()
     }
@@ -131,6 +165,13 @@ impl RigFile {
             problems.push(format!(
                 "device '{name}': delay_ticks is {delay_ticks}: give it 0 to {MOST_DELAY_TICKS}"
             ));
+        }
+        if let Some(WatchSection { position, force, wave }) = &device.watch {
+            for (key, limit) in [("position", position), ("force", force), ("wave", wave)] {
+                if limit.is_nan() || *limit <= 0.0 {
+                    problems.push(format!("device '{name}': watch.{key} is {limit}: give it a number > 0"));
+                }
+            }
         }
         for (key, limit) in [("position_limit", position_limit), ("force_limit", force_limit)] {
             if !(limit.is_finite() && *limit > 0.0) {

@@ -1,12 +1,13 @@
 //! `[[controller]]`, and `[[link]]` between two of them.
 
 use std::collections::BTreeMap;
+use std::path::PathBuf;
 
 use serde::{Deserialize, Serialize};
 use toml::Value;
 
 use super::DeviceSection;
-use crate::link::InProcessParameters;
+use crate::link::{Address, InProcessParameters};
 use crate::schemes::Setting;
 
 /// `[[controller]]`.
@@ -89,6 +90,13 @@ pub struct LinkSection {
     /// The bus that it goes over; left out, it takes no time but what `carrier` says.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub bus: Option<String>,
+    /// File with a key that both ends authenticate packets with, of two controllers with one link each way.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub key_file: Option<PathBuf>,
+    /// Where its receiver is, when that is a process of its own: `IP:PORT`, `serial:PATH[@BAUD]`, `can:INTERFACE` or
+    /// `canfd:INTERFACE`.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub address: Option<Address>,
     /// What happens to packets, behind the bus.
     #[serde(default)]
     pub carrier: InProcessParameters,

@@ -2,10 +2,10 @@
 
 use std::collections::BTreeMap;
 
-use dimsart_core::AxisKind;
+use dimsart_core::{AxisKind, limits};
 use serde::{Deserialize, Serialize};
 
-use super::{AxisHand, AxisSpring, AxisWall};
+use super::{AxisHand, AxisSpring, AxisWall, EnvironmentKind};
 use crate::observer::watch::Ranges;
 use crate::plant::{
     ArmParameters, Cia402Parameters, JointParameters, LinkKind, MoteusParameters, PhantomParameters,
@@ -38,6 +38,9 @@ pub struct DeviceSection {
     /// Force, `N` or `N m`, beyond which a run is broken off, either way.
     #[serde(default = "force_limit")]
     pub force_limit: f64,
+    /// Ranges beyond which a run is not stable, in place of both limits: those are what the safety stage lets through.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub watch: Option<WatchSection>,
     /// Its axes, 1 to 8; those of coupled ones need no entry.
     #[serde(rename = "axis", default)]
     pub axes: Vec<AxisSection>,
@@ -56,9 +59,12 @@ pub struct DeviceSection {
 }
 
 /// `[[device.axis]]`.
-#[derive(Debug, Clone, PartialEq, Default, Deserialize, Serialize)]
+#[derive(Debug, Clone, PartialEq, Deserialize, Serialize)]
 #[serde(deny_unknown_fields)]
 pub struct AxisSection {
+    /// How many equal axes it stands for.
+    #[serde(default = "one", skip_serializing_if = "is_one")]
+    pub count: usize,
     /// Whether it turns or slides.
     #[serde(default)]
     pub unit: AxisUnit,
@@ -71,6 +77,9 @@ pub struct AxisSection {
     /// What its controller's safety stage lets through, as a board declares it.
     #[serde(default, skip_serializing_if = "ActuatorSection::is_unlimited")]
     pub actuator: ActuatorSection,
+    /// Which of its sections `wall` and `spring` it meets; left out, both.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub environment: Option<EnvironmentKind>,
     /// What it meets on one side; a stop of the `plant` by another name.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub wall: Option<AxisWall>,
@@ -80,6 +89,35 @@ pub struct AxisSection {
     /// Who holds it.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub hand: Option<AxisHand>,
+}
+
+/// `[device.watch]`: ranges of its signals, symmetric around 0.
+#[derive(Debug, Clone, Copy, PartialEq, Deserialize, Serialize)]
+#[serde(deny_unknown_fields)]
+pub struct WatchSection {
+    /// Of positions, `m` or `rad`.
+    pub position: f64,
+    /// Of forces, `N` or `N m`.
+    pub force: f64,
+    /// Of waves, `sqrt(W)`.
+    #[serde(default = "wave_limit")]
+    pub wave: f64,
+}
+
+impl Default for AxisSection {
+    fn default() -> Self {
+        Self {
+            count: 1,
+            unit: AxisUnit::default(),
+            plant: None,
+            sensor: BTreeMap::new(),
+            actuator: ActuatorSection::default(),
+            environment: None,
+            wall: None,
+            spring: None,
+            hand: None,
+        }
+    }
 }
 
 /// `actuator`: range and rate of an axis' force.
@@ -149,8 +187,14 @@ impl DeviceSection {
         self.arm.as_ref().map(|arm| arm.link.len()).or(self.phantom.as_ref().map(|_| PHANTOM_AXES))
     }
 
-    /// Gives every coupled axis an entry, and its unit.
+    /// Gives every axis an entry with what it meets, and coupled ones their unit.
     pub(super) fn complete(&mut self) {
+        let equal = |axis: AxisSection| {
+            let most = axis.count.min(limits::MAX_DOF + 1);
+            core::iter::repeat_n(AxisSection { count: 1, ..axis }, most)
+        };
+        self.axes = core::mem::take(&mut self.axes).into_iter().flat_map(equal).collect();
+        self.axes.iter_mut().for_each(AxisSection::choose_environment);
         let Some(count) = self.coupled_axes() else { return };
         if self.axes.len() < count {
             self.axes.resize(count, AxisSection::default());
@@ -208,7 +252,7 @@ impl DeviceSection {
             section.plant = section.plant.as_ref().map(JointParameters::linear);
             let wall = section.wall.take();
             if let Some(wall) = wall.filter(|_| in_contact) {
-                section.attach(wall.stiffness, self.start_position(axis), wall.damping);
+                section.attach(wall.stiffness(), self.start_position(axis), wall.damping);
             }
         }
         linear
@@ -238,6 +282,9 @@ impl DeviceSection {
     /// What a run of it is broken off by.
     #[must_use]
     pub fn ranges(&self) -> Ranges {
+        if let Some(WatchSection { position, force, wave }) = self.watch {
+            return Ranges { position, force, max_force: [force; limits::MAX_DOF], wave };
+        }
         let max_force = core::array::from_fn(|axis| self.max_force(axis));
         Ranges { position: self.position_limit, force: self.force_limit, max_force, wave: WAVE_LIMIT }
     }
@@ -247,6 +294,19 @@ impl DeviceSection {
 const PHANTOM_AXES: usize = 3;
 /// Beyond which a run is broken off, `sqrt(W)`.
 const WAVE_LIMIT: f64 = 1e4;
+
+fn wave_limit() -> f64 {
+    WAVE_LIMIT
+}
+
+const fn one() -> usize {
+    1
+}
+
+#[expect(clippy::trivially_copy_pass_by_ref, reason = "as serde has it")]
+const fn is_one(count: &usize) -> bool {
+    *count == 1
+}
 
 fn position_limit() -> f64 {
     1e3

@@ -29,15 +29,15 @@ pub enum RigFileError {
         /// What is wrong, with line and column.
         message: String,
     },
-    /// An argument of `--set`.
-    #[error("--set {argument}: {reason}")]
+    /// One setting: of the command line, or of a file of settings.
+    #[error("{at}: {reason}")]
     Set {
-        /// The argument.
-        argument: String,
+        /// `--set` and its argument, or file, line and column.
+        at: String,
         /// What is wrong with it.
         reason: String,
     },
-    /// Several arguments of `--set`.
+    /// Several settings.
     #[error("{}", .0.iter().map(ToString::to_string).collect::<Vec<_>>().join("\n"))]
     Sets(Vec<RigFileError>),
     /// It has keys that do not exist, are missing or do not take their values, or does not go together.
@@ -57,12 +57,16 @@ impl RigFileError {
     #[must_use]
     pub fn is_usage(&self) -> bool {
         match self {
-            Self::Set { .. } | Self::Sets(_) => true,
+            Self::Set { at, .. } => at.starts_with(SET),
+            Self::Sets(errors) => errors.iter().all(Self::is_usage),
             Self::Wrong { sets, .. } => !sets.is_empty(),
             Self::Unreadable { .. } | Self::NotShipped { .. } | Self::NotOne { .. } => false,
         }
     }
 }
+
+/// How a setting of the command line begins in messages.
+pub(super) const SET: &str = "--set ";
 
 fn with(sets: &[String]) -> String {
     sets.iter().map(|argument| format!(" with --set {argument}")).collect()

@@ -16,9 +16,25 @@ pub struct ExperimentSection {
     /// Whether the poles, margins and bandwidth of every loop are computed before the run.
     #[serde(default = "yes")]
     pub margins: bool,
+    /// A hand that guides, pushes and lets go, at times that follow from the schemes.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub press: Option<PressSection>,
     /// What moves, all of it at once: moves on the same signal add up.
     #[serde(rename = "move", default)]
     pub moves: Vec<MoveSection>,
+}
+
+/// `[experiment.press]`: the hand of a device guides it along a free path, presses what the device at the other end of its
+/// links meets, until the contact has settled, and lets go.
+#[derive(Debug, Clone, PartialEq, Deserialize, Serialize)]
+#[serde(deny_unknown_fields)]
+pub struct PressSection {
+    /// The device with the hand.
+    pub device: String,
+    /// The free path goes to + this, to - this and back to 0, `m` or `rad`.
+    pub path: f64,
+    /// Constant push per axis, `N` or `N m`; missing entries are 0, and those beyond the axes are not used.
+    pub force: Vec<f64>,
 }
 
 /// `[[experiment.move]]`: on one signal of one axis, in exactly one form. Sizes are in the unit of the signal.

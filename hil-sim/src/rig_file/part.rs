@@ -32,9 +32,28 @@ impl<'f> Part<'f> {
         self.controller.name()
     }
 
+    /// Number of the link that it sends over first.
+    #[must_use]
+    pub fn link_out(&self, file: &RigFile) -> usize {
+        file.links.iter().find(|link| link.from == self.name()).map_or(0, |link| link.from_link.into())
+    }
+
     /// Its axes in the file, by their place in the device.
     pub fn sections(&self) -> impl Iterator<Item = (usize, &'f AxisSection)> {
         self.axes.iter().filter_map(|axis| Some((*axis, self.device.axes.get(*axis)?)))
+    }
+}
+
+impl RigFile {
+    /// The controllers of the hand and of what it presses with, of an experiment that presses.
+    #[must_use]
+    pub fn pressed(&self) -> Option<[Part<'_>; 2]> {
+        let press = self.experiment.press.as_ref()?;
+        let parts = Part::of_all(self);
+        let hand = parts.iter().find(|part| part.device.name == press.device)?;
+        let link = self.links.iter().find(|link| link.from == hand.name())?;
+        let other = parts.iter().find(|part| part.name() == link.to)?;
+        Some([hand.clone(), other.clone()])
     }
 }
 

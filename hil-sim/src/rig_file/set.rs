@@ -2,34 +2,74 @@
 
 use toml::{Table, Value};
 
+use super::error::SET;
 use super::{ParameterSection, RigFile, RigFileError, read};
 
-/// Letters in which a name is mistyped at most.
-const MAX_TYPOS: usize = 3;
+/// Below it, of 2, two names are alike by chance.
+const MIN_LIKENESS: f64 = 1.2;
 
-/// The rig of `text`, `file`, with each of `sets` over it, or all that is wrong with them.
-pub(super) fn apply_all(text: &str, mut file: RigFile, sets: &[String]) -> Result<RigFile, RigFileError> {
+/// One setting, and where it was written.
+#[derive(Debug, Clone, PartialEq)]
+pub(super) struct Setting {
+    /// `--set` and its argument, or file, line and column.
+    pub(super) at: String,
+    pub(super) key: String,
+    /// As TOML, or a bare word that is a text.
+    pub(super) value: String,
+}
+
+impl Setting {
+    /// Those of an argument of `--set`: one, or those of a table.
+    pub(super) fn of_argument(argument: &str) -> Result<Vec<Self>, RigFileError> {
+        let at = format!("{SET}{argument}");
+        let refuse = |at| RigFileError::Set { at, reason: "write it as key=value, for instance --set seed=2".to_owned() };
+        let Some((key, value)) = argument.split_once('=') else { return Err(refuse(at)) };
+        let (key, value) = (key.trim(), value.trim());
+        let is_broken = value.starts_with(['[', '{', '"', '\'']) && value.parse::<Value>().is_err();
+        if value.is_empty() || is_broken || key.split('.').any(|part| part.trim().is_empty()) {
+            return Err(refuse(at));
+        }
+        let key: Vec<&str> = key.split('.').map(str::trim).collect();
+        Ok(Self { at, key: key.join("."), value: value.to_owned() }.flattened())
+    }
+
+    /// Those of the entries of a table, if its value is one with entries.
+    fn flattened(self) -> Vec<Self> {
+        match self.value.parse::<Value>() {
+            Ok(Value::Table(entries)) if !entries.is_empty() => {
+                let of_entry = |(key, value): (String, Value)| {
+                    let key = format!("{}.{key}", self.key);
+                    Self { at: self.at.clone(), key, value: value.to_string() }.flattened()
+                };
+                entries.into_iter().flat_map(of_entry).collect()
+            }
+            _ => vec![self],
+        }
+    }
+}
+
+/// The rig of `text`, `file`, with each of `settings` over it, or all that is wrong with them.
+pub(super) fn apply_all(text: &str, mut file: RigFile, settings: &[Setting]) -> Result<RigFile, RigFileError> {
     // It was read once already.
     let mut table: Table = toml::from_str(text).unwrap_or_default();
     let (mut errors, mut unfinished) = (Vec::new(), None);
     let parameters = file.parameters.clone();
-    for argument in sets {
-        let refused = |error: toml::de::Error| {
-            let way = argument.split('=').next().unwrap_or_default().trim();
-            let reason = elsewhere(&table, way, error.message())
-                .unwrap_or_else(|| read::in_words(way, error.message()));
-            RigFileError::Set { argument: argument.clone(), reason }
+    for Setting { at, key, value } in settings {
+        let refused = |reason: String| RigFileError::Set { at: at.clone(), reason };
+        let wrong = |error: &toml::de::Error| {
+            elsewhere(&table, key, error.message()).unwrap_or_else(|| read::in_words(key, error.message()))
         };
-        let or_mistyped = |error| mistyped_parameter(&parameters, argument).unwrap_or(error);
-        let mut with = table.clone();
-        let applied = by_parameter(&parameters, argument)
-            .and_then(|settings| settings.iter().try_for_each(|setting| apply(&mut with, setting)));
-        match applied.map(|()| toml::from_str(&with.to_string())) {
-            Ok(Ok(found)) => (table, file, unfinished) = (with, found, None),
-            // What goes with it can come with the next argument.
-            Ok(Err(error)) if read::is_missing(&error) => (table, unfinished) = (with, Some(refused(error))),
-            Ok(Err(error)) => errors.push(or_mistyped(refused(error))),
-            Err(error) => errors.push(or_mistyped(error)),
+        let or_mistyped = |reason: String| refused(mistyped_parameter(&parameters, key).unwrap_or(reason));
+        let with = with_setting(&table, &parameters, key, value);
+        match with.map(|with| (toml::from_str(&with.to_string()), with)) {
+            Ok((Ok(found), with)) => (table, file, unfinished) = (with, found, None),
+            // What goes with it can come with the next one.
+            Ok((Err(error), with)) if read::is_missing(&error) => {
+                let reason = wrong(&error);
+                (table, unfinished) = (with, Some(refused(reason)));
+            }
+            Ok((Err(error), _)) => errors.push(or_mistyped(wrong(&error))),
+            Err(reason) => errors.push(or_mistyped(reason)),
         }
     }
     errors.extend(unfinished);
@@ -40,21 +80,52 @@ pub(super) fn apply_all(text: &str, mut file: RigFile, sets: &[String]) -> Resul
     }
 }
 
-/// The arguments that set the keys of a parameter, or the argument itself.
-fn by_parameter(parameters: &[ParameterSection], argument: &str) -> Result<Vec<String>, RigFileError> {
-    let itself = || Ok(vec![argument.to_owned()]);
-    let Some((name, value)) = argument.split_once('=') else { return itself() };
-    let Some(parameter) = parameters.iter().find(|found| found.name == name.trim()) else { return itself() };
-    parameter.settings(value).map_err(|reason| RigFileError::Set { argument: argument.to_owned(), reason })
+/// A table with a key, or the keys of a parameter, set.
+fn with_setting(
+    table: &Table,
+    parameters: &[ParameterSection],
+    key: &str,
+    value: &str,
+) -> Result<Table, String> {
+    let Some(parameter) = parameters.iter().find(|found| found.name == key) else {
+        let mut with = table.clone();
+        apply(&mut with, key, value)?;
+        return Ok(with);
+    };
+    let settings = parameter.settings(value)?;
+    let mut with = with_also(table, parameters, parameter);
+    settings.iter().try_for_each(|(key, value)| apply(&mut with, key, value))?;
+    Ok(with)
 }
 
-/// What to say of an argument that was refused, if it is nearly the name of a parameter.
-fn mistyped_parameter(parameters: &[ParameterSection], argument: &str) -> Option<RigFileError> {
-    let way = argument.split('=').next().unwrap_or_default().trim();
-    let typos = |parameter: &&ParameterSection| strsim::damerau_levenshtein(way, &parameter.name);
-    let near = parameters.iter().min_by_key(typos).filter(|near| (1..=MAX_TYPOS).contains(&typos(near)))?;
-    let reason = format!("there is no key `{way}`; did you mean `{}`?", near.name);
-    Some(RigFileError::Set { argument: argument.to_owned(), reason })
+/// A table with the keys of `also` that it leaves out.
+pub(super) fn with_also(table: &Table, parameters: &[ParameterSection], parameter: &ParameterSection) -> Table {
+    let mut with = table.clone();
+    let other = parameters.iter().find(|other| parameter.with.as_ref() == Some(&other.name));
+    for (key, value) in parameter.also.iter().chain(other.into_iter().flat_map(|other| &other.also)) {
+        if value_at(&with, key).is_none() {
+            // A key that does not exist is found out when the file is read.
+            let _ = apply(&mut with, key, &value.to_string());
+        }
+    }
+    with
+}
+
+/// What to say of a key that was refused, if it is nearly the name of a parameter, or its last part is.
+fn mistyped_parameter(parameters: &[ParameterSection], key: &str) -> Option<String> {
+    let known: Vec<&str> = parameters.iter().map(|parameter| parameter.name.as_str()).collect();
+    if known.contains(&key) {
+        return None;
+    }
+    let below: Vec<&str> = known.iter().filter_map(|name| name.strip_prefix(key)?.strip_prefix('.')).collect();
+    if !below.is_empty() {
+        return Some(format!("`{key}` is no value: it is a section with the keys {}", below.join(", ")));
+    }
+    let last = |name: &str| name.rsplit('.').next().unwrap_or_default().to_owned();
+    let like = |a: &str, b: &str| strsim::jaro_winkler(a, b) + strsim::normalized_damerau_levenshtein(a, b);
+    let likeness = |name: &&&str| like(key, name).max(0.9 * like(&last(key), &last(name)));
+    let best = known.iter().max_by(|a, b| likeness(a).total_cmp(&likeness(b)))?;
+    (likeness(&best) >= MIN_LIKENESS).then(|| format!("there is no key `{key}`; did you mean `{best}`?"))
 }
 
 /// The value of a key.
@@ -77,11 +148,7 @@ pub(super) fn value_at<'t>(table: &'t Table, key: &str) -> Option<&'t Value> {
 /// Whether a key that the file leaves out takes a value, or why not.
 pub(super) fn can_be_set(table: &Table, key: &str, value: &str) -> Result<(), String> {
     let mut with = table.clone();
-    match apply(&mut with, &format!("{key}={value}")) {
-        Err(RigFileError::Set { reason, .. }) => return Err(reason),
-        Err(error) => return Err(error.to_string()),
-        Ok(()) => {}
-    }
+    apply(&mut with, key, value)?;
     match toml::from_str::<RigFile>(&with.to_string()) {
         Ok(_) => Ok(()),
         Err(error) => {
@@ -91,18 +158,11 @@ pub(super) fn can_be_set(table: &Table, key: &str, value: &str) -> Result<(), St
     }
 }
 
-/// Puts `argument` (`device.joint.axis.0.plant.load.inertia=0.02`) over a file. In a list, an entry goes by its number
+/// Puts a value (`device.joint.axis.0.plant.load.inertia`, `0.02`) over a file. In a list, an entry goes by its number
 /// from 0, or by its `name` or `device`.
-fn apply(table: &mut Table, argument: &str) -> Result<(), RigFileError> {
-    let refuse = |reason: String| RigFileError::Set { argument: argument.to_owned(), reason };
-    let (key, text) = argument
-        .split_once('=')
-        .ok_or_else(|| refuse("write it KEY=VALUE, such as duration_s=2.0".to_owned()))?;
+fn apply(table: &mut Table, key: &str, text: &str) -> Result<(), String> {
     let parts: Vec<&str> = key.split('.').map(str::trim).collect();
-    let (last, parents) = parts
-        .split_last()
-        .filter(|(last, _)| !last.is_empty())
-        .ok_or_else(|| refuse("a key is missing before the `=`".to_owned()))?;
+    let Some((last, parents)) = parts.split_last() else { return Ok(()) };
     let mut here = table;
     let mut way = parents.iter();
     while let Some(part) = way.next() {
@@ -116,13 +176,10 @@ fn apply(table: &mut Table, argument: &str) -> Result<(), RigFileError> {
                 let found =
                     place.and_then(|place: usize| entries.get_mut(place)).and_then(Value::as_table_mut);
                 found.ok_or_else(|| {
-                    refuse(format!(
-                        "`{part}` is a list: say which one, by number or name: {}",
-                        names.join(", ")
-                    ))
+                    format!("`{part}` is a list: say which one, by number or name: {}", names.join(", "))
                 })?
             }
-            _ => return Err(refuse(format!("`{part}` is a value, and has no keys"))),
+            _ => return Err(format!("`{part}` is a value, and has no keys")),
         };
     }
     let text = text.trim();

@@ -15,12 +15,12 @@ pub(crate) use controller::{CLIENT, Controller, LIMITS, SENSOR_LIMITS};
 pub(crate) use fault::{Fault, Line, Shows, Writes, Wrong};
 
 use end::End;
-use hil_sim::bilateral::{Side, device};
+use hil_sim::schemes::device;
 use hil_sim::bus::Random;
 use hil_sim::experiment::{Experiment, ExperimentError};
 use hil_sim::link::Link;
-use hil_sim::plant::{AxisWise, Plant};
-use hil_sim::scenario::Scenario;
+use hil_sim::plant::{Joints, Plant};
+use hil_sim::rig_file::RigFile;
 use hil_sim::schemes::{SchemeFileError, SchemeText};
 
 /// Why there is no pair, or it does not move.
@@ -80,13 +80,13 @@ impl Pair {
     /// [`PairError`], where the parts do not fit.
     pub(crate) fn new(parts: Parts<'_>) -> Result<Self, PairError> {
         let Parts { dof, sample_period_s, scheme, plants, delay_ticks, spare_cycles, seed } = parts;
-        let end = |side: Side, plant, delay_ticks| {
-            let device = device(side.name(), dof, sample_period_s)?;
+        let end = |side: &'static str, plant, delay_ticks| {
+            let device = device(side, dof, sample_period_s)?;
             let controller = Controller::new(device, scheme, side, spare_cycles)?;
             Ok::<_, PairError>(End::new(controller, plant, delay_ticks, dof))
         };
         let ([master, slave], [to_master, to_slave]) = (plants, delay_ticks);
-        let ends = [end(Side::Master, master, to_master)?, end(Side::Slave, slave, to_slave)?];
+        let ends = [end("master", master, to_master)?, end("slave", slave, to_slave)?];
         Ok(Self { ends, period_s: sample_period_s, tick: 0, random: Random::new(seed) })
     }
 
@@ -95,25 +95,25 @@ impl Pair {
     /// # Errors
     /// [`PairError`], where the shipped experiment cannot be made.
     pub(crate) fn shipped(spare_cycles: u32, seed: u64) -> Result<(Self, u32), PairError> {
-        let scenario = Scenario::default();
-        let mut experiment = Experiment::new(&scenario)?;
+        let file = RigFile::of_shipped("bilateral", &[]).unwrap();
+        let mut experiment = Experiment::new(&file)?;
         let end_s = experiment.duration_s();
         let mut plants = experiment.rig_mut().stations_mut().iter_mut().map(|station| {
-            let none: Box<dyn Plant> = Box::new(AxisWise::new(Vec::new()));
+            let none: Box<dyn Plant> = Box::<Joints>::default();
             std::mem::replace(&mut station.plant, none)
         });
-        let plants = [(); 2].map(|()| plants.next().unwrap_or_else(|| Box::new(AxisWise::new(Vec::new()))));
+        let plants = [(); 2].map(|()| plants.next().unwrap_or_else(|| Box::<Joints>::default()));
         let pair = Self::new(Parts {
-            dof: scenario.dof,
-            sample_period_s: scenario.sample_period_s,
-            scheme: &SchemeText::read(&scenario.master.scheme)?.text,
+            dof: file.devices[0].axes.len(),
+            sample_period_s: file.sample_period_s,
+            scheme: &SchemeText::read(&file.controllers[0].scheme)?.text,
             plants,
-            delay_ticks: [scenario.link.backward_delay_ticks, scenario.link.forward_delay_ticks],
+            delay_ticks: [1, 0].map(|link: usize| file.links[link].carrier.delay_ticks),
             spare_cycles,
             seed,
         })?;
         #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "a few thousand ticks")]
-        let end_tick = (end_s / scenario.sample_period_s) as u32;
+        let end_tick = (end_s / file.sample_period_s) as u32;
         Ok((pair, end_tick))
     }
 

@@ -9,7 +9,6 @@ use super::super::UsageError;
 use super::super::line::{Device, LineOptions, is_port};
 use crate::config::{Configuration, first_side};
 use crate::connect::ANY_SIDE;
-use hil_sim::bilateral::Side;
 use hil_sim::rig::SimulatedDimsart;
 use hil_sim::schemes::SchemeText;
 
@@ -28,7 +27,7 @@ impl Source {
         Ok(Self::File(SchemeText::read(name)?))
     }
 
-    pub(super) fn read(&mut self, side: Option<Side>) -> Result<Configuration, Box<dyn Error>> {
+    pub(super) fn read(&mut self, side: Option<&'static str>) -> Result<Configuration, Box<dyn Error>> {
         match self {
             Self::Device(device) => {
                 let (rows, _) = device.configuration_text()?;
@@ -40,9 +39,9 @@ impl Source {
 }
 
 /// The side whose rows are meant; rows that are for one side alone need one.
-pub(super) fn side_of(scheme: &SchemeText, side: Option<Side>) -> Result<&'static str, UsageError> {
+pub(super) fn side_of(scheme: &SchemeText, side: Option<&'static str>) -> Result<&'static str, UsageError> {
     match (side, first_side(&scheme.text)) {
-        (Some(side), _) => Ok(side.name()),
+        (Some(side), _) => Ok(side),
         (None, None) => Ok(ANY_SIDE),
         (None, Some((line, word))) => Err(UsageError(format!(
             "{}:{line}: this row is for {word}, not for all: say with --side whose rows are meant",

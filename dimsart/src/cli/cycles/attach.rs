@@ -232,7 +232,7 @@ mod tests {
         Figures {
             unit: "cycles",
             image: "image".into(),
-            side: "master",
+            side: "master".to_owned(),
             scheme: "scheme".into(),
             dof: 1,
             ticks: 10,

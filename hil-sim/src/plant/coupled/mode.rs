@@ -4,7 +4,7 @@ use super::Axes;
 use super::actuator::Actuator;
 use super::matrix::{Factors, Matrix};
 use crate::plant::joint::Contact;
-use crate::plant::scene::Slide;
+use crate::plant::joint::Slide;
 use dimsart_core::limits::MAX_DOF;
 
 /// As many stops as axes, and one more for a difference of axes.

@@ -5,7 +5,7 @@ use super::mode::{self, MAX_STOPS, Mode};
 use super::state::State;
 use super::{Axes, Coupled, Dynamics, Mechanism, dot};
 use crate::plant::joint::Contact;
-use crate::plant::scene::Slide;
+use crate::plant::joint::Slide;
 
 /// Torques from outside at a time, in a position, at a velocity, `N m` or `N`.
 pub(super) type Outside<'a> = &'a dyn Fn(f64, &Axes, &Axes) -> Axes;

@@ -4,13 +4,14 @@
 //! A step has the matrix exponential of its mode ([`Transition`]). The outside force goes along a line through a step, with
 //! the impulse of the parabola through its start, middle and end.
 
+use super::flexible::Mesh;
 use super::gear::GearParameters;
 use super::mechanics::{Inputs, Mechanics};
-use super::mode::Mode;
+use super::mode::{Mode, direction};
 use super::motor::JointMotorParameters;
 use super::state::State;
 use super::stops::{Contact, StopsParameters};
-use crate::plant::scene::Slide;
+use super::mode::Slide;
 use crate::plant::transition::{Dynamics, Motion, Transition};
 
 /// Share of all forces that a parabola may miss the outside force by in a step of a whole period.
@@ -19,25 +20,45 @@ const SMOOTH: f64 = 1e-8;
 const MAX_KNOWN: usize = 64;
 
 /// The steps met so far, so that each is computed once.
-#[derive(Debug, Default)]
+#[derive(Debug)]
 pub(super) struct ExactSteps {
-    known: Vec<(Contact, u64, Transition)>,
+    /// Whether nothing is dry: then a whole period can be one step.
+    pub(super) slides_freely: bool,
+    known: Vec<Known>,
+    /// The step that was used last.
+    last: usize,
+}
+
+#[derive(Debug)]
+struct Known {
+    stop: Contact,
+    /// Of the load's spring, and of the length of the step, `s`.
+    bits: [u64; 2],
+    dynamics: Dynamics,
+    transition: Transition,
 }
 
 impl ExactSteps {
-    fn get(&mut self, mechanics: &Mechanics, stop: Contact, step_s: f64) -> &Transition {
-        let is_it =
-            |(known, bits, _): &(Contact, u64, Transition)| (*known, *bits) == (stop, step_s.to_bits());
-        let place = self.known.iter().position(is_it).unwrap_or_else(|| {
-            if self.known.len() >= MAX_KNOWN {
-                self.known.clear();
-            }
-            let transition = Transition::over(&mechanics.dynamics(stop), step_s);
-            self.known.push((stop, step_s.to_bits(), transition));
-            self.known.len() - 1
-        });
+    pub(super) fn new(mechanics: &Mechanics) -> Self {
+        Self { slides_freely: !mechanics.friction.is_dry(), known: Vec::new(), last: 0 }
+    }
+
+    fn get(&mut self, mechanics: &Mechanics, stop: Contact, step_s: f64) -> &Known {
+        let bits = [mechanics.load.stiffness.to_bits(), step_s.to_bits()];
+        let is_it = |known: &Known| known.stop == stop && known.bits == bits;
+        if !self.known.get(self.last).is_some_and(is_it) {
+            self.last = self.known.iter().position(is_it).unwrap_or_else(|| {
+                if self.known.len() >= MAX_KNOWN {
+                    self.known.clear();
+                }
+                let dynamics = mechanics.dynamics(stop);
+                let transition = Transition::over(&dynamics, step_s);
+                self.known.push(Known { stop, bits, dynamics, transition });
+                self.known.len() - 1
+            });
+        }
         #[expect(clippy::indexing_slicing, reason = "the place was just found")]
-        &self.known[place].2
+        &self.known[self.last]
     }
 }
 
@@ -74,9 +95,17 @@ impl Mechanics {
             stiffness_n_per_m: self.load.stiffness + stiffness,
             damping_ns_per_m: self.load.damping + self.friction.viscous + damping,
             inverse_mass_per_kg: inertia.recip(),
-            decay_per_s: 0.0,
-            counter_n_per_m: 0.0,
         }
+    }
+
+    /// What accelerates the joint in `mode`, `N m` or `N`.
+    fn net_force(&self, state: &State, mode: &Mode, inputs: &Inputs) -> f64 {
+        let resistance = self.load.damping + self.friction.viscous;
+        let stop = |stops: &StopsParameters| stops.force(mode.stop, state.position, state.velocity);
+        self.gear.ratio * inputs.wanted_nm + inputs.load + self.load.linear_force(state.position)
+            - resistance * state.velocity
+            - direction(mode.output) * self.friction.coulomb
+            + self.stops.as_ref().map_or(0.0, stop)
     }
 
     /// `state`, in `mode`, a step later.
@@ -92,15 +121,14 @@ impl Mechanics {
         if mode.output == Slide::Stuck {
             return *state;
         }
-        let transition = steps.get(self, mode.stop, step_s);
+        let transition = &steps.get(self, mode.stop, step_s).transition;
         let Push { start, middle, end } = push;
         let beyond = 2.0 / 3.0 * (middle - 0.5 * (start + end));
         let inputs = Inputs { load: start + beyond, ..*inputs };
         let motion = Motion {
             position_m: state.position,
             velocity_m_per_s: state.velocity,
-            acceleration_m_per_s2: self.rates(&inputs, state, mode).state.velocity,
-            ..Motion::default()
+            acceleration_m_per_s2: self.net_force(state, mode, &inputs) * transition.inverse_mass_per_kg,
         };
         let slope = (end - start) / step_s;
         let next = transition.step(&motion, slope * transition.inverse_mass_per_kg);
@@ -114,37 +142,45 @@ impl Mechanics {
         after
     }
 
-    /// Whether nothing can touch or slide within a period that begins like this, and the outside force is smooth: then the
-    /// period is one step.
+    /// `state` a whole period later, in one step; none where something can touch, let go or slide on the way, or where the
+    /// outside force is not smooth.
     ///
     /// From `a' = -w² v - d/m a + j`: `sqrt(a² + w² v²)` grows by at most `|j| t`, so `A`, its value at the start plus
-    /// `|j| t`, bounds `|a|`; the velocity changes by at most `A t`, the position by `(|v| + A t) t`.
-    pub(super) fn is_undisturbed(
+    /// `|j| t`, bounds `|a|`; the velocity changes by at most `A t`, the position by `(|v| + A t) t`. Around its equilibrium
+    /// the joint oscillates by at most `A/w²`, which bounds both however long the period is.
+    pub(super) fn exact_stride(
         &self,
+        steps: &mut ExactSteps,
         state: &State,
-        mode: &Mode,
         inputs: &Inputs,
-        push: Push,
-        quarter: f64,
+        (push, quarter): (Push, f64),
         period_s: f64,
-    ) -> bool {
-        if mode.output != Slide::Frictionless || mode.stop != Contact::Free {
-            return false;
-        }
+    ) -> Option<State> {
+        let contact = |stops: &StopsParameters| stops.contact(state.position, state.velocity);
+        let stop = self.stops.as_ref().map_or(Contact::Free, contact);
+        let mode = Mode { output: Slide::Frictionless, rotor: Slide::Frictionless, stop, mesh: Mesh::Tight };
         let Push { start, middle, end } = push;
-        let parabola = 0.375 * start + 0.75 * middle - 0.125 * end;
         let forces = start.abs() + middle.abs() + end.abs() + (self.gear.ratio * inputs.wanted_nm).abs();
-        let Dynamics { stiffness_n_per_m, inverse_mass_per_kg, .. } = self.dynamics(mode.stop);
-        let (velocity, acceleration) = (state.velocity, self.rates(inputs, state, mode).state.velocity);
-        let rad2_per_s2 = stiffness_n_per_m * inverse_mass_per_kg;
-        let pushed = (end - start).abs() + 2.0 * (middle - 0.5 * (start + end)).abs();
-        let fastest = (acceleration * acceleration + rad2_per_s2 * velocity * velocity).sqrt()
-            + pushed * inverse_mass_per_kg;
-        let reached = (velocity.abs() + fastest * period_s) * period_s;
-        let room = self
-            .stops
-            .as_ref()
-            .map_or(f64::INFINITY, |stops| (stops.max - state.position).min(state.position - stops.min));
-        (quarter - parabola).abs() <= SMOOTH * forces && reached < room
+        let parabola = 0.375 * start + 0.75 * middle - 0.125 * end;
+        let is_smooth = (quarter - parabola).abs() <= SMOOTH * forces;
+        let rooms = self.stops.as_ref().map_or(Some([f64::INFINITY; 2]), |stops| stops.reach(stop, state));
+        let [room, room_per_s] = rooms.filter(|_| is_smooth)?;
+        if room < f64::INFINITY {
+            let Dynamics { stiffness_n_per_m, inverse_mass_per_kg, .. } =
+                steps.get(self, stop, period_s).dynamics;
+            let acceleration = self.net_force(state, &mode, inputs) * inverse_mass_per_kg;
+            let rad2_per_s2 = stiffness_n_per_m * inverse_mass_per_kg;
+            let pushed = (end - start).abs() + 2.0 * (middle - 0.5 * (start + end)).abs();
+            let fastest = (acceleration * acceleration + rad2_per_s2 * state.velocity * state.velocity)
+                .sqrt()
+                + pushed * inverse_mass_per_kg;
+            let swing = 2.0 * fastest / rad2_per_s2;
+            let slowed = (fastest * period_s).min(swing * rad2_per_s2.sqrt());
+            let moved = ((state.velocity.abs() + slowed) * period_s).min(swing);
+            if !(moved < room && slowed < room_per_s) {
+                return None;
+            }
+        }
+        Some(self.exact_step(steps, state, &mode, inputs, push, period_s))
     }
 }

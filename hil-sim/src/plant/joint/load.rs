@@ -67,13 +67,21 @@ impl LoadParameters {
         } else {
             0.0
         };
-        self.stiffness * (self.rest_position - position) - hanging - self.gravity_force_n
+        self.linear_force(position) - hanging
+    }
+
+    /// By the spring and a weight along a sliding output, `N m` or `N`.
+    pub(super) fn linear_force(&self, position: f64) -> f64 {
+        self.stiffness * (self.rest_position - position) - self.gravity_force_n
     }
 
     /// Potential energy, `J`.
     pub(super) fn potential_j(&self, position: f64) -> f64 {
         let stretch = position - self.rest_position;
-        0.5 * self.stiffness * stretch * stretch + self.gravity_force_n * position
-            - self.gravity_torque_nm * libm::cos(position - self.gravity_angle_rad)
+        let linear_j = 0.5 * self.stiffness * stretch * stretch + self.gravity_force_n * position;
+        if self.gravity_torque_nm.abs() <= 0.0 {
+            return linear_j;
+        }
+        linear_j - self.gravity_torque_nm * libm::cos(position - self.gravity_angle_rad)
     }
 }

@@ -16,7 +16,7 @@ use super::mode::{Mode, direction, slide};
 use super::motor::JointMotorParameters;
 use super::state::State;
 use super::stops::{Contact, StopsParameters};
-use crate::plant::scene::Slide;
+use super::mode::Slide;
 
 /// A joint's parts.
 #[derive(Debug, Clone)]

@@ -2,7 +2,26 @@
 
 use super::flexible::Mesh;
 use super::stops::Contact;
-use crate::plant::scene::Slide;
+
+/// Which way dry friction acts.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(in crate::plant) enum Slide {
+    /// There is none.
+    Frictionless,
+    /// It slides towards larger positions.
+    Forward,
+    /// It slides towards smaller positions.
+    Backward,
+    /// Friction holds it.
+    Stuck,
+}
+
+impl Slide {
+    /// Whether the velocity passed zero on the way to `next`: it was at rest for an instant.
+    pub(in crate::plant) fn is_reversed_by(self, next: Self) -> bool {
+        matches!((self, next), (Self::Forward, Self::Backward) | (Self::Backward, Self::Forward))
+    }
+}
 
 /// Within one mode the equations of motion are smooth.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

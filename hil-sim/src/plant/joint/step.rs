@@ -54,18 +54,16 @@ impl Period<'_> {
     }
 
     /// Takes `state` on by the whole period, if that is linear and nothing can happen in it; says whether it did.
-    pub(super) fn stride(&mut self, state: &mut State, mode: &Mode, start_s: f64, period_s: f64) -> bool {
-        if self.exact.is_none() {
-            return false;
-        }
-        let end = self.inputs_at(start_s + period_s);
+    pub(super) fn stride(&mut self, state: &mut State, start_s: f64, period_s: f64) -> bool {
+        let Some(steps) = self.exact.as_deref_mut().filter(|steps| steps.slides_freely) else { return false };
+        let end = Inputs { load: (self.load)(start_s + period_s), ..self.inputs };
         let middle = (self.load)(start_s + 0.5 * period_s);
         let push = Push { start: self.inputs.load, middle, end: end.load };
         let quarter = (self.load)(start_s + 0.25 * period_s);
-        let is_one = self.mechanics.is_undisturbed(state, mode, &self.inputs, push, quarter, period_s);
-        if is_one {
-            *state = self.step(state, mode, start_s, period_s, &end);
-            self.inputs = end;
+        let next = self.mechanics.exact_stride(steps, state, &self.inputs, (push, quarter), period_s);
+        let is_one = next.is_some();
+        if let Some(next) = next {
+            (*state, self.inputs) = (next, end);
         }
         is_one
     }

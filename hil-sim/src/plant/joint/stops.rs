@@ -1,5 +1,6 @@
 //! The ends of the travel: a spring-damper at each, which pushes and never pulls.
 
+use super::state::State;
 use crate::plant::parameter::{ParameterError, not_negative, positive, require};
 use serde::{Deserialize, Serialize};
 
@@ -60,6 +61,20 @@ impl StopsParameters {
             Contact::Lower => self.stiffness * (self.min - position) - self.damping * velocity,
             Contact::Upper => self.stiffness * (self.max - position) - self.damping * velocity,
         }
+    }
+
+    /// How far position and velocity may go, at least, until another stop pushes or the pushing one lets go: its push vanishes
+    /// after half of it by the position or half of it by the velocity. None where that is not known.
+    pub(super) fn reach(&self, contact: Contact, state: &State) -> Option<[f64; 2]> {
+        let State { position, velocity, .. } = *state;
+        let depth = match contact {
+            Contact::Free => return Some([(self.max - position).min(position - self.min), f64::INFINITY]),
+            Contact::Released => return None,
+            Contact::Lower => self.min - position,
+            Contact::Upper => position - self.max,
+        };
+        let half_push = 0.5 * self.force(contact, position, velocity).abs();
+        Some([depth.min(half_push / self.stiffness), half_push / self.damping])
     }
 
     /// How far the output is beyond an end, signed, `rad` or `m`.

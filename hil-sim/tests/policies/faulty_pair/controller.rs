@@ -12,7 +12,6 @@ use dimsart_link::{EventKind, EventLog};
 use super::PairError;
 use super::failing::{COSTS, IDS, KINDS, let_write, with_failing_modules};
 use super::fault::{Fault, Wrong};
-use hil_sim::bilateral::Side;
 use hil_sim::experiment::ExperimentError;
 use hil_sim::rig::SimulatedDimsart;
 use hil_sim::schemes::SIDES;
@@ -74,7 +73,7 @@ impl Controller {
     pub(crate) fn new(
         device: DeviceDescriptor,
         scheme: &str,
-        side: Side,
+        side: &'static str,
         spare_cycles: u32,
     ) -> Result<Self, PairError> {
         let device = device.with_limits(&[&[LIMITS]])?.with_output_limits(&[SENSOR_LIMITS])?;
@@ -96,7 +95,7 @@ impl Controller {
             has_renewed: false,
         };
         let mut first = None;
-        scheme::load(&with_failing_modules(scheme), side.name(), SIDES, &mut controller.dimsart, |error| {
+        scheme::load(&with_failing_modules(scheme), side, SIDES, &mut controller.dimsart, |error| {
             first.get_or_insert_with(|| format!("{error:?}"));
         });
         if let Some(error) = first {

@@ -7,13 +7,12 @@ mod controller;
 mod delay;
 
 pub use controller::Controller;
-pub(crate) use controller::{SimulatedEngine, chosen, real};
+pub(super) use controller::{SimulatedEngine, chosen, real};
 
-use crate::plant::{Obstacle, ParameterError};
-use crate::scenario::Scenario;
+use super::press::Obstacle;
 
 /// Both controllers and what the slave is pressed against.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, Default, PartialEq)]
 pub struct Chain {
     /// The operator's end.
     pub master: Controller,
@@ -24,19 +23,16 @@ pub struct Chain {
 }
 
 impl Chain {
-    /// The chain of these controllers before the scenario's environment.
-    ///
-    /// # Errors
-    /// [`ParameterError`] for an environment that cannot exist.
-    pub fn new(scenario: &Scenario, master: Controller, slave: Controller) -> Result<Self, ParameterError> {
-        let obstacles = (0..scenario.dof).map(|axis| scenario.obstacle(axis)).collect::<Result<_, _>>()?;
-        Ok(Self { master, slave, obstacles })
-    }
-
     /// Samples that the delay modules of both sides add to a round trip; none when a side is not known.
     #[must_use]
     pub fn delay_ticks(&self) -> Option<u32> {
         Some(self.master.delay_ticks?.saturating_add(self.slave.delay_ticks?))
+    }
+
+    /// From one packet to the next, ticks.
+    #[must_use]
+    pub fn every_ticks(&self) -> u32 {
+        self.master.every_ticks.max(self.slave.every_ticks).max(1)
     }
 
     /// Wave impedances of master and slave, `N s/m`, if they differ. Forces are then scaled by

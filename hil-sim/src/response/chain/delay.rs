@@ -28,10 +28,15 @@ pub(super) fn delay_ticks(dimsart: &mut SimulatedDimsart) -> u32 {
     let line = DelayLine { delays: delays(engine), used: used(engine) };
     let before = sent.map_or(0, |signal| line.ticks_before(signal));
     let behind = received.and_then(|signal| line.ticks_behind(signal, line.delays.len()));
-    let sender = on_link_0(engine, "COMM_TXMOD", "CTX_LINK");
-    let every = sender.and_then(|module| count(engine, module, "CTX_EVERY")).unwrap_or(1);
+    let every = every_ticks(engine);
     let playout = playout_ticks(engine);
     [behind.unwrap_or(0), every.saturating_sub(1), playout].into_iter().fold(before, u32::saturating_add)
+}
+
+/// From one packet that is sent on link 0 to the next, ticks.
+pub(super) fn every_ticks(engine: &mut SimulatedEngine) -> u32 {
+    let sender = on_link_0(engine, "COMM_TXMOD", "CTX_LINK");
+    sender.and_then(|module| count(engine, module, "CTX_EVERY")).unwrap_or(1)
 }
 
 /// What the receiver of link 0 does where a packet is missing; none without one.
@@ -129,8 +134,7 @@ fn signals(engine: &SimulatedEngine, module: ModuleRef, direction: Direction) ->
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::bilateral::device;
-    use crate::schemes::{SchemeText, load};
+    use crate::schemes::{SchemeText, device, load};
 
     /// Delay of the shipped scheme on the master with rows, named by their words, replaced.
     fn delay_of(replaced: &[(&str, &str)]) -> u32 {

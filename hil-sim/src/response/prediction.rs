@@ -1,54 +1,11 @@
-//! What the hand feels of what the slave meets in the settled contact, beside what the static chain predicts.
+//! What the static chain predicts a hand to feel of what it presses, beside what was felt.
 
 use core::ops::ControlFlow;
 
-use dimsart_core::types;
-
-use super::Side;
 use super::chain::Chain;
-use super::phases::Phases;
 use crate::observer::Observer;
-use crate::observer::perceived::{Feeling, Obstacle, Perceived};
 use crate::outcome::{AxisOutcome, ContactStiffness, Outcome};
-use crate::plant::EnvironmentKind;
-use crate::rig::{Probe, Rig};
-use crate::rig_file::{AxisSpring, AxisWall};
-use crate::scenario::Scenario;
-
-/// What the hand feels on every axis that it pushes; nothing where its station, the master, is not in the rig.
-pub(super) fn feeling(scenario: &Scenario, phases: &Phases, alone: Option<Side>, end_s: f64) -> Feeling {
-    let settled_s = phases.settled_s..phases.release_s.min(end_s);
-    let is_felt = |axis: &usize| alone != Some(Side::Slave) && scenario.contact_force_n(*axis).abs() > 0.0;
-    let slave = alone.is_none().then_some(1);
-    let felt = |axis| {
-        let wall = &scenario.environments.wall;
-        let wall = (scenario.environment == EnvironmentKind::Wall).then_some(AxisWall {
-            position: wall.position_m,
-            stiffness: wall.stiffness_n_per_m,
-            damping: wall.damping_ns_per_m,
-            solid: wall.solid,
-        });
-        let spring = &scenario.environments.spring;
-        let is_spring = scenario.environment == EnvironmentKind::Spring && spring.stiffness_n_per_m > 0.0;
-        let spring = is_spring.then_some(AxisSpring {
-            rest_position: spring.rest_position_m,
-            stiffness: spring.stiffness_n_per_m,
-            damping: spring.damping_ns_per_m,
-        });
-        let obstacle = Obstacle::new(Side::Slave.name(), slave, axis, wall, spring)?;
-        Some(Perceived {
-            station: 0,
-            axis,
-            unit: "N/m",
-            force: Probe::new(types::DES_FORCE.first()),
-            watched_s: vec![settled_s.clone()],
-            obstacles: vec![obstacle],
-            min_depth: 0.0,
-            last: None,
-        })
-    };
-    Feeling((0..scenario.dof).filter(is_felt).filter_map(felt).collect())
-}
+use crate::rig::Rig;
 
 /// Compares what was felt with what the static chain predicts.
 #[derive(Debug)]

@@ -1,48 +1,45 @@
-//! The pictures of a bilateral run: positions, forces, energy in the channel.
+//! The pictures of a press: positions, forces, energy in the channel.
 
 use crate::report::{Curve, Figure, Level, Panel, Span};
-use hil_sim::bilateral::Side;
-use hil_sim::bilateral::phases::Phases;
-use hil_sim::plant::EnvironmentKind;
 use hil_sim::recorder::CHANNEL_ENERGY;
 use hil_sim::recording::Recording;
-use hil_sim::scenario::Scenario;
+use hil_sim::response::Phases;
+use hil_sim::rig_file::RigFile;
 
 /// Names of the figures' files, without what says their format.
-pub const FILE_STEMS: [&str; 3] = ["positions", "forces", "energy"];
+pub(super) const FILE_STEMS: [&str; 3] = ["positions", "forces", "energy"];
 
-/// The figures that the recorded signals allow, of a run of both sides or of one.
+/// The figures that the recorded signals allow, of a run of both stations or of one `alone`.
 #[must_use]
-pub fn figures(
-    recording: &Recording,
-    phases: &Phases,
-    scenario: &Scenario,
-    side: Option<Side>,
-) -> Vec<Figure> {
-    let dof = scenario.dof;
+pub(super) fn figures(recording: &Recording, phases: &Phases, file: &RigFile, alone: Option<&str>) -> Vec<Figure> {
+    let Some([hand, other]) = file.pressed() else { return Vec::new() };
+    let (one, two) = (hand.name(), other.name());
+    let dof = hand.axes.len();
+    let world = |name: &str, quantity: &str| ("world", format!("{name}.{quantity}"));
+    let of = |name, signal: &str| (name, signal.to_owned());
     let mut positions = per_axis(
         recording,
         dof,
         "position (m)",
         &[
-            ("slave's desired", "slave", "DES_POSITION"),
-            ("slave", "world", "slave.position"),
-            ("master", "world", "master.position"),
+            (&format!("{two}'s desired"), of(two, "DES_POSITION")),
+            (two, world(two, "position")),
+            (one, world(one, "position")),
         ],
     );
-    if scenario.environment == EnvironmentKind::Wall {
-        let value = scenario.environments.wall.position_m;
-        positions.iter_mut().for_each(|panel| panel.levels.push(Level { label: "wall".to_owned(), value }));
+    let walls = other.sections().map(|(_, section)| section.wall.as_ref());
+    for (panel, wall) in positions.iter_mut().zip(walls) {
+        panel.levels.extend(wall.map(|wall| Level { label: "wall".to_owned(), value: wall.position }));
     }
     let forces = per_axis(
         recording,
         dof,
         "force (N)",
         &[
-            ("hand on master", "world", "master.hand_force"),
-            ("wall on slave", "world", "slave.wall_force"),
-            ("controller on slave", "slave", "DES_FORCE"),
-            ("controller on master", "master", "DES_FORCE"),
+            (&format!("hand on {one}"), world(one, "hand_force")),
+            (&format!("wall on {two}"), world(two, "wall_force")),
+            (&format!("controller on {two}"), of(two, "DES_FORCE")),
+            (&format!("controller on {one}"), of(one, "DES_FORCE")),
         ],
     );
     let waves = per_axis(
@@ -50,13 +47,13 @@ pub fn figures(
         dof,
         "wave (sqrt(W))",
         &[
-            ("leaves master", "master", "CH1_WAVES"),
-            ("leaves slave", "slave", "CH1_WAVES"),
-            ("reaches slave", "slave", "CH2_WAVES"),
-            ("reaches master", "master", "CH2_WAVES"),
+            (&format!("leaves {one}"), of(one, "CH1_WAVES")),
+            (&format!("leaves {two}"), of(two, "CH1_WAVES")),
+            (&format!("reaches {two}"), of(two, "CH2_WAVES")),
+            (&format!("reaches {one}"), of(one, "CH2_WAVES")),
         ],
     );
-    let energy = std::iter::once(energy(recording, dof, side)).chain(waves);
+    let energy = std::iter::once(energy(recording, dof, alone)).chain(waves);
     let energy = energy.filter(|panel| !panel.curves.is_empty()).collect::<Vec<_>>();
     FILE_STEMS
         .into_iter()
@@ -72,24 +69,23 @@ pub fn figures(
 }
 
 /// The energy in the channel, as far as the waves at its ends are known here.
-fn energy(recording: &Recording, dof: usize, side: Option<Side>) -> Panel {
-    let title = match side {
-        Some(Side::Master) => "Energy that the master gave the channel and has not got back",
-        Some(Side::Slave) => "Energy that the slave gave the channel and has not got back",
-        None => "Energy in the channel: sent into it at both ends and not come out yet",
+fn energy(recording: &Recording, dof: usize, alone: Option<&str>) -> Panel {
+    let title = match alone {
+        Some(name) => format!("Energy that the {name} gave the channel and has not got back"),
+        None => "Energy in the channel: sent into it at both ends and not come out yet".to_owned(),
     };
-    let mut curves = curves(recording, &[("all axes", "world", CHANNEL_ENERGY)], None);
+    let mut curves = curves(recording, &[("all axes", ("world", CHANNEL_ENERGY.to_owned()))], None);
     let axes = (0..dof).filter_map(|axis| {
         let column = recording.find("world", CHANNEL_ENERGY, Some(axis))?;
         Some(Curve { label: format!("axis {axis}"), column, minus: None })
     });
     // Of one axis, it is the same twice.
     curves.extend(axes.filter(|_| dof > 1));
-    Panel { title: title.to_owned(), y_label: "energy (J)".to_owned(), curves, levels: Vec::new() }
+    Panel { title, y_label: "energy (J)".to_owned(), curves, levels: Vec::new() }
 }
 
 /// A label, and the source and signal of its column.
-type Wanted<'a> = (&'a str, &'a str, &'a str);
+type Wanted<'a> = (&'a str, (&'a str, String));
 
 fn per_axis(recording: &Recording, dof: usize, y_label: &str, wanted: &[Wanted<'_>]) -> Vec<Panel> {
     let panel = |axis| Panel {
@@ -102,7 +98,7 @@ fn per_axis(recording: &Recording, dof: usize, y_label: &str, wanted: &[Wanted<'
 }
 
 fn curves(recording: &Recording, wanted: &[Wanted<'_>], axis: Option<usize>) -> Vec<Curve> {
-    let line = |(label, source, signal): &Wanted<'_>| {
+    let line = |(label, (source, signal)): &Wanted<'_>| {
         let column = recording.find(source, signal, axis)?;
         Some(Curve { label: (*label).to_owned(), column, minus: None })
     };

@@ -1,7 +1,7 @@
 //! Whether the loop of hand, controllers, link and environment grows or dies out, as a linear system: by its largest
 //! eigenvalue, whatever a run happens to show of it.
 //!
-//! One axis is put together from the scenario's own controllers, links and plants, without what is not linear or is
+//! One axis is put together from the rig's own controllers, links and plants, without what is not linear or is
 //! chance: dry friction, encoder steps, a motor's voltage limit, jitter, loss, bit errors. Hand and environment strike
 //! it, and what it does then is listened to: the second difference of both positions, of which a constant offset or speed
 //! leaves nothing. The largest eigenvalue is by how much that grows from tick to tick in the end.
@@ -12,15 +12,16 @@ use std::thread::JoinHandle;
 
 use serde::Serialize;
 
-use super::Side;
-use super::station::{controller, station_held};
+use super::{build, chain, moved_by};
 use crate::experiment::ExperimentError;
-use crate::link::{Carrier, Ends};
+use crate::link::{InProcessParameters, round_trip_ticks};
 use crate::observer::Observer;
 use crate::outcome::Outcome;
-use crate::plant::{EnvironmentKind, HandPhase, RIGID_STIFFNESS_N_PER_M, SpringParameters};
-use crate::rig::{End, Rig};
-use crate::scenario::Scenario;
+use crate::plant::JointMotorParameters;
+use crate::rig::Rig;
+use crate::rig_file::{
+    AxisSection, AxisSpring, DeviceSection, LOAD, MoveSection, RigFile, Step,
+};
 
 /// Speed that the hand's strike gives the master alone, `m/s`.
 const STRUCK_M_PER_S: f64 = 0.1;
@@ -107,24 +108,24 @@ impl LinearLoop {
     }
 }
 
-/// Works out the loops of a scenario on a thread of its own during the run.
+/// Computes the loops of a rig on a thread of its own during the run.
 #[derive(Debug)]
 pub(super) struct Loops {
-    scenario: Scenario,
+    file: RigFile,
     worked_out: Option<JoinHandle<Vec<LinearLoop>>>,
 }
 
 impl Loops {
-    pub(super) fn new(scenario: &Scenario) -> Self {
-        Self { scenario: scenario.clone(), worked_out: None }
+    pub(super) fn new(file: &RigFile) -> Self {
+        Self { file: file.clone(), worked_out: None }
     }
 }
 
 impl Observer for Loops {
     fn begin(&mut self) {
-        let scenario = self.scenario.clone();
-        // A scenario that makes an experiment makes its loops.
-        self.worked_out = Some(std::thread::spawn(move || linear_loops(&scenario).unwrap_or_default()));
+        let file = self.file.clone();
+        // A rig that makes an experiment makes its loops.
+        self.worked_out = Some(std::thread::spawn(move || linear_loops(&file).unwrap_or_default()));
     }
 
     fn observe(&mut self, _rig: &Rig) -> ControlFlow<()> {
@@ -141,19 +142,18 @@ impl Observer for Loops {
     }
 }
 
-/// The loops of a scenario: guided, free, and in contact where there is something to meet.
+/// The loops of a rig whose experiment is a [press](crate::rig_file::PressSection): guided, free, and in contact where there
+/// is something to meet. None of any other rig.
 ///
 /// # Errors
 /// As [`Experiment::new`](crate::experiment::Experiment::new).
-pub fn linear_loops(scenario: &Scenario) -> Result<Vec<LinearLoop>, ExperimentError> {
-    let meets = scenario.environment != EnvironmentKind::Nothing;
-    let has_spring = scenario.hand.stiffness_n_per_m > 0.0;
+pub fn linear_loops(file: &RigFile) -> Result<Vec<LinearLoop>, ExperimentError> {
+    let Some(linear) = Linear::of(file) else { return Ok(Vec::new()) };
     let is_of_interest = |held: &Held| match held {
-        Held::Guided => has_spring,
+        Held::Guided => linear.hand_stiffness > 0.0,
         Held::Free => true,
-        Held::Contact => meets,
+        Held::Contact => linear.met.is_some(),
     };
-    let linear = linear(scenario);
     Held::ALL
         .into_iter()
         .filter(is_of_interest)
@@ -161,30 +161,68 @@ pub fn linear_loops(scenario: &Scenario) -> Result<Vec<LinearLoop>, ExperimentEr
         .collect()
 }
 
-/// One axis of it without what is not linear, or is chance.
-fn linear(scenario: &Scenario) -> Scenario {
-    let mut linear = Scenario { dof: 1, ..scenario.clone() };
-    for side in [&mut linear.master, &mut linear.slave] {
-        side.device.coulomb_friction_n = 0.0;
-        side.device.encoder_step_m = 0.0;
-        side.device.start_position_m = 0.0;
-        if let Some(motor) = &mut side.motor {
-            motor.voltage_limit_v = f64::INFINITY;
+/// One axis of a rig without what is not linear, or is chance, and without a hand's spring and what is met.
+struct Linear {
+    file: RigFile,
+    /// Devices of the hand and of what it presses with, and their controllers.
+    devices: [String; 2],
+    controllers: [String; 2],
+    hand_stiffness: f64,
+    /// What a contact is held by: stiffness and damping.
+    met: Option<[f64; 2]>,
+}
+
+impl Linear {
+    fn of(file: &RigFile) -> Option<Self> {
+        let parts = file.pressed()?;
+        let devices = parts.each_ref().map(|part| part.device.name.clone());
+        let controllers = parts.each_ref().map(|part| part.name().to_owned());
+        let [held, other] = parts.each_ref().map(|part| part.sections().next().map(|(_, section)| section));
+        let met = other.and_then(|section| {
+            let wall = section.wall.as_ref().map(|wall| [wall.stiffness(), wall.damping]);
+            wall.or(section.spring.as_ref().map(|spring| [spring.stiffness, spring.damping]))
+        });
+        let hand_stiffness = held.map_or(0.0, AxisSection::hand_stiffness);
+        let mut file = file.clone();
+        file.devices.iter_mut().for_each(|device| *device = of_one_axis(device));
+        for link in &mut file.links {
+            let delay_ticks = link.carrier.delay_ticks;
+            link.carrier = InProcessParameters { delay_ticks, ..InProcessParameters::default() };
+            link.key_file = None;
+        }
+        for bus in &mut file.buses {
+            bus.uart.iter_mut().for_each(|uart| (uart.bit_error_rate, uart.byte_drop, uart.byte_insert) = (0.0, 0.0, 0.0));
+            bus.can.iter_mut().chain(&mut bus.can_fd).for_each(|can| can.bit_error_rate = 0.0);
+            bus.udp.iter_mut().for_each(|udp| udp.burst_start = 0.0);
+        }
+        (file.experiment.press, file.experiment.moves) = (None, Vec::new());
+        Some(Self { file, devices, controllers, hand_stiffness, met })
+    }
+}
+
+fn of_one_axis(device: &DeviceSection) -> DeviceSection {
+    let mut linear = device.linear(false);
+    linear.axes.truncate(1);
+    for axis in &mut linear.axes {
+        axis.spring = None;
+        axis.hand.iter_mut().for_each(|hand| hand.stiffness = 0.0);
+        if let Some(plant) = &mut axis.plant {
+            plant.load.start_position = 0.0;
+            match &mut plant.motor {
+                JointMotorParameters::Ideal {} => {}
+                JointMotorParameters::Brushed(motor) => motor.voltage_limit_v = f64::INFINITY,
+                JointMotorParameters::ThreePhase(motor) => motor.current_limit_a = f64::INFINITY,
+            }
         }
     }
-    let link = &mut linear.link;
-    (link.loss, link.duplication, link.reordering, link.jitter_ticks) = (0.0, 0.0, 0.0, 0);
-    link.key_file = None;
-    (linear.uart.bit_error_rate, linear.uart.byte_drop, linear.uart.byte_insert) = (0.0, 0.0, 0.0);
-    linear.can.bit_error_rate = 0.0;
-    linear.udp.burst_start = 0.0;
     linear
 }
 
-fn growth_per_tick(linear: &Scenario, held: Held) -> Result<Option<f64>, ExperimentError> {
+fn growth_per_tick(linear: &Linear, held: Held) -> Result<Option<f64>, ExperimentError> {
     let mut whole = Struck::new(linear, held, STRUCK_M_PER_S)?;
     let mut half = Struck::new(linear, held, 0.5 * STRUCK_M_PER_S)?;
-    let round_trip_ticks = Carrier::new(linear)?.round_trip_ticks() as usize + whole.delay_ticks;
+    let names = linear.controllers.each_ref().map(String::as_str);
+    let round_trip_ticks = round_trip_ticks(&linear.file, names)? as usize + whole.delay_ticks;
     whole.listen(HALF_TICKS);
     let ticks = whole.squares.len();
     half.listen(ticks);
@@ -251,48 +289,39 @@ struct Struck {
 }
 
 impl Struck {
-    fn new(linear: &Scenario, held: Held, struck_m_per_s: f64) -> Result<Self, ExperimentError> {
-        let mut scenario = linear.clone();
-        let period_s = scenario.sample_period_s;
-        scenario.environment = match (held, scenario.environment) {
-            (Held::Contact, EnvironmentKind::Wall) => {
-                let wall = &scenario.environments.wall;
-                scenario.environments.spring = SpringParameters {
-                    rest_position_m: 0.0,
-                    stiffness_n_per_m: wall.stiffness_n_per_m.min(RIGID_STIFFNESS_N_PER_M),
-                    damping_ns_per_m: wall.damping_ns_per_m,
-                };
-                EnvironmentKind::Spring
-            }
-            (Held::Contact, kind) => kind,
-            _ => EnvironmentKind::Nothing,
-        };
-        // Off its rest, so that the slave is struck, too, and as hard as the master.
-        let spring = &mut scenario.environments.spring;
-        let stretched_m_per_n = spring.stiffness_n_per_m.max(f64::MIN_POSITIVE).recip();
-        let slave_n = struck_m_per_s * scenario.slave.device.mass_kg / period_s;
-        spring.rest_position_m = (slave_n * stretched_m_per_n).min(MOST_STRETCHED_M * struck_m_per_s);
-        let mass_kg = scenario.hand.mass_kg + scenario.master.device.mass_kg;
+    fn new(linear: &Linear, held: Held, struck_m_per_s: f64) -> Result<Self, ExperimentError> {
+        let mut file = linear.file.clone();
+        let period_s = file.sample_period_s;
+        let [hand, other] = &linear.devices;
+        let axis = |file: &RigFile, name: &str| file.device(name).and_then(|device| device.axes.first().cloned());
+        let (mut held_axis, mut met_axis) =
+            (axis(&file, hand).unwrap_or_default(), axis(&file, other).unwrap_or_default());
+        let [(mass_kg, _), (other_kg, _)] = [&held_axis, &met_axis].map(moved_by);
         let force_n = struck_m_per_s * mass_kg / period_s;
-        let mut phases = vec![HandPhase::Push { start_s: 0.0, end_s: period_s, force_n }];
+        let strike = |at_s: f64, size: f64| MoveSection {
+            step: Some(Step { at_s, size }),
+            ..MoveSection::nothing(hand, LOAD)
+        };
+        file.experiment.moves = vec![strike(0.0, force_n), strike(period_s, -force_n)];
         if held == Held::Guided {
-            phases.push(HandPhase::Hold { start_s: period_s, end_s: f64::INFINITY, target_m: 0.0 });
+            held_axis.hand.iter_mut().for_each(|of| of.stiffness = linear.hand_stiffness);
         }
-        let mut rig = Rig::new(period_s);
-        let mut channels = [0; 2];
+        if let Some([stiffness, damping]) = linear.met.filter(|_| held == Held::Contact) {
+            // Off its rest, so that the slave is struck, too, and as hard as the master.
+            let stretched = stiffness.max(f64::MIN_POSITIVE).recip() * struck_m_per_s * other_kg / period_s;
+            let rest_position = stretched.min(MOST_STRETCHED_M * struck_m_per_s);
+            met_axis.spring = Some(AxisSpring { rest_position, stiffness, damping });
+        }
+        for (name, axis) in [(hand, held_axis), (other, met_axis)] {
+            let of_device = file.devices.iter_mut().find(|device| device.name == *name);
+            of_device.into_iter().for_each(|device| device.axes = vec![axis.clone()]);
+        }
+        let mut rig = build::rig(&file, None)?;
         let mut delay_ticks = 0;
-        for (channel, side) in channels.iter_mut().zip([Side::Master, Side::Slave]) {
-            let mut dimsart = controller(&scenario, side)?;
-            delay_ticks += super::chain::Controller::read(&mut dimsart).delay_ticks.unwrap_or(0) as usize;
-            *channel = dimsart.listening_channel(0);
-            rig.add(station_held(&scenario, &phases, side, dimsart)?);
+        for station in rig.stations_mut() {
+            let read = chain::Controller::read(&mut station.dimsart);
+            delay_ticks += read.delay_ticks.unwrap_or(0) as usize;
         }
-        let [backward_channel, forward_channel] = channels;
-        let [forward, backward] =
-            Carrier::new(&scenario)?.connect(Ends { forward_channel, backward_channel });
-        let end = |station| End { station, link: 0 };
-        rig.connect(end(0), end(1), forward);
-        rig.connect(end(1), end(0), backward);
         Ok(Self { rig, delay_ticks, last_m: [[0.0; 2]; 2], squares: Vec::new(), is_over: false })
     }
 

@@ -18,6 +18,8 @@ pub struct Controller {
     /// Samples that the scheme adds between the link and what its signals come from and go to, both ways: by delay
     /// modules, packets that are not sent in every tick, and play-out.
     pub delay_ticks: Option<u32>,
+    /// From one packet that it sends to the next, ticks; 0 where it is not known.
+    pub every_ticks: u32,
     /// Of those, what the receiver adds to even out jitter: `PLAYOUT_TICKS`, where the policy uses it.
     pub playout_ticks: u32,
     /// The policy of its receiver, where that gives out less than was sent when a packet is missing: `ZERO`, and `LIMITED`
@@ -37,6 +39,7 @@ impl Controller {
             stiffness_n_per_m: (0..dof).map_while(stiffness).collect(),
             impedance_ns_per_m: real(engine, "WTRANSF_MOD", "B_PARAM", 0),
             delay_ticks,
+            every_ticks: delay::every_ticks(engine),
             playout_ticks,
             losing_policy: delay::policy(engine)
                 .filter(|policy| *policy == "ZERO" || (*policy == "LIMITED" && playout_ticks == 0)),

@@ -1,0 +1,38 @@
+//! The rig that an argument names.
+
+use std::path::{Path, PathBuf};
+
+use hil_sim::rig_file::{RigFile, RigFileError, SHIPPED, USUAL};
+use hil_sim::schemes::suggestion;
+
+/// The rig of the file at a path, or the shipped rig of that name, with `sets` over it; without a path, the usual one.
+///
+/// # Errors
+/// What is wrong with file or `sets`, or with the name.
+pub fn read(path: Option<&Path>, sets: &[String]) -> Result<RigFile, RigFileError> {
+    let Some(path) = path else { return RigFile::of_shipped(USUAL, sets) };
+    let shipped = path.to_str().and_then(RigFile::shipped).filter(|_| !path.exists());
+    if let Some(text) = shipped {
+        return RigFile::read(text, &path.display().to_string(), PathBuf::new(), sets);
+    }
+    if !path.exists() && path.extension().is_none() {
+        let (name, known) = (path.display().to_string(), SHIPPED.map(|(name, _)| name.to_owned()));
+        return Err(RigFileError::NotShipped { near: suggestion(&name, &known), name });
+    }
+    RigFile::load(path, sets)
+}
+
+/// Whether an argument names a rig, be it a right one or not, and no scheme or recording.
+#[must_use]
+pub fn is_rig(path: &Path) -> bool {
+    let is_toml = path.extension().is_some_and(|extension| extension == "toml");
+    is_toml || path.to_str().and_then(RigFile::shipped).is_some()
+}
+
+/// The rig of a name or a TOML file; none for a scheme.
+///
+/// # Errors
+/// As [`read`].
+pub fn read_rig(path: &Path) -> Result<Option<RigFile>, RigFileError> {
+    if is_rig(path) { read(Some(path), &[]).map(Some) } else { Ok(None) }
+}
