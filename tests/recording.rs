@@ -17,7 +17,8 @@ use hil_sim::rig::Rig;
 use hil_sim::rig_file::RigFile;
 
 fn bilateral(settings: &[&str]) -> RigFile {
-    RigFile::of_shipped("bilateral", &settings.iter().map(|&setting| setting.to_owned()).collect::<Vec<_>>()).unwrap()
+    RigFile::of_shipped("bilateral", &settings.iter().map(|&setting| setting.to_owned()).collect::<Vec<_>>())
+        .unwrap()
 }
 
 fn run(settings: &[&str]) -> Recording {

@@ -9,10 +9,10 @@ use cycles::timing::{Column, Timing};
 use dimsart::cycles::{Figures, Firmware, Setup, Steady, UNIT, measure};
 use dimsart_core::scheme;
 use dimsart_modules::ALL;
-use hil_sim::schemes::device;
 use hil_sim::experiment::Experiment;
 use hil_sim::rig::SimulatedDimsart;
 use hil_sim::rig_file::RigFile;
+use hil_sim::schemes::device;
 
 const AXES: std::ops::RangeInclusive<usize> = 1..=7;
 const MODULES: std::ops::RangeInclusive<usize> = 1..=16;
@@ -51,7 +51,8 @@ fn steady(firmware: &Firmware, dimsart: &mut SimulatedDimsart) -> Result<Steady,
 }
 
 fn figures(firmware: &Firmware, side: &'static str) -> Result<Figures, Box<dyn Error>> {
-    let rig = RigFile::of_shipped("bilateral", &["link.jitter_ticks=2", "link.loss=0.02"].map(str::to_owned))?;
+    let rig =
+        RigFile::of_shipped("bilateral", &["link.jitter_ticks=2", "link.loss=0.02"].map(str::to_owned))?;
     let setup = Setup {
         firmware,
         rig: &rig,

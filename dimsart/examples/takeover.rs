@@ -9,9 +9,9 @@ use std::path::Path;
 use dimsart::report::{Curve, Figure, Panel, write_figure};
 use dimsart_core::{Command, Value};
 use dimsart_modules::ALL;
-use hil_sim::response::phases;
 use hil_sim::experiment::Experiment;
 use hil_sim::recording::{Column, Recording};
+use hil_sim::response::phases;
 use hil_sim::rig::{Rig, Station};
 use hil_sim::rig_file::RigFile;
 

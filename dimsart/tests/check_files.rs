@@ -81,7 +81,7 @@ fn what_a_rig_says_itself_is_no_argument() {
 
 /// One side needs nothing of the other one.
 #[test]
-fn a_scenarios_schemes_are_checked_with_its_axes_and_settings() {
+fn a_rigs_schemes_are_checked_with_its_axes_and_settings() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("my.toml");
     let scheme = include_str!("../../schemes/bilateral.scheme");
@@ -110,7 +110,7 @@ fn a_scenarios_schemes_are_checked_with_its_axes_and_settings() {
 }
 
 #[test]
-fn every_fault_of_a_scenario_is_named_also_where_a_scheme_cannot_be_read() {
+fn every_fault_of_a_rig_is_named_also_where_a_scheme_cannot_be_read() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("my.toml");
     fs::write(&path, "[master]\nscheme = \"not/here.scheme\"\n[slave]\nscheme = \"builtin:table1\"\n")
@@ -128,17 +128,17 @@ fn every_fault_of_a_scenario_is_named_also_where_a_scheme_cannot_be_read() {
 }
 
 #[test]
-fn a_scenario_is_checked_for_the_axes_of_a_board_that_has_fewer_and_that_is_said() {
+fn a_rig_is_checked_for_the_axes_of_a_board_that_has_fewer_and_that_is_said() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("my.toml");
     fs::write(&path, "").unwrap();
     let (status, [out, message]) = check(&path, &["--board", "b-g431b-esc1"]);
     assert_eq!(status, Some(0), "{out}{message}");
-    let note = "  note: for the 1 axis of b-g431b-esc1, not for the scenario's 3\n";
+    let note = "  note: for the 1 axis of b-g431b-esc1, not for the rig's 3\n";
     assert_eq!(out.matches(note).count(), 2, "{out}");
     for more in [&["--board", "nucleo-g474re"][..], &["--board", "b-g431b-esc1", "--dof", "1"]] {
         let (status, [out, _]) = check(&path, more);
-        assert!(status == Some(0) && !out.contains("the scenario's"), "{out}");
+        assert!(status == Some(0) && !out.contains("the rig's"), "{out}");
     }
     let (status, [out, _]) = check(&path, &["--board", "b-g431b-esc1", "--dof", "2"]);
     assert!(status == Some(1) && out.contains("it is for 2 axes, and b-g431b-esc1 has 1"), "{out}");

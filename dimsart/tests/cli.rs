@@ -315,7 +315,8 @@ fn a_wrong_setting_is_named_with_what_is_right() {
         ("master.device.mass_kg=nan", "cannot be nan; give it a finite number > 0"),
         ("dof=0", "`dof` cannot be 0; give it a number from 1 to 8"),
         ("dof=9", "`dof` cannot be 9; give it a number from 1 to 8"),
-        ("seed=18446744073709551615", "give it a whole number from 0 to 9007199254740991"),
+        ("seed=18446744073709551615", "give it a whole number from 0"),
+        ("seed=9007199254740992", "seed is 9007199254740992: give it 0 to 9007199254740991"),
         ("link.loss=lots", "give it a number from 0 to 1"),
         ("record.signals=['mastr']", "record.signals: nothing is called 'mastr'; did you mean 'master'?"),
         ("record.signals=['master.DES_FORC']", "did you mean 'master.DES_FORCE'?"),
@@ -329,7 +330,7 @@ fn a_wrong_setting_is_named_with_what_is_right() {
              from 0 to 60000 ticks; set another master.time_delay_ticks",
         ),
         ("master.time_delay_ticks=50000", "needs 150000 words of the Data Base and "),
-        ("environment=sea", "`environment` cannot be \"sea\"; give it one of `nothing`, `wall`, `spring`"),
+        ("environment=sea", "`environment` cannot be sea; give it one of wall, spring, nothing"),
         (
             "slave.stiffness_n_per_m=1e9",
             "slave.stiffness_n_per_m = 1000000000 does not suit PDCTRL_MOD K_PARAM",
@@ -345,9 +346,9 @@ fn a_wrong_setting_is_named_with_what_is_right() {
 }
 
 #[test]
-fn a_scenario_file_that_is_wrong_is_named_with_the_place() {
+fn a_rig_file_that_is_wrong_is_named_with_the_place() {
     let message = refused(&["run", "no/such.toml"], 1);
-    assert!(message.contains("no/such.toml: cannot read the scenario"), "{message}");
+    assert!(message.contains("cannot read the rig file no/such.toml"), "{message}");
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("mine.toml");
     fs::write(&path, "[link]\nlos = 0.1\n").unwrap();

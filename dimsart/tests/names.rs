@@ -176,7 +176,8 @@ fn every_key_of_the_bilateral_scenario_keeps_its_name() {
 
 #[test]
 fn every_figure_of_a_scenario_keeps_its_name() {
-    let outcome = serde_json::to_value(run(&RigFile::of_shipped("bilateral", &[]).unwrap()).unwrap().outcome).unwrap();
+    let outcome =
+        serde_json::to_value(run(&RigFile::of_shipped("bilateral", &[]).unwrap()).unwrap().outcome).unwrap();
     has(&outcome, OF_BOTH);
     has(&outcome, OF_SCENARIO);
     has(&outcome["axes"][0], &["axis", "k_perceived_n_per_m", "k_predicted_n_per_m"]);

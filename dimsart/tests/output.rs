@@ -53,15 +53,18 @@ fn standard_output_is_json_alone() {
 }
 
 #[test]
-fn a_side_of_a_rig_is_wrong_usage() {
+fn a_side_that_a_rig_has_not_or_that_has_no_address_is_wrong_usage() {
     let folder = tempfile::tempdir().unwrap();
     let output = dimsart(folder.path(), &["run", "joint", "--side", "slave"]);
     let message = String::from_utf8(output.stderr).unwrap();
-    assert!(output.status.code() == Some(2) && message.contains("for scenarios of two sides"), "{message}");
+    assert!(output.status.code() == Some(2) && message.contains("there is no controller slave"), "{message}");
+    let output = dimsart(folder.path(), &["run", "joint", "--side", "joint"]);
+    let message = String::from_utf8(output.stderr).unwrap();
+    assert!(output.status.code() == Some(2) && message.contains("with an `address`"), "{message}");
 }
 
 #[test]
-fn a_scheme_that_is_run_as_a_scenario_is_told_from_one() {
+fn a_scheme_that_is_run_as_a_rig_is_told_from_one() {
     let folder = tempfile::tempdir().unwrap();
     std::fs::write(folder.path().join("my.scheme"), "all PDCTRL_MOD K_PARAM 3\n").unwrap();
     let output = dimsart(folder.path(), &["run", "my.scheme"]);

@@ -1,8 +1,8 @@
 //! How long a tick of the plants takes: `cargo run --release -p hil-sim --example plant_speed`.
 
 use hil_sim::plant::{
-    BrushedParameters, GearParameters, JointMotorParameters, JointParameters, Joints, ParameterError, Plant, Push,
-    StopsParameters,
+    BrushedParameters, GearParameters, JointMotorParameters, JointParameters, Joints, ParameterError, Plant,
+    Push, StopsParameters,
 };
 use hil_sim::rig_file::RIGID_STIFFNESS;
 use std::hint::black_box;

@@ -97,6 +97,11 @@ impl Motion {
         }
     }
 
+    /// Whether its value is the same all the time from `start_s` to `end_s`, and what it becomes with the end not yet.
+    pub(crate) fn is_still(&self, start_s: f64, end_s: f64) -> bool {
+        self.start_s() >= end_s - LATE_S || self.end_s() <= start_s + LATE_S
+    }
+
     /// When it begins, `s`.
     pub(crate) fn start_s(&self) -> f64 {
         match self {

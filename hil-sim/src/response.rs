@@ -36,9 +36,9 @@ pub use linear_loop::{Held, LinearLoop, linear_loops};
 pub use live::{Hold, LiveRig};
 pub use loop_gain::LoopFigures;
 pub use one_station::{Alone, one_station};
-pub use press::{Obstacle, Phases};
 pub(crate) use poles::UNDECIDED;
 use press::moved_by;
+pub use press::{Obstacle, Phases};
 
 use controller_model::Place;
 use press::Planned;
@@ -190,7 +190,8 @@ fn of_press(
     observers.push(Box::new(RoundTrips::new(ways)));
     observers.push(Box::new(felt::feeling(file, Some(planned), alone.map(|(name, _)| name))?));
     observers.push(Box::new(prediction::Prediction { chain: chain.clone(), dof: forces_n.len() }));
-    observers.push(Box::new(Watch::new(rig, rig.stations().iter().filter_map(|station| ranges(&station.name)))));
+    observers
+        .push(Box::new(Watch::new(rig, rig.stations().iter().filter_map(|station| ranges(&station.name)))));
     observers.push(Box::new(Swings::new(rig, |_| vec![pushed_s.clone()])));
     observers.push(Box::new(Reception { reports_silence: alone.is_none() }));
     match alone {

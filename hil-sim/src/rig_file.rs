@@ -40,14 +40,13 @@ mod settings_file;
 
 use std::path::{Path, PathBuf};
 
-use dimsart_core::{DataType, types};
-use serde::{Deserialize, Serialize};
-use toml::Table;
+use crate::schemes::suggestion;
 pub use around::{AxisHand, AxisSpring, AxisWall, EnvironmentKind, RIGID_STIFFNESS, WallSide};
 pub use bus::{BusSection, IdealSection};
 pub use controller::{ControllerSection, LinkSection};
 pub use data_type::TypeSection;
 pub use device::{ActuatorSection, AxisSection, AxisUnit, DeviceSection, WatchSection};
+use dimsart_core::{DataType, types};
 pub use error::RigFileError;
 pub use media::{CanSection, DelayKind, UartSection, UdpSection};
 pub use moves::{
@@ -56,8 +55,9 @@ pub use moves::{
 };
 pub use parameter::ParameterSection;
 pub use part::Part;
+use serde::{Deserialize, Serialize};
 use set::Setting;
-use crate::schemes::suggestion;
+use toml::Table;
 
 /// Rigs that come with the command, by name; of those with the same scheme the one first that it is for.
 pub const SHIPPED: [(&str, &str); 13] = [
@@ -176,7 +176,8 @@ impl RigFile {
     pub fn load(path: &Path, sets: &[String]) -> Result<Self, RigFileError> {
         let text = std::fs::read_to_string(path)
             .map_err(|source| RigFileError::Unreadable { path: path.to_owned(), source })?;
-        let (folder, name) = (path.parent().map(Path::to_owned).unwrap_or_default(), path.display().to_string());
+        let (folder, name) =
+            (path.parent().map(Path::to_owned).unwrap_or_default(), path.display().to_string());
         match settings_file::read(&text, &name, &folder)? {
             None => Self::read(&text, &name, folder, sets),
             Some((rig, settings)) => Self::read_with(rig, &name, PathBuf::new(), settings, sets),

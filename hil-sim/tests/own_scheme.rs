@@ -4,9 +4,9 @@
 use std::fs;
 use std::sync::atomic::AtomicBool;
 
-use hil_sim::response::round_trip_ticks;
 use hil_sim::experiment::Experiment;
 use hil_sim::outcome::Outcome;
+use hil_sim::response::round_trip_ticks;
 use hil_sim::rig_file::RigFile;
 
 /// The paper's scheme with gains and delays of its own, and one axis unlike the others.

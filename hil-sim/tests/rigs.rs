@@ -296,7 +296,7 @@ fn one_setting_goes_over_a_file_by_names_and_numbers() {
     assert!((file.devices[0].axes[0].plant.as_ref().unwrap().load.inertia - 1.0).abs() < 1e-12);
     assert_eq!(with("controller.joint.scheme=my.scheme").unwrap().controllers[0].scheme, "my.scheme");
     for (set, expected) in [
-        ("duration_s", "write it KEY=VALUE"),
+        ("duration_s", "write it as key=value"),
         ("device.arm.delay_ticks=1", "say which one, by number or name: joint"),
         (
             "device.joint.delay_tick=1",

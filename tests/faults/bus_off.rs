@@ -58,7 +58,8 @@ fn a_node_that_stays_off_the_bus_leaves_both_sides_at_rest() {
                     "can.bits_per_s=1000000 can.bit_error_rate={bit_error_rate} can.rejoins={rejoins}"
                 );
                 let settings = format!("wave.form=implicit link.carrier={carrier} {bus} seed={seed}");
-                let (master, slave) = (axis(0.1, 8.0, Met::Nothing, swing()), axis(0.5, 8.0, Met::Nothing, None));
+                let (master, slave) =
+                    (axis(0.1, 8.0, Met::Nothing, swing()), axis(0.5, 8.0, Met::Nothing, None));
                 let mut rig = rig(&settings, master, slave);
                 let mut at_rest_m = None::<f32>;
                 let mut farthest_m = 0.0_f32;

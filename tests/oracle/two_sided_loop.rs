@@ -87,8 +87,7 @@ fn run(case: &Case, forces_n: Vec<f64>, ticks: usize) -> Vec<Vec<f64>> {
     let device =
         |side: &Side, met, push: Option<Push>| axis(side.mass_kg, side.device_damping_ns_per_m, met, push);
     let wall = Met::Spring(stiffness_n_per_m);
-    let mut rig =
-        rig(&settings, device(&case.master, Met::Nothing, hand), device(&case.slave, wall, None));
+    let mut rig = rig(&settings, device(&case.master, Met::Nothing, hand), device(&case.slave, wall, None));
     let run = (0..ticks).map(|_| {
         rig.tick();
         let seen = COMPARED.map(|(_, side, data_type, _)| signal(&rig, side, data_type)).to_vec();

@@ -11,7 +11,7 @@ use hil_sim::observer::channel_energy::ChannelEnergy;
 use hil_sim::plant::Joints;
 use hil_sim::rig::Rig;
 
-use crate::loops::{MASTER, SLAVE, TICK_S, Met, axis, bilateral, delays, push, rig, signal};
+use crate::loops::{MASTER, Met, SLAVE, TICK_S, axis, bilateral, delays, push, rig, signal};
 
 /// One direction of the line: waves that have left and not arrived yet.
 struct InFlight(VecDeque<f64>);
@@ -55,7 +55,8 @@ fn the_line_holds_the_energy_of_the_waves_in_flight() {
         for (forward_ticks, backward_ticks) in [(0, 1), (1, 1), (10, 1), (3, 17), (40, 4), (100, 100)] {
             let settings = format!("wave.form={form} {}", delays(forward_ticks, backward_ticks));
             let hand = push(|t| 2.0 * libm::sin(9.0 * t) + if t < 0.5 { 1.0 } else { 0.0 });
-            let mut rig = rig(&settings, axis(0.1, 8.0, Met::Nothing, hand), axis(0.5, 8.0, Met::Nothing, None));
+            let mut rig =
+                rig(&settings, axis(0.1, 8.0, Met::Nothing, hand), axis(0.5, 8.0, Met::Nothing, None));
             let mut account = ChannelEnergy::new(&rig);
             let (mut forward, mut backward) = (InFlight::new(forward_ticks), InFlight::new(backward_ticks));
             let (mut through_ports_j, mut carried_j, mut largest_error) = (0.0, 0.0, 0.0_f64);

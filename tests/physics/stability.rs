@@ -12,7 +12,7 @@ use hil_sim::experiment::{Experiment, Run};
 use hil_sim::plant::Push;
 use hil_sim::rig::Rig;
 
-use crate::loops::{MASTER, TICK_S, Met, axis, bilateral, delays, push, rig, signal};
+use crate::loops::{MASTER, Met, TICK_S, axis, bilateral, delays, push, rig, signal};
 
 /// The loop of this file, its slave `in_contact` or free, with a hand that pushes with a force of time.
 pub(crate) fn held(settings: &str, in_contact: bool, hand: Option<Push>) -> Rig {

@@ -1,7 +1,7 @@
 //! `cargo xtask bench`: what a tick costs, counted and held to its budgets; the simulator, timed.
 //!
 //! Counted, not timed: callgrind runs an optimized build and counts every instruction of one function,
-//! so the same source and compiler give the same number on every run. The time that the shipped scenario
+//! so the same source and compiler give the same number on every run. The time that the shipped experiment
 //! takes is measured too, and shown; a busy machine breaks no budget.
 
 mod count;

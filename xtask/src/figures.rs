@@ -72,7 +72,7 @@ const CYCLES: &str = "
 ## Cycles of a tick
 
 By `dimsart/examples/cycle_figures.rs`: cycles of a model that is built on Arm's tables ([cycles.md](cycles.md)), from
-the memory that the board runs from, never of silicon. Each tick of the shipped scenario, with jitter and loss, and of
+the memory that the board runs from, never of silicon. Each tick of the shipped experiment, with jitter and loss, and of
 random inputs is run in the emulated processor and is the host's bit by bit; the bound holds for anything that is
 measured and comes in.
 ";
@@ -81,7 +81,7 @@ const BY_HAND: &str = "
 ## Against a function by hand
 
 What the master's tick takes beside Table 1 written by hand as one function (`dimsart-core/by-hand/src/lib.rs`), in the
-same image and optimised as the core is: over the shipped scenario with jitter and loss, with the same commands and
+same image and optimised as the core is: over the shipped experiment with jitter and loss, with the same commands and
 packets bit by bit. The function has one scheme, parameters that are constants and a frame of three positions; the
 board's frame has what the board says of itself, too, 9 words in all.
 ";

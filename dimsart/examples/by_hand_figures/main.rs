@@ -23,7 +23,8 @@ fn main() -> Result<(), Box<dyn Error>> {
     let given = std::env::args().nth(1).map(PathBuf::from);
     let collected = || std::env::var_os(FOLDER_VARIABLE).map(|folder| Path::new(&folder).join(IMAGE));
     let firmware = Firmware::find(given.or_else(collected).as_deref(), None)?;
-    let scenario = RigFile::of_shipped("bilateral", &["link.jitter_ticks=2", "link.loss=0.02"].map(str::to_owned))?;
+    let scenario =
+        RigFile::of_shipped("bilateral", &["link.jitter_ticks=2", "link.loss=0.02"].map(str::to_owned))?;
     println!(
         "`{}`, {UNIT}, memory {}; means, and the same over that by hand.\n",
         firmware.name,
@@ -43,11 +44,7 @@ fn main() -> Result<(), Box<dyn Error>> {
 }
 
 /// What the tick by hand takes, the image's tick and its parts: mean cycles.
-fn parts(
-    firmware: &Firmware,
-    rig: &RigFile,
-    column: Column,
-) -> Result<Vec<(String, f64)>, Box<dyn Error>> {
+fn parts(firmware: &Firmware, rig: &RigFile, column: Column) -> Result<Vec<(String, f64)>, Box<dyn Error>> {
     let timing = Timing::new(firmware.memory().profile(), column);
     let setup = Setup {
         firmware,

@@ -165,10 +165,13 @@ impl Check {
             return Err(UsageError(reason.to_owned()).into());
         }
         let axes = file.devices.iter().map(|device| device.axes.len()).max().unwrap_or_default();
-        let board = target.filter(|target| has_dof && target.board.motor.is_some() && target.board.axes < axes);
+        let board =
+            target.filter(|target| has_dof && target.board.motor.is_some() && target.board.axes < axes);
         let board = board.filter(|_| self.dof.is_none());
         let mut sets = Vec::new();
-        sets.extend(self.dof.or(board.map(|target| target.board.axes)).map(|dof| format!("{DOF_PARAMETER}={dof}")));
+        sets.extend(
+            self.dof.or(board.map(|target| target.board.axes)).map(|dof| format!("{DOF_PARAMETER}={dof}")),
+        );
         sets.extend(self.sample_period_s.map(|period_s| format!("sample_period_s={period_s:?}")));
         let mut file = rig_argument::read(Some(path), &sets)?;
         let note = board.map(|Target { name, board, .. }| {
@@ -182,7 +185,13 @@ impl Check {
             if let Some(Ok(limit)) = target.map(|target| &target.limit) {
                 dimsart.engine_mut().set_costs(Some(limit.costs));
             }
-            let mut verdict = verdict(name, dimsart, loaded, Some(most_words).filter(|_| has_dof || target.is_some()), target);
+            let mut verdict = verdict(
+                name,
+                dimsart,
+                loaded,
+                Some(most_words).filter(|_| has_dof || target.is_some()),
+                target,
+            );
             if verdict.matches && has_dof {
                 verdict.notes.extend((0..MAX_LINKS).filter_map(|link| line_note(dimsart, link)));
             }
@@ -196,14 +205,13 @@ impl Check {
             let device = controller.and_then(|found| file.device(&found.device));
             verdict.notes.extend(device.and_then(range_note));
         }
-        if verdicts.iter().all(|verdict| verdict.matches) {
+        if self.side.is_none() && verdicts.iter().all(|verdict| verdict.matches) {
             // What is between the controllers.
             file.experiment.margins = false;
             Experiment::new(&file)?;
         }
         Ok(verdicts)
     }
-
 }
 
 fn check(

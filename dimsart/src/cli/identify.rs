@@ -116,7 +116,9 @@ struct Answer<'a> {
 
 impl Identify {
     pub(super) fn execute(self, out: &mut impl Write) -> Ending {
-        let joints = if rig_argument::is_rig(&self.source) || !self.source.exists() {
+        let joints = if rig_argument::is_rig(&self.source)
+            || self.source.extension().is_none() && !self.source.exists()
+        {
             self.run(&rig_argument::read(Some(&self.source), &self.sets)?)?
         } else {
             self.read(&self.source)?

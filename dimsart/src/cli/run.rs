@@ -27,8 +27,8 @@ use hil_sim::emulated::{self, Image};
 use hil_sim::experiment::{self, Experiment, ExperimentError};
 use hil_sim::key_file;
 use hil_sim::link::InProcessParameters;
-use hil_sim::rig::{Rig, Station};
 use hil_sim::response::{Alone, one_station};
+use hil_sim::rig::{Rig, Station};
 use hil_sim::rig_file::{LinkSection, RigFile, USUAL};
 
 /// Run a rig: all stations against simulated plants, or one station in real time.
@@ -238,7 +238,10 @@ impl Run {
         let is_wrong = |name: &&str| !names.contains(name);
         let target = self.target_side.as_deref().filter(|name| *name != BOTH);
         if let Some(name) = self.side.as_deref().into_iter().chain(target).find(is_wrong) {
-            return Err(UsageError(format!("there is no controller {name}; there is {}", names.join(", "))));
+            let known = names.join(", ");
+            return Err(UsageError(format!(
+                "there is no controller {name}; there is {known} (`dimsart run --help`)"
+            )));
         }
         let cannot = self.side.as_deref().filter(|name| Alone::of(file, name).is_none());
         cannot.map_or(Ok(()), |name| {

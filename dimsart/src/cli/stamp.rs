@@ -132,9 +132,7 @@ fn saved(scheme: &str, side: &'static str) -> Result<SchemeBytes, Box<dyn std::e
     let loaded = schemes::load(&text, side, &[], &mut dimsart);
     if !loaded.is_sound() {
         let problems: Vec<String> = loaded.problems().collect();
-        return Err(
-            format!("{scheme} does not run on the {}:\n  {}", side, problems.join("\n  ")).into()
-        );
+        return Err(format!("{scheme} does not run on the {}:\n  {}", side, problems.join("\n  ")).into());
     }
     let bytes = saved_scheme::save(dimsart.engine_mut());
     Ok(bytes.map_err(|_| format!("{scheme} takes more bytes than an image keeps: make it shorter"))?)

@@ -17,9 +17,9 @@ use super::law_costs;
 use super::steady::channels;
 use super::worst::Worst;
 use super::{Controller, CyclesError, Firmware};
-use hil_sim::schemes::device;
 use hil_sim::rig::SimulatedDimsart;
 use hil_sim::schemes::Explained;
+use hil_sim::schemes::device;
 
 /// What is carried by a COMM module: the most that fits, and waves, which need the most care.
 const CONTENT: [TypeRef; MAX_CHANNEL_TYPES] = [

@@ -11,7 +11,12 @@ pub(super) const FILE_STEMS: [&str; 3] = ["positions", "forces", "energy"];
 
 /// The figures that the recorded signals allow, of a run of both stations or of one `alone`.
 #[must_use]
-pub(super) fn figures(recording: &Recording, phases: &Phases, file: &RigFile, alone: Option<&str>) -> Vec<Figure> {
+pub(super) fn figures(
+    recording: &Recording,
+    phases: &Phases,
+    file: &RigFile,
+    alone: Option<&str>,
+) -> Vec<Figure> {
     let Some([hand, other]) = file.pressed() else { return Vec::new() };
     let (one, two) = (hand.name(), other.name());
     let dof = hand.axes.len();
@@ -27,7 +32,7 @@ pub(super) fn figures(recording: &Recording, phases: &Phases, file: &RigFile, al
             (one, world(one, "position")),
         ],
     );
-    let walls = other.sections().map(|(_, section)| section.wall.as_ref());
+    let walls = other.sections().map(|(_, section)| section.met_wall());
     for (panel, wall) in positions.iter_mut().zip(walls) {
         panel.levels.extend(wall.map(|wall| Level { label: "wall".to_owned(), value: wall.position }));
     }

@@ -19,9 +19,9 @@ use dimsart_link::protocol::{
 };
 use dimsart_link::saved_scheme;
 use dimsart_modules::ALL;
-use hil_sim::schemes::device;
 use hil_sim::plant::{Joint, JointParameters};
 use hil_sim::rig::SimulatedDimsart;
+use hil_sim::schemes::device;
 use hil_sim::schemes::{self, SchemeText, Setting};
 
 pub(crate) const MASTER: usize = 0;

@@ -16,8 +16,8 @@ use dimsart_modules::ALL;
 use hil_sim::law::Law;
 use hil_sim::response::loaded_controllers;
 use hil_sim::rig::SimulatedDimsart;
-use hil_sim::schemes::device;
 use hil_sim::rig_file::RigFile;
+use hil_sim::schemes::device;
 use hil_sim::schemes::{self, SchemeText};
 
 use crate::emulated::{Emulated, QUICK, Robot, dimsart, listen, message};
@@ -29,8 +29,7 @@ fn of_rig(name: &str) -> Box<SimulatedDimsart> {
 }
 
 fn of_side(scheme: &str, side: &'static str) -> Box<SimulatedDimsart> {
-    let mut dimsart =
-        Box::new(SimulatedDimsart::new(device(side, 3, 1e-3).unwrap(), ALL).unwrap());
+    let mut dimsart = Box::new(SimulatedDimsart::new(device(side, 3, 1e-3).unwrap(), ALL).unwrap());
     schemes::load(&SchemeText::read(scheme).unwrap(), side, &[], &mut dimsart);
     dimsart
 }

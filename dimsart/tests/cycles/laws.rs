@@ -6,8 +6,8 @@ use dimsart_core::limits::DEFAULT_WORDS;
 use dimsart_core::{Dimsart, Word, scheme};
 use dimsart_link::saved_scheme;
 use dimsart_modules::ALL;
-use hil_sim::schemes::device;
 use hil_sim::law::Law;
+use hil_sim::schemes::device;
 
 use crate::common::variant;
 

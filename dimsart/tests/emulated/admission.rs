@@ -6,8 +6,8 @@ use dimsart::stamp::StampedImage;
 use dimsart_core::limits::MAX_DOF;
 use dimsart_link::saved_scheme;
 use dimsart_modules::ALL;
-use hil_sim::schemes::device;
 use hil_sim::rig::SimulatedDimsart;
+use hil_sim::schemes::device;
 use hil_sim::schemes::{self, SchemeText};
 use tempfile::TempDir;
 

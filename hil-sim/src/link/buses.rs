@@ -109,7 +109,7 @@ impl<'f> Buses<'f> {
     pub fn link(&mut self, route: Route<'_>, behind: InProcess) -> Option<Box<dyn Link>> {
         let Route { bus, from, to, is_forward, channel, number, is_authenticated } = route;
         let (name, bus) = self.buses.iter_mut().find(|(known, _)| *known == bus)?;
-        let (period_ns, seed) = (self.period_ns, self.seed.wrapping_add(2 * BUS_SEEDS).wrapping_add(number));
+        let (period_ns, seed) = (self.period_ns, self.seed.wrapping_mul(2).wrapping_add((2 + number) << 32));
         let own_name = format!("{name}, {from} to {to}");
         Some(match bus {
             Bus::Ideal => Box::new(behind),
@@ -234,3 +234,6 @@ fn longest_ns(
         _ => None,
     })
 }
+
+#[cfg(test)]
+mod tests;

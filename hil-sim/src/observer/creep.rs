@@ -11,8 +11,8 @@ use core::ops::ControlFlow;
 
 use super::Observer;
 use super::reception::Received;
-use crate::response::Controller;
 use crate::outcome::Outcome;
+use crate::response::Controller;
 use crate::rig::Rig;
 
 /// Of an `f32`.

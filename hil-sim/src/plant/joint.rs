@@ -62,10 +62,10 @@ pub struct JointParameters {
     /// What it moves.
     pub load: LoadParameters,
     /// What turns the rotor; without it, an ideal source.
-    #[serde(default)]
+    #[serde(default, skip_serializing_if = "is_default")]
     pub motor: JointMotorParameters,
     /// Between rotor and output; without it, 1:1.
-    #[serde(default)]
+    #[serde(default, skip_serializing_if = "is_default")]
     pub gear: GearParameters,
     /// Elastic element between gear and load; without it, rigid.
     #[serde(default)]
@@ -76,6 +76,11 @@ pub struct JointParameters {
     /// Ends of the travel; without them, none.
     #[serde(default)]
     pub stops: Option<StopsParameters>,
+}
+
+/// A part that is left out of a file.
+fn is_default<P: Default + PartialEq>(part: &P) -> bool {
+    *part == P::default()
 }
 
 impl JointParameters {
@@ -213,20 +218,37 @@ impl Joint {
     ///
     /// A command that is NaN or infinite is applied as it is.
     pub fn advance(&mut self, start_s: f64, period_s: f64, command: f64, load: &dyn Fn(f64) -> f64) {
-        let sub_steps = (self.sub_steps_per_s * period_s).ceil().max(f64::from(SUB_STEPS_MIN));
-        let step_s = period_s / sub_steps;
+        self.advance_under(start_s, period_s, command, load, false);
+    }
+
+    /// The same under an outside force that is held for the whole period.
+    pub fn advance_held(&mut self, start_s: f64, period_s: f64, command: f64, force: f64) {
+        self.advance_under(start_s, period_s, command, &|_| force, true);
+    }
+
+    fn advance_under(
+        &mut self,
+        start_s: f64,
+        period_s: f64,
+        command: f64,
+        load: &dyn Fn(f64) -> f64,
+        is_held: bool,
+    ) {
         self.inputs = Inputs {
             wanted_nm: command / self.mechanics.gear.ratio,
             load: load(start_s),
-            settling_max_per_s: step_s.recip(),
+            settling_max_per_s: self.inputs.settling_max_per_s,
         };
         let exact = self.exact.as_mut();
         let mut period = Period { mechanics: &self.mechanics, load, exact, inputs: self.inputs };
-        if period.stride(&mut self.state, start_s, period_s) {
+        if period.stride(&mut self.state, start_s, period_s, is_held) {
             self.inputs = period.inputs;
             return;
         }
-        let mut mode = self.mechanics.mode(&self.inputs, &self.state);
+        let sub_steps = (self.sub_steps_per_s * period_s).ceil().max(f64::from(SUB_STEPS_MIN));
+        let step_s = period_s / sub_steps;
+        period.inputs.settling_max_per_s = step_s.recip();
+        let mut mode = self.mechanics.mode(&period.inputs, &self.state);
         let mut done = 0.0;
         while done < sub_steps {
             let from_s = start_s + done * step_s;
@@ -250,11 +272,25 @@ impl Joint {
         self.state.position
     }
 
+    /// From the drive on the output now, `N m` or `N`.
+    #[must_use]
+    pub fn force(&self) -> f64 {
+        match &self.exact {
+            // All of what is commanded arrives where no rotor takes its part.
+            Some(_) if self.mechanics.rotor_kg_m2 <= 0.0 => self.mechanics.gear.ratio * self.inputs.wanted_nm,
+            _ => self.rates().force,
+        }
+    }
+
+    fn rates(&self) -> Rates {
+        let Self { mechanics, state, inputs, .. } = self;
+        mechanics.rates(inputs, state, &mechanics.mode(inputs, state))
+    }
+
     /// Acceleration of its output now, `rad/s²` or `m/s²`.
     #[must_use]
     pub fn acceleration(&self) -> f64 {
-        let Self { mechanics, state, inputs, .. } = self;
-        mechanics.rates(inputs, state, &mechanics.mode(inputs, state)).state.velocity
+        self.rates().state.velocity
     }
 
     /// Everything that it moves on from, but energies and the temperature of its winding.
@@ -279,14 +315,11 @@ impl Joint {
     /// The truth now.
     #[must_use]
     pub fn state(&self) -> JointState {
-        let Self { mechanics, state, inputs, .. } = self;
+        let Self { mechanics, state, .. } = self;
         let (motor_position, motor_velocity) = mechanics.rotor(state);
         let rates = match &self.exact {
-            // All of what is commanded arrives where no rotor takes its part.
-            Some(_) if mechanics.rotor_kg_m2 <= 0.0 => {
-                Rates { force: mechanics.gear.ratio * inputs.wanted_nm, ..Rates::default() }
-            }
-            _ => mechanics.rates(inputs, state, &mechanics.mode(inputs, state)),
+            Some(_) => Rates { force: self.force(), ..Rates::default() },
+            None => self.rates(),
         };
         JointState {
             position: state.position,

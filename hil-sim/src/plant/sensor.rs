@@ -77,7 +77,9 @@ impl SensorParameters {
     /// As [`check`](Self::check).
     pub fn build(&self) -> Result<Sensor, ParameterError> {
         self.check()?;
-        Ok(Sensor { parameters: self.clone(), noise: Random::new(self.seed), shown: None, switched_on: None })
+        let is_ideal = *self == Self { seed: self.seed, ..Self::default() };
+        let parameters = self.clone();
+        Ok(Sensor { parameters, is_ideal, noise: Random::new(self.seed), shown: None, switched_on: None })
     }
 }
 
@@ -85,6 +87,7 @@ impl SensorParameters {
 #[derive(Debug, Clone)]
 pub struct Sensor {
     parameters: SensorParameters,
+    is_ideal: bool,
     noise: Random,
     /// What it showed last.
     shown: Option<f64>,
@@ -93,6 +96,12 @@ pub struct Sensor {
 }
 
 impl Sensor {
+    /// Whether it shows the truth.
+    #[must_use]
+    pub fn is_ideal(&self) -> bool {
+        self.is_ideal
+    }
+
     /// What it shows of `truth` at `time_s`, both in the sensor's unit. Stuck before its first reading, it shows that
     /// one for good.
     #[expect(clippy::cast_possible_truncation, reason = "the controller's number is an f32")]

@@ -49,10 +49,8 @@ impl Transition {
     pub(super) fn over(dynamics: &Dynamics, step_s: f64) -> Self {
         let Dynamics { stiffness_n_per_m, damping_ns_per_m, inverse_mass_per_kg } = *dynamics;
         let frequency_rad_per_s = (stiffness_n_per_m.abs() * inverse_mass_per_kg).sqrt();
-        let a = [
-            [0.0, 1.0],
-            [-stiffness_n_per_m * inverse_mass_per_kg, -damping_ns_per_m * inverse_mass_per_kg],
-        ];
+        let a =
+            [[0.0, 1.0], [-stiffness_n_per_m * inverse_mass_per_kg, -damping_ns_per_m * inverse_mass_per_kg]];
         let fastest_per_s = frequency_rad_per_s + damping_ns_per_m.abs() * inverse_mass_per_kg;
         let mut doublings = 0;
         let mut short_s = step_s;
@@ -79,7 +77,8 @@ impl Transition {
         let Motion { position_m, velocity_m_per_s, acceleration_m_per_s2 } = *motion;
         let ([x, v], [e, a]) = (&self.increments, &self.growth);
         Motion {
-            position_m: position_m + (x[0] * velocity_m_per_s + x[1] * acceleration_m_per_s2 + self.ramp * jerk),
+            position_m: position_m
+                + (x[0] * velocity_m_per_s + x[1] * acceleration_m_per_s2 + self.ramp * jerk),
             velocity_m_per_s: e[0] * velocity_m_per_s + e[1] * acceleration_m_per_s2 + x[1] * jerk,
             acceleration_m_per_s2: a[0] * velocity_m_per_s + a[1] * acceleration_m_per_s2 + v[1] * jerk,
         }
@@ -121,11 +120,7 @@ mod tests {
     use super::*;
 
     fn dynamics(stiffness: f64, damping: f64) -> Dynamics {
-        Dynamics {
-            stiffness_n_per_m: stiffness,
-            damping_ns_per_m: damping,
-            inverse_mass_per_kg: 2.0,
-        }
+        Dynamics { stiffness_n_per_m: stiffness, damping_ns_per_m: damping, inverse_mass_per_kg: 2.0 }
     }
 
     /// Closed form of an oscillator under a unit step of acceleration, from rest.

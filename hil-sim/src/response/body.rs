@@ -17,6 +17,17 @@ pub(super) enum Body {
     Drives(Box<DriveBus>),
 }
 
+/// What pushes and holds the axes of a body from outside.
+#[derive(Clone, Copy)]
+pub(super) struct Around<'a> {
+    /// What pushes an axis by time alone.
+    pub(super) outside: &'a dyn Fn(usize, f64) -> f64,
+    /// The same where it is held for the period.
+    pub(super) still: &'a dyn Fn(usize) -> Option<f64>,
+    /// What holds a coupled axis by where it is and how it moves.
+    pub(super) around: &'a dyn Fn(usize, f64, f64) -> f64,
+}
+
 /// A `PHANToM`, whose Cartesian positions begin where it stands.
 #[derive(Debug)]
 pub(super) struct Tip {
@@ -99,11 +110,32 @@ impl Body {
         }
     }
 
+    /// Where a joint is now whose controller sees it as it is; none for any other axis.
+    pub(super) fn joint_position(&self, axis: usize) -> Option<f64> {
+        match self {
+            Self::Joints(joints) => joints.get(axis).map(Joint::position),
+            Self::Drives(_) | Self::Arm(_) | Self::Phantom(_) => None,
+        }
+    }
+
     /// Where an axis is now; 0 for one that it has not.
     pub(super) fn position(&self, axis: usize) -> f64 {
         match self {
             Self::Joints(joints) => joints.get(axis).map_or(0.0, Joint::position),
             Self::Drives(_) | Self::Arm(_) | Self::Phantom(_) => self.state(axis).position,
+        }
+    }
+
+    /// Where an axis is and what its actuator does, and the angle of a joint whose axis is a direction of the tip.
+    pub(super) fn actuation(&self, axis: usize) -> (f64, f64, Option<[f64; 2]>) {
+        match self {
+            Self::Joints(joints) => {
+                joints.get(axis).map_or((0.0, 0.0, None), |joint| (joint.position(), joint.force(), None))
+            }
+            Self::Drives(_) | Self::Arm(_) | Self::Phantom(_) => {
+                let AxisState { position, force, joint, .. } = self.state(axis);
+                (position, force, joint)
+            }
         }
     }
 
@@ -185,16 +217,9 @@ impl Body {
         !matches!(self, Self::Drives(_))
     }
 
-    /// Holds `commands` from `start_s` for `period_s` and moves on; `outside` is what pushes an axis by time alone,
-    /// `around` what holds a coupled axis by where it is and how it moves.
-    pub(super) fn advance(
-        &mut self,
-        start_s: f64,
-        period_s: f64,
-        commands: &[f64],
-        outside: &dyn Fn(usize, f64) -> f64,
-        around: &dyn Fn(usize, f64, f64) -> f64,
-    ) {
+    /// Holds `commands` from `start_s` for `period_s` and moves on.
+    pub(super) fn advance(&mut self, start_s: f64, period_s: f64, commands: &[f64], forces: &Around<'_>) {
+        let Around { outside, still, around } = *forces;
         if period_s <= 0.0 {
             return;
         }
@@ -202,7 +227,12 @@ impl Body {
         match self {
             Self::Joints(joints) => {
                 for (axis, joint) in joints.iter_mut().enumerate() {
-                    joint.advance(start_s, period_s, command(axis), &|time_s| outside(axis, time_s));
+                    match still(axis) {
+                        Some(force) => joint.advance_held(start_s, period_s, command(axis), force),
+                        None => {
+                            joint.advance(start_s, period_s, command(axis), &|time_s| outside(axis, time_s))
+                        }
+                    }
                 }
             }
             Self::Drives(bus) => bus.advance(start_s, period_s, command, outside),

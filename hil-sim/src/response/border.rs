@@ -161,7 +161,7 @@ impl<'f> Robot<'f> {
 
     /// How its position follows a force that is held for a tick; in contact, with its wall on both sides.
     fn sampled(&self, in_contact: bool, period_s: f64) -> Option<Sampled> {
-        let wall = self.axis.wall.as_ref().filter(|_| in_contact);
+        let wall = self.axis.met_wall().filter(|_| in_contact);
         let (wall_stiffness, wall_damping) = wall.map_or((0.0, 0.0), |wall| (wall.stiffness, wall.damping));
         let inertia = self.joint.load.inertia;
         let a = Matrix3::new(

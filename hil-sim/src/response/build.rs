@@ -52,8 +52,8 @@ pub(super) fn machine(
     Ok(Machine::new(body, axes_of(file, device, &let_go_s)?, device.delay_ticks, controllers))
 }
 
-/// Packets that a link carries are told apart by channels where a bus has those of more than two controllers.
-const ENDS_WITHOUT_CHANNELS: usize = 2;
+/// Links over a CAN bus that need no channels: those of two controllers, one each way.
+const LINKS_WITHOUT_CHANNELS: usize = 2;
 
 fn connect(file: &RigFile, parts: &[Part<'_>], rig: &mut Rig) -> Result<(), ExperimentError> {
     let mut buses = Buses::new(&file.buses, file.sample_period_s, file.seed, &file.folder)?;
@@ -73,7 +73,7 @@ fn connect(file: &RigFile, parts: &[Part<'_>], rig: &mut Rig) -> Result<(), Expe
                 let channel = receiver.map_or(0, |station| station.dimsart.listening_channel(end.link));
                 if buses.needs_channels(bus) {
                     let over_it = file.links.iter().filter(|link| link.bus.as_ref() == Some(bus)).count();
-                    if channel == 0 && over_it > ENDS_WITHOUT_CHANNELS {
+                    if channel == 0 && over_it != LINKS_WITHOUT_CHANNELS {
                         return Err(ExperimentError::NoChannel { from: from.clone(), to: to.clone() });
                     }
                     if let Some((.., first)) =
@@ -115,12 +115,28 @@ pub struct LoadedController {
 /// # Errors
 /// [`ExperimentError`] for a device that cannot be, or a scheme that cannot be read.
 pub fn loaded_controllers(file: &RigFile) -> Result<Vec<LoadedController>, ExperimentError> {
-    Part::of_all(file).iter().map(|part| loaded_controller(file, part)).collect()
+    let of_part = |part: &Part<'_>| match loaded_controller(file, part) {
+        // What is wrong with the others is told, too.
+        Err(ExperimentError::SchemeFile(error)) => Ok(LoadedController {
+            name: part.name().to_owned(),
+            scheme: part.controller.scheme.clone(),
+            dimsart: empty_controller(file, part)?,
+            loaded: Loaded { errors: vec![error.to_string()], ..Loaded::default() },
+        }),
+        loaded => loaded,
+    };
+    Part::of_all(file).iter().map(of_part).collect()
+}
+
+fn empty_controller(file: &RigFile, part: &Part<'_>) -> Result<Box<SimulatedDimsart>, ExperimentError> {
+    // In its place: it is large, and there is one for each loop that is computed.
+    let mut dimsart = Box::new(SimulatedDimsart::unconnected());
+    dimsart.connect(descriptor(file, part)?, ALL).map_err(ExperimentError::Storage)?;
+    Ok(dimsart)
 }
 
 fn loaded_controller(file: &RigFile, part: &Part<'_>) -> Result<LoadedController, ExperimentError> {
-    let mut dimsart =
-        Box::new(SimulatedDimsart::new(descriptor(file, part)?, ALL).map_err(ExperimentError::Storage)?);
+    let mut dimsart = empty_controller(file, part)?;
     let sides: Vec<&str> =
         file.controllers.iter().map(ControllerSection::side).chain(SIDES.iter().copied()).collect();
     for (number, law) in (1..=u8::MAX).zip(&part.controller.laws) {
@@ -149,7 +165,7 @@ fn told(dimsart: &SimulatedDimsart, error: CommandError) -> String {
 pub(super) fn controller(file: &RigFile, part: &Part<'_>) -> Result<Box<SimulatedDimsart>, ExperimentError> {
     let LoadedController { name, scheme, dimsart, loaded } = loaded_controller(file, part)?;
     if !loaded.is_sound() {
-        let controller = format!("the controller '{name}'");
+        let controller = format!("the {name}");
         return Err(ExperimentError::Scheme { name: scheme, controller, loaded });
     }
     Ok(dimsart)
@@ -202,11 +218,7 @@ fn limits(part: &Part<'_>) -> &'static [&'static [InputLimits]] {
     Vec::leak(part.device.takes.iter().map(of_type).collect())
 }
 
-fn axes_of(
-    file: &RigFile,
-    section: &DeviceSection,
-    let_go_s: &[f64],
-) -> Result<Vec<Axis>, ExperimentError> {
+fn axes_of(file: &RigFile, section: &DeviceSection, let_go_s: &[f64]) -> Result<Vec<Axis>, ExperimentError> {
     let axis = |(axis, of_axis): (usize, &AxisSection)| {
         let load = motions(file, &section.name, axis, LOAD)?;
         let hand = motions(file, &section.name, axis, HAND)?;

@@ -14,7 +14,11 @@ use crate::rig_file::{Part, RigFile};
 
 /// Every axis of a rig that is held by a hand and whose links lead to something that can be felt. It is observed in the
 /// second halves of the times in which nothing moves. Of an experiment that presses, in the settled contact, on the axes that are pressed.
-pub(super) fn feeling(file: &RigFile, press: Option<&Planned>, alone: Option<&str>) -> Result<Feeling, ExperimentError> {
+pub(super) fn feeling(
+    file: &RigFile,
+    press: Option<&Planned>,
+    alone: Option<&str>,
+) -> Result<Feeling, ExperimentError> {
     let (parts, mut all) = (Part::of_all(file), Vec::new());
     let presses = file.pressed().map(|[hand, _]| hand.name());
     let half = |rest: Range<f64>| 0.5 * (rest.start + rest.end)..rest.end;
@@ -30,8 +34,8 @@ pub(super) fn feeling(file: &RigFile, press: Option<&Planned>, alone: Option<&st
                 let (axis, (_, met)) = sections.find(|(_, (other_place, _))| *other_place == place)?;
                 let is_met = met.unit == section.unit;
                 let station = Some(station).filter(|_| alone.is_none());
-                let spring = met.spring.clone().filter(|spring| spring.stiffness > 0.0);
-                let obstacle = Obstacle::new(other.name(), station, axis, met.wall.clone(), spring);
+                let spring = met.met_spring().filter(|spring| spring.stiffness > 0.0).cloned();
+                let obstacle = Obstacle::new(other.name(), station, axis, met.met_wall().cloned(), spring);
                 obstacle.filter(|_| is_met)
             };
             let obstacles: Vec<Obstacle> = others.filter_map(meets).collect();
@@ -52,7 +56,8 @@ pub(super) fn feeling(file: &RigFile, press: Option<&Planned>, alone: Option<&st
                 let is_at_tip = part.device.kind(section) != section.unit.kind();
                 let command = if is_at_tip { types::DES_TIP_FORCE } else { types::DES_FORCE };
                 let force = Probe::new(command.first());
-                let (unit, min_depth) = (section.unit.stiffness(), if press.is_some() { 0.0 } else { MIN_DEPTH });
+                let (unit, min_depth) =
+                    (section.unit.stiffness(), if press.is_some() { 0.0 } else { MIN_DEPTH });
                 all.push(Perceived {
                     station,
                     axis,

@@ -62,7 +62,8 @@ pub(super) fn guard_all(file: &RigFile, parts: &[Part<'_>], rig: &mut Rig) -> Re
 pub(super) fn board_keys(file: &RigFile) -> Result<BTreeMap<String, BoardKey>, ExperimentError> {
     let mut keys = BTreeMap::new();
     for (place, part) in Part::of_all(file).iter().enumerate() {
-        let path = file.links.iter().filter(|link| link.from == part.name()).find_map(|link| key_path(file, link));
+        let path =
+            file.links.iter().filter(|link| link.from == part.name()).find_map(|link| key_path(file, link));
         if let Some(path) = path {
             // As for a guard, and far from one's.
             let salt = !seed(file, place).rotate_left(32);

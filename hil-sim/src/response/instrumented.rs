@@ -6,7 +6,7 @@ use dimsart_core::{DataType, types};
 use drive::DriveReading;
 
 use super::body::AxisState;
-use super::machine::Machine;
+use super::machine::{Axis, Machine};
 use crate::motion::{Motion, sum_at};
 use crate::plant::{Actuation, Plant, Repetition, Sensor};
 use crate::rig_file::AxisUnit;
@@ -69,8 +69,18 @@ impl Plant for Instrumented {
             for (place, (axis, word)) in axes.iter().zip(words).enumerate() {
                 let value = match output {
                     Output::Sensed(data_type, sensors) => {
+                        let sensor = sensors.get_mut(place);
+                        if data_type.id == types::POSITION.id
+                            && sensor.as_ref().is_some_and(|sensor| sensor.is_ideal())
+                            && let Some(position) = machine.body().joint_position(*axis)
+                        {
+                            #[expect(clippy::cast_possible_truncation, reason = "the controller's number")]
+                            let position = position as f32;
+                            *word = position;
+                            continue;
+                        }
                         let truth = sensed(data_type, &machine.state(*axis));
-                        sensors.get_mut(place).map_or(truth, |sensor| sensor.show(*time_s, truth).into())
+                        sensor.map_or(truth, |sensor| sensor.show(*time_s, truth).into())
                     }
                     Output::Reference(motions) => {
                         let at = |time_s| motions.get(place).map_or(0.0, |all| sum_at(all, time_s));
@@ -105,7 +115,7 @@ impl Plant for Instrumented {
     fn add_actuations(&self, actuations: &mut Vec<Actuation>) {
         let machine = self.machine();
         let actuation = |axis: &usize| {
-            let AxisState { position, force, joint, .. } = machine.state(*axis);
+            let (position, force, joint) = machine.body().actuation(*axis);
             let position = joint.map_or(position, |[turned, _]| turned);
             Actuation { position, force, is_held: machine.holds_force(*axis), moves_several: joint.is_some() }
         };
@@ -160,7 +170,14 @@ impl Plant for Instrumented {
         };
         // Coupled axes have no motors of their own.
         let has_motor = machine.state(axis).motor.is_some();
-        let count = if has_motor { known.len() } else { known.len().saturating_sub(3).max(4) };
+        let is_ideal =
+            |axis: &Axis| axis.section.plant.as_ref().is_some_and(|plant| !plant.motor.has_winding());
+        let count = match self.is_pressed && machine.axis(axis).is_some_and(is_ideal) {
+            // Its load is what the hand's is.
+            true => 5,
+            false if has_motor => known.len(),
+            false => 4,
+        };
         known.get(..count).unwrap_or_default()
     }
 

@@ -19,9 +19,7 @@ use crate::observer::Observer;
 use crate::outcome::Outcome;
 use crate::plant::JointMotorParameters;
 use crate::rig::Rig;
-use crate::rig_file::{
-    AxisSection, AxisSpring, DeviceSection, LOAD, MoveSection, RigFile, Step,
-};
+use crate::rig_file::{AxisSection, AxisSpring, DeviceSection, LOAD, MoveSection, RigFile, Step};
 
 /// Speed that the hand's strike gives the master alone, `m/s`.
 const STRUCK_M_PER_S: f64 = 0.1;
@@ -179,8 +177,8 @@ impl Linear {
         let controllers = parts.each_ref().map(|part| part.name().to_owned());
         let [held, other] = parts.each_ref().map(|part| part.sections().next().map(|(_, section)| section));
         let met = other.and_then(|section| {
-            let wall = section.wall.as_ref().map(|wall| [wall.stiffness(), wall.damping]);
-            wall.or(section.spring.as_ref().map(|spring| [spring.stiffness, spring.damping]))
+            let wall = section.met_wall().map(|wall| [wall.stiffness(), wall.damping]);
+            wall.or(section.met_spring().map(|spring| [spring.stiffness, spring.damping]))
         });
         let hand_stiffness = held.map_or(0.0, AxisSection::hand_stiffness);
         let mut file = file.clone();
@@ -191,7 +189,9 @@ impl Linear {
             link.key_file = None;
         }
         for bus in &mut file.buses {
-            bus.uart.iter_mut().for_each(|uart| (uart.bit_error_rate, uart.byte_drop, uart.byte_insert) = (0.0, 0.0, 0.0));
+            bus.uart
+                .iter_mut()
+                .for_each(|uart| (uart.bit_error_rate, uart.byte_drop, uart.byte_insert) = (0.0, 0.0, 0.0));
             bus.can.iter_mut().chain(&mut bus.can_fd).for_each(|can| can.bit_error_rate = 0.0);
             bus.udp.iter_mut().for_each(|udp| udp.burst_start = 0.0);
         }
@@ -204,7 +204,7 @@ fn of_one_axis(device: &DeviceSection) -> DeviceSection {
     let mut linear = device.linear(false);
     linear.axes.truncate(1);
     for axis in &mut linear.axes {
-        axis.spring = None;
+        (axis.environment, axis.spring) = (None, None);
         axis.hand.iter_mut().for_each(|hand| hand.stiffness = 0.0);
         if let Some(plant) = &mut axis.plant {
             plant.load.start_position = 0.0;
@@ -293,7 +293,8 @@ impl Struck {
         let mut file = linear.file.clone();
         let period_s = file.sample_period_s;
         let [hand, other] = &linear.devices;
-        let axis = |file: &RigFile, name: &str| file.device(name).and_then(|device| device.axes.first().cloned());
+        let axis =
+            |file: &RigFile, name: &str| file.device(name).and_then(|device| device.axes.first().cloned());
         let (mut held_axis, mut met_axis) =
             (axis(&file, hand).unwrap_or_default(), axis(&file, other).unwrap_or_default());
         let [(mass_kg, _), (other_kg, _)] = [&held_axis, &met_axis].map(moved_by);

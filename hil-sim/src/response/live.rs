@@ -19,8 +19,8 @@ use dimsart_link::protocol::{
     encode_response, encode_sample, serve_content,
 };
 
-use super::press::{self, Planned};
 use super::build;
+use super::press::{self, Planned};
 use super::references::References;
 use crate::clock;
 use crate::experiment::ExperimentError;

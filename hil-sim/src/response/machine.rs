@@ -2,7 +2,9 @@
 
 use std::collections::VecDeque;
 
-use super::body::{AxisState, Body};
+use dimsart_core::limits::MAX_DOF;
+
+use super::body::{Around, AxisState, Body};
 use crate::motion::{Motion, sum_at};
 use crate::plant::{JointMotorParameters, JointParameters, Repetition};
 use crate::rig_file::{AxisHand, AxisSection};
@@ -36,11 +38,13 @@ pub(super) struct Axis {
     /// When its hand lets go of it, `s`: it moves along from then on, and pulls to nowhere.
     pub(super) let_go_s: f64,
     pub(super) has_let_go: bool,
+    /// Of what moves it by time alone: a force, and until when it stays.
+    still: Option<(f64, f64)>,
 }
 
 impl Axis {
     pub(super) fn new(section: AxisSection, load: Vec<Motion>, hand: Vec<Motion>, let_go_s: f64) -> Self {
-        Self { section, load, hand, let_go_s, has_let_go: false }
+        Self { section, load, hand, let_go_s, has_let_go: false, still: None }
     }
 
     /// By time alone: the load, and what the hand wants more than 0.
@@ -52,6 +56,26 @@ impl Axis {
         at(&self.load) + if self.has_let_go { 0.0 } else { self.section.hand_stiffness() * at(&self.hand) }
     }
 
+    /// [`outside`](Self::outside) where it is the same for a period, without asking for it again and again.
+    fn still_outside(&mut self, repetition: Repetition, start_s: f64, period_s: f64) -> Option<f64> {
+        let end_s = start_s + period_s;
+        if let Some((force, until_s)) = self.still
+            && end_s <= until_s
+        {
+            return Some(force);
+        }
+        self.still = None;
+        let mut motions = self.load.iter().chain(&self.hand);
+        if repetition != Repetition::ONCE || !motions.clone().all(|motion| motion.is_still(start_s, end_s)) {
+            return None;
+        }
+        let next_s = motions.by_ref().map(Motion::start_s).filter(|at_s| *at_s >= end_s - LATE_S);
+        let until_s = next_s.fold(f64::INFINITY, f64::min) + LATE_S;
+        let force = self.outside(repetition, start_s);
+        self.still = Some((force, until_s));
+        Some(force)
+    }
+
     /// The load, and the hand's spring.
     pub(super) fn pushed_by(&self, repetition: Repetition, time_s: f64, position: f64) -> f64 {
         let held = if self.has_let_go { 0.0 } else { self.section.hand_stiffness() * position };
@@ -59,7 +83,13 @@ impl Axis {
     }
 
     /// What the hand does to its device, its own inertia included, as a force sensor between them shows.
-    pub(super) fn hand_force(&self, repetition: Repetition, time_s: f64, state: &AxisState, acceleration: f64) -> f64 {
+    pub(super) fn hand_force(
+        &self,
+        repetition: Repetition,
+        time_s: f64,
+        state: &AxisState,
+        acceleration: f64,
+    ) -> f64 {
         let Some(AxisHand { inertia, damping, .. }) = self.section.hand else { return 0.0 };
         self.pushed_by(repetition, time_s, state.position) - damping * state.velocity - inertia * acceleration
     }
@@ -87,6 +117,7 @@ impl Machine {
     }
 
     pub(super) fn repeat(&mut self, repetition: Repetition) {
+        self.axes.iter_mut().for_each(|axis| axis.still = None);
         self.repetition = repetition;
     }
 
@@ -109,7 +140,7 @@ impl Machine {
     fn let_go(&mut self, time_s: f64) {
         for (place, axis) in self.axes.iter_mut().enumerate().filter(|(_, axis)| !axis.has_let_go) {
             if time_s >= axis.let_go_s - LATE_S {
-                axis.has_let_go = true;
+                (axis.has_let_go, axis.still) = (true, None);
                 if let Some(free) = axis.section.without_hand_stiffness().joint() {
                     self.body.hold(place, free.load.stiffness, free.load.rest_position);
                 }
@@ -119,7 +150,7 @@ impl Machine {
 
     /// Whether an axis pushes against a wall, or an end of its travel.
     pub(super) fn is_touching(&self, axis: usize) -> bool {
-        let wall = self.axis(axis).and_then(|axis| axis.section.wall.as_ref());
+        let wall = self.axis(axis).and_then(|axis| axis.section.met_wall());
         let is_at_wall = |wall: &crate::rig_file::AxisWall| wall.depth(self.body.position(axis)) > 0.0;
         self.body.is_at_stop(axis) || wall.is_some_and(is_at_wall)
     }
@@ -159,12 +190,19 @@ impl Machine {
             let place = waiting.len().checked_sub(ticks + 1);
             place.and_then(|place| waiting.get(place)).map(Vec::as_slice).unwrap_or_default()
         };
+        let mut still = [None; MAX_DOF];
+        for (force, axis) in still.iter_mut().zip(axes.iter_mut()) {
+            *force = axis.still_outside(*repetition, start_s, period_s);
+        }
+        let axes = &*axes;
+        let still = |axis: usize| still.get(axis).copied().flatten();
         let outside =
             |axis: usize, time_s: f64| axes.get(axis).map_or(0.0, |axis| axis.outside(*repetition, time_s));
         let around = |axis: usize, position: f64, velocity: f64| {
             axes.get(axis).map_or(0.0, |axis| axis.section.force(position, velocity))
         };
-        body.advance(start_s, change_s, held(ticks + 1), &outside, &around);
-        body.advance(start_s + change_s, period_s - change_s, held(ticks), &outside, &around);
+        let around = Around { outside: &outside, still: &still, around: &around };
+        body.advance(start_s, change_s, held(ticks + 1), &around);
+        body.advance(start_s + change_s, period_s - change_s, held(ticks), &around);
     }
 }

@@ -130,7 +130,8 @@ pub fn one_station(
             (Missed::Stranger, None) => ExperimentError::WrongPeer { peer, other },
         }
     })?;
-    let mut experiment = experiment_of(Instant::now(), &moved, planned, rig, Some((name, alone.other.name())))?;
+    let mut experiment =
+        experiment_of(Instant::now(), &moved, planned, rig, Some((name, alone.other.name())))?;
     experiment.pace = Some(Pace::new(start, file.sample_period_s));
     Ok(experiment)
 }

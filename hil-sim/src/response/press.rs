@@ -22,8 +22,8 @@ use super::chain::{Chain, Controller};
 use crate::experiment::ExperimentError;
 use crate::link::round_trip_ticks;
 use crate::rig_file::{
-    AxisSection, AxisSpring, AxisWall, EnvironmentKind, HAND, LOAD, MinimumJerk, MoveSection, Part, PressSection,
-    RigFile, Step, WallSide,
+    AxisSection, AxisSpring, AxisWall, HAND, LOAD, MinimumJerk, MoveSection, Part, PressSection, RigFile,
+    Step, WallSide,
 };
 use std::ops::Range;
 
@@ -75,12 +75,12 @@ pub struct Obstacle {
 impl Obstacle {
     /// What an axis meets when it is pushed in the direction of a force; none where it has no stiffness.
     fn of(section: &AxisSection, force_n: f64) -> Option<Self> {
-        if let Some(AxisSpring { rest_position, stiffness, damping }) = section.spring {
+        if let Some(AxisSpring { rest_position, stiffness, damping }) = section.met_spring().cloned() {
             let obstacle =
                 Self { surface_m: rest_position, stiffness_n_per_m: stiffness, damping_ns_per_m: damping };
             return (stiffness > 0.0).then_some(obstacle);
         }
-        let wall = section.wall.as_ref()?;
+        let wall = section.met_wall()?;
         let is_in_the_way = match wall.solid {
             WallSide::Above => force_n >= 0.0,
             WallSide::Below => force_n < 0.0,
@@ -120,13 +120,17 @@ struct PressedAxis {
 
 /// Whether an axis meets nothing whatever the hand does.
 fn meets_nothing(section: &AxisSection) -> bool {
-    section.environment == Some(EnvironmentKind::Nothing) || section.wall.is_none() && section.spring.is_none()
+    section.met_wall().is_none() && section.met_spring().is_none()
 }
 
 /// The push on each axis: none where there is nothing to push against.
 pub(super) fn forces_n(press: &PressSection, other: &Part<'_>) -> Vec<f64> {
     let wanted = press.force.iter().copied().chain(core::iter::repeat(0.0));
-    other.sections().zip(wanted).map(|((_, met), force)| if meets_nothing(met) { 0.0 } else { force }).collect()
+    other
+        .sections()
+        .zip(wanted)
+        .map(|((_, met), force)| if meets_nothing(met) { 0.0 } else { force })
+        .collect()
 }
 
 /// A press with the controllers that its schemes make; none of an experiment that does not press.
@@ -136,7 +140,8 @@ pub(super) fn forces_n(press: &PressSection, other: &Part<'_>) -> Vec<f64> {
 pub(super) fn planned(file: &RigFile) -> Result<Option<Planned>, ExperimentError> {
     let Some(parts) = file.pressed() else { return Ok(None) };
     let [hand, other] = &parts;
-    let [one, two] = [hand, other].map(|part| build::controller(file, part).map(|mut dimsart| Controller::read(&mut dimsart)));
+    let [one, two] = [hand, other]
+        .map(|part| build::controller(file, part).map(|mut dimsart| Controller::read(&mut dimsart)));
     planned_with(file, [one?, two?]).map(Some)
 }
 
@@ -187,7 +192,11 @@ impl Planned {
         for (axis, force_n) in self.forces_n.iter().enumerate() {
             let on = |on: &str| MoveSection { axis, ..MoveSection::nothing(&press.device, on) };
             let leg = |number: f64, size: f64| MoveSection {
-                minimum_jerk: Some(MinimumJerk { at_s: number * leg_s, until_s: (number + 1.0) * leg_s, size }),
+                minimum_jerk: Some(MinimumJerk {
+                    at_s: number * leg_s,
+                    until_s: (number + 1.0) * leg_s,
+                    size,
+                }),
                 ..on(HAND)
             };
             let step = |at_s: f64, size: f64| MoveSection { step: Some(Step { at_s, size }), ..on(LOAD) };
@@ -204,7 +213,8 @@ impl Planned {
 
     /// When the hand lets go of each axis, `s`.
     pub(super) fn let_go_s(&self) -> Vec<f64> {
-        let of = |force_n: &f64| if force_n.abs() > 0.0 { self.phases.contact_start_s } else { f64::INFINITY };
+        let of =
+            |force_n: &f64| if force_n.abs() > 0.0 { self.phases.contact_start_s } else { f64::INFINITY };
         self.forces_n.iter().map(of).collect()
     }
 }
@@ -260,15 +270,16 @@ fn settling_s(axes: &[PressedAxis], chain: &Chain, round_trip_s: f64) -> f64 {
 
 /// What a chain lacks adds nothing; without waves, echoes die as on a matched line.
 fn axis_settling_s(of: &PressedAxis, chain: &Chain, axis: usize, round_trip_s: f64) -> f64 {
-    let PressedAxis { held: (mass_kg, damping_ns_per_m), other: (other_kg, other_ns_per_m), obstacle, .. } = *of;
+    let PressedAxis {
+        held: (mass_kg, damping_ns_per_m), other: (other_kg, other_ns_per_m), obstacle, ..
+    } = *of;
     let stiffness = |controller: &Controller| controller.stiffness_n_per_m.get(axis).copied();
     let (master, slave) = (stiffness(&chain.master), stiffness(&chain.slave));
     let impedance_ns_per_m = chain.master.impedance_ns_per_m;
     let springs = [master, slave, obstacle.map(|obstacle| obstacle.stiffness_n_per_m)];
     let springs_m_per_n: f64 = springs.into_iter().flatten().map(|n_per_m| ratio(1.0, n_per_m)).sum();
     let perceived_m_per_n = springs_m_per_n + impedance_ns_per_m.map_or(0.0, |b| 0.5 * round_trip_s / b);
-    let slave_damping_ns_per_m =
-        other_ns_per_m + obstacle.map_or(0.0, |obstacle| obstacle.damping_ns_per_m);
+    let slave_damping_ns_per_m = other_ns_per_m + obstacle.map_or(0.0, |obstacle| obstacle.damping_ns_per_m);
     let time_constants_s = 2.0 * ratio(mass_kg, damping_ns_per_m)
         + 2.0 * ratio(other_kg, slave_damping_ns_per_m)
         + damping_ns_per_m * perceived_m_per_n

@@ -77,7 +77,7 @@ pub(super) fn loops(file: &RigFile) -> Result<Vec<AxisLoop>, ExperimentError> {
     let not_linear = &not_linear;
     let axes = Axes { file: &free, parts: &parts, commanded: &commanded, channels: &channels, not_linear };
     let free_figures = axes.figures(&free, controllers.cycle_ticks)?;
-    let meets = |section: &DeviceSection| section.axes.iter().any(|axis| axis.wall.is_some());
+    let meets = |section: &DeviceSection| section.axes.iter().any(|axis| axis.met_wall().is_some());
     let in_contact = file.devices.iter().any(meets).then(|| at_rest(file, true));
     let in_contact = in_contact.map(|file| axes.figures(&file, controllers.cycle_ticks)).transpose()?;
     let figures = |place: usize| AxisLoop {

@@ -95,7 +95,7 @@ impl AxisSection {
         let AxisSpring { rest_position, stiffness, damping } = self.springs().fold(own, AxisSpring::beside);
         (joint.load.rest_position, joint.load.stiffness) = (rest_position, stiffness);
         joint.load.damping += damping;
-        if let Some(wall) = &self.wall {
+        if let Some(wall) = self.met_wall() {
             let (min, max) = match wall.solid {
                 WallSide::Above => (f64::NEG_INFINITY, wall.position),
                 WallSide::Below => (wall.position, f64::INFINITY),
@@ -106,18 +106,23 @@ impl AxisSection {
         Some(joint)
     }
 
-    /// Leaves what it meets of its sections.
-    pub(super) fn choose_environment(&mut self) {
-        let Some(kind) = self.environment else { return };
-        self.wall = self.wall.take().filter(|_| kind == EnvironmentKind::Wall);
-        self.spring = self.spring.take().filter(|_| kind == EnvironmentKind::Spring);
+    /// The wall that it meets.
+    #[must_use]
+    pub fn met_wall(&self) -> Option<&AxisWall> {
+        self.wall.as_ref().filter(|_| self.environment.is_none_or(|kind| kind == EnvironmentKind::Wall))
+    }
+
+    /// The spring that it meets.
+    #[must_use]
+    pub fn met_spring(&self) -> Option<&AxisSpring> {
+        self.spring.as_ref().filter(|_| self.environment.is_none_or(|kind| kind == EnvironmentKind::Spring))
     }
 
     /// What wall and spring exert on it.
     #[must_use]
     pub fn met_force(&self, position: f64, velocity: f64) -> f64 {
-        self.spring.as_ref().map_or(0.0, |spring| spring.force(position, velocity))
-            + self.wall.as_ref().map_or(0.0, |wall| wall.force(position, velocity))
+        self.met_spring().map_or(0.0, |spring| spring.force(position, velocity))
+            + self.met_wall().map_or(0.0, |wall| wall.force(position, velocity))
     }
 
     /// What hand, spring and wall exert on the axis, without the hand's inertia; the spring of the hand pulls to 0.
@@ -125,7 +130,7 @@ impl AxisSection {
     pub fn force(&self, position: f64, velocity: f64) -> f64 {
         let springs: f64 = self.springs().map(|spring| spring.force(position, velocity)).sum();
         let hand = self.hand.as_ref().map_or(0.0, |hand| -hand.damping * velocity);
-        springs + hand + self.wall.as_ref().map_or(0.0, |wall| wall.force(position, velocity))
+        springs + hand + self.met_wall().map_or(0.0, |wall| wall.force(position, velocity))
     }
 
     /// With a hand that moves along and pulls to nowhere.
@@ -150,7 +155,7 @@ impl AxisSection {
     /// The hand's, without its damper, and that of the environment.
     fn springs(&self) -> impl Iterator<Item = AxisSpring> {
         let hand = AxisSpring { rest_position: 0.0, stiffness: self.hand_stiffness(), damping: 0.0 };
-        core::iter::once(hand).chain(self.spring.clone())
+        core::iter::once(hand).chain(self.met_spring().cloned())
     }
 }
 

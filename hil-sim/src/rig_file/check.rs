@@ -2,17 +2,19 @@
 
 use dimsart_core::{DataType, Format, Shape, limits, types};
 
+use super::set::Setting;
 use super::{
     ActuatorSection, AxisSection, AxisUnit, BusSection, DeviceSection, HAND, LOAD, LinkSection, MoveSection,
     PressSection, RigFile, TypeSection, WatchSection,
 };
-use super::set::Setting;
 use crate::link::InProcessParameters;
 use crate::plant::{JointParameters, ParameterError};
 use crate::schemes::suggestion;
 
 /// Longest delay of a device, ticks.
 const MOST_DELAY_TICKS: f64 = 3.0;
+/// Up to here every whole number is a number of JSON.
+const MAX_SEED: u64 = (1 << 53) - 1;
 /// Most ticks of a rig to one of a controller.
 const MOST_EVERY_TICKS: u32 = 1000;
 /// What a device has sensors for.
@@ -60,6 +62,9 @@ impl RigFile {
             problems.push(format!("duration_s is {}: give it a number > 0", self.duration_s));
         }
         self.check_press(&mut problems);
+        if self.seed > MAX_SEED {
+            problems.push(format!("seed is {}: give it 0 to {MAX_SEED}", self.seed));
+        }
         if !(1e-5..=0.1).contains(&self.sample_period_s) {
             problems.push(format!("sample_period_s is {}: give it 0.00001 to 0.1", self.sample_period_s));
         }
@@ -111,7 +116,9 @@ impl RigFile {
                 problems.push(format!("{at}: give every axis of '{device}' a hand"));
             }
             if self.pressed().is_none() {
-                problems.push(format!("{at}: '{device}' has no link: give it one to the device that it presses with"));
+                problems.push(format!(
+                    "{at}: '{device}' has no link: give it one to the device that it presses with"
+                ));
             }
         }
         if !(path.is_finite() && force.iter().all(|force| force.is_finite())) {
@@ -125,11 +132,14 @@ impl RigFile {
         let axes = self.device(device)?.axes.len();
         let is_it = |key: &String| key == "experiment.press.force";
         let sets_it = |setting: &&Setting| {
-            is_it(&setting.key) || self.parameter(&setting.key).is_some_and(|found| found.keys.iter().any(is_it))
+            is_it(&setting.key)
+                || self.parameter(&setting.key).is_some_and(|found| found.keys.iter().any(is_it))
         };
         let set = settings.iter().find(sets_it).filter(|_| force.len() > axes)?;
         let (name, count) = (&set.key, force.len());
-        Some(format!("{name} has {count} values and there are {axes} axes: give it one for each axis, or raise dof"))
+        Some(format!(
+            "{name} has {count} values and there are {axes} axes: give it one for each axis, or raise dof"
+        ))
     }
 
     fn names(&self) -> Vec<String> {
@@ -384,7 +394,7 @@ fn check_coupled(device: &DeviceSection, problems: &mut Vec<String>) {
 
 fn check_axis(at: &str, measures: &[String], section: &AxisSection, problems: &mut Vec<String>) {
     let AxisSection { plant, sensor, .. } = section;
-    if section.wall.is_some() && plant.as_ref().is_some_and(|plant| plant.stops.is_some()) {
+    if section.met_wall().is_some() && plant.as_ref().is_some_and(|plant| plant.stops.is_some()) {
         problems.push(format!("{at}: it has a wall and plant.stops: give it one of them, a wall is a stop"));
     }
     let ActuatorSection { max_force, max_rate } = section.actuator;

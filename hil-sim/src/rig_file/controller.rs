@@ -58,7 +58,11 @@ impl ControllerSection {
             let setting = |(command, value): (&String, &Value)| Setting {
                 module: module.clone(),
                 command: command.clone(),
-                value: value.as_str().map_or_else(|| value.to_string(), str::to_owned),
+                value: match value {
+                    Value::String(text) => text.clone(),
+                    Value::Float(number) => number.to_string(),
+                    other => other.to_string(),
+                },
                 key: format!("controller.{}.set.{module}.{command}", self.name()),
             };
             values.iter().map(setting).collect::<Vec<_>>()

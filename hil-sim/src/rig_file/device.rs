@@ -187,14 +187,13 @@ impl DeviceSection {
         self.arm.as_ref().map(|arm| arm.link.len()).or(self.phantom.as_ref().map(|_| PHANTOM_AXES))
     }
 
-    /// Gives every axis an entry with what it meets, and coupled ones their unit.
+    /// Gives every axis an entry, and coupled ones their unit.
     pub(super) fn complete(&mut self) {
         let equal = |axis: AxisSection| {
             let most = axis.count.min(limits::MAX_DOF + 1);
             core::iter::repeat_n(AxisSection { count: 1, ..axis }, most)
         };
         self.axes = core::mem::take(&mut self.axes).into_iter().flat_map(equal).collect();
-        self.axes.iter_mut().for_each(AxisSection::choose_environment);
         let Some(count) = self.coupled_axes() else { return };
         if self.axes.len() < count {
             self.axes.resize(count, AxisSection::default());
@@ -250,7 +249,8 @@ impl DeviceSection {
                 *sensor = SensorParameters { gain: sensor.gain, ..SensorParameters::default() };
             }
             section.plant = section.plant.as_ref().map(JointParameters::linear);
-            let wall = section.wall.take();
+            let (wall, spring) = (section.met_wall().cloned(), section.met_spring().cloned());
+            (section.environment, section.wall, section.spring) = (None, None, spring);
             if let Some(wall) = wall.filter(|_| in_contact) {
                 section.attach(wall.stiffness(), self.start_position(axis), wall.damping);
             }

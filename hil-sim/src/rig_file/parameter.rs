@@ -87,7 +87,8 @@ impl ParameterSection {
             is_above && range.contains(&number)
         };
         let list = value.strip_prefix('[').and_then(|rest| rest.strip_suffix(']'));
-        let mut numbers = list.unwrap_or(value).split(',').filter(|number| list.is_none() || !number.trim().is_empty());
+        let mut numbers =
+            list.unwrap_or(value).split(',').filter(|number| list.is_none() || !number.trim().is_empty());
         numbers.all(|number| number.trim().replace('_', "").parse().is_ok_and(is_in))
     }
 
@@ -114,9 +115,11 @@ impl ParameterSection {
 
     /// A value to try its keys with.
     fn example(&self) -> String {
-        let number = self.min.or(self.above.map(|above| above + 1.0)).or(self.max);
-        let choice = self.choices.first().or(self.values.keys().next());
-        choice.cloned().or(number.map(|number| number.to_string())).unwrap_or_else(|| "1".to_owned())
+        let least = self.min.map(|min| min.max(0.0));
+        let number = least.or(self.above.map(|above| above + 1.0)).or(self.max);
+        let choice = self.choices.first().or(self.values.keys().next()).cloned();
+        let path = self.is_path.then(|| "file".to_owned());
+        path.or(choice).or(number.map(|number| number.to_string())).unwrap_or_else(|| "1".to_owned())
     }
 }
 

@@ -22,7 +22,10 @@ impl Setting {
     /// Those of an argument of `--set`: one, or those of a table.
     pub(super) fn of_argument(argument: &str) -> Result<Vec<Self>, RigFileError> {
         let at = format!("{SET}{argument}");
-        let refuse = |at| RigFileError::Set { at, reason: "write it as key=value, for instance --set seed=2".to_owned() };
+        let refuse = |at| RigFileError::Set {
+            at,
+            reason: "write it as key=value, for instance --set seed=2".to_owned(),
+        };
         let Some((key, value)) = argument.split_once('=') else { return Err(refuse(at)) };
         let (key, value) = (key.trim(), value.trim());
         let is_broken = value.starts_with(['[', '{', '"', '\'']) && value.parse::<Value>().is_err();
@@ -49,7 +52,11 @@ impl Setting {
 }
 
 /// The rig of `text`, `file`, with each of `settings` over it, or all that is wrong with them.
-pub(super) fn apply_all(text: &str, mut file: RigFile, settings: &[Setting]) -> Result<RigFile, RigFileError> {
+pub(super) fn apply_all(
+    text: &str,
+    mut file: RigFile,
+    settings: &[Setting],
+) -> Result<RigFile, RigFileError> {
     // It was read once already.
     let mut table: Table = toml::from_str(text).unwrap_or_default();
     let (mut errors, mut unfinished) = (Vec::new(), None);
@@ -99,7 +106,11 @@ fn with_setting(
 }
 
 /// A table with the keys of `also` that it leaves out.
-pub(super) fn with_also(table: &Table, parameters: &[ParameterSection], parameter: &ParameterSection) -> Table {
+pub(super) fn with_also(
+    table: &Table,
+    parameters: &[ParameterSection],
+    parameter: &ParameterSection,
+) -> Table {
     let mut with = table.clone();
     let other = parameters.iter().find(|other| parameter.with.as_ref() == Some(&other.name));
     for (key, value) in parameter.also.iter().chain(other.into_iter().flat_map(|other| &other.also)) {
@@ -117,7 +128,8 @@ fn mistyped_parameter(parameters: &[ParameterSection], key: &str) -> Option<Stri
     if known.contains(&key) {
         return None;
     }
-    let below: Vec<&str> = known.iter().filter_map(|name| name.strip_prefix(key)?.strip_prefix('.')).collect();
+    let below: Vec<&str> =
+        known.iter().filter_map(|name| name.strip_prefix(key)?.strip_prefix('.')).collect();
     if !below.is_empty() {
         return Some(format!("`{key}` is no value: it is a section with the keys {}", below.join(", ")));
     }

@@ -35,7 +35,8 @@ pub(super) fn read(
     leaves(document.get_ref(), "", &mut settings);
     settings.sort_by_key(|(start, _)| *start);
     let rig: Option<RigFile> = toml::from_str(shipped).ok();
-    let is_path = |key: &str| rig.as_ref().and_then(|rig| rig.parameter(key)).is_some_and(|found| found.is_path);
+    let is_path =
+        |key: &str| rig.as_ref().and_then(|rig| rig.parameter(key)).is_some_and(|found| found.is_path);
     let setting = |(start, key): (usize, String)| {
         let mut value = set::value_at(&table, &key)?.clone();
         if let toml::Value::String(path) = &mut value

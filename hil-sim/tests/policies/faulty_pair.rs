@@ -15,12 +15,12 @@ pub(crate) use controller::{CLIENT, Controller, LIMITS, SENSOR_LIMITS};
 pub(crate) use fault::{Fault, Line, Shows, Writes, Wrong};
 
 use end::End;
-use hil_sim::schemes::device;
 use hil_sim::bus::Random;
 use hil_sim::experiment::{Experiment, ExperimentError};
 use hil_sim::link::Link;
 use hil_sim::plant::{Joints, Plant};
 use hil_sim::rig_file::RigFile;
+use hil_sim::schemes::device;
 use hil_sim::schemes::{SchemeFileError, SchemeText};
 
 /// Why there is no pair, or it does not move.

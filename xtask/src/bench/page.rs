@@ -13,7 +13,7 @@ const HEAD: &str = "\
 Written by `cargo xtask bench`: instructions per tick on x86-64, counted by valgrind's callgrind with
 optimization, thin LTO and one codegen unit, the difference of two runs of different length. Counted and
 not timed, so the numbers do not depend on the machine's speed or load; another compiler version may
-move them by a few percent. Only the time that the shipped scenario takes, at the end, is a time.
+move them by a few percent. Only the time that the shipped experiment takes, at the end, is a time.
 ";
 
 const TABLE1: &str = "
@@ -47,7 +47,7 @@ pub(super) fn text(counts: &Counts, links: &str, simulated: &Simulator) -> Strin
     section("What does not matter", &(what + &table(["", "Instructions"], &rows)));
     section("A packet on every carrier", &super::frames::text(&counts.frames));
     section("Table 1 over every carrier", &super::links::text(links));
-    section("The shipped scenario", &simulator(simulated));
+    section("The shipped experiment", &simulator(simulated));
     page
 }
 

@@ -1,4 +1,4 @@
-//! How fast the simulator runs the shipped scenario: timed, and counted.
+//! How fast the simulator runs the shipped experiment: timed, and counted.
 
 use std::path::{Path, PathBuf};
 

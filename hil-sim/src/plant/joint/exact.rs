@@ -7,11 +7,11 @@
 use super::flexible::Mesh;
 use super::gear::GearParameters;
 use super::mechanics::{Inputs, Mechanics};
+use super::mode::Slide;
 use super::mode::{Mode, direction};
 use super::motor::JointMotorParameters;
 use super::state::State;
 use super::stops::{Contact, StopsParameters};
-use super::mode::Slide;
 use crate::plant::transition::{Dynamics, Motion, Transition};
 
 /// Share of all forces that a parabola may miss the outside force by in a step of a whole period.
@@ -108,18 +108,18 @@ impl Mechanics {
             + self.stops.as_ref().map_or(0.0, stop)
     }
 
-    /// `state`, in `mode`, a step later.
+    /// Takes `state`, in `mode`, on by a step.
     pub(super) fn exact_step(
         &self,
         steps: &mut ExactSteps,
-        state: &State,
+        state: &mut State,
         mode: &Mode,
         inputs: &Inputs,
         push: Push,
         step_s: f64,
-    ) -> State {
+    ) {
         if mode.output == Slide::Stuck {
-            return *state;
+            return;
         }
         let transition = &steps.get(self, mode.stop, step_s).transition;
         let Push { start, middle, end } = push;
@@ -136,14 +136,26 @@ impl Mechanics {
         // ∫ t v dt, by a cubic between the ends.
         let late = step_s * (0.5 * moved - step_s / 12.0 * slowed);
         let supplied_j = (self.gear.ratio * inputs.wanted_nm + inputs.load) * moved + slope * late;
-        let mut after = State { position: next.position_m, velocity: next.velocity_m_per_s, ..*state };
-        after.supplied_j += supplied_j;
-        after.dissipated_j += supplied_j - (self.stored_j(&after) - self.stored_j(state));
-        after
+        let before_j = self.linear_stored_j(state);
+        (state.position, state.velocity) = (next.position_m, next.velocity_m_per_s);
+        state.supplied_j += supplied_j;
+        state.dissipated_j += supplied_j - (self.linear_stored_j(state) - before_j);
     }
 
-    /// `state` a whole period later, in one step; none where something can touch, let go or slide on the way, or where the
-    /// outside force is not smooth.
+    /// [`stored_j`](Self::stored_j) of a joint that takes exact steps.
+    fn linear_stored_j(&self, state: &State) -> f64 {
+        let inertia = self.load.inertia + self.gear.ratio * self.gear.ratio * self.rotor_kg_m2;
+        let stop = |stops: &StopsParameters| {
+            let depth = stops.beyond(state.position);
+            0.5 * stops.stiffness * depth * depth
+        };
+        0.5 * inertia * state.velocity * state.velocity
+            + self.load.potential_j(state.position)
+            + self.stops.as_ref().map_or(0.0, stop)
+    }
+
+    /// Takes `state` on by a whole period, in one step; not where something can touch, let go or slide on the way, or where
+    /// the outside force is not smooth. Says whether it did.
     ///
     /// From `a' = -w² v - d/m a + j`: `sqrt(a² + w² v²)` grows by at most `|j| t`, so `A`, its value at the start plus
     /// `|j| t`, bounds `|a|`; the velocity changes by at most `A t`, the position by `(|v| + A t) t`. Around its equilibrium
@@ -151,11 +163,11 @@ impl Mechanics {
     pub(super) fn exact_stride(
         &self,
         steps: &mut ExactSteps,
-        state: &State,
+        state: &mut State,
         inputs: &Inputs,
         (push, quarter): (Push, f64),
         period_s: f64,
-    ) -> Option<State> {
+    ) -> bool {
         let contact = |stops: &StopsParameters| stops.contact(state.position, state.velocity);
         let stop = self.stops.as_ref().map_or(Contact::Free, contact);
         let mode = Mode { output: Slide::Frictionless, rotor: Slide::Frictionless, stop, mesh: Mesh::Tight };
@@ -164,7 +176,7 @@ impl Mechanics {
         let parabola = 0.375 * start + 0.75 * middle - 0.125 * end;
         let is_smooth = (quarter - parabola).abs() <= SMOOTH * forces;
         let rooms = self.stops.as_ref().map_or(Some([f64::INFINITY; 2]), |stops| stops.reach(stop, state));
-        let [room, room_per_s] = rooms.filter(|_| is_smooth)?;
+        let Some([room, room_per_s]) = rooms.filter(|_| is_smooth) else { return false };
         if room < f64::INFINITY {
             let Dynamics { stiffness_n_per_m, inverse_mass_per_kg, .. } =
                 steps.get(self, stop, period_s).dynamics;
@@ -178,9 +190,10 @@ impl Mechanics {
             let slowed = (fastest * period_s).min(swing * rad2_per_s2.sqrt());
             let moved = ((state.velocity.abs() + slowed) * period_s).min(swing);
             if !(moved < room && slowed < room_per_s) {
-                return None;
+                return false;
             }
         }
-        Some(self.exact_step(steps, state, &mode, inputs, push, period_s))
+        self.exact_step(steps, state, &mode, inputs, push, period_s);
+        true
     }
 }

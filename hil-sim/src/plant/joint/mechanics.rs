@@ -12,11 +12,11 @@ use super::flexible::{Flexible, Mesh};
 use super::friction::FrictionParameters;
 use super::gear::GearParameters;
 use super::load::LoadParameters;
+use super::mode::Slide;
 use super::mode::{Mode, direction, slide};
 use super::motor::JointMotorParameters;
 use super::state::State;
 use super::stops::{Contact, StopsParameters};
-use super::mode::Slide;
 
 /// A joint's parts.
 #[derive(Debug, Clone)]

@@ -53,17 +53,18 @@ impl Period<'_> {
         Inputs { load: (self.load)(time_s), ..self.inputs }
     }
 
-    /// Takes `state` on by the whole period, if that is linear and nothing can happen in it; says whether it did.
-    pub(super) fn stride(&mut self, state: &mut State, start_s: f64, period_s: f64) -> bool {
+    /// Takes `state` on by the whole period, if that is linear and nothing can happen in it; says whether it did. The outside
+    /// force may be held for it.
+    pub(super) fn stride(&mut self, state: &mut State, start_s: f64, period_s: f64, is_held: bool) -> bool {
         let Some(steps) = self.exact.as_deref_mut().filter(|steps| steps.slides_freely) else { return false };
-        let end = Inputs { load: (self.load)(start_s + period_s), ..self.inputs };
-        let middle = (self.load)(start_s + 0.5 * period_s);
-        let push = Push { start: self.inputs.load, middle, end: end.load };
-        let quarter = (self.load)(start_s + 0.25 * period_s);
-        let next = self.mechanics.exact_stride(steps, state, &self.inputs, (push, quarter), period_s);
-        let is_one = next.is_some();
-        if let Some(next) = next {
-            (*state, self.inputs) = (next, end);
+        let load =
+            |share: f64| if is_held { self.inputs.load } else { (self.load)(start_s + share * period_s) };
+        let end = Inputs { load: load(1.0), ..self.inputs };
+        let push = Push { start: self.inputs.load, middle: load(0.5), end: end.load };
+        let quarter = load(0.25);
+        let is_one = self.mechanics.exact_stride(steps, state, &self.inputs, (push, quarter), period_s);
+        if is_one {
+            self.inputs = end;
         }
         is_one
     }
@@ -73,7 +74,9 @@ impl Period<'_> {
         let middle = self.inputs_at(from_s + half_s);
         if let Some(steps) = &mut self.exact {
             let push = Push { start: self.inputs.load, middle: middle.load, end: end.load };
-            return self.mechanics.exact_step(steps, state, mode, &self.inputs, push, step_s);
+            let mut next = *state;
+            self.mechanics.exact_step(steps, &mut next, mode, &self.inputs, push, step_s);
+            return next;
         }
         let rate = |inputs: &Inputs, state: &State| self.mechanics.rates(inputs, state, mode).state;
         let first = rate(&self.inputs, state);

@@ -70,3 +70,34 @@ fn a_command_that_is_no_number_is_applied_as_it_is() {
         }
     }
 }
+
+/// Step response of mass, spring and damper, by whole periods.
+#[test]
+fn a_spring_swings_as_its_closed_form_says() {
+    let mut parameters = JointParameters::of_inertia(0.5);
+    (parameters.load.damping, parameters.load.stiffness, parameters.load.rest_position) = (2.0, 400.0, 0.02);
+    let (natural, rate) = ((400.0_f64 / 0.5).sqrt(), 2.0 / (2.0 * 0.5));
+    let damped = (natural * natural - rate * rate).sqrt();
+    hold(&mut parameters.build().unwrap(), 2000, 3.0, |t, state| {
+        let end = 0.02 + 3.0 / 400.0;
+        let (sine, cosine) = (libm::sin(damped * t), libm::cos(damped * t));
+        let position = end * (1.0 - libm::exp(-rate * t) * (cosine + rate / damped * sine));
+        close(state.position, position, 1e-13);
+    });
+}
+
+/// A spring that is let go exerts nothing from then on.
+#[test]
+fn a_load_that_is_let_go_moves_on_by_itself() {
+    let mut parameters = JointParameters::of_inertia(0.5);
+    (parameters.load.stiffness, parameters.load.rest_position) = (400.0, 0.02);
+    let mut joint = parameters.build().unwrap();
+    hold(&mut joint, 20, 0.0, |_, _| {});
+    let velocity = joint.state().velocity;
+    assert!(velocity > 0.1, "{velocity}");
+    joint.hold(0.0, 0.0);
+    hold(&mut joint, 100, 0.0, |_, state| assert_eq!(state.velocity.to_bits(), velocity.to_bits()));
+    let energy = joint.energy();
+    close(energy.stored_j, 0.5 * 0.5 * velocity * velocity, 1e-12);
+    close(energy.supplied_j - energy.dissipated_j, energy.stored_j - 0.5 * 400.0 * 0.02 * 0.02, 1e-12);
+}

@@ -126,3 +126,25 @@ fn bristles_break_away_at_the_static_level_and_slide_on_the_steady_curve() {
     speed.see(joint.state().velocity, (2.0 - 1.0) / 0.4);
     speed.below("steady sliding, m/s", 1e-5);
 }
+
+/// On a spring, each half swing is `2 Fc/K` shorter, until the spring is too weak to break loose.
+#[test]
+fn dry_friction_shortens_each_swing_by_the_same_amount() {
+    let mut parameters = JointParameters::of_inertia(0.1);
+    (parameters.load.stiffness, parameters.load.start_position) = (100.0, 0.0525);
+    parameters.friction.coulomb = 0.5;
+    let mut joint = parameters.build().unwrap();
+    let half_swing_s = core::f64::consts::PI * (0.1_f64 / 100.0).sqrt();
+    for swing in 1..=10_u32 {
+        for _ in 0..100 {
+            joint.advance(0.0, half_swing_s / 100.0, 0.0, &|_| 0.0);
+        }
+        let turning = (0.0525 - 0.01 * f64::from(swing)).abs().max(0.0025);
+        if swing <= 5 {
+            close(joint.position().abs(), turning, 1e-9);
+        }
+    }
+    let rest = joint.position();
+    close(rest, -0.0025, 1e-9);
+    hold(&mut joint, 10, 0.0, |_, state| assert_eq!(state.position.to_bits(), rest.to_bits()));
+}
