@@ -52,7 +52,7 @@ pub fn arm_truth(
         LinkKind::Prismatic => (0.0, 0.0, weight(0.0)),
     };
     Ok(Some([
-        (Quantity::Inertia, built.mass_matrix(held_at).at(axis, axis)),
+        (Quantity::Inertia, built.mass_matrix(held_at)[(axis, axis)]),
         (Quantity::Viscous, link.viscous),
         (Quantity::Coulomb, link.coulomb),
         (Quantity::WeightSine, sine),

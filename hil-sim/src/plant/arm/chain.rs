@@ -167,10 +167,8 @@ impl Mechanism for Chain {
             let momentum = beyond.times(own.twist);
             for (other, moved) in moved.iter().take(axis + 1).enumerate() {
                 let entry = moved.twist.power(&momentum);
-                mass.add(axis, other, entry);
-                if other != axis {
-                    mass.add(other, axis, entry);
-                }
+                mass[(axis, other)] = entry;
+                mass[(other, axis)] = entry;
             }
         }
         Dynamics { mass, bias }
