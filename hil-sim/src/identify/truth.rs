@@ -1,4 +1,5 @@
 //! What a rig's joint has, to hold estimates against.
+#![expect(clippy::indexing_slicing, reason = "matrices of a fixed size")]
 
 use super::Quantity;
 use crate::plant::{

@@ -10,6 +10,7 @@
 //! Integrated in steps whose error is estimated, as long as 1e-11 allows. Dry friction is Coulomb's, not smoothed: an axis at
 //! rest stays at rest, without creeping, until more than the friction pulls on it. Where an axis reverses or a stop touches,
 //! the step is halved until that is located within 50 ns.
+#![expect(clippy::indexing_slicing, reason = "matrices of a fixed size")]
 
 mod actuator;
 mod advance;

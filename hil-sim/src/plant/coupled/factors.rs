@@ -1,4 +1,5 @@
 //! The solution of `M x = b` for the axes that move.
+#![expect(clippy::indexing_slicing, reason = "matrices of a fixed size")]
 
 use nalgebra::{Cholesky, Const, SVector};
 

@@ -18,8 +18,9 @@ pub(super) fn check<M: Mechanism>(coupled: &Coupled<M>) -> Result<(), ParameterE
     // The path of a damper or spring, its value, and how fast it lets the machine change.
     let resolved = |path: &str, value: f64, per_s: f64| {
         let steps_per_ms = 1e-3 * per_s * STEPS_PER_TIME_CONSTANT;
-        let allowed =
-            format!("what {STEPS_PER_MS_MAX} sub-steps per millisecond resolve; this takes {steps_per_ms:.0}");
+        let allowed = format!(
+            "what {STEPS_PER_MS_MAX} sub-steps per millisecond resolve; this takes {steps_per_ms:.0}"
+        );
         require(path, value, steps_per_ms <= STEPS_PER_MS_MAX, &allowed)
     };
     for (axis, actuator) in coupled.actuators.iter().enumerate() {

@@ -57,8 +57,7 @@ impl<M: Mechanism> Period<'_, M> {
             let wanted_s = if is_located { rest_s } else { 0.5 * rest_s };
             let step_s = wanted_s.min(allowed_s);
             // Exactly the end, however the sum is rounded.
-            let to_s =
-                if step_s < rest_s { time_s + step_s } else { changed_s.unwrap_or(end_s) };
+            let to_s = if step_s < rest_s { time_s + step_s } else { changed_s.unwrap_or(end_s) };
             let step = self.step(state, &rate, &mode, time_s, step_s);
             if step.error > 1.0 && step_s > MIN_STEP_S {
                 allowed_s = (step_s * change(step.error)).max(MIN_STEP_S);
@@ -126,9 +125,8 @@ impl<M: Mechanism> Period<'_, M> {
 
     /// Whether something touches, parts or turns around within a step.
     fn changes_between(&self, state: &State, step: &Step, rate: &State, mode: &Mode, step_s: f64) -> bool {
-        let is_other = |share: f64| {
-            self.shape(&state.between(&step.next, [rate, &step.last], step_s, share)) != *mode
-        };
+        let is_other =
+            |share: f64| self.shape(&state.between(&step.next, [rate, &step.last], step_s, share)) != *mode;
         !mode.is_smooth(self.coupled.stops.len()) && BETWEEN.into_iter().any(is_other)
     }
 

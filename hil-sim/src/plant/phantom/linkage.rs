@@ -10,6 +10,7 @@
 //! of Coriolis terms that the bias below is made of are
 //! `C23 = ½ A cos(q2 - q3) q3'` and `C32 = -½ A cos(q2 - q3) q2'`. A public implementation has `C32` with a plus: with
 //! that `dM/dt - 2 C` would not be skew, and the device would make energy.
+#![expect(clippy::indexing_slicing, reason = "matrices of a fixed size")]
 
 use crate::plant::coupled::{Axes, Dynamics, Matrix, Mechanism, transposed};
 use crate::plant::parameter::{ParameterError, finite, not_negative, positive};
