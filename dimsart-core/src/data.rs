@@ -82,7 +82,7 @@ impl<'a> Data<'a> {
 
     /// Whether a word of a span is what it cannot be.
     #[inline(always)]
-    pub(crate) fn has_wrong(&self, span: Span) -> bool {
+    pub(crate) fn has_wrong(&self, span: &Span) -> bool {
         span.has_wrong(self.words)
     }
 

@@ -23,7 +23,7 @@ use crate::parameter::ParameterError;
 use crate::port::{Direction, LinkEnd, PortSpec, PortSpecs, Stage};
 use crate::rate::Rate;
 use crate::storage::{Block, Storage};
-pub(crate) use falling::{Span, module_bit};
+pub(crate) use falling::{Span, any, module_bit};
 pub(crate) use port::Port;
 
 /// Modules in plug-in order, their ports and handles, and the calls of a tick.
@@ -69,15 +69,20 @@ pub(crate) struct Plugged {
 
 /// Some of a list, one behind the other.
 #[derive(Debug, Clone, Copy)]
-struct Part {
+pub(crate) struct Part {
     start: u8,
-    count: u8,
+    pub(crate) count: u8,
 }
 
 impl Part {
-    fn of<T>(self, list: &[T]) -> &[T] {
+    #[inline]
+    fn range(self) -> core::ops::Range<usize> {
         let start = usize::from(self.start);
-        list.get(start..start + usize::from(self.count)).unwrap_or_default()
+        start..start + usize::from(self.count)
+    }
+
+    fn of<T>(self, list: &[T]) -> &[T] {
+        list.get(self.range()).unwrap_or_default()
     }
 
     /// Follows its part of the list, out of which another one was cut.
@@ -103,8 +108,8 @@ pub(crate) struct Call {
     /// Of its module in the plug-in order.
     pub(crate) order: u8,
     pub(crate) stage: Stage,
-    /// How many spans of what it writes are looked at.
-    pub(crate) spans: u8,
+    /// Spans of what it writes, which are checked after it.
+    pub(crate) spans: Part,
 }
 
 /// A module that is to be plugged in.
@@ -305,7 +310,7 @@ impl Wiring {
                 budget_counts: u32::MAX,
                 order,
                 stage,
-                spans: 0,
+                spans: Part { start: 0, count: 0 },
             });
         }
     }

@@ -2,7 +2,7 @@
 
 use core::cell::Cell;
 
-use super::{Plugged, Wiring};
+use super::{Call, Part, Plugged, Wiring};
 use crate::data_base::bit;
 use crate::limits::{MAX_MODULES, MAX_SLOTS};
 use crate::storage::{Block, Storage};
@@ -23,15 +23,15 @@ impl Span {
     /// Whether a word is what it cannot be. Bits of finite numbers, without their sign, count up with the magnitude, and
     /// those of what is not finite are above.
     #[inline(always)]
-    pub(crate) fn is_wrong(self, word: u32) -> bool {
+    pub(crate) fn is_wrong(&self, word: u32) -> bool {
         word << 1 > self.largest
     }
 
     /// Whether one of all words, as far as they are its own, is what it cannot be.
     #[inline(always)]
-    pub(crate) fn has_wrong(self, words: &[Cell<u32>]) -> bool {
-        let own = words.get(self.block.range()).unwrap_or_default();
-        own.iter().any(|word| self.is_wrong(word.get()))
+    pub(crate) fn has_wrong(&self, words: &[Cell<u32>]) -> bool {
+        let Some(own) = words.get(self.block.range()) else { return false };
+        any(own, |word| self.is_wrong(word.get()))
     }
 
     /// Takes in the words of another one, if they lie right behind its own.
@@ -44,6 +44,19 @@ impl Span {
     }
 }
 
+/// Whether one of a list is meant, from its end: counting down takes an instruction less than an iterator.
+#[inline(always)]
+pub(crate) fn any<T>(list: &[T], mut is_meant: impl FnMut(&T) -> bool) -> bool {
+    let mut place = list.len();
+    while place > 0 {
+        place -= 1;
+        if list.get(place).is_some_and(&mut is_meant) {
+            return true;
+        }
+    }
+    false
+}
+
 /// A module's place in the plug-in order as one of 32 bits.
 pub(crate) fn module_bit(order: u8) -> u32 {
     const { assert!(MAX_MODULES <= 32, "a set of modules is 32 bits") };
@@ -51,10 +64,10 @@ pub(crate) fn module_bit(order: u8) -> u32 {
 }
 
 impl Wiring {
-    /// What is looked at behind the calls, [so many](Call::spans) for each of them.
+    /// What is checked after a call.
     #[inline(always)]
-    pub(crate) fn spans(&self) -> core::slice::Iter<'_, Span> {
-        self.spans.iter()
+    pub(crate) fn spans(&self, call: &Call) -> Option<&[Span]> {
+        self.spans.get(call.spans.range())
     }
 
     /// Modules that the device gets nothing without, a bit for each place in the plug-in order.
@@ -118,7 +131,8 @@ impl Wiring {
                     let _ = spans.push(span);
                 }
             }
-            call.spans = u8::try_from(spans.len() - start).unwrap_or(0);
+            let count = u8::try_from(spans.len() - start).unwrap_or(0);
+            call.spans = Part { start: u8::try_from(start).unwrap_or(0), count };
         }
     }
 }
