@@ -46,13 +46,12 @@ impl Span {
 
 /// Whether one of a list is meant, from its end: counting down takes an instruction less than an iterator.
 #[inline(always)]
-pub(crate) fn any<T>(list: &[T], mut is_meant: impl FnMut(&T) -> bool) -> bool {
-    let mut place = list.len();
-    while place > 0 {
-        place -= 1;
-        if list.get(place).is_some_and(&mut is_meant) {
+pub(crate) fn any<T>(mut list: &[T], mut is_meant: impl FnMut(&T) -> bool) -> bool {
+    while let [rest @ .., last] = list {
+        if is_meant(last) {
             return true;
         }
+        list = rest;
     }
     false
 }
@@ -78,7 +77,7 @@ impl Wiring {
     /// Modules that are cut out when these have failed: themselves, and all that depend on them. Sets of a bit for each
     /// place in the plug-in order.
     pub(crate) fn fall_with(&self, failed: u32) -> u32 {
-        let fall = (0..).zip(&self.modules).filter(|(_, plugged)| plugged.needs & failed != 0);
+        let fall = (0..).zip(self.modules.iter()).filter(|(_, plugged)| plugged.needs & failed != 0);
         fall.fold(0, |fallen, (order, _)| fallen | module_bit(order))
     }
 
@@ -87,14 +86,14 @@ impl Wiring {
     pub(crate) fn find_needs(&mut self, of_device: u64) {
         let Self { modules, ports, .. } = self;
         let mut writers = [0; MAX_SLOTS];
-        for (order, plugged) in (0..).zip(&*modules) {
+        for (order, plugged) in (0..).zip(modules.iter()) {
             for port in plugged.ports.of(ports).iter().filter(|port| port.is_written()) {
                 if let Some(writers) = writers.get_mut(usize::from(port.slot)) {
                     *writers |= module_bit(order);
                 }
             }
         }
-        for (order, plugged) in (0..).zip(&mut *modules) {
+        for (order, plugged) in (0..).zip(modules.iter_mut()) {
             let read = plugged.ports.of(ports).iter().filter(|port| !port.is_written() && !port.is_memory());
             let writers = read.filter_map(|port| writers.get(usize::from(port.slot)));
             plugged.needs = writers.fold(module_bit(order), |needs, writers| needs | writers);
@@ -118,7 +117,7 @@ impl Wiring {
     pub(super) fn find_spans(&mut self, storage: &Storage) {
         let Self { modules, ports, calls, spans, .. } = self;
         spans.clear();
-        for call in calls {
+        for call in calls.iter_mut() {
             let Some(plugged) = modules.get(usize::from(call.order)) else { continue };
             let start = spans.len();
             let written = plugged.ports.of(ports).iter().filter(|port| port.is_written());
