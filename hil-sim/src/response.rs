@@ -24,7 +24,7 @@ use std::time::Instant;
 
 pub use border::Border;
 pub use build::{LoadedController, loaded_controllers};
-pub use live::{Hold, LiveRig};
+pub use live::{Hold, LiveRig, TELEMETRY_STREAMS};
 pub use loop_gain::LoopFigures;
 pub(crate) use poles::UNDECIDED;
 

@@ -1,8 +1,7 @@
 //! Clients of one device: who may change something, who hears what, and what a tick without a lease comes to.
 #![expect(clippy::unwrap_used, clippy::panic, reason = "in helpers of tests as in tests")]
 
-use dimsart_core::limits::DEFAULT_WORDS;
-use dimsart_core::limits::TELEMETRY_STREAMS;
+use dimsart_core::ProvidedMemory;
 use dimsart_core::{
     AxisKind, Command, DataType, DeviceDescriptor, Dimsart, FrameError, ModuleRef, Reason, Tick, Value, Word,
     scheme, types,
@@ -26,10 +25,13 @@ any PCTRL_MOD K_PARAM 100
 any MOD_ENG MOD_ON PCTRL_MOD
 any MOD_ENG MATCHING_CHECK";
 
+/// As a controller on a host has.
+const STREAMS: usize = 16;
+
 /// A controller beside a tick that needs a lease.
 struct Board {
-    dimsart: Dimsart<[u32; DEFAULT_WORDS]>,
-    info: DeviceInfo,
+    dimsart: Dimsart,
+    info: DeviceInfo<STREAMS>,
     number: u8,
     last: (Tick, [Word; 3]),
 }
@@ -38,7 +40,7 @@ impl Board {
     fn new() -> Self {
         let (outputs, inputs) = (&[types::POSITION, types::VELOCITY], &[types::DES_FORCE]);
         let device = DeviceDescriptor::new("arm", &[AxisKind::Linear; 3], 1e-3, outputs, inputs);
-        let dimsart = Dimsart::<[u32; DEFAULT_WORDS]>::new(device.unwrap(), ALL).unwrap();
+        let dimsart = Dimsart::new(ProvidedMemory::leaked(), device.unwrap(), ALL).unwrap();
         let info = DeviceInfo::new("test").for_clients(TICK_HZ);
         Self { dimsart, info, number: 0, last: (Tick::Idle, [Word(0); 3]) }
     }
@@ -280,7 +282,7 @@ fn telemetry_ends_when_its_client_is_silent_or_the_signal_goes_and_is_one_client
 fn telemetry_that_cannot_be_is_refused_and_what_there_is_goes_on() {
     let mut board = Board::running();
     board.follow(1, 0, types::POSITION, 1);
-    for place in [u8::try_from(MAX_TELEMETRY_SIGNALS * TELEMETRY_STREAMS).unwrap(), 255] {
+    for place in [u8::try_from(MAX_TELEMETRY_SIGNALS * STREAMS).unwrap(), 255] {
         assert_eq!(board.follow(1, place, types::POSITION, 1), Response::Refused(Refusal::TooLong));
     }
     assert_eq!(board.follow(1, 1, types::FORCE, 1), Response::Refused(Refusal::NotThere));

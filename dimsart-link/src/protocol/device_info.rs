@@ -2,12 +2,16 @@
 
 use serde::{Deserialize, Serialize};
 
+use super::LawAction;
 use super::heartbeat::Heartbeat;
 use super::lease::Lease;
-use super::response::Refusal;
-use super::telemetry::{Sample, Streams, Wanted};
+use super::response::{Refusal, Response};
+use super::serve::{answer_law, refuse_law};
+use super::telemetry::{MAX_TELEMETRY_SIGNALS, Sample, Stream, Wanted};
 use crate::event_log::{Event, EventKind, EventLog};
-use dimsart_core::{DataBase, Dimsart, FaultCause, Finding, FrameError, ModuleFault, Reason, Tick, Timing};
+use dimsart_core::{
+    DataBase, Dimsart, Engine, FaultCause, Finding, FrameError, ModuleFault, Reason, Tick, Timing,
+};
 
 const LEASES_PER_S: u32 = 5;
 /// Telemetry ends when its client has been silent for so long.
@@ -46,9 +50,10 @@ pub struct FirstFault {
 }
 
 /// What whoever calls [`Dimsart::tick`](dimsart_core::Dimsart::tick) keeps beside it: the image's name, what its ticks
-/// came to, and what its clients may do.
+/// came to, and what its clients may do. Its creator chooses how many streams of telemetry there are: one for each client,
+/// or for each part of what a client looks at.
 #[derive(Debug, Clone, Copy)]
-pub struct DeviceInfo {
+pub struct DeviceInfo<const STREAMS: usize = 1> {
     pub(super) image: &'static str,
     pub(super) ticks: u64,
     /// Why the last tick did not command the device.
@@ -56,7 +61,6 @@ pub struct DeviceInfo {
     pub(super) first_fault: Option<FirstFault>,
     pub(super) timing: Option<Timing>,
     pub(super) lease: Lease,
-    telemetry: Streams,
     /// What a client may be silent for; 0 where nothing is sent unsolicited.
     patience_ticks: u32,
     pub(super) events: Option<&'static EventLog>,
@@ -65,9 +69,12 @@ pub struct DeviceInfo {
     failed: u32,
     /// Number of the last event of the board's CAN bus.
     bus: u8,
+    /// A pointer, so that an image without laws has nothing of the answers.
+    pub(super) answer_law: fn(&Engine, LawAction) -> Response<'static>,
+    streams: [Stream; STREAMS],
 }
 
-impl DeviceInfo {
+impl<const STREAMS: usize> DeviceInfo<STREAMS> {
     /// An image before its first tick. `image` tells it from every other one, for example by board,
     /// version and commit; a host may remember descriptions by it. At most 100 bytes.
     ///
@@ -81,12 +88,13 @@ impl DeviceInfo {
             first_fault: None,
             timing: None,
             lease: Lease::new(0),
-            telemetry: Streams::NONE,
             patience_ticks: 0,
             events: None,
             reason: Some(Reason::Stopped),
             failed: 0,
             bus: EventKind::BusJoined as u8,
+            answer_law: refuse_law,
+            streams: [Stream::NONE; STREAMS],
         }
     }
 
@@ -94,6 +102,12 @@ impl DeviceInfo {
     #[must_use]
     pub const fn with_events(self, events: &'static EventLog) -> Self {
         Self { events: Some(events), ..self }
+    }
+
+    /// With answers to [questions about laws](super::Request::Law), for a controller that can run them.
+    #[must_use]
+    pub const fn with_laws(self) -> Self {
+        Self { answer_law, ..self }
     }
 
     /// With telemetry, and motion for the client alone that holds a lease of 200 ms.
@@ -198,7 +212,8 @@ impl DeviceInfo {
     /// who has the line.
     #[must_use]
     pub fn heartbeat(&self, dropped: u32) -> Heartbeat {
-        let Self { ticks, blocked, first_fault, lease, .. } = *self;
+        let Self { ticks, blocked, first_fault, lease, .. } = self;
+        let (ticks, blocked, first_fault) = (*ticks, *blocked, *first_fault);
         let events = self.events.map_or(0, EventLog::last);
         Heartbeat { ticks, blocked, first_fault, lease: lease.status(), dropped, damaged: 0, events }
     }
@@ -206,15 +221,17 @@ impl DeviceInfo {
     /// Telemetry of the tick that has ended, as far as it is due.
     pub fn samples<'a>(&'a mut self, data_base: &'a DataBase) -> impl Iterator<Item = Sample> {
         let tick = u32::try_from(self.ticks & u64::from(u32::MAX)).unwrap_or_default();
-        self.telemetry.samples(tick, data_base)
+        self.streams.iter_mut().filter_map(move |stream| stream.sample(tick, data_base))
     }
 
     pub(super) fn hear(&mut self, id: u16) {
-        self.telemetry.hear(id, self.patience_ticks);
+        self.streams.iter_mut().for_each(|stream| stream.hear(id, self.patience_ticks));
     }
 
     pub(super) fn send(&mut self, wanted: Wanted, data_base: &DataBase) -> Result<u8, Refusal> {
-        self.telemetry.ask(wanted, self.patience_ticks, data_base)
+        let place = usize::from(wanted.place);
+        let stream = self.streams.get_mut(place / MAX_TELEMETRY_SIGNALS).ok_or(Refusal::TooLong)?;
+        stream.ask(wanted, place % MAX_TELEMETRY_SIGNALS, self.patience_ticks, data_base)
     }
 
     /// Why a scheme that runs does not command the device in the next tick, as far as can be told.

@@ -52,7 +52,7 @@ impl Scheme {
             return Err(no_rig(&self.scheme).into());
         }
         let (scheme, side) = (SchemeText::read(&self.scheme)?, self.side.unwrap_or(Side::Master));
-        print(&mut side_of_scheme(&scheme, side, self.dof)?, side.name(), out)
+        print(&mut *side_of_scheme(&scheme, side, self.dof)?, side.name(), out)
     }
 }
 
