@@ -11,11 +11,15 @@ use std::{env, fs};
 
 use boards::BOARDS;
 use boards::catalogue::{BoardInfo, MODULE_GROUPS, SHIPPED_GROUPS};
-use dimsart_core::limits::DEFAULT_WORDS;
 use dimsart_core::limits::MAX_DOF;
+use dimsart_core::limits::Sizes;
+use dimsart_core::memory;
 use dimsart_core::{AxisKind, DeviceDescriptor, Dimsart, scheme, types};
 use dimsart_link::saved_scheme;
 use dimsart_modules::IN_PLACE;
+
+/// Of the controller that built-in schemes are made into commands by.
+type BuildMemory = memory!(Sizes::DEFAULT);
 
 const SIDES: [&str; 2] = ["master", "slave"];
 
@@ -49,8 +53,8 @@ fn built_in_scheme(board: &BoardInfo, side: &str) -> Result<saved_scheme::Scheme
     let axes = [AxisKind::Rotary; MAX_DOF];
     let device = DeviceDescriptor::new("any board", &axes, 1e-3, &[types::POSITION], &[types::DES_FORCE]);
     let device = device.map_err(|error| error.to_string())?;
-    let mut dimsart =
-        Dimsart::<[u32; DEFAULT_WORDS]>::new(device, IN_PLACE).map_err(|error| format!("{error:?}"))?;
+    let mut dimsart = Dimsart::new(Box::leak(Box::new(BuildMemory::new())), device, IN_PLACE)
+        .map_err(|error| format!("{error:?}"))?;
     let mut wrong = Vec::new();
     scheme::load(board.tooling.scheme.text, side, &SIDES, &mut dimsart, |error| {
         let (line, word) = (error.place.line, error.place.word);

@@ -19,6 +19,7 @@
 
 mod amplifiers;
 
+use dimsart_core::limits::Sizes;
 use dimsart_core::{AxisKind, Counter, DataType, InputLimits, OutputLimits};
 use dimsart_link::StartCause;
 use drive::{Checked, Encoder};
@@ -79,8 +80,8 @@ pub struct BG431bEsc1;
 
 impl Board for BG431bEsc1 {
     const NAME: &'static str = "b-g431b-esc1";
-    /// What the memory holds beside [16 modules](dimsart_core::limits::Sizes::SMALL), the queues, the log and the stack.
-    const WORDS: usize = TOOLING.words;
+    /// What the memory holds beside the queues, the log and the stack.
+    const SIZES: Sizes = TOOLING.sizes;
     /// What its ticks take is not among it, for which there would be no room: `dimsart connect` shows it all the same.
     const OUTPUTS: &'static [&'static DataType] = three_phase_joint::OUTPUTS;
     const LIMITS: &'static [&'static [InputLimits]] = &[&[three_phase::torque_limits(&DRIVE.configuration)]];

@@ -2,7 +2,7 @@
 
 use core::ops::Range;
 
-use dimsart_core::limits::{MAX_DOF, MAX_LINKS};
+use dimsart_core::limits::{MAX_DOF, Sizes};
 use dimsart_core::{
     AxisKind, Counter, DataType, DriveFault, InputLimits, MAX_PACKET_BYTES, OutputLimits, Scalar as _, Tick,
     Word, types,
@@ -31,8 +31,8 @@ pub const MAX_CARRIED_BYTES: usize = MAX_PACKET_BYTES + Profile::Full.overhead()
 pub trait Board: Sized {
     /// Name, as in the build's feature.
     const NAME: &'static str;
-    /// Words of the Data Base that the board's memory has room for.
-    const WORDS: usize;
+    /// What the board's memory has room for.
+    const SIZES: Sizes;
     /// Types that the device measures; at the end what it measures of its ticks, the last ones of [`types::TIMING`] or all.
     const OUTPUTS: &'static [&'static DataType];
     /// Types that the device is commanded by.
@@ -44,7 +44,7 @@ pub trait Board: Sized {
     /// [`with_output_limits`](dimsart_core::DeviceDescriptor::with_output_limits) takes it.
     const OUTPUT_LIMITS: &'static [OutputLimits] = &[];
     /// Packets of all links that can come in between two ticks; what comes beyond them is lost.
-    const PACKETS_PER_TICK: usize = MAX_LINKS + 1;
+    const PACKETS_PER_TICK: usize = Self::SIZES.links + 1;
 
     /// What interrupts above the tick may take of the processor in the midst of a module's call: the time driver's.
     const SPARE_CYCLES: u32 = 2_000;

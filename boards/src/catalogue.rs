@@ -61,9 +61,7 @@ pub struct Tooling {
     pub tick_hz: u32,
     /// Axes of its device; of a simulated one, those that it has when nobody says otherwise.
     pub axes: usize,
-    /// Words of the Data Base that its memory has room for.
-    pub words: usize,
-    /// What its images' controllers have room for.
+    /// What its images' controllers have room for; for programs only in images that can run them.
     pub sizes: Sizes,
     /// What its images run from.
     pub memory: CodeMemory,

@@ -26,6 +26,7 @@ use cortex_m::interrupt::InterruptNumber;
 use cortex_m::peripheral::syst::SystClkSource;
 use cortex_m::peripheral::{MPU, Peripherals, SCB, SYST};
 use defmt_semihosting as _;
+use dimsart_core::limits::Sizes;
 use dimsart_core::{Counter, DataType, Tick, Word};
 use dimsart_link::StartCause;
 use dimsart_link::exchange::MAX_PACKETS;
@@ -105,7 +106,7 @@ static __INTERRUPTS: [Handler; INTERRUPTS] = {
 
 impl Board for Mps2An386 {
     const NAME: &'static str = "mps2-an386";
-    const WORDS: usize = TOOLING.words;
+    const SIZES: Sizes = TOOLING.sizes;
     const OUTPUTS: &'static [&'static DataType] = host::OUTPUTS;
     const PACKETS_PER_TICK: usize = MAX_PACKETS;
 

@@ -30,6 +30,7 @@ mod ihm08m1;
 #[cfg(feature = "uart-link")]
 mod uart_link;
 
+use dimsart_core::limits::Sizes;
 use dimsart_core::{AxisKind, Counter, DataType, InputLimits, OutputLimits};
 use dimsart_link::StartCause;
 use embassy_stm32::peripherals::{DMA1_CH1, DMA1_CH2, LPUART1};
@@ -71,7 +72,7 @@ pub struct NucleoG474re;
 
 impl Board for NucleoG474re {
     const NAME: &'static str = "nucleo-g474re";
-    const WORDS: usize = TOOLING.words;
+    const SIZES: Sizes = TOOLING.sizes;
     const OUTPUTS: &'static [&'static DataType] = joints::OUTPUTS;
     const LIMITS: &'static [&'static [InputLimits]] = joints::LIMITS;
     const OUTPUT_LIMITS: &'static [OutputLimits] = joints::OUTPUT_LIMITS;

@@ -6,7 +6,7 @@ use std::f32::consts::TAU;
 use boards::BOARDS;
 use boards::catalogue::BoardInfo;
 use boards::motor::Motor;
-use dimsart_core::limits::DEFAULT_WORDS;
+use dimsart_core::ProvidedMemory;
 use dimsart_core::{AxisKind, DeviceDescriptor, Dimsart, Scalar as _, Tick, Word, scheme, types};
 use dimsart_modules::ALL;
 
@@ -24,7 +24,7 @@ fn largest_torque_nm(motor: Motor) -> f32 {
 }
 
 /// Two boards, one on each side, over a link that takes a tick.
-struct Pair([Dimsart<[u32; DEFAULT_WORDS]>; 2]);
+struct Pair([Dimsart; 2]);
 
 impl Pair {
     fn new(board: &BoardInfo) -> Self {
@@ -32,7 +32,7 @@ impl Pair {
             let axes = [AxisKind::Rotary];
             let device =
                 DeviceDescriptor::new(board.name, &axes, TICK_S, &[types::POSITION], &[types::DES_FORCE]);
-            let mut dimsart = Dimsart::<[u32; DEFAULT_WORDS]>::new(device.unwrap(), ALL).unwrap();
+            let mut dimsart = Dimsart::new(ProvidedMemory::leaked(), device.unwrap(), ALL).unwrap();
             let mut faults = 0;
             scheme::load(board.tooling.scheme.text, side, &SIDES, &mut dimsart, |_| faults += 1);
             assert_eq!((faults, dimsart.engine().is_running()), (0, true), "{} {side}", board.name);

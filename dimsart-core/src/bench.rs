@@ -4,7 +4,8 @@ use crate::data_type::DataType;
 use crate::device::{DescriptorError, DeviceDescriptor};
 use crate::dimsart::Dimsart;
 use crate::kind::Kinds;
-use crate::limits::{DEFAULT_WORDS, MAX_DOF};
+use crate::limits::MAX_DOF;
+use crate::memory::ProvidedMemory;
 use crate::safety::Tick;
 use crate::scheme::{self, SchemeError};
 use crate::storage::StorageError;
@@ -28,7 +29,7 @@ use crate::word::Word;
 /// ```
 #[derive(Debug)]
 pub struct Bench {
-    dimsart: Dimsart<[u32; DEFAULT_WORDS]>,
+    dimsart: Dimsart,
 }
 
 /// Why a bench was not set up.
@@ -59,8 +60,9 @@ impl Bench {
     ) -> Result<Self, BenchError> {
         const AXES: &[AxisKind] = &[AxisKind::Linear];
         let device = DeviceDescriptor::new("bench", AXES, Self::PERIOD_S, measured, &[]);
+        let device = device.map_err(BenchError::Device)?;
         let mut dimsart =
-            Dimsart::new(device.map_err(BenchError::Device)?, kinds).map_err(BenchError::Memory)?;
+            Dimsart::new(ProvidedMemory::leaked(), device, kinds).map_err(BenchError::Memory)?;
         let mut first = None;
         scheme::load(rows, "all", &[], &mut dimsart, |error| first = first.or(Some(error)));
         match first {

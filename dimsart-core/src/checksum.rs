@@ -7,8 +7,8 @@ pub static CRC: crc::Crc<u32, Table> = crc::Crc::<u32, Table>::new(&crc::CRC_32_
 pub static CRC_8: crc::Crc<u8, Table> = crc::Crc::<u8, Table>::new(&crc::CRC_8_AUTOSAR);
 
 /// One step per byte.
-#[cfg(any(feature = "host-sizes", not(feature = "small-sizes")))]
+#[cfg(not(target_os = "none"))]
 pub type Table = crc::Table<1>;
 /// One step per bit: a table takes 1 KiB of flash.
-#[cfg(all(feature = "small-sizes", not(feature = "host-sizes")))]
+#[cfg(target_os = "none")]
 pub type Table = crc::NoTable;

@@ -231,7 +231,7 @@ pub enum CommandError {
     UnknownPort(u8),
     /// No data type has this number.
     UnknownType(TypeRef),
-    /// [`MAX_MODULES`](crate::limits::MAX_MODULES) instances exist already: close one first.
+    /// As many instances exist already as there is [room](crate::limits::Sizes) for: close one first.
     TooManyModules,
     /// The module needs more than [`MAX_PORTS`](crate::limits::MAX_PORTS) ports.
     TooManyPorts,
@@ -264,8 +264,8 @@ pub enum CommandError {
     },
     /// The image's stamp does not say what this module adds to a tick, and a tick may take so long only.
     CostUnknown(ModuleRef),
-    /// All modules together have more than [`MAX_WIRES`](crate::limits::MAX_WIRES) ports, or more than
-    /// [`MAX_BINDINGS`](crate::limits::MAX_BINDINGS) of them are bound by commands.
+    /// All modules together have more ports, or more of them are bound by commands, than there is
+    /// [room](crate::limits::Sizes) for.
     WiringFull,
     /// The signals of a channel and its counters do not fit into a packet of
     /// [`MAX_PACKET_WORDS`](crate::limits::MAX_PACKET_WORDS).

@@ -54,7 +54,7 @@ impl<const N: usize> Default for Snapshot<N> {
 /// let axes = [AxisKind::Rotary];
 /// let joint = DeviceDescriptor::new("joint", &axes, 0.001, &[types::POSITION, types::DES_POSITION], &[types::DES_FORCE])?;
 /// let planner = DeviceDescriptor::new("planner", &axes, 0.01, &[types::POSITION], &[types::DES_POSITION])?;
-/// let [mut joint, mut planner] = [joint, planner].map(|device| Dimsart::<[u32; 512]>::new(device, ALL).expect("it fits"));
+/// let [mut joint, mut planner] = [joint, planner].map(|device| Dimsart::new(ProvidedMemory::leaked(), device, ALL).expect("it fits"));
 /// let (mut there, mut back) = (Snapshot::<1>::new(), Snapshot::<1>::new());
 /// let (mut of_joint, mut of_planner) = Coupling::pair(&mut there, &mut back);
 ///

@@ -6,7 +6,7 @@ use core::cell::Cell;
 
 use crate::device::DeviceDescriptor;
 use crate::handle::{Grid, Input, Memory, Output, Signal, Single, Vector};
-use crate::limits::{MAX_DOF, MAX_LINKS};
+use crate::limits::MAX_DOF;
 use crate::mailbox::LinkPort;
 use crate::online::Programs;
 use crate::wiring::Span;
@@ -19,7 +19,7 @@ pub use self::written_out::{Inputs, Outputs};
 #[derive(Debug)]
 pub struct Data<'a> {
     words: &'a [Cell<u32>],
-    links: &'a [LinkPort; MAX_LINKS],
+    links: &'a [LinkPort],
     programs: &'a Programs,
     device: &'a DeviceDescriptor,
     dof: Dof,
@@ -50,7 +50,7 @@ impl<'a> Data<'a> {
     #[inline]
     pub(crate) fn new(
         words: &'a [Cell<u32>],
-        links: &'a [LinkPort; MAX_LINKS],
+        links: &'a [LinkPort],
         programs: &'a Programs,
         device: &'a DeviceDescriptor,
         is_limited: bool,
@@ -82,7 +82,7 @@ impl<'a> Data<'a> {
 
     /// Whether a word of a span is what it cannot be.
     #[inline(always)]
-    pub(crate) fn has_wrong(&self, span: Span) -> bool {
+    pub(crate) fn has_wrong(&self, span: &Span) -> bool {
         span.has_wrong(self.words)
     }
 

@@ -5,7 +5,7 @@ use core::cell::Cell;
 use crate::data::Data;
 use crate::data_type::{DataType, TypeRef};
 use crate::device::DeviceDescriptor;
-use crate::limits::{MAX_LINKS, MAX_SLOTS};
+use crate::limits::MAX_SLOTS;
 use crate::mailbox::LinkPort;
 use crate::online::Programs;
 use crate::storage::{Block, Storage, StorageError};
@@ -19,34 +19,30 @@ pub struct Entry {
     pub data_type: &'static DataType,
 }
 
-/// Signals, modules' memories and link mailboxes, in the caller's words and [`MAX_SLOTS`] slots.
+/// Signals, modules' memories and link mailboxes, in [provided](crate::ControllerMemory) words and slots.
 ///
 /// Memory is taken and given back only when a module comes, goes, or is plugged in or out. A signal is there as long
 /// as somebody reads or writes it.
 #[derive(Debug)]
-pub struct DataBase<W: ?Sized = [u32]> {
-    entries: [Option<Entry>; MAX_SLOTS],
-    links: [LinkPort; MAX_LINKS],
+pub struct DataBase {
+    entries: &'static mut [Option<Entry>],
+    links: &'static mut [LinkPort],
     programs: Programs,
     revision: u32,
     is_limited: bool,
-    storage: Storage<W>,
-}
-
-impl<const WORDS: usize> DataBase<[u32; WORDS]> {
-    pub(crate) const fn new() -> Self {
-        Self {
-            entries: [None; MAX_SLOTS],
-            links: [const { LinkPort::new() }; MAX_LINKS],
-            programs: Programs::new(),
-            revision: 0,
-            is_limited: false,
-            storage: Storage::new(),
-        }
-    }
+    storage: Storage,
 }
 
 impl DataBase {
+    pub(crate) fn new(
+        entries: &'static mut [Option<Entry>],
+        links: &'static mut [LinkPort],
+        programs: Programs,
+        storage: Storage,
+    ) -> Self {
+        Self { entries, links, programs, revision: 0, is_limited: false, storage }
+    }
+
     /// Takes everything back that anybody holds.
     pub(crate) fn clear(&mut self) {
         self.storage.clear();
@@ -55,13 +51,21 @@ impl DataBase {
         self.revision = self.revision.wrapping_add(1);
     }
 
+    /// Is as new: no programs, no changes so far.
+    pub(crate) fn forget(&mut self) {
+        self.programs.clear();
+        self.revision = 0;
+        self.is_limited = false;
+    }
+
     /// Every signal, with its slot.
     pub fn signals(&self) -> impl Iterator<Item = (u8, Entry)> + Clone + '_ {
-        (0..).zip(&self.entries).filter_map(|(slot, entry)| entry.map(|entry| (slot, entry)))
+        (0..).zip(self.entries.iter()).filter_map(|(slot, entry)| entry.map(|entry| (slot, entry)))
     }
 
     /// Slot of a signal, if it is there.
     #[must_use]
+    #[inline(never)]
     pub fn slot(&self, signal: TypeRef) -> Option<u8> {
         self.signals().find(|(_, entry)| entry.signal == signal).map(|(slot, _)| slot)
     }
@@ -119,7 +123,7 @@ impl DataBase {
     }
 
     pub(crate) fn links(&self) -> &[LinkPort] {
-        &self.links
+        self.links
     }
 
     /// Slot of a signal, which is made when it is not there yet.
@@ -149,7 +153,8 @@ impl DataBase {
     /// Gives back every slot that is not among those used, a bit each; says whether there was one.
     pub(crate) fn keep_only(&mut self, used: u64) -> bool {
         let revision = self.revision;
-        for slot in (0..MAX_SLOT_NUMBER).filter(|slot| used & bit(*slot) == 0) {
+        let slots = u8::try_from(self.entries.len()).unwrap_or(u8::MAX);
+        for slot in (0..slots).filter(|slot| used & bit(*slot) == 0) {
             if self.storage.is_taken(slot) {
                 self.storage.give_back(slot);
                 self.revision = self.revision.wrapping_add(1);
@@ -183,8 +188,8 @@ impl DataBase {
 
     /// The view that modules get during a tick.
     pub(crate) fn view<'a>(&'a mut self, device: &'a DeviceDescriptor) -> Data<'a> {
-        let words = Cell::from_mut(&mut self.storage.words).as_slice_of_cells();
-        Data::new(words, &self.links, &self.programs, device, self.is_limited)
+        let words = Cell::from_mut(&mut *self.storage.words).as_slice_of_cells();
+        Data::new(words, self.links, &self.programs, device, self.is_limited)
     }
 }
 
@@ -193,6 +198,3 @@ pub(crate) fn bit(slot: u8) -> u64 {
     const { assert!(MAX_SLOTS <= 64, "a set of slots is 64 bits") };
     1_u64.checked_shl(u32::from(slot)).unwrap_or(0)
 }
-
-#[expect(clippy::cast_possible_truncation, reason = "at most 64")]
-const MAX_SLOT_NUMBER: u8 = MAX_SLOTS as u8;

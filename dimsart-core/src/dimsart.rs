@@ -1,7 +1,5 @@
 //! One controller: engine, frame and safety stage, and the order of a tick.
 
-use core::ops::{Deref, DerefMut};
-
 use crate::command::{Command, CommandError};
 use crate::data_type::TypeRef;
 use crate::device::DeviceDescriptor;
@@ -9,6 +7,7 @@ use crate::engine::{Engine, Observer};
 use crate::frame::Frame;
 use crate::kind::Kinds;
 use crate::mailbox::{LinkPort, Silence, is_newer};
+use crate::memory::ProvidedMemory;
 use crate::packet::{Packet, PacketError};
 use crate::safety::{DriveFault, Reason, Safety, Tick};
 use crate::storage::StorageError;
@@ -16,15 +15,15 @@ use crate::word::Word;
 
 /// A whole DIMSART, for one device.
 ///
-/// The caller provides its memory: a `Dimsart<[u32; WORDS]>` has that many words of Data Base, and is used as a `Dimsart`.
+/// Its creator provides its [memory](crate::ControllerMemory), and so chooses what it has room for.
 #[derive(Debug)]
-pub struct Dimsart<W: ?Sized = [u32]> {
+pub struct Dimsart {
     frame: Frame,
     safety: Safety,
     are_commands_late: bool,
     drive_fault: Option<DriveFault>,
     first_packet: FirstPacket,
-    engine: Engine<W>,
+    engine: Engine,
 }
 
 /// The first packet of a link. The device does not move before it.
@@ -41,50 +40,42 @@ enum FirstPacket {
     },
 }
 
-impl<const WORDS: usize> Dimsart<[u32; WORDS]> {
-    /// A controller for a device and the kinds of modules that it can have, with the device's types in the Data Base and no module
+impl Dimsart {
+    /// A controller in this memory, for a device and the kinds of modules that it can have, with the device's types in the Data Base and no module
     /// plugged in.
     ///
     /// # Errors
     /// [`StorageError`] when the device's types do not fit into the Data Base.
-    pub fn new(device: DeviceDescriptor, kinds: Kinds) -> Result<Self, StorageError> {
-        let mut dimsart = Self::unconnected();
+    pub fn new(
+        memory: impl Into<ProvidedMemory>,
+        device: DeviceDescriptor,
+        kinds: Kinds,
+    ) -> Result<Self, StorageError> {
+        let mut dimsart = Self::unconnected(memory);
         dimsart.connect(device, kinds)?;
         Ok(dimsart)
     }
 
-    /// A controller that has no device yet; its ticks are [`Tick::Idle`].
-    ///
-    /// All zero bits: a static one takes no room in an image, and none on the stack when it is
-    /// [connected](Self::connect) in its place.
+    /// A controller in this memory that has no device yet; its ticks are [`Tick::Idle`].
     #[must_use]
-    pub const fn unconnected() -> Self {
+    #[inline]
+    pub fn unconnected(memory: impl Into<ProvidedMemory>) -> Self {
         Self {
             frame: Frame::unconnected(),
             safety: Safety::new(),
             are_commands_late: false,
             drive_fault: None,
             first_packet: FirstPacket::Unneeded,
-            engine: Engine::unconnected(),
+            engine: Engine::unconnected(memory.into()),
         }
     }
-}
 
-impl<const WORDS: usize> Deref for Dimsart<[u32; WORDS]> {
-    type Target = Dimsart;
-
-    fn deref(&self) -> &Dimsart {
-        self
+    /// Ends it and gives its memory back, for another one.
+    #[must_use]
+    pub fn release(self) -> ProvidedMemory {
+        self.engine.release()
     }
-}
 
-impl<const WORDS: usize> DerefMut for Dimsart<[u32; WORDS]> {
-    fn deref_mut(&mut self) -> &mut Dimsart {
-        self
-    }
-}
-
-impl Dimsart {
     /// Restarts for a device and the kinds of modules that it can have, with the device's types in the Data Base and no module
     /// plugged in.
     ///
@@ -92,13 +83,12 @@ impl Dimsart {
     /// [`StorageError`] when the device's types do not fit into the Data Base; the controller is
     /// [unconnected](Self::unconnected) then.
     pub fn connect(&mut self, device: DeviceDescriptor, kinds: Kinds) -> Result<(), StorageError> {
-        self.frame = Frame::unconnected();
         self.first_packet = FirstPacket::Unneeded;
         self.safety.connect(&device);
-        self.engine.connect(device.clone(), kinds);
-        let frame = Frame::connect(self.engine.data_base_mut(), &device);
-        self.frame = frame.inspect_err(|_| self.engine.disconnect())?;
-        Ok(())
+        self.engine.connect(device, kinds);
+        let (device, data_base) = self.engine.device_and_data_base();
+        let connected = self.frame.connect(data_base, device);
+        connected.inspect_err(|_| self.engine.disconnect())
     }
 
     /// Allows motion from the next tick on, or forbids it: the device gets its safe value then. It is allowed at first.

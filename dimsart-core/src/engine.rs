@@ -14,7 +14,6 @@ mod vocabulary;
 pub use commands::Cursor;
 pub use containment::{FaultCause, ModuleFault};
 use core::num::NonZeroU32;
-use core::ops::{Deref, DerefMut};
 pub use vocabulary::type_at;
 
 pub use observer::{Calls, Observer};
@@ -28,10 +27,12 @@ use crate::device::{DeviceDescriptor, Served};
 use crate::kind::{Kind, Kinds};
 use crate::kind_id::KindId;
 use crate::matching::{CheckReport, Finding, Scheme};
+use crate::memory::ProvidedMemory;
 use crate::port::{Direction, Stage};
 use crate::rate::Rate;
 use crate::wiring::Wiring;
-use plan::{Plan, Plans};
+pub(crate) use laws::{LAWS, Laws};
+pub(crate) use plan::{Instance, Plan, Plans};
 use transaction::Draft;
 
 /// One call of the tick, as reports show it.
@@ -46,9 +47,9 @@ pub struct Step {
 /// What a scheme takes of the statically sized storage.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
 pub struct Usage {
-    /// Module instances, of [`MAX_MODULES`](crate::limits::MAX_MODULES).
+    /// Module instances, of the controller's [room](crate::limits::Sizes) for them.
     pub modules: usize,
-    /// Slots of the Data Base, of [`MAX_SLOTS`](crate::limits::MAX_SLOTS).
+    /// Slots of the Data Base that are taken.
     pub slots: usize,
     /// Words of the Data Base that are taken.
     pub words: usize,
@@ -58,17 +59,15 @@ pub struct Usage {
 
 /// Modules, their Data Base and the device they serve.
 ///
-/// All of it is statically sized: the words of the Data Base (`W`, provided by the caller) hold signals, parameters and state
-/// of at most [`MAX_MODULES`](crate::limits::MAX_MODULES) modules. Commands are given between ticks and take bounded time;
-/// [`step`](Self::step) cannot fail.
+/// All of it is in [memory](crate::ControllerMemory) that the creator provides: the words of the Data Base hold signals, parameters and
+/// state. Commands are given between ticks and take bounded time; [`step`](Self::step) cannot fail.
 ///
 /// A change of the scheme is put together aside, checked, and takes effect between two ticks, whole or not at all. One
 /// command is such a change; [`Command::Begin`] opens one of many commands.
 #[derive(Debug)]
-pub struct Engine<W: ?Sized = [u32]> {
+pub struct Engine {
     device: Served,
-    /// None before a device is connected.
-    kinds: Option<Kinds>,
+    kinds: Kinds,
     plans: Plans,
     draft: Draft,
     /// Whether the next scheme has passed its check, and has not changed since.
@@ -84,25 +83,26 @@ pub struct Engine<W: ?Sized = [u32]> {
     begins: bool,
     /// Modules that have failed and are cut out with all that depend on them, a bit for each place in the plug-in order.
     failed: u32,
-    data_base: DataBase<W>,
+    data_base: DataBase,
 }
 
-impl<const WORDS: usize> Engine<[u32; WORDS]> {
-    /// An engine without modules, for a device and the kinds of modules that it can have.
+impl Engine {
+    /// An engine without modules, in this memory, for a device and the kinds of modules that it can have.
     #[must_use]
-    pub fn new(device: DeviceDescriptor, kinds: Kinds) -> Self {
-        let mut engine = Self::unconnected();
+    pub fn new(memory: impl Into<ProvidedMemory>, device: DeviceDescriptor, kinds: Kinds) -> Self {
+        let mut engine = Self::unconnected(memory.into());
         engine.connect(device, kinds);
         engine
     }
 
-    /// An engine that serves no device yet. All zero bits: a static one takes no room in an image.
-    #[must_use]
-    pub const fn unconnected() -> Self {
+    /// An engine that serves no device yet.
+    #[inline]
+    pub(crate) fn unconnected(memory: ProvidedMemory) -> Self {
+        let ProvidedMemory { plans, data_base } = memory;
         Self {
             device: Served(None),
-            kinds: None,
-            plans: Plans::new(),
+            kinds: Kinds::NONE,
+            plans,
             draft: Draft::None,
             is_checked: false,
             has_moved: false,
@@ -113,26 +113,10 @@ impl<const WORDS: usize> Engine<[u32; WORDS]> {
             is_running: false,
             begins: false,
             failed: 0,
-            data_base: DataBase::new(),
+            data_base,
         }
     }
-}
 
-impl<const WORDS: usize> Deref for Engine<[u32; WORDS]> {
-    type Target = Engine;
-
-    fn deref(&self) -> &Engine {
-        self
-    }
-}
-
-impl<const WORDS: usize> DerefMut for Engine<[u32; WORDS]> {
-    fn deref_mut(&mut self) -> &mut Engine {
-        self
-    }
-}
-
-impl Engine {
     fn kind(&self, id: KindId) -> Option<&'static Kind> {
         self.kinds().kind(id)
     }
@@ -140,7 +124,7 @@ impl Engine {
     /// The kinds of modules that it can have; none before a device is connected.
     #[must_use]
     pub fn kinds(&self) -> Kinds {
-        self.kinds.unwrap_or(Kinds::NONE)
+        self.kinds
     }
 
     /// Computes every module that is plugged in once, in order. Does nothing unless the scheme runs.
@@ -271,7 +255,7 @@ impl Engine {
     pub(crate) fn connect(&mut self, device: DeviceDescriptor, kinds: Kinds) {
         self.disconnect();
         self.device = Served(Some(device));
-        self.kinds = Some(kinds);
+        self.kinds = kinds;
     }
 
     /// Serves no device any more.
@@ -281,13 +265,24 @@ impl Engine {
         self.follow_moves();
         self.data_base.clear();
         self.device = Served(None);
-        self.kinds = None;
+        self.kinds = Kinds::NONE;
+    }
+
+    /// Gives the memory back, with nothing in it.
+    pub(crate) fn release(mut self) -> ProvidedMemory {
+        self.disconnect();
+        self.data_base.forget();
+        ProvidedMemory { plans: self.plans, data_base: self.data_base }
     }
 
     /// The Data Base.
     #[must_use]
     pub fn data_base(&self) -> &DataBase {
         &self.data_base
+    }
+
+    pub(crate) fn device_and_data_base(&mut self) -> (&DeviceDescriptor, &mut DataBase) {
+        (&self.device, &mut self.data_base)
     }
 
     pub(crate) fn data_base_mut(&mut self) -> &mut DataBase {
@@ -374,7 +369,7 @@ impl Engine {
     }
 
     /// Ports, or handles if there are more, of all modules that are plugged in, and how many ports commands have bound: of
-    /// [`MAX_WIRES`](crate::limits::MAX_WIRES) and of [`MAX_BINDINGS`](crate::limits::MAX_BINDINGS).
+    /// the controller's [room](crate::limits::Sizes) for them.
     #[must_use]
     pub fn wires_and_bindings(&self) -> [usize; 2] {
         let Plan { wiring, bindings, .. } = self.edited();

@@ -91,24 +91,23 @@ impl Frame {
     /// Inserts the device's types into the Data Base.
     ///
     /// # Errors
-    /// [`StorageError`] when they do not fit.
-    pub(crate) fn connect(data_base: &mut DataBase, device: &DeviceDescriptor) -> Result<Self, StorageError> {
-        let mut side = |types: &[&'static DataType]| {
-            let mut side = Side::EMPTY;
-            for data_type in types {
-                let slot = data_base.insert(data_type, data_type.first(), device.dof())?;
-                let block = data_base.storage().block(slot);
-                if side.types.is_empty() {
-                    side.span.offset = block.offset;
-                }
-                side.types.push((block, data_type)).map_err(|_| StorageError::NoSlot)?;
-                side.span.words += block.words;
-            }
-            Ok(side)
-        };
-        let mut plausibility = Plausibility::unconnected();
-        plausibility.connect(device);
-        Ok(Self { outputs: side(device.outputs)?, inputs: side(device.inputs)?, plausibility })
+    /// [`StorageError`] when they do not fit; the frame is [disconnected](Self::disconnect) then.
+    pub(crate) fn connect(
+        &mut self,
+        data_base: &mut DataBase,
+        device: &DeviceDescriptor,
+    ) -> Result<(), StorageError> {
+        self.plausibility.connect(device);
+        let outputs = self.outputs.connect(device.outputs, data_base, device.dof());
+        let connected = outputs.and_then(|()| self.inputs.connect(device.inputs, data_base, device.dof()));
+        connected.inspect_err(|_| self.disconnect())
+    }
+
+    /// Becomes the frame of a device without types.
+    fn disconnect(&mut self) {
+        self.outputs.disconnect();
+        self.inputs.disconnect();
+        self.plausibility.disconnect();
     }
 
     /// Words of a frame from the device.
@@ -173,6 +172,31 @@ impl Frame {
 
 impl Side {
     const EMPTY: Self = Self { types: Vec::new(), span: Block { offset: 0, words: 0 } };
+
+    #[inline(never)]
+    fn connect(
+        &mut self,
+        types: &'static [&'static DataType],
+        data_base: &mut DataBase,
+        dof: usize,
+    ) -> Result<(), StorageError> {
+        self.disconnect();
+        for data_type in types {
+            let slot = data_base.insert(data_type, data_type.first(), dof)?;
+            let block = data_base.storage().block(slot);
+            if self.types.is_empty() {
+                self.span.offset = block.offset;
+            }
+            self.types.push((block, data_type)).map_err(|_| StorageError::NoSlot)?;
+            self.span.words += block.words;
+        }
+        Ok(())
+    }
+
+    fn disconnect(&mut self) {
+        self.types.clear();
+        self.span = Block { offset: 0, words: 0 };
+    }
 
     fn words(&self) -> usize {
         usize::from(self.span.words)

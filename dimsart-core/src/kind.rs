@@ -6,6 +6,7 @@ use crate::context::Context;
 use crate::data::Data;
 use crate::declare::Declare;
 use crate::device::DeviceDescriptor;
+use crate::engine::{LAWS, Laws};
 use crate::kind_id::KindId;
 use crate::module::Module;
 use crate::parameter::{Parameter, Parameters};
@@ -33,7 +34,7 @@ pub struct Kind {
     /// [`Module::SUMMARY`].
     pub summary: Summary,
     outlasts_arming: bool,
-    runs_program: bool,
+    laws: Option<&'static Laws>,
     handles: u8,
     settings_words: u8,
     state_words: u8,
@@ -74,7 +75,7 @@ impl Kind {
             id: KindId::of(M::NAME),
             summary: Summary::new(M::SUMMARY),
             outlasts_arming: M::OUTLASTS_ARMING,
-            runs_program: M::RUNS_PROGRAM,
+            laws: if M::RUNS_PROGRAM { Some(&LAWS) } else { None },
             handles: M::Ports::COUNT as u8,
             settings_words: M::Settings::COUNT as u8,
             state_words: M::State::COUNT as u8,
@@ -95,7 +96,7 @@ impl Kind {
             id: KindId::of(""),
             summary: Summary::new(""),
             outlasts_arming: false,
-            runs_program: false,
+            laws: None,
             handles: 0,
             settings_words: 0,
             state_words: 0,
@@ -117,12 +118,17 @@ impl Kind {
     /// Whether its modules run a [program](crate::online).
     #[must_use]
     pub const fn runs_program(&self) -> bool {
-        self.runs_program
+        self.laws.is_some()
+    }
+
+    /// What an engine does about its programs.
+    pub(crate) const fn laws(&self) -> Option<&'static Laws> {
+        self.laws
     }
 
     /// Number of the [program](crate::online) that a module with these settings runs; 0 for none.
     pub(crate) fn program(&self, settings: &[Cell<u32>]) -> u8 {
-        let number = settings.first().filter(|_| self.runs_program).map_or(0, Cell::get);
+        let number = settings.first().filter(|_| self.runs_program()).map_or(0, Cell::get);
         u8::try_from(number).unwrap_or(0)
     }
 

@@ -55,6 +55,9 @@
 #![no_std]
 #![forbid(unsafe_code)]
 
+// For what only hosts have.
+#[cfg(feature = "summaries")]
+extern crate alloc;
 #[cfg(test)]
 extern crate std;
 
@@ -87,6 +90,7 @@ pub mod limits;
 pub mod mailbox;
 mod matching;
 pub mod math;
+mod memory;
 mod module;
 pub mod names;
 pub mod online;
@@ -134,6 +138,7 @@ pub use kind::{Kind, Kinds};
 pub use kind_id::KindId;
 pub use mailbox::{LinkPort, LinkState, Mailbox, START_COUNTERS, counters_ahead, is_newer, next_number};
 pub use matching::{CheckReport, Finding, Party};
+pub use memory::{ControllerMemory, ProvidedMemory};
 pub use module::Module;
 pub use names::Name;
 pub use output_limits::OutputLimits;

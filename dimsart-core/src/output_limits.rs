@@ -55,8 +55,12 @@ impl Plausibility {
         Self { words: Vec::new() }
     }
 
-    pub(crate) fn connect(&mut self, device: &DeviceDescriptor) {
+    pub(crate) fn disconnect(&mut self) {
         self.words.clear();
+    }
+
+    pub(crate) fn connect(&mut self, device: &DeviceDescriptor) {
+        self.disconnect();
         for OutputLimits { min, max, rate_per_s } in device.limits_of_output_words() {
             let step = rate_per_s * device.sample_period_s();
             // As many as there is room for: the descriptor has no more.

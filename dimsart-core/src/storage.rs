@@ -4,13 +4,11 @@
 //! one out closes the gap, so whatever is free is one piece between them. A block at the start is named by its index,
 //! which stays the same while its words move; where a module's own one has moved, its instance is told.
 
-use crate::limits::MAX_SLOTS;
-
 /// Why storage was not given.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum StorageError {
-    /// Every one of the [`MAX_SLOTS`] slots is taken.
+    /// Every slot is taken.
     NoSlot,
     /// The words do not fit.
     NoRoom {
@@ -70,28 +68,26 @@ impl Block {
     }
 }
 
-/// Words shared by at most [`MAX_SLOTS`] blocks. A new one is all zero bits.
+/// Provided words, shared by as many blocks as there are slots.
 #[derive(Debug)]
-pub(crate) struct Storage<W: ?Sized = [u32]> {
-    blocks: [Option<Block>; MAX_SLOTS],
+pub(crate) struct Storage {
+    blocks: &'static mut [Block],
     /// Words taken at the start.
     used: usize,
     /// Words taken at the end.
     used_at_end: usize,
-    pub(crate) words: W,
-}
-
-impl<const WORDS: usize> Storage<[u32; WORDS]> {
-    pub(crate) const fn new() -> Self {
-        const { assert!(WORDS < u16::MAX as usize, "a Data Base holds at most 65534 words") };
-        Self { blocks: [None; MAX_SLOTS], used: 0, used_at_end: 0, words: [0; WORDS] }
-    }
+    pub(crate) words: &'static mut [u32],
 }
 
 impl Storage {
+    pub(crate) fn new(blocks: &'static mut [Block], words: &'static mut [u32]) -> Self {
+        blocks.fill(Block::FREE);
+        Self { blocks, used: 0, used_at_end: 0, words }
+    }
+
     /// Takes every block back.
     pub(crate) fn clear(&mut self) {
-        self.blocks.fill(None);
+        self.blocks.fill(Block::FREE);
         self.used = 0;
         self.used_at_end = 0;
     }
@@ -103,41 +99,42 @@ impl Storage {
 
     /// Slots taken.
     pub(crate) fn taken_slots(&self) -> usize {
-        self.blocks.iter().flatten().count()
+        self.blocks.iter().filter(|block| **block != Block::FREE).count()
     }
 
     /// Takes `words` words, all zero. Nothing changes on an error.
     pub(crate) fn take(&mut self, words: usize) -> Result<u8, StorageError> {
         let free = self.free_words();
         let no_room = StorageError::NoRoom { wanted: words, free };
-        let index = self.blocks.iter().position(Option::is_none).ok_or(StorageError::NoSlot)?;
-        let (Ok(offset), Ok(length), Ok(index)) =
-            (u16::try_from(self.used), u16::try_from(words), u8::try_from(index))
-        else {
-            return Err(no_room);
-        };
-        if words > free {
-            return Err(no_room);
+        let index = self.blocks.iter().position(|block| *block == Block::FREE).ok_or(StorageError::NoSlot)?;
+        let place = u16::try_from(self.used).ok().zip(u16::try_from(words).ok());
+        let (offset, length) = place.filter(|_| words <= free).ok_or(no_room)?;
+        if let Some(block) = self.blocks.get_mut(index) {
+            *block = Block { offset, words: length };
         }
-        let block = self.blocks.get_mut(usize::from(index)).ok_or(StorageError::NoSlot)?;
-        *block = Some(Block { offset, words: length });
         if let Some(fresh) = self.words.get_mut(self.used..self.used + words) {
             fresh.fill(0);
         }
         self.used += words;
-        Ok(index)
+        u8::try_from(index).map_err(|_| StorageError::NoSlot)
     }
 
     /// Gives a block back and closes the gap it leaves. A free index is ignored.
     pub(crate) fn give_back(&mut self, index: u8) {
-        let Some(gone) = self.blocks.get_mut(usize::from(index)).and_then(Option::take) else { return };
+        let Some(block) = self.blocks.get_mut(usize::from(index)) else { return };
+        let gone = core::mem::replace(block, Block::FREE);
+        if gone == Block::FREE {
+            return;
+        }
         let (start, length) = (usize::from(gone.offset), usize::from(gone.words));
         if let Some(tail) = self.words.get_mut(start..self.used) {
             tail.copy_within(length.min(tail.len()).., 0);
         }
         self.used -= length;
-        for block in self.blocks.iter_mut().flatten().filter(|block| block.offset > gone.offset) {
-            block.offset -= gone.words;
+        for block in self.blocks.iter_mut().filter(|block| **block != Block::FREE) {
+            if block.offset > gone.offset {
+                block.offset -= gone.words;
+            }
         }
     }
 
@@ -185,12 +182,12 @@ impl Storage {
 
     /// Whether a block is taken.
     pub(crate) fn is_taken(&self, index: u8) -> bool {
-        self.blocks.get(usize::from(index)).is_some_and(Option::is_some)
+        self.block(index) != Block::FREE
     }
 
     /// Where a block lies; [`Block::FREE`] for a free index.
     pub(crate) fn block(&self, index: u8) -> Block {
-        self.blocks.get(usize::from(index)).copied().flatten().unwrap_or(Block::FREE)
+        self.blocks.get(usize::from(index)).copied().unwrap_or(Block::FREE)
     }
 
     /// The words of a block; none for a free one.
@@ -208,11 +205,17 @@ impl Storage {
 
 #[cfg(test)]
 mod tests {
+    use std::boxed::Box;
+
     use super::*;
+
+    fn storage<const WORDS: usize>() -> Storage {
+        Storage::new(Box::leak(Box::new([Block::FREE; 4])), Box::leak(Box::new([0; WORDS])))
+    }
 
     #[test]
     fn a_gap_is_closed_and_contents_move_with_their_block() {
-        let storage: &mut Storage = &mut Storage::<[u32; 8]>::new();
+        let mut storage = storage::<8>();
         let a = storage.take(3).unwrap();
         let b = storage.take(3).unwrap();
         storage.words_mut(storage.block(b)).unwrap().copy_from_slice(&[7, 8, 9]);
@@ -226,7 +229,7 @@ mod tests {
 
     #[test]
     fn what_is_taken_at_the_end_moves_there_when_a_gap_is_closed() {
-        let storage: &mut Storage = &mut Storage::<[u32; 8]>::new();
+        let mut storage = storage::<8>();
         storage.take(1).unwrap();
         let [a, b, c] = [3, 1, 2].map(|words| storage.take_at_end(words).unwrap());
         assert_eq!([a, b, c].map(|block| block.offset), [5, 4, 2]);
@@ -250,7 +253,7 @@ mod tests {
 
     #[test]
     fn an_empty_block_survives_its_neighbours() {
-        let storage: &mut Storage = &mut Storage::<[u32; 4]>::new();
+        let mut storage = storage::<4>();
         let empty = storage.take(0).unwrap();
         let full = storage.take(4).unwrap();
         storage.give_back(empty);

@@ -10,7 +10,7 @@ mod port;
 
 use core::cell::Cell;
 
-use heapless::Vec;
+use heapless::vec::VecView;
 
 use crate::binding::Bound;
 use crate::command::{CommandError, ModuleRef};
@@ -18,24 +18,25 @@ use crate::data_base::{DataBase, bit};
 use crate::declare::Declare;
 use crate::device::DeviceDescriptor;
 use crate::kind::{Begin, Compute, Kind, Kinds, MAX_HANDLES};
-use crate::limits::{MAX_CALLS, MAX_LINKS, MAX_MODULES, MAX_PACKET_WORDS, MAX_SLOTS, MAX_WIRES};
+use crate::limits::MAX_PACKET_WORDS;
+use crate::memory::List;
 use crate::parameter::ParameterError;
 use crate::port::{Direction, LinkEnd, PortSpec, PortSpecs, Stage};
 use crate::rate::Rate;
 use crate::storage::{Block, Storage};
-pub(crate) use falling::{Span, module_bit};
+pub(crate) use falling::{Span, any, module_bit};
 pub(crate) use port::Port;
 
 /// Modules in plug-in order, their ports and handles, and the calls of a tick.
 #[derive(Debug)]
 pub(crate) struct Wiring {
-    modules: Vec<Plugged, MAX_MODULES>,
-    ports: Vec<Port, MAX_WIRES>,
+    modules: List<Plugged>,
+    ports: List<Port>,
     /// Of each module's handles, which of its ports it is of; [`NO_PORT`] for one that was not declared.
-    handles: Vec<u8, MAX_WIRES>,
-    calls: Vec<Call, MAX_CALLS>,
+    handles: List<u8>,
+    calls: List<Call>,
     /// Words that are looked at behind the calls that write them.
-    spans: Vec<Span, MAX_SLOTS>,
+    spans: List<Span>,
     /// Modules that the device gets nothing without, a bit for each place in the plug-in order.
     drives_device: u32,
     /// Whether there is a module that does not run in every tick.
@@ -69,15 +70,20 @@ pub(crate) struct Plugged {
 
 /// Some of a list, one behind the other.
 #[derive(Debug, Clone, Copy)]
-struct Part {
+pub(crate) struct Part {
     start: u8,
-    count: u8,
+    pub(crate) count: u8,
 }
 
 impl Part {
-    fn of<T>(self, list: &[T]) -> &[T] {
+    #[inline]
+    fn range(self) -> core::ops::Range<usize> {
         let start = usize::from(self.start);
-        list.get(start..start + usize::from(self.count)).unwrap_or_default()
+        start..start + usize::from(self.count)
+    }
+
+    fn of<T>(self, list: &[T]) -> &[T] {
+        list.get(self.range()).unwrap_or_default()
     }
 
     /// Follows its part of the list, out of which another one was cut.
@@ -103,8 +109,8 @@ pub(crate) struct Call {
     /// Of its module in the plug-in order.
     pub(crate) order: u8,
     pub(crate) stage: Stage,
-    /// How many spans of what it writes are looked at.
-    pub(crate) spans: u8,
+    /// Spans of what it writes, which are checked after it.
+    pub(crate) spans: Part,
 }
 
 /// A module that is to be plugged in.
@@ -123,16 +129,14 @@ pub(crate) struct New<'a> {
 }
 
 impl Wiring {
-    pub(crate) const fn new() -> Self {
-        Self {
-            modules: Vec::new(),
-            ports: Vec::new(),
-            handles: Vec::new(),
-            calls: Vec::new(),
-            spans: Vec::new(),
-            drives_device: 0,
-            has_rates: false,
-        }
+    pub(crate) fn new(
+        modules: List<Plugged>,
+        ports: List<Port>,
+        handles: List<u8>,
+        calls: List<Call>,
+        spans: List<Span>,
+    ) -> Self {
+        Self { modules, ports, handles, calls, spans, drives_device: 0, has_rates: false }
     }
 
     pub(crate) fn clear(&mut self) {
@@ -149,11 +153,11 @@ impl Wiring {
     pub(crate) fn copy_from(&mut self, other: &Self) {
         self.clear();
         // As much room as there is.
-        let _ = self.modules.extend_from_slice(&other.modules);
-        let _ = self.ports.extend_from_slice(&other.ports);
-        let _ = self.handles.extend_from_slice(&other.handles);
-        let _ = self.calls.extend_from_slice(&other.calls);
-        let _ = self.spans.extend_from_slice(&other.spans);
+        let _ = self.modules.extend_from_slice(other.modules);
+        let _ = self.ports.extend_from_slice(other.ports);
+        let _ = self.handles.extend_from_slice(other.handles);
+        let _ = self.calls.extend_from_slice(other.calls);
+        let _ = self.spans.extend_from_slice(other.spans);
         self.drives_device = other.drives_device;
         self.has_rates = other.has_rates;
     }
@@ -162,9 +166,9 @@ impl Wiring {
     pub(crate) fn unplug(&mut self, module: ModuleRef) {
         let Some(order) = self.order_of(module) else { return };
         let Plugged { ports, handles, .. } = self.modules.remove(order);
-        cut(&mut self.ports, ports);
-        cut(&mut self.handles, handles);
-        for plugged in &mut self.modules {
+        cut(self.ports, ports);
+        cut(self.handles, handles);
+        for plugged in self.modules.iter_mut() {
             plugged.ports.close_gap(ports);
             plugged.handles.close_gap(handles);
         }
@@ -216,7 +220,7 @@ impl Wiring {
         if !has_all {
             return Err(CommandError::TooManyPorts);
         }
-        if link_end.is_some_and(|end| usize::from(end.link) >= MAX_LINKS) {
+        if link_end.is_some_and(|end| usize::from(end.link) >= data_base.links().len()) {
             return Err(ParameterError::OutOfRange.into());
         }
         if !declare.has_program() {
@@ -305,20 +309,17 @@ impl Wiring {
                 budget_counts: u32::MAX,
                 order,
                 stage,
-                spans: 0,
+                spans: Part { start: 0, count: 0 },
             });
         }
     }
 
     /// Points every handle to where its slot is now, and every call to its module's configuration and state.
     pub(crate) fn connect(&mut self, storage: &mut Storage, memory: impl Fn(u8) -> [Block; 2]) {
-        let mut places = Vec::<[Block; 2], MAX_MODULES>::new();
-        for plugged in &self.modules {
-            let blocks = memory(plugged.instance);
-            let _ = places.push(blocks);
-            let [configuration, _] = blocks;
-            let (ports, start) = (plugged.ports.of(&self.ports), configuration.offset);
-            for (offset, port) in (start..).zip(plugged.handles.of(&self.handles)) {
+        for plugged in self.modules.iter() {
+            let [configuration, _] = memory(plugged.instance);
+            let (ports, start) = (plugged.ports.of(self.ports), configuration.offset);
+            for (offset, port) in (start..).zip(plugged.handles.of(self.handles)) {
                 let port = ports.get(usize::from(*port));
                 let handle = port.map_or(Block::FREE, |port| storage.block(port.slot));
                 if let Some([word]) = storage.words_mut(Block { offset, words: 1 }) {
@@ -326,8 +327,9 @@ impl Wiring {
                 }
             }
         }
-        for call in &mut self.calls {
-            if let Some([configuration, state]) = places.get(usize::from(call.order)) {
+        for call in self.calls.iter_mut() {
+            if let Some(plugged) = self.modules.get(usize::from(call.order)) {
+                let [configuration, state] = memory(plugged.instance);
                 (call.configuration, call.state) = (configuration.offset, state.offset);
             }
         }
@@ -352,7 +354,7 @@ impl Wiring {
 
     /// Modules in plug-in order.
     pub(crate) fn modules(&self) -> &[Plugged] {
-        &self.modules
+        self.modules
     }
 
     /// Has the state of these modules begin with their next call.
@@ -369,7 +371,7 @@ impl Wiring {
 
     /// Has the state of the modules at these places begin with their next call, as after a start.
     pub(crate) fn begin_places(&mut self, places: u32) {
-        for (order, plugged) in (0..).zip(&mut self.modules) {
+        for (order, plugged) in (0..).zip(self.modules.iter_mut()) {
             if places & module_bit(order) != 0 {
                 (plugged.begins, plugged.takes_over) = (true, false);
             }
@@ -382,12 +384,12 @@ impl Wiring {
     }
 
     pub(crate) fn calls(&self) -> &[Call] {
-        &self.calls
+        self.calls
     }
 
     /// Ports of a module that is plugged in.
     pub(crate) fn ports(&self, plugged: &Plugged) -> &[Port] {
-        plugged.ports.of(&self.ports)
+        plugged.ports.of(self.ports)
     }
 
     /// The module of a call.
@@ -406,7 +408,7 @@ impl Wiring {
 }
 
 /// Cuts a part out of a list.
-fn cut<T: Copy, const N: usize>(list: &mut Vec<T, N>, gone: Part) {
+fn cut<T: Copy>(list: &mut VecView<T>, gone: Part) {
     let (start, count) = (usize::from(gone.start), usize::from(gone.count));
     if let Some(tail) = list.get_mut(start..) {
         let rest = tail.len().saturating_sub(count);

@@ -3,7 +3,7 @@
 #![expect(clippy::unwrap_used, clippy::indexing_slicing, reason = "in helpers of tests as in tests")]
 #![expect(clippy::float_cmp, reason = "these numbers are exact")]
 
-use dimsart_core::limits::DEFAULT_WORDS;
+use dimsart_core::ProvidedMemory;
 use dimsart_core::{
     AxisKind, Command, CommandError, DataType, DescriptorError, DeviceDescriptor, Dimsart, DriveFault,
     DriveState, FrameError, InputLimits, LimitsFault, Packet, Reason, SafeValue, Tick, Word,
@@ -49,8 +49,8 @@ any MOD_ENG MATCHING_CHECK";
 
 /// A controller whose device measures position and desired position, and takes a force and a whole number.
 struct Arm {
-    dimsart: Dimsart<[u32; DEFAULT_WORDS]>,
-    sender: Dimsart<[u32; DEFAULT_WORDS]>,
+    dimsart: Dimsart,
+    sender: Dimsart,
     position_m: [f32; AXES],
     /// What it got last.
     given: [f32; AXES],
@@ -79,10 +79,10 @@ impl Arm {
     }
 
     fn of(device: DeviceDescriptor) -> Self {
-        let mut dimsart = Dimsart::<[u32; DEFAULT_WORDS]>::new(device, ALL).unwrap();
+        let mut dimsart = Dimsart::new(ProvidedMemory::leaked(), device, ALL).unwrap();
         load(&mut dimsart, SPRING);
         let mut sender =
-            Dimsart::<[u32; DEFAULT_WORDS]>::new(described(&[types::VELOCITY], &[]), ALL).unwrap();
+            Dimsart::new(ProvidedMemory::leaked(), described(&[types::VELOCITY], &[]), ALL).unwrap();
         load(
             &mut sender,
             "any COMM_TXMOD CTX_ADD_DATA VELOCITY\nany MOD_ENG MOD_ON COMM_TXMOD\nany MOD_ENG MATCHING_CHECK",
@@ -322,7 +322,7 @@ fn arming_forgets_what_an_integrator_has_wound_up_and_keeps_to_the_rate() {
     let run = |limits: &'static [&'static [InputLimits]]| {
         let device = described(&[types::DES_POSITION, types::POSITION], &[types::DES_FORCE]);
         let mut dimsart =
-            Dimsart::<[u32; DEFAULT_WORDS]>::new(device.with_limits(limits).unwrap(), ALL).unwrap();
+            Dimsart::new(ProvidedMemory::leaked(), device.with_limits(limits).unwrap(), ALL).unwrap();
         let rows = "
 any PIDCTRL_MOD I_PARAM 1000
 any MOD_ENG MOD_ON PIDCTRL_MOD
@@ -356,7 +356,7 @@ fn a_rate_that_is_accepted_changes_the_command_anywhere_in_its_range() {
         for [stands, wanted] in [[min, max], [max, min], [0.5 * (min + max), min], [0.5 * (min + max), max]] {
             let device = described(&[types::FAR_POSITION, types::POSITION], &[types::DES_POSITION]);
             let device = device.with_limits(Box::leak(Box::new([limits]))).unwrap();
-            let mut dimsart = Dimsart::<[u32; DEFAULT_WORDS]>::new(device, ALL).unwrap();
+            let mut dimsart = Dimsart::new(ProvidedMemory::leaked(), device, ALL).unwrap();
             load(&mut dimsart, FOLLOWS);
             let measured = [[Word::from(wanted); AXES], [Word::from(stands); AXES]].concat();
             let mut commanded = [Word(0); AXES];
@@ -380,7 +380,7 @@ fn a_position_that_is_held_begins_where_the_device_stands() {
     };
     let device = || described(&[types::FAR_POSITION, types::POSITION], &[types::DES_POSITION]);
     let new =
-        |limits| Dimsart::<[u32; DEFAULT_WORDS]>::new(device().with_limits(limits).unwrap(), ALL).unwrap();
+        |limits| Dimsart::new(ProvidedMemory::leaked(), device().with_limits(limits).unwrap(), ALL).unwrap();
     let mut dimsart = new(&[HELD]);
     // Nothing commands it: it may be moved by hand until then.
     assert_eq!(tick(&mut dimsart, f32::NAN).1, 0.0, "nothing is measured yet");
@@ -403,7 +403,7 @@ fn a_position_that_is_held_begins_where_the_device_stands() {
 fn damping_takes_the_measured_velocity_where_there_is_one() {
     let device = described(&[types::POSITION, types::VELOCITY], &[types::DES_FORCE]);
     let mut dimsart =
-        Dimsart::<[u32; DEFAULT_WORDS]>::new(device.with_limits(&[DAMPED]).unwrap(), ALL).unwrap();
+        Dimsart::new(ProvidedMemory::leaked(), device.with_limits(&[DAMPED]).unwrap(), ALL).unwrap();
     let mut tick = |velocity: f32| {
         let mut measured = [Word(0); 2 * AXES];
         measured[AXES + 1] = velocity.into();

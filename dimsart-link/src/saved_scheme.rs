@@ -8,6 +8,7 @@
 //! else in an image with other lists.
 
 use heapless::Vec;
+use heapless::vec::VecView;
 use postcard::ser_flavors::Flavor;
 use serde::{Deserialize, Serialize};
 
@@ -16,15 +17,16 @@ use dimsart_core::Dimsart;
 use dimsart_core::Engine;
 use dimsart_core::ParameterText;
 use dimsart_core::checksum::{CRC, Table};
-use dimsart_core::limits::MAX_PROGRAMS;
 use dimsart_core::types;
 use dimsart_core::{Command, CommandError, ModuleRef};
 
 /// Version of the layout.
 pub const SAVED_SCHEME_VERSION: u8 = 2;
-/// Most bytes of a scheme; one module with one gain takes 18, a law about 7 for each word of its program. With laws, two
-/// schemes and a motor's configuration are what a page of 2048 bytes of flash holds.
-pub const MAX_SCHEME_BYTES: usize = if MAX_PROGRAMS == 0 { 512 } else { 920 };
+/// Most bytes of a scheme; one module with one gain takes 18, a law about 7 for each word of its program. Two such schemes
+/// and a motor's configuration are what a page of 2048 bytes of flash holds.
+pub const MAX_SCHEME_BYTES: usize = 920;
+/// Most bytes of a scheme without a law.
+pub const MAX_BYTES_WITHOUT_LAWS: usize = 512;
 
 const CRC_BYTES: usize = 4;
 
@@ -80,13 +82,13 @@ impl core::error::Error for LoadError {}
 /// Puts the commands of a scheme together.
 #[derive(Debug)]
 pub struct Writer<'b> {
-    bytes: &'b mut SchemeBytes,
+    bytes: &'b mut VecView<u8>,
 }
 
 impl<'b> Writer<'b> {
     /// A scheme without commands in place of what `bytes` were, for images with this [`fingerprint`].
     #[must_use]
-    pub fn new(bytes: &'b mut SchemeBytes, fingerprint: u32) -> Self {
+    pub fn new(bytes: &'b mut VecView<u8>, fingerprint: u32) -> Self {
         bytes.clear();
         // Both fit: nothing else is in yet.
         let _ = bytes.push(SAVED_SCHEME_VERSION);

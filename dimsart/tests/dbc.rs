@@ -8,7 +8,7 @@ use can_dbc::{
     AttributeValue, ByteOrder, Dbc, MessageId, MultiplexIndicator, SignalExtendedValueType, ValueType,
 };
 use dimsart::dbc::{self, Frames};
-use dimsart_core::limits::DEFAULT_WORDS;
+use dimsart_core::ProvidedMemory;
 use dimsart_core::{
     AxisKind, DataType, DeviceDescriptor, Dimsart, Format, Packet, Shape, Summary, Unit, Word, types,
 };
@@ -27,9 +27,9 @@ fn scheme() -> SchemeText {
     SchemeText { name: "bus.scheme".to_owned(), text: text.replace("_CHANNEL     2", "_CHANNEL 17") }
 }
 
-fn controller(dof: usize) -> Dimsart<[u32; DEFAULT_WORDS]> {
+fn controller(dof: usize) -> Dimsart {
     let mut dimsart =
-        Dimsart::<[u32; DEFAULT_WORDS]>::new(device("master", dof, 1e-3).unwrap(), ALL).unwrap();
+        Dimsart::new(ProvidedMemory::leaked(), device("master", dof, 1e-3).unwrap(), ALL).unwrap();
     let loaded = schemes::load(&scheme(), "master", &[], &mut dimsart);
     assert!(loaded.is_sound(), "{loaded:?}");
     dimsart
@@ -141,7 +141,7 @@ fn a_number_with_a_sign_is_read_with_it() {
     };
     let axes = [AxisKind::Linear, AxisKind::Rotary];
     let device = DeviceDescriptor::new("arm", &axes, 1e-3, &[TURNS], &[]).unwrap();
-    let mut dimsart = Dimsart::<[u32; DEFAULT_WORDS]>::new(device, ALL).unwrap();
+    let mut dimsart = Dimsart::new(ProvidedMemory::leaked(), device, ALL).unwrap();
     let rows = format!(
         "all COMM_TXMOD CTX_ADD_DATA TURNS\nall COMM_TXMOD CTX_COUNTERS OFF\nall COMM_TXMOD CTX_CHANNEL {CHANNEL}\n\
          all MOD_ENG MOD_ON COMM_TXMOD\nall MOD_ENG MATCHING_CHECK"

@@ -6,16 +6,19 @@
 #![expect(unsafe_code, reason = "the names are for a host tool; nothing else of the image has them")]
 #![expect(improper_ctypes_definitions, reason = "a host only hands on what has no layout of its own")]
 
-use crate::modules::MODULES;
+use crate::modules::{MODULES, RUNS_PROGRAMS};
 use boards::{Board as _, Limits, Selected};
-use dimsart_core::limits::MAX_DOF;
+use core::mem::MaybeUninit;
+
+use dimsart_core::limits::{MAX_DOF, Sizes};
+use dimsart_core::memory;
 use dimsart_core::{
-    AxisKind, DeviceDescriptor, InputLimits, MAX_DEVICE_TYPES, OutputLimits, Packet, PacketError, Tick, Word,
+    AxisKind, DeviceDescriptor, Dimsart, InputLimits, MAX_DEVICE_TYPES, OutputLimits, Packet, PacketError,
+    Tick, Word,
 };
 use dimsart_link::saved_scheme;
 use dimsart_link::saved_scheme::LoadError;
 
-use crate::BoardDimsart;
 use crate::stamp::{self, stamp};
 
 const MAX_WORDS: usize = MAX_DEVICE_TYPES * MAX_DOF;
@@ -34,8 +37,24 @@ static IMAGE: Image = Image {
     clock_hz: boards::CLOCK_HZ,
     tick_hz: boards::TICK_HZ,
     name: stamp::IMAGE,
-    controller_bytes: size_of::<BoardDimsart>(),
+    controller_bytes: size_of::<Controller>(),
 };
+
+/// What the board has room for; for programs only where a module can run one.
+const SIZES: Sizes =
+    Sizes { programs: if RUNS_PROGRAMS { Selected::SIZES.programs } else { 0 }, ..Selected::SIZES };
+
+/// The controller and its memory. All zero until a device is [connected](connect).
+pub(crate) struct Controller {
+    memory: memory!(SIZES),
+    dimsart: MaybeUninit<Dimsart>,
+}
+
+impl Controller {
+    pub(crate) const fn new() -> Self {
+        Self { memory: <memory!(SIZES)>::new(), dimsart: MaybeUninit::zeroed() }
+    }
+}
 
 /// What ticks take from the device and give to it. All zero until a device is [connected](connect).
 #[repr(C)]
@@ -73,22 +92,28 @@ static NO_OUTPUT_LIMITS: [OutputLimits; Selected::OUTPUT_LIMITS.len()] =
     [OutputLimits::NONE; Selected::OUTPUT_LIMITS.len()];
 static NO_LIMITS: [&[InputLimits]; Selected::INPUTS.len()] = [&[InputLimits::NONE]; Selected::INPUTS.len()];
 
-/// Starts a controller anew for the board's device with these axes, for the emulator of `dimsart cycles`: limits of the real
+/// Starts a controller for the board's device with these axes, for the emulator of `dimsart cycles`: limits of the real
 /// motors do not cut a simulated device's forces, and the safety stage does all of its work and changes nothing.
 #[unsafe(export_name = "dimsart_connect")]
 #[inline(never)]
-extern "C" fn connect(dimsart: &mut BoardDimsart, axes: &[AxisKind], frames: &mut Frames) {
-    connect_with(dimsart, axes, frames, Limits { inputs: &NO_LIMITS, outputs: &NO_OUTPUT_LIMITS });
+extern "C" fn connect(
+    controller: &'static mut Controller,
+    axes: &[AxisKind],
+    frames: &mut Frames,
+) -> &'static mut Dimsart {
+    connect_with(controller, axes, frames, Limits { inputs: &NO_LIMITS, outputs: &NO_OUTPUT_LIMITS })
 }
 
-/// Starts a controller anew for the board's device with these axes.
+/// Starts a controller for the board's device with these axes.
 #[inline(never)]
 pub(crate) fn connect_with(
-    dimsart: &mut BoardDimsart,
+    controller: &'static mut Controller,
     axes: &[AxisKind],
     frames: &mut Frames,
     limits: Limits,
-) {
+) -> &'static mut Dimsart {
+    let Controller { memory, dimsart } = controller;
+    let dimsart = dimsart.write(Dimsart::unconnected(memory));
     let period_s = 1.0 / boards::TICK_HZ as f32;
     let device = DeviceDescriptor::new(Selected::NAME, axes, period_s, Selected::outputs(), Selected::INPUTS);
     let device = match Selected::LIMITS {
@@ -102,12 +127,13 @@ pub(crate) fn connect_with(
     }
     dimsart.engine_mut().time_calls(Selected::counter(), Selected::SPARE_CYCLES);
     (frames.words_in, frames.words_out) = (dimsart.frame().output_words(), dimsart.frame().input_words());
+    dimsart
 }
 
 /// Replaces the scheme by a saved one and starts it; gives 0, or the number of the command that was refused, from 1,
 /// or the greatest number for bytes that are not of this image.
 #[unsafe(export_name = "dimsart_load")]
-extern "C" fn load(dimsart: &mut BoardDimsart, scheme: &[u8]) -> u32 {
+extern "C" fn load(dimsart: &mut Dimsart, scheme: &[u8]) -> u32 {
     match saved_scheme::load(scheme, saved_scheme::fingerprint_of(stamp().scheme()), dimsart) {
         Ok(()) => 0,
         Err(LoadError::Refused { command, .. }) => u32::from(command) + 1,
@@ -125,11 +151,7 @@ pub(crate) extern "C" fn read(bytes: &[u8], channel: u16) -> Result<Packet, Pack
 /// Puts a packet where the next tick finds it.
 #[unsafe(export_name = "dimsart_deliver")]
 #[inline(never)]
-pub(crate) extern "C" fn deliver(
-    dimsart: &mut BoardDimsart,
-    link: usize,
-    packet: &Result<Packet, PacketError>,
-) {
+pub(crate) extern "C" fn deliver(dimsart: &mut Dimsart, link: usize, packet: &Result<Packet, PacketError>) {
     // What is refused is counted by the controller.
     let _ = dimsart.deliver(link, packet);
 }
@@ -137,7 +159,7 @@ pub(crate) extern "C" fn deliver(
 /// One tick.
 #[unsafe(export_name = "dimsart_tick")]
 #[inline(never)]
-pub(crate) extern "C" fn tick(dimsart: &mut BoardDimsart, frames: &mut Frames) -> Tick {
+pub(crate) extern "C" fn tick(dimsart: &mut Dimsart, frames: &mut Frames) -> Tick {
     let Frames { words_in, words_out, measured, commanded, .. } = frames;
     let measured = measured.get(..*words_in).unwrap_or_default();
     let commanded = commanded.get_mut(..*words_out).unwrap_or_default();
@@ -150,6 +172,6 @@ pub(crate) extern "C" fn tick(dimsart: &mut BoardDimsart, frames: &mut Frames) -
 /// Takes the packet that the tick left for a link, if any.
 #[unsafe(export_name = "dimsart_take")]
 #[inline(never)]
-pub(crate) extern "C" fn take(dimsart: &mut BoardDimsart, link: usize) -> Option<Packet> {
+pub(crate) extern "C" fn take(dimsart: &mut Dimsart, link: usize) -> Option<Packet> {
     dimsart.outgoing(link)
 }

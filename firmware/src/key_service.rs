@@ -3,7 +3,6 @@
 use core::ops::Range;
 
 use boards::{Selected, Storage};
-use dimsart_core::limits::MAX_LINKS;
 use dimsart_link::auth::Key;
 use dimsart_link::protocol::{
     DecodeError, Gate, KeyAction, KeyBytes, KeyRefusal, LeaseAction, LeaseStatus, MAX_FRAME_BYTES, NOBODY,
@@ -20,7 +19,7 @@ use crate::handover::{Giver, Handover, Taker};
 type Flash = <Selected as boards::Board>::Flash;
 
 /// Behind those of the links.
-const SEED: u64 = MAX_LINKS as u64;
+const SEED: u64 = Selected::SIZES.links as u64;
 const _: () = assert!(SEED < SEEDS_PER_START);
 
 /// A clock that wraps.

@@ -4,12 +4,10 @@
 #[cfg_attr(not(feature = "auth"), path = "links/open.rs")]
 mod carry;
 
-use boards::{Listening, Selected};
-use dimsart_core::limits::MAX_LINKS;
-use dimsart_core::{Packet, PacketError};
+use boards::{Board as _, Listening, Selected};
+use dimsart_core::{Dimsart, Packet, PacketError};
 
 pub(crate) use self::carry::start;
-use crate::BoardDimsart;
 
 type LinkIn = <Selected as boards::Board>::LinkIn;
 type LinkOut = <Selected as boards::Board>::LinkOut;
@@ -18,8 +16,8 @@ type LinkOut = <Selected as boards::Board>::LinkOut;
 static LISTENING: Listening = Listening::new();
 
 /// Has the links listen to what the scheme wants to hear.
-pub(crate) fn listen(dimsart: &BoardDimsart) {
-    for link in 0..MAX_LINKS {
+pub(crate) fn listen(dimsart: &Dimsart) {
+    for link in 0..Selected::SIZES.links {
         LISTENING.set(link, dimsart.listening_channel(link));
     }
 }

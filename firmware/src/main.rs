@@ -36,21 +36,18 @@ compile_error!(
 use boards::{Board as _, Joints as _, Limits, Parts, Selected, handover};
 use cortex_m_rt::entry;
 use dimsart_core::Dimsart;
-use dimsart_core::limits::MAX_LINKS;
 use dimsart_link::protocol::{MAX_MOTOR_WORDS, MotorReport};
-use dimsart_link::saved_scheme::{SchemeBytes, fingerprint_of};
+use dimsart_link::saved_scheme::{MAX_BYTES_WITHOUT_LAWS, MAX_SCHEME_BYTES, fingerprint_of};
 use embassy_futures::block_on;
 use firmware::SchemeStore;
 use static_cell::ConstStaticCell;
 
-use crate::entry_points::Frames;
+use crate::entry_points::{Controller, Frames};
 use crate::handover::Handover;
 use crate::key_service::{KeyService, KeysToTake};
 use crate::motor_service::MotorService;
 use crate::scheme_service::{SchemeService, Store};
 use crate::stamp::stamp;
-
-type BoardDimsart = Dimsart<[u32; Selected::WORDS]>;
 
 #[entry]
 fn main() -> ! {
@@ -70,14 +67,14 @@ fn start() -> <Selected as boards::Board>::Idle {
     let Parts { axes, tick, background, mut joints, command_port, link_in, link_out, storage, idle } =
         Selected::start();
     rescue::restore_events();
-    static DIMSART: ConstStaticCell<BoardDimsart> = ConstStaticCell::new(Dimsart::unconnected());
+    static CONTROLLER: ConstStaticCell<Controller> = ConstStaticCell::new(Controller::new());
     static FRAMES: ConstStaticCell<Frames> = ConstStaticCell::new(Frames::new());
-    let (dimsart, frames) = (DIMSART.take(), FRAMES.take());
+    let frames = FRAMES.take();
     let stalls_tick = storage.as_ref().is_some_and(|storage| storage.stalls_tick);
     let key_range = storage.as_ref().map(key_service::range);
     let mut store = storage.and_then(|storage| SchemeStore::new(storage.flash, storage.range));
     let (motor, limits) = start_motor(store.as_mut(), &mut joints);
-    entry_points::connect_with(dimsart, &axes, frames, limits);
+    let dimsart = entry_points::connect_with(CONTROLLER.take(), &axes, frames, limits);
     stamp::limit(dimsart);
     stamp::log();
     let (schemes, keys, keys_to_take) = start_scheme(store, stalls_tick, key_range, dimsart);
@@ -87,7 +84,7 @@ fn start() -> <Selected as boards::Board>::Idle {
     static ANSWERS: ConstStaticCell<Handover<commands::Answer, 2>> = ConstStaticCell::new(Handover::new());
     static PACKETS_IN: ConstStaticCell<Handover<links::Received, { Selected::PACKETS_PER_TICK + 1 }>> =
         ConstStaticCell::new(Handover::new());
-    static PACKETS_OUT: ConstStaticCell<Handover<links::Outgoing, { MAX_LINKS + 1 }>> =
+    static PACKETS_OUT: ConstStaticCell<Handover<links::Outgoing, { Selected::SIZES.links + 1 }>> =
         ConstStaticCell::new(Handover::new());
     static REPORTS: ConstStaticCell<Handover<commands::Unsolicited, 3>> =
         ConstStaticCell::new(Handover::new());
@@ -143,9 +140,10 @@ fn start_scheme(
     mut store: Option<Store>,
     stalls_tick: bool,
     key_range: Option<key_service::KeyRange>,
-    dimsart: &mut BoardDimsart,
+    dimsart: &mut Dimsart,
 ) -> (SchemeService, KeyService, KeysToTake) {
-    static SCHEME: ConstStaticCell<SchemeBytes> = ConstStaticCell::new(SchemeBytes::new());
+    const MOST: usize = if modules::RUNS_PROGRAMS { MAX_SCHEME_BYTES } else { MAX_BYTES_WITHOUT_LAWS };
+    static SCHEME: ConstStaticCell<heapless::Vec<u8, MOST>> = ConstStaticCell::new(heapless::Vec::new());
     let scheme = SCHEME.take();
     let status = block_on(firmware::start(store.as_mut(), scheme, stamp().scheme(), dimsart));
     defmt::info!("{}: starts with scheme {}", Selected::NAME, status.origin);

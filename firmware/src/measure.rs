@@ -3,12 +3,13 @@
 use core::sync::atomic::{Ordering::SeqCst, compiler_fence};
 
 use boards::{Board as _, Selected};
-use dimsart_core::limits::MAX_CALLS;
-use dimsart_core::{Observer, Tick, Word};
+use dimsart_core::{Dimsart, Observer, Tick, Word};
 use dimsart_link::protocol::{self, CyclesReport, DeviceInfo, Refusal, Request, Response};
 
-use crate::BoardDimsart;
 use crate::commands::Answer;
+
+/// Two of each module.
+const MAX_CALLS: usize = 2 * Selected::SIZES.modules;
 
 /// Since the last change of the scheme. All zero at first.
 pub(crate) struct Measurements {
@@ -32,12 +33,7 @@ impl Measurements {
     }
 
     /// One tick. Those that call no module are not counted.
-    pub(crate) fn tick(
-        &mut self,
-        dimsart: &mut BoardDimsart,
-        measured: &[Word],
-        commanded: &mut [Word],
-    ) -> Tick {
+    pub(crate) fn tick(&mut self, dimsart: &mut Dimsart, measured: &[Word], commanded: &mut [Word]) -> Tick {
         self.made = 0;
         let counter = Selected::counter();
         let start = counter.now();
@@ -59,7 +55,7 @@ impl Measurements {
         &mut self,
         id: u16,
         request: &Request,
-        dimsart: &mut BoardDimsart,
+        dimsart: &mut Dimsart,
         info: &mut DeviceInfo,
     ) -> Answer {
         let Request::Cycles { place, begins_anew } = *request else {

@@ -23,6 +23,9 @@ pub(crate) const MODULES: Kinds = join_kinds![
     OWN,
 ];
 
+/// Whether one of them runs laws that come as text.
+pub(crate) const RUNS_PROGRAMS: bool = cfg!(feature = "online");
+
 /// Number of module kinds.
 pub(crate) const COUNT: usize = MODULES.list().len();
 

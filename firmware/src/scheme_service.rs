@@ -5,8 +5,9 @@ use dimsart_core::{CommandError, Cursor};
 use dimsart_link::protocol::{
     LeaseAction, Origin, Refusal, Request, Response, SchemeAction, SchemeStatus, StoreError, Trial,
 };
-use dimsart_link::saved_scheme::{SchemeBytes, Writer};
+use dimsart_link::saved_scheme::Writer;
 use firmware::{Broken, SchemeStore};
+use heapless::vec::VecView;
 
 use crate::commands::{Answer, CommandLine, TickHandover};
 
@@ -21,7 +22,7 @@ pub(crate) struct SchemeService {
     pub(crate) status: SchemeStatus,
     pub(crate) fingerprint: u32,
     /// The scheme that is being saved.
-    pub(crate) scheme: &'static mut SchemeBytes,
+    pub(crate) scheme: &'static mut VecView<u8>,
 }
 
 impl SchemeService {
@@ -81,7 +82,7 @@ pub(crate) async fn runs(tick: &mut TickHandover) -> bool {
 
 /// The scheme as it is, a command per tick. It cannot change meanwhile: who changes it waits for this.
 async fn collect(
-    scheme: &mut SchemeBytes,
+    scheme: &mut VecView<u8>,
     fingerprint: u32,
     tick: &mut TickHandover,
     line: &mut CommandLine,

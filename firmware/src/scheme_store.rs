@@ -11,8 +11,9 @@ use core::ops::Range;
 
 use dimsart_core::Dimsart;
 use dimsart_link::protocol::Trial;
-use dimsart_link::saved_scheme::{self, LoadError, MAX_SCHEME_BYTES, SchemeBytes};
+use dimsart_link::saved_scheme::{self, LoadError};
 use embedded_storage_async::nor_flash::NorFlash;
+use heapless::vec::VecView;
 
 use crate::items::{Broken, Items};
 
@@ -141,13 +142,13 @@ impl<F: NorFlash> SchemeStore<F> {
         &mut self,
         is_trial: bool,
         fingerprint: u32,
-        bytes: &mut SchemeBytes,
+        bytes: &mut VecView<u8>,
         dimsart: &mut Dimsart,
     ) -> Result<(), LoadError> {
         let place = if is_trial { Some(self.record.other_place()) } else { self.record.confirmed };
         let place = place.ok_or(LoadError::Damaged)?;
         // As long as any.
-        let _ = bytes.resize_default(MAX_SCHEME_BYTES);
+        let _ = bytes.resize_default(bytes.capacity());
         let found = self.items.fetch(place, bytes);
         saved_scheme::load(found.ok().flatten().unwrap_or_default(), fingerprint, dimsart)
     }

@@ -4,15 +4,14 @@
     reason = "a host tool finds the stamp by its name, and changes it behind the compiler's back"
 )]
 
-use dimsart_core::limits::MAX_PROGRAMS;
+use dimsart_core::Dimsart;
 use dimsart_core::online::OPCODES;
 use dimsart_core::stamp::{Stamp, text};
 
-use crate::BoardDimsart;
-use crate::modules::{COUNT, IDS};
+use crate::modules::{COUNT, IDS, RUNS_PROGRAMS};
 
 /// The tick, kinds of modules, instructions of laws.
-const LINES: usize = 1 + COUNT + if MAX_PROGRAMS == 0 { 0 } else { OPCODES };
+const LINES: usize = 1 + COUNT + if RUNS_PROGRAMS { OPCODES } else { 0 };
 type BoardStamp = Stamp<LINES, COUNT>;
 
 /// As the build has made it of the scheme's text.
@@ -45,7 +44,7 @@ pub(crate) fn described() -> &'static str {
 /// Has a controller admit modules by the stamp; without one, all of them.
 #[unsafe(export_name = "dimsart_limit")]
 #[inline(never)]
-pub(crate) extern "C" fn limit(dimsart: &mut BoardDimsart) {
+pub(crate) extern "C" fn limit(dimsart: &mut Dimsart) {
     let stamp = stamp();
     let engine = dimsart.engine_mut();
     engine.limit_cycles(stamp.limit_cycles());

@@ -2,8 +2,9 @@
 
 use dimsart_core::Dimsart;
 use dimsart_link::protocol::{Fallback, Origin, SchemeStatus, Trial};
-use dimsart_link::saved_scheme::{self, SchemeBytes};
+use dimsart_link::saved_scheme;
 use embedded_storage_async::nor_flash::NorFlash;
+use heapless::vec::VecView;
 
 use crate::scheme_store::SchemeStore;
 
@@ -13,7 +14,7 @@ use crate::scheme_store::SchemeStore;
 /// is not the first.
 pub async fn start<F: NorFlash>(
     store: Option<&mut SchemeStore<F>>,
-    bytes: &mut SchemeBytes,
+    bytes: &mut VecView<u8>,
     built_in: &[u8],
     dimsart: &mut Dimsart,
 ) -> SchemeStatus {
@@ -38,7 +39,7 @@ pub async fn start<F: NorFlash>(
 async fn start_kept<F: NorFlash>(
     store: &mut SchemeStore<F>,
     fingerprint: u32,
-    bytes: &mut SchemeBytes,
+    bytes: &mut VecView<u8>,
     dimsart: &mut Dimsart,
     fallback: &mut Option<Fallback>,
 ) -> Option<Origin> {

@@ -1,8 +1,7 @@
 //! The tick, once per period, above everything but time itself.
 
 use boards::{Board as _, Joints as _, Selected, bus_off};
-use dimsart_core::limits::MAX_LINKS;
-use dimsart_core::{Command, Packet, Tick, Timing};
+use dimsart_core::{Command, Dimsart, Packet, Tick, Timing};
 use dimsart_link::protocol::{DeviceInfo, HEARTBEATS_PER_S, Request};
 use embassy_time::{Duration, Instant, Timer};
 use firmware::Watchdog;
@@ -11,9 +10,10 @@ use crate::commands::{self, Answer, Unsolicited};
 use crate::entry_points::{self, Frames};
 use crate::handover::{Giver, Taker};
 use crate::links::{self, Outgoing, Received};
+use crate::modules::RUNS_PROGRAMS;
 use crate::rescue::EVENTS;
+use crate::stamp;
 use crate::telemetry::{IS_LOGGED, Status};
-use crate::{BoardDimsart, stamp};
 
 type Joints = <Selected as boards::Board>::Joints;
 
@@ -39,7 +39,7 @@ pub(crate) struct Ends {
 
 #[embassy_executor::task]
 pub(crate) async fn run(
-    dimsart: &'static mut BoardDimsart,
+    dimsart: &'static mut Dimsart,
     frames: &'static mut Frames,
     mut joints: Joints,
     mut ends: Ends,
@@ -49,7 +49,9 @@ pub(crate) async fn run(
     let mut timing = Timing::default();
     let mut last_start = None;
     let mut watchdog = Watchdog::new(PATIENCE);
-    let mut info = DeviceInfo::new(stamp::described()).for_clients(boards::TICK_HZ).with_events(&EVENTS);
+    let info: DeviceInfo =
+        DeviceInfo::new(stamp::described()).for_clients(boards::TICK_HZ).with_events(&EVENTS);
+    let mut info = if RUNS_PROGRAMS { info.with_laws() } else { info };
     links::listen(dimsart);
     let mut due = Instant::now() + PERIOD;
     loop {
@@ -98,7 +100,7 @@ pub(crate) async fn run(
 }
 
 /// At most one request, the packets that came, one tick.
-fn step(dimsart: &mut BoardDimsart, frames: &mut Frames, info: &mut DeviceInfo, ends: &mut Ends) -> Tick {
+fn step(dimsart: &mut Dimsart, frames: &mut Frames, info: &mut DeviceInfo, ends: &mut Ends) -> Tick {
     serve(dimsart, frames, info, ends);
     tick(dimsart, frames, info, ends)
 }
@@ -106,7 +108,7 @@ fn step(dimsart: &mut BoardDimsart, frames: &mut Frames, info: &mut DeviceInfo, 
 /// Apart from what comes after it: an answer is off the stack by then.
 #[inline(never)]
 #[cfg_attr(not(feature = "measure"), expect(unused_variables, reason = "measurements are in them"))]
-fn serve(dimsart: &mut BoardDimsart, frames: &mut Frames, info: &mut DeviceInfo, ends: &mut Ends) {
+fn serve(dimsart: &mut Dimsart, frames: &mut Frames, info: &mut DeviceInfo, ends: &mut Ends) {
     if let Some((id, request)) = ends.requests.take() {
         #[cfg(feature = "measure")]
         let answer = frames.measurements.serve(id, &request, dimsart, info);
@@ -122,7 +124,7 @@ fn serve(dimsart: &mut BoardDimsart, frames: &mut Frames, info: &mut DeviceInfo,
 
 /// What packets came, one tick.
 #[inline(never)]
-fn tick(dimsart: &mut BoardDimsart, frames: &mut Frames, info: &mut DeviceInfo, ends: &mut Ends) -> Tick {
+fn tick(dimsart: &mut Dimsart, frames: &mut Frames, info: &mut DeviceInfo, ends: &mut Ends) -> Tick {
     for _ in 0..Selected::PACKETS_PER_TICK {
         let taken = ends.packets_in.take_in_place(|Received { link, packet }| {
             let was_wanted = |packet: &Packet| packet.channel == links::listened_to(*link);
@@ -138,7 +140,7 @@ fn tick(dimsart: &mut BoardDimsart, frames: &mut Frames, info: &mut DeviceInfo, 
     dimsart.allow_motion(info.begin_tick());
     let tick = entry_points::tick(dimsart, frames);
     info.end_tick(tick, dimsart);
-    for link in 0..MAX_LINKS {
+    for link in 0..Selected::SIZES.links {
         if let Some(packet) = entry_points::take(dimsart, link) {
             ends.packets_out.give(Outgoing { link, packet });
         }

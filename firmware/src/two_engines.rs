@@ -18,13 +18,14 @@ use cortex_m::interrupt::Mutex;
 use cortex_m::peripheral::syst::SystClkSource;
 use cortex_m::peripheral::{SCB, SYST};
 use cortex_m_rt::{entry, exception};
+use dimsart_core::ControllerMemory;
 use dimsart_core::{
     AxisKind, Command, Coupling, DataType, DeviceDescriptor, Dimsart, Kinds, ModuleRef, Snapshot,
-    TIMEOUT_TICKS, Tick, Value, Word, join_kinds, types,
+    TIMEOUT_TICKS, Tick, Value, Word, join_kinds, limits::Sizes, memory, types,
 };
 use dimsart_modules::{CONTROL, SIGNALS};
 use semihosting::process::exit;
-use static_cell::ConstStaticCell;
+use static_cell::{ConstStaticCell, StaticCell};
 
 const MODULES: Kinds = join_kinds![CONTROL, SIGNALS];
 
@@ -40,12 +41,13 @@ const TICKS_ALONE: u32 = TIMEOUT_TICKS + 10;
 const MOST_BETWEEN: u32 = 1 << 15;
 const LONGEST: u32 = 0x00FF_FFFF;
 
-type Controller = Dimsart<[u32; 512]>;
+/// Memory of each of them.
+type ControllerMemory = memory!(Sizes { programs: 0, words: 512, ..Sizes::DEFAULT });
 type Between = Coupling<'static, DOF, DOF>;
 
 /// What the interrupt has.
 struct Joint {
-    dimsart: &'static mut Controller,
+    dimsart: &'static mut Dimsart,
     between: Between,
     /// Position of all axes in ticks, and what the planner commands.
     measured: [Word; 2 * DOF],
@@ -68,11 +70,14 @@ static INTERRUPTED: AtomicU32 = AtomicU32::new(0);
 
 #[entry]
 fn main() -> ! {
-    static JOINTS: ConstStaticCell<Controller> = ConstStaticCell::new(Dimsart::unconnected());
-    static PLANNERS: ConstStaticCell<Controller> = ConstStaticCell::new(Dimsart::unconnected());
+    static JOINT_MEMORY: ConstStaticCell<ControllerMemory> = ConstStaticCell::new(ControllerMemory::new());
+    static PLANNER_MEMORY: ConstStaticCell<ControllerMemory> = ConstStaticCell::new(ControllerMemory::new());
+    static JOINTS: StaticCell<Dimsart> = StaticCell::new();
+    static PLANNERS: StaticCell<Dimsart> = StaticCell::new();
     static THERE: ConstStaticCell<Snapshot<DOF>> = ConstStaticCell::new(Snapshot::new());
     static BACK: ConstStaticCell<Snapshot<DOF>> = ConstStaticCell::new(Snapshot::new());
-    let (joint, planner) = (JOINTS.take(), PLANNERS.take());
+    let joint = JOINTS.init_with(|| Dimsart::unconnected(JOINT_MEMORY.take()));
+    let planner = PLANNERS.init_with(|| Dimsart::unconnected(PLANNER_MEMORY.take()));
     connect(joint, "joint", &[types::POSITION, types::DES_POSITION], &[types::DES_FORCE]);
     connect(planner, "planner", &[types::POSITION], &[types::DES_POSITION]);
     follow(joint);
@@ -114,14 +119,14 @@ fn main() -> ! {
 }
 
 /// Follows a position that somebody else commands.
-fn follow(joint: &mut Controller) {
+fn follow(joint: &mut Dimsart) {
     let Some(pd) = MODULES.module("PDCTRL_MOD") else { exit(1) };
     done(joint.command(Command::set(pd, 0, Value::Real(1.0))));
     run(joint, pd);
 }
 
 /// Commands half of the position that it gets.
-fn plan(planner: &mut Controller) {
+fn plan(planner: &mut Dimsart) {
     let Some(sum) = MODULES.module("SUM_MOD") else { exit(1) };
     for (port, signal) in (0..).zip([types::POSITION, types::POSITION, types::DES_POSITION]) {
         done(planner.command(Command::bind(sum, port, signal.first())));
@@ -133,7 +138,7 @@ fn plan(planner: &mut Controller) {
 }
 
 fn connect(
-    dimsart: &mut Controller,
+    dimsart: &mut Dimsart,
     name: &'static str,
     gets: &'static [&'static DataType],
     commands: &'static [&'static DataType],
@@ -146,7 +151,7 @@ fn connect(
 }
 
 /// Takes turns with the joint, which interrupts it anywhere; gives its own ticks.
-fn run_planner(dimsart: &mut Controller, mut between: Between) -> u32 {
+fn run_planner(dimsart: &mut Dimsart, mut between: Between) -> u32 {
     let mut measured = [Word(0); DOF];
     let mut commanded = [Word(0); DOF];
     let (mut ticks, mut seen) = (0, 0);
@@ -257,7 +262,7 @@ fn set_timer(counts: u32) {
     SCB::clear_pendst();
 }
 
-fn run(dimsart: &mut Controller, module: ModuleRef) {
+fn run(dimsart: &mut Dimsart, module: ModuleRef) {
     done(dimsart.command(Command::PlugIn(module)));
     done(dimsart.command(Command::Check));
 }

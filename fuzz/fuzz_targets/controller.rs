@@ -5,7 +5,6 @@
 use std::cell::RefCell;
 
 use dimsart_core::envelope::{Class, HEADER_BYTES, MAX_CONTENT_BYTES, seal};
-use dimsart_core::limits::DEFAULT_WORDS;
 use dimsart_core::{Dimsart, LinkState, TypeRef, Word, types};
 use dimsart_fuzz::{bilateral, load};
 use libfuzzer_sys::fuzz_target;
@@ -13,7 +12,7 @@ use libfuzzer_sys::fuzz_target;
 const TICKS: usize = 12;
 
 thread_local! {
-    static TWINS: RefCell<[Dimsart<[u32; DEFAULT_WORDS]>; 2]> = RefCell::new([bilateral(), bilateral()]);
+    static TWINS: RefCell<[Dimsart; 2]> = RefCell::new([bilateral(), bilateral()]);
     /// A packet as the scheme's other side sends it.
     static SAMPLE: Vec<u8> = {
         let mut other = bilateral();

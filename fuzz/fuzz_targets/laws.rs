@@ -4,7 +4,6 @@
 
 use std::cell::RefCell;
 
-use dimsart_core::limits::DEFAULT_WORDS;
 use dimsart_core::online::{Header, Instruction, LawParameter, OWN_AXIS, Opcode, Program, seal};
 use dimsart_core::{Command, CommandError, Dimsart, ModuleRef, Tick, Unit, Value, Word, types};
 use dimsart_fuzz::{arm, controller};
@@ -12,7 +11,7 @@ use dimsart_modules::ALL;
 use libfuzzer_sys::fuzz_target;
 
 thread_local! {
-    static CONTROLLER: RefCell<(Dimsart<[u32; DEFAULT_WORDS]>, Vec<u32>)> = RefCell::new((controller(), whole()));
+    static CONTROLLER: RefCell<(Dimsart, Vec<u32>)> = RefCell::new((controller(), whole()));
 }
 
 /// A program with every instruction there is.

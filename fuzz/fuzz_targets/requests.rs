@@ -3,25 +3,25 @@
 
 use std::cell::RefCell;
 
-use dimsart_core::limits::DEFAULT_WORDS;
+use dimsart_core::ProvidedMemory;
 use dimsart_core::{AxisKind, DeviceDescriptor, Dimsart, types};
 use dimsart_link::protocol::{DeviceInfo, MAX_FRAME_BYTES, Receiver, Request, answer, encode_request};
 use dimsart_modules::ALL;
 use libfuzzer_sys::fuzz_target;
 
 thread_local! {
-    static CONTROLLER: RefCell<Dimsart<[u32; DEFAULT_WORDS]>> = RefCell::new(controller());
+    static CONTROLLER: RefCell<Dimsart> = RefCell::new(controller());
 }
 
-fn controller() -> Dimsart<[u32; DEFAULT_WORDS]> {
+fn controller() -> Dimsart {
     let axes = [AxisKind::Linear; 3];
     let device = DeviceDescriptor::new("arm", &axes, 1e-3, &[types::POSITION], &[types::DES_FORCE]).unwrap();
-    Dimsart::new(device, ALL).unwrap()
+    Dimsart::new(ProvidedMemory::leaked(), device, ALL).unwrap()
 }
 
 fuzz_target!(|bytes: &[u8]| {
     CONTROLLER.with_borrow_mut(|controller| {
-        let (mut receiver, mut info) = (Receiver::new(), DeviceInfo::new("fuzz"));
+        let (mut receiver, mut info) = (Receiver::new(), <DeviceInfo>::new("fuzz").with_laws());
         let mut frame = [0; MAX_FRAME_BYTES];
         let mut carried_out = 0;
         receiver.take_all(bytes, |content| {

@@ -3,7 +3,6 @@
 
 use std::cell::RefCell;
 
-use dimsart_core::limits::DEFAULT_WORDS;
 use dimsart_core::{Dimsart, Tick, Word, scheme};
 use dimsart_fuzz::{SIDES, arm, controller};
 use dimsart_link::saved_scheme::{self, Writer, fingerprint};
@@ -11,7 +10,7 @@ use dimsart_modules::ALL;
 use libfuzzer_sys::fuzz_target;
 
 thread_local! {
-    static CONTROLLER: RefCell<(Dimsart<[u32; DEFAULT_WORDS]>, u32)> = RefCell::new({
+    static CONTROLLER: RefCell<(Dimsart, u32)> = RefCell::new({
         let mut dimsart = controller();
         let fingerprint = fingerprint(dimsart.engine_mut());
         (dimsart, fingerprint)

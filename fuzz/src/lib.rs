@@ -1,6 +1,6 @@
 //! What several fuzz targets need: controllers as they ship.
 
-use dimsart_core::limits::DEFAULT_WORDS;
+use dimsart_core::ProvidedMemory;
 use dimsart_core::{AxisKind, DeviceDescriptor, Dimsart, scheme, types};
 use dimsart_modules::ALL;
 
@@ -16,8 +16,8 @@ pub fn arm() -> DeviceDescriptor {
 
 /// A controller of an [`arm`] without a module.
 #[must_use]
-pub fn controller() -> Dimsart<[u32; DEFAULT_WORDS]> {
-    Dimsart::new(arm(), ALL).unwrap()
+pub fn controller() -> Dimsart {
+    Dimsart::new(ProvidedMemory::leaked(), arm(), ALL).unwrap()
 }
 
 /// Gives rows to a controller; they must all be right.
@@ -28,7 +28,7 @@ pub fn load(rows: &str, dimsart: &mut Dimsart) {
 
 /// The paper's bilateral scheme, running on the slave.
 #[must_use]
-pub fn bilateral() -> Dimsart<[u32; DEFAULT_WORDS]> {
+pub fn bilateral() -> Dimsart {
     let mut dimsart = controller();
     load(include_str!("../../schemes/bilateral.scheme"), &mut dimsart);
     dimsart

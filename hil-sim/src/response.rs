@@ -33,7 +33,7 @@ pub use border::Border;
 pub use build::{LoadedController, loaded_controllers};
 pub use chain::{Chain, Controller};
 pub use linear_loop::{Held, LinearLoop, linear_loops};
-pub use live::{Hold, LiveRig};
+pub use live::{Hold, LiveRig, TELEMETRY_STREAMS};
 pub use loop_gain::LoopFigures;
 pub use one_station::{Alone, one_station};
 pub(crate) use poles::UNDECIDED;

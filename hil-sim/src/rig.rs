@@ -12,15 +12,17 @@ mod guarded;
 mod inputs;
 mod probe;
 mod remote;
+mod simulated_dimsart;
 mod trace;
 
 pub use inputs::Inputs;
 pub use probe::Probe;
 pub use remote::{RemoteController, RemoteError};
+pub use simulated_dimsart::{SIZES, SimulatedDimsart};
 pub use trace::TickTrace;
 
 use dimsart_core::envelope::Class;
-use dimsart_core::{Dimsart, Packet, PacketError, Tick, Word};
+use dimsart_core::{Packet, PacketError, Tick, Word};
 use dimsart_link::auth::{AuthError, Guard};
 
 use crate::bus::MediumReport;
@@ -29,12 +31,6 @@ use crate::link::{Carried, Link, TransitTicks};
 use crate::plant::Plant;
 use arrivals::Arrivals;
 use guarded::Guarded;
-
-/// Words of a simulated controller's Data Base: room for delays of seconds.
-pub const DATA_BASE_WORDS: usize = 32_768;
-
-/// A simulated controller.
-pub type SimulatedDimsart = Dimsart<[u32; DATA_BASE_WORDS]>;
 
 /// A controller and the plant it is joined to.
 #[derive(Debug)]
@@ -188,7 +184,7 @@ impl Station {
         self.inputs.as_mut()
     }
 
-    /// [Allows motion](Dimsart::allow_motion) from the next tick on, or forbids it.
+    /// [Allows motion](dimsart_core::Dimsart::allow_motion) from the next tick on, or forbids it.
     pub fn allow_motion(&mut self, is_allowed: bool) {
         self.is_motion_allowed = is_allowed;
         self.inputs.iter_mut().for_each(|inputs| inputs.is_motion_allowed = is_allowed);

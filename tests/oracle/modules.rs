@@ -3,7 +3,7 @@
 //! The cases are those of `modules.py`. A case is a scheme, what the device measures tick by tick, and what the Data Base has to have behind each tick.
 use std::collections::{BTreeMap, BTreeSet};
 
-use dimsart_core::limits::DEFAULT_WORDS;
+use dimsart_core::ProvidedMemory;
 use dimsart_core::{AxisKind, DataType, DeviceDescriptor, Dimsart, Format, Tick, Word, scheme, types};
 use dimsart_modules::ALL;
 use serde::Deserialize;
@@ -46,7 +46,7 @@ impl Case {
     }
 
     /// A controller whose device measures the inputs.
-    fn controller(&self) -> (Dimsart<[u32; DEFAULT_WORDS]>, Vec<&'static DataType>) {
+    fn controller(&self) -> (Dimsart, Vec<&'static DataType>) {
         let outputs: Vec<&'static DataType> = self
             .inputs
             .keys()
@@ -56,7 +56,7 @@ impl Case {
         let kind = if self.axis == "linear" { AxisKind::Linear } else { AxisKind::Rotary };
         let axes = vec![kind; widest.max().unwrap()];
         let device = DeviceDescriptor::new("case", axes.leak(), self.period_s, outputs.clone().leak(), &[]);
-        let mut dimsart = Dimsart::new(device.unwrap(), ALL).unwrap();
+        let mut dimsart = Dimsart::new(ProvidedMemory::leaked(), device.unwrap(), ALL).unwrap();
         let named: BTreeSet<&str> =
             self.rows.lines().filter_map(|row| row.split_whitespace().next()).collect();
         let is_on = |module: &str| self.rows.contains(&format!("MOD_ON {module}\n"));

@@ -6,20 +6,20 @@
     reason = "in helpers of tests as in tests"
 )]
 
-use dimsart_core::limits::DEFAULT_WORDS;
+use dimsart_core::ProvidedMemory;
 use dimsart_core::{AxisKind, DataType, DeviceDescriptor, Dimsart, Tick, Word, scheme};
 use dimsart_modules::ALL;
 
 /// See the module docs.
 pub(crate) struct Port {
-    dimsart: Dimsart<[u32; DEFAULT_WORDS]>,
+    dimsart: Dimsart,
 }
 
 impl Port {
     /// Of a device that measures these types, with rows `MODULE COMMAND VALUE`.
     pub(crate) fn new(period_s: f64, measured: &'static [&'static DataType], rows: &str) -> Self {
         let device = DeviceDescriptor::new("port", &[AxisKind::Linear], period_s as f32, measured, &[]);
-        let mut dimsart = Dimsart::new(device.unwrap(), ALL).unwrap();
+        let mut dimsart = Dimsart::new(ProvidedMemory::leaked(), device.unwrap(), ALL).unwrap();
         let rows = rows.lines().map(|row| format!("all {row}\n")).collect::<String>();
         let rows = rows + "all MOD_ENG MATCHING_CHECK\n";
         let mut errors = Vec::new();

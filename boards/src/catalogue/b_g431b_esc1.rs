@@ -80,8 +80,8 @@ pub(crate) const TOOLING: Tooling = Tooling {
     clock_hz: clock_switch::CLOCK_HZ,
     tick_hz: 1_000,
     axes: 1,
-    words: 480,
-    sizes: Sizes::SMALL,
+    // Half of what other boards have: there is less memory, and one joint.
+    sizes: Sizes { modules: 16, wires: 120, bindings: 32, slots: 48, links: 1, programs: 2, words: 480 },
     memory: CodeMemory::Stm32G4,
     chip: Some("STM32G431CBUx"),
     modules: &["control", "teleoperation"],

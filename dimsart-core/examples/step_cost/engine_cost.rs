@@ -1,10 +1,11 @@
 //! Schemes made to measure: how the cost of a step grows, and what it does not depend on.
 
-use dimsart_core::Kinds;
+use dimsart_core::limits::Sizes;
 use dimsart_core::{
     AxisKind, Command, Context, DataType, Declare, DeviceDescriptor, Dimsart, Module, ModuleRef, scheme,
     types,
 };
+use dimsart_core::{Kinds, ProvidedMemory, memory};
 use dimsart_modules::{self as modules, ALL};
 
 /// A module that does nothing, so that only the engine's call of it costs.
@@ -65,20 +66,21 @@ fn counted_step(dimsart: &mut Dimsart) {
     dimsart.engine_mut().step();
 }
 
-fn robot<const WORDS: usize>(
+fn robot(
+    memory: impl Into<ProvidedMemory>,
     kinds: Kinds,
     dof: usize,
     types: &'static [&'static DataType],
-) -> Dimsart<[u32; WORDS]> {
+) -> Dimsart {
     let axes = [AxisKind::Linear; 8];
     let axes = axes.get(..dof).expect("1 to 8 axes");
     let device = DeviceDescriptor::new("robot", axes, 1e-3, types, &[]).expect("a sound device");
-    Dimsart::new(device, kinds).expect("an empty Data Base")
+    Dimsart::new(memory, device, kinds).expect("an empty Data Base")
 }
 
 /// `modules` empty modules.
 pub(crate) fn run_empty(modules: u8, ticks: u32) {
-    let mut dimsart = robot::<2048>(WITH_EMPTY, 3, FEW);
+    let mut dimsart = robot(ProvidedMemory::leaked(), WITH_EMPTY, 3, FEW);
     for number in 1..=modules {
         let module = ModuleRef::new(Empty::NAME, number);
         dimsart.command(Command::PlugIn(module)).expect("room for the module");
@@ -101,15 +103,13 @@ pub(crate) struct Scheme {
 
 /// Steps a scheme of P controllers, each with its own output.
 pub(crate) fn run_scheme(scheme: Scheme, ticks: u32) {
-    if scheme.has_large_data_base {
-        run_sized::<32_768>(scheme, ticks)
+    type LargeMemory = memory!(Sizes { words: 32_768, ..Sizes::DEFAULT });
+    let memory = if scheme.has_large_data_base {
+        Box::leak(Box::new(LargeMemory::new())).into()
     } else {
-        run_sized::<2048>(scheme, ticks)
-    }
-}
-
-fn run_sized<const WORDS: usize>(scheme: Scheme, ticks: u32) {
-    let mut dimsart = robot::<WORDS>(ALL, scheme.dof, if scheme.has_many_types { MANY } else { FEW });
+        ProvidedMemory::leaked()
+    };
+    let mut dimsart = robot(memory, ALL, scheme.dof, if scheme.has_many_types { MANY } else { FEW });
     let mut rows = String::new();
     for number in 1..=scheme.inactive {
         rows += &format!("all PCTRL_MOD.{} K_PARAM 1\n", scheme.active + number);

@@ -1,16 +1,17 @@
 //! Table 1 against the same thing by hand: the same bits, and how many instructions each takes.
 
 use by_hand::{DOF, Master, PACKET_WORDS};
-use dimsart_core::limits::DEFAULT_WORDS;
+use dimsart_core::ProvidedMemory;
 use dimsart_core::{AxisKind, DeviceDescriptor, Dimsart, Packet, Tick, Word, scheme, types};
 use dimsart_modules::ALL;
 
 const SCHEME: &str = include_str!("../../../schemes/bilateral.scheme");
 
-fn side(name: &'static str) -> Dimsart<[u32; DEFAULT_WORDS]> {
+fn side(name: &'static str) -> Dimsart {
     let axes = [AxisKind::Linear; DOF];
     let device = DeviceDescriptor::new(name, &axes, 1e-3, &[types::POSITION], &[types::DES_FORCE]);
-    let mut dimsart = Dimsart::new(device.expect("a sound device"), ALL).expect("an empty Data Base");
+    let mut dimsart = Dimsart::new(ProvidedMemory::leaked(), device.expect("a sound device"), ALL)
+        .expect("an empty Data Base");
     let faults =
         scheme::load(SCHEME, name, &["master", "slave"], &mut dimsart, |error| eprintln!("{error:?}"));
     assert_eq!(faults, 0, "bilateral.scheme does not load");

@@ -56,7 +56,7 @@ impl Engine {
         if plugged.program == 0 {
             return Some(own);
         }
-        Some(own.saturating_add(self.program_cycles(plugged.program)?))
+        Some(own.saturating_add(self.law_cycles(plugged.program)?))
     }
 
     /// What a module of a kind adds to a tick of this device, in processor cycles, with signals of at most one word per

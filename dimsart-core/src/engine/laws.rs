@@ -1,35 +1,115 @@
 //! Programs of the controller: who uses them, and what they cost.
+//!
+//! The engine reaches all of it through the kind that runs programs, so that an image without that kind has none of it.
+//! Functions with `law` in their names call those with `program` in theirs through pointers: `boards/calls.txt` relies on it.
 
 use super::Engine;
 use crate::command::{Command, ModuleRef};
 use crate::kind::Kind;
-use crate::limits::MAX_PROGRAMS;
-use crate::online::{LawParameter, LawRefusal, LawReport, MAX_PARAMETERS, PARAMETERS, Program};
+use crate::online::{LawRefusal, LawReport, MAX_PARAMETERS, PARAMETERS, Program};
+use crate::parameter::Parameters;
 use crate::storage::Block;
 
+/// What an engine does about programs.
+#[derive(Debug)]
+pub(crate) struct Laws {
+    change: fn(&mut Engine, Command) -> Result<(), LawRefusal>,
+    report: fn(&Engine, u8) -> Option<LawReport>,
+    words: fn(&Engine, u8) -> Option<&[u32]>,
+    command: fn(&Engine, u8, ModuleRef, &mut u16) -> Option<Command>,
+    give_defaults: fn(&mut Engine, &Kind, Block),
+    parameter: fn(&Engine, &Kind, Block, &mut Parameters<'_>),
+    cycles: fn(&Engine, u8) -> Option<u32>,
+}
+
+/// Of a kind that runs programs.
+pub(crate) static LAWS: Laws = Laws {
+    change: Engine::change_program,
+    report: Engine::program_report,
+    words: Engine::program_words,
+    command: Engine::program_command,
+    give_defaults: Engine::give_defaults_of_program,
+    parameter: Engine::program_parameter,
+    cycles: Engine::cycles_of_program,
+};
+
 impl Engine {
+    /// None where no module can run a program.
+    #[inline(never)]
+    fn program_functions(&self) -> Option<&'static Laws> {
+        self.kinds.list().iter().find_map(|kind| kind.laws())
+    }
+
     /// The programs that the controller has, each with its number.
     pub fn programs(&self) -> impl Iterator<Item = (u8, Program<'_>)> {
         self.data_base.programs().all()
     }
 
+    /// The words of the program of this number; none where there is none, or no module can run one.
+    #[must_use]
+    #[inline(never)]
+    pub fn law_words(&self, number: u8) -> Option<&[u32]> {
+        (self.program_functions()?.words)(self, number)
+    }
+
     /// How the place for the program of this number stands; none where there is no such place.
     #[must_use]
+    #[inline(never)]
     pub fn law(&self, number: u8) -> Option<LawReport> {
-        if number == 0 || usize::from(number) > MAX_PROGRAMS {
-            return None;
-        }
-        let words = self.data_base.programs().get(number.into()).map_or(0, |program| program.words().len());
-        let words = u8::try_from(words).unwrap_or(u8::MAX);
-        Some(LawReport { words, is_used: self.uses_program(number), cycles: self.cycles_of_law(number) })
+        (self.program_functions()?.report)(self, number)
     }
 
     /// Carries out what a command wants of the programs.
     #[inline(never)]
     pub(super) fn change_law(&mut self, command: Command) -> Result<(), LawRefusal> {
-        if MAX_PROGRAMS == 0 {
-            return Err(LawRefusal::NoSuchNumber);
+        let laws = self.program_functions().ok_or(LawRefusal::NoSuchNumber)?;
+        (laws.change)(self, command)
+    }
+
+    /// Of the commands that keep the program of the module at a place: the first one after `skip` others, which are
+    /// counted down. A module before it with the same program has them.
+    #[inline(never)]
+    pub(super) fn law_command(&self, place: u8, module: ModuleRef, skip: &mut u16) -> Option<Command> {
+        (self.program_functions()?.command)(self, place, module, skip)
+    }
+
+    /// Gives an instance that has got another program the defaults of that one's parameters, if its kind runs programs.
+    #[inline(never)]
+    pub(super) fn give_defaults_of_law(&mut self, kind: &Kind, configuration: Block) {
+        if let Some(laws) = kind.laws() {
+            (laws.give_defaults)(self, kind, configuration);
         }
+    }
+
+    /// Tells a visit what the program of an instance says of the parameter that is asked for, if its kind runs programs.
+    #[inline(never)]
+    pub(super) fn law_parameter(&self, kind: &Kind, configuration: Block, visit: &mut Parameters<'_>) {
+        if let Some(laws) = kind.laws() {
+            (laws.parameter)(self, kind, configuration, visit);
+        }
+    }
+
+    /// What the instructions of a program add to a tick, by their costs.
+    #[inline(never)]
+    pub(super) fn law_cycles(&self, number: u8) -> Option<u32> {
+        (self.program_functions()?.cycles)(self, number)
+    }
+
+    fn program_words(&self, number: u8) -> Option<&[u32]> {
+        Some(self.data_base.programs().get(number.into())?.words())
+    }
+
+    fn program_report(&self, number: u8) -> Option<LawReport> {
+        let programs = self.data_base.programs();
+        if number == 0 || usize::from(number) > programs.capacity() {
+            return None;
+        }
+        let words = programs.get(number.into()).map_or(0, |program| program.words().len());
+        let words = u8::try_from(words).unwrap_or(u8::MAX);
+        Some(LawReport { words, is_used: self.uses_program(number), cycles: self.cycles_with_module(number) })
+    }
+
+    fn change_program(&mut self, command: Command) -> Result<(), LawRefusal> {
         match command {
             Command::PutLaw { place, words } => self.data_base.programs_mut().put(place, words),
             Command::KeepLaw { number, count } => {
@@ -44,9 +124,7 @@ impl Engine {
         Ok(())
     }
 
-    /// Of the commands that keep the program of the module at a place: the first one after `skip` others, which are
-    /// counted down. A module before it with the same program has them.
-    pub(super) fn law_command(&self, place: u8, module: ModuleRef, skip: &mut u16) -> Option<Command> {
+    fn program_command(&self, place: u8, module: ModuleRef, skip: &mut u16) -> Option<Command> {
         let number = self.program_of_module(module);
         let program = self.data_base.programs().get(number.into())?;
         let mut before = self.modules_by_place().take(place.into());
@@ -81,8 +159,7 @@ impl Engine {
     fn uses_program(&self, number: u8) -> bool {
         let plans = [self.plans.running(), self.plans.next()];
         number != 0
-            && MAX_PROGRAMS != 0
-            && plans.into_iter().flat_map(|plan| &plan.instances).any(|instance| {
+            && plans.into_iter().flat_map(|plan| plan.instances.iter()).any(|instance| {
                 let kind = self.kind(instance.reference.kind);
                 kind.is_some_and(|kind| self.program_of(kind, instance.configuration) == number)
             })
@@ -90,7 +167,7 @@ impl Engine {
 
     /// The program of an instance with this configuration; 0 for none.
     fn program_of(&self, kind: &Kind, configuration: Block) -> u8 {
-        if MAX_PROGRAMS == 0 || !kind.runs_program() {
+        if !kind.runs_program() {
             return 0;
         }
         let words = self.data_base.storage().words(configuration).unwrap_or_default();
@@ -98,9 +175,8 @@ impl Engine {
         u8::try_from(number).unwrap_or(0)
     }
 
-    /// Gives an instance that has got another program the defaults of that one's parameters. Which one they are of is
-    /// the second word of its settings.
-    pub(super) fn give_defaults_of_law(&mut self, kind: &Kind, configuration: Block) {
+    /// Which program the parameters are of is the second word of the settings.
+    fn give_defaults_of_program(&mut self, kind: &Kind, configuration: Block) {
         let number = self.program_of(kind, configuration);
         let program = self.data_base.programs().get(number.into());
         let default = |parameter| program.and_then(|program| program.parameter(parameter));
@@ -117,26 +193,23 @@ impl Engine {
         }
     }
 
-    /// What the program of an instance says of a parameter of its kind, of which the first one is the program's number.
-    pub(super) fn law_parameter(
-        &self,
-        kind: &Kind,
-        configuration: Block,
-        parameter: Option<u8>,
-    ) -> Option<LawParameter> {
-        let program = self.data_base.programs().get(self.program_of(kind, configuration).into())?;
-        program.parameter(parameter?.checked_sub(1)?)
+    /// The first parameter of a kind that runs programs is the program's number.
+    fn program_parameter(&self, kind: &Kind, configuration: Block, visit: &mut Parameters<'_>) {
+        let program = self.data_base.programs().get(self.program_of(kind, configuration).into());
+        let parameter = visit.asked().and_then(|parameter| parameter.checked_sub(1));
+        visit.say_of_program(
+            program.zip(parameter).and_then(|(program, parameter)| program.parameter(parameter)),
+        );
     }
 
     /// What a program adds to a tick with the module that runs it; none if that is not known.
-    fn cycles_of_law(&self, number: u8) -> Option<u32> {
+    fn cycles_with_module(&self, number: u8) -> Option<u32> {
         let kind = self.kinds().list().iter().find(|kind| kind.runs_program())?;
         let own = self.cycles_of(kind.id)?;
-        Some(own.saturating_add(self.program_cycles(number)?))
+        Some(own.saturating_add(self.cycles_of_program(number)?))
     }
 
-    /// What the instructions of a program add to a tick, by their costs.
-    pub(super) fn program_cycles(&self, number: u8) -> Option<u32> {
+    fn cycles_of_program(&self, number: u8) -> Option<u32> {
         let (costs, program) = (self.costs?, self.data_base.programs().get(number.into())?);
         program.cycles(self.device.dof(), |opcode| costs.instruction(opcode))
     }

@@ -2,7 +2,7 @@
 
 use crate::counter::Counter;
 use crate::data::Data;
-use crate::wiring::{Call, Wiring, module_bit};
+use crate::wiring::{Call, Wiring, any, module_bit};
 
 /// Makes the calls of a step. The core reads no clock: whoever has one can read it around each call.
 ///
@@ -53,36 +53,43 @@ impl Calls<'_> {
         self.run_by(data, |_, call| (call.compute)(data, call.configuration, call.state));
     }
 
-    /// Makes every call by a function, and looks at what it has written.
+    /// Makes every call by a function, and checks what it has written.
     #[inline(always)]
     fn run_by(&mut self, data: &Data<'_>, mut make: impl FnMut(usize, &Call)) {
         let wiring = self.wiring;
-        let is_usual = !self.begins && self.resting == 0;
-        let mut failed = *self.failed;
-        let mut spans = wiring.spans();
+        let mut is_usual = !self.begins && self.resting == 0 && *self.failed == 0;
         for (place, call) in wiring.calls().iter().enumerate() {
-            if is_usual && failed == 0 || self.prepare(call, failed, data) {
+            if is_usual || self.prepare(call, data) {
                 let start = self.counter.map_or(0, |counter| counter.now());
                 make(place, call);
                 if self.counter.is_some_and(|counter| counter.since(start) > call.budget_counts) {
-                    failed |= module_bit(call.order);
+                    self.fail(call);
+                    is_usual = false;
                 }
             }
-            for _ in 0..call.spans {
-                if spans.next().is_some_and(|span| data.has_wrong(*span)) {
-                    failed |= module_bit(call.order);
-                }
+            if call.spans.count != 0
+                && let Some(spans) = wiring.spans(call)
+                && any(spans, |span| data.has_wrong(span))
+            {
+                self.fail(call);
+                is_usual = false;
             }
         }
-        *self.failed = failed;
+    }
+
+    /// Cuts the module of a call out, with all that depend on it.
+    #[cold]
+    #[inline(never)]
+    fn fail(&mut self, call: &Call) {
+        *self.failed |= module_bit(call.order);
     }
 
     /// Begins a module before its first stage, if it is to; says whether the call is made.
     #[cold]
     #[inline(never)]
-    fn prepare(&self, call: &Call, failed: u32, data: &Data<'_>) -> bool {
+    fn prepare(&self, call: &Call, data: &Data<'_>) -> bool {
         let Some(called) = self.wiring.called(call) else { return false };
-        if called.needs & failed != 0 {
+        if called.needs & *self.failed != 0 {
             return false;
         }
         let begins = self.begins && called.begins;

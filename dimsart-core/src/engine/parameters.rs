@@ -138,10 +138,7 @@ impl Engine {
     #[inline(never)]
     pub(super) fn visit(&mut self, kind: KindId, configuration: Block, axis: u8, visit: &mut Parameters<'_>) {
         if let Some(kind) = self.kind(kind) {
-            if kind.runs_program() {
-                let found = self.law_parameter(kind, configuration, visit.asked());
-                visit.say_of_program(found);
-            }
+            self.law_parameter(kind, configuration, visit);
             kind.parameters(&kind.configuration(self.data_base.own(configuration)), axis, visit);
         }
     }
@@ -150,9 +147,7 @@ impl Engine {
     #[inline(never)]
     pub(super) fn prepare(&mut self, instance: &Instance) {
         if let Some(kind) = self.kind(instance.reference.kind) {
-            if kind.runs_program() {
-                self.give_defaults_of_law(kind, instance.configuration);
-            }
+            self.give_defaults_of_law(kind, instance.configuration);
             let device = self.device.with_period_of(instance.every_ticks);
             kind.prepare(&kind.configuration(self.data_base.own(instance.configuration)), &device);
         }

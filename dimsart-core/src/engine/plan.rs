@@ -2,18 +2,16 @@
 
 use core::fmt;
 
-use heapless::Vec;
-
 use crate::binding::{Binding, Bound};
 use crate::command::ModuleRef;
 use crate::data_base::bit;
-use crate::limits::{MAX_BINDINGS, MAX_MODULES};
+use crate::memory::List;
 use crate::storage::{Block, Storage};
 use crate::wiring::{Plugged, Wiring};
 
 /// A module that exists, plugged in or not. Its parameters and state lie in the Data Base's words.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct Instance {
+pub(crate) struct Instance {
     pub(super) reference: ModuleRef,
     /// It runs in every tick, in every second one, and so on.
     pub(super) every_ticks: u8,
@@ -44,23 +42,24 @@ impl Instance {
 
 /// The modules that exist, what their ports are bound to, and the wiring of those that are plugged in.
 #[derive(Debug)]
-pub(super) struct Plan {
-    pub(super) instances: Vec<Instance, MAX_MODULES>,
-    pub(super) bindings: Vec<Binding, MAX_BINDINGS>,
+pub(crate) struct Plan {
+    pub(super) instances: List<Instance>,
+    pub(super) bindings: List<Binding>,
     pub(super) wiring: Wiring,
     pub(super) place_before: Option<ModuleRef>,
 }
 
 impl Plan {
-    const EMPTY: Self =
-        Self { instances: Vec::new(), bindings: Vec::new(), wiring: Wiring::new(), place_before: None };
+    pub(crate) fn new(instances: List<Instance>, bindings: List<Binding>, wiring: Wiring) -> Self {
+        Self { instances, bindings, wiring, place_before: None }
+    }
 
     /// Becomes as another one, in its place.
     pub(super) fn copy_from(&mut self, other: &Self) {
         self.instances.clear();
         self.bindings.clear();
-        let _ = self.instances.extend_from_slice(&other.instances);
-        let _ = self.bindings.extend_from_slice(&other.bindings);
+        let _ = self.instances.extend_from_slice(other.instances);
+        let _ = self.bindings.extend_from_slice(other.bindings);
         self.wiring.copy_from(&other.wiring);
         self.place_before = other.place_before;
     }
@@ -83,7 +82,7 @@ impl Plan {
     }
 
     pub(super) fn bound(&self, module: ModuleRef) -> Bound<'_> {
-        Bound { module, bindings: &self.bindings }
+        Bound { module, bindings: self.bindings }
     }
 
     /// Whether a module has this block.
@@ -114,7 +113,7 @@ impl Plan {
 }
 
 /// The scheme that runs, and the next one.
-pub(super) struct Plans {
+pub(crate) struct Plans {
     pair: [Plan; 2],
     runs_second: bool,
 }
@@ -126,8 +125,8 @@ impl fmt::Debug for Plans {
 }
 
 impl Plans {
-    pub(super) const fn new() -> Self {
-        Self { pair: [Plan::EMPTY, Plan::EMPTY], runs_second: false }
+    pub(crate) fn new(pair: [Plan; 2]) -> Self {
+        Self { pair, runs_second: false }
     }
 
     #[inline(always)]
@@ -174,7 +173,7 @@ impl Plans {
 
     /// Follows the modules' blocks when one at the end is given back.
     pub(super) fn close_gap(&mut self, gone: Block) {
-        for instance in self.pair.iter_mut().flat_map(|plan| &mut plan.instances) {
+        for instance in self.pair.iter_mut().flat_map(|plan| plan.instances.iter_mut()) {
             instance.close_gap(gone);
         }
     }

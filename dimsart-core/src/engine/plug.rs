@@ -255,7 +255,7 @@ impl Engine {
         let every_ticks = instance.map_or(1, |instance| instance.every_ticks);
         let instance = place.and_then(|place| u8::try_from(place).ok()).unwrap_or(u8::MAX);
         let new = New { module, instance, every_ticks, kind, settings, order, before };
-        let bound = Bound { module, bindings: &next.bindings };
+        let bound = Bound { module, bindings: next.bindings };
         next.wiring.plug_in(&new, &self.device, &mut self.data_base, bound)?;
         next.place_before = None;
         Ok(())

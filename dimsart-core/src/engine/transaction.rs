@@ -283,6 +283,7 @@ impl Engine {
     }
 
     /// Slots of types of the device, a bit each.
+    #[inline(never)]
     fn slots_of(&self, types: &[&DataType]) -> u64 {
         let slots = types.iter().filter_map(|data_type| self.data_base.slot(data_type.first()));
         slots.fold(0, |slots, slot| slots | bit(slot))

@@ -4,7 +4,7 @@ use serde::{Deserialize, Serialize};
 
 use super::program::{Header, Program, Section};
 use super::verify::ProgramError;
-use crate::limits::{MAX_PROGRAMS, PROGRAM_WORDS};
+use crate::limits::PROGRAM_WORDS;
 
 /// How a place for a program stands.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
@@ -39,7 +39,7 @@ impl core::fmt::Display for LawRefusal {
                 "a module has the law of this number: upload this one to another number, or `close` the module first"
             ),
             Self::NoSuchNumber => {
-                write!(f, "the controller keeps laws 1 to {MAX_PROGRAMS}: give it one of these numbers")
+                write!(f, "the controller has no place for a law of this number: use a smaller one, from 1")
             }
         }
     }
@@ -49,7 +49,7 @@ impl core::error::Error for LawRefusal {}
 
 /// A place for a program.
 #[derive(Debug, Clone, Copy)]
-struct Place {
+pub(crate) struct Place {
     words: [u32; PROGRAM_WORDS],
     /// Of these are the program's; 0 for none.
     count: u8,
@@ -58,7 +58,7 @@ struct Place {
 
 impl Place {
     /// All zero bits.
-    const EMPTY: Self = Self { words: [0; PROGRAM_WORDS], count: 0, header: Header::NONE };
+    pub(crate) const EMPTY: Self = Self { words: [0; PROGRAM_WORDS], count: 0, header: Header::NONE };
 }
 
 /// What a tick needs of a program.
@@ -81,24 +81,35 @@ pub struct Code<'a> {
 /// All programs of a controller, and the words of the next one.
 #[derive(Debug)]
 pub struct Programs {
-    places: [Place; MAX_PROGRAMS],
-    /// No word where there is no place.
-    put: [[u32; PROGRAM_WORDS]; if MAX_PROGRAMS == 0 { 0 } else { 1 }],
+    /// The first one is that of the next program; the others are numbered from 1.
+    places: &'static mut [Place],
 }
 
 impl Programs {
-    pub(crate) const fn new() -> Self {
-        Self {
-            places: [Place::EMPTY; MAX_PROGRAMS],
-            put: [[0; PROGRAM_WORDS]; if MAX_PROGRAMS == 0 { 0 } else { 1 }],
-        }
+    pub(crate) fn new(places: &'static mut [Place]) -> Self {
+        Self { places }
+    }
+
+    /// How many there can be.
+    #[must_use]
+    pub fn capacity(&self) -> usize {
+        self.places.len().saturating_sub(1)
+    }
+
+    #[inline(always)]
+    fn place(&self, number: u32) -> Option<&Place> {
+        self.places.get(usize::try_from(number).ok()?).filter(|_| number != 0)
+    }
+
+    fn place_mut(&mut self, number: u8) -> Option<&mut Place> {
+        self.places.get_mut(usize::from(number)).filter(|_| number != 0)
     }
 
     /// The program of this number, from 1.
     #[must_use]
     #[inline(always)]
     pub fn get(&self, number: u32) -> Option<Program<'_>> {
-        let place = self.places.get(usize::try_from(number).ok()?.checked_sub(1)?)?;
+        let place = self.place(number)?;
         let words = place.words.get(..usize::from(place.count)).filter(|words| !words.is_empty())?;
         Some(Program::trusted(words, place.header))
     }
@@ -107,7 +118,7 @@ impl Programs {
     #[must_use]
     #[inline(always)]
     pub fn code(&self, number: u32, section: Section) -> Option<Code<'_>> {
-        let place = self.places.get(usize::try_from(number).ok()?.checked_sub(1)?)?;
+        let place = self.place(number)?;
         let words = place.words.get(..usize::from(place.count)).filter(|words| !words.is_empty())?;
         let (header, part) = (&place.header, |range| words.get(range).unwrap_or_default());
         Some(Code {
@@ -122,20 +133,21 @@ impl Programs {
 
     /// Every program that there is, with its number.
     pub(crate) fn all(&self) -> impl Iterator<Item = (u8, Program<'_>)> {
-        let numbers = (1..).zip(&self.places);
+        let numbers = (0..).zip(self.places.iter());
         numbers.filter_map(|(number, _)| Some((number, self.get(number.into())?)))
     }
 
     /// Puts words of the next program; those beyond the last one are dropped.
     pub(crate) fn put(&mut self, place: u8, words: [u32; 2]) {
-        for (target, word) in self.put.as_flattened_mut().iter_mut().skip(place.into()).zip(words) {
+        let next = self.places.first_mut().map_or(&mut [][..], |next| &mut next.words);
+        for (target, word) in next.iter_mut().skip(place.into()).zip(words) {
             *target = word;
         }
     }
 
     /// Keeps what was put. Where another program is in use, or these words are none, nothing changes.
     pub(crate) fn keep(&mut self, number: u8, count: u8, is_used: bool) -> Result<(), LawRefusal> {
-        let words = self.put.as_flattened().get(..usize::from(count));
+        let words = self.places.first().and_then(|next| next.words.get(..usize::from(count)));
         let words = words.ok_or(LawRefusal::Program(ProgramError::Size))?;
         let header = Program::verify(words).map_err(LawRefusal::Program)?.header();
         if self.get(number.into()).is_some_and(|there| there.words() == words) {
@@ -144,19 +156,22 @@ impl Programs {
         if is_used {
             return Err(LawRefusal::InUse);
         }
-        let place = usize::from(number).checked_sub(1).and_then(|place| self.places.get_mut(place));
+        let (next, places) = self.places.split_first_mut().ok_or(LawRefusal::NoSuchNumber)?;
+        let place = usize::from(number).checked_sub(1).and_then(|place| places.get_mut(place));
         let place = place.ok_or(LawRefusal::NoSuchNumber)?;
-        for (target, word) in place.words.iter_mut().zip(words) {
-            *target = *word;
-        }
+        place.words = next.words;
         (place.count, place.header) = (count, header);
         Ok(())
     }
 
+    /// Empties every place.
+    pub(crate) fn clear(&mut self) {
+        self.places.fill(Place::EMPTY);
+    }
+
     /// Empties a place.
     pub(crate) fn remove(&mut self, number: u8) {
-        let place = usize::from(number).checked_sub(1).and_then(|place| self.places.get_mut(place));
-        if let Some(place) = place {
+        if let Some(place) = self.place_mut(number) {
             place.count = 0;
         }
     }

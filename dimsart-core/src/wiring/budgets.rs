@@ -7,7 +7,7 @@ impl Wiring {
     /// Each call may take what its module costs, a quarter more, for costs are those of a model of the processor, and
     /// what interrupts may take meanwhile. Where a cost is not known, as long as it likes.
     pub(crate) fn set_budgets(&mut self, costs: &[Option<u32>], spare_cycles: u32, counts_per_cycle: u32) {
-        for call in &mut self.calls {
+        for call in self.calls.iter_mut() {
             let cost = costs.get(usize::from(call.order)).copied().flatten();
             let cycles = cost.map(|cost| cost.saturating_add(cost / 4).saturating_add(spare_cycles));
             call.budget_counts = cycles.map_or(u32::MAX, |cycles| cycles.saturating_mul(counts_per_cycle));

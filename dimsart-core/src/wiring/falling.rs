@@ -2,7 +2,7 @@
 
 use core::cell::Cell;
 
-use super::{Plugged, Wiring};
+use super::{Call, Part, Plugged, Wiring};
 use crate::data_base::bit;
 use crate::limits::{MAX_MODULES, MAX_SLOTS};
 use crate::storage::{Block, Storage};
@@ -23,15 +23,15 @@ impl Span {
     /// Whether a word is what it cannot be. Bits of finite numbers, without their sign, count up with the magnitude, and
     /// those of what is not finite are above.
     #[inline(always)]
-    pub(crate) fn is_wrong(self, word: u32) -> bool {
+    pub(crate) fn is_wrong(&self, word: u32) -> bool {
         word << 1 > self.largest
     }
 
     /// Whether one of all words, as far as they are its own, is what it cannot be.
     #[inline(always)]
-    pub(crate) fn has_wrong(self, words: &[Cell<u32>]) -> bool {
-        let own = words.get(self.block.range()).unwrap_or_default();
-        own.iter().any(|word| self.is_wrong(word.get()))
+    pub(crate) fn has_wrong(&self, words: &[Cell<u32>]) -> bool {
+        let Some(own) = words.get(self.block.range()) else { return false };
+        any(own, |word| self.is_wrong(word.get()))
     }
 
     /// Takes in the words of another one, if they lie right behind its own.
@@ -44,6 +44,18 @@ impl Span {
     }
 }
 
+/// Whether one of a list is meant, from its end: counting down takes an instruction less than an iterator.
+#[inline(always)]
+pub(crate) fn any<T>(mut list: &[T], mut is_meant: impl FnMut(&T) -> bool) -> bool {
+    while let [rest @ .., last] = list {
+        if is_meant(last) {
+            return true;
+        }
+        list = rest;
+    }
+    false
+}
+
 /// A module's place in the plug-in order as one of 32 bits.
 pub(crate) fn module_bit(order: u8) -> u32 {
     const { assert!(MAX_MODULES <= 32, "a set of modules is 32 bits") };
@@ -51,10 +63,10 @@ pub(crate) fn module_bit(order: u8) -> u32 {
 }
 
 impl Wiring {
-    /// What is looked at behind the calls, [so many](Call::spans) for each of them.
+    /// What is checked after a call.
     #[inline(always)]
-    pub(crate) fn spans(&self) -> core::slice::Iter<'_, Span> {
-        self.spans.iter()
+    pub(crate) fn spans(&self, call: &Call) -> Option<&[Span]> {
+        self.spans.get(call.spans.range())
     }
 
     /// Modules that the device gets nothing without, a bit for each place in the plug-in order.
@@ -65,7 +77,7 @@ impl Wiring {
     /// Modules that are cut out when these have failed: themselves, and all that depend on them. Sets of a bit for each
     /// place in the plug-in order.
     pub(crate) fn fall_with(&self, failed: u32) -> u32 {
-        let fall = (0..).zip(&self.modules).filter(|(_, plugged)| plugged.needs & failed != 0);
+        let fall = (0..).zip(self.modules.iter()).filter(|(_, plugged)| plugged.needs & failed != 0);
         fall.fold(0, |fallen, (order, _)| fallen | module_bit(order))
     }
 
@@ -74,14 +86,14 @@ impl Wiring {
     pub(crate) fn find_needs(&mut self, of_device: u64) {
         let Self { modules, ports, .. } = self;
         let mut writers = [0; MAX_SLOTS];
-        for (order, plugged) in (0..).zip(&*modules) {
+        for (order, plugged) in (0..).zip(modules.iter()) {
             for port in plugged.ports.of(ports).iter().filter(|port| port.is_written()) {
                 if let Some(writers) = writers.get_mut(usize::from(port.slot)) {
                     *writers |= module_bit(order);
                 }
             }
         }
-        for (order, plugged) in (0..).zip(&mut *modules) {
+        for (order, plugged) in (0..).zip(modules.iter_mut()) {
             let read = plugged.ports.of(ports).iter().filter(|port| !port.is_written() && !port.is_memory());
             let writers = read.filter_map(|port| writers.get(usize::from(port.slot)));
             plugged.needs = writers.fold(module_bit(order), |needs, writers| needs | writers);
@@ -105,7 +117,7 @@ impl Wiring {
     pub(super) fn find_spans(&mut self, storage: &Storage) {
         let Self { modules, ports, calls, spans, .. } = self;
         spans.clear();
-        for call in calls {
+        for call in calls.iter_mut() {
             let Some(plugged) = modules.get(usize::from(call.order)) else { continue };
             let start = spans.len();
             let written = plugged.ports.of(ports).iter().filter(|port| port.is_written());
@@ -118,7 +130,8 @@ impl Wiring {
                     let _ = spans.push(span);
                 }
             }
-            call.spans = u8::try_from(spans.len() - start).unwrap_or(0);
+            let count = u8::try_from(spans.len() - start).unwrap_or(0);
+            call.spans = Part { start: u8::try_from(start).unwrap_or(0), count };
         }
     }
 }

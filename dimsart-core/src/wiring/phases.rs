@@ -14,7 +14,7 @@ impl Wiring {
     #[inline(never)]
     fn count_down(&mut self) -> u32 {
         let mut resting = 0;
-        for (order, plugged) in (0..).zip(&mut self.modules) {
+        for (order, plugged) in (0..).zip(self.modules.iter_mut()) {
             if !plugged.rate.is_due() {
                 resting |= module_bit(order);
             }
@@ -27,7 +27,7 @@ impl Wiring {
     /// weighs. One that ran as often in the scheme before, if there was one, keeps its ticks where that is possible.
     #[inline(never)]
     pub(crate) fn spread(&mut self, before: Option<&Self>, costs: &[Option<u32>]) {
-        let slow = (0..).zip(&self.modules).filter(|(_, plugged)| plugged.rate.is_slow());
+        let slow = (0..).zip(self.modules.iter()).filter(|(_, plugged)| plugged.rate.is_slow());
         let slow = slow.fold(0, |slow, (order, _)| slow | module_bit(order));
         self.has_rates = slow != 0;
         let (mut load, mut placed) = (Load::NONE, 0);
@@ -44,7 +44,7 @@ impl Wiring {
                 }
                 let group = self.group_of(order, slow) & placed;
                 let fits = |rate: &Rate| {
-                    let mut others = (0..).zip(&self.modules);
+                    let mut others = (0..).zip(self.modules.iter());
                     others.all(|(other, found)| group & module_bit(other) == 0 || found.rate.meets(*rate))
                 };
                 let rate = known.filter(fits).unwrap_or_else(|| load.lightest(every_ticks, fits));
@@ -61,7 +61,7 @@ impl Wiring {
     fn group_of(&self, order: u8, slow: u32) -> u32 {
         let mut group = module_bit(order);
         loop {
-            let needed = (0..).zip(&self.modules).filter(|(order, _)| group & module_bit(*order) != 0);
+            let needed = (0..).zip(self.modules.iter()).filter(|(order, _)| group & module_bit(*order) != 0);
             let needed = needed.fold(0, |needed, (_, plugged)| needed | plugged.needs);
             let grown = (needed | self.fall_with(group)) & slow;
             if grown == group {

@@ -1,7 +1,7 @@
 //! Integrals follow the force that the device got: its range, its rate, its safe value.
 #![expect(clippy::unwrap_used, clippy::panic, reason = "in helpers of tests as in tests")]
 
-use dimsart_core::limits::DEFAULT_WORDS;
+use dimsart_core::ProvidedMemory;
 use dimsart_core::{AxisKind, DataType, DeviceDescriptor, Dimsart, InputLimits, Tick, types};
 use dimsart_modules::ALL;
 
@@ -27,7 +27,7 @@ fn controller(module: &str, limits: InputLimits, more: &str) -> Bench {
         DeviceDescriptor::new("joint", &[AxisKind::Linear], H, MEASURED, &[types::DES_FORCE]).unwrap();
     let limits: &'static [InputLimits] = Vec::leak(vec![limits]);
     let limits: &'static [&'static [InputLimits]] = Vec::leak(vec![limits]);
-    bench.dimsart = Dimsart::<[u32; DEFAULT_WORDS]>::new(device.with_limits(limits).unwrap(), ALL).unwrap();
+    bench.dimsart = Dimsart::new(ProvidedMemory::leaked(), device.with_limits(limits).unwrap(), ALL).unwrap();
     let gains = match name {
         "STATE_FEEDBACK_MOD" => "K1_PARAM 10\nREFERENCE_GAIN 10\nI_PARAM 1000",
         "CASCADE_MOD" => "POSITION_GAIN 1\nK_PARAM 10\nI_PARAM 1000",

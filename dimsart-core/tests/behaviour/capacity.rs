@@ -1,11 +1,12 @@
 //! What the memory of a board holds.
 #![expect(clippy::unwrap_used, reason = "in helpers of tests as in tests")]
 
-use dimsart_core::{AxisKind, DataType, DeviceDescriptor, Dimsart, scheme, types};
+use dimsart_core::limits::Sizes;
+use dimsart_core::{AxisKind, DataType, DeviceDescriptor, Dimsart, memory, scheme, types};
 use dimsart_modules::ALL;
 
-/// Of the board nucleo-g474re, as its `Board::WORDS`.
-const WORDS: usize = 3072;
+/// As the board nucleo-g474re has.
+type BoardMemory = memory!(Sizes { words: 3072, ..Sizes::DEFAULT });
 const SCHEME: &str = include_str!("../../../dimsart/tests/emulated/every_module.scheme");
 const SIDES: &[&str] = &["master", "slave"];
 
@@ -17,7 +18,7 @@ fn refused(recorder_rows: usize, side: &str) -> Vec<String> {
     };
     let axes = [AxisKind::Rotary; 7];
     let device = DeviceDescriptor::new("arm", &axes, 1e-3, &OUTPUTS, &[types::DES_FORCE]).unwrap();
-    let mut dimsart = Dimsart::<[u32; WORDS]>::new(device, ALL).unwrap();
+    let mut dimsart = Dimsart::new(Box::leak(Box::new(BoardMemory::new())), device, ALL).unwrap();
     let length = format!("LENGTH               {recorder_rows}");
     let text = SCHEME.replace("LENGTH               500", &length);
     assert!(text.contains(&length));

@@ -1,8 +1,7 @@
 //! Clients of one device: who may change something, who hears what, and what a tick without a lease comes to.
 #![expect(clippy::unwrap_used, clippy::panic, reason = "in helpers of tests as in tests")]
 
-use dimsart_core::limits::DEFAULT_WORDS;
-use dimsart_core::limits::TELEMETRY_STREAMS;
+use dimsart_core::ProvidedMemory;
 use dimsart_core::{
     AxisKind, Command, DataType, DeviceDescriptor, Dimsart, FrameError, ModuleRef, Reason, Tick, Value, Word,
     scheme, types,
@@ -26,10 +25,13 @@ any PCTRL_MOD K_PARAM 100
 any MOD_ENG MOD_ON PCTRL_MOD
 any MOD_ENG MATCHING_CHECK";
 
+/// As a controller on a host has.
+const STREAMS: usize = 16;
+
 /// A controller beside a tick that needs a lease.
 struct Board {
-    dimsart: Dimsart<[u32; DEFAULT_WORDS]>,
-    info: DeviceInfo,
+    dimsart: Dimsart,
+    info: DeviceInfo<STREAMS>,
     number: u8,
     last: (Tick, [Word; 3]),
 }
@@ -38,7 +40,7 @@ impl Board {
     fn new() -> Self {
         let (outputs, inputs) = (&[types::POSITION, types::VELOCITY], &[types::DES_FORCE]);
         let device = DeviceDescriptor::new("arm", &[AxisKind::Linear; 3], 1e-3, outputs, inputs);
-        let dimsart = Dimsart::<[u32; DEFAULT_WORDS]>::new(device.unwrap(), ALL).unwrap();
+        let dimsart = Dimsart::new(ProvidedMemory::leaked(), device.unwrap(), ALL).unwrap();
         let info = DeviceInfo::new("test").for_clients(TICK_HZ);
         Self { dimsart, info, number: 0, last: (Tick::Idle, [Word(0); 3]) }
     }
@@ -138,13 +140,13 @@ fn stop_releases_the_lease_and_starting_again_moves_nothing_without_arming() {
         board.tick();
         assert_eq!(board.last.0, Tick::Ran);
         let effect = board.command(stopping, Command::Stop).unwrap();
-        assert_eq!((effect.refused, effect.blocked), (None, Some(Blocked::Stopped)));
+        assert_eq!((effect.refused, effect.blocked), (None, Some(Blocked::Tick(Tick::Idle))));
         assert_eq!(board.lease(2, LeaseAction::Look), Ok(LeaseStatus::default()));
         let late = board.lease(1, LeaseAction::Renew);
         assert_eq!(late, Err(Refusal::Lease { holder: NOBODY }), "a renewal does not bring it back");
         // What `Start` sends, from the client that was armed.
         let effect = board.command(1, Command::Check).unwrap();
-        assert_eq!((effect.refused, effect.blocked), (None, Some(Blocked::Disarmed)));
+        assert_eq!((effect.refused, effect.blocked), (None, Some(Blocked::Tick(Tick::Disarmed))));
         board.tick();
         assert_eq!(board.last, (Tick::Disarmed, [Word(0); 3]));
         board.lease(1, LeaseAction::Take).unwrap();
@@ -205,7 +207,7 @@ fn while_one_holds_it_the_others_look_and_change_nothing() {
     assert!(matches!(board.ask(2, Request::Identify), Response::Identity(_)));
     assert_eq!(board.command(1, stiffer()).unwrap().blocked, None);
     // Whoever sees that it must rest may say so.
-    assert_eq!(board.command(2, Command::Stop).unwrap().blocked, Some(Blocked::Stopped));
+    assert_eq!(board.command(2, Command::Stop).unwrap().blocked, Some(Blocked::Tick(Tick::Idle)));
     board.lease(1, LeaseAction::GiveBack).unwrap();
     board.command(2, stiffer()).unwrap();
 }
@@ -213,16 +215,19 @@ fn while_one_holds_it_the_others_look_and_change_nothing() {
 #[test]
 fn a_command_and_a_heartbeat_say_that_the_lease_is_missing() {
     let mut board = Board::running();
-    assert_eq!(board.command(1, stiffer()).unwrap().blocked, Some(Blocked::Disarmed));
+    assert_eq!(board.command(1, stiffer()).unwrap().blocked, Some(Blocked::Tick(Tick::Disarmed)));
     board.tick();
     let heartbeat = board.info.heartbeat(3);
     assert_eq!((heartbeat.ticks, heartbeat.dropped), (1, 3));
-    assert_eq!((heartbeat.blocked, heartbeat.first_fault), (Some(Blocked::Disarmed), None));
+    assert_eq!((heartbeat.blocked, heartbeat.first_fault), (Some(Blocked::Tick(Tick::Disarmed)), None));
     board.lease(7, LeaseAction::Take).unwrap();
     assert_eq!(board.command(7, stiffer()).unwrap().blocked, None, "it moves in the next tick");
     board.tick_at(f32::NAN);
     let heartbeat = board.info.heartbeat(0);
-    let reason = Blocked::Measurement(FrameError::NotFinite { signal: types::POSITION.first(), word: 0 });
+    let reason = Blocked::Tick(Tick::MeasurementRefused(FrameError::NotFinite {
+        signal: types::POSITION.first(),
+        word: 0,
+    }));
     assert_eq!(heartbeat.blocked, Some(reason));
     assert_eq!(heartbeat.first_fault.unwrap().tick, 2);
     assert_eq!(heartbeat.lease, LeaseStatus::default(), "a fault ends it");
@@ -277,7 +282,7 @@ fn telemetry_ends_when_its_client_is_silent_or_the_signal_goes_and_is_one_client
 fn telemetry_that_cannot_be_is_refused_and_what_there_is_goes_on() {
     let mut board = Board::running();
     board.follow(1, 0, types::POSITION, 1);
-    for place in [u8::try_from(MAX_TELEMETRY_SIGNALS * TELEMETRY_STREAMS).unwrap(), 255] {
+    for place in [u8::try_from(MAX_TELEMETRY_SIGNALS * STREAMS).unwrap(), 255] {
         assert_eq!(board.follow(1, place, types::POSITION, 1), Response::Refused(Refusal::TooLong));
     }
     assert_eq!(board.follow(1, 1, types::FORCE, 1), Response::Refused(Refusal::NotThere));
@@ -309,7 +314,7 @@ fn a_link_that_is_down_keeps_the_lease_and_is_no_fault_of_the_past() {
     assert_eq!(scheme::load(rows, "any", &["any"], &mut board.dimsart, |_| ()), 0);
     board.lease(1, LeaseAction::Take).unwrap();
     (0..50).for_each(|_| drop(board.tick()));
-    let down = Some(Blocked::LinkDown { link: 0 });
+    let down = Some(Blocked::Tick(Tick::LinkDown { link: 0 }));
     assert_eq!((board.last.0, board.status()), (Tick::LinkDown { link: 0 }, down));
     board.lease(1, LeaseAction::Renew).unwrap();
     let heartbeat = board.info.heartbeat(0);
@@ -336,13 +341,13 @@ fn answers_say_that_a_link_is_lost_as_heartbeats_do_until_a_reset() {
     (0..20).for_each(|_| drop(board.tick()));
     assert_eq!((board.last.0, board.status()), (Tick::Ran, None));
     board.tick();
-    let lost = Some(Blocked::LinkLost { link: 0 });
+    let lost = Some(Blocked::Tick(Tick::LinkLost { link: 0 }));
     assert_eq!((board.last.0, board.info.heartbeat(0).blocked), (Tick::LinkLost { link: 0 }, lost));
     assert_eq!(board.status(), lost);
     assert_eq!(board.command(1, Command::Check).unwrap().blocked, lost);
     assert_eq!(board.lease(1, LeaseAction::Renew), Err(Refusal::Fault(48)), "a fault ends the lease");
     assert_eq!(board.lease(1, LeaseAction::Take), Err(Refusal::Fault(48)), "and motion takes a reset");
-    assert_eq!(board.command(1, Command::Reset).unwrap().blocked, Some(Blocked::Disarmed));
+    assert_eq!(board.command(1, Command::Reset).unwrap().blocked, Some(Blocked::Tick(Tick::Disarmed)));
     board.tick();
     assert_eq!(board.last.0, Tick::Disarmed, "and a new lease");
     board.lease(1, LeaseAction::Take).unwrap();

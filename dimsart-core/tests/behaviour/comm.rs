@@ -171,7 +171,10 @@ fn damaged_and_foreign_packets_are_refused_and_counted() {
     assert_eq!(dimsart.receive(0, &[]), Err(PacketError::Length { bytes: 0 }));
     let long = [2; MAX_PACKET_BYTES + 54];
     assert_eq!(dimsart.receive(0, &long), Err(PacketError::Length { bytes: long.len() }));
-    assert_eq!(dimsart.receive(dimsart_core::limits::MAX_LINKS, &good.to_bytes()), Err(PacketError::NoLink));
+    assert_eq!(
+        dimsart.receive(dimsart_core::limits::Sizes::DEFAULT.links, &good.to_bytes()),
+        Err(PacketError::NoLink)
+    );
     assert_eq!(way.receive([]), 0.0);
     assert_eq!(way.count("LINK_REFUSED"), 4);
     let mut short = good.clone();

@@ -7,7 +7,7 @@ use std::collections::VecDeque;
 
 use dimsart_core::KindId;
 use dimsart_core::Kinds;
-use dimsart_core::limits::DEFAULT_WORDS;
+use dimsart_core::ProvidedMemory;
 use dimsart_core::{
     AxisKind, CommandError, DataType, DeviceDescriptor, Dimsart, Direction, EVERY_TICKS, Engine, ModuleRef,
     Packet, PortSpec, Step, Tick, TypeRef, Usage, Value, Word, scheme, types,
@@ -30,7 +30,7 @@ pub(crate) type Types = &'static [&'static DataType];
 
 /// A controller without a robot: the test is the device.
 pub(crate) struct Bench {
-    pub(crate) dimsart: Dimsart<[u32; DEFAULT_WORDS]>,
+    pub(crate) dimsart: Dimsart,
 }
 
 impl Bench {
@@ -43,7 +43,7 @@ impl Bench {
     pub(crate) fn with_kinds(kinds: Kinds, dof: usize, outputs: Types, inputs: Types) -> Self {
         let axes = vec![AxisKind::Linear; dof];
         let device = DeviceDescriptor::new("bench", &axes, H, outputs, inputs).unwrap();
-        Self { dimsart: Dimsart::<[u32; DEFAULT_WORDS]>::new(device, kinds).unwrap() }
+        Self { dimsart: Dimsart::new(ProvidedMemory::leaked(), device, kinds).unwrap() }
     }
 
     /// Gives it rows `module command value`; all must be taken.
@@ -155,7 +155,7 @@ impl Bench {
 /// a signal, which only another module gives, to a type like it.
 pub(crate) fn surroundings(module: ModuleRef) -> (Vec<&'static DataType>, Vec<(u8, TypeRef)>) {
     let none = DeviceDescriptor::new("none", &[AxisKind::Linear], H, &[], &[]).unwrap();
-    surroundings_of(&Engine::<[u32; DEFAULT_WORDS]>::new(none, ALL).ports(module).unwrap())
+    surroundings_of(&Engine::new(ProvidedMemory::leaked(), none, ALL).ports(module).unwrap())
 }
 
 /// The same for these ports.

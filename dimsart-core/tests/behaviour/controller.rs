@@ -1,8 +1,10 @@
 //! A controller that is connected to its device, and connected again.
 #![expect(clippy::unwrap_used, clippy::indexing_slicing, reason = "in helpers of tests as in tests")]
 
+use dimsart_core::ProvidedMemory;
 use dimsart_core::{
-    AxisKind, Command, CommandError, DeviceDescriptor, Dimsart, Observer, StorageError, Tick, Word, types,
+    AxisKind, Command, CommandError, DeviceDescriptor, Dimsart, Observer, StorageError, Tick, Word,
+    limits::Sizes, memory, types,
 };
 use dimsart_modules::ALL;
 
@@ -20,7 +22,7 @@ fn run(dimsart: &mut Dimsart) -> Result<(), CommandError> {
 
 #[test]
 fn a_tick_without_a_device_is_idle() {
-    let mut dimsart = Dimsart::<[u32; 2048]>::unconnected();
+    let mut dimsart = Dimsart::unconnected(ProvidedMemory::leaked());
     assert_eq!(dimsart.tick(&[], &mut []), Tick::Idle);
     assert_eq!(dimsart.engine().usage().slots, 0);
 }
@@ -37,7 +39,7 @@ impl Observer for Calls {
 
 #[test]
 fn an_observer_makes_every_call_of_a_tick_and_none_while_idle() {
-    let mut dimsart = Dimsart::<[u32; 2048]>::new(device(1), ALL).unwrap();
+    let mut dimsart = Dimsart::new(ProvidedMemory::leaked(), device(1), ALL).unwrap();
     let mut observer = Calls(0);
     let mut commanded = [Word(0)];
     assert_eq!(dimsart.tick_observed(&[Word(0)], &mut commanded, &mut observer), Tick::Idle);
@@ -49,14 +51,14 @@ fn an_observer_makes_every_call_of_a_tick_and_none_while_idle() {
 
 #[test]
 fn connecting_again_starts_anew() {
-    let mut dimsart = Dimsart::<[u32; 2048]>::new(device(3), ALL).unwrap();
+    let mut dimsart = Dimsart::new(ProvidedMemory::leaked(), device(3), ALL).unwrap();
     run(&mut dimsart).unwrap();
     assert_eq!(dimsart.tick(&[Word(0); 3], &mut [Word(0); 3]), Tick::Ran);
     dimsart.connect(device(2), ALL).unwrap();
     assert_eq!(dimsart.tick(&[Word(0); 2], &mut [Word(0); 2]), Tick::Idle);
     assert_eq!(
         dimsart.engine().usage(),
-        Dimsart::<[u32; 2048]>::new(device(2), ALL).unwrap().engine().usage()
+        Dimsart::new(ProvidedMemory::leaked(), device(2), ALL).unwrap().engine().usage()
     );
     run(&mut dimsart).unwrap();
     assert_eq!(dimsart.tick(&[Word(0); 2], &mut [Word(0); 2]), Tick::Ran);
@@ -64,7 +66,9 @@ fn connecting_again_starts_anew() {
 
 #[test]
 fn a_device_that_does_not_fit_leaves_the_controller_unconnected() {
-    let mut dimsart = Dimsart::<[u32; 4]>::new(device(2), ALL).unwrap();
+    type FourWords = memory!(Sizes { words: 4, ..Sizes::DEFAULT });
+    let memory = Box::leak(Box::new(FourWords::new()));
+    let mut dimsart = Dimsart::new(memory, device(2), ALL).unwrap();
     let no_room = StorageError::NoRoom { wanted: 3, free: 1 };
     assert_eq!(dimsart.connect(device(3), ALL), Err(no_room));
     assert_eq!(dimsart.tick(&[], &mut []), Tick::Idle);

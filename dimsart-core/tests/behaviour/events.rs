@@ -14,7 +14,7 @@ fn events(log: &EventLog) -> Vec<u8> {
 #[test]
 fn a_can_bus_is_logged_when_it_changes() {
     let log: &EventLog = Box::leak(Box::new(EventLog::new()));
-    let mut info = DeviceInfo::new("bench").with_events(log);
+    let mut info: DeviceInfo = DeviceInfo::new("bench").with_events(log);
     let [left, joined, given_up] =
         [EventKind::BusLeft, EventKind::BusJoined, EventKind::BusGivenUp].map(|kind| kind as u8);
     for what in [joined, joined, left, left, joined, left, given_up, given_up, left, joined] {
@@ -27,7 +27,7 @@ fn a_can_bus_is_logged_when_it_changes() {
 #[test]
 fn a_fault_that_is_there_again_behind_a_reset_is_told_again() {
     let log: &EventLog = Box::leak(Box::new(EventLog::new()));
-    let mut info = DeviceInfo::new("bench").with_events(log);
+    let mut info: DeviceInfo = DeviceInfo::new("bench").with_events(log);
     let mut bench = Bench::of(1, &[types::POSITION, types::DES_POSITION], &[types::DES_FORCE]);
     bench.run("PDCTRL_MOD K_PARAM 1000\nMOD_ENG MOD_ON PDCTRL_MOD");
     let tick = |bench: &mut Bench, info: &mut DeviceInfo, position_m: f32| {

@@ -6,7 +6,9 @@ use dimsart_core::Kinds;
 use dimsart_core::{
     AxisKind, Context, DataType, Declare, DescriptorError, DeviceDescriptor, Dimsart, FaultCause, Format,
     FrameError, Input, MAX_DEVICE_TYPES, Matrix, Module, Output, Parameters, Shape, Single, Summary, Tick,
-    Unit, Vector, Word, limits::MAX_DOF, types, words,
+    Unit, Vector, Word,
+    limits::{MAX_DOF, Sizes},
+    memory, types, words,
 };
 use dimsart_modules::ALL;
 
@@ -322,5 +324,6 @@ fn a_type_that_is_measured_and_commanded_or_is_taken_for_another_one_is_refused(
 fn a_device_whose_types_do_not_fit_is_refused() {
     let axes = [AxisKind::Linear; 3];
     let device = DeviceDescriptor::new("arm", &axes, 1e-3, &[IMAGE, TEMPERATURES], &[]).unwrap();
-    assert!(Dimsart::<[u32; 322]>::new(device, ALL).is_err());
+    type TooSmall = memory!(Sizes { words: 322, ..Sizes::DEFAULT });
+    assert!(Dimsart::new(Box::leak(Box::new(TooSmall::new())), device, ALL).is_err());
 }

@@ -1,5 +1,6 @@
 //! Handles of modules whose words move.
 
+use dimsart_core::ProvidedMemory;
 use dimsart_core::{AxisKind, DeviceDescriptor, Dimsart, Tick, Word, scheme, types};
 use dimsart_modules::ALL;
 
@@ -24,7 +25,7 @@ fn handles_and_memories_follow_their_words_when_a_module_before_them_goes() {
     let axes = [AxisKind::Linear; 2];
     let outputs = &[types::POSITION, types::CH1_WAVES];
     let device = DeviceDescriptor::new("arm", &axes, 1e-3, outputs, &[]);
-    let mut dimsart = Dimsart::<[u32; 2048]>::new(device.unwrap(), ALL).unwrap();
+    let mut dimsart = Dimsart::new(ProvidedMemory::leaked(), device.unwrap(), ALL).unwrap();
     load(&mut dimsart, SCHEME);
     for tick in 0..8_u8 {
         if tick == 3 {

@@ -7,7 +7,7 @@ use std::sync::atomic::{AtomicU32, Ordering::Relaxed};
 
 use dimsart_core::KindId;
 use dimsart_core::Kinds;
-use dimsart_core::limits::DEFAULT_WORDS;
+use dimsart_core::ProvidedMemory;
 use dimsart_core::{
     AxisKind, Context, Cost, Costs, Counter, Declare, DeviceDescriptor, Dimsart, Input, InputLimits, Module,
     Output, OutputLimits, Packet, Parameters, SafeValue, Tick, Word, scheme, types, words,
@@ -93,8 +93,8 @@ struct Wrong {
 
 /// A mass on a slide that follows a sine.
 struct Joint {
-    dimsart: Dimsart<[u32; DEFAULT_WORDS]>,
-    sender: Dimsart<[u32; DEFAULT_WORDS]>,
+    dimsart: Dimsart,
+    sender: Dimsart,
     position_m: f32,
     velocity_m_per_s: f32,
     force_n: f32,
@@ -109,7 +109,7 @@ impl Joint {
         let device = DeviceDescriptor::new("joint", &[AxisKind::Linear], H_S, outputs, &[types::DES_FORCE]);
         let device = device.unwrap().with_limits(&[&[LIMITS]]).unwrap();
         let device = device.with_output_limits(&[SENSOR_LIMITS]).unwrap();
-        let mut dimsart = Dimsart::<[u32; DEFAULT_WORDS]>::new(device, KINDS).unwrap();
+        let mut dimsart = Dimsart::new(ProvidedMemory::leaked(), device, KINDS).unwrap();
         dimsart.engine_mut().set_costs(Some(Costs::new(&COSTS, &IDS)));
         dimsart.engine_mut().time_calls(Counter::up(COUNTER.with(|counter| *counter)), 0);
         load(
@@ -119,7 +119,7 @@ impl Joint {
              MOD_ENG MOD_ON PDCTRL_MOD\nMOD_ENG MOD_ON FAILING_MOD\nMOD_ENG MATCHING_CHECK",
         );
         let sender = DeviceDescriptor::new("joint", &[AxisKind::Linear], H_S, &[types::VELOCITY], &[]);
-        let mut sender = Dimsart::<[u32; DEFAULT_WORDS]>::new(sender.unwrap(), ALL).unwrap();
+        let mut sender = Dimsart::new(ProvidedMemory::leaked(), sender.unwrap(), ALL).unwrap();
         load(
             &mut sender,
             "COMM_TXMOD CTX_ADD_DATA VELOCITY\nMOD_ENG MOD_ON COMM_TXMOD\nMOD_ENG MATCHING_CHECK",

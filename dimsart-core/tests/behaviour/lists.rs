@@ -1,6 +1,7 @@
 //! Lists of module kinds: those of an image, several joined, and a kind that a list lacks.
 #![expect(clippy::unwrap_used, reason = "in helpers of tests as in tests")]
 
+use dimsart_core::ProvidedMemory;
 use dimsart_core::{
     AxisKind, Command, CommandError, DeviceDescriptor, Dimsart, Kinds, ModuleRef, Value, join_kinds, kinds,
     types,
@@ -10,10 +11,10 @@ use dimsart_modules::{CONTROL, P};
 const P_ALONE: Kinds = kinds![P];
 const TWO_LISTS: Kinds = join_kinds![P_ALONE, CONTROL];
 
-fn controller(list: Kinds) -> Dimsart<[u32; 512]> {
+fn controller(list: Kinds) -> Dimsart {
     let (outputs, inputs) = (&[types::POSITION, types::DES_POSITION], &[types::DES_FORCE]);
     let device = DeviceDescriptor::new("arm", &[AxisKind::Linear; 3], 1e-3, outputs, inputs);
-    Dimsart::new(device.unwrap(), list).unwrap()
+    Dimsart::new(ProvidedMemory::leaked(), device.unwrap(), list).unwrap()
 }
 
 #[test]

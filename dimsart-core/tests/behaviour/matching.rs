@@ -5,7 +5,7 @@ use std::collections::BTreeSet;
 
 use crate::common::Bench;
 use crate::common::module_at;
-use dimsart_core::limits::DEFAULT_WORDS;
+use dimsart_core::ProvidedMemory;
 use dimsart_core::{
     AxisKind, Command, CommandError, DataType, DeviceDescriptor, Dimsart, Direction, Engine, Finding, Format,
     ParameterError, Party, Shape, Summary, Unit, UnitRelation, limits, scheme, types,
@@ -15,10 +15,10 @@ use rand_core::{Rng, SeedableRng};
 
 const SIDES: &[&str] = &["master", "slave"];
 
-fn robot() -> Dimsart<[u32; DEFAULT_WORDS]> {
+fn robot() -> Dimsart {
     let axes = [AxisKind::Linear; 3];
     let device = DeviceDescriptor::new("arm", &axes, 1e-3, &[types::POSITION], &[types::DES_FORCE]);
-    Dimsart::<[u32; DEFAULT_WORDS]>::new(device.unwrap(), ALL).unwrap()
+    Dimsart::new(ProvidedMemory::leaked(), device.unwrap(), ALL).unwrap()
 }
 
 /// Loads a scheme and gives what went wrong, in words.
@@ -182,7 +182,7 @@ fn a_comm_channel_bound_to_another_format_or_shape_is_a_fault() {
 #[test]
 fn the_unit_in_a_finding_is_the_one_of_the_axes() {
     let device = DeviceDescriptor::new("arm", &[AxisKind::Rotary], 1e-3, &[types::FORCE], &[]).unwrap();
-    let mut bench: Bench = Bench { dimsart: Dimsart::<[u32; DEFAULT_WORDS]>::new(device, ALL).unwrap() };
+    let mut bench: Bench = Bench { dimsart: Dimsart::new(ProvidedMemory::leaked(), device, ALL).unwrap() };
     bench.rows("VWALL_MOD PORT_POSITION FORCE\nMOD_ENG MOD_ON VWALL_MOD");
     assert!(bench.findings()[0].contains("another unit, N·m:"), "{:?}", bench.findings());
 }

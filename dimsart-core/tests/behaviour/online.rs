@@ -2,7 +2,7 @@
 #![expect(clippy::unwrap_used, clippy::indexing_slicing, reason = "in helpers of tests as in tests")]
 
 use crate::common::IDS;
-use dimsart_core::limits::{MAX_PROGRAMS, PROGRAM_WORDS};
+use dimsart_core::limits::{PROGRAM_WORDS, Sizes};
 use dimsart_core::online::{
     Header, Instruction, LawParameter, LawRefusal, OWN_AXIS, Opcode, Program, ProgramError, seal,
 };
@@ -170,7 +170,7 @@ fn a_program_in_use_is_neither_overwritten_nor_removed() {
     assert!(bench.order("MOD_ENG MOD_ON ONLINE_MOD").is_ok(), "without a law it does nothing");
     bench.rows("ONLINE_MOD.2 PROGRAM 1");
     assert_eq!(bench.order("MOD_ENG MOD_ON ONLINE_MOD.2"), Err(CommandError::NoLaw(module("ONLINE_MOD.2"))));
-    let beyond = u8::try_from(MAX_PROGRAMS + 1).unwrap();
+    let beyond = u8::try_from(Sizes::DEFAULT.programs + 1).unwrap();
     assert_eq!(keep(&mut bench, beyond, &spring()), Err(CommandError::Law(LawRefusal::NoSuchNumber)));
     assert_eq!(keep(&mut bench, 0, &spring()), Err(CommandError::Law(LawRefusal::NoSuchNumber)));
 }

@@ -3,7 +3,7 @@
 #![expect(clippy::unwrap_used, clippy::indexing_slicing, reason = "in helpers of tests as in tests")]
 #![expect(clippy::cast_precision_loss, reason = "small by construction")]
 
-use dimsart_core::limits::DEFAULT_WORDS;
+use dimsart_core::ProvidedMemory;
 use dimsart_core::{
     Accepts, AxisKind, Command, DeviceDescriptor, Dimsart, Direction, Engine, ModuleRef, PortSpec, Tick,
     TypeRef, Value, Word, types,
@@ -33,7 +33,7 @@ enum Copied {
 impl Case {
     fn ports(&self) -> Vec<PortSpec> {
         let none = DeviceDescriptor::new("none", &[AxisKind::Linear; DOF], H, &[], &[]).unwrap();
-        let mut engine = Engine::<[u32; DEFAULT_WORDS]>::new(none, ALL);
+        let mut engine = Engine::new(ProvidedMemory::leaked(), none, ALL);
         for (parameter, value) in &self.settings {
             let _ = engine.command(Command::set(self.module, *parameter, *value));
         }
@@ -41,12 +41,12 @@ impl Case {
     }
 
     /// None where the matching check refuses it.
-    fn scheme(&self, copied: Option<Copied>) -> Option<Dimsart<[u32; DEFAULT_WORDS]>> {
+    fn scheme(&self, copied: Option<Copied>) -> Option<Dimsart> {
         let ports = self.ports();
         let (measured, bindings) = surroundings_of(&ports);
         let device =
             DeviceDescriptor::new("bench", &[AxisKind::Linear; DOF], H, measured.leak(), &[]).unwrap();
-        let mut dimsart = Dimsart::<[u32; DEFAULT_WORDS]>::new(device, ALL).unwrap();
+        let mut dimsart = Dimsart::new(ProvidedMemory::leaked(), device, ALL).unwrap();
         for (parameter, value) in &self.settings {
             let _ = dimsart.command(Command::set(self.module, *parameter, *value));
         }
@@ -77,7 +77,7 @@ impl Case {
     }
 
     /// What the module writes in each tick; where a port is late, its input comes a tick later than the others.
-    fn run(&self, mut dimsart: Dimsart<[u32; DEFAULT_WORDS]>, late: Option<usize>) -> Vec<Vec<u32>> {
+    fn run(&self, mut dimsart: Dimsart, late: Option<usize>) -> Vec<Vec<u32>> {
         let ports = self.ports();
         let (measured, bindings) = surroundings_of(&ports);
         let words = dimsart.frame().output_words();

@@ -126,7 +126,7 @@ fn a_budget_is_in_cycles_whatever_the_counter_counts() {
 fn one_that_is_cut_out_is_in_the_log_once_though_the_device_goes_on() {
     static LOG: EventLog = EventLog::new();
     let mut bench = bench();
-    let mut info = DeviceInfo::new("").with_events(&LOG);
+    let mut info: DeviceInfo = DeviceInfo::new("").with_events(&LOG);
     set_cycles(&mut bench, 3, BUDGET + 1);
     for _ in 0..3 {
         let (tick, _) = bench.try_tick(&[1.0_f32.into(); 2]);

@@ -3,7 +3,7 @@
 
 use crate::common::Bench;
 use dimsart_core::Kinds;
-use dimsart_core::limits::DEFAULT_WORDS;
+use dimsart_core::ProvidedMemory;
 use dimsart_core::{Accepted, ParameterText};
 use dimsart_core::{
     Command, CommandError, Context, Declare, Dimsart, Entries, Input, Module, ModuleRef, Output,
@@ -231,6 +231,6 @@ fn every_kind_of_parameter_describes_itself() {
 #[test]
 fn a_controller_without_the_module_has_none_of_its_parameters() {
     let device = bench().dimsart.engine().device().clone();
-    let mut dimsart = Dimsart::<[u32; DEFAULT_WORDS]>::new(device, FEEDBACKS).unwrap();
+    let mut dimsart = Dimsart::new(ProvidedMemory::leaked(), device, FEEDBACKS).unwrap();
     assert_eq!(dimsart.engine_mut().get(MODULE, 0, 0), Err(CommandError::NotPluggedIn(MODULE)));
 }

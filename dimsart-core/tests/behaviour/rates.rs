@@ -4,7 +4,7 @@
 
 use std::collections::BTreeMap;
 
-use dimsart_core::limits::DEFAULT_WORDS;
+use dimsart_core::ProvidedMemory;
 use dimsart_core::{
     AxisKind, Command, DeviceDescriptor, Dimsart, Direction, EVERY_TICKS, ModuleRef, Observer, Tick, Value,
     Word, types,
@@ -37,17 +37,12 @@ fn calls(dimsart: &mut Dimsart) -> u32 {
 }
 
 /// One module alone, on random parameters.
-fn alone(
-    module: ModuleRef,
-    every_ticks: u8,
-    period_s: f32,
-    seed: u64,
-) -> Option<Dimsart<[u32; DEFAULT_WORDS]>> {
+fn alone(module: ModuleRef, every_ticks: u8, period_s: f32, seed: u64) -> Option<Dimsart> {
     let mut random = Pcg32::seed_from_u64(seed);
     let (measured, bindings) = surroundings(module);
     let axes = &[AxisKind::Linear; DOF];
     let device = DeviceDescriptor::new("bench", axes, period_s, measured.leak(), &[]).unwrap();
-    let mut dimsart = Dimsart::<[u32; DEFAULT_WORDS]>::new(device, ALL).unwrap();
+    let mut dimsart = Dimsart::new(ProvidedMemory::leaked(), device, ALL).unwrap();
     for (port, signal) in bindings {
         dimsart.command(Command::bind(module, port, signal)).unwrap();
     }
@@ -224,7 +219,7 @@ const MEASURED: Types = &[types::POSITION, types::CH2_WAVES, types::FAR_POSITION
 /// The scheme on a device of this period, each of its modules at its own rate.
 fn scheme(modules: &[&str], period_s: f32, rates: &[u8]) -> (Bench, Vec<String>) {
     let device = DeviceDescriptor::new("bench", &[AxisKind::Rotary; DOF], period_s, MEASURED, &[]).unwrap();
-    let mut bench = Bench { dimsart: Dimsart::<[u32; DEFAULT_WORDS]>::new(device, ALL).unwrap() };
+    let mut bench = Bench { dimsart: Dimsart::new(ProvidedMemory::leaked(), device, ALL).unwrap() };
     for (rows, every_ticks) in modules.iter().zip(rates) {
         let name = rows.split(' ').next().unwrap();
         bench.rows(&format!("{rows}\n{name} EVERY_TICKS {every_ticks}\nMOD_ENG MOD_ON {name}"));

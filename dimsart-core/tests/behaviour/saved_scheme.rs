@@ -4,7 +4,7 @@
 use crate::common::module_at;
 use crate::common::{self, Bench, words};
 use dimsart_core::KindId;
-use dimsart_core::limits::DEFAULT_WORDS;
+
 use dimsart_core::{
     Accepts, Command, CommandError, Context, Declare, Dimsart, EVERY_TICKS, Entries, Module, ModuleRef,
     Parameters, TypeRef, Unit, Value, types, words,
@@ -153,7 +153,7 @@ fn reload(bytes: &[u8], dimsart: &mut Dimsart) -> Result<(), LoadError> {
 }
 
 /// One side of the shipped scheme.
-fn shipped() -> Dimsart<[u32; DEFAULT_WORDS]> {
+fn shipped() -> Dimsart {
     let mut bench = Bench::of(3, &[types::POSITION], &[types::DES_FORCE]);
     let sides = &["master", "slave"];
     let failed = dimsart_core::scheme::load(SCHEME, "master", sides, &mut bench.dimsart, |_| {});
@@ -161,7 +161,7 @@ fn shipped() -> Dimsart<[u32; DEFAULT_WORDS]> {
     bench.dimsart
 }
 
-fn empty() -> Dimsart<[u32; DEFAULT_WORDS]> {
+fn empty() -> Dimsart {
     Bench::of(3, &[types::POSITION], &[types::DES_FORCE]).dimsart
 }
 

@@ -1,7 +1,7 @@
 //! Sensors with limits: what they cannot show is refused in that very tick, and never what they can.
 #![expect(clippy::unwrap_used, clippy::indexing_slicing, reason = "in helpers of tests as in tests")]
 
-use dimsart_core::limits::DEFAULT_WORDS;
+use dimsart_core::ProvidedMemory;
 use dimsart_core::{
     AxisKind, Command, DataType, DescriptorError, DeviceDescriptor, Dimsart, DriveState, Format, FrameError,
     OutputLimits, Reason, Shape, Tick, Unit, Word, types,
@@ -23,7 +23,7 @@ fn device() -> DeviceDescriptor {
 
 /// A P controller at the device with limits of its positions, and none of its forces.
 struct Arm {
-    dimsart: Dimsart<[u32; DEFAULT_WORDS]>,
+    dimsart: Dimsart,
     position_m: [f32; DOF],
     measured_n: f32,
 }
@@ -31,7 +31,7 @@ struct Arm {
 impl Arm {
     fn new() -> Self {
         let mut dimsart =
-            Dimsart::<[u32; DEFAULT_WORDS]>::new(device().with_output_limits(&[LIMITS]).unwrap(), ALL)
+            Dimsart::new(ProvidedMemory::leaked(), device().with_output_limits(&[LIMITS]).unwrap(), ALL)
                 .unwrap();
         let p = dimsart_modules::ALL.module("PCTRL_MOD").unwrap();
         dimsart.command(Command::bind(p, 1, types::POSITION.first())).unwrap();

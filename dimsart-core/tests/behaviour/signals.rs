@@ -3,7 +3,7 @@
 #![expect(clippy::cast_possible_truncation, clippy::float_cmp, reason = "rounded and compared on purpose")]
 
 use crate::common::{Alone, Bench, H, assert_close};
-use dimsart_core::limits::DEFAULT_WORDS;
+use dimsart_core::ProvidedMemory;
 use dimsart_core::{scheme, types};
 use dimsart_modules::ALL;
 use rand_core::{Rng, SeedableRng};
@@ -110,7 +110,7 @@ fn a_slow_signal_keeps_its_frequency() {
 fn a_generator_never_waits_however_long_the_sample_period() {
     use dimsart_core::{AxisKind, DeviceDescriptor, Dimsart};
     let device = DeviceDescriptor::new("slow", &[AxisKind::Linear], 1e9, &[], &[]).unwrap();
-    let mut bench: Bench = Bench { dimsart: Dimsart::<[u32; DEFAULT_WORDS]>::new(device, ALL).unwrap() };
+    let mut bench: Bench = Bench { dimsart: Dimsart::new(ProvidedMemory::leaked(), device, ALL).unwrap() };
     bench.run(
         "SIGGEN_MOD FORM STEP\nSIGGEN_MOD AMPLITUDE 1\nSIGGEN_MOD FREQUENCY 10000\nMOD_ENG MOD_ON SIGGEN_MOD",
     );

@@ -2,19 +2,16 @@
 
 use serde::{Deserialize, Serialize};
 
+use super::LawAction;
 use super::heartbeat::Heartbeat;
 use super::lease::Lease;
-use super::response::Refusal;
-use super::telemetry::{Sample, Streams, Wanted};
+use super::response::{Refusal, Response};
+use super::serve::{answer_law, refuse_law};
+use super::telemetry::{MAX_TELEMETRY_SIGNALS, Sample, Stream, Wanted};
 use crate::event_log::{Event, EventKind, EventLog};
-use dimsart_core::DataBase;
-use dimsart_core::Dimsart;
-use dimsart_core::Finding;
-use dimsart_core::FrameError;
-use dimsart_core::ModuleRef;
-use dimsart_core::Timing;
-use dimsart_core::{DriveFault, Reason, Tick};
-use dimsart_core::{FaultCause, ModuleFault};
+use dimsart_core::{
+    DataBase, Dimsart, Engine, FaultCause, Finding, FrameError, ModuleFault, Reason, Tick, Timing,
+};
 
 const LEASES_PER_S: u32 = 5;
 /// Telemetry ends when its client has been silent for so long.
@@ -26,47 +23,18 @@ const PATIENCE_S: u32 = 5;
 #[non_exhaustive]
 pub enum Blocked {
     /// The scheme does not match; this is its first fault.
-    Fault(Finding),
-    /// The scheme matches, or is empty, and waits for `MATCHING_CHECK`.
-    Stopped,
-    /// The scheme runs and the last measurement was refused.
-    Measurement(FrameError),
-    /// The scheme runs and its last command to the device was refused.
-    Command(FrameError),
-    /// The scheme runs and nobody holds the [lease](super::Lease).
-    Disarmed,
-    /// The scheme runs and nothing has come over a link for too long, until a reset.
-    LinkLost {
-        /// The link.
-        link: u8,
-    },
-    /// The scheme runs, and a module that the device depends on has failed, until a reset.
-    Module(ModuleRef),
-    /// The scheme runs, and what it is commanded by from outside is [too old](dimsart_core::Dimsart::hold_back).
-    Late,
-    /// The scheme runs, and the bridge of the device's drive is off, until a reset if it was moved before.
-    Drive(DriveFault),
-    /// The scheme runs, and no packet has come over a link since it started or was reset: until the first one.
-    LinkDown {
-        /// The link.
-        link: u8,
-    },
+    Mismatch(Finding),
+    /// The outcome of the last tick, which is not [`Tick::Ran`].
+    Tick(Tick),
 }
 
 impl Blocked {
-    /// Its reason in numbers: what the [safety stage](dimsart_core::Safety) says of such a tick.
+    /// Its number and texts.
     #[must_use]
     pub const fn reason(&self) -> Reason {
         match self {
-            Self::Fault(_) | Self::Stopped => Reason::Stopped,
-            Self::Measurement(_) => Reason::MeasurementRefused,
-            Self::Command(_) => Reason::CommandRefused,
-            Self::Disarmed => Reason::Disarmed,
-            Self::LinkLost { .. } => Reason::LinkLost,
-            Self::LinkDown { .. } => Reason::LinkDown,
-            Self::Late => Reason::CommandsLate,
-            Self::Module(_) => Reason::ModuleFailed,
-            Self::Drive(fault) => fault.reason(),
+            Self::Mismatch(_) => Reason::Stopped,
+            Self::Tick(tick) => tick.reason(),
         }
     }
 }
@@ -82,9 +50,10 @@ pub struct FirstFault {
 }
 
 /// What whoever calls [`Dimsart::tick`](dimsart_core::Dimsart::tick) keeps beside it: the image's name, what its ticks
-/// came to, and what its clients may do.
+/// came to, and what its clients may do. Its creator chooses how many streams of telemetry there are: one for each client,
+/// or for each part of what a client looks at.
 #[derive(Debug, Clone, Copy)]
-pub struct DeviceInfo {
+pub struct DeviceInfo<const STREAMS: usize = 1> {
     pub(super) image: &'static str,
     pub(super) ticks: u64,
     /// Why the last tick did not command the device.
@@ -92,7 +61,6 @@ pub struct DeviceInfo {
     pub(super) first_fault: Option<FirstFault>,
     pub(super) timing: Option<Timing>,
     pub(super) lease: Lease,
-    telemetry: Streams,
     /// What a client may be silent for; 0 where nothing is sent unsolicited.
     patience_ticks: u32,
     pub(super) events: Option<&'static EventLog>,
@@ -101,9 +69,12 @@ pub struct DeviceInfo {
     failed: u32,
     /// Number of the last event of the board's CAN bus.
     bus: u8,
+    /// A pointer, so that an image without laws has nothing of the answers.
+    pub(super) answer_law: fn(&Engine, LawAction) -> Response<'static>,
+    streams: [Stream; STREAMS],
 }
 
-impl DeviceInfo {
+impl<const STREAMS: usize> DeviceInfo<STREAMS> {
     /// An image before its first tick. `image` tells it from every other one, for example by board,
     /// version and commit; a host may remember descriptions by it. At most 100 bytes.
     ///
@@ -113,16 +84,17 @@ impl DeviceInfo {
         Self {
             image,
             ticks: 0,
-            blocked: Some(Blocked::Stopped),
+            blocked: Some(Blocked::Tick(Tick::Idle)),
             first_fault: None,
             timing: None,
             lease: Lease::new(0),
-            telemetry: Streams::NONE,
             patience_ticks: 0,
             events: None,
             reason: Some(Reason::Stopped),
             failed: 0,
             bus: EventKind::BusJoined as u8,
+            answer_law: refuse_law,
+            streams: [Stream::NONE; STREAMS],
         }
     }
 
@@ -130,6 +102,12 @@ impl DeviceInfo {
     #[must_use]
     pub const fn with_events(self, events: &'static EventLog) -> Self {
         Self { events: Some(events), ..self }
+    }
+
+    /// With answers to [questions about laws](super::Request::Law), for a controller that can run them.
+    #[must_use]
+    pub const fn with_laws(self) -> Self {
+        Self { answer_law, ..self }
     }
 
     /// With telemetry, and motion for the client alone that holds a lease of 200 ms.
@@ -177,20 +155,9 @@ impl DeviceInfo {
             self.log_tick(tick, faults);
             (self.reason, self.failed) = (reason, failed);
         }
-        self.blocked = match tick {
-            Tick::Ran => None,
-            Tick::Idle => Some(Blocked::Stopped),
-            Tick::MeasurementRefused(error) => Some(Blocked::Measurement(error)),
-            Tick::CommandRefused(error) => Some(Blocked::Command(error)),
-            Tick::Disarmed => Some(Blocked::Disarmed),
-            Tick::LinkLost { link } => Some(Blocked::LinkLost { link }),
-            Tick::LinkDown { link } => Some(Blocked::LinkDown { link }),
-            Tick::CommandsLate => Some(Blocked::Late),
-            Tick::ModuleFailed(module) => Some(Blocked::Module(module)),
-            Tick::DriveFailed(fault) => Some(Blocked::Drive(fault)),
-        };
+        self.blocked = (tick != Tick::Ran).then_some(Blocked::Tick(tick));
         // Who is armed waits for a link's first packet: a peer that starts later is no fault.
-        let failed = self.trouble().filter(|reason| !matches!(reason, Blocked::LinkDown { .. }));
+        let failed = self.trouble().filter(|reason| reason.reason() != Reason::LinkDown);
         if failed.is_some() {
             // Motion takes a reset and a new lease.
             self.lease.end();
@@ -245,7 +212,8 @@ impl DeviceInfo {
     /// who has the line.
     #[must_use]
     pub fn heartbeat(&self, dropped: u32) -> Heartbeat {
-        let Self { ticks, blocked, first_fault, lease, .. } = *self;
+        let Self { ticks, blocked, first_fault, lease, .. } = self;
+        let (ticks, blocked, first_fault) = (*ticks, *blocked, *first_fault);
         let events = self.events.map_or(0, EventLog::last);
         Heartbeat { ticks, blocked, first_fault, lease: lease.status(), dropped, damaged: 0, events }
     }
@@ -253,20 +221,22 @@ impl DeviceInfo {
     /// Telemetry of the tick that has ended, as far as it is due.
     pub fn samples<'a>(&'a mut self, data_base: &'a DataBase) -> impl Iterator<Item = Sample> {
         let tick = u32::try_from(self.ticks & u64::from(u32::MAX)).unwrap_or_default();
-        self.telemetry.samples(tick, data_base)
+        self.streams.iter_mut().filter_map(move |stream| stream.sample(tick, data_base))
     }
 
     pub(super) fn hear(&mut self, id: u16) {
-        self.telemetry.hear(id, self.patience_ticks);
+        self.streams.iter_mut().for_each(|stream| stream.hear(id, self.patience_ticks));
     }
 
     pub(super) fn send(&mut self, wanted: Wanted, data_base: &DataBase) -> Result<u8, Refusal> {
-        self.telemetry.ask(wanted, self.patience_ticks, data_base)
+        let place = usize::from(wanted.place);
+        let stream = self.streams.get_mut(place / MAX_TELEMETRY_SIGNALS).ok_or(Refusal::TooLong)?;
+        stream.ask(wanted, place % MAX_TELEMETRY_SIGNALS, self.patience_ticks, data_base)
     }
 
     /// Why a scheme that runs does not command the device in the next tick, as far as can be told.
     pub(super) fn keeps_still(&self) -> Option<Blocked> {
-        self.trouble().or_else(|| (!self.lease.is_armed()).then_some(Blocked::Disarmed))
+        self.trouble().or_else(|| (!self.lease.is_armed()).then_some(Blocked::Tick(Tick::Disarmed)))
     }
 
     /// Takes note of a reset: what has failed may work again, and is told anew where it does not.
@@ -278,7 +248,6 @@ impl DeviceInfo {
 
     /// What was wrong with the last tick.
     fn trouble(&self) -> Option<Blocked> {
-        let is_state = |reason: &Blocked| matches!(reason, Blocked::Stopped | Blocked::Disarmed);
-        self.blocked.filter(|reason| !is_state(reason))
+        self.blocked.filter(|blocked| blocked.reason().is_fault())
     }
 }

@@ -96,7 +96,7 @@ pub enum Request {
     Telemetry {
         /// Place of the signal in a sample: the first of a stream's
         /// [`MAX_TELEMETRY_SIGNALS`](super::MAX_TELEMETRY_SIGNALS) begins it anew, every other one adds to what it sends.
-        /// There are [`TELEMETRY_STREAMS`](dimsart_core::limits::TELEMETRY_STREAMS).
+        /// There are as many streams as the controller's creator has chosen.
         place: u8,
         /// Which signal.
         signal: TypeRef,

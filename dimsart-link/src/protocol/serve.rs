@@ -19,22 +19,30 @@ use dimsart_core::DeviceDescriptor;
 use dimsart_core::Dimsart;
 use dimsart_core::Format;
 use dimsart_core::Unit;
-use dimsart_core::limits::MAX_PROGRAMS;
 use dimsart_core::parameter::Value;
-use dimsart_core::{Engine, type_at};
+use dimsart_core::{Engine, Tick, type_at};
 
 /// Carries out the request with this id, between two ticks; see [Time](super#time) for what it costs.
 #[must_use]
-pub fn serve(id: u16, request: &Request, dimsart: &mut Dimsart, info: &mut DeviceInfo) -> Response<'static> {
-    respond(id, request, dimsart, info).unwrap_or_else(Response::Refused)
+pub fn serve<const STREAMS: usize>(
+    id: u16,
+    request: &Request,
+    dimsart: &mut Dimsart,
+    info: &mut DeviceInfo<STREAMS>,
+) -> Response<'static> {
+    info.hear(id);
+    match *request {
+        Request::Law(action) => (info.answer_law)(dimsart.engine(), action),
+        _ => respond(id, request, dimsart, info).unwrap_or_else(Response::Refused),
+    }
 }
 
 /// As [`serve`], of the content of a frame: the id and what is to be answered. None when it is not a request.
 #[must_use]
-pub fn serve_content(
+pub fn serve_content<const STREAMS: usize>(
     content: &[u8],
     dimsart: &mut Dimsart,
-    info: &mut DeviceInfo,
+    info: &mut DeviceInfo<STREAMS>,
 ) -> Option<(u16, Response<'static>)> {
     match decode_request(content) {
         Ok((id, request)) => Some((id, serve(id, &request, dimsart, info))),
@@ -49,23 +57,22 @@ pub fn serve_content(
 /// # Errors
 /// [`NoRoom`] when `out` is too small; [`MAX_FRAME_BYTES`](super::MAX_FRAME_BYTES) are enough. The
 /// request has been carried out all the same.
-pub fn answer<'o>(
+pub fn answer<'o, const STREAMS: usize>(
     content: &[u8],
     dimsart: &mut Dimsart,
-    info: &mut DeviceInfo,
+    info: &mut DeviceInfo<STREAMS>,
     out: &'o mut [u8],
 ) -> Result<Option<&'o [u8]>, NoRoom> {
     let Some((id, response)) = serve_content(content, dimsart, info) else { return Ok(None) };
     encode_response(&response, id, out).map(Some)
 }
 
-fn respond(
+fn respond<const STREAMS: usize>(
     id: u16,
     request: &Request,
     dimsart: &mut Dimsart,
-    info: &mut DeviceInfo,
+    info: &mut DeviceInfo<STREAMS>,
 ) -> Result<Response<'static>, Refusal> {
-    info.hear(id);
     if request.is_change() {
         info.lease.admit(client_of(id))?;
     }
@@ -135,19 +142,14 @@ fn respond(
             action.admit(client_of(id), &info.lease, engine.is_running())?;
             return Err(Refusal::NotThere);
         }
-        // None in an image without laws: nothing of it is there.
-        Request::Law(_) if MAX_PROGRAMS == 0 => return Err(Refusal::NotUnderstood),
-        Request::Law(LawAction::Read { number, from }) => {
-            Response::Signal(found(words_of_law(engine, number, from))?)
-        }
-        Request::Law(LawAction::Look { number }) => Response::Law(found(engine.law(number))?),
         Request::Restart => {
             return Err(match info.lease.status().holder {
                 NOBODY => Refusal::NotThere,
                 holder => Refusal::Lease { holder },
             });
         }
-        Request::Key(_) => return Err(Refusal::NotUnderstood),
+        // Laws are asked for in `serve`.
+        Request::Key(_) | Request::Law(_) => return Err(Refusal::NotUnderstood),
         Request::Cycles { .. } => return Err(Refusal::NotThere),
         Request::Lease(LeaseAction::Take | LeaseAction::Renew) if state.is_fault() => {
             return Err(Refusal::Fault(dimsart.safety().reason().number()));
@@ -165,7 +167,10 @@ fn found<T>(item: Option<T>) -> Result<T, Refusal> {
     item.ok_or(Refusal::NotThere)
 }
 
-fn identity(device: &DeviceDescriptor, info: &DeviceInfo) -> Identity<'static> {
+fn identity<const STREAMS: usize>(
+    device: &DeviceDescriptor,
+    info: &DeviceInfo<STREAMS>,
+) -> Identity<'static> {
     Identity {
         protocol_version: PROTOCOL_VERSION,
         device: device.name(),
@@ -181,7 +186,11 @@ fn instance(engine: &Engine, index: u8) -> Option<InstanceText> {
     Some(InstanceText { module, place })
 }
 
-fn carry_out(command: Command, dimsart: &mut Dimsart, info: &mut DeviceInfo) -> Effect {
+fn carry_out<const STREAMS: usize>(
+    command: Command,
+    dimsart: &mut Dimsart,
+    info: &mut DeviceInfo<STREAMS>,
+) -> Effect {
     if matches!(command, Command::Stop) {
         // Motion after a STOP requires arming.
         info.end_lease();
@@ -210,11 +219,11 @@ fn carry_out(command: Command, dimsart: &mut Dimsart, info: &mut DeviceInfo) -> 
     Effect { refused, blocked: blocked(engine, info), value, is_in_transaction: engine.is_in_transaction() }
 }
 
-fn blocked(engine: &Engine, info: &DeviceInfo) -> Option<Blocked> {
+fn blocked<const STREAMS: usize>(engine: &Engine, info: &DeviceInfo<STREAMS>) -> Option<Blocked> {
     if engine.is_running() {
         return info.keeps_still();
     }
-    Some(engine.first_fault().map_or(Blocked::Stopped, Blocked::Fault))
+    Some(engine.first_fault().map_or(Blocked::Tick(Tick::Idle), Blocked::Mismatch))
 }
 
 /// As many words of a slot as fit, from one of them on.
@@ -225,10 +234,21 @@ fn words(data_base: &DataBase, slot: u8, from: u16) -> Option<SignalText> {
     text_of(data_base.words(slot), from, format, unit)
 }
 
-/// As many words of a program as fit, from one of them on.
-fn words_of_law(engine: &Engine, number: u8, from: u8) -> Option<SignalText> {
-    let (_, program) = engine.programs().find(|(found, _)| *found == number)?;
-    text_of(program.words(), from.into(), Format::U32, Unit::One)
+/// What is asked about a law. Of a [program](LawAction::Read) as many words as fit, from one of them on.
+pub(super) fn answer_law(engine: &Engine, action: LawAction) -> Response<'static> {
+    let answer = match action {
+        LawAction::Read { number, from } => engine
+            .law_words(number)
+            .and_then(|words| text_of(words, from.into(), Format::U32, Unit::One))
+            .map(Response::Signal),
+        LawAction::Look { number } => engine.law(number).map(Response::Law),
+    };
+    answer.unwrap_or(Response::Refused(Refusal::NotThere))
+}
+
+/// The same of a controller without laws.
+pub(super) fn refuse_law(_: &Engine, _: LawAction) -> Response<'static> {
+    Response::Refused(Refusal::NotUnderstood)
 }
 
 fn text_of(words: &[u32], from: u16, format: Format, unit: Unit) -> Option<SignalText> {
@@ -249,6 +269,7 @@ mod tests {
     use super::*;
     use dimsart_core::AxisKind;
     use dimsart_core::Kinds;
+    use dimsart_core::ProvidedMemory;
     use dimsart_core::envelope::Class;
 
     const LONG: &str = match core::str::from_utf8(&[b'x'; 256]) {
@@ -256,9 +277,9 @@ mod tests {
         Err(_) => "",
     };
 
-    fn controller() -> Dimsart<[u32; 2048]> {
+    fn controller() -> Dimsart {
         let device = DeviceDescriptor::new("arm", &[AxisKind::Linear], 1e-3, &[], &[]);
-        Dimsart::new(device.unwrap(), Kinds::NONE).unwrap()
+        Dimsart::new(ProvidedMemory::leaked(), device.unwrap(), Kinds::NONE).unwrap()
     }
 
     fn content(frame: &[u8]) -> std::vec::Vec<u8> {
@@ -277,7 +298,7 @@ mod tests {
             _ => unreachable!(),
         };
         let request = content(&frame[..length.ok().unwrap()]);
-        let mut info = DeviceInfo::new(LONG);
+        let mut info: DeviceInfo = DeviceInfo::new(LONG);
         Ok(answer(&request, &mut controller(), &mut info, out)?.map(content).unwrap_or_default())
     }
 

@@ -16,7 +16,6 @@ use super::response::Refusal;
 use dimsart_core::DataBase;
 use dimsart_core::TypeRef;
 use dimsart_core::envelope::{Class, HEADER_BYTES, MAX_CONTENT_BYTES, parse};
-use dimsart_core::limits::TELEMETRY_STREAMS;
 
 /// Most signals of one stream.
 pub const MAX_TELEMETRY_SIGNALS: usize = 4;
@@ -86,43 +85,10 @@ pub(super) struct Wanted {
     pub(super) every_ticks: u32,
 }
 
-/// All that is sent. Places beyond the first stream's are the next one's.
+/// Signals that are sent to one client at a time, until it stops them or has been silent for long. Places beyond those of one
+/// stream are the next one's.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) struct Streams([Subscription; TELEMETRY_STREAMS]);
-
-impl Streams {
-    pub(super) const NONE: Self = Self([Subscription::NONE; TELEMETRY_STREAMS]);
-
-    /// Does what a client asks for; the words of a sample.
-    pub(super) fn ask(
-        &mut self,
-        wanted: Wanted,
-        patience_ticks: u32,
-        data_base: &DataBase,
-    ) -> Result<u8, Refusal> {
-        let place = usize::from(wanted.place);
-        let stream = self.0.get_mut(place / MAX_TELEMETRY_SIGNALS).ok_or(Refusal::TooLong)?;
-        stream.ask(wanted, place % MAX_TELEMETRY_SIGNALS, patience_ticks, data_base)
-    }
-
-    /// Takes note that a client is there.
-    pub(super) fn hear(&mut self, id: u16, patience_ticks: u32) {
-        self.0.iter_mut().for_each(|stream| stream.hear(id, patience_ticks));
-    }
-
-    /// Counts a tick; the samples that are due.
-    pub(super) fn samples<'a>(
-        &'a mut self,
-        tick: u32,
-        data_base: &'a DataBase,
-    ) -> impl Iterator<Item = Sample> {
-        self.0.iter_mut().filter_map(move |stream| stream.sample(tick, data_base))
-    }
-}
-
-/// What is sent, and to whom: one client at a time, until it stops it or has been silent for long.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-struct Subscription {
+pub(super) struct Stream {
     /// Of the request; 0 when there is none.
     id: u16,
     signals: [Option<TypeRef>; MAX_TELEMETRY_SIGNALS],
@@ -133,8 +99,8 @@ struct Subscription {
     patience_ticks: u32,
 }
 
-impl Subscription {
-    const NONE: Self = Self {
+impl Stream {
+    pub(super) const NONE: Self = Self {
         id: 0,
         signals: [None; MAX_TELEMETRY_SIGNALS],
         words: 0,
@@ -144,7 +110,7 @@ impl Subscription {
     };
 
     /// Does what a client asks for; the words of a sample.
-    fn ask(
+    pub(super) fn ask(
         &mut self,
         wanted: Wanted,
         place: usize,
@@ -178,14 +144,14 @@ impl Subscription {
     }
 
     /// Takes note that a client is there.
-    fn hear(&mut self, id: u16, patience_ticks: u32) {
+    pub(super) fn hear(&mut self, id: u16, patience_ticks: u32) {
         if client_of(id) == client_of(self.id) {
             self.patience_ticks = patience_ticks;
         }
     }
 
     /// Counts a tick; a sample when one is due.
-    fn sample(&mut self, tick: u32, data_base: &DataBase) -> Option<Sample> {
+    pub(super) fn sample(&mut self, tick: u32, data_base: &DataBase) -> Option<Sample> {
         if self.id == 0 {
             return None;
         }

@@ -9,7 +9,7 @@ use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
 use clap::Args;
-use dimsart_core::limits::{DEFAULT_WORDS, MAX_LINKS, Sizes};
+use dimsart_core::limits::{MAX_LINKS, Sizes};
 use dimsart_core::{DeviceDescriptor, Dimsart, Usage};
 use dimsart_modules::ALL;
 use serde::Serialize;
@@ -102,7 +102,7 @@ impl Check {
         if self.json {
             writeln!(out, "{}", serde_json::to_string(&verdicts)?)?;
         } else {
-            let sizes = target.map_or(Sizes::BOARD, |target| target.board.sizes);
+            let sizes = target.map_or(Sizes::DEFAULT, |target| target.board.sizes);
             verdicts.iter().try_for_each(|verdict| self.print(verdict, sizes, out))?;
         }
         let is_sound = verdicts.iter().all(|verdict| verdict.matches);
@@ -181,7 +181,7 @@ impl Check {
         let judge = |mut controller: LoadedController| {
             let LoadedController { name, dimsart, loaded, .. } = &mut controller;
             // Without a board, as large as one of the usual size: what passes here fits there.
-            let most_words = target.map_or(DEFAULT_WORDS, |target| target.board.words);
+            let most_words = target.map_or(Sizes::DEFAULT.words, |target| target.board.sizes.words);
             if let Some(Ok(limit)) = target.map(|target| &target.limit) {
                 dimsart.engine_mut().set_costs(Some(limit.costs));
             }
@@ -220,15 +220,11 @@ fn check(
     device: DeviceDescriptor,
     target: Option<&Target>,
 ) -> Result<Verdict, Box<dyn Error>> {
-    let Some(found) = target else {
-        // As large as on a board of the usual size: what passes here fits there.
-        let mut dimsart =
-            Dimsart::<[u32; DEFAULT_WORDS]>::new(device, ALL).map_err(dimsart_core::CommandError::from)?;
-        return Ok(check_on(&mut dimsart, scheme, side, DEFAULT_WORDS, target));
-    };
-    // More than there is on any board, so that it is known how much too much a scheme takes.
+    // More than there is on any board, so that it is known how much too much a scheme takes. Without a board, it is to fit on
+    // one of the usual size.
+    let sizes = target.map_or(Sizes::DEFAULT, |target| target.board.sizes);
     let dimsart = SimulatedDimsart::new(device, ALL).map_err(dimsart_core::CommandError::from)?;
-    Ok(check_on(&mut Box::new(dimsart), scheme, side, found.board.words, target))
+    Ok(check_on(&mut Box::new(dimsart), scheme, side, sizes.words, target))
 }
 
 fn check_on(

@@ -2,7 +2,7 @@
 
 use std::error::Error;
 
-use dimsart_core::{CommandError, Dimsart};
+use dimsart_core::CommandError;
 use dimsart_modules::ALL;
 
 use super::UsageError;
@@ -22,7 +22,7 @@ pub(super) fn side_of_scheme(
     scheme: &SchemeText,
     side: &'static str,
     dof: Option<usize>,
-) -> Result<Box<Dimsart>, Box<dyn Error>> {
+) -> Result<Box<SimulatedDimsart>, Box<dyn Error>> {
     let device = device(side, dof.unwrap_or(DOF), PERIOD_S)?;
     let mut dimsart = Box::new(SimulatedDimsart::new(device, ALL).map_err(CommandError::from)?);
     let loaded = schemes::load(scheme, side, &[], &mut dimsart);

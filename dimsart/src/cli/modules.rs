@@ -8,7 +8,7 @@ use std::process::ExitCode;
 
 use clap::Args;
 use dimsart_core::ParameterText;
-use dimsart_core::limits::DEFAULT_WORDS;
+use dimsart_core::ProvidedMemory;
 use dimsart_core::scheme::switch;
 use dimsart_core::{
     Accepts, AxisKind, Direction, Engine, Kind, ModuleRef, Parameter, PortSpec, Unit, UnitRelation, Value,
@@ -151,7 +151,7 @@ impl Modules {
         if self.markdown && self.name.is_none() {
             write!(out, "{MARKDOWN_HEAD}")?;
         }
-        let mut engine = Engine::<[u32; DEFAULT_WORDS]>::new(device("device", 1, 1e-3)?, ALL);
+        let mut engine = Engine::new(ProvidedMemory::leaked(), device("device", 1, 1e-3)?, ALL);
         let is_wanted =
             |kind: &Kind| self.name.as_deref().is_none_or(|name| [kind.name, group(kind)].contains(&name));
         let wanted = ALL.list().iter().filter(|kind| is_wanted(kind));

@@ -172,6 +172,7 @@ fn advice(path: &Path, error: &io::Error) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use dimsart_core::ProvidedMemory;
     use dimsart_core::{AxisKind, Command, DeviceDescriptor, Dimsart, Tick, Value, Word, types};
 
     /// What an engineer who registers the template gets.
@@ -183,7 +184,7 @@ mod tests {
         let measured = &[types::POSITION, types::DES_POSITION];
         let device =
             DeviceDescriptor::new("arm", &[AxisKind::Linear; 2], 1e-3, measured, &[types::DES_FORCE]);
-        let mut dimsart = Dimsart::<[u32; 512]>::new(device.unwrap(), WITH_TEMPLATE).unwrap();
+        let mut dimsart = Dimsart::new(ProvidedMemory::leaked(), device.unwrap(), WITH_TEMPLATE).unwrap();
         let module = WITH_TEMPLATE.module("TEMPLATE_MOD").unwrap();
         dimsart.command(Command::set(module, 0, Value::Real(1000.0))).unwrap();
         dimsart.command(Command::PlugIn(module)).unwrap();

@@ -51,7 +51,7 @@ impl Scheme {
             return Err(no_rig(&self.scheme).into());
         }
         let (scheme, side) = (SchemeText::read(&self.scheme)?, self.side.unwrap_or("master"));
-        print(&mut side_of_scheme(&scheme, side, self.dof)?, side, out)
+        print(&mut *side_of_scheme(&scheme, side, self.dof)?, side, out)
     }
 }
 

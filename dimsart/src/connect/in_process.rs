@@ -19,7 +19,7 @@ impl<'a> InProcess<'a> {
     /// A controller that nobody ticks meanwhile.
     #[must_use]
     pub fn new(dimsart: &'a mut SimulatedDimsart) -> Self {
-        let info = DeviceInfo::new(concat!("simulated, DIMSART ", env!("CARGO_PKG_VERSION")));
+        let info = DeviceInfo::new(concat!("simulated, DIMSART ", env!("CARGO_PKG_VERSION"))).with_laws();
         Self { dimsart, info, receiver: Receiver::new(), answers: VecDeque::new() }
     }
 }

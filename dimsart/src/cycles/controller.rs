@@ -13,9 +13,9 @@ use dimsart_core::{MAX_PACKET_BYTES, Packet, Word};
 use super::firmware::EntryPoints;
 use super::{CyclesError, Firmware};
 
-/// Where the controller is: plain memory of its own, which no image uses, so that it need not fit beside anything; the
+/// Where the controller and its memory are: plain memory of its own, which no image uses, so that it need not fit beside anything; the
 /// emulated board has memory there too.
-const CONTROLLER: u32 = 0x2100_0000;
+const PLACE: u32 = 0x2100_0000;
 /// Where arguments and results are.
 const ARGUMENTS: u32 = 0x2140_0000;
 const ARGUMENT_BYTES: u32 = 0x2000;
@@ -35,9 +35,6 @@ const RESULT: u32 = ARGUMENTS + 0x1800;
 /// Room for a packet and what is around it.
 const RESULT_BYTES: usize = 0x100;
 
-/// Arguments of a tick.
-const TICK: [u32; 4] = [RESULT, CONTROLLER, FRAMES, 0];
-
 /// Counters that an image times its calls by: `DWT_CYCCNT` and `SYST_CVR`, each in memory of its own. They stand still.
 const COUNTERS: [u32; 2] = [0xE000_1004, 0xE000_E018];
 
@@ -55,6 +52,8 @@ pub(super) enum Lengths {
 pub struct Controller {
     machine: Machine,
     entry: EntryPoints,
+    /// Of the controller in its place.
+    address: u32,
     words_in: usize,
     words_out: usize,
 }
@@ -66,14 +65,15 @@ impl Controller {
     /// [`CyclesError::Machine`] when the image does not get that far, such as with more axes than it knows.
     pub fn new(firmware: &Firmware, timing: Timing, dof: usize) -> Result<Self, CyclesError> {
         let mut machine = Machine::new(firmware.image.clone(), timing).map_err(machine("the image"))?;
-        machine.map(CONTROLLER, firmware.controller_bytes.next_multiple_of(4));
+        machine.map(PLACE, firmware.controller_bytes.next_multiple_of(4));
         machine.map(ARGUMENTS, ARGUMENT_BYTES);
         COUNTERS.iter().for_each(|counter| machine.map(*counter, 4));
         machine.mark(firmware.compute.iter().copied().chain([firmware.command]));
-        let mut controller = Self { machine, entry: firmware.entry, words_in: 0, words_out: 0 };
+        let mut controller =
+            Self { machine, entry: firmware.entry, address: PLACE, words_in: 0, words_out: 0 };
         // All zero: linear axes.
-        let connect = Call::new(firmware.entry.connect, [CONTROLLER, BYTES, number(dof), FRAMES]);
-        controller.run("dimsart_connect", &connect)?;
+        let connect = Call::new(firmware.entry.connect, [PLACE, BYTES, number(dof), FRAMES]);
+        controller.address = controller.run("dimsart_connect", &connect)?.result;
         let [words_in, words_out] = [0, 4].map(|offset| controller.words(FRAMES + offset, 1));
         let count = |words: Vec<Word>| words.first().map_or(0, |word| word.0 as usize);
         (controller.words_in, controller.words_out) = (count(words_in), count(words_out));
@@ -85,7 +85,7 @@ impl Controller {
     /// # Errors
     /// [`CyclesError::Machine`].
     pub fn limit(&mut self) -> Result<Run, CyclesError> {
-        self.run("dimsart_limit", &Call::new(self.entry.limit, [CONTROLLER, 0, 0, 0]))
+        self.run("dimsart_limit", &Call::new(self.entry.limit, [self.address, 0, 0, 0]))
     }
 
     /// Gives it a [saved scheme](dimsart_link::saved_scheme).
@@ -120,7 +120,7 @@ impl Controller {
     pub fn before_tick(&self, measured: &[Word]) -> Result<Machine, CyclesError> {
         let mut controller = self.clone();
         controller.measure(measured)?;
-        controller.machine.begin(self.entry.tick, TICK);
+        controller.machine.begin(self.entry.tick, self.tick_arguments());
         Ok(controller.machine)
     }
 
@@ -165,7 +165,7 @@ impl Controller {
 
     pub(super) fn call_of_load(&mut self, scheme: &[u8]) -> Result<Call, CyclesError> {
         let length = self.put_bytes(scheme)?;
-        Ok(Call::new(self.entry.load, [CONTROLLER, BYTES, length, 0]))
+        Ok(Call::new(self.entry.load, [self.address, BYTES, length, 0]))
     }
 
     /// Readings of any bytes on any channel: as many as a packet can have, and more. Apart, because what is too long is
@@ -181,7 +181,7 @@ impl Controller {
     }
 
     pub(super) fn call_of_deliver(&self, link: u32) -> Call {
-        Call::new(self.entry.deliver, [CONTROLLER, link, RECEIVED, 0])
+        Call::new(self.entry.deliver, [self.address, link, RECEIVED, 0])
     }
 
     /// Deliveries over a link: of something damaged, and of packets on a channel with any content and any number of
@@ -212,7 +212,7 @@ impl Controller {
             }
         }
         self.read(DAMAGED, channel, &[])?;
-        let mut calls = vec![Call::new(self.entry.deliver, [CONTROLLER, link, DAMAGED, 0])];
+        let mut calls = vec![Call::new(self.entry.deliver, [self.address, link, DAMAGED, 0])];
         let most = number(MAX_PACKET_WORDS);
         let counts = match lengths_of {
             Lengths::Each => (0..=most).map(|words| words..=words).collect(),
@@ -241,11 +241,15 @@ impl Controller {
     pub(super) fn call_of_tick(&self) -> Call {
         let mut inputs = vec![Input::words(MEASURED..MEASURED + 4 * number(self.words_in))];
         inputs.extend(COUNTERS.map(|counter| Input::words(counter..counter + 4)));
-        Call { inputs, ..Call::new(self.entry.tick, TICK) }
+        Call { inputs, ..Call::new(self.entry.tick, self.tick_arguments()) }
+    }
+
+    fn tick_arguments(&self) -> [u32; 4] {
+        [RESULT, self.address, FRAMES, 0]
     }
 
     pub(super) fn call_of_take(&self, link: u32) -> Call {
-        Call::new(self.entry.take, [RESULT, CONTROLLER, link, 0])
+        Call::new(self.entry.take, [RESULT, self.address, link, 0])
     }
 
     /// Runs a call with known arguments.

@@ -8,7 +8,7 @@ use std::thread;
 use std::time::Duration;
 
 use dimsart::connect::{Device, Patience};
-use dimsart_core::limits::DEFAULT_WORDS;
+use dimsart_core::ProvidedMemory;
 use dimsart_core::{
     AxisKind, DataType, DeviceDescriptor, Dimsart, Format, Shape, Summary, Unit, Word, types,
 };
@@ -19,6 +19,7 @@ use dimsart_link::protocol::{
 };
 use dimsart_modules::ALL;
 use hil_sim::link::{Stream, open_port};
+use hil_sim::response::TELEMETRY_STREAMS;
 use hil_sim::schemes::SchemeText;
 use rand_core::{Rng, SeedableRng};
 
@@ -65,8 +66,8 @@ pub(crate) const MEASURED_WORDS: usize = 3 + 40 + 1 + 3;
 
 /// A controller and what its ticks came to.
 pub(crate) struct Robot {
-    pub(crate) dimsart: Dimsart<[u32; DEFAULT_WORDS]>,
-    pub(crate) info: DeviceInfo,
+    pub(crate) dimsart: Dimsart,
+    pub(crate) info: DeviceInfo<TELEMETRY_STREAMS>,
     /// Commands that it took.
     pub(crate) commands: u32,
     gate: Gate,
@@ -77,7 +78,10 @@ impl Robot {
         let axes = [AxisKind::Linear, AxisKind::Rotary, AxisKind::Linear];
         let outputs = &[types::POSITION, MAP, TURNS, BRAKES];
         let device = DeviceDescriptor::new("arm", &axes, 1e-3, outputs, &[types::DES_FORCE]).unwrap();
-        let (dimsart, info) = (Dimsart::new(device, ALL).unwrap(), DeviceInfo::new("test 0.1"));
+        let (dimsart, info) = (
+            Dimsart::new(ProvidedMemory::leaked(), device, ALL).unwrap(),
+            DeviceInfo::new("test 0.1").with_laws(),
+        );
         let info = info.with_events(Box::leak(Box::default()));
         Self { dimsart, info, commands: 0, gate: Gate::open() }
     }

@@ -7,10 +7,10 @@ use std::thread;
 use std::time::Duration;
 
 use dimsart::connect::{ConnectError, Live, Patience, ValueText};
-use dimsart_core::limits::TELEMETRY_STREAMS;
 use dimsart_core::{Tick, Word};
 use dimsart_link::protocol::{LeaseAction, MAX_FRAME_BYTES, Refusal, Request, encode_request, request_id};
 use hil_sim::clock;
+use hil_sim::response::TELEMETRY_STREAMS;
 use hil_sim::schemes::SchemeText;
 
 use crate::board::Board;

@@ -10,7 +10,7 @@ use cycles::timing::{Column, Profile, Timing};
 use dimsart::budget::Budget;
 use dimsart::cycles::{Controller, CyclesError, Firmware, Memory};
 use dimsart::stamp::StampedImage;
-use dimsart_core::limits::DEFAULT_WORDS;
+use dimsart_core::ProvidedMemory;
 use dimsart_core::{Costs, Dimsart, Kind, KindId};
 use dimsart_link::saved_scheme;
 use dimsart_modules::{ALL, group_of};
@@ -26,8 +26,9 @@ fn images() -> Vec<(&'static BoardInfo, PathBuf)> {
 }
 
 /// The shipped master, on a controller that admits modules as the image does.
-fn shipped(image: &StampedImage) -> Dimsart<[u32; DEFAULT_WORDS]> {
-    let mut dimsart = Dimsart::new(device("master", DOF, 1e-3).unwrap(), ALL).unwrap();
+fn shipped(image: &StampedImage) -> Dimsart {
+    let mut dimsart =
+        Dimsart::new(ProvidedMemory::leaked(), device("master", DOF, 1e-3).unwrap(), ALL).unwrap();
     dimsart.engine_mut().set_costs(image.costs().map(|costs| Costs::new(costs.leak(), image.kinds().leak())));
     dimsart.engine_mut().limit_cycles(NonZeroU32::new(image.limit_cycles()));
     let scheme = SchemeText::read("builtin:bilateral").unwrap();

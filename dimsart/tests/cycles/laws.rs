@@ -2,7 +2,7 @@
 
 use cycles::timing::{Column, Profile, Timing};
 use dimsart::cycles::Controller;
-use dimsart_core::limits::DEFAULT_WORDS;
+use dimsart_core::ProvidedMemory;
 use dimsart_core::{Dimsart, Word, scheme};
 use dimsart_link::saved_scheme;
 use dimsart_modules::ALL;
@@ -69,8 +69,9 @@ previous = error
 before = filtered";
 
 /// A controller of so many axes with a generator of desired positions, and these rows.
-fn controller(dof: usize, law: Option<&Law>, rows: &str) -> Dimsart<[u32; DEFAULT_WORDS]> {
-    let mut dimsart = Dimsart::new(device("master", dof, 1e-3).unwrap(), ALL).unwrap();
+fn controller(dof: usize, law: Option<&Law>, rows: &str) -> Dimsart {
+    let mut dimsart =
+        Dimsart::new(ProvidedMemory::leaked(), device("master", dof, 1e-3).unwrap(), ALL).unwrap();
     for command in law.iter().flat_map(|law| law.commands(1)) {
         dimsart.command(command).unwrap();
     }

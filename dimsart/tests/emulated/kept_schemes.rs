@@ -4,7 +4,7 @@ use std::fs;
 use std::process::Command;
 
 use crc::{CRC_32_AUTOSAR, Crc};
-use dimsart_core::limits::DEFAULT_WORDS;
+use dimsart_core::ProvidedMemory;
 use dimsart_core::{AxisKind, DeviceDescriptor, Dimsart, types};
 use dimsart_link::protocol::{
     MAX_FRAME_BYTES, Receiver, Request, Response, SchemeAction, decode_heartbeat, decode_response,
@@ -117,7 +117,7 @@ fn change_fingerprint(flash: &mut [u8]) {
     // As `firmware/src/items.rs` has an item: key, 0, length u16, CRC-32 of these and of the bytes behind it.
     const HEADER: usize = 8;
     let device = DeviceDescriptor::new("any", &[AxisKind::Linear], 1e-3, &[types::POSITION], &[]).unwrap();
-    let mut dimsart = Dimsart::<[u32; DEFAULT_WORDS]>::new(device, ALL).unwrap();
+    let mut dimsart = Dimsart::new(ProvidedMemory::leaked(), device, ALL).unwrap();
     let print = fingerprint(dimsart.engine_mut()).to_le_bytes();
     let place = flash.windows(5).position(|bytes| bytes[0] == SAVED_SCHEME_VERSION && bytes[1..] == print);
     let item = &mut flash[place.unwrap() - HEADER..];

@@ -9,7 +9,7 @@ use cycles::timing::{Column, Profile, Timing};
 use dimsart::broker::{self, SharedPort};
 use dimsart::connect::{ConnectError, Device, Measured, Tap};
 use dimsart::cycles::{Controller, Firmware as Image};
-use dimsart_core::limits::DEFAULT_WORDS;
+use dimsart_core::ProvidedMemory;
 use dimsart_core::{AxisKind, Command as SchemeCommand, DeviceDescriptor, Dimsart, types};
 use dimsart_link::protocol::Refusal;
 use dimsart_link::saved_scheme;
@@ -125,7 +125,7 @@ fn eight_clients_cost_a_tick_nothing() {
 fn scheme(commands: &[SchemeCommand], axes: usize) -> saved_scheme::SchemeBytes {
     let axes = vec![AxisKind::Linear; axes];
     let device = DeviceDescriptor::new("arm", &axes, 1e-3, &[types::POSITION], &[types::DES_FORCE]);
-    let mut dimsart = Dimsart::<[u32; DEFAULT_WORDS]>::new(device.unwrap(), ALL).unwrap();
+    let mut dimsart = Dimsart::new(ProvidedMemory::leaked(), device.unwrap(), ALL).unwrap();
     for command in commands {
         dimsart.command(*command).unwrap();
     }

@@ -7,8 +7,8 @@ use std::thread;
 use std::time::Duration;
 
 use dimsart::connect::Tap;
-use dimsart_core::limits::TELEMETRY_STREAMS;
 use dimsart_link::protocol::MAX_TELEMETRY_SIGNALS;
+use hil_sim::response::TELEMETRY_STREAMS;
 use hil_sim::schemes::SchemeText;
 use serde_json::{Value, json};
 use tungstenite::Message;

@@ -3,9 +3,8 @@
 //! One task for all of it. Both ways need the guard, and to share it between tasks would mask the tick's interrupt for
 //! as long as a tag takes.
 
-use boards::{LinkIn as _, LinkOut as _, MAX_CARRIED_BYTES};
+use boards::{Board as _, LinkIn as _, LinkOut as _, MAX_CARRIED_BYTES, Selected};
 use dimsart_core::envelope::MAX_CONTENT_BYTES;
-use dimsart_core::limits::MAX_LINKS;
 use dimsart_core::{Packet, PacketError};
 use dimsart_link::auth::{Guard, Key, Line, Profile};
 use embassy_executor::SendSpawner;
@@ -17,6 +16,8 @@ use super::{LISTENING, LinkIn, LinkOut, Outgoing, Received, listened_to};
 use crate::handover::{Giver, Taker};
 use crate::key_service::now_ms;
 use crate::{entry_points, token};
+
+const LINKS: usize = Selected::SIZES.links;
 
 /// Starts what carries packets. It takes every key that the board is given after the one it has now.
 pub(crate) fn start(
@@ -35,7 +36,7 @@ enum Door {
     Open,
     /// Nothing goes through.
     Shut,
-    Guarded([Guarded; MAX_LINKS]),
+    Guarded([Guarded; LINKS]),
 }
 
 struct Guarded {
@@ -51,7 +52,7 @@ impl Door {
             Kept::Damaged => Self::Shut,
             Kept::Key(KeptKey { key, seed }) => {
                 let mut links = 0..;
-                Self::Guarded([(); MAX_LINKS].map(|()| {
+                Self::Guarded([(); LINKS].map(|()| {
                     let link = links.next().unwrap_or_default();
                     let seed = seed.wrapping_add(link.into());
                     let guard = Guard::new(&Key::new(&key), Line::Link(link), Profile::Full, seed);
@@ -117,7 +118,7 @@ async fn carry(
                     match packet {
                         Ok(_) => packets_in.give(Received { link, packet }),
                         // A flood of these must not take the place of what is right.
-                        Err(_) => packets_in.give_sparingly(Received { link, packet }, MAX_LINKS),
+                        Err(_) => packets_in.give_sparingly(Received { link, packet }, LINKS),
                     }
                 }
                 shake_hands(&mut door, link, &mut link_out).await;

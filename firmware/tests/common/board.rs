@@ -4,7 +4,7 @@ use std::cell::RefCell;
 use std::collections::BTreeMap;
 
 use dimsart_core::KindId;
-use dimsart_core::limits::DEFAULT_WORDS;
+use dimsart_core::ProvidedMemory;
 use dimsart_core::{AxisKind, Command, Cost, Costs, DeviceDescriptor, Dimsart, ModuleRef, Value, types};
 use dimsart_link::protocol::{
     DeviceInfo, MAX_FRAME_BYTES, Receiver, Request, Response, SchemeStatus, answer, decode_response,
@@ -29,7 +29,7 @@ const COSTS: Costs = Costs::new(&[Cost::new(500, 50); 1 + KINDS], &IDS);
 const KINDS: usize = ALL.list().len();
 static IDS: [KindId; KINDS] = ALL.ids();
 
-pub(crate) fn controller() -> Dimsart<[u32; DEFAULT_WORDS]> {
+pub(crate) fn controller() -> Dimsart {
     let device = DeviceDescriptor::new(
         "arm",
         &[AxisKind::Linear; 3],
@@ -37,7 +37,7 @@ pub(crate) fn controller() -> Dimsart<[u32; DEFAULT_WORDS]> {
         &[types::POSITION, types::DES_POSITION],
         &[types::DES_FORCE],
     );
-    let mut dimsart = Dimsart::new(device.unwrap(), ALL).unwrap();
+    let mut dimsart = Dimsart::new(ProvidedMemory::leaked(), device.unwrap(), ALL).unwrap();
     dimsart.engine_mut().set_costs(Some(COSTS));
     dimsart
 }
@@ -76,7 +76,7 @@ pub(crate) const BUILT_IN: u16 = 9;
 /// A board with the flash in it.
 pub(crate) struct Board {
     pub(crate) store: SchemeStore<Flash>,
-    pub(crate) dimsart: Dimsart<[u32; DEFAULT_WORDS]>,
+    pub(crate) dimsart: Dimsart,
     pub(crate) status: SchemeStatus,
 }
 
@@ -119,7 +119,7 @@ impl Board {
         let (mut receiver, mut answers) = (Receiver::new(), 0);
         receiver.take_all(frame, |content| {
             let mut buffer = [0; MAX_FRAME_BYTES];
-            let mut info = DeviceInfo::new("test");
+            let mut info: DeviceInfo = DeviceInfo::new("test").with_laws();
             let frame = answer(content, &mut self.dimsart, &mut info, &mut buffer).unwrap().unwrap();
             Receiver::new().take_all(frame, |content| {
                 let response = decode_response(content).unwrap();

@@ -66,7 +66,7 @@ pub(super) fn upload(
 
 /// What the library of this command answers.
 fn answer_here(copy: &mut SimulatedDimsart, request: &Request) -> Response<'static> {
-    protocol::serve(request_id(CLIENT, 0), request, copy, &mut DeviceInfo::new(""))
+    protocol::serve(request_id(CLIENT, 0), request, copy, &mut <DeviceInfo>::new("").with_laws())
 }
 
 fn unexpected(answer: &Response<'_>) -> EmulatedError {

@@ -32,6 +32,9 @@ use crate::rig::{Rig, Station};
 use crate::rig_file::RigFile;
 use crate::rig_file::part::Part;
 
+/// Streams of telemetry of each controller: so many clients, or parts of what one client looks at, at a time.
+pub const TELEMETRY_STREAMS: usize = 16;
+
 /// Longest time that the other end of a line waits for bytes in one read.
 const WAIT: Duration = Duration::from_millis(1);
 /// Requests that one tick answers: a board answers one, and has less time for it.
@@ -70,7 +73,7 @@ pub struct Hold {
 /// What a simulated controller has beside it, as a board's firmware.
 #[derive(Debug)]
 struct Answering {
-    info: DeviceInfo,
+    info: DeviceInfo<TELEMETRY_STREAMS>,
     timing: Timing,
     line: Pipe,
     receiver: Receiver,
@@ -216,7 +219,7 @@ impl Answering {
         // A log outlives its controller: on a board a reset does not take it away.
         let events: &'static EventLog = Box::leak(Box::new(EventLog::new()));
         Self {
-            info: DeviceInfo::new(IMAGE).for_clients(tick_hz).with_events(events),
+            info: DeviceInfo::new(IMAGE).with_laws().for_clients(tick_hz).with_events(events),
             timing: Timing::default(),
             line,
             receiver: Receiver::new(),

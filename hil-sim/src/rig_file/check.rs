@@ -9,6 +9,7 @@ use super::{
 };
 use crate::link::InProcessParameters;
 use crate::plant::{JointParameters, ParameterError};
+use crate::rig::SIZES;
 use crate::schemes::suggestion;
 
 /// Longest delay of a device, ticks.
@@ -279,8 +280,8 @@ impl RigFile {
             problems.push(format!("link from '{}': there is no bus '{name}'; {near}", link.from));
         }
         for number in [link.from_link, link.to_link] {
-            if usize::from(number) >= limits::MAX_LINKS {
-                problems.push(format!("link {number}: a controller has {} links, from 0", limits::MAX_LINKS));
+            if usize::from(number) >= SIZES.links {
+                problems.push(format!("link {number}: a controller has {} links, from 0", SIZES.links));
             }
         }
         let InProcessParameters { loss, duplication, reordering, .. } = link.carrier;

@@ -11,17 +11,17 @@ mod expressions;
 mod laws;
 mod names;
 
-use dimsart_core::limits::DEFAULT_WORDS;
+use dimsart_core::ProvidedMemory;
 use dimsart_core::{AxisKind, Command, DeviceDescriptor, Dimsart, ModuleRef, Tick, Value, Word, types};
 use dimsart_modules::ALL;
 use hil_sim::law::Law;
 
 /// A controller of an arm with so many axes, without a module.
-pub(crate) fn controller(dof: usize) -> Dimsart<[u32; DEFAULT_WORDS]> {
+pub(crate) fn controller(dof: usize) -> Dimsart {
     let axes = [AxisKind::Rotary; 8];
     let outputs = &[types::POSITION, types::VELOCITY, types::DES_POSITION];
     let device = DeviceDescriptor::new("arm", &axes[..dof], 1e-3, outputs, &[types::DES_FORCE]);
-    Dimsart::new(device.unwrap(), ALL).unwrap()
+    Dimsart::new(ProvidedMemory::leaked(), device.unwrap(), ALL).unwrap()
 }
 
 pub(crate) fn module(name: &str) -> ModuleRef {

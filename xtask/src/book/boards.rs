@@ -21,7 +21,7 @@ fn page(board: &BoardInfo, readme: &str) -> Result<Page, String> {
         ("Clock, MHz", (f64::from(tooling.clock_hz) / 1e6).to_string()),
         ("Ticks per second", tooling.tick_hz.to_string()),
         ("Axes", tooling.axes.to_string()),
-        ("Words of the Data Base", tooling.words.to_string()),
+        ("Words of the Data Base", tooling.sizes.words.to_string()),
         ("Modules", tooling.sizes.modules.to_string()),
         ("Links", tooling.sizes.links.to_string()),
         ("Built-in scheme", format!("`builtin:{}`", tooling.scheme.name)),

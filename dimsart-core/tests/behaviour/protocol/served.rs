@@ -1,6 +1,6 @@
 //! A controller at the far end of a line, and a host that asks it.
 
-use dimsart_core::limits::DEFAULT_WORDS;
+use dimsart_core::ProvidedMemory;
 use dimsart_core::{
     AxisKind, Command, DataType, DeviceDescriptor, Dimsart, Format, ModuleRef, Shape, Summary, Unit, Word,
     types,
@@ -21,15 +21,15 @@ pub(super) const MAP: &DataType = &DataType {
     summary: Summary::new("A map."),
 };
 
-pub(super) fn robot() -> Dimsart<[u32; DEFAULT_WORDS]> {
+pub(super) fn robot() -> Dimsart {
     let axes = [AxisKind::Linear, AxisKind::Rotary, AxisKind::Linear];
     let device = DeviceDescriptor::new("arm", &axes, 1e-3, &[types::POSITION, MAP], &[types::DES_FORCE]);
-    Dimsart::<[u32; DEFAULT_WORDS]>::new(device.unwrap(), ALL).unwrap()
+    Dimsart::new(ProvidedMemory::leaked(), device.unwrap(), ALL).unwrap()
 }
 
 /// A controller at the far end of a line.
 pub(super) struct ServedDevice {
-    pub(super) dimsart: Dimsart<[u32; DEFAULT_WORDS]>,
+    pub(super) dimsart: Dimsart,
     pub(super) info: DeviceInfo,
     pub(super) device: Receiver,
     host: Receiver,
@@ -38,7 +38,7 @@ pub(super) struct ServedDevice {
 
 impl ServedDevice {
     pub(super) fn new() -> Self {
-        let info = DeviceInfo::new("test 0.1");
+        let info = DeviceInfo::new("test 0.1").with_laws();
         Self { dimsart: robot(), info, device: Receiver::new(), host: Receiver::new(), id: 0 }
     }
 

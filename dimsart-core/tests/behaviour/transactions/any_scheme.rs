@@ -13,7 +13,7 @@
 )]
 
 use crate::common::IDS;
-use dimsart_core::limits::DEFAULT_WORDS;
+use dimsart_core::ProvidedMemory;
 use dimsart_core::{
     Accepts, AxisKind, Command, DeviceDescriptor, Dimsart, EVERY_TICKS, InputLimits, ModuleRef, Packet,
     SafeValue, Tick, TypeRef, Value, Word, scheme, types,
@@ -135,10 +135,10 @@ impl Robot {
         Self { axes, outputs: &[types::POSITION, types::DES_POSITION], rows: PD }
     }
 
-    fn controller(self) -> Dimsart<[u32; DEFAULT_WORDS]> {
+    fn controller(self) -> Dimsart {
         let axes = vec![AxisKind::Rotary; self.axes];
         let device = DeviceDescriptor::new("arm", &axes, H, self.outputs, &[types::DES_FORCE]);
-        Dimsart::<[u32; DEFAULT_WORDS]>::new(device.unwrap().with_limits(&[LIMITS]).unwrap(), ALL).unwrap()
+        Dimsart::new(ProvidedMemory::leaked(), device.unwrap().with_limits(&[LIMITS]).unwrap(), ALL).unwrap()
     }
 
     fn load(self, side: &str, dimsart: &mut Dimsart) {

@@ -77,7 +77,7 @@ impl Read for Line {
 fn station() -> (Station, Shared) {
     let file = RigFile::read(RigFile::shipped("joint").unwrap(), "joint", PathBuf::new(), &[]).unwrap();
     let dimsart = loaded_controllers(&file).unwrap().remove(0).dimsart;
-    let info = DeviceInfo::new("test").for_clients(1000);
+    let info = DeviceInfo::new("test").with_laws().for_clients(1000);
     let shared = Shared(Arc::new(Mutex::new(Controller { dimsart, info, sets: 0 })), Arc::default());
     let lines = shared.clone();
     let open: OpenLine = Box::new(move || {

@@ -77,7 +77,7 @@ impl Controller {
         spare_cycles: u32,
     ) -> Result<Self, PairError> {
         let device = device.with_limits(&[&[LIMITS]])?.with_output_limits(&[SENSOR_LIMITS])?;
-        let mut dimsart = Box::new(Dimsart::unconnected());
+        let mut dimsart = Box::new(SimulatedDimsart::unconnected());
         dimsart.connect(device, KINDS).map_err(ExperimentError::Storage)?;
         let counter = COUNTER.with(|counter| *counter);
         dimsart.engine_mut().set_costs(Some(Costs::new(&COSTS, &IDS)));

@@ -1,0 +1,169 @@
+//! The memory of a controller. Its creator provides it, and so chooses what the controller has room for.
+
+use heapless::Vec;
+use heapless::vec::VecView;
+
+use crate::binding::Binding;
+use crate::data_base::{DataBase, Entry};
+use crate::engine::{Instance, Plan, Plans};
+use crate::mailbox::LinkPort;
+use crate::online::{Place, Programs};
+use crate::storage::{Block, Storage};
+use crate::wiring::{Call, Plugged, Port, Span, Wiring};
+
+/// A list in provided memory.
+pub(crate) type List<T> = &'static mut VecView<T>;
+
+/// Memory for one controller. [`memory!`](crate::memory!) makes its type of [`Sizes`](crate::limits::Sizes).
+///
+/// A new one is all zero bits: a static one takes no room in an image.
+#[derive(Debug)]
+pub struct ControllerMemory<
+    const MODULES: usize,
+    const CALLS: usize,
+    const WIRES: usize,
+    const BINDINGS: usize,
+    const SLOTS: usize,
+    const LINKS: usize,
+    const PLACES: usize,
+    const WORDS: usize,
+> {
+    schemes: [SchemeMemory<MODULES, CALLS, WIRES, BINDINGS, SLOTS>; 2],
+    entries: [Option<Entry>; SLOTS],
+    blocks: [Block; SLOTS],
+    links: [LinkPort; LINKS],
+    places: [Place; PLACES],
+    words: [u32; WORDS],
+}
+
+/// Of the running scheme, or of the pending one.
+#[derive(Debug)]
+struct SchemeMemory<
+    const MODULES: usize,
+    const CALLS: usize,
+    const WIRES: usize,
+    const BINDINGS: usize,
+    const SLOTS: usize,
+> {
+    instances: Vec<Instance, MODULES>,
+    bindings: Vec<Binding, BINDINGS>,
+    modules: Vec<Plugged, MODULES>,
+    ports: Vec<Port, WIRES>,
+    handles: Vec<u8, WIRES>,
+    calls: Vec<Call, CALLS>,
+    spans: Vec<Span, SLOTS>,
+}
+
+/// The type of memory for a controller of these [`Sizes`](crate::limits::Sizes), a constant.
+///
+/// ```
+/// use dimsart_core::limits::Sizes;
+/// use dimsart_core::memory;
+///
+/// const SMALL: Sizes = Sizes { modules: 8, wires: 60, words: 256, ..Sizes::DEFAULT };
+/// type SmallMemory = memory!(SMALL);
+/// static MEMORY: std::sync::Mutex<SmallMemory> = std::sync::Mutex::new(SmallMemory::new());
+/// ```
+#[macro_export]
+macro_rules! memory {
+    ($sizes:expr) => {
+        $crate::ControllerMemory<
+            { $sizes.checked().modules },
+            { 2 * $sizes.modules },
+            { $sizes.wires },
+            { $sizes.bindings },
+            { $sizes.slots },
+            { $sizes.links },
+            { $sizes.program_places() },
+            { $sizes.words },
+        >
+    };
+}
+
+impl<
+    const MODULES: usize,
+    const CALLS: usize,
+    const WIRES: usize,
+    const BINDINGS: usize,
+    const SLOTS: usize,
+    const LINKS: usize,
+    const PLACES: usize,
+    const WORDS: usize,
+> ControllerMemory<MODULES, CALLS, WIRES, BINDINGS, SLOTS, LINKS, PLACES, WORDS>
+{
+    /// Memory that no controller has used.
+    #[must_use]
+    #[expect(clippy::new_without_default, reason = "on the stack it would be large: for statics")]
+    pub const fn new() -> Self {
+        Self {
+            schemes: [const { SchemeMemory::NEW }; 2],
+            entries: [None; SLOTS],
+            blocks: [Block { offset: 0, words: 0 }; SLOTS],
+            links: [const { LinkPort::new() }; LINKS],
+            places: [Place::EMPTY; PLACES],
+            words: [0; WORDS],
+        }
+    }
+}
+
+impl<const MODULES: usize, const CALLS: usize, const WIRES: usize, const BINDINGS: usize, const SLOTS: usize>
+    SchemeMemory<MODULES, CALLS, WIRES, BINDINGS, SLOTS>
+{
+    const NEW: Self = Self {
+        instances: Vec::new(),
+        bindings: Vec::new(),
+        modules: Vec::new(),
+        ports: Vec::new(),
+        handles: Vec::new(),
+        calls: Vec::new(),
+        spans: Vec::new(),
+    };
+
+    #[inline(never)]
+    fn lists(&'static mut self) -> Plan {
+        let Self { instances, bindings, modules, ports, handles, calls, spans } = self;
+        Plan::new(instances, bindings, Wiring::new(modules, ports, handles, calls, spans))
+    }
+}
+
+/// Memory of any sizes, as a controller uses it: of a [`ControllerMemory`].
+#[derive(Debug)]
+pub struct ProvidedMemory {
+    pub(crate) plans: Plans,
+    pub(crate) data_base: DataBase,
+}
+
+#[cfg(feature = "summaries")]
+impl ProvidedMemory {
+    /// Memory of the [default sizes](crate::limits::Sizes::DEFAULT) from the heap, which is never freed: for tests.
+    #[must_use]
+    pub fn leaked() -> Self {
+        use crate::limits::Sizes;
+        Self::from(alloc::boxed::Box::leak(alloc::boxed::Box::new(<memory!(Sizes::DEFAULT)>::new())))
+    }
+}
+
+impl<
+    const MODULES: usize,
+    const CALLS: usize,
+    const WIRES: usize,
+    const BINDINGS: usize,
+    const SLOTS: usize,
+    const LINKS: usize,
+    const PLACES: usize,
+    const WORDS: usize,
+> From<&'static mut ControllerMemory<MODULES, CALLS, WIRES, BINDINGS, SLOTS, LINKS, PLACES, WORDS>>
+    for ProvidedMemory
+{
+    #[inline]
+    fn from(
+        memory: &'static mut ControllerMemory<MODULES, CALLS, WIRES, BINDINGS, SLOTS, LINKS, PLACES, WORDS>,
+    ) -> Self {
+        let ControllerMemory { schemes: [first, second], entries, blocks, links, places, words } = memory;
+        let storage = Storage::new(blocks, words);
+        Self {
+            plans: Plans::new([first.lists(), second.lists()]),
+            data_base: DataBase::new(entries, links, Programs::new(places), storage),
+        }
+    }
+}

@@ -1,0 +1,57 @@
+//! A simulated controller, in memory from the heap that is used again.
+
+use std::ops::{Deref, DerefMut};
+use std::sync::{Mutex, PoisonError};
+
+use dimsart_core::limits::Sizes;
+use dimsart_core::{DeviceDescriptor, Dimsart, Kinds, ProvidedMemory, StorageError, memory};
+use scopeguard::ScopeGuard;
+
+/// What a simulated controller has room for: a link for every joint of a coordinator, and delays of seconds.
+pub const SIZES: Sizes =
+    Sizes { modules: 32, wires: 240, bindings: 64, slots: 64, links: 8, programs: 8, words: 32_768 };
+
+/// Memory that no controller uses any more.
+static FREE: Mutex<Vec<ProvidedMemory>> = Mutex::new(Vec::new());
+
+/// A simulated controller. Once it is dropped, another one gets its memory.
+#[derive(Debug)]
+pub struct SimulatedDimsart(ScopeGuard<Dimsart, fn(Dimsart)>);
+
+impl SimulatedDimsart {
+    /// As [`Dimsart::new`].
+    ///
+    /// # Errors
+    /// [`StorageError`] when the device's types do not fit into the Data Base.
+    pub fn new(device: DeviceDescriptor, kinds: Kinds) -> Result<Self, StorageError> {
+        let mut dimsart = Self::unconnected();
+        dimsart.connect(device, kinds)?;
+        Ok(dimsart)
+    }
+
+    /// As [`Dimsart::unconnected`].
+    #[must_use]
+    pub fn unconnected() -> Self {
+        let free = FREE.lock().unwrap_or_else(PoisonError::into_inner).pop();
+        let memory = free.unwrap_or_else(|| Box::leak(Box::new(<memory!(SIZES)>::new())).into());
+        Self(scopeguard::guard(Dimsart::unconnected(memory), give_back))
+    }
+}
+
+fn give_back(dimsart: Dimsart) {
+    FREE.lock().unwrap_or_else(PoisonError::into_inner).push(dimsart.release());
+}
+
+impl Deref for SimulatedDimsart {
+    type Target = Dimsart;
+
+    fn deref(&self) -> &Dimsart {
+        &self.0
+    }
+}
+
+impl DerefMut for SimulatedDimsart {
+    fn deref_mut(&mut self) -> &mut Dimsart {
+        &mut self.0
+    }
+}
