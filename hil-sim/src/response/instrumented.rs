@@ -6,7 +6,7 @@ use dimsart_core::{DataType, types};
 use drive::DriveReading;
 
 use super::body::AxisState;
-use super::machine::{Axis, Machine};
+use super::machine::{Axis, Machine, Positions};
 use crate::motion::{Motion, sum_at};
 use crate::plant::{Actuation, Plant, Repetition, Sensor};
 use crate::rig_file::AxisUnit;
@@ -23,6 +23,12 @@ pub(super) struct Instrumented {
     moves: bool,
     /// Whether the experiment is one of a [press](crate::rig_file::PressSection).
     is_pressed: bool,
+    /// Of each axis, whether its actuator holds its force for a period.
+    holds_force: Vec<bool>,
+    /// Whether its actuators can be off.
+    can_be_off: bool,
+    /// Where the machine's axes are: read without taking the machine.
+    positions: Arc<Positions>,
     time_s: f64,
 }
 
@@ -43,7 +49,11 @@ impl Instrumented {
         moves: bool,
         is_pressed: bool,
     ) -> Self {
-        Self { machine, axes, outputs, moves, is_pressed, time_s: 0.0 }
+        let known = machine.lock().unwrap_or_else(PoisonError::into_inner);
+        let holds_force = axes.iter().map(|axis| known.holds_force(*axis)).collect();
+        let (can_be_off, positions) = (!known.body().holds_commands(), known.positions());
+        drop(known);
+        Self { machine, axes, outputs, moves, is_pressed, holds_force, can_be_off, positions, time_s: 0.0 }
     }
 
     fn machine(&self) -> MutexGuard<'_, Machine> {
@@ -101,7 +111,9 @@ impl Plant for Instrumented {
     }
 
     fn switch(&mut self, is_on: bool) {
-        self.machine().switch(&self.axes, is_on);
+        if self.can_be_off {
+            self.machine().switch(&self.axes, is_on);
+        }
     }
 
     fn repeat(&mut self, repetition: Repetition) {
@@ -109,17 +121,17 @@ impl Plant for Instrumented {
     }
 
     fn position(&self, axis: usize) -> f64 {
-        self.axis(axis).map_or(f64::NAN, |axis| self.machine().body().position(axis))
+        self.axis(axis).map_or(f64::NAN, |axis| self.positions.of(axis))
     }
 
     fn add_actuations(&self, actuations: &mut Vec<Actuation>) {
         let machine = self.machine();
-        let actuation = |axis: &usize| {
+        let actuation = |(axis, is_held): (&usize, &bool)| {
             let (position, force, joint) = machine.body().actuation(*axis);
             let position = joint.map_or(position, |[turned, _]| turned);
-            Actuation { position, force, is_held: machine.holds_force(*axis), moves_several: joint.is_some() }
+            Actuation { position, force, is_held: *is_held, moves_several: joint.is_some() }
         };
-        actuations.extend(self.axes.iter().filter(|_| self.moves).map(actuation));
+        actuations.extend(self.axes.iter().zip(&self.holds_force).filter(|_| self.moves).map(actuation));
     }
 
     fn is_touching(&self, axis: usize) -> bool {

@@ -1,6 +1,8 @@
 //! What moves in a device: its body, what pushes and holds it, and commands that come late.
 
 use std::collections::VecDeque;
+use std::sync::Arc;
+use std::sync::atomic::{AtomicU64, Ordering};
 
 use dimsart_core::limits::MAX_DOF;
 
@@ -23,9 +25,27 @@ pub(super) struct Machine {
     repetition: Repetition,
     /// Commands that are not over, the newest last.
     waiting: VecDeque<Vec<f64>>,
+    positions: Arc<Positions>,
     /// Controllers, and how many of them have commanded in this tick.
     controllers: usize,
     commanded: usize,
+}
+
+/// Where the axes of a machine are.
+#[derive(Debug, Default)]
+pub(super) struct Positions([AtomicU64; MAX_DOF]);
+
+impl Positions {
+    /// Where an axis is; NaN for one that there is not.
+    pub(super) fn of(&self, axis: usize) -> f64 {
+        self.0.get(axis).map_or(f64::NAN, |bits| f64::from_bits(bits.load(Ordering::Relaxed)))
+    }
+
+    fn show(&self, body: &Body, axes: usize) {
+        for (axis, bits) in self.0.iter().enumerate().take(axes) {
+            bits.store(body.position(axis).to_bits(), Ordering::Relaxed);
+        }
+    }
 }
 
 /// What pushes and holds an axis.
@@ -101,11 +121,17 @@ impl Machine {
         let mut waiting = VecDeque::with_capacity(MOST_WAITING);
         waiting.resize(MOST_WAITING, vec![0.0; axes.len()]);
         let repetition = Repetition::ONCE;
-        Self { body, axes, delay_ticks, repetition, waiting, controllers, commanded: 0 }
+        let positions = Arc::<Positions>::default();
+        positions.show(&body, axes.len());
+        Self { body, axes, delay_ticks, repetition, waiting, positions, controllers, commanded: 0 }
     }
 
     pub(super) fn body(&self) -> &Body {
         &self.body
+    }
+
+    pub(super) fn positions(&self) -> Arc<Positions> {
+        Arc::clone(&self.positions)
     }
 
     pub(super) fn body_mut(&mut self) -> &mut Body {
@@ -185,7 +211,7 @@ impl Machine {
         #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "0 to 3")]
         let ticks = whole_ticks as usize;
         let change_s = (self.delay_ticks - whole_ticks) * period_s;
-        let Self { body, axes, waiting, repetition, .. } = self;
+        let Self { body, axes, waiting, repetition, positions, .. } = self;
         let held = |ticks: usize| {
             let place = waiting.len().checked_sub(ticks + 1);
             place.and_then(|place| waiting.get(place)).map(Vec::as_slice).unwrap_or_default()
@@ -204,5 +230,6 @@ impl Machine {
         let around = Around { outside: &outside, still: &still, around: &around };
         body.advance(start_s, change_s, held(ticks + 1), &around);
         body.advance(start_s + change_s, period_s - change_s, held(ticks), &around);
+        positions.show(body, axes.len());
     }
 }

@@ -57,10 +57,20 @@ pub(super) fn apply_all(
     mut file: RigFile,
     settings: &[Setting],
 ) -> Result<RigFile, RigFileError> {
+    if settings.is_empty() {
+        return Ok(file);
+    }
     // It was read once already.
     let mut table: Table = toml::from_str(text).unwrap_or_default();
-    let (mut errors, mut unfinished) = (Vec::new(), None);
     let parameters = file.parameters.clone();
+    let all = settings
+        .iter()
+        .try_fold(table.clone(), |with, setting| with_setting(&with, &parameters, &setting.key, &setting.value));
+    if let Ok(Ok(found)) = all.map(Table::try_into) {
+        return Ok(found);
+    }
+    // One after the other: what is wrong with each.
+    let (mut errors, mut unfinished) = (Vec::new(), None);
     for Setting { at, key, value } in settings {
         let refused = |reason: String| RigFileError::Set { at: at.clone(), reason };
         let wrong = |error: &toml::de::Error| {
@@ -68,7 +78,7 @@ pub(super) fn apply_all(
         };
         let or_mistyped = |reason: String| refused(mistyped_parameter(&parameters, key).unwrap_or(reason));
         let with = with_setting(&table, &parameters, key, value);
-        match with.map(|with| (toml::from_str(&with.to_string()), with)) {
+        match with.map(|with| (with.clone().try_into(), with)) {
             Ok((Ok(found), with)) => (table, file, unfinished) = (with, found, None),
             // What goes with it can come with the next one.
             Ok((Err(error), with)) if read::is_missing(&error) => {
@@ -161,7 +171,7 @@ pub(super) fn value_at<'t>(table: &'t Table, key: &str) -> Option<&'t Value> {
 pub(super) fn can_be_set(table: &Table, key: &str, value: &str) -> Result<(), String> {
     let mut with = table.clone();
     apply(&mut with, key, value)?;
-    match toml::from_str::<RigFile>(&with.to_string()) {
+    match with.try_into::<RigFile>() {
         Ok(_) => Ok(()),
         Err(error) => {
             Err(elsewhere(table, key, error.message())
