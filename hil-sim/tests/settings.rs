@@ -13,7 +13,7 @@ fn with(sets: &[&str]) -> Result<RigFile, RigFileError> {
 }
 
 fn refused(argument: &str) -> String {
-    with(&[argument]).expect_err(argument).to_string()
+    with(&[argument]).unwrap_err().to_string()
 }
 
 /// A file of settings that is gone when the test ends.

@@ -68,7 +68,7 @@ impl Loop {
         let mut rig = Rig::new(TICK_S);
         for station in shipped.stations_mut() {
             let dimsart = std::mem::replace(&mut station.dimsart, Box::new(SimulatedDimsart::unconnected()));
-            let plant = std::mem::replace(&mut station.plant, Box::<Joints>::default());
+            let plant = std::mem::replace(&mut station.plant, Box::new(Joints::new(Vec::new())));
             rig.add(Station::new(&station.name, dimsart, plant));
         }
         let sides = loses.map(|loses| (loses, Arc::new(Mutex::new(None))));

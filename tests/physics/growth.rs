@@ -1,5 +1,5 @@
 //! What grows without bound is told, at the rate it grows, before or when it leaves its range. What is stable never is.
-#![expect(clippy::unwrap_used, clippy::indexing_slicing, reason = "in helpers of tests as in tests")]
+#![expect(clippy::unwrap_used, reason = "in helpers of tests as in tests")]
 
 use std::sync::atomic::AtomicBool;
 

@@ -1,5 +1,5 @@
 //! What the hand feels of a wall, through line and controllers.
-#![expect(clippy::unwrap_used, clippy::indexing_slicing, reason = "in helpers of tests as in tests")]
+#![expect(clippy::indexing_slicing, reason = "in helpers of tests as in tests")]
 
 use std::sync::atomic::AtomicBool;
 

@@ -2,7 +2,6 @@
 //!
 //! Master 0.1 kg, slave 0.5 kg, 8 `N s/m` on each, `K = 3000` and `5000 N/m`, `b = 10 N s/m`, no damping in the
 //! controllers; in contact, the slave hangs on a spring of 10 kN/m.
-#![expect(clippy::unwrap_used, reason = "in helpers of tests as in tests")]
 
 use std::f64::consts::PI;
 use std::sync::atomic::AtomicBool;
