@@ -17,8 +17,8 @@ macro_rules! faults {
             Gone {
                 /// Its axis, from 0.
                 axis: u8,
-            } = 1,
-            $(#[doc = concat!("[`Reason::", stringify!($reason), "`].")] $fault,)*
+            } = Reason::DriveGone as u8,
+            $(#[doc = concat!("[`Reason::", stringify!($reason), "`].")] $fault = Reason::$reason as u8,)*
         }
 
         impl DriveFault {

@@ -155,15 +155,14 @@ impl<const STREAMS: usize> DeviceInfo<STREAMS> {
             self.log_tick(tick, faults);
             (self.reason, self.failed) = (reason, failed);
         }
-        self.blocked = (tick != Tick::Ran).then_some(Blocked::Tick(tick));
-        // Who is armed waits for a link's first packet: a peer that starts later is no fault.
-        let failed = self.trouble().filter(|reason| reason.reason() != Reason::LinkDown);
-        if failed.is_some() {
+        self.blocked = (!matches!(tick, Tick::Ran)).then_some(Blocked::Tick(tick));
+        // An armed client waits for a link's first packet: a peer that starts later is no fault.
+        let reason = tick.reason();
+        if reason.is_fault() && reason != Reason::LinkDown {
             // Motion takes a reset and a new lease.
             self.lease.end();
-        }
-        if self.first_fault.is_none() {
-            self.first_fault = failed.map(|reason| FirstFault { tick: self.ticks, reason });
+            let first = FirstFault { tick: self.ticks, reason: Blocked::Tick(tick) };
+            self.first_fault.get_or_insert(first);
         }
     }
 
@@ -236,7 +235,8 @@ impl<const STREAMS: usize> DeviceInfo<STREAMS> {
 
     /// Why a scheme that runs does not command the device in the next tick, as far as can be told.
     pub(super) fn keeps_still(&self) -> Option<Blocked> {
-        self.trouble().or_else(|| (!self.lease.is_armed()).then_some(Blocked::Tick(Tick::Disarmed)))
+        let fault = self.blocked.filter(|blocked| blocked.reason().is_fault());
+        fault.or_else(|| (!self.lease.is_armed()).then_some(Blocked::Tick(Tick::Disarmed)))
     }
 
     /// Takes note of a reset: what has failed may work again, and is told anew where it does not.
@@ -244,10 +244,5 @@ impl<const STREAMS: usize> DeviceInfo<STREAMS> {
         self.reason = self.reason.filter(|reason| !reason.is_fault());
         self.failed = 0;
         self.blocked = self.blocked.filter(|reason| !reason.reason().is_fault());
-    }
-
-    /// What was wrong with the last tick.
-    fn trouble(&self) -> Option<Blocked> {
-        self.blocked.filter(|blocked| blocked.reason().is_fault())
     }
 }
