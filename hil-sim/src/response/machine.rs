@@ -26,6 +26,8 @@ pub(super) struct Machine {
     /// Commands that are not over, the newest last.
     waiting: VecDeque<Vec<f64>>,
     positions: Arc<Positions>,
+    /// When the next hand lets go, `s`, as far as that is known.
+    next_let_go_s: f64,
     /// Controllers, and how many of them have commanded in this tick.
     controllers: usize,
     commanded: usize,
@@ -123,7 +125,18 @@ impl Machine {
         let repetition = Repetition::ONCE;
         let positions = Arc::<Positions>::default();
         positions.show(&body, axes.len());
-        Self { body, axes, delay_ticks, repetition, waiting, positions, controllers, commanded: 0 }
+        let (next_let_go_s, commanded) = (0.0, 0);
+        Self {
+            body,
+            axes,
+            delay_ticks,
+            repetition,
+            waiting,
+            positions,
+            next_let_go_s,
+            controllers,
+            commanded,
+        }
     }
 
     pub(super) fn body(&self) -> &Body {
@@ -164,12 +177,18 @@ impl Machine {
 
     /// Has a hand let go whose time has come.
     fn let_go(&mut self, time_s: f64) {
+        if time_s < self.next_let_go_s {
+            return;
+        }
+        self.next_let_go_s = f64::INFINITY;
         for (place, axis) in self.axes.iter_mut().enumerate().filter(|(_, axis)| !axis.has_let_go) {
             if time_s >= axis.let_go_s - LATE_S {
                 (axis.has_let_go, axis.still) = (true, None);
                 if let Some(free) = axis.section.without_hand_stiffness().joint() {
                     self.body.hold(place, free.load.stiffness, free.load.rest_position);
                 }
+            } else {
+                self.next_let_go_s = self.next_let_go_s.min(axis.let_go_s - LATE_S);
             }
         }
     }
@@ -188,7 +207,7 @@ impl Machine {
 
     /// Takes what a controller commands its axes; moves on from `start_s` for `period_s` when all of them have.
     pub(super) fn take(&mut self, start_s: f64, period_s: f64, commands: impl Iterator<Item = (usize, f64)>) {
-        if self.commanded == 0 {
+        if self.commanded == 0 && self.delay_ticks > 0.0 {
             self.waiting.rotate_left(1);
         }
         if let Some(newest) = self.waiting.back_mut() {
@@ -228,7 +247,9 @@ impl Machine {
             axes.get(axis).map_or(0.0, |axis| axis.section.force(position, velocity))
         };
         let around = Around { outside: &outside, still: &still, around: &around };
-        body.advance(start_s, change_s, held(ticks + 1), &around);
+        if change_s > 0.0 {
+            body.advance(start_s, change_s, held(ticks + 1), &around);
+        }
         body.advance(start_s + change_s, period_s - change_s, held(ticks), &around);
         positions.show(body, axes.len());
     }

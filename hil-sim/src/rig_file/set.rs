@@ -63,9 +63,9 @@ pub(super) fn apply_all(
     // It was read once already.
     let mut table: Table = toml::from_str(text).unwrap_or_default();
     let parameters = file.parameters.clone();
-    let all = settings
-        .iter()
-        .try_fold(table.clone(), |with, setting| with_setting(&with, &parameters, &setting.key, &setting.value));
+    let all = settings.iter().try_fold(table.clone(), |with, setting| {
+        with_setting(&with, &parameters, &setting.key, &setting.value)
+    });
     if let Ok(Ok(found)) = all.map(Table::try_into) {
         return Ok(found);
     }

@@ -43,6 +43,7 @@ impl ExactSteps {
         Self { slides_freely: !mechanics.friction.is_dry(), known: Vec::new(), last: 0 }
     }
 
+    /// The step in `stop`, and its dynamics.
     fn get(&mut self, mechanics: &Mechanics, stop: Contact, step_s: f64) -> &Known {
         let bits = [mechanics.load.stiffness.to_bits(), step_s.to_bits()];
         let is_it = |known: &Known| known.stop == stop && known.bits == bits;
@@ -118,10 +119,21 @@ impl Mechanics {
         push: Push,
         step_s: f64,
     ) {
-        if mode.output == Slide::Stuck {
-            return;
+        if mode.output != Slide::Stuck {
+            self.step_by(&steps.get(self, mode.stop, step_s).transition, state, mode, inputs, push, step_s);
         }
-        let transition = &steps.get(self, mode.stop, step_s).transition;
+    }
+
+    #[inline]
+    fn step_by(
+        &self,
+        transition: &Transition,
+        state: &mut State,
+        mode: &Mode,
+        inputs: &Inputs,
+        push: Push,
+        step_s: f64,
+    ) {
         let Push { start, middle, end } = push;
         let beyond = 2.0 / 3.0 * (middle - 0.5 * (start + end));
         let inputs = Inputs { load: start + beyond, ..*inputs };
@@ -177,9 +189,9 @@ impl Mechanics {
         let is_smooth = (quarter - parabola).abs() <= SMOOTH * forces;
         let rooms = self.stops.as_ref().map_or(Some([f64::INFINITY; 2]), |stops| stops.reach(stop, state));
         let Some([room, room_per_s]) = rooms.filter(|_| is_smooth) else { return false };
+        let Known { dynamics, transition, .. } = steps.get(self, stop, period_s);
         if room < f64::INFINITY {
-            let Dynamics { stiffness_n_per_m, inverse_mass_per_kg, .. } =
-                steps.get(self, stop, period_s).dynamics;
+            let Dynamics { stiffness_n_per_m, inverse_mass_per_kg, .. } = *dynamics;
             let acceleration = self.net_force(state, &mode, inputs) * inverse_mass_per_kg;
             let rad2_per_s2 = stiffness_n_per_m * inverse_mass_per_kg;
             let pushed = (end - start).abs() + 2.0 * (middle - 0.5 * (start + end)).abs();
@@ -193,7 +205,7 @@ impl Mechanics {
                 return false;
             }
         }
-        self.exact_step(steps, state, &mode, inputs, push, period_s);
+        self.step_by(transition, state, &mode, inputs, push, period_s);
         true
     }
 }
