@@ -208,7 +208,7 @@ pub trait CommandPort: Read + Write + Send + 'static {}
 /// Whether a power stage has something to do: the scheme commands, or the way to zero is not over.
 #[must_use]
 pub fn is_driven(tick: Tick, commanded: &[Word]) -> bool {
-    tick == Tick::Ran || commanded.iter().any(|word| f32::from_word(*word) != 0.0)
+    matches!(tick, Tick::Ran) || commanded.iter().any(|word| f32::from_word(*word) != 0.0)
 }
 
 /// Packets that come in over the device's links.

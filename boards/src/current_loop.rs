@@ -23,7 +23,7 @@ pub use scaling::{MOST_COUNTS, Rest, Scaling, WrongAtRest, amperes};
 use dimsart_core::DriveFault;
 use dimsart_link::protocol::{self, FoundMotor, IdentificationFailure};
 use drive::{
-    As5600, Checked, Configuration, Drive, Duties, Encoder, Fault, Identification, IdentificationError,
+    As5600, Checked, Configuration, Drive, Duties, Encoder, Identification, IdentificationError,
     IdentificationStep, Identified, Rotor, Sample,
 };
 
@@ -131,7 +131,7 @@ impl CurrentLoop {
             current_a: measured.current_a.q,
             bus_v: sample.bus_v,
             temperature_c: sample.temperature_c,
-            fault: self.fault.or_else(|| self.drive.fault().map(told)),
+            fault: self.fault.or_else(|| self.drive.fault()),
             is_ready: matches!(self.stage, Stage::Driving),
             periods: self.periods,
         });
@@ -190,7 +190,7 @@ impl CurrentLoop {
                 }
                 IdentificationStep::Over(Err(error)) => {
                     self.fault = Some(match error {
-                        IdentificationError::Fault(fault) => told(fault),
+                        IdentificationError::Fault(fault) => fault,
                         _ => DriveFault::NotAligned,
                     });
                     self.stage = Stage::Unaligned;
@@ -238,7 +238,7 @@ impl CurrentLoop {
     #[cold]
     #[inline(never)]
     fn forget(&mut self) {
-        use Fault::{EncoderJumped, EncoderLost, EncoderSlipped};
+        use DriveFault::{EncoderJumped, EncoderLost, EncoderSlipped};
         let has_lost_rotor = matches!(self.drive.fault(), Some(EncoderLost | EncoderJumped | EncoderSlipped));
         self.drive.clear();
         if !matches!(self.stage, Stage::AtRest(_)) {
@@ -279,24 +279,6 @@ pub fn why(error: IdentificationError) -> IdentificationFailure {
         }
         IdentificationError::DidNotMove => IdentificationFailure::DidNotMove,
         IdentificationError::Slipped { .. } => IdentificationFailure::Slipped,
-        IdentificationError::Fault(fault) => IdentificationFailure::Drive(told(fault).reason().number()),
-    }
-}
-
-/// A drive's fault as a tick knows it.
-fn told(fault: Fault) -> DriveFault {
-    match fault {
-        Fault::Overcurrent => DriveFault::Overcurrent,
-        Fault::CurrentSensors => DriveFault::CurrentSensors,
-        Fault::Undervoltage => DriveFault::Undervoltage,
-        Fault::Overvoltage => DriveFault::Overvoltage,
-        Fault::Overtemperature => DriveFault::Overtemperature,
-        Fault::EncoderLost => DriveFault::EncoderLost,
-        Fault::EncoderJumped => DriveFault::EncoderJumped,
-        Fault::EncoderMagnet => DriveFault::EncoderMagnet,
-        Fault::Stalled => DriveFault::Stalled,
-        Fault::Overspeed => DriveFault::Overspeed,
-        Fault::EncoderSlipped => DriveFault::EncoderSlipped,
-        Fault::CurrentLoop => DriveFault::CurrentLoop,
+        IdentificationError::Fault(fault) => IdentificationFailure::Drive(fault.reason().number()),
     }
 }

@@ -113,9 +113,9 @@ pub use serve::{answer, serve, serve_content};
 pub use telemetry::{MAX_TELEMETRY_SIGNALS, MAX_TELEMETRY_WORDS, Sample, decode_sample, encode_sample};
 
 /// Version of requests and responses; see the [module docs](self).
-pub const PROTOCOL_VERSION: u16 = 16;
+pub const PROTOCOL_VERSION: u16 = 17;
 
 /// Oldest version that a host of this one understands: before it, effects and states had other fields.
-pub const OLDEST_PROTOCOL_VERSION: u16 = 16;
+pub const OLDEST_PROTOCOL_VERSION: u16 = 17;
 /// Bits per second of a serial command line, unless both ends were told otherwise.
 pub const DEFAULT_BAUD: u32 = 921_600;

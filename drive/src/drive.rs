@@ -2,12 +2,14 @@
 
 use core::f32::consts::FRAC_PI_4;
 
+use dimsart_core::DriveFault;
+
 use crate::Angle;
 use crate::configuration::{Checked, Configuration, ConfigurationError, Inverter, Motor};
 use crate::current_controller::CurrentController;
 use crate::modulation::{Duties, Modulation};
 use crate::number::{smaller, within};
-use crate::protection::{Fault, Protection};
+use crate::protection::Protection;
 use crate::sample::{Rotor, Sample};
 use crate::tracking::Tracking;
 use crate::vector::{Dq, Stator, Turn};
@@ -182,7 +184,7 @@ impl Drive {
 
     /// Why the bridge is off; none when it may be on.
     #[must_use]
-    pub fn fault(&self) -> Option<Fault> {
+    pub fn fault(&self) -> Option<DriveFault> {
         self.protection.fault()
     }
 

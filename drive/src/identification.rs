@@ -13,10 +13,12 @@ mod resting;
 mod shaking;
 mod turning;
 
+use dimsart_core::DriveFault;
+
 use crate::configuration::{Checked, Configuration, ConfigurationError};
 use crate::modulation::{Duties, Modulation};
 use crate::number::{larger, within};
-use crate::protection::{Fault, Protection};
+use crate::protection::Protection;
 use crate::sample::{Rotor, Sample};
 use crate::vector::{Dq, Stator, Turn};
 use resting::{Rest, Resting};
@@ -73,7 +75,7 @@ pub enum IdentificationError {
         travel_rad: f32,
     },
     /// What turns off a drive, too.
-    Fault(Fault),
+    Fault(DriveFault),
 }
 
 impl IdentificationError {

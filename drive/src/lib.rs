@@ -87,7 +87,7 @@ pub use moteus::{
     MoteusAddress, MoteusFault, MoteusFrame, MoteusJoint, MoteusMode, MoteusReading, MoteusReplyError,
     MoteusState, MoteusTrouble,
 };
-pub use protection::{Fault, Protection};
+pub use protection::Protection;
 pub use reading::DriveReading;
 pub use sample::{Rotor, Sample};
 pub use tracking::Tracking;

@@ -2,6 +2,8 @@
 
 use core::f32::consts::FRAC_PI_2;
 
+use dimsart_core::DriveFault;
+
 use crate::Angle;
 use crate::configuration::{Configuration, Inverter, Limits};
 use crate::number::{larger, smaller};
@@ -32,35 +34,6 @@ const TURNING_UNSEEN_S: f32 = 0.005;
 /// Change of the current within two periods, of the limit of the current, above which it oscillates.
 const OSCILLATION_SHARE: f32 = 0.2;
 
-/// Why the bridge is off (texts and remedies are those of the core's reasons), the first reason that was found. It stays until it is [cleared](Protection::clear).
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Fault {
-    /// A phase has more than the trip current.
-    Overcurrent,
-    /// The currents of the phases do not add up to nothing: a converter is wrong, or current leaves the motor elsewhere.
-    CurrentSensors,
-    /// The supply is too low: it is off, its fuse is gone, or its wires are thin.
-    Undervoltage,
-    /// The supply is too high: braking feeds one that takes nothing.
-    Overvoltage,
-    /// Too hot, or the sensor is gone.
-    Overtemperature,
-    /// The encoder does not answer; or it reports standstill, but the voltage is that of a rotor that turns.
-    EncoderLost,
-    /// It says angles to which no rotor can have turned.
-    EncoderJumped,
-    /// Its magnet is gone, or at a wrong distance.
-    EncoderMagnet,
-    /// The rotor has stood still under current for too long.
-    Stalled,
-    /// The rotor turns faster than it may, or than the supply can hold against.
-    Overspeed,
-    /// The encoder's angle does not match the rotor's magnets: counts are missing, or a wheel or magnet slips.
-    EncoderSlipped,
-    /// The controlled currents oscillate.
-    CurrentLoop,
-}
-
 /// Watches a drive.
 #[derive(Debug, Clone)]
 pub struct Protection {
@@ -89,7 +62,7 @@ pub struct Protection {
     unstable_periods: i32,
     bad_readings: u8,
     stalled_s: f32,
-    fault: Option<Fault>,
+    fault: Option<DriveFault>,
 }
 
 impl Protection {
@@ -127,7 +100,7 @@ impl Protection {
 
     /// Why the bridge is off; none when it may be on.
     #[must_use]
-    pub fn fault(&self) -> Option<Fault> {
+    pub fn fault(&self) -> Option<DriveFault> {
         self.fault
     }
 
@@ -149,17 +122,17 @@ impl Protection {
             is_within(u, trip_current_a) && is_within(v, trip_current_a) && is_within(w, trip_current_a);
         let found = match sample {
             // A converter at its end, beside two phases that do not add up to as much.
-            _ if !has_current && (u + v + w).is_infinite() => Fault::CurrentSensors,
-            _ if !has_current => Fault::Overcurrent,
-            _ if !is_within(u + v + w, self.most_sum_a) => Fault::CurrentSensors,
-            Sample { bus_v, .. } if *bus_v > most_bus_v => Fault::Overvoltage,
+            _ if !has_current && (u + v + w).is_infinite() => DriveFault::CurrentSensors,
+            _ if !has_current => DriveFault::Overcurrent,
+            _ if !is_within(u + v + w, self.most_sum_a) => DriveFault::CurrentSensors,
+            Sample { bus_v, .. } if *bus_v > most_bus_v => DriveFault::Overvoltage,
             Sample { bus_v, .. } if *bus_v >= least_bus_v => {
                 match (COLDEST_C..trip_c).contains(&sample.temperature_c) {
                     true => return,
-                    false => Fault::Overtemperature,
+                    false => DriveFault::Overtemperature,
                 }
             }
-            _ => Fault::Undervoltage,
+            _ => DriveFault::Undervoltage,
         };
         self.note(found);
     }
@@ -172,10 +145,10 @@ impl Protection {
                 self.bad_readings = self.bad_readings.saturating_sub(1);
                 return Some(surprise_rad);
             }
-            Rotor::At(_) => Fault::EncoderJumped,
+            Rotor::At(_) => DriveFault::EncoderJumped,
             Rotor::Awaited => return None,
-            Rotor::Lost => Fault::EncoderLost,
-            Rotor::BadMagnet => Fault::EncoderMagnet,
+            Rotor::Lost => DriveFault::EncoderLost,
+            Rotor::BadMagnet => DriveFault::EncoderMagnet,
         };
         self.bad_readings = self.bad_readings.saturating_add(BAD_READING);
         if self.has_lost_rotor() {
@@ -196,12 +169,12 @@ impl Protection {
     #[inline]
     pub(crate) fn weigh(&mut self, current_a: f32, angle: Angle, speed_rad_per_s: f32, held_rad_per_s: f32) {
         if speed_rad_per_s.abs() > smaller(self.limits.speed_rad_per_s, held_rad_per_s) {
-            self.note(Fault::Overspeed);
+            self.note(DriveFault::Overspeed);
         }
         let heated = current_a * current_a * self.stall_per_a2;
         self.stalled_s = larger(self.stalled_s + self.check_s * (heated - self.cooled), 0.0);
         if self.stalled_s > self.limits.stall_s {
-            self.note(Fault::Stalled);
+            self.note(DriveFault::Stalled);
         }
         if angle.minus(self.held_at).rad().abs() > self.held_rad {
             self.held_at = angle;
@@ -219,7 +192,7 @@ impl Protection {
         // A reference that steps in every tick makes large changes in half of the checks.
         self.unstable_periods = (self.unstable_periods + if is_large { 2 } else { -4 }).max(0);
         if self.unstable_periods > self.most_unseen_periods {
-            self.note(Fault::CurrentLoop);
+            self.note(DriveFault::CurrentLoop);
         }
     }
 
@@ -242,7 +215,7 @@ impl Protection {
         self.unseen_periods = (self.unseen_periods + if is_wrong { 2 } else { -1 }).max(0);
         if self.unseen_periods > self.most_unseen_periods {
             let stands = speed_rad_per_s <= self.standstill_rad_per_s;
-            self.note(if stands { Fault::EncoderLost } else { Fault::EncoderSlipped });
+            self.note(if stands { DriveFault::EncoderLost } else { DriveFault::EncoderSlipped });
         }
     }
 
@@ -253,7 +226,7 @@ impl Protection {
         smaller(self.derating_a_per_c * (trip_c - temperature_c), current_a)
     }
 
-    fn note(&mut self, fault: Fault) {
+    fn note(&mut self, fault: DriveFault) {
         self.fault.get_or_insert(fault);
     }
 }

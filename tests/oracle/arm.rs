@@ -63,7 +63,7 @@ fn look(arm: &Arm, samples: &[Sample]) -> [(&'static str, Vec<f64>, Vec<f64>); 5
     };
     let mass = |sample: &Sample| {
         let (matrix, axes) = (arm.mass_matrix(&sample.position), sample.mass.len());
-        (0..axes * axes).map(|place| matrix.at(place / axes, place % axes)).collect()
+        (0..axes * axes).map(|place| matrix[(place / axes, place % axes)]).collect()
     };
     [
         ("mass", of(|sample| sample.mass.concat(), &mass)),

@@ -194,7 +194,7 @@ mod tests {
     fn every_fault_comes_through() {
         let exchange = Exchange::new();
         assert_eq!(exchange.told(), None);
-        for fault in DriveFault::ALL.map(Some).into_iter().chain([None]) {
+        for fault in DriveFault::ALL.iter().copied().map(Some).chain([None]) {
             let told = Told { fault, is_ready: fault.is_none(), bus_v: 24.0, ..Told::default() };
             exchange.tell(&told);
             assert_eq!(exchange.told(), Some(told));

@@ -129,7 +129,7 @@ impl Joints for Joint {
         }
         if self.fault == Some(DriveFault::Silent)
             || !is_driven(tick, commanded)
-            || tick != Tick::Ran && !is_ready
+            || !matches!(tick, Tick::Ran) && !is_ready
         {
             return current_loop::disarm();
         }

@@ -140,13 +140,13 @@ fn stop_releases_the_lease_and_starting_again_moves_nothing_without_arming() {
         board.tick();
         assert_eq!(board.last.0, Tick::Ran);
         let effect = board.command(stopping, Command::Stop).unwrap();
-        assert_eq!((effect.refused, effect.blocked), (None, Some(Blocked::Stopped)));
+        assert_eq!((effect.refused, effect.blocked), (None, Some(Blocked::Tick(Tick::Idle))));
         assert_eq!(board.lease(2, LeaseAction::Look), Ok(LeaseStatus::default()));
         let late = board.lease(1, LeaseAction::Renew);
         assert_eq!(late, Err(Refusal::Lease { holder: NOBODY }), "a renewal does not bring it back");
         // What `Start` sends, from the client that was armed.
         let effect = board.command(1, Command::Check).unwrap();
-        assert_eq!((effect.refused, effect.blocked), (None, Some(Blocked::Disarmed)));
+        assert_eq!((effect.refused, effect.blocked), (None, Some(Blocked::Tick(Tick::Disarmed))));
         board.tick();
         assert_eq!(board.last, (Tick::Disarmed, [Word(0); 3]));
         board.lease(1, LeaseAction::Take).unwrap();
@@ -207,7 +207,7 @@ fn while_one_holds_it_the_others_look_and_change_nothing() {
     assert!(matches!(board.ask(2, Request::Identify), Response::Identity(_)));
     assert_eq!(board.command(1, stiffer()).unwrap().blocked, None);
     // Whoever sees that it must rest may say so.
-    assert_eq!(board.command(2, Command::Stop).unwrap().blocked, Some(Blocked::Stopped));
+    assert_eq!(board.command(2, Command::Stop).unwrap().blocked, Some(Blocked::Tick(Tick::Idle)));
     board.lease(1, LeaseAction::GiveBack).unwrap();
     board.command(2, stiffer()).unwrap();
 }
@@ -215,16 +215,19 @@ fn while_one_holds_it_the_others_look_and_change_nothing() {
 #[test]
 fn a_command_and_a_heartbeat_say_that_the_lease_is_missing() {
     let mut board = Board::running();
-    assert_eq!(board.command(1, stiffer()).unwrap().blocked, Some(Blocked::Disarmed));
+    assert_eq!(board.command(1, stiffer()).unwrap().blocked, Some(Blocked::Tick(Tick::Disarmed)));
     board.tick();
     let heartbeat = board.info.heartbeat(3);
     assert_eq!((heartbeat.ticks, heartbeat.dropped), (1, 3));
-    assert_eq!((heartbeat.blocked, heartbeat.first_fault), (Some(Blocked::Disarmed), None));
+    assert_eq!((heartbeat.blocked, heartbeat.first_fault), (Some(Blocked::Tick(Tick::Disarmed)), None));
     board.lease(7, LeaseAction::Take).unwrap();
     assert_eq!(board.command(7, stiffer()).unwrap().blocked, None, "it moves in the next tick");
     board.tick_at(f32::NAN);
     let heartbeat = board.info.heartbeat(0);
-    let reason = Blocked::Measurement(FrameError::NotFinite { signal: types::POSITION.first(), word: 0 });
+    let reason = Blocked::Tick(Tick::MeasurementRefused(FrameError::NotFinite {
+        signal: types::POSITION.first(),
+        word: 0,
+    }));
     assert_eq!(heartbeat.blocked, Some(reason));
     assert_eq!(heartbeat.first_fault.unwrap().tick, 2);
     assert_eq!(heartbeat.lease, LeaseStatus::default(), "a fault ends it");
@@ -311,7 +314,7 @@ fn a_link_that_is_down_keeps_the_lease_and_is_no_fault_of_the_past() {
     assert_eq!(scheme::load(rows, "any", &["any"], &mut board.dimsart, |_| ()), 0);
     board.lease(1, LeaseAction::Take).unwrap();
     (0..50).for_each(|_| drop(board.tick()));
-    let down = Some(Blocked::LinkDown { link: 0 });
+    let down = Some(Blocked::Tick(Tick::LinkDown { link: 0 }));
     assert_eq!((board.last.0, board.status()), (Tick::LinkDown { link: 0 }, down));
     board.lease(1, LeaseAction::Renew).unwrap();
     let heartbeat = board.info.heartbeat(0);
@@ -338,13 +341,13 @@ fn answers_say_that_a_link_is_lost_as_heartbeats_do_until_a_reset() {
     (0..20).for_each(|_| drop(board.tick()));
     assert_eq!((board.last.0, board.status()), (Tick::Ran, None));
     board.tick();
-    let lost = Some(Blocked::LinkLost { link: 0 });
+    let lost = Some(Blocked::Tick(Tick::LinkLost { link: 0 }));
     assert_eq!((board.last.0, board.info.heartbeat(0).blocked), (Tick::LinkLost { link: 0 }, lost));
     assert_eq!(board.status(), lost);
     assert_eq!(board.command(1, Command::Check).unwrap().blocked, lost);
     assert_eq!(board.lease(1, LeaseAction::Renew), Err(Refusal::Fault(48)), "a fault ends the lease");
     assert_eq!(board.lease(1, LeaseAction::Take), Err(Refusal::Fault(48)), "and motion takes a reset");
-    assert_eq!(board.command(1, Command::Reset).unwrap().blocked, Some(Blocked::Disarmed));
+    assert_eq!(board.command(1, Command::Reset).unwrap().blocked, Some(Blocked::Tick(Tick::Disarmed)));
     board.tick();
     assert_eq!(board.last.0, Tick::Disarmed, "and a new lease");
     board.lease(1, LeaseAction::Take).unwrap();

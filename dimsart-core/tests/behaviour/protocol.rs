@@ -15,7 +15,7 @@ mod noise;
 mod served;
 
 use crate::common::module_at;
-use dimsart_core::{Accepted, DataTypeText, ParameterText, PortText};
+use dimsart_core::{Accepted, DataTypeText, ParameterText, PortText, Tick};
 use dimsart_core::{
     Accepts, AxisKind, Command, CommandError, EngineCommand, Finding, Format, FrameError, ModuleRef,
     ParameterError, Party, Timing, TypeRef, Unit, Value, scheme, types,
@@ -208,7 +208,7 @@ fn an_accepted_command_says_what_still_keeps_the_device_still() {
         effect,
         Effect {
             refused: None,
-            blocked: Some(Blocked::Fault(wanted)),
+            blocked: Some(Blocked::Mismatch(wanted)),
             value: None,
             is_in_transaction: false
         }
@@ -227,14 +227,22 @@ fn an_accepted_command_says_what_still_keeps_the_device_still() {
     let effect = served.command(Command::PlugIn(pd));
     assert_eq!(
         effect,
-        Effect { refused: None, blocked: Some(Blocked::Stopped), value: None, is_in_transaction: false }
+        Effect {
+            refused: None,
+            blocked: Some(Blocked::Tick(Tick::Idle)),
+            value: None,
+            is_in_transaction: false
+        }
     );
     let effect = served.command(Command::Check);
     assert_eq!(effect, Effect { refused: None, blocked: None, value: None, is_in_transaction: false });
 
     served.tick(0.5);
     served.tick(f32::NAN);
-    let reason = Blocked::Measurement(FrameError::NotFinite { signal: types::POSITION.first(), word: 0 });
+    let reason = Blocked::Tick(Tick::MeasurementRefused(FrameError::NotFinite {
+        signal: types::POSITION.first(),
+        word: 0,
+    }));
     served.tick(0.5);
     assert_eq!(served.command(Command::Check).blocked, Some(reason));
     assert_eq!(served.command(Command::Reset).blocked, None);

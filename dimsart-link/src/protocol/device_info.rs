@@ -9,15 +9,9 @@ use super::response::{Refusal, Response};
 use super::serve::{answer_law, refuse_law};
 use super::telemetry::{MAX_TELEMETRY_SIGNALS, Sample, Stream, Wanted};
 use crate::event_log::{Event, EventKind, EventLog};
-use dimsart_core::DataBase;
-use dimsart_core::Dimsart;
-use dimsart_core::Engine;
-use dimsart_core::Finding;
-use dimsart_core::FrameError;
-use dimsart_core::ModuleRef;
-use dimsart_core::Timing;
-use dimsart_core::{DriveFault, Reason, Tick};
-use dimsart_core::{FaultCause, ModuleFault};
+use dimsart_core::{
+    DataBase, Dimsart, Engine, FaultCause, Finding, FrameError, ModuleFault, Reason, Tick, Timing,
+};
 
 const LEASES_PER_S: u32 = 5;
 /// Telemetry ends when its client has been silent for so long.
@@ -29,47 +23,18 @@ const PATIENCE_S: u32 = 5;
 #[non_exhaustive]
 pub enum Blocked {
     /// The scheme does not match; this is its first fault.
-    Fault(Finding),
-    /// The scheme matches, or is empty, and waits for `MATCHING_CHECK`.
-    Stopped,
-    /// The scheme runs and the last measurement was refused.
-    Measurement(FrameError),
-    /// The scheme runs and its last command to the device was refused.
-    Command(FrameError),
-    /// The scheme runs and nobody holds the [lease](super::Lease).
-    Disarmed,
-    /// The scheme runs and nothing has come over a link for too long, until a reset.
-    LinkLost {
-        /// The link.
-        link: u8,
-    },
-    /// The scheme runs, and a module that the device depends on has failed, until a reset.
-    Module(ModuleRef),
-    /// The scheme runs, and what it is commanded by from outside is [too old](dimsart_core::Dimsart::hold_back).
-    Late,
-    /// The scheme runs, and the bridge of the device's drive is off, until a reset if it was moved before.
-    Drive(DriveFault),
-    /// The scheme runs, and no packet has come over a link since it started or was reset: until the first one.
-    LinkDown {
-        /// The link.
-        link: u8,
-    },
+    Mismatch(Finding),
+    /// The outcome of the last tick, which is not [`Tick::Ran`].
+    Tick(Tick),
 }
 
 impl Blocked {
-    /// Its reason in numbers: what the [safety stage](dimsart_core::Safety) says of such a tick.
+    /// Its number and texts.
     #[must_use]
     pub const fn reason(&self) -> Reason {
         match self {
-            Self::Fault(_) | Self::Stopped => Reason::Stopped,
-            Self::Measurement(_) => Reason::MeasurementRefused,
-            Self::Command(_) => Reason::CommandRefused,
-            Self::Disarmed => Reason::Disarmed,
-            Self::LinkLost { .. } => Reason::LinkLost,
-            Self::LinkDown { .. } => Reason::LinkDown,
-            Self::Late => Reason::CommandsLate,
-            Self::Module(_) => Reason::ModuleFailed,
-            Self::Drive(fault) => fault.reason(),
+            Self::Mismatch(_) => Reason::Stopped,
+            Self::Tick(tick) => tick.reason(),
         }
     }
 }
@@ -119,7 +84,7 @@ impl<const STREAMS: usize> DeviceInfo<STREAMS> {
         Self {
             image,
             ticks: 0,
-            blocked: Some(Blocked::Stopped),
+            blocked: Some(Blocked::Tick(Tick::Idle)),
             first_fault: None,
             timing: None,
             lease: Lease::new(0),
@@ -190,26 +155,14 @@ impl<const STREAMS: usize> DeviceInfo<STREAMS> {
             self.log_tick(tick, faults);
             (self.reason, self.failed) = (reason, failed);
         }
-        self.blocked = match tick {
-            Tick::Ran => None,
-            Tick::Idle => Some(Blocked::Stopped),
-            Tick::MeasurementRefused(error) => Some(Blocked::Measurement(error)),
-            Tick::CommandRefused(error) => Some(Blocked::Command(error)),
-            Tick::Disarmed => Some(Blocked::Disarmed),
-            Tick::LinkLost { link } => Some(Blocked::LinkLost { link }),
-            Tick::LinkDown { link } => Some(Blocked::LinkDown { link }),
-            Tick::CommandsLate => Some(Blocked::Late),
-            Tick::ModuleFailed(module) => Some(Blocked::Module(module)),
-            Tick::DriveFailed(fault) => Some(Blocked::Drive(fault)),
-        };
-        // Who is armed waits for a link's first packet: a peer that starts later is no fault.
-        let failed = self.trouble().filter(|reason| !matches!(reason, Blocked::LinkDown { .. }));
-        if failed.is_some() {
+        self.blocked = (!matches!(tick, Tick::Ran)).then_some(Blocked::Tick(tick));
+        // An armed client waits for a link's first packet: a peer that starts later is no fault.
+        let reason = tick.reason();
+        if reason.is_fault() && reason != Reason::LinkDown {
             // Motion takes a reset and a new lease.
             self.lease.end();
-        }
-        if self.first_fault.is_none() {
-            self.first_fault = failed.map(|reason| FirstFault { tick: self.ticks, reason });
+            let first = FirstFault { tick: self.ticks, reason: Blocked::Tick(tick) };
+            self.first_fault.get_or_insert(first);
         }
     }
 
@@ -282,7 +235,8 @@ impl<const STREAMS: usize> DeviceInfo<STREAMS> {
 
     /// Why a scheme that runs does not command the device in the next tick, as far as can be told.
     pub(super) fn keeps_still(&self) -> Option<Blocked> {
-        self.trouble().or_else(|| (!self.lease.is_armed()).then_some(Blocked::Disarmed))
+        let fault = self.blocked.filter(|blocked| blocked.reason().is_fault());
+        fault.or_else(|| (!self.lease.is_armed()).then_some(Blocked::Tick(Tick::Disarmed)))
     }
 
     /// Takes note of a reset: what has failed may work again, and is told anew where it does not.
@@ -290,11 +244,5 @@ impl<const STREAMS: usize> DeviceInfo<STREAMS> {
         self.reason = self.reason.filter(|reason| !reason.is_fault());
         self.failed = 0;
         self.blocked = self.blocked.filter(|reason| !reason.reason().is_fault());
-    }
-
-    /// What was wrong with the last tick.
-    fn trouble(&self) -> Option<Blocked> {
-        let is_state = |reason: &Blocked| matches!(reason, Blocked::Stopped | Blocked::Disarmed);
-        self.blocked.filter(|reason| !is_state(reason))
     }
 }

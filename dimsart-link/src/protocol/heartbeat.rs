@@ -16,7 +16,7 @@ pub struct Heartbeat {
     /// Ticks since the start.
     pub ticks: u64,
     /// Why the scheme did not command the device in the last tick; none when it did. Without a check:
-    /// [`Blocked::Stopped`] for every scheme that does not run, [`Status`](super::Status) says why.
+    /// `Tick::Idle` for every scheme that does not run, [`Status`](super::Status) says why.
     pub blocked: Option<Blocked>,
     /// The first tick that was refused, or in which a link was lost.
     pub first_fault: Option<FirstFault>,

@@ -20,7 +20,7 @@ use dimsart_core::Dimsart;
 use dimsart_core::Format;
 use dimsart_core::Unit;
 use dimsart_core::parameter::Value;
-use dimsart_core::{Engine, type_at};
+use dimsart_core::{Engine, Tick, type_at};
 
 /// Carries out the request with this id, between two ticks; see [Time](super#time) for what it costs.
 #[must_use]
@@ -223,7 +223,7 @@ fn blocked<const STREAMS: usize>(engine: &Engine, info: &DeviceInfo<STREAMS>) ->
     if engine.is_running() {
         return info.keeps_still();
     }
-    Some(engine.first_fault().map_or(Blocked::Stopped, Blocked::Fault))
+    Some(engine.first_fault().map_or(Blocked::Tick(Tick::Idle), Blocked::Mismatch))
 }
 
 /// As many words of a slot as fit, from one of them on.

@@ -93,7 +93,7 @@ fn hex(bytes: &[u8]) -> String {
 #[test]
 fn heartbeats() {
     let lease = LeaseStatus { holder: 3, ticks_left: 199 };
-    let first_fault = Some(FirstFault { tick: 300, reason: Blocked::Stopped });
+    let first_fault = Some(FirstFault { tick: 300, reason: Blocked::Tick(Tick::Idle) });
     let heartbeat = |blocked, first_fault| Heartbeat {
         ticks: 300,
         blocked,
@@ -106,8 +106,8 @@ fn heartbeats() {
     for (heartbeat, expected) in [
         (heartbeat(None, None), "05 07 00 ac 02 00 00 03 c7 01 01 02 ac 02"),
         (
-            heartbeat(Some(Blocked::Disarmed), first_fault),
-            "05 07 00 ac 02 01 04 01 ac 02 01 03 c7 01 01 02 ac 02",
+            heartbeat(Some(Blocked::Tick(Tick::Disarmed)), first_fault),
+            "05 07 00 ac 02 01 01 04 01 ac 02 01 01 03 c7 01 01 02 ac 02",
         ),
     ] {
         let content = content(encode_heartbeat(&heartbeat, 7, &mut [0; MAX_FRAME_BYTES]).unwrap());

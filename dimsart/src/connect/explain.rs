@@ -2,7 +2,9 @@
 
 use std::io::{Read, Write};
 
-use dimsart_core::{CommandError, DriveFault, Explanation, Finding, FrameError, ModuleFault, Vocabulary};
+use dimsart_core::{
+    CommandError, DriveFault, Explanation, Finding, FrameError, ModuleFault, Tick, Vocabulary,
+};
 use dimsart_link::protocol::Blocked;
 
 use super::description::Description;
@@ -21,24 +23,26 @@ impl<S: Read + Write> Device<S> {
 
     pub(super) fn blocked_text(&mut self, blocked: Blocked) -> Text {
         Ok(match blocked {
-            Blocked::Fault(finding) => self.finding_text(finding)?,
-            Blocked::Stopped => "the scheme is stopped; `check` starts it if it matches".to_owned(),
-            Blocked::Measurement(error) => {
+            Blocked::Mismatch(finding) => self.finding_text(finding)?,
+            Blocked::Tick(Tick::Idle) => "the scheme is stopped; `check` starts it if it matches".to_owned(),
+            Blocked::Tick(Tick::MeasurementRefused(error)) => {
                 format!("its last measurement was refused: {}", self.know(|known| frame_text(known, error))?)
             }
-            Blocked::Command(error) => format!(
+            Blocked::Tick(Tick::CommandRefused(error)) => format!(
                 "the scheme's last command to it was refused: {}",
                 self.know(|known| frame_text(known, error))?
             ),
-            Blocked::Disarmed => {
+            Blocked::Tick(Tick::Disarmed) => {
                 "the scheme runs and nobody holds the lease that motion needs; `arm` takes and holds it"
                     .to_owned()
             }
-            Blocked::LinkLost { link } | Blocked::LinkDown { link } => {
+            Blocked::Tick(Tick::LinkLost { link } | Tick::LinkDown { link }) => {
                 format!("link {link}: {}", blocked.reason())
             }
-            Blocked::Drive(DriveFault::Gone { axis }) => format!("axis {axis}: {}", blocked.reason()),
-            Blocked::Module(module) => {
+            Blocked::Tick(Tick::DriveFailed(DriveFault::Gone { axis })) => {
+                format!("axis {axis}: {}", blocked.reason())
+            }
+            Blocked::Tick(Tick::ModuleFailed(module)) => {
                 let name = self.know(|known| known.name_of_module(module).to_string())?;
                 format!("{name}: {}", blocked.reason())
             }

@@ -1,5 +1,6 @@
 //! The right to move the device, and how it says that it lives.
 
+use dimsart_core::Tick;
 use std::fmt;
 use std::io::{Read, Write};
 use std::time::Duration;
@@ -185,7 +186,7 @@ impl<S: Read + Write> Device<S> {
         let heard = unsolicited.heartbeat().filter(|_| silence < SILENCE);
         // Why a scheme does not run, a heartbeat does not say.
         let (ticks, blocked) = match heard {
-            Some(heard) if heard.blocked != Some(Blocked::Stopped) => (heard.ticks, heard.blocked),
+            Some(heard) if heard.blocked != Some(Blocked::Tick(Tick::Idle)) => (heard.ticks, heard.blocked),
             _ => self.status().map(|status| (status.ticks, status.blocked))?,
         };
         let lease = match heard {

@@ -2,7 +2,7 @@
 
 use std::f64::consts::TAU;
 
-use dimsart_core::{Command, Reason, types};
+use dimsart_core::{Command, Reason, Tick, types};
 use dimsart_link::EventKind;
 use dimsart_link::protocol::{Blocked, Request};
 
@@ -102,7 +102,7 @@ fn a_bus_that_is_cut_leaves_both_without_torque_until_they_are_reset() {
     for board in [MASTER, SLAVE] {
         assert!(pair.word(board, types::LINK_AGE) <= 3);
         assert!(!pair.bench(board).chip().is_can_off());
-        assert_eq!(pair.blocked(board), Some(Blocked::LinkLost { link: 0 }));
+        assert_eq!(pair.blocked(board), Some(Blocked::Tick(Tick::LinkLost { link: 0 })));
         assert_eq!(pair.torque_nm(board), None);
         assert_eq!(pair.word(board, types::CAN_REJOINS), 0);
     }
@@ -182,7 +182,7 @@ fn a_bus_that_was_given_up_is_joined_by_a_reset_and_no_reset_hides_that_it_is_si
         [EventKind::BusLeft, EventKind::BusJoined, EventKind::BusGivenUp].map(|kind| kind as u8);
     for board in [MASTER, SLAVE] {
         assert!(pair.bench(board).chip().is_can_off());
-        assert_eq!(pair.blocked(board), Some(Blocked::LinkLost { link: 0 }));
+        assert_eq!(pair.blocked(board), Some(Blocked::Tick(Tick::LinkLost { link: 0 })));
         let events = pair.events(board);
         assert_eq!(of_bus(&events), [left, joined, left, joined, left, joined, left, given_up], "{events:?}");
     }
@@ -191,7 +191,7 @@ fn a_bus_that_was_given_up_is_joined_by_a_reset_and_no_reset_hides_that_it_is_si
     pair.arm();
     pair.run(100);
     assert!(!pair.bench(MASTER).chip().is_can_off());
-    assert_eq!(pair.blocked(MASTER), Some(Blocked::LinkDown { link: 0 }));
+    assert_eq!(pair.blocked(MASTER), Some(Blocked::Tick(Tick::LinkDown { link: 0 })));
     assert_eq!(pair.torque_nm(MASTER), None);
     // The other one, too: both move.
     pair.ask(SLAVE, &Request::Command(Command::Reset), |_| ());
@@ -220,7 +220,12 @@ fn boards_that_never_hear_each_other_are_not_driven_and_say_why() {
         for board in [MASTER, SLAVE] {
             let blocked = pair.blocked(board);
             assert!(
-                matches!(blocked, Some(Blocked::LinkDown { link: 0 } | Blocked::LinkLost { link: 0 })),
+                matches!(
+                    blocked,
+                    Some(
+                        Blocked::Tick(Tick::LinkDown { link: 0 }) | Blocked::Tick(Tick::LinkLost { link: 0 })
+                    )
+                ),
                 "{blocked:?}"
             );
             assert_eq!(pair.torque_nm(board), None);
@@ -239,7 +244,7 @@ fn a_board_that_is_armed_before_its_peer_is_there_moves_when_it_is() {
     pair.arm();
     pair.run(300);
     for board in [MASTER, SLAVE] {
-        assert_eq!(pair.blocked(board), Some(Blocked::LinkDown { link: 0 }));
+        assert_eq!(pair.blocked(board), Some(Blocked::Tick(Tick::LinkDown { link: 0 })));
         assert_eq!(pair.torque_nm(board), None);
     }
     pair.bus.plug(SLAVE, true);

@@ -2,7 +2,8 @@
 
 use core::f64::consts::{PI, TAU};
 
-use drive::{Configuration, Fault};
+use dimsart_core::DriveFault;
+use drive::Configuration;
 use hil_sim::plant::{BridgeMotor, ThreePhaseParameters};
 
 use crate::bench::{Bench, PERIOD_S, configuration, motor};
@@ -96,7 +97,10 @@ fn an_encoder_that_slips_at_any_speed_is_a_named_fault_within_20_ms_and_the_roto
             }
             // Lost, where it slips as fast as the rotor turns.
             let fault = bench.drive.fault().unwrap();
-            assert!([Fault::EncoderSlipped, Fault::EncoderLost].contains(&fault), "{case}: {fault:?}");
+            assert!(
+                [DriveFault::EncoderSlipped, DriveFault::EncoderLost].contains(&fault),
+                "{case}: {fault:?}"
+            );
             let late_s = found_s.unwrap() - wrong_s.unwrap_or(f64::MAX);
             assert!(late_s < 0.02, "{case}: {late_s} s");
             assert!(forward > -30.0, "{case}: {forward} rad/s against the command, {fastest}");
@@ -124,7 +128,7 @@ fn an_encoder_that_has_slipped_at_standstill_is_a_named_fault_before_the_rotor_i
                     assert!(speed.abs() < 100.0, "{case}");
                     continue;
                 }
-                assert_eq!(bench.drive.fault(), Some(Fault::EncoderSlipped), "{case}");
+                assert_eq!(bench.drive.fault(), Some(DriveFault::EncoderSlipped), "{case}");
                 assert!(speed.abs() < 155.0, "{case}");
             }
         }

@@ -2,7 +2,8 @@
 
 use core::f64::consts::TAU;
 
-use drive::{Fault, Identification, IdentificationError, IdentificationStep, Identified, Rotor, Sample};
+use dimsart_core::DriveFault;
+use drive::{Identification, IdentificationError, IdentificationStep, Identified, Rotor, Sample};
 use hil_sim::plant::ThreePhaseParameters;
 
 use crate::bench::{Bench, PERIOD_S, configuration, motor};
@@ -206,12 +207,12 @@ fn what_is_wrong_with_wires_and_sensors_is_said() {
             phase_a: sample.phase_a.map(|phase_a| -phase_a),
             ..sample
         }),
-        (IdentificationError::Fault(Fault::EncoderLost), |sample, period| match period {
+        (IdentificationError::Fault(DriveFault::EncoderLost), |sample, period| match period {
             30_000.. => Sample { rotor: Rotor::Lost, ..sample },
             _ => sample,
         }),
-        (IdentificationError::Fault(Fault::Undervoltage), |sample, _| Sample { bus_v: 3.0, ..sample }),
-        (IdentificationError::Fault(Fault::Overtemperature), |sample, _| Sample {
+        (IdentificationError::Fault(DriveFault::Undervoltage), |sample, _| Sample { bus_v: 3.0, ..sample }),
+        (IdentificationError::Fault(DriveFault::Overtemperature), |sample, _| Sample {
             temperature_c: 120.0,
             ..sample
         }),

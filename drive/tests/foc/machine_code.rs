@@ -11,7 +11,8 @@ use cycles::bound::{Bound, Call, Input, Question, Snapshot};
 use cycles::image::Image;
 use cycles::machine::{Machine, Run};
 use cycles::timing::{Column, Flash, Profile, Timing};
-use drive::{Configuration, Duties, Encoder, Fault, Rotor, Sample};
+use dimsart_core::DriveFault;
+use drive::{Configuration, Duties, Encoder, Rotor, Sample};
 
 use crate::bench::{Bench, configuration, motor};
 
@@ -156,7 +157,7 @@ fn a_period_has_the_host_s_bits_on_a_cortex_m_and_its_cycles_are_bounded() {
             bench.step_with(&sample, torque_nm);
             (most, sum) = (run.cycles.max(most), sum + run.cycles);
         }
-        assert_eq!(bench.drive.fault(), Some(Fault::Undervoltage));
+        assert_eq!(bench.drive.fault(), Some(DriveFault::Undervoltage));
         assert!(on > periods - 250, "the bridge was on in {on} of {periods} periods");
         let mean = sum / u64::from(periods);
         println!("| {memory} | {mean} | {most} | {} | {} |", bound.cycles, bound.stack_bytes);

@@ -2,7 +2,8 @@
 
 use core::f32::consts::PI;
 
-use drive::{Angle, Configuration, Drive, Encoder, Fault, Rotor, Sample};
+use dimsart_core::DriveFault;
+use drive::{Angle, Configuration, Drive, Encoder, Rotor, Sample};
 use hil_sim::plant::{BridgeMotor, ThreePhaseParameters};
 use proptest::prelude::*;
 use proptest::test_runner::TestRunner;
@@ -40,7 +41,7 @@ fn a_current_loop_that_oscillates_is_a_named_fault() {
             bench.drive.fault().is_some()
         });
         println!("{share} of the inductance: {periods:?} periods, {:?}", bench.drive.fault());
-        let named = [Fault::CurrentLoop, Fault::Overcurrent].map(Some);
+        let named = [DriveFault::CurrentLoop, DriveFault::Overcurrent].map(Some);
         assert_eq!(named.contains(&bench.drive.fault()), is_unstable, "{share}: {:?}", bench.drive.fault());
         assert!(!is_unstable || periods < Some(400), "{share}: {periods:?} periods");
     }
@@ -57,24 +58,24 @@ fn a_current_loop_that_oscillates_is_a_named_fault() {
 #[test]
 fn every_fault_turns_the_bridge_off_in_the_period_in_which_it_shows_and_stays() {
     type Change = fn(&mut Sample);
-    let cases: [(Fault, Change); 13] = [
+    let cases: [(DriveFault, Change); 13] = [
         // A converter at its end, beside two phases with usual currents and beside one with as much the other way.
-        (Fault::CurrentSensors, |sample| sample.phase_a[0] = f32::INFINITY),
-        (Fault::CurrentSensors, |sample| sample.phase_a[1] = f32::NEG_INFINITY),
-        (Fault::Overcurrent, |sample| {
+        (DriveFault::CurrentSensors, |sample| sample.phase_a[0] = f32::INFINITY),
+        (DriveFault::CurrentSensors, |sample| sample.phase_a[1] = f32::NEG_INFINITY),
+        (DriveFault::Overcurrent, |sample| {
             sample.phase_a[..2].copy_from_slice(&[f32::INFINITY, f32::NEG_INFINITY])
         }),
         // A wire of the sensor is open.
-        (Fault::Overtemperature, |sample| sample.temperature_c = -55.0),
-        (Fault::Overcurrent, |sample| sample.phase_a[0] = 31.0),
-        (Fault::Overcurrent, |sample| sample.phase_a = [-15.5, -15.5, -30.5]),
-        (Fault::Overcurrent, |sample| sample.phase_a[2] = f32::NAN),
-        (Fault::CurrentSensors, |sample| sample.phase_a[1] += 8.0),
-        (Fault::Overvoltage, |sample| sample.bus_v = 30.5),
-        (Fault::Undervoltage, |sample| sample.bus_v = 9.5),
-        (Fault::Undervoltage, |sample| sample.bus_v = f32::NAN),
-        (Fault::Overtemperature, |sample| sample.temperature_c = 100.0),
-        (Fault::Overtemperature, |sample| sample.temperature_c = f32::NAN),
+        (DriveFault::Overtemperature, |sample| sample.temperature_c = -55.0),
+        (DriveFault::Overcurrent, |sample| sample.phase_a[0] = 31.0),
+        (DriveFault::Overcurrent, |sample| sample.phase_a = [-15.5, -15.5, -30.5]),
+        (DriveFault::Overcurrent, |sample| sample.phase_a[2] = f32::NAN),
+        (DriveFault::CurrentSensors, |sample| sample.phase_a[1] += 8.0),
+        (DriveFault::Overvoltage, |sample| sample.bus_v = 30.5),
+        (DriveFault::Undervoltage, |sample| sample.bus_v = 9.5),
+        (DriveFault::Undervoltage, |sample| sample.bus_v = f32::NAN),
+        (DriveFault::Overtemperature, |sample| sample.temperature_c = 100.0),
+        (DriveFault::Overtemperature, |sample| sample.temperature_c = f32::NAN),
     ];
     for (fault, change) in cases {
         let (mut bench, mut sample) = turning(|_| {});
@@ -98,10 +99,10 @@ fn every_fault_turns_the_bridge_off_in_the_period_in_which_it_shows_and_stays() 
 
 #[test]
 fn two_bad_readings_of_the_encoder_are_bridged_and_the_third_turns_the_bridge_off() {
-    let cases: [(Fault, Wrong); 3] = [
-        (Fault::EncoderLost, |_| Rotor::Lost),
-        (Fault::EncoderMagnet, |_| Rotor::BadMagnet),
-        (Fault::EncoderJumped, |angle| Rotor::At(angle.plus_rad(-PI / 2.0))),
+    let cases: [(DriveFault, Wrong); 3] = [
+        (DriveFault::EncoderLost, |_| Rotor::Lost),
+        (DriveFault::EncoderMagnet, |_| Rotor::BadMagnet),
+        (DriveFault::EncoderJumped, |angle| Rotor::At(angle.plus_rad(-PI / 2.0))),
     ];
     for (fault, wrong) in cases {
         let (mut bench, _) = turning(|_| {});
@@ -150,7 +151,7 @@ fn the_currents_of_a_short_circuit_are_off_within_two_periods() {
         .is_some();
     assert!(began, "no current beyond its limit");
     bench.step(Some(0.3));
-    assert_eq!(bench.drive.fault(), Some(Fault::Overcurrent));
+    assert_eq!(bench.drive.fault(), Some(DriveFault::Overcurrent));
     bench.run(Some(0.3), 20);
     assert!(bench.motor.phase_a().iter().all(|phase_a| phase_a.abs() < 1.0), "{:?}", bench.motor.phase_a());
 }
@@ -188,7 +189,7 @@ fn a_rotor_that_stands_still_under_all_of_its_current_is_given_up_after_its_time
             (None, None) => {}
             (Some(found_s), Some(expected_s)) => {
                 assert!((found_s - expected_s).abs() < 0.03 * expected_s + 0.003, "{share}: {found_s}");
-                assert_eq!(bench.drive.fault(), Some(Fault::Stalled));
+                assert_eq!(bench.drive.fault(), Some(DriveFault::Stalled));
             }
             other => panic!("{share}: {other:?}"),
         }
@@ -221,7 +222,7 @@ fn a_locked_rotor_that_trembles_is_given_up_after_its_time_and_one_that_turns_sl
         let case = format!("{tremor_rad} rad at {tremor_hz} Hz, {speed} rad/s: {found_s:?}");
         match expected_s {
             Some(expected_s) => {
-                assert_eq!(bench.drive.fault(), Some(Fault::Stalled), "{case}");
+                assert_eq!(bench.drive.fault(), Some(DriveFault::Stalled), "{case}");
                 assert!(found_s.is_some_and(|found_s| (found_s - expected_s).abs() < 0.05), "{case}");
             }
             None => assert_eq!(bench.drive.fault(), None, "{case}"),
@@ -332,7 +333,7 @@ fn a_rotor_that_is_driven_faster_than_can_be_held_against_turns_the_bridge_off_b
         bench.motor.set_rotor(angle_rad, 100.0 + 0.01 * f64::from(period));
         least_nm = least_nm.min(bench.step(Some(0.0)));
     }
-    assert_eq!(bench.drive.fault(), Some(Fault::Overspeed));
+    assert_eq!(bench.drive.fault(), Some(DriveFault::Overspeed));
     assert!(least_nm > -0.1, "{least_nm} N m");
 }
 
@@ -344,7 +345,7 @@ fn an_encoder_that_is_lost_two_times_in_three_is_given_up() {
         bench.drive.fault().is_some()
     });
     assert!(off.is_some_and(|off| off < 20), "{off:?}");
-    assert_eq!(bench.drive.fault(), Some(Fault::EncoderLost));
+    assert_eq!(bench.drive.fault(), Some(DriveFault::EncoderLost));
 }
 
 #[test]
@@ -457,7 +458,7 @@ fn an_encoder_that_stands_still_while_the_rotor_turns_is_told_in_a_fiftieth_of_a
             let found_s = found.map(|period| f64::from(period) * crate::bench::PERIOD_S);
             let case =
                 format!("{speed} rad/s, {torque_nm} N m, {errors:?}: {found_s:?} s, at most {most_a:.1} A");
-            assert_eq!(bench.drive.fault(), Some(Fault::EncoderLost), "{case}");
+            assert_eq!(bench.drive.fault(), Some(DriveFault::EncoderLost), "{case}");
             assert!(found_s.is_some_and(|found_s| found_s < 0.02), "{case}");
         }
     }

@@ -1,4 +1,5 @@
 //! What a rig's joint has, to hold estimates against.
+#![expect(clippy::indexing_slicing, reason = "matrices of a fixed size")]
 
 use super::Quantity;
 use crate::plant::{
@@ -52,7 +53,7 @@ pub fn arm_truth(
         LinkKind::Prismatic => (0.0, 0.0, weight(0.0)),
     };
     Ok(Some([
-        (Quantity::Inertia, built.mass_matrix(held_at).at(axis, axis)),
+        (Quantity::Inertia, built.mass_matrix(held_at)[(axis, axis)]),
         (Quantity::Viscous, link.viscous),
         (Quantity::Coulomb, link.coulomb),
         (Quantity::WeightSine, sine),

@@ -224,8 +224,7 @@ pub struct Phantom {
 
 impl Phantom {
     /// Holds the torques of `command` (of its [port](PhantomPort); missing entries are 0, surplus is ignored) from
-    /// `start_s` for `period_s` and moves on under the outside force `push` on the tip, `N`, in
-    /// [`SUB_STEPS_MIN`](super::SUB_STEPS_MIN) sub-steps or more.
+    /// `start_s` for `period_s` and moves on under the outside force `push` on the tip, `N`.
     ///
     /// A command that is NaN or infinite is applied as it is, as far as the motors' limit lets it.
     pub fn advance(&mut self, start_s: f64, period_s: f64, command: &[f32], push: &dyn Fn(&Tip) -> [f64; 3]) {

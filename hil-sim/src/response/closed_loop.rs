@@ -8,17 +8,22 @@
 #![expect(clippy::indexing_slicing, reason = "matrices, whose sizes follow from one another")]
 
 use std::f64::consts::{PI, TAU};
+use std::sync::Arc;
 
 use nalgebra::{Complex, DMatrix};
+use rustfft::{Fft, FftPlanner};
 
-use super::controller_model::Answer;
+use super::controller_model::{Answer, GRID, GRID_RAD, Spectrum, grid_angle};
 use super::plant_model::PlantModel;
 
-/// Frequencies at first: on a logarithmic scale over so many decades, and evenly.
+/// Frequencies at first: on a logarithmic scale over so many decades, and evenly: powers of two, which are on the grid of the
+/// transforms.
 const LOGARITHMIC: u32 = 120;
 const DECADES: f64 = 6.0;
-const MIN_EVEN: usize = 200;
-const MAX_EVEN: usize = 1_000;
+const MIN_EVEN: usize = 256;
+const MAX_EVEN: usize = 1_024;
+/// Distances of the grid from which on any angle can as well be one of it.
+const COARSE: f64 = 16.0;
 /// Ticks of the longest answer for each of these.
 const EVEN_TICKS: usize = 8;
 
@@ -101,11 +106,13 @@ impl Loop {
     pub(super) fn angles(&self) -> Vec<f64> {
         let answers = self.columns.iter().flat_map(|column| column.answers.iter().flatten());
         let ticks = answers.map(Answer::ticks).max().unwrap_or_default();
-        let even = (ticks / EVEN_TICKS).clamp(MIN_EVEN, MAX_EVEN);
+        let even = (ticks / EVEN_TICKS).clamp(MIN_EVEN, MAX_EVEN).next_power_of_two();
         #[expect(clippy::cast_precision_loss, reason = "a few thousand")]
         let even = (0..=even).map(|n| PI * n as f64 / even as f64);
         let share = |n: u32| DECADES * (f64::from(n) / f64::from(LOGARITHMIC) - 1.0);
         let logarithmic = (0..LOGARITHMIC).map(|n| PI * libm::exp10(share(n)));
+        let logarithmic =
+            logarithmic.map(|angle| if angle < COARSE * GRID_RAD { angle } else { grid_angle(angle) });
         let around = |(angle, away): (f64, f64)| {
             [-3.0, -1.0, -0.3, 0.0, 0.3, 1.0, 3.0].map(|widths| {
                 // Beyond half the rate of a cycle it is seen folded.
@@ -147,31 +154,99 @@ impl Loop {
         Lifted { determinant, phases }
     }
 
-    pub(super) fn at(&self, z: Point) -> At {
-        self.at_rounded(z, 0.0)
-    }
-
     /// With answers that are off by a rounding, each its own way.
     pub(super) fn at_rounded(&self, z: Point, rounding: f64) -> At {
+        let back = self.cycle_later(z).inv();
+        self.with_answers(z, |place, command, phase| {
+            let column = self.columns.get(place)?;
+            let answer = column.answers.get(command)?.as_ref()?;
+            let sign = if (place + command).is_multiple_of(2) { 1.0 } else { -1.0 };
+            let series = answer.series(self.cycle_ticks, offset(phase, column.phase));
+            Some(series.at(back) * (1.0 + sign * rounding))
+        })
+    }
+
+    /// `Z`.
+    pub(super) fn cycle_later(&self, z: Point) -> Point {
+        z.powu(u32::try_from(self.cycle_ticks).unwrap_or(1))
+    }
+
+    /// With answers by column, command and phase.
+    fn with_answers(&self, z: Point, answer: impl Fn(usize, usize, usize) -> Option<Point>) -> At {
         let Lifted { determinant, phases } = self.lifted(&self.plants, z);
         let (ticks, columns) = (self.cycle_ticks, self.columns.len());
         let mut plant = DMatrix::from_element(columns, self.commands * ticks, Point::default());
         let mut controller = DMatrix::from_element(self.commands * ticks, columns, Point::default());
         for (place, column) in self.columns.iter().enumerate() {
-            for (command, answer) in column.answers.iter().enumerate() {
+            for command in 0..self.commands {
                 for phase in 0..ticks {
                     let at = command * ticks + phase;
                     let later = column.phase + ticks - 1 - phase;
                     let gain = phases.get(later).map(|phase| phase[(column.output, command)]);
                     plant[(place, at)] = gain.unwrap_or_default();
-                    if let Some(answer) = answer {
-                        let offset = phase.cast_signed() - column.phase.cast_signed();
-                        let sign = if (place + command).is_multiple_of(2) { 1.0 } else { -1.0 };
-                        controller[(at, place)] = answer.at(z, ticks, offset) * (1.0 + sign * rounding);
-                    }
+                    controller[(at, place)] = answer(place, command, phase).unwrap_or_default();
                 }
             }
         }
         At { determinant, plant, controller }
+    }
+
+    /// All of it where `Z` is on a circle around 0, on which it is known at most angles in no time.
+    pub(super) fn circle(&self, radius: f64) -> Circle<'_> {
+        let mut circle = Circle {
+            whole: self,
+            radius,
+            transform: FftPlanner::new().plan_fft_forward(GRID),
+            answers: Vec::new(),
+        };
+        circle.answers =
+            self.columns.iter().map(|column| circle.spectra(&column.answers, column.phase)).collect();
+        circle
+    }
+}
+
+/// Ticks from one phase of a cycle back to another.
+fn offset(phase: usize, begun: usize) -> isize {
+    phase.cast_signed() - begun.cast_signed()
+}
+
+/// See [`Loop::circle`].
+pub(super) struct Circle<'a> {
+    pub(super) whole: &'a Loop,
+    /// Of `z`.
+    radius: f64,
+    transform: Arc<dyn Fft<f64>>,
+    /// By column.
+    answers: Vec<Spectra<'a>>,
+}
+
+/// Answers to one measurement or reference, by command, by phase of a cycle.
+pub(super) type Spectra<'a> = Vec<Vec<Option<Spectrum<'a>>>>;
+
+impl<'a> Circle<'a> {
+    /// Of answers to what began in a phase of a cycle.
+    pub(super) fn spectra(&self, answers: &'a [Option<Answer>], begun: usize) -> Spectra<'a> {
+        let ticks = self.whole.cycle_ticks;
+        let of_cycle = self.radius.powi(i32::try_from(ticks).unwrap_or(1));
+        let spectrum = |answer: &'a Option<Answer>, phase: usize| {
+            let series = answer.as_ref()?.series(ticks, offset(phase, begun));
+            Some(Spectrum::new(series, of_cycle, self.transform.as_ref()))
+        };
+        answers.iter().map(|answer| (0..ticks).map(|phase| spectrum(answer, phase)).collect()).collect()
+    }
+
+    /// `z` where `Z` has an angle, and `1/Z`.
+    pub(super) fn point(&self, angle: f64) -> (Point, Point) {
+        let z = self.whole.on_circle(self.radius, angle);
+        (z, self.whole.cycle_later(z).inv())
+    }
+
+    /// The loop where `Z` has an angle.
+    pub(super) fn at(&self, angle: f64) -> At {
+        let (z, back) = self.point(angle);
+        self.whole.with_answers(z, |place, command, phase| {
+            let spectrum = self.answers.get(place)?.get(command)?.get(phase)?.as_ref()?;
+            Some(spectrum.at(angle, back))
+        })
     }
 }

@@ -7,7 +7,11 @@
 //! itself, and two rigs are compared: one is disturbed. Half of the disturbance, the other way, must be answered by half:
 //! else the controllers are not linear, and the next smaller disturbance is tried.
 
+use std::borrow::Cow;
+use std::f64::consts::TAU;
+
 use nalgebra::Complex;
+use rustfft::Fft;
 
 use super::build;
 use crate::experiment::ExperimentError;
@@ -37,6 +41,11 @@ const BUS_TICKS: usize = 16;
 /// Longest answer, and longest memory.
 const MOST_TICKS: usize = 60_000;
 const MOST_QUIET_TICKS: usize = 20_000;
+/// Angles of a turn at which answers are transformed at once, their distance, and by how much one of them may be rounded.
+pub(super) const GRID: usize = 8_192;
+#[expect(clippy::cast_precision_loss, reason = "a power of two")]
+pub(super) const GRID_RAD: f64 = TAU / GRID as f64;
+const SAME_ANGLE: f64 = 4.0 * f64::EPSILON;
 /// Longest cycle of controllers that are stepped at different rates.
 const MOST_CYCLE_TICKS: usize = 200;
 
@@ -73,6 +82,11 @@ pub(super) struct Controllers<'f> {
 struct Pair {
     still: Rig,
     disturbed: Rig,
+    /// What the other one commands, and for how many ticks it has: what has not changed for longer than anything is remembered
+    /// does not change.
+    commands: Vec<f64>,
+    unchanged_ticks: usize,
+    quiet_ticks: usize,
     /// What the disturbed one commands more, by tick.
     differences: Vec<Vec<f64>>,
     /// Size of the commands, which their rounding goes by.
@@ -136,7 +150,12 @@ impl<'f> Controllers<'f> {
             };
             // Twice the half leaves everything where it was.
             let found = answers(size).and_then(|whole| {
-                let [half, again] = [answers(-0.5 * size)?, answers(-0.5 * size)?];
+                let half = answers(-0.5 * size)?;
+                let is_kept = |answer: &Answer| answer.level.abs() > 0.0 || answer.slope.abs() > 0.0;
+                let again = match whole.iter().chain(&half).any(is_kept) {
+                    true => answers(-0.5 * size)?,
+                    false => half.clone(),
+                };
                 let all = whole.into_iter().zip(half.into_iter().zip(again));
                 all.map(|(whole, (half, again))| Answer::mean([whole, half, again])).collect()
             });
@@ -154,8 +173,17 @@ impl Pair {
     fn new(file: &RigFile, commands: &[Place], quiet_ticks: usize) -> Result<Option<Self>, ExperimentError> {
         let (still, disturbed) = (build::rig(file)?, build::rig(file)?);
         let (differences, sizes) = (Vec::new(), vec![0.0; commands.len()]);
-        let settled = sizes.clone();
-        let mut pair = Self { still, disturbed, differences, sizes, settled };
+        let (settled, unchanged) = (sizes.clone(), sizes.clone());
+        let mut pair = Self {
+            still,
+            disturbed,
+            commands: unchanged,
+            unchanged_ticks: 0,
+            quiet_ticks,
+            differences,
+            sizes,
+            settled,
+        };
         let mut ran_ticks = 0;
         while ran_ticks < quiet_ticks {
             pair.tick(commands);
@@ -174,19 +202,23 @@ impl Pair {
         is_running(&self.still) && is_running(&self.disturbed)
     }
 
-    fn tick(&mut self, commands: &[Place]) {
-        self.still.tick();
-        self.disturbed.tick();
-        let command = |rig: &Rig, at: &Place| {
-            let station = rig.stations().get(at.station);
-            station.and_then(|station| station.command().get(at.place)).copied().map_or(0.0, f64::from)
-        };
-        for (size, at) in self.sizes.iter_mut().zip(commands) {
-            *size = command(&self.still, at).abs().max(command(&self.disturbed, at).abs());
+    fn tick(&mut self, places: &[Place]) {
+        if self.unchanged_ticks < self.quiet_ticks {
+            self.still.tick();
+            let commands = commands(&self.still, places);
+            let is_same =
+                commands.iter().zip(&self.commands).all(|(new, old)| new.to_bits() == old.to_bits());
+            self.unchanged_ticks = if is_same { self.unchanged_ticks + 1 } else { 0 };
+            self.commands = commands;
+            self.still.stand_still();
         }
-        let differences = commands.iter().map(|at| command(&self.disturbed, at) - command(&self.still, at));
+        self.disturbed.tick();
+        let disturbed = commands(&self.disturbed, places);
+        for (size, (still, disturbed)) in self.sizes.iter_mut().zip(self.commands.iter().zip(&disturbed)) {
+            *size = still.abs().max(disturbed.abs());
+        }
+        let differences = disturbed.iter().zip(&self.commands).map(|(disturbed, still)| disturbed - still);
         self.differences.push(differences.collect());
-        self.still.stand_still();
         self.disturbed.stand_still();
     }
 
@@ -268,6 +300,14 @@ impl Pair {
     }
 }
 
+fn commands(rig: &Rig, places: &[Place]) -> Vec<f64> {
+    let command = |at: &Place| {
+        let station = rig.stations().get(at.station);
+        station.and_then(|station| station.command().get(at.place)).copied().map_or(0.0, f64::from)
+    };
+    places.iter().map(command).collect()
+}
+
 /// The straight lines that rows follow, as level at the first one and slope; none while one of them does not.
 fn lines(rows: &[Vec<f64>], tolerances: &[f64], sizes: &[f64]) -> Option<Vec<(f64, f64)>> {
     let (first, last) = rows.first().zip(rows.last())?;
@@ -328,27 +368,89 @@ impl Answer {
         self.taps.len()
     }
 
-    /// `Σ h[q N + offset] Z^-q` over all its ticks in a cycle of `N`, `Z = z^N`; the offset may be before its begin.
-    pub(super) fn at(&self, z: Complex<f64>, cycle_ticks: usize, offset: isize) -> Complex<f64> {
-        let cycle = z.powu(u32::try_from(cycle_ticks).unwrap_or(1));
-        let back = cycle.inv();
+    /// Of every cycle of `N` ticks the one at this offset, which may be before the cycle begins.
+    pub(super) fn series(&self, cycle_ticks: usize, offset: isize) -> Series<'_> {
         let is_before = offset < 0;
         let first = if is_before { offset + cycle_ticks.cast_signed() } else { offset };
         let first = usize::try_from(first).unwrap_or_default();
-        let mut sum = match cycle_ticks {
-            1 => polynomial(&self.taps, back),
-            _ => {
-                let of_cycle: Vec<f64> = self.taps.iter().skip(first).step_by(cycle_ticks).copied().collect();
-                polynomial(&of_cycle, back)
-            }
+        let taps = match cycle_ticks {
+            1 => Cow::Borrowed(self.taps.as_slice()),
+            _ => self.taps.iter().skip(first).step_by(cycle_ticks).copied().collect(),
         };
         #[expect(clippy::cast_precision_loss, reason = "a few hundred ticks")]
         let [first, cycle_ticks] = [first, cycle_ticks].map(|ticks| ticks as f64);
-        let rest = (Complex::new(1.0, 0.0) - back).inv();
-        sum += rest * (self.level + self.slope * first);
-        sum += rest * rest * back * (self.slope * cycle_ticks);
-        if is_before { sum * back } else { sum }
+        let [level, slope] = [self.level + self.slope * first, self.slope * cycle_ticks];
+        Series { taps, level, slope, is_before }
     }
+}
+
+/// One tick of every cycle of an answer: `h[q] = taps[q] + level + slope q`, a cycle earlier if it is before.
+#[derive(Debug)]
+pub(super) struct Series<'a> {
+    taps: Cow<'a, [f64]>,
+    level: f64,
+    slope: f64,
+    is_before: bool,
+}
+
+impl Series<'_> {
+    /// `Σ h[q] back^q`.
+    pub(super) fn at(&self, back: Complex<f64>) -> Complex<f64> {
+        self.with_rest(polynomial(&self.taps, back), back)
+    }
+
+    fn with_rest(&self, mut sum: Complex<f64>, back: Complex<f64>) -> Complex<f64> {
+        let rest = (Complex::new(1.0, 0.0) - back).inv();
+        sum += rest * self.level;
+        sum += rest * rest * back * self.slope;
+        if self.is_before { sum * back } else { sum }
+    }
+}
+
+/// A series on a circle: by a Fourier transform where its angle is one of the grid's, as most are.
+#[derive(Debug)]
+pub(super) struct Spectrum<'a> {
+    series: Series<'a>,
+    grid: Vec<Complex<f64>>,
+}
+
+impl<'a> Spectrum<'a> {
+    /// Where `Z` has this radius.
+    pub(super) fn new(series: Series<'a>, radius: f64, transform: &dyn Fft<f64>) -> Self {
+        let mut grid = vec![Complex::default(); GRID];
+        let mut share = 1.0;
+        for (tap, at) in series.taps.iter().zip((0..GRID).cycle()) {
+            if let Some(sum) = grid.get_mut(at) {
+                *sum += share * tap;
+            }
+            share /= radius;
+        }
+        transform.process(&mut grid);
+        Self { series, grid }
+    }
+
+    /// Where `Z` has this angle; `back` is one over it.
+    pub(super) fn at(&self, angle: f64, back: Complex<f64>) -> Complex<f64> {
+        match grid_place(angle).and_then(|place| self.grid.get(place)) {
+            Some(sum) => self.series.with_rest(*sum, back),
+            None => self.series.at(back),
+        }
+    }
+}
+
+/// The angle of the grid that is the nearest one.
+pub(super) fn grid_angle(angle: f64) -> f64 {
+    libm::round(angle / GRID_RAD) * GRID_RAD
+}
+
+/// The place of an angle in the grid, up to a rounding of the angle.
+fn grid_place(angle: f64) -> Option<usize> {
+    let place = libm::round(angle / GRID_RAD);
+    if (angle - place * GRID_RAD).abs() > SAME_ANGLE || place < 0.0 {
+        return None;
+    }
+    #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "an angle of half a turn")]
+    Some(place as usize)
 }
 
 /// Sums that are taken side by side.

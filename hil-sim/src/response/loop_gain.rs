@@ -14,12 +14,14 @@ use std::ops::Range;
 use nalgebra::{DMatrix, DVector, Schur};
 use serde::Serialize;
 
-use super::closed_loop::{Loop, ONE, Point, Reference};
+use super::closed_loop::{Circle, Loop, ONE, Point, Spectra};
 use super::poles::UNDECIDED;
 
 /// How often the way from one frequency to the next is halved at most.
 const GAIN_HALVINGS: u32 = 12;
-const ROOT_HALVINGS: u32 = 48;
+/// Most steps to a zero, and how exactly it is found.
+const ZERO_STEPS: u32 = 48;
+const ZERO_WITHIN: f64 = 1e-13;
 /// Angle below which a gain is lost in rounding.
 const MIN_ANGLE: f64 = 1e-6;
 /// A gain of this size is rounding.
@@ -58,27 +60,30 @@ impl Loop {
         if growth_per_tick.is_some_and(|growth| growth >= 1.0 - UNDECIDED) {
             return all;
         }
-        let gains = self.gains();
+        let circle = self.circle(1.0);
+        let gains = circle.gains();
         for (command, figures) in all.iter_mut().enumerate() {
             let Some(figures) = figures else { continue };
-            let margin = self.phase_margin(command, &gains);
+            let margin = circle.phase_margin(command, &gains);
             (figures.phase_margin_deg, figures.crossover_hz) =
-                margin.map(|(margin, angle)| (margin, self.hz(angle))).unzip();
-            figures.gain_margin = self.gain_margin(command, &gains);
-            figures.bandwidth_hz = self.bandwidth(command).map(|angle| self.hz(angle));
+                margin.map(|(margin, angle)| (margin, circle.hz(angle))).unzip();
+            figures.gain_margin = circle.gain_margin(command, &gains);
+            figures.bandwidth_hz = circle.bandwidth(command).map(|angle| circle.hz(angle));
         }
         all
     }
+}
 
+impl Circle<'_> {
     /// Of an angle of `Z`, from 0 to pi.
     fn hz(&self, angle: f64) -> f64 {
-        angle / (TAU * self.period_s * self.cycle())
+        angle / (TAU * self.whole.period_s * self.whole.cycle())
     }
 
     /// Gains of a loop: where controllers run at different rates, its commands in a cycle are fed back one by one, and
     /// the eigenvalues of that decide.
     fn gains_of_each(&self) -> usize {
-        if self.cycle_ticks == 1 { 1 } else { self.columns.len() }
+        if self.whole.cycle_ticks == 1 { 1 } else { self.whole.columns.len() }
     }
 
     /// The gains of all loops at an angle, each with the others closed; in the order of those nearby.
@@ -96,17 +101,17 @@ impl Loop {
 
     /// The same in any order.
     fn gains_at(&self, angle: f64) -> DVector<Point> {
-        let at = self.at(self.on_circle(1.0, angle));
-        let ticks = self.cycle_ticks;
-        let parts: Vec<DMatrix<Point>> = (0..self.commands)
+        let at = self.at(angle);
+        let ticks = self.whole.cycle_ticks;
+        let parts: Vec<DMatrix<Point>> = (0..self.whole.commands)
             .map(|command| {
                 at.plant.columns(command * ticks, ticks) * at.controller.rows(command * ticks, ticks)
             })
             .collect();
         let each = self.gains_of_each();
-        let mut gains = DVector::from_element(self.commands * each, Point::default());
+        let mut gains = DVector::from_element(self.whole.commands * each, Point::default());
         for (command, part) in parts.iter().enumerate() {
-            let mut rest = DMatrix::identity(self.columns.len(), self.columns.len());
+            let mut rest = DMatrix::identity(self.whole.columns.len(), self.whole.columns.len());
             for (_, other) in parts.iter().enumerate().filter(|(other, _)| *other != command) {
                 rest -= other;
             }
@@ -122,7 +127,7 @@ impl Loop {
 
     /// The gains at so many angles that they are nearly straight in between.
     fn gains(&self) -> Vec<(f64, DVector<Point>)> {
-        let angles = self.angles().into_iter().filter(|angle| *angle > MIN_ANGLE);
+        let angles = self.whole.angles().into_iter().filter(|angle| *angle > MIN_ANGLE);
         let mut gains: Vec<(f64, DVector<Point>)> = Vec::new();
         for angle in angles {
             let Some(from) = gains.last().cloned() else {
@@ -162,35 +167,35 @@ impl Loop {
         self.refine(&middle, &to, halvings - 1, gains);
     }
 
-    /// Angles at which something of the gains of a command changes its sign, with the gain there.
-    fn crossings(
+    /// Where something of the gains of a command changes its sign from one angle to the next.
+    fn crossings<'g>(
         &self,
         command: usize,
-        gains: &[(f64, DVector<Point>)],
+        gains: &'g [(f64, DVector<Point>)],
         of: impl Fn(Point) -> f64,
-    ) -> Vec<(f64, Point)> {
-        let crossing = |pair: &[(f64, DVector<Point>)], place: usize| {
-            let [(from, before), (to, after)] = pair else { return None };
-            let is_positive = |gains: &DVector<Point>| of(gains[place]) > 0.0;
-            let starts_positive = is_positive(before);
-            let (mut from, mut to, mut gains) = (*from, *to, before.clone());
-            if starts_positive == is_positive(after) {
-                return None;
-            }
-            for _ in 0..ROOT_HALVINGS {
-                let middle = 0.5 * (from + to);
-                let there = self.gains_near(middle, &gains);
-                if is_positive(&there) == starts_positive {
-                    (from, gains) = (middle, there);
-                } else {
-                    to = middle;
-                }
-            }
-            Some((from, gains[place]))
+    ) -> Vec<Crossing<'g>> {
+        let crossing = |pair: &'g [(f64, DVector<Point>)], place: usize| {
+            let [from, to] = pair else { return None };
+            let [before, after] = [from, to].map(|(_, gains)| of(gains[place]));
+            let share = before / (before - after);
+            let is_one = (before > 0.0) != (after > 0.0);
+            let gain = from.1[place] * Point::from(1.0 - share) + to.1[place] * Point::from(share);
+            is_one.then_some(Crossing { place, from, to, gain })
         };
         let places = self.gains_of(command);
         let of_pair = |pair| places.clone().filter_map(move |place| crossing(pair, place));
         gains.windows(2).flat_map(of_pair).collect()
+    }
+
+    /// The angle of a crossing, and the gain there.
+    fn located(&self, crossing: &Crossing<'_>, of: impl Fn(Point) -> f64) -> (f64, Point) {
+        let Crossing { place, from, to, .. } = *crossing;
+        let mut nearby = from.clone();
+        let angle = zero([from, to].map(|(angle, gains)| (*angle, of(gains[place]))), |angle| {
+            nearby = (angle, self.gains_near(angle, &nearby.1));
+            of(nearby.1[place])
+        });
+        (angle, self.gains_near(angle, &nearby.1)[place])
     }
 
     fn gains_of(&self, command: usize) -> Range<usize> {
@@ -200,51 +205,70 @@ impl Loop {
 
     /// The smallest one of all crossings, degrees, and its angle.
     fn phase_margin(&self, command: usize, gains: &[(f64, DVector<Point>)]) -> Option<(f64, f64)> {
-        let crossings = self.crossings(command, gains, |gain| gain.norm() - 1.0);
-        let margins = crossings.into_iter().map(|(angle, gain)| ((-gain).arg().abs().to_degrees(), angle));
+        let of = |gain: Point| gain.norm() - 1.0;
+        let crossings = self.crossings(command, gains, of);
+        let located = crossings.iter().map(|crossing| self.located(crossing, of));
+        let margins = located.map(|(angle, gain)| ((-gain).arg().abs().to_degrees(), angle));
         margins.min_by(|a, b| a.0.total_cmp(&b.0))
     }
 
     /// The smallest one above 1 of all crossings of -180°; at half the sample rate every gain is real.
     fn gain_margin(&self, command: usize, gains: &[(f64, DVector<Point>)]) -> Option<f64> {
-        let crossings = self.crossings(command, gains, |gain| gain.im);
-        let last = gains.last().map(|(_, gains)| self.gains_of(command).map(|place| gains[place]));
-        let real = crossings.into_iter().map(|(_, gain)| gain).chain(last.into_iter().flatten());
+        let of = |gain: Point| gain.im;
         let is_on_axis =
             |gain: &Point| gain.im.abs() < 1e-3 * gain.norm() && (-1.0..-MIN_GAIN).contains(&gain.re);
-        real.filter(is_on_axis).map(|gain| 1.0 / gain.norm()).min_by(f64::total_cmp)
+        let last = gains.last().map(|(_, gains)| self.gains_of(command).map(|place| gains[place]));
+        let last = last.into_iter().flatten().filter(is_on_axis).map(|gain| gain.norm());
+        let mut largest = last.fold(0.0, f64::max);
+        let mut crossings = self.crossings(command, gains, of);
+        crossings.sort_by(|a, b| b.gain.norm().total_cmp(&a.gain.norm()));
+        for crossing in crossings.iter().filter(|crossing| crossing.gain.re < 0.0) {
+            // A straight line to it is about right; the others are smaller.
+            if (1.0 + 2.0 * STRAIGHT) * crossing.gain.norm() < largest {
+                break;
+            }
+            let (_, gain) = self.located(crossing, of);
+            if is_on_axis(&gain) {
+                largest = largest.max(gain.norm());
+            }
+        }
+        (largest > 0.0).then(|| 1.0 / largest)
     }
 
     /// The angle at which what follows a reference falls below it by 3 dB.
     fn bandwidth(&self, command: usize) -> Option<f64> {
-        let reference = self.references.get(command)?.as_ref()?;
-        let level = |angle: f64| self.followed(reference, angle).norm() - FRAC_1_SQRT_2;
-        let angles: Vec<f64> = self.angles().into_iter().filter(|angle| *angle > MIN_ANGLE).collect();
-        let levels: Vec<(f64, f64)> = angles.iter().map(|angle| (*angle, level(*angle))).collect();
-        let falls = levels.windows(2).find(|pair| matches!(pair, [from, to] if from.1 >= 0.0 && to.1 < 0.0));
-        let Some([(from, _), (to, _)]) = falls else {
-            return levels.first().filter(|(_, level)| *level < 0.0).map(|_| 0.0);
-        };
-        let (mut from, mut to) = (*from, *to);
-        for _ in 0..ROOT_HALVINGS {
-            let middle = 0.5 * (from + to);
-            if level(middle) >= 0.0 { from = middle } else { to = middle }
+        let reference = self.whole.references.get(command)?.as_ref()?;
+        let answers: Vec<Spectra<'_>> =
+            (0..).zip(&reference.answers).map(|(begun, answers)| self.spectra(answers, begun)).collect();
+        let level = |angle: f64| self.followed(reference.output, &answers, angle).norm() - FRAC_1_SQRT_2;
+        let angles: Vec<f64> = self.whole.angles().into_iter().filter(|angle| *angle > MIN_ANGLE).collect();
+        let mut levels = angles.iter().map(|angle| (*angle, level(*angle)));
+        let mut from = levels.next()?;
+        if from.1 < 0.0 {
+            return Some(0.0);
         }
-        Some(from)
+        for to in levels {
+            if to.1 < 0.0 {
+                return Some(zero([from, to], level));
+            }
+            from = to;
+        }
+        None
     }
 
     /// What comes of a reference of size 1 in what follows it.
-    fn followed(&self, reference: &Reference, angle: f64) -> Point {
-        let z = self.on_circle(1.0, angle);
-        let (at, ticks, columns) = (self.at(z), self.cycle_ticks, self.columns.len());
-        let follows = self.lifted(&self.followers, z).phases;
-        let mut commanded = DVector::from_element(self.commands * ticks, Point::default());
-        for (begun, answers) in reference.answers.iter().enumerate() {
-            for (command, answer) in answers.iter().enumerate() {
-                let Some(answer) = answer else { continue };
-                for phase in 0..ticks {
-                    let offset = phase.cast_signed() - begun.cast_signed();
-                    commanded[command * ticks + phase] += answer.at(z, ticks, offset) * power(z, begun);
+    fn followed(&self, output: usize, answers: &[Spectra<'_>], angle: f64) -> Point {
+        let (z, back) = self.point(angle);
+        let Loop { cycle_ticks: ticks, commands, followers, .. } = self.whole;
+        let (at, ticks, commands, columns) = (self.at(angle), *ticks, *commands, self.whole.columns.len());
+        let follows = self.whole.lifted(followers, z).phases;
+        let mut commanded = DVector::from_element(commands * ticks, Point::default());
+        for (begun, answers) in answers.iter().enumerate() {
+            for (command, phases) in answers.iter().enumerate() {
+                for (phase, answer) in phases.iter().enumerate() {
+                    if let Some(answer) = answer {
+                        commanded[command * ticks + phase] += answer.at(angle, back) * power(z, begun);
+                    }
                 }
             }
         }
@@ -255,16 +279,44 @@ impl Loop {
         }
         let mut sum = Point::default();
         for seen in 0..ticks {
-            for command in 0..self.commands {
+            for command in 0..commands {
                 for phase in 0..ticks {
-                    let gain =
-                        follows.get(seen + ticks - 1 - phase).map(|gains| gains[(reference.output, command)]);
+                    let gain = follows.get(seen + ticks - 1 - phase).map(|gains| gains[(output, command)]);
                     sum += gain.unwrap_or_default() * commanded[command * ticks + phase] / power(z, seen);
                 }
             }
         }
-        sum / self.cycle()
+        sum / self.whole.cycle()
     }
+}
+
+/// A change of sign between two angles.
+struct Crossing<'g> {
+    /// Among the gains.
+    place: usize,
+    from: &'g (f64, DVector<Point>),
+    to: &'g (f64, DVector<Point>),
+    /// On a straight line between them.
+    gain: Point,
+}
+
+/// Where a value is 0 between two places where it has different signs: regula falsi, with the weight of an end halved that
+/// stays (Dowell and Jarratt, "A modified regula falsi method", BIT 11, 1971).
+fn zero([mut from, mut to]: [(f64, f64); 2], mut value: impl FnMut(f64) -> f64) -> f64 {
+    for _ in 0..ZERO_STEPS {
+        let at = (from.0 * to.1 - to.0 * from.1) / (to.1 - from.1);
+        if !at.is_finite() || (at - to.0).abs() <= ZERO_WITHIN * at {
+            break;
+        }
+        let found = (at, value(at));
+        if (found.1 > 0.0) == (to.1 > 0.0) {
+            from.1 *= 0.5;
+        } else {
+            from = to;
+        }
+        to = found;
+    }
+    to.0
 }
 
 fn power(z: Point, ticks: usize) -> Point {

@@ -7,7 +7,7 @@ use std::f64::consts::PI;
 
 use nalgebra::DMatrix;
 
-use super::closed_loop::{Loop, ONE, Point};
+use super::closed_loop::{At, Loop, ONE, Point};
 use super::controller_model::Answer;
 
 /// Growth per tick, up or down, that is not told from none.
@@ -41,20 +41,7 @@ const TURN_OFF_RAD: f64 = 0.2;
 impl Loop {
     /// What turns around zero once for every pole outside of a circle.
     fn characteristic(&self, z: Point, rounding: f64) -> Point {
-        let at = self.at_rounded(z, rounding);
-        let open = DMatrix::identity(self.columns.len(), self.columns.len()) - &at.plant * &at.controller;
-        at.determinant * open.determinant()
-    }
-
-    /// Half turns of the characteristic along a path.
-    fn half_turns(&self, path: impl Fn(f64) -> Point, angles: &[f64]) -> f64 {
-        let value = |angle: f64| self.characteristic(path(angle), 0.0);
-        let points: Vec<(f64, Point)> = angles.iter().map(|angle| (*angle, value(*angle))).collect();
-        let turned = |pair: &[(f64, Point)]| match pair {
-            [from, to] => turned_rad(&value, *from, *to, TURN_HALVINGS),
-            _ => 0.0,
-        };
-        points.windows(2).map(turned).sum::<f64>() / PI
+        self.at_rounded(z, rounding).characteristic()
     }
 
     /// Distance from 1 at which rounding does not matter, so that poles can be told from those of drifts.
@@ -74,11 +61,12 @@ impl Loop {
 
     /// Whether a pole lies outside a circle, but for those of drifts.
     fn has_pole_beyond(&self, radius: f64, drift: f64, angles: &[f64]) -> bool {
-        let beyond = -self.half_turns(|angle| self.on_circle(radius, angle), angles);
+        let circle = self.circle(radius);
+        let beyond = -half_turns(&|angle| circle.at(angle).characteristic(), angles);
         let drifting = if radius < 1.0 {
             let around: Vec<f64> =
                 (0..=STEPS_AROUND).map(|n| PI * f64::from(n) / f64::from(STEPS_AROUND)).collect();
-            self.half_turns(|angle| ONE + Point::from_polar(drift, angle), &around)
+            half_turns(&|angle| self.characteristic(ONE + Point::from_polar(drift, angle), 0.0), &around)
         } else {
             0.0
         };
@@ -134,8 +122,10 @@ impl Loop {
     /// nowhere.
     fn pole_near(&self, radius: f64, angles: &[f64]) -> Option<Point> {
         let value = |z: Point| self.characteristic(z, 0.0);
-        let points = angles.iter().map(|angle| self.on_circle(radius, *angle));
-        let mut pole = points.min_by(|a, b| value(*a).norm().total_cmp(&value(*b).norm()))?;
+        let circle = self.circle(radius);
+        let sizes = angles.iter().map(|angle| (*angle, circle.at(*angle).characteristic().norm()));
+        let (angle, _) = sizes.min_by(|a, b| a.1.total_cmp(&b.1))?;
+        let mut pole = self.on_circle(radius, angle);
         for _ in 0..NEWTON_STEPS {
             let slope = (value(pole + NEWTON_DIFFERENCE) - value(pole - NEWTON_DIFFERENCE))
                 / (2.0 * NEWTON_DIFFERENCE);
@@ -152,21 +142,48 @@ impl Loop {
     }
 }
 
+impl At {
+    fn characteristic(&self) -> Point {
+        let open = DMatrix::identity(self.plant.nrows(), self.plant.nrows()) - &self.plant * &self.controller;
+        self.determinant * open.determinant()
+    }
+}
+
+/// Half turns of a value around zero along angles.
+fn half_turns(value: &impl Fn(f64) -> Point, angles: &[f64]) -> f64 {
+    let points: Vec<(f64, Point)> = angles.iter().map(|angle| (*angle, value(*angle))).collect();
+    let turned = |points: &[(f64, Point)]| match *points {
+        [from, middle, to] => turned_rad(value, [from, middle, to], TURN_HALVINGS),
+        [from, to] => turned_rad(value, [from, between(value, from, to), to], TURN_HALVINGS),
+        _ => 0.0,
+    };
+    // The last of three is the first of the next three.
+    (0..points.len())
+        .step_by(2)
+        .map(|at| turned(points.get(at..points.len().min(at + 3)).unwrap_or_default()))
+        .sum::<f64>()
+        / PI
+}
+
 /// Points on half a circle around 1.
 fn around(distance: f64) -> impl Iterator<Item = Point> {
     let angle = |n| PI * f64::from(n) / f64::from(STEPS_AROUND);
     (0..=STEPS_AROUND).map(move |n| ONE + Point::from_polar(distance, angle(n)))
 }
 
-/// How far something turns around zero from one point to another; halved until that is sure.
-fn turned_rad(value: &impl Fn(f64) -> Point, from: (f64, Point), to: (f64, Point), halvings: u32) -> f64 {
-    let angle = 0.5 * (from.0 + to.0);
-    let middle = (angle, value(angle));
-    let turn = |from: Point, to: Point| (to / from).arg();
-    let [whole, first, second] = [turn(from.1, to.1), turn(from.1, middle.1), turn(middle.1, to.1)];
+/// How far something turns around zero along three points; halved until that is sure.
+fn turned_rad(value: &impl Fn(f64) -> Point, [from, middle, to]: [(f64, Point); 3], halvings: u32) -> f64 {
+    let turn = |from: (f64, Point), to: (f64, Point)| (to.1 / from.1).arg();
+    let [whole, first, second] = [turn(from, to), turn(from, middle), turn(middle, to)];
     let is_small = first.abs().max(second.abs()) < TURN_RAD && (first + second - whole).abs() < TURN_OFF_RAD;
     if is_small || halvings == 0 {
         return first + second;
     }
-    turned_rad(value, from, middle, halvings - 1) + turned_rad(value, middle, to, halvings - 1)
+    let half = |from, to| turned_rad(value, [from, between(value, from, to), to], halvings - 1);
+    half(from, middle) + half(middle, to)
+}
+
+fn between(value: &impl Fn(f64) -> Point, from: (f64, Point), to: (f64, Point)) -> (f64, Point) {
+    let angle = 0.5 * (from.0 + to.0);
+    (angle, value(angle))
 }

@@ -59,8 +59,13 @@ pub(super) fn loops(file: &RigFile) -> Result<Vec<AxisLoop>, ExperimentError> {
         return Ok(commanded.iter().map(|command| AxisLoop::unknown(command.at)).collect());
     };
     let mut channels = channels(&free, &parts, &commanded);
-    // Controllers that are not linear, with all that links lead to from them.
+    let free_models = models(&free, &channels, &commanded)?;
+    // Controllers that are not linear or have a device that is not, with all that links lead to from them.
     let mut not_linear = BTreeSet::new();
+    let has_model = |command: &Commanded| matches!(free_models.get(command.device), Some(Some(_)));
+    for command in commanded.iter().filter(|command| !has_model(command)) {
+        not_linear.extend(linked_with(&free, name_of(&parts, command.at)));
+    }
     for channel in &mut channels {
         let name = name_of(&parts, channel.at);
         for phase in 0..controllers.cycle_ticks {
@@ -75,11 +80,13 @@ pub(super) fn loops(file: &RigFile) -> Result<Vec<AxisLoop>, ExperimentError> {
         }
     }
     let not_linear = &not_linear;
-    let axes = Axes { file: &free, parts: &parts, commanded: &commanded, channels: &channels, not_linear };
-    let free_figures = axes.figures(&free, controllers.cycle_ticks)?;
+    let axes = Axes { parts: &parts, commanded: &commanded, channels: &channels, not_linear };
+    let (cycle_ticks, period_s) = (controllers.cycle_ticks, free.sample_period_s);
+    let free_figures = axes.figures(&free_models, cycle_ticks, period_s);
     let meets = |section: &DeviceSection| section.axes.iter().any(|axis| axis.wall.is_some());
     let in_contact = file.devices.iter().any(meets).then(|| at_rest(file, true));
-    let in_contact = in_contact.map(|file| axes.figures(&file, controllers.cycle_ticks)).transpose()?;
+    let in_contact = in_contact.map(|file| models(&file, &channels, &commanded)).transpose()?;
+    let in_contact = in_contact.map(|models| axes.figures(&models, cycle_ticks, period_s));
     let figures = |place: usize| AxisLoop {
         free: free_figures.get(place).copied().flatten(),
         in_contact: in_contact.as_ref().and_then(|all| *all.get(place)?),
@@ -114,55 +121,34 @@ fn channels(file: &RigFile, parts: &[Part<'_>], commanded: &[Commanded]) -> Vec<
     channels
 }
 
-/// All axes, with what their controllers answer.
-struct Axes<'a> {
-    file: &'a RigFile,
-    parts: &'a [Part<'a>],
-    commanded: &'a [Commanded],
+/// What is measured of a device.
+fn sensed_of<'a>(
     channels: &'a [Channel],
-    not_linear: &'a BTreeSet<&'a str>,
+    commanded: &'a [Commanded],
+    device: usize,
+) -> impl Iterator<Item = &'a Channel> {
+    let is_of = move |channel: &&Channel| {
+        commanded.get(channel.command).is_some_and(|command| command.device == device)
+    };
+    channels.iter().filter(|channel| channel.is_sensed).filter(is_of)
 }
 
-impl Axes<'_> {
-    /// Of every axis with the devices of a file; none where it is not linear.
-    fn figures(
-        &self,
-        file: &RigFile,
-        cycle_ticks: usize,
-    ) -> Result<Vec<Option<LoopFigures>>, ExperimentError> {
-        let models =
-            file.devices.iter().enumerate().map(|(device, section)| self.model(file, device, section));
-        let models: Vec<Option<PlantModel>> = models.collect::<Result<_, _>>()?;
-        let mut figures = vec![None; self.commanded.len()];
-        for (group, is_linear) in self.groups(&models) {
-            if !is_linear {
-                continue;
-            }
-            let found = self.closed(&group, &models, cycle_ticks, file.sample_period_s).figures();
-            for (command, found) in group.iter().zip(found) {
-                if let Some(figures) = figures.get_mut(*command) {
-                    *figures = found;
-                }
-            }
-        }
-        Ok(figures)
-    }
-
-    /// Places of the sensed channels of a device, and behind them position and velocity of each of its axes.
-    fn model(
-        &self,
-        file: &RigFile,
-        device: usize,
-        section: &DeviceSection,
-    ) -> Result<Option<PlantModel>, ExperimentError> {
+/// Of every device from its commands to the sensed channels, and behind them position and velocity of each of its axes; none of
+/// one that is not linear.
+fn models(
+    file: &RigFile,
+    channels: &[Channel],
+    commanded: &[Commanded],
+) -> Result<Vec<Option<PlantModel>>, ExperimentError> {
+    let model = |(device, section): (usize, &DeviceSection)| {
         if !section.moves() {
             return Ok(None);
         }
         let mut machine = build::machine(file, section, 1)?;
         let read = |machine: &Machine| {
-            let shown = self.sensed_of(device).filter_map(|channel| {
-                let axis = self.commanded.get(channel.command)?.axis;
-                Some(channel.gain * sensed(self.file.data_type(channel.name)?, &machine.state(axis)))
+            let shown = sensed_of(channels, commanded, device).filter_map(|channel| {
+                let axis = commanded.get(channel.command)?.axis;
+                Some(channel.gain * sensed(file.data_type(channel.name)?, &machine.state(axis)))
             });
             let followed = (0..section.axes.len()).flat_map(|axis| {
                 let state = machine.state(axis);
@@ -171,14 +157,43 @@ impl Axes<'_> {
             shown.chain(followed).collect()
         };
         Ok(PlantModel::new(&mut machine, file.sample_period_s, section.axes.len(), read))
-    }
+    };
+    file.devices.iter().enumerate().map(model).collect()
+}
 
-    fn is_of(&self, channel: &Channel, device: usize) -> bool {
-        self.commanded.get(channel.command).is_some_and(|command| command.device == device)
+/// All axes, with what their controllers answer.
+struct Axes<'a> {
+    parts: &'a [Part<'a>],
+    commanded: &'a [Commanded],
+    channels: &'a [Channel],
+    not_linear: &'a BTreeSet<&'a str>,
+}
+
+impl Axes<'_> {
+    /// Of every axis; none where it is not linear.
+    fn figures(
+        &self,
+        models: &[Option<PlantModel>],
+        cycle_ticks: usize,
+        period_s: f64,
+    ) -> Vec<Option<LoopFigures>> {
+        let mut figures = vec![None; self.commanded.len()];
+        for (group, is_linear) in self.groups(models) {
+            if !is_linear {
+                continue;
+            }
+            let found = self.closed(&group, models, cycle_ticks, period_s).figures();
+            for (command, found) in group.iter().zip(found) {
+                if let Some(figures) = figures.get_mut(*command) {
+                    *figures = found;
+                }
+            }
+        }
+        figures
     }
 
     fn sensed_of(&self, device: usize) -> impl Iterator<Item = &Channel> {
-        self.channels.iter().filter(move |channel| channel.is_sensed && self.is_of(channel, device))
+        sensed_of(self.channels, self.commanded, device)
     }
 
     /// The commands that act on one another, and whether all of that is linear.

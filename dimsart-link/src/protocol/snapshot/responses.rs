@@ -10,7 +10,7 @@ fn responses() {
     let axes = [AxisKind::Linear, AxisKind::Rotary];
     let axes = heapless::Vec::<_, MAX_DOF>::from_slice(&axes).unwrap();
     let usage = Usage { modules: 1, slots: 2, words: 3, words_in_all: 2048 };
-    let first_fault = Some(FirstFault { tick: 300, reason: Blocked::Stopped });
+    let first_fault = Some(FirstFault { tick: 300, reason: Blocked::Tick(Tick::Idle) });
     let parameter = |accepts| {
         let (name, default) = ("P", Some(Value::Count(1)));
         Response::Parameter(ParameterText {
@@ -61,7 +61,7 @@ fn responses() {
         Response::Entry(SIGNAL),
         Response::Effect(Effect {
             refused: None,
-            blocked: Some(Blocked::Stopped),
+            blocked: Some(Blocked::Tick(Tick::Idle)),
             value: Some(Value::Real(1.0)),
             is_in_transaction: true,
         }),
@@ -78,7 +78,7 @@ fn responses() {
             ticks: 300,
             refused_ticks: 1,
             is_running: false,
-            blocked: Some(Blocked::Stopped),
+            blocked: Some(Blocked::Tick(Tick::Idle)),
             first_fault,
             usage,
             is_in_transaction: true,
@@ -171,12 +171,12 @@ fn responses() {
         "05 ac 02 01 4e 02 03 03",
         "06 64 55 02 01 00",
         "07 ac 02 01",
-        "08 00 01 01 01 00 00 00 80 3f 01",
+        "08 00 01 01 01 01 00 00 00 80 3f 01",
         "09 03 02",
         "09 05 03",
         "0a 00 02 02 02 00 80 80 80 fc 03",
         "0b 00 ac 02 01 00 01",
-        "0c ac 02 01 00 01 01 01 ac 02 01 01 02 03 80 10 01 07 01 64 55 02 00 ac 02 01 02 80 80 80 fc 07",
+        "0c ac 02 01 00 01 01 01 01 ac 02 01 01 01 02 03 80 10 01 07 01 64 55 02 00 ac 02 01 02 80 80 80 fc 07",
         "0d 00 11 00 06",
         "0e ac 02 01 02 01 01 02 ac 02",
         "0e ac 02 01 02 00",

@@ -4,6 +4,7 @@
 //! of robotic mechanisms", ASME J. Dynamic Systems, Measurement, and Control 104, 1982), the bias by recursive
 //! Newton-Euler with no acceleration (J. Y. S. Luh, M. W. Walker, R. P. C. Paul, "On-line computational scheme for
 //! mechanical manipulators", the same journal 102, 1980).
+#![expect(clippy::indexing_slicing, reason = "matrices of a fixed size")]
 
 use super::ArmParameters;
 use super::link::{LinkKind, LinkParameters};
@@ -167,10 +168,8 @@ impl Mechanism for Chain {
             let momentum = beyond.times(own.twist);
             for (other, moved) in moved.iter().take(axis + 1).enumerate() {
                 let entry = moved.twist.power(&momentum);
-                mass.add(axis, other, entry);
-                if other != axis {
-                    mass.add(other, axis, entry);
-                }
+                mass[(axis, other)] = entry;
+                mass[(other, axis)] = entry;
             }
         }
         Dynamics { mass, bias }

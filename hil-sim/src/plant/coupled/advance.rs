@@ -2,16 +2,13 @@
 
 use super::state::State;
 use super::step::{Outside, Period};
-use super::{Axes, Coupled, Mechanism, Tip, pace, transposed};
+use super::{Axes, Coupled, Mechanism, Tip, transposed};
 use dimsart_core::limits::MAX_DOF;
-
-/// How often a sub-step may be halved.
-const HALVINGS_MAX: u8 = 10;
 
 impl<M: Mechanism> Coupled<M> {
     /// Holds `command` (`N m` or `N`, one per axis; missing entries are 0, surplus is ignored) from `start_s` for
     /// `period_s` and moves on under the outside torques `load(axis, time_s)` (`N m` or `N`, positive towards larger
-    /// positions), in [`SUB_STEPS_MIN`](crate::plant::SUB_STEPS_MIN) sub-steps or more.
+    /// positions).
     ///
     /// A command that is NaN or infinite is applied as it is, as far as the actuator's limit lets it.
     pub fn advance(
@@ -35,9 +32,6 @@ impl<M: Mechanism> Coupled<M> {
 
     /// The same under a force from outside on the tip (`N`, in the frame of the base), which may depend on where the
     /// tip is and how it moves: a wall, or a hand.
-    ///
-    /// The sub-steps do not know how stiff it is: [`SUB_STEPS_MIN`](crate::plant::SUB_STEPS_MIN) of them in a period
-    /// of 1 ms follow a spring on a mass up to 300 Hz within 1e-6.
     pub fn advance_pushed(
         &mut self,
         start_s: f64,
@@ -79,16 +73,9 @@ impl<M: Mechanism> Coupled<M> {
     }
 
     fn after(&self, start_s: f64, period_s: f64, actuator_forces: Axes, outside: Outside<'_>) -> State {
-        let sub_steps = pace::sub_steps(self, period_s);
-        let step_s = period_s / sub_steps;
         let period = Period { coupled: self, actuator_forces, outside };
         let mut state = self.state;
-        let mut mode = period.mode(start_s, &state);
-        let mut done = 0.0;
-        while done < sub_steps {
-            period.pass(&mut state, &mut mode, start_s + done * step_s, step_s, HALVINGS_MAX);
-            done += 1.0;
-        }
+        period.pass(&mut state, start_s, start_s + period_s);
         state
     }
 

@@ -1,8 +1,8 @@
 //! Which smooth equations hold: the sliding direction of each axis, and which stops touch.
 
-use super::Axes;
 use super::actuator::Actuator;
-use super::matrix::{Factors, Matrix};
+use super::factors::Factors;
+use super::{Axes, Matrix, times};
 use crate::plant::joint::Contact;
 use crate::plant::scene::Slide;
 use dimsart_core::limits::MAX_DOF;
@@ -28,6 +28,13 @@ impl Mode {
             *held = true;
         }
         is_held
+    }
+}
+
+impl Mode {
+    /// Whether nothing can change it: no dry friction, and no stops.
+    pub(super) fn is_smooth(&self, stops: usize) -> bool {
+        stops == 0 && self.slides.iter().all(|slide| *slide == Slide::Frictionless)
     }
 }
 
@@ -67,7 +74,7 @@ pub(super) fn settle(mode: &mut Mode, actuators: &[Actuator], velocity: &Axes, m
     for _ in 0..ANSWERS_MAX {
         let forces = with_friction(net, actuators, &mode.slides);
         let acceleration = Factors::of(mass, mode.is_held(actuators.len())).solve(&forces);
-        let inertial = mass.times(&acceleration);
+        let inertial = times(mass, &acceleration);
         let turned = (mode.slides.iter_mut().zip(actuators).zip(velocity))
             .zip(acceleration.iter().zip(forces.iter().zip(&inertial)))
             .filter(|((_, velocity), _)| velocity.abs() <= 0.0)

@@ -1,11 +1,27 @@
-//! One sub-step: Runge-Kutta within a mode, halved where the mode changes.
+//! A period of held command: steps whose error is estimated, each within one mode.
+//!
+//! The method is that of Dormand and Prince, of fifth order with an estimate of fourth (J. R. Dormand, P. J. Prince, "A family
+//! of embedded Runge-Kutta formulae", J. Computational and Applied Mathematics 6, 1980).
 
-use super::matrix::Factors;
+use super::factors::Factors;
 use super::mode::{self, MAX_STOPS, Mode};
 use super::state::State;
-use super::{Axes, Coupled, Dynamics, Mechanism, dot};
+use super::{Axes, Coupled, Dynamics, Mechanism, dot, times};
 use crate::plant::joint::Contact;
 use crate::plant::scene::Slide;
+
+/// Largest error of a step as the method estimates it, in parts of one plus the value; its result is far better.
+const TOLERANCE: f64 = 1e-11;
+/// Shortest step that an error can ask for.
+const MIN_STEP_S: f64 = 2e-7;
+/// How exactly a change of mode is located.
+const LOCATED_S: f64 = 5e-8;
+/// What the next step is of the one that the estimate allows, and by how much one can differ from the next.
+const SAFETY: f64 = 0.9;
+const MIN_CHANGE: f64 = 0.1;
+const MAX_CHANGE: f64 = 5.0;
+/// Shares of a step at which the mode is looked at besides its end.
+const BETWEEN: [f64; 3] = [0.25, 0.5, 0.75];
 
 /// Torques from outside at a time, in a position, at a velocity, `N m` or `N`.
 pub(super) type Outside<'a> = &'a dyn Fn(f64, &Axes, &Axes) -> Axes;
@@ -18,25 +34,53 @@ pub(super) struct Period<'a, M> {
     pub(super) outside: Outside<'a>,
 }
 
+/// One step within a mode.
+struct Step {
+    next: State,
+    /// Rates at its end, of the same mode.
+    last: State,
+    /// In parts of what is allowed; NaN where a state is.
+    error: f64,
+}
+
 impl<M: Mechanism> Period<'_, M> {
-    /// Takes `state`, in `mode` at `from_s`, on by `step_s`; may halve that as often as `halvings_left` says.
-    pub(super) fn pass(
-        &self,
-        state: &mut State,
-        mode: &mut Mode,
-        from_s: f64,
-        step_s: f64,
-        halvings_left: u8,
-    ) {
-        let end_s = from_s + step_s;
-        let mut next = self.step(state, mode, from_s, step_s);
-        let mut next_mode = self.mode(end_s, &next);
-        if next_mode != *mode && halvings_left > 0 {
-            let half_s = 0.5 * step_s;
-            self.pass(state, mode, from_s, half_s, halvings_left - 1);
-            self.pass(state, mode, from_s + half_s, half_s, halvings_left - 1);
-            return;
+    /// Takes `state` from `start_s` to `end_s`.
+    pub(super) fn pass(&self, state: &mut State, start_s: f64, end_s: f64) {
+        let mut mode = self.mode(start_s, state);
+        let mut rate = self.rates(start_s, state, &mode);
+        let (mut time_s, mut allowed_s) = (start_s, end_s - start_s);
+        // By when the mode has changed, as a step has found.
+        let mut changed_s = None;
+        while time_s < end_s {
+            let rest_s = changed_s.unwrap_or(end_s) - time_s;
+            let is_located = changed_s.is_none() || rest_s <= LOCATED_S;
+            let wanted_s = if is_located { rest_s } else { 0.5 * rest_s };
+            let step_s = wanted_s.min(allowed_s);
+            // Exactly the end, however the sum is rounded.
+            let to_s = if step_s < rest_s { time_s + step_s } else { changed_s.unwrap_or(end_s) };
+            let step = self.step(state, &rate, &mode, time_s, step_s);
+            if step.error > 1.0 && step_s > MIN_STEP_S {
+                allowed_s = (step_s * change(step.error)).max(MIN_STEP_S);
+                continue;
+            }
+            let next_mode = self.mode(to_s, &step.next);
+            let changes = next_mode != mode || self.changes_between(state, &step, &rate, &mode, step_s);
+            if changes && step_s > LOCATED_S {
+                changed_s = Some(to_s);
+                continue;
+            }
+            allowed_s = step_s.max(allowed_s) * change(step.error).max(1.0);
+            (time_s, changed_s) = (to_s, changed_s.filter(|changed_s| to_s < *changed_s));
+            (*state, rate) = (step.next, step.last);
+            if next_mode != mode {
+                mode = self.turn(to_s, state, &mode, next_mode);
+                rate = self.rates(to_s, state, &mode);
+            }
         }
+    }
+
+    /// The mode after a change: whatever turns around is at rest for an instant, and dry friction may keep it there.
+    fn turn(&self, time_s: f64, state: &mut State, mode: &Mode, next_mode: Mode) -> Mode {
         let mut held = *mode;
         let mut is_any_reversed = false;
         for (was, is) in held.slides.iter_mut().zip(&next_mode.slides) {
@@ -45,48 +89,89 @@ impl<M: Mechanism> Period<'_, M> {
                 is_any_reversed = true;
             }
         }
-        if is_any_reversed {
-            self.bring_to_rest(&mut next, &held);
-            next_mode = self.mode(end_s, &next);
+        if !is_any_reversed {
+            return next_mode;
         }
-        (*state, *mode) = (next, next_mode);
+        self.bring_to_rest(state, &held);
+        self.mode(time_s, state)
     }
 
-    /// Whatever turns around is at rest for an instant, and dry friction may keep it there. Only an impulse on the axis
-    /// itself takes what little is left of its velocity, so that the others keep their momentum.
+    /// Only an impulse on the axis itself takes what little is left of its velocity, so that the others keep their momentum.
     fn bring_to_rest(&self, state: &mut State, held: &Mode) {
         let mass = self.coupled.dynamics(&state.position, &state.velocity).mass;
-        let momentum = mass.times(&state.velocity);
+        let momentum = times(&mass, &state.velocity);
         state.velocity = Factors::of(&mass, held.is_held(self.coupled.axes())).solve(&momentum);
     }
 
     /// The mode that `state` is in.
-    pub(super) fn mode(&self, time_s: f64, state: &State) -> Mode {
-        let mut contacts = [Contact::Free; MAX_STOPS];
-        for (contact, stop) in contacts.iter_mut().zip(&self.coupled.stops) {
-            *contact = stop.contact(&state.position, &state.velocity);
-        }
-        let actuators = &self.coupled.actuators;
-        let mut mode = Mode { slides: mode::slides(actuators, &state.velocity), contacts };
+    fn mode(&self, time_s: f64, state: &State) -> Mode {
+        let mut mode = self.shape(state);
         if mode.slides.contains(&Slide::Stuck) {
             let (dynamics, net, _) = self.frictionless(time_s, state, &mode);
+            let actuators = &self.coupled.actuators;
             mode::settle(&mut mode, actuators, &state.velocity, &dynamics.mass, &net);
         }
         mode
     }
 
-    fn step(&self, state: &State, mode: &Mode, from_s: f64, step_s: f64) -> State {
-        let half_s = 0.5 * step_s;
-        let (middle_s, end_s) = (from_s + half_s, from_s + step_s);
-        let first = self.rates(from_s, state, mode);
-        let second = self.rates(middle_s, &state.after(half_s, &first), mode);
-        let third = self.rates(middle_s, &state.after(half_s, &second), mode);
-        let fourth = self.rates(end_s, &state.after(step_s, &third), mode);
-        state
-            .after(step_s / 6.0, &first)
-            .after(step_s / 3.0, &second)
-            .after(step_s / 3.0, &third)
-            .after(step_s / 6.0, &fourth)
+    /// The mode as far as positions and velocities tell it: axes at rest stick.
+    fn shape(&self, state: &State) -> Mode {
+        let mut contacts = [Contact::Free; MAX_STOPS];
+        for (contact, stop) in contacts.iter_mut().zip(&self.coupled.stops) {
+            *contact = stop.contact(&state.position, &state.velocity);
+        }
+        Mode { slides: mode::slides(&self.coupled.actuators, &state.velocity), contacts }
+    }
+
+    /// Whether something touches, parts or turns around within a step.
+    fn changes_between(&self, state: &State, step: &Step, rate: &State, mode: &Mode, step_s: f64) -> bool {
+        let is_other =
+            |share: f64| self.shape(&state.between(&step.next, [rate, &step.last], step_s, share)) != *mode;
+        !mode.is_smooth(self.coupled.stops.len()) && BETWEEN.into_iter().any(is_other)
+    }
+
+    fn step(&self, state: &State, k1: &State, mode: &Mode, from_s: f64, step_s: f64) -> Step {
+        let rates = |share: f64, state: &State| self.rates(from_s + share * step_s, state, mode);
+        let k2 = rates(0.2, &state.after(step_s, [(0.2, k1)]));
+        let k3 = rates(0.3, &state.after(step_s, [(3.0 / 40.0, k1), (9.0 / 40.0, &k2)]));
+        let at = [(44.0 / 45.0, k1), (-56.0 / 15.0, &k2), (32.0 / 9.0, &k3)];
+        let k4 = rates(0.8, &state.after(step_s, at));
+        let at = [
+            (19372.0 / 6561.0, k1),
+            (-25360.0 / 2187.0, &k2),
+            (64448.0 / 6561.0, &k3),
+            (-212.0 / 729.0, &k4),
+        ];
+        let k5 = rates(8.0 / 9.0, &state.after(step_s, at));
+        let at = [
+            (9017.0 / 3168.0, k1),
+            (-355.0 / 33.0, &k2),
+            (46732.0 / 5247.0, &k3),
+            (49.0 / 176.0, &k4),
+            (-5103.0 / 18656.0, &k5),
+        ];
+        let k6 = rates(1.0, &state.after(step_s, at));
+        let at = [
+            (35.0 / 384.0, k1),
+            (500.0 / 1113.0, &k3),
+            (125.0 / 192.0, &k4),
+            (-2187.0 / 6784.0, &k5),
+            (11.0 / 84.0, &k6),
+        ];
+        let next = state.after(step_s, at);
+        let last = rates(1.0, &next);
+        let off = State::default().after(
+            step_s,
+            [
+                (71.0 / 57600.0, k1),
+                (-71.0 / 16695.0, &k3),
+                (71.0 / 1920.0, &k4),
+                (-17253.0 / 339_200.0, &k5),
+                (22.0 / 525.0, &k6),
+                (-1.0 / 40.0, &last),
+            ],
+        );
+        Step { next, last, error: off.largest(&next) / TOLERANCE }
     }
 
     fn rates(&self, time_s: f64, state: &State, mode: &Mode) -> State {
@@ -132,6 +217,12 @@ impl<M: Mechanism> Period<'_, M> {
         }
         (dynamics, net, Power { supplied_w, dissipated_w })
     }
+}
+
+/// By how much a step can be longer than one with this error.
+fn change(error: f64) -> f64 {
+    // The estimate grows by the fifth power. One of no error, or of a state that is NaN, can be as long as any.
+    if error > 0.0 { (SAFETY * libm::pow(error, -0.2)).clamp(MIN_CHANGE, MAX_CHANGE) } else { MAX_CHANGE }
 }
 
 struct Power {

@@ -10,6 +10,7 @@
 //! of Coriolis terms that the bias below is made of are
 //! `C23 = ½ A cos(q2 - q3) q3'` and `C32 = -½ A cos(q2 - q3) q2'`. A public implementation has `C32` with a plus: with
 //! that `dM/dt - 2 C` would not be skew, and the device would make energy.
+#![expect(clippy::indexing_slicing, reason = "matrices of a fixed size")]
 
 use crate::plant::coupled::{Axes, Dynamics, Matrix, Mechanism, transposed};
 use crate::plant::parameter::{ParameterError, finite, not_negative, positive};
@@ -180,7 +181,7 @@ impl Linkage {
                 (0..3).map(|axis| (axis, jacobian.map(|row| row.get(axis).copied().unwrap_or(0.0))))
             {
                 let product: f64 = of_one.iter().zip(of_other).map(|(one, other)| one * other).sum();
-                mass.add(one, other, self.tip_kg * product);
+                mass[(one, other)] += self.tip_kg * product;
             }
         }
         let angles = Angles::of(position);
@@ -209,8 +210,8 @@ impl Linkage {
 
 impl Angles {
     fn of(position: &Axes) -> Self {
-        let [base, inner, outer, ..] = position.map(libm::sincos);
-        Self { base, inner, outer }
+        let [base, inner, outer, ..] = *position;
+        Self { base: libm::sincos(base), inner: libm::sincos(inner), outer: libm::sincos(outer) }
     }
 }
 
@@ -234,11 +235,11 @@ impl Mechanism for Linkage {
             + with_inner * (cos_inner * cos_inner - sin_inner * sin_inner)
             + with_outer * (cos_outer * cos_outer - sin_outer * sin_outer)
             + coupling * cos_inner * sin_outer;
-        mass.add(0, 0, turning);
-        mass.add(1, 1, self.inner);
-        mass.add(2, 2, self.outer);
-        mass.add(1, 2, -0.5 * coupling * sin_between);
-        mass.add(2, 1, -0.5 * coupling * sin_between);
+        mass[(0, 0)] += turning;
+        mass[(1, 1)] += self.inner;
+        mass[(2, 2)] += self.outer;
+        mass[(1, 2)] += -0.5 * coupling * sin_between;
+        mass[(2, 1)] += -0.5 * coupling * sin_between;
 
         // How M11 changes with either angle; half of it makes C11, C12 and C13.
         let by_inner = -4.0 * with_inner * sin_inner * cos_inner - coupling * sin_inner * sin_outer;

@@ -42,11 +42,11 @@ proptest! {
     fn the_mass_matrix_is_positive_definite(position in prop::array::uniform3(-4.0..4.0)) {
         let phantom = PhantomParameters::default().ideal().build().unwrap();
         let mass = phantom.body().mass_matrix(&position);
-        prop_assert!(mass.at(0, 0) > 1e-3);
-        prop_assert!(mass.at(1, 1) * mass.at(2, 2) - mass.at(1, 2) * mass.at(2, 1) > 1e-6);
-        prop_assert!((mass.at(1, 2) - mass.at(2, 1)).abs() <= 0.0);
+        prop_assert!(mass[(0, 0)] > 1e-3);
+        prop_assert!(mass[(1, 1)] * mass[(2, 2)] - mass[(1, 2)] * mass[(2, 1)] > 1e-6);
+        prop_assert!((mass[(1, 2)] - mass[(2, 1)]).abs() <= 0.0);
         for (row, column) in [(0, 1), (0, 2), (1, 0), (2, 0)] {
-            prop_assert!(mass.at(row, column).abs() <= 0.0);
+            prop_assert!(mass[(row, column)].abs() <= 0.0);
         }
     }
 
@@ -62,8 +62,8 @@ proptest! {
         let at = |share: f64| body.mass_matrix(&[0, 1, 2].map(|axis| position[axis] + share * step_s * velocity[axis]));
         let (before, after, long_before, long_after) = (at(-1.0), at(1.0), at(-2.0), at(2.0));
         let skew = |row: usize, column: usize| {
-            let rate = (8.0 * (after.at(row, column) - before.at(row, column))
-                - (long_after.at(row, column) - long_before.at(row, column))) / (12.0 * step_s);
+            let rate = (8.0 * (after[(row, column)] - before[(row, column)])
+                - (long_after[(row, column)] - long_before[(row, column)])) / (12.0 * step_s);
             rate - 2.0 * columns[column][row]
         };
         for row in 0..3 {
@@ -85,7 +85,7 @@ fn the_tip_feels_as_heavy_as_published() {
         [(0, 2, 0.170, 0.0322), (1, 0, 0.215, 0.0773), (2, 1, 0.215, 0.0525)]
     {
         close(jacobian[direction][axis], lever_m, 1e-15);
-        close(mass.at(axis, axis) / (lever_m * lever_m), apparent_kg, 0.5e-4);
+        close(mass[(axis, axis)] / (lever_m * lever_m), apparent_kg, 0.5e-4);
     }
     // And as that it is pushed.
     let mut parameters = PhantomParameters::default().ideal();

@@ -38,11 +38,11 @@ fn two_links_in_a_plane_follow_the_textbook() {
     let (m1, m2, l1, l2, g) = (2.0, 1.2, 0.5, 0.3, 9.81);
     for (q1, q2, v1, v2) in [(0.3_f64, 0.8_f64, 0.0, 0.0), (-1.0, 2.0, 1.5, -0.7), (2.5, -0.4, -3.0, 4.0)] {
         let mass = arm.mass_matrix(&[q1, q2]);
-        close(mass.at(0, 0), l2 * l2 * m2 + 2.0 * l1 * l2 * m2 * q2.cos() + l1 * l1 * (m1 + m2), 1e-14);
-        close(mass.at(0, 1), l2 * l2 * m2 + l1 * l2 * m2 * q2.cos(), 1e-14);
-        close(mass.at(1, 0), mass.at(0, 1), 0.0);
-        close(mass.at(1, 1), l2 * l2 * m2, 1e-14);
-        close(mass.at(2, 2), 0.0, 0.0);
+        close(mass[(0, 0)], l2 * l2 * m2 + 2.0 * l1 * l2 * m2 * q2.cos() + l1 * l1 * (m1 + m2), 1e-14);
+        close(mass[(0, 1)], l2 * l2 * m2 + l1 * l2 * m2 * q2.cos(), 1e-14);
+        close(mass[(1, 0)], mass[(0, 1)], 0.0);
+        close(mass[(1, 1)], l2 * l2 * m2, 1e-14);
+        close(mass[(2, 2)], 0.0, 0.0);
         let gravity = arm.gravity_torques(&[q1, q2]);
         let outer = m2 * l2 * g * (q1 + q2).cos();
         close(gravity[0], outer + (m1 + m2) * l1 * g * q1.cos(), 1e-13);

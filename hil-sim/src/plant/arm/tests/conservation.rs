@@ -65,7 +65,7 @@ fn coriolis_does_no_work(arm: &Arm, position: &Axes, velocity: &Axes) -> Result<
     let kinetic_j = |position: &Axes| {
         let mass = arm.mass_matrix(position);
         let pairs = (0..MAX_DOF).flat_map(|row| (0..MAX_DOF).map(move |column| (row, column)));
-        pairs.map(|(row, column)| 0.5 * mass.at(row, column) * velocity[row] * velocity[column]).sum::<f64>()
+        pairs.map(|(row, column)| 0.5 * mass[(row, column)] * velocity[row] * velocity[column]).sum::<f64>()
     };
     let slope_w = (8.0 * (kinetic_j(&moved(1.0)) - kinetic_j(&moved(-1.0)))
         - (kinetic_j(&moved(2.0)) - kinetic_j(&moved(-2.0))))
@@ -92,7 +92,7 @@ proptest! {
         let (position, velocity) = (full(position), full(velocity));
         let mass = arm.mass_matrix(&position);
         let square: f64 = (0..6).map(|row| {
-            (0..6).map(|column| mass.at(row, column) * velocity[row] * velocity[column]).sum::<f64>()
+            (0..6).map(|column| mass[(row, column)] * velocity[row] * velocity[column]).sum::<f64>()
         }).sum();
         let speed: f64 = velocity.iter().map(|velocity| velocity * velocity).sum();
         // Each motor has 0.05.

@@ -34,7 +34,7 @@ fn more_than_friction_holds_is_what_accelerates() {
     hold(&mut arm, 10, &[10.0, 0.0], |_, _| {});
     assert!(arm.axis(1).velocity < 0.0);
     let mass = arm.mass_matrix(&[0.0, 0.0]);
-    let (m11, m12, m22) = (mass.at(0, 0), mass.at(0, 1), mass.at(1, 1));
+    let (m11, m12, m22) = (mass[(0, 0)], mass[(0, 1)], mass[(1, 1)]);
     // 9 N m are left for the first, and 1 N m of friction pushes the second forward.
     let acceleration = (9.0 * m22 - 1.0 * m12) / (m11 * m22 - m12 * m12);
     close(arm.axis(0).velocity, acceleration * 0.01, 2e-3 * acceleration * 0.01);

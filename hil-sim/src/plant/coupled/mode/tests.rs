@@ -22,9 +22,9 @@ fn mass(roots: &[[f64; AXES]; AXES]) -> Matrix {
     let mut mass = Matrix::default();
     for (row, one) in roots.iter().enumerate() {
         for (column, other) in roots.iter().enumerate() {
-            mass.add(row, column, one.iter().zip(other).map(|(one, other)| one * other).sum());
+            mass[(row, column)] = one.iter().zip(other).map(|(one, other)| one * other).sum();
         }
-        mass.add(row, row, 1e-3);
+        mass[(row, row)] += 1e-3;
     }
     mass
 }
@@ -46,7 +46,7 @@ proptest! {
         settle(&mut mode, &actuators, &velocity, &mass, &net);
         let forces = with_friction(&net, &actuators, &mode.slides);
         let acceleration = Factors::of(&mass, mode.is_held(AXES)).solve(&forces);
-        let inertial = mass.times(&acceleration);
+        let inertial = times(&mass, &acceleration);
         for axis in 0..AXES {
             let pull = forces[axis] - inertial[axis];
             let scale = 1e-9 * (1.0 + acceleration.iter().fold(0.0_f64, |most, one| most.max(one.abs())));
