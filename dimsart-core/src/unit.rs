@@ -17,61 +17,58 @@ pub enum AxisKind {
     Rotary,
 }
 
-/// Unit of a signal or a parameter. On the wire it is its place in this list, so a new one goes to the end.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
-#[cfg_attr(feature = "defmt", derive(defmt::Format))]
-#[non_exhaustive]
-pub enum Unit {
-    /// Fits every unit: the port of a module that does not care, such as an integrator.
-    Any,
-    /// A pure number.
-    One,
-    /// `m` or `rad`.
-    Position,
-    /// `m/s` or `rad/s`.
-    Velocity,
-    /// `N` or `N·m`.
-    Force,
-    /// `N/m` or `N·m/rad`.
-    Stiffness,
-    /// `N·s/m` or `N·m·s/rad`; also the wave impedance.
-    Damping,
-    /// `N/(m·s)` or `N·m/(rad·s)`: integral gain.
-    IntegralGain,
-    /// Wave variable, `sqrt(W)` on every axis.
-    Wave,
-    /// `J`.
-    Energy,
-    /// `s`.
-    Second,
-    /// `Hz`.
-    Hertz,
-    /// Whole ticks of the sample period.
-    Tick,
-    /// `A`.
-    Ampere,
-    /// `V`.
-    Volt,
-    /// `°C`.
-    Celsius,
-    /// `m/s²` or `rad/s²`.
-    Acceleration,
-    /// `m/s³` or `rad/s³`.
-    Jerk,
-    /// `kg` or `kg·m²`.
-    Inertia,
-    /// `m`: a Cartesian coordinate, or a length.
-    Metre,
-    /// `m/s`: its velocity.
-    MetrePerSecond,
-    /// `m/s²`: its acceleration.
-    MetrePerSecondSquared,
-    /// `N`: the force along it.
-    Newton,
-    /// `kg`.
-    Kilogram,
-    /// `rad`, whatever moves on an axis.
-    Radian,
+macro_rules! units {
+    ($($unit:ident $linear:literal $rotary:literal $doc:literal;)*) => {
+        /// Unit of a signal or a parameter. On the wire it is its place in this list, so a new one goes to the end.
+        #[derive(Debug, Clone, Copy, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
+        #[cfg_attr(feature = "defmt", derive(defmt::Format))]
+        #[non_exhaustive]
+        pub enum Unit {
+            $(#[doc = $doc] $unit,)*
+        }
+
+        impl Unit {
+            /// Every one, in the order of the wire.
+            pub const ALL: &[Self] = &[$(Self::$unit),*];
+
+            /// The unit as text on an axis of `kind`; empty for a pure number.
+            #[must_use]
+            pub const fn symbol(self, kind: AxisKind) -> &'static str {
+                match (self, kind) {
+                    $((Self::$unit, AxisKind::Linear) => $linear, (Self::$unit, AxisKind::Rotary) => $rotary,)*
+                }
+            }
+        }
+    };
+}
+
+// On an axis that slides, and on one that turns.
+units! {
+    Any "any" "any" "Fits every unit: the port of a module that does not care, such as an integrator.";
+    One "" "" "A pure number.";
+    Position "m" "rad" "`m` or `rad`.";
+    Velocity "m/s" "rad/s" "`m/s` or `rad/s`.";
+    Force "N" "N·m" "`N` or `N·m`.";
+    Stiffness "N/m" "N·m/rad" "`N/m` or `N·m/rad`.";
+    Damping "N·s/m" "N·m·s/rad" "`N·s/m` or `N·m·s/rad`; also the wave impedance.";
+    IntegralGain "N/(m·s)" "N·m/(rad·s)" "`N/(m·s)` or `N·m/(rad·s)`: integral gain.";
+    Wave "sqrt(W)" "sqrt(W)" "Wave variable, `sqrt(W)` on every axis.";
+    Energy "J" "J" "`J`.";
+    Second "s" "s" "`s`.";
+    Hertz "Hz" "Hz" "`Hz`.";
+    Tick "ticks" "ticks" "Whole ticks of the sample period.";
+    Ampere "A" "A" "`A`.";
+    Volt "V" "V" "`V`.";
+    Celsius "°C" "°C" "`°C`.";
+    Acceleration "m/s²" "rad/s²" "`m/s²` or `rad/s²`.";
+    Jerk "m/s³" "rad/s³" "`m/s³` or `rad/s³`.";
+    Inertia "kg" "kg·m²" "`kg` or `kg·m²`.";
+    Metre "m" "m" "`m`: a Cartesian coordinate, or a length.";
+    MetrePerSecond "m/s" "m/s" "`m/s`: its velocity.";
+    MetrePerSecondSquared "m/s²" "m/s²" "`m/s²`: its acceleration.";
+    Newton "N" "N" "`N`: the force along it.";
+    Kilogram "kg" "kg" "`kg`.";
+    Radian "rad" "rad" "`rad`, whatever moves on an axis.";
 }
 
 impl Unit {
@@ -90,47 +87,6 @@ impl Unit {
                 | Self::IntegralGain
                 | Self::Inertia
         )
-    }
-
-    /// The unit as text on an axis of `kind`; empty for a pure number.
-    #[must_use]
-    pub const fn symbol(self, kind: AxisKind) -> &'static str {
-        match (self, kind) {
-            (Self::Any, _) => "any",
-            (Self::One, _) => "",
-            (Self::Position, AxisKind::Linear) => "m",
-            (Self::Position, AxisKind::Rotary) => "rad",
-            (Self::Velocity, AxisKind::Linear) => "m/s",
-            (Self::Velocity, AxisKind::Rotary) => "rad/s",
-            (Self::Force, AxisKind::Linear) => "N",
-            (Self::Force, AxisKind::Rotary) => "N·m",
-            (Self::Stiffness, AxisKind::Linear) => "N/m",
-            (Self::Stiffness, AxisKind::Rotary) => "N·m/rad",
-            (Self::Damping, AxisKind::Linear) => "N·s/m",
-            (Self::Damping, AxisKind::Rotary) => "N·m·s/rad",
-            (Self::IntegralGain, AxisKind::Linear) => "N/(m·s)",
-            (Self::IntegralGain, AxisKind::Rotary) => "N·m/(rad·s)",
-            (Self::Wave, _) => "sqrt(W)",
-            (Self::Energy, _) => "J",
-            (Self::Second, _) => "s",
-            (Self::Hertz, _) => "Hz",
-            (Self::Tick, _) => "ticks",
-            (Self::Ampere, _) => "A",
-            (Self::Volt, _) => "V",
-            (Self::Celsius, _) => "°C",
-            (Self::Acceleration, AxisKind::Linear) => "m/s²",
-            (Self::Acceleration, AxisKind::Rotary) => "rad/s²",
-            (Self::Jerk, AxisKind::Linear) => "m/s³",
-            (Self::Jerk, AxisKind::Rotary) => "rad/s³",
-            (Self::Inertia, AxisKind::Linear) => "kg",
-            (Self::Inertia, AxisKind::Rotary) => "kg·m²",
-            (Self::Metre, _) => "m",
-            (Self::MetrePerSecond, _) => "m/s",
-            (Self::MetrePerSecondSquared, _) => "m/s²",
-            (Self::Newton, _) => "N",
-            (Self::Kilogram, _) => "kg",
-            (Self::Radian, _) => "rad",
-        }
     }
 
     /// The unit of an integral over time, this one times `s`; none when it has no name here.

@@ -16,24 +16,10 @@ pub struct TypeSection {
     pub unit: String,
 }
 
-/// Those that a type can have, as they are written.
-const UNITS: [Unit; 15] = [
-    Unit::One,
-    Unit::Position,
-    Unit::Velocity,
-    Unit::Force,
-    Unit::Stiffness,
-    Unit::Damping,
-    Unit::IntegralGain,
-    Unit::Wave,
-    Unit::Energy,
-    Unit::Second,
-    Unit::Hertz,
-    Unit::Tick,
-    Unit::Ampere,
-    Unit::Volt,
-    Unit::Celsius,
-];
+/// Those that a type can have, as they are written: the first one of those that are written alike.
+fn units() -> impl Iterator<Item = (&'static str, Unit)> {
+    Unit::ALL.iter().filter(|unit| **unit != Unit::Any).map(|unit| (written(*unit), *unit))
+}
 
 fn written(unit: Unit) -> &'static str {
     match unit {
@@ -45,7 +31,7 @@ fn written(unit: Unit) -> &'static str {
 impl TypeSection {
     /// The type with that number; none without a unit.
     pub(super) fn data_type(&self, id: u16) -> Option<&'static DataType> {
-        let unit = UNITS.into_iter().find(|unit| written(*unit) == self.unit)?;
+        let (_, unit) = units().find(|(written, _)| *written == self.unit)?;
         // A type lives as long as the program: on a board it is in flash.
         Some(Box::leak(Box::new(DataType {
             id,
@@ -73,10 +59,16 @@ impl TypeSection {
                 "type '{name}' is one of the catalogue: give it another name, or leave it out"
             ));
         }
-        let known = UNITS.map(written).join(", ");
-        UNITS.into_iter().all(|known| written(known) != unit).then(|| {
+        let mut known: Vec<&str> = Vec::new();
+        for (written, _) in units() {
+            if !known.contains(&written) {
+                known.push(written);
+            }
+        }
+        (!known.contains(&unit.as_str())).then(|| {
             format!(
-                "type '{name}': there is no unit '{unit}'; give it one of {known}, as on an axis that slides"
+                "type '{name}': there is no unit '{unit}'; give it one of {}, as on an axis that slides",
+                known.join(", ")
             )
         })
     }
