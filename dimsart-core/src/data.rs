@@ -30,7 +30,7 @@ pub struct Data<'a> {
 /// have a start, no sum with an offset overflows.
 #[derive(Debug, Clone, Copy)]
 #[repr(u8)]
-enum Dof {
+pub(crate) enum Dof {
     One = 1,
     Two,
     Three,
@@ -44,6 +44,11 @@ enum Dof {
 impl Dof {
     const ALL: [Self; MAX_DOF] =
         [Self::One, Self::Two, Self::Three, Self::Four, Self::Five, Self::Six, Self::Seven, Self::Eight];
+
+    /// That of a device.
+    pub(crate) fn of(device: &DeviceDescriptor) -> Self {
+        Self::ALL.get(device.dof().wrapping_sub(1)).copied().unwrap_or(Self::One)
+    }
 }
 
 impl<'a> Data<'a> {
@@ -53,9 +58,9 @@ impl<'a> Data<'a> {
         links: &'a [LinkPort],
         programs: &'a Programs,
         device: &'a DeviceDescriptor,
+        dof: Dof,
         is_limited: bool,
     ) -> Self {
-        let dof = Dof::ALL.get(device.dof().wrapping_sub(1)).copied().unwrap_or(Dof::One);
         Self { words, links, programs, device, dof, is_limited }
     }
 

@@ -2,7 +2,7 @@
 
 use core::cell::Cell;
 
-use crate::data::Data;
+use crate::data::{Data, Dof};
 use crate::data_type::{DataType, TypeRef};
 use crate::device::DeviceDescriptor;
 use crate::limits::MAX_SLOTS;
@@ -187,9 +187,9 @@ impl DataBase {
     }
 
     /// The view that modules get during a tick.
-    pub(crate) fn view<'a>(&'a mut self, device: &'a DeviceDescriptor) -> Data<'a> {
+    pub(crate) fn view<'a>(&'a mut self, device: &'a DeviceDescriptor, dof: Dof) -> Data<'a> {
         let words = Cell::from_mut(&mut *self.storage.words).as_slice_of_cells();
-        Data::new(words, self.links, &self.programs, device, self.is_limited)
+        Data::new(words, self.links, &self.programs, device, dof, self.is_limited)
     }
 }
 

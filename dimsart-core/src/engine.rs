@@ -21,6 +21,7 @@ pub use observer::{Calls, Observer};
 use crate::command::{Command, CommandError, ModuleRef};
 use crate::cost::Costs;
 use crate::counter::Counter;
+use crate::data::Dof;
 use crate::data_base::DataBase;
 use crate::data_type::TypeRef;
 use crate::device::{DeviceDescriptor, Served};
@@ -67,6 +68,7 @@ pub struct Usage {
 #[derive(Debug)]
 pub struct Engine {
     device: Served,
+    dof: Dof,
     kinds: Kinds,
     plans: Plans,
     draft: Draft,
@@ -101,6 +103,7 @@ impl Engine {
         let ProvidedMemory { plans, data_base } = memory;
         Self {
             device: Served(None),
+            dof: Dof::One,
             kinds: Kinds::NONE,
             plans,
             draft: Draft::None,
@@ -143,7 +146,7 @@ impl Engine {
             return;
         }
         let Some(device) = &self.device.0 else { return };
-        let data = self.data_base.view(device);
+        let data = self.data_base.view(device, self.dof);
         let wiring = &mut self.plans.running_mut().wiring;
         let resting = wiring.resting();
         let failed = &mut self.failed;
@@ -254,6 +257,7 @@ impl Engine {
     /// Starts anew for a device: no modules, and nothing in the Data Base.
     pub(crate) fn connect(&mut self, device: DeviceDescriptor, kinds: Kinds) {
         self.disconnect();
+        self.dof = Dof::of(&device);
         self.device = Served(Some(device));
         self.kinds = kinds;
     }

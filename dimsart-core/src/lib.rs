@@ -38,8 +38,8 @@
 //!
 //! # Rules
 //!
-//! 1. Memory is taken when a module is plugged in and given back when it is unplugged, from statically
-//!    sized storage ([`limits`]). Nothing is allocated or searched for in a tick.
+//! 1. Memory is taken when a module is plugged in and given back when it is unplugged, from [memory](memory!) of a
+//!    fixed size that the controller's creator provides. Nothing is allocated or searched for in a tick.
 //! 2. A scheme that does not match does not run; a change that would break a running one is refused.
 //!    Whatever is refused, nothing has changed.
 //! 3. `step` cannot fail. Trouble in a tick is data, and one [safety stage](Safety) decides what

@@ -68,6 +68,12 @@ impl Plausibility {
         }
     }
 
+    /// Whether there is something to look at.
+    #[inline(always)]
+    pub(crate) fn has_limits(&self) -> bool {
+        !self.words.is_empty()
+    }
+
     /// Whether all words show what they can.
     #[inline(never)]
     pub(crate) fn look_at(&mut self, measured: &[Word]) -> bool {

@@ -45,6 +45,9 @@ impl Engine {
     /// The module that failed, when an input of the device depends on it; the first one in plug-in order of several.
     #[inline]
     pub(crate) fn lost_device(&self) -> Option<ModuleRef> {
+        if self.failed == 0 {
+            return None;
+        }
         let wiring = &self.plans.running().wiring;
         let drivers = self.failed & wiring.drives_device();
         let first = usize::try_from(drivers.trailing_zeros()).ok().filter(|_| drivers != 0)?;

@@ -1,5 +1,7 @@
 //! Who looks on while an engine steps, such as to measure what its modules take.
 
+use core::hint::cold_path;
+
 use crate::counter::Counter;
 use crate::data::Data;
 use crate::wiring::{Call, Wiring, any, module_bit};
@@ -57,13 +59,15 @@ impl Calls<'_> {
     #[inline(always)]
     fn run_by(&mut self, data: &Data<'_>, mut make: impl FnMut(usize, &Call)) {
         let wiring = self.wiring;
-        let mut is_usual = !self.begins && self.resting == 0 && *self.failed == 0;
+        let mut failed = *self.failed;
+        let mut is_usual = !self.begins && self.resting == 0 && failed == 0;
         for (place, call) in wiring.calls().iter().enumerate() {
-            if is_usual || self.prepare(call, data) {
+            if is_usual || self.prepare(call, failed, data) {
                 let start = self.counter.map_or(0, |counter| counter.now());
                 make(place, call);
                 if self.counter.is_some_and(|counter| counter.since(start) > call.budget_counts) {
-                    self.fail(call);
+                    cold_path();
+                    failed |= module_bit(call.order);
                     is_usual = false;
                 }
             }
@@ -71,25 +75,20 @@ impl Calls<'_> {
                 && let Some(spans) = wiring.spans(call)
                 && any(spans, |span| data.has_wrong(span))
             {
-                self.fail(call);
+                cold_path();
+                failed |= module_bit(call.order);
                 is_usual = false;
             }
         }
-    }
-
-    /// Cuts the module of a call out, with all that depend on it.
-    #[cold]
-    #[inline(never)]
-    fn fail(&mut self, call: &Call) {
-        *self.failed |= module_bit(call.order);
+        *self.failed = failed;
     }
 
     /// Begins a module before its first stage, if it is to; says whether the call is made.
     #[cold]
     #[inline(never)]
-    fn prepare(&self, call: &Call, data: &Data<'_>) -> bool {
+    fn prepare(&self, call: &Call, failed: u32, data: &Data<'_>) -> bool {
         let Some(called) = self.wiring.called(call) else { return false };
-        if called.needs & *self.failed != 0 {
+        if called.needs & failed != 0 {
             return false;
         }
         let begins = self.begins && called.begins;

@@ -31,7 +31,7 @@ impl Span {
     #[inline(always)]
     pub(crate) fn has_wrong(&self, words: &[Cell<u32>]) -> bool {
         let Some(own) = words.get(self.block.range()) else { return false };
-        any(own, |word| self.is_wrong(word.get()))
+        own.iter().any(|word| self.is_wrong(word.get()))
     }
 
     /// Takes in the words of another one, if they lie right behind its own.

@@ -9,8 +9,8 @@ use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
 use clap::Args;
-use dimsart_core::limits::{MAX_LINKS, Sizes};
-use dimsart_core::{DeviceDescriptor, Dimsart, Usage};
+use dimsart_core::limits::{DEFAULT_WORDS, MAX_LINKS, Sizes};
+use dimsart_core::{DeviceDescriptor, Dimsart, ProvidedMemory, Usage};
 use dimsart_modules::ALL;
 use serde::Serialize;
 use target::Target;
@@ -181,7 +181,7 @@ impl Check {
         let judge = |mut controller: LoadedController| {
             let LoadedController { name, dimsart, loaded, .. } = &mut controller;
             // Without a board, as large as one of the usual size: what passes here fits there.
-            let most_words = target.map_or(Sizes::DEFAULT.words, |target| target.board.sizes.words);
+            let most_words = target.map_or(DEFAULT_WORDS, |target| target.board.sizes.words);
             if let Some(Ok(limit)) = target.map(|target| &target.limit) {
                 dimsart.engine_mut().set_costs(Some(limit.costs));
             }
@@ -220,11 +220,15 @@ fn check(
     device: DeviceDescriptor,
     target: Option<&Target>,
 ) -> Result<Verdict, Box<dyn Error>> {
-    // More than there is on any board, so that it is known how much too much a scheme takes. Without a board, it is to fit on
-    // one of the usual size.
-    let sizes = target.map_or(Sizes::DEFAULT, |target| target.board.sizes);
+    let Some(found) = target else {
+        // As large as on a board of the usual size: what passes here fits there.
+        let dimsart = Dimsart::new(ProvidedMemory::leaked(), device, ALL);
+        let mut dimsart = dimsart.map_err(dimsart_core::CommandError::from)?;
+        return Ok(check_on(&mut dimsart, scheme, side, DEFAULT_WORDS, target));
+    };
+    // More than there is on any board, so that it is known how much too much a scheme takes.
     let dimsart = SimulatedDimsart::new(device, ALL).map_err(dimsart_core::CommandError::from)?;
-    Ok(check_on(&mut Box::new(dimsart), scheme, side, sizes.words, target))
+    Ok(check_on(&mut Box::new(dimsart), scheme, side, found.board.sizes.words, target))
 }
 
 fn check_on(
