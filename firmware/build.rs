@@ -13,8 +13,7 @@ use boards::BOARDS;
 use boards::catalogue::{BoardInfo, MODULE_GROUPS, SHIPPED_GROUPS};
 use dimsart_core::limits::MAX_DOF;
 use dimsart_core::limits::Sizes;
-use dimsart_core::memory;
-use dimsart_core::{AxisKind, DeviceDescriptor, Dimsart, scheme, types};
+use dimsart_core::{AxisKind, DeviceDescriptor, Dimsart, memory, scheme, types};
 use dimsart_link::saved_scheme;
 use dimsart_modules::IN_PLACE;
 

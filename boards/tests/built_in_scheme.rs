@@ -6,8 +6,9 @@ use std::f32::consts::TAU;
 use boards::BOARDS;
 use boards::catalogue::BoardInfo;
 use boards::motor::Motor;
-use dimsart_core::ProvidedMemory;
-use dimsart_core::{AxisKind, DeviceDescriptor, Dimsart, Scalar as _, Tick, Word, scheme, types};
+use dimsart_core::{
+    AxisKind, DeviceDescriptor, Dimsart, ProvidedMemory, Scalar as _, Tick, Word, scheme, types,
+};
 use dimsart_modules::ALL;
 
 const SIDES: [&str; 2] = ["master", "slave"];

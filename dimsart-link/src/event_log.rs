@@ -6,11 +6,8 @@
 
 use core::sync::atomic::{AtomicU32, Ordering::Relaxed};
 
-use dimsart_core::KindId;
-use dimsart_core::ModuleRef;
-use dimsart_core::Reason;
-use dimsart_core::TypeRef;
 use dimsart_core::checksum::CRC;
+use dimsart_core::{KindId, ModuleRef, Reason, TypeRef};
 
 /// Events that a log keeps.
 pub const MAX_EVENTS: usize = 64;

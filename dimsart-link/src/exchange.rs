@@ -279,8 +279,7 @@ fn split<'a>(rest: &mut &'a [u8]) -> Option<Result<(Tag, &'a [u8]), ExchangeErro
 #[cfg(test)]
 mod tests {
     use super::*;
-    use dimsart_core::FrameError;
-    use dimsart_core::types;
+    use dimsart_core::{FrameError, types};
     use std::vec::Vec;
 
     /// What is sent arrives whole, however the stream cuts it.

@@ -13,12 +13,8 @@ use postcard::ser_flavors::Flavor;
 use serde::{Deserialize, Serialize};
 
 use crate::encode::encode_into;
-use dimsart_core::Dimsart;
-use dimsart_core::Engine;
-use dimsart_core::ParameterText;
 use dimsart_core::checksum::{CRC, Table};
-use dimsart_core::types;
-use dimsart_core::{Command, CommandError, ModuleRef};
+use dimsart_core::{Command, CommandError, Dimsart, Engine, ModuleRef, ParameterText, types};
 
 /// Version of the layout.
 pub const SAVED_SCHEME_VERSION: u8 = 2;

@@ -12,9 +12,8 @@ use core::ops::RangeInclusive;
 
 use heapless::Vec;
 
-use dimsart_core::AxisKind;
 use dimsart_core::limits::{MAX_CHANNEL_TYPES, MAX_DOF};
-use dimsart_core::{Content, DataType, DeviceDescriptor, Format, Shape, TypeRef, Unit};
+use dimsart_core::{AxisKind, Content, DataType, DeviceDescriptor, Format, Shape, TypeRef, Unit};
 
 /// Names of the ports of a channel's types.
 pub(super) const CHANNEL_PORTS: [&str; MAX_CHANNEL_TYPES] = ["DATA_1", "DATA_2", "DATA_3", "DATA_4"];

@@ -8,9 +8,9 @@ use can_dbc::{
     AttributeValue, ByteOrder, Dbc, MessageId, MultiplexIndicator, SignalExtendedValueType, ValueType,
 };
 use dimsart::dbc::{self, Frames};
-use dimsart_core::ProvidedMemory;
 use dimsart_core::{
-    AxisKind, DataType, DeviceDescriptor, Dimsart, Format, Packet, Shape, Summary, Unit, Word, types,
+    AxisKind, DataType, DeviceDescriptor, Dimsart, Format, Packet, ProvidedMemory, Shape, Summary, Unit,
+    Word, types,
 };
 use dimsart_link::carrier::{can, can_fd};
 use dimsart_modules::ALL;

@@ -11,10 +11,9 @@ use boards::{Board as _, Limits, Selected};
 use core::mem::MaybeUninit;
 
 use dimsart_core::limits::{MAX_DOF, Sizes};
-use dimsart_core::memory;
 use dimsart_core::{
     AxisKind, DeviceDescriptor, Dimsart, InputLimits, MAX_DEVICE_TYPES, OutputLimits, Packet, PacketError,
-    Tick, Word,
+    Tick, Word, memory,
 };
 use dimsart_link::saved_scheme;
 use dimsart_link::saved_scheme::LoadError;

@@ -3,8 +3,9 @@
 //! The cases are those of `modules.py`. A case is a scheme, what the device measures tick by tick, and what the Data Base has to have behind each tick.
 use std::collections::{BTreeMap, BTreeSet};
 
-use dimsart_core::ProvidedMemory;
-use dimsart_core::{AxisKind, DataType, DeviceDescriptor, Dimsart, Format, Tick, Word, scheme, types};
+use dimsart_core::{
+    AxisKind, DataType, DeviceDescriptor, Dimsart, Format, ProvidedMemory, Tick, Word, scheme, types,
+};
 use dimsart_modules::ALL;
 use serde::Deserialize;
 

@@ -6,8 +6,7 @@
     reason = "in helpers of tests as in tests"
 )]
 
-use dimsart_core::ProvidedMemory;
-use dimsart_core::{AxisKind, DataType, DeviceDescriptor, Dimsart, Tick, Word, scheme};
+use dimsart_core::{AxisKind, DataType, DeviceDescriptor, Dimsart, ProvidedMemory, Tick, Word, scheme};
 use dimsart_modules::ALL;
 
 /// See the module docs.

@@ -2,10 +2,9 @@
 
 use dimsart_core::limits::Sizes;
 use dimsart_core::{
-    AxisKind, Command, Context, DataType, Declare, DeviceDescriptor, Dimsart, Module, ModuleRef, scheme,
-    types,
+    AxisKind, Command, Context, DataType, Declare, DeviceDescriptor, Dimsart, Kinds, Module, ModuleRef,
+    ProvidedMemory, memory, scheme, types,
 };
-use dimsart_core::{Kinds, ProvidedMemory, memory};
 use dimsart_modules::{self as modules, ALL};
 
 /// A module that does nothing, so that only the engine's call of it costs.

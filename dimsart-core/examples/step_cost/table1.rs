@@ -1,8 +1,7 @@
 //! Table 1 against the same thing by hand: the same bits, and how many instructions each takes.
 
 use by_hand::{DOF, Master, PACKET_WORDS};
-use dimsart_core::ProvidedMemory;
-use dimsart_core::{AxisKind, DeviceDescriptor, Dimsart, Packet, Tick, Word, scheme, types};
+use dimsart_core::{AxisKind, DeviceDescriptor, Dimsart, Packet, ProvidedMemory, Tick, Word, scheme, types};
 use dimsart_modules::ALL;
 
 const SCHEME: &str = include_str!("../../../schemes/bilateral.scheme");

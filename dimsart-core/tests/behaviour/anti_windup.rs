@@ -1,8 +1,7 @@
 //! Integrals follow the force that the device got: its range, its rate, its safe value.
 #![expect(clippy::unwrap_used, clippy::panic, reason = "in helpers of tests as in tests")]
 
-use dimsart_core::ProvidedMemory;
-use dimsart_core::{AxisKind, DataType, DeviceDescriptor, Dimsart, InputLimits, Tick, types};
+use dimsart_core::{AxisKind, DataType, DeviceDescriptor, Dimsart, InputLimits, ProvidedMemory, Tick, types};
 use dimsart_modules::ALL;
 
 use crate::common::{Bench, H, assert_close};

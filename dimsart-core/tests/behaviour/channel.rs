@@ -3,8 +3,9 @@
 #![expect(clippy::float_cmp, reason = "compared to the bit on purpose")]
 
 use crate::common::{Bench, H, Types};
-use dimsart_core::ProvidedMemory;
-use dimsart_core::{AxisKind, CommandError, DeviceDescriptor, Dimsart, ParameterError, types};
+use dimsart_core::{
+    AxisKind, CommandError, DeviceDescriptor, Dimsart, ParameterError, ProvidedMemory, types,
+};
 use dimsart_modules::ALL;
 
 /// A sender and a receiver of these types, and whether the receiver takes what is sent.

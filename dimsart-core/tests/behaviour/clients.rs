@@ -1,10 +1,9 @@
 //! Clients of one device: who may change something, who hears what, and what a tick without a lease comes to.
 #![expect(clippy::unwrap_used, clippy::panic, reason = "in helpers of tests as in tests")]
 
-use dimsart_core::ProvidedMemory;
 use dimsart_core::{
-    AxisKind, Command, DataType, DeviceDescriptor, Dimsart, FrameError, ModuleRef, Reason, Tick, Value, Word,
-    scheme, types,
+    AxisKind, Command, DataType, DeviceDescriptor, Dimsart, FrameError, ModuleRef, ProvidedMemory, Reason,
+    Tick, Value, Word, scheme, types,
 };
 use dimsart_link::EventLog;
 use dimsart_link::protocol::{

@@ -5,12 +5,10 @@ pub(crate) mod way;
 
 use std::collections::VecDeque;
 
-use dimsart_core::KindId;
-use dimsart_core::Kinds;
-use dimsart_core::ProvidedMemory;
 use dimsart_core::{
-    AxisKind, CommandError, DataType, DeviceDescriptor, Dimsart, Direction, EVERY_TICKS, Engine, ModuleRef,
-    Packet, PortSpec, Step, Tick, TypeRef, Usage, Value, Word, scheme, types,
+    AxisKind, CommandError, DataType, DeviceDescriptor, Dimsart, Direction, EVERY_TICKS, Engine, KindId,
+    Kinds, ModuleRef, Packet, PortSpec, ProvidedMemory, Step, Tick, TypeRef, Usage, Value, Word, scheme,
+    types,
 };
 use dimsart_modules::ALL;
 

@@ -5,9 +5,8 @@
 
 use std::collections::BTreeSet;
 
-use dimsart_core::Kinds;
 use dimsart_core::{
-    Command, Context, Declare, DriveEvent, DriveState, FaultCause, Input, Module, ModuleRef, Output,
+    Command, Context, Declare, DriveEvent, DriveState, FaultCause, Input, Kinds, Module, ModuleRef, Output,
     Parameters, Reason, Tick, TypeRef, Value, Word, types, words,
 };
 use rand_core::{Rng, SeedableRng};

@@ -10,13 +10,11 @@
 use std::collections::BTreeMap;
 
 use crate::common::Bench;
-use dimsart_core::KindId;
-use dimsart_core::Kinds;
 use dimsart_core::limits::{DEFAULT_WORDS, MAX_MODULES, MAX_SLOTS};
 use dimsart_core::{
-    Command, CommandError, Context, DataType, Declare, Direction, Engine, Input, Matrix, Memory, Module,
-    ModuleRef, Output, ParameterError, Parameters, PortSpec, Shape, StorageError, Summary, TypeRef, Unit,
-    Value, Word, types, words,
+    Command, CommandError, Context, DataType, Declare, Direction, Engine, Input, KindId, Kinds, Matrix,
+    Memory, Module, ModuleRef, Output, ParameterError, Parameters, PortSpec, Shape, StorageError, Summary,
+    TypeRef, Unit, Value, Word, types, words,
 };
 use dimsart_modules::ALL;
 use rand_core::{Rng, SeedableRng};

@@ -2,8 +2,7 @@
 #![expect(clippy::indexing_slicing, reason = "in helpers of tests as in tests")]
 #![expect(clippy::cast_possible_truncation, clippy::cast_precision_loss, reason = "numbers of a test")]
 
-use dimsart_core::MAX_CHOICES;
-use dimsart_core::{Accepts, Command, FaultCause, ModuleRef, Tick, Unit, Value};
+use dimsart_core::{Accepts, Command, FaultCause, MAX_CHOICES, ModuleRef, Tick, Unit, Value};
 use dimsart_modules::ALL;
 use rand_core::{Rng, SeedableRng};
 use rand_pcg::Pcg32;

@@ -5,11 +5,10 @@ use core::num::NonZeroU32;
 
 use crate::common::IDS;
 use crate::common::{Bench, DelayedLink, Types};
-use dimsart_core::Kinds;
 use dimsart_core::{
     AxisKind, CommandError, Content, Context, Cost, Costs, DataType, Declare, DeviceDescriptor, Difference,
-    Finding, Format, Input, Matrix, Module, Output, Packet, Shape, Single, Square, Summary, Tick, Unit,
-    UnitRelation, Vector, Word, types, words,
+    Finding, Format, Input, Kinds, Matrix, Module, Output, Packet, Shape, Single, Square, Summary, Tick,
+    Unit, UnitRelation, Vector, Word, types, words,
 };
 use dimsart_modules::ALL;
 

@@ -1,7 +1,6 @@
 //! Handles of modules whose words move.
 
-use dimsart_core::ProvidedMemory;
-use dimsart_core::{AxisKind, DeviceDescriptor, Dimsart, Tick, Word, scheme, types};
+use dimsart_core::{AxisKind, DeviceDescriptor, Dimsart, ProvidedMemory, Tick, Word, scheme, types};
 use dimsart_modules::ALL;
 
 const SCHEME: &str = "

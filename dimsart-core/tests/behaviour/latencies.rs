@@ -5,12 +5,10 @@
 use std::cell::Cell;
 use std::sync::atomic::{AtomicU32, Ordering::Relaxed};
 
-use dimsart_core::KindId;
-use dimsart_core::Kinds;
-use dimsart_core::ProvidedMemory;
 use dimsart_core::{
-    AxisKind, Context, Cost, Costs, Counter, Declare, DeviceDescriptor, Dimsart, Input, InputLimits, Module,
-    Output, OutputLimits, Packet, Parameters, SafeValue, Tick, Word, scheme, types, words,
+    AxisKind, Context, Cost, Costs, Counter, Declare, DeviceDescriptor, Dimsart, Input, InputLimits, KindId,
+    Kinds, Module, Output, OutputLimits, Packet, Parameters, ProvidedMemory, SafeValue, Tick, Word, scheme,
+    types, words,
 };
 use dimsart_modules as modules;
 use dimsart_modules::ALL;

@@ -1,10 +1,9 @@
 //! Lists of module kinds: those of an image, several joined, and a kind that a list lacks.
 #![expect(clippy::unwrap_used, reason = "in helpers of tests as in tests")]
 
-use dimsart_core::ProvidedMemory;
 use dimsart_core::{
-    AxisKind, Command, CommandError, DeviceDescriptor, Dimsart, Kinds, ModuleRef, Value, join_kinds, kinds,
-    types,
+    AxisKind, Command, CommandError, DeviceDescriptor, Dimsart, Kinds, ModuleRef, ProvidedMemory, Value,
+    join_kinds, kinds, types,
 };
 use dimsart_modules::{CONTROL, P};
 

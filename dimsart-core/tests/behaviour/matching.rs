@@ -5,10 +5,9 @@ use std::collections::BTreeSet;
 
 use crate::common::Bench;
 use crate::common::module_at;
-use dimsart_core::ProvidedMemory;
 use dimsart_core::{
     AxisKind, Command, CommandError, DataType, DeviceDescriptor, Dimsart, Direction, Engine, Finding, Format,
-    ParameterError, Party, Shape, Summary, Unit, UnitRelation, limits, scheme, types,
+    ParameterError, Party, ProvidedMemory, Shape, Summary, Unit, UnitRelation, limits, scheme, types,
 };
 use dimsart_modules::ALL;
 use rand_core::{Rng, SeedableRng};

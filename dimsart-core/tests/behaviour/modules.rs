@@ -3,8 +3,7 @@
 #![expect(clippy::cast_possible_truncation, clippy::float_cmp, reason = "rounded and compared on purpose")]
 
 use crate::common::{self, Alone, H, Types, assert_close};
-use dimsart_core::KindId;
-use dimsart_core::{Command, Direction, ModuleRef, types};
+use dimsart_core::{Command, Direction, KindId, ModuleRef, types};
 use dimsart_modules::ALL;
 use rand_core::{Rng, SeedableRng};
 use rand_pcg::Pcg32;

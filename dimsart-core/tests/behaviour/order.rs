@@ -3,10 +3,9 @@
 #![expect(clippy::unwrap_used, clippy::indexing_slicing, reason = "in helpers of tests as in tests")]
 #![expect(clippy::cast_precision_loss, reason = "small by construction")]
 
-use dimsart_core::ProvidedMemory;
 use dimsart_core::{
-    Accepts, AxisKind, Command, DeviceDescriptor, Dimsart, Direction, Engine, ModuleRef, PortSpec, Tick,
-    TypeRef, Value, Word, types,
+    Accepts, AxisKind, Command, DeviceDescriptor, Dimsart, Direction, Engine, ModuleRef, PortSpec,
+    ProvidedMemory, Tick, TypeRef, Value, Word, types,
 };
 use dimsart_modules::ALL;
 use rand_core::{Rng, SeedableRng};

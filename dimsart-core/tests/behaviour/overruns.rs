@@ -4,11 +4,9 @@
 use std::cell::Cell;
 use std::sync::atomic::{AtomicU32, Ordering::Relaxed};
 
-use dimsart_core::KindId;
-use dimsart_core::Kinds;
 use dimsart_core::{
-    Command, Context, Cost, Costs, Counter, Declare, FaultCause, Input, Module, ModuleRef, Output,
-    Parameters, Tick, Unit, types, words,
+    Command, Context, Cost, Costs, Counter, Declare, FaultCause, Input, KindId, Kinds, Module, ModuleRef,
+    Output, Parameters, Tick, Unit, types, words,
 };
 use dimsart_link::protocol::DeviceInfo;
 use dimsart_link::{Event, EventKind, EventLog};

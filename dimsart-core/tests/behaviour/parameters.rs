@@ -2,9 +2,7 @@
 #![expect(clippy::unwrap_used, reason = "in helpers of tests as in tests")]
 
 use crate::common::Bench;
-use dimsart_core::Kinds;
-use dimsart_core::ProvidedMemory;
-use dimsart_core::{Accepted, ParameterText};
+use dimsart_core::{Accepted, Kinds, ParameterText, ProvidedMemory};
 use dimsart_core::{
     Command, CommandError, Context, Declare, Dimsart, Entries, Input, Module, ModuleRef, Output,
     ParameterError, Parameters, Unit, Value, choice, limits::MAX_DOF, types, words,

@@ -15,10 +15,10 @@ mod noise;
 mod served;
 
 use crate::common::module_at;
-use dimsart_core::{Accepted, DataTypeText, ParameterText, PortText, Tick};
 use dimsart_core::{
-    Accepts, AxisKind, Command, CommandError, EngineCommand, Finding, Format, FrameError, ModuleRef,
-    ParameterError, Party, Timing, TypeRef, Unit, Value, scheme, types,
+    Accepted, Accepts, AxisKind, Command, CommandError, DataTypeText, EngineCommand, Finding, Format,
+    FrameError, ModuleRef, ParameterError, ParameterText, Party, PortText, Tick, Timing, TypeRef, Unit,
+    Value, scheme, types,
 };
 use dimsart_link::protocol::{
     Blocked, Effect, MAX_SIGNAL_WORDS, PROTOCOL_VERSION, Refusal, Request, Response, SchemeAction,

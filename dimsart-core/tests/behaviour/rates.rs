@@ -4,10 +4,9 @@
 
 use std::collections::BTreeMap;
 
-use dimsart_core::ProvidedMemory;
 use dimsart_core::{
-    AxisKind, Command, DeviceDescriptor, Dimsart, Direction, EVERY_TICKS, ModuleRef, Observer, Tick, Value,
-    Word, types,
+    AxisKind, Command, DeviceDescriptor, Dimsart, Direction, EVERY_TICKS, ModuleRef, Observer,
+    ProvidedMemory, Tick, Value, Word, types,
 };
 use dimsart_modules::ALL;
 use rand_core::{Rng, SeedableRng};

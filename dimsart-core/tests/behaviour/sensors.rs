@@ -1,10 +1,9 @@
 //! Sensors with limits: what they cannot show is refused in that very tick, and never what they can.
 #![expect(clippy::unwrap_used, clippy::indexing_slicing, reason = "in helpers of tests as in tests")]
 
-use dimsart_core::ProvidedMemory;
 use dimsart_core::{
     AxisKind, Command, DataType, DescriptorError, DeviceDescriptor, Dimsart, DriveState, Format, FrameError,
-    OutputLimits, Reason, Shape, Tick, Unit, Word, types,
+    OutputLimits, ProvidedMemory, Reason, Shape, Tick, Unit, Word, types,
 };
 use dimsart_modules::ALL;
 use proptest::prelude::*;

@@ -3,8 +3,7 @@
 #![expect(clippy::cast_possible_truncation, clippy::float_cmp, reason = "rounded and compared on purpose")]
 
 use crate::common::{Alone, Bench, H, assert_close};
-use dimsart_core::ProvidedMemory;
-use dimsart_core::{scheme, types};
+use dimsart_core::{ProvidedMemory, scheme, types};
 use dimsart_modules::ALL;
 use rand_core::{Rng, SeedableRng};
 use rand_pcg::Pcg32;

@@ -3,8 +3,7 @@
 #![expect(clippy::cast_possible_truncation, clippy::float_cmp, reason = "rounded and compared on purpose")]
 
 use crate::common::{self, Bench, DelayedLink, H, assert_close};
-use dimsart_core::Kinds;
-use dimsart_core::{Context, Declare, Input, Module, Output, Parameters, Unit, types, words};
+use dimsart_core::{Context, Declare, Input, Kinds, Module, Output, Parameters, Unit, types, words};
 use dimsart_modules::ALL;
 use rand_core::{Rng, SeedableRng};
 use rand_pcg::Pcg32;

@@ -5,10 +5,8 @@ use serde::{Deserialize, Serialize};
 use super::LawAction;
 use super::frame::{DecodeError, NoRoom, decode, encode};
 use super::{KeyAction, LeaseAction, MotorAction, SchemeAction};
-use dimsart_core::KindId;
-use dimsart_core::TypeRef;
 use dimsart_core::envelope::Class;
-use dimsart_core::{Command, ModuleRef};
+use dimsart_core::{Command, KindId, ModuleRef, TypeRef};
 
 /// A request. New ones are added at the end; see [Versions](super#versions).
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]

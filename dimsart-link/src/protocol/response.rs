@@ -15,18 +15,12 @@ use super::motor::{Identification, MotorRefusal, MotorReport};
 use super::safety::SafetyReport;
 use super::schemes::{SchemeStatus, StoreError};
 use crate::event_log::Event;
-use dimsart_core::Finding;
-use dimsart_core::Format;
-use dimsart_core::ModuleFault;
-use dimsart_core::Timing;
-use dimsart_core::TypeRef;
-use dimsart_core::Unit;
-use dimsart_core::Usage;
 use dimsart_core::envelope::Class;
 use dimsart_core::online::LawReport;
 use dimsart_core::parameter::Value;
-use dimsart_core::{Command, CommandError};
-use dimsart_core::{DriveState, Reason};
+use dimsart_core::{
+    Command, CommandError, DriveState, Finding, Format, ModuleFault, Reason, Timing, TypeRef, Unit, Usage,
+};
 
 /// Most words of a signal, or of a memory, in one response.
 pub const MAX_SIGNAL_WORDS: usize = 32;

@@ -13,14 +13,8 @@ use super::schemes::StoreError;
 use super::telemetry::Wanted;
 use super::{MAX_SIGNAL_WORDS, PROTOCOL_VERSION};
 use crate::event_log::{Event, EventKind};
-use dimsart_core::Command;
-use dimsart_core::DataBase;
-use dimsart_core::DeviceDescriptor;
-use dimsart_core::Dimsart;
-use dimsart_core::Format;
-use dimsart_core::Unit;
 use dimsart_core::parameter::Value;
-use dimsart_core::{Engine, Tick, type_at};
+use dimsart_core::{Command, DataBase, DeviceDescriptor, Dimsart, Engine, Format, Tick, Unit, type_at};
 
 /// Carries out the request with this id, between two ticks; see [Time](super#time) for what it costs.
 #[must_use]
@@ -267,10 +261,8 @@ mod tests {
     use super::super::frame::encode;
     use super::super::{Receiver, decode_response};
     use super::*;
-    use dimsart_core::AxisKind;
-    use dimsart_core::Kinds;
-    use dimsart_core::ProvidedMemory;
     use dimsart_core::envelope::Class;
+    use dimsart_core::{AxisKind, Kinds, ProvidedMemory};
 
     const LONG: &str = match core::str::from_utf8(&[b'x'; 256]) {
         Ok(text) => text,

@@ -13,9 +13,8 @@ use super::frame::{DecodeError, NoRoom, seal_frame};
 use super::lease::NOBODY;
 use super::request::client_of;
 use super::response::Refusal;
-use dimsart_core::DataBase;
-use dimsart_core::TypeRef;
 use dimsart_core::envelope::{Class, HEADER_BYTES, MAX_CONTENT_BYTES, parse};
+use dimsart_core::{DataBase, TypeRef};
 
 /// Most signals of one stream.
 pub const MAX_TELEMETRY_SIGNALS: usize = 4;

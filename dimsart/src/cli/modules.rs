@@ -7,12 +7,10 @@ use std::path::PathBuf;
 use std::process::ExitCode;
 
 use clap::Args;
-use dimsart_core::ParameterText;
-use dimsart_core::ProvidedMemory;
 use dimsart_core::scheme::switch;
 use dimsart_core::{
-    Accepts, AxisKind, Direction, Engine, Kind, ModuleRef, Parameter, PortSpec, Unit, UnitRelation, Value,
-    Word,
+    Accepts, AxisKind, Direction, Engine, Kind, ModuleRef, Parameter, ParameterText, PortSpec,
+    ProvidedMemory, Unit, UnitRelation, Value, Word,
 };
 use dimsart_modules::{ALL, GROUPS, group_of};
 use serde::Serialize;

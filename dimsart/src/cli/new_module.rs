@@ -172,8 +172,9 @@ fn advice(path: &Path, error: &io::Error) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use dimsart_core::ProvidedMemory;
-    use dimsart_core::{AxisKind, Command, DeviceDescriptor, Dimsart, Tick, Value, Word, types};
+    use dimsart_core::{
+        AxisKind, Command, DeviceDescriptor, Dimsart, ProvidedMemory, Tick, Value, Word, types,
+    };
 
     /// What an engineer who registers the template gets.
     const WITH_TEMPLATE: dimsart_core::Kinds = dimsart_core::kinds![template::Template];

@@ -2,9 +2,8 @@
 
 use std::collections::BTreeMap;
 
-use dimsart_core::KindId;
 use dimsart_core::scheme::{self, PORT_PREFIX, Problem, Row, SchemeError};
-use dimsart_core::{Command, CommandError, ModuleRef, ParameterError, Value, Vocabulary};
+use dimsart_core::{Command, CommandError, KindId, ModuleRef, ParameterError, Value, Vocabulary};
 use hil_sim::law::{self, Law, WithLaw};
 use hil_sim::schemes::{Explained, SIDES};
 

@@ -1,7 +1,6 @@
 //! The text of a configuration, and whose rows it has.
 
-use dimsart_core::AxisKind;
-use dimsart_core::scheme;
+use dimsart_core::{AxisKind, scheme};
 
 use crate::connect::Identity;
 

@@ -1,8 +1,7 @@
 //! Values of parameters and ports, as schemes write them.
 
 use dimsart_core::scheme::PORT_PREFIX;
-use dimsart_core::{Accepted, ParameterText};
-use dimsart_core::{Entries, Value, Vocabulary};
+use dimsart_core::{Accepted, Entries, ParameterText, Value, Vocabulary};
 use hil_sim::schemes;
 
 /// What was set of a parameter, or what a port was bound to.

@@ -3,10 +3,11 @@
 use std::cell::Cell;
 use std::fmt;
 
-use dimsart_core::KindId;
 use dimsart_core::scheme::{SWITCH, switch};
-use dimsart_core::{Accepted, DataTypeText, ParameterText, PortText};
-use dimsart_core::{AxisKind, Entries, Format, ModuleRef, Shape, Unit, Value, Vocabulary};
+use dimsart_core::{
+    Accepted, AxisKind, DataTypeText, Entries, Format, KindId, ModuleRef, ParameterText, PortText, Shape,
+    Unit, Value, Vocabulary,
+};
 use dimsart_link::protocol::{self, Request, Response, decode_response};
 use dimsart_modules::ALL;
 use hil_sim::recording::indices;

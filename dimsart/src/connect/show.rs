@@ -4,8 +4,7 @@ use std::fmt;
 use std::io::{Read, Write};
 
 use dimsart_core::scheme::{PORT_PREFIX, SWITCH};
-use dimsart_core::{Accepted, PortText};
-use dimsart_core::{Direction, EVERY_TICKS, Entries, ModuleRef, Usage, Vocabulary};
+use dimsart_core::{Accepted, Direction, EVERY_TICKS, Entries, ModuleRef, PortText, Usage, Vocabulary};
 use dimsart_link::protocol::{InstanceText, LeaseStatus, NOBODY, Request, Response};
 use serde::Serialize;
 

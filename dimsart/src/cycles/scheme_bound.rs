@@ -1,13 +1,11 @@
 //! Bounds of small schemes around one kind of module, for each of its parameters' choices.
 
 use ::cycles::timing::Timing;
-use dimsart_core::KindId;
-use dimsart_core::PortText;
 use dimsart_core::limits::{MAX_CHANNEL_TYPES, MAX_DOF, MAX_LINKS};
 use dimsart_core::scheme::{ENGINE, Problem, Row};
 use dimsart_core::{
-    Accepts, Command, CommandError, Direction, Finding, Format, ModuleRef, Parameter, ParameterError, Party,
-    TypeRef, Value, Vocabulary, types,
+    Accepts, Command, CommandError, Direction, Finding, Format, KindId, ModuleRef, Parameter, ParameterError,
+    Party, PortText, TypeRef, Value, Vocabulary, types,
 };
 use dimsart_link::saved_scheme;
 use dimsart_modules::ALL;

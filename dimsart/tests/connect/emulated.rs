@@ -8,9 +8,8 @@ use std::thread;
 use std::time::Duration;
 
 use dimsart::connect::{Device, Patience};
-use dimsart_core::ProvidedMemory;
 use dimsart_core::{
-    AxisKind, DataType, DeviceDescriptor, Dimsart, Format, Shape, Summary, Unit, Word, types,
+    AxisKind, DataType, DeviceDescriptor, Dimsart, Format, ProvidedMemory, Shape, Summary, Unit, Word, types,
 };
 use dimsart_link::auth::Key;
 use dimsart_link::protocol::{

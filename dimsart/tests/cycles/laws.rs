@@ -2,8 +2,7 @@
 
 use cycles::timing::{Column, Profile, Timing};
 use dimsart::cycles::Controller;
-use dimsart_core::ProvidedMemory;
-use dimsart_core::{Dimsart, Word, scheme};
+use dimsart_core::{Dimsart, ProvidedMemory, Word, scheme};
 use dimsart_link::saved_scheme;
 use dimsart_modules::ALL;
 use hil_sim::law::Law;

@@ -4,8 +4,7 @@ use std::fs;
 use std::process::Command;
 
 use crc::{CRC_32_AUTOSAR, Crc};
-use dimsart_core::ProvidedMemory;
-use dimsart_core::{AxisKind, DeviceDescriptor, Dimsart, types};
+use dimsart_core::{AxisKind, DeviceDescriptor, Dimsart, ProvidedMemory, types};
 use dimsart_link::protocol::{
     MAX_FRAME_BYTES, Receiver, Request, Response, SchemeAction, decode_heartbeat, decode_response,
     encode_request, request_id,

@@ -3,8 +3,7 @@
 use std::collections::BTreeSet;
 
 use boards::BOARDS;
-use dimsart_core::KindId;
-use dimsart_core::{Tick, types};
+use dimsart_core::{KindId, Tick, types};
 use dimsart_modules::{ALL, group_of};
 use hil_sim::emulated::BOARD;
 use hil_sim::experiment::Experiment;

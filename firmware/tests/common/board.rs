@@ -3,9 +3,10 @@
 use std::cell::RefCell;
 use std::collections::BTreeMap;
 
-use dimsart_core::KindId;
-use dimsart_core::ProvidedMemory;
-use dimsart_core::{AxisKind, Command, Cost, Costs, DeviceDescriptor, Dimsart, ModuleRef, Value, types};
+use dimsart_core::{
+    AxisKind, Command, Cost, Costs, DeviceDescriptor, Dimsart, KindId, ModuleRef, ProvidedMemory, Value,
+    types,
+};
 use dimsart_link::protocol::{
     DeviceInfo, MAX_FRAME_BYTES, Receiver, Request, Response, SchemeStatus, answer, decode_response,
     encode_request,

@@ -1,7 +1,6 @@
 //! Brings a controller's scheme to the board, by commands, and learns where the board keeps its signals.
 
-use dimsart_core::KindId;
-use dimsart_core::{Command, TypeRef, Word};
+use dimsart_core::{Command, KindId, TypeRef, Word};
 use dimsart_link::auth::Key;
 use dimsart_link::exchange::Tag;
 use dimsart_link::protocol::{

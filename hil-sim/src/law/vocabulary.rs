@@ -1,9 +1,10 @@
 //! The names of a controller, where the module that runs a law has the law's own.
 
-use dimsart_core::KindId;
 use dimsart_core::scheme::{Problem, Row, SchemeError};
-use dimsart_core::{Accepted, DataTypeText, ParameterText, PortText};
-use dimsart_core::{AxisKind, Command, EVERY_TICKS, ModuleRef, Value, Vocabulary};
+use dimsart_core::{
+    Accepted, AxisKind, Command, DataTypeText, EVERY_TICKS, KindId, ModuleRef, ParameterText, PortText,
+    Value, Vocabulary,
+};
 
 use super::Law;
 

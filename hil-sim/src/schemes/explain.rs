@@ -3,8 +3,9 @@
 use std::fmt;
 
 use dimsart_core::scheme::{ENGINE, PORT_PREFIX, Problem, SWITCH, SchemeError};
-use dimsart_core::{Accepted, ParameterText};
-use dimsart_core::{CommandError, EngineCommand, Explanation, ModuleRef, ParameterError, Vocabulary};
+use dimsart_core::{
+    Accepted, CommandError, EngineCommand, Explanation, ModuleRef, ParameterError, ParameterText, Vocabulary,
+};
 
 use dimsart_modules::ALL;
 

@@ -1,7 +1,6 @@
 //! A scheme that is in a controller, as rows of text.
 
-use dimsart_core::Accepted;
-use dimsart_core::{Command, Entries, ModuleRef, Value, Vocabulary};
+use dimsart_core::{Accepted, Command, Entries, ModuleRef, Value, Vocabulary};
 
 /// The rows of these commands for `dest`, by these names; a command that schemes have no row for gives none.
 ///
@@ -77,8 +76,7 @@ pub fn value_text(value: Value, accepts: &Accepted<'_>, names: &(impl Vocabulary
 
 #[cfg(test)]
 mod tests {
-    use dimsart_core::{AxisKind, KindId, Unit, scheme};
-    use dimsart_core::{DataTypeText, ParameterText, PortText};
+    use dimsart_core::{AxisKind, DataTypeText, KindId, ParameterText, PortText, Unit, scheme};
 
     use super::*;
 

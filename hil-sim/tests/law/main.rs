@@ -11,8 +11,9 @@ mod expressions;
 mod laws;
 mod names;
 
-use dimsart_core::ProvidedMemory;
-use dimsart_core::{AxisKind, Command, DeviceDescriptor, Dimsart, ModuleRef, Tick, Value, Word, types};
+use dimsart_core::{
+    AxisKind, Command, DeviceDescriptor, Dimsart, ModuleRef, ProvidedMemory, Tick, Value, Word, types,
+};
 use dimsart_modules::ALL;
 use hil_sim::law::Law;
 

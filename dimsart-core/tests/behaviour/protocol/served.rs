@@ -1,9 +1,8 @@
 //! A controller at the far end of a line, and a host that asks it.
 
-use dimsart_core::ProvidedMemory;
 use dimsart_core::{
-    AxisKind, Command, DataType, DeviceDescriptor, Dimsart, Format, ModuleRef, Shape, Summary, Unit, Word,
-    types,
+    AxisKind, Command, DataType, DeviceDescriptor, Dimsart, Format, ModuleRef, ProvidedMemory, Shape,
+    Summary, Unit, Word, types,
 };
 use dimsart_link::protocol::{
     DeviceInfo, Effect, MAX_FRAME_BYTES, Receiver, Refusal, Request, Response, answer, decode_response,

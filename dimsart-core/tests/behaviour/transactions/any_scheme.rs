@@ -13,10 +13,9 @@
 )]
 
 use crate::common::IDS;
-use dimsart_core::ProvidedMemory;
 use dimsart_core::{
     Accepts, AxisKind, Command, DeviceDescriptor, Dimsart, EVERY_TICKS, InputLimits, ModuleRef, Packet,
-    SafeValue, Tick, TypeRef, Value, Word, scheme, types,
+    ProvidedMemory, SafeValue, Tick, TypeRef, Value, Word, scheme, types,
 };
 use dimsart_modules::ALL;
 use rand_core::{Rng, SeedableRng};

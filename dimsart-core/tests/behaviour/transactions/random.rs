@@ -10,10 +10,9 @@
 
 mod model;
 
-use dimsart_core::Kinds;
 use dimsart_core::{
-    Command, CommandError, Context, Declare, Input, Memory, Module, ModuleRef, Output, Parameters, Tick,
-    TypeRef, Unit, Value, types, words,
+    Command, CommandError, Context, Declare, Input, Kinds, Memory, Module, ModuleRef, Output, Parameters,
+    Tick, TypeRef, Unit, Value, types, words,
 };
 use rand_core::{Rng, SeedableRng};
 use rand_pcg::Pcg32;

@@ -26,8 +26,9 @@ pub(super) fn make_visible(content: &mut [u8]) {
 mod tests {
     use super::*;
     use crate::connect::{Device, Patience};
-    use dimsart_core::{Accepted, DataTypeText, ParameterText, PortText};
-    use dimsart_core::{Direction, Entries, Format, Shape, Stage, Unit};
+    use dimsart_core::{
+        Accepted, DataTypeText, Direction, Entries, Format, ParameterText, PortText, Shape, Stage, Unit,
+    };
     use dimsart_link::protocol::{
         Identity, MAX_FRAME_BYTES, ModuleText, PROTOCOL_VERSION, Receiver, Response, decode_request,
         encode_response,

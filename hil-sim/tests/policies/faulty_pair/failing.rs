@@ -2,9 +2,9 @@
 
 use std::cell::Cell;
 
-use dimsart_core::KindId;
-use dimsart_core::Kinds;
-use dimsart_core::{Context, Cost, Declare, Input, Module, Output, Parameters, Unit, types, words};
+use dimsart_core::{
+    Context, Cost, Declare, Input, KindId, Kinds, Module, Output, Parameters, Unit, types, words,
+};
 use dimsart_modules as modules;
 
 use super::fault::{Fault, Writes, Wrong};

@@ -1,8 +1,7 @@
 //! Of modules that fail.
 
 use crate::faulty_pair::{Fault, Wrong};
-use dimsart_core::FaultCause;
-use dimsart_core::KindId;
+use dimsart_core::{FaultCause, KindId};
 
 use crate::moment::{DELAY, Moment, NAMES, SENDER, failing};
 
