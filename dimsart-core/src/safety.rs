@@ -35,7 +35,7 @@ pub enum Tick {
     /// The scheme ran, but the caller's frame for the device has another length; the device gets its safe value.
     CommandRefused(FrameError),
     /// The scheme ran and would command the device, but motion is
-    /// [not allowed](crate::Dimsart::allow_motion): nobody holds the lease. The device gets its safe value.
+    /// [not allowed](crate::Dimsart::allow_motion): no client holds the lease. The device gets its safe value.
     Disarmed,
     /// The scheme ran, but nothing has come over a link for too long: the device gets its safe value until a reset.
     LinkLost {

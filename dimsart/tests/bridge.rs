@@ -361,7 +361,7 @@ fn a_fleet_is_seen_and_moved_and_the_loss_of_the_router_ends_motion_and_loses_no
     wait_until("a record", || record.join("signals.csv").exists());
     router.kill();
     let killed = Instant::now();
-    wait_until("rest", || onlooker.state().unwrap().contains("nobody holds the lease"));
+    wait_until("rest", || onlooker.state().unwrap().contains("no client holds the lease"));
     eprintln!("at rest {} ms after the router went", killed.elapsed().as_millis());
     drop(renewing);
     assert!(recording.0.wait().unwrap().success());
@@ -388,7 +388,7 @@ fn a_fleet_is_seen_and_moved_and_the_loss_of_the_router_ends_motion_and_loses_no
     let all: Rows = before.into_iter().chain(kept.into_iter().filter(|row| row.1 > missed)).collect();
     assert!(has_no_gap(&all) && all.last().unwrap().1 > last + 500, "every tick is there after all");
     assert!(planner(&json!({"do": "renew"})).unwrap_err().contains("`arm` takes it anew"));
-    assert!(onlooker.state().unwrap().contains("nobody holds the lease"));
+    assert!(onlooker.state().unwrap().contains("no client holds the lease"));
     planner(&json!({"do": "arm"})).unwrap();
     assert!(command(&session, "axis", &json!({"do": "stop"})).unwrap().to_string().contains("stopped"));
 }
@@ -439,7 +439,7 @@ fn one_of_a_fleet_comes_to_rest_when_its_commander_is_silent_and_another_one_may
     command(&session, "left", &json!({"client": "planner", "do": "arm"})).unwrap();
     // Seen on its own line: it may be over before it is published.
     let mut onlooker = left.device();
-    wait_until("rest", || onlooker.state().unwrap().contains("nobody holds the lease"));
+    wait_until("rest", || onlooker.state().unwrap().contains("no client holds the lease"));
     let lost = lost.recv_timeout(LONG).unwrap().expect("it is told why");
     let lost: Value = serde_json::from_slice(&lost.payload().to_bytes()).unwrap();
     assert!(lost["reason"].as_str().unwrap().contains("said nothing for half a second"), "{lost}");
@@ -477,7 +477,7 @@ fn a_router_that_hangs_ends_motion_too() {
     let process = &router.process.as_ref().unwrap().0;
     let process = rustix::process::Pid::from_raw(i32::try_from(process.id()).unwrap()).unwrap();
     rustix::process::kill_process(process, rustix::process::Signal::STOP).unwrap();
-    wait_until("rest", || onlooker.state().unwrap().contains("nobody holds the lease"));
+    wait_until("rest", || onlooker.state().unwrap().contains("no client holds the lease"));
     router.kill();
     drop(renewing);
 }

@@ -229,7 +229,7 @@ impl Browser {
     }
 }
 
-/// How long it takes until nobody holds the lease.
+/// How long it takes until no client holds the lease.
 fn time_to_rest(device: &mut Device<Box<dyn Stream>>) -> Duration {
     let start = clock::now();
     while device.live().unwrap().holder.is_some() {

@@ -98,7 +98,7 @@ fn one_client_moves_a_device_and_anybody_stops_it() {
     operator.set("PIDCTRL_MOD", "K_PARAM", "80").unwrap();
     assert!(!other.stop().unwrap().is_commanded);
     // STOP has released the lease: starting again moves nothing.
-    assert!(other.check().unwrap().state.contains("nobody holds the lease"));
+    assert!(other.check().unwrap().state.contains("no client holds the lease"));
     assert!(matches!(operator.renew_lease(), Err(ConnectError::Refused(_))), "no renewal brings it back");
     operator.hold_lease().unwrap();
     wait_for(&mut operator, "commands the device");
@@ -111,7 +111,7 @@ fn a_client_that_is_gone_moves_nothing_any_more() {
     operator.hold_lease().unwrap();
     wait_for(&mut operator, "commands the device");
     drop(operator);
-    wait_for(&mut other, "nobody holds the lease");
+    wait_for(&mut other, "no client holds the lease");
 }
 
 #[test]
@@ -141,7 +141,7 @@ fn a_rig_that_has_left_its_range_is_put_back_and_motion_ends() {
     while device.state().is_ok() && device.renew_in_time().is_ok() {
         assert!(Instant::now() < deadline, "it never left its range");
     }
-    wait_for(&mut device, "nobody holds the lease");
+    wait_for(&mut device, "no client holds the lease");
     drop(device);
     let news = served.end();
     assert!(news.iter().any(|text| text.contains("joint has left its range at")), "{news:?}");

@@ -148,7 +148,7 @@ fn a_joint_is_seen_armed_tuned_stopped_and_left() {
     let _served = Served::start(folder.path(), "joint", 1);
     // Named by nobody: what is served is found.
     let mut top = Terminal::start(folder.path(), &[]);
-    top.wait_for_text("nobody holds the lease");
+    top.wait_for_text("no client holds the lease");
     top.wait_for("signal with its unit", |words| words.contains("POSITION") && words.contains(" rad"));
     top.press("a");
     top.wait_for_text("this lets joint move");
@@ -170,7 +170,7 @@ fn a_joint_is_seen_armed_tuned_stopped_and_left() {
     top.wait_for_text("joint STOP:");
     top.wait_for_text("scheme is stopped");
     // STOP has released the lease: a start moves nothing.
-    top.wait_for_text("nobody holds the lease");
+    top.wait_for_text("no client holds the lease");
     top.press("c");
     top.wait_for_text("joint check: the device is NOT commanded: the scheme runs");
     top.press("q");
@@ -185,7 +185,7 @@ fn stop_is_of_every_station_and_the_terminal_may_become_smaller() {
     let mut top = Terminal::start(folder.path(), &PORTS);
     top.wait_for_text("1 master 2 left 3 right");
     top.resize(15, 40);
-    top.wait_for_text("nobody holds the lease");
+    top.wait_for_text("no client holds the lease");
     top.press("s");
     top.wait_for_text("the device is NOT commanded: the scheme is stopped");
     let deadline = Instant::now() + LONG;
@@ -203,7 +203,7 @@ fn a_request_to_terminate_gives_the_lease_and_the_terminal_back() {
     let folder = tempfile::tempdir().unwrap();
     let _served = Served::start(folder.path(), "joint", 1);
     let mut top = Terminal::start(folder.path(), &[PORT]);
-    top.wait_for_text("nobody holds the lease");
+    top.wait_for_text("no client holds the lease");
     top.press("ay");
     top.wait_for_text("ARMED from here");
     let id = i32::try_from(top.child.process_id().unwrap()).unwrap();
@@ -211,7 +211,7 @@ fn a_request_to_terminate_gives_the_lease_and_the_terminal_back() {
         .unwrap();
     assert_eq!(top.end(), 0);
     let deadline = Instant::now() + LONG;
-    while !connect(folder.path(), PORT, &[]).contains("nobody holds the lease") {
+    while !connect(folder.path(), PORT, &[]).contains("no client holds the lease") {
         assert!(Instant::now() < deadline, "it still moves");
     }
 }

@@ -146,7 +146,7 @@ fn gate(kept: Kept) -> Gate {
     }
 }
 
-/// Whether no scheme runs and nobody holds the lease.
+/// Whether no scheme runs and no client holds the lease.
 async fn is_at_rest(tick: &mut TickHandover) -> bool {
     let lease = tick.ask(Request::Lease(LeaseAction::Look)).await;
     let is_free = matches!(lease, Response::Lease(LeaseStatus { holder: NOBODY, .. }));

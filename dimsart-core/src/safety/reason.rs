@@ -53,27 +53,25 @@ macro_rules! reasons {
 
 reasons! {
     8 Stopped "stopped"
-        "The scheme does not run: nothing is plugged in, it does not match, or it was stopped."
-        "`faults` says what does not match; `check` starts it.";
+        "The scheme does not run: it is empty, does not match, or was stopped."
+        "`faults` lists what does not match; `check` starts the scheme.";
     16 Disarmed "disarmed"
-        "The scheme runs, and nobody holds the lease that motion needs."
-        "`arm` takes and holds it.";
+        "The scheme runs, but no client holds the lease."
+        "Run `arm`.";
     32 MeasurementRefused "measurement refused"
-        "A measured number is not finite, is beyond what its sensor can show, or changed faster than that; \
-         or the frame has another length. Nothing was computed."
-        "`faults` names signal and word: see to that sensor and its cable, then `reset`.";
+        "A measured value is NaN or infinite, out of its sensor's range, or changed faster than the sensor allows; or \
+         the frame has a wrong length. Nothing was computed."
+        "`faults` names the signal and the word: check that sensor and its cable, then `reset`.";
     36 CommandRefused "command refused"
-        "The caller's frame for the device has another length."
-        "Mend the program that calls the tick, then `reset`.";
+        "The caller's frame for the device has a wrong length."
+        "Correct the program that calls the tick, then `reset`.";
     40 ModuleFailed "module failed"
-        "A module wrote what its signal cannot be, or took too long, and an input of the device depends on \
-         it."
-        "`faults` names module, signal, word and value: lower its gains, see to what it reads, or put \
-         another one in its place; then `reset`.";
+        "A module wrote a value out of its signal's range, or ran too long, and an input of the device depends on it."
+        "`faults` names module, signal, word and value: lower its gains, check its inputs, or replace the module; \
+         then `reset`.";
     44 CommandsLate "commands late"
-        "Nothing new has come for too long from another engine that commands this one \
-         (`dimsart-core/src/coupling.rs`)."
-        "See why that one stands still, then `reset`.";
+        "Another engine that commands this one has sent nothing new for too long (`dimsart-core/src/coupling.rs`)."
+        "Find out why that engine stopped, then `reset`.";
     46 LinkDown "link down"
         "No packet has arrived on a link since the scheme started or was reset, for more than `TIMEOUT_TICKS`."
         "Start the peer; check the line, the channel and the bit rate. Motion starts with the first packet. To run without a \
@@ -82,59 +80,60 @@ reasons! {
         "No packet has arrived on a link for `TIMEOUT_TICKS`, after earlier ones."
         "Check the peer and the line, then `reset` and `arm`.";
     56 Overcurrent "overcurrent"
-        "A phase of the motor has more than its trip current. The bridge is off."
-        "Look for a short circuit, and identify the motor again: its inductance may be wrong. Then `reset`.";
+        "A phase current exceeded the trip current. The bridge is off."
+        "Check for a short circuit, and identify the motor again: its inductance may be wrong. Then `reset`.";
     57 CurrentSensors "current sensors"
-        "The currents of the phases do not add up to nothing, or there is one while the bridge is off. The bridge is off."
-        "Look at the phases' wires and the shunts' amplifiers, with the motor unplugged; then `reset`.";
+        "The phase currents do not sum to zero, or current flows while the bridge is off. The bridge is off."
+        "Unplug the motor and check the phase wires and the current amplifiers; then `reset`.";
     58 Undervoltage "undervoltage"
-        "The supply of the bridge is below its lowest voltage. The bridge is off."
-        "Look at supply, fuse and wires, at the board's terminals and under load; then `reset`.";
+        "The supply voltage is below its minimum. The bridge is off."
+        "Check supply, fuse and wires at the board's terminals, under load; then `reset`.";
     59 Overvoltage "overvoltage"
-        "The supply of the bridge is above its highest voltage. The bridge is off."
+        "The supply voltage is above its maximum. The bridge is off."
         "Add a brake resistor, or brake less; then `reset`.";
     60 Overtemperature "overtemperature"
-        "The bridge is too hot, or the sensor of its temperature is gone. The bridge is off."
-        "Let it cool, command less, or look at the sensor's wires; then `reset`.";
+        "The bridge is too hot, or its temperature sensor is disconnected. The bridge is off."
+        "Let the bridge cool, lower the commands, or check the sensor's wires; then `reset`.";
     61 EncoderLost "encoder lost"
-        "The encoder of the rotor does not answer, or says that the rotor stands while it turns. The bridge is off."
-        "Look at the encoder's wires and supply, then `reset`.";
+        "The rotor's encoder does not answer, or reports standstill while the rotor turns. The bridge is off."
+        "Check the encoder's wires and supply, then `reset`.";
     62 EncoderJumped "encoder jumped"
-        "The encoder reports angles that the rotor cannot have turned to. The bridge is off."
-        "Check its wires for interference from the motor's, for a loose magnet or wheel, and its counts per turn; then `reset`.";
+        "The encoder reports angles that the rotor cannot have reached. The bridge is off."
+        "Check its wires for interference from the motor, its magnet or wheel for a loose fit, and its counts per \
+         turn; then `reset`.";
     63 EncoderMagnet "encoder magnet"
-        "The encoder's magnet is missing or at a wrong distance. The bridge is off."
-        "Correct the magnet gap as the encoder's data sheet says, then `reset`.";
+        "The encoder's magnet is missing or too far away or too close. The bridge is off."
+        "Correct the magnet gap as specified in the encoder's data sheet, then `reset`.";
     64 Stalled "stalled"
-        "The rotor has stood still under current for too long. The bridge is off."
-        "Free the joint, command less at standstill, or raise `limits.stall_s`; then `reset`.";
+        "The rotor did not move under current for too long. The bridge is off."
+        "Free the joint, lower the command at standstill, or raise `limits.stall_s`; then `reset`.";
     65 Overspeed "overspeed"
-        "The rotor turns faster than it may, or than the supply can hold against. The bridge is off."
-        "Lower the commands, check what drives the joint, or raise `limits.speed_rad_per_s` or the supply; then `reset`.";
+        "The rotor exceeds its speed limit, or the speed that the supply voltage can control. The bridge is off."
+        "Lower the commands, check what drives the joint, or raise `limits.speed_rad_per_s` or the supply; then \
+         `reset`.";
     66 NotAligned "rotor not aligned"
-        "A current turned the rotor to find where its magnets are, and it did not turn as a motor with these pole pairs and \
-         this encoder does. The bridge is off."
-        "Free the joint, look at the wires of motor and encoder and at the motor's pole pairs; then `reset` and `arm`.";
+        "During alignment the rotor did not turn as expected for these pole pairs and this encoder. The bridge is \
+         off."
+        "Free the joint, check the wires of motor and encoder and the motor's pole pairs; then `reset` and `arm`.";
     67 DriveSilent "drive silent"
-        "The current loop does not run, or does not keep its time. The bridge is off."
-        "Start the board over, and report it.";
+        "The current loop does not run, or misses its period. The bridge is off."
+        "Restart the board, and report the fault.";
     68 DriveGone "drive gone"
-        "A drive on the bus does not answer any more, or does something else than it is commanded."
-        "Look at its supply and at the bus; `DRIVE_FAULT` of its axis says what it showed last. Then `reset`.";
+        "A drive on the bus does not answer, or does not follow its commands."
+        "Check its supply and the bus; `DRIVE_FAULT` of its axis has the last fault that it reported. Then `reset`.";
     69 EncoderSlipped "encoder slipped"
-        "The encoder's angle does not match the rotor's magnets: counts are missing, or a wheel or magnet slips. \
-         The bridge is off."
+        "The encoder's angle does not match the rotor's magnets: counts are lost, or a wheel or magnet slips. The \
+         bridge is off."
         "Check the encoder's coupling, wires, counts per turn and offset; then `reset`.";
     70 CurrentLoop "current loop"
         "The controlled currents oscillate: the motor's inductance is much lower than configured. The bridge is off."
         "Identify the motor again, or lower `bandwidth_rad_per_s`; then `reset`.";
     96 RangeLimited "range limited"
-        "The scheme runs; a command was outside its input's range and was cut."
-        "Lower the gains, or declare the range that the actuator really has.";
+        "The scheme runs; a command was out of its input's range and was limited."
+        "Lower the gains, or declare the actuator's actual range.";
     100 RateLimited "rate limited"
-        "An input changes as fast as it may: it follows the scheme, or is on its way to or from its safe \
-         value."
-        "Nothing, if it lasts for a few ticks. Otherwise as 96.";
+        "An input changes at its rate limit: it follows the scheme, or moves to or from its safe value."
+        "None if it lasts for a few ticks. Otherwise as for 96.";
 }
 
 /// All that there is to say of it, on one line.

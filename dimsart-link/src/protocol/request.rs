@@ -143,7 +143,7 @@ pub enum Request {
     /// A law that was uploaded: a [program](dimsart_core::online). Reading is answered by
     /// [`Response::Signal`](super::Response::Signal), looking by [`Response::Law`](super::Response::Law).
     Law(LawAction),
-    /// To start anew, as after a reset, while nobody holds the lease; for whoever can, [`serve`](super::serve) says only who may not.
+    /// To start anew, as after a reset, while no client holds the lease; for whoever can, [`serve`](super::serve) says only who may not.
     Restart,
 }
 

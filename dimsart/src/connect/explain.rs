@@ -33,8 +33,7 @@ impl<S: Read + Write> Device<S> {
                 self.know(|known| frame_text(known, error))?
             ),
             Blocked::Tick(Tick::Disarmed) => {
-                "the scheme runs and nobody holds the lease that motion needs; `arm` takes and holds it"
-                    .to_owned()
+                "the scheme runs and no client holds the lease; run `arm`".to_owned()
             }
             Blocked::Tick(Tick::LinkLost { link } | Tick::LinkDown { link }) => {
                 format!("link {link}: {}", blocked.reason())

@@ -194,7 +194,7 @@ impl fmt::Display for Overview {
         writeln!(f, "\ntakes {count} modules, {slots} slots, {words} of {words_in_all} words")?;
         match &status.lease {
             None => {}
-            Some(LeaseStatus { holder: NOBODY, .. }) => writeln!(f, "nobody holds the lease")?,
+            Some(LeaseStatus { holder: NOBODY, .. }) => writeln!(f, "no client holds the lease")?,
             Some(LeaseStatus { holder, ticks_left }) => {
                 writeln!(f, "client {holder} holds the lease, for {ticks_left} ticks unless it renews it")?;
             }

@@ -83,7 +83,7 @@ fn state_fault_and_stop_are_seen_in_every_size() {
     for size in SIZES {
         let text = words(&drawn(&known(), size));
         for wanted in
-            ["1 joint", "2 wrist", "NOT commanded: the scheme is stopped", FAULT, "STOP", "nobody holds"]
+            ["1 joint", "2 wrist", "NOT commanded: the scheme is stopped", FAULT, "STOP", "no client holds"]
         {
             assert!(text.contains(wanted), "{wanted} is not in {size:?}: {text}");
         }

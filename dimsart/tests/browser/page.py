@@ -209,7 +209,7 @@ def joint(browser, errors):
     usable_s = time.monotonic() - start
     expect(page.locator("#scheme text", has_text="PIDCTRL_MOD").first).to_be_visible()
     page.wait_for_function("() => document.querySelector('#plots canvas')")
-    expect(page.locator("#state-text")).to_contain_text("nobody holds the lease")
+    expect(page.locator("#state-text")).to_contain_text("no client holds the lease")
 
     step("it moves the device, and says so")
     arm(page)
@@ -321,7 +321,7 @@ def joint(browser, errors):
     step("the server comes back")
     server = Server()
     expect(page.locator("#line")).to_have_text("connected", timeout=8000)
-    expect(page.locator("#state-text")).to_contain_text("nobody holds the lease", timeout=8000)
+    expect(page.locator("#state-text")).to_contain_text("no client holds the lease", timeout=8000)
     page.wait_for_timeout(500)
     wait_for_plot(page)
 
@@ -334,7 +334,7 @@ def joint(browser, errors):
     onlooker = browser.new_page(viewport={"width": 390, "height": 840}, color_scheme="dark")
     onlooker.on("pageerror", lambda error: errors.append(str(error)))
     onlooker.goto(server.url)
-    expect(onlooker.locator("#state-text")).to_contain_text("nobody holds the lease")
+    expect(onlooker.locator("#state-text")).to_contain_text("no client holds the lease")
     wide = onlooker.evaluate("() => document.documentElement.scrollWidth")
     assert wide <= 390, f"a phone is pushed sideways: {wide} px"
     onlooker.wait_for_timeout(1500)

@@ -52,7 +52,7 @@ fn show_is_the_default_and_has_the_same_as_json() {
     let emulated = Emulated::with_scheme("master");
     let text = emulated.out(&[], 0);
     for part in [
-        "arm, image test 0.1, protocol 16",
+        "arm, image test 0.1, protocol 17",
         "the scheme runs and commands the device; drive: ",
         "  3 PDCTRL_MOD  reads ",
         "3000  3000  3000 N/m or N·m/rad",

@@ -16,8 +16,7 @@ use hil_sim::schemes::SchemeText;
 use crate::board::Board;
 use crate::emulated::{dimsart, message};
 
-const DISARMED: &str =
-    "the device is NOT commanded: the scheme runs and nobody holds the lease that motion needs";
+const DISARMED: &str = "the device is NOT commanded: the scheme runs and no client holds the lease";
 
 /// With the shipped scheme running, and no client that holds the lease.
 fn running() -> Board {

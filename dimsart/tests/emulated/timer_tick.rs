@@ -122,11 +122,11 @@ fn a_board_moves_its_device_while_the_lease_is_held_and_says_so_by_itself() {
         panic!("{part}: {}", device.live().unwrap());
     };
     device.set("COMM_RXMOD", "TIMEOUT_TICKS", "0").unwrap();
-    wait_for(&mut device, "nobody holds the lease that motion needs");
+    wait_for(&mut device, "no client holds the lease");
     let status = device.take_lease().unwrap();
     assert_eq!((status.holder, status.ticks_left), (device.client(), 200));
     // Not renewed: the emulator's time is its own.
-    wait_for(&mut device, "nobody holds the lease that motion needs");
+    wait_for(&mut device, "no client holds the lease");
     assert!(device.renew_lease().unwrap_err().to_string().contains("the lease was released by"));
     let mut live = Live::new(&["POSITION".to_owned()], Duration::from_millis(20));
     assert_eq!(device.look(&mut live).unwrap()[0].values.len(), 3);

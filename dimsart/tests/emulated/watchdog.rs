@@ -123,7 +123,7 @@ fn a_board_that_the_watchdog_reset_tells_it_and_is_still_until_somebody_moves_it
     let [first, .., last] = starts(&events)[..] else { panic!("{events}") };
     assert_eq!((first, last), (SUPPLY, WATCHDOG), "{events}");
     assert!(events.contains("scheme changed") && !events.contains("panic"), "{events}");
-    assert!(live.contains("nobody holds the lease that motion needs"), "{live}");
+    assert!(live.contains("no client holds the lease"), "{live}");
     move_by_hand(&mut line);
 }
 

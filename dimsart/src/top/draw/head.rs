@@ -58,7 +58,7 @@ fn facts(seen: &Seen, live: &Live) -> String {
     let lease = match (seen.is_held_here(), live.holder) {
         (true, _) => "ARMED from here".to_owned(),
         (false, Some(holder)) => format!("client {holder} holds the lease"),
-        (false, None) => "nobody holds the lease".to_owned(),
+        (false, None) => "no client holds the lease".to_owned(),
     };
     let drive = seen.faults.as_ref().map_or(String::new(), |faults| format!("drive: {}; ", faults.drive));
     let silence =
