@@ -25,6 +25,8 @@ impl Engine {
     /// [cost](Self::set_costs), a quarter of it and `spare_cycles` more, is cut out, in that very tick, with all that
     /// depends on it. `spare_cycles` are for interrupts above the tick. A module whose cost is not known may take as long
     /// as it likes.
+    // A call keeps the compiler from returning conditionally around it, which the stack's bound cannot follow.
+    #[inline(never)]
     pub fn time_calls(&mut self, counter: Counter, spare_cycles: u32) {
         (self.counter, self.spare_cycles) = (Some(counter), spare_cycles);
     }

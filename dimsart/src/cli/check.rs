@@ -10,7 +10,7 @@ use std::process::ExitCode;
 
 use clap::Args;
 use dimsart_core::limits::{DEFAULT_WORDS, MAX_LINKS, Sizes};
-use dimsart_core::{DeviceDescriptor, Dimsart, ProvidedMemory, Usage};
+use dimsart_core::{DeviceDescriptor, Dimsart, Usage, memory};
 use dimsart_modules::ALL;
 use serde::Serialize;
 use target::Target;
@@ -21,7 +21,7 @@ use crate::rig_argument;
 use hil_sim::experiment::Experiment;
 use hil_sim::first_packet::first_packet;
 use hil_sim::response::{LoadedController, loaded_controllers};
-use hil_sim::rig::SimulatedDimsart;
+use hil_sim::rig::{SIZES, SimulatedDimsart};
 use hil_sim::rig_file::{AxisUnit, DeviceSection, RigFile, SHIPPED};
 use hil_sim::schemes::{self, Loaded, SIDES, SchemeText, device};
 
@@ -221,8 +221,9 @@ fn check(
     target: Option<&Target>,
 ) -> Result<Verdict, Box<dyn Error>> {
     let Some(found) = target else {
-        // As large as on a board of the usual size: what passes here fits there.
-        let dimsart = Dimsart::new(ProvidedMemory::leaked(), device, ALL);
+        // As many words as on a board of the usual size, and as many links as any peer.
+        type UsualMemory = memory!(Sizes { words: DEFAULT_WORDS, ..SIZES });
+        let dimsart = Dimsart::new(Box::leak(Box::new(UsualMemory::new())), device, ALL);
         let mut dimsart = dimsart.map_err(dimsart_core::CommandError::from)?;
         return Ok(check_on(&mut dimsart, scheme, side, DEFAULT_WORDS, target));
     };
