@@ -3,7 +3,7 @@
 
 use std::cell::RefCell;
 
-use dimsart_core::{ProvidedMemory, AxisKind, DeviceDescriptor, Dimsart, types};
+use dimsart_core::{AxisKind, DeviceDescriptor, Dimsart, ProvidedMemory, types};
 use dimsart_link::protocol::{DeviceInfo, MAX_FRAME_BYTES, Receiver, Request, answer, encode_request};
 use dimsart_modules::ALL;
 use libfuzzer_sys::fuzz_target;

@@ -1,6 +1,6 @@
 //! What several fuzz targets need: controllers as they ship.
 
-use dimsart_core::{ProvidedMemory, AxisKind, DeviceDescriptor, Dimsart, scheme, types};
+use dimsart_core::{AxisKind, DeviceDescriptor, Dimsart, ProvidedMemory, scheme, types};
 use dimsart_modules::ALL;
 
 /// The sides that the shipped schemes are for.
