@@ -2,7 +2,7 @@
 
 use core::ops::Range;
 
-use boards::{Selected, Storage};
+use boards::{Board as _, Selected, Storage};
 use dimsart_link::auth::Key;
 use dimsart_link::protocol::{
     DecodeError, Gate, KeyAction, KeyBytes, KeyRefusal, LeaseAction, LeaseStatus, MAX_FRAME_BYTES, NOBODY,

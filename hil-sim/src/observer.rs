@@ -1,7 +1,7 @@
 //! Observers: each watches a rig tick by tick, and adds its figures to the run's [`Outcome`].
 //!
 //! An observer never changes the rig. A new one is a file here, a field of [`Outcome`], and a line where experiments are
-//! made: [`response`](crate::response) or [`bilateral`](crate::bilateral).
+//! made: [`response`](crate::response).
 
 pub mod channel_energy;
 pub mod creep;
