@@ -18,7 +18,6 @@ use cortex_m::interrupt::Mutex;
 use cortex_m::peripheral::syst::SystClkSource;
 use cortex_m::peripheral::{SCB, SYST};
 use cortex_m_rt::{entry, exception};
-use dimsart_core::ControllerMemory;
 use dimsart_core::{
     AxisKind, Command, Coupling, DataType, DeviceDescriptor, Dimsart, Kinds, ModuleRef, Snapshot,
     TIMEOUT_TICKS, Tick, Value, Word, join_kinds, limits::Sizes, memory, types,
