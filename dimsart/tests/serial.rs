@@ -118,8 +118,8 @@ fn what_does_not_open_is_told_what_to_do() {
             "serial:/dev/ttyNONE9",
             "--set link.master_address=IP:PORT (of both sides), serial:PATH or can:INTERFACE",
         ),
-        ("serial:", "give it IP:PORT, serial:PATH"),
-        ("usb:1", "give it IP:PORT, serial:PATH, serial:PATH@BAUD, can:INTERFACE or canfd:INTERFACE"),
+        ("serial:", "expected IP:PORT, serial:PATH"),
+        ("usb:1", "expected IP:PORT, serial:PATH, serial:PATH@BAUD, can:INTERFACE or canfd:INTERFACE"),
     ] {
         let set = format!("link.master_address={address}");
         let mut dimsart = Command::new(env!("CARGO_BIN_EXE_dimsart"));
