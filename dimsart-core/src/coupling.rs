@@ -46,7 +46,7 @@ impl<const N: usize> Default for Snapshot<N> {
 /// One engine's end of what crosses.
 ///
 /// ```
-/// use dimsart_core::{Coupling, DeviceDescriptor, AxisKind, Dimsart, Snapshot, Word, types};
+/// use dimsart_core::{AxisKind, Coupling, DeviceDescriptor, Dimsart, ProvidedMemory, Snapshot, Word, types};
 /// use dimsart_modules::ALL;
 ///
 /// # fn main() -> Result<(), Box<dyn std::error::Error>> {
