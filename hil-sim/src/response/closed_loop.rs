@@ -8,12 +8,10 @@
 #![expect(clippy::indexing_slicing, reason = "matrices, whose sizes follow from one another")]
 
 use std::f64::consts::{PI, TAU};
-use std::sync::Arc;
 
 use nalgebra::{Complex, DMatrix};
-use rustfft::{Fft, FftPlanner};
 
-use super::controller_model::{Answer, GRID, GRID_RAD, Spectrum, grid_angle};
+use super::controller_model::{Answer, GRID_RAD, Spectrum, grid_angle};
 use super::plant_model::PlantModel;
 
 /// Frequencies at first: on a logarithmic scale over so many decades, and evenly: powers of two, which are on the grid of the
@@ -193,12 +191,7 @@ impl Loop {
 
     /// All of it where `Z` is on a circle around 0, on which it is known at most angles in no time.
     pub(super) fn circle(&self, radius: f64) -> Circle<'_> {
-        let mut circle = Circle {
-            whole: self,
-            radius,
-            transform: FftPlanner::new().plan_fft_forward(GRID),
-            answers: Vec::new(),
-        };
+        let mut circle = Circle { whole: self, radius, answers: Vec::new() };
         circle.answers =
             self.columns.iter().map(|column| circle.spectra(&column.answers, column.phase)).collect();
         circle
@@ -215,7 +208,6 @@ pub(super) struct Circle<'a> {
     pub(super) whole: &'a Loop,
     /// Of `z`.
     radius: f64,
-    transform: Arc<dyn Fft<f64>>,
     /// By column.
     answers: Vec<Spectra<'a>>,
 }
@@ -230,7 +222,7 @@ impl<'a> Circle<'a> {
         let of_cycle = self.radius.powi(i32::try_from(ticks).unwrap_or(1));
         let spectrum = |answer: &'a Option<Answer>, phase: usize| {
             let series = answer.as_ref()?.series(ticks, offset(phase, begun));
-            Some(Spectrum::new(series, of_cycle, self.transform.as_ref()))
+            Some(Spectrum::new(series, of_cycle))
         };
         answers.iter().map(|answer| (0..ticks).map(|phase| spectrum(answer, phase)).collect()).collect()
     }

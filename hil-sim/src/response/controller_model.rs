@@ -9,9 +9,10 @@
 
 use std::borrow::Cow;
 use std::f64::consts::TAU;
+use std::sync::{Arc, LazyLock};
 
 use nalgebra::Complex;
-use rustfft::Fft;
+use rustfft::{Fft, FftPlanner};
 
 use super::build;
 use crate::experiment::ExperimentError;
@@ -42,10 +43,12 @@ const BUS_TICKS: usize = 16;
 const MOST_TICKS: usize = 60_000;
 const MOST_QUIET_TICKS: usize = 20_000;
 /// Angles of a turn at which answers are transformed at once, their distance, and by how much one of them may be rounded.
-pub(super) const GRID: usize = 8_192;
+const GRID: usize = 8_192;
 #[expect(clippy::cast_precision_loss, reason = "a power of two")]
 pub(super) const GRID_RAD: f64 = TAU / GRID as f64;
 const SAME_ANGLE: f64 = 4.0 * f64::EPSILON;
+/// Planned once: a loop is looked at on many circles.
+static TRANSFORM: LazyLock<Arc<dyn Fft<f64>>> = LazyLock::new(|| FftPlanner::new().plan_fft_forward(GRID));
 /// Longest cycle of controllers that are stepped at different rates.
 const MOST_CYCLE_TICKS: usize = 200;
 
@@ -144,9 +147,7 @@ impl<'f> Controllers<'f> {
                 },
             };
             let mut answers = |size: f32| {
-                pair.answers(&self.commands, place, size, self.quiet_ticks, |tick| {
-                    tick % self.cycle_ticks == phase
-                })
+                pair.answers(&self.commands, place, size, |tick| tick % self.cycle_ticks == phase)
             };
             // Twice the half leaves everything where it was.
             let found = answers(size).and_then(|whole| {
@@ -228,9 +229,9 @@ impl Pair {
         commands: &[Place],
         Place { station, place }: Place,
         size: f32,
-        quiet_ticks: usize,
         is_due: impl Fn(usize) -> bool,
     ) -> Option<Vec<Answer>> {
+        let quiet_ticks = self.quiet_ticks;
         self.differences.drain(..self.differences.len().saturating_sub(quiet_ticks));
         let before = lines(&self.differences, &self.settled, &self.sizes)?;
         while !is_due(usize::try_from(self.disturbed.ticks()).ok()?) {
@@ -416,7 +417,7 @@ pub(super) struct Spectrum<'a> {
 
 impl<'a> Spectrum<'a> {
     /// Where `Z` has this radius.
-    pub(super) fn new(series: Series<'a>, radius: f64, transform: &dyn Fft<f64>) -> Self {
+    pub(super) fn new(series: Series<'a>, radius: f64) -> Self {
         let mut grid = vec![Complex::default(); GRID];
         let mut share = 1.0;
         for (tap, at) in series.taps.iter().zip((0..GRID).cycle()) {
@@ -425,7 +426,7 @@ impl<'a> Spectrum<'a> {
             }
             share /= radius;
         }
-        transform.process(&mut grid);
+        TRANSFORM.process(&mut grid);
         Self { series, grid }
     }
 
