@@ -239,17 +239,20 @@ impl Joint {
         is_held: bool,
     ) {
         let Self { mechanics, state, exact, sub_steps_per_s, inputs: before, .. } = self;
+        let wanted_nm = command / mechanics.gear.ratio;
+        if is_held && let Some(steps) = exact {
+            *before = Inputs { wanted_nm, load: load(start_s), ..*before };
+            if mechanics.glide(steps, state, *before, period_s) {
+                return;
+            }
+        }
         let exact = exact.as_mut();
         let (sub_steps, halvings) = match exact {
             Some(_) => (1.0, HALVINGS_MAX + PERIOD_HALVINGS),
             None => ((*sub_steps_per_s * period_s).ceil().max(f64::from(SUB_STEPS_MIN)), HALVINGS_MAX),
         };
         let step_s = period_s / sub_steps;
-        let inputs = Inputs {
-            wanted_nm: command / mechanics.gear.ratio,
-            load: load(start_s),
-            settling_max_per_s: step_s.recip(),
-        };
+        let inputs = Inputs { wanted_nm, load: load(start_s), settling_max_per_s: step_s.recip() };
         let mut mode = mechanics.mode(&inputs, state);
         let sub_steps_per_s = *sub_steps_per_s;
         let mut period = Period { mechanics, load, is_held, sub_steps_per_s, exact, inputs };

@@ -6,10 +6,12 @@
 
 use super::friction::FrictionParameters;
 use super::gear::Flow;
-use super::mechanics::Mechanics;
+use super::mechanics::{Inputs, Mechanics};
 use super::mode::{Mode, direction};
+use super::motor::JointMotorParameters;
+use super::state::State;
 use super::stops::{Contact, StopsParameters};
-use crate::plant::transition::{Dynamics, Transition};
+use crate::plant::transition::{Dynamics, Motion, Transition};
 
 /// Steps in use are fewer in any usual joint.
 const MAX_KNOWN: usize = 64;
@@ -19,6 +21,8 @@ const MAX_KNOWN: usize = 64;
 pub(super) struct ExactSteps {
     /// Energy stored at the start, `J`.
     pub(super) start_j: f64,
+    /// Whether nothing is dry, lossy, wound or bent.
+    is_plain: bool,
     known: Vec<Known>,
     /// The step that was used last.
     last: usize,
@@ -51,11 +55,18 @@ pub(super) struct Regime {
     pub(super) resistance: f64,
     /// Force against the motion.
     pub(super) coulomb: f64,
+    /// Natural frequency.
+    rad_per_s: f64,
+    /// How fast forces that are not linear let motions grow, `1/s`.
+    growth_per_s: f64,
+    /// Furthest that an acceleration of 1 leads to, however long it takes, `s²`.
+    swing_s2: f64,
 }
 
 impl ExactSteps {
     pub(super) fn new(mechanics: &Mechanics) -> Self {
-        Self { start_j: mechanics.stored_j(&mechanics.start()), known: Vec::new(), last: 0 }
+        let is_plain = mechanics.is_plain();
+        Self { start_j: mechanics.stored_j(&mechanics.start()), is_plain, known: Vec::new(), last: 0 }
     }
 
     /// The step in `mode`.
@@ -86,6 +97,12 @@ impl Mechanics {
         self.flexible.is_none() && !self.friction.has_presliding() && self.motor.is_linear()
     }
 
+    /// Whether every mode is linear, and a stop the only thing that changes it.
+    fn is_plain(&self) -> bool {
+        let is_dry = self.friction.is_dry() || self.gear.is_lossy();
+        self.motor == JointMotorParameters::default() && !is_dry && !self.is_bent()
+    }
+
     /// Whether forces within a mode are not linear.
     fn is_bent(&self) -> bool {
         self.load.gravity_torque_nm.abs() > 0.0 || self.friction.breakaway > self.friction.coulomb
@@ -96,6 +113,59 @@ impl Mechanics {
         let FrictionParameters { coulomb, .. } = self.friction;
         let dip = direction(mode.output) * (self.friction.level(velocity) - coulomb);
         self.load.hanging_force(position) - dip
+    }
+
+    /// What accelerates the joint in `mode` under the force `outside`, `N m` or `N`.
+    #[inline]
+    pub(super) fn net_force(
+        &self,
+        regime: &Regime,
+        state: &State,
+        mode: &Mode,
+        wanted_nm: f64,
+        outside: f64,
+    ) -> f64 {
+        let stop = |stops: &StopsParameters| stops.force(mode.stop, state.position, state.velocity);
+        regime.leverage * self.motor.torque_nm(wanted_nm, state)
+            + outside
+            + self.load.linear_force(state.position)
+            - regime.resistance * state.velocity
+            - direction(mode.output) * regime.coulomb
+            + self.stops.as_ref().map_or(0.0, stop)
+    }
+
+    /// Takes the state of a plain joint on by a whole period under a held force, if no stop touches or lets go on the way; says
+    /// whether it did. What [`Leg`](super::leg::Leg) does in general, for the joints that most ticks consist of.
+    pub(super) fn glide(
+        &self,
+        steps: &mut ExactSteps,
+        state: &mut State,
+        Inputs { wanted_nm, load, .. }: Inputs,
+        period_s: f64,
+    ) -> bool {
+        if !steps.is_plain {
+            return false;
+        }
+        let contact = |stops: &StopsParameters| stops.contact(state.position, state.velocity);
+        let mode = Mode::free(self.stops.as_ref().map_or(Contact::Free, contact));
+        let Known { regime, whole, .. } = steps.get(self, &mode, period_s);
+        let acceleration = self.net_force(regime, state, &mode, wanted_nm, load) * whole.inverse_mass_per_kg;
+        if let Some(stops) = &self.stops {
+            let Some([room, room_per_s]) = stops.reach(mode.stop, state) else { return false };
+            let [moved, slowed] = regime.excursion(state.velocity.abs(), acceleration, 0.0, period_s);
+            if !(moved < room && slowed < room_per_s) {
+                return false;
+            }
+        }
+        let start = Motion {
+            position_m: state.position,
+            velocity_m_per_s: state.velocity,
+            acceleration_m_per_s2: acceleration,
+        };
+        let end = whole.step(&start, 0.0);
+        state.supplied_j += (self.gear.ratio * wanted_nm + load) * (end.position_m - state.position);
+        (state.position, state.velocity) = (end.position_m, end.velocity_m_per_s);
+        true
     }
 
     fn regime(&self, mode: &Mode) -> Regime {
@@ -119,6 +189,35 @@ impl Mechanics {
             force_n_per_a: winding.map_or(0.0, |winding| leverage * winding.nm_per_a),
         };
         let coulomb = self.friction.coulomb + leverage * self.motor.coulomb_nm();
-        Regime { dynamics, leverage, resistance, coulomb }
+        let gravity = self.load.gravity_torque_nm.abs();
+        let rad2_per_s2 = (dynamics.stiffness_n_per_m + gravity) / inertia;
+        let rad_per_s = rad2_per_s2.sqrt();
+        let unsteady = self.friction.steepest() + if gravity > 0.0 { gravity / rad_per_s } else { 0.0 };
+        let damped = dynamics.damping_ns_per_m / (inertia * rad_per_s);
+        let swing_s2 = 2.0 / rad2_per_s2 * (1.0 + damped * damped).sqrt();
+        let growth_per_s = unsteady / inertia;
+        let swing_s2 = if gravity > 0.0 || swing_s2.is_nan() { f64::INFINITY } else { swing_s2 };
+        Regime { dynamics, leverage, resistance, coulomb, rad_per_s, growth_per_s, swing_s2 }
+    }
+}
+
+impl Regime {
+    /// By how much, at most, position and velocity change in a step that begins at a speed with an acceleration, while other
+    /// forces change by `change`.
+    ///
+    /// From `a' = -w² v - d/m a + j`: `sqrt(a² + w² v²)` grows by at most `|j| t`, so `A`, its value at the start plus
+    /// `|j| t`, bounds `|a|`; the velocity changes by at most `A t`, the position by `(|v| + A t) t`. Around its equilibrium
+    /// the joint oscillates by at most `A/w² sqrt(1 + (d/(m w))²)`, which bounds both however long the step is. Where the dip
+    /// of friction falls by `s` per velocity and gravity changes by `g` per position, with `g` in `w²` the root also grows
+    /// with the rate `(s + g/w)/m`.
+    pub(super) fn excursion(&self, speed: f64, acceleration: f64, change: f64, step_s: f64) -> [f64; 2] {
+        let turning = self.rad_per_s * speed;
+        let mut fastest = (acceleration * acceleration + turning * turning).sqrt()
+            + change * self.dynamics.inverse_mass_per_kg;
+        if self.growth_per_s > 0.0 {
+            fastest *= libm::exp(self.growth_per_s * step_s);
+        }
+        let slowed = (fastest * step_s).min(2.0 * fastest / self.rad_per_s);
+        [((speed + slowed) * step_s).min(self.swing_s2 * fastest), slowed]
     }
 }

@@ -2,7 +2,7 @@
 
 use super::exact::{ExactSteps, Known};
 use super::mechanics::{Inputs, Mechanics};
-use super::mode::{Mode, Slide, direction};
+use super::mode::{Mode, Slide};
 use super::push::Push;
 use super::state::State;
 use super::stops::StopsParameters;
@@ -69,14 +69,8 @@ impl<'a> Leg<'a> {
 
     /// What accelerates the joint at the start under the force `outside`, `N m` or `N`.
     fn net_force(&self, outside: f64) -> f64 {
-        let Self { mechanics, known: Known { regime, .. }, mode, start, inputs, .. } = self;
-        let stop = |stops: &StopsParameters| stops.force(mode.stop, start.position, start.velocity);
-        regime.leverage * mechanics.motor.torque_nm(inputs.wanted_nm, start)
-            + outside
-            + mechanics.load.linear_force(start.position)
-            - regime.resistance * start.velocity
-            - direction(mode.output) * regime.coulomb
-            + mechanics.stops.as_ref().map_or(0.0, stop)
+        let Self { mechanics, known, mode, start, inputs, .. } = *self;
+        mechanics.net_force(&known.regime, start, mode, inputs.wanted_nm, outside)
     }
 
     /// Motion at the start and jerk under `force`, and the motion at the end of `transition`, which takes `step_s`.
@@ -178,44 +172,23 @@ impl<'a> Leg<'a> {
     }
 
     /// Whether nothing can touch, let go, stop sliding, turn the power around or meet a limit on the way.
-    ///
-    /// From `a' = -w² v - d/m a + j`: `sqrt(a² + w² v²)` grows by at most `|j| t`, so `A`, its value at the start plus
-    /// `|j| t`, bounds `|a|`; the velocity changes by at most `A t`, the position by `(|v| + A t) t`. Around its equilibrium
-    /// the joint oscillates by at most `A/w² sqrt(1 + (d/(m w))²)`, which bounds both however long the step is. Where the dip
-    /// of friction falls by `s` per velocity and gravity changes by `g` per position, with `g` in `w²` the root also grows
-    /// with the rate `(s + g/w)/m`.
     fn outlasts(&self) -> bool {
         let Self { mechanics, known: Known { regime, .. }, mode, start, push, step_s, .. } = *self;
-        let is_free = mode.output == Slide::Frictionless;
-        if is_free && mechanics.stops.is_none() && mechanics.winding.is_none() {
-            return true;
-        }
-        let reach =
-            mechanics.stops.as_ref().map_or(Some([f64::INFINITY; 2]), |stops| stops.reach(mode.stop, start));
-        let Some([room, room_per_s]) = reach else { return false };
-        let inverse = regime.dynamics.inverse_mass_per_kg;
-        let (gravity, dip) = (mechanics.load.gravity_torque_nm.abs(), mechanics.friction.steepest());
-        let rad2_per_s2 = (regime.dynamics.stiffness_n_per_m + gravity) * inverse;
-        let rad_per_s = rad2_per_s2.sqrt();
-        let bent = mechanics.bent_force(mode, start.position, start.velocity);
-        let acceleration = self.net_force(push.start + bent) * inverse;
-        let change_a = self.current.map_or(0.0, |current| current.off_a.abs());
-        let pushed = push.variation() + regime.dynamics.force_n_per_a * change_a;
-        let speed = start.velocity.abs();
-        let grows = (dip + if gravity > 0.0 { gravity / rad_per_s } else { 0.0 }) * inverse * step_s;
-        let fastest = ((acceleration * acceleration + rad2_per_s2 * speed * speed).sqrt() + pushed * inverse)
-            * if grows > 0.0 { libm::exp(grows) } else { 1.0 };
-        let damped = regime.dynamics.damping_ns_per_m * inverse / rad_per_s;
-        let slowed = (fastest * step_s).min(2.0 * fastest / rad_per_s);
-        let swing = if gravity > 0.0 {
-            f64::INFINITY
-        } else {
-            2.0 * fastest / rad2_per_s2 * (1.0 + damped * damped).sqrt()
+        let reach = |stops: &StopsParameters| stops.reach(mode.stop, start);
+        let Some([room, room_per_s]) = mechanics.stops.as_ref().map_or(Some([f64::INFINITY; 2]), reach)
+        else {
+            return false;
         };
-        let moved = ((speed + slowed) * step_s).min(swing);
-        moved < room
-            && slowed < room_per_s
-            && (is_free || slowed < speed)
+        let bent = mechanics.bent_force(mode, start.position, start.velocity);
+        let acceleration = self.net_force(push.start + bent) * regime.dynamics.inverse_mass_per_kg;
+        let change_a = self.current.map_or(0.0, |current| current.off_a.abs());
+        let change = push.variation() + regime.dynamics.force_n_per_a * change_a;
+        let speed = start.velocity.abs();
+        let [moved, slowed] = regime.excursion(speed, acceleration, change, step_s);
+        let is_there = |room: f64, most: f64| room.is_infinite() || most < room;
+        is_there(room, moved)
+            && is_there(room_per_s, slowed)
+            && (mode.output == Slide::Frictionless || slowed < speed)
             && self.follows(slowed)
             && self.keeps_flow(slowed, moved)
     }
