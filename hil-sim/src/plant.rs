@@ -1,6 +1,6 @@
 //! What is between a controller's force and the world: joints, arms, drives, and what holds and stops them.
 //!
-//! A [`Joint`] that is linear between events takes exact steps; a machine whose axes move each other is a file here that says
+//! A rigid [`Joint`] takes exact steps; a machine whose axes move each other is a file here that says
 //! its equations of motion, a [`Mechanism`], and [`Coupled`] moves it. A plant of another kind is a file that implements
 //! [`Plant`], and a variant of `Body` in `response/body.rs`.
 
@@ -33,7 +33,7 @@ pub use phantom::{Linkage, LinkageParameters, Phantom, PhantomParameters, Phanto
 pub use repetition::{PEAK_SPEED, Repetition, minimum_jerk};
 pub use sensor::{Sensor, SensorParameters};
 
-/// Sub-steps that every plant takes per held command, at least.
+/// Sub-steps of a held command, at least, where something may happen in them.
 pub const SUB_STEPS_MIN: u32 = 20;
 
 /// Anything with sensors and actuators that a rig can join to a controller.
