@@ -88,7 +88,11 @@ impl Circle<'_> {
 
     /// The gains of all loops at an angle, each with the others closed; in the order of those nearby.
     fn gains_near(&self, angle: f64, nearby: &DVector<Point>) -> DVector<Point> {
-        let mut gains = self.gains_at(angle);
+        self.ordered(self.gains_at(angle), nearby)
+    }
+
+    /// Gains in the order of those nearby.
+    fn ordered(&self, mut gains: DVector<Point>, nearby: &DVector<Point>) -> DVector<Point> {
         for first in (0..gains.len()).step_by(self.gains_of_each().max(1)) {
             for place in first..first + self.gains_of_each() {
                 let away = |at: &usize| (gains[*at] - nearby[place]).norm();
@@ -137,8 +141,8 @@ impl Circle<'_> {
             let next = (angle, self.gains_near(angle, &from.1));
             self.refine(&from, &next, GAIN_HALVINGS, &mut gains);
             // Halves may have told apart what was mixed up.
-            let next = gains.last().map_or(next.1, |(_, nearby)| self.gains_near(angle, nearby));
-            gains.push((angle, next));
+            let nearby = gains.last().map_or(from.1, |(_, nearby)| nearby.clone());
+            gains.push((angle, self.ordered(next.1, &nearby)));
         }
         gains
     }
@@ -163,7 +167,7 @@ impl Circle<'_> {
         }
         self.refine(from, &middle, halvings - 1, gains);
         gains.push(middle.clone());
-        let to = (to.0, self.gains_near(to.0, &middle.1));
+        let to = (to.0, self.ordered(to.1.clone(), &middle.1));
         self.refine(&middle, &to, halvings - 1, gains);
     }
 

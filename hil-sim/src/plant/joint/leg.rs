@@ -16,7 +16,7 @@ const SMOOTH_BEND: f64 = 1e-6;
 /// Substitutions until a parabola stays: each has a hundredth of the error of the one before, or less.
 const MAX_SUBSTITUTIONS: usize = 8;
 /// Share of itself that it then changes by, at most.
-const SETTLED: f64 = 1e-10;
+const SETTLED: f64 = 1e-8;
 
 /// A step within a mode.
 pub(super) struct Leg<'a> {
