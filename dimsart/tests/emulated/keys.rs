@@ -20,6 +20,7 @@ use tempfile::TempDir;
 
 use crate::common::{key_image, timer_key_image};
 use crate::firmware::{Firmware, greet};
+use test_requirements::TEST_TIMEOUT;
 
 const LOCKED: &str = "the board is locked: give the file with its key (--key-file)";
 const OPEN: &str = "it holds no key: it takes what anybody asks, and authenticates nothing";
@@ -50,7 +51,11 @@ impl Setup {
 
     fn run(&self, arguments: &[&str]) -> Output {
         let mut command = Command::new(env!("CARGO_BIN_EXE_dimsart"));
-        command.args(["connect", &self.firmware.port(), "--timeout-s", "5"]).args(arguments).output().unwrap()
+        command
+            .args(["connect", &self.firmware.port(), "--timeout-s", "600"])
+            .args(arguments)
+            .output()
+            .unwrap()
     }
 
     #[track_caller]
