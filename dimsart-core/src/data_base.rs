@@ -1,14 +1,20 @@
 //! The Data Base: every signal of a scheme, in statically sized slots.
 
+pub(crate) mod checked_words;
+pub(crate) mod data;
+pub(crate) mod frame;
+pub(crate) mod handle;
+pub(crate) mod storage;
+
 use core::cell::Cell;
 
-use crate::data::{Data, Dof};
-use crate::data_type::{DataType, TypeRef};
-use crate::device::DeviceDescriptor;
+use crate::data_base::data::{Data, Dof};
+use crate::data_base::storage::{Block, Storage, StorageError};
+use crate::device::descriptor::DeviceDescriptor;
 use crate::limits::MAX_SLOTS;
-use crate::mailbox::LinkPort;
 use crate::online::Programs;
-use crate::storage::{Block, Storage, StorageError};
+use crate::packet::mailbox::LinkPort;
+use crate::signal::data_type::{DataType, TypeRef};
 
 /// A signal that is in the Data Base now.
 #[derive(Debug, Clone, Copy, PartialEq)]

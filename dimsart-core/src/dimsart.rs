@@ -1,17 +1,17 @@
 //! One controller: engine, frame and safety stage, and the order of a tick.
 
-use crate::command::{Command, CommandError};
-use crate::data_type::TypeRef;
-use crate::device::DeviceDescriptor;
+use crate::data_base::frame::Frame;
+use crate::data_base::storage::StorageError;
+use crate::device::descriptor::DeviceDescriptor;
+use crate::engine::Kinds;
 use crate::engine::{Engine, Observer};
-use crate::frame::Frame;
-use crate::kind::Kinds;
-use crate::mailbox::{LinkPort, Silence, is_newer};
 use crate::memory::ProvidedMemory;
+use crate::packet::mailbox::{LinkPort, Silence, is_newer};
 use crate::packet::{Packet, PacketError};
 use crate::safety::{DriveFault, Reason, Safety, Tick};
-use crate::storage::StorageError;
-use crate::word::Word;
+use crate::scheme::command::{Command, CommandError};
+use crate::signal::data_type::TypeRef;
+use crate::signal::word::Word;
 
 /// A whole DIMSART, for one device.
 ///

@@ -4,12 +4,13 @@ mod refusal;
 
 use core::fmt;
 
-use crate::command::{CommandError, ModuleRef};
-use crate::data_type::TypeRef;
 use crate::engine::{Engine, FaultCause, ModuleFault};
-use crate::matching::{Finding, Party};
-use crate::port::Difference;
-use crate::unit_tie::UnitRelation;
+use crate::module::module_ref::ModuleRef;
+use crate::module::port::Difference;
+use crate::scheme::command::CommandError;
+use crate::scheme::finding::{Finding, Party};
+use crate::signal::data_type::TypeRef;
+use crate::signal::unit_tie::UnitRelation;
 use crate::vocabulary::Vocabulary;
 
 /// A sentence about a controller, with the names of its [`Vocabulary`].

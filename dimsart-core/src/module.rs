@@ -1,10 +1,20 @@
 //! The module template: what a control engineer writes.
 
-use crate::context::Context;
-use crate::declare::Declare;
-use crate::device::DeviceDescriptor;
+pub(crate) mod binding;
+pub(crate) mod context;
+pub(crate) mod cost;
+pub(crate) mod declare;
+pub(crate) mod kind;
+pub(crate) mod kind_id;
+pub(crate) mod module_ref;
+pub(crate) mod port;
+pub(crate) mod rate;
+
+use crate::device::descriptor::DeviceDescriptor;
+use crate::module::context::Context;
+use crate::module::declare::Declare;
 use crate::parameter::{ParameterError, Parameters};
-use crate::words::Words;
+use crate::signal::words::Words;
 
 /// A control element with a life of `init`, `activate`, `compute`, `command` and `reset`.
 ///

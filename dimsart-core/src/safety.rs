@@ -12,13 +12,13 @@ pub use reason::{Reason, ReasonCounts};
 
 use heapless::Vec;
 
-use crate::command::ModuleRef;
-use crate::device::DeviceDescriptor;
+use crate::data_base::frame::{Frame, FrameError};
+use crate::device::descriptor::DeviceDescriptor;
+use crate::device::input_limits::SafeValue;
 use crate::engine::Engine;
-use crate::frame::{Frame, FrameError};
-use crate::input_limits::SafeValue;
 use crate::limits::MAX_LIMITED_WORDS;
-use crate::word::{Scalar as _, Word};
+use crate::module::module_ref::ModuleRef;
+use crate::signal::word::{Scalar as _, Word};
 use limited::{Held, Limited};
 use velocity::Velocity;
 

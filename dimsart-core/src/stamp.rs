@@ -26,8 +26,8 @@
 
 use core::num::NonZeroU32;
 
-use crate::cost::{Cost, Costs};
-use crate::kind_id::KindId;
+use crate::module::cost::{Cost, Costs};
+use crate::module::kind_id::KindId;
 
 /// How a stamp begins.
 pub const MAGIC: [u8; 8] = *b"DIMSTAMP";

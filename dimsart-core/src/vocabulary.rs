@@ -1,14 +1,17 @@
 //! What a controller says of itself, by number and by name: an engine at hand, or a device that was asked.
 
+pub(crate) mod description;
+pub mod names;
+
 use core::fmt;
 
-use crate::command::ModuleRef;
-use crate::data_type::{Shape, TypeRef};
-use crate::description::{DataTypeText, ParameterText, PortText};
-use crate::kind_id::KindId;
-use crate::names::{Name, numbered, split};
-use crate::rate::EVERY_TICKS;
-use crate::unit::{AxisKind, Unit};
+use crate::module::kind_id::KindId;
+use crate::module::module_ref::ModuleRef;
+use crate::module::rate::EVERY_TICKS;
+use crate::signal::data_type::{Shape, TypeRef};
+use crate::signal::unit::{AxisKind, Unit};
+use crate::vocabulary::description::{DataTypeText, ParameterText, PortText};
+use crate::vocabulary::names::{Name, numbered, split};
 
 /// Kinds of modules, parameters, ports and data types of a controller.
 ///

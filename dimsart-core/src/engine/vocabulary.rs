@@ -1,14 +1,14 @@
 //! What an engine says of itself.
 
 use super::Engine;
-use crate::command::ModuleRef;
-use crate::data_type::DataType;
-use crate::description::{DataTypeText, ParameterText, PortText};
-use crate::device::DeviceDescriptor;
-use crate::kind_id::KindId;
-use crate::types;
-use crate::unit::AxisKind;
+use crate::device::descriptor::DeviceDescriptor;
+use crate::module::kind_id::KindId;
+use crate::module::module_ref::ModuleRef;
+use crate::signal::data_type::DataType;
+use crate::signal::types;
+use crate::signal::unit::AxisKind;
 use crate::vocabulary::Vocabulary;
+use crate::vocabulary::description::{DataTypeText, ParameterText, PortText};
 
 impl Vocabulary for Engine {
     fn device_name(&self) -> &str {

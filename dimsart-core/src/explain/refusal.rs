@@ -3,14 +3,15 @@
 use core::fmt;
 
 use super::Explanation;
-use crate::command::{CommandError, ModuleRef};
-use crate::description::{DataTypeText, ParameterText, PortText};
-use crate::kind_id::KindId;
+use crate::data_base::storage::StorageError;
 use crate::limits::{MAX_CHANNEL_TYPES, MAX_PACKET_WORDS, MAX_PORTS};
+use crate::module::kind_id::KindId;
+use crate::module::module_ref::ModuleRef;
 use crate::parameter::ParameterError;
-use crate::storage::StorageError;
-use crate::unit::AxisKind;
+use crate::scheme::command::CommandError;
+use crate::signal::unit::AxisKind;
 use crate::vocabulary::Vocabulary;
+use crate::vocabulary::description::{DataTypeText, ParameterText, PortText};
 
 /// A module by its name, where names are known.
 struct Named<'a, V: ?Sized>(Option<&'a V>, ModuleRef);

@@ -1,9 +1,9 @@
 //! The velocity of each axis, for damping.
 
-use crate::device::DeviceDescriptor;
+use crate::device::descriptor::DeviceDescriptor;
 use crate::limits::MAX_DOF;
-use crate::types;
-use crate::word::{Scalar as _, Word};
+use crate::signal::types;
+use crate::signal::word::{Scalar as _, Word};
 
 /// Measured where the device does so, otherwise the difference between two ticks' positions. Fresh, it is all zero bits.
 #[derive(Debug)]
