@@ -1,16 +1,14 @@
 //! A control law on a bench: one axis, 1 kHz, plain numbers in and out, to try a module out in a few lines.
 
-use crate::data_base::storage::StorageError;
-use crate::device::descriptor::{DescriptorError, DeviceDescriptor};
+use crate::data_base::StorageError;
+use crate::device::{DescriptorError, DeviceDescriptor};
 use crate::dimsart::Dimsart;
 use crate::engine::Kinds;
 use crate::limits::MAX_DOF;
 use crate::memory::ProvidedMemory;
 use crate::rows::{self, SchemeError};
 use crate::safety::Tick;
-use crate::signal::data_type::DataType;
-use crate::signal::unit::AxisKind;
-use crate::signal::word::Word;
+use crate::signal::{AxisKind, DataType, Word};
 
 /// A controller for a device of one linear axis that measures what a test says.
 ///

@@ -6,3 +6,8 @@ pub(crate) mod input_limits;
 pub(crate) mod output_limits;
 pub(crate) mod plausibility;
 pub(crate) mod timing;
+
+pub(crate) use counter::Counter;
+pub(crate) use descriptor::{DescriptorError, DeviceDescriptor, LimitedWord, Served};
+pub(crate) use input_limits::SafeValue;
+pub(crate) use plausibility::Plausibility;

@@ -1,17 +1,15 @@
 //! One controller: engine, frame and safety stage, and the order of a tick.
 
-use crate::data_base::frame::Frame;
-use crate::data_base::storage::StorageError;
-use crate::device::descriptor::DeviceDescriptor;
+use crate::data_base::{Frame, StorageError};
+use crate::device::DeviceDescriptor;
 use crate::engine::Kinds;
 use crate::engine::{Engine, Observer};
 use crate::memory::ProvidedMemory;
-use crate::packet::mailbox::{LinkPort, Silence, is_newer};
-use crate::packet::{Packet, PacketError};
+use crate::packet::mailbox::is_newer;
+use crate::packet::{LinkPort, Packet, PacketError, Silence};
 use crate::safety::{DriveFault, Reason, Safety, Tick};
-use crate::scheme::command::{Command, CommandError};
-use crate::signal::data_type::TypeRef;
-use crate::signal::word::Word;
+use crate::scheme::{Command, CommandError};
+use crate::signal::{TypeRef, Word};
 
 /// A whole DIMSART, for one device.
 ///

@@ -19,23 +19,12 @@ pub use vocabulary::type_at;
 
 pub use observer::{Calls, Observer};
 
-use crate::data_base::DataBase;
-use crate::data_base::data::Dof;
-use crate::device::counter::Counter;
-use crate::device::descriptor::{DeviceDescriptor, Served};
+use crate::data_base::{DataBase, Dof};
+use crate::device::{Counter, DeviceDescriptor, Served};
 use crate::memory::ProvidedMemory;
-use crate::module::cost::Costs;
-use crate::module::kind::Kind;
-use crate::module::kind_id::KindId;
-use crate::module::module_ref::ModuleRef;
-use crate::module::port::{Direction, Stage};
-use crate::module::rate::Rate;
-use crate::scheme::command::{Command, CommandError};
-use crate::scheme::finding::Finding;
-use crate::scheme::matching::{CheckReport, MatchingCheck};
-use crate::scheme::stored::{Scheme, Schemes};
-use crate::scheme::wiring::Wiring;
-use crate::signal::data_type::TypeRef;
+use crate::module::{Costs, Direction, Kind, KindId, ModuleRef, Rate, Stage};
+use crate::scheme::{CheckReport, Command, CommandError, Finding, MatchingCheck, Scheme, Schemes, Wiring};
+use crate::signal::TypeRef;
 use transaction::Transaction;
 
 /// One call of the tick, as reports show it.

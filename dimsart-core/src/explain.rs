@@ -5,12 +5,9 @@ mod refusal;
 use core::fmt;
 
 use crate::engine::{Engine, FaultCause, ModuleFault};
-use crate::module::module_ref::ModuleRef;
-use crate::module::port::Difference;
-use crate::scheme::command::CommandError;
-use crate::scheme::finding::{Finding, Party};
-use crate::signal::data_type::TypeRef;
-use crate::signal::unit_tie::UnitRelation;
+use crate::module::{Difference, ModuleRef};
+use crate::scheme::{CommandError, Finding, Party};
+use crate::signal::{TypeRef, UnitRelation};
 use crate::vocabulary::Vocabulary;
 
 /// A sentence about a controller, with the names of its [`Vocabulary`].

@@ -2,14 +2,11 @@
 
 use heapless::Vec;
 
-use crate::data_base::checked_words::CheckedWords;
-use crate::data_base::storage::{Block, Storage};
-use crate::data_base::{DataBase, Entry};
-use crate::module::binding::Binding;
+use crate::data_base::{Block, CheckedWords, DataBase, Entry, Storage};
+use crate::module::Binding;
 use crate::online::{ProgramSlot, Programs};
-use crate::packet::mailbox::LinkPort;
-use crate::scheme::stored::{Instance, Scheme, Schemes};
-use crate::scheme::wiring::{ActiveModule, Call, Port, Wiring};
+use crate::packet::LinkPort;
+use crate::scheme::{ActiveModule, Call, Instance, Port, Scheme, Schemes, Wiring};
 
 /// Memory for one controller. [`memory!`](crate::memory!) makes its type of [`Sizes`](crate::limits::Sizes).
 ///

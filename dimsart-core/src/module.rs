@@ -10,11 +10,19 @@ pub(crate) mod module_ref;
 pub(crate) mod port;
 pub(crate) mod rate;
 
-use crate::device::descriptor::DeviceDescriptor;
+pub(crate) use binding::{Binding, ModuleBindings};
+pub(crate) use cost::{BoundReport, Cost, Costs};
+pub(crate) use declare::Declare;
+pub(crate) use kind::{Begin, Compute, Kind, MAX_HANDLES, MAX_SETTINGS_WORDS};
+pub(crate) use kind_id::KindId;
+pub(crate) use module_ref::ModuleRef;
+pub(crate) use port::{Difference, Direction, LinkEnd, PortSpec, PortSpecs, Stage};
+pub(crate) use rate::{EVERY_TICKS, Load, Rate};
+
+use crate::device::DeviceDescriptor;
 use crate::module::context::Context;
-use crate::module::declare::Declare;
 use crate::parameter::{ParameterError, Parameters};
-use crate::signal::words::Words;
+use crate::signal::Words;
 
 /// A control element with a life of `init`, `activate`, `compute`, `command` and `reset`.
 ///

@@ -11,6 +11,9 @@ pub(crate) mod content;
 pub mod envelope;
 pub mod mailbox;
 
+pub(crate) use checksum::CRC;
+pub(crate) use mailbox::{LinkPort, Silence};
+
 use heapless::Vec;
 
 use crate::limits::MAX_PACKET_WORDS;

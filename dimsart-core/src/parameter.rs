@@ -16,10 +16,8 @@ pub use visit::Parameters;
 use core::cell::Cell;
 
 use crate::limits::MAX_CHANNEL_TYPES;
-use crate::signal::data_type::TypeRef;
-use crate::signal::summary::Summary;
-use crate::signal::unit::Unit;
-use crate::signal::words::{Words, put, take};
+use crate::signal::words::{put, take};
+use crate::signal::{Summary, TypeRef, Unit, Words};
 
 /// The data types of a comm channel, in the order they were added.
 #[derive(Debug, Clone, Copy, Default)]

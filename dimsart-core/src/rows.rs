@@ -9,13 +9,12 @@
 use heapless::Vec;
 
 use crate::dimsart::Dimsart;
-use crate::module::module_ref::ModuleRef;
+use crate::module::ModuleRef;
 use crate::parameter::{ParameterError, Value};
-use crate::scheme::command::{Command, CommandError, EngineCommand};
-use crate::signal::data_type::TypeRef;
-use crate::vocabulary::Vocabulary;
-use crate::vocabulary::description::Accepted;
+use crate::scheme::{Command, CommandError, EngineCommand};
+use crate::signal::TypeRef;
 use crate::vocabulary::names::split_axis;
+use crate::vocabulary::{Accepted, Vocabulary};
 
 /// Name of the engine in a row.
 pub const ENGINE: &str = "MOD_ENG";

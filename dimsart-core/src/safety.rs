@@ -12,12 +12,11 @@ pub use reason::{Reason, ReasonCounts};
 
 use heapless::Vec;
 
-use crate::data_base::frame::{Frame, FrameError};
-use crate::device::descriptor::DeviceDescriptor;
-use crate::device::input_limits::SafeValue;
+use crate::data_base::{Frame, FrameError};
+use crate::device::{DeviceDescriptor, SafeValue};
 use crate::engine::Engine;
 use crate::limits::MAX_LIMITED_WORDS;
-use crate::module::module_ref::ModuleRef;
+use crate::module::ModuleRef;
 use crate::signal::word::{Scalar as _, Word};
 use limited::{Held, Limited};
 use velocity::Velocity;

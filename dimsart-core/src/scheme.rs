@@ -7,4 +7,10 @@ pub(crate) mod schedule;
 pub(crate) mod stored;
 pub(crate) mod wiring;
 
+pub(crate) use command::{Command, CommandError, EngineCommand};
+pub(crate) use finding::{Finding, Party};
+pub(crate) use matching::{CheckReport, MatchingCheck};
+pub(crate) use stored::{Instance, Scheme, Schemes};
+pub(crate) use wiring::{ActiveModule, Call, New, Port, Wiring};
+
 pub use crate::rows::*;

@@ -3,15 +3,14 @@
 pub(crate) mod description;
 pub mod names;
 
+pub(crate) use description::{Accepted, DataTypeText, ParameterText, PortText};
+pub(crate) use names::Name;
+
 use core::fmt;
 
-use crate::module::kind_id::KindId;
-use crate::module::module_ref::ModuleRef;
-use crate::module::rate::EVERY_TICKS;
-use crate::signal::data_type::{Shape, TypeRef};
-use crate::signal::unit::{AxisKind, Unit};
-use crate::vocabulary::description::{DataTypeText, ParameterText, PortText};
-use crate::vocabulary::names::{Name, numbered, split};
+use crate::module::{EVERY_TICKS, KindId, ModuleRef};
+use crate::signal::{AxisKind, Shape, TypeRef, Unit};
+use crate::vocabulary::names::{numbered, split};
 
 /// Kinds of modules, parameters, ports and data types of a controller.
 ///

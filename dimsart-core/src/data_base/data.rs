@@ -6,11 +6,11 @@ use core::cell::Cell;
 
 use crate::data_base::checked_words::CheckedWords;
 use crate::data_base::handle::{Grid, Input, Memory, Output, Signal, Single, Vector};
-use crate::device::descriptor::DeviceDescriptor;
+use crate::device::DeviceDescriptor;
 use crate::limits::MAX_DOF;
 use crate::online::Programs;
-use crate::packet::mailbox::LinkPort;
-use crate::signal::word::{Scalar, Word};
+use crate::packet::LinkPort;
+use crate::signal::{Scalar, Word};
 
 pub use self::written_out::{Inputs, Outputs};
 

@@ -4,11 +4,9 @@ use heapless::Vec;
 
 use crate::data_base::DataBase;
 use crate::data_base::storage::{Block, StorageError};
-use crate::device::descriptor::DeviceDescriptor;
-use crate::device::plausibility::Plausibility;
+use crate::device::{DeviceDescriptor, Plausibility};
 use crate::limits::MAX_DEVICE_TYPES;
-use crate::signal::data_type::{DataType, TypeRef};
-use crate::signal::word::{Format, Word};
+use crate::signal::{DataType, Format, TypeRef, Word};
 
 /// Why a frame was refused. Neither side has changed.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, serde::Serialize, serde::Deserialize)]

@@ -8,9 +8,7 @@ use core::cell::Cell;
 use core::marker::PhantomData;
 
 use crate::data_base::storage::Block;
-use crate::signal::data_type::Shape;
-use crate::signal::word::{Format, Scalar};
-use crate::signal::words::Words;
+use crate::signal::{Format, Scalar, Shape, Words};
 
 /// What a handle gives access to: format and shape of a signal.
 pub trait Signal {

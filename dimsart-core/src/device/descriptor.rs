@@ -5,9 +5,7 @@ use core::iter;
 use crate::device::input_limits::{InputLimits, LimitsFault};
 use crate::device::output_limits::OutputLimits;
 use crate::limits::{MAX_DEVICE_TYPES, MAX_DOF, MAX_LIMITED_WORDS};
-use crate::signal::data_type::DataType;
-use crate::signal::unit::AxisKind;
-use crate::signal::word::Format;
+use crate::signal::{AxisKind, DataType, Format};
 
 /// Degrees of freedom, sample period, and the types a device gives and takes.
 ///

@@ -1,8 +1,6 @@
 //! What a device allows each word of its inputs: a range, a rate, a safe value.
 
-use crate::signal::data_type::{DataType, Shape};
-use crate::signal::types;
-use crate::signal::word::Format;
+use crate::signal::{DataType, Format, Shape, types};
 
 /// Limits of one word of a device's input, in the SI unit of its type. The [safety stage](crate::Safety) keeps them.
 #[derive(Debug, Clone, Copy, PartialEq)]

@@ -1,6 +1,6 @@
 //! How well ticks keep their time, as measured by whoever calls them.
 
-use crate::signal::word::Word;
+use crate::signal::Word;
 
 /// Ticks counted and measured since the start.
 ///

@@ -1,11 +1,9 @@
 //! A scheme as the commands that would build it.
 
 use super::Engine;
-use crate::module::module_ref::ModuleRef;
-use crate::module::port::PortSpecs;
 use crate::module::rate::{self, EVERY_TICKS};
-use crate::scheme::command::Command;
-use crate::scheme::stored::Instance;
+use crate::module::{ModuleRef, PortSpecs};
+use crate::scheme::{Command, Instance};
 use crate::vocabulary::Vocabulary as _;
 
 impl Engine {

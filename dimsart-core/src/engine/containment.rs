@@ -2,10 +2,11 @@
 //! cut out, with all that depend on it, until a reset or until another scheme has no place for it.
 
 use super::Engine;
-use crate::data_base::checked_words::CheckedWords;
-use crate::module::module_ref::ModuleRef;
-use crate::scheme::wiring::{ActiveModule, module_bit};
-use crate::signal::data_type::TypeRef;
+use crate::data_base::CheckedWords;
+use crate::module::ModuleRef;
+use crate::scheme::ActiveModule;
+use crate::scheme::wiring::module_bit;
+use crate::signal::TypeRef;
 
 /// Why a module was cut out.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, serde::Serialize, serde::Deserialize)]

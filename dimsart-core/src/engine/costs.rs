@@ -3,11 +3,9 @@
 use core::num::NonZeroU32;
 
 use super::Engine;
-use crate::device::counter::Counter;
-use crate::module::cost::BoundReport;
-use crate::module::cost::Costs;
-use crate::module::kind_id::KindId;
-use crate::scheme::wiring::{ActiveModule, Wiring};
+use crate::device::Counter;
+use crate::module::{BoundReport, Costs, KindId};
+use crate::scheme::{ActiveModule, Wiring};
 
 impl Engine {
     /// What a tick may take, in processor cycles: a module that could make it longer is not plugged in, as soon as

@@ -1,12 +1,11 @@
 //! Lists of module kinds.
 
 use super::laws::{LAWS, Laws};
-use crate::module::kind::Kind;
-use crate::module::kind_id::KindId;
-use crate::module::module_ref::ModuleRef;
 use crate::module::rate::{self, EVERY_TICKS};
+use crate::module::{Kind, KindId, ModuleRef};
 use crate::parameter::{Parameter, Parameters};
-use crate::vocabulary::names::{Name, numbered};
+use crate::vocabulary::Name;
+use crate::vocabulary::names::numbered;
 
 /// A list of module kinds: those of an image, or of a program.
 #[doc(alias = "List of Modules")]

@@ -4,12 +4,11 @@
 //! Functions with `law` in their names call those with `program` in theirs through pointers: `boards/calls.txt` relies on it.
 
 use super::Engine;
-use crate::data_base::storage::Block;
-use crate::module::kind::Kind;
-use crate::module::module_ref::ModuleRef;
+use crate::data_base::Block;
+use crate::module::{Kind, ModuleRef};
 use crate::online::{LawRefusal, LawReport, MAX_PARAMETERS, PARAMETERS, Program};
 use crate::parameter::Parameters;
-use crate::scheme::command::Command;
+use crate::scheme::Command;
 
 /// What an engine does about programs.
 #[derive(Debug)]

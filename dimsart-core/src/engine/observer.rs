@@ -2,9 +2,10 @@
 
 use core::hint::cold_path;
 
-use crate::data_base::data::Data;
-use crate::device::counter::Counter;
-use crate::scheme::wiring::{Call, Wiring, any, module_bit};
+use crate::data_base::Data;
+use crate::device::Counter;
+use crate::scheme::wiring::{any, module_bit};
+use crate::scheme::{Call, Wiring};
 
 /// Makes the calls of a step. The core reads no clock: whoever has one can read it around each call.
 ///

@@ -5,18 +5,13 @@ use core::cell::Cell;
 use heapless::Vec;
 
 use super::Engine;
-use crate::data_base::storage::Block;
+use crate::data_base::Block;
 use crate::limits::MAX_PORTS;
-use crate::module::declare::Declare;
-use crate::module::kind::{Kind, MAX_HANDLES, MAX_SETTINGS_WORDS};
-use crate::module::kind_id::KindId;
-use crate::module::module_ref::ModuleRef;
-use crate::module::port::{PortSpec, PortSpecs};
 use crate::module::rate::{self, EVERY_TICKS};
+use crate::module::{Declare, Kind, KindId, MAX_HANDLES, MAX_SETTINGS_WORDS, ModuleRef, PortSpec, PortSpecs};
 use crate::parameter::{Entries, Found, ParameterError, Parameters, Value};
-use crate::scheme::command::CommandError;
-use crate::scheme::stored::{Instance, Scheme};
-use crate::signal::data_type::TypeRef;
+use crate::scheme::{CommandError, Instance, Scheme};
+use crate::signal::TypeRef;
 use crate::vocabulary::Vocabulary as _;
 
 impl Engine {

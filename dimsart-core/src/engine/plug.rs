@@ -2,16 +2,11 @@
 
 use super::Engine;
 use super::transaction::Transaction;
-use crate::module::binding::{Binding, ModuleBindings};
-use crate::module::kind::Kind;
-use crate::module::module_ref::ModuleRef;
-use crate::module::port::PortSpecs;
 use crate::module::rate::{self, EVERY_TICKS};
+use crate::module::{Binding, Kind, ModuleBindings, ModuleRef, PortSpecs};
 use crate::parameter::{ParameterError, Parameters, Value};
-use crate::scheme::command::{Command, CommandError};
-use crate::scheme::stored::Instance;
-use crate::scheme::wiring::New;
-use crate::signal::data_type::{DataType, TypeRef};
+use crate::scheme::{Command, CommandError, Instance, New};
+use crate::signal::{DataType, TypeRef};
 use crate::vocabulary::Vocabulary as _;
 
 impl Engine {

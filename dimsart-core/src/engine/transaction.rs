@@ -4,16 +4,14 @@
 use heapless::Vec;
 
 use super::Engine;
-use crate::data_base::bit;
-use crate::data_base::storage::Block;
+use crate::data_base::{Block, bit};
 use crate::limits::MAX_MODULES;
-use crate::module::module_ref::ModuleRef;
-use crate::packet::mailbox::LinkPort;
-use crate::scheme::command::CommandError;
+use crate::module::ModuleRef;
+use crate::packet::LinkPort;
 use crate::scheme::schedule::schedule;
-use crate::scheme::stored::Instance;
-use crate::scheme::wiring::{ActiveModule, module_bit};
-use crate::signal::data_type::DataType;
+use crate::scheme::wiring::module_bit;
+use crate::scheme::{ActiveModule, CommandError, Instance};
+use crate::signal::DataType;
 
 /// Whether the next scheme is put together now.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

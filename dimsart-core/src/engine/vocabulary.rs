@@ -1,14 +1,10 @@
 //! What an engine says of itself.
 
 use super::Engine;
-use crate::device::descriptor::DeviceDescriptor;
-use crate::module::kind_id::KindId;
-use crate::module::module_ref::ModuleRef;
-use crate::signal::data_type::DataType;
-use crate::signal::types;
-use crate::signal::unit::AxisKind;
-use crate::vocabulary::Vocabulary;
-use crate::vocabulary::description::{DataTypeText, ParameterText, PortText};
+use crate::device::DeviceDescriptor;
+use crate::module::{KindId, ModuleRef};
+use crate::signal::{AxisKind, DataType, types};
+use crate::vocabulary::{DataTypeText, ParameterText, PortText, Vocabulary};
 
 impl Vocabulary for Engine {
     fn device_name(&self) -> &str {

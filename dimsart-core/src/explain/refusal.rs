@@ -3,15 +3,13 @@
 use core::fmt;
 
 use super::Explanation;
-use crate::data_base::storage::StorageError;
+use crate::data_base::StorageError;
 use crate::limits::{MAX_CHANNEL_TYPES, MAX_PACKET_WORDS, MAX_PORTS};
-use crate::module::kind_id::KindId;
-use crate::module::module_ref::ModuleRef;
+use crate::module::{KindId, ModuleRef};
 use crate::parameter::ParameterError;
-use crate::scheme::command::CommandError;
-use crate::signal::unit::AxisKind;
-use crate::vocabulary::Vocabulary;
-use crate::vocabulary::description::{DataTypeText, ParameterText, PortText};
+use crate::scheme::CommandError;
+use crate::signal::AxisKind;
+use crate::vocabulary::{DataTypeText, ParameterText, PortText, Vocabulary};
 
 /// A module by its name, where names are known.
 struct Named<'a, V: ?Sized>(Option<&'a V>, ModuleRef);

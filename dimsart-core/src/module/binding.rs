@@ -1,7 +1,7 @@
 //! Ports that commands have bound to other signals than their types' first ones.
 
 use crate::module::module_ref::ModuleRef;
-use crate::signal::data_type::TypeRef;
+use crate::signal::TypeRef;
 
 /// A port that a command has bound to another signal.
 #[derive(Debug, Clone, Copy)]

@@ -4,9 +4,9 @@ use core::cell::Cell;
 use core::marker::PhantomData;
 use core::ops::Deref;
 
-use crate::data_base::data::{Data, Inputs, Outputs};
+use crate::data_base::{Data, Inputs, Outputs};
 use crate::module::Module;
-use crate::signal::words::Words;
+use crate::signal::Words;
 
 /// A module's call in a tick. It is the Data Base too: `context.get(port)`.
 #[derive(Debug)]

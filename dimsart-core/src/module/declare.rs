@@ -2,14 +2,12 @@
 
 use core::mem::take;
 
-use crate::data_base::handle::{Input, Memory, Output, Signal};
-use crate::data_base::storage::Block;
-use crate::device::descriptor::DeviceDescriptor;
+use crate::data_base::{Block, Input, Memory, Output, Signal};
+use crate::device::DeviceDescriptor;
 use crate::module::binding::ModuleBindings;
 use crate::module::port::{Difference, Direction, LinkEnd, PortSpec, PortSpecs, Stage};
 use crate::online::{Program, Programs};
-use crate::signal::data_type::{DataType, TypeRef};
-use crate::signal::unit_tie::{UnitRelation, UnitTie};
+use crate::signal::{DataType, TypeRef, UnitRelation, UnitTie};
 
 /// Takes a module's declarations and gives the handles for them.
 ///

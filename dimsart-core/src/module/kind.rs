@@ -2,16 +2,15 @@
 
 use core::cell::Cell;
 
-use crate::data_base::data::Data;
-use crate::device::descriptor::DeviceDescriptor;
+use crate::data_base::Data;
+use crate::device::DeviceDescriptor;
 use crate::module::Module;
 use crate::module::context::Context;
 use crate::module::declare::Declare;
 use crate::module::kind_id::KindId;
 use crate::module::port::Stage;
 use crate::parameter::Parameters;
-use crate::signal::summary::Summary;
-use crate::signal::words::Words;
+use crate::signal::{Summary, Words};
 
 /// Calls a module whose configuration and whose state begin at these words of the Data Base.
 pub(crate) type Compute = fn(&Data<'_>, u16, u16);

@@ -3,8 +3,7 @@
 use heapless::Vec;
 
 use crate::limits::MAX_PORTS;
-use crate::signal::data_type::{DataType, TypeRef};
-use crate::signal::unit_tie::UnitTie;
+use crate::signal::{DataType, TypeRef, UnitTie};
 
 /// What a port is for.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, serde::Serialize, serde::Deserialize)]

@@ -4,8 +4,7 @@
 //! and modules that do not run in every tick are spread over the ticks that have least to do.
 
 use crate::parameter::{Accepts, Entries, Parameter, Value};
-use crate::signal::summary::Summary;
-use crate::signal::unit::Unit;
+use crate::signal::{Summary, Unit};
 
 /// Number of the parameter `EVERY_TICKS`, which every module has beside its own ones: it runs in every tick, in every second
 /// one, and so on.

@@ -20,9 +20,8 @@ use core::ops::Range;
 
 use super::PROGRAM_VERSION;
 use super::instruction::{Instruction, Opcode};
-use crate::packet::checksum::CRC;
-use crate::signal::data_type::TypeRef;
-use crate::signal::unit::Unit;
+use crate::packet::CRC;
+use crate::signal::{TypeRef, Unit};
 
 /// Most inputs of a program.
 pub const MAX_INPUTS: usize = 6;

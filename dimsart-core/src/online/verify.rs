@@ -6,9 +6,7 @@ use super::PROGRAM_VERSION;
 use super::instruction::{Field, Instruction, OWN_AXIS, Opcode, REGISTERS};
 use super::program::{Header, MAX_INPUTS, MAX_OUTPUTS, MAX_PARAMETERS, MAX_STATES, Program, Section, seal};
 use crate::limits::{MAX_DOF, PROGRAM_WORDS};
-use crate::signal::data_type::Shape;
-use crate::signal::types;
-use crate::signal::word::Format;
+use crate::signal::{Format, Shape, types};
 
 /// Why words are no program. `at` is the number of the instruction, from 0, of all sections.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]

@@ -3,9 +3,7 @@
 use core::cell::Cell;
 
 use crate::packet::checksum::CRC;
-use crate::signal::data_type::{DataType, Shape};
-use crate::signal::unit::AxisKind;
-use crate::signal::words::Words;
+use crate::signal::{AxisKind, DataType, Shape, Words};
 
 /// Version of how samples and counters lie in a packet.
 const LAYOUT: u8 = 4;

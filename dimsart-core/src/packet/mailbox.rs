@@ -8,7 +8,7 @@ use core::cell::Cell;
 use crate::limits::MAX_PACKET_WORDS;
 use crate::packet::Packet;
 use crate::packet::content::Content;
-use crate::signal::words::Words;
+use crate::signal::Words;
 
 /// One direction's packet. Interior cells let several modules share it within a tick.
 #[derive(Debug)]

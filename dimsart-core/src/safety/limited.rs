@@ -1,8 +1,7 @@
 //! A word of a device's inputs, held to its limits.
 
 use super::Velocity;
-use crate::device::descriptor::{DeviceDescriptor, LimitedWord};
-use crate::device::input_limits::SafeValue;
+use crate::device::{DeviceDescriptor, LimitedWord, SafeValue};
 use crate::signal::types;
 use crate::signal::word::{Format, Scalar as _, Word};
 

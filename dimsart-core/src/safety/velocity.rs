@@ -1,6 +1,6 @@
 //! The velocity of each axis, for damping.
 
-use crate::device::descriptor::DeviceDescriptor;
+use crate::device::DeviceDescriptor;
 use crate::limits::MAX_DOF;
 use crate::signal::types;
 use crate::signal::word::{Scalar as _, Word};

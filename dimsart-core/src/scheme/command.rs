@@ -2,12 +2,12 @@
 
 mod wire;
 
-use crate::data_base::storage::StorageError;
-use crate::module::module_ref::ModuleRef;
+use crate::data_base::StorageError;
+use crate::module::ModuleRef;
 use crate::online::LawRefusal;
 use crate::parameter::{ParameterError, Value};
 use crate::scheme::finding::Finding;
-use crate::signal::data_type::TypeRef;
+use crate::signal::TypeRef;
 use wire::Wire;
 
 /// A command to the engine or to a module.

@@ -1,9 +1,7 @@
 //! Findings of the matching check.
 
-use crate::module::module_ref::ModuleRef;
-use crate::module::port::Difference;
-use crate::signal::data_type::TypeRef;
-use crate::signal::unit_tie::UnitRelation;
+use crate::module::{Difference, ModuleRef};
+use crate::signal::{TypeRef, UnitRelation};
 
 /// Who reads or writes a signal.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, serde::Serialize, serde::Deserialize)]

@@ -3,14 +3,12 @@
 use heapless::Vec;
 
 use crate::data_base::bit;
-use crate::device::descriptor::DeviceDescriptor;
+use crate::device::DeviceDescriptor;
 use crate::limits::MAX_FINDINGS;
-use crate::module::port::{Difference, Direction, Stage};
+use crate::module::{Difference, Direction, Stage};
 use crate::scheme::finding::{Finding, Party};
 use crate::scheme::wiring::{ActiveModule, Call, Port, Wiring, module_bit};
-use crate::signal::data_type::{DataType, TypeRef};
-use crate::signal::unit::Unit;
-use crate::signal::unit_tie::UnitRelation;
+use crate::signal::{DataType, TypeRef, Unit, UnitRelation};
 
 /// All findings of a check: faults, and what is good to know of a scheme that runs.
 #[derive(Debug, Clone, Default, PartialEq, Eq)]

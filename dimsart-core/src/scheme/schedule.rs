@@ -3,7 +3,7 @@
 use heapless::Vec;
 
 use crate::limits::{MAX_CALLS, MAX_MODULES, MAX_SLOTS};
-use crate::module::port::Stage;
+use crate::module::Stage;
 use crate::scheme::wiring::{Port, Wiring};
 
 /// A call: place of its module in the plug-in order, and its stage.

@@ -2,11 +2,8 @@
 
 use core::fmt;
 
-use crate::data_base::bit;
-use crate::data_base::storage::List;
-use crate::data_base::storage::{Block, Storage};
-use crate::module::binding::{Binding, ModuleBindings};
-use crate::module::module_ref::ModuleRef;
+use crate::data_base::{Block, List, Storage, bit};
+use crate::module::{Binding, ModuleBindings, ModuleRef};
 use crate::scheme::wiring::{ActiveModule, Wiring};
 
 /// A module that exists, plugged in or not. Its parameters and state lie in the Data Base's words.

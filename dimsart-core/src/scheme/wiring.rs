@@ -12,19 +12,13 @@ use core::cell::Cell;
 
 use heapless::vec::VecView;
 
-use crate::data_base::checked_words::CheckedWords;
-use crate::data_base::storage::List;
-use crate::data_base::storage::{Block, Storage};
-use crate::data_base::{DataBase, bit};
-use crate::device::descriptor::DeviceDescriptor;
+use crate::data_base::{Block, CheckedWords, DataBase, List, Storage, bit};
+use crate::device::DeviceDescriptor;
 use crate::limits::MAX_PACKET_WORDS;
-use crate::module::binding::ModuleBindings;
-use crate::module::declare::Declare;
-use crate::module::kind::{Begin, Compute, Kind, MAX_HANDLES};
-use crate::module::kind_id::KindId;
-use crate::module::module_ref::ModuleRef;
-use crate::module::port::{Direction, LinkEnd, PortSpec, PortSpecs, Stage};
-use crate::module::rate::Rate;
+use crate::module::{
+    Begin, Compute, Declare, Direction, Kind, KindId, LinkEnd, MAX_HANDLES, ModuleBindings, ModuleRef,
+    PortSpec, PortSpecs, Rate, Stage,
+};
 use crate::parameter::ParameterError;
 use crate::scheme::command::CommandError;
 pub(crate) use falling::{any, module_bit};

@@ -5,11 +5,9 @@
 use heapless::Vec;
 use serde::{Deserialize, Serialize};
 
-use crate::module::port::{Direction, Stage};
+use crate::module::{Direction, Stage};
 use crate::parameter::{Accepts, Entries, Parameter, Value};
-use crate::signal::data_type::{DataType, Shape, TypeRef};
-use crate::signal::unit::Unit;
-use crate::signal::word::Format;
+use crate::signal::{DataType, Format, Shape, TypeRef, Unit};
 
 /// Most names of a choice that one description holds. No matter of the wire: more take more memory.
 pub const MAX_CHOICES: usize = 8;

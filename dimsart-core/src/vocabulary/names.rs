@@ -2,9 +2,9 @@
 
 use core::fmt;
 
-use crate::device::descriptor::DeviceDescriptor;
-use crate::module::module_ref::ModuleRef;
-use crate::signal::data_type::TypeRef;
+use crate::device::DeviceDescriptor;
+use crate::module::ModuleRef;
+use crate::signal::TypeRef;
 
 /// A name and which copy of it, printed `NAME` or `NAME.2`.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

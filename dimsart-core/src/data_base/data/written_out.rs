@@ -6,7 +6,7 @@ use core::cell::Cell;
 
 use super::Data;
 use crate::data_base::handle::{Input, Output, Vector};
-use crate::signal::word::{Scalar, Word};
+use crate::signal::{Scalar, Word};
 
 /// An array of at most 8 [`Input`]s of format `f32`, or a tuple of at most 4 of any formats.
 pub trait Inputs {

@@ -2,7 +2,7 @@
 
 use super::{Command, ModuleRef};
 use crate::parameter;
-use crate::signal::data_type::TypeRef;
+use crate::signal::TypeRef;
 
 /// A command's bytes.
 #[derive(serde::Serialize, serde::Deserialize)]

@@ -1,7 +1,7 @@
 //! What calls may take, where somebody has a counter.
 
 use super::{Call, Wiring};
-use crate::module::module_ref::ModuleRef;
+use crate::module::ModuleRef;
 
 impl Wiring {
     /// Each call may take what its module costs, a quarter more, for costs are those of a model of the processor, and

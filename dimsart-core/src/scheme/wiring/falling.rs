@@ -1,9 +1,7 @@
 //! Which words are looked at behind which call, and which modules need which: they fall with those that wrote what is wrong.
 
 use super::{ActiveModule, Call, IndexRange, Wiring};
-use crate::data_base::bit;
-use crate::data_base::checked_words::CheckedWords;
-use crate::data_base::storage::Storage;
+use crate::data_base::{CheckedWords, Storage, bit};
 use crate::limits::{MAX_MODULES, MAX_SLOTS};
 
 /// Whether one of a list is meant, from its end: counting down takes an instruction less than an iterator.

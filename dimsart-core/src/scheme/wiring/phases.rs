@@ -1,7 +1,7 @@
 //! In which ticks the modules run that do not run in every one.
 
 use super::Wiring;
-use crate::module::rate::{Load, Rate};
+use crate::module::{Load, Rate};
 use crate::scheme::wiring::module_bit;
 
 impl Wiring {

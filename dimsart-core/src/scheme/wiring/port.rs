@@ -1,9 +1,7 @@
 //! A port of a module that is plugged in, in three bytes.
 
-use crate::module::port::{Difference, Direction, PortSpec, Stage};
-use crate::signal::data_type::DataType;
-use crate::signal::unit_tie::{UnitRelation, UnitTie};
-use crate::signal::word::Format;
+use crate::module::{Difference, Direction, PortSpec, Stage};
+use crate::signal::{DataType, Format, UnitRelation, UnitTie};
 
 /// A port of a module that is plugged in.
 #[derive(Debug, Clone, Copy)]
