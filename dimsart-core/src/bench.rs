@@ -1,7 +1,8 @@
 //! A control law on a bench: one axis, 1 kHz, plain numbers in and out, to try a module out in a few lines.
 
 use crate::data_base::StorageError;
-use crate::device::{DescriptorError, DeviceDescriptor};
+use crate::device::DeviceDescriptor;
+use crate::device::descriptor::DescriptorError;
 use crate::dimsart::Dimsart;
 use crate::engine::Kinds;
 use crate::limits::MAX_DOF;

@@ -8,6 +8,6 @@ pub(crate) mod plausibility;
 pub(crate) mod timing;
 
 pub(crate) use counter::Counter;
-pub(crate) use descriptor::{DescriptorError, DeviceDescriptor, LimitedWord, Served};
+pub(crate) use descriptor::{DeviceDescriptor, LimitedWord, Served};
 pub(crate) use input_limits::SafeValue;
 pub(crate) use plausibility::Plausibility;
