@@ -89,27 +89,6 @@ impl Kind {
         }
     }
 
-    /// Fills a list before its kinds are in it.
-    const NONE: &'static Self = &const {
-        Self {
-            name: "",
-            id: KindId::of(""),
-            summary: Summary::new(""),
-            outlasts_arming: false,
-            laws: None,
-            handles: 0,
-            settings_words: 0,
-            state_words: 0,
-            gains_words: 0,
-            axis_words: 0,
-            parameters: |_, _, _| {},
-            prepare: |_, _| {},
-            ports: |_, _, _| {},
-            begin: None,
-            compute: [|_, _, _| {}; 2],
-        }
-    };
-
     /// [`Module::OUTLASTS_ARMING`].
     pub(crate) const fn outlasts_arming(&self) -> bool {
         self.outlasts_arming
@@ -364,7 +343,7 @@ impl Kinds {
     #[must_use]
     #[expect(clippy::indexing_slicing, reason = "of a constant: out of bounds is an error of the build")]
     pub const fn joined<const COUNT: usize>(lists: &[Self]) -> [&'static Kind; COUNT] {
-        let (mut all, mut place, mut lists) = ([Kind::NONE; COUNT], 0, lists);
+        let (mut all, mut place, mut lists) = ([lists[0].0[0]; COUNT], 0, lists);
         while let [first, rest @ ..] = lists {
             let mut list = first.0;
             while let [kind, others @ ..] = list {
@@ -377,6 +356,12 @@ impl Kinds {
     }
 }
 
+impl PartialEq for Kinds {
+    fn eq(&self, other: &Self) -> bool {
+        self.0.iter().map(|kind| kind.id).eq(other.0.iter().map(|kind| kind.id))
+    }
+}
+
 /// [`Kinds`] of modules, such as `kinds![MyLaw, dimsart_modules::Pd]`; one entry registers a module.
 #[macro_export]
 macro_rules! kinds {
@@ -385,7 +370,7 @@ macro_rules! kinds {
     };
 }
 
-/// Several lists as one, such as `join_kinds![dimsart_modules::CONTROL, MY_LAWS]`.
+/// Several lists as one, such as `join_kinds![dimsart_modules::CONTROL, MY_LAWS]`; the first one is not empty.
 #[macro_export]
 macro_rules! join_kinds {
     ($($list:expr),+ $(,)?) => {
