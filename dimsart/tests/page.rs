@@ -104,7 +104,14 @@ impl Served {
             Box::new(move || Ok(Box::new(Troubled(broker::open(&at, 0)?, Arc::clone(&of_lines)))));
         let recordings = tempfile::tempdir().unwrap();
         let folder = Some(recordings.path().to_owned());
-        let access = Access { port: port.clone(), open, baud: None, hand: None, recordings: folder };
+        let access = Access {
+            port: port.clone(),
+            open,
+            kinds: dimsart_modules::ALL,
+            baud: None,
+            hand: None,
+            recordings: folder,
+        };
         let stations = vec![Station::new(0, "joint", access).unwrap()];
         let page = Page::serve(stations, Page::listen(0).unwrap()).unwrap();
         let stop = Arc::new(AtomicBool::new(false));
@@ -126,7 +133,7 @@ impl Served {
     }
 
     fn device(&self) -> Device<Box<dyn Stream>> {
-        Device::greet(broker::open(&self.port, 0).unwrap(), PATIENCE).unwrap()
+        Device::greet(broker::open(&self.port, 0).unwrap(), PATIENCE, dimsart_modules::ALL).unwrap()
     }
 
     /// The status line of an answer.

@@ -51,7 +51,7 @@ impl Served {
     }
 
     fn connect(&self) -> Device<Box<dyn Stream>> {
-        Device::greet(broker::open(&self.port, 0).unwrap(), PATIENCE).unwrap()
+        Device::greet(broker::open(&self.port, 0).unwrap(), PATIENCE, dimsart_modules::ALL).unwrap()
     }
 
     /// What a user was told meanwhile.
@@ -183,7 +183,7 @@ fn clients_go_on_when_the_one_that_had_the_port_ends() {
     });
     // What is asked of the one that ends is lost, and soon asked again.
     let patience = Patience { timeout: Duration::from_millis(500), tries: 100 };
-    let greet = || Device::greet(broker::open(&port, 0).unwrap(), patience).unwrap();
+    let greet = || Device::greet(broker::open(&port, 0).unwrap(), patience, dimsart_modules::ALL).unwrap();
     let (first, mut second, mut third) = (greet(), greet(), greet());
     drop(first);
     for device in [&mut second, &mut third] {

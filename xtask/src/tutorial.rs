@@ -23,6 +23,7 @@ pub(crate) fn follow() -> Outcome {
     let built = target();
     let environment = [
         ("CARGO_TARGET_DIR", built.as_path()),
+        ("CARGO_BUILD_BUILD_DIR", built.as_path()),
         ("CARGO_ALIAS_DIMSART", Path::new("run --quiet --package tools --")),
         ("CARGO_PROFILE_DEV_DEBUG", Path::new("line-tables-only")),
     ];

@@ -127,7 +127,7 @@ impl Kinds {
     #[must_use]
     #[expect(clippy::indexing_slicing, reason = "of a constant: out of bounds is an error of the build")]
     pub const fn joined<const COUNT: usize>(lists: &[Self]) -> [&'static Kind; COUNT] {
-        let (mut all, mut place, mut lists) = ([Kind::NONE; COUNT], 0, lists);
+        let (mut all, mut place, mut lists) = ([lists[0].list[0]; COUNT], 0, lists);
         while let [first, rest @ ..] = lists {
             let mut list = first.list;
             while let [kind, others @ ..] = list {
@@ -140,6 +140,12 @@ impl Kinds {
     }
 }
 
+impl PartialEq for Kinds {
+    fn eq(&self, other: &Self) -> bool {
+        self.list.iter().map(|kind| kind.id).eq(other.list.iter().map(|kind| kind.id))
+    }
+}
+
 /// [`Kinds`] of modules, such as `kinds![MyLaw, dimsart_modules::Pd]`; one entry registers a module.
 #[macro_export]
 macro_rules! kinds {
@@ -148,7 +154,7 @@ macro_rules! kinds {
     };
 }
 
-/// Several lists as one, such as `join_kinds![dimsart_modules::CONTROL, MY_LAWS]`.
+/// Several lists as one, such as `join_kinds![dimsart_modules::CONTROL, MY_LAWS]`; the first one is not empty.
 #[macro_export]
 macro_rules! join_kinds {
     ($($list:expr),+ $(,)?) => {

@@ -86,27 +86,6 @@ impl Kind {
         }
     }
 
-    /// Fills a list before its kinds are in it.
-    pub(crate) const NONE: &'static Self = &const {
-        Self {
-            name: "",
-            id: KindId::of(""),
-            summary: Summary::new(""),
-            outlasts_arming: false,
-            runs_program: false,
-            handles: 0,
-            settings_words: 0,
-            state_words: 0,
-            gains_words: 0,
-            axis_words: 0,
-            parameters: |_, _, _| {},
-            prepare: |_, _| {},
-            ports: |_, _, _| {},
-            begin: None,
-            compute: [|_, _, _| {}; 2],
-        }
-    };
-
     /// [`Module::OUTLASTS_ARMING`].
     pub(crate) const fn outlasts_arming(&self) -> bool {
         self.outlasts_arming

@@ -156,5 +156,5 @@ fn emulator(image: &Path, folder: &Path, shift: u8) -> Child {
 
 pub(crate) fn greet(uart: Box<dyn Stream>) -> Device<Box<dyn Stream>> {
     let patience = Patience { timeout: TEST_TIMEOUT, tries: 3 };
-    Device::greet(uart, patience).unwrap()
+    Device::greet(uart, patience, dimsart_modules::ALL).unwrap()
 }

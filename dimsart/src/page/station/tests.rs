@@ -84,7 +84,8 @@ fn station() -> (Station, Shared) {
         let (receiver, answers) = (Receiver::new(), VecDeque::new());
         Ok(Box::new(Line { shared: lines.clone(), receiver, answers }))
     });
-    let access = Access { port: "test".to_owned(), open, baud: None, hand: None, recordings: None };
+    let access =
+        Access { port: "test".to_owned(), open, kinds: file.kinds, baud: None, hand: None, recordings: None };
     (Station::new(0, "joint", access).unwrap(), shared)
 }
 
