@@ -20,7 +20,6 @@ use tempfile::TempDir;
 
 use crate::common::{key_image, timer_key_image};
 use crate::firmware::{Firmware, greet};
-use test_requirements::TEST_TIMEOUT;
 
 const LOCKED: &str = "the board is locked: give the file with its key (--key-file)";
 const OPEN: &str = "it holds no key: it takes what anybody asks, and authenticates nothing";
