@@ -130,13 +130,16 @@ pub use module::kind::Kind;
 pub use module::kind_id::KindId;
 pub use module::module_ref::ModuleRef;
 pub use module::port::{Difference, Direction, PortSpec, Stage};
+pub use module::port_set::PortSet;
 pub use module::rate::{EVERY_TICKS, Rate};
 pub use packet::content::Content;
 pub use packet::mailbox::{
     LinkPort, LinkState, Mailbox, START_COUNTERS, counters_ahead, is_newer, next_number,
 };
 pub use packet::{MAX_PACKET_BYTES, PACKET_OVERHEAD, Packet, PacketError, checksum, envelope, mailbox};
-pub use parameter::{Accepts, Choice, Entries, Parameter, ParameterError, Parameters, TypeList, Value};
+pub use parameter::{
+    Accepts, Choice, Entries, Parameter, ParameterError, ParameterSet, Parameters, TypeList, Value,
+};
 pub use safety::{DriveEvent, DriveFault, DriveState, Reason, ReasonCounts, Safety, Tick};
 pub use scheme::command::{Command, CommandError, EngineCommand};
 pub use scheme::finding::{Finding, Party};

@@ -6,10 +6,12 @@
 
 mod choice;
 mod entries;
+mod set;
 mod visit;
 
 pub use choice::Choice;
 pub use entries::Entries;
+pub use set::ParameterSet;
 pub(crate) use visit::Found;
 pub use visit::Parameters;
 

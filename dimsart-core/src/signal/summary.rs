@@ -15,7 +15,7 @@ impl Summary {
     /// This sentence.
     #[must_use]
     pub const fn new(text: &'static str) -> Self {
-        Self { text }
+        Self { text: text.trim_ascii() }
     }
 
     /// The sentence.

@@ -112,12 +112,35 @@ impl<T: Words, const N: usize> Words for [T; N] {
     }
 }
 
-/// Makes structs of values that are [`Words`] such a value.
+/// Makes structs whose values lie in words of the Data Base.
+///
+/// `struct` is state. In `parameters` a field is declared by a method of [`Parameters`](crate::Parameters), and its
+/// documentation is its help text; a field without a method is computed in [`prepare`](crate::Module::prepare). In `ports` a
+/// handle is declared by a method of [`Declare`](crate::Declare); a handle without one reads as zero until
+/// [`ports`](crate::Module::ports) declares it.
+///
+/// ```
+/// use dimsart_core::{Input, Output, Unit, types, words};
+///
+/// words! {
+///     pub parameters Gains {
+///         /// Derivative gain.
+///         damping: f32 = per_axis("D_PARAM", Unit::Damping, 0.0..=1e4, 0.0),
+///         damping_per_tick: f32,
+///     }
+///     pub struct Axis { previous_error: f32 }
+///     pub ports Ports {
+///         position: Input = input("POSITION", types::POSITION),
+///         force: Output = output("DES_FORCE", types::DES_FORCE),
+///     }
+/// }
+/// ```
 #[macro_export]
 macro_rules! words {
-    ($($(#[$meta:meta])* $visibility:vis struct $name:ident {
+    () => {};
+    ($(#[$meta:meta])* $visibility:vis struct $name:ident {
         $($(#[$field_meta:meta])* $field_visibility:vis $field:ident: $type:ty),* $(,)?
-    })+) => { $(
+    } $($rest:tt)*) => {
         $(#[$meta])*
         #[derive(Debug, Clone, Copy, Default)]
         $visibility struct $name { $($(#[$field_meta])* $field_visibility $field: $type),* }
@@ -135,5 +158,15 @@ macro_rules! words {
                 $($crate::words::put(self.$field, &mut words);)*
             }
         }
-    )+ };
+
+        $crate::words! { $($rest)* }
+    };
+    ($(#[$meta:meta])* $visibility:vis parameters $name:ident { $($fields:tt)* } $($rest:tt)*) => {
+        $crate::parameters! { $(#[$meta])* $visibility struct $name { $($fields)* } }
+        $crate::words! { $($rest)* }
+    };
+    ($(#[$meta:meta])* $visibility:vis ports $name:ident { $($fields:tt)* } $($rest:tt)*) => {
+        $crate::ports! { $(#[$meta])* $visibility struct $name { $($fields)* } }
+        $crate::words! { $($rest)* }
+    };
 }

@@ -197,7 +197,7 @@ impl Request {
 }
 
 /// Writes the frame of a request to the start of `out` and gives it; its answer has the same `id`, which is made
-/// by [`request_id`].
+/// by [`request_id`](super::request_id).
 ///
 /// # Errors
 /// [`NoRoom`] when `out` is too small; [`MAX_FRAME_BYTES`](super::MAX_FRAME_BYTES) are enough.
