@@ -169,7 +169,8 @@ impl JointParameters {
         let sub_steps_per_s = pace::sub_steps_per_s(&mechanics)?;
         let state = mechanics.start();
         let exact = mechanics.is_exact().then(|| ExactSteps::new(&mechanics));
-        Ok(Joint { mechanics, sub_steps_per_s, state, inputs: Inputs::default(), exact })
+        let is_source = mechanics.is_source();
+        Ok(Joint { mechanics, sub_steps_per_s, state, inputs: Inputs::default(), exact, is_source })
     }
 }
 
@@ -182,6 +183,8 @@ pub struct Joint {
     /// At the end of the last period.
     inputs: Inputs,
     exact: Option<ExactSteps>,
+    /// Whether all of what is commanded arrives at the output.
+    is_source: bool,
 }
 
 /// The truth about a joint. No sensor stands in between.
@@ -226,7 +229,15 @@ impl Joint {
     }
 
     /// The same under an outside force that is held for the whole period.
+    #[inline]
     pub fn advance_held(&mut self, start_s: f64, period_s: f64, command: f64, force: f64) {
+        if let Some(steps) = &mut self.exact {
+            let wanted_nm = command / self.mechanics.gear.ratio;
+            self.inputs = Inputs { wanted_nm, load: force, ..self.inputs };
+            if self.mechanics.glide(steps, &mut self.state, self.inputs, period_s) {
+                return;
+            }
+        }
         self.advance_under(start_s, period_s, command, &|_| force, true);
     }
 
@@ -239,20 +250,17 @@ impl Joint {
         is_held: bool,
     ) {
         let Self { mechanics, state, exact, sub_steps_per_s, inputs: before, .. } = self;
-        let wanted_nm = command / mechanics.gear.ratio;
-        if is_held && let Some(steps) = exact {
-            *before = Inputs { wanted_nm, load: load(start_s), ..*before };
-            if mechanics.glide(steps, state, *before, period_s) {
-                return;
-            }
-        }
         let exact = exact.as_mut();
         let (sub_steps, halvings) = match exact {
             Some(_) => (1.0, HALVINGS_MAX + PERIOD_HALVINGS),
             None => ((*sub_steps_per_s * period_s).ceil().max(f64::from(SUB_STEPS_MIN)), HALVINGS_MAX),
         };
         let step_s = period_s / sub_steps;
-        let inputs = Inputs { wanted_nm, load: load(start_s), settling_max_per_s: step_s.recip() };
+        let inputs = Inputs {
+            wanted_nm: command / mechanics.gear.ratio,
+            load: load(start_s),
+            settling_max_per_s: step_s.recip(),
+        };
         let mut mode = mechanics.mode(&inputs, state);
         let sub_steps_per_s = *sub_steps_per_s;
         let mut period = Period { mechanics, load, is_held, sub_steps_per_s, exact, inputs };
@@ -281,7 +289,7 @@ impl Joint {
     /// From the drive on the output now, `N m` or `N`.
     #[must_use]
     pub fn force(&self) -> f64 {
-        if self.mechanics.is_source() {
+        if self.is_source {
             return self.mechanics.gear.ratio * self.inputs.wanted_nm;
         }
         self.rates().force
@@ -322,7 +330,7 @@ impl Joint {
     pub fn state(&self) -> JointState {
         let Self { mechanics, state, .. } = self;
         let (motor_position, motor_velocity) = mechanics.rotor(state);
-        let rates = match mechanics.is_source() {
+        let rates = match self.is_source {
             true => Rates { force: self.force(), ..Rates::default() },
             false => self.rates(),
         };
