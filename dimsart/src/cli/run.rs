@@ -126,15 +126,21 @@ with 3 where --fail-if-unstable asks for it: 1 is for a run that could not be ma
 
 fn help() -> String {
     // Reading the shipped rig takes longer than many a run.
-    if !std::env::args().any(|argument| ["help", "--help"].contains(&argument.as_str())) {
-        return String::new();
+    match std::env::args().any(|argument| ["help", "--help"].contains(&argument.as_str())) {
+        true => {
+            format!("{EXAMPLES}\n\nUsual settings and their defaults; --keys has all:{}", usual_settings())
+        }
+        false => String::new(),
     }
-    let lines = USUAL_SETTINGS.iter().filter_map(|name| {
+}
+
+fn usual_settings() -> String {
+    let line = |name: &&str| {
         let (default, meaning) = RigFile::shipped_setting(USUAL, name)?;
         let setting = format!("{name}={}", default.as_deref().unwrap_or("..."));
         Some(format!("\n  {setting:<38} {meaning}"))
-    });
-    format!("{EXAMPLES}\n\nUsual settings and their defaults; --keys has all:{}", lines.collect::<String>())
+    };
+    USUAL_SETTINGS.iter().filter_map(line).collect()
 }
 
 impl Default for Run {
@@ -392,7 +398,7 @@ mod tests {
 
     #[test]
     fn the_help_shows_every_usual_setting_with_its_default() {
-        let help = help();
+        let help = usual_settings();
         for setting in USUAL_SETTINGS {
             assert!(help.contains(&format!("\n  {setting}=")), "{setting} is no setting any more");
         }

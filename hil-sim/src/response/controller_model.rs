@@ -6,7 +6,6 @@
 //! An integrator keeps a level, two in a row a slope; all else dies out. Controllers, links and buses are those of the rig
 //! itself, and two rigs are compared: one is disturbed. Half of the disturbance, the other way, must be answered by half:
 //! else the controllers are not linear, and the next smaller disturbance is tried.
-#![expect(clippy::indexing_slicing, reason = "lanes of arrays")]
 
 use std::borrow::Cow;
 use std::f64::consts::TAU;
@@ -48,6 +47,8 @@ const GRID: usize = 8_192;
 #[expect(clippy::cast_precision_loss, reason = "a power of two")]
 pub(super) const GRID_RAD: f64 = TAU / GRID as f64;
 const SAME_ANGLE: f64 = 4.0 * f64::EPSILON;
+/// A series of so many ticks is summed up in less time than transformed.
+const SHORT_TICKS: usize = 64;
 /// Planned once: a loop is looked at on many circles.
 static TRANSFORM: LazyLock<Arc<dyn Fft<f64>>> = LazyLock::new(|| FftPlanner::new().plan_fft_forward(GRID));
 /// Longest cycle of controllers that are stepped at different rates.
@@ -64,6 +65,8 @@ pub(super) struct Place {
 #[derive(Debug, Clone, Default)]
 pub(super) struct Answer {
     taps: Vec<f64>,
+    /// Of blocks of them.
+    moments: Vec<Moments>,
     level: f64,
     slope: f64,
     /// What rounding makes of it.
@@ -285,7 +288,8 @@ impl Pair {
                     };
                     let rows = self.differences.get(from..from + kept).unwrap_or_default();
                     let taps = (0..).zip(rows).map(tap).collect();
-                    Answer { taps, level: level / unit, slope: slope / unit, rounding: rounding / unit.abs() }
+                    let [level, slope, rounding] = [level / unit, slope / unit, rounding / unit.abs()];
+                    Answer { taps, moments: Vec::new(), level, slope, rounding }
                 };
                 let answers = found.iter().enumerate().map(answer).collect();
                 self.settled = tolerances;
@@ -360,9 +364,10 @@ impl Answer {
         }
         let mean = |of: fn(&Self) -> f64| answers.iter().map(of).sum::<f64>() / 3.0;
         let tap = |tick: usize| answers.iter().filter_map(|answer| answer.taps.get(tick)).sum::<f64>() / 3.0;
-        let taps = (0..ticks).map(tap).collect();
+        let taps: Vec<f64> = (0..ticks).map(tap).collect();
+        let moments = taps.chunks(BLOCK_TICKS).map(moments).collect();
         let [level, slope] = [mean(|answer| answer.level), mean(|answer| answer.slope)];
-        Some(Some(Self { taps, level, slope, rounding }))
+        Some(Some(Self { taps, moments, level, slope, rounding }))
     }
 
     /// Ticks until it has died out.
@@ -382,7 +387,8 @@ impl Answer {
         #[expect(clippy::cast_precision_loss, reason = "a few hundred ticks")]
         let [first, cycle_ticks] = [first, cycle_ticks].map(|ticks| ticks as f64);
         let [level, slope] = [self.level + self.slope * first, self.slope * cycle_ticks];
-        Series { taps, level, slope, is_before }
+        let moments = if cycle_ticks > 1.0 { &[] } else { self.moments.as_slice() };
+        Series { taps, moments, level, slope, is_before }
     }
 }
 
@@ -390,6 +396,8 @@ impl Answer {
 #[derive(Debug)]
 pub(super) struct Series<'a> {
     taps: Cow<'a, [f64]>,
+    /// None where only some of the taps are in it.
+    moments: &'a [Moments],
     level: f64,
     slope: f64,
     is_before: bool,
@@ -398,7 +406,8 @@ pub(super) struct Series<'a> {
 impl Series<'_> {
     /// `Σ h[q] back^q`.
     pub(super) fn at(&self, back: Complex<f64>) -> Complex<f64> {
-        self.with_rest(polynomial(&self.taps, back), back)
+        let sum = slow_polynomial(self.moments, back).unwrap_or_else(|| polynomial(&self.taps, back));
+        self.with_rest(sum, back)
     }
 
     fn with_rest(&self, mut sum: Complex<f64>, back: Complex<f64>) -> Complex<f64> {
@@ -419,7 +428,7 @@ pub(super) struct Spectrum<'a> {
 impl<'a> Spectrum<'a> {
     /// Where `Z` has this radius.
     pub(super) fn new(series: Series<'a>, radius: f64) -> Self {
-        if series.taps.len() <= BLOCK {
+        if series.taps.len() <= SHORT_TICKS {
             return Self { series, grid: Vec::new() };
         }
         let mut grid = vec![Complex::default(); GRID];
@@ -458,38 +467,81 @@ fn grid_place(angle: f64) -> Option<usize> {
     Some(place as usize)
 }
 
-/// Sums that are taken side by side, and factors that are weighed by the same powers.
+/// Sums that are taken side by side.
 const LANES: usize = 8;
-const BLOCK: usize = 8 * LANES;
 
-/// `Σ factors[k] x^k`: blocks by their powers, and Horner's rule from block to block. Most of the time of an analysis goes into
-/// this: real factors times complex powers, several at once as a processor likes it.
+/// `Σ factors[k] x^k` by Horner's rule: every so many factors are a polynomial of their own, as a processor works on
+/// several at once. Most of the time of an analysis goes into this.
 fn polynomial(factors: &[f64], x: Complex<f64>) -> Complex<f64> {
-    let (mut re, mut im, mut turn) = ([0.0; BLOCK], [0.0; BLOCK], Complex::new(1.0, 0.0));
-    for (re, im) in re.iter_mut().zip(&mut im).take(factors.len().next_multiple_of(LANES)) {
-        (*re, *im) = (turn.re, turn.im);
-        turn *= x;
-    }
-    let weigh = |block: &[f64]| {
-        let (mut sum_re, mut sum_im) = ([0.0; LANES], [0.0; LANES]);
-        let powers = re.as_chunks::<LANES>().0.iter().zip(im.as_chunks::<LANES>().0);
-        let (rows, rest) = block.as_chunks::<LANES>();
-        let mut last = [0.0; LANES];
-        last.iter_mut().zip(rest).for_each(|(last, rest)| *last = *rest);
-        for (row, (re, im)) in rows.iter().chain(std::iter::once(&last)).zip(powers) {
-            for lane in 0..LANES {
-                sum_re[lane] += row[lane] * re[lane];
-                sum_im[lane] += row[lane] * im[lane];
-            }
+    let Complex { re: turn_re, im: turn_im } = x.powu(u32::try_from(LANES).unwrap_or_default());
+    let (mut re, mut im) = ([0.0; LANES], [0.0; LANES]);
+    let (whole, rest) = factors.as_chunks::<LANES>();
+    let mut last = [0.0; LANES];
+    last.iter_mut().zip(rest).for_each(|(last, rest)| *last = *rest);
+    for row in std::iter::once(&last).chain(whole.iter().rev()) {
+        for ((re, im), factor) in re.iter_mut().zip(&mut im).zip(row) {
+            (*re, *im) = (*re * turn_re - *im * turn_im + factor, *re * turn_im + *im * turn_re);
         }
-        Complex::new(sum_re.iter().sum(), sum_im.iter().sum())
+    }
+    let lanes = re.into_iter().zip(im).rev();
+    lanes.fold(Complex::new(0.0, 0.0), |sum, (re, im)| sum * x + Complex::new(re, im))
+}
+
+/// Ticks of a block, of which a slow motion sees the moments alone, and how slow that is, `1/tick`: `0.4^12/12!` is rounding.
+const BLOCK_TICKS: usize = 64;
+const SLOW: f64 = 0.0125;
+/// `Σ factors[k] (k - middle)^n/n!` of a block.
+type Moments = [f64; 12];
+
+const MIDDLE_TICK: f64 = 31.5;
+
+fn moments(block: &[f64]) -> Moments {
+    let mut moments = [0.0; 12];
+    for (tick, factor) in (0_u32..).zip(block) {
+        let mut weighed = *factor;
+        for (moment, order) in moments.iter_mut().zip(1_u32..) {
+            *moment += weighed;
+            weighed *= (f64::from(tick) - MIDDLE_TICK) / f64::from(order);
+        }
+    }
+    moments
+}
+
+/// The [polynomial] of these blocks near 1: `x^k` is a Taylor series of its exponent in each; none elsewhere, or without blocks.
+fn slow_polynomial(blocks: &[Moments], x: Complex<f64>) -> Option<Complex<f64>> {
+    let per_tick = x.ln();
+    if blocks.is_empty() || per_tick.norm() > SLOW {
+        return None;
+    }
+    let mut powers = [Complex::new(1.0, 0.0); 12];
+    let mut power = Complex::new(1.0, 0.0);
+    for slot in &mut powers {
+        *slot = power;
+        power *= per_tick;
+    }
+    let of_block = |moments: &Moments| -> Complex<f64> {
+        moments.iter().zip(&powers).map(|(moment, power)| power * moment).sum()
     };
-    factors.chunks(BLOCK).rev().fold(Complex::new(0.0, 0.0), |sum, block| sum * turn + weigh(block))
+    let turn = x.powu(u32::try_from(BLOCK_TICKS).unwrap_or_default());
+    let sum = blocks.iter().rev().fold(Complex::new(0.0, 0.0), |sum, block| sum * turn + of_block(block));
+    Some(sum * (per_tick * MIDDLE_TICK).exp())
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn a_slow_polynomial_is_the_sum_of_its_powers() {
+        let factors: Vec<f64> = (0..5000).map(|k| f64::from(k % 7) - 2.5).collect();
+        let blocks: Vec<Moments> = factors.chunks(BLOCK_TICKS).map(moments).collect();
+        for (size, angle) in [(1.0, 0.0), (1.0, 0.012), (0.9995, 0.005), (1.0003, -0.001)] {
+            let x = Complex::from_polar(size, angle);
+            let (slow, sum) = (slow_polynomial(&blocks, x).unwrap(), polynomial(&factors, x));
+            assert!((slow - sum).norm() < 1e-10 * (1.0 + sum.norm()), "{size} {angle}: {slow} {sum}");
+        }
+        assert_eq!(slow_polynomial(&blocks, Complex::from_polar(1.0, 0.02)), None);
+    }
 
     #[test]
     fn a_polynomial_is_the_sum_of_its_powers_whatever_its_length() {

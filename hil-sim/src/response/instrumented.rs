@@ -123,13 +123,16 @@ impl Plant for Instrumented {
     }
 
     fn add_actuations(&self, actuations: &mut Vec<Actuation>) {
+        if !self.moves {
+            return;
+        }
         let machine = self.machine();
-        let actuation = |(axis, is_held): (&usize, &bool)| {
+        for (axis, is_held) in self.axes.iter().zip(&self.holds_force) {
             let (position, force, joint) = machine.body().actuation(*axis);
             let position = joint.map_or(position, |[turned, _]| turned);
-            Actuation { position, force, is_held: *is_held, moves_several: joint.is_some() }
-        };
-        actuations.extend(self.axes.iter().zip(&self.holds_force).filter(|_| self.moves).map(actuation));
+            let moves_several = joint.is_some();
+            actuations.push(Actuation { position, force, is_held: *is_held, moves_several });
+        }
     }
 
     fn is_touching(&self, axis: usize) -> bool {
