@@ -19,6 +19,7 @@ use hil_sim::rig_file::RigFile;
 use hil_sim::schemes::SchemeText;
 use mcap::records::Record;
 use tempfile::TempDir;
+use test_requirements::TEST_TIMEOUT;
 
 const PATIENCE: Patience = Patience { timeout: Duration::from_secs(20), tries: 3 };
 const FILE: &str = "signals.mcap";
@@ -110,7 +111,7 @@ fn move_it(device: &mut Device<Pipe>) {
         device.signals(&["POSITION".to_owned()]).unwrap().remove(0).values.remove(0).to_string()
     };
     device.hold_lease().unwrap();
-    let (before, deadline) = (position(device), Instant::now() + Duration::from_secs(60));
+    let (before, deadline) = (position(device), Instant::now() + TEST_TIMEOUT);
     while position(device) == before {
         assert!(Instant::now() < deadline, "it stays at {before}");
     }

@@ -1,17 +1,21 @@
 //! A rig runs control laws of its caller, and no others.
 #![expect(clippy::unwrap_used, reason = "a failed unwrap is a failed test")]
 
-use dimsart_core::{
-    Context, Declare, Input, Kinds, Module, Output, Parameters, Unit, join_kinds, kinds, types, words,
-};
+use dimsart_core::{Context, Input, Kinds, Module, Output, Unit, join_kinds, kinds, types, words};
 use hil_sim::experiment;
 use hil_sim::rig_file::RigFile;
 
 words! {
     /// Of an axis.
-    pub struct Gains { damping: f32 }
+    pub parameters Gains {
+        /// Damping.
+        damping: f32 = per_axis("D_PARAM", Unit::Damping, 0.0..=1e3, 1.0),
+    }
     /// Signals.
-    pub struct Ports { velocity: Input, force: Output }
+    pub ports Ports {
+        velocity: Input = input("VELOCITY", types::VELOCITY),
+        force: Output = output("DES_FORCE", types::DES_FORCE),
+    }
 }
 
 /// `F = -D v`.
@@ -26,17 +30,6 @@ impl Module for Brake {
     type State = ();
     type Axis = ();
     type Ports = Ports;
-
-    fn parameters(_: &mut (), gains: &mut Gains, visit: &mut Parameters<'_>) {
-        visit.per_axis(&mut gains.damping, "D_PARAM", Unit::Damping, 0.0..=1e3, 1.0, "Damping.");
-    }
-
-    fn ports(_: &(), declare: &mut Declare<'_>) -> Ports {
-        Ports {
-            velocity: declare.input("VELOCITY", types::VELOCITY),
-            force: declare.output("DES_FORCE", types::DES_FORCE),
-        }
-    }
 
     fn compute(context: &Context<'_, Self>) {
         let Ports { velocity, force } = context.ports();

@@ -125,6 +125,10 @@ reported. A second one ends the report. A run that does not stay stable says so 
 with 3 where --fail-if-unstable asks for it: 1 is for a run that could not be made or reported, 2 for wrong usage.";
 
 fn help() -> String {
+    // Reading the shipped rig takes longer than many a run.
+    if !std::env::args().any(|argument| ["help", "--help"].contains(&argument.as_str())) {
+        return String::new();
+    }
     let lines = USUAL_SETTINGS.iter().filter_map(|name| {
         let (default, meaning) = RigFile::shipped_setting(USUAL, name)?;
         let setting = format!("{name}={}", default.as_deref().unwrap_or("..."));

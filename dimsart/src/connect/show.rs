@@ -7,7 +7,7 @@ use dimsart_core::scheme::{PORT_PREFIX, SWITCH};
 use dimsart_core::{
     Accepted, Direction, EVERY_TICKS, Entries, KindId, ModuleRef, PortText, Usage, Vocabulary,
 };
-use dimsart_link::protocol::{InstanceText, LeaseStatus, NOBODY, Request, Response};
+use dimsart_link::protocol::{InstanceText, LeaseStatus, NO_CLIENT, Request, Response};
 use serde::Serialize;
 
 use super::description::{Identity, ValueText, axis_name, joined, range_text};
@@ -195,7 +195,7 @@ impl fmt::Display for Overview {
         writeln!(f, "\ntakes {count} modules, {slots} slots, {words} of {words_in_all} words")?;
         match &status.lease {
             None => {}
-            Some(LeaseStatus { holder: NOBODY, .. }) => writeln!(f, "no client holds the lease")?,
+            Some(LeaseStatus { holder: NO_CLIENT, .. }) => writeln!(f, "no client holds the lease")?,
             Some(LeaseStatus { holder, ticks_left }) => {
                 writeln!(f, "client {holder} holds the lease, for {ticks_left} ticks unless it renews it")?;
             }

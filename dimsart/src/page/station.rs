@@ -31,23 +31,16 @@ use tokio::sync::oneshot;
 
 use super::action::Action;
 use super::news::Board;
+use super::page_device::{Hand, OpenLine, PageDevice};
 use crate::connect::{ConnectError, Device, Patience, Presence};
 use asking::{Ask, Asked, Asking};
-use hil_sim::link::Stream;
 use looking::look;
 use recording::Recorder;
 use stopping::stop;
 use tapping::{Choice, Tapping};
 
-/// A controller at the other end of a line, of whatever kind.
-pub(super) type PageDevice = Device<Box<dyn Stream>>;
 /// Opens a line and finds out who is there.
 type Greet = Arc<dyn Fn() -> Result<PageDevice, ConnectError> + Send + Sync>;
-/// Makes a line to the controller.
-pub type OpenLine = Box<dyn Fn() -> Result<Box<dyn Stream>, ConnectError> + Send + Sync>;
-
-/// Holds a reference of a simulated device: its name, the axis, and where; or lets it go.
-pub type Hand = Box<dyn Fn(String, usize, Option<f32>) -> Result<(), String> + Send>;
 
 /// How a controller is reached.
 pub struct Access {

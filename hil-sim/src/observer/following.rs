@@ -147,9 +147,14 @@ impl Follow {
 
     /// Looks at the present tick of its station.
     fn add(&mut self, time_s: f64, station: &Station) {
-        let mut values = [f64::NAN; MAX_QUANTITIES];
-        station.plant.look(self.axis, &mut values);
-        let value = values.get(self.quantity).copied().unwrap_or(f64::NAN);
+        let value = match self.quantity {
+            0 => station.plant.position(self.axis),
+            quantity => {
+                let mut values = [f64::NAN; MAX_QUANTITIES];
+                station.plant.look(self.axis, &mut values);
+                values.get(quantity).copied().unwrap_or(f64::NAN)
+            }
+        };
         let wanted = match &mut self.of_scheme {
             Some(probe) => probe.values(station).nth(self.axis),
             None => Some(sum_at(&self.motions, time_s)),

@@ -7,10 +7,10 @@
 //! other. Each section that a file leaves out is ideal: with `load.inertia` alone, a joint is that inertia on a source
 //! of torque.
 //!
-//! A joint without motor that is linear between events takes exact steps, a whole period at once where nothing can touch or
-//! slide. Any other one is integrated by the classical Runge-Kutta method of fourth order, in sub-steps that resolve the
-//! fastest of the parameters. Where friction reverses, a stop or the teeth of the gear touch or part, the sub-step is halved until
-//! that is located within 1/1024 of it.
+//! A rigid joint takes exact steps, a whole period at once where nothing can touch, let go, turn around or meet a limit; while
+//! the voltage is not enough, and with bristles, dead time or a flexible element, it is integrated by the classical Runge-Kutta
+//! method of fourth order, in sub-steps that resolve the fastest of the parameters. Where friction reverses, a stop or the teeth
+//! of the gear touch or part, the sub-step is halved until that is located within 1/1024 of it.
 
 mod bridge_motor;
 mod brushed;
@@ -18,11 +18,13 @@ mod exact;
 mod flexible;
 mod friction;
 mod gear;
+mod leg;
 mod load;
 mod mechanics;
 mod mode;
 mod motor;
 mod pace;
+mod push;
 mod state;
 mod step;
 mod stops;
@@ -30,6 +32,7 @@ mod stops;
 mod tests;
 mod thermal;
 mod three_phase;
+mod winding;
 
 pub use bridge_motor::{BridgeMotor, BridgeState};
 pub use brushed::BrushedParameters;
@@ -50,10 +53,7 @@ use exact::ExactSteps;
 use mechanics::{Inputs, Mechanics, Rates};
 use serde::{Deserialize, Serialize};
 use state::State;
-use step::Period;
-
-/// How often a sub-step may be halved.
-const HALVINGS_MAX: u8 = 10;
+use step::{HALVINGS_MAX, PERIOD_HALVINGS, Period};
 
 /// One joint.
 #[derive(Debug, Clone, PartialEq, Deserialize, Serialize)]
@@ -153,19 +153,24 @@ impl JointParameters {
         if let Some(stops) = &self.stops {
             stops.check().map_err(|error| error.within("stops"))?;
         }
-        let mechanics = Mechanics {
+        let mut mechanics = Mechanics {
             load: self.load.clone(),
             stops: self.stops.clone(),
             friction: self.friction.clone(),
             gear: self.gear.clone(),
             flexible: self.flexible.as_ref().map(|flexible| flexible.with_backlash(backlash)),
             motor: self.motor.clone(),
+            winding: None,
             rotor_kg_m2,
         };
+        if mechanics.is_exact() {
+            mechanics.winding = self.motor.winding();
+        }
         let sub_steps_per_s = pace::sub_steps_per_s(&mechanics)?;
         let state = mechanics.start();
-        let exact = mechanics.is_linear().then(|| ExactSteps::new(&mechanics));
-        Ok(Joint { mechanics, sub_steps_per_s, state, inputs: Inputs::default(), exact })
+        let exact = mechanics.is_exact().then(|| ExactSteps::new(&mechanics));
+        let is_source = mechanics.is_source();
+        Ok(Joint { mechanics, sub_steps_per_s, state, inputs: Inputs::default(), exact, is_source })
     }
 }
 
@@ -178,6 +183,8 @@ pub struct Joint {
     /// At the end of the last period.
     inputs: Inputs,
     exact: Option<ExactSteps>,
+    /// Whether all of what is commanded arrives at the output.
+    is_source: bool,
 }
 
 /// The truth about a joint. No sensor stands in between.
@@ -222,7 +229,15 @@ impl Joint {
     }
 
     /// The same under an outside force that is held for the whole period.
+    #[inline]
     pub fn advance_held(&mut self, start_s: f64, period_s: f64, command: f64, force: f64) {
+        if let Some(steps) = &mut self.exact {
+            let wanted_nm = command / self.mechanics.gear.ratio;
+            self.inputs = Inputs { wanted_nm, load: force, ..self.inputs };
+            if self.mechanics.glide(steps, &mut self.state, self.inputs, period_s) {
+                return;
+            }
+        }
         self.advance_under(start_s, period_s, command, &|_| force, true);
     }
 
@@ -234,28 +249,27 @@ impl Joint {
         load: &dyn Fn(f64) -> f64,
         is_held: bool,
     ) {
-        self.inputs = Inputs {
-            wanted_nm: command / self.mechanics.gear.ratio,
-            load: load(start_s),
-            settling_max_per_s: self.inputs.settling_max_per_s,
+        let Self { mechanics, state, exact, sub_steps_per_s, inputs: before, .. } = self;
+        let exact = exact.as_mut();
+        let (sub_steps, halvings) = match exact {
+            Some(_) => (1.0, HALVINGS_MAX + PERIOD_HALVINGS),
+            None => ((*sub_steps_per_s * period_s).ceil().max(f64::from(SUB_STEPS_MIN)), HALVINGS_MAX),
         };
-        let exact = self.exact.as_mut();
-        let mut period = Period { mechanics: &self.mechanics, load, exact, inputs: self.inputs };
-        if period.stride(&mut self.state, start_s, period_s, is_held) {
-            self.inputs = period.inputs;
-            return;
-        }
-        let sub_steps = (self.sub_steps_per_s * period_s).ceil().max(f64::from(SUB_STEPS_MIN));
         let step_s = period_s / sub_steps;
-        period.inputs.settling_max_per_s = step_s.recip();
-        let mut mode = self.mechanics.mode(&period.inputs, &self.state);
+        let inputs = Inputs {
+            wanted_nm: command / mechanics.gear.ratio,
+            load: load(start_s),
+            settling_max_per_s: step_s.recip(),
+        };
+        let mut mode = mechanics.mode(&inputs, state);
+        let sub_steps_per_s = *sub_steps_per_s;
+        let mut period = Period { mechanics, load, is_held, sub_steps_per_s, exact, inputs };
         let mut done = 0.0;
         while done < sub_steps {
-            let from_s = start_s + done * step_s;
-            period.pass(&mut self.state, &mut mode, from_s, step_s, HALVINGS_MAX);
+            period.pass(state, &mut mode, start_s + done * step_s, step_s, halvings);
             done += 1.0;
         }
-        self.inputs = period.inputs;
+        *before = period.inputs;
     }
 
     /// Changes the spring of its load from now on; whoever does that brings the energy.
@@ -275,11 +289,10 @@ impl Joint {
     /// From the drive on the output now, `N m` or `N`.
     #[must_use]
     pub fn force(&self) -> f64 {
-        match &self.exact {
-            // All of what is commanded arrives where no rotor takes its part.
-            Some(_) if self.mechanics.rotor_kg_m2 <= 0.0 => self.mechanics.gear.ratio * self.inputs.wanted_nm,
-            _ => self.rates().force,
+        if self.is_source {
+            return self.mechanics.gear.ratio * self.inputs.wanted_nm;
         }
+        self.rates().force
     }
 
     fn rates(&self) -> Rates {
@@ -317,9 +330,9 @@ impl Joint {
     pub fn state(&self) -> JointState {
         let Self { mechanics, state, .. } = self;
         let (motor_position, motor_velocity) = mechanics.rotor(state);
-        let rates = match &self.exact {
-            Some(_) => Rates { force: self.force(), ..Rates::default() },
-            None => self.rates(),
+        let rates = match self.is_source {
+            true => Rates { force: self.force(), ..Rates::default() },
+            false => self.rates(),
         };
         JointState {
             position: state.position,
@@ -336,10 +349,13 @@ impl Joint {
     /// Where the energy is now.
     #[must_use]
     pub fn energy(&self) -> JointEnergy {
-        JointEnergy {
-            supplied_j: self.state.supplied_j,
-            dissipated_j: self.state.dissipated_j,
-            stored_j: self.mechanics.stored_j(&self.state),
-        }
+        let State { supplied_j, dissipated_j, .. } = self.state;
+        let stored_j = self.mechanics.stored_j(&self.state);
+        // Exact steps are exact in what is supplied and stored.
+        let dissipated_j = match &self.exact {
+            Some(steps) => supplied_j - (stored_j - steps.start_j),
+            None => dissipated_j,
+        };
+        JointEnergy { supplied_j, dissipated_j, stored_j }
     }
 }

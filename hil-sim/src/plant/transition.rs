@@ -1,14 +1,16 @@
 //! The exact step of one linear regime under held inputs.
 //!
-//! `s = (x, v)`, `s' = A s + c + r t`  =>  `s(t) = s(0) + Ψ s'(0) + Φ r`, `s'(t) = e^{At} s'(0) + Ψ r`
+//! `s = (x, v, i)`, `s' = A s + c + r t`  =>  `s(t) = s(0) + Ψ s'(0) + Φ r`, `s'(t) = e^{At} s'(0) + Ψ r`
 //!
 //! with `Φ = ∫Ψ`, `Ψ = ∫e^{Aτ} dτ = t + A Φ`, `e^{At} = 1 + A Ψ`. Carrying `s'` along needs no force between
 //! events, keeps a mass at rest exactly at rest and leaves no large offsets to cancel. `Φ` comes from its Taylor
 //! series over a short time, which is then doubled (scaling and squaring, as in Higham, "Functions of Matrices",
 //! SIAM 2008, ch. 10).
 
+use nalgebra::Matrix3;
+
 /// The coefficients of one linear regime.
-#[derive(Debug, Clone, Copy)]
+#[derive(Debug, Clone, Copy, Default)]
 pub(super) struct Dynamics {
     /// `N/m`.
     pub(super) stiffness_n_per_m: f64,
@@ -16,6 +18,10 @@ pub(super) struct Dynamics {
     pub(super) damping_ns_per_m: f64,
     /// `1/kg`.
     pub(super) inverse_mass_per_kg: f64,
+    /// Bandwidth of the current loop, `1/s`: `i' = ... - bandwidth i`; 0 without a winding.
+    pub(super) bandwidth_per_s: f64,
+    /// `N/A`; 0 without a winding.
+    pub(super) force_n_per_a: f64,
 }
 
 /// What moves, and how fast it does.
@@ -32,87 +38,156 @@ pub(super) struct Transition {
     /// `1/kg`.
     pub(super) inverse_mass_per_kg: f64,
     /// `Ψ`.
-    increments: Matrix,
+    increments: Matrix3<f64>,
     /// What a jerk adds to the position, of `Φ`.
     ramp: f64,
     /// `e^{At}`.
-    growth: Matrix,
+    growth: Matrix3<f64>,
+    /// `∫ e^{-bandwidth t} v dt` by velocity, acceleration and rate of the current at the start, and by jerk.
+    lagged: [f64; 4],
+    /// `∫ t v dt` by the same.
+    late: [f64; 4],
 }
 
 /// `(1/2)^17 / 18!` is far below the last bit.
 const TAYLOR_TERMS: u32 = 17;
 
-type Matrix = [[f64; 2]; 2];
-
 impl Transition {
     /// The exact step of `dynamics` over `step_s`.
     pub(super) fn over(dynamics: &Dynamics, step_s: f64) -> Self {
-        let Dynamics { stiffness_n_per_m, damping_ns_per_m, inverse_mass_per_kg } = *dynamics;
+        let Dynamics {
+            stiffness_n_per_m,
+            damping_ns_per_m,
+            inverse_mass_per_kg,
+            bandwidth_per_s,
+            force_n_per_a,
+        } = *dynamics;
+        #[rustfmt::skip]
+        let a = Matrix3::new(
+            0.0, 1.0, 0.0,
+            -stiffness_n_per_m * inverse_mass_per_kg, -damping_ns_per_m * inverse_mass_per_kg,
+            force_n_per_a * inverse_mass_per_kg,
+            0.0, 0.0, -bandwidth_per_s,
+        );
         let frequency_rad_per_s = (stiffness_n_per_m.abs() * inverse_mass_per_kg).sqrt();
-        let a =
-            [[0.0, 1.0], [-stiffness_n_per_m * inverse_mass_per_kg, -damping_ns_per_m * inverse_mass_per_kg]];
-        let fastest_per_s = frequency_rad_per_s + damping_ns_per_m.abs() * inverse_mass_per_kg;
-        let mut doublings = 0;
-        let mut short_s = step_s;
-        while fastest_per_s * short_s > 0.5 && doublings < 64 {
-            short_s *= 0.5;
-            doublings += 1;
+        let fastest_per_s =
+            frequency_rad_per_s + damping_ns_per_m.abs() * inverse_mass_per_kg + bandwidth_per_s;
+        let Integrals { third, second: ramps, first: increments, growth } =
+            Integrals::over(&a, fastest_per_s, step_s);
+        // By parts: ∫ t v = t x - ∫ x, and ∫ e^{-bt} ∫v = (∫ e^{-bt} v - e^{-bt} ∫v)/b.
+        let lag = growth.m33;
+        let late = [
+            step_s * increments.m11 - ramps.m11,
+            step_s * increments.m12 - ramps.m12,
+            step_s * increments.m13 - ramps.m13,
+            step_s * ramps.m12 - third.m12,
+        ];
+        let mut lagged = [0.0; 4];
+        if bandwidth_per_s > 0.0 {
+            let faster = a - Matrix3::from_diagonal_element(bandwidth_per_s);
+            let weighted = Integrals::over(&faster, fastest_per_s + bandwidth_per_s, step_s).first;
+            let by_jerk = (weighted.m12 - lag * increments.m12) / bandwidth_per_s;
+            lagged = [weighted.m11, weighted.m12, weighted.m13, by_jerk];
         }
-        let mut ramps = taylor(&a, short_s);
-        let mut increments = plus(&product(&a, &ramps), short_s);
-        let mut growth = plus(&product(&a, &increments), 1.0);
-        for _ in 0..doublings {
-            ramps = sum(&sum(&ramps, &scaled(&increments, short_s)), &product(&growth, &ramps));
-            increments = sum(&increments, &product(&growth, &increments));
-            growth = plus(&product(&a, &increments), 1.0);
-            short_s *= 2.0;
-        }
-        let ramp = ramps[0][1];
-        Self { inverse_mass_per_kg, increments, ramp, growth }
+        Self { inverse_mass_per_kg, increments, ramp: ramps.m12, growth, lagged, late }
     }
 
     /// `motion` one step later, where `jerk` is how the acceleration changes with time alone, `m/s³`.
     #[inline]
     pub(super) fn step(&self, motion: &Motion, jerk: f64) -> Motion {
         let Motion { position_m, velocity_m_per_s, acceleration_m_per_s2 } = *motion;
-        let ([x, v], [e, a]) = (&self.increments, &self.growth);
+        let Self { increments: by, growth, .. } = self;
         Motion {
             position_m: position_m
-                + (x[0] * velocity_m_per_s + x[1] * acceleration_m_per_s2 + self.ramp * jerk),
-            velocity_m_per_s: e[0] * velocity_m_per_s + e[1] * acceleration_m_per_s2 + x[1] * jerk,
-            acceleration_m_per_s2: a[0] * velocity_m_per_s + a[1] * acceleration_m_per_s2 + v[1] * jerk,
+                + (by.m11 * velocity_m_per_s + by.m12 * acceleration_m_per_s2 + self.ramp * jerk),
+            velocity_m_per_s: growth.m11 * velocity_m_per_s
+                + growth.m12 * acceleration_m_per_s2
+                + by.m12 * jerk,
+            acceleration_m_per_s2: growth.m21 * velocity_m_per_s
+                + growth.m22 * acceleration_m_per_s2
+                + by.m22 * jerk,
         }
     }
-}
 
-/// `Φ(t) = t²/2 (1 + At/3 (1 + At/4 (1 + ...)))`.
-fn taylor(a: &Matrix, t: f64) -> Matrix {
-    let mut series = plus(&[[0.0; 2]; 2], 1.0);
-    for n in (3..=TAYLOR_TERMS + 2).rev() {
-        series = plus(&scaled(&product(a, &series), t / f64::from(n)), 1.0);
+    /// The same with a current that changes at `rate_a_per_s` at the start.
+    #[inline]
+    pub(super) fn driven_step(&self, motion: &Motion, rate_a_per_s: f64, jerk: f64) -> Motion {
+        let Self { increments: by, growth, .. } = self;
+        let passive = self.step(motion, jerk);
+        Motion {
+            position_m: passive.position_m + by.m13 * rate_a_per_s,
+            velocity_m_per_s: passive.velocity_m_per_s + growth.m13 * rate_a_per_s,
+            acceleration_m_per_s2: passive.acceleration_m_per_s2 + growth.m23 * rate_a_per_s,
+        }
     }
-    scaled(&series, 0.5 * t * t)
+
+    /// `e^{-bandwidth t}` at the end of the step, and its integral, `s`.
+    pub(super) fn lag(&self) -> (f64, f64) {
+        (self.growth.m33, self.increments.m33)
+    }
+
+    /// `∫ e^{-bandwidth t} v dt` over the step, `m`.
+    pub(super) fn lagged_m(&self, motion: &Motion, rate_a_per_s: f64, jerk: f64) -> f64 {
+        weigh(&self.lagged, motion, rate_a_per_s, jerk)
+    }
+
+    /// `∫ t v dt` over the step, `m s`.
+    pub(super) fn late_ms(&self, motion: &Motion, rate_a_per_s: f64, jerk: f64) -> f64 {
+        weigh(&self.late, motion, rate_a_per_s, jerk)
+    }
 }
 
-fn product(left: &Matrix, right: &Matrix) -> Matrix {
-    let [a, b] = right;
-    left.map(|[p, q]| [p * a[0] + q * b[0], p * a[1] + q * b[1]])
+fn weigh(
+    [velocity, acceleration, rate, by_jerk]: &[f64; 4],
+    motion: &Motion,
+    rate_a_per_s: f64,
+    jerk: f64,
+) -> f64 {
+    velocity * motion.velocity_m_per_s
+        + acceleration * motion.acceleration_m_per_s2
+        + rate * rate_a_per_s
+        + by_jerk * jerk
 }
 
-fn scaled(matrix: &Matrix, factor: f64) -> Matrix {
-    matrix.map(|row| row.map(|value| value * factor))
+/// `e^{At}` and its integrals, each over the one before.
+struct Integrals {
+    growth: Matrix3<f64>,
+    first: Matrix3<f64>,
+    second: Matrix3<f64>,
+    third: Matrix3<f64>,
 }
 
-fn sum(left: &Matrix, right: &Matrix) -> Matrix {
-    let [[a, b], [c, d]] = *right;
-    let [[e, f], [g, h]] = *left;
-    [[a + e, b + f], [c + g, d + h]]
+impl Integrals {
+    fn over(a: &Matrix3<f64>, fastest_per_s: f64, step_s: f64) -> Self {
+        let mut doublings = 0;
+        let mut short_s = step_s;
+        while fastest_per_s * short_s > 0.5 && doublings < 64 {
+            short_s *= 0.5;
+            doublings += 1;
+        }
+        let unit = Matrix3::from_diagonal_element;
+        let mut third = taylor(a, short_s, 3);
+        let mut second = taylor(a, short_s, 2);
+        let mut first = a * second + unit(short_s);
+        let mut growth = a * first + unit(1.0);
+        for _ in 0..doublings {
+            third = third + second * short_s + first * (0.5 * short_s * short_s) + growth * third;
+            second = second + first * short_s + growth * second;
+            first += growth * first;
+            growth = a * first + unit(1.0);
+            short_s *= 2.0;
+        }
+        Self { growth, first, second, third }
+    }
 }
 
-/// `matrix + diagonal·1`.
-fn plus(matrix: &Matrix, diagonal: f64) -> Matrix {
-    let [[a, b], [c, d]] = *matrix;
-    [[a + diagonal, b], [c, d + diagonal]]
+/// `tⁿ/n! (1 + At/(n+1) (1 + At/(n+2) (1 + ...)))`, the `n`-th integral of `e^{At}`.
+fn taylor(a: &Matrix3<f64>, t: f64, integral: u32) -> Matrix3<f64> {
+    let mut series = Matrix3::identity();
+    for n in (integral + 1..=TAYLOR_TERMS + integral).rev() {
+        series = (a * series) * (t / f64::from(n)) + Matrix3::identity();
+    }
+    series * (1..=integral).map(|n| t / f64::from(n)).product::<f64>()
 }
 
 #[cfg(test)]
@@ -120,7 +195,12 @@ mod tests {
     use super::*;
 
     fn dynamics(stiffness: f64, damping: f64) -> Dynamics {
-        Dynamics { stiffness_n_per_m: stiffness, damping_ns_per_m: damping, inverse_mass_per_kg: 2.0 }
+        Dynamics {
+            stiffness_n_per_m: stiffness,
+            damping_ns_per_m: damping,
+            inverse_mass_per_kg: 2.0,
+            ..Dynamics::default()
+        }
     }
 
     /// Closed form of an oscillator under a unit step of acceleration, from rest.

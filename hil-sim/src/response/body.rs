@@ -4,8 +4,9 @@ use dimsart_core::limits::MAX_DOF;
 
 use drive::DriveReading;
 
+use super::machine::Axis;
 use crate::experiment::ExperimentError;
-use crate::plant::{Arm, Axes, DriveBus, Joint, JointParameters, Phantom, PhantomPort};
+use crate::plant::{Arm, Axes, DriveBus, Joint, JointParameters, Phantom, PhantomPort, Repetition};
 use crate::rig_file::{AxisSection, DeviceSection};
 
 /// The plant of a device.
@@ -15,17 +16,6 @@ pub(super) enum Body {
     Arm(Box<Arm>),
     Phantom(Box<Tip>),
     Drives(Box<DriveBus>),
-}
-
-/// What pushes and holds the axes of a body from outside.
-#[derive(Clone, Copy)]
-pub(super) struct Around<'a> {
-    /// What pushes an axis by time alone.
-    pub(super) outside: &'a dyn Fn(usize, f64) -> f64,
-    /// The same where it is held for the period.
-    pub(super) still: &'a dyn Fn(usize) -> Option<f64>,
-    /// What holds a coupled axis by where it is and how it moves.
-    pub(super) around: &'a dyn Fn(usize, f64, f64) -> f64,
 }
 
 /// A `PHANToM`, whose Cartesian positions begin where it stands.
@@ -217,41 +207,59 @@ impl Body {
         !matches!(self, Self::Drives(_))
     }
 
-    /// Holds `commands` from `start_s` for `period_s` and moves on.
-    pub(super) fn advance(&mut self, start_s: f64, period_s: f64, commands: &[f64], forces: &Around<'_>) {
-        let Around { outside, still, around } = *forces;
+    /// Holds `commands` from `start_s` for `period_s` and moves on, pushed and held by what is around its axes.
+    pub(super) fn advance(
+        &mut self,
+        start_s: f64,
+        period_s: f64,
+        commands: &[f64],
+        axes: &mut [Axis],
+        repetition: Repetition,
+    ) {
         if period_s <= 0.0 {
             return;
         }
-        let command = |axis: usize| commands.get(axis).copied().unwrap_or_default();
-        match self {
-            Self::Joints(joints) => {
-                for (axis, joint) in joints.iter_mut().enumerate() {
-                    match still(axis) {
-                        Some(force) => joint.advance_held(start_s, period_s, command(axis), force),
-                        None => {
-                            joint.advance(start_s, period_s, command(axis), &|time_s| outside(axis, time_s))
-                        }
+        if let Self::Joints(joints) = self {
+            for ((joint, axis), command) in joints.iter_mut().zip(axes).zip(commands) {
+                match axis.still_outside(repetition, start_s, period_s) {
+                    Some(force) => joint.advance_held(start_s, period_s, *command, force),
+                    None => {
+                        let outside = |time_s: f64| axis.outside(repetition, time_s);
+                        joint.advance(start_s, period_s, *command, &outside);
                     }
                 }
             }
-            Self::Drives(bus) => bus.advance(start_s, period_s, command, outside),
+            return;
+        }
+        let axes = &*axes;
+        let command = |axis: usize| commands.get(axis).copied().unwrap_or_default();
+        let outside =
+            |axis: usize, time_s: f64| axes.get(axis).map_or(0.0, |axis| axis.outside(repetition, time_s));
+        let force = |axis: usize, time_s: f64, position: f64, velocity: f64| {
+            let around = |axis: &Axis| axis.section.force(position, velocity);
+            outside(axis, time_s) + axes.get(axis).map_or(0.0, around)
+        };
+        match self {
+            Self::Joints(_) => {}
+            Self::Drives(bus) => bus.advance(start_s, period_s, command, &outside),
             Self::Arm(arm) => {
-                let axes = arm.axes();
-                let pushed = |time_s: f64, positions: &Axes, velocities: &Axes| {
-                    let mut forces = [0.0; MAX_DOF];
-                    let places = positions.iter().zip(velocities).enumerate().take(axes);
-                    for (force, (axis, (position, velocity))) in forces.iter_mut().zip(places) {
-                        *force = outside(axis, time_s) + around(axis, *position, *velocity);
-                    }
-                    forces
-                };
+                let pushed = pushes(arm.axes(), &force);
                 arm.advance_under(start_s, period_s, core::array::from_fn(command), &pushed);
             }
-            Self::Phantom(tip) => {
-                tip.advance(start_s, period_s, core::array::from_fn(command), outside, around)
-            }
+            Self::Phantom(tip) => tip.advance(start_s, period_s, core::array::from_fn(command), &force),
         }
+    }
+}
+
+/// The forces on so many coupled axes by time, position and velocity.
+fn pushes(axes: usize, force: &dyn Fn(usize, f64, f64, f64) -> f64) -> impl Fn(f64, &Axes, &Axes) -> Axes {
+    move |time_s, positions, velocities| {
+        let mut forces = [0.0; MAX_DOF];
+        let places = positions.iter().zip(velocities).enumerate().take(axes);
+        for (of_axis, (axis, (position, velocity))) in forces.iter_mut().zip(places) {
+            *of_axis = force(axis, time_s, *position, *velocity);
+        }
+        forces
     }
 }
 
@@ -295,13 +303,9 @@ impl Tip {
         start_s: f64,
         period_s: f64,
         command: [f64; 3],
-        outside: &dyn Fn(usize, f64) -> f64,
-        around: &dyn Fn(usize, f64, f64) -> f64,
+        force: &dyn Fn(usize, f64, f64, f64) -> f64,
     ) {
         self.command = command;
-        let force = |axis: usize, time_s: f64, position: f64, velocity: f64| {
-            outside(axis, time_s) + around(axis, position, velocity)
-        };
         match self.phantom.port() {
             PhantomPort::Cartesian | PhantomPort::HeldAtTip => {
                 let origin_m = self.origin_m;
@@ -317,15 +321,7 @@ impl Tip {
                 });
             }
             PhantomPort::Joint => {
-                let pushed = |time_s: f64, positions: &Axes, velocities: &Axes| {
-                    let mut forces = [0.0; MAX_DOF];
-                    let places = positions.iter().zip(velocities).enumerate().take(3);
-                    for (of_axis, (axis, (position, velocity))) in forces.iter_mut().zip(places) {
-                        *of_axis = force(axis, time_s, *position, *velocity);
-                    }
-                    forces
-                };
-                self.phantom.advance_under(start_s, period_s, command, &pushed);
+                self.phantom.advance_under(start_s, period_s, command, &pushes(3, force));
             }
         }
     }

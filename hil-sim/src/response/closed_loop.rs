@@ -15,9 +15,10 @@ use super::controller_model::{Answer, GRID_RAD, Spectrum, grid_angle};
 use super::plant_model::PlantModel;
 
 /// Frequencies at first: on a logarithmic scale over so many decades, and evenly: powers of two, which are on the grid of the
-/// transforms.
+/// transforms. Of short answers fewer: two for each tick.
 const LOGARITHMIC: u32 = 120;
 const DECADES: f64 = 6.0;
+const MIN_EVEN_OF_SHORT: usize = 64;
 const MIN_EVEN: usize = 256;
 const MAX_EVEN: usize = 1_024;
 /// Distances of the grid from which on any angle can as well be one of it.
@@ -104,7 +105,8 @@ impl Loop {
     pub(super) fn angles(&self) -> Vec<f64> {
         let answers = self.columns.iter().flat_map(|column| column.answers.iter().flatten());
         let ticks = answers.map(Answer::ticks).max().unwrap_or_default();
-        let even = (ticks / EVEN_TICKS).clamp(MIN_EVEN, MAX_EVEN).next_power_of_two();
+        let min_even = (2 * ticks).clamp(MIN_EVEN_OF_SHORT, MIN_EVEN);
+        let even = (ticks / EVEN_TICKS).clamp(min_even, MAX_EVEN).next_power_of_two();
         #[expect(clippy::cast_precision_loss, reason = "a few thousand")]
         let even = (0..=even).map(|n| PI * n as f64 / even as f64);
         let share = |n: u32| DECADES * (f64::from(n) / f64::from(LOGARITHMIC) - 1.0);
@@ -129,7 +131,8 @@ impl Loop {
         let outputs = blocks.iter().flat_map(|block| &block.outputs).max().map_or(0, |last| last + 1);
         let ticks = self.cycle_ticks;
         let none = DMatrix::from_element(outputs, self.commands, Point::default());
-        let (mut determinant, mut phases) = (ONE, vec![none.clone(); 2 * ticks - 1]);
+        let mut determinant = ONE;
+        let mut phases = if ticks > 1 { vec![none.clone(); 2 * ticks - 1] } else { Vec::new() };
         for turn in 0..ticks {
             #[expect(clippy::cast_precision_loss, reason = "a few hundred ticks")]
             let z = z * Point::from_polar(1.0, TAU * turn as f64 / self.cycle());
@@ -142,6 +145,9 @@ impl Loop {
                         gain[(*output, *command)] = point.gain[(row, column)];
                     }
                 }
+            }
+            if ticks == 1 {
+                return Lifted { determinant, phases: vec![gain] };
             }
             let mut share = z.powi(1 - i32::try_from(ticks).unwrap_or(1)) / self.cycle();
             for phase in &mut phases {

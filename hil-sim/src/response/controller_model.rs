@@ -6,6 +6,7 @@
 //! An integrator keeps a level, two in a row a slope; all else dies out. Controllers, links and buses are those of the rig
 //! itself, and two rigs are compared: one is disturbed. Half of the disturbance, the other way, must be answered by half:
 //! else the controllers are not linear, and the next smaller disturbance is tried.
+#![expect(clippy::indexing_slicing, reason = "lanes of arrays")]
 
 use std::borrow::Cow;
 use std::f64::consts::TAU;
@@ -408,7 +409,7 @@ impl Series<'_> {
     }
 }
 
-/// A series on a circle: by a Fourier transform where its angle is one of the grid's, as most are.
+/// A series on a circle: by a Fourier transform where it is long and its angle is one of the grid's, as most are.
 #[derive(Debug)]
 pub(super) struct Spectrum<'a> {
     series: Series<'a>,
@@ -418,6 +419,9 @@ pub(super) struct Spectrum<'a> {
 impl<'a> Spectrum<'a> {
     /// Where `Z` has this radius.
     pub(super) fn new(series: Series<'a>, radius: f64) -> Self {
+        if series.taps.len() <= BLOCK {
+            return Self { series, grid: Vec::new() };
+        }
         let mut grid = vec![Complex::default(); GRID];
         let mut share = 1.0;
         for (tap, at) in series.taps.iter().zip((0..GRID).cycle()) {
@@ -454,24 +458,33 @@ fn grid_place(angle: f64) -> Option<usize> {
     Some(place as usize)
 }
 
-/// Sums that are taken side by side.
+/// Sums that are taken side by side, and factors that are weighed by the same powers.
 const LANES: usize = 8;
+const BLOCK: usize = 8 * LANES;
 
-/// `Σ factors[k] x^k` by Horner's rule: every so many factors are a polynomial of their own, as a processor works on
-/// several at once. Most of the time of an analysis goes into this.
+/// `Σ factors[k] x^k`: blocks by their powers, and Horner's rule from block to block. Most of the time of an analysis goes into
+/// this: real factors times complex powers, several at once as a processor likes it.
 fn polynomial(factors: &[f64], x: Complex<f64>) -> Complex<f64> {
-    let Complex { re: turn_re, im: turn_im } = x.powu(u32::try_from(LANES).unwrap_or_default());
-    let (mut re, mut im) = ([0.0; LANES], [0.0; LANES]);
-    let (whole, rest) = factors.as_chunks::<LANES>();
-    let mut last = [0.0; LANES];
-    last.iter_mut().zip(rest).for_each(|(last, rest)| *last = *rest);
-    for row in std::iter::once(&last).chain(whole.iter().rev()) {
-        for ((re, im), factor) in re.iter_mut().zip(&mut im).zip(row) {
-            (*re, *im) = (*re * turn_re - *im * turn_im + factor, *re * turn_im + *im * turn_re);
-        }
+    let (mut re, mut im, mut turn) = ([0.0; BLOCK], [0.0; BLOCK], Complex::new(1.0, 0.0));
+    for (re, im) in re.iter_mut().zip(&mut im).take(factors.len().next_multiple_of(LANES)) {
+        (*re, *im) = (turn.re, turn.im);
+        turn *= x;
     }
-    let lanes = re.into_iter().zip(im).rev();
-    lanes.fold(Complex::new(0.0, 0.0), |sum, (re, im)| sum * x + Complex::new(re, im))
+    let weigh = |block: &[f64]| {
+        let (mut sum_re, mut sum_im) = ([0.0; LANES], [0.0; LANES]);
+        let powers = re.as_chunks::<LANES>().0.iter().zip(im.as_chunks::<LANES>().0);
+        let (rows, rest) = block.as_chunks::<LANES>();
+        let mut last = [0.0; LANES];
+        last.iter_mut().zip(rest).for_each(|(last, rest)| *last = *rest);
+        for (row, (re, im)) in rows.iter().chain(std::iter::once(&last)).zip(powers) {
+            for lane in 0..LANES {
+                sum_re[lane] += row[lane] * re[lane];
+                sum_im[lane] += row[lane] * im[lane];
+            }
+        }
+        Complex::new(sum_re.iter().sum(), sum_im.iter().sum())
+    };
+    factors.chunks(BLOCK).rev().fold(Complex::new(0.0, 0.0), |sum, block| sum * turn + weigh(block))
 }
 
 #[cfg(test)]
@@ -481,7 +494,7 @@ mod tests {
     #[test]
     fn a_polynomial_is_the_sum_of_its_powers_whatever_its_length() {
         let x = Complex::from_polar(0.99, 0.3);
-        for length in [0, 1, 7, 8, 9, 100] {
+        for length in [0, 1, 7, 8, 9, 64, 65, 200] {
             let factors: Vec<f64> = (0..length).map(|k| f64::from(k % 7) - 2.5).collect();
             let powers = (0..).map(|k| x.powi(k));
             let sum: Complex<f64> = factors.iter().zip(powers).map(|(factor, power)| power * factor).sum();

@@ -79,18 +79,16 @@ impl Plant for Instrumented {
             for (place, (axis, word)) in axes.iter().zip(words).enumerate() {
                 let value = match output {
                     Output::Sensed(data_type, sensors) => {
-                        let sensor = sensors.get_mut(place);
-                        if data_type.id == types::POSITION.id
-                            && sensor.as_ref().is_some_and(|sensor| sensor.is_ideal())
-                            && let Some(position) = machine.body().joint_position(*axis)
-                        {
-                            #[expect(clippy::cast_possible_truncation, reason = "the controller's number")]
-                            let position = position as f32;
-                            *word = position;
-                            continue;
+                        let body = machine.body();
+                        let position = match data_type.id == types::POSITION.id {
+                            true => body.joint_position(*axis),
+                            false => None,
+                        };
+                        let truth = position.unwrap_or_else(|| sensed(data_type, &machine.state(*axis)));
+                        match sensors.get_mut(place) {
+                            Some(sensor) if !sensor.is_ideal() => sensor.show(*time_s, truth).into(),
+                            _ => truth,
                         }
-                        let truth = sensed(data_type, &machine.state(*axis));
-                        sensor.map_or(truth, |sensor| sensor.show(*time_s, truth).into())
                     }
                     Output::Reference(motions) => {
                         let at = |time_s| motions.get(place).map_or(0.0, |all| sum_at(all, time_s));

@@ -6,7 +6,7 @@ use std::sync::atomic::{AtomicU64, Ordering};
 
 use dimsart_core::limits::MAX_DOF;
 
-use super::body::{Around, AxisState, Body};
+use super::body::{AxisState, Body};
 use crate::motion::{Motion, sum_at};
 use crate::plant::{JointMotorParameters, JointParameters, Repetition};
 use crate::rig_file::{AxisHand, AxisSection};
@@ -21,7 +21,8 @@ pub(super) const MOST_WAITING: usize = 5;
 pub(super) struct Machine {
     body: Body,
     axes: Vec<Axis>,
-    delay_ticks: f64,
+    /// From a command to its effect: whole ticks, and a share of one.
+    delay: (usize, f64),
     repetition: Repetition,
     /// Commands that are not over, the newest last.
     waiting: VecDeque<Vec<f64>>,
@@ -70,7 +71,7 @@ impl Axis {
     }
 
     /// By time alone: the load, and what the hand wants more than 0.
-    fn outside(&self, repetition: Repetition, time_s: f64) -> f64 {
+    pub(super) fn outside(&self, repetition: Repetition, time_s: f64) -> f64 {
         let at = |motions: &[Motion]| match motions {
             [] => 0.0,
             motions => repetition.value(time_s, |time_s| sum_at(motions, time_s)),
@@ -79,7 +80,13 @@ impl Axis {
     }
 
     /// [`outside`](Self::outside) where it is the same for a period, without asking for it again and again.
-    fn still_outside(&mut self, repetition: Repetition, start_s: f64, period_s: f64) -> Option<f64> {
+    #[inline]
+    pub(super) fn still_outside(
+        &mut self,
+        repetition: Repetition,
+        start_s: f64,
+        period_s: f64,
+    ) -> Option<f64> {
         let end_s = start_s + period_s;
         if let Some((force, until_s)) = self.still
             && end_s <= until_s
@@ -126,17 +133,10 @@ impl Machine {
         let positions = Arc::<Positions>::default();
         positions.show(&body, axes.len());
         let (next_let_go_s, commanded) = (0.0, 0);
-        Self {
-            body,
-            axes,
-            delay_ticks,
-            repetition,
-            waiting,
-            positions,
-            next_let_go_s,
-            controllers,
-            commanded,
-        }
+        let whole_ticks = libm::floor(delay_ticks);
+        #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "0 to 3")]
+        let delay = (whole_ticks as usize, delay_ticks - whole_ticks);
+        Self { body, axes, delay, repetition, waiting, positions, next_let_go_s, controllers, commanded }
     }
 
     pub(super) fn body(&self) -> &Body {
@@ -172,7 +172,12 @@ impl Machine {
     pub(super) fn holds_force(&self, axis: usize) -> bool {
         let plant = self.axis(axis).and_then(|axis| axis.section.plant.as_ref());
         let is_ideal = |plant: &JointParameters| matches!(plant.motor, JointMotorParameters::Ideal {});
-        self.body.holds_commands() && self.delay_ticks <= 0.0 && plant.is_none_or(is_ideal)
+        self.body.holds_commands() && !self.is_late() && plant.is_none_or(is_ideal)
+    }
+
+    /// Whether commands take effect some time after they came.
+    fn is_late(&self) -> bool {
+        self.delay.0 > 0 || self.delay.1 > 0.0
     }
 
     /// Has a hand let go whose time has come.
@@ -207,7 +212,7 @@ impl Machine {
 
     /// Takes what a controller commands its axes; moves on from `start_s` for `period_s` when all of them have.
     pub(super) fn take(&mut self, start_s: f64, period_s: f64, commands: impl Iterator<Item = (usize, f64)>) {
-        if self.commanded == 0 && self.delay_ticks > 0.0 {
+        if self.commanded == 0 && self.is_late() {
             self.waiting.rotate_left(1);
         }
         if let Some(newest) = self.waiting.back_mut() {
@@ -226,31 +231,15 @@ impl Machine {
 
     fn advance(&mut self, start_s: f64, period_s: f64) {
         self.let_go(start_s);
-        let whole_ticks = libm::floor(self.delay_ticks);
-        #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "0 to 3")]
-        let ticks = whole_ticks as usize;
-        let change_s = (self.delay_ticks - whole_ticks) * period_s;
+        let (ticks, share) = self.delay;
+        let change_s = share * period_s;
         let Self { body, axes, waiting, repetition, positions, .. } = self;
         let held = |ticks: usize| {
             let place = waiting.len().checked_sub(ticks + 1);
             place.and_then(|place| waiting.get(place)).map(Vec::as_slice).unwrap_or_default()
         };
-        let mut still = [None; MAX_DOF];
-        for (force, axis) in still.iter_mut().zip(axes.iter_mut()) {
-            *force = axis.still_outside(*repetition, start_s, period_s);
-        }
-        let axes = &*axes;
-        let still = |axis: usize| still.get(axis).copied().flatten();
-        let outside =
-            |axis: usize, time_s: f64| axes.get(axis).map_or(0.0, |axis| axis.outside(*repetition, time_s));
-        let around = |axis: usize, position: f64, velocity: f64| {
-            axes.get(axis).map_or(0.0, |axis| axis.section.force(position, velocity))
-        };
-        let around = Around { outside: &outside, still: &still, around: &around };
-        if change_s > 0.0 {
-            body.advance(start_s, change_s, held(ticks + 1), &around);
-        }
-        body.advance(start_s + change_s, period_s - change_s, held(ticks), &around);
+        body.advance(start_s, change_s, held(ticks + 1), axes, *repetition);
+        body.advance(start_s + change_s, period_s - change_s, held(ticks), axes, *repetition);
         positions.show(body, axes.len());
     }
 }

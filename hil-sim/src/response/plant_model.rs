@@ -165,13 +165,22 @@ impl PlantModel {
         if states == 0 {
             return PlantPoint { determinant: ONE, gain };
         }
-        let rest = DMatrix::identity(states, states) - self.state.map(|entry| back * entry);
-        let factors = rest.lu();
+        let at = |row: usize, column: usize| {
+            Complex::from(f64::from(u8::from(row == column))) - back * self.state[(row, column)]
+        };
+        let factors = DMatrix::from_fn(states, states, at).lu();
         let determinant = factors.determinant();
         // Of one step back each: of the state and of what is seen of it.
-        let pushed = lagged(&self.input, states);
-        let moved = factors.solve(&pushed).unwrap_or_else(|| pushed.map(|_| NOT_A_NUMBER));
-        gain += self.output.map(Complex::from) * moved * back;
+        let mut moved = lagged(&self.input, states);
+        if !factors.solve_mut(&mut moved) {
+            moved.fill(NOT_A_NUMBER);
+        }
+        for (command, moved) in moved.column_iter().enumerate() {
+            for (output, seen) in self.output.row_iter().enumerate() {
+                let sum: Complex<f64> = seen.iter().zip(&moved).map(|(share, moved)| moved * share).sum();
+                gain[(output, command)] += sum * back;
+            }
+        }
         PlantPoint { determinant, gain }
     }
 }

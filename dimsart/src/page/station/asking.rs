@@ -12,8 +12,9 @@ use tokio::sync::oneshot;
 use super::super::action::Action;
 use super::super::news::Board;
 use super::recording::Recorder;
-use super::{Answer, Greet, Hand, PAUSE, PageDevice, Waiting};
+use super::{Answer, Greet, PAUSE, Waiting};
 use crate::connect::{ConnectError, LiveReport, Presence};
+use crate::page::page_device::{Hand, PageDevice};
 
 /// Longest wait for something to do before the device is looked at again.
 const A_MOMENT: Duration = Duration::from_millis(15);

@@ -5,8 +5,9 @@ use std::thread;
 use std::time::{Duration, Instant};
 
 use super::super::news::Board;
-use super::{Greet, PAUSE, PageDevice};
+use super::{Greet, PAUSE};
 use crate::connect::ConnectError;
+use crate::page::page_device::PageDevice;
 
 /// Longest time that the line is not read: what its device says to everybody must not fill it up.
 const A_MOMENT: Duration = Duration::from_millis(15);

@@ -6,7 +6,8 @@ use std::time::{Duration, Instant};
 use serde_json::Value;
 use tokio::sync::oneshot;
 
-use super::{Answer, Greet, PAUSE, PageDevice};
+use super::{Answer, Greet, PAUSE};
+use crate::page::page_device::PageDevice;
 
 /// Longest time that the line is not read: what its device says to everybody must not fill it up.
 const A_MOMENT: Duration = Duration::from_millis(5);

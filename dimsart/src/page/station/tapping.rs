@@ -9,8 +9,9 @@ use serde_json::Value;
 use tokio::sync::oneshot;
 
 use super::super::news::{Board, Rows};
-use super::{Answer, Greet, PAUSE, PageDevice, Waiting};
+use super::{Answer, Greet, PAUSE, Waiting};
 use crate::connect::{ConnectError, Tap, TapSignal};
+use crate::page::page_device::PageDevice;
 use crate::tap_file::OTHER_SIGNALS;
 use dimsart_link::protocol::{MAX_TELEMETRY_SIGNALS, MAX_TELEMETRY_WORDS};
 

@@ -8,6 +8,7 @@ use super::motor::Electric;
 use super::pace::Pace;
 use super::state::State;
 use super::thermal::ThermalParameters;
+use super::winding::Winding;
 use crate::plant::parameter::{ParameterError, not_negative, positive, positive_or_infinite};
 use serde::{Deserialize, Serialize};
 
@@ -71,6 +72,21 @@ impl BrushedParameters {
             .as_ref()
             .map_or(Ok(()), ThermalParameters::check)
             .map_err(|error| error.within("thermal"))
+    }
+
+    pub(super) fn winding(&self) -> Winding {
+        Winding {
+            nm_per_a: self.torque_constant_nm_per_a,
+            bandwidth_per_s: self.current_bandwidth_rad_per_s,
+            current_limit_a: self.current_limit_a,
+            resistance_ohm: self.resistance_ohm,
+            inductance_h: self.inductance_h,
+            emf_vs: self.torque_constant_nm_per_a,
+            coupling_h: 0.0,
+            voltage_limit_v: self.voltage_limit_v,
+            power_share: 1.0,
+            thermal: self.thermal.clone(),
+        }
     }
 
     pub(super) fn electric(&self, wanted_nm: f64, rotor_rad_per_s: f64, state: &State) -> Electric {

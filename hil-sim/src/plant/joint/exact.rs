@@ -1,60 +1,88 @@
-//! Exact steps of a joint that is linear within a mode: an ideal source on a rigid load with springs, dampers, stops and
-//! Coulomb friction.
+//! Exact steps of a rigid joint, whose equations are linear within a mode but for gravity and the dip of dry friction.
 //!
 //! A step has the matrix exponential of its mode ([`Transition`]). The outside force goes along a line through a step, with
-//! the impulse of the parabola through its start, middle and end.
+//! the impulse of the parabola through its start, middle and end. So does what gravity and friction exert beyond linear
+//! forces: the parabola's values are those along the motion that it leads to, by repeated substitution.
 
-use super::flexible::Mesh;
-use super::gear::GearParameters;
+use super::friction::FrictionParameters;
+use super::gear::Flow;
 use super::mechanics::{Inputs, Mechanics};
-use super::mode::Slide;
 use super::mode::{Mode, direction};
 use super::motor::JointMotorParameters;
 use super::state::State;
 use super::stops::{Contact, StopsParameters};
 use crate::plant::transition::{Dynamics, Motion, Transition};
 
-/// Share of all forces that a parabola may miss the outside force by in a step of a whole period.
-const SMOOTH: f64 = 1e-8;
 /// Steps in use are fewer in any usual joint.
 const MAX_KNOWN: usize = 64;
 
 /// The steps met so far, so that each is computed once.
 #[derive(Debug)]
 pub(super) struct ExactSteps {
-    /// Whether nothing is dry: then a whole period can be one step.
-    pub(super) slides_freely: bool,
+    /// Energy stored at the start, `J`.
+    pub(super) start_j: f64,
+    /// Whether nothing is dry, lossy, wound or bent.
+    is_plain: bool,
     known: Vec<Known>,
     /// The step that was used last.
     last: usize,
 }
 
 #[derive(Debug)]
-struct Known {
+pub(super) struct Known {
+    key: Key,
+    pub(super) regime: Regime,
+    pub(super) whole: Transition,
+    /// Of its half and its quarter; none where forces are linear.
+    pub(super) parts: Option<[Transition; 2]>,
+}
+
+#[derive(Debug, Clone, Copy, PartialEq)]
+struct Key {
     stop: Contact,
+    flow: Flow,
     /// Of the load's spring, and of the length of the step, `s`.
     bits: [u64; 2],
-    dynamics: Dynamics,
-    transition: Transition,
+}
+
+/// The coefficients of a mode.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Regime {
+    pub(super) dynamics: Dynamics,
+    /// Force at the output per torque of the rotor.
+    pub(super) leverage: f64,
+    /// Force against the output per velocity, without a stop's.
+    pub(super) resistance: f64,
+    /// Force against the motion.
+    pub(super) coulomb: f64,
+    /// Natural frequency.
+    rad_per_s: f64,
+    /// How fast forces that are not linear let motions grow, `1/s`.
+    growth_per_s: f64,
+    /// Furthest that an acceleration of 1 leads to, however long it takes, `s²`.
+    swing_s2: f64,
 }
 
 impl ExactSteps {
     pub(super) fn new(mechanics: &Mechanics) -> Self {
-        Self { slides_freely: !mechanics.friction.is_dry(), known: Vec::new(), last: 0 }
+        let is_plain = mechanics.is_plain();
+        Self { start_j: mechanics.stored_j(&mechanics.start()), is_plain, known: Vec::new(), last: 0 }
     }
 
-    /// The step in `stop`, and its dynamics.
-    fn get(&mut self, mechanics: &Mechanics, stop: Contact, step_s: f64) -> &Known {
+    /// The step in `mode`.
+    pub(super) fn get(&mut self, mechanics: &Mechanics, mode: &Mode, step_s: f64) -> &Known {
         let bits = [mechanics.load.stiffness.to_bits(), step_s.to_bits()];
-        let is_it = |known: &Known| known.stop == stop && known.bits == bits;
+        let key = Key { stop: mode.stop, flow: mode.flow, bits };
+        let is_it = |known: &Known| known.key == key;
         if !self.known.get(self.last).is_some_and(is_it) {
             self.last = self.known.iter().position(is_it).unwrap_or_else(|| {
                 if self.known.len() >= MAX_KNOWN {
                     self.known.clear();
                 }
-                let dynamics = mechanics.dynamics(stop);
-                let transition = Transition::over(&dynamics, step_s);
-                self.known.push(Known { stop, bits, dynamics, transition });
+                let regime = mechanics.regime(mode);
+                let over = |share: f64| Transition::over(&regime.dynamics, share * step_s);
+                let parts = mechanics.is_bent().then(|| [over(0.5), over(0.25)]);
+                self.known.push(Known { key, regime, whole: over(1.0), parts });
                 self.known.len() - 1
             });
         }
@@ -63,149 +91,133 @@ impl ExactSteps {
     }
 }
 
-/// The outside force over a step.
-#[derive(Debug, Clone, Copy)]
-pub(super) struct Push {
-    pub(super) start: f64,
-    pub(super) middle: f64,
-    pub(super) end: f64,
-}
-
 impl Mechanics {
-    /// Whether its equations are linear within a mode, and have no motor.
-    pub(super) fn is_linear(&self) -> bool {
-        let GearParameters { efficiency, backdrive_efficiency, .. } = self.gear;
-        let has_losses = efficiency < 1.0 || backdrive_efficiency < 1.0;
-        self.flexible.is_none()
-            && self.motor == JointMotorParameters::default()
-            && !has_losses
-            && self.load.gravity_torque_nm.abs() <= 0.0
-            && !self.friction.has_presliding()
-            && self.friction.breakaway <= self.friction.coulomb
+    /// Whether its equations are linear within a mode, but for gravity and the dip of dry friction.
+    pub(super) fn is_exact(&self) -> bool {
+        self.flexible.is_none() && !self.friction.has_presliding() && self.motor.is_linear()
     }
 
-    fn dynamics(&self, stop: Contact) -> Dynamics {
-        let touched = match stop {
+    /// Whether every mode is linear, and a stop the only thing that changes it.
+    fn is_plain(&self) -> bool {
+        let is_dry = self.friction.is_dry() || self.gear.is_lossy();
+        self.motor == JointMotorParameters::default() && !is_dry && !self.is_bent()
+    }
+
+    /// Whether forces within a mode are not linear.
+    fn is_bent(&self) -> bool {
+        self.load.gravity_torque_nm.abs() > 0.0 || self.friction.breakaway > self.friction.coulomb
+    }
+
+    /// What gravity and the dip of dry friction exert beyond linear forces.
+    pub(super) fn bent_force(&self, mode: &Mode, position: f64, velocity: f64) -> f64 {
+        let FrictionParameters { coulomb, .. } = self.friction;
+        let dip = direction(mode.output) * (self.friction.level(velocity) - coulomb);
+        self.load.hanging_force(position) - dip
+    }
+
+    /// What accelerates the joint in `mode` under the force `outside`, `N m` or `N`.
+    #[inline]
+    pub(super) fn net_force(
+        &self,
+        regime: &Regime,
+        state: &State,
+        mode: &Mode,
+        wanted_nm: f64,
+        outside: f64,
+    ) -> f64 {
+        let stop = |stops: &StopsParameters| stops.force(mode.stop, state.position, state.velocity);
+        regime.leverage * self.motor.torque_nm(wanted_nm, state)
+            + outside
+            + self.load.linear_force(state.position)
+            - regime.resistance * state.velocity
+            - direction(mode.output) * regime.coulomb
+            + self.stops.as_ref().map_or(0.0, stop)
+    }
+
+    /// Takes the state of a plain joint on by a whole period under a held force, if no stop touches or lets go on the way; says
+    /// whether it did. What [`Leg`](super::leg::Leg) does in general, for the joints that most ticks consist of.
+    pub(super) fn glide(
+        &self,
+        steps: &mut ExactSteps,
+        state: &mut State,
+        Inputs { wanted_nm, load, .. }: Inputs,
+        period_s: f64,
+    ) -> bool {
+        if !steps.is_plain {
+            return false;
+        }
+        let contact = |stops: &StopsParameters| stops.contact(state.position, state.velocity);
+        let mode = Mode::free(self.stops.as_ref().map_or(Contact::Free, contact));
+        let Known { regime, whole, .. } = steps.get(self, &mode, period_s);
+        let acceleration = self.net_force(regime, state, &mode, wanted_nm, load) * whole.inverse_mass_per_kg;
+        if let Some(stops) = &self.stops {
+            let Some([room, room_per_s]) = stops.reach(mode.stop, state) else { return false };
+            let [moved, slowed] = regime.excursion(state.velocity.abs(), acceleration, 0.0, period_s);
+            if !(moved < room && slowed < room_per_s) {
+                return false;
+            }
+        }
+        let start = Motion {
+            position_m: state.position,
+            velocity_m_per_s: state.velocity,
+            acceleration_m_per_s2: acceleration,
+        };
+        let end = whole.step(&start, 0.0);
+        state.supplied_j += (self.gear.ratio * wanted_nm + load) * (end.position_m - state.position);
+        (state.position, state.velocity) = (end.position_m, end.velocity_m_per_s);
+        true
+    }
+
+    fn regime(&self, mode: &Mode) -> Regime {
+        let touched = match mode.stop {
             Contact::Free | Contact::Released => None,
             Contact::Lower | Contact::Upper => self.stops.as_ref(),
         };
         let (stiffness, damping) =
             touched.map_or((0.0, 0.0), |StopsParameters { stiffness, damping, .. }| (*stiffness, *damping));
-        let inertia = self.load.inertia + self.gear.ratio * self.gear.ratio * self.rotor_kg_m2;
-        Dynamics {
+        let ratio = self.gear.ratio;
+        let leverage = ratio * self.gear.share(mode.flow);
+        let inertia = self.load.inertia + leverage * ratio * self.rotor_kg_m2;
+        let rotor_ns = leverage * ratio * self.motor.viscous_nms_per_rad();
+        let resistance = self.load.damping + self.friction.viscous + rotor_ns;
+        let winding = self.winding.as_ref();
+        let dynamics = Dynamics {
             stiffness_n_per_m: self.load.stiffness + stiffness,
-            damping_ns_per_m: self.load.damping + self.friction.viscous + damping,
+            damping_ns_per_m: resistance + damping,
             inverse_mass_per_kg: inertia.recip(),
-        }
-    }
-
-    /// What accelerates the joint in `mode`, `N m` or `N`.
-    fn net_force(&self, state: &State, mode: &Mode, inputs: &Inputs) -> f64 {
-        let resistance = self.load.damping + self.friction.viscous;
-        let stop = |stops: &StopsParameters| stops.force(mode.stop, state.position, state.velocity);
-        self.gear.ratio * inputs.wanted_nm + inputs.load + self.load.linear_force(state.position)
-            - resistance * state.velocity
-            - direction(mode.output) * self.friction.coulomb
-            + self.stops.as_ref().map_or(0.0, stop)
-    }
-
-    /// Takes `state`, in `mode`, on by a step.
-    pub(super) fn exact_step(
-        &self,
-        steps: &mut ExactSteps,
-        state: &mut State,
-        mode: &Mode,
-        inputs: &Inputs,
-        push: Push,
-        step_s: f64,
-    ) {
-        if mode.output != Slide::Stuck {
-            self.step_by(&steps.get(self, mode.stop, step_s).transition, state, mode, inputs, push, step_s);
-        }
-    }
-
-    #[inline]
-    fn step_by(
-        &self,
-        transition: &Transition,
-        state: &mut State,
-        mode: &Mode,
-        inputs: &Inputs,
-        push: Push,
-        step_s: f64,
-    ) {
-        let Push { start, middle, end } = push;
-        let beyond = 2.0 / 3.0 * (middle - 0.5 * (start + end));
-        let inputs = Inputs { load: start + beyond, ..*inputs };
-        let motion = Motion {
-            position_m: state.position,
-            velocity_m_per_s: state.velocity,
-            acceleration_m_per_s2: self.net_force(state, mode, &inputs) * transition.inverse_mass_per_kg,
+            bandwidth_per_s: winding.map_or(0.0, |winding| winding.bandwidth_per_s),
+            force_n_per_a: winding.map_or(0.0, |winding| leverage * winding.nm_per_a),
         };
-        let slope = (end - start) / step_s;
-        let next = transition.step(&motion, slope * transition.inverse_mass_per_kg);
-        let (moved, slowed) = (next.position_m - state.position, state.velocity - next.velocity_m_per_s);
-        // ∫ t v dt, by a cubic between the ends.
-        let late = step_s * (0.5 * moved - step_s / 12.0 * slowed);
-        let supplied_j = (self.gear.ratio * inputs.wanted_nm + inputs.load) * moved + slope * late;
-        let before_j = self.linear_stored_j(state);
-        (state.position, state.velocity) = (next.position_m, next.velocity_m_per_s);
-        state.supplied_j += supplied_j;
-        state.dissipated_j += supplied_j - (self.linear_stored_j(state) - before_j);
+        let coulomb = self.friction.coulomb + leverage * self.motor.coulomb_nm();
+        let gravity = self.load.gravity_torque_nm.abs();
+        let rad2_per_s2 = (dynamics.stiffness_n_per_m + gravity) / inertia;
+        let rad_per_s = rad2_per_s2.sqrt();
+        let unsteady = self.friction.steepest() + if gravity > 0.0 { gravity / rad_per_s } else { 0.0 };
+        let damped = dynamics.damping_ns_per_m / (inertia * rad_per_s);
+        let swing_s2 = 2.0 / rad2_per_s2 * (1.0 + damped * damped).sqrt();
+        let growth_per_s = unsteady / inertia;
+        let swing_s2 = if gravity > 0.0 || swing_s2.is_nan() { f64::INFINITY } else { swing_s2 };
+        Regime { dynamics, leverage, resistance, coulomb, rad_per_s, growth_per_s, swing_s2 }
     }
+}
 
-    /// [`stored_j`](Self::stored_j) of a joint that takes exact steps.
-    fn linear_stored_j(&self, state: &State) -> f64 {
-        let inertia = self.load.inertia + self.gear.ratio * self.gear.ratio * self.rotor_kg_m2;
-        let stop = |stops: &StopsParameters| {
-            let depth = stops.beyond(state.position);
-            0.5 * stops.stiffness * depth * depth
-        };
-        0.5 * inertia * state.velocity * state.velocity
-            + self.load.potential_j(state.position)
-            + self.stops.as_ref().map_or(0.0, stop)
-    }
-
-    /// Takes `state` on by a whole period, in one step; not where something can touch, let go or slide on the way, or where
-    /// the outside force is not smooth. Says whether it did.
+impl Regime {
+    /// By how much, at most, position and velocity change in a step that begins at a speed with an acceleration, while other
+    /// forces change by `change`.
     ///
     /// From `a' = -w² v - d/m a + j`: `sqrt(a² + w² v²)` grows by at most `|j| t`, so `A`, its value at the start plus
     /// `|j| t`, bounds `|a|`; the velocity changes by at most `A t`, the position by `(|v| + A t) t`. Around its equilibrium
-    /// the joint oscillates by at most `A/w²`, which bounds both however long the period is.
-    pub(super) fn exact_stride(
-        &self,
-        steps: &mut ExactSteps,
-        state: &mut State,
-        inputs: &Inputs,
-        (push, quarter): (Push, f64),
-        period_s: f64,
-    ) -> bool {
-        let contact = |stops: &StopsParameters| stops.contact(state.position, state.velocity);
-        let stop = self.stops.as_ref().map_or(Contact::Free, contact);
-        let mode = Mode { output: Slide::Frictionless, rotor: Slide::Frictionless, stop, mesh: Mesh::Tight };
-        let Push { start, middle, end } = push;
-        let forces = start.abs() + middle.abs() + end.abs() + (self.gear.ratio * inputs.wanted_nm).abs();
-        let parabola = 0.375 * start + 0.75 * middle - 0.125 * end;
-        let is_smooth = (quarter - parabola).abs() <= SMOOTH * forces;
-        let rooms = self.stops.as_ref().map_or(Some([f64::INFINITY; 2]), |stops| stops.reach(stop, state));
-        let Some([room, room_per_s]) = rooms.filter(|_| is_smooth) else { return false };
-        let Known { dynamics, transition, .. } = steps.get(self, stop, period_s);
-        if room < f64::INFINITY {
-            let Dynamics { stiffness_n_per_m, inverse_mass_per_kg, .. } = *dynamics;
-            let acceleration = self.net_force(state, &mode, inputs) * inverse_mass_per_kg;
-            let rad2_per_s2 = stiffness_n_per_m * inverse_mass_per_kg;
-            let pushed = (end - start).abs() + 2.0 * (middle - 0.5 * (start + end)).abs();
-            let fastest = (acceleration * acceleration + rad2_per_s2 * state.velocity * state.velocity)
-                .sqrt()
-                + pushed * inverse_mass_per_kg;
-            let swing = 2.0 * fastest / rad2_per_s2;
-            let slowed = (fastest * period_s).min(swing * rad2_per_s2.sqrt());
-            let moved = ((state.velocity.abs() + slowed) * period_s).min(swing);
-            if !(moved < room && slowed < room_per_s) {
-                return false;
-            }
+    /// the joint oscillates by at most `A/w² sqrt(1 + (d/(m w))²)`, which bounds both however long the step is. Where the dip
+    /// of friction falls by `s` per velocity and gravity changes by `g` per position, with `g` in `w²` the root also grows
+    /// with the rate `(s + g/w)/m`.
+    pub(super) fn excursion(&self, speed: f64, acceleration: f64, change: f64, step_s: f64) -> [f64; 2] {
+        let turning = self.rad_per_s * speed;
+        let mut fastest = (acceleration * acceleration + turning * turning).sqrt()
+            + change * self.dynamics.inverse_mass_per_kg;
+        if self.growth_per_s > 0.0 {
+            fastest *= libm::exp(self.growth_per_s * step_s);
         }
-        self.step_by(transition, state, &mode, inputs, push, period_s);
-        true
+        let slowed = (fastest * step_s).min(2.0 * fastest / self.rad_per_s);
+        [((speed + slowed) * step_s).min(self.swing_s2 * fastest), slowed]
     }
 }

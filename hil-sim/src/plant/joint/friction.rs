@@ -7,6 +7,9 @@
 use crate::plant::parameter::{ParameterError, not_negative, positive, require};
 use serde::{Deserialize, Serialize};
 
+/// Stribeck velocities at which nothing is left of the dip: `e^(-6.5²)` is far below the last bit.
+const PAST_DIP: f64 = 6.5;
+
 /// Friction at the output. Units of an output that turns; of one that slides in parentheses.
 #[derive(Debug, Clone, PartialEq, Deserialize, Serialize)]
 #[serde(default, deny_unknown_fields)]
@@ -67,11 +70,20 @@ impl FrictionParameters {
 
     /// `g(v)`, `N m` or `N`.
     pub(super) fn level(&self, velocity: f64) -> f64 {
-        if self.breakaway <= self.coulomb {
+        let share = velocity / self.stribeck_velocity;
+        if self.breakaway <= self.coulomb || share.abs() > PAST_DIP {
             return self.coulomb;
         }
-        let share = velocity / self.stribeck_velocity;
+        if share.abs() <= 0.0 {
+            return self.breakaway;
+        }
         self.coulomb + (self.breakaway - self.coulomb) * libm::exp(-share * share)
+    }
+
+    /// Steepest fall of the dip, `N m s/rad` or `N s/m`: that of `exp(-(v/vs)²)` is `sqrt(2/e)/vs`.
+    pub(super) fn steepest(&self) -> f64 {
+        let dip = (self.breakaway - self.coulomb).max(0.0) / self.stribeck_velocity;
+        (2.0 / core::f64::consts::E).sqrt() * dip
     }
 
     /// Against the motion, and how fast the bristles deflect. `direction` is the sliding direction, -1, 0 or 1.

@@ -44,12 +44,38 @@ impl GearParameters {
     /// Output torque (times `1/ratio`) per rotor torque, for a transmitted torque of the sign of `torque` while
     /// the gear turns in `direction` (-1, 0 or 1). A gear at rest shows no loss here: its losses hold it.
     pub(super) fn transmission(&self, torque: f64, direction: f64) -> f64 {
-        if torque * direction > 0.0 {
-            self.efficiency
-        } else if torque * direction < 0.0 {
-            self.backdrive_efficiency.recip()
+        self.share(Flow::of(torque * direction))
+    }
+
+    /// The same by the flow of power.
+    pub(super) fn share(&self, flow: Flow) -> f64 {
+        match flow {
+            Flow::Forward => self.efficiency,
+            Flow::Backward => self.backdrive_efficiency.recip(),
+            Flow::None => 1.0,
+        }
+    }
+}
+
+/// Which way a gear transmits power.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Flow {
+    None,
+    /// From motor to load.
+    Forward,
+    /// From load to motor.
+    Backward,
+}
+
+impl Flow {
+    /// Of a power from motor to load.
+    pub(super) fn of(power: f64) -> Self {
+        if power > 0.0 {
+            Self::Forward
+        } else if power < 0.0 {
+            Self::Backward
         } else {
-            1.0
+            Self::None
         }
     }
 }

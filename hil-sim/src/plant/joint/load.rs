@@ -62,12 +62,15 @@ impl LoadParameters {
 
     /// By gravity and the spring, `N m` or `N`.
     pub(super) fn potential_force(&self, position: f64) -> f64 {
-        let hanging = if self.gravity_torque_nm.abs() > 0.0 {
-            self.gravity_torque_nm * libm::sin(position - self.gravity_angle_rad)
-        } else {
-            0.0
-        };
-        self.linear_force(position) - hanging
+        self.linear_force(position) + self.hanging_force(position)
+    }
+
+    /// By gravity on a turning load, `N m`.
+    pub(super) fn hanging_force(&self, position: f64) -> f64 {
+        if self.gravity_torque_nm.abs() <= 0.0 {
+            return 0.0;
+        }
+        -self.gravity_torque_nm * libm::sin(position - self.gravity_angle_rad)
     }
 
     /// By the spring and a weight along a sliding output, `N m` or `N`.

@@ -8,15 +8,16 @@
 //! `e` is the gear's efficiency, or one over it when the load drives (Spong, "Modeling and control of elastic joint
 //! robots", ASME J. Dynamic Systems, Measurement, and Control 109, 1987, for the flexible joint).
 
-use super::flexible::{Flexible, Mesh};
+use super::flexible::Flexible;
 use super::friction::FrictionParameters;
-use super::gear::GearParameters;
+use super::gear::{Flow, GearParameters};
 use super::load::LoadParameters;
 use super::mode::Slide;
 use super::mode::{Mode, direction, slide};
 use super::motor::JointMotorParameters;
 use super::state::State;
 use super::stops::{Contact, StopsParameters};
+use super::winding::Winding;
 
 /// A joint's parts.
 #[derive(Debug, Clone)]
@@ -27,6 +28,8 @@ pub(super) struct Mechanics {
     pub(super) gear: GearParameters,
     pub(super) flexible: Option<Flexible>,
     pub(super) motor: JointMotorParameters,
+    /// The motor's; none where steps are not exact.
+    pub(super) winding: Option<Winding>,
     /// All that turns with the rotor.
     pub(super) rotor_kg_m2: f64,
 }
@@ -110,8 +113,7 @@ impl Mechanics {
     pub(super) fn mode(&self, inputs: &Inputs, state: &State) -> Mode {
         let stop =
             self.stops.as_ref().map_or(Contact::Free, |stops| stops.contact(state.position, state.velocity));
-        let mut mode =
-            Mode { output: Slide::Frictionless, rotor: Slide::Frictionless, stop, mesh: Mesh::Tight };
+        let mut mode = Mode::free(stop);
         if let Some(flexible) = &self.flexible {
             let (twist, twist_rate) = self.twist(state);
             mode.mesh = flexible.mesh(twist, twist_rate);
@@ -122,11 +124,28 @@ impl Mechanics {
             }
         }
         if self.friction.is_dry() || (self.flexible.is_none() && self.is_rotor_dry()) {
-            mode.output = slide(state.velocity, |output| {
-                self.drive(inputs, state, &Mode { output, ..mode }).acceleration
-            });
+            mode.output =
+                slide(state.velocity, |output| self.acceleration(inputs, state, &Mode { output, ..mode }));
         }
+        if self.gear.is_lossy() && mode.output != Slide::Stuck && self.is_exact() {
+            mode.flow = Flow::of(self.transmitted(inputs, state, &mode) * direction(mode.output));
+        }
+        mode.is_limited = self.winding.as_ref().is_some_and(|winding| {
+            let (_, rotor_rad_per_s) = self.rotor(state);
+            !winding.follows(state, winding.current(inputs.wanted_nm, state), rotor_rad_per_s, 0.0)
+        });
         mode
+    }
+
+    /// Of the output, in `mode`.
+    pub(super) fn acceleration(&self, inputs: &Inputs, state: &State, mode: &Mode) -> f64 {
+        self.drive(inputs, state, mode).acceleration
+    }
+
+    /// Whether all of what is commanded arrives at the output, for nothing takes its part.
+    pub(super) fn is_source(&self) -> bool {
+        let is_ideal = self.motor == JointMotorParameters::default();
+        is_ideal && self.flexible.is_none() && self.rotor_kg_m2 <= 0.0 && !self.gear.is_lossy()
     }
 
     /// Whether the rotor can stick, by its own friction or the gear's losses.
@@ -180,15 +199,33 @@ impl Mechanics {
     }
 
     fn drive_against(&self, resistance: f64, inputs: &Inputs, state: &State, mode: &Mode) -> Drive {
-        let stop = |stops: &StopsParameters| stops.force(mode.stop, state.position, state.velocity);
-        let outer =
-            inputs.load + self.load.potential_force(state.position) + self.stops.as_ref().map_or(0.0, stop)
-                - resistance;
+        let outer = self.outer(resistance, inputs, state, mode);
         let motor_nm = self.motor.torque_nm(inputs.wanted_nm, state);
         match &self.flexible {
             Some(flexible) => self.flexible_drive(flexible, state, mode, motor_nm, outer),
             None => self.rigid_drive(state, mode, motor_nm, outer),
         }
+    }
+
+    /// What acts on the output from outside.
+    fn outer(&self, resistance: f64, inputs: &Inputs, state: &State, mode: &Mode) -> f64 {
+        let stop = |stops: &StopsParameters| stops.force(mode.stop, state.position, state.velocity);
+        inputs.load + self.load.potential_force(state.position) + self.stops.as_ref().map_or(0.0, stop)
+            - resistance
+    }
+
+    /// Of a rigid joint: has the sign of the torque in its gear, whatever the efficiency.
+    pub(super) fn transmitted(&self, inputs: &Inputs, state: &State, mode: &Mode) -> f64 {
+        let resistance = self.resistance(inputs, state, mode.output).force;
+        let outer = self.outer(resistance, inputs, state, mode);
+        let turning = direction(mode.output);
+        let net_nm = self.motor.torque_nm(inputs.wanted_nm, state)
+            - self.rotor_resistance_nm(turning, self.gear.ratio * state.velocity);
+        self.transmitted_by(net_nm, outer)
+    }
+
+    pub(super) fn transmitted_by(&self, net_nm: f64, outer: f64) -> f64 {
+        net_nm * self.load.inertia - self.rotor_kg_m2 * self.gear.ratio * outer
     }
 
     fn rigid_drive(&self, state: &State, mode: &Mode, motor_nm: f64, outer: f64) -> Drive {
@@ -197,9 +234,7 @@ impl Mechanics {
         let rotor_rad_per_s = ratio * state.velocity;
         let resistance_nm = self.rotor_resistance_nm(turning, rotor_rad_per_s);
         let net_nm = motor_nm - resistance_nm;
-        // The transmitted torque has this sign whatever the efficiency.
-        let transmitted = net_nm * inertia - self.rotor_kg_m2 * ratio * outer;
-        let efficiency = self.gear.transmission(transmitted, turning);
+        let efficiency = self.gear.transmission(self.transmitted_by(net_nm, outer), turning);
         let leverage = ratio * efficiency;
         let acceleration = if mode.output == Slide::Stuck {
             0.0

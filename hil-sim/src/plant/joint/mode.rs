@@ -1,6 +1,7 @@
 //! Which smooth equations hold: the sliding directions, and what touches.
 
 use super::flexible::Mesh;
+use super::gear::Flow;
 use super::stops::Contact;
 
 /// Which way dry friction acts.
@@ -32,6 +33,18 @@ pub(super) struct Mode {
     pub(super) rotor: Slide,
     pub(super) stop: Contact,
     pub(super) mesh: Mesh,
+    /// Of power through a lossy gear of a rigid joint.
+    pub(super) flow: Flow,
+    /// Whether the voltage does not last for the current that is wanted.
+    pub(super) is_limited: bool,
+}
+
+impl Mode {
+    /// Nothing is dry.
+    pub(super) fn free(stop: Contact) -> Self {
+        let free = Slide::Frictionless;
+        Self { output: free, rotor: free, stop, mesh: Mesh::Tight, flow: Flow::None, is_limited: false }
+    }
 }
 
 /// Which way dry friction lets something slide that moves at `velocity`, or would accelerate from rest in either

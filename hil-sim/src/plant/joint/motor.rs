@@ -5,6 +5,7 @@ use super::pace::Pace;
 use super::state::State;
 use super::thermal::{DATA_SHEET_C, ThermalParameters};
 use super::three_phase::ThreePhaseParameters;
+use super::winding::Winding;
 use crate::plant::parameter::ParameterError;
 use serde::{Deserialize, Serialize};
 
@@ -87,6 +88,20 @@ impl JointMotorParameters {
             Self::Ideal {} => 0.0,
             Self::Brushed(motor) => motor.coulomb_nm,
             Self::ThreePhase(motor) => motor.coulomb_nm,
+        }
+    }
+
+    /// Whether its torque is linear in what is wanted and time while the voltage lasts.
+    pub(super) fn is_linear(&self) -> bool {
+        !matches!(self, Self::ThreePhase(motor) if motor.dead_time_share > 0.0)
+    }
+
+    /// Of a linear motor.
+    pub(super) fn winding(&self) -> Option<Winding> {
+        match self {
+            Self::Brushed(motor) => Some(motor.winding()),
+            Self::ThreePhase(motor) if self.is_linear() => Some(motor.winding()),
+            Self::Ideal {} | Self::ThreePhase(_) => None,
         }
     }
 

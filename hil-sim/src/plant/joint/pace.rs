@@ -42,7 +42,7 @@ pub(super) fn sub_steps_per_s(mechanics: &Mechanics) -> Result<f64, ParameterErr
 }
 
 fn paces(mechanics: &Mechanics) -> Vec<Pace> {
-    let Mechanics { load, stops, friction, gear, flexible, motor, rotor_kg_m2 } = mechanics;
+    let Mechanics { load, stops, friction, gear, flexible, motor, rotor_kg_m2, .. } = mechanics;
     let ratio2 = gear.ratio * gear.ratio;
     // What has to move along with the output, and with the rotor, at least.
     let (moved, turned_kg_m2) = if flexible.is_some() {
@@ -53,15 +53,12 @@ fn paces(mechanics: &Mechanics) -> Vec<Pace> {
     };
     let natural = |path, stiffness: f64| Pace::of(path, stiffness, (stiffness.abs() / moved).sqrt());
     let decay = |path, damping: f64| Pace::of(path, damping, damping / moved);
-    // The steepest fall of exp(-(v/vs)²) is sqrt(2/e)/vs.
-    let dip = (friction.level(0.0) - friction.coulomb) / friction.stribeck_velocity;
-    let steepest = (2.0 / core::f64::consts::E).sqrt() * dip;
     let mut paces = motor.paces(turned_kg_m2);
     paces.extend([
         decay("load.damping", load.damping),
         natural("load.gravity_torque_nm", load.gravity_torque_nm),
         natural("load.stiffness", load.stiffness),
-        Pace::of("friction.stribeck_velocity", friction.stribeck_velocity, steepest / moved),
+        Pace::of("friction.stribeck_velocity", friction.stribeck_velocity, friction.steepest() / moved),
         decay("friction.viscous", friction.viscous),
         natural("friction.presliding_stiffness", friction.presliding_stiffness),
         decay("friction.presliding_damping", friction.presliding_damping),

@@ -4,6 +4,7 @@ use super::*;
 
 mod basics;
 mod energy;
+mod exact;
 mod flexible;
 mod friction;
 mod gear;

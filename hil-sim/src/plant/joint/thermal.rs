@@ -6,6 +6,9 @@ use serde::{Deserialize, Serialize};
 /// The temperature at which data sheets give a winding's resistance, `°C`.
 pub(super) const DATA_SHEET_C: f64 = 25.0;
 
+/// Resistance per that at 25 °C that copper has near 40 K.
+const MIN_WARMTH: f64 = 0.1;
+
 /// How the winding warms up.
 #[derive(Debug, Clone, PartialEq, Deserialize, Serialize)]
 #[serde(default, deny_unknown_fields)]
@@ -45,8 +48,19 @@ impl ThermalParameters {
         (loss_w - (winding_c - self.ambient_c) / self.resistance_k_per_w) / self.capacity_j_per_k
     }
 
-    /// Resistance at `winding_c` per resistance at 25 °C; never below a tenth, which copper has near 40 K.
+    /// By how much the winding warms in `step_s`, `K`, with a loss of `cold_j` at the resistance of 25 °C.
+    pub(super) fn warming_k(&self, winding_c: f64, cold_j: f64, step_s: f64) -> f64 {
+        let warmth = self.warmth(winding_c);
+        let cooling_j = step_s * (winding_c - self.ambient_c) / self.resistance_k_per_w;
+        let first_k = (cold_j * warmth - cooling_j) / self.capacity_j_per_k;
+        // T' = α + β T over a time in which `b = ∫ β` is small: (e^b - 1)/b.
+        let rises = if warmth > MIN_WARMTH { cold_j * self.coefficient_per_k } else { 0.0 };
+        let b = (rises - step_s / self.resistance_k_per_w) / self.capacity_j_per_k;
+        first_k * (1.0 + b / 2.0 * (1.0 + b / 3.0 * (1.0 + b / 4.0)))
+    }
+
+    /// Resistance at `winding_c` per resistance at 25 °C, at least [`MIN_WARMTH`].
     pub(super) fn warmth(&self, winding_c: f64) -> f64 {
-        (1.0 + self.coefficient_per_k * (winding_c - DATA_SHEET_C)).max(0.1)
+        (1.0 + self.coefficient_per_k * (winding_c - DATA_SHEET_C)).max(MIN_WARMTH)
     }
 }

@@ -17,6 +17,7 @@ use super::motor::Electric;
 use super::pace::Pace;
 use super::state::State;
 use super::thermal::ThermalParameters;
+use super::winding::Winding;
 use crate::plant::parameter::{ParameterError, not_negative, positive, positive_or_infinite, require};
 use serde::{Deserialize, Serialize};
 
@@ -118,6 +119,23 @@ impl ThreePhaseParameters {
     /// `3/2 p ψ`, `N m/A`.
     pub(super) fn torque_constant_nm_per_a(&self) -> f64 {
         1.5 * f64::from(self.pole_pairs) * self.flux_linkage_vs
+    }
+
+    /// Without dead time there is no current along the magnets' flux.
+    pub(super) fn winding(&self) -> Winding {
+        let pole_pairs = f64::from(self.pole_pairs);
+        Winding {
+            nm_per_a: self.torque_constant_nm_per_a(),
+            bandwidth_per_s: self.current_bandwidth_rad_per_s,
+            current_limit_a: self.current_limit_a,
+            resistance_ohm: self.resistance_ohm,
+            inductance_h: self.quadrature_inductance_h,
+            emf_vs: pole_pairs * self.flux_linkage_vs,
+            coupling_h: pole_pairs * self.quadrature_inductance_h,
+            voltage_limit_v: self.supply_v / 3.0_f64.sqrt(),
+            power_share: 1.5,
+            thermal: self.thermal.clone(),
+        }
     }
 
     pub(super) fn torque_nm(&self, [d_a, q_a]: [f64; 2]) -> f64 {
