@@ -5,7 +5,7 @@
 #[path = "build/cycle_table.rs"]
 mod cycle_table;
 
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 use std::process::Command;
 use std::{env, fs};
 
@@ -13,19 +13,22 @@ use boards::BOARDS;
 use boards::catalogue::{BoardInfo, MODULE_GROUPS, SHIPPED_GROUPS};
 use dimsart_core::limits::MAX_DOF;
 use dimsart_core::limits::Sizes;
-use dimsart_core::{AxisKind, DeviceDescriptor, Dimsart, memory, scheme, types};
+use dimsart_core::{AxisKind, DeviceDescriptor, Dimsart, Kinds, join_kinds, memory, scheme, types};
 use dimsart_link::saved_scheme;
 use dimsart_modules::ALL;
+use own_modules::OWN;
 
 /// Of the controller that built-in schemes are made into commands by.
 type BuildMemory = memory!(Sizes::DEFAULT);
+
+/// Of the tools that an image works with: its built-in scheme has their fingerprint.
+const KINDS: Kinds = join_kinds![ALL, OWN];
 
 const SIDES: [&str; 2] = ["master", "slave"];
 
 fn main() -> Result<(), String> {
     println!("cargo:rerun-if-changed=build.rs");
     let out = PathBuf::from(env::var_os("OUT_DIR").ok_or("cargo sets OUT_DIR")?);
-    write(&out.join("own_modules.rs"), own_modules()?)?;
     let is_for_board = env::var("CARGO_CFG_TARGET_OS").as_deref() == Ok("none");
     #[cfg(feature = "cycle-table")]
     cycle_table::write(&out.join("cycle_table.rs"))?;
@@ -35,31 +38,13 @@ fn main() -> Result<(), String> {
     }
     let Some(board) = board else { return Ok(()) };
     let [side, _] = SIDES;
-    write(&out.join("built-in-scheme"), built_in_scheme(board, side)?)?;
+    let written = fs::write(out.join("built-in-scheme"), built_in_scheme(board, side)?);
+    written.map_err(|error| format!("cannot write the built-in scheme: {error}"))?;
     println!("cargo:rustc-env=DIMSART_SCHEME={}", board.tooling.scheme.name);
     println!("cargo:rustc-env=DIMSART_SIDE={side}");
     println!("cargo:rustc-env=DIMSART_COMPILER={}", compiler()?);
     link();
     Ok(())
-}
-
-fn write(path: &Path, content: impl AsRef<[u8]>) -> Result<(), String> {
-    fs::write(path, content).map_err(|error| format!("cannot write {}: {error}", path.display()))
-}
-
-/// The kinds of a project outside this repository: `DIMSART_MODULES` is the path of a Rust file with a list `OWN`.
-fn own_modules() -> Result<String, String> {
-    println!("cargo:rerun-if-env-changed=DIMSART_MODULES");
-    let Some(path) = env::var_os("DIMSART_MODULES").map(PathBuf::from) else {
-        return Ok("const OWN: Kinds = Kinds::NONE;".to_owned());
-    };
-    let file = fs::canonicalize(&path).map_err(|error| {
-        format!("DIMSART_MODULES: {}: {error}; give the path of a Rust file", path.display())
-    })?;
-    println!("cargo:rerun-if-changed={}", file.with_file_name("").display());
-    Ok(format!(
-        "#[path = {file:?}]\n#[allow(missing_docs, unreachable_pub, dead_code, clippy::all)]\nmod own;\nuse own::OWN;"
-    ))
 }
 
 fn is_chosen(feature: &str) -> bool {
@@ -71,7 +56,7 @@ fn built_in_scheme(board: &BoardInfo, side: &str) -> Result<saved_scheme::Scheme
     let axes = [AxisKind::Rotary; MAX_DOF];
     let device = DeviceDescriptor::new("any board", &axes, 1e-3, &[types::POSITION], &[types::DES_FORCE]);
     let device = device.map_err(|error| error.to_string())?;
-    let mut dimsart = Dimsart::new(Box::leak(Box::new(BuildMemory::new())), device, ALL)
+    let mut dimsart = Dimsart::new(Box::leak(Box::new(BuildMemory::new())), device, KINDS)
         .map_err(|error| format!("{error:?}"))?;
     let mut wrong = Vec::new();
     scheme::load(board.tooling.scheme.text, side, &SIDES, &mut dimsart, |error| {

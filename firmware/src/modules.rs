@@ -5,8 +5,7 @@ use dimsart_modules::{
     BASIC, CONTROL, ENERGY, FILTERS, JOINT_CONTROL, LIMITS, LOGIC, ONLINE, ROBOTS, SIGNALS, TELEOPERATION,
     TRAJECTORIES,
 };
-
-include!(concat!(env!("OUT_DIR"), "/own_modules.rs"));
+use own_modules::OWN;
 
 /// The groups that were chosen by features of this package, and the kinds of a project.
 pub(crate) const MODULES: Kinds = join_kinds![

@@ -203,8 +203,18 @@ mod tests {
                         if checkout.is_some() { 3 } else { 1 }
                     );
                     assert_eq!(table.contains_key("target"), checkout.is_some());
+                    assert_eq!(table["build"].get("build-dir").is_some(), checkout.is_some());
                 }
             }
         }
+    }
+
+    /// Otherwise a project compiles all packages again.
+    #[test]
+    fn a_project_s_release_build_has_the_settings_of_this_workspace() {
+        let project = fill(FILES[0].1, &filled("gripper", None));
+        let tables = [project.as_str(), include_str!("../../../Cargo.toml")];
+        let [project, workspace] = tables.map(|text| text.parse::<toml::Table>().unwrap());
+        assert_eq!(project["profile"]["release"], workspace["profile"]["release"]);
     }
 }
