@@ -13,12 +13,16 @@ use boards::BOARDS;
 use boards::catalogue::{BoardInfo, MODULE_GROUPS, SHIPPED_GROUPS};
 use dimsart_core::limits::MAX_DOF;
 use dimsart_core::limits::Sizes;
-use dimsart_core::{AxisKind, DeviceDescriptor, Dimsart, memory, scheme, types};
+use dimsart_core::{AxisKind, DeviceDescriptor, Dimsart, Kinds, join_kinds, memory, scheme, types};
 use dimsart_link::saved_scheme;
-use dimsart_modules::IN_PLACE;
+use dimsart_modules::ALL;
+use own_modules::OWN;
 
 /// Of the controller that built-in schemes are made into commands by.
 type BuildMemory = memory!(Sizes::DEFAULT);
+
+/// Of the tools that an image works with: its built-in scheme has their fingerprint.
+const KINDS: Kinds = join_kinds![ALL, OWN];
 
 const SIDES: [&str; 2] = ["master", "slave"];
 
@@ -52,7 +56,7 @@ fn built_in_scheme(board: &BoardInfo, side: &str) -> Result<saved_scheme::Scheme
     let axes = [AxisKind::Rotary; MAX_DOF];
     let device = DeviceDescriptor::new("any board", &axes, 1e-3, &[types::POSITION], &[types::DES_FORCE]);
     let device = device.map_err(|error| error.to_string())?;
-    let mut dimsart = Dimsart::new(Box::leak(Box::new(BuildMemory::new())), device, IN_PLACE)
+    let mut dimsart = Dimsart::new(Box::leak(Box::new(BuildMemory::new())), device, KINDS)
         .map_err(|error| format!("{error:?}"))?;
     let mut wrong = Vec::new();
     scheme::load(board.tooling.scheme.text, side, &SIDES, &mut dimsart, |error| {

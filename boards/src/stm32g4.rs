@@ -6,6 +6,8 @@
 //! A debugger that halts the processor stops timer 1 too, which switches its outputs off, and then the watchdog.
 //! Going on, the board powers its motors as before.
 
+#[cfg(feature = "three-phase")]
+pub(crate) mod bridge;
 mod ccm;
 mod clock;
 mod critical_section;

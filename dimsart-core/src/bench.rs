@@ -1,16 +1,15 @@
 //! A control law on a bench: one axis, 1 kHz, plain numbers in and out, to try a module out in a few lines.
 
-use crate::data_type::DataType;
-use crate::device::{DescriptorError, DeviceDescriptor};
+use crate::data_base::StorageError;
+use crate::device::DeviceDescriptor;
+use crate::device::descriptor::DescriptorError;
 use crate::dimsart::Dimsart;
-use crate::kind::Kinds;
+use crate::engine::Kinds;
 use crate::limits::MAX_DOF;
 use crate::memory::ProvidedMemory;
+use crate::rows::{self, SchemeError};
 use crate::safety::Tick;
-use crate::scheme::{self, SchemeError};
-use crate::storage::StorageError;
-use crate::unit::AxisKind;
-use crate::word::Word;
+use crate::signal::{AxisKind, DataType, Word};
 
 /// A controller for a device of one linear axis that measures what a test says.
 ///
@@ -64,7 +63,7 @@ impl Bench {
         let mut dimsart =
             Dimsart::new(ProvidedMemory::leaked(), device, kinds).map_err(BenchError::Memory)?;
         let mut first = None;
-        scheme::load(rows, "all", &[], &mut dimsart, |error| first = first.or(Some(error)));
+        rows::load(rows, "all", &[], &mut dimsart, |error| first = first.or(Some(error)));
         match first {
             Some(error) => Err(BenchError::Scheme(error)),
             None if !dimsart.engine().is_running() => Err(BenchError::DoesNotRun),

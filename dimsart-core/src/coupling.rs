@@ -24,7 +24,7 @@ mod atomic {
 use atomic::{AtomicU8, AtomicU32};
 pub use snapshot::{Snapshot, SnapshotReader, SnapshotWriter};
 
-use crate::word::Word;
+use crate::signal::Word;
 
 /// Ticks without anything new after which commands are late, unless told otherwise.
 pub const TIMEOUT_TICKS: u32 = 20;

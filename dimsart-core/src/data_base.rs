@@ -1,14 +1,24 @@
 //! The Data Base: every signal of a scheme, in statically sized slots.
 
+pub(crate) mod checked_words;
+pub(crate) mod data;
+pub(crate) mod frame;
+pub(crate) mod handle;
+pub(crate) mod storage;
+
+pub(crate) use checked_words::CheckedWords;
+pub(crate) use data::{Data, Dof, Inputs, Outputs};
+pub(crate) use frame::{Frame, FrameError};
+pub(crate) use handle::{Input, Memory, Output, Signal};
+pub(crate) use storage::{Block, List, Storage, StorageError};
+
 use core::cell::Cell;
 
-use crate::data::{Data, Dof};
-use crate::data_type::{DataType, TypeRef};
 use crate::device::DeviceDescriptor;
 use crate::limits::MAX_SLOTS;
-use crate::mailbox::LinkPort;
 use crate::online::Programs;
-use crate::storage::{Block, Storage, StorageError};
+use crate::packet::LinkPort;
+use crate::signal::{DataType, TypeRef};
 
 /// A signal that is in the Data Base now.
 #[derive(Debug, Clone, Copy, PartialEq)]

@@ -1,17 +1,15 @@
 //! One controller: engine, frame and safety stage, and the order of a tick.
 
-use crate::command::{Command, CommandError};
-use crate::data_type::TypeRef;
+use crate::data_base::{Frame, StorageError};
 use crate::device::DeviceDescriptor;
+use crate::engine::Kinds;
 use crate::engine::{Engine, Observer};
-use crate::frame::Frame;
-use crate::kind::Kinds;
-use crate::mailbox::{LinkPort, Silence, is_newer};
 use crate::memory::ProvidedMemory;
-use crate::packet::{Packet, PacketError};
+use crate::packet::mailbox::is_newer;
+use crate::packet::{LinkPort, Packet, PacketError, Silence};
 use crate::safety::{DriveFault, Reason, Safety, Tick};
-use crate::storage::StorageError;
-use crate::word::Word;
+use crate::scheme::{Command, CommandError};
+use crate::signal::{TypeRef, Word};
 
 /// A whole DIMSART, for one device.
 ///

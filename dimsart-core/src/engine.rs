@@ -3,10 +3,10 @@
 mod commands;
 mod containment;
 mod costs;
+mod kinds;
 mod laws;
 mod observer;
 mod parameters;
-mod plan;
 mod plug;
 mod transaction;
 mod vocabulary;
@@ -14,27 +14,18 @@ mod vocabulary;
 pub use commands::Cursor;
 pub use containment::{FaultCause, ModuleFault};
 use core::num::NonZeroU32;
+pub use kinds::Kinds;
 pub use vocabulary::type_at;
 
 pub use observer::{Calls, Observer};
 
-use crate::command::{Command, CommandError, ModuleRef};
-use crate::cost::Costs;
-use crate::counter::Counter;
-use crate::data::Dof;
-use crate::data_base::DataBase;
-use crate::data_type::TypeRef;
-use crate::device::{DeviceDescriptor, Served};
-use crate::kind::{Kind, Kinds};
-use crate::kind_id::KindId;
-use crate::matching::{CheckReport, Finding, Scheme};
+use crate::data_base::{DataBase, Dof};
+use crate::device::{Counter, DeviceDescriptor, Served};
 use crate::memory::ProvidedMemory;
-use crate::port::{Direction, Stage};
-use crate::rate::Rate;
-use crate::wiring::Wiring;
-pub(crate) use laws::{LAWS, Laws};
-pub(crate) use plan::{Instance, Plan, Plans};
-use transaction::Draft;
+use crate::module::{Costs, Direction, Kind, KindId, ModuleRef, Rate, Stage};
+use crate::scheme::{CheckReport, Command, CommandError, Finding, MatchingCheck, Scheme, Schemes, Wiring};
+use crate::signal::TypeRef;
+use transaction::Transaction;
 
 /// One call of the tick, as reports show it.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -70,8 +61,8 @@ pub struct Engine {
     device: Served,
     dof: Dof,
     kinds: Kinds,
-    plans: Plans,
-    draft: Draft,
+    schemes: Schemes,
+    transaction: Transaction,
     /// Whether the next scheme has passed its check, and has not changed since.
     is_checked: bool,
     /// Whether words of the Data Base have moved, and handles and calls do not know it yet.
@@ -100,13 +91,13 @@ impl Engine {
     /// An engine that serves no device yet.
     #[inline]
     pub(crate) fn unconnected(memory: ProvidedMemory) -> Self {
-        let ProvidedMemory { plans, data_base } = memory;
+        let ProvidedMemory { schemes, data_base } = memory;
         Self {
             device: Served(None),
             dof: Dof::One,
             kinds: Kinds::NONE,
-            plans,
-            draft: Draft::None,
+            schemes,
+            transaction: Transaction::None,
             is_checked: false,
             has_moved: false,
             limit_cycles: None,
@@ -147,7 +138,7 @@ impl Engine {
         }
         let Some(device) = &self.device.0 else { return };
         let data = self.data_base.view(device, self.dof);
-        let wiring = &mut self.plans.running_mut().wiring;
+        let wiring = &mut self.schemes.running_mut().wiring;
         let resting = wiring.resting();
         let failed = &mut self.failed;
         let counter = self.counter.as_ref();
@@ -172,12 +163,12 @@ impl Engine {
 
     fn carry_out(&mut self, command: Command) -> Result<(), CommandError> {
         match command {
-            Command::Begin => return self.open_draft(),
+            Command::Begin => return self.open_transaction(),
             Command::Commit => return self.commit(),
             Command::Abort => return self.abort(),
             Command::Check => return self.check_and_start(),
             Command::ResetModule(module) => {
-                self.plans.running().instance(module).ok_or(CommandError::NotPluggedIn(module))?;
+                self.schemes.running().instance(module).ok_or(CommandError::NotPluggedIn(module))?;
                 self.begin_anew(|found| found == module);
             }
             Command::Reset => self.reset(),
@@ -201,12 +192,12 @@ impl Engine {
     }
 
     /// The scheme that commands change: the next one while one is put together.
-    fn edited(&self) -> &Plan {
-        if self.draft.is_there() { self.plans.next() } else { self.plans.running() }
+    fn edited(&self) -> &Scheme {
+        if self.transaction.is_there() { self.schemes.pending() } else { self.schemes.running() }
     }
 
-    fn edited_mut(&mut self) -> &mut Plan {
-        if self.draft.is_there() { self.plans.next_mut() } else { self.plans.running_mut() }
+    fn edited_mut(&mut self) -> &mut Scheme {
+        if self.transaction.is_there() { self.schemes.pending_mut() } else { self.schemes.running_mut() }
     }
 
     fn check_edited(&self, report: &mut CheckReport) {
@@ -223,7 +214,7 @@ impl Engine {
 
     /// The first fault of the scheme as it is plugged in now.
     pub fn first_fault(&self) -> Option<Finding> {
-        self.first_fault_of(&self.plans.running().wiring)
+        self.first_fault_of(&self.schemes.running().wiring)
     }
 
     /// Finding `index` of the scheme, and the number of its faults.
@@ -239,7 +230,7 @@ impl Engine {
     fn check_wiring(&self, wiring: &Wiring, report: &mut CheckReport) {
         let signals = self.data_base.signals().map(|(slot, entry)| (slot, entry.signal));
         let signal_in = |slot| self.data_base.entry(slot).map(|entry| entry.signal);
-        Scheme { device: &self.device, wiring }.check(signals, signal_in, report);
+        MatchingCheck { device: &self.device, wiring }.check(signals, signal_in, report);
     }
 
     /// Whether the scheme passed its check and runs.
@@ -264,7 +255,7 @@ impl Engine {
 
     /// Serves no device any more.
     pub(crate) fn disconnect(&mut self) {
-        self.drop_draft();
+        self.drop_pending();
         self.close_all();
         self.follow_moves();
         self.data_base.clear();
@@ -276,7 +267,7 @@ impl Engine {
     pub(crate) fn release(mut self) -> ProvidedMemory {
         self.disconnect();
         self.data_base.forget();
-        ProvidedMemory { plans: self.plans, data_base: self.data_base }
+        ProvidedMemory { schemes: self.schemes, data_base: self.data_base }
     }
 
     /// The Data Base.
@@ -295,7 +286,7 @@ impl Engine {
 
     /// The calls of a tick, in order.
     pub fn steps(&self) -> impl Iterator<Item = Step> + '_ {
-        let wiring = &self.plans.running().wiring;
+        let wiring = &self.schemes.running().wiring;
         wiring.calls().iter().filter_map(|call| {
             let module = wiring.called(call)?.module;
             Some(Step { module, stage: call.stage })
@@ -304,7 +295,7 @@ impl Engine {
 
     /// The signals that a step reads or writes.
     pub fn step_signals(&self, step: Step) -> impl Iterator<Item = (TypeRef, Direction)> + '_ {
-        let wiring = &self.plans.running().wiring;
+        let wiring = &self.schemes.running().wiring;
         let ports = wiring.find(step.module).map_or(&[][..], |plugged| wiring.ports(plugged));
         ports.iter().filter(move |port| port.stage() == step.stage).filter_map(|port| {
             let entry = self.data_base.entry(port.slot)?;
@@ -333,12 +324,12 @@ impl Engine {
     /// Whether a module is plugged in, in the scheme that runs.
     #[must_use]
     pub fn is_plugged_in(&self, module: ModuleRef) -> bool {
-        self.plans.running().is_plugged_in(module)
+        self.schemes.running().is_plugged_in(module)
     }
 
     /// The channel that a module listens to on a link; 0 while none does.
     pub(crate) fn listening_channel(&self, link: usize) -> u16 {
-        let modules = self.plans.running().wiring.modules();
+        let modules = self.schemes.running().wiring.modules();
         let mut ends = modules.iter().filter_map(|plugged| plugged.link_end);
         ends.find(|end| end.listens_to(link)).map_or(0, |end| end.channel)
     }
@@ -346,7 +337,7 @@ impl Engine {
     /// The first memory of a module that is plugged in, for example what a recorder has recorded.
     #[must_use]
     pub fn memory(&self, module: ModuleRef) -> Option<&[u32]> {
-        let wiring = &self.plans.running().wiring;
+        let wiring = &self.schemes.running().wiring;
         let ports = wiring.ports(wiring.find(module)?);
         let port = ports.iter().find(|port| port.is_memory())?;
         Some(self.data_base.words(port.slot))
@@ -354,7 +345,7 @@ impl Engine {
 
     /// Slot of the memory that a port of a module declares; none while the module is not plugged in.
     pub fn memory_slot(&self, module: ModuleRef, port: u8) -> Option<u8> {
-        let wiring = &self.plans.running().wiring;
+        let wiring = &self.schemes.running().wiring;
         let ports = wiring.ports(wiring.find(module)?);
         ports.get(usize::from(port)).filter(|port| port.is_memory()).map(|port| port.slot)
     }
@@ -376,7 +367,7 @@ impl Engine {
     /// the controller's [room](crate::limits::Sizes) for them.
     #[must_use]
     pub fn wires_and_bindings(&self) -> [usize; 2] {
-        let Plan { wiring, bindings, .. } = self.edited();
+        let Scheme { wiring, bindings, .. } = self.edited();
         [wiring.wires(), bindings.len()]
     }
 

@@ -4,12 +4,10 @@ mod refusal;
 
 use core::fmt;
 
-use crate::command::{CommandError, ModuleRef};
-use crate::data_type::TypeRef;
 use crate::engine::{Engine, FaultCause, ModuleFault};
-use crate::matching::{Finding, Party};
-use crate::port::Difference;
-use crate::unit_tie::UnitRelation;
+use crate::module::{Difference, ModuleRef};
+use crate::scheme::{CommandError, Finding, Party};
+use crate::signal::{TypeRef, UnitRelation};
 use crate::vocabulary::Vocabulary;
 
 /// A sentence about a controller, with the names of its [`Vocabulary`].

@@ -1,7 +1,28 @@
-//! DIMSART's core: Data Base, modules, Module Engine, frame. No allocator, no `unsafe`, no panic.
+//! DIMSART's core: a modular real-time controller. No allocator, no `unsafe`, no panic.
 //!
 //! An implementation of *DIMSART: A Real Time - Device Independent Modular Software Architecture for
 //! Robotic and Telerobotic Applications* (Artigas, Reintsema, Preusche, Hirzinger, ICINCO 2004).
+//!
+//! # Layers
+//!
+//! A folder uses only the folders above it in this table.
+//!
+//! | Folder | Contents |
+//! |---|---|
+//! | `signal` | words, formats, units, data types |
+//! | `math` | functions with the same bits on every target |
+//! | `device` | the [Device Descriptor](DeviceDescriptor), limits of inputs and outputs, timing |
+//! | `packet` | [packets](Packet) between two controllers: layout, error protection, mailboxes |
+//! | [`online`] | programs: control laws that are loaded at run time |
+//! | [`parameter`] | parameters, their ranges and values |
+//! | `data_base` | the [Data Base](DataBase): slots, handles, the [frame](Frame) |
+//! | `module` | the [module](Module) template, module kinds, ports, costs |
+//! | `vocabulary` | names and descriptions of modules, parameters, ports and types |
+//! | [`scheme`] | running and pending scheme: commands, order of calls, matching check |
+//! | `engine` | the [Module Engine](Engine): step, commands, transactions, fault containment |
+//! | `safety` | the [safety stage](Safety), faults by number, states of a drive |
+//! | `dimsart` | a whole [controller](Dimsart) and the order of its tick; two of them: `coupling` |
+//! | `rows`, `explain` | schemes as text; findings and refusals as sentences |
 //!
 //! # One tick
 //!
@@ -63,95 +84,75 @@ extern crate std;
 
 #[cfg(feature = "summaries")]
 mod bench;
-mod binding;
-pub mod checksum;
-mod command;
-mod content;
-mod context;
-mod cost;
-mod counter;
 mod coupling;
-mod data;
 mod data_base;
-mod data_type;
-mod declare;
-mod description;
 mod device;
 mod dimsart;
 mod engine;
-pub mod envelope;
 mod explain;
-mod frame;
-mod handle;
-mod input_limits;
-mod kind;
-mod kind_id;
 pub mod limits;
-pub mod mailbox;
-mod matching;
 pub mod math;
 mod memory;
 mod module;
-pub mod names;
 pub mod online;
-mod output_limits;
 mod packet;
 pub mod parameter;
-mod port;
-mod rate;
+mod rows;
 mod safety;
-mod schedule;
 pub mod scheme;
+mod signal;
 pub mod stamp;
-mod storage;
-mod summary;
-mod timing;
-pub mod types;
-mod unit;
-mod unit_tie;
 mod vocabulary;
-mod wiring;
-mod word;
-pub mod words;
 
 #[cfg(feature = "summaries")]
 pub use bench::{Bench, BenchError};
-pub use command::{Command, CommandError, EngineCommand, ModuleRef};
-pub use content::Content;
-pub use context::{Context, Lane};
-pub use cost::{BoundReport, Cost, Costs};
-pub use counter::Counter;
 pub use coupling::{Coupling, Snapshot, SnapshotReader, SnapshotWriter, TIMEOUT_TICKS};
-pub use data::{Data, Inputs, Outputs};
+pub use data_base::data::{Data, Inputs, Outputs};
+pub use data_base::frame::{Frame, FrameError};
+pub use data_base::handle::{Grid, Input, Matrix, Memory, Output, Signal, Single, Square, Untyped, Vector};
+pub use data_base::storage::StorageError;
 pub use data_base::{DataBase, Entry};
-pub use data_type::{DataType, Shape, TypeRef};
-pub use declare::Declare;
-pub use description::{Accepted, DataTypeText, MAX_CHOICES, ParameterText, PortText, TooManyChoices};
-pub use device::{DescriptorError, DeviceDescriptor};
+pub use device::counter::Counter;
+pub use device::descriptor::{DescriptorError, DeviceDescriptor};
+pub use device::input_limits::{InputLimits, LimitsFault, SafeValue};
+pub use device::output_limits::OutputLimits;
+pub use device::timing::{Duration, Timing};
 pub use dimsart::Dimsart;
-pub use engine::{Calls, Cursor, Engine, FaultCause, ModuleFault, Observer, Step, Usage, type_at};
+pub use engine::{Calls, Cursor, Engine, FaultCause, Kinds, ModuleFault, Observer, Step, Usage, type_at};
 pub use explain::Explanation;
-pub use frame::{Frame, FrameError, MAX_DEVICE_TYPES};
-pub use handle::{Grid, Input, Matrix, Memory, Output, Signal, Single, Square, Untyped, Vector};
-pub use input_limits::{InputLimits, LimitsFault, SafeValue};
-pub use kind::{Kind, Kinds};
-pub use kind_id::KindId;
-pub use mailbox::{LinkPort, LinkState, Mailbox, START_COUNTERS, counters_ahead, is_newer, next_number};
-pub use matching::{CheckReport, Finding, Party};
+pub use limits::MAX_DEVICE_TYPES;
 pub use memory::{ControllerMemory, ProvidedMemory};
 pub use module::Module;
-pub use names::Name;
-pub use output_limits::OutputLimits;
-pub use packet::{MAX_PACKET_BYTES, PACKET_OVERHEAD, Packet, PacketError};
-pub use parameter::{Accepts, Choice, Entries, Parameter, ParameterError, Parameters, TypeList, Value};
-pub use port::{Difference, Direction, PortSpec, Stage};
-pub use rate::{EVERY_TICKS, Rate};
+pub use module::context::{Context, Lane};
+pub use module::cost::{BoundReport, Cost, Costs};
+pub use module::declare::Declare;
+pub use module::kind::Kind;
+pub use module::kind_id::KindId;
+pub use module::module_ref::ModuleRef;
+pub use module::port::{Difference, Direction, PortSpec, Stage};
+pub use module::port_set::PortSet;
+pub use module::rate::{EVERY_TICKS, Rate};
+pub use packet::content::Content;
+pub use packet::mailbox::{
+    LinkPort, LinkState, Mailbox, START_COUNTERS, counters_ahead, is_newer, next_number,
+};
+pub use packet::{MAX_PACKET_BYTES, PACKET_OVERHEAD, Packet, PacketError, checksum, envelope, mailbox};
+pub use parameter::{
+    Accepts, Choice, Entries, Parameter, ParameterError, ParameterSet, Parameters, TypeList, Value,
+};
 pub use safety::{DriveEvent, DriveFault, DriveState, Reason, ReasonCounts, Safety, Tick};
-pub use storage::StorageError;
-pub use summary::Summary;
-pub use timing::{Duration, Timing};
-pub use unit::{AxisKind, Unit};
-pub use unit_tie::{UnitRelation, UnitTie};
-pub use vocabulary::{UnitOn, Vocabulary};
-pub use word::{Format, Scalar, Word};
-pub use words::Words;
+pub use scheme::command::{Command, CommandError, EngineCommand};
+pub use scheme::finding::{Finding, Party};
+pub use scheme::matching::CheckReport;
+pub use signal::data_type::{DataType, Shape, TypeRef};
+pub use signal::summary::Summary;
+pub use signal::unit::{AxisKind, Unit};
+pub use signal::unit_tie::{UnitRelation, UnitTie};
+pub use signal::word::{Format, Scalar, Word};
+pub use signal::words::Words;
+pub use signal::{types, words};
+pub use vocabulary::description::{
+    Accepted, DataTypeText, MAX_CHOICES, ParameterText, PortText, TooManyChoices,
+};
+pub use vocabulary::names::Name;
+pub use vocabulary::{UnitOn, Vocabulary, names};

@@ -83,3 +83,6 @@ pub const MAX_FINDINGS: usize = 32;
 pub const DEFAULT_WORDS: usize = 2048;
 /// Most words of a Data Base: their places are 16 bits.
 pub const MAX_WORDS: usize = 65_534;
+
+/// Maximum number of types that a device measures, and of types that command it.
+pub const MAX_DEVICE_TYPES: usize = 8;

@@ -1,18 +1,12 @@
 //! The memory of a controller. Its creator provides it, and so chooses what the controller has room for.
 
 use heapless::Vec;
-use heapless::vec::VecView;
 
-use crate::binding::Binding;
-use crate::data_base::{DataBase, Entry};
-use crate::engine::{Instance, Plan, Plans};
-use crate::mailbox::LinkPort;
-use crate::online::{Place, Programs};
-use crate::storage::{Block, Storage};
-use crate::wiring::{Call, Plugged, Port, Span, Wiring};
-
-/// A list in provided memory.
-pub(crate) type List<T> = &'static mut VecView<T>;
+use crate::data_base::{Block, CheckedWords, DataBase, Entry, Storage};
+use crate::module::Binding;
+use crate::online::{ProgramSlot, Programs};
+use crate::packet::LinkPort;
+use crate::scheme::{ActiveModule, Call, Instance, Port, Scheme, Schemes, Wiring};
 
 /// Memory for one controller. [`memory!`](crate::memory!) makes its type of [`Sizes`](crate::limits::Sizes).
 ///
@@ -32,7 +26,7 @@ pub struct ControllerMemory<
     entries: [Option<Entry>; SLOTS],
     blocks: [Block; SLOTS],
     links: [LinkPort; LINKS],
-    places: [Place; PLACES],
+    places: [ProgramSlot; PLACES],
     words: [u32; WORDS],
 }
 
@@ -47,11 +41,11 @@ struct SchemeMemory<
 > {
     instances: Vec<Instance, MODULES>,
     bindings: Vec<Binding, BINDINGS>,
-    modules: Vec<Plugged, MODULES>,
+    modules: Vec<ActiveModule, MODULES>,
     ports: Vec<Port, WIRES>,
     handles: Vec<u8, WIRES>,
     calls: Vec<Call, CALLS>,
-    spans: Vec<Span, SLOTS>,
+    checked_words: Vec<CheckedWords, SLOTS>,
 }
 
 /// The type of memory for a controller of these [`Sizes`](crate::limits::Sizes), a constant.
@@ -100,7 +94,7 @@ impl<
             entries: [None; SLOTS],
             blocks: [Block { offset: 0, words: 0 }; SLOTS],
             links: [const { LinkPort::new() }; LINKS],
-            places: [Place::EMPTY; PLACES],
+            places: [ProgramSlot::EMPTY; PLACES],
             words: [0; WORDS],
         }
     }
@@ -116,20 +110,20 @@ impl<const MODULES: usize, const CALLS: usize, const WIRES: usize, const BINDING
         ports: Vec::new(),
         handles: Vec::new(),
         calls: Vec::new(),
-        spans: Vec::new(),
+        checked_words: Vec::new(),
     };
 
     #[inline(never)]
-    fn lists(&'static mut self) -> Plan {
-        let Self { instances, bindings, modules, ports, handles, calls, spans } = self;
-        Plan::new(instances, bindings, Wiring::new(modules, ports, handles, calls, spans))
+    fn lists(&'static mut self) -> Scheme {
+        let Self { instances, bindings, modules, ports, handles, calls, checked_words } = self;
+        Scheme::new(instances, bindings, Wiring::new(modules, ports, handles, calls, checked_words))
     }
 }
 
 /// Memory of any sizes, as a controller uses it: of a [`ControllerMemory`].
 #[derive(Debug)]
 pub struct ProvidedMemory {
-    pub(crate) plans: Plans,
+    pub(crate) schemes: Schemes,
     pub(crate) data_base: DataBase,
 }
 
@@ -162,7 +156,7 @@ impl<
         let ControllerMemory { schemes: [first, second], entries, blocks, links, places, words } = memory;
         let storage = Storage::new(blocks, words);
         Self {
-            plans: Plans::new([first.lists(), second.lists()]),
+            schemes: Schemes::new([first.lists(), second.lists()]),
             data_base: DataBase::new(entries, links, Programs::new(places), storage),
         }
     }

@@ -1,10 +1,30 @@
 //! The module template: what a control engineer writes.
 
-use crate::context::Context;
-use crate::declare::Declare;
+pub(crate) mod binding;
+pub(crate) mod context;
+pub(crate) mod cost;
+pub(crate) mod declare;
+pub(crate) mod kind;
+pub(crate) mod kind_id;
+pub(crate) mod module_ref;
+pub(crate) mod port;
+pub(crate) mod port_set;
+pub(crate) mod rate;
+
+pub(crate) use binding::{Binding, ModuleBindings};
+pub(crate) use cost::{BoundReport, Cost, Costs};
+pub(crate) use declare::Declare;
+pub(crate) use kind::{Begin, Compute, Kind, MAX_HANDLES, MAX_SETTINGS_WORDS};
+pub(crate) use kind_id::KindId;
+pub(crate) use module_ref::ModuleRef;
+pub(crate) use port::{Difference, Direction, LinkEnd, PortSpec, PortSpecs, Stage};
+pub(crate) use rate::{EVERY_TICKS, Load, Rate};
+
 use crate::device::DeviceDescriptor;
-use crate::parameter::{ParameterError, Parameters};
-use crate::words::Words;
+use crate::module::context::Context;
+use crate::module::port_set::PortSet;
+use crate::parameter::{ParameterError, ParameterSet, Parameters};
+use crate::signal::Words;
 
 /// A control element with a life of `init`, `activate`, `compute`, `command` and `reset`.
 ///
@@ -14,11 +34,21 @@ use crate::words::Words;
 /// the kind needs. This is all of a proportional controller with velocity damping:
 ///
 /// ```
-/// use dimsart_core::{Context, Declare, Input, Kinds, Module, Output, Parameters, Unit, types, words};
+/// use dimsart_core::{Context, Input, Kinds, Module, Output, Unit, types, words};
 ///
 /// words! {
-///     pub struct Gains { stiffness: f32, damping: f32 }
-///     pub struct Ports { position: Input, velocity: Input, desired_position: Input, force: Output }
+///     pub parameters Gains {
+///         /// Stiffness.
+///         stiffness: f32 = per_axis("K_PARAM", Unit::Stiffness, 0.0..=1e6, 0.0),
+///         /// Damping.
+///         damping: f32 = per_axis("B_PARAM", Unit::Damping, 0.0..=1e4, 0.0),
+///     }
+///     pub ports Ports {
+///         position: Input = input("POSITION", types::POSITION),
+///         velocity: Input = input("VELOCITY", types::VELOCITY),
+///         desired_position: Input = input("DES_POSITION", types::DES_POSITION),
+///         force: Output = output("DES_FORCE", types::DES_FORCE),
+///     }
 /// }
 ///
 /// /// `F = K (x_d - x) - B v`
@@ -33,20 +63,6 @@ use crate::words::Words;
 ///     type State = ();
 ///     type Axis = ();
 ///     type Ports = Ports;
-///
-///     fn parameters(_: &mut (), gains: &mut Gains, visit: &mut Parameters<'_>) {
-///         visit.per_axis(&mut gains.stiffness, "K_PARAM", Unit::Stiffness, 0.0..=1e6, 0.0, "Stiffness.");
-///         visit.per_axis(&mut gains.damping, "B_PARAM", Unit::Damping, 0.0..=1e4, 0.0, "Damping.");
-///     }
-///
-///     fn ports(_: &(), declare: &mut Declare<'_>) -> Ports {
-///         Ports {
-///             position: declare.input("POSITION", types::POSITION),
-///             velocity: declare.input("VELOCITY", types::VELOCITY),
-///             desired_position: declare.input("DES_POSITION", types::DES_POSITION),
-///             force: declare.output("DES_FORCE", types::DES_FORCE),
-///         }
-///     }
 ///
 ///     fn compute(context: &Context<'_, Self>) {
 ///         let Ports { position, velocity, desired_position, force } = context.ports();
@@ -77,20 +93,21 @@ pub trait Module: Sized + 'static {
     /// Whether it runs a [program](crate::online), whose number is the first word of its settings.
     const RUNS_PROGRAM: bool = false;
     /// Parameters that all axes share, and what is worked out from them.
-    type Settings: Words + Default;
+    type Settings: ParameterSet;
     /// Parameters that each axis has its own of, and what is worked out from them.
-    type Gains: Words + Default;
+    type Gains: ParameterSet;
     /// What is remembered from tick to tick.
     type State: Words;
     /// What is remembered of each axis.
     type Axis: Words;
     /// The handles that [`ports`](Self::ports) declares.
-    type Ports: Words;
+    type Ports: PortSet;
 
-    /// Lists the parameters, one call of `visit` for each. The list must not depend on values. `gains` are those of
-    /// one axis.
+    /// Lists the parameters, one call of `visit` for each; by default those that `gains` and `settings` declare. The list
+    /// must not depend on values. `gains` are those of one axis.
     fn parameters(settings: &mut Self::Settings, gains: &mut Self::Gains, visit: &mut Parameters<'_>) {
-        let _ = (settings, gains, visit);
+        gains.visit(visit);
+        settings.visit(visit);
     }
 
     /// Whether parameters that are each in range fit together. Where they do not, the change is refused and the old
@@ -116,9 +133,13 @@ pub trait Module: Sized + 'static {
         let _ = (settings, gains, device);
     }
 
-    /// Declares the ports and memory, one call of `declare` for each. They may depend on structural parameters.
+    /// Declares the ports and memory, one call of `declare` for each; by default those of [`Ports`](Self::Ports). They may
+    /// depend on structural parameters.
     #[doc(alias = "activate")]
-    fn ports(settings: &Self::Settings, declare: &mut Declare<'_>) -> Self::Ports;
+    fn ports(settings: &Self::Settings, declare: &mut Declare<'_>) -> Self::Ports {
+        let _ = settings;
+        Self::Ports::declare(declare)
+    }
 
     /// What the module starts from: called in a tick right before the first `compute`, and before the next one after a
     /// reset, so that what is measured and what was computed before it in this tick can be seen. All zero unless it says

@@ -18,7 +18,7 @@ pub(crate) use program::PARAMETERS;
 pub use program::{
     Header, LawParameter, MAX_INPUTS, MAX_OUTPUTS, MAX_PARAMETERS, MAX_STATES, Program, Section, seal,
 };
-pub(crate) use programs::Place;
+pub(crate) use programs::ProgramSlot;
 pub use programs::{Code, Programs};
 pub use programs::{LawRefusal, LawReport};
 pub use verify::ProgramError;

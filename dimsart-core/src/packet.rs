@@ -6,10 +6,18 @@
 //! Little endian: an [`envelope`](crate::envelope) of [`Class::Packet`]. The channel is the envelope's data id: both
 //! ends know it, it is not sent, and a packet of another channel is refused like a damaged one.
 
+pub mod checksum;
+pub(crate) mod content;
+pub mod envelope;
+pub mod mailbox;
+
+pub(crate) use checksum::CRC;
+pub(crate) use mailbox::{LinkPort, Silence};
+
 use heapless::Vec;
 
-use crate::envelope::{CRC_BYTES, Class, EnvelopeError, HEADER_BYTES, open, seal};
 use crate::limits::MAX_PACKET_WORDS;
+use crate::packet::envelope::{CRC_BYTES, Class, EnvelopeError, HEADER_BYTES, open, seal};
 
 /// Echo and content.
 const INNER_HEADER_BYTES: usize = 4;

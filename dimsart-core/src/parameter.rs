@@ -4,20 +4,22 @@
 //! parameter. The same list sets defaults, checks and applies commands, answers queries and makes
 //! the help texts.
 
+mod choice;
 mod entries;
+mod set;
 mod visit;
 
+pub use choice::Choice;
 pub use entries::Entries;
+pub use set::ParameterSet;
 pub(crate) use visit::Found;
 pub use visit::Parameters;
 
 use core::cell::Cell;
 
-use crate::data_type::TypeRef;
 use crate::limits::MAX_CHANNEL_TYPES;
-use crate::summary::Summary;
-use crate::unit::Unit;
-use crate::words::{Words, put, take};
+use crate::signal::words::{put, take};
+use crate::signal::{Summary, TypeRef, Unit, Words};
 
 /// The data types of a comm channel, in the order they were added.
 #[derive(Debug, Clone, Copy, Default)]
@@ -175,19 +177,6 @@ impl ParameterError {
     pub fn imprecise(percent: f32) -> Self {
         Self::Imprecise { percent: (percent + 0.999) as u16 }
     }
-}
-
-/// A set of names a parameter can take, each standing for a value of the module's own enum; made by
-/// [`choice!`](crate::choice). The first one is the default.
-pub trait Choice: Copy {
-    /// Their names, `UPPER_CASE`.
-    const NAMES: &'static [&'static str];
-
-    /// The value of a name, by its place; the first one for a place that no name has.
-    fn from_index(index: u32) -> Self;
-
-    /// Place of its name.
-    fn index(self) -> u32;
 }
 
 impl Accepts {

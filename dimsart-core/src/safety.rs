@@ -12,13 +12,12 @@ pub use reason::{Reason, ReasonCounts};
 
 use heapless::Vec;
 
-use crate::command::ModuleRef;
-use crate::device::DeviceDescriptor;
+use crate::data_base::{Frame, FrameError};
+use crate::device::{DeviceDescriptor, SafeValue};
 use crate::engine::Engine;
-use crate::frame::{Frame, FrameError};
-use crate::input_limits::SafeValue;
 use crate::limits::MAX_LIMITED_WORDS;
-use crate::word::{Scalar as _, Word};
+use crate::module::ModuleRef;
+use crate::signal::word::{Scalar as _, Word};
 use limited::{Held, Limited};
 use velocity::Velocity;
 

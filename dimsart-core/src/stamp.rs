@@ -26,8 +26,7 @@
 
 use core::num::NonZeroU32;
 
-use crate::cost::{Cost, Costs};
-use crate::kind_id::KindId;
+use crate::module::{Cost, Costs, KindId};
 
 /// How a stamp begins.
 pub const MAGIC: [u8; 8] = *b"DIMSTAMP";

@@ -1,14 +1,16 @@
 //! What a controller says of itself, by number and by name: an engine at hand, or a device that was asked.
 
+pub(crate) mod description;
+pub mod names;
+
+pub(crate) use description::{Accepted, DataTypeText, ParameterText, PortText};
+pub(crate) use names::Name;
+
 use core::fmt;
 
-use crate::command::ModuleRef;
-use crate::data_type::{Shape, TypeRef};
-use crate::description::{DataTypeText, ParameterText, PortText};
-use crate::kind_id::KindId;
-use crate::names::{Name, numbered, split};
-use crate::rate::EVERY_TICKS;
-use crate::unit::{AxisKind, Unit};
+use crate::module::{EVERY_TICKS, KindId, ModuleRef};
+use crate::signal::{AxisKind, Shape, TypeRef, Unit};
+use crate::vocabulary::names::{numbered, split};
 
 /// Kinds of modules, parameters, ports and data types of a controller.
 ///

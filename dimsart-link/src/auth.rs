@@ -78,12 +78,13 @@
 mod guard;
 mod handshake;
 mod keys;
+mod line;
 mod opener;
 mod sealer;
 mod tag;
 
 pub use guard::{Guard, STANDS_MS};
-pub use keys::Line;
+pub use line::Line;
 pub use opener::{AuthError, Opener};
 pub use sealer::Sealer;
 pub use tag::{Key, Profile};

@@ -59,6 +59,8 @@
 //! belong to a task of lower priority; [`Request`] (16 bytes on a Cortex-M) and [`Response`] (less than
 //! 200) are plain values that fit a queue between the two.
 
+mod blocked;
+mod client;
 mod cycles;
 mod description;
 mod device_info;
@@ -71,6 +73,7 @@ mod law;
 mod lease;
 mod motor;
 mod receiver;
+mod refusal;
 mod request;
 mod response;
 mod safety;
@@ -82,9 +85,11 @@ mod serve;
 mod snapshot;
 mod telemetry;
 
+pub use blocked::{Blocked, FirstFault};
+pub use client::{NO_CLIENT, client_of, request_id};
 pub use cycles::CyclesReport;
 pub use description::{Identity, InstanceText, ModuleText};
-pub use device_info::{Blocked, DeviceInfo, FirstFault};
+pub use device_info::DeviceInfo;
 pub use dimsart_core::envelope::MAX_CONTENT_BYTES;
 pub use frame::{DecodeError, MAX_FRAME_BYTES, NoRoom};
 #[cfg(feature = "auth")]
@@ -94,16 +99,16 @@ pub use heartbeat::{HEARTBEATS_PER_S, Heartbeat, decode_heartbeat, encode_heartb
 pub use key::KeyBytes;
 pub use key::{KeyAction, KeyRefusal, KeyState};
 pub use law::LawAction;
-pub use lease::{Lease, LeaseAction, LeaseStatus, NOBODY};
+pub use lease::{Lease, LeaseAction, LeaseStatus};
 pub use motor::{
     FoundMotor, Identification, IdentificationFailure, MAX_MOTOR_WORDS, MotorAction, MotorFallback,
     MotorRefusal, MotorReport, MotorWords, motor_checksum,
 };
 pub use receiver::{Counters, Receiver};
-pub use request::{Request, client_of, decode_request, encode_request, request_id};
+pub use refusal::Refusal;
+pub use request::{Request, decode_request, encode_request};
 pub use response::{
-    Effect, MAX_SIGNAL_WORDS, Refusal, Response, SignalText, Status, TimingReport, decode_response,
-    encode_response,
+    Effect, MAX_SIGNAL_WORDS, Response, SignalText, Status, TimingReport, decode_response, encode_response,
 };
 pub use safety::{MAX_REASONS, SafetyReport};
 pub use schemes::{Fallback, Origin, SchemeAction, SchemeStatus, StoreError, Trial};

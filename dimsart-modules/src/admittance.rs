@@ -26,17 +26,19 @@
 //! ```
 
 use dimsart_core::math::{self, CompensatedSum};
-use dimsart_core::{
-    Context, Declare, DeviceDescriptor, Input, Module, Output, Parameters, Unit, types, words,
-};
+use dimsart_core::{Context, DeviceDescriptor, Input, Module, Output, Unit, types, words};
 
 words! {
     /// Of an axis.
-    pub struct Gains {
-        mass: f32,
-        damping: f32,
-        stiffness: f32,
-        limit: f32,
+    pub parameters Gains {
+        /// Virtual mass.
+        mass: f32 = per_axis("M_PARAM", Unit::Inertia, 1e-4..=1e4, 1.0),
+        /// Virtual damping to the ground.
+        damping: f32 = per_axis("D_PARAM", Unit::Damping, 0.0..=1e4, 0.0),
+        /// Virtual stiffness to where it began.
+        stiffness: f32 = per_axis("K_PARAM", Unit::Stiffness, 0.0..=1e6, 0.0),
+        /// Largest way from where it began.
+        limit: f32 = per_axis("LIMIT", Unit::Position, 0.0..=1e3, 1e3),
         /// `1/M`.
         per_mass: f32,
         law: Law,
@@ -55,7 +57,12 @@ words! {
     /// Of an axis.
     pub struct Axis { centre: f32, deviation: CompensatedSum, velocity: CompensatedSum }
     /// Signals.
-    pub struct Ports { position: Input, external_force: Input, desired_position: Output, desired_velocity: Output }
+    pub ports Ports {
+        position: Input = input("POSITION", types::POSITION),
+        external_force: Input = input("EXTERNAL_FORCE", types::EXTERNAL_FORCE),
+        desired_position: Output = output("DES_POSITION", types::DES_POSITION),
+        desired_velocity: Output = output("DES_VELOCITY", types::DES_VELOCITY),
+    }
 }
 
 /// See the [module docs](self).
@@ -71,29 +78,10 @@ impl Module for Admittance {
     type Axis = Axis;
     type Ports = Ports;
 
-    fn parameters((): &mut (), gains: &mut Gains, visit: &mut Parameters<'_>) {
-        let Gains { mass, damping, stiffness, limit, .. } = gains;
-        visit.per_axis(mass, "M_PARAM", Unit::Inertia, 1e-4..=1e4, 1.0, "Virtual mass.");
-        visit.per_axis(damping, "D_PARAM", Unit::Damping, 0.0..=1e4, 0.0, "Virtual damping to the ground.");
-        let summary = "Virtual stiffness to where it began.";
-        visit.per_axis(stiffness, "K_PARAM", Unit::Stiffness, 0.0..=1e6, 0.0, summary);
-        let summary = "Largest way from where it began.";
-        visit.per_axis(limit, "LIMIT", Unit::Position, 0.0..=1e3, 1e3, summary);
-    }
-
     fn prepare_axis((): &(), gains: &mut Gains, device: &DeviceDescriptor) {
         gains.per_mass = 1.0 / gains.mass;
         let (damping, stiffness) = (gains.damping * gains.per_mass, gains.stiffness * gains.per_mass);
         gains.law = Law::of(damping, stiffness, device.sample_period_s());
-    }
-
-    fn ports((): &(), declare: &mut Declare<'_>) -> Ports {
-        Ports {
-            position: declare.input("POSITION", types::POSITION),
-            external_force: declare.input("EXTERNAL_FORCE", types::EXTERNAL_FORCE),
-            desired_position: declare.output("DES_POSITION", types::DES_POSITION),
-            desired_velocity: declare.output("DES_VELOCITY", types::DES_VELOCITY),
-        }
     }
 
     fn begin(context: &Context<'_, Self>) {

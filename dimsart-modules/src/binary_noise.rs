@@ -14,7 +14,7 @@
 //! # Ok::<(), dimsart_core::BenchError>(())
 //! ```
 
-use dimsart_core::{Context, Declare, DeviceDescriptor, Module, Output, Parameters, Unit, types, words};
+use dimsart_core::{Context, DeviceDescriptor, Module, Output, Unit, types, words};
 
 /// Bits of the register that what comes in is the parity of, of 2 to 16 bits.
 const TAPS: [u32; 15] = [
@@ -37,13 +37,24 @@ const TAPS: [u32; 15] = [
 
 words! {
     /// Of all axes.
-    pub struct Settings { bits: u32, every_ticks: u32, taps: u32 }
+    pub parameters Settings {
+        /// Bits of the register.
+        bits: u32 = structural_count("BITS", Unit::One, 2..=16, 10),
+        /// Ticks from one bit to the next.
+        every_ticks: u32 = count("EVERY", Unit::Tick, 1..=1_000_000, 1),
+        taps: u32,
+    }
     /// Of an axis.
-    pub struct Gains { amplitude: f32, offset: f32 }
+    pub parameters Gains {
+        /// Amplitude.
+        amplitude: f32 = per_axis("AMPLITUDE", Unit::Any, -1e6..=1e6, 0.0),
+        /// Added to the signal.
+        offset: f32 = per_axis("OFFSET", Unit::Any, -1e6..=1e6, 0.0),
+    }
     /// Of all axes.
     pub struct State { register: u32, ticks: u32 }
     /// Signals.
-    pub struct Ports { output: Output }
+    pub ports Ports { output: Output = output("SIGNAL_OUT", types::SIGNAL_OUT) }
 }
 
 /// See the [module docs](self).
@@ -59,21 +70,9 @@ impl Module for BinaryNoise {
     type Axis = ();
     type Ports = Ports;
 
-    fn parameters(settings: &mut Settings, gains: &mut Gains, visit: &mut Parameters<'_>) {
-        visit.per_axis(&mut gains.amplitude, "AMPLITUDE", Unit::Any, -1e6..=1e6, 0.0, "Amplitude.");
-        visit.per_axis(&mut gains.offset, "OFFSET", Unit::Any, -1e6..=1e6, 0.0, "Added to the signal.");
-        let Settings { bits, every_ticks, .. } = settings;
-        visit.structural_count(bits, "BITS", Unit::One, 2..=16, 10, "Bits of the register.");
-        visit.count(every_ticks, "EVERY", Unit::Tick, 1..=1_000_000, 1, "Ticks from one bit to the next.");
-    }
-
     fn prepare(settings: &mut Settings, _: &DeviceDescriptor) {
         let place = usize::try_from(settings.bits.saturating_sub(2)).unwrap_or(0);
         settings.taps = TAPS.get(place).copied().unwrap_or(1);
-    }
-
-    fn ports(_: &Settings, declare: &mut Declare<'_>) -> Ports {
-        Ports { output: declare.output("SIGNAL_OUT", types::SIGNAL_OUT) }
     }
 
     fn begin(context: &Context<'_, Self>) {

@@ -29,7 +29,7 @@
 //! ```
 
 use crate::filtered::Filtered;
-use dimsart_core::{Context, Declare, Module, ParameterError, Parameters, Unit, words};
+use dimsart_core::{Context, Module, ParameterError, Unit, words};
 
 /// Most that the gain at 0 Hz may be off by rounded coefficients.
 const MOST_ERROR_PERCENT: f32 = 1.0;
@@ -39,7 +39,10 @@ const SECTIONS: usize = 4;
 
 words! {
     /// Of all axes.
-    pub struct Settings { sections: [[f32; 6]; SECTIONS] }
+    pub parameters Settings {
+        /// Sections, a row each: b0 b1 b2 a0 a1 a2; a0 is 1, or 0 for none.
+        sections: [[f32; 6]; SECTIONS] = matrix("SOS", Unit::One, -1e6..=1e6, 0.0),
+    }
     /// Of an axis: of each section.
     pub struct Axis { sections: [[f32; 2]; SECTIONS] }
 }
@@ -57,11 +60,6 @@ impl Module for Biquad {
     type Axis = Axis;
     type Ports = Filtered;
 
-    fn parameters(settings: &mut Settings, (): &mut (), visit: &mut Parameters<'_>) {
-        let summary = "Sections, a row each: b0 b1 b2 a0 a1 a2; a0 is 1, or 0 for none.";
-        visit.matrix(&mut settings.sections, "SOS", Unit::One, -1e6..=1e6, 0.0, summary);
-    }
-
     fn validate(settings: &Settings) -> Result<(), ParameterError> {
         let is_wrong = |[_, _, _, a0, _, _]: &[f32; 6]| a0 * (a0 - 1.0) != 0.0;
         if settings.sections.iter().any(is_wrong) {
@@ -69,10 +67,6 @@ impl Module for Biquad {
         }
         let percent = 100.0 * settings.sections.iter().map(gain_error).sum::<f32>();
         if percent > MOST_ERROR_PERCENT { Err(ParameterError::imprecise(percent)) } else { Ok(()) }
-    }
-
-    fn ports(_: &Settings, declare: &mut Declare<'_>) -> Filtered {
-        Filtered::declare(declare)
     }
 
     fn begin(context: &Context<'_, Self>) {

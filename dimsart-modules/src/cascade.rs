@@ -24,25 +24,30 @@
 
 use crate::anti_windup::follow;
 use dimsart_core::math::{self, CompensatedSum};
-use dimsart_core::{
-    Context, Declare, DeviceDescriptor, Input, Module, Output, Parameters, Unit, types, words,
-};
+use dimsart_core::{Context, Declare, DeviceDescriptor, Input, Module, Output, Unit, types, words};
 
 words! {
     /// Of all axes.
-    pub struct Settings {
-        tracking_time_s: f32,
-        has_feed_forward: bool,
+    pub parameters Settings {
+        /// Time in which the integral follows a saturated force (anti-windup).
+        tracking_time_s: f32 = real("TRACKING_TIME", Unit::Second, 1e-3..=100.0, 0.1),
+        /// Whether DES_VELOCITY and FEED_FORCE are added.
+        has_feed_forward: bool = structural_flag("FEED_FORWARD", false),
         /// `h / T_t`, at most 1.
         tracking: f32,
     }
     /// Of an axis.
-    pub struct Gains {
-        position_gain_hz: f32,
-        velocity_limit: f32,
-        proportional: f32,
-        integral: f32,
-        limit: f32,
+    pub parameters Gains {
+        /// Velocity per error of position, 1/s.
+        position_gain_hz: f32 = per_axis("POSITION_GAIN", Unit::Hertz, 0.0..=1e4, 0.0),
+        /// Largest velocity that is asked for, either way.
+        velocity_limit: f32 = per_axis("VELOCITY_LIMIT", Unit::Velocity, 0.0..=1e4, 1e4),
+        /// Proportional gain of the velocity loop.
+        proportional: f32 = per_axis("K_PARAM", Unit::Damping, 0.0..=1e5, 0.0),
+        /// Integral gain of the velocity loop.
+        integral: f32 = per_axis("I_PARAM", Unit::Stiffness, 0.0..=1e7, 0.0),
+        /// Largest force either way.
+        limit: f32 = per_axis("LIMIT", Unit::Force, 0.0..=1e4, 1e4),
         /// `K_I h`.
         integral_per_tick: f32,
     }
@@ -53,7 +58,7 @@ words! {
         force: f32,
     }
     /// Signals.
-    pub struct Ports {
+    pub ports Ports {
         position: Input,
         velocity: Input,
         desired_position: Input,
@@ -75,24 +80,6 @@ impl Module for Cascade {
     type State = ();
     type Axis = Axis;
     type Ports = Ports;
-
-    fn parameters(settings: &mut Settings, gains: &mut Gains, visit: &mut Parameters<'_>) {
-        let Gains { position_gain_hz, velocity_limit, proportional, integral, limit, .. } = gains;
-        let summary = "Velocity per error of position, 1/s.";
-        visit.per_axis(position_gain_hz, "POSITION_GAIN", Unit::Hertz, 0.0..=1e4, 0.0, summary);
-        let summary = "Largest velocity that is asked for, either way.";
-        visit.per_axis(velocity_limit, "VELOCITY_LIMIT", Unit::Velocity, 0.0..=1e4, 1e4, summary);
-        let summary = "Proportional gain of the velocity loop.";
-        visit.per_axis(proportional, "K_PARAM", Unit::Damping, 0.0..=1e5, 0.0, summary);
-        let summary = "Integral gain of the velocity loop.";
-        visit.per_axis(integral, "I_PARAM", Unit::Stiffness, 0.0..=1e7, 0.0, summary);
-        visit.per_axis(limit, "LIMIT", Unit::Force, 0.0..=1e4, 1e4, "Largest force either way.");
-        let summary = "Time in which the integral follows a saturated force (anti-windup).";
-        let tracking_time_s = &mut settings.tracking_time_s;
-        visit.real(tracking_time_s, "TRACKING_TIME", Unit::Second, 1e-3..=100.0, 0.1, summary);
-        let summary = "Whether DES_VELOCITY and FEED_FORCE are added.";
-        visit.structural_flag(&mut settings.has_feed_forward, "FEED_FORWARD", false, summary);
-    }
 
     fn prepare(settings: &mut Settings, device: &DeviceDescriptor) {
         settings.tracking = (device.sample_period_s() / settings.tracking_time_s).min(1.0);

@@ -21,9 +21,7 @@
 //! # Ok::<(), dimsart_core::BenchError>(())
 //! ```
 
-use dimsart_core::{
-    Context, Declare, DeviceDescriptor, Module, Output, Parameters, Unit, choice, math, types, words,
-};
+use dimsart_core::{Context, DeviceDescriptor, Module, Output, Unit, choice, math, types, words};
 
 choice! {
     /// How the frequency goes.
@@ -32,11 +30,15 @@ choice! {
 
 words! {
     /// Of all axes.
-    pub struct Settings {
-        sweep: Sweep,
-        from_hz: f32,
-        to_hz: f32,
-        duration_s: f32,
+    pub parameters Settings {
+        /// How the frequency goes.
+        sweep: Sweep = choice("SWEEP"),
+        /// Frequency at the start.
+        from_hz: f32 = real("FROM", Unit::Hertz, 1e-3..=1e4, 0.1),
+        /// Frequency at the end.
+        to_hz: f32 = real("TO", Unit::Hertz, 1e-3..=1e4, 10.0),
+        /// Time from one to the other.
+        duration_s: f32 = real("DURATION", Unit::Second, 0.1..=1e4, 10.0),
         /// Periods of the first tick, without what grows.
         periods: f32,
         /// Linear: what each half tick adds. Logarithmic: exponent per tick.
@@ -44,11 +46,16 @@ words! {
         ticks: u32,
     }
     /// Of an axis.
-    pub struct Gains { amplitude: f32, offset: f32 }
+    pub parameters Gains {
+        /// Amplitude.
+        amplitude: f32 = per_axis("AMPLITUDE", Unit::Any, -1e6..=1e6, 0.0),
+        /// Added to the signal.
+        offset: f32 = per_axis("OFFSET", Unit::Any, -1e6..=1e6, 0.0),
+    }
     /// Of all axes.
     pub struct State { periods: math::CompensatedSum, ticks: u32 }
     /// Signals.
-    pub struct Ports { output: Output }
+    pub ports Ports { output: Output = output("SIGNAL_OUT", types::SIGNAL_OUT) }
 }
 
 /// See the [module docs](self).
@@ -63,16 +70,6 @@ impl Module for Chirp {
     type State = State;
     type Axis = ();
     type Ports = Ports;
-
-    fn parameters(settings: &mut Settings, gains: &mut Gains, visit: &mut Parameters<'_>) {
-        visit.per_axis(&mut gains.amplitude, "AMPLITUDE", Unit::Any, -1e6..=1e6, 0.0, "Amplitude.");
-        visit.per_axis(&mut gains.offset, "OFFSET", Unit::Any, -1e6..=1e6, 0.0, "Added to the signal.");
-        let Settings { sweep, from_hz, to_hz, duration_s, .. } = settings;
-        visit.choice(sweep, "SWEEP", "How the frequency goes.");
-        visit.real(from_hz, "FROM", Unit::Hertz, 1e-3..=1e4, 0.1, "Frequency at the start.");
-        visit.real(to_hz, "TO", Unit::Hertz, 1e-3..=1e4, 10.0, "Frequency at the end.");
-        visit.real(duration_s, "DURATION", Unit::Second, 0.1..=1e4, 10.0, "Time from one to the other.");
-    }
 
     fn prepare(settings: &mut Settings, device: &DeviceDescriptor) {
         let h = device.sample_period_s();
@@ -95,10 +92,6 @@ impl Module for Chirp {
             }
         }
         settings.ticks = device.ticks(duration_s);
-    }
-
-    fn ports(_: &Settings, declare: &mut Declare<'_>) -> Ports {
-        Ports { output: declare.output("SIGNAL_OUT", types::SIGNAL_OUT) }
     }
 
     #[inline(always)]

@@ -21,15 +21,23 @@
 //! # Ok::<(), dimsart_core::BenchError>(())
 //! ```
 
-use dimsart_core::{Context, Declare, Input, Module, Output, Parameters, Unit, math, types, words};
+use dimsart_core::{Context, Input, Module, Output, Unit, math, types, words};
 
 words! {
     /// Of an axis.
-    pub struct Gains { scale: f32 }
+    pub parameters Gains {
+        /// Motion of the reference per motion that comes in.
+        scale: f32 = per_axis("SCALE", Unit::One, -1e3..=1e3, 1.0),
+    }
     /// Of an axis.
     pub struct Axis { previous: f32, desired: math::CompensatedSum }
     /// Signals.
-    pub struct Ports { position: Input, wanted: Input, clutch: Input, desired_position: Output }
+    pub ports Ports {
+        position: Input = input("POSITION", types::POSITION),
+        wanted: Input = input("POSITION_IN", types::FAR_POSITION),
+        clutch: Input = input("CLUTCH", types::CONDITION),
+        desired_position: Output = output("DES_POSITION", types::DES_POSITION),
+    }
 }
 
 /// See the [module docs](self).
@@ -45,20 +53,6 @@ impl Module for Clutch {
     type State = ();
     type Axis = Axis;
     type Ports = Ports;
-
-    fn parameters(_: &mut (), gains: &mut Gains, visit: &mut Parameters<'_>) {
-        let summary = "Motion of the reference per motion that comes in.";
-        visit.per_axis(&mut gains.scale, "SCALE", Unit::One, -1e3..=1e3, 1.0, summary);
-    }
-
-    fn ports((): &(), declare: &mut Declare<'_>) -> Ports {
-        Ports {
-            position: declare.input("POSITION", types::POSITION),
-            wanted: declare.input("POSITION_IN", types::FAR_POSITION),
-            clutch: declare.input("CLUTCH", types::CONDITION),
-            desired_position: declare.output("DES_POSITION", types::DES_POSITION),
-        }
-    }
 
     fn begin(context: &Context<'_, Self>) {
         let Ports { position, wanted, desired_position, .. } = context.ports();

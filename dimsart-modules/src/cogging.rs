@@ -19,23 +19,26 @@
 
 use core::f32::consts::TAU;
 
-use dimsart_core::{
-    Context, Declare, DeviceDescriptor, Input, Module, Output, Parameters, Unit, math, types, words,
-};
+use dimsart_core::{Context, DeviceDescriptor, Input, Module, Output, Unit, math, types, words};
 
 /// Entries of a period: a power of two.
 const ENTRIES: usize = 16;
 
 words! {
     /// Of an axis.
-    pub struct Gains {
-        period: f32,
-        table: [f32; ENTRIES],
+    pub parameters Gains {
+        /// Way after which it comes again.
+        period: f32 = per_axis("PERIOD", Unit::Position, 1e-6..=1e3, TAU),
+        /// Forces at 16 evenly spaced places of the period, a row for each axis.
+        table: [f32; ENTRIES] = per_axis_row("TABLE", Unit::Force, -1e4..=1e4, 0.0),
         /// `1 / PERIOD`.
         per_period: f32,
     }
     /// Signals.
-    pub struct Ports { position: Input, feed_force: Output }
+    pub ports Ports {
+        position: Input = input("POSITION", types::POSITION),
+        feed_force: Output = output("FEED_FORCE", types::FEED_FORCE),
+    }
 }
 
 /// See the [module docs](self).
@@ -51,22 +54,8 @@ impl Module for Cogging {
     type Axis = ();
     type Ports = Ports;
 
-    fn parameters((): &mut (), gains: &mut Gains, visit: &mut Parameters<'_>) {
-        let Gains { period, table, .. } = gains;
-        visit.per_axis(period, "PERIOD", Unit::Position, 1e-6..=1e3, TAU, "Way after which it comes again.");
-        let summary = "Forces at 16 evenly spaced places of the period, a row for each axis.";
-        visit.per_axis_row(table, "TABLE", Unit::Force, -1e4..=1e4, 0.0, summary);
-    }
-
     fn prepare_axis((): &(), gains: &mut Gains, _: &DeviceDescriptor) {
         gains.per_period = 1.0 / gains.period;
-    }
-
-    fn ports((): &(), declare: &mut Declare<'_>) -> Ports {
-        Ports {
-            position: declare.input("POSITION", types::POSITION),
-            feed_force: declare.output("FEED_FORCE", types::FEED_FORCE),
-        }
     }
 
     #[inline(always)]

@@ -29,16 +29,20 @@ use core::marker::PhantomData;
 
 use crate::dynamics::{Body, axes, links};
 use dimsart_core::{
-    Context, Declare, DeviceDescriptor, Input, Module, Output, Parameters, Unit, types, words,
+    Context, DeviceDescriptor, Input, Module, Output, ParameterSet, Parameters, Unit, types, words,
 };
 
 words! {
     /// Of an axis.
-    pub struct Observe {
-        bandwidth: f32,
-        threshold: f32,
-        motor_inertia: f32,
-        viscous: f32,
+    pub parameters Observe {
+        /// Of the observed force.
+        bandwidth: f32 = per_axis("BANDWIDTH", Unit::Hertz, 0.01..=1e3, 10.0),
+        /// Force of the world that counts as a collision.
+        threshold: f32 = per_axis("THRESHOLD", Unit::Force, 0.0..=1e4, 1e4),
+        /// Of the motor, seen from the joint.
+        motor_inertia: f32 = per_axis("MOTOR_INERTIA", Unit::Inertia, 0.0..=1e4, 0.0),
+        /// Viscous friction of the joint.
+        viscous: f32 = per_axis("VISCOUS", Unit::Damping, 0.0..=1e4, 0.0),
         /// `K / (1 + h K)`.
         gain: f32,
         period_s: f32,
@@ -53,12 +57,12 @@ words! {
         force: f32,
     }
     /// Signals.
-    pub struct Ports {
-        position: Input,
-        velocity: Input,
-        commanded: Input,
-        force: Output,
-        condition: Output,
+    pub ports Ports {
+        position: Input = input("POSITION", types::POSITION),
+        velocity: Input = input("VELOCITY", types::VELOCITY),
+        commanded: Input = late().input("DES_FORCE", types::DES_FORCE),
+        force: Output = output("EXTERNAL_FORCE", types::EXTERNAL_FORCE),
+        condition: Output = output("CONDITION", types::CONDITION),
     }
 }
 
@@ -75,31 +79,16 @@ impl<B: Body> Module for Collision<B> {
     type Axis = Axis;
     type Ports = Ports;
 
-    fn parameters(settings: &mut B::Settings, gains: &mut Self::Gains, visit: &mut Parameters<'_>) {
-        let (Observe { bandwidth, threshold, motor_inertia, viscous, .. }, link) = gains;
-        visit.per_axis(bandwidth, "BANDWIDTH", Unit::Hertz, 0.01..=1e3, 10.0, "Of the observed force.");
-        let summary = "Force of the world that counts as a collision.";
-        visit.per_axis(threshold, "THRESHOLD", Unit::Force, 0.0..=1e4, 1e4, summary);
-        let summary = "Of the motor, seen from the joint.";
-        visit.per_axis(motor_inertia, "MOTOR_INERTIA", Unit::Inertia, 0.0..=1e4, 0.0, summary);
-        visit.per_axis(viscous, "VISCOUS", Unit::Damping, 0.0..=1e4, 0.0, "Viscous friction of the joint.");
-        B::parameters(settings, link, visit);
+    fn parameters(settings: &mut B::Settings, (observe, link): &mut Self::Gains, visit: &mut Parameters<'_>) {
+        observe.visit(visit);
+        settings.visit(visit);
+        link.visit(visit);
     }
 
     fn prepare_axis(_: &B::Settings, (observe, _): &mut Self::Gains, device: &DeviceDescriptor) {
         let rate = core::f32::consts::TAU * observe.bandwidth;
         observe.period_s = device.sample_period_s();
         observe.gain = rate / (1.0 + observe.period_s * rate);
-    }
-
-    fn ports(_: &B::Settings, declare: &mut Declare<'_>) -> Ports {
-        Ports {
-            position: declare.input("POSITION", types::POSITION),
-            velocity: declare.input("VELOCITY", types::VELOCITY),
-            commanded: declare.late().input("DES_FORCE", types::DES_FORCE),
-            force: declare.output("EXTERNAL_FORCE", types::EXTERNAL_FORCE),
-            condition: declare.output("CONDITION", types::CONDITION),
-        }
     }
 
     fn begin(context: &Context<'_, Self>) {

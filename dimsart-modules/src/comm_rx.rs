@@ -57,7 +57,7 @@ choice! {
 
 words! {
     /// Of all axes.
-    pub struct Settings {
+    pub parameters Settings {
         types: TypeList,
         link: u32,
         channel: u32,
@@ -89,7 +89,7 @@ words! {
         playout_ticks: u32,
     }
     /// Signals, those of the channel first.
-    pub struct Ports {
+    pub ports Ports {
         channel: [Output<Untyped>; MAX_CHANNEL_TYPES],
         /// The channel's first wave; not connected when there is none.
         wave: Output,

@@ -23,19 +23,24 @@ use dimsart_core::limits::{MAX_CHANNEL_TYPES, MAX_PACKET_WORDS};
 use dimsart_core::mailbox::{low_half, next_number};
 use dimsart_core::parameter::TypeList;
 use dimsart_core::{
-    Content, Context, Declare, DeviceDescriptor, Input, LinkPort, Memory, Module, Parameters, Unit, Untyped,
-    words,
+    Content, Context, Declare, DeviceDescriptor, Input, LinkPort, Memory, Module, Unit, Untyped, words,
 };
 
 words! {
     /// Of all axes.
-    pub struct Settings {
-        types: TypeList,
-        link: u32,
-        channel: u32,
-        every_ticks: u32,
-        has_counters: bool,
-        axis: u32,
+    pub parameters Settings {
+        /// Adds a signal to the packet.
+        types: TypeList = types("CTX_ADD_DATA"),
+        /// Link it sends over.
+        link: u32 = structural_count("CTX_LINK", Unit::One, LINKS, 0),
+        /// Channel it sends on; 0 between two ends.
+        channel: u32 = structural_count("CTX_CHANNEL", Unit::One, CHANNELS, 0),
+        /// Ticks from a packet to the next one; of a wave the mean is sent.
+        every_ticks: u32 = structural_count("CTX_EVERY", Unit::Tick, EVERY_TICKS, 1),
+        /// Whether packets carry counters, to make up for lost waves.
+        has_counters: bool = structural_flag("CTX_COUNTERS", true),
+        /// Axis that is sent alone, without counters; 8: all axes.
+        axis: u32 = structural_count("CTX_AXIS", Unit::One, AXES, ALL_AXES),
         parts: Parts,
         content: Content,
         /// Words of the packet that are samples; counters follow.
@@ -57,7 +62,7 @@ words! {
         since_sent_ticks: u32,
     }
     /// Signals and memory, by the place of the channel's type.
-    pub struct Ports {
+    pub ports Ports {
         /// What goes into the packet: the input, or the mean of a wave.
         samples: [Input<Untyped>; MAX_CHANNEL_TYPES],
         inputs: [Input<Untyped>; MAX_CHANNEL_TYPES],
@@ -79,20 +84,6 @@ impl Module for CommTx {
     type State = State;
     type Axis = Sent;
     type Ports = Ports;
-
-    fn parameters(settings: &mut Settings, _: &mut (), visit: &mut Parameters<'_>) {
-        visit.types(&mut settings.types, "CTX_ADD_DATA", "Adds a signal to the packet.");
-        visit.structural_count(&mut settings.link, "CTX_LINK", Unit::One, LINKS, 0, "Link it sends over.");
-        let summary = "Channel it sends on; 0 between two ends.";
-        visit.structural_count(&mut settings.channel, "CTX_CHANNEL", Unit::One, CHANNELS, 0, summary);
-        let summary = "Ticks from a packet to the next one; of a wave the mean is sent.";
-        let every = &mut settings.every_ticks;
-        visit.structural_count(every, "CTX_EVERY", Unit::Tick, EVERY_TICKS, 1, summary);
-        let summary = "Whether packets carry counters, to make up for lost waves.";
-        visit.structural_flag(&mut settings.has_counters, "CTX_COUNTERS", true, summary);
-        let summary = "Axis that is sent alone, without counters; 8: all axes.";
-        visit.structural_count(&mut settings.axis, "CTX_AXIS", Unit::One, AXES, ALL_AXES, summary);
-    }
 
     fn prepare(settings: &mut Settings, device: &DeviceDescriptor) {
         let Prepared { content, samples, parts, counted, counted_at, period_s } =

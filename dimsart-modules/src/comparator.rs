@@ -15,7 +15,7 @@
 //! # Ok::<(), dimsart_core::BenchError>(())
 //! ```
 
-use dimsart_core::{Context, Declare, Input, Module, Output, Parameters, Unit, choice, types, words};
+use dimsart_core::{Context, Input, Module, Output, Unit, choice, types, words};
 
 choice! {
     /// On which side of the level the condition holds.
@@ -24,13 +24,26 @@ choice! {
 
 words! {
     /// Of all axes.
-    pub struct Settings { side: Side, is_magnitude: bool }
+    pub parameters Settings {
+        /// Where the condition holds.
+        side: Side = choice("SIDE"),
+        /// Whether the sign of the signal does not count.
+        is_magnitude: bool = flag("MAGNITUDE", false),
+    }
     /// Of an axis.
-    pub struct Gains { level: f32, hysteresis: f32 }
+    pub parameters Gains {
+        /// Middle of the two levels.
+        level: f32 = per_axis("LEVEL", Unit::Any, -1e9..=1e9, 0.0),
+        /// From the lower level to the upper one.
+        hysteresis: f32 = per_axis("HYSTERESIS", Unit::Any, 0.0..=1e9, 0.0),
+    }
     /// Of an axis.
     pub struct Axis { holds: bool }
     /// Signals.
-    pub struct Ports { input: Input, condition: Output }
+    pub ports Ports {
+        input: Input = input("SIGNAL_IN", types::SIGNAL),
+        condition: Output = output("CONDITION", types::CONDITION),
+    }
 }
 
 /// See the [module docs](self).
@@ -45,22 +58,6 @@ impl Module for Comparator {
     type State = ();
     type Axis = Axis;
     type Ports = Ports;
-
-    fn parameters(settings: &mut Settings, gains: &mut Gains, visit: &mut Parameters<'_>) {
-        visit.per_axis(&mut gains.level, "LEVEL", Unit::Any, -1e9..=1e9, 0.0, "Middle of the two levels.");
-        let summary = "From the lower level to the upper one.";
-        visit.per_axis(&mut gains.hysteresis, "HYSTERESIS", Unit::Any, 0.0..=1e9, 0.0, summary);
-        visit.choice(&mut settings.side, "SIDE", "Where the condition holds.");
-        let summary = "Whether the sign of the signal does not count.";
-        visit.flag(&mut settings.is_magnitude, "MAGNITUDE", false, summary);
-    }
-
-    fn ports(_: &Settings, declare: &mut Declare<'_>) -> Ports {
-        Ports {
-            input: declare.input("SIGNAL_IN", types::SIGNAL),
-            condition: declare.output("CONDITION", types::CONDITION),
-        }
-    }
 
     #[inline(always)]
     fn compute(context: &Context<'_, Self>) {

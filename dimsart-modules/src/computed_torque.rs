@@ -27,29 +27,33 @@ use core::marker::PhantomData;
 use crate::dynamics::{Body, axes, links, write};
 use dimsart_core::limits::MAX_DOF;
 use dimsart_core::{
-    Context, Declare, DeviceDescriptor, Input, Module, Output, Parameters, Unit, types, words,
+    Context, DeviceDescriptor, Input, Module, Output, ParameterSet, Parameters, Unit, types, words,
 };
 
 words! {
     /// Of an axis.
-    pub struct Follow {
-        bandwidth: f32,
-        damping_ratio: f32,
-        motor_inertia: f32,
-        viscous: f32,
+    pub parameters Follow {
+        /// How fast an error decays.
+        bandwidth: f32 = per_axis("BANDWIDTH", Unit::Hertz, 0.0..=100.0, 2.0),
+        /// Of the decay of an error; 1 is without overshoot.
+        damping_ratio: f32 = per_axis("DAMPING_RATIO", Unit::One, 0.0..=10.0, 1.0),
+        /// Of the motor, seen from the joint.
+        motor_inertia: f32 = per_axis("MOTOR_INERTIA", Unit::Inertia, 0.0..=1e4, 0.0),
+        /// Viscous friction of the joint.
+        viscous: f32 = per_axis("VISCOUS", Unit::Damping, 0.0..=1e4, 0.0),
         /// `ω²`.
         stiffness: f32,
         /// `2 ζ ω`.
         damping: f32,
     }
     /// Signals.
-    pub struct Ports {
-        position: Input,
-        velocity: Input,
-        desired_position: Input,
-        desired_velocity: Input,
-        desired_acceleration: Input,
-        force: Output,
+    pub ports Ports {
+        position: Input = input("POSITION", types::POSITION),
+        velocity: Input = input("VELOCITY", types::VELOCITY),
+        desired_position: Input = input("DES_POSITION", types::DES_POSITION),
+        desired_velocity: Input = input("DES_VELOCITY", types::DES_VELOCITY),
+        desired_acceleration: Input = input("DES_ACCELERATION", types::DES_ACCELERATION),
+        force: Output = output("DES_FORCE", types::DES_FORCE),
     }
 }
 
@@ -67,32 +71,16 @@ impl<B: Body> Module for ComputedTorque<B> {
     type Axis = ();
     type Ports = Ports;
 
-    fn parameters(settings: &mut B::Settings, gains: &mut Self::Gains, visit: &mut Parameters<'_>) {
-        let (Follow { bandwidth, damping_ratio, motor_inertia, viscous, .. }, link) = gains;
-        visit.per_axis(bandwidth, "BANDWIDTH", Unit::Hertz, 0.0..=100.0, 2.0, "How fast an error decays.");
-        let summary = "Of the decay of an error; 1 is without overshoot.";
-        visit.per_axis(damping_ratio, "DAMPING_RATIO", Unit::One, 0.0..=10.0, 1.0, summary);
-        let summary = "Of the motor, seen from the joint.";
-        visit.per_axis(motor_inertia, "MOTOR_INERTIA", Unit::Inertia, 0.0..=1e4, 0.0, summary);
-        visit.per_axis(viscous, "VISCOUS", Unit::Damping, 0.0..=1e4, 0.0, "Viscous friction of the joint.");
-        B::parameters(settings, link, visit);
+    fn parameters(settings: &mut B::Settings, (follow, link): &mut Self::Gains, visit: &mut Parameters<'_>) {
+        follow.visit(visit);
+        settings.visit(visit);
+        link.visit(visit);
     }
 
     fn prepare_axis(_: &B::Settings, (follow, _): &mut Self::Gains, _: &DeviceDescriptor) {
         let rate = core::f32::consts::TAU * follow.bandwidth;
         follow.stiffness = rate * rate;
         follow.damping = 2.0 * follow.damping_ratio * rate;
-    }
-
-    fn ports(_: &B::Settings, declare: &mut Declare<'_>) -> Ports {
-        Ports {
-            position: declare.input("POSITION", types::POSITION),
-            velocity: declare.input("VELOCITY", types::VELOCITY),
-            desired_position: declare.input("DES_POSITION", types::DES_POSITION),
-            desired_velocity: declare.input("DES_VELOCITY", types::DES_VELOCITY),
-            desired_acceleration: declare.input("DES_ACCELERATION", types::DES_ACCELERATION),
-            force: declare.output("DES_FORCE", types::DES_FORCE),
-        }
     }
 
     fn compute(context: &Context<'_, Self>) {

@@ -1,6 +1,6 @@
 //! The damper of a passivity controller: it takes energy that came out of a port too much back, as much as it may.
 
-use dimsart_core::{Parameters, Unit, choice, words};
+use dimsart_core::{ParameterSet, Parameters, Unit, choice, words};
 
 choice! {
     /// What the port takes, and what it gives.
@@ -21,9 +21,11 @@ impl Causality {
 
 words! {
     /// Of an axis.
-    pub struct Damper {
-        damper: f32,
-        pub(super) limit: f32,
+    pub parameters Damper {
+        /// Largest damper in series; under ADMITTANCE the smallest one in parallel.
+        damper: f32 = per_axis("DAMPER", Unit::Damping, 0.0..=1e6, 10.0),
+        /// Largest force out, either way.
+        pub(super) limit: f32 = per_axis("LIMIT", Unit::Force, 0.0..=1e4, 1e4),
         pub(super) energy_limit_j: f32,
         /// Most of a damping, or of one over it.
         pub(super) cap: f32,
@@ -31,18 +33,9 @@ words! {
 }
 
 impl Damper {
-    /// Lists the parameters; `kept` says of what energy most is kept.
+    /// Lists the parameters; `kept` is the help text of the energy limit.
     pub(super) fn parameters(&mut self, visit: &mut Parameters<'_>, kept: &'static str) {
-        let summary = "Largest damper in series; under ADMITTANCE the smallest one in parallel.";
-        visit.per_axis(&mut self.damper, "DAMPER", Unit::Damping, 0.0..=1e6, 10.0, summary);
-        visit.per_axis(
-            &mut self.limit,
-            "LIMIT",
-            Unit::Force,
-            0.0..=1e4,
-            1e4,
-            "Largest force out, either way.",
-        );
+        self.visit(visit);
         visit.per_axis(&mut self.energy_limit_j, "ENERGY_LIMIT", Unit::Energy, 0.0..=100.0, 10.0, kept);
     }
 

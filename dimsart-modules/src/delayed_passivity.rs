@@ -38,12 +38,13 @@ use crate::damper::{Causality, Damper, damping};
 use crate::energy_ledger::Ledger;
 use dimsart_core::math::CompensatedSum;
 use dimsart_core::{
-    Context, Declare, DeviceDescriptor, Input, Module, Output, Parameters, Unit, Vector, math, types, words,
+    Context, Declare, DeviceDescriptor, Input, Module, Output, Parameters, PortSet, Unit, Vector, math,
+    types, words,
 };
 
 words! {
     /// Of all axes.
-    pub struct Settings {
+    pub parameters Settings {
         causality: Causality,
         drift_rate_hz: f32,
         credit_j: f32,
@@ -68,8 +69,8 @@ words! {
         stretch: f32,
     }
     /// Signals.
-    pub struct Ports {
-        position: Input,
+    pub ports Ports {
+        position: Input = input("POSITION", types::POSITION),
         wanted: Input,
         far_energy: Input<Vector<u32>>,
         out: Output,
@@ -113,7 +114,7 @@ impl Module for DelayedPassivity {
     }
 
     fn ports(settings: &Settings, declare: &mut Declare<'_>) -> Ports {
-        let mut ports = Ports { position: declare.input("POSITION", types::POSITION), ..Ports::default() };
+        let mut ports = Ports::declare(declare);
         ports.far_energy = declare.input("FAR_ENERGY", types::FAR_ENERGY);
         if settings.causality == Causality::Impedance {
             let wanted = types::DES_FORCE.copy(2);

@@ -14,15 +14,24 @@
 //! ```
 
 use crate::mux::{SelectBy, number};
-use dimsart_core::{Context, Declare, Input, Module, Output, Parameters, Unit, UnitRelation, types, words};
+use dimsart_core::{Context, Declare, Input, Module, Output, Unit, UnitRelation, types, words};
 
 words! {
     /// Of all axes.
-    pub struct Settings { select_by: SelectBy, count: u32, selected: u32, holds: bool }
+    pub parameters Settings {
+        /// What selects.
+        select_by: SelectBy = structural_choice("SELECT_BY"),
+        /// How many outputs there are.
+        count: u32 = structural_count("COUNT", Unit::One, 2..=4, 2),
+        /// Number of the output, from 0.
+        selected: u32 = count("SELECT", Unit::One, 0..=3, 0),
+        /// Whether the others keep what they had.
+        holds: bool = flag("HOLD", false),
+    }
     /// Of an axis: what each output had.
     pub struct Axis { outputs: [f32; 4] }
     /// Signals.
-    pub struct Ports { input: Input, condition: Input, outputs: [Output; 4] }
+    pub ports Ports { input: Input, condition: Input, outputs: [Output; 4] }
 }
 
 /// See the [module docs](self).
@@ -37,14 +46,6 @@ impl Module for Demux {
     type State = ();
     type Axis = Axis;
     type Ports = Ports;
-
-    fn parameters(settings: &mut Settings, (): &mut (), visit: &mut Parameters<'_>) {
-        let Settings { select_by, count, selected, holds } = settings;
-        visit.structural_choice(select_by, "SELECT_BY", "What selects.");
-        visit.structural_count(count, "COUNT", Unit::One, 2..=4, 2, "How many outputs there are.");
-        visit.count(selected, "SELECT", Unit::One, 0..=3, 0, "Number of the output, from 0.");
-        visit.flag(holds, "HOLD", false, "Whether the others keep what they had.");
-    }
 
     fn ports(settings: &Settings, declare: &mut Declare<'_>) -> Ports {
         let input = declare.input("SIGNAL_IN", types::SIGNAL);

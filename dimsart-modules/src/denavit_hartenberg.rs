@@ -5,18 +5,36 @@
 //! theta, a linear one to d. The tip is at `TIP_X`, `TIP_Y`, `TIP_Z` in the last frame. Ports and limits are those of every
 //! [tip](crate::tip).
 
+use core::ops::RangeInclusive;
+
 use crate::tip::{Joint, Placed, Placement, Vector3};
-use dimsart_core::{AxisKind, Parameters, Unit, math, words};
+use dimsart_core::{AxisKind, Unit, math, words};
+
+const LENGTH: RangeInclusive<f32> = -100.0..=100.0;
+const ANGLE: RangeInclusive<f32> = -7.0..=7.0;
 
 words! {
     /// Of a joint.
-    pub struct Row {
-        a: f32,
-        alpha: f32,
-        d: f32,
-        theta: f32,
+    pub parameters Row {
+        /// Along the x axis before it.
+        a: f32 = per_axis("DH_A", Unit::Metre, LENGTH, 0.0),
+        /// About the x axis before it.
+        alpha: f32 = per_axis("DH_ALPHA", Unit::Radian, ANGLE, 0.0),
+        /// Along its own axis.
+        d: f32 = per_axis("DH_D", Unit::Metre, LENGTH, 0.0),
+        /// About its own axis.
+        theta: f32 = per_axis("DH_THETA", Unit::Radian, ANGLE, 0.0),
         sin_alpha: f32,
         cos_alpha: f32,
+    }
+    /// Of the tip, in the last frame.
+    pub parameters TipOffset {
+        /// Of the tip in the last frame.
+        x: f32 = real("TIP_X", Unit::Metre, LENGTH, 0.0),
+        /// Of the tip in the last frame.
+        y: f32 = real("TIP_Y", Unit::Metre, LENGTH, 0.0),
+        /// Of the tip in the last frame.
+        z: f32 = real("TIP_Z", Unit::Metre, LENGTH, 0.0),
     }
 }
 
@@ -35,27 +53,15 @@ struct Frame {
 
 impl Placed for DenavitHartenberg {
     const TIP: &'static str = "DH_TIP_MOD";
-    /// The tip in the last frame.
-    type Settings = Vector3;
+    type Settings = TipOffset;
     type Joint = Row;
-
-    fn parameters(tip: &mut Vector3, row: &mut Row, visit: &mut Parameters<'_>) {
-        let Row { a, alpha, d, theta, .. } = row;
-        let (length, angle) = (-100.0..=100.0, -7.0..=7.0);
-        visit.per_axis(a, "DH_A", Unit::Metre, length.clone(), 0.0, "Along the x axis before it.");
-        visit.per_axis(alpha, "DH_ALPHA", Unit::Radian, angle.clone(), 0.0, "About the x axis before it.");
-        visit.per_axis(d, "DH_D", Unit::Metre, length.clone(), 0.0, "Along its own axis.");
-        visit.per_axis(theta, "DH_THETA", Unit::Radian, angle, 0.0, "About its own axis.");
-        visit.real(&mut tip.x, "TIP_X", Unit::Metre, length.clone(), 0.0, "Of the tip in the last frame.");
-        visit.real(&mut tip.y, "TIP_Y", Unit::Metre, length.clone(), 0.0, "Of the tip in the last frame.");
-        visit.real(&mut tip.z, "TIP_Z", Unit::Metre, length, 0.0, "Of the tip in the last frame.");
-    }
 
     fn prepare(row: &mut Row) {
         (row.sin_alpha, row.cos_alpha) = math::sin_cos(row.alpha);
     }
 
-    fn place(tip: Vector3, joints: &[Joint<Row>]) -> Placement {
+    fn place(TipOffset { x, y, z }: TipOffset, joints: &[Joint<Row>]) -> Placement {
+        let tip = Vector3 { x, y, z };
         let axis = |x, y, z| Vector3 { x, y, z };
         let (x, y, z) = (axis(1.0, 0.0, 0.0), axis(0.0, 1.0, 0.0), axis(0.0, 0.0, 1.0));
         let mut frame = Frame { origin: Vector3::default(), x, y, z };

@@ -5,16 +5,24 @@
 //! any unit.
 
 use dimsart_core::{
-    Context, Declare, DeviceDescriptor, Input, Module, Output, Parameters, Unit, UnitRelation, types, words,
+    Context, Declare, DeviceDescriptor, Input, Module, Output, PortSet, Unit, UnitRelation, types, words,
 };
 
 words! {
     /// Of all axes.
-    pub struct Settings { filter_time_s: f32, rate_hz: f32, smoothing: f32 }
+    pub parameters Settings {
+        /// Time constant of the low-pass; 0 for none.
+        filter_time_s: f32 = real("FILTER_TIME", Unit::Second, 0.0..=10.0, 0.0),
+        rate_hz: f32,
+        smoothing: f32,
+    }
     /// Of an axis.
     pub struct Axis { previous: f32, slope: f32 }
     /// Signals.
-    pub struct Ports { input: Input, output: Output }
+    pub ports Ports {
+        input: Input = input("SIGNAL_IN", types::SIGNAL),
+        output: Output = output("SIGNAL_OUT", types::SIGNAL_OUT),
+    }
 }
 
 /// See the [module docs](self).
@@ -30,11 +38,6 @@ impl Module for Differentiator {
     type Axis = Axis;
     type Ports = Ports;
 
-    fn parameters(settings: &mut Settings, _: &mut (), visit: &mut Parameters<'_>) {
-        let summary = "Time constant of the low-pass; 0 for none.";
-        visit.real(&mut settings.filter_time_s, "FILTER_TIME", Unit::Second, 0.0..=10.0, 0.0, summary);
-    }
-
     fn prepare(settings: &mut Settings, device: &DeviceDescriptor) {
         let h = device.sample_period_s();
         settings.rate_hz = 1.0 / h;
@@ -42,10 +45,7 @@ impl Module for Differentiator {
     }
 
     fn ports(_: &Settings, declare: &mut Declare<'_>) -> Ports {
-        let ports = Ports {
-            input: declare.input("SIGNAL_IN", types::SIGNAL),
-            output: declare.output("SIGNAL_OUT", types::SIGNAL_OUT),
-        };
+        let ports = Ports::declare(declare);
         declare.tie("SIGNAL_OUT", UnitRelation::Derivative, "SIGNAL_IN");
         ports
     }

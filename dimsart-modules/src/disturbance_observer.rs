@@ -29,7 +29,7 @@ use core::f32::consts::TAU;
 use crate::lag;
 use crate::take_over::first;
 use dimsart_core::{
-    Context, Declare, DeviceDescriptor, Input, Module, Output, Parameters, Unit, choice, math, types, words,
+    Context, DeviceDescriptor, Input, Module, Output, Parameters, Unit, choice, math, types, words,
 };
 
 choice! {
@@ -39,9 +39,9 @@ choice! {
 
 words! {
     /// Of all axes.
-    pub struct Settings { order: Order }
+    pub parameters Settings { order: Order }
     /// Of an axis.
-    pub struct Gains {
+    pub parameters Gains {
         inertia: f32,
         frequency_hz: f32,
         compensation: f32,
@@ -54,7 +54,12 @@ words! {
     /// Of an axis.
     pub struct Axis { previous_velocity: f32, first: f32, estimate: f32 }
     /// Signals.
-    pub struct Ports { velocity: Input, force: Input, feed_force: Output, external_force: Output }
+    pub ports Ports {
+        velocity: Input = input("VELOCITY", types::VELOCITY),
+        force: Input = delayed().input("DES_FORCE", types::DES_FORCE),
+        feed_force: Output = output("FEED_FORCE", types::FEED_FORCE),
+        external_force: Output = output("EXTERNAL_FORCE", types::EXTERNAL_FORCE),
+    }
 }
 
 /// See the [module docs](self).
@@ -85,15 +90,6 @@ impl Module for DisturbanceObserver {
         let h = device.sample_period_s();
         gains.inertia_per_tick = gains.inertia / h;
         gains.share = lag::share(TAU * gains.frequency_hz * h);
-    }
-
-    fn ports(_: &Settings, declare: &mut Declare<'_>) -> Ports {
-        Ports {
-            velocity: declare.input("VELOCITY", types::VELOCITY),
-            force: declare.delayed().input("DES_FORCE", types::DES_FORCE),
-            feed_force: declare.output("FEED_FORCE", types::FEED_FORCE),
-            external_force: declare.output("EXTERNAL_FORCE", types::EXTERNAL_FORCE),
-        }
     }
 
     fn begin(context: &Context<'_, Self>) {

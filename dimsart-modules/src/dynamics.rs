@@ -3,7 +3,7 @@
 use core::fmt::Debug;
 
 use dimsart_core::limits::MAX_DOF;
-use dimsart_core::{Context, Input, Module, Output, Parameters, Words};
+use dimsart_core::{Context, Input, Module, Output, ParameterSet};
 
 /// A value of each axis, 0 beyond the last one.
 pub(super) type Axes = [f32; MAX_DOF];
@@ -17,12 +17,9 @@ pub trait Body: Debug + Copy + 'static {
     /// Name of the module that finds collisions.
     const COLLISION: &'static str;
     /// Of all axes.
-    type Settings: Words + Default;
+    type Settings: ParameterSet;
     /// Of a link.
-    type Link: Words + Default;
-
-    /// Lists the parameters.
-    fn parameters(settings: &mut Self::Settings, link: &mut Self::Link, visit: &mut Parameters<'_>);
+    type Link: ParameterSet;
 
     /// The arm at this position.
     fn at(settings: Self::Settings, links: &[Self::Link; MAX_DOF], position: &Axes) -> Self;
@@ -52,7 +49,7 @@ pub(super) fn write<M: Module>(context: &Context<'_, M>, signal: Output, values:
 }
 
 /// What `of_link` finds of each link among the parameters of its axis.
-pub(super) fn links<M: Module, L: Words + Default>(
+pub(super) fn links<M: Module, L: ParameterSet>(
     context: &Context<'_, M>,
     any: Input,
     of_link: impl Fn(M::Gains) -> L,

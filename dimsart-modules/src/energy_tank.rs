@@ -25,24 +25,32 @@
 
 use crate::energy_ledger::Ledger;
 use dimsart_core::{
-    Context, Declare, DeviceDescriptor, Input, Module, Output, Parameters, Unit, Vector, math, types, words,
+    Context, Declare, DeviceDescriptor, Input, Module, Output, ParameterSet, Parameters, Unit, Vector, math,
+    types, words,
 };
 
 words! {
     /// Of all axes.
-    pub struct Settings { share: f32, rate_hz: f32 }
+    pub parameters Settings {
+        /// Share of the tank that is sent in a tick.
+        share: f32 = real("SHARE", Unit::One, 0.0..=1.0, 0.01),
+        rate_hz: f32,
+    }
     /// Of an axis.
-    pub struct Gains {
-        level_j: f32,
-        damping: f32,
-        energy_limit_j: f32,
+    pub parameters Gains {
+        /// Energy below which the operator fills the tank; 0: never.
+        level_j: f32 = per_axis("LEVEL", Unit::Energy, 0.0..=100.0, 0.0),
+        /// Damper that fills an empty tank.
+        damping: f32 = per_axis("D_PARAM", Unit::Damping, 0.0..=1e4, 5.0),
+        /// Most that the tank holds; what comes on top is lost.
+        energy_limit_j: f32 = per_axis("ENERGY_LIMIT", Unit::Energy, 0.0..=100.0, 1.0),
         /// `D_PARAM / LEVEL`; 0 with no level.
         damping_per_j: f32,
     }
     /// Of an axis.
     pub struct Axis { tank: Ledger, previous: f32, force: f32 }
     /// Signals.
-    pub struct Ports {
+    pub ports Ports {
         position: Input,
         wanted: Input,
         far_energy: Input<Vector<u32>>,
@@ -66,14 +74,8 @@ impl Module for EnergyTank {
     type Ports = Ports;
 
     fn parameters(settings: &mut Settings, gains: &mut Gains, visit: &mut Parameters<'_>) {
-        let summary = "Share of the tank that is sent in a tick.";
-        visit.real(&mut settings.share, "SHARE", Unit::One, 0.0..=1.0, 0.01, summary);
-        let Gains { level_j, damping, energy_limit_j, .. } = gains;
-        let summary = "Energy below which the operator fills the tank; 0: never.";
-        visit.per_axis(level_j, "LEVEL", Unit::Energy, 0.0..=100.0, 0.0, summary);
-        visit.per_axis(damping, "D_PARAM", Unit::Damping, 0.0..=1e4, 5.0, "Damper that fills an empty tank.");
-        let summary = "Most that the tank holds; what comes on top is lost.";
-        visit.per_axis(energy_limit_j, "ENERGY_LIMIT", Unit::Energy, 0.0..=100.0, 1.0, summary);
+        settings.visit(visit);
+        gains.visit(visit);
     }
 
     fn prepare(settings: &mut Settings, device: &DeviceDescriptor) {

@@ -17,23 +17,30 @@
 //! # Ok::<(), dimsart_core::BenchError>(())
 //! ```
 
-use dimsart_core::{
-    Context, Declare, DeviceDescriptor, Input, Module, Output, Parameters, Unit, math, types, words,
-};
+use dimsart_core::{Context, DeviceDescriptor, Input, Module, Output, Unit, math, types, words};
 
 words! {
     /// Of an axis.
-    pub struct Gains {
-        inertia: f32,
-        viscous: f32,
-        coulomb: f32,
-        coulomb_velocity: f32,
-        gravity: f32,
+    pub parameters Gains {
+        /// Inertia of the joint.
+        inertia: f32 = per_axis("INERTIA", Unit::Inertia, 0.0..=1e4, 0.0),
+        /// Viscous friction.
+        viscous: f32 = per_axis("VISCOUS", Unit::Damping, 0.0..=1e4, 0.0),
+        /// Coulomb friction.
+        coulomb: f32 = per_axis("COULOMB", Unit::Force, 0.0..=1e4, 0.0),
+        /// Velocity from which on all of the Coulomb friction is there.
+        coulomb_velocity: f32 = per_axis("COULOMB_VELOCITY", Unit::Velocity, 1e-6..=1e3, 0.01),
+        /// Constant force.
+        gravity: f32 = per_axis("GRAVITY", Unit::Force, -1e4..=1e4, 0.0),
         /// `1 / COULOMB_VELOCITY`.
         per_velocity: f32,
     }
     /// Signals.
-    pub struct Ports { desired_velocity: Input, desired_acceleration: Input, feed_force: Output }
+    pub ports Ports {
+        desired_velocity: Input = input("DES_VELOCITY", types::DES_VELOCITY),
+        desired_acceleration: Input = input("DES_ACCELERATION", types::DES_ACCELERATION),
+        feed_force: Output = output("FEED_FORCE", types::FEED_FORCE),
+    }
 }
 
 /// See the [module docs](self).
@@ -49,26 +56,8 @@ impl Module for FeedForward {
     type Axis = ();
     type Ports = Ports;
 
-    fn parameters((): &mut (), gains: &mut Gains, visit: &mut Parameters<'_>) {
-        let Gains { inertia, viscous, coulomb, coulomb_velocity, gravity, .. } = gains;
-        visit.per_axis(inertia, "INERTIA", Unit::Inertia, 0.0..=1e4, 0.0, "Inertia of the joint.");
-        visit.per_axis(viscous, "VISCOUS", Unit::Damping, 0.0..=1e4, 0.0, "Viscous friction.");
-        visit.per_axis(coulomb, "COULOMB", Unit::Force, 0.0..=1e4, 0.0, "Coulomb friction.");
-        let summary = "Velocity from which on all of the Coulomb friction is there.";
-        visit.per_axis(coulomb_velocity, "COULOMB_VELOCITY", Unit::Velocity, 1e-6..=1e3, 0.01, summary);
-        visit.per_axis(gravity, "GRAVITY", Unit::Force, -1e4..=1e4, 0.0, "Constant force.");
-    }
-
     fn prepare_axis((): &(), gains: &mut Gains, _: &DeviceDescriptor) {
         gains.per_velocity = 1.0 / gains.coulomb_velocity;
-    }
-
-    fn ports((): &(), declare: &mut Declare<'_>) -> Ports {
-        Ports {
-            desired_velocity: declare.input("DES_VELOCITY", types::DES_VELOCITY),
-            desired_acceleration: declare.input("DES_ACCELERATION", types::DES_ACCELERATION),
-            feed_force: declare.output("FEED_FORCE", types::FEED_FORCE),
-        }
     }
 
     #[inline(always)]

@@ -1,15 +1,14 @@
 //! The ports of a filter: a signal, and what is made of it in the same unit.
 
-use dimsart_core::{Declare, Input, Output, UnitRelation, types, words};
+use dimsart_core::{Declare, Input, Output, PortSet, UnitRelation, types, words};
 
 words! {
     /// A signal, and what is made of it.
     pub struct Filtered { pub(super) input: Input, pub(super) output: Output }
 }
 
-impl Filtered {
-    /// `SIGNAL_IN` and `SIGNAL_OUT`.
-    pub(super) fn declare(declare: &mut Declare<'_>) -> Self {
+impl PortSet for Filtered {
+    fn declare(declare: &mut Declare<'_>) -> Self {
         let input = declare.input("SIGNAL_IN", types::SIGNAL);
         let output = declare.output("SIGNAL_OUT", types::SIGNAL_OUT);
         declare.tie("SIGNAL_OUT", UnitRelation::Same, "SIGNAL_IN");

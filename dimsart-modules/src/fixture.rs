@@ -23,7 +23,8 @@
 //! ```
 
 use dimsart_core::{
-    Context, Declare, DeviceDescriptor, Input, Module, Output, Parameters, Unit, choice, types, words,
+    Context, Declare, DeviceDescriptor, Input, Module, Output, ParameterSet, Parameters, Unit, choice, types,
+    words,
 };
 
 choice! {
@@ -33,13 +34,26 @@ choice! {
 
 words! {
     /// Of all axes.
-    pub struct Settings { form: Form, stiffness: f32, damping: f32, damping_per_tick: f32 }
+    pub parameters Settings {
+        /// What it guides to.
+        form: Form = choice("FORM"),
+        /// Stiffness.
+        stiffness: f32 = real("K_PARAM", Unit::Stiffness, 0.0..=1e5, 0.0),
+        /// Damping of what it acts against.
+        damping: f32 = real("B_PARAM", Unit::Damping, 0.0..=1e4, 0.0),
+        damping_per_tick: f32,
+    }
     /// Of an axis.
-    pub struct Gains { origin: f32, direction: f32 }
+    pub parameters Gains {
+        /// A point of the line or plane.
+        origin: f32 = per_axis("ORIGIN", Unit::Position, -1e3..=1e3, 0.0),
+        /// Along the line or across the plane, of any length.
+        direction: f32 = per_axis("DIRECTION", Unit::One, -1e3..=1e3, 0.0),
+    }
     /// Of an axis.
     pub struct Axis { previous: f32 }
     /// Signals.
-    pub struct Ports { position: Input, wanted: Input, force: Output }
+    pub ports Ports { position: Input, wanted: Input, force: Output }
 }
 
 /// See the [module docs](self).
@@ -56,14 +70,8 @@ impl Module for Fixture {
     type Ports = Ports;
 
     fn parameters(settings: &mut Settings, gains: &mut Gains, visit: &mut Parameters<'_>) {
-        let Settings { form, stiffness, damping, .. } = settings;
-        visit.choice(form, "FORM", "What it guides to.");
-        visit.real(stiffness, "K_PARAM", Unit::Stiffness, 0.0..=1e5, 0.0, "Stiffness.");
-        visit.real(damping, "B_PARAM", Unit::Damping, 0.0..=1e4, 0.0, "Damping of what it acts against.");
-        let Gains { origin, direction } = gains;
-        visit.per_axis(origin, "ORIGIN", Unit::Position, -1e3..=1e3, 0.0, "A point of the line or plane.");
-        let summary = "Along the line or across the plane, of any length.";
-        visit.per_axis(direction, "DIRECTION", Unit::One, -1e3..=1e3, 0.0, summary);
+        settings.visit(visit);
+        gains.visit(visit);
     }
 
     fn prepare(settings: &mut Settings, device: &DeviceDescriptor) {

@@ -22,25 +22,34 @@
 //! # Ok::<(), dimsart_core::BenchError>(())
 //! ```
 
-use dimsart_core::{
-    Context, Declare, DeviceDescriptor, Input, Module, Output, Parameters, Unit, math, types, words,
-};
+use dimsart_core::{Context, DeviceDescriptor, Input, Module, Output, Unit, math, types, words};
 
 words! {
     /// Of an axis.
-    pub struct Gains {
-        stiffness: f32,
-        damping: f32,
-        far_gain: f32,
-        own_gain: f32,
-        limit: f32,
+    pub parameters Gains {
+        /// Between both positions.
+        stiffness: f32 = per_axis("K_PARAM", Unit::Stiffness, 0.0..=1e6, 0.0),
+        /// Between both velocities.
+        damping: f32 = per_axis("D_PARAM", Unit::Damping, 0.0..=1e4, 0.0),
+        /// Of the other side's force.
+        far_gain: f32 = per_axis("FAR_GAIN", Unit::One, -100.0..=100.0, 1.0),
+        /// Of this side's force.
+        own_gain: f32 = per_axis("OWN_GAIN", Unit::One, -100.0..=100.0, 0.0),
+        /// Largest force either way.
+        limit: f32 = per_axis("LIMIT", Unit::Force, 0.0..=1e4, 1e4),
         /// `D / h`.
         damping_per_tick: f32,
     }
     /// Of an axis.
     pub struct Axis { previous_error: f32 }
     /// Signals.
-    pub struct Ports { position: Input, own_force: Input, far_position: Input, far_force: Input, force: Output }
+    pub ports Ports {
+        position: Input = input("POSITION", types::POSITION),
+        own_force: Input = input("FORCE", types::FORCE),
+        far_position: Input = input("FAR_POSITION", types::FAR_POSITION),
+        far_force: Input = input("FAR_FORCE", types::FAR_FORCE),
+        force: Output = output("DES_FORCE", types::DES_FORCE),
+    }
 }
 
 /// See the [module docs](self).
@@ -57,27 +66,8 @@ impl Module for FourChannel {
     type Axis = Axis;
     type Ports = Ports;
 
-    fn parameters(_: &mut (), gains: &mut Gains, visit: &mut Parameters<'_>) {
-        let Gains { stiffness, damping, far_gain, own_gain, limit, .. } = gains;
-        visit.per_axis(stiffness, "K_PARAM", Unit::Stiffness, 0.0..=1e6, 0.0, "Between both positions.");
-        visit.per_axis(damping, "D_PARAM", Unit::Damping, 0.0..=1e4, 0.0, "Between both velocities.");
-        visit.per_axis(far_gain, "FAR_GAIN", Unit::One, -100.0..=100.0, 1.0, "Of the other side's force.");
-        visit.per_axis(own_gain, "OWN_GAIN", Unit::One, -100.0..=100.0, 0.0, "Of this side's force.");
-        visit.per_axis(limit, "LIMIT", Unit::Force, 0.0..=1e4, 1e4, "Largest force either way.");
-    }
-
     fn prepare_axis((): &(), gains: &mut Gains, device: &DeviceDescriptor) {
         gains.damping_per_tick = gains.damping / device.sample_period_s();
-    }
-
-    fn ports((): &(), declare: &mut Declare<'_>) -> Ports {
-        Ports {
-            position: declare.input("POSITION", types::POSITION),
-            own_force: declare.input("FORCE", types::FORCE),
-            far_position: declare.input("FAR_POSITION", types::FAR_POSITION),
-            far_force: declare.input("FAR_FORCE", types::FAR_FORCE),
-            force: declare.output("DES_FORCE", types::DES_FORCE),
-        }
     }
 
     fn begin(context: &Context<'_, Self>) {

@@ -21,26 +21,33 @@
 //! # Ok::<(), dimsart_core::BenchError>(())
 //! ```
 
-use dimsart_core::{
-    Context, Declare, DeviceDescriptor, Input, Module, Output, Parameters, Unit, math, types, words,
-};
+use dimsart_core::{Context, DeviceDescriptor, Input, Module, Output, Unit, math, types, words};
 
 words! {
     /// Of an axis.
-    pub struct Gains {
-        coulomb: f32,
-        breakaway: f32,
-        stribeck_velocity: f32,
-        viscous: f32,
-        sign_velocity: f32,
-        compensation: f32,
+    pub parameters Gains {
+        /// Coulomb friction.
+        coulomb: f32 = per_axis("COULOMB", Unit::Force, 0.0..=1e4, 0.0),
+        /// Friction at rest, with which Stribeck's curve begins.
+        breakaway: f32 = per_axis("BREAKAWAY", Unit::Force, 0.0..=1e4, 0.0),
+        /// Velocity in which friction falls from BREAKAWAY to COULOMB.
+        stribeck_velocity: f32 = per_axis("STRIBECK_VELOCITY", Unit::Velocity, 1e-6..=1e3, 0.05),
+        /// Viscous friction.
+        viscous: f32 = per_axis("VISCOUS", Unit::Damping, 0.0..=1e4, 0.0),
+        /// Velocity from which on the sign is all there.
+        sign_velocity: f32 = per_axis("SIGN_VELOCITY", Unit::Velocity, 1e-6..=1e3, 0.01),
+        /// Share of the friction that is compensated.
+        compensation: f32 = per_axis("COMPENSATION", Unit::One, 0.0..=1.0, 1.0),
         /// `1 / STRIBECK_VELOCITY`.
         per_stribeck: f32,
         /// `1 / SIGN_VELOCITY`.
         per_sign: f32,
     }
     /// Signals.
-    pub struct Ports { velocity: Input, feed_force: Output }
+    pub ports Ports {
+        velocity: Input = input("VELOCITY", types::DES_VELOCITY),
+        feed_force: Output = output("FEED_FORCE", types::FEED_FORCE),
+    }
 }
 
 /// See the [module docs](self).
@@ -56,30 +63,9 @@ impl Module for Friction {
     type Axis = ();
     type Ports = Ports;
 
-    fn parameters((): &mut (), gains: &mut Gains, visit: &mut Parameters<'_>) {
-        let Gains { coulomb, breakaway, stribeck_velocity, viscous, sign_velocity, compensation, .. } = gains;
-        visit.per_axis(coulomb, "COULOMB", Unit::Force, 0.0..=1e4, 0.0, "Coulomb friction.");
-        let summary = "Friction at rest, with which Stribeck's curve begins.";
-        visit.per_axis(breakaway, "BREAKAWAY", Unit::Force, 0.0..=1e4, 0.0, summary);
-        let summary = "Velocity in which friction falls from BREAKAWAY to COULOMB.";
-        visit.per_axis(stribeck_velocity, "STRIBECK_VELOCITY", Unit::Velocity, 1e-6..=1e3, 0.05, summary);
-        visit.per_axis(viscous, "VISCOUS", Unit::Damping, 0.0..=1e4, 0.0, "Viscous friction.");
-        let summary = "Velocity from which on the sign is all there.";
-        visit.per_axis(sign_velocity, "SIGN_VELOCITY", Unit::Velocity, 1e-6..=1e3, 0.01, summary);
-        let summary = "Share of the friction that is compensated.";
-        visit.per_axis(compensation, "COMPENSATION", Unit::One, 0.0..=1.0, 1.0, summary);
-    }
-
     fn prepare_axis((): &(), gains: &mut Gains, _: &DeviceDescriptor) {
         gains.per_stribeck = 1.0 / gains.stribeck_velocity;
         gains.per_sign = 1.0 / gains.sign_velocity;
-    }
-
-    fn ports((): &(), declare: &mut Declare<'_>) -> Ports {
-        Ports {
-            velocity: declare.input("VELOCITY", types::DES_VELOCITY),
-            feed_force: declare.output("FEED_FORCE", types::FEED_FORCE),
-        }
     }
 
     #[inline(always)]

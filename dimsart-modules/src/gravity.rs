@@ -19,11 +19,14 @@
 use core::marker::PhantomData;
 
 use crate::dynamics::{Body, axes, links, write};
-use dimsart_core::{Context, Declare, Input, Module, Output, Parameters, types, words};
+use dimsart_core::{Context, Input, Module, Output, ParameterSet, Parameters, types, words};
 
 words! {
     /// Signals.
-    pub struct Ports { position: Input, force: Output }
+    pub ports Ports {
+        position: Input = input("POSITION", types::POSITION),
+        force: Output = output("FEED_FORCE", types::FEED_FORCE),
+    }
 }
 
 /// See the [module docs](self).
@@ -40,14 +43,8 @@ impl<B: Body> Module for GravityCompensation<B> {
     type Ports = Ports;
 
     fn parameters(settings: &mut B::Settings, link: &mut B::Link, visit: &mut Parameters<'_>) {
-        B::parameters(settings, link, visit);
-    }
-
-    fn ports(_: &B::Settings, declare: &mut Declare<'_>) -> Ports {
-        Ports {
-            position: declare.input("POSITION", types::POSITION),
-            force: declare.output("FEED_FORCE", types::FEED_FORCE),
-        }
+        settings.visit(visit);
+        link.visit(visit);
     }
 
     fn compute(context: &Context<'_, Self>) {

@@ -27,9 +27,7 @@
 
 use crate::take_over::first;
 use dimsart_core::math::{self, CompensatedSum};
-use dimsart_core::{
-    Context, Declare, DeviceDescriptor, Input, Module, Output, Parameters, Unit, choice, types, words,
-};
+use dimsart_core::{Context, Declare, DeviceDescriptor, Input, Module, Output, Unit, choice, types, words};
 
 choice! {
     /// What shows the stop.
@@ -43,26 +41,31 @@ const FOUND_NOTHING: u16 = 3;
 
 words! {
     /// Of all axes.
-    pub struct Settings { stop_by: StopBy, stall_time_s: f32, period_s: f32 }
+    pub parameters Settings {
+        /// What shows the stop.
+        stop_by: StopBy = structural_choice("STOP_BY"),
+        /// How long that has to last.
+        stall_time_s: f32 = real("STALL_TIME", Unit::Second, 0.0..=10.0, 0.05),
+        period_s: f32,
+    }
     /// Of an axis.
-    pub struct Gains {
-        velocity: f32,
-        back_off: f32,
-        search_distance: f32,
-        stall_force: f32,
-        home_position: f32,
+    pub parameters Gains {
+        /// Velocity of the search, towards the stop.
+        velocity: f32 = per_axis("HOMING_VELOCITY", Unit::Velocity, -1e3..=1e3, -0.05),
+        /// Way back from the stop.
+        back_off: f32 = per_axis("BACK_OFF", Unit::Position, 0.0..=1e3, 0.01),
+        /// How far it searches.
+        search_distance: f32 = per_axis("SEARCH_DISTANCE", Unit::Position, 0.0..=1e6, 10.0),
+        /// Force at the stop.
+        stall_force: f32 = per_axis("STALL_FORCE", Unit::Force, 0.0..=1e4, 1.0),
+        /// Position of the stop.
+        home_position: f32 = per_axis("HOME_POSITION", Unit::Position, -1e6..=1e6, 0.0),
         step: f32,
     }
     /// Of an axis.
     pub struct Axis { state: u16, desired: CompensatedSum, gone: CompensatedSum, stalled_s: f32, offset: f32 }
     /// Signals.
-    pub struct Ports {
-        position: Input,
-        sign: Input,
-        desired_position: Output,
-        homed: Output,
-        state: Output,
-    }
+    pub ports Ports { position: Input, sign: Input, desired_position: Output, homed: Output, state: Output }
 }
 
 /// See the [module docs](self).
@@ -77,21 +80,6 @@ impl Module for Homing {
     type State = ();
     type Axis = Axis;
     type Ports = Ports;
-
-    fn parameters(settings: &mut Settings, gains: &mut Gains, visit: &mut Parameters<'_>) {
-        let Gains { velocity, back_off, search_distance, stall_force, home_position, .. } = gains;
-        let summary = "Velocity of the search, towards the stop.";
-        visit.per_axis(velocity, "HOMING_VELOCITY", Unit::Velocity, -1e3..=1e3, -0.05, summary);
-        visit.per_axis(back_off, "BACK_OFF", Unit::Position, 0.0..=1e3, 0.01, "Way back from the stop.");
-        let summary = "How far it searches.";
-        visit.per_axis(search_distance, "SEARCH_DISTANCE", Unit::Position, 0.0..=1e6, 10.0, summary);
-        visit.per_axis(stall_force, "STALL_FORCE", Unit::Force, 0.0..=1e4, 1.0, "Force at the stop.");
-        let summary = "Position of the stop.";
-        visit.per_axis(home_position, "HOME_POSITION", Unit::Position, -1e6..=1e6, 0.0, summary);
-        visit.structural_choice(&mut settings.stop_by, "STOP_BY", "What shows the stop.");
-        let summary = "How long that has to last.";
-        visit.real(&mut settings.stall_time_s, "STALL_TIME", Unit::Second, 0.0..=10.0, 0.05, summary);
-    }
 
     fn prepare(settings: &mut Settings, device: &DeviceDescriptor) {
         settings.period_s = device.sample_period_s();

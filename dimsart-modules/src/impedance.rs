@@ -21,30 +21,40 @@
 //! ```
 
 use dimsart_core::{
-    Context, Declare, DeviceDescriptor, Input, Module, Output, Parameters, Unit, math, types, words,
+    Context, Declare, DeviceDescriptor, Input, Module, Output, PortSet, Unit, math, types, words,
 };
 
 words! {
     /// Of all axes.
-    pub struct Settings { shapes_inertia: bool, follows_velocity: bool }
+    pub parameters Settings {
+        /// Whether the inertia is changed, which takes EXTERNAL_FORCE.
+        shapes_inertia: bool = structural_flag("SHAPES_INERTIA", false),
+        /// Whether the damper is between DES_VELOCITY and the joint, and not the ground.
+        follows_velocity: bool = structural_flag("FOLLOWS_VELOCITY", false),
+    }
     /// Of an axis.
-    pub struct Gains {
-        stiffness: f32,
-        damping: f32,
-        desired_inertia: f32,
-        inertia: f32,
-        limit: f32,
+    pub parameters Gains {
+        /// Stiffness that is felt.
+        stiffness: f32 = per_axis("K_PARAM", Unit::Stiffness, 0.0..=1e6, 0.0),
+        /// Damping that is felt.
+        damping: f32 = per_axis("D_PARAM", Unit::Damping, 0.0..=1e4, 0.0),
+        /// Inertia that is felt, with SHAPES_INERTIA.
+        desired_inertia: f32 = per_axis("M_PARAM", Unit::Inertia, 1e-6..=1e4, 1.0),
+        /// Inertia that there is, with SHAPES_INERTIA.
+        inertia: f32 = per_axis("INERTIA", Unit::Inertia, 1e-6..=1e4, 1.0),
+        /// Largest force either way.
+        limit: f32 = per_axis("LIMIT", Unit::Force, 0.0..=1e4, 1e4),
         /// `r`.
         ratio: f32,
     }
     /// Signals.
-    pub struct Ports {
-        position: Input,
-        velocity: Input,
-        desired_position: Input,
+    pub ports Ports {
+        position: Input = input("POSITION", types::POSITION),
+        velocity: Input = input("VELOCITY", types::VELOCITY),
+        desired_position: Input = input("DES_POSITION", types::DES_POSITION),
         desired_velocity: Input,
         external_force: Input,
-        force: Output,
+        force: Output = output("DES_FORCE", types::DES_FORCE),
     }
 }
 
@@ -61,34 +71,12 @@ impl Module for Impedance {
     type Axis = ();
     type Ports = Ports;
 
-    fn parameters(settings: &mut Settings, gains: &mut Gains, visit: &mut Parameters<'_>) {
-        let Gains { stiffness, damping, desired_inertia, inertia, limit, .. } = gains;
-        visit.per_axis(stiffness, "K_PARAM", Unit::Stiffness, 0.0..=1e6, 0.0, "Stiffness that is felt.");
-        visit.per_axis(damping, "D_PARAM", Unit::Damping, 0.0..=1e4, 0.0, "Damping that is felt.");
-        let summary = "Inertia that is felt, with SHAPES_INERTIA.";
-        visit.per_axis(desired_inertia, "M_PARAM", Unit::Inertia, 1e-6..=1e4, 1.0, summary);
-        let summary = "Inertia that there is, with SHAPES_INERTIA.";
-        visit.per_axis(inertia, "INERTIA", Unit::Inertia, 1e-6..=1e4, 1.0, summary);
-        visit.per_axis(limit, "LIMIT", Unit::Force, 0.0..=1e4, 1e4, "Largest force either way.");
-        let Settings { shapes_inertia, follows_velocity } = settings;
-        let summary = "Whether the inertia is changed, which takes EXTERNAL_FORCE.";
-        visit.structural_flag(shapes_inertia, "SHAPES_INERTIA", false, summary);
-        let summary = "Whether the damper is between DES_VELOCITY and the joint, and not the ground.";
-        visit.structural_flag(follows_velocity, "FOLLOWS_VELOCITY", false, summary);
-    }
-
     fn prepare_axis(settings: &Settings, gains: &mut Gains, _: &DeviceDescriptor) {
         gains.ratio = if settings.shapes_inertia { gains.inertia / gains.desired_inertia } else { 1.0 };
     }
 
     fn ports(settings: &Settings, declare: &mut Declare<'_>) -> Ports {
-        let mut ports = Ports {
-            position: declare.input("POSITION", types::POSITION),
-            velocity: declare.input("VELOCITY", types::VELOCITY),
-            desired_position: declare.input("DES_POSITION", types::DES_POSITION),
-            force: declare.output("DES_FORCE", types::DES_FORCE),
-            ..Ports::default()
-        };
+        let mut ports = Ports::declare(declare);
         if settings.follows_velocity {
             ports.desired_velocity = declare.input("DES_VELOCITY", types::DES_VELOCITY);
         }

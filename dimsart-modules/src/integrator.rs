@@ -5,18 +5,24 @@
 
 use dimsart_core::math::{self, CompensatedSum};
 use dimsart_core::{
-    Context, Declare, DeviceDescriptor, Input, Module, Output, Parameters, Unit, UnitRelation, types, words,
+    Context, Declare, DeviceDescriptor, Input, Module, Output, PortSet, Unit, UnitRelation, types, words,
 };
 
 words! {
     /// Of all axes.
-    pub struct Settings { half_period_s: f32 }
+    pub parameters Settings { half_period_s: f32 }
     /// Of an axis.
-    pub struct Gains { limit: f32 }
+    pub parameters Gains {
+        /// Largest output either way.
+        limit: f32 = per_axis("LIMIT", Unit::Any, 0.0..=1e9, 1e9),
+    }
     /// Of an axis.
     pub struct Axis { previous: f32, sum: CompensatedSum }
     /// Signals.
-    pub struct Ports { input: Input, output: Output }
+    pub ports Ports {
+        input: Input = input("SIGNAL_IN", types::SIGNAL),
+        output: Output = output("SIGNAL_OUT", types::SIGNAL_OUT),
+    }
 }
 
 /// See the [module docs](self).
@@ -32,19 +38,12 @@ impl Module for Integrator {
     type Axis = Axis;
     type Ports = Ports;
 
-    fn parameters(_: &mut Settings, gains: &mut Gains, visit: &mut Parameters<'_>) {
-        visit.per_axis(&mut gains.limit, "LIMIT", Unit::Any, 0.0..=1e9, 1e9, "Largest output either way.");
-    }
-
     fn prepare(settings: &mut Settings, device: &DeviceDescriptor) {
         settings.half_period_s = 0.5 * device.sample_period_s();
     }
 
     fn ports(_: &Settings, declare: &mut Declare<'_>) -> Ports {
-        let ports = Ports {
-            input: declare.input("SIGNAL_IN", types::SIGNAL),
-            output: declare.output("SIGNAL_OUT", types::SIGNAL_OUT),
-        };
+        let ports = Ports::declare(declare);
         declare.tie("SIGNAL_OUT", UnitRelation::Integral, "SIGNAL_IN");
         ports
     }

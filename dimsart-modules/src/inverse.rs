@@ -27,7 +27,8 @@ use crate::dynamics::{Axes, axes, write};
 use crate::phantom::{Lengths, Phantom};
 use crate::planar::Planar;
 use dimsart_core::{
-    Context, Declare, DeviceDescriptor, Input, Module, Output, Parameters, choice, math, types, words,
+    Context, Declare, DeviceDescriptor, Input, Module, Output, ParameterSet, Parameters, PortSet, choice,
+    math, types, words,
 };
 
 choice! {
@@ -37,7 +38,7 @@ choice! {
 
 words! {
     /// Of all axes.
-    pub struct Settings {
+    pub parameters Settings {
         lengths: Lengths,
         elbow: Elbow,
         /// `l1² + l2²`.
@@ -46,7 +47,10 @@ words! {
         over_product: f32,
     }
     /// Signals.
-    pub struct Ports { desired_tip: Input, desired_position: Output }
+    pub ports Ports {
+        desired_tip: Input = input("DES_TIP_POSITION", types::DES_TIP_POSITION),
+        desired_position: Output = output("DES_POSITION", types::DES_POSITION),
+    }
 }
 
 /// An arm whose joints follow from the place of its tip.
@@ -99,7 +103,7 @@ impl<A: Invertible> Module for Inverse<A> {
     type Ports = Ports;
 
     fn parameters(settings: &mut Settings, (): &mut (), visit: &mut Parameters<'_>) {
-        settings.lengths.parameters(visit);
+        settings.lengths.visit(visit);
         if A::BENDS_BOTH_WAYS {
             visit.choice(&mut settings.elbow, "ELBOW", "Which way the second link turns from the first one.");
         } else {
@@ -115,10 +119,7 @@ impl<A: Invertible> Module for Inverse<A> {
 
     fn ports(_: &Settings, declare: &mut Declare<'_>) -> Ports {
         declare.needs_axis(declare.device().dof() >= A::JOINTS);
-        Ports {
-            desired_tip: declare.input("DES_TIP_POSITION", types::DES_TIP_POSITION),
-            desired_position: declare.output("DES_POSITION", types::DES_POSITION),
-        }
+        Ports::declare(declare)
     }
 
     fn compute(context: &Context<'_, Self>) {

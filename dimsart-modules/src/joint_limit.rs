@@ -25,21 +25,25 @@
 //! # Ok::<(), dimsart_core::BenchError>(())
 //! ```
 
-use dimsart_core::{
-    Context, Declare, DeviceDescriptor, Input, Module, Output, Parameters, Unit, math, types, words,
-};
+use dimsart_core::{Context, Declare, DeviceDescriptor, Input, Module, Output, Unit, math, types, words};
 
 words! {
     /// Of all axes.
-    pub struct Settings { period_s: f32, rate_hz: f32 }
+    pub parameters Settings { period_s: f32, rate_hz: f32 }
     /// Of an axis.
-    pub struct Gains {
-        low: f32,
-        high: f32,
-        velocity_limit: f32,
-        force_limit: f32,
-        deceleration: f32,
-        inertia: f32,
+    pub parameters Gains {
+        /// Smallest position.
+        low: f32 = per_axis("POSITION_LOW", Unit::Position, -1e6..=1e6, -1.0),
+        /// Largest position.
+        high: f32 = per_axis("POSITION_HIGH", Unit::Position, -1e6..=1e6, 1.0),
+        /// Largest velocity.
+        velocity_limit: f32 = per_axis("VELOCITY_LIMIT", Unit::Velocity, 0.0..=1e4, 1.0),
+        /// Largest force.
+        force_limit: f32 = per_axis("FORCE_LIMIT", Unit::Force, 0.0..=1e4, 1e4),
+        /// With which the joint can always brake.
+        deceleration: f32 = per_axis("DECELERATION", Unit::Acceleration, 1e-3..=1e5, 10.0),
+        /// Of the joint and its load.
+        inertia: f32 = per_axis("INERTIA", Unit::Inertia, 1e-6..=1e4, 1.0),
         /// `INERTIA / h`.
         inertia_per_tick: f32,
         /// `2.5 DECELERATION INERTIA`: what the way back holds.
@@ -53,7 +57,7 @@ words! {
         load: f32,
     }
     /// Signals.
-    pub struct Ports { position: Input, velocity: Input, wanted: Input, force: Output }
+    pub ports Ports { position: Input, velocity: Input, wanted: Input, force: Output }
 }
 
 /// Of what pushes the joint in a tick, in what is known of the load.
@@ -71,18 +75,6 @@ impl Module for JointLimit {
     type State = ();
     type Axis = Axis;
     type Ports = Ports;
-
-    fn parameters(_: &mut Settings, gains: &mut Gains, visit: &mut Parameters<'_>) {
-        let Gains { low, high, velocity_limit, force_limit, deceleration, inertia, .. } = gains;
-        visit.per_axis(low, "POSITION_LOW", Unit::Position, -1e6..=1e6, -1.0, "Smallest position.");
-        visit.per_axis(high, "POSITION_HIGH", Unit::Position, -1e6..=1e6, 1.0, "Largest position.");
-        let summary = "Largest velocity.";
-        visit.per_axis(velocity_limit, "VELOCITY_LIMIT", Unit::Velocity, 0.0..=1e4, 1.0, summary);
-        visit.per_axis(force_limit, "FORCE_LIMIT", Unit::Force, 0.0..=1e4, 1e4, "Largest force.");
-        let summary = "With which the joint can always brake.";
-        visit.per_axis(deceleration, "DECELERATION", Unit::Acceleration, 1e-3..=1e5, 10.0, summary);
-        visit.per_axis(inertia, "INERTIA", Unit::Inertia, 1e-6..=1e4, 1.0, "Of the joint and its load.");
-    }
 
     fn prepare(settings: &mut Settings, device: &DeviceDescriptor) {
         settings.period_s = device.sample_period_s();

@@ -35,7 +35,8 @@
 
 use crate::take_over::first;
 use dimsart_core::{
-    Context, Declare, DeviceDescriptor, Input, Module, Output, Parameters, Unit, choice, math, types, words,
+    Context, Declare, DeviceDescriptor, Input, Module, Output, ParameterSet, Parameters, Unit, choice, math,
+    types, words,
 };
 
 choice! {
@@ -45,11 +46,17 @@ choice! {
 
 words! {
     /// Of all axes.
-    pub struct Settings { model: Model, period_s: f32 }
+    pub parameters Settings {
+        /// What stays as it is but for the noise; with the second one there is an acceleration.
+        model: Model = structural_choice("MODEL"),
+        period_s: f32,
+    }
     /// Of an axis.
-    pub struct Gains {
-        position_noise: f32,
-        acceleration_noise: f32,
+    pub parameters Gains {
+        /// Standard deviation of the measured position.
+        position_noise: f32 = per_axis("POSITION_NOISE", Unit::Position, 1e-9..=1e3, 1e-5),
+        /// Standard deviation of the acceleration, or of its change, from tick to tick.
+        acceleration_noise: f32 = per_axis("ACCELERATION_NOISE", Unit::Acceleration, 1e-6..=1e6, 1.0),
         /// `1 - α`.
         kept: f32,
         /// `β / h`.
@@ -67,7 +74,7 @@ words! {
         acceleration: f32,
     }
     /// Signals.
-    pub struct Ports { position: Input, velocity: Output, acceleration: Output }
+    pub ports Ports { position: Input, velocity: Output, acceleration: Output }
 }
 
 /// See the [module docs](self).
@@ -84,20 +91,8 @@ impl Module for Kalman {
     type Ports = Ports;
 
     fn parameters(settings: &mut Settings, gains: &mut Gains, visit: &mut Parameters<'_>) {
-        let summary = "What stays as it is but for the noise; with the second one there is an acceleration.";
-        visit.structural_choice(&mut settings.model, "MODEL", summary);
-        let Gains { position_noise, acceleration_noise, .. } = gains;
-        let summary = "Standard deviation of the measured position.";
-        visit.per_axis(position_noise, "POSITION_NOISE", Unit::Position, 1e-9..=1e3, 1e-5, summary);
-        let summary = "Standard deviation of the acceleration, or of its change, from tick to tick.";
-        visit.per_axis(
-            acceleration_noise,
-            "ACCELERATION_NOISE",
-            Unit::Acceleration,
-            1e-6..=1e6,
-            1.0,
-            summary,
-        );
+        settings.visit(visit);
+        gains.visit(visit);
     }
 
     fn prepare(settings: &mut Settings, device: &DeviceDescriptor) {

@@ -23,16 +23,17 @@
 
 use core::f32::consts::PI;
 
-use dimsart_core::{
-    Context, Declare, DeviceDescriptor, Input, Module, Output, Parameters, Unit, types, words,
-};
+use dimsart_core::{Context, DeviceDescriptor, Input, Module, Output, Unit, types, words};
 
 words! {
     /// Of an axis.
-    pub struct Gains {
-        zero_hz: f32,
-        pole_hz: f32,
-        gain: f32,
+    pub parameters Gains {
+        /// Corner frequency of the zero.
+        zero_hz: f32 = per_axis("ZERO", Unit::Hertz, 1e-3..=1e5, 10.0),
+        /// Corner frequency of the pole.
+        pole_hz: f32 = per_axis("POLE", Unit::Hertz, 1e-3..=1e5, 10.0),
+        /// Gain at 0 Hz.
+        gain: f32 = per_axis("GAIN", Unit::One, -1e6..=1e6, 1.0),
         /// `g / (1 + g)`, `g = ω_p h/2`.
         share: f32,
         /// `GAIN (r - 1)`.
@@ -46,7 +47,10 @@ words! {
         lacking: f32,
     }
     /// Signals.
-    pub struct Ports { input: Input, output: Output }
+    pub ports Ports {
+        input: Input = input("SIGNAL_IN", types::SIGNAL),
+        output: Output = output("SIGNAL_OUT", types::SIGNAL_OUT),
+    }
 }
 
 /// See the [module docs](self).
@@ -62,25 +66,11 @@ impl Module for LeadLag {
     type Axis = Axis;
     type Ports = Ports;
 
-    fn parameters((): &mut (), gains: &mut Gains, visit: &mut Parameters<'_>) {
-        let Gains { zero_hz, pole_hz, gain, .. } = gains;
-        visit.per_axis(zero_hz, "ZERO", Unit::Hertz, 1e-3..=1e5, 10.0, "Corner frequency of the zero.");
-        visit.per_axis(pole_hz, "POLE", Unit::Hertz, 1e-3..=1e5, 10.0, "Corner frequency of the pole.");
-        visit.per_axis(gain, "GAIN", Unit::One, -1e6..=1e6, 1.0, "Gain at 0 Hz.");
-    }
-
     fn prepare_axis((): &(), gains: &mut Gains, device: &DeviceDescriptor) {
         let g = PI * gains.pole_hz * device.sample_period_s();
         let ratio = gains.pole_hz / gains.zero_hz;
         gains.share = g / (1.0 + g);
         gains.lead = gains.gain * (ratio - 1.0);
-    }
-
-    fn ports((): &(), declare: &mut Declare<'_>) -> Ports {
-        Ports {
-            input: declare.input("SIGNAL_IN", types::SIGNAL),
-            output: declare.output("SIGNAL_OUT", types::SIGNAL_OUT),
-        }
     }
 
     fn begin(context: &Context<'_, Self>) {

@@ -5,8 +5,6 @@
 #![no_std]
 #![forbid(unsafe_code)]
 
-// Modules of a project outside this repository name the crate that they are compiled with.
-extern crate self as dimsart_modules;
 #[cfg(test)]
 extern crate std;
 
@@ -95,8 +93,8 @@ pub mod wave_scaling;
 pub mod wave_transformer;
 
 #[cfg(feature = "summaries")]
-use dimsart_core::KindId;
-use dimsart_core::{Kinds, join_kinds, kinds};
+use dimsart_core::{Kind, KindId, join_kinds};
+use dimsart_core::{Kinds, kinds};
 
 pub use admittance::Admittance;
 pub use binary_noise::BinaryNoise;
@@ -169,15 +167,26 @@ pub use wave_impedance::WaveImpedance;
 pub use wave_scaling::WaveScaling;
 pub use wave_transformer::WaveTransformer;
 
-include!(concat!(env!("OUT_DIR"), "/own_modules.rs"));
-
-/// All module kinds: those of every [group](GROUPS), then those of the project whose list `DIMSART_MODULES` names. Their code is
-/// compiled once, with this crate.
+/// All module kinds of the library, those of every [group](GROUPS). A tool with laws of its own has both:
+/// `join_kinds![dimsart_modules::ALL, MY_LAWS]`.
+///
+/// Their code is compiled once, with this crate: the list refers to a static. A list of constants is compiled where it is named.
 #[cfg(feature = "summaries")]
-pub static ALL: Kinds = IN_PLACE;
+pub static ALL: Kinds = Kinds::new(const { &KINDS.each_ref() });
 
-/// The same, compiled with the crate that names it.
-pub const IN_PLACE: Kinds = join_kinds![
+#[cfg(feature = "summaries")]
+#[expect(clippy::indexing_slicing, reason = "of a constant: out of bounds is an error of the build")]
+static KINDS: [Kind; EVERY.len()] = {
+    let (mut kinds, mut place) = ([*EVERY[0]; EVERY.len()], 0);
+    while place < EVERY.len() {
+        kinds[place] = *EVERY[place];
+        place += 1;
+    }
+    kinds
+};
+
+#[cfg(feature = "summaries")]
+const EVERY: &[&Kind] = join_kinds![
     BASIC,
     CONTROL,
     JOINT_CONTROL,
@@ -190,8 +199,8 @@ pub const IN_PLACE: Kinds = join_kinds![
     TELEOPERATION,
     ENERGY,
     ONLINE,
-    OWN,
-];
+]
+.list();
 
 /// Every group of the library by name. A new kind is a file above and a line in a group below.
 ///

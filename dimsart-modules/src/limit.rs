@@ -18,14 +18,17 @@
 use crate::filtered::Filtered;
 use crate::take_over::first;
 use dimsart_core::math::{self, CompensatedSum};
-use dimsart_core::{Context, Declare, DeviceDescriptor, Module, Parameters, Unit, words};
+use dimsart_core::{Context, DeviceDescriptor, Module, Unit, words};
 
 words! {
     /// Of an axis.
-    pub struct Gains {
-        low: f32,
-        high: f32,
-        rate: f32,
+    pub parameters Gains {
+        /// Smallest output.
+        low: f32 = per_axis("LOW", Unit::Any, -1e9..=1e9, -1e9),
+        /// Largest output.
+        high: f32 = per_axis("HIGH", Unit::Any, -1e9..=1e9, 1e9),
+        /// Largest change per second, either way.
+        rate: f32 = per_axis("RATE", Unit::Any, 0.0..=1e15, 1e15),
         /// `RATE h`.
         step: f32,
     }
@@ -46,19 +49,8 @@ impl Module for Limit {
     type Axis = Axis;
     type Ports = Filtered;
 
-    fn parameters(_: &mut (), gains: &mut Gains, visit: &mut Parameters<'_>) {
-        visit.per_axis(&mut gains.low, "LOW", Unit::Any, -1e9..=1e9, -1e9, "Smallest output.");
-        visit.per_axis(&mut gains.high, "HIGH", Unit::Any, -1e9..=1e9, 1e9, "Largest output.");
-        let summary = "Largest change per second, either way.";
-        visit.per_axis(&mut gains.rate, "RATE", Unit::Any, 0.0..=1e15, 1e15, summary);
-    }
-
     fn prepare_axis((): &(), gains: &mut Gains, device: &DeviceDescriptor) {
         gains.step = gains.rate * device.sample_period_s();
-    }
-
-    fn ports((): &(), declare: &mut Declare<'_>) -> Filtered {
-        Filtered::declare(declare)
     }
 
     fn begin(context: &Context<'_, Self>) {

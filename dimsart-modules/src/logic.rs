@@ -22,9 +22,7 @@
 //! # Ok::<(), dimsart_core::BenchError>(())
 //! ```
 
-use dimsart_core::{
-    Context, Declare, DeviceDescriptor, Input, Module, Output, Parameters, Unit, choice, types, words,
-};
+use dimsart_core::{Context, Declare, DeviceDescriptor, Input, Module, Output, Unit, choice, types, words};
 
 choice! {
     /// What is made of the conditions.
@@ -36,7 +34,15 @@ choice! {
 
 words! {
     /// Of all axes.
-    pub struct Settings { function: Function, is_inverted: bool, delay_s: f32, delay_ticks: u32 }
+    pub parameters Settings {
+        /// What is made of the conditions.
+        function: Function = structural_choice("FUNCTION"),
+        /// Whether A holds where it is not above 0.5.
+        is_inverted: bool = flag("INVERT", false),
+        /// Time of a delay.
+        delay_s: f32 = real("DELAY", Unit::Second, 0.0..=1e4, 0.1),
+        delay_ticks: u32,
+    }
     /// Of an axis.
     pub struct Axis {
         held: bool,
@@ -45,7 +51,7 @@ words! {
         ticks: u32,
     }
     /// Signals.
-    pub struct Ports { a: Input, b: Input, output: Output }
+    pub ports Ports { a: Input, b: Input, output: Output }
 }
 
 /// See the [module docs](self).
@@ -60,12 +66,6 @@ impl Module for Logic {
     type State = ();
     type Axis = Axis;
     type Ports = Ports;
-
-    fn parameters(settings: &mut Settings, (): &mut (), visit: &mut Parameters<'_>) {
-        visit.structural_choice(&mut settings.function, "FUNCTION", "What is made of the conditions.");
-        visit.flag(&mut settings.is_inverted, "INVERT", false, "Whether A holds where it is not above 0.5.");
-        visit.real(&mut settings.delay_s, "DELAY", Unit::Second, 0.0..=1e4, 0.1, "Time of a delay.");
-    }
 
     fn prepare(settings: &mut Settings, device: &DeviceDescriptor) {
         settings.delay_ticks = device.ticks(settings.delay_s);

@@ -30,7 +30,7 @@ use crate::lag;
 use crate::state_variable::{Coefficients, Integrators, warped};
 use crate::take_over::first;
 use dimsart_core::math::CompensatedSum;
-use dimsart_core::{Context, Declare, DeviceDescriptor, Module, Parameters, Unit, choice, words};
+use dimsart_core::{Context, DeviceDescriptor, Module, ParameterSet, Parameters, Unit, choice, words};
 
 choice! {
     /// Order of the filter.
@@ -39,11 +39,16 @@ choice! {
 
 words! {
     /// Of all axes.
-    pub struct Settings { order: Order }
+    pub parameters Settings {
+        /// Order of the filter.
+        order: Order = choice("ORDER"),
+    }
     /// Of an axis.
-    pub struct Gains {
-        frequency_hz: f32,
-        damping: f32,
+    pub parameters Gains {
+        /// Corner frequency.
+        frequency_hz: f32 = per_axis("FREQUENCY", Unit::Hertz, 1e-3..=1e5, 100.0),
+        /// Damping of the second order; 1 is critical.
+        damping: f32 = per_axis("DAMPING", Unit::One, 0.01..=100.0, FRAC_1_SQRT_2),
         /// `1 - exp(-ω h)`.
         share: f32,
         coefficients: Coefficients,
@@ -66,21 +71,14 @@ impl Module for LowPass {
     type Ports = Filtered;
 
     fn parameters(settings: &mut Settings, gains: &mut Gains, visit: &mut Parameters<'_>) {
-        visit.choice(&mut settings.order, "ORDER", "Order of the filter.");
-        let Gains { frequency_hz, damping, .. } = gains;
-        visit.per_axis(frequency_hz, "FREQUENCY", Unit::Hertz, 1e-3..=1e5, 100.0, "Corner frequency.");
-        let summary = "Damping of the second order; 1 is critical.";
-        visit.per_axis(damping, "DAMPING", Unit::One, 0.01..=100.0, FRAC_1_SQRT_2, summary);
+        settings.visit(visit);
+        gains.visit(visit);
     }
 
     fn prepare_axis(_: &Settings, gains: &mut Gains, device: &DeviceDescriptor) {
         let h = device.sample_period_s();
         gains.share = lag::share(TAU * gains.frequency_hz * h);
         gains.coefficients = Coefficients::new(warped(gains.frequency_hz, h), 2.0 * gains.damping);
-    }
-
-    fn ports(_: &Settings, declare: &mut Declare<'_>) -> Filtered {
-        Filtered::declare(declare)
     }
 
     fn begin(context: &Context<'_, Self>) {

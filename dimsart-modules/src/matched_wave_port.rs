@@ -26,14 +26,16 @@
 use core::f32::consts::TAU;
 
 use dimsart_core::{
-    Context, Declare, DeviceDescriptor, Input, Module, Output, Parameters, Unit, math, types, words,
+    Context, DeviceDescriptor, Input, Module, Output, ParameterSet, Parameters, Unit, math, types, words,
 };
 
 words! {
     /// Of all axes.
-    pub struct Settings {
-        impedance: f32,
-        bandwidth_hz: f32,
+    pub parameters Settings {
+        /// Wave impedance b.
+        impedance: f32 = real("B_PARAM", Unit::Damping, 1e-3..=1e4, 10.0),
+        /// Bandwidth with which the robot follows; held to b/m.
+        bandwidth_hz: f32 = real("BANDWIDTH", Unit::Hertz, 1e-3..=1e3, 3.0),
         /// `sqrt(2 b)`.
         a: f32,
         /// `2 / a`.
@@ -41,8 +43,9 @@ words! {
         period_s: f32,
     }
     /// Of an axis.
-    pub struct Gains {
-        mass: f32,
+    pub parameters Gains {
+        /// Mass of the robot.
+        mass: f32 = per_axis("MASS", Unit::Inertia, 1e-6..=1e4, 0.1),
         stiffness: f32,
         damping: f32,
         /// `1 / (2 b + h K)`.
@@ -51,14 +54,14 @@ words! {
     /// Of an axis.
     pub struct Axis { desired: math::CompensatedSum }
     /// Signals.
-    pub struct Ports {
-        waves_in: Input,
-        position: Input,
-        velocity: Input,
-        waves_out: Output,
-        desired_position: Output,
-        force: Output,
-        line_force: Output,
+    pub ports Ports {
+        waves_in: Input = input("WAVES_IN", types::CH2_WAVES),
+        position: Input = input("POSITION", types::POSITION),
+        velocity: Input = input("VELOCITY", types::VELOCITY),
+        waves_out: Output = output("WAVES_OUT", types::CH1_WAVES),
+        desired_position: Output = output("DES_POSITION", types::DES_POSITION),
+        force: Output = output("DES_FORCE", types::DES_FORCE),
+        line_force: Output = output("LINE_FORCE", types::LINE_FORCE),
     }
 }
 
@@ -77,11 +80,8 @@ impl Module for MatchedWavePort {
     type Ports = Ports;
 
     fn parameters(settings: &mut Settings, gains: &mut Gains, visit: &mut Parameters<'_>) {
-        let Settings { impedance, bandwidth_hz, .. } = settings;
-        visit.real(impedance, "B_PARAM", Unit::Damping, 1e-3..=1e4, 10.0, "Wave impedance b.");
-        let summary = "Bandwidth with which the robot follows; held to b/m.";
-        visit.real(bandwidth_hz, "BANDWIDTH", Unit::Hertz, 1e-3..=1e3, 3.0, summary);
-        visit.per_axis(&mut gains.mass, "MASS", Unit::Inertia, 1e-6..=1e4, 0.1, "Mass of the robot.");
+        settings.visit(visit);
+        gains.visit(visit);
     }
 
     fn prepare(settings: &mut Settings, device: &DeviceDescriptor) {
@@ -95,18 +95,6 @@ impl Module for MatchedWavePort {
         gains.damping = bandwidth_rad_per_s * gains.mass;
         gains.stiffness = bandwidth_rad_per_s * gains.damping;
         gains.mobility = 1.0 / (2.0 * settings.impedance + device.sample_period_s() * gains.stiffness);
-    }
-
-    fn ports(_: &Settings, declare: &mut Declare<'_>) -> Ports {
-        Ports {
-            waves_in: declare.input("WAVES_IN", types::CH2_WAVES),
-            position: declare.input("POSITION", types::POSITION),
-            velocity: declare.input("VELOCITY", types::VELOCITY),
-            waves_out: declare.output("WAVES_OUT", types::CH1_WAVES),
-            desired_position: declare.output("DES_POSITION", types::DES_POSITION),
-            force: declare.output("DES_FORCE", types::DES_FORCE),
-            line_force: declare.output("LINE_FORCE", types::LINE_FORCE),
-        }
     }
 
     fn begin(context: &Context<'_, Self>) {

@@ -23,15 +23,24 @@
 
 use crate::take_over::first;
 use crate::target::Source;
-use dimsart_core::{
-    Context, Declare, DeviceDescriptor, Input, Module, Output, Parameters, Unit, types, words,
-};
+use dimsart_core::{Context, Declare, DeviceDescriptor, Input, Module, Output, Unit, types, words};
 
 words! {
     /// Of all axes.
-    pub struct Settings { source: Source, duration_s: f32, period_s: f32 }
+    pub parameters Settings {
+        /// Time that a move takes.
+        duration_s: f32 = real("DURATION", Unit::Second, 1e-2..=1e4, 1.0),
+        /// What says where to go.
+        source: Source = structural_choice("TARGET_FROM"),
+        period_s: f32,
+    }
     /// Of an axis.
-    pub struct Gains { target: f32, velocity_limit: f32 }
+    pub parameters Gains {
+        /// Where to go.
+        target: f32 = per_axis("TARGET", Unit::Position, -1e6..=1e6, 0.0),
+        /// Largest velocity of a move from rest, which takes longer for it.
+        velocity_limit: f32 = per_axis("VELOCITY_LIMIT", Unit::Velocity, 1e-6..=1e6, 1e3),
+    }
     /// Of an axis.
     pub struct Axis {
         target: f32,
@@ -43,7 +52,7 @@ words! {
         terms: [f32; 3],
     }
     /// Signals.
-    pub struct Ports {
+    pub ports Ports {
         position: Input,
         target: Input,
         desired_position: Output,
@@ -64,16 +73,6 @@ impl Module for MinimumJerk {
     type State = ();
     type Axis = Axis;
     type Ports = Ports;
-
-    fn parameters(settings: &mut Settings, gains: &mut Gains, visit: &mut Parameters<'_>) {
-        let Gains { target, velocity_limit } = gains;
-        visit.per_axis(target, "TARGET", Unit::Position, -1e6..=1e6, 0.0, "Where to go.");
-        let summary = "Largest velocity of a move from rest, which takes longer for it.";
-        visit.per_axis(velocity_limit, "VELOCITY_LIMIT", Unit::Velocity, 1e-6..=1e6, 1e3, summary);
-        let summary = "Time that a move takes.";
-        visit.real(&mut settings.duration_s, "DURATION", Unit::Second, 1e-2..=1e4, 1.0, summary);
-        visit.structural_choice(&mut settings.source, "TARGET_FROM", "What says where to go.");
-    }
 
     fn prepare(settings: &mut Settings, device: &DeviceDescriptor) {
         settings.period_s = device.sample_period_s();

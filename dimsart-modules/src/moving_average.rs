@@ -20,11 +20,14 @@
 
 use crate::filtered::Filtered;
 use dimsart_core::math::CompensatedSum;
-use dimsart_core::{Context, Declare, Input, Memory, Module, Output, Parameters, Unit, words};
+use dimsart_core::{Context, Declare, Input, Memory, Module, Output, PortSet, Unit, words};
 
 words! {
     /// Of all axes.
-    pub struct Settings { window_ticks: u32 }
+    pub parameters Settings {
+        /// Samples that are averaged; they are kept in the Data Base.
+        window_ticks: u32 = structural_count("WINDOW", Unit::Tick, 1..=60_000, 10),
+    }
     /// Of all axes.
     pub struct State {
         /// Where the next sample goes.
@@ -39,7 +42,7 @@ words! {
         fresh_sum: CompensatedSum,
     }
     /// Signals and memory.
-    pub struct Ports { input: Input, output: Output, window: Memory }
+    pub ports Ports { input: Input, output: Output, window: Memory }
 }
 
 /// See the [module docs](self).
@@ -54,11 +57,6 @@ impl Module for MovingAverage {
     type State = State;
     type Axis = Axis;
     type Ports = Ports;
-
-    fn parameters(settings: &mut Settings, (): &mut (), visit: &mut Parameters<'_>) {
-        let summary = "Samples that are averaged; they are kept in the Data Base.";
-        visit.structural_count(&mut settings.window_ticks, "WINDOW", Unit::Tick, 1..=60_000, 10, summary);
-    }
 
     fn ports(settings: &Settings, declare: &mut Declare<'_>) -> Ports {
         let Filtered { input, output } = Filtered::declare(declare);

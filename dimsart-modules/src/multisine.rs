@@ -19,28 +19,33 @@
 
 use core::f32::consts::TAU;
 
-use dimsart_core::{
-    Context, Declare, DeviceDescriptor, Module, Output, Parameters, Unit, math, types, words,
-};
+use dimsart_core::{Context, DeviceDescriptor, Module, Output, Unit, math, types, words};
 
 /// Most tones.
 const TONES: u32 = 32;
 
 words! {
     /// Of all axes.
-    pub struct Settings {
-        tones: u32,
-        frequency_hz: f32,
+    pub parameters Settings {
+        /// Frequency of the first tone.
+        frequency_hz: f32 = real("FREQUENCY", Unit::Hertz, 1e-4..=1e4, 1.0),
+        /// How many tones.
+        tones: u32 = count("TONES", Unit::One, 1..=TONES, 10),
         periods_per_tick: f32,
         /// Cosine and sine of `2 π / N`.
         turn: [f32; 2],
     }
     /// Of an axis.
-    pub struct Gains { amplitude: f32, offset: f32 }
+    pub parameters Gains {
+        /// Amplitude of each tone.
+        amplitude: f32 = per_axis("AMPLITUDE", Unit::Any, -1e6..=1e6, 0.0),
+        /// Added to the signal.
+        offset: f32 = per_axis("OFFSET", Unit::Any, -1e6..=1e6, 0.0),
+    }
     /// Of all axes.
     pub struct State { periods: math::CompensatedSum }
     /// Signals.
-    pub struct Ports { output: Output }
+    pub ports Ports { output: Output = output("SIGNAL_OUT", types::SIGNAL_OUT) }
 }
 
 /// See the [module docs](self).
@@ -56,24 +61,11 @@ impl Module for Multisine {
     type Axis = ();
     type Ports = Ports;
 
-    fn parameters(settings: &mut Settings, gains: &mut Gains, visit: &mut Parameters<'_>) {
-        let summary = "Amplitude of each tone.";
-        visit.per_axis(&mut gains.amplitude, "AMPLITUDE", Unit::Any, -1e6..=1e6, 0.0, summary);
-        visit.per_axis(&mut gains.offset, "OFFSET", Unit::Any, -1e6..=1e6, 0.0, "Added to the signal.");
-        let Settings { tones, frequency_hz, .. } = settings;
-        visit.real(frequency_hz, "FREQUENCY", Unit::Hertz, 1e-4..=1e4, 1.0, "Frequency of the first tone.");
-        visit.count(tones, "TONES", Unit::One, 1..=TONES, 10, "How many tones.");
-    }
-
     fn prepare(settings: &mut Settings, device: &DeviceDescriptor) {
         settings.periods_per_tick = math::fraction(settings.frequency_hz * device.sample_period_s());
         #[expect(clippy::cast_precision_loss, reason = "at most 32")]
         let (sine, cosine) = math::sin_cos(TAU / settings.tones as f32);
         settings.turn = [cosine, sine];
-    }
-
-    fn ports(_: &Settings, declare: &mut Declare<'_>) -> Ports {
-        Ports { output: declare.output("SIGNAL_OUT", types::SIGNAL_OUT) }
     }
 
     #[inline(always)]

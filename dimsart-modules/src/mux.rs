@@ -14,9 +14,7 @@
 //! # Ok::<(), dimsart_core::BenchError>(())
 //! ```
 
-use dimsart_core::{
-    Context, Declare, Input, Module, Output, Parameters, Unit, UnitRelation, choice, types, words,
-};
+use dimsart_core::{Context, Declare, Input, Module, Output, Unit, UnitRelation, choice, types, words};
 
 choice! {
     /// What selects.
@@ -25,9 +23,16 @@ choice! {
 
 words! {
     /// Of all axes.
-    pub struct Settings { select_by: SelectBy, count: u32, selected: u32 }
+    pub parameters Settings {
+        /// What selects.
+        select_by: SelectBy = structural_choice("SELECT_BY"),
+        /// How many signals there are.
+        count: u32 = structural_count("COUNT", Unit::One, 2..=4, 2),
+        /// Number of the signal, from 0.
+        selected: u32 = count("SELECT", Unit::One, 0..=3, 0),
+    }
     /// Signals.
-    pub struct Ports { inputs: [Input; 4], condition: Input, output: Output }
+    pub ports Ports { inputs: [Input; 4], condition: Input, output: Output }
 }
 
 /// See the [module docs](self).
@@ -42,13 +47,6 @@ impl Module for Mux {
     type State = ();
     type Axis = ();
     type Ports = Ports;
-
-    fn parameters(settings: &mut Settings, (): &mut (), visit: &mut Parameters<'_>) {
-        let Settings { select_by, count, selected } = settings;
-        visit.structural_choice(select_by, "SELECT_BY", "What selects.");
-        visit.structural_count(count, "COUNT", Unit::One, 2..=4, 2, "How many signals there are.");
-        visit.count(selected, "SELECT", Unit::One, 0..=3, 0, "Number of the signal, from 0.");
-    }
 
     fn ports(settings: &Settings, declare: &mut Declare<'_>) -> Ports {
         let mut inputs = [Input::default(); 4];

@@ -2,13 +2,23 @@
 //!
 //! `out = clamp((in - OFFSET) SCALE, -LIMIT, LIMIT)`; `SCALE` may change the unit, so the output's is free.
 
-use dimsart_core::{Context, Declare, Input, Module, Output, Parameters, Unit, math, types, words};
+use dimsart_core::{Context, Input, Module, Output, Unit, math, types, words};
 
 words! {
     /// Of an axis.
-    pub struct Gains { scale: f32, offset: f32, limit: f32 }
+    pub parameters Gains {
+        /// Factor.
+        scale: f32 = per_axis("SCALE", Unit::One, -1e9..=1e9, 1.0),
+        /// Taken off before scaling.
+        offset: f32 = per_axis("OFFSET", Unit::Any, -1e9..=1e9, 0.0),
+        /// Largest output either way.
+        limit: f32 = per_axis("LIMIT", Unit::Any, 0.0..=1e9, 1e9),
+    }
     /// Signals.
-    pub struct Ports { input: Input, output: Output }
+    pub ports Ports {
+        input: Input = input("SIGNAL_IN", types::SIGNAL),
+        output: Output = output("SIGNAL_OUT", types::SIGNAL_OUT),
+    }
 }
 
 /// See the [module docs](self).
@@ -23,20 +33,6 @@ impl Module for Normalizer {
     type State = ();
     type Axis = ();
     type Ports = Ports;
-
-    fn parameters(_: &mut (), gains: &mut Gains, visit: &mut Parameters<'_>) {
-        let Gains { scale, offset, limit } = gains;
-        visit.per_axis(scale, "SCALE", Unit::One, -1e9..=1e9, 1.0, "Factor.");
-        visit.per_axis(offset, "OFFSET", Unit::Any, -1e9..=1e9, 0.0, "Taken off before scaling.");
-        visit.per_axis(limit, "LIMIT", Unit::Any, 0.0..=1e9, 1e9, "Largest output either way.");
-    }
-
-    fn ports(_: &(), declare: &mut Declare<'_>) -> Ports {
-        Ports {
-            input: declare.input("SIGNAL_IN", types::SIGNAL),
-            output: declare.output("SIGNAL_OUT", types::SIGNAL_OUT),
-        }
-    }
 
     #[inline(always)]
     fn compute(context: &Context<'_, Self>) {

@@ -24,13 +24,15 @@
 
 use crate::filtered::Filtered;
 use crate::state_variable::{Coefficients, Integrators, warped};
-use dimsart_core::{Context, Declare, DeviceDescriptor, Module, Parameters, Unit, words};
+use dimsart_core::{Context, DeviceDescriptor, Module, Unit, words};
 
 words! {
     /// Of an axis.
-    pub struct Gains {
-        frequency_hz: f32,
-        quality: f32,
+    pub parameters Gains {
+        /// Frequency to take out.
+        frequency_hz: f32 = per_axis("FREQUENCY", Unit::Hertz, 1e-3..=1e5, 50.0),
+        /// Frequency over the width of the notch at -3 dB.
+        quality: f32 = per_axis("QUALITY", Unit::One, 1.0..=1000.0, 10.0),
         k: f32,
         coefficients: Coefficients,
     }
@@ -51,22 +53,11 @@ impl Module for Notch {
     type Axis = Axis;
     type Ports = Filtered;
 
-    fn parameters(_: &mut (), gains: &mut Gains, visit: &mut Parameters<'_>) {
-        let Gains { frequency_hz, quality, .. } = gains;
-        visit.per_axis(frequency_hz, "FREQUENCY", Unit::Hertz, 1e-3..=1e5, 50.0, "Frequency to take out.");
-        let summary = "Frequency over the width of the notch at -3 dB.";
-        visit.per_axis(quality, "QUALITY", Unit::One, 1.0..=1000.0, 10.0, summary);
-    }
-
     fn prepare_axis(_: &(), gains: &mut Gains, device: &DeviceDescriptor) {
         let h = device.sample_period_s();
         let g = warped(gains.frequency_hz, h);
         gains.k = warped(gains.frequency_hz / gains.quality, h) * (1.0 + g * g) / g;
         gains.coefficients = Coefficients::new(g, gains.k);
-    }
-
-    fn ports(_: &(), declare: &mut Declare<'_>) -> Filtered {
-        Filtered::declare(declare)
     }
 
     fn begin(context: &Context<'_, Self>) {

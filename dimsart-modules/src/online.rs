@@ -14,18 +14,18 @@ use dimsart_core::{
 
 words! {
     /// Of all axes. The program's number comes first.
-    pub struct Settings {
+    pub parameters Settings {
         program: u32,
         /// Whose parameters the values are: the engine gives those of another one their defaults.
         valued_program: u32,
         period_s: f32,
     }
     /// Of an axis.
-    pub struct Gains { values: [f32; MAX_PARAMETERS] }
+    pub parameters Gains { values: [f32; MAX_PARAMETERS] }
     /// Of an axis.
     pub struct Axis { values: [f32; MAX_STATES] }
     /// Signals.
-    pub struct Ports { inputs: [Input; MAX_INPUTS], outputs: [Output; MAX_OUTPUTS] }
+    pub ports Ports { inputs: [Input; MAX_INPUTS], outputs: [Output; MAX_OUTPUTS] }
 }
 
 const INPUTS: [&str; MAX_INPUTS] = ["IN_1", "IN_2", "IN_3", "IN_4", "IN_5", "IN_6"];

@@ -2,13 +2,20 @@
 //!
 //! `F = K (x_d - x)`
 
-use dimsart_core::{Context, Declare, Input, Module, Output, Parameters, Unit, types, words};
+use dimsart_core::{Context, Input, Module, Output, Unit, types, words};
 
 words! {
     /// Of an axis.
-    pub struct Gains { stiffness: f32 }
+    pub parameters Gains {
+        /// Proportional gain.
+        stiffness: f32 = per_axis("K_PARAM", Unit::Stiffness, 0.0..=1e6, 0.0),
+    }
     /// Signals.
-    pub struct Ports { position: Input, desired_position: Input, force: Output }
+    pub ports Ports {
+        position: Input = input("POSITION", types::POSITION),
+        desired_position: Input = input("DES_POSITION", types::DES_POSITION),
+        force: Output = output("DES_FORCE", types::DES_FORCE),
+    }
 }
 
 /// See the [module docs](self).
@@ -23,19 +30,6 @@ impl Module for P {
     type State = ();
     type Axis = ();
     type Ports = Ports;
-
-    fn parameters(_: &mut (), gains: &mut Gains, visit: &mut Parameters<'_>) {
-        let stiffness = &mut gains.stiffness;
-        visit.per_axis(stiffness, "K_PARAM", Unit::Stiffness, 0.0..=1e6, 0.0, "Proportional gain.");
-    }
-
-    fn ports(_: &(), declare: &mut Declare<'_>) -> Ports {
-        Ports {
-            position: declare.input("POSITION", types::POSITION),
-            desired_position: declare.input("DES_POSITION", types::DES_POSITION),
-            force: declare.output("DES_FORCE", types::DES_FORCE),
-        }
-    }
 
     #[inline(always)]
     fn compute(context: &Context<'_, Self>) {

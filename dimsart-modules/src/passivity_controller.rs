@@ -34,7 +34,7 @@ use dimsart_core::{Context, Declare, DeviceDescriptor, Input, Module, Output, Pa
 
 words! {
     /// Of all axes.
-    pub struct Settings { causality: Causality, period_s: f32, rate_hz: f32 }
+    pub parameters Settings { causality: Causality, period_s: f32, rate_hz: f32 }
     /// Of an axis.
     pub struct Axis {
         energy: CompensatedSum,
@@ -47,7 +47,7 @@ words! {
         step: f32,
     }
     /// Signals.
-    pub struct Ports { position: Input, wanted: Input, out: Output, force: Input, energy: Output }
+    pub ports Ports { position: Input, wanted: Input, out: Output, force: Input, energy: Output }
 }
 
 impl Axis {

@@ -7,27 +7,30 @@
 //! `F = S (x_d - x) - M` with `S = K + D/h` and `M = D e/h`, so that a wave transformer can solve for
 //! the desired position that the force itself depends on (its implicit form).
 
-use dimsart_core::{
-    Context, Declare, DeviceDescriptor, Input, Module, Output, Parameters, Unit, types, words,
-};
+use dimsart_core::{Context, Declare, DeviceDescriptor, Input, Module, Output, PortSet, Unit, types, words};
 
 words! {
     /// Of all axes.
-    pub struct Settings { publishes_law: bool }
+    pub parameters Settings {
+        /// Publish the law of the next tick, for an implicit wave transformer.
+        publishes_law: bool = structural_flag("LAW_OUTPUT", false),
+    }
     /// Of an axis.
-    pub struct Gains {
-        stiffness: f32,
-        damping: f32,
+    pub parameters Gains {
+        /// Proportional gain.
+        stiffness: f32 = per_axis("K_PARAM", Unit::Stiffness, 0.0..=1e6, 0.0),
+        /// Derivative gain.
+        damping: f32 = per_axis("D_PARAM", Unit::Damping, 0.0..=1e4, 0.0),
         /// `D / h`.
         damping_per_tick: f32,
     }
     /// Of an axis.
     pub struct Axis { previous_error: f32 }
     /// Signals.
-    pub struct Ports {
-        position: Input,
-        desired_position: Input,
-        force: Output,
+    pub ports Ports {
+        position: Input = input("POSITION", types::POSITION),
+        desired_position: Input = input("DES_POSITION", types::DES_POSITION),
+        force: Output = output("DES_FORCE", types::DES_FORCE),
         control_stiffness: Output,
         control_memory: Output,
     }
@@ -46,25 +49,12 @@ impl Module for Pd {
     type Axis = Axis;
     type Ports = Ports;
 
-    fn parameters(settings: &mut Settings, gains: &mut Gains, visit: &mut Parameters<'_>) {
-        let Gains { stiffness, damping, .. } = gains;
-        visit.per_axis(stiffness, "K_PARAM", Unit::Stiffness, 0.0..=1e6, 0.0, "Proportional gain.");
-        visit.per_axis(damping, "D_PARAM", Unit::Damping, 0.0..=1e4, 0.0, "Derivative gain.");
-        let summary = "Publish the law of the next tick, for an implicit wave transformer.";
-        visit.structural_flag(&mut settings.publishes_law, "LAW_OUTPUT", false, summary);
-    }
-
     fn prepare_axis(_: &Settings, gains: &mut Gains, device: &DeviceDescriptor) {
         gains.damping_per_tick = gains.damping / device.sample_period_s();
     }
 
     fn ports(settings: &Settings, declare: &mut Declare<'_>) -> Ports {
-        let mut ports = Ports {
-            position: declare.input("POSITION", types::POSITION),
-            desired_position: declare.input("DES_POSITION", types::DES_POSITION),
-            force: declare.output("DES_FORCE", types::DES_FORCE),
-            ..Ports::default()
-        };
+        let mut ports = Ports::declare(declare);
         if settings.publishes_law {
             ports.control_stiffness = declare.output("CONTROL_STIFFNESS", types::CONTROL_STIFFNESS);
             ports.control_memory = declare.output("CONTROL_MEMORY", types::CONTROL_MEMORY);

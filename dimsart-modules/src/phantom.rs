@@ -17,21 +17,34 @@
 use crate::dynamics::{Axes, Body};
 use crate::tip::{Joint, Placed, Placement, Vector3};
 use dimsart_core::limits::MAX_DOF;
-use dimsart_core::{Parameters, Unit, math, words};
+use dimsart_core::{Unit, math, words};
 
 words! {
     /// Of the links that the tip hangs on.
-    pub struct Lengths { pub(super) inner: f32, pub(super) outer: f32 }
+    pub parameters Lengths {
+        /// Of the inner link.
+        pub(super) inner: f32 = real("INNER_LENGTH", Unit::Metre, 1e-3..=100.0, 0.215),
+        /// Of the outer link, to the tip.
+        pub(super) outer: f32 = real("OUTER_LENGTH", Unit::Metre, 1e-3..=100.0, 0.170),
+    }
     /// What of the masses the equations of motion hold.
-    pub struct Masses {
-        turning: f32,
-        turning_with_inner: f32,
-        turning_with_outer: f32,
-        inner: f32,
-        outer: f32,
-        coupling: f32,
-        inner_weight: f32,
-        outer_weight: f32,
+    pub parameters Masses {
+        /// Inertia about the vertical: what is constant of it.
+        turning: f32 = real("T0", Unit::Inertia, -10.0..=10.0, 2.832_787_8e-3),
+        /// The part of it with cos 2 q2.
+        turning_with_inner: f32 = real("T1", Unit::Inertia, -10.0..=10.0, 1.131_892_8e-3),
+        /// The part of it with cos 2 q3.
+        turning_with_outer: f32 = real("T2", Unit::Inertia, -10.0..=10.0, -3.912_006_6e-4),
+        /// Inertia of the inner link's axis.
+        inner: f32 = real("T3", Unit::Inertia, -10.0..=10.0, 2.426_395_6e-3),
+        /// Inertia of the outer link's axis.
+        outer: f32 = real("T4", Unit::Inertia, -10.0..=10.0, 9.318_856e-4),
+        /// Inertia that couples the two links.
+        coupling: f32 = real("A", Unit::Inertia, -10.0..=10.0, 9.122_987_5e-4),
+        /// Torque that holds the inner link level.
+        inner_weight: f32 = real("W1", Unit::Force, -100.0..=100.0, -1.629_804e-2),
+        /// Torque that holds the outer link level.
+        outer_weight: f32 = real("W2", Unit::Force, -100.0..=100.0, -7.375_521e-2),
     }
 }
 
@@ -39,23 +52,10 @@ words! {
 #[derive(Debug, Clone, Copy)]
 pub struct PhantomChain;
 
-impl Lengths {
-    pub(super) fn parameters(&mut self, visit: &mut Parameters<'_>) {
-        let Self { inner, outer } = self;
-        let range = 1e-3..=100.0;
-        visit.real(inner, "INNER_LENGTH", Unit::Metre, range.clone(), 0.215, "Of the inner link.");
-        visit.real(outer, "OUTER_LENGTH", Unit::Metre, range, 0.170, "Of the outer link, to the tip.");
-    }
-}
-
 impl Placed for PhantomChain {
     const TIP: &'static str = "PHANTOM_TIP_MOD";
     type Settings = Lengths;
     type Joint = ();
-
-    fn parameters(lengths: &mut Lengths, (): &mut (), visit: &mut Parameters<'_>) {
-        lengths.parameters(visit);
-    }
 
     fn place(Lengths { inner, outer }: Lengths, joints: &[Joint<()>]) -> Placement {
         let angle = |axis| math::sin_cos(joints.get(axis).map_or(0.0, |joint: &Joint<()>| joint.position));
@@ -92,29 +92,6 @@ impl Body for Phantom {
     const COLLISION: &'static str = "PHANTOM_COLLISION_MOD";
     type Settings = Masses;
     type Link = ();
-
-    fn parameters(masses: &mut Masses, (): &mut (), visit: &mut Parameters<'_>) {
-        let inertias = [
-            (
-                &mut masses.turning,
-                "T0",
-                2.832_787_8e-3,
-                "Inertia about the vertical: what is constant of it.",
-            ),
-            (&mut masses.turning_with_inner, "T1", 1.131_892_8e-3, "The part of it with cos 2 q2."),
-            (&mut masses.turning_with_outer, "T2", -3.912_006_6e-4, "The part of it with cos 2 q3."),
-            (&mut masses.inner, "T3", 2.426_395_6e-3, "Inertia of the inner link's axis."),
-            (&mut masses.outer, "T4", 9.318_856e-4, "Inertia of the outer link's axis."),
-            (&mut masses.coupling, "A", 9.122_987_5e-4, "Inertia that couples the two links."),
-        ];
-        for (field, name, default, summary) in inertias {
-            visit.real(field, name, Unit::Inertia, -10.0..=10.0, default, summary);
-        }
-        let summary = "Torque that holds the inner link level.";
-        visit.real(&mut masses.inner_weight, "W1", Unit::Force, -100.0..=100.0, -1.629_804e-2, summary);
-        let summary = "Torque that holds the outer link level.";
-        visit.real(&mut masses.outer_weight, "W2", Unit::Force, -100.0..=100.0, -7.375_521e-2, summary);
-    }
 
     fn at(masses: Masses, _: &[(); MAX_DOF], position: &Axes) -> Self {
         let [_, inner, outer, ..] = *position;

@@ -21,22 +21,24 @@
 
 use crate::anti_windup::follow;
 use dimsart_core::math::{self, CompensatedSum};
-use dimsart_core::{
-    Context, Declare, DeviceDescriptor, Input, Module, Output, Parameters, Unit, types, words,
-};
+use dimsart_core::{Context, DeviceDescriptor, Input, Module, Output, Unit, types, words};
 
 words! {
     /// Of all axes.
-    pub struct Settings {
-        tracking_time_s: f32,
+    pub parameters Settings {
+        /// Time in which the integral follows a saturated force (anti-windup).
+        tracking_time_s: f32 = real("TRACKING_TIME", Unit::Second, 1e-3..=100.0, 0.1),
         /// `h / T_t`, at most 1.
         tracking: f32,
     }
     /// Of an axis.
-    pub struct Gains {
-        proportional: f32,
-        integral: f32,
-        limit: f32,
+    pub parameters Gains {
+        /// Proportional gain.
+        proportional: f32 = per_axis("K_PARAM", Unit::Damping, 0.0..=1e5, 0.0),
+        /// Integral gain.
+        integral: f32 = per_axis("I_PARAM", Unit::Stiffness, 0.0..=1e7, 0.0),
+        /// Largest force either way.
+        limit: f32 = per_axis("LIMIT", Unit::Force, 0.0..=1e4, 1e4),
         /// `K_I h`.
         integral_per_tick: f32,
     }
@@ -47,7 +49,11 @@ words! {
         force: f32,
     }
     /// Signals.
-    pub struct Ports { velocity: Input, desired_velocity: Input, force: Output }
+    pub ports Ports {
+        velocity: Input = input("VELOCITY", types::VELOCITY),
+        desired_velocity: Input = input("DES_VELOCITY", types::DES_VELOCITY),
+        force: Output = output("DES_FORCE", types::DES_FORCE),
+    }
 }
 
 /// See the [module docs](self).
@@ -63,29 +69,12 @@ impl Module for Pi {
     type Axis = Axis;
     type Ports = Ports;
 
-    fn parameters(settings: &mut Settings, gains: &mut Gains, visit: &mut Parameters<'_>) {
-        let Gains { proportional, integral, limit, .. } = gains;
-        visit.per_axis(proportional, "K_PARAM", Unit::Damping, 0.0..=1e5, 0.0, "Proportional gain.");
-        visit.per_axis(integral, "I_PARAM", Unit::Stiffness, 0.0..=1e7, 0.0, "Integral gain.");
-        visit.per_axis(limit, "LIMIT", Unit::Force, 0.0..=1e4, 1e4, "Largest force either way.");
-        let summary = "Time in which the integral follows a saturated force (anti-windup).";
-        visit.real(&mut settings.tracking_time_s, "TRACKING_TIME", Unit::Second, 1e-3..=100.0, 0.1, summary);
-    }
-
     fn prepare(settings: &mut Settings, device: &DeviceDescriptor) {
         settings.tracking = (device.sample_period_s() / settings.tracking_time_s).min(1.0);
     }
 
     fn prepare_axis(_: &Settings, gains: &mut Gains, device: &DeviceDescriptor) {
         gains.integral_per_tick = gains.integral * device.sample_period_s();
-    }
-
-    fn ports(_: &Settings, declare: &mut Declare<'_>) -> Ports {
-        Ports {
-            velocity: declare.input("VELOCITY", types::VELOCITY),
-            desired_velocity: declare.input("DES_VELOCITY", types::DES_VELOCITY),
-            force: declare.output("DES_FORCE", types::DES_FORCE),
-        }
     }
 
     fn begin(context: &Context<'_, Self>) {

@@ -10,13 +10,11 @@
 
 use crate::anti_windup::follow;
 use dimsart_core::math::{self, CompensatedSum};
-use dimsart_core::{
-    Context, Declare, DeviceDescriptor, Input, Module, Output, Parameters, Unit, types, words,
-};
+use dimsart_core::{Context, DeviceDescriptor, Input, Module, Output, Parameters, Unit, types, words};
 
 words! {
     /// Of all axes.
-    pub struct Settings {
+    pub parameters Settings {
         tracking_time_s: f32,
         filter_time_s: f32,
         /// `h / T_t`, at most 1.
@@ -25,7 +23,7 @@ words! {
         smoothing: f32,
     }
     /// Of an axis.
-    pub struct Gains {
+    pub parameters Gains {
         pub(super) stiffness: f32,
         pub(super) integral_gain: f32,
         damping: f32,
@@ -46,7 +44,11 @@ words! {
         settling_ticks: u32,
     }
     /// Signals.
-    pub struct Ports { position: Input, desired_position: Input, force: Output }
+    pub ports Ports {
+        position: Input = input("POSITION", types::POSITION),
+        desired_position: Input = input("DES_POSITION", types::DES_POSITION),
+        force: Output = output("DES_FORCE", types::DES_FORCE),
+    }
 }
 
 impl Gains {
@@ -96,14 +98,6 @@ impl Module for Pid {
 
     fn prepare_axis(_: &Settings, gains: &mut Gains, device: &DeviceDescriptor) {
         gains.prepare(device.sample_period_s());
-    }
-
-    fn ports(_: &Settings, declare: &mut Declare<'_>) -> Ports {
-        Ports {
-            position: declare.input("POSITION", types::POSITION),
-            desired_position: declare.input("DES_POSITION", types::DES_POSITION),
-            force: declare.output("DES_FORCE", types::DES_FORCE),
-        }
     }
 
     fn begin(context: &Context<'_, Self>) {

@@ -36,7 +36,7 @@ choice! {
 
 words! {
     /// Of all axes.
-    pub struct Settings {
+    pub parameters Settings {
         setpoint_weight: f32,
         derivative_weight: f32,
         anti_windup: AntiWindup,
@@ -60,7 +60,7 @@ words! {
         settling_ticks: u32,
     }
     /// Signals.
-    pub struct Ports { position: Input, desired_position: Input, feed_force: Input, force: Output }
+    pub ports Ports { position: Input, desired_position: Input, feed_force: Input, force: Output }
 }
 
 /// See the [module docs](self).

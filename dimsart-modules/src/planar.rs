@@ -15,15 +15,32 @@
 use crate::dynamics::{Axes, Body};
 use crate::tip::{Joint, Placed, Placement, Vector3};
 use dimsart_core::limits::MAX_DOF;
-use dimsart_core::{Parameters, Unit, math, words};
+use dimsart_core::{Unit, math, words};
 
 words! {
     /// Of a joint.
-    pub struct Length { length: f32 }
+    pub parameters Length {
+        /// From a joint to the next one.
+        length: f32 = per_axis("LENGTH", Unit::Metre, 0.0..=100.0, 0.0),
+    }
     /// Down, in the plane.
-    pub struct Gravity { along_x: f32, along_y: f32 }
+    pub parameters Gravity {
+        /// Along x.
+        along_x: f32 = real("GRAVITY_X", Unit::MetrePerSecondSquared, -20.0..=20.0, 0.0),
+        /// Along y.
+        along_y: f32 = real("GRAVITY_Y", Unit::MetrePerSecondSquared, -20.0..=20.0, -9.81),
+    }
     /// Of a link.
-    pub struct Link { mass: f32, length: f32, centre: f32, inertia: f32 }
+    pub parameters Link {
+        /// From a joint to the next one.
+        length: f32 = per_axis("LENGTH", Unit::Metre, 0.0..=100.0, 0.0),
+        /// Of the link.
+        mass: f32 = per_axis("MASS", Unit::Kilogram, 0.0..=1e4, 0.0),
+        /// From the joint to the mass centre of the link.
+        centre: f32 = per_axis("CENTRE", Unit::Metre, -100.0..=100.0, 0.0),
+        /// Of the link about its mass centre.
+        inertia: f32 = per_axis("INERTIA", Unit::Inertia, 0.0..=1e4, 0.0),
+    }
 }
 
 type Vector2 = [f32; 2];
@@ -36,10 +53,6 @@ impl Placed for PlanarChain {
     const TIP: &'static str = "PLANAR_TIP_MOD";
     type Settings = ();
     type Joint = Length;
-
-    fn parameters((): &mut (), joint: &mut Length, visit: &mut Parameters<'_>) {
-        length(&mut joint.length, visit);
-    }
 
     fn place((): (), joints: &[Joint<Length>]) -> Placement {
         let mut placement = Placement::default();
@@ -57,10 +70,6 @@ impl Placed for PlanarChain {
         }
         placement
     }
-}
-
-fn length(field: &mut f32, visit: &mut Parameters<'_>) {
-    visit.per_axis(field, "LENGTH", Unit::Metre, 0.0..=100.0, 0.0, "From a joint to the next one.");
 }
 
 /// An arm in a plane with its masses, as it stands.
@@ -96,19 +105,6 @@ impl Body for Planar {
     const COLLISION: &'static str = "PLANAR_COLLISION_MOD";
     type Settings = Gravity;
     type Link = Link;
-
-    fn parameters(gravity: &mut Gravity, link: &mut Link, visit: &mut Parameters<'_>) {
-        let unit = Unit::MetrePerSecondSquared;
-        visit.real(&mut gravity.along_x, "GRAVITY_X", unit, -20.0..=20.0, 0.0, "Along x.");
-        visit.real(&mut gravity.along_y, "GRAVITY_Y", unit, -20.0..=20.0, -9.81, "Along y.");
-        let Link { mass, length: long, centre, inertia } = link;
-        length(long, visit);
-        visit.per_axis(mass, "MASS", Unit::Kilogram, 0.0..=1e4, 0.0, "Of the link.");
-        let summary = "From the joint to the mass centre of the link.";
-        visit.per_axis(centre, "CENTRE", Unit::Metre, -100.0..=100.0, 0.0, summary);
-        let summary = "Of the link about its mass centre.";
-        visit.per_axis(inertia, "INERTIA", Unit::Inertia, 0.0..=1e4, 0.0, summary);
-    }
 
     fn at(gravity: Gravity, links: &[Link; MAX_DOF], position: &Axes) -> Self {
         let mut lumped = [Lumped::default(); MAX_DOF];

@@ -12,7 +12,7 @@
 //! from before the event.
 
 use dimsart_core::{
-    Context, Declare, Input, Memory, Module, Output, Parameters, Single, Unit, Untyped, choice, types, words,
+    Context, Declare, Input, Memory, Module, Output, Single, Unit, Untyped, choice, types, words,
 };
 
 choice! {
@@ -22,15 +22,23 @@ choice! {
 
 words! {
     /// Of all axes.
-    pub struct Settings {
-        length: u32,
-        every_ticks: u32,
-        is_recording: bool,
-        trigger: Trigger,
-        level: f32,
-        word: u32,
-        rows_after: u32,
-        is_level: bool,
+    pub parameters Settings {
+        /// Rows kept.
+        length: u32 = structural_count("LENGTH", Unit::One, 1..=60_000, 100),
+        /// Ticks from one row to the next.
+        every_ticks: u32 = count("EVERY", Unit::Tick, 1..=1_000_000, 1),
+        /// Whether rows are taken.
+        is_recording: bool = flag("RECORD", true),
+        /// What it keeps: the last rows, or those around an edge.
+        trigger: Trigger = structural_choice("TRIGGER"),
+        /// What the edge goes beyond.
+        level: f32 = real("LEVEL", Unit::Any, f32::MIN..=f32::MAX, 0.0),
+        /// Word of the signal that has the edge.
+        word: u32 = count("WORD", Unit::One, 0..=4095, 0),
+        /// Rows taken behind the edge.
+        rows_after: u32 = count("AFTER", Unit::One, 0..=60_000, 50),
+        /// Whether what is beyond the level from the start is caught.
+        is_level: bool = flag("AT_ONCE", false),
     }
     /// Of all axes.
     pub struct State {
@@ -44,7 +52,7 @@ words! {
         caught: u32,
     }
     /// Signals and memory.
-    pub struct Ports {
+    pub ports Ports {
         input: Input<Untyped>,
         rows: Output<Single<u32>>,
         memory: Memory,
@@ -66,19 +74,6 @@ impl Module for Recorder {
     type State = State;
     type Axis = ();
     type Ports = Ports;
-
-    fn parameters(settings: &mut Settings, _: &mut (), visit: &mut Parameters<'_>) {
-        let Settings { length, every_ticks, is_recording, trigger, level, word, rows_after, is_level } =
-            settings;
-        visit.structural_count(length, "LENGTH", Unit::One, 1..=60_000, 100, "Rows kept.");
-        visit.count(every_ticks, "EVERY", Unit::Tick, 1..=1_000_000, 1, "Ticks from one row to the next.");
-        visit.flag(is_recording, "RECORD", true, "Whether rows are taken.");
-        visit.structural_choice(trigger, "TRIGGER", "What it keeps: the last rows, or those around an edge.");
-        visit.real(level, "LEVEL", Unit::Any, f32::MIN..=f32::MAX, 0.0, "What the edge goes beyond.");
-        visit.count(word, "WORD", Unit::One, 0..=4095, 0, "Word of the signal that has the edge.");
-        visit.count(rows_after, "AFTER", Unit::One, 0..=60_000, 50, "Rows taken behind the edge.");
-        visit.flag(is_level, "AT_ONCE", false, "Whether what is beyond the level from the start is caught.");
-    }
 
     fn ports(settings: &Settings, declare: &mut Declare<'_>) -> Ports {
         let rows = usize::try_from(settings.length).unwrap_or(usize::MAX);

@@ -17,18 +17,25 @@
 
 use dimsart_core::math::CompensatedSum;
 use dimsart_core::{
-    Context, Declare, DeviceDescriptor, Input, Module, Output, Parameters, Unit, UnitRelation, types, words,
+    Context, Declare, DeviceDescriptor, Input, Module, Output, Unit, UnitRelation, types, words,
 };
 
 words! {
     /// Of all axes.
-    pub struct Settings { rate_hz: f32, most_per_tick: f32 }
+    pub parameters Settings {
+        /// Largest change of the share per second.
+        rate_hz: f32 = real("RATE", Unit::Hertz, 1e-3..=1e4, 1.0),
+        most_per_tick: f32,
+    }
     /// Of an axis.
-    pub struct Gains { share: f32 }
+    pub parameters Gains {
+        /// Share of the program; 1 is all.
+        share: f32 = per_axis("SHARE", Unit::One, 0.0..=1.0, 0.0),
+    }
     /// Of an axis.
     pub struct Axis { share: CompensatedSum }
     /// Signals.
-    pub struct Ports { operator: Input, program: Input, output: Output }
+    pub ports Ports { operator: Input, program: Input, output: Output }
 }
 
 /// See the [module docs](self).
@@ -43,19 +50,6 @@ impl Module for SharedControl {
     type State = ();
     type Axis = Axis;
     type Ports = Ports;
-
-    fn parameters(settings: &mut Settings, gains: &mut Gains, visit: &mut Parameters<'_>) {
-        visit.per_axis(
-            &mut gains.share,
-            "SHARE",
-            Unit::One,
-            0.0..=1.0,
-            0.0,
-            "Share of the program; 1 is all.",
-        );
-        let summary = "Largest change of the share per second.";
-        visit.real(&mut settings.rate_hz, "RATE", Unit::Hertz, 1e-3..=1e4, 1.0, summary);
-    }
 
     fn prepare(settings: &mut Settings, device: &DeviceDescriptor) {
         settings.most_per_tick = settings.rate_hz * device.sample_period_s();

@@ -5,9 +5,7 @@
 //! `OFFSET + A sin(2 pi p)`, `SQUARE` `OFFSET ± A`, `TRIANGLE` starts at `OFFSET`, rising. The periods are
 //! a compensated sum, so that a slow signal keeps its frequency.
 
-use dimsart_core::{
-    Context, Declare, DeviceDescriptor, Module, Output, Parameters, Unit, choice, math, types, words,
-};
+use dimsart_core::{Context, DeviceDescriptor, Module, Output, Parameters, Unit, choice, math, types, words};
 
 choice! {
     /// Form of the signal.
@@ -16,7 +14,7 @@ choice! {
 
 words! {
     /// Of all axes.
-    pub struct Settings {
+    pub parameters Settings {
         form: Form,
         frequency_hz: f32,
         /// Without whole periods, which change nothing.
@@ -25,11 +23,11 @@ words! {
         step_ticks: u32,
     }
     /// Of an axis.
-    pub struct Gains { amplitude: f32, offset: f32 }
+    pub parameters Gains { amplitude: f32, offset: f32 }
     /// Of all axes.
     pub struct State { periods: math::CompensatedSum, ticks: u32 }
     /// Signals.
-    pub struct Ports { output: Output }
+    pub ports Ports { output: Output = output("SIGNAL_OUT", types::SIGNAL_OUT) }
 }
 
 /// See the [module docs](self).
@@ -58,10 +56,6 @@ impl Module for SignalGenerator {
         let periods_per_tick = (settings.frequency_hz * device.sample_period_s()).min(f32::MAX);
         settings.periods_per_tick = math::fraction(periods_per_tick);
         settings.step_ticks = device.ticks(settings.step_time_s);
-    }
-
-    fn ports(_: &Settings, declare: &mut Declare<'_>) -> Ports {
-        Ports { output: declare.output("SIGNAL_OUT", types::SIGNAL_OUT) }
     }
 
     #[inline(always)]

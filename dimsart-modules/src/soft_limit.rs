@@ -15,24 +15,26 @@
 //! # Ok::<(), dimsart_core::BenchError>(())
 //! ```
 
-use dimsart_core::{
-    Context, Declare, DeviceDescriptor, Input, Module, Output, Parameters, Unit, types, words,
-};
+use dimsart_core::{Context, Declare, DeviceDescriptor, Input, Module, Output, Unit, types, words};
 
 words! {
     /// Of an axis.
-    pub struct Gains {
-        low: f32,
-        high: f32,
-        stiffness: f32,
-        damping: f32,
+    pub parameters Gains {
+        /// Where the lower wall begins.
+        low: f32 = per_axis("LOW", Unit::Position, -1e3..=1e3, -1.0),
+        /// Where the upper wall begins.
+        high: f32 = per_axis("HIGH", Unit::Position, -1e3..=1e3, 1.0),
+        /// Stiffness.
+        stiffness: f32 = per_axis("K_PARAM", Unit::Stiffness, 0.0..=1e6, 0.0),
+        /// Damping beyond the limits.
+        damping: f32 = per_axis("B_PARAM", Unit::Damping, 0.0..=1e4, 0.0),
         /// `B / h`.
         damping_per_tick: f32,
     }
     /// Of an axis.
     pub struct Axis { previous: f32 }
     /// Signals.
-    pub struct Ports { position: Input, wanted: Input, force: Output }
+    pub ports Ports { position: Input, wanted: Input, force: Output }
 }
 
 /// See the [module docs](self).
@@ -47,14 +49,6 @@ impl Module for SoftLimit {
     type State = ();
     type Axis = Axis;
     type Ports = Ports;
-
-    fn parameters(_: &mut (), gains: &mut Gains, visit: &mut Parameters<'_>) {
-        let Gains { low, high, stiffness, damping, .. } = gains;
-        visit.per_axis(low, "LOW", Unit::Position, -1e3..=1e3, -1.0, "Where the lower wall begins.");
-        visit.per_axis(high, "HIGH", Unit::Position, -1e3..=1e3, 1.0, "Where the upper wall begins.");
-        visit.per_axis(stiffness, "K_PARAM", Unit::Stiffness, 0.0..=1e6, 0.0, "Stiffness.");
-        visit.per_axis(damping, "B_PARAM", Unit::Damping, 0.0..=1e4, 0.0, "Damping beyond the limits.");
-    }
 
     fn prepare_axis((): &(), gains: &mut Gains, device: &DeviceDescriptor) {
         gains.damping_per_tick = gains.damping / device.sample_period_s();

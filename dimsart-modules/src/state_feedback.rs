@@ -24,24 +24,28 @@
 use crate::anti_windup::follow;
 use crate::take_over::first;
 use dimsart_core::math::{self, CompensatedSum};
-use dimsart_core::{
-    Context, Declare, DeviceDescriptor, Input, Module, Output, Parameters, Unit, types, words,
-};
+use dimsart_core::{Context, DeviceDescriptor, Input, Module, Output, Unit, types, words};
 
 words! {
     /// Of all axes.
-    pub struct Settings {
-        tracking_time_s: f32,
+    pub parameters Settings {
+        /// Time in which the integral follows a saturated force (anti-windup).
+        tracking_time_s: f32 = real("TRACKING_TIME", Unit::Second, 1e-3..=100.0, 0.1),
         /// `h / T_t`, at most 1.
         tracking: f32,
     }
     /// Of an axis.
-    pub struct Gains {
-        position: f32,
-        velocity: f32,
-        integral: f32,
-        reference: f32,
-        limit: f32,
+    pub parameters Gains {
+        /// Gain of the position.
+        position: f32 = per_axis("K1_PARAM", Unit::Stiffness, -1e6..=1e6, 0.0),
+        /// Gain of the velocity.
+        velocity: f32 = per_axis("K2_PARAM", Unit::Damping, -1e5..=1e5, 0.0),
+        /// Integral gain.
+        integral: f32 = per_axis("I_PARAM", Unit::IntegralGain, 0.0..=1e7, 0.0),
+        /// Gain of the desired position.
+        reference: f32 = per_axis("REFERENCE_GAIN", Unit::Stiffness, -1e6..=1e6, 0.0),
+        /// Largest force either way.
+        limit: f32 = per_axis("LIMIT", Unit::Force, 0.0..=1e4, 1e4),
         /// `K_I h`.
         integral_per_tick: f32,
         /// `N - K_1`.
@@ -54,7 +58,12 @@ words! {
         force: f32,
     }
     /// Signals.
-    pub struct Ports { position: Input, velocity: Input, desired_position: Input, force: Output }
+    pub ports Ports {
+        position: Input = input("POSITION", types::POSITION),
+        velocity: Input = input("VELOCITY", types::VELOCITY),
+        desired_position: Input = input("DES_POSITION", types::DES_POSITION),
+        force: Output = output("DES_FORCE", types::DES_FORCE),
+    }
 }
 
 /// See the [module docs](self).
@@ -70,19 +79,6 @@ impl Module for StateFeedback {
     type Axis = Axis;
     type Ports = Ports;
 
-    fn parameters(settings: &mut Settings, gains: &mut Gains, visit: &mut Parameters<'_>) {
-        let Gains { position, velocity, integral, reference, limit, .. } = gains;
-        visit.per_axis(position, "K1_PARAM", Unit::Stiffness, -1e6..=1e6, 0.0, "Gain of the position.");
-        visit.per_axis(velocity, "K2_PARAM", Unit::Damping, -1e5..=1e5, 0.0, "Gain of the velocity.");
-        visit.per_axis(integral, "I_PARAM", Unit::IntegralGain, 0.0..=1e7, 0.0, "Integral gain.");
-        let summary = "Gain of the desired position.";
-        visit.per_axis(reference, "REFERENCE_GAIN", Unit::Stiffness, -1e6..=1e6, 0.0, summary);
-        visit.per_axis(limit, "LIMIT", Unit::Force, 0.0..=1e4, 1e4, "Largest force either way.");
-        let summary = "Time in which the integral follows a saturated force (anti-windup).";
-        let tracking_time_s = &mut settings.tracking_time_s;
-        visit.real(tracking_time_s, "TRACKING_TIME", Unit::Second, 1e-3..=100.0, 0.1, summary);
-    }
-
     fn prepare(settings: &mut Settings, device: &DeviceDescriptor) {
         settings.tracking = (device.sample_period_s() / settings.tracking_time_s).min(1.0);
     }
@@ -90,15 +86,6 @@ impl Module for StateFeedback {
     fn prepare_axis(_: &Settings, gains: &mut Gains, device: &DeviceDescriptor) {
         gains.integral_per_tick = gains.integral * device.sample_period_s();
         gains.excess = gains.reference - gains.position;
-    }
-
-    fn ports(_: &Settings, declare: &mut Declare<'_>) -> Ports {
-        Ports {
-            position: declare.input("POSITION", types::POSITION),
-            velocity: declare.input("VELOCITY", types::VELOCITY),
-            desired_position: declare.input("DES_POSITION", types::DES_POSITION),
-            force: declare.output("DES_FORCE", types::DES_FORCE),
-        }
     }
 
     fn begin(context: &Context<'_, Self>) {

@@ -19,28 +19,31 @@
 //! # Ok::<(), dimsart_core::BenchError>(())
 //! ```
 
-use dimsart_core::{
-    Context, Declare, DeviceDescriptor, Input, Module, Output, Parameters, Unit, types, words,
-};
+use dimsart_core::{Context, Declare, DeviceDescriptor, Input, Module, Output, Unit, types, words};
 
 /// Most states.
 const STATES: usize = 8;
 
 words! {
     /// Of all axes.
-    pub struct Settings { period_s: f32 }
+    pub parameters Settings { period_s: f32 }
     /// Of an axis.
-    pub struct Gains {
-        outputs: [f32; STATES],
-        if_a: [f32; STATES],
-        if_b: [f32; STATES],
-        then: [f32; STATES],
-        after_s: [f32; STATES],
+    pub parameters Gains {
+        /// Output of each state.
+        outputs: [f32; STATES] = per_axis_row("OUTPUT", Unit::Any, -1e9..=1e9, 0.0),
+        /// State after it where A holds.
+        if_a: [f32; STATES] = per_axis_row("IF_A", Unit::One, -1.0..=7.0, -1.0),
+        /// State after it where B holds.
+        if_b: [f32; STATES] = per_axis_row("IF_B", Unit::One, -1.0..=7.0, -1.0),
+        /// State after it in time.
+        then: [f32; STATES] = per_axis_row("THEN", Unit::One, -1.0..=7.0, -1.0),
+        /// How long it lasts until then.
+        after_s: [f32; STATES] = per_axis_row("AFTER", Unit::Second, 0.0..=1e4, 1.0),
     }
     /// Of an axis.
     pub struct Axis { state: u16, ticks: u32 }
     /// Signals.
-    pub struct Ports { a: Input, b: Input, output: Output, state: Output }
+    pub ports Ports { a: Input, b: Input, output: Output, state: Output }
 }
 
 /// See the [module docs](self).
@@ -55,15 +58,6 @@ impl Module for StateMachine {
     type State = ();
     type Axis = Axis;
     type Ports = Ports;
-
-    fn parameters(_: &mut Settings, gains: &mut Gains, visit: &mut Parameters<'_>) {
-        let Gains { outputs, if_a, if_b, then, after_s } = gains;
-        visit.per_axis_row(outputs, "OUTPUT", Unit::Any, -1e9..=1e9, 0.0, "Output of each state.");
-        visit.per_axis_row(if_a, "IF_A", Unit::One, -1.0..=7.0, -1.0, "State after it where A holds.");
-        visit.per_axis_row(if_b, "IF_B", Unit::One, -1.0..=7.0, -1.0, "State after it where B holds.");
-        visit.per_axis_row(then, "THEN", Unit::One, -1.0..=7.0, -1.0, "State after it in time.");
-        visit.per_axis_row(after_s, "AFTER", Unit::Second, 0.0..=1e4, 1.0, "How long it lasts until then.");
-    }
 
     fn prepare(settings: &mut Settings, device: &DeviceDescriptor) {
         settings.period_s = device.sample_period_s();

@@ -2,13 +2,22 @@
 //!
 //! `out = A_GAIN a + B_GAIN b`; the gains are pure numbers, so all three have the same unit.
 
-use dimsart_core::{Context, Declare, Input, Module, Output, Parameters, Unit, UnitRelation, types, words};
+use dimsart_core::{Context, Declare, Input, Module, Output, PortSet, Unit, UnitRelation, types, words};
 
 words! {
     /// Of an axis.
-    pub struct Gains { a: f32, b: f32 }
+    pub parameters Gains {
+        /// Factor of the first.
+        a: f32 = per_axis("A_GAIN", Unit::One, -1e6..=1e6, 1.0),
+        /// Factor of the second.
+        b: f32 = per_axis("B_GAIN", Unit::One, -1e6..=1e6, 1.0),
+    }
     /// Signals.
-    pub struct Ports { a: Input, b: Input, output: Output }
+    pub ports Ports {
+        a: Input = input("A", types::SIGNAL),
+        b: Input = input("B", types::SIGNAL),
+        output: Output = output("SIGNAL_OUT", types::SIGNAL_OUT),
+    }
 }
 
 /// See the [module docs](self).
@@ -24,17 +33,8 @@ impl Module for Sum {
     type Axis = ();
     type Ports = Ports;
 
-    fn parameters(_: &mut (), gains: &mut Gains, visit: &mut Parameters<'_>) {
-        visit.per_axis(&mut gains.a, "A_GAIN", Unit::One, -1e6..=1e6, 1.0, "Factor of the first.");
-        visit.per_axis(&mut gains.b, "B_GAIN", Unit::One, -1e6..=1e6, 1.0, "Factor of the second.");
-    }
-
     fn ports(_: &(), declare: &mut Declare<'_>) -> Ports {
-        let ports = Ports {
-            a: declare.input("A", types::SIGNAL),
-            b: declare.input("B", types::SIGNAL),
-            output: declare.output("SIGNAL_OUT", types::SIGNAL_OUT),
-        };
+        let ports = Ports::declare(declare);
         declare.tie("B", UnitRelation::Same, "A");
         declare.tie("SIGNAL_OUT", UnitRelation::Same, "A");
         ports

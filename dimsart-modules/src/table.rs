@@ -14,25 +14,31 @@
 //! # Ok::<(), dimsart_core::BenchError>(())
 //! ```
 
-use dimsart_core::{
-    Context, Declare, DeviceDescriptor, Input, Module, Output, Parameters, Unit, math, types, words,
-};
+use dimsart_core::{Context, DeviceDescriptor, Input, Module, Output, Unit, math, types, words};
 
 /// Most points.
 const POINTS: usize = 16;
 
 words! {
     /// Of all axes.
-    pub struct Settings { count: u32 }
+    pub parameters Settings {
+        /// How many points there are.
+        count: u32 = count("COUNT", Unit::One, 1..=16, 1),
+    }
     /// Of an axis.
-    pub struct Gains {
-        x: [f32; POINTS],
-        y: [f32; POINTS],
+    pub parameters Gains {
+        /// Inputs of the points, rising.
+        x: [f32; POINTS] = per_axis_row("X", Unit::Any, -1e9..=1e9, 0.0),
+        /// Outputs of the points.
+        y: [f32; POINTS] = per_axis_row("Y", Unit::Any, -1e9..=1e9, 0.0),
         /// From each point to the next.
         slopes: [f32; POINTS],
     }
     /// Signals.
-    pub struct Ports { input: Input, output: Output }
+    pub ports Ports {
+        input: Input = input("SIGNAL_IN", types::SIGNAL),
+        output: Output = output("SIGNAL_OUT", types::SIGNAL_OUT),
+    }
 }
 
 /// See the [module docs](self).
@@ -48,12 +54,6 @@ impl Module for Table {
     type Axis = ();
     type Ports = Ports;
 
-    fn parameters(settings: &mut Settings, gains: &mut Gains, visit: &mut Parameters<'_>) {
-        visit.per_axis_row(&mut gains.x, "X", Unit::Any, -1e9..=1e9, 0.0, "Inputs of the points, rising.");
-        visit.per_axis_row(&mut gains.y, "Y", Unit::Any, -1e9..=1e9, 0.0, "Outputs of the points.");
-        visit.count(&mut settings.count, "COUNT", Unit::One, 1..=16, 1, "How many points there are.");
-    }
-
     fn prepare_axis(settings: &Settings, gains: &mut Gains, _: &DeviceDescriptor) {
         let count = usize::try_from(settings.count).unwrap_or(POINTS);
         let Gains { x, y, slopes } = gains;
@@ -64,13 +64,6 @@ impl Module for Table {
         {
             let width = to_x - from_x;
             *slope = if width > 0.0 { math::limit((to_y - from_y) / width, 1e30) } else { 0.0 };
-        }
-    }
-
-    fn ports(_: &Settings, declare: &mut Declare<'_>) -> Ports {
-        Ports {
-            input: declare.input("SIGNAL_IN", types::SIGNAL),
-            output: declare.output("SIGNAL_OUT", types::SIGNAL_OUT),
         }
     }
 

@@ -5,13 +5,15 @@
 //! What comes out has the unit, the format and the shape of what goes in.
 
 use dimsart_core::{
-    Context, Data, Declare, Input, Memory, Module, Output, Parameters, Unit, UnitRelation, Untyped, types,
-    words,
+    Context, Data, Declare, Input, Memory, Module, Output, Unit, UnitRelation, Untyped, types, words,
 };
 
 words! {
     /// Of all axes.
-    pub struct Settings { delay_ticks: u32 }
+    pub parameters Settings {
+        /// Delay; its samples are kept in the Data Base.
+        delay_ticks: u32 = structural_count("TD_PARAM", Unit::Tick, 0..=60_000, 0),
+    }
     /// Of all axes.
     ///
     /// | Line | `position` | `filled` |
@@ -21,7 +23,7 @@ words! {
     /// | full, any other number of words | `FULL` | where the oldest sample is, and the next one goes |
     pub struct State { position: u16, filled: u16 }
     /// Signals and memory.
-    pub struct Ports { input: Input<Untyped>, output: Output<Untyped>, line: Memory }
+    pub ports Ports { input: Input<Untyped>, output: Output<Untyped>, line: Memory }
 }
 
 /// Positions outside every line.
@@ -40,11 +42,6 @@ impl Module for TimeDelay {
     type State = State;
     type Axis = ();
     type Ports = Ports;
-
-    fn parameters(settings: &mut Settings, _: &mut (), visit: &mut Parameters<'_>) {
-        let summary = "Delay; its samples are kept in the Data Base.";
-        visit.structural_count(&mut settings.delay_ticks, "TD_PARAM", Unit::Tick, 0..=60_000, 0, summary);
-    }
 
     fn ports(settings: &Settings, declare: &mut Declare<'_>) -> Ports {
         let input = declare.any_type().input("SIGNAL_IN", types::CH1_WAVES);

@@ -28,7 +28,8 @@ use core::marker::PhantomData;
 
 use dimsart_core::limits::MAX_DOF;
 use dimsart_core::{
-    AxisKind, Context, Declare, DeviceDescriptor, Input, Module, Output, Parameters, Words, types, words,
+    AxisKind, Context, Declare, DeviceDescriptor, Input, Module, Output, ParameterSet, Parameters, PortSet,
+    types, words,
 };
 
 /// How a kind of arm is placed.
@@ -36,12 +37,9 @@ pub trait Placed: Debug + Copy + 'static {
     /// Name of its module.
     const TIP: &'static str;
     /// Of all axes.
-    type Settings: Words + Default;
+    type Settings: ParameterSet;
     /// Of a joint.
-    type Joint: Words + Default;
-
-    /// Lists the parameters.
-    fn parameters(settings: &mut Self::Settings, joint: &mut Self::Joint, visit: &mut Parameters<'_>);
+    type Joint: ParameterSet;
 
     /// Works out of the parameters of a joint what a tick needs.
     fn prepare(joint: &mut Self::Joint) {
@@ -64,13 +62,18 @@ words! {
     /// Along x, y, z.
     pub struct Vector3 { pub(super) x: f32, pub(super) y: f32, pub(super) z: f32 }
     /// Which of its signals are there.
-    pub struct Options { velocity: bool, force: bool }
+    pub parameters Options {
+        /// Whether it says the tip's velocity.
+        velocity: bool = structural_flag("VELOCITY", false),
+        /// Whether it commands the tip's force.
+        force: bool = structural_flag("FORCE", true),
+    }
     /// Signals.
-    pub struct Ports {
-        position: Input,
+    pub ports Ports {
+        position: Input = input("POSITION", types::POSITION),
         velocity: Input,
         tip_force: Input,
-        tip_position: Output,
+        tip_position: Output = output("TIP_POSITION", types::TIP_POSITION),
         tip_velocity: Output,
         force: Output,
     }
@@ -108,14 +111,9 @@ impl<A: Placed> Module for Tip<A> {
         joint: &mut Self::Gains,
         visit: &mut Parameters<'_>,
     ) {
-        visit.structural_flag(
-            &mut options.velocity,
-            "VELOCITY",
-            false,
-            "Whether it says the tip's velocity.",
-        );
-        visit.structural_flag(&mut options.force, "FORCE", true, "Whether it commands the tip's force.");
-        A::parameters(settings, joint, visit);
+        options.visit(visit);
+        joint.visit(visit);
+        settings.visit(visit);
     }
 
     fn prepare_axis(_: &Self::Settings, joint: &mut Self::Gains, _: &DeviceDescriptor) {
@@ -123,11 +121,7 @@ impl<A: Placed> Module for Tip<A> {
     }
 
     fn ports((options, _): &Self::Settings, declare: &mut Declare<'_>) -> Ports {
-        let mut ports = Ports {
-            position: declare.input("POSITION", types::POSITION),
-            tip_position: declare.output("TIP_POSITION", types::TIP_POSITION),
-            ..Ports::default()
-        };
+        let mut ports = Ports::declare(declare);
         if options.velocity {
             ports.velocity = declare.input("VELOCITY", types::VELOCITY);
             ports.tip_velocity = declare.output("TIP_VELOCITY", types::TIP_VELOCITY);

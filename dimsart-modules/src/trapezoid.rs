@@ -31,15 +31,27 @@
 use crate::take_over::first;
 use crate::target::Source;
 use dimsart_core::math::{self, CompensatedSum};
-use dimsart_core::{
-    Context, Declare, DeviceDescriptor, Input, Module, Output, Parameters, Unit, types, words,
-};
+use dimsart_core::{Context, Declare, DeviceDescriptor, Input, Module, Output, Unit, types, words};
 
 words! {
     /// Of all axes.
-    pub struct Settings { source: Source, is_synchronised: bool, period_s: f32, rate_hz: f32 }
+    pub parameters Settings {
+        /// What says where to go.
+        source: Source = structural_choice("TARGET_FROM"),
+        /// Whether all axes arrive together.
+        is_synchronised: bool = flag("SYNCHRONISED", false),
+        period_s: f32,
+        rate_hz: f32,
+    }
     /// Of an axis.
-    pub struct Gains { target: f32, velocity_limit: f32, acceleration_limit: f32 }
+    pub parameters Gains {
+        /// Where to go.
+        target: f32 = per_axis("TARGET", Unit::Position, -1e6..=1e6, 0.0),
+        /// Largest velocity.
+        velocity_limit: f32 = per_axis("VELOCITY_LIMIT", Unit::Velocity, 1e-6..=1e4, 1.0),
+        /// Largest acceleration.
+        acceleration_limit: f32 = per_axis("ACCELERATION_LIMIT", Unit::Acceleration, 1e-6..=1e6, 1.0),
+    }
     /// Of an axis.
     pub struct Axis {
         /// From here to the target.
@@ -51,7 +63,7 @@ words! {
         line_acceleration: f32,
     }
     /// Signals.
-    pub struct Ports {
+    pub ports Ports {
         position: Input,
         target: Input,
         desired_position: Output,
@@ -72,17 +84,6 @@ impl Module for Trapezoid {
     type State = ();
     type Axis = Axis;
     type Ports = Ports;
-
-    fn parameters(settings: &mut Settings, gains: &mut Gains, visit: &mut Parameters<'_>) {
-        let Gains { target, velocity_limit: velocity, acceleration_limit: acceleration } = gains;
-        visit.per_axis(target, "TARGET", Unit::Position, -1e6..=1e6, 0.0, "Where to go.");
-        visit.per_axis(velocity, "VELOCITY_LIMIT", Unit::Velocity, 1e-6..=1e4, 1.0, "Largest velocity.");
-        let summary = "Largest acceleration.";
-        visit.per_axis(acceleration, "ACCELERATION_LIMIT", Unit::Acceleration, 1e-6..=1e6, 1.0, summary);
-        visit.structural_choice(&mut settings.source, "TARGET_FROM", "What says where to go.");
-        let summary = "Whether all axes arrive together.";
-        visit.flag(&mut settings.is_synchronised, "SYNCHRONISED", false, summary);
-    }
 
     fn prepare(settings: &mut Settings, device: &DeviceDescriptor) {
         settings.period_s = device.sample_period_s();

@@ -31,7 +31,7 @@ use core::f32::consts::TAU;
 use crate::lag;
 use crate::take_over::first;
 use dimsart_core::{
-    Context, Declare, DeviceDescriptor, Input, Module, Output, Parameters, Unit, choice, types, words,
+    Context, DeviceDescriptor, Input, Module, Output, ParameterSet, Parameters, Unit, choice, types, words,
 };
 
 choice! {
@@ -41,12 +41,19 @@ choice! {
 
 words! {
     /// Of all axes.
-    pub struct Settings { method: Method, period_s: f32 }
+    pub parameters Settings {
+        /// What its gains follow from.
+        method: Method = choice("METHOD"),
+        period_s: f32,
+    }
     /// Of an axis.
-    pub struct Gains {
-        frequency_hz: f32,
-        alpha: f32,
-        beta: f32,
+    pub parameters Gains {
+        /// Corner frequency of TRACKING and DIFFERENCE.
+        frequency_hz: f32 = per_axis("FREQUENCY", Unit::Hertz, 1e-2..=1e5, 50.0),
+        /// Share of the position's correction.
+        alpha: f32 = per_axis("ALPHA", Unit::One, 0.0..=1.0, 0.5),
+        /// Share of the velocity's correction.
+        beta: f32 = per_axis("BETA", Unit::One, 0.0..=2.0, 0.1),
         /// `1 - α`.
         kept: f32,
         /// `β / h`.
@@ -61,7 +68,10 @@ words! {
         velocity: f32,
     }
     /// Signals.
-    pub struct Ports { position: Input, velocity: Output }
+    pub ports Ports {
+        position: Input = input("POSITION", types::POSITION),
+        velocity: Output = output("VELOCITY", types::VELOCITY),
+    }
 }
 
 /// See the [module docs](self).
@@ -79,12 +89,8 @@ impl Module for VelocityObserver {
     type Ports = Ports;
 
     fn parameters(settings: &mut Settings, gains: &mut Gains, visit: &mut Parameters<'_>) {
-        visit.choice(&mut settings.method, "METHOD", "What its gains follow from.");
-        let Gains { frequency_hz, alpha, beta, .. } = gains;
-        let summary = "Corner frequency of TRACKING and DIFFERENCE.";
-        visit.per_axis(frequency_hz, "FREQUENCY", Unit::Hertz, 1e-2..=1e5, 50.0, summary);
-        visit.per_axis(alpha, "ALPHA", Unit::One, 0.0..=1.0, 0.5, "Share of the position's correction.");
-        visit.per_axis(beta, "BETA", Unit::One, 0.0..=2.0, 0.1, "Share of the velocity's correction.");
+        settings.visit(visit);
+        gains.visit(visit);
     }
 
     fn prepare(settings: &mut Settings, device: &DeviceDescriptor) {
@@ -99,13 +105,6 @@ impl Module for VelocityObserver {
             Method::AlphaBeta => (1.0 - gains.alpha, gains.beta),
         };
         (gains.kept, gains.velocity_gain) = (kept, beta / settings.period_s);
-    }
-
-    fn ports(_: &Settings, declare: &mut Declare<'_>) -> Ports {
-        Ports {
-            position: declare.input("POSITION", types::POSITION),
-            velocity: declare.output("VELOCITY", types::VELOCITY),
-        }
     }
 
     fn begin(context: &Context<'_, Self>) {

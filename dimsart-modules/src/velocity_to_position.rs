@@ -3,15 +3,19 @@
 //! `x_d += h v`, `x_d = x` when plugged in or reset. The sum is compensated (Kahan).
 
 use dimsart_core::math::CompensatedSum;
-use dimsart_core::{Context, Declare, DeviceDescriptor, Input, Module, Output, types, words};
+use dimsart_core::{Context, DeviceDescriptor, Input, Module, Output, types, words};
 
 words! {
     /// Of all axes.
-    pub struct Settings { period_s: f32 }
+    pub parameters Settings { period_s: f32 }
     /// Of an axis.
     pub struct Axis { desired: CompensatedSum }
     /// Signals.
-    pub struct Ports { position: Input, velocity: Input, desired_position: Output }
+    pub ports Ports {
+        position: Input = input("POSITION", types::POSITION),
+        velocity: Input = input("DES_VELOCITY", types::DES_VELOCITY),
+        desired_position: Output = output("DES_POSITION", types::DES_POSITION),
+    }
 }
 
 /// See the [module docs](self).
@@ -29,14 +33,6 @@ impl Module for VelocityToPosition {
 
     fn prepare(settings: &mut Settings, device: &DeviceDescriptor) {
         settings.period_s = device.sample_period_s();
-    }
-
-    fn ports(_: &Settings, declare: &mut Declare<'_>) -> Ports {
-        Ports {
-            position: declare.input("POSITION", types::POSITION),
-            velocity: declare.input("DES_VELOCITY", types::DES_VELOCITY),
-            desired_position: declare.output("DES_POSITION", types::DES_POSITION),
-        }
     }
 
     fn begin(context: &Context<'_, Self>) {

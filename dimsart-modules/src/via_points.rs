@@ -25,18 +25,25 @@
 //! ```
 
 use crate::take_over::first;
-use dimsart_core::{
-    Context, Declare, DeviceDescriptor, Input, Module, Output, Parameters, Unit, Words as _, types, words,
-};
+use dimsart_core::{Context, DeviceDescriptor, Input, Module, Output, Unit, Words as _, types, words};
 
 /// Most points.
 const POINTS: usize = 8;
 
 words! {
     /// Of all axes.
-    pub struct Settings { count: u32, times_s: [[f32; POINTS]; 1], period_s: f32 }
+    pub parameters Settings {
+        /// Time from the point before to each one.
+        times_s: [[f32; POINTS]; 1] = matrix("TIMES", Unit::Second, 1e-2..=1e4, 1.0),
+        /// How many of the points are gone to.
+        count: u32 = count("COUNT", Unit::One, 1..=8, 1),
+        period_s: f32,
+    }
     /// Of an axis.
-    pub struct Gains { points: [f32; POINTS] }
+    pub parameters Gains {
+        /// Where to go.
+        points: [f32; POINTS] = per_axis_row("POINTS", Unit::Position, -1e6..=1e6, 0.0),
+    }
     /// Of all axes: the piece that is gone, and since when.
     pub struct State { piece: u32, time_s: f32, lost_s: f32 }
     /// Of an axis; the end is behind all pieces.
@@ -44,11 +51,11 @@ words! {
     /// From a point to the next.
     pub struct Piece { time_s: f32, point: f32, slope: f32, bend: f32, twist: f32 }
     /// Signals.
-    pub struct Ports {
-        position: Input,
-        desired_position: Output,
-        desired_velocity: Output,
-        desired_acceleration: Output,
+    pub ports Ports {
+        position: Input = input("POSITION", types::POSITION),
+        desired_position: Output = output("DES_POSITION", types::DES_POSITION),
+        desired_velocity: Output = output("DES_VELOCITY", types::DES_VELOCITY),
+        desired_acceleration: Output = output("DES_ACCELERATION", types::DES_ACCELERATION),
     }
 }
 
@@ -67,25 +74,8 @@ impl Module for ViaPoints {
     type Axis = Axis;
     type Ports = Ports;
 
-    fn parameters(settings: &mut Settings, gains: &mut Gains, visit: &mut Parameters<'_>) {
-        let Settings { count, times_s, .. } = settings;
-        visit.per_axis_row(&mut gains.points, "POINTS", Unit::Position, -1e6..=1e6, 0.0, "Where to go.");
-        let summary = "Time from the point before to each one.";
-        visit.matrix(times_s, "TIMES", Unit::Second, 1e-2..=1e4, 1.0, summary);
-        visit.count(count, "COUNT", Unit::One, 1..=8, 1, "How many of the points are gone to.");
-    }
-
     fn prepare(settings: &mut Settings, device: &DeviceDescriptor) {
         settings.period_s = device.sample_period_s();
-    }
-
-    fn ports(_: &Settings, declare: &mut Declare<'_>) -> Ports {
-        Ports {
-            position: declare.input("POSITION", types::POSITION),
-            desired_position: declare.output("DES_POSITION", types::DES_POSITION),
-            desired_velocity: declare.output("DES_VELOCITY", types::DES_VELOCITY),
-            desired_acceleration: declare.output("DES_ACCELERATION", types::DES_ACCELERATION),
-        }
     }
 
     fn begin(context: &Context<'_, Self>) {

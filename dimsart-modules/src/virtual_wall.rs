@@ -3,9 +3,7 @@
 //! `F = -s max(0, K p + B p')` with the penetration `p = s (x - x_w) > 0`; `s = +1` for a wall that
 //! stops motion to larger positions, `-1` for `BELOW`. Pushes, never pulls. `p'` by backward difference.
 
-use dimsart_core::{
-    Context, Declare, DeviceDescriptor, Input, Module, Output, Parameters, Unit, choice, types, words,
-};
+use dimsart_core::{Context, DeviceDescriptor, Input, Module, Output, Unit, choice, types, words};
 
 choice! {
     /// Where the wall is, seen from free space.
@@ -14,19 +12,28 @@ choice! {
 
 words! {
     /// Of all axes.
-    pub struct Settings { side: Side }
+    pub parameters Settings {
+        /// Whether it stops motion to larger or to smaller positions.
+        side: Side = choice("SIDE"),
+    }
     /// Of an axis.
-    pub struct Gains {
-        wall_position: f32,
-        stiffness: f32,
-        damping: f32,
+    pub parameters Gains {
+        /// Where it begins.
+        wall_position: f32 = per_axis("WALL_POSITION", Unit::Position, -1e3..=1e3, 0.0),
+        /// Stiffness.
+        stiffness: f32 = per_axis("K_PARAM", Unit::Stiffness, 0.0..=1e6, 0.0),
+        /// Damping inside the wall.
+        damping: f32 = per_axis("B_PARAM", Unit::Damping, 0.0..=1e4, 0.0),
         /// `B / h`.
         damping_per_tick: f32,
     }
     /// Of an axis.
     pub struct Axis { previous: f32 }
     /// Signals.
-    pub struct Ports { position: Input, force: Output }
+    pub ports Ports {
+        position: Input = input("POSITION", types::POSITION),
+        force: Output = output("DES_FORCE", types::DES_FORCE),
+    }
 }
 
 /// See the [module docs](self).
@@ -42,24 +49,8 @@ impl Module for VirtualWall {
     type Axis = Axis;
     type Ports = Ports;
 
-    fn parameters(settings: &mut Settings, gains: &mut Gains, visit: &mut Parameters<'_>) {
-        let Gains { wall_position, stiffness, damping, .. } = gains;
-        visit.per_axis(wall_position, "WALL_POSITION", Unit::Position, -1e3..=1e3, 0.0, "Where it begins.");
-        visit.per_axis(stiffness, "K_PARAM", Unit::Stiffness, 0.0..=1e6, 0.0, "Stiffness.");
-        visit.per_axis(damping, "B_PARAM", Unit::Damping, 0.0..=1e4, 0.0, "Damping inside the wall.");
-        let summary = "Whether it stops motion to larger or to smaller positions.";
-        visit.choice(&mut settings.side, "SIDE", summary);
-    }
-
     fn prepare_axis(_: &Settings, gains: &mut Gains, device: &DeviceDescriptor) {
         gains.damping_per_tick = gains.damping / device.sample_period_s();
-    }
-
-    fn ports(_: &Settings, declare: &mut Declare<'_>) -> Ports {
-        Ports {
-            position: declare.input("POSITION", types::POSITION),
-            force: declare.output("DES_FORCE", types::DES_FORCE),
-        }
     }
 
     fn begin(context: &Context<'_, Self>) {

@@ -24,20 +24,25 @@
 //! # Ok::<(), dimsart_core::BenchError>(())
 //! ```
 
-use dimsart_core::{
-    Context, Declare, DeviceDescriptor, Input, Module, Output, Parameters, Unit, math, types, words,
-};
+use dimsart_core::{Context, DeviceDescriptor, Input, Module, Output, Unit, math, types, words};
 
 words! {
     /// Of all axes.
-    pub struct Settings {
-        impedance: f32,
-        rate_hz: f32,
+    pub parameters Settings {
+        /// Wave impedance b.
+        impedance: f32 = real("B_PARAM", Unit::Damping, 1e-3..=1e4, 10.0),
+        /// How fast drift is taken back.
+        rate_hz: f32 = real("RATE", Unit::Hertz, 0.0..=1e3, 1.0),
         /// `sqrt(2 b) RATE`.
         wave_per_position: f32,
     }
     /// Signals.
-    pub struct Ports { waves_in: Input, position: Input, far_position: Input, waves_out: Output }
+    pub ports Ports {
+        waves_in: Input = input("WAVES_IN", types::CH1_WAVES),
+        position: Input = input("POSITION", types::DES_POSITION),
+        far_position: Input = input("FAR_POSITION", types::FAR_POSITION),
+        waves_out: Output = output("WAVES_OUT", types::CH1_TD_WAVES),
+    }
 }
 
 /// See the [module docs](self).
@@ -54,23 +59,8 @@ impl Module for WaveDrift {
     type Axis = ();
     type Ports = Ports;
 
-    fn parameters(settings: &mut Settings, _: &mut (), visit: &mut Parameters<'_>) {
-        let Settings { impedance, rate_hz, .. } = settings;
-        visit.real(impedance, "B_PARAM", Unit::Damping, 1e-3..=1e4, 10.0, "Wave impedance b.");
-        visit.real(rate_hz, "RATE", Unit::Hertz, 0.0..=1e3, 1.0, "How fast drift is taken back.");
-    }
-
     fn prepare(settings: &mut Settings, _: &DeviceDescriptor) {
         settings.wave_per_position = math::sqrt(2.0 * settings.impedance) * settings.rate_hz;
-    }
-
-    fn ports(_: &Settings, declare: &mut Declare<'_>) -> Ports {
-        Ports {
-            waves_in: declare.input("WAVES_IN", types::CH1_WAVES),
-            position: declare.input("POSITION", types::DES_POSITION),
-            far_position: declare.input("FAR_POSITION", types::FAR_POSITION),
-            waves_out: declare.output("WAVES_OUT", types::CH1_TD_WAVES),
-        }
     }
 
     #[inline(always)]

@@ -18,17 +18,22 @@
 
 use core::f32::consts::TAU;
 
-use dimsart_core::{
-    Context, Declare, DeviceDescriptor, Input, Module, Output, Parameters, Unit, math, types, words,
-};
+use dimsart_core::{Context, DeviceDescriptor, Input, Module, Output, Unit, math, types, words};
 
 words! {
     /// Of all axes.
-    pub struct Settings { cutoff_hz: f32, smoothing: f32 }
+    pub parameters Settings {
+        /// Frequency at which half of the power is left.
+        cutoff_hz: f32 = real("CUTOFF", Unit::Hertz, 1e-2..=1e4, 60.0),
+        smoothing: f32,
+    }
     /// Of an axis.
     pub struct Axis { filtered: f32 }
     /// Signals.
-    pub struct Ports { waves_in: Input, waves_out: Output }
+    pub ports Ports {
+        waves_in: Input = input("WAVES_IN", types::CH2_WAVES),
+        waves_out: Output = output("WAVES_OUT", types::CH2_TD_WAVES),
+    }
 }
 
 /// See the [module docs](self).
@@ -44,20 +49,8 @@ impl Module for WaveFilter {
     type Axis = Axis;
     type Ports = Ports;
 
-    fn parameters(settings: &mut Settings, _: &mut (), visit: &mut Parameters<'_>) {
-        let summary = "Frequency at which half of the power is left.";
-        visit.real(&mut settings.cutoff_hz, "CUTOFF", Unit::Hertz, 1e-2..=1e4, 60.0, summary);
-    }
-
     fn prepare(settings: &mut Settings, device: &DeviceDescriptor) {
         settings.smoothing = 1.0 - math::exp(-TAU * settings.cutoff_hz * device.sample_period_s());
-    }
-
-    fn ports(_: &Settings, declare: &mut Declare<'_>) -> Ports {
-        Ports {
-            waves_in: declare.input("WAVES_IN", types::CH2_WAVES),
-            waves_out: declare.output("WAVES_OUT", types::CH2_TD_WAVES),
-        }
     }
 
     fn begin(context: &Context<'_, Self>) {

@@ -4,19 +4,23 @@
 //! For a device that measures velocity and needs no controller between it and the line; the
 //! classical master of Niemeyer and Slotine (1991).
 
-use dimsart_core::{
-    Context, Declare, DeviceDescriptor, Input, Module, Output, Parameters, Unit, math, types, words,
-};
+use dimsart_core::{Context, DeviceDescriptor, Input, Module, Output, Unit, math, types, words};
 
 words! {
     /// Of all axes.
-    pub struct Settings {
-        impedance: f32,
+    pub parameters Settings {
+        /// Wave impedance b.
+        impedance: f32 = real("B_PARAM", Unit::Damping, 1e-3..=1e4, 10.0),
         /// `sqrt(2 b)`.
         a: f32,
     }
     /// Signals.
-    pub struct Ports { waves_in: Input, velocity: Input, waves_out: Output, force: Output }
+    pub ports Ports {
+        waves_in: Input = input("WAVES_IN", types::CH2_WAVES),
+        velocity: Input = input("VELOCITY", types::VELOCITY),
+        waves_out: Output = output("WAVES_OUT", types::CH1_WAVES),
+        force: Output = output("DES_FORCE", types::DES_FORCE),
+    }
 }
 
 /// See the [module docs](self).
@@ -32,22 +36,8 @@ impl Module for WaveImpedance {
     type Axis = ();
     type Ports = Ports;
 
-    fn parameters(settings: &mut Settings, _: &mut (), visit: &mut Parameters<'_>) {
-        let impedance = &mut settings.impedance;
-        visit.real(impedance, "B_PARAM", Unit::Damping, 1e-3..=1e4, 10.0, "Wave impedance b.");
-    }
-
     fn prepare(settings: &mut Settings, _: &DeviceDescriptor) {
         settings.a = math::sqrt(2.0 * settings.impedance);
-    }
-
-    fn ports(_: &Settings, declare: &mut Declare<'_>) -> Ports {
-        Ports {
-            waves_in: declare.input("WAVES_IN", types::CH2_WAVES),
-            velocity: declare.input("VELOCITY", types::VELOCITY),
-            waves_out: declare.output("WAVES_OUT", types::CH1_WAVES),
-            force: declare.output("DES_FORCE", types::DES_FORCE),
-        }
     }
 
     #[inline(always)]

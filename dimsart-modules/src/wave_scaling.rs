@@ -23,22 +23,27 @@
 //! # Ok::<(), dimsart_core::BenchError>(())
 //! ```
 
-use dimsart_core::{
-    Context, Declare, DeviceDescriptor, Input, Module, Output, Parameters, Unit, math, types, words,
-};
+use dimsart_core::{Context, DeviceDescriptor, Input, Module, Output, Unit, math, types, words};
 
 words! {
     /// Of an axis.
-    pub struct Gains {
-        position_scale: f32,
-        force_scale: f32,
+    pub parameters Gains {
+        /// How far the slave moves per motion of the master.
+        position_scale: f32 = per_axis("POSITION_SCALE", Unit::One, 1e-3..=1e3, 1.0),
+        /// How hard the slave pushes per force of the master.
+        force_scale: f32 = per_axis("FORCE_SCALE", Unit::One, 1e-3..=1e3, 1.0),
         /// `sqrt(p f)`.
         inwards: f32,
         /// `1 / sqrt(p f)`.
         outwards: f32,
     }
     /// Signals.
-    pub struct Ports { line_in: Input, port_in: Output, port_out: Input, line_out: Output }
+    pub ports Ports {
+        line_in: Input = input("LINE_IN", types::CH2_WAVES),
+        port_in: Output = output("PORT_IN", types::CH2_TD_WAVES),
+        port_out: Input = late().input("PORT_OUT", types::CH1_WAVES),
+        line_out: Output = late().output("LINE_OUT", types::CH1_TD_WAVES),
+    }
 }
 
 /// See the [module docs](self).
@@ -54,26 +59,9 @@ impl Module for WaveScaling {
     type Axis = ();
     type Ports = Ports;
 
-    fn parameters(_: &mut (), gains: &mut Gains, visit: &mut Parameters<'_>) {
-        let Gains { position_scale, force_scale, .. } = gains;
-        let summary = "How far the slave moves per motion of the master.";
-        visit.per_axis(position_scale, "POSITION_SCALE", Unit::One, 1e-3..=1e3, 1.0, summary);
-        let summary = "How hard the slave pushes per force of the master.";
-        visit.per_axis(force_scale, "FORCE_SCALE", Unit::One, 1e-3..=1e3, 1.0, summary);
-    }
-
     fn prepare_axis((): &(), gains: &mut Gains, _: &DeviceDescriptor) {
         gains.inwards = math::sqrt(gains.position_scale * gains.force_scale);
         gains.outwards = 1.0 / gains.inwards;
-    }
-
-    fn ports((): &(), declare: &mut Declare<'_>) -> Ports {
-        Ports {
-            line_in: declare.input("LINE_IN", types::CH2_WAVES),
-            port_in: declare.output("PORT_IN", types::CH2_TD_WAVES),
-            port_out: declare.late().input("PORT_OUT", types::CH1_WAVES),
-            line_out: declare.late().output("LINE_OUT", types::CH1_TD_WAVES),
-        }
     }
 
     #[inline(always)]

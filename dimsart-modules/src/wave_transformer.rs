@@ -30,7 +30,7 @@
 //! The sum of `x_d` is compensated (Kahan), so that it does not drift over hours.
 
 use dimsart_core::{
-    Context, Declare, DeviceDescriptor, Input, Module, Output, Parameters, Unit, choice, math, types, words,
+    Context, Declare, DeviceDescriptor, Input, Module, Output, PortSet, Unit, choice, math, types, words,
 };
 
 choice! {
@@ -45,10 +45,13 @@ choice! {
 
 words! {
     /// Of all axes.
-    pub struct Settings {
-        impedance: f32,
-        mode: Mode,
-        form: Form,
+    pub parameters Settings {
+        /// Wave impedance b.
+        impedance: f32 = real("B_PARAM", Unit::Damping, 1e-3..=1e4, 10.0),
+        /// Which end of the line this is.
+        mode: Mode = choice("CONF_MODE"),
+        /// How the loop with the controller is closed.
+        form: Form = structural_choice("FORM"),
         /// `sqrt(2 b)`.
         a: f32,
         /// `2 / a`.
@@ -68,9 +71,9 @@ words! {
         settled_force: f32,
     }
     /// Signals.
-    pub struct Ports {
+    pub ports Ports {
         waves_in: Input,
-        position: Input,
+        position: Input = input("POSITION", types::POSITION),
         control_stiffness: Input,
         control_memory: Input,
         force: Input,
@@ -97,13 +100,6 @@ impl Module for WaveTransformer {
     type Axis = Axis;
     type Ports = Ports;
 
-    fn parameters(settings: &mut Settings, _: &mut (), visit: &mut Parameters<'_>) {
-        let Settings { impedance, mode, form, .. } = settings;
-        visit.real(impedance, "B_PARAM", Unit::Damping, 1e-3..=1e4, 10.0, "Wave impedance b.");
-        visit.choice(mode, "CONF_MODE", "Which end of the line this is.");
-        visit.structural_choice(form, "FORM", "How the loop with the controller is closed.");
-    }
-
     fn prepare(settings: &mut Settings, device: &DeviceDescriptor) {
         settings.a = math::sqrt(2.0 * settings.impedance);
         settings.two_over_a = 2.0 / settings.a;
@@ -113,7 +109,7 @@ impl Module for WaveTransformer {
     }
 
     fn ports(settings: &Settings, declare: &mut Declare<'_>) -> Ports {
-        let mut ports = Ports { position: declare.input("POSITION", types::POSITION), ..Ports::default() };
+        let mut ports = Ports::declare(declare);
         if settings.form == Form::Implicit {
             let stiffness = types::CONTROL_STIFFNESS;
             ports.control_stiffness = declare.delayed().input("CONTROL_STIFFNESS", stiffness);

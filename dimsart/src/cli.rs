@@ -43,7 +43,7 @@ use clap::{Parser, Subcommand};
 
 use crate::budget::BudgetError;
 use crate::sweep::GridError;
-use dimsart_core::DescriptorError;
+use dimsart_core::{DescriptorError, Kinds};
 use hil_sim::foreign_text::{shortened, visible_lines};
 use hil_sim::rig_file::RigFileError;
 
@@ -118,9 +118,9 @@ type Ending = Result<ExitCode, Box<dyn Error>>;
 /// A line of an error shows no more of an input.
 const MAX_LINE_CHARS: usize = 2000;
 
-/// Reads the command line and does what it says.
+/// Reads the command line and runs its command, with these module kinds: `dimsart_modules::ALL`, or joined with one's own.
 #[must_use]
-pub fn main() -> ExitCode {
+pub fn main(kinds: Kinds) -> ExitCode {
     // Slow motion, for tests on a busy machine.
     if let Some(speed) = std::env::var("DIMSART_SPEED").ok().and_then(|speed| serve::speed(&speed).ok()) {
         hil_sim::clock::set_speed(speed);
@@ -128,30 +128,30 @@ pub fn main() -> ExitCode {
     let command = Arguments::parse().command.unwrap_or_else(|| Command::Run(run::Run::default()));
     let mut out = io::stdout().lock();
     let ending = match command {
-        Command::Run(run) => run.execute(&mut out),
-        Command::Bridge(bridge) => bridge.execute(&mut out),
-        Command::Bus(bus) => bus.execute(&mut out),
-        Command::Check(check) => check.execute(&mut out),
-        Command::Config(config) => config.execute(&mut out),
-        Command::Modules(modules) => modules.execute(&mut out),
-        Command::Motor(motor) => motor.execute(&mut out),
-        Command::NewModule(new_module) => new_module.execute(&mut out),
-        Command::NewProject(new_project) => new_project.execute(&mut out),
-        Command::Commission(commission) => commission.execute(&mut out),
-        Command::Connect(connect) => connect.execute(&mut out),
-        Command::Dbc(dbc) => dbc.execute(&mut out),
-        Command::Cycles(cycles) => cycles.execute(&mut out),
-        Command::Doctor(doctor) => doctor.execute(&mut out),
+        Command::Run(run) => run.execute(kinds, &mut out),
+        Command::Bridge(bridge) => bridge.execute(kinds, &mut out),
+        Command::Bus(bus) => bus.execute(kinds, &mut out),
+        Command::Check(check) => check.execute(kinds, &mut out),
+        Command::Config(config) => config.execute(kinds, &mut out),
+        Command::Modules(modules) => modules.execute(kinds, &mut out),
+        Command::Motor(motor) => motor.execute(kinds, &mut out),
+        Command::NewModule(new_module) => new_module.execute(kinds, &mut out),
+        Command::NewProject(new_project) => new_project.execute(kinds, &mut out),
+        Command::Commission(commission) => commission.execute(kinds, &mut out),
+        Command::Connect(connect) => connect.execute(kinds, &mut out),
+        Command::Dbc(dbc) => dbc.execute(kinds, &mut out),
+        Command::Cycles(cycles) => cycles.execute(kinds, &mut out),
+        Command::Doctor(doctor) => doctor.execute(kinds, &mut out),
         Command::Emulate(emulate) => emulate.execute(&mut out),
         Command::Law(law) => law.execute(&mut out),
-        Command::Identify(identify) => identify.execute(&mut out),
-        Command::Record(record) => record.execute(&mut out),
-        Command::Replay(replay) => replay.execute(&mut out),
-        Command::Scheme(scheme) => scheme.execute(&mut out),
-        Command::Serve(serve) => serve.execute(&mut out),
-        Command::Stamp(stamp) => stamp.execute(&mut out),
-        Command::Sweep(sweep) => sweep.execute(&mut out),
-        Command::Top(top) => top.execute(),
+        Command::Identify(identify) => identify.execute(kinds, &mut out),
+        Command::Record(record) => record.execute(kinds, &mut out),
+        Command::Replay(replay) => replay.execute(kinds, &mut out),
+        Command::Scheme(scheme) => scheme.execute(kinds, &mut out),
+        Command::Serve(serve) => serve.execute(kinds, &mut out),
+        Command::Stamp(stamp) => stamp.execute(kinds, &mut out),
+        Command::Sweep(sweep) => sweep.execute(kinds, &mut out),
+        Command::Top(top) => top.execute(kinds),
         Command::Completions(completions) => completions.execute(&mut out),
         Command::Man(man) => man.execute(&mut out),
     };

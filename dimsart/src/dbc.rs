@@ -7,8 +7,7 @@ mod layout;
 
 use std::fmt::{self, Display, Formatter};
 
-use dimsart_core::{Command, Dimsart, ModuleRef, TypeRef, Value};
-use dimsart_modules::ALL;
+use dimsart_core::{Command, Dimsart, KindId, ModuleRef, TypeRef, Value};
 use serde::Serialize;
 
 use hil_sim::first_packet::first_packet;
@@ -132,17 +131,18 @@ struct Sender {
 
 fn senders(dimsart: &mut Dimsart) -> Vec<Sender> {
     let engine = dimsart.engine_mut();
-    let is_sender = |module: &ModuleRef| ALL.kind(module.kind).is_some_and(|kind| kind.name == "COMM_TXMOD");
+    let kinds = engine.kinds();
+    let is_sender = |module: &ModuleRef| module.kind == KindId::of("COMM_TXMOD");
     let modules: Vec<ModuleRef> =
         engine.instances().filter(|module| is_sender(module) && engine.is_plugged_in(*module)).collect();
     let mut senders: Vec<Sender> =
         modules.into_iter().map(|module| Sender { module, link: 0, types: Vec::new() }).collect();
     for sender in &mut senders {
-        let link = ALL.parameter(sender.module.kind, "CTX_LINK");
+        let link = kinds.parameter(sender.module.kind, "CTX_LINK");
         if let Some(Ok(Value::Count(link))) = link.map(|index| engine.get(sender.module, index, 0)) {
             sender.link = usize::try_from(link).unwrap_or_default();
         }
-        let types = ALL.parameter(sender.module.kind, "CTX_ADD_DATA");
+        let types = kinds.parameter(sender.module.kind, "CTX_ADD_DATA");
         for command in engine.commands() {
             if let Command::Set { module, parameter, value: Value::Type(signal), .. } = command
                 && module == sender.module
@@ -156,7 +156,7 @@ fn senders(dimsart: &mut Dimsart) -> Vec<Sender> {
 }
 
 fn message(dimsart: &mut Dimsart, side: &str, sender: &Sender, frames: Frames) -> Result<Message, DbcError> {
-    let module = ALL.module_name(sender.module).to_string();
+    let module = dimsart.engine().kinds().module_name(sender.module).to_string();
     let side = side.to_owned();
     let Some(packet) = first_packet(dimsart, sender.link) else { return Err(DbcError::NothingSent { side }) };
     if packet.channel == 0 {

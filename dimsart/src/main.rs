@@ -3,5 +3,5 @@
 use std::process::ExitCode;
 
 fn main() -> ExitCode {
-    dimsart::cli::main()
+    dimsart::cli::main(dimsart_modules::ALL)
 }

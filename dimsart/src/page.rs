@@ -14,6 +14,7 @@ pub(crate) mod action;
 mod client;
 mod connections;
 pub(crate) mod news;
+mod page_device;
 pub(crate) mod station;
 mod token;
 
@@ -31,7 +32,8 @@ use axum::routing::get;
 use serde::Deserialize;
 
 use connections::{Connections, HasSocket};
-pub use station::{Access, Hand, OpenLine, Station};
+pub use page_device::{Hand, OpenLine};
+pub use station::{Access, Station};
 
 /// What the page is made of: path, type, content.
 const ASSETS: [(&str, &str, &str); 14] = [

@@ -79,7 +79,8 @@ fn is_one(path: &Path) -> bool {
 type Read<T> = Result<T, ConnectError>;
 
 fn read(station: &mut Station) -> Read<Vec<Read<Recorded>>> {
-    let mut device = Device::greet(InProcess::new(&mut station.dimsart), Patience::default())?;
+    let kinds = station.dimsart.engine().kinds();
+    let mut device = Device::greet(InProcess::new(&mut station.dimsart), Patience::default(), kinds)?;
     let names = device.recorders()?;
     Ok(names.iter().map(|name| device.recorded(Some(name))).collect())
 }

@@ -17,6 +17,7 @@ use std::collections::BTreeMap;
 use std::fs::File;
 use std::path::Path;
 
+use dimsart_core::Kinds;
 use serde::Serialize;
 
 pub use device::DeviceFacts;
@@ -75,11 +76,11 @@ enum Meaning {
     Signals(String, Layout),
 }
 
-/// Runs a recording again. `progress` hears the time of the recording, `s`, now and then.
+/// Runs a recording again, in controllers with these module kinds. `progress` hears the time of the recording, `s`, now and then.
 ///
 /// # Errors
 /// [`ReplayError`] when the file cannot be read, or holds no inputs; a divergence is no error.
-pub fn replay(path: &Path, mut progress: impl FnMut(f64)) -> Result<Replay, ReplayError> {
+pub fn replay(path: &Path, kinds: Kinds, mut progress: impl FnMut(f64)) -> Result<Replay, ReplayError> {
     let file = File::open(path).map_err(|source| ReplayError::File { path: path.to_owned(), source })?;
     let mut records = Records::new(file).map_err(|error| error.of(path))?;
     let (mut devices, mut schemes) = (BTreeMap::new(), BTreeMap::new());
@@ -113,7 +114,8 @@ pub fn replay(path: &Path, mut progress: impl FnMut(f64)) -> Result<Replay, Repl
                         last_s = last_s.max(found.time_s);
                         if !controllers.contains_key(name) {
                             let (device, scheme) = (devices.get(name), schemes.get(name));
-                            controllers.insert(name.clone(), ReplayedController::new(name, device, scheme)?);
+                            let controller = ReplayedController::new(name, device, scheme, kinds)?;
+                            controllers.insert(name.clone(), controller);
                         }
                         if let Some(controller) = controllers.get_mut(name) {
                             controller.expect(found);

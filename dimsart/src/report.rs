@@ -12,6 +12,8 @@ mod contour;
 mod csv;
 mod cycle_bars;
 mod decimate;
+mod error;
+mod facts;
 mod field_map;
 mod figure;
 mod html;
@@ -23,7 +25,6 @@ mod simplify;
 mod tick_map;
 
 use std::fs;
-use std::io;
 use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicBool, Ordering};
 
@@ -35,13 +36,16 @@ pub use bus_timeline::{BusRow, BusTimeline, Stretch};
 pub use contour::{Piece, contour};
 pub use cycle_bars::{CycleBar, CycleBars};
 pub(crate) use decimate::decimate;
+pub use error::ReportError;
+pub use facts::{ControllerFacts, RunFacts, TimeBase};
 pub use field_map::{Border, Field, FieldMap};
-pub use figure::{Curve, Figure, Level, Panel, Span};
+pub use figure::{Curve, Figure, Panel};
 pub(crate) use mcap::{
     DEVICE_END, Field as SignalField, INPUTS_DEFINITION, INPUTS_TOPIC, InputsMessage, PacketMessage,
     SCHEME_END, STAMP_BYTES, STAMP_DEFINITION,
 };
-pub use signals::{ControllerFacts, RunFacts, SignalsFile, SignalsFormat, SignalsKind, TimeBase};
+pub use plots::{Level, Span};
+pub use signals::{SignalsFile, SignalsFormat, SignalsKind};
 pub use tick_map::{TickMap, TypeRow};
 
 use crate::recorder_files::RecorderFile;
@@ -117,41 +121,6 @@ pub struct Written {
     pub pictures: Vec<PathBuf>,
     /// What recorders have kept, a file each.
     pub recorders: Vec<RecorderFile>,
-}
-
-/// Why a report could not be written.
-#[derive(Debug, thiserror::Error)]
-pub enum ReportError {
-    /// The folder does not exist and cannot be made.
-    #[error("cannot create {}: {source}; choose another folder with --out", path.display())]
-    Folder {
-        /// The folder asked for.
-        path: PathBuf,
-        /// What the system says.
-        source: io::Error,
-    },
-    /// A file cannot be written.
-    #[error("cannot write {}: {source}; free some space there or choose another folder with --out", path.display())]
-    File {
-        /// The file.
-        path: PathBuf,
-        /// What the system says.
-        source: io::Error,
-    },
-    /// The user gave up waiting for it.
-    #[error("stopped while the report was written; {} has a part of it", folder.display())]
-    Stopped {
-        /// The report's folder.
-        folder: PathBuf,
-    },
-    /// A picture or the page cannot be made from what the run left.
-    #[error("cannot make {}: {reason}; the other files are good, please report this as a bug", path.display())]
-    Content {
-        /// The file that is missing.
-        path: PathBuf,
-        /// What the library says.
-        reason: String,
-    },
 }
 
 /// Tries whether a report can be written to `folder`, so that a run is not made in vain. Leaves everything as it

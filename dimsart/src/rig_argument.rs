@@ -2,14 +2,20 @@
 
 use std::path::{Path, PathBuf};
 
+use dimsart_core::Kinds;
 use hil_sim::rig_file::{RigFile, RigFileError, SHIPPED, USUAL};
 use hil_sim::schemes::suggestion;
 
-/// The rig of the file at a path, or the shipped rig of that name, with `sets` over it; without a path, the usual one.
+/// The rig of the file at a path, or the shipped rig of that name, with `sets` over it, for controllers with these module
+/// kinds; without a path, the usual one.
 ///
 /// # Errors
 /// What is wrong with file or `sets`, or with the name.
-pub fn read(path: Option<&Path>, sets: &[String]) -> Result<RigFile, RigFileError> {
+pub fn read(path: Option<&Path>, sets: &[String], kinds: Kinds) -> Result<RigFile, RigFileError> {
+    Ok(RigFile { kinds, ..read_file(path, sets)? })
+}
+
+fn read_file(path: Option<&Path>, sets: &[String]) -> Result<RigFile, RigFileError> {
     let Some(path) = path else { return RigFile::of_shipped(USUAL, sets) };
     let shipped = path.to_str().and_then(RigFile::shipped).filter(|_| !path.exists());
     if let Some(text) = shipped {
@@ -33,6 +39,6 @@ pub fn is_rig(path: &Path) -> bool {
 ///
 /// # Errors
 /// As [`read`].
-pub fn read_rig(path: &Path) -> Result<Option<RigFile>, RigFileError> {
-    if is_rig(path) { read(Some(path), &[]).map(Some) } else { Ok(None) }
+pub fn read_rig(path: &Path, kinds: Kinds) -> Result<Option<RigFile>, RigFileError> {
+    if is_rig(path) { read(Some(path), &[], kinds).map(Some) } else { Ok(None) }
 }

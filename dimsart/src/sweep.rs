@@ -11,7 +11,6 @@ mod grid;
 mod map;
 
 use std::error::Error;
-use std::path::Path;
 use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 use std::sync::mpsc;
 
@@ -20,22 +19,25 @@ pub use grid::{Grid, GridError, Shard, Values};
 pub use map::map;
 
 use hil_sim::experiment::Experiment;
-
-use crate::rig_argument;
+use hil_sim::rig_file::{RigFile, RigFileError};
 
 /// Figures of a point, by name: numbers, `true` and `false`, why a figure is not settled, or nothing.
 pub type Figures = Vec<(String, String)>;
 
-/// Whether the rig at a path can take `sets`, with every value of the grid: a sweep need not begin to find
-/// that out.
+/// Reads the rig of a sweep with more settings.
+pub trait ReadRig: Fn(&[String]) -> Result<RigFile, RigFileError> + Sync {}
+
+impl<F: Fn(&[String]) -> Result<RigFile, RigFileError> + Sync> ReadRig for F {}
+
+/// Checks that a rig, read with the settings of a point, takes every value of the grid.
 ///
 /// # Errors
-/// As [`rig_argument::read`]; [`GridError`] when a key or value of the grid is wrong.
-pub fn check(path: Option<&Path>, sets: &[String], grid: &Grid) -> Result<(), Box<dyn Error>> {
+/// As `rig`; [`GridError`] when a key or value of the grid is wrong.
+pub fn check(rig: impl ReadRig, grid: &Grid) -> Result<(), Box<dyn Error>> {
     for point in grid.samples() {
         let settings = grid.settings(point);
-        if let Err(error) = rig_argument::read(path, &[sets, &settings].concat()) {
-            rig_argument::read(path, sets)?;
+        if let Err(error) = rig(&settings) {
+            rig(&[])?;
             let text = format!("--vary, at {}", settings.join(" "));
             return Err(GridError { text, reason: error.to_string() }.into());
         }
@@ -43,9 +45,9 @@ pub fn check(path: Option<&Path>, sets: &[String], grid: &Grid) -> Result<(), Bo
     Ok(())
 }
 
-/// Runs the rig at a path with these settings.
-fn run(path: Option<&Path>, sets: &[String]) -> Result<Figures, String> {
-    let file = rig_argument::read(path, sets).map_err(|error| error.to_string())?;
+/// Runs the rig with these settings.
+fn run(rig: impl ReadRig, settings: &[String]) -> Result<Figures, String> {
+    let file = rig(settings).map_err(|error| error.to_string())?;
     let experiment = Experiment::new(&file).map_err(|error| error.to_string())?;
     let outcome = experiment.without_recording().run(&AtomicBool::new(false), |_| ()).outcome;
     let outcome = serde_json::to_value(outcome).map_err(|error| error.to_string())?;
@@ -93,14 +95,13 @@ fn flatten(name: &str, value: &serde_json::Value, figures: &mut Figures) {
     }
 }
 
-/// Runs every point of the shard that `file` has not yet, with `sets` before its own settings, on as many threads as there are cores, until `stop` is set;
-/// `progress` hears of each that is done.
+/// Runs every point of the shard that `file` lacks, on as many threads as there are cores, until `stop` is set; calls
+/// `progress` after each.
 ///
 /// # Errors
 /// What cannot be written, or the first point that cannot be run: its settings and why. What was done is in the file.
 pub fn sweep(
-    path: Option<&Path>,
-    sets: &[String],
+    rig: impl ReadRig,
     grid: &Grid,
     shard: Shard,
     file: &mut SweepFile,
@@ -113,11 +114,11 @@ pub fn sweep(
     std::thread::scope(|scope| {
         let (sender, receiver) = mpsc::channel();
         for _ in 0..threads {
-            let (sender, next, todo) = (sender.clone(), &next, &todo);
+            let (sender, next, todo, rig) = (sender.clone(), &next, &todo, &rig);
             scope.spawn(move || {
                 while !stop.load(Ordering::Relaxed) {
                     let Some(point) = todo.get(next.fetch_add(1, Ordering::Relaxed)) else { break };
-                    if sender.send((*point, run(path, &[sets, &grid.settings(*point)].concat()))).is_err() {
+                    if sender.send((*point, run(rig, &grid.settings(*point)))).is_err() {
                         break;
                     }
                 }

@@ -1,7 +1,6 @@
 //! What happens inside one tick of a controller, for the Data Base timeline.
 
 use dimsart_core::{Direction, Engine, Finding, Party, Stage, Step};
-use dimsart_modules::ALL;
 
 use crate::report::{TickMap, TypeRow};
 use hil_sim::rig::Rig;
@@ -19,7 +18,7 @@ pub fn tick_map(name: &str, engine: &Engine) -> TickMap {
     let has_late =
         |step: &Step| steps.iter().any(|other| other.module == step.module && other.stage == Stage::Late);
     let label = |step: &Step| {
-        let module = ALL.module_name(step.module);
+        let module = engine.kinds().module_name(step.module);
         match (step.stage, has_late(step)) {
             (Stage::Early, false) => module.to_string(),
             (Stage::Early, true) => format!("{module} early"),

@@ -19,13 +19,13 @@ use hil_sim::link::Stream;
 use hil_sim::response::LiveRig;
 use hil_sim::rig_file::RigFile;
 use serde_json::{Value, json};
+use test_requirements::TEST_TIMEOUT;
 use zenoh::handlers::FifoChannelHandler;
 use zenoh::pubsub::Subscriber;
 use zenoh::sample::Sample;
 use zenoh::{Config, Session, Wait as _};
 
 const PATIENCE: Patience = Patience { timeout: Duration::from_secs(20), tries: 3 };
-const LONG: Duration = Duration::from_secs(30);
 /// Where the process of a router listens; the test below is one then.
 const ROUTER: &str = "DIMSART_TEST_ROUTER";
 
@@ -84,7 +84,7 @@ impl Served {
     }
 
     fn device(&self) -> Device<Box<dyn Stream>> {
-        Device::greet(broker::open(&self.port, 0).unwrap(), PATIENCE).unwrap()
+        Device::greet(broker::open(&self.port, 0).unwrap(), PATIENCE, dimsart_modules::ALL).unwrap()
     }
 
     fn end(&mut self) {
@@ -200,7 +200,7 @@ fn command(session: &Session, device: &str, what: &Value) -> Result<Value, Strin
 
 /// Waits for something to be so.
 fn wait_until(what: &str, mut is_so: impl FnMut() -> bool) {
-    let deadline = Instant::now() + LONG;
+    let deadline = Instant::now() + TEST_TIMEOUT;
     while !is_so() {
         assert!(Instant::now() < deadline, "never: {what}");
         thread::sleep(Duration::from_millis(10));
@@ -440,7 +440,7 @@ fn one_of_a_fleet_comes_to_rest_when_its_commander_is_silent_and_another_one_may
     // Seen on its own line: it may be over before it is published.
     let mut onlooker = left.device();
     wait_until("rest", || onlooker.state().unwrap().contains("no client holds the lease"));
-    let lost = lost.recv_timeout(LONG).unwrap().expect("it is told why");
+    let lost = lost.recv_timeout(TEST_TIMEOUT).unwrap().expect("it is told why");
     let lost: Value = serde_json::from_slice(&lost.payload().to_bytes()).unwrap();
     assert!(lost["reason"].as_str().unwrap().contains("said nothing for half a second"), "{lost}");
     right.end();

@@ -9,6 +9,7 @@ use std::process::{Command, Output, Stdio};
 use std::time::{Duration, Instant};
 
 use hil_sim::rig_file::RigFile;
+use test_requirements::TEST_TIMEOUT;
 
 fn dimsart(arguments: &[&str]) -> Output {
     Command::new(env!("CARGO_BIN_EXE_dimsart")).args(arguments).output().unwrap()
@@ -184,7 +185,7 @@ fn ctrl_c_ends_a_run_and_what_was_recorded_is_reported() {
     let signals = folder.path().join("signals.csv");
     let start = Instant::now();
     while fs::read_to_string(&signals).unwrap_or_default().lines().count() < 5 {
-        assert!(start.elapsed() < Duration::from_secs(60), "nothing is recorded");
+        assert!(start.elapsed() < TEST_TIMEOUT, "nothing is recorded");
         std::thread::sleep(Duration::from_millis(10));
     }
     let kill = Command::new("kill").args(["-INT", &run.id().to_string()]).status().unwrap();
@@ -235,7 +236,7 @@ fn a_run_that_is_killed_leaves_the_rows_until_then_and_no_older_report() {
     };
     let start = Instant::now();
     // The run before left 100 rows; this one writes each as it is taken.
-    while (files(folder.path()).len() > 1 || rows() < 5) && start.elapsed() < Duration::from_secs(60) {
+    while (files(folder.path()).len() > 1 || rows() < 5) && start.elapsed() < TEST_TIMEOUT {
         std::thread::sleep(Duration::from_millis(10));
     }
     run.kill().unwrap();

@@ -30,13 +30,12 @@ use hil_sim::response::LiveRig;
 use hil_sim::rig_file::RigFile;
 use serde_json::{Value, json};
 use tempfile::TempDir;
+use test_requirements::TEST_TIMEOUT;
 use tungstenite::client::IntoClientRequest;
 use tungstenite::stream::MaybeTlsStream;
 use tungstenite::{Message, WebSocket};
 
 const PATIENCE: Patience = Patience { timeout: Duration::from_secs(20), tries: 3 };
-/// For what must happen at some time.
-const LONG: Duration = Duration::from_secs(60);
 /// Of everybody's time, for a machine that has much else to do: a lease lasts a second of the computer's.
 const SPEED: f64 = 0.2;
 
@@ -105,7 +104,14 @@ impl Served {
             Box::new(move || Ok(Box::new(Troubled(broker::open(&at, 0)?, Arc::clone(&of_lines)))));
         let recordings = tempfile::tempdir().unwrap();
         let folder = Some(recordings.path().to_owned());
-        let access = Access { port: port.clone(), open, baud: None, hand: None, recordings: folder };
+        let access = Access {
+            port: port.clone(),
+            open,
+            kinds: dimsart_modules::ALL,
+            baud: None,
+            hand: None,
+            recordings: folder,
+        };
         let stations = vec![Station::new(0, "joint", access).unwrap()];
         let page = Page::serve(stations, Page::listen(0).unwrap()).unwrap();
         let stop = Arc::new(AtomicBool::new(false));
@@ -127,7 +133,7 @@ impl Served {
     }
 
     fn device(&self) -> Device<Box<dyn Stream>> {
-        Device::greet(broker::open(&self.port, 0).unwrap(), PATIENCE).unwrap()
+        Device::greet(broker::open(&self.port, 0).unwrap(), PATIENCE, dimsart_modules::ALL).unwrap()
     }
 
     /// The status line of an answer.
@@ -173,7 +179,7 @@ impl Browser {
 
     /// Hears messages until one is what is waited for.
     fn wait<T>(&mut self, mut wanted: impl FnMut(&Message) -> Option<T>) -> T {
-        let deadline = Instant::now() + LONG;
+        let deadline = Instant::now() + TEST_TIMEOUT;
         while Instant::now() < deadline {
             if let Ok(message) = self.socket.read()
                 && let Some(found) = wanted(&message)
@@ -193,7 +199,7 @@ impl Browser {
 
     /// Says that it is there, until there is such news.
     fn stay_until(&mut self, kind: &str, is_it: impl Fn(&Value) -> bool) {
-        let (deadline, mut said) = (Instant::now() + LONG, None::<Instant>);
+        let (deadline, mut said) = (Instant::now() + TEST_TIMEOUT, None::<Instant>);
         while Instant::now() < deadline {
             if said.is_none_or(|said| clock::since(said) > Duration::from_millis(50)) {
                 self.say(&json!({ "say": "here" }));
@@ -233,7 +239,7 @@ impl Browser {
 fn time_to_rest(device: &mut Device<Box<dyn Stream>>) -> Duration {
     let start = clock::now();
     while device.live().unwrap().holder.is_some() {
-        assert!(clock::since(start) < LONG, "it never came to rest");
+        assert!(clock::since(start) < TEST_TIMEOUT, "it never came to rest");
         device.listen(Duration::from_millis(2)).unwrap();
     }
     clock::since(start)

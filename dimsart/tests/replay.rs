@@ -19,6 +19,7 @@ use hil_sim::rig_file::RigFile;
 use hil_sim::schemes::SchemeText;
 use mcap::records::Record;
 use tempfile::TempDir;
+use test_requirements::TEST_TIMEOUT;
 
 const PATIENCE: Patience = Patience { timeout: Duration::from_secs(20), tries: 3 };
 const FILE: &str = "signals.mcap";
@@ -41,7 +42,7 @@ fn recorded(arguments: &[&str]) -> TempDir {
 }
 
 fn replayed(folder: &TempDir) -> Replay {
-    replay(&folder.path().join(FILE), |_| ()).unwrap()
+    replay(&folder.path().join(FILE), dimsart_modules::ALL, |_| ()).unwrap()
 }
 
 #[test]
@@ -90,7 +91,10 @@ impl Live {
         let flag = Arc::clone(&stop);
         let running = thread::spawn(move || live.run(&flag, |_| ()));
         let (_, line) = lines.remove(0);
-        (Self { folder, stop, running, recording }, Device::greet(line, PATIENCE).unwrap())
+        (
+            Self { folder, stop, running, recording },
+            Device::greet(line, PATIENCE, dimsart_modules::ALL).unwrap(),
+        )
     }
 
     fn end(self) -> TempDir {
@@ -107,7 +111,7 @@ fn move_it(device: &mut Device<Pipe>) {
         device.signals(&["POSITION".to_owned()]).unwrap().remove(0).values.remove(0).to_string()
     };
     device.hold_lease().unwrap();
-    let (before, deadline) = (position(device), Instant::now() + Duration::from_secs(60));
+    let (before, deadline) = (position(device), Instant::now() + TEST_TIMEOUT);
     while position(device) == before {
         assert!(Instant::now() < deadline, "it stays at {before}");
     }
@@ -256,7 +260,9 @@ impl Writing {
 
     /// Waits until so much is in the file, which is read while it is written: as long as the process lives.
     fn wait_for(&mut self, recorded_s: f64) {
-        while replay(&self.path(), |_| ()).map_or(0.0, |replay| replay.recorded_s) < recorded_s {
+        while replay(&self.path(), dimsart_modules::ALL, |_| ()).map_or(0.0, |replay| replay.recorded_s)
+            < recorded_s
+        {
             let ended = self.process.try_wait().unwrap();
             assert!(ended.is_none(), "{ended:?} before {recorded_s} s in {}", self.path().display());
             thread::sleep(Duration::from_millis(20));
@@ -287,7 +293,7 @@ fn a_run_that_is_killed_leaves_a_file_that_everybody_reads() {
     let mut writing = Writing::start(&long);
     writing.wait_for(1.0);
     let (folder, path) = writing.kill();
-    let found = replay(&path, |_| ()).unwrap();
+    let found = replay(&path, dimsart_modules::ALL, |_| ()).unwrap();
     assert!(found.is_cut && !found.diverges(), "{found:?}");
     let ticks = found.controllers[0].ticks;
     assert!(ticks > 1000, "{found:?}");
@@ -316,7 +322,7 @@ fn a_recording_in_real_time_that_is_killed_lacks_half_a_second_at_most() {
     // From here on the joint runs for three seconds, less what a busy computer lets it skip.
     thread::sleep(Duration::from_secs(3));
     let (_folder, path) = writing.kill();
-    let found = replay(&path, |_| ()).unwrap();
+    let found = replay(&path, dimsart_modules::ALL, |_| ()).unwrap();
     assert!(found.is_cut && found.recorded_s > 2.0, "{found:?}");
 }
 
@@ -363,7 +369,10 @@ fn what_cannot_be_replayed_says_why_and_what_can() {
     }
     signals.finish().unwrap();
     refused(&["replay", "line.mcap"], "dimsart serve --record");
-    assert!(matches!(replay(&folder.path().join("line.mcap"), |_| ()), Err(ReplayError::NoInputs { .. })));
+    assert!(matches!(
+        replay(&folder.path().join("line.mcap"), dimsart_modules::ALL, |_| ()),
+        Err(ReplayError::NoInputs { .. })
+    ));
 }
 
 #[test]

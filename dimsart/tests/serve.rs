@@ -15,12 +15,11 @@ use hil_sim::link::{PortError, Stream};
 use hil_sim::response::LiveRig;
 use hil_sim::rig_file::RigFile;
 use hil_sim::schemes::SchemeText;
+use test_requirements::TEST_TIMEOUT;
 
 const PATIENCE: Patience = Patience { timeout: Duration::from_secs(20), tries: 3 };
 /// Of everybody's time, for a machine that has much else to do: a lease lasts a second of the computer's.
 const SPEED: f64 = 0.2;
-/// For what must happen at some time.
-const LONG: Duration = Duration::from_secs(60);
 
 /// The shipped joint in real time, behind a port of this name.
 struct Served {
@@ -52,7 +51,7 @@ impl Served {
     }
 
     fn connect(&self) -> Device<Box<dyn Stream>> {
-        Device::greet(broker::open(&self.port, 0).unwrap(), PATIENCE).unwrap()
+        Device::greet(broker::open(&self.port, 0).unwrap(), PATIENCE, dimsart_modules::ALL).unwrap()
     }
 
     /// What a user was told meanwhile.
@@ -64,7 +63,7 @@ impl Served {
 
 /// Waits until a device says something of itself.
 fn wait_for(device: &mut Device<Box<dyn Stream>>, text: &str) {
-    let deadline = Instant::now() + LONG;
+    let deadline = Instant::now() + TEST_TIMEOUT;
     while !device.state().unwrap().contains(text) {
         assert!(Instant::now() < deadline, "{}", device.state().unwrap());
     }
@@ -121,7 +120,7 @@ fn what_an_experiment_moves_is_moved_again_and_again() {
     device.hold_lease().unwrap();
     let (mut live, mut changes, mut last) =
         (Live::new(&["DES_POSITION".to_owned()], Duration::from_millis(10)), 0, String::new());
-    let deadline = Instant::now() + LONG;
+    let deadline = Instant::now() + TEST_TIMEOUT;
     while changes < 6 && Instant::now() < deadline {
         let seen = device.look(&mut live).unwrap().remove(0).values.remove(0).to_string();
         changes += usize::from(seen != last);
@@ -135,7 +134,7 @@ fn what_an_experiment_moves_is_moved_again_and_again() {
 fn a_rig_that_has_left_its_range_is_put_back_and_motion_ends() {
     let served = Served::start("range", &["device.joint.position_limit=0.2"]);
     let mut device = served.connect();
-    let deadline = Instant::now() + LONG;
+    let deadline = Instant::now() + TEST_TIMEOUT;
     device.hold_lease().unwrap();
     // It is seen when it is taken away.
     while device.state().is_ok() && device.renew_in_time().is_ok() {
@@ -184,7 +183,7 @@ fn clients_go_on_when_the_one_that_had_the_port_ends() {
     });
     // What is asked of the one that ends is lost, and soon asked again.
     let patience = Patience { timeout: Duration::from_millis(500), tries: 100 };
-    let greet = || Device::greet(broker::open(&port, 0).unwrap(), patience).unwrap();
+    let greet = || Device::greet(broker::open(&port, 0).unwrap(), patience, dimsart_modules::ALL).unwrap();
     let (first, mut second, mut third) = (greet(), greet(), greet());
     drop(first);
     for device in [&mut second, &mut third] {
@@ -201,7 +200,7 @@ fn every_tick_reaches_all_who_listen() {
     let served = Served::start("tap", &[]);
     let listen = |mut device: Device<Box<dyn Stream>>| {
         let (mut tap, mut rows) = (Tap::new(1), Vec::new());
-        let deadline = Instant::now() + LONG;
+        let deadline = Instant::now() + TEST_TIMEOUT;
         while rows.len() < 1000 && Instant::now() < deadline {
             rows.extend(device.tap(&mut tap, Duration::from_millis(20)).unwrap());
         }
@@ -231,7 +230,7 @@ fn rows_of_every_tenth_tick_are_whole() {
     let scheme = SchemeText { name: "more".to_owned(), text: rows + "all MOD_ENG MATCHING_CHECK" };
     device.send_scheme(&scheme, "joint").unwrap();
     let (mut tap, mut rows) = (Tap::new(10), Vec::new());
-    let deadline = Instant::now() + LONG;
+    let deadline = Instant::now() + TEST_TIMEOUT;
     while rows.len() < 50 {
         assert!(Instant::now() < deadline, "{} rows", rows.len());
         rows.extend(device.tap(&mut tap, Duration::from_millis(20)).unwrap());
@@ -264,7 +263,7 @@ fn an_edge_is_caught_on_the_device() {
     };
     // Two at a time, each with a recorder of its own.
     let falling = Capture { is_falling: true, rows_before: 3, ..rising.clone() };
-    let deadline = Instant::now() + LONG;
+    let deadline = Instant::now() + TEST_TIMEOUT;
     let is_over = || Instant::now() > deadline;
     let (risen, fallen) = thread::scope(|scope| {
         let fallen = scope.spawn(|| {
@@ -369,7 +368,7 @@ fn a_record_that_is_killed_leaves_its_rows() {
     let folder = tempfile::tempdir().unwrap();
     let mut command = std::process::Command::new(env!("CARGO_BIN_EXE_dimsart"));
     let mut record = command.args(["record", &served.port, "--out"]).arg(folder.path()).spawn().unwrap();
-    let (path, deadline) = (folder.path().join("signals.mcap"), Instant::now() + LONG);
+    let (path, deadline) = (folder.path().join("signals.mcap"), Instant::now() + TEST_TIMEOUT);
     let messages = || {
         let bytes = std::fs::read(&path).unwrap_or_default();
         mcap::MessageStream::new(&bytes).map_or(0, |messages| messages.map_while(Result::ok).count())

@@ -10,10 +10,9 @@ use std::thread;
 use std::time::{Duration, Instant};
 
 use portable_pty::{CommandBuilder, PtySize, native_pty_system};
+use test_requirements::TEST_TIMEOUT;
 
 const DIMSART: &str = env!("CARGO_BIN_EXE_dimsart");
-/// For a machine that has much else to do.
-const LONG: Duration = Duration::from_secs(60);
 const PORT: &str = "sim:joint";
 
 /// A rig that is served to programs that have their sockets in the same folder: nobody else's tests do.
@@ -101,7 +100,7 @@ impl Terminal {
 
     /// Takes in what is shown until it is as it is wanted.
     fn wait_for(&mut self, what: &str, is_there: impl Fn(&str) -> bool) {
-        let deadline = Instant::now() + LONG;
+        let deadline = Instant::now() + TEST_TIMEOUT;
         loop {
             let contents = self.screen.screen().contents();
             let words = contents.split_whitespace().collect::<Vec<_>>().join(" ");
@@ -124,7 +123,7 @@ impl Terminal {
     /// Waits for its end; its exit status. The terminal is as it was then.
     fn end(mut self) -> u32 {
         let status = self.child.wait().unwrap().exit_code();
-        let deadline = Instant::now() + LONG;
+        let deadline = Instant::now() + TEST_TIMEOUT;
         while self.screen.screen().alternate_screen() || self.screen.screen().hide_cursor() {
             assert!(Instant::now() < deadline, "the terminal or its cursor is not restored");
             if let Ok(bytes) = self.shown.recv_timeout(Duration::from_secs(1)) {
@@ -188,7 +187,7 @@ fn stop_is_of_every_station_and_the_terminal_may_become_smaller() {
     top.wait_for_text("no client holds the lease");
     top.press("s");
     top.wait_for_text("the device is NOT commanded: the scheme is stopped");
-    let deadline = Instant::now() + LONG;
+    let deadline = Instant::now() + TEST_TIMEOUT;
     for port in PORTS {
         while !connect(folder.path(), port, &[]).contains("the scheme is stopped") {
             assert!(Instant::now() < deadline, "{port} is not stopped");
@@ -210,7 +209,7 @@ fn a_request_to_terminate_gives_the_lease_and_the_terminal_back() {
     rustix::process::kill_process(rustix::process::Pid::from_raw(id).unwrap(), rustix::process::Signal::TERM)
         .unwrap();
     assert_eq!(top.end(), 0);
-    let deadline = Instant::now() + LONG;
+    let deadline = Instant::now() + TEST_TIMEOUT;
     while !connect(folder.path(), PORT, &[]).contains("no client holds the lease") {
         assert!(Instant::now() < deadline, "it still moves");
     }
@@ -229,7 +228,7 @@ fn a_closed_terminal_ends_it() {
     // It has drawn something.
     pair.master.try_clone_reader().unwrap().read_exact(&mut [0; 100]).unwrap();
     drop(pair.master);
-    let deadline = Instant::now() + LONG;
+    let deadline = Instant::now() + TEST_TIMEOUT;
     while child.try_wait().unwrap().is_none() {
         assert!(Instant::now() < deadline, "it runs on without a terminal");
         thread::sleep(Duration::from_millis(50));

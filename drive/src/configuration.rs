@@ -3,10 +3,13 @@
 use core::f32::consts::{FRAC_PI_4, PI};
 use core::fmt;
 
-use crate::drive::{PERIODS_TO_VOLTAGE, TRACKING_RAD_PER_S};
 use crate::encoder::{As5047p, As5600, Mt6701};
 use crate::vector::Dq;
 
+/// Poles of the observer of angle and speed, `rad/s`.
+pub(crate) const TRACKING_RAD_PER_S: f32 = 2_000.0;
+/// From a sample to the middle of the period that its voltage is made in: the one after it.
+pub(crate) const PERIODS_TO_VOLTAGE: f32 = 1.5;
 /// Most that the tracking's poles may turn in a period, `rad`: beyond 0.8 it would not be stable.
 const MOST_TRACKING_SHARE: f32 = 0.301;
 

@@ -5,7 +5,9 @@ use core::f32::consts::FRAC_PI_4;
 use dimsart_core::DriveFault;
 
 use crate::Angle;
-use crate::configuration::{Checked, Configuration, ConfigurationError, Inverter, Motor};
+use crate::configuration::{
+    Checked, Configuration, ConfigurationError, Inverter, Motor, PERIODS_TO_VOLTAGE, TRACKING_RAD_PER_S,
+};
 use crate::current_controller::CurrentController;
 use crate::modulation::{Duties, Modulation};
 use crate::number::{smaller, within};
@@ -14,12 +16,8 @@ use crate::sample::{Rotor, Sample};
 use crate::tracking::Tracking;
 use crate::vector::{Dq, Stator, Turn};
 
-/// Poles of the observer of angle and speed, `rad/s`.
-pub(crate) const TRACKING_RAD_PER_S: f32 = 2_000.0;
 /// In which an observer that has begun has settled: the bridge stays off for so long.
 const SETTLED_S: f32 = 5.0 / TRACKING_RAD_PER_S;
-/// From a sample to the middle of the period that its voltage is made in: the one after it.
-pub(crate) const PERIODS_TO_VOLTAGE: f32 = 1.5;
 
 /// A motor, its inverter and its encoder, under control.
 #[derive(Debug, Clone)]

@@ -5,58 +5,20 @@
 //! [scheme service](crate::scheme_service) instead: the tick never waits for flash. Heartbeats go on while a scheme is
 //! collected, and wait while flash is written.
 
-use core::sync::atomic::{AtomicU32, Ordering::Relaxed};
-
 use boards::{Board as _, Selected};
-use dimsart_link::protocol::{
-    Counters, DecodeError, Heartbeat, MAX_FRAME_BYTES, Receiver, Refusal, Request, Response, Sample,
-    encode_heartbeat, encode_response, encode_sample,
-};
+use dimsart_link::protocol::{DecodeError, Refusal, Request, Response, encode_response};
 use embassy_time::{Duration, Timer};
-use embedded_io_async::Write as _;
 use firmware::{LineInput, Next};
 
-use crate::handover::{Giver, Taker};
+use crate::command_line::{CommandLine, CommandPort, Unsolicited};
+use crate::handover::Taker;
 use crate::key_service::KeyService;
 use crate::motor_service::MotorService;
 use crate::scheme_service::SchemeService;
-
-type CommandPort = <Selected as boards::Board>::CommandPort;
-
-/// What the tick makes of a request.
-pub(crate) type Answer = Response<'static>;
-
-/// What the tick says unsolicited.
-pub(crate) enum Unsolicited {
-    Heartbeat(Heartbeat),
-    Sample(Sample),
-}
-
-/// The way to the tick and back.
-pub(crate) struct TickHandover {
-    pub(crate) requests: Giver<(u16, Request)>,
-    pub(crate) answers: Taker<Answer>,
-    /// Of the request that is being carried out.
-    pub(crate) id: u16,
-}
-
-impl TickHandover {
-    pub(crate) async fn ask(&mut self, request: Request) -> Answer {
-        self.requests.give((self.id, request));
-        self.answers.next().await
-    }
-}
+use crate::tick_handover::{Answer, TickHandover};
 
 /// Longer than what a port may hold takes.
 const LAST_BYTES: Duration = Duration::from_millis(5);
-
-/// Counts up as long as the task is alive.
-static ALIVE: AtomicU32 = AtomicU32::new(0);
-
-/// Another number as long as the task is alive.
-pub(crate) fn alive() -> u32 {
-    ALIVE.load(Relaxed)
-}
 
 #[embassy_executor::task]
 pub(crate) async fn serve(
@@ -67,8 +29,7 @@ pub(crate) async fn serve(
     mut motor: MotorService,
     mut keys: KeyService,
 ) {
-    let mut line =
-        CommandLine { port, reports, receiver: Receiver::new(), frame: [0; MAX_FRAME_BYTES], heartbeats: 0 };
+    let mut line = CommandLine::new(port, reports);
     let mut line_input = LineInput::new();
     loop {
         let length = match keys.handshake(&mut line.frame) {
@@ -131,44 +92,5 @@ fn who_may_not(answer: Answer) -> Option<Refusal> {
     match answer {
         Response::Refused(refusal @ Refusal::Lease { .. }) => Some(refusal),
         _ => None,
-    }
-}
-
-/// The line, and what the tick wants to be said on it.
-pub(crate) struct CommandLine {
-    port: CommandPort,
-    reports: Taker<Unsolicited>,
-    receiver: Receiver,
-    frame: [u8; MAX_FRAME_BYTES],
-    heartbeats: u16,
-}
-
-impl CommandLine {
-    /// Says what the tick has to say, if anything.
-    pub(crate) async fn say_report(&mut self) {
-        let length = self.encode_report();
-        self.say(length).await;
-    }
-
-    /// Length of the next report's frame, 0 when there is none.
-    #[inline(never)]
-    fn encode_report(&mut self) -> usize {
-        let encoded = match self.reports.take() {
-            None => return 0,
-            Some(Unsolicited::Sample(sample)) => encode_sample(&sample, &mut self.frame),
-            Some(Unsolicited::Heartbeat(mut heartbeat)) => {
-                let Counters { damaged, too_long, .. } = self.receiver.counters();
-                heartbeat.damaged = damaged.saturating_add(too_long);
-                self.heartbeats = self.heartbeats.wrapping_add(1);
-                encode_heartbeat(&heartbeat, self.heartbeats, &mut self.frame)
-            }
-        };
-        encoded.map_or(0, <[u8]>::len)
-    }
-
-    /// Sends the frame. An error of the line is a lost frame: the host finds that out.
-    async fn say(&mut self, length: usize) {
-        ALIVE.store(alive().wrapping_add(1), Relaxed);
-        let _ = self.port.write_all(self.frame.get(..length).unwrap_or_default()).await;
     }
 }

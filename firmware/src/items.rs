@@ -22,7 +22,7 @@ use core::ops::Range;
 use dimsart_core::checksum::CRC;
 use embedded_storage_async::nor_flash::NorFlash;
 
-use crate::read_back::{ERASED, ReadBack};
+use crate::read_back::{Broken, ERASED, ReadBack};
 
 /// Keys of items are below.
 const KEYS: usize = 4;
@@ -35,10 +35,6 @@ const _: () = assert!(HEADER_BYTES as usize == WORD_BYTES);
 const BLANK: ([u8; 4], u32) = ([ERASED; 4], u32::MAX);
 /// Read at once.
 const BLOCK_BYTES: usize = 32;
-
-/// The storage cannot be read, or holds something else than was written to it.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct Broken;
 
 /// Items in a range of a flash.
 #[derive(Debug)]

@@ -5,7 +5,7 @@ use core::ops::Range;
 use boards::{Board as _, Selected, Storage};
 use dimsart_link::auth::Key;
 use dimsart_link::protocol::{
-    DecodeError, Gate, KeyAction, KeyBytes, KeyRefusal, LeaseAction, LeaseStatus, MAX_FRAME_BYTES, NOBODY,
+    DecodeError, Gate, KeyAction, KeyBytes, KeyRefusal, LeaseAction, LeaseStatus, MAX_FRAME_BYTES, NO_CLIENT,
     Refusal, Request, Response, StoreError, Taken,
 };
 use embassy_futures::block_on;
@@ -13,8 +13,8 @@ use embassy_time::Instant;
 use firmware::{Broken, Kept, KeptKey, KeyStore, SEEDS_PER_START};
 use static_cell::ConstStaticCell;
 
-use crate::commands::{Answer, TickHandover};
 use crate::handover::{Giver, Handover, Taker};
+use crate::tick_handover::{Answer, TickHandover};
 
 type Flash = <Selected as boards::Board>::Flash;
 
@@ -149,6 +149,6 @@ fn gate(kept: Kept) -> Gate {
 /// Whether no scheme runs and no client holds the lease.
 async fn is_at_rest(tick: &mut TickHandover) -> bool {
     let lease = tick.ask(Request::Lease(LeaseAction::Look)).await;
-    let is_free = matches!(lease, Response::Lease(LeaseStatus { holder: NOBODY, .. }));
+    let is_free = matches!(lease, Response::Lease(LeaseStatus { holder: NO_CLIENT, .. }));
     is_free && !crate::scheme_service::runs(tick).await
 }

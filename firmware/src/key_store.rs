@@ -18,7 +18,7 @@ use core::ops::Range;
 use dimsart_core::checksum::CRC;
 use embedded_storage_async::nor_flash::NorFlash;
 
-use crate::items::Broken;
+use crate::read_back::Broken;
 use crate::read_back::{ERASED, ReadBack};
 
 const PAGES: u32 = 2;

@@ -12,9 +12,9 @@ mod scheme_store;
 mod start;
 mod watchdog;
 
-pub use items::Broken;
 pub use key_store::{Kept, KeptKey, KeyStore, SEEDS_PER_START};
 pub use line_input::{LineInput, Next};
+pub use read_back::Broken;
 pub use scheme_store::SchemeStore;
 pub use start::start;
 pub use watchdog::Watchdog;

@@ -11,6 +11,7 @@
 
 #[cfg(feature = "by-hand")]
 mod by_hand;
+mod command_line;
 mod commands;
 mod entry_points;
 #[cfg_attr(not(feature = "auth"), path = "no_keys.rs")]
@@ -26,6 +27,7 @@ mod scheme_service;
 mod stamp;
 mod telemetry;
 mod tick;
+mod tick_handover;
 
 #[cfg(all(feature = "b-g431b-esc1", feature = "control", feature = "signals", feature = "teleoperation"))]
 compile_error!(
@@ -81,12 +83,13 @@ fn start() -> <Selected as boards::Board>::Idle {
 
     static REQUESTS: ConstStaticCell<Handover<(u16, dimsart_link::protocol::Request), 2>> =
         ConstStaticCell::new(Handover::new());
-    static ANSWERS: ConstStaticCell<Handover<commands::Answer, 2>> = ConstStaticCell::new(Handover::new());
+    static ANSWERS: ConstStaticCell<Handover<tick_handover::Answer, 2>> =
+        ConstStaticCell::new(Handover::new());
     static PACKETS_IN: ConstStaticCell<Handover<links::Received, { Selected::PACKETS_PER_TICK + 1 }>> =
         ConstStaticCell::new(Handover::new());
     static PACKETS_OUT: ConstStaticCell<Handover<links::Outgoing, { Selected::SIZES.links + 1 }>> =
         ConstStaticCell::new(Handover::new());
-    static REPORTS: ConstStaticCell<Handover<commands::Unsolicited, 3>> =
+    static REPORTS: ConstStaticCell<Handover<command_line::Unsolicited, 3>> =
         ConstStaticCell::new(Handover::new());
     static STATUS: ConstStaticCell<Handover<telemetry::Status, 3>> = ConstStaticCell::new(Handover::new());
     let (requests, requests_to_take) = REQUESTS.take().split();
@@ -104,7 +107,7 @@ fn start() -> <Selected as boards::Board>::Idle {
         reports,
         status,
     };
-    let link = commands::TickHandover { requests, answers: answers_to_take, id: 0 };
+    let link = tick_handover::TickHandover { requests, answers: answers_to_take, id: 0 };
     // Until here, the watchdog has waited longer: flash may have been erased.
     Selected::feed_watchdog();
     // The tasks wait until all that is on the stack here is off it.

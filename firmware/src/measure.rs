@@ -6,7 +6,7 @@ use boards::{Board as _, Selected};
 use dimsart_core::{Dimsart, Observer, Tick, Word};
 use dimsart_link::protocol::{self, CyclesReport, DeviceInfo, Refusal, Request, Response};
 
-use crate::commands::Answer;
+use crate::tick_handover::Answer;
 
 /// Two of each module.
 const MAX_CALLS: usize = 2 * Selected::SIZES.modules;

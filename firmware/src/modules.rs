@@ -2,9 +2,10 @@
 
 use dimsart_core::{KindId, Kinds, join_kinds};
 use dimsart_modules::{
-    BASIC, CONTROL, ENERGY, FILTERS, JOINT_CONTROL, LIMITS, LOGIC, ONLINE, OWN, ROBOTS, SIGNALS,
-    TELEOPERATION, TRAJECTORIES,
+    BASIC, CONTROL, ENERGY, FILTERS, JOINT_CONTROL, LIMITS, LOGIC, ONLINE, ROBOTS, SIGNALS, TELEOPERATION,
+    TRAJECTORIES,
 };
+use own_modules::OWN;
 
 /// The groups that were chosen by features of this package, and the kinds of a project.
 pub(crate) const MODULES: Kinds = join_kinds![

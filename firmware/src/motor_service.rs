@@ -7,8 +7,8 @@ use dimsart_link::protocol::{
 };
 use firmware::Broken;
 
-use crate::commands::{Answer, TickHandover};
 use crate::scheme_service::{SchemeService, runs};
+use crate::tick_handover::{Answer, TickHandover};
 
 type Motor = <Selected as Board>::Joints;
 

@@ -7,7 +7,7 @@
 use dimsart_link::protocol::{MAX_MOTOR_WORDS, MotorFallback, MotorReport};
 use embedded_storage_async::nor_flash::NorFlash;
 
-use crate::items::Broken;
+use crate::read_back::Broken;
 use crate::scheme_store::{SPARE_BYTES, SchemeStore};
 
 /// Key of the item.

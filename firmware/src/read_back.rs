@@ -8,7 +8,9 @@ use core::task::Poll;
 use embassy_futures::poll_once;
 use embedded_storage_async::nor_flash::NorFlash;
 
-use crate::items::Broken;
+/// The storage cannot be read, or holds something else than was written to it.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Broken;
 
 /// Of a flash that was erased.
 pub(crate) const ERASED: u8 = 0xFF;

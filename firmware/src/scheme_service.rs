@@ -9,7 +9,8 @@ use dimsart_link::saved_scheme::Writer;
 use firmware::{Broken, SchemeStore};
 use heapless::vec::VecView;
 
-use crate::commands::{Answer, CommandLine, TickHandover};
+use crate::command_line::CommandLine;
+use crate::tick_handover::{Answer, TickHandover};
 
 pub(crate) type Store = SchemeStore<<Selected as boards::Board>::Flash>;
 

@@ -15,7 +15,8 @@ use dimsart_link::saved_scheme::{self, LoadError};
 use embedded_storage_async::nor_flash::NorFlash;
 use heapless::vec::VecView;
 
-use crate::items::{Broken, Items};
+use crate::items::Items;
+use crate::read_back::Broken;
 
 /// Keys of the items. A scheme's is its place.
 const RECORD: u8 = 0;

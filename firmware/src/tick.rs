@@ -6,7 +6,7 @@ use dimsart_link::protocol::{DeviceInfo, HEARTBEATS_PER_S, Request};
 use embassy_time::{Duration, Instant, Timer};
 use firmware::Watchdog;
 
-use crate::commands::{self, Answer, Unsolicited};
+use crate::command_line::{self, Unsolicited};
 use crate::entry_points::{self, Frames};
 use crate::handover::{Giver, Taker};
 use crate::links::{self, Outgoing, Received};
@@ -14,6 +14,7 @@ use crate::modules::RUNS_PROGRAMS;
 use crate::rescue::EVENTS;
 use crate::stamp;
 use crate::telemetry::{IS_LOGGED, Status};
+use crate::tick_handover::Answer;
 
 type Joints = <Selected as boards::Board>::Joints;
 
@@ -82,7 +83,7 @@ pub(crate) async fn run(
         }
         timing.count(is_late, has_overrun);
         info.set_timing(timing);
-        if watchdog.tick(!is_late && !has_overrun, commands::alive()) {
+        if watchdog.tick(!is_late && !has_overrun, command_line::alive()) {
             Selected::feed_watchdog();
         }
         let out = ends.answers.dropped() + ends.packets_out.dropped() + ends.reports.dropped();

@@ -46,7 +46,7 @@ pub use bus::{BusSection, IdealSection};
 pub use controller::{ControllerSection, LinkSection};
 pub use data_type::TypeSection;
 pub use device::{ActuatorSection, AxisSection, AxisUnit, DeviceSection, WatchSection};
-use dimsart_core::{DataType, types};
+use dimsart_core::{DataType, Kinds, types};
 pub use error::RigFileError;
 pub use media::{CanSection, DelayKind, UartSection, UdpSection};
 pub use moves::{
@@ -115,6 +115,13 @@ pub struct RigFile {
     /// That paths begin in.
     #[serde(skip)]
     pub folder: PathBuf,
+    /// Module kinds of every controller; those of the library unless its caller sets others.
+    #[serde(skip, default = "library")]
+    pub kinds: Kinds,
+}
+
+fn library() -> Kinds {
+    dimsart_modules::ALL
 }
 
 fn first_seed() -> u64 {

@@ -12,7 +12,7 @@ use object::{Endianness, elf};
 use crate::budget_file::BudgetFile;
 use crate::emulator::emulate;
 use crate::example::dimsart;
-use crate::shell::{Outcome, command, run, target};
+use crate::shell::{Outcome, command, image_folder, run};
 use crate::toolchain::{Toolchain, output};
 
 /// Cargo's profile of images.
@@ -79,21 +79,16 @@ pub(crate) struct Image {
     pub(crate) budget: Option<Size>,
 }
 
-/// Where images are collected.
-pub(crate) fn folder() -> PathBuf {
-    target().join("images")
-}
-
 impl Image {
     /// Stamps it as the master.
     pub(crate) fn stamp(&self) -> Outcome {
         let [side, _] = SIDES;
-        stamp(&folder().join(&self.name), side)
+        stamp(&image_folder().join(&self.name), side)
     }
 
     /// Reads it for an analysis of its machine code.
     pub(crate) fn read(&self) -> Result<cycles::image::Image, String> {
-        read_image(&folder().join(&self.name))
+        read_image(&image_folder().join(&self.name))
     }
 }
 
@@ -109,9 +104,9 @@ pub(crate) fn declared() -> Result<Declared, String> {
     Declared::read(CALLS).map_err(|error| format!("boards/calls.txt, {error}"))
 }
 
-/// Builds images into [`folder`], which has no others then.
+/// Builds images into [`image_folder`], which has no others then.
 pub(crate) fn build_all(toolchain: Toolchain, images: Images) -> Result<Vec<Image>, String> {
-    let folder = folder();
+    let folder = image_folder();
     if folder.exists() {
         std::fs::remove_dir_all(&folder)
             .map_err(|error| format!("cannot remove {}: {error}", folder.display()))?;
@@ -160,8 +155,8 @@ pub(crate) fn features(board: &BoardInfo, more: Option<&str>) -> [String; 3] {
 
 /// Copies what was built to where images are collected.
 pub(crate) fn collect(built: &Path, name: &str) -> Result<PathBuf, String> {
-    let image = folder().join(name);
-    let copied = std::fs::create_dir_all(folder()).and_then(|()| std::fs::copy(built, &image));
+    let image = image_folder().join(name);
+    let copied = std::fs::create_dir_all(image_folder()).and_then(|()| std::fs::copy(built, &image));
     copied.map_err(|error| format!("cannot copy {} to {}: {error}", built.display(), image.display()))?;
     Ok(image)
 }

@@ -7,10 +7,10 @@ use boards::BOARDS;
 use boards::catalogue::BoardInfo;
 use changes::Changes;
 
-use crate::boards::{SIDES, build, folder};
+use crate::boards::{SIDES, build};
 use crate::budget_file::{self, BudgetFile, Part, Parts};
 use crate::example::example;
-use crate::shell::{Outcome, top};
+use crate::shell::{Outcome, image_folder, top};
 use crate::toolchain::Toolchain;
 
 /// Builds every board's plain image and writes its file anew; says what has changed.
@@ -74,7 +74,7 @@ fn changes(found: &[Row]) -> Result<Changes, String> {
 /// Bounds of the images that are built.
 fn measure() -> Result<Vec<Row>, String> {
     println!("bounds of the shipped scheme on every board");
-    let mut arguments = vec![folder().into_os_string()];
+    let mut arguments = vec![image_folder().into_os_string()];
     arguments.extend(BOARDS.iter().map(|board| board.name.into()));
     rows(&example("scheme_budgets", "dev", &arguments)?)
 }

@@ -3,8 +3,7 @@
 use std::ffi::OsString;
 use std::path::PathBuf;
 
-use crate::boards::folder;
-use crate::shell::{Outcome, cargo, command, run, target};
+use crate::shell::{Outcome, cargo, command, image_folder, run, target};
 
 /// Builds `dimsart`; gives its path.
 pub(crate) fn dimsart() -> Result<PathBuf, String> {
@@ -12,13 +11,13 @@ pub(crate) fn dimsart() -> Result<PathBuf, String> {
     Ok(target().join("debug/dimsart"))
 }
 
-/// What an example prints, built with one of cargo's profiles; it finds images in [`folder`] unless its arguments say
+/// What an example prints, built with one of cargo's profiles; it finds images in [`image_folder`] unless its arguments say
 /// otherwise.
 pub(crate) fn example(name: &str, profile: &str, arguments: &[OsString]) -> Result<String, String> {
     build(profile, &["--example", name])?;
     let built = if profile == "dev" { "debug" } else { profile };
     let mut command = command(target().join(built).join("examples").join(name), arguments);
-    let output = command.env("DIMSART_FIRMWARE", folder()).output();
+    let output = command.env("DIMSART_FIRMWARE", image_folder()).output();
     let output = output.map_err(|error| format!("cannot run the example {name}: {error}"))?;
     if output.status.success() {
         Ok(String::from_utf8_lossy(&output.stdout).into_owned())

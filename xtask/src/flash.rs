@@ -5,8 +5,8 @@ use std::path::Path;
 use boards::BOARDS;
 use boards::catalogue::BoardInfo;
 
-use crate::boards::{SIDES, build, folder, stamp};
-use crate::shell::{Outcome, command, run, succeeds};
+use crate::boards::{SIDES, build, stamp};
+use crate::shell::{Outcome, command, image_folder, run, succeeds};
 use crate::toolchain::Toolchain;
 
 /// Builds, flashes and stays with the board's log until Ctrl-C.
@@ -22,7 +22,7 @@ pub(crate) fn flash(board: &str, side: &str) -> Outcome {
         return Err("the side is master or slave".into());
     }
     find_probe_rs()?;
-    let image = folder().join(build(Toolchain::set_up()?, board, variant)?.name);
+    let image = image_folder().join(build(Toolchain::set_up()?, board, variant)?.name);
     stamp(&image, side)?;
     run_on_chip(chip, &image)
 }

@@ -192,7 +192,7 @@ fn complete(what: &[&str], names: &[&str], minutes: Option<u64>) -> Outcome {
     };
     crate::shell::run(test().arg("--no-run"))?;
     let mut tests = test();
-    tests.args(names).env("DIMSART_FIRMWARE", boards::folder());
+    tests.args(names).env("DIMSART_FIRMWARE", crate::shell::image_folder());
     if minutes.is_some() {
         tests.envs(VARIABLES.map(|variable| (variable, "1")));
     }

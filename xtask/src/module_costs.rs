@@ -7,8 +7,8 @@ use std::path::{Path, PathBuf};
 use boards::BOARDS;
 use boards::catalogue::{BoardInfo, MODULE_COSTS, ModuleCost, module_costs};
 
-use crate::boards::{SIDES, build, build_with, collect, folder, stamp};
-use crate::shell::{Outcome, top};
+use crate::boards::{SIDES, build, build_with, collect, stamp};
+use crate::shell::{Outcome, image_folder, top};
 use crate::toolchain::Toolchain;
 
 /// Before the compiler's version.
@@ -35,7 +35,7 @@ const ABSENT: &str = "the image lacks modules";
 /// Builds and stamps images with every kind, and writes the file.
 pub(crate) fn write() -> Outcome {
     let toolchain = Toolchain::set_up()?;
-    let plain = folder().join(build(toolchain, board()?, None)?.name);
+    let plain = image_folder().join(build(toolchain, board()?, None)?.name);
     master(&plain)?;
     let images = [plain].into_iter().chain(with_other_groups(toolchain)?);
     let texts: Vec<String> = images.map(|image| read(&image)).collect::<Result<_, _>>()?;
@@ -54,7 +54,7 @@ pub(crate) fn write() -> Outcome {
 
 /// Stamps the plain image, which is built, and holds it to the file.
 pub(crate) fn hold_plain(toolchain: Toolchain) -> Outcome {
-    let image = folder().join(BOARD);
+    let image = image_folder().join(BOARD);
     master(&image)?;
     hold(toolchain, &[image])
 }

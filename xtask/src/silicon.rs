@@ -14,10 +14,10 @@ use boards::catalogue::BoardInfo;
 use serde::Serialize;
 use sha2::{Digest as _, Sha256};
 
-use crate::boards::{SIDES, build, build_program, folder, stamp};
+use crate::boards::{SIDES, build, build_program, stamp};
 use crate::example::dimsart;
 use crate::flash::{find_probe_rs, flashable};
-use crate::shell::{Outcome, command, run, top};
+use crate::shell::{Outcome, command, image_folder, run, top};
 use crate::toolchain::Toolchain;
 
 /// How long the log is listened to behind a start, and at most: flashing takes its time.
@@ -96,7 +96,7 @@ pub(crate) fn silicon(words: &[&str]) -> Outcome {
     }
     let toolchain = Toolchain::set_up()?;
     let image = build(toolchain, board, *variant)?;
-    let (file, flash_bytes) = (folder().join(&image.name), image.size.flash);
+    let (file, flash_bytes) = (image_folder().join(&image.name), image.size.flash);
     let [master, _] = SIDES;
     stamp(&file, master)?;
     let mut before = Before { facts: facts(toolchain, &file, flash_bytes)?, ..Before::default() };

@@ -134,7 +134,7 @@ fn tests(steps: &Steps) -> Outcome {
     steps.step("tests", || {
         test_programs::run_all(&[
             ("DIMSART_ORACLE", oracle::folder().into()),
-            ("DIMSART_FIRMWARE", boards::folder().into()),
+            ("DIMSART_FIRMWARE", crate::shell::image_folder().into()),
             ("REQUIRE_QEMU", "1".into()),
         ])
     })

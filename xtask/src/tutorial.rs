@@ -23,8 +23,10 @@ pub(crate) fn follow() -> Outcome {
     let built = target();
     let environment = [
         ("CARGO_TARGET_DIR", built.as_path()),
+        ("CARGO_BUILD_BUILD_DIR", built.as_path()),
         ("CARGO_ALIAS_DIMSART", Path::new("run --quiet --package tools --")),
-        ("CARGO_PROFILE_DEV_DEBUG", Path::new("line-tables-only")),
+        ("CARGO_PROFILE_DEV_DEBUG", Path::new("false")),
+        ("CARGO_PROFILE_DEV_LTO", Path::new("off")),
     ];
     page(&top().join("docs/tutorial.md"), &folder, &environment)
 }

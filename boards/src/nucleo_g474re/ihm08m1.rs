@@ -44,7 +44,7 @@ use embassy_stm32::{Peri, pac};
 use super::NucleoG474re;
 use crate::catalogue::ThreePhaseDrive;
 use crate::catalogue::ihm08m1::DRIVE;
-use crate::stm32g4::current_loop::{Encoder, ThreePhase};
+use crate::stm32g4::bridge::{Encoder, ThreePhase};
 use crate::stm32g4::current_sensing::Channels;
 use crate::stm32g4::half_bridges::HalfBridges;
 use crate::stm32g4::i2c_encoder::{self, I2cEncoder};

@@ -6,54 +6,17 @@
 use core::cell::UnsafeCell;
 use core::mem::MaybeUninit;
 
-use drive::{Checked, Rotor};
 use embassy_stm32::interrupt;
 use embassy_stm32::interrupt::{self as line, InterruptExt as _, Priority};
-use embassy_stm32::pac::timer::TimGp16;
 
-use super::current_sensing::{self, Channels};
+use super::bridge::{Encoder as _, ThreePhase};
+use super::current_sensing;
 use super::half_bridges::{HalfBridges, switch_off};
 use crate::Selected;
-use crate::catalogue::ThreePhaseDrive;
 use crate::current_loop::{CurrentLoop, Exchange};
 
 const PRIORITY: Priority = Priority::P0;
 pub(crate) const TICK_S: f32 = 1.0 / crate::TICK_HZ as f32;
-
-/// What a board has to say where the rotor is. The current loop alone calls it, and it takes bounded time.
-pub(crate) trait Encoder {
-    /// At the begin of a period: what it says.
-    fn rotor(&mut self) -> Rotor;
-
-    /// At the end of what a period has to do: time to ask it again.
-    fn end(&mut self);
-}
-
-/// A board whose bridge drives a three-phase motor.
-pub(crate) trait ThreePhase {
-    /// Its motor and what it has for it, as it is compiled.
-    const DRIVE: ThreePhaseDrive;
-    /// Of the converters.
-    const CHANNELS: Channels;
-    /// That counts the edges of an incremental encoder.
-    const COUNTER: TimGp16;
-    /// Whether its gate drivers close a lower switch when their input is low.
-    const IS_LOW_SIDE_INVERTED: bool;
-
-    /// Its encoder.
-    type Encoder: Encoder;
-    /// What that is wired to.
-    type EncoderPins: Send + 'static;
-
-    /// What the image runs the motor by.
-    fn image() -> Checked;
-
-    /// Whether it can read such an encoder.
-    fn reads(encoder: drive::Encoder) -> bool;
-
-    /// Starts an encoder that it reads.
-    fn start_encoder(pins: Self::EncoderPins, encoder: drive::Encoder) -> Self::Encoder;
-}
 
 static EXCHANGE: Exchange = Exchange::new();
 

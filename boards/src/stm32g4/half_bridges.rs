@@ -12,7 +12,7 @@
 use embassy_stm32::pac::timer::vals::{Cms, Dir, Mms2, Ocm, Ossi, Ossr, Urs};
 use embassy_stm32::pac::{RCC, TIM1};
 
-use super::current_loop::ThreePhase;
+use super::bridge::ThreePhase;
 use crate::Selected;
 
 const CHANNELS: usize = 3;

@@ -18,7 +18,7 @@ use embassy_stm32::pac::bdma::vals::Size;
 use embassy_stm32::pac::i2c::vals::{Autoend, Dir};
 use embassy_stm32::pac::{DMA1, DMAMUX1, I2C4, RCC};
 
-use super::current_loop::Encoder;
+use super::bridge::Encoder;
 
 /// Of DMA 1, from 0 on; the ones before are the command line's.
 const CHANNEL: usize = 2;

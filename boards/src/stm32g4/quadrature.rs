@@ -5,7 +5,7 @@ use drive::{Angle, Rotor};
 use embassy_stm32::pac::timer::TimGp16;
 use embassy_stm32::pac::timer::vals::{CcmrInputCcs, FilterValue, Sms};
 
-use super::current_loop::{Encoder, ThreePhase};
+use super::bridge::{Encoder, ThreePhase};
 use crate::Selected;
 
 const TIMER: TimGp16 = <Selected as ThreePhase>::COUNTER;

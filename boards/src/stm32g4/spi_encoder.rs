@@ -15,7 +15,7 @@ use drive::{As5047p, Mt6701, Rotor};
 use embassy_stm32::pac::spi::vals::{Br, Cpha, Cpol, Ds, Frxth, Mstr};
 use embassy_stm32::pac::{GPIOD, RCC, SPI3};
 
-use super::current_loop::Encoder;
+use super::bridge::Encoder;
 
 /// Of port D: selects the encoder when it is low.
 const SELECT_PIN: usize = 2;

@@ -6,7 +6,8 @@ use drive::Configuration;
 use embassy_stm32::gpio::{AfType, Flex};
 use static_cell::StaticCell;
 
-use super::current_loop::{self, TICK_S, ThreePhase};
+use super::bridge::ThreePhase;
+use super::current_loop::{self, TICK_S};
 use super::current_sensing;
 use super::half_bridges::HalfBridges;
 use crate::Selected;

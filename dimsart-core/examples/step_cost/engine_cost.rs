@@ -2,7 +2,7 @@
 
 use dimsart_core::limits::Sizes;
 use dimsart_core::{
-    AxisKind, Command, Context, DataType, Declare, DeviceDescriptor, Dimsart, Kinds, Module, ModuleRef,
+    AxisKind, Command, Context, DataType, DeviceDescriptor, Dimsart, Kinds, Module, ModuleRef,
     ProvidedMemory, memory, scheme, types,
 };
 use dimsart_modules::{self as modules, ALL};
@@ -20,8 +20,6 @@ impl Module for Empty {
     type State = ();
     type Axis = ();
     type Ports = ();
-
-    fn ports(_: &(), _: &mut Declare<'_>) {}
 
     fn compute(_: &Context<'_, Self>) {}
 }

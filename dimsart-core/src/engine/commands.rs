@@ -1,10 +1,9 @@
 //! A scheme as the commands that would build it.
 
 use super::Engine;
-use super::plan::Instance;
-use crate::command::{Command, ModuleRef};
-use crate::port::PortSpecs;
-use crate::rate::{self, EVERY_TICKS};
+use crate::module::rate::{self, EVERY_TICKS};
+use crate::module::{ModuleRef, PortSpecs};
+use crate::scheme::{Command, Instance};
 use crate::vocabulary::Vocabulary as _;
 
 impl Engine {
@@ -32,7 +31,7 @@ impl Engine {
             return Some(command);
         }
         // Behind the parameters: they decide what ports there are.
-        let (running, mut specs) = (self.plans.running(), PortSpecs::new());
+        let (running, mut specs) = (self.schemes.running(), PortSpecs::new());
         self.declare(running, module, &mut specs).then_some(())?;
         let bound = running.bound(module);
         let bound = (0..).zip(&specs).filter_map(|(port, spec)| Some((port, bound.signal(spec.name)?)));
@@ -44,7 +43,7 @@ impl Engine {
 
     /// Every module of the scheme that runs, by its place.
     pub(super) fn modules_by_place(&self) -> impl Iterator<Item = ModuleRef> + '_ {
-        let running = self.plans.running();
+        let running = self.schemes.running();
         let plugged_in = running.wiring.modules().iter().map(|plugged| plugged.module);
         let instances = running.instances.iter().map(|instance| instance.reference);
         plugged_in.chain(instances.filter(|module| !running.is_plugged_in(*module)))
@@ -60,7 +59,7 @@ impl Engine {
             }
             None => Some(Command::Set { module, parameter, entry, value }),
         };
-        let Instance { configuration, every_ticks, .. } = *self.plans.running().instance(module)?;
+        let Instance { configuration, every_ticks, .. } = *self.schemes.running().instance(module)?;
         if every_ticks > 1
             && let Some(command) = take(EVERY_TICKS, None, rate::to_value(every_ticks))
         {

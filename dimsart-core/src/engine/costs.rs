@@ -3,11 +3,9 @@
 use core::num::NonZeroU32;
 
 use super::Engine;
-use crate::cost::BoundReport;
-use crate::cost::Costs;
-use crate::counter::Counter;
-use crate::kind_id::KindId;
-use crate::wiring::{Plugged, Wiring};
+use crate::device::Counter;
+use crate::module::{BoundReport, Costs, KindId};
+use crate::scheme::{ActiveModule, Wiring};
 
 impl Engine {
     /// What a tick may take, in processor cycles: a module that could make it longer is not plugged in, as soon as
@@ -35,7 +33,7 @@ impl Engine {
     /// [cost](crate::Cost) and that of each. None if one's is not known.
     #[must_use]
     pub fn tick_cycles(&self) -> Option<u32> {
-        self.cycles_with(&self.plans.running().wiring)
+        self.cycles_with(&self.schemes.running().wiring)
     }
 
     /// The same, and what it may take; none if it is not known.
@@ -51,7 +49,7 @@ impl Engine {
 
     /// What a module adds to a tick as it is wired: a signal of more words than there are axes costs what one of a
     /// device with as many axes does, for every word is passed on by the same code.
-    pub(super) fn cycles_in(&self, wiring: &Wiring, plugged: &Plugged) -> Option<u32> {
+    pub(super) fn cycles_in(&self, wiring: &Wiring, plugged: &ActiveModule) -> Option<u32> {
         let signals = wiring.ports(plugged).iter().filter(|port| !port.is_memory());
         let words = signals.map(|port| self.data_base.words(port.slot).len()).max().unwrap_or(0);
         let own = self.costs?.kind(plugged.module.kind)?.cycles(words.max(self.device.dof()));

@@ -4,11 +4,11 @@
 //! Functions with `law` in their names call those with `program` in theirs through pointers: `boards/calls.txt` relies on it.
 
 use super::Engine;
-use crate::command::{Command, ModuleRef};
-use crate::kind::Kind;
+use crate::data_base::Block;
+use crate::module::{Kind, ModuleRef};
 use crate::online::{LawRefusal, LawReport, MAX_PARAMETERS, PARAMETERS, Program};
 use crate::parameter::Parameters;
-use crate::storage::Block;
+use crate::scheme::Command;
 
 /// What an engine does about programs.
 #[derive(Debug)]
@@ -37,7 +37,7 @@ impl Engine {
     /// None where no module can run a program.
     #[inline(never)]
     fn program_functions(&self) -> Option<&'static Laws> {
-        self.kinds.list().iter().find_map(|kind| kind.laws())
+        self.kinds.laws()
     }
 
     /// The programs that the controller has, each with its number.
@@ -76,7 +76,7 @@ impl Engine {
     /// Gives an instance that has got another program the defaults of that one's parameters, if its kind runs programs.
     #[inline(never)]
     pub(super) fn give_defaults_of_law(&mut self, kind: &Kind, configuration: Block) {
-        if let Some(laws) = kind.laws() {
+        if let Some(laws) = self.kinds.laws().filter(|_| kind.runs_program()) {
             (laws.give_defaults)(self, kind, configuration);
         }
     }
@@ -84,7 +84,7 @@ impl Engine {
     /// Tells a visit what the program of an instance says of the parameter that is asked for, if its kind runs programs.
     #[inline(never)]
     pub(super) fn law_parameter(&self, kind: &Kind, configuration: Block, visit: &mut Parameters<'_>) {
-        if let Some(laws) = kind.laws() {
+        if let Some(laws) = self.kinds.laws().filter(|_| kind.runs_program()) {
             (laws.parameter)(self, kind, configuration, visit);
         }
     }
@@ -151,15 +151,15 @@ impl Engine {
     /// The program of a module in the scheme that runs; 0 for none.
     fn program_of_module(&self, module: ModuleRef) -> u8 {
         let kind = self.kind(module.kind);
-        let instance = self.plans.running().instance(module);
+        let instance = self.schemes.running().instance(module);
         kind.zip(instance).map_or(0, |(kind, instance)| self.program_of(kind, instance.configuration))
     }
 
     /// Whether a module has it, plugged in or not, in either scheme.
     fn uses_program(&self, number: u8) -> bool {
-        let plans = [self.plans.running(), self.plans.next()];
+        let schemes = [self.schemes.running(), self.schemes.pending()];
         number != 0
-            && plans.into_iter().flat_map(|plan| plan.instances.iter()).any(|instance| {
+            && schemes.into_iter().flat_map(|scheme| scheme.instances.iter()).any(|instance| {
                 let kind = self.kind(instance.reference.kind);
                 kind.is_some_and(|kind| self.program_of(kind, instance.configuration) == number)
             })

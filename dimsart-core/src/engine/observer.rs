@@ -2,9 +2,10 @@
 
 use core::hint::cold_path;
 
-use crate::counter::Counter;
-use crate::data::Data;
-use crate::wiring::{Call, Wiring, any, module_bit};
+use crate::data_base::Data;
+use crate::device::Counter;
+use crate::scheme::wiring::{any, module_bit};
+use crate::scheme::{Call, Wiring};
 
 /// Makes the calls of a step. The core reads no clock: whoever has one can read it around each call.
 ///
@@ -71,9 +72,9 @@ impl Calls<'_> {
                     is_usual = false;
                 }
             }
-            if call.spans.count != 0
-                && let Some(spans) = wiring.spans(call)
-                && any(spans, |span| data.has_wrong(span))
+            if call.checked_words.count != 0
+                && let Some(checked_words) = wiring.checked_words(call)
+                && any(checked_words, |span| data.has_wrong(span))
             {
                 cold_path();
                 failed |= module_bit(call.order);

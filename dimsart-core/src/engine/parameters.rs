@@ -5,17 +5,13 @@ use core::cell::Cell;
 use heapless::Vec;
 
 use super::Engine;
-use super::plan::{Instance, Plan};
-use crate::command::{CommandError, ModuleRef};
-use crate::data_type::TypeRef;
-use crate::declare::Declare;
-use crate::kind::{Kind, MAX_HANDLES, MAX_SETTINGS_WORDS};
-use crate::kind_id::KindId;
+use crate::data_base::Block;
 use crate::limits::MAX_PORTS;
+use crate::module::rate::{self, EVERY_TICKS};
+use crate::module::{Declare, Kind, KindId, MAX_HANDLES, MAX_SETTINGS_WORDS, ModuleRef, PortSpec, PortSpecs};
 use crate::parameter::{Entries, Found, ParameterError, Parameters, Value};
-use crate::port::{PortSpec, PortSpecs};
-use crate::rate::{self, EVERY_TICKS};
-use crate::storage::Block;
+use crate::scheme::{CommandError, Instance, Scheme};
+use crate::signal::TypeRef;
 use crate::vocabulary::Vocabulary as _;
 
 impl Engine {
@@ -104,10 +100,10 @@ impl Engine {
 
     /// Asks a module for its ports; false if there are too many, or no such kind.
     #[inline(never)]
-    pub(super) fn declare(&self, plan: &Plan, module: ModuleRef, specs: &mut PortSpecs) -> bool {
+    pub(super) fn declare(&self, scheme: &Scheme, module: ModuleRef, specs: &mut PortSpecs) -> bool {
         let Some(kind) = self.kind(module.kind) else { return false };
-        let settings = self.settings(plan, module, kind);
-        let mut declare = Declare::new(&self.device, self.data_base.programs(), plan.bound(module), specs);
+        let settings = self.settings(scheme, module, kind);
+        let mut declare = Declare::new(&self.device, self.data_base.programs(), scheme.bound(module), specs);
         kind.ports(&settings, &mut declare, &[const { Cell::new(0) }; MAX_HANDLES]);
         declare.has_all()
     }
@@ -116,12 +112,12 @@ impl Engine {
     #[inline(never)]
     pub(super) fn settings(
         &self,
-        plan: &Plan,
+        scheme: &Scheme,
         module: ModuleRef,
         kind: &Kind,
     ) -> [Cell<u32>; MAX_SETTINGS_WORDS] {
         let copy = [const { Cell::new(0) }; MAX_SETTINGS_WORDS];
-        match plan.instance(module) {
+        match scheme.instance(module) {
             Some(instance) => {
                 let words = self.data_base.storage().words(instance.configuration).unwrap_or_default();
                 let settings = words.get(kind.settings()).unwrap_or_default();

@@ -1,17 +1,13 @@
 //! Commands that build and change a scheme: each is carried out whole or not at all.
 
 use super::Engine;
-use super::plan::Instance;
-use super::transaction::Draft;
-use crate::binding::{Binding, Bound};
-use crate::command::{Command, CommandError, ModuleRef};
-use crate::data_type::{DataType, TypeRef};
-use crate::kind::Kind;
+use super::transaction::Transaction;
+use crate::module::rate::{self, EVERY_TICKS};
+use crate::module::{Binding, Kind, ModuleBindings, ModuleRef, PortSpecs};
 use crate::parameter::{ParameterError, Parameters, Value};
-use crate::port::PortSpecs;
-use crate::rate::{self, EVERY_TICKS};
+use crate::scheme::{Command, CommandError, Instance, New};
+use crate::signal::{DataType, TypeRef};
 use crate::vocabulary::Vocabulary as _;
-use crate::wiring::New;
 
 impl Engine {
     /// Changes the next scheme while a transaction is open. Otherwise parameters and bindings are changed in place, and
@@ -23,15 +19,15 @@ impl Engine {
         if !changes_wiring {
             return self.edit(command);
         }
-        if self.draft.is_open() {
+        if self.transaction.is_open() {
             let edited = self.edit(command);
             self.schedule_next();
             self.give_back_slots();
             return edited;
         }
-        self.draft(Draft::OfOneCommand);
+        self.open(Transaction::OfOneCommand);
         let edited = self.edit(command).and_then(|()| self.take_effect(command));
-        edited.inspect_err(|_| self.drop_draft())
+        edited.inspect_err(|_| self.drop_pending())
     }
 
     /// Lets a change of one command take effect.
@@ -41,7 +37,7 @@ impl Engine {
             self.admit(Some(module))?;
         }
         if self.is_running
-            && let Some(fault) = self.first_fault_of(&self.plans.next().wiring)
+            && let Some(fault) = self.first_fault_of(&self.schemes.pending().wiring)
         {
             return Err(CommandError::WouldBreak(fault));
         }
@@ -97,10 +93,10 @@ impl Engine {
     }
 
     fn restore(&mut self, module: ModuleRef, before: Option<Instance>) {
-        let plan = self.edited_mut();
-        let changed = match (plan.instance_mut(module), before) {
+        let scheme = self.edited_mut();
+        let changed = match (scheme.instance_mut(module), before) {
             (Some(instance), Some(before)) => Some(core::mem::replace(instance, before)),
-            _ => plan.instances.pop(),
+            _ => scheme.instances.pop(),
         };
         if let Some(changed) = changed {
             self.give_back_blocks(&changed);
@@ -188,7 +184,7 @@ impl Engine {
     fn own_instance(&mut self, module: ModuleRef) -> Result<&mut Instance, CommandError> {
         let missing = CommandError::NotPluggedIn(module);
         let shared = self.edited().instance(module).ok_or(missing)?.configuration;
-        let is_own = shared.words == 0 || !self.draft.is_open() || !self.plans.share(module, shared);
+        let is_own = shared.words == 0 || !self.transaction.is_open() || !self.schemes.share(module, shared);
         let own = if is_own { shared } else { self.data_base.storage_mut().take_copy_at_end(shared)? };
         let instance = self.edited_mut().instance_mut(module).ok_or(missing)?;
         instance.configuration = own;
@@ -207,7 +203,7 @@ impl Engine {
     }
 
     pub(super) fn begin(&mut self, is_meant: impl Fn(ModuleRef) -> bool) {
-        self.plans.running_mut().wiring.begin(is_meant);
+        self.schemes.running_mut().wiring.begin(is_meant);
         self.begins = true;
     }
 
@@ -215,7 +211,7 @@ impl Engine {
     pub(crate) fn begin_motion(&mut self) {
         let kinds = self.kinds();
         let begins = |module: ModuleRef| kinds.kind(module.kind).is_some_and(|kind| !kind.outlasts_arming());
-        let wiring = &self.plans.running().wiring;
+        let wiring = &self.schemes.running().wiring;
         for plugged in wiring.modules().iter().filter(|plugged| begins(plugged.module)) {
             for port in wiring.ports(plugged).iter().filter(|port| port.is_written()) {
                 self.data_base.overwrite(port.slot, core::iter::repeat(0));
@@ -237,45 +233,45 @@ impl Engine {
     fn plug_in(&mut self, module: ModuleRef) -> Result<(), CommandError> {
         self.is_unplugged(module)?;
         let kind = self.kind_of(module)?;
-        if self.plans.running().is_plugged_in(module) {
+        if self.schemes.running().is_plugged_in(module) {
             // There its handles are in use.
             self.own_instance(module)?;
         }
-        let settings = &self.settings(self.plans.next(), module, kind);
-        let (running, next) = self.plans.split_mut();
-        let place = next.instances.iter().position(|instance| instance.reference == module);
-        let instance = place.and_then(|place| next.instances.get(place));
+        let settings = &self.settings(self.schemes.pending(), module, kind);
+        let (running, pending) = self.schemes.split_mut();
+        let place = pending.instances.iter().position(|instance| instance.reference == module);
+        let instance = place.and_then(|place| pending.instances.get(place));
         let state = instance.map(|instance| instance.state);
         let goes_on = running.instance(module).map(|instance| instance.state) == state;
         let before = running.wiring.find(module).filter(|_| goes_on);
         let before = before.map(|plugged| (plugged, running.wiring.ports(plugged)));
-        let end = next.wiring.modules().len();
+        let end = pending.wiring.modules().len();
         // A module that is gone by now has no place before it.
-        let order = next.place_before.and_then(|before| next.wiring.order_of(before)).unwrap_or(end);
+        let order = pending.place_before.and_then(|before| pending.wiring.order_of(before)).unwrap_or(end);
         let every_ticks = instance.map_or(1, |instance| instance.every_ticks);
         let instance = place.and_then(|place| u8::try_from(place).ok()).unwrap_or(u8::MAX);
         let new = New { module, instance, every_ticks, kind, settings, order, before };
-        let bound = Bound { module, bindings: next.bindings };
-        next.wiring.plug_in(&new, &self.device, &mut self.data_base, bound)?;
-        next.place_before = None;
+        let bound = ModuleBindings { module, bindings: pending.bindings };
+        pending.wiring.plug_in(&new, &self.device, &mut self.data_base, bound)?;
+        pending.place_before = None;
         Ok(())
     }
 
     fn unplug(&mut self, module: ModuleRef) -> Result<(), CommandError> {
-        let next = self.edited_mut();
-        next.wiring.find(module).ok_or(CommandError::NotPluggedIn(module))?;
-        next.wiring.unplug(module);
+        let pending = self.edited_mut();
+        pending.wiring.find(module).ok_or(CommandError::NotPluggedIn(module))?;
+        pending.wiring.unplug(module);
         Ok(())
     }
 
     /// Ends an instance.
     fn close(&mut self, module: ModuleRef) -> Result<(), CommandError> {
-        let next = self.edited_mut();
-        let index = next.instances.iter().position(|instance| instance.reference == module);
+        let pending = self.edited_mut();
+        let index = pending.instances.iter().position(|instance| instance.reference == module);
         let index = index.ok_or(CommandError::NotPluggedIn(module))?;
-        let gone = next.instances.remove(index);
-        next.bindings.retain(|binding| binding.module != module);
-        if next.is_plugged_in(module) {
+        let gone = pending.instances.remove(index);
+        pending.bindings.retain(|binding| binding.module != module);
+        if pending.is_plugged_in(module) {
             self.unplug(module)?;
         }
         self.edited_mut().wiring.forget_instance(index);

@@ -4,20 +4,19 @@
 use heapless::Vec;
 
 use super::Engine;
-use super::plan::Instance;
-use crate::command::{CommandError, ModuleRef};
-use crate::data_base::bit;
-use crate::data_type::DataType;
+use crate::data_base::{Block, bit};
 use crate::limits::MAX_MODULES;
-use crate::mailbox::LinkPort;
-use crate::schedule::schedule;
-use crate::storage::Block;
-use crate::wiring::{Plugged, module_bit};
+use crate::module::ModuleRef;
+use crate::packet::LinkPort;
+use crate::scheme::schedule::schedule;
+use crate::scheme::wiring::module_bit;
+use crate::scheme::{ActiveModule, CommandError, Instance};
+use crate::signal::DataType;
 
 /// Whether the next scheme is put together now.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[repr(u8)]
-pub(super) enum Draft {
+pub(super) enum Transaction {
     None = 0,
     /// By the command that is carried out.
     OfOneCommand,
@@ -27,7 +26,7 @@ pub(super) enum Draft {
     OpenAndStarts,
 }
 
-impl Draft {
+impl Transaction {
     pub(super) fn is_there(self) -> bool {
         self != Self::None
     }
@@ -41,38 +40,38 @@ impl Engine {
     /// Whether a transaction is open.
     #[must_use]
     pub fn is_in_transaction(&self) -> bool {
-        self.draft.is_open()
+        self.transaction.is_open()
     }
 
-    pub(super) fn open_draft(&mut self) -> Result<(), CommandError> {
-        if self.draft.is_open() {
+    pub(super) fn open_transaction(&mut self) -> Result<(), CommandError> {
+        if self.transaction.is_open() {
             return Err(CommandError::TransactionOpen);
         }
-        self.draft(Draft::Open);
+        self.open(Transaction::Open);
         Ok(())
     }
 
     /// Begins the next scheme with the one that runs.
-    pub(super) fn draft(&mut self, draft: Draft) {
+    pub(super) fn open(&mut self, transaction: Transaction) {
         self.is_checked = false;
-        let (running, next) = self.plans.split_mut();
-        next.copy_from(running);
-        self.draft = draft;
+        let (running, pending) = self.schemes.split_mut();
+        pending.copy_from(running);
+        self.transaction = transaction;
     }
 
     pub(super) fn abort(&mut self) -> Result<(), CommandError> {
-        if !self.draft.is_open() {
+        if !self.transaction.is_open() {
             return Err(CommandError::NoTransaction);
         }
-        self.drop_draft();
+        self.drop_pending();
         Ok(())
     }
 
     pub(super) fn commit(&mut self) -> Result<(), CommandError> {
-        if !self.draft.is_open() {
+        if !self.transaction.is_open() {
             return Err(CommandError::NoTransaction);
         }
-        let starts = self.draft == Draft::OpenAndStarts;
+        let starts = self.transaction == Transaction::OpenAndStarts;
         if self.is_running || starts {
             self.check_all()?;
         }
@@ -87,8 +86,8 @@ impl Engine {
     /// Lets the scheme run if it is sound; the next one with its commit.
     pub(super) fn check_and_start(&mut self) -> Result<(), CommandError> {
         self.check_all()?;
-        if self.draft.is_open() {
-            self.draft = Draft::OpenAndStarts;
+        if self.transaction.is_open() {
+            self.transaction = Transaction::OpenAndStarts;
         } else if !self.is_running {
             self.start();
         }
@@ -101,15 +100,15 @@ impl Engine {
             return Ok(());
         }
         let (_, faults) = self.finding(0);
-        self.is_checked = faults == 0 && self.draft.is_open();
+        self.is_checked = faults == 0 && self.transaction.is_open();
         if faults > 0 { Err(CommandError::DoesNotMatch { faults }) } else { Ok(()) }
     }
 
     /// Stops what runs; a commit does not start it again.
     pub(super) fn stop(&mut self) {
         self.is_running = false;
-        if self.draft == Draft::OpenAndStarts {
-            self.draft = Draft::Open;
+        if self.transaction == Transaction::OpenAndStarts {
+            self.transaction = Transaction::Open;
         }
     }
 
@@ -124,19 +123,19 @@ impl Engine {
     /// The module to name where the next scheme takes too long: one whose cost is not known, or the dearest of those
     /// that are not plugged in yet, or of all.
     fn dearest_new_module(&self) -> Option<ModuleRef> {
-        let (running, next) = (self.plans.running(), &self.plans.next().wiring);
-        let dearness = |plugged: &&Plugged| {
-            let cycles = self.cycles_in(next, plugged);
+        let (running, pending) = (self.schemes.running(), &self.schemes.pending().wiring);
+        let dearness = |plugged: &&ActiveModule| {
+            let cycles = self.cycles_in(pending, plugged);
             (cycles.is_none(), !running.is_plugged_in(plugged.module), cycles)
         };
-        next.modules().iter().max_by_key(dearness).map(|plugged| plugged.module)
+        pending.modules().iter().max_by_key(dearness).map(|plugged| plugged.module)
     }
 
     /// Whether a tick of the next scheme is short enough. Where it is not, this module is named, or the one that adds
     /// most.
     pub(super) fn admit(&self, module: Option<ModuleRef>) -> Result<(), CommandError> {
         let Some((limit, _)) = self.limit_cycles.zip(self.costs) else { return Ok(()) };
-        let wiring = &self.plans.next().wiring;
+        let wiring = &self.schemes.pending().wiring;
         let tick_cycles = self.cycles_with(wiring);
         if tick_cycles.is_some_and(|cycles| cycles <= limit.get()) {
             return Ok(());
@@ -151,26 +150,26 @@ impl Engine {
     pub(super) fn schedule_next(&mut self) {
         let of_device = self.slots_of(self.device.inputs);
         let kinds = self.kinds();
-        let wiring = &mut self.plans.next_mut().wiring;
+        let wiring = &mut self.schemes.pending_mut().wiring;
         wiring.find_needs(of_device);
         let calls = schedule(wiring);
-        wiring.set_calls(calls.into_iter(), kinds);
+        wiring.set_calls(calls.into_iter(), |id| kinds.kind(id));
     }
 
     /// The next scheme takes the place of the one that runs. Modules that are in both go on, the others begin.
     pub(super) fn switch(&mut self) {
         let failed = self.failed;
-        let fallen = self.plans.running().wiring.fall_with(failed);
+        let fallen = self.schemes.running().wiring.fall_with(failed);
         let (mut still_failed, mut were_out, mut stay) = (0, 0, 0);
-        let (running, next) = self.plans.split_mut();
+        let (running, pending) = self.schemes.split_mut();
         let modules = (0..).zip(running.wiring.modules());
         let sound = modules.filter(|(order, _)| fallen & module_bit(*order) == 0);
         let written = sound.fold(0, |slots, (_, plugged)| slots | running.wiring.writes(plugged));
-        for order in 0..next.wiring.modules().len() {
-            let Some(plugged) = next.wiring.modules().get(order) else { break };
+        for order in 0..pending.wiring.modules().len() {
+            let Some(plugged) = pending.wiring.modules().get(order) else { break };
             let at = running.wiring.order_of(plugged.module);
             let before = at.and_then(|at| running.wiring.modules().get(at));
-            let before = before.filter(|there| next.continues(plugged, running, there));
+            let before = before.filter(|there| pending.continues(plugged, running, there));
             let end = plugged.link_end.filter(|_| before.is_none());
             let begins = before.is_none_or(|before| before.begins);
             for (link, port) in (0..).zip(self.data_base.links()) {
@@ -179,77 +178,77 @@ impl Engine {
                 }
             }
             let takes_over = before.map_or(self.is_running, |before| before.takes_over);
-            let takes_over = takes_over && next.wiring.writes(plugged) & written != 0;
+            let takes_over = takes_over && pending.wiring.writes(plugged) & written != 0;
             let own = u8::try_from(order).map_or(0, module_bit);
             let place = at.filter(|_| before.is_some());
             let place = place.and_then(|place| u8::try_from(place).ok()).map_or(0, module_bit);
             still_failed |= if failed & place == 0 { 0 } else { own };
             stay |= failed & place;
             were_out |= if fallen & place == 0 { 0 } else { own };
-            if let Some(plugged) = next.wiring.at_mut(order) {
+            if let Some(plugged) = pending.wiring.at_mut(order) {
                 // From now on it is in the scheme that runs.
                 plugged.is_alike = true;
                 (plugged.begins, plugged.takes_over) = (begins, takes_over);
             }
             self.begins |= begins;
         }
-        next.connect(self.data_base.storage_mut());
+        pending.connect(self.data_base.storage_mut());
         self.weigh_next();
         self.clear_writes(fallen & !stay);
-        self.plans.switch();
+        self.schemes.switch();
         self.contain_anew(still_failed, were_out);
-        self.drop_draft();
+        self.drop_pending();
     }
 
     /// In which ticks the modules of the next scheme run, and what their calls may take.
     fn weigh_next(&mut self) {
-        let next = &self.plans.next().wiring;
-        let costs = next.modules().iter().map(|plugged| self.cycles_in(next, plugged));
+        let pending = &self.schemes.pending().wiring;
+        let costs = pending.modules().iter().map(|plugged| self.cycles_in(pending, plugged));
         let costs = costs.collect::<Vec<_, MAX_MODULES>>();
         let spare_cycles = self.spare_cycles;
         let counts_per_cycle = self.counter.map_or(1, |counter| counter.counts_per_cycle());
-        let (running, next) = self.plans.split_mut();
+        let (running, pending) = self.schemes.split_mut();
         let before = self.is_running.then_some(&running.wiring);
-        next.wiring.spread(before, &costs);
-        next.wiring.set_budgets(&costs, spare_cycles, counts_per_cycle);
+        pending.wiring.spread(before, &costs);
+        pending.wiring.set_budgets(&costs, spare_cycles, counts_per_cycle);
     }
 
     /// Whether a module takes over from another one in the next tick.
     pub(crate) fn is_taking_over(&self) -> bool {
-        let mut modules = self.plans.running().wiring.modules().iter();
+        let mut modules = self.schemes.running().wiring.modules().iter();
         self.begins && modules.any(|plugged| plugged.begins && plugged.takes_over)
     }
 
     /// Forgets the next scheme: what the one that runs does not use is given back.
-    pub(super) fn drop_draft(&mut self) {
-        (self.draft, self.is_checked) = (Draft::None, false);
+    pub(super) fn drop_pending(&mut self) {
+        (self.transaction, self.is_checked) = (Transaction::None, false);
         self.clear_next();
     }
 
     /// The next scheme has no modules.
     fn clear_next(&mut self) {
-        while let Some(instance) = self.plans.next_mut().instances.pop() {
-            let place = self.plans.next().instances.len();
-            let there = self.plans.running().instances.get(place);
+        while let Some(instance) = self.schemes.pending_mut().instances.pop() {
+            let place = self.schemes.pending().instances.len();
+            let there = self.schemes.running().instances.get(place);
             // Most modules are in both, at the same place.
             if there.is_none_or(|there| there.blocks() != instance.blocks()) {
                 self.give_back_blocks(&instance);
             }
         }
-        let next = self.plans.next_mut();
-        next.wiring.clear();
-        next.bindings.clear();
-        next.place_before = None;
+        let pending = self.schemes.pending_mut();
+        pending.wiring.clear();
+        pending.bindings.clear();
+        pending.place_before = None;
         self.give_back_slots();
     }
 
     /// Ends the existence of every module; stops, unless a transaction is open.
     pub(super) fn close_all(&mut self) {
-        if self.draft.is_open() {
-            (self.draft, self.is_checked) = (Draft::Open, false);
+        if self.transaction.is_open() {
+            (self.transaction, self.is_checked) = (Transaction::Open, false);
         } else {
             self.is_running = false;
-            self.plans.switch();
+            self.schemes.switch();
             self.failed = 0;
         }
         self.clear_next();
@@ -266,11 +265,11 @@ impl Engine {
 
     /// Gives back a module's block unless a scheme has it; says whether it did.
     fn give_back(&mut self, module: ModuleRef, block: Block) -> bool {
-        if block.words == 0 || self.plans.have(module, block) {
+        if block.words == 0 || self.schemes.have(module, block) {
             return false;
         }
         self.data_base.storage_mut().give_back_at_end(block);
-        self.plans.close_gap(block);
+        self.schemes.close_gap(block);
         self.has_moved = true;
         true
     }
@@ -278,7 +277,7 @@ impl Engine {
     /// Gives back what neither a scheme nor the device uses.
     pub(super) fn give_back_slots(&mut self) {
         let of_device = self.slots_of(self.device.outputs) | self.slots_of(self.device.inputs);
-        let of_schemes = self.plans.running().wiring.slots() | self.plans.next().wiring.slots();
+        let of_schemes = self.schemes.running().wiring.slots() | self.schemes.pending().wiring.slots();
         self.has_moved |= self.data_base.keep_only(of_schemes | of_device);
     }
 
@@ -292,7 +291,7 @@ impl Engine {
     /// Tells handles, calls and containment where all words are, if some have moved.
     pub(super) fn follow_moves(&mut self) {
         if core::mem::take(&mut self.has_moved) {
-            self.plans.running_mut().connect(self.data_base.storage_mut());
+            self.schemes.running_mut().connect(self.data_base.storage_mut());
         }
     }
 }

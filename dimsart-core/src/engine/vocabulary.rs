@@ -1,14 +1,10 @@
 //! What an engine says of itself.
 
 use super::Engine;
-use crate::command::ModuleRef;
-use crate::data_type::DataType;
-use crate::description::{DataTypeText, ParameterText, PortText};
 use crate::device::DeviceDescriptor;
-use crate::kind_id::KindId;
-use crate::types;
-use crate::unit::AxisKind;
-use crate::vocabulary::Vocabulary;
+use crate::module::{KindId, ModuleRef};
+use crate::signal::{AxisKind, DataType, types};
+use crate::vocabulary::{DataTypeText, ParameterText, PortText, Vocabulary};
 
 impl Vocabulary for Engine {
     fn device_name(&self) -> &str {

@@ -3,14 +3,13 @@
 use core::fmt;
 
 use super::Explanation;
-use crate::command::{CommandError, ModuleRef};
-use crate::description::{DataTypeText, ParameterText, PortText};
-use crate::kind_id::KindId;
+use crate::data_base::StorageError;
 use crate::limits::{MAX_CHANNEL_TYPES, MAX_PACKET_WORDS, MAX_PORTS};
+use crate::module::{KindId, ModuleRef};
 use crate::parameter::ParameterError;
-use crate::storage::StorageError;
-use crate::unit::AxisKind;
-use crate::vocabulary::Vocabulary;
+use crate::scheme::CommandError;
+use crate::signal::AxisKind;
+use crate::vocabulary::{DataTypeText, ParameterText, PortText, Vocabulary};
 
 /// A module by its name, where names are known.
 struct Named<'a, V: ?Sized>(Option<&'a V>, ModuleRef);

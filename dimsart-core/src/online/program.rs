@@ -20,10 +20,8 @@ use core::ops::Range;
 
 use super::PROGRAM_VERSION;
 use super::instruction::{Instruction, Opcode};
-use super::verify::{self, ProgramError};
-use crate::checksum::CRC;
-use crate::data_type::TypeRef;
-use crate::unit::Unit;
+use crate::packet::CRC;
+use crate::signal::{TypeRef, Unit};
 
 /// Most inputs of a program.
 pub const MAX_INPUTS: usize = 6;
@@ -202,14 +200,6 @@ pub struct Program<'a> {
 }
 
 impl<'a> Program<'a> {
-    /// The program that these words are.
-    ///
-    /// # Errors
-    /// [`ProgramError`] says why they are none.
-    pub fn verify(words: &'a [u32]) -> Result<Self, ProgramError> {
-        verify::verify(words).map(|header| Self { words, header })
-    }
-
     /// Of words that were verified when they were taken.
     #[inline(always)]
     pub(super) fn trusted(words: &'a [u32], header: Header) -> Self {

@@ -49,14 +49,14 @@ impl core::error::Error for LawRefusal {}
 
 /// A place for a program.
 #[derive(Debug, Clone, Copy)]
-pub(crate) struct Place {
+pub(crate) struct ProgramSlot {
     words: [u32; PROGRAM_WORDS],
     /// Of these are the program's; 0 for none.
     count: u8,
     header: Header,
 }
 
-impl Place {
+impl ProgramSlot {
     /// All zero bits.
     pub(crate) const EMPTY: Self = Self { words: [0; PROGRAM_WORDS], count: 0, header: Header::NONE };
 }
@@ -82,11 +82,11 @@ pub struct Code<'a> {
 #[derive(Debug)]
 pub struct Programs {
     /// The first one is that of the next program; the others are numbered from 1.
-    places: &'static mut [Place],
+    places: &'static mut [ProgramSlot],
 }
 
 impl Programs {
-    pub(crate) fn new(places: &'static mut [Place]) -> Self {
+    pub(crate) fn new(places: &'static mut [ProgramSlot]) -> Self {
         Self { places }
     }
 
@@ -97,11 +97,11 @@ impl Programs {
     }
 
     #[inline(always)]
-    fn place(&self, number: u32) -> Option<&Place> {
+    fn place(&self, number: u32) -> Option<&ProgramSlot> {
         self.places.get(usize::try_from(number).ok()?).filter(|_| number != 0)
     }
 
-    fn place_mut(&mut self, number: u8) -> Option<&mut Place> {
+    fn place_mut(&mut self, number: u8) -> Option<&mut ProgramSlot> {
         self.places.get_mut(usize::from(number)).filter(|_| number != 0)
     }
 
@@ -166,7 +166,7 @@ impl Programs {
 
     /// Empties every place.
     pub(crate) fn clear(&mut self) {
-        self.places.fill(Place::EMPTY);
+        self.places.fill(ProgramSlot::EMPTY);
     }
 
     /// Empties a place.

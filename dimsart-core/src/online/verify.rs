@@ -5,10 +5,8 @@ use serde::{Deserialize, Serialize};
 use super::PROGRAM_VERSION;
 use super::instruction::{Field, Instruction, OWN_AXIS, Opcode, REGISTERS};
 use super::program::{Header, MAX_INPUTS, MAX_OUTPUTS, MAX_PARAMETERS, MAX_STATES, Program, Section, seal};
-use crate::data_type::Shape;
 use crate::limits::{MAX_DOF, PROGRAM_WORDS};
-use crate::types;
-use crate::word::Format;
+use crate::signal::{Format, Shape, types};
 
 /// Why words are no program. `at` is the number of the instruction, from 0, of all sections.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
@@ -100,7 +98,17 @@ type Written = u32;
 const _: () = assert!(REGISTERS == 32, "a bit for each");
 const _: () = assert!(MAX_PARAMETERS + MAX_STATES < REGISTERS, "room for what is computed");
 
-pub(super) fn verify(words: &[u32]) -> Result<Header, ProgramError> {
+impl<'a> Program<'a> {
+    /// The program that these words are.
+    ///
+    /// # Errors
+    /// [`ProgramError`] says why they are none.
+    pub fn verify(words: &'a [u32]) -> Result<Self, ProgramError> {
+        verify(words).map(|header| Self::trusted(words, header))
+    }
+}
+
+fn verify(words: &[u32]) -> Result<Header, ProgramError> {
     let (crc, content) = words.split_last().ok_or(ProgramError::Size)?;
     let header = Header::of(words).ok_or(ProgramError::Size)?;
     if words.len() > PROGRAM_WORDS {

@@ -7,8 +7,7 @@ use core::slice::from_mut;
 
 use super::{Accepts, Choice, Entries, Parameter, ParameterError, TypeList, Value};
 use crate::online::LawParameter;
-use crate::summary::Summary;
-use crate::unit::Unit;
+use crate::signal::{Summary, Unit};
 
 /// Visits a module's parameters, one call per parameter; see the [module docs](super).
 #[derive(Debug)]

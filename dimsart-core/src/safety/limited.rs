@@ -1,10 +1,9 @@
 //! A word of a device's inputs, held to its limits.
 
 use super::Velocity;
-use crate::device::{DeviceDescriptor, LimitedWord};
-use crate::input_limits::SafeValue;
-use crate::types;
-use crate::word::{Format, Scalar as _, Word};
+use crate::device::{DeviceDescriptor, LimitedWord, SafeValue};
+use crate::signal::types;
+use crate::signal::word::{Format, Scalar as _, Word};
 
 /// A word that has limits, as a tick needs them, and what it got last.
 #[derive(Debug, Clone, Copy)]

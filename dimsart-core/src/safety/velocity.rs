@@ -2,8 +2,8 @@
 
 use crate::device::DeviceDescriptor;
 use crate::limits::MAX_DOF;
-use crate::types;
-use crate::word::{Scalar as _, Word};
+use crate::signal::types;
+use crate::signal::word::{Scalar as _, Word};
 
 /// Measured where the device does so, otherwise the difference between two ticks' positions. Fresh, it is all zero bits.
 #[derive(Debug)]

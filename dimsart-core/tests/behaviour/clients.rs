@@ -8,7 +8,7 @@ use dimsart_core::{
 use dimsart_link::EventLog;
 use dimsart_link::protocol::{
     Blocked, DeviceInfo, Effect, LeaseAction, LeaseStatus, MAX_TELEMETRY_SIGNALS, MAX_TELEMETRY_WORDS,
-    NOBODY, Refusal, Request, Response, Sample, SchemeAction, StoreError, request_id, serve,
+    NO_CLIENT, Refusal, Request, Response, Sample, SchemeAction, StoreError, request_id, serve,
 };
 use dimsart_modules::ALL;
 
@@ -142,7 +142,7 @@ fn stop_releases_the_lease_and_starting_again_moves_nothing_without_arming() {
         assert_eq!((effect.refused, effect.blocked), (None, Some(Blocked::Tick(Tick::Idle))));
         assert_eq!(board.lease(2, LeaseAction::Look), Ok(LeaseStatus::default()));
         let late = board.lease(1, LeaseAction::Renew);
-        assert_eq!(late, Err(Refusal::Lease { holder: NOBODY }), "a renewal does not bring it back");
+        assert_eq!(late, Err(Refusal::Lease { holder: NO_CLIENT }), "a renewal does not bring it back");
         // What `Start` sends, from the client that was armed.
         let effect = board.command(1, Command::Check).unwrap();
         assert_eq!((effect.refused, effect.blocked), (None, Some(Blocked::Tick(Tick::Disarmed))));
@@ -193,7 +193,7 @@ fn while_one_holds_it_the_others_look_and_change_nothing() {
     for command in [Command::Close, Command::Reset, Command::Check] {
         assert_eq!(board.command(2, command), Err(held));
     }
-    for other in [NOBODY, 2, 255] {
+    for other in [NO_CLIENT, 2, 255] {
         assert_eq!(board.command(other, stiffer()), Err(held));
     }
     for action in [SchemeAction::Save, SchemeAction::Confirm, SchemeAction::RollBack] {
@@ -292,7 +292,7 @@ fn telemetry_that_cannot_be_is_refused_and_what_there_is_goes_on() {
     }
     assert_eq!(board.tick().unwrap().words.len(), MAX_TELEMETRY_WORDS);
     assert_eq!(
-        board.follow(NOBODY, 0, types::POSITION, 1),
+        board.follow(NO_CLIENT, 0, types::POSITION, 1),
         Response::Refused(Refusal::Telemetry { client: 1 })
     );
     // Without clients there is nobody to send anything to.

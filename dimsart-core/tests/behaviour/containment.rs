@@ -6,8 +6,8 @@
 use std::collections::BTreeSet;
 
 use dimsart_core::{
-    Command, Context, Declare, DriveEvent, DriveState, FaultCause, Input, Kinds, Module, ModuleRef, Output,
-    Parameters, Reason, Tick, TypeRef, Value, Word, types, words,
+    Command, Context, DriveEvent, DriveState, FaultCause, Input, Kinds, Module, ModuleRef, Output, Reason,
+    Tick, TypeRef, Value, Word, types, words,
 };
 use rand_core::{Rng, SeedableRng};
 use rand_pcg::Pcg32;
@@ -15,8 +15,15 @@ use rand_pcg::Pcg32;
 use crate::common::{Bench, Types};
 
 words! {
-    struct Ports { a: Input, b: Input, out: Output }
-    struct Settings { spoils: bool }
+    ports Ports {
+        a: Input = input("A", types::SIGNAL),
+        b: Input = delayed().input("B", types::SIGNAL),
+        out: Output = output("OUT", types::SIGNAL_OUT),
+    }
+    parameters Settings {
+        /// Whether it spoils its last axis.
+        spoils: bool = flag("SPOILS", false),
+    }
 }
 
 /// Integrates the sum of two signals. One of them may come a tick later.
@@ -31,18 +38,6 @@ impl Module for Mix {
     type State = ();
     type Axis = f32;
     type Ports = Ports;
-
-    fn parameters(settings: &mut Settings, _: &mut (), visit: &mut Parameters<'_>) {
-        visit.flag(&mut settings.spoils, "SPOILS", false, "Whether it spoils its last axis.");
-    }
-
-    fn ports(_: &Settings, declare: &mut Declare<'_>) -> Ports {
-        Ports {
-            a: declare.input("A", types::SIGNAL),
-            b: declare.delayed().input("B", types::SIGNAL),
-            out: declare.output("OUT", types::SIGNAL_OUT),
-        }
-    }
 
     fn compute(context: &Context<'_, Self>) {
         let Ports { a, b, out } = context.ports();

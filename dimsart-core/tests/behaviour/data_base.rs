@@ -302,9 +302,9 @@ fn random_plug_ins_and_plug_outs_do_what_the_model_says_on_any_number_of_axes() 
 struct Stamper;
 
 words! {
-    struct StamperSettings { stamp: f32, length: u32 }
+    parameters StamperSettings { stamp: f32, length: u32 }
     struct StamperState { has_stamped: bool }
-    struct StamperPorts { memory: Memory, output: Output }
+    ports StamperPorts { memory: Memory, output: Output }
 }
 
 impl Module for Stamper {

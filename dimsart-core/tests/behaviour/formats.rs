@@ -6,9 +6,9 @@ use core::num::NonZeroU32;
 use crate::common::IDS;
 use crate::common::{Bench, DelayedLink, Types};
 use dimsart_core::{
-    AxisKind, CommandError, Content, Context, Cost, Costs, DataType, Declare, DeviceDescriptor, Difference,
-    Finding, Format, Input, Kinds, Matrix, Module, Output, Packet, Shape, Single, Square, Summary, Tick,
-    Unit, UnitRelation, Vector, Word, types, words,
+    AxisKind, CommandError, Content, Context, Cost, Costs, DataType, DeviceDescriptor, Difference, Finding,
+    Format, Input, Kinds, Matrix, Module, Output, Packet, Shape, Single, Square, Summary, Tick, Unit,
+    UnitRelation, Vector, Word, types, words,
 };
 use dimsart_modules::ALL;
 
@@ -373,19 +373,19 @@ fn a_wide_signal_costs_what_one_of_as_many_axes_does() {
 }
 
 words! {
-    struct Ports {
-        real: Input,
-        integer: Input<Vector<i32>>,
-        count: Input<Vector<u32>>,
-        flag: Input<Vector<bool>>,
-        square: Input<Square<i32>>,
-        number: Input<Single<u32>>,
-        real_out: Output,
-        integer_out: Output<Vector<i32>>,
-        count_out: Output<Vector<u32>>,
-        flag_out: Output<Vector<bool>>,
-        square_out: Output<Square<i32>>,
-        matrix_out: Output<Matrix<2, 3>>,
+    ports Ports {
+        real: Input = input("REAL", F32_VECTOR),
+        integer: Input<Vector<i32>> = input("INTEGER", I32_VECTOR),
+        count: Input<Vector<u32>> = input("COUNT", U32_VECTOR),
+        flag: Input<Vector<bool>> = input("FLAG", BOOL_VECTOR),
+        square: Input<Square<i32>> = input("SQUARE", I32_SQUARE),
+        number: Input<Single<u32>> = input("NUMBER", U32_SCALAR),
+        real_out: Output = output("REAL_OUT", types::SIGNAL_OUT),
+        integer_out: Output<Vector<i32>> = output("INTEGER_OUT", I32_VECTOR_OUT),
+        count_out: Output<Vector<u32>> = output("COUNT_OUT", U32_VECTOR_OUT),
+        flag_out: Output<Vector<bool>> = output("FLAG_OUT", BOOL_VECTOR_OUT),
+        square_out: Output<Square<i32>> = output("SQUARE_OUT", I32_SQUARE_OUT),
+        matrix_out: Output<Matrix<2, 3>> = output("MATRIX_OUT", F32_MATRIX),
     }
 }
 
@@ -401,23 +401,6 @@ impl Module for Turn {
     type State = ();
     type Axis = ();
     type Ports = Ports;
-
-    fn ports((): &(), declare: &mut Declare<'_>) -> Ports {
-        Ports {
-            real: declare.input("REAL", F32_VECTOR),
-            integer: declare.input("INTEGER", I32_VECTOR),
-            count: declare.input("COUNT", U32_VECTOR),
-            flag: declare.input("FLAG", BOOL_VECTOR),
-            square: declare.input("SQUARE", I32_SQUARE),
-            number: declare.input("NUMBER", U32_SCALAR),
-            real_out: declare.output("REAL_OUT", types::SIGNAL_OUT),
-            integer_out: declare.output("INTEGER_OUT", I32_VECTOR_OUT),
-            count_out: declare.output("COUNT_OUT", U32_VECTOR_OUT),
-            flag_out: declare.output("FLAG_OUT", BOOL_VECTOR_OUT),
-            square_out: declare.output("SQUARE_OUT", I32_SQUARE_OUT),
-            matrix_out: declare.output("MATRIX_OUT", F32_MATRIX),
-        }
-    }
 
     #[expect(clippy::cast_precision_loss, reason = "small numbers")]
     fn compute(context: &Context<'_, Self>) {

@@ -4,9 +4,8 @@
 use crate::common::{Bench, Types};
 use dimsart_core::Kinds;
 use dimsart_core::{
-    AxisKind, Context, DataType, Declare, DescriptorError, DeviceDescriptor, Dimsart, FaultCause, Format,
-    FrameError, Input, MAX_DEVICE_TYPES, Matrix, Module, Output, Parameters, Shape, Single, Summary, Tick,
-    Unit, Vector, Word,
+    AxisKind, Context, DataType, DescriptorError, DeviceDescriptor, Dimsart, FaultCause, Format, FrameError,
+    Input, MAX_DEVICE_TYPES, Matrix, Module, Output, Shape, Single, Summary, Tick, Unit, Vector, Word,
     limits::{MAX_DOF, Sizes},
     memory, types, words,
 };
@@ -40,18 +39,25 @@ own_types! {
 struct Relay;
 
 words! {
-    struct Settings { spoiled_word: u32, spoils: bool, spoils_with_infinity: bool }
-    struct Signals {
-        temperatures: Input,
-        counter: Input<Single<i32>>,
-        status_bits: Input<Matrix<2, 2, u32>>,
-        limit_switch: Input<Vector<bool>>,
-        jacobian: Input<Matrix<2, 3>>,
-        heating: Output,
-        target: Output<Single<i32>>,
-        mask: Output<Matrix<2, 2, u32>>,
-        brakes: Output<Vector<bool>>,
-        transposed: Output<Matrix<3, 2>>,
+    parameters Settings {
+        /// Whether it spoils a word.
+        spoils: bool = flag("SPOILS", false),
+        /// With infinity, not NaN.
+        spoils_with_infinity: bool = flag("INFINITY", false),
+        /// Float word it spoils.
+        spoiled_word: u32 = count("WORD", Unit::One, 0..=100, 0),
+    }
+    ports Signals {
+        temperatures: Input = input("TEMPERATURES", TEMPERATURES),
+        counter: Input<Single<i32>> = input("COUNTER", COUNTER),
+        status_bits: Input<Matrix<2, 2, u32>> = input("STATUS_BITS", STATUS_BITS),
+        limit_switch: Input<Vector<bool>> = input("LIMIT_SWITCH", LIMIT_SWITCH),
+        jacobian: Input<Matrix<2, 3>> = input("JACOBIAN", JACOBIAN),
+        heating: Output = output("HEATING", HEATING),
+        target: Output<Single<i32>> = output("TARGET", TARGET),
+        mask: Output<Matrix<2, 2, u32>> = output("MASK", MASK),
+        brakes: Output<Vector<bool>> = output("BRAKES", BRAKES),
+        transposed: Output<Matrix<3, 2>> = output("TRANSPOSED", TRANSPOSED),
     }
 }
 
@@ -64,27 +70,6 @@ impl Module for Relay {
     type State = ();
     type Axis = ();
     type Ports = Signals;
-
-    fn parameters(settings: &mut Settings, _: &mut (), visit: &mut Parameters<'_>) {
-        visit.flag(&mut settings.spoils, "SPOILS", false, "Whether it spoils a word.");
-        visit.flag(&mut settings.spoils_with_infinity, "INFINITY", false, "With infinity, not NaN.");
-        visit.count(&mut settings.spoiled_word, "WORD", Unit::One, 0..=100, 0, "Float word it spoils.");
-    }
-
-    fn ports(_: &Settings, declare: &mut Declare<'_>) -> Signals {
-        Signals {
-            temperatures: declare.input("TEMPERATURES", TEMPERATURES),
-            counter: declare.input("COUNTER", COUNTER),
-            status_bits: declare.input("STATUS_BITS", STATUS_BITS),
-            limit_switch: declare.input("LIMIT_SWITCH", LIMIT_SWITCH),
-            jacobian: declare.input("JACOBIAN", JACOBIAN),
-            heating: declare.output("HEATING", HEATING),
-            target: declare.output("TARGET", TARGET),
-            mask: declare.output("MASK", MASK),
-            brakes: declare.output("BRAKES", BRAKES),
-            transposed: declare.output("TRANSPOSED", TRANSPOSED),
-        }
-    }
 
     fn compute(context: &Context<'_, Self>) {
         let (data, ports) = (context.data(), context.ports());

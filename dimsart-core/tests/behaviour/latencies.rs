@@ -6,9 +6,9 @@ use std::cell::Cell;
 use std::sync::atomic::{AtomicU32, Ordering::Relaxed};
 
 use dimsart_core::{
-    AxisKind, Context, Cost, Costs, Counter, Declare, DeviceDescriptor, Dimsart, Input, InputLimits, KindId,
-    Kinds, Module, Output, OutputLimits, Packet, Parameters, ProvidedMemory, SafeValue, Tick, Word, scheme,
-    types, words,
+    AxisKind, Context, Cost, Costs, Counter, DeviceDescriptor, Dimsart, Input, InputLimits, KindId, Kinds,
+    Module, Output, OutputLimits, Packet, Parameters, ProvidedMemory, SafeValue, Tick, Word, scheme, types,
+    words,
 };
 use dimsart_modules as modules;
 use dimsart_modules::ALL;
@@ -34,7 +34,10 @@ thread_local! {
 }
 
 words! {
-    struct Ports { law: Input, force: Output }
+    ports Ports {
+        law: Input = input("LAW", types::DES_FORCE),
+        force: Output = output("FORCE", types::DES_FORCE),
+    }
 }
 
 /// Passes a force on, adds something to it, and takes its time.
@@ -51,13 +54,6 @@ impl Module for Failing {
     type Ports = Ports;
 
     fn parameters((): &mut (), (): &mut (), _: &mut Parameters<'_>) {}
-
-    fn ports((): &(), declare: &mut Declare<'_>) -> Ports {
-        Ports {
-            law: declare.input("LAW", types::DES_FORCE),
-            force: declare.output("FORCE", types::DES_FORCE),
-        }
-    }
 
     fn compute(context: &Context<'_, Self>) {
         let Ports { law, force } = context.ports();

@@ -1,7 +1,7 @@
 //! The right to move the device: one holder at a time, and never longer than it was renewed for.
 #![expect(clippy::unwrap_used, reason = "in helpers of tests as in tests")]
 
-use dimsart_link::protocol::{Lease, LeaseAction, LeaseStatus, NOBODY, Refusal};
+use dimsart_link::protocol::{Lease, LeaseAction, LeaseStatus, NO_CLIENT, Refusal};
 use proptest::prelude::*;
 
 const LENGTH: u32 = 200;
@@ -48,7 +48,7 @@ fn another_client_is_refused_by_the_holder_s_name_and_nothing_of_it_prolongs_the
 fn who_was_too_late_to_renew_has_to_take_it_anew() {
     let mut lease = held();
     (0..=LENGTH).for_each(|_| _ = lease.tick());
-    assert_eq!(lease.carry_out(1, LeaseAction::Renew), Err(Refusal::Lease { holder: NOBODY }));
+    assert_eq!(lease.carry_out(1, LeaseAction::Renew), Err(Refusal::Lease { holder: NO_CLIENT }));
     assert!(!lease.tick());
     lease.carry_out(1, LeaseAction::Take).unwrap();
     assert!(lease.tick());
@@ -67,7 +67,7 @@ fn given_back_it_ends_at_once() {
 #[test]
 fn nobody_is_no_client_and_a_device_without_a_lease_moves_without_one() {
     for action in &ACTIONS[1..] {
-        assert_eq!(Lease::new(LENGTH).carry_out(NOBODY, *action), Err(Refusal::NotThere));
+        assert_eq!(Lease::new(LENGTH).carry_out(NO_CLIENT, *action), Err(Refusal::NotThere));
     }
     let mut free = Lease::new(0);
     assert!(free.is_armed() && free.tick() && free.admit(9).is_ok());

@@ -5,8 +5,8 @@ use std::cell::Cell;
 use std::sync::atomic::{AtomicU32, Ordering::Relaxed};
 
 use dimsart_core::{
-    Command, Context, Cost, Costs, Counter, Declare, FaultCause, Input, KindId, Kinds, Module, ModuleRef,
-    Output, Parameters, Tick, Unit, types, words,
+    Command, Context, Cost, Costs, Counter, FaultCause, Input, KindId, Kinds, Module, ModuleRef, Output,
+    Tick, Unit, types, words,
 };
 use dimsart_link::protocol::DeviceInfo;
 use dimsart_link::{Event, EventKind, EventLog};
@@ -14,8 +14,14 @@ use dimsart_link::{Event, EventKind, EventLog};
 use crate::common::Bench;
 
 words! {
-    struct Ports { input: Input, output: Output }
-    struct Settings { cycles: u32 }
+    ports Ports {
+        input: Input = input("IN", types::SIGNAL),
+        output: Output = output("OUT", types::SIGNAL_OUT),
+    }
+    parameters Settings {
+        /// What a call of it takes.
+        cycles: u32 = count("CYCLES", Unit::One, 0..=1_000_000, 0),
+    }
 }
 
 thread_local! {
@@ -36,14 +42,6 @@ impl Module for Slow {
     type State = ();
     type Axis = ();
     type Ports = Ports;
-
-    fn parameters(settings: &mut Settings, _: &mut (), visit: &mut Parameters<'_>) {
-        visit.count(&mut settings.cycles, "CYCLES", Unit::One, 0..=1_000_000, 0, "What a call of it takes.");
-    }
-
-    fn ports(_: &Settings, declare: &mut Declare<'_>) -> Ports {
-        Ports { input: declare.input("IN", types::SIGNAL), output: declare.output("OUT", types::SIGNAL_OUT) }
-    }
 
     fn compute(context: &Context<'_, Self>) {
         let Ports { input, output } = context.ports();

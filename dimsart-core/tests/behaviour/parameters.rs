@@ -2,7 +2,7 @@
 #![expect(clippy::unwrap_used, reason = "in helpers of tests as in tests")]
 
 use crate::common::Bench;
-use dimsart_core::{Accepted, Kinds, ParameterText, ProvidedMemory};
+use dimsart_core::{Accepted, Kinds, ParameterSet, ParameterText, ProvidedMemory};
 use dimsart_core::{
     Command, CommandError, Context, Declare, Dimsart, Entries, Input, Module, ModuleRef, Output,
     ParameterError, Parameters, Unit, Value, choice, limits::MAX_DOF, types, words,
@@ -16,9 +16,27 @@ choice! {
 }
 
 words! {
-    struct Settings { offset: i32, matrix: [[f32; 3]; 2] }
-    struct Gains { count: u32, flag: bool, law: Law, turns: i32, row: [f32; 4], square: [f32; MAX_DOF] }
-    struct Ports { input: Input, output: Output }
+    parameters Settings {
+        /// Signed.
+        offset: i32 = integer("OFFSET", Unit::One, -100..=i32::MAX, -1),
+        /// Matrix.
+        matrix: [[f32; 3]; 2] = matrix("M", Unit::One, -10.0..=10.0, 0.5),
+    }
+    parameters Gains {
+        /// Whole.
+        count: u32 = per_axis_count("COUNT", Unit::Tick, 0..=9, 1),
+        /// Switch.
+        flag: bool = per_axis_flag("FLAG", true),
+        /// Names.
+        law: Law = per_axis_choice("LAW"),
+        /// Signed per axis.
+        turns: i32 = per_axis_integer("TURNS", Unit::One, i32::MIN..=5, 0),
+        /// Row per axis.
+        row: [f32; 4] = per_axis_row("ROW", Unit::Stiffness, 0.0..=1e6, 0.0),
+        /// Gain.
+        square: [f32; MAX_DOF] = square("K", Unit::Stiffness, -1e6..=1e6, 0.0),
+    }
+    ports Ports { input: Input, output: Output }
 }
 
 /// State feedback with a gain of any kind.
@@ -35,16 +53,8 @@ impl Module for Feedback {
     type Ports = Ports;
 
     fn parameters(settings: &mut Settings, gains: &mut Gains, visit: &mut Parameters<'_>) {
-        let Settings { offset, matrix } = settings;
-        visit.integer(offset, "OFFSET", Unit::One, -100..=i32::MAX, -1, "Signed.");
-        visit.matrix(matrix, "M", Unit::One, -10.0..=10.0, 0.5, "Matrix.");
-        let Gains { count, flag, law, turns, row, square } = gains;
-        visit.per_axis_count(count, "COUNT", Unit::Tick, 0..=9, 1, "Whole.");
-        visit.per_axis_flag(flag, "FLAG", true, "Switch.");
-        visit.per_axis_choice(law, "LAW", "Names.");
-        visit.per_axis_integer(turns, "TURNS", Unit::One, i32::MIN..=5, 0, "Signed per axis.");
-        visit.per_axis_row(row, "ROW", Unit::Stiffness, 0.0..=1e6, 0.0, "Row per axis.");
-        visit.square(square, "K", Unit::Stiffness, -1e6..=1e6, 0.0, "Gain.");
+        settings.visit(visit);
+        gains.visit(visit);
     }
 
     fn ports(_: &Settings, declare: &mut Declare<'_>) -> Ports {

@@ -6,8 +6,8 @@ use crate::common::{self, Bench, words};
 use dimsart_core::KindId;
 
 use dimsart_core::{
-    Accepts, Command, CommandError, Context, Declare, Dimsart, EVERY_TICKS, Entries, Module, ModuleRef,
-    Parameters, TypeRef, Unit, Value, types, words,
+    Accepts, Command, CommandError, Context, Dimsart, EVERY_TICKS, Entries, Module, ModuleRef, Parameters,
+    TypeRef, Unit, Value, types, words,
 };
 use dimsart_link::saved_scheme::{
     LoadError, MAX_SCHEME_BYTES, SAVED_SCHEME_VERSION, SchemeBytes, TooLong, Writer, fingerprint, load, save,
@@ -276,7 +276,7 @@ fn images_with_other_modules_have_other_fingerprints() {
     assert!(two != standard && swapped != standard && two != swapped);
 }
 
-words! { struct Gain { k: f32 } }
+words! { parameters Gain { k: f32 } }
 
 /// A gain, one for all axes or one for each.
 #[derive(Debug)]
@@ -298,8 +298,6 @@ impl<const IS_PER_AXIS: bool> Module for Law<IS_PER_AXIS> {
             visit.real(&mut settings.k, "K", Unit::One, 0.0..=1.0, 0.5, "Gain.");
         }
     }
-
-    fn ports(_: &Gain, _: &mut Declare<'_>) {}
 
     fn compute(_: &Context<'_, Self>) {}
 }

@@ -3,7 +3,7 @@
 #![expect(clippy::cast_possible_truncation, clippy::float_cmp, reason = "rounded and compared on purpose")]
 
 use crate::common::{self, Bench, DelayedLink, H, assert_close};
-use dimsart_core::{Context, Declare, Input, Kinds, Module, Output, Parameters, Unit, types, words};
+use dimsart_core::{Context, Input, Kinds, Module, Output, Unit, types, words};
 use dimsart_modules::ALL;
 use rand_core::{Rng, SeedableRng};
 use rand_pcg::Pcg32;
@@ -13,8 +13,17 @@ use rand_pcg::Pcg32;
 struct Resistor;
 
 words! {
-    struct Settings { impedance: f32, load: f32 }
-    struct Ports { waves_in: Input, waves_out: Output, velocity: Output }
+    parameters Settings {
+        /// Wave impedance.
+        impedance: f32 = real("B_PARAM", Unit::Damping, 1e-3..=1e4, 10.0),
+        /// Damper.
+        load: f32 = real("Z_PARAM", Unit::Damping, 0.0..=1e6, 0.0),
+    }
+    ports Ports {
+        waves_in: Input = input("WAVES_IN", types::CH2_WAVES),
+        waves_out: Output = output("WAVES_OUT", types::CH1_WAVES),
+        velocity: Output = output("LINE_VELOCITY", types::LINE_VELOCITY),
+    }
 }
 
 impl Module for Resistor {
@@ -25,19 +34,6 @@ impl Module for Resistor {
     type State = ();
     type Axis = ();
     type Ports = Ports;
-
-    fn parameters(settings: &mut Settings, _: &mut (), visit: &mut Parameters<'_>) {
-        visit.real(&mut settings.impedance, "B_PARAM", Unit::Damping, 1e-3..=1e4, 10.0, "Wave impedance.");
-        visit.real(&mut settings.load, "Z_PARAM", Unit::Damping, 0.0..=1e6, 0.0, "Damper.");
-    }
-
-    fn ports(_: &Settings, declare: &mut Declare<'_>) -> Ports {
-        Ports {
-            waves_in: declare.input("WAVES_IN", types::CH2_WAVES),
-            waves_out: declare.output("WAVES_OUT", types::CH1_WAVES),
-            velocity: declare.output("LINE_VELOCITY", types::LINE_VELOCITY),
-        }
-    }
 
     fn compute(context: &Context<'_, Self>) {
         let Ports { waves_in, waves_out, velocity } = context.ports();

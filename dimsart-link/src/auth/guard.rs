@@ -1,7 +1,7 @@
 //! One side of a link between two that have the same key.
 
 use super::handshake::Handshake;
-use super::keys::Line;
+use super::line::Line;
 use super::opener::{AuthError, Opener, handshake, plain};
 use super::sealer::Sealer;
 use super::tag::{Key, Profile};

@@ -1,25 +1,7 @@
 //! What is made of a key for one line: another key for each role, and one for the contents of each association.
 
+use super::line::Line;
 use super::tag::{ContentKey, Key, TAG_BYTES};
-
-/// What a key is used on. Each line has keys of its own, so that nothing of one is worth anything on another.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-#[cfg_attr(feature = "defmt", derive(defmt::Format))]
-pub enum Line {
-    /// Between two controllers: the link's number, which is the same at both ends.
-    Link(u8),
-    /// From a host, which seals requests, to a board, which opens them.
-    Commands,
-}
-
-impl Line {
-    pub(super) const fn to_bytes(self) -> [u8; 2] {
-        match self {
-            Self::Link(number) => [1, number],
-            Self::Commands => [2, 0],
-        }
-    }
-}
 
 /// The two numbers of an association, of which each end has made one. No two associations have the same.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

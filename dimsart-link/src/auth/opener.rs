@@ -1,7 +1,8 @@
 //! Takes off tags that are right, once.
 
 use super::handshake::{Handshake, MAX_BYTES};
-use super::keys::{Line, LineKeys, Nonces, Statement};
+use super::keys::{LineKeys, Nonces, Statement};
+use super::line::Line;
 use super::tag::{ContentKey, Key, Profile, is_same};
 use dimsart_core::envelope::{Class, EnvelopeError, TAGGED, close, parse, verify};
 

@@ -1,7 +1,8 @@
 //! Puts tags on contents.
 
 use super::handshake::{Handshake, MAX_BYTES};
-use super::keys::{Line, LineKeys, Nonces, Statement};
+use super::keys::{LineKeys, Nonces, Statement};
+use super::line::Line;
 use super::opener::AuthError;
 use super::tag::{ContentKey, Key, Profile, TAG_BYTES, is_same};
 use dimsart_core::envelope::{CRC_BYTES, TAGGED, close};

@@ -3,7 +3,7 @@
 use dimsart_cmac::{Cmac, KEY_BYTES};
 use heapless::Vec;
 
-use super::keys::Line;
+use super::line::Line;
 use dimsart_core::envelope::MAX_CONTENT_BYTES;
 
 /// Bytes of the longest tag that travels.

@@ -1,53 +1,19 @@
 //! What the caller of the tick knows of a controller and the controller itself does not.
 
-use serde::{Deserialize, Serialize};
-
 use super::LawAction;
+use super::blocked::{Blocked, FirstFault};
 use super::heartbeat::Heartbeat;
+use super::law::{answer_law, refuse_law};
 use super::lease::Lease;
-use super::response::{Refusal, Response};
-use super::serve::{answer_law, refuse_law};
+use super::refusal::Refusal;
+use super::response::Response;
 use super::telemetry::{MAX_TELEMETRY_SIGNALS, Sample, Stream, Wanted};
 use crate::event_log::{Event, EventKind, EventLog};
-use dimsart_core::{
-    DataBase, Dimsart, Engine, FaultCause, Finding, FrameError, ModuleFault, Reason, Tick, Timing,
-};
+use dimsart_core::{DataBase, Dimsart, Engine, FaultCause, FrameError, ModuleFault, Reason, Tick, Timing};
 
 const LEASES_PER_S: u32 = 5;
 /// Telemetry ends when its client has been silent for so long.
 const PATIENCE_S: u32 = 5;
-
-/// Why the device is not commanded by the scheme.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
-#[cfg_attr(feature = "defmt", derive(defmt::Format))]
-#[non_exhaustive]
-pub enum Blocked {
-    /// The scheme does not match; this is its first fault.
-    Mismatch(Finding),
-    /// The outcome of the last tick, which is not [`Tick::Ran`].
-    Tick(Tick),
-}
-
-impl Blocked {
-    /// Its number and texts.
-    #[must_use]
-    pub const fn reason(&self) -> Reason {
-        match self {
-            Self::Mismatch(_) => Reason::Stopped,
-            Self::Tick(tick) => tick.reason(),
-        }
-    }
-}
-
-/// The first tick that was refused, or in which a link was lost.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
-#[cfg_attr(feature = "defmt", derive(defmt::Format))]
-pub struct FirstFault {
-    /// Number of the tick, from 1.
-    pub tick: u64,
-    /// Why.
-    pub reason: Blocked,
-}
 
 /// What whoever calls [`Dimsart::tick`](dimsart_core::Dimsart::tick) keeps beside it: the image's name, what its ticks
 /// came to, and what its clients may do. Its creator chooses how many streams of telemetry there are: one for each client,

@@ -2,7 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
-use super::device_info::{Blocked, FirstFault};
+use super::blocked::{Blocked, FirstFault};
 use super::frame::{DecodeError, NoRoom, decode, encode};
 use super::lease::LeaseStatus;
 use dimsart_core::envelope::Class;

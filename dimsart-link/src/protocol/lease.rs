@@ -10,10 +10,9 @@
 
 use serde::{Deserialize, Serialize};
 
-use super::response::Refusal;
-
-/// The client that nobody is.
-pub const NOBODY: u8 = 0;
+use super::client::NO_CLIENT;
+use super::motor::{MotorAction, MotorRefusal};
+use super::refusal::Refusal;
 
 /// What a client wants of the lease. Each is answered by how it stands then.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
@@ -34,7 +33,7 @@ pub enum LeaseAction {
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct LeaseStatus {
-    /// The client that holds it, [`NOBODY`] when it is free.
+    /// The client that holds it, [`NO_CLIENT`] when it is free.
     pub holder: u8,
     /// Ticks that it lasts unless it is renewed.
     pub ticks_left: u32,
@@ -51,7 +50,7 @@ impl Lease {
     /// A lease that nobody holds. One of 0 ticks is needed by nobody and given to nobody.
     #[must_use]
     pub const fn new(length_ticks: u32) -> Self {
-        Self { status: LeaseStatus { holder: NOBODY, ticks_left: 0 }, length_ticks }
+        Self { status: LeaseStatus { holder: NO_CLIENT, ticks_left: 0 }, length_ticks }
     }
 
     /// How it stands.
@@ -63,10 +62,10 @@ impl Lease {
     /// Does what a client wants.
     ///
     /// # Errors
-    /// [`Refusal::Lease`] with the holder when it is another client, or [`NOBODY`] when there is nothing to renew;
+    /// [`Refusal::Lease`] with the holder when it is another client, or [`NO_CLIENT`] when there is nothing to renew;
     /// [`Refusal::NotThere`] when the device has no lease, or the client has no number. Nothing has changed.
     pub fn carry_out(&mut self, client: u8, action: LeaseAction) -> Result<LeaseStatus, Refusal> {
-        if self.length_ticks == 0 || client == NOBODY && action != LeaseAction::Look {
+        if self.length_ticks == 0 || client == NO_CLIENT && action != LeaseAction::Look {
             return Err(Refusal::NotThere);
         }
         let holder = self.status.holder;
@@ -77,7 +76,7 @@ impl Lease {
                 self.admit(client)?;
                 let is_held = action != LeaseAction::GiveBack;
                 self.status = LeaseStatus {
-                    holder: if is_held { client } else { NOBODY },
+                    holder: if is_held { client } else { NO_CLIENT },
                     ticks_left: if is_held { self.length_ticks } else { 0 },
                 };
             }
@@ -91,7 +90,7 @@ impl Lease {
     /// [`Refusal::Lease`] with the holder, when another client holds it.
     pub fn admit(&self, client: u8) -> Result<(), Refusal> {
         match self.status.holder {
-            NOBODY => Ok(()),
+            NO_CLIENT => Ok(()),
             holder if holder == client => Ok(()),
             holder => Err(Refusal::Lease { holder }),
         }
@@ -105,16 +104,71 @@ impl Lease {
     /// Whether the device may be moved now.
     #[must_use]
     pub fn is_armed(&self) -> bool {
-        self.length_ticks == 0 || self.status.holder != NOBODY
+        self.length_ticks == 0 || self.status.holder != NO_CLIENT
     }
 
     /// Counts a tick; true when the device may be moved in it.
     pub fn tick(&mut self) -> bool {
         let Some(left) = self.status.ticks_left.checked_sub(1) else {
-            self.status.holder = NOBODY;
+            self.status.holder = NO_CLIENT;
             return self.is_armed();
         };
         self.status.ticks_left = left;
         true
+    }
+
+    /// Whether a client may have a motor action carried out, as lease and scheme stand.
+    pub(super) fn admit_motor(
+        &self,
+        action: MotorAction,
+        client: u8,
+        is_running: bool,
+    ) -> Result<(), Refusal> {
+        let holder = self.status().holder;
+        match action {
+            MotorAction::Keep { .. } | MotorAction::Forget if self.is_armed() => {
+                Err(Refusal::Motor(MotorRefusal::InUse))
+            }
+            MotorAction::Identify { .. } if holder != client || holder == NO_CLIENT => {
+                Err(Refusal::Lease { holder })
+            }
+            MotorAction::Identify { .. } if !is_running => Err(Refusal::Motor(MotorRefusal::NothingRuns)),
+            MotorAction::Identify { current_a } if !(current_a > 0.0 && current_a.is_finite()) => {
+                Err(Refusal::Motor(MotorRefusal::Current))
+            }
+            MotorAction::Look
+            | MotorAction::Put { .. }
+            | MotorAction::Keep { .. }
+            | MotorAction::Forget
+            | MotorAction::Identify { .. }
+            | MotorAction::Found => Ok(()),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn it_is_kept_at_rest_and_identified_under_the_lease_alone() {
+        let mut lease = Lease::new(200);
+        let keep = MotorAction::Keep { layout: 1, count: 3, checksum: 0 };
+        let identify = MotorAction::Identify { current_a: 2.0 };
+        assert_eq!(lease.admit_motor(keep, 7, true), Ok(()));
+        assert_eq!(lease.admit_motor(identify, 7, true), Err(Refusal::Lease { holder: NO_CLIENT }));
+        assert_eq!(lease.admit_motor(identify, NO_CLIENT, true), Err(Refusal::Lease { holder: NO_CLIENT }));
+        lease.carry_out(7, LeaseAction::Take).unwrap();
+        for action in [keep, MotorAction::Forget] {
+            assert_eq!(lease.admit_motor(action, 7, true), Err(Refusal::Motor(MotorRefusal::InUse)));
+        }
+        assert_eq!(lease.admit_motor(identify, 7, true), Ok(()));
+        assert_eq!(lease.admit_motor(identify, 8, true), Err(Refusal::Lease { holder: 7 }));
+        assert_eq!(lease.admit_motor(identify, 7, false), Err(Refusal::Motor(MotorRefusal::NothingRuns)));
+        for current_a in [0.0, -1.0, f32::NAN, f32::INFINITY] {
+            let identify = MotorAction::Identify { current_a };
+            assert_eq!(lease.admit_motor(identify, 7, true), Err(Refusal::Motor(MotorRefusal::Current)));
+        }
+        assert_eq!(lease.admit_motor(MotorAction::Look, 8, true), Ok(()));
     }
 }

@@ -9,8 +9,6 @@
 use heapless::Vec;
 use serde::{Deserialize, Serialize};
 
-use super::lease::{Lease, NOBODY};
-use super::response::Refusal;
 use dimsart_core::Reason;
 use dimsart_core::checksum::CRC;
 
@@ -216,53 +214,9 @@ pub fn motor_checksum(words: &[u32]) -> u32 {
     digest.finalize()
 }
 
-impl MotorAction {
-    /// Whether a client may have it done, as lease and scheme stand.
-    pub(super) fn admit(self, client: u8, lease: &Lease, is_running: bool) -> Result<(), Refusal> {
-        let holder = lease.status().holder;
-        match self {
-            Self::Keep { .. } | Self::Forget if lease.is_armed() => Err(Refusal::Motor(MotorRefusal::InUse)),
-            Self::Identify { .. } if holder != client || holder == NOBODY => Err(Refusal::Lease { holder }),
-            Self::Identify { .. } if !is_running => Err(Refusal::Motor(MotorRefusal::NothingRuns)),
-            Self::Identify { current_a } if !(current_a > 0.0 && current_a.is_finite()) => {
-                Err(Refusal::Motor(MotorRefusal::Current))
-            }
-            Self::Look
-            | Self::Put { .. }
-            | Self::Keep { .. }
-            | Self::Forget
-            | Self::Identify { .. }
-            | Self::Found => Ok(()),
-        }
-    }
-}
-
 #[cfg(test)]
 mod tests {
-    use super::super::LeaseAction;
     use super::*;
-
-    #[test]
-    fn it_is_kept_at_rest_and_identified_under_the_lease_alone() {
-        let mut lease = Lease::new(200);
-        let keep = MotorAction::Keep { layout: 1, count: 3, checksum: 0 };
-        let identify = MotorAction::Identify { current_a: 2.0 };
-        assert_eq!(keep.admit(7, &lease, true), Ok(()));
-        assert_eq!(identify.admit(7, &lease, true), Err(Refusal::Lease { holder: NOBODY }));
-        assert_eq!(identify.admit(NOBODY, &lease, true), Err(Refusal::Lease { holder: NOBODY }));
-        lease.carry_out(7, LeaseAction::Take).unwrap();
-        for action in [keep, MotorAction::Forget] {
-            assert_eq!(action.admit(7, &lease, true), Err(Refusal::Motor(MotorRefusal::InUse)));
-        }
-        assert_eq!(identify.admit(7, &lease, true), Ok(()));
-        assert_eq!(identify.admit(8, &lease, true), Err(Refusal::Lease { holder: 7 }));
-        assert_eq!(identify.admit(7, &lease, false), Err(Refusal::Motor(MotorRefusal::NothingRuns)));
-        for current_a in [0.0, -1.0, f32::NAN, f32::INFINITY] {
-            let identify = MotorAction::Identify { current_a };
-            assert_eq!(identify.admit(7, &lease, true), Err(Refusal::Motor(MotorRefusal::Current)));
-        }
-        assert_eq!(MotorAction::Look.admit(8, &lease, true), Ok(()));
-    }
 
     #[test]
     fn a_word_that_is_missing_or_another_one_shows() {

@@ -3,23 +3,24 @@
 use heapless::Vec;
 use serde::{Deserialize, Serialize};
 
-use dimsart_core::{Accepted, BoundReport, DataTypeText, ParameterText, PortText, TooManyChoices};
+use dimsart_core::{Accepted, BoundReport, DataTypeText, ParameterText, PortText};
 
+use super::blocked::{Blocked, FirstFault};
 use super::cycles::CyclesReport;
 use super::description::{Identity, InstanceText, ModuleText};
-use super::device_info::{Blocked, FirstFault};
 use super::frame::{DecodeError, EncodeError, NoRoom, decode, encode};
-use super::key::{KeyRefusal, KeyState};
+use super::key::KeyState;
 use super::lease::LeaseStatus;
-use super::motor::{Identification, MotorRefusal, MotorReport};
+use super::motor::{Identification, MotorReport};
+use super::refusal::Refusal;
 use super::safety::SafetyReport;
-use super::schemes::{SchemeStatus, StoreError};
+use super::schemes::SchemeStatus;
 use crate::event_log::Event;
 use dimsart_core::envelope::Class;
 use dimsart_core::online::LawReport;
 use dimsart_core::parameter::Value;
 use dimsart_core::{
-    Command, CommandError, DriveState, Finding, Format, ModuleFault, Reason, Timing, TypeRef, Unit, Usage,
+    Command, CommandError, DriveState, Finding, Format, ModuleFault, Timing, TypeRef, Unit, Usage,
 };
 
 /// Most words of a signal, or of a memory, in one response.
@@ -156,85 +157,6 @@ impl Response<'_> {
         }
     }
 }
-
-/// Why a request was refused.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
-#[cfg_attr(feature = "defmt", derive(defmt::Format))]
-#[non_exhaustive]
-pub enum Refusal {
-    /// This version knows no such request.
-    NotUnderstood,
-    /// Nothing has this index or number; a list ends here.
-    NotThere,
-    /// The answer does not fit a frame.
-    TooLong,
-    /// The engine refused.
-    Engine(CommandError),
-    /// Saving or loading of a scheme was refused.
-    Store(StoreError),
-    /// This client does not hold the lease, and what it asked for needs that, or that nobody else does.
-    Lease {
-        /// The client that holds it, 0 when nobody does.
-        holder: u8,
-    },
-    /// Another client has the telemetry.
-    Telemetry {
-        /// The client that has it.
-        client: u8,
-    },
-    /// The board holds a key, or held one.
-    Key(KeyRefusal),
-    /// Something has failed, and motion waits for a reset. The number is that of a [`Reason`].
-    Fault(u8),
-    /// Nothing was done to the board's motor.
-    Motor(MotorRefusal),
-}
-
-impl From<TooManyChoices> for Refusal {
-    fn from(_: TooManyChoices) -> Self {
-        Self::TooLong
-    }
-}
-
-impl core::fmt::Display for Refusal {
-    fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
-        match self {
-            Self::NotUnderstood => write!(
-                f,
-                "the device knows no such request, as it speaks another protocol: flash it with an image of this \
-                 version, or use the `dimsart` that its image was built with"
-            ),
-            Self::NotThere => write!(f, "the device has nothing of this number"),
-            Self::TooLong => write!(f, "the answer does not fit a frame: shorten the texts in the image"),
-            Self::Engine(error) => error.fmt(f),
-            Self::Store(error) => error.fmt(f),
-            Self::Key(refusal) => refusal.fmt(f),
-            Self::Motor(refusal) => refusal.fmt(f),
-            Self::Lease { holder: 0 } => {
-                write!(
-                    f,
-                    "the lease was released by STOP, a fault or a timeout, outputs at their safe value: `arm` again"
-                )
-            }
-            Self::Lease { holder } => {
-                write!(
-                    f,
-                    "client {holder} holds the lease, only it may change something: let it give the lease back, or \
-                     `stop` the scheme"
-                )
-            }
-            Self::Fault(number) => {
-                let name = Reason::by_number(*number).map_or("unknown to this version", Reason::name);
-                write!(f, "something has failed ({name}): see to it (`faults` says more), then `reset`")
-            }
-            Self::Telemetry { client } => {
-                write!(f, "the telemetry is sent to client {client}: ask for the signals")
-            }
-        }
-    }
-}
-
-impl core::error::Error for Refusal {}
 
 /// What a command came to: whether it was carried out, and how things stand now.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]

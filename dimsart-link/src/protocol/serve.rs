@@ -2,16 +2,19 @@
 
 use heapless::Vec;
 
-use super::LawAction;
+use super::PROTOCOL_VERSION;
+use super::blocked::Blocked;
+use super::client::{NO_CLIENT, client_of};
 use super::description::{Identity, InstanceText};
-use super::device_info::{Blocked, DeviceInfo};
+use super::device_info::DeviceInfo;
 use super::frame::{DecodeError, NoRoom};
-use super::lease::{LeaseAction, NOBODY};
-use super::request::{Request, client_of, decode_request};
-use super::response::{Effect, Refusal, Response, SignalText, Status, encode_response};
+use super::law::text_of;
+use super::lease::LeaseAction;
+use super::refusal::Refusal;
+use super::request::{Request, decode_request};
+use super::response::{Effect, Response, SignalText, Status, encode_response};
 use super::schemes::StoreError;
 use super::telemetry::Wanted;
-use super::{MAX_SIGNAL_WORDS, PROTOCOL_VERSION};
 use crate::event_log::{Event, EventKind};
 use dimsart_core::parameter::Value;
 use dimsart_core::{Command, DataBase, DeviceDescriptor, Dimsart, Engine, Format, Tick, Unit, type_at};
@@ -133,12 +136,12 @@ fn respond<const STREAMS: usize>(
         }
         Request::Bound => Response::Bound(found(engine.bound())?),
         Request::Motor(action) => {
-            action.admit(client_of(id), &info.lease, engine.is_running())?;
+            info.lease.admit_motor(action, client_of(id), engine.is_running())?;
             return Err(Refusal::NotThere);
         }
         Request::Restart => {
             return Err(match info.lease.status().holder {
-                NOBODY => Refusal::NotThere,
+                NO_CLIENT => Refusal::NotThere,
                 holder => Refusal::Lease { holder },
             });
         }
@@ -226,34 +229,6 @@ fn words(data_base: &DataBase, slot: u8, from: u16) -> Option<SignalText> {
     let meaning = data_base.entry(slot).map(|entry| (entry.data_type.format, entry.data_type.unit));
     let (format, unit) = meaning.unwrap_or((Format::U32, Unit::One));
     text_of(data_base.words(slot), from, format, unit)
-}
-
-/// What is asked about a law. Of a [program](LawAction::Read) as many words as fit, from one of them on.
-pub(super) fn answer_law(engine: &Engine, action: LawAction) -> Response<'static> {
-    let answer = match action {
-        LawAction::Read { number, from } => engine
-            .law_words(number)
-            .and_then(|words| text_of(words, from.into(), Format::U32, Unit::One))
-            .map(Response::Signal),
-        LawAction::Look { number } => engine.law(number).map(Response::Law),
-    };
-    answer.unwrap_or(Response::Refused(Refusal::NotThere))
-}
-
-/// The same of a controller without laws.
-pub(super) fn refuse_law(_: &Engine, _: LawAction) -> Response<'static> {
-    Response::Refused(Refusal::NotUnderstood)
-}
-
-fn text_of(words: &[u32], from: u16, format: Format, unit: Unit) -> Option<SignalText> {
-    let rest = words.get(usize::from(from)..)?;
-    let wanted = rest.get(..MAX_SIGNAL_WORDS).unwrap_or(rest);
-    Some(SignalText {
-        format,
-        unit,
-        words_in_all: u16::try_from(words.len()).unwrap_or(u16::MAX),
-        words: Vec::from_slice(wanted).unwrap_or_default(),
-    })
 }
 
 #[cfg(test)]

@@ -9,10 +9,9 @@
 
 use heapless::Vec;
 
+use super::client::{NO_CLIENT, client_of};
 use super::frame::{DecodeError, NoRoom, seal_frame};
-use super::lease::NOBODY;
-use super::request::client_of;
-use super::response::Refusal;
+use super::refusal::Refusal;
 use dimsart_core::envelope::{Class, HEADER_BYTES, MAX_CONTENT_BYTES, parse};
 use dimsart_core::{DataBase, TypeRef};
 
@@ -118,10 +117,10 @@ impl Stream {
     ) -> Result<u8, Refusal> {
         let Wanted { id, signal, every_ticks, .. } = wanted;
         let [client, holder] = [id, self.id].map(client_of);
-        if holder != NOBODY && holder != client {
+        if holder != NO_CLIENT && holder != client {
             return Err(Refusal::Telemetry { client: holder });
         }
-        if client == NOBODY || patience_ticks == 0 {
+        if client == NO_CLIENT || patience_ticks == 0 {
             return Err(Refusal::NotThere);
         }
         let mut next = if place == 0 { Self::NONE } else { *self };

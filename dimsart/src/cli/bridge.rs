@@ -3,6 +3,7 @@
 use std::io::Write;
 
 use clap::Args;
+use dimsart_core::Kinds;
 use dimsart_link::protocol::DEFAULT_BAUD;
 
 use super::Ending;
@@ -42,7 +43,7 @@ Examples:
 
 #[cfg(not(feature = "zenoh"))]
 impl Bridge {
-    pub(super) fn execute(self, _out: &mut impl Write) -> Ending {
+    pub(super) fn execute(self, _kinds: Kinds, _out: &mut impl Write) -> Ending {
         Err("this `dimsart` was built without Zenoh, which takes minutes to build; build it with \
              `cargo build --release -p dimsart --features zenoh`"
             .into())
@@ -56,7 +57,7 @@ mod with_zenoh {
     use std::thread;
     use std::time::Duration;
 
-    use super::{Bridge, Ending, Write};
+    use super::{Bridge, Ending, Kinds, Write};
     use crate::bridge::{self, Place};
     use crate::cli::run::stop_on_interrupt;
     use crate::cli::station::station;
@@ -66,9 +67,9 @@ mod with_zenoh {
     const A_MOMENT: Duration = Duration::from_millis(20);
 
     impl Bridge {
-        pub(in crate::cli) fn execute(self, out: &mut impl Write) -> Ending {
+        pub(in crate::cli) fn execute(self, kinds: Kinds, out: &mut impl Write) -> Ending {
             let stop = stop_on_interrupt()?;
-            let stations = self.ports.iter().map(|port| self.station(port));
+            let stations = self.ports.iter().map(|port| self.station(port, kinds));
             let stations = stations.collect::<Result<Vec<_>, String>>()?;
             let Self { router, prefix, ros_domain, ports, .. } = self;
             let bridge =
@@ -95,12 +96,12 @@ mod with_zenoh {
             Ok(ExitCode::SUCCESS)
         }
 
-        fn station(&self, text: &str) -> Result<Station, String> {
+        fn station(&self, text: &str, kinds: Kinds) -> Result<Station, String> {
             let (name, port) = match text.split_once('=') {
                 Some((name, port)) => (Some(name.to_owned()), port),
                 None => (None, text),
             };
-            station(0, name, port, self.baud)
+            station(0, name, port, self.baud, kinds)
         }
     }
 }

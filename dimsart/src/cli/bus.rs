@@ -5,6 +5,7 @@ use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
 use clap::{Args, ValueEnum};
+use dimsart_core::Kinds;
 use serde::Serialize;
 
 use super::output::{say, text_table};
@@ -88,8 +89,8 @@ fn rate(text: &str) -> Result<f64, String> {
 }
 
 impl Bus {
-    pub(super) fn execute(self, out: &mut impl Write) -> Ending {
-        let file = rig_argument::read(self.rig.as_deref(), &self.sets)?;
+    pub(super) fn execute(self, kinds: Kinds, out: &mut impl Write) -> Ending {
+        let file = rig_argument::read(self.rig.as_deref(), &self.sets, kinds)?;
         let plan = self.plan(&file)?;
         let (figures, medium) = plan.look()?;
         say(self.json, out, |text| print(text, &plan, &figures))?;

@@ -10,8 +10,7 @@ use std::process::ExitCode;
 
 use clap::Args;
 use dimsart_core::limits::{DEFAULT_WORDS, MAX_LINKS, Sizes};
-use dimsart_core::{DeviceDescriptor, Dimsart, Usage, memory};
-use dimsart_modules::ALL;
+use dimsart_core::{DeviceDescriptor, Dimsart, Kinds, Usage, memory};
 use serde::Serialize;
 use target::Target;
 
@@ -91,13 +90,13 @@ Examples:
 A scheme is a text of `dest module command value` rows; the built-in ones are in the folder schemes/.";
 
 impl Check {
-    pub(super) fn execute(self, out: &mut impl Write) -> Ending {
+    pub(super) fn execute(self, kinds: Kinds, out: &mut impl Write) -> Ending {
         let target =
             self.board.as_deref().map(|board| Target::find(board, self.image.as_deref())).transpose()?;
         let path = Path::new(&self.scheme);
         let verdicts = match rig_argument::is_rig(path) {
-            true => self.check_rig(path, target.as_ref()),
-            false => self.check_scheme(target.as_ref()),
+            true => self.check_rig(path, kinds, target.as_ref()),
+            false => self.check_scheme(kinds, target.as_ref()),
         }?;
         if self.json {
             writeln!(out, "{}", serde_json::to_string(&verdicts)?)?;
@@ -129,13 +128,13 @@ impl Check {
         notes.iter().try_for_each(|note| writeln!(out, "  note: {note}"))
     }
 
-    fn check_scheme(&self, target: Option<&Target>) -> Result<Vec<Verdict>, Box<dyn Error>> {
+    fn check_scheme(&self, kinds: Kinds, target: Option<&Target>) -> Result<Vec<Verdict>, Box<dyn Error>> {
         let scheme = SchemeText::read(&self.scheme)?;
         let dof = self.dof.or(target.map(|target| target.board.axes)).unwrap_or(DOF);
         let period_s = self.sample_period_s.unwrap_or(PERIOD_S);
         let rig = self.rig_of_scheme();
         let check = |side: &'static str| {
-            let mut verdict = check(&scheme, side, device(side, dof, period_s)?, target)?;
+            let mut verdict = check(&scheme, side, device(side, dof, period_s)?, kinds, target)?;
             verdict.notes.extend(rig.filter(|_| !verdict.matches).map(|rig| {
                 format!(
                     "the scheme is for the devices of the rig {rig}: `dimsart check {rig}` checks it on these"
@@ -156,8 +155,13 @@ impl Check {
     }
 
     /// The controllers of a rig. What is said of its axes and period goes over the file, where that has parameters for it.
-    fn check_rig(&self, path: &Path, target: Option<&Target>) -> Result<Vec<Verdict>, Box<dyn Error>> {
-        let file = rig_argument::read(Some(path), &[])?;
+    fn check_rig(
+        &self,
+        path: &Path,
+        kinds: Kinds,
+        target: Option<&Target>,
+    ) -> Result<Vec<Verdict>, Box<dyn Error>> {
+        let file = rig_argument::read(Some(path), &[], kinds)?;
         let has_dof = file.parameter(DOF_PARAMETER).is_some();
         if (self.side.is_some() || self.dof.is_some() || self.sample_period_s.is_some()) && !has_dof {
             let reason = "--side, --dof and --sample-period-s are for schemes; a rig says itself which controllers, axes and \
@@ -173,7 +177,7 @@ impl Check {
             self.dof.or(board.map(|target| target.board.axes)).map(|dof| format!("{DOF_PARAMETER}={dof}")),
         );
         sets.extend(self.sample_period_s.map(|period_s| format!("sample_period_s={period_s:?}")));
-        let mut file = rig_argument::read(Some(path), &sets)?;
+        let mut file = rig_argument::read(Some(path), &sets, kinds)?;
         let note = board.map(|Target { name, board, .. }| {
             let of_board = if board.axes == 1 { "axis" } else { "axes" };
             format!("for the {} {of_board} of {name}, not for the rig's {axes}", board.axes)
@@ -218,17 +222,18 @@ fn check(
     scheme: &SchemeText,
     side: &'static str,
     device: DeviceDescriptor,
+    kinds: Kinds,
     target: Option<&Target>,
 ) -> Result<Verdict, Box<dyn Error>> {
     let Some(found) = target else {
         // As many words as on a board of the usual size, and as many links as any peer.
         type UsualMemory = memory!(Sizes { words: DEFAULT_WORDS, ..SIZES });
-        let dimsart = Dimsart::new(Box::leak(Box::new(UsualMemory::new())), device, ALL);
+        let dimsart = Dimsart::new(Box::leak(Box::new(UsualMemory::new())), device, kinds);
         let mut dimsart = dimsart.map_err(dimsart_core::CommandError::from)?;
         return Ok(check_on(&mut dimsart, scheme, side, DEFAULT_WORDS, target));
     };
     // More than there is on any board, so that it is known how much too much a scheme takes.
-    let dimsart = SimulatedDimsart::new(device, ALL).map_err(dimsart_core::CommandError::from)?;
+    let dimsart = SimulatedDimsart::new(device, kinds).map_err(dimsart_core::CommandError::from)?;
     Ok(check_on(&mut Box::new(dimsart), scheme, side, found.board.sizes.words, target))
 }
 

@@ -9,6 +9,7 @@ use boards::BOARDS;
 use boards::catalogue::BoardInfo;
 use chips::{Bench, Board, SharedBoard};
 use clap::Args;
+use dimsart_core::Kinds;
 use serde::Deserialize;
 
 use super::line::{Device, LineOptions};
@@ -76,7 +77,7 @@ struct Before {
 }
 
 impl Commission {
-    pub(super) fn execute(self, out: &mut impl Write) -> Ending {
+    pub(super) fn execute(self, kinds: Kinds, out: &mut impl Write) -> Ending {
         let info = BOARDS.iter().find(|board| board.name == self.board).ok_or_else(|| {
             let names: Vec<&str> = BOARDS.iter().map(|board| board.name).collect();
             UsageError(format!("no board {}; there is: {}", self.board, names.join(", ")))
@@ -88,8 +89,8 @@ impl Commission {
         let folder = self.out.clone().unwrap_or_else(|| Path::new("runs/silicon").join(info.name));
         let mut report = Report::new(info.name, self.emulated.is_some(), before.facts, before.checks);
         let all: Result<(), Box<dyn Error>> = match &self.emulated {
-            Some(image) => self.check_emulated(image.as_deref(), &mut report),
-            None => self.check_board(info, &folder, &mut report, out),
+            Some(image) => self.check_emulated(image.as_deref(), kinds, &mut report),
+            None => self.check_board(info, &folder, kinds, &mut report, out),
         };
         if let Err(error) = all {
             report.add([Check::new(
@@ -108,13 +109,18 @@ impl Commission {
         Ok(if report.is_well { ExitCode::SUCCESS } else { ExitCode::FAILURE })
     }
 
-    fn check_emulated(&self, image: Option<&Path>, report: &mut Report) -> Result<(), Box<dyn Error>> {
+    fn check_emulated(
+        &self,
+        image: Option<&Path>,
+        kinds: Kinds,
+        report: &mut Report,
+    ) -> Result<(), Box<dyn Error>> {
         let board =
             Board::named(&self.board).ok_or_else(|| format!("{} boots in no emulated chip", self.board))?;
         let firmware = Firmware::find(image, Some(board.name))?;
         report.facts.push(("image's file".to_owned(), firmware.path.display().to_string()));
         let mut emulated = SharedBoard::new(Bench::new(board, firmware.image)?);
-        let mut device = connect::Device::greet(emulated.line(), Patience::default())?;
+        let mut device = connect::Device::greet(emulated.line(), Patience::default(), kinds)?;
         let checked = self.check(&mut device, &mut emulated, report);
         report.add([rules(&emulated), Check::not_run(LOCKED, "an emulated chip has no motor")]);
         checked
@@ -124,12 +130,13 @@ impl Commission {
         &self,
         info: &BoardInfo,
         folder: &Path,
+        kinds: Kinds,
         report: &mut Report,
         out: &mut impl Write,
     ) -> Result<(), Box<dyn Error>> {
         let port = self.port.as_deref().unwrap_or_default();
         report.facts.push(("port".to_owned(), port.to_owned()));
-        let mut device = self.line.open(port)?;
+        let mut device = self.line.open(port, kinds)?;
         let mut around = Computer::new(port, self.restart.clone());
         self.check(&mut device, &mut around, report)?;
         match self.step(info)? {

@@ -9,6 +9,7 @@ use std::path::PathBuf;
 use std::process::ExitCode;
 
 use clap::{Args, Subcommand};
+use dimsart_core::Kinds;
 use serde::Serialize;
 
 use super::line::{Device, LineOptions};
@@ -106,12 +107,12 @@ struct ApplyReport<'a> {
 }
 
 impl Config {
-    pub(super) fn execute(self, out: &mut impl Write) -> Ending {
+    pub(super) fn execute(self, kinds: Kinds, out: &mut impl Write) -> Ending {
         let Self { action, line } = self;
         match action {
-            Action::Save { port, file } => save(&mut line.open(&port)?, &port, file, out),
+            Action::Save { port, file } => save(&mut line.open(&port, kinds)?, &port, file, out),
             Action::Diff { from, to: None, side, exit_code, json } => {
-                let found = Source::open(&from, &line)?.read(side)?;
+                let found = Source::open(&from, &line, kinds)?.read(side, kinds)?;
                 let (deviations, unknown) = (deviations(&found), &found.unknown);
                 if json {
                     let report = DeviationReport { deviations: &deviations, unknown };
@@ -122,7 +123,7 @@ impl Config {
                 Ok(differs(exit_code && !(deviations.is_empty() && unknown.is_empty())))
             }
             Action::Diff { from, to: Some(to), side, exit_code, json } => {
-                let (names, difference) = ([&from, &to], compare(&from, &to, side, &line)?);
+                let (names, difference) = ([&from, &to], compare(&from, &to, side, &line, kinds)?);
                 if json {
                     writeln!(out, "{}", serde_json::to_string(&difference)?)?;
                 } else {
@@ -135,7 +136,7 @@ impl Config {
                 let side = side_of(&scheme, side)?;
                 let exchange =
                     Exchange { scheme: &scheme, side, skips_unknown: skip_unknown, is_dry_run: dry_run };
-                apply(&mut line.open(&port)?, &port, exchange, json, out)
+                apply(&mut line.open(&port, kinds)?, &port, exchange, json, out)
             }
         }
     }
@@ -170,18 +171,19 @@ fn compare(
     to: &str,
     side: Option<&'static str>,
     line: &LineOptions,
+    kinds: Kinds,
 ) -> Result<Difference, Box<dyn Error>> {
-    let (mut from, mut to) = (Source::open(from, line)?, Source::open(to, line)?);
+    let (mut from, mut to) = (Source::open(from, line, kinds)?, Source::open(to, line, kinds)?);
     let (first, second) = match (&mut from, &mut to) {
         (Source::Device(device), Source::File(file)) => {
             let second = device.read_configuration(&file.text, side_of(file, side)?)?;
-            (from.read(side)?, second)
+            (from.read(side, kinds)?, second)
         }
         (Source::File(file), Source::Device(device)) => {
             let first = device.read_configuration(&file.text, side_of(file, side)?)?;
-            (first, to.read(side)?)
+            (first, to.read(side, kinds)?)
         }
-        _ => (from.read(side)?, to.read(side)?),
+        _ => (from.read(side, kinds)?, to.read(side, kinds)?),
     };
     Ok(Difference::between(&first, &second))
 }

@@ -2,8 +2,7 @@
 
 use std::error::Error;
 
-use dimsart_core::CommandError;
-use dimsart_modules::ALL;
+use dimsart_core::{CommandError, Kinds};
 
 use super::UsageError;
 use crate::connect::ANY_SIDE;
@@ -22,9 +21,10 @@ pub(super) fn side_of_scheme(
     scheme: &SchemeText,
     side: &'static str,
     dof: Option<usize>,
+    kinds: Kinds,
 ) -> Result<Box<SimulatedDimsart>, Box<dyn Error>> {
     let device = device(side, dof.unwrap_or(DOF), PERIOD_S)?;
-    let mut dimsart = Box::new(SimulatedDimsart::new(device, ALL).map_err(CommandError::from)?);
+    let mut dimsart = Box::new(SimulatedDimsart::new(device, kinds).map_err(CommandError::from)?);
     let loaded = schemes::load(scheme, side, &[], &mut dimsart);
     match loaded.problems().next() {
         None => Ok(dimsart),

@@ -11,14 +11,14 @@ use ::cycles::timing::{Column, Timing};
 use attach::Attached;
 use clap::{Args, ValueEnum};
 use comfy_table::CellAlignment;
+use dimsart_core::Kinds;
 use dimsart_link::protocol::DEFAULT_BAUD;
 use indicatif::{ProgressBar, ProgressStyle};
 
 use super::Ending;
 use super::output::{say, text_table};
 use crate::cycles::{Figures, Firmware, Memory, Row, Setup, UNIT, measure};
-use crate::report;
-use hil_sim::rig_file::{RigFile, USUAL};
+use crate::{report, rig_argument};
 
 /// Say what a scheme costs on a board: cycles and stack of the image that is flashed.
 ///
@@ -89,15 +89,16 @@ enum Value {
 }
 
 impl Cycles {
-    pub(super) fn execute(self, out: &mut impl Write) -> Ending {
-        let attached = self.attach.as_deref().map(|port| Attached::greet(port, self.baud)).transpose()?;
+    pub(super) fn execute(self, kinds: Kinds, out: &mut impl Write) -> Ending {
+        let attached =
+            self.attach.as_deref().map(|port| Attached::greet(port, self.baud, kinds)).transpose()?;
         let mut sets = self.sets;
         let dof = attached.as_ref().map(|attached| attached.dof);
         sets.extend(dof.or(self.dof).map(|dof| format!("dof={dof}")));
         if let Some(scheme) = &self.scheme {
             sets.extend(["master", "slave"].map(|side| format!("{side}.scheme={scheme}")));
         }
-        let rig = RigFile::of_shipped(USUAL, &sets)?;
+        let rig = rig_argument::read(None, &sets, kinds)?;
         let elf = self.elf.as_deref();
         let firmware = match &attached {
             Some(attached) => Firmware::find_by_name(elf, &attached.image)?,

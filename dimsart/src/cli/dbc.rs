@@ -6,6 +6,7 @@ use std::path::Path;
 use std::process::ExitCode;
 
 use clap::Args;
+use dimsart_core::Kinds;
 
 use super::Ending;
 use super::controllers::{controllers, no_rig, rig_says_itself, side_of_scheme};
@@ -50,10 +51,10 @@ Rows that give a scheme its channels, above the MOD_ON rows of these modules:
   slave    COMM_RXMOD   CRX_CHANNEL   16";
 
 impl Dbc {
-    pub(super) fn execute(self, out: &mut impl Write) -> Ending {
-        let messages = match crate::rig_argument::read_rig(Path::new(&self.scheme))? {
+    pub(super) fn execute(self, kinds: Kinds, out: &mut impl Write) -> Ending {
+        let messages = match crate::rig_argument::read_rig(Path::new(&self.scheme), kinds)? {
             Some(file) => self.of_rig(&file)?,
-            None => self.of_scheme()?,
+            None => self.of_scheme(kinds)?,
         };
         let dbc = dbc::Dbc::new(messages)?;
         if self.json {
@@ -64,7 +65,7 @@ impl Dbc {
         Ok(ExitCode::SUCCESS)
     }
 
-    fn of_scheme(&self) -> Result<Vec<Message>, Box<dyn Error>> {
+    fn of_scheme(&self, kinds: Kinds) -> Result<Vec<Message>, Box<dyn Error>> {
         if self.controller.is_some() {
             return Err(no_rig(&self.scheme).into());
         }
@@ -72,7 +73,7 @@ impl Dbc {
         let sides = self.side.map_or(SIDES.to_vec(), |side| vec![side]);
         let mut messages = Vec::new();
         for side in sides {
-            let mut dimsart = side_of_scheme(&scheme, side, self.dof)?;
+            let mut dimsart = side_of_scheme(&scheme, side, self.dof, kinds)?;
             messages.extend(dbc::messages(&mut dimsart, side, self.frames)?);
         }
         Ok(messages)

@@ -6,6 +6,7 @@ use std::path::Path;
 use std::process::{Command, ExitCode};
 
 use clap::Args;
+use dimsart_core::Kinds;
 use serde::Serialize;
 
 use super::Ending;
@@ -71,15 +72,15 @@ const OLDEST_PROBE_RS: [u32; 2] = [0, 32];
 const UDEV_FOLDERS: [&str; 3] = ["/etc/udev/rules.d", "/usr/lib/udev/rules.d", "/lib/udev/rules.d"];
 
 impl Doctor {
-    pub(super) fn execute(self, out: &mut impl Write) -> Ending {
+    pub(super) fn execute(self, kinds: Kinds, out: &mut impl Write) -> Ending {
         match &self.board {
-            Some(port) => self.look_over(port, out),
+            Some(port) => self.look_over(port, kinds, out),
             None => self.look_for_tools(out),
         }
     }
 
-    fn look_over(&self, port: &str, out: &mut impl Write) -> Ending {
-        let examined = self.line.open(port).and_then(|mut device| {
+    fn look_over(&self, port: &str, kinds: Kinds, out: &mut impl Write) -> Ending {
+        let examined = self.line.open(port, kinds).and_then(|mut device| {
             Ok(commissioning::examine(&mut device, &Computer::new(port, None), None)?)
         });
         let next =

@@ -8,6 +8,7 @@ use std::process::ExitCode;
 use std::sync::atomic::AtomicBool;
 
 use clap::Args;
+use dimsart_core::Kinds;
 use serde::Serialize;
 
 use super::output::{say, text_table};
@@ -115,11 +116,11 @@ struct Answer<'a> {
 }
 
 impl Identify {
-    pub(super) fn execute(self, out: &mut impl Write) -> Ending {
+    pub(super) fn execute(self, kinds: Kinds, out: &mut impl Write) -> Ending {
         let joints = if rig_argument::is_rig(&self.source)
             || self.source.extension().is_none() && !self.source.exists()
         {
-            self.run(&rig_argument::read(Some(&self.source), &self.sets)?)?
+            self.run(&rig_argument::read(Some(&self.source), &self.sets, kinds)?)?
         } else {
             self.read(&self.source)?
         };

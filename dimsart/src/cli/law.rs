@@ -7,8 +7,8 @@ use std::process::ExitCode;
 
 use clap::{Args, Subcommand};
 use dimsart_core::online::Header;
-use dimsart_core::{AxisKind, Cost, DeviceDescriptor};
-use dimsart_modules::ALL;
+use dimsart_core::{AxisKind, Cost, DeviceDescriptor, KindId};
+use hil_sim::law::MODULE;
 use serde::Serialize;
 
 use super::Ending;
@@ -161,12 +161,13 @@ impl Summary {
 /// What a law adds to a tick at most, with the module that runs it.
 fn cycles(law: &hil_sim::law::Law, image: &Path, axes: u8) -> Result<u32, Box<dyn std::error::Error>> {
     let unknown = || format!("{}: what laws cost is not known: `dimsart stamp` it", image.display());
-    let costs = StampedImage::read(image)?.costs().ok_or_else(unknown)?;
-    let kind = ALL.list().iter().position(|kind| kind.runs_program()).ok_or_else(unknown)?;
+    let image = StampedImage::read(image)?;
+    let (costs, kinds) = (image.costs().ok_or_else(unknown)?, image.kinds());
+    let kind = kinds.iter().position(|kind| *kind == KindId::of(MODULE)).ok_or_else(unknown)?;
     let line = |index: usize| costs.get(index).copied().filter(|cost| *cost != Cost::UNKNOWN);
     let program = law.program().ok_or_else(unknown)?;
     let own = line(1 + kind).ok_or_else(unknown)?.cycles(axes.into());
-    let of = |opcode| Some(line(1 + ALL.list().len() + opcode as usize)?.cycles(0));
+    let of = |opcode| Some(line(1 + kinds.len() + opcode as usize)?.cycles(0));
     Ok(own + program.cycles(axes.into(), of).ok_or_else(unknown)?)
 }
 

@@ -5,6 +5,7 @@ use std::path::{Path, PathBuf};
 use std::time::Duration;
 
 use clap::{Args, value_parser};
+use dimsart_core::Kinds;
 use dimsart_link::protocol::DEFAULT_BAUD;
 
 use crate::broker;
@@ -35,10 +36,11 @@ pub(super) struct LineOptions {
 
 impl LineOptions {
     /// Opens a port and asks who is there.
-    pub(super) fn open(&self, port: &str) -> Result<Device, Box<dyn Error>> {
+    pub(super) fn open(&self, port: &str, kinds: Kinds) -> Result<Device, Box<dyn Error>> {
         let stream = broker::open(port, self.baud).map_err(ConnectError::from)?;
         let patience = Patience { timeout: self.timeout_s, tries: self.tries };
-        let mut device = Device::greet(stream, patience).map_err(|error| format!("{port}: {error}"))?;
+        let mut device =
+            Device::greet(stream, patience, kinds).map_err(|error| format!("{port}: {error}"))?;
         if let Some(note) = device.version_note() {
             eprintln!("dimsart: note: {note}");
         }

@@ -9,10 +9,10 @@ use std::process::ExitCode;
 use clap::Args;
 use dimsart_core::scheme::switch;
 use dimsart_core::{
-    Accepts, AxisKind, Direction, Engine, Kind, ModuleRef, Parameter, ParameterText, PortSpec,
+    Accepts, AxisKind, Direction, Engine, Kind, Kinds, ModuleRef, Parameter, ParameterText, PortSpec,
     ProvidedMemory, Unit, UnitRelation, Value, Word,
 };
-use dimsart_modules::{ALL, GROUPS, group_of};
+use dimsart_modules::{GROUPS, group_of};
 use serde::Serialize;
 
 use self::cost::KindCost;
@@ -131,8 +131,8 @@ impl ParameterRow {
 type Rows<const COLUMNS: usize> = Vec<[String; COLUMNS]>;
 
 impl Modules {
-    pub(super) fn execute(self, out: &mut impl Write) -> Ending {
-        let names = ALL.list().iter().map(|kind| kind.name);
+    pub(super) fn execute(self, kinds: Kinds, out: &mut impl Write) -> Ending {
+        let names = kinds.list().iter().map(|kind| kind.name);
         let names: Vec<String> =
             names.chain(GROUPS.iter().map(|(name, _)| *name)).map(str::to_owned).collect();
         if let Some(name) = &self.name
@@ -149,10 +149,10 @@ impl Modules {
         if self.markdown && self.name.is_none() {
             write!(out, "{MARKDOWN_HEAD}")?;
         }
-        let mut engine = Engine::new(ProvidedMemory::leaked(), device("device", 1, 1e-3)?, ALL);
+        let mut engine = Engine::new(ProvidedMemory::leaked(), device("device", 1, 1e-3)?, kinds);
         let is_wanted =
             |kind: &Kind| self.name.as_deref().is_none_or(|name| [kind.name, group(kind)].contains(&name));
-        let wanted = ALL.list().iter().filter(|kind| is_wanted(kind));
+        let wanted = kinds.list().iter().filter(|kind| is_wanted(kind));
         let costs = self.image.as_deref().map(KindCost::of_image).transpose()?;
         let cost = |kind: &Kind| match &costs {
             Some(costs) => costs.get(&kind.id).cloned().unwrap_or_default(),
@@ -190,7 +190,8 @@ impl Description {
 
     fn new(engine: &mut Engine, kind: &Kind, cost: KindCost) -> Self {
         let ports = engine.ports(ModuleRef { kind: kind.id, number: 1 }).unwrap_or_default();
-        let parameters: Vec<_> = (0..).map_while(|index| ALL.describe_parameter(kind.id, index)).collect();
+        let parameters: Vec<_> =
+            (0..).map_while(|index| engine.kinds().describe_parameter(kind.id, index)).collect();
         let lists = parameters.iter().filter(|parameter| parameter.accepts == Accepts::Types);
         Self {
             name: kind.name,

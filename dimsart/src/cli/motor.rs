@@ -8,6 +8,7 @@ use std::process::ExitCode;
 
 use boards::current_loop::why;
 use clap::{Args, Subcommand};
+use dimsart_core::Kinds;
 use drive::{Configuration, Identified, Modulation};
 use hil_sim::recording::{Column, Recording};
 
@@ -101,21 +102,21 @@ enum Action {
 }
 
 impl Motor {
-    pub(super) fn execute(self, out: &mut impl Write) -> Ending {
-        let line = &self.line;
+    pub(super) fn execute(self, kinds: Kinds, out: &mut impl Write) -> Ending {
+        let open = |port: &str| self.line.open(port, kinds);
         match self.action {
             Action::Example => {
                 write!(out, "{}", motor::EXAMPLE)?;
                 Ok(ExitCode::SUCCESS)
             }
             Action::Check { file, out: folder } => check(&motor::read(&file)?, &folder, out),
-            Action::Show { port } => board::show(line, &port, out),
-            Action::Set { port, file, restart } => board::set(line, &port, &file, restart, out),
-            Action::Forget { port, restart } => board::forget(line, &port, restart, out),
+            Action::Show { port } => board::show(&mut open(&port)?, &port, out),
+            Action::Set { port, file, restart } => board::set(&mut open(&port)?, &file, restart, out),
+            Action::Forget { port, restart } => board::forget(&mut open(&port)?, restart, out),
             Action::Identify { source, current_a, store, .. } if is_port(&source) => {
                 let current_a = current_a
                     .ok_or_else(|| UsageError("--current-a says what turns the board's motor".to_owned()))?;
-                board::identify(line, &source, current_a, store, out)
+                board::identify(&mut open(&source)?, current_a, store, out)
             }
             Action::Identify { store: true, .. } => {
                 Err(UsageError("--store is for a board: give its port".to_owned()).into())

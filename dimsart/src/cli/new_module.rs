@@ -14,6 +14,7 @@ use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
 use clap::Args;
+use dimsart_core::Kinds;
 
 use super::Ending;
 
@@ -45,6 +46,9 @@ Example, in the folder of a project or of the repository:
   cargo test --test damped_spring      its loop, against closed forms
   dimsart run scenarios/damped_spring.toml";
 
+/// The library's kinds and those of a project, as a test has them.
+const LAWS: &str = "dimsart_core::join_kinds![dimsart_modules::ALL, laws::modules::OWN]";
+
 /// Where things are.
 struct Place {
     /// The file with the list of modules, and where its modules are.
@@ -53,6 +57,8 @@ struct Place {
     tests: &'static str,
     /// From the folder of the test's crate to that of schemes and scenarios.
     up: &'static str,
+    /// The kinds that a test names.
+    kinds: &'static str,
     /// How a test and the command are called.
     test: &'static str,
     command: &'static str,
@@ -65,6 +71,7 @@ const PLACES: [Place; 2] = [
         modules: "src/modules",
         tests: "tests",
         up: "/",
+        kinds: LAWS,
         test: "cargo test --test",
         command: "cargo dimsart",
     },
@@ -73,14 +80,15 @@ const PLACES: [Place; 2] = [
         modules: "dimsart-modules/src",
         tests: "hil-sim/tests",
         up: "/../",
+        kinds: "dimsart_modules::ALL",
         test: "cargo test --package hil-sim --test",
         command: "cargo run --release --",
     },
 ];
 
 impl NewModule {
-    pub(super) fn execute(self, out: &mut impl Write) -> Ending {
-        let names = Names::new(&self.name)?;
+    pub(super) fn execute(self, kinds: Kinds, out: &mut impl Write) -> Ending {
+        let names = Names::new(&self.name, kinds)?;
         if let Some(folder) = &self.folder {
             let path = folder.join(format!("{}.rs", names.file));
             write_new(&path, &names.fill(LAW)).map_err(|error| advice(&path, &error))?;
@@ -133,7 +141,7 @@ impl Place {
     fn write(&self, folder: &Path, names: &Names) -> Result<Vec<PathBuf>, String> {
         let file = &names.file;
         let law = names.fill(LAW);
-        let test = names.fill(TEST).replace("\"/../", &format!("\"{}", self.up));
+        let test = names.fill(TEST).replace("\"/../", &format!("\"{}", self.up)).replace(LAWS, self.kinds);
         let files = [
             (format!("{}/{file}.rs", self.modules), law),
             (format!("schemes/{file}.scheme"), names.fill(SCHEME)),

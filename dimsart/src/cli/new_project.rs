@@ -6,6 +6,7 @@ use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
 use clap::Args;
+use dimsart_core::Kinds;
 
 use super::Ending;
 use super::new_module::{Names, write_first};
@@ -50,22 +51,29 @@ const FILES: [(&str, &str); 8] = [
 ];
 /// Aliases for images, which are built in the folder of DIMSART.
 const IMAGES: &str = include_str!("new_project/images.toml.txt");
+/// The build of DIMSART's folder.
+const BUILD_DIR: &str = "\
+# Shared with DIMSART: what it needs of others is built once. `cargo clean` here would remove it there, too.
+build-dir = \"DIMSART/target\"";
 /// What images are built with there.
 const CONFIGURATION: &str = include_str!("new_project/image_build.toml");
 
 impl NewProject {
-    pub(super) fn execute(self, out: &mut impl Write) -> Ending {
+    pub(super) fn execute(self, kinds: Kinds, out: &mut impl Write) -> Ending {
         let folder = &self.name;
         let name = folder.file_name().and_then(|name| name.to_str()).unwrap_or_default().to_lowercase();
         let is_package = name.starts_with(|first: char| first.is_ascii_lowercase())
             && name.chars().all(|letter| letter.is_ascii_alphanumeric() || "-_".contains(letter));
-        if !is_package || ["tools", "test", "dimsart", "dimsart-core", "hil-sim"].contains(&name.as_str()) {
+        if !is_package
+            || ["tools", "test", "dimsart", "dimsart-core", "dimsart-modules", "hil-sim"]
+                .contains(&name.as_str())
+        {
             return Err(format!(
                 "'{name}' is no name for a project: use ASCII letters, digits and -, such as gripper"
             )
             .into());
         }
-        let law = Names::new(&self.law)?;
+        let law = Names::new(&self.law, kinds)?;
         if folder.exists() {
             return Err(format!(
                 "{} is there already: choose another name; nothing was changed",
@@ -73,7 +81,8 @@ impl NewProject {
             )
             .into());
         }
-        let filled = filled(&name, self.checkout()?);
+        let checkout = self.checkout()?;
+        let filled = filled(&name, checkout.as_deref());
         let files = FILES.iter().map(|(path, template)| (*path, law.fill(&fill(template, &filled))));
         for (path, text) in files {
             let path = folder.join(path);
@@ -83,6 +92,10 @@ impl NewProject {
         }
         for name in ["schemes", "scenarios", "tests"] {
             fs::create_dir_all(folder.join(name))?;
+        }
+        if let Some(checkout) = checkout {
+            // Of other versions, what DIMSART has built is of no use.
+            fs::copy(checkout.join("Cargo.lock"), folder.join("Cargo.lock"))?;
         }
         write_first(folder, &law)?;
         let (folder, file) = (folder.display(), &law.file);
@@ -112,16 +125,18 @@ impl NewProject {
 }
 
 /// With a folder of DIMSART, or with the published version: then there is nothing to build images in.
-fn filled(name: &str, checkout: Option<PathBuf>) -> [(&'static str, String); 6] {
+fn filled(name: &str, checkout: Option<&Path>) -> [(&'static str, String); 8] {
     let version = env!("CARGO_PKG_VERSION");
-    let of = |package: &str| match &checkout {
+    let of = |package: &str| match checkout {
         // Of a path, TOML reads what Rust writes.
         Some(folder) => format!("path = {:?}", folder.join(package)),
         None => format!("version = \"{version}\""),
     };
-    let (mut images, mut environment) = (String::new(), String::new());
-    if let Some(folder) = &checkout {
-        images = fill(IMAGES, &[("DIMSART", folder.display().to_string())]);
+    let (mut images, mut environment, mut build_dir) = (String::new(), String::new(), String::new());
+    if let Some(folder) = checkout {
+        let folder = [("DIMSART", folder.display().to_string())];
+        build_dir = fill(BUILD_DIR, &folder);
+        images = fill(IMAGES, &folder);
         images += CONFIGURATION
             .lines()
             .skip_while(|line| !line.starts_with("[target"))
@@ -139,8 +154,10 @@ fn filled(name: &str, checkout: Option<PathBuf>) -> [(&'static str, String); 6] 
         ("DIMSART_CORE", of("dimsart-core")),
         ("COMMAND", of("dimsart")),
         ("HIL_SIM", of("hil-sim")),
+        ("LIBRARY", of("dimsart-modules")),
         ("PROJECT", name.to_owned()),
         ("ENVIRONMENT", environment),
+        ("BUILD_DIR", build_dir),
         ("IMAGES", images),
     ]
 }
@@ -175,7 +192,7 @@ mod tests {
     #[test]
     fn what_is_filled_in_is_toml() {
         for checkout in [Some(PathBuf::from("/a folder/dimsart")), None] {
-            let filled = filled("gripper", checkout.clone());
+            let filled = filled("gripper", checkout.as_deref());
             for (path, template) in FILES.iter().filter(|(path, _)| path.ends_with(".toml")) {
                 let text = fill(template, &filled);
                 let table =
@@ -186,8 +203,18 @@ mod tests {
                         if checkout.is_some() { 3 } else { 1 }
                     );
                     assert_eq!(table.contains_key("target"), checkout.is_some());
+                    assert_eq!(table["build"].get("build-dir").is_some(), checkout.is_some());
                 }
             }
         }
+    }
+
+    /// Otherwise a project compiles all packages again.
+    #[test]
+    fn a_project_s_release_build_has_the_settings_of_this_workspace() {
+        let project = fill(FILES[0].1, &filled("gripper", None));
+        let tables = [project.as_str(), include_str!("../../../Cargo.toml")];
+        let [project, workspace] = tables.map(|text| text.parse::<toml::Table>().unwrap());
+        assert_eq!(project["profile"]["release"], workspace["profile"]["release"]);
     }
 }

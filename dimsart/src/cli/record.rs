@@ -7,6 +7,7 @@ use std::sync::atomic::Ordering;
 use std::time::{Duration, Instant};
 
 use clap::Args;
+use dimsart_core::Kinds;
 use dimsart_link::protocol::DEFAULT_BAUD;
 
 use super::Ending;
@@ -61,10 +62,10 @@ Examples:
   dimsart record sim:joint --duration-s 60 --out runs/a-minute";
 
 impl Record {
-    pub(super) fn execute(self, out: &mut impl Write) -> Ending {
+    pub(super) fn execute(self, kinds: Kinds, out: &mut impl Write) -> Ending {
         let stop = stop_on_interrupt()?;
         let line = broker::open(&self.port, self.baud).map_err(ConnectError::from)?;
-        let mut device = Device::greet(line, PATIENCE)?;
+        let mut device = Device::greet(line, PATIENCE, kinds)?;
         device.require_signals(&self.names)?;
         let mut tap = Tap::new(self.every_ticks).of(&self.names);
         let (start, mut told) = (Instant::now(), Instant::now());

@@ -6,6 +6,7 @@ use std::process::ExitCode;
 use std::time::{Duration, Instant};
 
 use clap::Args;
+use dimsart_core::Kinds;
 use indicatif::ProgressBar;
 
 use super::{Ending, NOT_STABLE};
@@ -36,12 +37,12 @@ Examples:
 Exit status: 0 all the same, 3 something differs, 1 it cannot be replayed, 2 wrong usage.";
 
 impl Replay {
-    pub(super) fn execute(self, out: &mut impl Write) -> Ending {
+    pub(super) fn execute(self, kinds: Kinds, out: &mut impl Write) -> Ending {
         let bar = ProgressBar::new_spinner();
         bar.enable_steady_tick(Duration::from_millis(100));
         let start = Instant::now();
         let replayed =
-            replay::replay(&self.file, |time_s| bar.set_message(format!("{time_s:.1} s replayed")));
+            replay::replay(&self.file, kinds, |time_s| bar.set_message(format!("{time_s:.1} s replayed")));
         bar.finish_and_clear();
         let replayed = replayed?;
         let took_s = start.elapsed().as_secs_f64();

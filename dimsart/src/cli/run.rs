@@ -10,6 +10,7 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant};
 
 use clap::{Args, Parser};
+use dimsart_core::Kinds;
 use indicatif::{ProgressBar, ProgressStyle};
 
 use super::line::seconds;
@@ -155,14 +156,14 @@ impl Default for Run {
 }
 
 impl Run {
-    pub(super) fn execute(self, out: &mut impl Write) -> Ending {
+    pub(super) fn execute(self, kinds: Kinds, out: &mut impl Write) -> Ending {
         if self.keys {
             let rig = self.rig.as_deref().and_then(Path::to_str).and_then(RigFile::shipped);
             let usual = RigFile::shipped(USUAL).unwrap_or_default();
             writeln!(out, "{}", rig.unwrap_or(usual).trim_end())?;
             return Ok(ExitCode::SUCCESS);
         }
-        let file = rig_argument::read(self.rig.as_deref(), &self.sets)?;
+        let file = rig_argument::read(self.rig.as_deref(), &self.sets, kinds)?;
         self.check_names(&file)?;
         let keys = file.links.iter().filter_map(|link| Some(file.resolve(link.key_file.as_deref()?)));
         if let Some(warning) = keys.filter_map(|key| key_file::exposure(&key)).next() {

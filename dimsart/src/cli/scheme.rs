@@ -8,7 +8,7 @@ use clap::Args;
 
 use super::Ending;
 use super::controllers::{no_rig, one_controller, rig_says_itself, side_of_scheme};
-use dimsart_core::Dimsart;
+use dimsart_core::{Dimsart, Kinds};
 use hil_sim::schemes::{self, SchemeText};
 
 /// Print a scheme of one side, or of a rig's controller, in the shortest form: modules in their order, what differs from
@@ -39,8 +39,8 @@ Examples:
   dimsart scheme arm_bus --controller coordinator";
 
 impl Scheme {
-    pub(super) fn execute(self, out: &mut impl Write) -> Ending {
-        if let Some(file) = crate::rig_argument::read_rig(Path::new(&self.scheme))? {
+    pub(super) fn execute(self, kinds: Kinds, out: &mut impl Write) -> Ending {
+        if let Some(file) = crate::rig_argument::read_rig(Path::new(&self.scheme), kinds)? {
             if self.side.is_some() || self.dof.is_some() {
                 return Err(rig_says_itself("--side and --dof").into());
             }
@@ -51,7 +51,7 @@ impl Scheme {
             return Err(no_rig(&self.scheme).into());
         }
         let (scheme, side) = (SchemeText::read(&self.scheme)?, self.side.unwrap_or("master"));
-        print(&mut *side_of_scheme(&scheme, side, self.dof)?, side, out)
+        print(&mut *side_of_scheme(&scheme, side, self.dof, kinds)?, side, out)
     }
 }
 

@@ -8,6 +8,7 @@ use std::sync::atomic::Ordering;
 use std::sync::mpsc::Sender;
 
 use clap::Args;
+use dimsart_core::Kinds;
 use dimsart_link::protocol::DEFAULT_BAUD;
 
 use super::run::stop_on_interrupt;
@@ -78,7 +79,7 @@ Examples:
   dimsart serve /dev/ttyACM0                          keeps a board's port, for many clients";
 
 impl Serve {
-    pub(super) fn execute(self, out: &mut impl Write) -> Ending {
+    pub(super) fn execute(self, kinds: Kinds, out: &mut impl Write) -> Ending {
         let name = self.what.to_string_lossy();
         let is_file = self.what.extension().is_some_and(|extension| extension == "toml");
         let is_port = !is_file && (name.contains([':', '/', '\\']) || name.starts_with("COM"));
@@ -87,18 +88,18 @@ impl Serve {
                 let reason = "--record is for a rig, whose controllers run here; `dimsart record PORT` records what a port says";
                 return Err(UsageError(reason.to_owned()).into());
             }
-            self.share(&name, out)?;
+            self.share(&name, kinds, out)?;
         } else {
-            self.simulate(&rig_argument::read(Some(&self.what), &[])?, out)?;
+            self.simulate(&rig_argument::read(Some(&self.what), &[], kinds)?, out)?;
         }
         Ok(ExitCode::SUCCESS)
     }
 
-    fn share(&self, port: &str, out: &mut impl Write) -> Result<(), Box<dyn Error>> {
+    fn share(&self, port: &str, kinds: Kinds, out: &mut impl Write) -> Result<(), Box<dyn Error>> {
         let stop = stop_on_interrupt()?;
         let mut line = broker::open(port, self.baud).map_err(ConnectError::from)?;
         writeln!(out, "{port} is shared until Ctrl-C: dimsart connect {port}")?;
-        let page = self.page(&[(port.to_owned(), port.to_owned())], None, out)?;
+        let page = self.page(&[(port.to_owned(), port.to_owned())], None, kinds, out)?;
         let mut buffer = [0; 1024];
         let mut is_there = true;
         while is_there && !stop.load(Ordering::Relaxed) {
@@ -124,7 +125,7 @@ impl Serve {
             ports.push((name, port));
         }
         let references = (0..ports.len()).map(|station| live.references(station)).collect();
-        let page = self.page(&ports, Some((live.hand(), references)), out)?;
+        let page = self.page(&ports, Some((live.hand(), references)), file.kinds, out)?;
         live.run(&stop, |news| eprintln!("dimsart: {news}"));
         end(page.as_ref(), out)?;
         if let Some(recording) = recording {
@@ -138,6 +139,7 @@ impl Serve {
         &self,
         ports: &[(String, String)],
         hand: Option<(Sender<Hold>, Vec<Vec<String>>)>,
+        kinds: Kinds,
         out: &mut impl Write,
     ) -> Result<Option<Page>, Box<dyn Error>> {
         if self.no_page {
@@ -171,7 +173,7 @@ impl Serve {
             });
             let (port, baud) = (port.clone(), line_baud(port, bits));
             let recordings = Some(self.recordings.clone());
-            Station::new(number, name, Access { port, open, baud, hand, recordings })
+            Station::new(number, name, Access { port, open, kinds, baud, hand, recordings })
         });
         let page = Page::serve(stations.collect::<Result<_, _>>()?, listener)?;
         writeln!(out, "page: {}", page.url())?;

@@ -11,9 +11,8 @@ use std::{env, fs};
 use clap::Args;
 use dimsart_core::limits::MAX_DOF;
 use dimsart_core::online::Opcode;
-use dimsart_core::{Cost, KindId};
+use dimsart_core::{Cost, KindId, Kinds};
 use dimsart_link::saved_scheme::{self, SchemeBytes};
-use dimsart_modules::ALL;
 use serde::Serialize;
 
 use super::Ending;
@@ -75,7 +74,7 @@ Examples:
   dimsart stamp firmware.elf --tick-percent 30       refuses modules from 30 % of the time on";
 
 impl Stamp {
-    pub(super) fn execute(self, out: &mut impl Write) -> Ending {
+    pub(super) fn execute(self, kinds: Kinds, out: &mut impl Write) -> Ending {
         let firmware = Firmware::find(self.elf.as_deref(), None)?;
         let board = firmware
             .board()
@@ -83,10 +82,10 @@ impl Stamp {
         let budget = Budget::of(board.name)?;
         let mut image = StampedImage::read(&firmware.path)?;
         let scheme = self.scheme.unwrap_or_else(|| format!("builtin:{}", image.scheme_name()));
-        image.set_scheme(name(&scheme), self.side, &saved(&scheme, self.side)?)?;
+        image.set_scheme(name(&scheme), self.side, &saved(&scheme, self.side, kinds)?)?;
         let memory = self.memory.unwrap_or_else(|| firmware.memory());
         let start = Instant::now();
-        let costs = costs(&firmware, &image, memory)?;
+        let costs = costs(&firmware, &image, memory, kinds)?;
         let limit = share(budget.period_cycles(), self.tick_percent.unwrap_or(budget.tick_percent));
         image.set_costs(&costs.lines, memory.name(), limit)?;
         let path = self.out.unwrap_or(firmware.path);
@@ -125,10 +124,10 @@ fn name(scheme: &str) -> &str {
 }
 
 /// A scheme's rows for one side as an image keeps them, for a device that has every axis a board can have.
-fn saved(scheme: &str, side: &'static str) -> Result<SchemeBytes, Box<dyn std::error::Error>> {
+fn saved(scheme: &str, side: &'static str, kinds: Kinds) -> Result<SchemeBytes, Box<dyn std::error::Error>> {
     let text = SchemeText::read(scheme)?;
     let device = device(side, MAX_DOF, SAMPLE_PERIOD_S)?;
-    let mut dimsart = SimulatedDimsart::new(device, ALL).map_err(dimsart_core::CommandError::from)?;
+    let mut dimsart = SimulatedDimsart::new(device, kinds).map_err(dimsart_core::CommandError::from)?;
     let loaded = schemes::load(&text, side, &[], &mut dimsart);
     if !loaded.is_sound() {
         let problems: Vec<String> = loaded.problems().collect();
@@ -145,16 +144,16 @@ fn costs(
     firmware: &Firmware,
     image: &StampedImage,
     memory: Memory,
+    kinds: Kinds,
 ) -> Result<ImageCosts, Box<dyn std::error::Error>> {
     let file = firmware.path.with_added_extension("costs");
-    let key = key(image, memory)?;
-    if let Some(known) =
-        fs::read_to_string(&file).ok().and_then(|text| read(&text, &key, &names(&image.kinds())))
-    {
+    let (key, ids) = (key(image, memory)?, image.kinds());
+    let names = names(&ids, kinds);
+    if let Some(known) = fs::read_to_string(&file).ok().and_then(|text| read(&text, &key, &names)) {
         return Ok(known);
     }
-    let costs = ImageCosts::of(firmware, memory.upper(), &image.kinds())?;
-    fs::write(&file, text(&costs, &key, &names(&image.kinds())))
+    let costs = ImageCosts::of(firmware, memory.upper(), &ids, kinds)?;
+    fs::write(&file, text(&costs, &key, &names))
         .map_err(|error| format!("cannot write {}: {error}", file.display()))?;
     Ok(costs)
 }
@@ -169,10 +168,11 @@ fn key(image: &StampedImage, memory: Memory) -> Result<String, Box<dyn std::erro
 }
 
 /// The names of the lines of an image with these kinds, in order; those of instructions where it runs laws.
-fn names(kinds: &[KindId]) -> Vec<String> {
-    let opcodes: &[Opcode] = if runs_laws(kinds) { Opcode::ALL } else { &[] };
+fn names(ids: &[KindId], kinds: Kinds) -> Vec<String> {
+    let opcodes: &[Opcode] = if runs_laws(ids) { Opcode::ALL } else { &[] };
     let instructions = opcodes.iter().map(|opcode| opcode.name().to_owned());
-    std::iter::once("tick".to_owned()).chain(kinds.iter().copied().map(name_of)).chain(instructions).collect()
+    let modules = ids.iter().map(|id| name_of(*id, kinds));
+    std::iter::once("tick".to_owned()).chain(modules).chain(instructions).collect()
 }
 
 /// A line for each cost: what costs it, cycles, cycles for each degree of freedom, why they are not known.
@@ -203,11 +203,13 @@ fn read(text: &str, key: &str, names: &[String]) -> Option<ImageCosts> {
 
 #[cfg(test)]
 mod tests {
+    use dimsart_modules::ALL;
+
     use super::*;
 
     #[test]
     fn costs_are_kept_for_the_same_key_alone() {
-        let names = names(&["PCTRL_MOD", "ONLINE_MOD"].map(KindId::of));
+        let names = names(&["PCTRL_MOD", "ONLINE_MOD"].map(KindId::of), ALL);
         let mut lines: Vec<Cost> = names.iter().map(|_| Cost::new(100, 10)).collect();
         lines[1] = Cost::UNKNOWN;
         let unknown = vec![("PCTRL_MOD".to_owned(), "no bound: why".to_owned())];
@@ -221,8 +223,8 @@ mod tests {
 
     #[test]
     fn a_scheme_that_does_not_run_is_not_stamped() {
-        assert!(!saved("builtin:bilateral", "slave").unwrap().is_empty());
-        let message = saved("builtin:table1", "slave").unwrap_err().to_string();
+        assert!(!saved("builtin:bilateral", "slave", ALL).unwrap().is_empty());
+        let message = saved("builtin:table1", "slave", ALL).unwrap_err().to_string();
         assert!(message.contains("does not run on the slave"), "{message}");
     }
 }

@@ -1,22 +1,30 @@
 //! A station of a port that is named on the command line.
 
+use dimsart_core::Kinds;
+
 use crate::broker::{self, SIMULATED};
 use crate::connect::{ConnectError, Device, Patience};
 use crate::page::{Access, OpenLine, Station};
 
 /// A station that is there now, by a name or by its device's: one that goes later is waited for. A port that does not answer is
 /// told by its name.
-pub(super) fn station(number: u8, name: Option<String>, port: &str, baud: u32) -> Result<Station, String> {
+pub(super) fn station(
+    number: u8,
+    name: Option<String>,
+    port: &str,
+    baud: u32,
+    kinds: Kinds,
+) -> Result<Station, String> {
     let is_wrong = |error: ConnectError| format!("{port}: {error}");
     let line = broker::open(port, baud).map_err(|error| is_wrong(error.into()))?;
-    let device = Device::greet(line, Patience::default()).map_err(is_wrong)?;
+    let device = Device::greet(line, Patience::default(), kinds).map_err(is_wrong)?;
     let name = name.unwrap_or_else(|| device.identity().device.clone());
     let open: OpenLine = Box::new({
         let port = port.to_owned();
         move || Ok(broker::open(&port, baud)?)
     });
     let baud = line_baud(port, baud);
-    let access = Access { port: port.to_owned(), open, baud, hand: None, recordings: None };
+    let access = Access { port: port.to_owned(), open, kinds, baud, hand: None, recordings: None };
     Station::new(number, &name, access).map_err(|error| format!("{port}: {error}"))
 }
 

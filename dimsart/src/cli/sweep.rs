@@ -6,6 +6,7 @@ use std::process::ExitCode;
 use std::sync::atomic::Ordering;
 
 use clap::Args;
+use dimsart_core::Kinds;
 use indicatif::ProgressBar;
 use serde::Serialize;
 
@@ -89,7 +90,7 @@ const STABILITY_SETTINGS: [&str; 7] = [
 ];
 
 impl Sweep {
-    pub(super) fn execute(mut self, out: &mut impl Write) -> Ending {
+    pub(super) fn execute(mut self, kinds: Kinds, out: &mut impl Write) -> Ending {
         if self.vary.is_empty() && self.file.is_none() {
             self.vary = STABILITY_MAP.iter().map(|values| values.parse()).collect::<Result<_, _>>()?;
             self.sets.splice(0..0, STABILITY_SETTINGS.map(str::to_owned));
@@ -104,11 +105,13 @@ impl Sweep {
         if self.merge {
             return self.merge(&grid, out);
         }
-        let path = self.file.as_deref();
-        sweep::check(path, &self.sets, &grid)?;
+        let rig = |settings: &[String]| {
+            rig_argument::read(self.file.as_deref(), &[self.sets.as_slice(), settings].concat(), kinds)
+        };
+        sweep::check(rig, &grid)?;
         report::make_folder(&self.out)?;
         // What only the grid completes has no settings of its own.
-        if let Ok(file) = rig_argument::read(path, &self.sets) {
+        if let Ok(file) = rig(&[]) {
             self.keep_settings(&file.to_toml())?;
         }
         let shard = self.shard.unwrap_or(Shard::WHOLE);
@@ -124,7 +127,7 @@ impl Sweep {
         bar.set_style(style("sweeping   [{bar:40}] {pos}/{len} points, {eta} left"));
         bar.set_position((count - todo) as u64);
         let stop = stop_on_interrupt()?;
-        let swept = sweep::sweep(path, &self.sets, &grid, shard, &mut file, &stop, || bar.inc(1));
+        let swept = sweep::sweep(rig, &grid, shard, &mut file, &stop, || bar.inc(1));
         let was_stopped = stop.swap(false, Ordering::Relaxed);
         bar.finish_and_clear();
         swept?;

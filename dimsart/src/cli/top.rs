@@ -4,6 +4,7 @@ use std::io::{self, IsTerminal};
 use std::process::ExitCode;
 
 use clap::Args;
+use dimsart_core::Kinds;
 use dimsart_link::protocol::DEFAULT_BAUD;
 
 use super::run::stop_on_interrupt;
@@ -36,7 +37,7 @@ Examples:
   ssh -t robot dimsart top                    on another computer, which has the boards";
 
 impl Top {
-    pub(super) fn execute(self) -> Ending {
+    pub(super) fn execute(self, kinds: Kinds) -> Ending {
         if !(io::stdin().is_terminal() && io::stdout().is_terminal()) {
             let port = self.ports.first().map_or("PORT", String::as_str);
             let reason = format!(
@@ -55,7 +56,7 @@ impl Top {
                         `dimsart top PORT`"
                 .into());
         }
-        let stations = (0..).zip(&ports).map(|(number, port)| station(number, None, port, self.baud));
+        let stations = (0..).zip(&ports).map(|(number, port)| station(number, None, port, self.baud, kinds));
         top::run(stations.collect::<Result<_, _>>()?, &stop)?;
         Ok(ExitCode::SUCCESS)
     }

@@ -5,7 +5,7 @@ use std::io::{Read, Write};
 use boards::BOARDS;
 use dimsart_core::Reason;
 use dimsart_core::stamp::UNSTAMPED;
-use dimsart_link::protocol::{NOBODY, PROTOCOL_VERSION};
+use dimsart_link::protocol::{NO_CLIENT, PROTOCOL_VERSION};
 use dimsart_link::{EventKind, StartCause};
 
 use super::at_rest::{self, Looks};
@@ -76,7 +76,7 @@ fn board(found: &str, wanted: Option<&str>) -> Check {
 
 /// Who holds the lease.
 fn holder(status: &StatusReport) -> Option<u8> {
-    status.lease.map(|lease| lease.holder).filter(|holder| *holder != NOBODY)
+    status.lease.map(|lease| lease.holder).filter(|holder| *holder != NO_CLIENT)
 }
 
 fn stamp(image: &str, timing: Option<&TimingText>) -> Check {

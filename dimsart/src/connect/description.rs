@@ -5,11 +5,10 @@ use std::fmt;
 
 use dimsart_core::scheme::{SWITCH, switch};
 use dimsart_core::{
-    Accepted, AxisKind, DataTypeText, Entries, Format, KindId, ModuleRef, ParameterText, PortText, Shape,
-    Unit, Value, Vocabulary,
+    Accepted, AxisKind, DataTypeText, Entries, Format, KindId, Kinds, ModuleRef, ParameterText, PortText,
+    Shape, Unit, Value, Vocabulary,
 };
 use dimsart_link::protocol::{self, Request, Response, decode_response};
-use dimsart_modules::ALL;
 use hil_sim::recording::indices;
 use serde::{Serialize, Serializer};
 
@@ -58,6 +57,8 @@ fn axis_names<S: Serializer>(axes: &[AxisKind], serializer: S) -> Result<S::Ok, 
 #[derive(Debug)]
 pub(super) struct Description {
     pub(super) identity: Identity,
+    /// Those of this program.
+    pub(super) kinds: Kinds,
     answers: Vec<Answer>,
     missing: Cell<Option<Request>>,
 }
@@ -70,8 +71,8 @@ struct Answer {
 }
 
 impl Description {
-    pub(super) fn new(identity: Identity) -> Self {
-        Self { identity, answers: Vec::new(), missing: Cell::new(None) }
+    pub(super) fn new(identity: Identity, kinds: Kinds) -> Self {
+        Self { identity, kinds, answers: Vec::new(), missing: Cell::new(None) }
     }
 
     /// What is to be asked next, if something was missing.
@@ -97,6 +98,13 @@ impl Description {
                 None
             }
         }
+    }
+
+    /// The help text of a parameter, if this program has its module; empty if not.
+    pub(super) fn summary(&self, kind: KindId, parameter: &str) -> &'static str {
+        let index = self.kinds.parameter(kind, parameter);
+        let found = index.and_then(|index| self.kinds.describe_parameter(kind, index));
+        found.map_or("", |found| found.summary.text())
     }
 
     /// A value in the device's words.
@@ -133,7 +141,7 @@ impl Vocabulary for Description {
 
     fn kind_name(&self, kind: KindId) -> Option<&str> {
         // An id follows from a name: one that this program knows need not be asked for.
-        let known = ALL.kind(kind).map(|known| known.name);
+        let known = self.kinds.kind(kind).map(|known| known.name);
         known.or_else(|| self.kind_names().find(|name| KindId::of(name) == kind))
     }
 
@@ -175,18 +183,6 @@ impl WordText {
         };
         (0..shape.words(axes.len())).map(word).collect()
     }
-}
-
-/// The help text of a parameter, if this program has its module; empty if not.
-pub(super) fn summary(kind: &str, parameter: &str) -> &'static str {
-    let kind = KindId::of(kind);
-    let found = ALL.parameter(kind, parameter).and_then(|index| ALL.describe_parameter(kind, index));
-    found.map_or("", |found| found.summary.text())
-}
-
-/// This program's help text for a kind of module; empty for one that it does not know.
-pub(super) fn kind_summary(kind: &str) -> &'static str {
-    ALL.list().iter().find(|found| found.name == kind).map_or("", |found| found.summary.text())
 }
 
 /// What a parameter takes, in words, and how many of it.

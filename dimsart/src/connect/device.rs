@@ -3,7 +3,7 @@
 use std::io::{Read, Write};
 
 use dimsart_core::scheme::{Place, Problem, SchemeError};
-use dimsart_core::{ModuleRef, TypeRef, Vocabulary};
+use dimsart_core::{Kinds, ModuleRef, TypeRef, Vocabulary};
 use dimsart_link::protocol::LawAction;
 use dimsart_link::protocol::{
     InstanceText, OLDEST_PROTOCOL_VERSION, PROTOCOL_VERSION, Refusal, Request, Response, Status,
@@ -38,11 +38,12 @@ macro_rules! take {
 pub(super) use take;
 
 impl<S: Read + Write> Device<S> {
-    /// Asks who is at the other end of `stream`.
+    /// Asks who is at the other end of `stream`, for a program that knows these module kinds: their names are not asked for,
+    /// and their help texts are shown.
     ///
     /// # Errors
     /// [`ConnectError::Line`] when nobody answers, or in a way that is not understood; [`ConnectError::TooOld`].
-    pub fn greet(stream: S, patience: Patience) -> Result<Self, ConnectError> {
+    pub fn greet(stream: S, patience: Patience, kinds: Kinds) -> Result<Self, ConnectError> {
         let mut line = RequestLine::new(stream, patience);
         let identity = match line.ask(&Request::Identify)? {
             Response::Identity(identity) if identity.protocol_version < OLDEST_PROTOCOL_VERSION => {
@@ -52,7 +53,7 @@ impl<S: Read + Write> Device<S> {
             Response::Refused(refusal) => return Err(ConnectError::Refused(refusal)),
             _ => return Err(ConnectError::OtherAnswer),
         };
-        Ok(Self { line, description: Description::new(identity), has_taken_lease: false })
+        Ok(Self { line, description: Description::new(identity, kinds), has_taken_lease: false })
     }
 
     pub(super) fn line(&self) -> &RequestLine<S> {
@@ -67,6 +68,11 @@ impl<S: Read + Write> Device<S> {
     #[must_use]
     pub fn identity(&self) -> &Identity {
         &self.description.identity
+    }
+
+    /// The module kinds that this program knows.
+    pub(super) fn known_kinds(&self) -> Kinds {
+        self.description.kinds
     }
 
     /// The protocol version of a device of a newer one, which is only looked at: what a command would come to there is

@@ -5,7 +5,7 @@ use std::fmt;
 use std::io::{Read, Write};
 use std::time::Duration;
 
-use dimsart_link::protocol::{Blocked, LeaseAction, LeaseStatus, NOBODY, Refusal, Request, Response};
+use dimsart_link::protocol::{Blocked, LeaseAction, LeaseStatus, NO_CLIENT, Refusal, Request, Response};
 use serde::Serialize;
 
 use super::{ConnectError, Device, LineError, Patience, Presence};
@@ -199,7 +199,7 @@ impl<S: Read + Write> Device<S> {
             ticks,
             is_commanded: blocked.is_none(),
             state: self.state_text(blocked)?,
-            holder: Some(lease.holder).filter(|holder| *holder != NOBODY),
+            holder: Some(lease.holder).filter(|holder| *holder != NO_CLIENT),
             dropped,
             damaged,
             silence_s: (silence >= SILENCE).then_some(silence.as_secs_f64()),

@@ -3,12 +3,12 @@
 use std::io::{Read, Write};
 use std::time::{Duration, Instant};
 
-use dimsart_core::{Format, TypeRef};
 use dimsart_link::protocol::Sample;
 
-use super::description::{ValueText, WordText};
+use super::description::ValueText;
+use super::signals::{Followed, SignalReport};
 use super::streams::Streams;
-use super::{ConnectError, Device, SignalReport};
+use super::{ConnectError, Device};
 use hil_sim::clock;
 
 /// Well before the device takes the client for gone.
@@ -29,16 +29,6 @@ pub struct Live {
     asked: Instant,
     /// Last time that there was something new.
     changed: Instant,
-}
-
-#[derive(Debug)]
-pub(super) struct Followed {
-    pub(super) signal: TypeRef,
-    /// None while it is not in the Data Base.
-    pub(super) format: Option<Format>,
-    /// Indices and unit of each of its words.
-    pub(super) words: Vec<WordText>,
-    pub(super) report: SignalReport,
 }
 
 impl Live {

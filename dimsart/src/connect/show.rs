@@ -4,11 +4,13 @@ use std::fmt;
 use std::io::{Read, Write};
 
 use dimsart_core::scheme::{PORT_PREFIX, SWITCH};
-use dimsart_core::{Accepted, Direction, EVERY_TICKS, Entries, ModuleRef, PortText, Usage, Vocabulary};
-use dimsart_link::protocol::{InstanceText, LeaseStatus, NOBODY, Request, Response};
+use dimsart_core::{
+    Accepted, Direction, EVERY_TICKS, Entries, KindId, ModuleRef, PortText, Usage, Vocabulary,
+};
+use dimsart_link::protocol::{InstanceText, LeaseStatus, NO_CLIENT, Request, Response};
 use serde::Serialize;
 
-use super::description::{Identity, ValueText, axis_name, joined, kind_summary, range_text, summary};
+use super::description::{Identity, ValueText, axis_name, joined, range_text};
 use super::device::take;
 use super::faults::FirstFaultText;
 use super::kept::{KeptReport, TimingText, known};
@@ -193,7 +195,7 @@ impl fmt::Display for Overview {
         writeln!(f, "\ntakes {count} modules, {slots} slots, {words} of {words_in_all} words")?;
         match &status.lease {
             None => {}
-            Some(LeaseStatus { holder: NOBODY, .. }) => writeln!(f, "no client holds the lease")?,
+            Some(LeaseStatus { holder: NO_CLIENT, .. }) => writeln!(f, "no client holds the lease")?,
             Some(LeaseStatus { holder, ticks_left }) => {
                 writeln!(f, "client {holder} holds the lease, for {ticks_left} ticks unless it renews it")?;
             }
@@ -259,13 +261,13 @@ impl<S: Read + Write> Device<S> {
     /// # Errors
     /// [`ConnectError`] when the device does not answer.
     pub fn kinds(&mut self) -> Result<Vec<KindReport>, ConnectError> {
-        let mut kinds = Vec::new();
+        let (mut kinds, known) = (Vec::new(), self.known_kinds());
+        let summary = |name: &str| known.kind(KindId::of(name)).map_or("", |kind| kind.summary.text());
         for place in 0..=u8::MAX {
             let found = self.ask(&Request::Module { place }, |response| match response {
-                Response::Module(found) => Some(KindReport {
-                    name: found.name.to_owned(),
-                    summary: kind_summary(found.name).to_owned(),
-                }),
+                Response::Module(found) => {
+                    Some(KindReport { name: found.name.to_owned(), summary: summary(found.name).to_owned() })
+                }
                 _ => None,
             });
             match found {
@@ -367,7 +369,7 @@ impl<S: Read + Write> Device<S> {
                     _ => found.unit.on(known.axes()).to_string(),
                 },
                 range: range_text(&found),
-                summary: summary(known.kind_name(module.kind)?, found.name).to_owned(),
+                summary: known.summary(module.kind, found.name).to_owned(),
                 default: found.default.map(|value| known.value_text(value, &found.accepts)),
                 choices: choices(&found.accepts),
                 is_structural: found.is_structural,

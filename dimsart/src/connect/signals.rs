@@ -3,17 +3,27 @@
 use std::fmt;
 use std::io::{Read, Write};
 
-use dimsart_core::{TypeRef, Vocabulary};
+use dimsart_core::{Format, TypeRef, Vocabulary};
 use dimsart_link::protocol::{Request, Response};
 use serde::Serialize;
 
 use super::description::{ValueText, WordText};
 use super::device::take;
-use super::live::Followed;
 use super::{ConnectError, Device};
 
 /// One for each axis of the largest device.
 const VALUES_PER_LINE: usize = dimsart_core::limits::MAX_DOF;
+
+/// A signal that is read repeatedly.
+#[derive(Debug)]
+pub(super) struct Followed {
+    pub(super) signal: TypeRef,
+    /// None while it is not in the Data Base.
+    pub(super) format: Option<Format>,
+    /// Indices and unit of each of its words.
+    pub(super) words: Vec<WordText>,
+    pub(super) report: SignalReport,
+}
 
 /// A signal and its values.
 #[derive(Debug, Clone, PartialEq, Serialize)]

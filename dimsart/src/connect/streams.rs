@@ -4,7 +4,7 @@ use std::io::{Read, Write};
 
 use dimsart_core::TypeRef;
 use dimsart_link::protocol::{
-    MAX_TELEMETRY_SIGNALS, MAX_TELEMETRY_WORDS, NOBODY, Refusal, Request, Response, Sample, client_of,
+    MAX_TELEMETRY_SIGNALS, MAX_TELEMETRY_WORDS, NO_CLIENT, Refusal, Request, Response, Sample, client_of,
 };
 
 use super::{ConnectError, Device};
@@ -122,7 +122,7 @@ impl<S: Read + Write> Device<S> {
             match self.ask(&request, |response| matches!(response, Response::Telemetry { .. }).then_some(()))
             {
                 Ok(Some(())) => {}
-                Err(ConnectError::Refused(Refusal::Telemetry { client })) if client != NOBODY => {
+                Err(ConnectError::Refused(Refusal::Telemetry { client })) if client != NO_CLIENT => {
                     return Ok(Opened::Taken);
                 }
                 Ok(None) | Err(ConnectError::Refused(_)) => return Ok(Opened::Refused),

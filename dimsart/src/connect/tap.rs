@@ -8,7 +8,7 @@ use dimsart_link::protocol::{MAX_TELEMETRY_WORDS, Sample};
 use serde::Serialize;
 
 use super::description::WordText;
-use super::live::Followed;
+use super::signals::Followed;
 use super::streams::{Streams, without_last_stream};
 use super::{ConnectError, Device};
 use hil_sim::clock;

@@ -13,8 +13,7 @@ use std::thread;
 
 use ::cycles::timing::Timing;
 use dimsart_core::online::Opcode;
-use dimsart_core::{Cost, KindId, ModuleRef};
-use dimsart_modules::ALL;
+use dimsart_core::{Cost, KindId, Kinds};
 
 use super::law_costs;
 use super::scheme_bound::{MOST_DOF, SchemeBound, Variant};
@@ -44,26 +43,32 @@ type Found<'a> = (Task<'a>, Result<Option<SchemeBound>, CyclesError>);
 type Points = BTreeMap<u16, u64>;
 
 impl ImageCosts {
-    /// Of an image with these kinds that is built from the same sources as this program.
+    /// Of an image with kinds of these ids, all of them among `kinds`, that is built from the same sources as this program.
     ///
     /// # Errors
     /// [`CyclesError`] when not even a tick without modules has a bound.
-    pub fn of(firmware: &Firmware, timing: Timing, kinds: &[KindId]) -> Result<Self, CyclesError> {
-        let variants: Vec<Variant> = kinds.iter().copied().flat_map(Variant::of).collect();
+    pub fn of(
+        firmware: &Firmware,
+        timing: Timing,
+        ids: &[KindId],
+        kinds: Kinds,
+    ) -> Result<Self, CyclesError> {
+        let bounds = |tasks: &[_]| bounds(firmware, timing, tasks, kinds);
+        let variants: Vec<Variant> = ids.iter().flat_map(|id| Variant::of(*id, kinds)).collect();
         let few = tasks(variants.iter().map(Some).chain([None]), FEW);
-        let mut found = bounds(firmware, timing, &few);
-        let worst: BTreeSet<usize> = kinds.iter().flat_map(|kind| worst(&found, *kind)).collect();
+        let mut found = bounds(&few);
+        let worst: BTreeSet<usize> = ids.iter().flat_map(|id| worst(&found, *id)).collect();
         let worst = worst.into_iter().filter_map(|index| few.get(index)).map(|(variant, _)| *variant);
-        found.extend(bounds(firmware, timing, &tasks(worst.chain([None]), MANY)));
-        let mut costs = Self::above(found, kinds)?;
-        if let Some(module) = law_costs::module().filter(|_| runs_laws(kinds)) {
-            costs.lines.extend(instructions(module, firmware, timing)?);
+        found.extend(bounds(&tasks(worst.chain([None]), MANY)));
+        let mut costs = Self::above(found, ids, kinds)?;
+        if runs_laws(ids) {
+            costs.lines.extend(instructions(firmware, timing, kinds)?);
         }
         Ok(costs)
     }
 
     /// The lowest lines above bounds.
-    fn above(found: Vec<Found<'_>>, kinds: &[KindId]) -> Result<Self, CyclesError> {
+    fn above(found: Vec<Found<'_>>, ids: &[KindId], kinds: Kinds) -> Result<Self, CyclesError> {
         let mut bounds: Vec<(Task<'_>, SchemeBound)> = Vec::new();
         let mut failed: BTreeMap<KindId, String> = BTreeMap::new();
         for (task, bound) in found {
@@ -80,7 +85,7 @@ impl ImageCosts {
             bounds.iter().map(|((_, dof), bound)| (*dof, bound.rest.saturating_sub(call * bound.calls)));
         let tick = line(&most(tick)).ok_or(CyclesError::NoTick)?;
         let (mut lines, mut unknown) = (vec![tick], Vec::new());
-        for kind in kinds {
+        for kind in ids {
             let own =
                 bounds.iter().filter(|((variant, _), _)| variant.is_some_and(|own| own.kind() == *kind));
             let points = own
@@ -92,7 +97,7 @@ impl ImageCosts {
                 }),
             };
             lines.push(cost.unwrap_or_else(|reason| {
-                unknown.push((name_of(*kind), reason));
+                unknown.push((name_of(*kind, kinds), reason));
                 Cost::UNKNOWN
             }));
         }
@@ -101,24 +106,22 @@ impl ImageCosts {
 }
 
 /// Whether one of the kinds runs laws, so that the lines of instructions follow those of the kinds.
-pub(crate) fn runs_laws(kinds: &[KindId]) -> bool {
-    law_costs::module().is_some_and(|module| kinds.contains(&module.kind))
+pub(crate) fn runs_laws(ids: &[KindId]) -> bool {
+    ids.contains(&law_costs::MODULE.kind)
 }
 
-/// The name of a kind; its id where this program does not know it.
-pub(crate) fn name_of(kind: KindId) -> String {
-    ALL.kind(kind).map_or_else(|| kind.to_string(), |known| known.name.to_owned())
+/// The name of a kind; its id if the list lacks it.
+pub(crate) fn name_of(id: KindId, kinds: Kinds) -> String {
+    kinds.kind(id).map_or_else(|| id.to_string(), |kind| kind.name.to_owned())
 }
 
 /// What each instruction of a law adds to it for an axis.
-fn instructions(module: ModuleRef, firmware: &Firmware, timing: Timing) -> Result<Vec<Cost>, CyclesError> {
-    let variants: Vec<Variant> = [law_costs::plain(module)]
-        .into_iter()
-        .chain(Opcode::ALL.iter().map(|opcode| law_costs::with(module, *opcode)))
-        .collect();
+fn instructions(firmware: &Firmware, timing: Timing, kinds: Kinds) -> Result<Vec<Cost>, CyclesError> {
+    let with = Opcode::ALL.iter().map(|opcode| law_costs::with(*opcode, kinds));
+    let variants: Vec<Variant> = [law_costs::plain(kinds)].into_iter().chain(with).collect();
     let tasks = tasks(variants.iter().map(Some), 1..2);
     let dof = tasks.first().map_or(1, |(_, dof)| *dof);
-    let found = bounds(firmware, timing, &tasks);
+    let found = bounds(firmware, timing, &tasks, kinds);
     let found: Vec<_> = found.into_iter().map(|(_, bound)| bound).collect::<Result<_, _>>()?;
     let (plain, with) = found.split_first().ok_or(CyclesError::NoTick)?;
     Ok(law_costs::lines(*plain, with, dof))
@@ -153,7 +156,7 @@ fn worst(found: &[Found<'_>], kind: KindId) -> Vec<usize> {
 }
 
 /// By as many threads as there are processors, in the tasks' order.
-fn bounds<'a>(firmware: &Firmware, timing: Timing, tasks: &[Task<'a>]) -> Vec<Found<'a>> {
+fn bounds<'a>(firmware: &Firmware, timing: Timing, tasks: &[Task<'a>], kinds: Kinds) -> Vec<Found<'a>> {
     let next = AtomicUsize::new(0);
     let work = || {
         let mut found = Vec::new();
@@ -161,7 +164,7 @@ fn bounds<'a>(firmware: &Firmware, timing: Timing, tasks: &[Task<'a>]) -> Vec<Fo
         while let Some(task @ (variant, dof)) = tasks.get(place) {
             let bound = match variant {
                 Some(variant) => SchemeBound::around(variant, firmware, timing, usize::from(*dof)),
-                None => SchemeBound::of_many(CONTROLLERS, firmware, timing, usize::from(*dof)),
+                None => SchemeBound::of_many(CONTROLLERS, kinds, firmware, timing, usize::from(*dof)),
             };
             found.push((place, (*task, bound)));
             place = next.fetch_add(1, Ordering::Relaxed);
@@ -213,6 +216,8 @@ fn line(points: &Points) -> Option<Cost> {
 
 #[cfg(test)]
 mod tests {
+    use dimsart_modules::ALL;
+
     use super::*;
 
     fn points(points: &[(u16, u64)]) -> Points {
@@ -233,13 +238,13 @@ mod tests {
     #[test]
     fn calls_belong_to_modules() {
         let ids: Vec<KindId> = ALL.list().iter().map(|kind| kind.id).collect();
-        let variants: Vec<Variant> = ids.iter().copied().flat_map(Variant::of).collect();
+        let variants: Vec<Variant> = ids.iter().flat_map(|id| Variant::of(*id, ALL)).collect();
         let bound = |rest, calls, module| Ok(Some(SchemeBound { rest, calls, module }));
         let kinds = ids.iter().filter_map(|kind| variants.iter().find(|one| one.kind() == *kind));
         let mut found: Vec<Found<'_>> =
             kinds.map(|kind| ((Some(kind), 1), bound(500, 2, (100, 2)))).collect();
         found.push(((None, 1), bound(950, 12, (0, 0))));
-        let costs = ImageCosts::above(found, &ids).unwrap();
+        let costs = ImageCosts::above(found, &ids, ALL).unwrap();
         // (950 - 500) / 10.
         let expected = [Cost::new(500 - 2 * 45, 0)].into_iter();
         let expected = expected.chain(ALL.list().iter().map(|_| Cost::new(100 + 2 * 45, 0)));
@@ -249,15 +254,16 @@ mod tests {
     #[test]
     fn a_kind_without_bound_or_memory_is_named_and_the_others_are_known() {
         let ids = ["PCTRL_MOD", "SIGGEN_MOD", "OTHER"].map(KindId::of);
-        let variants: Vec<Variant> = ids.into_iter().flat_map(Variant::of).collect();
+        let variants: Vec<Variant> = ids.into_iter().flat_map(|id| Variant::of(id, ALL)).collect();
         let refused = Err(CyclesError::Scheme(dimsart_core::CommandError::TooManyPorts));
         let first = variants.first().unwrap();
         let tick = Ok(Some(SchemeBound { rest: 500, calls: 10, module: (0, 0) }));
-        let costs = ImageCosts::above(vec![((Some(first), 1), refused), ((None, 1), tick)], &ids).unwrap();
+        let costs =
+            ImageCosts::above(vec![((Some(first), 1), refused), ((None, 1), tick)], &ids, ALL).unwrap();
         let names: Vec<&str> = costs.unknown.iter().map(|(name, _)| name.as_str()).collect();
         assert_eq!(names, ["PCTRL_MOD", "SIGGEN_MOD", &KindId::of("OTHER").to_string()]);
         assert!(costs.unknown[0].1.contains("does not run"), "{:?}", costs.unknown[0]);
         assert!(costs.unknown[1].1.contains("or memory"), "{:?}", costs.unknown[1]);
-        assert!(ImageCosts::above(Vec::new(), &[]).is_err());
+        assert!(ImageCosts::above(Vec::new(), &[], ALL).is_err());
     }
 }

@@ -16,7 +16,8 @@ use hil_sim::emulated::{BOARD, FOLDER_VARIABLE, built};
 use hil_sim::foreign_text::visible;
 
 /// Calls of a module, as the image names them.
-const COMPUTE: [&str; 2] = ["dimsart_core::kind::compute", "dimsart_core::kind::compute_late"];
+const COMPUTE: [&str; 2] =
+    ["dimsart_core::module::kind::compute", "dimsart_core::module::kind::compute_late"];
 /// Such a call with what measures it, in an image that does.
 const TIMED: &str = "firmware::measure::timed";
 /// What applies a command.

@@ -4,8 +4,7 @@ use dimsart_core::online::{
     Field, Header, Instruction, LawParameter, MAX_INPUTS, MAX_OUTPUTS, MAX_PARAMETERS, MAX_STATES, OWN_AXIS,
     Opcode, seal,
 };
-use dimsart_core::{Command, Cost, ModuleRef, TypeRef, Unit, Value, types};
-use dimsart_modules::ALL;
+use dimsart_core::{Command, Cost, Kinds, ModuleRef, TypeRef, Unit, Value, types};
 use hil_sim::law;
 
 use super::scheme_bound::{SchemeBound, Variant};
@@ -13,19 +12,16 @@ use super::scheme_bound::{SchemeBound, Variant};
 /// Of an instruction in a program.
 const COPIES: u8 = 8;
 
-/// The module that runs laws; none in a build without it.
-pub(super) fn module() -> Option<ModuleRef> {
-    let kind = ALL.list().iter().find(|kind| kind.runs_program())?;
-    Some(ModuleRef { kind: kind.id, number: 1 })
-}
+/// The module that runs laws.
+pub(super) const MODULE: ModuleRef = ModuleRef::new(law::MODULE, 1);
 
 /// A law with all ports, parameters and states, which writes an input to every output.
-pub(super) fn plain(module: ModuleRef) -> Variant {
-    Variant::with(module, commands(module, &[]))
+pub(super) fn plain(kinds: Kinds) -> Variant {
+    Variant::new(MODULE, commands(&[]), kinds)
 }
 
 /// The same with copies of an instruction, if a tick can have it.
-pub(super) fn with(module: ModuleRef, opcode: Opcode) -> Variant {
+pub(super) fn with(opcode: Opcode, kinds: Kinds) -> Variant {
     // Fields that are not registers are the first of their kind; what is read is what came in.
     let fields: Vec<u8> = opcode
         .fields()
@@ -38,10 +34,10 @@ pub(super) fn with(module: ModuleRef, opcode: Opcode) -> Variant {
         .collect();
     let copies = vec![Instruction::new(opcode, &fields); COPIES.into()];
     let copies = if opcode == Opcode::Last { Vec::new() } else { copies };
-    Variant::with(module, commands(module, &copies))
+    Variant::new(MODULE, commands(&copies), kinds)
 }
 
-fn commands(module: ModuleRef, more: &[Instruction]) -> Vec<Command> {
+fn commands(more: &[Instruction]) -> Vec<Command> {
     let count = |count: usize| u8::try_from(count).unwrap_or(u8::MAX);
     let mut tick = vec![Instruction::new(Opcode::Input, &[0, 0, OWN_AXIS])];
     tick.extend(more);
@@ -68,7 +64,7 @@ fn commands(module: ModuleRef, more: &[Instruction]) -> Vec<Command> {
     words.extend(tick.iter().map(|instruction| instruction.0));
     words.push(seal(&words));
     let mut commands = law::commands_of(&words, 1);
-    commands.push(Command::set(module, 0, Value::Count(1)));
+    commands.push(Command::set(MODULE, 0, Value::Count(1)));
     commands
 }
 

@@ -2,9 +2,8 @@
 
 use dimsart_core::envelope::MAX_CONTENT_BYTES;
 use dimsart_core::limits::MAX_PACKET_WORDS;
-use dimsart_core::{DeviceDescriptor, Packet, Word};
+use dimsart_core::{DeviceDescriptor, Kinds, Packet, Word};
 use dimsart_link::saved_scheme::{self, fingerprint_of};
-use dimsart_modules::ALL;
 
 use super::CyclesError;
 use hil_sim::bus::Random;
@@ -30,6 +29,7 @@ pub(super) type Template = (usize, u16, Packet);
 pub(super) struct RandomInputs<'a> {
     random: Random,
     device: DeviceDescriptor,
+    kinds: Kinds,
     dimsart: Box<SimulatedDimsart>,
     scheme: &'a [u8],
     template: Option<Template>,
@@ -41,13 +41,15 @@ pub(super) struct RandomInputs<'a> {
 impl<'a> RandomInputs<'a> {
     pub(super) fn new(
         device: DeviceDescriptor,
+        kinds: Kinds,
         scheme: &'a [u8],
         template: Option<Template>,
         seed: u64,
     ) -> Result<Self, CyclesError> {
-        let dimsart = Box::new(SimulatedDimsart::new(device.clone(), ALL).map_err(ExperimentError::Storage)?);
+        let dimsart =
+            Box::new(SimulatedDimsart::new(device.clone(), kinds).map_err(ExperimentError::Storage)?);
         let (random, trace) = (Random::new(seed), TickTrace::default());
-        Ok(Self { random, device, dimsart, scheme, template, silence_ticks: 0, trace, ticks: 0 })
+        Ok(Self { random, device, kinds, dimsart, scheme, template, silence_ticks: 0, trace, ticks: 0 })
     }
 
     /// The next tick, with all that came of it here, and whether the scheme started anew before it.
@@ -61,7 +63,7 @@ impl<'a> RandomInputs<'a> {
         let is_new = place <= STARTS;
         if is_new {
             // Without a fault of the last start, which outlasts a scheme; both could be made before.
-            if let Ok(dimsart) = SimulatedDimsart::new(self.device.clone(), ALL) {
+            if let Ok(dimsart) = SimulatedDimsart::new(self.device.clone(), self.kinds) {
                 *self.dimsart = dimsart;
             }
             let _ = saved_scheme::load(self.scheme, fingerprint_of(self.scheme), &mut self.dimsart);

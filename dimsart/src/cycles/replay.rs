@@ -5,7 +5,6 @@ use ::cycles::timing::Timing;
 use dimsart_core::limits::MAX_LINKS;
 use dimsart_core::{Command, ModuleRef, Packet, Word};
 use dimsart_link::saved_scheme::{self, SchemeBytes};
-use dimsart_modules::ALL;
 
 use super::controller::Lengths;
 use super::figures::Row;
@@ -81,7 +80,7 @@ pub fn measure(setup: &Setup<'_>, mut progress: impl FnMut(u64, u64)) -> Result<
         });
         template = packet.or(template);
     }
-    let mut random = RandomInputs::new(device, &scheme, template, file.seed)?;
+    let mut random = RandomInputs::new(device, file.kinds, &scheme, template, file.seed)?;
     for tick in ticks..all_ticks {
         if tick % 256 == 0 {
             progress(tick, all_ticks);
@@ -266,7 +265,7 @@ impl Replay {
         let modules = worst.map(|worst| self.by_module(&worst.calls));
         let module = |(place, (module, statistics)): (usize, &(ModuleRef, Statistics))| {
             let most = modules.as_ref().and_then(|modules| modules.get(place)).copied();
-            row(&ALL.module_name(*module).to_string(), statistics, most)
+            row(&rig.kinds.module_name(*module).to_string(), statistics, most)
         };
         let rest = worst.zip(modules.as_ref()).map(|(worst, modules)| {
             let inside: u64 = modules.iter().map(|module| module.cycles).sum();

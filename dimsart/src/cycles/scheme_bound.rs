@@ -4,11 +4,10 @@ use ::cycles::timing::Timing;
 use dimsart_core::limits::{MAX_CHANNEL_TYPES, MAX_DOF, MAX_LINKS};
 use dimsart_core::scheme::{ENGINE, Problem, Row};
 use dimsart_core::{
-    Accepts, Command, CommandError, Direction, Finding, Format, KindId, ModuleRef, Parameter, ParameterError,
-    Party, PortText, TypeRef, Value, Vocabulary, types,
+    Accepts, Command, CommandError, Direction, Finding, Format, KindId, Kinds, ModuleRef, Parameter,
+    ParameterError, Party, PortText, TypeRef, Value, Vocabulary, types,
 };
 use dimsart_link::saved_scheme;
-use dimsart_modules::ALL;
 
 use super::controller::Lengths;
 use super::law_costs;
@@ -53,17 +52,19 @@ pub(super) struct SchemeBound {
 pub(super) struct Variant {
     module: ModuleRef,
     parameters: Vec<Command>,
+    /// Of the controllers whose schemes have it.
+    kinds: Kinds,
 }
 
 impl Variant {
     /// Every kind with all its choices and switches; its numbers, those that decide ports or memory apart from the
     /// others, as by default and otherwise.
-    pub(super) fn of(kind: KindId) -> Vec<Self> {
+    pub(super) fn of(kind: KindId, kinds: Kinds) -> Vec<Self> {
         let module = ModuleRef { kind, number: 1 };
-        if law_costs::module() == Some(module) {
-            return vec![law_costs::plain(module)];
+        if module == law_costs::MODULE {
+            return vec![law_costs::plain(kinds)];
         }
-        let described = |index| Some((index, ALL.describe_parameter(kind, index)?));
+        let described = |index| Some((index, kinds.describe_parameter(kind, index)?));
         let parameters: Vec<(u8, Parameter)> = (0..).map_while(described).collect();
         let mut all = Vec::new();
         for (structural, others) in [(false, false), (true, false), (false, true), (true, true)] {
@@ -77,7 +78,7 @@ impl Variant {
                 sets = sets.iter().flat_map(|set| values.iter().map(move |given| with(set, given))).collect();
             }
             for parameters in sets {
-                let variant = Self { module, parameters };
+                let variant = Self::new(module, parameters, kinds);
                 if !all.contains(&variant) {
                     all.push(variant);
                 }
@@ -92,14 +93,14 @@ impl Variant {
     }
 
     /// A module with these commands before it is plugged in.
-    pub(super) fn with(module: ModuleRef, parameters: Vec<Command>) -> Self {
-        Self { module, parameters }
+    pub(super) fn new(module: ModuleRef, parameters: Vec<Command>, kinds: Kinds) -> Self {
+        Self { module, parameters, kinds }
     }
 
     /// Fewest degrees of freedom that its kind takes.
     pub(super) fn least_dof(&self) -> u16 {
         let takes = |dof: &u16| {
-            let plugged_in = Scheme::new(self.module, usize::from(*dof))
+            let plugged_in = Scheme::new(self.module, usize::from(*dof), self.kinds)
                 .map(|mut scheme| scheme.dimsart.command(Command::PlugIn(self.module)));
             !matches!(plugged_in, Ok(Err(CommandError::Parameter(ParameterError::NoSuchEntry))))
         };
@@ -149,11 +150,12 @@ impl SchemeBound {
     /// [`CyclesError`] when there is no bound of it.
     pub(super) fn of_many(
         count: u8,
+        kinds: Kinds,
         firmware: &Firmware,
         timing: Timing,
         dof: usize,
     ) -> Result<Option<Self>, CyclesError> {
-        let mut scheme = Scheme::new(named("PCTRL_MOD"), dof)?;
+        let mut scheme = Scheme::new(named("PCTRL_MOD"), dof, kinds)?;
         for number in 1..=count {
             scheme.plug_in_controller(number)?;
         }
@@ -169,16 +171,16 @@ struct Scheme {
 }
 
 impl Scheme {
-    fn new(module: ModuleRef, dof: usize) -> Result<Self, CyclesError> {
+    fn new(module: ModuleRef, dof: usize, kinds: Kinds) -> Result<Self, CyclesError> {
         let device = device("master", dof, SAMPLE_PERIOD_S)?;
         let dimsart =
-            SimulatedDimsart::new(device, ALL).map_err(|error| CyclesError::Scheme(error.into()))?;
+            SimulatedDimsart::new(device, kinds).map_err(|error| CyclesError::Scheme(error.into()))?;
         Ok(Self { dimsart: Box::new(dimsart), module })
     }
 
     fn around(variant: &Variant, dof: usize) -> Result<Option<Self>, CyclesError> {
         let module = variant.module;
-        let mut scheme = Self::new(module, dof)?;
+        let mut scheme = Self::new(module, dof, variant.kinds)?;
         if variant.parameters.iter().any(|command| scheme.dimsart.command(*command).is_err()) {
             return Ok(None);
         }
@@ -276,8 +278,9 @@ impl Scheme {
     /// What is listened to; nobody sees what comes over another link.
     fn channels(&mut self) -> [Option<u16>; MAX_LINKS] {
         let receiver = named("COMM_RXMOD");
-        let link = ALL.parameter(receiver.kind, "CRX_LINK");
-        let link = link.and_then(|link| self.dimsart.engine_mut().get(receiver, link, 0).ok());
+        let engine = self.dimsart.engine_mut();
+        let link = engine.kinds().parameter(receiver.kind, "CRX_LINK");
+        let link = link.and_then(|link| engine.get(receiver, link, 0).ok());
         let mut channels = channels(&self.dimsart).map(Some);
         for (number, channel) in (0..).zip(&mut channels) {
             *channel = channel.filter(|_| link == Some(Value::Count(number)));
@@ -323,12 +326,14 @@ fn named(name: &str) -> ModuleRef {
 
 #[cfg(test)]
 mod tests {
+    use dimsart_modules::ALL;
+
     use super::*;
 
     #[test]
     fn every_kind_has_schemes_around_it_from_the_fewest_axes_on_that_it_takes() {
         for known in ALL.list() {
-            let own = Variant::of(known.id);
+            let own = Variant::of(known.id, ALL);
             let least = own.iter().map(|variant| variant.least_dof()).max().unwrap();
             for dof in [least, MOST_DOF].map(usize::from) {
                 let schemes = own.iter().map(|variant| Scheme::around(variant, dof).unwrap());
@@ -342,7 +347,7 @@ mod tests {
 
     #[test]
     fn an_arm_takes_the_axes_that_it_has() {
-        let least = |name| Variant::with(named(name), Vec::new()).least_dof();
+        let least = |name| Variant::new(named(name), Vec::new(), ALL).least_dof();
         assert_eq!(["PCTRL_MOD", "PLANAR_INVERSE_MOD", "PHANTOM_INVERSE_MOD"].map(least), [1, 2, 3]);
     }
 }

@@ -3,7 +3,7 @@
 use serde::{Deserialize, Serialize};
 use serde_json::Value;
 
-use super::station::{Hand, PageDevice};
+use super::page_device::{Hand, PageDevice};
 use crate::connect::{ANY_SIDE, ConnectError, FindingText, Presence};
 use hil_sim::schemes::SchemeText;
 

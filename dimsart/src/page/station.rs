@@ -25,26 +25,22 @@ use std::sync::{Arc, Mutex, PoisonError};
 use std::thread;
 use std::time::Duration;
 
+use dimsart_core::Kinds;
 use serde_json::Value;
 use tokio::sync::oneshot;
 
 use super::action::Action;
 use super::news::Board;
+use super::page_device::{Hand, OpenLine, PageDevice};
 use crate::connect::{ConnectError, Device, Patience, Presence};
 use asking::{Ask, Asked, Asking};
-use hil_sim::link::Stream;
 use looking::look;
 use recording::Recorder;
 use stopping::stop;
 use tapping::{Choice, Tapping};
 
-/// A controller at the other end of a line, of whatever kind.
-pub(super) type PageDevice = Device<Box<dyn Stream>>;
-/// Makes a line to the controller.
-pub type OpenLine = Box<dyn Fn() -> Result<Box<dyn Stream>, ConnectError> + Send + Sync>;
-
-/// Holds a reference of a simulated device: its name, the axis, and where; or lets it go.
-pub type Hand = Box<dyn Fn(String, usize, Option<f32>) -> Result<(), String> + Send>;
+/// Opens a line and finds out who is there.
+type Greet = Arc<dyn Fn() -> Result<PageDevice, ConnectError> + Send + Sync>;
 
 /// How a controller is reached.
 pub struct Access {
@@ -52,6 +48,8 @@ pub struct Access {
     pub port: String,
     /// Opens a line to it.
     pub open: OpenLine,
+    /// The module kinds that this program knows.
+    pub kinds: Kinds,
     /// Bits per second of its line, by which rows of signals come; none where it carries all of them.
     pub baud: Option<u32>,
     /// What a simulated one has.
@@ -115,27 +113,28 @@ impl Station {
     /// # Errors
     /// Whatever the system says when there is no thread left.
     pub fn new(number: u8, name: &str, access: Access) -> io::Result<Self> {
-        let Access { port, open, baud, hand, recordings } = access;
+        let Access { port, open, kinds, baud, hand, recordings } = access;
         let (asking, asks) = channel();
         let (choosing, choices) = channel();
         let (stopping, to_stop) = sync_channel(MAX_STOPS);
         let stops = Arc::new(AtomicU64::new(0));
-        let (board, open) = (Arc::new(Board::new(number)), Arc::new(open));
+        let board = Arc::new(Board::new(number));
+        let greet: Greet = Arc::new(move || Device::greet(open()?, PATIENCE, kinds));
         let start = |what: &str, run: Box<dyn FnOnce() + Send>| {
             thread::Builder::new().name(format!("{name} {what}")).spawn(run).map(drop)
         };
         let (looked, wakes) = channel();
-        let (news, line) = (Arc::clone(&board), Arc::clone(&open));
+        let (news, line) = (Arc::clone(&board), Arc::clone(&greet));
         let stopped = Arc::clone(&stops);
         let recorder = Arc::new(Recorder::new(Arc::clone(&board), name, port, baud, recordings));
         let records = Arc::clone(&recorder);
         let doing = Asking::new(news, line, looked, hand, stopped, records);
         start("asking", Box::new(move || doing.run(&asks)))?;
-        let (news, line) = (Arc::clone(&board), Arc::clone(&open));
+        let (news, line) = (Arc::clone(&board), Arc::clone(&greet));
         start("looking", Box::new(move || look(&news, &line, &wakes)))?;
-        let (news, line) = (Arc::clone(&board), Arc::clone(&open));
+        let (news, line) = (Arc::clone(&board), Arc::clone(&greet));
         start("tapping", Box::new(move || Tapping::new(news, baud, choices).run(&line)))?;
-        start("stopping", Box::new(move || stop(&open, &to_stop)))?;
+        start("stopping", Box::new(move || stop(&greet, &to_stop)))?;
         let (clients, waiting) = (Mutex::default(), Arc::default());
         let name = name.to_owned();
         Ok(Self { name, asking, stopping, choosing, recorder, board, clients, waiting, stops })
@@ -227,9 +226,4 @@ impl Station {
         client.presence.beat();
         client.clone()
     }
-}
-
-/// Opens a line and finds out who is there.
-fn greet(open: &OpenLine) -> Result<PageDevice, ConnectError> {
-    Device::greet(open()?, PATIENCE)
 }

@@ -2,9 +2,8 @@
 
 use std::collections::VecDeque;
 
-use dimsart_core::{Command, Word};
+use dimsart_core::{Command, Kinds, Word};
 use dimsart_link::protocol::{Request, decode_request};
-use dimsart_modules::ALL;
 
 use super::device::DeviceFacts;
 use super::divergence::Divergence;
@@ -32,6 +31,7 @@ impl ReplayedController {
         name: &str,
         device_json: Option<&String>,
         scheme: Option<&String>,
+        kinds: Kinds,
     ) -> Result<Self, ReplayError> {
         let controller = || name.to_owned();
         let lacking = |what| ReplayError::Lacking { controller: controller(), what };
@@ -42,7 +42,7 @@ impl ReplayedController {
         let device = facts
             .descriptor()
             .map_err(|error| ReplayError::Descriptor { controller: controller(), error })?;
-        let dimsart = SimulatedDimsart::new(device, ALL);
+        let dimsart = SimulatedDimsart::new(device, kinds);
         let dimsart = dimsart.map_err(|error| ReplayError::Storage { controller: controller(), error })?;
         let mut dimsart = Box::new(dimsart);
         let scheme = SchemeText { name: format!("{name}.scheme"), text };

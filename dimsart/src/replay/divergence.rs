@@ -59,7 +59,7 @@ impl Divergence {
         let (place, Other { signal, word, recorded, replayed }) = found.min_by_key(|(place, _)| *place)?;
         let module = place
             .and_then(|place| steps.get(place))
-            .map(|step| dimsart_modules::ALL.module_name(step.module).to_string());
+            .map(|step| engine.kinds().module_name(step.module).to_string());
         Some(Self { tick, time_s, signal, word, module, recorded, replayed })
     }
 }

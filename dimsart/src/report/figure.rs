@@ -9,14 +9,12 @@ use plotters::series::DashedLineSeries;
 use plotters::style::Color;
 use plotters::style::text_anchor::{HPos, Pos, VPos};
 
-use serde::Serialize;
-
 use super::decimate::{Point, decimate};
 use super::plot::{
     Area, BLACK, Drawn, GREY, GRID, LIGHT_GREY, Picture, color, fitting, font, label, px, upright_label,
     width,
 };
-use super::plots::{PageCurve, PagePanel, PagePlot};
+use super::plots::{Level, PageCurve, PagePanel, PagePlot, Span};
 use super::simplify::simplify;
 use hil_sim::recording::Recording;
 
@@ -46,15 +44,6 @@ pub struct Panel {
     pub levels: Vec<Level>,
 }
 
-/// A constant to compare a signal with.
-#[derive(Debug, Clone, PartialEq, Serialize)]
-pub struct Level {
-    /// Its name, written on it: `wall`.
-    pub label: String,
-    /// Its value, in the unit of the panel.
-    pub value: f64,
-}
-
 /// One recorded signal in a [`Panel`].
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Curve {
@@ -64,17 +53,6 @@ pub struct Curve {
     pub column: usize,
     /// A column that is taken from it, for a difference.
     pub minus: Option<usize>,
-}
-
-/// A named stretch of time.
-#[derive(Debug, Clone, PartialEq, Serialize)]
-pub struct Span {
-    /// Where it begins, `s`.
-    pub start_s: f64,
-    /// Where it ends, `s`.
-    pub end_s: f64,
-    /// Its name: `free motion`.
-    pub label: String,
 }
 
 impl Figure {

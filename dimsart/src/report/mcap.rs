@@ -25,8 +25,7 @@ use std::time::{Duration, Instant};
 use mcap::records::{MessageHeader, Metadata};
 use mcap::{Attachment, Compression, McapError, WriteOptions, Writer};
 
-use super::RunFacts;
-use super::signals::ControllerFacts;
+use super::facts::{ControllerFacts, RunFacts};
 use crate::cdr;
 use hil_sim::recording::{Piece, TickInputs};
 pub(crate) use inputs::{

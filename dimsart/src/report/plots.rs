@@ -2,7 +2,25 @@
 
 use serde::Serialize;
 
-use super::figure::{Level, Span};
+/// A constant to compare a signal with.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Level {
+    /// Its name, written on it: `wall`.
+    pub label: String,
+    /// Its value, in the unit of the panel.
+    pub value: f64,
+}
+
+/// A named stretch of time.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Span {
+    /// Where it begins, `s`.
+    pub start_s: f64,
+    /// Where it ends, `s`.
+    pub end_s: f64,
+    /// Its name: `free motion`.
+    pub label: String,
+}
 
 /// A figure, in the page's own words.
 #[derive(Debug, Serialize)]

@@ -89,7 +89,7 @@ fn an_image_without_a_stamp_fails_and_so_does_another_board() {
 /// A board in an emulated chip that was spoilt first, as examined.
 fn examined(spoil: impl FnOnce(&mut Device<CommandLine>, &mut SharedBoard)) -> Option<Vec<Check>> {
     let mut around = SharedBoard::new(bench("nucleo-g474re")?);
-    let mut device = Device::greet(around.line(), PATIENCE).unwrap();
+    let mut device = Device::greet(around.line(), PATIENCE, dimsart_modules::ALL).unwrap();
     spoil(&mut device, &mut around);
     Some(examine(&mut device, &around, Some("nucleo-g474re")).unwrap())
 }
@@ -182,7 +182,7 @@ fn a_step_of_the_torque_on_a_locked_rotor_shows_the_motor_s_torque_constant() {
     powered.run_for(0.3);
     powered.received.clear();
     let line = Line { powered: Arc::new(Mutex::new(powered)) };
-    let mut device = Device::greet(line.clone(), PATIENCE).unwrap();
+    let mut device = Device::greet(line.clone(), PATIENCE, dimsart_modules::ALL).unwrap();
     let before = LockedRotor::prepare(&mut device).unwrap();
     let right = LockedRotor { torque_nm: 0.05, torque_constant_nm_per_a: 0.05 };
     let (check, step) = right.step(&mut device, &line).unwrap();

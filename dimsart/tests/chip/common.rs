@@ -49,7 +49,7 @@ impl<W: OnBench> Shared<W> {
 
     /// Asks who is there.
     pub(crate) fn greet(&self) -> Device<CommandLine<W>> {
-        Device::greet(self.0.line(), PATIENCE).unwrap()
+        Device::greet(self.0.line(), PATIENCE, dimsart_modules::ALL).unwrap()
     }
 
     /// Holds the board to the chip's rules.

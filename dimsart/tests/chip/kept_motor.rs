@@ -37,7 +37,7 @@ impl Board {
     }
 
     fn greet(&self) -> Device<Line> {
-        Device::greet(Line { board: self.clone(), rest: Vec::new() }, PATIENCE).unwrap()
+        Device::greet(Line { board: self.clone(), rest: Vec::new() }, PATIENCE, dimsart_modules::ALL).unwrap()
     }
 
     fn restart(&self) -> Device<Line> {

@@ -4,7 +4,7 @@ use std::collections::HashMap;
 use std::io::{BufRead, BufReader};
 use std::process::{Command, Stdio};
 use std::sync::Arc;
-use std::time::{Duration, Instant};
+use std::time::Instant;
 
 use dimsart::connect::ValueText;
 use dimsart_core::scheme;
@@ -14,6 +14,7 @@ use dimsart_link::protocol::{
 use hil_sim::schemes::{SIDES, SchemeText};
 
 use crate::emulated::{Emulated, QUICK, Robot, listen, message};
+use test_requirements::TEST_TIMEOUT;
 
 fn text(scheme: &str) -> SchemeText {
     SchemeText { name: "my.scheme".to_owned(), text: scheme.to_owned() }
@@ -518,13 +519,13 @@ fn a_device_whose_lists_have_no_end_is_told_so_and_asked_no_more() {
         let begun = Instant::now();
         let found = message(&endless.run(arguments));
         assert!(found.contains("a list of the device has no end"), "{arguments:?}: {found}");
-        assert!(begun.elapsed() < Duration::from_secs(30), "{arguments:?}: {:?}", begun.elapsed());
+        assert!(begun.elapsed() < TEST_TIMEOUT, "{arguments:?}: {:?}", begun.elapsed());
     }
     for arguments in [&["config", "save"][..], &["doctor", "--board"]] {
         let begun = Instant::now();
         let mut command = Command::new(env!("CARGO_BIN_EXE_dimsart"));
         let output = command.args(arguments).arg(&endless.port).output().unwrap();
         assert!(!output.status.success(), "{arguments:?}: {output:?}");
-        assert!(begun.elapsed() < Duration::from_secs(30), "{arguments:?}: {:?}", begun.elapsed());
+        assert!(begun.elapsed() < TEST_TIMEOUT, "{arguments:?}: {:?}", begun.elapsed());
     }
 }

@@ -91,7 +91,7 @@ impl Board {
     }
 
     pub(crate) fn connect_with(&self, patience: Patience) -> Device<Client> {
-        Device::greet(self.line(), patience).unwrap()
+        Device::greet(self.line(), patience, dimsart_modules::ALL).unwrap()
     }
 
     pub(crate) fn line(&self) -> Client {
@@ -102,7 +102,8 @@ impl Board {
 
     /// A client of a board that is served.
     pub(crate) fn dial(&self) -> Device<Box<dyn hil_sim::link::Stream>> {
-        Device::greet(open_port(self.port.as_ref().unwrap(), 0).unwrap(), QUICK).unwrap()
+        Device::greet(open_port(self.port.as_ref().unwrap(), 0).unwrap(), QUICK, dimsart_modules::ALL)
+            .unwrap()
     }
 
     /// Lets it tick no more.

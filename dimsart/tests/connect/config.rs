@@ -37,14 +37,17 @@ fn of_side(scheme: &str, side: &'static str) -> Box<SimulatedDimsart> {
 /// Moves although no packet comes over its links.
 fn without_peer(mut dimsart: Box<SimulatedDimsart>) -> Box<SimulatedDimsart> {
     // A controller without links has no such module.
-    let _ =
-        Device::greet(InProcess::new(&mut dimsart), QUICK).unwrap().set("COMM_RXMOD", "TIMEOUT_TICKS", "0");
+    let _ = Device::greet(InProcess::new(&mut dimsart), QUICK, ALL).unwrap().set(
+        "COMM_RXMOD",
+        "TIMEOUT_TICKS",
+        "0",
+    );
     dimsart
 }
 
 fn saved(dimsart: &mut SimulatedDimsart) -> String {
     let (text, unknown) =
-        Device::greet(InProcess::new(dimsart), QUICK).unwrap().configuration_text().unwrap();
+        Device::greet(InProcess::new(dimsart), QUICK, ALL).unwrap().configuration_text().unwrap();
     assert_eq!(unknown, 0);
     text
 }
@@ -52,7 +55,7 @@ fn saved(dimsart: &mut SimulatedDimsart) -> String {
 fn exchanged(dimsart: &mut SimulatedDimsart, text: &str, is_dry_run: bool) -> Result<(), ConnectError> {
     let scheme = SchemeText { name: "kept.scheme".to_owned(), text: text.to_owned() };
     let exchange = Exchange { scheme: &scheme, side: "all", skips_unknown: false, is_dry_run };
-    Device::greet(InProcess::new(dimsart), QUICK)?.exchange(exchange).map(drop)
+    Device::greet(InProcess::new(dimsart), QUICK, ALL)?.exchange(exchange).map(drop)
 }
 
 fn without_modules(mut dimsart: Box<SimulatedDimsart>) -> Box<SimulatedDimsart> {
@@ -115,7 +118,7 @@ fn modules_that_stay_go_on_with_their_state() {
             if number == 100 {
                 exchanged(&mut one, &text, false).unwrap();
                 let scheme = SchemeText { name: "kept.scheme".to_owned(), text: text.clone() };
-                let mut device = Device::greet(InProcess::new(&mut replaced), QUICK).unwrap();
+                let mut device = Device::greet(InProcess::new(&mut replaced), QUICK, ALL).unwrap();
                 device.replace_scheme(&scheme, "all").unwrap();
             }
             let expected = tick(&mut other, number);
@@ -341,7 +344,7 @@ impl Read for Newer {
 fn a_device_of_a_newer_version_is_read_as_far_as_it_is_understood_and_never_changed() {
     let mut stream =
         Newer { robot: robot_with_a_scheme(), receiver: Receiver::new(), answers: VecDeque::new() };
-    let mut device = Device::greet(&mut stream, QUICK).unwrap();
+    let mut device = Device::greet(&mut stream, QUICK, ALL).unwrap();
     assert!(device.version_note().is_some());
     let (text, unknown) = device.configuration_text().unwrap();
     assert_eq!(unknown, 1);
@@ -393,7 +396,7 @@ fn rows_have_the_names_of_the_law_that_is_on_the_device() {
                 all MOD_ENG MOD_ON ONLINE_MOD\nall MOD_ENG MATCHING_CHECK";
     let mut joint = of_rig("joint");
     let law = Law::compile(text, "spring.law").unwrap();
-    Device::greet(InProcess::new(&mut joint), QUICK).unwrap().upload_law(&law, None).unwrap();
+    Device::greet(InProcess::new(&mut joint), QUICK, ALL).unwrap().upload_law(&law, None).unwrap();
 
     let error = exchanged(&mut joint, &rows.replace("stiffness", "gain"), false).unwrap_err().to_string();
     let names =
@@ -403,7 +406,7 @@ fn rows_have_the_names_of_the_law_that_is_on_the_device() {
     assert!(error.contains("'11' is not a number from 0 to 10"), "{error}");
 
     exchanged(&mut joint, rows, false).unwrap();
-    let mut device = Device::greet(InProcess::new(&mut joint), QUICK).unwrap();
+    let mut device = Device::greet(InProcess::new(&mut joint), QUICK, ALL).unwrap();
     // The instructions of the law are commands without rows.
     let (on_device, _) = device.configuration_text().unwrap();
     let stiffness = device.get("ONLINE_MOD", "stiffness").unwrap().to_string();

@@ -181,7 +181,7 @@ impl Emulated {
     }
 
     pub(crate) fn connect(&self, patience: Patience) -> Device<Box<dyn Stream>> {
-        Device::greet(open_port(&self.port, 0).unwrap(), patience).unwrap()
+        Device::greet(open_port(&self.port, 0).unwrap(), patience, ALL).unwrap()
     }
 
     pub(crate) fn state(&self) -> String {

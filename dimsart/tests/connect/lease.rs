@@ -15,6 +15,7 @@ use hil_sim::schemes::SchemeText;
 
 use crate::board::Board;
 use crate::emulated::{dimsart, message};
+use test_requirements::TEST_TIMEOUT;
 
 const DISARMED: &str = "the device is NOT commanded: the scheme runs and no client holds the lease";
 
@@ -63,7 +64,7 @@ impl Program {
     /// Waits until it has printed this.
     fn wait_for(&mut self, text: &str) {
         while !self.out.contains(text) {
-            let line = self.lines.recv_timeout(Duration::from_secs(60));
+            let line = self.lines.recv_timeout(TEST_TIMEOUT);
             self.out += &line.unwrap_or_else(|error| panic!("{error}: no {text:?} in {}", self.out));
             self.out += "\n";
         }

@@ -58,7 +58,7 @@ fn an_answer_that_comes_after_its_question_was_repeated_is_not_taken_for_the_nex
 #[test]
 fn a_device_that_never_answers_is_given_up_after_three_tries() {
     let port = listen(|_| Vec::new());
-    let error = Device::greet(open_port(&port, 0).unwrap(), SHORT).unwrap_err();
+    let error = Device::greet(open_port(&port, 0).unwrap(), SHORT, dimsart_modules::ALL).unwrap_err();
     assert!(matches!(error, ConnectError::Line(LineError::NoAnswer { tries: 3, bytes: 0, .. })), "{error}");
     let found = message(&dimsart(&["connect", &port, "--timeout-s", "0.1", "show"]));
     assert!(
@@ -71,7 +71,8 @@ fn a_device_that_never_answers_is_given_up_after_three_tries() {
 #[test]
 fn something_that_is_no_controller_is_told_from_silence() {
     let port = listen(|_| b"login: ".to_vec());
-    let message = Device::greet(open_port(&port, 0).unwrap(), SHORT).unwrap_err().to_string();
+    let message =
+        Device::greet(open_port(&port, 0).unwrap(), SHORT, dimsart_modules::ALL).unwrap_err().to_string();
     assert!(message.contains("21 bytes came back and no whole frame"), "{message}");
     assert!(message.contains("--baud"), "{message}");
 }
@@ -85,7 +86,7 @@ fn a_command_that_must_not_be_given_twice_is_sent_once() {
         let answer = shared.lock().unwrap().answer(content);
         if matches!(decode_request(content), Ok((_, Request::Command(_)))) { Vec::new() } else { answer }
     });
-    let mut device = Device::greet(open_port(&port, 0).unwrap(), SHORT).unwrap();
+    let mut device = Device::greet(open_port(&port, 0).unwrap(), SHORT, dimsart_modules::ALL).unwrap();
     let error = device.on("PDCTRL_MOD", None).unwrap_err();
     assert!(matches!(error, ConnectError::Line(LineError::Unsure { .. })), "{error}");
     assert!(error.to_string().contains("look with `show`"), "{error}");
@@ -156,7 +157,7 @@ fn an_answer_of_a_newer_version_is_not_taken_for_silence() {
         content.extend(crc.to_le_bytes());
         [&[0], cobs::encode_vec(&content).as_slice(), &[0]].concat()
     });
-    let mut device = Device::greet(open_port(&port, 0).unwrap(), QUICK).unwrap();
+    let mut device = Device::greet(open_port(&port, 0).unwrap(), QUICK, dimsart_modules::ALL).unwrap();
     let note = device.version_note().unwrap();
     assert!(note.contains("it is only looked at"), "{note}");
     assert!(note.ends_with("use the `dimsart` that its image was built with"), "{note}");
@@ -172,6 +173,6 @@ fn a_device_that_goes_away_is_no_silence() {
     let listener = TcpListener::bind("127.0.0.1:0").unwrap();
     let port = format!("tcp:{}", listener.local_addr().unwrap());
     thread::spawn(move || drop(listener.accept()));
-    let error = Device::greet(open_port(&port, 0).unwrap(), QUICK).unwrap_err();
+    let error = Device::greet(open_port(&port, 0).unwrap(), QUICK, dimsart_modules::ALL).unwrap_err();
     assert!(matches!(error, ConnectError::Line(LineError::Closed)), "{error}");
 }

@@ -62,7 +62,7 @@ fn a_serial_port_will_do_and_one_program_at_a_time_has_it() {
         thread::sleep(Duration::from_millis(10));
         !matches!(opened, Err(PortError::InUse { .. }))
     });
-    let mut device = Device::greet(opened.unwrap().unwrap(), QUICK).unwrap();
+    let mut device = Device::greet(opened.unwrap().unwrap(), QUICK, dimsart_modules::ALL).unwrap();
     assert_eq!(device.overview().unwrap().identity.device, "arm");
     assert!(matches!(open_port(&name, 115_200), Err(PortError::InUse { .. })));
 }

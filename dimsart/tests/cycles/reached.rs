@@ -28,7 +28,7 @@ fn every_function_that_a_tick_can_execute_is_looked_through_for_panics() {
     let function = |address: &u32| firmware.image.function_at(*address).unwrap().address;
     let executed: BTreeSet<u32> = steady.visited.iter().map(function).collect();
     let executed: Vec<String> = executed.into_iter().map(|address| firmware.image.place(address)).collect();
-    let calls = executed.iter().filter(|name| name.ends_with("dimsart_core::kind::compute"));
+    let calls = executed.iter().filter(|name| name.ends_with("dimsart_core::module::kind::compute"));
     assert!(calls.count() >= kinds(), "{executed:?}");
 
     let declared = Declared::read(CALLS).unwrap();

@@ -7,6 +7,7 @@ use std::thread;
 use std::time::{Duration, Instant};
 
 use dimsart_link::exchange::{ExchangeError, Frame, Tag};
+use test_requirements::TEST_TIMEOUT;
 
 /// The host's ends of two named pipes.
 pub(crate) struct ByHand {
@@ -20,7 +21,7 @@ impl ByHand {
         let to_board = File::options().write(true).open(folder.join("to-board")).unwrap();
         let mut line = Self { to_board, from_board: File::open(folder.join("from-board")).unwrap() };
         let mut hello = line.send(&[(Tag::Device, &[0; 3])]);
-        let deadline = Instant::now() + Duration::from_secs(60);
+        let deadline = Instant::now() + TEST_TIMEOUT;
         // A board that starts over has closed its end for a moment.
         while !line.receive(&mut hello) {
             assert!(Instant::now() < deadline, "nobody answers");

@@ -12,6 +12,7 @@ use hil_sim::link::{Stream, open_port};
 use tempfile::TempDir;
 
 use crate::common::{measuring_image, timer_image};
+use test_requirements::TEST_TIMEOUT;
 
 const UART: &str = "uart0";
 const LOG: &str = "log";
@@ -75,7 +76,7 @@ impl Firmware {
     /// The name of its UART, once it is there.
     pub(crate) fn port(&self) -> String {
         let path = self.folder().join(UART);
-        let deadline = Instant::now() + Duration::from_secs(60);
+        let deadline = Instant::now() + TEST_TIMEOUT;
         while !path.exists() {
             assert!(Instant::now() < deadline, "the emulator makes no socket");
             thread::sleep(Duration::from_millis(10));
@@ -154,6 +155,6 @@ fn emulator(image: &Path, folder: &Path, shift: u8) -> Child {
 }
 
 pub(crate) fn greet(uart: Box<dyn Stream>) -> Device<Box<dyn Stream>> {
-    let patience = Patience { timeout: Duration::from_secs(60), tries: 3 };
-    Device::greet(uart, patience).unwrap()
+    let patience = Patience { timeout: TEST_TIMEOUT, tries: 3 };
+    Device::greet(uart, patience, dimsart_modules::ALL).unwrap()
 }

@@ -6,7 +6,7 @@ use std::collections::BTreeMap;
 
 use dimsart_core::{Command, ModuleRef, Tick, types};
 use dimsart_link::protocol::{
-    Heartbeat, MAX_FRAME_BYTES, NOBODY, Receiver, Request, client_of, decode_heartbeat, decode_response,
+    Heartbeat, MAX_FRAME_BYTES, NO_CLIENT, Receiver, Request, client_of, decode_heartbeat, decode_response,
     encode_request, request_id,
 };
 use dimsart_modules::ALL;
@@ -115,7 +115,7 @@ fn eight_clients_at_a_hundred_times_the_line_s_rate_cost_a_tick_no_more_than_one
         assert!(heard.answers.keys().all(|client| (1..=CLIENTS).contains(client)), "{:?}", heard.answers);
         damaged += heard.heartbeats.last().unwrap().1.damaged;
         // A holder whose renewals drown loses the lease, and the device is still.
-        assert_eq!(heard.heartbeats.last().unwrap().1.lease.holder, NOBODY, "{name}");
+        assert_eq!(heard.heartbeats.last().unwrap().1.lease.holder, NO_CLIENT, "{name}");
     }
     // Frames of some lengths are lost whole.
     assert!(damaged > 300, "what is cut is counted: {damaged}");

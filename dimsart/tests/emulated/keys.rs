@@ -50,7 +50,11 @@ impl Setup {
 
     fn run(&self, arguments: &[&str]) -> Output {
         let mut command = Command::new(env!("CARGO_BIN_EXE_dimsart"));
-        command.args(["connect", &self.firmware.port(), "--timeout-s", "5"]).args(arguments).output().unwrap()
+        command
+            .args(["connect", &self.firmware.port(), "--timeout-s", "600"])
+            .args(arguments)
+            .output()
+            .unwrap()
     }
 
     #[track_caller]

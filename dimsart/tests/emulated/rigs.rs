@@ -54,7 +54,7 @@ fn what_emulated_firmware_recorded_replays_the_same() {
         let run =
             run.current_dir(&folder).args(always).args(["--signals", "mcap", "--out", "."]).args(arguments);
         assert!(run.output().unwrap().status.success(), "{arguments:?}");
-        let replay = replay(&folder.path().join("signals.mcap"), |_| ()).unwrap();
+        let replay = replay(&folder.path().join("signals.mcap"), dimsart_modules::ALL, |_| ()).unwrap();
         assert!(!replay.diverges(), "{replay:?}");
         assert!(replay.controllers.iter().all(|of| of.ticks >= 300 && of.words >= 900), "{replay:?}");
     }

@@ -7,6 +7,7 @@ use std::thread;
 use std::time::{Duration, Instant};
 
 use crate::common::image;
+use test_requirements::TEST_TIMEOUT;
 
 fn dimsart() -> Command {
     let mut command = Command::new(env!("CARGO_BIN_EXE_dimsart"));
@@ -106,7 +107,7 @@ pub(crate) fn are_emulators_in(folder: &Path) -> bool {
 }
 
 fn wait_until(or_else: &str, is_so: impl Fn() -> bool) {
-    let deadline = Instant::now() + Duration::from_secs(60);
+    let deadline = Instant::now() + TEST_TIMEOUT;
     while !is_so() {
         assert!(Instant::now() < deadline, "{or_else}");
         thread::sleep(Duration::from_millis(1));

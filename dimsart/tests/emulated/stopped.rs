@@ -18,6 +18,7 @@ use crate::debugger::Debugger;
 use crate::firmware::Firmware;
 use crate::patched::{patched, symbol};
 use crate::run::are_emulators_in;
+use test_requirements::TEST_TIMEOUT;
 
 /// Looks at a device's own types, for a request that lists data types alone.
 pub(crate) const IN_THE_TICK: &[&str] = &["type_at"];
@@ -80,7 +81,7 @@ fn outputs_are_safe_before_it_says_why() {
     line.send(&as_sections(&request));
     let (commanded, _) = symbol(image.bytes(), &["host", "COMMANDED"]);
     let mut debugger = Debugger::attach(&firmware);
-    let deadline = Instant::now() + Duration::from_secs(60);
+    let deadline = Instant::now() + TEST_TIMEOUT;
     while debugger.read(commanded) != "00".repeat(WORDS_BYTES) {
         assert!(Instant::now() < deadline, "the actuators are not at rest");
         debugger.run_on();
@@ -102,7 +103,7 @@ fn a_run_says_that_its_firmware_stopped_and_leaves_nothing_behind() {
             .env("TMPDIR", temporary.path())
             .output()
             .unwrap();
-        assert!(start.elapsed() < Duration::from_secs(60));
+        assert!(start.elapsed() < TEST_TIMEOUT);
         let message = String::from_utf8(output.stderr).unwrap();
         assert_eq!(output.status.code(), Some(1), "{message}");
         let stopped = "the firmware on the emulated board stopped, its actuators at rest; its last words:";

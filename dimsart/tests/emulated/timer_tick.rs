@@ -52,9 +52,9 @@ fn noise_a_cut_frame_and_a_flood_are_survived() {
     rand_pcg::Pcg32::seed_from_u64(3).fill_bytes(&mut noise);
     let mut buffer = [0; MAX_FRAME_BYTES];
     let request = encode_request(&Request::Status, 1, &mut buffer).unwrap();
-    write(&mut uart, &noise);
-    write(&mut uart, &request[..request.len() / 2]);
-    write(&mut uart, &request.repeat(2_000));
+    exchange(&mut uart, &noise, |_| {});
+    exchange(&mut uart, &request[..request.len() / 2], |_| {});
+    exchange(&mut uart, &request.repeat(2_000), |_| {});
     let mut device = greet(uart);
     let before = ticks(&mut device);
     assert!(ticks(&mut device) > before);
@@ -63,16 +63,18 @@ fn noise_a_cut_frame_and_a_flood_are_survived() {
     }
 }
 
-/// Writes all of it, reading what comes back meanwhile.
-fn write(uart: &mut Box<dyn Stream>, mut bytes: &[u8]) {
+/// Writes all `bytes` and reads the answers in between.
+fn exchange(uart: &mut Box<dyn Stream>, mut bytes: &[u8], mut heard: impl FnMut(&[u8])) {
     let mut answers = [0; 1024];
     while !bytes.is_empty() {
         match uart.write(&bytes[..bytes.len().min(1024)]) {
             Ok(count) => bytes = &bytes[count..],
-            // The emulator has not had the processor for a while.
+            // The emulator does not run at the moment.
             Err(error) => assert_eq!(error.kind(), ErrorKind::WouldBlock),
         }
-        let _ = uart.read(&mut answers);
+        if let Ok(count) = uart.read(&mut answers) {
+            heard(&answers[..count]);
+        }
     }
 }
 
@@ -87,14 +89,13 @@ fn eight_clients_keep_neither_the_tick_nor_the_heart_from_beating() {
         .flat_map(|id| encode_request(&Request::Status, id, &mut [0; MAX_FRAME_BYTES]).unwrap().to_vec())
         .collect();
     let mut rest = flood.iter().copied().cycle();
-    let mut answers = [0; 1024];
     while beats.len() < length(10, 20) || answered.len() < 8 {
         let bytes: Vec<u8> = rest.by_ref().take(64).collect();
-        uart.write_all(&bytes).unwrap();
-        let Ok(count) = uart.read(&mut answers) else { continue };
-        receiver.take_all(&answers[..count], |content| {
-            beats.extend(decode_heartbeat(content));
-            answered.extend(decode_response(content).map(|(id, _)| client_of(id)));
+        exchange(&mut uart, &bytes, |answer| {
+            receiver.take_all(answer, |content| {
+                beats.extend(decode_heartbeat(content));
+                answered.extend(decode_response(content).map(|(id, _)| client_of(id)));
+            });
         });
     }
     for pair in beats.windows(2) {

@@ -8,6 +8,7 @@ use std::thread;
 use std::time::{Duration, Instant};
 
 use tempfile::TempDir;
+use test_requirements::TEST_TIMEOUT;
 
 /// A folder with a stand-in for the emulator, an image by name, and room for temporary files.
 struct Stage(TempDir);
@@ -35,7 +36,7 @@ impl Stage {
     fn run(&self, image: &Path) -> String {
         let start = Instant::now();
         let output = self.command(image).output().unwrap();
-        assert!(start.elapsed() < Duration::from_secs(60));
+        assert!(start.elapsed() < TEST_TIMEOUT);
         self.assert_clean();
         message(&output)
     }
@@ -112,7 +113,7 @@ fn who_cannot_wait_for_an_emulator_that_hangs_leaves_nothing_behind() {
             thread::sleep(Duration::from_millis(300));
         }
         assert!(!run.wait().unwrap().success());
-        assert!(start.elapsed() < Duration::from_secs(60), "{signal} is not waited for");
+        assert!(start.elapsed() < TEST_TIMEOUT, "{signal} is not waited for");
         stage.assert_clean();
     }
 }

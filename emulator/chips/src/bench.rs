@@ -10,7 +10,7 @@ use cycles::processor::{At, Bus as _, Processor, Reset};
 use cycles::timing::{Column, Flash, Profile, Timing};
 
 use crate::stm32g4::{GateDriver, Violation};
-use crate::{Part, Stm32g4, Verdict};
+use crate::{Part, Stm32g4};
 
 /// What a board has around its chip.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -230,11 +230,6 @@ impl Bench {
         if !self.faults.contains(&what) {
             self.faults.push(what);
         }
-    }
-
-    /// How the run went; begins anew to look for the longest time with interrupts masked.
-    pub fn verdict(&mut self) -> Verdict {
-        Verdict::of(self)
     }
 
     /// Violations as lines: what, where in the code; then what the board's other parts are not made for. [`KNOWN`] ones

@@ -13,8 +13,15 @@ pub struct Verdict {
     pub troubles: Vec<String>,
 }
 
+impl Bench {
+    /// How the run went; begins anew to look for the longest time with interrupts masked.
+    pub fn verdict(&mut self) -> Verdict {
+        Verdict::of(self)
+    }
+}
+
 impl Verdict {
-    pub(crate) fn of(bench: &mut Bench) -> Self {
+    fn of(bench: &mut Bench) -> Self {
         let (masked, place) = bench.processor.take_longest_masked();
         let hz = bench.chip().clock().hz();
         #[expect(clippy::cast_precision_loss, reason = "below 2^53")]

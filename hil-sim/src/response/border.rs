@@ -13,7 +13,6 @@
 use std::f64::consts::PI;
 
 use dimsart_core::ModuleRef;
-use dimsart_modules::ALL;
 use nalgebra::{Complex, Matrix3, Matrix4};
 use serde::Serialize;
 
@@ -71,7 +70,7 @@ struct Robot<'f> {
 /// Whether a scheme has modules that theory knows here and no others, each of them once and in every tick.
 fn is_known(engine: &SimulatedEngine) -> bool {
     let known = |module: ModuleRef| {
-        let is_one = |name: &&str| ALL.module(name) == Some(module);
+        let is_one = |name: &&str| ModuleRef::new(name, 1) == module;
         let is_in_every_tick = engine.rate_of(module).is_none_or(|rate| rate.every_ticks == 1);
         KNOWN.iter().any(is_one) && is_in_every_tick
     };

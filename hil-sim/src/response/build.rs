@@ -3,7 +3,6 @@
 use std::sync::{Arc, Mutex};
 
 use dimsart_core::{AxisKind, CommandError, DataType, DeviceDescriptor, Explanation, InputLimits, types};
-use dimsart_modules::ALL;
 
 use super::body::Body;
 use super::guards::guard_all;
@@ -131,7 +130,7 @@ pub fn loaded_controllers(file: &RigFile) -> Result<Vec<LoadedController>, Exper
 fn empty_controller(file: &RigFile, part: &Part<'_>) -> Result<Box<SimulatedDimsart>, ExperimentError> {
     // In its place: it is large, and there is one for each loop that is computed.
     let mut dimsart = Box::new(SimulatedDimsart::unconnected());
-    dimsart.connect(descriptor(file, part)?, ALL).map_err(ExperimentError::Storage)?;
+    dimsart.connect(descriptor(file, part)?, file.kinds).map_err(ExperimentError::Storage)?;
     Ok(dimsart)
 }
 

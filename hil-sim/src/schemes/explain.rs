@@ -2,12 +2,12 @@
 
 use std::fmt;
 
+use dimsart_core::names::split;
 use dimsart_core::scheme::{ENGINE, PORT_PREFIX, Problem, SWITCH, SchemeError};
 use dimsart_core::{
-    Accepted, CommandError, EngineCommand, Explanation, ModuleRef, ParameterError, ParameterText, Vocabulary,
+    Accepted, CommandError, EngineCommand, Explanation, KindId, ModuleRef, ParameterError, ParameterText,
+    Vocabulary,
 };
-
-use dimsart_modules::ALL;
 
 use super::{MAX_WORD_CHARS, nearest, suggestion};
 use crate::foreign_text::shortened;
@@ -39,6 +39,12 @@ impl<V: Vocabulary + ?Sized> Explained<'_, V> {
         self.missing_or(f, what)?;
         let known: Vec<String> = known.into_iter().map(str::to_owned).collect();
         write!(f, "; {}", suggestion(self.error.place.word, &known))
+    }
+
+    /// The word's module kind, if the vocabulary names it although the controller lacks it.
+    fn missing_kind(&self) -> Option<&str> {
+        let (kind, _) = split(self.error.place.word)?;
+        self.known.kind_name(KindId::of(kind)).filter(|known| *known == kind)
     }
 
     fn value(&self, f: &mut fmt::Formatter<'_>, parameter: &ParameterText<'_>) -> fmt::Result {
@@ -95,8 +101,7 @@ impl<V: Vocabulary + ?Sized> fmt::Display for Explained<'_, V> {
         let Self { error: SchemeError { place, problem }, known } = *self;
         let word = &*shortened(place.word, MAX_WORD_CHARS);
         match problem {
-            Problem::Module | Problem::ModuleValue if ALL.module(word).is_some() => {
-                let kind = word.split('.').next().unwrap_or(word);
+            Problem::Module | Problem::ModuleValue if let Some(kind) = self.missing_kind() => {
                 write!(f, "the image has no {kind}: build it with that module kind (docs/firmware.md)")
             }
             Problem::Destination => self.unknown(f, "a side", ["master", "slave", "m&s", "all"]),

@@ -142,7 +142,8 @@ fn apply<'a>(
         give(setting, row, dimsart)?;
     }
     dimsart.command(command).map_err(|error| row.refused(error))?;
-    for setting in settings.iter().filter(|setting| setting.is_due_after(command)) {
+    let kinds = dimsart.engine().kinds();
+    for setting in settings.iter().filter(|setting| setting.is_due_after(command, kinds)) {
         if setting.module_ref().is_some_and(|module| dimsart.engine().is_plugged_in(module)) {
             give(setting, row, dimsart)?;
         }

@@ -1,7 +1,7 @@
 //! Settings of a scenario or rig file that are put over a scheme's own parameters.
 
-use dimsart_core::{Command, ModuleRef};
-use dimsart_modules::ALL;
+use dimsart_core::names::split;
+use dimsart_core::{Command, Kinds, ModuleRef};
 
 /// A value that a key asks for: it goes over the rows of the scheme.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -27,13 +27,13 @@ impl Setting {
     }
 
     /// Whether `command` set this very parameter, on one axis or on all.
-    pub(super) fn is_due_after(&self, command: Command) -> bool {
+    pub(super) fn is_due_after(&self, command: Command, kinds: Kinds) -> bool {
         let Command::Set { module, parameter, .. } = command else { return false };
-        self.module_ref() == Some(module) && ALL.parameter(module.kind, &self.command) == Some(parameter)
+        self.module_ref() == Some(module) && kinds.parameter(module.kind, &self.command) == Some(parameter)
     }
 
-    /// The module's number, if the library has it.
+    /// The module, whether a controller has its kind or not.
     pub(super) fn module_ref(&self) -> Option<ModuleRef> {
-        ALL.module(&self.module)
+        split(&self.module).map(|(kind, number)| ModuleRef::new(kind, number))
     }
 }

@@ -8,6 +8,7 @@ use std::env;
 use std::io::Write;
 use std::path::PathBuf;
 use std::process::{Command, Stdio};
+use std::time::Duration;
 
 /// Names the folder of the boards' images.
 const FIRMWARE: &str = "DIMSART_FIRMWARE";
@@ -15,6 +16,9 @@ const FIRMWARE: &str = "DIMSART_FIRMWARE";
 const ORACLE: &str = "DIMSART_ORACLE";
 /// Set where tests run at full length.
 const LONG: &str = "DIMSART_LONG";
+
+/// A longer wait is a failure, at any load of the machine.
+pub const TEST_TIMEOUT: Duration = Duration::from_secs(600);
 
 /// `full` in `cargo xtask long`, otherwise `short`.
 pub fn length<T>(short: T, full: T) -> T {

@@ -5,8 +5,7 @@ use core::ops::RangeInclusive;
 use super::{Parameters, Request, Set};
 use crate::limits::MAX_DOF;
 use crate::parameter::{Accepts, Choice, Entries, Parameter, Value};
-use crate::summary::Summary;
-use crate::unit::Unit;
+use crate::signal::{Summary, Unit};
 
 impl Parameters<'_> {
     /// A whole number of either sign, the same for all axes.

@@ -11,8 +11,8 @@
 mod model;
 
 use dimsart_core::{
-    Command, CommandError, Context, Declare, Input, Kinds, Memory, Module, ModuleRef, Output, Parameters,
-    Tick, TypeRef, Unit, Value, types, words,
+    Command, CommandError, Context, Declare, Input, Kinds, Memory, Module, ModuleRef, Output, Tick, TypeRef,
+    Unit, Value, types, words,
 };
 use rand_core::{Rng, SeedableRng};
 use rand_pcg::Pcg32;
@@ -30,9 +30,18 @@ const NODES: u8 = 8;
 const SIGNALS: u8 = 6;
 
 words! {
-    struct Settings { inputs: u32, outputs: u32, memory_words: u32, gain: u32 }
+    parameters Settings {
+        /// Signals that it reads.
+        inputs: u32 = structural_count("INPUTS", Unit::One, 0..=2, 0),
+        /// Signals that it writes.
+        outputs: u32 = structural_count("OUTPUTS", Unit::One, 0..=2, 0),
+        /// Words of memory.
+        memory_words: u32 = structural_count("MEMORY", Unit::One, 0..=9, 0),
+        /// What it adds.
+        gain: u32 = count("GAIN", Unit::One, 0..=1000, 0),
+    }
     struct State { ticks: u32, position: u32 }
-    struct Ports { in_0: Input, in_1: Input, out_0: Output, out_1: Output, memory: Memory }
+    ports Ports { in_0: Input, in_1: Input, out_0: Output, out_1: Output, memory: Memory }
 }
 
 /// Adds up what it reads, how long it runs, and what it read so many ticks ago.
@@ -48,14 +57,6 @@ impl Module for Node {
     type State = State;
     type Axis = ();
     type Ports = Ports;
-
-    fn parameters(settings: &mut Settings, (): &mut (), visit: &mut Parameters<'_>) {
-        let Settings { inputs, outputs, memory_words, gain } = settings;
-        visit.structural_count(inputs, "INPUTS", Unit::One, 0..=2, 0, "Signals that it reads.");
-        visit.structural_count(outputs, "OUTPUTS", Unit::One, 0..=2, 0, "Signals that it writes.");
-        visit.structural_count(memory_words, "MEMORY", Unit::One, 0..=9, 0, "Words of memory.");
-        visit.count(gain, "GAIN", Unit::One, 0..=1000, 0, "What it adds.");
-    }
 
     fn ports(settings: &Settings, declare: &mut Declare<'_>) -> Ports {
         let mut ports = Ports::default();

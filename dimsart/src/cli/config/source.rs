@@ -2,8 +2,7 @@
 
 use std::error::Error;
 
-use dimsart_core::{AxisKind, CommandError, DeviceDescriptor, types};
-use dimsart_modules::ALL;
+use dimsart_core::{AxisKind, CommandError, DeviceDescriptor, Kinds, types};
 
 use super::super::UsageError;
 use super::super::line::{Device, LineOptions, is_port};
@@ -20,20 +19,24 @@ pub(super) enum Source {
 
 impl Source {
     /// Opens a port, or reads a file.
-    pub(super) fn open(name: &str, line: &LineOptions) -> Result<Self, Box<dyn Error>> {
+    pub(super) fn open(name: &str, line: &LineOptions, kinds: Kinds) -> Result<Self, Box<dyn Error>> {
         if is_port(name) {
-            return Ok(Self::Device(Box::new(line.open(name)?)));
+            return Ok(Self::Device(Box::new(line.open(name, kinds)?)));
         }
         Ok(Self::File(SchemeText::read(name)?))
     }
 
-    pub(super) fn read(&mut self, side: Option<&'static str>) -> Result<Configuration, Box<dyn Error>> {
+    pub(super) fn read(
+        &mut self,
+        side: Option<&'static str>,
+        kinds: Kinds,
+    ) -> Result<Configuration, Box<dyn Error>> {
         match self {
             Self::Device(device) => {
                 let (rows, _) = device.configuration_text()?;
                 Ok(device.read_configuration(&rows, ANY_SIDE)?)
             }
-            Self::File(scheme) => without_a_device(scheme, side_of(scheme, side)?),
+            Self::File(scheme) => without_a_device(scheme, side_of(scheme, side)?, kinds),
         }
     }
 }
@@ -52,9 +55,9 @@ pub(super) fn side_of(scheme: &SchemeText, side: Option<&'static str>) -> Result
 
 /// Reads rows by the names of this program. A file does not say what its axes are, and how many: units are those of both
 /// kinds.
-fn without_a_device(scheme: &SchemeText, side: &str) -> Result<Configuration, Box<dyn Error>> {
+fn without_a_device(scheme: &SchemeText, side: &str, kinds: Kinds) -> Result<Configuration, Box<dyn Error>> {
     let axes = [AxisKind::Linear, AxisKind::Rotary].repeat(4);
     let device = DeviceDescriptor::new("any", &axes, 1e-3, &[types::POSITION], &[types::DES_FORCE])?;
-    let dimsart = Box::new(SimulatedDimsart::new(device, ALL).map_err(CommandError::from)?);
+    let dimsart = Box::new(SimulatedDimsart::new(device, kinds).map_err(CommandError::from)?);
     Ok(Configuration::read(&scheme.text, side, dimsart.engine(), &[]))
 }

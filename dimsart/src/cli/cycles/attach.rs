@@ -5,8 +5,8 @@ use std::io::Write;
 use std::time::Duration;
 
 use comfy_table::CellAlignment;
-use dimsart_core::Command;
 use dimsart_core::stamp::UNSTAMPED;
+use dimsart_core::{Command, Kinds};
 use serde::Serialize;
 
 use crate::broker;
@@ -92,10 +92,10 @@ impl<'a> Comparison<'a> {
 
 impl Attached {
     /// Learns who is at a port, its scheme, and what it has measured.
-    pub(super) fn greet(port: &str, baud: u32) -> Result<Self, Box<dyn Error>> {
+    pub(super) fn greet(port: &str, baud: u32, kinds: Kinds) -> Result<Self, Box<dyn Error>> {
         let at_port = |error: ConnectError| format!("{port}: {error}");
         let stream = broker::open(port, baud).map_err(ConnectError::from)?;
-        let mut device = Device::greet(stream, PATIENCE).map_err(at_port)?;
+        let mut device = Device::greet(stream, PATIENCE, kinds).map_err(at_port)?;
         let identity = device.identity();
         let image = identity.image.trim_end_matches(UNSTAMPED).to_owned();
         let (board, dof) = (identity.device.clone(), identity.axes.len());

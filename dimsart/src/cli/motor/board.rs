@@ -9,15 +9,15 @@ use std::time::Duration;
 use drive::{Configuration, Identified};
 
 use super::super::Ending;
-use super::super::line::{Device, LineOptions};
+use super::super::line::Device;
 use super::print_found;
 use crate::motor;
 
 /// Between two looks at an identification.
 const PAUSE: Duration = Duration::from_millis(20);
 
-pub(super) fn show(line: &LineOptions, port: &str, out: &mut impl Write) -> Ending {
-    let state = line.open(port)?.motor()?;
+pub(super) fn show(device: &mut Device, port: &str, out: &mut impl Write) -> Ending {
+    let state = device.motor()?;
     let whose = if state.is_kept { "kept by the board" } else { "the image's: the board keeps none" };
     match state.fallback {
         Some(reason) if state.is_kept => writeln!(out, "# {port}: kept by the board, BUT {reason}.")?,
@@ -31,15 +31,8 @@ pub(super) fn show(line: &LineOptions, port: &str, out: &mut impl Write) -> Endi
     Ok(ExitCode::SUCCESS)
 }
 
-pub(super) fn set(
-    line: &LineOptions,
-    port: &str,
-    file: &Path,
-    restart: bool,
-    out: &mut impl Write,
-) -> Ending {
+pub(super) fn set(device: &mut Device, file: &Path, restart: bool, out: &mut impl Write) -> Ending {
     let mut told = motor::read(file)?;
-    let mut device = line.open(port)?;
     let now = device.motor()?.configuration;
     if told.inverter != now.inverter {
         eprintln!(
@@ -49,23 +42,15 @@ pub(super) fn set(
         told.inverter = now.inverter;
         told.check().map_err(|error| format!("{}: {error}", file.display()))?;
     }
-    keep(&mut device, &now, &told, restart, out)
+    keep(device, &now, &told, restart, out)
 }
 
-pub(super) fn forget(line: &LineOptions, port: &str, restart: bool, out: &mut impl Write) -> Ending {
-    let mut device = line.open(port)?;
+pub(super) fn forget(device: &mut Device, restart: bool, out: &mut impl Write) -> Ending {
     let stopped = device.forget_motor()?;
-    end(&mut device, stopped, restart, "the image's configuration", out)
+    end(device, stopped, restart, "the image's configuration", out)
 }
 
-pub(super) fn identify(
-    line: &LineOptions,
-    port: &str,
-    current_a: f32,
-    store: bool,
-    out: &mut impl Write,
-) -> Ending {
-    let mut device = line.open(port)?;
+pub(super) fn identify(device: &mut Device, current_a: f32, store: bool, out: &mut impl Write) -> Ending {
     let told = device.motor()?.configuration;
     let most_a = told.limits.current_a;
     if !(current_a > 0.0 && current_a <= most_a) {
@@ -103,7 +88,7 @@ pub(super) fn identify(
         next.motor.encoder_offset_rad = found.encoder_offset_rad;
     }
     next.check()?;
-    keep(&mut device, &told, &next, false, out)
+    keep(device, &told, &next, false, out)
 }
 
 fn keep(

@@ -1,6 +1,6 @@
 //! The names of a new module, from what somebody calls it.
 
-use dimsart_modules::ALL;
+use dimsart_core::Kinds;
 
 /// Words that Rust or the template itself uses: no name for a file or a type.
 const RESERVED: &[&str] = &[
@@ -84,7 +84,7 @@ pub(in crate::cli) struct Names {
 impl Names {
     /// # Errors
     /// What is wrong with the name, and what to take instead.
-    pub(in crate::cli) fn new(name: &str) -> Result<Self, String> {
+    pub(in crate::cli) fn new(name: &str, kinds: Kinds) -> Result<Self, String> {
         let mut words: Vec<String> = name.split(['-', '_', ' ']).map(str::to_lowercase).collect();
         // Its name in schemes says the same.
         words.pop_if(|last| last == "mod" && name.len() > "mod".len());
@@ -103,7 +103,7 @@ impl Names {
             ));
         }
         let module = format!("{}_MOD", file.to_uppercase());
-        if ALL.list().iter().any(|kind| kind.name == module) {
+        if kinds.list().iter().any(|kind| kind.name == module) {
             return Err(format!("there is a module {module} already: choose another name"));
         }
         let kind = words.iter().map(|word| capitalised(word)).collect();
@@ -127,13 +127,15 @@ fn capitalised(word: &str) -> String {
 
 #[cfg(test)]
 mod tests {
+    use dimsart_modules::ALL;
+
     use super::*;
 
     #[test]
     fn names_come_from_words_or_from_what_schemes_call_it() {
-        let names = Names::new("Damped spring").unwrap();
+        let names = Names::new("Damped spring", ALL).unwrap();
         assert_eq!((names.file.as_str(), names.module.as_str()), ("damped_spring", "DAMPED_SPRING_MOD"));
-        assert_eq!(Names::new("DAMPED_SPRING_MOD").unwrap(), names);
+        assert_eq!(Names::new("DAMPED_SPRING_MOD", ALL).unwrap(), names);
         let filled = names.fill("//! Template: Template, template and TEMPLATE_MOD");
         assert_eq!(filled, "//! Damped spring: DampedSpring, damped_spring and DAMPED_SPRING_MOD");
     }
@@ -150,7 +152,7 @@ mod tests {
             ("Input", "add a word"),
             ("pdctrl", "there is a module PDCTRL_MOD already"),
         ] {
-            let message = Names::new(name).unwrap_err();
+            let message = Names::new(name, ALL).unwrap_err();
             assert!(message.contains(way_out), "{name}: {message}");
         }
     }

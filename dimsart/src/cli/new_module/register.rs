@@ -32,12 +32,14 @@ pub(super) fn register(text: &str, names: &Names) -> Option<String> {
 
 #[cfg(test)]
 mod tests {
+    use dimsart_core::Kinds;
+
     use super::*;
 
     /// The library's own list, and that of a project.
     #[test]
     fn a_module_comes_into_both_lists_among_its_like_and_at_the_end() {
-        let names = Names::new("swing damper").unwrap();
+        let names = Names::new("swing damper", Kinds::NONE).unwrap();
         let library = include_str!("../../../../dimsart-modules/src/lib.rs");
         let project = include_str!("../new_project/modules.rs");
         for text in [library, project] {
@@ -59,6 +61,6 @@ mod tests {
 
     #[test]
     fn a_file_without_a_list_is_left_alone() {
-        assert_eq!(register("fn main() {}\n", &Names::new("swing damper").unwrap()), None);
+        assert_eq!(register("fn main() {}\n", &Names::new("swing damper", Kinds::NONE).unwrap()), None);
     }
 }

@@ -11,7 +11,9 @@ const PERIOD_S: f64 = 1e-3;
 
 fn run() -> Run {
     let path = concat!(env!("CARGO_MANIFEST_DIR"), "/../scenarios/template.toml");
-    let run = experiment::run(&RigFile::load(path.as_ref(), &[]).unwrap()).unwrap();
+    let mut rig = RigFile::load(path.as_ref(), &[]).unwrap();
+    rig.kinds = dimsart_core::join_kinds![dimsart_modules::ALL, laws::modules::OWN];
+    let run = experiment::run(&rig).unwrap();
     assert!(run.outcome.stable, "{:?}", run.outcome.faults);
     run
 }

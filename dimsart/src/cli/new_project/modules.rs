@@ -1,7 +1,7 @@
 //! The control laws of this project: `cargo dimsart new-module NAME` adds one.
 //!
-//! This file is compiled twice: as a part of this crate, and, as .cargo/config.toml says, with the module library, for every
-//! tool and image of this project. So a law names the core `dimsart_core`, and another file of this folder `super`.
+//! This file is compiled twice: as a part of this crate, and in images, as .cargo/config.toml says. So a law names the core
+//! `dimsart_core`, and another file of this folder `super`.
 
 pub mod template;
 

@@ -1,7 +1,9 @@
-//! The `dimsart` command with the modules of this project.
+//! The `dimsart` command with the control laws of this project.
 
 use std::process::ExitCode;
 
+use dimsart_core::join_kinds;
+
 fn main() -> ExitCode {
-    dimsart::cli::main()
+    dimsart::cli::main(join_kinds![dimsart_modules::ALL, laws::modules::OWN])
 }

@@ -90,7 +90,7 @@ mod tests {
 
     #[test]
     fn an_image_s_name_adds_no_row_to_a_saved_configuration() {
-        let device = Device::greet(Robot::default(), Patience::default()).unwrap();
+        let device = Device::greet(Robot::default(), Patience::default(), dimsart_modules::ALL).unwrap();
         let text = crate::config::text(device.identity(), "");
         assert!(text.contains(LINE), "{text}");
         assert!(text.lines().all(|line| line.starts_with('#')), "{text}");

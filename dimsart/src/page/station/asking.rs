@@ -12,8 +12,9 @@ use tokio::sync::oneshot;
 use super::super::action::Action;
 use super::super::news::Board;
 use super::recording::Recorder;
-use super::{Answer, Hand, OpenLine, PAUSE, PageDevice, Waiting, greet};
+use super::{Answer, Greet, PAUSE, Waiting};
 use crate::connect::{ConnectError, LiveReport, Presence};
+use crate::page::page_device::{Hand, PageDevice};
 
 /// Longest wait for something to do before the device is looked at again.
 const A_MOMENT: Duration = Duration::from_millis(15);
@@ -61,7 +62,7 @@ struct Status {
 /// The thread.
 pub(super) struct Asking {
     news: Arc<Board>,
-    open: Arc<OpenLine>,
+    greet: Greet,
     /// Wakes who looks at the scheme.
     looked: Sender<()>,
     /// The client that holds the lease.
@@ -81,19 +82,19 @@ pub(super) struct Asking {
 impl Asking {
     pub(super) fn new(
         news: Arc<Board>,
-        open: Arc<OpenLine>,
+        greet: Greet,
         looked: Sender<()>,
         hand: Option<Hand>,
         stops: Arc<AtomicU64>,
         recorder: Arc<Recorder>,
     ) -> Self {
         let (holder, held, has_left_open) = (None, Vec::new(), false);
-        Self { news, open, looked, holder, hand, held, stops, seen_stops: 0, recorder, has_left_open }
+        Self { news, greet, looked, holder, hand, held, stops, seen_stops: 0, recorder, has_left_open }
     }
 
     pub(super) fn run(mut self, asks: &Receiver<Ask>) {
         loop {
-            let ended = match greet(&self.open) {
+            let ended = match (self.greet)() {
                 Ok(mut device) => {
                     self.news.tell("gone", &None::<String>);
                     self.serve(&mut device, asks)

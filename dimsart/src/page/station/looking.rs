@@ -5,8 +5,9 @@ use std::thread;
 use std::time::{Duration, Instant};
 
 use super::super::news::Board;
-use super::{OpenLine, PAUSE, PageDevice, greet};
+use super::{Greet, PAUSE};
 use crate::connect::ConnectError;
+use crate::page::page_device::PageDevice;
 
 /// Longest time that the line is not read: what its device says to everybody must not fill it up.
 const A_MOMENT: Duration = Duration::from_millis(15);
@@ -14,10 +15,10 @@ const A_MOMENT: Duration = Duration::from_millis(15);
 const LOOK: Duration = Duration::from_secs(2);
 
 /// The thread; it is woken when something was changed from here.
-pub(super) fn look(news: &Board, open: &OpenLine, wakes: &Receiver<()>) {
+pub(super) fn look(news: &Board, greet: &Greet, wakes: &Receiver<()>) {
     loop {
         // What is wrong with the line is told by the thread that asks.
-        if let Ok(mut device) = greet(open)
+        if let Ok(mut device) = greet()
             && serve(news, &mut device, wakes).is_ok()
         {
             return;

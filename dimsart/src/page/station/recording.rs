@@ -16,8 +16,9 @@ use tokio::sync::broadcast::error::{RecvError, TryRecvError};
 use tokio::sync::oneshot;
 
 use super::super::news::{Board, News, Rows};
+use super::Answer;
 use super::tapping::every_ticks;
-use super::{Answer, PageDevice};
+use crate::page::page_device::PageDevice;
 use crate::report::SignalsKind;
 use crate::tap_file::{self, Next, OTHER_SIGNALS, TapFile};
 

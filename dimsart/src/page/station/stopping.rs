@@ -6,20 +6,21 @@ use std::time::{Duration, Instant};
 use serde_json::Value;
 use tokio::sync::oneshot;
 
-use super::{Answer, OpenLine, PAUSE, PageDevice, greet};
+use super::{Answer, Greet, PAUSE};
+use crate::page::page_device::PageDevice;
 
 /// Longest time that the line is not read: what its device says to everybody must not fill it up.
 const A_MOMENT: Duration = Duration::from_millis(5);
 
 /// The thread. Its line is open before it is needed.
-pub(super) fn stop(open: &OpenLine, stops: &Receiver<oneshot::Sender<Answer>>) {
-    let (mut device, mut tried) = (greet(open).ok(), Instant::now());
+pub(super) fn stop(greet: &Greet, stops: &Receiver<oneshot::Sender<Answer>>) {
+    let (mut device, mut tried) = (greet().ok(), Instant::now());
     loop {
         match stops.recv_timeout(A_MOMENT) {
             Ok(answer) => {
                 // One STOP is for all that wait.
                 let answers: Vec<_> = std::iter::once(answer).chain(stops.try_iter()).collect();
-                let done = stop_now(open, &mut device);
+                let done = stop_now(greet, &mut device);
                 // The browser may be gone.
                 answers.into_iter().for_each(|answer| drop(answer.send(done.clone())));
             }
@@ -28,7 +29,7 @@ pub(super) fn stop(open: &OpenLine, stops: &Receiver<oneshot::Sender<Answer>>) {
                     device = None;
                 }
                 if device.is_none() && tried.elapsed() > PAUSE {
-                    device = greet(open).ok();
+                    device = greet().ok();
                     tried = Instant::now();
                 }
             }
@@ -38,11 +39,11 @@ pub(super) fn stop(open: &OpenLine, stops: &Receiver<oneshot::Sender<Answer>>) {
 }
 
 /// A line that has ended shows it only when it is used: then another one is opened.
-fn stop_now(open: &OpenLine, device: &mut Option<PageDevice>) -> Answer {
+fn stop_now(greet: &Greet, device: &mut Option<PageDevice>) -> Answer {
     let mut done = Err("no line to the device".to_owned());
     for _ in 0..2 {
         if device.is_none() {
-            match greet(open) {
+            match greet() {
                 Ok(greeted) => *device = Some(greeted),
                 Err(error) => done = Err(error.to_string()),
             }

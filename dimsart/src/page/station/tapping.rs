@@ -9,8 +9,9 @@ use serde_json::Value;
 use tokio::sync::oneshot;
 
 use super::super::news::{Board, Rows};
-use super::{Answer, OpenLine, PAUSE, PageDevice, Waiting, greet};
+use super::{Answer, Greet, PAUSE, Waiting};
 use crate::connect::{ConnectError, Tap, TapSignal};
+use crate::page::page_device::PageDevice;
 use crate::tap_file::OTHER_SIGNALS;
 use dimsart_link::protocol::{MAX_TELEMETRY_SIGNALS, MAX_TELEMETRY_WORDS};
 
@@ -53,10 +54,10 @@ impl Tapping {
     }
 
     /// While nobody looks, the device is asked for nothing: another client may want what it can send.
-    pub(super) fn run(mut self, open: &OpenLine) {
+    pub(super) fn run(mut self, greet: &Greet) {
         loop {
             if self.news.is_heard()
-                && let Err(error) = greet(open).and_then(|mut device| self.listen(&mut device))
+                && let Err(error) = greet().and_then(|mut device| self.listen(&mut device))
             {
                 // A line that has ended is opened again.
                 self.news.cut(&format!("the line has ended: {error}"));

@@ -4,7 +4,7 @@ use super::super::action::Edit;
 use super::*;
 use dimsart_core::{Command, Tick};
 use dimsart_link::protocol::{
-    DeviceInfo, MAX_FRAME_BYTES, NOBODY, Receiver, Request, decode_request, encode_response, serve,
+    DeviceInfo, MAX_FRAME_BYTES, NO_CLIENT, Receiver, Request, decode_request, encode_response, serve,
 };
 use hil_sim::response::loaded_controllers;
 use hil_sim::rig::SimulatedDimsart;
@@ -84,7 +84,8 @@ fn station() -> (Station, Shared) {
         let (receiver, answers) = (Receiver::new(), VecDeque::new());
         Ok(Box::new(Line { shared: lines.clone(), receiver, answers }))
     });
-    let access = Access { port: "test".to_owned(), open, baud: None, hand: None, recordings: None };
+    let access =
+        Access { port: "test".to_owned(), open, kinds: file.kinds, baud: None, hand: None, recordings: None };
     (Station::new(0, "joint", access).unwrap(), shared)
 }
 
@@ -102,7 +103,7 @@ fn after_a_stop_start_moves_nothing_and_the_page_is_not_armed() {
     assert!(started.to_string().contains("no client holds the lease"), "{started}");
     {
         let mut controller = shared.0.lock().unwrap();
-        assert_eq!(controller.info.heartbeat(0).lease.holder, NOBODY);
+        assert_eq!(controller.info.heartbeat(0).lease.holder, NO_CLIENT);
         assert_eq!(controller.tick(), Tick::Disarmed);
     }
     // The answer to this follows the next status.
@@ -145,5 +146,5 @@ fn many_stops_at_once_are_all_answered_by_few() {
     drop(closed);
     let done = answers.into_iter().filter_map(|answer| answer.blocking_recv().unwrap().ok()).count();
     assert!(done >= MAX_STOPS, "{done}");
-    assert_eq!(shared.0.lock().unwrap().info.heartbeat(0).lease.holder, NOBODY);
+    assert_eq!(shared.0.lock().unwrap().info.heartbeat(0).lease.holder, NO_CLIENT);
 }

@@ -1,6 +1,6 @@
 //! General-purpose pins (RM0440, chapter 9).
 
-use super::Part;
+use super::part::{Function, Part};
 use super::registers::Registers;
 use super::violation::Access;
 
@@ -18,10 +18,6 @@ const BRR: u32 = 0x28;
 const OUTPUT: u32 = 1;
 const ALTERNATE: u32 = 2;
 const ANALOG: u32 = 3;
-
-/// An alternate function: port, pin, its number, what it is.
-#[derive(Debug, Clone, Copy)]
-pub(super) struct Function(pub(super) char, pub(super) u32, pub(super) u32, pub(super) &'static str);
 
 /// A port of 16 pins.
 #[derive(Debug, Clone)]

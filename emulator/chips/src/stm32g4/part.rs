@@ -1,7 +1,5 @@
 //! Chips of the family.
 
-use super::gpio::Function;
-
 /// A chip.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Part {
@@ -51,6 +49,10 @@ impl Part {
         }
     }
 }
+
+/// An alternate function: port, pin, its number, what it is.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Function(pub(super) char, pub(super) u32, pub(super) u32, pub(super) &'static str);
 
 /// DS12589, table of alternate functions.
 const G431_FUNCTIONS: &[Function] = &[

@@ -1,7 +1,6 @@
 //! What a scheme makes of one side's controller.
 
 use dimsart_core::{Accepts, Engine, ModuleRef, Value};
-use dimsart_modules::ALL;
 
 use super::delay;
 use crate::rig::SimulatedDimsart;
@@ -49,7 +48,7 @@ impl Controller {
 
 /// A real parameter of a module, if the scheme plugs the module in.
 pub(crate) fn real(engine: &mut SimulatedEngine, module: &str, parameter: &str, axis: u8) -> Option<f64> {
-    match value(engine, ALL.module(module)?, parameter, axis)? {
+    match value(engine, ModuleRef::new(module, 1), parameter, axis)? {
         Value::Real(value) => Some(f64::from(value)),
         _ => None,
     }
@@ -65,7 +64,7 @@ pub(super) fn count(engine: &mut SimulatedEngine, module: ModuleRef, parameter: 
 
 /// A choice of a module by its name, if the scheme plugs the module in.
 pub(crate) fn chosen(engine: &mut SimulatedEngine, module: &str, parameter: &str) -> Option<&'static str> {
-    choice(engine, ALL.module(module)?, parameter)
+    choice(engine, ModuleRef::new(module, 1), parameter)
 }
 
 /// A choice among names, if the scheme plugs the module in.
@@ -78,15 +77,15 @@ pub(super) fn choice(
         Value::Choice(place) => place,
         _ => return None,
     };
-    let index = ALL.parameter(module.kind, parameter)?;
-    match ALL.describe_parameter(module.kind, index)?.accepts {
+    let index = engine.kinds().parameter(module.kind, parameter)?;
+    match engine.kinds().describe_parameter(module.kind, index)?.accepts {
         Accepts::Choice(names) => names.get(usize::from(place)).copied(),
         _ => None,
     }
 }
 
 fn value(engine: &mut SimulatedEngine, module: ModuleRef, parameter: &str, axis: u8) -> Option<Value> {
-    let parameter = ALL.parameter(module.kind, parameter)?;
+    let parameter = engine.kinds().parameter(module.kind, parameter)?;
     if !engine.is_plugged_in(module) {
         return None;
     }

@@ -7,8 +7,7 @@
 //! leaves on link 0 is made to its packet, and from the packet that comes in to what uses its signal. Of several
 //! signals in a packet the first wave is followed, or the first signal of a packet without waves.
 
-use dimsart_core::{Direction, ModuleRef, TypeRef, Unit};
-use dimsart_modules::ALL;
+use dimsart_core::{Direction, KindId, ModuleRef, TypeRef, Unit};
 
 use super::controller::{SimulatedEngine, choice, count};
 use crate::rig::SimulatedDimsart;
@@ -121,7 +120,7 @@ fn used(engine: &SimulatedEngine) -> Vec<TypeRef> {
 }
 
 fn is_of(module: ModuleRef, kind: &str) -> bool {
-    ALL.module(kind).is_some_and(|known| known.kind == module.kind)
+    module.kind == KindId::of(kind)
 }
 
 /// Signals that a module reads or writes, in the order of its ports; none when it is not plugged in.
@@ -133,6 +132,8 @@ fn signals(engine: &SimulatedEngine, module: ModuleRef, direction: Direction) ->
 
 #[cfg(test)]
 mod tests {
+    use dimsart_modules::ALL;
+
     use super::*;
     use crate::schemes::{SchemeText, device, load};
 

@@ -2,9 +2,7 @@
 
 use std::cell::Cell;
 
-use dimsart_core::{
-    Context, Cost, Declare, Input, KindId, Kinds, Module, Output, Parameters, Unit, types, words,
-};
+use dimsart_core::{Context, Cost, Input, KindId, Kinds, Module, Output, Unit, types, words};
 use dimsart_modules as modules;
 
 use super::fault::{Fault, Writes, Wrong};
@@ -33,9 +31,15 @@ pub(crate) fn let_write(wrong: &[Wrong]) {
 
 words! {
     /// Of all axes.
-    pub(crate) struct Settings { place: u32 }
+    pub(crate) parameters Settings {
+        /// Where it is, from 1; 0 never fails.
+        place: u32 = count("PLACE", Unit::One, 0..=3, 0),
+    }
     /// Signals.
-    pub(crate) struct Ports { input: Input, output: Output }
+    pub(crate) ports Ports {
+        input: Input = input("IN", types::SIGNAL),
+        output: Output = output("OUT", types::SIGNAL_OUT),
+    }
 }
 
 /// Passes a signal on, bit by bit, or spoils an axis of it while something is wrong at its place.
@@ -50,14 +54,6 @@ impl Module for Failing {
     type State = ();
     type Axis = ();
     type Ports = Ports;
-
-    fn parameters(settings: &mut Settings, (): &mut (), visit: &mut Parameters<'_>) {
-        visit.count(&mut settings.place, "PLACE", Unit::One, 0..=3, 0, "Where it is, from 1; 0 never fails.");
-    }
-
-    fn ports(_: &Settings, declare: &mut Declare<'_>) -> Ports {
-        Ports { input: declare.input("IN", types::SIGNAL), output: declare.output("OUT", types::SIGNAL_OUT) }
-    }
 
     fn compute(context: &Context<'_, Self>) {
         let Ports { input, output } = context.ports();

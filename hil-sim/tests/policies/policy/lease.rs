@@ -1,7 +1,7 @@
 //! Of the lease.
 
 use dimsart_core::{Command, Tick};
-use dimsart_link::protocol::{NOBODY, Request};
+use dimsart_link::protocol::{NO_CLIENT, Request};
 
 use crate::moment::Moment;
 
@@ -14,19 +14,19 @@ pub(super) fn disarms_without_it_alone(moment: &Moment<'_>) -> Option<bool> {
 }
 
 pub(super) fn ends_by_a_fault(moment: &Moment<'_>) -> Option<bool> {
-    moment.now.state.is_fault().then_some(moment.now.holder == NOBODY)
+    moment.now.state.is_fault().then_some(moment.now.holder == NO_CLIENT)
 }
 
 pub(super) fn ends_by_a_stop(moment: &Moment<'_>) -> Option<bool> {
     let stop = moment.asked.iter().rposition(|asked| asked.is_taken_command(Command::Stop))?;
     let take = moment.asked.iter().rposition(crate::moment::Asked::is_taken_lease);
-    take.is_none_or(|take| take < stop).then_some(moment.now.holder == NOBODY)
+    take.is_none_or(|take| take < stop).then_some(moment.now.holder == NO_CLIENT)
 }
 
 pub(super) fn keeps_strangers_out(moment: &Moment<'_>) -> Option<bool> {
     // Nothing else was asked for: the holder has not let go meanwhile. Anybody may stop a device.
     let [asked] = moment.asked else { return None };
-    let is_about = ![NOBODY, asked.client].contains(&moment.before.holder)
+    let is_about = ![NO_CLIENT, asked.client].contains(&moment.before.holder)
         && asked.request != Request::Command(Command::Stop);
     is_about.then_some(!asked.is_taken)
 }

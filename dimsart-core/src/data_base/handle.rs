@@ -1,0 +1,221 @@
+//! Typed handles: what a module holds of the Data Base.
+//!
+//! A handle says where the words of its signal lie. It is resolved by the [`wiring`](crate::scheme::wiring) when its module is
+//! plugged in, and anew whenever words move because another module was plugged out, so using it involves no name and
+//! no search. A handle that is not connected reads nothing and writes nothing.
+
+use core::cell::Cell;
+use core::marker::PhantomData;
+
+use crate::data_base::storage::Block;
+use crate::signal::{Format, Scalar, Shape, Words};
+
+/// What a handle gives access to: format and shape of a signal.
+pub trait Signal {
+    /// Format of each word; none for any.
+    const FORMAT: Option<Format>;
+    /// Whether words of `shape` are what this handle expects.
+    fn takes(shape: Shape) -> bool;
+    /// Number of words, for a device of `dof` axes, where the bound signal has `bound` of them.
+    fn words(dof: usize, bound: u16) -> usize;
+}
+
+/// A signal of rows and columns.
+pub trait Grid: Signal {
+    /// Type of an element.
+    type Value: Scalar;
+    /// Number of rows and of columns, for a device of `dof` axes.
+    fn size(dof: usize) -> (usize, usize);
+}
+
+/// One value per degree of freedom.
+#[derive(Debug, Clone, Copy, Default)]
+pub struct Vector<T = f32>(PhantomData<T>);
+
+/// A single value.
+#[derive(Debug, Clone, Copy, Default)]
+pub struct Single<T = f32>(PhantomData<T>);
+
+/// `R × C` values, row by row.
+#[derive(Debug, Clone, Copy, Default)]
+pub struct Matrix<const R: u8, const C: u8, T = f32>(PhantomData<T>);
+
+/// One row and one column per degree of freedom, row by row.
+#[derive(Debug, Clone, Copy, Default)]
+pub struct Square<T = f32>(PhantomData<T>);
+
+/// Words that the module passes on and does not look into: any format, any shape.
+#[derive(Debug, Clone, Copy, Default)]
+pub struct Untyped;
+
+impl<T: Scalar> Signal for Vector<T> {
+    const FORMAT: Option<Format> = Some(T::FORMAT);
+    fn takes(shape: Shape) -> bool {
+        shape == Shape::Vector
+    }
+    #[inline]
+    fn words(dof: usize, _: u16) -> usize {
+        dof
+    }
+}
+
+impl<T: Scalar> Signal for Single<T> {
+    const FORMAT: Option<Format> = Some(T::FORMAT);
+    fn takes(shape: Shape) -> bool {
+        shape == Shape::Scalar
+    }
+    #[inline]
+    fn words(_: usize, _: u16) -> usize {
+        1
+    }
+}
+
+impl<const R: u8, const C: u8, T: Scalar> Signal for Matrix<R, C, T> {
+    const FORMAT: Option<Format> = Some(T::FORMAT);
+    fn takes(shape: Shape) -> bool {
+        shape == Shape::Matrix(R, C)
+    }
+    #[inline]
+    fn words(_: usize, _: u16) -> usize {
+        usize::from(R) * usize::from(C)
+    }
+}
+
+impl<const R: u8, const C: u8, T: Scalar> Grid for Matrix<R, C, T> {
+    type Value = T;
+    #[inline]
+    fn size(_: usize) -> (usize, usize) {
+        (R.into(), C.into())
+    }
+}
+
+impl<T: Scalar> Signal for Square<T> {
+    const FORMAT: Option<Format> = Some(T::FORMAT);
+    fn takes(shape: Shape) -> bool {
+        shape == Shape::Square
+    }
+    #[inline]
+    fn words(dof: usize, _: u16) -> usize {
+        dof * dof
+    }
+}
+
+impl<T: Scalar> Grid for Square<T> {
+    type Value = T;
+    #[inline]
+    fn size(dof: usize) -> (usize, usize) {
+        (dof, dof)
+    }
+}
+
+impl Signal for Untyped {
+    const FORMAT: Option<Format> = None;
+    fn takes(_: Shape) -> bool {
+        true
+    }
+    #[inline]
+    fn words(_: usize, bound: u16) -> usize {
+        bound.into()
+    }
+}
+
+macro_rules! handle {
+    ($name:ident, $doc:literal) => {
+        #[doc = $doc]
+        #[derive(Debug)]
+        pub struct $name<S = Vector> {
+            pub(crate) block: Block,
+            signal: PhantomData<S>,
+        }
+
+        impl<S> $name<S> {
+            pub(crate) const fn new(block: Block) -> Self {
+                Self { block, signal: PhantomData }
+            }
+        }
+
+        impl $name<Untyped> {
+            /// The same words as a vector, for a module that has seen that there is one per axis.
+            #[must_use]
+            #[inline(always)]
+            pub const fn as_vector(self) -> $name {
+                $name::new(self.block)
+            }
+        }
+
+        impl<S> Words for $name<S> {
+            const COUNT: usize = 1;
+
+            #[inline(always)]
+            fn load(words: &[Cell<u32>]) -> Self {
+                Self::new(Block::from_word(u32::load(words)))
+            }
+
+            #[inline(always)]
+            fn store(self, words: &[Cell<u32>]) {
+                self.block.to_word().store(words);
+            }
+        }
+
+        impl<S> Default for $name<S> {
+            fn default() -> Self {
+                Self::new(Block::FREE)
+            }
+        }
+
+        impl<S> Clone for $name<S> {
+            fn clone(&self) -> Self {
+                *self
+            }
+        }
+
+        impl<S> Copy for $name<S> {}
+    };
+}
+
+handle!(Input, "A signal that a module reads.");
+handle!(Output, "A signal that a module writes.");
+
+impl<S> Output<S> {
+    /// What was written to it last, also by the module before: for [`begin`](crate::Module::begin) of a module that
+    /// [takes over](crate::Context::takes_over). What the device got, where that [was less](crate::Data::is_limited).
+    #[inline(always)]
+    #[must_use]
+    pub const fn last(self) -> Input<S> {
+        Input::new(self.block)
+    }
+}
+
+/// A module's own block of words in the Data Base, for what is too large to sit in every module.
+#[derive(Debug, Clone, Copy)]
+pub struct Memory {
+    pub(crate) block: Block,
+}
+
+impl Memory {
+    /// The memory as a signal, for a module that works one out in it.
+    #[must_use]
+    pub const fn as_input(self) -> Input<Untyped> {
+        Input::new(self.block)
+    }
+}
+
+impl Default for Memory {
+    fn default() -> Self {
+        Self { block: Block::FREE }
+    }
+}
+
+impl Words for Memory {
+    const COUNT: usize = 1;
+
+    #[inline(always)]
+    fn load(words: &[Cell<u32>]) -> Self {
+        Self { block: Block::from_word(u32::load(words)) }
+    }
+
+    #[inline(always)]
+    fn store(self, words: &[Cell<u32>]) {
+        self.block.to_word().store(words);
+    }
+}

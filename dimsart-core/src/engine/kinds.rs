@@ -1,0 +1,167 @@
+//! Lists of module kinds.
+
+use super::laws::{LAWS, Laws};
+use crate::module::rate::{self, EVERY_TICKS};
+use crate::module::{Kind, KindId, ModuleRef};
+use crate::parameter::{Parameter, Parameters};
+use crate::vocabulary::Name;
+use crate::vocabulary::names::numbered;
+
+/// A list of module kinds: those of an image, or of a program.
+#[doc(alias = "List of Modules")]
+#[derive(Debug, Clone, Copy)]
+pub struct Kinds {
+    list: &'static [&'static Kind],
+    /// Functions for programs; none where no kind runs one, so that an image does not contain them.
+    laws: Option<&'static Laws>,
+}
+
+impl Kinds {
+    /// No kinds.
+    pub const NONE: Self = Self::new(&[]);
+
+    /// The kinds of a list, such as `&[&Kind::of::<MyLaw>()]`.
+    ///
+    /// # Panics
+    /// Where two kinds have the same [id](KindId), which fails the build as lists are constants: rename one of them.
+    #[must_use]
+    pub const fn new(kinds: &'static [&'static Kind]) -> Self {
+        let (mut rest, mut laws) = (kinds, None);
+        while let [first, others @ ..] = rest {
+            rest = others;
+            if first.runs_program() {
+                laws = Some(&LAWS);
+            }
+            let mut others = others;
+            while let [other, beyond @ ..] = others {
+                assert!(
+                    first.id.bits() != other.id.bits(),
+                    "two module kinds have the same id: rename one of them"
+                );
+                others = beyond;
+            }
+        }
+        Self { list: kinds, laws }
+    }
+
+    /// All of them, in order.
+    #[must_use]
+    pub const fn list(self) -> &'static [&'static Kind] {
+        self.list
+    }
+
+    /// Functions for programs, if a kind runs them.
+    pub(super) const fn laws(self) -> Option<&'static Laws> {
+        self.laws
+    }
+
+    /// The ids of all of them.
+    #[must_use]
+    #[expect(clippy::indexing_slicing, reason = "of a constant: out of bounds is an error of the build")]
+    pub const fn ids<const COUNT: usize>(self) -> [KindId; COUNT] {
+        let mut ids = [KindId::of(""); COUNT];
+        let mut place = 0;
+        while place < COUNT {
+            ids[place] = self.list[place].id;
+            place += 1;
+        }
+        ids
+    }
+
+    /// The kind with this id.
+    #[must_use]
+    #[inline(never)]
+    pub fn kind(self, id: KindId) -> Option<&'static Kind> {
+        self.list.iter().copied().find(|kind| kind.id == id)
+    }
+
+    /// Describes parameter `index` of a kind; none past the last one, except for number 127: [every how many
+    /// ticks](crate::Rate) a module runs.
+    #[must_use]
+    #[inline(never)]
+    pub fn describe_parameter(self, kind: KindId, index: u8) -> Option<Parameter> {
+        let mut found = None;
+        let kind = self.kind(kind)?;
+        if index == EVERY_TICKS {
+            return Some(rate::PARAMETER);
+        }
+        kind.describe(&mut Parameters::get(index, None, &mut found));
+        found.map(|(parameter, _)| parameter)
+    }
+
+    /// Name of a module; `?` for a kind that is not in the list.
+    #[must_use]
+    pub fn module_name(self, module: ModuleRef) -> Name<'static> {
+        let name = self.kind(module.kind).map_or("?", |kind| kind.name);
+        Name { name, number: module.number }
+    }
+
+    /// Finds a module by name, `PDCTRL_MOD` or `PDCTRL_MOD.2`. It need not exist yet.
+    #[must_use]
+    pub fn module(self, word: &str) -> Option<ModuleRef> {
+        numbered(self.list().iter().map(|kind| kind.name), word)
+    }
+
+    /// Finds a parameter of a kind of module by name.
+    #[must_use]
+    pub fn parameter(self, kind: KindId, name: &str) -> Option<u8> {
+        let described = |index| Some((index, self.describe_parameter(kind, index)?));
+        let found = (0..=u8::MAX).map_while(described).chain(described(EVERY_TICKS));
+        found.into_iter().find(|(_, parameter)| parameter.name == name).map(|(index, _)| index)
+    }
+
+    /// Number of kinds in these lists; for [`join_kinds`](crate::join_kinds).
+    #[doc(hidden)]
+    #[must_use]
+    pub const fn count(mut lists: &[Self]) -> usize {
+        let mut count = 0;
+        while let [first, rest @ ..] = lists {
+            count += first.list.len();
+            lists = rest;
+        }
+        count
+    }
+
+    /// The kinds of these lists one after another; for [`join_kinds`](crate::join_kinds).
+    #[doc(hidden)]
+    #[must_use]
+    #[expect(clippy::indexing_slicing, reason = "of a constant: out of bounds is an error of the build")]
+    pub const fn joined<const COUNT: usize>(lists: &[Self]) -> [&'static Kind; COUNT] {
+        let (mut all, mut place, mut lists) = ([lists[0].list[0]; COUNT], 0, lists);
+        while let [first, rest @ ..] = lists {
+            let mut list = first.list;
+            while let [kind, others @ ..] = list {
+                all[place] = *kind;
+                (place, list) = (place + 1, others);
+            }
+            lists = rest;
+        }
+        all
+    }
+}
+
+impl PartialEq for Kinds {
+    fn eq(&self, other: &Self) -> bool {
+        self.list.iter().map(|kind| kind.id).eq(other.list.iter().map(|kind| kind.id))
+    }
+}
+
+/// [`Kinds`] of modules, such as `kinds![MyLaw, dimsart_modules::Pd]`; one entry registers a module.
+#[macro_export]
+macro_rules! kinds {
+    ($($module:ty),* $(,)?) => {
+        $crate::Kinds::new(const { &[$(const { &$crate::Kind::of::<$module>() }),*] })
+    };
+}
+
+/// Several lists as one, such as `join_kinds![dimsart_modules::CONTROL, MY_LAWS]`; the first one is not empty.
+#[macro_export]
+macro_rules! join_kinds {
+    ($($list:expr),+ $(,)?) => {
+        const {
+            const LISTS: &[$crate::Kinds] = &[$($list),+];
+            const JOINED: [&$crate::Kind; $crate::Kinds::count(LISTS)] = $crate::Kinds::joined(LISTS);
+            $crate::Kinds::new(&JOINED)
+        }
+    };
+}

@@ -1,0 +1,47 @@
+//! Structs of handles, each declared with its field.
+
+use super::Declare;
+use crate::data_base::{Input, Memory, Output, Signal};
+use crate::signal::Words;
+
+/// A module's handles; [`words!`](crate::words!) makes a struct one.
+pub trait PortSet: Words {
+    /// Declares the ports, in order. A handle that is not declared reads as zero, and what is written to it is dropped.
+    #[must_use]
+    fn declare(declare: &mut Declare<'_>) -> Self {
+        let _ = declare;
+        Self::load(&[])
+    }
+}
+
+impl PortSet for () {}
+impl PortSet for Memory {}
+impl<S: Signal> PortSet for Input<S> {}
+impl<S: Signal> PortSet for Output<S> {}
+impl<A: PortSet, B: PortSet> PortSet for (A, B) {}
+impl<T: PortSet, const N: usize> PortSet for [T; N] {}
+
+/// A struct of handles, as [`words!`](crate::words!) makes it.
+#[doc(hidden)]
+#[macro_export]
+macro_rules! ports {
+    ($(#[$meta:meta])* $visibility:vis struct $name:ident {
+        $($(#[$field_meta:meta])* $field_visibility:vis $field:ident: $type:ty
+            $(= $($method:ident($($argument:expr),* $(,)?)).+)?),* $(,)?
+    }) => {
+        $crate::words! {
+            $(#[$meta])*
+            $visibility struct $name { $($(#[$field_meta])* $field_visibility $field: $type),* }
+        }
+
+        impl $crate::PortSet for $name {
+            #[inline(always)]
+            #[allow(unused_mut, unused_variables)]
+            fn declare(declare: &mut $crate::Declare<'_>) -> Self {
+                let mut ports = Self::default();
+                $($(ports.$field = declare.$($method($($argument),*)).+;)?)*
+                ports
+            }
+        }
+    };
+}

@@ -1,0 +1,334 @@
+//! Schemes: a controller's set-up as a text of `dest module command value` rows.
+//!
+//! The paper's Table 1 is one. A row is a line of words with blanks between them; `#` starts a
+//! comment. `dest` names the sides the row is for, whole or by initials (`master`, `m&s`), or is
+//! `all`. `MOD_ENG` is the engine. A parameter of one axis is written `K_PARAM[0]`, an element of a
+//! matrix `K[0][1]`; `PORT_<port>`
+//! binds a port to another signal.
+
+use heapless::Vec;
+
+use crate::dimsart::Dimsart;
+use crate::module::ModuleRef;
+use crate::parameter::{ParameterError, Value};
+use crate::scheme::{Command, CommandError, EngineCommand};
+use crate::signal::TypeRef;
+use crate::vocabulary::names::split_axis;
+use crate::vocabulary::{Accepted, Vocabulary};
+
+/// Name of the engine in a row.
+pub const ENGINE: &str = "MOD_ENG";
+/// What the command that binds a port begins with.
+pub const PORT_PREFIX: &str = "PORT_";
+/// What a switch takes.
+pub const SWITCH: &[&str] = &[switch(false), switch(true)];
+
+/// How a switch is written.
+#[must_use]
+pub const fn switch(is_on: bool) -> &'static str {
+    if is_on { "ON" } else { "OFF" }
+}
+
+/// Words of a row, and one too many.
+const MAX_WORDS: usize = 5;
+
+/// A word of a row and where it stands.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Place<'a> {
+    /// Line, from 1.
+    pub line: usize,
+    /// Column of the word's first byte, from 1; behind the row for a word that is missing.
+    pub column: usize,
+    /// The word; empty when it is missing.
+    pub word: &'a str,
+}
+
+/// One row of a scheme.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Row<'a> {
+    words: Vec<Place<'a>, MAX_WORDS>,
+    end: Place<'a>,
+}
+
+/// What a row should have had where it went wrong.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Problem {
+    /// A side, its initial, or `all`.
+    Destination,
+    /// `MOD_ENG` or a module.
+    Module,
+    /// A command of the engine.
+    EngineCommand,
+    /// A parameter or a port of this module.
+    ModuleCommand(ModuleRef),
+    /// A module as the value.
+    ModuleValue,
+    /// A data type.
+    Type,
+    /// Other indices behind a parameter's name, or none: it is the same for all axes, or not a matrix.
+    Entry {
+        /// Whose parameter.
+        module: ModuleRef,
+        /// Its number.
+        parameter: u8,
+    },
+    /// A value that this parameter takes.
+    Value {
+        /// Whose parameter.
+        module: ModuleRef,
+        /// Its number.
+        parameter: u8,
+    },
+    /// Nothing more on this row.
+    Surplus,
+    /// The row was understood and the engine refused it.
+    Refused(CommandError),
+}
+
+/// What is wrong with a row. The row had no effect.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct SchemeError<'a> {
+    /// The word at fault.
+    pub place: Place<'a>,
+    /// What is wrong with it.
+    pub problem: Problem,
+}
+
+/// The rows of a scheme, comments and blank lines left out.
+pub fn rows(text: &str) -> impl Iterator<Item = Row<'_>> {
+    (1..).zip(text.lines()).filter_map(|(line, text)| {
+        let content = text.split('#').next().unwrap_or_default();
+        let mut words = Vec::new();
+        for word in content.split(is_blank).filter(|word| !word.is_empty()) {
+            let column = word.as_ptr().addr() - text.as_ptr().addr() + 1;
+            // Of a row with too many words, the first surplus one is enough to say so.
+            let _ = words.push(Place { line, column, word });
+        }
+        let end = Place { line, column: content.trim_end().len() + 1, word: "" };
+        (!words.is_empty()).then_some(Row { words, end })
+    })
+}
+
+/// A byte order mark, as some editors put it first, is as blank as it looks.
+fn is_blank(character: char) -> bool {
+    character.is_whitespace() || character == '\u{feff}'
+}
+
+/// The rows of a scheme that are for `side`, one of `sides`, and those that do not say so rightly.
+pub fn rows_for<'a>(
+    text: &'a str,
+    side: &str,
+    sides: &[&str],
+) -> impl Iterator<Item = Result<Row<'a>, SchemeError<'a>>> {
+    rows(text).filter_map(move |row| match row.is_for(side, sides) {
+        Ok(is_mine) => is_mine.then_some(Ok(row)),
+        Err(error) => Some(Err(error)),
+    })
+}
+
+/// Gives every row for `side` to a controller, in order. Rows that fail are reported and skipped.
+///
+/// Returns the number of rows that failed.
+pub fn load<'a>(
+    text: &'a str,
+    side: &str,
+    sides: &[&str],
+    dimsart: &mut Dimsart,
+    mut report: impl FnMut(SchemeError<'a>),
+) -> usize {
+    let mut failed = 0;
+    for row in rows_for(text, side, sides) {
+        if let Err(error) = row.and_then(|row| row.apply(dimsart)) {
+            report(error);
+            failed += 1;
+        }
+    }
+    failed
+}
+
+impl<'a> Row<'a> {
+    /// Line of the row, from 1.
+    #[must_use]
+    pub fn line(&self) -> usize {
+        self.end.line
+    }
+
+    /// Whether the row is for `side`, one of `sides`.
+    ///
+    /// # Errors
+    /// [`Problem::Destination`] when the destination is none of the sides.
+    pub fn is_for(&self, side: &str, sides: &[&str]) -> Result<bool, SchemeError<'a>> {
+        let place = self.place(0);
+        if place.word == "all" {
+            return Ok(true);
+        }
+        let mut is_mine = false;
+        for part in place.word.split('&') {
+            let is_known = |side: &&str| !part.is_empty() && (*side == part || side.get(..1) == Some(part));
+            if !sides.iter().any(is_known) {
+                return Err(SchemeError { place, problem: Problem::Destination });
+            }
+            is_mine |= is_known(&side);
+        }
+        Ok(is_mine)
+    }
+
+    /// A row of these words, the destination first, that stands in no text. Empty words are missing.
+    #[must_use]
+    pub fn of(words: &[&'a str]) -> Self {
+        let place = |word| Place { line: 1, column: 1, word };
+        let mut row = Self { words: Vec::new(), end: place("") };
+        for word in words.iter().filter(|word| !word.is_empty()) {
+            let _ = row.words.push(place(word));
+        }
+        row
+    }
+
+    /// The command the row stands for.
+    ///
+    /// # Errors
+    /// [`SchemeError`] names the word that is not understood.
+    pub fn command(&self, known: &(impl Vocabulary + ?Sized)) -> Result<Command, SchemeError<'a>> {
+        let (command, words) = if self.place(1).word == ENGINE {
+            self.engine_command(known)?
+        } else {
+            (self.module_command(known)?, 4)
+        };
+        match self.words.get(words) {
+            Some(place) => Err(SchemeError { place: *place, problem: Problem::Surplus }),
+            None => Ok(command),
+        }
+    }
+
+    /// Gives the row's command to a controller.
+    ///
+    /// # Errors
+    /// [`SchemeError`] when it is not understood or refused; nothing has changed then.
+    pub fn apply(&self, dimsart: &mut Dimsart) -> Result<(), SchemeError<'a>> {
+        let command = self.command(dimsart.engine())?;
+        dimsart.command(command).map_err(|error| self.refused(error))
+    }
+
+    /// The row was understood and refused: which of its words is at fault.
+    #[must_use]
+    pub fn refused(&self, error: CommandError) -> SchemeError<'a> {
+        let problem = Problem::Refused(error);
+        match error {
+            CommandError::Parameter(ParameterError::NoSuchEntry | ParameterError::WhilePluggedIn) => {
+                SchemeError { place: self.place(2), problem }
+            }
+            _ => self.blame(problem),
+        }
+    }
+
+    /// Word `index` of the row, from 0; empty when there is none.
+    #[must_use]
+    pub fn word(&self, index: usize) -> &'a str {
+        self.place(index).word
+    }
+
+    /// An error of the row's last word.
+    #[must_use]
+    pub fn blame(&self, problem: Problem) -> SchemeError<'a> {
+        SchemeError { place: self.words.last().copied().unwrap_or(self.end), problem }
+    }
+
+    /// And how many words it takes.
+    fn engine_command(
+        &self,
+        known: &(impl Vocabulary + ?Sized),
+    ) -> Result<(Command, usize), SchemeError<'a>> {
+        let place = self.place(2);
+        let unknown = SchemeError { place, problem: Problem::EngineCommand };
+        let command = EngineCommand::of(place.word).ok_or(unknown)?;
+        if !command.needs_module {
+            return Ok((command.with(None).ok_or(unknown)?, 3));
+        }
+        let place = self.place(3);
+        let module = known.module_named(place.word);
+        let module = module.ok_or(SchemeError { place, problem: Problem::ModuleValue })?;
+        Ok((command.with(Some(module)).ok_or(unknown)?, 4))
+    }
+
+    fn module_command(&self, known: &(impl Vocabulary + ?Sized)) -> Result<Command, SchemeError<'a>> {
+        let module = self.module(known)?;
+        let place = self.place(2);
+        if let Some(port) = place.word.strip_prefix(PORT_PREFIX) {
+            let mut ports = known.port_texts(module);
+            let port = ports.position(|found| found.name == port && found.bound.is_some());
+            let port = port.and_then(|port| u8::try_from(port).ok());
+            let port = port.ok_or(SchemeError { place, problem: Problem::ModuleCommand(module) })?;
+            return Ok(Command::bind(module, port, self.signal(known)?));
+        }
+        let (module, parameter, entry) = self.parameter(known)?;
+        let accepts = known.parameter_text(module.kind, parameter).map(|found| found.accepts);
+        if accepts == Some(Accepted::Types) {
+            let value = Value::Type(self.signal(known)?);
+            return Ok(Command::Set { module, parameter, entry, value });
+        }
+        let place = self.place(3);
+        let value = accepts.and_then(|accepts| read_value(&accepts, place.word));
+        let problem = Problem::Value { module, parameter };
+        let value = value.ok_or(SchemeError { place, problem })?;
+        Ok(Command::Set { module, parameter, entry, value })
+    }
+
+    /// The parameter that the row names, whatever its value, and the [entry](crate::Entries::place).
+    ///
+    /// # Errors
+    /// [`SchemeError`] names the word that is not understood.
+    pub fn parameter(
+        &self,
+        known: &(impl Vocabulary + ?Sized),
+    ) -> Result<(ModuleRef, u8, Option<u8>), SchemeError<'a>> {
+        let module = self.module(known)?;
+        let place = self.place(2);
+        let unknown = SchemeError { place, problem: Problem::ModuleCommand(module) };
+        let (name, indices) = split_axis(place.word);
+        let (parameter, found) = known.parameter_named(module.kind, name).ok_or(unknown)?;
+        let dof = known.dof();
+        let entry = indices.and_then(|indices| found.entries.place(indices, dof));
+        // An axis beyond the last one is left to the engine to refuse, by the device that it has.
+        let entry = entry.filter(|place| {
+            !found.entries.are_matrix() || place.is_none_or(|place| place < found.entries.count(dof))
+        });
+        let entry = entry.ok_or(SchemeError { place, problem: Problem::Entry { module, parameter } })?;
+        Ok((module, parameter, entry))
+    }
+
+    fn module(&self, known: &(impl Vocabulary + ?Sized)) -> Result<ModuleRef, SchemeError<'a>> {
+        let place = self.place(1);
+        known.module_named(place.word).ok_or(SchemeError { place, problem: Problem::Module })
+    }
+
+    fn signal(&self, known: &(impl Vocabulary + ?Sized)) -> Result<TypeRef, SchemeError<'a>> {
+        let place = self.place(3);
+        known.signal_named(place.word).ok_or(SchemeError { place, problem: Problem::Type })
+    }
+
+    fn place(&self, index: usize) -> Place<'a> {
+        self.words.get(index).copied().unwrap_or(self.end)
+    }
+}
+
+/// A value as a parameter takes it; none for any other word.
+fn read_value(accepts: &Accepted<'_>, word: &str) -> Option<Value> {
+    let name_in = |names: &[&str]| {
+        let index = names.iter().position(|name| *name == word);
+        index.and_then(|index| u8::try_from(index).ok())
+    };
+    match accepts {
+        Accepted::Real { min, max } => {
+            word.parse().ok().filter(|value| (*min..=*max).contains(value)).map(Value::Real)
+        }
+        Accepted::Count { min, max } => {
+            word.parse().ok().filter(|value| (*min..=*max).contains(value)).map(Value::Count)
+        }
+        Accepted::Integer { min, max } => {
+            word.parse().ok().filter(|value| (*min..=*max).contains(value)).map(Value::Integer)
+        }
+        Accepted::Flag => name_in(SWITCH).map(|index| Value::Flag(index == 1)),
+        Accepted::Choice(names) => name_in(names).map(Value::Choice),
+        Accepted::Types => None,
+    }
+}

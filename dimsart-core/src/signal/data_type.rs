@@ -1,0 +1,88 @@
+//! Data types: what a signal is called and what it means.
+
+use crate::signal::summary::Summary;
+use crate::signal::unit::Unit;
+use crate::signal::word::Format;
+
+/// How many words a data type takes.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub enum Shape {
+    /// One word.
+    Scalar,
+    /// One word per degree of freedom.
+    Vector,
+    /// `rows × columns` words, row by row.
+    Matrix(u8, u8),
+    /// One row and one column per degree of freedom, row by row: a joint-space inertia.
+    Square,
+}
+
+impl Shape {
+    /// Words on a device with `dof` degrees of freedom.
+    #[must_use]
+    pub const fn words(self, dof: usize) -> usize {
+        match self {
+            Self::Scalar => 1,
+            Self::Vector => dof,
+            Self::Matrix(rows, columns) => rows as usize * columns as usize,
+            Self::Square => dof * dof,
+        }
+    }
+
+    /// Row and column of a word, both from 0: in a square the row is the axis, and in a vector, which is a column.
+    #[must_use]
+    pub fn place(self, word: usize, dof: usize) -> (usize, usize) {
+        let columns = match self {
+            Self::Scalar | Self::Vector => 1,
+            Self::Matrix(_, columns) => usize::from(columns),
+            Self::Square => dof,
+        };
+        (word.checked_div(columns).unwrap_or(0), word.checked_rem(columns).unwrap_or(0))
+    }
+}
+
+/// A kind of signal. Lives in flash; the Data Base refers to it.
+#[doc(alias = "data type")]
+#[derive(Debug, PartialEq, Eq)]
+pub struct DataType {
+    /// Stable number, never reused. Below 0x8000 for the standard catalogue, above for a board's own.
+    pub id: u16,
+    /// Name in schemes and reports, `UPPER_CASE`.
+    pub name: &'static str,
+    /// Physical unit.
+    pub unit: Unit,
+    /// Format of every word.
+    pub format: Format,
+    /// Number and arrangement of words.
+    pub shape: Shape,
+    /// One sentence for help texts.
+    pub summary: Summary,
+}
+
+impl DataType {
+    /// The first signal of this type.
+    #[must_use]
+    pub const fn first(&self) -> TypeRef {
+        self.copy(1)
+    }
+
+    /// The signal of this type with a number, from 1.
+    #[must_use]
+    pub const fn copy(&self, number: u8) -> TypeRef {
+        TypeRef { id: self.id, number }
+    }
+}
+
+/// One signal: a data type and which of its copies, written `FORCE`, `FORCE.2`, ...
+///
+/// Several signals of one kind can live side by side, for example the forces of two controllers
+/// before they are added.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, serde::Serialize, serde::Deserialize)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub struct TypeRef {
+    /// [`DataType::id`].
+    pub id: u16,
+    /// 1 for the plain name.
+    pub number: u8,
+}

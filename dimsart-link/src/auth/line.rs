@@ -1,0 +1,20 @@
+//! Lines that a key is used on.
+
+/// What a key is used on. Each line has keys of its own, so that nothing of one is worth anything on another.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub enum Line {
+    /// Between two controllers: the link's number, which is the same at both ends.
+    Link(u8),
+    /// From a host, which seals requests, to a board, which opens them.
+    Commands,
+}
+
+impl Line {
+    pub(super) const fn to_bytes(self) -> [u8; 2] {
+        match self {
+            Self::Link(number) => [1, number],
+            Self::Commands => [2, 0],
+        }
+    }
+}

@@ -1,0 +1,37 @@
+//! Why a device is not commanded by its scheme.
+
+use serde::{Deserialize, Serialize};
+
+use dimsart_core::{Finding, Reason, Tick};
+
+/// Why the device is not commanded by the scheme.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+#[non_exhaustive]
+pub enum Blocked {
+    /// The scheme does not match; this is its first fault.
+    Mismatch(Finding),
+    /// The outcome of the last tick, which is not [`Tick::Ran`].
+    Tick(Tick),
+}
+
+impl Blocked {
+    /// Its number and texts.
+    #[must_use]
+    pub const fn reason(&self) -> Reason {
+        match self {
+            Self::Mismatch(_) => Reason::Stopped,
+            Self::Tick(tick) => tick.reason(),
+        }
+    }
+}
+
+/// The first tick that was refused, or in which a link was lost.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub struct FirstFault {
+    /// Number of the tick, from 1.
+    pub tick: u64,
+    /// Why.
+    pub reason: Blocked,
+}

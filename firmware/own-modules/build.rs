@@ -1,0 +1,25 @@
+//! Includes a project's modules: `DIMSART_MODULES` is the path of a Rust file with a list of kinds called `OWN`.
+
+use std::path::PathBuf;
+use std::{env, fs};
+
+fn main() -> Result<(), String> {
+    println!("cargo:rerun-if-env-changed=DIMSART_MODULES");
+    let text = match env::var_os("DIMSART_MODULES").map(PathBuf::from) {
+        None => "/// None.\npub const OWN: dimsart_core::Kinds = dimsart_core::Kinds::NONE;\n".to_owned(),
+        Some(path) => {
+            let file = fs::canonicalize(&path).map_err(|error| {
+                format!("DIMSART_MODULES: {}: {error}; give the path of a Rust file", path.display())
+            })?;
+            println!("cargo:rerun-if-changed={}", file.with_file_name("").display());
+            format!(
+                "#[allow(missing_docs, unreachable_pub, dead_code, clippy::all)]\n\
+                 #[path = {file:?}]\n\
+                 mod own;\n\
+                 pub use own::OWN;\n"
+            )
+        }
+    };
+    let out = env::var_os("OUT_DIR").ok_or("cargo sets OUT_DIR")?;
+    fs::write(PathBuf::from(out).join("own_modules.rs"), text).map_err(|error| error.to_string())
+}
