@@ -25,6 +25,7 @@ mod prediction;
 mod press;
 mod probe;
 mod references;
+mod series;
 
 use std::ops::Range;
 use std::time::Instant;

@@ -11,8 +11,9 @@ use std::f64::consts::{PI, TAU};
 
 use nalgebra::{Complex, DMatrix};
 
-use super::controller_model::{Answer, GRID_RAD, Spectrum, grid_angle};
+use super::controller_model::Answer;
 use super::plant_model::PlantModel;
+use super::series::{GRID_RAD, Spectrum, grid_angle};
 
 /// Frequencies at first: on a logarithmic scale over so many decades, and evenly: powers of two, which are on the grid of the
 /// transforms. Of short answers fewer: two for each tick.
