@@ -15,6 +15,7 @@
 //!
 //! Names are as [`Function::names`] has them, `*` stands for any text in them. `from` is for calls on behalf of this
 //! interrupt handler alone; `reaching` and `not reaching` choose among functions of one name by what they call in turn.
+//! `if any NAME` is a callee that an image can lack: without it the call is never made.
 
 use crate::image::Function;
 
@@ -49,6 +50,8 @@ pub struct Caller {
 pub struct Callee {
     /// Its name.
     pub name: Name,
+    /// Whether an image can lack it.
+    pub is_optional: bool,
     /// A function that it reaches (true) or does not.
     pub reaching: Option<(bool, Name)>,
 }
@@ -117,13 +120,14 @@ impl Declared {
 
 impl Callee {
     fn read(words: &str) -> Self {
+        let (is_optional, words) = words.strip_prefix("if any ").map_or((false, words), |rest| (true, rest));
         let split = |mark| words.split_once(mark);
         let (name, reaching) = match (split(" not reaching "), split(" reaching ")) {
             (Some((name, other)), _) => (name, Some((false, Name::new(other)))),
             (None, Some((name, other))) => (name, Some((true, Name::new(other)))),
             (None, None) => (words, None),
         };
-        Self { name: Name::new(name), reaching }
+        Self { name: Name::new(name), is_optional, reaching }
     }
 }
 
@@ -164,15 +168,19 @@ mod tests {
 
     #[test]
     fn a_text_declares_callers_callees_and_nesting() {
-        let text =
-            "# why\na::* from H\n    b reaching tick\n    b not reaching tick\n\nat most 2 panic\nc\n    d\n";
+        let text = "# why\na::* from H\n    b reaching tick\n    b not reaching tick\n\nat most 2 panic\nc\n    if any d\n";
         let declared = Declared::read(text).unwrap();
         assert_eq!(declared.nesting, [(2, Name::new("panic"))]);
         let [a, c] = &declared.callers[..] else { panic!("two callers") };
         assert_eq!((&a.name, &a.from), (&Name::new("a::*"), &Some(Name::new("H"))));
-        let b = |reaches| Callee { name: Name::new("b"), reaching: Some((reaches, Name::new("tick"))) };
+        let b = |reaches| Callee {
+            name: Name::new("b"),
+            is_optional: false,
+            reaching: Some((reaches, Name::new("tick"))),
+        };
         assert_eq!(a.callees, [b(true), b(false)]);
-        assert_eq!((&c.from, &c.callees[0].reaching), (&None, &None));
+        let d = Callee { name: Name::new("d"), is_optional: true, reaching: None };
+        assert_eq!((&c.from, &c.callees[..]), (&None, &[d][..]));
     }
 
     #[test]

@@ -144,7 +144,7 @@ impl<'a> Graph<'a> {
                     callees.insert(function.address);
                 }
             }
-            if !is_matched {
+            if !is_matched && !callee.is_optional {
                 let [callee, caller] = [&callee.name, &declared.name].map(Name::to_string);
                 return Err(GraphError::Unmatched { callee, caller });
             }
