@@ -155,6 +155,6 @@ fn emulator(image: &Path, folder: &Path, shift: u8) -> Child {
 }
 
 pub(crate) fn greet(uart: Box<dyn Stream>) -> Device<Box<dyn Stream>> {
-    let patience = Patience { timeout: TEST_TIMEOUT, tries: 3 };
+    let patience = Patience { timeout: TEST_TIMEOUT / 10, tries: 10 };
     Device::greet(uart, patience, dimsart_modules::ALL).unwrap()
 }
