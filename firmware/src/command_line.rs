@@ -40,7 +40,7 @@ impl CommandLine {
         Self { port, reports, receiver: Receiver::new(), frame: [0; MAX_FRAME_BYTES], heartbeats: 0 }
     }
 
-    /// Says what the tick has to say, if anything.
+    /// Sends the next report of the tick, if there is one.
     pub(crate) async fn say_report(&mut self) {
         let length = self.encode_report();
         self.say(length).await;

@@ -6,12 +6,12 @@ use embassy_stm32::pac::timer::TimGp16;
 use super::current_sensing::Channels;
 use crate::catalogue::ThreePhaseDrive;
 
-/// What a board has to say where the rotor is. The current loop alone calls it, and it takes bounded time.
+/// The encoder of a board. Only the current loop calls it; a call takes bounded time.
 pub(crate) trait Encoder {
     /// At the begin of a period: what it says.
     fn rotor(&mut self) -> Rotor;
 
-    /// At the end of what a period has to do: time to ask it again.
+    /// Starts the next reading, at the end of a period.
     fn end(&mut self);
 }
 

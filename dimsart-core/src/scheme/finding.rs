@@ -13,7 +13,7 @@ pub enum Party {
     Module(ModuleRef),
 }
 
-/// What the check has to say about a scheme.
+/// A finding of the matching check.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[non_exhaustive]

@@ -1,6 +1,6 @@
 //! Lines that a key is used on.
 
-/// What a key is used on. Each line has keys of its own, so that nothing of one is worth anything on another.
+/// A line that a key protects. Each line has its own keys: a message of one line is invalid on another.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum Line {

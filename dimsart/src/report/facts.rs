@@ -26,7 +26,7 @@ pub struct RunFacts {
 }
 
 impl RunFacts {
-    /// What a rig is made of, before its first tick.
+    /// The facts of a rig before its first tick.
     pub fn new(settings_toml: String, rig: &mut Rig) -> Self {
         let facts = |station: &mut Station| {
             let engine = station.dimsart.engine_mut();

@@ -4,7 +4,7 @@ use std::fs::{self, File};
 use std::path::{Path, PathBuf};
 use std::process::{Child, Command};
 use std::thread;
-use std::time::{Duration, Instant};
+use std::time::Duration;
 
 use defmt_decoder::DecodeError;
 use dimsart::connect::{Device, Patience};
@@ -12,7 +12,7 @@ use hil_sim::link::{Stream, open_port};
 use tempfile::TempDir;
 
 use crate::common::{measuring_image, timer_image};
-use test_requirements::TEST_TIMEOUT;
+use test_requirements::{TEST_TIMEOUT, wait_until};
 
 const UART: &str = "uart0";
 const LOG: &str = "log";
@@ -76,11 +76,7 @@ impl Firmware {
     /// The name of its UART, once it is there.
     pub(crate) fn port(&self) -> String {
         let path = self.folder().join(UART);
-        let deadline = Instant::now() + TEST_TIMEOUT;
-        while !path.exists() {
-            assert!(Instant::now() < deadline, "the emulator makes no socket");
-            thread::sleep(Duration::from_millis(10));
-        }
+        wait_until(|| "the emulator makes no socket".to_owned(), || path.exists());
         format!("unix:{}", path.display())
     }
 

@@ -4,10 +4,9 @@ use std::fs;
 use std::path::Path;
 use std::process::{Command, Stdio};
 use std::thread;
-use std::time::{Duration, Instant};
+use std::time::Duration;
 
 use crate::common::image;
-use test_requirements::TEST_TIMEOUT;
 
 fn dimsart() -> Command {
     let mut command = Command::new(env!("CARGO_BIN_EXE_dimsart"));
@@ -107,9 +106,5 @@ pub(crate) fn are_emulators_in(folder: &Path) -> bool {
 }
 
 fn wait_until(or_else: &str, is_so: impl Fn() -> bool) {
-    let deadline = Instant::now() + TEST_TIMEOUT;
-    while !is_so() {
-        assert!(Instant::now() < deadline, "{or_else}");
-        thread::sleep(Duration::from_millis(1));
-    }
+    test_requirements::wait_until(|| or_else.to_owned(), is_so);
 }

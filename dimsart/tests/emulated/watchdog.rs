@@ -3,7 +3,7 @@
 use std::fs;
 use std::path::Path;
 use std::thread;
-use std::time::{Duration, Instant};
+use std::time::Duration;
 
 use dimsart_core::{Command, Value};
 use dimsart_link::exchange::{Frame, Tag};
@@ -21,7 +21,6 @@ use crate::stopped::{
     HANG, IN_THE_TICK, NOT_FED, PANIC, SAYS_WHY, TICKS_OF_MOTION, WORDS_BYTES, measured, move_by_hand,
     request, without_peer,
 };
-use test_requirements::TEST_TIMEOUT;
 
 /// The wave transformer's law in the form PRINTED, which the built-in scheme does not use: what starts over runs.
 const LAW: &[&str] = &["wave_transformer6follow"];
@@ -197,11 +196,7 @@ fn a_log_line_that_the_watchdog_cut_off_costs_no_other() {
 }
 
 fn wait_for(firmware: &Firmware, is_so: impl Fn(&[String]) -> bool) {
-    let deadline = Instant::now() + TEST_TIMEOUT;
-    while !is_so(&firmware.log()) {
-        assert!(Instant::now() < deadline, "{:?}", firmware.log());
-        thread::sleep(Duration::from_millis(10));
-    }
+    test_requirements::wait_until(|| format!("{:?}", firmware.log()), || is_so(&firmware.log()));
 }
 
 /// More than it takes to write an event behind its checksum.

@@ -8,7 +8,8 @@ use std::env;
 use std::io::Write;
 use std::path::PathBuf;
 use std::process::{Command, Stdio};
-use std::time::Duration;
+use std::thread;
+use std::time::{Duration, Instant};
 
 /// Names the folder of the boards' images.
 const FIRMWARE: &str = "DIMSART_FIRMWARE";
@@ -19,6 +20,18 @@ const LONG: &str = "DIMSART_LONG";
 
 /// A longer wait is a failure, at any load of the machine.
 pub const TEST_TIMEOUT: Duration = Duration::from_secs(600);
+
+/// Waits until `is_so` returns true.
+///
+/// # Panics
+/// After [`TEST_TIMEOUT`], with the message of `or_else`.
+pub fn wait_until(or_else: impl Fn() -> String, mut is_so: impl FnMut() -> bool) {
+    let deadline = Instant::now() + TEST_TIMEOUT;
+    while !is_so() {
+        assert!(Instant::now() < deadline, "{}", or_else());
+        thread::sleep(Duration::from_millis(1));
+    }
+}
 
 /// `full` in `cargo xtask long`, otherwise `short`.
 pub fn length<T>(short: T, full: T) -> T {
@@ -83,7 +96,7 @@ pub fn missing(reason: &str) {
 }
 
 fn skip(reason: &str) {
-    let thread = std::thread::current();
+    let thread = thread::current();
     let test = thread.name().unwrap_or("a test");
     // Unlike `eprintln!`, this is not captured. A closed terminal is not an error of the test.
     let _ = std::io::stderr().write_all(format!("skipped: {test}: {reason}\n").as_bytes());
