@@ -1,12 +1,11 @@
-//! Puts the linker scripts of the chosen board where the linker finds them. On a host, where the build of an image reads
-//! the catalogue, there is nothing to link.
+//! Copies the linker scripts of the selected board to the linker's search path. On a host nothing is linked.
 
 use std::path::{Path, PathBuf};
 use std::{env, fs};
 
 /// Memory maps, each named after its board's feature.
 const MEMORY: &str = "memory";
-/// What maps of boards with CCM SRAM include: the tick there, or the current loop.
+/// Included by memory maps of boards with CCM SRAM: the tick or the current loop.
 const CCM: [&str; 2] = ["ccm.x", "ccm-current-loop.x"];
 
 fn main() -> Result<(), String> {
@@ -25,16 +24,16 @@ fn main() -> Result<(), String> {
     let memory = match chosen.as_slice() {
         [] => return Ok(()),
         [memory] => memory,
-        _ => return Err("more than one board is chosen: give one board's feature".to_owned()),
+        _ => return Err("several boards selected: enable one board's feature".to_owned()),
     };
-    let out = PathBuf::from(env::var_os("OUT_DIR").ok_or("cargo sets OUT_DIR")?);
+    let out = PathBuf::from(env::var_os("OUT_DIR").ok_or("OUT_DIR is not set by cargo")?);
     let ccm = CCM.map(|script| (Path::new(script), script));
     for (script, name) in ccm.into_iter().chain([(memory.as_path(), "board-memory.x")]) {
         let copied = fs::copy(script, out.join(name));
         copied.map_err(|error| format!("cannot copy {}: {error}", script.display()))?;
     }
     if env::var_os("CARGO_FEATURE_STM32G4").is_none() {
-        // The board's interrupt table names its handlers itself; cortex-m-rt wants the file all the same.
+        // The board's interrupt table names its handlers, but cortex-m-rt requires the file.
         let written = fs::write(out.join("device.x"), "");
         written.map_err(|error| format!("cannot write device.x: {error}"))?;
     }

@@ -1,5 +1,5 @@
-//! Links an image for a board; the board's crate brings the memory map. Names the image, and makes a scheme's
-//! text into the bytes that the image starts with until it is stamped with others.
+//! Links an image for a board with the memory map of the board's crate, names the image, and encodes the
+//! built-in scheme.
 
 #[cfg(feature = "cycle-table")]
 #[path = "build/cycle_table.rs"]
@@ -18,23 +18,23 @@ use dimsart_link::saved_scheme;
 use dimsart_modules::ALL;
 use own_modules::OWN;
 
-/// Of the controller that built-in schemes are made into commands by.
+/// Memory of the controller that encodes built-in schemes.
 type BuildMemory = memory!(Sizes::DEFAULT);
 
-/// Of the tools that an image works with: its built-in scheme has their fingerprint.
+/// All kinds, as in the host's tools: the built-in scheme contains their fingerprint.
 const KINDS: Kinds = join_kinds![ALL, OWN];
 
 const SIDES: [&str; 2] = ["master", "slave"];
 
 fn main() -> Result<(), String> {
     println!("cargo:rerun-if-changed=build.rs");
-    let out = PathBuf::from(env::var_os("OUT_DIR").ok_or("cargo sets OUT_DIR")?);
+    let out = PathBuf::from(env::var_os("OUT_DIR").ok_or("OUT_DIR is not set by cargo")?);
     let is_for_board = env::var("CARGO_CFG_TARGET_OS").as_deref() == Ok("none");
     #[cfg(feature = "cycle-table")]
     cycle_table::write(&out.join("cycle_table.rs"))?;
     let board = BOARDS.iter().find(|board| is_chosen(board.name));
     if let Some(board) = board.filter(|_| !is_for_board) {
-        return Err(format!("{} is not a host: build with --target thumbv7em-none-eabihf", board.name));
+        return Err(format!("{} is not the host: build with --target thumbv7em-none-eabihf", board.name));
     }
     let Some(board) = board else { return Ok(()) };
     let [side, _] = SIDES;
@@ -51,7 +51,7 @@ fn is_chosen(feature: &str) -> bool {
     env::var_os(format!("CARGO_FEATURE_{}", feature.to_uppercase().replace('-', "_"))).is_some()
 }
 
-/// The bytes of the board's scheme on one side, for a device that has every axis a board can have.
+/// Encodes the board's scheme of one side, for a device with all axes of a board.
 fn built_in_scheme(board: &BoardInfo, side: &str) -> Result<saved_scheme::SchemeBytes, String> {
     let axes = [AxisKind::Rotary; MAX_DOF];
     let device = DeviceDescriptor::new("any board", &axes, 1e-3, &[types::POSITION], &[types::DES_FORCE]);
@@ -68,23 +68,23 @@ fn built_in_scheme(board: &BoardInfo, side: &str) -> Result<saved_scheme::Scheme
         let report = engine.check();
         wrong.extend(report.findings().iter().map(|finding| engine.explain(*finding).to_string()));
         wrong.iter().for_each(|line| println!("cargo::error={line}"));
-        return Err("the board's built-in scheme does not run: `dimsart check` it until it does".to_owned());
+        return Err("invalid built-in scheme: fix the errors above (`dimsart check` reports them)".to_owned());
     }
     saved_scheme::save(dimsart.engine_mut()).map_err(|_| "the built-in scheme is too long".to_owned())
 }
 
-/// Version of the compiler, such as `1.95.0`.
+/// Returns the version of the compiler, such as `1.95.0`.
 fn compiler() -> Result<String, String> {
-    let rustc = env::var_os("RUSTC").ok_or("cargo sets RUSTC")?;
+    let rustc = env::var_os("RUSTC").ok_or("RUSTC is not set by cargo")?;
     let said = Command::new(rustc).arg("--version").output();
     let said = said.map_err(|error| format!("cannot run the compiler: {error}"))?.stdout;
     let version = String::from_utf8_lossy(&said).split(' ').nth(1).map(str::to_owned);
-    version.ok_or_else(|| "the compiler does not say its version".to_owned())
+    version.ok_or_else(|| "cannot read the compiler's version".to_owned())
 }
 
 fn link() {
-    // Functions of the same code are one.
-    // What only `dimsart cycles` needs stays.
+    // Merges identical functions.
+    // Keeps functions that only `dimsart cycles` calls.
     for symbol in ["dimsart_connect", "dimsart_image", "dimsart_load", "dimsart_stamp"] {
         println!("cargo:rustc-link-arg-bin=firmware=--undefined={symbol}");
     }
@@ -99,7 +99,7 @@ fn link() {
     let feature =
         |(name, _): (String, _)| Some(name.strip_prefix("CARGO_FEATURE_")?.replace('_', "-").to_lowercase());
     let mut features: Vec<String> = env::vars().filter_map(feature).collect();
-    // An image is not named after the modules that it ships with, nor after all of them.
+    // The image's name lists groups other than the default or all groups.
     let has = |groups: &[&str]| groups.iter().all(|group| features.iter().any(|feature| feature == group));
     let untold: &[&str] = match () {
         () if has(&MODULE_GROUPS) => &MODULE_GROUPS,

@@ -75,7 +75,7 @@ fn a_name_that_nothing_has_is_refused_with_the_nearest_one() {
     ] {
         let error = Experiment::new(&bilateral(&[&format!("record.signals=['{name}']")])).unwrap_err();
         let message = error.to_string();
-        assert!(message.contains(&format!("nothing is called '{name}'")), "{message}");
+        assert!(message.contains(&format!("unknown name '{name}'")), "{message}");
         assert!(message.contains(expected), "{message}");
     }
 }

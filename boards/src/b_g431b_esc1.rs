@@ -1,21 +1,21 @@
 //! ST's B-G431B-ESC1: one three-phase motor, its inverter, CAN transceiver and ST-LINK on one board.
 //!
-//! Complete, linked, and never yet run on silicon.
+//! Complete and linked, but not yet run on silicon.
 //!
-//! Its pins are in `catalogue/b_g431b_esc1.rs`; `cargo xtask book` draws them. The command line is USART 2 at 921 600 baud, the
-//! ST-LINK's virtual serial port and J3. Link 0 is FDCAN 1, CAN FD frames at 1 Mbit/s, data too: the transceiver carries no more.
-//! The crystal has 8 MHz.
+//! Pins: `catalogue/b_g431b_esc1.rs`, drawn by `cargo xtask book`. The command line is USART 2 at 921 600
+//! baud: the ST-LINK's virtual serial port and J3. Link 0 is FDCAN 1 with CAN FD at 1 Mbit/s for header and
+//! data, the limit of the transceiver. The crystal has 8 MHz.
 //!
-//! The half bridges have no enable pin: both transistors of each are held off by timer 1 instead. Timer 3
-//! is the time driver. The log goes out over RTT.
+//! The half bridges have no enable pin: timer 1 turns off both transistors of each. Timer 3 is the time
+//! driver. The log uses RTT.
 //!
-//! Motor, encoder and limits are in `catalogue/b_g431b_esc1.rs`. Before it is powered: `docs/first-start.md` finds an encoder
-//! or a phase that is wired backwards.
+//! Set motor, encoder and limits in `catalogue/b_g431b_esc1.rs`. Before powering the motor, follow
+//! `docs/first-start.md` to find a reversed encoder or swapped phases.
 //!
-//! The torque is made by field-oriented control ([`current_loop`](crate::current_loop)), 20 000 times a second above the tick.
-//! With an incremental encoder the rotor has to be aligned: that is done once, in the first 8 seconds that motion is allowed. The
-//! shaft turns by up to one and a quarter of an electrical turn and back, with a bounded current, and commands have no effect
-//! meanwhile. Its angle is 0 where the board was started.
+//! Torque is controlled by field-oriented control ([`current_loop`](crate::current_loop)) at 20 kHz, above
+//! the tick. With an incremental encoder the rotor is aligned once, within the first 8 seconds after motion
+//! is enabled: the shaft turns by up to 1.25 electrical turns and back with limited current, and ignores
+//! commands meanwhile. Its angle is 0 at the position at start.
 
 mod amplifiers;
 
@@ -46,25 +46,25 @@ use crate::stm32g4::uart::{self, UartPort};
 use crate::stm32g4::{self, Sleep, fdcan};
 use crate::three_phase;
 
-/// Of timer 1 at 168 MHz, up and down in a period of 50 us.
+/// Timer 1 at 168 MHz counts up and down in a period of 50 us.
 const PWM_TOP: u16 = 4_200;
-/// 0.8 us: (64 + 3) times 2 cycles, as the timer has it.
+/// 0.8 us: (64 + 3) times 2 cycles, in the timer's encoding.
 const DEAD_TIME: u8 = 0b1000_0011;
 const CRYSTAL: Hertz = Hertz(8_000_000);
 
 const CHECKED: Checked = match DRIVE.configuration.checked() {
     Ok(checked) => checked,
-    Err(_) => panic!("a value of the motor's configuration is out of its range"),
+    Err(_) => panic!("value in the motor configuration out of range"),
 };
 
-/// Of the amplifiers' outputs, the thermistor and the divider.
+/// ADC channels of the amplifiers, thermistor and supply divider.
 const CHANNELS: Channels = Channels { u: 3, v: 3, w: 12, temperature: 5, bus: 1 };
 
-/// Whether the board's resistor of 120 ohm ends the CAN bus: true at both of the bus' ends, and nowhere else. Change it to where
-/// the board is.
+/// Whether the board's 120 ohm resistor terminates the CAN bus. Set it to true only at the two ends of the
+/// bus.
 const IS_TERMINATED: bool = true;
 
-/// The flash has one bank: while it is written, no instruction can be read from it.
+/// The flash has one bank: no instruction can be fetched while it is written.
 const STALLS_TICK: bool = true;
 
 bind_interrupts!(struct Interrupts {
@@ -81,14 +81,14 @@ pub struct BG431bEsc1;
 
 impl Board for BG431bEsc1 {
     const NAME: &'static str = "b-g431b-esc1";
-    /// What the memory holds beside the queues, the log and the stack.
+    /// Capacity in addition to queues, log and stack.
     const SIZES: Sizes = TOOLING.sizes;
-    /// What its ticks take is not among it, for which there would be no room: `dimsart connect` shows it all the same.
+    /// Without the timing of ticks, for lack of memory; `dimsart connect` shows it.
     const OUTPUTS: &'static [&'static DataType] = three_phase_joint::OUTPUTS;
     const LIMITS: &'static [&'static [InputLimits]] = &[&[three_phase::torque_limits(&DRIVE.configuration)]];
     const OUTPUT_LIMITS: &'static [OutputLimits] = &[three_phase::position_limits(&DRIVE.configuration)];
 
-    /// Two of the current loop's periods, too: a call of more than 50 us is no module's.
+    /// Includes two periods of the current loop: a module call takes less than 50 us.
     const SPARE_CYCLES: u32 = 7_000;
 
     type Joints = Joint;
@@ -118,7 +118,7 @@ impl Board for BG431bEsc1 {
         }
         pac::RCC.apb1enr1().modify(|clocks| clocks.set_tim4en(true));
         let _ = pac::RCC.apb1enr1().read();
-        // Their pins are analog ones from the reset on.
+        // Their pins are analog after reset.
         amplifiers::start();
 
         static RING: ConstStaticCell<[u8; uart::RING_BYTES]> = ConstStaticCell::new([0; uart::RING_BYTES]);
@@ -127,7 +127,7 @@ impl Board for BG431bEsc1 {
         let command_port = UartPort { receive, send };
         let shutdown = Output::new(chip.PC11, Level::Low, Speed::Low);
         let termination = Output::new(chip.PC14, Level::from(IS_TERMINATED), Speed::Low);
-        // They stay for good: a pin floats when its owner goes away.
+        // Never dropped: a dropped pin floats.
         core::mem::forget((shutdown, termination));
         let can = CanConfigurator::new(chip.FDCAN1, chip.PA11, chip.PB9, Interrupts);
         let storage = flash::storage(chip.FLASH, Interrupts, STALLS_TICK);

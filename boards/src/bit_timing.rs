@@ -1,32 +1,32 @@
-//! The bits of a CAN controller: how many quanta of its clock a bit has, and where it is sampled.
+//! Bit timing of a CAN controller: time quanta per bit, and sample point.
 //!
-//! A bit is one quantum that it begins with, those before its sample and those behind it. A quantum is one or two cycles of
-//! the controller's clock: no more, for the compensation of a transceiver's delay (RM0440, FDCAN, "Transmitter delay
-//! compensation") takes no other prescaler.
+//! A bit consists of one synchronisation quantum and the quanta before and after the sample point. A quantum
+//! is one or two clock cycles, because the transmitter delay compensation (RM0440, FDCAN, "Transmitter delay
+//! compensation") allows no other prescaler.
 
-/// A bit. The numbers are quanta.
+/// A bit timing, in quanta.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct BitTiming {
-    /// Cycles of the clock in a quantum.
+    /// Clock cycles per quantum.
     pub prescaler: u8,
-    /// Before the sample, beside the one that a bit begins with.
+    /// Quanta before the sample point, without the synchronisation quantum.
     pub before: u8,
-    /// Behind the sample.
+    /// Quanta after the sample point.
     pub behind: u8,
 }
 
-/// What a bit can have: most quanta before its sample, and behind it.
+/// Limits: maximum quanta before and after the sample point.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct BitLimits(pub u8, pub u8);
 
-/// Of an STM32G4's `FDCAN_NBTP`, but for one quantum more, which the driver cannot write.
+/// Limits of an STM32G4's `FDCAN_NBTP`, less one quantum that the driver cannot write.
 pub const NOMINAL: BitLimits = BitLimits(255, 127);
-/// Of its `FDCAN_DBTP`, in the same way.
+/// Limits of its `FDCAN_DBTP`, likewise.
 pub const DATA: BitLimits = BitLimits(31, 15);
 
 impl BitTiming {
-    /// The bit of exactly this rate with the shortest quanta, sampled as near as can be to `sample_permille` of it; none where
-    /// the clock makes no such rate.
+    /// Finds the bit timing of exactly this rate with the shortest quanta and the closest sample point;
+    /// `None` if the clock cannot make this rate.
     #[must_use]
     pub const fn find(
         clock_hz: u32,
@@ -39,7 +39,7 @@ impl BitTiming {
             let quantum_hz = clock_hz / prescaler as u32;
             let quanta = quantum_hz / bits_per_s;
             let is_exact = quanta * bits_per_s * prescaler as u32 == clock_hz;
-            // To the nearest quantum.
+            // Rounded to a quantum.
             let sampled = (quanta * sample_permille + 500) / 1000;
             if is_exact && sampled >= 2 && sampled < quanta {
                 let (before, behind) = (sampled - 1, quanta - sampled);
@@ -56,7 +56,7 @@ impl BitTiming {
         None
     }
 
-    /// Where it is sampled, in thousandths of it.
+    /// Returns the sample point in thousandths of a bit.
     #[must_use]
     pub const fn sample_permille(self) -> u32 {
         let sampled = 1 + self.before as u32;
@@ -100,7 +100,7 @@ mod tests {
         assert_eq!((data.sample_permille(), nominal.sample_permille()), (676, 664));
     }
 
-    /// Every output Q of the PLL that stands beside a processor's clock of 168 MHz, and the crystals themselves.
+    /// Every output Q of the PLL with a processor clock of 168 MHz, and the crystals.
     #[test]
     fn no_other_clock_beside_168_mhz_makes_it_either() {
         let oscillator_hz = 2 * FOR_4_MBIT_HZ;

@@ -1,4 +1,4 @@
-//! What the firmware asks of a board, and what a board does when it cannot.
+//! The interface between the firmware and a board.
 
 use core::ops::Range;
 
@@ -17,58 +17,58 @@ use embedded_storage_async::nor_flash::NorFlash;
 
 use crate::listening::Listening;
 
-/// Most bytes that a link brings or takes at once: a packet, with its tag where it has one.
+/// Maximum bytes per transfer of a link: a packet, with its tag if authenticated.
 #[cfg(not(feature = "auth"))]
 pub const MAX_CARRIED_BYTES: usize = MAX_PACKET_BYTES;
-/// Most bytes that a link brings or takes at once: a packet, with its tag where it has one.
+/// Maximum bytes per transfer of a link: a packet, with its tag if authenticated.
 #[cfg(feature = "auth")]
 pub const MAX_CARRIED_BYTES: usize = MAX_PACKET_BYTES + Profile::Full.overhead();
 
-/// A board and the device on it.
+/// A board and its device.
 ///
-/// Functions without `self` are needed before the board is started or after everything else has
-/// failed: they must work at any time, from any priority, and use no state that could be in use.
+/// Functions without `self` are called before the start or after a failure. They must work at any time and
+/// priority, and must not use state that may be in use.
 pub trait Board: Sized {
-    /// Name, as in the build's feature.
+    /// Name, equal to the build's feature.
     const NAME: &'static str;
-    /// What the board's memory has room for.
+    /// Capacity of the board's memory.
     const SIZES: Sizes;
-    /// Types that the device measures; at the end what it measures of its ticks, the last ones of [`types::TIMING`] or all.
+    /// Measured types; the last ones are the timing of ticks, a suffix of [`types::TIMING`] or all of it.
     const OUTPUTS: &'static [&'static DataType];
-    /// Types that the device is commanded by.
+    /// Commanded types.
     const INPUTS: &'static [&'static DataType] = &[types::DES_FORCE];
-    /// What each of them allows, as [`with_limits`](dimsart_core::DeviceDescriptor::with_limits) takes it; empty where
-    /// the device is a simulated one.
+    /// Limits of each commanded type for [`with_limits`](dimsart_core::DeviceDescriptor::with_limits); empty
+    /// for a simulated device.
     const LIMITS: &'static [&'static [InputLimits]] = &[];
-    /// What the first of [`OUTPUTS`](Self::OUTPUTS) can show, as
-    /// [`with_output_limits`](dimsart_core::DeviceDescriptor::with_output_limits) takes it.
+    /// Limits of the first type of [`OUTPUTS`](Self::OUTPUTS) for
+    /// [`with_output_limits`](dimsart_core::DeviceDescriptor::with_output_limits).
     const OUTPUT_LIMITS: &'static [OutputLimits] = &[];
-    /// Packets of all links that can come in between two ticks; what comes beyond them is lost.
+    /// Maximum number of received packets of all links between two ticks; further packets are lost.
     const PACKETS_PER_TICK: usize = Self::SIZES.links + 1;
 
-    /// What interrupts above the tick may take of the processor in the midst of a module's call: the time driver's.
+    /// Cycles that interrupts above the tick may take during a module call: the time driver.
     const SPARE_CYCLES: u32 = 2_000;
 
     /// Sensors and actuators. Owned by the tick.
     type Joints: Joints;
-    /// Where commands come in and answers go out.
+    /// Command line.
     type CommandPort: CommandPort;
-    /// Where packets of other controllers come in.
+    /// Receives packets of other controllers.
     type LinkIn: LinkIn;
-    /// Where packets to other controllers go out.
+    /// Sends packets to other controllers.
     type LinkOut: LinkOut;
-    /// Flash that schemes are kept in.
+    /// Flash for schemes.
     type Flash: NorFlash + 'static;
-    /// What the processor does when no task has anything to do.
+    /// The idle loop.
     type Idle: Idle;
 
-    /// Starts clocks, pins, time driver and the two executors, and hands out the parts. Called once.
+    /// Starts clocks, pins, time driver and the two executors, and returns the parts. Called once.
     ///
-    /// The actuators are in their safe state afterwards. What keeps the device from being controlled at
-    /// all is a panic with the reason: the panic handler brings the device to rest and reports it.
+    /// The actuators are then in their safe state. An error that prevents control of the device is a panic:
+    /// the panic handler brings the device to rest and reports the reason.
     fn start() -> Parts<Self>;
 
-    /// [`OUTPUTS`](Self::OUTPUTS), once the board is [started](Self::start) and has learned what its device measures.
+    /// Returns [`OUTPUTS`](Self::OUTPUTS) after the [start](Self::start), when the measured types are known.
     #[must_use]
     fn outputs() -> &'static [&'static DataType] {
         Self::OUTPUTS
@@ -76,49 +76,50 @@ pub trait Board: Sized {
 
     /// Puts the actuators into their safe state: no force, power stage off.
     ///
-    /// Cannot fail and cannot wait. It stays that way until [`Joints::write`] is called again.
+    /// Cannot fail and does not block. The state remains until the next [`Joints::write`].
     fn disarm();
 
-    /// A free-running counter of the processor's clock.
+    /// Returns a free-running counter of the processor's clock.
     fn counter() -> Counter;
 
-    /// What 1024 instructions take by the [`counter`](Self::counter), on an emulated board: it has no cycles, and its counter
-    /// counts the emulator's time. 0 where that counts the processor's cycles.
+    /// Returns the [`counter`](Self::counter)'s counts per 1024 instructions on an emulated board, whose
+    /// counter counts the emulator's time; 0 if the counter counts processor cycles.
     fn counts_per_1024_instructions() -> u32 {
         0
     }
 
-    /// Shows what the tick has left in the Data Base to whoever looks on: its revision and the words of every
-    /// signal. Called after every tick; a board that nobody looks at does nothing.
+    /// Publishes the data base after every tick, for an observer: its revision and the words of every signal.
+    /// A board without an observer does nothing.
     fn show(_revision: u32, _words: impl Iterator<Item = u32>) {}
 
-    /// Keeps the watchdog from resetting the board.
+    /// Feeds the watchdog.
     fn feed_watchdog();
 
-    /// Why the board has started. Called once, early.
+    /// Returns the cause of the start. Called once, early.
     fn start_cause() -> StartCause {
         StartCause::Unknown
     }
 
-    /// Starts the board over, after a panic or a fault was reported. An emulated board whose clock is its host: ends it.
+    /// Restarts the board after a reported panic or exception. Ends an emulated board in lockstep with its
+    /// host.
     fn reset() -> !;
 }
 
-/// What moves on each axis.
+/// The type of motion on each axis.
 pub type Axes = heapless::Vec<AxisKind, MAX_DOF, u8>;
 
-/// What a device's inputs allow and its outputs can show.
+/// Limits of a device's inputs and outputs.
 #[derive(Clone, Copy)]
 pub struct Limits {
-    /// As [`Board::LIMITS`].
+    /// See [`Board::LIMITS`].
     pub inputs: &'static [&'static [InputLimits]],
-    /// As [`Board::OUTPUT_LIMITS`].
+    /// See [`Board::OUTPUT_LIMITS`].
     pub outputs: &'static [OutputLimits],
 }
 
-/// What a started board is made of.
+/// The parts of a started board.
 pub struct Parts<B: Board> {
-    /// What moves on each axis of the device.
+    /// The type of motion on each axis of the device.
     pub axes: Axes,
     /// Runs tasks above everything but the time driver: the tick.
     pub tick: SendSpawner,
@@ -126,97 +127,95 @@ pub struct Parts<B: Board> {
     pub background: SendSpawner,
     /// Sensors and actuators.
     pub joints: B::Joints,
-    /// Where commands come in and answers go out.
+    /// Command line.
     pub command_port: B::CommandPort,
-    /// Where packets come in.
+    /// Receives packets.
     pub link_in: B::LinkIn,
-    /// Where packets go out.
+    /// Sends packets.
     pub link_out: B::LinkOut,
-    /// Where schemes are kept; none on a board that has no place for them.
+    /// Storage for schemes, if any.
     pub storage: Option<Storage<B::Flash>>,
-    /// What the processor does when no task has anything to do.
+    /// The idle loop.
     pub idle: B::Idle,
 }
 
-/// Flash to keep schemes in.
+/// Flash for schemes.
 pub struct Storage<F> {
-    /// The flash. It may wait in the background, but never holds up what is above it, unless it
-    /// [stalls the tick](Self::stalls_tick).
+    /// The flash. It may wait in the background, but must not delay higher priorities unless it [stalls the
+    /// tick](Self::stalls_tick).
     pub flash: F,
-    /// The part to be used: whole pages, two at least, and none of the image's.
+    /// The range for schemes: two or more whole pages outside the image.
     pub range: Range<u32>,
-    /// The part that a key is kept in: two whole pages, and none of the image's or the schemes'.
+    /// The range for the key: two whole pages outside the image and the schemes.
     #[cfg(feature = "auth")]
     pub keys: Range<u32>,
-    /// Whether the processor stands still while the flash is written.
+    /// Whether the processor stalls while the flash is written.
     pub stalls_tick: bool,
 }
 
 /// Sensors and actuators, in SI units and in the layout of the device's types.
 pub trait Joints: Send + 'static {
-    /// Reads every sensor, in the order of the descriptor's outputs. Takes bounded time and never waits.
+    /// Reads every sensor, in the order of the descriptor's outputs, in bounded time without blocking.
     ///
-    /// `measured` ends before those of [`types::TIMING`] that the device has: the tick
-    /// measures these itself.
+    /// `measured` excludes the device's [`types::TIMING`]: the tick measures these.
     ///
-    /// A sensor that could not be read gives NaN: the tick is refused and the device gets its safe value.
+    /// A failed sensor reads NaN: the tick is refused and the device gets its safe value.
     fn read(&mut self, measured: &mut [Word]);
 
-    /// Whether they have a drive whose configuration the board can keep: then they have all of the next four functions.
+    /// Whether the joints have a drive with a stored configuration. If so, implement the next four functions.
     const HAS_DRIVE: bool = false;
 
-    /// Begins, once, before the first tick. `motor` is what is kept of the drive's configuration; it says then what the drive
-    /// runs by. Gives the device's limits where they follow from that, and are not the board's.
+    /// Begins before the first tick. `motor` contains the stored configuration and returns the active one.
+    /// Returns the device's limits if they depend on the configuration.
     fn begin(&mut self, _motor: &mut MotorReport) -> Option<Limits> {
         None
     }
 
-    /// Says whether the next start would take a drive's configuration.
+    /// Checks whether the next start would accept a drive's configuration.
     ///
     /// # Errors
-    /// Why not.
+    /// The reason if not.
     fn check_motor(_layout: u16, _words: &[u32]) -> Result<(), MotorFallback> {
         Err(MotorFallback::Layout)
     }
 
-    /// Has the drive find out about its motor with this current, `A`, as long as motion is allowed.
+    /// Starts the identification of the motor with this current, `A`; it runs while motion is enabled.
     fn identify(_current_a: f32) {}
 
-    /// How that stands.
+    /// Returns the state of the identification.
     fn identification() -> Identification {
         Identification::None
     }
 
-    /// Why the bridge of the joints' drive is off, as of the last [`read`](Self::read); none while nothing is wrong.
+    /// Returns why the drive's bridge is off, as of the last [`read`](Self::read); `None` without a fault.
     fn fault(&self) -> Option<DriveFault> {
         None
     }
 
-    /// Commands every actuator, in the order of the descriptor's inputs. Takes bounded time and never
-    /// waits.
+    /// Commands every actuator, in the order of the descriptor's inputs, in bounded time without blocking.
     ///
-    /// `commanded` is what the safety stage decided, finite, and drives the actuators whatever `tick` is: a safe value
-    /// may be reached by and by. A power stage is on only while [`is_driven`].
-    /// An actuator that does not follow shows up in its sensors, or disarms itself.
+    /// `commanded` is the finite output of the safety stage and drives the actuators whatever `tick` is,
+    /// because a safe value may be approached gradually. A power stage is on only while [`is_driven`]. An
+    /// actuator that fails is detected by its sensors, or disarms itself.
     fn write(&mut self, tick: Tick, commanded: &[Word]);
 }
 
-/// A byte stream to a host. Bytes that arrive faster than they are read are lost: the protocol above
-/// finds that out. Errors of the line are the same loss and are not reported.
+/// A byte stream to a host. Bytes that arrive faster than they are read are lost; the protocol detects that.
+/// Line errors count as lost bytes and are not reported.
 pub trait CommandPort: Read + Write + Send + 'static {}
 
-/// Whether a power stage has something to do: the scheme commands, or the way to zero is not over.
+/// Returns whether a power stage is needed: the scheme commands, or a ramp to zero is in progress.
 #[must_use]
 pub fn is_driven(tick: Tick, commanded: &[Word]) -> bool {
     matches!(tick, Tick::Ran) || commanded.iter().any(|word| f32::from_word(*word) != 0.0)
 }
 
-/// Packets that come in over the device's links.
+/// Receives packets over the device's links.
 pub trait LinkIn: Send + 'static {
-    /// Waits for a packet on any link; gives the link's number and the packet's length in `packet`.
+    /// Waits for a packet on any link; returns the link's number and the packet's length in `packet`.
     ///
-    /// What the line damaged is dropped or handed on as it is: packets carry a CRC. So is what comes on another
-    /// channel than is listened to, as far as the medium tells channels apart. A wait that is given up loses nothing.
+    /// Corrupt packets may be dropped or passed on, because packets have a CRC; so may packets of another
+    /// channel. A cancelled wait loses nothing.
     fn receive(
         &mut self,
         listening: &Listening,
@@ -224,15 +223,15 @@ pub trait LinkIn: Send + 'static {
     ) -> impl Future<Output = (usize, usize)>;
 }
 
-/// Packets that go out over the device's links.
+/// Sends packets over the device's links.
 pub trait LinkOut: Send + 'static {
-    /// Sends a packet of a channel over link `link`. What cannot be sent, or has no such link, is dropped: a
-    /// packet that comes late is worth less than the next one.
+    /// Sends a packet of a channel over a link. Drops packets that cannot be sent or have no such link: a
+    /// late packet is worth less than the next one.
     fn send(&mut self, link: usize, channel: u16, packet: &[u8]) -> impl Future<Output = ()>;
 }
 
-/// What runs below every task.
+/// The lowest priority.
 pub trait Idle {
-    /// Waits for interrupts, for ever.
+    /// Waits for interrupts forever.
     fn run(self) -> !;
 }

@@ -1,49 +1,50 @@
-//! When a node that had to leave the CAN bus (bus-off) joins it again: late, seldom, and not for ever.
+//! Bus-off recovery of a CAN node: delayed, and limited in number.
 //!
-//! It waits for [`REJOIN_DELAY_MS`], joins at most [`MAX_REJOINS`] times within any [`REJOIN_WINDOW_MS`], and then
-//! stays off until a [`reset`]: a fault that keeps coming back is the wiring's, and disturbs all other nodes.
+//! The node waits for [`REJOIN_DELAY_MS`], rejoins at most [`MAX_REJOINS`] times within any
+//! [`REJOIN_WINDOW_MS`], and then stays off until a [`reset`]: a recurring fault is caused by the wiring and
+//! disturbs all other nodes.
 
 use core::sync::atomic::{AtomicBool, AtomicU8, Ordering::Relaxed};
 
 use dimsart_link::EventKind;
 
-/// Whether the controller was reset since the node last looked.
+/// Whether the controller was reset since the last poll.
 static IS_RESET: AtomicBool = AtomicBool::new(false);
 static LAST_EVENT: AtomicU8 = AtomicU8::new(EventKind::BusJoined as u8);
 
-/// Has the board's node join its bus again at its next look, even if it has given up.
+/// Makes the board's node rejoin its bus at the next poll, even after giving up.
 pub fn reset() {
     IS_RESET.store(true, Relaxed);
 }
 
-/// Number of the last event of the board's node: it has joined its bus, left it, or given up. For the tick to log.
+/// Returns the number of the last event of the board's node (joined, left or given up), for the tick's log.
 #[must_use]
 pub fn last_event() -> u8 {
     LAST_EVENT.load(Relaxed)
 }
 
-/// Time that a node stays off the bus before it joins again, `ms`.
+/// Delay before a rejoin, `ms`.
 pub const REJOIN_DELAY_MS: u32 = 100;
-/// Times that a node joins again within [`REJOIN_WINDOW_MS`].
+/// Maximum number of rejoins within [`REJOIN_WINDOW_MS`].
 pub const MAX_REJOINS: usize = 3;
-/// The window that rejoins are counted in, `ms`.
+/// Window for counting rejoins, `ms`.
 pub const REJOIN_WINDOW_MS: u32 = 10_000;
 
-/// What is to be done now.
+/// The action to take now.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Step {
-    /// Nothing.
+    /// No action.
     Stay,
-    /// Joins the bus.
+    /// Rejoin the bus.
     Rejoin,
-    /// Nothing, now and until a reset: somebody should be told. Said once.
+    /// Give up until a reset; returned once, for a report.
     GiveUp,
 }
 
 #[derive(Debug, Clone, Copy)]
 enum State {
     On,
-    /// Told to join; whether it has shows in the next look.
+    /// A rejoin was requested; the next poll shows the result.
     Joining,
     Off {
         since_ms: u32,
@@ -51,11 +52,11 @@ enum State {
     GivenUp,
 }
 
-/// Decides; looks at no clock and no controller.
+/// The recovery logic, without access to clock or controller.
 #[derive(Debug, Clone)]
 pub struct BusOff {
     state: State,
-    /// When it joined, the oldest one first; only the last `count` have been.
+    /// Times of the last `count` rejoins, oldest first.
     joined_ms: [u32; MAX_REJOINS],
     count: u32,
 }
@@ -67,13 +68,13 @@ impl Default for BusOff {
 }
 
 impl BusOff {
-    /// A node on the bus.
+    /// Creates a node on the bus.
     #[must_use]
     pub const fn new() -> Self {
         Self { state: State::On, joined_ms: [0; MAX_REJOINS], count: 0 }
     }
 
-    /// Takes note at time `now_ms` (which may wrap) of whether the node is off the bus. To be called every 10 ms or so.
+    /// Polls the logic at time `now_ms` (may wrap) with the node's bus-off state. Call about every 10 ms.
     pub fn look(&mut self, now_ms: u32, is_off: bool) -> Step {
         match self.state {
             State::GivenUp => Step::Stay,
@@ -102,7 +103,8 @@ impl BusOff {
         }
     }
 
-    /// As [`look`](Self::look), for the board's only node: it obeys [`reset`], and [`last_event`] tells of it.
+    /// Like [`look`](Self::look), for the board's only node: also handles [`reset`] and updates
+    /// [`last_event`].
     pub fn look_for_board(&mut self, now_ms: u32, is_off: bool) -> Step {
         if IS_RESET.swap(false, Relaxed) {
             self.reset(now_ms);
@@ -112,7 +114,7 @@ impl BusOff {
         step
     }
 
-    /// Joins the bus again in the next look, even after giving up; earlier rejoins do not count any more.
+    /// Rejoins the bus at the next poll, even after giving up; clears the count of rejoins.
     pub fn reset(&mut self, now_ms: u32) {
         self.joined_ms = [now_ms.wrapping_sub(REJOIN_WINDOW_MS); MAX_REJOINS];
         if !matches!(self.state, State::On) {
@@ -120,7 +122,7 @@ impl BusOff {
         }
     }
 
-    /// The last thing that happened to it.
+    /// Returns the last event.
     #[must_use]
     pub fn event(&self) -> EventKind {
         match self.state {
@@ -130,7 +132,7 @@ impl BusOff {
         }
     }
 
-    /// Times that it joined the bus again.
+    /// Returns the number of rejoins.
     #[must_use]
     pub fn rejoins(&self) -> u32 {
         self.count
@@ -149,7 +151,7 @@ mod tests {
 
     use super::*;
 
-    /// Looks every 10 ms, `is_off` by time since the start; gives what was to be done and when.
+    /// Polls every 10 ms with `is_off` by time since the start; returns the actions with their times.
     fn run(node: &mut BusOff, start_ms: u32, looks: u32, is_off: impl Fn(u32) -> bool) -> Vec<(u32, Step)> {
         let times = (0..looks).map(|look| 10 * look);
         let steps = times.map(|time| (time, node.look(start_ms.wrapping_add(time), is_off(time))));
@@ -213,7 +215,7 @@ mod tests {
     #[test]
     fn a_fourth_time_within_ten_seconds_is_the_last_wherever_they_begin() {
         let mut node = BusOff::new();
-        // The fourth comes when the first is more than 10 s ago; the fifth is a fourth since 9.1 s.
+        // The fourth is more than 10 s after the first; the fifth is the fourth within 9.1 s.
         let off = [0, 9000, 9500, 10_200, 10_700];
         let steps =
             run(&mut node, 0, 3000, |time| off.iter().any(|start| (*start..=start + 100).contains(&time)));

@@ -1,25 +1,25 @@
-//! The first two words of a CAN FD frame in a controller's message RAM, as an STM32G4's and other `M_CAN` have them (RM0440,
-//! FDCAN, "FDCAN Rx FIFO element", "FDCAN Tx buffer element"): identifier, and length with format.
+//! The first two words of a CAN FD frame in the message RAM of an STM32G4 or another `M_CAN` controller
+//! (RM0440, FDCAN, "FDCAN Rx FIFO element", "FDCAN Tx buffer element"): identifier, and length with format.
 
-/// Words of a frame's place in the message RAM: these two, and 64 bytes.
+/// Words of an element in the message RAM: these two and 64 bytes.
 pub const WORDS: usize = 18;
-/// Most bytes of a frame.
+/// Maximum length of a frame, bytes.
 pub const MOST_BYTES: usize = 64;
 
-/// The identifier has 29 bits.
+/// 29-bit identifier.
 const EXTENDED: u32 = 1 << 30;
 const REMOTE: u32 = 1 << 29;
-/// A CAN FD frame, and one whose data has the higher bit rate.
+/// CAN FD frame with bit rate switching.
 const FD: u32 = 1 << 21;
 const FAST: u32 = 1 << 20;
-/// What the length's code stands behind.
+/// Position of the length code.
 const LENGTH: u32 = 16;
 const STANDARD_ID: u32 = 18;
 
-/// The lengths that a CAN FD frame can have, by their code.
+/// Lengths of a CAN FD frame by code.
 const LENGTHS: [u8; 16] = [0, 1, 2, 3, 4, 5, 6, 7, 8, 12, 16, 20, 24, 32, 48, 64];
 
-/// Of a frame with an identifier of 29 bits, its data at the higher rate; none for a length that no frame has.
+/// Encodes a frame with a 29-bit identifier and bit rate switching; `None` for an invalid length.
 #[must_use]
 pub fn to_send(identifier: u32, length: usize) -> Option<[u32; 2]> {
     let code = (0..).zip(LENGTHS).find(|(_, known)| usize::from(*known) == length);
@@ -27,7 +27,7 @@ pub fn to_send(identifier: u32, length: usize) -> Option<[u32; 2]> {
     Some([identifier & 0x1FFF_FFFF | EXTENDED, FD | FAST | code << LENGTH])
 }
 
-/// Identifier and length in bytes of a frame that came in; none of one without data.
+/// Decodes identifier and length in bytes of a received frame; `None` for a remote request.
 #[must_use]
 pub fn received([first, second]: [u32; 2]) -> Option<(u32, usize)> {
     let identifier = match first & EXTENDED {
@@ -35,7 +35,7 @@ pub fn received([first, second]: [u32; 2]) -> Option<(u32, usize)> {
         _ => first & 0x1FFF_FFFF,
     };
     let code = second >> LENGTH & 15;
-    // A classic frame has no more than 8 bytes, whatever its code.
+    // A classic frame has at most 8 bytes, whatever its code.
     let code = if second & FD == 0 { code.min(8) } else { code };
     let length = (0..).zip(LENGTHS).find(|(place, _): &(u32, u8)| *place == code);
     (first & REMOTE == 0).then_some(())?;
@@ -46,7 +46,7 @@ pub fn received([first, second]: [u32; 2]) -> Option<(u32, usize)> {
 mod tests {
     use super::*;
 
-    /// By the drawings of RM0440: XTD bit 30, RTR bit 29; FDF bit 21, BRS bit 20, DLC from bit 16.
+    /// From the figures of RM0440: XTD bit 30, RTR bit 29; FDF bit 21, BRS bit 20, DLC from bit 16.
     #[test]
     fn words_are_as_the_manual_draws_them() {
         assert_eq!(to_send(0x8001, 32), Some([0x4000_8001, 0x003D_0000]));

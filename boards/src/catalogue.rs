@@ -1,4 +1,4 @@
-//! What tools need to know of a board to build, check and flash its images: a file per board.
+//! Board data for building, checking and flashing images: a file per board.
 
 pub(crate) mod b_g431b_esc1;
 pub mod ihm08m1;
@@ -13,96 +13,95 @@ use dimsart_core::limits::Sizes;
 use crate::current_loop::Scaling;
 use crate::motor::Motor;
 
-/// A scheme that images can start with.
+/// A built-in scheme.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct BuiltInScheme {
-    /// Its name, as in `builtin:NAME`.
+    /// Name, as in `builtin:NAME`.
     pub name: &'static str,
-    /// Its rows.
+    /// The scheme's rows.
     pub text: &'static str,
 }
 
-/// The paper's scheme as it is shipped, for devices of its size.
+/// The paper's bilateral scheme, for devices of its size.
 const BILATERAL: BuiltInScheme =
     BuiltInScheme { name: "bilateral", text: include_str!("../schemes/bilateral.scheme") };
-/// The same for motors of a tenth of a newton metre or more.
+/// The same for motors of 0.1 N·m or more.
 const SMALL_MOTORS: BuiltInScheme =
     BuiltInScheme { name: "small_motors", text: include_str!("../schemes/small_motors.scheme") };
 
-/// A board as it is registered.
+/// A registered board.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct BoardInfo {
-    /// Its name: its feature, and that of its files.
+    /// Name, equal to its feature and file names.
     pub name: &'static str,
-    /// The linker's memory map that images for the board are laid out by.
+    /// The linker's memory map of its images.
     pub memory_map: &'static str,
-    /// What firmware for it may take, as TOML: a tick of any scheme `tick_percent` of the time to the next one; the
-    /// plain image `flash_bytes` and `ram_bytes`, unless there is room for any; and cycles and stack of the shipped
-    /// scheme's parts.
+    /// Budget as TOML: `tick_percent` of the period for a tick of any scheme; `flash_bytes` and `ram_bytes`
+    /// of the default image, if limited; cycles and stack of the shipped scheme's parts.
     pub budget: &'static str,
-    /// What tools need beyond that.
+    /// Further data for tools.
     pub tooling: Tooling,
 }
 
 impl BoardInfo {
-    /// Whether its images have a group of modules; `basic` is in every one.
+    /// Returns whether its images contain a group of modules; every image contains `basic`.
     #[must_use]
     pub fn has_group(&self, group: &str) -> bool {
         group == "basic" || self.tooling.modules.contains(&group)
     }
 }
 
-/// What is registered of a board beside its name.
+/// Data of a board other than its name.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Tooling {
-    /// Of the processor's clock.
+    /// Processor clock.
     pub clock_hz: u32,
     /// Ticks per second.
     pub tick_hz: u32,
-    /// Axes of its device; of a simulated one, those that it has when nobody says otherwise.
+    /// Axes of its device; the default for a simulated device.
     pub axes: usize,
-    /// What its images' controllers have room for; for programs only in images that can run them.
+    /// Capacity of its controllers; programs only in images that can run them.
     pub sizes: Sizes,
-    /// What its images run from.
+    /// Memory that its images run from.
     pub memory: CodeMemory,
-    /// Name of the chip in probe-rs, for `probe-rs run --chip NAME`; none for an emulated board.
+    /// Name of the chip in probe-rs, for `probe-rs run --chip NAME`; `None` for an emulated board.
     pub chip: Option<&'static str>,
-    /// Groups of modules that its images have, of [`MODULE_GROUPS`]: all that its flash has room for.
+    /// Default groups of [`MODULE_GROUPS`], limited by its flash.
     pub modules: &'static [&'static str],
-    /// Features that make further images of it, next to the plain one; of several for one image, a comma between.
+    /// Features of further images; several features of one image are separated by commas.
     pub variants: &'static [&'static str],
-    /// What its images have its pins for; nothing of an emulated board.
+    /// Pin assignment; empty for an emulated board.
     pub pins: &'static [PinPlan],
-    /// Interrupt handlers of its images, each with the priority that the board gives it; smaller is more urgent.
+    /// Interrupt handlers with their priorities; lower numbers have higher priority.
     pub interrupts: &'static [(&'static str, i16)],
-    /// The motor of each of its axes; none where the device is a simulated one.
+    /// The motor of each axis; `None` for a simulated device.
     pub motor: Option<Motor>,
-    /// What makes its torque; none where that is a voltage, or simulated.
+    /// The drive; `None` if the actuator is driven by a voltage or simulated.
     pub drive: Option<ThreePhaseDrive>,
-    /// The built-in scheme of its images, which a board starts with that keeps no other one. Its gains fit the
-    /// motor: one count of the encoder asks for 1 % of the motor's largest torque at most.
+    /// The scheme of its images, used without a stored scheme. Its gains fit the motor: one encoder count
+    /// commands at most 1 % of the maximum torque.
     pub scheme: BuiltInScheme,
 }
 
-/// A three-phase motor under field-oriented control.
+/// A three-phase motor with field-oriented control.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct ThreePhaseDrive {
-    /// Of the image: what a board runs by that keeps no other one.
+    /// The image's configuration, used without a stored one.
     pub configuration: drive::Configuration,
-    /// How the board measures.
+    /// Scaling of the measurements.
     pub scaling: Scaling,
 }
 
 /// The memory that code runs from.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum CodeMemory {
-    /// Nothing waits.
+    /// Without wait states.
     NoWait,
-    /// Flash of an STM32G4 above 136 MHz, which waits, and its CCM SRAM, which does not.
+    /// Flash of an STM32G4 above 136 MHz, with wait states, and CCM SRAM without.
     Stm32G4,
 }
 
-/// Groups of modules that an image can be built without, each a feature of the firmware.
+/// Optional groups of modules, each a feature of the firmware.
 pub const MODULE_GROUPS: [&str; 11] = [
     "control",
     "energy",
@@ -117,27 +116,27 @@ pub const MODULE_GROUPS: [&str; 11] = [
     "trajectories",
 ];
 
-/// Those that an image has unless others are named.
+/// The default groups.
 pub const SHIPPED_GROUPS: [&str; 3] = ["control", "signals", "teleoperation"];
 
-/// What each kind of module adds to a tick at most on nucleo-g474re: a line for each, with its name, its cycles without axes
-/// and for each axis, and why these are not known.
+/// Upper bounds of the cost of each module kind on nucleo-g474re: a line per kind with name, cycles without
+/// axes, cycles per axis, and the reason if unknown.
 pub const MODULE_COSTS: &str = include_str!("../module-costs.txt");
 
-/// What a kind of module adds to a tick at most.
+/// Upper bound of a module kind's cost in a tick.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct ModuleCost<'a> {
     /// Name of the kind.
     pub name: &'a str,
-    /// Without axes.
+    /// Cycles without axes.
     pub cycles: u16,
-    /// For each axis.
+    /// Cycles per axis.
     pub per_axis: u16,
-    /// Why these are not known; empty where they are.
+    /// Why the cost is unknown; empty if known.
     pub reason: &'a str,
 }
 
-/// The lines of [`MODULE_COSTS`], or of what `dimsart stamp` leaves beside an image, that are of kinds of modules.
+/// Parses the lines of module kinds in [`MODULE_COSTS`] or in the output of `dimsart stamp`.
 pub fn module_costs(text: &str) -> impl Iterator<Item = ModuleCost<'_>> {
     text.lines().filter_map(|line| {
         let mut words = line.splitn(4, ' ');
@@ -147,5 +146,5 @@ pub fn module_costs(text: &str) -> impl Iterator<Item = ModuleCost<'_>> {
     })
 }
 
-/// Whom the firmware calls through pointers: what a tool that follows an image's calls cannot see.
+/// Indirect calls of the firmware, which a tool cannot find in the machine code.
 pub const CALLS: &str = include_str!("../calls.txt");

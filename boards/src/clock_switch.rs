@@ -1,7 +1,7 @@
-//! The switch of an STM32G4 from its crystal to 168 or 170 MHz, with the core voltage boosted.
+//! Switches an STM32G4 from its crystal to 168 or 170 MHz with boosted core voltage.
 //!
-//! Above 150 MHz the core wants the boosted voltage range, and a jump to a high frequency wants a pause on the way. The
-//! order is that of RM0440, "Dynamic voltage scaling management" and "System clock (SYSCLK) selection":
+//! Above 150 MHz the core needs the boosted voltage range, and the frequency must rise in two steps. The
+//! sequence follows RM0440, "Dynamic voltage scaling management" and "System clock (SYSCLK) selection":
 //!
 //! 1. the AHB divides by 2;
 //! 2. the voltage is boosted, the flash gets 4 wait states;
@@ -15,13 +15,13 @@
 #[cfg(test)]
 mod model;
 
-/// CAN FD's 1 and 4 Mbit/s are whole parts of it.
+/// CAN FD at 1 and 4 Mbit/s divides this frequency.
 pub const FOR_4_MBIT_HZ: u32 = 168_000_000;
-/// So are 1 and 5 Mbit/s, which drives of mjbots have, of this one.
+/// CAN FD at 1 and 5 Mbit/s, used by moteus drives, divides this frequency.
 pub const FOR_5_MBIT_HZ: u32 = 170_000_000;
-/// Of the processor, the buses and the timers.
+/// Frequency of processor, buses and timers.
 pub const CLOCK_HZ: u32 = if cfg!(feature = "moteus") { FOR_5_MBIT_HZ } else { FOR_4_MBIT_HZ };
-/// What a crystal is divided down to.
+/// Input frequency of the PLL.
 const PLL_IN_HZ: u32 = 4_000_000;
 const PLL_DIVIDES: u32 = 2;
 /// More than 1 us at half of either frequency.
@@ -42,17 +42,17 @@ pub enum Register {
     FlashAccessControl,
 }
 
-/// The chip's registers, and time.
+/// The chip's registers and time.
 pub trait Registers {
     /// Reads a register.
     fn read(&mut self, register: Register) -> u32;
     /// Writes a register.
     fn write(&mut self, register: Register, value: u32);
-    /// Lets at least so many cycles of the processor pass.
+    /// Waits for at least this number of processor cycles.
     fn wait_cycles(&mut self, cycles: u32);
 }
 
-/// Bits of a register: where they begin and the mask of their values.
+/// A field of a register: position and mask.
 #[derive(Clone, Copy)]
 struct Field(Register, u32, u32);
 
@@ -71,11 +71,11 @@ const BY_1: u32 = 0;
 const BY_2: u32 = 8;
 /// Value of `R1MODE`.
 const BOOST: u32 = 0;
-/// Of flash in range 1 boost, from 136 to 170 MHz.
+/// Wait states of flash in range 1 boost, from 136 to 170 MHz.
 const WAIT_STATES: u32 = 4;
 
-/// Goes from the crystal, which runs at `crystal_hz` and is the system clock, to `clock_hz`. The PLL is off before, as after a
-/// reset. A PLL that does not lock is waited for without end: its crystal runs.
+/// Switches from the crystal (`crystal_hz`, the current system clock) to `clock_hz`. The PLL must be off, as
+/// after a reset. Waits for the PLL's lock without a timeout.
 ///
 /// `crystal_hz` is a multiple of 4 MHz, up to 64 MHz; `clock_hz` is [`FOR_4_MBIT_HZ`] or [`FOR_5_MBIT_HZ`].
 pub fn switch(registers: &mut impl Registers, crystal_hz: u32, clock_hz: u32) {
@@ -95,13 +95,13 @@ const fn pll_configuration(crystal_hz: u32, clock_hz: u32) -> u32 {
     3 | ((divider - 1) & 15) << 4 | (times & 127) << 8 | 1 << 24
 }
 
-/// Leaves every other bit of the register as it is.
+/// Sets a field, leaving other bits unchanged.
 fn set(registers: &mut impl Registers, Field(register, begin, mask): Field, value: u32) {
     let others = registers.read(register) & !(mask << begin);
     registers.write(register, others | value << begin);
 }
 
-/// Sets a field, and waits until `shown` has the same value.
+/// Sets a field and waits until `shown` has the same value.
 fn set_and_await(registers: &mut impl Registers, field: Field, value: u32, shown: Field) {
     set(registers, field, value);
     let Field(register, begin, mask) = shown;

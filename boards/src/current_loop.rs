@@ -1,16 +1,16 @@
-//! What runs in every period of the pulse-width modulation, without registers: from what converters count to duty cycles.
+//! The current loop, run once per PWM period, without registers: from ADC counts to duty cycles.
 //!
 //! ```text
-//!   at rest     the bridge is off, and what the phases count is no current
-//!   unaligned   it is off; the next torque has the rotor aligned
-//!   aligning    a bounded current turns the rotor a little and back, once
-//!   driving     the torque that the tick wants
-//!   identifying a bounded current turns the rotor to find out what motor it is, when that is asked for; then nothing, until no
-//!               torque is wanted any more
+//!   at rest     bridge off; measures the offsets of the current sensors
+//!   unaligned   bridge off; aligns the rotor at the next torque command
+//!   aligning    turns the rotor a little and back with limited current, once
+//!   driving     follows the tick's torque command
+//!   identifying turns the rotor with limited current to identify the motor, on request; then waits until the torque command
+//!               ends
 //! ```
-//! A rotor whose encoder knows its angle from the first reading on is never aligned: the configuration says where its magnets are.
-//! A torque that is older than three ticks is none. While none is wanted for that long, a fault is forgotten, and found again
-//! in the same period if it is still there.
+//! A rotor with an absolute encoder is not aligned: the configuration contains the offset. A torque command
+//! expires after three ticks. After that, faults are cleared, and detected again in the same period if they
+//! persist.
 
 mod exchange;
 mod identifying;
@@ -29,15 +29,15 @@ use drive::{
 
 use crate::catalogue::ThreePhaseDrive;
 
-/// From a board's taking an encoder's angle to the sampling of the currents that this is used with. On an SPI it is asked at the
-/// end of a period's work, 10 us after the sampling of its currents, and answers in the next one.
+/// Delay from the capture of the angle to the sampling of the currents used with it. An SPI encoder is read
+/// at the end of a period, 10 us after the sampling of the currents, and answers in the next period.
 const SPI_AGE_PERIODS: f32 = 0.785;
-/// On an I²C it is taken 24 us after the sampling of the currents of the period before the last one.
+/// An I²C encoder captures the angle 24 us after the sampling of the currents two periods earlier.
 const I2C_AGE_PERIODS: f32 = 1.51;
-/// Ticks that a torque may be old.
+/// Maximum age of a torque command, ticks.
 const MOST_TICKS: f32 = 3.0;
 
-/// What the converters count in a period.
+/// ADC counts of a period.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Counts {
     /// Phases U, V, W.
@@ -48,7 +48,7 @@ pub struct Counts {
     pub temperature: u16,
 }
 
-/// A motor behind a board's bridge and converters.
+/// A motor with a board's bridge and ADCs.
 #[derive(Debug, Clone)]
 pub struct CurrentLoop {
     scaling: Scaling,
@@ -57,7 +57,7 @@ pub struct CurrentLoop {
     stage: Stage,
     drive: Drive,
     age: Age,
-    /// Periods in which no torque was wanted, up to those of a torque's age.
+    /// Periods without a torque command, up to its maximum age.
     idle_periods: u16,
     most_periods: u16,
     periods: u32,
@@ -75,7 +75,7 @@ enum Stage {
 }
 
 impl CurrentLoop {
-    /// A loop whose bridge is off, below ticks of `tick_s`. `checked` is the drive's configuration.
+    /// Creates a loop with the bridge off, for ticks of `tick_s`. `checked` is the drive's configuration.
     #[must_use]
     pub fn new(drive: &ThreePhaseDrive, checked: &Checked, tick_s: f32) -> Self {
         #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "a cast saturates")]
@@ -100,7 +100,7 @@ impl CurrentLoop {
         }
     }
 
-    /// One period: the duty cycles for the next one, or none: then all six switches are to be opened at once.
+    /// Runs one period; returns the duty cycles for the next one, or `None` to turn off the bridge at once.
     #[inline]
     pub fn period(&mut self, counts: Counts, rotor: Rotor, exchange: &Exchange) -> Option<Duties> {
         let wanted_nm = self.age.young(exchange.wanted());
@@ -120,7 +120,8 @@ impl CurrentLoop {
         };
         let is_wanted = wanted_nm.is_some();
         let is_driving = matches!(self.stage, Stage::Driving);
-        // Before it drives, for angle and speed, and what is wrong with the rest. One call: the code of two is twice as long.
+        // Before driving, computes angle, speed and faults only. A single call, because two would double the
+        // code.
         let duties = self.drive.step(&sample, wanted_nm.filter(|_| is_driving));
         let duties = if is_driving { duties } else { self.prepare(&counts, &sample, is_wanted, exchange) };
         self.periods = self.periods.wrapping_add(1);
@@ -138,7 +139,7 @@ impl CurrentLoop {
         duties
     }
 
-    /// A period before the first one that drives.
+    /// Runs a period before driving.
     #[cold]
     #[inline(never)]
     fn prepare(
@@ -180,7 +181,7 @@ impl CurrentLoop {
                         == (motor.pole_pairs, motor.is_encoder_reversed);
                     if is_this_motor {
                         self.drive.align(found.encoder_offset_rad);
-                        // It took the current that turned the rotor for one that does not.
+                        // The identification current looks like a fault to the drive.
                         self.drive.clear();
                         self.stage = Stage::Driving;
                     } else {
@@ -201,7 +202,7 @@ impl CurrentLoop {
                 self.stage = self.first_stage();
             }
             Stage::Identifying(identification) => {
-                // What is wrong with the bridge it finds by itself; what is told of the motor is not believed.
+                // The motor's parameters may be wrong; only faults of the bridge count.
                 self.drive.clear();
                 match identification.step(sample) {
                     IdentificationStep::GoesOn(duties) => return Some(duties),
@@ -217,7 +218,7 @@ impl CurrentLoop {
         None
     }
 
-    /// Once nothing is wrong at rest.
+    /// Returns the stage after a fault-free rest.
     fn first_stage(&self) -> Stage {
         if self.configuration.get().encoder.is_absolute() { Stage::Driving } else { Stage::Unaligned }
     }
@@ -234,7 +235,7 @@ impl CurrentLoop {
         self.stage = Stage::Identifying(Identification::of_motor(&self.configuration, current_a));
     }
 
-    /// Forgets a fault.
+    /// Clears a fault.
     #[cold]
     #[inline(never)]
     fn forget(&mut self) {
@@ -244,7 +245,7 @@ impl CurrentLoop {
         if !matches!(self.stage, Stage::AtRest(_)) {
             self.fault = None;
             if has_lost_rotor {
-                // An encoder that counts has missed counts.
+                // An incremental encoder may have missed counts.
                 self.stage = self.first_stage();
             }
         }
@@ -255,7 +256,7 @@ fn failed(failure: IdentificationFailure) -> protocol::Identification {
     protocol::Identification::Failed(failure)
 }
 
-/// What was found as it travels.
+/// Converts the result to protocol units.
 fn found(found: Identified) -> protocol::Identification {
     protocol::Identification::Found(FoundMotor {
         resistance_ohm: found.resistance_ohm,
@@ -267,7 +268,7 @@ fn found(found: Identified) -> protocol::Identification {
     })
 }
 
-/// An identification's error as clients are told of it.
+/// Converts an identification error to the protocol's.
 #[must_use]
 pub fn why(error: IdentificationError) -> IdentificationFailure {
     match error {

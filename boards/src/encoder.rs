@@ -4,7 +4,7 @@
 
 use core::f32::consts::TAU;
 
-/// An incremental encoder behind a 16-bit counter.
+/// An incremental encoder on a 16-bit counter.
 #[derive(Debug, Clone)]
 pub struct Encoder {
     last: u16,
@@ -13,20 +13,20 @@ pub struct Encoder {
 }
 
 impl Encoder {
-    /// An encoder whose counter stands at `count` and that makes `counts_per_turn` (above 0) counts per
-    /// turn, all four edges counted. The angle is 0 where it stands now.
+    /// Creates an encoder at counter value `count` with `counts_per_turn` > 0 (all four edges counted). The
+    /// current angle is 0.
     #[must_use]
     pub const fn new(count: u16, counts_per_turn: u16) -> Self {
         Self { last: count, counts: 0, counts_per_turn }
     }
 
-    /// Takes the counter in. Right as long as the shaft makes less than 32 768 counts between two calls.
+    /// Updates the counter. The shaft must turn less than 32 768 counts between two calls.
     pub fn update(&mut self, count: u16) {
         self.counts += i64::from(count.wrapping_sub(self.last).cast_signed());
         self.last = count;
     }
 
-    /// Angle since the start, `rad`; not wrapped at a turn.
+    /// Returns the angle since the start, `rad`, over multiple turns.
     #[must_use]
     pub fn angle_rad(&self) -> f32 {
         self.counts as f32 * (TAU / f32::from(self.counts_per_turn))

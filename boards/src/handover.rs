@@ -1,6 +1,6 @@
-//! From one priority to another: a bounded lock-free queue and somebody to wake.
+//! Bounded lock-free queues between priorities, with wake-up.
 //!
-//! Nothing in it masks interrupts: what is handed over below the tick never holds a tick up.
+//! Interrupts are never masked, so tasks below the tick cannot delay it.
 
 use core::future::poll_fn;
 use core::sync::atomic::{AtomicU32, Ordering::Relaxed};
@@ -9,7 +9,7 @@ use core::task::{Context, Poll};
 use atomic_waker::AtomicWaker;
 use heapless::spsc::{Consumer, Producer, Queue};
 
-/// Who waits at the other end. In functions of their own: there are many places that call them.
+/// The waiting receiver. Separate functions, because of their many callers.
 pub(crate) struct Sleeper(AtomicWaker);
 
 impl Sleeper {
@@ -28,16 +28,16 @@ impl Sleeper {
     }
 }
 
-/// A queue of at most `N` - 1 items with one giver and one taker.
+/// A queue of at most `N` - 1 items with one sender and one receiver.
 pub struct Handover<T, const N: usize> {
     queue: Queue<T, N>,
     both: Both,
 }
 
-/// What both ends look at.
+/// State shared by both ends.
 struct Both {
     waiting: Sleeper,
-    /// Written by the giver alone.
+    /// Written by the sender only.
     dropped: AtomicU32,
 }
 
@@ -54,28 +54,28 @@ impl<T, const N: usize> Default for Handover<T, N> {
 }
 
 impl<T, const N: usize> Handover<T, N> {
-    /// An empty one.
+    /// Creates an empty queue.
     #[must_use]
     pub const fn new() -> Self {
         let both = Both { waiting: Sleeper::new(), dropped: AtomicU32::new(0) };
         Self { queue: Queue::new(), both }
     }
 
-    /// Its two ends.
+    /// Returns its two ends.
     pub fn split(&'static mut self) -> (Giver<T>, Taker<T>) {
         let (producer, consumer) = self.queue.split();
         (Giver { producer, both: &self.both }, Taker { consumer, both: &self.both })
     }
 }
 
-/// The end that items go in at.
+/// The sending end.
 pub struct Giver<T: 'static> {
     producer: Producer<'static, T>,
     both: &'static Both,
 }
 
 impl<T> Giver<T> {
-    /// Hands an item over, or drops and counts it when the queue is full. Never waits.
+    /// Sends an item, or drops and counts it if the queue is full. Does not block.
     pub fn give(&mut self, item: T) {
         if self.producer.enqueue(item).is_err() {
             self.both.count();
@@ -83,7 +83,7 @@ impl<T> Giver<T> {
         self.both.waiting.wake();
     }
 
-    /// As [`give`](Self::give), but leaves so many places free for what matters more.
+    /// Like [`give`](Self::give), but keeps a number of places free for more important items.
     pub fn give_sparingly(&mut self, item: T, places: usize) {
         if self.producer.len() + places < self.producer.capacity() {
             self.give(item);
@@ -92,8 +92,8 @@ impl<T> Giver<T> {
         }
     }
 
-    /// Waits until all that was handed over is taken, so that nothing of what is given next is dropped. Asks again and
-    /// again, for a taker wakes nobody: for what is seldom given, from below the tick.
+    /// Waits until the queue is empty, so that the next items are not dropped. Polls, because the receiver
+    /// does not wake the sender: for rare items from tasks below the tick.
     pub async fn taken(&mut self) {
         poll_fn(|context| {
             if self.producer.is_empty() {
@@ -105,32 +105,32 @@ impl<T> Giver<T> {
         .await;
     }
 
-    /// Items dropped since the start.
+    /// Returns the number of dropped items.
     #[must_use]
     pub fn dropped(&self) -> u32 {
         self.both.dropped.load(Relaxed)
     }
 }
 
-/// The end that items come out at.
+/// The receiving end.
 pub struct Taker<T: 'static> {
     consumer: Consumer<'static, T>,
     both: &'static Both,
 }
 
 impl<T> Taker<T> {
-    /// Items that the other end dropped since the start.
+    /// Returns the number of items that the sender dropped.
     #[must_use]
     pub fn dropped(&self) -> u32 {
         self.both.dropped.load(Relaxed)
     }
 
-    /// Takes an item if there is one. Never waits.
+    /// Takes an item, if any. Does not block.
     pub fn take(&mut self) -> Option<T> {
         self.consumer.dequeue()
     }
 
-    /// Shows an item where it lies, if there is one, and then drops it: for what is too large to be moved about.
+    /// Borrows an item, if any, and then drops it: avoids moving large items.
     pub fn take_in_place<R>(&mut self, look: impl FnOnce(&T) -> R) -> Option<R> {
         let found = self.consumer.peek().map(look);
         drop(self.consumer.dequeue());
@@ -193,7 +193,7 @@ mod tests {
         let take = async {
             let mut taken = Vec::new();
             for turn in 0..40 {
-                // Busy with something else most of the time.
+                // Busy most of the time.
                 if turn % 10 == 9 {
                     taken.extend(taker.take());
                 }

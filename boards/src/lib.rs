@@ -1,14 +1,15 @@
-//! Boards that run DIMSART: one file each, one trait, one line to register.
+//! Board support for DIMSART.
 //!
-//! Machine units (counts, duty cycles, register bits) live below the trait `Board` and never above it. A board
-//! knows its device's types; it knows nothing of modules, schemes or the Data Base.
+//! Machine units (counts, duty cycles, register bits) exist only below the trait `Board`. A board knows its
+//! device's types, but no modules, schemes or data base.
 //!
 //! # Adding a board
 //!
-//! A file here that implements `Board`, one in `catalogue/` with its clock, interrupts, motor and built-in scheme, its
-//! memory map `memory/NAME.x`, what it may take in `budgets/NAME.toml`, and its line in `boards!` below, which is all that
-//! the build and the host's tools read; what its drivers call through pointers stands in `calls.txt`. Cargo wants a feature of the board's name in `Cargo.toml`, with what the board depends on, and
-//! a second one that passes it on in `firmware/Cargo.toml`.
+//! Add a file that implements `Board`; a file in `catalogue/` with clock, interrupts, motor and built-in
+//! scheme; the memory map `memory/NAME.x`; the budget `budgets/NAME.toml`; and a line in `boards!` below,
+//! which the build and the host's tools read. List indirect calls of its drivers in `calls.txt`. Add a
+//! feature of the board's name with its dependencies to `Cargo.toml`, and one that enables it to
+//! `firmware/Cargo.toml`.
 #![no_std]
 
 #[cfg(test)]
@@ -44,7 +45,7 @@ pub use listening::Listening;
 
 use catalogue::BoardInfo;
 
-/// Registers the boards; `Selected` is the one that the build chose.
+/// Registers the boards; `Selected` is the board of the build.
 macro_rules! boards {
     ($($name:literal $module:ident $board:ident $tooling:expr;)*) => {
         $(
@@ -52,10 +53,10 @@ macro_rules! boards {
             mod $module;
             #[cfg(all(target_os = "none", feature = $name))]
             pub use $module::$board as Selected;
-            /// Of the clock of the chosen board's processor.
+            /// Processor clock of the selected board.
             #[cfg(all(target_os = "none", feature = $name))]
             pub const CLOCK_HZ: u32 = $tooling.clock_hz;
-            /// Ticks per second of the chosen board. Its time driver must be able to wake at this rate.
+            /// Ticks per second of the selected board. Its time driver must support this rate.
             #[cfg(all(target_os = "none", feature = $name))]
             pub const TICK_HZ: u32 = $tooling.tick_hz;
         )*

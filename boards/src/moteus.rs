@@ -1,32 +1,32 @@
-//! Drives of mjbots as a board's joints: which there are, and what they can do.
+//! Moteus drives as a board's joints: ids and limits.
 
 use dimsart_core::{InputLimits, OutputLimits, SafeValue};
 
-/// Up to three drives on a CAN FD bus: an STM32G4's controller keeps as many frames each way.
+/// Up to three drives on a CAN FD bus, limited by an STM32G4's CAN buffers.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Moteus<const JOINTS: usize> {
-    /// Number of the board on the bus, 0 to 126.
+    /// Id of the board on the bus, 0 to 126.
     pub host: u8,
-    /// `id.id` of each joint's drive, 0 to 126: none twice, and none the host's.
+    /// `id.id` of each joint's drive, 0 to 126: unique, and different from the host's.
     pub ids: [u8; JOINTS],
-    /// Time for which a drive holds a torque if no other comes, `s`.
+    /// Time after which a drive without commands stops, `s`.
     pub timeout_s: f32,
-    /// Ticks in a row in which a reply may be missing.
+    /// Maximum number of consecutive ticks without a reply.
     pub missing_ticks: u8,
-    /// Torque that a command may ask for, either way, at the output, `N·m`: what `servo.max_current_A` allows, or less.
+    /// Maximum torque command at the output, `N·m`, either sign: at most what `servo.max_current_A` allows.
     pub most_torque_nm: f32,
-    /// Of the output, either way, `rad/s`.
+    /// Maximum speed of the output, either direction, `rad/s`.
     pub most_speed_rad_per_s: f32,
 }
 
-/// Time in which a torque may rise from nothing to the largest one: no scheme steps a motor.
+/// Rise time from zero to maximum torque.
 const RISE_S: f32 = 0.01;
 
 impl<const JOINTS: usize> Moteus<JOINTS> {
-    /// The same, checked: for a constant, whose mistakes the compiler then tells.
+    /// Checks the values; in a constant, at compile time.
     ///
     /// # Panics
-    /// For more than three joints, an id that no drive can have, or one that is there twice.
+    /// For more than three joints, or an invalid or duplicate id.
     #[must_use]
     pub const fn checked(self) -> Self {
         assert!(JOINTS >= 1 && JOINTS <= 3);
@@ -43,15 +43,14 @@ impl<const JOINTS: usize> Moteus<JOINTS> {
         self
     }
 
-    /// The torques that a scheme may command, `N·m`: not faster than in 10 ms from nothing to all of it; none while no scheme
-    /// commands.
+    /// Returns the limits of torque commands, `N·m`: 10 ms from zero to maximum; safe value 0.
     #[must_use]
     pub const fn limits(&self) -> InputLimits {
         let max = self.most_torque_nm;
         InputLimits { min: -max, max, rate_per_s: max / RISE_S, safe_value: SafeValue::Zero }
     }
 
-    /// What a drive can say of its position: any angle, and no more than one and a half times its speed.
+    /// Returns the limits of position measurements: any angle, and 1.5 times the maximum speed.
     #[must_use]
     pub const fn position_limits(&self) -> OutputLimits {
         OutputLimits { rate_per_s: 1.5 * self.most_speed_rad_per_s, ..OutputLimits::NONE }

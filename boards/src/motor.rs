@@ -1,11 +1,10 @@
-//! From a torque to the voltage of a brushed motor.
+//! Open-loop torque control of a brushed motor.
 //!
 //! current = torque / torque constant; voltage = resistance · current, up to the supply
 //!
-//! That is the motor at rest and without inductance. A turning motor induces `torque constant · speed`
-//! against that voltage and nothing here makes up for it: the shaft feels a viscous friction of
-//! torque constant² / resistance, `N·m·s/rad`, and the torque is right at standstill. A torque that is right
-//! at every speed takes a current controller.
+//! Holds at standstill, without inductance. The back-EMF of a turning motor (`torque constant · speed`) is
+//! not compensated: it acts as viscous friction of torque constant² / resistance, `N·m·s/rad`. Accurate
+//! torque at speed needs a current controller.
 
 use dimsart_core::{InputLimits, OutputLimits, SafeValue};
 
@@ -16,37 +15,37 @@ pub struct Motor {
     pub torque_constant_nm_per_a: f32,
     /// Resistance between the terminals (brushed), or of one phase to the star point (three-phase), `ohm`.
     pub resistance_ohm: f32,
-    /// Current that a command may ask for, `A`, either sign.
+    /// Maximum current command, `A`, either sign.
     pub max_current_a: f32,
-    /// Voltage of the supply, `V`.
+    /// Supply voltage, `V`.
     pub supply_v: f32,
     /// Counts of the encoder per turn, all four edges counted.
     pub counts_per_turn: u16,
-    /// Pairs of poles; 1 for a brushed motor.
+    /// Pole pairs; 1 for a brushed motor.
     pub pole_pairs: u8,
 }
 
-/// Time in which a torque may rise from nothing to the largest one: no scheme steps a motor.
+/// Rise time from zero to maximum torque.
 pub(crate) const RISE_S: f32 = 0.01;
 
 impl Motor {
-    /// The torques that a scheme may command, `N·m`: what the current limit allows, not faster than in 10 ms from
-    /// nothing to all of it; none while no scheme commands.
+    /// Returns the limits of torque commands, `N·m`: from the current limit, with 10 ms from zero to maximum;
+    /// safe value 0.
     #[must_use]
     pub const fn limits(&self) -> InputLimits {
         let max = self.torque_constant_nm_per_a * self.max_current_a;
         InputLimits { min: -max, max, rate_per_s: max / RISE_S, safe_value: SafeValue::Zero }
     }
 
-    /// What its encoder can show: any angle, and no more than one and a half times the speed that the supply can turn it
-    /// with.
+    /// Returns the limits of position measurements: any angle, and 1.5 times the no-load speed at this
+    /// supply.
     #[must_use]
     pub const fn position_limits(&self) -> OutputLimits {
         let speed_rad_per_s = self.supply_v / self.torque_constant_nm_per_a;
         OutputLimits { rate_per_s: 1.5 * speed_rad_per_s, ..OutputLimits::NONE }
     }
 
-    /// The voltage that makes `torque_nm` at standstill as a share of the supply, -1 to 1.
+    /// Returns the voltage for `torque_nm` at standstill as a share of the supply, -1 to 1.
     #[must_use]
     pub fn drive(&self, torque_nm: f32) -> f32 {
         let current_a = torque_nm / self.torque_constant_nm_per_a;
@@ -54,21 +53,21 @@ impl Motor {
     }
 }
 
-/// The torque of a motor after its rotor was aligned: from 0 to the commanded one, not faster than its limits allow. From then on
-/// the safety stage alone limits it.
+/// A torque ramp after the alignment of the rotor: from 0 to the command within the rate limit. After that
+/// only the safety stage limits the torque.
 #[derive(Debug, Clone, Copy, Default)]
 pub struct Ramp {
-    /// Torque of the last tick, until it is the commanded one.
+    /// Torque of the last tick; `None` when the command is reached.
     given_nm: Option<f32>,
 }
 
 impl Ramp {
-    /// Starts from 0.
+    /// Starts at 0.
     pub fn begin(&mut self) {
         self.given_nm = Some(0.0);
     }
 
-    /// The torque in this tick of a motor with these limits.
+    /// Returns the torque of this tick for a motor with these limits.
     pub fn follow(&mut self, commanded_nm: f32, limits: &InputLimits, period_s: f32) -> f32 {
         let Some(last_nm) = self.given_nm else { return commanded_nm };
         let step_nm = limits.rate_per_s * period_s;
@@ -136,11 +135,11 @@ mod tests {
 
     #[test]
     fn a_motor_is_never_faster_than_its_encoder_may_show() {
-        // Without load it turns until it induces what the supply has.
+        // Without load the motor turns until its back-EMF equals the supply.
         let fastest_rad_per_s = MOTOR.supply_v / MOTOR.torque_constant_nm_per_a;
         let limits = MOTOR.position_limits();
         assert!(limits.rate_per_s > 1.4 * fastest_rad_per_s && limits.rate_per_s < 2.0 * fastest_rad_per_s);
-        // Half a turn of the counter of 16 bits is more than that.
+        // Half a turn of the 16-bit counter is more than that.
         let lost_rad = TAU * 32_768.0 / f32::from(MOTOR.counts_per_turn);
         assert!(lost_rad > limits.rate_per_s * 1e-3);
     }

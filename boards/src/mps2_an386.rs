@@ -1,15 +1,14 @@
-//! ARM's MPS2 with a Cortex-M4F (application note 386), as QEMU emulates it: no hardware needed.
+//! ARM's MPS2 with a Cortex-M4F (application note 386), emulated by QEMU.
 //!
-//! The device is whatever the host plays: a host exchanges one [frame](dimsart_link::exchange) per tick over two
-//! pipes named `to-board` and `from-board` in the emulator's working folder. By default the exchange is
-//! also the clock: each frame of the host moves time on by one tick, no asynchronous interrupt happens,
-//! and a run is the same bit by bit and instruction by instruction. With the feature `timer-tick` a
-//! timer's interrupt is the clock, commands come in over UART 0, and without a host the device stands still;
-//! then it measures its own ticks too. Schemes are kept in a file named `flash` in the same folder.
+//! The host simulates the device: it exchanges one [frame](dimsart_link::exchange) per tick over the pipes
+//! `to-board` and `from-board` in the emulator's working folder. By default the exchange is in lockstep: each
+//! frame advances time by one tick, there are no asynchronous interrupts, and runs are reproducible bit by
+//! bit and instruction by instruction. With the feature `timer-tick`, a timer's interrupt is the clock,
+//! commands use UART 0, the device stands still without a host, and the board measures its ticks. Schemes are
+//! stored in the file `flash` in the same folder.
 //!
-//! A firmware that stops tells its host so. With `timer-tick` the board then starts over; a host that is the clock has
-//! nothing more to do with it, and the emulator ends. Run against a clock and not with `-icount`, a machine that is busy
-//! for 10 ms looks to the watchdog like a tick that does not end.
+//! If the firmware stops, it notifies its host. With `timer-tick` the board restarts; in lockstep the
+//! emulator exits. Without `-icount`, a machine that is busy for 10 ms triggers the watchdog.
 
 mod bytes;
 mod clock;
@@ -35,10 +34,10 @@ use embassy_executor::InterruptExecutor;
 use crate::board::{Board, Joints, Parts};
 use crate::catalogue::mps2_an386::TOOLING;
 
-/// The board, with the host behind it.
+/// The board with its host.
 pub struct Mps2An386;
 
-/// Interrupts in use. The executors run in two that no peripheral of the board drives.
+/// Interrupts in use. The executors use two without a peripheral.
 #[derive(Clone, Copy)]
 #[repr(u16)]
 enum Interrupt {
@@ -51,7 +50,7 @@ enum Interrupt {
 
 const INTERRUPTS: usize = 32;
 
-// SAFETY: each number is the interrupt's place in the table below, smaller than INTERRUPTS.
+// SAFETY: each number is the interrupt's index in the table below, less than INTERRUPTS.
 #[expect(unsafe_code, reason = "the numbers are the hardware's")]
 unsafe impl InterruptNumber for Interrupt {
     fn number(self) -> u16 {
@@ -59,7 +58,7 @@ unsafe impl InterruptNumber for Interrupt {
     }
 }
 
-/// Smaller is more urgent.
+/// Lower numbers have higher priority.
 const PRIORITIES: [(Interrupt, u8); 5] = [
     (Interrupt::Timer0, 0x20),
     (Interrupt::Tick, 0x40),
@@ -73,19 +72,19 @@ static BACKGROUND: InterruptExecutor = InterruptExecutor::new();
 
 #[expect(unsafe_code, reason = "an executor polls in its own interrupt")]
 extern "C" fn run_tick() {
-    // SAFETY: called from this executor's interrupt alone, which `start` unmasks.
+    // SAFETY: called only from this executor's interrupt, unmasked by `start`.
     unsafe { TICK.on_interrupt() }
 }
 
 #[expect(unsafe_code, reason = "an executor polls in its own interrupt")]
 extern "C" fn run_background() {
-    // SAFETY: called from this executor's interrupt alone, which `start` unmasks.
+    // SAFETY: called only from this executor's interrupt, unmasked by `start`.
     unsafe { BACKGROUND.on_interrupt() }
 }
 
 #[expect(clippy::panic, reason = "the panic handler brings the device to rest and says so")]
 extern "C" fn unexpected() {
-    panic!("an interrupt came that nobody asked for");
+    panic!("unexpected interrupt");
 }
 
 type Handler = extern "C" fn();
@@ -123,21 +122,21 @@ impl Board for Mps2An386 {
 
     #[expect(clippy::panic, reason = "the panic handler brings the device to rest and says so")]
     fn start() -> Parts<Self> {
-        let Some(mut peripherals) = Peripherals::take() else { panic!("the board was started twice") };
+        let Some(mut peripherals) = Peripherals::take() else { panic!("board started twice") };
         guard_below_stack(&mut peripherals.MPU);
-        // Counts instructions when the emulator runs with `-icount`; the part's own CYCCNT reads 0 there.
+        // Counts instructions if the emulator runs with `-icount`; CYCCNT reads 0 there.
         peripherals.SYST.set_clock_source(SystClkSource::Core);
         peripherals.SYST.set_reload(CYCLE_MASK);
         peripherals.SYST.clear_current();
         peripherals.SYST.enable_counter();
         for (interrupt, priority) in PRIORITIES {
             #[expect(unsafe_code, reason = "priorities decide who may interrupt whom")]
-            // SAFETY: nothing is unmasked yet, and no mask by priority is in use.
+            // SAFETY: all interrupts are masked, and no mask by priority is in use.
             unsafe {
                 peripherals.NVIC.set_priority(interrupt, priority);
             }
         }
-        // First: a host that has been greeted may take its folder away.
+        // First: after the greeting the host may delete its folder.
         let storage = flash::storage();
         let (idle, axes, link_in, link_out) = host::connect();
         let parts = Parts {
@@ -169,8 +168,8 @@ impl Board for Mps2An386 {
     )]
     fn counter() -> Counter {
         const SYST_CVR: usize = 0xE000_E018;
-        // SAFETY: a register of the processor that is always there and is read as a word of memory is; nobody writes to
-        // it once the board has started.
+        // SAFETY: a processor register that always exists and is read as a word of memory; it is not written
+        // after the start.
         Counter::down(unsafe { AtomicU32::from_ptr(with_exposed_provenance_mut(SYST_CVR)) }, CYCLE_BITS)
             .with_counts_per_cycle(COUNTS_PER_CYCLE)
     }
@@ -180,14 +179,14 @@ impl Board for Mps2An386 {
             cortex_m::interrupt::free(|_| {
                 let start = SYST::get_current();
                 #[expect(unsafe_code, reason = "a loop whose instructions are known")]
-                // SAFETY: it changes nothing but its own register and the flags.
+                // SAFETY: changes only its own register and the flags.
                 unsafe {
                     core::arch::asm!("2:", "subs {0}, #1", "bne 2b", inout(reg) turns => _, options(nomem, nostack));
                 }
                 start.wrapping_sub(SYST::get_current()) & CYCLE_MASK
             })
         };
-        // Two instructions per turn.
+        // Two instructions per iteration.
         counts(1024).wrapping_sub(counts(512))
     }
 
@@ -203,7 +202,7 @@ impl Board for Mps2An386 {
         start_cause::take()
     }
 
-    /// The host is told what the actuators are left with.
+    /// Reports the final outputs to the host.
     fn reset() -> ! {
         host::say_stopped();
         if !watchdog::has_expired() {
@@ -216,13 +215,13 @@ impl Board for Mps2An386 {
     }
 }
 
-/// Lets every access below the stack trap: there the emulated board ignores what is written.
+/// Makes every access below the stack trap: the emulated board ignores writes there.
 fn guard_below_stack(mpu: &mut MPU) {
     const BASE_OF_256_MIB: u32 = 0x1000_0000;
     const NO_ACCESS_256_MIB: u32 = 1 << 28 | 27 << 1 | 1;
     const ENABLE_WITH_DEFAULT_MAP: u32 = 0b101;
     #[expect(unsafe_code, reason = "the memory protection unit is memory that only the hardware knows")]
-    // SAFETY: the region ends where RAM begins, and nothing the image uses lies in it.
+    // SAFETY: the region ends where RAM begins, and the image uses nothing in it.
     unsafe {
         mpu.rnr.write(0);
         mpu.rbar.write(BASE_OF_256_MIB);
@@ -234,14 +233,13 @@ fn guard_below_stack(mpu: &mut MPU) {
 }
 
 const CYCLE_BITS: u32 = 24;
-/// Of the emulator's time at 25 MHz, in which an instruction takes 1024 ns: not less than an instruction, which takes a
-/// cycle or more.
+/// Counts of the emulator's 25 MHz clock per cycle. An instruction takes 1024 ns and at least one cycle.
 const COUNTS_PER_CYCLE: u32 = 26;
 const CYCLE_MASK: u32 = (1 << CYCLE_BITS) - 1;
-/// The emulator's exit code in place of a reset: after a panic or a fault, or by the watchdog.
+/// The emulator's exit code instead of a reset: after a panic, an exception or a watchdog timeout.
 const EXIT_RESET: i32 = 101;
 
-/// The device that the host plays.
+/// The device simulated by the host.
 pub struct PlayedJoints;
 
 impl Joints for PlayedJoints {
@@ -257,7 +255,7 @@ impl Joints for PlayedJoints {
     }
 }
 
-/// Words that one side writes and the other reads, never in the middle of a tick.
+/// Words written by one side and read by the other, never during a tick.
 struct SharedWords<const N: usize>([AtomicU32; N]);
 
 impl<const N: usize> SharedWords<N> {
@@ -277,7 +275,7 @@ impl<const N: usize> SharedWords<N> {
         }
     }
 
-    /// Takes the words that bytes hold.
+    /// Decodes words from bytes.
     fn fill_from_bytes(&self, bytes: &[u8]) {
         let (words, _) = bytes.as_chunks::<4>();
         for (shared, word) in self.0.iter().zip(words) {
@@ -285,7 +283,7 @@ impl<const N: usize> SharedWords<N> {
         }
     }
 
-    /// Writes as many words as bytes have room for.
+    /// Encodes as many words as fit.
     fn copy_to_bytes(&self, bytes: &mut [u8]) {
         let (words, _) = bytes.as_chunks_mut::<4>();
         for (word, shared) in words.iter_mut().zip(&self.0) {
@@ -313,18 +311,18 @@ struct Register(usize);
 #[expect(unsafe_code, reason = "registers are memory that only the hardware knows")]
 impl Register {
     fn read(self) -> u32 {
-        // SAFETY: every Register of this board is a word-aligned register of the AN386's memory map.
+        // SAFETY: every Register of this board is a word-aligned register in the AN386's memory map.
         unsafe { read_volatile(with_exposed_provenance(self.0)) }
     }
 
     fn write(self, value: u32) {
-        // SAFETY: as above; writing these registers has no effect on memory that Rust knows of.
+        // SAFETY: as above; writing these registers does not affect memory used by Rust.
         unsafe { write_volatile(with_exposed_provenance_mut(self.0), value) }
     }
 }
 
 #[expect(unsafe_code, reason = "an interrupt is unmasked once what it needs is there")]
 fn unmask(interrupt: Interrupt) {
-    // SAFETY: no critical section is built on masking single interrupts.
+    // SAFETY: no critical section relies on masking single interrupts.
     unsafe { cortex_m::peripheral::NVIC::unmask(interrupt) }
 }

@@ -1,23 +1,22 @@
-//! ST's NUCLEO-G474RE with up to three brushed motors behind drivers of the PWM + direction kind.
+//! ST's NUCLEO-G474RE with up to three brushed motors on PWM + direction drivers.
 //!
-//! Complete, linked, and never yet run on silicon.
+//! Complete and linked, but not yet run on silicon.
 //!
-//! Its pins are in `catalogue/nucleo_g474re.rs`; `cargo xtask book` draws them. Encoders have their pull-ups on. The enable pin of
-//! the drivers needs a pull-down: it floats during a reset. The command line is LPUART 1 at 921 600 baud, the ST-LINK's virtual
-//! serial port. Link 0 is FDCAN 1, CAN FD at 1 and 4 Mbit/s, and needs a transceiver; with feature `uart-link` it is USART 3 at
-//! 921 600 baud. The crystal has 24 MHz.
+//! Pins: `catalogue/nucleo_g474re.rs`, drawn by `cargo xtask book`. Pull-ups of the encoder inputs are on.
+//! The drivers' enable pin needs a pull-down: it floats during reset. The command line is LPUART 1 at 921 600
+//! baud, the ST-LINK's virtual serial port. Link 0 is FDCAN 1 with CAN FD at 1 and 4 Mbit/s and needs a
+//! transceiver; with feature `uart-link` it is USART 3 at 921 600 baud. The crystal has 24 MHz.
 //!
-//! With feature `moteus` the joints are drives of mjbots on FDCAN 1 instead, at 1 and 5 Mbit/s, and the clock is 170 MHz:
-//! `docs/moteus.md`. Link 0 is USART 3 then, and all pins of motors and
-//! encoders are free.
+//! With feature `moteus` the joints are moteus drives on FDCAN 1 at 1 and 5 Mbit/s, and the clock is 170 MHz
+//! (`docs/moteus.md`). Link 0 is then USART 3, and the pins of motors and encoders are free.
 //!
-//! With feature `ihm08m1` the joint is a three-phase motor behind ST's shield X-NUCLEO-IHM08M1 instead: its pins and what it
-//! measures are in `nucleo_g474re/ihm08m1.rs`.
+//! With feature `ihm08m1` the joint is a three-phase motor on ST's shield X-NUCLEO-IHM08M1
+//! (`nucleo_g474re/ihm08m1.rs`).
 //!
-//! The motors' and drives' data are in `catalogue/nucleo_g474re.rs`. Before a motor is powered: `docs/first-start.md` finds an
-//! encoder or a motor that is wired backwards.
+//! Set the data of motors and drives in `catalogue/nucleo_g474re.rs`. Before powering a motor, follow
+//! `docs/first-start.md` to find a reversed encoder or motor.
 //!
-//! An axis with nothing connected stays at 0. Timer 5 is the time driver. The log goes out over RTT.
+//! An unconnected axis stays at 0. Timer 5 is the time driver. The log uses RTT.
 
 #[cfg(not(any(feature = "ihm08m1", feature = "moteus")))]
 mod brushed;
@@ -55,7 +54,7 @@ use crate::stm32g4::uart::{self, UartPort};
 use crate::stm32g4::{self, Sleep};
 
 #[cfg(all(feature = "ihm08m1", feature = "uart-link"))]
-compile_error!("the shield's encoder is on the UART's pins: leave `uart-link` or `ihm08m1` out");
+compile_error!("the shield's encoder uses the UART's pins: disable `uart-link` or `ihm08m1`");
 
 const AXES: usize = if cfg!(feature = "ihm08m1") { 1 } else { TOOLING.axes };
 const CRYSTAL: Hertz = Hertz(24_000_000);
@@ -114,8 +113,8 @@ impl Board for NucleoG474re {
         let (receive, send) = ((chip.PA3, chip.DMA1_CH1), (chip.PA2, chip.DMA1_CH2));
         let (receive, send) = uart::open(chip.LPUART1, receive, send, Interrupts, RING.take());
         let command_port = UartPort { receive, send };
-        // The image lies in the flash's first bank and the schemes in its second: one is read while the other is written,
-        // unless the option bytes make one bank of the two.
+        // The image is in the flash's first bank and the schemes are in the second: one can be read while the
+        // other is written, unless the option bytes select a single bank.
         let stalls_tick = !pac::FLASH.optr().read().dbank();
         let storage = flash::storage(chip.FLASH, Interrupts, stalls_tick);
         #[cfg(not(feature = "uart-link"))]

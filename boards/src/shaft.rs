@@ -1,4 +1,4 @@
-//! Angle, speed and torque of a joint from those of its rotor, whose angle wraps at every turn.
+//! Converts angle, speed and torque between a joint and its rotor, over multiple turns.
 //!
 //! q = zero + rotor / ratio; torque of the rotor = torque of the joint / ratio
 
@@ -6,27 +6,27 @@ use core::f32::consts::TAU;
 
 use drive::Joint;
 
-/// Parts of a turn.
+/// Angle units per turn.
 const TURN: f32 = 4_294_967_296.0;
 
-/// Follows a rotor.
+/// Tracks a rotor.
 #[derive(Debug, Clone)]
 pub struct Shaft {
     joint: Joint,
     last: Option<u32>,
-    /// From the encoder's zero, in 2³² of a turn.
+    /// Angle from the encoder's zero, in 2⁻³² of a turn.
     turned: i64,
 }
 
 impl Shaft {
-    /// Of a joint. An encoder that is not absolute is at its zero where it is first seen; an absolute one within half a turn of
-    /// it.
+    /// Creates a shaft for a joint. An incremental encoder starts at 0; an absolute one within half a turn of
+    /// its zero.
     #[must_use]
     pub fn new(joint: Joint, is_absolute: bool) -> Self {
         Self { joint, last: is_absolute.then_some(0), turned: 0 }
     }
 
-    /// Takes in where the rotor is: share of a turn, which is 2³². Right as long as it makes less than half a turn between two
+    /// Updates the rotor angle in 2⁻³² of a turn. The rotor must turn less than half a turn between two
     /// calls.
     pub fn update(&mut self, angle: u32) {
         let last = *self.last.get_or_insert(angle);
@@ -34,19 +34,19 @@ impl Shaft {
         self.last = Some(angle);
     }
 
-    /// Of the joint, `rad`; not wrapped at a turn.
+    /// Returns the joint angle, `rad`, over multiple turns.
     #[must_use]
     pub fn angle_rad(&self) -> f32 {
         self.turned as f32 * (TAU / TURN / self.joint.gear_ratio) + self.joint.zero_rad
     }
 
-    /// Of the joint, `rad/s`, when the rotor turns with this speed.
+    /// Returns the joint speed, `rad/s`, for a rotor speed.
     #[must_use]
     pub fn speed_rad_per_s(&self, rotor_rad_per_s: f32) -> f32 {
         rotor_rad_per_s / self.joint.gear_ratio
     }
 
-    /// Of the rotor, `N m`, that makes this one of the joint, as if nothing were lost between them.
+    /// Returns the rotor torque, `N m`, for a joint torque without losses.
     #[must_use]
     pub fn rotor_nm(&self, joint_nm: f32) -> f32 {
         joint_nm / self.joint.gear_ratio
@@ -90,7 +90,7 @@ mod tests {
             let turned_rad = shaft.angle_rad() - 0.5;
             assert!((turned_rad - 25.0 * TAU / gear_ratio).abs() < 1e-5, "{turned_rad}");
             assert!((shaft.speed_rad_per_s(100.0) - 100.0 / gear_ratio).abs() < 1e-6);
-            // What goes in comes out.
+            // Power is conserved.
             let (rotor_nm, joint_rad_per_s) = (shaft.rotor_nm(3.0), shaft.speed_rad_per_s(100.0));
             assert!((rotor_nm * 100.0 - 3.0 * joint_rad_per_s).abs() < 1e-4);
         }

@@ -1,10 +1,11 @@
-//! What boards with an STM32G4 have in common: clock, executors, watchdog, cycle counter, command line.
+//! Common code of the STM32G4 boards: clock, executors, watchdog, cycle counter, command line.
 //!
-//! 168 MHz (with feature `moteus` 170) from the board's crystal, by [`clock_switch`]: an RC oscillator is too inaccurate for CAN. A board whose
-//! crystal does not swing keeps its outputs off, says so in its log and starts over, again and again.
+//! The clock is 168 MHz (170 with feature `moteus`) from the board's crystal, set by [`clock_switch`]: an RC
+//! oscillator is too inaccurate for CAN. If the crystal does not start, the board keeps its outputs off, logs
+//! the error and restarts repeatedly.
 //!
-//! A debugger that halts the processor stops timer 1 too, which switches its outputs off, and then the watchdog.
-//! Going on, the board powers its motors as before.
+//! A debugger that halts the processor also stops timer 1, which turns off its outputs, and the watchdog.
+//! When the processor continues, the board powers its motors again.
 
 #[cfg(feature = "three-phase")]
 pub(crate) mod bridge;
@@ -39,7 +40,7 @@ pub(crate) mod uart;
 pub(crate) mod uart_link;
 
 #[cfg(all(feature = "auth", feature = "classic-can"))]
-compile_error!("packets over classic CAN have no tags on a board: leave `auth` or `classic-can` out");
+compile_error!("boards do not support authentication on classic CAN: disable `auth` or `classic-can`");
 
 use core::ptr::with_exposed_provenance_mut;
 use core::sync::atomic::AtomicU32;
@@ -64,29 +65,28 @@ use self::uart::UartPort;
 use crate::board::{Axes, Board, Idle, Parts, Storage};
 use crate::clock_switch;
 
-/// Looks at a crystal that does not swing yet, a few cycles of 16 MHz each: more than 0.2 s in all, and no crystal
-/// takes longer than 20 ms.
+/// Polls of the crystal, a few cycles of 16 MHz each: more than 0.2 s in total; a crystal starts within 20
+/// ms.
 const CRYSTAL_PATIENCE: u32 = 1_000_000;
-/// Time the watchdog waits from one feed to the next, `us`; and where erasing a page of flash, which takes up to 25 ms,
-/// holds up the tick.
+/// Watchdog timeout, `us`; longer if erasing a flash page (up to 25 ms) stalls the tick.
 const WATCHDOG_US: u32 = 10_000;
 const PATIENT_WATCHDOG_US: u32 = 50_000;
 
-/// Executors run in two interrupts whose peripherals no board uses.
+/// The executors run in the interrupts of two unused peripherals.
 static TICK: InterruptExecutor = InterruptExecutor::new();
 static BACKGROUND: InterruptExecutor = InterruptExecutor::new();
 
-/// Smaller is more urgent; the most urgent one of all is the current loop's alone: see `critical_section`.
+/// Lower numbers have higher priority; the highest is reserved for the current loop (see `critical_section`).
 const TIME_PRIORITY: Priority = Priority::P1;
 const TICK_PRIORITY: Priority = Priority::P2;
-/// Of the UARTs, their DMA and the CAN controller: their load must not reach the tick.
+/// Priority of UARTs, their DMA and CAN: below the tick.
 const LINE_PRIORITY: Priority = Priority::P4;
 const BACKGROUND_PRIORITY: Priority = Priority::P6;
 
 #[interrupt]
 fn CORDIC() {
     #[expect(unsafe_code, reason = "an executor polls in its own interrupt")]
-    // SAFETY: this executor's interrupt, which its start unmasks.
+    // SAFETY: this executor's interrupt, unmasked by its start.
     unsafe {
         TICK.on_interrupt();
     }
@@ -95,31 +95,31 @@ fn CORDIC() {
 #[interrupt]
 fn FMAC() {
     #[expect(unsafe_code, reason = "an executor polls in its own interrupt")]
-    // SAFETY: this executor's interrupt, which its start unmasks.
+    // SAFETY: this executor's interrupt, unmasked by its start.
     unsafe {
         BACKGROUND.on_interrupt();
     }
 }
 
-/// Starts the chip, once: [`CLOCK_HZ`](crate::CLOCK_HZ) from a crystal of `crystal`, and the counter of the processor's
-/// cycles.
+/// Starts the chip at [`CLOCK_HZ`](crate::CLOCK_HZ) from a crystal of `crystal`, and the cycle counter. Call
+/// once.
 pub(crate) fn start(crystal: Hertz) -> Peripherals {
-    let Some(mut core) = cortex_m::Peripherals::take() else { defmt::panic!("the board was started twice") };
+    let Some(mut core) = cortex_m::Peripherals::take() else { defmt::panic!("board started twice") };
     guard_stack(&core.MPU);
-    // Until each has its own, none is as urgent as the current loop: all of them would be.
+    // Lowers all interrupts below the current loop's priority, the default after reset.
     for interrupt in 0..core.NVIC.ipr.len() {
         #[expect(unsafe_code, reason = "a priority that changes in a critical section would break it")]
-        // SAFETY: there is none, and all interrupts are still masked.
+        // SAFETY: no critical section is active, and all interrupts are masked.
         unsafe {
             if let Some(priority) = core.NVIC.ipr.get(interrupt) {
                 priority.write(TIME_PRIORITY.into());
             }
         }
     }
-    // Before the library waits for it, which it does for ever.
+    // Checked here, because the library waits forever.
     RCC.cr().modify(|clocks| clocks.set_hseon(true));
     if !(0..CRYSTAL_PATIENCE).any(|_| RCC.cr().read().hserdy()) {
-        defmt::panic!("the board's crystal does not swing");
+        defmt::panic!("crystal does not start");
     }
     let chip = embassy_stm32::init(config());
     clock_switch::switch(&mut clock::Chip, crystal.0, crate::CLOCK_HZ);
@@ -131,18 +131,18 @@ pub(crate) fn start(crystal: Hertz) -> Peripherals {
     chip
 }
 
-/// Whoever gets at the 32 KiB below the SRAM, which begins with the stack, is stopped there and then (ARMv7-M, B3.5): no RAM is
-/// lost for it, and the program has nothing there.
+/// Protects the 32 KiB below the SRAM, where the stack would overflow to, by the MPU (ARMv7-M, B3.5). Costs
+/// no RAM.
 fn guard_stack(protection: &MPU) {
     const BELOW: u32 = 0x1FFF_8000;
     const IS_REGION_0: u32 = 1 << 4;
     const NO_CODE: u32 = 1 << 28;
-    /// 2^(14 + 1) bytes. Without more, they are nobody's.
+    /// 2^(14 + 1) bytes, without access.
     const SIZE: u32 = 14 << 1;
     const ALL_ELSE_AS_BEFORE: u32 = 1 << 2;
     const ENABLED: u32 = 1;
     #[expect(unsafe_code, reason = "the processor's own memory protection")]
-    // SAFETY: nothing that the program reads or writes is in this region; all else stays as it is.
+    // SAFETY: the program uses nothing in this region; the default map applies elsewhere.
     unsafe {
         protection.rbar.write(BELOW | IS_REGION_0);
         protection.rasr.write(NO_CODE | SIZE | ENABLED);
@@ -152,8 +152,8 @@ fn guard_stack(protection: &MPU) {
     cortex_m::asm::isb();
 }
 
-/// The library is told of the clock that [`clock_switch`] makes behind it: what it sets up divides that frequency. It
-/// switches to the crystal itself, takes this frequency for the crystal's, and leaves the PLL alone.
+/// The library is told the frequency set by [`clock_switch`], because it computes dividers from it. It
+/// switches to the crystal, treats this frequency as the crystal's, and leaves the PLL off.
 fn config() -> Config {
     let mut config = Config::default();
     config.rcc.hse = Some(Hse { freq: Hertz(crate::CLOCK_HZ), mode: HseMode::Oscillator });
@@ -163,14 +163,14 @@ fn config() -> Config {
     config
 }
 
-/// What a board measures, its own ticks last.
+/// The board's measurements, the timing of its ticks last.
 #[cfg(not(any(feature = "three-phase", feature = "moteus")))]
 pub(crate) const OUTPUTS: &[&DataType] = &{
     let [cycles, mean, max, late, overruns, period] = types::TIMING;
     [types::POSITION, types::CAN_REJOINS, cycles, mean, max, late, overruns, period]
 };
 
-/// Fills in what a board measures beside its axes' angles.
+/// Fills in the measurements other than the axes' angles.
 pub(crate) fn measure(rest: Option<&mut [Word]>) {
     if let Some([rejoins, ..]) = rest {
         *rejoins = Word(rejoins_of_can());
@@ -186,9 +186,9 @@ fn rejoins_of_can() -> u32 {
     0
 }
 
-/// The parts of a board whose axes turn and measure their angle. Last of all that is started: the watchdog
-/// runs from here on, on its own oscillator, and only a reset stops it. Until it is first fed, it waits for 512 ms, the time of
-/// its reset values (RM0440, 42.3.2), also where an option byte has started it: the rest of the start may erase flash.
+/// Returns the parts of a board with rotary axes. Call last: it starts the watchdog, which only a reset
+/// stops. Until the first feed its timeout is 512 ms, the reset value (RM0440, 42.3.2), also if an option
+/// byte started it, because the rest of the start may erase flash.
 pub(crate) fn parts<B>(
     axes: Axes,
     joints: B::Joints,
@@ -220,12 +220,12 @@ pub(crate) fn feed_watchdog() {
 #[expect(unsafe_code, reason = "the processor counts in it by itself, which nobody but an atomic can show")]
 pub(crate) fn counter() -> Counter {
     const CYCCNT: usize = 0xE000_1004;
-    // SAFETY: a register of the processor that is always there and is read as a word of memory is; nobody writes to it.
+    // SAFETY: a processor register that always exists and is read as a word of memory; it is never written.
     Counter::up(unsafe { AtomicU32::from_ptr(with_exposed_provenance_mut(CYCCNT)) })
 }
 
-/// From the flags of `RCC_CSR` (RM0440, 7.4.28), which it clears. Every reset inside the chip pulls the reset pin, too: the
-/// pin's flag alone says that it came from outside.
+/// Reads and clears the flags of `RCC_CSR` (RM0440, 7.4.28). Every internal reset also sets the reset pin's
+/// flag: the pin was the cause only if no other flag is set.
 pub(crate) fn start_cause() -> StartCause {
     let flags = RCC.csr().read();
     RCC.csr().modify(|flags| flags.set_rmvf(true));
@@ -246,7 +246,7 @@ pub(crate) fn reset() -> ! {
     SCB::sys_reset()
 }
 
-/// The processor sleeps until the next interrupt.
+/// Sleeps until the next interrupt.
 pub struct Sleep;
 
 impl Idle for Sleep {

@@ -1,4 +1,4 @@
-//! What a board with a three-phase motor makes of the configuration that it keeps, without registers.
+//! Configuration of boards with a three-phase motor, without registers.
 
 use dimsart_core::{InputLimits, OutputLimits, SafeValue};
 use dimsart_link::protocol::{MotorFallback, MotorReport, MotorWords};
@@ -6,13 +6,13 @@ use drive::{Checked, Configuration, Encoder};
 
 use crate::motor::RISE_S;
 
-/// Of the fastest that the rotor may turn, what the encoder may show: beyond, a measurement is wrong.
+/// Limit of measured speed relative to the rotor's speed limit; above it, a measurement is invalid.
 const SHOWN_SPEED: f32 = 1.5;
 
-/// The configuration that words say, on a board that has `image`'s inverter and `reads` some encoders.
+/// Decodes a configuration on a board with `image`'s inverter and encoders accepted by `reads`.
 ///
 /// # Errors
-/// Why it is none that this board takes.
+/// The reason if this board cannot use it.
 #[inline(never)]
 pub fn read(
     layout: u16,
@@ -28,7 +28,8 @@ pub fn read(
     Configuration { inverter: image.inverter, ..told }.checked().map_err(|_| MotorFallback::Value)
 }
 
-/// What the motor is run by: what is kept as far as it can be, or the image's. The report says then which, and why.
+/// Returns the stored configuration if valid, or the image's. The report contains the active one and the
+/// reason.
 pub fn take(report: &mut MotorReport, image: &Checked, reads: fn(Encoder) -> bool) -> Checked {
     let mut runs_by = *image;
     if report.is_kept {
@@ -42,8 +43,8 @@ pub fn take(report: &mut MotorReport, image: &Checked, reads: fn(Encoder) -> boo
     runs_by
 }
 
-/// The torques that a scheme may command, `N m` of the joint: what the limit of the current allows, not faster than in 10 ms from
-/// nothing to all of it; none while no scheme commands.
+/// Returns the limits of torque commands, `N m` of the joint: from the current limit, with 10 ms from zero to
+/// maximum; safe value 0.
 #[must_use]
 pub const fn torque_limits(told: &Configuration) -> InputLimits {
     let Configuration { motor, joint, limits, .. } = told;
@@ -51,7 +52,7 @@ pub const fn torque_limits(told: &Configuration) -> InputLimits {
     InputLimits { min: -max, max, rate_per_s: max / RISE_S, safe_value: SafeValue::Zero }
 }
 
-/// What the joint's angle can show: any, and no more than one and a half times the speed that turns the bridge off.
+/// Returns the limits of the joint angle: any angle, and 1.5 times the speed at which the bridge turns off.
 #[must_use]
 pub const fn position_limits(told: &Configuration) -> OutputLimits {
     let speed_rad_per_s = told.limits.speed_rad_per_s / told.joint.gear_ratio.abs();

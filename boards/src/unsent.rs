@@ -1,24 +1,25 @@
-//! Which frames that wait in a CAN controller are given up for newer ones.
+//! When to drop pending frames of a CAN controller for newer ones.
 //!
-//! A controller sends a frame again until somebody acknowledges it. While nobody is there, what waits grows old, and
-//! who comes back would be told that first. So a packet that is to be sent has what waits taken away, unless frames
-//! do leave: a busy bus is slow, and a packet of several frames that is cut would then never come whole.
+//! A controller repeats a frame until a node acknowledges it. Without other nodes, pending frames become
+//! outdated and would be delivered first to a returning node. Before a new packet, pending frames are
+//! therefore cancelled, unless frames have left: on a busy bus, a packet of several frames would otherwise
+//! never be completed.
 
-/// Counts the frames in a controller's FIFO; looks at no controller.
+/// Counts the frames in a controller's FIFO, without access to the controller.
 #[derive(Debug, Default, Clone)]
 pub struct Unsent {
-    /// That would wait now if none had left since the last packet began.
+    /// Frames that would be pending if none had left since the start of the last packet.
     given: u32,
 }
 
 impl Unsent {
-    /// A controller in which nothing waits.
+    /// Creates an empty counter.
     #[must_use]
     pub const fn new() -> Self {
         Self { given: 0 }
     }
 
-    /// A packet is to be sent while `waiting` frames wait; true when they are to be taken away before.
+    /// Starts a packet while `waiting` frames are pending; returns whether to cancel them first.
     #[must_use]
     pub fn is_stuck(&mut self, waiting: u32) -> bool {
         let is_stuck = waiting != 0 && waiting >= self.given;
@@ -26,7 +27,7 @@ impl Unsent {
         is_stuck
     }
 
-    /// Takes note of a frame given to the controller.
+    /// Counts a frame given to the controller.
     pub fn add(&mut self) {
         self.given = self.given.saturating_add(1);
     }
@@ -39,19 +40,19 @@ mod tests {
 
     use super::*;
 
-    /// Frames that the controller has room for.
+    /// Frames buffered by the controller.
     const ROOM: usize = 3;
-    /// Time slots from one packet to the next one.
+    /// Time slots per packet.
     const PERIOD: usize = 10;
 
-    /// Packets of `frames` frames each, one per [`PERIOD`], sent as the boards do: a frame waits for room for a whole
-    /// period, then what waits is taken away. In every slot the bus takes a frame if `is_free`. Gives the frames that
-    /// left: slot, packet and place in it.
+    /// Sends packets of `frames` frames, one per [`PERIOD`], like the boards: a frame waits for room for a
+    /// whole period, then pending frames are cancelled. In every slot the bus takes a frame if `is_free`.
+    /// Returns slot, packet and index of each sent frame.
     fn send(frames: usize, packets: usize, is_free: impl Fn(usize) -> bool) -> Vec<(usize, usize, usize)> {
         let (mut unsent, mut fifo, mut left) = (Unsent::new(), VecDeque::new(), Vec::new());
         let (mut to_send, mut queue, mut patience) = (VecDeque::new(), VecDeque::new(), PERIOD);
         for slot in 0..PERIOD * packets {
-            // What finds two waiting is dropped.
+            // Dropped if two are queued.
             if slot % PERIOD == 0 && queue.len() < 2 {
                 queue.push_back(slot / PERIOD);
             }
@@ -93,7 +94,7 @@ mod tests {
                 let whole = left.iter().filter(|(_, _, place)| *place == frames - 1);
                 let ages: Vec<usize> = whole.map(|(slot, packet, _)| slot - PERIOD * packet).collect();
                 assert!(ages.len() > 40, "{frames} frames: {ages:?}");
-                // A packet waits for the one before it to be given up, and for the bus.
+                // A packet waits for the cancellation of the previous one, and for the bus.
                 assert!(ages.iter().all(|age| *age < 3 * PERIOD), "{frames} frames: {ages:?}");
                 let (slot, first, _) = left[0];
                 assert!(slot - PERIOD * first < 3 * PERIOD, "{frames} frames, back at {back}: {left:?}");
@@ -109,7 +110,7 @@ mod tests {
 
     #[test]
     fn a_slow_bus_cuts_no_packet() {
-        // Of ten slots four are free: a packet of six frames never gets through in its period.
+        // Four of ten slots are free: a packet of six frames never completes within its period.
         for (frames, expected) in [(3, 95), (4, 95), (5, 75), (6, 60)] {
             let left = send(frames, 100, |slot| slot % 5 < 2);
             let whole = left.iter().filter(|(_, _, place)| *place == frames - 1).count();

@@ -2,8 +2,8 @@
 //! `counted_decode`.
 //!
 //! `CARRIER PROTECTION PACKETS`, with carrier `datagram`, `uart`, `can_fd` or `can` and protection `crc` or `auth`.
-//! Prints the bytes of the packet's words and those that its carrier takes for them.
-#![expect(clippy::expect_used, reason = "a program that measures: what fails ends it")]
+//! Prints the bytes of the packet's words and the bytes on the carrier.
+#![expect(clippy::expect_used, reason = "a benchmark: errors end it")]
 
 use dimsart_core::Packet;
 use dimsart_core::envelope::MAX_CONTENT_BYTES;
@@ -16,7 +16,7 @@ const WORDS: usize = 9;
 const CHANNEL: u16 = 17;
 const KEY: [u8; 16] = *b"a key to measure";
 
-/// One end of each kind; frames are one behind the other.
+/// One end of each kind; frames are concatenated.
 struct Ends {
     carrier: String,
     auth: Option<(Sealer, Opener)>,
@@ -37,7 +37,7 @@ fn main() {
         can: can::Assembler::new(),
     };
     let mut wire = Vec::with_capacity(MAX_FRAME_BYTES);
-    // Of any bits, as a wave and counters that turn round have.
+    // Arbitrary bits, like waves and wrapping counters.
     let mut word = 1_u32;
     for number in 1..=packets.parse::<u16>().expect("a whole number up to 65535") {
         let words = (0..WORDS).map(|_| {
@@ -59,7 +59,7 @@ fn main() {
     println!("{} {}", 4 * WORDS, wire.len());
 }
 
-/// A sealer and an opener that have found together.
+/// An associated sealer and opener.
 fn introduced() -> (Sealer, Opener) {
     let (key, line) = (Key::new(&KEY), Line::Link(0));
     let mut sealer = Sealer::new(&key, line, Profile::Full, CHANNEL, 1);
@@ -102,12 +102,12 @@ fn counted_decode(ends: &mut Ends, wire: &[u8]) -> Option<Packet> {
     match carrier.as_str() {
         "uart" => {
             let (last, others) = wire.split_last()?;
-            others.iter().for_each(|byte| assert!(stream.take(*byte).is_none(), "a frame too early"));
+            others.iter().for_each(|byte| assert!(stream.take(*byte).is_none(), "an early frame"));
             opened(auth, stream.take(*last)?)
         }
         "can_fd" => opened(auth, can_fd::unpack(wire)?),
         "can" => {
-            // Three frames have two bytes of the header.
+            // Three frames have two bytes of the header each.
             let (heads, others) = wire.split_at_checked(3 * can::MAX_DATA_BYTES)?;
             let mut packet = None;
             for frame in heads.chunks(can::MAX_DATA_BYTES).chain(others.chunks(can::MAX_DATA_BYTES - 2)) {

@@ -1,4 +1,4 @@
-//! A control law on a bench: one axis, 1 kHz, plain numbers in and out, to try a module out in a few lines.
+//! Test bench for a control law: one axis, 1 kHz, plain numbers in and out.
 
 use crate::data_base::StorageError;
 use crate::device::DeviceDescriptor;
@@ -11,7 +11,7 @@ use crate::rows::{self, SchemeError};
 use crate::safety::Tick;
 use crate::signal::{AxisKind, DataType, Word};
 
-/// A controller for a device of one linear axis that measures what a test says.
+/// A controller for a device with one linear axis, whose measurements the test sets.
 ///
 /// ```
 /// use dimsart_core::{Bench, types};
@@ -31,24 +31,25 @@ pub struct Bench {
     dimsart: Dimsart,
 }
 
-/// Why a bench was not set up.
+/// Reason why a bench was not created.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum BenchError {
-    /// No device can measure these types.
+    /// The device cannot have these types.
     Device(DescriptorError),
-    /// There is no room for what it measures.
+    /// The Data Base has no room for the measurements.
     Memory(StorageError),
-    /// The first row of the scheme that was not taken.
+    /// The first row of the scheme that was refused.
     Scheme(SchemeError<'static>),
-    /// Every row was taken, and the scheme does not run: it has no `MATCHING_CHECK`, or does not match.
+    /// The scheme does not run: it has no `MATCHING_CHECK`, or does not match.
     DoesNotRun,
 }
 
 impl Bench {
-    /// Time between two ticks, `s`.
+    /// Sample period, `s`.
     pub const PERIOD_S: f32 = 1e-3;
 
-    /// A controller with these kinds of modules and a scheme for `all`, whose device measures these types, one value of each.
+    /// Creates a controller with these module kinds and a scheme whose rows are for `all`. Its device
+    /// measures one value of each of the types.
     ///
     /// # Errors
     /// [`BenchError`].
@@ -71,8 +72,8 @@ impl Bench {
         }
     }
 
-    /// Runs a tick and gives the first value of a signal, `NAME` or `NAME.2`; none where the tick did not run or nothing has
-    /// that name.
+    /// Runs a tick and returns the first value of a signal, `NAME` or `NAME.2`; none if the tick did not run
+    /// or the signal does not exist.
     pub fn tick(&mut self, measured: &[f32], signal: &str) -> Option<f32> {
         let mut words = [Word::default(); MAX_DOF];
         words.iter_mut().zip(measured).for_each(|(word, value)| *word = Word::from(*value));
@@ -84,7 +85,7 @@ impl Bench {
         engine.data_base().words(slot).first().map(|word| f32::from_bits(*word))
     }
 
-    /// The controller, for what a test wants to look at.
+    /// Returns the controller.
     #[must_use]
     pub fn dimsart(&self) -> &Dimsart {
         &self.dimsart

@@ -1,9 +1,9 @@
-//! Two engines that work together, each at its own rate and priority.
+//! Coupling of two engines that run at different rates and priorities.
 //!
-//! Each is a [`Dimsart`](crate::Dimsart) of its own, with a device, a scheme and a safety stage. What one of them gets
-//! from the other one is among its device's outputs, as what sensors measure is; what a slower one, such as a trajectory
-//! planner or the coordinator of an arm, commands is among its device's inputs. So the check of each scheme sees all there
-//! is to see, and what crosses has been through the slower one's limits.
+//! Each engine is a [`Dimsart`](crate::Dimsart) with its own device, scheme and safety stage. Data from the
+//! other engine are outputs of its device, like sensor values; the commands of a slower engine, such as a
+//! trajectory planner, are inputs of its device. So the matching check of each scheme covers the coupling,
+//! and commands pass the limits of the slower engine.
 //!
 //! ```text
 //! sensors ─▶ fast: frame ─▶ modules ─▶ safety stage ─▶ actuators
@@ -11,12 +11,12 @@
 //!              │ Coupling     ▼ Coupling
 //!            safety stage ◀─ modules ◀─ frame :slow
 //! ```
-//! Neither waits for the other one: the faster can interrupt the slower at any instruction. One that gets nothing new for
-//! too long has [late commands](Coupling::are_late): its device gets its safe value.
+//! Neither engine waits for the other: the faster one can interrupt the slower one at any instruction. If new
+//! data are missing for too long, [commands are late](Coupling::are_late) and the device gets its safe value.
 
 mod snapshot;
 
-/// What [`snapshot`] is made of; where it is checked there are others.
+/// The atomics of [`snapshot`]; `tests/snapshot_orders.rs` replaces them.
 mod atomic {
     pub(super) use core::sync::atomic::{AtomicU8, AtomicU32, Ordering};
 }
@@ -26,11 +26,11 @@ pub use snapshot::{Snapshot, SnapshotReader, SnapshotWriter};
 
 use crate::signal::Word;
 
-/// Ticks without anything new after which commands are late, unless told otherwise.
+/// Default timeout: ticks without new data after which commands are late.
 pub const TIMEOUT_TICKS: u32 = 20;
 
 impl<const N: usize> Snapshot<N> {
-    /// Without anything written yet.
+    /// Creates an empty snapshot.
     #[must_use]
     pub const fn new() -> Self {
         Self::of([const { [const { AtomicU32::new(0) }; N] }; 3], AtomicU8::new(0))
@@ -43,14 +43,14 @@ impl<const N: usize> Default for Snapshot<N> {
     }
 }
 
-/// One engine's end of what crosses.
+/// One engine's end of a coupling.
 ///
 /// ```
 /// use dimsart_core::{AxisKind, Coupling, DeviceDescriptor, Dimsart, ProvidedMemory, Snapshot, Word, types};
 /// use dimsart_modules::ALL;
 ///
 /// # fn main() -> Result<(), Box<dyn std::error::Error>> {
-/// // The joint gets DES_POSITION beside what its encoder measures; the planner gets POSITION and commands DES_POSITION.
+/// // The joint gets DES_POSITION in addition to its own POSITION; the planner gets POSITION and commands DES_POSITION.
 /// let axes = [AxisKind::Rotary];
 /// let joint = DeviceDescriptor::new("joint", &axes, 0.001, &[types::POSITION, types::DES_POSITION], &[types::DES_FORCE])?;
 /// let planner = DeviceDescriptor::new("planner", &axes, 0.01, &[types::POSITION], &[types::DES_POSITION])?;
@@ -65,7 +65,7 @@ impl<const N: usize> Default for Snapshot<N> {
 /// joint.tick(&measured, &mut force);
 /// of_joint.show(joint.signals(&[types::POSITION.first()]));
 ///
-/// // In the slow one, below it:
+/// // In the slow interrupt of lower priority:
 /// let (mut measured, mut commanded) = ([Word(0)], [Word(0)]);
 /// of_planner.get(&mut measured);
 /// planner.hold_back(of_planner.are_late());
@@ -76,18 +76,18 @@ impl<const N: usize> Default for Snapshot<N> {
 /// # }
 /// ```
 ///
-/// It shows the other one `SHOWS` words at most, and gets `GETS` words at most.
+/// It sends at most `SHOWS` words and receives at most `GETS` words.
 #[derive(Debug)]
 pub struct Coupling<'a, const SHOWS: usize, const GETS: usize> {
     shows: SnapshotWriter<'a, SHOWS>,
     gets: SnapshotReader<'a, GETS>,
-    /// Since something new came; none before anything did.
+    /// Ticks since new data; none before the first data.
     silent_ticks: Option<u32>,
     timeout_ticks: u32,
 }
 
 impl<'a, const SHOWS: usize, const GETS: usize> Coupling<'a, SHOWS, GETS> {
-    /// One engine's end and the other one's, over what lies between them. Commands are late after [`TIMEOUT_TICKS`].
+    /// Creates the two ends of a coupling over two snapshots. The timeout is [`TIMEOUT_TICKS`].
     #[must_use]
     pub fn pair(
         there: &'a mut Snapshot<SHOWS>,
@@ -101,14 +101,14 @@ impl<'a, const SHOWS: usize, const GETS: usize> Coupling<'a, SHOWS, GETS> {
         Self { shows, gets, silent_ticks: None, timeout_ticks: TIMEOUT_TICKS }
     }
 
-    /// Ticks, of this engine, without anything new after which commands are late; at least 1.
+    /// Sets the timeout in ticks of this engine, at least 1.
     #[must_use]
     pub fn with_timeout_ticks(self, timeout_ticks: u32) -> Self {
         Self { timeout_ticks: timeout_ticks.max(1), ..self }
     }
 
-    /// Before a tick, once: puts what the other one showed last into these words of what is measured. They stay as they
-    /// are while nothing has come yet.
+    /// Call once before each tick: copies the peer's latest data into these measured words. They stay
+    /// unchanged before the first data.
     pub fn get(&mut self, measured: &mut [Word]) {
         self.silent_ticks = match self.gets.update() {
             true => Some(0),
@@ -121,14 +121,14 @@ impl<'a, const SHOWS: usize, const GETS: usize> Coupling<'a, SHOWS, GETS> {
         }
     }
 
-    /// Whether nothing new has come for too many ticks, or nothing at all yet: for
+    /// Returns whether new data are missing for too long, or none have arrived yet; pass it to
     /// [`Dimsart::hold_back`](crate::Dimsart::hold_back).
     #[must_use]
     pub fn are_late(&self) -> bool {
         self.silent_ticks.is_none_or(|ticks| ticks >= self.timeout_ticks)
     }
 
-    /// After a tick: shows the other one these words.
+    /// Call after each tick: sends these words to the peer.
     pub fn show(&mut self, words: impl IntoIterator<Item = Word>) {
         self.shows.write(words.into_iter().map(|word| word.0));
     }

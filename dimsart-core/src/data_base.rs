@@ -1,4 +1,4 @@
-//! The Data Base: every signal of a scheme, in statically sized slots.
+//! Data Base: all signals of a scheme, in slots of a fixed number.
 
 pub(crate) mod checked_words;
 pub(crate) mod data;
@@ -20,19 +20,19 @@ use crate::online::Programs;
 use crate::packet::LinkPort;
 use crate::signal::{DataType, TypeRef};
 
-/// A signal that is in the Data Base now.
+/// A signal in the Data Base.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Entry {
-    /// Which signal.
+    /// The signal.
     pub signal: TypeRef,
-    /// What it is.
+    /// Its type.
     pub data_type: &'static DataType,
 }
 
-/// Signals, modules' memories and link mailboxes, in [provided](crate::ControllerMemory) words and slots.
+/// Signals, module memories and link mailboxes, in [provided](crate::ControllerMemory) words and slots.
 ///
-/// Memory is taken and given back only when a module comes, goes, or is plugged in or out. A signal is there as long
-/// as somebody reads or writes it.
+/// Memory is allocated and freed only when a module is created, deleted, plugged in or unplugged. A signal
+/// exists as long as a port uses it.
 #[derive(Debug)]
 pub struct DataBase {
     entries: &'static mut [Option<Entry>],
@@ -53,7 +53,7 @@ impl DataBase {
         Self { entries, links, programs, revision: 0, is_limited: false, storage }
     }
 
-    /// Takes everything back that anybody holds.
+    /// Frees all slots.
     pub(crate) fn clear(&mut self) {
         self.storage.clear();
         self.entries.fill(None);
@@ -61,26 +61,26 @@ impl DataBase {
         self.revision = self.revision.wrapping_add(1);
     }
 
-    /// Is as new: no programs, no changes so far.
+    /// Resets programs and revision.
     pub(crate) fn forget(&mut self) {
         self.programs.clear();
         self.revision = 0;
         self.is_limited = false;
     }
 
-    /// Every signal, with its slot.
+    /// Returns every signal with its slot.
     pub fn signals(&self) -> impl Iterator<Item = (u8, Entry)> + Clone + '_ {
         (0..).zip(self.entries.iter()).filter_map(|(slot, entry)| entry.map(|entry| (slot, entry)))
     }
 
-    /// Slot of a signal, if it is there.
+    /// Returns the slot of a signal, if it exists.
     #[must_use]
     #[inline(never)]
     pub fn slot(&self, signal: TypeRef) -> Option<u8> {
         self.signals().find(|(_, entry)| entry.signal == signal).map(|(slot, _)| slot)
     }
 
-    /// Words of a slot; empty for one that is free.
+    /// Returns the words of a slot; empty for a free slot.
     #[must_use]
     pub fn words(&self, slot: u8) -> &[u32] {
         self.storage.words(self.storage.block(slot)).unwrap_or_default()
@@ -93,24 +93,24 @@ impl DataBase {
         }
     }
 
-    /// The words of every signal, in the order of [`signals`](Self::signals).
+    /// Returns the words of every signal, in the order of [`signals`](Self::signals).
     pub fn all_words(&self) -> impl Iterator<Item = u32> + '_ {
         self.signals().flat_map(|(slot, _)| self.words(slot).iter().copied())
     }
 
-    /// Counts up whenever signals come or go: what was looked up before may have moved.
+    /// Returns a counter that increases whenever signals are added or removed, which may move words.
     #[must_use]
     pub fn revision(&self) -> u32 {
         self.revision
     }
 
-    /// Words that are free.
+    /// Returns the number of free words.
     #[must_use]
     pub fn free_words(&self) -> usize {
         self.storage.free_words()
     }
 
-    /// Slots that are taken, by signals and memories.
+    /// Returns the number of used slots, by signals and memories.
     #[must_use]
     pub fn taken_slots(&self) -> usize {
         self.storage.taken_slots()
@@ -136,7 +136,7 @@ impl DataBase {
         self.links
     }
 
-    /// Slot of a signal, which is made when it is not there yet.
+    /// Returns the slot of a signal; creates the signal if it does not exist.
     pub(crate) fn insert(
         &mut self,
         data_type: &'static DataType,
@@ -153,14 +153,14 @@ impl DataBase {
         Ok(slot)
     }
 
-    /// Takes memory that has no name.
+    /// Allocates memory without a name.
     pub(crate) fn take(&mut self, words: usize) -> Result<u8, StorageError> {
         let slot = self.storage.take(words)?;
         self.revision = self.revision.wrapping_add(1);
         Ok(slot)
     }
 
-    /// Gives back every slot that is not among those used, a bit each; says whether there was one.
+    /// Frees every slot that is not in `used` (one bit each); returns whether any was freed.
     pub(crate) fn keep_only(&mut self, used: u64) -> bool {
         let revision = self.revision;
         let slots = u8::try_from(self.entries.len()).unwrap_or(u8::MAX);
@@ -176,34 +176,34 @@ impl DataBase {
         revision != self.revision
     }
 
-    /// What is in a slot; none for one that is free or holds a memory.
+    /// Returns the signal in a slot; none for a free slot or a memory.
     pub fn entry(&self, slot: u8) -> Option<&Entry> {
         self.entries.get(usize::from(slot))?.as_ref()
     }
 
-    /// The words of signals and memories become zero; the modules' own stay.
+    /// Zeroes the words of signals and memories, but not the modules' configuration and state.
     pub(crate) fn zero_signals(&mut self) {
         self.storage.zero_blocks();
     }
 
-    /// Words of a module's own.
+    /// Returns the words of a module's configuration or state.
     pub(crate) fn own(&mut self, block: Block) -> &[Cell<u32>] {
         Cell::from_mut(self.storage.words_mut(block).unwrap_or_default()).as_slice_of_cells()
     }
 
-    /// Says whether the device got less than it was commanded in the last tick.
+    /// Sets whether the device got less than the scheme commanded in the last tick.
     pub(crate) fn set_limited(&mut self, is_limited: bool) {
         self.is_limited = is_limited;
     }
 
-    /// The view that modules get during a tick.
+    /// Returns the view of the Data Base for the modules in a tick.
     pub(crate) fn view<'a>(&'a mut self, device: &'a DeviceDescriptor, dof: Dof) -> Data<'a> {
         let words = Cell::from_mut(&mut *self.storage.words).as_slice_of_cells();
         Data::new(words, self.links, &self.programs, device, dof, self.is_limited)
     }
 }
 
-/// A slot as one of 64 bits.
+/// Returns a slot as one of 64 bits.
 pub(crate) fn bit(slot: u8) -> u64 {
     const { assert!(MAX_SLOTS <= 64, "a set of slots is 64 bits") };
     1_u64.checked_shl(u32::from(slot)).unwrap_or(0)

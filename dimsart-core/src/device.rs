@@ -1,4 +1,4 @@
-//! The device: its descriptor, the limits of its inputs and outputs, the timing of its ticks.
+//! Device descriptor, limits of inputs and outputs, and tick timing.
 
 pub(crate) mod counter;
 pub(crate) mod descriptor;

@@ -1,4 +1,4 @@
-//! One controller: engine, frame and safety stage, and the order of a tick.
+//! Controller: engine, frame and safety stage, and the order of a tick.
 
 use crate::data_base::{Frame, StorageError};
 use crate::device::DeviceDescriptor;
@@ -11,9 +11,9 @@ use crate::safety::{DriveFault, Reason, Safety, Tick};
 use crate::scheme::{Command, CommandError};
 use crate::signal::{TypeRef, Word};
 
-/// A whole DIMSART, for one device.
+/// A complete controller for one device.
 ///
-/// Its creator provides its [memory](crate::ControllerMemory), and so chooses what it has room for.
+/// The caller provides its [memory](crate::ControllerMemory), which sets its capacity.
 #[derive(Debug)]
 pub struct Dimsart {
     frame: Frame,
@@ -24,23 +24,23 @@ pub struct Dimsart {
     engine: Engine,
 }
 
-/// The first packet of a link. The device does not move before it.
+/// State of the wait for a link's first packet. The device does not move before it.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum FirstPacket {
-    /// Every link has had its own, or none is needed.
+    /// Every link has received its first packet, or needs none.
     Unneeded,
     Awaited {
         link: u8,
     },
-    /// It came in the last tick: modules begin with the next.
+    /// Received in the last tick: modules begin in the next tick.
     Came {
         link: u8,
     },
 }
 
 impl Dimsart {
-    /// A controller in this memory, for a device and the kinds of modules that it can have, with the device's types in the Data Base and no module
-    /// plugged in.
+    /// Creates a controller in this memory for a device and the available module kinds. The device's types
+    /// are in the Data Base, no module is plugged in.
     ///
     /// # Errors
     /// [`StorageError`] when the device's types do not fit into the Data Base.
@@ -54,7 +54,7 @@ impl Dimsart {
         Ok(dimsart)
     }
 
-    /// A controller in this memory that has no device yet; its ticks are [`Tick::Idle`].
+    /// Creates a controller without a device; its ticks are [`Tick::Idle`].
     #[must_use]
     #[inline]
     pub fn unconnected(memory: impl Into<ProvidedMemory>) -> Self {
@@ -68,18 +68,18 @@ impl Dimsart {
         }
     }
 
-    /// Ends it and gives its memory back, for another one.
+    /// Closes the controller and returns its memory.
     #[must_use]
     pub fn release(self) -> ProvidedMemory {
         self.engine.release()
     }
 
-    /// Restarts for a device and the kinds of modules that it can have, with the device's types in the Data Base and no module
-    /// plugged in.
+    /// Restarts for a device and the available module kinds. The device's types are in the Data Base, no
+    /// module is plugged in.
     ///
     /// # Errors
-    /// [`StorageError`] when the device's types do not fit into the Data Base; the controller is
-    /// [unconnected](Self::unconnected) then.
+    /// [`StorageError`] when the device's types do not fit into the Data Base; the controller is then
+    /// [unconnected](Self::unconnected).
     pub fn connect(&mut self, device: DeviceDescriptor, kinds: Kinds) -> Result<(), StorageError> {
         self.first_packet = FirstPacket::Unneeded;
         self.safety.connect(&device);
@@ -89,11 +89,12 @@ impl Dimsart {
         connected.inspect_err(|_| self.engine.disconnect())
     }
 
-    /// Allows motion from the next tick on, or forbids it: the device gets its safe value then. It is allowed at first.
+    /// Allows motion from the next tick on, or forbids it, so that the device gets its safe value. It is
+    /// allowed at first.
     ///
-    /// When it is allowed, modules begin as after a start, from where the device is: what they made up while nothing
-    /// moved is forgotten. What comes over links and what is recorded [goes on](crate::Module::OUTLASTS_ARMING). To be called
-    /// before each tick: after a link's first packet motion starts with the next call.
+    /// When motion is allowed again, modules reset to their initial state and start at the device's current
+    /// position, except those with [`OUTLASTS_ARMING`](crate::Module::OUTLASTS_ARMING), such as links and
+    /// recorders. Call it before each tick: after a link's first packet, motion starts with the next call.
     pub fn allow_motion(&mut self, is_allowed: bool) {
         let has_joined = matches!(self.first_packet, FirstPacket::Came { .. });
         if has_joined {
@@ -105,29 +106,29 @@ impl Dimsart {
         self.safety.allow_motion(is_allowed);
     }
 
-    /// Says whether what the scheme is commanded by from outside is too old, from the next tick on: the device gets its
-    /// safe value then, until a reset if it was moved before. For whoever has a watchdog, such as a
+    /// Sets whether external commands are too old, from the next tick on: the device then gets its safe
+    /// value, until a reset if it was commanded before. For a watchdog such as a
     /// [`Coupling`](crate::Coupling).
     pub fn hold_back(&mut self, are_commands_late: bool) {
         self.are_commands_late = are_commands_late;
     }
 
-    /// Says why the bridge of the device's drive is off, if it has a drive and that is wrong, from the next tick on: the device
-    /// gets its safe value then, until a reset if it was moved before.
+    /// Sets the fault of the device's drive, if any, from the next tick on: the device then gets its safe
+    /// value, until a reset if it was commanded before.
     pub fn drive_fault(&mut self, fault: Option<DriveFault>) {
         self.drive_fault = fault;
     }
 
-    /// One tick: device to Data Base, every module, Data Base to device by way of the [safety stage](Safety).
+    /// Runs one tick: device to Data Base, every module, Data Base through the [safety stage](Safety) to the
+    /// device.
     ///
-    /// This is the only place that knows the order; firmware and simulator both call it.
-    /// `measured` and `commanded` are laid out as the descriptor's types say; whatever happens,
-    /// `commanded` holds finite numbers afterwards.
+    /// Firmware and simulator both call it; the order is defined only here. `measured` and `commanded` contain the
+    /// words of the descriptor's types, in order. Afterwards `commanded` always contains finite numbers.
     pub fn tick(&mut self, measured: &[Word], commanded: &mut [Word]) -> Tick {
         self.tick_observed(measured, commanded, &mut ())
     }
 
-    /// As [`tick`](Self::tick), while an observer looks on: it makes each call of a module.
+    /// As [`tick`](Self::tick), with an observer that makes each call of a module.
     #[inline]
     pub fn tick_observed(
         &mut self,
@@ -140,13 +141,13 @@ impl Dimsart {
         let fault = self.drive_fault;
         let tick = self.safety.decide(computed, fault, &self.engine, &self.frame, measured, commanded);
         if is_refused && !self.safety.state().is_fault() {
-            // Nothing moves: it may be moved by hand meanwhile, or be switched on late.
+            // Without motion, the device may be moved by hand or switched on late.
             self.frame.begin_anew();
         }
         tick
     }
 
-    /// Measurement and modules. An error says why they command nothing.
+    /// Measures and runs the modules. An error is the reason why they do not command the device.
     #[inline]
     fn compute(&mut self, measured: &[Word], observer: &mut impl Observer) -> Result<(), Tick> {
         if let Err(error) = self.frame.write(self.engine.data_base_mut(), measured) {
@@ -162,12 +163,12 @@ impl Dimsart {
         }
         self.engine.data_base_mut().set_limited(is_limited);
         self.engine.step_observed(observer);
-        // Asked in every tick: what a receiver says of this one is not to be told of a later one.
+        // Read in every tick, because it is valid only for this tick.
         let silent_link = self.silent_link();
         if let Some((link, Silence::Lost)) = silent_link {
             return Err(Tick::LinkLost { link });
         }
-        // A module may fail because of it.
+        // The drive fault may be the cause of a module's fault.
         if let Some(fault) = self.drive_fault {
             return Err(Tick::DriveFailed(fault));
         }
@@ -186,14 +187,14 @@ impl Dimsart {
         }
     }
 
-    /// A tick without a link's first packet, or the one that brings it.
+    /// Handles a tick before or with a link's first packet.
     #[cold]
     fn wait(&mut self, link: u8, first_packet: FirstPacket) -> Tick {
         self.first_packet = first_packet;
         Tick::LinkDown { link }
     }
 
-    /// A link that its receiving module has just called lost or down.
+    /// Returns a link that its receiving module has reported as lost or down in this tick.
     fn silent_link(&self) -> Option<(u8, Silence)> {
         let links = self.engine.data_base().links();
         let link = links.iter().position(|port| port.silence.get() != Silence::None)?;
@@ -202,11 +203,12 @@ impl Dimsart {
         u8::try_from(link).ok().map(|link| (link, silence))
     }
 
-    /// Takes a command, between two ticks. [`Command::Reset`] ends a [fault](crate::DriveState::Fault), too.
+    /// Executes a command, between two ticks. [`Command::Reset`] also ends a
+    /// [fault](crate::DriveState::Fault).
     ///
     /// # Errors
-    /// As [`Engine::command`]; and [`CommandError::FaultReaction`] for a reset while the device is on its way to its
-    /// safe value.
+    /// As [`Engine::command`]; also [`CommandError::FaultReaction`] for a reset while the device is moving to
+    /// its safe value.
     pub fn command(&mut self, command: Command) -> Result<(), CommandError> {
         if matches!(command, Command::Reset) {
             if self.safety.reacts_to_fault() {
@@ -214,7 +216,7 @@ impl Dimsart {
             }
             self.safety.reset();
             self.frame.begin_anew();
-            // It has modules begin.
+            // A reset initialises all modules.
             self.first_packet = FirstPacket::Unneeded;
         }
         self.engine.command(command)?;
@@ -224,34 +226,35 @@ impl Dimsart {
         Ok(())
     }
 
-    /// Modules take over from what the device got, and integrals track it: it may be less than the scheme commanded.
+    /// Writes the values the device got into the Data Base, so that modules take over from them and
+    /// integrators track them.
     #[cold]
     #[inline(never)]
     fn show_given(&mut self) {
         self.frame.show(self.engine.data_base_mut(), self.safety.given());
     }
 
-    /// The channel that is listened to on a link, 0 to 2047; 0 while nobody listens.
+    /// Returns the channel that a module receives on a link, 0 to 2047; 0 without a receiver.
     #[must_use]
     pub fn listening_channel(&self, link: usize) -> u16 {
         self.engine.listening_channel(link)
     }
 
-    /// Puts bytes that came in over link `link` where the next tick finds them.
+    /// Stores bytes received over link `link` for the next tick.
     ///
     /// Of several packets between two ticks the newest is kept.
     ///
     /// # Errors
-    /// [`PacketError`] when the bytes are no packet of the [channel](Self::listening_channel) that is listened to;
-    /// what waits already stays.
+    /// [`PacketError`] when the bytes are not a packet of the [channel](Self::listening_channel); a packet
+    /// that was stored before is kept.
     pub fn receive(&mut self, link: usize, bytes: &[u8]) -> Result<(), PacketError> {
         self.deliver(link, &Packet::from_bytes(bytes, self.listening_channel(link)))
     }
 
-    /// As [`receive`](Self::receive), for a caller that has read the packet already, or tried to.
+    /// As [`receive`](Self::receive), for a caller that has already parsed the packet.
     ///
     /// # Errors
-    /// The [`PacketError`] that is delivered, which is counted; or that there is no such link.
+    /// The given [`PacketError`], which is counted; or [`PacketError::NoLink`].
     pub fn deliver(&mut self, link: usize, packet: &Result<Packet, PacketError>) -> Result<(), PacketError> {
         let port = self.engine.data_base().links().get(link).ok_or(PacketError::NoLink)?;
         let count = || port.superseded.set(port.superseded.get().wrapping_add(1));
@@ -269,14 +272,13 @@ impl Dimsart {
         Ok(())
     }
 
-    /// Overwrites a signal, word by word as far as both go: for the copy of a controller that runs elsewhere
-    /// and is looked at here.
+    /// Overwrites the words of a signal, for a copy of a remote controller that is only displayed.
     pub fn overwrite(&mut self, slot: u8, words: impl IntoIterator<Item = u32>) {
         self.engine.data_base_mut().overwrite(slot, words);
     }
 
-    /// The words of these signals as the last tick left them, one behind the other. A signal that is not in the Data Base
-    /// has as many words as its type has, not-a-number each.
+    /// Returns the words of these signals after the last tick, concatenated. A signal that is not in the Data
+    /// Base yields NaN for each word of its type.
     pub fn signals<'a>(&'a self, signals: &'a [TypeRef]) -> impl Iterator<Item = Word> + 'a {
         let (data_base, device) = (self.engine.data_base(), self.engine.device());
         signals.iter().flat_map(move |signal| {
@@ -289,36 +291,36 @@ impl Dimsart {
         })
     }
 
-    /// Takes the packet that the last tick left for link `link`, if any.
+    /// Takes the packet that the last tick has produced for link `link`, if any.
     #[must_use]
     pub fn outgoing(&mut self, link: usize) -> Option<Packet> {
         self.engine.data_base().links().get(link)?.outgoing.take()
     }
 
-    /// Ticks in which a frame was refused, since the device was connected.
+    /// Returns the number of ticks with a refused frame since the device was connected.
     #[must_use]
     pub fn refused_ticks(&self) -> u32 {
         self.safety.refused_ticks()
     }
 
-    /// The safety stage: why the device does not get what the scheme commands, and how often.
+    /// Returns the safety stage: why and how often the device does not get the scheme's commands.
     #[must_use]
     pub fn safety(&self) -> &Safety {
         &self.safety
     }
 
-    /// The engine, to look at.
+    /// Returns the engine, for reading.
     #[must_use]
     pub fn engine(&self) -> &Engine {
         &self.engine
     }
 
-    /// The engine, to ask for what needs a moment of its attention, such as a parameter's value.
+    /// Returns the engine mutably, for queries that need it, such as a parameter's value.
     pub fn engine_mut(&mut self) -> &mut Engine {
         &mut self.engine
     }
 
-    /// The frame: how many words go in and out.
+    /// Returns the frame: number of words in and out.
     #[must_use]
     pub fn frame(&self) -> &Frame {
         &self.frame

@@ -1,4 +1,4 @@
-//! The Module Engine: keeps the modules, steps them, takes commands.
+//! Module Engine: stores the modules, runs them and executes commands.
 
 mod commands;
 mod containment;
@@ -27,35 +27,35 @@ use crate::scheme::{CheckReport, Command, CommandError, Finding, MatchingCheck, 
 use crate::signal::TypeRef;
 use transaction::Transaction;
 
-/// One call of the tick, as reports show it.
+/// One call in a tick, for reports.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Step {
     /// The module.
     pub module: ModuleRef,
-    /// Which of its stages.
+    /// The stage of the module.
     pub stage: Stage,
 }
 
-/// What a scheme takes of the statically sized storage.
+/// Use of the static storage.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
 pub struct Usage {
-    /// Module instances, of the controller's [room](crate::limits::Sizes) for them.
+    /// Module instances in use.
     pub modules: usize,
-    /// Slots of the Data Base that are taken.
+    /// Slots of the Data Base in use.
     pub slots: usize,
-    /// Words of the Data Base that are taken.
+    /// Words of the Data Base in use.
     pub words: usize,
-    /// Words of the Data Base in all.
+    /// Total words of the Data Base.
     pub words_in_all: usize,
 }
 
-/// Modules, their Data Base and the device they serve.
+/// Modules, their Data Base and the device.
 ///
-/// All of it is in [memory](crate::ControllerMemory) that the creator provides: the words of the Data Base hold signals, parameters and
-/// state. Commands are given between ticks and take bounded time; [`step`](Self::step) cannot fail.
+/// All data are in [memory](crate::ControllerMemory) that the application provides. Commands are given
+/// between ticks and take bounded time; [`step`](Self::step) cannot fail.
 ///
-/// A change of the scheme is put together aside, checked, and takes effect between two ticks, whole or not at all. One
-/// command is such a change; [`Command::Begin`] opens one of many commands.
+/// A change of the scheme is prepared in a pending copy, checked, and applied atomically between two ticks. A
+/// single command is such a change; [`Command::Begin`] starts a change of several commands.
 #[derive(Debug)]
 pub struct Engine {
     device: Served,
@@ -63,24 +63,25 @@ pub struct Engine {
     kinds: Kinds,
     schemes: Schemes,
     transaction: Transaction,
-    /// Whether the next scheme has passed its check, and has not changed since.
+    /// Whether the pending scheme has passed its check and has not changed since.
     is_checked: bool,
-    /// Whether words of the Data Base have moved, and handles and calls do not know it yet.
+    /// Whether words of the Data Base have moved and handles and calls must be updated.
     has_moved: bool,
     limit_cycles: Option<NonZeroU32>,
     costs: Option<Costs>,
     counter: Option<Counter>,
     spare_cycles: u32,
     is_running: bool,
-    /// Whether a module begins with its next call.
+    /// Whether any module initialises its state at its next call.
     begins: bool,
-    /// Modules that have failed and are cut out with all that depend on them, a bit for each place in the plug-in order.
+    /// Failed modules, which are isolated together with their dependents; one bit per place in the plug-in
+    /// order.
     failed: u32,
     data_base: DataBase,
 }
 
 impl Engine {
-    /// An engine without modules, in this memory, for a device and the kinds of modules that it can have.
+    /// Creates an engine without modules in this memory, for a device and the available module kinds.
     #[must_use]
     pub fn new(memory: impl Into<ProvidedMemory>, device: DeviceDescriptor, kinds: Kinds) -> Self {
         let mut engine = Self::unconnected(memory.into());
@@ -88,7 +89,7 @@ impl Engine {
         engine
     }
 
-    /// An engine that serves no device yet.
+    /// Creates an engine without a device.
     #[inline]
     pub(crate) fn unconnected(memory: ProvidedMemory) -> Self {
         let ProvidedMemory { schemes, data_base } = memory;
@@ -115,22 +116,22 @@ impl Engine {
         self.kinds().kind(id)
     }
 
-    /// The kinds of modules that it can have; none before a device is connected.
+    /// Returns the available module kinds; none before a device is connected.
     #[must_use]
     pub fn kinds(&self) -> Kinds {
         self.kinds
     }
 
-    /// Computes every module that is plugged in once, in order. Does nothing unless the scheme runs.
+    /// Runs every module that is plugged in once, in order. Does nothing unless the scheme runs.
     ///
-    /// A module that writes what its signal cannot be is cut out in this very tick, with every module that depends on
-    /// it: see [`module_fault`](Self::module_fault).
+    /// A module that writes an invalid value is isolated in the same tick, together with its dependents: see
+    /// [`module_fault`](Self::module_fault).
     #[doc(alias = "Module_Step")]
     pub fn step(&mut self) {
         self.step_observed(&mut ());
     }
 
-    /// As [`step`](Self::step), while an observer looks on: it makes each of the [`steps`](Self::steps), in order.
+    /// As [`step`](Self::step), with an observer that makes each of the [`steps`](Self::steps), in order.
     #[inline]
     pub fn step_observed(&mut self, observer: &mut impl Observer) {
         if !self.is_running {
@@ -149,10 +150,10 @@ impl Engine {
         }
     }
 
-    /// Takes a command to the engine or to a module.
+    /// Executes a command to the engine or to a module.
     ///
     /// # Errors
-    /// [`CommandError`] says why the command was refused; nothing has changed then.
+    /// [`CommandError`] gives the reason; nothing has changed.
     #[doc(alias = "ModuleCmd")]
     #[inline(never)]
     pub fn command(&mut self, command: Command) -> Result<(), CommandError> {
@@ -182,7 +183,7 @@ impl Engine {
         Ok(())
     }
 
-    /// Checks the scheme as it is plugged in now, or the next one while a transaction is open. Changes nothing.
+    /// Checks the scheme, or the pending scheme while a transaction is open. Changes nothing.
     #[doc(alias = "Types matching check")]
     #[must_use]
     pub fn check(&self) -> CheckReport {
@@ -191,7 +192,7 @@ impl Engine {
         report
     }
 
-    /// The scheme that commands change: the next one while one is put together.
+    /// Returns the scheme that commands change: the pending scheme during a transaction.
     fn edited(&self) -> &Scheme {
         if self.transaction.is_there() { self.schemes.pending() } else { self.schemes.running() }
     }
@@ -204,7 +205,8 @@ impl Engine {
         self.check_wiring(&self.edited().wiring, report);
     }
 
-    /// The first fault of a wiring. Apart from what is done with it: the report is off the stack by then.
+    /// Returns the first fault of a wiring. A separate function, so that the report is off the stack
+    /// afterwards.
     #[inline(never)]
     fn first_fault_of(&self, wiring: &Wiring) -> Option<Finding> {
         let mut report = CheckReport::of_first_fault();
@@ -212,12 +214,12 @@ impl Engine {
         report.findings().iter().copied().find(Finding::is_fault)
     }
 
-    /// The first fault of the scheme as it is plugged in now.
+    /// Returns the first fault of the scheme.
     pub fn first_fault(&self) -> Option<Finding> {
         self.first_fault_of(&self.schemes.running().wiring)
     }
 
-    /// Finding `index` of the scheme, and the number of its faults.
+    /// Returns finding `index` of the scheme and the number of faults.
     #[inline(never)]
     pub fn finding(&self, index: u8) -> (Option<Finding>, usize) {
         let mut report = CheckReport::default();
@@ -225,7 +227,7 @@ impl Engine {
         (report.findings().get(usize::from(index)).copied(), report.faults())
     }
 
-    /// Into an empty report: it is large, and would be copied.
+    /// Checks a wiring into an empty report.
     #[inline(never)]
     fn check_wiring(&self, wiring: &Wiring, report: &mut CheckReport) {
         let signals = self.data_base.signals().map(|(slot, entry)| (slot, entry.signal));
@@ -233,19 +235,19 @@ impl Engine {
         MatchingCheck { device: &self.device, wiring }.check(signals, signal_in, report);
     }
 
-    /// Whether the scheme passed its check and runs.
+    /// Returns whether the scheme has passed its check and runs.
     #[must_use]
     pub fn is_running(&self) -> bool {
         self.is_running
     }
 
-    /// The device; before it is connected, one without axes and types.
+    /// Returns the device; before one is connected, a device without axes and types.
     #[must_use]
     pub fn device(&self) -> &DeviceDescriptor {
         &self.device
     }
 
-    /// Starts anew for a device: no modules, and nothing in the Data Base.
+    /// Restarts for a device, without modules and signals.
     pub(crate) fn connect(&mut self, device: DeviceDescriptor, kinds: Kinds) {
         self.disconnect();
         self.dof = Dof::of(&device);
@@ -253,7 +255,7 @@ impl Engine {
         self.kinds = kinds;
     }
 
-    /// Serves no device any more.
+    /// Disconnects the device.
     pub(crate) fn disconnect(&mut self) {
         self.drop_pending();
         self.close_all();
@@ -263,14 +265,14 @@ impl Engine {
         self.kinds = Kinds::NONE;
     }
 
-    /// Gives the memory back, with nothing in it.
+    /// Returns the memory, emptied.
     pub(crate) fn release(mut self) -> ProvidedMemory {
         self.disconnect();
         self.data_base.forget();
         ProvidedMemory { schemes: self.schemes, data_base: self.data_base }
     }
 
-    /// The Data Base.
+    /// Returns the Data Base.
     #[must_use]
     pub fn data_base(&self) -> &DataBase {
         &self.data_base
@@ -284,7 +286,7 @@ impl Engine {
         &mut self.data_base
     }
 
-    /// The calls of a tick, in order.
+    /// Returns the calls of a tick, in order.
     pub fn steps(&self) -> impl Iterator<Item = Step> + '_ {
         let wiring = &self.schemes.running().wiring;
         wiring.calls().iter().filter_map(|call| {
@@ -293,7 +295,7 @@ impl Engine {
         })
     }
 
-    /// The signals that a step reads or writes.
+    /// Returns the signals that a step reads or writes.
     pub fn step_signals(&self, step: Step) -> impl Iterator<Item = (TypeRef, Direction)> + '_ {
         let wiring = &self.schemes.running().wiring;
         let ports = wiring.find(step.module).map_or(&[][..], |plugged| wiring.ports(plugged));
@@ -303,38 +305,39 @@ impl Engine {
         })
     }
 
-    /// Every module that exists, plugged in or not; in the next scheme while a transaction is open.
+    /// Returns every module instance, plugged in or not; of the pending scheme while a transaction is open.
     pub fn instances(&self) -> impl Iterator<Item = ModuleRef> + '_ {
         self.edited().instances.iter().map(|instance| instance.reference)
     }
 
-    /// Place of a module in the plug-in order, from 0; as [`instances`](Self::instances).
+    /// Returns the index of a module in the plug-in order, from 0; for the same scheme as
+    /// [`instances`](Self::instances).
     #[must_use]
     pub fn place_of(&self, module: ModuleRef) -> Option<usize> {
         self.edited().wiring.order_of(module)
     }
 
-    /// How often a module runs, and when next; in the next scheme while a transaction is open. None while it is not plugged
-    /// in.
+    /// Returns the period and phase of a module, in the pending scheme while a transaction is open; none if
+    /// it is not plugged in.
     #[must_use]
     pub fn rate_of(&self, module: ModuleRef) -> Option<Rate> {
         self.edited().wiring.find(module).map(|plugged| plugged.rate)
     }
 
-    /// Whether a module is plugged in, in the scheme that runs.
+    /// Returns whether a module is plugged in in the running scheme.
     #[must_use]
     pub fn is_plugged_in(&self, module: ModuleRef) -> bool {
         self.schemes.running().is_plugged_in(module)
     }
 
-    /// The channel that a module listens to on a link; 0 while none does.
+    /// Returns the channel that a module receives on a link; 0 without a receiver.
     pub(crate) fn listening_channel(&self, link: usize) -> u16 {
         let modules = self.schemes.running().wiring.modules();
         let mut ends = modules.iter().filter_map(|plugged| plugged.link_end);
         ends.find(|end| end.listens_to(link)).map_or(0, |end| end.channel)
     }
 
-    /// The first memory of a module that is plugged in, for example what a recorder has recorded.
+    /// Returns the first memory of a module that is plugged in, for example a recorder's record.
     #[must_use]
     pub fn memory(&self, module: ModuleRef) -> Option<&[u32]> {
         let wiring = &self.schemes.running().wiring;
@@ -343,15 +346,15 @@ impl Engine {
         Some(self.data_base.words(port.slot))
     }
 
-    /// Slot of the memory that a port of a module declares; none while the module is not plugged in.
+    /// Returns the slot of the memory that a port of a module declares; none if the module is not plugged in.
     pub fn memory_slot(&self, module: ModuleRef, port: u8) -> Option<u8> {
         let wiring = &self.schemes.running().wiring;
         let ports = wiring.ports(wiring.find(module)?);
         ports.get(usize::from(port)).filter(|port| port.is_memory()).map(|port| port.slot)
     }
 
-    /// What is taken of the static storage, by the scheme that runs and the next one together; of the modules, as
-    /// [`instances`](Self::instances).
+    /// Returns the use of the static storage by the running and the pending scheme together; instances are
+    /// counted as in [`instances`](Self::instances).
     #[must_use]
     pub fn usage(&self) -> Usage {
         let words_in_all = self.data_base.storage().words.len();
@@ -363,15 +366,16 @@ impl Engine {
         }
     }
 
-    /// Ports, or handles if there are more, of all modules that are plugged in, and how many ports commands have bound: of
-    /// the controller's [room](crate::limits::Sizes) for them.
+    /// Returns the number of ports (or handles, whichever is larger) of all modules that are plugged in, and
+    /// of ports bound by commands; [`Sizes`](crate::limits::Sizes) has the maxima.
     #[must_use]
     pub fn wires_and_bindings(&self) -> [usize; 2] {
         let Scheme { wiring, bindings, .. } = self.edited();
         [wiring.wires(), bindings.len()]
     }
 
-    /// Words of the Data Base that an instance of a kind takes for its parameters and state, on this device.
+    /// Returns the number of Data Base words for parameters and state of an instance of a kind, on this
+    /// device.
     #[must_use]
     pub fn words_of(&self, kind: KindId) -> Option<usize> {
         self.kind(kind).map(|kind| kind.words(self.device.dof()))

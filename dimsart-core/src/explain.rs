@@ -1,4 +1,4 @@
-//! Findings and refusals in words: what is wrong, where, and what to do next.
+//! Texts of findings, refusals and module faults: what is wrong, where, and what to do.
 
 mod refusal;
 
@@ -10,7 +10,7 @@ use crate::scheme::{CommandError, Finding, Party};
 use crate::signal::{TypeRef, UnitRelation};
 use crate::vocabulary::Vocabulary;
 
-/// A sentence about a controller, with the names of its [`Vocabulary`].
+/// A message about a controller, with the names of its [`Vocabulary`].
 #[derive(Debug, Clone, Copy)]
 pub struct Explanation<'a, V: ?Sized> {
     known: &'a V,
@@ -25,13 +25,13 @@ enum Subject {
 }
 
 impl Engine {
-    /// A finding of this engine's check as a sentence.
+    /// Returns the text of a finding of this engine's check.
     #[must_use]
     pub fn explain(&self, finding: Finding) -> Explanation<'_, Self> {
         Explanation::of_finding(self, finding)
     }
 
-    /// Why a module was cut out, as a sentence.
+    /// Returns the text of a module fault.
     #[must_use]
     pub fn explain_module_fault(&self, fault: ModuleFault) -> Explanation<'_, Self> {
         Explanation::of_module_fault(self, fault)
@@ -39,19 +39,19 @@ impl Engine {
 }
 
 impl<'a, V: Vocabulary + ?Sized> Explanation<'a, V> {
-    /// What the matching check found.
+    /// Creates the text of a finding of the matching check.
     #[must_use]
     pub fn of_finding(known: &'a V, finding: Finding) -> Self {
         Self { known, subject: Subject::Finding(finding) }
     }
 
-    /// Why a command was refused.
+    /// Creates the text of a refused command.
     #[must_use]
     pub fn of_refusal(known: &'a V, error: CommandError) -> Self {
         Self { known, subject: Subject::Refusal(error) }
     }
 
-    /// Why a module was cut out.
+    /// Creates the text of a module fault.
     #[must_use]
     pub fn of_module_fault(known: &'a V, fault: ModuleFault) -> Self {
         Self { known, subject: Subject::Module(fault) }
@@ -63,22 +63,19 @@ impl<'a, V: Vocabulary + ?Sized> Explanation<'a, V> {
         let next_step = match cause {
             FaultCause::Wrote { signal, word, bits } => {
                 let value = f32::from_bits(bits);
-                write!(f, "wrote {value} to word {word} of {}, ", self.known.name_of_signal(signal))?;
+                write!(f, "wrote {value} to word {word} of {}", self.known.name_of_signal(signal))?;
                 let unit = self.known.type_of(signal).map(|found| found.unit);
-                match unit.filter(|_| value.is_finite()) {
-                    None => write!(f, "which is no finite number")?,
-                    Some(unit) => {
-                        write!(f, "which is beyond {:e}, the most that it can be", unit.largest())?;
-                    }
+                if let Some(unit) = unit.filter(|_| value.is_finite()) {
+                    write!(f, " (limit {:e})", unit.largest())?;
                 }
-                "lower its gains or see to what it reads"
+                "lower its gains or check its inputs"
             }
             FaultCause::TookTooLong { budget_cycles } => {
-                write!(f, "took longer than the {budget_cycles} cycles that a call of it may")?;
-                "stamp the image anew (`dimsart stamp`), or see what interrupts the tick"
+                write!(f, "exceeded its budget of {budget_cycles} cycles per call")?;
+                "run `dimsart stamp` again, or shorten the interrupts"
             }
         };
-        write!(f, ": it is cut out with all that depends on it; {next_step}, then `reset`")
+        write!(f, ": isolated with its dependents; {next_step}, then `reset`")
     }
 
     fn finding(&self, f: &mut fmt::Formatter<'_>, finding: Finding) -> fmt::Result {
@@ -87,7 +84,7 @@ impl<'a, V: Vocabulary + ?Sized> Explanation<'a, V> {
             Finding::NoProvider { signal, reader } => {
                 let signal = known.name_of_signal(signal);
                 self.party(f, reader)?;
-                write!(f, " reads {signal} and nobody provides it: plug in a module that writes {signal}")
+                write!(f, " reads {signal}, which has no provider: plug in a module that writes {signal}")
             }
             Finding::TwoProviders { signal, first, second } => {
                 write!(f, "{} has two providers, ", known.name_of_signal(signal))?;
@@ -102,8 +99,8 @@ impl<'a, V: Vocabulary + ?Sized> Explanation<'a, V> {
                 write!(f, "port {port} of {} is bound to {bound}, ", known.name_of_module(module))?;
                 self.difference(f, signal, difference)?;
                 let kind = known.name_of_module(ModuleRef { number: 1, ..module });
-                write!(f, ": bind it to a signal that fits (PORT_{port} command); ")?;
-                write!(f, "`dimsart modules {kind}` shows what does")
+                write!(f, ": bind it to a compatible signal (PORT_{port} command); ")?;
+                write!(f, "see `dimsart modules {kind}`")
             }
             Finding::Delay { signal, writer, reader, is_declared } => {
                 self.party(f, reader)?;
@@ -113,10 +110,7 @@ impl<'a, V: Vocabulary + ?Sized> Explanation<'a, V> {
                 if is_declared {
                     write!(f, " (declared)")
                 } else if writer == reader {
-                    write!(
-                        f,
-                        ": no order changes that; bind one of its two ports to another signal (PORT_... command)"
-                    )
+                    write!(f, ": bind one of its ports to another signal (PORT_... command)")
                 } else {
                     write!(f, ": plug in the writer first")
                 }
@@ -127,40 +121,34 @@ impl<'a, V: Vocabulary + ?Sized> Explanation<'a, V> {
                 write!(f, " and ")?;
                 self.bound_port(f, module, port, signal)?;
                 let expected = match relation {
-                    UnitRelation::Same => "the same unit as",
-                    UnitRelation::Integral => "the unit, times s, of",
-                    UnitRelation::Derivative => "the unit, over s, of",
-                    UnitRelation::Alike => "the same unit, format and shape as",
+                    UnitRelation::Same => "the unit of the first",
+                    UnitRelation::Integral => "the unit of the first times s",
+                    UnitRelation::Derivative => "the unit of the first divided by s",
+                    UnitRelation::Alike => "the unit, format and shape of the first",
                 };
-                write!(f, ", but the second must have {expected} the first: ")?;
-                write!(f, "bind one of them to a signal that fits (PORT_... command)")
+                write!(f, ", but the second must have {expected}: ")?;
+                write!(f, "bind one of them to a compatible signal (PORT_... command)")
             }
             Finding::Held { signal, writer, every_ticks } => {
                 let (writer, signal) = (known.name_of_module(writer), known.name_of_signal(signal));
-                write!(f, "{writer} writes {signal} in one of {every_ticks} ticks: it is up to ")?;
-                write!(f, "{} ticks old where it is read", every_ticks.saturating_sub(1))
+                write!(f, "{writer} writes {signal} every {every_ticks} ticks: readers get values up to ")?;
+                write!(f, "{} ticks old", every_ticks.saturating_sub(1))
             }
             Finding::NotDelayed { signal, writer, reader } => {
                 let [writer, reader] = [writer, reader].map(|module| known.name_of_module(module));
                 let signal = known.name_of_signal(signal);
-                write!(
-                    f,
-                    "{reader} computes with {signal} of the last tick, but {writer} writes it before: "
-                )?;
+                write!(f, "{reader} needs {signal} of the last tick, but {writer} overwrites it first: ")?;
                 write!(f, "plug in {reader} before {writer}")
             }
             Finding::LateStageWaits { reader, writer, every_ticks } => {
                 let [writer, reader] = [writer, reader].map(|module| known.name_of_module(module));
-                write!(f, "{reader} needs {writer} in each of its ticks, but {writer} runs in one of ")?;
-                write!(f, "{every_ticks} ticks: set EVERY_TICKS of {reader} to {every_ticks} or a multiple")
+                write!(f, "{reader} needs {writer} in each of its ticks, but {writer} runs every ")?;
+                write!(f, "{every_ticks} ticks: set EVERY_TICKS of {reader} to a multiple of {every_ticks}")
             }
             Finding::LinkTaken { link, first, second } => {
                 let [first, second] = [first, second].map(|module| known.name_of_module(module));
-                write!(
-                    f,
-                    "{first} and {second} are both at the same end of link {link} and take the packets "
-                )?;
-                write!(f, "from each other: give one of them another link or unplug it")
+                write!(f, "{first} and {second} use the same end of link {link}: ")?;
+                write!(f, "set another link for one of them, or unplug it")
             }
         }
     }
@@ -196,14 +184,14 @@ impl<'a, V: Vocabulary + ?Sized> Explanation<'a, V> {
             return write!(f, "which does not exist");
         };
         match difference {
-            Difference::Unit => write!(f, "which has another unit, {}", found.unit.on(self.known.axes())),
-            Difference::Format => write!(f, "which has another format, {:?}", found.format),
-            Difference::Shape => write!(f, "which has another shape, {:?}", found.shape),
+            Difference::Unit => write!(f, "which has the wrong unit, {}", found.unit.on(self.known.axes())),
+            Difference::Format => write!(f, "which has the wrong format, {:?}", found.format),
+            Difference::Shape => write!(f, "which has the wrong shape, {:?}", found.shape),
             Difference::Coordinates if found.unit.cartesian().is_some() => {
-                write!(f, "which is of joints, where other ports of the module are Cartesian")
+                write!(f, "which is in joint coordinates, but other ports of the module are Cartesian")
             }
             Difference::Coordinates => {
-                write!(f, "which is Cartesian, where other ports of the module are of joints")
+                write!(f, "which is Cartesian, but other ports of the module use joint coordinates")
             }
         }
     }

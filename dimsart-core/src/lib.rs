@@ -1,7 +1,31 @@
-//! DIMSART's core: a modular real-time controller. No allocator, no `unsafe`, no panic.
+//! Core of DIMSART, a modular real-time controller for robots: `no_std`, no allocator, no `unsafe`, no panic.
 //!
-//! An implementation of *DIMSART: A Real Time - Device Independent Modular Software Architecture for
-//! Robotic and Telerobotic Applications* (Artigas, Reintsema, Preusche, Hirzinger, ICINCO 2004).
+//! Control laws are [modules](Module) that exchange [signals](DataType) through the [Data Base](DataBase). A
+//! [`scheme`] lists the modules, their parameters and the bindings of their ports. The [engine](Engine) checks a
+//! scheme, runs its modules in every tick, and applies changes between two ticks.
+//!
+//! ```text
+//!   sensors, received packets
+//!         │  Frame::write   (device outputs -> Data Base)
+//!         ▼
+//!    ┌──────────┐   read    ┌────────┐
+//!    │ Data Base│──────────▶│ Module │   Engine::step: every module of the scheme, in order
+//!    │  (slots) │◀──────────│        │
+//!    └──────────┘   write   └────────┘
+//!         │  Frame::read    (Data Base -> device inputs)
+//!         ▼
+//!      Safety       outputs the command within its limits, or a safe value
+//!         ▼
+//!   actuators, packets to send
+//! ```
+//!
+//! [`Dimsart::tick`] runs this sequence, in firmware and in the simulator.
+//!
+//! # Where to start
+//!
+//! - Write a control law: [`Module`], with a complete example.
+//! - Run a controller: [`Dimsart`].
+//! - Build a scheme from the module library: [`scheme`] and the crate `dimsart-modules`.
 //!
 //! # Layers
 //!
@@ -10,73 +34,54 @@
 //! | Folder | Contents |
 //! |---|---|
 //! | `signal` | words, formats, units, data types |
-//! | `math` | functions with the same bits on every target |
-//! | `device` | the [Device Descriptor](DeviceDescriptor), limits of inputs and outputs, timing |
+//! | `math` | functions with identical results on every target |
+//! | `device` | [Device Descriptor](DeviceDescriptor), limits of inputs and outputs, tick timing |
 //! | `packet` | [packets](Packet) between two controllers: layout, error protection, mailboxes |
-//! | [`online`] | programs: control laws that are loaded at run time |
+//! | [`online`] | programs: control laws that are uploaded at run time |
 //! | [`parameter`] | parameters, their ranges and values |
-//! | `data_base` | the [Data Base](DataBase): slots, handles, the [frame](Frame) |
-//! | `module` | the [module](Module) template, module kinds, ports, costs |
+//! | `data_base` | [Data Base](DataBase): slots, handles, [frame](Frame) |
+//! | `module` | [module](Module) template, module kinds, ports, costs |
 //! | `vocabulary` | names and descriptions of modules, parameters, ports and types |
 //! | [`scheme`] | running and pending scheme: commands, order of calls, matching check |
-//! | `engine` | the [Module Engine](Engine): step, commands, transactions, fault containment |
-//! | `safety` | the [safety stage](Safety), faults by number, states of a drive |
-//! | `dimsart` | a whole [controller](Dimsart) and the order of its tick; two of them: `coupling` |
-//! | `rows`, `explain` | schemes as text; findings and refusals as sentences |
-//!
-//! # One tick
-//!
-//! ```text
-//!   sensors, received packets
-//!         │  Frame::write   (device outputs -> Data Base)
-//!         ▼
-//!    ┌──────────┐   read    ┌────────┐
-//!    │ Data Base│──────────▶│ Module │   Engine::step: every module that is plugged in, in order
-//!    │  (slots) │◀──────────│        │
-//!    └──────────┘   write   └────────┘
-//!         │  Frame::read    (Data Base -> device inputs)
-//!         ▼
-//!      Safety       decides what the device gets: the command within its limits, or a safe value
-//!         ▼
-//!   actuators, packets to send
-//! ```
-//!
-//! [`Dimsart::tick`] is the only place that knows this order; firmware and simulator both call it.
-//!
-//! # Words
-//!
-//! | The paper's | Here |
-//! |---|---|
-//! | Data Base, data type | [`DataBase`]; a [`DataType`] has id, name, [`Unit`], [`Format`] and [`Shape`] |
-//! | Device Descriptor | [`DeviceDescriptor`]: degrees of freedom, sample period, types given and taken |
-//! | Module: init, activate, compute, command, reset | [`Module`], with the same verbs |
-//! | Module Engine, `Module_Step`, `ModuleCmd` | [`Engine`], [`Engine::step`], [`Engine::command`] |
-//! | `DB_ext_write`, `DB_ext_read` | [`Frame::write`], [`Frame::read`] |
-//! | Types matching check | [`Engine::check`], its [`CheckReport`] and [`Finding`]s |
-//! | `COMM_RX`, `COMM_TX` | the modules of that name; a link carries their [`Packet`]s |
-//! | multi-thread architectures | two [`Dimsart`]s and a [`Coupling`]; modules that do not run in every tick |
-//! | Table 1 | a [`scheme`]: rows of `dest module command value` |
+//! | `engine` | [Module Engine](Engine): step, commands, transactions, fault containment |
+//! | `safety` | [safety stage](Safety), numbered faults, drive states |
+//! | `dimsart` | a complete [controller](Dimsart) and its tick; `coupling` connects two |
+//! | `rows`, `explain` | schemes as text; findings and refusals as messages |
 //!
 //! # Rules
 //!
-//! 1. Memory is taken when a module is plugged in and given back when it is unplugged, from [memory](memory!) of a
-//!    fixed size that the controller's creator provides. Nothing is allocated or searched for in a tick.
-//! 2. A scheme that does not match does not run; a change that would break a running one is refused.
-//!    Whatever is refused, nothing has changed.
-//! 3. `step` cannot fail. Trouble in a tick is data, and one [safety stage](Safety) decides what
-//!    the device gets: a finite number within its limits, or its safe value.
-//! 4. Time is an argument: nothing here reads a clock. All arithmetic is plain `f32`, so the same inputs
-//!    give the same bits on every target.
-//! 5. SI units at every surface.
+//! 1. Memory is allocated when a module is plugged in and freed when it is unplugged, from [memory](memory!) of a fixed
+//!    size that the application provides. A tick allocates nothing and looks nothing up.
+//! 2. A scheme with a fault does not start, and a change that would break the running scheme is refused. A refused
+//!    command changes nothing.
+//! 3. `step` cannot fail. A fault in a tick is data: the [safety stage](Safety) gives the device a finite value within
+//!    its limits, or its safe value.
+//! 4. The core reads no clock: time is an argument. All arithmetic is plain `f32`, so the same inputs give identical
+//!    results on every target.
+//! 5. All interfaces use SI units.
+//! 6. Images are optimised for size. Large values are filled in place instead of returned, and `inline` attributes keep
+//!    the tick fast and the commands small; both are measured.
 //!
-//! # Where to start
+//! # Terms of the paper
 //!
-//! To write a control law: [`Module`], with a whole one as its example. To run one: [`Dimsart`]. To
-//! build a scheme out of the library: [`scheme`] and the crate `dimsart-modules`.
+//! This is an implementation of *DIMSART: A Real Time - Device Independent Modular Software Architecture for Robotic
+//! and Telerobotic Applications* (Artigas, Reintsema, Preusche, Hirzinger, ICINCO 2004).
+//!
+//! | Paper | Here |
+//! |---|---|
+//! | Data Base, data type | [`DataBase`]; a [`DataType`] has id, name, [`Unit`], [`Format`] and [`Shape`] |
+//! | Device Descriptor | [`DeviceDescriptor`]: degrees of freedom, sample period, types of inputs and outputs |
+//! | Module: init, activate, compute, command, reset | [`Module`] |
+//! | Module Engine, `Module_Step`, `ModuleCmd` | [`Engine`], [`Engine::step`], [`Engine::command`] |
+//! | `DB_ext_write`, `DB_ext_read` | [`Frame::write`], [`Frame::read`] |
+//! | Types matching check | [`Engine::check`], its [`CheckReport`] and [`Finding`]s |
+//! | `COMM_RX`, `COMM_TX` | the modules `COMM_RXMOD` and `COMM_TXMOD`, which exchange [`Packet`]s over a link |
+//! | multi-thread architectures | two [`Dimsart`]s and a [`Coupling`]; modules that do not run in every tick |
+//! | Table 1 | a [`scheme`]: rows of `dest module command value` |
 #![no_std]
 #![forbid(unsafe_code)]
 
-// For what only hosts have.
+// Hosts only.
 #[cfg(feature = "summaries")]
 extern crate alloc;
 #[cfg(test)]

@@ -1,29 +1,29 @@
-//! Sizes: what the creator of a controller chooses, and what none can go beyond.
+//! Capacities: sizes that the application chooses, and their maxima.
 //!
-//! They bound memory and the time of a command; what is free is reported by
-//! [`Engine::usage`](crate::Engine::usage), what does not fit is refused with the sizes.
+//! They bound the memory and the time of a command. [`Engine::usage`](crate::Engine::usage) reports the
+//! current use; an overflow is refused with the sizes.
 
-/// What a controller has room for. Its creator chooses it with the controller's [memory](crate::ControllerMemory).
+/// Capacities of a controller, chosen with its [memory](crate::ControllerMemory).
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Sizes {
-    /// Module instances, plugged in or not: at most [`MAX_MODULES`].
+    /// Module instances, plugged in or not; maximum [`MAX_MODULES`].
     pub modules: usize,
-    /// Ports, and handles, of all modules that are plugged in: at most [`MAX_WIRES`].
+    /// Ports, and handles, of all modules that are plugged in; maximum [`MAX_WIRES`] each.
     pub wires: usize,
-    /// Ports that commands have bound to other signals, of all modules.
+    /// Ports of all modules that commands have bound to other signals.
     pub bindings: usize,
-    /// Data types and module memories in the Data Base: at most [`MAX_SLOTS`].
+    /// Signals and module memories in the Data Base; maximum [`MAX_SLOTS`].
     pub slots: usize,
-    /// Links to exchange packets over: at most [`MAX_LINKS`].
+    /// Links; maximum [`MAX_LINKS`].
     pub links: usize,
     /// [Programs](crate::online).
     pub programs: usize,
-    /// Words of the Data Base: at most [`MAX_WORDS`].
+    /// Words of the Data Base; maximum [`MAX_WORDS`].
     pub words: usize,
 }
 
 impl Sizes {
-    /// Room for most schemes, in 27 KiB.
+    /// Capacities for most schemes, 27 KiB.
     pub const DEFAULT: Self = Self {
         modules: MAX_MODULES,
         wires: 240,
@@ -34,10 +34,10 @@ impl Sizes {
         words: DEFAULT_WORDS,
     };
 
-    /// These sizes, none of them beyond its maximum.
+    /// Returns these sizes after checking them against the maxima.
     ///
     /// # Panics
-    /// Where one is, which fails the build as sizes are constants.
+    /// When a size exceeds its maximum; for a constant this is a build error.
     #[must_use]
     pub const fn checked(self) -> Self {
         assert!(self.modules <= MAX_MODULES, "a controller has at most 32 modules");
@@ -48,41 +48,42 @@ impl Sizes {
         self
     }
 
-    /// Places that programs take: with one for the program that is being uploaded.
+    /// Number of program slots: one more for the program being uploaded.
     #[must_use]
     pub const fn program_places(self) -> usize {
         if self.programs == 0 { 0 } else { self.programs + 1 }
     }
 }
 
-/// Most degrees of freedom a device can have.
+/// Maximum degrees of freedom of a device.
 pub const MAX_DOF: usize = 8;
-/// Most words of a device's inputs that can have [limits](crate::InputLimits).
+/// Maximum number of a device's input words with [limits](crate::InputLimits), and of its limited output
+/// words.
 pub const MAX_LIMITED_WORDS: usize = 16;
-/// Most module instances that can exist at the same time: a set of them is 32 bits.
+/// Maximum number of module instances: a set of them has 32 bits.
 pub const MAX_MODULES: usize = 32;
-/// Most calls of modules in a tick: two of a module with two stages.
+/// Maximum number of module calls in a tick: two stages per module.
 pub(crate) const MAX_CALLS: usize = 2 * MAX_MODULES;
-/// Most ports one module instance can have.
+/// Maximum number of ports of a module instance.
 pub const MAX_PORTS: usize = 12;
-/// Most ports, and most handles, of all modules that are plugged in: their places are bytes.
+/// Maximum number of ports, and of handles, of all modules that are plugged in: their indices are bytes.
 pub const MAX_WIRES: usize = 255;
-/// Most slots in a Data Base: a set of them is 64 bits.
+/// Maximum number of slots in a Data Base: a set of them has 64 bits.
 pub const MAX_SLOTS: usize = 64;
-/// Most data types of one COMM channel (`ADD_DATA` commands).
+/// Maximum number of data types of a COMM channel (`ADD_DATA` commands).
 pub const MAX_CHANNEL_TYPES: usize = 4;
-/// Most links a controller can exchange packets over.
+/// Maximum number of links.
 pub const MAX_LINKS: usize = 8;
-/// Most words of a program.
+/// Maximum number of words of a program.
 pub const PROGRAM_WORDS: usize = 120;
-/// Payload of a packet, 32-bit words.
+/// Maximum payload of a packet in 32-bit words.
 pub const MAX_PACKET_WORDS: usize = 48;
-/// Most findings one matching report lists; further ones are counted.
+/// Maximum number of listed findings of a check; further findings are only counted.
 pub const MAX_FINDINGS: usize = 32;
-/// Words of Data Base storage unless the application asks for another size, 8 KiB.
+/// Default size of the Data Base in words (8 KiB).
 pub const DEFAULT_WORDS: usize = 2048;
-/// Most words of a Data Base: their places are 16 bits.
+/// Maximum size of the Data Base in words: indices have 16 bits.
 pub const MAX_WORDS: usize = 65_534;
 
-/// Maximum number of types that a device measures, and of types that command it.
+/// Maximum number of a device's output types, and of its input types.
 pub const MAX_DEVICE_TYPES: usize = 8;

@@ -1,7 +1,7 @@
-//! Functions beyond `+ - * /`, the same bits on every target.
+//! Mathematical functions with identical results on every target.
 //!
-//! By `micromath` where its accuracy is enough or its estimate can be refined, and by polynomials of plain arithmetic
-//! elsewhere: IEEE 754 makes that identical everywhere.
+//! They use `micromath` where it is accurate enough or can be refined, otherwise polynomials in plain IEEE
+//! 754 arithmetic.
 
 mod exponential;
 mod trigonometry;
@@ -13,7 +13,7 @@ use micromath::F32Ext;
 
 /// Square root, relative error below 2e-7; 0 for negative input, NaN for NaN.
 ///
-/// Three Newton steps square micromath's 6 % estimate down to rounding error.
+/// Three Newton steps refine micromath's estimate (6 % error).
 #[must_use]
 pub fn sqrt(x: f32) -> f32 {
     if x <= 0.0 || x == f32::INFINITY {
@@ -26,21 +26,21 @@ pub fn sqrt(x: f32) -> f32 {
     root
 }
 
-/// The smaller one; `b` where one is NaN. The standard's `min` leaves the sign of zero to the target.
+/// Minimum of two numbers; `b` if either is NaN. `f32::min` leaves the sign of zero to the target.
 #[inline(always)]
 #[must_use]
 pub fn min(a: f32, b: f32) -> f32 {
     if a < b { a } else { b }
 }
 
-/// The larger one; `b` where one is NaN.
+/// Maximum of two numbers; `b` if either is NaN.
 #[inline(always)]
 #[must_use]
 pub fn max(a: f32, b: f32) -> f32 {
     if a > b { a } else { b }
 }
 
-/// `x`, not below `low`, and then not above `high`; NaN stays NaN.
+/// Limits `x` to at least `low`, then to at most `high`; NaN stays NaN.
 #[inline(always)]
 #[must_use]
 pub fn clamp(x: f32, low: f32, high: f32) -> f32 {
@@ -48,15 +48,15 @@ pub fn clamp(x: f32, low: f32, high: f32) -> f32 {
     if x > high { high } else { x }
 }
 
-/// What `x` is beyond the last whole number, `x` at least 0. Exact: `x % 1.0`, with a tenth of the code.
+/// Fractional part of `x`, which is at least 0. Exact: `x % 1.0` with a tenth of the code.
 #[must_use]
 pub fn fraction(x: f32) -> f32 {
-    // From here on, every `f32` is a whole number.
+    // From this value on, every `f32` is a whole number.
     const ALL_WHOLE: f32 = 8_388_608.0;
     if x < ALL_WHOLE { x - F32Ext::trunc(x) } else { 0.0 }
 }
 
-/// `x` held inside `±limit`, `limit` at least 0; NaN stays NaN. `f32::clamp` would panic on wrong bounds.
+/// Limits `x` to `±limit`, `limit` at least 0; NaN stays NaN. `f32::clamp` would panic on invalid bounds.
 #[inline]
 #[must_use]
 pub fn limit(x: f32, limit: f32) -> f32 {
@@ -70,24 +70,24 @@ pub fn limit(x: f32, limit: f32) -> f32 {
 }
 
 crate::words! {
-    /// A sum that does not drift: what rounding takes is given back with the next step (Kahan, 1965).
+    /// Kahan sum: compensates the rounding errors.
     pub struct CompensatedSum { sum: f32, lost: f32 }
 }
 
 impl CompensatedSum {
-    /// A sum that starts at `value`.
+    /// Creates a sum that starts at `value`.
     #[must_use]
     pub const fn new(value: f32) -> Self {
         Self { sum: value, lost: 0.0 }
     }
 
-    /// The sum so far.
+    /// Returns the sum.
     #[must_use]
     pub const fn value(&self) -> f32 {
         self.sum
     }
 
-    /// Adds a share of a turn to a sum of turns, and takes off a whole one that it has just passed, which is exact.
+    /// Adds a fraction of a turn and subtracts a completed turn, which is exact.
     #[inline(always)]
     pub fn turn_on(&mut self, share: f32) {
         if self.add(share) >= 1.0 {
@@ -95,7 +95,7 @@ impl CompensatedSum {
         }
     }
 
-    /// Adds a step; what is beyond `most` is lost.
+    /// Adds a step and limits the sum to `most`.
     #[inline(always)]
     pub fn add_up_to(&mut self, step: f32, most: f32) {
         if self.add(step) > most {
@@ -103,11 +103,11 @@ impl CompensatedSum {
         }
     }
 
-    /// Goes to a value, by a step at most.
+    /// Moves towards a value, by at most `most`.
     #[inline(always)]
     pub fn approach(&mut self, value: f32, most: f32) {
         let change = value - self.sum;
-        // Exact where it arrives: a sum would round it.
+        // Exact on arrival: adding the step would round.
         if change.abs() <= most {
             *self = Self::new(value);
         } else {
@@ -115,7 +115,7 @@ impl CompensatedSum {
         }
     }
 
-    /// Adds a step and gives the new sum.
+    /// Adds a step and returns the sum.
     pub fn add(&mut self, step: f32) -> f32 {
         let step = step - self.lost;
         let sum = self.sum + step;

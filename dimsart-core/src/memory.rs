@@ -1,4 +1,4 @@
-//! The memory of a controller. Its creator provides it, and so chooses what the controller has room for.
+//! Memory of a controller, provided by the application, which thereby sets the capacities.
 
 use heapless::Vec;
 
@@ -8,9 +8,10 @@ use crate::online::{ProgramSlot, Programs};
 use crate::packet::LinkPort;
 use crate::scheme::{ActiveModule, Call, Instance, Port, Scheme, Schemes, Wiring};
 
-/// Memory for one controller. [`memory!`](crate::memory!) makes its type of [`Sizes`](crate::limits::Sizes).
+/// Memory for one controller; [`memory!`](crate::memory!) makes its type from
+/// [`Sizes`](crate::limits::Sizes).
 ///
-/// A new one is all zero bits: a static one takes no room in an image.
+/// A new one is all zero bits, so that a static needs no room in the image.
 #[derive(Debug)]
 pub struct ControllerMemory<
     const MODULES: usize,
@@ -30,7 +31,7 @@ pub struct ControllerMemory<
     words: [u32; WORDS],
 }
 
-/// Of the running scheme, or of the pending one.
+/// Memory of the running or of the pending scheme.
 #[derive(Debug)]
 struct SchemeMemory<
     const MODULES: usize,
@@ -48,7 +49,7 @@ struct SchemeMemory<
     checked_words: Vec<CheckedWords, SLOTS>,
 }
 
-/// The type of memory for a controller of these [`Sizes`](crate::limits::Sizes), a constant.
+/// Type of the memory for a controller of these [`Sizes`](crate::limits::Sizes), a constant.
 ///
 /// ```
 /// use dimsart_core::limits::Sizes;
@@ -85,9 +86,9 @@ impl<
     const WORDS: usize,
 > ControllerMemory<MODULES, CALLS, WIRES, BINDINGS, SLOTS, LINKS, PLACES, WORDS>
 {
-    /// Memory that no controller has used.
+    /// Creates unused memory.
     #[must_use]
-    #[expect(clippy::new_without_default, reason = "on the stack it would be large: for statics")]
+    #[expect(clippy::new_without_default, reason = "for statics: too large for the stack")]
     pub const fn new() -> Self {
         Self {
             schemes: [const { SchemeMemory::NEW }; 2],
@@ -120,7 +121,7 @@ impl<const MODULES: usize, const CALLS: usize, const WIRES: usize, const BINDING
     }
 }
 
-/// Memory of any sizes, as a controller uses it: of a [`ControllerMemory`].
+/// A [`ControllerMemory`] of any size, as a controller uses it.
 #[derive(Debug)]
 pub struct ProvidedMemory {
     pub(crate) schemes: Schemes,
@@ -129,7 +130,8 @@ pub struct ProvidedMemory {
 
 #[cfg(feature = "summaries")]
 impl ProvidedMemory {
-    /// Memory of the [default sizes](crate::limits::Sizes::DEFAULT) from the heap, which is never freed: for tests.
+    /// Allocates memory of the [default sizes](crate::limits::Sizes::DEFAULT) on the heap and never frees it,
+    /// for tests.
     #[must_use]
     pub fn leaked() -> Self {
         use crate::limits::Sizes;

@@ -1,4 +1,4 @@
-//! The module template: what a control engineer writes.
+//! Module template: the trait that a control law implements.
 
 pub(crate) mod binding;
 pub(crate) mod context;
@@ -26,12 +26,12 @@ use crate::module::port_set::PortSet;
 use crate::parameter::{ParameterError, ParameterSet, Parameters};
 use crate::signal::Words;
 
-/// A control element with a life of `init`, `activate`, `compute`, `command` and `reset`.
+/// A control element with the phases `init`, `activate`, `compute`, `command` and `reset`.
 ///
-/// A module is three things that are kept apart: configuration ([`Settings`](Self::Settings) and
-/// [`Gains`](Self::Gains): parameters, and what is worked out from them between ticks), [`Ports`](Self::Ports), and
-/// state ([`State`](Self::State) and [`Axis`](Self::Axis)). All of them lie in the Data Base's memory, as many words as
-/// the kind needs. This is all of a proportional controller with velocity damping:
+/// A module consists of its configuration ([`Settings`](Self::Settings) and [`Gains`](Self::Gains):
+/// parameters and values derived from them between ticks), its [`Ports`](Self::Ports), and its state
+/// ([`State`](Self::State) and [`Axis`](Self::Axis)). All of them are stored in the Data Base, in as many
+/// words as the kind needs. A complete proportional controller with velocity damping:
 ///
 /// ```
 /// use dimsart_core::{Context, Input, Kinds, Module, Output, Unit, types, words};
@@ -76,84 +76,84 @@ use crate::signal::Words;
 /// pub const MY_MODULES: Kinds = dimsart_core::kinds![DampedSpring];
 /// ```
 ///
-/// The last line registers it. The whole library is `dimsart_modules::ALL`.
+/// The last line registers the module. The whole library is `dimsart_modules::ALL`.
 ///
-/// A module that remembers something says in [`begin`](Self::begin) what it starts from, such as where the joint
-/// stands. Where it [takes over](crate::Context::takes_over) from another one in a scheme that runs, it can read what that
-/// one commanded [last](crate::Output::last), and begin so that the command goes on without a step.
+/// A module with a state initialises it in [`begin`](Self::begin), for example from the joint's position. If
+/// it [takes over](crate::Context::takes_over) from another module in a running scheme, it can read that
+/// module's [last](crate::Output::last) command and continue without a step.
 #[doc(alias = "Module Template")]
 pub trait Module: Sized + 'static {
     /// Name in schemes, `UPPER_CASE_MOD`.
     const NAME: &'static str;
     /// One sentence for help texts.
     const SUMMARY: &'static str;
-    /// Whether it goes on with its state when motion is allowed again, where others begin anew: for a module whose state
-    /// is not about the device, such as the end of a link or a record.
+    /// Whether it keeps its state when motion is allowed again, while other modules are reset: for a module
+    /// whose state is independent of the device, such as a link or a recorder.
     const OUTLASTS_ARMING: bool = false;
     /// Whether it runs a [program](crate::online), whose number is the first word of its settings.
     const RUNS_PROGRAM: bool = false;
-    /// Parameters that all axes share, and what is worked out from them.
+    /// Parameters for all axes, and values derived from them.
     type Settings: ParameterSet;
-    /// Parameters that each axis has its own of, and what is worked out from them.
+    /// Parameters per axis, and values derived from them.
     type Gains: ParameterSet;
-    /// What is remembered from tick to tick.
+    /// State that is kept from tick to tick.
     type State: Words;
-    /// What is remembered of each axis.
+    /// State of each axis.
     type Axis: Words;
     /// The handles that [`ports`](Self::ports) declares.
     type Ports: PortSet;
 
-    /// Lists the parameters, one call of `visit` for each; by default those that `gains` and `settings` declare. The list
-    /// must not depend on values. `gains` are those of one axis.
+    /// Lists the parameters, one call of `visit` for each; by default those that `gains` and `settings`
+    /// declare. The list must not depend on values. `gains` belong to one axis.
     fn parameters(settings: &mut Self::Settings, gains: &mut Self::Gains, visit: &mut Parameters<'_>) {
         gains.visit(visit);
         settings.visit(visit);
     }
 
-    /// Whether parameters that are each in range fit together. Where they do not, the change is refused and the old
-    /// values stay.
+    /// Checks that parameters, each in range, are valid in combination. Otherwise the change is refused and
+    /// the old values are kept.
     ///
     /// # Errors
-    /// [`ParameterError`] says what does not fit.
+    /// [`ParameterError`] gives the reason.
     fn validate(settings: &Self::Settings) -> Result<(), ParameterError> {
         let _ = settings;
         Ok(())
     }
 
-    /// Works out what `compute` needs from the parameters of all axes. Called when an instance comes into being, after
-    /// every change of a parameter and before the first `compute`. The device's sample period is the module's own there:
-    /// n ticks for one that runs in every n-th tick.
+    /// Computes values for `compute` from the parameters of all axes. Called when an instance is created,
+    /// after every change of a parameter, and before the first `compute`. The device's sample period is that
+    /// of the module: n ticks for a module that runs every n ticks.
     fn prepare(settings: &mut Self::Settings, device: &DeviceDescriptor) {
         let _ = (settings, device);
     }
 
-    /// Works out what `compute` needs from the parameters of one axis, such as `gain / period`; after
+    /// Computes values for `compute` from the parameters of one axis, such as `gain / period`; called after
     /// [`prepare`](Self::prepare).
     fn prepare_axis(settings: &Self::Settings, gains: &mut Self::Gains, device: &DeviceDescriptor) {
         let _ = (settings, gains, device);
     }
 
-    /// Declares the ports and memory, one call of `declare` for each; by default those of [`Ports`](Self::Ports). They may
-    /// depend on structural parameters.
+    /// Declares the ports and memory, one call of `declare` for each; by default the ports in
+    /// [`Ports`](Self::Ports). They may depend on structural parameters.
     #[doc(alias = "activate")]
     fn ports(settings: &Self::Settings, declare: &mut Declare<'_>) -> Self::Ports {
         let _ = settings;
         Self::Ports::declare(declare)
     }
 
-    /// What the module starts from: called in a tick right before the first `compute`, and before the next one after a
-    /// reset, so that what is measured and what was computed before it in this tick can be seen. All zero unless it says
-    /// otherwise.
+    /// Initialises the state: called in a tick right before the first `compute`, and before the next one
+    /// after a reset. Measurements and outputs of earlier modules in this tick are available. The default is
+    /// all zero.
     #[doc(alias = "reset")]
     fn begin(context: &Context<'_, Self>) {
         context.clear();
     }
 
-    /// One tick: reads inputs, computes, writes outputs. Cannot fail and never waits.
+    /// Runs one tick: reads inputs, computes, writes outputs. Cannot fail and never waits.
     #[doc(alias = "Compute")]
     fn compute(context: &Context<'_, Self>);
 
-    /// The second half of the tick, for a module with ports of the late stage.
+    /// Runs the second half of the tick, for a module with ports of the late stage.
     fn compute_late(context: &Context<'_, Self>) {
         let _ = context;
     }

@@ -1,9 +1,9 @@
-//! Control laws that come while the controller runs: a program is taken, verified, kept, and run by
-//! `ONLINE_MOD`.
+//! Online control laws: programs that are uploaded at run time, verified, stored, and run by `ONLINE_MOD`.
 //!
-//! A program is straight on: no jump, no loop, no address. So what it takes is known before it runs, and it ends.
-//! Whatever its words are, running one cannot panic or reach beyond its own registers, parameters and ports; what
-//! [`Program::verify`] lets through reads no register that was not written, and writes every output.
+//! A program has no jumps, loops or addresses. So it always ends, and its cost is known before it runs.
+//! Whatever its words are, running it cannot panic or access anything outside its own registers, parameters
+//! and ports. A program accepted by [`Program::verify`] reads no uninitialised register and writes every
+//! output.
 
 mod instruction;
 mod interpret;
@@ -23,5 +23,5 @@ pub use programs::{Code, Programs};
 pub use programs::{LawRefusal, LawReport};
 pub use verify::ProgramError;
 
-/// Version of the format of programs.
+/// Version of the program format.
 pub const PROGRAM_VERSION: u8 = 2;

@@ -1,10 +1,10 @@
-//! What one side sends to the other, and its bytes on a link.
+//! Packets between two controllers, and their byte layout.
 //!
 //! ```text
 //! 3 u8 | counter u16 | echo u16 | content u16 | words × u32 | CRC-32 (poly 0xF4ACFB13) u32
 //! ```
-//! Little endian: an [`envelope`](crate::envelope) of [`Class::Packet`]. The channel is the envelope's data id: both
-//! ends know it, it is not sent, and a packet of another channel is refused like a damaged one.
+//! Little endian: an [`envelope`](crate::envelope) of [`Class::Packet`]. The channel is the envelope's data
+//! id: both ends know it, so it is not sent, and a packet of another channel fails the CRC check.
 
 pub mod checksum;
 pub(crate) mod content;
@@ -19,58 +19,58 @@ use heapless::Vec;
 use crate::limits::MAX_PACKET_WORDS;
 use crate::packet::envelope::{CRC_BYTES, Class, EnvelopeError, HEADER_BYTES, open, seal};
 
-/// Echo and content.
+/// Bytes of echo and content.
 const INNER_HEADER_BYTES: usize = 4;
 /// Bytes around the words: header and CRC.
 pub const PACKET_OVERHEAD: usize = HEADER_BYTES + INNER_HEADER_BYTES + CRC_BYTES;
-/// Longest packet in bytes.
+/// Maximum packet size in bytes.
 pub const MAX_PACKET_BYTES: usize = PACKET_OVERHEAD + 4 * MAX_PACKET_WORDS;
 
 /// A packet between two controllers.
 #[derive(Debug, Clone, PartialEq, Eq, Default)]
 pub struct Packet {
-    /// What it is meant for, 0 to 2047; 0 on a link between two ends.
+    /// Channel, 0 to 2047; 0 on a point-to-point link.
     pub channel: u16,
-    /// Counts up by one per packet, from 1; [`START_COUNTERS`](crate::START_COUNTERS) are left out when they go round.
+    /// Sequence number, from 1. On overflow it skips [`START_COUNTERS`](crate::START_COUNTERS).
     pub counter: u16,
-    /// Newest counter accepted from the other side; 0 for none.
+    /// Newest counter accepted from the peer; 0 for none.
     pub echo: u16,
-    /// Stands for what the words mean: [`Content::id`](crate::Content::id).
+    /// Meaning of the words: [`Content::id`](crate::Content::id).
     pub content: u16,
-    /// Contents, as the comm modules agreed.
+    /// Payload, as agreed between the comm modules.
     pub words: Vec<u32, MAX_PACKET_WORDS>,
 }
 
-/// Why bytes are no packet. Nothing is changed by a refused packet.
+/// Reason why a packet was refused. A refused packet changes nothing.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum PacketError {
-    /// Shorter or longer than a packet can be, or not of whole words.
+    /// Not a valid packet length.
     Length {
         /// Bytes received.
         bytes: usize,
     },
-    /// Damaged on the way, or meant for another channel.
+    /// Damaged, or from another channel.
     Crc,
-    /// The counter is 0, which no packet has.
+    /// The counter is 0.
     Counter,
-    /// An undamaged content that is no packet.
+    /// Undamaged content of another class.
     Class {
         /// The class received.
         found: u8,
     },
-    /// There is no link of this number.
+    /// The link does not exist.
     NoLink,
 }
 
 impl core::fmt::Display for PacketError {
     fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
         match self {
-            Self::Length { bytes } => write!(f, "{bytes} bytes are not a whole packet"),
-            Self::Crc => write!(f, "packet damaged on the way or meant for another channel (CRC)"),
-            Self::Counter => write!(f, "packet with counter 0: counters go from 1 to 65535"),
-            Self::Class { found } => write!(f, "content of class {found}, a packet is of class 3"),
-            Self::NoLink => write!(f, "no link of this number"),
+            Self::Length { bytes } => write!(f, "invalid packet length: {bytes} bytes"),
+            Self::Crc => write!(f, "wrong CRC: packet damaged or from another channel"),
+            Self::Counter => write!(f, "invalid counter 0: counters are 1 to 65535"),
+            Self::Class { found } => write!(f, "wrong class {found}: packets have class 3"),
+            Self::NoLink => write!(f, "no such link"),
         }
     }
 }
@@ -88,12 +88,12 @@ impl From<EnvelopeError> for PacketError {
 }
 
 impl Packet {
-    /// The packet's bytes.
+    /// Encodes the packet.
     #[must_use]
     pub fn to_bytes(&self) -> Vec<u8, MAX_PACKET_BYTES> {
         let mut bytes = Vec::new();
         let payload = INNER_HEADER_BYTES + 4 * self.words.len();
-        // Neither can fail: the longest packet is what the vector is made for, and an envelope takes more.
+        // Cannot fail: the vector holds the longest packet, and the envelope limit is higher.
         let _ = bytes.resize_default(HEADER_BYTES + payload + CRC_BYTES);
         self.write_payload(bytes.get_mut(HEADER_BYTES..).unwrap_or_default());
         let _ = seal(Class::Packet, self.channel, self.counter, payload, &mut bytes);
@@ -111,10 +111,10 @@ impl Packet {
         }
     }
 
-    /// Reads a packet of a channel back.
+    /// Decodes a packet of a channel.
     ///
     /// # Errors
-    /// [`PacketError`] when the bytes are not one whole, undamaged packet of this channel.
+    /// [`PacketError`] when the bytes are not one complete, undamaged packet of this channel.
     pub fn from_bytes(bytes: &[u8], channel: u16) -> Result<Self, PacketError> {
         let length = PacketError::Length { bytes: bytes.len() };
         let envelope = open(bytes, channel)?;

@@ -1,8 +1,8 @@
-//! Parameters: described once, by the line that binds them to a field.
+//! Parameters of modules.
 //!
 //! A module lists its parameters in [`Module::parameters`](crate::Module::parameters), one call per
-//! parameter. The same list sets defaults, checks and applies commands, answers queries and makes
-//! the help texts.
+//! parameter. This list sets defaults, checks and applies commands, answers queries and provides the help
+//! texts.
 
 mod choice;
 mod entries;
@@ -21,7 +21,7 @@ use crate::limits::MAX_CHANNEL_TYPES;
 use crate::signal::words::{put, take};
 use crate::signal::{Summary, TypeRef, Unit, Words};
 
-/// The data types of a comm channel, in the order they were added.
+/// Data types of a comm channel, in the order in which they were added.
 #[derive(Debug, Clone, Copy, Default)]
 pub struct TypeList {
     count: u8,
@@ -29,7 +29,7 @@ pub struct TypeList {
 }
 
 impl TypeList {
-    /// Adds one at the end; gives it back when the list is full.
+    /// Appends a type; returns it as the error if the list is full.
     pub(crate) fn push(&mut self, signal: TypeRef) -> Result<(), TypeRef> {
         *self.signals.get_mut(usize::from(self.count)).ok_or(signal)? = signal;
         self.count += 1;
@@ -84,45 +84,45 @@ pub enum Value {
     Real(f32),
     /// A whole number.
     Count(u32),
-    /// Yes or no.
+    /// Boolean.
     Flag(bool),
-    /// Position in the list of names of a choice.
+    /// Index in the names of a choice.
     Choice(u8),
     /// A data type.
     Type(TypeRef),
-    /// A whole number of either sign.
+    /// A signed whole number.
     Integer(i32),
 }
 
-/// What a parameter accepts.
+/// Values that a parameter accepts.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Accepts {
     /// A finite number from `min` to `max`.
     Real {
-        /// Smallest value.
+        /// Minimum.
         min: f32,
-        /// Largest value.
+        /// Maximum.
         max: f32,
     },
     /// A whole number from `min` to `max`.
     Count {
-        /// Smallest value.
+        /// Minimum.
         min: u32,
-        /// Largest value.
+        /// Maximum.
         max: u32,
     },
-    /// A whole number of either sign from `min` to `max`.
+    /// A signed whole number from `min` to `max`.
     Integer {
-        /// Smallest value.
+        /// Minimum.
         min: i32,
-        /// Largest value.
+        /// Maximum.
         max: i32,
     },
     /// `OFF` or `ON`.
     Flag,
     /// One of these names.
     Choice(&'static [&'static str]),
-    /// A data type, added to a list of at most [`MAX_CHANNEL_TYPES`].
+    /// A data type, appended to a list of at most [`MAX_CHANNEL_TYPES`].
     Types,
 }
 
@@ -133,45 +133,45 @@ pub struct Parameter {
     pub name: &'static str,
     /// Physical unit.
     pub unit: Unit,
-    /// Kind and range.
+    /// Type and range.
     pub accepts: Accepts,
-    /// How many values it has, and what each belongs to.
+    /// Number and arrangement of its values.
     pub entries: Entries,
-    /// Value after `INIT`, of each entry; none for a list, which starts empty.
+    /// Value of each entry after `INIT`; none for a list, which starts empty.
     pub default: Option<Value>,
-    /// Whether it decides ports or memory: it can be set only while the module is not plugged in.
+    /// Whether it changes ports or memory, so that it can be set only while the module is not plugged in.
     pub is_structural: bool,
     /// One sentence for help texts.
     pub summary: Summary,
 }
 
-/// Why a value was refused. The parameter keeps its old value.
+/// Reason why a value was refused. The parameter keeps its old value.
 #[derive(Debug, Clone, Copy, PartialEq, serde::Serialize, serde::Deserialize)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum ParameterError {
     /// The module has no parameter of this number.
     Unknown,
-    /// The value is of the wrong kind, for example a name where a number is needed.
+    /// Wrong type of value, for example a name instead of a number.
     WrongKind,
-    /// Outside the range, or not a finite number; or a link that the controller has not.
+    /// Out of range, NaN or infinite; or a link that the controller does not have.
     OutOfRange,
     /// The list is full, [`MAX_CHANNEL_TYPES`].
     ListFull,
     /// The axis, the link or the element does not exist, or the parameter is not per axis.
     NoSuchEntry,
-    /// It decides ports or memory: unplug the module first.
+    /// The parameter changes ports or memory: unplug the module first.
     WhilePluggedIn,
-    /// `STALE LIMITED` and `INTEGRAL` make up for what got lost by counters, which are switched off.
+    /// `STALE LIMITED` and `INTEGRAL` need the packet counters, which are switched off.
     NeedsCounters,
-    /// The values have too few digits as `f32` for what they are to do.
+    /// Rounding the values to `f32` loses too much precision.
     Imprecise {
-        /// How far off it may be, %.
+        /// Possible error, %.
         percent: u16,
     },
 }
 
 impl ParameterError {
-    /// Of what may be so far off.
+    /// Creates [`Imprecise`](Self::Imprecise) with this error, in percent.
     #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "a cast saturates")]
     #[must_use]
     pub fn imprecise(percent: f32) -> Self {
@@ -194,7 +194,7 @@ impl Accepts {
 }
 
 impl Value {
-    /// Whether it is the same, bit by bit.
+    /// Compares the bits.
     pub(crate) fn is_same(self, other: Self) -> bool {
         match (self, other) {
             (Self::Real(one), Self::Real(other)) => one.to_bits() == other.to_bits(),

@@ -1,10 +1,8 @@
-//! Schemes: a controller's set-up as a text of `dest module command value` rows.
+//! Scheme text: rows of `dest module command value`, as in Table 1 of the paper.
 //!
-//! The paper's Table 1 is one. A row is a line of words with blanks between them; `#` starts a
-//! comment. `dest` names the sides the row is for, whole or by initials (`master`, `m&s`), or is
-//! `all`. `MOD_ENG` is the engine. A parameter of one axis is written `K_PARAM[0]`, an element of a
-//! matrix `K[0][1]`; `PORT_<port>`
-//! binds a port to another signal.
+//! A row is a line of words separated by blanks; `#` starts a comment. `dest` names the sides that the row is
+//! for, by name or initials (`master`, `m&s`), or is `all`. `MOD_ENG` is the engine. `K_PARAM[0]` is a
+//! parameter of one axis, `K[0][1]` an element of a matrix; `PORT_<port>` binds a port to another signal.
 
 use heapless::Vec;
 
@@ -18,26 +16,26 @@ use crate::vocabulary::{Accepted, Vocabulary};
 
 /// Name of the engine in a row.
 pub const ENGINE: &str = "MOD_ENG";
-/// What the command that binds a port begins with.
+/// Prefix of the command that binds a port.
 pub const PORT_PREFIX: &str = "PORT_";
-/// What a switch takes.
+/// Values of a switch.
 pub const SWITCH: &[&str] = &[switch(false), switch(true)];
 
-/// How a switch is written.
+/// Returns the text of a switch.
 #[must_use]
 pub const fn switch(is_on: bool) -> &'static str {
     if is_on { "ON" } else { "OFF" }
 }
 
-/// Words of a row, and one too many.
+/// Maximum words of a row, plus one.
 const MAX_WORDS: usize = 5;
 
-/// A word of a row and where it stands.
+/// A word of a row and its location.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Place<'a> {
     /// Line, from 1.
     pub line: usize,
-    /// Column of the word's first byte, from 1; behind the row for a word that is missing.
+    /// Column of the word's first byte, from 1; after the end of the row if the word is missing.
     pub column: usize,
     /// The word; empty when it is missing.
     pub word: &'a str,
@@ -50,58 +48,58 @@ pub struct Row<'a> {
     end: Place<'a>,
 }
 
-/// What a row should have had where it went wrong.
+/// Problem with a word of a row.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Problem {
-    /// A side, its initial, or `all`.
+    /// Unknown destination: expected a side, its initial, or `all`.
     Destination,
-    /// `MOD_ENG` or a module.
+    /// Unknown module: expected `MOD_ENG` or a module.
     Module,
-    /// A command of the engine.
+    /// Unknown engine command.
     EngineCommand,
-    /// A parameter or a port of this module.
+    /// Unknown parameter or port of this module.
     ModuleCommand(ModuleRef),
-    /// A module as the value.
+    /// Invalid value: expected a module.
     ModuleValue,
-    /// A data type.
+    /// Unknown data type.
     Type,
-    /// Other indices behind a parameter's name, or none: it is the same for all axes, or not a matrix.
+    /// Invalid indices after a parameter's name: it has one value for all axes, or no matrix.
     Entry {
-        /// Whose parameter.
+        /// The module.
         module: ModuleRef,
-        /// Its number.
+        /// Number of the parameter.
         parameter: u8,
     },
-    /// A value that this parameter takes.
+    /// Invalid value for this parameter.
     Value {
-        /// Whose parameter.
+        /// The module.
         module: ModuleRef,
-        /// Its number.
+        /// Number of the parameter.
         parameter: u8,
     },
-    /// Nothing more on this row.
+    /// Surplus word.
     Surplus,
-    /// The row was understood and the engine refused it.
+    /// The engine refused the command.
     Refused(CommandError),
 }
 
-/// What is wrong with a row. The row had no effect.
+/// Error in a row. The row had no effect.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct SchemeError<'a> {
-    /// The word at fault.
+    /// The location of the wrong word.
     pub place: Place<'a>,
-    /// What is wrong with it.
+    /// The problem.
     pub problem: Problem,
 }
 
-/// The rows of a scheme, comments and blank lines left out.
+/// Returns the rows of a scheme without comments and blank lines.
 pub fn rows(text: &str) -> impl Iterator<Item = Row<'_>> {
     (1..).zip(text.lines()).filter_map(|(line, text)| {
         let content = text.split('#').next().unwrap_or_default();
         let mut words = Vec::new();
         for word in content.split(is_blank).filter(|word| !word.is_empty()) {
             let column = word.as_ptr().addr() - text.as_ptr().addr() + 1;
-            // Of a row with too many words, the first surplus one is enough to say so.
+            // Of surplus words, the first is enough for the error.
             let _ = words.push(Place { line, column, word });
         }
         let end = Place { line, column: content.trim_end().len() + 1, word: "" };
@@ -109,12 +107,12 @@ pub fn rows(text: &str) -> impl Iterator<Item = Row<'_>> {
     })
 }
 
-/// A byte order mark, as some editors put it first, is as blank as it looks.
+/// Returns whether a character is blank; a byte order mark is.
 fn is_blank(character: char) -> bool {
     character.is_whitespace() || character == '\u{feff}'
 }
 
-/// The rows of a scheme that are for `side`, one of `sides`, and those that do not say so rightly.
+/// Returns the rows for `side`, one of `sides`, and the rows with an invalid destination.
 pub fn rows_for<'a>(
     text: &'a str,
     side: &str,
@@ -126,7 +124,7 @@ pub fn rows_for<'a>(
     })
 }
 
-/// Gives every row for `side` to a controller, in order. Rows that fail are reported and skipped.
+/// Executes every row for `side` on a controller, in order. Rows that fail are reported and skipped.
 ///
 /// Returns the number of rows that failed.
 pub fn load<'a>(
@@ -147,16 +145,16 @@ pub fn load<'a>(
 }
 
 impl<'a> Row<'a> {
-    /// Line of the row, from 1.
+    /// Returns the line number, from 1.
     #[must_use]
     pub fn line(&self) -> usize {
         self.end.line
     }
 
-    /// Whether the row is for `side`, one of `sides`.
+    /// Returns whether the row is for `side`, one of `sides`.
     ///
     /// # Errors
-    /// [`Problem::Destination`] when the destination is none of the sides.
+    /// [`Problem::Destination`] when the destination is not one of the sides.
     pub fn is_for(&self, side: &str, sides: &[&str]) -> Result<bool, SchemeError<'a>> {
         let place = self.place(0);
         if place.word == "all" {
@@ -173,7 +171,8 @@ impl<'a> Row<'a> {
         Ok(is_mine)
     }
 
-    /// A row of these words, the destination first, that stands in no text. Empty words are missing.
+    /// Creates a row from words, the destination first, without a location in a text. Empty words are
+    /// missing.
     #[must_use]
     pub fn of(words: &[&'a str]) -> Self {
         let place = |word| Place { line: 1, column: 1, word };
@@ -184,10 +183,10 @@ impl<'a> Row<'a> {
         row
     }
 
-    /// The command the row stands for.
+    /// Parses the row's command.
     ///
     /// # Errors
-    /// [`SchemeError`] names the word that is not understood.
+    /// [`SchemeError`] names the wrong word.
     pub fn command(&self, known: &(impl Vocabulary + ?Sized)) -> Result<Command, SchemeError<'a>> {
         let (command, words) = if self.place(1).word == ENGINE {
             self.engine_command(known)?
@@ -200,16 +199,16 @@ impl<'a> Row<'a> {
         }
     }
 
-    /// Gives the row's command to a controller.
+    /// Executes the row's command on a controller.
     ///
     /// # Errors
-    /// [`SchemeError`] when it is not understood or refused; nothing has changed then.
+    /// [`SchemeError`] when the row is invalid or refused; nothing has changed.
     pub fn apply(&self, dimsart: &mut Dimsart) -> Result<(), SchemeError<'a>> {
         let command = self.command(dimsart.engine())?;
         dimsart.command(command).map_err(|error| self.refused(error))
     }
 
-    /// The row was understood and refused: which of its words is at fault.
+    /// Creates the error of a refused row, located at the responsible word.
     #[must_use]
     pub fn refused(&self, error: CommandError) -> SchemeError<'a> {
         let problem = Problem::Refused(error);
@@ -221,19 +220,19 @@ impl<'a> Row<'a> {
         }
     }
 
-    /// Word `index` of the row, from 0; empty when there is none.
+    /// Returns word `index` of the row, from 0; empty if it is missing.
     #[must_use]
     pub fn word(&self, index: usize) -> &'a str {
         self.place(index).word
     }
 
-    /// An error of the row's last word.
+    /// Creates an error at the row's last word.
     #[must_use]
     pub fn blame(&self, problem: Problem) -> SchemeError<'a> {
         SchemeError { place: self.words.last().copied().unwrap_or(self.end), problem }
     }
 
-    /// And how many words it takes.
+    /// Parses an engine command and returns its number of words.
     fn engine_command(
         &self,
         known: &(impl Vocabulary + ?Sized),
@@ -273,10 +272,10 @@ impl<'a> Row<'a> {
         Ok(Command::Set { module, parameter, entry, value })
     }
 
-    /// The parameter that the row names, whatever its value, and the [entry](crate::Entries::place).
+    /// Parses the row's parameter, whatever its value, and its [entry](crate::Entries::place).
     ///
     /// # Errors
-    /// [`SchemeError`] names the word that is not understood.
+    /// [`SchemeError`] names the wrong word.
     pub fn parameter(
         &self,
         known: &(impl Vocabulary + ?Sized),
@@ -288,7 +287,7 @@ impl<'a> Row<'a> {
         let (parameter, found) = known.parameter_named(module.kind, name).ok_or(unknown)?;
         let dof = known.dof();
         let entry = indices.and_then(|indices| found.entries.place(indices, dof));
-        // An axis beyond the last one is left to the engine to refuse, by the device that it has.
+        // The engine checks the axis against its device.
         let entry = entry.filter(|place| {
             !found.entries.are_matrix() || place.is_none_or(|place| place < found.entries.count(dof))
         });
@@ -311,7 +310,7 @@ impl<'a> Row<'a> {
     }
 }
 
-/// A value as a parameter takes it; none for any other word.
+/// Parses a value for a parameter; none if the word is invalid.
 fn read_value(accepts: &Accepted<'_>, word: &str) -> Option<Value> {
     let name_in = |names: &[&str]| {
         let index = names.iter().position(|name| *name == word);

@@ -1,4 +1,4 @@
-//! The safety stage, last before the actuators.
+//! Safety stage, the last stage before the actuators.
 
 mod drive_fault;
 mod drive_state;
@@ -21,45 +21,45 @@ use crate::signal::word::{Scalar as _, Word};
 use limited::{Held, Limited};
 use velocity::Velocity;
 
-/// What a tick came to. It always leaves a usable frame for the device.
+/// Result of a tick. It always leaves a valid frame for the device.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum Tick {
     /// The scheme ran and commands the device.
     Ran,
-    /// The scheme does not run; the device gets its safe value.
+    /// The scheme is stopped; the device gets its safe value.
     Idle,
-    /// The measurement was refused and nothing was computed; the device gets its safe value.
+    /// The measurement was refused, no module ran; the device gets its safe value.
     MeasurementRefused(FrameError),
-    /// The scheme ran, but the caller's frame for the device has another length; the device gets its safe value.
+    /// The scheme ran, but the caller's command frame has a wrong length; the device gets its safe value.
     CommandRefused(FrameError),
-    /// The scheme ran and would command the device, but motion is
-    /// [not allowed](crate::Dimsart::allow_motion): no client holds the lease. The device gets its safe value.
+    /// The scheme ran, but motion is not [allowed](crate::Dimsart::allow_motion): no client holds the lease.
+    /// The device gets its safe value.
     Disarmed,
-    /// The scheme ran, but nothing has come over a link for too long: the device gets its safe value until a reset.
+    /// The scheme ran, but a link has timed out: the device gets its safe value until a reset.
     LinkLost {
         /// The link.
         link: u8,
     },
-    /// The scheme ran, but what it is commanded by from outside is [too old](crate::Dimsart::hold_back): the device gets
-    /// its safe value, until a reset if it was moved before.
+    /// The scheme ran, but its external commands are [too old](crate::Dimsart::hold_back): the device gets
+    /// its safe value, until a reset if it was commanded before.
     CommandsLate,
-    /// The scheme ran, but the device's drive [says](crate::Dimsart::drive_fault) that its bridge is off: the device gets its
-    /// safe value, until a reset if it was moved before.
+    /// The scheme ran, but the device's drive [reports](crate::Dimsart::drive_fault) a fault and its bridge
+    /// is off: the device gets its safe value, until a reset if it was commanded before.
     DriveFailed(DriveFault),
-    /// The scheme ran, but no packet has come over a link since it started or was reset, for too long: the device gets its
-    /// safe value until the first one.
+    /// The scheme ran, but no packet has arrived over a link since the start or the last reset, for longer
+    /// than the timeout: the device gets its safe value until the first packet.
     LinkDown {
         /// The link.
         link: u8,
     },
-    /// A module that the device depends on has [failed](crate::Engine::module_fault) and is cut out: the device gets its
-    /// safe value until a reset.
+    /// A module that the device depends on has [failed](crate::Engine::module_fault) and is isolated: the
+    /// device gets its safe value until a reset.
     ModuleFailed(ModuleRef),
 }
 
 impl Tick {
-    /// Why the scheme does not command the device; [`Reason::None`] when it does.
+    /// Returns why the scheme does not command the device; [`Reason::None`] if it does.
     #[must_use]
     pub const fn reason(self) -> Reason {
         match self {
@@ -77,24 +77,24 @@ impl Tick {
     }
 }
 
-/// The safety stage: it alone decides what the actuators get.
+/// Safety stage: decides in every tick what the actuators get.
 ///
-/// | Tick | What a device's input gets |
+/// | Tick | Input of the device |
 /// |---|---|
-/// | nothing is wrong | the scheme's command, held to the input's range and rate |
-/// | scheme stopped, motion not allowed | its safe value, held to the same |
-/// | a link's first packet is missing | its safe value, until that packet |
-/// | frame refused, commands late, link lost, module failed | the same, until a reset and until motion is allowed again |
+/// | no fault | the scheme's command, within the input's range and rate limit |
+/// | scheme stopped, or motion not allowed | the safe value, within the rate limit |
+/// | first packet of a link missing | the safe value, until that packet |
+/// | frame refused, commands late, link lost, drive or module failed | the safe value, until a reset and until motion is allowed again |
 ///
-/// Range, rate and safe value are [declared](DeviceDescriptor::with_limits) with the device; an input without them gets
-/// any finite command, and zero as its safe value. The rate holds on the way to the safe value and back, too: motion
-/// begins where the actuator is, whatever integrators have wound up meanwhile. Why a device did not get what the scheme
-/// commanded is a [`Reason`], with a number and a name. What the drive is in is a [`DriveState`] of CiA 402.
+/// Range, rate and safe value are [declared](DeviceDescriptor::with_limits) with the device. An input without limits
+/// gets any finite command; its safe value is zero. The rate limit also applies on the way to and from the safe value,
+/// so motion starts at the actuator's current value, whatever integrators have wound up. [`Reason`] is the reason why
+/// the device did not get the scheme's command, [`DriveState`] the state of the drive as in CiA 402.
 #[derive(Debug)]
 pub struct Safety {
     state: DriveState,
     is_motion_forbidden: bool,
-    /// What has failed, in a state of fault, and its reason.
+    /// The latched fault and its reason, in a fault state.
     failed: (Tick, Reason),
     refused_ticks: u32,
     reason: Reason,
@@ -119,11 +119,11 @@ impl Safety {
         }
     }
 
-    /// Starts anew for a device. Whether motion is allowed stays.
+    /// Restarts for a device; keeps whether motion is allowed.
     pub(crate) fn connect(&mut self, device: &DeviceDescriptor) {
         *self = Self { is_motion_forbidden: self.is_motion_forbidden, ..Self::new() };
         for word in (0..device.input_words()).filter_map(|place| device.limited_word(place)) {
-            // As many as there is room for: the descriptor has no more.
+            // Does not overflow: the descriptor checks the count.
             let _ = self.limited.push(Limited::new(&word, device));
             if matches!(word.limits.safe_value, SafeValue::Damping { .. }) {
                 self.velocity = Velocity::new(device);
@@ -143,7 +143,8 @@ impl Safety {
         self.state = self.state.after(event).unwrap_or(self.state);
     }
 
-    /// Enables operation, where motion is allowed and nothing has failed; says whether the scheme commands the device.
+    /// Enables operation if motion is allowed and no fault is latched; returns whether the scheme commands
+    /// the device.
     #[cold]
     #[inline(never)]
     fn enable(&mut self) -> bool {
@@ -155,7 +156,7 @@ impl Safety {
         self.state == DriveState::OperationEnabled
     }
 
-    /// Whether a fault cannot be reset yet.
+    /// Returns whether a fault cannot be reset yet.
     pub(crate) fn reacts_to_fault(&self) -> bool {
         self.state == DriveState::FaultReactionActive
     }
@@ -168,39 +169,39 @@ impl Safety {
         self.is_motion_forbidden
     }
 
-    /// What the device's words with limits got last, with their places.
+    /// Returns the last values of the device's limited words, with their indices in the frame.
     pub(crate) fn given(&self) -> impl Iterator<Item = (usize, Word)> + '_ {
         self.limited.iter().map(|limited| (limited.place, limited.given))
     }
 
-    /// The state of the drive.
+    /// Returns the state of the drive.
     #[must_use]
     pub fn state(&self) -> DriveState {
         self.state
     }
 
-    /// Ticks in which a frame was refused, since the device was connected.
+    /// Returns the number of ticks with a refused frame since the device was connected.
     #[must_use]
     pub fn refused_ticks(&self) -> u32 {
         self.refused_ticks
     }
 
-    /// Why the device did not get what the scheme commanded, in the last tick.
+    /// Returns why the device did not get the scheme's command in the last tick.
     #[must_use]
     pub fn reason(&self) -> Reason {
         self.reason
     }
 
-    /// Ticks by reason, since the device was connected.
+    /// Returns the ticks by reason since the device was connected.
     #[must_use]
     pub fn counts(&self) -> &ReasonCounts {
         &self.counts
     }
 
-    /// Decides what the device gets, and puts it into `commanded`.
+    /// Decides what the device gets and writes it into `commanded`.
     ///
-    /// `computed` says why no scheme commands the device, as far as the tick has come. A `drive_fault` is the cause of a
-    /// measurement that is refused in the same tick.
+    /// `computed` is an error if the scheme does not command the device. If the measurement is refused in a
+    /// tick with a `drive_fault`, the drive fault is reported.
     #[inline]
     pub(crate) fn decide(
         &mut self,
@@ -211,7 +212,7 @@ impl Safety {
         measured: &[Word],
         commanded: &mut [Word],
     ) -> Tick {
-        // Written out: results chained by `and_then` are copied on the way, in the usual tick, too.
+        // A match, not `and_then`: chained results are copied in every tick.
         let tick = match computed {
             Err(tick) => tick,
             Ok(()) => match frame.read(engine.data_base(), commanded) {
@@ -270,7 +271,7 @@ impl Safety {
         told
     }
 
-    /// Before the first command a position that is held is where the device stands.
+    /// Before the first command, a held position starts at the measured position.
     #[cold]
     #[inline(never)]
     fn hold_position(&mut self, measured: &[Word]) {
@@ -281,12 +282,14 @@ impl Safety {
         }
     }
 
-    /// The result of a tick in which no scheme commands the device, and of its cause: the one that has failed, until a reset.
+    /// Returns the result and reason of a tick in which no scheme commands the device; the latched fault
+    /// until a reset.
     fn tell(&mut self, tick: Tick, cause: Tick, is_running: bool) -> (Tick, Reason) {
         let told = (cause, cause.reason());
         let is_refused = matches!(tick, Tick::MeasurementRefused(_) | Tick::CommandRefused(_));
         self.refused_ticks = self.refused_ticks.saturating_add(is_refused.into());
-        // What is refused or late while nothing moves is over with the next one; the first command may be waited for.
+        // While nothing moves, a refused frame or a late command does not latch, nor does a link that is
+        // down.
         let fails = match tick {
             _ if is_refused => is_running && self.enable(),
             Tick::CommandsLate | Tick::DriveFailed(_) => self.state == DriveState::OperationEnabled,
@@ -302,7 +305,7 @@ impl Safety {
         if self.state.is_fault() { self.failed } else { told }
     }
 
-    /// Holds what a scheme commands to range and rate.
+    /// Limits the scheme's commands to their range and rate.
     #[inline(never)]
     fn limit(&mut self, measured: &[Word], commanded: &mut [Word]) {
         let mut held = Held::default();

@@ -1,4 +1,4 @@
-//! Schemes: modules, bindings and parameters, as [text](Row) and as the engine keeps them.
+//! Schemes: modules, bindings and parameters, as [text](Row) and in the engine.
 
 pub(crate) mod command;
 pub(crate) mod finding;

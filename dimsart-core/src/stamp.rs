@@ -1,8 +1,8 @@
-//! What is put into an image after it was linked: its scheme, and what its modules cost.
+//! Stamp: data written into a linked image, the scheme and the cost of its modules.
 //!
-//! An image has room for a [`Stamp`] at the symbol `dimsart_stamp`. The linker leaves the stamp that the build begins
-//! with: the board's own scheme as master, and no costs. `dimsart stamp` works out the costs from that very image and
-//! writes them, and the scheme of either side, into the file.
+//! An image reserves a [`Stamp`] at the symbol `dimsart_stamp`. After the build it contains the board's own
+//! scheme as master and no costs. `dimsart stamp` computes the costs from the image and writes them, and
+//! optionally another scheme, into the file.
 //!
 //! Little endian, in this order:
 //!
@@ -10,7 +10,7 @@
 //! byte  bytes
 //!    0      8  "DIMSTAMP"
 //!    8      2  version of this layout, 2
-//!   10      2  lines of costs there is room for: the tick's, one for each module kind, those of instructions
+//!   10      2  cost lines: the tick, each module kind, each instruction
 //!   12      4  most cycles of a tick; 0: no limit
 //!   16     16  side of the scheme, as text
 //!   32     16  memory that the costs are for, as text, such as `0ws`; empty: the image is not stamped
@@ -28,22 +28,23 @@ use core::num::NonZeroU32;
 
 use crate::module::{Cost, Costs, KindId};
 
-/// How a stamp begins.
+/// First bytes of a stamp.
 pub const MAGIC: [u8; 8] = *b"DIMSTAMP";
 /// Version of the layout.
 pub const VERSION: u16 = 2;
-/// Behind the name of an image that is not stamped, where a board describes itself.
+/// Suffix of the name of an unstamped image, in a board's description.
 pub const UNSTAMPED: &str = " unstamped";
-/// Most bytes of a text.
+/// Maximum bytes of a text.
 pub const MAX_TEXT_BYTES: usize = 16;
 
-/// Most bytes of the scheme.
+/// Maximum bytes of the scheme.
 pub const STAMP_SCHEME_BYTES: usize = 512;
 
 /// Text that ends at the first zero byte.
 pub type Text = [u8; MAX_TEXT_BYTES];
 
-/// What is put into an image after it was linked, with room for so many lines of costs.
+/// Data that are written into an image after linking, with room for `LINES` cost lines and `KINDS` module
+/// kinds.
 #[derive(Debug, Clone, Copy)]
 #[repr(C)]
 pub struct Stamp<const LINES: usize, const KINDS: usize> {
@@ -53,35 +54,35 @@ pub struct Stamp<const LINES: usize, const KINDS: usize> {
     pub version: u16,
     /// `LINES`.
     pub lines: u16,
-    /// Most cycles of a tick; 0: no limit.
+    /// Maximum cycles of a tick; 0: no limit.
     pub limit_cycles: u32,
     /// Side of the scheme.
     pub side: Text,
-    /// Memory that the costs are for; empty while they are not known.
+    /// Memory for which the costs are valid; empty if they are unknown.
     pub memory: Text,
     /// Compiler of the image.
     pub compiler: Text,
     /// Name of the scheme.
     pub scheme_name: Text,
-    /// Bytes of the scheme that are used.
+    /// Used bytes of the scheme.
     pub scheme_bytes: u16,
     /// `KINDS`.
     pub kind_count: u16,
     /// A saved scheme.
     pub scheme: [u8; STAMP_SCHEME_BYTES],
-    /// What a tick, each kind of module and each instruction cost.
+    /// Cost of a tick, each module kind and each instruction.
     pub costs: [Cost; LINES],
-    /// The module kinds of the image.
+    /// Module kinds of the image.
     pub kinds: [KindId; KINDS],
 }
 
 const _: () = {
-    assert!(core::mem::offset_of!(Stamp<1, 0>, scheme) == 84, "as the layout says");
+    assert!(core::mem::offset_of!(Stamp<1, 0>, scheme) == 84, "offset in the layout");
     assert!(core::mem::offset_of!(Stamp<1, 0>, costs) == 596 && size_of::<Stamp<3, 2>>() == 612);
 };
 
 impl<const LINES: usize, const KINDS: usize> Stamp<LINES, KINDS> {
-    /// Of an image as it is linked: a scheme of one side, and no costs. What does not fit is left out.
+    /// Creates the stamp of a linked image: a scheme of one side, no costs. Data that do not fit are omitted.
     #[must_use]
     #[expect(clippy::cast_possible_truncation, reason = "kinds are counted in a byte, schemes are short")]
     pub const fn unstamped(side: &str, scheme: &[u8], kinds: [KindId; KINDS]) -> Self {
@@ -103,45 +104,45 @@ impl<const LINES: usize, const KINDS: usize> Stamp<LINES, KINDS> {
         }
     }
 
-    /// The bytes of the scheme.
+    /// Returns the bytes of the scheme.
     #[must_use]
     pub fn scheme(&self) -> &[u8] {
         self.scheme.get(..usize::from(self.scheme_bytes)).unwrap_or_default()
     }
 
-    /// Side of the scheme.
+    /// Returns the side of the scheme.
     #[must_use]
     pub fn side(&self) -> &str {
         as_str(&self.side)
     }
 
-    /// What the modules cost; none in an image that is not stamped.
+    /// Returns the costs; none in an unstamped image.
     #[must_use]
     pub fn costs(&'static self) -> Option<Costs> {
         (self.memory.first() != Some(&0)).then_some(Costs::new(&self.costs, &self.kinds))
     }
 
-    /// What a tick may take, cycles.
+    /// Returns the maximum cycles of a tick.
     #[must_use]
     pub fn limit_cycles(&self) -> Option<NonZeroU32> {
         NonZeroU32::new(self.limit_cycles)
     }
 }
 
-/// As it stands in a stamp; nothing if it is too long.
+/// Converts to the text format of a stamp; empty if too long.
 #[must_use]
 pub const fn text(words: &str) -> Text {
     filled(words.as_bytes()).0
 }
 
-/// A text up to its first zero byte.
+/// Returns a text up to its first zero byte.
 #[must_use]
 pub fn as_str(text: &Text) -> &str {
     let used = text.split(|byte| *byte == 0).next().unwrap_or_default();
     core::str::from_utf8(used).unwrap_or_default()
 }
 
-/// Bytes with zeros behind them, and how many they are; none if they do not fit.
+/// Pads bytes with zeros and returns their number; empty if they do not fit.
 const fn filled<const BYTES: usize>(mut from: &[u8]) -> ([u8; BYTES], usize) {
     let mut bytes = [0; BYTES];
     let count = from.len();

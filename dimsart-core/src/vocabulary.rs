@@ -1,4 +1,4 @@
-//! What a controller says of itself, by number and by name: an engine at hand, or a device that was asked.
+//! Vocabulary: names and descriptions of a controller's modules, parameters, ports and types.
 
 pub(crate) mod description;
 pub mod names;
@@ -12,72 +12,72 @@ use crate::module::{EVERY_TICKS, KindId, ModuleRef};
 use crate::signal::{AxisKind, Shape, TypeRef, Unit};
 use crate::vocabulary::names::{numbered, split};
 
-/// Kinds of modules, parameters, ports and data types of a controller.
+/// Names and descriptions of a controller's module kinds, parameters, ports and data types.
 ///
-/// An [`Engine`](crate::Engine) is one. A host that has asked a device for its descriptions has another one.
-/// [Rows](crate::scheme::Row) are read and [findings](crate::Explanation) are put into words with either.
-/// To ask changes nothing.
+/// An [`Engine`](crate::Engine) implements it, and so does a host's copy of a device's descriptions.
+/// [Rows](crate::scheme::Row) are parsed and [findings](crate::Explanation) are printed with either.
 pub trait Vocabulary {
-    /// Name of the device.
+    /// Returns the name of the device.
     fn device_name(&self) -> &str;
 
-    /// What moves on each axis of the device.
+    /// Returns the kind of each axis of the device.
     fn axes(&self) -> &[AxisKind];
 
-    /// Degrees of freedom.
+    /// Returns the degrees of freedom.
     fn dof(&self) -> u8 {
         u8::try_from(self.axes().len()).unwrap_or(u8::MAX)
     }
 
-    /// Name of the kind of module at a place in the list; none past the last one.
+    /// Returns the name of the module kind at an index of the list; none after the last one.
     fn kind_at(&self, place: u8) -> Option<&str>;
 
-    /// Parameter `index` of a kind of module; none past the last one, but for number 127: [every how many
-    /// ticks](crate::Rate) a module runs.
+    /// Returns parameter `index` of a module kind; none after the last one, except number 127, the
+    /// [period](crate::Rate) of the module.
     fn parameter_text(&self, kind: KindId, index: u8) -> Option<ParameterText<'_>>;
 
-    /// Port `index` of a module as its parameters are now; none past the last one.
+    /// Returns port `index` of a module with its current parameters; none after the last one.
     fn port_text(&self, module: ModuleRef, index: u8) -> Option<PortText<'_>>;
 
-    /// The data type at place `index` of the list: the standard ones, then the device's own; none past the last one.
+    /// Returns the data type at `index` of the list: the standard types, then the device's own; none after
+    /// the last one.
     fn type_text(&self, index: u16) -> Option<DataTypeText<'_>>;
 
-    /// Names of all kinds of modules.
+    /// Returns the names of all module kinds.
     fn kind_names(&self) -> impl Iterator<Item = &str> {
         (0..=u8::MAX).map_while(|place| self.kind_at(place))
     }
 
-    /// Name of a kind of module.
+    /// Returns the name of a module kind.
     fn kind_name(&self, kind: KindId) -> Option<&str> {
         self.kind_names().find(|name| KindId::of(name) == kind)
     }
 
-    /// Parameters of a kind of module.
+    /// Returns the parameters of a module kind.
     fn parameter_texts(&self, kind: KindId) -> impl Iterator<Item = ParameterText<'_>> {
         (0..=u8::MAX).map_while(move |index| self.parameter_text(kind, index))
     }
 
-    /// Ports of a module.
+    /// Returns the ports of a module.
     fn port_texts(&self, module: ModuleRef) -> impl Iterator<Item = PortText<'_>> {
         (0..=u8::MAX).map_while(move |index| self.port_text(module, index))
     }
 
-    /// All data types.
+    /// Returns all data types.
     fn type_texts(&self) -> impl Iterator<Item = DataTypeText<'_>> {
         (0..=u16::MAX).map_while(|index| self.type_text(index))
     }
 
-    /// Finds a module by name, `PDCTRL_MOD` or `PDCTRL_MOD.2`. It need not exist yet.
+    /// Finds a module by name, `PDCTRL_MOD` or `PDCTRL_MOD.2`. The instance need not exist.
     fn module_named(&self, word: &str) -> Option<ModuleRef> {
         numbered(self.kind_names(), word)
     }
 
-    /// Name of a module; `?` for a kind that is not there.
+    /// Returns the name of a module; `?` for an unknown kind.
     fn name_of_module(&self, module: ModuleRef) -> Name<'_> {
         Name { name: self.kind_name(module.kind).unwrap_or("?"), number: module.number }
     }
 
-    /// Finds a parameter of a kind of module by name, and its number.
+    /// Finds a parameter of a module kind by name, and its number.
     fn parameter_named(&self, kind: KindId, name: &str) -> Option<(u8, ParameterText<'_>)> {
         let of_all = self.parameter_text(kind, EVERY_TICKS).map(|parameter| (EVERY_TICKS, parameter));
         let mut found = (0..=u8::MAX).zip(self.parameter_texts(kind)).chain(of_all);
@@ -87,23 +87,23 @@ pub trait Vocabulary {
     /// Finds a signal by name, `FORCE` or `FORCE.2`.
     fn signal_named(&self, word: &str) -> Option<TypeRef> {
         let (name, number) = split(word)?;
-        // A device's own types come last, and may have a standard one's name.
+        // A device's own type overrides a standard type of the same name.
         let found = self.type_texts().filter(|found| found.name == name).last()?;
         Some(TypeRef { id: found.id, number })
     }
 
-    /// The data type of a signal.
+    /// Returns the data type of a signal.
     fn type_of(&self, signal: TypeRef) -> Option<DataTypeText<'_>> {
         self.type_texts().find(|found| found.id == signal.id)
     }
 
-    /// Name of a signal; `?` for a number that no type has.
+    /// Returns the name of a signal; `?` for an unknown type.
     fn name_of_signal(&self, signal: TypeRef) -> Name<'_> {
         Name { name: self.type_of(signal).map_or("?", |found| found.name), number: signal.number }
     }
 }
 
-/// A unit's symbol on the axes of a device: both where they differ. Empty for a pure number.
+/// A unit's symbol for the axes of a device: both symbols if the axes differ. Empty if dimensionless.
 #[derive(Debug, Clone, Copy)]
 pub struct UnitOn<'a> {
     unit: Unit,
@@ -111,13 +111,14 @@ pub struct UnitOn<'a> {
 }
 
 impl Unit {
-    /// The unit on these axes.
+    /// Returns the unit for these axes.
     #[must_use]
     pub fn on(self, axes: &[AxisKind]) -> UnitOn<'_> {
         UnitOn { unit: self, axes }
     }
 
-    /// The unit of one word of a signal: on its row's axis. A scalar, and a row beyond the last axis, are of all axes.
+    /// Returns the unit of one word of a signal, for its row's axis. Scalars, and rows after the last axis,
+    /// have the unit of all axes.
     #[must_use]
     pub fn of_word(self, shape: Shape, word: usize, axes: &[AxisKind]) -> UnitOn<'_> {
         let (row, _) = shape.place(word, axes.len());
@@ -127,7 +128,7 @@ impl Unit {
 }
 
 impl UnitOn<'_> {
-    /// Whether it is a pure number.
+    /// Returns whether the unit is dimensionless.
     #[must_use]
     pub fn is_empty(&self) -> bool {
         self.unit == Unit::One

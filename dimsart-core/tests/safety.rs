@@ -1,5 +1,5 @@
-//! What a device gets, whatever comes: finite numbers in its range, never faster than its rate, and a safe value when
-//! no scheme commands it.
+//! The device always gets finite commands within range and rate limit, and a safe value when no scheme
+//! commands it.
 #![expect(clippy::unwrap_used, clippy::indexing_slicing, reason = "in helpers of tests as in tests")]
 #![expect(clippy::float_cmp, reason = "these numbers are exact")]
 
@@ -13,9 +13,9 @@ use dimsart_link::EventKind;
 use dimsart_modules::ALL;
 
 const AXES: usize = 3;
-/// A power of two, so that no product with it is rounded.
+/// A power of two, so that products with it are exact.
 const H_S: f32 = 1.0 / 1024.0;
-/// Another kind of actuator on each axis.
+/// A different kind of actuator on each axis.
 const LIMITS: [InputLimits; AXES] = [
     InputLimits { min: -8.0, max: 5.0, rate_per_s: 1024.0, safe_value: SafeValue::Zero },
     InputLimits { min: 1.0, max: 30.0, rate_per_s: 128.0, safe_value: SafeValue::Hold },
@@ -31,8 +31,8 @@ const SLOW: &[InputLimits] =
     &[InputLimits { min: -1e4, max: 1e4, rate_per_s: 51.2, safe_value: SafeValue::Zero }; AXES];
 const HELD_COUNT: &[InputLimits] = &[InputLimits { safe_value: SafeValue::Hold, ..InputLimits::NONE }];
 
-/// A spring from the measured to the desired position, so that a test commands what it likes. What is as large as
-/// `f32` goes becomes infinite.
+/// A spring from the measured to the desired position, through which a test sets the command. Values near the
+/// maximum of `f32` become infinite.
 const SPRING: &str = "
 any PCTRL_MOD K_PARAM 2
 any MOD_ENG MOD_ON PCTRL_MOD
@@ -40,19 +40,20 @@ any COMM_RXMOD CRX_ADD_DATA VELOCITY.2
 any MOD_ENG MOD_ON COMM_RXMOD
 any MOD_ENG MATCHING_CHECK";
 
-/// Commands what the other side shows.
+/// Commands the peer's value.
 const FOLLOWS: &str = "
 any LIMIT_MOD PORT_SIGNAL_IN FAR_POSITION
 any LIMIT_MOD PORT_SIGNAL_OUT DES_POSITION
 any MOD_ENG MOD_ON LIMIT_MOD
 any MOD_ENG MATCHING_CHECK";
 
-/// A controller whose device measures position and desired position, and takes a force and a whole number.
+/// A controller whose device measures position and desired position; its inputs are a force and a whole
+/// number.
 struct Arm {
     dimsart: Dimsart,
     sender: Dimsart,
     position_m: [f32; AXES],
-    /// What it got last.
+    /// The last command.
     given: [f32; AXES],
     count: u32,
 }
@@ -95,7 +96,7 @@ impl Arm {
         self.sender.outgoing(0).unwrap()
     }
 
-    /// A tick in which the scheme commands twice this.
+    /// Runs a tick in which the scheme commands twice this value.
     fn tick(&mut self, half_n: [f32; AXES]) -> Tick {
         let packet = self.packet();
         self.dimsart.deliver(0, &Ok(packet)).unwrap();
@@ -108,7 +109,7 @@ impl Arm {
             measured[axis] = (half_n[axis] + self.position_m[axis]).into();
             measured[AXES + axis] = self.position_m[axis].into();
         }
-        // What the caller has in its buffer is not what the device got last.
+        // The content of the caller's buffer must not matter.
         let mut commanded = [Word(0x7FC0_0000); 1 + AXES];
         let tick = self.dimsart.tick(&measured, &mut commanded);
         self.count = commanded[0].0;
@@ -116,7 +117,7 @@ impl Arm {
         tick
     }
 
-    /// As soon as it has its safe value.
+    /// Called when the safe value is reached.
     fn reset(&mut self) {
         while self.dimsart.safety().state() == DriveState::FaultReactionActive {
             self.tick_in_silence([0.0; AXES]);
@@ -148,7 +149,7 @@ impl Random {
         self.next().is_multiple_of(count)
     }
 
-    /// -1 to 1.
+    /// From -1 to 1.
     fn share(&mut self) -> f32 {
         ((self.next() >> 40) as f32 / (1u64 << 23) as f32) - 1.0
     }
@@ -165,13 +166,13 @@ impl Random {
     }
 }
 
-/// What the device must get, worked out from what it got last.
+/// Model of the safety stage: computes the expected command from the last one.
 struct Model {
     given: [f32; AXES],
     count: u32,
-    /// In the last tick, if it measured.
+    /// Measurements of the last tick, if any.
     position_m: Option<[f32; AXES]>,
-    /// What has failed, until a reset.
+    /// The latched fault.
     failed: Option<Tick>,
     /// Whether the scheme commanded the device in the last tick.
     was_enabled: bool,
@@ -183,7 +184,7 @@ impl Model {
         Self { given, count: 0, position_m: None, failed: None, was_enabled: false }
     }
 
-    /// What an axis gets while no scheme commands it, limits apart.
+    /// Value of an axis while no scheme commands it, before limits.
     fn safe_value(&self, axis: usize, now_m: Option<[f32; AXES]>) -> f64 {
         match LIMITS[axis].safe_value {
             SafeValue::Zero => 0.0,
@@ -195,7 +196,7 @@ impl Model {
         }
     }
 
-    /// Looks at a tick in which the scheme would have commanded `force_n`.
+    /// Checks a tick in which the scheme would have commanded `force_n`.
     fn check(&mut self, arm: &Arm, tick: Tick, is_allowed: bool, is_measured: bool, force_n: [f32; AXES]) {
         let commands = is_allowed && arm.dimsart.engine().is_running();
         let refused = matches!(tick, Tick::MeasurementRefused(_));
@@ -220,7 +221,7 @@ impl Model {
             let inside = wanted.clamp(min.into(), max.into());
             let step = f64::from(limits.rate_per_s * H_S);
             let reached = inside.clamp(f64::from(last) - step, f64::from(last) + step);
-            // What f32 rounds: the sum of the last value and the step, and a velocity.
+            // Rounding of f32: last value plus step, and velocity.
             let rounding = f64::from(f32::EPSILON) * (f64::from(last).abs() + reached.abs());
             let found = format!("{tick:?}, axis {axis}: {given} after {last}, wanted {wanted}");
             assert!(given.is_finite() && min <= given && given <= max, "{found}");
@@ -291,14 +292,14 @@ fn every_tick_keeps_range_rate_and_safe_value_whatever_comes() {
         }
     }
     let mut often = Reason::ALL.iter().zip(met);
-    // A frame of the wrong length is its caller's fault, and is never met here; nor are the faults of a drive, of which the arm
-    // has none.
+    // A command frame of wrong length cannot occur here; the arm has no drive, so drive faults cannot occur
+    // either.
     let is_none = |reason: Reason| {
         matches!(reason, Reason::CommandRefused | Reason::DriveGone)
             || DriveFault::ALL.iter().any(|fault| fault.reason() == reason)
     };
     let is_met = often.all(|(reason, ticks)| ticks > 100 || is_none(*reason));
-    assert!(is_met, "every reason is met often: {met:?}");
+    assert!(is_met, "every reason occurs often: {met:?}");
 }
 
 #[test]
@@ -340,12 +341,12 @@ any MOD_ENG MATCHING_CHECK";
         [tick(true), tick(true)]
     };
     let [first, _] = run(&[&[]]);
-    assert_eq!(first, 1000.0 * H_S, "what one tick integrates");
+    assert_eq!(first, 1000.0 * H_S, "the change of one tick");
     let limited = run(&[SLOW]);
     assert_eq!(limited, [0.05, 0.1]);
 }
 
-/// At the smallest rate that is accepted, the command leaves every value of the range.
+/// At the minimum accepted rate, the command can leave every value of the range.
 #[test]
 fn a_rate_that_is_accepted_changes_the_command_anywhere_in_its_range() {
     for [min, max] in [[-1000.0_f32, 10.0], [-3.0, 1024.0], [0.0, 1e-3], [-1e8, 0.0]] {
@@ -382,8 +383,8 @@ fn a_position_that_is_held_begins_where_the_device_stands() {
     let new =
         |limits| Dimsart::new(ProvidedMemory::leaked(), device().with_limits(limits).unwrap(), ALL).unwrap();
     let mut dimsart = new(&[HELD]);
-    // Nothing commands it: it may be moved by hand until then.
-    assert_eq!(tick(&mut dimsart, f32::NAN).1, 0.0, "nothing is measured yet");
+    // Without commands the device may be moved by hand.
+    assert_eq!(tick(&mut dimsart, f32::NAN).1, 0.0, "no measurement yet");
     assert_eq!(tick(&mut dimsart, 1.5), (Tick::Idle, 1.5));
     assert_eq!(tick(&mut dimsart, -1.25), (Tick::Idle, -1.25));
     assert_eq!(tick(&mut dimsart, 7.0), (Tick::Idle, 2.0), "the nearest value of the range");
@@ -392,7 +393,7 @@ fn a_position_that_is_held_begins_where_the_device_stands() {
     load(&mut dimsart, FOLLOWS);
     assert_eq!(tick(&mut dimsart, 1.0), (Tick::Ran, 1.0 - H_S));
     dimsart.allow_motion(false);
-    assert_eq!(tick(&mut dimsart, 1.75), (Tick::Disarmed, 1.0 - H_S), "what it got last");
+    assert_eq!(tick(&mut dimsart, 1.75), (Tick::Disarmed, 1.0 - H_S), "its last value");
     // A scheme that commands from the first tick on.
     let mut dimsart = new(&[HELD]);
     load(&mut dimsart, FOLLOWS);
@@ -468,7 +469,7 @@ fn every_reason_can_be_met_and_is_counted() {
     let tick = arm.tick([0.0, 0.5, 0.0]);
     meet(&arm, tick, Reason::CommandsLate);
     arm.dimsart.hold_back(false);
-    // Of a bus of drives, it is the drive of an axis.
+    // On a bus of drives, the fault names the axis.
     let gone = DriveFault::Gone { axis: 1 };
     for fault in DriveFault::ALL.iter().copied().chain([gone]) {
         arm.reset();
@@ -480,7 +481,7 @@ fn every_reason_can_be_met_and_is_counted() {
         assert_eq!(DriveFault::by_number(fault.reason().number()), (fault != gone).then_some(fault));
         arm.dimsart.drive_fault(None);
         assert_eq!(arm.tick([0.0, 0.5, 0.0]), tick, "until a reset");
-        // What a sensor shows or a module computes in the same tick is a consequence.
+        // An implausible measurement or a module fault in the same tick is a consequence.
         for measured in [[f32::NAN; AXES], [f32::MAX; AXES]] {
             arm.reset();
             arm.tick([0.0, 0.5, 0.0]);
@@ -509,7 +510,7 @@ fn every_reason_can_be_met_and_is_counted() {
     assert_eq!(met, Reason::ALL);
 }
 
-/// Numbers and names that were given out. A row is added for a new one, and none is ever changed.
+/// Released numbers and names: add a row for a new one, never change one.
 const NUMBERS: [(u8, &str); 26] = [
     (0, "none"),
     (8, "stopped"),
@@ -539,7 +540,7 @@ const NUMBERS: [(u8, &str); 26] = [
     (100, "rate limited"),
 ];
 
-/// Of the page's tables.
+/// Rows of the page's tables.
 fn row(number: u8, cells: [&str; 3]) -> String {
     format!("\n| {number} | {} |\n", cells.join(" | ").trim_end())
 }
@@ -606,7 +607,7 @@ fn limits_that_cannot_be_kept_are_refused_with_the_word_and_why() {
     assert_eq!(fault(InputLimits { rate_per_s, ..range }), Some(too_small));
     assert_eq!(
         too_small.to_string(),
-        "rate_per_s = 0.061875 is too small: its change in a tick is lost in rounding at 1000; set rate_per_s to 0.0625 or \
+        "rate_per_s = 0.061875 is too small: its change per tick is lost in f32 rounding at 1000; set rate_per_s to 0.0625 or \
          more, or narrow the range"
     );
     assert!(matches!(fault(InputLimits { rate_per_s: 1e9, ..none }), Some(LimitsFault::RateTooSmall { .. })));

@@ -1,7 +1,7 @@
-//! What crosses between two engines, in every order of its steps that the memory model allows.
+//! The snapshot between two engines, in every order of steps that the memory model allows.
 //!
-//! Loom does not move a load behind a later store: that the acquire of the writer's exchange and the release of the
-//! reader's are needed is reasoned, where they stand.
+//! Loom does not move a load behind a later store, so it cannot show that the acquire of the writer's
+//! exchange and the release of the reader's are needed; comments there explain why.
 #![expect(clippy::unwrap_used, clippy::panic, reason = "in helpers of tests as in tests")]
 
 use loom::sync::Arc;
@@ -20,11 +20,11 @@ use snapshot::Snapshot;
 
 const WORDS: usize = 2;
 
-/// A writer that writes its count into every word, and a reader that looks as often as it can.
+/// The writer writes its count into every word; the reader reads as often as possible.
 fn explore(writes: u32, reads: usize) {
     loom::model(move || {
         let buffers = std::array::from_fn(|_| std::array::from_fn(|_| AtomicU32::new(0)));
-        // Loom's threads are not scoped: what both ends borrow lives for the whole of this order.
+        // Loom's threads are not scoped: the snapshot must live as long as this order.
         let snapshot: &'static mut Snapshot<WORDS> =
             Box::leak(Box::new(Snapshot::of(buffers, AtomicU8::new(0))));
         let (mut writer, mut reader) = snapshot.split();
@@ -49,7 +49,7 @@ fn explore(writes: u32, reads: usize) {
         }
         other.join().unwrap();
         reader.update();
-        assert_eq!(reader.words().next(), Some(writes), "the last one is there in the end");
+        assert_eq!(reader.words().next(), Some(writes), "the last write arrives");
     });
 }
 

@@ -1,16 +1,16 @@
-//! Carriers: contents into the frames of a medium and back. Bytes in, bytes out.
+//! Carriers: convert contents to the frames of a medium and back.
 //!
-//! | Carrier | Frame | Longest content | Added to a content of Table 1's 47 bytes |
+//! | Carrier | Frame | Longest content | Overhead for a content of 47 bytes (Table 1) |
 //! |---|---|---|---|
 //! | [`stream`] (UART, serial port) | zero, COBS, zero | 256 bytes | 3 bytes |
-//! | [`can_fd`] | length, content, zeros up to a length that CAN FD has | 63 bytes | 1 byte |
-//! | [`can`] (8 bytes a frame) | checksum, index and counter, a part of the header, a word | 16 words | 9 frames, 60 bytes in all |
+//! | [`can_fd`] | length, content, zeros up to a valid CAN FD length | 63 bytes | 1 byte |
+//! | [`can`] (8 bytes a frame) | checksum, index and counter, part of the header, one word | 16 words | 9 frames, 60 bytes in all |
 //!
-//! UDP carries a content as it is. A carrier neither knows nor checks what a content is: the
-//! [`envelope`](dimsart_core::envelope)'s CRC covers the way from end to end. Only classic CAN, where the envelope does
-//! not fit, takes it off and seals it anew, with a CRC of its own in between.
+//! UDP carries a content unchanged. A carrier does not interpret the content: the CRC of the
+//! [`envelope`](dimsart_core::envelope) protects it from end to end. On classic CAN the envelope does not
+//! fit: it is removed, each frame has its own CRC, and the receiver restores the envelope.
 //!
-//! Nothing here waits, allocates or reads a clock; a receiver holds one content.
+//! Carriers do not block, allocate or read a clock. A receiver buffers one content.
 
 pub mod can;
 pub mod can_fd;

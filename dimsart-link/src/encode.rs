@@ -1,12 +1,12 @@
-//! Postcard's format into a buffer, with little code.
+//! Encodes to postcard's format with small code.
 
 use postcard::ser_flavors::Flavor;
 use postcard::{Error, Result};
 use serde::Serialize;
 
-/// Writes a value to the start of `buffer`; none when it does not fit.
+/// Writes a value to the start of `buffer`; `None` if it does not fit.
 ///
-/// As `postcard::to_slice`, which has what puts a byte down in the image for every field of every type.
+/// Replaces `postcard::to_slice`, which inlines the byte writer for every field of every type.
 pub(crate) fn encode_into<'b>(value: &impl Serialize, buffer: &'b mut [u8]) -> Option<&'b [u8]> {
     postcard::serialize_with_flavor(value, Buffer { bytes: buffer, length: 0 }).ok()
 }

@@ -1,21 +1,21 @@
-//! The last things that happened to a controller, in memory that a reset leaves as it is.
+//! A log of a controller's latest events, in memory that survives a reset.
 //!
-//! A board places an [`EventLog`] where its start-up writes nothing (`.uninit`) and [restores](EventLog::restore) it: what
-//! led to a reset can be asked for after it. Every event has a CRC of its own, so that one that was cut off by the reset,
-//! or what the memory holds after power-up, is none.
+//! A board places an [`EventLog`] in memory that start-up does not write (`.uninit`) and
+//! [restores](EventLog::restore) it, so that the events before a reset can be read afterwards. Each event has
+//! its own CRC: an event that a reset cut off, or random memory after power-up, is skipped.
 
 use core::sync::atomic::{AtomicU32, Ordering::Relaxed};
 
 use dimsart_core::checksum::CRC;
 use dimsart_core::{KindId, ModuleRef, Reason, TypeRef};
 
-/// Events that a log keeps.
+/// Maximum number of stored events.
 pub const MAX_EVENTS: usize = 64;
 
 macro_rules! kinds {
     ($($number:literal $kind:ident $name:literal $meaning:literal $next_step:literal;)*) => {
-        /// What happened, beside a change of the [`Reason`] why the device gets what it gets. The numbers go on behind
-        /// those of reasons and are never reused.
+        /// Events other than a change of the safety [`Reason`]. Their numbers follow the numbers of reasons
+        /// and are never reused.
         #[derive(Debug, Clone, Copy, PartialEq, Eq)]
         #[non_exhaustive]
         #[repr(u8)]
@@ -24,10 +24,10 @@ macro_rules! kinds {
         }
 
         impl EventKind {
-            /// Every one, by rising number.
+            /// All kinds, in ascending order of number.
             pub const ALL: &[Self] = &[$(Self::$kind),*];
 
-            /// Its name, for reports.
+            /// Returns the name, for reports.
             #[must_use]
             pub const fn name(self) -> &'static str {
                 match self {
@@ -35,7 +35,7 @@ macro_rules! kinds {
                 }
             }
 
-            /// What it means, in sentences.
+            /// Returns the meaning, in sentences.
             #[must_use]
             pub const fn meaning(self) -> &'static str {
                 match self {
@@ -43,7 +43,7 @@ macro_rules! kinds {
                 }
             }
 
-            /// What to do next, in sentences; empty where nothing is to be done.
+            /// Returns the remedy, in sentences; empty if no action is needed.
             #[must_use]
             pub const fn next_step(self) -> &'static str {
                 match self {
@@ -56,82 +56,80 @@ macro_rules! kinds {
 
 kinds! {
     128 Started "started"
-        "The board began, and why: its supply came (also after a brown-out), its reset pin, its own \
-         program, its watchdog."
-        "After a watchdog: ticks did not keep their time, or the communication stood still. `dimsart \
-         connect PORT show` counts late ticks.";
+        "The board has started. Cause: power-on or brown-out, reset pin, its own program, or watchdog."
+        "After a watchdog reset: ticks were late or communication stalled. `dimsart connect PORT show` \
+         counts late ticks.";
     129 Reset "reset"
-        "A client has reset all modules, and ended a fault if there was one."
+        "A client reset all modules and cleared the fault, if any."
         "";
     130 SchemeChange "scheme changed"
         "A transaction was committed."
         "";
     131 ModuleCutOut "module cut out"
-        "A module failed that the device does not depend on; it is named as for 40."
-        "As 40, though the device goes on.";
+        "A module failed that no device input depends on; it is named as for 40."
+        "As for 40; the device is still commanded.";
     132 Panic "panic"
-        "The program found itself in a state that cannot be. Its tick is that of the event before it."
-        "Build with the feature `panic-text`, which logs the place, and report it.";
+        "The program stopped on an internal error. The tick is that of the previous event."
+        "Build with the feature `panic-text`, which logs the source line, and report it.";
     133 Exception "exception"
-        "A stack overflow, a bad access or an unknown instruction; the detail is the processor's CFSR. Its \
-         tick is that of the event before it."
-        "As 132. Bits 0 to 7 are memory protection (a stack overflow), 8 to 15 the bus, 16 to 31 the \
-         instruction.";
+        "Stack overflow, invalid access or undefined instruction; the detail is the processor's CFSR. The \
+         tick is that of the previous event."
+        "As for 132. Bits 0 to 7: memory protection (stack overflow); 8 to 15: bus; 16 to 31: instruction.";
     134 BusLeft "CAN bus left"
-        "Too many errors: the node left its CAN bus (bus-off). It joins again after 100 ms."
+        "Too many errors: the node is bus-off. It rejoins its CAN bus after 100 ms."
         "If this repeats: check wiring, termination and bit rate.";
     135 BusJoined "CAN bus joined"
-        "The node joined its CAN bus again."
+        "The node rejoined its CAN bus."
         "";
     136 BusGivenUp "CAN bus given up"
-        "The node left its CAN bus four times within 10 s, and stays off."
-        "Check wiring, termination and bit rate; then `reset`, which joins the bus again.";
+        "The node was bus-off four times within 10 s and stays off."
+        "Check wiring, termination and bit rate; then `reset`, which rejoins the bus.";
 }
 
-/// Why a board has started: the detail of [`EventKind::Started`].
+/// The cause of a board's start: the detail of [`EventKind::Started`].
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[repr(u8)]
 pub enum StartCause {
-    /// The board cannot tell.
+    /// Unknown.
     Unknown = 0,
-    /// Its supply came, or came back.
+    /// Power-up, or a brown-out.
     Power = 1,
-    /// Its reset pin.
+    /// The reset pin.
     Pin = 2,
-    /// Its own program: behind a panic or an exception, or when it was flashed.
+    /// Its own program: a panic, an exception, or flashing.
     Program = 3,
-    /// Its watchdog: ticks did not keep their time, or the communication stood still.
+    /// The watchdog: ticks were late, or communication stalled.
     Watchdog = 4,
 }
 
-/// Something that happened.
+/// An event.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
 pub struct Event {
-    /// Counts events, from 1; over resets, too.
+    /// Number of the event, from 1; continues over resets.
     pub number: u32,
-    /// Tick in which it happened, from the start of the board, modulo 2^32.
+    /// Tick of the event since the board's start, modulo 2^32.
     pub tick: u32,
     /// Number of a [`Reason`] or of an [`EventKind`].
     pub what: u8,
-    /// The module that it is about, if it is about one.
+    /// The module concerned, if any.
     pub module: Option<ModuleRef>,
-    /// The signal that it is about, if it is about one.
+    /// The signal concerned, if any.
     pub signal: Option<TypeRef>,
-    /// Which of the signal's words; 255 for all from there on.
+    /// Index of the word in the signal; 255 for 255 and above.
     pub word: u16,
-    /// A link, a cause, a register, or the word's bits: as `what` says.
+    /// A link, a cause, a register, or the word's bits, depending on `what`.
     pub detail: u32,
 }
 
 impl Event {
-    /// Its name, for reports; none for a number that this version does not know.
+    /// Returns the name, for reports; `None` for an unknown number.
     #[must_use]
     pub fn name(&self) -> Option<&'static str> {
         let kind = EventKind::ALL.iter().find(|kind| **kind as u8 == self.what).map(|kind| kind.name());
         kind.or_else(|| Reason::by_number(self.what).map(Reason::name))
     }
 
-    /// An event without details; number and tick are the log's matter.
+    /// An event without details; the log sets number and tick.
     pub(crate) const fn of(what: u8) -> Self {
         Self { number: 0, tick: 0, what, module: None, signal: None, word: 0, detail: 0 }
     }
@@ -164,7 +162,7 @@ impl Event {
 /// Words of a record: an event and its CRC.
 const WORDS: usize = 6;
 
-/// The last [`MAX_EVENTS`] events. One context writes; any can read, and sees whole events or none.
+/// The last [`MAX_EVENTS`] events. One context writes; any context can read complete events.
 #[derive(Debug)]
 pub struct EventLog {
     records: [[AtomicU32; WORDS]; MAX_EVENTS],
@@ -178,7 +176,7 @@ impl Default for EventLog {
 }
 
 impl EventLog {
-    /// A log without events.
+    /// Creates an empty log.
     #[must_use]
     pub const fn new() -> Self {
         Self {
@@ -187,7 +185,7 @@ impl EventLog {
         }
     }
 
-    /// Finds the events in memory that holds anything.
+    /// Finds valid events in memory of unknown content.
     pub fn restore(&self) {
         let mut last = 0;
         for (place, record) in self.records.iter().enumerate() {
@@ -199,20 +197,20 @@ impl EventLog {
         self.last.store(last, Relaxed);
     }
 
-    /// Number of the last event; 0 before the first one.
+    /// Returns the number of the last event; 0 if there is none.
     #[must_use]
     pub fn last(&self) -> u32 {
         self.last.load(Relaxed)
     }
 
-    /// An event that is still kept, so many before the last one.
+    /// Returns the stored event that is `back` events older than the last one.
     #[must_use]
     pub fn get(&self, back: u8) -> Option<Event> {
         let number = self.last().checked_sub(back.into()).filter(|number| *number > 0)?;
         read(self.records.get(place_of(number))?).filter(|event| event.number == number)
     }
 
-    /// Adds an event of a tick in place of the oldest one.
+    /// Adds an event, replacing the oldest one if the log is full.
     pub fn add(&self, tick: u32, event: Event) {
         let number = self.last().wrapping_add(1);
         let Some(record) = self.records.get(place_of(number)) else { return };
@@ -223,12 +221,12 @@ impl EventLog {
         self.last.store(number, Relaxed);
     }
 
-    /// Adds that the board has started.
+    /// Adds the start of the board.
     pub fn add_start(&self, cause: StartCause) {
         self.add(0, Event { detail: cause as u32, ..Event::of(EventKind::Started as u8) });
     }
 
-    /// Adds that the program has to stop; `detail` as the kind says.
+    /// Adds a panic or an exception; the meaning of `detail` depends on the kind.
     pub fn add_stop(&self, kind: EventKind, detail: u32) {
         let tick = self.get(0).map_or(0, |event| event.tick);
         self.add(tick, Event { detail, ..Event::of(kind as u8) });
@@ -245,7 +243,7 @@ fn read(record: &[AtomicU32; WORDS]) -> Option<Event> {
     (found == Some(checksum(words))).then(|| Event::from_words(words))
 }
 
-/// Never 0 for words that are all 0: fresh memory holds no event.
+/// Not 0 if all words are 0, so that cleared memory holds no event.
 fn checksum(words: [u32; WORDS - 1]) -> u32 {
     let mut digest = CRC.digest();
     words.iter().for_each(|word| digest.update(&word.to_le_bytes()));
@@ -325,7 +323,7 @@ mod tests {
             prop_assert_eq!(numbers(&log), []);
         }
 
-        /// A reset in the middle of an event costs that event and the one whose place it took.
+        /// A reset during a write loses that event and the one that it replaces.
         #[test]
         fn a_reset_in_the_middle_of_an_event_costs_no_other(events in 1..200_u32, written in 0..WORDS) {
             let (log, next) = (filled(events), filled(events + 1));

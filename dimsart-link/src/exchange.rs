@@ -1,33 +1,34 @@
-//! What an emulated board and its host tell each other once per tick.
+//! The exchange between an emulated board and its host, once per tick.
 //!
 //! ```text
-//! frame   = length u16 | section*          length counts what follows it
+//! frame   = length u16 | section*          length excludes itself
 //! section = tag u8 | length u16 | bytes
 //! ```
-//! Little endian; at most [`MAX_FRAME_BYTES`] in all. The host speaks first. Its first frame says what
-//! device the board is to drive ([`Tag::Device`], one byte per axis: 0 linear, 1 rotary; [`Tag::Types`]) and is answered
-//! by a [`Tag::Hello`]. From then on every frame of the host is one tick, and every answer is what
-//! came of that tick: nothing is ever in flight, so results do not depend on how fast either side is.
+//! Little endian; at most [`MAX_FRAME_BYTES`] in total. The host sends first: its first frame describes the
+//! device ([`Tag::Device`], one byte per axis: 0 linear, 1 rotary; [`Tag::Types`]), and the board replies
+//! with a [`Tag::Hello`]. Each later frame of the host triggers one tick, and the reply contains the result
+//! of that tick. The exchange is in lockstep, so results do not depend on the speed of either side.
 //!
-//! A host that has nothing to measure yet sends NaN: the [tick](dimsart_core::Dimsart::tick) is refused and
-//! computes nothing, while commands are carried out as in every tick.
+//! A host without a measurement sends NaN: the [tick](dimsart_core::Dimsart::tick) is refused and computes no
+//! outputs, but commands are processed.
 
 use crate::encode::encode_into;
 use dimsart_core::Tick;
 
-/// Version of the exchange, the first byte of a [`Tag::Hello`].
+/// Version of the exchange; the first byte of a [`Tag::Hello`].
 pub const VERSION: u8 = 5;
-/// Longest frame.
+/// Maximum length of a frame.
 pub const MAX_FRAME_BYTES: usize = 16_384;
-/// Most packets of all links in one frame of the host: a board takes each of them in that tick.
+/// Maximum number of packets, over all links, in one frame of the host. The board receives all of them in
+/// that tick.
 pub const MAX_PACKETS: usize = 64;
-/// Longest Data Base that fits a frame beside everything else, words.
+/// Maximum size of the data base in a frame with all other sections, words.
 pub const MAX_SIGNAL_WORDS: usize = 640;
 const LENGTH_BYTES: usize = 2;
 const HEADER_BYTES: usize = 3;
 const MAX_OUTCOME_BYTES: usize = 24;
 
-/// What a section holds.
+/// The type of a section.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[repr(u8)]
 pub enum Tag {
@@ -35,25 +36,26 @@ pub enum Tag {
     Device = 1,
     /// Board to host, first frame: [`VERSION`], then the board's name.
     Hello = 2,
-    /// Words of the device's types: measured to the board, commanded back.
+    /// Words of the device's types: measurements to the board, commands back.
     Words = 3,
-    /// Bytes of the command line: requests to the board, answers back.
+    /// Bytes of the command line: requests to the board, responses back.
     Command = 4,
-    /// Board to host: what the tick came to, as [`Frame::push_outcome`] writes it.
+    /// Board to host: the outcome of the tick, as [`Frame::push_outcome`] writes it.
     Outcome = 5,
-    /// Board to host: the cycle counter before and after the tick, two u32, and the bits that count, u8.
+    /// Board to host: the cycle counter before and after the tick, two u32, and its number of valid bits, u8.
     Stamps = 6,
-    /// Host to board, empty: shows the Data Base in the answer. Board to host: its revision, u32, then
-    /// the words of every signal, u32 each, in the order of [`Request::Entry`](crate::protocol::Request).
+    /// Host to board, empty: requests the data base. Board to host: its revision, u32, then the words of
+    /// every signal, u32 each, in the order of [`Request::Entry`](crate::protocol::Request).
     Signals = 7,
-    /// Board to host, in its last frame: the firmware stopped by a panic, a fault or its watchdog, and these are the words
-    /// that its actuators are left with, u32 each. The second of the [`Stamps`](Self::Stamps) behind them is when.
+    /// Board to host, in its last frame: a panic, an exception or the watchdog stopped the firmware. Contains
+    /// the words at which the actuators remain, u32 each. The second of the [`Stamps`](Self::Stamps) that
+    /// follow is the time.
     Stopped = 8,
-    /// Host to board, first frame: the types that the device measures, their ids, u16 each; without it, `POSITION`.
+    /// Host to board, first frame: ids of the measured types, u16 each; default: `POSITION`.
     Types = 9,
-    /// A whole packet of link 0.
+    /// A complete packet of link 0.
     Link0 = 16,
-    /// A whole packet of link 1.
+    /// A complete packet of link 1.
     Link1 = 17,
 }
 
@@ -72,29 +74,29 @@ impl Tag {
         Self::Link1,
     ];
 
-    /// The tag of a link's packets.
+    /// Returns the tag of a link's packets.
     #[must_use]
     pub fn of_link(link: usize) -> Option<Self> {
         [Self::Link0, Self::Link1].get(link).copied()
     }
 
-    /// The link whose packets the tag is for.
+    /// Returns the link of a packet's tag.
     #[must_use]
     pub fn link(self) -> Option<usize> {
         [Self::Link0, Self::Link1].iter().position(|tag| *tag == self)
     }
 }
 
-/// Why bytes are no frame.
+/// Errors in frames.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum ExchangeError {
-    /// A frame of this many bytes: longer than [`MAX_FRAME_BYTES`].
+    /// A frame of this many bytes exceeds [`MAX_FRAME_BYTES`].
     TooLong(usize),
-    /// A section ends behind its frame.
+    /// A section overruns its frame.
     Truncated,
-    /// No section has this tag: the two sides are of different versions.
+    /// Unknown tag: the two sides have different versions.
     UnknownTag(u8),
-    /// An outcome that is none.
+    /// Invalid outcome.
     Outcome,
 }
 
@@ -102,20 +104,20 @@ impl core::fmt::Display for ExchangeError {
     fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
         match self {
             Self::TooLong(bytes) => {
-                write!(f, "a frame of {bytes} bytes: {MAX_FRAME_BYTES} are possible, send less per tick")
+                write!(f, "frame of {bytes} bytes exceeds the limit of {MAX_FRAME_BYTES}: send less per tick")
             }
-            Self::Truncated => write!(f, "a section ends behind its frame: the other side is no DIMSART"),
+            Self::Truncated => write!(f, "section overruns its frame: peer does not speak this protocol"),
             Self::UnknownTag(tag) => {
-                write!(f, "a section of unknown kind {tag}: build both sides from one version")
+                write!(f, "unknown section {tag}: build both sides from the same version")
             }
-            Self::Outcome => write!(f, "an unknown outcome of a tick: build both sides from one version"),
+            Self::Outcome => write!(f, "unknown tick outcome: build both sides from the same version"),
         }
     }
 }
 
 impl core::error::Error for ExchangeError {}
 
-/// A frame, on its way out or as far as it has come in.
+/// A frame to send, or partly received.
 #[derive(Debug, Clone)]
 pub struct Frame {
     bytes: [u8; MAX_FRAME_BYTES],
@@ -129,21 +131,21 @@ impl Default for Frame {
 }
 
 impl Frame {
-    /// A frame that has not come in yet.
+    /// Creates an empty frame, for receiving.
     #[must_use]
     pub const fn new() -> Self {
         Self { bytes: [0; MAX_FRAME_BYTES], length: 0 }
     }
 
-    /// Makes it a frame without sections, to be sent.
+    /// Clears the frame, for sending.
     pub fn clear(&mut self) {
         self.put_length(LENGTH_BYTES);
     }
 
-    /// Adds a section.
+    /// Appends a section.
     ///
     /// # Errors
-    /// [`ExchangeError::TooLong`] when it does not fit; the frame is as it was.
+    /// [`ExchangeError::TooLong`] if it does not fit; the frame is unchanged.
     pub fn push(&mut self, tag: Tag, content: &[u8]) -> Result<(), ExchangeError> {
         self.push_with(tag, content.len(), |body| {
             if let Some(body) = body.get_mut(..content.len()) {
@@ -152,7 +154,7 @@ impl Frame {
         })
     }
 
-    /// Adds a section of `bytes` bytes, which `fill` writes.
+    /// Appends a section of `bytes` bytes, written by `fill`.
     ///
     /// # Errors
     /// As [`push`](Self::push).
@@ -174,17 +176,17 @@ impl Frame {
         Ok(())
     }
 
-    /// Makes it `length` bytes long, its own two included.
+    /// Sets the total length, including the two length bytes.
     fn put_length(&mut self, length: usize) {
         self.length = length;
-        // Fits: no frame is as long.
+        // A frame's length always fits.
         let body = u16::try_from(length.saturating_sub(LENGTH_BYTES)).unwrap_or(u16::MAX);
         if let Some(start) = self.bytes.first_chunk_mut() {
             *start = body.to_le_bytes();
         }
     }
 
-    /// Adds what the tick came to; none when there was no tick.
+    /// Appends the outcome of the tick; `None` if there was no tick.
     ///
     /// # Errors
     /// As [`push`](Self::push).
@@ -194,23 +196,24 @@ impl Frame {
         self.push(Tag::Outcome, bytes)
     }
 
-    /// Bytes that one more section can hold.
+    /// Returns the number of bytes available for one more section.
     #[must_use]
     pub fn room(&self) -> usize {
         MAX_FRAME_BYTES.saturating_sub(self.length + HEADER_BYTES)
     }
 
-    /// The frame's bytes, to be sent.
+    /// Returns the frame's bytes, to be sent.
     #[must_use]
     pub fn as_bytes(&self) -> &[u8] {
         self.bytes.get(..self.length).unwrap_or_default()
     }
 
-    /// Takes in one frame by calling `read` until it is whole; `read` gives the number of bytes it has
-    /// put at the start of its argument, 0 at the end of the stream. False at the end of the stream.
+    /// Receives one frame, calling `read` until the frame is complete. `read` fills its argument from the
+    /// start and returns the number of bytes read, or 0 at the end of the stream. Returns false at the end of
+    /// the stream.
     ///
     /// # Errors
-    /// [`ExchangeError::TooLong`], or `read`'s own error; the stream is then of no further use.
+    /// [`ExchangeError::TooLong`], or the error of `read`; the stream is then unusable.
     pub fn receive<E: From<ExchangeError>>(
         &mut self,
         mut read: impl FnMut(&mut [u8]) -> Result<usize, E>,
@@ -218,7 +221,7 @@ impl Frame {
         self.length = 0;
         let mut filled = 0;
         loop {
-            // Nothing of a next frame can be there before this one is answered.
+            // The next frame arrives only after this one is answered.
             let more = read(self.bytes.get_mut(filled..).unwrap_or_default())?;
             if more == 0 {
                 return Ok(false);
@@ -239,7 +242,7 @@ impl Frame {
         }
     }
 
-    /// The sections, in order; the first error ends them.
+    /// Iterates over the sections; stops after the first error.
     pub fn sections(&self) -> impl Iterator<Item = Result<(Tag, &[u8]), ExchangeError>> {
         let mut rest = self.as_bytes().get(LENGTH_BYTES..).unwrap_or_default();
         core::iter::from_fn(move || {
@@ -252,10 +255,10 @@ impl Frame {
     }
 }
 
-/// Reads the content of a [`Tag::Outcome`].
+/// Decodes the content of a [`Tag::Outcome`].
 ///
 /// # Errors
-/// [`ExchangeError::Outcome`] when it is none that this version knows.
+/// [`ExchangeError::Outcome`] if it is invalid or unknown.
 pub fn outcome(content: &[u8]) -> Result<Option<Tick>, ExchangeError> {
     postcard::from_bytes(content).map_err(|_| ExchangeError::Outcome)
 }
@@ -282,7 +285,7 @@ mod tests {
     use dimsart_core::{FrameError, types};
     use std::vec::Vec;
 
-    /// What is sent arrives whole, however the stream cuts it.
+    /// A frame is received whole, however the stream splits it.
     #[test]
     fn a_frame_survives_any_cutting() {
         let mut sent = Frame::new();

@@ -1,11 +1,13 @@
-//! What DIMSART's controllers and hosts say to each other, bytes in, bytes out. No allocator, no `unsafe`, no panic.
+//! Protocol between DIMSART controllers and hosts: encodes and decodes bytes. No allocator, no `unsafe`, no
+//! panic.
 //!
 //! ```text
 //! COMM_TX ─▶ packet ─▶ envelope ─▶ (auth) ─▶ carrier ─▶ UART, CAN, UDP ─▶ carrier ─▶ (auth) ─▶ envelope ─▶ COMM_RX
 //! request, response, heartbeat, telemetry ─┘
 //! ```
 //!
-//! [`Packet`](dimsart_core::Packet) and [`envelope`](dimsart_core::envelope) are the core's, which receives packets in a tick.
+//! [`Packet`](dimsart_core::Packet) and [`envelope`](dimsart_core::envelope) are in the core, which receives
+//! packets in a tick.
 #![no_std]
 #![forbid(unsafe_code)]
 

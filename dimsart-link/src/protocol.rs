@@ -1,63 +1,63 @@
-//! Commands over a byte stream: frames, requests, responses. Bytes in, bytes out.
+//! The command line: frames, requests and responses over a byte stream.
 //!
 //! ```text
 //! frame    0 | COBS(content) | 0
 //! content  class u8 | id u16 | payload | CRC-32 u32     at most 256 bytes, an envelope of channel 0
 //! ```
-//! See [`envelope`](dimsart_core::envelope) for the bytes. Zero stands only between frames, so
-//! whatever a line made of one frame, the next one is found. The payload is a [`Request`] (class 1) or
-//! a [`Response`] (class 2) in postcard's format: variants by number in the order they are declared,
-//! whole numbers of more than 8 bits as varints, `f32` as 4 bytes, texts with their length in front.
+//! See [`envelope`](dimsart_core::envelope) for the bytes. A zero occurs only between frames, so a receiver
+//! resynchronises after any corruption. The payload is a [`Request`] (class 1) or a [`Response`] (class 2) in
+//! postcard's format: variants by number in order of declaration, integers of more than 8 bits as varints,
+//! `f32` as 4 bytes, texts with a length prefix.
 //!
-//! # A host needs no table of its own
+//! # Discovery
 //!
-//! [`Request::Identify`] says who is there; modules, parameters, ports and data types are listed by
-//! rising index until [`Refusal::NotThere`]. What a command does is answered by its [`Effect`], not by
-//! its having been understood. Every request is answered, by a response with the same id; a damaged
-//! frame is dropped and counted by the [`Receiver`].
+//! A host needs no tables. [`Request::Identify`] identifies the device; modules, parameters, ports and data
+//! types are listed by ascending index until [`Refusal::NotThere`]. The response to a command is its
+//! [`Effect`], not only an acknowledgement. Every request gets one response with the same id; the
+//! [`Receiver`] drops and counts damaged frames.
 //!
 //! # Clients
 //!
-//! Several hosts can share a line, and the high byte of an id says whose request it is ([`request_id`]). All of
-//! them may look. Motion needs the [`Lease`], which one of them holds for 200 ms at a time; while it does, nobody
-//! else changes anything, and once it does not, the device gets its safe input.
+//! Several hosts can share a line; the high byte of a request's id identifies the client ([`request_id`]).
+//! Every client may read. Motion needs the [`Lease`], which one client holds for 200 ms at a time. While a
+//! client holds it, all other clients are read-only; when it expires, the device goes to its safe value.
 //!
 //! # Keys
 //!
-//! With feature `auth` a board can keep a key ([`KeyAction`]). It then takes what changes or moves something
-//! (`Request::needs_key`) sealed with that key alone; see `Gate` and `RequestSealer`. What it answers is not sealed.
+//! With feature `auth` a board can store a key ([`KeyAction`]). The board then accepts requests that change
+//! or move something (`Request::needs_key`) only if they are sealed with that key; see `Gate` and
+//! `RequestSealer`. Responses are not sealed.
 //!
-//! # Unsolicited
+//! # Unsolicited messages
 //!
-//! A device sends a [`Heartbeat`] (class 5) ten times per second, and to one client at a time the signals that it
-//! asked for (class 4, a [`Sample`] every so many ticks). What the line has no room for is dropped and counted.
+//! A device sends a [`Heartbeat`] (class 5) ten times per second, and telemetry to one client at a time
+//! (class 4, a [`Sample`] at the requested interval). Messages that exceed the line's capacity are dropped
+//! and counted.
 //!
 //! # Versions
 //!
-//! [`PROTOCOL_VERSION`] counts up when variants are added. They are added at the end, in this module
-//! and in every core enum that travels, and from
-//! [`OLDEST_PROTOCOL_VERSION`] on what is there never changes. So a device answers
-//! all that it knows to an older or newer host, and [`Refusal::NotUnderstood`] to the rest. Devices before
-//! [`OLDEST_PROTOCOL_VERSION`] need the host program of their image.
+//! [`PROTOCOL_VERSION`] increases when variants are added. Variants are added at the end, here and in every
+//! transmitted core enum; from [`OLDEST_PROTOCOL_VERSION`] on, existing variants never change. A device
+//! therefore answers every request that it knows from an older or newer host, and [`Refusal::NotUnderstood`]
+//! otherwise. Devices older than [`OLDEST_PROTOCOL_VERSION`] need the host program of their image.
 //!
 //! # Time
 //!
-//! The engine belongs to the tick, so [`serve`] is called between two ticks, at most once per tick: a
-//! flood of requests waits in the caller's queue and costs the tick no more than one does. A request
-//! costs at most one [command](dimsart_core::Engine::command) and one [check](dimsart_core::Engine::check), the latter
-//! only while the scheme does not run or when a [`Request::Finding`] asks for it. Instructions, counted on a
-//! Cortex-M4F:
+//! Call [`serve`] between two ticks, at most once per tick: a flood of requests then waits in the caller's
+//! queue and costs each tick one request at most. A request costs at most one
+//! [command](dimsart_core::Engine::command) and one [check](dimsart_core::Engine::check); the check only
+//! while the scheme is stopped, or for a [`Request::Finding`]. Instructions, counted on a Cortex-M4F:
 //!
 //! | Check of | Instructions |
 //! |---|---|
 //! | the bilateral scheme | 6000 |
-//! | 16 modules that match | 11 000 |
-//! | each signal that is not simply written once and read after that | up to 3500 more |
+//! | 16 matching modules | 11 000 |
+//! | each signal that is not written once before all its reads | up to 3500 more |
 //!
-//! Most of what asks for neither takes less than 1000. [`Request::SchemeCommand`] takes more: it goes through all
-//! parameters of a module. Receiving, decoding and encoding need no engine and
-//! belong to a task of lower priority; [`Request`] (16 bytes on a Cortex-M) and [`Response`] (less than
-//! 200) are plain values that fit a queue between the two.
+//! Most other requests take less than 1000. [`Request::SchemeCommand`] takes more, because it visits all
+//! parameters of a module. Receiving, decoding and encoding do not need the engine and can run at lower
+//! priority; [`Request`] (16 bytes on a Cortex-M) and [`Response`] (less than 200) are plain values that fit
+//! a queue.
 
 mod blocked;
 mod client;
@@ -120,7 +120,7 @@ pub use telemetry::{MAX_TELEMETRY_SIGNALS, MAX_TELEMETRY_WORDS, Sample, decode_s
 /// Version of requests and responses; see the [module docs](self).
 pub const PROTOCOL_VERSION: u16 = 17;
 
-/// Oldest version that a host of this one understands: before it, effects and states had other fields.
+/// Oldest compatible version: earlier effects and states have other fields.
 pub const OLDEST_PROTOCOL_VERSION: u16 = 17;
-/// Bits per second of a serial command line, unless both ends were told otherwise.
+/// Default bit rate of a serial command line, bit/s.
 pub const DEFAULT_BAUD: u32 = 921_600;

@@ -1,11 +1,10 @@
-//! A scheme as bytes that are kept: checked before the first of its commands is given.
+//! Saved schemes: a scheme as bytes that are verified before the first command is executed.
 //!
 //! ```text
 //! version u8 | fingerprint u32 | commands | CRC-32 (poly 0xF4ACFB13) u32     at most 512 bytes, with laws 920
 //! ```
-//! Little endian; the commands are one behind the other in postcard's format, `MATCHING_CHECK` last. The
-//! fingerprint is that of the image's modules and data types: commands are numbers, and mean something
-//! else in an image with other lists.
+//! Little endian; the commands follow each other in postcard's format, `MATCHING_CHECK` last. The fingerprint
+//! identifies the image's modules and data types: commands refer to them by number.
 
 use heapless::Vec;
 use heapless::vec::VecView;
@@ -18,10 +17,10 @@ use dimsart_core::{Command, CommandError, Dimsart, Engine, ModuleRef, ParameterT
 
 /// Version of the layout.
 pub const SAVED_SCHEME_VERSION: u8 = 2;
-/// Most bytes of a scheme; one module with one gain takes 18, a law about 7 for each word of its program. Two such schemes
-/// and a motor's configuration are what a page of 2048 bytes of flash holds.
+/// Maximum length of a scheme. A module with one gain takes 18 bytes, a law about 7 per word of its program.
+/// A flash page of 2048 bytes holds two such schemes and a motor configuration.
 pub const MAX_SCHEME_BYTES: usize = 920;
-/// Most bytes of a scheme without a law.
+/// Maximum length of a scheme without laws.
 pub const MAX_BYTES_WITHOUT_LAWS: usize = 512;
 
 const CRC_BYTES: usize = 4;
@@ -29,17 +28,17 @@ const CRC_BYTES: usize = 4;
 /// The bytes of a scheme.
 pub type SchemeBytes = Vec<u8, MAX_SCHEME_BYTES>;
 
-/// The scheme takes more than [`MAX_SCHEME_BYTES`].
+/// The scheme exceeds [`MAX_SCHEME_BYTES`].
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct TooLong;
 
-/// Why a scheme was not loaded.
+/// Reasons why a scheme was not loaded.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[non_exhaustive]
 pub enum LoadError {
-    /// Its bytes are not what was saved.
+    /// The bytes are corrupt.
     Damaged,
-    /// Another version of the layout.
+    /// Unknown version of the layout.
     Version {
         /// The version found.
         found: u8,
@@ -48,9 +47,9 @@ pub enum LoadError {
     OtherImage,
     /// A command was refused.
     Refused {
-        /// Which one, from 0.
+        /// Index of the command, from 0.
         command: u16,
-        /// Why.
+        /// The reason.
         error: CommandError,
     },
 }
@@ -58,54 +57,51 @@ pub enum LoadError {
 impl core::fmt::Display for LoadError {
     fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
         match self {
-            Self::Damaged => write!(f, "its bytes are damaged: save it again"),
+            Self::Damaged => write!(f, "data corrupt: save it again"),
             Self::Version { found } => {
-                write!(f, "it has layout {found}, this image reads {SAVED_SCHEME_VERSION}: save it again")
+                write!(f, "layout {found}, but this image reads {SAVED_SCHEME_VERSION}: save it again")
             }
             Self::OtherImage => {
-                write!(
-                    f,
-                    "it was saved by an image with other modules, parameters or data types: save it again"
-                )
+                write!(f, "saved by an image with other modules, parameters or data types: save it again")
             }
-            Self::Refused { command, error } => write!(f, "its command {command} was refused: {error}"),
+            Self::Refused { command, error } => write!(f, "command {command} refused: {error}"),
         }
     }
 }
 
 impl core::error::Error for LoadError {}
 
-/// Puts the commands of a scheme together.
+/// Assembles the commands of a scheme.
 #[derive(Debug)]
 pub struct Writer<'b> {
     bytes: &'b mut VecView<u8>,
 }
 
 impl<'b> Writer<'b> {
-    /// A scheme without commands in place of what `bytes` were, for images with this [`fingerprint`].
+    /// Clears `bytes` and starts a scheme for images with this [`fingerprint`].
     #[must_use]
     pub fn new(bytes: &'b mut VecView<u8>, fingerprint: u32) -> Self {
         bytes.clear();
-        // Both fit: nothing else is in yet.
+        // Both fit: `bytes` is empty.
         let _ = bytes.push(SAVED_SCHEME_VERSION);
         let _ = bytes.extend_from_slice(&fingerprint.to_le_bytes());
         Self { bytes }
     }
 
-    /// Adds a command.
+    /// Appends a command.
     ///
     /// # Errors
-    /// [`TooLong`] when there is no room for it; the scheme is as before.
+    /// [`TooLong`] if it does not fit; the scheme is unchanged.
     pub fn push(&mut self, command: &Command) -> Result<(), TooLong> {
         let mut buffer = [0; MAX_COMMAND_BYTES];
         let bytes = encode_into(command, &mut buffer).ok_or(TooLong)?;
         self.bytes.extend_from_slice(bytes).map_err(|_| TooLong)
     }
 
-    /// Ends the scheme with the command that starts it.
+    /// Appends the command that starts the scheme.
     ///
     /// # Errors
-    /// [`TooLong`] when there is no room for it; the bytes are of no use then.
+    /// [`TooLong`] if it does not fit; the bytes are then invalid.
     pub fn finish(mut self) -> Result<(), TooLong> {
         self.push(&Command::Check)?;
         let crc = CRC.checksum(self.bytes).to_le_bytes();
@@ -113,13 +109,13 @@ impl<'b> Writer<'b> {
     }
 }
 
-/// Of any command in postcard's format: each of its numbers takes at most 5 bytes.
+/// Maximum length of a command in postcard's format: each of its numbers takes at most 5 bytes.
 const MAX_COMMAND_BYTES: usize = 24;
 
-/// The bytes of the scheme as it is now.
+/// Encodes the current scheme.
 ///
 /// # Errors
-/// [`TooLong`] when they are more than [`MAX_SCHEME_BYTES`].
+/// [`TooLong`] if it exceeds [`MAX_SCHEME_BYTES`].
 pub fn save(engine: &mut Engine) -> Result<SchemeBytes, TooLong> {
     let mut bytes = SchemeBytes::new();
     let mut writer = Writer::new(&mut bytes, fingerprint(engine));
@@ -128,22 +124,22 @@ pub fn save(engine: &mut Engine) -> Result<SchemeBytes, TooLong> {
     Ok(bytes)
 }
 
-/// The fingerprint that a scheme was saved with; 0 for what is too short to be one.
+/// Returns the fingerprint in a saved scheme; 0 if the bytes are too short.
 ///
-/// An image knows its own by its built-in scheme, and need not work it out.
+/// An image reads its own fingerprint from its built-in scheme instead of computing it.
 #[must_use]
 pub fn fingerprint_of(bytes: &[u8]) -> u32 {
     let found = bytes.get(1..).and_then(<[u8]>::first_chunk);
     found.map_or(0, |bytes| u32::from_le_bytes(*bytes))
 }
 
-/// Replaces the scheme by a saved one and starts it. `fingerprint` is the image's own.
+/// Replaces the scheme with a saved one and starts it. `fingerprint` is the image's own.
 ///
 /// # Errors
-/// [`LoadError`] when it is not whole, of another image, or does not match; no module exists then.
+/// [`LoadError`] if it is corrupt, of another image, or does not match; the scheme is then empty.
 pub fn load(bytes: &[u8], fingerprint: u32, dimsart: &mut Dimsart) -> Result<(), LoadError> {
     let refused = |error| LoadError::Refused { command: 0, error };
-    // What somebody was putting together is not to be mixed with it.
+    // Discards an open transaction.
     let _ = dimsart.command(Command::Abort);
     dimsart.command(Command::Close).map_err(refused)?;
     let given = give(check(bytes, fingerprint)?, dimsart);
@@ -153,24 +149,24 @@ pub fn load(bytes: &[u8], fingerprint: u32, dimsart: &mut Dimsart) -> Result<(),
     given
 }
 
-/// Gives all commands, the last of which starts the scheme.
+/// Executes all commands; the last one starts the scheme.
 fn give(mut commands: &[u8], dimsart: &mut Dimsart) -> Result<(), LoadError> {
     let mut count = 0;
     while !commands.is_empty() {
         let (command, rest) = postcard::take_from_bytes(commands).map_err(|_| LoadError::Damaged)?;
         if matches!(command, Command::Begin | Command::Commit | Command::Abort) {
-            // No scheme is kept with one.
+            // A saved scheme contains no transaction.
             return Err(LoadError::Damaged);
         }
         dimsart.command(command).map_err(|error| LoadError::Refused { command: count, error })?;
         commands = rest;
         count = count.saturating_add(1);
     }
-    // One that does not run has lost its last command.
+    // A stopped scheme lost its last command.
     if dimsart.engine().is_running() { Ok(()) } else { Err(LoadError::Damaged) }
 }
 
-/// The commands, if the bytes are whole and the image is the right one.
+/// Returns the commands if the bytes are valid and saved by the same image.
 fn check(bytes: &[u8], fingerprint: u32) -> Result<&[u8], LoadError> {
     let (content, crc) = bytes.split_last_chunk::<CRC_BYTES>().ok_or(LoadError::Damaged)?;
     if CRC.checksum(content) != u32::from_le_bytes(*crc) {
@@ -187,10 +183,9 @@ fn check(bytes: &[u8], fingerprint: u32) -> Result<&[u8], LoadError> {
     Ok(commands)
 }
 
-/// A number that differs between images whose commands mean different things.
+/// Computes a number that differs between images whose commands have different meanings.
 ///
-/// It covers modules, parameters, their ranges and defaults, ports and data types; not the texts that
-/// explain them.
+/// Covers modules, parameters, their ranges and defaults, ports and data types, but not their descriptions.
 #[must_use]
 pub fn fingerprint(engine: &mut Engine) -> u32 {
     let mut digest = Fingerprint(CRC.digest());
@@ -204,7 +199,7 @@ pub fn fingerprint(engine: &mut Engine) -> u32 {
                 .map(|text| (text.name, &text.accepts, text.entries, text.default, text.is_structural));
             digest = digest.with(&content.ok());
         }
-        // No module has number 0: these are the ports by default.
+        // Number 0 is not a module: returns the default ports.
         for port in engine.ports(ModuleRef { kind, number: 0 }).unwrap_or_default() {
             digest = digest.with(&(port.name, port.data_type.map(|(_, signal)| signal)));
         }
@@ -215,12 +210,12 @@ pub fn fingerprint(engine: &mut Engine) -> u32 {
     digest.0.finalize()
 }
 
-/// Takes the bytes of what is described.
+/// Hashes descriptions.
 struct Fingerprint(crc::Digest<'static, u32, Table>);
 
 impl Fingerprint {
     fn with(self, content: &impl Serialize) -> Self {
-        // Cannot fail: nothing is kept.
+        // Cannot fail: the flavor stores no bytes.
         postcard::serialize_with_flavor(content, self).unwrap_or_else(|_| Self(CRC.digest()))
     }
 }

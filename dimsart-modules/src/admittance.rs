@@ -1,16 +1,17 @@
-//! Admittance: the force of the world moves a virtual mass on a spring and a damper, which says where the joint is to be.
+//! Admittance controller: an external force moves a virtual mass, spring and damper; their motion is the desired
+//! position.
 //!
-//! `M d'' + D d' + K d = F_e`, `x_d = x_0 + d`, `v_d = d'`, with `F_e`, `EXTERNAL_FORCE`, held from tick to tick, without any error
-//! of integration. In a tick, with `a = F_e/M - d K/M`:
+//! `M d'' + D d' + K d = F_e`, `x_d = x_0 + d`, `v_d = d'`. `F_e`, `EXTERNAL_FORCE`, is held between ticks, so the
+//! discretisation is exact. Each tick computes, with `a = F_e/M - d K/M`:
 //!
 //! `d += e v + q a`, `v += e (a - v D/M) - q v K/M`,
 //!
-//! where `q` and `e` are position and velocity that the free mass, `d'' + d' D/M + d K/M = 1` from rest, has after a tick (zero-order
-//! hold; Åström & Wittenmark, *Computer-Controlled Systems*, section 2.3). They are worked out between ticks: for `h/2²⁴` by
-//! their series, then doubled.
+//! where `q` and `e` are the position and velocity after one tick of the step response of `d'' + d' D/M + d K/M = 1`
+//! (zero-order hold; Åström & Wittenmark, *Computer-Controlled Systems*, section 2.3). They are computed outside the
+//! tick: by their series for `h/2²⁴`, then doubled 24 times.
 //!
-//! It begins with `d = 0` around the measured position, or where it takes over around the position desired last and with its
-//! velocity. The sums are compensated (Kahan). `d` is held inside `±LIMIT`, where the mass stops.
+//! Initial state: `d = 0` around the measured position; on takeover, around the last desired position with its
+//! velocity. The sums are compensated (Kahan). `d` is limited to `±LIMIT`; the mass stops there.
 //!
 //! ```
 //! use dimsart_core::{Bench, types};
@@ -19,7 +20,7 @@
 //!             all MOD_ENG MOD_ON ADMITTANCE_MOD
 //!             all MOD_ENG MATCHING_CHECK";
 //! let mut bench = Bench::new(dimsart_modules::ALL, &[types::POSITION, types::EXTERNAL_FORCE], rows)?;
-//! // A free mass of 2 kg from 0.5 m on, 8 N for a second.
+//! // A free mass of 2 kg at 0.5 m, 8 N for one second.
 //! let last = (0..1000).filter_map(|_| bench.tick(&[0.5, 8.0], "DES_POSITION")).last().unwrap_or_default();
 //! assert!((last - 2.5).abs() < 1e-5, "{last}");
 //! # Ok::<(), dimsart_core::BenchError>(())
@@ -29,21 +30,21 @@ use dimsart_core::math::{self, CompensatedSum};
 use dimsart_core::{Context, DeviceDescriptor, Input, Module, Output, Unit, types, words};
 
 words! {
-    /// Of an axis.
+    /// Parameters of one axis.
     pub parameters Gains {
         /// Virtual mass.
         mass: f32 = per_axis("M_PARAM", Unit::Inertia, 1e-4..=1e4, 1.0),
-        /// Virtual damping to the ground.
+        /// Virtual damping to ground.
         damping: f32 = per_axis("D_PARAM", Unit::Damping, 0.0..=1e4, 0.0),
-        /// Virtual stiffness to where it began.
+        /// Virtual stiffness towards the initial position.
         stiffness: f32 = per_axis("K_PARAM", Unit::Stiffness, 0.0..=1e6, 0.0),
-        /// Largest way from where it began.
+        /// Maximum deviation from the initial position, in either direction.
         limit: f32 = per_axis("LIMIT", Unit::Position, 0.0..=1e3, 1e3),
         /// `1/M`.
         per_mass: f32,
         law: Law,
     }
-    /// A virtual mass in a tick.
+    /// Coefficients of one tick.
     struct Law {
         /// `D/M`.
         damping: f32,
@@ -54,9 +55,9 @@ words! {
         /// `q`.
         position: f32,
     }
-    /// Of an axis.
+    /// State of one axis.
     pub struct Axis { centre: f32, deviation: CompensatedSum, velocity: CompensatedSum }
-    /// Signals.
+    /// Ports.
     pub ports Ports {
         position: Input = input("POSITION", types::POSITION),
         external_force: Input = input("EXTERNAL_FORCE", types::EXTERNAL_FORCE),
@@ -71,7 +72,7 @@ pub struct Admittance;
 
 impl Module for Admittance {
     const NAME: &'static str = "ADMITTANCE_MOD";
-    const SUMMARY: &'static str = "Moves a virtual mass by the force of the world: where the joint is to be.";
+    const SUMMARY: &'static str = "Admittance controller: external force to desired position.";
     type Settings = ();
     type Gains = Gains;
     type State = ();
@@ -119,8 +120,8 @@ impl Module for Admittance {
 impl Law {
     const DOUBLINGS: u8 = 24;
 
-    /// After a time `t`, `A = [0 1; -K/M -D/M]`: the integral of `exp(A τ)` from 0 to `t` is `(e + q D/M) I + q A`, and that to
-    /// `2 t` is it times `2 I + A` times it.
+    /// Computes the coefficients by doubling the time. With `A = [0 1; -K/M -D/M]`, the integral `S(t)` of `exp(A τ)`
+    /// from 0 to `t` is `(e + q D/M) I + q A`, and `S(2 t) = S(t) (2 I + A S(t))`.
     fn of(damping: f32, stiffness: f32, period_s: f32) -> Self {
         let mut t = period_s;
         for _ in 0..Self::DOUBLINGS {

@@ -1,7 +1,7 @@
-//! How an integral follows a force that is limited, by its module or by the device.
+//! Anti-windup: how an integral follows a force that the module or the device limits.
 
-/// Share of the difference that a tick takes off the integral: `tracking`; none without an integral gain, as nothing would
-/// ever take that off again.
+/// Returns the share of the excess force that one tick removes from the integral: `tracking`, or 0 without an integral
+/// gain, because a correction would then never decay.
 #[inline(always)]
 pub(super) fn follow(tracking: f32, integral_gain: f32) -> f32 {
     if integral_gain > 0.0 { tracking } else { 0.0 }

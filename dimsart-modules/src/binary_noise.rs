@@ -1,8 +1,9 @@
-//! Binary noise: `OFFSET ± A` by a maximal-length sequence, whose spectrum is flat, to excite what is to be identified.
+//! Pseudo-random binary sequence (PRBS): `OFFSET ± A` with a flat spectrum, for system identification.
 //!
-//! A shift register of `BITS` bits, all 1 at first, shifts every `EVERY` ticks: out goes its oldest bit `s_k`, in comes
-//! `s_{k+n} = s_k ⊕ s_{k+a} ⊕ …` with the taps `a` of a primitive polynomial (Golomb, *Shift Register Sequences*), those of
-//! `scipy.signal.max_len_seq`. It repeats after `2^BITS - 1` shifts. A bit 1 is `+A`.
+//! A shift register of `BITS` bits, initially all 1, shifts every `EVERY` ticks: it outputs its oldest bit `s_k` and
+//! inserts `s_{k+n} = s_k ⊕ s_{k+a} ⊕ …` with the taps `a` of a primitive polynomial (Golomb, *Shift Register
+//! Sequences*), the same taps as `scipy.signal.max_len_seq`. The sequence repeats after `2^BITS - 1` shifts. A bit 1 is
+//! `+A`.
 //!
 //! ```
 //! use dimsart_core::{Bench, types};
@@ -16,7 +17,7 @@
 
 use dimsart_core::{Context, DeviceDescriptor, Module, Output, Unit, types, words};
 
-/// Bits of the register that what comes in is the parity of, of 2 to 16 bits.
+/// Tap masks for registers of 2 to 16 bits: the new bit is the parity of the tapped bits.
 const TAPS: [u32; 15] = [
     0b11,
     0b101,
@@ -36,24 +37,24 @@ const TAPS: [u32; 15] = [
 ];
 
 words! {
-    /// Of all axes.
+    /// Parameters common to all axes.
     pub parameters Settings {
-        /// Bits of the register.
+        /// Length of the shift register.
         bits: u32 = structural_count("BITS", Unit::One, 2..=16, 10),
-        /// Ticks from one bit to the next.
+        /// Ticks per bit.
         every_ticks: u32 = count("EVERY", Unit::Tick, 1..=1_000_000, 1),
         taps: u32,
     }
-    /// Of an axis.
+    /// Parameters of one axis.
     pub parameters Gains {
         /// Amplitude.
         amplitude: f32 = per_axis("AMPLITUDE", Unit::Any, -1e6..=1e6, 0.0),
-        /// Added to the signal.
+        /// Offset added to the signal.
         offset: f32 = per_axis("OFFSET", Unit::Any, -1e6..=1e6, 0.0),
     }
-    /// Of all axes.
+    /// State common to all axes.
     pub struct State { register: u32, ticks: u32 }
-    /// Signals.
+    /// Ports.
     pub ports Ports { output: Output = output("SIGNAL_OUT", types::SIGNAL_OUT) }
 }
 
@@ -63,7 +64,7 @@ pub struct BinaryNoise;
 
 impl Module for BinaryNoise {
     const NAME: &'static str = "PRBS_MOD";
-    const SUMMARY: &'static str = "Generates pseudo-random binary noise of maximal length.";
+    const SUMMARY: &'static str = "Generates a pseudo-random binary sequence of maximal length.";
     type Settings = Settings;
     type Gains = Gains;
     type State = State;

@@ -1,17 +1,17 @@
-//! Any filter of up to eight poles: up to four sections of second order, one behind the other.
+//! Cascade of up to four second-order sections: any filter of up to eight poles.
 //!
-//! Of each section `y = (b0 + b1 z⁻¹ + b2 z⁻²) / (1 + a1 z⁻¹ + a2 z⁻²) x`, in the transposed direct form II of the difference
-//! `δ = z - 1` (Middleton & Goodwin, *Digital Control and Estimation*, chapter 13), in which poles near 1 lose no digits:
-//! `y = b0 x + s1`, `δ s1 = (2 b0 + b1) x - (2 + a1) y + s2`, `δ s2 = (b0 + b1 + b2) x - (1 + a1 + a2) y`. A row of `SOS` is a section as scipy's `output="sos"` gives it, `b0 b1 b2 a0 a1 a2`, and as there `a0` is 1;
-//! no other value is taken but 0, which leaves the section out.
+//! Each section is `y = (b0 + b1 z⁻¹ + b2 z⁻²) / (1 + a1 z⁻¹ + a2 z⁻²) x`, computed in transposed direct form II of the
+//! delta operator `δ = z - 1` (Middleton & Goodwin, *Digital Control and Estimation*, chapter 13), which keeps its
+//! precision for poles near 1: `y = b0 x + s1`, `δ s1 = (2 b0 + b1) x - (2 + a1) y + s2`,
+//! `δ s2 = (b0 + b1 + b2) x - (1 + a1 + a2) y`. A row of `SOS` is a section in scipy's `output="sos"` order,
+//! `b0 b1 b2 a0 a1 a2`. `a0` is 1; with 0, the section is skipped; any other value is refused.
 //!
-//! Every section begins as if the first input had been the same for ever; with no memory where that would not end, for a
-//! pole at 1. The entries come one by one: change those of a filter that runs in one transaction.
+//! Each section starts in steady state for its first input; a section with a pole at 1 starts with zero state.
+//! Coefficients are set one by one: to change a running filter, send them in one transaction.
 //!
-//! Coefficients are `f32`, and half of the last digit of `a1` and `a2` changes the gain at 0 Hz by
-//! `(d a1 + d a2) / (1 + a1 + a2)` of itself. Where the sections together may be off by more than 1 %, they are refused with
-//! the figure: a corner below about a thousandth of the ticks' frequency is `LOWPASS_MOD`'s, or that of a filter with a
-//! larger `EVERY_TICKS`.
+//! Coefficients are `f32`. Rounding `a1` and `a2` by half a digit changes the gain at 0 Hz by the relative error
+//! `(d a1 + d a2) / (1 + a1 + a2)`. If the sum over all sections can exceed 1 %, the filter is refused with this
+//! figure. For a corner below about a thousandth of the tick frequency, use `LOWPASS_MOD` or a larger `EVERY_TICKS`.
 //!
 //! ```
 //! use dimsart_core::{Bench, types};
@@ -31,19 +31,19 @@
 use crate::filtered::Filtered;
 use dimsart_core::{Context, Module, ParameterError, Unit, words};
 
-/// Most that the gain at 0 Hz may be off by rounded coefficients.
+/// Maximum error of the gain at 0 Hz due to rounded coefficients.
 const MOST_ERROR_PERCENT: f32 = 1.0;
 
-/// Most sections.
+/// Maximum number of sections.
 const SECTIONS: usize = 4;
 
 words! {
-    /// Of all axes.
+    /// Parameters common to all axes.
     pub parameters Settings {
-        /// Sections, a row each: b0 b1 b2 a0 a1 a2; a0 is 1, or 0 for none.
+        /// Sections, one per row: b0 b1 b2 a0 a1 a2; a0 is 1, or 0 to skip the section.
         sections: [[f32; 6]; SECTIONS] = matrix("SOS", Unit::One, -1e6..=1e6, 0.0),
     }
-    /// Of an axis: of each section.
+    /// State of one axis: two words per section.
     pub struct Axis { sections: [[f32; 2]; SECTIONS] }
 }
 
@@ -53,7 +53,7 @@ pub struct Biquad;
 
 impl Module for Biquad {
     const NAME: &'static str = "BIQUAD_MOD";
-    const SUMMARY: &'static str = "Filter of up to four sections of second order, as scipy designs them.";
+    const SUMMARY: &'static str = "Filter of up to four second-order sections (scipy SOS format).";
     type Settings = Settings;
     type Gains = ();
     type State = ();
@@ -106,7 +106,7 @@ impl Module for Biquad {
     }
 }
 
-/// Coefficients of powers of `δ`. Those of poles near 1 are exact differences.
+/// Coefficients of powers of `δ`; exact differences for poles near 1.
 struct Differences {
     b1: f32,
     b2: f32,
@@ -121,15 +121,15 @@ impl Differences {
     }
 }
 
-/// By how much of itself the gain of a section at 0 Hz is off where `a1` and `a2` are by half of their last digit. One with a
-/// pole at 1 has no gain there, and one that is still to get its last coefficient none that matters.
+/// Returns the relative error of a section's gain at 0 Hz if `a1` and `a2` are off by half of their last digit. Returns
+/// 0 for a section with a pole at 1, without numerator, or with `a0` 0.
 fn gain_error(&[b0, b1, b2, a0, a1, a2]: &[f32; 6]) -> f32 {
     let Differences { a2: sum, .. } = Differences::of([b0, b1, b2, a1, a2]);
     let last_digits = 0.5 * f32::EPSILON * (power_of_two(a1) + power_of_two(a2));
     if a0 == 0.0 || sum == 0.0 || b0 == 0.0 && b1 == 0.0 && b2 == 0.0 { 0.0 } else { last_digits / sum.abs() }
 }
 
-/// The largest power of two that a number reaches.
+/// Returns the largest power of two up to `|x|`.
 fn power_of_two(x: f32) -> f32 {
     f32::from_bits(x.to_bits() & 0x7F80_0000)
 }

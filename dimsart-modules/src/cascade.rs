@@ -1,11 +1,11 @@
-//! Cascade: a P controller of position around a PI controller of velocity, each with its limit.
+//! Cascade controller: a P position loop around a PI velocity loop, each with its own limit.
 //!
-//! `v_c = sat(K_x (x_d - x) + v_d)`, `F = sat(K (v_c - v) + I + F_feed)`: `I` integrates `K_I (v_c - v)` and is bled by
-//! `(sat(F) - F) h / T_t` while the force limit or that of the device
-//! holds. `FEED_FORWARD ON` adds `v_d`, `DES_VELOCITY`, and `F_feed`,
-//! `FEED_FORCE`; without it there are none. Leonhard, *Control of Electrical Drives*, section 15.1.
+//! `v_c = sat(K_x (x_d - x) + v_d)`, `F = sat(K (v_c - v) + I + F_feed)`. `I` integrates `K_I (v_c - v)` and is
+//! corrected by `(sat(F) - F) h / T_t` while the module's or the device's force limit is active. With
+//! `FEED_FORWARD ON`, `v_d` is `DES_VELOCITY` and `F_feed` is `FEED_FORCE`; otherwise both are 0. Leonhard, *Control of
+//! Electrical Drives*, section 15.1.
 //!
-//! Where it takes over, `I` begins with what the last force leaves for it; with `K_I = 0`, with zero.
+//! On takeover, `I` starts with the value that continues the last force; with `K_I = 0`, at zero.
 //!
 //! ```
 //! use dimsart_core::{Bench, types};
@@ -17,7 +17,7 @@
 //!             all MOD_ENG MATCHING_CHECK";
 //! let measured = &[types::POSITION, types::VELOCITY, types::DES_POSITION];
 //! let mut bench = Bench::new(dimsart_modules::ALL, measured, rows)?;
-//! // 10 m/s is wanted, 2 m/s is the limit, 0.5 m/s is there.
+//! // 10 m/s requested, limited to 2 m/s, measured 0.5 m/s.
 //! assert_eq!(bench.tick(&[0.0, 0.5, 1.0], "DES_FORCE"), Some(4.5));
 //! # Ok::<(), dimsart_core::BenchError>(())
 //! ```
@@ -27,37 +27,37 @@ use dimsart_core::math::{self, CompensatedSum};
 use dimsart_core::{Context, Declare, DeviceDescriptor, Input, Module, Output, Unit, types, words};
 
 words! {
-    /// Of all axes.
+    /// Parameters common to all axes.
     pub parameters Settings {
-        /// Time in which the integral follows a saturated force (anti-windup).
+        /// Anti-windup tracking time of the integral while the force is limited.
         tracking_time_s: f32 = real("TRACKING_TIME", Unit::Second, 1e-3..=100.0, 0.1),
-        /// Whether DES_VELOCITY and FEED_FORCE are added.
+        /// Add DES_VELOCITY and FEED_FORCE.
         has_feed_forward: bool = structural_flag("FEED_FORWARD", false),
         /// `h / T_t`, at most 1.
         tracking: f32,
     }
-    /// Of an axis.
+    /// Parameters of one axis.
     pub parameters Gains {
-        /// Velocity per error of position, 1/s.
+        /// Proportional gain of the position loop: velocity per position error.
         position_gain_hz: f32 = per_axis("POSITION_GAIN", Unit::Hertz, 0.0..=1e4, 0.0),
-        /// Largest velocity that is asked for, either way.
+        /// Maximum commanded velocity, in either direction.
         velocity_limit: f32 = per_axis("VELOCITY_LIMIT", Unit::Velocity, 0.0..=1e4, 1e4),
         /// Proportional gain of the velocity loop.
         proportional: f32 = per_axis("K_PARAM", Unit::Damping, 0.0..=1e5, 0.0),
         /// Integral gain of the velocity loop.
         integral: f32 = per_axis("I_PARAM", Unit::Stiffness, 0.0..=1e7, 0.0),
-        /// Largest force either way.
+        /// Maximum force, in either direction.
         limit: f32 = per_axis("LIMIT", Unit::Force, 0.0..=1e4, 1e4),
         /// `K_I h`.
         integral_per_tick: f32,
     }
-    /// Of an axis.
+    /// State of one axis.
     pub struct Axis {
         integral: CompensatedSum,
-        /// Of the last tick.
+        /// Force of the last tick.
         force: f32,
     }
-    /// Signals.
+    /// Ports.
     pub ports Ports {
         position: Input,
         velocity: Input,
@@ -74,7 +74,7 @@ pub struct Cascade;
 
 impl Module for Cascade {
     const NAME: &'static str = "CASCADE_MOD";
-    const SUMMARY: &'static str = "Position, velocity and force in a cascade, each with its limit.";
+    const SUMMARY: &'static str = "Cascade controller: P on position, PI on velocity, each with a limit.";
     type Settings = Settings;
     type Gains = Gains;
     type State = ();
@@ -149,7 +149,7 @@ impl Module for Cascade {
 }
 
 impl Gains {
-    /// What the velocity `v` lacks of the one that the position loop asks for.
+    /// Returns the error of the velocity `v` from the limited output of the position loop.
     #[inline(always)]
     fn velocity_error(&self, position_error: f32, desired_velocity: f32, v: f32) -> f32 {
         math::limit(self.position_gain_hz * position_error + desired_velocity, self.velocity_limit) - v

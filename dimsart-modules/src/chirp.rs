@@ -1,14 +1,14 @@
-//! Chirp: a sine whose frequency goes from one value to another, to excite what is to be identified.
+//! Chirp: a sine that sweeps from one frequency to another, for system identification.
 //!
-//! `out = OFFSET + A sin(2 π p)`, `p` in periods, `T = DURATION`, `f_0 = FROM`, `f_1 = TO`:
+//! `out = OFFSET + A sin(2 π p)`, with `p` in periods, `T = DURATION`, `f_0 = FROM`, `f_1 = TO`:
 //!
 //! | `SWEEP` | frequency | periods of tick `k` |
 //! |---|---|---|
 //! | `LINEAR` | `f_0 + (f_1 - f_0) t / T` | `f_0 h + (f_1 - f_0) h² (2 k + 1) / (2 T)` |
 //! | `LOGARITHMIC` | `f_0 (f_1 / f_0)^(t / T)` | `f_0 (e^(c h) - 1) / c · e^(c k h)`, `c = ln(f_1 / f_0) / T` |
 //!
-//! Periods are summed without loss (Kahan) and turned back, so that the phase does not drift. It begins at `OFFSET`, and
-//! holds its last value.
+//! The phase is a compensated sum (Kahan) modulo one period, so it does not drift. The signal starts at `OFFSET` and
+//! holds its last value at the end of the sweep.
 //!
 //! ```
 //! use dimsart_core::{Bench, types};
@@ -24,37 +24,37 @@
 use dimsart_core::{Context, DeviceDescriptor, Module, Output, Unit, choice, math, types, words};
 
 choice! {
-    /// How the frequency goes.
+    /// Law of the frequency sweep.
     pub enum Sweep { Linear = "LINEAR", Logarithmic = "LOGARITHMIC" }
 }
 
 words! {
-    /// Of all axes.
+    /// Parameters common to all axes.
     pub parameters Settings {
-        /// How the frequency goes.
+        /// Law of the frequency sweep.
         sweep: Sweep = choice("SWEEP"),
-        /// Frequency at the start.
+        /// Start frequency.
         from_hz: f32 = real("FROM", Unit::Hertz, 1e-3..=1e4, 0.1),
-        /// Frequency at the end.
+        /// End frequency.
         to_hz: f32 = real("TO", Unit::Hertz, 1e-3..=1e4, 10.0),
-        /// Time from one to the other.
+        /// Duration of the sweep.
         duration_s: f32 = real("DURATION", Unit::Second, 0.1..=1e4, 10.0),
-        /// Periods of the first tick, without what grows.
+        /// Periods of the first tick, without the growth term.
         periods: f32,
-        /// Linear: what each half tick adds. Logarithmic: exponent per tick.
+        /// Linear: increment per half tick. Logarithmic: exponent per tick.
         growth: f32,
         ticks: u32,
     }
-    /// Of an axis.
+    /// Parameters of one axis.
     pub parameters Gains {
         /// Amplitude.
         amplitude: f32 = per_axis("AMPLITUDE", Unit::Any, -1e6..=1e6, 0.0),
-        /// Added to the signal.
+        /// Offset added to the signal.
         offset: f32 = per_axis("OFFSET", Unit::Any, -1e6..=1e6, 0.0),
     }
-    /// Of all axes.
+    /// State common to all axes.
     pub struct State { periods: math::CompensatedSum, ticks: u32 }
-    /// Signals.
+    /// Ports.
     pub ports Ports { output: Output = output("SIGNAL_OUT", types::SIGNAL_OUT) }
 }
 
@@ -64,7 +64,7 @@ pub struct Chirp;
 
 impl Module for Chirp {
     const NAME: &'static str = "CHIRP_MOD";
-    const SUMMARY: &'static str = "Generates a sine of rising or falling frequency.";
+    const SUMMARY: &'static str = "Generates a sine with swept frequency.";
     type Settings = Settings;
     type Gains = Gains;
     type State = State;
@@ -82,7 +82,7 @@ impl Module for Chirp {
             Sweep::Logarithmic => {
                 let growth = logarithm(to_hz / from_hz) * h / duration_s;
                 settings.growth = growth;
-                // (e^x - 1) / x, of an x that is small unless the sweep has few ticks.
+                // (e^x - 1) / x; x is small unless the sweep has few ticks.
                 let share = if growth.abs() < 0.1 {
                     1.0 + growth / 2.0 * (1.0 + growth / 3.0 * (1.0 + growth / 4.0 * (1.0 + growth / 5.0)))
                 } else {
@@ -111,13 +111,12 @@ impl Module for Chirp {
             Sweep::Linear => first + growth * (2.0 * tick + 1.0),
             Sweep::Logarithmic => first * math::exp(growth * tick),
         };
-        // Whole periods change nothing.
         periods.turn_on(math::fraction(step.max(0.0)));
         context.set_state(State { periods, ticks: ticks + 1 });
     }
 }
 
-/// Natural logarithm of a number above 0: each step makes three times as many digits right (Halley).
+/// Returns the natural logarithm of `x > 0`; each step triples the number of correct digits (Halley).
 fn logarithm(x: f32) -> f32 {
     let mut y = micromath::F32Ext::ln(x);
     for _ in 0..3 {

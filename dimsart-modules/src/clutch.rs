@@ -1,13 +1,13 @@
-//! Clutch: lets the operator move the master without the slave, to index it.
+//! Clutch (indexing): the operator can reposition the master without moving the slave.
 //!
 //! ```text
 //! closed   x_d += SCALE (x_in - x_in[k-1])
 //! open     x_d  = x_d[k-1]
 //! ```
 //!
-//! `CLUTCH` is closed where it is above 0.5. While it is open the slave's reference stays where it is; what the master did
-//! meanwhile does not count, so that closing it makes no jump. `SCALE` changes motion and not what was reached: it can be
-//! changed while it runs. The reference begins with what was commanded last, or where the device is.
+//! The clutch is closed while `CLUTCH` is above 0.5. While it is open, the slave's reference is held and motion of the
+//! master is ignored, so closing it causes no jump. `SCALE` applies to increments only and can be changed while
+//! running. The reference starts at the measured position; on takeover, at the last commanded one.
 //!
 //! ```
 //! use dimsart_core::{Bench, types};
@@ -17,21 +17,21 @@
 //! )?;
 //! bench.tick(&[0.0, 2.0, 0.0], "DES_POSITION");
 //! assert_eq!(bench.tick(&[0.0, 3.0, 0.0], "DES_POSITION"), Some(0.0)); // open
-//! assert_eq!(bench.tick(&[0.0, 3.5, 1.0], "DES_POSITION"), Some(0.5)); // closed: from here on it follows
+//! assert_eq!(bench.tick(&[0.0, 3.5, 1.0], "DES_POSITION"), Some(0.5)); // closed: follows from here on
 //! # Ok::<(), dimsart_core::BenchError>(())
 //! ```
 
 use dimsart_core::{Context, Input, Module, Output, Unit, math, types, words};
 
 words! {
-    /// Of an axis.
+    /// Parameters of one axis.
     pub parameters Gains {
-        /// Motion of the reference per motion that comes in.
+        /// Motion of the reference per motion of the input.
         scale: f32 = per_axis("SCALE", Unit::One, -1e3..=1e3, 1.0),
     }
-    /// Of an axis.
+    /// State of one axis.
     pub struct Axis { previous: f32, desired: math::CompensatedSum }
-    /// Signals.
+    /// Ports.
     pub ports Ports {
         position: Input = input("POSITION", types::POSITION),
         wanted: Input = input("POSITION_IN", types::FAR_POSITION),
@@ -46,8 +46,7 @@ pub struct Clutch;
 
 impl Module for Clutch {
     const NAME: &'static str = "CLUTCH_MOD";
-    const SUMMARY: &'static str =
-        "Clutch and index: holds the reference while it is open, and goes on without a jump.";
+    const SUMMARY: &'static str = "Clutch: holds the reference while open, resumes without a jump.";
     type Settings = ();
     type Gains = Gains;
     type State = ();

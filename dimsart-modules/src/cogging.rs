@@ -1,8 +1,8 @@
-//! Cogging compensation: a force for every place within a turn, or within the pitch of a linear motor's magnets.
+//! Cogging compensation: a feed-forward force as a periodic function of position, per turn or per magnet pitch.
 //!
-//! `F = TABLE(x)`, linear between 16 evenly spaced entries, the first of which is at position 0 and at every whole `PERIOD`
-//! from there. A table of a sine is off by at most 2 % of it: of a motor with many pole pairs, take the pitch of a pair for
-//! the `PERIOD`, or one module for each order.
+//! `F = TABLE(x)`, interpolated linearly between 16 evenly spaced entries; the first entry is at position 0 and every
+//! whole `PERIOD` from there. Interpolating a sine is off by at most 2 % of its amplitude. For a motor with many pole
+//! pairs, set `PERIOD` to the pitch of one pair, or use one module per harmonic.
 //!
 //! ```
 //! use dimsart_core::{Bench, types};
@@ -21,20 +21,20 @@ use core::f32::consts::TAU;
 
 use dimsart_core::{Context, DeviceDescriptor, Input, Module, Output, Unit, math, types, words};
 
-/// Entries of a period: a power of two.
+/// Table entries per period; a power of two.
 const ENTRIES: usize = 16;
 
 words! {
-    /// Of an axis.
+    /// Parameters of one axis.
     pub parameters Gains {
-        /// Way after which it comes again.
+        /// Period of the cogging force.
         period: f32 = per_axis("PERIOD", Unit::Position, 1e-6..=1e3, TAU),
-        /// Forces at 16 evenly spaced places of the period, a row for each axis.
+        /// Forces at 16 evenly spaced positions of the period, one row per axis.
         table: [f32; ENTRIES] = per_axis_row("TABLE", Unit::Force, -1e4..=1e4, 0.0),
         /// `1 / PERIOD`.
         per_period: f32,
     }
-    /// Signals.
+    /// Ports.
     pub ports Ports {
         position: Input = input("POSITION", types::POSITION),
         feed_force: Output = output("FEED_FORCE", types::FEED_FORCE),
@@ -47,7 +47,7 @@ pub struct Cogging;
 
 impl Module for Cogging {
     const NAME: &'static str = "COGGING_MOD";
-    const SUMMARY: &'static str = "Compensates a force that comes again in every turn, by a table.";
+    const SUMMARY: &'static str = "Compensates cogging by a force table over one period of position.";
     type Settings = ();
     type Gains = Gains;
     type State = ();

@@ -1,16 +1,15 @@
-//! Collision detection by the generalised momentum: what the world does to an arm, without a sensor of forces.
+//! Collision detection by the momentum observer: estimates the external force on an arm without a force sensor.
 //!
 //! ```text
 //! p = (M(q) + J_m) q'        r = K (p - p(0) - ∫ (tau + Cᵀ q' - g - b q' + r) dt)        K = 2π BANDWIDTH
 //! ```
 //!
-//! `r` is the force of the world on each joint through a first-order low-pass of that bandwidth; no acceleration is needed
-//! (A. De Luca, R. Mattone, "Actuator failure detection and isolation using generalized momenta", ICRA 2003; S. Haddadin,
-//! A. De Luca, A. Albu-Schäffer, T-RO 33(6), 2017). `CONDITION` is 1 on an axis while `|r|` is beyond its `THRESHOLD`. The
-//! torque of an interval is the one commanded at its start, `r` in the sum is the new one, so that it is stable for every
-//! bandwidth. Dry friction, a torque that the motor does not make and wrong masses look like a force of the world:
-//! `THRESHOLD` has to be beyond them. [`Planar`](crate::planar) and [`Phantom`](crate::phantom) say what the other
-//! parameters are of.
+//! `r` is the external force on each joint, filtered by a first-order low-pass of `BANDWIDTH`; no acceleration is
+//! needed (A. De Luca, R. Mattone, "Actuator failure detection and isolation using generalized momenta", ICRA 2003; S.
+//! Haddadin, A. De Luca, A. Albu-Schäffer, T-RO 33(6), 2017). `CONDITION` of an axis is 1 while `|r|` exceeds its
+//! `THRESHOLD`. The sum uses the torque commanded at the start of the interval and the new `r`, so it is stable for any
+//! bandwidth. Dry friction, torque errors of the motor and wrong masses also appear in `r`: set `THRESHOLD` above them.
+//! For the other parameters see [`Planar`](crate::planar) and [`Phantom`](crate::phantom).
 //!
 //! ```
 //! # use dimsart_core::{Bench, types};
@@ -21,7 +20,7 @@
 //! let measured = &[types::POSITION, types::VELOCITY, types::DES_FORCE];
 //! let mut bench = Bench::new(dimsart_modules::ALL, measured, rows)?;
 //! assert_eq!(bench.tick(&[0.0, 0.0, 0.0], "CONDITION"), Some(0.0));
-//! assert_eq!(bench.tick(&[0.0, 0.1, 0.0], "CONDITION"), Some(1.0)); // a jerk that no torque made
+//! assert_eq!(bench.tick(&[0.0, 0.1, 0.0], "CONDITION"), Some(1.0)); // a jerk without any torque
 //! # Ok::<(), dimsart_core::BenchError>(())
 //! ```
 
@@ -33,13 +32,13 @@ use dimsart_core::{
 };
 
 words! {
-    /// Of an axis.
+    /// Parameters of one axis.
     pub parameters Observe {
-        /// Of the observed force.
+        /// Bandwidth of the estimated external force.
         bandwidth: f32 = per_axis("BANDWIDTH", Unit::Hertz, 0.01..=1e3, 10.0),
-        /// Force of the world that counts as a collision.
+        /// External force above which CONDITION reports a collision.
         threshold: f32 = per_axis("THRESHOLD", Unit::Force, 0.0..=1e4, 1e4),
-        /// Of the motor, seen from the joint.
+        /// Inertia of the motor, reflected to the joint.
         motor_inertia: f32 = per_axis("MOTOR_INERTIA", Unit::Inertia, 0.0..=1e4, 0.0),
         /// Viscous friction of the joint.
         viscous: f32 = per_axis("VISCOUS", Unit::Damping, 0.0..=1e4, 0.0),
@@ -47,16 +46,16 @@ words! {
         gain: f32,
         period_s: f32,
     }
-    /// Of an axis.
+    /// State of one axis.
     pub struct Axis {
-        /// The momentum that the known forces have made.
+        /// Momentum explained by the known forces.
         explained: f32,
-        /// Of the known forces but the commanded one, a tick ago.
+        /// Known forces other than the commanded one, one tick ago.
         rate: f32,
-        /// Commanded a tick ago.
+        /// Force commanded one tick ago.
         force: f32,
     }
-    /// Signals.
+    /// Ports.
     pub ports Ports {
         position: Input = input("POSITION", types::POSITION),
         velocity: Input = input("VELOCITY", types::VELOCITY),
@@ -72,7 +71,7 @@ pub struct Collision<B>(PhantomData<B>);
 
 impl<B: Body> Module for Collision<B> {
     const NAME: &'static str = B::COLLISION;
-    const SUMMARY: &'static str = "Collision detection: force of the world on an arm by its momentum.";
+    const SUMMARY: &'static str = "Collision detection: external force on an arm by a momentum observer.";
     type Settings = B::Settings;
     type Gains = (Observe, B::Link);
     type State = ();
@@ -95,7 +94,7 @@ impl<B: Body> Module for Collision<B> {
         let mut found = motion(context);
         context.begin_axes([context.ports().position], |_, _| {
             let (explained, rate) = found.next().unwrap_or_default();
-            // So that the first interval, which nobody saw, adds nothing.
+            // The first interval is unknown and must add nothing.
             Axis { explained, rate, force: -rate }
         });
     }
@@ -121,7 +120,7 @@ impl<B: Body> Module for Collision<B> {
     }
 }
 
-/// Of each axis: the momentum, and `Cᵀ q' - g - b q'`.
+/// Returns for each axis the momentum and `Cᵀ q' - g - b q'`.
 fn motion<B: Body>(context: &Context<'_, Collision<B>>) -> impl Iterator<Item = (f32, f32)> {
     let Ports { position, velocity, .. } = context.ports();
     let links = links(context, position, |(_, link)| link);

@@ -1,39 +1,38 @@
-//! `COMM_RX`: takes the newest packet from its link and gives its data to the Data Base.
+//! `COMM_RX`: receives the packets of a channel and writes their signals to the Data Base.
 //!
-//! A packet is used once: old and repeated ones are refused and counted. So are those of another
-//! [`Content`](dimsart_core::Content) than that of the types added here, and those with a sample of format `f32` that is no
-//! finite number: to the rest of the scheme they never came. The types can be of any format and shape; a wave is one of
-//! unit `sqrt(W)` with an `f32` on each axis. `STALE` says what a wave is
-//! in a tick without a new packet, and how what got lost is made up for:
+//! Each packet is used once. Duplicate and old packets are refused and counted, as are packets whose
+//! [`Content`](dimsart_core::Content) differs from the signals added here and packets with a NaN or infinite `f32`
+//! sample. The signals can have any format and shape; a wave is a signal of unit `sqrt(W)` with one `f32` per axis.
+//! `STALE` selects the value of a wave in a tick without a new packet, and how lost packets are compensated:
 //!
 //! | Policy | Wave without a new packet | Passive | Drift after loss |
 //! |---|---|---|---|
 //! | `ZERO` | 0 | yes | yes |
-//! | `HOLD` | the last one, for at most `HOLD_TICKS`, then 0 | no | little |
-//! | `LIMITED` | what the line owes, as far as received energy allows | yes | some |
-//! | `INTEGRAL` | what the line owes, at once | no | none |
+//! | `HOLD` | the last value for up to `HOLD_TICKS`, then 0 | no | little |
+//! | `LIMITED` | the outstanding wave, limited by the received energy | yes | some |
+//! | `INTEGRAL` | the outstanding wave, at once | no | none |
 //!
-//! All other signals keep their last value. The channel's first wave follows the policy with its counters of all that was
-//! ever sent, which hold what an outage may lose up to `8 sqrt(W)·s`; without them (`CRX_COUNTERS OFF`) only `ZERO` and `HOLD` are possible.
+//! The outstanding wave is the integral sent but not yet output. All other signals keep their last value. The policy
+//! applies to the channel's first wave, whose counters total all that was ever sent; they recover an outage of up to
+//! `8 sqrt(W)·s`. Without counters (`CRX_COUNTERS OFF`), only `ZERO` and `HOLD` are available.
 //!
-//! With `CRX_AXIS n` a packet brings that axis alone, as a device of one axis sends it; the other axes of its signals keep
-//! their values. `ZERO` and `HOLD` alone are possible then.
+//! With `CRX_AXIS n`, packets carry only axis `n`, as sent by a single-axis device; the other axes of the signals keep
+//! their values. Only `ZERO` and `HOLD` are available.
 //!
-//! With `CRX_EVERY n` a packet is due in every `n`-th tick. A wave is then the mean of the sender's `n` last ones and
-//! is given out for `n` ticks, which keeps its sum and adds no energy (Jensen). A packet that is early waits until
-//! they are over, and in a tick in which one is due and none is there the policy begins.
+//! With `CRX_EVERY n`, a packet is due every `n` ticks. Its wave is the mean of the sender's last `n` samples and is
+//! output for `n` ticks, which preserves its integral and adds no energy (Jensen). An early packet waits until these
+//! ticks have passed; when a packet is due and missing, the policy applies.
 //!
-//! Packets that take longer at times than at others come bunched, and a wave that is not given out evenly either loses
-//! displacement or adds energy. `PLAYOUT_TICKS n` evens that out under `LIMITED` and `INTEGRAL`: all that a packet
-//! brings is given out evenly by `n` ticks after what the fastest packet would have come in time for. A mean has no
-//! more energy than what it is the mean of (Jensen), so the line stays passive and makes up for what got lost, too, as
-//! long as no packet is more than `n` ticks later than the fastest one; the wave is `n` ticks later throughout.
+//! Varying network delay bunches packets, which costs displacement or adds energy. `PLAYOUT_TICKS n` is a jitter buffer
+//! for `LIMITED` and `INTEGRAL`: the content of a packet is spread evenly up to `n` ticks after the arrival time of the
+//! fastest packet. A mean has no more energy than its samples (Jensen), so the link stays passive and still recovers
+//! losses, as long as no packet is more than `n` ticks later than the fastest one. The wave is delayed by `n` ticks.
 //!
-//! After `TIMEOUT_TICKS` in a row without a packet that was due the link is lost: from that tick on the device gets its
-//! safe input ([`Tick::LinkLost`](dimsart_core::Tick)) until a `RESET` or `MOD_RESET`, though everything is still computed. Before
-//! the first packet the ticks count from the module's start or reset, and the link is down
-//! ([`Tick::LinkDown`](dimsart_core::Tick)): the device gets its safe input until that packet.
-//! [`LinkState`](dimsart_core::LinkState) says in every tick what the link is in.
+//! After `TIMEOUT_TICKS` consecutive ticks without a due packet the link is lost: the device receives its safe value
+//! ([`Tick::LinkLost`](dimsart_core::Tick)) until `RESET` or `MOD_RESET`; the scheme is still computed. Before the
+//! first packet, the timeout counts from the module's start or reset and the link is then down
+//! ([`Tick::LinkDown`](dimsart_core::Tick)): the device receives its safe value until that packet arrives.
+//! [`LinkState`](dimsart_core::LinkState) reports the state of every tick.
 
 use core::cell::Cell;
 
@@ -51,12 +50,12 @@ use dimsart_core::{
 };
 
 choice! {
-    /// What a wave is while nothing new comes.
+    /// Policy for a wave without a new packet.
     pub enum Stale { Hold = "HOLD", Zero = "ZERO", Limited = "LIMITED", Integral = "INTEGRAL" }
 }
 
 words! {
-    /// Of all axes.
+    /// Parameters common to all axes.
     pub parameters Settings {
         types: TypeList,
         link: u32,
@@ -68,30 +67,30 @@ words! {
         parts: Parts,
         expected: Expected,
         playout_ticks: u32,
-        /// Signals of the channel.
+        /// Number of signals in the channel.
         signals: u32,
-        /// Which of them are not `f32`, a bit each.
+        /// Bit mask of the signals that are not `f32`.
         not_f32: u32,
-        /// Place of the wave whose counters are in the packet; behind all signals where there is none.
+        /// Index of the wave whose counters are in the packet; `u32::MAX` without one.
         counted: u32,
-        /// First of its words in the packet.
+        /// Index of its first word in the packet.
         counted_at: u32,
         tick_s: f32,
-        /// Time that a packet's wave is given out for.
+        /// Time for which a packet's wave is output.
         period_s: f32,
     }
-    /// Of all axes.
+    /// State common to all axes.
     pub struct State {
         reception: Reception,
-        /// Ticks in which what is owed is to be given out, this one included.
+        /// Ticks left to output the outstanding wave, including this one.
         left_ticks: u16,
-        /// Of the last tick.
+        /// Playout delay of the last tick.
         playout_ticks: u32,
     }
-    /// Signals, those of the channel first.
+    /// Ports; the signals of the channel come first.
     pub ports Ports {
         channel: [Output<Untyped>; MAX_CHANNEL_TYPES],
-        /// The channel's first wave; not connected when there is none.
+        /// The channel's first wave; unconnected without one.
         wave: Output,
         age: Output<Single<u32>>,
         lost: Output<Single<u32>>,
@@ -108,7 +107,7 @@ pub struct CommRx;
 
 impl Module for CommRx {
     const NAME: &'static str = "COMM_RXMOD";
-    const SUMMARY: &'static str = "Receives signals from the other side.";
+    const SUMMARY: &'static str = "Receives the signals of a channel from the peer.";
     const OUTLASTS_ARMING: bool = true;
     type Settings = Settings;
     type Gains = ();
@@ -117,24 +116,24 @@ impl Module for CommRx {
     type Ports = Ports;
 
     fn parameters(settings: &mut Settings, _: &mut (), visit: &mut Parameters<'_>) {
-        visit.types(&mut settings.types, "CRX_ADD_DATA", "Adds a signal that the packet brings.");
-        visit.structural_count(&mut settings.link, "CRX_LINK", Unit::One, LINKS, 0, "Link it listens to.");
-        visit.choice(&mut settings.stale, "STALE", "What a wave is while nothing new comes.");
-        let summary = "Longest time a wave is held by STALE HOLD.";
+        visit.types(&mut settings.types, "CRX_ADD_DATA", "Add a signal to the received packet.");
+        visit.structural_count(&mut settings.link, "CRX_LINK", Unit::One, LINKS, 0, "Link to receive from.");
+        visit.choice(&mut settings.stale, "STALE", "Policy for the wave in a tick without a new packet.");
+        let summary = "Maximum time that STALE HOLD holds a wave.";
         visit.count(&mut settings.hold_ticks, "HOLD_TICKS", Unit::Tick, 0..=100_000, 20, summary);
-        let summary = "Channel it listens to; 0 between two ends.";
+        let summary = "Channel to receive; 0 on a point-to-point link.";
         visit.structural_count(&mut settings.channel, "CRX_CHANNEL", Unit::One, CHANNELS, 0, summary);
-        let summary = "Ticks from a packet to the next one, as CTX_EVERY.";
+        let summary = "Ticks per packet; must equal CTX_EVERY of the sender.";
         let every = &mut settings.expected.every_ticks;
         visit.structural_count(every, "CRX_EVERY", Unit::Tick, EVERY_TICKS, 1, summary);
-        let summary = "Whether packets carry counters, as CTX_COUNTERS.";
+        let summary = "Packets carry counters; must equal CTX_COUNTERS of the sender.";
         visit.structural_flag(&mut settings.has_counters, "CRX_COUNTERS", true, summary);
-        let summary = "Ticks without a due packet after which the link is lost; 0: never.";
+        let summary = "Ticks without a due packet until the link is lost; 0: never.";
         let timeout = &mut settings.expected.timeout_ticks;
         visit.count(timeout, "TIMEOUT_TICKS", Unit::Tick, 0..=1_000_000, 20, summary);
-        let summary = "Delay that evens out jitter under STALE LIMITED and INTEGRAL.";
+        let summary = "Jitter buffer delay for STALE LIMITED and INTEGRAL.";
         visit.count(&mut settings.playout_ticks, "PLAYOUT_TICKS", Unit::Tick, 0..=1000, 0, summary);
-        let summary = "Axis that packets bring alone, without counters; 8: all axes.";
+        let summary = "Single axis carried by the packets, without counters; 8: all axes.";
         visit.structural_count(&mut settings.axis, "CRX_AXIS", Unit::One, AXES, ALL_AXES, summary);
     }
 
@@ -218,14 +217,13 @@ impl Settings {
     }
 }
 
-/// How a packet came, if one did, in a tick without the packet that is the next one, or in which packets are played
-/// out.
+/// Accepts a packet in the slow cases: no packet, not the next in sequence, or playout active. Returns how it arrived.
 #[inline(never)]
 fn accept_unusual(context: &Context<'_, CommRx>, link: &LinkPort) -> Option<Came> {
     let mut settings = context.settings();
     let received = &link.received;
     if settings.not_f32 != 0 && received.is_full() && are_finite(context, received.words()) {
-        // All floats are finite: the count of finite words, which takes every word for one, is not asked.
+        // All f32 samples are finite; the link's count, which treats every word as f32, does not apply.
         settings.expected.samples = 0;
     }
     let State { mut reception, mut left_ticks, playout_ticks } = context.state();
@@ -251,7 +249,7 @@ fn accept_unusual(context: &Context<'_, CommRx>, link: &LinkPort) -> Option<Came
     came
 }
 
-/// Whether all samples of format `f32` are finite numbers, in a packet with words that would not be.
+/// Checks that all `f32` samples are finite, in a packet that also has other words.
 #[cold]
 fn are_finite(context: &Context<'_, CommRx>, mut words: &[Cell<u32>]) -> bool {
     let Settings { signals, mut not_f32, mut parts, .. } = context.settings();
@@ -267,7 +265,7 @@ fn are_finite(context: &Context<'_, CommRx>, mut words: &[Cell<u32>]) -> bool {
     true
 }
 
-/// Says what is known of the link.
+/// Writes the link statistics to the ports.
 #[inline(always)]
 fn show(context: &Context<'_, CommRx>, reception: &Reception, link: &LinkPort) {
     let Ports { age, lost, round_trip, refused, state, jitter, .. } = context.ports();
@@ -279,7 +277,7 @@ fn show(context: &Context<'_, CommRx>, reception: &Reception, link: &LinkPort) {
     context.set(jitter, reception.jitter_ticks);
 }
 
-/// Gives a packet's signals to the Data Base; its wave as it is, or with what got lost made up for.
+/// Writes a packet's signals to the Data Base; the wave unchanged or with losses recovered.
 #[inline(always)]
 fn take(context: &Context<'_, CommRx>, came: Came, left_ticks: u16, words: &[Cell<u32>; MAX_PACKET_WORDS]) {
     let Settings { signals, counted, counted_at, expected, .. } = context.settings();
@@ -300,7 +298,7 @@ fn take(context: &Context<'_, CommRx>, came: Came, left_ticks: u16, words: &[Cel
     }
 }
 
-/// Gives the signals that have no counters to the Data Base.
+/// Writes the signals without counters to the Data Base.
 #[inline(never)]
 fn take_uncounted(context: &Context<'_, CommRx>, words: &[Cell<u32>; MAX_PACKET_WORDS]) {
     let Settings { signals, counted, mut parts, .. } = context.settings();
@@ -314,7 +312,7 @@ fn take_uncounted(context: &Context<'_, CommRx>, words: &[Cell<u32>; MAX_PACKET_
     }
 }
 
-/// Gives out the wave that has counters.
+/// Writes the wave that has counters.
 #[inline(always)]
 fn take_counted(
     context: &Context<'_, CommRx>,
@@ -324,10 +322,10 @@ fn take_counted(
     values: &[Cell<u32>],
     counters: &[Cell<u32>],
 ) {
-    // What was sent before this side listened is not owed.
+    // Waves sent before this side started are not outstanding.
     let settles = came == Came::Restarted || !context.settings().stale.makes_up();
     let (counters, _) = counters.as_chunks::<2>();
-    // Cut to as many as there are axes, so that their number is compared once.
+    // Slices of length `dof`: bounds are checked once.
     let dof = context.dof();
     let Some((values, counters)) = values.get(..dof).zip(counters.get(..dof)) else { return };
     context.map_lanes([], [output], |axis, lane, []| {
@@ -344,7 +342,8 @@ fn take_counted(
     });
 }
 
-/// Has what a new packet brings given out evenly in the ticks that are left for it; `before` was the counter then.
+/// Spreads the content of a new packet over its ticks; `before` is the counter of the packet before. Returns the ticks
+/// left.
 #[cold]
 fn play_out(
     reception: &mut Reception,
@@ -361,13 +360,13 @@ fn play_out(
     if *came == Came::Restarted {
         return most_ticks;
     }
-    // Nothing is handed through as it came.
+    // During playout, no wave passes unchanged.
     *came = Came::Jumped;
-    // A faster packet than all before it moves the time forward, and so does a sender's clock that is fast.
+    // A faster packet than all before, or a fast clock of the sender, shortens the schedule.
     left_ticks.saturating_add(brought_ticks).min(most_ticks)
 }
 
-/// What the wave is in a tick without a new packet.
+/// Applies the policy in a tick without a new packet.
 #[inline(never)]
 fn go_without(context: &Context<'_, CommRx>) {
     let Settings { stale, hold_ticks, expected, tick_s, .. } = context.settings();
@@ -384,20 +383,19 @@ fn go_without(context: &Context<'_, CommRx>) {
 }
 
 impl Stale {
-    /// Whether it makes up for what got lost, which takes counters.
+    /// Checks whether the policy recovers lost waves, which needs counters.
     fn makes_up(self) -> bool {
         matches!(self, Self::Limited | Self::Integral)
     }
 
-    /// What the policy gives out as wave of what the line owes, of which there are `ticks` left for; rare, as packets
-    /// seldom get lost.
+    /// Returns the part of the outstanding wave to output now, with `ticks` left. Cold: losses are rare.
     #[cold]
     fn pay(self, received: &mut Received, period_s: f32, ticks: u16) -> f32 {
         received.pay(period_s, ticks, self == Self::Limited)
     }
 }
 
-/// What the policy gives out after a new packet, which stands for the first period, or for the second one in play-out.
+/// Returns the wave to output after a new packet: over the packet's period, or per tick during playout.
 #[cold]
 #[inline(never)]
 fn pay_new(context: &Context<'_, CommRx>, lane: &Lane<'_, CommRx>, counters: [u32; 2], ticks: u16) -> f32 {

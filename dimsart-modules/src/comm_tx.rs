@@ -1,16 +1,16 @@
-//! `COMM_TX`: puts the data of its channel into a packet for the link, every tick or every few ticks.
+//! `COMM_TX`: sends the signals of a channel over a link, every tick or every few ticks.
 //!
-//! Words of a packet: the words of every type, of any format and shape, in the order of the `CTX_ADD_DATA` commands;
-//! behind them, per axis, the counters of the channel's first wave: all that was ever sent, so that what a lost packet
-//! carried can be made up for; `CTX_COUNTERS OFF` leaves them out. The packet also says of which [`Content`] it is.
+//! A packet contains the words of each signal, of any format and shape, in the order of the `CTX_ADD_DATA` commands.
+//! They are followed, per axis, by the counters of the channel's first wave: totals of all that was ever sent, from
+//! which the receiver recovers the content of lost packets; `CTX_COUNTERS OFF` omits them. The packet header identifies
+//! its [`Content`].
 //!
-//! With `CTX_AXIS n` it carries what belongs to that axis alone, without counters, as a device of this one axis would
-//! send it.
+//! With `CTX_AXIS n`, the packet carries only axis `n`, without counters, as sent by a single-axis device.
 //!
-//! With `CTX_EVERY n` a packet goes out in every `n`-th tick: of a wave with the mean of the last `n` ticks, of all
-//! else with the last sample. The receiver gives the mean out for as many ticks.
+//! With `CTX_EVERY n`, a packet is sent every `n` ticks: a wave as the mean of the last `n` ticks, any other signal as
+//! its last sample. The receiver outputs the mean for as many ticks.
 //!
-//! The packet's counter and those of the wave go on over a reset: the other side would take a jump for a loss.
+//! The counters of the packet and of the wave survive a reset; otherwise the receiver would take the jump for a loss.
 
 use core::cell::Cell;
 
@@ -27,46 +27,46 @@ use dimsart_core::{
 };
 
 words! {
-    /// Of all axes.
+    /// Parameters common to all axes.
     pub parameters Settings {
-        /// Adds a signal to the packet.
+        /// Add a signal to the packet.
         types: TypeList = types("CTX_ADD_DATA"),
-        /// Link it sends over.
+        /// Link to send over.
         link: u32 = structural_count("CTX_LINK", Unit::One, LINKS, 0),
-        /// Channel it sends on; 0 between two ends.
+        /// Channel to send on; 0 on a point-to-point link.
         channel: u32 = structural_count("CTX_CHANNEL", Unit::One, CHANNELS, 0),
-        /// Ticks from a packet to the next one; of a wave the mean is sent.
+        /// Ticks per packet; a wave is averaged over them.
         every_ticks: u32 = structural_count("CTX_EVERY", Unit::Tick, EVERY_TICKS, 1),
-        /// Whether packets carry counters, to make up for lost waves.
+        /// Packets carry counters, from which the receiver recovers lost waves.
         has_counters: bool = structural_flag("CTX_COUNTERS", true),
-        /// Axis that is sent alone, without counters; 8: all axes.
+        /// Single axis to send, without counters; 8: all axes.
         axis: u32 = structural_count("CTX_AXIS", Unit::One, AXES, ALL_AXES),
         parts: Parts,
         content: Content,
-        /// Words of the packet that are samples; counters follow.
+        /// Number of sample words in the packet; counters follow.
         samples: u32,
-        /// Signals of the channel.
+        /// Number of signals in the channel.
         signals: u32,
-        /// Place of the wave whose counters go into the packet; behind all signals where there is none.
+        /// Index of the wave whose counters are in the packet; `u32::MAX` without one.
         counted: u32,
-        /// First of its words in the packet.
+        /// Index of its first word in the packet.
         counted_at: u32,
-        /// Time that a packet's wave stands for.
+        /// Packet period.
         period_s: f32,
     }
-    /// Of all axes.
+    /// State common to all axes.
     pub struct State {
-        /// Of the last packet: its counter is the low half, which is never 0.
+        /// Number of the last packet; its low half is the counter, which is never 0.
         number: u32,
         /// Ticks since the last packet.
         since_sent_ticks: u32,
     }
-    /// Signals and memory, by the place of the channel's type.
+    /// Ports and memory, indexed by the channel's signals.
     pub ports Ports {
-        /// What goes into the packet: the input, or the mean of a wave.
+        /// Samples to send: the input, or the mean of a wave.
         samples: [Input<Untyped>; MAX_CHANNEL_TYPES],
         inputs: [Input<Untyped>; MAX_CHANNEL_TYPES],
-        /// Where a wave's mean is worked out, if not every one is sent.
+        /// Accumulators of the waves' means, if `CTX_EVERY` is above 1.
         blocks: [Memory; MAX_CHANNEL_TYPES],
     }
 }
@@ -77,7 +77,7 @@ pub struct CommTx;
 
 impl Module for CommTx {
     const NAME: &'static str = "COMM_TXMOD";
-    const SUMMARY: &'static str = "Sends signals to the other side.";
+    const SUMMARY: &'static str = "Sends the signals of a channel to the peer.";
     const OUTLASTS_ARMING: bool = true;
     type Settings = Settings;
     type Gains = ();
@@ -117,7 +117,7 @@ impl Module for CommTx {
         ports
     }
 
-    /// The packet's counter and those of the wave go on.
+    /// Keeps the counters of the packet and of the wave.
     fn begin(context: &Context<'_, Self>) {
         context.set_state(State { since_sent_ticks: 0, ..context.state() });
     }
@@ -160,7 +160,7 @@ impl Settings {
     }
 }
 
-/// Sends the signals that have no counters.
+/// Writes the signals without counters into the packet.
 #[inline(never)]
 fn send_uncounted(context: &Context<'_, CommTx>, room: &[Cell<u32>; MAX_PACKET_WORDS]) {
     let Settings { signals, counted, mut parts, .. } = context.settings();
@@ -174,12 +174,12 @@ fn send_uncounted(context: &Context<'_, CommTx>, room: &[Cell<u32>; MAX_PACKET_W
     }
 }
 
-/// Sends the wave that has counters, with them.
+/// Writes the wave that has counters, and its counters, into the packet.
 #[inline(always)]
 fn send_counted(context: &Context<'_, CommTx>, sample: Input, values: &[Cell<u32>], counters: &[Cell<u32>]) {
     let period_s = context.settings().period_s;
     let (counters, _) = counters.as_chunks::<2>();
-    // Cut to as many as there are axes, so that their number is compared once.
+    // Slices of length `dof`: bounds are checked once.
     let dof = context.dof();
     let Some((values, counters)) = values.get(..dof).zip(counters.get(..dof)) else { return };
     context.map_lanes([sample], [], |axis, lane, [wave]| {
@@ -196,7 +196,7 @@ fn send_counted(context: &Context<'_, CommTx>, sample: Input, values: &[Cell<u32
     });
 }
 
-/// Adds this tick's waves to their means; whether these are due to be sent.
+/// Adds this tick's waves to their means. Returns whether the packet is due.
 #[cold]
 fn gather(context: &Context<'_, CommTx>, link: &LinkPort) -> bool {
     let (mut state, every_ticks) = (context.state(), context.settings().every_ticks);
@@ -206,7 +206,7 @@ fn gather(context: &Context<'_, CommTx>, link: &LinkPort) -> bool {
     #[expect(clippy::cast_precision_loss, reason = "at most 100")]
     let share = if is_last { 1.0 / every_ticks as f32 } else { 1.0 };
     for (input, block) in context.ports().inputs.iter().zip(context.ports().blocks) {
-        // Of what is no wave there is no memory, and nothing to do.
+        // A signal that is not a wave has no memory.
         for (sum, wave) in context.memory(block).iter().zip(context.words(*input)) {
             let before = if is_first { 0.0 } else { f32::from_bits(sum.get()) };
             sum.set((share * (before + f32::from_bits(wave.get()))).to_bits());

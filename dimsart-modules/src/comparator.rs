@@ -1,9 +1,10 @@
-//! Comparator with hysteresis: says whether a signal of any unit is beyond a level.
+//! Comparator with hysteresis for a signal of any unit.
 //!
-//! `CONDITION` becomes 1 where the signal is above `LEVEL + HYSTERESIS / 2`, and 0 where it is below `LEVEL - HYSTERESIS / 2`;
-//! between them it stays. `BELOW` compares the other way round. `MAGNITUDE` compares what the signal is without its sign.
+//! `CONDITION` becomes 1 when the signal rises above `LEVEL + HYSTERESIS / 2`, and 0 when it falls below
+//! `LEVEL - HYSTERESIS / 2`; in between it keeps its value. `SIDE BELOW` inverts the comparison. `MAGNITUDE` compares
+//! the absolute value.
 //!
-//! It begins with 0, unless the signal is beyond the upper level.
+//! Initial state: 0, unless the signal is above the upper threshold.
 //!
 //! ```
 //! use dimsart_core::{Bench, types};
@@ -18,28 +19,28 @@
 use dimsart_core::{Context, Input, Module, Output, Unit, choice, types, words};
 
 choice! {
-    /// On which side of the level the condition holds.
+    /// Side of the level on which the condition is 1.
     pub enum Side { Above = "ABOVE", Below = "BELOW" }
 }
 
 words! {
-    /// Of all axes.
+    /// Parameters common to all axes.
     pub parameters Settings {
-        /// Where the condition holds.
+        /// Side of the level on which CONDITION is 1.
         side: Side = choice("SIDE"),
-        /// Whether the sign of the signal does not count.
+        /// Compare the absolute value of the signal.
         is_magnitude: bool = flag("MAGNITUDE", false),
     }
-    /// Of an axis.
+    /// Parameters of one axis.
     pub parameters Gains {
-        /// Middle of the two levels.
+        /// Threshold; centre of the hysteresis band.
         level: f32 = per_axis("LEVEL", Unit::Any, -1e9..=1e9, 0.0),
-        /// From the lower level to the upper one.
+        /// Width of the hysteresis band around LEVEL.
         hysteresis: f32 = per_axis("HYSTERESIS", Unit::Any, 0.0..=1e9, 0.0),
     }
-    /// Of an axis.
+    /// State of one axis.
     pub struct Axis { holds: bool }
-    /// Signals.
+    /// Ports.
     pub ports Ports {
         input: Input = input("SIGNAL_IN", types::SIGNAL),
         condition: Output = output("CONDITION", types::CONDITION),
@@ -52,7 +53,7 @@ pub struct Comparator;
 
 impl Module for Comparator {
     const NAME: &'static str = "COMPARE_MOD";
-    const SUMMARY: &'static str = "Says whether a signal is beyond a level, with hysteresis.";
+    const SUMMARY: &'static str = "Compares a signal with a level, with hysteresis.";
     type Settings = Settings;
     type Gains = Gains;
     type State = ();

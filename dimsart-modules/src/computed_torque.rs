@@ -1,14 +1,15 @@
-//! Computed torque: an arm follows its desired motion as if each of its axes were a unit mass alone.
+//! Computed-torque control: inverse dynamics make each axis of an arm follow its desired motion like a decoupled unit
+//! mass.
 //!
 //! ```text
 //! a = x_d'' + 2 ζ ω (x_d' - x') + ω² (x_d - x)
 //! F = M(q) a + C(q, q') q' + g(q) + J_m a + b x'
 //! ```
 //!
-//! `ω = 2π BANDWIDTH`. With the right masses every error decays as a second-order system of that frequency and damping
-//! ratio, wherever the arm is (Craig, *Introduction to Robotics*, section 10.4). A wrong mass, dry friction or a joint that
-//! gives leave an error; there is no integral. It remembers nothing: where it takes over, the force steps to its own.
-//! [`Planar`](crate::planar) and [`Phantom`](crate::phantom) say what the other parameters are of.
+//! `ω = 2π BANDWIDTH`. With correct masses, the error decays in any pose as a second-order system of this frequency and
+//! damping ratio (Craig, *Introduction to Robotics*, section 10.4). Wrong masses, dry friction and joint compliance
+//! leave a steady error; there is no integral action. The module has no state: on takeover, the force steps to its own
+//! value. For the other parameters see [`Planar`](crate::planar) and [`Phantom`](crate::phantom).
 //!
 //! ```
 //! # use dimsart_core::{Bench, types};
@@ -31,13 +32,13 @@ use dimsart_core::{
 };
 
 words! {
-    /// Of an axis.
+    /// Parameters of one axis.
     pub parameters Follow {
-        /// How fast an error decays.
+        /// Bandwidth of the error dynamics.
         bandwidth: f32 = per_axis("BANDWIDTH", Unit::Hertz, 0.0..=100.0, 2.0),
-        /// Of the decay of an error; 1 is without overshoot.
+        /// Damping ratio of the error dynamics; 1 is critical.
         damping_ratio: f32 = per_axis("DAMPING_RATIO", Unit::One, 0.0..=10.0, 1.0),
-        /// Of the motor, seen from the joint.
+        /// Inertia of the motor, reflected to the joint.
         motor_inertia: f32 = per_axis("MOTOR_INERTIA", Unit::Inertia, 0.0..=1e4, 0.0),
         /// Viscous friction of the joint.
         viscous: f32 = per_axis("VISCOUS", Unit::Damping, 0.0..=1e4, 0.0),
@@ -46,7 +47,7 @@ words! {
         /// `2 ζ ω`.
         damping: f32,
     }
-    /// Signals.
+    /// Ports.
     pub ports Ports {
         position: Input = input("POSITION", types::POSITION),
         velocity: Input = input("VELOCITY", types::VELOCITY),
@@ -63,8 +64,7 @@ pub struct ComputedTorque<B>(PhantomData<B>);
 
 impl<B: Body> Module for ComputedTorque<B> {
     const NAME: &'static str = B::COMPUTED_TORQUE;
-    const SUMMARY: &'static str =
-        "Computed torque: the arm's equations of motion, and PD on the acceleration.";
+    const SUMMARY: &'static str = "Computed-torque control: inverse dynamics of the arm with a PD loop.";
     type Settings = B::Settings;
     type Gains = (Follow, B::Link);
     type State = ();

@@ -1,25 +1,28 @@
-//! Time-domain passivity of a link with delay: one port of the two-port that the link is.
+//! Time-domain passivity approach (TDPA) for a link with delay: passivity observer and controller of one port of the
+//! link.
 //!
-//! Each side counts the energy that goes into the link there and sends the count along (`LINE_ENERGY`). What a side gives
-//! out is what the other one has reported (`FAR_ENERGY`), or less; a damper takes back the rest (Ryu, Artigas and Preusche,
-//! *Mechatronics* 20(7), 2010; Artigas, Ryu, Preusche and Hirzinger, *IROS* 2011). It holds for any delay, jitter or loss,
-//! as counts only grow: what a packet did not bring, the next one does. `W` is `PORT_ENERGY`, with `E` the energy that has
-//! come out here and `E'` the count of the other side:
+//! Each side counts the energy that enters the link at its port and sends the count (`LINE_ENERGY`). A side may output
+//! at most the energy that the peer has reported (`FAR_ENERGY`); a damper dissipates the excess (Ryu, Artigas and
+//! Preusche, *Mechatronics* 20(7), 2010; Artigas, Ryu, Preusche and Hirzinger, *IROS* 2011). This holds for any delay,
+//! jitter or loss, because counts only grow: a later packet contains the count of a lost one. `W` is `PORT_ENERGY`, `E`
+//! the energy output here, `E'` the peer's count:
 //!
 //! ```text
 //! IMPEDANCE   W = E' - E,  P h = -F[k-1] (x[k] - x[k-1])       α = min(-W / (h v²), DAMPER) if W < 0        F = F_in - α v
 //! ADMITTANCE  W = E' - E,  P h = -F[k] (x_d[k] - x_d[k-1])     β = min((F Δ - W) / (h F²), 1/DAMPER) if W < F Δ   x_d += Δ - h β F
 //! ```
 //!
-//! `P h > 0` goes into the link: it pays for `W < 0`, and the rest is counted for the other side; `P h < 0` came out. The motion side pays for its step
-//! `Δ` before, at the force of the last tick. The step then makes a force of its own: with `K + D/h` behind it at most
-//! `DAMPER / h` times what it moves the reference away from the joint. With that force it may cost no more than
-//! `W + CREDIT`, or it is shortened, such as after an outage, when the far position jumps: so `W` never falls below
-//! `-CREDIT`, whatever is lost. Without credit nothing could begin to move. The force side commands no force that
-//! would cost more than `W + CREDIT` over another step as long as the last one, and, while `W` is below 0, over what the
-//! force itself moves a mass of `h DAMPER`.
-//! As in [`PASSIVITY_MOD`](crate::passivity_controller), `DAMPER` is to stay below `m/h`, under `ADMITTANCE` above `h K + D`.
-//! The damper would leave a drift, so `Δ = Δx + DRIFT_RATE h (x - x_d)` leads back, as far as `W` pays for it (idea:
+//! `P h > 0` enters the link: it first covers `W < 0`, the rest is counted for the peer. `P h < 0` leaves the link.
+//!
+//! The admittance side pays for its step `Δ` in advance, at the force of the last tick. The step itself then adds a
+//! force: with a coupling `K + D/h`, at most `DAMPER / h` times the distance by which the reference moves away from the
+//! joint. With that force, the step may cost at most `W + CREDIT`; otherwise it is shortened, for example when the far
+//! position jumps after an outage. So `W` never falls below `-CREDIT`, whatever is lost. Without credit, no motion
+//! could start. The impedance side limits its force to a cost of `W + CREDIT` over another step as long as the last one
+//! and, while `W < 0`, over the displacement that the force causes on a mass of `h DAMPER`.
+//!
+//! As in [`PASSIVITY_MOD`](crate::passivity_controller), keep `DAMPER` below `m/h`; for `ADMITTANCE`, above `h K + D`.
+//! The damper causes position drift, which `Δ = Δx + DRIFT_RATE h (x - x_d)` removes as far as `W` allows (idea:
 //! Chawda, Van Quang, O'Malley and Ryu, *IROS* 2014).
 //!
 //! ```
@@ -29,7 +32,7 @@
 //!     "all TDPA_MOD PORT_FORCE_IN FAR_FORCE\nall MOD_ENG MOD_ON TDPA_MOD\nall MOD_ENG MATCHING_CHECK",
 //! )?;
 //! bench.tick(&[0.0, 1.0, 0.0], "DES_FORCE");
-//! // 1 N pushed over 1 mm, and nobody has put 1 mJ into the other end.
+//! // 1 N over 1 mm is output, but the peer has reported no energy.
 //! assert_eq!(bench.tick(&[1e-3, 1.0, 0.0], "PORT_ENERGY"), Some(-1e-3));
 //! # Ok::<(), dimsart_core::BenchError>(())
 //! ```
@@ -43,32 +46,32 @@ use dimsart_core::{
 };
 
 words! {
-    /// Of all axes.
+    /// Parameters common to all axes.
     pub parameters Settings {
         causality: Causality,
         drift_rate_hz: f32,
         credit_j: f32,
         period_s: f32,
         rate_hz: f32,
-        /// Share of the drift that a tick takes off, at most 1.
+        /// Share of the drift removed per tick, at most 1.
         drift_share: f32,
     }
-    /// Of an axis.
+    /// State of one axis.
     pub struct Axis {
         ledger: Ledger,
-        /// Position of the last tick; under `ADMITTANCE` of the other side.
+        /// Position of the last tick; for `ADMITTANCE`, of the peer.
         previous: f32,
-        /// Of the joint, under `ADMITTANCE`.
+        /// Position of the joint, for `ADMITTANCE`.
         previous_own: f32,
-        /// Force that is held since the last tick.
+        /// Force held since the last tick.
         force: f32,
         desired: CompensatedSum,
-        /// What the desired position moved by in this tick.
+        /// Step of the desired position in this tick.
         step: f32,
-        /// The same, less what the joint moved by.
+        /// The step minus the motion of the joint.
         stretch: f32,
     }
-    /// Signals.
+    /// Ports.
     pub ports Ports {
         position: Input = input("POSITION", types::POSITION),
         wanted: Input,
@@ -86,8 +89,7 @@ pub struct DelayedPassivity;
 
 impl Module for DelayedPassivity {
     const NAME: &'static str = "TDPA_MOD";
-    const SUMMARY: &'static str =
-        "Time-domain passivity of a link with delay: gives out no more than went in.";
+    const SUMMARY: &'static str = "Time-domain passivity control (TDPA) of a link with delay.";
     type Settings = Settings;
     type Gains = Damper;
     type State = ();
@@ -96,10 +98,10 @@ impl Module for DelayedPassivity {
 
     fn parameters(settings: &mut Settings, gains: &mut Damper, visit: &mut Parameters<'_>) {
         settings.causality.parameter(visit);
-        let summary = "How fast drift is made up for under ADMITTANCE; 0: it stays.";
+        let summary = "Rate of drift correction for ADMITTANCE; 0: none.";
         visit.real(&mut settings.drift_rate_hz, "DRIFT_RATE", Unit::Hertz, 0.0..=1e3, 10.0, summary);
-        gains.parameters(visit, "Most of what the other side took in that is kept.");
-        let summary = "Energy given out before the other side reports it, of each axis.";
+        gains.parameters(visit, "Maximum stored energy reported by the peer.");
+        let summary = "Energy per axis that may be output before the peer reports it.";
         visit.real(&mut settings.credit_j, "CREDIT", Unit::Energy, 0.0..=100.0, 0.1, summary);
     }
 
@@ -162,7 +164,7 @@ impl Module for DelayedPassivity {
                 let mobility = damping(axis.force * step - balance_j, axis.force, period_s, gains.cap);
                 let step = step - period_s * mobility * axis.force;
                 let budget_j = (balance_j + credit_j).max(0.0);
-                // A damper lets go of what it pushed against in the last tick.
+                // A damper releases its stretch of the last tick.
                 let moved = own_step + if axis.stretch * step < 0.0 { axis.stretch } else { 0.0 };
                 axis.step = affordable(step, axis.force, moved, budget_j, rate_hz / gains.cap);
                 axis.stretch = axis.step - own_step;
@@ -181,7 +183,7 @@ impl Module for DelayedPassivity {
             let damper = damping(-energy_j, velocity, period_s, gains.cap);
             let force = math::limit(wanted - damper * velocity, gains.limit);
             let budget_j = (energy_j + credit_j).max(0.0);
-            // In debt it counts, too, what the force itself moves: no mass is below what the damper is for.
+            // In debt, count also the motion caused by the force, at the minimum mass allowed for DAMPER.
             let compliance = if energy_j < 0.0 { period_s / gains.cap.max(1e-3) } else { 0.0 };
             axis.force = affordable(force, step, 0.0, budget_j, compliance);
             (axis.force, axis.ledger.sent(), energy_j)
@@ -199,9 +201,9 @@ impl Module for DelayedPassivity {
     }
 }
 
-/// The step of the reference, or as much of it as costs the budget at most: with the force before it, and what the step
-/// adds to that beyond the way that the joint has `moved`, at this stiffness. Or a force, with the step before it, and what
-/// the force adds to that, at this compliance.
+/// Limits a step of the reference to the energy budget: its cost is at the last `force` plus the force that the step
+/// adds, at this stiffness, beyond the distance `moved` by the joint. Also limits a force, with the roles of step and
+/// force and of stiffness and compliance exchanged.
 #[inline(always)]
 fn affordable(step: f32, force: f32, moved: f32, budget_j: f32, stiffness: f32) -> f32 {
     let (way, force, moved) = (step.abs(), force * step.signum(), moved * step.signum());
@@ -209,7 +211,7 @@ fn affordable(step: f32, force: f32, moved: f32, budget_j: f32, stiffness: f32) 
     if (force + added) * way <= budget_j {
         return step;
     }
-    // Where the force alone costs too much, and where the stiffness does.
+    // Limits by the force alone and by the stiffness.
     let by_force = if force > 0.0 { budget_j / force } else { f32::MAX };
     let half = 0.5 * (force - stiffness * moved);
     let root = math::sqrt(half * half + stiffness * budget_j);

@@ -1,7 +1,7 @@
-//! Demultiplexer: passes a signal on to one of up to four outputs.
+//! Demultiplexer: routes a signal to one of up to four outputs.
 //!
-//! `OUT1` gets it where the selection is 0, `OUT2` at 1, and so on to the last of `COUNT`; the others get 0, or keep what they had
-//! (`HOLD`). The selection is `SELECT`, or `CONDITION` to the next whole number, of each axis (`SELECT_BY`).
+//! Selection 0 routes it to `OUT1`, 1 to `OUT2`, and so on up to `COUNT`; the other outputs are 0, or keep their value
+//! with `HOLD`. The selection is `SELECT`, or `CONDITION` rounded to the nearest integer, per axis (`SELECT_BY`).
 //!
 //! ```
 //! use dimsart_core::{Bench, types};
@@ -17,20 +17,20 @@ use crate::mux::{SelectBy, number};
 use dimsart_core::{Context, Declare, Input, Module, Output, Unit, UnitRelation, types, words};
 
 words! {
-    /// Of all axes.
+    /// Parameters common to all axes.
     pub parameters Settings {
-        /// What selects.
+        /// Source of the selection: parameter SELECT or port CONDITION.
         select_by: SelectBy = structural_choice("SELECT_BY"),
-        /// How many outputs there are.
+        /// Number of outputs.
         count: u32 = structural_count("COUNT", Unit::One, 2..=4, 2),
-        /// Number of the output, from 0.
+        /// Index of the selected output, from 0.
         selected: u32 = count("SELECT", Unit::One, 0..=3, 0),
-        /// Whether the others keep what they had.
+        /// Outputs that are not selected keep their value instead of 0.
         holds: bool = flag("HOLD", false),
     }
-    /// Of an axis: what each output had.
+    /// State of one axis: the last value of each output.
     pub struct Axis { outputs: [f32; 4] }
-    /// Signals.
+    /// Ports.
     pub ports Ports { input: Input, condition: Input, outputs: [Output; 4] }
 }
 
@@ -40,7 +40,7 @@ pub struct Demux;
 
 impl Module for Demux {
     const NAME: &'static str = "DEMUX_MOD";
-    const SUMMARY: &'static str = "Passes a signal on to one of several outputs.";
+    const SUMMARY: &'static str = "Demultiplexer: routes a signal to one of up to four outputs.";
     type Settings = Settings;
     type Gains = ();
     type State = ();

@@ -1,9 +1,9 @@
-//! `DH_TIP_MOD`: a chain of joints placed by modified Denavit-Hartenberg parameters.
+//! `DH_TIP_MOD`: forward kinematics of a serial chain by modified Denavit-Hartenberg parameters.
 //!
-//! From the frame of the joint before, turn by `DH_ALPHA` about its x, go `DH_A` along it, turn by `DH_THETA` about the
-//! new z, go `DH_D` along that (J. J. Craig, *Introduction to Robotics*, section 3.4). A rotary joint adds its position to
-//! theta, a linear one to d. The tip is at `TIP_X`, `TIP_Y`, `TIP_Z` in the last frame. Ports and limits are those of every
-//! [tip](crate::tip).
+//! From the previous joint's frame: rotate by `DH_ALPHA` about x, translate by `DH_A` along x, rotate by `DH_THETA`
+//! about the new z, translate by `DH_D` along z (J. J. Craig, *Introduction to Robotics*, section 3.4). A rotary joint
+//! adds its position to theta, a linear one to d. The tip is at `TIP_X`, `TIP_Y`, `TIP_Z` in the last frame. Ports and
+//! limits are those of every [tip](crate::tip).
 
 use core::ops::RangeInclusive;
 
@@ -14,26 +14,26 @@ const LENGTH: RangeInclusive<f32> = -100.0..=100.0;
 const ANGLE: RangeInclusive<f32> = -7.0..=7.0;
 
 words! {
-    /// Of a joint.
+    /// Parameters of one joint.
     pub parameters Row {
-        /// Along the x axis before it.
+        /// DH parameter a: offset along the previous x axis.
         a: f32 = per_axis("DH_A", Unit::Metre, LENGTH, 0.0),
-        /// About the x axis before it.
+        /// DH parameter alpha: twist about the previous x axis.
         alpha: f32 = per_axis("DH_ALPHA", Unit::Radian, ANGLE, 0.0),
-        /// Along its own axis.
+        /// DH parameter d: offset along the joint axis.
         d: f32 = per_axis("DH_D", Unit::Metre, LENGTH, 0.0),
-        /// About its own axis.
+        /// DH parameter theta: angle about the joint axis.
         theta: f32 = per_axis("DH_THETA", Unit::Radian, ANGLE, 0.0),
         sin_alpha: f32,
         cos_alpha: f32,
     }
-    /// Of the tip, in the last frame.
+    /// Position of the tip in the last frame.
     pub parameters TipOffset {
-        /// Of the tip in the last frame.
+        /// Tip position along x in the last frame.
         x: f32 = real("TIP_X", Unit::Metre, LENGTH, 0.0),
-        /// Of the tip in the last frame.
+        /// Tip position along y in the last frame.
         y: f32 = real("TIP_Y", Unit::Metre, LENGTH, 0.0),
-        /// Of the tip in the last frame.
+        /// Tip position along z in the last frame.
         z: f32 = real("TIP_Z", Unit::Metre, LENGTH, 0.0),
     }
 }
@@ -42,7 +42,7 @@ words! {
 #[derive(Debug, Clone, Copy)]
 pub struct DenavitHartenberg;
 
-/// Where a frame is, and its axes.
+/// Origin and axes of a frame.
 #[derive(Debug, Clone, Copy)]
 struct Frame {
     origin: Vector3,
@@ -66,7 +66,7 @@ impl Placed for DenavitHartenberg {
         let (x, y, z) = (axis(1.0, 0.0, 0.0), axis(0.0, 1.0, 0.0), axis(0.0, 0.0, 1.0));
         let mut frame = Frame { origin: Vector3::default(), x, y, z };
         let mut placement = Placement::default();
-        // Until the tip is known, a column holds where its joint is; its axis is beside it.
+        // Until the tip is known, a column holds the origin of its joint.
         let mut axes = [Vector3::default(); dimsart_core::limits::MAX_DOF];
         for ((joint, column), axis) in joints.iter().zip(&mut placement.columns).zip(&mut axes) {
             frame = frame.behind(joint);
@@ -101,7 +101,7 @@ impl Frame {
         }
     }
 
-    /// A place that is said in this frame.
+    /// Transforms a point from this frame to the base frame.
     fn of(&self, place: Vector3) -> Vector3 {
         sum(sum(sum(self.origin, place.x, self.x), place.y, self.y), place.z, self.z)
     }
@@ -111,7 +111,7 @@ fn scaled(vector: Vector3, factor: f32) -> Vector3 {
     Vector3 { x: factor * vector.x, y: factor * vector.y, z: factor * vector.z }
 }
 
-/// `one + factor other`.
+/// Returns `one + factor other`.
 fn sum(one: Vector3, factor: f32, other: Vector3) -> Vector3 {
     let Vector3 { x, y, z } = other;
     Vector3 { x: one.x + factor * x, y: one.y + factor * y, z: one.z + factor * z }

@@ -1,24 +1,23 @@
 //! Differentiator: backward difference through a first-order low-pass.
 //!
-//! `y += (1 - p) ((x - x[k-1]) / h - y)`, `p = T/(T + h)` with the filter's time constant `T`;
-//! the first output is 0. Its unit is the input's over `s`; where that has no name, the output is a signal of
-//! any unit.
+//! `y += (1 - p) ((x - x[k-1]) / h - y)`, `p = T/(T + h)` with the time constant `T` of the filter. The output starts
+//! at zero. Its unit is the unit of the input per second; if that has no name, the output accepts any unit.
 
 use dimsart_core::{
     Context, Declare, DeviceDescriptor, Input, Module, Output, PortSet, Unit, UnitRelation, types, words,
 };
 
 words! {
-    /// Of all axes.
+    /// Parameters common to all axes.
     pub parameters Settings {
-        /// Time constant of the low-pass; 0 for none.
+        /// Time constant of the low-pass; 0: no filter.
         filter_time_s: f32 = real("FILTER_TIME", Unit::Second, 0.0..=10.0, 0.0),
         rate_hz: f32,
         smoothing: f32,
     }
-    /// Of an axis.
+    /// State of one axis.
     pub struct Axis { previous: f32, slope: f32 }
-    /// Signals.
+    /// Ports.
     pub ports Ports {
         input: Input = input("SIGNAL_IN", types::SIGNAL),
         output: Output = output("SIGNAL_OUT", types::SIGNAL_OUT),
@@ -31,7 +30,7 @@ pub struct Differentiator;
 
 impl Module for Differentiator {
     const NAME: &'static str = "DIFFERENTIATOR_MOD";
-    const SUMMARY: &'static str = "Differentiates a signal by time, with a low-pass.";
+    const SUMMARY: &'static str = "Time derivative of a signal, with a low-pass.";
     type Settings = Settings;
     type Gains = ();
     type State = ();

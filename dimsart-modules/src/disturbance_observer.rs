@@ -1,14 +1,13 @@
-//! Disturbance observer: what else pushes the joint than its controller.
+//! Disturbance observer: estimates and compensates forces on the joint other than the commanded one.
 //!
-//! Of the nominal joint `J v' = F + d` with `F` held from tick to tick, the mean of `d` over the last tick is
-//! `J (v - v[k-1]) / h - F[k-1]`; that goes through the low-pass `Q` of first order, `1 / (1 + s/ω)`, or of second, `1 / (1 + s/ω)²`,
-//! `ω = 2 pi FREQUENCY`, with its exact pole (Ohnishi, Shibata & Murakami, *Motion Control for Advanced Mechatronics*, 1996).
-//! `EXTERNAL_FORCE` is the estimate, with everything in it that `J` does not say, friction too; `FEED_FORCE` is
-//! `-COMPENSATION` times it, held inside `±LIMIT`.
+//! For a nominal joint `J v' = F + d` with `F` held between ticks, the mean of `d` over the last tick is
+//! `J (v - v[k-1]) / h - F[k-1]`. It is filtered by `Q`, a first-order `1 / (1 + s/ω)` or second-order `1 / (1 + s/ω)²`
+//! low-pass with exact poles, `ω = 2 pi FREQUENCY` (Ohnishi, Shibata & Murakami, *Motion Control for Advanced
+//! Mechatronics*, 1996). `EXTERNAL_FORCE` is the estimate; it includes friction and all other dynamics not modelled by
+//! `J`. `FEED_FORCE` is `-COMPENSATION` times the estimate, limited to `±LIMIT`.
 //!
-//! `F` is what `DES_FORCE` was in the tick before, `FEED_FORCE` included: bind the port to what the device takes, and plug the
-//! module in before the one that writes it. It begins
-//! with an estimate of 0, or where it takes over with the one that was written last.
+//! `F` is `DES_FORCE` of the previous tick including `FEED_FORCE`: bind the port to the force that the device receives,
+//! and plug the module in before the one that writes it. The estimate starts at 0; on takeover, at the last output.
 //!
 //! ```
 //! use dimsart_core::{Bench, types};
@@ -17,7 +16,7 @@
 //!             all MOD_ENG MOD_ON DISTURBANCE_OBSERVER_MOD
 //!             all MOD_ENG MATCHING_CHECK";
 //! let mut bench = Bench::new(dimsart_modules::ALL, &[types::VELOCITY, types::DES_FORCE], rows)?;
-//! // 2 kg that go faster by 1 m/s each second while nobody commands anything: 2 N.
+//! // 2 kg accelerate at 1 m/s² without any command: 2 N.
 //! let ramp = (0..1000_u16).map(|tick| f32::from(tick) / 1000.0);
 //! let last = ramp.filter_map(|v| bench.tick(&[v, 0.0], "EXTERNAL_FORCE")).last().unwrap_or_default();
 //! assert!((last - 2.0).abs() < 1e-3, "{last}");
@@ -33,14 +32,14 @@ use dimsart_core::{
 };
 
 choice! {
-    /// Order of `Q`.
+    /// Order of the low-pass `Q`.
     pub enum Order { First = "FIRST", Second = "SECOND" }
 }
 
 words! {
-    /// Of all axes.
+    /// Parameters common to all axes.
     pub parameters Settings { order: Order }
-    /// Of an axis.
+    /// Parameters of one axis.
     pub parameters Gains {
         inertia: f32,
         frequency_hz: f32,
@@ -51,9 +50,9 @@ words! {
         /// `1 - exp(-ω h)`.
         share: f32,
     }
-    /// Of an axis.
+    /// State of one axis.
     pub struct Axis { previous_velocity: f32, first: f32, estimate: f32 }
-    /// Signals.
+    /// Ports.
     pub ports Ports {
         velocity: Input = input("VELOCITY", types::VELOCITY),
         force: Input = delayed().input("DES_FORCE", types::DES_FORCE),
@@ -68,7 +67,7 @@ pub struct DisturbanceObserver;
 
 impl Module for DisturbanceObserver {
     const NAME: &'static str = "DISTURBANCE_OBSERVER_MOD";
-    const SUMMARY: &'static str = "Observes what else pushes the joint, and the force against it.";
+    const SUMMARY: &'static str = "Disturbance observer: estimates and compensates external force.";
     type Settings = Settings;
     type Gains = Gains;
     type State = ();
@@ -78,12 +77,19 @@ impl Module for DisturbanceObserver {
     fn parameters(settings: &mut Settings, gains: &mut Gains, visit: &mut Parameters<'_>) {
         let Gains { inertia, frequency_hz, compensation, limit, .. } = gains;
         visit.per_axis(inertia, "INERTIA", Unit::Inertia, 1e-6..=1e4, 1.0, "Nominal inertia of the joint.");
-        let summary = "Corner frequency of the observer.";
+        let summary = "Corner frequency of the low-pass.";
         visit.per_axis(frequency_hz, "FREQUENCY", Unit::Hertz, 1e-2..=1e4, 20.0, summary);
-        visit.choice(&mut settings.order, "ORDER", "Order of the observer's low-pass.");
-        let summary = "Share of the estimate that FEED_FORCE works against.";
+        visit.choice(&mut settings.order, "ORDER", "Order of the low-pass.");
+        let summary = "Share of the estimate that FEED_FORCE compensates.";
         visit.per_axis(compensation, "COMPENSATION", Unit::One, 0.0..=1.0, 1.0, summary);
-        visit.per_axis(limit, "LIMIT", Unit::Force, 0.0..=1e4, 1e4, "Largest FEED_FORCE either way.");
+        visit.per_axis(
+            limit,
+            "LIMIT",
+            Unit::Force,
+            0.0..=1e4,
+            1e4,
+            "Maximum FEED_FORCE, in either direction.",
+        );
     }
 
     fn prepare_axis(_: &Settings, gains: &mut Gains, device: &DeviceDescriptor) {
@@ -97,7 +103,7 @@ impl Module for DisturbanceObserver {
         let takes_over = context.takes_over();
         context.begin_axes([velocity, force, external_force.last()], |gains, [v, force, last]| {
             let estimate = first(takes_over, last, 0.0);
-            // As if the estimate had been right in the tick before.
+            // Consistent with a correct estimate in the tick before.
             let previous_velocity = v - (force + estimate) / gains.inertia_per_tick;
             Axis { previous_velocity, first: estimate, estimate }
         });

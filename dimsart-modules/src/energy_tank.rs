@@ -1,16 +1,17 @@
-//! Energy tank: the passivity layer below any bilateral law (Franken, Stramigioli, Misra, Secchi and Macchelli, *IEEE
-//! T-RO* 27(4), 2011).
+//! Energy tank: a passivity layer below any bilateral control law (Franken, Stramigioli, Misra, Secchi and Macchelli,
+//! *IEEE T-RO* 27(4), 2011).
 //!
-//! Each side has a tank. The device is given energy out of it, and each side sends a share of its tank to the other:
+//! Each side has a tank. The energy of the device comes from the tank, and each side sends a share of its tank to the
+//! other:
 //!
 //! ```text
 //! H += received - F[k-1] (x[k] - x[k-1])       to send: SHARE H      F = F_in - d v,   |F_in| <= H / (|v| h),   0 if H <= 0
 //! d = D_PARAM (1 - H / LEVEL), 0 to D_PARAM
 //! ```
 //!
-//! `v = (x[k] - x[k-1]) / h`. `d` fills the tank at the operator's expense while it is below `LEVEL`: on one side only, the
-//! other one gets what it needs by the link (`LEVEL 0`). The force of a tick is limited by how fast the device moved
-//! before it, so a tank can be overdrawn by what one tick gives out; then it commands no force until it is paid back.
+//! `v = (x[k] - x[k-1]) / h`. Below `LEVEL`, the damping `d` fills the tank from the operator's motion. Enable it on
+//! one side only; the other side is filled over the link (`LEVEL 0`). The force is limited by the velocity of the last
+//! tick, so the tank can be overdrawn by the energy of one tick; the force is then 0 until the tank is positive again.
 //!
 //! ```
 //! use dimsart_core::{Bench, types};
@@ -18,7 +19,7 @@
 //! let mut bench = Bench::new(dimsart_modules::ALL, &[types::POSITION, types::FEED_FORCE, types::FAR_ENERGY],
 //!     "all TANK_MOD PORT_FORCE_IN FEED_FORCE\nall MOD_ENG MOD_ON TANK_MOD\nall MOD_ENG MATCHING_CHECK",
 //! )?;
-//! // Nothing in the tank, no force.
+//! // Empty tank: no force.
 //! assert_eq!(bench.tick(&[0.0, 1.0, 0.0], "DES_FORCE"), Some(0.0));
 //! # Ok::<(), dimsart_core::BenchError>(())
 //! ```
@@ -30,26 +31,26 @@ use dimsart_core::{
 };
 
 words! {
-    /// Of all axes.
+    /// Parameters common to all axes.
     pub parameters Settings {
-        /// Share of the tank that is sent in a tick.
+        /// Share of the tank sent to the peer per tick.
         share: f32 = real("SHARE", Unit::One, 0.0..=1.0, 0.01),
         rate_hz: f32,
     }
-    /// Of an axis.
+    /// Parameters of one axis.
     pub parameters Gains {
-        /// Energy below which the operator fills the tank; 0: never.
+        /// Energy below which the operator's motion fills the tank; 0: never.
         level_j: f32 = per_axis("LEVEL", Unit::Energy, 0.0..=100.0, 0.0),
-        /// Damper that fills an empty tank.
+        /// Damping that fills the tank, at an empty tank.
         damping: f32 = per_axis("D_PARAM", Unit::Damping, 0.0..=1e4, 5.0),
-        /// Most that the tank holds; what comes on top is lost.
+        /// Capacity of the tank; excess energy is discarded.
         energy_limit_j: f32 = per_axis("ENERGY_LIMIT", Unit::Energy, 0.0..=100.0, 1.0),
-        /// `D_PARAM / LEVEL`; 0 with no level.
+        /// `D_PARAM / LEVEL`; 0 for `LEVEL 0`.
         damping_per_j: f32,
     }
-    /// Of an axis.
+    /// State of one axis.
     pub struct Axis { tank: Ledger, previous: f32, force: f32 }
-    /// Signals.
+    /// Ports.
     pub ports Ports {
         position: Input,
         wanted: Input,
@@ -66,7 +67,7 @@ pub struct EnergyTank;
 
 impl Module for EnergyTank {
     const NAME: &'static str = "TANK_MOD";
-    const SUMMARY: &'static str = "Energy tank: commands no force that it has no energy for.";
+    const SUMMARY: &'static str = "Energy tank: limits the force to the available energy.";
     type Settings = Settings;
     type Gains = Gains;
     type State = ();
@@ -129,7 +130,7 @@ impl Module for EnergyTank {
     }
 }
 
-/// As much of the force as the tank can pay for over the next step, if that is as long as the last one.
+/// Limits the force to the energy of the tank, for a next step as long as the last one.
 #[inline(always)]
 fn allowed(force: f32, step: f32, level_j: f32) -> f32 {
     if level_j <= 0.0 {

@@ -1,9 +1,9 @@
-//! Feed-forward: the force that the desired motion takes of itself, before any error shows it.
+//! Feed-forward: the force that the desired motion needs, before an error builds up.
 //!
-//! `F = J a_d + B v_d + F_c s(v_d) + G`: inertia, viscous and Coulomb friction, and a constant force such as that of gravity on
-//! an output that slides. `s` is the sign, which goes evenly from -1 to 1 within `±COULOMB_VELOCITY`, so that the force does not jump
-//! (Craig, *Introduction to Robotics*, section 9.7). A controller with `FEED_FORWARD ON` takes it; `SUM_MOD` adds it
-//! to what another one commands.
+//! `F = J a_d + B v_d + F_c s(v_d) + G`: inertia, viscous and Coulomb friction, and a constant force, for example
+//! gravity on a vertical slide. `s` is the sign function, smoothed linearly within `±COULOMB_VELOCITY` to avoid a jump
+//! of the force (Craig, *Introduction to Robotics*, section 9.7). Use it with a controller that has `FEED_FORWARD ON`,
+//! or add it with `SUM_MOD`.
 //!
 //! ```
 //! use dimsart_core::{Bench, types};
@@ -20,22 +20,22 @@
 use dimsart_core::{Context, DeviceDescriptor, Input, Module, Output, Unit, math, types, words};
 
 words! {
-    /// Of an axis.
+    /// Parameters of one axis.
     pub parameters Gains {
         /// Inertia of the joint.
         inertia: f32 = per_axis("INERTIA", Unit::Inertia, 0.0..=1e4, 0.0),
-        /// Viscous friction.
+        /// Viscous friction coefficient.
         viscous: f32 = per_axis("VISCOUS", Unit::Damping, 0.0..=1e4, 0.0),
-        /// Coulomb friction.
+        /// Coulomb friction force.
         coulomb: f32 = per_axis("COULOMB", Unit::Force, 0.0..=1e4, 0.0),
-        /// Velocity from which on all of the Coulomb friction is there.
+        /// Velocity at which the Coulomb friction reaches its full value.
         coulomb_velocity: f32 = per_axis("COULOMB_VELOCITY", Unit::Velocity, 1e-6..=1e3, 0.01),
-        /// Constant force.
+        /// Constant force, for example gravity.
         gravity: f32 = per_axis("GRAVITY", Unit::Force, -1e4..=1e4, 0.0),
         /// `1 / COULOMB_VELOCITY`.
         per_velocity: f32,
     }
-    /// Signals.
+    /// Ports.
     pub ports Ports {
         desired_velocity: Input = input("DES_VELOCITY", types::DES_VELOCITY),
         desired_acceleration: Input = input("DES_ACCELERATION", types::DES_ACCELERATION),
@@ -49,7 +49,7 @@ pub struct FeedForward;
 
 impl Module for FeedForward {
     const NAME: &'static str = "FEED_FORWARD_MOD";
-    const SUMMARY: &'static str = "The force that a desired motion takes: inertia, friction and a constant.";
+    const SUMMARY: &'static str = "Feed-forward force: inertia, friction and a constant load.";
     type Settings = ();
     type Gains = Gains;
     type State = ();

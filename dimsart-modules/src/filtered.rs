@@ -1,9 +1,9 @@
-//! The ports of a filter: a signal, and what is made of it in the same unit.
+//! Ports of a filter: input and output of the same unit.
 
 use dimsart_core::{Declare, Input, Output, PortSet, UnitRelation, types, words};
 
 words! {
-    /// A signal, and what is made of it.
+    /// Input and output of a filter.
     pub struct Filtered { pub(super) input: Input, pub(super) output: Output }
 }
 

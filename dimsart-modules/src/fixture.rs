@@ -1,16 +1,17 @@
-//! Virtual fixture: guides an operator along a line or a plane of several axes, or keeps out of a region (Rosenberg,
-//! *Virtual fixtures*, IEEE VRAIS 1993).
+//! Virtual fixture: guides the operator along a line or a plane, or keeps it out of a region (Rosenberg, *Virtual
+//! fixtures*, IEEE VRAIS 1993).
 //!
-//! With `e = x - ORIGIN`, the direction `n` of length 1 along `DIRECTION`, `e_n = n (n · e)`, and so for the velocity:
+//! With `e = x - ORIGIN`, the unit vector `n` along `DIRECTION` and `e_n = n (n · e)`, likewise for the velocity:
 //!
 //! | `FORM` | force |
 //! |---|---|
-//! | `PLANE`, `n` across it | `-K e_n - B v_n` |
+//! | `PLANE`, `n` normal to it | `-K e_n - B v_n` |
 //! | `LINE`, `n` along it | `-K (e - e_n) - B (v - v_n)` |
-//! | `HALF_SPACE`, `n` out of what is forbidden | `n max(0, -K n·e - B n·v)` where `n · e < 0` |
+//! | `HALF_SPACE`, `n` out of the forbidden region | `n max(0, -K n·e - B n·v)` where `n · e < 0` |
 //!
-//! It is added to the force of a controller. `v` by backward difference. The axes are to be of one kind, metres or radians;
-//! one with `DIRECTION` 0 is not part of a plane. With no direction, there is no force of a plane or a half space.
+//! It is added to the force of a controller. `v` is a backward difference. All axes must have the same unit, metres or
+//! radians; an axis with `DIRECTION` 0 is ignored by a plane. With all directions 0, a plane or half space has no
+//! force.
 //!
 //! ```
 //! use dimsart_core::{Bench, types};
@@ -28,31 +29,31 @@ use dimsart_core::{
 };
 
 choice! {
-    /// What it guides to.
+    /// Shape of the fixture.
     pub enum Form { Plane = "PLANE", Line = "LINE", HalfSpace = "HALF_SPACE" }
 }
 
 words! {
-    /// Of all axes.
+    /// Parameters common to all axes.
     pub parameters Settings {
-        /// What it guides to.
+        /// Shape of the fixture.
         form: Form = choice("FORM"),
-        /// Stiffness.
+        /// Stiffness of the fixture.
         stiffness: f32 = real("K_PARAM", Unit::Stiffness, 0.0..=1e5, 0.0),
-        /// Damping of what it acts against.
+        /// Damping along the directions that the fixture resists.
         damping: f32 = real("B_PARAM", Unit::Damping, 0.0..=1e4, 0.0),
         damping_per_tick: f32,
     }
-    /// Of an axis.
+    /// Parameters of one axis.
     pub parameters Gains {
-        /// A point of the line or plane.
+        /// Point on the line or plane.
         origin: f32 = per_axis("ORIGIN", Unit::Position, -1e3..=1e3, 0.0),
-        /// Along the line or across the plane, of any length.
+        /// Direction of the line or normal of the plane, of any length.
         direction: f32 = per_axis("DIRECTION", Unit::One, -1e3..=1e3, 0.0),
     }
-    /// Of an axis.
+    /// State of one axis.
     pub struct Axis { previous: f32 }
-    /// Signals.
+    /// Ports.
     pub ports Ports { position: Input, wanted: Input, force: Output }
 }
 
@@ -62,7 +63,7 @@ pub struct Fixture;
 
 impl Module for Fixture {
     const NAME: &'static str = "FIXTURE_MOD";
-    const SUMMARY: &'static str = "Guides along a line or a plane of the axes, or keeps out of a half space.";
+    const SUMMARY: &'static str = "Virtual fixture: guides along a line or plane, or bars a half space.";
     type Settings = Settings;
     type Gains = Gains;
     type State = ();
@@ -95,7 +96,7 @@ impl Module for Fixture {
     fn compute(context: &Context<'_, Self>) {
         let Ports { position, wanted, force } = context.ports();
         let Settings { form, stiffness, damping_per_tick, .. } = context.settings();
-        // Products with a direction that is not of length 1 yet.
+        // Products with the direction, not normalised yet.
         let (mut deep, mut pull, mut square) = (0.0, 0.0, 0.0);
         context.map_axes([position], [], |gains, axis, [x]| {
             deep += gains.direction * (x - gains.origin);

@@ -1,16 +1,16 @@
-//! Four-channel control: each side gets position and force of the other one (Lawrence, *IEEE T-RA* 9(5), 1993).
+//! Four-channel bilateral control: each side uses position and force of the other (Lawrence, *IEEE T-RA* 9(5), 1993).
 //!
 //! ```text
 //! F = K (x_far - x) + D (x_far - x)' + FAR_GAIN f_far + OWN_GAIN f
 //! ```
 //!
-//! The same law on both sides. `f` is what the world does to the device (`FORCE`): a hand at the master, what the slave
-//! meets at the other end. `FAR_GAIN 1` and `OWN_GAIN 0` with any `K`, `D` let forces through as they are; `OWN_GAIN > 0`
-//! makes the device feel lighter (Hashtrudi-Zaad and Salcudean, *IEEE T-RA* 18(1), 2002). Without delay and with the same
-//! mass on both sides the hand feels the world and two masses. Delay is inside all four channels, and nothing makes it
-//! passive: put a passivity layer behind it (`PORT_DES_FORCE DES_FORCE.2`, and `TANK_MOD`).
+//! Both sides run the same law. `f` is the external force on the device (`FORCE`): the hand at the master, the
+//! environment at the slave. `FAR_GAIN 1` and `OWN_GAIN 0` transmit forces unscaled with any `K`, `D`; `OWN_GAIN > 0`
+//! reduces the perceived inertia (Hashtrudi-Zaad and Salcudean, *IEEE T-RA* 18(1), 2002). Without delay and with equal
+//! masses on both sides, the hand feels the environment and two masses. With delay in the four channels the law is not
+//! passive: add a passivity layer after it (`PORT_DES_FORCE DES_FORCE.2`, and `TANK_MOD`).
 //!
-//! It begins with the error it finds, and its derivative with 0.
+//! Initial state: the present error, with derivative 0.
 //!
 //! ```
 //! use dimsart_core::{Bench, types};
@@ -25,24 +25,24 @@
 use dimsart_core::{Context, DeviceDescriptor, Input, Module, Output, Unit, math, types, words};
 
 words! {
-    /// Of an axis.
+    /// Parameters of one axis.
     pub parameters Gains {
-        /// Between both positions.
+        /// Stiffness between the two positions.
         stiffness: f32 = per_axis("K_PARAM", Unit::Stiffness, 0.0..=1e6, 0.0),
-        /// Between both velocities.
+        /// Damping between the two velocities.
         damping: f32 = per_axis("D_PARAM", Unit::Damping, 0.0..=1e4, 0.0),
-        /// Of the other side's force.
+        /// Gain of the other side's force.
         far_gain: f32 = per_axis("FAR_GAIN", Unit::One, -100.0..=100.0, 1.0),
-        /// Of this side's force.
+        /// Gain of this side's force.
         own_gain: f32 = per_axis("OWN_GAIN", Unit::One, -100.0..=100.0, 0.0),
-        /// Largest force either way.
+        /// Maximum force, in either direction.
         limit: f32 = per_axis("LIMIT", Unit::Force, 0.0..=1e4, 1e4),
         /// `D / h`.
         damping_per_tick: f32,
     }
-    /// Of an axis.
+    /// State of one axis.
     pub struct Axis { previous_error: f32 }
-    /// Signals.
+    /// Ports.
     pub ports Ports {
         position: Input = input("POSITION", types::POSITION),
         own_force: Input = input("FORCE", types::FORCE),
@@ -58,8 +58,7 @@ pub struct FourChannel;
 
 impl Module for FourChannel {
     const NAME: &'static str = "FOURCHANNEL_MOD";
-    const SUMMARY: &'static str =
-        "Four-channel control: position and force of the other side, and a local controller.";
+    const SUMMARY: &'static str = "Four-channel bilateral control: position and force of both sides.";
     type Settings = ();
     type Gains = Gains;
     type State = ();

@@ -1,12 +1,12 @@
-//! Friction compensation: the force that a joint's friction takes at a velocity.
+//! Friction compensation: Coulomb friction, Stribeck effect and viscous friction as a function of velocity.
 //!
-//! `F = (F_c + (F_s - F_c) exp(-(v/v_s)²)) s(v) + B v`: Coulomb friction, breakaway force and Stribeck velocity, viscous friction
-//! (Armstrong-Hélouvry, Dupont & Canudas de Wit, *A survey of models, analysis tools and compensation methods*, 1994). `s` is the
-//! sign, which goes evenly from -1 to 1 within `±SIGN_VELOCITY`.
+//! `F = (F_c + (F_s - F_c) exp(-(v/v_s)²)) s(v) + B v` with Coulomb friction `F_c`, breakaway force `F_s`, Stribeck
+//! velocity `v_s` and viscous friction `B` (Armstrong-Hélouvry, Dupont & Canudas de Wit, *A survey of models, analysis
+//! tools and compensation methods*, 1994). `s` is the sign function, smoothed linearly within `±SIGN_VELOCITY`.
 //!
-//! The velocity is the desired one, which has no noise and does not swing; `PORT_VELOCITY VELOCITY` takes the measured
-//! one, which also helps a hand that moves the joint. Less than the friction there is (`COMPENSATION` below 1) keeps it from
-//! creeping by itself.
+//! By default `v` is the desired velocity, which is free of noise and avoids limit cycles. `PORT_VELOCITY VELOCITY`
+//! uses the measured velocity, which also compensates while a hand moves the joint. `COMPENSATION` below 1
+//! undercompensates, so that the joint does not creep by itself.
 //!
 //! ```
 //! use dimsart_core::{Bench, types};
@@ -24,26 +24,26 @@
 use dimsart_core::{Context, DeviceDescriptor, Input, Module, Output, Unit, math, types, words};
 
 words! {
-    /// Of an axis.
+    /// Parameters of one axis.
     pub parameters Gains {
-        /// Coulomb friction.
+        /// Coulomb friction force.
         coulomb: f32 = per_axis("COULOMB", Unit::Force, 0.0..=1e4, 0.0),
-        /// Friction at rest, with which Stribeck's curve begins.
+        /// Breakaway force: friction at zero velocity.
         breakaway: f32 = per_axis("BREAKAWAY", Unit::Force, 0.0..=1e4, 0.0),
-        /// Velocity in which friction falls from BREAKAWAY to COULOMB.
+        /// Stribeck velocity: scale of the fall from BREAKAWAY to COULOMB.
         stribeck_velocity: f32 = per_axis("STRIBECK_VELOCITY", Unit::Velocity, 1e-6..=1e3, 0.05),
-        /// Viscous friction.
+        /// Viscous friction coefficient.
         viscous: f32 = per_axis("VISCOUS", Unit::Damping, 0.0..=1e4, 0.0),
-        /// Velocity from which on the sign is all there.
+        /// Velocity at which the smoothed sign reaches 1.
         sign_velocity: f32 = per_axis("SIGN_VELOCITY", Unit::Velocity, 1e-6..=1e3, 0.01),
-        /// Share of the friction that is compensated.
+        /// Share of the friction to compensate.
         compensation: f32 = per_axis("COMPENSATION", Unit::One, 0.0..=1.0, 1.0),
         /// `1 / STRIBECK_VELOCITY`.
         per_stribeck: f32,
         /// `1 / SIGN_VELOCITY`.
         per_sign: f32,
     }
-    /// Signals.
+    /// Ports.
     pub ports Ports {
         velocity: Input = input("VELOCITY", types::DES_VELOCITY),
         feed_force: Output = output("FEED_FORCE", types::FEED_FORCE),
@@ -56,7 +56,7 @@ pub struct Friction;
 
 impl Module for Friction {
     const NAME: &'static str = "FRICTION_MOD";
-    const SUMMARY: &'static str = "Compensates friction: Coulomb, Stribeck, viscous.";
+    const SUMMARY: &'static str = "Friction compensation: Coulomb, Stribeck and viscous.";
     type Settings = ();
     type Gains = Gains;
     type State = ();

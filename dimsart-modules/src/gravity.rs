@@ -1,8 +1,8 @@
-//! Gravity compensation: what holds an arm where it is.
+//! Gravity compensation: the joint torques that hold an arm against gravity.
 //!
-//! `F = g(q)`, the torque of the weight of everything beyond a joint (Craig, *Introduction to Robotics*, chapter 6). It goes to
-//! `FEED_FORCE`, which a sum or a controller adds to what it commands. Friction and what the arm carries are not in it.
-//! [`Planar`](crate::planar) and [`Phantom`](crate::phantom) say what the parameters are of.
+//! `F = g(q)`, the torque on each joint by the weight beyond it (Craig, *Introduction to Robotics*, chapter 6). The
+//! output is `FEED_FORCE`; add it with a sum or in a controller. Friction and payload are not included. For the
+//! parameters see [`Planar`](crate::planar) and [`Phantom`](crate::phantom).
 //!
 //! ```
 //! # use dimsart_core::{Bench, types};
@@ -22,7 +22,7 @@ use crate::dynamics::{Body, axes, links, write};
 use dimsart_core::{Context, Input, Module, Output, ParameterSet, Parameters, types, words};
 
 words! {
-    /// Signals.
+    /// Ports.
     pub ports Ports {
         position: Input = input("POSITION", types::POSITION),
         force: Output = output("FEED_FORCE", types::FEED_FORCE),
@@ -35,7 +35,7 @@ pub struct GravityCompensation<B>(PhantomData<B>);
 
 impl<B: Body> Module for GravityCompensation<B> {
     const NAME: &'static str = B::GRAVITY;
-    const SUMMARY: &'static str = "Gravity compensation: the force that holds an arm against its weight.";
+    const SUMMARY: &'static str = "Gravity compensation: torques that hold an arm against gravity.";
     type Settings = B::Settings;
     type Gains = B::Link;
     type State = ();

@@ -1,18 +1,17 @@
-//! Homing: finds where a joint with a relative encoder stands, by driving it to a stop or a switch.
+//! Homing: finds the reference position of a joint with an incremental encoder by driving it to a stop or a switch.
 //!
-//! | `STATE` | desired position | goes on |
+//! | `STATE` | desired position | next state |
 //! |---|---|---|
-//! | 0 searches | moves with `HOMING_VELOCITY` | to 1 where the stop is there, to 3 after `SEARCH_DISTANCE` |
-//! | 1 backs off | moves back with the same speed | to 2 after `BACK_OFF` |
-//! | 2 homed | stays | |
-//! | 3 has found nothing | stays | |
+//! | 0 searching | moves at `HOMING_VELOCITY` | 1 at the stop, 3 after `SEARCH_DISTANCE` |
+//! | 1 backing off | moves back at the same speed | 2 after `BACK_OFF` |
+//! | 2 homed | holds | |
+//! | 3 not found | holds | |
 //!
-//! The stop is there while `|FORCE| > STALL_FORCE` for `STALL_TIME`, or while `CONDITION` is above 0.5 for as long
-//! (`STOP_BY`). That place is `HOME_POSITION`: `HOMED_POSITION` is the position as measured plus an offset, which is 0 before.
-//! Each axis goes its own way.
+//! The stop is detected while `|FORCE| > STALL_FORCE` for `STALL_TIME`, or while `CONDITION` is above 0.5 for the same
+//! time (`STOP_BY`). Its position is `HOME_POSITION`: `HOMED_POSITION` is the measured position plus an offset, which
+//! is 0 until the stop is found. The axes are homed independently.
 //!
-//! It begins to search where the joint stands, or where it takes over from what was commanded last: homing is done anew after
-//! each reset.
+//! The search starts at the measured position; on takeover, at the last commanded one. Each reset restarts the homing.
 //!
 //! ```
 //! use dimsart_core::{Bench, types};
@@ -30,7 +29,7 @@ use dimsart_core::math::{self, CompensatedSum};
 use dimsart_core::{Context, Declare, DeviceDescriptor, Input, Module, Output, Unit, choice, types, words};
 
 choice! {
-    /// What shows the stop.
+    /// Detection of the stop.
     pub enum StopBy { Force = "FORCE", Condition = "CONDITION" }
 }
 
@@ -40,31 +39,31 @@ const HOMED: u16 = 2;
 const FOUND_NOTHING: u16 = 3;
 
 words! {
-    /// Of all axes.
+    /// Parameters common to all axes.
     pub parameters Settings {
-        /// What shows the stop.
+        /// Detect the stop by force or by a condition (switch).
         stop_by: StopBy = structural_choice("STOP_BY"),
-        /// How long that has to last.
+        /// Time for which the stop must be detected.
         stall_time_s: f32 = real("STALL_TIME", Unit::Second, 0.0..=10.0, 0.05),
         period_s: f32,
     }
-    /// Of an axis.
+    /// Parameters of one axis.
     pub parameters Gains {
-        /// Velocity of the search, towards the stop.
+        /// Search velocity; its sign is the direction to the stop.
         velocity: f32 = per_axis("HOMING_VELOCITY", Unit::Velocity, -1e3..=1e3, -0.05),
-        /// Way back from the stop.
+        /// Distance to back off from the stop.
         back_off: f32 = per_axis("BACK_OFF", Unit::Position, 0.0..=1e3, 0.01),
-        /// How far it searches.
+        /// Maximum search distance.
         search_distance: f32 = per_axis("SEARCH_DISTANCE", Unit::Position, 0.0..=1e6, 10.0),
-        /// Force at the stop.
+        /// Force above which the joint is at the stop.
         stall_force: f32 = per_axis("STALL_FORCE", Unit::Force, 0.0..=1e4, 1.0),
-        /// Position of the stop.
+        /// Position to assign to the stop.
         home_position: f32 = per_axis("HOME_POSITION", Unit::Position, -1e6..=1e6, 0.0),
         step: f32,
     }
-    /// Of an axis.
+    /// State of one axis.
     pub struct Axis { state: u16, desired: CompensatedSum, gone: CompensatedSum, stalled_s: f32, offset: f32 }
-    /// Signals.
+    /// Ports.
     pub ports Ports { position: Input, sign: Input, desired_position: Output, homed: Output, state: Output }
 }
 
@@ -74,7 +73,7 @@ pub struct Homing;
 
 impl Module for Homing {
     const NAME: &'static str = "HOMING_MOD";
-    const SUMMARY: &'static str = "Drives a joint to a stop or a switch, and counts its position from there.";
+    const SUMMARY: &'static str = "Homing: drives a joint to a stop or switch and sets its position.";
     type Settings = Settings;
     type Gains = Gains;
     type State = ();
@@ -125,7 +124,7 @@ impl Module for Homing {
             match axis.state {
                 SEARCHES if is_there && axis.stalled_s > stall_time_s => {
                     axis.offset = gains.home_position - x;
-                    // The desired position can be far behind the stop by now.
+                    // The desired position can be far past the stop by now.
                     axis.desired = CompensatedSum::new(x);
                     (axis.state, axis.gone) = (BACKS_OFF, CompensatedSum::new(0.0));
                 }

@@ -1,11 +1,11 @@
-//! Impedance controller: the joint answers the world as a spring and a damper do, and a mass if asked to.
+//! Impedance controller: the joint responds to external forces as a spring and damper, optionally with a set inertia.
 //!
-//! `F = r (K (x_d - x) + D (v_d - v)) + (r - 1) F_e`, with `r = 1`, the joint's own inertia being felt, or with
-//! `SHAPES_INERTIA ON` `r = INERTIA / M`, for the mass `M` to be felt, which takes the force `F_e` of the world
-//! (`EXTERNAL_FORCE`). Hogan, *Impedance Control*, part II, 1985. `v_d` is `DES_VELOCITY` with `FOLLOWS_VELOCITY ON`, otherwise 0.
+//! `F = r (K (x_d - x) + D (v_d - v)) + (r - 1) F_e`. With `SHAPES_INERTIA OFF`, `r = 1`: the joint keeps its own
+//! inertia. With `ON`, `r = INERTIA / M` makes the apparent inertia `M`; this needs the external force `F_e`
+//! (`EXTERNAL_FORCE`). Hogan, *Impedance Control*, part II, 1985. `v_d` is `DES_VELOCITY` with `FOLLOWS_VELOCITY ON`,
+//! otherwise 0.
 //!
-//! It remembers nothing, so it begins as what is measured says. An `r` far from 1 is no longer passive with the delay of a
-//! tick: the observed force comes late.
+//! The module has no state. An `r` far from 1 is not passive, because the observed force is one tick late.
 //!
 //! ```
 //! use dimsart_core::{Bench, types};
@@ -25,29 +25,29 @@ use dimsart_core::{
 };
 
 words! {
-    /// Of all axes.
+    /// Parameters common to all axes.
     pub parameters Settings {
-        /// Whether the inertia is changed, which takes EXTERNAL_FORCE.
+        /// Shape the apparent inertia; needs EXTERNAL_FORCE.
         shapes_inertia: bool = structural_flag("SHAPES_INERTIA", false),
-        /// Whether the damper is between DES_VELOCITY and the joint, and not the ground.
+        /// Damp relative to DES_VELOCITY instead of ground.
         follows_velocity: bool = structural_flag("FOLLOWS_VELOCITY", false),
     }
-    /// Of an axis.
+    /// Parameters of one axis.
     pub parameters Gains {
-        /// Stiffness that is felt.
+        /// Apparent stiffness.
         stiffness: f32 = per_axis("K_PARAM", Unit::Stiffness, 0.0..=1e6, 0.0),
-        /// Damping that is felt.
+        /// Apparent damping.
         damping: f32 = per_axis("D_PARAM", Unit::Damping, 0.0..=1e4, 0.0),
-        /// Inertia that is felt, with SHAPES_INERTIA.
+        /// Apparent inertia, with SHAPES_INERTIA.
         desired_inertia: f32 = per_axis("M_PARAM", Unit::Inertia, 1e-6..=1e4, 1.0),
-        /// Inertia that there is, with SHAPES_INERTIA.
+        /// Actual inertia of the joint, with SHAPES_INERTIA.
         inertia: f32 = per_axis("INERTIA", Unit::Inertia, 1e-6..=1e4, 1.0),
-        /// Largest force either way.
+        /// Maximum force, in either direction.
         limit: f32 = per_axis("LIMIT", Unit::Force, 0.0..=1e4, 1e4),
         /// `r`.
         ratio: f32,
     }
-    /// Signals.
+    /// Ports.
     pub ports Ports {
         position: Input = input("POSITION", types::POSITION),
         velocity: Input = input("VELOCITY", types::VELOCITY),
@@ -64,7 +64,7 @@ pub struct Impedance;
 
 impl Module for Impedance {
     const NAME: &'static str = "IMPEDANCE_MOD";
-    const SUMMARY: &'static str = "Impedance controller: a spring, a damper and, if asked for, a mass.";
+    const SUMMARY: &'static str = "Impedance controller: stiffness, damping and optional inertia shaping.";
     type Settings = Settings;
     type Gains = Gains;
     type State = ();

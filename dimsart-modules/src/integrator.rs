@@ -1,7 +1,7 @@
-//! Integrator of a signal, by the trapezoidal rule.
+//! Integrator by the trapezoidal rule.
 //!
-//! `y += h (x + x[k-1]) / 2`, held inside `±LIMIT`; `x[-1] = 0`. The sum is compensated (Kahan).
-//! The output's unit is the input's times `s`; where that has no name, the output is a signal of any unit.
+//! `y += h (x + x[k-1]) / 2`, limited to `±LIMIT`; `x[-1] = 0`. The sum is compensated (Kahan). The unit of the output
+//! is the unit of the input times seconds; if that has no name, the output accepts any unit.
 
 use dimsart_core::math::{self, CompensatedSum};
 use dimsart_core::{
@@ -9,16 +9,16 @@ use dimsart_core::{
 };
 
 words! {
-    /// Of all axes.
+    /// Parameters common to all axes.
     pub parameters Settings { half_period_s: f32 }
-    /// Of an axis.
+    /// Parameters of one axis.
     pub parameters Gains {
-        /// Largest output either way.
+        /// Maximum output, in either direction.
         limit: f32 = per_axis("LIMIT", Unit::Any, 0.0..=1e9, 1e9),
     }
-    /// Of an axis.
+    /// State of one axis.
     pub struct Axis { previous: f32, sum: CompensatedSum }
-    /// Signals.
+    /// Ports.
     pub ports Ports {
         input: Input = input("SIGNAL_IN", types::SIGNAL),
         output: Output = output("SIGNAL_OUT", types::SIGNAL_OUT),

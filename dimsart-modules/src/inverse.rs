@@ -1,23 +1,23 @@
-//! Inverse kinematics of two links: where the joints have to be for the tip to be at its desired place.
+//! Inverse kinematics of a two-link arm: joint positions for a desired tip position.
 //!
-//! With the distance `d` of the desired place from the first joint, by the law of cosines (Craig, *Introduction to
-//! Robotics*, section 4.4):
+//! With the distance `d` of the desired tip position from the first joint, by the law of cosines (Craig, *Introduction
+//! to Robotics*, section 4.4):
 //!
 //! ```text
 //! cos β = (d² - l1² - l2²) / (2 l1 l2)        φ = atan2(y, x) - atan2(l2 sin β, l1 + l2 cos β)
 //! ```
 //!
-//! `PLANAR_INVERSE_MOD` is of two joints in a plane, `φ` and `β` their positions; `ELBOW` chooses between its two postures.
-//! `PHANTOM_INVERSE_MOD` is of a [`Phantom`](crate::phantom), whose elbow bends one way only. A place beyond reach counts as
-//! the nearest one that the arm reaches. Other axes are to be at 0. It remembers nothing: what it takes over from has to be
-//! at the desired place already.
+//! `PLANAR_INVERSE_MOD` solves two joints in a plane with the positions `φ` and `β`; `ELBOW` selects one of the two
+//! solutions. `PHANTOM_INVERSE_MOD` solves a [`Phantom`](crate::phantom), whose elbow bends one way only. A position
+//! out of reach is replaced by the nearest reachable one. The other axes are set to 0. The module has no state: before
+//! a takeover, the arm must already be at the desired position.
 //!
 //! ```
 //! # use dimsart_core::{Bench, types};
 //! let rows = "all MOD_ENG MOD_ON PLANAR_INVERSE_MOD
 //!             all MOD_ENG MATCHING_CHECK";
 //! let bench: Result<Bench, _> = Bench::new(dimsart_modules::ALL, &[types::DES_TIP_POSITION], rows);
-//! assert!(bench.is_err()); // a plane takes two axes, and a bench has one
+//! assert!(bench.is_err()); // a plane needs two axes; a bench has one
 //! ```
 
 use core::fmt::Debug;
@@ -32,12 +32,12 @@ use dimsart_core::{
 };
 
 choice! {
-    /// Which way the second link turns from the first one.
+    /// Sign of the second joint's position.
     pub enum Elbow { Positive = "POSITIVE", Negative = "NEGATIVE" }
 }
 
 words! {
-    /// Of all axes.
+    /// Parameters common to all axes.
     pub parameters Settings {
         lengths: Lengths,
         elbow: Elbow,
@@ -46,22 +46,22 @@ words! {
         /// `1 / (2 l1 l2)`.
         over_product: f32,
     }
-    /// Signals.
+    /// Ports.
     pub ports Ports {
         desired_tip: Input = input("DES_TIP_POSITION", types::DES_TIP_POSITION),
         desired_position: Output = output("DES_POSITION", types::DES_POSITION),
     }
 }
 
-/// An arm whose joints follow from the place of its tip.
+/// An arm with closed-form inverse kinematics.
 pub trait Invertible: Debug + 'static {
     /// Name of its module.
     const INVERSE: &'static str;
-    /// Axes it takes at least.
+    /// Minimum number of axes.
     const JOINTS: usize;
     /// Whether its elbow can bend either way.
     const BENDS_BOTH_WAYS: bool;
-    /// Of the joints, for a place of the tip; `bend` solves two links in a plane.
+    /// Returns the joint positions for a tip position; `bend` solves two links in a plane.
     fn joints(tip: Axes, bend: impl Fn(f32, f32) -> [f32; 2]) -> Axes;
 }
 
@@ -83,7 +83,7 @@ impl Invertible for Phantom {
 
     fn joints([x, y, z, ..]: Axes, bend: impl Fn(f32, f32) -> [f32; 2]) -> Axes {
         let [inner, elbow] = bend(math::sqrt(x * x + y * y), z);
-        // The outer link hangs where its own angle is 0.
+        // The angle 0 of the outer link points down.
         let outer = inner + elbow + core::f32::consts::FRAC_PI_2;
         [math::atan2(y, x), inner, outer, 0.0, 0.0, 0.0, 0.0, 0.0]
     }
@@ -95,7 +95,7 @@ pub struct Inverse<A>(PhantomData<A>);
 
 impl<A: Invertible> Module for Inverse<A> {
     const NAME: &'static str = A::INVERSE;
-    const SUMMARY: &'static str = "Inverse kinematics: joints for a desired place of the tip.";
+    const SUMMARY: &'static str = "Inverse kinematics: joint positions for a desired tip position.";
     type Settings = Settings;
     type Gains = ();
     type State = ();
@@ -105,7 +105,8 @@ impl<A: Invertible> Module for Inverse<A> {
     fn parameters(settings: &mut Settings, (): &mut (), visit: &mut Parameters<'_>) {
         settings.lengths.visit(visit);
         if A::BENDS_BOTH_WAYS {
-            visit.choice(&mut settings.elbow, "ELBOW", "Which way the second link turns from the first one.");
+            let summary = "Elbow posture: sign of the second joint's position.";
+            visit.choice(&mut settings.elbow, "ELBOW", summary);
         } else {
             settings.elbow = Elbow::Negative;
         }

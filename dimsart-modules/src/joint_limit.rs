@@ -1,17 +1,17 @@
-//! Joint limits: lets a force through only as far as the joint can still stop before its limits.
+//! Joint limits: limits the force so that the joint can always stop before its position limits.
 //!
-//! With the distance `d` to a limit and the deceleration `a` that is always to be had, the joint may have at the end of this
-//! tick the velocity `w` with which it can still stop, `w² / 2a <= d - h (v + w) / 2`, and no more than `VELOCITY_LIMIT`:
+//! With the distance `d` to a limit and the guaranteed deceleration `a`, the velocity `w` at the end of this tick must
+//! still allow stopping, `w² / 2a <= d - h (v + w) / 2`, and not exceed `VELOCITY_LIMIT`:
 //!
 //! `w = -a h / 2 + sqrt((a h / 2)² + a (2 d - h v))`, `F <= INERTIA (w - v) / h`,
 //!
-//! and so on the other side. Then the force is held within `±FORCE_LIMIT`. It holds as long as `DECELERATION × INERTIA` and
-//! what pushes the joint from outside are below `FORCE_LIMIT` together, and the force is the joint's within the tick: leave
-//! room for a lag, or for a velocity that is filtered.
+//! likewise on the other side. The force is then limited to `±FORCE_LIMIT`. This holds as long as
+//! `DECELERATION × INERTIA` plus the external force stays below `FORCE_LIMIT` and the force acts within the tick: leave
+//! a margin for actuator lag or a filtered velocity.
 //!
-//! Beyond a limit (`d < 0`) `w` is at most `d / (10 h)`, and not below `-5 a h`: so the joint goes back slowly. A load that
-//! pushes outwards is held there, however large: what it has been beyond `2.5 a INERTIA`, `INERTIA (v - v[k-1]) / h - F[k-1]`
-//! through a low-pass of ten ticks, is taken off `F`. The joint then stands at most `25 a h²` beyond its limit.
+//! Beyond a limit (`d < 0`), `w` is at most `d / (10 h)` and at least `-5 a h`: the joint returns slowly. An outward
+//! load of any size is held: the part above `2.5 a INERTIA` of the estimated load, `INERTIA (v - v[k-1]) / h - F[k-1]`
+//! through a low-pass of ten ticks, is subtracted from `F`. The joint then stops at most `25 a h²` beyond its limit.
 //!
 //! ```
 //! use dimsart_core::{Bench, types};
@@ -28,39 +28,39 @@
 use dimsart_core::{Context, Declare, DeviceDescriptor, Input, Module, Output, Unit, math, types, words};
 
 words! {
-    /// Of all axes.
+    /// Parameters common to all axes.
     pub parameters Settings { period_s: f32, rate_hz: f32 }
-    /// Of an axis.
+    /// Parameters of one axis.
     pub parameters Gains {
-        /// Smallest position.
+        /// Minimum position.
         low: f32 = per_axis("POSITION_LOW", Unit::Position, -1e6..=1e6, -1.0),
-        /// Largest position.
+        /// Maximum position.
         high: f32 = per_axis("POSITION_HIGH", Unit::Position, -1e6..=1e6, 1.0),
-        /// Largest velocity.
+        /// Maximum velocity, in either direction.
         velocity_limit: f32 = per_axis("VELOCITY_LIMIT", Unit::Velocity, 0.0..=1e4, 1.0),
-        /// Largest force.
+        /// Maximum force, in either direction.
         force_limit: f32 = per_axis("FORCE_LIMIT", Unit::Force, 0.0..=1e4, 1e4),
-        /// With which the joint can always brake.
+        /// Guaranteed braking deceleration.
         deceleration: f32 = per_axis("DECELERATION", Unit::Acceleration, 1e-3..=1e5, 10.0),
-        /// Of the joint and its load.
+        /// Inertia of the joint and its load.
         inertia: f32 = per_axis("INERTIA", Unit::Inertia, 1e-6..=1e4, 1.0),
         /// `INERTIA / h`.
         inertia_per_tick: f32,
-        /// `2.5 DECELERATION INERTIA`: what the way back holds.
+        /// `2.5 DECELERATION INERTIA`: load held without correction.
         held: f32,
     }
-    /// Of an axis.
+    /// State of one axis.
     pub struct Axis {
         previous_velocity: f32,
         force: f32,
-        /// What pushes the joint from outside.
+        /// Estimated external force.
         load: f32,
     }
-    /// Signals.
+    /// Ports.
     pub ports Ports { position: Input, velocity: Input, wanted: Input, force: Output }
 }
 
-/// Of what pushes the joint in a tick, in what is known of the load.
+/// Weight of the newest tick in the load estimate.
 const LOAD_SHARE: f32 = 0.1;
 
 /// See the [module docs](self).
@@ -69,7 +69,7 @@ pub struct JointLimit;
 
 impl Module for JointLimit {
     const NAME: &'static str = "JLIMIT_MOD";
-    const SUMMARY: &'static str = "Reduces a force so that the joint can stop before its limits.";
+    const SUMMARY: &'static str = "Limits a force so that the joint can stop before its limits.";
     type Settings = Settings;
     type Gains = Gains;
     type State = ();
@@ -111,7 +111,7 @@ impl Module for JointLimit {
             let pushed = gains.inertia_per_tick * (v - axis.previous_velocity) - axis.force;
             axis.load += LOAD_SHARE * (pushed - axis.load);
             axis.previous_velocity = v;
-            // Seen in the direction of each limit.
+            // In the direction of each limit.
             let most = gains.largest(gains.high - x, v, axis.load, &settings);
             let least = -gains.largest(x - gains.low, -v, -axis.load, &settings);
             axis.force = math::limit(math::clamp(wanted, least, most), gains.force_limit);
@@ -121,14 +121,14 @@ impl Module for JointLimit {
 }
 
 impl Gains {
-    /// Force towards the limit with which it stops in the distance.
+    /// Returns the maximum force towards the limit that still allows stopping within the distance.
     #[inline(always)]
     fn largest(&self, distance: f32, v: f32, load: f32, settings: &Settings) -> f32 {
         let force = self.inertia_per_tick * (self.fastest(distance, v, settings) - v);
         if distance < 0.0 { force - (load - self.held).max(0.0) } else { force }
     }
 
-    /// Velocity at the end of the tick with which it stops in the distance.
+    /// Returns the maximum velocity at the end of the tick that still allows stopping within the distance.
     #[inline(always)]
     fn fastest(&self, distance: f32, v: f32, &Settings { period_s, rate_hz }: &Settings) -> f32 {
         let a = self.deceleration;

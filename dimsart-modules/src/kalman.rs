@@ -1,23 +1,24 @@
-//! Kalman filter of a position: its velocity, and its acceleration.
+//! Kalman filter for a measured position: estimates velocity and, optionally, acceleration.
 //!
-//! The joint is a mass that is pushed at random: its acceleration (`CONSTANT_VELOCITY`), or the change of its acceleration
-//! (`CONSTANT_ACCELERATION`), is drawn anew in every tick with the deviation `σ_a = ACCELERATION_NOISE` and holds for it; the
-//! position is measured with the deviation `σ_x = POSITION_NOISE`. With `r = x - x̂⁻`, `x̂⁻` predicted with the estimates before:
+//! The model is a mass driven by random noise of standard deviation `σ_a = ACCELERATION_NOISE`, constant within a tick:
+//! its acceleration (`CONSTANT_VELOCITY`) or the change of its acceleration (`CONSTANT_ACCELERATION`). The position is
+//! measured with standard deviation `σ_x = POSITION_NOISE`. With `r = x - x̂⁻` and the prediction `x̂⁻`:
 //!
 //! `x̂ = x̂⁻ + α r`, `v̂ = v̂⁻ + β r / h`, `â = â⁻ + γ r / h²`.
 //!
-//! Computed with differences alone, as in [`VELOCITY_OBSERVER_MOD`](crate::velocity_observer): nothing is lost far from zero.
+//! It is computed from differences only, as in [`VELOCITY_OBSERVER_MOD`](crate::velocity_observer), so precision does
+//! not degrade far from zero.
 //!
-//! The gains are those that the filter settles at, so that a tick costs the same whatever the noise. They have closed forms
-//! in `λ = σ_a h² / σ_x` (Kalata, *The Tracking Index*, 1984; Gray & Murray, 1993), here in `u = 1 - sqrt(1 - α)`, with
-//! which nothing cancels in `f32`:
+//! The gains are the steady-state gains, so the cost of a tick does not depend on the noise. They have closed forms in
+//! `λ = σ_a h² / σ_x` (Kalata, *The Tracking Index*, 1984; Gray & Murray, 1993), written here in `u = 1 - sqrt(1 - α)`
+//! to avoid cancellation in `f32`:
 //!
 //! | `MODEL` | `u` | α | β | γ |
 //! |---|---|---|---|---|
 //! | `CONSTANT_VELOCITY` | `2 λ / (λ + sqrt(λ² + 8 λ))` | `u (2 - u)` | `2 u²` | |
 //! | `CONSTANT_ACCELERATION` | root of `u³ = λ (1 - u) (1 - u/2)` | `u (2 - u)` | `2 u²` | `2 u³ / (2 - u)` |
 //!
-//! It begins at the position, at rest; where it takes over, with the velocity that was written last.
+//! Initial state: the measured position, at rest; on takeover, with the last velocity output.
 //!
 //! ```
 //! use dimsart_core::{Bench, types};
@@ -26,7 +27,7 @@
 //!             all MOD_ENG MOD_ON KALMAN_MOD
 //!             all MOD_ENG MATCHING_CHECK";
 //! let mut bench = Bench::new(dimsart_modules::ALL, &[types::POSITION], rows)?;
-//! // It falls at 9.81 m/s².
+//! // Free fall at 9.81 m/s².
 //! let fall = (0..400_u16).map(|tick| -9.81e-6 / 2.0 * f32::from(tick).powi(2));
 //! let last = fall.filter_map(|x| bench.tick(&[x], "ACCELERATION")).last().unwrap_or_default();
 //! assert!((last + 9.81).abs() < 0.02, "{last}");
@@ -40,22 +41,22 @@ use dimsart_core::{
 };
 
 choice! {
-    /// What stays as it is but for the noise.
+    /// Motion model.
     pub enum Model { Velocity = "CONSTANT_VELOCITY", Acceleration = "CONSTANT_ACCELERATION" }
 }
 
 words! {
-    /// Of all axes.
+    /// Parameters common to all axes.
     pub parameters Settings {
-        /// What stays as it is but for the noise; with the second one there is an acceleration.
+        /// Motion model; CONSTANT_ACCELERATION adds the output ACCELERATION.
         model: Model = structural_choice("MODEL"),
         period_s: f32,
     }
-    /// Of an axis.
+    /// Parameters of one axis.
     pub parameters Gains {
         /// Standard deviation of the measured position.
         position_noise: f32 = per_axis("POSITION_NOISE", Unit::Position, 1e-9..=1e3, 1e-5),
-        /// Standard deviation of the acceleration, or of its change, from tick to tick.
+        /// Standard deviation per tick of the acceleration, or of its change.
         acceleration_noise: f32 = per_axis("ACCELERATION_NOISE", Unit::Acceleration, 1e-6..=1e6, 1.0),
         /// `1 - α`.
         kept: f32,
@@ -64,16 +65,16 @@ words! {
         /// `γ / h²`.
         acceleration_gain: f32,
     }
-    /// Of an axis.
+    /// State of one axis.
     pub struct Axis {
         /// Position of the last tick.
         previous: f32,
-        /// The same, less its estimate.
+        /// Position minus its estimate.
         error: f32,
         velocity: f32,
         acceleration: f32,
     }
-    /// Signals.
+    /// Ports.
     pub ports Ports { position: Input, velocity: Output, acceleration: Output }
 }
 
@@ -83,7 +84,7 @@ pub struct Kalman;
 
 impl Module for Kalman {
     const NAME: &'static str = "KALMAN_MOD";
-    const SUMMARY: &'static str = "Kalman filter: velocity and acceleration of a measured position.";
+    const SUMMARY: &'static str = "Kalman filter: velocity and acceleration from a measured position.";
     type Settings = Settings;
     type Gains = Gains;
     type State = ();
@@ -155,10 +156,10 @@ impl Module for Kalman {
     }
 }
 
-/// The root of `u³ = λ (1 - u) (1 - u/2)` between 0 and 1: there is one, for the left side rises and the right one falls.
+/// Returns the only root of `u³ = λ (1 - u) (1 - u/2)` between 0 and 1: the left side rises, the right side falls.
 fn root(index: f32) -> f32 {
     let (mut below, mut above) = (0.0, 1.0);
-    // Enough for the digits of a small root, too.
+    // Enough steps for the precision of a small root.
     for _ in 0..48 {
         let u: f32 = 0.5 * (below + above);
         if u * u * u < index * (1.0 - u) * (1.0 - 0.5 * u) {

@@ -1,9 +1,9 @@
-//! What first-order lags share.
+//! Helper of first-order lags.
 
 use dimsart_core::math;
 
-/// `1 - exp(-x)`, the share of a step that a first-order lag makes up in `x` time constants, `x` at least 0; relative error
-/// below 1e-6 for small `x`, too, where the difference is the last bits of the exponential.
+/// Returns `1 - exp(-x)`: the share of a step that a first-order lag completes in `x >= 0` time constants. The relative
+/// error is below 1e-6, also for small `x`, where the difference would cancel.
 pub(super) fn share(x: f32) -> f32 {
     if x > 0.25 {
         return 1.0 - math::exp(-x);

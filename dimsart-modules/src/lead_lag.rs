@@ -1,12 +1,12 @@
-//! Lead-lag: turns the phase of a signal of any unit around a frequency.
+//! Lead-lag compensator for a signal of any unit.
 //!
-//! `y = GAIN (1 + s/ω_z) / (1 + s/ω_p) x` by Tustin's rule, with the corner frequencies `ω_z = 2 pi ZERO` and `ω_p = 2 pi
-//! POLE`: lead where the zero is below the pole, lag where it is above (Franklin, Powell & Emami-Naeini, *Feedback Control
-//! of Dynamic Systems*, section 6.7). Computed as `GAIN (x + (r - 1) (x - w))`, `r = ω_p/ω_z`, where `w` is `x` behind a
-//! low-pass of the pole, and what `w` lacks is kept: so at 0 Hz the gain is `GAIN`, to the digit, however low the pole and
-//! however large `x`.
+//! `y = GAIN (1 + s/ω_z) / (1 + s/ω_p) x` by Tustin's rule, with the corner frequencies `ω_z = 2 pi ZERO` and
+//! `ω_p = 2 pi POLE`: lead if the zero is below the pole, lag if it is above (Franklin, Powell & Emami-Naeini,
+//! *Feedback Control of Dynamic Systems*, section 6.7). It is computed as `GAIN (x + (r - 1) (x - w))`, `r = ω_p/ω_z`,
+//! where `w` is `x` after a low-pass at the pole and `x - w` is the state: the gain at 0 Hz is exactly `GAIN`, however
+//! low the pole and however large `x`.
 //!
-//! It begins with its input as if that had been the same for ever. `GAIN` may change the unit, so the output's is free.
+//! Initial state: steady state for the first input. `GAIN` may change the unit, so the output accepts any unit.
 //!
 //! ```
 //! use dimsart_core::{Bench, types};
@@ -26,7 +26,7 @@ use core::f32::consts::PI;
 use dimsart_core::{Context, DeviceDescriptor, Input, Module, Output, Unit, types, words};
 
 words! {
-    /// Of an axis.
+    /// Parameters of one axis.
     pub parameters Gains {
         /// Corner frequency of the zero.
         zero_hz: f32 = per_axis("ZERO", Unit::Hertz, 1e-3..=1e5, 10.0),
@@ -39,14 +39,14 @@ words! {
         /// `GAIN (r - 1)`.
         lead: f32,
     }
-    /// Of an axis.
+    /// State of one axis.
     pub struct Axis {
         /// Input of the last tick.
         previous: f32,
-        /// The same, less the memory of the low-pass.
+        /// Input minus the state of the low-pass.
         lacking: f32,
     }
-    /// Signals.
+    /// Ports.
     pub ports Ports {
         input: Input = input("SIGNAL_IN", types::SIGNAL),
         output: Output = output("SIGNAL_OUT", types::SIGNAL_OUT),
@@ -59,7 +59,7 @@ pub struct LeadLag;
 
 impl Module for LeadLag {
     const NAME: &'static str = "LEAD_LAG_MOD";
-    const SUMMARY: &'static str = "Leads or lags in phase: a zero, a pole and a gain.";
+    const SUMMARY: &'static str = "Lead-lag compensator: a zero, a pole and a gain.";
     type Settings = ();
     type Gains = Gains;
     type State = ();

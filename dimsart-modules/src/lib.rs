@@ -1,7 +1,10 @@
-//! DIMSART's module library, one file per kind.
+//! DIMSART's module library, one file per module kind.
 //!
-//! [`ALL`] is the list of kinds to pass to [`Dimsart::new`](dimsart_core::Dimsart::new). Write a kind of your own as
-//! [`Module`](dimsart_core::Module) shows.
+//! Pass [`ALL`], or the groups needed, to [`Dimsart::new`](dimsart_core::Dimsart::new). To write your own kind, see
+//! [`Module`](dimsart_core::Module).
+//!
+//! On *takeover*, a module replaces another one in the running scheme and continues from its last outputs without a
+//! jump (bumpless transfer); otherwise it starts from its initial state.
 #![no_std]
 #![forbid(unsafe_code)]
 
@@ -167,15 +170,15 @@ pub use wave_impedance::WaveImpedance;
 pub use wave_scaling::WaveScaling;
 pub use wave_transformer::WaveTransformer;
 
-/// All module kinds of the library, those of every [group](GROUPS). A tool with laws of its own has both:
+/// All module kinds of the library, of every [group](GROUPS). To add your own kinds:
 /// `join_kinds![dimsart_modules::ALL, MY_LAWS]`.
 ///
-/// Their code is compiled once, with this crate: the list refers to a static. A list of constants is compiled where it is named.
+/// The list refers to a static, so its code is compiled once, with this crate.
 #[cfg(feature = "summaries")]
 pub static ALL: Kinds = Kinds::new(const { &KINDS.each_ref() });
 
 #[cfg(feature = "summaries")]
-#[expect(clippy::indexing_slicing, reason = "of a constant: out of bounds is an error of the build")]
+#[expect(clippy::indexing_slicing, reason = "constant evaluation: out of bounds fails the build")]
 static KINDS: [Kind; EVERY.len()] = {
     let (mut kinds, mut place) = ([*EVERY[0]; EVERY.len()], 0);
     while place < EVERY.len() {
@@ -202,9 +205,9 @@ const EVERY: &[&Kind] = join_kinds![
 ]
 .list();
 
-/// Every group of the library by name. A new kind is a file above and a line in a group below.
+/// Groups of the library by name. To add a kind, add a file above and an entry in a group below.
 ///
-/// Lists are constants, so that an image compiles the functions of its kinds, optimised for size.
+/// Groups are constants, so that an image compiles only its own kinds, optimised for size.
 pub const GROUPS: &[(&str, Kinds)] = &[
     ("basic", BASIC),
     ("control", CONTROL),
@@ -220,7 +223,7 @@ pub const GROUPS: &[(&str, Kinds)] = &[
     ("online", ONLINE),
 ];
 
-/// The group of a kind; none for a project's own.
+/// Returns the group of a kind, or `None` for a project's own kind.
 #[cfg(feature = "summaries")]
 #[must_use]
 pub fn group_of(kind: KindId) -> Option<&'static str> {
@@ -233,7 +236,7 @@ pub const BASIC: Kinds = kinds![P, SignalGenerator,];
 /// PD, PID, virtual wall.
 pub const CONTROL: Kinds = kinds![Pd, Pid, VirtualWall,];
 
-/// Controllers with two degrees of freedom, cascades, state feedback, impedance, feed-forward, compensation.
+/// Joint controllers, state feedback, impedance, observers, feed-forward and compensation.
 pub const JOINT_CONTROL: Kinds = kinds![
     Pi,
     Pid2,
@@ -254,17 +257,17 @@ pub const SIGNALS: Kinds = kinds![Sum, Normalizer, Integrator, Differentiator, V
 /// Filters and velocity observers.
 pub const FILTERS: Kinds = kinds![LowPass, Notch, Biquad, MovingAverage, VelocityObserver, Kalman,];
 
-/// Moves and excitation signals.
+/// Trajectories and excitation signals.
 pub const TRAJECTORIES: Kinds =
     kinds![Trapezoid, SCurve, MinimumJerk, ViaPoints, Chirp, Multisine, BinaryNoise,];
 
-/// Limits of position, velocity and force, soft walls, fixtures, homing.
+/// Limits of position, velocity and force, soft limits, fixtures, homing.
 pub const LIMITS: Kinds = kinds![Limit, JointLimit, SoftLimit, Fixture, Homing,];
 
-/// Selection, comparison, logic, sequences, tables.
+/// Multiplexers, comparators, logic, sequencer, lookup table.
 pub const LOGIC: Kinds = kinds![Mux, Demux, Comparator, Logic, StateMachine, Table,];
 
-/// Kinematics and dynamics of arms: Cartesian coordinates, gravity, computed torque, collisions.
+/// Kinematics and dynamics of arms: tip coordinates, gravity, computed torque, collision detection.
 pub const ROBOTS: Kinds = kinds![
     Tip<PhantomChain>,
     Tip<PlanarChain>,
@@ -279,10 +282,10 @@ pub const ROBOTS: Kinds = kinds![
     Collision<Planar>,
 ];
 
-/// Ends of a link, wave transformer, wave impedance, time delay.
+/// Communication modules, wave transformer, wave impedance, time delay.
 pub const TELEOPERATION: Kinds = kinds![CommRx, CommTx, WaveTransformer, WaveImpedance, TimeDelay,];
 
-/// Passivity observers and controllers, energy tanks, wave variables beyond the transformer.
+/// Passivity controllers, energy tank, further wave modules, bilateral control.
 pub const ENERGY: Kinds = kinds![
     PassivityController,
     DelayedPassivity,
@@ -296,5 +299,5 @@ pub const ENERGY: Kinds = kinds![
     SharedControl,
 ];
 
-/// Control laws that are uploaded to a running controller.
+/// Control laws uploaded to a running controller.
 pub const ONLINE: Kinds = kinds![Online,];

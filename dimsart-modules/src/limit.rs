@@ -1,9 +1,10 @@
-//! Limits of a signal of any unit: of its value, and of how fast it changes.
+//! Limiter for the value and the rate of change of a signal of any unit.
 //!
-//! `out += limit(clamp(in, LOW, HIGH) - out, RATE h)`, summed without rounding loss; where `LOW` is above `HIGH`, `HIGH` counts.
+//! `out += limit(clamp(in, LOW, HIGH) - out, RATE h)`, summed without rounding loss. If `LOW` is above `HIGH`, `HIGH`
+//! applies.
 //!
-//! It begins with its first input within its limits; where it takes over, with what was commanded last, so that a step
-//! between the two becomes a ramp.
+//! Initial state: the first input, clamped; on takeover, the last command, so that a step between modules becomes a
+//! ramp.
 //!
 //! ```
 //! use dimsart_core::{Bench, types};
@@ -21,18 +22,18 @@ use dimsart_core::math::{self, CompensatedSum};
 use dimsart_core::{Context, DeviceDescriptor, Module, Unit, words};
 
 words! {
-    /// Of an axis.
+    /// Parameters of one axis.
     pub parameters Gains {
-        /// Smallest output.
+        /// Minimum output.
         low: f32 = per_axis("LOW", Unit::Any, -1e9..=1e9, -1e9),
-        /// Largest output.
+        /// Maximum output.
         high: f32 = per_axis("HIGH", Unit::Any, -1e9..=1e9, 1e9),
-        /// Largest change per second, either way.
+        /// Maximum rate of change per second, in either direction.
         rate: f32 = per_axis("RATE", Unit::Any, 0.0..=1e15, 1e15),
         /// `RATE h`.
         step: f32,
     }
-    /// Of an axis.
+    /// State of one axis.
     pub struct Axis { output: CompensatedSum }
 }
 
@@ -42,7 +43,7 @@ pub struct Limit;
 
 impl Module for Limit {
     const NAME: &'static str = "LIMIT_MOD";
-    const SUMMARY: &'static str = "Limits a signal of any unit, and how fast it changes.";
+    const SUMMARY: &'static str = "Limits the value and rate of change of a signal.";
     type Settings = ();
     type Gains = Gains;
     type State = ();

@@ -1,17 +1,17 @@
-//! Logic of conditions: gates, a latch, edges and delays.
+//! Logic of conditions: gates, latch, edge detection and delays.
 //!
-//! `A` and `B` hold where they are above 0.5; with `INVERT`, `A` holds where it is not. The output is 1 where:
+//! `A` and `B` are true above 0.5; `INVERT` inverts `A`. The output is 1 if:
 //!
 //! | `FUNCTION` | |
 //! |---|---|
-//! | `AND`, `OR`, `XOR` | both hold, one does, only one does |
-//! | `NOT` | `A` does not hold |
-//! | `LATCH` | `A` has held since `B` did; `B` wins |
-//! | `EDGE` | `A` holds and did not in the tick before |
-//! | `ON_DELAY` | `A` has held for `DELAY` |
-//! | `OFF_DELAY` | `A` holds, or has held not longer than `DELAY` ago |
+//! | `AND`, `OR`, `XOR` | both are true, at least one, exactly one |
+//! | `NOT` | `A` is false |
+//! | `LATCH` | `A` has been true since `B` was last true; `B` resets and has priority |
+//! | `EDGE` | `A` is true and was false in the last tick |
+//! | `ON_DELAY` | `A` has been true for `DELAY` |
+//! | `OFF_DELAY` | `A` is true, or was true within the last `DELAY` |
 //!
-//! It begins as if `A` had always been what it is, and with an open latch.
+//! Initial state: as if `A` had always had its present value; the latch is reset.
 //!
 //! ```
 //! use dimsart_core::{Bench, types};
@@ -25,7 +25,7 @@
 use dimsart_core::{Context, Declare, DeviceDescriptor, Input, Module, Output, Unit, choice, types, words};
 
 choice! {
-    /// What is made of the conditions.
+    /// Logic function.
     pub enum Function {
         And = "AND", Or = "OR", Xor = "XOR", Not = "NOT", Latch = "LATCH", Edge = "EDGE",
         OnDelay = "ON_DELAY", OffDelay = "OFF_DELAY",
@@ -33,24 +33,24 @@ choice! {
 }
 
 words! {
-    /// Of all axes.
+    /// Parameters common to all axes.
     pub parameters Settings {
-        /// What is made of the conditions.
+        /// Logic function of the inputs A and B.
         function: Function = structural_choice("FUNCTION"),
-        /// Whether A holds where it is not above 0.5.
+        /// Invert the input A.
         is_inverted: bool = flag("INVERT", false),
-        /// Time of a delay.
+        /// Delay of ON_DELAY and OFF_DELAY.
         delay_s: f32 = real("DELAY", Unit::Second, 0.0..=1e4, 0.1),
         delay_ticks: u32,
     }
-    /// Of an axis.
+    /// State of one axis.
     pub struct Axis {
         held: bool,
         latched: bool,
-        /// For which the condition has been what it is.
+        /// Ticks since `A` changed.
         ticks: u32,
     }
-    /// Signals.
+    /// Ports.
     pub ports Ports { a: Input, b: Input, output: Output }
 }
 
@@ -60,7 +60,7 @@ pub struct Logic;
 
 impl Module for Logic {
     const NAME: &'static str = "LOGIC_MOD";
-    const SUMMARY: &'static str = "Makes a condition of others: gates, latch, edges, delays.";
+    const SUMMARY: &'static str = "Logic of conditions: gates, latch, edge detection and delays.";
     type Settings = Settings;
     type Gains = ();
     type State = ();

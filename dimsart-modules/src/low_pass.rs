@@ -1,13 +1,13 @@
-//! Low-pass of first or second order, of a signal of any unit.
+//! Low-pass filter of first or second order for a signal of any unit.
 //!
 //! | `ORDER` | Law, with `ω = 2 pi FREQUENCY` |
 //! |---|---|
 //! | `FIRST` | `1 / (1 + s/ω)` with its exact pole: `y += (1 - exp(-ω h)) (x - y)` |
 //! | `SECOND` | `ω² / (s² + 2 DAMPING ω s + ω²)` by Tustin's rule, prewarped at `ω` |
 //!
-//! Åström & Wittenmark, *Computer-Controlled Systems*, sections 2.3 and 8.2. It begins with its input as if that had been
-//! the same for ever, or where it takes over with what was written last. `SECOND` has no frequencies above 0.49 of the
-//! module's rate: a higher one counts as that, and `dimsart check` refuses it.
+//! Åström & Wittenmark, *Computer-Controlled Systems*, sections 2.3 and 8.2. Initial state: steady state for the first
+//! input; on takeover, for the last output. `SECOND` clamps its frequency to 0.49 of the module's rate; `dimsart check`
+//! refuses a higher one.
 //!
 //! ```
 //! use dimsart_core::{Bench, types};
@@ -17,7 +17,7 @@
 //!             all MOD_ENG MATCHING_CHECK";
 //! let mut bench = Bench::new(dimsart_modules::ALL, &[types::SIGNAL], rows)?;
 //! assert_eq!(bench.tick(&[1.0], "SIGNAL_OUT"), Some(1.0));
-//! // A step to 2, and a time constant of 10 ms: 10 ticks later, 1/e of it is left.
+//! // A step to 2 with a time constant of 10 ms: 1/e remains after 10 ticks.
 //! let last = (0..10).filter_map(|_| bench.tick(&[2.0], "SIGNAL_OUT")).last().unwrap_or_default();
 //! assert!((2.0 - last - 0.3679).abs() < 1e-4, "{last}");
 //! # Ok::<(), dimsart_core::BenchError>(())
@@ -38,22 +38,22 @@ choice! {
 }
 
 words! {
-    /// Of all axes.
+    /// Parameters common to all axes.
     pub parameters Settings {
         /// Order of the filter.
         order: Order = choice("ORDER"),
     }
-    /// Of an axis.
+    /// Parameters of one axis.
     pub parameters Gains {
         /// Corner frequency.
         frequency_hz: f32 = per_axis("FREQUENCY", Unit::Hertz, 1e-3..=1e5, 100.0),
-        /// Damping of the second order; 1 is critical.
+        /// Damping ratio of SECOND; 1 is critical.
         damping: f32 = per_axis("DAMPING", Unit::One, 0.01..=100.0, FRAC_1_SQRT_2),
         /// `1 - exp(-ω h)`.
         share: f32,
         coefficients: Coefficients,
     }
-    /// Of an axis.
+    /// State of one axis.
     pub struct Axis { first: CompensatedSum, second: Integrators }
 }
 
@@ -63,7 +63,7 @@ pub struct LowPass;
 
 impl Module for LowPass {
     const NAME: &'static str = "LOWPASS_MOD";
-    const SUMMARY: &'static str = "Low-pass of first or second order.";
+    const SUMMARY: &'static str = "Low-pass filter of first or second order.";
     type Settings = Settings;
     type Gains = Gains;
     type State = ();

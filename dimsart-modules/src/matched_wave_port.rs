@@ -1,4 +1,5 @@
-//! Impedance-matched wave port: a robot of known mass at the end of a line, tuned so that it reflects no wave.
+//! Impedance-matched wave port: a position controller for a robot of known mass, tuned to reflect no wave in free
+//! motion.
 //!
 //! With `λ` the bandwidth in rad/s, `m` the robot's mass, `b` the wave impedance, `a = sqrt(2b)`:
 //!
@@ -9,9 +10,9 @@
 //! ```
 //!
 //! (Niemeyer and Slotine, *IJRR* 23(9), 2004.) In free motion `X/X_d = λ/(s + λ)` and `F_c = b x_d'`, so `out = 0`: the
-//! line ends in its own impedance, whatever the delay. What the robot meets comes back as a wave. `λ` is held to `b/m`,
-//! where `R` is 0. With `x_d` stepped by `h x_d'` the two equations are solved together:
-//! `x_d' = (a in + B x' - K (x_d[k-1] - x)) / (2 b + h K)`; what the hold leaves is a reflection of the order `λ h`.
+//! line is terminated by its own impedance, for any delay. Contact forces on the robot return as a wave. `λ` is limited
+//! to `b/m`, where `R` is 0. With `x_d` advanced by `h x_d'`, the two equations are solved together:
+//! `x_d' = (a in + B x' - K (x_d[k-1] - x)) / (2 b + h K)`. The sample-and-hold leaves a reflection of the order `λ h`.
 //!
 //! ```
 //! use dimsart_core::{Bench, types};
@@ -19,7 +20,7 @@
 //! let mut bench = Bench::new(dimsart_modules::ALL, &[types::CH2_WAVES, types::POSITION, types::VELOCITY],
 //!     "all WMATCH_MOD MASS 0.5\nall MOD_ENG MOD_ON WMATCH_MOD\nall MOD_ENG MATCHING_CHECK",
 //! )?;
-//! assert_eq!(bench.tick(&[0.0, 0.2, 0.0], "DES_POSITION"), Some(0.2)); // begins where the robot is
+//! assert_eq!(bench.tick(&[0.0, 0.2, 0.0], "DES_POSITION"), Some(0.2)); // starts at the robot's position
 //! # Ok::<(), dimsart_core::BenchError>(())
 //! ```
 
@@ -30,11 +31,11 @@ use dimsart_core::{
 };
 
 words! {
-    /// Of all axes.
+    /// Parameters common to all axes.
     pub parameters Settings {
         /// Wave impedance b.
         impedance: f32 = real("B_PARAM", Unit::Damping, 1e-3..=1e4, 10.0),
-        /// Bandwidth with which the robot follows; held to b/m.
+        /// Tracking bandwidth of the robot; limited to b/m.
         bandwidth_hz: f32 = real("BANDWIDTH", Unit::Hertz, 1e-3..=1e3, 3.0),
         /// `sqrt(2 b)`.
         a: f32,
@@ -42,7 +43,7 @@ words! {
         two_over_a: f32,
         period_s: f32,
     }
-    /// Of an axis.
+    /// Parameters of one axis.
     pub parameters Gains {
         /// Mass of the robot.
         mass: f32 = per_axis("MASS", Unit::Inertia, 1e-6..=1e4, 0.1),
@@ -51,9 +52,9 @@ words! {
         /// `1 / (2 b + h K)`.
         mobility: f32,
     }
-    /// Of an axis.
+    /// State of one axis.
     pub struct Axis { desired: math::CompensatedSum }
-    /// Signals.
+    /// Ports.
     pub ports Ports {
         waves_in: Input = input("WAVES_IN", types::CH2_WAVES),
         position: Input = input("POSITION", types::POSITION),
@@ -71,8 +72,7 @@ pub struct MatchedWavePort;
 
 impl Module for MatchedWavePort {
     const NAME: &'static str = "WMATCH_MOD";
-    const SUMMARY: &'static str =
-        "Wave port that is matched to its robot: no wave comes back in free motion.";
+    const SUMMARY: &'static str = "Impedance-matched wave port: no reflection in free motion.";
     type Settings = Settings;
     type Gains = Gains;
     type State = ();

@@ -1,14 +1,16 @@
-//! Minimum jerk: the motion to a target whose jerk is least in the mean square (Flash & Hogan, *J. Neuroscience* 5(7), 1985).
+//! Minimum-jerk trajectory: moves to a target with the least mean square jerk (Flash & Hogan, *J. Neuroscience* 5(7),
+//! 1985).
 //!
-//! From rest, `x = x_0 + D (10 s³ - 15 s⁴ + 6 s⁵)`, `s = t / T`. A target that changes on the way is gone to from the position,
-//! velocity `v` and acceleration `a` of this moment in a new time `T`, with the same polynomial seen from its end, `r = 1 - s`:
+//! From rest, `x = x_0 + D (10 s³ - 15 s⁴ + 6 s⁵)`, `s = t / T`. If the target changes during a move, a new move of
+//! time `T` starts at the present position, velocity `v` and acceleration `a`, with the same polynomial in the
+//! remaining time, `r = 1 - s`:
 //!
-//! `x = target + r³ (α + β r + γ r²)`,
-//! `α = -10 D + 4 v T + a T²/2`, `β = 15 D - 7 v T - a T²`, `γ = -6 D + 3 v T + a T²/2`.
+//! `x = target + r³ (α + β r + γ r²)`, `α = -10 D + 4 v T + a T²/2`, `β = 15 D - 7 v T - a T²`,
+//! `γ = -6 D + 3 v T + a T²/2`.
 //!
-//! `T = max(DURATION, 15/8 |D| / VELOCITY_LIMIT)`: from rest it does not go faster than the limit.
+//! `T = max(DURATION, 15/8 |D| / VELOCITY_LIMIT)`: a move from rest does not exceed the velocity limit.
 //!
-//! It begins at rest where the joint stands; where it takes over, with the position and the velocity commanded last.
+//! Initial state: at rest at the measured position; on takeover, the last commanded position and velocity.
 //!
 //! ```
 //! use dimsart_core::{Bench, types};
@@ -26,22 +28,22 @@ use crate::target::Source;
 use dimsart_core::{Context, Declare, DeviceDescriptor, Input, Module, Output, Unit, types, words};
 
 words! {
-    /// Of all axes.
+    /// Parameters common to all axes.
     pub parameters Settings {
-        /// Time that a move takes.
+        /// Duration of a move.
         duration_s: f32 = real("DURATION", Unit::Second, 1e-2..=1e4, 1.0),
-        /// What says where to go.
+        /// Source of the target: parameter TARGET or port TARGET.
         source: Source = structural_choice("TARGET_FROM"),
         period_s: f32,
     }
-    /// Of an axis.
+    /// Parameters of one axis.
     pub parameters Gains {
-        /// Where to go.
+        /// Target position.
         target: f32 = per_axis("TARGET", Unit::Position, -1e6..=1e6, 0.0),
-        /// Largest velocity of a move from rest, which takes longer for it.
+        /// Maximum velocity of a move from rest; extends DURATION if needed.
         velocity_limit: f32 = per_axis("VELOCITY_LIMIT", Unit::Velocity, 1e-6..=1e6, 1e3),
     }
-    /// Of an axis.
+    /// State of one axis.
     pub struct Axis {
         target: f32,
         ticks: u32,
@@ -51,7 +53,7 @@ words! {
         /// `α`, `β`, `γ`.
         terms: [f32; 3],
     }
-    /// Signals.
+    /// Ports.
     pub ports Ports {
         position: Input,
         target: Input,
@@ -67,7 +69,7 @@ pub struct MinimumJerk;
 
 impl Module for MinimumJerk {
     const NAME: &'static str = "MINJERK_MOD";
-    const SUMMARY: &'static str = "Moves to a target in a set time, with least jerk.";
+    const SUMMARY: &'static str = "Minimum-jerk trajectory to a target in a set time.";
     type Settings = Settings;
     type Gains = Gains;
     type State = ();
@@ -96,7 +98,7 @@ impl Module for MinimumJerk {
         context.begin_axes(inputs, |gains, [x, last, last_velocity]| {
             let velocity = first(takes_over, last_velocity, 0.0);
             let mut axis = Axis { target: first(takes_over, last, x), ..Axis::default() };
-            // To where it stands, with the velocity that it has.
+            // A move to the present position, with the present velocity.
             axis.plan([axis.target, velocity, 0.0], axis.target, duration_s, gains.velocity_limit);
             axis
         });
@@ -135,7 +137,7 @@ impl Axis {
         (self.target, self.ticks, self.duration_s, self.rate_hz) = (target, 0, duration_s, 1.0 / duration_s);
     }
 
-    /// Position, velocity and acceleration.
+    /// Returns position, velocity and acceleration.
     #[inline(always)]
     fn now(&self, period_s: f32) -> [f32; 3] {
         let Self { target, ticks, duration_s, rate_hz, terms: [alpha, beta, gamma] } = *self;

@@ -1,10 +1,11 @@
 //! Moving average of a signal of any unit.
 //!
-//! `y = (x + x[k-1] + ... + x[k-N+1]) / N`, `N = WINDOW`; until so many samples have come, the average of those. Whole periods
-//! of `N` ticks leave nothing behind (Smith, *The Scientist and Engineer's Guide to Digital Signal Processing*, chapter 15).
+//! `y = (x + x[k-1] + ... + x[k-N+1]) / N`, `N = WINDOW`; before `N` samples have arrived, their average. Signals with
+//! a period of `N` ticks are rejected completely (Smith, *The Scientist and Engineer's Guide to Digital Signal
+//! Processing*, chapter 15).
 //!
-//! A sum takes in the newest sample and gives up the oldest one. It does not drift: a second sum begins anew with every `N`
-//! samples and takes the first one's place when it has them all.
+//! The running sum adds the newest sample and subtracts the oldest. It does not drift: a second sum restarts every `N`
+//! samples and replaces the first when it is complete.
 //!
 //! ```
 //! use dimsart_core::{Bench, types};
@@ -23,25 +24,25 @@ use dimsart_core::math::CompensatedSum;
 use dimsart_core::{Context, Declare, Input, Memory, Module, Output, PortSet, Unit, words};
 
 words! {
-    /// Of all axes.
+    /// Parameters common to all axes.
     pub parameters Settings {
-        /// Samples that are averaged; they are kept in the Data Base.
+        /// Number of samples to average; they occupy the Data Base.
         window_ticks: u32 = structural_count("WINDOW", Unit::Tick, 1..=60_000, 10),
     }
-    /// Of all axes.
+    /// State common to all axes.
     pub struct State {
-        /// Where the next sample goes.
+        /// Index of the next sample in the memory.
         position: u16,
-        /// Samples that there have been, at most the window's.
+        /// Samples received, at most `WINDOW`.
         samples: u32,
     }
-    /// Of an axis.
+    /// State of one axis.
     pub struct Axis {
         sum: CompensatedSum,
-        /// Of the samples since the start of the memory was written.
+        /// Sum of the samples since the memory wrapped.
         fresh_sum: CompensatedSum,
     }
-    /// Signals and memory.
+    /// Ports and memory.
     pub ports Ports { input: Input, output: Output, window: Memory }
 }
 
@@ -51,7 +52,7 @@ pub struct MovingAverage;
 
 impl Module for MovingAverage {
     const NAME: &'static str = "MOVING_AVERAGE_MOD";
-    const SUMMARY: &'static str = "Average of the last samples of a signal.";
+    const SUMMARY: &'static str = "Moving average of the last samples of a signal.";
     type Settings = Settings;
     type Gains = ();
     type State = State;

@@ -1,11 +1,11 @@
-//! Multisine: a sum of tones at the multiples of a frequency, with the phases of Schroeder, which keep its peaks low.
+//! Multisine: a sum of tones at multiples of a base frequency with Schroeder phases, which keep the crest factor low.
 //!
 //! `out = OFFSET + A Σ cos(2 π n p + φ_n)`, `φ_n = -π n (n - 1) / N`, `n = 1 … N`; `p = FREQUENCY t` in periods
-//! (Schroeder, *IEEE Trans. Information Theory* 16(1), 1970). `A` is the amplitude of each tone. A tone follows from the one
-//! before by turning: from `n` to `n + 1` by `2 π (p - n / N)`.
+//! (Schroeder, *IEEE Trans. Information Theory* 16(1), 1970). `A` is the amplitude of each tone. Each tone is computed
+//! from the one before by a rotation: from `n` to `n + 1` by `2 π (p - n / N)`.
 //!
-//! Tones from half the sample rate on alias. It begins at once with what its phases say, as a step does: for a force that
-//! excites, not for a position.
+//! Tones at or above half the sample rate alias. The signal starts with a step to the value given by the phases: use it
+//! to excite a force, not a position.
 //!
 //! ```
 //! use dimsart_core::{Bench, types};
@@ -21,30 +21,30 @@ use core::f32::consts::TAU;
 
 use dimsart_core::{Context, DeviceDescriptor, Module, Output, Unit, math, types, words};
 
-/// Most tones.
+/// Maximum number of tones.
 const TONES: u32 = 32;
 
 words! {
-    /// Of all axes.
+    /// Parameters common to all axes.
     pub parameters Settings {
-        /// Frequency of the first tone.
+        /// Base frequency: frequency of the first tone.
         frequency_hz: f32 = real("FREQUENCY", Unit::Hertz, 1e-4..=1e4, 1.0),
-        /// How many tones.
+        /// Number of tones.
         tones: u32 = count("TONES", Unit::One, 1..=TONES, 10),
         periods_per_tick: f32,
         /// Cosine and sine of `2 π / N`.
         turn: [f32; 2],
     }
-    /// Of an axis.
+    /// Parameters of one axis.
     pub parameters Gains {
         /// Amplitude of each tone.
         amplitude: f32 = per_axis("AMPLITUDE", Unit::Any, -1e6..=1e6, 0.0),
-        /// Added to the signal.
+        /// Offset added to the signal.
         offset: f32 = per_axis("OFFSET", Unit::Any, -1e6..=1e6, 0.0),
     }
-    /// Of all axes.
+    /// State common to all axes.
     pub struct State { periods: math::CompensatedSum }
-    /// Signals.
+    /// Ports.
     pub ports Ports { output: Output = output("SIGNAL_OUT", types::SIGNAL_OUT) }
 }
 
@@ -54,7 +54,7 @@ pub struct Multisine;
 
 impl Module for Multisine {
     const NAME: &'static str = "MULTISINE_MOD";
-    const SUMMARY: &'static str = "Generates a sum of tones with low peaks.";
+    const SUMMARY: &'static str = "Generates a multisine: a sum of tones with a low crest factor.";
     type Settings = Settings;
     type Gains = Gains;
     type State = State;
@@ -90,7 +90,7 @@ impl Module for Multisine {
     }
 }
 
-/// Product of two complex numbers.
+/// Returns the product of two complex numbers.
 #[inline(always)]
 fn times([a, b]: [f32; 2], [c, d]: [f32; 2]) -> [f32; 2] {
     [a * c - b * d, a * d + b * c]

@@ -1,7 +1,7 @@
-//! Multiplexer: passes one of up to four signals on.
+//! Multiplexer: selects one of up to four signals.
 //!
-//! `out = IN1` where the selection is 0, `IN2` at 1, and so on to the last of `COUNT`. The selection is `SELECT`, or
-//! `CONDITION` to the next whole number, of each axis (`SELECT_BY`): so a condition chooses between two.
+//! Selection 0 outputs `IN1`, 1 `IN2`, and so on up to `COUNT`. The selection is `SELECT`, or `CONDITION` rounded to
+//! the nearest integer, per axis (`SELECT_BY`): a condition thus selects one of two signals.
 //!
 //! ```
 //! use dimsart_core::{Bench, types};
@@ -17,21 +17,21 @@
 use dimsart_core::{Context, Declare, Input, Module, Output, Unit, UnitRelation, choice, types, words};
 
 choice! {
-    /// What selects.
+    /// Source of the selection.
     pub enum SelectBy { Parameter = "PARAMETER", Condition = "CONDITION" }
 }
 
 words! {
-    /// Of all axes.
+    /// Parameters common to all axes.
     pub parameters Settings {
-        /// What selects.
+        /// Source of the selection: parameter SELECT or port CONDITION.
         select_by: SelectBy = structural_choice("SELECT_BY"),
-        /// How many signals there are.
+        /// Number of inputs.
         count: u32 = structural_count("COUNT", Unit::One, 2..=4, 2),
-        /// Number of the signal, from 0.
+        /// Index of the selected input, from 0.
         selected: u32 = count("SELECT", Unit::One, 0..=3, 0),
     }
-    /// Signals.
+    /// Ports.
     pub ports Ports { inputs: [Input; 4], condition: Input, output: Output }
 }
 
@@ -41,7 +41,7 @@ pub struct Mux;
 
 impl Module for Mux {
     const NAME: &'static str = "MUX_MOD";
-    const SUMMARY: &'static str = "Passes one of several signals on.";
+    const SUMMARY: &'static str = "Multiplexer: selects one of up to four signals.";
     type Settings = Settings;
     type Gains = ();
     type State = ();
@@ -86,7 +86,7 @@ impl Module for Mux {
     }
 }
 
-/// The next whole number, from 0; 0 for what is none.
+/// Rounds to the nearest integer of at least 0; returns 0 for NaN.
 #[inline(always)]
 pub(super) fn number(condition: f32) -> u32 {
     #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "a cast saturates")]

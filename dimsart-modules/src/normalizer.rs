@@ -1,20 +1,20 @@
-//! Normalizer: scale, offset and limit, for unit conversion or for a channel of limited range.
+//! Normalizer: offset, scale and limit, for unit conversion or a channel of limited range.
 //!
-//! `out = clamp((in - OFFSET) SCALE, -LIMIT, LIMIT)`; `SCALE` may change the unit, so the output's is free.
+//! `out = clamp((in - OFFSET) SCALE, -LIMIT, LIMIT)`. `SCALE` may change the unit, so the output accepts any unit.
 
 use dimsart_core::{Context, Input, Module, Output, Unit, math, types, words};
 
 words! {
-    /// Of an axis.
+    /// Parameters of one axis.
     pub parameters Gains {
-        /// Factor.
+        /// Scale factor.
         scale: f32 = per_axis("SCALE", Unit::One, -1e9..=1e9, 1.0),
-        /// Taken off before scaling.
+        /// Offset, subtracted before scaling.
         offset: f32 = per_axis("OFFSET", Unit::Any, -1e9..=1e9, 0.0),
-        /// Largest output either way.
+        /// Maximum output, in either direction.
         limit: f32 = per_axis("LIMIT", Unit::Any, 0.0..=1e9, 1e9),
     }
-    /// Signals.
+    /// Ports.
     pub ports Ports {
         input: Input = input("SIGNAL_IN", types::SIGNAL),
         output: Output = output("SIGNAL_OUT", types::SIGNAL_OUT),
@@ -27,7 +27,7 @@ pub struct Normalizer;
 
 impl Module for Normalizer {
     const NAME: &'static str = "NORMALIZER_MOD";
-    const SUMMARY: &'static str = "Scales, shifts and limits a signal of any unit.";
+    const SUMMARY: &'static str = "Offsets, scales and limits a signal of any unit.";
     type Settings = ();
     type Gains = Gains;
     type State = ();

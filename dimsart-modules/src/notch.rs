@@ -1,12 +1,12 @@
-//! Notch: takes one frequency out of a signal of any unit, such as that of a joint's resonance.
+//! Notch filter for a signal of any unit, for example against a joint's resonance.
 //!
-//! `(s² + ω²) / (s² + (ω/Q) s + ω²)` by Tustin's rule, prewarped at `ω = 2 pi FREQUENCY`, with the width between its two
-//! frequencies of -3 dB, `FREQUENCY / QUALITY`, prewarped too (Orfanidis, *Introduction to Signal Processing*, section
-//! 11.3; `scipy.signal.iirnotch` is this design). Computed as `y = x - k b`, where `b` is the band-pass of a state-variable
-//! filter and `k = tan(ω h / 2Q) (1 + g²) / g`, `g = tan(ω h / 2)`.
+//! `(s² + ω²) / (s² + (ω/Q) s + ω²)` by Tustin's rule, prewarped at `ω = 2 pi FREQUENCY`. The width between the -3 dB
+//! frequencies, `FREQUENCY / QUALITY`, is prewarped too (Orfanidis, *Introduction to Signal Processing*, section 11.3;
+//! the same design as `scipy.signal.iirnotch`). It is computed as `y = x - k b`, where `b` is the band-pass output of a
+//! state-variable filter and `k = tan(ω h / 2Q) (1 + g²) / g`, `g = tan(ω h / 2)`.
 //!
-//! It begins with its input as if that had been the same for ever. A frequency above 0.49 of the
-//! module's rate counts as that; `dimsart check` refuses it.
+//! Initial state: steady state for the first input. The frequency is clamped to 0.49 of the module's rate;
+//! `dimsart check` refuses a higher one.
 //!
 //! ```
 //! use dimsart_core::{Bench, types};
@@ -15,7 +15,7 @@
 //!             all MOD_ENG MOD_ON NOTCH_MOD
 //!             all MOD_ENG MATCHING_CHECK";
 //! let mut bench = Bench::new(dimsart_modules::ALL, &[types::SIGNAL], rows)?;
-//! // A fourth of 1 kHz: 1, 0, -1, 0. Nothing of it is left after a while.
+//! // A quarter of 1 kHz: 1, 0, -1, 0. It is rejected after the transient.
 //! let wave = [1.0, 0.0, -1.0, 0.0].into_iter().cycle().take(400);
 //! let last = wave.filter_map(|x| bench.tick(&[x], "SIGNAL_OUT")).last().unwrap_or(1.0);
 //! assert!(last.abs() < 1e-5, "{last}");
@@ -27,16 +27,16 @@ use crate::state_variable::{Coefficients, Integrators, warped};
 use dimsart_core::{Context, DeviceDescriptor, Module, Unit, words};
 
 words! {
-    /// Of an axis.
+    /// Parameters of one axis.
     pub parameters Gains {
-        /// Frequency to take out.
+        /// Frequency to reject.
         frequency_hz: f32 = per_axis("FREQUENCY", Unit::Hertz, 1e-3..=1e5, 50.0),
-        /// Frequency over the width of the notch at -3 dB.
+        /// Quality factor: FREQUENCY divided by the -3 dB width.
         quality: f32 = per_axis("QUALITY", Unit::One, 1.0..=1000.0, 10.0),
         k: f32,
         coefficients: Coefficients,
     }
-    /// Of an axis.
+    /// State of one axis.
     pub struct Axis { integrators: Integrators }
 }
 
@@ -46,7 +46,7 @@ pub struct Notch;
 
 impl Module for Notch {
     const NAME: &'static str = "NOTCH_MOD";
-    const SUMMARY: &'static str = "Takes one frequency out of a signal.";
+    const SUMMARY: &'static str = "Notch filter: rejects one frequency.";
     type Settings = ();
     type Gains = Gains;
     type State = ();

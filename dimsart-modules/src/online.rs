@@ -1,7 +1,7 @@
-//! Runs a [program](dimsart_core::online): a control law that came while the controller ran.
+//! Online module: runs a [program](dimsart_core::online), a control law uploaded to a running controller.
 //!
-//! `PROGRAM` is its number, 0 for none, which does nothing; its ports and parameters are the program's. `P_1` is its first parameter, with the range and
-//! default that the law gives it; beyond the last one, a value has no effect.
+//! `PROGRAM` is the number of the program; 0 runs none. Ports and parameters are those of the program. `P_1` is its
+//! first parameter, with the range and default that the law defines; parameters beyond its last one have no effect.
 
 use core::cell::Cell;
 
@@ -13,18 +13,18 @@ use dimsart_core::{
 };
 
 words! {
-    /// Of all axes. The program's number comes first.
+    /// Parameters common to all axes; the program number must be first.
     pub parameters Settings {
         program: u32,
-        /// Whose parameters the values are: the engine gives those of another one their defaults.
+        /// Program to which the values belong; for a new program, the engine sets the defaults.
         valued_program: u32,
         period_s: f32,
     }
-    /// Of an axis.
+    /// Parameters of one axis.
     pub parameters Gains { values: [f32; MAX_PARAMETERS] }
-    /// Of an axis.
+    /// State of one axis.
     pub struct Axis { values: [f32; MAX_STATES] }
-    /// Signals.
+    /// Ports.
     pub ports Ports { inputs: [Input; MAX_INPUTS], outputs: [Output; MAX_OUTPUTS] }
 }
 
@@ -32,7 +32,7 @@ const INPUTS: [&str; MAX_INPUTS] = ["IN_1", "IN_2", "IN_3", "IN_4", "IN_5", "IN_
 const OUTPUTS: [&str; MAX_OUTPUTS] = ["OUT_1", "OUT_2", "OUT_3", "OUT_4"];
 const PARAMETERS: [&str; MAX_PARAMETERS] = ["P_1", "P_2", "P_3", "P_4", "P_5", "P_6", "P_7", "P_8"];
 
-/// Numbers of programs, whatever the controller has places for: a scheme means the same on every one.
+/// Maximum program number, the same on every controller so that schemes are portable.
 const MOST: u32 = u8::MAX as u32;
 
 /// See the [module docs](self).
@@ -41,7 +41,7 @@ pub struct Online;
 
 impl Module for Online {
     const NAME: &'static str = "ONLINE_MOD";
-    const SUMMARY: &'static str = "A control law that was uploaded while the controller ran.";
+    const SUMMARY: &'static str = "Runs a control law uploaded to the running controller.";
     const RUNS_PROGRAM: bool = true;
     type Settings = Settings;
     type Gains = Gains;
@@ -50,10 +50,10 @@ impl Module for Online {
     type Ports = Ports;
 
     fn parameters(settings: &mut Settings, gains: &mut Gains, visit: &mut Parameters<'_>) {
-        let summary = "Number of the law, as it was uploaded.";
+        let summary = "Number of the uploaded law; 0: none.";
         visit.structural_count(&mut settings.program, "PROGRAM", Unit::One, 0..=MOST, 0, summary);
         for (name, value) in PARAMETERS.into_iter().zip(&mut gains.values) {
-            visit.of_program(value, name, "A parameter of the law.");
+            visit.of_program(value, name, "Parameter of the law.");
         }
     }
 
@@ -63,7 +63,7 @@ impl Module for Online {
 
     fn ports(settings: &Settings, declare: &mut Declare<'_>) -> Ports {
         let mut ports = Ports::default();
-        // As by default, it has no port.
+        // Without a program there are no ports.
         let Some(program) = declare.program(settings.program) else { return ports };
         let (header, dof) = (program.header(), declare.device().dof());
         let axes = usize::from(header.axes);
@@ -92,9 +92,8 @@ impl Module for Online {
     }
 }
 
-/// Runs what all axes have in common, and then the section for each axis, which finds its parameters and what is remembered of
-/// it in registers: an instruction for each of these would take four times as long. One loop, so that the interpreter is there
-/// once.
+/// Runs the common section, then the section of each axis with its parameters and states preloaded into registers:
+/// loading them by instructions would take four times as long. A single loop inlines the interpreter only once.
 #[inline(never)]
 fn run_section(context: &Context<'_, Online>, section: Section) {
     let Settings { program, period_s, .. } = context.settings();
@@ -119,12 +118,12 @@ fn run_section(context: &Context<'_, Online>, section: Section) {
     }
 }
 
-/// What a program reads and writes on an axis.
+/// Access of a program to the ports, parameters and states of an axis.
 struct Lane<'a> {
     context: &'a Context<'a, Online>,
     period_s: f32,
     axis: usize,
-    /// Of that axis.
+    /// States of the axis.
     states: &'a [Cell<u32>],
 }
 

@@ -1,16 +1,16 @@
-//! P controller: spring between desired and measured position.
+//! P controller on position: a spring between desired and measured position.
 //!
 //! `F = K (x_d - x)`
 
 use dimsart_core::{Context, Input, Module, Output, Unit, types, words};
 
 words! {
-    /// Of an axis.
+    /// Parameters of one axis.
     pub parameters Gains {
-        /// Proportional gain.
+        /// Proportional gain: force per position error.
         stiffness: f32 = per_axis("K_PARAM", Unit::Stiffness, 0.0..=1e6, 0.0),
     }
-    /// Signals.
+    /// Ports.
     pub ports Ports {
         position: Input = input("POSITION", types::POSITION),
         desired_position: Input = input("DES_POSITION", types::DES_POSITION),

@@ -1,30 +1,32 @@
 //! Passivity observer and controller of one port (Hannaford and Ryu, *IEEE T-RA* 18(1), 2002).
 //!
-//! The observer adds up the energy that the port has taken in; what it gave out too much, the controller takes back by a
-//! damper, as soon as something moves:
+//! The observer integrates the energy `E` that enters the port; if the port has generated energy, the controller
+//! dissipates it with a variable damper as soon as the port moves:
 //!
 //! ```text
 //! IMPEDANCE   E += -F[k-1] (x[k] - x[k-1])         α = min(-E / (h v²), DAMPER) if E < 0     F = F_in - α v
 //! ADMITTANCE  E += -F[k] (x_d[k] - x_d[k-1])       β = min(-E / (h F²), 1/DAMPER) if E < 0     x_d += Δx_in - h β F
 //! ```
 //!
-//! A force is held until the next tick, so the energy that the device gets is the held force times the way it then went:
-//! with the force of the same tick, what the hold leaks would have the wrong sign (Stramigioli and others, *IEEE T-RO*
-//! 21(4), 2005). What the damper's bound or the force limit leaves unpaid stays in `E`, and is paid later.
-//! A damper acts a tick late: in series it is to stay below `m/h` of the mass `m` that moves, in parallel above `h K` of the
-//! stiffness `K` behind it, or it swings by itself.
-//! `E` is held below `ENERGY_LIMIT`, or what was taken in an hour ago would pay for a port that is active now.
+//! A force is held until the next tick, so the energy delivered to the device is the held force times the following
+//! displacement; using the force of the same tick would give the energy leak of the hold the wrong sign (Stramigioli
+//! and others, *IEEE T-RO* 21(4), 2005). A deficit left by the damper or force limit stays in `E` and is dissipated
+//! later.
+//!
+//! The damper acts one tick late. To avoid oscillation, keep a series damper below `m/h` for a moving mass `m`, and a
+//! parallel damper above `h K` for a coupling stiffness `K`. `E` is limited to `ENERGY_LIMIT`; otherwise energy
+//! absorbed an hour ago would cover a port that is active now.
 //!
 //! ```
 //! use dimsart_core::{Bench, types};
 //!
-//! // A spring that pulls harder on the way back, 1 N instead of 0: the port gave out 1 mJ.
+//! // A spring that pulls harder on the way back, 1 N instead of 0: the port generated 1 mJ.
 //! let mut bench = Bench::new(dimsart_modules::ALL, &[types::POSITION, types::FEED_FORCE],
 //!     "all PASSIVITY_MOD PORT_FORCE_IN FEED_FORCE\nall MOD_ENG MOD_ON PASSIVITY_MOD\nall MOD_ENG MATCHING_CHECK",
 //! )?;
 //! bench.tick(&[0.0, 1.0], "DES_FORCE");
 //! let force_n = bench.tick(&[1e-3, 0.0], "DES_FORCE");
-//! assert_eq!(force_n, Some(-1.0)); // as much against the motion: 1 mJ over the next millimetre
+//! assert_eq!(force_n, Some(-1.0)); // dissipates 1 mJ over the next millimetre
 //! # Ok::<(), dimsart_core::BenchError>(())
 //! ```
 
@@ -33,25 +35,25 @@ use dimsart_core::math::{self, CompensatedSum};
 use dimsart_core::{Context, Declare, DeviceDescriptor, Input, Module, Output, Parameters, types, words};
 
 words! {
-    /// Of all axes.
+    /// Parameters common to all axes.
     pub parameters Settings { causality: Causality, period_s: f32, rate_hz: f32 }
-    /// Of an axis.
+    /// State of one axis.
     pub struct Axis {
         energy: CompensatedSum,
-        /// Position of the last tick; under `ADMITTANCE` of what comes in.
+        /// Position of the last tick; for `ADMITTANCE`, of the input.
         previous: f32,
-        /// Force that is held since the last tick.
+        /// Force held since the last tick.
         force: f32,
         desired: CompensatedSum,
-        /// What the desired position moved by in this tick.
+        /// Step of the desired position in this tick.
         step: f32,
     }
-    /// Signals.
+    /// Ports.
     pub ports Ports { position: Input, wanted: Input, out: Output, force: Input, energy: Output }
 }
 
 impl Axis {
-    /// Adds what went in and gives what is missing, `J`.
+    /// Adds the energy that entered. Returns the balance, `J`; negative for a deficit.
     fn observe(&mut self, energy_in_j: f32, limit_j: f32) -> f32 {
         self.energy.add_up_to(energy_in_j, limit_j);
         self.energy.value()
@@ -65,7 +67,7 @@ pub struct PassivityController;
 impl Module for PassivityController {
     const NAME: &'static str = "PASSIVITY_MOD";
     const SUMMARY: &'static str =
-        "Passivity observer and controller: takes back what a port gave out too much.";
+        "Passivity observer and controller: dissipates energy that a port generated.";
     type Settings = Settings;
     type Gains = Damper;
     type State = ();
@@ -74,7 +76,7 @@ impl Module for PassivityController {
 
     fn parameters(settings: &mut Settings, gains: &mut Damper, visit: &mut Parameters<'_>) {
         settings.causality.parameter(visit);
-        gains.parameters(visit, "Most of what was taken in that is kept.");
+        gains.parameters(visit, "Maximum stored energy credited to the port.");
     }
 
     fn prepare(settings: &mut Settings, device: &DeviceDescriptor) {

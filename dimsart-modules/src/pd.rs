@@ -1,32 +1,32 @@
-//! PD controller: spring and damper between desired and measured position.
+//! PD controller on position: spring and damper between desired and measured position.
 //!
-//! `F = K e + D (e - e[k-1]) / h`, `e = x_d - x`, `h` the sample period; `e[-1] = e[0]`. Where it takes over from another
-//! module, `e[-1]` is such that its first force is that one's last, if there is damping to make it so.
+//! `F = K e + D (e - e[k-1]) / h`, `e = x_d - x`, `h` the sample period; `e[-1] = e[0]`. On takeover from another
+//! module, `e[-1]` is chosen so that the first force equals the last force of that module, if `D > 0`.
 //!
-//! With `LAW_OUTPUT ON` it also publishes the law it will follow in the next tick,
-//! `F = S (x_d - x) - M` with `S = K + D/h` and `M = D e/h`, so that a wave transformer can solve for
-//! the desired position that the force itself depends on (its implicit form).
+//! With `LAW_OUTPUT ON` the module also outputs the law of the next tick, `F = S (x_d - x) - M` with `S = K + D/h` and
+//! `M = D e/h`, so that a wave transformer can solve for the desired position on which the force depends (its implicit
+//! form).
 
 use dimsart_core::{Context, Declare, DeviceDescriptor, Input, Module, Output, PortSet, Unit, types, words};
 
 words! {
-    /// Of all axes.
+    /// Parameters common to all axes.
     pub parameters Settings {
-        /// Publish the law of the next tick, for an implicit wave transformer.
+        /// Output the law of the next tick, for WTRANSF_MOD with FORM IMPLICIT.
         publishes_law: bool = structural_flag("LAW_OUTPUT", false),
     }
-    /// Of an axis.
+    /// Parameters of one axis.
     pub parameters Gains {
-        /// Proportional gain.
+        /// Proportional gain: force per position error.
         stiffness: f32 = per_axis("K_PARAM", Unit::Stiffness, 0.0..=1e6, 0.0),
-        /// Derivative gain.
+        /// Derivative gain: force per velocity error.
         damping: f32 = per_axis("D_PARAM", Unit::Damping, 0.0..=1e4, 0.0),
         /// `D / h`.
         damping_per_tick: f32,
     }
-    /// Of an axis.
+    /// State of one axis.
     pub struct Axis { previous_error: f32 }
-    /// Signals.
+    /// Ports.
     pub ports Ports {
         position: Input = input("POSITION", types::POSITION),
         desired_position: Input = input("DES_POSITION", types::DES_POSITION),
@@ -67,7 +67,7 @@ impl Module for Pd {
         let takes_over = context.takes_over();
         context.begin_axes([position, desired_position, force.last()], |gains, [x, desired, last_force]| {
             let error = desired - x;
-            // Not finite where there is hardly any damping, or the predecessor's force was not.
+            // Infinite or NaN with little damping or after an invalid force of the predecessor.
             let change = (last_force - gains.stiffness * error) / gains.damping_per_tick;
             let takes_over = takes_over && change.is_finite();
             Axis { previous_error: if takes_over { error - change } else { error } }

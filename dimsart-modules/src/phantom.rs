@@ -1,8 +1,9 @@
-//! The PHANToM Premium 1.5: `PHANTOM_TIP_MOD`, and its masses for gravity, computed torque and collisions.
+//! PHANToM Premium 1.5: `PHANTOM_TIP_MOD`, and dynamics for gravity compensation, computed torque and collision
+//! detection.
 //!
-//! Axis 0 turns the device about the vertical, axis 1 is the angle of the inner link over the horizontal, axis 2 that of the
-//! outer link from the vertical; both are seen from the base, for a parallel bar turns the outer link. x is forward, y left,
-//! z up, from where the axes meet:
+//! Axis 0 rotates the device about the vertical, axis 1 is the angle of the inner link above the horizontal, axis 2 the
+//! angle of the outer link from the vertical. Both link angles are relative to the base, because a parallel bar drives
+//! the outer link. x is forward, y left, z up, from the intersection of the axes:
 //!
 //! ```text
 //! r = l1 cos q2 + l2 sin q3        tip = (r cos q1, r sin q1, l1 sin q2 - l2 cos q3)
@@ -10,9 +11,9 @@
 //! M22 = T3        M33 = T4        g2 = W1 cos q2        g3 = W2 sin q3
 //! ```
 //!
-//! M. C. Cavusoglu, D. Feygin, F. Tendick, "A critical study of the mechanical and electrical properties of the PHANToM haptic
-//! interface", Presence 11(6), 2002; the defaults are its lengths and masses, lumped. Motors are not among them: see
-//! `MOTOR_INERTIA`.
+//! M. C. Cavusoglu, D. Feygin, F. Tendick, "A critical study of the mechanical and electrical properties of the PHANToM
+//! haptic interface", Presence 11(6), 2002. The defaults are its lengths and masses, lumped. The motors are not
+//! included: see `MOTOR_INERTIA`.
 
 use crate::dynamics::{Axes, Body};
 use crate::tip::{Joint, Placed, Placement, Vector3};
@@ -20,35 +21,35 @@ use dimsart_core::limits::MAX_DOF;
 use dimsart_core::{Unit, math, words};
 
 words! {
-    /// Of the links that the tip hangs on.
+    /// Lengths of the links.
     pub parameters Lengths {
-        /// Of the inner link.
+        /// Length of the inner link.
         pub(super) inner: f32 = real("INNER_LENGTH", Unit::Metre, 1e-3..=100.0, 0.215),
-        /// Of the outer link, to the tip.
+        /// Length of the outer link, to the tip.
         pub(super) outer: f32 = real("OUTER_LENGTH", Unit::Metre, 1e-3..=100.0, 0.170),
     }
-    /// What of the masses the equations of motion hold.
+    /// Lumped parameters of the equations of motion.
     pub parameters Masses {
-        /// Inertia about the vertical: what is constant of it.
+        /// Inertia about the vertical: constant part.
         turning: f32 = real("T0", Unit::Inertia, -10.0..=10.0, 2.832_787_8e-3),
-        /// The part of it with cos 2 q2.
+        /// Inertia about the vertical: part with cos 2 q2.
         turning_with_inner: f32 = real("T1", Unit::Inertia, -10.0..=10.0, 1.131_892_8e-3),
-        /// The part of it with cos 2 q3.
+        /// Inertia about the vertical: part with cos 2 q3.
         turning_with_outer: f32 = real("T2", Unit::Inertia, -10.0..=10.0, -3.912_006_6e-4),
-        /// Inertia of the inner link's axis.
+        /// Inertia of axis 1, the inner link.
         inner: f32 = real("T3", Unit::Inertia, -10.0..=10.0, 2.426_395_6e-3),
-        /// Inertia of the outer link's axis.
+        /// Inertia of axis 2, the outer link.
         outer: f32 = real("T4", Unit::Inertia, -10.0..=10.0, 9.318_856e-4),
-        /// Inertia that couples the two links.
+        /// Coupling inertia of the two links.
         coupling: f32 = real("A", Unit::Inertia, -10.0..=10.0, 9.122_987_5e-4),
-        /// Torque that holds the inner link level.
+        /// Gravity torque of the inner link when horizontal.
         inner_weight: f32 = real("W1", Unit::Force, -100.0..=100.0, -1.629_804e-2),
-        /// Torque that holds the outer link level.
+        /// Gravity torque of the outer link when horizontal.
         outer_weight: f32 = real("W2", Unit::Force, -100.0..=100.0, -7.375_521e-2),
     }
 }
 
-/// How the links of a PHANToM lie.
+/// Kinematics of a PHANToM.
 #[derive(Debug, Clone, Copy)]
 pub struct PhantomChain;
 
@@ -76,7 +77,7 @@ impl Placed for PhantomChain {
     }
 }
 
-/// A PHANToM with its masses, as it stands.
+/// Dynamics of a PHANToM in its present pose.
 #[derive(Debug, Clone, Copy)]
 pub struct Phantom {
     masses: Masses,
@@ -129,7 +130,7 @@ impl Body for Phantom {
 }
 
 impl Phantom {
-    /// Cosine of the angle between the links' own angles.
+    /// Returns the cosine of the difference of the link angles.
     fn cos_between(&self) -> f32 {
         self.cos_inner * self.cos_outer + self.sin_inner * self.sin_outer
     }
@@ -144,7 +145,7 @@ impl Phantom {
         three([turning * about, masses.inner * up + between * out, masses.outer * out + between * up])
     }
 
-    /// How `M11` changes with the angle of either link.
+    /// Returns the derivatives of `M11` with respect to the link angles.
     fn turning_slopes(&self) -> (f32, f32) {
         let Self { sin_inner, cos_inner, sin_outer, cos_outer, masses } = self;
         let by_inner = -4.0 * masses.turning_with_inner * sin_inner * cos_inner

@@ -1,10 +1,11 @@
-//! PI controller of velocity, with anti-windup.
+//! PI controller on velocity with anti-windup.
 //!
-//! `F = sat(K e + I)`, `e = v_d - v`: `I` integrates `K_I e` and is bled by `(sat(F) - F) h / T_t` while the force limit
-//! or that of the device holds (back-calculation, Åström & Hägglund, *Advanced PID Control*, section 3.5).
+//! `F = sat(K e + I)`, `e = v_d - v`. `I` integrates `K_I e` and is corrected by `(sat(F) - F) h / T_t` while the
+//! module's or the device's force limit is active (back-calculation, Åström & Hägglund, *Advanced PID Control*, section
+//! 3.5).
 //!
-//! Where it takes over, `I` begins with what the last force leaves for it, so that the force goes on without a step; with
-//! `K_I = 0` nothing would take that away again, and `I` begins with zero.
+//! On takeover, `I` starts with the value that continues the last force without a step. With `K_I = 0` that value would
+//! never decay, so `I` starts at zero.
 //!
 //! ```
 //! use dimsart_core::{Bench, types};
@@ -24,31 +25,31 @@ use dimsart_core::math::{self, CompensatedSum};
 use dimsart_core::{Context, DeviceDescriptor, Input, Module, Output, Unit, types, words};
 
 words! {
-    /// Of all axes.
+    /// Parameters common to all axes.
     pub parameters Settings {
-        /// Time in which the integral follows a saturated force (anti-windup).
+        /// Anti-windup tracking time of the integral while the force is limited.
         tracking_time_s: f32 = real("TRACKING_TIME", Unit::Second, 1e-3..=100.0, 0.1),
         /// `h / T_t`, at most 1.
         tracking: f32,
     }
-    /// Of an axis.
+    /// Parameters of one axis.
     pub parameters Gains {
-        /// Proportional gain.
+        /// Proportional gain: force per velocity error.
         proportional: f32 = per_axis("K_PARAM", Unit::Damping, 0.0..=1e5, 0.0),
-        /// Integral gain.
+        /// Integral gain of the velocity error.
         integral: f32 = per_axis("I_PARAM", Unit::Stiffness, 0.0..=1e7, 0.0),
-        /// Largest force either way.
+        /// Maximum force, in either direction.
         limit: f32 = per_axis("LIMIT", Unit::Force, 0.0..=1e4, 1e4),
         /// `K_I h`.
         integral_per_tick: f32,
     }
-    /// Of an axis.
+    /// State of one axis.
     pub struct Axis {
         integral: CompensatedSum,
-        /// Of the last tick.
+        /// Force of the last tick.
         force: f32,
     }
-    /// Signals.
+    /// Ports.
     pub ports Ports {
         velocity: Input = input("VELOCITY", types::VELOCITY),
         desired_velocity: Input = input("DES_VELOCITY", types::DES_VELOCITY),
@@ -62,7 +63,7 @@ pub struct Pi;
 
 impl Module for Pi {
     const NAME: &'static str = "PI_MOD";
-    const SUMMARY: &'static str = "PI controller of velocity with anti-windup.";
+    const SUMMARY: &'static str = "PI controller on velocity with anti-windup.";
     type Settings = Settings;
     type Gains = Gains;
     type State = ();

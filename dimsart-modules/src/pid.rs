@@ -1,19 +1,19 @@
-//! PID controller with anti-windup and filtered derivative.
+//! PID controller on position with anti-windup and filtered derivative.
 //!
-//! `F = sat(K e + I + D v)`: `I` integrates `K_I e` and is bled by `(sat(F) - F) h / T_t`
-//! (back-calculation, Åström & Hägglund, *Advanced PID Control*, section 3.5), so that it stops
-//! winding while the force limit holds, that of the device too; `v` is the slope of the error through a first-order low-pass
+//! `F = sat(K e + I + D v)`. `I` integrates `K_I e` and is corrected by `(sat(F) - F) h / T_t` (back-calculation,
+//! Åström & Hägglund, *Advanced PID Control*, section 3.5), so that it does not wind up while the module's or the
+//! device's force limit is active. `v` is the derivative of the error through a first-order low-pass,
 //! `v += (slope - v) h / (h + T_f)`.
 //!
-//! Where it takes over from another module, `I` begins with what that one's last force leaves for it, so that the force
-//! goes on without a step; with `K_I = 0`, nothing would ever take that away again, and `I` begins with zero.
+//! On takeover from another module, `I` starts with the value that continues the last force without a step. With
+//! `K_I = 0` that value would never decay, so `I` starts at zero.
 
 use crate::anti_windup::follow;
 use dimsart_core::math::{self, CompensatedSum};
 use dimsart_core::{Context, DeviceDescriptor, Input, Module, Output, Parameters, Unit, types, words};
 
 words! {
-    /// Of all axes.
+    /// Parameters common to all axes.
     pub parameters Settings {
         tracking_time_s: f32,
         filter_time_s: f32,
@@ -22,7 +22,7 @@ words! {
         /// `h / (h + T_f)`.
         smoothing: f32,
     }
-    /// Of an axis.
+    /// Parameters of one axis.
     pub parameters Gains {
         pub(super) stiffness: f32,
         pub(super) integral_gain: f32,
@@ -33,17 +33,17 @@ words! {
         /// `D / h`.
         pub(super) damping_per_tick: f32,
     }
-    /// Of an axis.
+    /// State of one axis.
     pub struct Axis {
         integral: CompensatedSum,
-        /// Of the last tick.
+        /// Force of the last tick.
         force: f32,
         previous_error: f32,
         filtered_change: f32,
-        /// Ticks left in which the integral makes up for the derivative, which takes two to be known.
+        /// Ticks left in which the integral compensates the derivative, which needs two ticks.
         settling_ticks: u32,
     }
-    /// Signals.
+    /// Ports.
     pub ports Ports {
         position: Input = input("POSITION", types::POSITION),
         desired_position: Input = input("DES_POSITION", types::DES_POSITION),
@@ -58,7 +58,7 @@ impl Gains {
         visit.per_axis(stiffness, "K_PARAM", Unit::Stiffness, 0.0..=1e6, 0.0, "Proportional gain.");
         visit.per_axis(integral_gain, "I_PARAM", Unit::IntegralGain, 0.0..=1e7, 0.0, "Integral gain.");
         visit.per_axis(damping, "D_PARAM", Unit::Damping, 0.0..=1e4, 0.0, "Derivative gain.");
-        visit.per_axis(limit, "LIMIT", Unit::Force, 0.0..=1e4, 1e4, "Largest force either way.");
+        visit.per_axis(limit, "LIMIT", Unit::Force, 0.0..=1e4, 1e4, "Maximum force, in either direction.");
     }
 
     #[inline(always)]
@@ -84,9 +84,9 @@ impl Module for Pid {
     fn parameters(settings: &mut Settings, gains: &mut Gains, visit: &mut Parameters<'_>) {
         gains.parameters(visit);
         let Settings { tracking_time_s, filter_time_s, .. } = settings;
-        let summary = "Time in which the integral follows a saturated force (anti-windup).";
+        let summary = "Anti-windup tracking time of the integral while the force is limited.";
         visit.real(tracking_time_s, "TRACKING_TIME", Unit::Second, 1e-3..=100.0, 0.1, summary);
-        let summary = "Time constant of the derivative's low-pass; 0 for none.";
+        let summary = "Time constant of the derivative's low-pass; 0: no filter.";
         visit.real(filter_time_s, "FILTER_TIME", Unit::Second, 0.0..=10.0, 0.0, summary);
     }
 

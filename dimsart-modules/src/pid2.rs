@@ -1,14 +1,16 @@
-//! PID controller of two degrees of freedom: it answers the reference and a load each in its own way.
+//! PID controller with two degrees of freedom (setpoint weighting) and feed-forward.
 //!
-//! `F = sat(K (b x_d - x) + I + D v + F_feed)` (Åström & Hägglund, *Advanced PID Control*, section 3.4): `I` integrates
-//! `K_I (x_d - x)`, `v` is the slope of `c x_d - x` through a first-order low-pass, `v += (slope - v) h / (h + T_f)`. With
-//! `b` below 1 a step of the reference overshoots less; with `c = 0` it does not kick.
+//! `F = sat(K (b x_d - x) + I + D v + F_feed)` (Åström & Hägglund, *Advanced PID Control*, section 3.4). `I` integrates
+//! `K_I (x_d - x)`; `v` is the derivative of `c x_d - x` through a first-order low-pass,
+//! `v += (slope - v) h / (h + T_f)`. `b` below 1 reduces overshoot after a step of the reference; `c = 0` avoids the
+//! derivative kick.
 //!
-//! While the force limit or that of the device holds, `ANTI_WINDUP BACK_CALCULATION` bleeds `I` by `(sat(F) - F) h / T_t`; `CLAMPING` stops it where
-//! the error would drive it further (section 3.5). `FEED_FORWARD ON` adds `FEED_FORCE` before the limit.
+//! While the module's or the device's force limit is active, `ANTI_WINDUP BACK_CALCULATION` corrects `I` by
+//! `(sat(F) - F) h / T_t`; `CLAMPING` stops the integration in the direction of the limit (section 3.5).
+//! `FEED_FORWARD ON` adds `FEED_FORCE` before the limit.
 //!
-//! Where it takes over, `I` begins with what the last force leaves for it, and makes up for the derivative, which takes two
-//! ticks to be known; with `K_I = 0`, `I` begins with zero.
+//! On takeover, `I` starts with the value that continues the last force and compensates the derivative during its first
+//! two ticks; with `K_I = 0`, `I` starts at zero.
 //!
 //! ```
 //! use dimsart_core::{Bench, types};
@@ -30,12 +32,12 @@ use dimsart_core::{
 };
 
 choice! {
-    /// What stops the integral while the force limit holds.
+    /// Anti-windup method.
     pub enum AntiWindup { BackCalculation = "BACK_CALCULATION", Clamping = "CLAMPING" }
 }
 
 words! {
-    /// Of all axes.
+    /// Parameters common to all axes.
     pub parameters Settings {
         setpoint_weight: f32,
         derivative_weight: f32,
@@ -48,18 +50,18 @@ words! {
         /// `h / (h + T_f)`.
         smoothing: f32,
     }
-    /// Of an axis.
+    /// State of one axis.
     pub struct Axis {
         integral: CompensatedSum,
-        /// Of the last tick.
+        /// Force of the last tick.
         force: f32,
         /// `c x_d - x`.
         previous: f32,
         filtered_change: f32,
-        /// Ticks left in which the integral makes up for the derivative.
+        /// Ticks left in which the integral compensates the derivative.
         settling_ticks: u32,
     }
-    /// Signals.
+    /// Ports.
     pub ports Ports { position: Input, desired_position: Input, feed_force: Input, force: Output }
 }
 
@@ -69,7 +71,7 @@ pub struct Pid2;
 
 impl Module for Pid2 {
     const NAME: &'static str = "PID2_MOD";
-    const SUMMARY: &'static str = "PID controller on position that weighs the reference, with feed-forward.";
+    const SUMMARY: &'static str = "PID controller on position with setpoint weighting and feed-forward.";
     type Settings = Settings;
     type Gains = Gains;
     type State = ();
@@ -78,18 +80,18 @@ impl Module for Pid2 {
 
     fn parameters(settings: &mut Settings, gains: &mut Gains, visit: &mut Parameters<'_>) {
         gains.parameters(visit);
-        let summary = "Share of the reference in the proportional part.";
+        let summary = "Setpoint weight b of the proportional part.";
         visit.real(&mut settings.setpoint_weight, "SETPOINT_WEIGHT", Unit::One, 0.0..=2.0, 1.0, summary);
-        let summary = "Share of the reference in the derivative part.";
+        let summary = "Setpoint weight c of the derivative part.";
         visit.real(&mut settings.derivative_weight, "DERIVATIVE_WEIGHT", Unit::One, 0.0..=2.0, 0.0, summary);
-        let summary = "What stops the integral while the force limit holds.";
+        let summary = "Anti-windup method of the integral.";
         visit.choice(&mut settings.anti_windup, "ANTI_WINDUP", summary);
         let Settings { tracking_time_s, filter_time_s, .. } = settings;
-        let summary = "Time in which the integral follows a saturated force (BACK_CALCULATION).";
+        let summary = "Anti-windup tracking time of BACK_CALCULATION.";
         visit.real(tracking_time_s, "TRACKING_TIME", Unit::Second, 1e-3..=100.0, 0.1, summary);
-        let summary = "Time constant of the derivative's low-pass; 0 for none.";
+        let summary = "Time constant of the derivative's low-pass; 0: no filter.";
         visit.real(filter_time_s, "FILTER_TIME", Unit::Second, 0.0..=10.0, 0.0, summary);
-        let summary = "Whether FEED_FORCE is added.";
+        let summary = "Add FEED_FORCE to the output.";
         visit.structural_flag(&mut settings.has_feed_forward, "FEED_FORWARD", false, summary);
     }
 
@@ -149,7 +151,7 @@ impl Module for Pid2 {
         context.map_lanes(inputs, [force], |number, lane, [x, desired, given]| {
             let (gains, mut axis) = (lane.gains(), lane.axis());
             let tracking = follow(settings.tracking, gains.integral_gain_per_tick);
-            // Of the last tick's force.
+            // Part of the last tick's force that the device limited.
             let beyond_device = if is_limited { axis.force - given } else { 0.0 };
             if is_limited && settings.anti_windup == AntiWindup::BackCalculation {
                 axis.integral.add(-tracking * beyond_device);

@@ -1,16 +1,16 @@
-//! Arms whose links move in a plane: `PLANAR_TIP_MOD`, and the masses for gravity, computed torque and collisions.
+//! Planar arms: `PLANAR_TIP_MOD`, and dynamics for gravity compensation, computed torque and collision detection.
 //!
-//! Joint `k` turns the links from `k` on about z; with all positions 0 the arm is stretched along x. The tip is at the end of
-//! the last link, at `z = 0`. Each link has its mass centre on the line between its joints. With the angle `φ` of each
-//! link over x, `e = (cos φ, sin φ)`, `n = (-sin φ, cos φ)`, and `u = φ'' n - φ'² e`, the torque about joint `k` that moves
-//! link `k` is
+//! Joint `k` rotates all links from `k` on about z; at positions 0 the arm is stretched along x. The tip is at the end
+//! of the last link, at `z = 0`. The centre of mass of each link lies on the line between its joints. With the angle
+//! `φ` of each link from x, `e = (cos φ, sin φ)`, `n = (-sin φ, cos φ)`, and `u = φ'' n - φ'² e`, link `k` needs the
+//! torque `Q_k` about joint `k`:
 //!
 //! ```text
 //! Q_k = J_k φ_k'' + n_k · (s_k (Σ_{j<k} l_j u_j - g) + l_k Σ_{j>k} s_j u_j)        tau_k = Σ_{j>=k} Q_j
 //! s_k = m_k c_k + l_k Σ_{j>k} m_j                  J_k = I_k + m_k c_k² + l_k² Σ_{j>k} m_j
 //! ```
 //!
-//! (Newton and Euler, link by link, the masses beyond a joint lumped into it; Craig, chapter 6.)
+//! (Newton-Euler, link by link, with the masses beyond a joint lumped into it; Craig, chapter 6.)
 
 use crate::dynamics::{Axes, Body};
 use crate::tip::{Joint, Placed, Placement, Vector3};
@@ -18,34 +18,34 @@ use dimsart_core::limits::MAX_DOF;
 use dimsart_core::{Unit, math, words};
 
 words! {
-    /// Of a joint.
+    /// Parameters of one joint.
     pub parameters Length {
-        /// From a joint to the next one.
+        /// Length of the link, from joint to joint.
         length: f32 = per_axis("LENGTH", Unit::Metre, 0.0..=100.0, 0.0),
     }
-    /// Down, in the plane.
+    /// Gravity in the plane.
     pub parameters Gravity {
-        /// Along x.
+        /// Acceleration of gravity along x.
         along_x: f32 = real("GRAVITY_X", Unit::MetrePerSecondSquared, -20.0..=20.0, 0.0),
-        /// Along y.
+        /// Acceleration of gravity along y.
         along_y: f32 = real("GRAVITY_Y", Unit::MetrePerSecondSquared, -20.0..=20.0, -9.81),
     }
-    /// Of a link.
+    /// Parameters of one link.
     pub parameters Link {
-        /// From a joint to the next one.
+        /// Length of the link, from joint to joint.
         length: f32 = per_axis("LENGTH", Unit::Metre, 0.0..=100.0, 0.0),
-        /// Of the link.
+        /// Mass of the link.
         mass: f32 = per_axis("MASS", Unit::Kilogram, 0.0..=1e4, 0.0),
-        /// From the joint to the mass centre of the link.
+        /// Distance from the joint to the centre of mass of the link.
         centre: f32 = per_axis("CENTRE", Unit::Metre, -100.0..=100.0, 0.0),
-        /// Of the link about its mass centre.
+        /// Inertia of the link about its centre of mass.
         inertia: f32 = per_axis("INERTIA", Unit::Inertia, 0.0..=1e4, 0.0),
     }
 }
 
 type Vector2 = [f32; 2];
 
-/// How the links of an arm in a plane lie.
+/// Kinematics of a planar arm.
 #[derive(Debug, Clone, Copy)]
 pub struct PlanarChain;
 
@@ -72,14 +72,14 @@ impl Placed for PlanarChain {
     }
 }
 
-/// An arm in a plane with its masses, as it stands.
+/// Dynamics of a planar arm in its present pose.
 #[derive(Debug, Clone, Copy)]
 pub struct Planar {
     gravity: Vector2,
     links: [Lumped; MAX_DOF],
 }
 
-/// A link with what is beyond it at its end.
+/// A link with the masses beyond it lumped into its end.
 #[derive(Debug, Clone, Copy, Default)]
 struct Lumped {
     length: f32,
@@ -162,7 +162,7 @@ impl Body for Planar {
 }
 
 impl Planar {
-    /// `s_k (base + Σ_{j<k} l_j u_j) + l_k Σ_{j>k} s_j u_j` of each link.
+    /// Returns `s_k (base + Σ_{j<k} l_j u_j) + l_k Σ_{j>k} s_j u_j` for each link.
     fn pulls(&self, base: Vector2, moved: &[Vector2; MAX_DOF]) -> [Vector2; MAX_DOF] {
         let mut pulls = [Vector2::default(); MAX_DOF];
         let mut before = base;
@@ -179,7 +179,7 @@ impl Planar {
     }
 }
 
-/// Of the links, of what is of the joints before them.
+/// Converts joint values to link values: sums over the joints up to each link.
 fn outwards(of_joints: &Axes) -> Axes {
     let mut sum = 0.0;
     of_joints.map(|of_joint| {
@@ -188,7 +188,7 @@ fn outwards(of_joints: &Axes) -> Axes {
     })
 }
 
-/// Of the joints, of what is of the links behind them.
+/// Converts link values to joint values: sums over the links from each joint on.
 fn inwards(mut of_links: Axes) -> Axes {
     let mut sum = 0.0;
     for value in of_links.iter_mut().rev() {
@@ -202,7 +202,7 @@ fn scaled([x, y]: Vector2, factor: f32) -> Vector2 {
     [factor * x, factor * y]
 }
 
-/// `one + factor other`.
+/// Returns `one + factor other`.
 fn plus([x, y]: Vector2, factor: f32, other: Vector2) -> Vector2 {
     let [dx, dy] = scaled(other, factor);
     [x + dx, y + dy]

@@ -1,38 +1,37 @@
-//! Which packets a receiver accepts, and what it knows of its link.
+//! Reception of packets: sequence check, loss and timeout detection, link statistics.
 
 use dimsart_core::mailbox::{LinkPort, START_COUNTERS, Silence, counters_ahead, is_newer, low_half};
 use dimsart_core::{Content, LinkState};
 
-/// Silence after which two packets that are not next ones, the second newer than the first, mean that the
-/// sender has started anew.
+/// Silence after which two packets out of sequence, the second newer than the first, indicate a restart of the sender.
 const RESTART_TICKS: u32 = 100;
-/// Ticks of packets that can be missing at once beyond those that nothing came in: packets that were late together.
-/// A longer way ahead is none that a sender can have gone.
+/// Maximum plausible loss, in ticks, beyond the time without packets: covers packets that were delayed together. A
+/// larger jump ahead of the counter is implausible.
 const LATE_TICKS: u32 = 1000;
-/// Largest step of the counter with which too little is lost to be worth more than a word: AUTOSAR's `MaxDeltaCounter`.
+/// Maximum counter step reported as `OkSomeLost`; AUTOSAR's `MaxDeltaCounter`.
 const MAX_DELTA: u32 = 3;
-/// Share of a new deviation in the smoothed jitter (RFC 3550, 6.4.1).
+/// Weight of a new deviation in the smoothed jitter (RFC 3550, 6.4.1).
 const SMOOTHING: f32 = 1.0 / 16.0;
 
 dimsart_core::words! {
-    /// What the receiver listens for; it changes with parameters only.
+    /// Expected packets; depends on parameters only.
     pub(super) struct Expected {
         pub(super) content: Content,
-        /// Words of the packet that are samples; counters follow.
+        /// Number of sample words in the packet; counters follow.
         pub(super) samples: u32,
-        /// Ticks from a packet to the next one.
+        /// Ticks per packet.
         pub(super) every_ticks: u32,
-        /// Ticks without a packet that was due after which the link is lost; 0 for never.
+        /// Ticks without a due packet until the link is lost; 0: never.
         pub(super) timeout_ticks: u32,
     }
 
-    /// What came so far.
+    /// State of the reception.
     pub(super) struct Reception {
-        /// Of the newest packet accepted; 0 before the first.
+        /// Counter of the newest accepted packet; 0 before the first.
         counter: u16,
-        /// What may be the first packet of a sender that has started anew.
+        /// Counter of a packet that may be the first after a restart of the sender.
         restart_counter: u16,
-        /// The newest one accepted then.
+        /// Counter of the newest accepted packet at that time.
         restart_accepted: u16,
         pub(super) age_ticks: u32,
         pub(super) lost: u32,
@@ -41,30 +40,30 @@ dimsart_core::words! {
         pub(super) jitter_ticks: f32,
         state: LinkState,
         is_lost: bool,
-        /// Ticks that the newest packet's wave is still held for; a packet that comes meanwhile waits.
+        /// Ticks for which the newest packet's wave is still held; a new packet waits meanwhile.
         held_ticks: u32,
-        /// Ticks that the packet which waits now has waited.
+        /// Ticks that the waiting packet has waited.
         waits_ticks: u32,
-        /// Ticks that the one before it had to wait.
+        /// Ticks that the packet before it waited.
         waited_ticks: u32,
     }
 }
 
-/// How a packet came that was accepted.
+/// How an accepted packet arrived.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) enum Came {
-    /// Right after the one before it.
+    /// Next in sequence.
     Next,
-    /// After some that are missing.
+    /// After missing packets.
     Jumped,
-    /// As the first one of another life of its sender.
+    /// First packet, or first after a restart of the sender.
     Restarted,
-    /// A while ago: its wave goes on.
+    /// Earlier: its wave is still held.
     Held,
 }
 
 impl Reception {
-    /// Lets the newest packet's wave go on for another tick.
+    /// Holds the newest packet's wave for another tick.
     #[cold]
     pub(super) fn hold(&mut self, link: &LinkPort) {
         self.held_ticks = self.held_ticks.saturating_sub(1);
@@ -72,25 +71,24 @@ impl Reception {
         self.waits_ticks += u32::from(link.received.is_full());
     }
 
-    /// Does not let it go on any more.
+    /// Ends the hold.
     pub(super) fn hold_no_more(&mut self) {
         self.held_ticks = 0;
     }
 
-    /// Counter of the newest packet that was accepted; 0 before the first.
+    /// Returns the counter of the newest accepted packet; 0 before the first.
     pub(super) fn counter(&self) -> u16 {
         self.counter
     }
 
-    /// Whether the wave of the newest packet goes on for another tick.
+    /// Checks whether the newest packet's wave is held for another tick.
     #[inline]
     pub(super) fn is_holding(&self) -> bool {
         self.held_ticks != 0
     }
 
-    /// Whether the packet right after the last one is there, every sample finite if it is read as `f32`, on a link that
-    /// is as it should be and brings one every tick; takes note of its header then, and has not changed otherwise.
-    /// Writes nothing of the link.
+    /// Accepts the next packet in sequence on a healthy link with one packet per tick, if all its words are finite as
+    /// `f32`. Returns false, unchanged, in any other case. Does not write to the link.
     #[inline(always)]
     pub(super) fn accept_next(&mut self, link: &LinkPort, expected: &Expected) -> bool {
         let received = &link.received;
@@ -115,7 +113,7 @@ impl Reception {
         is_next
     }
 
-    /// Tells the link which packet was accepted.
+    /// Records the accepted packet in the link.
     #[inline(always)]
     pub(super) fn acknowledge(&self, link: &LinkPort) {
         link.is_damaged.set(false);
@@ -123,7 +121,7 @@ impl Reception {
         link.accepted_counter.set(self.counter);
     }
 
-    /// How a new packet came, if there is one that is accepted; takes note of its header.
+    /// Accepts or refuses a new packet and updates the statistics. Returns how an accepted packet arrived.
     pub(super) fn accept(&mut self, link: &LinkPort, expected: &Expected) -> Option<Came> {
         if !link.received.is_full() {
             return self.go_without(link, expected);
@@ -135,7 +133,6 @@ impl Reception {
             return self.refuse(LinkState::Error, link, expected);
         }
         let counter = link.received.counter();
-        // The first one of all has none before it.
         let came = if self.counter != 0 && counter == self.counter.wrapping_add(1) {
             self.state = LinkState::Ok;
             self.measure_jitter(expected.every_ticks, expected.every_ticks);
@@ -154,7 +151,7 @@ impl Reception {
         Some(came)
     }
 
-    /// What came of the present tick; told to the link when it is lost.
+    /// Returns the link state of this tick; marks a lost link.
     #[inline]
     pub(super) fn state(&self, link: &LinkPort) -> LinkState {
         if self.is_lost {
@@ -164,7 +161,7 @@ impl Reception {
         self.state
     }
 
-    /// Ticks since the next packet was due, that tick included.
+    /// Returns the ticks since the next packet was due, including that tick.
     pub(super) fn overdue_ticks(&self, every_ticks: u32) -> u32 {
         (self.age_ticks + 1).saturating_sub(every_ticks)
     }
@@ -190,7 +187,7 @@ impl Reception {
         None
     }
 
-    /// Time has gone on in ticks that computed nothing; before the first packet there is nothing that ages.
+    /// Adds the ticks in which the module was not computed; nothing ages before the first packet.
     fn catch_up(&mut self, link: &LinkPort) {
         let missed_ticks = link.missed_ticks.take();
         if self.counter != 0 {
@@ -208,7 +205,7 @@ impl Reception {
         self.is_lost |= is_late && self.counter != 0;
     }
 
-    /// Between packets that were sent so many ticks apart, as RFC 3550 does.
+    /// Updates the jitter for packets sent `sent_ticks` apart (RFC 3550).
     #[inline]
     fn measure_jitter(&mut self, sent_ticks: u32, every_ticks: u32) {
         let mut came_ticks = self.age_ticks + 1;
@@ -225,13 +222,13 @@ impl Reception {
     fn measure_round_trip(&mut self, link: &LinkPort, echo: u16) {
         let sent_number = link.sent_number.get();
         let packets = u32::from(counters_ahead(low_half(sent_number), echo));
-        // Not of a life of this side before its last start.
+        // Ignore echoes from before the last start of this side.
         if packets < sent_number {
             self.round_trip_ticks = packets * link.sent_every_ticks.get() + link.since_sent_ticks.get() + 1;
         }
     }
 
-    /// How a packet came that is not the next one, if it is new; counts what is missing before it.
+    /// Accepts or refuses a packet out of sequence and counts lost packets.
     #[cold]
     fn accept_jump(&mut self, link: &LinkPort, counter: u16, expected: &Expected) -> Option<Came> {
         self.catch_up(link);
@@ -240,7 +237,7 @@ impl Reception {
         }
         let delta = u32::from(counters_ahead(counter, self.counter));
         let sent_ticks = delta.saturating_mul(expected.every_ticks);
-        // Counters go round: what seems to be ahead can come from a sender that has started anew.
+        // Counters wrap: an apparent jump ahead can be a restart of the sender.
         let is_start = counter <= START_COUNTERS && u32::from(self.counter) > LATE_TICKS;
         let is_ahead = !is_start
             && is_newer(counter, self.counter)

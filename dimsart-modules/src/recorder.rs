@@ -1,57 +1,56 @@
-//! Recorder tap: keeps the last rows of a signal of any format and shape, one of every few ticks.
+//! Recorder: keeps the last rows of a signal of any format and shape, one row every few ticks.
 //!
-//! A row is the signal's words. Row `n` begins at word `(n mod LENGTH) × words of the signal` of the module's memory,
-//! read from outside with [`Engine::memory`](dimsart_core::Engine::memory); `RECORDED_ROWS` says how many rows there have
-//! been.
+//! A row is the signal's words. Row `n` starts at word `(n mod LENGTH) × words of the signal` of the module's memory,
+//! which [`Engine::memory`](dimsart_core::Engine::memory) reads; `RECORDED_ROWS` is the number of rows recorded.
 //!
-//! With a `TRIGGER` it waits for word `WORD` of the signal, in every tick, to go beyond `LEVEL` after it was not, takes
-//! `AFTER` rows behind the one that caught it, and keeps them until it is reset. Its second memory is the number of that row,
-//! from 1; 0 before. So a fast event is caught in its tick and read over a slow line. What is no real number has its bits
-//! compared as if it were one: a switch goes beyond 0. `TRIGGER CONDITION` waits in the same way for axis `WORD` of a condition
-//! beside the signal, and with `AT_ONCE` what is beyond the level from the start is caught, too. So `LENGTH` less `AFTER` rows are
-//! from before the event.
+//! With a `TRIGGER`, the recorder compares word `WORD` of the signal with `LEVEL` in every tick. It fires on a
+//! crossing; a signal already past the level at the start fires only with `AT_ONCE`. It then records `AFTER` rows after
+//! the triggering row, so the other `LENGTH` less `AFTER` rows precede the event, and keeps them until reset. A second
+//! memory holds the number of the triggering row, from 1; 0 before. A fast event is thus captured in its tick and read
+//! later over a slow link. Words of other formats are compared by their bits as `f32`: a switch fires above 0.
+//! `TRIGGER CONDITION` compares axis `WORD` of the port `CONDITION` instead.
 
 use dimsart_core::{
     Context, Declare, Input, Memory, Module, Output, Single, Unit, Untyped, choice, types, words,
 };
 
 choice! {
-    /// What ends the recording.
+    /// Trigger of the recording.
     pub enum Trigger { Off = "OFF", Rising = "RISING", Falling = "FALLING", Condition = "CONDITION" }
 }
 
 words! {
-    /// Of all axes.
+    /// Parameters common to all axes.
     pub parameters Settings {
-        /// Rows kept.
+        /// Number of rows kept.
         length: u32 = structural_count("LENGTH", Unit::One, 1..=60_000, 100),
-        /// Ticks from one row to the next.
+        /// Ticks per row.
         every_ticks: u32 = count("EVERY", Unit::Tick, 1..=1_000_000, 1),
-        /// Whether rows are taken.
+        /// Record rows.
         is_recording: bool = flag("RECORD", true),
-        /// What it keeps: the last rows, or those around an edge.
+        /// Trigger; OFF records continuously.
         trigger: Trigger = structural_choice("TRIGGER"),
-        /// What the edge goes beyond.
+        /// Trigger level.
         level: f32 = real("LEVEL", Unit::Any, f32::MIN..=f32::MAX, 0.0),
-        /// Word of the signal that has the edge.
+        /// Index of the word, or axis of CONDITION, that triggers.
         word: u32 = count("WORD", Unit::One, 0..=4095, 0),
-        /// Rows taken behind the edge.
+        /// Rows recorded after the trigger.
         rows_after: u32 = count("AFTER", Unit::One, 0..=60_000, 50),
-        /// Whether what is beyond the level from the start is caught.
+        /// Trigger also if the signal is past LEVEL at the start.
         is_level: bool = flag("AT_ONCE", false),
     }
-    /// Of all axes.
+    /// State common to all axes.
     pub struct State {
-        /// Where the next row goes.
+        /// Index of the next row in the memory.
         position: u16,
         rows: u32,
         wait_ticks: u32,
-        /// Whether the word was on the other side of the level.
+        /// Whether the trigger is armed: the word was on the other side of the level.
         is_ready: bool,
-        /// Number of the row that caught it, from 1.
+        /// Number of the triggering row, from 1.
         caught: u32,
     }
-    /// Signals and memory.
+    /// Ports and memory.
     pub ports Ports {
         input: Input<Untyped>,
         rows: Output<Single<u32>>,
@@ -67,7 +66,7 @@ pub struct Recorder;
 
 impl Module for Recorder {
     const NAME: &'static str = "RECORDER_MOD";
-    const SUMMARY: &'static str = "Keeps the last rows of a signal to be read out later.";
+    const SUMMARY: &'static str = "Records the last rows of a signal, optionally with a trigger.";
     const OUTLASTS_ARMING: bool = true;
     type Settings = Settings;
     type Gains = ();
@@ -119,7 +118,7 @@ impl Module for Recorder {
             }
             state.is_ready = !is_beyond;
         }
-        // The row that caught it is still to be taken, and those behind it.
+        // Rows recorded from the triggering row on.
         let taken = state.rows.wrapping_sub(state.caught).wrapping_add(1);
         let is_full = state.caught > 0 && taken > settings.rows_after;
         if settings.is_recording && state.wait_ticks == 0 && !is_full {
@@ -136,7 +135,7 @@ impl Module for Recorder {
     }
 }
 
-/// Tells who reads it from outside.
+/// Publishes the number of the triggering row in the second memory.
 fn note(context: &Context<'_, Recorder>, caught: u32) {
     if let Some(([word], _)) = context.words_at(context.ports().caught, 0, 1) {
         word.set(caught);

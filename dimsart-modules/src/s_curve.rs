@@ -1,20 +1,21 @@
-//! S-curve: from rest to a target as fast as limits of velocity, acceleration and jerk allow, in seven segments.
+//! S-curve trajectory: the fastest rest-to-rest move within limits of velocity, acceleration and jerk, in seven
+//! segments.
 //!
-//! A ramp of velocity has jerk for `T_j`, constant acceleration, and jerk of the other sign for `T_j`; it takes `T_a`. With the
-//! distance `D` (Biagiotti & Melchiorri, *Trajectory Planning for Automatic Machines and Robots*, section 3.4):
+//! A velocity ramp of duration `T_a` has jerk for `T_j`, constant acceleration, and the opposite jerk for `T_j`. For
+//! the distance `D` (Biagiotti & Melchiorri, *Trajectory Planning for Automatic Machines and Robots*, section 3.4):
 //!
-//! | where | `T_j` | `T_a` | at full velocity |
+//! | case | `T_j` | `T_a` | at full velocity |
 //! |---|---|---|---|
 //! | `V J > A²` | `A / J` | `T_j + V / A` | `D / V - T_a` |
 //! | otherwise | `sqrt(V / J)` | `2 T_j` | `D / V - T_a` |
-//! | too near for that, `D >= 2 A³ / J²` | `A / J` | `T_j/2 + sqrt(T_j²/4 + D/A)` | 0 |
-//! | nearer | `cbrt(D / (2 J))` | `2 T_j` | 0 |
+//! | velocity limit not reached, `D >= 2 A³ / J²` | `A / J` | `T_j/2 + sqrt(T_j²/4 + D/A)` | 0 |
+//! | acceleration limit not reached | `cbrt(D / (2 J))` | `2 T_j` | 0 |
 //!
-//! Where the target changes on the way, it brakes within its limits, and then goes to the new one: this is for moves, not to
-//! follow a signal that changes all the time. `SYNCHRONISED`: all axes arrive together, each one slowed in time to the one that
-//! takes longest; where one has a new target, all brake.
+//! If the target changes during a move, the axis brakes within its limits and then moves to the new target: use this
+//! module for moves, not to follow a continuously changing signal. With `SYNCHRONISED`, all axes arrive together: each
+//! is slowed in time to the slowest one, and a new target of any axis brakes all.
 //!
-//! It begins at rest where the joint stands; where it takes over, with what was commanded last.
+//! Initial state: at rest at the measured position; on takeover, at the last commanded one.
 //!
 //! ```
 //! use dimsart_core::{Bench, types};
@@ -33,36 +34,36 @@ use crate::target::Source;
 use dimsart_core::{Context, Declare, DeviceDescriptor, Input, Module, Output, Unit, types, words};
 
 words! {
-    /// Of all axes.
+    /// Parameters common to all axes.
     pub parameters Settings {
-        /// What says where to go.
+        /// Source of the target: parameter TARGET or port TARGET.
         source: Source = structural_choice("TARGET_FROM"),
-        /// Whether all axes arrive together.
+        /// Slow all axes to arrive together.
         is_synchronised: bool = flag("SYNCHRONISED", false),
         period_s: f32,
     }
-    /// Of an axis.
+    /// Parameters of one axis.
     pub parameters Gains {
-        /// Where to go.
+        /// Target position.
         target: f32 = per_axis("TARGET", Unit::Position, -1e6..=1e6, 0.0),
-        /// Largest velocity.
+        /// Maximum velocity.
         velocity_limit: f32 = per_axis("VELOCITY_LIMIT", Unit::Velocity, 1e-6..=1e4, 1.0),
-        /// Largest acceleration.
+        /// Maximum acceleration.
         acceleration_limit: f32 = per_axis("ACCELERATION_LIMIT", Unit::Acceleration, 1e-6..=1e6, 10.0),
-        /// Largest jerk.
+        /// Maximum jerk.
         jerk_limit: f32 = per_axis("JERK_LIMIT", Unit::Jerk, 1e-6..=1e8, 100.0),
     }
-    /// Of an axis.
+    /// State of one axis.
     pub struct Axis {
         target: f32,
         start: f32,
         end: f32,
         ticks: u32,
-        /// Share of the time that passes: 1, less where another axis takes longer.
+        /// Time scale: 1, or less if another axis takes longer.
         pace: f32,
         segments: SevenSegments,
     }
-    /// Signals.
+    /// Ports.
     pub ports Ports {
         position: Input,
         target: Input,
@@ -78,8 +79,7 @@ pub struct SCurve;
 
 impl Module for SCurve {
     const NAME: &'static str = "SCURVE_MOD";
-    const SUMMARY: &'static str =
-        "Moves from rest to a target within limits of velocity, acceleration and jerk.";
+    const SUMMARY: &'static str = "S-curve trajectory: limited velocity, acceleration and jerk.";
     type Settings = Settings;
     type Gains = Gains;
     type State = ();
@@ -123,7 +123,7 @@ impl Module for SCurve {
     }
 }
 
-/// Brakes where there is a new target, and sets off from rest.
+/// Brakes axes with a new target, and plans moves for axes at rest.
 #[inline(always)]
 fn aim(context: &Context<'_, SCurve>) {
     let Settings { source, is_synchronised, period_s } = context.settings();
@@ -167,7 +167,7 @@ fn aim(context: &Context<'_, SCurve>) {
 }
 
 impl Axis {
-    /// Time since it set off, in its own pace.
+    /// Returns the scaled time since the start of the move.
     #[inline(always)]
     fn time_s(&self, period_s: f32) -> f32 {
         #[expect(clippy::cast_precision_loss, reason = "exact for hours")]
@@ -180,7 +180,7 @@ impl Axis {
         self.time_s(period_s) >= self.segments.duration_s()
     }
 
-    /// Plans the way from where it rests to the target.
+    /// Plans the move from rest to the target.
     #[inline(always)]
     fn set_off(&mut self, gains: &Gains) {
         let distance = (self.target - self.end).abs();
@@ -196,7 +196,7 @@ impl Axis {
         }
     }
 
-    /// Cuts the way short where it does not brake yet.
+    /// Shortens the move if it is not braking yet.
     #[inline(always)]
     fn brake(&mut self, period_s: f32) {
         let time_s = self.time_s(period_s);
@@ -207,7 +207,7 @@ impl Axis {
         }
     }
 
-    /// Position, velocity and acceleration.
+    /// Returns position, velocity and acceleration.
     #[inline(always)]
     fn now(&self, period_s: f32) -> [f32; 3] {
         let (time_s, duration_s) = (self.time_s(period_s), self.segments.duration_s());

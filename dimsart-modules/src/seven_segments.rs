@@ -1,12 +1,13 @@
-//! A motion from rest to rest with limits of velocity, acceleration and jerk: seven segments of constant jerk
-//! (Biagiotti & Melchiorri, *Trajectory Planning for Automatic Machines and Robots*, section 3.4).
+//! Rest-to-rest move with limits of velocity, acceleration and jerk: seven segments of constant jerk (Biagiotti &
+//! Melchiorri, *Trajectory Planning for Automatic Machines and Robots*, section 3.4).
 //!
-//! Velocity rises in the ramp `T_a`, whose first and last part `T_j` have jerk; it is kept for `T_v`, and falls as it rose.
+//! The velocity rises in a ramp `T_a`, whose first and last parts `T_j` have jerk, stays constant for `T_v`, and falls
+//! symmetrically.
 
 use dimsart_core::{math, words};
 
 words! {
-    /// Times of the segments. All zero, it does not move.
+    /// Times of the segments; all zero for no move.
     pub(super) struct SevenSegments {
         jerk: f32,
         /// `T_j`.
@@ -18,7 +19,7 @@ words! {
     }
 }
 
-/// Largest velocity, acceleration and jerk, none of them 0.
+/// Maximum velocity, acceleration and jerk, all above 0.
 pub(super) struct Limits {
     pub(super) velocity: f32,
     pub(super) acceleration: f32,
@@ -26,7 +27,7 @@ pub(super) struct Limits {
 }
 
 impl SevenSegments {
-    /// The fastest one over a distance above 0.
+    /// Plans the fastest move over a distance above 0.
     pub(super) fn over(distance: f32, &Limits { velocity, acceleration, jerk }: &Limits) -> Self {
         let to_full_s = acceleration / jerk;
         let (jerk_s, ramp_s) = if velocity > acceleration * to_full_s {
@@ -48,22 +49,22 @@ impl SevenSegments {
         Self { jerk_s, ramp_s: 2.0 * jerk_s, ..segments }
     }
 
-    /// How long it takes, s.
+    /// Returns the duration, s.
     pub(super) fn duration_s(&self) -> f32 {
         2.0 * self.ramp_s + self.keeping_s
     }
 
-    /// How far it goes.
+    /// Returns the distance.
     pub(super) fn distance(&self) -> f32 {
         self.top() * (self.ramp_s + self.keeping_s)
     }
 
-    /// Largest velocity that it reaches.
+    /// Returns the peak velocity.
     fn top(&self) -> f32 {
         self.jerk * self.jerk_s * (self.ramp_s - self.jerk_s)
     }
 
-    /// The same motion up to `time_s`, and then to rest as fast as it started.
+    /// Returns the same move up to `time_s`, followed by braking to rest.
     pub(super) fn cut_at(self, time_s: f32) -> Self {
         let Self { jerk_s, ramp_s, keeping_s, .. } = self;
         if time_s < jerk_s {
@@ -75,8 +76,8 @@ impl SevenSegments {
         }
     }
 
-    /// Position, velocity and acceleration `time_s` after the start, up to the middle. Behind it the motion is the same
-    /// one, seen from its end.
+    /// Returns position, velocity and acceleration `time_s` after the start, for the first half. The second half is
+    /// symmetric.
     pub(super) fn first_half(&self, time_s: f32) -> [f32; 3] {
         let Self { jerk, jerk_s, ramp_s, .. } = *self;
         if time_s < jerk_s {
@@ -97,9 +98,9 @@ impl SevenSegments {
     }
 }
 
-/// Cube root of a number above 0, relative error below 3e-7.
+/// Returns the cube root of `x > 0` with a relative error below 3e-7.
 fn cube_root(x: f32) -> f32 {
-    // A third of the exponent is within 6 %, each step of Newton's squares the error.
+    // A third of the exponent is within 6 %; each Newton step squares the error.
     let mut root = f32::from_bits(x.to_bits() / 3 + 0x2A51_4067);
     for _ in 0..3 {
         root = (2.0 * root + x / (root * root)) * (1.0 / 3.0);

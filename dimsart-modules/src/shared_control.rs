@@ -1,8 +1,8 @@
-//! Shared control: a blend of what the operator commands and what a program commands.
+//! Shared control: blends the operator's command with a program's command.
 //!
-//! `y = a + s (b - a)`, where the share `s` goes to `SHARE` by at most `RATE` per second, so that authority changes hands
-//! without a jump. `a` is the operator's, `s = 1` gives all to the program. Where it takes over from another module it begins
-//! with the operator's share (0) and goes from there; otherwise with `SHARE`. Both commands have the same unit, any one.
+//! `y = a + s (b - a)`, where `a` is the operator's command and `b` the program's. The share `s` follows `SHARE` by at
+//! most `RATE` per second, so authority is handed over without a jump; `s = 1` gives full authority to the program. `s`
+//! starts at `SHARE`; on takeover, at 0. Both commands have the same, arbitrary unit.
 //!
 //! ```
 //! use dimsart_core::{Bench, types};
@@ -21,20 +21,20 @@ use dimsart_core::{
 };
 
 words! {
-    /// Of all axes.
+    /// Parameters common to all axes.
     pub parameters Settings {
-        /// Largest change of the share per second.
+        /// Maximum rate of change of the share, per second.
         rate_hz: f32 = real("RATE", Unit::Hertz, 1e-3..=1e4, 1.0),
         most_per_tick: f32,
     }
-    /// Of an axis.
+    /// Parameters of one axis.
     pub parameters Gains {
-        /// Share of the program; 1 is all.
+        /// Share of the program's command; 1: program only.
         share: f32 = per_axis("SHARE", Unit::One, 0.0..=1.0, 0.0),
     }
-    /// Of an axis.
+    /// State of one axis.
     pub struct Axis { share: CompensatedSum }
-    /// Signals.
+    /// Ports.
     pub ports Ports { operator: Input, program: Input, output: Output }
 }
 
@@ -44,7 +44,7 @@ pub struct SharedControl;
 
 impl Module for SharedControl {
     const NAME: &'static str = "SHARED_MOD";
-    const SUMMARY: &'static str = "Blends the operator's command with a program's, by a share that slews.";
+    const SUMMARY: &'static str = "Shared control: blends the operator's and a program's command.";
     type Settings = Settings;
     type Gains = Gains;
     type State = ();

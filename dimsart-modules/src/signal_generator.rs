@@ -1,32 +1,32 @@
-//! Signal generator: test signals from the tick count, the same in every run.
+//! Signal generator: deterministic test signals from the tick count.
 //!
-//! With the time `t` since plug-in or reset, `p = FREQUENCY t` in periods, `A` and `OFFSET` per axis:
-//! `CONSTANT` `OFFSET + A`, `STEP` `OFFSET`, then `OFFSET + A` from the tick at `STEP_TIME` on, `SINE`
-//! `OFFSET + A sin(2 pi p)`, `SQUARE` `OFFSET ± A`, `TRIANGLE` starts at `OFFSET`, rising. The periods are
-//! a compensated sum, so that a slow signal keeps its frequency.
+//! With the time `t` since plug-in or reset, `p = FREQUENCY t` in periods, `A` and `OFFSET` per axis: `CONSTANT` is
+//! `OFFSET + A`; `STEP` is `OFFSET`, then `OFFSET + A` from `STEP_TIME` on; `SINE` is `OFFSET + A sin(2 pi p)`;
+//! `SQUARE` is `OFFSET ± A`; `TRIANGLE` starts at `OFFSET`, rising. The phase is a compensated sum, so a slow signal
+//! keeps its frequency.
 
 use dimsart_core::{Context, DeviceDescriptor, Module, Output, Parameters, Unit, choice, math, types, words};
 
 choice! {
-    /// Form of the signal.
+    /// Waveform of the signal.
     pub enum Form { Constant = "CONSTANT", Step = "STEP", Sine = "SINE", Square = "SQUARE", Triangle = "TRIANGLE" }
 }
 
 words! {
-    /// Of all axes.
+    /// Parameters common to all axes.
     pub parameters Settings {
         form: Form,
         frequency_hz: f32,
-        /// Without whole periods, which change nothing.
+        /// Periods per tick, without whole periods.
         periods_per_tick: f32,
         step_time_s: f32,
         step_ticks: u32,
     }
-    /// Of an axis.
+    /// Parameters of one axis.
     pub parameters Gains { amplitude: f32, offset: f32 }
-    /// Of all axes.
+    /// State common to all axes.
     pub struct State { periods: math::CompensatedSum, ticks: u32 }
-    /// Signals.
+    /// Ports.
     pub ports Ports { output: Output = output("SIGNAL_OUT", types::SIGNAL_OUT) }
 }
 
@@ -44,12 +44,14 @@ impl Module for SignalGenerator {
     type Ports = Ports;
 
     fn parameters(settings: &mut Settings, gains: &mut Gains, visit: &mut Parameters<'_>) {
-        visit.choice(&mut settings.form, "FORM", "Form of the signal.");
-        visit.per_axis(&mut gains.amplitude, "AMPLITUDE", Unit::Any, -1e6..=1e6, 0.0, "Amplitude.");
-        visit.per_axis(&mut gains.offset, "OFFSET", Unit::Any, -1e6..=1e6, 0.0, "Added to the signal.");
-        let frequency_hz = &mut settings.frequency_hz;
-        visit.real(frequency_hz, "FREQUENCY", Unit::Hertz, 1e-4..=1e4, 1.0, "Periods per second.");
-        visit.real(&mut settings.step_time_s, "STEP_TIME", Unit::Second, 0.0..=1e4, 1.0, "When STEP steps.");
+        visit.choice(&mut settings.form, "FORM", "Waveform of the signal.");
+        let Gains { amplitude, offset } = gains;
+        visit.per_axis(amplitude, "AMPLITUDE", Unit::Any, -1e6..=1e6, 0.0, "Amplitude.");
+        visit.per_axis(offset, "OFFSET", Unit::Any, -1e6..=1e6, 0.0, "Offset added to the signal.");
+        let Settings { frequency_hz, step_time_s, .. } = settings;
+        let summary = "Frequency of SINE, SQUARE and TRIANGLE.";
+        visit.real(frequency_hz, "FREQUENCY", Unit::Hertz, 1e-4..=1e4, 1.0, summary);
+        visit.real(step_time_s, "STEP_TIME", Unit::Second, 0.0..=1e4, 1.0, "Time of the step.");
     }
 
     fn prepare(settings: &mut Settings, device: &DeviceDescriptor) {

@@ -1,9 +1,7 @@
-//! Soft limits: a spring and a damper beyond two positions, added to the force of a controller.
+//! Soft limits: adds a spring and damper beyond two positions to the force of a controller.
 //!
-//! `F = F_in - max(0, K p + B v)` at a depth `p = x - HIGH > 0`, and so beyond `LOW` with the other sign: it pushes, and does not
-//! pull. `v` by backward difference.
-//!
-//! It begins where the joint stands, as if it stood still.
+//! `F = F_in - max(0, K p + B v)` at a penetration `p = x - HIGH > 0`, likewise below `LOW` with the opposite sign: the
+//! limits push and never pull. `v` is a backward difference, initially 0.
 //!
 //! ```
 //! use dimsart_core::{Bench, types};
@@ -18,22 +16,22 @@
 use dimsart_core::{Context, Declare, DeviceDescriptor, Input, Module, Output, Unit, types, words};
 
 words! {
-    /// Of an axis.
+    /// Parameters of one axis.
     pub parameters Gains {
-        /// Where the lower wall begins.
+        /// Position of the lower limit.
         low: f32 = per_axis("LOW", Unit::Position, -1e3..=1e3, -1.0),
-        /// Where the upper wall begins.
+        /// Position of the upper limit.
         high: f32 = per_axis("HIGH", Unit::Position, -1e3..=1e3, 1.0),
-        /// Stiffness.
+        /// Stiffness beyond the limits.
         stiffness: f32 = per_axis("K_PARAM", Unit::Stiffness, 0.0..=1e6, 0.0),
         /// Damping beyond the limits.
         damping: f32 = per_axis("B_PARAM", Unit::Damping, 0.0..=1e4, 0.0),
         /// `B / h`.
         damping_per_tick: f32,
     }
-    /// Of an axis.
+    /// State of one axis.
     pub struct Axis { previous: f32 }
-    /// Signals.
+    /// Ports.
     pub ports Ports { position: Input, wanted: Input, force: Output }
 }
 
@@ -43,7 +41,7 @@ pub struct SoftLimit;
 
 impl Module for SoftLimit {
     const NAME: &'static str = "SOFTLIMIT_MOD";
-    const SUMMARY: &'static str = "Adds spring and damper beyond limits of position to a force.";
+    const SUMMARY: &'static str = "Soft position limits: adds a spring and damper beyond them.";
     type Settings = ();
     type Gains = Gains;
     type State = ();

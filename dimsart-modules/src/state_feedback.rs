@@ -1,11 +1,12 @@
-//! State feedback of position and velocity, with integral action.
+//! State feedback of position and velocity with integral action.
 //!
-//! `F = sat(N r - K_1 x - K_2 v + I)`, computed as `K_1 (r - x) + (N - K_1) r`, which loses nothing far from zero: `I` integrates `K_I (r - x)` and is bled by `(sat(F) - F) h / T_t` while the force
-//! limit holds (Franklin, Powell & Workman, *Digital Control of Dynamic Systems*, section 8.5). `r` is `DES_POSITION`. The
-//! gains are those of `control.place` or `control.dlqr`, with `N = K_1` where there is no integral.
+//! `F = sat(N r - K_1 x - K_2 v + I)` with `r = DES_POSITION`, computed as `K_1 (r - x) + (N - K_1) r` to keep
+//! precision far from zero. `I` integrates `K_I (r - x)` and is corrected by `(sat(F) - F) h / T_t` while the force
+//! limit is active (Franklin, Powell & Workman, *Digital Control of Dynamic Systems*, section 8.5). Use the gains of
+//! `control.place` or `control.dlqr`, and `N = K_1` without integral action.
 //!
-//! It begins with what is needed of `I` to go on from the last force where it takes over, and otherwise to begin with
-//! `-K_2 v`; with `K_I = 0`, with zero.
+//! Initial state: `I` such that the first force is `-K_2 v`; on takeover, the last force. With `K_I = 0`, `I` starts at
+//! zero.
 //!
 //! ```
 //! use dimsart_core::{Bench, types};
@@ -27,37 +28,37 @@ use dimsart_core::math::{self, CompensatedSum};
 use dimsart_core::{Context, DeviceDescriptor, Input, Module, Output, Unit, types, words};
 
 words! {
-    /// Of all axes.
+    /// Parameters common to all axes.
     pub parameters Settings {
-        /// Time in which the integral follows a saturated force (anti-windup).
+        /// Anti-windup tracking time of the integral while the force is limited.
         tracking_time_s: f32 = real("TRACKING_TIME", Unit::Second, 1e-3..=100.0, 0.1),
         /// `h / T_t`, at most 1.
         tracking: f32,
     }
-    /// Of an axis.
+    /// Parameters of one axis.
     pub parameters Gains {
-        /// Gain of the position.
+        /// Feedback gain of the position.
         position: f32 = per_axis("K1_PARAM", Unit::Stiffness, -1e6..=1e6, 0.0),
-        /// Gain of the velocity.
+        /// Feedback gain of the velocity.
         velocity: f32 = per_axis("K2_PARAM", Unit::Damping, -1e5..=1e5, 0.0),
-        /// Integral gain.
+        /// Integral gain of the position error.
         integral: f32 = per_axis("I_PARAM", Unit::IntegralGain, 0.0..=1e7, 0.0),
-        /// Gain of the desired position.
+        /// Feed-forward gain of DES_POSITION.
         reference: f32 = per_axis("REFERENCE_GAIN", Unit::Stiffness, -1e6..=1e6, 0.0),
-        /// Largest force either way.
+        /// Maximum force, in either direction.
         limit: f32 = per_axis("LIMIT", Unit::Force, 0.0..=1e4, 1e4),
         /// `K_I h`.
         integral_per_tick: f32,
         /// `N - K_1`.
         excess: f32,
     }
-    /// Of an axis.
+    /// State of one axis.
     pub struct Axis {
         integral: CompensatedSum,
-        /// Of the last tick.
+        /// Force of the last tick.
         force: f32,
     }
-    /// Signals.
+    /// Ports.
     pub ports Ports {
         position: Input = input("POSITION", types::POSITION),
         velocity: Input = input("VELOCITY", types::VELOCITY),

@@ -1,15 +1,15 @@
-//! Sequence of up to eight states, each with an output: by conditions and by time, as a table says.
+//! Sequencer: a state machine of up to eight states with one output each and transitions by conditions and time.
 //!
-//! In state `i`, `SIGNAL_OUT` is `OUTPUT[axis][i]`. It goes on to `IF_A[axis][i]` where condition `A` holds (is above 0.5),
-//! otherwise to `IF_B[axis][i]` where `B` holds, otherwise to `THEN[axis][i]` after `AFTER[axis][i]` seconds; -1 stays. One step a
-//! tick; the output is that of the new state at once. Each axis goes its own way.
+//! In state `i`, `SIGNAL_OUT` is `OUTPUT[axis][i]`. The next state is `IF_A[axis][i]` if `A` is above 0.5, else
+//! `IF_B[axis][i]` if `B` is above 0.5, else `THEN[axis][i]` after `AFTER[axis][i]` seconds; -1 disables the
+//! transition. There is at most one transition per tick; the output changes in the same tick. The axes are independent.
 //!
-//! It begins in state 0.
+//! Initial state: 0.
 //!
 //! ```
 //! use dimsart_core::{Bench, types};
 //!
-//! // 2 until A holds, then 5 for 2 ms.
+//! // 2 until A is true, then 5 for 2 ms.
 //! let rows = "all SEQUENCE_MOD OUTPUT[0][0] 2\nall SEQUENCE_MOD OUTPUT[0][1] 5\nall SEQUENCE_MOD IF_A[0][0] 1
 //!             all SEQUENCE_MOD AFTER[0][1] 0.002\nall SEQUENCE_MOD THEN[0][1] 0
 //!             all SEQUENCE_MOD PORT_B CONDITION\nall MOD_ENG MOD_ON SEQUENCE_MOD\nall MOD_ENG MATCHING_CHECK";
@@ -21,28 +21,28 @@
 
 use dimsart_core::{Context, Declare, DeviceDescriptor, Input, Module, Output, Unit, types, words};
 
-/// Most states.
+/// Maximum number of states.
 const STATES: usize = 8;
 
 words! {
-    /// Of all axes.
+    /// Parameters common to all axes.
     pub parameters Settings { period_s: f32 }
-    /// Of an axis.
+    /// Parameters of one axis.
     pub parameters Gains {
         /// Output of each state.
         outputs: [f32; STATES] = per_axis_row("OUTPUT", Unit::Any, -1e9..=1e9, 0.0),
-        /// State after it where A holds.
+        /// Next state of each state if A is true; -1: no transition.
         if_a: [f32; STATES] = per_axis_row("IF_A", Unit::One, -1.0..=7.0, -1.0),
-        /// State after it where B holds.
+        /// Next state of each state if B is true; -1: no transition.
         if_b: [f32; STATES] = per_axis_row("IF_B", Unit::One, -1.0..=7.0, -1.0),
-        /// State after it in time.
+        /// Next state of each state after AFTER; -1: no transition.
         then: [f32; STATES] = per_axis_row("THEN", Unit::One, -1.0..=7.0, -1.0),
-        /// How long it lasts until then.
+        /// Duration of each state until the transition to THEN.
         after_s: [f32; STATES] = per_axis_row("AFTER", Unit::Second, 0.0..=1e4, 1.0),
     }
-    /// Of an axis.
+    /// State of one axis.
     pub struct Axis { state: u16, ticks: u32 }
-    /// Signals.
+    /// Ports.
     pub ports Ports { a: Input, b: Input, output: Output, state: Output }
 }
 
@@ -52,7 +52,7 @@ pub struct StateMachine;
 
 impl Module for StateMachine {
     const NAME: &'static str = "SEQUENCE_MOD";
-    const SUMMARY: &'static str = "Goes through states by conditions and time, each with an output.";
+    const SUMMARY: &'static str = "Sequencer: up to eight states with transitions by condition and time.";
     type Settings = Settings;
     type Gains = Gains;
     type State = ();
@@ -81,7 +81,7 @@ impl Module for StateMachine {
             let mut axis = lane.axis();
             #[expect(clippy::cast_precision_loss, reason = "exact for hours")]
             let time_s = axis.ticks as f32 * period_s;
-            // Of the rows as they stand in the parameters.
+            // Rows in the order of the parameters.
             let of = |row: usize, state: u16| {
                 let state = Some(usize::from(state)).filter(|state| *state < STATES);
                 state.and_then(|state| lane.gain(row * STATES + state))

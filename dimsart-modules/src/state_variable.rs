@@ -1,9 +1,8 @@
-//! A second-order filter that keeps its accuracy at low frequencies: the state-variable filter by the trapezoidal rule.
+//! State-variable filter by the trapezoidal rule: a second-order filter that keeps its precision at low frequencies.
 //!
-//! Of `s² + k ω s + ω²` by Tustin's rule, prewarped at `ω`: `g = tan(ω h/2)`. Its state is that of two integrators, so that
-//! the gain at 0 Hz is exactly 1, where the coefficients of a direct form lose their digits; the slower one is a
-//! compensated sum (Zavalishin, *The Art of VA
-//! Filter Design*, chapter 4).
+//! Discretises `s² + k ω s + ω²` by Tustin's rule, prewarped at `ω`: `g = tan(ω h/2)`. The state is that of two
+//! integrators, so the gain at 0 Hz is exactly 1, where the coefficients of a direct form lose precision; the slower
+//! integrator is a compensated sum (Zavalishin, *The Art of VA Filter Design*, chapter 4).
 
 use core::f32::consts::PI;
 
@@ -17,14 +16,13 @@ words! {
     pub(super) struct Integrators { band: f32, low: CompensatedSum }
 }
 
-/// Tangent of half the angle of a frequency in a tick; of the highest frequency that Tustin's rule has, 0.49 of the ticks'
-/// frequency, where it is more.
+/// Returns `tan(ω h/2)`, the prewarped frequency, clamped to 0.49 of the tick rate.
 pub(super) fn warped(frequency_hz: f32, period_s: f32) -> f32 {
     math::tan(PI * (frequency_hz * period_s).min(0.49))
 }
 
 impl Coefficients {
-    /// With the tangent `g` and `k`, twice the damping.
+    /// Computes the coefficients from `g` and `k`, twice the damping ratio.
     pub(super) fn new(g: f32, k: f32) -> Self {
         let share = 1.0 / (1.0 + g * (g + k));
         Self { loss: g * (g + k) * share, gain: g * share, double_gain: g * g * share }
@@ -32,13 +30,13 @@ impl Coefficients {
 }
 
 impl Integrators {
-    /// As an input leaves them that has been the same for ever.
+    /// Returns the steady state for a constant input.
     pub(super) fn at_rest(level: f32) -> Self {
         Self { band: 0.0, low: CompensatedSum::new(level) }
     }
 
-    /// What passes the band-pass `ω s / (s² + k ω s + ω²)` and the low-pass `ω² / (s² + k ω s + ω²)` in this tick: half a
-    /// step of each integrator from what the tick before left to what this one leaves.
+    /// Returns the outputs of the band-pass `ω s / (s² + k ω s + ω²)` and the low-pass `ω² / (s² + k ω s + ω²)`: the
+    /// mean of the integrators before and after this tick.
     #[inline(always)]
     pub(super) fn step(&mut self, coefficients: Coefficients, x: f32) -> (f32, f32) {
         let Coefficients { loss, gain, double_gain } = coefficients;

@@ -1,18 +1,18 @@
 //! Sum of two signals, for example the forces of a controller and of a wall.
 //!
-//! `out = A_GAIN a + B_GAIN b`; the gains are pure numbers, so all three have the same unit.
+//! `out = A_GAIN a + B_GAIN b`. The gains are dimensionless, so all three signals have the same unit.
 
 use dimsart_core::{Context, Declare, Input, Module, Output, PortSet, Unit, UnitRelation, types, words};
 
 words! {
-    /// Of an axis.
+    /// Parameters of one axis.
     pub parameters Gains {
-        /// Factor of the first.
+        /// Gain of input A.
         a: f32 = per_axis("A_GAIN", Unit::One, -1e6..=1e6, 1.0),
-        /// Factor of the second.
+        /// Gain of input B.
         b: f32 = per_axis("B_GAIN", Unit::One, -1e6..=1e6, 1.0),
     }
-    /// Signals.
+    /// Ports.
     pub ports Ports {
         a: Input = input("A", types::SIGNAL),
         b: Input = input("B", types::SIGNAL),
@@ -26,7 +26,7 @@ pub struct Sum;
 
 impl Module for Sum {
     const NAME: &'static str = "SUM_MOD";
-    const SUMMARY: &'static str = "Adds two signals, each with a gain.";
+    const SUMMARY: &'static str = "Weighted sum of two signals.";
     type Settings = ();
     type Gains = Gains;
     type State = ();

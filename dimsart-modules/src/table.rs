@@ -1,8 +1,8 @@
-//! Table: a function of a signal by up to 16 points, with straight lines between them.
+//! Lookup table: piecewise linear function of a signal with up to 16 points.
 //!
-//! `out = Y_i + (in - X_i) (Y_{i+1} - Y_i) / (X_{i+1} - X_i)` for `X_i <= in < X_{i+1}`; before the first and behind the last point
-//! it is theirs. `X` has to rise; a point that is not beyond the one before it is the end of the line to it, so that the output
-//! jumps there. The unit of the output is free.
+//! `out = Y_i + (in - X_i) (Y_{i+1} - Y_i) / (X_{i+1} - X_i)` for `X_i <= in < X_{i+1}`; outside the table, the output
+//! is that of the first or last point. `X` must rise; two points with the same `X` make a step. The output accepts any
+//! unit.
 //!
 //! ```
 //! use dimsart_core::{Bench, types};
@@ -16,25 +16,25 @@
 
 use dimsart_core::{Context, DeviceDescriptor, Input, Module, Output, Unit, math, types, words};
 
-/// Most points.
+/// Maximum number of points.
 const POINTS: usize = 16;
 
 words! {
-    /// Of all axes.
+    /// Parameters common to all axes.
     pub parameters Settings {
-        /// How many points there are.
+        /// Number of points.
         count: u32 = count("COUNT", Unit::One, 1..=16, 1),
     }
-    /// Of an axis.
+    /// Parameters of one axis.
     pub parameters Gains {
-        /// Inputs of the points, rising.
+        /// Inputs of the points, in rising order.
         x: [f32; POINTS] = per_axis_row("X", Unit::Any, -1e9..=1e9, 0.0),
         /// Outputs of the points.
         y: [f32; POINTS] = per_axis_row("Y", Unit::Any, -1e9..=1e9, 0.0),
-        /// From each point to the next.
+        /// Slopes from each point to the next.
         slopes: [f32; POINTS],
     }
-    /// Signals.
+    /// Ports.
     pub ports Ports {
         input: Input = input("SIGNAL_IN", types::SIGNAL),
         output: Output = output("SIGNAL_OUT", types::SIGNAL_OUT),
@@ -47,7 +47,7 @@ pub struct Table;
 
 impl Module for Table {
     const NAME: &'static str = "TABLE_MOD";
-    const SUMMARY: &'static str = "A function of a signal by points, with straight lines between them.";
+    const SUMMARY: &'static str = "Lookup table: piecewise linear function of a signal.";
     type Settings = Settings;
     type Gains = Gains;
     type State = ();
@@ -73,7 +73,7 @@ impl Module for Table {
         let count = usize::try_from(context.settings().count).unwrap_or(POINTS);
         context.map_lanes([input], [output], |_, lane, [x]| {
             let word = |place: usize| lane.gain(place).unwrap_or(0.0);
-            // Before the first point its value holds.
+            // Below the first point, its value applies.
             let mut found = None;
             for place in 0..POINTS {
                 if place < count && x >= word(place) {

@@ -1,14 +1,14 @@
-//! Where trajectories go to, and where they begin.
+//! Source of a trajectory's target.
 
 use dimsart_core::{Data, Declare, Input, choice, types};
 
 choice! {
-    /// What says where to go.
+    /// Source of the target.
     pub(super) enum Source { Parameter = "PARAMETER", Signal = "SIGNAL" }
 }
 
 impl Source {
-    /// The port of the target, if a signal says where to go.
+    /// Declares the port of the target for `SIGNAL`.
     pub(super) fn port(self, declare: &mut Declare<'_>) -> Input {
         let signal = types::DES_POSITION.copy(2);
         match self {
@@ -17,7 +17,7 @@ impl Source {
         }
     }
 
-    /// The target of an axis.
+    /// Returns the target of an axis.
     #[inline(always)]
     pub(super) fn target(self, data: &Data<'_>, port: Input, axis: usize, parameter: f32) -> f32 {
         match self {

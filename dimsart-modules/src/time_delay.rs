@@ -1,32 +1,32 @@
-//! Time delay: gives a signal of any format and shape back a set number of ticks later.
+//! Time delay: delays a signal of any format and shape by a number of ticks.
 //!
-//! The line of `TD_PARAM` times the signal's words is taken from the Data Base when the module is plugged in and
-//! gives zero until the first sample comes through, after a reset too. `TD_PARAM 0` hands the signal through.
-//! What comes out has the unit, the format and the shape of what goes in.
+//! The delay line of `TD_PARAM` times the signal's words is allocated in the Data Base at plug-in. After plug-in or
+//! reset, the output is zero until the first sample has passed the line. `TD_PARAM 0` passes the signal through. The
+//! output has the unit, format and shape of the input.
 
 use dimsart_core::{
     Context, Data, Declare, Input, Memory, Module, Output, Unit, UnitRelation, Untyped, types, words,
 };
 
 words! {
-    /// Of all axes.
+    /// Parameters common to all axes.
     pub parameters Settings {
-        /// Delay; its samples are kept in the Data Base.
+        /// Delay; its samples occupy the Data Base.
         delay_ticks: u32 = structural_count("TD_PARAM", Unit::Tick, 0..=60_000, 0),
     }
-    /// Of all axes.
+    /// State common to all axes.
     ///
     /// | Line | `position` | `filled` |
     /// |---|---|---|
-    /// | fills up | `FILLING` | where the next sample goes |
-    /// | full, one word per axis | where the oldest sample is, and the next one goes | 0 |
-    /// | full, any other number of words | `FULL` | where the oldest sample is, and the next one goes |
+    /// | filling | `FILLING` | index of the next sample |
+    /// | full, one word per axis | index of the oldest and next sample | 0 |
+    /// | full, any other number of words | `FULL` | index of the oldest and next sample |
     pub struct State { position: u16, filled: u16 }
-    /// Signals and memory.
+    /// Ports and memory.
     pub ports Ports { input: Input<Untyped>, output: Output<Untyped>, line: Memory }
 }
 
-/// Positions outside every line.
+/// Values of `position` that are never indices.
 const FILLING: u16 = u16::MAX;
 const FULL: u16 = u16::MAX - 1;
 
@@ -52,7 +52,7 @@ impl Module for TimeDelay {
         Ports { input, output, line: declare.memory("LINE", words) }
     }
 
-    /// A reset need not empty the line: nothing of before comes out.
+    /// Restarts the filling; old samples in the line are never output.
     fn begin(context: &Context<'_, Self>) {
         context.set_state(State { position: FILLING, filled: 0 });
     }
@@ -73,7 +73,7 @@ impl Module for TimeDelay {
     }
 }
 
-/// A tick that has no sample to give back yet, or no line, or whose signal is no vector.
+/// Handles the slow cases: the line is filling or has length 0, or the signal is not a vector.
 #[cold]
 #[inline(never)]
 fn pass_words(data: &Data<'_>, Ports { input, output, line }: Ports, mut state: State) -> State {

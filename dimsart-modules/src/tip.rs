@@ -1,16 +1,17 @@
-//! The tip of an arm in Cartesian coordinates: its place and velocity, and the force that it is to apply.
+//! Tip of an arm in Cartesian coordinates: position and velocity of the tip, and joint torques for a force at the tip.
 //!
 //! ```text
 //! x = f(q)        x' = J(q) q'        tau = Jᵀ(q) F
 //! ```
 //!
-//! (J. J. Craig, *Introduction to Robotics*, chapters 3 and 5; `x' F = q' tau`, so no power gets lost between the two.) A
-//! control law stands between the two stages and sees a device that moves in metres: `PD`, a wave transformer, a wall. All
-//! coordinates of such a law are bound to the tip's, `PORT_POSITION TIP_POSITION`; one with some of each does not match.
+//! (J. J. Craig, *Introduction to Robotics*, chapters 3 and 5; `x' F = q' tau`: power is preserved.) A control law
+//! between the two stages sees a device that moves in metres: a PD controller, a wave transformer, a wall. Bind all
+//! coordinates of such a law to the tip, for example `PORT_POSITION TIP_POSITION`; a mix of joint and tip coordinates
+//! does not match.
 //!
-//! x, y and z are on the first three axes, as far as the device has these; on its other axes is 0. Orientations of the tip
-//! are not coordinates here. `J` is that of where the arm is: near a singular place the tip cannot be moved in some
-//! direction, and a force along it makes no torque.
+//! x, y and z use the first three axes, as far as the device has them; its other axes are 0. Orientation is not
+//! supported. `J` is evaluated at the present pose: near a singularity, the tip cannot move in some direction, and a
+//! force along it produces no torque.
 //!
 //! ```
 //! # use dimsart_core::{Bench, types};
@@ -32,25 +33,25 @@ use dimsart_core::{
     types, words,
 };
 
-/// How a kind of arm is placed.
+/// Forward kinematics of an arm type.
 pub trait Placed: Debug + Copy + 'static {
     /// Name of its module.
     const TIP: &'static str;
-    /// Of all axes.
+    /// Parameters common to all axes.
     type Settings: ParameterSet;
-    /// Of a joint.
+    /// Parameters of one joint.
     type Joint: ParameterSet;
 
-    /// Works out of the parameters of a joint what a tick needs.
+    /// Precomputes values of a joint for the tick.
     fn prepare(joint: &mut Self::Joint) {
         let _ = joint;
     }
 
-    /// Where the tip is, and how each joint moves it.
+    /// Returns the position of the tip and the Jacobian.
     fn place(settings: Self::Settings, joints: &[Joint<Self::Joint>]) -> Placement;
 }
 
-/// A joint as it stands.
+/// Parameters and position of a joint.
 #[derive(Debug, Clone, Copy, Default)]
 pub struct Joint<P> {
     pub(super) parameters: P,
@@ -59,16 +60,16 @@ pub struct Joint<P> {
 }
 
 words! {
-    /// Along x, y, z.
+    /// Vector in x, y, z.
     pub struct Vector3 { pub(super) x: f32, pub(super) y: f32, pub(super) z: f32 }
-    /// Which of its signals are there.
+    /// Optional signals.
     pub parameters Options {
-        /// Whether it says the tip's velocity.
+        /// Output the velocity of the tip.
         velocity: bool = structural_flag("VELOCITY", false),
-        /// Whether it commands the tip's force.
+        /// Convert the force at the tip to joint torques.
         force: bool = structural_flag("FORCE", true),
     }
-    /// Signals.
+    /// Ports.
     pub ports Ports {
         position: Input = input("POSITION", types::POSITION),
         velocity: Input,
@@ -85,7 +86,7 @@ impl Vector3 {
     }
 }
 
-/// Where the tip is, and the columns of its Jacobian.
+/// Position of the tip and the columns of its Jacobian.
 #[derive(Debug, Clone, Copy, Default)]
 pub struct Placement {
     pub(super) tip: Vector3,
@@ -98,11 +99,11 @@ pub struct Tip<A>(PhantomData<A>);
 
 impl<A: Placed> Module for Tip<A> {
     const NAME: &'static str = A::TIP;
-    const SUMMARY: &'static str = "Tip of an arm: where it is and how it moves, its force to the joints.";
+    const SUMMARY: &'static str = "Arm tip: position, velocity, and joint torques for a tip force.";
     type Settings = (Options, A::Settings);
     type Gains = A::Joint;
     type State = ();
-    /// The Jacobian's.
+    /// Column of the Jacobian.
     type Axis = Vector3;
     type Ports = Ports;
 

@@ -1,19 +1,19 @@
-//! Trapezoid of velocity: to a target as fast as the limits of velocity and acceleration let it.
+//! Trapezoidal velocity profile: the fastest move to a target within limits of velocity and acceleration.
 //!
-//! In each tick the time-optimal motion from position `x` and velocity `v` to rest at the target is worked out anew, and
-//! followed for a period: so the target can change at any time. With `d = target - x`, seen in the direction in which
+//! Each tick recomputes the time-optimal motion from position `x` and velocity `v` to rest at the target and follows it
+//! for one period, so the target can change at any time. With `d = target - x`, in the direction in which
 //! `d >= v |v| / (2 A)` (Biagiotti & Melchiorri, *Trajectory Planning for Automatic Machines and Robots*, section 3.2):
 //!
 //! `w = min(V, sqrt(A d + v²/2))`: accelerate to `w` for `|w - v| / A`, keep it, brake for `w / A`.
 //!
-//! It arrives exactly and does not overshoot, unless the target comes nearer than it can brake: then it goes beyond and
-//! returns. `DES_ACCELERATION` is the mean of the period that follows, `DES_VELOCITY` and `DES_POSITION` are those at its
-//! beginning.
+//! It arrives exactly and without overshoot, unless the target moves inside the braking distance; it then overshoots
+//! and returns. `DES_ACCELERATION` is the mean over the following period; `DES_VELOCITY` and `DES_POSITION` are the
+//! values at its start.
 //!
-//! `SYNCHRONISED`: from rest, all axes go on a straight line and arrive together, slowed to the one that takes longest. Where
-//! a target changes on the way, each axis goes on as fast as it can.
+//! With `SYNCHRONISED`, a move from rest follows a straight line on which all axes arrive together, slowed to the
+//! slowest axis. If a target changes during the move, each axis continues at its own limits.
 //!
-//! It begins at rest where the joint stands; where it takes over, with the position and the velocity commanded last.
+//! Initial state: at rest at the measured position; on takeover, the last commanded position and velocity.
 //!
 //! ```
 //! use dimsart_core::{Bench, types};
@@ -34,35 +34,35 @@ use dimsart_core::math::{self, CompensatedSum};
 use dimsart_core::{Context, Declare, DeviceDescriptor, Input, Module, Output, Unit, types, words};
 
 words! {
-    /// Of all axes.
+    /// Parameters common to all axes.
     pub parameters Settings {
-        /// What says where to go.
+        /// Source of the target: parameter TARGET or port TARGET.
         source: Source = structural_choice("TARGET_FROM"),
-        /// Whether all axes arrive together.
+        /// Slow all axes to arrive together, on a straight line.
         is_synchronised: bool = flag("SYNCHRONISED", false),
         period_s: f32,
         rate_hz: f32,
     }
-    /// Of an axis.
+    /// Parameters of one axis.
     pub parameters Gains {
-        /// Where to go.
+        /// Target position.
         target: f32 = per_axis("TARGET", Unit::Position, -1e6..=1e6, 0.0),
-        /// Largest velocity.
+        /// Maximum velocity.
         velocity_limit: f32 = per_axis("VELOCITY_LIMIT", Unit::Velocity, 1e-6..=1e4, 1.0),
-        /// Largest acceleration.
+        /// Maximum acceleration.
         acceleration_limit: f32 = per_axis("ACCELERATION_LIMIT", Unit::Acceleration, 1e-6..=1e6, 1.0),
     }
-    /// Of an axis.
+    /// State of one axis.
     pub struct Axis {
-        /// From here to the target.
+        /// Distance to the target.
         distance: CompensatedSum,
         velocity: CompensatedSum,
         target: f32,
-        /// Limits on a line of several axes; far beyond any where an axis goes by itself.
+        /// Limits on a line of several axes; `f32::MAX` for independent axes.
         line_velocity: f32,
         line_acceleration: f32,
     }
-    /// Signals.
+    /// Ports.
     pub ports Ports {
         position: Input,
         target: Input,
@@ -78,7 +78,7 @@ pub struct Trapezoid;
 
 impl Module for Trapezoid {
     const NAME: &'static str = "TRAPEZOID_MOD";
-    const SUMMARY: &'static str = "Goes to a target as fast as limits of velocity and acceleration allow.";
+    const SUMMARY: &'static str = "Trapezoidal velocity profile to a target that can change at any time.";
     type Settings = Settings;
     type Gains = Gains;
     type State = ();
@@ -131,7 +131,7 @@ impl Module for Trapezoid {
     }
 }
 
-/// Takes new targets, and limits for a line to them.
+/// Reads new targets and computes the limits of a straight line to them.
 #[inline(always)]
 fn aim(context: &Context<'_, Trapezoid>) {
     let Settings { source, is_synchronised, .. } = context.settings();
@@ -183,7 +183,7 @@ fn step(axis: &mut Axis, (velocity_limit, acceleration): (f32, f32), period_s: f
     }
     let speeding = 0.5 * (v + top) * speeding_s;
     let braking = 0.5 * top * top * per_acceleration;
-    // With no velocity at the top there is nothing to keep.
+    // NaN for a top velocity of 0 becomes 0.
     let keeping_s = ((d - speeding - braking) / top).max(0.0);
     let left_s = period_s - speeding_s;
     if left_s <= keeping_s {

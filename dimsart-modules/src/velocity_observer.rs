@@ -1,18 +1,18 @@
-//! Velocity of a position that is measured in steps or with noise.
+//! Velocity observer for a quantised or noisy position.
 //!
-//! With what is left between the position and the predicted one, `r = x - (x̂ + h v̂)`:
-//! `x̂ = x̂ + h v̂ + α r`, `v̂ = v̂ + β r / h` (the α-β filter; Brookner, *Tracking and Kalman Filtering Made Easy*, section
-//! 1.2). Computed as `r = (x - x[k-1]) + (1 - α) r[k-1] - h v̂`: it has no large number to lose a small one in, so that the
-//! velocity is as good at 1e5 rad as the position's own steps are. With `p = exp(-2 pi FREQUENCY h)`:
+//! With the prediction error `r = x - (x̂ + h v̂)`: `x̂ = x̂ + h v̂ + α r`, `v̂ = v̂ + β r / h` (α-β filter; Brookner,
+//! *Tracking and Kalman Filtering Made Easy*, section 1.2). It is computed as
+//! `r = (x - x[k-1]) + (1 - α) r[k-1] - h v̂`, without large numbers, so the velocity at 1e5 rad is as precise as the
+//! position. With `p = exp(-2 pi FREQUENCY h)`:
 //!
-//! | `METHOD` | α | β | Is |
+//! | `METHOD` | α | β | Type |
 //! |---|---|---|---|
-//! | `TRACKING` | `1 - p²` | `(1 - p)²` | a tracking loop of second order, critically damped: both poles at `p` |
-//! | `DIFFERENCE` | `1` | `1 - p` | the backward difference behind a low-pass of first order |
-//! | `ALPHA_BETA` | `ALPHA` | `BETA` | what you say |
+//! | `TRACKING` | `1 - p²` | `(1 - p)²` | critically damped second-order tracking loop: both poles at `p` |
+//! | `DIFFERENCE` | `1` | `1 - p` | backward difference with a first-order low-pass |
+//! | `ALPHA_BETA` | `ALPHA` | `BETA` | set by the parameters |
 //!
-//! `TRACKING` has no lag in position at constant velocity; its velocity lags by `2 / (2 pi FREQUENCY)`. It begins at the
-//! position with velocity 0, or where it takes over with the velocity that was written last.
+//! `TRACKING` has no position lag at constant velocity; its velocity lags by `2 / (2 pi FREQUENCY)`. Initial state: the
+//! measured position with velocity 0; on takeover, with the last velocity output.
 //!
 //! ```
 //! use dimsart_core::{Bench, types};
@@ -35,39 +35,39 @@ use dimsart_core::{
 };
 
 choice! {
-    /// What the gains follow from.
+    /// Observer method.
     pub enum Method { Tracking = "TRACKING", Difference = "DIFFERENCE", AlphaBeta = "ALPHA_BETA" }
 }
 
 words! {
-    /// Of all axes.
+    /// Parameters common to all axes.
     pub parameters Settings {
-        /// What its gains follow from.
+        /// Observer method.
         method: Method = choice("METHOD"),
         period_s: f32,
     }
-    /// Of an axis.
+    /// Parameters of one axis.
     pub parameters Gains {
         /// Corner frequency of TRACKING and DIFFERENCE.
         frequency_hz: f32 = per_axis("FREQUENCY", Unit::Hertz, 1e-2..=1e5, 50.0),
-        /// Share of the position's correction.
+        /// Position gain of ALPHA_BETA.
         alpha: f32 = per_axis("ALPHA", Unit::One, 0.0..=1.0, 0.5),
-        /// Share of the velocity's correction.
+        /// Velocity gain of ALPHA_BETA.
         beta: f32 = per_axis("BETA", Unit::One, 0.0..=2.0, 0.1),
         /// `1 - α`.
         kept: f32,
         /// `β / h`.
         velocity_gain: f32,
     }
-    /// Of an axis.
+    /// State of one axis.
     pub struct Axis {
         /// Position of the last tick.
         previous: f32,
-        /// The same, less its estimate.
+        /// Position minus its estimate.
         error: f32,
         velocity: f32,
     }
-    /// Signals.
+    /// Ports.
     pub ports Ports {
         position: Input = input("POSITION", types::POSITION),
         velocity: Output = output("VELOCITY", types::VELOCITY),
@@ -81,7 +81,7 @@ pub struct VelocityObserver;
 impl Module for VelocityObserver {
     const NAME: &'static str = "VELOCITY_OBSERVER_MOD";
     const SUMMARY: &'static str =
-        "Velocity by a tracking loop, a filtered difference or an alpha-beta filter.";
+        "Velocity observer: tracking loop, filtered difference or alpha-beta filter.";
     type Settings = Settings;
     type Gains = Gains;
     type State = ();
@@ -113,7 +113,7 @@ impl Module for VelocityObserver {
         let takes_over = context.takes_over();
         context.begin_axes([position, velocity.last()], |_, [x, last]| {
             let velocity = first(takes_over, last, 0.0);
-            // As if the estimates had been right in the tick before.
+            // Consistent with correct estimates in the tick before.
             Axis { previous: x, error: period_s * velocity, velocity }
         });
     }

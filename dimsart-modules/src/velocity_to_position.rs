@@ -1,16 +1,16 @@
-//! Velocity to position: a desired velocity becomes a desired position that starts where the device is.
+//! Velocity to position: integrates a desired velocity to a desired position, starting at the measured position.
 //!
-//! `x_d += h v`, `x_d = x` when plugged in or reset. The sum is compensated (Kahan).
+//! `x_d += h v`; `x_d = x` at plug-in or reset. The sum is compensated (Kahan).
 
 use dimsart_core::math::CompensatedSum;
 use dimsart_core::{Context, DeviceDescriptor, Input, Module, Output, types, words};
 
 words! {
-    /// Of all axes.
+    /// Parameters common to all axes.
     pub parameters Settings { period_s: f32 }
-    /// Of an axis.
+    /// State of one axis.
     pub struct Axis { desired: CompensatedSum }
-    /// Signals.
+    /// Ports.
     pub ports Ports {
         position: Input = input("POSITION", types::POSITION),
         velocity: Input = input("DES_VELOCITY", types::DES_VELOCITY),
@@ -24,7 +24,7 @@ pub struct VelocityToPosition;
 
 impl Module for VelocityToPosition {
     const NAME: &'static str = "VEL2POS_MOD";
-    const SUMMARY: &'static str = "Integrates a desired velocity from the present position on.";
+    const SUMMARY: &'static str = "Integrates a desired velocity, starting at the measured position.";
     type Settings = Settings;
     type Gains = ();
     type State = ();

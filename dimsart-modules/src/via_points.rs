@@ -1,16 +1,16 @@
-//! Via points: from where the joint stands through up to eight points, each in its own time, on a cubic spline.
+//! Via points: a cubic spline from the initial position through up to eight points, with a set time for each.
 //!
-//! Position, velocity and acceleration are continuous; it is at rest at the first and at the last point (a clamped spline;
-//! de Boor, *A Practical Guide to Splines*, chapter IV). With the slopes `m` at the points, `δ_i` the mean slope and `h_i`
-//! the time from point `i` to the next, the slopes follow from
+//! Position, velocity and acceleration are continuous; the spline starts and ends at rest (clamped spline; de Boor, *A
+//! Practical Guide to Splines*, chapter IV). With the slopes `m` at the points, `δ_i` the mean slope and `h_i` the time
+//! from point `i` to the next, the slopes solve
 //!
 //! `h_i m_{i-1} + 2 (h_{i-1} + h_i) m_i + h_{i-1} m_{i+1} = 3 (h_i δ_{i-1} + h_{i-1} δ_i)`, `m_0 = m_n = 0`,
 //!
-//! and between points, `τ` after the earlier one,
-//! `x = x_i + τ (m_i + τ (c + τ d))`, `c = (3 δ - 2 m_i - m_{i+1}) / h_i`, `d = (m_i + m_{i+1} - 2 δ) / h_i²`.
+//! and between points, `τ` after the earlier one, `x = x_i + τ (m_i + τ (c + τ d))`,
+//! `c = (3 δ - 2 m_i - m_{i+1}) / h_i`, `d = (m_i + m_{i+1} - 2 δ) / h_i²`.
 //!
-//! It begins where the joint stands, or where it takes over with what was commanded last; points and times are taken then, and
-//! count anew from the next reset on. Behind the last point it stays.
+//! The spline starts at the measured position; on takeover, at the last commanded one. Points and times are read at the
+//! start; a change takes effect at the next reset. After the last point, the position is held.
 //!
 //! ```
 //! use dimsart_core::{Bench, types};
@@ -27,30 +27,30 @@
 use crate::take_over::first;
 use dimsart_core::{Context, DeviceDescriptor, Input, Module, Output, Unit, Words as _, types, words};
 
-/// Most points.
+/// Maximum number of points.
 const POINTS: usize = 8;
 
 words! {
-    /// Of all axes.
+    /// Parameters common to all axes.
     pub parameters Settings {
-        /// Time from the point before to each one.
+        /// Time to each point from the point before.
         times_s: [[f32; POINTS]; 1] = matrix("TIMES", Unit::Second, 1e-2..=1e4, 1.0),
-        /// How many of the points are gone to.
+        /// Number of points used.
         count: u32 = count("COUNT", Unit::One, 1..=8, 1),
         period_s: f32,
     }
-    /// Of an axis.
+    /// Parameters of one axis.
     pub parameters Gains {
-        /// Where to go.
+        /// Positions of the points.
         points: [f32; POINTS] = per_axis_row("POINTS", Unit::Position, -1e6..=1e6, 0.0),
     }
-    /// Of all axes: the piece that is gone, and since when.
+    /// State common to all axes: present piece and time in it.
     pub struct State { piece: u32, time_s: f32, lost_s: f32 }
-    /// Of an axis; the end is behind all pieces.
+    /// State of one axis; `end` follows all pieces in memory.
     pub struct Axis { pieces: [Piece; POINTS], end: f32 }
-    /// From a point to the next.
+    /// Spline piece from a point to the next.
     pub struct Piece { time_s: f32, point: f32, slope: f32, bend: f32, twist: f32 }
-    /// Signals.
+    /// Ports.
     pub ports Ports {
         position: Input = input("POSITION", types::POSITION),
         desired_position: Output = output("DES_POSITION", types::DES_POSITION),
@@ -67,7 +67,7 @@ pub struct ViaPoints;
 
 impl Module for ViaPoints {
     const NAME: &'static str = "VIA_MOD";
-    const SUMMARY: &'static str = "Moves through points at set times, on a cubic spline.";
+    const SUMMARY: &'static str = "Cubic spline trajectory through up to eight timed points.";
     type Settings = Settings;
     type Gains = Gains;
     type State = State;
@@ -110,7 +110,7 @@ impl Module for ViaPoints {
                 2.0 * bend + time_s * 6.0 * twist,
             ]
         });
-        // Rounding is given back with the next step, as `CompensatedSum` does.
+        // Kahan summation, as in `CompensatedSum`.
         let step_s = period_s - lost_s;
         let next_s = time_s + step_s;
         let lost_s = (next_s - time_s) - step_s;
@@ -123,10 +123,10 @@ impl Module for ViaPoints {
     }
 }
 
-/// Slopes by elimination forwards and back; a piece that is not gone has no time.
+/// Computes the spline by forward elimination and back substitution; unused pieces have time 0.
 fn spline(start: f32, points: [f32; POINTS], times_s: [f32; POINTS], count: usize) -> Axis {
     let mut axis = Axis { end: start, ..Axis::default() };
-    // Slope at a point is `constant - factor × slope at the next one`: none at the start.
+    // Slope at a point = `constant - factor × slope at the next point`; 0 at the start.
     let mut eliminated = [(0.0_f32, 0.0_f32); POINTS];
     let (mut before_s, mut mean_before) = (0.0, 0.0);
     let (mut constant, mut factor) = (0.0, 0.0);

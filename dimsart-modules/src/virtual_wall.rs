@@ -1,35 +1,35 @@
 //! Virtual wall: a one-sided spring and damper at a set position.
 //!
-//! `F = -s max(0, K p + B p')` with the penetration `p = s (x - x_w) > 0`; `s = +1` for a wall that
-//! stops motion to larger positions, `-1` for `BELOW`. Pushes, never pulls. `p'` by backward difference.
+//! `F = -s max(0, K p + B p')` with the penetration `p = s (x - x_w) > 0`. `s = +1` for `ABOVE`, a wall that blocks
+//! motion to larger positions; `s = -1` for `BELOW`. The wall pushes and never pulls. `p'` is a backward difference.
 
 use dimsart_core::{Context, DeviceDescriptor, Input, Module, Output, Unit, choice, types, words};
 
 choice! {
-    /// Where the wall is, seen from free space.
+    /// Side of the free space on which the wall is.
     pub enum Side { Above = "ABOVE", Below = "BELOW" }
 }
 
 words! {
-    /// Of all axes.
+    /// Parameters common to all axes.
     pub parameters Settings {
-        /// Whether it stops motion to larger or to smaller positions.
+        /// Block motion to positions above or below WALL_POSITION.
         side: Side = choice("SIDE"),
     }
-    /// Of an axis.
+    /// Parameters of one axis.
     pub parameters Gains {
-        /// Where it begins.
+        /// Position of the wall.
         wall_position: f32 = per_axis("WALL_POSITION", Unit::Position, -1e3..=1e3, 0.0),
-        /// Stiffness.
+        /// Stiffness of the wall.
         stiffness: f32 = per_axis("K_PARAM", Unit::Stiffness, 0.0..=1e6, 0.0),
         /// Damping inside the wall.
         damping: f32 = per_axis("B_PARAM", Unit::Damping, 0.0..=1e4, 0.0),
         /// `B / h`.
         damping_per_tick: f32,
     }
-    /// Of an axis.
+    /// State of one axis.
     pub struct Axis { previous: f32 }
-    /// Signals.
+    /// Ports.
     pub ports Ports {
         position: Input = input("POSITION", types::POSITION),
         force: Output = output("DES_FORCE", types::DES_FORCE),
@@ -42,7 +42,7 @@ pub struct VirtualWall;
 
 impl Module for VirtualWall {
     const NAME: &'static str = "VWALL_MOD";
-    const SUMMARY: &'static str = "One-sided virtual wall: spring and damper that only push.";
+    const SUMMARY: &'static str = "Virtual wall: one-sided spring and damper.";
     type Settings = Settings;
     type Gains = Gains;
     type State = ();

@@ -1,17 +1,18 @@
-//! Drift correction of wave transmission: lessens the wave that leaves, so that the far side comes back to this one.
+//! Drift correction for wave variables: reduces the outgoing wave so that the far position returns to the local one.
 //!
-//! With `d` the far side's position beyond this one's, `a = sqrt(2b)`:
+//! With `d` the far position minus the local one, `a = sqrt(2b)`:
 //!
 //! ```text
 //! u' = u                    if d u <= 0
-//! u' = u - a RATE d         as far as it does not change sign
-//! u' = 0                    beyond that
+//! u' = u - a RATE d         as long as the sign does not change
+//! u' = 0                    otherwise
 //! ```
 //!
-//! (Niemeyer and Slotine, *IJRR* 23(9), 2004, "adjusting the wave command".) `|u'| <= |u|` always, so no energy is added
-//! and the line stays passive. Nothing is corrected while no wave goes out, and what leads away is never strengthened.
-//! Waves carry position by themselves: this is for lines that lose packets under `STALE ZERO` or `LIMITED`. In contact the
-//! far side rightly stays behind by `F T/(2b)`; compare desired positions of both wave ports, not of the devices.
+//! (Niemeyer and Slotine, *IJRR* 23(9), 2004, "adjusting the wave command".) `|u'| <= |u|`, so no energy is added and
+//! the link stays passive. Without an outgoing wave there is no correction, and a wave is never amplified. Wave
+//! variables preserve position by themselves: use this module on links that lose packets with `STALE ZERO` or
+//! `LIMITED`. In contact, the far side correctly lags by `F T/(2b)`; compare the desired positions of both wave ports,
+//! not the positions of the devices.
 //!
 //! ```
 //! use dimsart_core::{Bench, types};
@@ -27,16 +28,16 @@
 use dimsart_core::{Context, DeviceDescriptor, Input, Module, Output, Unit, math, types, words};
 
 words! {
-    /// Of all axes.
+    /// Parameters common to all axes.
     pub parameters Settings {
         /// Wave impedance b.
         impedance: f32 = real("B_PARAM", Unit::Damping, 1e-3..=1e4, 10.0),
-        /// How fast drift is taken back.
+        /// Rate of drift correction; 0: none.
         rate_hz: f32 = real("RATE", Unit::Hertz, 0.0..=1e3, 1.0),
         /// `sqrt(2 b) RATE`.
         wave_per_position: f32,
     }
-    /// Signals.
+    /// Ports.
     pub ports Ports {
         waves_in: Input = input("WAVES_IN", types::CH1_WAVES),
         position: Input = input("POSITION", types::DES_POSITION),
@@ -51,8 +52,7 @@ pub struct WaveDrift;
 
 impl Module for WaveDrift {
     const NAME: &'static str = "WDRIFT_MOD";
-    const SUMMARY: &'static str =
-        "Lessens a leaving wave so that the far side's position comes back to this one.";
+    const SUMMARY: &'static str = "Drift correction: reduces the outgoing wave to realign positions.";
     type Settings = Settings;
     type Gains = ();
     type State = ();

@@ -1,9 +1,9 @@
 //! Wave filter: first-order low-pass on a wave.
 //!
-//! `y += α (u - y)`, `α = 1 - exp(-2π f_c h)`. Its gain is nowhere above 1, so a line stays passive wherever it stands
-//! (Niemeyer and Slotine, *IJRR* 23(9), 2004). It tames a port that reflects more than it got at high frequency, as
-//! `FORM PRINTED` of the wave transformer does, below about `sqrt(k/2) / (2π h)` with `k = h K/b`. It delays as much as
-//! `1 / (2π f_c)`, and so adds the line's inertia and softness of that time. It begins with the wave it finds.
+//! `y += α (u - y)`, `α = 1 - exp(-2π f_c h)`. Its gain never exceeds 1, so it keeps the link passive at any place
+//! (Niemeyer and Slotine, *IJRR* 23(9), 2004). It stabilises a port that amplifies reflections at high frequency, such
+//! as `FORM PRINTED` of the wave transformer, with a cutoff below about `sqrt(k/2) / (2π h)`, `k = h K/b`. It adds a
+//! delay of `1 / (2π f_c)`, and the line inertia and compliance of this delay. Initial state: the first wave received.
 //!
 //! ```
 //! use dimsart_core::{Bench, types};
@@ -21,15 +21,15 @@ use core::f32::consts::TAU;
 use dimsart_core::{Context, DeviceDescriptor, Input, Module, Output, Unit, math, types, words};
 
 words! {
-    /// Of all axes.
+    /// Parameters common to all axes.
     pub parameters Settings {
-        /// Frequency at which half of the power is left.
+        /// Cutoff frequency (-3 dB).
         cutoff_hz: f32 = real("CUTOFF", Unit::Hertz, 1e-2..=1e4, 60.0),
         smoothing: f32,
     }
-    /// Of an axis.
+    /// State of one axis.
     pub struct Axis { filtered: f32 }
-    /// Signals.
+    /// Ports.
     pub ports Ports {
         waves_in: Input = input("WAVES_IN", types::CH2_WAVES),
         waves_out: Output = output("WAVES_OUT", types::CH2_TD_WAVES),
@@ -42,7 +42,7 @@ pub struct WaveFilter;
 
 impl Module for WaveFilter {
     const NAME: &'static str = "WFILTER_MOD";
-    const SUMMARY: &'static str = "Low-pass of first order on a wave.";
+    const SUMMARY: &'static str = "First-order low-pass on a wave.";
     type Settings = Settings;
     type Gains = ();
     type State = ();

@@ -1,20 +1,20 @@
-//! Wave port of the other causality: velocity in, force out.
+//! Wave port with impedance causality: velocity in, force out.
 //!
-//! `F = a in - b v`, `out = a v - in`, `a = sqrt(2 b)`; `F` is the force on the local device.
-//! For a device that measures velocity and needs no controller between it and the line; the
-//! classical master of Niemeyer and Slotine (1991).
+//! `F = a in - b v`, `out = a v - in`, `a = sqrt(2 b)`; `F` is the force on the local device. Use it for a device that
+//! measures velocity and needs no controller between the device and the line: the classical master of Niemeyer and
+//! Slotine (1991).
 
 use dimsart_core::{Context, DeviceDescriptor, Input, Module, Output, Unit, math, types, words};
 
 words! {
-    /// Of all axes.
+    /// Parameters common to all axes.
     pub parameters Settings {
         /// Wave impedance b.
         impedance: f32 = real("B_PARAM", Unit::Damping, 1e-3..=1e4, 10.0),
         /// `sqrt(2 b)`.
         a: f32,
     }
-    /// Signals.
+    /// Ports.
     pub ports Ports {
         waves_in: Input = input("WAVES_IN", types::CH2_WAVES),
         velocity: Input = input("VELOCITY", types::VELOCITY),
@@ -29,7 +29,7 @@ pub struct WaveImpedance;
 
 impl Module for WaveImpedance {
     const NAME: &'static str = "WIMPEDANCE_MOD";
-    const SUMMARY: &'static str = "Wave port with velocity in and force out.";
+    const SUMMARY: &'static str = "Wave port with velocity input and force output.";
     type Settings = Settings;
     type Gains = ();
     type State = ();

@@ -1,9 +1,9 @@
-//! Counters that carry a wave over a link that loses packets.
+//! Wave counters: transmit a wave over a link that loses packets without losing its integral.
 //!
-//! The sender adds up its wave (`U = sum h u`) and its energy (`W = sum h/2 u²`) in wrapping integer
-//! counters, so neither loses resolution however long it runs. The receiver keeps the same two sums
-//! of what it has given out; the differences are what the line still owes (idea: Niemeyer and
-//! Slotine, ICRA 1998). Giving out at most `sqrt(2 E / h)` keeps the line passive.
+//! The sender integrates its wave (`U = sum h u`) and its energy (`W = sum h/2 u²`) in wrapping integer counters, whose
+//! resolution does not degrade over time. The receiver keeps the same sums of its output; the differences are the
+//! outstanding wave and energy (idea: Niemeyer and Slotine, ICRA 1998). An output of at most `sqrt(2 E / h)` keeps the
+//! link passive.
 
 use dimsart_core::math;
 
@@ -12,33 +12,33 @@ const WAVE_QUANTUM: f32 = 1.0 / 268_435_456.0;
 /// `J` per count of the energy counter: 2^-30, so it wraps after 4.
 const ENERGY_QUANTUM: f32 = 1.0 / 1_073_741_824.0;
 
-/// Most counts of one tick: an energy of 4 J, and a wave of 8 `sqrt(W)·s`. What is beyond is not counted, or it would stay in
-/// the rests.
+/// Maximum counts per tick: an energy of 4 J and a wave of 8 `sqrt(W)·s`. Excess is discarded instead of kept in the
+/// rests.
 const MOST_ENERGY: f32 = 4_294_967_040.0;
 const MOST_WAVE: f32 = 2_147_483_520.0;
-/// More than the roundings of an energy that is worked out in `f32`.
+/// Margin above the rounding error of an energy in `f32`.
 const MARGIN: f32 = 1.0 + 8.0 * f32::EPSILON;
 
 dimsart_core::words! {
-    /// What one axis has sent since the module was made.
+    /// Totals sent by one axis since the module was created.
     pub struct Sent { wave: u32, energy: u32, wave_rest: f32, energy_rest: f32 }
 
-    /// What one axis has received, and of that what it still owes.
+    /// Totals received by one axis, and the part outstanding.
     pub struct Received {
         wave: u32,
         energy: u32,
         owed: i32,
         unspent: u32,
-        /// Given out but not taken off `unspent` yet, in counts, below 1 or 1.
+        /// Output but not subtracted from `unspent` yet, in counts, at most 1.
         spent_rest: f32,
     }
 }
 
 impl Sent {
-    /// Adds the wave that is to be sent this tick; gives what is sent, and both counters.
+    /// Adds the wave of this tick. Returns the wave and both counters.
     ///
-    /// Of a wave with more than 4 J in a tick, no more energy than that is counted: so a receiver that limits what it gives
-    /// out gives out too little, and one that does not makes up for all of it.
+    /// At most 4 J per tick are counted. Above that, a receiver that limits its output by energy outputs too little; a
+    /// receiver without that limit recovers the full wave.
     pub(super) fn add(&mut self, wave: f32, period_s: f32) -> (f32, [u32; 2]) {
         let energy_counts = self.energy_rest + (0.5 * wave * wave) * (period_s / ENERGY_QUANTUM);
         let energy_counts = math::min(energy_counts, MOST_ENERGY);
@@ -54,10 +54,10 @@ impl Sent {
 }
 
 impl Received {
-    /// Takes the counters of a new packet. A debt beyond the counter's range stays at its end.
+    /// Adds the counters of a new packet; the outstanding wave saturates.
     pub(super) fn update(&mut self, [wave, energy]: [u32; 2]) {
         if self.owed == 0 && self.unspent == 0 {
-            // The waves handed through so far may hold a fraction that the sender has not counted yet.
+            // Waves passed through so far may contain a fraction that the sender has not counted yet.
             self.spent_rest = 1.0;
         }
         self.owed = self.owed.saturating_add(wave.wrapping_sub(self.wave).cast_signed());
@@ -66,12 +66,12 @@ impl Received {
         self.energy = energy;
     }
 
-    /// Whether nothing is owed.
+    /// Checks that no wave is outstanding.
     pub(super) fn is_settled(&self) -> bool {
         self.owed == 0
     }
 
-    /// Takes the counters of a new packet after which nothing is owed, whatever happened before.
+    /// Adopts the counters of a new packet and clears the outstanding wave and energy.
     pub(super) fn settle(&mut self, [wave, energy]: [u32; 2]) {
         self.wave = wave;
         self.energy = energy;
@@ -79,8 +79,8 @@ impl Received {
         self.unspent = 0;
     }
 
-    /// The wave that pays what is owed evenly in `ticks` ticks, 0 for at once; with `is_limited` only as much of it as
-    /// the energy received and not given out yet allows.
+    /// Returns the wave that outputs the outstanding integral evenly in `ticks` ticks (0: at once); with `is_limited`,
+    /// at most as much as the received energy allows.
     #[inline(never)]
     pub(super) fn pay(&mut self, period_s: f32, ticks: u16, is_limited: bool) -> f32 {
         let mut counts = self.owed.checked_div(ticks.into()).unwrap_or(self.owed);
@@ -91,7 +91,7 @@ impl Received {
             return from_count(counts) * to_wave;
         }
         let energy = (from_unsigned(self.unspent) - self.spent_rest).max(0.0) / (MARGIN * MARGIN);
-        // No more of it than of the time: what an outage has left unpaid must not use up what evens out jitter.
+        // Spread the energy over the ticks: the backlog of an outage must not exhaust the energy of the jitter buffer.
         let share = energy / f32::from(ticks.max(1));
         let largest = math::sqrt(2.0 * share * ENERGY_QUANTUM / period_s);
         let limit = to_count(largest * (period_s / WAVE_QUANTUM));
@@ -106,8 +106,8 @@ impl Received {
     }
 }
 
-/// Towards zero; saturates.
-#[expect(clippy::cast_possible_truncation, reason = "saturating, towards zero: what is meant")]
+/// Rounds towards zero; saturates.
+#[expect(clippy::cast_possible_truncation, reason = "saturating, towards zero: intended")]
 fn to_count(counts: f32) -> i32 {
     counts as i32
 }
@@ -117,8 +117,8 @@ fn from_count(counts: i32) -> f32 {
     counts as f32
 }
 
-/// Towards zero; saturates.
-#[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "saturating: what is meant")]
+/// Rounds towards zero; saturates.
+#[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "saturating: intended")]
 fn to_unsigned(counts: f32) -> u32 {
     counts as u32
 }

@@ -1,15 +1,15 @@
-//! Scaling between master and slave on a line of waves: the slave moves `p` times as far, and pushes `f` times as hard.
+//! Scaling of wave variables between master and slave: the slave moves `p` times as far and pushes `f` times as hard.
 //!
 //! ```text
 //! in' = s in       out' = out / s       s = sqrt(p f)
 //! ```
 //!
-//! It stands between the line and the slave's wave port, whose `B_PARAM` is then to be `b f / p` with the master's `b`:
-//! `p` and `f` are both in `s` and in that impedance, `u = (b x' + F)/sqrt(2b)` with `p x'`, `f F` in place of `x'`, `F`.
-//! A wave that goes there and back is as large as it was, so a loop of passive ports is as stable as without scaling,
-//! for any `p`, `f`; the power at the slave is `p f` times the master's. With `p f = 1` no energy is scaled at all,
-//! `s = 1`, and the impedance alone does it. (Niemeyer and Slotine, *IJRR* 23(9), 2004; power scaling: Colgate, *IEEE T-RA*
-//! 9(4), 1993.) Schemes without waves scale by `NORMALIZER_MOD`.
+//! Place it between the line and the slave's wave port, and set `B_PARAM` of that port to `b f / p` with the master's
+//! `b`: `p` and `f` determine `s` and this impedance, from `u = (b x' + F)/sqrt(2b)` with `p x'`, `f F` in place of
+//! `x'`, `F`. The round-trip gain of a wave is 1, so a loop of passive ports is as stable as without scaling for any
+//! `p`, `f`; the power at the slave is `p f` times the master's. With `p f = 1`, power is not scaled, `s = 1`, and the
+//! impedance alone does the scaling. (Niemeyer and Slotine, *IJRR* 23(9), 2004; power scaling: Colgate, *IEEE T-RA*
+//! 9(4), 1993.) For schemes without waves, use `NORMALIZER_MOD`.
 //!
 //! ```
 //! use dimsart_core::{Bench, types};
@@ -26,18 +26,18 @@
 use dimsart_core::{Context, DeviceDescriptor, Input, Module, Output, Unit, math, types, words};
 
 words! {
-    /// Of an axis.
+    /// Parameters of one axis.
     pub parameters Gains {
-        /// How far the slave moves per motion of the master.
+        /// Motion of the slave per motion of the master.
         position_scale: f32 = per_axis("POSITION_SCALE", Unit::One, 1e-3..=1e3, 1.0),
-        /// How hard the slave pushes per force of the master.
+        /// Force of the slave per force of the master.
         force_scale: f32 = per_axis("FORCE_SCALE", Unit::One, 1e-3..=1e3, 1.0),
         /// `sqrt(p f)`.
         inwards: f32,
         /// `1 / sqrt(p f)`.
         outwards: f32,
     }
-    /// Signals.
+    /// Ports.
     pub ports Ports {
         line_in: Input = input("LINE_IN", types::CH2_WAVES),
         port_in: Output = output("PORT_IN", types::CH2_TD_WAVES),
@@ -52,7 +52,7 @@ pub struct WaveScaling;
 
 impl Module for WaveScaling {
     const NAME: &'static str = "WSCALE_MOD";
-    const SUMMARY: &'static str = "Scales position and force between a line of waves and the slave's port.";
+    const SUMMARY: &'static str = "Scales position and force between wave line and slave port.";
     type Settings = ();
     type Gains = Gains;
     type State = ();

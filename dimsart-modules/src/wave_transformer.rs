@@ -1,4 +1,4 @@
-//! Wave transformer: turns an incoming wave into a desired position, a force into the outgoing wave.
+//! Wave transformer: converts the incoming wave to a desired position and the force to the outgoing wave.
 //!
 //! With `F` the force commanded to the local device, `b` the wave impedance, `a = sqrt(2 b)`:
 //!
@@ -6,51 +6,50 @@
 //! x_d' = (a in - F) / b        out = in - (2/a) F        power: F x_d' = (in² - out²) / 2
 //! ```
 //!
-//! (Niemeyer and Slotine, 1991.) The equations are the same on both sides; `CONF_MODE` says which
-//! sign the force has on the line, `LINE_FORCE`: from master to slave.
+//! (Niemeyer and Slotine, 1991.) The equations are the same on both sides; `CONF_MODE` sets the sign of the force on
+//! the line, `LINE_FORCE`: from master to slave.
 //!
-//! The controller between the desired position and the force makes a loop within the tick. `FORM`
-//! says how it is closed; in each form the outgoing wave is made in the late stage, of the force that
-//! was really commanded.
+//! The controller between desired position and force forms an algebraic loop within the tick. `FORM` selects how it is
+//! resolved. In each form, the outgoing wave is computed in the late stage from the force actually commanded.
 //!
 //! | Form | Desired position | Passive for |
 //! |---|---|---|
 //! | `SPLIT` | `p += h/b (a in - F[k-1])`, `x_d = p - h/b F~` before the controller | `h K/b + 2 D/b <= 15/16` |
-//! | `IMPLICIT` | solved with the law the controller publishes (`LAW_OUTPUT ON`) | every `K`, `D >= 0` |
+//! | `IMPLICIT` | solved with the law that the controller outputs (`LAW_OUTPUT ON`) | every `K`, `D >= 0` |
 //! | `PRINTED` | `x_d += h/b (a in - F)` after the controller, which uses it one tick later | never |
 //!
-//! In `SPLIT` the decoder is one force behind the encoder, so `p` alone settles `h/b F` beyond the
-//! position that the waves carry and the port feels like `K/(1 - h K/b)`. Taking off the settled force
-//! `F~ += (F - F~)/8` makes it feel like `K` and damps below 80 Hz. The bounds in the table are for a
-//! clamped device; a held force also needs damping at the device or the hand, with
-//! `k = h K/b + 2 D/b`: `b/2 k / (1 - 16/15 k)` in `SPLIT`, `(h K + 2 D)/2` in `IMPLICIT`
-//! (derived and checked in `tests/oracle/passivity.py`).
+//! In `SPLIT`, the decoder uses a force one tick older than the encoder, so `p` alone settles `h/b F` past the position
+//! carried by the waves, and the port has a stiffness of `K/(1 - h K/b)`. Subtracting the settled force
+//! `F~ += (F - F~)/8` restores the stiffness `K` and adds damping below 80 Hz. The bounds in the table are for a
+//! clamped device; a held force also needs damping at the device or the hand, with `k = h K/b + 2 D/b`:
+//! `b/2 k / (1 - 16/15 k)` in `SPLIT`, `(h K + 2 D)/2` in `IMPLICIT` (derived and checked in
+//! `tests/oracle/passivity.py`).
 //!
-//! `PRINTED` is the order of the paper's listing: `|G| = (2+k)/(2-k) > 1` at the Nyquist frequency, `k = h K/b`.
-//! The sum of `x_d` is compensated (Kahan), so that it does not drift over hours.
+//! `PRINTED` follows the paper's listing: `|G| = (2+k)/(2-k) > 1` at the Nyquist frequency, `k = h K/b`. The sum of
+//! `x_d` is compensated (Kahan) and does not drift.
 
 use dimsart_core::{
     Context, Declare, DeviceDescriptor, Input, Module, Output, PortSet, Unit, choice, math, types, words,
 };
 
 choice! {
-    /// Which end of the line this is.
+    /// Side of the line: master or slave.
     pub enum Mode { Master = "MASTER", Slave = "SLAVE" }
 }
 
 choice! {
-    /// How the loop with the controller is closed.
+    /// Solution of the algebraic loop with the controller.
     pub enum Form { Split = "SPLIT", Implicit = "IMPLICIT", Printed = "PRINTED" }
 }
 
 words! {
-    /// Of all axes.
+    /// Parameters common to all axes.
     pub parameters Settings {
         /// Wave impedance b.
         impedance: f32 = real("B_PARAM", Unit::Damping, 1e-3..=1e4, 10.0),
-        /// Which end of the line this is.
+        /// Side of the line: master or slave.
         mode: Mode = choice("CONF_MODE"),
-        /// How the loop with the controller is closed.
+        /// Solution of the algebraic loop with the controller.
         form: Form = structural_choice("FORM"),
         /// `sqrt(2 b)`.
         a: f32,
@@ -63,14 +62,14 @@ words! {
         /// `+1` on the slave, `-1` on the master.
         line_sign: f32,
     }
-    /// Of an axis.
+    /// State of one axis.
     pub struct Axis {
         desired: math::CompensatedSum,
         previous_force: f32,
-        /// The force without its fast part.
+        /// Low-pass filtered force.
         settled_force: f32,
     }
-    /// Signals.
+    /// Ports.
     pub ports Ports {
         waves_in: Input,
         position: Input = input("POSITION", types::POSITION),
@@ -84,7 +83,7 @@ words! {
     }
 }
 
-/// How much of the way the settled force goes to the present one in a tick.
+/// Filter gain per tick of the settled force.
 const SETTLING: f32 = 0.125;
 
 /// See the [module docs](self).
@@ -93,7 +92,7 @@ pub struct WaveTransformer;
 
 impl Module for WaveTransformer {
     const NAME: &'static str = "WTRANSF_MOD";
-    const SUMMARY: &'static str = "Wave transformer: waves to desired position, force to waves.";
+    const SUMMARY: &'static str = "Wave transformer: wave to desired position, force to wave.";
     type Settings = Settings;
     type Gains = ();
     type State = ();
@@ -177,9 +176,7 @@ impl Module for WaveTransformer {
     }
 }
 
-/// Moves the desired position by the force that was really commanded.
-///
-/// Not inlined, so that the usual form does not carry its weight.
+/// Integrates the desired position with the force actually commanded. Not inlined, to keep the common form small.
 #[inline(never)]
 fn follow(context: &Context<'_, WaveTransformer>) {
     let Ports { waves_in, force, desired_position, .. } = context.ports();
@@ -190,8 +187,8 @@ fn follow(context: &Context<'_, WaveTransformer>) {
     if form == Form::Printed {
         context.map_axes(inputs, [desired_position], |(), axis, port| [step(axis, port)]);
     } else {
-        // The force that was solved for and the one commanded differ by rounding: only the one
-        // that is in the outgoing wave may go into the sum, or the two drift apart.
+        // The solved and the commanded force differ by rounding: integrate the one in the outgoing wave, or position and
+        // wave drift apart.
         context.map_axes(inputs, [], |(), axis, port| {
             step(axis, port);
             []

@@ -1,4 +1,4 @@
-//! What commands add to the tick that carries them out, on the emulated board, as a table.
+//! Cost of commands in their tick, on the emulated board, as a table.
 //!
 //! `cargo run --release -p dimsart --example command_figures`, after `cargo board mps2-an386`.
 
@@ -12,14 +12,14 @@ use hil_sim::experiment::Experiment;
 use hil_sim::rig::Rig;
 use hil_sim::rig_file::RigFile;
 
-/// P controllers that are plugged in beside the others, to see what hangs on the number of modules.
+/// Additional P controllers, to measure the dependence on the number of modules.
 const BESIDE: [u8; 3] = [0, 9, 23];
 /// Modules of the shipped scheme, and two more that can be made to fail.
 const MODULES: u8 = 5 + 2;
-/// In series, they take a position beyond what one can be; until then the first one has a gain of zero.
+/// In series, they exceed the range of a position; until then the first one has zero gain.
 const GAIN: f32 = 1e6;
 const TICKS_UNTIL_MOTION: u32 = 2_000;
-/// The client that holds the board's lease: the one that plays the device.
+/// The client that holds the board's lease: the host that simulates the device.
 const CLIENT: u8 = 1;
 
 fn main() -> Result<(), Box<dyn Error>> {
@@ -38,7 +38,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     Ok(())
 }
 
-/// The commands that exchange the controller in one transaction, and what each adds to its tick.
+/// Commands that replace the controller in one transaction, with the cost of each.
 fn measure(beside: u8) -> Result<Vec<(&'static str, i64)>, Box<dyn Error>> {
     let module = |name| ALL.module(name).ok_or("no such module");
     let [p, pd] = [module("PCTRL_MOD")?, module("PDCTRL_MOD")?];
@@ -58,7 +58,7 @@ fn measure(beside: u8) -> Result<Vec<(&'static str, i64)>, Box<dyn Error>> {
         }
         station.dimsart.command(Command::PlugIn(sum))?;
     }
-    // They fall with the second one.
+    // They fail together with the second one.
     for number in 1..=beside {
         let p = ModuleRef { number, ..p };
         let own = TypeRef { number: number + 1, ..types::DES_FORCE.first() };
@@ -71,7 +71,7 @@ fn measure(beside: u8) -> Result<Vec<(&'static str, i64)>, Box<dyn Error>> {
     let gain = |module| Command::set(module, 0, Value::Real(3_000.0));
     let mut costs = Vec::new();
     for (name, command) in [
-        ("set a parameter, at once", gain(pd)),
+        ("set a parameter, without a transaction", gain(pd)),
         ("begin", Command::Begin),
         ("unplug", Command::Unplug(pd)),
         ("commit, refused", Command::Commit),
@@ -79,7 +79,7 @@ fn measure(beside: u8) -> Result<Vec<(&'static str, i64)>, Box<dyn Error>> {
         ("place before", Command::PlaceBefore(delay)),
         ("plug in", Command::PlugIn(pid)),
         ("check", Command::Check),
-        ("commit, and the modules' beginnings", Command::Commit),
+        ("commit, and initialisation of the modules", Command::Commit),
         ("begin again", Command::Begin),
         ("abort", Command::Abort),
     ] {
@@ -89,7 +89,7 @@ fn measure(beside: u8) -> Result<Vec<(&'static str, i64)>, Box<dyn Error>> {
         }
         costs.push((name, i64::from(tick(rig, Some(command))?) - i64::from(quiet)));
     }
-    // The same command with and without a failure: the rest is the failure's.
+    // The same command with and without a failure: the difference is the cost of the failure.
     let mut ticks = Vec::new();
     // The hand moves by then.
     for _ in 0..TICKS_UNTIL_MOTION {
@@ -99,12 +99,12 @@ fn measure(beside: u8) -> Result<Vec<(&'static str, i64)>, Box<dyn Error>> {
         ticks.push(i64::from(tick(rig, Some(Command::set(sum, 0, Value::Real(gain))))?));
     }
     if let [sound, failed] = ticks.as_slice() {
-        costs.push(("a module fails, and all that depends on it is cut out", failed - sound));
+        costs.push(("a module fails and is isolated with its dependents", failed - sound));
     }
     Ok(costs)
 }
 
-/// A tick; gives its instructions, with the command's among them.
+/// Runs a tick; returns its instructions, including the command.
 fn tick(rig: &mut Rig, command: Option<Command>) -> Result<u32, Box<dyn Error>> {
     let mut buffer = [0; MAX_FRAME_BYTES];
     let frame = match command {

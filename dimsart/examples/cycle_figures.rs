@@ -1,4 +1,4 @@
-//! What a tick takes against axes and modules, as tables with the straight lines through them.
+//! Cycles of a tick by number of axes and modules, as tables with fitted lines.
 //!
 //! `cargo run --release -p dimsart --example cycle_figures [ELF]`, after `cargo board nucleo-g474re`.
 
@@ -16,7 +16,7 @@ use hil_sim::schemes::device;
 
 const AXES: std::ops::RangeInclusive<usize> = 1..=7;
 const MODULES: std::ops::RangeInclusive<usize> = 1..=16;
-/// Axes while the modules are varied.
+/// Number of axes while the modules are varied.
 const USUAL_AXES: usize = 3;
 const RANDOM_TICKS: u64 = 20_000;
 
@@ -70,7 +70,7 @@ fn figures(firmware: &Firmware, side: &'static str) -> Result<Figures, Box<dyn E
 /// A tick and its parts.
 fn parts(figures: &Figures) {
     println!(
-        "| {}, {} axes | Least | Mean | Most | Random, most | Bound | Bound / most |",
+        "| {}, {} axes | Min | Mean | Max | Random, max | Bound | Bound / max |",
         figures.side, figures.dof
     );
     println!("|---|---:|---:|---:|---:|---:|---:|");
@@ -101,26 +101,26 @@ fn springs(modules: usize) -> Result<SimulatedDimsart, Box<dyn Error>> {
     if wrong.is_empty() { Ok(dimsart) } else { Err(wrong.into()) }
 }
 
-/// The points, and the line through them that is nearest.
+/// The points, and the fitted line.
 fn table(what: &str, points: &[(usize, Steady)]) {
-    println!("| {what} | A quiet tick | Bound |");
+    println!("| {what} | Tick without commands | Bound |");
     println!("|---:|---:|---:|");
     for (count, Steady { emulated, bound, .. }) in points {
         println!("| {count} | {emulated} | {bound} |");
     }
     for (name, value) in [
-        ("a quiet tick", (|steady: &Steady| steady.emulated) as fn(&Steady) -> u64),
-        ("the bound", |steady: &Steady| steady.bound),
+        ("tick without commands", (|steady: &Steady| steady.emulated) as fn(&Steady) -> u64),
+        ("bound", |steady: &Steady| steady.bound),
     ] {
         let points: Vec<(f64, f64)> =
             points.iter().map(|(count, steady)| (*count as f64, value(steady) as f64)).collect();
         let (slope, offset, distance) = line(&points);
-        println!("\n{name}: {offset:.0} + {slope:.1} for each, at most {distance:.0} off that line");
+        println!("\n{name}: {offset:.0} + {slope:.1} per unit, max. residual {distance:.0}");
     }
     println!();
 }
 
-/// Slope, offset and largest distance of the straight line by least squares.
+/// Returns slope, offset and maximum residual of the least-squares line.
 fn line(points: &[(f64, f64)]) -> (f64, f64, f64) {
     let count = points.len() as f64;
     let mean = |of: fn(&(f64, f64)) -> f64| points.iter().map(of).sum::<f64>() / count;

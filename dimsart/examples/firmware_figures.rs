@@ -1,7 +1,7 @@
-//! What the firmware costs on the emulated board: ticks per second and instructions per tick, as a table.
+//! Cost of the firmware on the emulated board: ticks per second and instructions per tick, as a table.
 //!
 //! `cargo run --release -p dimsart --example firmware_figures [TICKS]`, after `cargo board mps2-an386`. Ticks per
-//! second depend on the machine and on what else it does; instructions do not.
+//! second depend on the machine and its load; instructions do not.
 
 use std::error::Error;
 use std::time::Instant;
@@ -12,9 +12,9 @@ use hil_sim::experiment::Experiment;
 use hil_sim::rig::{RemoteController, Rig};
 use hil_sim::rig_file::RigFile;
 
-/// Ticks that are measured unless said otherwise.
+/// Default number of measured ticks.
 const TICKS: u32 = 100_000;
-/// What 115 200 baud bring per tick of 1 ms, times 100.
+/// Bytes of 115 200 baud per tick of 1 ms, times 100.
 const FLOOD_BYTES: usize = 1_152;
 
 fn main() -> Result<(), Box<dyn Error>> {
@@ -24,7 +24,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     let request = encode_request(&Request::Status, 1, &mut buffer)?.to_vec();
     let flood = request.repeat(FLOOD_BYTES.div_ceil(request.len()));
     let noise: Vec<u8> = flood.iter().map(|byte| byte ^ 0x55).collect();
-    println!("| On the command line meanwhile | Ticks per second | Instructions, least | Mean | Most |");
+    println!("| Command line load | Ticks per second | Instructions, min | Mean | Max |");
     println!("|---|---:|---:|---:|---:|");
     for (name, bytes) in [
         ("nothing", [].as_slice()),

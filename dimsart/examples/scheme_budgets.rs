@@ -1,9 +1,9 @@
-//! What the shipped scheme takes at most of images with their sides' schemes: rows for `cargo xtask write budgets`.
+//! WCET bounds of the shipped scheme in images with their sides' schemes: rows for `cargo xtask write budgets`.
 //!
 //! `cargo run --release -p dimsart --example scheme_budgets FOLDER BOARD...`; the folder has an image named after each.
 //!
 //! ```text
-//! nucleo-g474re master PDCTRL_MOD 285 36        board, side, what of a tick, cycles, bytes of stack
+//! nucleo-g474re master PDCTRL_MOD 285 36        board, side, part of a tick, cycles, bytes of stack
 //! ```
 
 use std::error::Error;
@@ -14,7 +14,7 @@ use cycles::timing::{Column, Timing};
 use dimsart::cycles::{Figures, Firmware, Setup, measure};
 use hil_sim::rig_file::RigFile;
 
-/// Bounds need no run: a few ticks show that the image computes what the host does.
+/// Bounds need no run: a few ticks verify that image and host compute the same.
 const SETTINGS: [&str; 2] = ["dof=3", "duration_s=0.01"];
 
 fn main() -> Result<(), Box<dyn Error>> {

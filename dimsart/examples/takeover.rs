@@ -1,5 +1,5 @@
-//! One controller in another one's place while the slave moves and while it pushes against the wall: by a transaction,
-//! and by stopping, changing and starting. The largest step of the force as a table, the force as a picture.
+//! Replaces a controller while the slave moves and while it pushes against the wall: by a transaction, and by stopping,
+//! changing and starting. Prints the largest force step as a table and draws the force.
 //!
 //! `cargo run --release -p dimsart --example takeover [FOLDER]`, with a folder for `takeover.svg` and `takeover.png`.
 
@@ -15,17 +15,17 @@ use hil_sim::response::phases;
 use hil_sim::rig::{Rig, Station};
 use hil_sim::rig_file::RigFile;
 
-/// Ticks before and after the change that are looked at.
+/// Evaluated ticks before and after the change.
 const AROUND: u64 = 100;
 /// Gains of the PID: another law than the PD's 5000 N/m.
 const GAINS: [f32; 3] = [4_000.0, 2_000.0, 0.3];
 
-/// How the controllers change places.
+/// Method of the replacement.
 #[derive(Debug, Clone, Copy)]
 enum Change {
     /// In one transaction.
     Transaction,
-    /// The whole scheme for another one, in one transaction.
+    /// The whole scheme by another one, in one transaction.
     WholeScheme,
     /// Command by command, with the scheme stopped.
     Stopped,
@@ -42,7 +42,7 @@ impl Change {
         }
     }
 
-    /// One after the other, one in a tick.
+    /// Commands, one per tick.
     fn commands(self, from: &str, to: &str, station: &mut Station) -> Result<Vec<Command>, Box<dyn Error>> {
         let module = |name| ALL.module(name).ok_or("no such module");
         let (from, to, behind) = (module(from)?, module(to)?, module("TIMEDELAY_MOD")?);
@@ -52,7 +52,7 @@ impl Change {
             Self::Stopped => [&[Command::Stop][..], &exchange, &[Command::Check]].concat(),
             Self::WholeScheme => {
                 let all = station.dimsart.engine_mut().commands();
-                // Parameters first: the two controllers' are in another order.
+                // Parameters first: the order of the two controllers' parameters differs.
                 let (plug_ins, others): (Vec<_>, Vec<_>) =
                     all.partition(|command| matches!(command, Command::PlugIn(_)));
                 let plug_ins = plug_ins.into_iter().map(|command| match command {
@@ -73,7 +73,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     let file = RigFile::of_shipped("bilateral", &[])?;
     let moments = moments(&file)?;
     println!(
-        "| Largest step of the slave's force in a tick, N | before | {} |",
+        "| Maximum step of the slave's force in a tick, N | before | {} |",
         Change::ALL.map(Change::name).join(" | ")
     );
     println!("|---|---:|---:|---:|---:|");
@@ -121,13 +121,13 @@ fn main() -> Result<(), Box<dyn Error>> {
     Ok(())
 }
 
-/// When the slave moves and when it pushes, s.
+/// Times of free motion and of pushing, s.
 fn moments(file: &RigFile) -> Result<[(&'static str, f64); 2], Box<dyn Error>> {
     let phases = phases(file)?.ok_or("no press")?;
     Ok([("in motion", 0.5 * phases.leg_s), ("in contact", phases.settled_s)])
 }
 
-/// The force of the slave's first axis, by tick, around a change.
+/// Returns the force of the slave's first axis, by tick, around a change.
 fn forces(
     file: &RigFile,
     change: Change,
@@ -165,7 +165,7 @@ fn forces(
     Ok(forces)
 }
 
-/// A column for each curve, with the change at time 0.
+/// Creates a column for each curve, with the change at time 0.
 fn recorded(curves: &[(&str, Change, Vec<f64>)]) -> Recording {
     let column = |(source, change, _): &(&str, Change, Vec<f64>)| Column {
         source: (*source).to_owned(),

@@ -1,11 +1,11 @@
-//! Stations over Zenoh: a fleet on the engine that many robots share already.
+//! Publishes controllers over Zenoh and accepts commands from there, for fleets and ROS 2.
 //!
 //! ```text
-//! Station ──news──▶ Publishing ──put──▶ router ──▶ whoever listens, ROS 2 among them
-//! Station ◀─asks─── Taking ◀───query─── router ◀── whoever commands, under the lease
+//! Station ──news──▶ Publishing ──put──▶ router ──▶ subscribers, such as ROS 2
+//! Station ◀─asks─── Taking ◀───query─── router ◀── commands, under the lease
 //! ```
-//! A station here is what the page has, too: a client of the broker. Nothing here is in the way of a tick, and a router
-//! that is gone takes nothing from who records beside it. Keys and forms: `docs/commands.md`.
+//! A station is a client of the broker, as for the page. The bridge does not delay ticks; a lost router does not affect other
+//! clients. Keys and forms: `docs/howto/fleet-over-zenoh.md`.
 
 mod messages;
 mod publishing;
@@ -26,46 +26,46 @@ use ros::Node;
 use rows::Kept;
 use taking::Taking;
 
-/// Why there is no bridge.
+/// Error of [`Bridge::open`].
 #[derive(Debug, thiserror::Error)]
 pub enum BridgeError {
-    /// The router is not there, or is none.
+    /// No router at this address.
     #[error(
         "no Zenoh router at {router}: {reason}; start one (`zenohd`, in ROS 2 `ros2 run rmw_zenoh_cpp rmw_zenohd`), or \
-         say with --router where it is, such as tcp/localhost:7447"
+         give its address with --router, such as tcp/localhost:7447"
     )]
     NoRouter {
-        /// Where it should be.
+        /// Address of the router.
         router: String,
-        /// What Zenoh says.
+        /// Error of Zenoh.
         reason: String,
     },
-    /// A name that stands in keys.
-    #[error("'{0}' does not go into a key: names are letters, digits, '_' and '-', and begin with a letter")]
+    /// A name that is invalid in keys.
+    #[error("invalid name '{0}': use letters, digits, '_' and '-', starting with a letter")]
     Name(String),
-    /// Two stations that would be one.
-    #[error("two stations are called {0}: give them names, `NAME=PORT`")]
+    /// Two stations with the same name.
+    #[error("duplicate station name {0}: give each port a name, `NAME=PORT`")]
     Twice(String),
-    /// Anything else that Zenoh says.
+    /// Another error of Zenoh.
     #[error("Zenoh: {0}")]
     Zenoh(String),
-    /// No thread.
-    #[error("no thread for a station: {0}")]
+    /// A thread cannot be started.
+    #[error("cannot start a thread for a station: {0}")]
     Thread(#[from] io::Error),
 }
 
-/// Where stations are published.
+/// Address and keys of published stations.
 #[derive(Debug, Clone)]
 pub struct Place {
     /// The router, such as `tcp/localhost:7447`.
     pub router: String,
     /// First part of every key.
     pub prefix: String,
-    /// `ROS_DOMAIN_ID` of who reads `JointState` and diagnostics.
+    /// `ROS_DOMAIN_ID` of `JointState` and diagnostics.
     pub ros_domain: u32,
 }
 
-/// A router, and the stations that are published there until this goes.
+/// A connection to a router. Stations are published there until it is dropped.
 #[derive(Debug)]
 pub struct Bridge {
     session: Session,
@@ -80,7 +80,7 @@ struct Member {
     key: String,
     station: Station,
     kept: Mutex<Kept>,
-    /// The client that took the lease last.
+    /// The last client that took the lease.
     mover: Mutex<Option<u64>>,
 }
 
@@ -113,18 +113,18 @@ impl Bridge {
         Ok(Self { session, stations: members, _node: node })
     }
 
-    /// Whether the router is there.
+    /// Whether the router is connected.
     #[must_use]
     pub fn has_router(&self) -> bool {
         self.session.info().routers_zid().wait().next().is_some()
     }
 
-    /// Ends what is moved from over the router: nobody there can renew it, or stop it, any more.
+    /// Releases the leases of clients of the router, which can no longer renew them or stop.
     pub fn let_go(&self) {
         self.stations.iter().for_each(|member| member.let_go());
     }
 
-    /// The keys of the stations, in their order.
+    /// Returns the keys of the stations, in order.
     pub fn keys(&self) -> impl Iterator<Item = &str> {
         self.stations.iter().map(|member| member.key.as_str())
     }
@@ -138,7 +138,7 @@ impl Member {
     }
 }
 
-/// A client of one router: it listens nowhere, looks for nobody, and comes back when the router does.
+/// Opens a client of one router: without listening or scouting, and with automatic reconnection.
 fn open(router: &str) -> Result<Session, BridgeError> {
     let mut config = Config::default();
     for (key, value) in [
@@ -150,8 +150,8 @@ fn open(router: &str) -> Result<Session, BridgeError> {
         config.insert_json5(key, value).map_err(failed)?;
     }
     let no_router = |reason: String| BridgeError::NoRouter { router: router.to_owned(), reason };
-    // Zenoh's own words for a wrong place are those of its parser.
-    let no_place = |_| no_router("that is no place such as tcp/HOST:PORT".to_owned());
+    // Zenoh reports an invalid address with an error of its parser.
+    let no_place = |_| no_router("invalid address; the form is tcp/HOST:PORT".to_owned());
     config.insert_json5("connect/endpoints", &serde_json::json!([router]).to_string()).map_err(no_place)?;
     zenoh::open(config).wait().map_err(|error| no_router(error.to_string()))
 }
@@ -166,7 +166,7 @@ fn failed(error: impl Display) -> BridgeError {
     BridgeError::Zenoh(error.to_string())
 }
 
-/// What a thread that panicked has left is as good as it was.
+/// Locks a mutex, also if a thread panicked with it: the content stays valid.
 fn lock<T>(mutex: &Mutex<T>) -> std::sync::MutexGuard<'_, T> {
     mutex.lock().unwrap_or_else(std::sync::PoisonError::into_inner)
 }

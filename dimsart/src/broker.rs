@@ -1,11 +1,11 @@
-//! One program has a port, and passes on what any number of clients say over it.
+//! Shares a port: one program opens it and relays the frames of any number of clients.
 //!
 //! ```text
 //! client ──▶ Turns ──▶ port      requests of all clients, one after another; STOP goes first
-//! client ◀──────────── port      everybody hears everything, as on a line that they share
+//! client ◀──────────── port      all clients receive all bytes, as on a shared line
 //! ```
-//! The clients tell their answers by the ids of their requests; see [`protocol`](dimsart_link::protocol#clients). So a
-//! lease is still one client's, and stopping everybody's.
+//! Clients find their answers by the ids of their requests; see [`protocol`](dimsart_link::protocol#clients). One client holds
+//! the lease; every client can stop.
 
 pub(crate) mod accepting;
 #[cfg(unix)]
@@ -31,18 +31,18 @@ use hil_sim::link::Stream;
 use hil_sim::pipe::{Pipe, ROOM, pair_with_rooms};
 use turns::{Next, Turns};
 
-/// What names of ports begin with that a `dimsart serve` has simulated.
+/// Prefix of simulated ports, which `dimsart serve` provides.
 pub const SIMULATED: &str = "sim:";
-/// Longest time that the port is waited for before clients are heard again.
+/// Maximum time to wait for the port before clients are polled again.
 pub(crate) const PORT_WAIT: Duration = Duration::from_millis(1);
-/// Longest time that a client waits for bytes in one read.
+/// Timeout of a client's read.
 const CLIENT_WAIT: Duration = Duration::from_millis(10);
-/// Writes of a client that wait to be heard.
+/// Capacity of a client's queue, writes.
 const CLIENT_ROOM: usize = 64;
-/// Bytes of a client that are heard in a round; more wait for the next one.
+/// Maximum bytes read from a client per round.
 const ROUND_BYTES: usize = 4096;
 
-/// A port that is shared, as long as this lives.
+/// Shares a port until it is dropped.
 #[derive(Debug)]
 pub struct Broker {
     newcomers: Option<Sender<Pipe>>,
@@ -50,7 +50,7 @@ pub struct Broker {
 }
 
 impl Broker {
-    /// Passes on what goes over an open port, whose reads wait no longer than a millisecond or two.
+    /// Shares an open port, whose read timeout is at most 2 ms.
     #[must_use]
     pub fn new(port: Box<dyn Stream>) -> Self {
         let (newcomers, arrivals) = channel();
@@ -58,7 +58,7 @@ impl Broker {
         Self { newcomers: Some(newcomers), passing: Some(passing) }
     }
 
-    /// A line of one's own to the device, which ends when the port does; none when it has.
+    /// Returns a separate line to the device, closed with the port; none if the port is closed.
     #[must_use]
     pub fn join(&self) -> Option<Pipe> {
         let [client, here] = pair_with_rooms([CLIENT_WAIT, Duration::ZERO], [ROOM, CLIENT_ROOM]);
@@ -67,15 +67,15 @@ impl Broker {
 }
 
 impl Drop for Broker {
-    /// Closes the port before it is over: then the next one can open it.
+    /// Closes the port before it returns, so that the next broker can open it.
     fn drop(&mut self) {
         drop(self.newcomers.take());
-        // A thread that has panicked has closed it, too.
+        // A panicked thread has also closed the port.
         let _ = self.passing.take().map(JoinHandle::join);
     }
 }
 
-/// A client as the broker sees it.
+/// A client of the broker.
 #[derive(Debug)]
 struct Client {
     number: u64,
@@ -83,19 +83,19 @@ struct Client {
     frames: Frames,
 }
 
-/// Passes on, in a thread of its own.
+/// Relays frames in a separate thread.
 #[derive(Debug)]
 struct Passing {
     port: Box<dyn Stream>,
     clients: Vec<Client>,
     turns: Turns,
-    /// The frame that the port is taking.
+    /// The frame being written.
     outgoing: Option<Outgoing>,
     answers: dimsart_link::protocol::Receiver,
     next: u64,
 }
 
-/// A frame on its way, and how many of its bytes the port has taken.
+/// A partly written frame, and the number of written bytes.
 #[derive(Debug)]
 struct Outgoing {
     frame: Next,
@@ -108,7 +108,7 @@ impl Passing {
         Self { port, clients: Vec::new(), turns: Turns::default(), outgoing: None, answers, next: 0 }
     }
 
-    /// Until the port or the broker is gone.
+    /// Runs until the port is closed or the broker dropped.
     fn run(mut self, arrivals: &Receiver<Pipe>) {
         loop {
             loop {
@@ -129,8 +129,8 @@ impl Passing {
         self.next += 1;
     }
 
-    /// Hears every client, writes all urgent frames and at most one other frame, and hears the port: each in bounded time,
-    /// whatever the others do. False when the port is gone.
+    /// Reads from every client, writes all urgent frames and at most one other frame, and reads from the port, each in bounded
+    /// time. Returns false when the port is closed.
     fn round(&mut self, now: Instant) -> bool {
         self.hear_clients();
         self.write_port(now) && self.hear_port()
@@ -159,7 +159,7 @@ impl Passing {
         });
     }
 
-    /// False when the port is gone. A port that takes no bytes is tried again in the next round: clients are heard meanwhile.
+    /// Returns false when the port is closed. A busy port is retried in the next round, so that clients are still read.
     fn write_port(&mut self, now: Instant) -> bool {
         loop {
             let outgoing = match &mut self.outgoing {
@@ -181,7 +181,7 @@ impl Passing {
                     }
                 }
                 Err(error) if is_nothing_yet(error.kind()) => {
-                    // Lost, as by a device without room: an urgent frame is not kept waiting by it.
+                    // Drop it, as a device without room does, so that urgent frames do not wait.
                     self.outgoing.take_if(|outgoing| outgoing.taken == 0 && !outgoing.frame.is_urgent);
                     return true;
                 }
@@ -190,7 +190,7 @@ impl Passing {
         }
     }
 
-    /// False when the port is gone.
+    /// Returns false when the port is closed.
     fn hear_port(&mut self) -> bool {
         let mut buffer = [0; 1024];
         let count = match self.port.read(&mut buffer) {
@@ -200,7 +200,7 @@ impl Passing {
         };
         let bytes = buffer.get(..count).unwrap_or_default();
         for client in &mut self.clients {
-            // Who does not read loses it, as on a line without room.
+            // A client that does not read loses bytes.
             let _ = client.line.write(bytes);
         }
         let turns = &mut self.turns;
@@ -213,7 +213,7 @@ impl Passing {
     }
 }
 
-/// Takes the frames out of what a client writes, for two of them must not go over the port mixed up.
+/// Extracts whole frames from a client's bytes, so that frames of two clients are not interleaved.
 #[derive(Debug, Default)]
 struct Frames {
     receiver: dimsart_link::protocol::Receiver,
@@ -221,7 +221,7 @@ struct Frames {
 }
 
 impl Frames {
-    /// `on_frame` gets every good frame, as it stands between two zeros, and its content.
+    /// Calls `on_frame` with every valid frame, including its two zeros, and its content.
     fn take(&mut self, bytes: &[u8], mut on_frame: impl FnMut(Vec<u8>, &[u8])) {
         for byte in bytes {
             let content = self.receiver.take(*byte);

@@ -1,49 +1,49 @@
-//! What a scheme may take on a board: the boards' budgets.
+//! Time budgets of boards: the limit of a tick.
 
 use boards::BOARDS;
 use serde::Deserialize;
 
-/// What a board's processor and a tick have.
+/// Clock, tick rate and limit of a tick on a board.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Budget {
-    /// Of the processor.
+    /// Clock of the processor, Hz.
     pub clock_hz: u32,
     /// Ticks per second.
     pub tick_hz: u32,
-    /// What a tick of a scheme may take of the time to the next one, per cent, unless its image's stamp says otherwise.
+    /// Limit of a tick, per cent of its period; the stamp of an image can override it.
     pub tick_percent: u32,
 }
 
-/// What is read here of a file of `boards/budgets`.
+/// The keys used here of a file of `boards/budgets`.
 #[derive(Deserialize)]
 struct BudgetFile {
     tick_percent: u32,
 }
 
-/// Why there is no budget.
+/// Error of [`Budget::of`].
 #[derive(Debug, thiserror::Error)]
 pub enum BudgetError {
-    /// No board of this name.
-    #[error("'{name}' is not a board; the boards are {}", names())]
+    /// Unknown board.
+    #[error("unknown board '{name}'; known boards: {}", names())]
     Unknown {
-        /// What was asked for.
+        /// The name.
         name: String,
     },
-    /// Its file is wrong.
+    /// The budget file of the board is invalid.
     #[error("boards/budgets/{name}.toml: {source}")]
     Wrong {
         /// The board.
         name: &'static str,
-        /// What is wrong with it.
+        /// The error.
         source: toml::de::Error,
     },
 }
 
 impl Budget {
-    /// Of a board.
+    /// Returns the budget of a board.
     ///
     /// # Errors
-    /// [`BudgetError`] when there is no such board.
+    /// [`BudgetError`] if the board is unknown or its file is invalid.
     pub fn of(board: &str) -> Result<Self, BudgetError> {
         let found = BOARDS.iter().find(|known| known.name == board);
         let board = found.ok_or_else(|| BudgetError::Unknown { name: board.to_owned() })?;
@@ -53,20 +53,20 @@ impl Budget {
         Ok(Self { clock_hz, tick_hz, tick_percent })
     }
 
-    /// What a tick of a scheme may take, cycles.
+    /// Returns the limit of a tick, cycles.
     #[must_use]
     pub fn tick_cycles(&self) -> u32 {
         share(self.period_cycles(), self.tick_percent)
     }
 
-    /// From one tick to the next, cycles.
+    /// Returns the period of a tick, cycles.
     #[must_use]
     pub fn period_cycles(&self) -> u32 {
         self.clock_hz / self.tick_hz.max(1)
     }
 }
 
-/// So many per cent of some cycles.
+/// Returns `percent` per cent of `cycles`.
 #[must_use]
 pub fn share(cycles: u32, percent: u32) -> u32 {
     u32::try_from(u64::from(cycles) * u64::from(percent) / 100).unwrap_or(u32::MAX)
@@ -92,9 +92,6 @@ mod tests {
     #[test]
     fn a_board_that_does_not_exist_is_told_with_those_that_do() {
         let message = Budget::of("nucleo").unwrap_err().to_string();
-        assert!(
-            message.contains("'nucleo' is not a board") && message.contains("nucleo-g474re"),
-            "{message}"
-        );
+        assert!(message.contains("unknown board 'nucleo'") && message.contains("nucleo-g474re"), "{message}");
     }
 }

@@ -1,4 +1,4 @@
-//! The `dimsart` command: what it can do, one file per sub-command.
+//! The `dimsart` command: one file per sub-command.
 
 mod bridge;
 mod bus;
@@ -47,7 +47,10 @@ use dimsart_core::{DescriptorError, Kinds};
 use hil_sim::foreign_text::{shortened, visible_lines};
 use hil_sim::rig_file::RigFileError;
 
-/// DIMSART on the desk: run control schemes against simulated robots, check them, look modules up.
+/// Run control schemes on simulated robots and on boards.
+///
+/// Tables are as wide as the terminal, or as the variable `COLUMNS`. With --json, standard output contains JSON only;
+/// tables and notes go to standard error.
 #[derive(Debug, Parser)]
 #[command(name = "dimsart", version, after_help = EXAMPLES)]
 struct Arguments {
@@ -57,20 +60,20 @@ struct Arguments {
 
 const EXAMPLES: &str = "\
 Examples:
-  dimsart                            the paper's bilateral experiment, report in runs/latest
-  dimsart run --set link.loss=0.1    the same with a tenth of the packets lost
-  dimsart bus --joints 6             whether a robot's joints fit on a CAN bus
-  dimsart check my.scheme            what is wrong with a scheme, if anything
+  dimsart                            run the bilateral experiment; report in runs/latest
+  dimsart run --set link.loss=0.1    the same with 10 % packet loss
+  dimsart bus --joints 6             check whether six joints fit on one CAN bus
+  dimsart check my.scheme            list the faults of a scheme
   dimsart modules PDCTRL_MOD         ports, parameters, units and ranges of a module
-  dimsart serve                      a simulated joint to tune, in real time, and its page
-  dimsart law check my.law           a control law as text: what it needs, or where it is wrong
-  dimsart config diff sim:joint      what a controller has that differs from the defaults
-  dimsart identify                   inertia, friction and weight of a joint from its motion
-  dimsart top                        the same in this terminal
-  dimsart record sim:joint           every tick of it into a file
-  dimsart new-project gripper        a project of your own: laws, tests, images
+  dimsart serve                      simulate a joint in real time, with a web page to tune it
+  dimsart top                        tune it in the terminal
+  dimsart law check my.law           compile a control law written as text
+  dimsart config diff sim:joint      what differs from the defaults on a controller
+  dimsart identify                   estimate inertia, friction and weight of a joint
+  dimsart record sim:joint           record every tick to a file
+  dimsart new-project gripper        create a project with your own laws, tests and images
 
-`dimsart COMMAND --help` has more. Exit status: 0 done, 1 an error, 2 wrong usage.";
+`dimsart COMMAND --help` is the full reference. Exit status: 0 success, 1 error, 2 wrong usage, also a wrong --set.";
 
 #[derive(Debug, Subcommand)]
 enum Command {
@@ -102,23 +105,24 @@ enum Command {
     Man(man::Man),
 }
 
-/// Exit status where the command line is wrong.
+/// Exit status of wrong usage.
 const WRONG_USAGE: u8 = 2;
-/// Exit status of a run that was not stable, where that was asked for, and of a recording or configuration that differs.
+/// Exit status of an unstable run with `--fail-if-unstable`, and of a recording or configuration that differs.
 const NOT_STABLE: u8 = 3;
 
-/// Arguments that do not go together.
+/// Invalid or conflicting arguments.
 #[derive(Debug, thiserror::Error)]
 #[error("{0}")]
 struct UsageError(String);
 
-/// What a sub-command ends with: its exit status, or what went wrong.
+/// Result of a sub-command: its exit status or an error.
 type Ending = Result<ExitCode, Box<dyn Error>>;
 
-/// A line of an error shows no more of an input.
+/// Maximum length of a line in an error message, which may quote input.
 const MAX_LINE_CHARS: usize = 2000;
 
-/// Reads the command line and runs its command, with these module kinds: `dimsart_modules::ALL`, or joined with one's own.
+/// Parses the command line and runs the command with these module kinds: `dimsart_modules::ALL`, optionally joined with a
+/// project's own kinds.
 #[must_use]
 pub fn main(kinds: Kinds) -> ExitCode {
     // Slow motion, for tests on a busy machine.
@@ -156,7 +160,7 @@ pub fn main(kinds: Kinds) -> ExitCode {
         Command::Man(man) => man.execute(&mut out),
     };
     ending.and_then(|code| Ok(out.flush().map(|()| code)?)).unwrap_or_else(|error| {
-        // The reader has seen enough, as `head` has: that is no failure of ours.
+        // The reader closed the pipe, as `head` does: not an error.
         if error.downcast_ref::<io::Error>().is_some_and(|error| error.kind() == ErrorKind::BrokenPipe) {
             return ExitCode::SUCCESS;
         }

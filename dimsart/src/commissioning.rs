@@ -1,10 +1,10 @@
-//! The first hour with a board: what can be checked over its line, check by check, and a report of it.
+//! Checks a board over its line, and writes a report.
 //!
 //! ```text
-//! examine        looks alone: no lease, nothing moves                     dimsart doctor --board
+//! examine        reads only: no lease, no motion                          dimsart doctor --board
 //!   + watch_ticks, save_and_restart, LockedRotor ──▶ Report: Markdown, JSON    dimsart commission
 //! ```
-//! Where an emulated chip is in the board's place, the time is the chip's: [`Surroundings`] say what it is.
+//! [`Surroundings`] provide the time, which is simulated for an emulated chip, and the restart of the board.
 
 mod at_rest;
 mod check;

@@ -1,9 +1,9 @@
-//! A controller's configuration as text: what its rows come to, what differs from the defaults, and from another one.
+//! Parses a controller's configuration from the rows of a scheme, and compares it with the defaults or another configuration.
 //!
 //! ```text
 //! rows, names ──▶ Configuration { modules, unknown } ──▶ deviations, differences
 //! ```
-//! Reading never fails: a row that is not understood, such as one for a module of a newer version, is kept as it is.
+//! Reading never fails: an unknown row, such as for a module of a newer version, is kept as it is.
 
 mod deviation;
 mod difference;
@@ -18,27 +18,27 @@ pub use value::Setting;
 
 use serde::Serialize;
 
-/// What the rows of a scheme come to.
+/// A configuration: the effect of a scheme's rows.
 #[derive(Debug, Clone, Default, PartialEq, Eq)]
 pub struct Configuration {
-    /// Modules: those that are plugged in, in their order, then the others.
+    /// Plugged-in modules in order, then unplugged modules.
     pub modules: Vec<Module>,
-    /// Rows that are not understood.
+    /// Unknown rows.
     pub unknown: Vec<UnknownRow>,
 }
 
-/// A module and what was set of it.
+/// A module and its settings.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Module {
     /// Name, such as `PDCTRL_MOD.2`.
     pub name: String,
     /// Whether it is plugged in.
     pub is_on: bool,
-    /// Parameters that rows have set, as described, then ports that rows have bound.
+    /// Parameters set by rows, in the module's order, then ports bound by rows.
     pub settings: Vec<Setting>,
 }
 
-/// A row that is not understood: it is of another version, or wrong.
+/// An unknown row: of another version, or invalid.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize)]
 pub struct UnknownRow {
     /// Line, from 1.
@@ -47,6 +47,6 @@ pub struct UnknownRow {
     pub column: usize,
     /// Its words.
     pub row: String,
-    /// What is not understood of it.
+    /// Why it is unknown.
     pub reason: String,
 }

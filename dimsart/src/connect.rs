@@ -1,11 +1,10 @@
-//! A controller at the other end of a serial port or socket.
+//! A client of a controller at the other end of a serial port or socket.
 //!
 //! ```text
-//! Port  opens   RequestLine  asks, repeats, gives up   Device  learns names, gives commands, reports
+//! Port  opens the line   RequestLine  sends, retries, times out   Device  reads names, sends commands, reports
 //! ```
-//! Names, ranges, choices and which unit is whose are the device's, asked for when they are first needed. Help texts, and
-//! the symbols of units, are this program's. What a command came to is said by the device's answer: its state and what
-//! keeps it from moving.
+//! Names, ranges, choices and units come from the device and are read on first use. Help texts and unit symbols come from
+//! this program. The answer to each command contains the resulting state and the first reason why the device does not move.
 
 mod capture;
 mod command;

@@ -1,15 +1,15 @@
-//! What a controller's ticks cost on a board: the cycles and the stack of the very image that is flashed.
+//! Cycles and stack of a controller's ticks on a board, measured and bounded with its firmware image.
 //!
 //! ```text
 //! ELF ──▶ Firmware: entry points, board
 //!             │
-//!             ▼              rig: the same controller here, its plant, the other side
-//!        Controller ◀─ trace ─┘   every tick: what was measured, what came in
+//!             ▼              rig: the same controller on the host, plant, peer
+//!        Controller ◀─ trace ─┘   every tick: measurements, received packets
 //!             │
-//!             ├─ the same bits commanded and sent, or an error
+//!             ├─ identical commands and packets, or an error
 //!             └─ Statistics of cycles: tick, modules, packets, commands ──▶ Figures
 //! ```
-//! All cycles are those of a model of the Cortex-M4F that is built on Arm's tables (the crate `cycles`).
+//! Cycles come from a model of the Cortex-M4F based on Arm's tables (crate `cycles`), not from silicon.
 
 mod controller;
 mod costs;
@@ -36,5 +36,5 @@ pub use memory::Memory;
 pub use replay::{Setup, measure};
 pub use steady::Steady;
 
-/// What the figures count.
+/// Unit of the figures.
 pub const UNIT: &str = "TRM-model cycles";

@@ -1,7 +1,7 @@
-//! What a scheme says on a CAN bus, as a DBC file that every CAN tool reads.
+//! DBC files of a scheme's CAN messages, for CAN tools.
 //!
-//! It is made of what the firmware itself would send: the packets of a controller that runs the scheme, in the layout
-//! of [`carrier`](dimsart_link::carrier). One message per sending module; its identifier is the module's channel.
+//! Describes the packets of a controller that runs the scheme, in the layout of [`carrier`](dimsart_link::carrier). One message
+//! per sending module; its identifier is the module's channel.
 
 mod layout;
 
@@ -14,18 +14,18 @@ use hil_sim::first_packet::first_packet;
 
 pub use layout::{Kind, Signal};
 
-/// Which frames carry the packets.
+/// Format of the CAN frames.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, clap::ValueEnum, Serialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Frames {
-    /// 8 bytes: a packet is several frames, told apart by the multiplexer `INDEX`.
+    /// 8 bytes: several frames per packet, with the multiplexer `INDEX`.
     Can,
-    /// 64 bytes: a packet is one frame.
+    /// 64 bytes: one frame per packet.
     CanFd,
 }
 
 impl Frames {
-    /// Place in the attribute's list, with an identifier of 11 bits.
+    /// Index in the list of the attribute, for 11-bit identifiers.
     fn format(self) -> u8 {
         match self {
             Self::Can => 0,
@@ -34,7 +34,7 @@ impl Frames {
     }
 }
 
-/// What kind of bus and frames it is, as CAN tools read it.
+/// Attributes of bus type and frame format.
 const ATTRIBUTES: &str = r#"BA_DEF_ "BusType" STRING ;
 BA_DEF_ BO_ "VFrameFormat" ENUM "StandardCAN","ExtendedCAN","reserved","reserved","reserved","reserved","reserved","reserved","reserved","reserved","reserved","reserved","reserved","reserved","StandardCAN_FD","ExtendedCAN_FD";
 BA_DEF_DEF_ "BusType" "CAN";
@@ -47,30 +47,29 @@ pub struct Message {
     pub identifier: u16,
     /// Name, such as `master_COMM_TXMOD`.
     pub name: String,
-    /// Who sends it.
+    /// Sending controller.
     pub sender: String,
-    /// Frames that carry it.
+    /// Format of its frames.
     pub frames: Frames,
     /// Longest frame, bytes.
     pub bytes: usize,
-    /// What is in it.
+    /// Signals of its frames.
     pub signals: Vec<Signal>,
 }
 
-/// Why there is no DBC of a scheme.
+/// Errors of DBC files.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 pub enum DbcError {
-    /// Nothing is sent.
-    #[error("the scheme sends nothing on the {side}: it plugs in no COMM_TXMOD")]
+    /// The controller sends nothing.
+    #[error("the scheme sends nothing on the {side}: plug in a COMM_TXMOD")]
     NothingSent {
         /// The side.
         side: String,
     },
-    /// Channel 0 has the identifier of the chip's serial number.
+    /// Channel 0, whose identifier depends on the chip's serial number.
     #[error(
-        "{module} on the {side} sends on channel 0, whose identifier each board makes of its serial number: give it \
-        one with a row `{side} {module} CTX_CHANNEL n`, n from 1 to 2047, above its MOD_ON, and the receiver the \
-        same CRX_CHANNEL"
+        "{module} on the {side} sends on channel 0, whose identifier depends on the board's serial number: add a row \
+        `{side} {module} CTX_CHANNEL n`, n from 1 to 2047, before its MOD_ON, and set the receiver's CRX_CHANNEL to n"
     )]
     NoIdentifier {
         /// The side.
@@ -78,22 +77,22 @@ pub enum DbcError {
         /// The module.
         module: String,
     },
-    /// Two messages of one identifier.
+    /// Duplicate identifier.
     #[error(
-        "{one} and {other} both send on channel {channel}: frames of one identifier destroy each other, give each \
-        module a `CTX_CHANNEL` of its own, and its receiver the same `CRX_CHANNEL`"
+        "duplicate channel {channel}: {one} and {other} would send frames with the same identifier; give each module its \
+        own `CTX_CHANNEL`, and its receiver the same `CRX_CHANNEL`"
     )]
     SameIdentifier {
-        /// The one.
+        /// First message.
         one: String,
-        /// The other one.
+        /// Second message.
         other: String,
         /// The channel of both.
         channel: u16,
     },
-    /// More words than the frames carry.
+    /// Too many words for the frames.
     #[error(
-        "{module} on the {side} sends {words} words a packet, and {most} fit: leave out signals, or the counters \
+        "{module} on the {side} sends {words} words per packet, maximum {most}: remove signals, or the counters \
         (`CTX_COUNTERS OFF`)"
     )]
     TooLong {
@@ -103,17 +102,17 @@ pub enum DbcError {
         module: String,
         /// Words of a packet.
         words: usize,
-        /// Most that fit.
+        /// Maximum words.
         most: usize,
     },
 }
 
-/// The messages that a controller sends whose scheme runs; `side` names it.
+/// Returns the messages of a controller with a running scheme; `side` is its name.
 ///
-/// The controller is ticked, with a device at rest, until every module has sent.
+/// Ticks the controller, with a device at rest, until every module has sent.
 ///
 /// # Errors
-/// [`DbcError`] when nothing is sent, or something that a frame cannot carry.
+/// [`DbcError`] if nothing is sent, or a packet does not fit.
 pub fn messages(dimsart: &mut Dimsart, side: &str, frames: Frames) -> Result<Vec<Message>, DbcError> {
     let senders = senders(dimsart);
     if senders.is_empty() {
@@ -122,7 +121,7 @@ pub fn messages(dimsart: &mut Dimsart, side: &str, frames: Frames) -> Result<Vec
     senders.into_iter().map(|sender| message(dimsart, side, &sender, frames)).collect()
 }
 
-/// A module that sends.
+/// A sending module.
 struct Sender {
     module: ModuleRef,
     link: usize,
@@ -179,10 +178,10 @@ pub struct Dbc {
 }
 
 impl Dbc {
-    /// The messages of one bus.
+    /// Collects the messages of one bus.
     ///
     /// # Errors
-    /// [`DbcError::SameIdentifier`] for two that cannot be told apart.
+    /// [`DbcError::SameIdentifier`] for a duplicate identifier.
     pub fn new(messages: Vec<Message>) -> Result<Self, DbcError> {
         for (place, message) in messages.iter().enumerate() {
             let before = messages.iter().take(place);

@@ -1,18 +1,18 @@
-//! The `dimsart` command: runs experiments of [`hil_sim`] and draws them, bounds what images take, talks to controllers.
+//! The `dimsart` command: runs experiments of [`hil_sim`], plots them, bounds the cost of images and talks to controllers.
 //!
 //! ```text
 //!  hil_sim: Run { Outcome, Recording, Rig } ──▶ pictures ──▶ report: HTML, PNG, SVG, CSV, MCAP
-//!  cycles:  image ──▶ cycles, stamp: what a tick and a module take
-//!  a recording: signals.mcap ──▶ replay: the same bits, or where they part
-//!  rows of a scheme ──▶ config: what differs from the defaults, or from another one
-//!  a board: Port ──▶ connect: questions, commands, telemetry; broker: one port for many clients
-//!  a board: Port ──▶ commissioning: what can be checked over its line, and a report of it
+//!  cycles:  image ──▶ cycles, stamp: cost of a tick and of each module
+//!  a recording: signals.mcap ──▶ replay: identical bits, or the first difference
+//!  rows of a scheme ──▶ config: differences from the defaults or from another scheme
+//!  a board: Port ──▶ connect: requests, commands, telemetry; broker: many clients on one port
+//!  a board: Port ──▶ commissioning: checks over the line, and their report
 //! ```
 //!
 //! | To add | Write | Register it |
 //! |---|---|---|
 //! | a sub-command | a file in `cli/` | a line in [`cli`] |
-//! | a picture | a [`Figure`](report::Figure) in [`pictures`] | nowhere else: the report draws what it is given |
+//! | a picture | a [`Figure`](report::Figure) in [`pictures`] | nowhere: the report draws every figure of a run |
 #![forbid(unsafe_code)]
 
 #[cfg(feature = "zenoh")]

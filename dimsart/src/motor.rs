@@ -1,4 +1,4 @@
-//! A drive's configuration as text, and what its motor does under it: the code of the crate `drive`, and the simulator's motor.
+//! Motor configuration of a drive as text, and its simulation with the code of the crate `drive` and the simulator's motor.
 
 mod simulated;
 mod text;
@@ -11,39 +11,39 @@ use drive::{Configuration, ConfigurationError};
 pub use simulated::{Follow, follow, identify};
 pub use text::{differences, text};
 
-/// A configuration with a word about every value.
+/// Example configuration with comments.
 pub const EXAMPLE: &str = include_str!("motor/example.toml");
 
-/// Why a file is no configuration of a drive.
+/// Error of a configuration file.
 #[derive(Debug, thiserror::Error)]
 pub enum MotorError {
-    /// It cannot be read.
-    #[error("cannot read {path}: {source}; `dimsart motor example` writes one to begin with")]
+    /// The file cannot be read.
+    #[error("cannot read {path}: {source}; create an example with `dimsart motor example`")]
     File {
         /// The file.
         path: PathBuf,
-        /// Why not.
+        /// Error of the system.
         source: std::io::Error,
     },
-    /// It is no TOML of this form.
+    /// Invalid TOML or keys.
     #[error("{path}: {reason}")]
     Text {
         /// The file.
         path: PathBuf,
-        /// Where, and what is wrong there.
+        /// Location and error.
         reason: String,
     },
-    /// A value that no drive can have.
+    /// Invalid value.
     #[error("{path}: {error}")]
     Value {
         /// The file.
         path: PathBuf,
-        /// Which one.
+        /// The value and its range.
         error: ConfigurationError,
     },
 }
 
-/// Reads a file.
+/// Reads a configuration file.
 ///
 /// # Errors
 /// [`MotorError`].
@@ -71,10 +71,10 @@ mod tests {
         assert!(read(&file).unwrap_err().to_string().contains("dimsart motor example"));
         assert_eq!(read_text(EXAMPLE).unwrap().motor.pole_pairs, 10);
         for (from, to, expected) in [
-            ("most_duty = 0.95", "most_duty = 0.3", "most_duty is 0.3: it has to be 0.6 to 1"),
+            ("most_duty = 0.95", "most_duty = 0.3", "most_duty is 0.3: must be 0.6 to 1"),
             ("pole_pairs = 10", "pole_pears = 10", "unknown field `pole_pears`"),
             ("pole_pairs = 10\n", "", "missing field `pole_pairs`"),
-            ("trip_c = 100.0", "trip_c = 70", "limits.trip_c is 70: it has to be above limits.derating_c"),
+            ("trip_c = 100.0", "trip_c = 70", "limits.trip_c is 70: must be above limits.derating_c"),
         ] {
             let error = read_text(&EXAMPLE.replace(from, to)).unwrap_err().to_string();
             assert!(error.contains(expected), "{error}");

@@ -1,14 +1,14 @@
-//! The page: controllers seen, tuned and moved from a browser on this computer.
+//! The page: observe, tune and move controllers from a browser on this computer.
 //!
 //! ```text
 //! browser ◀─WebSocket─▶ client ◀──▶ Station: four lines to one controller, as `dimsart connect` has one
 //! ```
-//! Nothing here is in the way of a tick: a station is a client of the broker like any other one. Motion needs the lease, and
-//! the lease is renewed no more when its browser is gone or silent, whatever its line waits for.
+//! The page never delays a tick: a station is an ordinary client of the broker. Motion requires the lease, whose renewals
+//! end when the browser closes or is silent.
 //!
-//! It listens on this computer alone. A request needs the token of the printed address, and a WebSocket the page's own
-//! origin, so that no other site's page and no other user's program gets in. A page that is still open sends its token to
-//! whoever has the port when the server has ended: where other users are on the computer, close it first.
+//! The server listens only on this computer. A request needs the token of the printed address, and a WebSocket also the
+//! page's own origin: other sites and other users' programs are refused. After the server has ended, an open page sends its
+//! token to any program that listens on its port: on a shared computer, close the page first.
 
 pub(crate) mod action;
 mod client;
@@ -35,7 +35,7 @@ use connections::{Connections, HasSocket};
 pub use page_device::{Hand, OpenLine};
 pub use station::{Access, Station};
 
-/// What the page is made of: path, type, content.
+/// Files of the page: path, type, content.
 const ASSETS: [(&str, &str, &str); 14] = [
     ("/page.css", "text/css", include_str!("page/assets/page.css")),
     ("/page.js", "text/javascript", include_str!("page/assets/page.js")),
@@ -53,10 +53,10 @@ const ASSETS: [(&str, &str, &str); 14] = [
     ("/xy.js", "text/javascript", include_str!("page/assets/xy.js")),
 ];
 const INDEX: &str = include_str!("page/assets/index.html");
-/// Nothing of the page comes from elsewhere.
+/// The page loads no content from other hosts.
 const POLICY: &str = "default-src 'self'; style-src 'self' 'unsafe-inline'; img-src 'self' data:";
 
-/// Longest message of a browser, such as the rows of a scheme.
+/// Maximum length of a browser's message, such as the rows of a scheme.
 const MAX_MESSAGE_BYTES: usize = 64 * 1024;
 
 /// A page that is served until the program ends.
@@ -66,7 +66,7 @@ pub struct Page {
     site: Arc<Site>,
 }
 
-/// What every request is answered from.
+/// Shared state of all requests.
 #[derive(Debug)]
 struct Site {
     token: String,
@@ -75,18 +75,18 @@ struct Site {
 }
 
 impl Page {
-    /// Listens on a port of this computer, 0 for any that is free.
+    /// Listens on a port of this computer; 0 selects a free port.
     ///
     /// # Errors
-    /// Whatever the system says, as that the port is in use.
+    /// An error of the system, for example if the port is in use.
     pub fn listen(port: u16) -> io::Result<TcpListener> {
         TcpListener::bind((Ipv4Addr::LOCALHOST, port))
     }
 
-    /// Serves the page of some controllers where it is [listened](Self::listen) to.
+    /// Serves the page of these controllers on a [listener](Self::listen).
     ///
     /// # Errors
-    /// Whatever the system says.
+    /// An error of the system.
     pub fn serve(stations: Vec<Station>, listener: TcpListener) -> io::Result<Self> {
         listener.set_nonblocking(true)?;
         let address = listener.local_addr()?;
@@ -104,13 +104,13 @@ impl Page {
         Ok(Self { address, site })
     }
 
-    /// The address to open, with the token.
+    /// Returns the address to open, with the token.
     #[must_use]
     pub fn url(&self) -> String {
         format!("http://{}/?token={}", self.address, self.site.token)
     }
 
-    /// Ends what is recorded, each with a file that is whole; what each came to. Called before the program ends.
+    /// Ends all recordings with complete files, and returns their summaries. Called before the program ends.
     #[must_use]
     pub fn end_recordings(&self) -> Vec<String> {
         self.site.stations.iter().filter_map(Station::end_recording).collect()
@@ -125,11 +125,11 @@ fn router(site: Arc<Site>) -> Router {
     router.layer(middleware::from_fn_with_state(Arc::clone(&site), guard)).with_state(site)
 }
 
-/// Lets nobody in by another name than this computer's: a page elsewhere whose name is made to lead here sends that name.
+/// Refuses requests with a foreign host name, which DNS rebinding would send.
 async fn guard(State(site): State<Arc<Site>>, request: Request, next: Next) -> Response {
     let host = request.headers().get(header::HOST).and_then(|host| host.to_str().ok());
     if !host.is_some_and(|host| site.names().iter().any(|name| name == host)) {
-        return (StatusCode::FORBIDDEN, "this page is for 127.0.0.1 alone").into_response();
+        return (StatusCode::FORBIDDEN, "this page is served only as 127.0.0.1 or localhost").into_response();
     }
     let mut response = next.run(request).await;
     let headers = response.headers_mut();
@@ -161,7 +161,7 @@ async fn socket(
     let origin = headers.get(header::ORIGIN).and_then(|origin| origin.to_str().ok());
     let is_ours = origin.and_then(|origin| origin.strip_prefix("http://"));
     if !is_ours.is_some_and(|origin| site.names().iter().any(|name| name == origin)) {
-        return (StatusCode::FORBIDDEN, "another page has no business here").into_response();
+        return (StatusCode::FORBIDDEN, "refused: a WebSocket needs the origin of this page").into_response();
     }
     if !site.lets_in(&entry) {
         return no_token();
@@ -172,12 +172,12 @@ async fn socket(
 }
 
 fn no_token() -> Response {
-    let text = "open the address that `dimsart serve` has printed: it ends with a token";
+    let text = "missing or invalid token: open the address printed by `dimsart serve`";
     (StatusCode::UNAUTHORIZED, text).into_response()
 }
 
 impl Site {
-    /// What this computer is called in an address.
+    /// Returns the valid host names of this server.
     fn names(&self) -> [String; 2] {
         ["127.0.0.1", "localhost"].map(|name| format!("{name}:{}", self.port))
     }

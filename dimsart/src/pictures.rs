@@ -1,4 +1,4 @@
-//! The pictures of a run, by what it is an experiment of.
+//! Pictures of a run, by kind of experiment.
 
 mod press;
 mod response;
@@ -8,7 +8,7 @@ use hil_sim::rig_file::RigFile;
 
 use crate::report::Figure;
 
-/// What the report of a rig is called, of all of it or of one station `alone`.
+/// Returns the title of a rig's report, or of one station `alone`.
 #[must_use]
 pub fn title(file: &RigFile, alone: Option<&str>) -> String {
     match (file.pressed(), alone) {
@@ -23,7 +23,7 @@ pub fn title(file: &RigFile, alone: Option<&str>) -> String {
     }
 }
 
-/// Names of its figures' files, without what says their format.
+/// Returns the file names of the figures, without extension.
 #[must_use]
 pub fn file_stems(file: &RigFile) -> Vec<String> {
     match file.pressed() {
@@ -32,7 +32,7 @@ pub fn file_stems(file: &RigFile) -> Vec<String> {
     }
 }
 
-/// The figures that the recorded signals allow.
+/// Creates the figures of the recorded signals.
 #[must_use]
 pub fn figures(file: &RigFile, run: &Run, alone: Option<&str>) -> Vec<Figure> {
     match &run.phases {

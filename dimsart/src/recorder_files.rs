@@ -1,4 +1,4 @@
-//! What the recorders of a simulated run have kept, as CSV beside its signals.
+//! Writes the rows of a simulated run's recorders as CSV next to its signals.
 
 use std::fs::{self, File};
 use std::io;
@@ -10,25 +10,25 @@ use crate::connect::{ConnectError, Device, InProcess, Patience, Recorded};
 use crate::report::ReportError;
 use hil_sim::rig::{Rig, Station};
 
-/// How the names of the files begin and end.
+/// Prefix and suffix of the file names.
 const PREFIX: &str = "recorder_";
 const EXTENSION: &str = ".csv";
-/// What stands in each of them behind the controller's name.
+/// Part of each file name after the controller's name.
 const KIND: &str = "_RECORDER_MOD";
 
 /// The file of one recorder.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize)]
 pub struct RecorderFile {
-    /// Its name in the run's folder.
+    /// File name in the run's folder.
     pub name: String,
-    /// What is in it, as a sentence.
+    /// Description of its content.
     pub content: String,
 }
 
-/// Writes a file for every recorder that is plugged in, whatever it has kept. What cannot be read is told to `note`.
+/// Writes a file for every plugged-in recorder. Reports recorders that cannot be read to `note`.
 ///
 /// # Errors
-/// [`ReportError::File`] names the file that cannot be written.
+/// [`ReportError::File`] for a file that cannot be written.
 pub fn write(
     folder: &Path,
     rig: &mut Rig,
@@ -40,26 +40,26 @@ pub fn write(
         let is_on_board = station.board_mut().is_some();
         let controller = &station.name;
         if is_on_board && !found.is_empty() {
-            // The copy here has the board's signals, and none of its memories.
+            // The local copy has the board's signals, but not its recorder memories.
             note(format!(
-                "{controller} ran on the emulated board, whose recorders are not read: run without --target"
+                "cannot read recorders of {controller} on the emulated board: run without --target"
             ));
             continue;
         }
         for recorded in found {
             match recorded {
                 Ok(recorded) => files.push(write_rows(folder, controller, &recorded)?),
-                Err(error) => note(format!("a recorder of {controller} is not read: {error}")),
+                Err(error) => note(format!("cannot read a recorder of {controller}: {error}")),
             }
         }
     }
     Ok(files)
 }
 
-/// Removes those that a run before has left in `folder`.
+/// Removes recorder files of an earlier run from `folder`.
 ///
 /// # Errors
-/// [`ReportError::File`] names the one that stays.
+/// [`ReportError::File`] for a file that cannot be removed.
 pub fn remove_old(folder: &Path) -> Result<(), ReportError> {
     let failed = |path: &Path, source| ReportError::File { path: path.to_owned(), source };
     for entry in fs::read_dir(folder).map_err(|source| failed(folder, source))? {

@@ -1,4 +1,4 @@
-//! A recording run through the core again: the same inputs must make the same signals, bit by bit.
+//! Replays a recording in the core: the same inputs must produce the same signals, bit by bit.
 //!
 //! ```text
 //! signals.mcap ─▶ NAME.device.json, NAME.scheme ─▶ ReplayedController
@@ -31,55 +31,55 @@ use hil_sim::foreign_text::{visible, visible_lines};
 use layout::Layout;
 use records::{Record, Records};
 
-/// Messages between two looks at the progress.
+/// Messages between two progress reports.
 const PROGRESS_MESSAGES: u64 = 4096;
 
-/// What a recording came to.
+/// Result of a replay.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Replay {
-    /// Of each controller whose inputs are in the file, by name.
+    /// Controllers whose inputs are in the file, by name.
     pub controllers: Vec<Replayed>,
-    /// Whether its writer did not finish it, as that of a run that was killed.
+    /// Whether the recording is incomplete, for example of a killed run.
     pub is_cut: bool,
-    /// From its first tick to its last one, `s`.
+    /// Time from its first to its last tick, `s`.
     pub recorded_s: f64,
 }
 
-/// What came of one controller.
+/// Result of one controller.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Replayed {
-    /// Its name.
+    /// Name.
     pub name: String,
-    /// Ticks that were run again.
+    /// Replayed ticks.
     pub ticks: u64,
-    /// Commands that were carried out again.
+    /// Replayed commands.
     pub commands: u64,
-    /// Words that were compared.
+    /// Compared words.
     pub words: u64,
-    /// Rows of signals with another word in them.
+    /// Rows of signals with a difference.
     pub differing_rows: u64,
-    /// The first of these words, where its module computes it.
+    /// The first different word in order of computation.
     pub divergence: Option<Divergence>,
 }
 
 impl Replay {
-    /// Whether something differs.
+    /// Returns whether a signal differs.
     #[must_use]
     pub fn diverges(&self) -> bool {
         self.controllers.iter().any(|controller| controller.divergence.is_some())
     }
 }
 
-/// What the messages of a channel are.
+/// Kind of the messages of a channel.
 enum Meaning {
     Inputs(String),
     Signals(String, Layout),
 }
 
-/// Runs a recording again, in controllers with these module kinds. `progress` hears the time of the recording, `s`, now and then.
+/// Replays a recording in controllers with these module kinds. Calls `progress` repeatedly with the time of the recording, `s`.
 ///
 /// # Errors
-/// [`ReplayError`] when the file cannot be read, or holds no inputs; a divergence is no error.
+/// [`ReplayError`] when the file cannot be read or has no inputs; a divergence is not an error.
 pub fn replay(path: &Path, kinds: Kinds, mut progress: impl FnMut(f64)) -> Result<Replay, ReplayError> {
     let file = File::open(path).map_err(|source| ReplayError::File { path: path.to_owned(), source })?;
     let mut records = Records::new(file).map_err(|error| error.of(path))?;
@@ -140,7 +140,7 @@ pub fn replay(path: &Path, kinds: Kinds, mut progress: impl FnMut(f64)) -> Resul
     Ok(Replay { controllers, is_cut: records.is_unfinished(), recorded_s: last_s })
 }
 
-/// What comes over a channel: inputs of `/NAME/inputs`, signals of `/NAME` and of `/NAME/2`.
+/// Returns the kind of a channel: `/NAME/inputs` has inputs, `/NAME` and `/NAME/2` have signals.
 fn meaning(topic: &str, schema: Option<&String>) -> Result<Option<Meaning>, ReplayError> {
     let Some((topic, schema)) = topic.strip_prefix('/').zip(schema) else { return Ok(None) };
     if let Some(name) = topic.strip_suffix(INPUTS_TOPIC) {
@@ -158,7 +158,7 @@ fn meaning(topic: &str, schema: Option<&String>) -> Result<Option<Meaning>, Repl
     Ok(Layout::of_schema(schema).map(|layout| Meaning::Signals(visible(name), layout)))
 }
 
-/// Tick and time of a message of signals.
+/// Reads tick and time of a message of signals.
 fn stamp(message: &[u8]) -> Option<(u64, f64)> {
     let stamp: [u8; STAMP_BYTES] = *message.strip_prefix(&cdr::MARK)?.first_chunk()?;
     let (tick, time_s) = stamp.split_first_chunk()?;

@@ -1,4 +1,4 @@
-//! What a run writes: signals as CSV, pictures as PNG and SVG, one page that shows them.
+//! Report of a run: signals as CSV, pictures as PNG and SVG, and a page that shows them.
 //!
 //! ```text
 //! folder/report.html ── shows ──▶ positions.svg, forces.svg, ..., timeline.svg (each with its .png)
@@ -63,47 +63,47 @@ const CYCLES_STEM: &str = "cycles";
 const MAP_STEM: &str = "map";
 const BODE_STEM: &str = "bode";
 
-/// Everything a run has to say about itself.
+/// Content of a report.
 #[derive(Debug)]
 pub struct Report<'a> {
-    /// Headline of the page.
+    /// Title of the page.
     pub title: String,
-    /// What to know first.
+    /// Main results.
     pub summary: Vec<Fact>,
-    /// What differs from axis to axis; not shown without rows.
+    /// Results per axis; hidden without rows.
     pub axes: Table,
-    /// What went wrong, one sentence each; empty for a clean run.
+    /// Faults, one sentence each; empty for a clean run.
     pub faults: Vec<String>,
     /// Pictures of signals over time, in the order of the page.
     pub figures: Vec<Figure>,
-    /// One map per controller, shown together as the Data Base timeline; not shown when empty.
+    /// One map per controller, shown together as the Data Base timeline; hidden if empty.
     pub tick_maps: Vec<TickMap>,
-    /// Who had the simulated media when; none without any.
+    /// Timeline of the simulated buses, if any.
     pub bus: Option<BusTimeline>,
-    /// The settings that repeat the run, as TOML.
+    /// Settings that repeat the run, as TOML.
     pub settings_toml: String,
-    /// The signals.
+    /// Signals.
     pub recording: &'a Recording,
-    /// Which file has them.
+    /// File format of the signals.
     pub signals: SignalsKind,
-    /// What the controllers' recorders have kept; empty without any.
+    /// Files of the controllers' recorders.
     pub recorders: Vec<RecorderFile>,
 }
 
-/// One row of the summary, ready to read.
+/// One row of the summary.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize)]
 pub struct Fact {
-    /// What it is.
+    /// Name.
     pub name: String,
-    /// Its value as text.
+    /// Value as text.
     pub value: String,
-    /// Its unit; empty for a pure number or a word.
+    /// Unit; empty for a pure number or a word.
     pub unit: String,
-    /// What it means or is compared with; may be empty.
+    /// Explanation or reference value; may be empty.
     pub note: String,
 }
 
-/// Text in rows and columns.
+/// A table of text.
 #[derive(Debug, Clone, Default, PartialEq, Eq, Serialize)]
 pub struct Table {
     /// Names of the columns, units included.
@@ -112,28 +112,27 @@ pub struct Table {
     pub rows: Vec<Vec<String>>,
 }
 
-/// The files a report consists of.
+/// Files of a report.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Written {
     /// The page to open first.
     pub page: PathBuf,
     /// SVG and PNG of each picture, in the order of the page.
     pub pictures: Vec<PathBuf>,
-    /// What recorders have kept, a file each.
+    /// One file per recorder.
     pub recorders: Vec<RecorderFile>,
 }
 
-/// Tries whether a report can be written to `folder`, so that a run is not made in vain. Leaves everything as it
-/// was: an older report in it, and no folder that was not there.
+/// Checks before a run whether a report can be written to `folder`. Leaves files and folders unchanged.
 ///
 /// # Errors
-/// [`ReportError`] names the folder or file and what to do.
+/// [`ReportError`] names the folder or file and the remedy.
 pub fn try_folder(folder: &Path) -> Result<(), ReportError> {
     let is_missing = |path: &&Path| !path.as_os_str().is_empty() && !path.exists();
     let missing: Vec<&Path> = folder.ancestors().take_while(is_missing).collect();
     let result = make_folder(folder).and_then(|()| try_file(folder.join(SignalsKind::Csv.file_name())));
     for made in missing {
-        // One that could not be made is not there to be removed.
+        // A folder that could not be created does not exist.
         let _ = fs::remove_dir(made);
     }
     result
@@ -152,12 +151,11 @@ fn try_file(path: PathBuf) -> Result<(), ReportError> {
     }
 }
 
-/// Writes `report` into `folder`, made if missing, beside the [signals](SignalsFile) that are there, replacing files of
-/// the same names; `bar` counts the files written
-/// ([`ProgressBar::hidden`] for silence). Gives up soon after `stop` is set.
+/// Writes `report` to `folder`, next to the [signals](SignalsFile), replacing files of the same names. Creates the folder if
+/// it is missing. `bar` counts the written files ([`ProgressBar::hidden`] for no output). Stops soon after `stop` is set.
 ///
 /// # Errors
-/// [`ReportError`] names the file and what to do. Files that were finished stay.
+/// [`ReportError`] names the file and the remedy. Complete files stay.
 pub fn write(
     folder: &Path,
     report: &Report<'_>,
@@ -177,7 +175,7 @@ pub fn write(
     Ok(Written { page, pictures, recorders: report.recorders.clone() })
 }
 
-/// The pictures as the page names them, in its order.
+/// Lists the pictures in the order of the page.
 fn images(report: &Report<'_>) -> Vec<PageImage> {
     let figures = report.figures.iter().map(|figure| PageImage {
         stem: figure.file_stem.clone(),
@@ -224,10 +222,10 @@ fn write_pictures(
     Ok(written)
 }
 
-/// Writes one picture of recorded signals alone into `folder`, made if missing.
+/// Writes only one picture of recorded signals to `folder`, created if missing.
 ///
 /// # Errors
-/// [`ReportError`] names the file and what to do.
+/// [`ReportError`] names the file and the remedy.
 pub fn write_figure(
     folder: &Path,
     figure: &Figure,
@@ -238,37 +236,37 @@ pub fn write_figure(
     write_picture(folder, &figure.file_stem, &picture, &ProgressBar::hidden())
 }
 
-/// Writes the picture of a bus alone into `folder`, made if missing.
+/// Writes only the picture of a bus to `folder`, created if missing.
 ///
 /// # Errors
-/// [`ReportError`] names the file and what to do.
+/// [`ReportError`] names the file and the remedy.
 pub fn write_bus(folder: &Path, bus: &BusTimeline) -> Result<[PathBuf; 2], ReportError> {
     make_folder(folder)?;
     write_picture(folder, BUS_STEM, bus, &ProgressBar::hidden())
 }
 
-/// Writes the picture of what a tick takes alone into `folder`, made if missing.
+/// Writes only the picture of a tick's cycles to `folder`, created if missing.
 ///
 /// # Errors
-/// [`ReportError`] names the file and what to do.
+/// [`ReportError`] names the file and the remedy.
 pub fn write_cycles(folder: &Path, cycles: &CycleBars) -> Result<[PathBuf; 2], ReportError> {
     make_folder(folder)?;
     write_picture(folder, CYCLES_STEM, cycles, &ProgressBar::hidden())
 }
 
-/// Writes a frequency response alone into `folder`, made if missing.
+/// Writes only a frequency response to `folder`, created if missing.
 ///
 /// # Errors
-/// [`ReportError`] names the file and what to do.
+/// [`ReportError`] names the file and the remedy.
 pub fn write_bode(folder: &Path, bode: &Bode) -> Result<[PathBuf; 2], ReportError> {
     make_folder(folder)?;
     write_picture(folder, BODE_STEM, bode, &ProgressBar::hidden())
 }
 
-/// Writes the map of a sweep alone into `folder`, made if missing.
+/// Writes only the map of a sweep to `folder`, created if missing.
 ///
 /// # Errors
-/// [`ReportError`] names the file and what to do.
+/// [`ReportError`] names the file and the remedy.
 pub fn write_map(folder: &Path, map: &FieldMap) -> Result<[PathBuf; 2], ReportError> {
     make_folder(folder)?;
     write_picture(folder, MAP_STEM, map, &ProgressBar::hidden())

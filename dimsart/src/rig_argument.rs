@@ -1,4 +1,4 @@
-//! The rig that an argument names.
+//! Resolves a rig given on the command line.
 
 use std::path::{Path, PathBuf};
 
@@ -6,11 +6,11 @@ use dimsart_core::Kinds;
 use hil_sim::rig_file::{RigFile, RigFileError, SHIPPED, USUAL};
 use hil_sim::schemes::suggestion;
 
-/// The rig of the file at a path, or the shipped rig of that name, with `sets` over it, for controllers with these module
-/// kinds; without a path, the usual one.
+/// Reads the rig file at a path, or the shipped rig of this name, applies `sets`, and uses these module kinds. Without a path,
+/// reads the default rig.
 ///
 /// # Errors
-/// What is wrong with file or `sets`, or with the name.
+/// The file or name is unknown or invalid, or a setting is invalid.
 pub fn read(path: Option<&Path>, sets: &[String], kinds: Kinds) -> Result<RigFile, RigFileError> {
     Ok(RigFile { kinds, ..read_file(path, sets)? })
 }
@@ -28,14 +28,14 @@ fn read_file(path: Option<&Path>, sets: &[String]) -> Result<RigFile, RigFileErr
     RigFile::load(path, sets)
 }
 
-/// Whether an argument names a rig, be it a right one or not, and no scheme or recording.
+/// Whether an argument denotes a rig (TOML file or shipped name), not a scheme or recording.
 #[must_use]
 pub fn is_rig(path: &Path) -> bool {
     let is_toml = path.extension().is_some_and(|extension| extension == "toml");
     is_toml || path.to_str().and_then(RigFile::shipped).is_some()
 }
 
-/// The rig of a name or a TOML file; none for a scheme.
+/// Reads the rig of a name or a TOML file; none for a scheme.
 ///
 /// # Errors
 /// As [`read`].

@@ -1,4 +1,4 @@
-//! The stamp of a firmware image, read from the file and written into it; [`dimsart_core::stamp`] has its layout.
+//! Reads and writes the stamp of a firmware image; [`dimsart_core::stamp`] defines its layout.
 
 use std::fs;
 use std::io;
@@ -11,7 +11,7 @@ use dimsart_core::{Cost, KindId};
 use hil_sim::foreign_text::visible;
 use object::{Object, ObjectSegment, ObjectSymbol};
 
-/// Where the image has its stamp.
+/// Symbol of the stamp.
 const SYMBOL: &str = "dimsart_stamp";
 /// Bytes of a line of costs.
 const LINE_BYTES: usize = size_of::<Cost>();
@@ -22,41 +22,41 @@ type Layout = Stamp<0, 0>;
 #[derive(Debug, Clone)]
 pub struct StampedImage {
     bytes: Vec<u8>,
-    /// Of the stamp in the file.
+    /// Range of the stamp in the file.
     at: Range<usize>,
 }
 
-/// Why a stamp is not read or written.
+/// Errors of stamps.
 #[derive(Debug, thiserror::Error)]
 pub enum StampError {
-    /// The file is not there, or cannot be written.
+    /// The file cannot be read or written.
     #[error("{}: {source}; build an image with `cargo board BOARD`", path.display())]
     File {
         /// The file.
         path: PathBuf,
-        /// What the system says.
+        /// System error.
         source: io::Error,
     },
-    /// It has no stamp, or one of another layout.
-    #[error("{} has no stamp of this version: build it from the sources of this command", path.display())]
+    /// The stamp is missing or has another layout.
+    #[error("{} has no stamp of this version: rebuild it from the sources of this command", path.display())]
     NoStamp {
         /// The file.
         path: PathBuf,
     },
-    /// More than there is room for.
+    /// The stamp is too small.
     #[error(
-        "the image has room for {room} {what}, not for {wanted}: build it from the sources of this command"
+        "the image has room for {room} {what}, {wanted} needed: rebuild it from the sources of this command"
     )]
     NoRoom {
-        /// What does not fit.
+        /// Kind of data.
         what: &'static str,
-        /// How much fits.
+        /// Capacity.
         room: usize,
-        /// How much there is.
+        /// Required size.
         wanted: usize,
     },
-    /// A scheme of an image with other modules.
-    #[error("the image has other modules or data types than this command: build both from the same sources")]
+    /// The image has other modules than this command.
+    #[error("image and command differ in modules or data types: rebuild both from the same sources")]
     OtherImage,
 }
 
@@ -64,7 +64,7 @@ impl StampedImage {
     /// Reads an image.
     ///
     /// # Errors
-    /// [`StampError`] when the file cannot be read or has no stamp.
+    /// [`StampError`] if the file cannot be read or has no stamp.
     pub fn read(path: &Path) -> Result<Self, StampError> {
         let bytes = fs::read(path).map_err(|source| StampError::File { path: path.to_owned(), source })?;
         let no_stamp = || StampError::NoStamp { path: path.to_owned() };
@@ -75,7 +75,7 @@ impl StampedImage {
         if is_known { Ok(image) } else { Err(no_stamp()) }
     }
 
-    /// Writes it to a file.
+    /// Writes the image to a file.
     ///
     /// # Errors
     /// [`StampError::File`].
@@ -83,43 +83,43 @@ impl StampedImage {
         fs::write(path, &self.bytes).map_err(|source| StampError::File { path: path.to_owned(), source })
     }
 
-    /// All but the stamp: what decides what modules cost.
+    /// Returns the image without its stamp: the input of the costs.
     pub fn linked(&self) -> [&[u8]; 2] {
         [0..self.at.start, self.at.end..self.bytes.len()]
             .map(|range| self.bytes.get(range).unwrap_or_default())
     }
 
-    /// Side of its scheme.
+    /// Returns the side of its scheme.
     #[must_use]
     pub fn side(&self) -> String {
         self.text(offset_of!(Layout, side))
     }
 
-    /// Memory that its costs are for; none while it has no costs.
+    /// Returns the memory of its costs; none if unstamped.
     #[must_use]
     pub fn memory(&self) -> Option<String> {
         Some(self.text(offset_of!(Layout, memory))).filter(|memory| !memory.is_empty())
     }
 
-    /// Name of its scheme.
+    /// Returns the name of its scheme.
     #[must_use]
     pub fn scheme_name(&self) -> String {
         self.text(offset_of!(Layout, scheme_name))
     }
 
-    /// The compiler that it is by.
+    /// Returns the version of its compiler.
     #[must_use]
     pub fn compiler(&self) -> String {
         self.text(offset_of!(Layout, compiler))
     }
 
-    /// Most cycles of a tick; 0: no limit.
+    /// Returns the limit of a tick, cycles; 0: no limit.
     #[must_use]
     pub fn limit_cycles(&self) -> u32 {
         self.number(offset_of!(Layout, limit_cycles))
     }
 
-    /// Bytes of its scheme.
+    /// Returns its encoded scheme.
     #[must_use]
     pub fn scheme(&self) -> &[u8] {
         let length = usize::from(self.half(offset_of!(Layout, scheme_bytes)));
@@ -128,7 +128,7 @@ impl StampedImage {
         self.stamp().get(start..end).unwrap_or_default()
     }
 
-    /// What a tick and each kind of module cost; none in an image that is not stamped.
+    /// Returns the costs of a tick and of each module kind; none if unstamped.
     #[must_use]
     pub fn costs(&self) -> Option<Vec<Cost>> {
         self.memory()?;
@@ -140,7 +140,7 @@ impl StampedImage {
         Some(lines.iter().map(cost).collect())
     }
 
-    /// The module kinds of the image.
+    /// Returns the module kinds of the image.
     #[must_use]
     pub fn kinds(&self) -> Vec<KindId> {
         let (ids, _) = self.stamp().get(self.start_of_kinds()..).unwrap_or_default().as_chunks();
@@ -152,10 +152,10 @@ impl StampedImage {
         offset_of!(Layout, costs) + LINE_BYTES * usize::from(self.half(offset_of!(Layout, lines)))
     }
 
-    /// Puts in costs, the memory that they are for, and what a tick may take.
+    /// Sets the costs, their memory and the limit of a tick.
     ///
     /// # Errors
-    /// [`StampError::NoRoom`]; nothing has changed then.
+    /// [`StampError::NoRoom`]; nothing changes.
     pub fn set_costs(&mut self, lines: &[Cost], memory: &str, limit_cycles: u32) -> Result<(), StampError> {
         let room = usize::from(self.half(offset_of!(Layout, lines)));
         if lines.len() != room {
@@ -172,10 +172,10 @@ impl StampedImage {
         Ok(())
     }
 
-    /// Puts in a saved scheme of one side; of its name, what there is room for.
+    /// Sets the saved scheme of one side; truncates its name.
     ///
     /// # Errors
-    /// [`StampError::OtherImage`] or [`StampError::NoRoom`]; nothing has changed then.
+    /// [`StampError::OtherImage`] or [`StampError::NoRoom`]; nothing changes.
     pub fn set_scheme(&mut self, name: &str, side: &str, scheme: &[u8]) -> Result<(), StampError> {
         let fingerprint = dimsart_link::saved_scheme::fingerprint_of;
         if fingerprint(self.scheme()) != fingerprint(scheme) {
@@ -228,7 +228,7 @@ fn fitting(words: &str) -> Result<Text, StampError> {
     (wanted <= MAX_TEXT_BYTES).then_some(text(words)).ok_or(no_room)
 }
 
-/// Where the stamp is in the file, by its symbol and its own size.
+/// Finds the stamp in the file, by its symbol and size.
 fn place(bytes: &[u8]) -> Option<Range<usize>> {
     let elf = object::read::elf::ElfFile32::<object::Endianness>::parse(bytes).ok()?;
     let symbol = elf.symbols().find(|symbol| symbol.name() == Ok(SYMBOL))?;
@@ -240,7 +240,7 @@ fn place(bytes: &[u8]) -> Option<Range<usize>> {
     })?;
     let count = |at: usize| Some(usize::from(u16::from_le_bytes(*bytes.get(start + at..)?.first_chunk()?)));
     let (lines, kinds) = (count(offset_of!(Layout, lines))?, count(offset_of!(Layout, kind_count))?);
-    // The linker has it end at a whole word.
+    // The linker pads it to a whole word.
     let used = offset_of!(Layout, costs) + LINE_BYTES * lines + size_of::<KindId>() * kinds;
     let is_whole = length == used.next_multiple_of(4);
     (is_whole && start + length <= bytes.len()).then_some(start..start + length)

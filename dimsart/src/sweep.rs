@@ -1,10 +1,10 @@
-//! A grid of settings, run on all cores: one row of figures for each point, into a CSV that can be gone on with.
+//! Runs a grid of settings on all cores: one row of figures per point, in a CSV file that can be continued.
 //!
 //! ```text
 //! Grid (keys × values) ──▶ points of a shard ──▶ workers: one run each ──▶ rows ──▶ sweep.csv ──▶ map
 //! ```
-//! Every point is run by itself and the same again on any machine: shards of a grid can be run anywhere, and their
-//! files be merged.
+//! Every point is independent and reproducible on any machine: shards of a grid can run on different machines, and their
+//! files can be merged.
 
 mod file;
 mod grid;
@@ -21,15 +21,15 @@ pub use map::map;
 use hil_sim::experiment::Experiment;
 use hil_sim::rig_file::{RigFile, RigFileError};
 
-/// Figures of a point, by name: numbers, `true` and `false`, why a figure is not settled, or nothing.
+/// Figures of a point, by name: a number, `true` or `false`, the reason of an unsettled figure, or empty.
 pub type Figures = Vec<(String, String)>;
 
-/// Reads the rig of a sweep with more settings.
+/// Reads the rig of a sweep with additional settings.
 pub trait ReadRig: Fn(&[String]) -> Result<RigFile, RigFileError> + Sync {}
 
 impl<F: Fn(&[String]) -> Result<RigFile, RigFileError> + Sync> ReadRig for F {}
 
-/// Checks that a rig, read with the settings of a point, takes every value of the grid.
+/// Checks that a rig accepts every value of the grid.
 ///
 /// # Errors
 /// As `rig`; [`GridError`] when a key or value of the grid is wrong.
@@ -56,14 +56,14 @@ fn run(rig: impl ReadRig, settings: &[String]) -> Result<Figures, String> {
     Ok(figures)
 }
 
-/// At the top: figures that say how fast this machine is, and those that only say what others do.
+/// Omitted top-level figures: they depend on this machine or repeat other figures.
 const LEFT_OUT: [&str; 5] =
     ["wall_s", "realtime_factor", "k_perceived_n_per_m", "k_predicted_n_per_m", "real_time"];
 
-/// Texts that are kept: why a figure means less than it seems to.
+/// Texts that are kept: limits of a figure's validity.
 const KEPT_TEXTS: [&str; 1] = ["unsettled"];
 
-/// Numbers and truths of a value, by their way from the top: `axes.0.rise_time_s`. Of a list of texts, how many there are.
+/// Collects numbers and booleans by path: `axes.0.rise_time_s`. A list of texts becomes its length.
 fn flatten(name: &str, value: &serde_json::Value, figures: &mut Figures) {
     use serde_json::Value;
     let below = |key: &str| if name.is_empty() { key.to_owned() } else { format!("{name}.{key}") };
@@ -95,11 +95,11 @@ fn flatten(name: &str, value: &serde_json::Value, figures: &mut Figures) {
     }
 }
 
-/// Runs every point of the shard that `file` lacks, on as many threads as there are cores, until `stop` is set; calls
-/// `progress` after each.
+/// Runs every point of the shard that is missing in `file`, with one thread per core, until `stop` is set. Calls `progress`
+/// after each point.
 ///
 /// # Errors
-/// What cannot be written, or the first point that cannot be run: its settings and why. What was done is in the file.
+/// A write error, or settings and error of the first point that cannot run. Finished points are in the file.
 pub fn sweep(
     rig: impl ReadRig,
     grid: &Grid,
@@ -125,7 +125,7 @@ pub fn sweep(
             });
         }
         drop(sender);
-        // The loop ends with the last worker; a point that cannot be run ends them all.
+        // The loop ends with the last worker; an error ends all workers.
         for (point, figures) in receiver {
             let at = || grid.settings(point).join(" ");
             let written = figures.map_err(|error| format!("{}: {error}", at())).and_then(|figures| {

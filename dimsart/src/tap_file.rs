@@ -1,4 +1,4 @@
-//! What a controller sends, row by row, into a file with its scheme inside: `dimsart record`, and recordings of the page.
+//! Writes streamed rows of a controller to a file, with its scheme: `dimsart record`, and recordings of the page.
 
 use std::io::{Read, Write};
 use std::path::Path;
@@ -11,14 +11,14 @@ use crate::report::{
 use hil_sim::bus::time::tick_seconds;
 use hil_sim::recording::{Column, Piece};
 
-/// Why a record ends whose controller sends something else.
+/// End of a recording: the signals changed.
 pub(crate) const OTHER_SIGNALS: &str =
-    "the scheme has other signals now: the record ends here, begin another one";
+    "the signals of the scheme changed: recording ended, start another one";
 
-/// Why a record ends whose controller counts its ticks anew.
-pub(crate) const BEGUN_ANEW: &str = "the device has begun anew: the record ends here, begin another one";
+/// End of a recording: the tick counter restarted.
+pub(crate) const BEGUN_ANEW: &str = "the device restarted: recording ended, start another one";
 
-/// A file that takes the rows of one set of signals.
+/// A file for the rows of one set of signals.
 #[derive(Debug)]
 pub(crate) struct TapFile {
     file: SignalsFile,
@@ -29,26 +29,26 @@ pub(crate) struct TapFile {
     signals: Vec<TapSignal>,
     rows: u64,
     every_ticks: u32,
-    /// With the times that the device's number of it has wrapped.
+    /// Unwrapped.
     last_tick: Option<u64>,
-    /// Rows between those that came.
+    /// Number of missing rows.
     missing: u64,
 }
 
-/// What becomes of the file after some rows.
+/// State of the file after rows were added.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum Next {
     GoesOn,
-    /// The rows are of other signals, or of a device that was restarted, and not in it: why the file ends.
+    /// The signals changed or the device restarted: the rows were not added. With the reason.
     Ends(&'static str),
-    /// The disk takes no more: [`TapFile::finish`] says why.
+    /// Writing failed: [`TapFile::finish`] returns the error.
     NoDisk,
 }
 
-/// How rows of every so many ticks are written that come from a port: with what the controller is now.
+/// Returns the format of a file for rows from a port, with the current identity and scheme of the controller.
 ///
 /// # Errors
-/// [`ConnectError`] when the device does not say its scheme.
+/// [`ConnectError`] if the scheme cannot be read.
 pub(crate) fn format(
     device: &mut Device<impl Read + Write>,
     port: &str,
@@ -61,7 +61,7 @@ pub(crate) fn format(
             let Identity { device: name, image, protocol_version, sample_period_s, .. } =
                 device.identity().clone();
             let settings_toml = format!(
-                "# What was recorded, not a scenario.\nport = {port:?}\ndevice = {name:?}\nimage = {image:?}\n\
+                "# Source of the recording, not a scenario.\nport = {port:?}\ndevice = {name:?}\nimage = {image:?}\n\
                  protocol = {protocol_version}\nsample_period_s = {sample_period_s}\nevery_ticks = {every_ticks}\n"
             );
             let scheme = device.scheme_rows(None)?;
@@ -72,7 +72,7 @@ pub(crate) fn format(
 }
 
 impl TapFile {
-    /// Begins the file in `folder`, made if missing, for a controller of this identity and a row in every so many ticks.
+    /// Creates the file in `folder`, created if missing, with a row every `every_ticks` ticks.
     ///
     /// # Errors
     /// As [`SignalsFile::create`].
@@ -83,7 +83,7 @@ impl TapFile {
         format: SignalsFormat,
     ) -> Result<Self, ReportError> {
         let (file, pieces) = SignalsFile::create(folder, &[], format)?;
-        // As it was meant: 0.001, not the nearest `f32`.
+        // The decimal value, 0.001, not the nearest `f32`.
         let period_s = identity.sample_period_s.to_string().parse().unwrap_or(f64::NAN);
         let source = identity.device.clone();
         Ok(Self {
@@ -103,16 +103,16 @@ impl TapFile {
         self.file.path()
     }
 
-    /// Rows so far.
+    /// Number of rows.
     pub(crate) fn rows(&self) -> u64 {
         self.rows
     }
 
-    /// Adds rows of these signals, those of the first ones that came. Waits for a disk that is behind.
+    /// Adds rows; their signals must equal the first rows' signals. Blocks while the disk is slow.
     pub(crate) fn add(&mut self, signals: &[TapSignal], rows: &[TapRow]) -> Next {
         if self.signals.is_empty() {
             signals.clone_into(&mut self.signals);
-            // It ends when its disk does not take it, and says so when it is asked.
+            // An error is returned by `finish`.
             let _ = self.pieces.send(Piece::Columns(columns_of(&self.source, signals)));
         } else if self.signals != signals {
             return Next::Ends(OTHER_SIGNALS);
@@ -143,7 +143,7 @@ impl TapFile {
         Next::GoesOn
     }
 
-    /// Waits until all is written; what is in the file, with the samples that are not, and why it ends where that is to be said.
+    /// Waits until all rows are written. Returns a summary with lost samples and the reason of the end.
     ///
     /// # Errors
     /// As [`SignalsFile::finish`].

@@ -1,17 +1,17 @@
-//! What happens inside one tick of a controller, for the Data Base timeline.
+//! Collects the steps of one tick of a controller, for the Data Base timeline.
 
 use dimsart_core::{Direction, Engine, Finding, Party, Stage, Step};
 
 use crate::report::{TickMap, TypeRow};
 use hil_sim::rig::Rig;
 
-/// The maps of all controllers of a rig.
+/// Returns the maps of all controllers of a rig.
 #[must_use]
 pub fn tick_maps(rig: &Rig) -> Vec<TickMap> {
     rig.stations().iter().map(|station| tick_map(&station.name, station.dimsart.engine())).collect()
 }
 
-/// The map of a controller's tick: the frame writes, the modules compute, the frame reads.
+/// Returns the map of a controller's tick: the frame writes, the modules compute, the frame reads.
 #[must_use]
 pub fn tick_map(name: &str, engine: &Engine) -> TickMap {
     let steps: Vec<Step> = engine.steps().collect();

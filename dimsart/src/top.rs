@@ -1,11 +1,11 @@
-//! The page for a terminal, as over SSH: controllers seen, tuned and moved by keys.
+//! The page in a terminal, for example over SSH: observe, tune and move controllers with keys.
 //!
 //! ```text
 //! Station ──news──▶ Seen ──▶ Screen ──▶ draw ──▶ terminal
 //! Station ◀──wishes──────── Screen ◀──keys────── terminal
 //! ```
-//! A station is what the page has, too. [`Screen`](screen::Screen) knows all that is drawn, and neither a terminal nor a
-//! station, so that any state can be drawn in a test.
+//! The page uses the same stations. [`Screen`](screen::Screen) is independent of terminal and stations, so that tests can
+//! draw any state.
 
 mod draw;
 mod live;

@@ -1,4 +1,4 @@
-//! A fleet over Zenoh: `dimsart bridge` and a router as processes of their own, and a commander here.
+//! A fleet over Zenoh: `dimsart bridge` and a router as separate processes, and a commander here.
 //!
 //! `cargo xtask step bridge` runs it; the build takes minutes.
 #![cfg(unix)]
@@ -26,7 +26,7 @@ use zenoh::sample::Sample;
 use zenoh::{Config, Session, Wait as _};
 
 const PATIENCE: Patience = Patience { timeout: Duration::from_secs(20), tries: 3 };
-/// Where the process of a router listens; the test below is one then.
+/// Environment variable with the address of a router process, which the test below then becomes.
 const ROUTER: &str = "DIMSART_TEST_ROUTER";
 
 const RIG: &str = r#"
@@ -104,11 +104,14 @@ impl Drop for Served {
 struct Process(Child);
 
 impl Process {
-    /// Starts one, and waits until it has said something.
+    /// Starts a process, and waits for its first output.
     fn start(mut command: Command, text: &str) -> Self {
         let mut process = Self(command.stdout(Stdio::piped()).spawn().unwrap());
         let mut lines = BufReader::new(process.0.stdout.take().unwrap()).lines();
-        assert!(lines.any(|line| line.unwrap().contains(text)), "it ended without a word of '{text}'");
+        assert!(
+            lines.any(|line| line.unwrap().contains(text)),
+            "the process ended without printing '{text}'"
+        );
         thread::spawn(move || lines.for_each(drop));
         process
     }
@@ -121,7 +124,7 @@ impl Drop for Process {
     }
 }
 
-/// A router at a free port of this computer, or at one that it had before.
+/// A router at a free port of this computer, or at its previous port.
 struct Router {
     endpoint: String,
     process: Option<Process>,
@@ -158,7 +161,7 @@ impl Router {
     }
 }
 
-/// What other tests start as a process of their own: a router, until it is killed. Otherwise nothing.
+/// Started by other tests as a process: runs a router until it is killed. Otherwise does nothing.
 #[test]
 fn a_router() {
     let Ok(endpoint) = std::env::var(ROUTER) else { return };
@@ -179,7 +182,7 @@ fn bridge(ports: &[String], router: &str) -> Command {
     command
 }
 
-/// Asks; what it came to, or why it was refused; none when nobody answers.
+/// Sends a request; returns its result or the reason of its refusal; `None` without an answer.
 fn ask(session: &Session, key: &str, payload: &str) -> Option<Result<Value, String>> {
     let replies = session.get(key).payload(payload).timeout(Duration::from_secs(5)).wait().unwrap();
     let reply = replies.recv().ok()?;
@@ -198,7 +201,7 @@ fn command(session: &Session, device: &str, what: &Value) -> Result<Value, Strin
     ask(session, &key, &what.to_string()).unwrap().map(|answer| answer["done"].clone())
 }
 
-/// Waits for something to be so.
+/// Waits for a condition.
 fn wait_until(what: &str, mut is_so: impl FnMut() -> bool) {
     let deadline = Instant::now() + TEST_TIMEOUT;
     while !is_so() {
@@ -207,7 +210,7 @@ fn wait_until(what: &str, mut is_so: impl FnMut() -> bool) {
     }
 }
 
-/// A commander that says that it is there, until this goes.
+/// A commander that reports its presence while this value exists.
 struct Renewing(Arc<AtomicBool>, Option<JoinHandle<()>>);
 
 impl Renewing {
@@ -259,13 +262,13 @@ fn subscribe(session: &Session, key: &str) -> Subscriber<FifoChannelHandler<Samp
     session.declare_subscriber(key).with(zenoh::handlers::FifoChannel::new(100_000)).wait().unwrap()
 }
 
-/// Takes rows until they are as wanted.
+/// Reads rows until they satisfy the condition.
 fn take_rows(
     signals: &Subscriber<FifoChannelHandler<Sample>>,
     rows: &mut Rows,
     is_so: impl Fn(&Rows) -> bool,
 ) {
-    wait_until("the rows that are waited for", || {
+    wait_until("the expected rows", || {
         while let Ok(Some(sample)) = signals.try_recv() {
             rows.extend(rows_of(&sample.payload().to_bytes()));
         }
@@ -290,7 +293,7 @@ fn a_fleet_is_seen_and_moved_and_the_loss_of_the_router_ends_motion_and_loses_no
     let signals = subscribe(&session, "fleet/axis/signals");
     let states = subscribe(&session, "0/fleet/axis/joint_states/**");
 
-    // Signals, tick by tick, and what they are.
+    // Signals of every tick, and their layout.
     let mut rows = Rows::new();
     take_rows(&signals, &mut rows, |rows| rows.len() > 300);
     assert!(has_no_gap(&rows), "a tick is missing");
@@ -299,14 +302,14 @@ fn a_fleet_is_seen_and_moved_and_the_loss_of_the_router_ends_motion_and_loses_no
     let position = layout["signals"][0].clone();
     assert_eq!(position, json!({"name": "POSITION", "unit": "rad", "words": 1}));
 
-    // The lease, and that it is one client's.
+    // The lease belongs to one client.
     let planner = |what: &Value| {
         let mut what = what.clone();
         what["client"] = "planner".into();
         command(&session, "axis", &what)
     };
     let set = |offset: &str| json!({"do": "edit", "edit": "set", "module": "SIGGEN_MOD", "parameter": "OFFSET", "value": offset});
-    assert!(planner(&json!({"do": "renew"})).unwrap_err().contains("`arm` takes it anew"));
+    assert!(planner(&json!({"do": "renew"})).unwrap_err().contains("lease expired: `arm` again"));
     planner(&json!({"do": "arm"})).unwrap();
     let renewing = Renewing::start(&session, "axis");
     wait_until("motion", || onlooker.state().unwrap().contains("commands the device"));
@@ -317,7 +320,7 @@ fn a_fleet_is_seen_and_moved_and_the_loss_of_the_router_ends_motion_and_loses_no
         assert!(refused.contains("another client holds the lease"), "{refused}");
     }
 
-    // A reference, and what it moves.
+    // A reference, and its motion.
     planner(&set("0.4")).unwrap();
     take_rows(&signals, &mut rows, |rows| rows.last().is_some_and(|row| row.2[0] > 0.3));
     assert!(has_no_gap(&rows), "a tick is missing");
@@ -337,22 +340,22 @@ fn a_fleet_is_seen_and_moved_and_the_loss_of_the_router_ends_motion_and_loses_no
     );
     let refused = refused.unwrap_err();
     assert!(refused.contains("DES_POSITION"), "{refused}");
-    assert_eq!(gain(&mut onlooker), "25", "all or nothing");
+    assert_eq!(gain(&mut onlooker), "25", "the transaction is atomic");
 
-    // What is no command.
+    // Invalid commands.
     for (payload, reason) in [
-        ("arm", "a command is JSON such as"),
-        (r#"{"do": "arm"}"#, r#""client" says who wants it"#),
-        (r#"{"client": "planner", "do": "jump"}"#, "not understood"),
+        ("arm", "commands are JSON such as"),
+        (r#"{"do": "arm"}"#, r#""client" is missing"#),
+        (r#"{"client": "planner", "do": "jump"}"#, "invalid command"),
     ] {
         let refused = ask(&session, "fleet/axis/command", payload).unwrap().unwrap_err();
         assert!(refused.contains(reason), "{refused}");
     }
     let refused = ask(&session, "fleet/axis/signals?tick=1", "").unwrap().unwrap_err();
     assert!(refused.contains("signals?layout=1;tick=1000"), "{refused}");
-    assert!(onlooker.state().unwrap().contains("commands the device"), "nothing of that has ended motion");
+    assert!(onlooker.state().unwrap().contains("commands the device"), "none of these requests ends motion");
 
-    // The router goes while somebody records.
+    // The router ends during a recording.
     let record = folder.path().join("record");
     let mut recording = Command::new(env!("CARGO_BIN_EXE_dimsart"));
     recording.args(["record", &served.port, "--duration-s", "4", "--signals", "csv", "--out"]).arg(&record);
@@ -374,26 +377,26 @@ fn a_fleet_is_seen_and_moved_and_the_loss_of_the_router_ends_motion_and_loses_no
     assert!(ticks.len() > 1000, "{}", ticks.len());
     assert!(ticks.windows(2).all(|pair| (pair[1] - pair[0] - 1.0).abs() < 1e-9), "a tick is missing");
 
-    // The router is back: rows go on, what was missed is there to be asked for, and nothing moves by itself.
+    // The router restarts: rows continue, missed rows can be requested, and nothing moves by itself.
     let (layout, last, ..) = rows.last().cloned().unwrap();
     router.run();
     take_rows(&signals, &mut rows, |rows| rows.last().is_some_and(|row| row.1 > last + 500));
     let missed = rows.windows(2).find(|pair| pair[1].1 != pair[0].1 + 1).map(|pair| pair[0].1);
-    let missed = missed.expect("rows that were missed");
+    let missed = missed.expect("missed rows");
     let asked = session.get(format!("fleet/axis/signals?layout={layout};tick={missed}")).wait().unwrap();
     let kept = asked.recv().unwrap();
     let kept = rows_of(&kept.result().unwrap().payload().to_bytes());
     assert!(has_no_gap(&kept));
     let before: Rows = rows.iter().take_while(|row| row.1 <= missed).cloned().collect();
     let all: Rows = before.into_iter().chain(kept.into_iter().filter(|row| row.1 > missed)).collect();
-    assert!(has_no_gap(&all) && all.last().unwrap().1 > last + 500, "every tick is there after all");
-    assert!(planner(&json!({"do": "renew"})).unwrap_err().contains("`arm` takes it anew"));
+    assert!(has_no_gap(&all) && all.last().unwrap().1 > last + 500, "every tick is available afterwards");
+    assert!(planner(&json!({"do": "renew"})).unwrap_err().contains("lease expired: `arm` again"));
     assert!(onlooker.state().unwrap().contains("no client holds the lease"));
     planner(&json!({"do": "arm"})).unwrap();
     assert!(command(&session, "axis", &json!({"do": "stop"})).unwrap().to_string().contains("stopped"));
 }
 
-/// The last state of the joint as CDR, with what `rmw_zenoh_cpp` sends beside, and the tokens it looks for.
+/// The last joint state as CDR, with the additional data of `rmw_zenoh_cpp`, and its liveliness tokens.
 fn joint_state_is_as_ros_has_it(states: &Subscriber<FifoChannelHandler<Sample>>, session: &Session) {
     let mut last = None;
     while let Ok(Some(sample)) = states.try_recv() {
@@ -408,7 +411,7 @@ fn joint_state_is_as_ros_has_it(states: &Subscriber<FifoChannelHandler<Sample>>,
     let attachment = sample.attachment().unwrap().to_bytes();
     assert_eq!((attachment.len(), attachment[16]), (8 + 8 + 1 + 16, 16));
     let bytes = sample.payload().to_bytes();
-    // Header, stamp, empty frame; a name "axis"; a position on its eighth byte; no velocity, no effort.
+    // Header, stamp, empty frame; a name "axis"; a position at a multiple of 8 bytes; no velocity, no effort.
     assert_eq!(bytes[..4], [0, 1, 0, 0]);
     assert_eq!(bytes[12..17], [1, 0, 0, 0, 0]);
     assert_eq!(bytes[20..33], *b"\x01\0\0\0\x05\0\0\0axis\0");
@@ -437,14 +440,14 @@ fn one_of_a_fleet_comes_to_rest_when_its_commander_is_silent_and_another_one_may
     wait_until("both states", || ["left", "right"].into_iter().all(|device| state(device).is_some()));
     let lost = session.declare_subscriber("fleet/left/lost").wait().unwrap();
     command(&session, "left", &json!({"client": "planner", "do": "arm"})).unwrap();
-    // Seen on its own line: it may be over before it is published.
+    // Observed on its own line, as the motion may end before it is published.
     let mut onlooker = left.device();
     wait_until("rest", || onlooker.state().unwrap().contains("no client holds the lease"));
-    let lost = lost.recv_timeout(TEST_TIMEOUT).unwrap().expect("it is told why");
+    let lost = lost.recv_timeout(TEST_TIMEOUT).unwrap().expect("the reason is published");
     let lost: Value = serde_json::from_slice(&lost.payload().to_bytes()).unwrap();
-    assert!(lost["reason"].as_str().unwrap().contains("said nothing for half a second"), "{lost}");
+    assert!(lost["reason"].as_str().unwrap().contains("client silent for 0.5 s"), "{lost}");
     right.end();
-    wait_until("that it is gone", || {
+    wait_until("that the device is gone", || {
         ask(&session, "fleet/right/gone", "").is_some_and(|gone| gone.is_ok_and(|gone| gone.is_string()))
     });
     let stale = b"right\0";
@@ -458,7 +461,7 @@ fn one_of_a_fleet_comes_to_rest_when_its_commander_is_silent_and_another_one_may
     command(&session, "left", &json!({"client": "planner", "do": "arm"})).unwrap();
 }
 
-/// Nothing closes then: the bridge hears no more of its commander, and that is enough.
+/// Nothing is closed: the silence of the commander alone ends motion.
 #[test]
 fn a_router_that_hangs_ends_motion_too() {
     let folder = tempfile::tempdir().unwrap();
@@ -468,7 +471,7 @@ fn a_router_that_hangs_ends_motion_too() {
     command(&session, "axis", &json!({"client": "planner", "do": "arm"})).unwrap();
     let renewing = Renewing::start(&session, "axis");
     wait_until("motion", || onlooker.state().unwrap().contains("commands the device"));
-    // Longer than it may be silent.
+    // Longer than the timeout.
     let start = Instant::now();
     wait_until("a second of motion", || {
         assert!(onlooker.state().unwrap().contains("commands the device"), "it is renewed");
@@ -494,8 +497,8 @@ fn what_is_wrong_is_said_with_what_to_do_next() {
         (ports(&["PORT"]), nowhere, "no Zenoh router at tcp/127.0.0.1:1"),
         (ports(&["PORT"]), "127.0.0.1", "no Zenoh router at 127.0.0.1"),
         (ports(&["sim:nobody-at-all"]), nowhere, "sim:nobody-at-all"),
-        (ports(&["PORT", "PORT"]), &router.endpoint, "two stations are called axis"),
-        (ports(&["a/b=PORT"]), &router.endpoint, "'a/b' does not go into a key"),
+        (ports(&["PORT", "PORT"]), &router.endpoint, "duplicate station name axis"),
+        (ports(&["a/b=PORT"]), &router.endpoint, "invalid name 'a/b'"),
     ] {
         let output = bridge(&ports, router).output().unwrap();
         let said = String::from_utf8(output.stderr).unwrap();

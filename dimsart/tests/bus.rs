@@ -1,4 +1,4 @@
-//! Packets over simulated media: whole runs, and `dimsart bus`.
+//! Packets over simulated buses: whole runs, and `dimsart bus`.
 #![expect(clippy::unwrap_used, reason = "a failed unwrap is a failed test")]
 
 use std::process::{Command, Output};
@@ -15,7 +15,7 @@ fn run(settings: &[&str]) -> Run {
 
 const NO_DELAY: [&str; 2] = ["link.forward_delay_ticks=0", "link.backward_delay_ticks=0"];
 
-/// Perceived stiffness as predicted for the measured round trip, within a part in `1e4`, and a passive channel.
+/// Perceived stiffness as predicted for the measured round trip, within `1e-4`, and a passive channel.
 fn assert_perceived(run: &Run) {
     assert!(run.outcome.stable && run.outcome.faults.is_empty(), "{:?}", run.outcome.faults);
     assert!(run.outcome.energy_min_j.unwrap() >= 0.0);
@@ -31,7 +31,7 @@ fn a_clean_medium_costs_a_tick_each_way_and_what_is_perceived_is_as_predicted() 
     for sets in [
         &["link.carrier=uart"][..],
         &["link.carrier=can_fd"],
-        // Two nodes with nine frames each of 1 ms: faster than CAN is, to keep within a tick.
+        // Two nodes with nine frames of 1 ms each per tick: more than CAN can send.
         &["link.carrier=can", "can.bits_per_s=4000000"],
         &["link.carrier=udp"],
     ] {
@@ -52,7 +52,7 @@ fn the_links_delay_comes_on_top_of_the_mediums() {
     assert_eq!(run.outcome.round_trip_ticks, Some(5 + 3 + 5 + 20));
 }
 
-/// Nine words at 115 200 baud take 4.3 ms; a packet a tick does not fit.
+/// Nine words at 115 200 baud need 4.3 ms, more than a tick.
 #[test]
 fn a_line_that_is_too_slow_is_a_fault() {
     let run = run(&["link.carrier=uart", "uart.bits_per_s=115200", "duration_s=1"]);
@@ -64,7 +64,7 @@ fn a_line_that_is_too_slow_is_a_fault() {
     );
 }
 
-/// The master's packets are the more urgent ones: those that are left behind are the slave's.
+/// The master's packets have priority: the superseded ones are the slave's.
 #[test]
 fn what_a_full_bus_does_not_take_is_told_of_both_sides() {
     let slow = ["link.carrier=can_fd", "can.bits_per_s=480000", "can.data_bits_per_s=960000", "duration_s=3"];
@@ -73,7 +73,7 @@ fn what_a_full_bus_does_not_take_is_told_of_both_sides() {
     let [traffic] = &outcome.media[..] else { panic!("{:?}", outcome.media) };
     assert!(traffic.packets == 6000 && traffic.dropped > 100, "{traffic:?}");
     let is_told = |what: &str| outcome.faults.iter().any(|fault| fault.contains(what));
-    assert!(is_told("of the slave's 3000 packets found no room"), "{:?}", outcome.faults);
+    assert!(is_told("of the slave's 3000 packets dropped, queue full"), "{:?}", outcome.faults);
     assert!(!is_told("of the master's"), "{:?}", outcome.faults);
 }
 
@@ -82,10 +82,10 @@ fn a_node_that_is_off_the_bus_is_not_called_a_full_line() {
     let outcome = run(&["link.carrier=can_fd", "can.bit_error_rate=0.01", "duration_s=1"]).outcome;
     let is_told = |what: &str| outcome.faults.iter().any(|fault| fault.contains(what));
     for side in ["master", "slave"] {
-        assert!(is_told(&format!("the {side} left the CAN bus 4 times")), "{:?}", outcome.faults);
-        assert!(is_told(&format!("of the {side}'s 1000 packets went nowhere")), "{:?}", outcome.faults);
+        assert!(is_told(&format!("the {side} went bus-off 4 times")), "{:?}", outcome.faults);
+        assert!(is_told(&format!("of the {side}'s 1000 packets lost while bus-off")), "{:?}", outcome.faults);
     }
-    assert!(!is_told("found no room"), "{:?}", outcome.faults);
+    assert!(!is_told("queue full"), "{:?}", outcome.faults);
     assert!(outcome.media[0].dropped > 1000, "{:?}", outcome.media);
 }
 
@@ -94,7 +94,7 @@ fn a_link_that_carries_nothing_is_a_fault_for_each_who_listens() {
     for set in ["link.loss=1", "udp.burst_start=1"] {
         let faults = run(&["link.carrier=udp", "udp.burst_end=0", set, "duration_s=0.5"]).outcome.faults;
         let silent =
-            |name| format!("the link to COMM_RXMOD of the {name} never came up: no packet arrived; ");
+            |name| format!("the link to COMM_RXMOD of the {name} never came up: no packet received; ");
         assert_eq!(faults.len(), 2, "{faults:?}");
         assert!(
             faults[0].starts_with(&silent("master")) && faults[1].starts_with(&silent("slave")),
@@ -103,7 +103,7 @@ fn a_link_that_carries_nothing_is_a_fault_for_each_who_listens() {
     }
 }
 
-/// Recorded losses are the same both ways, so both sides lose the link in one tick.
+/// Losses are recorded equally in both directions, so both sides lose the link in the same tick.
 #[test]
 fn a_link_that_both_sides_lose_at_once_is_told_of_both() {
     let folder = tempfile::tempdir().unwrap();
@@ -117,7 +117,7 @@ fn a_link_that_both_sides_lose_at_once_is_told_of_both() {
     assert_eq!(master.replace("master", "slave"), *slave);
 }
 
-/// What a lost link leaves the slave's controller to compute moves no slave.
+/// After a lost link, the results of the slave's controller do not move the slave.
 #[test]
 fn forces_that_no_device_gets_have_no_range() {
     let bursts = ["link.carrier=udp", "udp.burst_start=0.01", "udp.burst_end=0.2", "duration_s=5"];
@@ -151,7 +151,7 @@ fn the_same_seed_gives_the_same_bits_over_a_bad_medium() {
     }
 }
 
-/// 41 bytes at 500 Hz are 164 of the 245 kbit/s of the way up.
+/// 41 bytes at 500 Hz are 164 of the uplink's 245 kbit/s.
 #[test]
 fn the_packets_of_the_space_link_fit_its_link_at_500_hz_and_not_at_1_khz() {
     let path = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("../scenarios/space_link.toml");
@@ -162,7 +162,7 @@ fn the_packets_of_the_space_link_fit_its_link_at_500_hz_and_not_at_1_khz() {
     };
     let outcome = load(&[]);
     assert!(outcome.stable && outcome.faults.is_empty(), "{:?}", outcome.faults);
-    // 0.1 % of 500 a second, each way; a packet that the next one replaced within a tick is neither lost nor refused.
+    // 0.1 % of 500 per second, each way; a packet superseded within a tick is neither lost nor refused.
     for received in &outcome.received {
         assert!((1..20).contains(&received.lost) && received.refused == 0, "{received:?}");
         assert!(received.superseded > 1000, "{received:?}");
@@ -180,7 +180,7 @@ fn the_packets_of_the_space_link_fit_its_link_at_500_hz_and_not_at_1_khz() {
     );
     let [up, down] = &outcome.media[..] else { panic!("two ways") };
     assert!(up.load < 0.75 && up.dropped == 0 && down.load < 0.06 && up.longest_s < 0.015, "{up:?} {down:?}");
-    // The wave takes 2 ticks more where packets are rarer than ticks, and those of the play-out.
+    // The wave takes 2 more ticks where packets are rarer than ticks, plus the ticks of the play-out.
     let fastest_ticks = outcome.round_trip_ticks.unwrap() - 2 - 2 * 5;
     let slowest_s = up.longest_s + down.longest_s;
     assert!(
@@ -193,11 +193,11 @@ fn the_packets_of_the_space_link_fit_its_link_at_500_hz_and_not_at_1_khz() {
             / axis.contact.unwrap().k_predicted_n_per_m.unwrap();
         assert!((ratio - 1.0).abs() < 1e-4, "{ratio}");
     }
-    // What jitter does without play-out: the line becomes a damper, and nothing but the drift is felt.
+    // Jitter without play-out: the line acts as a damper, and only the drift is felt.
     let worn = load(&["link.playout_ticks=0"]);
     let predicted_n_per_m = outcome.k_predicted_n_per_m[0].unwrap();
     assert!(worn.k_perceived_n_per_m[0].unwrap() < 0.5 * predicted_n_per_m, "{worn:?}");
-    assert_eq!(worn.k_predicted_n_per_m[0], None, "nothing is predicted where displacement is lost");
+    assert_eq!(worn.k_predicted_n_per_m[0], None, "no prediction where displacement is lost");
     let creeps =
         |warning: &String| warning.contains("STALE LIMITED") && warning.contains("link.playout_ticks");
     assert!(worn.warnings.iter().any(creeps) && !outcome.warnings.iter().any(creeps), "{:?}", worn.warnings);
@@ -272,9 +272,9 @@ fn a_rig_is_told_which_commands_take_it() {
         let output = Command::new(env!("CARGO_BIN_EXE_dimsart")).args(["bus", rig]).output().unwrap();
         let message = String::from_utf8(output.stderr).unwrap();
         assert_eq!(output.status.code(), Some(2), "{message}");
-        let expected = [format!("{rig} is a rig without [experiment.press]"), format!("`dimsart run {rig}`")];
+        let expected = [format!("{rig} has no [experiment.press]"), format!("`dimsart run {rig}`")];
         assert!(
-            expected.iter().all(|part| message.contains(part)) && !message.contains("there is no key"),
+            expected.iter().all(|part| message.contains(part)) && !message.contains("unknown key"),
             "{message}"
         );
     }

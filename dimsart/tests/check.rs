@@ -1,4 +1,4 @@
-//! `dimsart check`: every mistake in a scheme is named with its place and the way out.
+//! `dimsart check`: names the location and remedy of every mistake in a scheme.
 #![expect(clippy::unwrap_used, reason = "a failed unwrap is a failed test")]
 
 use std::fs;
@@ -14,7 +14,7 @@ fn dimsart(arguments: &[&str]) -> Output {
     Command::new(env!("CARGO_BIN_EXE_dimsart")).args(arguments).output().unwrap()
 }
 
-/// Exit status and output of a check, without the name of the scheme's file.
+/// Returns exit status and output of a check, without the name of the scheme's file.
 fn check(rows: &str, more: &[&str]) -> (Option<i32>, String) {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("my.scheme");
@@ -25,7 +25,7 @@ fn check(rows: &str, more: &[&str]) -> (Option<i32>, String) {
     (output.status.code(), out.replace(path, "my.scheme"))
 }
 
-/// The shipped scheme with one row changed, checked on the master: the output, which must tell of faults.
+/// Returns the output of a check of the shipped scheme with one changed row, on the master; it must report faults.
 fn faulty(row: &str, instead: &str) -> String {
     assert!(BILATERAL.contains(row));
     let (status, out) = check(&BILATERAL.replacen(row, instead, 1), &["--side", "master"]);
@@ -40,7 +40,8 @@ fn table_1_as_printed_lacks_one_provider_on_the_slave() {
     assert_eq!(output.status.code(), Some(1));
     let out = String::from_utf8(output.stdout).unwrap();
     let lines: Vec<&str> = out.lines().filter(|line| !line.contains("takes")).collect();
-    let fault = "  fault: COMM_TXMOD reads CH1_TD_WAVES and nobody provides it: plug in a module that writes CH1_TD_WAVES";
+    let fault = "  fault: COMM_TXMOD reads CH1_TD_WAVES, which has no provider: plug in a module that writes \
+    CH1_TD_WAVES";
     assert_eq!(
         lines,
         ["builtin:table1 on the master: matches", "builtin:table1 on the slave: does NOT match", fault]
@@ -76,20 +77,17 @@ fn whose_packets_are_heard_is_noted() {
     for (left_out, expected) in [
         (
             "_CHANNEL",
-            "takes its own packets for the other side's where a line gives them back, and on a CAN bus everybody's",
+            "mistakes its own packets for its peer's if the line echoes them, and any controller's on a CAN bus",
         ),
-        ("CTX_CHANNEL", "sends on channel 0, which on a CAN bus everybody hears"),
+        ("CTX_CHANNEL", "sends on channel 0, which every controller on a CAN bus receives"),
     ] {
         let (status, out) = without(left_out);
         assert_eq!(status, Some(0), "{out}");
-        assert!(out.contains(&format!("  note: over link 0 it {expected}")), "{out}");
-        assert!(out.contains("give each direction a channel above 0 of its own"), "{out}");
+        assert!(out.contains(&format!("  note: link 0 {expected}")), "{out}");
+        assert!(out.contains("give each direction its own channel above 0"), "{out}");
     }
     let (_, out) = check(&BILATERAL.replace("_CHANNEL     2", "_CHANNEL     1"), &["--side", "master"]);
-    assert!(
-        out.contains("it takes its own packets for the other side's where a line gives them back; give"),
-        "{out}"
-    );
+    assert!(out.contains("mistakes its own packets for its peer's if the line echoes them: give"), "{out}");
 }
 
 #[test]
@@ -98,17 +96,18 @@ fn a_read_of_the_last_tick_is_listed_as_a_delay() {
         BILATERAL.replace("m&s      WTRANSF_MOD    B_PARAM         10", "all WTRANSF_MOD FORM PRINTED");
     let (status, out) = check(&rows, &["--side", "master"]);
     assert_eq!(status, Some(0), "{out}");
-    let delay = "  delay: PDCTRL_MOD reads DES_POSITION before WTRANSF_MOD writes it, so it sees the last tick's value";
+    let delay = "  delay: PDCTRL_MOD reads DES_POSITION before WTRANSF_MOD writes it, so it sees the last \
+    tick's value";
     assert!(out.contains(delay), "{out}");
 }
 
 #[test]
 fn a_device_that_cannot_be_is_refused() {
     for (arguments, expected) in [
-        (["--dof", "0"], "0 degrees of freedom: 1 to 8 are possible"),
-        (["--dof", "9"], "9 degrees of freedom: 1 to 8 are possible"),
-        (["--sample-period-s", "nan"], "a sample period of NaN s: it must be finite and above 0"),
-        (["--sample-period-s", "-1"], "a sample period of -1 s: it must be finite and above 0"),
+        (["--dof", "0"], "device has 0 degrees of freedom: allowed are 1 to 8"),
+        (["--dof", "9"], "device has 9 degrees of freedom: allowed are 1 to 8"),
+        (["--sample-period-s", "nan"], "invalid sample period NaN s: it must be finite and above 0"),
+        (["--sample-period-s", "-1"], "invalid sample period -1 s: it must be finite and above 0"),
     ] {
         let output = dimsart(&["check", "builtin:bilateral", arguments[0], arguments[1]]);
         let message = String::from_utf8(output.stderr).unwrap();
@@ -141,10 +140,10 @@ fn a_typo_is_named_with_row_column_and_the_nearest_word() {
         (
             K,
             "master PDCTRL_MOD K_PARAM",
-            "16:26: the row ends where a number from 0 to 1000000 N/m should be",
+            "16:26: expected a number from 0 to 1000000 N/m at the end of the row",
         ),
-        (K, "master PDCTRL_MOD K_PARAM 1 2", "16:29: '2' is one word too many on this row"),
-        (K, "master PDCTRL_MOD K_PARAM[3] 1", "16:19: no such axis: the device has 3 of them"),
+        (K, "master PDCTRL_MOD K_PARAM 1 2", "16:29: unexpected word '2' at the end of the row"),
+        (K, "master PDCTRL_MOD K_PARAM[3] 1", "16:19: no such axis: the device has 3, counted from 0"),
         (
             K,
             "master PDCTRL_MOD PORT_POSITION POSITON",
@@ -159,7 +158,7 @@ fn a_typo_is_named_with_row_column_and_the_nearest_word() {
         (
             LAST_ROW,
             "m&s MOD_ENG",
-            "25:12: the row ends where a command of the engine should be; there is MOD_ON, ",
+            "25:12: expected a command of the engine at the end of the row; available: MOD_ON, ",
         ),
     ] {
         let out = faulty(row, instead);
@@ -174,8 +173,8 @@ fn faults_of_the_whole_scheme_are_named_all_at_once() {
         "all PDCTRL_MOD PORT_POSITION CH1_WAVES\nall MOD_ENG MOD_ON PDCTRL_MOD\nall MOD_ENG MOD_ON PCTRL_MOD",
     );
     for expected in [
-        "port POSITION of PDCTRL_MOD is bound to CH1_WAVES, which has another unit, sqrt(W): bind it to a signal \
-         that fits (PORT_POSITION command); `dimsart modules PDCTRL_MOD` shows what does",
+        "port POSITION of PDCTRL_MOD is bound to CH1_WAVES, which has the wrong unit, sqrt(W): bind it to a \
+         compatible signal (PORT_POSITION command); see `dimsart modules PDCTRL_MOD`",
         "DES_FORCE has two providers, PDCTRL_MOD and PCTRL_MOD: unplug one or bind its port to another signal",
         "PDCTRL_MOD reads CH1_WAVES before WTRANSF_MOD writes it, so it sees the last tick's value: plug in the \
          writer first",
@@ -187,17 +186,17 @@ fn faults_of_the_whole_scheme_are_named_all_at_once() {
 #[test]
 fn what_a_refused_row_may_have_caused_is_told_from_what_it_is() {
     let out = faulty("TD_PARAM        10", "TD_PARAM        10000");
-    let refusal = "the module needs 30000 words of the Data Base and ";
-    assert!(out.contains(refusal) && out.contains("ask for less (a shorter delay, fewer rows)"), "{out}");
+    let refusal = "the module needs 30000 words of the Data Base, but only ";
+    assert!(out.contains(refusal) && out.contains("use a shorter delay or fewer rows"), "{out}");
     let lines: Vec<&str> = out.lines().skip(1).collect();
-    assert!(lines.len() == 2 && lines[1].ends_with("(perhaps because of a row above)"), "{out}");
+    assert!(lines.len() == 2 && lines[1].ends_with("(possibly caused by an error above)"), "{out}");
 }
 
 #[test]
 fn one_module_more_than_fit_is_refused_with_the_way_out() {
     let more: Vec<String> = (2..=29).map(|number| format!("all MOD_ENG MOD_ON PCTRL_MOD.{number}")).collect();
     let out = faulty(LAST_ROW, &more.join("\n"));
-    let refusal = "'PCTRL_MOD.29' refused: no more modules fit: close one first (MOD_CLOSE in a scheme";
+    let refusal = "'PCTRL_MOD.29' refused: too many modules: close one first (MOD_CLOSE in a scheme";
     assert!(out.contains(refusal) && !out.contains("'PCTRL_MOD.28' refused"), "{out}");
 }
 
@@ -205,7 +204,7 @@ fn one_module_more_than_fit_is_refused_with_the_way_out() {
 fn a_scheme_that_never_starts_does_not_match() {
     let out = faulty(LAST_ROW, "");
     assert!(
-        out.contains("its last row leaves it stopped: end it with the row `all MOD_ENG MATCHING_CHECK`"),
+        out.contains("the scheme is stopped after its last row: add the row `all MOD_ENG MATCHING_CHECK`"),
         "{out}"
     );
 }
@@ -213,7 +212,7 @@ fn a_scheme_that_never_starts_does_not_match() {
 #[test]
 fn a_transaction_that_is_never_ended_does_not_match() {
     let out = faulty(LAST_ROW, &format!("{LAST_ROW}\nall MOD_ENG BEGIN\nall PDCTRL_MOD K_PARAM 7"));
-    let fault = "its last row leaves a transaction open: end it with the row `all MOD_ENG COMMIT`";
+    let fault = "open transaction at the end of the scheme: add the row `all MOD_ENG COMMIT`";
     assert!(out.contains(fault), "{out}");
 }
 
@@ -235,7 +234,7 @@ fn on_a_board_a_scheme_is_told_how_long_its_ticks_can_be() {
     let (status, out) = check(BILATERAL, &["--side", "master", "--board", "nucleo-g474re"]);
     assert_eq!(status, Some(0), "{out}");
     let line = out.lines().find(|line| line.starts_with("  a tick takes up to ")).unwrap();
-    assert!(line.contains(" of 84000 cycles (") && line.ends_with(" % of the time to the next one"), "{out}");
+    assert!(line.contains(" of 84000 cycles (") && line.ends_with(" % of the period"), "{out}");
     let (_, without) = check(BILATERAL, &["--side", "master"]);
     assert!(!without.contains("a tick takes"), "{without}");
 }
@@ -264,10 +263,7 @@ fn without_a_stamped_image_of_the_board_the_scheme_is_checked_and_how_long_it_ta
     let check = command.args(["check", "builtin:bilateral", "--board", "nucleo-g474re"]);
     let output = check.env(FOLDER_VARIABLE, folder.path()).output().unwrap();
     let out = String::from_utf8(output.stdout).unwrap();
-    assert!(
-        output.status.success() && out.contains("how long a tick takes is not known: there is no"),
-        "{out}"
-    );
+    assert!(output.status.success() && out.contains("maximum tick time unknown: no firmware image"), "{out}");
     assert!(out.contains("cargo board nucleo-g474re"), "{out}");
 }
 
@@ -275,7 +271,7 @@ fn without_a_stamped_image_of_the_board_the_scheme_is_checked_and_how_long_it_ta
 fn a_board_that_does_not_exist_is_told_with_the_ones_that_do() {
     let output = dimsart(&["check", "builtin:bilateral", "--board", "nucleo"]);
     let message = String::from_utf8(output.stderr).unwrap();
-    assert!(output.status.code() == Some(2) && message.contains("'nucleo' is not a board"), "{message}");
+    assert!(output.status.code() == Some(2) && message.contains("unknown board 'nucleo'"), "{message}");
     assert!(boards::BOARDS.iter().all(|board| message.contains(board.name)), "{message}");
 }
 
@@ -292,11 +288,11 @@ fn a_scheme_is_checked_for_the_axes_and_the_memory_of_the_board() {
     std::fs::write(&path, scheme.replace("TD_PARAM        10", "TD_PARAM        900")).unwrap();
     let check = |board: &str| dimsart(&["check", path.to_str().unwrap(), "--board", board]);
     let out = String::from_utf8(check("b-g431b-esc1").stdout).unwrap();
-    assert!(out.contains("words of the Data Base, and b-g431b-esc1 has 480: shorten a delay"), "{out}");
+    assert!(out.contains("words, b-g431b-esc1 has 480: shorten a delay"), "{out}");
     assert!(check("nucleo-g474re").status.success());
 }
 
-/// All that was found, for a program: the same as in words.
+/// JSON contains all findings of the text.
 #[test]
 fn what_is_found_can_be_read_by_a_program() {
     let output = dimsart(&["check", "builtin:table1", "--json"]);
@@ -305,7 +301,7 @@ fn what_is_found_can_be_read_by_a_program() {
     let [master, slave] = [&found[0], &found[1]];
     assert_eq!((&master["controller"], &master["matches"]), (&"master".into(), &true.into()));
     assert_eq!((&slave["controller"], &slave["matches"]), (&"slave".into(), &false.into()));
-    assert!(slave["faults"][0].as_str().unwrap().contains("nobody provides it"), "{slave}");
+    assert!(slave["faults"][0].as_str().unwrap().contains("which has no provider"), "{slave}");
     assert!(master["words"].as_u64().unwrap() > 100 && master["most_words"] == 2048, "{master}");
 }
 
@@ -327,14 +323,21 @@ fn a_rig_is_checked_controller_by_controller() {
 
 #[test]
 fn a_link_that_a_board_has_not_is_a_fault_there_alone() {
-    let rows = BILATERAL.replacen(LAST_ROW, &format!("all COMM_TXMOD.2 CTX_ADD_DATA POSITION\nall COMM_TXMOD.2 CTX_LINK 3\nall MOD_ENG MOD_ON COMM_TXMOD.2\n{LAST_ROW}"), 1);
+    let rows = BILATERAL.replacen(
+        LAST_ROW,
+        &format!(
+            "all COMM_TXMOD.2 CTX_ADD_DATA POSITION\nall COMM_TXMOD.2 \
+    CTX_LINK 3\nall MOD_ENG MOD_ON COMM_TXMOD.2\n{LAST_ROW}"
+        ),
+        1,
+    );
     assert_eq!(check(&rows, &["--side", "master"]).0, Some(0));
     let (status, out) = check(&rows, &["--side", "master", "--board", "nucleo-g474re"]);
     assert_eq!(status, Some(1), "{out}");
-    assert!(out.contains("it uses link 3, and nucleo-g474re has 2, from 0"), "{out}");
+    assert!(out.contains("the scheme uses link 3, nucleo-g474re has links 0 to 1"), "{out}");
 }
 
-/// What is printed builds the same again, for every shipped scheme of two sides; so printing it again changes nothing.
+/// For every shipped scheme of two sides, the printed rows rebuild the same scheme and are stable.
 #[test]
 fn a_printed_scheme_is_the_same_scheme() {
     let folder = tempfile::tempdir().unwrap();
@@ -374,10 +377,13 @@ fn what_a_controller_of_a_rig_has_is_printed() {
     let rows = String::from_utf8(one.stdout).unwrap();
     assert!(rows.starts_with("coordinator  COMM_TXMOD"), "{rows}");
     for (arguments, expected) in [
-        (&["arm_bus"][..], "arm_bus has several controllers: say which with --controller: coordinator, "),
-        (&["arm_bus", "--controller", "finger"], "arm_bus has no controller finger; it has coordinator, "),
-        (&["joint", "--side", "slave"], "--side and --dof are for schemes; a rig says itself"),
-        (&["builtin:bilateral", "--controller", "joint"], "--controller is for rigs"),
+        (&["arm_bus"][..], "arm_bus has several controllers: select one with --controller: coordinator, "),
+        (
+            &["arm_bus", "--controller", "finger"],
+            "arm_bus has no controller finger; its controllers: coordinator, ",
+        ),
+        (&["joint", "--side", "slave"], "--side and --dof apply to schemes only; a rig defines"),
+        (&["builtin:bilateral", "--controller", "joint"], "--controller applies to rigs only"),
     ] {
         let output = dimsart(&[&["scheme"], arguments].concat());
         let message = String::from_utf8(output.stderr).unwrap();
@@ -385,7 +391,7 @@ fn what_a_controller_of_a_rig_has_is_printed() {
     }
 }
 
-/// Where an `f32` has too coarse steps for a position, the rig's check says up to where it is usable.
+/// If the resolution of `f32` is too coarse for a position, the rig's check reports the usable range.
 #[test]
 fn positions_beyond_what_an_f32_has_fine_steps_for_are_noted() {
     let folder = tempfile::tempdir().unwrap();
@@ -398,12 +404,13 @@ fn positions_beyond_what_an_f32_has_fine_steps_for_are_noted() {
         assert!(output.status.success());
         String::from_utf8(output.stdout).unwrap()
     };
-    let note = "note: a position has steps of 6.2e-2 m at position_limit, 1000000 m (f32): usable to 0.0001 m within ±1024 m";
+    let note = "note: position resolution (f32) is 6.2e-2 m at position_limit 1000000 m; it is 0.0001 m or \
+    finer within ±1024 m";
     assert_eq!(far("1e6").matches(note).count(), 1);
-    assert!(!far("1000.0").contains("usable"));
+    assert!(!far("1000.0").contains("resolution"));
 }
 
-/// 0.49 of the module's own rate, on every axis; a low-pass of first order has no maximum.
+/// 0.49 of the module's rate, on every axis; a first-order low-pass has no maximum.
 #[test]
 fn a_filter_s_frequency_above_its_rate_is_refused_with_the_maximum() {
     let with = |rows: &str| {

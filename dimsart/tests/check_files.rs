@@ -1,4 +1,4 @@
-//! `dimsart check` of scenarios and rigs: their own axes, types, settings and paths count, and those of a board.
+//! `dimsart check` of scenarios and rigs with their own axes, types, settings and paths, and with the limits of a board.
 #![expect(clippy::unwrap_used, reason = "a failed unwrap is a failed test")]
 
 use std::fs;
@@ -7,7 +7,7 @@ use std::process::Command;
 
 use hil_sim::rig_file::RigFile;
 
-/// Exit status, standard output and standard error of a check.
+/// Returns exit status, standard output and standard error of a check.
 fn check(path: &Path, more: &[&str]) -> (Option<i32>, [String; 2]) {
     let output =
         Command::new(env!("CARGO_BIN_EXE_dimsart")).arg("check").arg(path).args(more).output().unwrap();
@@ -39,7 +39,8 @@ fn a_rig_with_a_type_of_its_own_is_checked_and_every_fault_of_it_named() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("my.toml");
     fs::write(&path, TYPED_RIG).unwrap();
-    let rows = "all PDCTRL_MOD PORT_DES_POSITION GRIP_WIDTH\nall MOD_ENG MOD_ON PDCTRL_MOD\nall MOD_ENG MATCHING_CHECK\n";
+    let rows = "all PDCTRL_MOD PORT_DES_POSITION GRIP_WIDTH\nall MOD_ENG MOD_ON PDCTRL_MOD\nall MOD_ENG \
+    MATCHING_CHECK\n";
     fs::write(folder.path().join("my.scheme"), rows).unwrap();
     let (status, [out, _]) = check(&path, &[]);
     assert!(status == Some(0) && out.contains("on the gripper: matches"), "{out}");
@@ -59,27 +60,28 @@ fn a_rig_is_checked_for_the_axes_links_and_memory_of_a_board() {
     assert!(status == Some(0) && out.contains("22 of 480 words"), "{out}");
     let (status, [out, _]) = check(Path::new("arm_bus"), &["--board", "nucleo-g474re"]);
     assert_eq!(status, Some(1));
-    for fault in
-        ["it is for 6 axes, and nucleo-g474re has 3", "it uses link 2, and nucleo-g474re has 2, from 0"]
-    {
+    for fault in [
+        "the scheme needs 6 axes, nucleo-g474re has 3",
+        "the scheme uses link 2, nucleo-g474re has links 0 to 1",
+    ] {
         assert!(out.contains(&format!("  fault: {fault}\n")), "{out}");
     }
     let (status, [out, _]) =
         check(Path::new("builtin:bilateral"), &["--board", "b-g431b-esc1", "--dof", "7", "--side", "slave"]);
-    assert!(status == Some(1) && out.contains("it is for 7 axes, and b-g431b-esc1 has 1"), "{out}");
+    assert!(status == Some(1) && out.contains("the scheme needs 7 axes, b-g431b-esc1 has 1"), "{out}");
     let (status, [_, message]) = check(Path::new("joint"), &["--board", "nucleo"]);
-    assert!(status == Some(2) && message.contains("'nucleo' is not a board"), "{message}");
+    assert!(status == Some(2) && message.contains("unknown board 'nucleo'"), "{message}");
 }
 
 #[test]
 fn what_a_rig_says_itself_is_no_argument() {
     for argument in [["--side", "slave"], ["--dof", "2"], ["--sample-period-s", "0.01"]] {
         let (status, [_, message]) = check(Path::new("joint"), &argument);
-        assert!(status == Some(2) && message.contains("a rig says itself"), "{message}");
+        assert!(status == Some(2) && message.contains("a rig defines"), "{message}");
     }
 }
 
-/// One side needs nothing of the other one.
+/// One side is independent of the other.
 #[test]
 fn a_rigs_schemes_are_checked_with_its_axes_and_settings() {
     let folder = tempfile::tempdir().unwrap();
@@ -92,7 +94,7 @@ fn a_rigs_schemes_are_checked_with_its_axes_and_settings() {
     let one: serde_json::Value = serde_json::from_str(&out).unwrap();
     assert_eq!(status, Some(0), "{out}");
     let (status, [out, _]) = check(&path, &["--side", "slave"]);
-    assert!(status == Some(1) && out.contains("fault: cannot read the scheme file"), "{out}");
+    assert!(status == Some(1) && out.contains("fault: cannot read scheme file"), "{out}");
     write("[master]\ntime_delay_ticks = 20\n");
     let (status, [out, _]) = check(&path, &["--json"]);
     let three: serde_json::Value = serde_json::from_str(&out).unwrap();
@@ -106,7 +108,7 @@ fn a_rigs_schemes_are_checked_with_its_axes_and_settings() {
     assert!(status == Some(1) && out.contains("on the slave: does NOT match"), "{out}");
     write("los = 1\n");
     let (status, [_, message]) = check(&path, &[]);
-    assert!(status == Some(1) && message.contains("my.toml:1:1: there is no key `los`"), "{message}");
+    assert!(status == Some(1) && message.contains("my.toml:1:1: unknown key `los`"), "{message}");
 }
 
 #[test]
@@ -117,7 +119,7 @@ fn every_fault_of_a_rig_is_named_also_where_a_scheme_cannot_be_read() {
         .unwrap();
     let (status, [out, _]) = check(&path, &[]);
     assert_eq!(status, Some(1));
-    for fault in ["cannot read the scheme file", "COMM_TXMOD reads CH1_TD_WAVES and nobody provides it"] {
+    for fault in ["cannot read scheme file", "COMM_TXMOD reads CH1_TD_WAVES, which has no provider"] {
         assert!(out.contains(&format!("  fault: {fault}")), "{out}");
     }
     fs::write(&path, "[master]\nscheme = \"a.scheme\"\n[slave]\nscheme = \"b.scheme\"\n").unwrap();
@@ -134,14 +136,14 @@ fn a_rig_is_checked_for_the_axes_of_a_board_that_has_fewer_and_that_is_said() {
     fs::write(&path, "").unwrap();
     let (status, [out, message]) = check(&path, &["--board", "b-g431b-esc1"]);
     assert_eq!(status, Some(0), "{out}{message}");
-    let note = "  note: for the 1 axis of b-g431b-esc1, not for the rig's 3\n";
+    let note = "  note: checked for the 1 axis of b-g431b-esc1 instead of the rig's 3\n";
     assert_eq!(out.matches(note).count(), 2, "{out}");
     for more in [&["--board", "nucleo-g474re"][..], &["--board", "b-g431b-esc1", "--dof", "1"]] {
         let (status, [out, _]) = check(&path, more);
         assert!(status == Some(0) && !out.contains("the rig's"), "{out}");
     }
     let (status, [out, _]) = check(&path, &["--board", "b-g431b-esc1", "--dof", "2"]);
-    assert!(status == Some(1) && out.contains("it is for 2 axes, and b-g431b-esc1 has 1"), "{out}");
+    assert!(status == Some(1) && out.contains("the scheme needs 2 axes, b-g431b-esc1 has 1"), "{out}");
 }
 
 #[test]
@@ -149,7 +151,7 @@ fn a_scheme_for_the_devices_of_a_rig_points_to_the_rig() {
     for rig in ["joint", "arm"] {
         let (status, [out, _]) = check(Path::new(&format!("builtin:{rig}")), &[]);
         assert_eq!(status, Some(1));
-        assert!(out.contains(&format!("the rig {rig}: `dimsart check {rig}` checks it on these")), "{out}");
+        assert!(out.contains(&format!("the rig {rig}: run `dimsart check {rig}`")), "{out}");
     }
     let (_, [out, _]) = check(Path::new("builtin:table1"), &[]);
     assert!(!out.contains("the rig"), "{out}");

@@ -1,6 +1,6 @@
-//! The `dimsart` command as its user meets it: what it prints, writes and ends with.
+//! The `dimsart` command from the user's view: output, files and exit status.
 //!
-//! These tests stand here because a package's tests see its own binaries only. Schemes: `check.rs`.
+//! These tests are here because only a package's tests have access to its binaries. Schemes: `check.rs`.
 #![expect(clippy::unwrap_used, reason = "a failed unwrap is a failed test")]
 
 use std::fs;
@@ -15,21 +15,21 @@ fn dimsart(arguments: &[&str]) -> Output {
     Command::new(env!("CARGO_BIN_EXE_dimsart")).args(arguments).output().unwrap()
 }
 
-/// Standard output of a command that ends with 0.
+/// Returns standard output of a command that ends with 0.
 fn out(arguments: &[&str]) -> String {
     let output = dimsart(arguments);
     assert!(output.status.success(), "{arguments:?}: {}", text(&output.stderr));
     text(&output.stdout)
 }
 
-/// Standard output and standard error of a command that ends with 0.
+/// Returns standard output and standard error of a command that ends with 0.
 fn both(arguments: &[&str]) -> [String; 2] {
     let output = dimsart(arguments);
     assert!(output.status.success(), "{arguments:?}: {}", text(&output.stderr));
     [text(&output.stdout), text(&output.stderr)]
 }
 
-/// Standard error of a command that ends with `status`.
+/// Returns standard error of a command that ends with `status`.
 fn refused(arguments: &[&str], status: i32) -> String {
     let output = dimsart(arguments);
     assert_eq!(output.status.code(), Some(status), "{arguments:?}: {}", text(&output.stdout));
@@ -75,7 +75,7 @@ fn standard_output_is_one_line_of_json_with_every_figure() {
     assert!(!out.contains("report: "), "{out}");
 }
 
-/// Whatever folder the command is called from; what is set on the command line begins in that one.
+/// Independent of the working folder; paths on the command line are relative to it.
 #[test]
 fn paths_in_a_scenario_begin_in_its_folder() {
     let folder = tempfile::tempdir().unwrap();
@@ -87,7 +87,7 @@ fn paths_in_a_scenario_begin_in_its_folder() {
     let path = path.to_str().unwrap();
     out(&["run", path, "--no-report"]);
     let message = refused(&["run", path, "--no-report", "--set", "slave.scheme=my.scheme"], 1);
-    assert!(message.contains("cannot read the scheme file my.scheme"), "{message}");
+    assert!(message.contains("cannot read scheme file my.scheme"), "{message}");
 }
 
 #[test]
@@ -97,7 +97,7 @@ fn an_unstable_run_says_no_and_ends_well() {
     assert_eq!(json(&figures)["stable"], false);
     let row = out.lines().find(|line| line.contains("stable ")).unwrap();
     assert!(row.contains("NO") && row.contains("see the fault"), "{row}");
-    assert!(out.contains("fault: ") && out.contains("left its range ±"), "{out}");
+    assert!(out.contains("fault: ") && out.contains("limit ±"), "{out}");
     let asked = dimsart(&[&arguments[..], &["--fail-if-unstable"]].concat());
     assert_eq!(asked.status.code(), Some(3));
     assert_eq!(dimsart(&["run", "joint", "--no-report", "--fail-if-unstable"]).status.code(), Some(0));
@@ -120,7 +120,7 @@ fn an_account_that_there_is_none_of_is_null() {
         arguments.extend(["--set", setting]);
     }
     let [figures, out] = both(&arguments);
-    assert!(json(&figures)["energy_min_j"].is_null() && out.contains("not both sides have waves"), "{out}");
+    assert!(json(&figures)["energy_min_j"].is_null() && out.contains("needs waves on both sides"), "{out}");
 }
 
 #[test]
@@ -131,13 +131,13 @@ fn an_output_folder_that_cannot_be_made_is_known_before_the_run() {
     let below = file.join("run");
     let output = dimsart(&["run", "--out", below.to_str().unwrap()]);
     assert_eq!(output.status.code(), Some(1));
-    assert_eq!(text(&output.stdout), "", "the run was made in vain");
+    assert_eq!(text(&output.stdout), "", "the run was made although its report cannot be written");
     let message = text(&output.stderr);
     assert!(message.contains(&format!("cannot create {}", below.display())), "{message}");
     assert!(message.trim_end().ends_with("choose another folder with --out"), "{message}");
 }
 
-/// The most memory of a run's process, kilobytes.
+/// Returns the maximum memory of a run's process, kilobytes.
 #[cfg(target_os = "linux")]
 fn peak_kb(arguments: &[&str]) -> u64 {
     let mut run =
@@ -155,7 +155,7 @@ fn peak_kb(arguments: &[&str]) -> u64 {
     peak_kb
 }
 
-/// 70 and 210 thousand rows, of which 65 536 are kept for the pictures.
+/// 70 000 and 210 000 rows, of which 65 536 are kept for the pictures.
 #[cfg(target_os = "linux")]
 #[test]
 fn memory_does_not_grow_with_the_length_of_a_run() {
@@ -166,7 +166,7 @@ fn memory_does_not_grow_with_the_length_of_a_run() {
         peak_kb(&["run", "--set", "dof=1", "--set", duration, "--set", signals, "--out", out])
     };
     let (short_kb, long_kb) = (peak("duration_s=70"), peak("duration_s=210"));
-    // Of the longer one's rows alone, 19 MB more.
+    // The rows of the longer run alone would need 19 MB more.
     assert!(long_kb < short_kb + 6_000, "{long_kb} KB for {short_kb} KB");
 }
 
@@ -185,7 +185,7 @@ fn ctrl_c_ends_a_run_and_what_was_recorded_is_reported() {
     let signals = folder.path().join("signals.csv");
     let start = Instant::now();
     while fs::read_to_string(&signals).unwrap_or_default().lines().count() < 5 {
-        assert!(start.elapsed() < TEST_TIMEOUT, "nothing is recorded");
+        assert!(start.elapsed() < TEST_TIMEOUT, "no row is recorded");
         std::thread::sleep(Duration::from_millis(10));
     }
     let kill = Command::new("kill").args(["-INT", &run.id().to_string()]).status().unwrap();
@@ -198,11 +198,11 @@ fn ctrl_c_ends_a_run_and_what_was_recorded_is_reported() {
     let ticks = figures["ticks"].as_u64().unwrap();
     assert!(ticks > 1000, "nothing was run");
     let rows = fs::read_to_string(signals).unwrap().lines().count();
-    assert_eq!(rows as u64, 1 + ticks.div_ceil(1000), "a header, and a row in a thousand ticks");
+    assert_eq!(rows as u64, 1 + ticks.div_ceil(1000), "a header, and one row per 1000 ticks");
     assert!(folder.path().join("report.html").exists());
 }
 
-/// Names of the files in a folder.
+/// Returns the names of the files in a folder.
 #[cfg(unix)]
 fn files(folder: &Path) -> Vec<String> {
     let files = fs::read_dir(folder).unwrap();
@@ -230,14 +230,14 @@ fn a_run_that_is_killed_leaves_the_rows_until_then_and_no_older_report() {
         .spawn()
         .unwrap();
     let signals = folder.path().join("signals.csv");
-    // The older report's rows are a millisecond apart, those of this run a second; in between there is no file.
+    // The rows of the older report are 1 ms apart, of this run 1 s; in between the file is missing.
     let rows = || {
         let table = csv::Reader::from_path(&signals);
         let rows: Vec<_> = table.map_or(Vec::new(), |table| table.into_records().flatten().collect());
         if rows.get(1).is_some_and(|row| row[0].starts_with("0.")) { 0 } else { rows.len() }
     };
     let start = Instant::now();
-    // This run writes each row as it is taken.
+    // This run writes each row immediately.
     while (files(folder.path()).len() > 1 || rows() < 5) && start.elapsed() < TEST_TIMEOUT {
         std::thread::sleep(Duration::from_millis(10));
     }
@@ -252,7 +252,7 @@ fn a_run_that_is_killed_leaves_the_rows_until_then_and_no_older_report() {
     }
 }
 
-/// As a full disk does, a limit of the system keeps a file from growing.
+/// A system limit stops the growth of the file, as a full disk does.
 #[cfg(unix)]
 #[test]
 fn a_disk_that_becomes_full_is_told_with_the_file_and_leaves_whole_rows_and_no_older_report() {
@@ -265,7 +265,7 @@ fn a_disk_that_becomes_full_is_told_with_the_file_and_leaves_whole_rows_and_no_o
         .unwrap();
     let signals = folder.path().join("signals.csv");
     assert_eq!(output.status.code(), Some(1));
-    assert!(text(&output.stdout).contains("perceived stiffness"), "the figures are known all the same");
+    assert!(text(&output.stdout).contains("perceived stiffness"), "the figures are printed anyway");
     let message = text(&output.stderr);
     assert!(message.contains(&format!("cannot write {}: File too large", signals.display())), "{message}");
     assert!(message.contains("free some space there or choose another folder with --out"), "{message}");
@@ -313,33 +313,33 @@ fn every_command_explains_itself_with_examples() {
 #[test]
 fn a_wrong_setting_is_named_with_what_is_right() {
     for (setting, expected) in [
-        ("link.los=0.1", "there is no key `link.los`; did you mean `link.loss`?"),
-        ("master.device.mass_kg=-1", "`master.device.mass_kg` cannot be -1; give it a finite number > 0"),
-        ("master.device.mass_kg=nan", "cannot be nan; give it a finite number > 0"),
-        ("dof=0", "`dof` cannot be 0; give it a number from 1 to 8"),
-        ("dof=9", "`dof` cannot be 9; give it a number from 1 to 8"),
-        ("seed=18446744073709551615", "give it a whole number from 0"),
-        ("seed=9007199254740992", "seed is 9007199254740992: give it 0 to 9007199254740991"),
-        ("link.loss=lots", "give it a number from 0 to 1"),
-        ("record.signals=['mastr']", "record.signals: nothing is called 'mastr'; did you mean 'master'?"),
+        ("link.los=0.1", "unknown key `link.los`; did you mean `link.loss`?"),
+        ("master.device.mass_kg=-1", "`master.device.mass_kg` is -1, must be a finite number > 0"),
+        ("master.device.mass_kg=nan", "is nan, must be a finite number > 0"),
+        ("dof=0", "`dof` is 0, must be a number from 1 to 8"),
+        ("dof=9", "`dof` is 9, must be a number from 1 to 8"),
+        ("seed=18446744073709551615", "must be an integer >= 0"),
+        ("seed=9007199254740992", "seed is 9007199254740992, must be 0 to 9007199254740991"),
+        ("link.loss=lots", "is lots, must be a number from 0 to 1"),
+        ("record.signals=['mastr']", "record.signals: unknown name 'mastr'; did you mean 'master'?"),
         ("record.signals=['master.DES_FORC']", "did you mean 'master.DES_FORCE'?"),
-        ("record.signals=['world', '']", "there is master, slave, world, and STATION.SIGNAL in each"),
-        ("link.loss", "write it as key=value"),
-        ("master.scheme=no.scheme", "cannot read the scheme file no.scheme"),
+        ("record.signals=['world', '']", "available: master, slave, world, and STATION.SIGNAL in each"),
+        ("link.loss", "write key=value"),
+        ("master.scheme=no.scheme", "cannot read scheme file no.scheme"),
         ("master.scheme=builtin:tabel1", "builtin:bilateral, "),
         (
             "master.time_delay_ticks=70000",
-            "master.time_delay_ticks = 70000 does not suit TIMEDELAY_MOD TD_PARAM: '70000' is not a whole number \
-             from 0 to 60000 ticks; set another master.time_delay_ticks",
+            "master.time_delay_ticks = 70000 is invalid for TIMEDELAY_MOD TD_PARAM: '70000' is not an integer \
+            from 0 to 60000 ticks; change master.time_delay_ticks",
         ),
-        ("master.time_delay_ticks=50000", "needs 150000 words of the Data Base and "),
-        ("environment=sea", "`environment` cannot be sea; give it one of wall, spring, nothing"),
+        ("master.time_delay_ticks=50000", "needs 150000 words of the Data Base, but only "),
+        ("environment=sea", "`environment` is sea, must be one of wall, spring, nothing"),
         (
             "slave.stiffness_n_per_m=1e9",
-            "slave.stiffness_n_per_m = 1000000000 does not suit PDCTRL_MOD K_PARAM",
+            "slave.stiffness_n_per_m = 1000000000 is invalid for PDCTRL_MOD K_PARAM",
         ),
     ] {
-        // What only a scheme or a recorder can know is no wrong usage of the command.
+        // Errors that only a scheme or recorder can detect are not usage errors.
         let later = ["record.signals", "master.scheme", "master.time_delay_ticks", "slave.stiffness_n_per_m"];
         let status = if later.iter().any(|key| setting.starts_with(key)) { 1 } else { 2 };
         let message = refused(&["run", "--no-report", "--set", setting], status);
@@ -357,7 +357,7 @@ fn a_rig_file_that_is_wrong_is_named_with_the_place() {
     fs::write(&path, "[link]\nlos = 0.1\n").unwrap();
     let path = path.to_str().unwrap();
     let message = refused(&["run", path], 1);
-    let expected = format!("{path}:2:1: there is no key `link.los`; did you mean `link.loss`?");
+    let expected = format!("{path}:2:1: unknown key `link.los`; did you mean `link.loss`?");
     assert!(message.contains(&expected), "{message}");
 }
 
@@ -367,7 +367,7 @@ fn the_printed_keys_are_a_rig_file() {
     let path = folder.path().join("mine.toml");
     fs::write(&path, out(&["run", "--keys"])).unwrap();
     let mut printed = RigFile::load(&path, &[]).unwrap();
-    // A path in a file begins in its folder.
+    // A path in a file is relative to its folder.
     assert_eq!(printed.folder, folder.path());
     printed.folder = PathBuf::new();
     assert_eq!(printed, RigFile::of_shipped("bilateral", &[]).unwrap());
@@ -391,10 +391,7 @@ fn the_modules_are_readable_on_a_terminal_of_100_columns() {
         assert!(out.contains(expected), "{expected} is missing");
     }
     let message = refused(&["modules", "PDCTL_MOD"], 1);
-    assert!(
-        message.contains("there is no module or group 'PDCTL_MOD'; did you mean 'PDCTRL_MOD'?"),
-        "{message}"
-    );
+    assert!(message.contains("unknown module or group 'PDCTL_MOD'; did you mean 'PDCTRL_MOD'?"), "{message}");
 }
 
 #[test]
@@ -438,11 +435,11 @@ fn a_new_module_is_written_once_and_never_over_another_file() {
     assert!(message.contains("choose another name; nothing was changed"), "{message}");
     assert_eq!(fs::read_to_string(&file).unwrap(), "my own work");
     let message = refused(&["new-module", "spring", "--folder", "no/such/folder"], 1);
-    assert!(message.contains("name another one with --folder"), "{message}");
-    assert!(refused(&["new-module", "9x"], 1).contains("'9x' is no name for a module"));
+    assert!(message.contains("give another --folder"), "{message}");
+    assert!(refused(&["new-module", "9x"], 1).contains("invalid module name '9x'"));
 }
 
-/// That what is made compiles and passes its tests, `cargo xtask test` shows.
+/// `cargo xtask test` checks that the created project compiles and passes its tests.
 #[test]
 fn a_project_has_its_law_and_takes_more() {
     let folder = tempfile::tempdir().unwrap();
@@ -471,7 +468,7 @@ fn a_project_has_its_law_and_takes_more() {
     assert!(status == Some(1) && said.contains("nothing was changed"), "{said}");
     assert_eq!(read("src/modules/mod.rs"), longer);
     let (status, said) = dimsart("", &["new-project", "gripper"]);
-    assert!(status == Some(1) && said.contains("is there already"), "{said}");
+    assert!(status == Some(1) && said.contains("already exists"), "{said}");
     let (status, said) = dimsart("", &["new-module", "approach"]);
     assert!(status == Some(1) && said.contains("dimsart new-project"), "{said}");
 }
@@ -491,10 +488,11 @@ fn bash_completes_commands() {
     let folder = tempfile::tempdir().unwrap();
     let script = folder.path().join("dimsart.bash");
     fs::write(&script, out(&["completions", "bash"])).unwrap();
-    // As bash does when a user presses Tab behind `dimsart rep`.
-    let asked = "source \"$1\"; COMP_WORDS=(dimsart rep); COMP_CWORD=1; _dimsart dimsart rep dimsart; echo \"${COMPREPLY[@]}\"";
+    // As bash does when a user presses Tab after `dimsart rep`.
+    let asked = "source \"$1\"; COMP_WORDS=(dimsart rep); COMP_CWORD=1; _dimsart dimsart rep dimsart; echo \
+    \"${COMPREPLY[@]}\"";
     let Ok(output) = Command::new("bash").args(["-c", asked, "bash"]).arg(&script).output() else {
-        eprintln!("no bash: its completion was not tried");
+        eprintln!("skipped: no bash to test its completion");
         return;
     };
     assert_eq!(text(&output.stdout).trim(), "replay", "{}", text(&output.stderr));
@@ -538,7 +536,7 @@ fn a_wrong_word_is_answered_with_the_right_one() {
             2,
             "did you mean `device.joint.axis.0.plant.",
         ),
-        (&["run", "joint", "--set", "link.loss=0.1"], 2, "there is no [[link]] in the file"),
+        (&["run", "joint", "--set", "link.loss=0.1"], 2, "the file has no [[link]]"),
         (&["identify", "nofile.csv"], 1, "cannot read nofile.csv"),
         (&["connect", "joint"], 1, "sim:NAME"),
         (&["modules", "pid"], 1, "PIDCTRL_MOD"),

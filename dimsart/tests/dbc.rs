@@ -1,4 +1,4 @@
-//! The DBC of a scheme reads the frames that the firmware's own code makes of it.
+//! The DBC file of a scheme decodes the frames of the firmware's code.
 #![expect(clippy::unwrap_used, clippy::indexing_slicing, reason = "in helpers of tests as in tests")]
 
 use std::collections::BTreeMap;
@@ -35,7 +35,7 @@ fn controller(dof: usize) -> Dimsart {
     dimsart
 }
 
-/// A packet of a moving device, and what its Data Base said when it was sent.
+/// A packet of a moving device, and its Data Base when the packet was sent.
 fn packet(dof: usize) -> (Packet, Vec<f32>) {
     let mut dimsart = controller(dof);
     let mut commanded = vec![Word(0); dof];
@@ -53,7 +53,7 @@ fn packet(dof: usize) -> (Packet, Vec<f32>) {
     (packet.unwrap(), waves)
 }
 
-/// What a CAN tool makes of frames by nothing but the DBC: the raw bits of every signal.
+/// Decodes frames as a CAN tool does, only with the DBC: raw bits of every signal.
 fn read(dbc: &Dbc, identifier: u16, frames: &[Vec<u8>]) -> BTreeMap<String, u64> {
     let message = dbc.messages.iter().find(|found| found.id == MessageId::Standard(identifier)).unwrap();
     let mut found = BTreeMap::new();
@@ -197,7 +197,7 @@ fn the_command_writes_both_sides_and_says_what_is_missing() {
     let text = scheme().text.replace("CTX_CHANNEL 17", &format!("CTX_CHANNEL {CHANNEL}"));
     std::fs::write(&path, text).unwrap();
     let (is_done, [_, error]) = dimsart(&[path.to_str().unwrap()]);
-    let both = "master_COMM_TXMOD and slave_COMM_TXMOD both send on channel 291";
+    let both = "duplicate channel 291: master_COMM_TXMOD and slave_COMM_TXMOD";
     assert!(!is_done && error.contains(both), "{error}");
     let text = scheme().text.replace("CTX_CHANNEL 17", "CTX_CHANNEL 0");
     std::fs::write(&path, text).unwrap();
@@ -216,16 +216,16 @@ fn a_rigs_controllers_give_a_dbc_together_or_one_alone() {
         let text = String::from_utf8(output.stdout).unwrap();
         Dbc::try_from(text.as_str()).unwrap().messages.len()
     };
-    assert_eq!(messages(&["arm_bus"]), 12, "the coordinator's to six joints, and one of each");
+    assert_eq!(messages(&["arm_bus"]), 12, "six messages of the coordinator, and one per joint");
     assert_eq!(messages(&["arm_bus", "--controller", "coordinator"]), 6);
     for (arguments, status, expected) in [
         (
             &["arm_bus", "--controller", "finger"][..],
             2,
-            "arm_bus has no controller finger; it has coordinator, ",
+            "arm_bus has no controller finger; its controllers: coordinator, ",
         ),
-        (&["arm_bus", "--dof", "1"], 2, "a rig says itself"),
-        (&["builtin:bilateral", "--controller", "joint"], 2, "--controller is for rigs"),
+        (&["arm_bus", "--dof", "1"], 2, "a rig defines"),
+        (&["builtin:bilateral", "--controller", "joint"], 2, "--controller applies to rigs only"),
         (&["joint"], 1, "the scheme sends nothing on the joint"),
     ] {
         let output = dbc(arguments);

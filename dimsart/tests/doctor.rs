@@ -1,4 +1,4 @@
-//! `dimsart doctor` with programs that are there, too old, or missing.
+//! `dimsart doctor` with installed, outdated or missing programs.
 #![cfg(unix)]
 #![expect(clippy::unwrap_used, reason = "a failed unwrap is a failed test")]
 
@@ -7,7 +7,7 @@ use std::os::unix::fs::PermissionsExt;
 use std::path::Path;
 use std::process::Command;
 
-/// A folder of programs that print what they are told to.
+/// A folder of programs with fixed output.
 struct Programs(tempfile::TempDir);
 
 impl Programs {
@@ -21,7 +21,7 @@ impl Programs {
         Self(folder)
     }
 
-    /// Exit status, and the line about `what`.
+    /// Returns the exit status, and the line about `what`.
     fn doctor(&self, what: &str) -> (Option<i32>, String) {
         let mut doctor = Command::new(env!("CARGO_BIN_EXE_dimsart"));
         let output = doctor.arg("doctor").env("PATH", self.0.path()).output().unwrap();
@@ -40,10 +40,10 @@ fn what_is_missing_is_named_with_the_next_step() {
     for (what, step) in [
         (
             "emulator",
-            "no qemu-system-arm: install QEMU 7.2 or later (Debian: apt-get install qemu-system-arm)",
+            "qemu-system-arm not found: install QEMU 7.2 or later (Debian: apt-get install qemu-system-arm)",
         ),
         ("probe-rs", "not installed: cargo install probe-rs-tools --locked"),
-        ("probe", "probe-rs has to look for it: cargo install probe-rs-tools --locked"),
+        ("probe", "needs probe-rs: cargo install probe-rs-tools --locked"),
     ] {
         assert_eq!(programs.doctor(what), (Some(1), format!("missing  {what}: {step}")));
     }
@@ -78,7 +78,7 @@ fn what_is_there_is_named_with_its_version() {
     assert_eq!(found("compiler"), "ok       compiler: target thumbv7em-none-eabihf");
     assert_eq!(found("emulator"), "ok       emulator: QEMU emulator version 10.0.2 (Debian)");
     assert_eq!(found("probe-rs"), "ok       probe-rs: probe-rs 0.32.1 (git commit: 1)");
-    assert_eq!(found("probe"), "missing  probe: none seen: connect the board's debug port by USB");
+    assert_eq!(found("probe"), "missing  probe: not found: connect the board's debug port by USB");
 }
 
 #[test]

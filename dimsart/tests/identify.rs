@@ -1,4 +1,4 @@
-//! `dimsart identify` on the shipped arm, against what its joints have, and on files with other units and with faults.
+//! `dimsart identify` on the shipped arm, compared with its true parameters, and on files with other units or faults.
 
 #![expect(clippy::unwrap_used, reason = "in helpers of tests as in tests")]
 
@@ -21,7 +21,7 @@ struct Estimate {
     value: Option<(f64, f64)>,
 }
 
-/// The second of six, its shoulder: it carries all beyond it.
+/// The second of six joints, its shoulder: it carries all further links.
 #[test]
 fn a_joint_of_the_shipped_arm_is_found_within_two_percent_while_the_others_are_held() {
     let mut command = Command::new(env!("CARGO_BIN_EXE_dimsart"));
@@ -48,7 +48,7 @@ fn rows(mut value: impl FnMut(u32, f64) -> [String; 3]) -> String {
     })
 }
 
-/// Position and force of a joint of 0.2 kg m² with friction that is swept.
+/// Position and force of a joint of 0.2 kg m² with friction during a sweep.
 fn joint(time_s: f64) -> [f64; 2] {
     let rate = TAU * (0.1 + 0.14 * time_s);
     let (sine, cosine) = (TAU * (0.1 * time_s + 0.07 * time_s * time_s)).sin_cos();
@@ -101,15 +101,15 @@ fn a_file_that_cannot_be_used_is_refused_with_the_row_and_what_to_do() {
     };
     let even = |time_s: f64| time_s;
     for (text, parts) in [
-        (format!("{head}\n{}", with(0, &even, "nan")), ["row 2 has 'nan'", "replace it by a number"]),
-        (format!("{head}\n{}", with(77, &even, "")), ["row 79 has ''", "replace it by a number"]),
+        (format!("{head}\n{}", with(0, &even, "nan")), ["'nan' is not a finite number", "row 2, "]),
+        (format!("{head}\n{}", with(77, &even, "")), ["'' is not a finite number", "row 79, "]),
         // A row is missing.
         (
             format!("{head}\n{}", with(0, &|time_s| if time_s < 5.0 { time_s } else { time_s + 1e-3 }, "0")),
             ["row 5002 is 2.0000 ms after", "resample"],
         ),
         (format!("time (h),{}\n", &head[9..]) + &with(0, &even, "0"), ["unknown unit 'h'", "use s, ms"]),
-        (format!("tick,{}\n", &head[9..]) + &with(0, &even, "0"), ["no column of time", "time (s)"]),
+        (format!("tick,{}\n", &head[9..]) + &with(0, &even, "0"), ["no time column", "time (s)"]),
     ] {
         let output = identify(&text);
         let said = String::from_utf8_lossy(&output.stderr);

@@ -1,4 +1,4 @@
-//! Names that users' scripts rely on: keys of `--set` and fields of `--json`. A name may come, none may go.
+//! Names used by scripts: keys of `--set` and fields of `--json`. Names may be added, but not removed.
 #![expect(clippy::unwrap_used, reason = "in helpers of tests as in tests")]
 
 use std::path::PathBuf;
@@ -7,7 +7,7 @@ use hil_sim::experiment::run;
 use hil_sim::rig_file::RigFile;
 use serde_json::Value;
 
-/// Of the bilateral scenario.
+/// Keys of the bilateral scenario.
 const KEYS: &[&str] = &[
     "seed",
     "duration_s",
@@ -105,7 +105,7 @@ const KEYS: &[&str] = &[
     "record.signals",
 ];
 
-/// Of both a scenario's and a rig's run.
+/// Fields of both a scenario's and a rig's run.
 const OF_BOTH: &[&str] = &[
     "stable",
     "ticks",

@@ -1,4 +1,4 @@
-//! What every sub-command prints: as wide as the terminal, and with `--json` nothing but JSON.
+//! Output of all sub-commands: within the width of the terminal, and only JSON with `--json`.
 #![expect(clippy::unwrap_used, reason = "a failed unwrap is a failed test")]
 
 use std::path::Path;
@@ -57,7 +57,7 @@ fn a_side_that_a_rig_has_not_or_that_has_no_address_is_wrong_usage() {
     let folder = tempfile::tempdir().unwrap();
     let output = dimsart(folder.path(), &["run", "joint", "--side", "slave"]);
     let message = String::from_utf8(output.stderr).unwrap();
-    assert!(output.status.code() == Some(2) && message.contains("there is no controller slave"), "{message}");
+    assert!(output.status.code() == Some(2) && message.contains("unknown controller slave"), "{message}");
     let output = dimsart(folder.path(), &["run", "joint", "--side", "joint"]);
     let message = String::from_utf8(output.stderr).unwrap();
     assert!(output.status.code() == Some(2) && message.contains("with an `address`"), "{message}");
@@ -69,6 +69,6 @@ fn a_scheme_that_is_run_as_a_rig_is_told_from_one() {
     std::fs::write(folder.path().join("my.scheme"), "all PDCTRL_MOD K_PARAM 3\n").unwrap();
     let output = dimsart(folder.path(), &["run", "my.scheme"]);
     let message = String::from_utf8(output.stderr).unwrap();
-    let hint = "If it is a scheme: `dimsart check my.scheme` checks it, `dimsart run --set master.scheme=my.scheme` runs it";
+    let hint = "To check a scheme: `dimsart check my.scheme`; to run it: `dimsart run --set master.scheme=my.scheme`";
     assert!(output.status.code() == Some(1) && message.contains(hint), "{message}");
 }

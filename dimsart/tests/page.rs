@@ -1,4 +1,4 @@
-//! The page's server, without a browser: who gets in, what ends motion, and that no tick is missing.
+//! The page's server without a browser: access, end of motion, and completeness of ticks.
 #![cfg(unix)]
 #![expect(
     clippy::unwrap_used,
@@ -36,7 +36,7 @@ use tungstenite::stream::MaybeTlsStream;
 use tungstenite::{Message, WebSocket};
 
 const PATIENCE: Patience = Patience { timeout: Duration::from_secs(20), tries: 3 };
-/// Of everybody's time, for a machine that has much else to do: a lease lasts a second of the computer's.
+/// Time scale for a busy machine: a lease lasts one second of the computer's time.
 const SPEED: f64 = 0.2;
 
 /// A simulated rig of one controller, and its page.
@@ -44,7 +44,7 @@ struct Served {
     port: String,
     url: String,
     page: Page,
-    /// Folder for what is recorded.
+    /// Folder for recordings.
     recordings: TempDir,
     stop: Arc<AtomicBool>,
     running: Option<JoinHandle<()>>,
@@ -52,14 +52,14 @@ struct Served {
     trouble: Arc<Trouble>,
 }
 
-/// What is wrong with the page's lines.
+/// Faults of the page's lines.
 #[derive(Debug, Default)]
 struct Trouble {
-    /// Nothing comes from the device.
+    /// Drops bytes from the device.
     is_deaf: AtomicBool,
-    /// Nothing goes to it.
+    /// Drops bytes to the device.
     is_mute: AtomicBool,
-    /// How much later everything comes, ms.
+    /// Delay of all bytes from the device, ms.
     delay_ms: AtomicU64,
 }
 
@@ -136,7 +136,7 @@ impl Served {
         Device::greet(broker::open(&self.port, 0).unwrap(), PATIENCE, dimsart_modules::ALL).unwrap()
     }
 
-    /// The status line of an answer.
+    /// Returns the status line of an answer.
     fn get(&self, path: &str, host: &str) -> String {
         let mut stream = TcpStream::connect(self.host()).unwrap();
         write!(stream, "GET {path} HTTP/1.1\r\nHost: {host}\r\nConnection: close\r\n\r\n").unwrap();
@@ -177,7 +177,7 @@ impl Browser {
         self.socket.send(Message::text(what.to_string())).unwrap();
     }
 
-    /// Hears messages until one is what is waited for.
+    /// Reads messages until one satisfies the condition.
     fn wait<T>(&mut self, mut wanted: impl FnMut(&Message) -> Option<T>) -> T {
         let deadline = Instant::now() + TEST_TIMEOUT;
         while Instant::now() < deadline {
@@ -187,7 +187,7 @@ impl Browser {
                 return found;
             }
         }
-        panic!("it never came");
+        panic!("the expected news never arrived");
     }
 
     fn news(&mut self, kind: &str, is_it: impl Fn(&Value) -> bool) -> Value {
@@ -197,7 +197,7 @@ impl Browser {
         })
     }
 
-    /// Says that it is there, until there is such news.
+    /// Reports presence until news satisfies the condition.
     fn stay_until(&mut self, kind: &str, is_it: impl Fn(&Value) -> bool) {
         let (deadline, mut said) = (Instant::now() + TEST_TIMEOUT, None::<Instant>);
         while Instant::now() < deadline {
@@ -212,10 +212,10 @@ impl Browser {
                 return;
             }
         }
-        panic!("it never came");
+        panic!("the expected news never arrived");
     }
 
-    /// What an action comes to.
+    /// Requests an action and returns its result.
     fn ask(&mut self, mut what: Value) -> Result<Value, String> {
         self.next += 1;
         (what["id"], what["station"]) = (self.next.into(), 0.into());
@@ -235,11 +235,11 @@ impl Browser {
     }
 }
 
-/// How long it takes until no client holds the lease.
+/// Returns the time until no client holds the lease.
 fn time_to_rest(device: &mut Device<Box<dyn Stream>>) -> Duration {
     let start = clock::now();
     while device.live().unwrap().holder.is_some() {
-        assert!(clock::since(start) < TEST_TIMEOUT, "it never came to rest");
+        assert!(clock::since(start) < TEST_TIMEOUT, "the device is still moving");
         device.listen(Duration::from_millis(2)).unwrap();
     }
     clock::since(start)
@@ -261,7 +261,7 @@ fn nobody_gets_in_without_the_token_from_another_page_or_by_another_name() {
     assert!(served.socket(&own, &token).is_ok());
 }
 
-/// Moves the device from a page, for a while.
+/// Moves the device from a page for a while.
 fn hold(browser: &mut Browser) {
     browser.ask(json!({ "do": "arm" })).unwrap();
     browser.stay_until("status", |status| {
@@ -274,7 +274,7 @@ fn a_page_moves_a_device_until_it_closes_falls_silent_or_somebody_stops() {
     let served = Served::joint("lease");
     let mut device = served.device();
     let mut browser = served.browser();
-    // Another page looks on, and cannot take over, nor change anything.
+    // Another page observes: it can neither take over nor change anything.
     let mut other = served.browser();
     hold(&mut browser);
     let set =
@@ -282,16 +282,16 @@ fn a_page_moves_a_device_until_it_closes_falls_silent_or_somebody_stops() {
     for action in [json!({ "do": "arm" }), json!({ "do": "disarm" }), json!({ "do": "reset" }), set] {
         assert!(other.ask(action).unwrap_err().contains("another client"));
     }
-    // Closed.
+    // The page closes.
     assert!(device.live().unwrap().is_commanded);
     drop(browser);
     assert!(time_to_rest(&mut device) < Duration::from_millis(500));
-    // Asleep: it says nothing any more.
+    // The page sleeps: it reports no presence.
     let mut browser = served.browser();
     hold(&mut browser);
     assert!(time_to_rest(&mut device) < Duration::from_millis(1200));
-    other.news("lost", |lost| lost["reason"].as_str().unwrap().contains("half a second"));
-    // Stopped by the one that only looks on.
+    other.news("lost", |lost| lost["reason"].as_str().unwrap().contains("silent for 0.5 s"));
+    // The observing page stops the device.
     hold(&mut browser);
     other.ask(json!({ "say": "stop" })).unwrap();
     assert!(!device.live().unwrap().is_commanded);
@@ -302,7 +302,7 @@ fn a_lease_that_was_told_to_be_lost_is_lost() {
     let served = Served::joint("gap");
     let (mut device, mut browser) = (served.device(), served.browser());
     hold(&mut browser);
-    // Renewals arrive, and their answers do not: it may be over for all that the page can tell.
+    // Renewals arrive, but their answers are lost: for the page, the lease may have expired.
     served.trouble.is_deaf.store(true, Ordering::Relaxed);
     for _ in 0..8 {
         browser.say(&json!({ "say": "here" }));
@@ -310,10 +310,10 @@ fn a_lease_that_was_told_to_be_lost_is_lost() {
     }
     served.trouble.is_deaf.store(false, Ordering::Relaxed);
     browser.news("lost", |_| true);
-    // It still says that it is there.
+    // The page still reports presence.
     browser.stay_until("status", |status| status["holder"].is_null());
     time_to_rest(&mut device);
-    // And it can begin anew.
+    // It can arm again.
     hold(&mut browser);
 }
 
@@ -323,7 +323,7 @@ fn what_waits_when_the_line_comes_back_moves_nothing() {
     let (mut device, mut browser) = (served.device(), served.browser());
     browser.news("status", |_| true);
     served.trouble.is_mute.store(true, Ordering::Relaxed);
-    // At first the page does not know; then it tries to reach the device again and again.
+    // The page notices the loss first; then it tries to reach the device repeatedly.
     for id in [900, 901] {
         browser.say(&json!({ "say": "do", "id": id, "station": 0, "do": "arm" }));
         browser.say(&json!({ "say": "stop", "id": id + 10, "station": 0 }));
@@ -334,7 +334,7 @@ fn what_waits_when_the_line_comes_back_moves_nothing() {
     browser.wait(|message| {
         let answer: Value = serde_json::from_str(message.to_text().ok()?).ok()?;
         if answer["kind"] == "answer" && answer["id"].as_u64() < Some(910) {
-            refused.push(answer["refused"].as_str().expect("it was carried out").to_owned());
+            refused.push(answer["refused"].as_str().expect("the request was carried out").to_owned());
         }
         (refused.len() == 2).then_some(())
     });
@@ -374,7 +374,7 @@ fn idle_connections_keep_neither_a_page_nor_a_stop_out() {
     let mut browser = served.browser();
     browser.ask(json!({ "say": "stop" })).unwrap();
     assert!(!served.device().stop().unwrap().is_commanded);
-    // The first ones have made room for the others.
+    // The oldest connections were closed for new ones.
     assert_eq!(idle[0].read(&mut [0]).unwrap_or_default(), 0);
 }
 
@@ -383,7 +383,7 @@ fn stopping_waits_for_nobody_on_the_page() {
     let served = Served::joint("stop");
     let mut browser = served.browser();
     browser.news("overview", |_| true);
-    // Long enough for a line that nobody reads to be full.
+    // Long enough to fill the buffer of a line that is not read.
     clock::sleep(Duration::from_secs(3));
     let mut times: Vec<Duration> = (0..20)
         .map(|_| {
@@ -394,7 +394,7 @@ fn stopping_waits_for_nobody_on_the_page() {
         .collect();
     assert!(times[0] < Duration::from_millis(250), "the first one: {times:?}");
     times.sort();
-    // The device itself stops within its next tick; on a busy machine threads are late now and then.
+    // The device itself stops within its next tick; on a busy machine, threads are sometimes late.
     assert!(times[10] < Duration::from_millis(40), "{times:?}");
 }
 
@@ -408,30 +408,30 @@ fn edits_are_tried_without_effect_and_take_effect_together_or_not_at_all() {
     };
     let mut device = served.device();
     let before = gain(&mut device);
-    // Tried.
+    // Checked without applying.
     let edits = json!([set("K_PARAM", "123"), set("I_PARAM", "7")]);
     let tried = browser.ask(json!({ "do": "transaction", "edits": edits, "commit": false })).unwrap();
     assert_eq!((tried["faults"].as_u64(), gain(&mut device)), (Some(0), before.clone()));
-    // What does not match is named with its module and its signal, and nothing has changed.
+    // A mismatch names its module and signal, and changes nothing.
     let plug = |edit: &str| json!({ "edit": edit, "module": "PIDCTRL_MOD", "before": null });
     let wrong = json!([plug("off"), set("K_PARAM", "123"), set("PORT_DES_FORCE", "POSITION"), plug("on")]);
     let tried = browser.ask(json!({ "do": "transaction", "edits": wrong, "commit": false })).unwrap();
     assert!(tried["faults"].as_u64().unwrap() > 0, "{tried}");
     assert!(tried["findings"].to_string().contains("PIDCTRL_MOD"), "{tried}");
     browser.ask(json!({ "do": "transaction", "edits": wrong, "commit": true })).unwrap_err();
-    // Beyond its range.
+    // Out of range.
     let wild = json!([set("I_PARAM", "7"), set("K_PARAM", "1e30")]);
     browser.ask(json!({ "do": "transaction", "edits": wild, "commit": true })).unwrap_err();
     assert_eq!(gain(&mut device), before);
     assert!(!device.overview().unwrap().status.is_in_transaction);
-    // Together.
+    // Applied together.
     browser.ask(json!({ "do": "transaction", "edits": edits, "commit": true })).unwrap();
     assert_eq!(gain(&mut device), "123");
-    // The page is told.
+    // The page receives the change.
     browser.news("overview", |overview| overview["modules"].to_string().contains("123"));
 }
 
-/// As many signals as a Data Base has room for: a loop, eight receivers that nobody sends to, and generators.
+/// Rows for as many signals as fit in a Data Base: a loop, eight receivers without a sender, and generators.
 fn wide_scheme() -> String {
     let mut rows = String::new();
     for number in 1..=8 {

@@ -1,4 +1,4 @@
-//! What recorders of a simulated run have kept lies beside its signals, and is the same.
+//! Recorder files of a simulated run are next to its signals, and contain the same values.
 #![expect(clippy::unwrap_used, clippy::indexing_slicing, reason = "a failed unwrap is a failed test")]
 
 use std::fs;
@@ -11,7 +11,7 @@ const JOINT: &str = include_str!("../../scenarios/joint.toml");
 const JOINT_SCHEME: &str = include_str!("../../schemes/joint.scheme");
 const START: &str = "MOD_ENG        MATCHING_CHECK";
 
-/// A scheme with a recorder of so many rows of a signal behind its other modules.
+/// A scheme with an additional recorder of this number of rows of a signal.
 fn with_recorder(scheme: &str, signal: &str, length: u32) -> String {
     let rows = format!(
         "RECORDER_MOD LENGTH {length}\nall RECORDER_MOD PORT_SIGNAL_IN {signal}\nall MOD_ENG MOD_ON RECORDER_MOD\n"
@@ -37,7 +37,7 @@ fn run(folder: &Path, arguments: &[&str]) -> String {
     printed(start(folder, arguments))
 }
 
-/// The columns of a file whose names begin with `prefix`, as the bits of their numbers.
+/// Returns the columns of a file whose names start with `prefix`, as bits of their numbers.
 fn columns(path: &Path, prefix: &str) -> Vec<Vec<u32>> {
     let text = fs::read_to_string(path).unwrap();
     let names: Vec<&str> = text.lines().next().unwrap().split(',').collect();
@@ -50,7 +50,7 @@ fn columns(path: &Path, prefix: &str) -> Vec<Vec<u32>> {
     text.lines().skip(1).map(row).collect()
 }
 
-/// The file that a run has written for a controller's recorder says what the end of its signals does.
+/// Checks that a controller's recorder file is equal to the end of its signals.
 fn assert_same(folder: &Path, controller: &str, signal: &str, length: usize) {
     // A column has the same name in both.
     let name = format!("{controller}.{signal}[");
@@ -58,7 +58,7 @@ fn assert_same(folder: &Path, controller: &str, signal: &str, length: usize) {
     let signals = columns(&folder.join("signals.csv"), &name);
     assert_eq!(recorded.len(), length);
     assert!(recorded == signals[signals.len() - length..], "{controller}");
-    assert!(recorded.concat().iter().any(|bits| *bits != 0), "{controller}: nothing but zeros");
+    assert!(recorded.concat().iter().any(|bits| *bits != 0), "{controller}: only zeros");
 }
 
 #[test]

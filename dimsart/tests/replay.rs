@@ -1,4 +1,4 @@
-//! What was recorded, run again: the same bits, or the tick, module and signal where they part.
+//! Replays of recordings: the same bits, or the tick, module and signal of the first difference.
 #![cfg(unix)]
 #![expect(clippy::unwrap_used, reason = "a failed unwrap is a failed test")]
 
@@ -24,7 +24,7 @@ use test_requirements::TEST_TIMEOUT;
 const PATIENCE: Patience = Patience { timeout: Duration::from_secs(20), tries: 3 };
 const FILE: &str = "signals.mcap";
 
-/// Exit status and standard output or error.
+/// Returns exit status and standard output or error.
 fn dimsart(folder: &Path, arguments: &[&str]) -> (i32, String) {
     let output =
         Command::new(env!("CARGO_BIN_EXE_dimsart")).current_dir(folder).args(arguments).output().unwrap();
@@ -67,7 +67,7 @@ fn every_kind_of_run_is_the_same_again() {
     }
 }
 
-/// A joint in real time that is recorded, and its line.
+/// A recorded joint in real time, and its line.
 struct Live {
     folder: TempDir,
     stop: Arc<AtomicBool>,
@@ -105,7 +105,7 @@ impl Live {
     }
 }
 
-/// Holds the lease until the joint is somewhere else than it was.
+/// Holds the lease until the joint has moved.
 fn move_it(device: &mut Device<Pipe>) {
     let position = |device: &mut Device<Pipe>| {
         device.signals(&["POSITION".to_owned()]).unwrap().remove(0).values.remove(0).to_string()
@@ -113,7 +113,7 @@ fn move_it(device: &mut Device<Pipe>) {
     device.hold_lease().unwrap();
     let (before, deadline) = (position(device), Instant::now() + TEST_TIMEOUT);
     while position(device) == before {
-        assert!(Instant::now() < deadline, "it stays at {before}");
+        assert!(Instant::now() < deadline, "the joint stays at {before}");
     }
 }
 
@@ -153,7 +153,7 @@ fn what_is_changed_while_it_moves_is_changed_again() {
     assert!(topics.contains(&"/joint/2".to_owned()), "{topics:?}");
 }
 
-/// The file again, with other attachments and messages.
+/// Copies the file with other attachments and messages.
 fn doctored(
     folder: &TempDir,
     attachment: impl Fn(&str, String) -> String,
@@ -205,7 +205,7 @@ fn another_parameter_is_found_in_the_first_tick_that_it_changes() {
     };
     doctored(&folder, other_limit, |_, _| ());
     let found = first_divergence(&folder);
-    // At rest there is nothing to limit.
+    // At rest no limit acts.
     assert_eq!((found.tick, found.time_s, found.recorded), (100, 0.1, 20.0), "{found}");
     assert_eq!(found.replayed.to_bits(), f64::from(20.000_002_f32).to_bits());
     assert_eq!((found.module.as_deref(), found.signal.as_str()), (Some("PIDCTRL_MOD"), "DES_FORCE"));
@@ -239,14 +239,14 @@ fn one_bit_of_one_word_is_found() {
     assert!((found.replayed - found.recorded).abs() < 1e-6, "{found:?}");
 }
 
-/// A recording that another process writes, and the seconds in it when it has begun.
+/// A recording written by another process, and its length in seconds at the start.
 struct Writing {
     folder: TempDir,
     process: Child,
 }
 
 impl Writing {
-    /// Starts `dimsart` with these arguments, whose folder is `out` in the folder it runs in.
+    /// Starts `dimsart` with these arguments; its output folder is `out` in its working folder.
     fn start(arguments: &[&str]) -> Self {
         let folder = tempfile::tempdir().unwrap();
         let mut command = Command::new(env!("CARGO_BIN_EXE_dimsart"));
@@ -258,7 +258,7 @@ impl Writing {
         self.folder.path().join("out").join(FILE)
     }
 
-    /// Waits until so much is in the file, which is read while it is written: as long as the process lives.
+    /// Waits until the file, read while it is written, has this length; fails if the process ends.
     fn wait_for(&mut self, recorded_s: f64) {
         while replay(&self.path(), dimsart_modules::ALL, |_| ()).map_or(0.0, |replay| replay.recorded_s)
             < recorded_s
@@ -269,7 +269,7 @@ impl Writing {
         }
     }
 
-    /// Ends it as the system does.
+    /// Ends the process as the system does.
     fn kill(mut self) -> (TempDir, PathBuf) {
         self.process.kill().unwrap();
         self.process.wait().unwrap();
@@ -278,7 +278,7 @@ impl Writing {
     }
 }
 
-/// What Python's readers find in a recording; none without their packages.
+/// Reads a recording with Python's readers; `None` without their packages.
 fn read_by_others(path: &Path) -> Option<serde_json::Value> {
     let script = concat!(env!("CARGO_MANIFEST_DIR"), "/../tests/oracle/recording.py");
     let output = Command::new(test_requirements::python()?).args(["-B", script]).arg(path).output().unwrap();
@@ -298,7 +298,7 @@ fn a_run_that_is_killed_leaves_a_file_that_everybody_reads() {
     let ticks = found.controllers[0].ticks;
     assert!(ticks > 1000, "{found:?}");
     let path = path.to_str().unwrap();
-    assert!(dimsart(folder.path(), &["replay", path]).1.contains("was not finished"));
+    assert!(dimsart(folder.path(), &["replay", path]).1.contains("incomplete recording"));
     let Some(read) = read_by_others(Path::new(path)) else { return };
     for reader in ["mcap", "rosbags"] {
         let count = |topic: &str| read[reader][topic].as_u64();
@@ -319,7 +319,7 @@ fn since_1970_s() -> f64 {
 fn a_recording_in_real_time_that_is_killed_lacks_half_a_second_at_most() {
     let mut writing = Writing::start(&["serve", "joint", "--no-page", "--record", "out"]);
     writing.wait_for(0.5);
-    // From here on the joint runs for three seconds, less what a busy computer lets it skip.
+    // From here on the joint runs for three seconds, less the time that a busy computer skips.
     thread::sleep(Duration::from_secs(3));
     let (_folder, path) = writing.kill();
     let found = replay(&path, dimsart_modules::ALL, |_| ()).unwrap();

@@ -1,4 +1,4 @@
-//! Both sides as processes of their own, talking over serial ports in real time.
+//! Both sides as separate processes over serial ports in real time.
 #![cfg(unix)]
 #![expect(clippy::unwrap_used, clippy::indexing_slicing, reason = "a failed unwrap is a failed test")]
 
@@ -11,8 +11,8 @@ use std::time::Duration;
 
 use serialport::{SerialPort, TTYPort};
 
-/// Held while ports are open that only this program is to have, and while another program is started: one that is started
-/// then would inherit them, and their locks with them.
+/// Lock while this program opens exclusive ports, and while it starts another program, which would otherwise inherit the ports
+/// and their locks.
 static STARTING: Mutex<()> = Mutex::new(());
 
 fn spawn(command: &mut Command) -> Child {
@@ -20,11 +20,11 @@ fn spawn(command: &mut Command) -> Child {
     command.stdout(Stdio::piped()).stderr(Stdio::piped()).spawn().unwrap()
 }
 
-/// A line between two serial ports: what is written at one comes out at the other.
+/// A line between two serial ports that transfers bytes in both directions.
 struct SerialPair {
     /// This program's ends of both ports.
     ends: [TTYPort; 2],
-    /// Their names.
+    /// Names of the ports.
     ports: [String; 2],
 }
 
@@ -41,7 +41,7 @@ impl SerialPair {
         Self { ends, ports }
     }
 
-    /// Carries bytes while `work`, which is told both ports, goes on.
+    /// Transfers bytes while `work` runs, which receives the names of both ports.
     fn carry<R>(&self, work: impl FnOnce([String; 2]) -> R) -> R {
         let is_over = AtomicBool::new(false);
         let pass = |from: usize, to: usize| {
@@ -50,7 +50,7 @@ impl SerialPair {
             while !is_over.load(Ordering::Relaxed) {
                 match from.read(&mut bytes) {
                     Ok(count) => drop(to.write_all(&bytes[..count])),
-                    // Nothing yet, or nobody has opened the port.
+                    // No bytes yet, or the port is not open.
                     Err(_) => std::thread::sleep(Duration::from_micros(100)),
                 }
             }
@@ -91,7 +91,7 @@ fn two_processes_run_the_experiment_over_serial_ports() {
     for output in outputs {
         let figures = figures(&output);
         assert_eq!((&figures["stable"], &figures["ticks"]), (&true.into(), &1000.into()), "{figures}");
-        // 20 ticks of the time-delay modules, and at least one on the line: packets came and were answered.
+        // 20 ticks of the time-delay modules, and at least one on the line: packets arrived and were answered.
         let round_trip_ticks = figures["round_trip_ticks"].as_u64().unwrap();
         assert!(round_trip_ticks >= 21, "{round_trip_ticks} ticks");
     }
@@ -104,7 +104,7 @@ fn a_silent_line_is_named_with_its_port() {
         assert_eq!(output.status.code(), Some(1));
         let message = text(&output.stderr);
         assert!(
-            message.contains(&format!("nothing came from the slave at serial:{one} in 0.3 s")),
+            message.contains(&format!("no packet from the slave at serial:{one} within 0.3 s")),
             "{message}"
         );
     });
@@ -113,10 +113,10 @@ fn a_silent_line_is_named_with_its_port() {
 #[test]
 fn what_does_not_open_is_told_what_to_do() {
     for (address, expected) in [
-        ("serial:/dev/ttyNONE9", "there is no port /dev/ttyNONE9; "),
+        ("serial:/dev/ttyNONE9", "port /dev/ttyNONE9 not found; "),
         (
             "serial:/dev/ttyNONE9",
-            "--set link.master_address=IP:PORT (of both sides), serial:PATH or can:INTERFACE",
+            "--set link.master_address=IP:PORT (on both sides), serial:PATH or can:INTERFACE",
         ),
         ("serial:", "expected IP:PORT, serial:PATH"),
         ("usb:1", "expected IP:PORT, serial:PATH, serial:PATH@BAUD, can:INTERFACE or canfd:INTERFACE"),

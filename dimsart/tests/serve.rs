@@ -1,4 +1,4 @@
-//! A port that many clients share, and simulated controllers behind one.
+//! A port that many clients share, and simulated controllers.
 #![cfg(unix)]
 #![expect(clippy::unwrap_used, reason = "in helpers of tests as in tests")]
 
@@ -18,7 +18,7 @@ use hil_sim::schemes::SchemeText;
 use test_requirements::TEST_TIMEOUT;
 
 const PATIENCE: Patience = Patience { timeout: Duration::from_secs(20), tries: 3 };
-/// Of everybody's time, for a machine that has much else to do: a lease lasts a second of the computer's.
+/// Time scale for a busy machine: a lease lasts one second of the computer's time.
 const SPEED: f64 = 0.2;
 
 /// The shipped joint in real time, behind a port of this name.
@@ -36,7 +36,7 @@ impl Served {
         let text = RigFile::shipped("joint").unwrap();
         let file = RigFile::read(text, "joint", PathBuf::new(), &sets).unwrap();
         let (live, mut lines) = LiveRig::new(&file).unwrap();
-        // Two runs of the tests at a time have two of them.
+        // Distinct for concurrent test runs.
         let port = format!("sim:{name}-{}", std::process::id());
         let (_, line) = lines.remove(0);
         let shared = SharedPort::new(&port, Box::new(line)).unwrap();
@@ -54,14 +54,14 @@ impl Served {
         Device::greet(broker::open(&self.port, 0).unwrap(), PATIENCE, dimsart_modules::ALL).unwrap()
     }
 
-    /// What a user was told meanwhile.
+    /// Messages to the user so far.
     fn end(mut self) -> Vec<String> {
         self.stop.store(true, Ordering::Relaxed);
         self.running.take().unwrap().join().unwrap()
     }
 }
 
-/// Waits until a device says something of itself.
+/// Waits for a heartbeat of a device.
 fn wait_for(device: &mut Device<Box<dyn Stream>>, text: &str) {
     let deadline = Instant::now() + TEST_TIMEOUT;
     while !device.state().unwrap().contains(text) {
@@ -98,7 +98,10 @@ fn one_client_moves_a_device_and_anybody_stops_it() {
     assert!(!other.stop().unwrap().is_commanded);
     // STOP has released the lease: starting again moves nothing.
     assert!(other.check().unwrap().state.contains("no client holds the lease"));
-    assert!(matches!(operator.renew_lease(), Err(ConnectError::Refused(_))), "no renewal brings it back");
+    assert!(
+        matches!(operator.renew_lease(), Err(ConnectError::Refused(_))),
+        "a renewal does not restore the lease"
+    );
     operator.hold_lease().unwrap();
     wait_for(&mut operator, "commands the device");
 }
@@ -136,14 +139,14 @@ fn a_rig_that_has_left_its_range_is_put_back_and_motion_ends() {
     let mut device = served.connect();
     let deadline = Instant::now() + TEST_TIMEOUT;
     device.hold_lease().unwrap();
-    // It is seen when it is taken away.
+    // The withdrawal of the lease is detected.
     while device.state().is_ok() && device.renew_in_time().is_ok() {
-        assert!(Instant::now() < deadline, "it never left its range");
+        assert!(Instant::now() < deadline, "the joint never left its range");
     }
     wait_for(&mut device, "no client holds the lease");
     drop(device);
     let news = served.end();
-    assert!(news.iter().any(|text| text.contains("joint has left its range at")), "{news:?}");
+    assert!(news.iter().any(|text| text.contains("joint was out of range at")), "{news:?}");
 }
 
 #[test]
@@ -156,7 +159,7 @@ fn a_port_that_nobody_serves_and_one_that_somebody_does_are_told_apart() {
     assert!(matches!(nobody, Err(PortError::NotServed { .. })), "{nobody:?}");
 }
 
-/// Whoever opened the port first has it: when that one ends, another client takes its place.
+/// The first client opened the port: when it ends, another client takes its place.
 #[test]
 fn clients_go_on_when_the_one_that_had_the_port_ends() {
     let listener = std::net::TcpListener::bind("127.0.0.1:0").unwrap();
@@ -166,7 +169,7 @@ fn clients_go_on_when_the_one_that_had_the_port_ends() {
     let (live, mut lines) = LiveRig::new(&file).unwrap();
     let broker = broker::Broker::new(Box::new(lines.remove(0).1));
     let running = thread::spawn(move || live.run(&AtomicBool::new(false), |_| ()));
-    // A board behind a socket that takes one program at a time, as emulators do.
+    // A board behind a socket that accepts one program at a time, like an emulator.
     thread::spawn(move || {
         for stream in listener.incoming().map_while(Result::ok) {
             let mut line = broker.join().unwrap();
@@ -181,7 +184,7 @@ fn clients_go_on_when_the_one_that_had_the_port_ends() {
             }
         }
     });
-    // What is asked of the one that ends is lost, and soon asked again.
+    // Requests to the ending client are lost, and soon repeated.
     let patience = Patience { timeout: Duration::from_millis(500), tries: 100 };
     let greet = || Device::greet(broker::open(&port, 0).unwrap(), patience, dimsart_modules::ALL).unwrap();
     let (first, mut second, mut third) = (greet(), greet(), greet());
@@ -194,7 +197,7 @@ fn clients_go_on_when_the_one_that_had_the_port_ends() {
     assert!(!running.is_finished());
 }
 
-/// Two clients at a time, each with a stream of its own: on a host a controller has several.
+/// Two clients at a time, each with its own stream: a controller on a host has several.
 #[test]
 fn every_tick_reaches_all_who_listen() {
     let served = Served::start("tap", &[]);
@@ -216,7 +219,7 @@ fn every_tick_reaches_all_who_listen() {
     }
 }
 
-/// More signals than one stream has, not in every tick: all of a row are of the same one.
+/// More signals than one stream carries, not in every tick: all signals of a row are from the same tick.
 #[test]
 fn rows_of_every_tenth_tick_are_whole() {
     let served = Served::start("tenth", &[]);
@@ -239,11 +242,11 @@ fn rows_of_every_tenth_tick_are_whole() {
     assert!(rows.iter().all(|row| row.tick.is_multiple_of(10)));
     assert!(rows.windows(2).all(|pair| pair[1].tick == pair[0].tick + 10));
     assert!(rows.iter().flat_map(|row| &row.values).all(|value| value.is_finite()));
-    // What it does not want any more, another client gets at once.
+    // Streams that it no longer needs are free for another client immediately.
     device.end_tap(&mut tap).unwrap();
 }
 
-/// A signal steps in one tick, at a moment that the client does not know.
+/// A signal steps in one tick, at a time unknown to the client.
 #[test]
 fn an_edge_is_caught_on_the_device() {
     let served = Served::start("edge", &[]);
@@ -261,7 +264,7 @@ fn an_edge_is_caught_on_the_device() {
         rows_after: 5,
         every_ticks: 1,
     };
-    // Two at a time, each with a recorder of its own.
+    // Two clients at a time, each with its own recorder.
     let falling = Capture { is_falling: true, rows_before: 3, ..rising.clone() };
     let deadline = Instant::now() + TEST_TIMEOUT;
     let is_over = || Instant::now() > deadline;
@@ -269,7 +272,7 @@ fn an_edge_is_caught_on_the_device() {
         let fallen = scope.spawn(|| {
             loop {
                 match other.capture(&falling, is_over) {
-                    // The other one's transaction is open.
+                    // The other client's transaction is open.
                     Err(ConnectError::Command(_)) if !is_over() => {}
                     captured => return captured.unwrap(),
                 }
@@ -288,7 +291,7 @@ fn an_edge_is_caught_on_the_device() {
     {
         let recorded = captured.recorded.unwrap();
         let caught = recorded.caught.unwrap();
-        // Fewer where the edge came at once.
+        // Fewer rows if the edge came immediately.
         let before = rows_before.min(caught);
         assert_eq!((recorded.rows.len(), recorded.overwritten), (before as usize + 6, 0), "{recorded:?}");
         for row in &recorded.rows {
@@ -302,7 +305,7 @@ fn an_edge_is_caught_on_the_device() {
             device.close(Some(name)).unwrap();
         }
     }
-    assert_eq!(device.scheme_rows(None).unwrap(), before, "it is as it was");
+    assert_eq!(device.scheme_rows(None).unwrap(), before, "the scheme is unchanged");
     let wrong = Capture { word: 1, ..rising.clone() };
     assert!(device.capture(&wrong, || true).unwrap_err().to_string().contains("no value 1"));
     let never = Capture { level: 1e6, ..rising };
@@ -326,7 +329,7 @@ fn a_record_has_every_tick_and_the_scheme() {
         if output.status.success() { Ok(String::from_utf8(output.stdout).unwrap()) } else { Err(errors) }
     };
     let record = |kind: &str| record_of(kind, &[]).unwrap();
-    // Those that are named, in the order of the names.
+    // The named signals, in the order of the names.
     assert!(record_of("csv", &["DES_FORCE", "POSITION"]).unwrap().contains("2 signals, 0 samples lost"));
     let text = std::fs::read_to_string(folder.path().join("signals.csv")).unwrap();
     assert!(text.starts_with("time_s (s),joint.DES_FORCE[0] (N·m),joint.POSITION[0] (rad)\n"), "{text:.80}");
@@ -342,7 +345,7 @@ fn a_record_has_every_tick_and_the_scheme() {
         Some("time_s (s),joint.POSITION[0] (rad),joint.DES_POSITION[0] (rad),joint.DES_FORCE[0] (N·m)")
     );
     let times: Vec<&str> = lines.map(|line| line.split(',').next().unwrap()).collect();
-    // No more digits than the milliseconds have.
+    // No more digits than the milliseconds.
     assert!(
         times.iter().all(|time| time.split_once('.').is_none_or(|(_, digits)| digits.len() <= 3)),
         "{times:?}"
@@ -351,11 +354,11 @@ fn a_record_has_every_tick_and_the_scheme() {
     assert!(ticks.len() > 500, "{}", ticks.len());
     assert!(ticks.windows(2).all(|pair| (pair[1] - pair[0] - 1.0).abs() < 1e-9), "a tick is missing");
     record("mcap");
-    assert!(!folder.path().join("signals.csv").exists(), "the older record is not beside the new one");
+    assert!(!folder.path().join("signals.csv").exists(), "the older recording is removed");
     let bytes = std::fs::read(folder.path().join("signals.mcap")).unwrap();
     let summary = mcap::Summary::read(&bytes).unwrap().unwrap();
     assert!(summary.stats.unwrap().message_count > 500);
-    assert_eq!(summary.attachment_indexes.len(), 2, "what was recorded, and its scheme");
+    assert_eq!(summary.attachment_indexes.len(), 2, "device and scheme");
     // As `run` and `serve` record it.
     let channel = summary.channels.values().find(|channel| channel.topic == "/joint").unwrap();
     let schema = String::from_utf8_lossy(&channel.schema.as_ref().unwrap().data).into_owned();

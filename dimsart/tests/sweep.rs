@@ -1,4 +1,4 @@
-//! `dimsart sweep` as a user meets it.
+//! Tests of `dimsart sweep` from the user's view.
 #![expect(clippy::unwrap_used, reason = "in helpers of tests as in tests")]
 
 use std::collections::HashMap;
@@ -38,7 +38,7 @@ fn shards_merge_into_what_one_machine_gives() {
     }
 }
 
-/// A sweep that was killed in the middle of a row goes on, and ends as one that was not.
+/// A sweep that was killed while writing a row continues, with the same result as an uninterrupted sweep.
 #[test]
 fn a_sweep_goes_on_where_it_was() {
     let folder = tempfile::tempdir().unwrap();
@@ -47,13 +47,13 @@ fn a_sweep_goes_on_where_it_was() {
     fs::write(folder.path().join("sweep.csv"), &whole[..whole.len() / 2]).unwrap();
     assert!(sweep(folder.path(), &[]).status.success());
     assert_eq!(read(folder.path(), "sweep.csv"), whole);
-    // Nothing is left to do; another figure is only drawn.
+    // All points are done; another figure only needs a new map.
     let again = sweep(folder.path(), &["--map", "axes.0.phase_margin_deg"]);
     assert!(String::from_utf8_lossy(&again.stdout).contains("12 of 12 points"));
     assert!(read(folder.path(), "map.svg").contains("axes.0.phase_margin_deg"));
 }
 
-/// More inertia at the same gains, or more delay, leaves less margin.
+/// More inertia at the same gains, or more delay, reduces the margin.
 #[test]
 fn a_row_has_the_figures_of_its_point() {
     let folder = tempfile::tempdir().unwrap();
@@ -77,10 +77,10 @@ fn what_cannot_be_swept_is_named() {
     let folder = tempfile::tempdir().unwrap();
     for (more, expected) in [
         (vec!["--vary", "nothing=1,2"], "nothing"),
-        (vec!["--vary", "k=1:2"], "write it KEY=A,B,C"),
-        (vec!["--shard", "4/3"], "write it NUMBER/COUNT"),
+        (vec!["--vary", "k=1:2"], "expected KEY=A,B,C"),
+        (vec!["--shard", "4/3"], "expected NUMBER/COUNT"),
         (vec!["--map", "axes.0.phase_margin"], "did you mean 'axes.0.phase_margin_deg'?"),
-        (vec!["--merge"], "there is no sweep-N-of-M.csv"),
+        (vec!["--merge"], "no sweep-N-of-M.csv"),
     ] {
         let output = sweep(folder.path(), &more);
         let error = String::from_utf8_lossy(&output.stderr);
@@ -89,7 +89,7 @@ fn what_cannot_be_swept_is_named() {
     }
 }
 
-/// Without `--vary`: where the bilateral loop is stable, and the border by its eigenvalues.
+/// Without `--vary`: the stability map of the bilateral loop, and its border by eigenvalues.
 #[test]
 fn the_shipped_map_says_what_it_runs_and_has_the_loops_growth() {
     let folder = tempfile::tempdir().unwrap();
@@ -116,26 +116,26 @@ fn the_shipped_map_says_what_it_runs_and_has_the_loops_growth() {
     assert!(verdicts.contains(&true) && verdicts.contains(&false), "{verdicts:?}");
 }
 
-/// Neither a run nor a folder comes of it.
+/// Creates neither a run nor a folder.
 #[test]
 fn a_wrong_setting_or_key_is_wrong_usage_and_said_before_anything_runs() {
     let folder = tempfile::tempdir().unwrap();
     for (arguments, expected) in [
         (
             &["--set", "link.los=3", "--vary", "dof=1:3:1"][..],
-            "dimsart: --set link.los=3: there is no key `link.los`; did you mean `link.loss`?\n",
+            "dimsart: --set link.los=3: unknown key `link.los`; did you mean `link.loss`?\n",
         ),
         (
             &["--vary", "link.loss=0:2:0.5"],
-            "dimsart: --vary, at link.loss=1.5: --set link.loss=1.5: `link.loss` cannot be",
+            "dimsart: --vary, at link.loss=1.5: --set link.loss=1.5: `link.loss` is 1.5, must be",
         ),
         (
             &["joint", "--set", "duration_s=-1", "--vary", "seed=1:2:1"],
-            "dimsart: joint with --set duration_s=-1 cannot be run:\n  duration_s is -1: give it a number > 0\n",
+            "dimsart: cannot run joint with --set duration_s=-1:\n  duration_s is -1 s, must be > 0 s\n",
         ),
         (
             &["joint", "--vary", "sed=1:2:1"],
-            "--vary, at sed=1: --set sed=1: there is no key `sed`; did you mean 'seed'?",
+            "--vary, at sed=1: --set sed=1: unknown key `sed`; did you mean 'seed'?",
         ),
         (&["joint", "--vary", "seed=1,2", "--vary", "duration_s=1,-1"], "--vary, at seed=1 duration_s=-1: "),
     ] {
@@ -162,11 +162,11 @@ fn rows_of_other_settings_are_not_gone_on_with() {
         [sweep("joint", "duration_s=0.3", "seed=1,2"), sweep("rokviss", "duration_s=0.2", "seed=1,2")]
     {
         let message = String::from_utf8_lossy(&other.stderr);
-        let is_refused = message.contains("are of other settings; give another folder with --out");
+        let is_refused = message.contains("have other settings: give another folder with --out");
         assert!(other.status.code() == Some(1) && is_refused, "{message}");
     }
     let more = sweep("joint", "duration_s=0.2", "seed=1,2,3");
-    assert!(String::from_utf8_lossy(&more.stdout).contains("3 of 3 points are in"), "{more:?}");
+    assert!(String::from_utf8_lossy(&more.stdout).contains("3 of 3 points"), "{more:?}");
 }
 
 #[test]
@@ -178,7 +178,7 @@ fn a_folder_that_is_not_there_is_not_merged() {
     assert!(message.contains("cannot read the folder not/here: ") && !Path::new("not").exists(), "{message}");
 }
 
-/// Rows of a sweep of the telerobot by the names of the columns, and the map of two keys.
+/// Returns the rows of a telerobot sweep by column name, and the map of two keys.
 fn telerobot(scheme: &str, sets: &[&str], vary: &[&str]) -> (Vec<HashMap<String, String>>, Option<String>) {
     let folder = tempfile::tempdir().unwrap();
     let mut command = Command::new(env!("CARGO_BIN_EXE_dimsart"));
@@ -195,7 +195,7 @@ fn telerobot(scheme: &str, sets: &[&str], vary: &[&str]) -> (Vec<HashMap<String,
     (rows, fs::read_to_string(folder.path().join("map.svg")).ok())
 }
 
-/// What runs show of position-force beside the roots of its loop, within a tick: round trips of 9 to 21 ticks.
+/// Runs with position-force control agree with the roots of the loop within a tick: round trips of 9 to 21 ticks.
 #[test]
 fn position_force_is_stable_up_to_the_delay_margin_of_its_loop() {
     let vary = ["device.slave.axis.0.wall.stiffness=300,10000", "link.1.carrier.delay_ticks=4:16:2"];
@@ -210,13 +210,13 @@ fn position_force_is_stable_up_to_the_delay_margin_of_its_loop() {
         }
         margins.push(margin);
     }
-    // The smallest round trips that grow, by the largest roots of the polynomial (numpy): 21 and 13 ticks.
+    // The smallest unstable round trips by the largest roots of the polynomial (numpy): 21 and 13 ticks.
     assert!(margins[..7].iter().all(|margin| *margin > 20.0 && *margin < 21.0), "{margins:?}");
     assert!(margins[7..].iter().all(|margin| *margin > 12.0 && *margin < 13.0), "{margins:?}");
-    assert!(map.unwrap().contains("theory: the round trip is the delay margin"));
+    assert!(map.unwrap().contains("theory: round trip = delay margin"));
 }
 
-/// Bounces while the hand leads the slave off a hard wall are no swing.
+/// Bouncing while the hand leads the slave off a hard wall does not count as a limit cycle.
 #[test]
 fn what_keeps_a_link_passive_is_stable_where_position_force_is_not() {
     let sets = ["device.slave.axis.0.wall.stiffness=13924.7665"];
@@ -232,10 +232,10 @@ fn what_keeps_a_link_passive_is_stable_where_position_force_is_not() {
     }
 }
 
-/// A lost packet takes energy with it that was reported or sent, and brings none.
+/// A lost packet loses the energy that was reported or sent, and adds none.
 #[test]
 fn a_tenth_of_the_packets_lost_sets_hardly_more_energy_loose() {
-    // What a bounded damper still owes, and what one tick overdraws.
+    // Remaining debt of a bounded damper, and overdraft of one tick.
     for (scheme, least_j) in [("tdpa", -0.13), ("tank", -4e-3)] {
         let (rows, _) = telerobot(scheme, &[], &["link.0.carrier.loss+link.1.carrier.loss=0,0.1"]);
         let [kept_j, lossy_j] =
@@ -248,5 +248,5 @@ fn a_tenth_of_the_packets_lost_sets_hardly_more_energy_loose() {
         );
     }
     let (rows, _) = telerobot("position_force", &[], &["link.0.carrier.loss+link.1.carrier.loss=0.1"]);
-    assert!(rows[0]["energy_ports_min_j"].parse::<f64>().unwrap() < -1.0, "nothing holds it: {rows:?}");
+    assert!(rows[0]["energy_ports_min_j"].parse::<f64>().unwrap() < -1.0, "sustained oscillation: {rows:?}");
 }

@@ -1,4 +1,4 @@
-//! `dimsart top` as its user meets it: the command in a terminal, and a joint that another one serves.
+//! Tests of `dimsart top` from the user's view: the command in a terminal, and a joint served by another process.
 #![cfg(unix)]
 #![expect(clippy::unwrap_used, clippy::panic, reason = "in helpers of tests as in tests")]
 
@@ -15,7 +15,7 @@ use test_requirements::TEST_TIMEOUT;
 const DIMSART: &str = env!("CARGO_BIN_EXE_dimsart");
 const PORT: &str = "sim:joint";
 
-/// A rig that is served to programs that have their sockets in the same folder: nobody else's tests do.
+/// A rig that is served in a socket folder of its own, invisible to other tests.
 struct Served {
     child: Child,
     _said: BufReader<ChildStdout>,
@@ -51,7 +51,7 @@ struct Terminal {
     shown: Receiver<Vec<u8>>,
     screen: vt100::Parser,
     terminal: Box<dyn portable_pty::MasterPty + Send>,
-    /// Kept open: when the last one closes, the system may drop what was not read yet.
+    /// Kept open: when the last end closes, the system may drop unread output.
     _slave: Box<dyn portable_pty::SlavePty + Send>,
 }
 
@@ -69,7 +69,7 @@ impl Terminal {
         command.arg("top");
         command.args(arguments);
         command.env("XDG_RUNTIME_DIR", folder);
-        // As the rig: half a second of its user's silence is five of the computer's.
+        // Time scale as of the rig: 0.5 s of the user's silence are 5 s of the computer's time.
         command.env("DIMSART_SPEED", "0.1");
         command.env("TERM", "xterm");
         let child = pair.slave.spawn_command(command).unwrap();
@@ -98,7 +98,7 @@ impl Terminal {
         self.screen.screen_mut().set_size(rows.try_into().unwrap(), cols.try_into().unwrap());
     }
 
-    /// Takes in what is shown until it is as it is wanted.
+    /// Reads the screen until it satisfies the condition.
     fn wait_for(&mut self, what: &str, is_there: impl Fn(&str) -> bool) {
         let deadline = Instant::now() + TEST_TIMEOUT;
         loop {
@@ -120,7 +120,7 @@ impl Terminal {
         self.wait_for(text, |words| words.contains(text));
     }
 
-    /// Waits for its end; its exit status. The terminal is as it was then.
+    /// Waits for its end; returns its exit status. The terminal is restored then.
     fn end(mut self) -> u32 {
         let status = self.child.wait().unwrap().exit_code();
         let deadline = Instant::now() + TEST_TIMEOUT;
@@ -134,7 +134,7 @@ impl Terminal {
     }
 }
 
-/// What `dimsart connect` says.
+/// Returns the output of `dimsart connect`.
 fn connect(folder: &Path, port: &str, words: &[&str]) -> String {
     let mut command = Command::new(DIMSART);
     let output = command.args(["connect", port]).args(words).env("XDG_RUNTIME_DIR", folder).output().unwrap();
@@ -145,12 +145,12 @@ fn connect(folder: &Path, port: &str, words: &[&str]) -> String {
 fn a_joint_is_seen_armed_tuned_stopped_and_left() {
     let folder = tempfile::tempdir().unwrap();
     let _served = Served::start(folder.path(), "joint", 1);
-    // Named by nobody: what is served is found.
+    // Without a name: a served rig is found.
     let mut top = Terminal::start(folder.path(), &[]);
     top.wait_for_text("no client holds the lease");
     top.wait_for("signal with its unit", |words| words.contains("POSITION") && words.contains(" rad"));
     top.press("a");
-    top.wait_for_text("this lets joint move");
+    top.wait_for_text("joint may move: arm?");
     top.press("y");
     top.wait_for_text("commands the device");
     top.wait_for_text("ARMED from here");
@@ -211,7 +211,7 @@ fn a_request_to_terminate_gives_the_lease_and_the_terminal_back() {
     assert_eq!(top.end(), 0);
     let deadline = Instant::now() + TEST_TIMEOUT;
     while !connect(folder.path(), PORT, &[]).contains("no client holds the lease") {
-        assert!(Instant::now() < deadline, "it still moves");
+        assert!(Instant::now() < deadline, "the joint still moves");
     }
 }
 
@@ -225,12 +225,12 @@ fn a_closed_terminal_ends_it() {
     command.env("XDG_RUNTIME_DIR", folder.path());
     let mut child = pair.slave.spawn_command(command).unwrap();
     drop(pair.slave);
-    // It has drawn something.
+    // The screen is drawn.
     pair.master.try_clone_reader().unwrap().read_exact(&mut [0; 100]).unwrap();
     drop(pair.master);
     let deadline = Instant::now() + TEST_TIMEOUT;
     while child.try_wait().unwrap().is_none() {
-        assert!(Instant::now() < deadline, "it runs on without a terminal");
+        assert!(Instant::now() < deadline, "the command continues without a terminal");
         thread::sleep(Duration::from_millis(50));
     }
 }

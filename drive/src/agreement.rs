@@ -1,44 +1,44 @@
-//! Whether a drive on a bus does what its joint is commanded: the same for every kind of drive.
+//! Supervision of a drive on a bus: compares its reported state with the command. Shared by all drive types.
 
-/// What a drive says of itself.
+/// State reported by a drive.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum Says {
-    /// It does what it is commanded.
+    /// It follows commands.
     Obeys,
-    /// It is off, or on its way.
+    /// It is off or starting.
     Ready,
-    /// It obeys nothing before it was cleared.
+    /// It ignores commands until it is cleared.
     Stuck,
 }
 
-/// What a joint shows of its drive in a tick.
+/// What a joint reports in a tick.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum Shows {
     Nothing,
-    /// What the drive said last.
+    /// The last state of the drive.
     State,
-    /// The same, and that the drive is silent.
+    /// The last state, and that the drive is silent.
     Silent,
-    /// The same, and that the drive does something else than is commanded.
+    /// The last state, and that the drive does not follow its command.
     Disobeys,
 }
 
-/// How far a joint and its drive agree.
+/// Phase of a joint and its drive.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum Phase {
-    /// It is not commanded.
+    /// Not commanded.
     Off,
-    /// It is commanded, and its drive has to be cleared before, for so many ticks.
+    /// Commanded; clearing the drive for so many ticks.
     Clearing(u8),
-    /// It is commanded, and its drive was not yet seen to obey, for so many ticks.
+    /// Commanded; waiting for so many ticks until the drive follows.
     Starting(u8),
-    /// The drive does what it is commanded.
+    /// The drive follows its command.
     On,
-    /// It does not, and has been told of once.
+    /// The drive does not follow; reported once.
     Refused,
 }
 
-/// A joint and its drive from tick to tick.
+/// Supervision of a joint and its drive.
 #[derive(Debug, Clone)]
 pub(crate) struct Agreement {
     missing_ticks: u8,
@@ -48,17 +48,18 @@ pub(crate) struct Agreement {
 }
 
 impl Agreement {
-    /// A drive may be silent for `missing_ticks` in a row, 254 at most, and has `starting_ticks` until it obeys.
+    /// Creates the supervision: a drive may be silent for `missing_ticks`, at most 254, and must follow within
+    /// `starting_ticks`.
     pub(crate) fn new(missing_ticks: u8, starting_ticks: u8) -> Self {
         Self { missing_ticks: missing_ticks.min(254), starting_ticks, silent_ticks: 0, phase: Phase::Off }
     }
 
-    /// Whether the drive has been silent for too long.
+    /// Checks whether the drive has been silent for too long.
     pub(crate) fn is_gone(&self) -> bool {
         self.silent_ticks > self.missing_ticks
     }
 
-    /// Once per tick, with what has come of the drive since the last one.
+    /// Processes the state received since the last tick, if any. Call once per tick.
     pub(crate) fn read(&mut self, said: Option<Says>) -> Shows {
         self.silent_ticks = if said.is_some() { 0 } else { self.silent_ticks.saturating_add(1) };
         let was_refused = self.phase == Phase::Refused;
@@ -83,7 +84,7 @@ impl Agreement {
         }
     }
 
-    /// Once per tick, with what the drive said last: whether the joint is commanded decides how to go on.
+    /// Advances the phase by whether the joint is commanded and the last state of the drive. Call once per tick.
     pub(crate) fn command(&mut self, is_on: bool, said: Option<Says>) -> Phase {
         self.phase = match self.phase {
             _ if !is_on => Phase::Off,

@@ -1,16 +1,16 @@
-//! An angle that wraps by itself, and its sine.
+//! Wrapping angle, with sine and cosine.
 
 use core::f32::consts::{FRAC_1_PI, PI};
 
 /// 2³¹: half a turn.
 const HALF_TURN: f32 = 2_147_483_648.0;
 
-/// An angle as a share of a turn, which is 2³²: it wraps without a comparison, and loses nothing after any number of turns.
+/// Angle in units of 2⁻³² turn: wraps without a comparison, and keeps its precision over any number of turns.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub struct Angle(pub u32);
 
 impl Angle {
-    /// From `rad`, -π to π; what is beyond is taken as the nearer of these.
+    /// Converts from `rad`, clamped to ±π.
     #[inline]
     #[must_use]
     #[expect(clippy::cast_possible_truncation, reason = "a cast saturates")]
@@ -18,7 +18,7 @@ impl Angle {
         Self(((angle_rad * (FRAC_1_PI * HALF_TURN)) as i32).cast_unsigned())
     }
 
-    /// Of turns, 0 or more, without the whole ones.
+    /// Converts from turns, at least 0; whole turns are dropped.
     #[inline]
     #[must_use]
     #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "a cast saturates")]
@@ -28,7 +28,7 @@ impl Angle {
         Self((odd << 31).wrapping_add(((half_turns - odd as f32) * HALF_TURN) as u32))
     }
 
-    /// Of an encoder that shows `count` of `counts_per_turn`, at least 2, from 0 on.
+    /// Converts from an encoder count; `counts_per_turn` is at least 2.
     #[must_use]
     pub fn from_counts(count: u32, counts_per_turn: u32) -> Self {
         let turn = (u64::from(count) << 32).checked_div(u64::from(counts_per_turn)).unwrap_or(0);
@@ -36,35 +36,35 @@ impl Angle {
         Self(low.unwrap_or(0))
     }
 
-    /// In `rad`, -π up to and without π.
+    /// Returns the angle in `rad`, from -π to below π.
     #[inline]
     #[must_use]
     pub fn rad(self) -> f32 {
         self.0.cast_signed() as f32 * (PI / HALF_TURN)
     }
 
-    /// Further by some `rad`, -π to π.
+    /// Returns the angle plus `angle_rad`, -π to π.
     #[inline]
     #[must_use]
     pub fn plus_rad(self, angle_rad: f32) -> Self {
         Self(self.0.wrapping_add(Self::from_rad(angle_rad).0))
     }
 
-    /// From another angle to this one.
+    /// Returns the difference `self - other`.
     #[inline]
     #[must_use]
     pub fn minus(self, other: Self) -> Self {
         Self(self.0.wrapping_sub(other.0))
     }
 
-    /// The electrical angle of a rotor with so many pole pairs.
+    /// Returns the electrical angle for a number of pole pairs.
     #[inline]
     #[must_use]
     pub fn times(self, pole_pairs: u8) -> Self {
         Self(self.0.wrapping_mul(u32::from(pole_pairs)))
     }
 
-    /// Sine and cosine, absolute error below 2e-7.
+    /// Returns sine and cosine, absolute error below 2e-7.
     #[inline(always)]
     #[must_use]
     pub fn sin_cos(self) -> (f32, f32) {
@@ -79,10 +79,10 @@ impl Angle {
     }
 }
 
-/// Sine and cosine of an angle in `rad`, at most an eighth of a turn either way.
+/// Returns sine and cosine of an angle within ±π/4 `rad`.
 ///
-/// By the polynomials of Moshier's Cephes library (`sinf`, `cosf`), in plain arithmetic: the same bits everywhere, in fewer
-/// cycles than a coprocessor takes with the way to it and back.
+/// Uses the polynomials of Moshier's Cephes library (`sinf`, `cosf`) in plain arithmetic: bit-identical on all
+/// platforms and faster than a coprocessor including the transfers.
 #[inline(always)]
 pub(crate) fn sin_cos_near_zero(angle_rad: f32) -> (f32, f32) {
     let square = angle_rad * angle_rad;

@@ -1,4 +1,4 @@
-//! What a drive is told of its motor, its inverter and their limits.
+//! Configuration of a drive: motor, encoder, joint, limits and inverter.
 
 use core::f32::consts::{FRAC_PI_4, PI};
 use core::fmt;
@@ -8,9 +8,9 @@ use crate::vector::Dq;
 
 /// Poles of the observer of angle and speed, `rad/s`.
 pub(crate) const TRACKING_RAD_PER_S: f32 = 2_000.0;
-/// From a sample to the middle of the period that its voltage is made in: the one after it.
+/// Delay from a sample to the middle of the period in which its voltage is applied, the next one.
 pub(crate) const PERIODS_TO_VOLTAGE: f32 = 1.5;
-/// Most that the tracking's poles may turn in a period, `rad`: beyond 0.8 it would not be stable.
+/// Maximum of observer bandwidth times period, `rad`; unstable above 0.8.
 const MOST_TRACKING_SHARE: f32 = 0.301;
 
 /// A permanent-magnet motor with three phases.
@@ -18,47 +18,47 @@ const MOST_TRACKING_SHARE: f32 = 0.301;
 #[repr(C)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize), serde(deny_unknown_fields))]
 pub struct Motor {
-    /// `R` of a phase, `ohm`, > 0: half of what is measured between two leads.
+    /// Phase resistance `R`, `ohm`, > 0: half of the value measured between two leads.
     pub resistance_ohm: f32,
-    /// `L_d`, `H`, > 0.
+    /// d-axis inductance `L_d`, `H`, > 0.
     pub direct_inductance_h: f32,
-    /// `L_q`, `H`, > 0.
+    /// q-axis inductance `L_q`, `H`, > 0.
     pub quadrature_inductance_h: f32,
-    /// `ψ`, peak flux of the magnets through a phase, `V s` per electrical radian, > 0. An error of it is one of the torque.
+    /// Flux linkage `ψ`, peak per phase, `V s` per electrical radian, > 0. Its relative error is that of the torque.
     pub flux_linkage_vs: f32,
-    /// `p`, > 0.
+    /// Number of pole pairs `p`, > 0.
     pub pole_pairs: u8,
-    /// Whether the encoder counts down when the phases turn the rotor up; it is read backwards then.
+    /// Whether the encoder counts against the direction of the phases; it is then inverted.
     pub is_encoder_reversed: bool,
-    /// Mechanical angle of the encoder, as it is read, at which the magnets point along phase U, `rad`, -π to π.
+    /// Mechanical encoder angle, after inversion, at which the magnets align with phase U, `rad`, -π to π.
     pub encoder_offset_rad: f32,
 }
 
-/// Limits of motor and inverter; beyond most of them the bridge is turned off.
+/// Limits of motor and inverter; exceeding most of them turns the bridge off.
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[repr(C)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize), serde(deny_unknown_fields))]
 pub struct Limits {
-    /// Most current that is asked for, peak of a phase, `A`, > 0.
+    /// Maximum commanded current, peak of a phase, `A`, > 0.
     pub current_a: f32,
-    /// Current of a phase that is never right, `A`, above `current_a`.
+    /// Phase current that trips the drive, `A`, above `current_a`.
     pub trip_current_a: f32,
-    /// Lowest voltage of the supply, `V`, > 0.
+    /// Minimum supply voltage, `V`, > 0.
     pub least_bus_v: f32,
-    /// Highest one, above the lowest: braking feeds it.
+    /// Maximum supply voltage, `V`, above the minimum; braking raises it.
     pub most_bus_v: f32,
-    /// From this temperature on less current is asked for, `°C`.
+    /// Temperature above which the current limit is reduced, `°C`.
     pub derating_c: f32,
-    /// At this one none, and the bridge is off, `°C`, above `derating_c`.
+    /// Temperature at which the drive trips, `°C`, above `derating_c`.
     pub trip_c: f32,
-    /// Fastest that the rotor may turn, `rad/s`, > 0. An angle further away than it turns so is no angle.
+    /// Maximum rotor speed, `rad/s`, > 0. A larger change of the encoder angle is rejected.
     pub speed_rad_per_s: f32,
-    /// How long a rotor may stand still with all of `current_a`, `s`, > 0; with less of it longer, with half of it for ever.
-    /// Infinity where it may always.
+    /// Maximum time at standstill with full `current_a`, `s`, > 0; longer at less current, unlimited at half. Infinity
+    /// disables the check.
     pub stall_s: f32,
 }
 
-/// What measures the rotor's angle.
+/// Encoder of the rotor.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[repr(C)]
 #[cfg_attr(
@@ -67,9 +67,9 @@ pub struct Limits {
     serde(tag = "kind", rename_all = "lowercase", deny_unknown_fields)
 )]
 pub enum Encoder {
-    /// Two channels, A and B: it knows its angle from a start on.
+    /// Quadrature encoder, channels A and B; its angle is relative to power-up.
     Incremental {
-        /// All four edges counted, 2 to 65 536.
+        /// Counts per turn, all four edges, 2 to 65 536.
         counts_per_turn: u32,
     },
     /// See [`As5047p`].
@@ -80,80 +80,80 @@ pub enum Encoder {
     As5600,
 }
 
-/// What the rotor turns.
+/// Joint driven by the rotor.
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[repr(C)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize), serde(deny_unknown_fields))]
 pub struct Joint {
-    /// Turns of the rotor in one of the joint, 0.001 to 10 000; below 0 where the joint turns the other way.
+    /// Rotor turns per joint turn, 0.001 to 10 000; negative for opposite directions.
     pub gear_ratio: f32,
-    /// Angle of the joint at the encoder's zero, `rad`, -100 to 100; of an incremental one, that is where it starts.
+    /// Joint angle at the encoder's zero, `rad`, -100 to 100; for an incremental encoder, the angle at power-up.
     pub zero_rad: f32,
 }
 
-/// What a board's half bridges are, whatever motor they turn.
+/// Half bridges of a board, independent of the motor.
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[repr(C)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize), serde(deny_unknown_fields))]
 pub struct Inverter {
-    /// One period of the pulse-width modulation, and from one step to the next, `s`, > 0, up to 150 µs.
+    /// PWM period and period of the control loop, `s`, > 0, up to 150 µs.
     pub period_s: f32,
-    /// Dead time of one edge of a half bridge, as a share of a period, 0 to 0.2.
+    /// Dead time per edge as a share of the period, 0 to 0.2.
     pub dead_time_share: f32,
-    /// Current below which that changes proportionally less, `A`, > 0.
+    /// Current below which the dead-time effect is proportional to the current, `A`, > 0.
     pub dead_time_current_a: f32,
-    /// Largest duty cycle, 0.6 to 1: converters that measure at the low side need the rest.
+    /// Maximum duty cycle, 0.6 to 1: low-side current sensing needs the rest.
     pub most_duty: f32,
 }
 
-/// All of it: what an inverter turns, and the inverter.
+/// Configuration of a drive.
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[repr(C)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize), serde(deny_unknown_fields))]
 pub struct Configuration {
-    /// `wc`, bandwidth of the current loops, `rad/s`, > 0; up to a third of `1/period_s`.
+    /// Bandwidth of the current loops `wc`, `rad/s`, > 0, up to a third of `1/period_s`.
     pub bandwidth_rad_per_s: f32,
-    /// That turns the rotor when it is aligned, `A`, > 0, up to `limits.current_a`.
+    /// Current that turns the rotor during alignment, `A`, > 0, up to `limits.current_a`.
     pub aligning_current_a: f32,
-    /// The motor.
+    /// Motor.
     pub motor: Motor,
-    /// Its encoder.
+    /// Encoder.
     pub encoder: Encoder,
-    /// Its joint.
+    /// Joint.
     pub joint: Joint,
     /// Limits of motor and inverter.
     pub limits: Limits,
-    /// The inverter.
+    /// Inverter.
     pub inverter: Inverter,
 }
 
-/// A value that no drive can have.
+/// A configuration value out of range.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct ConfigurationError {
-    /// Its name.
+    /// Name of the value.
     pub name: &'static str,
     /// The value.
     pub value: f32,
-    /// What it has to be.
+    /// Valid range.
     pub range: &'static str,
 }
 
 impl fmt::Display for ConfigurationError {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        write!(f, "{} is {}: it has to be {}", self.name, self.value, self.range)
+        write!(f, "{} is {}: must be {}", self.name, self.value, self.range)
     }
 }
 
 impl core::error::Error for ConfigurationError {}
 
 impl Motor {
-    /// `3/2 p ψ`, `N m/A`: torque of a current across the magnets.
+    /// Returns the torque constant `3/2 p ψ`, `N m/A`: torque per q-axis current.
     #[must_use]
     pub const fn torque_constant_nm_per_a(&self) -> f32 {
         1.5 * self.pole_pairs as f32 * self.flux_linkage_vs
     }
 
-    /// Torque of currents in `A`, `N m`: `3/2 p (ψ i_q + (L_d - L_q) i_d i_q)`.
+    /// Returns the torque for currents in `A`, `N m`: `3/2 p (ψ i_q + (L_d - L_q) i_d i_q)`.
     #[must_use]
     pub fn torque_nm(&self, Dq { d, q }: Dq) -> f32 {
         let saliency_h = self.direct_inductance_h - self.quadrature_inductance_h;
@@ -162,7 +162,7 @@ impl Motor {
 }
 
 impl Encoder {
-    /// Angles that it tells apart in a turn of the rotor.
+    /// Returns the counts per turn of the rotor.
     #[must_use]
     pub const fn counts_per_turn(&self) -> u32 {
         match self {
@@ -173,26 +173,26 @@ impl Encoder {
         }
     }
 
-    /// Whether it knows its angle from its first reading on.
+    /// Checks whether the encoder is absolute.
     #[must_use]
     pub const fn is_absolute(&self) -> bool {
         !matches!(self, Self::Incremental { .. })
     }
 }
 
-/// A configuration that a drive can be made of.
+/// A validated configuration.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Checked(Configuration);
 
 impl Checked {
-    /// All of it.
+    /// Returns the configuration.
     #[must_use]
     pub const fn get(&self) -> &Configuration {
         &self.0
     }
 }
 
-/// Gives the error of a value that is not right.
+/// Returns the error of an invalid value.
 macro_rules! require {
     ($place:ident $(. $part:ident)*, $is_right:expr, $range:literal) => {
         let is_right: bool = $is_right;
@@ -214,10 +214,10 @@ const fn is_positive(value: f32) -> bool {
 }
 
 impl Configuration {
-    /// Says whether a drive can be made of it.
+    /// Validates the configuration.
     ///
     /// # Errors
-    /// The first value outside its range.
+    /// Returns the first value out of range.
     pub const fn check(&self) -> Result<(), ConfigurationError> {
         match self.checked() {
             Ok(_) => Ok(()),
@@ -225,11 +225,11 @@ impl Configuration {
         }
     }
 
-    /// As [`check`](Self::check): a drive that is made of what it gives looks no more. Of a constant it is checked when that is
-    /// compiled.
+    /// Validates the configuration and returns a [`Checked`], from which drives are created without another check. A
+    /// constant is validated at compile time.
     ///
     /// # Errors
-    /// The first value outside its range.
+    /// Returns the first value out of range.
     pub const fn checked(&self) -> Result<Checked, ConfigurationError> {
         let Self { motor, joint, limits, inverter, .. } = self;
         require!(self.motor.resistance_ohm, is_positive(motor.resistance_ohm), "above 0");
@@ -250,7 +250,7 @@ impl Configuration {
             is_above(limits.most_bus_v, limits.least_bus_v),
             "above limits.least_bus_v"
         );
-        require!(self.limits.derating_c, limits.derating_c.is_finite(), "a number");
+        require!(self.limits.derating_c, limits.derating_c.is_finite(), "finite");
         require!(self.limits.trip_c, is_above(limits.trip_c, limits.derating_c), "above limits.derating_c");
         require!(self.limits.speed_rad_per_s, is_positive(limits.speed_rad_per_s), "above 0");
         let ahead_rad =
@@ -258,12 +258,12 @@ impl Configuration {
         require!(
             self.limits.speed_rad_per_s,
             ahead_rad <= FRAC_PI_4,
-            "so slow that the rotor turns an eighth of an electrical turn in 1.5 periods at most"
+            "at most an eighth of an electrical turn in 1.5 periods"
         );
         require!(self.limits.stall_s, limits.stall_s > 0.0, "above 0, or infinity");
         require!(self.inverter.period_s, is_positive(inverter.period_s), "above 0");
         let is_followed = inverter.period_s * TRACKING_RAD_PER_S <= MOST_TRACKING_SHARE;
-        require!(self.inverter.period_s, is_followed, "up to 150e-6: the rotor is followed no slower");
+        require!(self.inverter.period_s, is_followed, "at most 150e-6 for the angle observer");
         require!(self.bandwidth_rad_per_s, is_positive(self.bandwidth_rad_per_s), "above 0");
         let is_slow = self.bandwidth_rad_per_s * inverter.period_s <= 1.0 / 3.0;
         require!(self.bandwidth_rad_per_s, is_slow, "at most a third of 1 / inverter.period_s");

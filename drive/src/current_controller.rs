@@ -1,28 +1,28 @@
-//! Two PI controllers in the rotor's frame, with the coupling of the axes and the voltage of the magnets fed forward.
+//! Field-oriented current control: two PI controllers in the rotor frame with decoupling and back-EMF feed-forward.
 //!
-//! By pole cancellation (Harnefors and Nee, "Model-based current control of AC machines using the internal model control
-//! method", IEEE Trans. Industry Applications 34(1), 1998), here of the motor as it is sampled, with a voltage that is held for
-//! a period:
+//! The gains follow from pole cancellation (Harnefors and Nee, "Model-based current control of AC machines using the
+//! internal model control method", IEEE Trans. Industry Applications 34(1), 1998), applied to the sampled motor with a
+//! voltage held for one period:
 //!
 //! ```text
 //!   u_d = Kp e_d + Σ Ki e_d - w L_q i_q               Ki = wc T R
 //!   u_q = Kp e_q + Σ Ki e_q + w (L_d i_d + ψ)         Kp = Ki / (1 - exp(-T R/L)), nearly wc L
 //! ```
-//! So a period adds `wc T` times the error of the one before to a current, whatever `R` and `L` are.
+//! In each period, the current changes by `wc T` times the error of the period before, independent of `R` and `L`.
 //!
-//! The voltage stays within a circle, `u_d` first: the flux is held, the torque gives way. What was cut off goes back
-//! through `1/Kp` into the integrals, which so never wind up.
+//! The voltage is limited to a circle with priority for `u_d`: the flux is kept and the torque reduced. The excess is
+//! fed back through `1/Kp` into the integrals, which prevents windup.
 //!
-//! So each integral is, behind a low-pass filter of `L/R`, the voltage that was made less what is fed forward; and `R i` is,
-//! behind the same filter, the voltage that was made less what the motor makes. Their difference is what the motor makes and
-//! nobody expected.
+//! Each integral equals, after a low-pass of `L/R`, the applied voltage minus the feed-forward; `R i` equals, after the
+//! same low-pass, the applied voltage minus the back-EMF and coupling of the motor. Their difference is the unexpected
+//! motor voltage.
 
 use crate::configuration::{Configuration, Inverter, Motor};
 use crate::modulation::Supply;
 use crate::number::within;
 use crate::vector::Dq;
 
-/// The controller of a motor's currents.
+/// Current controller of a motor.
 #[derive(Debug, Clone)]
 pub struct CurrentController {
     motor: Motor,
@@ -34,9 +34,9 @@ pub struct CurrentController {
 #[derive(Debug, Clone, Copy)]
 struct Gains {
     proportional_ohm: f32,
-    /// Of a step.
+    /// Integral gain per step.
     integral_ohm: f32,
-    /// What a volt that was cut off takes out of the integral in a step.
+    /// Anti-windup gain: change of the integral per volt of excess and step.
     unwinding: f32,
 }
 
@@ -55,7 +55,7 @@ impl Gains {
     }
 }
 
-/// `1 - exp(-x)`, `x` at least 0, to 2e-6 of it: by its series for a 256th of `x`, and then by `d(2x) = d(x) (2 - d(x))`.
+/// Returns `1 - exp(-x)` for `x >= 0`, relative error 2e-6: by its series for `x/256`, then `d(2x) = d(x) (2 - d(x))`.
 #[inline]
 fn decayed(x: f32) -> f32 {
     let small = x / 256.0;
@@ -64,7 +64,7 @@ fn decayed(x: f32) -> f32 {
 }
 
 impl CurrentController {
-    /// With the gains of a configuration that is [right](Configuration::check).
+    /// Creates the controller of a [valid](Configuration::check) configuration.
     #[inline]
     #[must_use]
     pub fn new(configuration: &Configuration) -> Self {
@@ -74,20 +74,21 @@ impl CurrentController {
         Self { motor, direct, quadrature, integral_v: Dq::default() }
     }
 
-    /// Forgets its integrals: what is done while nothing is driven.
+    /// Clears the integrals; called while the bridge is off.
     pub fn reset(&mut self) {
         self.integral_v = Dq::default();
     }
 
-    /// What the motor makes along the magnets beyond what is fed forward, `V`. An error of `R` shows little: nearly no current
-    /// flows along them.
+    /// Returns the d-axis voltage of the motor beyond the feed-forward, `V`. An error of `R` has little effect, because
+    /// the d-axis current is nearly 0.
     #[inline]
     #[must_use]
     pub fn unexpected_direct_v(&self, direct_a: f32) -> f32 {
         self.integral_v.d - self.motor.resistance_ohm * direct_a
     }
 
-    /// The voltage for the next period, `V`, not longer than the supply allows, from currents in `A` and the electrical speed.
+    /// Returns the voltage for the next period, `V`, limited by the supply, from currents in `A` and the electrical
+    /// speed.
     #[must_use]
     pub fn step(&mut self, wanted_a: Dq, is_a: Dq, electrical_rad_per_s: f32, supply: &Supply) -> Dq {
         let Motor { direct_inductance_h, quadrature_inductance_h, flux_linkage_vs, .. } = self.motor;
@@ -107,10 +108,11 @@ impl CurrentController {
     }
 }
 
-/// `d` as far as the circle goes, and `q` as far as that leaves room.
+/// Limits a voltage to the circle, with priority for `d`.
 ///
-/// The room `r sqrt(1 - x²)`, `x = d/r`, by its series with all that comes behind `x⁴` taken as `x⁶`: never more, exact
-/// where `d` is none or all of the circle, and less by 0.5 % of `r` at half of it, which is as much as decoupling takes.
+/// The limit of `q`, `r sqrt(1 - x²)` with `x = d/r`, is computed by its series with all terms after `x⁴` combined into
+/// `x⁶`: never too large, exact for `d = 0` and `d = r`, and 0.5 % of `r` too small at `d = r/2`, a value reached by
+/// decoupling only.
 #[inline]
 fn within_circle(Dq { d, q }: Dq, radius: f32, per_radius: f32) -> Dq {
     let d = within(d, radius);

@@ -1,4 +1,4 @@
-//! One period of a drive.
+//! The drive: one step of control and protection per PWM period.
 
 use core::f32::consts::FRAC_PI_4;
 
@@ -16,21 +16,20 @@ use crate::sample::{Rotor, Sample};
 use crate::tracking::Tracking;
 use crate::vector::{Dq, Stator, Turn};
 
-/// In which an observer that has begun has settled: the bridge stays off for so long.
+/// Settling time of the observer; the bridge stays off meanwhile.
 const SETTLED_S: f32 = 5.0 / TRACKING_RAD_PER_S;
 
-/// A motor, its inverter and its encoder, under control.
+/// Controller of a motor with its inverter and encoder.
 #[derive(Debug, Clone)]
 pub struct Drive {
     motor: Motor,
-    /// Of the encoder where the magnets point along phase U.
+    /// Encoder angle at which the magnets align with phase U.
     offset: Angle,
     /// `A/(N m)`.
     current_per_torque: f32,
-    /// From a sample to the middle of the period that its voltage is made in, the one after it, for the electrical angle: `s`
-    /// times pole pairs.
+    /// Delay from a sample to the middle of the period of its voltage, for the electrical angle: `s` times pole pairs.
     ahead_s: f32,
-    /// How long before the currents the encoder took its angle, `s`.
+    /// Age of the encoder angle relative to the currents, `s`.
     encoder_age_s: f32,
     period_s: f32,
     tracking: Tracking,
@@ -39,41 +38,41 @@ pub struct Drive {
     protection: Protection,
     current_a: Dq,
     voltage_v: Dq,
-    /// At which the magnets make one volt.
+    /// Rotor speed per volt of back-EMF.
     speed_per_v: f32,
     /// Whether the bridge was on in the last period.
     is_on: bool,
-    /// Whether this period checks the encoder's alignment, or the motion.
+    /// Whether this period checks the encoder's alignment instead of the motion.
     feels: bool,
-    /// How long the encoder has said what can be believed, `s`; none before its first reading.
+    /// Time of valid encoder readings, `s`; `None` before the first.
     seen_s: Option<f32>,
 }
 
-/// What a drive knows of its motor, as of the last period.
+/// Measured state of the motor in the last period.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct Measured {
-    /// Of the rotor, from the encoder's own zero, once around.
+    /// Rotor angle from the encoder's zero, within one turn.
     pub angle: Angle,
-    /// Of the rotor, `rad/s`.
+    /// Rotor speed, `rad/s`.
     pub speed_rad_per_s: f32,
-    /// In the rotor's frame, `A`.
+    /// Current in the rotor frame, `A`.
     pub current_a: Dq,
-    /// By these currents, `N m`.
+    /// Torque computed from the currents, `N m`.
     pub torque_nm: f32,
-    /// Voltage for the next period, in the rotor's frame, `V`; none while the bridge is off.
+    /// Voltage for the next period in the rotor frame, `V`; 0 while the bridge is off.
     pub voltage_v: Dq,
 }
 
 impl Drive {
-    /// A drive that is off.
+    /// Creates a drive that is off.
     ///
     /// # Errors
-    /// [`ConfigurationError`] with the first value outside its range.
+    /// Returns [`ConfigurationError`] with the first value out of range.
     pub fn new(configuration: &Configuration) -> Result<Self, ConfigurationError> {
         Ok(Self::of(&configuration.checked()?))
     }
 
-    /// A drive that is off, of a configuration that is right.
+    /// Creates a drive that is off, from a validated configuration.
     #[inline]
     #[must_use]
     pub fn of(configuration: &Checked) -> Self {
@@ -100,24 +99,23 @@ impl Drive {
         }
     }
 
-    /// With an encoder that took each angle `age_s` before the currents that come with it are sampled, at most ten periods: it
-    /// answered in a period before.
+    /// Sets the age of each encoder angle relative to the currents sampled with it, at most ten periods.
     #[must_use]
     pub fn with_encoder_age(self, age_s: f32) -> Self {
         Self { encoder_age_s: age_s, ..self }
     }
 
-    /// Has the magnets point along phase U where the encoder, as it is read, is at `encoder_offset_rad`, -π to π: for an
-    /// encoder that knows its angle only from a start on. To be done while the bridge is off.
+    /// Sets the encoder angle, after inversion, at which the magnets align with phase U, -π to π. Needed after each
+    /// start with an incremental encoder. Call it while the bridge is off.
     pub fn align(&mut self, encoder_offset_rad: f32) {
         self.motor.encoder_offset_rad = encoder_offset_rad;
         self.offset = Angle::from_rad(encoder_offset_rad);
     }
 
-    /// One period: what the converters show, and the torque that is commanded, `N m`, or none for a bridge that is off. Gives
-    /// the duty cycles for the next period, or none: then all six switches are to be opened at once.
+    /// Runs one period with a sample and the commanded torque, `N m`, or `None` to turn the bridge off. Returns the
+    /// duty cycles for the next period, or `None`: open all six switches at once.
     ///
-    /// A torque that is no number is none.
+    /// A NaN or infinite torque turns the bridge off.
     #[inline]
     pub fn step(&mut self, sample: &Sample, torque_nm: Option<f32>) -> Option<Duties> {
         self.track(sample.rotor);
@@ -127,7 +125,7 @@ impl Drive {
         let now = Turn::to(electrical);
         self.current_a = now.park(Stator::from_phases(sample.phase_a));
         let supply = self.modulation.supply(sample.bus_v);
-        // Before, one step of the encoder is a high speed.
+        // Before settling, a single encoder count is a high speed.
         let has_settled = self.seen_s > Some(SETTLED_S);
         if has_settled {
             self.feels = !self.feels;
@@ -147,7 +145,7 @@ impl Drive {
             self.controller.reset();
             self.voltage_v = Dq::default();
             self.is_on = false;
-            // A converter at its end shows no current.
+            // A saturated converter measures no valid current.
             if !self.current_a.q.is_finite() {
                 self.current_a = Dq::default();
             }
@@ -162,12 +160,12 @@ impl Drive {
             f32::from(self.motor.pole_pairs) * speed_rad_per_s,
             &supply,
         );
-        // Where the rotor will be while the voltage is made.
+        // Rotor angle while the voltage is applied.
         let ahead = now.ahead(within(self.ahead_s * speed_rad_per_s, FRAC_PI_4));
         Some(self.modulation.duties(ahead.unpark(self.voltage_v), ahead.unpark_across(wanted_a), &supply))
     }
 
-    /// What it knows of its motor.
+    /// Returns the measured state of the motor.
     #[inline(always)]
     #[must_use]
     pub fn measured(&self) -> Measured {
@@ -180,29 +178,29 @@ impl Drive {
         }
     }
 
-    /// Why the bridge is off; none when it may be on.
+    /// Returns the latched fault; `None` if the bridge may be on.
     #[must_use]
     pub fn fault(&self) -> Option<DriveFault> {
         self.protection.fault()
     }
 
-    /// Forgets a fault, if there is one: what is still wrong is found again in the next period.
+    /// Clears the fault; a persisting one is detected again in the next period.
     pub fn clear(&mut self) {
         self.protection.clear();
     }
 
-    /// Of the rotor where the currents are sampled.
+    /// Returns the rotor angle at the time of the current samples.
     #[inline]
     fn angle(&self) -> Angle {
         self.tracking.angle().plus_rad(self.encoder_age_s * self.tracking.speed_rad_per_s())
     }
 
-    /// Follows the rotor. Where it is and how fast it turns is taken from two readings that agree; what disagrees with them
-    /// before the observer has settled begins anew.
+    /// Updates the observer. Two consistent readings initialise angle and speed; an inconsistent reading before the
+    /// observer has settled restarts it.
     #[inline]
     fn track(&mut self, rotor: Rotor) {
         let Rotor::At(angle) = rotor else {
-            // It goes on as it turned.
+            // Extrapolate at the last speed.
             let _ = self.protection.believe(rotor, 0.0);
             if self.protection.has_lost_rotor() {
                 self.seen_s = None;

@@ -1,7 +1,7 @@
-//! Absolute encoders: what to send, and what the bytes that come back say.
+//! Absolute encoders: request bytes and decoding of responses.
 //!
-//! A board's SPI or I²C moves the bytes and keeps the times. Where it fails, the rotor is [`Rotor::Lost`](crate::Rotor).
-//! The angle is that of the last sample that the chip took.
+//! The board's SPI or I²C driver moves the bytes and meets the timing. If it fails, report
+//! [`Rotor::Lost`](crate::Rotor). The angle is the chip's last sample.
 
 mod as5047p;
 mod as5600;

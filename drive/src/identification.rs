@@ -1,13 +1,13 @@
-//! Finds out what a motor and its encoder are, with a current that is bounded: `R`, `L_d`, `L_q`, pole pairs, and which way and
-//! from where the encoder counts. `ψ` is not among it: at rest it does nothing.
+//! Identification of motor and encoder with a bounded current: `R`, `L_d`, `L_q`, pole pairs, encoder direction and
+//! offset. `ψ` is not identified, because it has no effect at standstill.
 //!
 //! ```text
-//!   Resting   two currents along phase U, the rotor turns there    R = Δu/Δi: what dead time takes is in both
+//!   Resting   two currents along phase U, the rotor aligns there   R = Δu/Δi: the dead-time error cancels
 //!   Shaking   a voltage of alternating sign, twice                 L = u T/Δi along the magnets, and across them
-//!   Turning   the current turns slowly and back                    pole pairs, direction; offset as the mean of both ways
+//!   Turning   the current vector rotates slowly and back           pole pairs, direction; offset as the mean of both ways
 //! ```
-//! The rotor turns to the nearest of its electrical zeros, then by one and a quarter of an electrical turn and back: the
-//! joint must be free to.
+//! The rotor moves to the nearest electrical zero, then by one and a quarter electrical turns and back: the joint must
+//! be free to move.
 
 mod resting;
 mod shaking;
@@ -25,56 +25,56 @@ use resting::{Rest, Resting};
 use shaking::{Axis, Shaking};
 use turning::Turning;
 
-/// Of the current that was asked for: more is not made by what is done here.
+/// Maximum phase current relative to the requested current.
 const MOST_SHARE: f32 = 1.25;
 
-/// Of what dead time takes, over `R`: the least current with which no phase exceeds [`MOST_SHARE`] where the current turns.
-/// There dead time takes `cos 30°` of what it takes along a phase, which has `cos 30°` of the current:
-/// `cos 30° (1 - cos 30°) / (MOST_SHARE - cos 30°)`.
+/// Minimum current as a share of the dead-time voltage over `R`, so that no phase exceeds [`MOST_SHARE`] while the
+/// current vector rotates. There the dead-time effect is `cos 30°` of the effect along a phase, which carries `cos 30°`
+/// of the current: `cos 30° (1 - cos 30°) / (MOST_SHARE - cos 30°)`.
 const DEAD_TIME_SHARE: f32 = 0.302;
-/// Of the current below which dead time takes less: half of the requested current, less 5 %, has half of that in two phases,
-/// which exceeds it. Otherwise dead time would count as resistance.
+/// Minimum current relative to `dead_time_current_a`: at half of the requested current, less 5 %, two phases carry half
+/// of it and must be above `dead_time_current_a`. Otherwise the dead-time effect is identified as resistance.
 const LEAST_SHARE: f32 = 4.5;
-/// For what the rotor's own voltage adds, and where the resistance is not known yet.
+/// Margin for the back-EMF and for a resistance that is not known yet.
 const RESERVE: f32 = 1.5;
 
-/// What was found.
+/// Identified values.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct Identified {
-    /// `R` of a phase, `ohm`.
+    /// Phase resistance `R`, `ohm`.
     pub resistance_ohm: f32,
-    /// `L_d`, `H`.
+    /// d-axis inductance `L_d`, `H`.
     pub direct_inductance_h: f32,
-    /// `L_q`, `H`.
+    /// q-axis inductance `L_q`, `H`.
     pub quadrature_inductance_h: f32,
-    /// `p`.
+    /// Number of pole pairs `p`.
     pub pole_pairs: u8,
-    /// As [`Motor::is_encoder_reversed`](crate::Motor::is_encoder_reversed).
+    /// See [`Motor::is_encoder_reversed`](crate::Motor::is_encoder_reversed).
     pub is_encoder_reversed: bool,
-    /// As [`Motor::encoder_offset_rad`](crate::Motor::encoder_offset_rad).
+    /// See [`Motor::encoder_offset_rad`](crate::Motor::encoder_offset_rad).
     pub encoder_offset_rad: f32,
 }
 
-/// Why nothing was found.
+/// Reason of a failed identification.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum IdentificationError {
-    /// The supply's voltage makes no such current.
+    /// The supply voltage is too low for the current.
     NoCurrent,
-    /// The currents are not where the voltage is.
+    /// The phase currents do not match the voltage.
     WrongPhases,
-    /// Dead time, or the rotor's own voltage, changes so small a current by over a quarter.
+    /// The current is too small: dead time or back-EMF changes it by more than a quarter.
     TooLittleCurrent {
-        /// With which to try again, `A`.
+        /// Recommended current, `A`.
         needed_a: f32,
     },
-    /// The rotor did not turn.
+    /// The rotor did not move.
     DidNotMove,
-    /// It turned, and not as a whole number of pole pairs does.
+    /// The travel does not match a whole number of pole pairs.
     Slipped {
-        /// In an electrical turn, `rad`.
+        /// Travel per electrical turn, `rad`.
         travel_rad: f32,
     },
-    /// What turns off a drive, too.
+    /// A drive fault.
     Fault(DriveFault),
 }
 
@@ -84,16 +84,16 @@ impl IdentificationError {
     }
 }
 
-/// What a period comes to.
+/// Result of a period.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum IdentificationStep {
-    /// It goes on, with these duty cycles for the next period.
+    /// In progress, with the duty cycles for the next period.
     GoesOn(Duties),
-    /// It is over, and the bridge is to be off; so it stays.
+    /// Finished; the bridge must be off. Further steps return the same result.
     Over(Result<Identified, IdentificationError>),
 }
 
-/// What it is at.
+/// Stage of the identification.
 #[derive(Debug, Clone)]
 enum Stage {
     Resting(Resting),
@@ -102,7 +102,7 @@ enum Stage {
     Over(Result<Identified, IdentificationError>),
 }
 
-/// An identification under way.
+/// An identification in progress.
 #[derive(Debug, Clone)]
 pub struct Identification {
     finds_inductances: bool,
@@ -112,15 +112,15 @@ pub struct Identification {
     protection: Protection,
     stage: Stage,
     found: Identified,
-    /// That makes the current.
+    /// Voltage of the current.
     held_v: f32,
 }
 
 impl Identification {
-    /// With `current_a`, > 0, up to the limit of a configuration, of whose motor nothing is believed.
+    /// Starts an identification with `current_a`, > 0, up to the configured limit. The configured motor is not used.
     ///
     /// # Errors
-    /// [`ConfigurationError`] with the first value outside its range.
+    /// Returns [`ConfigurationError`] with the first value out of range.
     pub fn new(configuration: &Configuration, current_a: f32) -> Result<Self, ConfigurationError> {
         let checked = configuration.checked()?;
         if !(current_a > 0.0 && current_a <= configuration.limits.current_a) {
@@ -130,14 +130,14 @@ impl Identification {
         Ok(Self::of_motor(&checked, current_a))
     }
 
-    /// As [`new`](Self::new), with a configuration that is checked. More current than the limit is not made.
+    /// Starts an identification as [`new`](Self::new), with a validated configuration; clamps the current to its limit.
     #[inline]
     #[must_use]
     pub fn of_motor(configuration: &Checked, current_a: f32) -> Self {
         Self::begin(configuration, current_a, true)
     }
 
-    /// As [`of_motor`](Self::of_motor), of a motor whose inductances are known: they are not shaken, and not found.
+    /// Starts an identification as [`of_motor`](Self::of_motor) without the inductances.
     #[inline]
     #[must_use]
     pub fn of_offset(configuration: &Checked, current_a: f32) -> Self {
@@ -165,14 +165,14 @@ impl Identification {
         }
     }
 
-    /// One period.
+    /// Runs one period.
     #[inline]
     pub fn step(&mut self, sample: &Sample) -> IdentificationStep {
         if let Stage::Over(end) = self.stage {
             return IdentificationStep::Over(end);
         }
         self.protection.look(sample);
-        // Where the rotor should be is not known yet: nothing surprises.
+        // The expected angle is not known yet.
         let _ = self.protection.believe(sample.rotor, 0.0);
         let supply = self.modulation.supply(sample.bus_v);
         let voltage_v = match self.protection.fault() {
@@ -186,7 +186,7 @@ impl Identification {
                 let duties = self.modulation.duties(voltage_v, Stator::default(), &supply);
                 return IdentificationStep::GoesOn(duties);
             }
-            // The supply has become too low for what it made before.
+            // The supply voltage has dropped below the voltage needed.
             Ok(Some(_)) => Err(IdentificationError::NoCurrent),
             Ok(None) => Ok(self.found),
             Err(error) => Err(error),
@@ -195,7 +195,7 @@ impl Identification {
         IdentificationStep::Over(end)
     }
 
-    /// The voltage for the next period, `V`; none when all is found.
+    /// Returns the voltage for the next period, `V`; `None` when finished.
     #[inline]
     fn voltage(&mut self, sample: &Sample, most_v: f32) -> Result<Option<Stator>, IdentificationError> {
         if sample.phase_a.iter().any(|phase_a| phase_a.abs() > MOST_SHARE * self.current_a) {

@@ -1,15 +1,15 @@
-//! What runs below a joint controller's tick and makes the torque that it commands: field-oriented control of a
-//! three-phase motor, and its protection, once per period of the pulse-width modulation.
+//! Field-oriented torque control of a three-phase motor with protection, run once per PWM period below the tick of a
+//! joint controller.
 //!
 //! ```text
 //!   phase currents ─▶ Clarke ─▶ Park ─▶ CurrentController ─▶ inverse Park ─▶ space vector ─▶ duty cycles
 //!   encoder ─▶ Tracking ──angle, speed──┴────────────────────────┘                │
-//!   torque of the tick ─▶ wanted current                                          │
-//!   all of what is measured ─▶ Protection ──────────── off, in the same period ───┘
+//!   torque of the tick ─▶ current reference                                       │
+//!   all measurements ─▶ Protection ─────────────────── off, in the same period ───┘
 //! ```
-//! [`Drive::step`] writes this order down, once. There are no registers here, no clock and no random source: a board hands
-//! in a [`Sample`] of what its converters show, and puts the [`Duties`] into its timer. So the same bits come out on a host,
-//! where `hil_sim`'s motor stands behind them, and on a chip.
+//! [`Drive::step`] runs this chain. The crate uses no registers, clock or random source: the board passes a [`Sample`]
+//! of its converters and writes the [`Duties`] to its timer. Results are therefore bit-identical on a host with
+//! `hil_sim`'s motor model and on a chip.
 //!
 //! ```
 //! # const MOTOR: drive::Motor = drive::Motor {
@@ -31,23 +31,23 @@
 //!     joint: Joint { gear_ratio: 1.0, zero_rad: 0.0 },
 //!     inverter: Inverter { period_s: 50e-6, dead_time_share: 0.02, dead_time_current_a: 0.2, most_duty: 0.95 },
 //! })?;
-//! // Once per period, with what the converters show and the torque that the tick commands.
+//! // Once per period, with the sample and the torque commanded by the tick.
 //! let rotor = Rotor::At(Angle::from_counts(1_000, 4_096));
 //! let sample = Sample { phase_a: [0.0; 3], bus_v: 24.0, temperature_c: 25.0, rotor };
 //! for _ in 0..100 {
 //!     match drive.step(&sample, Some(0.5)) {
 //!         Some(duties) => assert!(duties.iter().all(|duty| (0.0..=1.0).contains(duty))),
-//!         // All six switches are to be open: it learns how the rotor turns, or something is wrong.
+//!         // Open all six switches: the observer settles, or there is a fault.
 //!         None => assert_eq!(drive.fault(), None),
 //!     }
 //! }
 //! # Ok::<(), drive::ConfigurationError>(())
 //! ```
-//! A joint whose drive is a moteus of mjbots has all this inside it: [`MoteusFrame`] and [`MoteusState`] are what goes over its
-//! bus, [`MoteusJoint`] what a controller has of it. So has a drive of CiA 402 on a `CANopen` bus: [`Cia402Joint`].
+//! Drives with their own torque control are connected over a bus: a mjbots moteus with [`MoteusJoint`], whose messages
+//! are [`MoteusFrame`] and [`MoteusState`], and a CiA 402 drive on `CANopen` with [`Cia402Joint`].
 //!
 //! Quantities are in SI units. Phases are amplitude-invariant: the length of a current vector is the peak of a phase
-//! current. Positive `q` current makes positive torque.
+//! current. Positive `q` current produces positive torque.
 #![no_std]
 #![forbid(unsafe_code)]
 

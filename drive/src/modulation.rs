@@ -1,18 +1,18 @@
-//! From a voltage to the duty cycles of three half bridges.
+//! Space-vector modulation: converts a voltage to the duty cycles of three half bridges.
 //!
-//! Space-vector modulation by adding to all phases what centres their largest and smallest: the same duty cycles as by
-//! sectors, and so the whole hexagon, whose inner circle is `U/√3` (van der Broeck, Skudelny, Stanke, "Analysis and
-//! realization of a pulsewidth modulator based on voltage space vectors", IEEE Trans. Industry Applications 24(1), 1988).
+//! A common voltage that centres the maximum and minimum phase is added to all phases: the same duty cycles as by
+//! sectors, with the full hexagon of inner radius `U/√3` (van der Broeck, Skudelny, Stanke, "Analysis and realization
+//! of a pulsewidth modulator based on voltage space vectors", IEEE Trans. Industry Applications 24(1), 1988).
 //!
-//! While both switches of a half bridge are off, its current chooses the voltage: that takes `U share` off the phase's
-//! mean, against the current. It is given back with the sign of the current that is wanted, which is free of noise, and
-//! in proportion to it where it is small.
+//! During the dead time of a half bridge, its current determines the voltage: the mean phase voltage falls by
+//! `U share`, against the current. This is compensated by the sign of the reference current, which is noise-free, and
+//! proportionally at small currents.
 
 use crate::configuration::{Configuration, Inverter};
 use crate::number::{larger, smaller, within};
 use crate::vector::{FRAC_1_SQRT_3, Stator};
 
-/// Share of the period that the upper switches of the half bridges U, V, W are on, 0 to 1.
+/// Duty cycles of the upper switches of the half bridges U, V, W, 0 to 1.
 pub type Duties = [f32; 3];
 
 /// The modulator of an inverter.
@@ -20,24 +20,24 @@ pub type Duties = [f32; 3];
 pub struct Modulation {
     dead_time_share: f32,
     dead_time_per_a: f32,
-    /// Of the supply: radius of the circle of which every voltage can be made, beside what dead time takes.
+    /// Maximum voltage in any direction, as a share of the supply, after dead-time compensation.
     radius_share: f32,
     per_radius_share: f32,
 }
 
-/// What can be made of a supply.
+/// Voltage range of a supply.
 #[derive(Debug, Clone, Copy)]
 pub struct Supply {
     /// `1/V`.
     pub per_bus_v: f32,
-    /// The longest voltage that can be made in every direction, `V`.
+    /// Maximum voltage in any direction, `V`.
     pub most_v: f32,
-    /// One over it.
+    /// `1 / most_v`.
     pub per_most_v: f32,
 }
 
 impl Modulation {
-    /// Of a configuration that is [right](Configuration::check).
+    /// Creates the modulator of a [valid](Configuration::check) configuration.
     #[inline]
     #[must_use]
     pub fn new(configuration: &Configuration) -> Self {
@@ -51,7 +51,7 @@ impl Modulation {
         }
     }
 
-    /// What can be made of `bus_v`, > 0.
+    /// Returns the voltage range for `bus_v`, > 0.
     #[inline]
     #[must_use]
     pub fn supply(&self, bus_v: f32) -> Supply {
@@ -59,8 +59,8 @@ impl Modulation {
         Supply { per_bus_v, most_v: self.radius_share * bus_v, per_most_v: self.per_radius_share * per_bus_v }
     }
 
-    /// The duty cycles that make a voltage, `V`, no longer than [can be made](Supply::most_v), while `wanted_a` flows in the
-    /// phases. So they stay within their range by themselves.
+    /// Returns the duty cycles for a voltage up to [`Supply::most_v`], `V`, with the reference current `wanted_a` for
+    /// dead-time compensation. They are within range without clamping.
     #[inline]
     #[must_use]
     pub fn duties(&self, voltage_v: Stator, wanted_a: Stator, supply: &Supply) -> Duties {
@@ -70,7 +70,7 @@ impl Modulation {
         let [a, b, c] = wanted_a.times(self.dead_time_per_a).phases();
         let lost = |share| within(share, self.dead_time_share);
         let duty = |phase_v, share| half + supply.per_bus_v * phase_v + lost(share);
-        // One by one: a loop over three takes half as long again.
+        // Unrolled: a loop takes 50 % longer.
         [duty(u, a), duty(v, b), duty(w, c)]
     }
 }

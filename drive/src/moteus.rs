@@ -1,17 +1,17 @@
-//! The registers of a mjbots moteus drive over CAN FD, as far as a joint under torque needs them: bytes in, bytes out.
+//! mjbots moteus drives over CAN FD, as far as torque-controlled joints need them: bytes in, bytes out.
 //!
 //! ```text
 //!   torque_nm, timeout_s ─▶ MoteusFrame ─▶ CAN FD ─▶ drive
 //!            MoteusState ◀─ from_reply ◀─ CAN FD ◀──┘
 //! ```
-//! [`MoteusJoint`] makes a joint of them, tick by tick.
+//! [`MoteusJoint`] combines them to a joint, tick by tick.
 //!
-//! From the documents `docs/protocol/can.md`, `docs/protocol/registers.md` and `docs/guides/control-modes.md` of
-//! <https://github.com/mjbots/moteus>. The bus runs at 1 Mbit/s and its data at 5 Mbit/s. The drive counts turns of the
-//! output; here is `rad`. A reply shows the drive as it was before the command of the same frame.
+//! Source: `docs/protocol/can.md`, `docs/protocol/registers.md` and `docs/guides/control-modes.md` of
+//! <https://github.com/mjbots/moteus>. The bus runs at 1 Mbit/s with a data rate of 5 Mbit/s. The drive uses turns of
+//! the output, this crate `rad`. A reply shows the drive before the command of the same frame.
 //!
-//! When a command's timeout runs out, a drive as delivered brakes the joint with up to 5 N m. One that is to let go has
-//! `servo.timeout_mode` 0 in its configuration.
+//! When a command times out, a drive in factory configuration brakes the joint with up to 5 N m. To release the joint
+//! instead, set `servo.timeout_mode` to 0.
 
 mod address;
 mod fault;
@@ -31,7 +31,7 @@ pub use reply::MoteusReplyError;
 pub use state::MoteusState;
 pub use trouble::MoteusTrouble;
 
-/// Numbers of the registers that are used.
+/// Register numbers.
 mod register {
     pub(super) const MODE: u8 = 0x00;
     pub(super) const POSITION: u8 = 0x01;
@@ -47,5 +47,5 @@ mod register {
     pub(super) const INTEGRAL_SCALE: u8 = 0x2b;
 }
 
-/// No operation: what fills a frame up.
+/// No operation; pads a frame.
 const NOP: u8 = 0x50;

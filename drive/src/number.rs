@@ -1,18 +1,18 @@
-//! The larger and the smaller of two numbers, by one comparison and no branch: `f32::max` is a call on a Cortex-M.
+//! Maximum and minimum by one comparison without a branch; `f32::max` is a function call on a Cortex-M.
 
-/// The larger one; the second where the first is no number.
+/// Returns the maximum; `other` if `one` is NaN.
 #[inline(always)]
 pub(crate) fn larger(one: f32, other: f32) -> f32 {
     if one > other { one } else { other }
 }
 
-/// The smaller one; the second where the first is no number.
+/// Returns the minimum; `other` if `one` is NaN.
 #[inline(always)]
 pub(crate) fn smaller(one: f32, other: f32) -> f32 {
     if one < other { one } else { other }
 }
 
-/// A number held within `±most`, `most` at least 0; `most` where it is none.
+/// Clamps a number to `±most`, `most >= 0`; returns `most` for NaN.
 #[inline(always)]
 pub(crate) fn within(number: f32, most: f32) -> f32 {
     larger(smaller(number, most), -most)

@@ -1,4 +1,4 @@
-//! What turns the bridge off, in the period in which it shows.
+//! Protection: turns the bridge off in the period in which a fault is detected.
 
 use core::f32::consts::FRAC_PI_2;
 
@@ -9,48 +9,49 @@ use crate::configuration::{Configuration, Inverter, Limits};
 use crate::number::{larger, smaller};
 use crate::sample::{Rotor, Sample};
 
-/// Share of the trip current that the sum of the phases may be off: converters are not exact, but a dead one shows.
+/// Tolerance of the phase current sum, as a share of the trip current: allows converter errors, detects a dead converter.
 const SENSOR_SHARE: f32 = 0.2;
-/// Of an encoder, beside what the fastest rotor turns in two periods, `rad`.
+/// Encoder noise added to the travel at maximum speed in two periods, `rad`.
 const ENCODER_NOISE_RAD: f32 = 0.01;
-/// A reading of an encoder that is missing or wrong counts so much, a right one takes one back: two in a row are bridged by
-/// the speed, and one in three for ever.
+/// Count of a missing or invalid encoder reading; a valid one subtracts 1. Two in a row, or one in three permanently,
+/// are bridged by extrapolation.
 const BAD_READING: u8 = 2;
 const MOST_BAD: u8 = 4;
-/// Coldest that it can be, `°C`: a sensor whose wire is open says less.
+/// Minimum plausible temperature, `°C`: an open sensor reads lower.
 const COLDEST_C: f32 = -40.0;
-/// Share of the square of the largest current that a winding at rest loses by and by.
+/// Heat that a winding at standstill dissipates, as a share of the square of the maximum current.
 const COOLED_SHARE: f32 = 0.25;
-/// Below this share of the fastest speed the encoder reports standstill.
+/// Share of the maximum speed below which the encoder reports standstill.
 const STANDSTILL_SHARE: f32 = 0.01;
-/// Tolerance of the d-axis voltage as a share of the supply, beside the dead time: phase resistances differ by some percent.
+/// Tolerance of the d-axis voltage as a share of the supply, in addition to dead time: phase resistances differ by a
+/// few percent.
 const UNEXPECTED_SHARE: f32 = 0.01;
-/// Its tolerance as a share of the magnets' voltage: a healthy angle is wrong by 12° at most, where `ψ` is 1.43 times as configured.
+/// Tolerance as a share of the back-EMF: a correct angle is off by at most 12°, with `ψ` 1.43 times its configured value.
 const EMF_SHARE: f32 = 0.35;
-/// Its tolerance as a share of the voltage that couples the axes: `L` is 1.43 times as configured.
+/// Tolerance as a share of the coupling voltage: `L` 1.43 times its configured value.
 const COUPLING_SHARE: f32 = 0.45;
-/// So much longer than not it has to make more, `s`: longer than the current takes to change.
+/// Excess time of an unexpected voltage until the fault, `s`: longer than current transients.
 const TURNING_UNSEEN_S: f32 = 0.005;
-/// Change of the current within two periods, of the limit of the current, above which it oscillates.
+/// Current change within two periods above which the current oscillates, as a share of the current limit.
 const OSCILLATION_SHARE: f32 = 0.2;
 
-/// Watches a drive.
+/// Protection of a drive.
 #[derive(Debug, Clone)]
 pub struct Protection {
     limits: Limits,
-    /// Two periods: the checks of motion and of the encoder's alignment take turns.
+    /// Two periods: the checks of motion and of the encoder's alignment alternate.
     check_s: f32,
     most_sum_a: f32,
     most_surprise_rad: f32,
     standstill_rad_per_s: f32,
-    /// Most current that may be asked for, per degree below the trip temperature.
+    /// Current limit per degree below the trip temperature.
     derating_a_per_c: f32,
-    /// Of the square of a current, and what a winding loses: so that all of the current takes the time that it may.
+    /// Factor of the squared current in the stall timer, scaled so that full current takes `stall_s`.
     stall_per_a2: f32,
     cooled: f32,
     /// A quarter of an electrical turn.
     held_rad: f32,
-    /// Where the rotor is held, as long as it stays near.
+    /// Angle near which the rotor is held.
     held_at: Angle,
     unexpected_share: f32,
     emf_vs: f32,
@@ -66,7 +67,7 @@ pub struct Protection {
 }
 
 impl Protection {
-    /// With the limits of a configuration that is [right](Configuration::check).
+    /// Creates the protection of a [valid](Configuration::check) configuration.
     #[inline]
     #[must_use]
     #[expect(clippy::cast_possible_truncation, reason = "a cast saturates")]
@@ -98,30 +99,30 @@ impl Protection {
         }
     }
 
-    /// Why the bridge is off; none when it may be on.
+    /// Returns the latched fault; `None` if the bridge may be on.
     #[must_use]
     pub fn fault(&self) -> Option<DriveFault> {
         self.fault
     }
 
-    /// Forgets the fault: what is still wrong is found again in the next period.
+    /// Clears the fault; a persisting one is detected again in the next period.
     pub fn clear(&mut self) {
         if self.fault.take().is_some() {
             (self.bad_readings, self.unseen_periods, self.unstable_periods) = (0, 0, 0);
         }
     }
 
-    /// Looks at currents, supply and temperature.
+    /// Checks currents, supply voltage and temperature.
     #[inline]
     pub(crate) fn look(&mut self, sample: &Sample) {
         let Limits { trip_current_a, least_bus_v, most_bus_v, trip_c, .. } = self.limits;
         let [u, v, w] = sample.phase_a;
-        // What is no number is within nothing.
+        // NaN fails every comparison.
         let is_within = |value: f32, most: f32| value.abs() <= most;
         let has_current =
             is_within(u, trip_current_a) && is_within(v, trip_current_a) && is_within(w, trip_current_a);
         let found = match sample {
-            // A converter at its end, beside two phases that do not add up to as much.
+            // A saturated converter: the other two phases do not balance it.
             _ if !has_current && (u + v + w).is_infinite() => DriveFault::CurrentSensors,
             _ if !has_current => DriveFault::Overcurrent,
             _ if !is_within(u + v + w, self.most_sum_a) => DriveFault::CurrentSensors,
@@ -137,7 +138,7 @@ impl Protection {
         self.note(found);
     }
 
-    /// Looks at what the encoder says, `surprise_rad` from where the rotor should be; gives that where it can be believed.
+    /// Checks an encoder reading that differs from the prediction by `surprise_rad`; returns it if plausible.
     #[inline]
     pub(crate) fn believe(&mut self, rotor: Rotor, surprise_rad: f32) -> Option<f32> {
         let found = match rotor {
@@ -157,15 +158,15 @@ impl Protection {
         None
     }
 
-    /// Whether too many readings were missing or wrong to go by the speed: where the rotor is has to be found anew.
+    /// Checks whether too many readings were missing or invalid to extrapolate: the observer must be reinitialised.
     #[inline]
     pub(crate) fn has_lost_rotor(&self) -> bool {
         self.bad_readings > MOST_BAD
     }
 
-    /// Looks at the speed, which the supply can hold against up to `held_rad_per_s`, and how long the rotor is held under a current
-    /// that makes torque: within a quarter of an electrical turn, trembling or not. Beyond that another phase warms up, and half of
-    /// the time is taken back. In every second period.
+    /// Checks overspeed and stall. The speed limit is the lower of the configured one and `held_rad_per_s`, up to which
+    /// the supply controls the current. The rotor is stalled while it stays within a quarter of an electrical turn
+    /// under q-axis current; beyond, another phase heats up and the stall time is halved. Called every second period.
     #[inline]
     pub(crate) fn weigh(&mut self, current_a: f32, angle: Angle, speed_rad_per_s: f32, held_rad_per_s: f32) {
         if speed_rad_per_s.abs() > smaller(self.limits.speed_rad_per_s, held_rad_per_s) {
@@ -182,23 +183,23 @@ impl Protection {
         }
     }
 
-    /// Looks whether the current that makes torque oscillates: where the motor has a fraction of the configured inductance, the
-    /// current controller is unstable. It follows a step of the reference in a few periods. In every second period.
+    /// Checks for oscillation of the q-axis current: the current controller is unstable if the motor has a fraction of
+    /// the configured inductance. A step of the reference settles in a few periods. Called every second period.
     #[inline]
     pub(crate) fn watch(&mut self, current_a: f32) {
         let change_a = current_a - self.last_a;
         self.last_a = current_a;
         let is_large = change_a.abs() > self.most_change_a;
-        // A reference that steps in every tick makes large changes in half of the checks.
+        // A reference that steps in every tick causes large changes in half of the checks.
         self.unstable_periods = (self.unstable_periods + if is_large { 2 } else { -4 }).max(0);
         if self.unstable_periods > self.most_unseen_periods {
             self.note(DriveFault::CurrentLoop);
         }
     }
 
-    /// Looks whether the encoder's angle is that of the magnets, by the voltage that the motor makes unexpectedly along d: a wrong
-    /// angle has the magnets' voltage there. Where the encoder is gone the field stands, and the rotor slips past it or swings
-    /// about it. In every second period.
+    /// Checks the encoder's alignment by the unexpected d-axis voltage: at a wrong angle, the back-EMF has a d
+    /// component. If the encoder reports standstill, the field is fixed while the rotor slips or oscillates about it.
+    /// Called every second period.
     #[inline]
     pub(crate) fn feel(
         &mut self,
@@ -219,7 +220,7 @@ impl Protection {
         }
     }
 
-    /// The most current that may be asked for at a temperature below the trip temperature, `A`.
+    /// Returns the current limit at a temperature below the trip temperature, `A`.
     #[inline]
     pub(crate) fn current_limit_a(&self, temperature_c: f32) -> f32 {
         let Limits { current_a, trip_c, .. } = self.limits;

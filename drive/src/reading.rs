@@ -1,26 +1,26 @@
-//! What a joint shows whose drive is on a bus.
+//! Reading of a joint whose drive is on a bus.
 
 use crate::DriveTrouble;
 
-/// A joint in a tick, all NaN where it shows nothing. Its `Trouble` is that of a kind of drives.
+/// Reading of a joint in a tick; all NaN without data. `Trouble` is the fault type of the drive.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct DriveReading<Trouble = DriveTrouble> {
-    /// Of the output, `rad`; not wrapped.
+    /// Position of the output, `rad`, not wrapped.
     pub position_rad: f32,
-    /// Of the output, `rad/s`.
+    /// Velocity of the output, `rad/s`.
     pub velocity_rad_per_s: f32,
-    /// By the measured currents, at the output, `N m`.
+    /// Torque at the output from the measured currents, `N m`.
     pub torque_nm: f32,
-    /// Of the supply, `V`.
+    /// Supply voltage, `V`.
     pub voltage_v: f32,
-    /// Of the drive's board, `°C`.
+    /// Temperature of the drive, `°C`.
     pub temperature_c: f32,
-    /// What is wrong with it, or limits it.
+    /// Fault or active limit.
     pub trouble: Option<Trouble>,
 }
 
 impl<Trouble> DriveReading<Trouble> {
-    /// Of a joint that shows nothing.
+    /// Reading without data.
     pub(crate) const NOTHING: Self = Self {
         position_rad: f32::NAN,
         velocity_rad_per_s: f32::NAN,
@@ -32,7 +32,7 @@ impl<Trouble> DriveReading<Trouble> {
 }
 
 impl<Trouble: Copy + Into<u32>> DriveReading<Trouble> {
-    /// The number of its trouble as a signal has it; 0 for none.
+    /// Returns the fault number in a signal; 0 for none.
     #[must_use]
     pub fn fault(&self) -> f32 {
         self.trouble.map_or(0.0, |trouble| trouble.into() as f32)
@@ -40,7 +40,7 @@ impl<Trouble: Copy + Into<u32>> DriveReading<Trouble> {
 }
 
 impl<Trouble: Into<DriveTrouble>> DriveReading<Trouble> {
-    /// The same, whatever kind of drive it is.
+    /// Converts to a reading independent of the drive type.
     #[must_use]
     pub fn of_any(self) -> DriveReading {
         let Self { position_rad, velocity_rad_per_s, torque_nm, voltage_v, temperature_c, trouble } = self;

@@ -1,29 +1,29 @@
-//! What a board's converters show in a period.
+//! Measurements of a board in one period.
 
 use crate::Angle;
 
-/// All that is measured at one instant, in the middle of the time that all lower switches are on.
+/// Measurements at one instant, in the middle of the time in which all lower switches are on.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Sample {
-    /// Currents of the phases U, V, W into the motor, `A`; infinite where a converter is at its end.
+    /// Currents of the phases U, V, W into the motor, `A`; infinite for a saturated converter.
     pub phase_a: [f32; 3],
-    /// Voltage of the supply, `V`.
+    /// Supply voltage, `V`.
     pub bus_v: f32,
-    /// Temperature of the power stage or the winding, whichever is nearer to its limit, `°C`.
+    /// Temperature of power stage or winding, whichever is closer to its limit, `°C`.
     pub temperature_c: f32,
-    /// What the encoder says.
+    /// Encoder reading.
     pub rotor: Rotor,
 }
 
-/// The rotor's angle as its encoder has it.
+/// Encoder reading of the rotor.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Rotor {
-    /// It is there, a mechanical angle.
+    /// Valid mechanical angle.
     At(Angle),
-    /// Its next reading is on the way: it is read less often than once in a period.
+    /// No reading in this period: the encoder is read less often.
     Awaited,
-    /// It did not answer, or what it said was damaged.
+    /// No or corrupted response.
     Lost,
-    /// It says that its magnet is too weak, too strong or gone.
+    /// Magnet too weak, too strong or missing.
     BadMagnet,
 }

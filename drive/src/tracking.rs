@@ -1,25 +1,26 @@
-//! Angle and speed of the rotor, out of an encoder with steps and noise.
+//! Tracking observer: angle and speed of the rotor from a quantised, noisy encoder.
 //!
-//! An alpha-beta observer with both poles at `w0`: `alpha = 2 w0 T`, `beta = (w0 T)²`, critically damped. At constant
-//! speed it has no error, at constant acceleration one of `acceleration / w0²`.
+//! An alpha-beta observer with both poles at `w0`: `alpha = 2 w0 T`, `beta = (w0 T)²`, critically damped. The error is
+//! 0 at constant speed and `acceleration / w0²` at constant acceleration.
 
 use crate::Angle;
 
-/// Follows a rotor.
+/// Angle and speed observer.
 #[derive(Debug, Clone)]
 pub struct Tracking {
     period_s: f32,
     angle_gain: f32,
-    /// Per second.
+    /// Speed gain, 1/s.
     speed_gain: f32,
     angle: Angle,
     speed_rad_per_s: f32,
-    /// Angle in the next period, as far as is known.
+    /// Predicted angle in the next period.
     expected: Angle,
 }
 
 impl Tracking {
-    /// Of steps every `period_s`, with poles at `bandwidth_rad_per_s`, well below `1/period_s`; it stands at angle 0.
+    /// Creates an observer with period `period_s` and poles at `bandwidth_rad_per_s`, well below `1/period_s`; at rest
+    /// at angle 0.
     #[inline]
     #[must_use]
     pub fn new(period_s: f32, bandwidth_rad_per_s: f32) -> Self {
@@ -34,21 +35,21 @@ impl Tracking {
         }
     }
 
-    /// Begins at an angle, `moved_rad` further than a period ago.
+    /// Initialises at an angle, after a motion of `moved_rad` in the last period.
     pub fn begin(&mut self, angle: Angle, moved_rad: f32) {
         self.angle = angle;
         self.speed_rad_per_s = moved_rad / self.period_s;
         self.expected = angle.plus_rad(moved_rad);
     }
 
-    /// How far a measured angle is from where the rotor should be now, `rad`, either sign.
+    /// Returns the difference of a measured angle from the prediction, `rad`.
     #[inline]
     #[must_use]
     pub fn surprise_rad(&self, measured: Angle) -> f32 {
         measured.minus(self.expected).rad()
     }
 
-    /// Goes one period on, with a surprise that is believed; 0 while there is no measurement.
+    /// Advances one period with the prediction error; 0 without a measurement.
     #[inline]
     pub fn step(&mut self, surprise_rad: f32) {
         self.angle = self.expected.plus_rad(self.angle_gain * surprise_rad);
@@ -56,14 +57,14 @@ impl Tracking {
         self.expected = self.angle.plus_rad(self.speed_rad_per_s * self.period_s);
     }
 
-    /// The angle, as of the last step.
+    /// Returns the angle of the last step.
     #[inline]
     #[must_use]
     pub fn angle(&self) -> Angle {
         self.angle
     }
 
-    /// The speed, as of the last step, `rad/s`.
+    /// Returns the speed of the last step, `rad/s`.
     #[inline]
     #[must_use]
     pub fn speed_rad_per_s(&self) -> f32 {
@@ -73,7 +74,7 @@ impl Tracking {
 
 #[cfg(test)]
 mod tests {
-    #![expect(clippy::cast_possible_truncation, reason = "what is compared has fewer digits than an f32")]
+    #![expect(clippy::cast_possible_truncation, reason = "compared with fewer digits than an f32")]
 
     use core::f32::consts::TAU;
 
@@ -111,7 +112,7 @@ mod tests {
     fn constant_acceleration_leaves_what_the_poles_say() {
         let acceleration = 50_000.0;
         let (error_rad, _) = follow(|time_s| 0.5 * acceleration * time_s * time_s, 1 << 24, 400);
-        // After the step that has seen the angle: as far behind as the formula says, less what that step caught up.
+        // After the correction step: the lag of the formula minus the correction.
         let expected_rad = -(acceleration as f32) / (BANDWIDTH * BANDWIDTH);
         assert!((error_rad / expected_rad - 1.0).abs() < 0.25, "{error_rad} {expected_rad}");
     }

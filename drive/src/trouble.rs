@@ -1,27 +1,27 @@
-//! Why a joint does not do what it is commanded, whatever kind of drive it has.
+//! Fault of a joint, independent of the drive type.
 
 use core::fmt;
 
 use crate::{Cia402Trouble, MoteusTrouble};
 
-/// What is wrong with a joint. Its numbers are those of the kinds of drives, which have none in common.
+/// Fault of a joint. The numbers of the drive types do not overlap.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum DriveTrouble {
-    /// Of a moteus.
+    /// Fault of a moteus drive.
     Moteus(MoteusTrouble),
-    /// Of a drive of CiA 402.
+    /// Fault of a CiA 402 drive.
     Cia402(Cia402Trouble),
 }
 
 impl DriveTrouble {
-    /// Of a number that a signal has; none for 0, and for what has no name.
+    /// Converts the number of a signal; `None` for 0 and unknown numbers.
     #[must_use]
     pub fn from_number(number: u32) -> Option<Self> {
         let of_moteus = u16::try_from(number).ok().and_then(MoteusTrouble::from_number);
         of_moteus.map(Self::Moteus).or_else(|| Cia402Trouble::from_number(number).map(Self::Cia402))
     }
 
-    /// What to do about it.
+    /// Returns the recommended action.
     #[must_use]
     pub fn remedy(self) -> &'static str {
         match self {

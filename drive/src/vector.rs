@@ -1,4 +1,4 @@
-//! Vectors of the stator and of the rotor, and the turn between them.
+//! Vectors in the stator and rotor frames, and the rotation between them.
 
 use crate::angle::{Angle, sin_cos_near_zero};
 
@@ -7,21 +7,21 @@ pub(crate) const FRAC_1_SQRT_3: f32 = 0.577_350_26;
 /// `√3/2`.
 const FRAC_SQRT_3_2: f32 = 0.866_025_4;
 
-/// A vector that stands still with the stator: `alpha` along phase U, `beta` a quarter of a turn before it.
+/// Vector in the stator frame: `alpha` along phase U, `beta` a quarter of an electrical turn ahead.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct Stator {
-    /// Along phase U.
+    /// Component along phase U.
     pub alpha: f32,
-    /// A quarter of an electrical turn further.
+    /// Component a quarter of an electrical turn ahead.
     pub beta: f32,
 }
 
-/// A vector that turns with the rotor: `d` along its magnets, `q` a quarter of an electrical turn further.
+/// Vector in the rotor frame: `d` along the magnets, `q` a quarter of an electrical turn ahead.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct Dq {
-    /// Along the flux of the magnets.
+    /// Component along the flux of the magnets.
     pub d: f32,
-    /// Across it: what makes torque.
+    /// Component that produces torque.
     pub q: f32,
 }
 
@@ -33,21 +33,21 @@ pub struct Turn {
 }
 
 impl Stator {
-    /// Of three phases (Clarke): what all three have in common is left out.
+    /// Converts from three phases (Clarke); drops the common mode.
     #[inline]
     #[must_use]
     pub fn from_phases([u, v, w]: [f32; 3]) -> Self {
         Self { alpha: u - (u + v + w) * (1.0 / 3.0), beta: (v - w) * FRAC_1_SQRT_3 }
     }
 
-    /// So many times as long.
+    /// Scales the vector.
     #[inline]
     #[must_use]
     pub fn times(self, factor: f32) -> Self {
         Self { alpha: factor * self.alpha, beta: factor * self.beta }
     }
 
-    /// In three phases, whose sum is 0.
+    /// Converts to three phases, whose sum is 0.
     #[inline]
     #[must_use]
     pub fn phases(self) -> [f32; 3] {
@@ -57,7 +57,7 @@ impl Stator {
 }
 
 impl Turn {
-    /// To a rotor at an electrical angle.
+    /// Creates the rotation to an electrical angle.
     #[inline]
     #[must_use]
     pub fn to(angle: Angle) -> Self {
@@ -65,7 +65,7 @@ impl Turn {
         Self { sin, cos }
     }
 
-    /// To where the rotor will be a little later, at most an eighth of an electrical turn either way, `rad`.
+    /// Rotates further by `angle_rad`, within ±π/4 electrical `rad`.
     #[inline]
     #[must_use]
     pub fn ahead(self, angle_rad: f32) -> Self {
@@ -73,21 +73,21 @@ impl Turn {
         Self { sin: self.sin * cos + self.cos * sin, cos: self.cos * cos - self.sin * sin }
     }
 
-    /// Into the rotor's frame (Park).
+    /// Converts to the rotor frame (Park).
     #[inline]
     #[must_use]
     pub fn park(self, Stator { alpha, beta }: Stator) -> Dq {
         Dq { d: alpha * self.cos + beta * self.sin, q: beta * self.cos - alpha * self.sin }
     }
 
-    /// Out of the rotor's frame.
+    /// Converts from the rotor frame (inverse Park).
     #[inline]
     #[must_use]
     pub fn unpark(self, Dq { d, q }: Dq) -> Stator {
         Stator { alpha: d * self.cos - q * self.sin, beta: d * self.sin + q * self.cos }
     }
 
-    /// Out of the rotor's frame, of a vector that has nothing along the magnets.
+    /// Converts from the rotor frame, for `d = 0`.
     #[inline]
     #[must_use]
     pub fn unpark_across(self, q: f32) -> Stator {

@@ -1,14 +1,14 @@
-//! A configuration as words, to travel and to be kept.
+//! Serialisation of a configuration to words for transfer and storage.
 
 use crate::configuration::{Configuration, Encoder, Inverter, Joint, Limits, Motor};
 
 impl Configuration {
-    /// Of the words: what stands where. Another order or another meaning has another number.
+    /// Layout version of the words; changes with their order or meaning.
     pub const LAYOUT: u16 = 2;
-    /// Words that it is.
+    /// Number of words.
     pub const WORDS: usize = 24;
 
-    /// As words: the bits of numbers, in the order of the fields.
+    /// Returns the words: the bits of the values, in the order of the fields.
     #[must_use]
     pub fn to_words(&self) -> [u32; Self::WORDS] {
         let Self { bandwidth_rad_per_s, aligning_current_a, .. } = *self;
@@ -47,8 +47,8 @@ impl Configuration {
         ]
     }
 
-    /// What words of this [layout](Self::LAYOUT) say, unchecked; none of another number of them, or of an encoder or a flag that
-    /// there is not.
+    /// Decodes words of this [layout](Self::LAYOUT) without validation. Returns `None` for a wrong number of words or
+    /// an unknown encoder or flag.
     #[must_use]
     pub fn from_words(words: &[u32]) -> Option<Self> {
         let words: &[u32; Self::WORDS] = words.try_into().ok()?;
@@ -152,7 +152,7 @@ mod tests {
 
     #[test]
     fn the_order_is_that_of_the_layout() {
-        // Whoever changes it gives the layout another number: boards keep these words.
+        // When this changes, increment `LAYOUT`: boards store these words.
         let numbers = TOLD.to_words().map(f32::from_bits);
         assert_eq!(numbers[..6], [1.0, 2.0, 4.0, 5.0, 6.0, 7.0]);
         assert_eq!(TOLD.to_words()[6], 8 | 1 << 8);

@@ -1,4 +1,4 @@
-//! The sequences of the crate `cycles`, as code and with what its model gives for them.
+//! The sequences of the crate `cycles`, as code with the model's figures.
 
 use std::fmt::Write;
 use std::fs;
@@ -7,7 +7,7 @@ use std::path::Path;
 use cycles::sequences::{RETURN, sequences};
 use cycles::timing::{Column, Profile, Timing};
 
-/// The sequence that a unit is taken from: as many `NOP`, each a cycle and an instruction.
+/// Number of `NOP`s in the reference sequence; each takes one cycle.
 const NOPS: usize = 64;
 const NOP: u16 = 0xBF00;
 
@@ -38,7 +38,7 @@ pub(crate) fn write(file: &Path) -> Result<(), String> {
     fs::write(file, text).map_err(|error| format!("cannot write {}: {error}", file.display()))
 }
 
-/// A function of a sequence, at an address divisible by 4.
+/// Returns the function of a sequence, aligned to 4 bytes.
 fn assembly(name: &str, halfwords: impl Iterator<Item = u16>) -> String {
     let halfwords: Vec<String> = halfwords.chain(RETURN).map(|halfword| format!("{halfword:#06x}")).collect();
     format!("\".balign 4\", \".thumb_func\", \"cycle_{name}: .hword {}\",\n", halfwords.join(", "))

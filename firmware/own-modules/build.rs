@@ -1,4 +1,5 @@
-//! Includes a project's modules: `DIMSART_MODULES` is the path of a Rust file with a list of kinds called `OWN`.
+//! Includes a project's modules: `DIMSART_MODULES` is the path of a Rust file with a list of kinds named
+//! `OWN`.
 
 use std::path::PathBuf;
 use std::{env, fs};
@@ -9,7 +10,7 @@ fn main() -> Result<(), String> {
         None => "/// None.\npub const OWN: dimsart_core::Kinds = dimsart_core::Kinds::NONE;\n".to_owned(),
         Some(path) => {
             let file = fs::canonicalize(&path).map_err(|error| {
-                format!("DIMSART_MODULES: {}: {error}; give the path of a Rust file", path.display())
+                format!("DIMSART_MODULES: {}: {error}; set it to the path of a Rust file", path.display())
             })?;
             println!("cargo:rerun-if-changed={}", file.with_file_name("").display());
             format!(

@@ -1,9 +1,10 @@
-//! Table 1 as one function, by name as the [controller](crate::entry_points)'s are: what a tick is measured by.
+//! Table 1 as a single function, exported by name like the [controller](crate::entry_points): the reference
+//! for a tick's cost.
 #![expect(unsafe_code, reason = "the names are for a host tool; nothing else of the image has them")]
 
 use by_hand::{DOF, Master, Packet};
 
-/// What a tick takes from the device, and gives to it and to the link.
+/// Inputs and outputs of a tick.
 #[repr(C)]
 struct Frames {
     position: [f32; DOF],
@@ -11,13 +12,13 @@ struct Frames {
     send: Packet,
 }
 
-/// Before the first tick.
+/// Starts before the first tick.
 #[unsafe(export_name = "by_hand_start")]
 extern "C" fn start(master: &mut Master) {
     *master = Master::new();
 }
 
-/// One tick, with the packet that came in, if any.
+/// Runs one tick with the received packet, if any.
 #[unsafe(export_name = "by_hand_tick")]
 extern "C" fn tick(master: &mut Master, frames: &mut Frames, received: Option<&Packet>) -> bool {
     master.tick(&frames.position, received, &mut frames.force, &mut frames.send)

@@ -1,4 +1,4 @@
-//! The command line: frames in, frames out.
+//! The command line: receives and sends frames.
 
 use core::sync::atomic::{AtomicU32, Ordering::Relaxed};
 
@@ -12,21 +12,21 @@ use crate::handover::Taker;
 
 pub(crate) type CommandPort = <Selected as boards::Board>::CommandPort;
 
-/// What the tick says unsolicited.
+/// Unsolicited messages of the tick.
 pub(crate) enum Unsolicited {
     Heartbeat(Heartbeat),
     Sample(Sample),
 }
 
-/// Counts up as long as the task is alive.
+/// Increments while the task is alive.
 static ALIVE: AtomicU32 = AtomicU32::new(0);
 
-/// Another number as long as the task is alive.
+/// Returns a number that changes while the task is alive.
 pub(crate) fn alive() -> u32 {
     ALIVE.load(Relaxed)
 }
 
-/// The line, and what the tick wants to be said on it.
+/// The line, and the queue of unsolicited messages.
 pub(crate) struct CommandLine {
     pub(crate) port: CommandPort,
     pub(crate) reports: Taker<Unsolicited>,
@@ -40,13 +40,13 @@ impl CommandLine {
         Self { port, reports, receiver: Receiver::new(), frame: [0; MAX_FRAME_BYTES], heartbeats: 0 }
     }
 
-    /// Sends the next report of the tick, if there is one.
+    /// Sends the next unsolicited message, if any.
     pub(crate) async fn say_report(&mut self) {
         let length = self.encode_report();
         self.say(length).await;
     }
 
-    /// Length of the next report's frame, 0 when there is none.
+    /// Encodes the next unsolicited message; returns its length, or 0 if there is none.
     #[inline(never)]
     pub(crate) fn encode_report(&mut self) -> usize {
         let encoded = match self.reports.take() {
@@ -62,7 +62,7 @@ impl CommandLine {
         encoded.map_or(0, <[u8]>::len)
     }
 
-    /// Sends the frame. An error of the line is a lost frame: the host finds that out.
+    /// Sends a frame. A line error loses the frame; the host detects that.
     pub(crate) async fn say(&mut self, length: usize) {
         ALIVE.store(alive().wrapping_add(1), Relaxed);
         let _ = self.port.write_all(self.frame.get(..length).unwrap_or_default()).await;

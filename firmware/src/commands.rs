@@ -1,9 +1,9 @@
-//! The command line: bytes in, requests to the tick, answers back, bytes out; and what the tick says unsolicited.
+//! The command-line task: passes requests to the tick and sends responses and unsolicited messages.
 //!
-//! One request is with the tick at a time. A flood of them waits in the line and then is lost, as the
-//! protocol expects; the tick carries out one per period. Requests for the kept schemes go to their
-//! [scheme service](crate::scheme_service) instead: the tick never waits for flash. Heartbeats go on while a scheme is
-//! collected, and wait while flash is written.
+//! The tick handles one request per period. A flood of requests waits in the line's buffer and is then lost,
+//! as the protocol expects. Requests about stored schemes go to the [scheme service](crate::scheme_service),
+//! so that the tick never waits for flash. Heartbeats continue while a scheme is collected and pause while
+//! flash is written.
 
 use boards::{Board as _, Selected};
 use dimsart_link::protocol::{DecodeError, Refusal, Request, Response, encode_response};
@@ -17,7 +17,7 @@ use crate::motor_service::MotorService;
 use crate::scheme_service::SchemeService;
 use crate::tick_handover::{Answer, TickHandover};
 
-/// Longer than what a port may hold takes.
+/// Longer than the transmission of a full port buffer.
 const LAST_BYTES: Duration = Duration::from_millis(5);
 
 #[embassy_executor::task]
@@ -42,7 +42,7 @@ pub(crate) async fn serve(
                         Ok((id, request)) => {
                             tick.id = id;
                             match request {
-                                // The tick keeps none, but knows who may change them.
+                                // The tick has no schemes, but checks the permission.
                                 Request::Schemes(action) => match who_may_not(tick.ask(request).await) {
                                     Some(refusal) => Response::Refused(refusal),
                                     None => schemes.carry_out(action, &mut tick, &mut line).await,
@@ -74,7 +74,7 @@ pub(crate) async fn serve(
                     let length = encode_response(&answer, tick.id, &mut line.frame).map_or(0, <[u8]>::len);
                     if matches!(answer, Response::Restarts) {
                         line.say(length).await;
-                        // Until the last byte has left the port.
+                        // Waits until the port has sent the last byte.
                         Timer::after(LAST_BYTES).await;
                         Selected::disarm();
                         Selected::reset();
@@ -87,7 +87,7 @@ pub(crate) async fn serve(
     }
 }
 
-/// Why the schemes are not this client's to change, if so.
+/// Returns why the client may not change the schemes, if so.
 fn who_may_not(answer: Answer) -> Option<Refusal> {
     match answer {
         Response::Refused(refusal @ Refusal::Lease { .. }) => Some(refusal),

@@ -1,14 +1,14 @@
-//! Checks the cycle table of the crate `cycles` on a chip: every row's sequence, measured and as the model has it.
+//! Checks the cycle table of the crate `cycles` on a chip: measures the sequence of every row.
 //!
-//! It starts no clock: after reset a part runs slowly enough for flash without waiting, as the table has it.
-//! Where the processor's cycle counter stands still, as in QEMU, it counts instructions by `SysTick` instead: it shows
-//! that the sequences are what they are meant to be, and nothing of their cycles.
+//! Starts no clock: after reset a chip is slow enough to run flash without wait states, as the table assumes.
+//! If the cycle counter does not count, as in QEMU, counts instructions by `SysTick` instead, which checks
+//! the sequences but not their cycles.
 #![no_std]
 #![no_main]
 
 mod stopping;
 
-// For its interrupt table and its way to log.
+// For its interrupt table and log transport.
 use boards as _;
 use cortex_m::Peripherals;
 use cortex_m::peripheral::syst::SystClkSource;
@@ -22,7 +22,7 @@ const CALLS: u32 = 1 << 8;
 /// `SysTick` has 24 bits.
 const SYSTICK_MASK: u32 = 0x00FF_FFFF;
 
-/// A sequence as `cycles::sequences` describes it. Three floats on top, so that no division is one by zero.
+/// A sequence as described by `cycles::sequences`. Three floats, so that no division is by zero.
 type Code = unsafe extern "C" fn(&mut [u64; 8], u32, u32, u32, f32, f32, f32);
 
 struct Sequence {
@@ -68,13 +68,13 @@ fn main() -> ! {
     cortex_m::asm::delay(100);
     let wrong = if DWT::cycle_count() == before { count_instructions() } else { measure_cycles() };
     match wrong {
-        0 => defmt::println!("{=usize} sequences, none differs", SEQUENCES.len()),
+        0 => defmt::println!("{=usize} sequences, 0 differ", SEQUENCES.len()),
         _ => defmt::println!("{=usize} sequences, {=u32} differ", SEQUENCES.len(), wrong),
     }
     exit(i32::from(wrong > 0))
 }
 
-/// Cycles of every sequence, and how many take more than the model's upper bound.
+/// Measures all sequences; returns how many exceed the model's upper bound.
 fn measure_cycles() -> u32 {
     let clock: Clock = DWT::cycle_count;
     let empty = total(clock, u32::MAX, cycle_empty);
@@ -82,7 +82,7 @@ fn measure_cycles() -> u32 {
     let nops = measure(cycle_nops);
     if nops > NOPS {
         defmt::println!(
-            "{=u32} NOP take {=u32} cycles: the memory waits, and the table has none of that",
+            "{=u32} NOP take {=u32} cycles: memory wait states, which the table excludes",
             NOPS,
             nops
         );
@@ -111,11 +111,9 @@ fn measure_cycles() -> u32 {
     above
 }
 
-/// Instructions of every sequence, and how many have not as many as they should.
+/// Counts the instructions of all sequences; returns how many differ.
 fn count_instructions() -> u32 {
-    defmt::println!(
-        "the cycle counter stands still: this is an emulator, instructions are counted and no cycles"
-    );
+    defmt::println!("the cycle counter does not count: emulator, counting instructions instead of cycles");
     let clock: Clock = || SYSTICK_MASK - SYST::get_current();
     let empty = total(clock, SYSTICK_MASK, cycle_empty);
     let ticks = |code| total(clock, SYSTICK_MASK, code).wrapping_sub(empty) & SYSTICK_MASK;
@@ -139,15 +137,15 @@ fn count_instructions() -> u32 {
     wrong
 }
 
-/// Ticks of the clock that all calls of a sequence take, the loop around them too.
+/// Returns the ticks of the clock for all calls of a sequence, including the loop.
 #[inline(never)]
 fn total(clock: Clock, mask: u32, code: Code) -> u32 {
     let mut buffer = [0; 8];
     let begin = clock();
     for _ in 0..CALLS {
         #[expect(unsafe_code, reason = "code that was written as numbers")]
-        // SAFETY: sequences are functions of this signature that keep to the buffer and to the registers that a caller
-        // does not count on (`cycles::sequences`).
+        // SAFETY: sequences are functions of this signature that use only the buffer and caller-saved
+        // registers (`cycles::sequences`).
         unsafe {
             code(&mut buffer, 0, u32::MAX, 1, 1.0, 2.0, 3.0);
         }

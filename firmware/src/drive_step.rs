@@ -1,8 +1,9 @@
-//! A period of a drive as functions that tools can call: `drive/tests/foc/machine_code.rs` runs this very code in an emulated
-//! processor against the simulator's motor, compares its bits with the host's, and bounds its cycles.
+//! A drive's period as functions for tools: `drive/tests/foc/machine_code.rs` runs this code in an emulated
+//! processor against the simulator's motor, compares the results with the host's bit by bit, and bounds the
+//! cycles.
 //!
-//! On a chip the program measures one: the period's cycles by the processor's counter, at the clock after reset, at which
-//! flash does not wait.
+//! On a chip the program measures the cycles of one period at the clock after reset, which needs no flash
+//! wait states.
 #![no_std]
 #![no_main]
 #![expect(unsafe_code, reason = "the names are for a host tool; nothing else of the image has them")]
@@ -12,7 +13,7 @@ mod stopping;
 use core::hint::black_box;
 use core::mem::MaybeUninit;
 
-// For its interrupt table and its way to log.
+// For its interrupt table and log transport.
 use boards as _;
 use cortex_m::Peripherals;
 use cortex_m::peripheral::DWT;
@@ -20,12 +21,12 @@ use cortex_m_rt::entry;
 use drive::{Angle, Configuration, Drive, Encoder, Inverter, Joint, Limits, Motor, Rotor, Sample};
 use semihosting::process::exit;
 
-/// Bytes of a [`Drive`].
+/// Size of a [`Drive`], bytes.
 #[unsafe(export_name = "dimsart_drive_bytes")]
 static DRIVE_BYTES: usize = size_of::<Drive>();
 
-/// What goes into a period: currents U, V, W in `A`, supply in `V`, temperature in `°C`, torque in `N m`; then the rotor's angle,
-/// whether there is one, and whether there is a torque.
+/// Inputs of a period: currents U, V, W in `A`, supply in `V`, temperature in `°C`, torque in `N m`; the
+/// rotor's angle; whether angle and torque are valid.
 #[repr(C)]
 struct Given {
     phase_a: [f32; 3],
@@ -37,7 +38,7 @@ struct Given {
     has_torque: u32,
 }
 
-/// Makes a drive; gives 1, or 0 if it cannot.
+/// Creates a drive; returns 1, or 0 on failure.
 #[unsafe(export_name = "dimsart_drive_start")]
 #[inline(never)]
 extern "C" fn start(drive: &mut MaybeUninit<Drive>, configuration: &Configuration) -> u32 {
@@ -50,7 +51,7 @@ extern "C" fn start(drive: &mut MaybeUninit<Drive>, configuration: &Configuratio
     }
 }
 
-/// One period; gives 1 with the duty cycles, or 0 for a bridge that is off.
+/// Runs one period; returns 1 and the duty cycles, or 0 if the bridge is off.
 #[unsafe(export_name = "dimsart_drive_step")]
 #[inline(never)]
 extern "C" fn step(drive: &mut Drive, given: &Given, duties: &mut [f32; 3]) -> u32 {
@@ -106,12 +107,12 @@ fn main() -> ! {
     if start(&mut drive, black_box(&CONFIGURATION)) == 0 {
         exit(1)
     }
-    // SAFETY: it is written where 1 is given.
+    // SAFETY: initialised if the function returned 1.
     let drive = unsafe { drive.assume_init_mut() };
     let (mut least, mut most) = (u32::MAX, 0);
     for period in 0..1_000_u32 {
         let given = Given {
-            // Currents that do not follow along d are a fault.
+            // Currents that do not follow the d-axis voltage would be a fault.
             phase_a: [0.0; 3],
             bus_v: 24.0,
             temperature_c: 25.0,
@@ -123,7 +124,7 @@ fn main() -> ! {
         let before = DWT::cycle_count();
         let is_on = step(drive, black_box(&given), &mut duties) == 1;
         let taken = DWT::cycle_count().wrapping_sub(before);
-        // Until it knows its rotor it is off, and has less to do.
+        // During alignment the bridge is off and the period is shorter.
         if is_on {
             (least, most) = (least.min(taken), most.max(taken));
         }
@@ -131,10 +132,6 @@ fn main() -> ! {
     if drive.fault().is_some() || least > most {
         exit(1)
     }
-    defmt::println!(
-        "a period of the drive takes {=u32} to {=u32} cycles, and the reading of them",
-        least,
-        most
-    );
+    defmt::println!("drive period: {=u32} to {=u32} cycles, including the counter read", least, most);
     exit(0)
 }

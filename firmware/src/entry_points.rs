@@ -1,8 +1,8 @@
-//! What the firmware asks of a controller, as functions that the image has by name.
+//! The controller's functions, exported by name.
 //!
-//! `dimsart cycles` calls these very functions in an emulated processor, and bounds them: so they are never part of
-//! what calls them, and take what a host can give. A slice is an address and a length there; what is returned goes
-//! to an address that comes before the other arguments.
+//! `dimsart cycles` calls and bounds these functions in an emulated processor. They are therefore never
+//! inlined, and their arguments can be set by a host: a slice is an address and a length; a returned value is
+//! written to an address that precedes the other arguments.
 #![expect(unsafe_code, reason = "the names are for a host tool; nothing else of the image has them")]
 #![expect(improper_ctypes_definitions, reason = "a host only hands on what has no layout of its own")]
 
@@ -22,7 +22,7 @@ use crate::stamp::{self, stamp};
 
 const MAX_WORDS: usize = MAX_DEVICE_TYPES * MAX_DOF;
 
-/// What a host tool has to know of the image.
+/// Properties of the image for host tools.
 #[repr(C)]
 struct Image {
     clock_hz: u32,
@@ -39,7 +39,7 @@ static IMAGE: Image = Image {
     controller_bytes: size_of::<Controller>(),
 };
 
-/// What the board has room for; for programs only where a module can run one.
+/// Capacity of the board; includes programs only if a module can run them.
 const SIZES: Sizes =
     Sizes { programs: if RUNS_PROGRAMS { Selected::SIZES.programs } else { 0 }, ..Selected::SIZES };
 
@@ -55,7 +55,7 @@ impl Controller {
     }
 }
 
-/// What ticks take from the device and give to it. All zero until a device is [connected](connect).
+/// The frames between ticks and the device. All zero until a device is [connected](connect).
 #[repr(C)]
 pub(crate) struct Frames {
     words_in: usize,
@@ -91,8 +91,9 @@ static NO_OUTPUT_LIMITS: [OutputLimits; Selected::OUTPUT_LIMITS.len()] =
     [OutputLimits::NONE; Selected::OUTPUT_LIMITS.len()];
 static NO_LIMITS: [&[InputLimits]; Selected::INPUTS.len()] = [&[InputLimits::NONE]; Selected::INPUTS.len()];
 
-/// Starts a controller for the board's device with these axes, for the emulator of `dimsart cycles`: limits of the real
-/// motors do not cut a simulated device's forces, and the safety stage does all of its work and changes nothing.
+/// Connects the board's device with these axes, for the emulator of `dimsart cycles`: without the real
+/// motors' limits, so that the safety stage does all of its work without changing a simulated device's
+/// forces.
 #[unsafe(export_name = "dimsart_connect")]
 #[inline(never)]
 extern "C" fn connect(
@@ -103,7 +104,7 @@ extern "C" fn connect(
     connect_with(controller, axes, frames, Limits { inputs: &NO_LIMITS, outputs: &NO_OUTPUT_LIMITS })
 }
 
-/// Starts a controller for the board's device with these axes.
+/// Connects the board's device with these axes.
 #[inline(never)]
 pub(crate) fn connect_with(
     controller: &'static mut Controller,
@@ -120,17 +121,17 @@ pub(crate) fn connect_with(
         _ => device.and_then(|device| device.with_limits(limits.inputs)),
     };
     let device = device.and_then(|device| device.with_output_limits(limits.outputs));
-    let Ok(device) = device else { defmt::panic!("a device of {} axes", axes.len()) };
+    let Ok(device) = device else { defmt::panic!("invalid device: {} axes", axes.len()) };
     if let Err(error) = dimsart.connect(device, MODULES) {
-        defmt::panic!("the board's Data Base is too small for its device: {}", error);
+        defmt::panic!("data base too small for the device: {}", error);
     }
     dimsart.engine_mut().time_calls(Selected::counter(), Selected::SPARE_CYCLES);
     (frames.words_in, frames.words_out) = (dimsart.frame().output_words(), dimsart.frame().input_words());
     dimsart
 }
 
-/// Replaces the scheme by a saved one and starts it; gives 0, or the number of the command that was refused, from 1,
-/// or the greatest number for bytes that are not of this image.
+/// Replaces the scheme with a saved one and starts it. Returns 0, the number of the refused command from 1,
+/// or the maximum number for bytes of another image.
 #[unsafe(export_name = "dimsart_load")]
 extern "C" fn load(dimsart: &mut Dimsart, scheme: &[u8]) -> u32 {
     match saved_scheme::load(scheme, saved_scheme::fingerprint_of(stamp().scheme()), dimsart) {
@@ -140,22 +141,22 @@ extern "C" fn load(dimsart: &mut Dimsart, scheme: &[u8]) -> u32 {
     }
 }
 
-/// Reads the packet that came in over a link, on the channel that is listened to.
+/// Decodes a packet received over a link, on the channel in use.
 #[unsafe(export_name = "dimsart_read")]
 #[inline(never)]
 pub(crate) extern "C" fn read(bytes: &[u8], channel: u16) -> Result<Packet, PacketError> {
     Packet::from_bytes(bytes, channel)
 }
 
-/// Puts a packet where the next tick finds it.
+/// Delivers a packet to the next tick.
 #[unsafe(export_name = "dimsart_deliver")]
 #[inline(never)]
 pub(crate) extern "C" fn deliver(dimsart: &mut Dimsart, link: usize, packet: &Result<Packet, PacketError>) {
-    // What is refused is counted by the controller.
+    // The controller counts rejected packets.
     let _ = dimsart.deliver(link, packet);
 }
 
-/// One tick.
+/// Runs one tick.
 #[unsafe(export_name = "dimsart_tick")]
 #[inline(never)]
 pub(crate) extern "C" fn tick(dimsart: &mut Dimsart, frames: &mut Frames) -> Tick {
@@ -168,7 +169,7 @@ pub(crate) extern "C" fn tick(dimsart: &mut Dimsart, frames: &mut Frames) -> Tic
     dimsart.tick(measured, commanded)
 }
 
-/// Takes the packet that the tick left for a link, if any.
+/// Returns the packet that the tick left for a link, if any.
 #[unsafe(export_name = "dimsart_take")]
 #[inline(never)]
 pub(crate) extern "C" fn take(dimsart: &mut Dimsart, link: usize) -> Option<Packet> {

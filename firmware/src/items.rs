@@ -1,21 +1,22 @@
-//! Items in flash, each replaced whole or not at all, whenever the power fails.
+//! Items in flash; each update is atomic with respect to power loss.
 //!
 //! ```text
 //! page    sequence u32 | CRC-32 u32 | item | item | ...      the page with the highest sequence is the current one
 //! item    key u8 | 0 u8 | length u16 | CRC-32 u32 | its bytes, padded to a whole word
 //! ```
-//! A new item is appended, and the last valid item of each key counts. Where it does not fit, or the page is damaged, the next
-//! page is erased and gets these items and the new ones, then its sequence. A power cut before that leaves the current page
-//! untouched. (`sequential-storage` erases the page that it has filled last when the erasure of the one before it was
-//! cut, and takes the damaged rest of that in its place.)
+//! A new item is appended; the last valid item of each key counts. If it does not fit or the page is damaged,
+//! the next page is erased and receives the items, then its sequence number. A power loss before that leaves
+//! the current page unchanged. (`sequential-storage` erases the page filled last if the erasure of the
+//! previous one was interrupted, and uses its damaged remainder.)
 //!
-//! [`Items::store`] erases one page at most; [`Items::open`], [`Items::fetch`] and [`Items::append`] erase none, and a start of
-//! the board needs no more than these: a page takes 22 ms to erase, longer than a watchdog waits.
+//! [`Items::store`] erases at most one page. [`Items::open`], [`Items::fetch`] and [`Items::append`] erase
+//! none, and a start of the board needs only these: erasing a page takes 22 ms, longer than the watchdog
+//! timeout.
 //!
-//! A damaged item is skipped up to the next valid one. It may have been the newest of any key, so the items before it are
-//! [in doubt](Items::is_in_doubt).
+//! A damaged item is skipped up to the next valid one. It may have been the newest of any key, so the items
+//! before it are [in doubt](Items::is_in_doubt).
 //!
-//! A write counts when it could be [read back](crate::read_back).
+//! A write is complete when it is [read back](crate::read_back).
 
 use core::ops::Range;
 
@@ -24,19 +25,19 @@ use embedded_storage_async::nor_flash::NorFlash;
 
 use crate::read_back::{Broken, ERASED, ReadBack};
 
-/// Keys of items are below.
+/// Number of keys.
 const KEYS: usize = 4;
-/// A whole number of words of every flash here.
+/// A multiple of the word size of every supported flash.
 const WORD_BYTES: usize = 8;
-/// Of a page's and an item's beginning.
+/// Length of the header of a page or item.
 const HEADER_BYTES: u32 = 8;
 const _: () = assert!(HEADER_BYTES as usize == WORD_BYTES);
-/// A header that was never written.
+/// An unwritten header.
 const BLANK: ([u8; 4], u32) = ([ERASED; 4], u32::MAX);
-/// Read at once.
+/// Bytes read at a time.
 const BLOCK_BYTES: usize = 32;
 
-/// Items in a range of a flash.
+/// Items in a range of flash.
 #[derive(Debug)]
 pub(crate) struct Items<F> {
     flash: ReadBack<F>,
@@ -44,12 +45,12 @@ pub(crate) struct Items<F> {
     current: Option<Page>,
 }
 
-/// The page that counts.
+/// The current page.
 #[derive(Debug, Clone, Copy)]
 struct Page {
     start: u32,
     sequence: u32,
-    /// Where the next item goes; the page's end where none does.
+    /// Offset of the next item; the page's end if it is full.
     free: u32,
     /// The last valid item of every key.
     last: [Option<Item>; KEYS],
@@ -57,12 +58,12 @@ struct Page {
     damaged: u16,
 }
 
-/// Where an item is.
+/// Location of an item.
 #[derive(Debug, Clone, Copy)]
 struct Item {
     start: u32,
     length: u16,
-    /// Damaged words before it.
+    /// Damaged words before the item.
     damaged: u16,
 }
 
@@ -77,7 +78,7 @@ impl Page {
         Self { start, sequence, free: start + HEADER_BYTES, last: [None; KEYS], damaged: 0 }
     }
 
-    /// Takes note of an item where the free words begin.
+    /// Registers an item at the start of the free words.
     fn add(&mut self, key: u8, length: u16) {
         let item = Item { start: self.free, length, damaged: self.damaged };
         self.free = item.end();
@@ -96,8 +97,8 @@ impl<F: NorFlash> Items<F> {
         }
     };
 
-    /// Items in `range` of a flash; none when it is not made of two whole pages or more. [`open`](Self::open) them before
-    /// anything else.
+    /// Creates a store in `range` of a flash; `None` unless it consists of two or more whole pages. Call
+    /// [`open`](Self::open) first.
     pub(crate) fn new(flash: F, range: Range<u32>) -> Option<Self> {
         let is_whole = [range.start, range.end].iter().all(|end| end.is_multiple_of(Self::PAGE_BYTES));
         let has_two = range.end >= range.start.saturating_add(2 * Self::PAGE_BYTES);
@@ -115,21 +116,21 @@ impl<F: NorFlash> Items<F> {
     /// Finds the valid items.
     ///
     /// # Errors
-    /// [`Broken`], also when the flash holds other data; there are no items then.
+    /// [`Broken`], also if the flash holds other data; there are no items then.
     pub(crate) fn open(&mut self) -> Result<(), Broken> {
         self.current = None;
         for start in self.range.clone().step_by(F::ERASE_SIZE) {
             let (header, sum) = self.header(start)?;
             let sequence = u32::from_le_bytes(header);
             let is_newer = self.current.is_none_or(|page| sequence > page.sequence);
-            // The sum of ones is all ones.
+            // The checksum of a blank header is all ones.
             if is_newer && (header, sum) != BLANK && sum == CRC.checksum(&header) {
                 self.current = Some(Page::blank(start, sequence));
             }
         }
         let Some(mut page) = self.current else { return self.expect_blank() };
         self.scan(&mut page)?;
-        // A page that is damaged or incomplete in the next place may have been newer.
+        // A damaged or incomplete next page may have been newer.
         let next = self.next(page.start);
         let (header, sum) = self.header(next)?;
         let is_blank = (header, sum) == BLANK;
@@ -183,29 +184,29 @@ impl<F: NorFlash> Items<F> {
         self.current?.last.get(usize::from(key)).copied().flatten()
     }
 
-    /// Whether an item of this key that is newer than the last valid one may be damaged.
+    /// Returns whether an item of this key that is newer than the last valid one may be damaged.
     pub(crate) fn is_in_doubt(&self, key: u8) -> bool {
         let damaged_before = self.last(key).map_or(0, |item| item.damaged);
         self.current.is_some_and(|page| page.damaged != damaged_before)
     }
 
-    /// Whether there is a damaged word between the last valid items of two keys, or one of these is missing.
+    /// Returns whether there is a damaged word between the last valid items of two keys, or one is missing.
     pub(crate) fn are_separated(&self, key: u8, other: u8) -> bool {
         let [item, other] = [key, other].map(|key| self.last(key).map(|item| item.damaged));
         item != other
     }
 
-    /// Has an item count no longer.
+    /// Ignores an item from now on.
     pub(crate) fn forget(&mut self, key: u8) {
         if let Some(last) = self.current.as_mut().and_then(|page| page.last.get_mut(usize::from(key))) {
             *last = None;
         }
     }
 
-    /// The bytes of an item, in `buffer`; none where there is no such item.
+    /// Reads an item into `buffer`; `None` if it does not exist.
     ///
     /// # Errors
-    /// [`Broken`], also when it is longer than the buffer.
+    /// [`Broken`], also if it is longer than the buffer.
     pub(crate) fn fetch<'a>(&mut self, key: u8, buffer: &'a mut [u8]) -> Result<Option<&'a [u8]>, Broken> {
         let Some(item) = self.last(key) else { return Ok(None) };
         let bytes = buffer.get_mut(..usize::from(item.length)).ok_or(Broken)?;
@@ -213,11 +214,10 @@ impl<F: NorFlash> Items<F> {
         Ok(Some(bytes))
     }
 
-    /// Keeps items in place of those of the same keys, in one page that has `spare` more bytes free where it can. Erases one
-    /// page at most.
+    /// Replaces items, in one page with at least `spare` bytes left if possible. Erases at most one page.
     ///
     /// # Errors
-    /// [`Broken`]: each of them is the old or the new one, and the others are as before.
+    /// [`Broken`]; each of the items is the old or the new one, the others are unchanged.
     pub(crate) async fn store(&mut self, items: &[(u8, &[u8])], spare: usize) -> Result<(), Broken> {
         let size = |(_, bytes): &(u8, &[u8])| WORD_BYTES + bytes.len().next_multiple_of(WORD_BYTES);
         let wanted = items.iter().map(size).sum::<usize>() + spare;
@@ -229,10 +229,10 @@ impl<F: NorFlash> Items<F> {
         self.move_on(items).await
     }
 
-    /// Keeps items in place of those of the same keys. Erases nothing.
+    /// Replaces items without erasing.
     ///
     /// # Errors
-    /// [`Broken`], also where the page has no room: each is the old or the new one, and nothing is appended any more.
+    /// [`Broken`], also if the page is full: each item is the old or the new one, and further appends fail.
     pub(crate) async fn append(&mut self, items: &[(u8, &[u8])]) -> Result<(), Broken> {
         let mut page = self.current.ok_or(Broken)?;
         self.current = Some(Page { free: self.end(page.start), ..page });
@@ -271,7 +271,7 @@ impl<F: NorFlash> Items<F> {
         Ok(())
     }
 
-    /// The header of each first: where that is blank, everything behind it is.
+    /// Writes all headers first: if a header is blank, so is everything after it.
     async fn write(&mut self, page: &mut Page, items: &[(u8, &[u8])]) -> Result<(), Broken> {
         for (key, bytes) in items {
             let start = page.free;
@@ -296,7 +296,7 @@ impl<F: NorFlash> Items<F> {
         Ok(())
     }
 
-    /// Of a page or an item: what it says, and a CRC.
+    /// Reads the header of a page or item: value and CRC.
     fn header(&mut self, place: u32) -> Result<([u8; 4], u32), Broken> {
         let mut header = [[0; 4]; 2];
         self.flash.read(place, header.as_flattened_mut())?;
@@ -309,7 +309,7 @@ impl<F: NorFlash> Items<F> {
         self.flash.write(place, header.as_flattened()).await
     }
 
-    /// Fails where somebody else has written.
+    /// Fails if the words are not blank.
     fn expect_blank(&mut self) -> Result<(), Broken> {
         for place in self.range.clone().step_by(WORD_BYTES) {
             if self.header(place)? != BLANK {
@@ -319,12 +319,12 @@ impl<F: NorFlash> Items<F> {
         Ok(())
     }
 
-    /// Of a page.
+    /// End of a page.
     fn end(&self, start: u32) -> u32 {
         start + Self::PAGE_BYTES
     }
 
-    /// The page behind a page.
+    /// Start of the next page.
     fn next(&self, start: u32) -> u32 {
         if self.end(start) < self.range.end { self.end(start) } else { self.range.start }
     }

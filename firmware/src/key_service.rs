@@ -1,4 +1,4 @@
-//! Keeps the board's key, and asks for it: beside the tick, like the schemes.
+//! Key service: stores the board's key and checks requests against it, outside the tick.
 
 use core::ops::Range;
 
@@ -18,27 +18,27 @@ use crate::tick_handover::{Answer, TickHandover};
 
 type Flash = <Selected as boards::Board>::Flash;
 
-/// Behind those of the links.
+/// After the seeds of the links.
 const SEED: u64 = Selected::SIZES.links as u64;
 const _: () = assert!(SEED < SEEDS_PER_START);
 
-/// A clock that wraps.
+/// Returns a millisecond clock that wraps.
 pub(crate) fn now_ms() -> u32 {
     u32::try_from(Instant::now().as_millis() & u64::from(u32::MAX)).unwrap_or_default()
 }
 
-/// What whoever authenticates packets is told of: every key after the one that is there now.
+/// For the task that authenticates packets: the current key, and a queue of later keys.
 pub(crate) type KeysToTake = (Taker<Kept>, Kept);
 
-/// Where a key is kept.
+/// The key's range of flash.
 pub(crate) type KeyRange = Range<u32>;
 
-/// Where the key is kept.
+/// Returns the key's range of flash.
 pub(crate) fn range(storage: &Storage<Flash>) -> KeyRange {
     storage.keys.clone()
 }
 
-/// Reads the key. Without a place to keep one nothing is known of it, and the board is locked.
+/// Reads the key. Without a storage for keys the board is locked.
 pub(crate) fn start(range: Option<KeyRange>, flash: Option<&mut Flash>) -> (KeyService, KeysToTake) {
     static KEYS: ConstStaticCell<Handover<Kept, 2>> = ConstStaticCell::new(Handover::new());
     let (links, keys_to_take) = KEYS.take().split();
@@ -48,27 +48,27 @@ pub(crate) fn start(range: Option<KeyRange>, flash: Option<&mut Flash>) -> (KeyS
         _ => Kept::Damaged,
     };
     match kept {
-        Kept::None => defmt::warn!("it holds no key: it takes what anybody asks, and authenticates nothing"),
-        Kept::Key(_) => defmt::info!("it holds a key"),
+        Kept::None => defmt::warn!("no key stored: commands are accepted without authentication"),
+        Kept::Key(_) => defmt::info!("key stored: commands need authentication"),
         Kept::Damaged => {
-            defmt::error!("it cannot read its key and takes nothing from anybody: flash it anew")
+            defmt::error!("stored key corrupt, all commands refused: erase and flash the board")
         }
     }
     (KeyService { store, gate: gate(kept), refusal: Refusal::NotUnderstood, links }, (keys_to_take, kept))
 }
 
-/// The key that the board keeps, and what it asks of requests.
+/// The board's key and the check of requests.
 pub(crate) struct KeyService {
     store: Option<KeyStore>,
     gate: Gate,
     refusal: Refusal,
-    /// To whoever authenticates packets.
+    /// To the task that authenticates packets.
     links: Giver<Kept>,
 }
 
 impl KeyService {
-    /// The request in the content of a frame. What is [not understood](DecodeError::NotUnderstood) is refused, or is
-    /// not to be carried out.
+    /// Decodes and checks the request in a frame. A [`NotUnderstood`](DecodeError::NotUnderstood) request is
+    /// refused or unknown.
     pub(crate) fn take(&mut self, content: &[u8]) -> Result<(u16, Request), DecodeError> {
         self.refusal = Refusal::NotUnderstood;
         match self.gate.take(content) {
@@ -82,21 +82,21 @@ impl KeyService {
         }
     }
 
-    /// Why the last request was refused.
+    /// Returns why the last request was refused.
     pub(crate) fn refusal(&self) -> Refusal {
         self.refusal
     }
 
-    /// Length of the handshake that is to go out now, if there is one.
+    /// Encodes the pending handshake; returns its length, if any.
     pub(crate) fn handshake(&mut self, frame: &mut [u8; MAX_FRAME_BYTES]) -> Option<usize> {
-        // There is none for most of the bytes that come.
+        // Rarely pending.
         if !self.gate.owes_handshake() {
             return None;
         }
         self.gate.handshake(frame).ok().flatten().map(<[u8]>::len)
     }
 
-    /// Carries out a request that the gate has let through.
+    /// Executes an accepted request.
     pub(crate) async fn carry_out(
         &mut self,
         action: KeyAction,
@@ -132,7 +132,7 @@ impl KeyService {
         let kept = kept.map_err(|Broken| Refusal::Store(StoreError::Storage))?;
         self.gate = gate(kept);
         self.links.give(kept);
-        // From the answer on they have it too, and there is room for the next one.
+        // The links use the new key from the response on.
         self.links.taken().await;
         Ok(())
     }
@@ -146,7 +146,7 @@ fn gate(kept: Kept) -> Gate {
     }
 }
 
-/// Whether no scheme runs and no client holds the lease.
+/// Returns whether no scheme runs and no client holds the lease.
 async fn is_at_rest(tick: &mut TickHandover) -> bool {
     let lease = tick.ask(Request::Lease(LeaseAction::Look)).await;
     let is_free = matches!(lease, Response::Lease(LeaseStatus { holder: NO_CLIENT, .. }));

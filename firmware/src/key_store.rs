@@ -1,17 +1,17 @@
-//! The key in flash, apart from the schemes: never lost with them, never lost to them.
+//! The key in flash, stored separately from the schemes.
 //!
 //! ```text
-//! page    record | commit | retired | mark | mark | ...     two pages, of which one holds the record that counts
+//! page    record | commit | retired | mark | mark | ...     two pages, one with the current record
 //! record  key 16 bytes | salt u64 | generation u32 | starts u32 | is set u32 | CRC-32 u32
 //! ```
-//! A new record goes to the other page and is committed by a word of its own; then the old one is retired by another
-//! word, and its page erased. A cut leaves the old record or the new one, and the next start finishes or erases what was
-//! half written. A record that was committed, not retired, and cannot be read is not the same as none: it may be the
-//! newer one, so the board is locked whatever the other page says.
+//! A new record is written to the other page and committed by a separate word; then the old record is retired
+//! by another word and its page erased. A power loss leaves the old or the new record, and the next start
+//! completes or erases a partial one. A committed, unretired record that cannot be read may be the newer one,
+//! so the board is locked regardless of the other page.
 //!
-//! What is written counts when it could be [read back](crate::read_back).
+//! A write is complete when it is [read back](crate::read_back).
 //!
-//! Every start of the board puts a mark behind the record: nonces are made of how many there were.
+//! Each start appends a mark to the record; nonces depend on the number of starts.
 
 use core::ops::Range;
 
@@ -22,7 +22,8 @@ use crate::read_back::Broken;
 use crate::read_back::{ERASED, ReadBack};
 
 const PAGES: u32 = 2;
-/// A commit, a retirement, a mark: written once, and a whole number of words of every flash here.
+/// Length of a commit, retirement or mark: written once, a multiple of the word size of every supported
+/// flash.
 const WORD_BYTES: usize = 8;
 const BODY_BYTES: usize = 40;
 const CRC_BYTES: usize = 4;
@@ -34,45 +35,45 @@ const MARK_BYTES: u32 = 8;
 const _: () = assert!(COMMIT as usize == BODY_BYTES && MARK_BYTES as usize == WORD_BYTES);
 const _: () = assert!(RETIRED == COMMIT + MARK_BYTES && MARKS == RETIRED + MARK_BYTES);
 const WRITTEN: [u8; WORD_BYTES] = [0; WORD_BYTES];
-/// Half of a word: no damage of a few bits makes a record count, or not.
+/// Half of the bits of a word: a few flipped bits never change a record's validity.
 const HALF_BITS: u32 = 32;
 
-/// Numbers that a start may use: [`KeptKey::seed`] and those behind it.
+/// Seeds per start: [`KeptKey::seed`] and the following numbers.
 pub const SEEDS_PER_START: u64 = 8;
 
-/// A key, as the board may use it from this start on.
+/// A key, for use since this start.
 #[derive(Clone, Copy, PartialEq, Eq)]
 pub struct KeptKey {
     /// The key.
     pub key: [u8; 16],
-    /// The first of [`SEEDS_PER_START`] numbers that no other start has, as long as the key is kept.
+    /// The first of [`SEEDS_PER_START`] numbers that are unique to this start while the key is stored.
     pub seed: u64,
 }
 
-/// It is not shown.
+/// The debug output is redacted.
 impl core::fmt::Debug for KeptKey {
     fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
         f.write_str("KeptKey(..)")
     }
 }
 
-/// What is kept.
+/// The content of the key storage.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Kept {
     /// No key.
     None,
     /// A key.
     Key(KeptKey),
-    /// There was something that cannot be read: nobody may be taken for who has the key.
+    /// Unreadable data: no client is accepted.
     Damaged,
 }
 
-/// A key in two pages of a flash.
+/// A key in two pages of flash.
 #[derive(Debug)]
 pub struct KeyStore {
     start: u32,
     page_bytes: u32,
-    /// The page that counts, and its record; none while neither holds one.
+    /// The current page and its record, if any.
     current: Option<(u32, Record)>,
 }
 
@@ -80,23 +81,24 @@ pub struct KeyStore {
 struct Record {
     key: Option<[u8; 16]>,
     salt: u64,
-    /// Higher than that of the record before it.
+    /// Greater than that of the previous record.
     generation: u32,
-    /// Starts before the first mark.
+    /// Number of starts before the first mark.
     starts: u32,
 }
 
-/// What is found at the beginning of a page.
+/// State of a page.
 enum Found {
-    /// Nothing that was ever whole, or what was replaced since.
+    /// No complete record, or a retired one.
     Nothing,
     Record(Record),
-    /// It was whole, and nothing says that it was replaced.
+    /// A committed record that is corrupt and not retired.
     Damaged,
 }
 
 impl KeyStore {
-    /// A store in `range` of a flash. None when that is not two pages. [`open`](Self::open) it before anything else.
+    /// Creates a store in `range` of a flash; `None` unless it consists of two pages. Call
+    /// [`open`](Self::open) first.
     #[must_use]
     pub fn new<F: NorFlash>(range: Range<u32>) -> Option<Self> {
         const { assert!(WORD_BYTES.is_multiple_of(F::WRITE_SIZE) && F::ERASE_SIZE > MARKS as usize + WORD_BYTES) };
@@ -106,10 +108,9 @@ impl KeyStore {
         is_whole.then_some(Self { start: range.start, page_bytes, current: None })
     }
 
-    /// Reads what is kept, and counts a start of the board.
+    /// Reads the key and counts a start of the board.
     ///
-    /// [`Kept::Damaged`] also when the flash can be neither read nor written: then nothing is known of the key, or
-    /// nothing new can be made of it.
+    /// Returns [`Kept::Damaged`] also if the flash cannot be read or written.
     pub async fn open<F: NorFlash>(&mut self, flash: &mut F) -> Kept {
         self.try_open(flash).await.unwrap_or(Kept::Damaged)
     }
@@ -129,11 +130,11 @@ impl KeyStore {
                 }
             }
         }
-        // Even beside a record: what it said may have come later.
+        // Even with a valid record: the corrupt one may be newer.
         if is_damaged {
             return Ok(Kept::Damaged);
         }
-        // What a cut has left behind, half a commit above all: no damage may decide what it means.
+        // Completes a partial commit, so that later damage cannot change its meaning.
         if let Some((page, _)) = self.current {
             self.commit(page, flash).await?;
         }
@@ -148,10 +149,10 @@ impl KeyStore {
         Ok(Kept::Key(KeptKey { key, seed: seed(record.salt, starts) }))
     }
 
-    /// Keeps a key in place of what was kept. `salt` is a random number, another one whenever a key is set.
+    /// Stores a key, replacing the old one. `salt` is a random number, different for every key.
     ///
     /// # Errors
-    /// [`Broken`]; what was kept before still is. The next start may find the new one.
+    /// [`Broken`]; the old key is still stored. The next start may find the new one.
     pub async fn set<F: NorFlash>(
         &mut self,
         key: [u8; 16],
@@ -162,15 +163,15 @@ impl KeyStore {
         Ok(KeptKey { key, seed: seed(salt, 0) })
     }
 
-    /// Keeps no key any more.
+    /// Deletes the key.
     ///
     /// # Errors
-    /// As of [`set`](Self::set).
+    /// As for [`set`](Self::set).
     pub async fn clear<F: NorFlash>(&mut self, flash: &mut F) -> Result<(), Broken> {
         self.replace(Record { key: None, salt: 0, generation: 0, starts: 0 }, flash).await
     }
 
-    /// Writes a record to the other page, then retires and erases the one that it replaces.
+    /// Writes a record to the other page, then retires and erases the old one.
     async fn replace<F: NorFlash>(&mut self, record: Record, flash: &mut F) -> Result<(), Broken> {
         let (page, generation) = self.current.map_or((0, 0), |(page, old)| (other(page), old.generation));
         let record = Record { generation: generation.wrapping_add(1), ..record };
@@ -178,12 +179,12 @@ impl KeyStore {
         write(flash, self.place(page), &record.to_bytes()).await?;
         self.commit(page, flash).await?;
         self.current = Some((page, record));
-        // What stays is erased at the next start.
+        // On failure, the next start erases it.
         let _ = self.retire(other(page), flash).await;
         Ok(())
     }
 
-    /// Makes the record of a page count, unless it does already, all of its commit.
+    /// Commits the record of a page, unless it is completely committed.
     async fn commit<F: NorFlash>(&self, page: u32, flash: &mut F) -> Result<(), Broken> {
         let place = self.place(page) + COMMIT;
         let mut commit = WRITTEN;
@@ -191,14 +192,14 @@ impl KeyStore {
         if commit == WRITTEN { Ok(()) } else { write(flash, place, &WRITTEN).await }
     }
 
-    /// Erases a page that does not count, unless it is as if it was just erased.
+    /// Erases a page that is not current, unless it is erased.
     async fn retire<F: NorFlash>(&self, page: u32, flash: &mut F) -> Result<(), Broken> {
         let (from, to) = (self.place(page), self.place(page + 1));
         let mut word = WRITTEN;
         for place in (from..to).step_by(WORD_BYTES) {
             flash.read(place, &mut word).await.map_err(|_| Broken)?;
             if !is_erased(&word) {
-                // A cut on the way must not leave what looks like a damaged record.
+                // An interrupted erasure must not look like a damaged record.
                 write(flash, from + RETIRED, &WRITTEN).await?;
                 return ReadBack(flash).erase(from, to).await;
             }
@@ -206,7 +207,7 @@ impl KeyStore {
         Ok(())
     }
 
-    /// Puts a mark behind the record; gives how many starts there were.
+    /// Appends a mark to the record; returns the number of starts.
     async fn count_start<F: NorFlash>(
         &mut self,
         page: u32,
@@ -237,7 +238,7 @@ impl KeyStore {
         flash.read(place, &mut body).await.map_err(|_| Broken)?;
         flash.read(place + COMMIT, &mut commit).await.map_err(|_| Broken)?;
         flash.read(place + RETIRED, &mut retired).await.map_err(|_| Broken)?;
-        // An erasure that was cut leaves as many zeros in the one as in the other, more or less.
+        // An interrupted erasure leaves a similar number of zeros in both words.
         if zeros(commit) <= zeros(retired) + HALF_BITS {
             return Ok(Found::Nothing);
         }
@@ -287,7 +288,7 @@ impl Record {
         bytes
     }
 
-    /// None when it is not as it was written.
+    /// `None` if it is corrupt.
     fn from_bytes(bytes: &[u8; BODY_BYTES]) -> Option<Self> {
         let (covered, end) = bytes.split_last_chunk::<CRC_BYTES>()?;
         if checksum(covered) != u32::from_le_bytes(*end) {

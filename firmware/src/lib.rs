@@ -1,5 +1,5 @@
-//! What of the firmware needs no board: the schemes it starts with, its motor's configuration, its key, whose turn it is on
-//! the command line, and when a watchdog is fed.
+//! The hardware-independent parts of the firmware: stored schemes, motor configuration, key, arbitration of
+//! the command line, and watchdog.
 #![no_std]
 #![forbid(unsafe_code)]
 

@@ -1,7 +1,6 @@
-//! What the command line deals with next: a byte that came in, or what the tick says by itself.
+//! Arbitration of the command line between received bytes and the tick's reports.
 //!
-//! Both can be more than the line carries. They take turns, then: what the tick says waits for one request, and a
-//! request for one report.
+//! Under overload they alternate: a report waits for one request at most, and a request for one report.
 
 use core::ops::Range;
 
@@ -9,16 +8,16 @@ use embassy_futures::poll_once;
 use embassy_futures::select::{Either, select};
 use embedded_io_async::Read;
 
-/// What comes next.
+/// The next event.
 #[derive(Debug, PartialEq, Eq)]
 pub enum Next {
-    /// A byte that came in.
+    /// A received byte.
     Byte(u8),
-    /// Something that the tick says by itself.
+    /// A report of the tick.
     Report,
 }
 
-/// The bytes that came in and were not looked at yet, and whose turn it is.
+/// Buffered bytes, and whose turn it is.
 #[derive(Debug)]
 pub struct LineInput {
     bytes: [u8; 32],
@@ -33,13 +32,13 @@ impl Default for LineInput {
 }
 
 impl LineInput {
-    /// Of a line on which nothing came yet.
+    /// Creates an empty input.
     #[must_use]
     pub const fn new() -> Self {
         Self { bytes: [0; 32], unread: 0..0, reports_next: true }
     }
 
-    /// Waits for what comes next; errors of the line are nothing that came. `report` waits until there is a report.
+    /// Waits for the next event; ignores line errors. `report` waits until there is a report.
     pub async fn next(&mut self, line: &mut impl Read, mut report: impl AsyncFnMut()) -> Next {
         loop {
             if core::mem::take(&mut self.reports_next) && poll_once(report()).is_ready() {
@@ -56,7 +55,7 @@ impl LineInput {
         }
     }
 
-    /// Takes note of a request that was answered.
+    /// Records that a request was answered.
     pub fn answered(&mut self) {
         self.reports_next = true;
     }
@@ -75,7 +74,7 @@ mod tests {
 
     use super::*;
 
-    /// Bytes of requests, of which the last one is 9; then nothing.
+    /// Bytes of requests, each ending in 9; then silence.
     struct Line(&'static [u8]);
 
     impl ErrorType for Line {
@@ -87,7 +86,7 @@ mod tests {
             if self.0.is_empty() {
                 return pending().await;
             }
-            // A few at a time, as they come in.
+            // A few bytes at a time.
             let (read, rest) = self.0.split_at(self.0.len().min(5));
             buffer[..read.len()].copy_from_slice(read);
             self.0 = rest;
@@ -95,7 +94,7 @@ mod tests {
         }
     }
 
-    /// What a line deals with in `steps` steps, a letter each: a byte, the last one of a request, a report.
+    /// Returns the events of `steps` steps, a letter each: a byte, the last byte of a request, a report.
     fn deal(bytes: &'static [u8], reports: usize, steps: usize) -> String {
         let (mut line_input, mut line, mut left) = (LineInput::new(), Line(bytes), reports);
         let mut deal = || match block_on(line_input.next(&mut line, async || {

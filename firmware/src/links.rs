@@ -12,28 +12,28 @@ pub(crate) use self::carry::start;
 type LinkIn = <Selected as boards::Board>::LinkIn;
 type LinkOut = <Selected as boards::Board>::LinkOut;
 
-/// What each link listens to. The tick says so.
+/// The channel received on each link; set by the tick.
 static LISTENING: Listening = Listening::new();
 
-/// Has the links listen to what the scheme wants to hear.
+/// Sets the channels that the scheme receives on.
 pub(crate) fn listen(dimsart: &Dimsart) {
     for link in 0..Selected::SIZES.links {
         LISTENING.set(link, dimsart.listening_channel(link));
     }
 }
 
-/// The channel that is listened to on a link.
+/// Returns the channel received on a link.
 pub(crate) fn listened_to(link: usize) -> u16 {
     LISTENING.get(link)
 }
 
-/// A packet that came in, or why it is none.
+/// A received packet, or an error.
 pub(crate) struct Received {
     pub(crate) link: usize,
     pub(crate) packet: Result<Packet, PacketError>,
 }
 
-/// A packet that a tick left to be sent.
+/// A packet to send.
 pub(crate) struct Outgoing {
     pub(crate) link: usize,
     pub(crate) packet: Packet,

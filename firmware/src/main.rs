@@ -1,8 +1,8 @@
-//! DIMSART on a board: the tick in an interrupt, everything else below it.
+//! DIMSART firmware: the tick in an interrupt, everything else at lower priority.
 //!
 //! ```text
 //! tick executor        sensors -> Dimsart::tick -> actuators, once per period
-//!   ▲ commands, packets │ answers, packets, status      bounded lock-free queues, never waited for
+//!   ▲ commands, packets │ answers, packets, status      bounded lock-free queues, non-blocking
 //! background executor  commands, links, telemetry
 //! thread               the board's idle loop
 //! ```
@@ -31,7 +31,7 @@ mod tick_handover;
 
 #[cfg(all(feature = "b-g431b-esc1", feature = "control", feature = "signals", feature = "teleoperation"))]
 compile_error!(
-    "b-g431b-esc1 has no room for all that other images ship with beside its drive: \
+    "the default modules do not fit b-g431b-esc1 with its drive: \
      cargo board b-g431b-esc1,control,teleoperation --no-default-features"
 );
 
@@ -55,15 +55,14 @@ use crate::stamp::stamp;
 fn main() -> ! {
     let idle = start();
     #[expect(unsafe_code, reason = "tasks may run from here on")]
-    // SAFETY: no critical section is left: `start` has returned.
+    // SAFETY: no critical section is active: `start` has returned.
     unsafe {
         cortex_m::interrupt::enable();
     }
     boards::Idle::run(idle)
 }
 
-/// Apart from what comes after it, and never ends: what it needs is off the stack by then. Masks all interrupts when it
-/// gives out the tasks.
+/// A separate function, so that its stack is free before the idle loop. Returns with all interrupts masked.
 #[inline(never)]
 fn start() -> <Selected as boards::Board>::Idle {
     let Parts { axes, tick, background, mut joints, command_port, link_in, link_out, storage, idle } =
@@ -108,9 +107,9 @@ fn start() -> <Selected as boards::Board>::Idle {
         status,
     };
     let link = tick_handover::TickHandover { requests, answers: answers_to_take, id: 0 };
-    // Until here, the watchdog has waited longer: flash may have been erased.
+    // The watchdog timeout is longer up to here: flash may have been erased.
     Selected::feed_watchdog();
-    // The tasks wait until all that is on the stack here is off it.
+    // The tasks start when this function's stack is free.
     cortex_m::interrupt::disable();
     background.spawn(token(commands::serve(command_port, link, reports_to_take, schemes, motor, keys)));
     links::start(background, (link_in, link_out), (packets_in, packets_to_send), keys_to_take);
@@ -121,7 +120,7 @@ fn start() -> <Selected as boards::Board>::Idle {
     idle
 }
 
-/// Has a drive begin with the configuration that is kept, or the image's.
+/// Starts a drive with the stored configuration, or the image's.
 fn start_motor(
     store: Option<&mut Store>,
     joints: &mut <Selected as boards::Board>::Joints,
@@ -132,13 +131,14 @@ fn start_motor(
     };
     let limits = joints.begin(&mut report);
     if report.fallback.is_some() {
-        defmt::warn!("the kept motor configuration is invalid or in doubt: `dimsart motor show` says why");
+        defmt::warn!("stored motor configuration invalid or outdated: see `dimsart motor show`");
     }
     let limits = limits.unwrap_or(Limits { inputs: Selected::LIMITS, outputs: Selected::OUTPUT_LIMITS });
     (MotorService { report, put: [0; MAX_MOTOR_WORDS] }, limits)
 }
 
-/// Starts a kept scheme or the built-in one. If none matches, the board is idle, but answers. Reads the key, too.
+/// Starts a stored scheme or the built-in one, and reads the key. If no scheme matches, the board is idle but
+/// responds.
 fn start_scheme(
     mut store: Option<Store>,
     stalls_tick: bool,
@@ -151,19 +151,19 @@ fn start_scheme(
     let status = block_on(firmware::start(store.as_mut(), scheme, stamp().scheme(), dimsart));
     defmt::info!("{}: starts with scheme {}", Selected::NAME, status.origin);
     if status.fallback.is_some() {
-        defmt::warn!("it is not the scheme that comes first: `dimsart connect` shows why");
+        defmt::warn!("fallback scheme: see `dimsart connect`");
     }
     let (keys, keys_to_take) = key_service::start(key_range, store.as_mut().map(SchemeStore::flash));
     let fingerprint = fingerprint_of(stamp().scheme());
     (SchemeService { store, stalls_tick, status, fingerprint, scheme }, keys, keys_to_take)
 }
 
-/// A task that is started once; each is.
+/// Returns the token of a task; each task is started once.
 fn token<S>(
     task: Result<embassy_executor::SpawnToken<S>, embassy_executor::SpawnError>,
 ) -> embassy_executor::SpawnToken<S> {
     match task {
         Ok(token) => token,
-        Err(_) => defmt::panic!("a task was started twice"),
+        Err(_) => defmt::panic!("task started twice"),
     }
 }

@@ -1,4 +1,4 @@
-//! What every call of a module and every tick take, by the board's counter (feature `measure`).
+//! Execution times of module calls and ticks, by the board's counter (feature `measure`).
 
 use core::sync::atomic::{Ordering::SeqCst, compiler_fence};
 
@@ -8,14 +8,14 @@ use dimsart_link::protocol::{self, CyclesReport, DeviceInfo, Refusal, Request, R
 
 use crate::tick_handover::Answer;
 
-/// Two of each module.
+/// Two calls per module.
 const MAX_CALLS: usize = 2 * Selected::SIZES.modules;
 
-/// Since the last change of the scheme. All zero at first.
+/// Measurements since the last scheme change. Initially all zero.
 pub(crate) struct Measurements {
     tick: Statistics,
     calls: [Statistics; MAX_CALLS],
-    /// Calls that the tick has made.
+    /// Calls in this tick.
     made: usize,
 }
 
@@ -32,7 +32,7 @@ impl Measurements {
         Self { tick: Statistics::new(), calls: [Statistics::new(); MAX_CALLS], made: 0 }
     }
 
-    /// One tick. Those that call no module are not counted.
+    /// Runs and measures one tick. Ticks without module calls are not counted.
     pub(crate) fn tick(&mut self, dimsart: &mut Dimsart, measured: &[Word], commanded: &mut [Word]) -> Tick {
         self.made = 0;
         let counter = Selected::counter();
@@ -50,7 +50,7 @@ impl Measurements {
         self.calls.fill(Statistics::new());
     }
 
-    /// Answers what is asked of these, and has the rest answered by the controller.
+    /// Answers requests about the measurements; passes other requests to the controller.
     pub(crate) fn serve(
         &mut self,
         id: u16,
@@ -104,7 +104,7 @@ impl Statistics {
     }
 }
 
-/// Never part of its caller: `dimsart cycles` counts it by its name, all of it, and so no less than is measured here.
+/// Never inlined: `dimsart cycles` bounds it by name.
 #[inline(never)]
 fn timed(call: impl FnOnce()) -> u32 {
     let counter = Selected::counter();

@@ -1,15 +1,16 @@
-//! Copying and filling memory, in place of the compiler's functions: 2.9 KB of flash less (nucleo-g474re, rustc 1.95),
-//! and fewer instructions per packet.
+//! Functions that copy and fill memory, instead of the compiler's: 2.9 KB less flash (nucleo-g474re, rustc
+//! 1.95) and fewer instructions per packet.
 //!
-//! Assembler, for the compiler would make such a loop a call of these very functions. Words are read and written at
-//! any address; `ldm` and `stm` want aligned ones. The names are the C library's and the ARM run-time ABI's.
+//! In assembler, because the compiler would turn such a loop into a call of these functions. Words are
+//! accessed at any address; `ldm` and `stm` need alignment. Names follow the C library and the ARM run-time
+//! ABI.
 
 #![expect(unsafe_code, reason = "the compiler calls these functions for every copy")]
 
 use core::arch::global_asm;
 
-// SAFETY: they do what the names promise, and keep the registers that the calling convention wants kept. Every
-// alignment, length and overlap up to 80 bytes is tested in `dimsart/tests/cycles/memory.rs`.
+// SAFETY: they implement the named functions and preserve the registers of the calling convention.
+// `dimsart/tests/cycles/memory.rs` tests every alignment, length and overlap up to 80 bytes.
 global_asm!(
     ".syntax unified",
     ".macro function name",
@@ -49,7 +50,7 @@ global_asm!(
     "    bne 5b",
     "6:  pop {{r0, r4, r5, pc}}",
     ".size memcpy, . - memcpy",
-    // The same for parts of memory that overlap: from the end, if the target begins within the source.
+    // The same for overlapping ranges: copies from the end if the target starts within the source.
     ".section .text.memmove, \"ax\", %progbits",
     "function memmove",
     "function __aeabi_memmove",

@@ -7,7 +7,7 @@ use dimsart_modules::{
 };
 use own_modules::OWN;
 
-/// The groups that were chosen by features of this package, and the kinds of a project.
+/// The selected groups and the project's kinds.
 pub(crate) const MODULES: Kinds = join_kinds![
     BASIC,
     if cfg!(feature = "control") { CONTROL } else { Kinds::NONE },
@@ -24,7 +24,7 @@ pub(crate) const MODULES: Kinds = join_kinds![
     OWN,
 ];
 
-/// Whether one of them runs laws that come as text.
+/// Whether a kind runs uploaded laws.
 pub(crate) const RUNS_PROGRAMS: bool = cfg!(feature = "online");
 
 /// Number of module kinds.

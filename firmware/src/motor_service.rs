@@ -1,4 +1,4 @@
-//! Keeps the configuration of the board's motor, beside the tick.
+//! Motor service: stores the motor configuration, outside the tick.
 
 use boards::{Board, Joints, Selected};
 use dimsart_link::protocol::{
@@ -12,14 +12,14 @@ use crate::tick_handover::{Answer, TickHandover};
 
 type Motor = <Selected as Board>::Joints;
 
-/// What the motor is run by, and what is put to be kept.
+/// The active configuration, and the words received so far.
 pub(crate) struct MotorService {
     pub(crate) report: MotorReport,
     pub(crate) put: [u32; MAX_MOTOR_WORDS],
 }
 
 impl MotorService {
-    /// Does what a client wants. The tick knows who may not, and has nothing else to say to it.
+    /// Handles a client's request. The tick only checks the permission.
     pub(crate) async fn carry_out(
         &mut self,
         action: MotorAction,

@@ -1,7 +1,7 @@
-//! The configuration of a board's motor: one more of the items that keep the schemes.
+//! The motor configuration: an item in the storage of the schemes.
 //!
 //! ```text
-//! layout u32 | words u32 ...     little-endian; the layout alone, and 0, where nothing is kept any more
+//! layout u32 | words u32 ...     little-endian; only the layout 0 after a deletion
 //! ```
 
 use dimsart_link::protocol::{MAX_MOTOR_WORDS, MotorFallback, MotorReport};
@@ -15,8 +15,8 @@ const MOTOR: u8 = 3;
 const MOST_WORDS: usize = 1 + MAX_MOTOR_WORDS;
 
 impl<F: NorFlash> SchemeStore<F> {
-    /// The configuration that is kept, with whether there is one, and why it could not be read. What it says is not checked.
-    /// To be asked for before [`open`](Self::open), or after it.
+    /// Reads the stored configuration without checking its values: whether there is one, and why it could not
+    /// be read. Can be called before [`open`](Self::open).
     pub fn motor(&mut self) -> MotorReport {
         let mut report = MotorReport::default();
         let mut bytes = [0; 4 * MOST_WORDS];
@@ -38,10 +38,10 @@ impl<F: NorFlash> SchemeStore<F> {
         report
     }
 
-    /// Keeps a configuration; layout 0 and no words are none.
+    /// Stores a configuration; layout 0 without words deletes it.
     ///
     /// # Errors
-    /// [`Broken`]; what was kept still is.
+    /// [`Broken`]; the old configuration is still stored.
     pub async fn keep_motor(&mut self, layout: u16, words: &[u32]) -> Result<(), Broken> {
         let mut bytes = [[0; 4]; MOST_WORDS];
         let item = bytes.get_mut(..=words.len()).ok_or(Broken)?;

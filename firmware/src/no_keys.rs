@@ -1,4 +1,4 @@
-//! In place of the key service, in an image without authentication: everything is taken, and costs nothing.
+//! Replaces the key service in an image without authentication: accepts all requests at no cost.
 
 use boards::{Selected, Storage};
 use dimsart_link::protocol::{DecodeError, MAX_FRAME_BYTES, Refusal, Request, decode_request};
@@ -19,17 +19,17 @@ pub(crate) fn start(_: Option<()>, _: Option<&mut Flash>) -> (KeyService, KeysTo
     (KeyService, ())
 }
 
-/// Takes everything.
+/// Accepts all requests.
 pub(crate) struct KeyService;
 
 #[expect(clippy::unused_self, reason = "the other one has a state")]
 impl KeyService {
-    /// The request in the content of a frame. What is [not understood](DecodeError::NotUnderstood) is refused.
+    /// Decodes the request in a frame. A [`NotUnderstood`](DecodeError::NotUnderstood) request is refused.
     pub(crate) fn take(&mut self, content: &[u8]) -> Result<(u16, Request), DecodeError> {
         decode_request(content)
     }
 
-    /// Why the last request was refused.
+    /// Returns why the last request was refused.
     pub(crate) fn refusal(&self) -> Refusal {
         Refusal::NotUnderstood
     }

@@ -1,28 +1,28 @@
-//! Flash that is read back after every write and every erasure.
+//! Flash with verification after every write and erasure.
 //!
-//! A driver can say yes to what the flash has not taken: that of the STM32G4 clears the errors in its interrupt before
-//! it looks at them. What counts is what is there afterwards.
+//! A driver can report success for a failed write: the STM32G4's clears the error flags in its interrupt
+//! before it checks them. Only the content counts.
 
 use core::task::Poll;
 
 use embassy_futures::poll_once;
 use embedded_storage_async::nor_flash::NorFlash;
 
-/// The storage cannot be read, or holds something else than was written to it.
+/// The storage cannot be read, or does not hold the written data.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Broken;
 
-/// Of a flash that was erased.
+/// An erased byte.
 pub(crate) const ERASED: u8 = 0xFF;
-/// Read back at once.
+/// Bytes read at a time.
 const BLOCK_BYTES: usize = 16;
 
-/// A flash whose writes and erasures succeed only if they can be read back.
+/// A flash that verifies writes and erasures.
 #[derive(Debug)]
 pub(crate) struct ReadBack<F>(pub(crate) F);
 
 impl<F: NorFlash> ReadBack<F> {
-    /// Reads what is there: memory, which never has to be waited for.
+    /// Reads memory-mapped flash without waiting.
     pub(crate) fn read(&mut self, offset: u32, bytes: &mut [u8]) -> Result<(), Broken> {
         const { assert!(F::READ_SIZE == 1) };
         match poll_once(self.0.read(offset, bytes)) {

@@ -1,4 +1,4 @@
-//! Keeps schemes, beside the tick.
+//! Scheme service: stores schemes, outside the tick.
 
 use boards::Selected;
 use dimsart_core::{CommandError, Cursor};
@@ -14,20 +14,20 @@ use crate::tick_handover::{Answer, TickHandover};
 
 pub(crate) type Store = SchemeStore<<Selected as boards::Board>::Flash>;
 
-/// The schemes that the board keeps, and what came of the last start.
+/// The stored schemes, and the result of the last start.
 pub(crate) struct SchemeService {
-    /// None on a board that keeps none.
+    /// `None` on a board without storage.
     pub(crate) store: Option<Store>,
-    /// Whether writing holds the tick up.
+    /// Whether a flash write stalls the tick.
     pub(crate) stalls_tick: bool,
     pub(crate) status: SchemeStatus,
     pub(crate) fingerprint: u32,
-    /// The scheme that is being saved.
+    /// Buffer for a scheme.
     pub(crate) scheme: &'static mut VecView<u8>,
 }
 
 impl SchemeService {
-    /// Does what a client wants. What the tick says by itself is said meanwhile, except while flash is written.
+    /// Handles a client's request. Reports of the tick continue, except while flash is written.
     pub(crate) async fn carry_out(
         &mut self,
         action: SchemeAction,
@@ -56,12 +56,12 @@ impl SchemeService {
         let result = match action {
             SchemeAction::Save => {
                 collect(self.scheme, self.fingerprint, tick, line).await?;
-                // For the client that saves, if it holds the lease: nobody is heard meanwhile.
+                // Renews the lease of the saving client: the board receives nothing during the write.
                 tick.ask(Request::Lease(LeaseAction::Renew)).await;
                 store.save(self.scheme).await
             }
             SchemeAction::Confirm if is_tried && store.trial() == Trial::Tried => store.confirm().await,
-            // Confirmed already, and the answer was lost.
+            // Already confirmed; the response was lost.
             SchemeAction::Confirm if is_tried && store.trial() == Trial::None && store.is_saved() => Ok(()),
             SchemeAction::Confirm => return Err(refused(StoreError::NotTried)),
             SchemeAction::RollBack => store.roll_back().await,
@@ -81,14 +81,14 @@ pub(crate) async fn runs(tick: &mut TickHandover) -> bool {
     matches!(tick.ask(Request::Status).await, Response::Status(status) if status.is_running)
 }
 
-/// The scheme as it is, a command per tick. It cannot change meanwhile: who changes it waits for this.
+/// Collects the scheme, one command per tick. It cannot change meanwhile, because changes wait for this task.
 async fn collect(
     scheme: &mut VecView<u8>,
     fingerprint: u32,
     tick: &mut TickHandover,
     line: &mut CommandLine,
 ) -> Result<(), Refusal> {
-    // Its findings would be those of another scheme than the one that is kept.
+    // An open transaction would not match the saved scheme.
     if matches!(tick.ask(Request::Status).await, Response::Status(status) if status.is_in_transaction) {
         return Err(Refusal::Engine(CommandError::TransactionOpen));
     }

@@ -1,11 +1,11 @@
-//! Schemes in flash, whole whenever the power goes.
+//! Schemes in flash; each update is atomic with respect to power loss.
 //!
-//! [Items](crate::items): two places for schemes, and a record of which one is confirmed; beside them
-//! [a motor's configuration](crate::motor_store). A new scheme goes to the
-//! place that is not confirmed. A cut leaves the state before a step or the one after it.
+//! [Items](crate::items): two slots for schemes, a record of the confirmed one, and [a motor
+//! configuration](crate::motor_store). A new scheme goes to the unconfirmed slot. A power loss leaves the
+//! state before or after a step.
 //!
-//! A save, a confirmation and a rollback erase one page at most. A save leaves room for the two records of a trial, so that a
-//! start, which must not erase, has it for the first of them.
+//! A save, a confirmation and a rollback erase at most one page. A save leaves room for the two records of a
+//! trial, because a start must not erase.
 
 use core::ops::Range;
 
@@ -18,43 +18,43 @@ use heapless::vec::VecView;
 use crate::items::Items;
 use crate::read_back::Broken;
 
-/// Keys of the items. A scheme's is its place.
+/// Keys of the items. The key of a scheme is its slot.
 const RECORD: u8 = 0;
 const PLACES: [u8; 2] = [1, 2];
 const RECORD_BYTES: usize = 2;
-/// Two records.
+/// Length of two records.
 pub(crate) const SPARE_BYTES: usize = 32;
 
-/// Schemes in a range of a flash.
+/// Schemes in a range of flash.
 #[derive(Debug)]
 pub struct SchemeStore<F> {
     pub(crate) items: Items<F>,
     record: Record,
 }
 
-/// Which scheme is which.
+/// State of the two slots.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 struct Record {
-    /// Place of the confirmed scheme.
+    /// Slot of the confirmed scheme.
     confirmed: Option<u8>,
     trial: Trial,
 }
 
 impl<F: NorFlash> SchemeStore<F> {
-    /// A store in `range` of a flash; none when that is not made of two whole pages or more. [`open`](Self::open) it before
-    /// anything else.
+    /// Creates a store in `range` of a flash; `None` unless it consists of two or more whole pages. Call
+    /// [`open`](Self::open) first.
     pub fn new(flash: F, range: Range<u32>) -> Option<Self> {
         Some(Self { items: Items::new(flash, range)?, record: Record::default() })
     }
 
-    /// Reads which schemes there are. None at all in a flash that was never written.
+    /// Reads the state of the schemes; none in a new flash.
     ///
     /// # Errors
-    /// [`Broken`], also when the flash holds something else; it is as if no scheme was kept then.
+    /// [`Broken`], also if the flash holds other data; no scheme is stored then.
     pub fn open(&mut self) -> Result<(), Broken> {
         self.record = Record::default();
         self.items.open()?;
-        // It may be an older one than that of which the record says something.
+        // The record may refer to a newer scheme.
         for place in PLACES {
             if self.items.are_separated(place, RECORD) {
                 self.items.forget(place);
@@ -67,39 +67,39 @@ impl<F: NorFlash> SchemeStore<F> {
         Ok(())
     }
 
-    /// The flash, of which the store's range is the store's.
+    /// Returns the flash; its range of this store must not be changed.
     pub fn flash(&mut self) -> &mut F {
         self.items.flash()
     }
 
-    /// Gives the flash back.
+    /// Returns the flash.
     #[must_use]
     pub fn into_flash(self) -> F {
         self.items.into_flash()
     }
 
-    /// How the trial stands.
+    /// Returns the state of the trial.
     #[must_use]
     pub fn trial(&self) -> Trial {
         self.record.trial
     }
 
-    /// Whether a confirmed scheme is kept.
+    /// Returns whether a confirmed scheme is stored.
     #[must_use]
     pub fn is_saved(&self) -> bool {
         self.record.confirmed.is_some()
     }
 
-    /// Whether a newer record than the one that was read may be damaged.
+    /// Returns whether a newer record may be damaged.
     #[must_use]
     pub fn is_in_doubt(&self) -> bool {
         self.items.is_in_doubt(RECORD)
     }
 
-    /// Keeps a scheme for a trial at the next start, in place of the last one on trial.
+    /// Saves a scheme for a trial at the next start, replacing the last one on trial.
     ///
     /// # Errors
-    /// [`Broken`]; the scheme on trial is the old or the new one, the confirmed one is as before.
+    /// [`Broken`]; the scheme on trial is the old or the new one, the confirmed one is unchanged.
     pub async fn save(&mut self, scheme: &[u8]) -> Result<(), Broken> {
         let record = Record { trial: Trial::Waits, ..self.record };
         let items = [(record.other_place(), scheme), (RECORD, &record.to_bytes())];
@@ -108,10 +108,10 @@ impl<F: NorFlash> SchemeStore<F> {
         Ok(())
     }
 
-    /// Notes that the scheme on trial is tried: to be called before it is run. Erases nothing.
+    /// Records the start of a trial; call before running the scheme. Erases nothing.
     ///
     /// # Errors
-    /// [`Broken`], also if the page has no room: the scheme must not run.
+    /// [`Broken`], also if the page is full: the scheme must not run.
     pub async fn begin_trial(&mut self) -> Result<(), Broken> {
         let record = Record { trial: Trial::Tried, ..self.record };
         self.items.append(&[(RECORD, &record.to_bytes())]).await?;
@@ -122,23 +122,24 @@ impl<F: NorFlash> SchemeStore<F> {
     /// Confirms the scheme on trial.
     ///
     /// # Errors
-    /// [`Broken`]; nothing has changed.
+    /// [`Broken`]; the state is unchanged.
     pub async fn confirm(&mut self) -> Result<(), Broken> {
         self.set(Record { confirmed: Some(self.record.other_place()), trial: Trial::None }).await
     }
 
-    /// Forgets the scheme on trial.
+    /// Deletes the scheme on trial.
     ///
     /// # Errors
-    /// [`Broken`]; nothing has changed.
+    /// [`Broken`]; the state is unchanged.
     pub async fn roll_back(&mut self) -> Result<(), Broken> {
         self.set(Record { trial: Trial::None, ..self.record }).await
     }
 
-    /// Loads the scheme on trial, or else the confirmed one, by way of `bytes`; `fingerprint` is the image's.
+    /// Loads the scheme on trial, or else the confirmed one, using `bytes` as a buffer; `fingerprint` is the
+    /// image's.
     ///
     /// # Errors
-    /// Why it does not load, [`LoadError::Damaged`] if it is not there; no module exists then.
+    /// The reason; [`LoadError::Damaged`] if it is missing. The scheme is then empty.
     pub fn load(
         &mut self,
         is_trial: bool,
@@ -148,7 +149,7 @@ impl<F: NorFlash> SchemeStore<F> {
     ) -> Result<(), LoadError> {
         let place = if is_trial { Some(self.record.other_place()) } else { self.record.confirmed };
         let place = place.ok_or(LoadError::Damaged)?;
-        // As long as any.
+        // Maximum length.
         let _ = bytes.resize_default(bytes.capacity());
         let found = self.items.fetch(place, bytes);
         saved_scheme::load(found.ok().flatten().unwrap_or_default(), fingerprint, dimsart)
@@ -164,7 +165,7 @@ impl<F: NorFlash> SchemeStore<F> {
 }
 
 impl Record {
-    /// The place that a scheme on trial has, or will have.
+    /// Returns the slot of the scheme on trial.
     fn other_place(self) -> u8 {
         let [first, second] = PLACES;
         if self.confirmed == Some(first) { second } else { first }

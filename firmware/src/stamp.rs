@@ -1,4 +1,4 @@
-//! What is put into this image after it was linked: its scheme, and what its modules cost.
+//! Data stamped into the image after linking: its scheme and its modules' costs.
 #![expect(
     unsafe_code,
     reason = "a host tool finds the stamp by its name, and changes it behind the compiler's back"
@@ -10,13 +10,13 @@ use dimsart_core::stamp::{Stamp, text};
 
 use crate::modules::{COUNT, IDS, RUNS_PROGRAMS};
 
-/// The tick, kinds of modules, instructions of laws.
+/// Lines for the tick, module kinds and instructions of laws.
 const LINES: usize = 1 + COUNT + if RUNS_PROGRAMS { OPCODES } else { 0 };
 type BoardStamp = Stamp<LINES, COUNT>;
 
-/// As the build has made it of the scheme's text.
+/// The built-in scheme, encoded by the build.
 const SCHEME: &[u8] = include_bytes!(concat!(env!("OUT_DIR"), "/built-in-scheme"));
-/// Tells this image from every other one: version and board.
+/// Identifies the image: version and board.
 pub(crate) const IMAGE: &str = env!("DIMSART_IMAGE");
 
 #[used]
@@ -29,19 +29,19 @@ static STAMP: BoardStamp = Stamp {
 
 static PLACE: &BoardStamp = &STAMP;
 
-/// The stamp as it is in this image now.
+/// Returns the current stamp.
 pub(crate) fn stamp() -> &'static BoardStamp {
-    // SAFETY: it always holds a reference. Read like this the compiler cannot know whose, and takes nothing of what the
-    // stamp was at first for granted.
+    // SAFETY: always a valid reference. A volatile read, so that the compiler does not assume the initial
+    // value.
     unsafe { (&raw const PLACE).read_volatile() }
 }
 
-/// The image's name, and that it is not stamped where it is not.
+/// Returns the image's name, with a note if it is not stamped.
 pub(crate) fn described() -> &'static str {
     if stamp().costs().is_some() { IMAGE } else { concat!(env!("DIMSART_IMAGE"), " unstamped") }
 }
 
-/// Has a controller admit modules by the stamp; without one, all of them.
+/// Limits modules by their stamped costs; without a stamp, admits all.
 #[unsafe(export_name = "dimsart_limit")]
 #[inline(never)]
 pub(crate) extern "C" fn limit(dimsart: &mut Dimsart) {
@@ -51,15 +51,15 @@ pub(crate) extern "C" fn limit(dimsart: &mut Dimsart) {
     engine.set_costs(stamp.costs());
 }
 
-/// Logs what is known.
+/// Logs the stamp.
 pub(crate) fn log() {
     let stamp = stamp();
     match stamp.costs() {
         Some(_) => {
-            defmt::info!("a tick may take {} cycles, memory {=[u8]:a}", stamp.limit_cycles, stamp.memory)
+            defmt::info!("tick limit {} cycles, memory {=[u8]:a}", stamp.limit_cycles, stamp.memory)
         }
         None => defmt::warn!(
-            "not stamped: what modules cost is not known and no tick is too long; `dimsart stamp`"
+            "image not stamped: module costs unknown, tick time not limited; run `dimsart stamp`"
         ),
     }
 }

@@ -1,4 +1,4 @@
-//! Which scheme a board starts with.
+//! Selection of the scheme at the start of a board.
 
 use dimsart_core::Dimsart;
 use dimsart_link::protocol::{Fallback, Origin, SchemeStatus, Trial};
@@ -8,10 +8,10 @@ use heapless::vec::VecView;
 
 use crate::scheme_store::SchemeStore;
 
-/// Starts the scheme that waits for its trial, or else the saved one, or else the built-in one.
+/// Starts the scheme on trial, or else the saved one, or else the built-in one.
 ///
-/// What is kept is read into `bytes`. Whatever the storage holds, it ends with the controller running one of them or none, and says why it
-/// is not the first.
+/// `bytes` is a buffer for stored schemes. Whatever the storage holds, the controller then runs one scheme or
+/// none; the status contains the reason for a fallback.
 pub async fn start<F: NorFlash>(
     store: Option<&mut SchemeStore<F>>,
     bytes: &mut VecView<u8>,
@@ -51,7 +51,7 @@ async fn start_kept<F: NorFlash>(
     match store.trial() {
         Trial::None => {}
         Trial::Tried => *fallback = fallback.or(Some(Fallback::Unconfirmed)),
-        // Before it is run: it may be what ends this start.
+        // Before it runs, because it may crash the board.
         Trial::Waits => match store.begin_trial().await {
             Err(_) => *fallback = Some(Fallback::NotRecorded),
             Ok(()) => match store.load(true, fingerprint, bytes, dimsart) {
@@ -63,7 +63,7 @@ async fn start_kept<F: NorFlash>(
     if store.is_saved() {
         match store.load(false, fingerprint, bytes, dimsart) {
             Ok(()) => return Some(Origin::Saved),
-            // Before any other reason: it is the scheme of every start.
+            // Replaces any other reason: every start loads this scheme.
             Err(error) => *fallback = Some(Fallback::Saved(error)),
         }
     }

@@ -1,4 +1,4 @@
-//! How a program that is run by hand ends where something is wrong: with exit status 1.
+//! Panic handler of programs run by a developer: exit status 1.
 
 use core::panic::PanicInfo;
 

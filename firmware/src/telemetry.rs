@@ -1,19 +1,19 @@
-//! What the tick says about itself, logged below it.
+//! Log of the tick's statistics.
 
 use dimsart_core::{Tick, Timing};
 
 use crate::handover::Taker;
 
-/// Whether this image has room for the log; `dimsart connect PORT show` has the same figures.
+/// Whether the image has room for the log; `dimsart connect PORT show` prints the same figures.
 pub(crate) const IS_LOGGED: bool = !cfg!(feature = "b-g431b-esc1");
 
-/// Copied out of the tick now and then.
+/// A copy, made at intervals.
 #[derive(Clone, Copy)]
 pub(crate) struct Status {
     pub(crate) timing: Timing,
     pub(crate) tick: Tick,
     pub(crate) refused_ticks: u32,
-    /// Items that found a full queue on their way into the tick or out of it.
+    /// Items dropped because of a full queue to or from the tick.
     pub(crate) dropped: u32,
 }
 

@@ -1,4 +1,4 @@
-//! The tick, once per period, above everything but time itself.
+//! The tick: once per period, at the highest priority except timing.
 
 use boards::{Board as _, Joints as _, Selected, bus_off};
 use dimsart_core::{Command, Dimsart, Packet, Tick, Timing};
@@ -19,13 +19,13 @@ use crate::tick_handover::Answer;
 type Joints = <Selected as boards::Board>::Joints;
 
 const PERIOD: Duration = Duration::from_hz(boards::TICK_HZ as u64);
-/// A tick that begins later than this is late.
+/// A tick is late if it starts later than this.
 const TOLERANCE: Duration = Duration::from_ticks(PERIOD.as_ticks() / 10);
 /// Ticks between two reports.
 const REPORT_EVERY: u32 = boards::TICK_HZ;
 /// Ticks between two heartbeats.
 const HEARTBEAT_EVERY: u32 = boards::TICK_HZ / HEARTBEATS_PER_S;
-/// Ticks that the communication may be silent for before the watchdog is no longer fed: it speaks at every heartbeat.
+/// Communication silence after which the watchdog is no longer fed, ticks; a heartbeat counts as activity.
 const PATIENCE: u32 = 5 * HEARTBEAT_EVERY / 2;
 
 /// The tick's ends of the queues.
@@ -45,7 +45,7 @@ pub(crate) async fn run(
     mut joints: Joints,
     mut ends: Ends,
 ) {
-    // The words behind the sensors' are the tick's own.
+    // The words after the sensors' are computed by the tick.
     let sensed = frames.measured().len().saturating_sub(dimsart.engine().device().timing_outputs());
     let mut timing = Timing::default();
     let mut last_start = None;
@@ -100,13 +100,13 @@ pub(crate) async fn run(
     }
 }
 
-/// At most one request, the packets that came, one tick.
+/// Handles at most one request and the received packets, and runs one tick.
 fn step(dimsart: &mut Dimsart, frames: &mut Frames, info: &mut DeviceInfo, ends: &mut Ends) -> Tick {
     serve(dimsart, frames, info, ends);
     tick(dimsart, frames, info, ends)
 }
 
-/// Apart from what comes after it: an answer is off the stack by then.
+/// A separate function, so that the response is off the stack before the tick.
 #[inline(never)]
 #[cfg_attr(not(feature = "measure"), expect(unused_variables, reason = "measurements are in them"))]
 fn serve(dimsart: &mut Dimsart, frames: &mut Frames, info: &mut DeviceInfo, ends: &mut Ends) {
@@ -123,7 +123,7 @@ fn serve(dimsart: &mut Dimsart, frames: &mut Frames, info: &mut DeviceInfo, ends
     }
 }
 
-/// What packets came, one tick.
+/// Delivers the received packets and runs one tick.
 #[inline(never)]
 fn tick(dimsart: &mut Dimsart, frames: &mut Frames, info: &mut DeviceInfo, ends: &mut Ends) -> Tick {
     for _ in 0..Selected::PACKETS_PER_TICK {

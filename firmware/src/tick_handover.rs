@@ -1,17 +1,17 @@
-//! The way of a request to the tick and of its answer back.
+//! Passes a request to the tick and returns its response.
 
 use dimsart_link::protocol::{Request, Response};
 
 use crate::handover::{Giver, Taker};
 
-/// What the tick makes of a request.
+/// The tick's response.
 pub(crate) type Answer = Response<'static>;
 
-/// The way to the tick and back.
+/// The queues to and from the tick.
 pub(crate) struct TickHandover {
     pub(crate) requests: Giver<(u16, Request)>,
     pub(crate) answers: Taker<Answer>,
-    /// Of the request that is being carried out.
+    /// Id of the current request.
     pub(crate) id: u16,
 }
 

@@ -1,8 +1,10 @@
-//! Two engines on one processor: a joint's in an interrupt, and a planner's below it, which it may interrupt anywhere.
+//! Two engines on one processor: a joint's in an interrupt, and a planner's at lower priority, which it can
+//! interrupt anywhere.
 //!
-//! It shows how to join two [`Dimsart`]s by a [`Coupling`], and checks what that promises: words that cross are whole, never
-//! older than what was there before, the interrupt never waits, and a planner that stands still takes the force away.
-//! `cargo xtask step two-engines` runs it on the emulated board, with interrupts at random distances.
+//! An example of joining two [`Dimsart`]s by a [`Coupling`], which also checks its guarantees: transferred
+//! words are complete and never older than earlier ones, the interrupt never waits, and a stopped planner
+//! removes the force. `cargo xtask step two-engines` runs it on the emulated board with interrupts at random
+//! times.
 #![no_std]
 #![no_main]
 
@@ -11,7 +13,7 @@ mod stopping;
 use core::cell::RefCell;
 use core::sync::atomic::{AtomicBool, AtomicU32, Ordering::Relaxed};
 
-// For its interrupt table and its way to log.
+// For its interrupt table and log transport.
 use boards as _;
 use cortex_m::Peripherals;
 use cortex_m::interrupt::Mutex;
@@ -30,41 +32,41 @@ const MODULES: Kinds = join_kinds![CONTROL, SIGNALS];
 
 const DOF: usize = 3;
 const AXES: [AxisKind; DOF] = [AxisKind::Rotary; DOF];
-/// Of the joint, while the planner works.
+/// Ticks of the joint while the planner runs.
 const TICKS: u32 = 30_000;
-/// Of the planner.
+/// Gain of the planner.
 const GAIN: f32 = 0.5;
-/// Of the joint, when the planner has stopped: until its commands are late, and some more.
+/// Ticks of the joint after the planner has stopped: until its commands are late, plus some.
 const TICKS_ALONE: u32 = TIMEOUT_TICKS + 10;
-/// The most counts of the processor's timer between two ticks. The planner takes longer for one of its own.
+/// Maximum timer counts between two ticks, less than a tick of the planner takes.
 const MOST_BETWEEN: u32 = 1 << 15;
 const LONGEST: u32 = 0x00FF_FFFF;
 
-/// Memory of each of them.
+/// Memory of each engine.
 type ControllerMemory = memory!(Sizes { programs: 0, words: 512, ..Sizes::DEFAULT });
 type Between = Coupling<'static, DOF, DOF>;
 
-/// What the interrupt has.
+/// State of the interrupt.
 struct Joint {
     dimsart: &'static mut Dimsart,
     between: Between,
-    /// Position of all axes in ticks, and what the planner commands.
+    /// Position of all axes in ticks, and the planner's commands.
     measured: [Word; 2 * DOF],
-    /// The joint's position at which the planner found what it commands, in ticks.
+    /// Position on which the planner's command is based, in ticks.
     planned: u32,
-    /// Counts of the timer that showing takes.
+    /// Duration of a transfer, timer counts.
     showing: Option<u32>,
     random: u32,
 }
 
 static JOINT: Mutex<RefCell<Option<Joint>>> = Mutex::new(RefCell::new(None));
-/// Of the joint.
+/// Tick of the joint.
 static TICK: AtomicU32 = AtomicU32::new(0);
-/// The tick from which on the planner's commands were late.
+/// First tick with late commands.
 static LATE_AT: AtomicU32 = AtomicU32::new(0);
-/// The planner is about to get or show words.
+/// Set while the planner transfers words.
 static PLANNER_CROSSES: AtomicBool = AtomicBool::new(false);
-/// Ticks of the joint that came in the midst of that.
+/// Ticks of the joint during a transfer.
 static INTERRUPTED: AtomicU32 = AtomicU32::new(0);
 
 #[entry]
@@ -105,26 +107,27 @@ fn main() -> ! {
     }
     let (interrupted, late_after) =
         (INTERRUPTED.load(Relaxed), LATE_AT.load(Relaxed).wrapping_sub(stopped_at));
-    defmt::println!("{=u32} ticks of a joint, {=u32} of a planner below it", TICKS, planner_ticks);
     defmt::println!(
-        "{=u32} came while the planner got or showed words: all were whole and in order",
-        interrupted
+        "{=u32} ticks of the joint, {=u32} of the planner at lower priority",
+        TICKS,
+        planner_ticks
     );
-    defmt::println!("the planner stopped; its commands were late {=u32} ticks after that", late_after);
-    must("many ticks come while words cross", interrupted > TICKS / 100);
-    // One less where a tick came between its last words and its stop.
-    must("commands are late in time", [TIMEOUT_TICKS, TIMEOUT_TICKS + 1].contains(&late_after));
+    defmt::println!("{=u32} ticks interrupted a transfer: all words complete and in order", interrupted);
+    defmt::println!("planner stopped: commands late after {=u32} ticks", late_after);
+    must("many ticks interrupt transfers", interrupted > TICKS / 100);
+    // One less if a tick interrupted the last transfer.
+    must("late commands are detected in time", [TIMEOUT_TICKS, TIMEOUT_TICKS + 1].contains(&late_after));
     exit(0)
 }
 
-/// Follows a position that somebody else commands.
+/// Follows a position commanded by another engine.
 fn follow(joint: &mut Dimsart) {
     let Some(pd) = MODULES.module("PDCTRL_MOD") else { exit(1) };
     done(joint.command(Command::set(pd, 0, Value::Real(1.0))));
     run(joint, pd);
 }
 
-/// Commands half of the position that it gets.
+/// Commands half of the received position.
 fn plan(planner: &mut Dimsart) {
     let Some(sum) = MODULES.module("SUM_MOD") else { exit(1) };
     for (port, signal) in (0..).zip([types::POSITION, types::POSITION, types::DES_POSITION]) {
@@ -149,7 +152,7 @@ fn connect(
     }
 }
 
-/// Takes turns with the joint, which interrupts it anywhere; gives its own ticks.
+/// Runs the planner, interrupted anywhere by the joint; returns its ticks.
 fn run_planner(dimsart: &mut Dimsart, mut between: Between) -> u32 {
     let mut measured = [Word(0); DOF];
     let mut commanded = [Word(0); DOF];
@@ -160,7 +163,7 @@ fn run_planner(dimsart: &mut Dimsart, mut between: Between) -> u32 {
         between.get(&mut measured);
         PLANNER_CROSSES.store(false, Relaxed);
         let tick = ticks_of(&measured, 1.0);
-        must("the planner gets the newest position", tick >= shown && tick >= seen);
+        must("the planner receives the latest position", tick >= shown && tick >= seen);
         seen = tick;
         dimsart.hold_back(between.are_late());
         dimsart.tick(&measured, &mut commanded);
@@ -201,42 +204,39 @@ impl Joint {
         between.get(desired);
         dimsart.hold_back(between.are_late());
         let now_planned = ticks_of(desired, 1.0 / GAIN);
-        must(
-            "what the planner commands is never older than before",
-            now_planned >= *planned && now_planned < tick,
-        );
+        must("planner commands are never older than before", now_planned >= *planned && now_planned < tick);
         let mut force = [Word(0); DOF];
         let outcome = dimsart.tick(measured, &mut force);
         match outcome {
             Tick::Ran => *planned = now_planned,
-            // Nothing has come yet.
+            // No command has arrived yet.
             Tick::CommandsLate if *planned == 0 => {}
             _ => {
-                must("commands are late, and nothing else is wrong", outcome == Tick::CommandsLate);
+                must("late commands are the only error", outcome == Tick::CommandsLate);
                 let _ = LATE_AT.compare_exchange(0, tick, Relaxed, Relaxed);
             }
         }
         for (axis, word) in force.into_iter().enumerate() {
             let follows =
                 if outcome == Tick::Ran { GAIN * at(now_planned, axis) - at(tick, axis) } else { 0.0 };
-            must("the force is that of the law, or none", word == Word::from(follows));
+            must("the force follows the law, or is 0", word == Word::from(follows));
         }
 
         let before = SYST::get_current();
         between.show(dimsart.signals(&[types::POSITION.first()]));
         let taken = before.wrapping_sub(SYST::get_current()) & LONGEST;
         // A count is less than an instruction of the emulated board.
-        must("showing takes as long as ever", taken.abs_diff(*showing.get_or_insert(taken)) <= 1);
+        must("the duration of a transfer is constant", taken.abs_diff(*showing.get_or_insert(taken)) <= 1);
         TICK.store(tick, Relaxed);
     }
 }
 
-/// The joint's position: it says in which tick it was measured, and fits `f32` exactly.
+/// Encodes the tick of a measurement as a position, exactly representable as `f32`.
 fn at(tick: u32, axis: usize) -> f32 {
     tick as f32 * (axis + 1) as f32 / 1024.0
 }
 
-/// The tick in which the joint was where these words, times the factor, say; all of them must say the same.
+/// Decodes the tick from words and a factor; all words must agree.
 #[expect(
     clippy::cast_possible_truncation,
     clippy::cast_sign_loss,
@@ -247,14 +247,14 @@ fn ticks_of(words: &[Word], factor: f32) -> u32 {
     let tick = (positions.clone().next().unwrap_or_default() * 1024.0) as u32;
     let are_of_one =
         positions.zip(0..).all(|(position, axis)| Word::from(position) == Word::from(at(tick, axis)));
-    must("words that cross are of one tick", are_of_one);
+    must("transferred words are of one tick", are_of_one);
     tick
 }
 
-/// Begins the time to the next interrupt anew.
+/// Restarts the timer.
 #[expect(unsafe_code, reason = "the processor's timer belongs to this interrupt from its first one on")]
 fn set_timer(counts: u32) {
-    // SAFETY: `main` touches it no more once the interrupt is enabled.
+    // SAFETY: `main` does not use it after enabling the interrupt.
     let mut timer = unsafe { Peripherals::steal() }.SYST;
     timer.set_reload(counts);
     timer.clear_current();
@@ -267,12 +267,12 @@ fn run(dimsart: &mut Dimsart, module: ModuleRef) {
 }
 
 fn done<E>(result: Result<(), E>) {
-    must("what it is made of fits together", result.is_ok());
+    must("set-up succeeds", result.is_ok());
 }
 
 fn must(hold: &str, holds: bool) {
     if !holds {
-        defmt::println!("does not hold: {=str}", hold);
+        defmt::println!("failed: {=str}", hold);
         exit(1)
     }
 }

@@ -1,6 +1,6 @@
-//! When a board's watchdog is fed.
+//! When to feed a board's watchdog.
 
-/// Feeds in ticks that kept their time while the communication is alive.
+/// Feeds the watchdog in ticks that are on time while the communication is alive.
 #[derive(Debug)]
 pub struct Watchdog {
     heartbeat: u32,
@@ -9,14 +9,14 @@ pub struct Watchdog {
 }
 
 impl Watchdog {
-    /// A watchdog that puts up with less than `patience_ticks` ticks without a heartbeat.
+    /// Creates a watchdog that tolerates less than `patience_ticks` ticks without a heartbeat.
     #[must_use]
     pub const fn new(patience_ticks: u32) -> Self {
         Self { heartbeat: 0, silent_ticks: 0, patience_ticks }
     }
 
-    /// Takes note of a tick; true when the watchdog is to be fed. `heartbeat` is another number whenever
-    /// the communication has shown that it is alive.
+    /// Records a tick; returns whether to feed the watchdog. `heartbeat` must change while the communication
+    /// is alive.
     #[must_use]
     pub fn tick(&mut self, is_in_time: bool, heartbeat: u32) -> bool {
         self.silent_ticks = if heartbeat == self.heartbeat { self.silent_ticks.saturating_add(1) } else { 0 };

@@ -1,4 +1,4 @@
-//! Data of CAN FD frames: a content within it or none; and what is packed comes out.
+//! Fuzzes CAN FD frames: unpacking returns a valid range or nothing, and inverts packing.
 #![no_main]
 
 use dimsart_link::carrier::can_fd::{MAX_CONTENT_BYTES, MAX_DATA_BYTES, pack, unpack};

@@ -1,5 +1,5 @@
-//! Frames of classic CAN: noise first, then a packet whose frames are lost, repeated, changed or exchanged. What comes
-//! out is a sealed packet; unless something was changed, one that was sent; and the next whole one comes.
+//! Fuzzes classic CAN frames: noise, then a packet with lost, duplicate, corrupt or reordered frames. Every output is a
+//! valid packet, one that was sent unless frames were corrupted, and the next complete packet is received.
 #![no_main]
 
 use dimsart_core::Packet;
@@ -20,7 +20,7 @@ fuzz_target!(|bytes: &[u8]| {
     let (noise, rest) = rest.split_at(usize::from(count).min(rest.len()));
     for frame in noise.chunks(MAX_DATA_BYTES) {
         if let Some(content) = assembler.take(frame, CHANNEL) {
-            // Eight right bits in each frame are found by chance: it is a packet, if not one that was sent.
+            // Corrupt frames can pass the CRC-8 by chance: the result is valid, but not a packet that was sent.
             assert!(
                 Packet::from_bytes(content, CHANNEL).is_ok_and(|packet| packet.words.len() <= MAX_WORDS)
                     || content.get(1..3) == Some(&[0, 0])
@@ -46,7 +46,7 @@ fuzz_target!(|bytes: &[u8]| {
             assert_eq!(mixed.dropped(), dropped + 1, "one wrong bit is found");
         }
     }
-    // Frames of the packet's own, in order, after all that.
+    // Then the packet's frames in order.
     for assembler in [&mut assembler, &mut mixed] {
         let found =
             own.iter().filter(|frame| assembler.take(frame, CHANNEL) == Some(sent.as_slice())).count();

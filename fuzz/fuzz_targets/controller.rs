@@ -1,5 +1,5 @@
-//! Contents of a link given to a controller that runs the bilateral scheme: each in an envelope that is right, or as it
-//! is. A twin gets only what was not refused, and must stay the same in all but what counts refusals.
+//! Fuzzes the contents of a link to a controller with the bilateral scheme, with and without a valid envelope. A second
+//! controller receives only accepted contents and must stay equal, except for the counters of rejected ones.
 #![no_main]
 
 use std::cell::RefCell;
@@ -13,7 +13,7 @@ const TICKS: usize = 12;
 
 thread_local! {
     static TWINS: RefCell<[Dimsart; 2]> = RefCell::new([bilateral(), bilateral()]);
-    /// A packet as the scheme's other side sends it.
+    /// A packet of the scheme's peer.
     static SAMPLE: Vec<u8> = {
         let mut other = bilateral();
         other.tick(&[Word(0); 3], &mut [Word(0); 3]);
@@ -26,7 +26,7 @@ fn signal(dimsart: &Dimsart, signal: TypeRef) -> u32 {
     data_base.words(data_base.slot(signal).unwrap())[0]
 }
 
-/// A tick; finite forces whatever came.
+/// Runs a tick; forces must be finite.
 fn tick(dimsart: &mut Dimsart) {
     let mut forces = [Word(0xDEAD); 3];
     dimsart.tick(&[Word::from(0.25), Word(0), Word::from(-0.5)], &mut forces);
@@ -46,7 +46,7 @@ fuzz_target!(|bytes: &[u8]| {
             let (own, behind) = behind.split_at(usize::from(length).min(behind.len()).min(60));
             rest = behind;
             let mut buffer = [0; MAX_CONTENT_BYTES];
-            // The sample's payload with the fuzzer's bytes over it, in a sealed envelope; or these bytes alone.
+            // The fuzzer's bytes over the sample's payload in a valid envelope, or these bytes alone.
             let payload = sample.len() - HEADER_BYTES - 4;
             buffer[..sample.len()].copy_from_slice(&sample);
             let place = HEADER_BYTES + usize::from(byte) % payload;

@@ -1,5 +1,5 @@
-//! Programs that came over a line: what is no program is refused and changes nothing; what is taken runs, ends, writes
-//! within its ports, and commands finite forces.
+//! Fuzzes uploaded programs: invalid ones are refused without effect; accepted ones terminate, write only to their ports
+//! and command finite forces.
 #![no_main]
 
 use std::cell::RefCell;
@@ -14,7 +14,7 @@ thread_local! {
     static CONTROLLER: RefCell<(Dimsart, Vec<u32>)> = RefCell::new((controller(), whole()));
 }
 
-/// A program with every instruction there is.
+/// Returns a program with every instruction.
 fn whole() -> Vec<u32> {
     let one = |opcode, fields: &[u8]| Instruction::new(opcode, fields).0;
     // Its parameter is in register 0, its states in 1 and 2.
@@ -66,7 +66,7 @@ fn keep(dimsart: &mut Dimsart, words: &[u32]) -> Result<(), CommandError> {
     dimsart.command(Command::KeepLaw { number: 1, count: u8::try_from(words.len()).unwrap_or(u8::MAX) })
 }
 
-/// The words with their CRC, as if it had been right, which no fuzzer finds by chance.
+/// Appends a valid CRC, which a fuzzer does not find by chance.
 fn sealed(mut words: Vec<u32>) -> Vec<u32> {
     if let Some(crc) = words.pop() {
         words.push(seal(&words) ^ u32::from(crc == u32::MAX));
@@ -78,10 +78,10 @@ fuzz_target!(|bytes: &[u8]| {
     CONTROLLER.with_borrow_mut(|(dimsart, whole)| {
         let Some((mode, bytes)) = bytes.split_first() else { return };
         let words = if mode % 4 == 0 {
-            // Whatever words.
+            // Arbitrary words.
             bytes.as_chunks().0.iter().map(|bytes| u32::from_le_bytes(*bytes)).collect()
         } else {
-            // A program, of which some words are others.
+            // A program with changed words.
             let mut words = whole.clone();
             for [place, change @ ..] in bytes.as_chunks::<5>().0 {
                 let place = usize::from(*place) % words.len();

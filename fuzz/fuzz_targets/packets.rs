@@ -1,4 +1,4 @@
-//! Bytes of a link: what is refused changes nothing, what is taken goes back to the same bytes.
+//! Fuzzes packets: rejected ones have no effect; accepted ones encode to the same bytes.
 #![no_main]
 
 use dimsart_core::Packet;

@@ -1,4 +1,4 @@
-//! Bytes of a command line: whatever comes, the receiver finds the next frame and the controller answers.
+//! Fuzzes the command line: the receiver resynchronises and the controller responds.
 #![no_main]
 
 use std::cell::RefCell;
@@ -29,7 +29,7 @@ fuzz_target!(|bytes: &[u8]| {
         });
         assert_eq!(receiver.counters().frames, carried_out);
 
-        // As if the checksum had been right, which no fuzzer finds by chance.
+        // Bypasses the checksum, which a fuzzer does not find by chance.
         let _ = answer(bytes, controller, &mut info, &mut frame).unwrap();
 
         let mut request = [0; MAX_FRAME_BYTES];

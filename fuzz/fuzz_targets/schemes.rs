@@ -1,4 +1,4 @@
-//! Rows of a scheme, and schemes as they are kept: what is wrong is named, what runs commands finite forces.
+//! Fuzzes scheme rows and saved schemes: errors are reported; running schemes command finite forces.
 #![no_main]
 
 use std::cell::RefCell;
@@ -17,7 +17,7 @@ thread_local! {
     });
 }
 
-/// Two ticks, with finite forces and none unless the scheme runs.
+/// Runs two ticks; forces must be finite, and 0 unless the scheme runs.
 fn run(dimsart: &mut Dimsart) {
     for position in [0.5, -1e30] {
         let mut forces = [Word(0xDEAD); 3];
@@ -39,7 +39,7 @@ fuzz_target!(|bytes: &[u8]| {
             assert_eq!(failed, named);
             run(dimsart);
         }
-        // As they are; and as if the checksum had been right, which no fuzzer finds by chance.
+        // As they are, and with a valid checksum, which a fuzzer does not find by chance.
         assert!(saved_scheme::load(bytes, *fingerprint, dimsart).is_err());
         let mut sealed = saved_scheme::SchemeBytes::new();
         Writer::new(&mut sealed, *fingerprint).finish().unwrap();

@@ -1,4 +1,4 @@
-//! Bytes of a UART: whatever came before it, the next good frame is found; and every content fits a frame.
+//! Fuzzes a UART: the receiver finds the next valid frame after any bytes, and every content fits a frame.
 #![no_main]
 
 use dimsart_core::envelope::MAX_CONTENT_BYTES;
@@ -18,7 +18,7 @@ fuzz_target!(|bytes: &[u8]| {
             ended += 1;
         }
     }
-    // Only a zero ends a frame, well or not.
+    // Only a zero ends a frame, valid or not.
     let dropped = receiver.dropped();
     assert!(ended + dropped.damaged as usize + dropped.too_long as usize <= zeros);
 
@@ -28,7 +28,7 @@ fuzz_target!(|bytes: &[u8]| {
         let mut found = 0;
         for byte in encode(content, &mut frame).unwrap() {
             if let Some(taken) = receiver.take(*byte) {
-                // What was begun before is ended by the frame's first zero.
+                // The frame's first zero ends any partial frame.
                 found += usize::from(taken == content);
             }
         }

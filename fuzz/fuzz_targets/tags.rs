@@ -1,4 +1,4 @@
-//! Authenticated contents and requests: nothing is taken that was not sealed with the key.
+//! Fuzzes authentication: only contents and requests sealed with the key are accepted.
 #![no_main]
 
 use dimsart_core::envelope::MAX_CONTENT_BYTES;
@@ -11,7 +11,7 @@ const CHANNEL: u16 = 0;
 fuzz_target!(|bytes: &[u8]| {
     let mut out = [0; MAX_CONTENT_BYTES];
     let key = Key::new(&[7; 16]);
-    // One of the bytes is how long the pieces are, as a line would bring them.
+    // The first byte is the length of the pieces.
     let Some((length, rest)) = bytes.split_first() else { return };
     let pieces = || rest.chunks(usize::from(*length).max(1));
     for profile in [Profile::Full, Profile::Short] {
@@ -27,7 +27,7 @@ fuzz_target!(|bytes: &[u8]| {
     }
     let mut gate = Gate::locked(&key, 1);
     for piece in pieces() {
-        // As if the checksum had been right, which no fuzzer finds by chance.
+        // Bypasses the checksum, which a fuzzer does not find by chance.
         let taken = gate.take(piece);
         assert!(!matches!(taken, Taken::Request(_, request) if request.needs_key()));
         let _ = gate.handshake(&mut [0; MAX_FRAME_BYTES]);

@@ -1,7 +1,6 @@
-//! Media: what a bus or a line does to bytes, frames and their timing, and nothing of what is in them.
+//! Media: effects of buses and lines on bytes, frames and timing, independent of content.
 //!
-//! Time is given in nanoseconds of virtual time; every draw comes from a seed. [`link`](crate::link) puts packets on
-//! them.
+//! Time is virtual, in nanoseconds; random numbers are seeded. [`link`](crate::link) sends packets over media.
 
 pub mod can;
 mod datagram;

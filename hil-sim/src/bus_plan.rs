@@ -85,7 +85,7 @@ pub struct PacketFigures {
 
 /// Why a plan cannot be looked at.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, thiserror::Error)]
-#[error("no frames carry a packet of {words} words; classic CAN takes 16 at most and CAN FD 13")]
+#[error("packet of {words} words is too long: the maximum is 16 words on classic CAN and 13 on CAN FD")]
 pub struct TooManyWords {
     /// Words of the packet.
     pub words: usize,
@@ -278,11 +278,12 @@ impl BusPlan {
             // What would fit if it took less time is not the question then.
             return vec![if waiting > self.parameters.queue_frames {
                 format!(
-                    "let more frames wait: the controller gives {waiting} at a time (--set can.queue_frames={waiting})"
+                    "increase the queue: the controller sends {waiting} frames at a time (--set \
+                    can.queue_frames={waiting})"
                 )
             } else {
-                "without errors it fits: lower the bit error rate (cable, termination, bit rate), or leave room for \
-                 repeated frames by fewer joints, words or packets a second"
+                "it fits only without errors: lower the bit error rate (cable, termination, bit rate), or \
+                reduce joints, words or packet rate to leave room for retransmissions"
                     .to_owned()
             }];
         }
@@ -291,7 +292,7 @@ impl BusPlan {
         let below = (1_u32..).take_while(|rate_hz| f64::from(*rate_hz) < self.rate_hz).last().unwrap_or(0);
         let highest = highest(below, at);
         if highest > 0 {
-            advice.push(format!("send at most {highest} packets a second each way (--rate-hz {highest})"));
+            advice.push(format!("send at most {highest} packets/s in each direction (--rate-hz {highest})"));
         }
         let fd = |rate: u32| {
             let parameters = CanParameters { data_bits_per_s: rate, ..self.parameters };
@@ -300,10 +301,10 @@ impl BusPlan {
         let is_new = |rate: &u32| self.format == Format::Classic || *rate > self.parameters.data_bits_per_s;
         match DATA_RATES.into_iter().filter(is_new).find(|rate| fd(*rate).is_in_time()) {
             Some(rate) => advice.push(format!(
-                "take CAN FD with {} Mbit/s for the data (--carrier can_fd --set can.data_bits_per_s={rate})",
+                "use CAN FD with a data rate of {} Mbit/s (--carrier can_fd --set can.data_bits_per_s={rate})",
                 rate / 1_000_000
             )),
-            None => advice.push("CAN FD with 8 Mbit/s for the data does not make it fit".to_owned()),
+            None => advice.push("CAN FD at 8 Mbit/s is not sufficient".to_owned()),
         }
         let with = |joints: u32| {
             let joints = u16::try_from(joints).unwrap_or(0);
@@ -312,7 +313,7 @@ impl BusPlan {
         match self::highest(u32::from(self.joints).saturating_sub(1), with) {
             0 => {}
             joints => {
-                advice.push(format!("put fewer joints on one bus, {joints} at most (--joints {joints})"))
+                advice.push(format!("connect at most {joints} joints to one bus (--joints {joints})"))
             }
         }
         let most = self.words_to_joint.max(self.words_from_joint);
@@ -320,8 +321,8 @@ impl BusPlan {
         if let Some(words) = (0..most).rev().find(|words| fewer(*words).is_in_time()) {
             let words = if words == 1 { "1 word".to_owned() } else { format!("{words} words") };
             advice.push(format!(
-                "send {words} in a packet instead of {most}: fewer signals, or no counters (CTX_COUNTERS OFF and \
-                 CRX_COUNTERS OFF)"
+                "send {words} per packet instead of {most}: fewer signals, or no counters (CTX_COUNTERS OFF and \
+                CRX_COUNTERS OFF)"
             ));
         }
         advice

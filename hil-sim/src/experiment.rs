@@ -27,9 +27,9 @@ use crate::response::{self, Phases};
 use crate::rig::Rig;
 use crate::rig_file::RigFile;
 
-/// Ticks between two looks at the progress.
+/// Ticks between two progress reports.
 const PROGRESS_TICKS: u64 = 512;
-/// Share of late ticks that is a fault: now and then one is normal on a host.
+/// Share of late ticks that is a fault; a few late ticks are normal on a host.
 const LATE_SHARE: f64 = 0.01;
 
 /// A rig with its observers, ready to run.
@@ -38,48 +38,48 @@ pub struct Experiment {
     begun: Instant,
     rig: Rig,
     duration_s: f64,
-    /// In the order in which they report.
+    /// In reporting order.
     observers: Vec<Box<dyn Observer>>,
-    /// With what is known before the run.
+    /// Outcome, with results that are known before the run.
     outcome: Outcome,
-    /// None when nothing is to be kept.
+    /// `None` if no signals are recorded.
     recorder: Option<Recorder>,
-    /// For the recorder; none where there are several channels.
+    /// Channel energy for the recorder; `None` for several channels.
     channel_energy: Option<ChannelEnergy>,
-    /// By station: what an emulated board authenticates packets with.
+    /// Key of each station's emulated board.
     pub(crate) board_keys: BTreeMap<String, BoardKey>,
     pub(crate) phases: Option<Phases>,
-    /// None in virtual time.
+    /// `None` in virtual time.
     pub(crate) pace: Option<Pace>,
 }
 
-/// What a run leaves behind.
+/// Results of a run.
 #[derive(Debug)]
 pub struct Run {
-    /// The figures.
+    /// Figures.
     pub outcome: Outcome,
-    /// The signals.
+    /// Recorded signals.
     pub recording: Recording,
-    /// What the simulated media came to.
+    /// Reports of the simulated media.
     pub media: Vec<MediumReport>,
-    /// What broke the run off before its end, beyond what can happen in it.
+    /// Error that aborted the run.
     pub broken: Option<ExperimentError>,
-    /// The rig, as the run left it.
+    /// The rig at the end of the run.
     pub rig: Rig,
-    /// When the hand guides, pushes and lets go, in an experiment that has such phases.
+    /// Times at which the hand guides, presses and releases, if the experiment has these phases.
     pub phases: Option<Phases>,
 }
 
 impl Experiment {
-    /// The experiment of a rig file, with all controllers in one process and one virtual time.
+    /// Creates the experiment of a rig file, with all controllers in one process and in virtual time.
     ///
     /// # Errors
-    /// [`ExperimentError`] when a device, plant or scheme cannot be made of it.
+    /// [`ExperimentError`] if a device, plant or scheme is invalid.
     pub fn new(file: &RigFile) -> Result<Self, ExperimentError> {
         response::experiment(file)
     }
 
-    /// Observers of a rig that runs for `duration_s`; it was begun to be made at `begun`.
+    /// Creates an experiment of `duration_s` from a rig and observers; its construction started at `begun`.
     pub(crate) fn observed(
         begun: Instant,
         rig: Rig,
@@ -105,11 +105,11 @@ impl Experiment {
         }
     }
 
-    /// Runs the controller of a station as firmware on an emulated board. The firmware's log goes to `log`. Where the
-    /// experiment has a key and the image takes one, the firmware authenticates packets.
+    /// Runs the controller of a station as firmware on an emulated board; the firmware's log is written to `log`.
+    /// With a key, and an image that supports keys, the firmware authenticates packets.
     ///
     /// # Errors
-    /// [`ExperimentError::Emulated`] when image or emulator are missing or do not fit.
+    /// [`ExperimentError::Emulated`] if image or emulator are missing or incompatible.
     pub fn emulate(
         &mut self,
         station: &str,
@@ -129,40 +129,39 @@ impl Experiment {
         Ok(())
     }
 
-    /// The rig, to look at or to change before it runs.
+    /// Returns the rig, for inspection or changes before the run.
     pub fn rig_mut(&mut self) -> &mut Rig {
         &mut self.rig
     }
 
-    /// Keeps no signals, and takes no memory for them: the run's [`recording`](Run::recording) will be empty.
+    /// Disables recording and its memory: the run's [`recording`](Run::recording) is empty.
     #[must_use]
     pub fn without_recording(self) -> Self {
         Self { recorder: None, ..self }
     }
 
-    /// Tells `listener` every row of the run as it is recorded; see [`Recorder::tell`].
+    /// Sends every recorded row to `listener`; see [`Recorder::tell`].
     pub fn tell(&mut self, listener: SyncSender<Piece>) {
         if let Some(recorder) = &mut self.recorder {
             recorder.tell(listener);
         }
     }
 
-    /// Keeps of a long run what pictures need, in memory that does not grow with its length. A [listener](Self::tell) hears
-    /// every row.
+    /// Limits the recording to the rows needed for pictures, independent of the length of the run. A
+    /// [listener](Self::tell) still receives every row.
     pub fn keep_for_pictures(&mut self) {
         if let Some(recorder) = &mut self.recorder {
             recorder.keep_for_pictures();
         }
     }
 
-    /// Length of the run, `s`.
+    /// Returns the length of the run, `s`.
     #[must_use]
     pub fn duration_s(&self) -> f64 {
         self.duration_s
     }
 
-    /// Runs to the end, until something leaves its range, or until `stop` is set. `progress` hears the
-    /// virtual time, `s`, now and then.
+    /// Runs until the end, a range violation, or `stop`. Calls `progress` regularly with the virtual time, `s`.
     pub fn run(mut self, stop: &AtomicBool, mut progress: impl FnMut(f64)) -> Run {
         if let Some(recorder) = &mut self.recorder {
             recorder.reserve(self.duration_s / self.rig.period_s());
@@ -184,7 +183,7 @@ impl Experiment {
             self.rig.tick();
             if let Some((station, source)) = self.rig.trouble() {
                 broken = Some(ExperimentError::Emulated { station, source });
-                self.outcome.fail(format!("broken off at {:.3} s", self.rig.time_s()));
+                self.outcome.fail(format!("aborted at {:.3} s", self.rig.time_s()));
                 break;
             }
             if self.observe() {
@@ -193,12 +192,12 @@ impl Experiment {
             self.rig.advance();
         }
         progress(self.rig.time_s());
-        // The figures of a run that was broken off are those of its beginning.
+        // The figures of an aborted run cover its completed part.
         self.outcome.is_complete = self.rig.time_s() >= self.duration_s - half_tick_s;
         self.finish(broken)
     }
 
-    /// Has all observers observe the present tick; says whether one of them ends the run.
+    /// Calls all observers for the present tick; returns whether one of them ends the run.
     fn observe(&mut self) -> bool {
         let Self { rig, observers, recorder, channel_energy, .. } = self;
         if let Some(recorder) = recorder {
@@ -228,20 +227,20 @@ impl Experiment {
     }
 }
 
-/// How well the only station of a rig kept up with the clock.
+/// Timing of a single station relative to the clock.
 fn real_time(rig: &Rig, pace: &Pace, faults: &mut Vec<String>) -> RealTime {
     let (late_ticks, ticks) = (pace.late_ticks(), rig.ticks());
     #[expect(clippy::cast_precision_loss, reason = "far fewer ticks than 2^53")]
     if late_ticks as f64 > LATE_SHARE * ticks as f64 {
         faults.push(format!(
-            "{late_ticks} of {ticks} ticks were more than a period late: this computer is busy"
+            "{late_ticks} of {ticks} ticks were more than one period late: this computer is overloaded"
         ));
     }
     let side = rig.stations().first().map(|station| station.name.clone()).unwrap_or_default();
     RealTime { side, late_ticks, worst_lateness_s: pace.worst_lateness_s() }
 }
 
-/// Runs a rig from its beginning to its end: what a test does.
+/// Runs a rig from start to end, for tests.
 ///
 /// # Errors
 /// As [`Experiment::new`].

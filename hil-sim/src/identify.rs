@@ -1,22 +1,21 @@
-//! Identification of a joint: inertia, friction and weight from what was recorded of it, and its frequency response.
+//! Identification of a joint: inertia, friction, weight and frequency response from recorded data.
 //!
 //! ```text
 //! J q'' + b q' + F_c sgn(q') + g_s sin q + g_c cos q + F_0 = F
 //! ```
 //!
-//! Each window of time makes one equation of that: it is multiplied by `φ(t) = (t/T)⁶ (1 - t/T)⁶` and integrated, and the
-//! derivatives are moved to `φ` (modulating functions; M. Shinbrot, "On the analysis of linear and nonlinear systems", Trans.
-//! ASME 79, 1957). So neither speed nor acceleration has to be measured. In a window the joint moves one way, and not slowly:
-//! what friction does around rest is not in the model. Least squares, each column scaled to 1; the half widths are of 95 %
-//! confidence, from what the windows leave unexplained. The noise of the recorded positions, such as an encoder's steps, is
-//! estimated and taken off. The force may be recorded later than the position, by half a tick of sampling, a filter or a bus:
-//! the delay is the one that leaves least of the force unexplained.
+//! Each time window gives one equation: the model is multiplied by `φ(t) = (t/T)⁶ (1 - t/T)⁶` and integrated, with
+//! the derivatives moved to `φ` (modulating functions; M. Shinbrot, "On the analysis of linear and nonlinear
+//! systems", Trans. ASME 79, 1957), so that neither speed nor acceleration is measured. Within a window the joint
+//! moves in one direction and not slowly, as the model excludes friction near standstill. The estimate is least
+//! squares with columns scaled to 1; intervals are 95 % confidence from the residuals. Position noise, such as
+//! encoder quantisation, is estimated and compensated. The force can be recorded later than the position, by
+//! sampling, filter or bus: the delay with the smallest residual is used.
 //!
-//! Of joints that move each other, one is identified while the others are held. How much they give way when it pulls at them
-//! is recorded, and explains its part of the force: each of them has the inertia that both share as a column, which gets no
-//! estimate.
+//! Coupled joints are identified one at a time while the others are held. The recorded motion of the held joints
+//! explains its part of the force: each has a column with the shared inertia, without an estimate.
 //!
-//! A parameter that the motion cannot tell from the others gets no number.
+//! A parameter that the motion cannot separate from the others has no estimate.
 
 mod least_squares;
 mod response;
@@ -31,36 +30,36 @@ pub use truth::{arm_truth, truth};
 use least_squares::Columns;
 use windows::{LENGTHS, MARGIN, Windows, count, travel};
 
-/// What was recorded of a joint, tick by tick.
+/// Recorded data of a joint, by tick.
 #[derive(Debug, Clone, Copy)]
 pub struct Experiment<'a> {
-    /// Between two ticks, `s`.
+    /// Sample period, `s`.
     pub period_s: f64,
     /// `rad` or `m`.
     pub position: &'a [f64],
-    /// On the joint, `N m` or `N`.
+    /// Force on the joint, `N m` or `N`.
     pub force: &'a [f64],
-    /// What the force was between two ticks.
+    /// Force between two ticks.
     pub force_is: ForceIs,
-    /// Whether it turns: then its weight changes with its position.
+    /// Whether it is rotary, with position-dependent weight.
     pub turns: bool,
-    /// Positions of the joints that it moves and is moved by; none of a joint alone. Each as long as `position`.
+    /// Positions of coupled joints, each as long as `position`; empty for a single joint.
     pub others: &'a [&'a [f64]],
 }
 
-/// What a force is between the ticks in which it is recorded.
+/// Force between the recorded ticks.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum ForceIs {
-    /// Measured: it goes on evenly.
+    /// Measured: interpolated linearly.
     Measured,
-    /// Commanded: held from so many ticks later on, for one.
+    /// Commanded: constant for one tick, this number of ticks later.
     Held {
         /// 0 or more.
         delay_ticks: f64,
     },
 }
 
-/// What is estimated.
+/// Estimated quantity.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, serde::Serialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Quantity {
@@ -76,7 +75,7 @@ pub enum Quantity {
     WeightCosine,
     /// `F_0`, `N m` or `N`.
     Constant,
-    /// How much later than the position the force is recorded, beyond what was said, `s`: of sensors, of an amplifier.
+    /// Additional delay of the recorded force, `s`: sensors, amplifier.
     Lateness,
 }
 
@@ -97,76 +96,79 @@ impl std::fmt::Display for Quantity {
 /// An estimate.
 #[derive(Debug, Clone, Copy, PartialEq, serde::Serialize)]
 pub struct Estimate {
-    /// Of what.
+    /// Quantity.
     pub quantity: Quantity,
-    /// Value and half width of its 95 % confidence interval; none where the motion cannot tell it from the others.
+    /// Value and half width of its 95 % confidence interval; `None` if not separable.
     pub value: Option<(f64, f64)>,
 }
 
-/// What an experiment says of a joint.
+/// Identified joint.
 #[derive(Debug, Clone, PartialEq, serde::Serialize)]
 pub struct Identified {
-    /// Of each quantity of the model.
+    /// Estimates of all quantities.
     pub estimates: Vec<Estimate>,
-    /// Where the other joints were held, on average.
+    /// Mean positions of the held joints.
     pub others_at: Vec<f64>,
-    /// Equations they are from.
+    /// Number of equations.
     pub windows: usize,
-    /// Share of the force that the model leaves unexplained, RMS.
+    /// RMS share of the force that the model does not explain.
     pub unexplained: f64,
 }
 
-/// Why an experiment says nothing of a joint.
+/// Identification error.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 pub enum IdentifyError {
-    /// Something recorded is not a number.
+    /// NaN or infinite data.
     #[error("position or force of tick {tick} is not finite")]
     NotFinite {
-        /// The first one.
+        /// First invalid tick.
         tick: usize,
     },
-    /// Its position or force never changes.
+    /// Constant position or force.
     #[error(
-        "the joint does not move, or its force never changes: excite it by a chirp or a PRBS on its reference or force"
+        "the joint's position or force does not change: excite it with a chirp or PRBS on its reference or force"
     )]
     NotExcited,
-    /// Too few windows in which it moves one way.
+    /// Too few windows with motion in one direction.
     #[error(
-        "{found} stretches of {window_s} s in which the joint moves one way, and it takes {needed}: record for longer, or excite it more slowly"
+        "only {found} intervals of {window_s} s with motion in one direction, {needed} required: record longer \
+        or excite more slowly"
     )]
     TooShort {
-        /// As many as there are.
+        /// Available windows.
         found: usize,
-        /// As many as are needed.
+        /// Required windows.
         needed: usize,
-        /// How long each is, s.
+        /// Length of a window, `s`.
         window_s: f64,
     },
-    /// The motion is the same for several quantities, or the position is too coarse.
-    #[error("this motion cannot separate {}: sweep from slow to fast over a larger range, or record the position more finely", quantities.iter().map(Quantity::to_string).collect::<Vec<_>>().join(", "))]
+    /// Quantities not separable, or position too coarse.
+    #[error("this motion cannot separate {}: sweep over a wider frequency and position range, or use a finer \
+    encoder", quantities.iter().map(Quantity::to_string).collect::<Vec<_>>().join(", "))]
     NotSeparable {
-        /// Those without a value.
+        /// Quantities without estimate.
         quantities: Vec<Quantity>,
     },
-    /// The model is not that of this joint.
-    #[error("inertia, friction and weight leave {:.0} % of the force unexplained: the joint is pushed by something else, bends, has play, or what was recorded is not its force", 100.0 * unexplained)]
+    /// The model does not fit the joint.
+    #[error("inertia, friction and weight leave {:.0} % of the force unexplained: check for external forces, \
+    flexibility, backlash, or a wrong force signal", 100.0 * unexplained)]
     Unexplained {
-        /// RMS over that of the force.
+        /// RMS residual divided by RMS force.
         unexplained: f64,
     },
 }
 
-/// Windows for each parameter.
+/// Minimum windows per parameter.
 const WINDOWS_EACH: usize = 5;
-/// Longest delay of the force that is looked for, `s`.
+/// Maximum delay of the force, `s`.
 const MAX_DELAY_S: f64 = 0.15;
-/// Part of a tick that a delay is found to.
+/// Resolution of the delay, ticks.
 const DELAY_SHARE: f64 = 1e-3;
 
-/// Estimates what a joint has.
+/// Estimates the parameters of a joint.
 ///
 /// # Errors
-/// [`IdentifyError`] where the experiment cannot say.
+/// [`IdentifyError`] if the data are insufficient.
 pub fn identify(experiment: &Experiment<'_>) -> Result<Identified, IdentifyError> {
     let Experiment { period_s, position, force, turns, others, .. } = *experiment;
     let finite = |(position, force): (&f64, &f64)| position.is_finite() && force.is_finite();
@@ -211,7 +213,7 @@ pub fn identify(experiment: &Experiment<'_>) -> Result<Identified, IdentifyError
     let delay_ticks = minimum(max_delay_ticks, unexplained);
     let [before, at, behind] =
         [-DELAY_SHARE, 0.0, DELAY_SHARE].map(|away| windows.forces(delay_ticks + away));
-    // A force that comes later by this is less by its rate.
+    // A delayed force is smaller by delay times its rate.
     let slope: Vec<f64> = before
         .iter()
         .zip(&behind)
@@ -228,7 +230,7 @@ pub fn identify(experiment: &Experiment<'_>) -> Result<Identified, IdentifyError
     Ok(identified)
 }
 
-/// Where `of` is smallest from `-max` to `max`: at a whole number first, then around it by golden sections.
+/// Minimum of `of` from `-max` to `max`: integers first, then golden-section search.
 fn minimum(max: f64, of: impl Fn(f64) -> f64) -> f64 {
     let (mut best, mut least, mut at) = (0.0, f64::INFINITY, -max);
     while at <= max {
@@ -248,7 +250,7 @@ fn minimum(max: f64, of: impl Fn(f64) -> f64) -> f64 {
 }
 
 impl Identified {
-    /// Value and half width of a quantity; none where it is not known.
+    /// Returns value and half width of a quantity; `None` if unknown.
     #[must_use]
     pub fn of(&self, quantity: Quantity) -> Option<(f64, f64)> {
         self.estimates.iter().find(|estimate| estimate.quantity == quantity)?.value

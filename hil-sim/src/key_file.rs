@@ -8,23 +8,24 @@ const KEY_BYTES: usize = 16;
 /// Most bytes of a file with a key, and with space around it.
 const MOST_BYTES: u64 = 4096;
 
-/// Why a file holds no key. What is in it is never told.
+/// Invalid key file. Messages never contain the key.
 #[derive(Debug, thiserror::Error)]
 pub enum KeyFileError {
     /// The file cannot be read.
     #[error(
-        "{}: cannot read the key ({source}); make one with `(umask 077; openssl rand -hex 16 > {})` and give both \
-         sides the same", path.display(), path.display()
+        "{}: cannot read the key ({source}); create one with `(umask 077; openssl rand -hex 16 > {})` and copy \
+        it to both sides", path.display(), path.display()
     )]
     Unreadable {
         /// The file.
         path: PathBuf,
-        /// Why.
+        /// Error of the operating system.
         source: std::io::Error,
     },
-    /// A device, a pipe, a folder, or far too large: some of them can be read without end, or hold up who opens them.
+    /// A device, pipe or folder, which can block or never end, or a file that is too large.
     #[error(
-        "{}: a key is in a regular file of at most {MOST_BYTES} bytes; make one with `openssl rand -hex {KEY_BYTES}`",
+        "{}: a key file must be a regular file of at most {MOST_BYTES} bytes; create a key with `openssl rand \
+        -hex {KEY_BYTES}`",
         path.display()
     )]
     NotRegular {
@@ -33,31 +34,31 @@ pub enum KeyFileError {
     },
     /// Too short or too long.
     #[error(
-        "{}: a key has {} hexadecimal digits and this file {found}; `openssl rand -hex {KEY_BYTES}` makes one",
+        "{}: key has {found} hexadecimal digits, must have {}; create one with `openssl rand -hex {KEY_BYTES}`",
         path.display(),
         2 * KEY_BYTES
     )]
     Length {
         /// The file.
         path: PathBuf,
-        /// Characters found, without the space around them.
+        /// Number of characters, without surrounding whitespace.
         found: usize,
     },
-    /// Something else than a hexadecimal digit.
+    /// Not a hexadecimal digit.
     #[error(
-        "{}: character {place} of the key is no hexadecimal digit (0 to 9, a to f); `openssl rand -hex {KEY_BYTES}` \
-         makes a key",
+        "{}: character {place} of the key is not a hexadecimal digit; create a key with `openssl rand -hex \
+        {KEY_BYTES}`",
         path.display()
     )]
     Digit {
         /// The file.
         path: PathBuf,
-        /// Which one, from 1.
+        /// Its position, from 1.
         place: usize,
     },
 }
 
-/// Reads a key: 32 hexadecimal digits, with or without a line's end.
+/// Reads a key: 32 hexadecimal digits, with or without a final newline.
 ///
 /// # Errors
 /// [`KeyFileError`] says what the file lacks.
@@ -90,7 +91,7 @@ pub fn exposure(path: &Path) -> Option<String> {
         let mode = fs::metadata(path).ok()?.permissions().mode();
         let path = path.display();
         (mode & 0o077 != 0)
-            .then(|| format!("other users of this computer can read the key: `chmod 600 {path}`"))
+            .then(|| format!("other users of this computer can read the key: run `chmod 600 {path}`"))
     }
     #[cfg(not(unix))]
     None
@@ -117,10 +118,10 @@ mod tests {
     #[test]
     fn what_is_no_key_is_told_without_its_digits() {
         for (text, expected) in [
-            ("", "a key has 32 hexadecimal digits and this file 0"),
-            ("5a5a5a5a5a5a5a5a5a5a5a5a5a5a5a5", "and this file 31"),
-            ("5a5a5a5a5a5a5a5a5a5a5a5a5a5a5a5a5a", "and this file 34"),
-            ("5a5a5a5a 5a5a5a5a5a5a5a5a5a5a5a5a", "character 9 of the key is no hexadecimal digit"),
+            ("", "key has 0 hexadecimal digits, must have 32"),
+            ("5a5a5a5a5a5a5a5a5a5a5a5a5a5a5a5", "key has 31 hex"),
+            ("5a5a5a5a5a5a5a5a5a5a5a5a5a5a5a5a5a", "key has 34 hex"),
+            ("5a5a5a5a 5a5a5a5a5a5a5a5a5a5a5a5a", "character 9 of the key is not a hexadecimal digit"),
         ] {
             let message = read_text(text).unwrap_err();
             assert!(message.contains(expected) && !message.contains("5a5a"), "{message}");
@@ -133,14 +134,14 @@ mod tests {
     #[test]
     fn what_is_no_small_regular_file_is_no_key_and_is_not_opened() {
         let folder = tempfile::tempdir().unwrap();
-        // Who opens a pipe waits for somebody who writes into it.
+        // Opening a pipe blocks until a writer opens it.
         let pipe = folder.path().join("pipe");
         assert!(std::process::Command::new("mkfifo").arg(&pipe).status().unwrap().success());
         let large = folder.path().join("large.key");
         fs::write(&large, [b' '; 4097]).unwrap();
         for path in [Path::new("/dev/zero"), &pipe, &large, folder.path()] {
             let message = read(path).unwrap_err().to_string();
-            let expected = format!("{}: a key is in a regular file of at most 4096 bytes", path.display());
+            let expected = format!("{}: a key file must be a regular file of at most 4096 bytes", path.display());
             assert!(message.starts_with(&expected), "{message}");
         }
     }

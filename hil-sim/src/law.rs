@@ -1,4 +1,4 @@
-//! Control laws as text, compiled to the programs that a controller takes while it runs.
+//! Control laws as text, compiled to programs that a running controller accepts.
 //!
 //! ```text
 //! law SPRING "A spring to the desired position."
@@ -8,14 +8,14 @@
 //! param stiffness: Stiffness = 100 in 0..10000 "Its stiffness."
 //! force = stiffness * (desired - position)
 //! ```
-//! A line is a statement; `#` starts a comment, and a line goes on within parentheses. Statements hold for every axis;
-//! `x[0]` is axis 0 of an input or a parameter. A law whose outputs are written axis by axis, `force[0] = ...`, computes
-//! all axes in one go, and its device has just so many. `let` names a value. `state` remembers one from tick to tick:
-//! behind `=` is what it begins with, and `last(force)` is there what another module commanded in the tick before. It
-//! is assigned anew like an output.
+//! Each line is a statement; `#` starts a comment; a statement continues inside parentheses. Statements apply to
+//! every axis; `x[0]` is axis 0 of an input or parameter. A law that assigns its outputs axis by axis, `force[0] =
+//! ...`, computes all axes at once and requires a device with this number of axes. `let` names a value. `state` keeps
+//! a value from tick to tick: its initial value follows `=`, where `last(force)` is the command of another module in
+//! the previous tick. States are assigned like outputs.
 //!
-//! There are `+ - * /`, `< <= > >= == !=`, `and or not`, `if a then b else c`, `abs sqrt sin cos atan2 min max clamp`,
-//! `pi`, and `period`, the sample period in seconds. All of it is done in `f32`, by the functions of
+//! Operators and functions: `+ - * /`, `< <= > >= == !=`, `and or not`, `if a then b else c`, `abs sqrt sin cos atan2
+//! min max clamp`, `pi`, and `period`, the sample period in seconds. All arithmetic is `f32`, with the functions of
 //! [`math`](dimsart_core::math).
 
 mod check;
@@ -39,29 +39,29 @@ use crate::foreign_text::{visible_lines, visible_word};
 pub use error::LawError;
 pub use vocabulary::{MODULE, WithLaw, runner};
 
-/// A law that was compiled.
+/// A compiled law.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Law {
     /// Its name, `UPPER_CASE`.
     pub name: String,
-    /// What it is, in one sentence; empty where only the program is known.
+    /// Description in one sentence; empty for a law read from a program.
     pub summary: String,
-    /// Signals that it reads.
+    /// Inputs.
     pub inputs: Vec<LawPort>,
-    /// Signals that it writes.
+    /// Outputs.
     pub outputs: Vec<LawPort>,
-    /// Its parameters, in the order of the program's.
+    /// Parameters, in the order of the program.
     pub parameters: Vec<NamedParameter>,
-    /// The program's words.
+    /// Words of the program.
     pub words: Vec<u32>,
 }
 
 /// A port of a law.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct LawPort {
-    /// Its name in the law.
+    /// Name in the law.
     pub name: String,
-    /// The signal that it is bound to unless a command says otherwise.
+    /// Default binding.
     pub signal: TypeRef,
 }
 
@@ -77,19 +77,19 @@ pub struct LawName {
 /// A parameter of a law.
 #[derive(Debug, Clone, PartialEq)]
 pub struct NamedParameter {
-    /// Its name in the law.
+    /// Name in the law.
     pub name: String,
     /// Unit, range and default.
     pub parameter: LawParameter,
-    /// What it is; empty where only the program is known.
+    /// Description; empty for a law read from a program.
     pub summary: String,
 }
 
 impl Law {
-    /// Compiles a text. `origin` is what it is called in errors, such as the file's name.
+    /// Compiles a text; `origin` is its name in messages, such as the file name.
     ///
     /// # Errors
-    /// [`LawError`] points to the first place that is wrong, and says what to do.
+    /// [`LawError`] with the position of the first error and a remedy.
     pub fn compile(text: &str, origin: &str) -> Result<Self, LawError> {
         let text = &visible_lines(text);
         let compiled = parse::parse(text).and_then(|statements| {
@@ -103,14 +103,14 @@ impl Law {
     /// Compiles a file.
     ///
     /// # Errors
-    /// In words, with the place: it cannot be read, or is wrong.
+    /// A message with the position, if the file cannot be read or is invalid.
     pub fn read(path: &Path) -> Result<Self, String> {
         let name = path.display().to_string();
         let text = std::fs::read_to_string(path).map_err(|error| format!("{name}: {error}"))?;
         Self::compile(&text, &name).map_err(|error| error.to_string())
     }
 
-    /// What a program says of itself.
+    /// Reads a law from a program.
     #[must_use]
     pub fn of_program(program: &Program<'_>) -> Self {
         let bytes: Vec<u8> = program.text().collect();
@@ -129,7 +129,7 @@ impl Law {
         Self { name, summary, inputs: ports, outputs, parameters, words: program.words().to_vec() }
     }
 
-    /// What a controller calls its ports and parameters.
+    /// Returns the names of its ports and parameters on a controller.
     #[must_use]
     pub fn names(&self) -> Vec<LawName> {
         fn of<'n>(prefix: &'n str, names: impl Iterator<Item = &'n String>) -> impl Iterator<Item = LawName> {
@@ -143,20 +143,20 @@ impl Law {
         inputs.chain(outputs).chain(of("P", self.parameters.iter().map(|found| &found.name))).collect()
     }
 
-    /// The commands that have a controller keep it as the program of this number.
+    /// Returns the commands that store it on a controller as program `number`.
     #[must_use]
     pub fn commands(&self, number: u8) -> Vec<Command> {
         commands_of(&self.words, number)
     }
 
-    /// The program.
+    /// Returns the program.
     #[must_use]
     pub fn program(&self) -> Option<Program<'_>> {
         Program::verify(&self.words).ok()
     }
 }
 
-/// The commands that have a controller keep the program of these words under this number.
+/// Returns the commands that store a program of these words on a controller as program `number`.
 #[must_use]
 pub fn commands_of(words: &[u32], number: u8) -> Vec<Command> {
     let (pairs, rest) = words.as_chunks::<2>();

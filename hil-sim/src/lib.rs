@@ -1,6 +1,6 @@
-//! Hardware in the loop on a host: the controllers that run on a board, against plants and links in software.
+//! Hardware-in-the-loop simulation on a host: the controllers of the boards with simulated plants and links.
 //!
-//! A test of a control law is a rig and what must come of it:
+//! A test of a control law runs a rig and checks its outcome:
 //!
 //! ```
 //! use hil_sim::{experiment, rig_file::RigFile};
@@ -23,9 +23,9 @@
 //!                                           └─ Link: in this process, over a bus, or to another process
 //! ```
 //!
-//! Data flows one way: an observer never changes the rig, and nothing but the rig knows the order of a step. The
-//! same file and seed give the same bits on every machine (`tests/bits.rs`); only a run of one station keeps step
-//! with the clock ([`pace`]).
+//! Data flows in one direction: observers never change the rig; only the rig defines the order of a step. The same
+//! file and seed give bit-identical results on every machine (`tests/bits.rs`). Only a run of a single station is
+//! synchronised with the clock ([`pace`]).
 //!
 //! # What to add where
 //!
@@ -42,7 +42,7 @@
 //! | a setting | a field of a section in [`rig_file`] | a `[[parameter]]` of a shipped rig, if it is to have a short name |
 //! | a scheme | a file in `schemes/` | a line in [`schemes::BUILT_IN`], if it is to come with the command |
 //!
-//! A control law is no part of this crate: it is a module of `dimsart_core`, and `dimsart new-module` writes one.
+//! Control laws are modules of `dimsart_core`; `dimsart new-module` creates one.
 //!
 //! ```
 //! use hil_sim::experiment;
@@ -79,7 +79,7 @@ pub mod rig;
 pub mod rig_file;
 pub mod schemes;
 
-/// The page whose lines of Rust are tests of this crate.
+/// Runs the Rust examples of the page as tests.
 #[cfg(doctest)]
 #[doc = include_str!("../../docs/howto/test-a-rig.md")]
 struct TestARig;

@@ -1,8 +1,8 @@
-//! Links: carry bytes from one controller to another and know nothing of what is in them.
+//! Links: carry bytes between controllers, independent of their content.
 //!
-//! A link is one direction. Time is given to it in ticks; nothing here reads a clock.
-//! A new kind of link is one file here. Those over a simulated medium put contents on a [`bus`](crate::bus) as the
-//! core's [carriers](dimsart_link::carrier) do, and [`Buses`] makes them of a rig file.
+//! A link is one direction. Time is given in ticks; links never read a clock. A new kind of link is one file here.
+//! Links over a simulated medium use a [`bus`](crate::bus) through the core's [carriers](dimsart_link::carrier);
+//! [`Buses`] creates them from a rig file.
 
 mod address;
 mod arrival;
@@ -36,10 +36,10 @@ use dimsart_core::Packet;
 
 use crate::bus::MediumReport;
 
-/// What goes over a link.
+/// Content of a link.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub enum Carried {
-    /// A packet that nobody has made bytes of: within a process that is as good, and faster.
+    /// Packet without serialisation, for speed within a process.
     Packet(Packet),
     /// Bytes.
     Bytes(Vec<u8>),
@@ -64,32 +64,31 @@ impl From<&[u8]> for Carried {
 
 /// One direction of a connection.
 pub trait Link: core::fmt::Debug + Send {
-    /// Takes a packet to be carried, in tick `now`.
+    /// Sends a packet in tick `now`.
     fn send(&mut self, now: u64, bytes: &[u8]);
 
-    /// Gives `deliver` every packet that has arrived by tick `now`, in the order of arrival.
+    /// Passes every packet that has arrived by tick `now` to `deliver`, in the order of arrival.
     fn receive(&mut self, now: u64, deliver: &mut dyn FnMut(&[u8]));
 
-    /// As [`send`](Self::send); a link that does not look at bytes carries a packet as it is.
+    /// Like [`send`](Self::send); a link that ignores bytes carries the packet unchanged.
     fn send_carried(&mut self, now: u64, carried: Carried) {
         self.send(now, &carried.into_bytes());
     }
 
-    /// As [`receive`](Self::receive), as it was carried.
+    /// Like [`receive`](Self::receive), in the carried form.
     fn receive_carried(&mut self, now: u64, deliver: &mut dyn FnMut(Carried)) {
         self.receive(now, &mut |bytes| deliver(bytes.into()));
     }
 
-    /// The controller that sends was reset in tick `now`: where it has left its bus, it joins it again.
+    /// Handles a reset of the sending controller in tick `now`: a bus-off node recovers.
     fn reset(&mut self, _now: u64) {}
 
-    /// Ticks from sending to arrival; none for a link that does not measure it, and
-    /// while nothing has arrived.
+    /// Returns the delay in ticks; `None` if not measured or before the first arrival.
     fn transit_ticks(&self) -> Option<TransitTicks> {
         None
     }
 
-    /// What its medium came to by tick `now`, and its own packets on it; none for a link without one.
+    /// Returns the report of its medium by tick `now`, with the link's packets; `None` without a medium.
     fn report(&self, _now: u64) -> Option<MediumReport> {
         None
     }

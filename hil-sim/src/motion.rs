@@ -1,11 +1,11 @@
-//! What a signal does over time.
+//! Waveforms of signals over time.
 
 use std::path::{Path, PathBuf};
 
 use crate::plant::minimum_jerk;
 use crate::rig_file::{Chirp, MinimumJerk, MoveSection, Prbs, Ramp, Sine, Step};
 
-/// One move, ready to be asked for its value at any time.
+/// A move that can be evaluated at any time.
 #[derive(Debug)]
 pub(crate) enum Motion {
     Step(Step),
@@ -17,26 +17,26 @@ pub(crate) enum Motion {
     Samples { at_s: f64, rows: Vec<(f64, f64)> },
 }
 
-/// A file of samples that cannot be used.
+/// Invalid samples file.
 #[derive(Debug, thiserror::Error)]
 #[error("samples in {}: {reason}", path.display())]
 pub struct SamplesError {
     /// The file.
     pub path: PathBuf,
-    /// What is wrong, and in which row.
+    /// Reason, with the row.
     pub reason: String,
 }
 
-/// All of them together.
+/// Sums all moves.
 pub(crate) fn sum_at(motions: &[Motion], time_s: f64) -> f64 {
     motions.iter().map(|motion| motion.at(time_s)).sum()
 }
 
 impl Motion {
-    /// The move that a section describes; paths begin in `folder`. A section without a form does nothing.
+    /// Creates the move of a section; paths are relative to `folder`. A section without a waveform has no effect.
     ///
     /// # Errors
-    /// [`SamplesError`] for a file that is not there, or has a row that is no time and value, or goes back in time.
+    /// [`SamplesError`] if the file is missing or a row is invalid.
     pub(crate) fn new(section: &MoveSection, folder: &Path) -> Result<Option<Self>, SamplesError> {
         let MoveSection { step, ramp, minimum_jerk, sine, chirp, prbs, samples, .. } = section.clone();
         let of_samples = samples.map(|samples| {
@@ -61,7 +61,7 @@ impl Motion {
         }
     }
 
-    /// Its value at a time, `s`, in the unit of its signal.
+    /// Returns its value at a time, `s`, in the unit of its signal.
     pub(crate) fn at(&self, time_s: f64) -> f64 {
         match self {
             Self::Step(Step { at_s, size }) => {
@@ -97,12 +97,12 @@ impl Motion {
         }
     }
 
-    /// Whether its value is the same all the time from `start_s` to `end_s`, and what it becomes with the end not yet.
+    /// Whether its value is constant from `start_s` to `end_s` (exclusive).
     pub(crate) fn is_still(&self, start_s: f64, end_s: f64) -> bool {
         self.start_s() >= end_s - LATE_S || self.end_s() <= start_s + LATE_S
     }
 
-    /// When it begins, `s`.
+    /// Returns its start time, `s`.
     pub(crate) fn start_s(&self) -> f64 {
         match self {
             Self::Step(Step { at_s, .. })
@@ -115,7 +115,7 @@ impl Motion {
         }
     }
 
-    /// When nothing more comes of it, `s`.
+    /// Returns the time after which its value is constant, `s`.
     pub(crate) fn end_s(&self) -> f64 {
         match self {
             Self::Step(Step { at_s, .. }) => *at_s,
@@ -129,15 +129,15 @@ impl Motion {
     }
 }
 
-/// What a tick's time may be less than a multiple of the period by rounding, `s`.
+/// Tolerance for rounding of tick times, `s`.
 const LATE_S: f64 = 1e-9;
 
-/// How much of the way from `at_s` to `until_s` is over, 0 to 1.
+/// Progress from `at_s` to `until_s`, 0 to 1.
 fn share(time_s: f64, at_s: f64, until_s: f64) -> f64 {
     ((time_s - at_s) / (until_s - at_s)).clamp(0.0, 1.0)
 }
 
-/// The first bits of the maximum-length sequence of `x¹⁵ + x¹⁴ + 1`.
+/// First bits of the maximum-length sequence of `x¹⁵ + x¹⁴ + 1`.
 fn bits(count: f64) -> Vec<bool> {
     let mut register: u16 = 0x7FFF;
     let next = || {
@@ -175,19 +175,19 @@ fn read_samples(path: &Path) -> Result<Vec<(f64, f64)>, SamplesError> {
         };
         match number(0).zip(number(1)) {
             Some((time_s, _)) if rows.last().is_some_and(|(last_s, _)| *last_s >= time_s) => {
-                return Err(refuse(format!("row {} goes back in time, to {time_s} s", place + 1)));
+                return Err(refuse(format!("row {} goes back in time to {time_s} s", place + 1)));
             }
             Some(row) => rows.push(row),
             None if place == 0 => {}
             None => {
                 return Err(refuse(format!(
-                    "row {} is no time in s and value, two finite numbers",
+                    "row {} is invalid, expected two finite numbers: time in s and value",
                     place + 1
                 )));
             }
         }
     }
-    if rows.is_empty() { Err(refuse("it has no row".to_owned())) } else { Ok(rows) }
+    if rows.is_empty() { Err(refuse("no rows".to_owned())) } else { Ok(rows) }
 }
 
 #[cfg(test)]
@@ -213,7 +213,7 @@ mod tests {
             let signs: Vec<bool> = samples.map(|value| value >= 0.0).collect();
             signs.windows(2).filter(|pair| pair[0] != pair[1]).count()
         };
-        // Mean frequency of the first and the last tenth of a second, twice as many crossings.
+        // Zero crossings of the first and last 0.1 s give twice the mean frequency.
         assert!((18..=20).contains(&crossings(9.5, 10.0)), "{}", crossings(9.5, 10.0));
         assert_eq!(crossings(0.0, 0.9), 3);
     }

@@ -1,7 +1,7 @@
-//! Observers: each watches a rig tick by tick, and adds its figures to the run's [`Outcome`].
+//! Observers: each reads a rig tick by tick and adds its figures to the run's [`Outcome`].
 //!
-//! An observer never changes the rig. A new one is a file here, a field of [`Outcome`], and a line where experiments are
-//! made: [`response`](crate::response).
+//! Observers never change the rig. To add an observer, create a file here, a field of [`Outcome`], and a line in
+//! [`response`](crate::response).
 
 pub mod channel_energy;
 pub mod creep;
@@ -23,15 +23,14 @@ use core::ops::ControlFlow;
 use crate::outcome::Outcome;
 use crate::rig::Rig;
 
-/// Watches a rig.
+/// Observes a rig.
 pub trait Observer: core::fmt::Debug {
-    /// Starts what takes as long as the run.
+    /// Starts work in parallel to the run.
     fn begin(&mut self) {}
 
-    /// Observes a tick: what controllers have measured and commanded, before the world moves on. Breaks where the run has
-    /// to end.
+    /// Observes the measurements and commands of a tick, before the plants advance. Breaks to end the run.
     fn observe(&mut self, rig: &Rig) -> ControlFlow<()>;
 
-    /// Adds the figures to those of a run that has ended, early or not.
+    /// Adds its figures to the outcome, also after an early end.
     fn report(&mut self, rig: &Rig, outcome: &mut Outcome);
 }

@@ -1,4 +1,4 @@
-//! The figures of a run, for people and for programs: what its [observers](crate::observer) found.
+//! The figures of a run, collected by its [observers](crate::observer).
 
 use serde::Serialize;
 
@@ -9,134 +9,133 @@ pub use crate::observer::reception::Received;
 pub use crate::observer::saturation::Saturation;
 pub use crate::response::{Border, LinearLoop, LoopFigures};
 
-/// The figures of a run; `--json` prints all of them.
+/// All figures of a run, as printed by `--json`.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Outcome {
-    /// Whether every loop is stable, all signals stayed in their declared range, none grew without bound, and no axis kept
-    /// oscillating by more than a hundredth of its motion.
+    /// Whether every loop is stable, all signals stay in range without growth, and no axis oscillates by more than 1
+    /// % of its motion.
     pub stable: bool,
-    /// Ticks that were run.
+    /// Number of ticks.
     pub ticks: u64,
-    /// Virtual time that was run, `s`.
+    /// Virtual time, `s`.
     pub simulated_s: f64,
-    /// Time it took from the reading of the input files on; as the command prints it, with its report, `s`.
+    /// Elapsed time from reading the input files, `s`; the command includes the report.
     pub wall_s: f64,
-    /// Virtual time over the time it took.
+    /// Virtual time divided by elapsed time.
     pub realtime_factor: f64,
-    /// Minimum energy in the channel of any axis over the run, `J`: below 0, the channel was not passive. None
-    /// where it is not observed, when there are no waves, and when one station only was run: it takes those of both.
+    /// Minimum energy in the channel of any axis, `J`; below 0, the channel was not passive. `None` if not observed,
+    /// without waves, or for a single station, as both stations are required.
     pub energy_min_j: Option<f64>,
-    /// Minimum energy that the devices gave controllers and links on any axis, `J`; below 0 these are active. None where
-    /// a reference moves, for it brings energy, and for one station alone.
+    /// Minimum energy that the devices supply to controllers and links on any axis, `J`; below 0 these are active.
+    /// `None` if a reference moves, which supplies energy, or for a single station.
     pub energy_ports_min_j: Option<f64>,
-    /// The linear loops of two stations, guided, free and in contact, by their largest eigenvalues.
+    /// Linear loops of two stations (guided, free, in contact), with their largest eigenvalues.
     pub loops: Vec<LinearLoop>,
-    /// Sustained oscillations of what nothing moved any more.
+    /// Sustained oscillations at rest.
     pub limit_cycles: Vec<LimitCycle>,
-    /// Bound of how fast rounding lets a hand in contact creep, `m/h`; none where a station has no waves.
+    /// Maximum creep of a hand in contact by rounding, `m/h`; `None` if a station has no waves.
     pub rounding_creep_m_per_h: Option<f64>,
-    /// Ticks there and back: the link's as measured, and on top the samples of the delay modules on the way.
-    /// None when nothing came back, and when one station was run and the other one's scheme is not known.
+    /// Round trip in ticks: measured on the link, plus the samples of the delay modules. `None` without a reply, or
+    /// for a single station if the peer's scheme is unknown.
     pub round_trip_ticks: Option<u32>,
-    /// Perceived stiffness by axis, `N/m`; none for an axis that was not in settled contact.
+    /// Perceived stiffness by axis, `N/m`; `None` for an axis without a settled contact.
     pub k_perceived_n_per_m: Vec<Option<f64>>,
-    /// The static chain's stiffness for the measured round trip, by axis, `N/m`.
+    /// Predicted stiffness of the static chain for the measured round trip, by axis, `N/m`.
     pub k_predicted_n_per_m: Vec<Option<f64>>,
-    /// What each axis came to.
+    /// Results by axis.
     pub axes: Vec<AxisOutcome>,
-    /// What hands feel of what other devices meet.
+    /// Perceived stiffness of the environments of other devices.
     pub perceived: Vec<PerceivedStiffness>,
-    /// How long actuators were saturated; those that never were are left out.
+    /// Saturated actuators and their saturation times.
     pub saturated: Vec<Saturation>,
-    /// Where theory has a coupling of two robots become unstable, or active; `None` where no theory is known.
+    /// Predicted stability and passivity limits of a two-robot coupling; `None` if no theory applies.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub theory: Option<Border>,
-    /// What the simulated media came to.
+    /// Reports of the simulated media.
     pub media: Vec<Traffic>,
-    /// What the receivers missed, by station.
+    /// Packet counters of the receivers, by station.
     pub received: Vec<Received>,
-    /// Of all receivers: packets that were missing when a newer one came.
+    /// Lost packets of all receivers: missing when a newer packet arrived.
     pub lost_packets: u64,
-    /// Of all receivers: packets that came together with a newer one.
+    /// Superseded packets of all receivers: arrived in the same tick as a newer packet.
     pub superseded_packets: u64,
-    /// Of all receivers: packets refused.
+    /// Refused packets of all receivers.
     pub refused_packets: u64,
-    /// What went wrong, in words.
+    /// Faults.
     pub faults: Vec<String>,
-    /// What cannot be decided, and what a decision needs; the run is not reported as stable.
+    /// Undecided results and the run needed to decide them; the run is not reported as stable.
     pub undecided: Vec<String>,
-    /// What makes figures mean less than they seem to, in words.
+    /// Warnings about the validity of figures.
     pub warnings: Vec<String>,
-    /// None unless one station was run in real time.
+    /// Timing; `None` unless a single station runs in real time.
     pub real_time: Option<RealTime>,
-    /// Whether the run reached its end.
+    /// Whether the run completed.
     #[serde(skip)]
     pub is_complete: bool,
 }
 
-/// What an axis came to.
+/// Results of an axis.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct AxisOutcome {
     /// The device.
     pub device: String,
     /// The axis, from 0.
     pub axis: usize,
-    /// How it followed a reference, if it had one.
+    /// Tracking of its reference, if any.
     #[serde(flatten)]
     pub following: Option<Following>,
-    /// How stiff a hand felt what it met, if it was to meet something.
+    /// Perceived stiffness of its obstacle, if any.
     #[serde(flatten)]
     pub contact: Option<ContactStiffness>,
-    /// The loop around it, as it stands at the start; none when it is not linear there.
+    /// Figures of its loop at the start position; `None` if the loop is not linear there.
     #[serde(flatten)]
     pub loop_figures: Option<LoopFigures>,
-    /// Growth per tick of a disturbance while every axis is held by its wall; none without one, and when nothing is left
-    /// of it.
+    /// Growth per tick of a disturbance while all walls are in contact; `None` without a wall, or if the disturbance
+    /// vanishes.
     pub contact_growth_per_tick: Option<f64>,
 }
 
-/// How an axis followed one of its references. Figures of a step are of the first one, until something else moves the
-/// axis.
+/// Tracking of a reference. Step figures refer to the first step, until the axis is otherwise moved.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct Following {
-    /// What it was to follow.
+    /// Reference.
     pub reference: &'static str,
     /// Unit of the errors.
     pub unit: &'static str,
-    /// From a tenth to nine tenths of the step, `s`; none without a step, or when it has not come that far.
+    /// Rise time, 10 % to 90 % of the step, `s`; `None` without a step, or if 90 % is not reached.
     pub rise_time_s: Option<f64>,
-    /// By which part of the step it went too far at most; none without a step.
+    /// Overshoot as a share of the step; `None` without a step.
     pub overshoot: Option<f64>,
-    /// From the step until it stays within 2 % of it, `s`; none when it does not.
+    /// Settling time to 2 % of the step, `s`; `None` if not settled.
     pub settling_time_s: Option<f64>,
-    /// Root of the mean square of the error.
+    /// RMS error.
     pub rms_error: f64,
-    /// Maximum of the error's size.
+    /// Maximum absolute error.
     pub peak_error: f64,
 }
 
-/// Stiffness that a hand perceives of an obstacle, and what theory predicts.
+/// Perceived stiffness of an obstacle, and its prediction.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct ContactStiffness {
-    /// Perceived stiffness in the settled contact, `N/m`; none when not in contact.
+    /// Perceived stiffness in the settled contact, `N/m`; `None` without contact.
     pub k_perceived_n_per_m: Option<f64>,
-    /// The static chain's stiffness, `N/m`.
+    /// Predicted stiffness of the static chain, `N/m`.
     pub k_predicted_n_per_m: Option<f64>,
 }
 
-/// What the clock did to the run of one station.
+/// Timing of a single station in real time.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct RealTime {
-    /// The station that was run here.
+    /// Station.
     pub side: String,
     /// Ticks that came more than a period late.
     pub late_ticks: u64,
-    /// How late the latest tick came, `s`.
+    /// Maximum delay of a tick, `s`.
     pub worst_lateness_s: f64,
 }
 
 impl Default for Outcome {
-    /// Of a run in which nothing has happened yet: stable.
+    /// Outcome of an empty run: stable.
     fn default() -> Self {
         Self {
             stable: true,
@@ -171,19 +170,19 @@ impl Default for Outcome {
 }
 
 impl Outcome {
-    /// Sets the time it took, with what came after the run.
+    /// Sets the elapsed time, including work after the run.
     pub fn set_wall_s(&mut self, wall_s: f64) {
         self.wall_s = wall_s;
         self.realtime_factor = self.simulated_s / wall_s.max(f64::MIN_POSITIVE);
     }
 
-    /// Adds a fault of a run that is not stable.
+    /// Adds a fault and marks the run as unstable.
     pub(crate) fn fail(&mut self, fault: String) {
         self.stable = false;
         self.faults.push(fault);
     }
 
-    /// Takes back the predicted stiffness of all axes.
+    /// Removes the predicted stiffness of all axes.
     pub(crate) fn predict_nothing(&mut self) {
         self.k_predicted_n_per_m.fill(None);
         for contact in self.axes.iter_mut().filter_map(|axis| axis.contact.as_mut()) {

@@ -24,14 +24,14 @@ pub struct Pace {
     last_skip_s: f64,
 }
 
-/// Time that a simulation has skipped.
+/// Time skipped by a simulation.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Skipped {
-    /// After which time of the simulation, `s`.
+    /// Simulation time of the skip, `s`.
     pub at_s: f64,
-    /// At once, `s`.
+    /// Length of the skip, `s`.
     pub now_s: f64,
-    /// Since the start, `s`.
+    /// Total since the start, `s`.
     pub total_s: f64,
 }
 
@@ -40,7 +40,7 @@ impl std::fmt::Display for Skipped {
         let Self { at_s, now_s, total_s } = self;
         write!(
             f,
-            "the computer fell behind real time at {at_s:.3} s: {:.0} ms skipped, {total_s:.2} s since the start",
+            "this computer is too slow: skipped {:.0} ms of real time at {at_s:.3} s, {total_s:.2} s in total",
             now_s * 1e3
         )
     }
@@ -59,8 +59,8 @@ impl Pace {
         self.wait(time_s);
     }
 
-    /// The same, but a delay above 20 ms does not make the next ticks come early: that time is skipped. Returns the first
-    /// skip after a second without one.
+    /// Like [`wait_for`](Self::wait_for), but skips delays above 20 ms instead of catching up. Returns the first skip
+    /// after one second without a skip.
     pub fn wait_or_skip(&mut self, time_s: f64) -> Option<Skipped> {
         let delay = self.wait(time_s);
         if delay <= MAX_DELAY {
@@ -86,13 +86,13 @@ impl Pace {
         delay
     }
 
-    /// Ticks that came more than a period late, and those that were skipped.
+    /// Returns the number of ticks that were more than one period late or skipped.
     #[must_use]
     pub fn late_ticks(&self) -> u64 {
         self.late_ticks
     }
 
-    /// Delay of the latest tick, `s`.
+    /// Returns the maximum delay, `s`.
     #[must_use]
     pub fn worst_lateness_s(&self) -> f64 {
         self.max_delay.as_secs_f64()
@@ -114,10 +114,11 @@ mod tests {
                 clock::sleep(Duration::from_secs(10));
             }
         }
-        // Tick 11 is due a period after tick 10 and comes 10 s after it; those up to tick 48 more than a period late.
+        // Tick 11 is due one period after tick 10 and is 10 s late; up to tick 48 the ticks are more than one period
+        // late.
         assert!((pace.worst_lateness_s() - 9.75).abs() < 1e-9, "{} s", pace.worst_lateness_s());
         assert_eq!(pace.late_ticks(), 38);
-        // Tick 50 is due 10 s after tick 10: from there on every tick comes on time again.
+        // Tick 50 is due 10 s after tick 10; from there on all ticks are on time.
         assert_eq!(clock::since(start), Duration::from_millis(99 * 250));
     }
 

@@ -1,8 +1,8 @@
-//! What is between a controller's force and the world: joints, arms, drives, and what holds and stops them.
+//! Plants: joints, arms, drives, and the stops and hands on them.
 //!
-//! A rigid [`Joint`] takes exact steps; a machine whose axes move each other is a file here that says
-//! its equations of motion, a [`Mechanism`], and [`Coupled`] moves it. A plant of another kind is a file that implements
-//! [`Plant`], and a variant of `Body` in `response/body.rs`.
+//! A rigid [`Joint`] is integrated exactly. A machine with coupled axes implements [`Mechanism`] (its equations of
+//! motion) in a file here and is integrated by [`Coupled`]. Any other plant implements [`Plant`] and is a variant of
+//! `Body` in `response/body.rs`.
 
 mod arm;
 mod cia402;
@@ -33,37 +33,36 @@ pub use phantom::{Linkage, LinkageParameters, Phantom, PhantomParameters, Phanto
 pub use repetition::{PEAK_SPEED, Repetition, minimum_jerk};
 pub use sensor::{Sensor, SensorParameters};
 
-/// Sub-steps of a held command, at least, where something may happen in them.
+/// Minimum sub-steps of a constant command if an event is possible.
 pub const SUB_STEPS_MIN: u32 = 20;
 
-/// Anything with sensors and actuators that a rig can join to a controller.
+/// A plant with sensors and actuators that a controller can be connected to.
 ///
-/// Deterministic: the same calls give the same bits. Never reads a clock.
+/// Deterministic: equal calls give bit-identical results. Never reads a clock.
 pub trait Plant: core::fmt::Debug + Send {
-    /// Number of axes.
+    /// Returns the number of axes.
     fn dof(&self) -> usize;
 
-    /// What its sensors show now, as its device's frame is laid out: all axes' positions first, `m` or `rad`. Fills as many
-    /// entries as it has sensors, leaves the rest.
+    /// Reads its sensors in the order of the device's frame: all positions first, `m` or `rad`. Fills one entry per
+    /// sensor and leaves the rest unchanged.
     fn sense(&mut self, measured: &mut [f32]);
 
-    /// Holds `command` (`N` or `N m`, one per axis; missing entries are 0, surplus is ignored) from `start_s` for
-    /// `period_s` and moves the world on, in [`SUB_STEPS_MIN`] sub-steps or more; where a bound shows that no
-    /// event can fall into the period, they may be taken as one exact step.
+    /// Applies the constant `command` (`N` or `N m`, one per axis; missing entries are 0, surplus is ignored) from
+    /// `start_s` for `period_s`, in at least [`SUB_STEPS_MIN`] sub-steps; a period without possible events can be one
+    /// exact step.
     ///
-    /// A command that is NaN or infinite is applied as it is: a plant hides no fault of its controller. It shows
-    /// in the truth, and in the motion unless friction holds the axis.
+    /// NaN and infinite commands are applied unchanged, to expose controller faults: they appear in the plant's
+    /// signals, and in its motion unless friction holds the axis.
     fn advance(&mut self, start_s: f64, period_s: f64, command: &[f32]);
 
-    /// Tells it before [`advance`](Self::advance) whether its actuators are commanded, or off. A plant whose actuators cannot
-    /// be off does nothing.
+    /// Sets before [`advance`](Self::advance) whether its actuators are commanded or off. No effect on a plant whose
+    /// actuators cannot be off.
     fn switch(&mut self, _is_on: bool) {}
 
-    /// Sets the time of the experiment that moves its references, loads and hands. A plant without an experiment does
-    /// nothing.
+    /// Sets the time of the experiment that moves its references, loads and hands. No effect without an experiment.
     fn repeat(&mut self, _repetition: Repetition) {}
 
-    /// Where an axis really is now, `m` or `rad`; NaN for one that it does not have.
+    /// Returns the true position of an axis, `m` or `rad`; NaN for a nonexistent axis.
     fn position(&self, axis: usize) -> f64 {
         let mut values = [f64::NAN; MAX_QUANTITIES];
         self.look(axis, &mut values);
@@ -71,31 +70,31 @@ pub trait Plant: core::fmt::Debug + Send {
         position
     }
 
-    /// Adds what its actuators do now, by axis; of a plant without any, nothing.
+    /// Adds the state of its actuators, by axis.
     fn add_actuations(&self, _actuations: &mut Vec<Actuation>) {}
 
-    /// Whether an axis pushes against a wall or a stop.
+    /// Whether an axis is in contact with a wall or a stop.
     fn is_touching(&self, axis: usize) -> bool;
 
-    /// What the simulator knows of an axis, in the order of [`look`](Self::look): names and units.
+    /// Names and units of the quantities of an axis, in the order of [`look`](Self::look).
     fn quantities(&self, axis: usize) -> &'static [(&'static str, &'static str)];
 
-    /// Puts what [is known](Self::quantities) of an axis now into `values`.
+    /// Writes the [quantities](Self::quantities) of an axis to `values`.
     fn look(&self, axis: usize, values: &mut [f64]);
 }
 
-/// What an actuator does.
+/// State of an actuator.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Actuation {
-    /// Where it acts, `m` or `rad`.
+    /// Position, `m` or `rad`.
     pub position: f64,
-    /// What it applies, `N` or `N m`.
+    /// Force, `N` or `N m`.
     pub force: f64,
-    /// Whether that is held for a whole period, as by an ideal source; the force of a motor changes.
+    /// Whether the force is constant over a period, as of an ideal source; the force of a motor varies.
     pub is_held: bool,
-    /// Whether it moves several of the device's directions, as the joints of one that is held at its tip.
+    /// Whether it moves several directions of the device, as the joints of a device held at its tip.
     pub moves_several: bool,
 }
 
-/// Most quantities that are known of an axis.
+/// Maximum number of quantities of an axis.
 pub const MAX_QUANTITIES: usize = 9;

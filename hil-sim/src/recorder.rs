@@ -1,6 +1,6 @@
-//! Takes a row of signals per tick: each Data Base, the world's truth, the channel's energy.
+//! Records one row per tick: signals of each Data Base, simulator signals, channel energy.
 //!
-//! Which ones is said by `record.signals`; what comes into a Data Base during the run is recorded from then on.
+//! `record.signals` selects the signals; signals added to a Data Base during the run are recorded from then on.
 
 mod selection;
 
@@ -16,11 +16,11 @@ use crate::rig::{Rig, Station};
 use crate::rig_file::RecordSection;
 use selection::Selection;
 
-/// A listener waits no longer for a row: to tell it of each one takes longer than to record it.
+/// Maximum rows per message to a listener; messages cost more than recording.
 const TOLD_TICKS: u64 = 64;
-/// Nor does a slow rig keep its rows from a listener for longer, `s`.
+/// Maximum time of rows in a message, `s`.
 const TOLD_S: f64 = 0.1;
-/// Rows that pictures are drawn of: far more than they are wide.
+/// Maximum rows for pictures, far above their width in pixels.
 const PICTURE_ROWS: usize = 65_536;
 
 /// Records a rig.
@@ -28,41 +28,41 @@ const PICTURE_ROWS: usize = 65_536;
 pub struct Recorder {
     recording: Recording,
     selection: Selection,
-    /// What fills the columns, in their order.
+    /// Sources of the columns, in order.
     sources: Vec<Source>,
-    /// Revisions of the stations' Data Bases that the sources are of.
+    /// Data Base revisions of the stations for which the sources are valid.
     revisions: Vec<u32>,
     every_ticks: u64,
     period_s: f64,
-    /// Told of what is recorded, once in so many ticks.
+    /// Listener.
     told_ticks: u64,
     listener: Option<SyncSender<Piece>>,
-    /// Whether it is waited for.
+    /// Whether to wait for a full listener.
     is_in_a_hurry: bool,
-    /// Rows that it is to be told.
+    /// Rows of the next message.
     untold: Vec<f64>,
     untold_inputs: Vec<TickInputs>,
 }
 
-/// What fills one or several columns.
+/// Source of one or more columns.
 #[derive(Debug)]
 enum Source {
-    /// The energy in the channel: of all axes together, or of one.
+    /// Channel energy: of all axes together or of one axis.
     Energy(Option<usize>),
-    /// A signal of a station's Data Base.
+    /// Signal of a station's Data Base.
     Signal { station: usize, signal: TypeRef, slot: Option<u8>, words: usize, format: Format },
-    /// Those of the [quantities](crate::plant::Plant::quantities) that are kept; none says that it is all of them.
+    /// Selected [quantities](crate::plant::Plant::quantities); `None` selects all.
     Truth { station: usize, axis: usize, columns: usize, kept: Option<[bool; MAX_QUANTITIES]> },
 }
 
-/// Name of the columns with the energy in the channel: of all axes together, and by axis.
+/// Name of the channel energy columns.
 pub const CHANNEL_ENERGY: &str = "channel_energy";
 
 impl Recorder {
-    /// A recorder for what the settings name.
+    /// Creates a recorder for the selected signals.
     ///
     /// # Errors
-    /// [`UnknownSignal`] for a name that nothing there is now has.
+    /// [`UnknownSignal`] for a name without a present signal.
     pub fn new(rig: &Rig, settings: &RecordSection) -> Result<Self, UnknownSignal> {
         let all = sources(rig, &Selection::all());
         let names = all.iter().flat_map(|(_, columns)| columns).map(Column::name);
@@ -85,7 +85,7 @@ impl Recorder {
         Ok(recorder)
     }
 
-    /// Makes room for the first 20 000 of `ticks` ticks; a longer run takes its memory as it goes.
+    /// Reserves memory for the first 20 000 of `ticks` ticks; longer runs allocate later.
     pub fn reserve(&mut self, ticks: f64) {
         #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "clamped")]
         let ticks = ticks.clamp(0.0, 20_000.0) as u64;
@@ -93,28 +93,28 @@ impl Recorder {
         self.recording.reserve(usize::try_from(rows).unwrap_or_default());
     }
 
-    /// Keeps no more than pictures need of a long run; whom it [tells](Self::tell) hears all.
+    /// Keeps only the rows needed for pictures; a [listener](Self::tell) receives all rows.
     pub fn keep_for_pictures(&mut self) {
         self.recording.thin_beyond(PICTURE_ROWS);
     }
 
-    /// For a rig in real time: keeps no row, and waits for no listener. One that takes nothing for some thousand rows is told
-    /// nothing more.
+    /// Real-time mode: keeps no rows and never waits for a listener. A listener that is some thousand rows behind is
+    /// dropped.
     #[must_use]
     pub fn in_a_hurry(mut self) -> Self {
         self.recording.thin_beyond(0);
         Self { is_in_a_hurry: true, ..self }
     }
 
-    /// Whether there is nobody that is told: no listener, one that is gone, or one that was too slow.
+    /// Whether it has no listener: none, disconnected, or dropped as too slow.
     #[must_use]
     pub fn is_alone(&self) -> bool {
         self.listener.is_none()
     }
 
-    /// Tells `listener` what was recorded, and from now on every row, 64 ticks after it at most, and the
-    /// [inputs](crate::rig::Station::keep_inputs) of those ticks. Waits while `listener` is full; one that is gone is told
-    /// nothing.
+    /// Sends the recorded rows and all further rows to `listener`, at most 64 ticks late, with the
+    /// [inputs](crate::rig::Station::keep_inputs) of these ticks. Waits for a full listener; ignores a disconnected
+    /// one.
     pub fn tell(&mut self, listener: SyncSender<Piece>) {
         self.listener = Some(listener);
         self.say(Piece::Columns(self.recording.columns().to_vec()));
@@ -150,7 +150,7 @@ impl Recorder {
         }
     }
 
-    /// Takes a row of the present tick, if it is one of those wanted. `channel_energy_j` is by axis.
+    /// Records the present tick if due. `channel_energy_j` is by axis.
     pub fn record(&mut self, rig: &Rig, channel_energy_j: &[f64]) {
         if rig.ticks().is_multiple_of(self.told_ticks) {
             self.tell_rows();
@@ -186,14 +186,14 @@ impl Recorder {
         self.untold_inputs.extend(inputs);
     }
 
-    /// What was recorded.
+    /// Returns the recording.
     #[must_use]
     pub fn finish(mut self) -> Recording {
         self.tell_rows();
         self.recording
     }
 
-    /// Modules were plugged in or out: signals have come, gone or moved.
+    /// Handles plugged modules: signals have been added, removed or moved.
     fn find_again(&mut self, rig: &Rig) {
         self.revisions = revisions(rig);
         for source in &mut self.sources {
@@ -205,7 +205,7 @@ impl Recorder {
         self.add_new(sources(rig, &self.selection));
     }
 
-    /// Adds what is not there yet.
+    /// Adds missing sources.
     fn add_new(&mut self, wanted: Vec<(Source, Vec<Column>)>) {
         let known = self.recording.columns();
         let is_new = |(_, columns): &(Source, Vec<Column>)| {
@@ -223,7 +223,7 @@ impl Recorder {
 }
 
 impl Source {
-    /// Fills the first of `row`, where nothing is there to fill them with NaN stays; gives the rest.
+    /// Fills the first columns of `row`, NaN for missing signals; returns the rest.
     fn fill<'a>(&self, rig: &Rig, channel_energy_j: &[f64], row: &'a mut [f64]) -> &'a mut [f64] {
         match *self {
             Self::Energy(axis) => {
@@ -262,19 +262,19 @@ impl Source {
     }
 }
 
-/// From one word to a listener to the next.
+/// Sends a message to the listener.
 fn told_ticks(period_s: f64) -> u64 {
     #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "a cast saturates")]
     let ticks = (TOLD_S / period_s) as u64;
     ticks.clamp(1, TOLD_TICKS)
 }
 
-/// A word as what it is: every one has its `f64`; a switch is 0 or 1.
+/// Converts a word to `f64`; switches are 0 or 1.
 fn number<T: Scalar + Into<f64>>(word: Word) -> f64 {
     T::from_word(word).into()
 }
 
-/// Puts `values` into the first `columns` of a row; gives the rest of it.
+/// Writes `values` to the first `columns` of a row; returns the rest.
 fn fill(row: &mut [f64], columns: usize, values: impl IntoIterator<Item = f64>) -> &mut [f64] {
     let (own, rest) = row.split_at_mut_checked(columns).unwrap_or_default();
     for (cell, value) in own.iter_mut().zip(values) {
@@ -283,13 +283,13 @@ fn fill(row: &mut [f64], columns: usize, values: impl IntoIterator<Item = f64>) 
     rest
 }
 
-/// All of a rig as it is now that is selected.
+/// Returns all selected sources of the present rig.
 fn sources(rig: &Rig, selection: &Selection) -> Vec<(Source, Vec<Column>)> {
     let mut sources = energies(rig);
     for (number, station) in rig.stations().iter().enumerate() {
         sources.extend(signals(number, station));
     }
-    // A source's columns have one name.
+    // All columns of a source share one name.
     sources.retain(|(_, columns)| columns.first().is_some_and(|first| selection.holds(&first.name())));
     for (number, station) in rig.stations().iter().enumerate() {
         sources.extend((0..station.plant.dof()).map(|axis| truth(number, station, axis, selection)));
@@ -297,7 +297,7 @@ fn sources(rig: &Rig, selection: &Selection) -> Vec<(Source, Vec<Column>)> {
     sources
 }
 
-/// The selected part of a station's truth on one axis.
+/// Selected simulator signals of a station on one axis.
 fn truth(number: usize, station: &Station, axis: usize, selection: &Selection) -> (Source, Vec<Column>) {
     let quantities = station.plant.quantities(axis).iter();
     let mut columns: Vec<Column> = quantities
@@ -313,7 +313,7 @@ fn truth(number: usize, station: &Station, axis: usize, selection: &Selection) -
     (Source::Truth { station: number, axis, columns: columns.len(), kept }, columns)
 }
 
-/// The energy in the channel, if there are waves in it.
+/// Channel energy, if the channel has waves.
 fn energies(rig: &Rig) -> Vec<(Source, Vec<Column>)> {
     let axes = |station: &Station| {
         let data_base = station.dimsart.engine().data_base();
@@ -326,7 +326,7 @@ fn energies(rig: &Rig) -> Vec<(Source, Vec<Column>)> {
     total.into_iter().chain((0..axes).map(Some)).map(energy).collect()
 }
 
-/// The signals of a station's Data Base.
+/// Signals of a station's Data Base.
 fn signals(number: usize, station: &Station) -> Vec<(Source, Vec<Column>)> {
     let engine = station.dimsart.engine();
     let (device, data_base) = (engine.device(), engine.data_base());

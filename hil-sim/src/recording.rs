@@ -1,4 +1,4 @@
-//! What a run leaves behind: named, unit-carrying columns, one row per tick.
+//! Recordings: named columns with units, one row per tick.
 
 use dimsart_core::{Format, Shape};
 
@@ -7,26 +7,26 @@ use crate::rig::Inputs;
 /// One column of a [`Recording`].
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Column {
-    /// Who it belongs to: a controller (`master`, `slave`) or `world` for the simulator's own truth.
+    /// Source: a controller (`master`, `slave`) or `world` for signals of the simulator.
     pub source: String,
-    /// Signal name: a Data Base type (`POSITION`) or a truth signal (`hand_force`).
+    /// Signal name: a Data Base type (`POSITION`) or a simulator signal (`hand_force`).
     pub signal: String,
-    /// Where it is in the signal, from 0: the axis, or row and column of a matrix; nothing for a scalar.
+    /// Indices from 0: axis, or row and column of a matrix; empty for a scalar.
     pub indices: Vec<usize>,
-    /// SI unit as text (`m`, `N`, `sqrt(W)`); empty for a pure number.
+    /// SI unit (`m`, `N`, `sqrt(W)`); empty if dimensionless.
     pub unit: String,
-    /// Format of its numbers in the Data Base; none for the simulator's own, which are `f64`.
+    /// Number format in the Data Base; `None` for simulator signals, which are `f64`.
     pub format: Option<Format>,
 }
 
 impl Column {
-    /// Source and signal: `master.POSITION`.
+    /// Returns source and signal: `master.POSITION`.
     #[must_use]
     pub fn name(&self) -> String {
         format!("{}.{}", self.source, self.signal)
     }
 
-    /// Header text: `master.POSITION[0] (m)`.
+    /// Returns the column header: `master.POSITION[0] (m)`.
     #[must_use]
     pub fn header(&self) -> String {
         let indices = in_brackets(&self.indices);
@@ -35,7 +35,7 @@ impl Column {
     }
 }
 
-/// Where a word is in a signal of this shape, from 0: its axis, or row and column of a matrix; nothing for a scalar.
+/// Returns the indices of a word in a signal of this shape, from 0: axis, or row and column; empty for a scalar.
 #[must_use]
 pub fn indices(shape: Shape, word: usize, dof: usize) -> Vec<usize> {
     let (row, column) = shape.place(word, dof);
@@ -46,67 +46,66 @@ pub fn indices(shape: Shape, word: usize, dof: usize) -> Vec<usize> {
     }
 }
 
-/// Indices as they follow a name: `[0][1]`.
+/// Formats indices: `[0][1]`.
 #[must_use]
 pub fn in_brackets(indices: &[usize]) -> String {
     indices.iter().map(|index| format!("[{index}]")).collect()
 }
 
-/// What a [`Recording`] takes, told to somebody else while it goes on.
+/// Parts of a [`Recording`], sent to a listener during the run.
 #[derive(Debug, Clone)]
 pub enum Piece {
-    /// Columns of the rows that follow: first of all, and again when there are more behind those there were.
+    /// Columns of the following rows: at the start and when columns are appended.
     Columns(Vec<Column>),
-    /// What went into controllers, before the rows of the same ticks.
+    /// Inputs of controllers, sent before the rows of the same ticks.
     Inputs(Vec<TickInputs>),
-    /// Whole rows, one behind the other: number of the tick, time, `s`, and values, one per column.
+    /// Consecutive rows: tick number, time in `s`, and one value per column.
     Rows(Vec<f64>),
 }
 
-/// What went into a controller for one tick.
+/// Inputs of a controller in one tick.
 #[derive(Debug, Clone)]
 pub struct TickInputs {
-    /// Number of the tick.
+    /// Tick number.
     pub tick: u64,
     /// Time of the tick, `s`.
     pub time_s: f64,
-    /// The controller, by its place in the rig.
+    /// Index of the controller in the rig.
     pub station: usize,
-    /// What went into it.
+    /// Inputs.
     pub inputs: Inputs,
 }
 
-/// Columns and rows of a run, row-major. Numbers of every Data Base format are exact in `f64`.
+/// Columns and rows of a run, row-major. `f64` represents all Data Base formats exactly.
 #[derive(Debug, Clone, Default)]
 pub struct Recording {
     columns: Vec<Column>,
     time_s: Vec<f64>,
     values: Vec<f64>,
-    /// More rows than that are thinned out.
+    /// Maximum rows before thinning.
     most_rows: Option<usize>,
-    /// Rows as they were taken that two of those kept stand for, and how many of them the last two have so far.
+    /// Number of original rows per two kept rows, and the number in the last two so far.
     every: usize,
     merged: usize,
 }
 
-/// Rows that are thinned out to two: one of the least values and one of the greatest.
+/// Number of rows thinned to two: minimum and maximum values.
 const THINNED: usize = 4;
 
 impl Recording {
-    /// An empty recording of `columns`.
+    /// Creates an empty recording.
     #[must_use]
     pub fn new(columns: Vec<Column>) -> Self {
         Self { columns, time_s: Vec::new(), values: Vec::new(), most_rows: None, every: 1, merged: 0 }
     }
 
-    /// Takes so many rows at most, for pictures of runs of any length: whenever it is full, four rows each become two,
-    /// one with the least values of every column and one with the greatest, and so do those that come later: all rows stand
-    /// for the same time. No peak is lost, only when exactly it was.
+    /// Limits the number of rows, for pictures of runs of any length: when full, every four rows become two, with the
+    /// minimum and maximum of each column, and so do later rows. Peaks are preserved, their exact times are not.
     pub fn thin_beyond(&mut self, rows: usize) {
         self.most_rows = Some(rows.max(THINNED));
     }
 
-    /// Whether rows stand for many, with values of their own ticks in each column.
+    /// Whether rows represent several ticks.
     #[must_use]
     pub fn is_thinned(&self) -> bool {
         self.every > 1
@@ -124,7 +123,7 @@ impl Recording {
         }
     }
 
-    /// Makes two rows of every four.
+    /// Thins every four rows to two.
     fn thin(&mut self) {
         let width = self.columns.len();
         let (mut time_s, mut values) = (Vec::new(), Vec::new());
@@ -139,7 +138,7 @@ impl Recording {
         (self.time_s, self.values) = (time_s, values);
     }
 
-    /// Takes the last row, which is filled by now, into the two rows before it, or begins two with it.
+    /// Merges the last row into the two rows before it, or starts two new rows.
     fn merge_last(&mut self) {
         let width = self.columns.len();
         let Some(time_s) = self.time_s.pop() else { return };
@@ -165,7 +164,7 @@ impl Recording {
         }
     }
 
-    /// Adds columns behind those there are; the rows so far have NaN in them.
+    /// Appends columns; existing rows contain NaN there.
     pub fn add_columns(&mut self, columns: Vec<Column>) {
         if columns.is_empty() {
             return;
@@ -180,13 +179,13 @@ impl Recording {
         self.columns.extend(columns);
     }
 
-    /// Makes room for `rows` more rows and touches it, so that taking them asks nothing of the system.
+    /// Reserves and touches memory for `rows` more rows, to avoid page faults during the run.
     pub fn reserve(&mut self, rows: usize) {
         touch(&mut self.time_s, rows);
         touch(&mut self.values, rows.saturating_mul(self.columns.len()));
     }
 
-    /// Adds one row of NaN; gives it, one value per column, to be filled.
+    /// Adds a row of NaN and returns it for writing, one value per column.
     pub fn add_row(&mut self, time_s: f64) -> &mut [f64] {
         self.thin_out();
         let start = self.values.len();
@@ -195,24 +194,24 @@ impl Recording {
         self.values.get_mut(start..).unwrap_or_default()
     }
 
-    /// The columns, in the order of a row.
+    /// Returns the columns in row order.
     #[must_use]
     pub fn columns(&self) -> &[Column] {
         &self.columns
     }
 
-    /// Time of each row, `s`.
+    /// Returns the time of each row, `s`.
     #[must_use]
     pub fn time_s(&self) -> &[f64] {
         &self.time_s
     }
 
-    /// Rows recorded so far, each as long as [`columns`](Self::columns).
+    /// Returns the rows, each as long as [`columns`](Self::columns).
     pub fn rows(&self) -> impl Iterator<Item = &[f64]> {
         self.values.chunks_exact(self.columns.len().max(1))
     }
 
-    /// Index of the column `source.signal[axis]`, or `source.signal` of a scalar, if recorded.
+    /// Returns the index of the column `source.signal[axis]`, or `source.signal` for a scalar.
     #[must_use]
     pub fn find(&self, source: &str, signal: &str, axis: Option<usize>) -> Option<usize> {
         self.columns
@@ -220,13 +219,13 @@ impl Recording {
             .position(|c| c.source == source && c.signal == signal && c.indices == axis.as_slice())
     }
 
-    /// All values of one column, oldest first; empty for an index that does not exist.
+    /// Returns the values of a column, oldest first; empty if the index does not exist.
     pub fn column(&self, index: usize) -> impl Iterator<Item = f64> + '_ {
         self.rows().filter_map(move |row| row.get(index).copied())
     }
 }
 
-/// Memory that was only reserved is handed over by the system page by page, at its first use.
+/// Reserved memory is mapped by the system at its first use, page by page.
 fn touch(values: &mut Vec<f64>, more: usize) {
     let length = values.len();
     values.resize(length.saturating_add(more), f64::NAN);

@@ -4,8 +4,8 @@
 //! every tick, controller by controller:  link ──bytes──▶ Dimsart ◀──positions── plant
 //!                                        link ◀──bytes── Dimsart ──forces─────▶ plant (held for a tick)
 //! ```
-//! The controller is the very code that runs on a board; what a tick is, is said by
-//! [`Dimsart::tick`](dimsart_core::Dimsart::tick) alone. It can also run [there](Station::move_to).
+//! The controller is the same code as on a board ([`Dimsart::tick`](dimsart_core::Dimsart::tick)); it can also run
+//! [on a board](Station::move_to).
 
 mod arrivals;
 mod guarded;
@@ -32,23 +32,22 @@ use crate::plant::Plant;
 use arrivals::Arrivals;
 use guarded::Guarded;
 
-/// A controller and the plant it is joined to.
+/// A controller with its plant.
 #[derive(Debug)]
 pub struct Station {
     /// Name, such as `master`.
     pub name: String,
-    /// The controller, or the copy of one that runs on a board: then it is not ticked, but shows the board's
-    /// Data Base.
+    /// The controller, or the copy of a board's controller: the copy is not ticked and mirrors the board's Data Base.
     pub dimsart: Box<SimulatedDimsart>,
     /// The plant.
     pub plant: Box<dyn Plant>,
-    /// What the last tick came to.
+    /// Result of the last tick.
     pub last_tick: Tick,
     every_ticks: u64,
     remote: Option<Box<dyn RemoteController>>,
     trouble: Option<RemoteError>,
     guarded: Option<Guarded>,
-    /// Whether something with a tag came in where no guard is.
+    /// Whether an authenticated packet arrived without a guard.
     is_tagged: bool,
     resets_links: bool,
     is_motion_allowed: bool,
@@ -56,24 +55,24 @@ pub struct Station {
     inputs: Option<Inputs>,
     arrivals: Arrivals,
     sensed: Vec<f32>,
-    /// Places of the frame that show another value than the one measured there.
+    /// Frame entries that are overridden.
     shown: Vec<(usize, Shown)>,
     measured: Vec<Word>,
     commanded: Vec<Word>,
     command: Vec<f32>,
 }
 
-/// What a place of a station's frame shows.
+/// Override of a frame entry.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Shown {
-    /// A value.
+    /// Value.
     Value(f32),
-    /// The value of another place in the same tick.
+    /// Value of another entry in the same tick.
     Place(usize),
 }
 
 impl Station {
-    /// Joins a controller to a plant: what its sensors show goes in, forces come out.
+    /// Connects a controller to the sensors and actuators of a plant.
     #[must_use]
     pub fn new(name: &str, dimsart: Box<SimulatedDimsart>, plant: Box<dyn Plant>) -> Self {
         let (words_in, words_out) = (dimsart.frame().output_words(), dimsart.frame().input_words());
@@ -100,49 +99,49 @@ impl Station {
         }
     }
 
-    /// What the encoders reported in the last tick, `m` or `rad`, one per axis.
+    /// Returns the measured positions of the last tick, `m` or `rad`, one per axis.
     #[must_use]
     pub fn position(&self) -> &[f32] {
         self.sensed.get(..self.plant.dof()).unwrap_or_default()
     }
 
-    /// The command that its device got in the last tick, `N` or `N m`, one per axis.
+    /// Returns the commands of the last tick, `N` or `N m`, one per axis.
     #[must_use]
     pub fn command(&self) -> &[f32] {
         &self.command
     }
 
-    /// Has its controller stepped in every so many ticks of the rig; in between, its commands are held. 0 counts as 1.
+    /// Sets the ticks of the rig per tick of its controller; commands are held in between. 0 counts as 1.
     pub fn step_every(&mut self, ticks: u32) {
         self.every_ticks = u64::from(ticks.max(1));
     }
 
-    /// Ticks of the rig from one tick of its controller to the next.
+    /// Returns the ticks of the rig per tick of its controller.
     #[must_use]
     pub fn every_ticks(&self) -> usize {
         usize::try_from(self.every_ticks).unwrap_or(usize::MAX)
     }
 
-    /// Whether its controller is stepped in a tick of the rig.
+    /// Whether its controller runs in a tick of the rig.
     #[must_use]
     pub fn is_due(&self, tick: u64) -> bool {
         tick.is_multiple_of(self.every_ticks)
     }
 
-    /// Sets what a place of the frame shows from the next tick on.
+    /// Overrides a frame entry from the next tick on.
     pub fn show(&mut self, place: usize, shown: Shown) {
         self.shown.retain(|(changed, _)| *changed != place);
         self.shown.push((place, shown));
     }
 
-    /// The value that a place of the frame showed in the last tick.
+    /// Returns the value of a frame entry in the last tick.
     #[must_use]
     pub fn shown(&self, place: usize) -> Option<f32> {
         self.sensed.get(place).copied()
     }
 
-    /// Lets a board that was started with this station's controller be the controller, and the guard of its link if it has
-    /// a key.
+    /// Replaces the controller, and the guard of its link if the board has a key, by a board that was started with
+    /// this station's controller.
     pub fn move_to(&mut self, board: impl RemoteController + 'static) {
         if board.is_authenticated() {
             self.guarded = None;
@@ -150,63 +149,61 @@ impl Station {
         self.remote = Some(Box::new(board));
     }
 
-    /// The board that the controller runs on; none when it runs here.
+    /// Returns the board that runs the controller, if any.
     pub fn board_mut(&mut self) -> Option<&mut (dyn RemoteController + 'static)> {
         self.remote.as_deref_mut()
     }
 
-    /// Has every tick of the controller traced from now on, if it runs here.
+    /// Starts tracing the ticks of the controller, if it runs in this process.
     pub fn start_trace(&mut self) {
         self.trace = Some(TickTrace::default());
     }
 
-    /// The last tick; none until a trace was [started](Self::start_trace).
+    /// Returns the trace of the last tick; `None` before [start](Self::start_trace).
     #[must_use]
     pub fn trace(&self) -> Option<&TickTrace> {
         self.trace.as_ref()
     }
 
-    /// Keeps what goes into the controller from now on. Not of a board that authenticates its links by itself: what comes
-    /// in there is opened by nobody else.
+    /// Starts recording the inputs of the controller. Not available for a board that authenticates its links itself.
     pub fn keep_inputs(&mut self) {
         let is_open = !self.remote.as_ref().is_some_and(|remote| remote.is_authenticated());
         self.inputs = is_open.then(Inputs::default);
     }
 
-    /// What went into the controller for the last tick; none unless they are [kept](Self::keep_inputs).
+    /// Returns the inputs of the last tick; `None` unless they are [kept](Self::keep_inputs).
     #[must_use]
     pub fn inputs(&self) -> Option<&Inputs> {
         self.inputs.as_ref()
     }
 
-    /// The same, for who gives the controller commands.
+    /// Returns the inputs for adding commands.
     pub fn inputs_mut(&mut self) -> Option<&mut Inputs> {
         self.inputs.as_mut()
     }
 
-    /// [Allows motion](dimsart_core::Dimsart::allow_motion) from the next tick on, or forbids it.
+    /// [Enables motion](dimsart_core::Dimsart::allow_motion) from the next tick on, or disables it.
     pub fn allow_motion(&mut self, is_allowed: bool) {
         self.is_motion_allowed = is_allowed;
         self.inputs.iter_mut().for_each(|inputs| inputs.is_motion_allowed = is_allowed);
     }
 
-    /// Has the nodes of its links join buses again that they have left, in the next tick, as a board's reset does.
+    /// Restores bus-off nodes of its links in the next tick, as a reset of the board does.
     pub fn reset_links(&mut self) {
         self.resets_links = true;
     }
 
-    /// Has a link authenticate what goes over it. Its clock are the ticks of a controller that is stepped every
-    /// `period_s`.
+    /// Enables authentication of a link. Its clock counts ticks of a controller with period `period_s`.
     pub fn guard(&mut self, link: usize, guard: Guard, period_s: f64) {
         self.guarded = Some(Guarded::new(link, guard, period_s));
     }
 
-    /// Whether a link authenticates what goes over it.
+    /// Whether a link is authenticated.
     pub(crate) fn is_guarded(&self) -> bool {
         self.guarded.is_some()
     }
 
-    /// Why something that came in was not trusted, the newest case; none when keys were no matter.
+    /// Returns the latest authentication failure, if any.
     #[must_use]
     pub fn authentication_failure(&self) -> Option<AuthenticationFailure> {
         let refusal = self.guarded.as_ref().and_then(|guarded| guarded.refusal);
@@ -215,25 +212,25 @@ impl Station {
             .or(self.is_tagged.then_some(AuthenticationFailure::NoKeyHere))
     }
 
-    /// Packets so far that came together with a newer one: a tick uses one.
+    /// Returns the number of superseded packets.
     #[must_use]
     pub fn superseded(&self) -> u32 {
         self.arrivals.superseded()
     }
 
-    /// How often the sender at the other end of a link has restarted.
+    /// Returns the number of restarts of the sender on a link.
     #[must_use]
     pub fn restarts(&self) -> u32 {
         self.arrivals.restarts()
     }
 
-    /// How many packets a tick the sender at the other end of a link sends, lost ones included; none where few came.
+    /// Returns the packets per tick sent on a link, including lost packets; `None` after too few packets.
     #[must_use]
     pub fn packets_per_tick(&self, link: usize) -> Option<f64> {
         self.arrivals.packets_per_tick(link)
     }
 
-    /// Whether its actuators have something to do: the scheme commands, or the way to zero is not over.
+    /// Whether its actuators are active: commanded by the scheme or ramping to zero.
     fn is_driven(&self) -> bool {
         self.last_tick == Tick::Ran || self.command.iter().any(|command| *command != 0.0)
     }
@@ -242,7 +239,7 @@ impl Station {
         match carried {
             Carried::Packet(packet) if self.takes_packet(link, &packet) => {
                 let packet = Ok(packet);
-                // Fails only where there is no such link.
+                // Fails only for a nonexistent link.
                 if self.dimsart.deliver(link, &packet).is_ok()
                     && let Ok(packet) = packet
                 {
@@ -256,7 +253,7 @@ impl Station {
         }
     }
 
-    /// Whether the controller takes a packet, and nobody looks at its bytes.
+    /// Whether the controller accepts packets without inspection of their bytes.
     fn takes_packet(&self, link: usize, packet: &Packet) -> bool {
         let is_guarded = self.guarded.as_ref().is_some_and(|guarded| guarded.link == link);
         let is_looked_at =
@@ -269,7 +266,7 @@ impl Station {
         let listening_channel = dimsart.listening_channel(link);
         let mut give = |content: &[u8]| match remote {
             Some(remote) => remote.receive(link, content),
-            // What is refused is counted by the controller.
+            // The controller counts refused packets.
             None => {
                 if let Some(trace) = trace {
                     trace.received.push((link, dimsart.listening_channel(link), content.to_vec()));
@@ -351,21 +348,21 @@ impl Station {
     }
 }
 
-/// The first class that has to do with keys.
+/// First class of handshake packets.
 const HANDSHAKE: u8 = Class::Handshake as u8;
 
-/// Why what comes in over a link is not trusted.
+/// Authentication failure of a received packet.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, thiserror::Error)]
 pub enum AuthenticationFailure {
     /// The guard refused it.
     #[error("{0}")]
     Refused(AuthError),
-    /// It has a tag, and there is no guard.
-    #[error("it is authenticated, and this side has no key")]
+    /// The packet has a tag and there is no guard.
+    #[error("the packet is authenticated but this side has no key")]
     NoKeyHere,
 }
 
-/// Where a link begins or ends: a station and its link number there.
+/// End of a link: station and link number.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct End {
     /// Index of the station.
@@ -381,7 +378,7 @@ struct Connection {
     link: Box<dyn Link>,
 }
 
-/// Stations and the connections between them, stepped together.
+/// Stations and their connections, stepped together.
 #[derive(Debug)]
 pub struct Rig {
     stations: Vec<Station>,
@@ -391,26 +388,24 @@ pub struct Rig {
 }
 
 impl Rig {
-    /// An empty rig whose controllers are stepped every `period_s`.
+    /// Creates an empty rig with controllers of period `period_s`.
     #[must_use]
     pub fn new(period_s: f64) -> Self {
         Self { stations: Vec::new(), connections: Vec::new(), period_s, tick: 0 }
     }
 
-    /// Adds a station; stations are stepped in the order they were added.
+    /// Adds a station; stations are stepped in the order of addition.
     pub fn add(&mut self, station: Station) -> usize {
         self.stations.push(station);
         self.stations.len() - 1
     }
 
-    /// Lets a link carry what leaves at `from` to where it enters, `to`. For a link to another process
-    /// both ends are the same.
+    /// Connects a link from `from` to `to`. For a link to another process both ends are equal.
     pub fn connect(&mut self, from: End, to: End, link: Box<dyn Link>) {
         self.connections.push(Connection { from, to, link });
     }
 
-    /// Lets the guards of two stations find together before the first tick, as if the link had been there long
-    /// before. Does nothing to stations without guards.
+    /// Completes the handshake of two stations' guards before the first tick. No effect without guards.
     pub fn introduce(&mut self, left: usize, right: usize) {
         let Ok([left, right]) = self.stations.get_disjoint_mut([left, right]) else { return };
         if let (Some(left), Some(right)) = (&mut left.guarded, &mut right.guarded) {
@@ -418,24 +413,24 @@ impl Rig {
         }
     }
 
-    /// The stations, in the order they were added.
+    /// Returns the stations in stepping order.
     #[must_use]
     pub fn stations(&self) -> &[Station] {
         &self.stations
     }
 
-    /// The stations, to be given commands between two steps.
+    /// Returns the stations for commands between two steps.
     pub fn stations_mut(&mut self) -> &mut [Station] {
         &mut self.stations
     }
 
-    /// Time between two ticks, `s`.
+    /// Returns the sample period, `s`.
     #[must_use]
     pub fn period_s(&self) -> f64 {
         self.period_s
     }
 
-    /// What the media between the stations came to so far, each with the packets of all links over it.
+    /// Returns the reports of the media, including the packets of all links.
     #[must_use]
     pub fn media(&self) -> Vec<MediumReport> {
         let mut media: Vec<MediumReport> = Vec::new();
@@ -448,33 +443,33 @@ impl Rig {
         media
     }
 
-    /// Ticks that packets take over each connection, in the order of [`connect`](Self::connect); none for one that
-    /// does not measure it.
+    /// Returns the delay of each connection in ticks, in the order of [`connect`](Self::connect); `None` if not
+    /// measured.
     pub fn transit_ticks(&self) -> impl Iterator<Item = Option<TransitTicks>> {
         self.connections.iter().map(|connection| connection.link.transit_ticks())
     }
 
-    /// Steps done.
+    /// Returns the number of ticks.
     #[must_use]
     pub fn ticks(&self) -> u64 {
         self.tick
     }
 
-    /// Virtual time, `s`.
+    /// Returns the virtual time, `s`.
     #[must_use]
     pub fn time_s(&self) -> f64 {
         tick_seconds(self.tick, self.period_s)
     }
 
-    /// Takes what went wrong with the board of a station, by the station's name; its device then gets no force.
+    /// Takes the error of a station's board, with the station's name; its device then gets force 0.
     pub fn trouble(&mut self) -> Option<(String, RemoteError)> {
         let taken =
             |station: &mut Station| station.trouble.take().map(|trouble| (station.name.clone(), trouble));
         self.stations.iter_mut().find_map(taken)
     }
 
-    /// One tick of every controller. The world stands still: what the controllers saw and commanded
-    /// can be looked at before [`advance`](Self::advance).
+    /// Runs one tick of every controller, without moving the plants, so that inputs and commands can be inspected
+    /// before [`advance`](Self::advance).
     pub fn tick(&mut self) {
         let tick = self.tick;
         for (index, station) in
@@ -501,7 +496,7 @@ impl Rig {
         }
     }
 
-    /// Moves the world on to the next tick, with the forces held that were commanded.
+    /// Advances the plants to the next tick, with constant commands.
     pub fn advance(&mut self) {
         let start_s = self.time_s();
         for station in &mut self.stations {
@@ -514,12 +509,12 @@ impl Rig {
         self.tick += 1;
     }
 
-    /// Lets a tick pass in which nothing moves.
+    /// Advances one tick without motion.
     pub fn stand_still(&mut self) {
         self.tick += 1;
     }
 
-    /// [`tick`](Self::tick), then [`advance`](Self::advance).
+    /// Calls [`tick`](Self::tick), then [`advance`](Self::advance).
     pub fn step(&mut self) {
         self.tick();
         self.advance();

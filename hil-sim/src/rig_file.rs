@@ -1,4 +1,4 @@
-//! Rig files: any devices, controllers and links, and what an experiment does to them.
+//! Rig files: devices, controllers, links and the experiment.
 //!
 //! ```toml
 //! duration_s = 1.0
@@ -20,8 +20,8 @@
 //! on = "DES_POSITION"
 //! step = { at_s = 0.1, size = 0.5 }
 //! ```
-//! Units are the end of a key's name. Where a key is of an axis that turns or slides, it has none: rad or m, N m or N.
-//! Paths are relative to the file's folder.
+//! The suffix of a key is its unit. Keys of rotary or linear axes have no suffix: rad or m, N m or N. Paths are
+//! relative to the file's folder.
 
 mod around;
 mod bus;
@@ -59,7 +59,7 @@ use serde::{Deserialize, Serialize};
 use set::Setting;
 use toml::Table;
 
-/// Rigs that come with the command, by name; of those with the same scheme the one first that it is for.
+/// Shipped rigs, by name; among rigs with the same scheme, the first is the scheme's default.
 pub const SHIPPED: [(&str, &str); 13] = [
     ("bilateral", include_str!("../scenarios/bilateral.toml")),
     ("arm", include_str!("../scenarios/arm.toml")),
@@ -76,46 +76,46 @@ pub const SHIPPED: [(&str, &str); 13] = [
     ("three", include_str!("../scenarios/three.toml")),
 ];
 
-/// Everything that decides a run.
+/// Complete definition of a run.
 #[derive(Debug, Clone, PartialEq, Deserialize, Serialize)]
 #[serde(deny_unknown_fields)]
 pub struct RigFile {
-    /// Of every random draw: the same seed gives the same run, bit for bit.
+    /// Random seed; equal seeds give bit-identical runs.
     #[serde(default = "first_seed")]
     pub seed: u64,
-    /// Length of the run, `s`; left out, a [press](PressSection) takes as long as it needs.
+    /// Length of the run, `s`; default: as long as the [press](PressSection) needs.
     #[serde(default = "forever", skip_serializing_if = "is_forever")]
     pub duration_s: f64,
-    /// Of every controller, `s`.
+    /// Sample period of every controller, `s`.
     #[serde(default = "millisecond")]
     pub sample_period_s: f64,
     /// Short names for keys that are set together.
     #[serde(rename = "parameter", default, skip_serializing_if = "Vec::is_empty")]
     pub parameters: Vec<ParameterSection>,
-    /// Types of the Data Base beside the catalogue.
+    /// Additional types of the Data Base.
     #[serde(rename = "type", default, skip_serializing_if = "Vec::is_empty")]
     pub types: Vec<TypeSection>,
-    /// What is controlled.
+    /// Devices.
     #[serde(rename = "device")]
     pub devices: Vec<DeviceSection>,
-    /// What controls it: one for a whole device, or several that share its axes.
+    /// Controllers: one for a whole device, or several that share its axes.
     #[serde(rename = "controller")]
     pub controllers: Vec<ControllerSection>,
-    /// What links go over.
+    /// Buses.
     #[serde(rename = "bus", default, skip_serializing_if = "Vec::is_empty")]
     pub buses: Vec<BusSection>,
-    /// What goes from controller to controller.
+    /// Links between controllers.
     #[serde(rename = "link", default)]
     pub links: Vec<LinkSection>,
-    /// What happens.
+    /// Experiment.
     pub experiment: ExperimentSection,
-    /// What is kept.
+    /// Recording.
     #[serde(default)]
     pub record: RecordSection,
-    /// That paths begin in.
+    /// Base folder of relative paths.
     #[serde(skip)]
     pub folder: PathBuf,
-    /// Module kinds of every controller; those of the library unless its caller sets others.
+    /// Module kinds of every controller; default: the library's.
     #[serde(skip, default = "library")]
     pub kinds: Kinds,
 }
@@ -141,13 +141,13 @@ fn is_forever(duration_s: &f64) -> bool {
     duration_s.is_infinite()
 }
 
-/// `[record]`: what a run keeps.
+/// `[record]`: recorded signals.
 #[derive(Debug, Clone, PartialEq, Deserialize, Serialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct RecordSection {
-    /// One row in this many ticks.
+    /// Ticks per row.
     pub every_ticks: u32,
-    /// All signals, or those that begin like one of these: `world`, `master.DES_FORCE`.
+    /// Prefixes of the recorded signals, such as `world` or `master.DES_FORCE`; empty: all.
     pub signals: Vec<String>,
 }
 
@@ -157,29 +157,28 @@ impl Default for RecordSection {
     }
 }
 
-/// The rig of a run without a file, and of a file of settings that names none.
+/// Default rig of a run without a file, and of a settings file without `rig`.
 pub const USUAL: &str = "bilateral";
 
-/// What stands behind a key of a text.
+/// Returns the value of a key in a text.
 fn text_of_key(text: &str, key: &str) -> Option<String> {
     let line = text.lines().find(|line| line.trim_start_matches('#').starts_with(&format!("{key} = ")))?;
     Some(line.split_once(" # ")?.1.to_owned())
 }
 
 impl RigFile {
-    /// The shipped rig of that name.
+    /// Returns the text of a shipped rig.
     #[must_use]
     pub fn shipped(name: &str) -> Option<&'static str> {
         SHIPPED.iter().find(|(known, _)| *known == name).map(|(_, text)| *text)
     }
 
-    /// The file at `path` with each of `sets` (`device.joint.axis.0.plant.load.inertia=0.02`, or the name of a
-    /// [parameter](ParameterSection)) over it. A file without devices is one of settings over the shipped rig that its key
-    /// `rig` names, or over [`USUAL`].
+    /// Loads the file at `path` and applies each of `sets` (`device.joint.axis.0.plant.load.inertia=0.02`, or the
+    /// name of a [parameter](ParameterSection)). A file without devices contains settings of the shipped rig named by
+    /// its key `rig`, default [`USUAL`].
     ///
     /// # Errors
-    /// A file that cannot be read or is not TOML, a key that does not exist, a value that its key does not take; or
-    /// everything that does not go together.
+    /// The file cannot be read or is not TOML, has unknown keys or invalid values, or its keys conflict.
     pub fn load(path: &Path, sets: &[String]) -> Result<Self, RigFileError> {
         let text = std::fs::read_to_string(path)
             .map_err(|source| RigFileError::Unreadable { path: path.to_owned(), source })?;
@@ -191,10 +190,10 @@ impl RigFile {
         }
     }
 
-    /// The [shipped](SHIPPED) rig of that name with each of `sets` over it.
+    /// Reads a [shipped](SHIPPED) rig and applies each of `sets`.
     ///
     /// # Errors
-    /// As [`load`](Self::load), and for a name that no shipped rig has.
+    /// As [`load`](Self::load), or an unknown name.
     pub fn of_shipped(name: &str, sets: &[String]) -> Result<Self, RigFileError> {
         let near = || suggestion(name, &SHIPPED.map(|(name, _)| name.to_owned()));
         let text = Self::shipped(name)
@@ -202,7 +201,7 @@ impl RigFile {
         Self::read(text, name, PathBuf::new(), sets)
     }
 
-    /// A text with each of `sets` over it; `name` is what messages call it.
+    /// Reads a rig from a text and applies each of `sets`; `name` is its name in messages.
     ///
     /// # Errors
     /// As [`load`](Self::load).
@@ -251,15 +250,15 @@ impl RigFile {
         Err(RigFileError::Wrong { name: name.to_owned(), sets: at_fault, problems })
     }
 
-    /// With everything that follows from what the file says.
+    /// Adds everything derived from the file.
     fn completed(mut self, folder: PathBuf) -> Self {
         self.folder = folder;
         self.devices.iter_mut().for_each(DeviceSection::complete);
         self
     }
 
-    /// What a shipped rig has at a key at its top, or at the keys of a parameter, as TOML, and what that is, in a line. The
-    /// value is none where the key is left out.
+    /// Returns the value of a top-level key or parameter of a shipped rig, as TOML, and its meaning in one line. The
+    /// value is `None` if the key is missing.
     #[must_use]
     pub fn shipped_setting(rig: &str, name: &str) -> Option<(Option<String>, String)> {
         let text = Self::shipped(rig)?;
@@ -274,25 +273,25 @@ impl RigFile {
         Some((set::value_at(&table, &key).map(ToString::to_string), meaning))
     }
 
-    /// The parameter of that name.
+    /// Finds a parameter by name.
     #[must_use]
     pub fn parameter(&self, name: &str) -> Option<&ParameterSection> {
         self.parameters.iter().find(|parameter| parameter.name == name)
     }
 
-    /// The settings in effect, as a file that gives the same run again.
+    /// Returns the effective settings as a rig file that reproduces the run.
     #[must_use]
     pub fn to_toml(&self) -> String {
         toml::to_string(self).unwrap_or_else(|error| format!("# not expressible in TOML: {error}\n"))
     }
 
-    /// The device of that name.
+    /// Finds a device by name.
     #[must_use]
     pub fn device(&self, name: &str) -> Option<&DeviceSection> {
         self.devices.iter().find(|device| device.name == name)
     }
 
-    /// The type of the Data Base of that name: the file's own, or of the catalogue.
+    /// Finds a type of the Data Base by name: of the file or built-in.
     #[must_use]
     pub fn data_type(&self, name: &str) -> Option<&'static DataType> {
         let mut own = self.types.iter().zip(data_type::FIRST_OWN..);
@@ -300,13 +299,13 @@ impl RigFile {
         own.and_then(|(section, id)| section.data_type(id)).or_else(|| types::by_name(name))
     }
 
-    /// Whether a device has sensors for a type; else it is a reference.
+    /// Whether a device has sensors for a type; otherwise it is a reference.
     #[must_use]
     pub fn is_sensed(data_type: &DataType) -> bool {
         check::SENSED.contains(&data_type)
     }
 
-    /// Where a path in the file leads.
+    /// Resolves a path of the file.
     #[must_use]
     pub fn resolve(&self, path: &Path) -> PathBuf {
         self.folder.join(path)

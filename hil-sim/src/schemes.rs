@@ -1,4 +1,4 @@
-//! Scheme files on the host: which there are, and what is wrong with one, in words.
+//! Scheme files on the host: the shipped ones, loading, and error messages.
 
 mod explain;
 mod frequencies;
@@ -17,10 +17,10 @@ use dimsart_core::{AxisKind, DescriptorError, DeviceDescriptor, limits, types};
 
 use crate::foreign_text::visible_lines;
 
-/// The sides a scheme can name.
+/// Sides that a scheme can address.
 pub const SIDES: &[&str] = &["master", "slave"];
 
-/// The device that a scheme is checked on by itself: positions out, forces in, linear axes.
+/// Device for checking a scheme without a rig: measures positions, takes forces, linear axes.
 ///
 /// # Errors
 /// [`DescriptorError`] for an impossible number of axes or period.
@@ -36,7 +36,7 @@ pub fn device(
     DeviceDescriptor::new(name, axes, sample_period_s, &[types::POSITION], &[types::DES_FORCE])
 }
 
-/// Schemes that come with the command, by name.
+/// Shipped schemes, by name.
 pub const BUILT_IN: &[(&str, &str)] = &[
     ("arm", include_str!("../schemes/arm.scheme")),
     ("arm_bus", include_str!("../schemes/arm_bus.scheme")),
@@ -68,38 +68,38 @@ pub struct SchemeText {
 /// A scheme that cannot be read.
 #[derive(Debug, thiserror::Error)]
 pub enum SchemeFileError {
-    /// The file is not there or not to be read.
+    /// Cannot read the file.
     #[error(
-        "cannot read the scheme file {name}: {source}; give another path, or one of {}",
+        "cannot read scheme file {name}: {source}; use another path, or one of {}",
         built_in_names()
     )]
     Unreadable {
         /// The file.
         name: String,
-        /// What the system says.
+        /// Error of the operating system.
         source: std::io::Error,
     },
-    /// `builtin:` and a name that none has.
-    #[error("there is no scheme {name}; choose one of {}, or the path of a file", built_in_names())]
+    /// `builtin:` with an unknown name.
+    #[error("unknown scheme {name}; use one of {}, or the path of a file", built_in_names())]
     NotBuiltIn {
         /// The name as written.
         name: String,
     },
 }
 
-/// Start of the name of a scheme that comes with the command.
+/// Prefix of the name of a shipped scheme.
 pub(crate) const BUILT_IN_PREFIX: &str = "builtin:";
 
 impl SchemeText {
-    /// Reads a file, or takes `builtin:NAME`.
+    /// Reads a file, or the shipped scheme `builtin:NAME`.
     ///
     /// # Errors
-    /// [`SchemeFileError`] when there is no such file or built-in scheme.
+    /// [`SchemeFileError`] if the file or built-in scheme does not exist.
     pub fn read(name: &str) -> Result<Self, SchemeFileError> {
         Self::read_from(name, Path::new(""))
     }
 
-    /// The same; paths begin in `folder`.
+    /// Like [`read`](Self::read), with paths relative to `folder`.
     ///
     /// # Errors
     /// As [`read`](Self::read).
@@ -126,10 +126,10 @@ fn built_in_names() -> String {
     names.join(", ")
 }
 
-/// No name is as long; a longer word is like none, and shown in part.
+/// Maximum length of a word shown in full; longer words match no name.
 const MAX_WORD_CHARS: usize = 64;
 
-/// The known word most like `word`, if one is like it at all.
+/// Finds the known word most similar to `word`, if any is similar.
 #[must_use]
 pub fn nearest<'a>(word: &str, known: &'a [String]) -> Option<&'a str> {
     if word.len() > 4 * MAX_WORD_CHARS {
@@ -141,12 +141,12 @@ pub fn nearest<'a>(word: &str, known: &'a [String]) -> Option<&'a str> {
     (!word.is_empty() && likeness(&best) > 0.75).then_some(best)
 }
 
-/// What to write instead of an unknown `word`: the nearest of those known, or which there are.
+/// Suggests the known word nearest to an unknown `word`, or lists the known words.
 #[must_use]
 pub fn suggestion(word: &str, known: &[String]) -> String {
     match nearest(word, known) {
         Some(near) => format!("did you mean '{near}'?"),
-        None if known.is_empty() => "there is none".to_owned(),
-        None => format!("there is {}", known.join(", ")),
+        None if known.is_empty() => "none available".to_owned(),
+        None => format!("available: {}", known.join(", ")),
     }
 }

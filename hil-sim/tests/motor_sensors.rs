@@ -45,7 +45,8 @@ fn rig(more: &str) -> String {
 fn motor() -> String {
     format!(
         "plant.motor = {{ kind = \"brushed\", resistance_ohm = {RESISTANCE_OHM}, torque_constant_nm_per_a = \
-         {TORQUE_CONSTANT_NM_PER_A}, coulomb_nm = 0.0, viscous_nms_per_rad = 0.0, thermal = {{ resistance_k_per_w = 4.0, \
+         {TORQUE_CONSTANT_NM_PER_A}, coulomb_nm = 0.0, viscous_nms_per_rad = 0.0, thermal = {{ \
+         resistance_k_per_w = 4.0, \
          capacity_j_per_k = 50.0, ambient_c = {AMBIENT_C}, coefficient_per_k = 0.0 }} }}\n"
     )
 }
@@ -82,5 +83,5 @@ fn a_current_sensor_has_its_gain_and_offset() {
 #[test]
 fn a_joint_without_a_motor_has_no_current_to_measure() {
     let error = RigFile::read(&rig(""), "test", PathBuf::new(), &[]).unwrap_err().to_string();
-    assert!(error.contains("has no motor to measure it at"), "{error}");
+    assert!(error.contains("without a motor: set plant.motor.kind"), "{error}");
 }

@@ -39,7 +39,8 @@ impl SchemeFile {
     }
 }
 
-const PD: &str = "all PDCTRL_MOD K_PARAM 40\nall PDCTRL_MOD D_PARAM 1.5\nall MOD_ENG MOD_ON PDCTRL_MOD\nall MOD_ENG MATCHING_CHECK";
+const PD: &str = "all PDCTRL_MOD K_PARAM 40\nall PDCTRL_MOD D_PARAM 1.5\nall MOD_ENG MOD_ON PDCTRL_MOD\nall \
+MOD_ENG MATCHING_CHECK";
 
 fn pd_rig(delay_ticks: f64) -> String {
     format!(
@@ -189,7 +190,8 @@ fn what_swings_between_its_limits_is_a_limit_cycle() {
 fn led(sent: &str) -> Run {
     let device = |name: &str, reference: &str| {
         format!(
-            "[[device]]\nname = '{name}'\nmeasures = ['POSITION'{reference}]\naxis = [{{ plant.load.inertia = 0.01 }}]\n\
+            "[[device]]\nname = '{name}'\nmeasures = ['POSITION'{reference}]\naxis = [{{ plant.load.inertia = \
+            0.01 }}]\n\
              [[controller]]\ndevice = '{name}'\nscheme = 'pd.scheme'\n"
         )
     };
@@ -214,7 +216,7 @@ fn a_link_that_never_comes_up_is_named_and_no_run_with_it_is_stable() {
     let bad = led("POSITION\nlead COMM_TXMOD CTX_ADD_DATA DES_POSITION").outcome;
     let named = |fault: &String| {
         fault.starts_with("the link to COMM_RXMOD of the follow never came up: all ")
-            && fault.contains("their content differs")
+            && fault.contains("packets had different content")
     };
     assert!(!bad.stable && bad.faults.iter().any(named), "{:?}", bad.faults);
     assert!(bad.refused_packets > 400 && bad.lost_packets == 0, "{bad:?}");
@@ -226,7 +228,8 @@ fn a_device_follows_another_one_over_a_link() {
     let device = |name: &str, reference: &str| {
         format!(
             "[[device]]\nname = '{name}'\nmeasures = ['POSITION'{reference}]\n\
-             axis = [{{ unit = 'm', plant.load = {{ inertia = 2.0, damping = 5.0 }} }}, {{ plant.load.inertia = 0.01 }}]\n\
+             axis = [{{ unit = 'm', plant.load = {{ inertia = 2.0, damping = 5.0 }} }}, {{ plant.load.inertia = \
+             0.01 }}]\n\
              [[controller]]\ndevice = '{name}'\nscheme = 'pd.scheme'\n"
         )
     };
@@ -239,8 +242,10 @@ fn a_device_follows_another_one_over_a_link() {
     ));
     let rig = |delay_ticks: u32| {
         format!(
-            "duration_s = 3.0\n{}{}[[link]]\nfrom = 'lead'\nto = 'follow'\ncarrier = {{ delay_ticks = {delay_ticks} }}\n\
-             [[experiment.move]]\ndevice = 'lead'\non = 'DES_POSITION'\nramp = {{ at_s = 0.5, until_s = 3.0, size = 1.0 }}\n",
+            "duration_s = 3.0\n{}{}[[link]]\nfrom = 'lead'\nto = 'follow'\ncarrier = {{ delay_ticks = \
+            {delay_ticks} }}\n\
+             [[experiment.move]]\ndevice = 'lead'\non = 'DES_POSITION'\nramp = {{ at_s = 0.5, until_s = 3.0, \
+             size = 1.0 }}\n",
             device("lead", ", 'DES_POSITION'"),
             device("follow", "")
         )
@@ -296,11 +301,11 @@ fn one_setting_goes_over_a_file_by_names_and_numbers() {
     assert!((file.devices[0].axes[0].plant.as_ref().unwrap().load.inertia - 1.0).abs() < 1e-12);
     assert_eq!(with("controller.joint.scheme=my.scheme").unwrap().controllers[0].scheme, "my.scheme");
     for (set, expected) in [
-        ("duration_s", "write it as key=value"),
-        ("device.arm.delay_ticks=1", "say which one, by number or name: joint"),
+        ("duration_s", "write key=value"),
+        ("device.arm.delay_ticks=1", "select an entry by index or name: joint"),
         (
             "device.joint.delay_tick=1",
-            "there is no key `device.joint.delay_tick`; did you mean 'delay_ticks'?",
+            "unknown key `device.joint.delay_tick`; did you mean 'delay_ticks'?",
         ),
         ("duration_s.x=1", "`duration_s` is a value"),
         ("duration_s=long", "--set duration_s=long"),
@@ -332,18 +337,18 @@ fn everything_that_does_not_go_together_is_named_at_once() {
     "#;
     let error = RigFile::read(text, "my.toml", PathBuf::new(), &[]).unwrap_err().to_string();
     for expected in [
-        "my.toml cannot be run",
+        "cannot run my.toml:",
         "duration_s is -1",
-        "measures 'POSITON', and there is no such type; did you mean 'POSITION'?",
-        "DES_POSITION, which no sensor shows and nothing moves",
-        "delay_ticks is 4: give it 0 to 3",
+        "measures unknown data type 'POSITON'; did you mean 'POSITION'?",
+        "DES_POSITION, which has no sensor and no [[experiment.move]]",
+        "delay_ticks is 4, must be 0 to 3",
         "axis 0: plant.",
-        "no device 'driv'; did you mean 'drive'?",
+        "unknown device 'driv'; did you mean 'drive'?",
         "axis 0 of 'drive' has 0 controllers",
-        "axis 1 of 'drive', which has 1",
-        "measures no reference 'DES_VELOCITY'; did you mean 'DES_POSITION'?",
-        "it has step and ramp: give it one",
-        "until_s is 0: give it one after 0.1",
+        "axis 1 of 'drive' is out of range: it has 1 axes",
+        "not measure a reference 'DES_VELOCITY': add it to `measures`; did you mean 'DES_POSITION'?",
+        "has step and ramp: set exactly one",
+        "until_s is 0 s, must be after at_s, 0.1 s",
     ] {
         assert!(error.contains(expected), "{expected} is not in\n{error}");
     }
@@ -363,7 +368,8 @@ fn a_loop_that_would_swing_at_its_wall_is_not_stable() {
     let scheme = SchemeFile::new(PD);
     let at_wall = |damping: f64| {
         let wall = format!(
-            "plant.load = {{ inertia = 0.02, damping = 0.05 }}\nwall = {{ position = 0.7, stiffness = 1e5, damping = {damping} }}"
+            "plant.load = {{ inertia = 0.02, damping = 0.05 }}\nwall = {{ position = 0.7, stiffness = 1e5, \
+            damping = {damping} }}"
         );
         let text = pd_rig(1.0).replace("plant.load = { inertia = 0.02, damping = 0.05 }", &wall);
         scheme.run(&text).outcome
@@ -454,13 +460,13 @@ fn an_arm_at_rest_is_held_against_its_weight() {
 fn what_does_not_go_together_in_coupled_axes_is_named() {
     let text = RigFile::shipped("phantom").unwrap();
     for (set, expected) in [
-        ("device.phantom.axis.0.plant.load.inertia=1", "it has a plant, and is one of coupled axes"),
-        ("device.phantom.axis.1.hand.inertia=1", "its tip is held by one hand"),
+        ("device.phantom.axis.0.plant.load.inertia=1", "a coupled axis cannot have a plant"),
+        ("device.phantom.axis.1.hand.inertia=1", "one hand holds the tip"),
         ("device.phantom.phantom.coulomb_nm=-1", "phantom.coulomb_nm is -1"),
-        ("device.robot.axis.2.wall.stiffness=-5", "a stiffness > 0"),
+        ("device.robot.axis.2.wall.stiffness=-5", "the stiffness > 0"),
         (
             "device.robot.axis.0.hand.damping=-1",
-            "`device.robot.axis.0.hand.damping` cannot be without `inertia`",
+            "missing key `inertia` in `device.robot.axis.0.hand.damping`",
         ),
         ("experiment.move.0.device=robot", "has no hand with a stiffness"),
     ] {
@@ -475,11 +481,13 @@ fn what_does_not_go_together_in_coupled_axes_is_named() {
 fn a_sampled_spring_gives_out_the_energy_of_its_delay() {
     let rows = PD.replace("D_PARAM 1.5", "D_PARAM 0");
     let text = pd_rig(0.0)
-        .replace("plant.load = { inertia = 0.02, damping = 0.05 }", "plant.load = { inertia = 0.02, damping = 0.05 }\nhand = { inertia = 0.01, damping = 2.0, stiffness = 1000.0 }")
+        .replace("plant.load = { inertia = 0.02, damping = 0.05 }", "plant.load = { inertia = 0.02, damping = \
+        0.05 }\nhand = { inertia = 0.01, damping = 2.0, stiffness = 1000.0 }")
         .replace("duration_s = 0.6", "duration_s = 2.0")
         .replace("on = \"DES_POSITION\"", "on = \"hand\"")
         .replace("step = { at_s = 0.05, size = 0.5 }", "minimum_jerk = { at_s = 0.1, until_s = 0.9, size = 0.2 }")
-        + "[[experiment.move]]\ndevice = 'drive'\non = 'hand'\nminimum_jerk = { at_s = 1.0, until_s = 1.8, size = -0.2 }\n\
+        + "[[experiment.move]]\ndevice = 'drive'\non = 'hand'\nminimum_jerk = { at_s = 1.0, until_s = 1.8, size \
+        = -0.2 }\n\
            [[experiment.move]]\ndevice = 'drive'\non = 'DES_POSITION'\nstep = { at_s = -1.0, size = 0.0 }\n";
     let run = SchemeFile::new(&rows).run(&text);
     let speeds = column(&run, "world", "drive.velocity");
@@ -553,7 +561,7 @@ fn the_telerobot_takes_the_keys_of_the_bilateral_scenario() {
     let again = RigFile::read(&file.to_toml(), "again", PathBuf::new(), &[]).unwrap();
     assert_eq!(again.links, file.links);
     for (set, expected) in [
-        ("link.loss=2", "`link.loss` cannot be 2; give it a number from 0 to 1"),
+        ("link.loss=2", "`link.loss` is 2, must be a number from 0 to 1"),
         ("wall.stiffnes_n_per_m=1", "did you mean `wall.stiffness_n_per_m`?"),
     ] {
         let error = read(&[set]).unwrap_err().to_string();
@@ -565,11 +573,11 @@ fn the_telerobot_takes_the_keys_of_the_bilateral_scenario() {
 fn a_wrong_parameter_is_refused_with_its_name() {
     let text = RigFile::shipped("joint").unwrap();
     for (parameter, expected) in [
-        ("name = 'load', keys = []", "parameter 'load': it sets nothing"),
-        ("name = 'duration_s', keys = ['seed']", "parameter 'duration_s': there is a key of this name"),
+        ("name = 'load', keys = []", "parameter 'load': sets no keys"),
+        ("name = 'duration_s', keys = ['seed']", "parameter 'duration_s': a key of this name exists"),
         (
             "name = 'load', keys = ['device.joint.delay']",
-            "parameter 'load': there is no key `device.joint.delay`",
+            "parameter 'load': unknown key `device.joint.delay`",
         ),
         ("name = 'load', keys = ['device.drive.delay_ticks']", "parameter 'load': `device` is a list"),
     ] {

@@ -117,7 +117,7 @@ fn every_parameter_of_a_shipped_rig_has_a_meaning_and_takes_what_stands_there() 
         }
     }
     let (default, meaning) = RigFile::shipped_setting("bilateral", "link.loss").unwrap();
-    assert_eq!((default.as_deref(), meaning.as_str()), (Some("0.0"), "share of packets that never arrive"));
+    assert_eq!((default.as_deref(), meaning.as_str()), (Some("0.0"), "share of lost packets"));
     assert_eq!(RigFile::shipped_setting("bilateral", "wave.impedance_ns_per_m").unwrap().0, None);
 }
 
@@ -131,7 +131,7 @@ fn an_unknown_key_names_the_nearest_one() {
         ("link.forward_delay", "link.forward_delay_ticks"),
     ] {
         let message = refused(&format!("{wrong}=1"));
-        assert_eq!(message, format!("--set {wrong}=1: there is no key `{wrong}`; did you mean `{right}`?"));
+        assert_eq!(message, format!("--set {wrong}=1: unknown key `{wrong}`; did you mean `{right}`?"));
     }
     assert!(refused("duration=1").contains("did you mean"), "{}", refused("duration=1"));
     assert!(refused("nonesuch.a=1").contains("nonesuch"));
@@ -140,19 +140,19 @@ fn an_unknown_key_names_the_nearest_one() {
 #[test]
 fn a_wrong_value_names_key_value_and_what_is_allowed() {
     for (argument, problem) in [
-        ("link.loss=2", "`link.loss` cannot be 2; give it a number from 0 to 1"),
-        ("link.loss=lots", "`link.loss` cannot be lots; give it a number from 0 to 1"),
-        ("link.loss=nan", "`link.loss` cannot be nan; give it a number from 0 to 1"),
-        ("master.device.mass_kg=-1", "`master.device.mass_kg` cannot be -1; give it a finite number > 0"),
-        ("slave.device.mass_kg=0", "`slave.device.mass_kg` cannot be 0; give it a finite number > 0"),
-        ("hand.mass_kg=nan", "`hand.mass_kg` cannot be nan; give it a finite number >= 0"),
-        ("hand.mass_kg=inf", "`hand.mass_kg` cannot be inf; give it a finite number >= 0"),
-        ("wall.stiffness_n_per_m=0", "`wall.stiffness_n_per_m` cannot be 0; give it a number > 0, or inf"),
-        ("dof=0", "`dof` cannot be 0; give it a number from 1 to 8"),
-        ("dof=9", "`dof` cannot be 9; give it a number from 1 to 8"),
-        ("wave.form=splt", "`wave.form` cannot be splt; give it one of implicit, printed, split"),
-        ("link=3", "`link` is no value: it is a section with the keys carrier, forward_delay_ticks, "),
-        ("link.jitter_ticks=-1", "`link.jitter_ticks` cannot be -1; give it a number from 0 to 100000"),
+        ("link.loss=2", "`link.loss` is 2, must be a number from 0 to 1"),
+        ("link.loss=lots", "`link.loss` is lots, must be a number from 0 to 1"),
+        ("link.loss=nan", "`link.loss` is nan, must be a number from 0 to 1"),
+        ("master.device.mass_kg=-1", "`master.device.mass_kg` is -1, must be a finite number > 0"),
+        ("slave.device.mass_kg=0", "`slave.device.mass_kg` is 0, must be a finite number > 0"),
+        ("hand.mass_kg=nan", "`hand.mass_kg` is nan, must be a finite number >= 0"),
+        ("hand.mass_kg=inf", "`hand.mass_kg` is inf, must be a finite number >= 0"),
+        ("wall.stiffness_n_per_m=0", "`wall.stiffness_n_per_m` is 0, must be a number > 0, or inf"),
+        ("dof=0", "`dof` is 0, must be a number from 1 to 8"),
+        ("dof=9", "`dof` is 9, must be a number from 1 to 8"),
+        ("wave.form=splt", "`wave.form` is splt, must be one of implicit, printed, split"),
+        ("link=3", "`link` is a section, not a value; set one of its keys: carrier, forward_delay_ticks, "),
+        ("link.jitter_ticks=-1", "`link.jitter_ticks` is -1, must be a number from 0 to 100000"),
     ] {
         let message = refused(argument);
         assert!(message.starts_with(&format!("--set {argument}: {problem}")), "{message}");
@@ -166,7 +166,7 @@ fn a_wrong_value_names_key_value_and_what_is_allowed() {
 #[test]
 fn an_argument_that_sets_nothing_is_refused() {
     for argument in ["link.loss", "=1", "link.loss=", "link..loss=1", "hand.contact_force_n=[1,"] {
-        assert!(refused(argument).contains("write it as key=value"), "{argument}");
+        assert!(refused(argument).contains("write key=value"), "{argument}");
     }
 }
 
@@ -184,12 +184,12 @@ fn a_file_changes_what_it_names_and_an_argument_goes_over_it() {
 #[test]
 fn an_error_in_a_file_names_line_and_column() {
     let misspelt = File::new("seed = 2\n[link]\n  los = 0.2\n");
-    assert_eq!(misspelt.refused(), "cell.toml:3:3: there is no key `link.los`; did you mean `link.loss`?");
+    assert_eq!(misspelt.refused(), "cell.toml:3:3: unknown key `link.los`; did you mean `link.loss`?");
     let wrong = File::new("# comment\nslave.device = { mass_kg = -2.0 }\n");
-    let message = "cell.toml:2:18: `slave.device.mass_kg` cannot be -2.0; give it a finite number > 0";
+    let message = "cell.toml:2:18: `slave.device.mass_kg` is -2.0, must be a finite number > 0";
     assert_eq!(wrong.refused(), message);
     let broken = File::new("seed = 2\nlink = [\n");
-    assert!(broken.refused().contains("not a TOML file: TOML parse error at line "), "{}", broken.refused());
+    assert!(broken.refused().contains("not a valid TOML file: TOML parse error at line "), "{}", broken.refused());
     let missing = RigFile::load(Path::new("no/such/file.toml"), &[]).unwrap_err().to_string();
     assert!(missing.starts_with("cannot read the rig file no/such/file.toml"), "{missing}");
     let unknown = File::new("rig = 'nosuch'\nseed = 2\n").refused();
@@ -229,7 +229,7 @@ fn everything_that_is_wrong_is_told_at_once() {
 fn a_force_for_an_axis_that_is_not_there_is_refused() {
     let set = |arguments: &[&str]| with(arguments).map(|_| ()).map_err(|error| error.to_string());
     assert!(
-        set(&["hand.contact_force_n=[1, 2, 3, 4, 5]"]).unwrap_err().contains("5 values and there are 3 axes")
+        set(&["hand.contact_force_n=[1, 2, 3, 4, 5]"]).unwrap_err().contains("5 values for 3 axes")
     );
     assert_eq!(set(&["dof=1"]), Ok(()), "the shipped forces of further axes are nobody's fault");
     assert_eq!(set(&["dof=5", "hand.contact_force_n=[1, 2, 3, 4, 5]"]), Ok(()));
@@ -253,7 +253,8 @@ proptest! {
                 prop_assert!(file.duration_s > 0.0);
                 prop_assert_eq!(RigFile::read(&file.to_toml(), "again", PathBuf::new(), &[]).unwrap(), file);
             }
-            Err(error) => prop_assert!(error.to_string().contains(&**key) || error.to_string().contains("cannot be run"), "{error}"),
+            Err(error) => prop_assert!(error.to_string().contains(&**key) || error.to_string().contains("cannot \
+            run"), "{error}"),
         }
     }
 }

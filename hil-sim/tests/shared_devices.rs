@@ -61,7 +61,7 @@ fn a_bus_that_is_too_slow_is_a_fault_with_its_remedy() {
     ];
     let slow = run(&read("arm_bus", &slow)).unwrap().outcome;
     assert!(
-        slow.faults.iter().any(|fault| fault.contains("the line is full; raise its bit rates")),
+        slow.faults.iter().any(|fault| fault.contains("queue full; raise the bit rates")),
         "{slow:?}"
     );
 }
@@ -74,7 +74,8 @@ fn pair(bus: &str, link: &str, every_ticks: u32) -> String {
          [[controller]]\ndevice = 'lead'\nscheme = 'SCHEME'\nevery_ticks = {every_ticks}\n\
          [[controller]]\ndevice = 'follow'\nscheme = 'SCHEME'\n\
          [[link]]\nfrom = 'lead'\nto = 'follow'\n{link}\n\
-         [[experiment.move]]\ndevice = 'lead'\non = 'DES_POSITION'\nramp = {{ at_s = 0.1, until_s = 0.5, size = 1.0 }}\n"
+         [[experiment.move]]\ndevice = 'lead'\non = 'DES_POSITION'\nramp = {{ at_s = 0.1, until_s = 0.5, size = \
+         1.0 }}\n"
     )
 }
 
@@ -143,7 +144,7 @@ fn a_can_link_without_a_channel_of_its_own_is_refused() {
         .to_owned()
         + ROWS;
     let error = run_pair(&rows, &both).unwrap_err();
-    assert!(error.contains("on channel 5: give each a"), "{error}");
+    assert!(error.contains("share channel 5 of one CAN bus"), "{error}");
 }
 
 #[test]
@@ -151,8 +152,8 @@ fn what_does_not_fit_together_is_said_before_anything_runs() {
     let text = pair("[[bus]]\nname = 'line'\nuart = {}\ncan = {}", "bus = 'lin'", 0);
     let error = wrong(&text);
     for expected in [
-        "bus 'line': give it one of uart, can, can_fd, udp",
-        "there is no bus 'lin'; did you mean 'line'?",
+        "bus 'line': set exactly one of uart, can, can_fd, udp",
+        "unknown bus 'lin'; did you mean 'line'?",
         "every_ticks is 0",
     ] {
         assert!(error.contains(expected), "{expected} is not in\n{error}");
@@ -162,8 +163,8 @@ fn what_does_not_fit_together_is_said_before_anything_runs() {
     for expected in [
         "axis 2 of 'arm' has 2 controllers",
         "axis 3 of 'arm' has 0 controllers",
-        "a controller has axis 6 of 'arm', which has 6",
-        "there is no controller 'tool'",
+        "a controller uses axis 6 of 'arm', which has 6 axes",
+        "unknown controller 'tool'",
     ] {
         assert!(error.contains(expected), "{expected} is not in\n{error}");
     }
@@ -180,10 +181,11 @@ fn a_file_declares_types_of_its_own() {
     let run = run_pair(ROWS, &text).unwrap();
     let widths = column(&run, "lead", "GRIP_WIDTH", 0);
     assert!(widths[50].abs() < 1e-9 && (widths[200] - 0.04).abs() < 1e-6);
-    let rows = ROWS.replace("follow PDCTRL_MOD K_PARAM", "lead SUM_MOD PORT_A GRIP_WIDTH\nlead SUM_MOD PORT_B DES_POSITION\nlead MOD_ENG MOD_ON SUM_MOD\nfollow PDCTRL_MOD K_PARAM");
+    let rows = ROWS.replace("follow PDCTRL_MOD K_PARAM", "lead SUM_MOD PORT_A GRIP_WIDTH\nlead SUM_MOD PORT_B \
+    DES_POSITION\nlead MOD_ENG MOD_ON SUM_MOD\nfollow PDCTRL_MOD K_PARAM");
     run_pair(&rows, &text).unwrap();
     let error = wrong(&text.replace("unit = 'm'", "unit = 'inch'").replace("'GRIP_FORCE'", "'FORCE'"));
-    for expected in ["there is no unit 'inch'; give it one of 1, m,", "type 'FORCE' is one of the catalogue"]
+    for expected in ["unknown unit 'inch'; use one of 1, m,", "type 'FORCE' is already a built-in type"]
     {
         assert!(error.contains(expected), "{expected} is not in\n{error}");
     }

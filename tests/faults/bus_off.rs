@@ -81,7 +81,7 @@ fn a_node_that_stays_off_the_bus_leaves_both_sides_at_rest() {
                 println!("{what}: {bus_offs} times bus-off, the slave went {farthest_m} m, {:?}", bus.faults);
                 assert!(bus_offs > rejoins && bus_offs <= 2 * (rejoins + 1), "{what}: {bus_offs}");
                 assert!(
-                    bus.faults.iter().any(|fault| fault.contains("is off it at the end")),
+                    bus.faults.iter().any(|fault| fault.contains("is still bus-off at the end")),
                     "{:?}",
                     bus.faults
                 );

@@ -78,7 +78,7 @@ fn a_run_that_ends_before_its_range_is_left_is_not_stable_all_the_same() {
     let [_, _, _, fault] = outcome.faults.as_slice() else { panic!("{:?}", outcome.faults) };
     assert!(outcome.loops.iter().all(LinearLoop::grows), "{:?}", outcome.loops);
     for part in
-        ["master ", " wave of axis ", " grows without bound: by a factor of 1.0", " per tick, seen at 0.3"]
+        ["master ", " wave of axis ", " grows without bound, by a factor of 1.0", " per tick, detected at 0.3"]
     {
         assert!(fault.contains(part), "{fault}");
     }

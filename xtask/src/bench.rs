@@ -1,8 +1,8 @@
-//! `cargo xtask bench`: what a tick costs, counted and held to its budgets; the simulator, timed.
+//! `cargo xtask bench`: counts the instructions of a tick against budgets, and times the simulator.
 //!
-//! Counted, not timed: callgrind runs an optimized build and counts every instruction of one function,
-//! so the same source and compiler give the same number on every run. The time that the shipped experiment
-//! takes is measured too, and shown; a busy machine breaks no budget.
+//! Callgrind counts the instructions of a function in an optimized build, so that the same source and
+//! compiler give the same number in every run. The time of the shipped experiment is reported without a
+//! budget.
 
 mod count;
 mod frames;
@@ -17,48 +17,48 @@ use frames::Frame;
 use line::Line;
 use simulator::Simulator;
 
-/// Most instructions the engine may spend on calling a module.
+/// Maximum instructions of the engine per module call.
 const CALL_BUDGET: f64 = 25.0;
-/// What LinuxCNC HAL spends on calling a function, counted the same way.
+/// LinuxCNC HAL's instructions per function call, counted the same way.
 const LINUXCNC_CALL: f64 = 29.4;
-/// Most times as many instructions as the same arithmetic by hand, which does not look at what it has written: that is
-/// 0.9 of it, and keeps integrals on the force that was applied.
+/// Maximum ratio to the hand-written arithmetic, which does not check its outputs (0.9 of the cost) and keeps
+/// integrals of the applied force.
 const TABLE1_BUDGET: f64 = 3.7;
-/// Largest distance of a count from its straight line.
+/// Maximum residual of a count from the linear fit.
 const LINE_BUDGET: f64 = 1.0;
 
 const MODULES: std::ops::RangeInclusive<u8> = 1..=16;
 const AXES: std::ops::RangeInclusive<u8> = 1..=7;
-/// Modules and axes while the other one is varied.
+/// Modules and axes, while the other one is varied.
 const USUAL: (u8, u8) = (8, 3);
 
-/// Cargo's profile of what is counted.
+/// Cargo profile of the counted programs.
 const PROFILE: &str = "counted";
 
-/// All that was counted, in instructions per tick.
+/// All counts, in instructions per tick.
 struct Counts {
-    /// A step with 1 to 16 modules that do nothing.
+    /// Steps with 1 to 16 empty modules.
     empty: Vec<(u8, f64)>,
-    /// A tick of Table 1: engine and by hand, with a packet every tick and without any.
+    /// Ticks of Table 1, by the engine and by hand, with a packet in every tick and without packets.
     table1: [(&'static str, f64, f64); 2],
-    /// A step with 1 to 16 P controllers.
+    /// Steps with 1 to 16 P controllers.
     modules: Vec<(u8, f64)>,
-    /// A step with P controllers of 1 to 7 axes.
+    /// Steps with P controllers of 1 to 7 axes.
     axes: Vec<(u8, f64)>,
-    /// A step of the usual size, next to what must not matter.
+    /// Steps of the usual size, with parts that must not add cost.
     idle: Vec<(&'static str, f64)>,
     /// A packet on every carrier.
     frames: Vec<Frame>,
 }
 
-/// One demand on the results.
+/// A budget and its result.
 struct Budget {
     what: &'static str,
     found: f64,
     most: f64,
 }
 
-/// Counts, prints the tables, writes `docs/benchmarks.md`; fails when a budget is broken.
+/// Counts, prints the tables and writes `docs/benchmarks.md`; fails if a budget is exceeded.
 pub(crate) fn run() -> Outcome {
     let counts = Counts::count(&Counter::new()?)?;
     let text = page::text(&counts, &links::measure()?, &Simulator::measure()?);
@@ -67,7 +67,7 @@ pub(crate) fn run() -> Outcome {
     counts.hold()
 }
 
-/// Counts and prints what is held to a budget; fails when one is broken.
+/// Counts and prints the results with budgets; fails if a budget is exceeded.
 pub(crate) fn hold() -> Outcome {
     let counts = Counts::count(&Counter::new()?)?;
     println!("{}", page::budgets(&counts));
@@ -119,9 +119,9 @@ impl Counts {
         let mut budgets = vec![
             Budget { what: "engine per module call", found: Line::fit(&self.empty).slope, most: CALL_BUDGET },
             Budget { what: "Table 1 against by hand", found: engine / by_hand, most: TABLE1_BUDGET },
-            Budget { what: "off the line over modules", found: modules.residual, most: LINE_BUDGET },
-            Budget { what: "off the line over axes", found: axes.residual, most: LINE_BUDGET },
-            Budget { what: "effect of what is not active", found: spread, most: 0.0 },
+            Budget { what: "residual over modules", found: modules.residual, most: LINE_BUDGET },
+            Budget { what: "residual over axes", found: axes.residual, most: LINE_BUDGET },
+            Budget { what: "effect of inactive parts", found: spread, most: 0.0 },
         ];
         budgets.extend(frames);
         budgets
@@ -132,8 +132,8 @@ impl Counts {
             .budgets()
             .iter()
             .filter(|budget| budget.found > budget.most)
-            .map(|budget| format!("{}: {:.2}, at most {:.2}", budget.what, budget.found, budget.most))
+            .map(|budget| format!("{}: {:.2} (limit {:.2})", budget.what, budget.found, budget.most))
             .collect();
-        if broken.is_empty() { Ok(()) } else { Err(format!("over budget: {}", broken.join("; "))) }
+        if broken.is_empty() { Ok(()) } else { Err(format!("budget exceeded: {}", broken.join("; "))) }
     }
 }

@@ -1,4 +1,4 @@
-//! The boards: their images, what these may weigh, and how they are built and checked.
+//! Board images: builds, checks and size budgets.
 
 use std::path::{Path, PathBuf};
 
@@ -15,17 +15,17 @@ use crate::example::dimsart;
 use crate::shell::{Outcome, command, image_folder, run};
 use crate::toolchain::{Toolchain, output};
 
-/// Cargo's profile of images.
+/// Cargo profile of images.
 pub(crate) const PROFILE: &str = "firmware";
 
-/// The scheme's sides.
+/// Sides of a scheme.
 pub(crate) const SIDES: [&str; 2] = ["master", "slave"];
 
-/// Programs of the firmware beside the image, as features, which add no more than these.
+/// Features for the firmware's other programs, which add only these.
 const PROGRAMS: &str = "cycle-table,drive-step,two-engines";
 
-/// Images that are built for every change: a chip and its drive, the emulated board, authentication. `cargo xtask long`
-/// builds all.
+/// Images built for every change: a chip with its drive, the emulated board, authentication. `cargo xtask
+/// long` builds all.
 const FOR_EVERY_CHANGE: [&str; 6] = [
     "mps2-an386",
     "mps2-an386-timer-tick",
@@ -35,20 +35,20 @@ const FOR_EVERY_CHANGE: [&str; 6] = [
     "b-g431b-esc1",
 ];
 
-/// The board whose documentation is built for every change.
+/// The board documented for every change.
 const DOCUMENTED: &str = "nucleo-g474re";
 
-/// Which images are built.
+/// A selection of images.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum Images {
-    /// Those for every change.
+    /// Images for every change.
     Few,
     /// Every variant of every board.
     All,
 }
 
 impl Images {
-    /// Boards and variants, of the boards' catalogue.
+    /// Returns the selected boards and variants from the catalogue.
     fn list(self) -> impl Iterator<Item = (&'static BoardInfo, Option<&'static str>)> {
         let all = BOARDS.iter().flat_map(|board| {
             let variants = board.tooling.variants.iter().copied().map(Some);
@@ -60,27 +60,27 @@ impl Images {
     }
 }
 
-/// Bytes of an image.
+/// Size of an image, bytes.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) struct Size {
-    /// Code and data, as they lie in flash.
+    /// Flash: code and data.
     pub(crate) flash: u64,
-    /// Variables; the stack is apart.
+    /// RAM: variables without the stack.
     pub(crate) ram: u64,
 }
 
-/// An image that was built.
+/// A built image.
 pub(crate) struct Image {
-    /// As its file is named: `BOARD[-VARIANT]`.
+    /// Name of its file: `BOARD[-VARIANT]`.
     pub(crate) name: String,
     pub(crate) board: &'static BoardInfo,
     pub(crate) size: Size,
-    /// What it may take; none where the chip's whole memory is there for it.
+    /// Size budget; `None` if only the chip's memory limits it.
     pub(crate) budget: Option<Size>,
 }
 
 impl Image {
-    /// Stamps it as the master.
+    /// Stamps it for the master.
     pub(crate) fn stamp(&self) -> Outcome {
         let [side, _] = SIDES;
         stamp(&image_folder().join(&self.name), side)
@@ -99,12 +99,12 @@ pub(crate) fn read_image(file: &Path) -> Result<cycles::image::Image, String> {
     cycles::image::Image::read(&bytes).map_err(|error| unreadable(&error))
 }
 
-/// What the images' machine code does not say of itself.
+/// Returns the indirect calls, which machine code does not contain.
 pub(crate) fn declared() -> Result<Declared, String> {
     Declared::read(CALLS).map_err(|error| format!("boards/calls.txt, {error}"))
 }
 
-/// Builds images into [`image_folder`], which has no others then.
+/// Builds images into [`image_folder`], which is cleared first.
 pub(crate) fn build_all(toolchain: Toolchain, images: Images) -> Result<Vec<Image>, String> {
     let folder = image_folder();
     if folder.exists() {
@@ -114,20 +114,20 @@ pub(crate) fn build_all(toolchain: Toolchain, images: Images) -> Result<Vec<Imag
     images.list().map(|(board, variant)| build(toolchain, board, variant)).collect()
 }
 
-/// The same, and the program with a drive's period, which tests need, too.
+/// The same, plus the program with a drive's period, for tests.
 pub(crate) fn build_for_tests(toolchain: Toolchain, images: Images) -> Result<Vec<Image>, String> {
     let images = build_all(toolchain, images)?;
     build_drive_step(toolchain)?;
     Ok(images)
 }
 
-/// Holds images to their boards' budgets.
+/// Checks images against their boards' budgets.
 pub(crate) fn hold(images: &[Image]) -> Outcome {
     let over: Vec<String> = images.iter().filter_map(over_budget).collect();
     if over.is_empty() { Ok(()) } else { Err(over.join("\n")) }
 }
 
-/// Builds one image.
+/// Builds an image.
 pub(crate) fn build(
     toolchain: Toolchain,
     board: &'static BoardInfo,
@@ -147,13 +147,13 @@ fn image_name(board: &BoardInfo, variant: Option<&str>) -> String {
     parts.join("-").replace(',', "-")
 }
 
-/// Cargo's arguments that choose a board, the modules that its images have, and what else is wanted.
+/// Returns cargo's arguments for a board, its modules and further features.
 pub(crate) fn features(board: &BoardInfo, more: Option<&str>) -> [String; 3] {
     let features = [&[board.name], board.tooling.modules, more.as_slice()].concat();
     ["--no-default-features".to_owned(), "--features".to_owned(), features.join(",")]
 }
 
-/// Copies what was built to where images are collected.
+/// Copies a built program to the folder of images.
 pub(crate) fn collect(built: &Path, name: &str) -> Result<PathBuf, String> {
     let image = image_folder().join(name);
     let copied = std::fs::create_dir_all(image_folder()).and_then(|()| std::fs::copy(built, &image));
@@ -161,22 +161,21 @@ pub(crate) fn collect(built: &Path, name: &str) -> Result<PathBuf, String> {
     Ok(image)
 }
 
-/// Builds the program with a drive's period, whose machine code is looked at on the host, and runs it as it would run on a
-/// chip.
+/// Builds the program with a drive's period, which tests analyse on the host, and runs it in the emulator.
 fn build_drive_step(toolchain: Toolchain) -> Outcome {
-    let board = BOARDS.iter().find(|board| board.tooling.chip.is_none()).ok_or("no board is emulated")?;
+    let board = BOARDS.iter().find(|board| board.tooling.chip.is_none()).ok_or("no emulated board")?;
     let name = "drive-step";
     emulate(&collect(&build_program(toolchain, board, name)?, name)?)
 }
 
-/// Builds a program of its own for a board, by its name and feature.
+/// Builds one of the firmware's other programs for a board.
 pub(crate) fn build_program(toolchain: Toolchain, board: &BoardInfo, name: &str) -> Result<PathBuf, String> {
     let arguments = ["--package", "firmware", "--bin", name, "--profile", PROFILE];
     run(toolchain.cargo("build", &arguments).args(features(board, Some(name))))?;
     Ok(output(PROFILE).join(name))
 }
 
-/// A board's image with these groups of modules alone, where cargo puts it; none if a memory is too small for it.
+/// Builds a board's image with only these groups of modules; `None` if it does not fit a memory.
 pub(crate) fn build_with(
     toolchain: Toolchain,
     board: &BoardInfo,
@@ -186,32 +185,32 @@ pub(crate) fn build_with(
     let arguments = ["--package", "firmware", "--profile", PROFILE, "--no-default-features", "--features"];
     println!("an image with {features}");
     let built = toolchain.cargo("build", &arguments).arg(&features).output();
-    let built = built.map_err(|error| format!("cargo could not be started: {error}"))?;
+    let built = built.map_err(|error| format!("cannot start cargo: {error}"))?;
     let said = String::from_utf8_lossy(&built.stderr);
-    // What the linker says, and the firmware of a board that it is known of.
-    let is_too_large = said.contains("will not fit in region") || said.contains("has no room for all");
+    // Messages of the linker, and of the firmware for a board that is known to be too small.
+    let is_too_large = said.contains("will not fit in region") || said.contains("do not fit b-g431b-esc1");
     match built.status.success() {
         true => Ok(Some(output(PROFILE).join("firmware"))),
         false if is_too_large => Ok(None),
-        false => Err(format!("no image with {features}: {said}")),
+        false => Err(format!("build of an image with {features} failed: {said}")),
     }
 }
 
-/// Puts into an image what its modules cost, and the side that its scheme is for.
+/// Stamps an image with its modules' costs and the side of its scheme.
 pub(crate) fn stamp(image: &Path, side: &str) -> Outcome {
     run(command(dimsart()?, ["stamp"]).arg(image).args(["--side", side]))
 }
 
-/// The format of the boards' files: behind a macro, `cargo fmt` does not find them.
+/// Checks the format of the boards' files, which `cargo fmt` does not find behind a macro.
 pub(crate) fn check_format() -> Outcome {
     let files = BOARDS.iter().map(|board| format!("boards/src/{}.rs", board.name.replace('-', "_")));
     run(command("rustfmt", ["--check", "--edition", "2024"]).args(files))
 }
 
-/// Lints of what is compiled for boards alone; what their crates have for a host is linted with the rest. For every change,
-/// each board once, with all features of its images together.
+/// Lints board-only code; host code is linted with the rest. For every change, each board once with all
+/// features of its images.
 pub(crate) fn lint(toolchain: Toolchain, images: Images) -> Outcome {
-    // A board without variants has little that another board's lints do not see.
+    // A board without variants adds little to another board's lints.
     let has_variant = |board: &BoardInfo| {
         Images::Few.list().any(|(of, variant)| of.name == board.name && variant.is_some())
     };
@@ -219,7 +218,7 @@ pub(crate) fn lint(toolchain: Toolchain, images: Images) -> Outcome {
     let together = boards.map(|board| (board, Some(together(board))));
     let apart = images.list().filter(|_| images == Images::All);
     for (board, more) in together.chain(apart.map(|(board, more)| (board, more.map(str::to_owned)))) {
-        // Their profile, for which all is built that runs on the host.
+        // With the profile that host code is built with.
         let mut clippy =
             toolchain.cargo("clippy", &["--quiet", "--profile", PROFILE, "--package", "firmware"]);
         run(clippy.args(features(board, more.as_deref())).args(["--", "--deny", "warnings"]))?;
@@ -233,10 +232,10 @@ fn together(board: &BoardInfo) -> String {
     of_board.filter_map(|(_, variant)| variant).chain([PROGRAMS]).collect::<Vec<_>>().join(",")
 }
 
-/// Documents the firmware: of one board for every change, of every board for `long`.
+/// Documents the firmware: for one board for every change, for every board in `long`.
 pub(crate) fn document(toolchain: Toolchain, images: Images) -> Outcome {
     for board in BOARDS.iter().filter(|board| images == Images::All || board.name == DOCUMENTED) {
-        // With the application and the features that their lints have built everything for.
+        // With the application and features already built for the lints.
         let packages = ["--no-deps", "--quiet", "--lib", "--package", "boards", "--package", "firmware"];
         let [no_others, option, features] = features(board, Some(&together(board)));
         let features = features.split(',').map(|feature| format!("firmware/{feature}")).collect::<Vec<_>>();
@@ -247,7 +246,7 @@ pub(crate) fn document(toolchain: Toolchain, images: Images) -> Outcome {
     Ok(())
 }
 
-/// What the plain image of a board may take, by the board's budget; none where that says nothing of it.
+/// Returns the size budget of a board's default image, if any.
 fn budget(board: &BoardInfo) -> Result<Option<Size>, String> {
     let BudgetFile { flash_bytes, ram_bytes, .. } = BudgetFile::of(board)?;
     Ok(flash_bytes.zip(ram_bytes).map(|(flash, ram)| Size { flash, ram }))
@@ -258,7 +257,7 @@ fn over_budget(image: &Image) -> Option<String> {
     let is_over = size.flash > most.flash || size.ram > most.ram;
     is_over.then(|| {
         format!(
-            "{} takes {} bytes of flash (at most {}) and {} of RAM (at most {})",
+            "{} takes {} bytes of flash (limit {}) and {} of RAM (limit {})",
             image.name, size.flash, most.flash, size.ram, most.ram
         )
     })
@@ -313,7 +312,7 @@ mod tests {
         assert_eq!(over_budget(&image(most.flash)), None);
         let message = over_budget(&image(most.flash + 1)).unwrap();
         assert!(message.starts_with(&format!(
-            "big takes {} bytes of flash (at most {})",
+            "big takes {} bytes of flash (limit {})",
             most.flash + 1,
             most.flash
         )));

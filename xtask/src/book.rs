@@ -1,4 +1,4 @@
-//! The book: what is in `docs/`, with a page per module, board and fault, made from what these say of themselves.
+//! The book: the pages in `docs/`, with generated pages per module, board and fault.
 
 mod boards;
 mod faults;
@@ -12,15 +12,15 @@ use std::path::Path;
 use crate::setup;
 use crate::shell::{Outcome, command, run, target, top};
 
-/// A page that is made, and stands in no repository.
+/// A generated page.
 struct Page {
     title: String,
-    /// From the top of the repository, as if it stood there.
+    /// Path from the repository's top folder.
     path: String,
     text: String,
 }
 
-/// Builds it to `target/book`.
+/// Builds the book to `target/book`.
 pub(crate) fn book() -> Outcome {
     let mdbook = setup::mdbook()?;
     let (folder, book) = (target().join("book-source"), target().join("book"));
@@ -38,7 +38,7 @@ pub(crate) fn book() -> Outcome {
     Ok(())
 }
 
-/// A file, from the top of the repository.
+/// Reads a file of the repository.
 fn read(path: &str) -> Result<Vec<u8>, String> {
     fs::read(top().join(path)).map_err(|error| format!("cannot read {path}: {error}"))
 }
@@ -52,16 +52,16 @@ fn write(path: &Path, bytes: &[u8]) -> Outcome {
     written.map_err(|error| format!("cannot write {}: {error}", path.display()))
 }
 
-/// What a Rust file says of itself at its top, as Markdown.
+/// Returns a Rust file's module documentation as Markdown.
 fn head_of(source: &str) -> String {
     let lines = source.lines().map_while(|line| line.strip_prefix("//!"));
-    // Links to items are for rustdoc: here their text stays.
+    // Links to items work only in rustdoc: replaced by their text.
     lines.fold(String::new(), |text, line| {
         text + &without_item_links(line.strip_prefix(' ').unwrap_or(line)) + "\n"
     })
 }
 
-/// `[text](crate::Item)` and ``[`Item`]`` as their texts.
+/// Replaces `[text](crate::Item)` and ``[`Item`]`` by their texts.
 fn without_item_links(line: &str) -> String {
     let (mut text, mut rest) = (String::new(), line);
     while let Some((before, (label, after))) =

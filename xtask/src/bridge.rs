@@ -1,13 +1,13 @@
-//! `dimsart bridge`, which takes minutes to build: its lints, and its tests with a router and processes of their own.
+//! Lints and tests of `dimsart bridge`, which takes minutes to build, with a router and separate processes.
 
 use crate::shell::{Outcome, cargo, run};
 use crate::steps::Steps;
 
-/// What of `dimsart` is built with Zenoh for it.
+/// Arguments that build `dimsart` with Zenoh.
 const WITH_ZENOH: [&str; 7] =
     ["--quiet", "--package", "dimsart", "--features", "zenoh", "--lib", "--test=bridge"];
 
-/// Builds it and tries it.
+/// Builds and tests it.
 pub(crate) fn bridge() -> Outcome {
     Steps::run(|steps| {
         steps.step("build", || run(cargo(&["test", "--no-run"]).args(WITH_ZENOH)))?;

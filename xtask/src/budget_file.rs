@@ -1,4 +1,4 @@
-//! The files of `boards/budgets`: what firmware for a board may take.
+//! The files of `boards/budgets`: budgets of a board's firmware.
 
 use std::collections::BTreeMap;
 use std::fmt::Write;
@@ -6,29 +6,29 @@ use std::fmt::Write;
 use boards::catalogue::BoardInfo;
 use serde::Deserialize;
 
-/// What a file holds a board's images to.
+/// The content of a file.
 #[derive(Debug, Deserialize)]
 pub(crate) struct BudgetFile {
-    /// Of the plain image; none where there is room for any.
+    /// Budget of the default image; `None` if unlimited.
     pub(crate) flash_bytes: Option<u64>,
     pub(crate) ram_bytes: Option<u64>,
-    /// The compiler that made the images of which the rest is, such as `1.95.0`.
+    /// Compiler of the images for the other figures, such as `1.95.0`.
     pub(crate) rustc: Option<Version>,
-    /// Of the shipped scheme's sides, by what of a tick takes it.
+    /// Budgets of the shipped scheme by side and part of the tick.
     #[serde(default)]
     master: BTreeMap<String, Part>,
     #[serde(default)]
     slave: BTreeMap<String, Part>,
 }
 
-/// Of a compiler.
+/// A compiler version.
 #[derive(Debug, Clone, PartialEq, Eq, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub(crate) struct Version {
     pub(crate) version: String,
 }
 
-/// What a tick, or a module in it, takes at most.
+/// Budget of a tick or a module.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub(crate) struct Part {
@@ -36,11 +36,11 @@ pub(crate) struct Part {
     pub(crate) stack_bytes: u64,
 }
 
-/// A name each, in the order of calls.
+/// Names and budgets in the order of calls.
 pub(crate) type Parts = Vec<(String, Part)>;
 
 impl BudgetFile {
-    /// The file of a board.
+    /// Returns the file of a board.
     pub(crate) fn of(board: &BoardInfo) -> Result<Self, String> {
         Self::read(board.budget).map_err(|error| format!("{}: {error}", name(board)))
     }
@@ -49,18 +49,18 @@ impl BudgetFile {
         toml::from_str(text).map_err(|error| error.to_string())
     }
 
-    /// What a side of the shipped scheme may take.
+    /// Returns the budgets of a side of the shipped scheme.
     pub(crate) fn side(&self, side: &str) -> &BTreeMap<String, Part> {
         if side == "slave" { &self.slave } else { &self.master }
     }
 }
 
-/// Where the file of a board is.
+/// Returns the path of a board's file.
 pub(crate) fn name(board: &BoardInfo) -> String {
     format!("boards/budgets/{}.toml", board.name)
 }
 
-/// A file's text with other parts, by images of another compiler; what stands before them stays.
+/// Returns a file's text with new parts by another compiler; the text before them is kept.
 pub(crate) fn with_parts(text: &str, rustc: &str, sides: &[(&str, Parts)]) -> String {
     let before = text.split_inclusive('\n').take_while(|line| !line.starts_with('['));
     let mut text: String = before.collect();
@@ -77,7 +77,7 @@ pub(crate) fn with_parts(text: &str, rustc: &str, sides: &[(&str, Parts)]) -> St
     text
 }
 
-/// A name as a key of TOML: only the first module of a kind needs no quotes.
+/// Formats a name as a TOML key, with quotes unless it is the first module of a kind.
 fn key(name: &str) -> String {
     let is_bare = |byte: u8| byte.is_ascii_alphanumeric() || matches!(byte, b'_' | b'-');
     if name.bytes().all(is_bare) { name.to_owned() } else { format!("\"{name}\"") }

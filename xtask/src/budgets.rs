@@ -1,5 +1,5 @@
-//! `cargo xtask write budgets`: what the shipped scheme takes on every board, of cycles and stack, for a tick and for each
-//! module, kept in `boards/budgets` and held to that.
+//! `cargo xtask write budgets`: measures cycles and stack of the shipped scheme per board, tick and module,
+//! stores them in `boards/budgets` and checks images against them.
 
 mod changes;
 
@@ -13,7 +13,7 @@ use crate::example::example;
 use crate::shell::{Outcome, image_folder, top};
 use crate::toolchain::Toolchain;
 
-/// Builds every board's plain image and writes its file anew; says what has changed.
+/// Builds every board's default image, rewrites its file and prints the changes.
 pub(crate) fn write() -> Outcome {
     let toolchain = Toolchain::set_up()?;
     for board in BOARDS {
@@ -33,12 +33,12 @@ pub(crate) fn write() -> Outcome {
     Ok(())
 }
 
-/// Holds every board's plain images, which are built, to its file. Where another compiler made them, their figures are
-/// others, too: what takes more is then told, and no fault.
+/// Checks every board's built default image against its file. With another compiler the figures differ:
+/// increases are reported, but are no errors.
 pub(crate) fn hold(toolchain: Toolchain) -> Outcome {
     let changes = changes(&measure()?)?;
     if !changes.gained.is_empty() {
-        println!("{}\nrun `cargo xtask write budgets` to keep what was gained", changes.gained.join("\n"));
+        println!("{}\nrun `cargo xtask write budgets` to lower the budgets", changes.gained.join("\n"));
     }
     if changes.wrong.is_empty() {
         return Ok(());
@@ -50,16 +50,16 @@ pub(crate) fn hold(toolchain: Toolchain) -> Outcome {
     };
     if BOARDS.iter().map(is_same).collect::<Result<Vec<_>, _>>()?.contains(&false) {
         println!(
-            "{wrong}\nbut by rustc {rustc}, which is not the one that boards/budgets is of: not held to it"
+            "{wrong}\nnot enforced: boards/budgets was written with another compiler than rustc {rustc}"
         );
         return Ok(());
     }
     Err(wrong
-        + "\nmake it cheaper; if it is worth that, or the scheme is another one, run `cargo xtask write budgets` and commit the \
+        + "\nreduce the cost; if the increase is intended or the scheme changed, run `cargo xtask write budgets` and commit the \
            files with the reason")
 }
 
-/// Against the files, of all boards.
+/// Compares all boards with their files.
 fn changes(found: &[Row]) -> Result<Changes, String> {
     let mut changes = Changes::default();
     for board in BOARDS {
@@ -71,7 +71,7 @@ fn changes(found: &[Row]) -> Result<Changes, String> {
     Ok(changes)
 }
 
-/// Bounds of the images that are built.
+/// Returns the bounds of the built images.
 fn measure() -> Result<Vec<Row>, String> {
     println!("bounds of the shipped scheme on every board");
     let mut arguments = vec![image_folder().into_os_string()];
@@ -79,13 +79,13 @@ fn measure() -> Result<Vec<Row>, String> {
     rows(&example("scheme_budgets", "dev", &arguments)?)
 }
 
-/// What `scheme_budgets` says; of no side it may say nothing.
+/// Parses the output of `scheme_budgets`; every side must have a row.
 fn rows(text: &str) -> Result<Vec<Row>, String> {
     let rows: Vec<Row> = text.lines().map(Row::read).collect::<Result<_, _>>()?;
     let mut sides = BOARDS.iter().flat_map(|board| SIDES.map(|side| (board, side)));
     match sides.find(|(board, side)| of(&rows, board, side).is_empty()) {
         None => Ok(rows),
-        Some((board, side)) => Err(format!("scheme_budgets says nothing of {}'s {side}", board.name)),
+        Some((board, side)) => Err(format!("scheme_budgets printed no row of {}'s {side}", board.name)),
     }
 }
 
@@ -94,7 +94,7 @@ fn of(rows: &[Row], board: &BoardInfo, side: &str) -> Parts {
     own.map(|row| (row.name.clone(), row.part)).collect()
 }
 
-/// One line of `scheme_budgets`.
+/// A row of `scheme_budgets`.
 struct Row {
     board: String,
     side: String,
@@ -111,7 +111,7 @@ impl Row {
             let [board, side, name] = [board, side, name].map(|word| (*word).to_owned());
             Some(Self { board, side, name, part })
         };
-        read().ok_or_else(|| format!("'{line}' is no row of scheme_budgets"))
+        read().ok_or_else(|| format!("invalid row of scheme_budgets: '{line}'"))
     }
 }
 
@@ -132,8 +132,8 @@ mod tests {
         }
         let refused = |text: &str| rows(text).err().unwrap();
         assert!(refused(&masters).ends_with("'s slave"), "{}", refused(&masters));
-        assert_eq!(refused("a master tick 1"), "'a master tick 1' is no row of scheme_budgets");
-        assert_eq!(refused("a master tick 1 -2"), "'a master tick 1 -2' is no row of scheme_budgets");
+        assert_eq!(refused("a master tick 1"), "invalid row of scheme_budgets: 'a master tick 1'");
+        assert_eq!(refused("a master tick 1 -2"), "invalid row of scheme_budgets: 'a master tick 1 -2'");
     }
 
     #[test]

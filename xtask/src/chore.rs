@@ -1,4 +1,4 @@
-//! A chore by its name, and lists of them.
+//! A chore with its name, and lists of chores.
 
 use crate::shell::Outcome;
 
@@ -11,9 +11,9 @@ pub(crate) struct Chore {
 
 enum Run {
     Plain(fn() -> Outcome),
-    /// With arguments, as the usage shows them; none for wrong ones.
+    /// With arguments as shown in the usage; returns `None` for invalid ones.
     With(&'static str, fn(&[&str]) -> Option<Outcome>),
-    /// One of a list, which is shown without an argument.
+    /// One of a list, which is printed without an argument.
     OneOf(&'static [Chore]),
 }
 
@@ -46,7 +46,7 @@ impl Chore {
     }
 }
 
-/// Runs the chore that the first word names with the rest of the words; none when they are wrong.
+/// Runs the chore named by the first word with the other words; `None` if they are invalid.
 pub(crate) fn run(chores: &[Chore], words: &[&str]) -> Option<Outcome> {
     let (name, arguments) = words.split_first()?;
     let chore = chores.iter().find(|chore| chore.name == *name)?;
@@ -62,12 +62,12 @@ pub(crate) fn run(chores: &[Chore], words: &[&str]) -> Option<Outcome> {
     }
 }
 
-/// All of them, as text.
+/// Returns the usage of all chores.
 pub(crate) fn list(chores: &[Chore]) -> String {
     chores.iter().map(Chore::line).collect()
 }
 
-/// Whether the words begin with a chore's name, and that of one of its list.
+/// Returns whether the words start with a chore's name and one of its list.
 #[cfg(test)]
 pub(crate) fn names(chores: &[Chore], words: &[&str]) -> bool {
     let Some((name, words)) = words.split_first() else { return true };

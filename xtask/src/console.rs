@@ -1,10 +1,10 @@
-//! Pages whose commands are run as a reader would type them.
+//! Runs the commands of documentation pages.
 //!
-//! In a block marked `console`, a line that begins with `$ ` is a command. The lines behind it have to come of it, in this
-//! order, among others: `...` in them stands for anything, and so does the space between words. Every command must
-//! succeed, or in a block marked `console fails` every one fail. One that ends in ` &` goes on beside the others, from when
-//! it has said as many lines as are shown. A block marked `diff` is made to the files that it names, and one marked with a language and a file's
-//! name is that file.
+//! In a block marked `console`, a line that starts with `$ ` is a command. The lines after it must occur in
+//! its output in this order, among others; `...` and spaces between words match anything. Every command must
+//! succeed; in a block marked `console fails`, every command must fail. A command that ends in ` &` runs in
+//! the background; the next one starts when it has printed as many lines as are shown. A block marked `diff`
+//! is applied as a patch; a block marked with a language and a file name creates that file.
 
 use std::fmt::Write;
 use std::io::{BufRead, BufReader};
@@ -13,10 +13,10 @@ use std::process::{Command, Stdio};
 
 use crate::markdown::blocks;
 
-/// Begins what a step prints.
+/// Marks the start of a step's output.
 const MARK: char = '\u{1e}';
 
-/// A command, or a change of files, and what has to come of it.
+/// A command or a change of files, with its expected output.
 #[derive(Debug, PartialEq, Eq)]
 struct Step {
     command: String,
@@ -24,7 +24,7 @@ struct Step {
     fails: bool,
 }
 
-/// The steps of a page, in order.
+/// Returns the steps of a page in order.
 fn steps(page: &str) -> Vec<Step> {
     let mut steps = Vec::new();
     for block in blocks(page) {
@@ -53,35 +53,35 @@ fn steps(page: &str) -> Vec<Step> {
 }
 
 impl Step {
-    /// One that shows nothing.
+    /// Creates a step without output.
     fn silent(command: String) -> Self {
         Self { command, shown: Vec::new(), fails: false }
     }
 
-    /// It as a part of one script.
+    /// Returns the step's part of the script.
     fn script(&self) -> String {
         let Self { command, fails, .. } = self;
         match command.strip_suffix(" &") {
-            // It has come so far that it can be talked to when it has said as much as is shown.
+            // The command is ready when it has printed the shown lines.
             Some(command) => format!(
                 "said=$(mktemp)\n{command} > \"$said\" 2>&1 &\n\
                  until [ $(wc -l < \"$said\") -ge {lines} ]; do kill -0 $!; sleep 0.1; done\n\
                  cat \"$said\"; rm \"$said\"\n",
                 lines = self.shown.len().max(1)
             ),
-            None if *fails => format!("if {command}\nthen echo 'This was to fail.'; exit 1; fi\n"),
+            None if *fails => format!("if {command}\nthen echo 'expected to fail'; exit 1; fi\n"),
             None => format!("{command}\n"),
         }
     }
 
-    /// What it should have printed and did not.
+    /// Returns the first expected line that is missing from the output.
     fn missing<'a>(&'a self, printed: &[String]) -> Option<&'a str> {
         let mut printed = printed.iter();
         self.shown.iter().find(|shown| !printed.any(|line| matches(shown, line))).map(String::as_str)
     }
 }
 
-/// Whether a line is as it is shown.
+/// Returns whether a line matches the shown one.
 fn matches(shown: &str, line: &str) -> bool {
     let words = |text: &str| text.split_whitespace().collect::<Vec<_>>().join(" ");
     let (shown, line) = (words(shown), words(line));
@@ -96,10 +96,10 @@ fn matches(shown: &str, line: &str) -> bool {
     rest.ends_with(last)
 }
 
-/// Runs the commands of a page in a folder, one after the other, in an environment with these variables.
+/// Runs the commands of a page in a folder with these environment variables.
 ///
 /// # Errors
-/// The first command that did not end as it should, or did not print what is shown, with all that it printed.
+/// The first command with a wrong exit status or output, with its full output.
 pub(crate) fn follow(page: &str, folder: &Path, environment: &[(&str, &Path)]) -> Result<(), String> {
     let steps = steps(page);
     let mut script =
@@ -110,9 +110,9 @@ pub(crate) fn follow(page: &str, folder: &Path, environment: &[(&str, &Path)]) -
     }
     let mut shell = Command::new("bash");
     shell.args(["-c", &script]).current_dir(folder).stdin(Stdio::null()).stdout(Stdio::piped());
-    // What `git apply` changes are files of this folder, whatever repository it is in.
+    // Makes `git apply` patch files of this folder, in any repository.
     shell.envs(environment.iter().copied()).env("GIT_CEILING_DIRECTORIES", folder);
-    let unusable = |error: std::io::Error| format!("bash: {error}; its commands are run by it: install it");
+    let unusable = |error: std::io::Error| format!("cannot run bash: {error}; install bash");
     let mut child = shell.spawn().map_err(unusable)?;
     let mut printed: Vec<Vec<String>> = Vec::new();
     for line in BufReader::new(child.stdout.take().into_iter().next().ok_or("bash has no output")?).lines() {
@@ -134,7 +134,7 @@ pub(crate) fn follow(page: &str, folder: &Path, environment: &[(&str, &Path)]) -
             return Err(wrong(
                 step,
                 printed,
-                &format!("did not print, behind what is shown before it,\n{missing}\n"),
+                &format!("did not print, after the lines before it,\n{missing}\n"),
             ));
         }
     }
@@ -201,7 +201,7 @@ false
         assert!(told.starts_with("`echo so; false` ended with") && told.ends_with(":\nso"), "{told}");
         let told = error("console\n$ printf 'b\\na\\n'\na\nb");
         assert!(told.contains("did not print") && told.contains("\nb\n. It printed:\nb\na"), "{told}");
-        assert!(error("console fails\n$ true").contains("This was to fail."));
+        assert!(error("console fails\n$ true").contains("expected to fail"));
         assert!(error("console\n$ false &").contains("ended with"));
         assert!(error("diff\n--- no\n+++ no\n@@ -1 +1 @@\n-a\n+b").contains("git apply"));
     }

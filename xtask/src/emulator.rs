@@ -1,4 +1,4 @@
-//! QEMU, for programs that need no host.
+//! QEMU for programs without a host.
 
 use std::io::Read;
 use std::path::Path;
@@ -9,7 +9,7 @@ use defmt_decoder::{DecodeError, Table};
 use crate::setup;
 use crate::shell::{Outcome, command};
 
-/// A fixed time for every instruction, so that time counts them.
+/// A fixed time per instruction, so that time counts instructions.
 const EMULATOR: [&str; 12] = [
     "-M",
     "mps2-an386",
@@ -25,7 +25,7 @@ const EMULATOR: [&str; 12] = [
     "-kernel",
 ];
 
-/// Runs a program of its own until it exits, and prints what it logs; fails where it says so.
+/// Runs a program to its end and prints its log; fails if the program does.
 pub(crate) fn emulate(image: &Path) -> Outcome {
     setup::emulator()?;
     let elf = std::fs::read(image).map_err(|error| format!("cannot read {}: {error}", image.display()))?;
@@ -36,10 +36,10 @@ pub(crate) fn emulate(image: &Path) -> Outcome {
         show(log, &elf)?;
     }
     let status = emulator.wait().map_err(|error| error.to_string())?;
-    if status.success() { Ok(()) } else { Err(format!("{} fails", image.display())) }
+    if status.success() { Ok(()) } else { Err(format!("{} failed", image.display())) }
 }
 
-/// Prints what an image logs by defmt.
+/// Prints an image's defmt log.
 fn show(mut log: ChildStdout, elf: &[u8]) -> Outcome {
     let table = Table::parse(elf).map_err(|error| error.to_string())?.ok_or("the image has no log")?;
     let mut decoder = table.new_stream_decoder();

@@ -1,18 +1,18 @@
-//! Programs of `dimsart` that run here.
+//! Runs programs of `dimsart`.
 
 use std::ffi::OsString;
 use std::path::PathBuf;
 
 use crate::shell::{Outcome, cargo, command, image_folder, run, target};
 
-/// Builds `dimsart`; gives its path.
+/// Builds `dimsart`; returns its path.
 pub(crate) fn dimsart() -> Result<PathBuf, String> {
     build("dev", &["--bin", "dimsart", "--example", "scheme_budgets"])?;
     Ok(target().join("debug/dimsart"))
 }
 
-/// What an example prints, built with one of cargo's profiles; it finds images in [`image_folder`] unless its arguments say
-/// otherwise.
+/// Returns the output of an example built with a cargo profile; its images are in [`image_folder`] unless its
+/// arguments say otherwise.
 pub(crate) fn example(name: &str, profile: &str, arguments: &[OsString]) -> Result<String, String> {
     build(profile, &["--example", name])?;
     let built = if profile == "dev" { "debug" } else { profile };
@@ -26,8 +26,8 @@ pub(crate) fn example(name: &str, profile: &str, arguments: &[OsString]) -> Resu
     }
 }
 
-/// Of the whole workspace, and never without an example: cargo then chooses the features of every crate as it does for
-/// the tests, and finds built what these have built.
+/// Builds with the whole workspace and always with an example: cargo then selects the same features as for
+/// the tests and reuses their build.
 fn build(profile: &str, targets: &[&str]) -> Outcome {
     run(cargo(&["build", "--quiet", "--workspace", "--profile", profile]).args(targets))
 }

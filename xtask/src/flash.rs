@@ -1,4 +1,4 @@
-//! `cargo xtask flash BOARD [master|slave]`: builds a board's image, stamps it, flashes it and shows its log.
+//! `cargo xtask flash BOARD [master|slave]`: builds, stamps and flashes a board's image and shows its log.
 
 use std::path::Path;
 
@@ -9,7 +9,7 @@ use crate::boards::{SIDES, build, stamp};
 use crate::shell::{Outcome, command, image_folder, run, succeeds};
 use crate::toolchain::Toolchain;
 
-/// Builds, flashes and stays with the board's log until Ctrl-C.
+/// Builds, flashes and shows the log until Ctrl-C.
 pub(crate) fn flash(board: &str, side: &str) -> Outcome {
     let (name, variant) =
         board.split_once(',').map_or((board, None), |(name, variant)| (name, Some(variant)));
@@ -19,7 +19,7 @@ pub(crate) fn flash(board: &str, side: &str) -> Outcome {
         return Err(format!("{name} has no variant {variant}; it has: {}", variants.join(", ")));
     }
     if !SIDES.contains(&side) {
-        return Err("the side is master or slave".into());
+        return Err("unknown side: master or slave".into());
     }
     find_probe_rs()?;
     let image = image_folder().join(build(Toolchain::set_up()?, board, variant)?.name);
@@ -31,16 +31,16 @@ pub(crate) fn flash(board: &str, side: &str) -> Outcome {
 pub(crate) fn run_on_chip(chip: &str, image: &Path) -> Outcome {
     find_probe_rs()?;
     run(command("probe-rs", ["run", "--chip", chip]).arg(image)).map_err(|error| {
-        format!("{error}\nIs the board connected? `cargo run --release -- doctor` looks for its probe.")
+        format!("{error}\nIs the board connected? `cargo run --release -- doctor` searches for its probe.")
     })
 }
 
-/// Before anything is built that only it can flash.
+/// Checks for probe-rs before building.
 pub(crate) fn find_probe_rs() -> Outcome {
     if succeeds(&mut command("probe-rs", ["--version"])) {
         return Ok(());
     }
-    Err("probe-rs is not there: cargo install probe-rs-tools --locked".into())
+    Err("probe-rs not found: cargo install probe-rs-tools --locked".into())
 }
 
 pub(crate) fn flashable(name: &str) -> Result<(&'static BoardInfo, &'static str), String> {
@@ -48,7 +48,7 @@ pub(crate) fn flashable(name: &str) -> Result<(&'static BoardInfo, &'static str)
     found.and_then(|board| Some((board, board.tooling.chip?))).ok_or_else(|| {
         let names: Vec<&str> =
             BOARDS.iter().filter(|board| board.tooling.chip.is_some()).map(|board| board.name).collect();
-        let why = if found.is_some() { "is emulated and has nothing to flash" } else { "is no board" };
+        let why = if found.is_some() { "is emulated and cannot be flashed" } else { "is not a board" };
         format!("{name} {why}; boards to flash: {}", names.join(", "))
     })
 }

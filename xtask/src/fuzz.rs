@@ -1,6 +1,6 @@
-//! `cargo xtask step fuzz`: every decoder under libFuzzer, on the stable compiler.
+//! `cargo xtask step fuzz`: fuzzes every decoder with libFuzzer, on the stable compiler.
 //!
-//! The folder `fuzz` is laid out for `cargo fuzz` too: `cargo fuzz run packets --sanitizer none`.
+//! The folder `fuzz` also works with `cargo fuzz`: `cargo fuzz run packets --sanitizer none`.
 
 use std::path::PathBuf;
 use std::time::Instant;
@@ -8,19 +8,19 @@ use std::time::Instant;
 use crate::setup::install;
 use crate::shell::{Outcome, cargo, command, on_every_core, run, succeeds, target, top};
 
-/// Inputs of each decoder, unless another number is asked for: 5 minutes for all of them on two cores.
+/// Default number of inputs per decoder: 5 minutes for all decoders on two cores.
 pub(crate) const INPUTS: u64 = 10_000_000;
-/// Longest input: more than two frames of the command line.
+/// Maximum length of an input: more than two frames of the command line.
 const MAX_BYTES: &str = "-max_len=600";
 
 const SLOWEST: &str = "stat::slowest_unit_time_sec:";
 
-/// What makes the compiled code tell the fuzzer where it has been.
+/// Coverage instrumentation for the fuzzer.
 const WATCHED: &str = "--cfg fuzzing -C passes=sancov-module -C llvm-args=-sanitizer-coverage-level=4 \
     -C llvm-args=-sanitizer-coverage-inline-8bit-counters -C llvm-args=-sanitizer-coverage-pc-table \
     -C llvm-args=-sanitizer-coverage-trace-compares";
 
-/// Gives every decoder `inputs` inputs; what breaks one is kept and named.
+/// Fuzzes every decoder with `inputs` inputs; a failing input is stored and reported.
 pub(crate) fn fuzz(inputs: u64) -> Outcome {
     if !succeeds(&mut command("c++", ["--version"])) {
         install(&["g++"], "building libFuzzer")?;
@@ -33,17 +33,17 @@ pub(crate) fn fuzz(inputs: u64) -> Outcome {
     on_every_core(decoders()?, |decoder| fuzzers.run(&decoder))
 }
 
-/// How each decoder is given its inputs.
+/// Common settings of the fuzzers.
 struct Fuzzers {
     inputs: u64,
-    /// Where the compiled decoders are.
+    /// Folder of the compiled decoders.
     program: PathBuf,
-    /// What is kept from one run to the next.
+    /// Folder of the corpus.
     folder: PathBuf,
 }
 
 impl Fuzzers {
-    /// Runs one; shows its figures, and all it says when it found something.
+    /// Runs a fuzzer; prints its statistics, or its full output after a failure.
     fn run(&self, decoder: &str) -> Outcome {
         let (found, corpus) = (self.folder.join("found/"), self.folder.join("corpus").join(decoder));
         for place in [&found, &corpus] {
@@ -58,11 +58,11 @@ impl Fuzzers {
             .arg(prefix)
             .arg(corpus);
         let start = Instant::now();
-        let output = fuzzer.output().map_err(|error| format!("{decoder} could not be started: {error}"))?;
+        let output = fuzzer.output().map_err(|error| format!("cannot start {decoder}: {error}"))?;
         let said = String::from_utf8_lossy(&output.stderr);
         if !output.status.success() {
             eprint!("{said}");
-            return Err(format!("{decoder} broke; the input is in {}", found.display()));
+            return Err(format!("{decoder} failed; the input is in {}", found.display()));
         }
         let figure = |name| said.lines().find_map(|line| line.strip_prefix(name)).map_or("?", str::trim);
         let (slowest_s, rss_mb) = (figure(SLOWEST), figure("stat::peak_rss_mb:"));
@@ -72,7 +72,7 @@ impl Fuzzers {
     }
 }
 
-/// Every program of the folder.
+/// Returns the names of all decoders.
 fn decoders() -> Result<Vec<String>, String> {
     let folder = top().join("fuzz/fuzz_targets");
     let name = |path: PathBuf| path.file_stem().map(|stem| stem.to_string_lossy().into_owned());
@@ -82,11 +82,11 @@ fn decoders() -> Result<Vec<String>, String> {
     Ok(names)
 }
 
-/// The machine this runs on, as the compiler calls it.
+/// Returns the compiler's name of the host.
 fn host() -> Result<String, String> {
     let output = command("rustc", ["--version", "--verbose"]).output();
-    let output = output.map_err(|error| format!("rustc could not be started: {error}"))?;
+    let output = output.map_err(|error| format!("cannot start rustc: {error}"))?;
     let text = String::from_utf8_lossy(&output.stdout).into_owned();
     let host = text.lines().find_map(|line| line.strip_prefix("host: "));
-    host.map(str::to_owned).ok_or_else(|| "rustc does not say what machine this is".to_owned())
+    host.map(str::to_owned).ok_or_else(|| "rustc printed no host".to_owned())
 }

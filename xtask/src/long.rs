@@ -1,4 +1,4 @@
-//! `cargo xtask long`: tests that continuous integration runs short, at their full length, and what it leaves out.
+//! `cargo xtask long`: runs tests at full length that continuous integration shortens or omits.
 
 use std::fs::File;
 use std::io::{IsTerminal, Write};
@@ -14,7 +14,7 @@ use crate::{
     boards, cycle_table, fuzz, module_costs, page, panic_free, setup, stack, test, tutorial, two_engines,
 };
 
-/// Tell a test to run at its full length: here, and in the emulator's workspace.
+/// Variables that select the full length, here and in the emulator's workspace.
 const VARIABLES: [&str; 2] = ["DIMSART_LONG", "LONG_TESTS"];
 const A_MOMENT: Duration = Duration::from_secs(1);
 
@@ -25,16 +25,16 @@ const HOURS: u64 = 8;
 /// Tests that read one of [`VARIABLES`].
 struct Run {
     what: &'static str,
-    /// On two cores, about.
+    /// Approximate time on two cores.
     minutes: u64,
-    /// Cargo's manifest of the workspace.
+    /// Cargo manifest of the workspace.
     workspace: &'static str,
     package: &'static str,
-    /// File in the package's `tests`, and how the names of the tests in it begin.
+    /// File in the package's `tests`, and the prefix of the tests' names.
     test: [&'static str; 2],
 }
 
-/// Every long run of tests.
+/// All long runs.
 const RUNS: &[Run] = &[
     Run::new(
         11,
@@ -78,7 +78,7 @@ const RUNS: &[Run] = &[
     ),
     Run::new(
         60,
-        "10^6 scenarios of faults and operators in both sides, every tick against every policy",
+        "10^6 scenarios of faults and operators in both sides, every tick checked against every policy",
         "hil-sim",
         ["policies", "every_policy"],
     ),
@@ -100,16 +100,16 @@ const RUNS: &[Run] = &[
         "faults::bit_errors::",
     ),
     Run::core_faults(1, "10^8 random classic CAN frames", "faults::classic_can::"),
-    Run::core_faults(1, "3 x 10^6 packets that come twice, late and in any order", "faults::order::"),
+    Run::core_faults(1, "3 x 10^6 duplicate, late and reordered packets", "faults::order::"),
     Run::core_faults(1, "10^6 frames over a UART that drops and inserts bytes", "faults::stream::"),
-    Run::core_faults(2, "10^7 forged tags of 64 bits, 10^8 of 24, 2 x 10^6 repetitions", "faults::forgery::"),
+    Run::core_faults(2, "10^7 forged tags of 64 bits, 10^8 of 24, 2 x 10^6 replays", "faults::forgery::"),
     Run::core_faults(1, "an hour with clocks 1000 ppm apart", "faults::clocks::"),
     Run::loop_faults(
         2,
         "280 minutes of random losses in the two-sided loop, and every burst of 1 to 1000",
         "loss::",
     ),
-    Run::loop_faults(1, "100 links that go and come, 400 CAN buses that send their nodes away", "bus_off::"),
+    Run::loop_faults(1, "100 links that drop out and return, 400 CAN buses with bus-off nodes", "bus_off::"),
 ];
 
 impl Run {
@@ -117,18 +117,18 @@ impl Run {
         Self { what, minutes, workspace: "Cargo.toml", package, test }
     }
 
-    /// Of the core's tests.
+    /// A run of the core's tests.
     const fn core_faults(minutes: u64, what: &'static str, module: &'static str) -> Self {
         Self::new(minutes, what, "dimsart-core", ["behaviour", module])
     }
 
-    /// Of the root package's `tests/faults`.
+    /// A run of the root package's `tests/faults`.
     const fn loop_faults(minutes: u64, what: &'static str, module: &'static str) -> Self {
         Self::new(minutes, what, "dimsart-tests", ["faults", module])
     }
 }
 
-/// Runs all of them, one after the other, whatever fails: each says how long it takes, and has taken.
+/// Runs all of them in sequence, even after failures, and prints the expected and actual times.
 pub(crate) fn run() -> Outcome {
     Steps::run(|steps| {
         let toolchain = steps.step("tools", || {
@@ -149,8 +149,8 @@ pub(crate) fn run() -> Outcome {
             steps.step("documentation of every board", || boards::document(toolchain, Images::All)),
             steps.step("stack of every image", || stack::hold(&images, &stack::bounds(&images)?)),
             steps.step("no panic in a tick of any image", || panic_free::hold(&images)),
-            steps.step("frames on the stack as the compiler has them", || stack::cross_check(toolchain)),
-            steps.step("chips as the flashing tool knows them", || {
+            steps.step("stack frames against the compiler", || stack::cross_check(toolchain)),
+            steps.step("chips against the flashing tool", || {
                 let test =
                     ["test", "--quiet", "--package", "boards", "--features", "probe-rs", "--test", "chips"];
                 crate::shell::run(&mut cargo(&test))
@@ -158,7 +158,7 @@ pub(crate) fn run() -> Outcome {
             steps.step("cycle table, emulated", || cycle_table::cycle_table("mps2-an386")),
             steps.step("two engines, emulated", two_engines::run),
             steps.step("the tutorial", tutorial::follow),
-            // In real time, with the machine to itself.
+            // In real time, without other load.
             steps.step("the page in a browser", page::page),
             steps.step("costs of the other modules", || module_costs::hold_others(toolchain)),
             steps.step("fuzzing", || fuzz::fuzz(INPUTS)),
@@ -175,14 +175,14 @@ fn run_one(run: &Run) -> Outcome {
     complete(&what, &["--", name], Some(run.minutes))
 }
 
-/// Tests that need images which `cargo xtask test` does not build, at their short length.
+/// Runs tests that need images not built by `cargo xtask test`, at their short length.
 fn tests_of_images() -> Outcome {
     let files = ["--test", "chip", "--test", "cycles", "--test", "emulated", "--test", "check"];
-    // Of the whole workspace, as `cargo xtask test` has built them.
+    // Of the whole workspace, like `cargo xtask test`, to reuse its build.
     complete(&[&["--workspace"], &files[..]].concat(), &[], None)
 }
 
-/// Runs tests, at their full length where the minutes are given; fails if one is skipped.
+/// Runs tests, at full length if the minutes are given; fails if one is skipped.
 fn complete(what: &[&str], names: &[&str], minutes: Option<u64>) -> Outcome {
     let arguments = [&["test", "--quiet"], what].concat();
     let test = || {
@@ -198,7 +198,7 @@ fn complete(what: &[&str], names: &[&str], minutes: Option<u64>) -> Outcome {
     }
     let (succeeds, said) = wait_for(&mut tests, minutes)?;
     let is_skipped = |line: &str| line.starts_with("skipped:");
-    // A name that no test has is not a test that passed.
+    // A filter that matches no test is a failure.
     if succeeds && !said.contains("ok. 0 passed") && !said.lines().any(is_skipped) {
         return Ok(());
     }
@@ -206,7 +206,7 @@ fn complete(what: &[&str], names: &[&str], minutes: Option<u64>) -> Outcome {
     Err("failed".to_owned())
 }
 
-/// Whether a command succeeds, and all that it prints; shows how long it takes.
+/// Runs a command; returns whether it succeeds and its output, and shows the elapsed time.
 fn wait_for(command: &mut Command, minutes: Option<u64>) -> Result<(bool, String), String> {
     let file = target().join("long.log");
     let failed = |error: std::io::Error| format!("{}: {error}", file.display());
@@ -214,13 +214,13 @@ fn wait_for(command: &mut Command, minutes: Option<u64>) -> Result<(bool, String
     let errors = log.try_clone().map_err(failed)?;
     let start = Instant::now();
     let child = command.stdin(Stdio::null()).stdout(log).stderr(errors).spawn();
-    let mut child = child.map_err(|error| format!("cargo could not be started: {error}"))?;
+    let mut child = child.map_err(|error| format!("cannot start cargo: {error}"))?;
     let is_shown = std::io::stdout().is_terminal();
     let status = loop {
         match child.try_wait() {
             Ok(Some(status)) => break status,
             Ok(None) => sleep(A_MOMENT),
-            Err(error) => return Err(format!("cargo was lost: {error}")),
+            Err(error) => return Err(format!("cannot wait for cargo: {error}")),
         }
         if let (true, Some(minutes)) = (is_shown, minutes) {
             print!("\r  {} of about {} s ", start.elapsed().as_secs(), 60 * minutes);

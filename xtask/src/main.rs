@@ -1,4 +1,4 @@
-//! The repository's own chores: `cargo xtask test` sets up what is missing and passes all tests.
+//! Development tasks: `cargo xtask test` installs missing tools and runs all tests.
 
 mod bench;
 mod boards;
@@ -31,6 +31,7 @@ mod test_programs;
 mod toolchain;
 mod tutorial;
 mod two_engines;
+mod wording;
 
 use std::process::ExitCode;
 
@@ -39,12 +40,8 @@ use chore::{Chore, list};
 const VERBS: &[Chore] = &[
     Chore::new("quick", "run format, lints, tests of the core and of the two-sided loop", test::quick),
     Chore::new("test", "set up missing tools, build an image of every board, run all tests", test::test),
-    Chore::new("ci", "run all that a change has to pass: `test`, lints, documentation, budgets", test::ci),
-    Chore::new(
-        "long",
-        "run all that is for the night: tests at full length, all variants, most steps",
-        long::run,
-    ),
+    Chore::new("ci", "run all checks of a change: `test`, lints, documentation, budgets", test::ci),
+    Chore::new("long", "run the nightly checks: tests at full length, all variants, most steps", long::run),
     Chore::with(
         "flash",
         "BOARD[,VARIANT] [master|slave]",
@@ -58,7 +55,7 @@ const VERBS: &[Chore] = &[
     Chore::with(
         "silicon",
         "BOARD[,VARIANT] [--emulated] [--port PORT] [--locked-rotor] [...]",
-        "flash and check a board, report to runs/silicon/BOARD; more arguments go to `dimsart commission`",
+        "flash and check a board; pass more arguments to `dimsart commission`",
         |words| Some(silicon::silicon(words)),
     ),
     Chore::new(
@@ -66,12 +63,12 @@ const VERBS: &[Chore] = &[
         "count the instructions of a tick and time the simulator (docs/benchmarks.md)",
         bench::run,
     ),
-    Chore::new("book", "build the book of docs/ to target/book; sets up mdBook first", book::book),
-    Chore::one_of("write", "write a generated file; without a name, list them", FILES),
-    Chore::one_of("step", "run a single step; without a name, list them", STEPS),
+    Chore::new("book", "build docs/ as a book in target/book with mdBook", book::book),
+    Chore::one_of("write", "write a generated file, or list all", FILES),
+    Chore::one_of("step", "run a single step, or list all", STEPS),
 ];
 
-/// Generated files that the repository keeps.
+/// Generated files in the repository.
 const FILES: &[Chore] = &[
     Chore::new(
         "budgets",
@@ -86,13 +83,9 @@ const FILES: &[Chore] = &[
     ),
 ];
 
-/// Steps that run by themselves.
+/// Single steps.
 const STEPS: &[Chore] = &[
-    Chore::new(
-        "bridge",
-        "build `dimsart bridge`, which takes minutes, and test it with a Zenoh router",
-        bridge::bridge,
-    ),
+    Chore::new("bridge", "build `dimsart bridge` (minutes) and test it with a Zenoh router", bridge::bridge),
     Chore::with(
         "cycle-table",
         "BOARD",
@@ -102,14 +95,19 @@ const STEPS: &[Chore] = &[
             _ => None,
         },
     ),
-    Chore::with("fuzz", "[N]", "give every decoder N inputs, 10 million by default", |words| match words {
-        [] => Some(fuzz::fuzz(fuzz::INPUTS)),
-        [inputs] => Some(match inputs.parse() {
-            Ok(inputs) => fuzz::fuzz(inputs),
-            Err(error) => Err(format!("invalid number of inputs '{inputs}': {error}")),
-        }),
-        _ => None,
-    }),
+    Chore::with(
+        "fuzz",
+        "[N]",
+        "fuzz every decoder with N inputs (default: 10 million)",
+        |words| match words {
+            [] => Some(fuzz::fuzz(fuzz::INPUTS)),
+            [inputs] => Some(match inputs.parse() {
+                Ok(inputs) => fuzz::fuzz(inputs),
+                Err(error) => Err(format!("invalid number of inputs '{inputs}': {error}")),
+            }),
+            _ => None,
+        },
+    ),
     Chore::new("how-tos", "follow docs/howto/, command by command", tutorial::follow_how_tos),
     Chore::new(
         "oracle",
@@ -118,25 +116,22 @@ const STEPS: &[Chore] = &[
     ),
     Chore::new(
         "page",
-        "test the page of `dimsart serve` in a browser; pictures go to target/page",
+        "test the page of `dimsart serve` in a browser, with pictures in target/page",
         page::page,
     ),
     Chore::new(
         "panic-free",
-        "show that no tick can panic, and that its code is in CCM SRAM",
+        "prove that no tick can panic and that its code is in CCM SRAM",
         panic_free::run,
     ),
-    Chore::new(
-        "stack",
-        "bound the stack of every image, with the deepest calls of every priority",
-        stack::run,
-    ),
+    Chore::new("stack", "bound the stack of every image and show the deepest calls", stack::run),
     Chore::new("tutorial", "follow docs/tutorial.md, command by command", tutorial::follow),
     Chore::new(
         "two-engines",
         "run two engines on the emulated board, one interrupting the other",
         two_engines::run,
     ),
+    Chore::new("wording", "check spelling and style of documents, messages and comments", wording::hold),
 ];
 
 fn usage() -> String {

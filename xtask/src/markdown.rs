@@ -1,11 +1,11 @@
-//! What a page of Markdown holds: headings, links and blocks of code.
+//! Parses headings, links and code blocks of Markdown.
 
 use pulldown_cmark::{CodeBlockKind, Event, Options, Parser, Tag, TagEnd};
 
 /// A block of code.
 #[derive(Debug, PartialEq, Eq)]
 pub(crate) struct Block {
-    /// What stands behind its fence; nothing of one that is indented.
+    /// Text after the fence; empty for an indented block.
     pub(crate) info: String,
     pub(crate) text: String,
 }
@@ -14,7 +14,7 @@ fn events(page: &str) -> Parser<'_> {
     Parser::new_ext(page, Options::ENABLE_TABLES)
 }
 
-/// Every block of code, in order.
+/// Returns all code blocks in order.
 pub(crate) fn blocks(page: &str) -> Vec<Block> {
     let (mut blocks, mut open) = (Vec::new(), None::<Block>);
     for event in events(page) {
@@ -34,14 +34,14 @@ pub(crate) fn blocks(page: &str) -> Vec<Block> {
     blocks
 }
 
-/// Code within lines, such as in a table.
+/// Returns inline code, such as in a table.
 #[cfg(test)]
 pub(crate) fn code_spans(page: &str) -> Vec<String> {
     let code = |event| if let Event::Code(text) = event { Some(text.into_string()) } else { None };
     events(page).filter_map(code).collect()
 }
 
-/// Where headings can be linked to, as Git hosts and mdBook name them.
+/// Returns the anchors of headings, as Git hosts and mdBook name them.
 #[cfg(test)]
 pub(crate) fn anchors(page: &str) -> Vec<String> {
     let (mut anchors, mut open) = (Vec::new(), None::<String>);
@@ -72,7 +72,7 @@ fn anchor(heading: &str) -> String {
     letters.flat_map(char::to_lowercase).collect()
 }
 
-/// Where links and pictures lead to, those in HTML, too.
+/// Returns the targets of links and pictures, including HTML.
 pub(crate) fn links(page: &str) -> Vec<String> {
     let mut links = Vec::new();
     for event in events(page) {

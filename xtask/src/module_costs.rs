@@ -1,5 +1,5 @@
-//! `cargo xtask write module-costs`: what each kind of module costs on a board, by stamps of images that have it, kept in
-//! `boards/module-costs.txt` and held to that.
+//! `cargo xtask write module-costs`: measures the cost of each module kind on a board from stamped images,
+//! stores it in `boards/module-costs.txt` and checks images against it.
 
 use std::fmt::Write;
 use std::path::{Path, PathBuf};
@@ -11,13 +11,13 @@ use crate::boards::{SIDES, build, build_with, collect, stamp};
 use crate::shell::{Outcome, image_folder, top};
 use crate::toolchain::Toolchain;
 
-/// Before the compiler's version.
+/// Precedes the compiler's version.
 const RUSTC: &str = "rustc ";
 const BOARD: &str = "nucleo-g474re";
 const FILE: &str = "boards/module-costs.txt";
 
-/// Groups of the images beside the plain one, so many in each as its CCM SRAM has room for. What modules of `energy` read
-/// comes over links.
+/// Groups of the images in addition to the default one, limited by the CCM SRAM. Modules of `energy` need
+/// links.
 const GROUPS: [&[&str]; 3] = [
     &["energy", "limits", "teleoperation"],
     &["filters", "trajectories"],
@@ -25,11 +25,11 @@ const GROUPS: [&[&str]; 3] = [
 ];
 
 const HEAD: &str = "\
-# What each kind of module adds to a tick at most on nucleo-g474re, cycles: without axes, for each axis, and why there is
-# no bound. By `cargo xtask write module-costs`, from stamps of images. `cargo xtask test` fails where the plain image differs by
-# over 5 %, `cargo xtask long` where another one does.
+# Upper bounds of each module kind's cost in a tick on nucleo-g474re, cycles: without axes, per axis, and the reason if there is
+# no bound. Written by `cargo xtask write module-costs` from image stamps. `cargo xtask test` fails if the default image differs by
+# more than 5 %; `cargo xtask long` checks the other images.
 ";
-/// How the reason begins where the image has no module to compare with.
+/// Start of the reason if the image has no module to compare with.
 const ABSENT: &str = "the image lacks modules";
 
 /// Builds and stamps images with every kind, and writes the file.
@@ -52,14 +52,14 @@ pub(crate) fn write() -> Outcome {
     std::fs::write(top().join(FILE), text).map_err(|error| format!("cannot write {FILE}: {error}"))
 }
 
-/// Stamps the plain image, which is built, and holds it to the file.
+/// Stamps the built default image and checks it.
 pub(crate) fn hold_plain(toolchain: Toolchain) -> Outcome {
     let image = image_folder().join(BOARD);
     master(&image)?;
     hold(toolchain, &[image])
 }
 
-/// Holds images with all other groups to it.
+/// Checks images with all other groups.
 pub(crate) fn hold_others(toolchain: Toolchain) -> Outcome {
     hold(toolchain, &with_other_groups(toolchain)?)
 }
@@ -83,7 +83,7 @@ fn master(image: &Path) -> Outcome {
 fn hold(toolchain: Toolchain, images: &[PathBuf]) -> Outcome {
     let rustc = MODULE_COSTS.lines().find_map(|line| line.strip_prefix(RUSTC)).unwrap_or_default();
     if rustc != toolchain.version()? {
-        println!("{FILE} is of rustc {rustc}: images of another one are not held to it");
+        println!("{FILE} is for rustc {rustc}: not enforced for another compiler");
         return Ok(());
     }
     let is_known = |found: &ModuleCost<'_>| module_costs(MODULE_COSTS).any(|known| is_close(&known, found));
@@ -96,7 +96,7 @@ fn hold(toolchain: Toolchain, images: &[PathBuf]) -> Outcome {
     match wrong.is_empty() {
         true => Ok(()),
         false => Err(format!(
-            "{} cost other than in {FILE}: run `cargo xtask write module-costs`",
+            "costs of {} differ from {FILE}: run `cargo xtask write module-costs`",
             wrong.join(", ")
         )),
     }
@@ -106,21 +106,21 @@ fn is_absent(kind: &ModuleCost<'_>) -> bool {
     kind.reason.starts_with(ABSENT)
 }
 
-/// Whether they are of the same kind, within 5 % for one axis.
+/// Returns whether they are of the same kind and within 5 % for one axis.
 fn is_close(known: &ModuleCost<'_>, found: &ModuleCost<'_>) -> bool {
     let [known_cycles, cycles] = [known, found].map(|kind| u32::from(kind.cycles) + u32::from(kind.per_axis));
     let is_same = known.name == found.name && known.reason == found.reason;
     is_same && 20 * known_cycles.abs_diff(cycles) <= known_cycles
 }
 
-/// What `dimsart stamp` has left beside an image.
+/// Reads the costs that `dimsart stamp` wrote next to an image.
 fn read(image: &Path) -> Result<String, String> {
     let file = image.with_added_extension("costs");
     std::fs::read_to_string(&file).map_err(|error| format!("cannot read {}: {error}", file.display()))
 }
 
 fn board() -> Result<&'static BoardInfo, String> {
-    BOARDS.iter().find(|board| board.name == BOARD).ok_or_else(|| format!("{BOARD} is no board"))
+    BOARDS.iter().find(|board| board.name == BOARD).ok_or_else(|| format!("unknown board {BOARD}"))
 }
 
 #[cfg(test)]

@@ -1,19 +1,19 @@
-//! What outside implementations say: the reference runs, and the page of how far everything is from them.
+//! Comparison with other implementations: reference runs, and a page with the deviations.
 
 use std::path::PathBuf;
 
 use crate::setup;
 use crate::shell::{Outcome, cargo, command, on_every_core, run, target, top};
 
-/// The scripts that write reference runs.
+/// Scripts that write reference runs.
 const REFERENCES: [&str; 6] = ["two_sided_loop", "joint", "arm", "phantom", "identify", "modules"];
 
-/// Where the reference runs are.
+/// Returns the folder of the reference runs.
 pub(crate) fn folder() -> PathBuf {
     target().join("oracle")
 }
 
-/// Has the reference runs written.
+/// Writes the reference runs.
 pub(crate) fn references() -> Outcome {
     let python = setup::python()?;
     on_every_core(REFERENCES.to_vec(), |name| {
@@ -22,11 +22,11 @@ pub(crate) fn references() -> Outcome {
     })
 }
 
-/// Runs every comparison and draws the page.
+/// Runs every comparison and writes the page.
 pub(crate) fn report() -> Outcome {
     references()?;
     let mut tests = cargo(&["test", "--quiet", "--package", "dimsart-tests", "--test", "oracle"]);
-    // The page shows what is wrong, too.
+    // The page also shows failures.
     let tested = run(tests.env("DIMSART_ORACLE", folder()));
     let mut page = command(setup::python()?, ["-B", "tests/oracle/report.py", "--found"]);
     page.current_dir(top()).arg(folder().join("found")).arg("--out").arg(target().join("oracle-report"));

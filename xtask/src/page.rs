@@ -1,10 +1,10 @@
-//! The page in a browser: what a user does with it, by `dimsart/tests/browser/page.py`.
+//! Browser tests of the page, with `dimsart/tests/browser/page.py`.
 
 use crate::example::dimsart;
 use crate::setup;
 use crate::shell::{Outcome, command, run, target, top};
 
-/// Tries it; pictures of its main states go to `target/page`.
+/// Runs the tests; writes pictures of the main states to `target/page`.
 pub(crate) fn page() -> Outcome {
     setup::browser()?;
     let script = top().join("dimsart/tests/browser/page.py");

@@ -1,10 +1,10 @@
-//! `cargo xtask step panic-free`: nothing that a tick or a current loop can reach in the machine code may panic, and all of it is
-//! in CCM SRAM where the board has it there.
+//! `cargo xtask step panic-free`: proves that machine code of a tick or current loop cannot panic, and is in
+//! CCM SRAM if the board places it there.
 //!
-//! From `dimsart_tick` on, and from what brings it packets and takes them from it, every call in the machine code of
-//! every image is followed. All of it must be the core's own, its modules', its mathematics', plain memory moves or statistics of
-//! what was measured, without an instruction that traps: a panic, a formatter, an allocator or floats in software are
-//! faults, and so is a call whose target cannot be seen.
+//! Follows every call in the machine code of every image, from `dimsart_tick` and the functions that deliver
+//! and take its packets. Only functions of the core, modules, mathematics, memory copies and measurement
+//! statistics are allowed, without trapping instructions. Panics, formatters, allocators, soft-float
+//! functions and unresolved calls are errors.
 
 use std::collections::BTreeSet;
 
@@ -16,15 +16,15 @@ use crate::boards::{self, build_all, declared};
 use crate::shell::Outcome;
 use crate::toolchain::Toolchain;
 
-/// What the tick's interrupt asks of a controller in every period.
+/// Functions called by the tick's interrupt in every period.
 const ROOTS: [&str; 3] = ["dimsart_deliver", "dimsart_tick", "dimsart_take"];
-/// What a tick may be made of.
+/// Functions allowed in a tick.
 const ALLOWED: [&str; 17] = [
     "dimsart_core::*",
     "<dimsart_core::*",
     "dimsart_modules::*",
     "<dimsart_modules::*",
-    // The statistics of images that measure.
+    // Statistics of images with measurements.
     "firmware::measure::*",
     "<firmware::measure::*",
     "micromath::*",
@@ -39,12 +39,12 @@ const ALLOWED: [&str; 17] = [
     "compiler_builtins::mem::*",
     LONG_JUMP,
 ];
-/// To code in the CCM SRAM and back.
+/// Veneers to and from CCM SRAM.
 const LONG_JUMP: &str = "__Thumbv7ABSLongThunk_*";
 
-/// A drive's current loop, where the board has one.
+/// A drive's current loop, if the board has one.
 const CURRENT_LOOP: &str = "dimsart_current_loop";
-/// What it may be made of.
+/// Functions allowed in the current loop.
 const ALLOWED_IN_LOOP: [&str; 5] = [
     "drive::*",
     "boards::current_loop::*",
@@ -52,7 +52,7 @@ const ALLOWED_IN_LOOP: [&str; 5] = [
     "boards::stm32g4::i2c_encoder::*",
     "fmaxf",
 ];
-/// What it calls while it follows no torque, and what that calls: it may wait for flash.
+/// Functions called while no torque is commanded, and their callees: they may run from flash.
 const BESIDE_LOOP: [&str; 10] = [
     "boards::current_loop::CurrentLoop::prepare",
     "boards::current_loop::CurrentLoop::begin_identification",
@@ -80,8 +80,7 @@ pub(crate) fn hold(images: &[boards::Image]) -> Outcome {
         let mut functions = BTreeSet::new();
         for root in ROOTS {
             let reached = reach::only(&image, &declared, root, &allowed);
-            let reached =
-                reached.map_err(|error| format!("{name}: a tick does what it must not: {error}"))?;
+            let reached = reached.map_err(|error| format!("{name}: forbidden code in a tick: {error}"))?;
             hold_to_ccm(name, &image, root, &reached.addresses, &[])?;
             functions.extend(reached.functions);
         }
@@ -91,7 +90,7 @@ pub(crate) fn hold(images: &[boards::Image]) -> Outcome {
             let allowed = [&ALLOWED_IN_LOOP.map(Name::new)[..], &beside].concat();
             let reached = reach::only(&image, &declared, CURRENT_LOOP, &allowed);
             let reached =
-                reached.map_err(|error| format!("{name}: a current loop does what it must not: {error}"))?;
+                reached.map_err(|error| format!("{name}: forbidden code in a current loop: {error}"))?;
             hold_to_ccm(name, &image, CURRENT_LOOP, &reached.addresses, &beside)?;
             println!(
                 "{name}: a current loop reaches {} functions, none of which can panic",
@@ -102,7 +101,7 @@ pub(crate) fn hold(images: &[boards::Image]) -> Outcome {
     Ok(())
 }
 
-/// Fails where what a root reaches is not in CCM SRAM, though the root is, but for what may be beside it.
+/// Fails if a root in CCM SRAM reaches functions outside, except those of `beside`.
 fn hold_to_ccm(name: &str, image: &Image, root: &str, functions: &BTreeSet<u32>, beside: &[Name]) -> Outcome {
     let [start, end] = ["__sccm", "__eccm"].map(|name| image.symbols.get(name).copied().unwrap_or(0));
     let is_inside = |address: u32| (start..end).contains(&address);
@@ -118,7 +117,9 @@ fn hold_to_ccm(name: &str, image: &Image, root: &str, functions: &BTreeSet<u32>,
         return Ok(());
     }
     let functions = outside.join("\n    ");
-    Err(format!("{name}: {root} reaches what is not in CCM SRAM; name it in boards/ccm*.x:\n    {functions}"))
+    Err(format!(
+        "{name}: {root} calls functions outside CCM SRAM; add them to boards/ccm*.x:\n    {functions}"
+    ))
 }
 
 #[cfg(test)]

@@ -1,13 +1,13 @@
-//! Finds what the tests need beyond Rust, and installs it where that is possible.
+//! Finds and, if possible, installs the tools that tests need in addition to Rust.
 
 use std::path::PathBuf;
 
 use crate::shell::{Outcome, cargo, command, run, succeeds, target, top};
 
-/// The version of mdBook that builds the book.
+/// Version of mdBook.
 const MDBOOK: &str = "0.5.4";
 
-/// Installs Debian packages when this is a Debian machine and we may; else says what to do.
+/// Installs Debian packages if permitted; otherwise returns instructions.
 pub(crate) fn install(packages: &[&str], purpose: &str) -> Outcome {
     let list = packages.join(" ");
     let by_hand =
@@ -15,14 +15,14 @@ pub(crate) fn install(packages: &[&str], purpose: &str) -> Outcome {
     if !succeeds(&mut command("apt-get", ["--version"])) || !is_root() {
         return Err(by_hand);
     }
-    println!("installing {list}: {purpose} needs it");
+    println!("installing {list} for {purpose}");
     let mut install = command("apt-get", ["install", "-y", "--no-install-recommends"]);
     install.args(packages).env("DEBIAN_FRONTEND", "noninteractive");
     let installed = run(&mut command("apt-get", ["update"])).and_then(|()| run(&mut install));
     installed.map_err(|error| format!("{error}\n{by_hand}"))
 }
 
-/// A Python with the packages that the oracle needs, in `.venv`.
+/// Installs the oracle's Python packages in `.venv`; returns its Python.
 pub(crate) fn python() -> Result<PathBuf, String> {
     let requirements = top().join("tests/oracle/requirements.txt");
     let wanted = std::fs::read_to_string(&requirements)
@@ -48,7 +48,7 @@ pub(crate) fn python() -> Result<PathBuf, String> {
     Ok(python)
 }
 
-/// An emulator that has the emulated board.
+/// Installs an emulator that supports the emulated board.
 pub(crate) fn emulator() -> Outcome {
     let has_board = || {
         let machines = command("qemu-system-arm", ["-machine", "help"]).output();
@@ -61,19 +61,19 @@ pub(crate) fn emulator() -> Outcome {
     if has_board() {
         Ok(())
     } else {
-        Err("qemu-system-arm knows no board mps2-an386: install QEMU 7.2 or later".into())
+        Err("qemu-system-arm does not support mps2-an386: install QEMU 7.2 or later".into())
     }
 }
 
-/// A browser for the page's tests.
+/// Installs a browser for the page's tests.
 pub(crate) fn browser() -> Outcome {
     match succeeds(&mut command("/usr/bin/chromium", ["--version"])) {
         true => Ok(()),
-        false => install(&["chromium"], "trying the page in a browser"),
+        false => install(&["chromium"], "testing the page in a browser"),
     }
 }
 
-/// mdBook, in `target/tools`; building it takes minutes.
+/// Installs mdBook in `target/tools`, which takes minutes to build; returns its path.
 pub(crate) fn mdbook() -> Result<PathBuf, String> {
     let folder = target().join("tools");
     let mdbook = folder.join("bin/mdbook");

@@ -1,4 +1,4 @@
-//! `cargo xtask silicon BOARD`: everything that can be checked on a real board, as a report to send back.
+//! `cargo xtask silicon BOARD`: checks a real board and writes a report to send back.
 //!
 //! ```text
 //! here: versions, image, cycle table, flash, boot log ──▶ before.json ──▶ dimsart commission ──▶ report.md, report.json
@@ -20,39 +20,39 @@ use crate::flash::{find_probe_rs, flashable};
 use crate::shell::{Outcome, command, image_folder, run, top};
 use crate::toolchain::Toolchain;
 
-/// How long the log is listened to behind a start, and at most: flashing takes its time.
+/// Time to read the log after a start, and its maximum including flashing.
 const LOG: [Duration; 2] = [Duration::from_secs(4), Duration::from_secs(90)];
-/// Between two looks at it.
+/// Polling period of the log.
 const A_MOMENT: Duration = Duration::from_millis(100);
-/// A line that a board logs when it has started.
+/// Log line of a started board.
 const STARTED: &str = "starts with scheme";
 
-/// What is asked for.
+/// The command's arguments.
 #[derive(Debug, Default, PartialEq, Eq)]
 pub(crate) struct Arguments<'a> {
     board: &'a str,
     variant: Option<&'a str>,
     is_emulated: bool,
-    /// What `dimsart commission` is given, too.
+    /// Arguments passed on to `dimsart commission`.
     passed_on: Vec<&'a str>,
 }
 
 impl<'a> Arguments<'a> {
-    /// Reads what stands behind `silicon`.
+    /// Parses the arguments after `silicon`.
     pub(crate) fn read(words: &[&'a str]) -> Result<Self, String> {
-        let (board, rest) = words.split_first().ok_or("which board?")?;
+        let (board, rest) = words.split_first().ok_or("missing board")?;
         let (board, variant) =
             board.split_once(',').map_or((*board, None), |(board, variant)| (board, Some(variant)));
         let is_emulated = rest.contains(&"--emulated");
         let passed_on: Vec<&str> = rest.iter().copied().filter(|word| *word != "--emulated").collect();
         if is_emulated && passed_on.iter().any(|word| ["--port", "--locked-rotor"].contains(word)) {
-            return Err("an emulated board has no port and no motor".into());
+            return Err("an emulated board has no port and no motor: use a board with a chip".into());
         }
         Ok(Self { board, variant, is_emulated, passed_on })
     }
 }
 
-/// A check, as `dimsart commission` takes it.
+/// A check in the format of `dimsart commission`.
 #[derive(Debug, Serialize)]
 struct Check {
     name: &'static str,
@@ -79,14 +79,14 @@ impl Check {
     }
 }
 
-/// What goes before the checks over the line.
+/// Results of the checks before those over the command line.
 #[derive(Debug, Default, Serialize)]
 struct Before {
     facts: Vec<(&'static str, String)>,
     checks: Vec<Check>,
 }
 
-/// Runs all of it; fails where a check does.
+/// Runs all checks; fails if one fails.
 pub(crate) fn silicon(words: &[&str]) -> Outcome {
     let arguments = Arguments::read(words)?;
     let Arguments { board: name, variant, is_emulated, passed_on } = &arguments;
@@ -101,7 +101,7 @@ pub(crate) fn silicon(words: &[&str]) -> Outcome {
     stamp(&file, master)?;
     let mut before = Before { facts: facts(toolchain, &file, flash_bytes)?, ..Before::default() };
     if *is_emulated {
-        let why = "an emulated chip is in the board's place";
+        let why = "emulated chip instead of a board";
         before.checks.extend(["cycle table", "flash and boot log"].map(|name| Check::not_run(name, why)));
     } else {
         before.checks.push(cycle_table(toolchain, board, chip)?);
@@ -123,14 +123,14 @@ pub(crate) fn silicon(words: &[&str]) -> Outcome {
         }
         commission.arg("--restart").arg(format!("probe-rs reset --chip {chip}"));
     }
-    run(&mut commission).map_err(|error| format!("{error}: the report says what failed"))
+    run(&mut commission).map_err(|error| format!("{error}: see the report"))
 }
 
-/// What a program prints in one line; that it does not where it does not.
+/// Returns a program's single-line output, or "unknown".
 fn says(mut program: Command) -> String {
     let output = program.output().ok().filter(|output| output.status.success());
     let text = output.map(|output| String::from_utf8_lossy(&output.stdout).trim().to_owned());
-    text.unwrap_or_else(|| "not known".to_owned())
+    text.unwrap_or_else(|| "unknown".to_owned())
 }
 
 fn facts(
@@ -145,7 +145,7 @@ fn facts(
     }
     let changed = says(command("git", ["status", "--porcelain"]));
     let commit = says(command("git", ["rev-parse", "HEAD"]));
-    let is_as_committed = if changed.is_empty() { "" } else { ", with changes that are not committed" };
+    let is_as_committed = if changed.is_empty() { "" } else { ", with uncommitted changes" };
     Ok(vec![
         ("date", says(command("date", ["-u", "+%Y-%m-%d %H:%M UTC"]))),
         ("commit", format!("{commit}{is_as_committed}")),
@@ -157,7 +157,7 @@ fn facts(
     ])
 }
 
-/// Runs the program that measures every row of the cycle table, which ends by itself.
+/// Runs the program that measures every row of the cycle table.
 fn cycle_table(toolchain: Toolchain, board: &BoardInfo, chip: &str) -> Result<Check, String> {
     let program = build_program(toolchain, board, "cycle-table")?;
     let output = command("probe-rs", ["run", "--chip", chip]).arg(program).output();
@@ -169,11 +169,11 @@ fn cycle_table(toolchain: Toolchain, board: &BoardInfo, chip: &str) -> Result<Ch
         true => Ok(format!("{rows} lines of log")),
         false => Err(last_lines(&log)),
     };
-    let next = "send the log of `cargo xtask step cycle-table BOARD`: the model's table is wrong for this chip, or nothing was flashed";
-    Ok(Check::of("cycle table", "every row as the table has it", found, next))
+    let next = "the cycle table is wrong for this chip, or flashing failed: send the log of `cargo xtask step cycle-table BOARD`";
+    Ok(Check::of("cycle table", "every row equals the table", found, next))
 }
 
-/// Flashes an image, and listens to its start for some seconds. It goes on without the probe.
+/// Flashes an image and reads the log of its start; the board then runs without the probe.
 fn flash_and_listen(chip: &str, image: &Path) -> Result<Check, String> {
     let log = listen(command("probe-rs", ["run", "--chip", chip]).arg(image), STARTED, LOG)?;
     print!("{}", String::from_utf8_lossy(&log));
@@ -184,8 +184,8 @@ fn flash_and_listen(chip: &str, image: &Path) -> Result<Check, String> {
         (1, false) => Ok(text.lines().find(|line| line.contains(STARTED)).unwrap_or_default().to_owned()),
         _ => Err(format!("{starts} starts; {}", last_lines(&log))),
     };
-    let next = "the log's last line says why it does not start, or starts again and again; `dimsart doctor` looks for the probe";
-    Ok(Check::of("flash and boot log", "one start, and no error", found, next))
+    let next = "see the log's last line if the board does not start or restarts repeatedly; `dimsart doctor` searches for the probe";
+    Ok(Check::of("flash and boot log", "one start without errors", found, next))
 }
 
 fn last_lines(log: &[u8]) -> String {
@@ -194,11 +194,10 @@ fn last_lines(log: &[u8]) -> String {
     lines.get(lines.len().saturating_sub(3)..).unwrap_or_default().join("; ")
 }
 
-/// What a program prints until some time after it has said `word`, or until it ends, or until all of the time is over; it is
-/// ended then.
+/// Reads a program's output until some time after `word`, its end, or the time limit; then ends the program.
 fn listen(program: &mut Command, word: &str, [behind, most]: [Duration; 2]) -> Result<Vec<u8>, String> {
-    let failed = |error: std::io::Error| format!("cannot listen to the board's log: {error}");
-    // A file: a pipe that nobody reads would hold it up.
+    let failed = |error: std::io::Error| format!("cannot read the board's log: {error}");
+    // A file: an unread pipe would block the program.
     let file = tempfile::NamedTempFile::new().map_err(failed)?;
     let end = || file.as_file().try_clone().map(Stdio::from).map_err(failed);
     let mut child = program.stdin(Stdio::null()).stdout(end()?).stderr(end()?).spawn().map_err(failed)?;
@@ -212,7 +211,7 @@ fn listen(program: &mut Command, word: &str, [behind, most]: [Duration; 2]) -> R
             said = Some(Instant::now());
         }
     }
-    // One that has ended by itself has nothing to be ended.
+    // Fails if the program has already ended.
     let _ = child.kill();
     child.wait().map_err(failed)?;
     fs::read(file.path()).map_err(failed)

@@ -1,4 +1,4 @@
-//! `cargo xtask step stack`: how much stack every image takes, by its machine code.
+//! `cargo xtask step stack`: bounds the stack of every image by its machine code.
 
 use boards::BOARDS;
 use cycles::frame::Frames;
@@ -22,17 +22,17 @@ pub(crate) fn run() -> Outcome {
     hold(&images, &bounds)
 }
 
-/// The stack of each image.
+/// Returns the stack bound of each image.
 pub(crate) fn bounds(images: &[Image]) -> Result<Vec<StackBound>, String> {
     let declared = declared()?;
     let bound = |image: &Image| {
         let bound = stack::bound(&image.read()?, &declared, image.board.tooling.interrupts);
-        bound.map_err(|error| format!("{}: the stack has no bound: {error}", image.name))
+        bound.map_err(|error| format!("{}: cannot bound the stack: {error}", image.name))
     };
     images.iter().map(bound).collect()
 }
 
-/// Holds images to what the linker has left for their stacks.
+/// Checks images against the space that the linker leaves for their stacks.
 pub(crate) fn hold(images: &[Image], bounds: &[StackBound]) -> Outcome {
     let over: Vec<String> = images
         .iter()
@@ -40,20 +40,20 @@ pub(crate) fn hold(images: &[Image], bounds: &[StackBound]) -> Outcome {
         .filter(|(_, bound)| bound.bytes > bound.available_bytes)
         .map(|(image, bound)| {
             let StackBound { bytes, available_bytes, .. } = bound;
-            format!("{} takes up to {bytes} bytes of stack and has {available_bytes}", image.name)
+            format!("{} takes up to {bytes} bytes of stack but has {available_bytes}", image.name)
         })
         .collect();
-    if over.is_empty() { Ok(()) } else { Err(over.join("\n") + ": `cargo xtask step stack` shows for what") }
+    if over.is_empty() { Ok(()) } else { Err(over.join("\n") + ": `cargo xtask step stack` shows the calls") }
 }
 
-/// Holds what the code of an image says of its functions' frames to what the compiler says of them.
+/// Checks the stack frames computed from an image's code against the compiler's.
 pub(crate) fn cross_check(toolchain: Toolchain) -> Outcome {
-    let board = BOARDS.iter().find(|board| board.tooling.chip.is_some()).ok_or("no board has a chip")?;
+    let board = BOARDS.iter().find(|board| board.tooling.chip.is_some()).ok_or("no board with a chip")?;
     let folder = target().join("stack-sizes");
     let arguments = ["--package", "firmware", "--profile", PROFILE];
     let flags = format!("target.{TARGET}.rustflags=['-Zemit-stack-sizes']");
     let mut build = toolchain.cargo("build", &arguments);
-    // The compiler's option is not stable.
+    // The compiler's option is unstable.
     build
         .args(features(board, None))
         .args(["--config", &flags])
@@ -70,19 +70,19 @@ pub(crate) fn cross_check(toolchain: Toolchain) -> Outcome {
         if frame.own_bytes != bytes {
             let (name, own) = (image.place(function), frame.own_bytes);
             return Err(format!(
-                "{name} has {own} bytes on the stack by its code and {bytes} by the compiler"
+                "{name} has a stack frame of {own} bytes by its code, {bytes} by the compiler"
             ));
         }
         compared += 1;
     }
     if compared == 0 {
-        return Err("the compiler says nothing of the functions' frames (.stack_sizes)".into());
+        return Err("the compiler emitted no stack frame sizes (.stack_sizes)".into());
     }
-    println!("{}: {compared} functions have on the stack what the compiler says", board.name);
+    println!("{}: {compared} stack frames equal those of the compiler", board.name);
     Ok(())
 }
 
-/// One row for each image.
+/// Returns a table with a row for each image.
 pub(crate) fn summary(images: &[Image], bounds: &[StackBound]) -> String {
     let row = |(image, bound): (&Image, &StackBound)| {
         [image.name.clone(), bound.bytes.to_string(), bound.available_bytes.to_string()]
@@ -91,13 +91,13 @@ pub(crate) fn summary(images: &[Image], bounds: &[StackBound]) -> String {
     table(["Image", "Stack, bytes", "At most"], &rows)
 }
 
-/// Every priority with its deepest calls.
+/// Returns every priority with its deepest calls.
 fn in_full(name: &str, bound: &StackBound) -> String {
     let mut lines = vec![format!("{name}: {} of {} bytes", bound.bytes, bound.available_bytes)];
     for Level { priority, handler, saved_bytes, bytes, restarts_stack, chain } in &bound.levels {
         let level =
             priority.map_or_else(|| "the program".to_owned(), |priority| format!("priority {priority}"));
-        let place = if *restarts_stack { " on a stack of its own" } else { "" };
+        let place = if *restarts_stack { " on a separate stack" } else { "" };
         lines.push(format!("  {level}, {handler}: {saved_bytes} saved, then {bytes}{place}"));
         lines.extend(chain.iter().map(|(function, bytes)| format!("    {bytes:>6} {function}")));
     }
@@ -117,7 +117,7 @@ mod tests {
         let bound = |bytes| [StackBound { levels: Vec::new(), bytes, available_bytes: 100 }];
         assert_eq!(hold(&image, &bound(100)), Ok(()));
         let message = hold(&image, &bound(101)).unwrap_err();
-        assert!(message.starts_with("deep takes up to 101 bytes of stack and has 100"), "{message}");
+        assert!(message.starts_with("deep takes up to 101 bytes of stack but has 100"), "{message}");
     }
 
     #[test]

@@ -1,4 +1,4 @@
-//! The steps of a tier, told as they begin, and how long each took.
+//! The steps of a tier, with progress and times.
 
 use std::sync::{Mutex, PoisonError};
 use std::time::{Duration, Instant};
@@ -6,14 +6,14 @@ use std::time::{Duration, Instant};
 use crate::shell::Outcome;
 use crate::table::table;
 
-/// What was done of a tier.
+/// The completed steps of a tier.
 pub(crate) struct Steps {
     start: Instant,
     done: Mutex<Vec<(&'static str, Duration)>>,
 }
 
 impl Steps {
-    /// Runs a tier; shows the times of its steps at the end, however it ended.
+    /// Runs a tier; shows the times of its steps at the end, also after a failure.
     pub(crate) fn run(tier: impl FnOnce(&Self) -> Outcome) -> Outcome {
         let steps = Self { start: Instant::now(), done: Mutex::default() };
         let outcome = tier(&steps);
@@ -21,7 +21,7 @@ impl Steps {
         outcome
     }
 
-    /// Runs one step; an error comes with its name.
+    /// Runs a step; adds its name to an error.
     pub(crate) fn step<T>(
         &self,
         name: &'static str,
@@ -34,7 +34,7 @@ impl Steps {
         result.map_err(|error| format!("{name}: {error}"))
     }
 
-    /// Runs steps beside others: what some leave of the machine is the others'.
+    /// Runs two groups of steps in parallel.
     pub(crate) fn both<A: Send>(
         one: impl FnOnce() -> Result<A, String> + Send,
         other: impl FnOnce() -> Outcome,
@@ -42,12 +42,12 @@ impl Steps {
         let (one, other) = std::thread::scope(|scope| {
             let one = scope.spawn(one);
             let other = other();
-            (one.join().unwrap_or_else(|_| Err("a thread was lost".to_owned())), other)
+            (one.join().unwrap_or_else(|_| Err("a thread panicked".to_owned())), other)
         });
         other.and(one)
     }
 
-    /// A row for each step, and for all of them until now.
+    /// Returns a table of the steps and the total time.
     fn text(&self) -> String {
         let all = self.start.elapsed();
         let done = self.done.lock().unwrap_or_else(PoisonError::into_inner);

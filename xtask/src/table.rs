@@ -1,6 +1,6 @@
-//! Tables of the pages in `docs/`.
+//! Tables for the pages in `docs/`.
 
-/// A table that reads well as text and as Markdown.
+/// Formats an aligned Markdown table.
 pub(crate) fn table<const N: usize>(head: [&str; N], rows: &[[String; N]]) -> String {
     let mut widths = head.map(str::len);
     for row in rows {

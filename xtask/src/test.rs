@@ -1,4 +1,5 @@
-//! The tiers of tests: `quick` while one works, `test` for all tests, `ci` for every change. `long` is for the night.
+//! The tiers of tests: `quick` during development, `test` for all tests, `ci` for every change, `long` for
+//! the night.
 
 use crate::boards::{Image, Images};
 use crate::shell::{EMULATOR, Outcome, cargo, cargo_emulator, run};
@@ -21,7 +22,7 @@ pub(crate) fn quick() -> Outcome {
     })
 }
 
-/// Sets up what is missing, builds every board's image and runs every test.
+/// Installs missing tools, builds every board's image and runs every test.
 pub(crate) fn test() -> Outcome {
     Steps::run(|steps| {
         let toolchain = tools(steps)?;
@@ -35,12 +36,12 @@ pub(crate) fn test() -> Outcome {
     })
 }
 
-/// What continuous integration runs.
+/// The checks of continuous integration.
 pub(crate) fn ci() -> Outcome {
     Steps::run(|steps| {
         steps.step("format", format)?;
         let toolchain = tools(steps)?;
-        // Links of images take one core; what is for the host is built in another folder.
+        // Linking images takes one core; host code is built in another folder meanwhile.
         let images = Steps::both(
             || {
                 let images = images(steps, toolchain)?;
@@ -56,7 +57,7 @@ pub(crate) fn ci() -> Outcome {
             },
         )?;
         hold(steps, toolchain, &images)?;
-        // Instructions are counted, not timed: the tests may run meanwhile.
+        // Counts do not depend on load: tests can run at the same time.
         Steps::both(
             || {
                 steps.step("no panic in a tick", || panic_free::hold(&images))?;
@@ -93,7 +94,7 @@ fn lint() -> Outcome {
     Ok(())
 }
 
-/// Of what tests of control laws depend on: the simulator without emulated boards.
+/// Lints the simulator without emulated boards, as used by tests of control laws.
 pub(crate) fn lint_simulator() -> Outcome {
     run(&mut cargo(&["clippy", "--package", "hil-sim", "--quiet", "--", "--deny", "warnings"]))
 }
@@ -113,11 +114,11 @@ fn build(steps: &Steps) -> Outcome {
     steps.step("build of the tests", || test_programs::builds().iter_mut().try_for_each(run))
 }
 
-/// Holds the images to their budgets, and prepares what tests need.
+/// Checks the images against their budgets and prepares the tests' requirements.
 fn hold(steps: &Steps, toolchain: Toolchain, images: &[Image]) -> Outcome {
     steps.step("size of the images", || boards::hold(images))?;
     steps.step("stack of the images", || stack::hold(images, &stack::bounds(images)?))?;
-    // Each of these has one core busy.
+    // Each of these uses one core.
     Steps::both(
         || {
             steps.step("stamp and costs of the modules", || module_costs::hold_plain(toolchain))?;

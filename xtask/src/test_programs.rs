@@ -1,5 +1,5 @@
-//! Every test program, one more at a time than there are cores, the longest first. Cargo runs one after the other, and cores
-//! wait at the end of each.
+//! Runs all test programs in parallel, one more than there are cores, the longest first. Cargo would run them
+//! in sequence.
 
 use std::ffi::OsString;
 use std::path::PathBuf;
@@ -10,10 +10,10 @@ use serde::Deserialize;
 
 use crate::shell::{Outcome, at_once, cargo, cargo_emulator, cores, run};
 
-/// The programs that take longest, by name.
+/// The longest programs, by name.
 const LONGEST: [&str; 8] = ["chip", "emulated", "cycles", "replay", "page", "power_cut", "connect", "live"];
 
-/// Commands that build all test programs, of both workspaces.
+/// Returns commands that build all test programs of both workspaces.
 pub(crate) fn builds() -> [Command; 2] {
     [cargo(&["test", "--workspace"]), cargo_emulator("test")].map(|mut build| {
         build.args(["--no-run", "--quiet"]);
@@ -21,7 +21,7 @@ pub(crate) fn builds() -> [Command; 2] {
     })
 }
 
-/// What cargo tells of something that it has built.
+/// A message of cargo about a built target.
 #[derive(Deserialize)]
 struct Built {
     manifest_path: PathBuf,
@@ -40,7 +40,7 @@ struct Profile {
     test: bool,
 }
 
-/// A test program, and the folder of its package.
+/// A test program and its package's folder.
 struct Program {
     name: String,
     file: PathBuf,
@@ -48,25 +48,25 @@ struct Program {
 }
 
 impl Program {
-    /// One that cargo has built, if this line of its report is of one.
+    /// Parses a line of cargo's messages; `None` if it is not a test program.
     fn of(line: &str) -> Option<Self> {
-        // Other lines are of other things.
+        // Skips other messages.
         let Built { manifest_path, executable, target, profile } = serde_json::from_str(line).ok()?;
         let folder = manifest_path.parent()?.to_owned();
         Some(Self { name: target.name, file: executable.filter(|_| profile.test)?, folder })
     }
 
-    /// Position among all: the longest ones first.
+    /// Sort key: the longest programs first.
     fn rank(&self) -> usize {
         LONGEST.iter().position(|name| *name == self.name).unwrap_or(LONGEST.len())
     }
 
-    /// Runs it; an error has its name.
+    /// Runs the program; adds its name to an error.
     fn run(&self, environment: &[(&str, OsString)]) -> Outcome {
         let Self { name, file, folder } = self;
         let start = Instant::now();
         let mut command = Command::new(file);
-        // Two: what one test waits for is time for the other.
+        // Two threads: tests often wait.
         command.args(["--quiet", "--test-threads", "2"]).current_dir(folder);
         let output = command.env("CARGO_MANIFEST_DIR", folder).envs(environment.iter().cloned()).output();
         let output = output.map_err(|error| format!("{}: {error}", file.display()))?;
@@ -83,12 +83,13 @@ impl Program {
     }
 }
 
-/// Builds and runs all of them, with these variables, and the examples of the documentation; names those that fail.
+/// Builds and runs all test programs with these variables, and the documentation's examples; lists the
+/// failures.
 pub(crate) fn run_all(environment: &[(&str, OsString)]) -> Outcome {
     let mut programs = Vec::new();
     for mut build in builds() {
         let told = build.arg("--message-format=json").output();
-        let told = told.map_err(|error| format!("cargo could not be started: {error}"))?;
+        let told = told.map_err(|error| format!("cannot start cargo: {error}"))?;
         if !told.status.success() {
             return Err(String::from_utf8_lossy(&told.stderr).into_owned());
         }
@@ -96,9 +97,9 @@ pub(crate) fn run_all(environment: &[(&str, OsString)]) -> Outcome {
     }
     programs.sort_by_key(Program::rank);
     if programs.is_empty() {
-        return Err("cargo has built no test program".to_owned());
+        return Err("cargo built no test program".to_owned());
     }
-    // One more: some tests wait.
+    // One more, because some tests wait.
     let tests = at_once(cores() + 1, programs, |program| program.run(environment));
     let examples = run(&mut cargo(&["test", "--workspace", "--doc", "--quiet"]));
     let failed: Vec<String> = [tests, examples].into_iter().filter_map(Result::err).collect();

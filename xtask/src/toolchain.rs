@@ -1,4 +1,4 @@
-//! The compiler for the boards: rustup's target, or Debian's packages where rustup cannot download.
+//! The compiler for boards: rustup's target, or Debian's packages if rustup cannot download.
 
 use std::path::{Path, PathBuf};
 use std::process::Command;
@@ -6,31 +6,32 @@ use std::process::Command;
 use crate::setup::install;
 use crate::shell::{cargo, command, succeeds};
 
-/// What every board's processor is to the compiler.
+/// Compiler target of all boards.
 pub(crate) const TARGET: &str = "thumbv7em-none-eabihf";
-/// A Rust of Debian's with the sources of `core`, which is compiled along; the last one is its linker.
+/// Debian's Rust with the sources of `core`, which are compiled with the image; the last package is the
+/// linker.
 const DEBIAN: [&str; 5] = ["rustc-web", "cargo-web", "rust-web-clippy", "rust-web-src", "lld-22"];
-/// What Debian's Rust looks for as `rust-lld`, and does not bring.
+/// Linker for Debian's Rust, which does not include `rust-lld`.
 const DEBIAN_LINKER: &str = "/usr/lib/llvm-22/bin/ld.lld";
 const DEBIAN_SOURCES: &str = "/usr/lib/rustlib/src/rust/library/core";
 
-/// Where the compiler comes from.
+/// Source of the compiler.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum Toolchain {
-    /// The one that runs this, with the target installed.
+    /// The running compiler, with the target installed.
     Rustup,
-    /// Debian's, which compiles `core` along.
+    /// Debian's compiler, which also compiles `core`.
     Debian,
 }
 
 impl Toolchain {
-    /// Finds a compiler for the boards, or installs one.
+    /// Finds or installs a compiler for boards.
     pub(crate) fn set_up() -> Result<Self, String> {
         if has_target() {
             return Ok(Self::Rustup);
         }
         if succeeds(&mut command("rustup", ["--version"])) {
-            println!("installing the target {TARGET}: the boards need it");
+            println!("installing the target {TARGET} for the boards");
             if succeeds(&mut command("rustup", ["target", "add", TARGET])) && has_target() {
                 return Ok(Self::Rustup);
             }
@@ -45,7 +46,7 @@ impl Toolchain {
         Ok(Self::Debian)
     }
 
-    /// Of the compiler, such as `1.95.0`.
+    /// Returns the compiler's version, such as `1.95.0`.
     pub(crate) fn version(self) -> Result<String, String> {
         let rustc = if self == Self::Debian { "/usr/bin/rustc" } else { "rustc" };
         let output =
@@ -54,14 +55,14 @@ impl Toolchain {
         said.split(' ')
             .nth(1)
             .map(str::to_owned)
-            .ok_or_else(|| format!("{rustc} says of its version '{said}'"))
+            .ok_or_else(|| format!("cannot read the version of {rustc}: '{said}'"))
     }
 
-    /// A cargo command for the boards' processor.
+    /// Creates a cargo command for the boards' target.
     pub(crate) fn cargo(self, subcommand: &str, arguments: &[&str]) -> Command {
         let mut cargo = match (self, subcommand) {
             (Self::Rustup, _) => cargo(&[subcommand]),
-            // Not as a sub-command: cargo would take that of another Rust.
+            // Called directly: as a subcommand, cargo could find another Rust's.
             (Self::Debian, "clippy") => command("/usr/bin/cargo-clippy", ["clippy"]),
             (Self::Debian, _) => command("/usr/bin/cargo", [subcommand]),
         };
@@ -71,7 +72,7 @@ impl Toolchain {
             let programs = [("CARGO", "cargo"), ("RUSTC", "rustc"), ("RUSTDOC", "rustdoc")];
             cargo.envs(programs.map(|(name, program)| (name, Path::new("/usr/bin").join(program))));
             cargo.env("CARGO_TARGET_THUMBV7EM_NONE_EABIHF_LINKER", DEBIAN_LINKER);
-            // `build-std` is not stable.
+            // `build-std` is unstable.
             cargo.env("RUSTC_BOOTSTRAP", "1").env_remove("RUSTUP_TOOLCHAIN");
         }
         cargo.args(arguments);
@@ -79,7 +80,7 @@ impl Toolchain {
     }
 }
 
-/// The folder that a build for the boards with `profile` puts its programs in.
+/// Returns the output folder of a board build with `profile`.
 pub(crate) fn output(profile: &str) -> PathBuf {
     crate::shell::target().join(TARGET).join(profile)
 }

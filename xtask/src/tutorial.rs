@@ -1,5 +1,5 @@
-//! The tutorial and the how-to pages, followed command by command: a project outside the workspace is made, builds, knows
-//! its law, passes its tests, and runs as firmware on the emulated board.
+//! Follows the tutorial and how-to pages command by command: creates a project outside the workspace, builds
+//! it, runs its law and tests, and runs its firmware on the emulated board.
 
 use std::ffi::OsString;
 use std::fs;
@@ -19,7 +19,7 @@ pub(crate) fn follow() -> Outcome {
         fs::remove_dir_all(&folder).map_err(|error| format!("{}: {error}", folder.display()))?;
     }
     fs::create_dir_all(&folder).map_err(|error| format!("{}: {error}", folder.display()))?;
-    // A user's `dimsart` is built to be fast; here, of what this repository has built already.
+    // Reuses this repository's build of `dimsart`.
     let built = target();
     let environment = [
         ("CARGO_TARGET_DIR", built.as_path()),
@@ -31,7 +31,7 @@ pub(crate) fn follow() -> Outcome {
     page(&top().join("docs/tutorial.md"), &folder, &environment)
 }
 
-/// Follows those of `docs/howto/` that have commands for a desk, each in a folder of its own.
+/// Follows the pages of `docs/howto/` with desk commands, each in a separate folder.
 pub(crate) fn follow_how_tos() -> Outcome {
     dimsart()?;
     let folder = top().join("docs/howto");
@@ -44,14 +44,14 @@ pub(crate) fn follow_how_tos() -> Outcome {
     Ok(())
 }
 
-/// Follows a page with the `dimsart` of this repository.
+/// Follows a page with this repository's `dimsart`.
 fn page(path: &Path, folder: &Path, environment: &[(&str, &Path)]) -> Outcome {
     let shown = path.strip_prefix(top()).unwrap_or(path).display();
     let page = fs::read_to_string(path).map_err(|error| format!("cannot read {shown}: {error}"))?;
     let mut programs = OsString::from(target().join("debug"));
     programs.push(":");
     programs.push(std::env::var_os("PATH").unwrap_or_default());
-    // Ports that are shared are those of this page, not of the user.
+    // Separate shared ports, not the user's.
     let ports = temporary()?;
     let mut all = vec![("PATH", Path::new(&programs)), ("XDG_RUNTIME_DIR", ports.path())];
     all.extend(environment);
@@ -60,5 +60,5 @@ fn page(path: &Path, folder: &Path, environment: &[(&str, &Path)]) -> Outcome {
 }
 
 fn temporary() -> Result<tempfile::TempDir, String> {
-    tempfile::tempdir().map_err(|error| format!("no temporary folder: {error}"))
+    tempfile::tempdir().map_err(|error| format!("cannot create a temporary folder: {error}"))
 }

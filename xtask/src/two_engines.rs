@@ -1,4 +1,4 @@
-//! `cargo xtask step two-engines`: two engines on the emulated board, one of which interrupts the other.
+//! `cargo xtask step two-engines`: runs two engines on the emulated board, one interrupting the other.
 
 use boards::BOARDS;
 
@@ -7,8 +7,8 @@ use crate::emulator::emulate;
 use crate::shell::Outcome;
 use crate::toolchain::Toolchain;
 
-/// Builds the program and runs it; fails where something that crosses is not what it should be.
+/// Builds and runs the program; fails if a transferred word is wrong.
 pub(crate) fn run() -> Outcome {
-    let board = BOARDS.iter().find(|board| board.tooling.chip.is_none()).ok_or("no board is emulated")?;
+    let board = BOARDS.iter().find(|board| board.tooling.chip.is_none()).ok_or("no emulated board")?;
     emulate(&build_program(Toolchain::set_up()?, board, "two-engines")?)
 }

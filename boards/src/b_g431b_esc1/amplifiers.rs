@@ -1,11 +1,11 @@
-//! The chip's own amplifiers behind the shunts, by their registers (RM0440, 25).
+//! The chip's operational amplifiers for the shunts, by registers (RM0440, 25).
 
 use embassy_stm32::pac;
 use embassy_stm32::pac::opamp::Opamp;
 use embassy_stm32::pac::opamp::vals::{PgaGain, VmSel, VpSel};
 
-/// Turns the amplifiers 1 to 3 on, as amplifiers of 16 with their inputs at `VINP0` and, where the gain's resistors end, at
-/// `VINM0`; each drives its output pin (RM0440, 25.3.5 and 25.5.1).
+/// Turns on amplifiers 1 to 3 with a gain of 16, inputs at `VINP0`, the feedback network at `VINM0`, and
+/// output pins driven (RM0440, 25.3.5 and 25.5.1).
 pub(super) fn start() {
     pac::RCC.apb2enr().modify(|clocks| clocks.set_syscfgen(true));
     let amplifiers: [Opamp; 3] = [pac::OPAMP1, pac::OPAMP2, pac::OPAMP3];

@@ -1,4 +1,4 @@
-//! What tools and the board itself need to know of ST's B-G431B-ESC1.
+//! Data of ST's B-G431B-ESC1.
 
 use dimsart_core::limits::Sizes;
 use drive::{Configuration, Encoder, Inverter, Joint, Limits};
@@ -9,7 +9,7 @@ use crate::clock_switch;
 use crate::current_loop::Scaling;
 use crate::motor::Motor;
 
-/// Motor, encoder and limits. Change them to what is connected: see the data sheets of motor and supply.
+/// Motor, encoder and limits. Adjust them to the connected hardware with the data sheets of motor and supply.
 pub(super) const CONFIGURATION: Configuration = Configuration {
     motor: drive::Motor {
         resistance_ohm: 0.6,
@@ -19,7 +19,7 @@ pub(super) const CONFIGURATION: Configuration = Configuration {
         flux_linkage_vs: 0.05 / (1.5 * 7.0),
         pole_pairs: 7,
         is_encoder_reversed: false,
-        // Found anew after every start: an incremental encoder knows no angle then.
+        // An incremental encoder is aligned after every start.
         encoder_offset_rad: 0.0,
     },
     limits: Limits {
@@ -41,15 +41,16 @@ pub(super) const CONFIGURATION: Configuration = Configuration {
         // 0.8 us.
         dead_time_share: 0.016,
         dead_time_current_a: 0.3,
-        // The lower switches have been on for 1.7 us when the phases are sampled: others saw amplifiers settle in 1.3 us.
+        // The lower switches must be on for 1.7 us before the phases are sampled: the amplifiers settle in
+        // 1.3 us.
         most_duty: 0.9,
     },
 };
-/// Motor and encoder, and what the board has for them.
+/// Motor, encoder and scaling.
 pub(crate) const DRIVE: ThreePhaseDrive = ThreePhaseDrive { configuration: CONFIGURATION, scaling: SCALING };
-/// By the board's schematic (ST UM2516) and what public firmware for it has: 3 mOhm, 64/7 of it behind the resistors and the
-/// amplifier, pulled up to 0.129 V in front of it; 18 of 187 kOhm; a thermistor of 10 kOhm (B 3425 K) above 4.7 kOhm. Of a
-/// reference of 3.3 V.
+/// From the board's schematic (ST UM2516) and public firmware for the board: 3 mOhm shunts, gain 64/7
+/// including the resistors, offset 0.129 V at the amplifier's input; supply divider of 18 and 187 kOhm;
+/// thermistor of 10 kOhm (B 3425 K) above 4.7 kOhm; reference 3.3 V.
 const SCALING: Scaling = Scaling {
     a_per_count: -3.3 / 4095.0 / (0.003 * 64.0 / 7.0),
     rest_counts: 2553.0,
@@ -58,13 +59,13 @@ const SCALING: Scaling = Scaling {
     temperature_c: THERMISTOR_C,
 };
 
-/// Of 10 kOhm (B 3425 K) above 4.7 kOhm, at every 128th count.
+/// Thermistor of 10 kOhm (B 3425 K) above 4.7 kOhm, at every 128th count.
 pub(crate) const THERMISTOR_C: &[f32; 33] = &[
     -60.0, -31.4, -18.3, -9.7, -3.0, 2.6, 7.6, 12.1, 16.3, 20.3, 24.1, 27.8, 31.5, 35.1, 38.7, 42.3, 46.0,
     49.8, 53.6, 57.7, 61.9, 66.5, 71.3, 76.6, 82.4, 89.0, 96.5, 105.5, 116.7, 131.6, 153.9, 196.6, 300.0,
 ];
 
-/// The motor as schemes see it.
+/// The motor for schemes.
 pub(crate) const MOTOR: Motor = Motor {
     torque_constant_nm_per_a: CONFIGURATION.motor.torque_constant_nm_per_a(),
     resistance_ohm: CONFIGURATION.motor.resistance_ohm,
@@ -80,7 +81,7 @@ pub(crate) const TOOLING: Tooling = Tooling {
     clock_hz: clock_switch::CLOCK_HZ,
     tick_hz: 1_000,
     axes: 1,
-    // Half of what other boards have: there is less memory, and one joint.
+    // Half of the other boards' capacity: less memory, and one joint.
     sizes: Sizes { modules: 16, wires: 120, bindings: 32, slots: 48, links: 1, programs: 2, words: 480 },
     memory: CodeMemory::Stm32G4,
     chip: Some("STM32G431CBUx"),
@@ -96,11 +97,10 @@ pub(crate) const TOOLING: Tooling = Tooling {
     scheme: SMALL_MOTORS,
 };
 
-/// What the board connects itself, by its schematic (ST UM2516).
+/// Connected on the board (schematic in ST UM2516).
 const ON_BOARD: &str = "on the board";
 
-pub(super) const HALF_BRIDGE: &str =
-    "no pulses until it is armed; then 20 kHz, high and low never at once, 0.8 us between them";
+pub(super) const HALF_BRIDGE: &str = "no pulses until armed; then 20 kHz, high and low with 0.8 us dead time";
 
 const HALF_BRIDGES: PinGroup = PinGroup {
     title: "Half bridges, 20 kHz, 0.8 us dead time: timer 1",
@@ -114,7 +114,7 @@ const HALF_BRIDGES: PinGroup = PinGroup {
     ],
 };
 
-const CURRENT: &str = "about 2.06 V without current, 27 mV less per ampere into the motor";
+const CURRENT: &str = "about 2.06 V at zero current, -27 mV/A into the motor";
 
 const MEASURED: PinGroup = PinGroup {
     title: "Currents, supply, temperature",
@@ -138,11 +138,11 @@ const MEASURED: PinGroup = PinGroup {
             ..Pin::analog("PB1", "shunt of W, amplified", ON_BOARD).showing(CURRENT)
         },
         Pin::analog("PA0", "supply", ON_BOARD)
-            .noting("18 of 187 kOhm")
-            .showing("0.0963 V per volt of the supply: 1.16 V at 12 V"),
+            .noting("divider, 18 of 187 kOhm")
+            .showing("0.0963 V per volt of supply: 1.16 V at 12 V"),
         Pin::analog("PB14", "temperature of the bridge", ON_BOARD)
             .noting("thermistor")
-            .showing("1.06 V at 25 °C, more when it is warmer"),
+            .showing("1.06 V at 25 °C, rising with temperature"),
     ],
 };
 
@@ -159,22 +159,22 @@ const COMMAND_LINE: PinGroup = PinGroup {
     pins: &[
         Pin::output("PB3", 7, "to the host", "ST-LINK's serial port, J3").showing(HEARTBEATS),
         Pin::input("PB4", 7, "from the host", "ST-LINK's serial port, J3")
-            .showing("high; bytes while a host asks"),
+            .showing("high; bytes during requests"),
     ],
 };
 
 const CAN: PinGroup = PinGroup {
-    title: "CAN at 1 Mbit/s, data too",
+    title: "CAN FD, 1 Mbit/s nominal and data",
     pins: &[
-        Pin::input("PA11", 9, "CAN RX", "CANH and CANL behind the transceiver")
+        Pin::input("PA11", 9, "CAN RX", "CANH and CANL after the transceiver")
             .noting("FDCAN 1")
-            .showing("as TX, and what others send"),
-        Pin::output("PB9", 9, "CAN TX", "CANH and CANL behind the transceiver")
+            .showing("as TX, and frames of other nodes"),
+        Pin::output("PB9", 9, "CAN TX", "CANH and CANL after the transceiver")
             .noting("FDCAN 1")
             .showing(RECESSIVE),
         Pin::driven("PC11", "transceiver's shutdown", ON_BOARD).noting("low when on").showing("low"),
-        Pin::driven("PC14", "termination of 120 ohm", ON_BOARD)
-            .noting("high when on, as `IS_TERMINATED` says")
+        Pin::driven("PC14", "120 ohm termination", ON_BOARD)
+            .noting("high when on, see `IS_TERMINATED`")
             .showing("high"),
     ],
 };
@@ -193,7 +193,7 @@ const INTERRUPTS: &[(&str, i16)] = &[
     // Link.
     ("FDCAN1_IT0", 4),
     ("FDCAN1_IT1", 4),
-    // Kept schemes.
+    // Stored schemes.
     ("FLASH", 4),
     // Background.
     ("FMAC", 6),

@@ -1,4 +1,4 @@
-//! What tools and the board itself need to know of ST's X-NUCLEO-IHM08M1 on a NUCLEO-G474RE.
+//! Data of ST's X-NUCLEO-IHM08M1 on a NUCLEO-G474RE.
 
 use drive::{Configuration, Limits};
 
@@ -7,17 +7,17 @@ use super::pins::QUADRATURE;
 use super::{Pin, PinDirection, PinGroup, ThreePhaseDrive};
 use crate::current_loop::Scaling;
 
-/// Motor, encoder and limits: those of b-g431b-esc1, at the shield's voltages. Change them to what is connected: see the data
-/// sheets of motor and supply.
+/// Motor, encoder and limits: those of b-g431b-esc1 with the shield's voltages. Adjust them to the connected
+/// hardware with the data sheets of motor and supply.
 const CONFIGURATION: Configuration = Configuration {
-    // The shield's own, and less than it takes.
+    // The shield's range, with a margin.
     limits: Limits { least_bus_v: 10.0, most_bus_v: 45.0, ..b_g431b_esc1::CONFIGURATION.limits },
     ..b_g431b_esc1::CONFIGURATION
 };
-/// Motor and encoder, and what the shield has for them.
+/// Motor, encoder and scaling.
 pub const DRIVE: ThreePhaseDrive = ThreePhaseDrive { configuration: CONFIGURATION, scaling: SCALING };
-/// 10 mOhm, 5.18 of it behind the shield's amplifiers, which are at 1.71 V without current; 9.31 of 178.31 kOhm. Sources:
-/// `nucleo_g474re/ihm08m1.rs`.
+/// 10 mOhm shunts; amplifiers with a gain of 5.18 and 1.71 V at zero current; supply divider of 9.31 and
+/// 178.31 kOhm. Sources: `nucleo_g474re/ihm08m1.rs`.
 const SCALING: Scaling = Scaling {
     a_per_count: -3.3 / 4095.0 / (0.01 * 5.7 * 6.8 / 7.48),
     rest_counts: 2122.0,
@@ -26,7 +26,7 @@ const SCALING: Scaling = Scaling {
     temperature_c: THERMISTOR_C,
 };
 
-const LOWER: &str = "high until it is armed, as a low level closes the switch; then 20 kHz";
+const LOWER: &str = "high until armed (active low); then 20 kHz";
 
 pub(super) const GATES: PinGroup = PinGroup {
     title: "Gate drivers, 20 kHz, 0.8 us dead time: timer 1",
@@ -40,7 +40,7 @@ pub(super) const GATES: PinGroup = PinGroup {
     ],
 };
 
-const CURRENT: &str = "about 1.71 V without current, 52 mV less per ampere into the motor";
+const CURRENT: &str = "about 1.71 V at zero current, -52 mV/A into the motor";
 
 pub(super) const MEASURED: PinGroup = PinGroup {
     title: "Currents, supply, temperature",
@@ -48,7 +48,7 @@ pub(super) const MEASURED: PinGroup = PinGroup {
         Pin::analog("PA0", "shunt of U, amplified", "CN7-28, A0").noting("10 mOhm").showing(CURRENT),
         Pin::analog("PC1", "shunt of V, amplified", "CN7-36, A4").noting("10 mOhm").showing(CURRENT),
         Pin::analog("PC0", "shunt of W, amplified", "CN7-38, A5").noting("10 mOhm").showing(CURRENT),
-        Pin::analog("PA1", "supply over 169 to 9.31 kOhm", "CN7-30, A1").showing("1.25 V at 24 V"),
+        Pin::analog("PA1", "supply, divider of 169 and 9.31 kOhm", "CN7-30, A1").showing("1.25 V at 24 V"),
         Pin::analog("PC2", "temperature of the bridge", "CN7-35").showing("about 1.06 V at 25 degrees C"),
     ],
 };
@@ -65,10 +65,8 @@ pub(super) const ABSOLUTE_ENCODER: PinGroup = PinGroup {
     title: "or an absolute encoder: an AS5047P or MT6701 on SPI 3, an AS5600 on I²C 4",
     pins: &[
         Pin::output("PC10", 6, "clock", "CN7-1").showing("bursts every 50 us").by_configuration(),
-        Pin::input("PC11", 6, "the encoder's output", "CN7-2").noting("pull-up on").by_configuration(),
-        Pin::output("PC12", 6, "the encoder's input", "CN7-3")
-            .noting("of an AS5047P alone")
-            .by_configuration(),
+        Pin::input("PC11", 6, "encoder output", "CN7-2").noting("pull-up on").by_configuration(),
+        Pin::output("PC12", 6, "encoder input", "CN7-3").noting("AS5047P only").by_configuration(),
         Pin::driven("PD2", "select", "CN7-4").showing("low while the clock runs").by_configuration(),
         Pin { direction: PinDirection::Both, ..Pin::input("PC6", 8, "I²C clock", "CN10-4") }
             .noting("2.2 kOhm to 3.3 V")

@@ -1,4 +1,4 @@
-//! What tools need to know of the emulated MPS2+ AN386.
+//! Data of the emulated MPS2+ AN386.
 
 use dimsart_core::limits::Sizes;
 

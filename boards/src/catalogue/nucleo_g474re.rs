@@ -1,4 +1,4 @@
-//! What tools and the board itself need to know of ST's NUCLEO-G474RE.
+//! Data of ST's NUCLEO-G474RE.
 
 use dimsart_core::limits::Sizes;
 
@@ -10,7 +10,7 @@ use crate::clock_switch;
 use crate::moteus::Moteus;
 use crate::motor::Motor;
 
-/// The motor of every axis. Change it to what is connected: see the motor's and the supply's data sheets.
+/// The motor of every axis. Adjust it to the connected hardware with the data sheets of motor and supply.
 pub(crate) const MOTOR: Motor = Motor {
     torque_constant_nm_per_a: 0.05,
     resistance_ohm: 1.0,
@@ -20,8 +20,8 @@ pub(crate) const MOTOR: Motor = Motor {
     pole_pairs: 1,
 };
 
-/// With feature `moteus`, the drives of the axes. Change them to what is connected: see their `id.id`, `servo.max_current_A`
-/// and `servo.max_velocity`.
+/// The drives of the axes (feature `moteus`). Adjust them to the drives' `id.id`, `servo.max_current_A` and
+/// `servo.max_velocity`.
 #[cfg(all(target_os = "none", feature = "moteus"))]
 pub(crate) const MOTEUS: Moteus<{ TOOLING.axes }> = Moteus {
     host: 0,
@@ -50,7 +50,8 @@ pub(crate) const TOOLING: Tooling = Tooling {
     scheme: SMALL_MOTORS,
 };
 
-/// Connectors are those of ST UM2505: CN7 and CN10 are the morpho ones, `A0` and `D7` labels of the Arduino ones.
+/// Connectors as in ST UM2505: CN7 and CN10 are the morpho connectors, `A0` and `D7` labels of the Arduino
+/// connectors.
 const PINS: &[PinPlan] = &[
     PinPlan {
         variants: &["", "classic-can", "measure", "by-hand", "auth", "online"],
@@ -89,25 +90,25 @@ const BRUSHED: PinGroup = PinGroup {
     pins: &[
         Pin::output("PA8", 6, "axis 1: PWM", "CN10-23, D7")
             .noting("20 kHz, timer 1")
-            .showing("no pulses until it is armed; then 20 kHz, the longer the larger the torque"),
+            .showing("no pulses until armed; then 20 kHz, duty cycle proportional to torque"),
         Pin::output("PA9", 6, "axis 2: PWM", "CN10-21, D8")
             .noting("20 kHz, timer 1")
-            .showing("no pulses until it is armed; then 20 kHz, the longer the larger the torque"),
+            .showing("no pulses until armed; then 20 kHz, duty cycle proportional to torque"),
         Pin::output("PA10", 6, "axis 3: PWM", "CN10-33, D2")
             .noting("20 kHz, timer 1")
-            .showing("no pulses until it is armed; then 20 kHz, the longer the larger the torque"),
+            .showing("no pulses until armed; then 20 kHz, duty cycle proportional to torque"),
         Pin::driven("PC0", "axis 1: direction", "CN7-38, A5")
-            .noting("high when the torque is positive")
-            .showing("low until it is armed"),
+            .noting("high for positive torque")
+            .showing("low until armed"),
         Pin::driven("PC1", "axis 2: direction", "CN7-36, A4")
-            .noting("high when the torque is positive")
-            .showing("low until it is armed"),
+            .noting("high for positive torque")
+            .showing("low until armed"),
         Pin::driven("PC2", "axis 3: direction", "CN7-35")
-            .noting("high when the torque is positive")
-            .showing("low until it is armed"),
+            .noting("high for positive torque")
+            .showing("low until armed"),
         Pin::driven("PC3", "enable of all drivers", "CN7-37")
-            .noting("high when on; give it a pull-down: it floats during a reset")
-            .showing("low until it is armed, then high"),
+            .noting("high when on; floats during reset: add a pull-down")
+            .showing("low until armed, then high"),
     ],
 };
 
@@ -117,7 +118,7 @@ const COMMAND_LINE: PinGroup = PinGroup {
         Pin::output("PA2", 12, "to the host", "ST-LINK's serial port").noting("LPUART 1").showing(HEARTBEATS),
         Pin::input("PA3", 12, "from the host", "ST-LINK's serial port")
             .noting("LPUART 1")
-            .showing("high; bytes while a host asks"),
+            .showing("high; bytes during requests"),
     ],
 };
 
@@ -126,7 +127,7 @@ const CAN: PinGroup = PinGroup {
     pins: &[
         Pin::input("PA11", 9, "CAN RX", "CN10-14")
             .noting("FDCAN 1")
-            .showing("as TX, and what others send; high without a transceiver only if it is pulled up"),
+            .showing("as TX, and frames of other nodes; without a transceiver high only with a pull-up"),
         Pin::output("PA12", 9, "CAN TX", "CN10-12").noting("FDCAN 1").showing(RECESSIVE),
     ],
 };
@@ -134,17 +135,17 @@ const CAN: PinGroup = PinGroup {
 const UART_LINK: PinGroup = PinGroup {
     title: "Link 0, 921 600 baud",
     pins: &[
-        Pin::output("PC10", 7, "to the other side", "CN7-1")
+        Pin::output("PC10", 7, "to the peer", "CN7-1")
             .noting("USART 3")
             .showing("high; packets while the scheme runs"),
-        Pin::input("PC11", 7, "from the other side", "CN7-2")
+        Pin::input("PC11", 7, "from the peer", "CN7-2")
             .noting("USART 3")
-            .showing("high where the other side is connected"),
+            .showing("high if the peer is connected"),
     ],
 };
 
-/// One without a three-phase motor has no `ADC1_2`, one without CAN no `FDCAN1`, one with it no `USART3` with its DMA; one whose tick asks drives has those of `FDCAN1`
-/// off.
+/// All variants together. `ADC1_2` needs a three-phase motor, `FDCAN1` a link over CAN, `USART3` and its DMA
+/// a link over UART; moteus drives use FDCAN 1 without interrupts.
 const INTERRUPTS: &[(&str, i16)] = &[
     // Current loop.
     ("ADC1_2", 0),
@@ -162,7 +163,7 @@ const INTERRUPTS: &[(&str, i16)] = &[
     ("USART3", 4),
     ("DMA1_CHANNEL3", 4),
     ("DMA1_CHANNEL4", 4),
-    // Kept schemes.
+    // Stored schemes.
     ("FLASH", 4),
     // Background.
     ("FMAC", 6),

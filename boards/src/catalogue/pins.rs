@@ -1,18 +1,18 @@
-//! Which pins of a board's chip an image uses, and for what: a plan per board, or per variant of its image.
+//! Pin assignment of a board's chip: a plan per board or variant of its image.
 
-/// What an image has a board's pins for.
+/// Pin assignment of an image.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct PinPlan {
-    /// Variants of the image that it holds for; the plain one is the empty name.
+    /// Variants of the image; the default image has an empty name.
     pub variants: &'static [&'static str],
-    /// All its pins, those that belong together side by side.
+    /// Groups of related pins.
     pub groups: &'static [PinGroup],
 }
 
-/// Pins that belong together.
+/// Related pins.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct PinGroup {
-    /// What they are for.
+    /// Purpose.
     pub title: &'static str,
     /// The pins.
     pub pins: &'static [Pin],
@@ -21,48 +21,48 @@ pub struct PinGroup {
 /// A pin.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Pin {
-    /// Its name, as `PA8`.
+    /// Name, such as `PA8`.
     pub name: &'static str,
-    /// How the chip has it.
+    /// Function on the chip.
     pub mode: PinMode,
-    /// Which way its signal goes.
+    /// Direction of the signal.
     pub direction: PinDirection,
-    /// What it carries.
+    /// Signal.
     pub signal: &'static str,
-    /// Connector and label on the board, as far as they are known.
+    /// Connector and label on the board, if known.
     pub at: &'static str,
-    /// What else is to be known; empty where there is nothing.
+    /// Note, or empty.
     pub note: &'static str,
-    /// What an oscilloscope shows; empty where nothing helps.
+    /// Signal on an oscilloscope, or empty.
     pub scope: &'static str,
-    /// Whether it is set only where the configuration asks for it, such as an encoder's.
+    /// Whether the pin depends on the configuration, such as the encoder type.
     pub is_by_configuration: bool,
 }
 
-/// How a chip has a pin.
+/// Function of a pin.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum PinMode {
-    /// A peripheral's, by the number of its alternate function.
+    /// Alternate function, with its number.
     Alternate(u8),
-    /// The program's, to be driven.
+    /// General-purpose output.
     Output,
-    /// A converter's or an amplifier's.
+    /// Analog.
     Analog,
 }
 
-/// Which way a signal goes, seen from the chip.
+/// Direction of a signal, seen from the chip.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum PinDirection {
-    /// Into the chip.
+    /// Input.
     In,
-    /// Out of it.
+    /// Output.
     Out,
-    /// Both.
+    /// Bidirectional.
     Both,
 }
 
 impl Pin {
-    /// A peripheral's input.
+    /// Creates an input of a peripheral.
     pub(crate) const fn input(
         name: &'static str,
         function: u8,
@@ -81,7 +81,7 @@ impl Pin {
         }
     }
 
-    /// A peripheral's output.
+    /// Creates an output of a peripheral.
     pub(crate) const fn output(
         name: &'static str,
         function: u8,
@@ -91,40 +91,39 @@ impl Pin {
         Self { direction: PinDirection::Out, ..Self::input(name, function, signal, at) }
     }
 
-    /// An output of the program.
+    /// Creates a general-purpose output.
     pub(crate) const fn driven(name: &'static str, signal: &'static str, at: &'static str) -> Self {
         Self { mode: PinMode::Output, ..Self::output(name, 0, signal, at) }
     }
 
-    /// What is measured.
+    /// Creates an analog input.
     pub(crate) const fn analog(name: &'static str, signal: &'static str, at: &'static str) -> Self {
         Self { mode: PinMode::Analog, ..Self::input(name, 0, signal, at) }
     }
 
-    /// Set only where the configuration asks for it.
+    /// Marks the pin as dependent on the configuration.
     pub(crate) const fn by_configuration(self) -> Self {
         Self { is_by_configuration: true, ..self }
     }
 
-    /// With something else to be known.
+    /// Adds a note.
     pub(crate) const fn noting(self, note: &'static str) -> Self {
         Self { note, ..self }
     }
 
-    /// With what an oscilloscope shows.
+    /// Adds the signal on an oscilloscope.
     pub(crate) const fn showing(self, scope: &'static str) -> Self {
         Self { scope, ..self }
     }
 }
 
-/// What an oscilloscope shows at pins that boards have in common.
-pub(crate) const QUADRATURE: &str =
-    "high when nothing is connected; while the shaft turns square waves, B a quarter of a period from A";
-pub(crate) const HEARTBEATS: &str = "high; a burst of bytes ten times a second";
+/// Signals on an oscilloscope common to several boards.
+pub(crate) const QUADRATURE: &str = "high when open; square waves while the shaft turns, A and B 90° apart";
+pub(crate) const HEARTBEATS: &str = "high; a burst of bytes ten times per second";
 pub(crate) const RECESSIVE: &str =
-    "high, with frames while the scheme runs; again and again the same one where nobody acknowledges";
+    "high; frames while the scheme runs, the same frame repeated if no node acknowledges";
 
-/// The debug port, as every chip has it after a reset.
+/// The debug port, the default of every chip after reset.
 pub(crate) const DEBUG_PORT: PinGroup = PinGroup {
     title: "Debug port",
     pins: &[

@@ -1,11 +1,11 @@
-//! The switch on a model of the chip that fails where RM0440 forbids what is done.
+//! Tests the switch on a model of the chip that detects violations of RM0440.
 
 use std::vec::Vec;
 
 use super::{FOR_4_MBIT_HZ, FOR_5_MBIT_HZ, Register, Registers, switch};
 
-/// An STM32G4 that its crystal clocks, as after a reset: registers, and what they must not be set to. Written from ST's
-/// header and RM0440, with its own numbers of bits.
+/// A model of an STM32G4 after reset, running from its crystal. Written from ST's header and RM0440, with its
+/// own bit numbers.
 struct Chip {
     crystal_hz: u64,
     registers: [u32; 5],
@@ -49,16 +49,16 @@ impl Chip {
             1 => 16_000_000,
             2 => self.crystal_hz,
             3 => self.pll_hz(),
-            other => panic!("a clock that nobody asked for: {other}"),
+            other => panic!("unexpected clock: {other}"),
         }
     }
 
-    /// Of the processor.
+    /// Frequency of the processor.
     fn ahb_hz(&self) -> u64 {
         let divider = match self.field(Register::ClockConfiguration, 4, 4) {
             0..=7 => 1,
             8 => 2,
-            other => panic!("a prescaler that nobody asked for: {other}"),
+            other => panic!("unexpected prescaler: {other}"),
         };
         self.system_hz() / divider
     }
@@ -72,7 +72,7 @@ impl Chip {
         self.since_switch_ps = self.since_switch_ps.saturating_add(ps);
     }
 
-    /// What must hold at any time.
+    /// Checks the invariants.
     fn check(&mut self) {
         let (system, ahb) = (self.system_hz(), self.ahb_hz());
         let per_wait_state = if self.is_boosted() { 34_000_000 } else { 30_000_000 };
@@ -98,7 +98,7 @@ impl Registers for Chip {
         let (before, ahb_before) = (self.registers, self.ahb_hz());
         self.registers[register as usize] = value;
         match register {
-            // Ready as soon as it is on.
+            // Ready immediately.
             Register::ClockControl => self.registers[0] = value & !(1 << 25) | (value >> 24 & 1) << 25,
             Register::PllConfiguration => {
                 assert_eq!(before[0] >> 24 & 1, 0, "the PLL is configured while it is off");
@@ -158,19 +158,19 @@ fn the_writes_come_in_the_manual_s_order_and_leave_other_bits_alone() {
     assert_eq!(chip.writes, expected);
 }
 
-/// What the driver library writes: the model sees all of its faults.
+/// The driver library's sequence: the model detects all of its faults.
 #[test]
 fn the_library_s_own_way_is_found_wrong() {
     let mut chip = Chip::new(24_000_000);
     chip.write(Register::PllConfiguration, 0x0100_5453);
     chip.write(Register::ClockControl, 0x0103_0500);
     chip.write(Register::ClockConfiguration, 0x0000_008A);
-    // Bit 0 cleared, where no bit is: 0x100 stays.
+    // Clears the unused bit 0; 0x100 stays.
     chip.write(Register::PowerControl5, 0x0000_0100);
     chip.write(Register::FlashAccessControl, 0x0004_0604);
     chip.wait_cycles(16);
     chip.write(Register::ClockConfiguration, 0x0000_000B);
-    // 150 MHz is the most of 4 wait states, too.
+    // 150 MHz is also the limit for 4 wait states.
     let expected =
         ["more than half of the frequency at once", "more than 150 MHz without boost", "too few wait states"];
     assert_eq!(chip.violations, expected);

@@ -1,8 +1,8 @@
-//! What tick and current loop hand each other: atomics alone. Nothing in it masks interrupts, so that no tick holds a current
-//! loop up.
+//! Lock-free exchange between tick and current loop, with atomics only. Interrupts are never masked, so a
+//! tick cannot delay the current loop.
 //!
-//! The current loop interrupts the tick and is never interrupted by it. So what the tick gives is whole when the loop sees it;
-//! and a tick that the loop came between reads once more.
+//! The current loop can interrupt the tick, but not the reverse. The loop therefore always sees complete
+//! commands, and an interrupted tick reads again.
 
 use core::sync::atomic::Ordering::{Acquire, Relaxed, Release};
 use core::sync::atomic::{AtomicU32, compiler_fence, fence};
@@ -11,42 +11,42 @@ use dimsart_core::DriveFault;
 
 use super::identifying::Identifying;
 
-/// Times that a tick reads at most: the loop comes once in a period, and reading takes less than one.
+/// Maximum number of reads: the loop runs once per period, and a read takes less than one.
 const MOST_LOOKS: u8 = 4;
-/// Given for a bridge that is to be off.
+/// Command for the bridge to be off.
 const OFF: u32 = f32::NAN.to_bits();
 
-/// What the current loop tells the tick.
+/// Data from the current loop to the tick.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct Told {
-    /// Of the rotor: share of a turn, which is 2³².
+    /// Rotor angle in 2⁻³² of a turn.
     pub angle: u32,
-    /// Of the rotor, `rad/s`.
+    /// Rotor speed, `rad/s`.
     pub speed_rad_per_s: f32,
-    /// That makes the torque, `A`.
+    /// Torque-producing current, `A`.
     pub current_a: f32,
-    /// Of the supply, `V`.
+    /// Supply voltage, `V`.
     pub bus_v: f32,
-    /// Of the bridge, `°C`.
+    /// Bridge temperature, `°C`.
     pub temperature_c: f32,
-    /// Why the bridge is off, if something is wrong.
+    /// The fault that keeps the bridge off, if any.
     pub fault: Option<DriveFault>,
-    /// Whether it follows the torque that is wanted: it knows where the rotor's magnets are.
+    /// Whether the loop follows the torque command: the rotor is aligned.
     pub is_ready: bool,
-    /// Periods so far, wrapping.
+    /// Number of periods, wrapping.
     pub periods: u32,
 }
 
-/// Between one tick and one current loop.
+/// The exchange between a tick and a current loop.
 #[derive(Debug)]
 pub struct Exchange {
     wanted_nm: AtomicU32,
-    /// Counts up with every torque that is given.
+    /// Counts torque commands.
     given: AtomicU32,
-    /// Odd while what is told is being written.
+    /// Odd during a write.
     version: AtomicU32,
     told: [AtomicU32; 7],
-    /// What is asked and told of an identification, by whoever answers commands.
+    /// Requests and results of identifications.
     pub identifying: Identifying,
 }
 
@@ -57,7 +57,7 @@ impl Default for Exchange {
 }
 
 impl Exchange {
-    /// With a bridge that is to be off.
+    /// Creates an exchange with the bridge off.
     #[must_use]
     pub const fn new() -> Self {
         Self {
@@ -69,15 +69,15 @@ impl Exchange {
         }
     }
 
-    /// Gives a torque, `N m`, or none for a bridge that is to be off. To be done anew in every tick.
+    /// Commands a torque, `N m`, or `None` for the bridge to be off. Call in every tick.
     pub fn want(&self, torque_nm: Option<f32>) {
         self.wanted_nm.store(torque_nm.map_or(OFF, f32::to_bits), Relaxed);
-        // The loop may look in between: it sees the new torque then, and takes it for as old as the one before.
+        // If the loop reads in between, it sees the new torque with the age of the old one.
         compiler_fence(Release);
         self.given.store(self.given.load(Relaxed).wrapping_add(1), Relaxed);
     }
 
-    /// The torque that was given last, if it is a number, and the number of times that one was given.
+    /// Returns the last torque command, if finite, and the number of commands.
     #[inline]
     #[must_use]
     pub fn wanted(&self) -> (Option<f32>, u32) {
@@ -85,7 +85,7 @@ impl Exchange {
         (torque_nm.is_finite().then_some(torque_nm), self.given.load(Relaxed))
     }
 
-    /// Tells the tick; from one place alone.
+    /// Publishes data to the tick; call from one place only.
     #[inline]
     pub fn tell(&self, told: &Told) {
         let version = self.version.load(Relaxed);
@@ -93,7 +93,7 @@ impl Exchange {
         fence(Release);
         let flags =
             told.fault.map_or(0, |fault| u32::from(fault.reason().number())) | u32::from(told.is_ready) << 8;
-        // One by one: as a loop, which boards are compiled to, it takes 50 cycles more.
+        // Unrolled: a loop takes 50 cycles more.
         let [angle, speed, current, bus, temperature, flag_word, periods] = &self.told;
         angle.store(told.angle, Relaxed);
         speed.store(told.speed_rad_per_s.to_bits(), Relaxed);
@@ -105,7 +105,8 @@ impl Exchange {
         self.version.store(version.wrapping_add(2), Release);
     }
 
-    /// What was told last, all of one period; none if nothing whole could be read, or nothing was ever told.
+    /// Returns the latest data, all of one period; `None` if no consistent read was possible or there is no
+    /// data.
     #[must_use]
     pub fn told(&self) -> Option<Told> {
         for _ in 0..MOST_LOOKS {
@@ -131,7 +132,7 @@ impl Exchange {
     }
 }
 
-/// How old a torque is, as the current loop counts it.
+/// Age of a torque command.
 #[derive(Debug, Clone)]
 pub struct Age {
     given: u32,
@@ -140,13 +141,13 @@ pub struct Age {
 }
 
 impl Age {
-    /// A torque may be as old as that, in periods of the loop. At first there is none.
+    /// Sets the maximum age in periods; there is no command yet.
     #[must_use]
     pub const fn new(most_periods: u16) -> Self {
         Self { given: 0, periods: most_periods, most_periods }
     }
 
-    /// One period: the torque, if it is young enough.
+    /// Counts a period; returns the torque command unless it has expired.
     #[inline]
     pub fn young(&mut self, (torque_nm, given): (Option<f32>, u32)) -> Option<f32> {
         if given == self.given {

@@ -1,16 +1,16 @@
-//! What whoever answers commands and the current loop hand each other about an identification: atomics alone. The loop interrupts
-//! the other one and is never interrupted by it.
+//! Lock-free exchange of identification requests and results between the command task and the current loop,
+//! with atomics only. The loop can interrupt the task, but not the reverse.
 
 use core::sync::atomic::Ordering::{Acquire, Relaxed, Release};
 use core::sync::atomic::{AtomicU32, compiler_fence};
 
 use dimsart_link::protocol::{FoundMotor, Identification, IdentificationFailure};
 
-/// Bits of no current that is asked for.
+/// No request.
 const NOTHING: u32 = 0;
 
-/// How it stands; a failure by its place in [`FAILURES`] behind these, one of the drive by its reason's number behind those,
-/// too little current by what is needed in the upper half.
+/// States. After these: failures by index in [`FAILURES`], then drive faults by reason number; for
+/// insufficient current, the required current is in the upper half.
 const NONE: u32 = 0;
 const UNDER_WAY: u32 = 1;
 const FOUND: u32 = 2;
@@ -24,7 +24,7 @@ const FAILURES: [IdentificationFailure; 5] = [
     IdentificationFailure::Slipped,
 ];
 
-/// Between one who asks and one current loop.
+/// The exchange between a requester and a current loop.
 #[derive(Debug, Default)]
 pub struct Identifying {
     asked_a: AtomicU32,
@@ -33,7 +33,7 @@ pub struct Identifying {
 }
 
 impl Identifying {
-    /// With nothing asked for.
+    /// Creates an exchange without a request.
     #[must_use]
     pub const fn new() -> Self {
         Self {
@@ -43,28 +43,28 @@ impl Identifying {
         }
     }
 
-    /// Asks for one, with a current above 0, `A`.
+    /// Requests an identification with a current above 0, `A`.
     pub fn ask(&self, current_a: f32) {
         self.state.store(UNDER_WAY, Relaxed);
         compiler_fence(Release);
         self.asked_a.store(current_a.to_bits(), Relaxed);
     }
 
-    /// Whether one is asked for.
+    /// Returns whether an identification is requested.
     #[inline]
     #[must_use]
     pub fn is_asked(&self) -> bool {
         self.asked_a.load(Relaxed) != NOTHING
     }
 
-    /// The current that is asked for, from now on no more.
+    /// Takes the request; returns its current.
     pub fn take_asked(&self) -> f32 {
         let asked_a = f32::from_bits(self.asked_a.load(Relaxed));
         self.asked_a.store(NOTHING, Relaxed);
         asked_a
     }
 
-    /// Tells what it came to.
+    /// Publishes the result.
     pub fn tell(&self, end: Identification) {
         let state = match end {
             Identification::Found(motor) => {
@@ -94,7 +94,7 @@ impl Identifying {
         self.state.store(state, Release);
     }
 
-    /// How it stands.
+    /// Returns the state.
     #[must_use]
     pub fn told(&self) -> Identification {
         let state = self.state.load(Acquire);

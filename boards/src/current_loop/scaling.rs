@@ -1,29 +1,29 @@
-//! From what converters count to amperes, volts and degrees.
+//! Converts ADC counts to amperes, volts and degrees.
 
-/// Of a converter of 12 bits.
+/// Maximum count of a 12-bit ADC.
 pub const MOST_COUNTS: u16 = 4095;
-/// Periods over which the counts without current are averaged: 51 ms.
+/// Periods for averaging the zero-current offset: 51 ms.
 const REST_PERIODS: u16 = 1 << 10;
-/// At the beginning, in which amplifiers settle.
+/// Initial periods in which the amplifiers settle.
 const SETTLE_PERIODS: u16 = 1 << 8;
 
-/// How a board measures.
+/// Scaling of a board's measurements.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Scaling {
-    /// Current into the motor that adds one count, `A`; negative where it takes one.
+    /// Current into the motor per count, `A`; the sign depends on the amplifier.
     pub a_per_count: f32,
-    /// Counts without current, by the schematic.
+    /// Nominal counts at zero current.
     pub rest_counts: f32,
-    /// That the counts without current may be away from them.
+    /// Tolerance of the zero-current counts.
     pub rest_tolerance: f32,
-    /// Voltage of the supply that is one count, `V`.
+    /// Supply voltage per count, `V`.
     pub v_per_count: f32,
     /// Temperatures at every 128th count, from 0 on, `°C`.
     pub temperature_c: &'static [f32; 33],
 }
 
 impl Scaling {
-    /// The temperature of the bridge, `°C`, on straight lines between the table's.
+    /// Returns the bridge temperature, `°C`, by linear interpolation.
     #[inline]
     #[must_use]
     pub fn celsius(&self, count: u16) -> f32 {
@@ -36,22 +36,22 @@ impl Scaling {
     }
 }
 
-/// The counts of three phases without current, as they are found while the bridge is off.
+/// Zero-current offsets of the phases, measured with the bridge off.
 #[derive(Debug, Clone, Default)]
 pub struct Rest {
     sums: [u32; 3],
     periods: u16,
 }
 
-/// Phases show a current where none can be.
+/// A phase shows a current while the bridge is off.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct WrongAtRest;
 
 impl Rest {
-    /// One period. Gives the counts, when there have been enough.
+    /// Adds one period; returns the offsets when complete.
     ///
     /// # Errors
-    /// [`WrongAtRest`] where they are not what the schematic says: a wire or an amplifier is wrong.
+    /// [`WrongAtRest`] if an offset is out of tolerance: faulty wiring or amplifier.
     pub fn step(&mut self, counts: [u16; 3], scaling: &Scaling) -> Result<Option<[f32; 3]>, WrongAtRest> {
         if self.periods >= SETTLE_PERIODS {
             for (sum, count) in self.sums.iter_mut().zip(counts) {
@@ -68,7 +68,7 @@ impl Rest {
     }
 }
 
-/// Currents into the motor, `A`. A converter at its end shows an infinite current: more flows than it can show.
+/// Returns the currents into the motor, `A`. A saturated ADC yields an infinite current.
 #[inline]
 #[must_use]
 pub fn amperes(counts: [u16; 3], rest: [f32; 3], scaling: &Scaling) -> [f32; 3] {
@@ -95,7 +95,7 @@ mod tests {
         let mut found = None;
         for period in 0..SETTLE_PERIODS + REST_PERIODS {
             assert_eq!(found, None);
-            // Amplifiers that settle, and then noise of a count either way.
+            // The amplifiers settle, then noise of ±1 count.
             let noise = if period % 2 == 0 { 1 } else { 0 };
             let counts =
                 if period < SETTLE_PERIODS { [0, 4095, 17] } else { [2550 + noise, 2560, 2540 - noise] };
@@ -113,16 +113,19 @@ mod tests {
         }
     }
 
-    /// The board's schematic in `f64`: a shunt of 3 mOhm behind 1.5 kOhm, pulled up by 22 kOhm and down by 2.2 kOhm, times 16.
+    /// The board's schematic in `f64`: a 3 mOhm shunt, 1.5 kOhm in series, 22 kOhm pull-up and 2.2 kOhm
+    /// pull-down, gain 16.
     fn counts(current_a: f64) -> f64 {
-        // Out of the motor through the lower switch: the shunt's upper end is negative by a current into it.
+        // Out of the motor through the lower switch: current into the motor makes the shunt's upper end
+        // negative.
         let shunt_v = -0.003 * current_a;
         let conductance = 1.0 / 1_500.0 + 1.0 / 22_000.0 + 1.0 / 2_200.0;
         let input_v = (shunt_v / 1_500.0 + 3.3 / 22_000.0) / conductance;
         16.0 * input_v / 3.3 * f64::from(MOST_COUNTS)
     }
 
-    /// The shield's: a shunt of 10 mOhm behind 680 Ohm, with 6.8 kOhm to 3.3 V; an amplifier with 4.7 kOhm and 1 kOhm.
+    /// The shield: a 10 mOhm shunt, 680 Ohm in series, 6.8 kOhm to 3.3 V; an amplifier with 4.7 kOhm and 1
+    /// kOhm.
     fn shield_counts(current_a: f64) -> f64 {
         let input_v = (-0.01 * current_a / 680.0 + 3.3 / 6_800.0) / (1.0 / 680.0 + 1.0 / 6_800.0);
         (1.0 + 4.7) * input_v / 3.3 * f64::from(MOST_COUNTS)

@@ -1,6 +1,6 @@
-//! Bytes from one priority to another: a lock-free queue that both sides reach through a shared reference.
+//! A lock-free byte queue between priorities, used through shared references.
 //!
-//! An interrupt owns nothing, so it cannot hold the end of a [`Handover`](crate::handover::Handover).
+//! An interrupt owns nothing, so it cannot hold an end of a [`Handover`](crate::handover::Handover).
 
 use core::future::poll_fn;
 use core::sync::atomic::{AtomicU8, AtomicUsize, Ordering};
@@ -8,10 +8,10 @@ use core::task::Poll;
 
 use crate::handover::Sleeper;
 
-/// Up to `N` bytes, `N` a power of two. One side puts in, the other one takes out.
+/// A queue of up to `N` bytes (a power of two), with one writer and one reader.
 pub(super) struct Bytes<const N: usize> {
     bytes: [AtomicU8; N],
-    /// Bytes that were put in, and taken out, since the start: both wrap.
+    /// Bytes written and read since the start, both wrapping.
     put: AtomicUsize,
     taken: AtomicUsize,
     reader: Sleeper,
@@ -30,7 +30,7 @@ impl<const N: usize> Bytes<N> {
         }
     }
 
-    /// Puts in what there is room for; gives how much that is.
+    /// Writes as many bytes as fit; returns their number.
     pub(super) fn try_write(&self, bytes: &[u8]) -> usize {
         let (put, taken) = (self.put.load(Ordering::Relaxed), self.taken.load(Ordering::Acquire));
         let room = N.saturating_sub(put.wrapping_sub(taken));
@@ -44,12 +44,12 @@ impl<const N: usize> Bytes<N> {
         count
     }
 
-    /// Whether there is nothing to take out.
+    /// Returns whether the queue is empty.
     pub(super) fn is_empty(&self) -> bool {
         self.put.load(Ordering::Relaxed) == self.taken.load(Ordering::Relaxed)
     }
 
-    /// Takes out what there is and fits; gives how much that is.
+    /// Reads as many bytes as fit; returns their number.
     pub(super) fn try_read(&self, bytes: &mut [u8]) -> usize {
         let (put, taken) = (self.put.load(Ordering::Acquire), self.taken.load(Ordering::Relaxed));
         let mut count = 0;
@@ -62,12 +62,12 @@ impl<const N: usize> Bytes<N> {
         count
     }
 
-    /// Waits until something is there, and takes it out.
+    /// Waits for bytes and reads them.
     pub(super) async fn read(&self, bytes: &mut [u8]) -> usize {
         wait(&self.reader, || self.try_read(bytes)).await
     }
 
-    /// Waits until there is room, and puts in what fits.
+    /// Waits for room and writes as many bytes as fit.
     pub(super) async fn write(&self, bytes: &[u8]) -> usize {
         wait(&self.writer, || self.try_write(bytes)).await
     }
@@ -78,7 +78,7 @@ impl<const N: usize> Bytes<N> {
     }
 }
 
-/// Waits until `attempt` moves at least one byte.
+/// Waits until `attempt` transfers at least one byte.
 async fn wait(waiting: &Sleeper, mut attempt: impl FnMut() -> usize) -> usize {
     poll_fn(|context| {
         waiting.register(context);

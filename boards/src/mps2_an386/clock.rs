@@ -1,6 +1,6 @@
-//! Time in whole ticks: moved on by the host, or by a timer's interrupt.
+//! Time driver in whole ticks, advanced by the host or by a timer's interrupt.
 //!
-//! Because time is whole ticks, what is due is due in a tick, never between two.
+//! A timeout therefore always expires in a tick, never between two.
 
 use core::cell::{Cell, RefCell};
 use core::task::Waker;
@@ -30,7 +30,7 @@ time_driver_impl!(static CLOCK: Clock = Clock {
 impl Clock {
     fn wake_what_is_due(&self, section: CriticalSection<'_>) {
         let now = self.now.borrow(section).get();
-        // No alarm to set: every tick looks.
+        // No alarm is set: every tick polls.
         let _ = self.queue.borrow_ref_mut(section).next_expiration(now);
     }
 }
@@ -49,7 +49,7 @@ impl Driver for Clock {
     }
 }
 
-/// Moves time on by one tick and wakes what is due.
+/// Advances time by one tick and wakes expired tasks.
 pub(super) fn advance() {
     critical_section::with(|section| {
         let now = CLOCK.now.borrow(section);
@@ -58,7 +58,7 @@ pub(super) fn advance() {
     });
 }
 
-/// Lets timer 0 move time on.
+/// Starts timer 0.
 pub(super) fn start_timer() {
     const { assert!(embassy_time_driver::TICK_HZ == TICK_HZ as u64, "time is counted in ticks of the controller") };
     RELOAD.write(CLOCK_HZ / TICK_HZ - 1);

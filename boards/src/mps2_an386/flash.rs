@@ -1,4 +1,4 @@
-//! Flash that is a file of the host's, next to the pipes: what is kept outlives the emulator.
+//! Flash in a file of the host, next to the pipes; its content survives the emulator.
 
 use embedded_storage_async::nor_flash::{
     ErrorType, NorFlash, NorFlashError, NorFlashErrorKind, ReadNorFlash,
@@ -8,7 +8,7 @@ use semihosting::io::{self, Read, Seek, SeekFrom, Write};
 
 use crate::board::Storage;
 
-/// As on an STM32G4, so that the same happens.
+/// The same as on an STM32G4.
 const PAGE_BYTES: u32 = 2048;
 const WORD_BYTES: usize = 8;
 const SCHEME_BYTES: u32 = 4 * PAGE_BYTES;
@@ -21,7 +21,7 @@ const NAME: &core::ffi::CStr = c"flash";
 /// The file.
 pub struct FileFlash(File);
 
-/// The file could not be read or written.
+/// A file error.
 #[derive(Debug)]
 pub struct Failed;
 
@@ -37,7 +37,7 @@ impl From<io::Error> for Failed {
     }
 }
 
-/// Opens the file, or makes it; none where the emulator's folder cannot be written.
+/// Opens or creates the file; `None` if the emulator's folder is not writable.
 pub(super) fn storage() -> Option<Storage<FileFlash>> {
     let kept = File::options().read(true).write(true).open(NAME).ok().map(FileFlash);
     let flash = kept.or_else(|| {

@@ -1,4 +1,4 @@
-//! The host's end: what a frame brings is handed to the tasks, what a tick leaves goes back.
+//! The connection to the host: passes received data to the tasks and returns the results of a tick.
 
 use core::cell::{Cell, RefCell};
 use core::sync::atomic::{AtomicBool, AtomicI32, AtomicU32, Ordering::Relaxed};
@@ -20,21 +20,21 @@ use dimsart_link::exchange::{ExchangeError, Frame, MAX_SIGNAL_WORDS, Tag, VERSIO
 
 const WORDS: usize = MAX_DEVICE_TYPES * MAX_DOF;
 
-/// What the host measured.
+/// Measurements of the host.
 pub(super) static MEASURED: SharedWords<WORDS> = SharedWords::new();
-/// What the last tick commanded.
+/// Commands of the last tick.
 pub(super) static COMMANDED: SharedWords<WORDS> = SharedWords::new();
 /// The cycle counter before and after the last tick.
 pub(super) static STAMPS: SharedWords<2> = SharedWords::new();
-/// What the last tick came to, until the host is told.
+/// Outcome of the last tick, until it is sent.
 static OUTCOME: Mutex<Cell<Option<Tick>>> = Mutex::new(Cell::new(None));
-/// The number of the pipe to the host, for the last word; none while it is not open.
+/// File descriptor of the pipe to the host, for the last message; `NOT_OPEN` while closed.
 static FROM_BOARD: AtomicI32 = AtomicI32::new(NOT_OPEN);
 const NOT_OPEN: i32 = -1;
 static TICKS: AtomicU32 = AtomicU32::new(0);
-/// Whether the host wants to see the Data Base.
+/// Whether the host requested the data base.
 static IS_WATCHED: AtomicBool = AtomicBool::new(false);
-/// Revision and words of the Data Base, as bytes.
+/// Revision and words of the data base, as bytes.
 static SIGNALS: Mutex<RefCell<Vec<u8, { 4 * (1 + MAX_SIGNAL_WORDS) }>>> =
     Mutex::new(RefCell::new(Vec::new()));
 
@@ -47,9 +47,9 @@ const EXIT_BAD_FRAME: i32 = 3;
 type Numbered = (usize, Vec<u8, MAX_CARRIED_BYTES>);
 type Packets = Handover<Numbered, 5>;
 
-/// Packets that the host's frames bring.
+/// Packets received from the host.
 pub struct FromHost(Taker<Numbered>);
-/// Packets that go back in the host's frames.
+/// Packets to the host.
 pub struct ToHost(Giver<Numbered>);
 
 impl LinkIn for FromHost {
@@ -62,27 +62,27 @@ impl LinkIn for FromHost {
             }
             (*link, bytes.len())
         });
-        // There is one: nobody else takes them.
+        // Single receiver: the item exists.
         copied.unwrap_or_default()
     }
 }
 
 impl LinkOut for ToHost {
     async fn send(&mut self, link: usize, _: u16, packet: &[u8]) {
-        // What does not fit is dropped, as on every link.
+        // Dropped if too long, as on every link.
         if let Ok(bytes) = Vec::from_slice(packet) {
             self.0.give((link, bytes));
         }
     }
 }
 
-/// Notes what a tick came to.
+/// Stores the outcome of a tick.
 pub(super) fn set_outcome(tick: Tick) {
     critical_section::with(|section| OUTCOME.borrow(section).set(Some(tick)));
     TICKS.store(TICKS.load(Relaxed).wrapping_add(1), Relaxed);
 }
 
-/// Keeps what the host wants to see of the Data Base. What does not fit is cut off, and the host sees that.
+/// Stores the requested data base, truncated if too long.
 pub(super) fn show(revision: u32, words: impl Iterator<Item = u32>) {
     if !IS_WATCHED.load(Relaxed) {
         return;
@@ -98,26 +98,26 @@ pub(super) fn show(revision: u32, words: impl Iterator<Item = u32>) {
     });
 }
 
-/// Tells the host that the firmware stopped, what the actuators are left with, and when by the cycle counter. Nothing may
-/// run after it.
+/// Reports to the host that the firmware stopped, with the final outputs and the cycle counter. Nothing may
+/// run afterwards.
 pub(super) fn say_stopped() {
     let number = FROM_BOARD.load(Relaxed);
     if number == NOT_OPEN {
         return;
     }
     #[expect(unsafe_code, reason = "whoever owns the pipe is stopped")]
-    // SAFETY: the number is that of an open file; its owner never runs again.
+    // SAFETY: an open file descriptor whose owner never runs again.
     let mut from_board = File::from(unsafe { OwnedFd::from_raw_fd(number) });
     STAMPS.set(1, Some(Mps2An386::counter().now()));
     let mut frame = Frame::new();
     frame.clear();
-    // The emulator's exit code says the same to a host that has left.
+    // If the host has left, the emulator's exit code says the same.
     let _ = frame.push_with(Tag::Stopped, 4 * WORDS, |bytes| COMMANDED.copy_to_bytes(bytes));
     let _ = frame.push(Tag::Stamps, &stamps());
     let _ = from_board.write_all(frame.as_bytes());
 }
 
-/// The cycle counter at the beginning and the end of the last tick, and how many bits of it count.
+/// Returns the cycle counter at start and end of the last tick, and its number of valid bits.
 fn stamps() -> [u8; 9] {
     let mut bytes = [0; 9];
     STAMPS.copy_to_bytes(&mut bytes);
@@ -126,13 +126,13 @@ fn stamps() -> [u8; 9] {
     bytes
 }
 
-/// The host, or the lack of one, and the device that it plays.
+/// The connection to the host, if any, and the device that it simulates.
 pub struct Host {
     streams: Option<Streams>,
     frame: &'static mut Frame,
     packets_in: Giver<Numbered>,
     packets_out: Taker<Numbered>,
-    /// What the host measures.
+    /// Types measured by the host.
     played: Outputs,
     words_in: usize,
     words_out: usize,
@@ -144,7 +144,7 @@ struct Streams {
 }
 
 impl Streams {
-    /// Opens both pipes; named ones wait for a host that has made them and not opened them yet.
+    /// Opens both pipes; waits if the host has created but not opened them.
     fn open() -> Option<Self> {
         let to_board = File::open(c"to-board").ok()?;
         let from_board = File::create(c"from-board").ok()?;
@@ -170,14 +170,14 @@ impl From<semihosting::io::Error> for Trouble {
     }
 }
 
-/// Waits for the host and learns from it what device to drive; without a host, three linear axes.
+/// Waits for the host and receives the description of the device; without a host, three linear axes.
 pub(super) fn connect() -> (Host, Axes, FromHost, ToHost) {
     static FRAME: ConstStaticCell<Frame> = ConstStaticCell::new(Frame::new());
     static PACKETS_IN: ConstStaticCell<Packets> = ConstStaticCell::new(Packets::new());
     static PACKETS_OUT: ConstStaticCell<Packets> = ConstStaticCell::new(Packets::new());
     let streams = Streams::open();
     if streams.is_none() && !cfg!(feature = "timer-tick") {
-        defmt::error!("no host: it has to make the pipes to-board and from-board in the emulator's folder");
+        defmt::error!("no host: create the pipes to-board and from-board in the emulator's folder");
         exit(EXIT_NO_HOST);
     }
     let (packets_in, to_take) = PACKETS_IN.take().split();
@@ -199,19 +199,19 @@ pub(super) fn connect() -> (Host, Axes, FromHost, ToHost) {
     (host, axes, FromHost(to_take), ToHost(to_give))
 }
 
-/// What the host measures unless it says something else.
+/// Measured type by default.
 const PLAYED: &DataType = types::POSITION;
 
 type Outputs = Vec<&'static DataType, MAX_DEVICE_TYPES>;
 
-/// What the host measures, once it has said so; [`OUTPUTS`] before.
+/// Measured types requested by the host; [`OUTPUTS`] before.
 static ASKED_FOR: Mutex<Cell<&'static [&'static DataType]>> = Mutex::new(Cell::new(OUTPUTS));
 
 pub(super) fn outputs() -> &'static [&'static DataType] {
     critical_section::with(|section| ASKED_FOR.borrow(section).get())
 }
 
-/// Host-clocked, every tick is in time: the device is the host's alone.
+/// In lockstep every tick is on time, so only the host measures.
 pub(super) const OUTPUTS: &[&DataType] = if cfg!(feature = "timer-tick") {
     let [cycles, mean, max, late, overruns, period] = types::TIMING;
     &[PLAYED, cycles, mean, max, late, overruns, period]
@@ -223,14 +223,14 @@ fn give_up(trouble: &Trouble) -> ! {
     match trouble {
         Trouble::HostLeft => exit(EXIT_HOST_LEFT),
         Trouble::BadFrame => {
-            defmt::error!("the host sent no frame of this version, or one of another device");
+            defmt::error!("invalid frame from the host: version or device differs");
             exit(EXIT_BAD_FRAME)
         }
     }
 }
 
 impl Host {
-    /// The first exchange.
+    /// Runs the first exchange.
     fn greet(&mut self) -> Result<Axes, Trouble> {
         let mut axes = Vec::from_array([AxisKind::Linear; 3]);
         if self.streams.is_none() {
@@ -241,7 +241,7 @@ impl Host {
             match section? {
                 (Tag::Device, kinds @ [_, ..]) => {
                     let kind = |kind: &u8| if *kind == 0 { AxisKind::Linear } else { AxisKind::Rotary };
-                    // Too many axes are refused with their number as far as it fits.
+                    // Too many axes are rejected with their number.
                     axes = kinds.iter().take(MAX_DOF).map(kind).collect();
                 }
                 (Tag::Types, ids) => {
@@ -266,12 +266,12 @@ impl Host {
         Ok(axes)
     }
 
-    /// Makes what the host measures, and behind it what the board itself does, the device's.
+    /// Adds the host's types and the board's own measurements to the device.
     fn publish_types(&self) {
         static MEASURED_TYPES: ConstStaticCell<Outputs> = ConstStaticCell::new(Outputs::new());
         let all = MEASURED_TYPES.take();
         let own = OUTPUTS.iter().filter(|of| of.id != PLAYED.id);
-        // What finds no room, the host misses in the answer.
+        // The host detects types that do not fit in the response.
         all.extend(self.played.iter().chain(own).copied().take(MAX_DEVICE_TYPES));
         critical_section::with(|section| ASKED_FOR.borrow(section).set(all));
     }
@@ -295,7 +295,7 @@ impl Host {
         Ok(streams.from_board.write_all(self.frame.as_bytes())?)
     }
 
-    /// Gives the tasks what the frame brought. They run at once: they are more urgent than this.
+    /// Passes the received data to the tasks, which run at once at higher priority.
     fn hand_over(&mut self) -> Result<(), Trouble> {
         IS_WATCHED.store(false, Relaxed);
         for section in self.frame.sections() {
@@ -321,7 +321,7 @@ impl Host {
         Ok(())
     }
 
-    /// Makes the frame that goes back.
+    /// Assembles the response.
     fn collect(&mut self) -> Result<(), Trouble> {
         self.frame.clear();
         self.frame.push_outcome(critical_section::with(|section| OUTCOME.borrow(section).take()))?;
@@ -354,7 +354,7 @@ impl Host {
     }
 }
 
-/// Lets one tick happen: moves time on, or waits for the timer to do so.
+/// Runs one tick: advances time, or waits for the timer.
 fn tick() {
     if cfg!(feature = "timer-tick") {
         let before = TICKS.load(Relaxed);
@@ -369,7 +369,7 @@ fn tick() {
 impl Idle for Host {
     fn run(mut self) -> ! {
         if self.streams.is_none() {
-            // Not `wfi`: under the emulator's instruction-count time a spinning processor is repeatable.
+            // Not `wfi`: under the emulator's instruction-count time, a spinning processor is reproducible.
             loop {
                 core::hint::spin_loop();
             }

@@ -1,4 +1,4 @@
-//! Command bytes: over UART 0, or over the host's frames when the host is the clock.
+//! Bytes of the command line: over UART 0, or in lockstep over the host's frames.
 
 use core::convert::Infallible;
 
@@ -20,12 +20,12 @@ const CLEAR_RECEIVED: u32 = 1 << 1;
 /// 25 MHz / 217: 115 200 baud.
 const DIVIDER: u32 = 217;
 
-/// Bytes that came in and nobody has read yet. What does not fit is lost.
+/// Received bytes; lost if full.
 pub(super) static RECEIVED: Bytes<512> = Bytes::new();
-/// Bytes that wait to go out.
+/// Bytes to send.
 pub(super) static TO_SEND: Bytes<512> = Bytes::new();
 
-/// The board's end of the command line.
+/// The command line.
 pub struct CommandPort;
 
 impl crate::board::CommandPort for CommandPort {}
@@ -54,7 +54,7 @@ impl Write for CommandPort {
     }
 }
 
-/// Lets UART 0 work.
+/// Starts UART 0.
 pub(super) fn start() {
     BAUD_DIVIDER.write(DIVIDER);
     CONTROL.write(ENABLE_BOTH_WAYS_AND_INTERRUPTS);
@@ -70,7 +70,7 @@ pub(super) extern "C" fn received() {
     }
 }
 
-/// Sends on: the UART took a byte, or there is something new to send.
+/// Continues sending: the UART is ready, or there are new bytes.
 pub(super) extern "C" fn sent() {
     CLEAR.write(CLEAR_SENT);
     let mut byte = [0];

@@ -1,4 +1,4 @@
-//! Joints that are brushed motors behind drivers of the PWM + direction kind, with encoders.
+//! Brushed motors on PWM + direction drivers, with encoders.
 
 use dimsart_core::{DataType, InputLimits, OutputLimits, Scalar as _, Tick, Word};
 use embassy_stm32::Peri;
@@ -23,17 +23,17 @@ use crate::stm32g4::power_stage::{self, PowerStage};
 
 const MOTORS: [Motor; AXES] = [MOTOR; AXES];
 const PWM_FREQUENCY: Hertz = Hertz(20_000);
-/// Of port C.
+/// On port C.
 const ENABLE_PIN: usize = 3;
 
 pub(super) const OUTPUTS: &[&DataType] = stm32g4::OUTPUTS;
 pub(super) const LIMITS: &[&[InputLimits]] = &[&[MOTOR.limits()]];
 pub(super) const OUTPUT_LIMITS: &[OutputLimits] = &[MOTOR.position_limits()];
 
-/// A timer that counts an encoder's edges, and its two pins.
+/// A timer in encoder mode and its two pins.
 type EncoderPins<T, A, B> = (Peri<'static, T>, Peri<'static, A>, Peri<'static, B>);
 
-/// What the joints are wired to.
+/// Wiring of the joints.
 pub(super) struct Wiring {
     pub(super) first: EncoderPins<TIM2, PA0, PA1>,
     pub(super) second: EncoderPins<TIM3, PA6, PA7>,

@@ -1,4 +1,4 @@
-//! Joints that are drives of mjbots on FDCAN 1.
+//! Joints with moteus drives on FDCAN 1.
 
 use dimsart_core::{
     DataType, DriveFault, InputLimits, MAX_DEVICE_TYPES, OutputLimits, Scalar as _, Tick, Word, types,
@@ -19,7 +19,7 @@ bind_interrupts!(struct Interrupts {
     FDCAN1_IT1 => IT1InterruptHandler<FDCAN1>;
 });
 
-/// What each drive says, in the order of [`words`].
+/// Measurements of each drive, in the order of [`words`].
 const SAID: [&DataType; 6] = [
     types::POSITION,
     types::VELOCITY,
@@ -29,7 +29,7 @@ const SAID: [&DataType; 6] = [
     types::DRIVE_FAULT,
 ];
 
-/// There is no room for the board's own ticks.
+/// Without the timing of the board's ticks, for lack of words.
 pub(super) const OUTPUTS: &[&DataType] = &{
     let [position, velocity, torque, voltage, temperature, fault] = SAID;
     [position, velocity, torque, voltage, temperature, fault, types::CAN_REJOINS]
@@ -47,15 +47,15 @@ const ADDRESSES: [MoteusAddress; AXES] = {
 const fn address(id: u8) -> MoteusAddress {
     match MoteusAddress::new(MOTEUS.host, id) {
         Some(address) => address,
-        None => panic!("no drive has such an id"),
+        None => panic!("invalid drive id"),
     }
 }
 
-/// Drives of mjbots.
+/// Moteus drives.
 pub struct Joints {
     bus: MoteusBus,
     joints: [MoteusJoint; AXES],
-    /// What each drive showed last, of which a drive that is gone shows nothing more.
+    /// Last measurements of each drive; frozen if the drive is gone.
     shown: [[Word; SAID.len()]; AXES],
     gone: Option<DriveFault>,
 }
@@ -74,7 +74,7 @@ pub(super) fn start(
     }
 }
 
-/// Stops each drive. If the bus takes no frame any more, their timeout does.
+/// Stops each drive. If the bus accepts no frame, the drives' timeout does.
 pub(super) fn disarm() {
     let stop = MoteusFrame::stop();
     send_at_last(ADDRESSES.iter().map(|address| (address.command_id(), stop.bytes())));
@@ -85,7 +85,7 @@ impl crate::board::Joints for Joints {
         let Self { bus, joints, shown, gone } = self;
         bus.receive(|identifier, data| {
             for joint in joints.iter_mut() {
-                // A reply that says nothing is one that is missing.
+                // An invalid reply counts as missing.
                 let _ = joint.receive(identifier, data);
             }
         });

@@ -1,38 +1,38 @@
-//! A three-phase motor behind ST's shield X-NUCLEO-IHM08M1: gate drivers L6398, three shunts, amplifiers.
+//! A three-phase motor on ST's shield X-NUCLEO-IHM08M1: gate drivers L6398, three shunts, amplifiers.
 //!
-//! | What | Pins | Connector |
+//! | Function | Pins | Connector |
 //! |---|---|---|
-//! | Upper switches U, V, W, closed by a high level: timer 1, 20 kHz, 0.8 us dead time | PA8, PA9, PA10 | CN10-23, 21, 33 |
-//! | Lower switches U, V, W, closed by a **low** level | PA7, PB0, PB1 | CN10-15, CN7-34, CN10-24 |
+//! | High-side switches U, V, W, active high: timer 1, 20 kHz, 0.8 us dead time | PA8, PA9, PA10 | CN10-23, 21, 33 |
+//! | Low-side switches U, V, W, active **low** | PA7, PB0, PB1 | CN10-15, CN7-34, CN10-24 |
 //! | Currents of U, V, W, amplified | PA0, PC1, PC0 | CN7-28, 36, 38 |
-//! | Supply over 169 to 9.31 kOhm | PA1 | CN7-30 |
+//! | Supply, divider of 169 and 9.31 kOhm | PA1 | CN7-30 |
 //! | Temperature of the bridge | PC2 | CN7-35 |
 //! | Incremental encoder A, B (pull-ups on): timer 2 | PA15, PB3 | CN7-17, CN10-31; J3 |
 //! | or an AS5047P or MT6701 on SPI 3: clock, its output, its input, select | PC10, PC11 (pull-up on), PC12, PD2 | CN7-1, 2, 3, 4 |
 //! | or an AS5600 on I²C 4: clock, data, with 2.2 kOhm to 3.3 V each | PC6, PC7 (pull-ups on) | CN10-4, 19 |
 //!
-//! Which encoder it is stands in the configuration. The shield's jumpers as for field-oriented control (ST UM1996, 2.2.1): JP1 and
-//! JP2 closed, J5 and J6 on three shunts, JP3 closed, C3, C5, C7 removed; J9 open above 12 V.
+//! The configuration selects the encoder. Set the shield's jumpers for field-oriented control (ST UM1996,
+//! 2.2.1): JP1 and JP2 closed, J5 and J6 on three shunts, JP3 closed, C3, C5, C7 removed; J9 open above 12 V.
 //!
-//! **PA11 and PA12 are CAN's here**, and the shield has an overcurrent comparator's output at each: take its R73 and R52 off.
-//! PB14 and PB15 are wired to signals of the shield that other pins have, and stay analog. What the shield offers at PA6, to
-//! switch timer 1 off at 30 A without the processor, is not used.
+//! **PA11 and PA12 are used for CAN**, but the shield connects overcurrent comparator outputs to them: remove
+//! R73 and R52. PB14 and PB15 are connected to shield signals that use other pins, and stay analog. The
+//! shield's hardware shutdown of timer 1 at 30 A (PA6) is not used.
 //!
-//! # Where these facts are from
+//! # Sources
 //!
 //! | Fact | Sources |
 //! |---|---|
-//! | pins of timer 1, currents, supply, encoder, PA6; that SPI 3's and I²C 4's are free | oxifoc (its `docs/hw/nucleo-g474re-ihm08m1.md`, from ST's UM1996, UM2505 and the shield's schematic); `invpend_BLDC`, which runs the shield on a NUCLEO-F401RE |
-//! | temperature's pin, connectors, jumpers, R52, R73, PB14, PB15 | oxifoc alone |
-//! | a low level closes a lower switch | `NuttX` (`stm32_ihm08m1.c`: complementary outputs have to be inverted for the L6398); a project of ST's motor control SDK for its power board 4, which is this shield (`L_ACTIVE_LOW`); ST's forum; a student's project on this very pair, seen with a logic analyser |
-//! | at pins that nothing drives all switches are open | L6398's data sheet: `LIN` draws its current when low, `HIN` when high. That project saw upper inputs high there: measure PA8 to PA10 while the board is held in reset, before there is a supply |
-//! | shunts of 10 mOhm, gain 5.18 | `NuttX` (a current into the motor lowers it, as here); oxifoc, from the schematic: 680 Ohm, 6.8 kOhm to 3.3 V, 1 kOhm, 4.7 kOhm |
-//! | 1.71 V without current | oxifoc; ST's forum |
-//! | 19.15 of the supply | `NuttX`; oxifoc |
+//! | pins of timer 1, currents, supply, encoder, PA6; pins of SPI 3 and I²C 4 are free | oxifoc (its `docs/hw/nucleo-g474re-ihm08m1.md`, from ST's UM1996, UM2505 and the shield's schematic); `invpend_BLDC`, which runs the shield on a NUCLEO-F401RE |
+//! | temperature's pin, connectors, jumpers, R52, R73, PB14, PB15 | oxifoc only |
+//! | low-side switches are active low | `NuttX` (`stm32_ihm08m1.c`: complementary outputs have to be inverted for the L6398); a project of ST's motor control SDK for its power board 4, which is this shield (`L_ACTIVE_LOW`); ST's forum; a student's project on this very pair, seen with a logic analyser |
+//! | all switches are open at undriven pins | L6398's data sheet: `LIN` draws its current when low, `HIN` when high. That project saw upper inputs high there: measure PA8 to PA10 while the board is held in reset, before there is a supply |
+//! | shunts of 10 mOhm, gain 5.18 | `NuttX` (current into the motor lowers the voltage, as here); oxifoc, from the schematic: 680 Ohm, 6.8 kOhm to 3.3 V, 1 kOhm, 4.7 kOhm |
+//! | 1.71 V at zero current | oxifoc; ST's forum |
+//! | supply divider of 19.15 | `NuttX`; oxifoc |
 //! | thermistor above a resistor, 1.055 V at 25 °C | that project for power board 4, whose amplifiers and divider are its own. oxifoc has it the other way round, not measured: a shield at 25 °C that shows 46 °C has it so |
 //! | the thermistor's 10 kOhm and B 3425 K, its 4.7 kOhm | those of b-g431b-esc1, which has the same 1.055 V; no source for the shield |
 //!
-//! Nothing of it was seen on a shield.
+//! Not yet tested on a shield.
 
 use dimsart_core::{InputLimits, OutputLimits};
 use drive::{Checked, Configuration, Encoder as Kind, Rotor};
@@ -56,36 +56,37 @@ use crate::three_phase;
 pub(super) use crate::stm32g4::current_loop::disarm;
 pub(super) use crate::stm32g4::three_phase_joint::{Joint as Joints, OUTPUTS};
 
-/// Of timer 1 at 168 MHz, up and down in a period of 50 us.
+/// Timer 1 at 168 MHz counts up and down in a period of 50 us.
 const PWM_TOP: u16 = 4_200;
-/// 0.8 us: (64 + 3) times 2 cycles, as the timer has it. The L6398 adds none of its own to more than 0.32 us.
+/// 0.8 us: (64 + 3) times 2 cycles, in the timer's encoding. Above 0.32 us the L6398 adds no dead time of its
+/// own.
 const DEAD_TIME: u8 = 0b1000_0011;
 const CHANNELS: Channels = Channels { u: 1, v: 7, w: 6, temperature: 8, bus: 2 };
 
-/// As it is compiled: what runs where another one that was put into the image is not right.
+/// The compiled configuration, used if the stamped one is invalid.
 const CHECKED: Checked = match DRIVE.configuration.checked() {
     Ok(checked) => checked,
-    Err(_) => panic!("a value of the motor's configuration is out of its range"),
+    Err(_) => panic!("value in the motor configuration out of range"),
 };
 
 pub(super) const LIMITS: &[&[InputLimits]] = &[&[three_phase::torque_limits(&DRIVE.configuration)]];
 pub(super) const OUTPUT_LIMITS: &[OutputLimits] = &[three_phase::position_limits(&DRIVE.configuration)];
 
-/// What the image runs by.
+/// The image's configuration.
 #[used]
 #[expect(unsafe_code, reason = "a host tool finds it by its name, and changes it behind the compiler's back")]
 #[unsafe(export_name = "dimsart_drive")]
 static CONFIGURATION: Configuration = DRIVE.configuration;
 static PLACE: &Configuration = &CONFIGURATION;
 
-/// What the joint is wired to.
+/// Wiring of the joint.
 pub(super) struct Wiring {
     pub(super) high: (Peri<'static, PA8>, Peri<'static, PA9>, Peri<'static, PA10>),
     pub(super) low: (Peri<'static, PA7>, Peri<'static, PB0>, Peri<'static, PB1>),
     pub(super) encoder: EncoderPins,
 }
 
-/// What the encoder is wired to.
+/// Wiring of the encoder.
 pub(crate) struct EncoderPins {
     pub(super) incremental: (Peri<'static, PA15>, Peri<'static, PB3>),
     pub(super) spi: (Peri<'static, PC10>, Peri<'static, PC11>, Peri<'static, PC12>),
@@ -96,7 +97,7 @@ pub(crate) struct EncoderPins {
 pub(super) fn start(wiring: Wiring) -> Joint {
     let Wiring { high, low, encoder } = wiring;
     let bridges = HalfBridges::start(PWM_TOP, DEAD_TIME);
-    // Only now: until here the drivers' own resistors have all switches open.
+    // Configured last: until here the gate drivers' resistors keep all switches open.
     let outputs = AfType::output(OutputType::PushPull, Speed::High);
     for pin in [
         Flex::new(high.0),
@@ -115,9 +116,9 @@ impl ThreePhase for NucleoG474re {
     const DRIVE: ThreePhaseDrive = DRIVE;
     const CHANNELS: Channels = CHANNELS;
     #[expect(unsafe_code, reason = "the registers' library has it as a timer of 32 bits")]
-    // SAFETY: all registers of a timer of 16 bits are there, at the same places.
+    // SAFETY: the timer has all registers of a 16-bit timer at the same addresses.
     const COUNTER: TimGp16 = unsafe { TimGp16::from_ptr(pac::TIM2.as_ptr()) };
-    /// Of the L6398.
+    /// The L6398's low-side inputs are inverted.
     const IS_LOW_SIDE_INVERTED: bool = true;
 
     type Encoder = ShieldEncoder;
@@ -125,7 +126,7 @@ impl ThreePhase for NucleoG474re {
 
     fn image() -> Checked {
         #[expect(unsafe_code, reason = "the compiler is to take nothing of what it was for granted")]
-        // SAFETY: it always holds a reference.
+        // SAFETY: always a valid reference.
         let configuration = unsafe { (&raw const PLACE).read_volatile() };
         configuration.checked().unwrap_or(CHECKED)
     }
@@ -150,16 +151,16 @@ impl ThreePhase for NucleoG474re {
                 let (mut clock, mut data) = (Flex::new(i2c.0), Flex::new(i2c.1));
                 i2c_encoder::free(&mut clock, &mut data);
                 for pin in [clock, data] {
-                    // An encoder that is not there is to acknowledge nothing.
+                    // A missing encoder must not acknowledge.
                     keep_as(pin, 8, AfType::output_pull(OutputType::OpenDrain, Speed::High, Pull::Up));
                 }
                 ShieldEncoder::I2c(I2cEncoder::start())
             }
             Kind::As5047p | Kind::Mt6701 => {
-                // It stays for good: a pin floats when its owner goes away.
+                // Never dropped: a dropped pin floats.
                 core::mem::forget(Output::new(select, Level::High, Speed::High));
                 keep_as(Flex::new(spi.0), 6, outputs);
-                // An encoder that is not there is to say ones.
+                // A missing encoder must read as ones.
                 keep_as(Flex::new(spi.1), 6, AfType::input(Pull::Up));
                 keep_as(Flex::new(spi.2), 6, outputs);
                 ShieldEncoder::Spi(match encoder {
@@ -171,7 +172,7 @@ impl ThreePhase for NucleoG474re {
     }
 }
 
-/// The encoder that the configuration says.
+/// The configured encoder.
 pub(crate) enum ShieldEncoder {
     Incremental(Quadrature),
     Spi(SpiEncoder),

@@ -1,4 +1,4 @@
-//! A board whose bridge drives a three-phase motor.
+//! A board with a bridge for a three-phase motor.
 
 use drive::{Checked, Rotor};
 use embassy_stm32::pac::timer::TimGp16;
@@ -6,37 +6,37 @@ use embassy_stm32::pac::timer::TimGp16;
 use super::current_sensing::Channels;
 use crate::catalogue::ThreePhaseDrive;
 
-/// The encoder of a board. Only the current loop calls it; a call takes bounded time.
+/// The encoder of a board, used only by the current loop; calls take bounded time.
 pub(crate) trait Encoder {
-    /// At the begin of a period: what it says.
+    /// Returns the reading, at the start of a period.
     fn rotor(&mut self) -> Rotor;
 
     /// Starts the next reading, at the end of a period.
     fn end(&mut self);
 }
 
-/// A board whose bridge drives a three-phase motor.
+/// A board with a bridge for a three-phase motor.
 pub(crate) trait ThreePhase {
-    /// Its motor and what it has for it, as it is compiled.
+    /// Default configuration and scaling.
     const DRIVE: ThreePhaseDrive;
-    /// Of the converters.
+    /// ADC channels.
     const CHANNELS: Channels;
-    /// That counts the edges of an incremental encoder.
+    /// Counter for an incremental encoder.
     const COUNTER: TimGp16;
-    /// Whether its gate drivers close a lower switch when their input is low.
+    /// Whether the low-side gate inputs are active low.
     const IS_LOW_SIDE_INVERTED: bool;
 
-    /// Its encoder.
+    /// Encoder type.
     type Encoder: Encoder;
-    /// What that is wired to.
+    /// Wiring of the encoder.
     type EncoderPins: Send + 'static;
 
-    /// What the image runs the motor by.
+    /// Returns the image's configuration.
     fn image() -> Checked;
 
-    /// Whether it can read such an encoder.
+    /// Returns whether the board supports this encoder.
     fn reads(encoder: drive::Encoder) -> bool;
 
-    /// Starts an encoder that it reads.
+    /// Starts a supported encoder.
     fn start_encoder(pins: Self::EncoderPins, encoder: drive::Encoder) -> Self::Encoder;
 }

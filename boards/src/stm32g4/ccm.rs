@@ -1,11 +1,11 @@
-//! Copies code into the CCM SRAM (`boards/ccm.x`, `boards/ccm-current-loop.x`), before anything else runs.
+//! Copies code to the CCM SRAM (`boards/ccm.x`, `boards/ccm-current-loop.x`) at the very start.
 
 #![expect(unsafe_code, reason = "it runs before RAM holds anything, as what cortex-m-rt fills RAM by")]
 
 use core::arch::global_asm;
 
-// SAFETY: it writes to where the linker has put nothing but this code, in whole words, and calls nothing, for `memcpy`
-// itself is among what it copies.
+// SAFETY: writes whole words to memory that the linker reserved for this code, and calls nothing, because
+// `memcpy` itself is copied.
 global_asm!(
     ".section .text.__pre_init, \"ax\", %progbits",
     ".global __pre_init",

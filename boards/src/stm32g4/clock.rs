@@ -1,11 +1,11 @@
-//! The registers that [`clock_switch`](crate::clock_switch) goes through, as words: of `PWR_CR5` the register crate
-//! does not know the bit.
+//! Register access for [`clock_switch`](crate::clock_switch), as words: the register crate has the wrong bit
+//! in `PWR_CR5`.
 
 use embassy_stm32::pac::{FLASH, PWR, RCC, flash, pwr, rcc};
 
 use crate::clock_switch::{Register, Registers};
 
-/// The chip itself.
+/// The chip.
 pub(super) struct Chip;
 
 impl Registers for Chip {

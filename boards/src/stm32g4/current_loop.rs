@@ -1,7 +1,7 @@
-//! The current loop's interrupt, the most urgent one, once per period of timer 1.
+//! The interrupt of the current loop, at the highest priority, once per period of timer 1.
 //!
-//! It alone writes duty cycles and closes switches. The others can open them at any time, and it closes them again only for a
-//! torque that the tick has given since, or not long before.
+//! Only this interrupt writes duty cycles and turns switches on. Other code can turn them off at any time;
+//! the interrupt turns them on again only for a recent torque command of the tick.
 
 use core::cell::UnsafeCell;
 use core::mem::MaybeUninit;
@@ -20,48 +20,48 @@ pub(crate) const TICK_S: f32 = 1.0 / crate::TICK_HZ as f32;
 
 static EXCHANGE: Exchange = Exchange::new();
 
-/// What the interrupt works with.
+/// State of the interrupt.
 struct Kept {
     current_loop: CurrentLoop,
     bridges: HalfBridges,
     encoder: <Selected as ThreePhase>::Encoder,
 }
 
-/// Written before the interrupt is unmasked, and from then on the interrupt's alone.
+/// Written before the interrupt is unmasked, and then used only by the interrupt.
 struct Own(UnsafeCell<MaybeUninit<Kept>>);
 
 #[expect(unsafe_code, reason = "one interrupt's variables")]
-// SAFETY: only one context at a time has it, as said above.
+// SAFETY: used by one context at a time, as described above.
 unsafe impl Sync for Own {}
 
 static KEPT: Own = Own(UnsafeCell::new(MaybeUninit::uninit()));
 
-/// Begins, with the bridge off. Called once.
+/// Starts the loop with the bridge off. Call once.
 pub(crate) fn start(
     current_loop: CurrentLoop,
     bridges: HalfBridges,
     encoder: <Selected as ThreePhase>::Encoder,
 ) {
     #[expect(unsafe_code, reason = "the interrupt is still masked")]
-    // SAFETY: the only one who has it: the interrupt is unmasked below, and this is called once, by whoever has all pins.
+    // SAFETY: exclusive: the interrupt is unmasked below, and the caller owns the pins, so this runs once.
     unsafe {
         (*KEPT.0.get()).write(Kept { current_loop, bridges, encoder });
     }
     line::ADC1_2.set_priority(PRIORITY);
     line::ADC1_2.unpend();
     #[expect(unsafe_code, reason = "its handler is there")]
-    // SAFETY: no critical section is broken by it: it uses nothing that they protect.
+    // SAFETY: breaks no critical section: the interrupt uses nothing that they protect.
     unsafe {
         line::ADC1_2.enable();
     }
 }
 
-/// What tick and loop hand each other.
+/// Returns the exchange between tick and loop.
 pub(crate) fn exchange() -> &'static Exchange {
     &EXCHANGE
 }
 
-/// Opens all switches, and has them open until the tick gives a torque again. At any time, from any priority.
+/// Turns off all switches until the tick's next torque command. Callable at any time and priority.
 pub(crate) fn disarm() {
     EXCHANGE.want(None);
     switch_off();
@@ -72,13 +72,14 @@ fn ADC1_2() {
     period();
 }
 
-/// In a function of its own, by whose name the linker's script puts it into fast memory.
+/// A separate function, placed in fast memory by name.
 #[expect(unsafe_code, reason = "the name is for the linker's script alone")]
 #[unsafe(export_name = "dimsart_current_loop")]
 #[inline(never)]
 extern "C" fn period() {
     #[expect(unsafe_code, reason = "one interrupt's variables")]
-    // SAFETY: the interrupt is unmasked only when they are there, and nobody else has them since. It does not interrupt itself.
+    // SAFETY: the state exists when the interrupt is unmasked, and only the interrupt uses it, which does not
+    // nest.
     let kept = unsafe { (*KEPT.0.get()).assume_init_mut() };
     let rotor = kept.encoder.rotor();
     let counts = current_sensing::take();

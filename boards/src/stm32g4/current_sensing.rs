@@ -1,12 +1,12 @@
-//! Converters 1 and 2, by their registers (RM0440, 21).
+//! ADC 1 and 2, by registers (RM0440, 21).
 //!
-//! Timer 1 starts a sequence on both at once, where the lower switches are in the middle of their time:
+//! Timer 1 starts a sequence on both at the middle of the low-side on-time:
 //!
 //! ```text
-//!   converter 1   U ▏ W ▏ temperature ▏      its end calls the current loop
+//!   converter 1   U ▏ W ▏ temperature ▏      its end triggers the current loop
 //!   converter 2   V ▏ supply ▏
 //! ```
-//! U and V are sampled at one instant, W 0.45 us later. Both are clocked with a quarter of the bus clock, 42 MHz.
+//! U and V are sampled simultaneously, W 0.45 us later. Both ADCs run at a quarter of the bus clock, 42 MHz.
 
 use embassy_stm32::pac;
 use embassy_stm32::pac::adc::Adc;
@@ -15,32 +15,33 @@ use embassy_stm32::pac::adccommon::vals::Ckmode;
 
 use crate::current_loop::Counts;
 
-/// Timer 1's second trigger output as that of an injected sequence (RM0440, 21.4.18, table of injected triggers of ADC1 and ADC2).
+/// Timer 1's second trigger output as the injected trigger (RM0440, 21.4.18, table of injected triggers of
+/// ADC1 and ADC2).
 const TIMER_1: u8 = 8;
-/// Cycles of the processor in which the converters' regulator starts: 20 us, and half as much again.
+/// Start-up time of the ADC regulator in processor cycles: 20 us plus a 50 % margin.
 const REGULATOR_CYCLES: u32 = 30 * 168;
-/// Looks at a converter that is not ready: more than its calibration takes.
+/// Polls of an ADC that is not ready: more than its calibration takes.
 const PATIENCE: u32 = 100_000;
-/// Of phases: 0.15 us. Behind resistors of some kOhm it takes 1.1 us.
+/// Sampling time of the phases: 0.15 us. Signals with a source resistance of some kOhm need 1.1 us.
 const OF_PHASES: SampleTime = SampleTime::CYCLES6_5;
 const OF_DIVIDERS: SampleTime = SampleTime::CYCLES47_5;
 
-/// Where a board has what it measures: channels of the converters.
+/// ADC channels of a board's measurements.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Channels {
-    /// Of converter 1.
+    /// On ADC 1.
     pub(crate) u: u8,
-    /// Of converter 1.
+    /// On ADC 1.
     pub(crate) w: u8,
-    /// Of converter 1.
+    /// On ADC 1.
     pub(crate) temperature: u8,
-    /// Of converter 2.
+    /// On ADC 2.
     pub(crate) v: u8,
-    /// Of converter 2.
+    /// On ADC 2.
     pub(crate) bus: u8,
 }
 
-/// Calibrates the converters and has them wait for timer 1.
+/// Calibrates the ADCs and arms them for timer 1.
 pub(crate) fn start_converters(channels: &Channels) {
     pac::RCC.ahb2enr().modify(|clocks| clocks.set_adc12en(true));
     let _ = pac::RCC.ahb2enr().read();
@@ -73,7 +74,7 @@ pub(crate) fn start_converters(channels: &Channels) {
     pac::ADC1.cr().modify(|control| control.set_jadstart(true));
 }
 
-/// Out of deep power-down, calibrated and on (RM0440, 21.4.6, 21.4.8, 21.4.9).
+/// Wakes, calibrates and enables an ADC (RM0440, 21.4.6, 21.4.8, 21.4.9).
 fn enable(converter: Adc) {
     converter.cr().modify(|control| control.set_deeppwd(false));
     converter.cr().modify(|control| control.set_advregen(true));
@@ -81,14 +82,14 @@ fn enable(converter: Adc) {
     converter.cr().modify(|control| control.set_adcaldif(Adcaldif::SINGLE_ENDED));
     converter.cr().modify(|control| control.set_adcal(true));
     wait(|| !converter.cr().read().adcal());
-    // Again and again: right behind a calibration it is not taken.
+    // Repeated, because the bit is ignored right after a calibration.
     wait(|| {
         converter.cr().modify(|control| control.set_aden(true));
         converter.isr().read().adrdy()
     });
 }
 
-/// The first conversion can be one of channel 0, whatever it is told (ST ES0431, 2.5.8): it is one that nobody wants.
+/// Discards the first conversion, which may use channel 0 (ST ES0431, 2.5.8).
 fn convert_once(converter: Adc, channel: u8) {
     converter.sqr1().write(|order| order.set_sq(0, channel));
     converter.cr().modify(|control| control.set_adstart(true));
@@ -98,19 +99,19 @@ fn convert_once(converter: Adc, channel: u8) {
 
 fn wait(mut is_done: impl FnMut() -> bool) {
     if !(0..PATIENCE).any(|_| is_done()) {
-        defmt::panic!("a converter does not start");
+        defmt::panic!("an ADC does not start");
     }
 }
 
-/// What both have counted, and the end of their interrupt.
+/// Returns the counts of both ADCs and acknowledges their interrupt.
 #[inline]
 pub(crate) fn take() -> Counts {
-    // All flags that are written as 1 are cleared.
+    // Writing 1 clears a flag.
     pac::ADC1.isr().write(|flags| {
         flags.set_jeos(true);
         flags.set_jeoc(true);
     });
-    // One by one: of a place that is no constant the registers' library asks whether it is there.
+    // Unrolled: with a variable index the register library checks bounds.
     let [u, w, temperature] =
         [pac::ADC1.jdr(0), pac::ADC1.jdr(1), pac::ADC1.jdr(2)].map(|data| data.read().jdata());
     let [v, bus] = [pac::ADC2.jdr(0), pac::ADC2.jdr(1)].map(|data| data.read().jdata());

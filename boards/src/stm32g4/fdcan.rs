@@ -1,13 +1,13 @@
-//! A link over CAN: contents in CAN FD frames at 1 and 4 Mbit/s, with feature `one-can-rate` at 1 Mbit/s all through, or with
-//! feature `classic-can` in classic ones at 1 Mbit/s. All nodes of a bus must use the same.
+//! A link over CAN: CAN FD frames at 1 and 4 Mbit/s; with feature `one-can-rate` at 1 Mbit/s only; with
+//! feature `classic-can` classic frames at 1 Mbit/s. All nodes of a bus must use the same.
 //!
-//! The identifier is the packet's channel, 11 bits. On channel 0 it is 29 bits of the chip's serial number, so that
-//! no two nodes share one. Only what is listened to comes through the controller's filter: one channel, or on
+//! The identifier is the packet's channel, 11 bits. On channel 0 it is 29 bits of the chip's serial number,
+//! so that every node has a different one. The controller's filter passes only the received channel, or on
 //! channel 0 every 29-bit identifier.
 //!
-//! A node that had to leave the bus joins it again as [`bus_off`](crate::bus_off) says, and what nobody acknowledges is
-//! given up for what is newer as [`unsent`](crate::unsent) says. The controller keeps 3 frames
-//! that came in: a classic packet of more frames needs the task below the tick to run every 3 frames (350 us).
+//! [`bus_off`](crate::bus_off) describes the recovery from bus-off, and [`unsent`](crate::unsent) when
+//! unacknowledged frames are dropped for newer ones. The controller buffers 3 received frames: for longer
+//! classic packets, the task must run at least every 3 frames (350 us).
 
 #[cfg(feature = "classic-can")]
 mod classic;
@@ -41,26 +41,26 @@ use crate::unsent::Unsent;
 
 /// Delay compensation allows 1 or 2.
 const PRESCALER: u8 = 2;
-/// Quanta of a bit before and behind its sample, beside the one that it begins with: the sample is at 80 %.
+/// Quanta before and after the sample point, without the synchronisation quantum: sample point at 80 %.
 const BIT: [u8; 2] = [66, 17];
-/// The same of a bit of a CAN FD frame's data.
+/// The same for the data phase of CAN FD.
 const DATA_BIT: [u8; 2] = [16, 4];
 const _: () = assert!(bits_per_s(BIT) == 1_000_000 && bits_per_s(DATA_BIT) == 4_000_000);
-/// Time that a frame may wait for room in the controller.
+/// Maximum wait of a frame for room in the controller.
 const PATIENCE: Duration = Duration::from_millis(1);
-/// Time between two looks at the state of the bus and at what is listened to.
+/// Polling period of the bus state and the received channel.
 const LOOK_PERIOD: Duration = Duration::from_millis(LOOK_PERIOD_MS as u64);
 const LOOK_PERIOD_MS: u32 = 10;
 
-/// Times that this node joined the bus again.
+/// Number of rejoins.
 static REJOINS: AtomicU32 = AtomicU32::new(0);
 
-/// Times that the node joined the bus again, since the start.
+/// Returns the number of rejoins since the start.
 pub(crate) fn rejoins() -> u32 {
     REJOINS.load(Relaxed)
 }
 
-/// Contents that come in over CAN.
+/// Receives contents over CAN.
 pub struct FromCan {
     link: usize,
     frames: CanRx<'static>,
@@ -68,12 +68,12 @@ pub struct FromCan {
     bus_off: BusOff,
     next_look: Instant,
     now_ms: u32,
-    /// None until the filters are set.
+    /// `None` until the filters are set.
     channel: Option<u16>,
     receiver: kind::Receiver,
 }
 
-/// Contents that go out over CAN.
+/// Sends contents over CAN.
 pub struct ToCan {
     link: usize,
     frames: CanTx<'static>,
@@ -81,7 +81,7 @@ pub struct ToCan {
     unsent: Unsent,
 }
 
-/// Joins the bus, as link `link`.
+/// Joins the bus as link `link`.
 pub(crate) fn start(mut can: CanConfigurator<'static>, link: usize) -> (FromCan, ToCan) {
     for line in [interrupt::FDCAN1_IT0, interrupt::FDCAN1_IT1] {
         line.set_priority(super::LINE_PRIORITY);
@@ -98,7 +98,7 @@ pub(crate) fn start(mut can: CanConfigurator<'static>, link: usize) -> (FromCan,
         .set_nominal_bit_timing(bit)
         .set_data_bit_timing(data_bit)
         .set_frame_transmit(kind::ALLOWED)
-        // A packet's frames keep their order.
+        // Keeps a packet's frames in order.
         .set_tx_buffer_mode(TxBufferMode::Fifo)
         .set_global_filter(GlobalFilter::reject_all())
         .set_automatic_bus_off_recovery(false);
@@ -129,7 +129,7 @@ fn quanta(count: u8) -> NonZeroU8 {
     NonZeroU8::new(count).unwrap_or(NonZeroU8::MIN)
 }
 
-/// Lots share words of the serial number, places on a wafer share others: all of them count.
+/// Combines all words: chips of a lot or a wafer position share some of them.
 fn serial_number() -> ExtendedId {
     let serial = embassy_stm32::uid::uid();
     let (words, _) = serial.as_chunks();
@@ -137,7 +137,7 @@ fn serial_number() -> ExtendedId {
     ExtendedId::new(serial & ExtendedId::MAX.as_raw()).unwrap_or(ExtendedId::ZERO)
 }
 
-/// The identifier of a channel that has one.
+/// Returns the standard identifier of a channel, if it has one.
 fn identifier(channel: u16) -> Option<StandardId> {
     StandardId::new(channel).filter(|_| channel != 0)
 }
@@ -149,7 +149,7 @@ impl LinkIn for FromCan {
         content: &mut [u8; MAX_CARRIED_BYTES],
     ) -> (usize, usize) {
         loop {
-            // Given up while it waits, it goes on where it was: it keeps nothing but in `self`.
+            // Cancel-safe: all state is in `self`.
             let received = with_deadline(self.next_look, self.frames.read_fd()).await;
             if Instant::now() >= self.next_look {
                 self.next_look = Instant::now() + LOOK_PERIOD;
@@ -169,7 +169,7 @@ impl LinkIn for FromCan {
 }
 
 impl FromCan {
-    /// Lets through what is of a channel.
+    /// Sets the filter for a channel.
     fn listen(&mut self, channel: u16) {
         if self.channel == Some(channel) {
             return;
@@ -189,7 +189,7 @@ impl FromCan {
     fn look(&mut self) {
         let is_off = matches!(self.bus.bus_error_mode(), BusErrorMode::BusOff);
         if self.bus_off.look_for_board(self.now_ms, is_off) == Step::Rejoin {
-            // The controller itself then waits for 128 idle sequences.
+            // The controller then waits for 128 idle sequences.
             pac::FDCAN1.cccr().modify(|control| control.set_init(false));
             REJOINS.store(self.bus_off.rejoins(), Relaxed);
         }
@@ -207,7 +207,7 @@ impl LinkOut for ToCan {
         }
         for frame in kind::frames(content, channel, identifier) {
             if with_timeout(PATIENCE, self.frames.write_fd(&frame)).await.is_err() {
-                // The rest would be of no use, nor is what waits.
+                // The remaining and pending frames are useless.
                 take_away();
                 return;
             }

@@ -1,13 +1,13 @@
-//! What the driver of FDCAN 1 leaves out.
+//! Functions missing in the driver of FDCAN 1.
 
 use embassy_stm32::pac;
 use embassy_stm32::pac::can::regs::Txbcr;
 
-/// Looks at what waits until it is taken away: a few microseconds.
+/// Polls of pending frames until they are cancelled: a few microseconds.
 const CANCEL_LOOKS: u8 = 30;
 
-/// A transceiver's delay is about as long as a bit of a CAN FD frame's data: what is sent is compared that much later
-/// with what is read back, `to_sample` cycles of the clock behind the measured delay. The driver leaves this out.
+/// Enables the transmitter delay compensation: a transceiver's delay is about one data bit, so the read-back
+/// is compared `to_sample` clock cycles after the measured delay.
 pub(crate) fn compensate_delay(to_sample: u8) {
     let can = pac::FDCAN1;
     can.cccr().modify(|control| control.set_init(true));
@@ -18,8 +18,8 @@ pub(crate) fn compensate_delay(to_sample: u8) {
     can.cccr().modify(|control| control.set_init(false));
 }
 
-/// Takes away the frames that wait; the one that is on its way is not sent again. The oldest first: a FIFO goes on
-/// only when that one is cancelled. Its place is used again two frames later, when it has left the line for sure.
+/// Cancels the pending frames; the frame being sent is not retried. Cancels the oldest first, because only
+/// then the FIFO advances. Its element is reused two frames later, when it has certainly left the line.
 pub(crate) fn take_away() {
     let can = pac::FDCAN1;
     for _ in 0..CANCEL_LOOKS {

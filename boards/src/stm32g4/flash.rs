@@ -1,4 +1,4 @@
-//! The chip's own flash, as a place to keep schemes in.
+//! The chip's flash as storage for schemes.
 
 use core::ops::Range;
 use core::sync::atomic::{AtomicBool, Ordering::Relaxed};
@@ -13,13 +13,13 @@ use crate::board::Storage;
 #[cfg(feature = "three-phase")]
 use crate::{Board as _, Selected};
 
-/// Flash pages that the memory map leaves free.
+/// Flash pages reserved by the memory map.
 pub struct SchemeFlash {
     flash: Flash<'static, Async>,
     stalls_tick: bool,
 }
 
-/// The pages that the memory map calls STORAGE.
+/// Returns the pages of STORAGE in the memory map.
 pub(crate) fn storage(
     flash: Peri<'static, peripherals::FLASH>,
     interrupts: impl Binding<interrupt::typelevel::FLASH, InterruptHandler> + 'static,
@@ -35,7 +35,7 @@ pub(crate) fn storage(
     }
 }
 
-/// The pages of the schemes, as an offset from the start of the flash.
+/// Returns the pages of the schemes, as offsets from the start of the flash.
 fn schemes() -> Range<u32> {
     #[expect(unsafe_code, reason = "the linker's symbols are declared so; only their addresses are used")]
     // SAFETY: the memory map defines both.
@@ -46,11 +46,11 @@ fn schemes() -> Range<u32> {
     offset(&raw const _storage_start)..offset(&raw const _storage_end)
 }
 
-/// The pages of the key.
+/// Returns the pages of the key.
 #[cfg(feature = "auth")]
 fn keys() -> Range<u32> {
     #[expect(unsafe_code, reason = "the linker's symbols are declared so; only their addresses are used")]
-    // SAFETY: the memory map of a board that has a variant with keys defines both.
+    // SAFETY: the memory map of a board with a key variant defines both.
     unsafe extern "C" {
         safe static _keys_start: u8;
         safe static _keys_end: u8;
@@ -62,7 +62,7 @@ fn offset(symbol: *const u8) -> u32 {
     u32::try_from(symbol.addr().wrapping_sub(embassy_stm32::flash::FLASH_BASE)).unwrap_or(u32::MAX)
 }
 
-/// Whether what is kept is being read: it may have been cut off in the midst of a word.
+/// Set during a read of stored data, which may contain a partly written word.
 static IS_READ: AtomicBool = AtomicBool::new(false);
 
 impl ErrorType for SchemeFlash {
@@ -88,8 +88,8 @@ impl NorFlash for SchemeFlash {
     const WRITE_SIZE: usize = <Flash<'static, Async> as NorFlash>::WRITE_SIZE;
     const ERASE_SIZE: usize = <Flash<'static, Async> as NorFlash>::ERASE_SIZE;
 
-    /// Says yes to a word that the flash has not taken, too: the driver's interrupt clears the errors before the driver
-    /// looks at them. Who writes has to read back.
+    /// Also returns success for a failed write, because the driver's interrupt clears the errors first.
+    /// Callers must read back.
     fn write(&mut self, offset: u32, bytes: &[u8]) -> impl Future<Output = Result<(), Error>> {
         #[cfg(feature = "three-phase")]
         Selected::disarm();
@@ -118,19 +118,19 @@ mod ecc {
     use cortex_m_rt::exception;
     use embassy_stm32::pac::FLASH;
 
-    /// A word whose writing a power cut ended reads with an error that the chip's ECC cannot repair, and
-    /// raises this. The reader's own checksum finds out; here the error is only acknowledged. In all other flash is the
-    /// program: what comes out of it is not to be trusted any more.
+    /// A word whose write was interrupted by a power loss has an uncorrectable ECC error, which raises this
+    /// exception. In stored data, the reader's checksum detects it, so the exception is only acknowledged.
+    /// Elsewhere the flash contains the program, which can no longer be trusted.
     #[exception]
     unsafe fn NonMaskableInt() {
         let errors = FLASH.eccr().read();
         if !(errors.eccd() || errors.eccd2()) {
-            defmt::panic!("the processor's clock or supply failed");
+            defmt::panic!("clock or supply failure");
         }
         if !super::IS_READ.load(super::Relaxed) {
-            defmt::panic!("the program's flash has an error that cannot be repaired: flash the board anew");
+            defmt::panic!("uncorrectable error in the program's flash: flash the board again");
         }
-        // Written back, the flags that are set are cleared.
+        // Writing back the set flags clears them.
         FLASH.eccr().write_value(errors);
     }
 }

@@ -1,13 +1,14 @@
-//! Timer 1 as the modulator of three half bridges, by its registers (RM0440, 28): the library's driver cannot say at which of its
-//! turns the counter takes new duty cycles.
+//! Timer 1 as the modulator of three half bridges, by registers (RM0440, 28): the library's driver cannot
+//! select the update event.
 //!
 //! ```text
 //!   counter    0 ───▶ 4200 ───▶ 0      25 us each way
 //!   upper on   ▔▔▔▔▏          ▕▔▔▔▔    below the compare value
 //!   lower on        ▕▔▔▔▔▔▔▔▔▏         and there, in its middle, at the top:
-//!                        ▲             new duty cycles are taken, and the phases are sampled
+//!                        ▲             new duty cycles are loaded, and the phases are sampled
 //! ```
-//! The switch of them all is the master output enable: off, all six outputs are held by hardware where they close no switch.
+//! The master output enable switches all six outputs: when it is off, hardware holds them at the level that
+//! turns the switches off.
 
 use embassy_stm32::pac::timer::vals::{Cms, Dir, Mms2, Ocm, Ossi, Ossr, Urs};
 use embassy_stm32::pac::{RCC, TIM1};
@@ -16,24 +17,24 @@ use super::bridge::ThreePhase;
 use crate::Selected;
 
 const CHANNELS: usize = 3;
-/// Looks at the timer until it has to have turned: five periods, with a few cycles each.
+/// Polls of the timer until it must have reversed: five periods of a few cycles each.
 const PATIENCE: u32 = 5 * 8_400;
-/// Tries to have duty cycles taken at the top: the second one succeeds.
+/// Attempts to load duty cycles at the top: the second one succeeds.
 const TRIES: u8 = 8;
 
-/// Three half bridges whose switches are all open.
+/// Three half bridges, initially off.
 pub(crate) struct HalfBridges {
     top: u16,
-    /// Whether the duty cycles that the timer has are of this time that the switches are closed.
+    /// Whether the loaded duty cycles belong to the current on-time.
     is_loaded: bool,
 }
 
 impl HalfBridges {
-    /// Sets the timer up, with `top` cycles of its clock each way, and `dead_time` as its register has it (RM0440, 28.6.20). Its
-    /// second trigger output says when to sample. Pins that are connected to it afterwards close no switch.
+    /// Sets up the timer with `top` cycles each way and the encoded `dead_time` (RM0440, 28.6.20). Its second
+    /// trigger output starts the sampling. Pins connected afterwards keep the switches off.
     pub(crate) fn start(top: u16, dead_time: u8) -> Self {
         RCC.apb2enr().modify(|clocks| clocks.set_tim1en(true));
-        // Once it is read the clock is there (RM0440, 7.2.17).
+        // The clock is on after this read (RM0440, 7.2.17).
         let _ = RCC.apb2enr().read();
         TIM1.cr1().write(|control| {
             control.set_cms(Cms::CENTER_ALIGNED1);
@@ -42,7 +43,7 @@ impl HalfBridges {
         });
         TIM1.arr().write(|reload| reload.set_arr(top));
         if <Selected as ThreePhase>::IS_LOW_SIDE_INVERTED {
-            // Before the outputs are on: what they are at while the bridge is off, and what is active.
+            // Before the outputs are enabled: sets idle levels and polarity.
             TIM1.cr2().modify(|levels| (0..CHANNELS).for_each(|channel| levels.set_oisn(channel, true)));
             TIM1.ccer().modify(|outputs| (0..CHANNELS).for_each(|channel| outputs.set_ccnp(channel, true)));
         }
@@ -68,8 +69,8 @@ impl HalfBridges {
         Self { top, is_loaded: false }
     }
 
-    /// Has the next period made of these duty cycles, 0 to 1; or opens all switches now. They are closed when the timer has
-    /// taken duty cycles, so that those of an earlier time are never made.
+    /// Sets the duty cycles of the next period, 0 to 1, or turns off all switches at once. Switches turn on
+    /// only when the timer has loaded new duty cycles, so that old ones are never used.
     #[inline]
     pub(crate) fn apply(&mut self, duties: Option<[f32; 3]>) {
         let Some([u, v, w]) = duties else {
@@ -92,14 +93,14 @@ impl HalfBridges {
     }
 }
 
-/// Opens all six switches, at any time.
+/// Turns off all six switches, at any time.
 #[inline]
 pub(crate) fn switch_off() {
     TIM1.bdtr().modify(|switch| switch.set_moe(false));
 }
 
-/// Has the repetition counter, which passes over every second turn, pass over the bottom: which one it is hangs on when it
-/// was written (RM0440, 28.3.3). One turn that is not passed over makes it the other one.
+/// Makes the repetition counter, which skips every second update, skip the one at the bottom. Which one it
+/// skips depends on the time of writing (RM0440, 28.3.3); one extra update changes it.
 fn take_at_top(top: u16) {
     TIM1.rcr().write(|counter| counter.set_rep(1));
     wait_for_update();
@@ -114,10 +115,10 @@ fn take_at_top(top: u16) {
         TIM1.rcr().write(|counter| counter.set_rep(1));
         wait_for_update();
     }
-    defmt::panic!("timer 1 takes no duty cycles at the top");
+    defmt::panic!("timer 1 does not load duty cycles at the top");
 }
 
-/// Waits until it takes what was written.
+/// Waits for the next update.
 fn wait_for_update() {
     TIM1.sr().write(|flags| {
         *flags = embassy_stm32::pac::timer::regs::SrAdv(u32::MAX);

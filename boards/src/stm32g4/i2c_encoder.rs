@@ -1,4 +1,5 @@
-//! An AS5600 on I²C 4, by its registers (RM0440, 41): a reading takes two periods, and the current loop waits for none of it.
+//! An AS5600 on I²C 4, by registers (RM0440, 41): a reading takes two periods, without blocking the current
+//! loop.
 //!
 //! ```text
 //!   end()                 ▏ rotor()             end() ▏            end()        ▏ rotor()
@@ -6,8 +7,8 @@
 //!   number, 28 us         ▏ takes 3 bytes, 55 us      ▏   write the number ...  ▏
 //!                             ▲ the angle is taken here
 //! ```
-//! The times are the longest ones, for both of which there are a fifth of a period more at least. A line that does not rise
-//! within 120 ns slows the clock: pull-ups of 2.2 kOhm, and short wires.
+//! The times are maxima and leave at least a fifth of a period. A line with a rise time above 120 ns slows
+//! the clock: use 2.2 kOhm pull-ups and short wires.
 
 use core::sync::atomic::AtomicU8;
 use core::sync::atomic::Ordering::Relaxed;
@@ -20,19 +21,19 @@ use embassy_stm32::pac::{DMA1, DMAMUX1, I2C4, RCC};
 
 use super::bridge::Encoder;
 
-/// Of DMA 1, from 0 on; the ones before are the command line's.
+/// DMA 1 channel, from 0; the command line uses the earlier ones.
 const CHANNEL: usize = 2;
-/// Of the multiplexer: what I²C 4 has received (RM0440, 13.3.2).
+/// DMA request of I²C 4 RX (RM0440, 13.3.2).
 const REQUEST: u8 = 22;
-/// Periods that a reading may take before it is given up; it takes two.
+/// Maximum periods of a reading before it is aborted; it takes two.
 const MOST_PERIODS: u8 = 3;
 
-/// Cycles of the bus clock that the prescaler makes one of.
+/// Prescaler of the bus clock.
 const PRESCALER: u8 = 4;
 const LOW: u8 = 22;
 const HIGH: u8 = 15;
 const SETUP: u8 = 8;
-/// In which an edge is seen at least, twice per bit, `ns`: through the analog filter (data sheet), and after 2 cycles.
+/// Minimum detection time of both edges of a bit, `ns`: analog filter (data sheet) and 2 cycles.
 const FASTEST_EDGES_NS: u32 = 2 * (50 + 11);
 const fn ns(counts: u8) -> u32 {
     counts as u32 * PRESCALER as u32 * 1_000_000 / (crate::CLOCK_HZ / 1_000)
@@ -43,16 +44,16 @@ const _: () = {
     assert!(ns(LOW + HIGH) + FASTEST_EDGES_NS >= 1_000_000_000 / As5600::MOST_CLOCK_HZ);
 };
 
-/// What the DMA writes.
+/// DMA buffer.
 static BYTES: [AtomicU8; COUNT as usize] = [const { AtomicU8::new(0) }; COUNT as usize];
 const COUNT: u8 = 3;
 
-/// Such an encoder.
+/// The encoder.
 pub(crate) struct I2cEncoder {
     stage: Stage,
-    /// Since the transfer began.
+    /// Periods since the start of the transfer.
     periods: u8,
-    /// What was read and not told yet.
+    /// The reading, until it is returned.
     reading: Rotor,
 }
 
@@ -62,10 +63,10 @@ enum Stage {
     Reading,
 }
 
-/// Has an encoder let go of the data line that was left while it sent, as by a reset: it sends to the end of its byte, and sees
-/// a STOP. Leaves both lines to their pull-ups.
+/// Frees the data line if the encoder holds it, for example after a reset: clocks out the byte and sends a
+/// STOP. Leaves both lines to their pull-ups.
 pub(crate) fn free<'a>(clock: &mut Flex<'a>, data: &mut Flex<'a>) {
-    // 5 us, slower than any device wants.
+    // 5 us, slower than any device requires.
     let wait = || cortex_m::asm::delay(crate::CLOCK_HZ / 200_000);
     for line in [&mut *clock, &mut *data] {
         line.set_high();
@@ -84,7 +85,7 @@ pub(crate) fn free<'a>(clock: &mut Flex<'a>, data: &mut Flex<'a>) {
 }
 
 impl I2cEncoder {
-    /// One that has said nothing yet. Its pins are connected already.
+    /// Creates the encoder without a reading. Its pins are already connected.
     #[expect(clippy::cast_possible_truncation, reason = "addresses have 32 bits")]
     pub(crate) fn start() -> Self {
         RCC.apb1enr2().modify(|clocks| clocks.set_i2c4en(true));
@@ -108,11 +109,11 @@ impl I2cEncoder {
         encoder
     }
 
-    /// From the begin, whatever was going on.
+    /// Resets the transfer.
     #[cold]
     fn set_up(&mut self) {
         I2C4.cr1().write(|_| ());
-        // It is to be off for 3 cycles of the bus.
+        // Must be off for 3 bus cycles.
         let _ = I2C4.cr1().read();
         I2C4.cr1().write(|control| {
             control.set_rxdmaen(true);
@@ -131,7 +132,7 @@ impl I2cEncoder {
         self.write(register, 1, Autoend::SOFTWARE);
     }
 
-    /// Begins to write bytes, of which the first one waits where it is sent from.
+    /// Starts a write; the first byte is already in the transmit register.
     #[inline]
     fn write(&mut self, first: u8, bytes: u8, end: Autoend) {
         self.periods = 0;

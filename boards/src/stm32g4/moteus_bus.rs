@@ -1,7 +1,7 @@
-//! FDCAN 1 as the bus of moteus drives, at 1 and 5 Mbit/s: asked and answered by the tick itself, without interrupts.
+//! FDCAN 1 as the bus of moteus drives at 1 and 5 Mbit/s: polled by the tick, without interrupts.
 //!
-//! The controller has room for three frames each way, and its filter lets nothing in but replies: one of each drive in a tick.
-//! What the bus has not taken by the next tick is taken away: it is old.
+//! The controller buffers three frames each way, and its filter passes only replies, one per drive and tick.
+//! Frames not sent by the next tick are outdated and cancelled.
 
 use core::num::{NonZeroU8, NonZeroU16};
 use core::sync::atomic::{AtomicU32, Ordering::Relaxed};
@@ -23,20 +23,20 @@ use crate::can_words::{self, MOST_BYTES, WORDS};
 use crate::stm32g4::fdcan_registers::{compensate_delay, take_away};
 use crate::{CLOCK_HZ, TICK_HZ};
 
-/// In thousandths of a bit.
+/// Sample point in thousandths of a bit.
 const SAMPLE_PERMILLE: u32 = 666;
 const BIT: BitTiming = timing(1_000_000, bit_timing::NOMINAL);
 const DATA_BIT: BitTiming = timing(5_000_000, bit_timing::DATA);
-/// Frames that the controller has room for, each way.
+/// Frames buffered by the controller, each way.
 const ROOM: usize = 3;
-/// Ticks between two looks at the state of the bus.
+/// Polling period of the bus state, ticks.
 const LOOK_TICKS: u32 = LOOK_MS * TICK_HZ / 1000;
 const LOOK_MS: u32 = 10;
 
-/// Times that this node joined the bus again.
+/// Number of rejoins.
 static REJOINS: AtomicU32 = AtomicU32::new(0);
 
-/// Times that the node joined the bus again, since the start.
+/// Returns the number of rejoins since the start.
 pub(crate) fn rejoins() -> u32 {
     REJOINS.load(Relaxed)
 }
@@ -45,7 +45,7 @@ pub(crate) fn rejoins() -> u32 {
 const fn timing(bits_per_s: u32, limits: bit_timing::BitLimits) -> BitTiming {
     match BitTiming::find(CLOCK_HZ, bits_per_s, SAMPLE_PERMILLE, limits) {
         Some(timing) => timing,
-        None => panic!("no such bit rate at this clock"),
+        None => panic!("bit rate not possible at this clock"),
     }
 }
 
@@ -58,14 +58,14 @@ pub(crate) struct MoteusBus {
 }
 
 impl MoteusBus {
-    /// Joins the bus, and lets frames with these identifiers in, three at most.
+    /// Joins the bus and accepts frames with these identifiers, at most three.
     pub(crate) fn start(mut can: CanConfigurator<'static>, replies: impl Iterator<Item = u32>) -> Self {
         let BitTiming { prescaler, before, behind } = BIT;
         let bit = NominalBitTiming {
             prescaler: NonZeroU16::from(quanta(prescaler)),
             seg1: quanta(before),
             seg2: quanta(behind),
-            // As large as can be, as the drives want it.
+            // The maximum, as the drives require.
             sync_jump_width: quanta(behind),
         };
         let BitTiming { prescaler, before, behind } = DATA_BIT;
@@ -86,7 +86,7 @@ impl MoteusBus {
             .set_automatic_bus_off_recovery(false);
         can.set_config(config);
         let (send, receive, state) = can.into_normal_mode().split();
-        // The controller has its clock as long as both are there.
+        // Dropping them would stop the controller's clock.
         core::mem::forget((send, receive));
         for line in [interrupt::FDCAN1_IT0, interrupt::FDCAN1_IT1] {
             line.disable();
@@ -97,7 +97,7 @@ impl MoteusBus {
         let extended = [ExtendedFilterSlot::_0, ExtendedFilterSlot::_1, ExtendedFilterSlot::_2];
         let action = Action::StoreInFifo0;
         for ((reply, standard), extended) in replies.zip(standard).zip(extended) {
-            // A drive may have either kind for a short number.
+            // A drive may use either format for a short identifier.
             if let Some(id) = u16::try_from(reply).ok().and_then(StandardId::new) {
                 state.set_standard_filter(
                     standard,
@@ -114,7 +114,7 @@ impl MoteusBus {
         Self { state, bus_off: BusOff::new(), ticks: 0, now_ms: 0 }
     }
 
-    /// Shows what has come in, identifier and data. Once per tick.
+    /// Reads the received frames (identifier and data). Call once per tick.
     pub(crate) fn receive(&mut self, mut show: impl FnMut(u32, &[u8])) {
         self.look();
         for _ in 0..ROOM {
@@ -138,7 +138,7 @@ impl MoteusBus {
         }
     }
 
-    /// Gives the bus the frames of a tick, three at most. One that finds no room is not sent.
+    /// Sends the frames of a tick, at most three. Drops frames without room.
     #[expect(clippy::unused_self, reason = "who has the bus may send")]
     pub(crate) fn send<'f>(&mut self, frames: impl Iterator<Item = (u32, &'f [u8])>) {
         take_away();
@@ -153,14 +153,14 @@ impl MoteusBus {
         self.now_ms = self.now_ms.wrapping_add(LOOK_MS);
         let is_off = matches!(self.state.bus_error_mode(), BusErrorMode::BusOff);
         if self.bus_off.look_for_board(self.now_ms, is_off) == Step::Rejoin {
-            // The controller itself then waits for 128 idle sequences.
+            // The controller then waits for 128 idle sequences.
             FDCAN1.cccr().modify(|control| control.set_init(false));
             REJOINS.store(self.bus_off.rejoins(), Relaxed);
         }
     }
 }
 
-/// Sends frames when everything else has failed, at any time; does nothing before the bus was started.
+/// Sends frames after a failure, at any time; has no effect before the bus was started.
 pub(crate) fn send_at_last<'f>(frames: impl Iterator<Item = (u32, &'f [u8])>) {
     if RCC.apb1enr1().read().fdcanen() {
         take_away();
@@ -186,7 +186,7 @@ fn put(identifier: u32, data: &[u8]) {
     FDCAN1.txbar().write(|add| add.set_ar(usize::from(place).min(ROOM - 1), true));
 }
 
-/// A word of a frame's place, within the message RAM.
+/// Returns the offset of an element's word in the message RAM.
 fn at(place: u8, word: usize) -> usize {
     (usize::from(place) * WORDS + word).min(ROOM * WORDS - 1)
 }

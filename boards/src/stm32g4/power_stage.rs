@@ -1,7 +1,7 @@
-//! Timer 1 as the source of up to three duty cycles, with one switch for all of them.
+//! Timer 1 as the source of up to three duty cycles with a common enable.
 //!
-//! The switch is the timer's master output enable: off, every output is held at its inactive level by
-//! hardware, whatever the duty cycles say.
+//! The enable is the timer's master output enable: when it is off, hardware holds every output at its
+//! inactive level regardless of the duty cycles.
 
 use embassy_stm32::pac;
 use embassy_stm32::peripherals::TIM1;
@@ -10,14 +10,13 @@ use embassy_stm32::timer::complementary_pwm::{ComplementaryPwm, Ossi, Ossr};
 
 const CHANNELS: [Channel; 3] = [Channel::Ch1, Channel::Ch2, Channel::Ch3];
 
-/// Three duty cycles, all off until they are switched on.
+/// Three duty cycles, initially off.
 pub(crate) struct PowerStage {
     pwm: ComplementaryPwm<'static, TIM1>,
 }
 
 impl PowerStage {
-    /// Takes the timer over; `dead_time` is in cycles of the timer's clock and matters for complementary
-    /// outputs only.
+    /// Takes over the timer; `dead_time` is in timer cycles and applies to complementary outputs only.
     pub(crate) fn new(mut pwm: ComplementaryPwm<'static, TIM1>, dead_time: u16) -> Self {
         pwm.set_master_output_enable(false);
         pwm.set_off_state_selection_idle(Ossi::IDLE_LEVEL);
@@ -30,7 +29,7 @@ impl PowerStage {
         Self { pwm }
     }
 
-    /// Sets the duty cycles, 0 to 1, and switches them on.
+    /// Sets the duty cycles, 0 to 1, and turns the outputs on.
     pub(crate) fn drive(&mut self, duties: [f32; 3]) {
         let full = self.pwm.get_max_duty();
         for (channel, duty) in CHANNELS.into_iter().zip(duties) {
@@ -46,7 +45,7 @@ impl PowerStage {
     }
 }
 
-/// Switches every output off, at any time and without the [`PowerStage`]. The duty cycles are 0 afterwards.
+/// Turns every output off, at any time and without the [`PowerStage`], and resets the duty cycles to 0.
 pub(crate) fn switch_off() {
     pac::TIM1.bdtr().modify(|outputs| outputs.set_moe(false));
     for channel in CHANNELS {

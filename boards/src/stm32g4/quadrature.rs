@@ -1,5 +1,5 @@
-//! A timer as the counter of an incremental encoder with two channels, by its registers (RM0440, 29): the library's driver has
-//! no filter, and reads a count as a number of its own.
+//! A timer as the counter of an incremental encoder with two channels, by registers (RM0440, 29): the
+//! library's driver has no filter.
 
 use drive::{Angle, Rotor};
 use embassy_stm32::pac::timer::TimGp16;
@@ -10,15 +10,15 @@ use crate::Selected;
 
 const TIMER: TimGp16 = <Selected as ThreePhase>::COUNTER;
 
-/// Such an encoder.
+/// The encoder.
 pub(crate) struct Quadrature {
-    /// Of 2³², which is once around; the rest of the division is less than the last bit of a count.
+    /// Angle per count in 2⁻³² of a turn; the rounding error is below the last bit of a count.
     per_count: u32,
 }
 
 impl Quadrature {
-    /// Starts it with `counts_per_turn`, 2 to 65 536, all four edges counted, on the board's timer, which has its clock. An edge counts when
-    /// it has lasted for 8 samples of every fourth cycle of 168 MHz: 0.19 us.
+    /// Starts the counter with `counts_per_turn`, 2 to 65 536 (all four edges counted), on the board's timer,
+    /// whose clock is on. The filter passes edges after 8 samples at every fourth cycle of 168 MHz: 0.19 us.
     pub(crate) fn start(counts_per_turn: u32) -> Self {
         TIMER.arr().write(|reload| reload.set_arr(u16::try_from(counts_per_turn - 1).unwrap_or(u16::MAX)));
         TIMER.ccmr_input(0).modify(|channels| {
@@ -35,7 +35,7 @@ impl Quadrature {
 }
 
 impl Encoder for Quadrature {
-    /// It does not say when it is gone.
+    /// Cannot detect a disconnected encoder.
     #[inline]
     fn rotor(&mut self) -> Rotor {
         Rotor::At(Angle(u32::from(TIMER.cnt().read().cnt()).wrapping_mul(self.per_count)))

@@ -1,14 +1,14 @@
-//! Absolute encoders on SPI 3, by its registers (RM0440, 39): frames of a period are read in the next one, so that the current
-//! loop never waits for one.
+//! Absolute encoders on SPI 3, by registers (RM0440, 39): a period's frames are read in the next period,
+//! without blocking the current loop.
 //!
 //! ```text
 //!               ▏ rotor()               end()                        ▏ rotor()
 //!   AS5047P     ▏ ask for the angle ▏       ▏ its answer; ask for its state ▏ ...
 //!   MT6701      ▏                           ▏ angle, state, sum             ▏
-//!                                           ▲ both take the angle here
+//!                                           ▲ both capture the angle here
 //! ```
-//! An encoder wants up to 0.35 us between being selected and being clocked, and between being released and selected: what is left
-//! of them is waited for, 1.4 us of a period at most.
+//! The encoders need up to 0.35 us between select and clock, and between release and select: the remaining
+//! time is waited for, at most 1.4 us per period.
 
 use cortex_m::peripheral::DWT;
 use drive::{As5047p, Mt6701, Rotor};
@@ -17,27 +17,27 @@ use embassy_stm32::pac::{GPIOD, RCC, SPI3};
 
 use super::bridge::Encoder;
 
-/// Of port D: selects the encoder when it is low.
+/// Select pin on port D, active low.
 const SELECT_PIN: usize = 2;
-/// Of the bus clock: 5.25 MHz. Half of it would be too fast for both.
+/// 5.25 MHz from the bus clock. Half the divider would be too fast for both.
 const CLOCK: Br = Br::DIV32;
 const CLOCK_HZ: u32 = crate::CLOCK_HZ / 32;
 const _: () = assert!(CLOCK_HZ <= As5047p::MOST_CLOCK_HZ && CLOCK_HZ <= Mt6701::MOST_CLOCK_HZ);
-/// Cycles of what the slower of the two wants, rounded up.
+/// Select time of the slower encoder in cycles, rounded up.
 const SELECT_CYCLES: u32 = (As5047p::LEAST_SELECT_NS * (crate::CLOCK_HZ / 1_000_000)).div_ceil(1_000);
 const _: () = assert!(As5047p::LEAST_SELECT_NS >= Mt6701::LEAST_SELECT_NS);
 
-/// SPI 3 and the pin that selects its device.
+/// SPI 3 and its select pin.
 struct Wires {
-    /// Cycle in which it was selected or released last.
+    /// Cycle of the last select or release.
     since: u32,
 }
 
 impl Wires {
-    /// With frames of so many bits. The pins are connected already, and the device is not selected.
+    /// Starts with this frame length. The pins are connected and the device is not selected.
     fn start(bits: Ds) -> Self {
         RCC.apb1enr1().modify(|clocks| clocks.set_spi3en(true));
-        // Once it is read the clock is there (RM0440, 7.2.17).
+        // The clock is on after this read (RM0440, 7.2.17).
         let _ = RCC.apb1enr1().read();
         SPI3.cr2().write(|control| {
             control.set_ds(bits);
@@ -55,7 +55,7 @@ impl Wires {
         Self { since: DWT::cycle_count() }
     }
 
-    /// Lets the rest of the time pass that an encoder wants.
+    /// Waits for the rest of the required time.
     #[inline]
     fn settle(&mut self) {
         while DWT::cycle_count().wrapping_sub(self.since) < SELECT_CYCLES {}
@@ -80,14 +80,14 @@ impl Wires {
         SPI3.dr16().write_value(frame);
     }
 
-    /// The last frame that came in: one that was late is behind the one that it is late for.
+    /// Returns the last received frame; a late frame precedes it.
     #[inline]
     fn receive_last(&self) -> Option<u16> {
         let first = self.receive();
         self.receive().or(first)
     }
 
-    /// A frame that came in, if one did.
+    /// Returns a received frame, if any.
     #[inline]
     fn receive(&self) -> Option<u16> {
         SPI3.sr().read().rxne().then(|| SPI3.dr16().read())
@@ -100,7 +100,7 @@ struct Frames {
     errors: u16,
 }
 
-/// Frames of an AS5047P: its angle, how its magnet is, and its errors.
+/// Frames of an AS5047P: angle, magnet diagnosis and errors.
 const FRAMES: Frames = {
     let [angle, diagnosis, errors] = As5047p::REQUEST;
     Frames {
@@ -109,25 +109,26 @@ const FRAMES: Frames = {
         errors: u16::from_be_bytes(errors),
     }
 };
-/// Such an encoder.
+/// The encoder.
 pub(crate) struct SpiEncoder {
     wires: Wires,
     part: Part,
 }
 
 enum Part {
-    /// It answers a frame with the next one: the first one of a period with how it is, the second one with its angle.
+    /// Each frame is answered in the next one: a period's first answer is the diagnosis, the second the
+    /// angle.
     As5047p {
-        /// What it said last of how its magnet is.
+        /// Last magnet diagnosis.
         diagnosis: [u8; 2],
-        /// What the second frame of the last period asked for.
+        /// Request in the second frame of the last period.
         asked: u16,
     },
     Mt6701,
 }
 
 impl SpiEncoder {
-    /// An AS5047P, which has said nothing yet.
+    /// Creates an AS5047P without a reading.
     pub(crate) fn as5047p() -> Self {
         Self {
             wires: Wires::start(Ds::BITS16),
@@ -135,7 +136,7 @@ impl SpiEncoder {
         }
     }
 
-    /// An MT6701.
+    /// Creates an MT6701.
     pub(crate) fn mt6701() -> Self {
         Self { wires: Wires::start(Ds::BITS12), part: Part::Mt6701 }
     }
@@ -171,7 +172,7 @@ impl Encoder for SpiEncoder {
                 let state = wires.receive_last();
                 wires.release();
                 if *asked == FRAMES.diagnosis {
-                    // Without an answer it has said nothing.
+                    // No answer: clears the diagnosis.
                     *diagnosis = state.unwrap_or_default().to_be_bytes();
                 }
                 *asked = if *asked == FRAMES.diagnosis { FRAMES.errors } else { FRAMES.diagnosis };

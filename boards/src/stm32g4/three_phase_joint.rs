@@ -1,4 +1,4 @@
-//! The joint that a three-phase motor turns, above its current loop.
+//! A joint with a three-phase motor, above its current loop.
 
 use dimsart_core::{DataType, DriveFault, InputLimits, OutputLimits, Scalar as _, Tick, Word, types};
 use dimsart_link::protocol::{Identification, MotorFallback, MotorReport};
@@ -19,7 +19,7 @@ use crate::three_phase;
 
 type EncoderPins = <Selected as ThreePhase>::EncoderPins;
 
-/// What it measures.
+/// Measured types.
 pub(crate) const OUTPUTS: &[&DataType] = &[
     types::POSITION,
     types::VELOCITY,
@@ -30,27 +30,27 @@ pub(crate) const OUTPUTS: &[&DataType] = &[
     types::TICK_PERIOD,
 ];
 
-/// Has a pin be one of a peripheral's, for good.
+/// Assigns a pin permanently to a peripheral.
 pub(crate) fn keep_as(mut pin: Flex<'static>, function: u8, kind: AfType) {
     pin.set_as_af_unchecked(function, kind);
     core::mem::forget(pin);
 }
 
-/// The joint, above the current loop.
+/// The joint.
 pub struct Joint {
-    /// Until the configuration is there.
+    /// Parts that wait for the configuration.
     waiting: Option<(HalfBridges, EncoderPins)>,
     shaft: Shaft,
     limits: InputLimits,
-    /// Of the last tick.
+    /// Data of the last tick.
     told: Told,
     fault: Option<DriveFault>,
-    /// From the end of the aligning on.
+    /// Active after the alignment.
     ramp: Ramp,
 }
 
 impl Joint {
-    /// One whose current loop waits for its [configuration](Self::begin).
+    /// Creates a joint whose current loop waits for its [configuration](Self::begin).
     pub(crate) fn new(bridges: HalfBridges, pins: EncoderPins) -> Self {
         let Configuration { joint, .. } = Selected::DRIVE.configuration;
         Self {
@@ -67,7 +67,7 @@ impl Joint {
 impl Joints for Joint {
     const HAS_DRIVE: bool = true;
 
-    /// Starts encoder, current loop and converters, with what is kept or the image's.
+    /// Starts encoder, current loop and ADCs with the stored configuration or the image's.
     fn begin(&mut self, motor: &mut MotorReport) -> Option<Limits> {
         let checked = three_phase::take(motor, &Selected::image(), Selected::reads);
         let Configuration { encoder, joint, .. } = *checked.get();
@@ -107,7 +107,7 @@ impl Joints for Joint {
                 self.fault = told.fault;
                 self.shaft.update(told.angle);
             }
-            // None in a whole tick.
+            // No data in a whole tick.
             Some(_) | None => self.fault = Some(DriveFault::Silent),
         }
         let Told { speed_rad_per_s, current_a, bus_v, temperature_c, .. } = self.told;

@@ -1,7 +1,7 @@
-//! The command line over a UART with DMA both ways.
+//! The command line over a UART with DMA in both directions.
 //!
-//! What comes in lands in a ring of [`RING_BYTES`] without the processor. It is lost when no task below the tick reads
-//! for as long as the ring takes to fill: 2.4 ms at 921 600 baud.
+//! Received bytes are written to a ring buffer of [`RING_BYTES`] without the processor. They are lost if no
+//! task reads them within 2.4 ms at 921 600 baud.
 
 use dimsart_link::protocol::DEFAULT_BAUD;
 use embassy_stm32::interrupt::typelevel::{Binding, Interrupt as _};
@@ -14,10 +14,10 @@ use embedded_io_async::{ErrorType, Read, Write};
 
 use crate::board::CommandPort;
 
-/// Bytes that wait to be read, at most.
+/// Maximum number of buffered bytes.
 pub(crate) const RING_BYTES: usize = 224;
 
-/// A UART's two directions, at [`DEFAULT_BAUD`].
+/// Opens both directions of a UART at [`DEFAULT_BAUD`].
 pub(crate) fn open<T: usart::Instance, S: TxDma<T>, R: RxDma<T>>(
     uart: Peri<'static, T>,
     (receive, receive_dma): (Peri<'static, impl RxPin<T>>, Peri<'static, R>),
@@ -36,7 +36,7 @@ pub(crate) fn open<T: usart::Instance, S: TxDma<T>, R: RxDma<T>>(
             let (send, receive) = uart.split();
             (receive.into_ring_buffered(ring), send)
         }
-        Err(_) => defmt::panic!("a UART's baud rate cannot be made"),
+        Err(_) => defmt::panic!("UART baud rate not possible"),
     }
 }
 
@@ -53,7 +53,7 @@ impl ErrorType for UartPort {
 }
 
 impl Read for UartPort {
-    /// A damaged or lost byte is one error; what follows is read as if nothing had been.
+    /// A corrupt or lost byte is one error; reading then continues.
     async fn read(&mut self, bytes: &mut [u8]) -> Result<usize, Error> {
         self.receive.read(bytes).await
     }

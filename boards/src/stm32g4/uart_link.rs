@@ -1,4 +1,4 @@
-//! A link over a UART with DMA both ways: contents as the core's `carrier::stream` frames them.
+//! A link over a UART with DMA in both directions, framed by the protocol's `carrier::stream`.
 
 use core::ops::Range;
 
@@ -9,23 +9,23 @@ use embassy_stm32::usart::{RingBufferedUartRx, UartTx};
 use crate::board::{LinkIn, LinkOut, MAX_CARRIED_BYTES};
 use crate::listening::Listening;
 
-/// Contents that come in over a UART.
+/// Receives contents over a UART.
 pub struct FromUart {
     link: usize,
     port: RingBufferedUartRx<'static>,
     receiver: StreamReceiver,
     bytes: [u8; 32],
-    /// Of `bytes`, what is still to be looked at.
+    /// Unprocessed range of `bytes`.
     waiting: Range<usize>,
 }
 
-/// Contents that go out over a UART.
+/// Sends contents over a UART.
 pub struct ToUart {
     link: usize,
     port: UartTx<'static, Async>,
 }
 
-/// Link `link` over the two directions of a UART.
+/// Creates link `link` over the two directions of a UART.
 pub(crate) fn over(
     (receive, send): (RingBufferedUartRx<'static>, UartTx<'static, Async>),
     link: usize,
@@ -47,7 +47,7 @@ impl LinkIn for FromUart {
                     return (self.link, found.len());
                 }
             }
-            // An error of the line is a damaged frame: the next one is found.
+            // A line error is a corrupt frame: the receiver resynchronises.
             self.waiting = 0..self.port.read(&mut self.bytes).await.unwrap_or(0);
         }
     }

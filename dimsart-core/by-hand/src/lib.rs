@@ -1,7 +1,7 @@
-//! Table 1, master side, written by hand as one function: the measure for the engine.
+//! Table 1, master side, hand-written as one function: the reference for the engine's cost.
 //!
-//! Everything the modular scheme works out, to the bit and with the same checks, for three axes and
-//! with the parameters as constants: what one would write if nothing ever had to be plugged in.
+//! Computes everything that the modular scheme does, bit-identical and with the same checks, for three axes
+//! and with constant parameters: the code for a fixed scheme.
 #![no_std]
 
 use dimsart_core::{LinkState, counters_ahead, is_newer, math, next_number};
@@ -11,7 +11,7 @@ pub const DOF: usize = 3;
 /// Words of a packet: a wave and its two counters per axis.
 pub const PACKET_WORDS: usize = 3 * DOF;
 
-/// What a packet carries: one wave on three linear axes.
+/// Content of a packet: one wave on three linear axes.
 const CONTENT: u16 = 0x3630;
 
 const PERIOD_S: f32 = 1e-3;
@@ -28,23 +28,23 @@ const HOLD_TICKS: u32 = 20;
 const WAVE_COUNTS: f32 = PERIOD_S / (1.0 / 268_435_456.0);
 const ENERGY_COUNTS: f32 = PERIOD_S / (1.0 / 1_073_741_824.0);
 
-/// A packet, in or out; laid out for a host to write and read it in an image's memory.
+/// A packet, in or out; a host reads and writes it in an image's memory.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
 #[repr(C)]
 pub struct Packet {
-    /// What it carries.
+    /// Content.
     pub content: u16,
-    /// Its number, low half.
+    /// Low half of its number.
     pub counter: u16,
     /// Counter of the newest packet that the sender has received.
     pub echo: u16,
-    /// Whether the samples are finite: looked at outside the tick, as the engine does.
+    /// Whether the samples are finite; checked outside the tick, as in the engine.
     pub is_finite: bool,
     /// Samples, then counters.
     pub words: [u32; PACKET_WORDS],
 }
 
-/// Every signal of the scheme; the modular one has them in its Data Base.
+/// Every signal of the scheme, which the modular version has in its Data Base.
 #[derive(Debug, Default)]
 pub struct Signals {
     /// Measured, `m`.
@@ -77,10 +77,10 @@ pub struct Signals {
     pub jitter_ticks: f32,
 }
 
-/// The master: its signals and what it remembers.
+/// The master: signals and state.
 #[derive(Debug)]
 pub struct Master {
-    /// What it has worked out in the last tick.
+    /// Results of the last tick.
     pub signals: Signals,
     a: f32,
     two_over_a: f32,
@@ -109,7 +109,7 @@ impl Default for Master {
 }
 
 impl Master {
-    /// Before its first tick.
+    /// State before the first tick.
     #[must_use]
     pub fn new() -> Self {
         let a = math::sqrt(2.0 * IMPEDANCE);
@@ -136,7 +136,7 @@ impl Master {
         }
     }
 
-    /// One tick; false when a number was not finite or the link is lost, and the force is therefore zero.
+    /// Runs one tick; returns false if a number is not finite or the link is lost, so that the force is zero.
     #[inline(never)]
     #[expect(clippy::indexing_slicing, reason = "the axes of fixed arrays, as one writes it by hand")]
     #[expect(clippy::cast_possible_truncation, reason = "counters: towards zero and saturating")]

@@ -1,4 +1,4 @@
-//! Schemes made to measure: how the cost of a step grows, and what it does not depend on.
+//! Benchmark schemes: dependence of a step's cost on the sizes.
 
 use dimsart_core::limits::Sizes;
 use dimsart_core::{
@@ -7,7 +7,7 @@ use dimsart_core::{
 };
 use dimsart_modules::{self as modules, ALL};
 
-/// A module that does nothing, so that only the engine's call of it costs.
+/// A module that does nothing, so that only the engine's call costs.
 #[derive(Debug)]
 pub(crate) struct Empty;
 
@@ -24,7 +24,7 @@ impl Module for Empty {
     fn compute(_: &Context<'_, Self>) {}
 }
 
-/// The standard modules and the empty one: the engine has as many kinds to tell apart as ever.
+/// The standard modules and the empty one, so that the engine searches the usual number of kinds.
 const WITH_EMPTY: Kinds = dimsart_core::kinds![
     modules::CommRx,
     modules::CommTx,
@@ -57,7 +57,7 @@ const MANY: &[&DataType] = &[
     types::DES_POSITION,
 ];
 
-/// Marks what callgrind counts: the engine's step.
+/// Marks the code that callgrind counts: the engine's step.
 #[inline(never)]
 fn counted_step(dimsart: &mut Dimsart) {
     dimsart.engine_mut().step();
@@ -86,7 +86,7 @@ pub(crate) fn run_empty(modules: u8, ticks: u32) {
     (0..ticks).for_each(|_| counted_step(&mut dimsart));
 }
 
-/// What a scheme of P controllers is made of.
+/// Description of a scheme of P controllers.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Scheme {
     pub(crate) active: u8,
@@ -94,7 +94,7 @@ pub(crate) struct Scheme {
     pub(crate) dof: usize,
     /// Whether the device has types that no module uses, in the slots before those in use.
     pub(crate) has_many_types: bool,
-    /// Whether the Data Base is sixteen times as large.
+    /// Whether the Data Base is sixteen times the default size.
     pub(crate) has_large_data_base: bool,
 }
 

@@ -1,7 +1,7 @@
 //! Runs schemes for `cargo xtask bench`, which counts instructions of the `counted_*` functions.
 //!
 //! `table1 TICKS` · `table1-silent TICKS` · `empty MODULES TICKS` · `p ACTIVE INACTIVE DOF TYPES DATA_BASE TICKS`
-#![expect(clippy::expect_used, reason = "a program that measures: a set-up that fails ends it")]
+#![expect(clippy::expect_used, reason = "a benchmark: errors end it")]
 
 mod engine_cost;
 mod table1;

@@ -1,4 +1,4 @@
-//! Table 1 against the same thing by hand: the same bits, and how many instructions each takes.
+//! Table 1 compared with a hand-written version: identical results, instructions of each.
 
 use by_hand::{DOF, Master, PACKET_WORDS};
 use dimsart_core::{AxisKind, DeviceDescriptor, Dimsart, Packet, ProvidedMemory, Tick, Word, scheme, types};
@@ -17,15 +17,15 @@ fn side(name: &'static str) -> Dimsart {
     dimsart
 }
 
-/// Marks what callgrind counts: the modular master.
+/// Marks the code that callgrind counts: the modular master.
 #[inline(never)]
 fn counted_table1(master: &mut Dimsart, measured: &[Word; DOF], commanded: &mut [Word; DOF]) -> Tick {
     master.tick(measured, commanded)
 }
 
-/// Runs both masters side by side, fed by the same slave, and compares every signal and packet.
+/// Runs both masters with the same slave and compares every signal and packet.
 ///
-/// With `packets` a fresh packet comes in every tick, without none ever does.
+/// With `packets` a new packet arrives in every tick, otherwise never.
 pub(crate) fn run(ticks: u32, packets: bool) {
     let (mut master, mut slave) = (side("master"), side("slave"));
     let mut by_hand = Master::new();
@@ -44,7 +44,7 @@ pub(crate) fn run(ticks: u32, packets: bool) {
         let received = received.as_ref().map(to_hand);
 
         let has_run = counted_table1(&mut master, &measured, &mut commanded) == Tick::Ran;
-        // Without packets both command nothing once their timeout is over.
+        // Without packets both command zero after their timeout.
         assert_eq!(
             has_run,
             by_hand.tick(&position, received.as_ref(), &mut hand_force, &mut hand_packet),
@@ -66,7 +66,7 @@ pub(crate) fn run(ticks: u32, packets: bool) {
     }
 }
 
-/// A hand that moves each axis to and fro, at its own pace.
+/// A hand that moves each axis back and forth at its own frequency.
 fn master_position(tick: u32) -> [f32; DOF] {
     let triangle = |period: u32| {
         let phase = u16::try_from(tick % period).unwrap_or_default();

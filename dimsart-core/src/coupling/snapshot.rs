@@ -1,21 +1,21 @@
-//! Words that one context shows another one: always whole, always the newest, and nobody waits.
+//! Lock-free transfer of words between two contexts: always consistent, always the latest.
 //!
-//! Three buffers: one is the writer's, one the reader's, and the third holds what was written last. A write and a read
-//! end by exchanging their own buffer for that one, which is a single atomic operation. So each takes the same few steps
-//! whatever the other one does, in whichever of the two it is interrupted, and words of two writes never mix.
+//! There are three buffers: the writer's, the reader's, and the latest data. A write and a read end with one
+//! atomic operation that exchanges their own buffer for the latest. So each takes a constant number of steps,
+//! even if one interrupts the other, and words of two writes never mix.
 //!
-//! `tests/snapshot_orders.rs` runs this very file through every order that the memory model allows.
+//! `tests/snapshot_orders.rs` runs this file through every order that the memory model allows.
 
 use super::atomic::{AtomicU8, AtomicU32, Ordering};
 
-/// In the word that says which buffer was written last: nobody has read it yet.
+/// Flag in the index of the latest buffer: not read yet.
 const IS_NEW: u8 = 4;
-/// Whose buffers these are at first.
+/// Initial owners of the buffers.
 const WRITERS: u8 = 0;
 const LAST: u8 = 1;
 const READERS: u8 = 2;
 
-/// `N` words, from one writer to one reader.
+/// `N` words from one writer to one reader.
 #[derive(Debug)]
 pub struct Snapshot<const N: usize> {
     buffers: [[AtomicU32; N]; 3],
@@ -27,7 +27,7 @@ impl<const N: usize> Snapshot<N> {
         Self { buffers, last }
     }
 
-    /// The two ends. Nothing has been written yet, whatever was before.
+    /// Resets the snapshot and returns its two ends.
     pub fn split(&mut self) -> (SnapshotWriter<'_, N>, SnapshotReader<'_, N>) {
         self.last.store(LAST, Ordering::Relaxed);
         (SnapshotWriter { snapshot: self, own: WRITERS }, SnapshotReader { snapshot: self, own: READERS })
@@ -38,7 +38,7 @@ impl<const N: usize> Snapshot<N> {
     }
 }
 
-/// The end that writes.
+/// The writer's end.
 #[derive(Debug)]
 pub struct SnapshotWriter<'a, const N: usize> {
     snapshot: &'a Snapshot<N>,
@@ -46,17 +46,17 @@ pub struct SnapshotWriter<'a, const N: usize> {
 }
 
 impl<const N: usize> SnapshotWriter<'_, N> {
-    /// Shows these words, `N` of them at most; the last ones keep what they had two writes or more ago if there are fewer.
+    /// Publishes up to `N` words. If there are fewer, the remaining words keep older values.
     pub fn write(&mut self, words: impl IntoIterator<Item = u32>) {
         for (place, word) in self.snapshot.buffer(self.own).iter().zip(words) {
             place.store(word, Ordering::Relaxed);
         }
-        // Release: what was just stored. Acquire: the reader is done with the buffer that comes back.
+        // Release the stored words; acquire the buffer that the reader has finished with.
         self.own = self.snapshot.last.swap(self.own | IS_NEW, Ordering::AcqRel) & !IS_NEW;
     }
 }
 
-/// The end that reads.
+/// The reader's end.
 #[derive(Debug)]
 pub struct SnapshotReader<'a, const N: usize> {
     snapshot: &'a Snapshot<N>,
@@ -64,17 +64,17 @@ pub struct SnapshotReader<'a, const N: usize> {
 }
 
 impl<const N: usize> SnapshotReader<'_, N> {
-    /// Takes over what was written last; says whether that is new.
+    /// Takes the latest data; returns whether they are new.
     pub fn update(&mut self) -> bool {
         let is_new = self.snapshot.last.load(Ordering::Relaxed) & IS_NEW != 0;
         if is_new {
-            // Acquire: what the writer stored. Release: nothing more is read from the buffer that is given back.
+            // Acquire the writer's words; release the buffer that is given back.
             self.own = self.snapshot.last.swap(self.own, Ordering::AcqRel) & !IS_NEW;
         }
         is_new
     }
 
-    /// The words as of the last [`update`](Self::update); all zero before the first one that was new.
+    /// Returns the words of the last [`update`](Self::update); all zero before the first data.
     pub fn words(&self) -> impl Iterator<Item = u32> + '_ {
         self.snapshot.buffer(self.own).iter().map(|word| word.load(Ordering::Relaxed))
     }

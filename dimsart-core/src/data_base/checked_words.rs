@@ -4,11 +4,11 @@ use core::cell::Cell;
 
 use crate::data_base::storage::Block;
 
-/// Words of format `f32` that cannot be larger than this.
+/// A span of `f32` words with a maximum magnitude.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct CheckedWords {
     block: Block,
-    /// Largest magnitude, the bits of an `f32` without its sign, shifted to the left.
+    /// Maximum magnitude: `f32` bits without the sign, shifted left.
     largest: u32,
 }
 
@@ -17,21 +17,21 @@ impl CheckedWords {
         Self { block, largest: largest.to_bits() << 1 }
     }
 
-    /// Whether a word is what it cannot be. Bits of finite numbers, without their sign, count up with the magnitude, and
-    /// those of what is not finite are above.
+    /// Returns whether a word is out of range. Without the sign, the bits of finite numbers increase with the
+    /// magnitude; infinity and NaN are above.
     #[inline(always)]
     pub(crate) fn is_wrong(&self, word: u32) -> bool {
         word << 1 > self.largest
     }
 
-    /// Whether one of all words, as far as they are its own, is what it cannot be.
+    /// Returns whether any word of its span is out of range.
     #[inline(always)]
     pub(crate) fn has_wrong(&self, words: &[Cell<u32>]) -> bool {
         let Some(own) = words.get(self.block.range()) else { return false };
         own.iter().any(|word| self.is_wrong(word.get()))
     }
 
-    /// Takes in the words of another one, if they lie right behind its own.
+    /// Merges an adjacent span.
     pub(crate) fn take_in(&mut self, other: Self) -> bool {
         let is_behind = self.block.range().end == other.block.range().start;
         if is_behind && self.largest == other.largest {

@@ -1,4 +1,4 @@
-//! The Data Base as a module sees it during a tick.
+//! View of the Data Base for a module during a tick.
 
 mod written_out;
 
@@ -14,8 +14,8 @@ use crate::signal::{Scalar, Word};
 
 pub use self::written_out::{Inputs, Outputs};
 
-/// Access to the Data Base through handles. Reading never fails: a handle that is not connected
-/// reads as zero, and what is written to it is dropped.
+/// Access to the Data Base through handles. Access never fails: an unconnected handle reads zero, and writes
+/// to it are dropped.
 #[derive(Debug)]
 pub struct Data<'a> {
     words: &'a [Cell<u32>],
@@ -26,8 +26,8 @@ pub struct Data<'a> {
     is_limited: bool,
 }
 
-/// Degrees of freedom. The compiler knows how few they can be, and that there is one: loops over axes are short and
-/// have a start, no sum with an offset overflows.
+/// Degrees of freedom as an enum: the range is known at compile time, so loops over axes are short and sums cannot
+/// overflow.
 #[derive(Debug, Clone, Copy)]
 #[repr(u8)]
 pub(crate) enum Dof {
@@ -45,7 +45,7 @@ impl Dof {
     const ALL: [Self; MAX_DOF] =
         [Self::One, Self::Two, Self::Three, Self::Four, Self::Five, Self::Six, Self::Seven, Self::Eight];
 
-    /// That of a device.
+    /// Returns the degrees of freedom of a device.
     pub(crate) fn of(device: &DeviceDescriptor) -> Self {
         Self::ALL.get(device.dof().wrapping_sub(1)).copied().unwrap_or(Self::One)
     }
@@ -64,45 +64,45 @@ impl<'a> Data<'a> {
         Self { words, links, programs, device, dof, is_limited }
     }
 
-    /// The device's descriptor: degrees of freedom, sample period.
+    /// Returns the device's descriptor: degrees of freedom, sample period.
     #[must_use]
     pub fn device(&self) -> &DeviceDescriptor {
         self.device
     }
 
-    /// The programs that the controller has.
+    /// Returns the controller's programs.
     #[must_use]
     #[inline(always)]
     pub fn programs(&self) -> &'a Programs {
         self.programs
     }
 
-    /// Whether the device got less than it was commanded in the last tick: a module that writes its input finds what it got
-    /// in [`last`](Output::last) of its port, and has integrals follow that.
+    /// Returns whether the device got less than the scheme commanded in the last tick. A module that writes
+    /// the device's input then finds the actual value in [`last`](Output::last) of its port, for anti-windup.
     #[inline(always)]
     #[must_use]
     pub fn is_limited(&self) -> bool {
         self.is_limited
     }
 
-    /// Whether a word of a span is what it cannot be.
+    /// Returns whether a word of a span is out of range.
     #[inline(always)]
     pub(crate) fn has_wrong(&self, span: &CheckedWords) -> bool {
         span.has_wrong(self.words)
     }
 
-    /// Degrees of freedom: how many axes a vector has.
+    /// Returns the degrees of freedom: the number of axes of a vector.
     #[inline]
     #[must_use]
     pub fn dof(&self) -> usize {
         self.dof as usize
     }
 
-    /// Computes every axis by one law, the way most control laws are written.
+    /// Computes every axis by the same law.
     ///
-    /// `law` gets the axis and its inputs and returns its outputs: an array of `f32` for an array of at most 8 ports, a
-    /// tuple for a tuple of at most 4 ports of any formats. Nothing is computed while one of the ports is not
-    /// connected.
+    /// `law` gets the axis and its inputs and returns its outputs: an array of `f32` for an array of at most
+    /// 8 ports, a tuple for a tuple of at most 4 ports of any formats. Does nothing if one of the ports is
+    /// unconnected.
     #[inline(always)]
     pub fn map_axes<I: Inputs, O: Outputs>(
         &self,
@@ -118,14 +118,14 @@ impl<'a> Data<'a> {
         }
     }
 
-    /// Value of one axis of a vector; the default (zero) beyond the last axis.
+    /// Returns the value of one axis of a vector; the default (zero) beyond the last axis.
     #[inline]
     #[must_use]
     pub fn axis<T: Scalar>(&self, input: Input<Vector<T>>, axis: usize) -> T {
         self.axes(input.block.offset).and_then(|words| words.get(axis)).map_or_else(T::default, read)
     }
 
-    /// Writes one axis of a vector; dropped beyond the last axis.
+    /// Writes one axis of a vector; ignored beyond the last axis.
     #[inline]
     pub fn set_axis<T: Scalar>(&self, output: Output<Vector<T>>, axis: usize, value: T) {
         if let Some(word) = self.axes(output.block.offset).and_then(|words| words.get(axis)) {
@@ -133,7 +133,7 @@ impl<'a> Data<'a> {
         }
     }
 
-    /// Value of a scalar.
+    /// Returns the value of a scalar.
     #[inline]
     #[must_use]
     pub fn get<T: Scalar>(&self, input: Input<Single<T>>) -> T {
@@ -148,14 +148,14 @@ impl<'a> Data<'a> {
         }
     }
 
-    /// Element of a matrix; zero outside it.
+    /// Returns an element of a matrix; zero outside it.
     #[inline]
     #[must_use]
     pub fn element<S: Grid>(&self, input: Input<S>, row: usize, column: usize) -> S::Value {
         self.cell(input.block.offset, S::size(self.dof()), row, column).map_or_else(S::Value::default, read)
     }
 
-    /// Writes an element of a matrix; dropped outside it.
+    /// Writes an element of a matrix; ignored outside it.
     #[inline]
     pub fn set_element<S: Grid>(&self, output: Output<S>, row: usize, column: usize, value: S::Value) {
         if let Some(word) = self.cell(output.block.offset, S::size(self.dof()), row, column) {
@@ -163,21 +163,21 @@ impl<'a> Data<'a> {
         }
     }
 
-    /// All words of a signal, for modules that move data without looking at it.
+    /// Returns all words of a signal, for modules that copy data.
     #[inline]
     #[must_use]
     pub fn words<S: Signal>(&self, input: Input<S>) -> &[Cell<u32>] {
         self.block(input.block.offset, S::words(self.dof(), input.block.words))
     }
 
-    /// All words of a signal to be written.
+    /// Returns all words of a signal to write.
     #[inline]
     #[must_use]
     pub fn words_out<S: Signal>(&self, output: Output<S>) -> &[Cell<u32>] {
         self.block(output.block.offset, S::words(self.dof(), output.block.words))
     }
 
-    /// A module's own memory; zero when it was plugged in.
+    /// Returns a module's own memory; zero when it was plugged in.
     #[inline]
     #[must_use]
     pub fn memory(&self, memory: Memory) -> &[Cell<u32>] {
@@ -185,7 +185,7 @@ impl<'a> Data<'a> {
         self.words.get(start..start + usize::from(memory.block.words)).unwrap_or_default()
     }
 
-    /// The words for one vector at word `position` of a memory; none when it has no room for them there.
+    /// Returns the words of one vector at word `position` of a memory; none if they exceed the memory.
     #[inline(always)]
     #[must_use]
     pub fn row(&self, memory: Memory, position: u16) -> Option<&[Cell<u32>]> {
@@ -197,7 +197,7 @@ impl<'a> Data<'a> {
         self.words.get(start..start + self.dof())
     }
 
-    /// Position of the row after the one at `position`, from the end of the memory back to its start.
+    /// Returns the position of the row after `position`; wraps at the end of the memory.
     #[inline(always)]
     #[must_use]
     pub fn row_after(&self, memory: Memory, position: u16) -> u16 {
@@ -205,8 +205,8 @@ impl<'a> Data<'a> {
         if next < memory.block.words { next } else { 0 }
     }
 
-    /// So many words of a memory from word `position` on, and the position after them, from its end back to its start;
-    /// none when it has no room for them there.
+    /// Returns `words` words of a memory from word `position` on and the position after them, which wraps at
+    /// the end; none if they exceed the memory.
     #[must_use]
     pub fn words_at(&self, memory: Memory, position: u16, words: usize) -> Option<(&[Cell<u32>], u16)> {
         let end = usize::from(position) + words;
@@ -215,14 +215,14 @@ impl<'a> Data<'a> {
         Some((found, next.unwrap_or(0)))
     }
 
-    /// The comm edge of link `number`, if there is one.
+    /// Returns the link with this number, if it exists.
     #[inline]
     #[must_use]
     pub fn link(&self, number: u32) -> Option<&LinkPort> {
         self.links.get(usize::try_from(number).ok()?)
     }
 
-    /// So many words from a place on, if there are so many.
+    /// Returns `words` words from `start` on, if they exist.
     #[inline(always)]
     pub(crate) fn range(&self, start: u16, words: usize) -> Option<&'a [Cell<u32>]> {
         let start = usize::from(start);

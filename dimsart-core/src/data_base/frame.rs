@@ -1,4 +1,4 @@
-//! The frame's side of the Data Base: what the device measured in, what it is commanded out.
+//! Frame: transfer of measurements and commands between the device and the Data Base.
 
 use heapless::Vec;
 
@@ -8,32 +8,32 @@ use crate::device::{DeviceDescriptor, Plausibility};
 use crate::limits::MAX_DEVICE_TYPES;
 use crate::signal::{DataType, Format, TypeRef, Word};
 
-/// Why a frame was refused. Neither side has changed.
+/// Reason why a frame was refused. Nothing has changed.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum FrameError {
-    /// The frame has another number of words than the descriptor's types.
+    /// The number of words does not match the descriptor's types.
     Length {
         /// Words of the descriptor's types.
         expected: usize,
         /// Words in the frame.
         found: usize,
     },
-    /// A number is not finite.
+    /// A word is NaN or infinite.
     NotFinite {
-        /// The signal it belongs to.
+        /// The signal.
         signal: TypeRef,
-        /// Which of its words, starting at 0.
+        /// Word of the signal, from 0.
         word: u16,
     },
-    /// A sensor shows what it cannot: it is beyond its [limits](crate::OutputLimits), or has changed faster than they
-    /// allow since the tick before.
+    /// An implausible measurement: out of its [limits](crate::OutputLimits), or changed too fast since the
+    /// previous tick.
     Implausible {
         /// The signal.
         signal: TypeRef,
-        /// Which of its words, starting at 0.
+        /// Word of the signal, from 0.
         word: u16,
-        /// What it shows, an `f32` in bits.
+        /// The value, `f32` bits.
         bits: u32,
     },
 }
@@ -42,16 +42,16 @@ impl core::fmt::Display for FrameError {
     fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
         match self {
             Self::Length { expected, found } => {
-                write!(f, "frame of {found} words, the device's types have {expected}")
+                write!(f, "frame has {found} words, the device's types have {expected}")
             }
             Self::NotFinite { signal, word } => {
-                write!(f, "word {word} of type {} is not a finite number", signal.id)
+                write!(f, "word {word} of type {} is NaN or infinite", signal.id)
             }
             Self::Implausible { signal, word, bits } => {
                 let value = f32::from_bits(*bits);
                 write!(
                     f,
-                    "word {word} of type {} shows {value}, which it cannot so soon, or never",
+                    "word {word} of type {} is {value}: out of the sensor's range, or changed too fast",
                     signal.id
                 )
             }
@@ -61,9 +61,9 @@ impl core::fmt::Display for FrameError {
 
 impl core::error::Error for FrameError {}
 
-/// Moves whole frames between a device and the Data Base: all of it or nothing.
+/// Transfers whole frames between a device and the Data Base.
 ///
-/// A frame is the words of the descriptor's types one behind the other, in the descriptor's order.
+/// A frame contains the words of the descriptor's types, concatenated in the descriptor's order.
 #[derive(Debug)]
 pub struct Frame {
     outputs: Side,
@@ -74,12 +74,12 @@ pub struct Frame {
 #[derive(Debug)]
 struct Side {
     types: Vec<(Block, &'static DataType), MAX_DEVICE_TYPES>,
-    /// Where all of them lie, one behind the other, before all that comes and goes with the modules: they never move.
+    /// Block of the device's types. It comes before all module signals, so that it never moves.
     span: Block,
 }
 
 impl Frame {
-    /// The frame of a device without types.
+    /// Creates the frame of a device without types.
     pub(crate) const fn unconnected() -> Self {
         Self { outputs: Side::EMPTY, inputs: Side::EMPTY, plausibility: Plausibility::unconnected() }
     }
@@ -99,29 +99,29 @@ impl Frame {
         connected.inspect_err(|_| self.disconnect())
     }
 
-    /// Becomes the frame of a device without types.
+    /// Resets to the frame of a device without types.
     fn disconnect(&mut self) {
         self.outputs.disconnect();
         self.inputs.disconnect();
         self.plausibility.disconnect();
     }
 
-    /// Words of a frame from the device.
+    /// Returns the number of words of a frame from the device.
     #[must_use]
     pub fn output_words(&self) -> usize {
         self.outputs.words()
     }
 
-    /// Words of a frame to the device.
+    /// Returns the number of words of a frame to the device.
     #[must_use]
     pub fn input_words(&self) -> usize {
         self.inputs.words()
     }
 
-    /// Writes what the device measured into the Data Base.
+    /// Writes a measurement into the Data Base.
     ///
     /// # Errors
-    /// [`FrameError`] when the length is wrong, a number is not finite, or a sensor shows what it cannot; the Data Base is
+    /// [`FrameError`] when the length is wrong, or a word is not finite or implausible; the Data Base is
     /// unchanged.
     #[doc(alias = "DB_ext_write")]
     pub fn write(&mut self, data_base: &mut DataBase, measured: &[Word]) -> Result<(), FrameError> {
@@ -137,14 +137,14 @@ impl Frame {
         Ok(())
     }
 
-    /// What the device measures next is where it is, however far from where it was.
+    /// Accepts the next measurement whatever the last one was.
     #[cold]
     #[inline(never)]
     pub(crate) fn begin_anew(&mut self) {
         self.plausibility.begin_anew();
     }
 
-    /// Puts what the device got into the Data Base, instead of what it was commanded.
+    /// Writes the device's actual inputs into the Data Base in place of the commands.
     pub(crate) fn show(&self, data_base: &mut DataBase, given: impl Iterator<Item = (usize, Word)>) {
         let words = data_base.storage_mut().words_mut(self.inputs.span).unwrap_or_default();
         for (place, given) in given {
@@ -154,11 +154,11 @@ impl Frame {
         }
     }
 
-    /// Reads what the device is commanded out of the Data Base.
+    /// Reads the commands to the device from the Data Base.
     ///
     /// # Errors
-    /// [`FrameError`] when the length is wrong; `commanded` is unchanged. What modules write is
-    /// [looked at](crate::Engine::step) before.
+    /// [`FrameError`] when the length is wrong; `commanded` is unchanged. Words that modules write are
+    /// [checked](crate::Engine::step) before.
     #[doc(alias = "DB_ext_read")]
     pub fn read(&self, data_base: &DataBase, commanded: &mut [Word]) -> Result<(), FrameError> {
         let words = data_base.storage().words(self.inputs.span);
@@ -198,7 +198,7 @@ impl Side {
         usize::from(self.span.words)
     }
 
-    /// Of the word at a place of the frame.
+    /// Returns the error for a word of the frame.
     #[cold]
     fn refusal(&self, place: u16, measured: &[Word]) -> FrameError {
         let bits = measured.get(usize::from(place)).map_or(0, |word| word.0);
@@ -223,7 +223,7 @@ impl Side {
     #[inline]
     fn check(&self, mut words: impl ExactSizeIterator<Item = Word> + Clone) -> Result<(), FrameError> {
         self.has_length(words.len())?;
-        // What is finite as a float is valid in every format; only otherwise it takes a closer look.
+        // A finite `f32` is valid in every format; other words need a check by type.
         if words.clone().all(|word| word.is_valid(Format::F32)) {
             Ok(())
         } else {
@@ -231,7 +231,7 @@ impl Side {
         }
     }
 
-    /// Which word is no valid value of its type, if any.
+    /// Finds the first word that is invalid for its type.
     #[cold]
     fn find_fault(&self, words: &mut dyn Iterator<Item = Word>) -> Result<(), FrameError> {
         for (block, data_type) in &self.types {

@@ -1,8 +1,8 @@
-//! Typed handles: what a module holds of the Data Base.
+//! Typed handles: a module's access to the Data Base.
 //!
-//! A handle says where the words of its signal lie. It is resolved by the [`wiring`](crate::scheme::wiring) when its module is
-//! plugged in, and anew whenever words move because another module was plugged out, so using it involves no name and
-//! no search. A handle that is not connected reads nothing and writes nothing.
+//! A handle holds the location of its signal's words. The [`wiring`](crate::scheme::wiring) resolves it when
+//! the module is plugged in, and again whenever words move, so access in a tick needs no lookup. An
+//! unconnected handle reads zero, and writes to it are dropped.
 
 use core::cell::Cell;
 use core::marker::PhantomData;
@@ -10,21 +10,22 @@ use core::marker::PhantomData;
 use crate::data_base::storage::Block;
 use crate::signal::{Format, Scalar, Shape, Words};
 
-/// What a handle gives access to: format and shape of a signal.
+/// Format and shape of the signals that a handle accepts.
 pub trait Signal {
-    /// Format of each word; none for any.
+    /// Format of each word; none for any format.
     const FORMAT: Option<Format>;
-    /// Whether words of `shape` are what this handle expects.
+    /// Returns whether the handle accepts words of `shape`.
     fn takes(shape: Shape) -> bool;
-    /// Number of words, for a device of `dof` axes, where the bound signal has `bound` of them.
+    /// Returns the number of words on a device with `dof` axes; `bound` is the number of words of the bound
+    /// signal.
     fn words(dof: usize, bound: u16) -> usize;
 }
 
-/// A signal of rows and columns.
+/// A signal with rows and columns.
 pub trait Grid: Signal {
     /// Type of an element.
     type Value: Scalar;
-    /// Number of rows and of columns, for a device of `dof` axes.
+    /// Returns rows and columns on a device with `dof` axes.
     fn size(dof: usize) -> (usize, usize);
 }
 
@@ -44,7 +45,7 @@ pub struct Matrix<const R: u8, const C: u8, T = f32>(PhantomData<T>);
 #[derive(Debug, Clone, Copy, Default)]
 pub struct Square<T = f32>(PhantomData<T>);
 
-/// Words that the module passes on and does not look into: any format, any shape.
+/// Words of any format and shape, which the module copies unread.
 #[derive(Debug, Clone, Copy, Default)]
 pub struct Untyped;
 
@@ -135,7 +136,7 @@ macro_rules! handle {
         }
 
         impl $name<Untyped> {
-            /// The same words as a vector, for a module that has seen that there is one per axis.
+            /// Returns the same words as a vector, for a signal with one word per axis.
             #[must_use]
             #[inline(always)]
             pub const fn as_vector(self) -> $name {
@@ -173,12 +174,13 @@ macro_rules! handle {
     };
 }
 
-handle!(Input, "A signal that a module reads.");
-handle!(Output, "A signal that a module writes.");
+handle!(Input, "Handle of a signal that a module reads.");
+handle!(Output, "Handle of a signal that a module writes.");
 
 impl<S> Output<S> {
-    /// What was written to it last, also by the module before: for [`begin`](crate::Module::begin) of a module that
-    /// [takes over](crate::Context::takes_over). What the device got, where that [was less](crate::Data::is_limited).
+    /// Returns the last written value, even if another module wrote it: for [`begin`](crate::Module::begin)
+    /// of a module that [takes over](crate::Context::takes_over). If the device's input was
+    /// [limited](crate::Data::is_limited), it is the value that the device got.
     #[inline(always)]
     #[must_use]
     pub const fn last(self) -> Input<S> {
@@ -186,14 +188,14 @@ impl<S> Output<S> {
     }
 }
 
-/// A module's own block of words in the Data Base, for what is too large to sit in every module.
+/// A module's own block of words in the Data Base, for large data.
 #[derive(Debug, Clone, Copy)]
 pub struct Memory {
     pub(crate) block: Block,
 }
 
 impl Memory {
-    /// The memory as a signal, for a module that works one out in it.
+    /// Returns the memory as a signal, for a module that computes a signal in it.
     #[must_use]
     pub const fn as_input(self) -> Input<Untyped> {
         Input::new(self.block)

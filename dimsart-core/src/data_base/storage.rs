@@ -1,30 +1,31 @@
-//! Statically sized storage of variable-length blocks that never fragments.
+//! Fixed-size storage of variable-length blocks without fragmentation.
 //!
-//! Blocks of signals and memories lie one behind the other from the start; the modules' own ones from the end. Taking
-//! one out closes the gap, so whatever is free is one piece between them. A block at the start is named by its index,
-//! which stays the same while its words move; where a module's own one has moved, its instance is told.
+//! Blocks of signals and memories are contiguous from the start, blocks of module instances from the end.
+//! Freeing a block closes the gap, so the free words are contiguous between them. A block at the start is
+//! identified by an index, which stays valid while its words move; a move of a block at the end is reported
+//! to its instance.
 
 use heapless::vec::VecView;
 
 /// A list in provided memory.
 pub(crate) type List<T> = &'static mut VecView<T>;
 
-/// Why storage was not given.
+/// Reason why an allocation failed.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum StorageError {
-    /// Every slot is taken.
+    /// No free slot.
     NoSlot,
-    /// The words do not fit.
+    /// Not enough free words.
     NoRoom {
-        /// Words asked for.
+        /// Requested words.
         wanted: usize,
-        /// Words free.
+        /// Free words.
         free: usize,
     },
 }
 
-/// Where a block lies.
+/// Location of a block.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) struct Block {
     pub(crate) offset: u16,
@@ -32,15 +33,15 @@ pub(crate) struct Block {
 }
 
 impl Block {
-    /// That of a free slot: beyond the last word of any storage, so that there is nothing to reach.
+    /// Location of a free slot: after the last word of any storage.
     pub(crate) const FREE: Self = Self { offset: u16::MAX, words: 0 };
 
-    /// What a handle holds between the declaration of its port, number `port`, and the wiring.
+    /// Marks a handle with its port number, between declaration and wiring.
     pub(crate) const fn of_port(port: u8) -> Self {
         Self { offset: port as u16, words: u16::MAX }
     }
 
-    /// Number of the port that a handle is of while it is declared.
+    /// Returns the port number of a handle during declaration.
     pub(crate) fn port(self) -> Option<u8> {
         u8::try_from(self.offset).ok().filter(|_| self.words == u16::MAX)
     }
@@ -59,7 +60,7 @@ impl Block {
         (self.words as u32) << 16 | self.offset as u32
     }
 
-    /// Its first so many words, and those behind them.
+    /// Splits the block after `words` words.
     pub(crate) fn split_at(self, words: usize) -> (Self, Self) {
         let first = u16::try_from(words).map_or(self.words, |words| words.min(self.words));
         let behind = Self { offset: self.offset + first, words: self.words - first };
@@ -73,13 +74,13 @@ impl Block {
     }
 }
 
-/// Provided words, shared by as many blocks as there are slots.
+/// Provided words, shared by up to one block per slot.
 #[derive(Debug)]
 pub(crate) struct Storage {
     blocks: &'static mut [Block],
-    /// Words taken at the start.
+    /// Words used at the start.
     used: usize,
-    /// Words taken at the end.
+    /// Words used at the end.
     used_at_end: usize,
     pub(crate) words: &'static mut [u32],
 }
@@ -90,24 +91,24 @@ impl Storage {
         Self { blocks, used: 0, used_at_end: 0, words }
     }
 
-    /// Takes every block back.
+    /// Frees all blocks.
     pub(crate) fn clear(&mut self) {
         self.blocks.fill(Block::FREE);
         self.used = 0;
         self.used_at_end = 0;
     }
 
-    /// Words not taken.
+    /// Returns the number of free words.
     pub(crate) fn free_words(&self) -> usize {
         self.words.len().saturating_sub(self.used + self.used_at_end)
     }
 
-    /// Slots taken.
+    /// Returns the number of used slots.
     pub(crate) fn taken_slots(&self) -> usize {
         self.blocks.iter().filter(|block| **block != Block::FREE).count()
     }
 
-    /// Takes `words` words, all zero. Nothing changes on an error.
+    /// Allocates `words` words, all zero. Nothing changes on an error.
     pub(crate) fn take(&mut self, words: usize) -> Result<u8, StorageError> {
         let free = self.free_words();
         let no_room = StorageError::NoRoom { wanted: words, free };
@@ -124,7 +125,7 @@ impl Storage {
         u8::try_from(index).map_err(|_| StorageError::NoSlot)
     }
 
-    /// Gives a block back and closes the gap it leaves. A free index is ignored.
+    /// Frees a block and closes its gap. A free index is ignored.
     pub(crate) fn give_back(&mut self, index: u8) {
         let Some(block) = self.blocks.get_mut(usize::from(index)) else { return };
         let gone = core::mem::replace(block, Block::FREE);
@@ -143,7 +144,8 @@ impl Storage {
         }
     }
 
-    /// Takes `words` words at the end, all zero, in front of those taken before. Nothing changes on an error.
+    /// Allocates `words` words at the end, all zero, in front of the previous ones. Nothing changes on an
+    /// error.
     pub(crate) fn take_at_end(&mut self, words: usize) -> Result<Block, StorageError> {
         let free = self.free_words();
         let no_room = StorageError::NoRoom { wanted: words, free };
@@ -161,7 +163,7 @@ impl Storage {
         Ok(block)
     }
 
-    /// Takes a block at the end with the words of another one. Nothing changes on an error.
+    /// Allocates a copy of a block at the end. Nothing changes on an error.
     pub(crate) fn take_copy_at_end(&mut self, other: Block) -> Result<Block, StorageError> {
         let own = self.take_at_end(other.words.into())?;
         if self.words.len() >= other.range().end {
@@ -170,7 +172,7 @@ impl Storage {
         Ok(own)
     }
 
-    /// Gives back a block at the end: those in front of it have moved by its words, towards the end.
+    /// Frees a block at the end: the blocks in front of it move towards the end by its length.
     pub(crate) fn give_back_at_end(&mut self, gone: Block) {
         let start = self.words.len().saturating_sub(self.used_at_end);
         if let Some(moved) = self.words.get_mut(start..gone.range().end) {
@@ -180,28 +182,28 @@ impl Storage {
         self.used_at_end = self.used_at_end.saturating_sub(gone.words.into());
     }
 
-    /// Sets the words of all blocks at the start to zero.
+    /// Zeroes all blocks at the start.
     pub(crate) fn zero_blocks(&mut self) {
         self.words.get_mut(..self.used).unwrap_or_default().fill(0);
     }
 
-    /// Whether a block is taken.
+    /// Returns whether a block is in use.
     pub(crate) fn is_taken(&self, index: u8) -> bool {
         self.block(index) != Block::FREE
     }
 
-    /// Where a block lies; [`Block::FREE`] for a free index.
+    /// Returns the location of a block; [`Block::FREE`] for a free index.
     pub(crate) fn block(&self, index: u8) -> Block {
         self.blocks.get(usize::from(index)).copied().unwrap_or(Block::FREE)
     }
 
-    /// The words of a block; none for a free one.
+    /// Returns the words of a block; none for a free block.
     #[inline]
     pub(crate) fn words(&self, block: Block) -> Option<&[u32]> {
         self.words.get(block.range())
     }
 
-    /// The words of a block, to be written.
+    /// Returns the words of a block, mutably.
     #[inline]
     pub(crate) fn words_mut(&mut self, block: Block) -> Option<&mut [u32]> {
         self.words.get_mut(block.range())
@@ -243,7 +245,7 @@ mod tests {
         }
         assert_eq!(storage.take_at_end(2), Err(StorageError::NoRoom { wanted: 2, free: 1 }));
         storage.give_back_at_end(b);
-        assert_eq!(storage.words, [0, 0, 3, 3, 3, 1, 1, 1], "words that are free are as they were");
+        assert_eq!(storage.words, [0, 0, 3, 3, 3, 1, 1, 1], "free words are unchanged");
         assert_eq!(storage.take_at_end(2).unwrap(), Block { offset: 1, words: 2 });
         assert_eq!(storage.words[1..3], [0, 0]);
     }

@@ -1,26 +1,26 @@
-//! A counter that runs by itself, for whoever measures time.
+//! A free-running hardware counter, for time measurement.
 
 use core::sync::atomic::{AtomicU32, Ordering::Relaxed};
 
-/// A register that counts with the processor's clock, up or down, and wraps.
+/// A register that counts processor clock cycles, up or down, and wraps.
 #[derive(Debug, Clone, Copy)]
 pub struct Counter {
     register: &'static AtomicU32,
-    /// What makes a register that counts down count up.
+    /// XOR mask that turns a down-counter into an up-counter.
     flip: u32,
-    /// Bits that count.
+    /// Mask of the counting bits.
     mask: u32,
     counts_per_cycle: u32,
 }
 
 impl Counter {
-    /// A register whose 32 bits count up.
+    /// Creates a counter from a register whose 32 bits count up.
     #[must_use]
     pub const fn up(register: &'static AtomicU32) -> Self {
         Self { register, flip: 0, mask: u32::MAX, counts_per_cycle: 1 }
     }
 
-    /// A register whose lowest bits count down, 1 to 32 of them.
+    /// Creates a counter from a register whose lowest `bits` (1 to 32) count down.
     #[must_use]
     pub const fn down(register: &'static AtomicU32, bits: u32) -> Self {
         Self {
@@ -31,40 +31,41 @@ impl Counter {
         }
     }
 
-    /// One that counts faster than the processor, as in an emulator: so many counts in a cycle, at least 1.
+    /// Sets the counts per processor cycle, at least 1: an emulator's counter can be faster than its
+    /// processor.
     #[must_use]
     pub const fn with_counts_per_cycle(self, counts_per_cycle: u32) -> Self {
         Self { counts_per_cycle: if counts_per_cycle == 0 { 1 } else { counts_per_cycle }, ..self }
     }
 
-    /// Counts in a cycle of the processor.
+    /// Returns the counts per processor cycle.
     #[must_use]
     pub const fn counts_per_cycle(&self) -> u32 {
         self.counts_per_cycle
     }
 
-    /// Now, to be shown to [`since`](Self::since).
+    /// Reads the counter, for [`since`](Self::since).
     #[inline]
     #[must_use]
     pub fn now(&self) -> u32 {
         self.register.load(Relaxed) ^ self.flip
     }
 
-    /// Counts since then, modulo the counter's [period](Self::bits).
+    /// Returns the counts since `start`, modulo 2^[`bits`](Self::bits).
     #[inline]
     #[must_use]
     pub fn since(&self, start: u32) -> u32 {
         self.between(start, self.now())
     }
 
-    /// Counts from one [`now`](Self::now) to a later one, modulo the counter's [period](Self::bits).
+    /// Returns the counts between two readings, modulo 2^[`bits`](Self::bits).
     #[inline]
     #[must_use]
     pub fn between(&self, start: u32, end: u32) -> u32 {
         end.wrapping_sub(start) & self.mask
     }
 
-    /// Bits that count.
+    /// Returns the number of counting bits.
     #[must_use]
     pub const fn bits(&self) -> u32 {
         self.mask.count_ones()

@@ -1,4 +1,4 @@
-//! What a device is, as far as a control scheme needs to know.
+//! Device descriptor: what a scheme needs to know of a device.
 
 use core::iter;
 
@@ -7,38 +7,38 @@ use crate::device::output_limits::OutputLimits;
 use crate::limits::{MAX_DEVICE_TYPES, MAX_DOF, MAX_LIMITED_WORDS};
 use crate::signal::{AxisKind, DataType, Format};
 
-/// Degrees of freedom, sample period, and the types a device gives and takes.
+/// Describes a device: degrees of freedom, sample period, inputs and outputs.
 ///
-/// The only thing the core ever learns about hardware.
+/// The core has no other knowledge of the hardware.
 #[doc(alias = "Frame Descriptor")]
 #[derive(Debug, Clone)]
 pub struct DeviceDescriptor {
     name: &'static str,
     axes: heapless::Vec<AxisKind, MAX_DOF, u8>,
     sample_period_s: f32,
-    /// Types the device measures: written into the Data Base by the frame before every step.
+    /// Types the device measures; the frame writes them into the Data Base before every step.
     pub outputs: &'static [&'static DataType],
-    /// Types the device is commanded by: read from the Data Base by the frame after every step.
+    /// Types that command the device; the frame reads them from the Data Base after every step.
     pub inputs: &'static [&'static DataType],
     limits: &'static [&'static [InputLimits]],
     output_limits: &'static [OutputLimits],
 }
 
-/// From here on types have a device's own numbers.
+/// First number of a device's own types.
 const OWN_TYPES: u16 = 0x8000;
 
-/// A word of a device's inputs that has limits.
+/// A device input word with limits.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct LimitedWord {
-    /// Place in the frame to the device.
+    /// Index in the frame to the device.
     pub(crate) place: usize,
-    /// Place within its type.
+    /// Index within its type.
     pub(crate) axis: usize,
     pub(crate) data_type: &'static DataType,
     pub(crate) limits: &'static InputLimits,
 }
 
-/// The device that is served, once there is one; until then it has no axes and types.
+/// The connected device; before a device is connected, one without axes and types.
 #[derive(Debug)]
 pub(crate) struct Served(pub(crate) Option<DeviceDescriptor>);
 
@@ -50,44 +50,44 @@ impl core::ops::Deref for Served {
     }
 }
 
-/// Why a descriptor was refused.
+/// Reason why a descriptor was refused.
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum DescriptorError {
     /// The number of axes is 0 or above [`MAX_DOF`].
     Dof {
-        /// Axes asked for.
+        /// Number of axes.
         wanted: usize,
     },
     /// The sample period is not a finite number above 0.
     SamplePeriod {
-        /// Period asked for, `s`.
+        /// Sample period, `s`.
         wanted_s: f32,
     },
-    /// More than [`MAX_DEVICE_TYPES`] outputs, or inputs.
+    /// More than [`MAX_DEVICE_TYPES`] outputs or inputs.
     TooManyTypes {
-        /// Types asked for.
+        /// Number of types.
         wanted: usize,
     },
-    /// Two types have the same number or name, or one is there twice.
+    /// Two types have the same number or name.
     SameType {
-        /// The number of the second one.
+        /// Number of the second type.
         id: u16,
-        /// Place of the first one among the outputs and, behind them, the inputs, from 0.
+        /// Index of the first type in outputs followed by inputs, from 0.
         first: usize,
-        /// Place of the second one.
+        /// Index of the second type.
         second: usize,
     },
-    /// A type of the device's own has a number below 0x8000, which is the standard catalogue's.
+    /// A device's own type has a number below 0x8000, which is reserved for the standard catalogue.
     OwnType {
         /// Its number.
         id: u16,
     },
-    /// Limits are declared for another number of inputs, or of words of an input.
+    /// The number of limits does not match the inputs, or the words of an input.
     LimitsCount {
         /// Inputs, or words of an input.
         expected: usize,
-        /// Declared.
+        /// Declared limits.
         found: usize,
     },
     /// More than [`MAX_LIMITED_WORDS`] words have limits.
@@ -95,16 +95,16 @@ pub enum DescriptorError {
         /// Words with limits.
         wanted: usize,
     },
-    /// The limits of an output are no range, or allow no change in a tick; or its type is not of format `f32`.
+    /// The limits of an output are no valid range, allow no change per tick, or its format is not `f32`.
     OutputLimits {
-        /// The output's place, from 0.
+        /// Index of the output, from 0.
         output: usize,
     },
-    /// The limits of a word cannot be kept.
+    /// The limits of an input word are invalid.
     Limits {
-        /// The word's place in the frame to the device, from 0.
+        /// Index of the word in the frame to the device, from 0.
         word: usize,
-        /// Why.
+        /// Reason.
         fault: LimitsFault,
     },
 }
@@ -113,36 +113,36 @@ impl core::fmt::Display for DescriptorError {
     fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
         match self {
             Self::Dof { wanted } => {
-                write!(f, "a device with {wanted} degrees of freedom: 1 to {MAX_DOF} are possible")
+                write!(f, "device has {wanted} degrees of freedom: allowed are 1 to {MAX_DOF}")
             }
             Self::SamplePeriod { wanted_s } => {
-                write!(f, "a sample period of {wanted_s} s: it must be finite and above 0")
+                write!(f, "invalid sample period {wanted_s} s: it must be finite and above 0")
             }
             Self::TooManyTypes { wanted } => {
-                write!(f, "a device with {wanted} types one way: at most {MAX_DEVICE_TYPES} are possible")
+                write!(f, "device has {wanted} inputs or outputs: the limit is {MAX_DEVICE_TYPES} each")
             }
             Self::SameType { id, first, second } => write!(
                 f,
-                "the device's type {id}, at place {second} of its outputs and inputs, has the number or the name of the \
-                 one at place {first}: each can be there once"
+                "duplicate type {id} at places {first} and {second} of the device's outputs and inputs: numbers and \
+                 names must be unique"
             ),
             Self::OwnType { id } => write!(
                 f,
-                "the device's type {id} is none of the standard catalogue: types of a device's own count from 0x8000"
+                "type {id} is not in the standard catalogue: number the device's own types from 0x8000"
             ),
             Self::LimitsCount { expected, found } => write!(
                 f,
-                "limits for {found} where the device has {expected}: declare them for every input, and in each for \
-                 every word, one for all, or none"
+                "{found} limits for {expected} inputs or words: give each input one entry, with limits for every word, \
+                 one for all, or none"
             ),
             Self::TooManyLimits { wanted } => {
-                write!(f, "limits for {wanted} words: at most {MAX_LIMITED_WORDS} are possible")
+                write!(f, "limits for {wanted} words: the maximum is {MAX_LIMITED_WORDS}")
             }
             Self::OutputLimits { output } => write!(
                 f,
                 "limits of output {output}: the range must be finite, the rate above 0, the format f32"
             ),
-            Self::Limits { word, fault } => write!(f, "limits of word {word} of the inputs: {fault}"),
+            Self::Limits { word, fault } => write!(f, "limits of input word {word}: {fault}"),
         }
     }
 }
@@ -150,7 +150,7 @@ impl core::fmt::Display for DescriptorError {
 impl core::error::Error for DescriptorError {}
 
 impl DeviceDescriptor {
-    /// What stands in until there is a device: no axes, no types, no period.
+    /// Descriptor without axes, types and period, until a device is connected.
     const NONE: &'static Self = &Self {
         name: "",
         axes: heapless::Vec::new(),
@@ -164,9 +164,9 @@ impl DeviceDescriptor {
     /// Describes a device with one entry of `axes` per degree of freedom.
     ///
     /// # Errors
-    /// [`DescriptorError`] when there are 0 or more than [`MAX_DOF`] axes, the period is unusable, one way has more
-    /// than [`MAX_DEVICE_TYPES`] types, two of them all have the same number or name, or one of the device's own has a
-    /// number of the standard catalogue.
+    /// [`DescriptorError`] when the number of axes is not 1 to [`MAX_DOF`], the period is not finite and
+    /// above 0, there are more than [`MAX_DEVICE_TYPES`] inputs or outputs, or a type's number or name is a
+    /// duplicate or reserved.
     pub fn new(
         name: &'static str,
         axes: &[AxisKind],
@@ -183,12 +183,12 @@ impl DeviceDescriptor {
         Ok(Self { name, axes, sample_period_s, outputs, inputs, limits: &[], output_limits: &[] })
     }
 
-    /// With limits of its inputs, in their order: of each word of an input, one for all of its words, or none. Inputs
-    /// without limits get any finite number, and zero as their safe value.
+    /// Adds limits to the inputs, one entry per input in order: limits for each word, one for all words, or
+    /// none. Inputs without limits accept any finite value; their safe value is zero.
     ///
     /// # Errors
-    /// [`DescriptorError`] when there are limits for another number of inputs or words, for more than
-    /// [`MAX_LIMITED_WORDS`], or such as cannot be kept.
+    /// [`DescriptorError`] when the number of entries is wrong, more than [`MAX_LIMITED_WORDS`] words have
+    /// limits, or a limit is invalid.
     pub fn with_limits(self, limits: &'static [&'static [InputLimits]]) -> Result<Self, DescriptorError> {
         let words = self.inputs.iter().map(|data_type| data_type.shape.words(self.dof()));
         let has_count = |expected, found| match found == expected {
@@ -215,12 +215,12 @@ impl DeviceDescriptor {
         checked.map(|()| limited)
     }
 
-    /// With limits of its first outputs, in their order: a measurement beyond them is refused. The other outputs may show
-    /// any finite number.
+    /// Adds limits to the first outputs, in order: a measurement beyond them is refused. The other outputs
+    /// accept any finite value.
     ///
     /// # Errors
-    /// [`DescriptorError`] when there are limits for more outputs than it has, for more than [`MAX_LIMITED_WORDS`] words, or
-    /// such as no sensor can keep.
+    /// [`DescriptorError`] when there are more limits than outputs, more than [`MAX_LIMITED_WORDS`] limited
+    /// words, or a limit is invalid.
     pub fn with_output_limits(self, limits: &'static [OutputLimits]) -> Result<Self, DescriptorError> {
         let (expected, found) = (self.outputs.len(), limits.len());
         if found > expected {
@@ -237,57 +237,57 @@ impl DeviceDescriptor {
         if wanted > MAX_LIMITED_WORDS { Err(DescriptorError::TooManyLimits { wanted }) } else { Ok(limited) }
     }
 
-    /// The [limits](Self::with_limits) of its inputs; empty without any.
+    /// Returns the [limits](Self::with_limits) of the inputs; empty if none are declared.
     #[must_use]
     pub fn limits(&self) -> &'static [&'static [InputLimits]] {
         self.limits
     }
 
-    /// Name for reports.
+    /// Returns the device's name, for reports.
     #[must_use]
     pub fn name(&self) -> &'static str {
         self.name
     }
 
-    /// Degrees of freedom, 1 to [`MAX_DOF`].
+    /// Returns the degrees of freedom, 1 to [`MAX_DOF`].
     #[must_use]
     pub fn dof(&self) -> usize {
         self.axes.len()
     }
 
-    /// What moves on each axis.
+    /// Returns the kind of each axis.
     #[must_use]
     pub fn axes(&self) -> &[AxisKind] {
         &self.axes
     }
 
-    /// Time between two ticks, `s`; for a module that is [prepared](crate::Module::prepare), between two of those in which
-    /// it runs.
+    /// Returns the sample period, `s`. In [`prepare`](crate::Module::prepare) it is the period of the module:
+    /// the time between its own calls.
     #[must_use]
     pub fn sample_period_s(&self) -> f32 {
         self.sample_period_s
     }
 
-    /// Ticks that come nearest to a time of at least 0; saturates.
+    /// Converts a time of at least 0 to ticks, rounded; saturates.
     #[must_use]
     #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "a cast saturates")]
     pub fn ticks(&self, time_s: f32) -> u32 {
         (time_s / self.sample_period_s + 0.5) as u32
     }
 
-    /// As a module sees it that runs in one of so many ticks.
+    /// Returns the descriptor for a module that runs every `every_ticks` ticks.
     pub(crate) fn with_period_of(&self, every_ticks: u8) -> Self {
         let sample_period_s = self.sample_period_s * f32::from(every_ticks);
         Self { sample_period_s, ..self.clone() }
     }
 
-    /// Finds a type by number among the device's own and the standard ones.
+    /// Finds a type by number among the device's own and the standard types.
     #[must_use]
     pub fn data_type(&self, id: u16) -> Option<&'static DataType> {
         self.own_types().find(|data_type| data_type.id == id).or_else(|| crate::signal::types::by_id(id))
     }
 
-    /// Finds a type by name among the device's own and the standard ones.
+    /// Finds a type by name among the device's own and the standard types.
     #[must_use]
     pub fn data_type_named(&self, name: &str) -> Option<&'static DataType> {
         self.own_types()
@@ -295,28 +295,27 @@ impl DeviceDescriptor {
             .or_else(|| crate::signal::types::by_name(name))
     }
 
-    /// How many of its outputs, the last ones, are the last ones of [`types::TIMING`](crate::types::TIMING): each is a word.
+    /// Returns how many of the outputs are timing outputs: the last outputs, equal to the last of
+    /// [`types::TIMING`](crate::types::TIMING), one word each.
     #[must_use]
     pub fn timing_outputs(&self) -> usize {
         let both = self.outputs.iter().rev().zip(crate::signal::types::TIMING.iter().rev());
         both.take_while(|(output, timing)| output == timing).count()
     }
 
-    /// Words of all its inputs.
+    /// Returns the number of words of all inputs.
     pub(crate) fn input_words(&self) -> usize {
         self.inputs.iter().map(|data_type| data_type.shape.words(self.dof())).sum()
     }
 
-    /// The place of a type's first word among those of its outputs.
+    /// Returns the index of a type's first word in the frame from the device.
     pub(crate) fn output_place(&self, wanted: &DataType) -> Option<usize> {
         let before = self.outputs.iter().take_while(|data_type| **data_type != wanted);
         let words = |data_type: &&DataType| data_type.shape.words(self.dof());
         self.outputs.contains(&wanted).then(|| before.map(words).sum())
     }
 
-    /// The word at a place of its inputs, if it has limits.
-    ///
-    /// By its place: an iterator over all of them is many times the size.
+    /// Returns the input word at an index, if it has limits.
     #[inline(never)]
     pub(crate) fn limited_word(&self, place: usize) -> Option<LimitedWord> {
         let mut first = 0;
@@ -332,7 +331,7 @@ impl DeviceDescriptor {
         None
     }
 
-    /// Limits of the words of its outputs that have some: they are the first ones.
+    /// Returns the limits of the output words that have limits, which are the first words.
     pub(crate) fn limits_of_output_words(&self) -> impl Iterator<Item = &'static OutputLimits> + '_ {
         let limited = self.outputs.iter().zip(self.output_limits);
         limited.flat_map(|(data_type, limits)| iter::repeat_n(limits, data_type.shape.words(self.dof())))

@@ -1,60 +1,63 @@
-//! What a device allows each word of its inputs: a range, a rate, a safe value.
+//! Limits of a device's inputs: range, rate and safe value.
 
 use crate::signal::{DataType, Format, Shape, types};
 
-/// Limits of one word of a device's input, in the SI unit of its type. The [safety stage](crate::Safety) keeps them.
+/// Limits of one word of a device's input, in SI units. The [safety stage](crate::Safety) enforces them.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct InputLimits {
-    /// Smallest value, finite.
+    /// Minimum, finite.
     pub min: f32,
-    /// Largest value, finite.
+    /// Maximum, finite.
     pub max: f32,
-    /// Largest change, either way, per second; infinity for any. The way to the safe value and back counts, too.
+    /// Maximum change per second in either direction; infinity for no limit. It also applies on the way to
+    /// and from the safe value.
     pub rate_per_s: f32,
-    /// What it gets while no scheme commands the device.
+    /// Value while no scheme commands the device.
     pub safe_value: SafeValue,
 }
 
-/// What a word of a device's input is while no scheme commands the device.
+/// Value of an input word while no scheme commands the device.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum SafeValue {
     /// Zero.
     Zero,
-    /// What it got last. Before the first command [`DES_POSITION`](types::DES_POSITION) is where the device stands, if it
-    /// measures [`POSITION`](types::POSITION), any other type zero; or the nearest value of the range.
+    /// The last value. Before the first command it is 0, clamped to the range; for
+    /// [`DES_POSITION`](types::DES_POSITION) it is the measured [`POSITION`](types::POSITION), if the device
+    /// has one.
     Hold,
-    /// A force against the axis' motion, `-coefficient · velocity`; zero in a tick without a velocity.
+    /// A force against the motion of the axis, `-coefficient · velocity`; zero in a tick without a velocity.
     ///
-    /// The velocity is that of [`VELOCITY`](types::VELOCITY) where the device measures it, otherwise the difference
-    /// between two ticks' [`POSITION`](types::POSITION).
+    /// The velocity is [`VELOCITY`](types::VELOCITY) if the device measures it, otherwise the difference of
+    /// the last two [`POSITION`](types::POSITION) values.
     Damping {
-        /// `N·s/m` or `N·m·s/rad`, above 0. Keep it below mass / sample period: the force is held for a tick.
+        /// `N·s/m` or `N·m·s/rad`, above 0. Keep it below mass / sample period: the force is constant during
+        /// a tick.
         coefficient: f32,
     },
 }
 
-/// Why the limits of a word cannot be kept.
+/// Reason why limits are invalid.
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum LimitsFault {
-    /// The range is empty or not finite; or it has no zero, which the safe value needs.
+    /// The range is empty or not finite, or does not contain 0, which the safe value needs.
     Range,
     /// The rate is not above 0.
     Rate,
-    /// The change that the rate allows in a tick is lost in rounding within the range.
+    /// The allowed change per tick is lost in `f32` rounding within the range.
     RateTooSmall {
         /// The rate.
         rate_per_s: f32,
-        /// The value of the range that is farthest from zero.
+        /// The value of the range with the largest magnitude.
         at: f32,
-        /// The smallest rate that changes it.
+        /// The minimum rate at that value.
         min_per_s: f32,
     },
-    /// The coefficient of damping is not a finite number above 0.
+    /// The damping coefficient is not finite or not above 0.
     Coefficient,
-    /// Damping takes an axis: a type of shape vector, on a device that measures velocities or positions.
+    /// Damping needs a type of shape vector, and a device that measures velocity or position.
     NoVelocity,
-    /// The type is not of format `f32`: it has no range, no rate, and no damping.
+    /// The type is not of format `f32`: range, rate and damping do not apply.
     Format,
 }
 
@@ -66,24 +69,24 @@ impl core::fmt::Display for LimitsFault {
             Self::RateTooSmall { rate_per_s, at, min_per_s } => {
                 return write!(
                     f,
-                    "rate_per_s = {rate_per_s} is too small: its change in a tick is lost in rounding at {at}; set \
+                    "rate_per_s = {rate_per_s} is too small: its change per tick is lost in f32 rounding at {at}; set \
                      rate_per_s to {min_per_s} or more, or narrow the range"
                 );
             }
-            Self::Coefficient => "the coefficient of damping must be finite and above 0",
-            Self::NoVelocity => "damping needs one word per axis, and VELOCITY or POSITION among the outputs",
-            Self::Format => "only the format f32 has a range, a rate, or damping",
+            Self::Coefficient => "the damping coefficient must be finite and above 0",
+            Self::NoVelocity => "damping needs one word per axis and a VELOCITY or POSITION output",
+            Self::Format => "range, rate and damping need format f32",
         })
     }
 }
 
 impl InputLimits {
-    /// Any finite value at any rate, zero as the safe value: as if nothing had been declared.
+    /// No limits: any finite value, any rate, safe value zero.
     pub const NONE: Self =
         Self { min: f32::MIN, max: f32::MAX, rate_per_s: f32::INFINITY, safe_value: SafeValue::Zero };
 
     /// # Errors
-    /// Why a device cannot keep them for a word of this type.
+    /// [`LimitsFault`] when the limits are invalid for a word of this type.
     pub(crate) fn check(
         &self,
         data_type: &DataType,
@@ -100,7 +103,7 @@ impl InputLimits {
         let has_zero = self.min <= 0.0 && 0.0 <= self.max;
         require(is_range && (has_zero || self.safe_value == SafeValue::Hold), LimitsFault::Range)?;
         require(self.rate_per_s > 0.0, LimitsFault::Rate)?;
-        // In a tick by an ulp of the value farthest from zero.
+        // Minimum change per tick: one ulp at the largest magnitude.
         let at = self.min.abs().max(self.max.abs()).max(f32::MIN_POSITIVE);
         let min_per_s = (at - f32::from_bits(at.to_bits() - 1)) / sample_period_s;
         let too_small = LimitsFault::RateTooSmall { rate_per_s: self.rate_per_s, at, min_per_s };

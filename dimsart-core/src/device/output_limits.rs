@@ -1,25 +1,26 @@
-//! What a device's sensors can show: what is beyond that was not measured.
+//! Limits of a device's measurements.
 
-/// Limits of all words of one of a device's outputs, in the SI unit of its type.
+/// Limits of all words of one device output, in SI units.
 ///
-/// A measurement beyond them is [refused](crate::FrameError::Implausible) with its whole frame: an encoder has jumped, a
-/// cable is broken. If the scheme moved the device, so is all that comes until a reset, or until it shows again what it
-/// could. They are what the device can do with some room, not what it should do.
+/// A measurement beyond them is [refused](crate::FrameError::Implausible) together with its whole frame: the
+/// encoder has jumped, or a cable is broken. If the scheme was moving the device, this is a fault that
+/// latches. Set the limits to what the device is physically capable of, with a margin, not to its operating
+/// range.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct OutputLimits {
-    /// Smallest value, finite.
+    /// Minimum, finite.
     pub min: f32,
-    /// Largest value, finite.
+    /// Maximum, finite.
     pub max: f32,
-    /// Largest change, either way, per second; infinity for any.
+    /// Maximum change per second in either direction; infinity for no limit.
     pub rate_per_s: f32,
 }
 
 impl OutputLimits {
-    /// Any finite value at any rate: as if nothing had been declared.
+    /// No limits: any finite value, any rate.
     pub const NONE: Self = Self { min: f32::MIN, max: f32::MAX, rate_per_s: f32::INFINITY };
 
-    /// Whether a device can keep them.
+    /// Checks that the limits are valid.
     pub(crate) fn are_usable(&self, sample_period_s: f32) -> bool {
         let is_range = self.min.is_finite() && self.max.is_finite() && self.min <= self.max;
         is_range && self.rate_per_s * sample_period_s > 0.0

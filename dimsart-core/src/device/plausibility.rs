@@ -1,4 +1,4 @@
-//! Plausibility of measurements: which words of a device's outputs show an impossible value.
+//! Plausibility check of measurements: range and rate of change.
 
 use heapless::Vec;
 
@@ -7,21 +7,21 @@ use crate::device::output_limits::OutputLimits;
 use crate::limits::MAX_LIMITED_WORDS;
 use crate::signal::word::{Scalar as _, Word};
 
-/// Looks at what a device's words with limits show, and keeps it for the next tick.
+/// Checks the measured words that have limits, and keeps their last values.
 #[derive(Debug)]
 pub(crate) struct Plausibility {
-    /// The first words of its frame.
+    /// The first words of the frame.
     words: Vec<Watched, MAX_LIMITED_WORDS>,
 }
 
-/// In RAM, limits too: reading them from flash takes longer than the rest.
+/// The limits are copied to RAM: reading them from flash takes longer than the check.
 #[derive(Debug)]
 struct Watched {
     min: f32,
     max: f32,
-    /// Largest change in a tick.
+    /// Maximum change per tick.
     step: f32,
-    /// What it showed last that was plausible; no number before the first time.
+    /// Last plausible value; NaN before the first one.
     last: f32,
 }
 
@@ -38,18 +38,18 @@ impl Plausibility {
         self.disconnect();
         for OutputLimits { min, max, rate_per_s } in device.limits_of_output_words() {
             let step = rate_per_s * device.sample_period_s();
-            // As many as there is room for: the descriptor has no more.
+            // Does not overflow: the descriptor checks the count.
             let _ = self.words.push(Watched { min: *min, max: *max, step, last: f32::NAN });
         }
     }
 
-    /// Whether there is something to look at.
+    /// Returns whether any word has limits.
     #[inline(always)]
     pub(crate) fn has_limits(&self) -> bool {
         !self.words.is_empty()
     }
 
-    /// Whether all words show what they can.
+    /// Checks all words; returns whether they are plausible.
     #[inline(never)]
     pub(crate) fn look_at(&mut self, measured: &[Word]) -> bool {
         let mut are_plausible = true;
@@ -64,7 +64,7 @@ impl Plausibility {
         are_plausible
     }
 
-    /// The place of the first word that shows what it cannot.
+    /// Returns the index of the first implausible word.
     #[cold]
     pub(crate) fn implausible(&self, measured: &[Word]) -> Option<u16> {
         let mut words = (0..).zip(self.words.iter().zip(measured));
@@ -72,7 +72,7 @@ impl Plausibility {
         found.map(|(place, _)| place)
     }
 
-    /// What the words show next is where they are, however far from where they were.
+    /// Accepts the next values whatever the last ones were.
     pub(crate) fn begin_anew(&mut self) {
         for watched in &mut self.words {
             watched.last = f32::NAN;
@@ -84,7 +84,7 @@ impl Watched {
     #[inline(always)]
     fn can_show(&self, now: f32) -> bool {
         let is_beyond = now < self.min || now > self.max;
-        // Not the other way round: before the first time the difference is no number.
+        // Written so that NaN, the last value before the first measurement, passes.
         !(is_beyond || (now - self.last).abs() > self.step)
     }
 }

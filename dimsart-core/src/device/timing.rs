@@ -1,39 +1,39 @@
-//! How well ticks keep their time, as measured by whoever calls them.
+//! Tick timing, as the caller of the ticks measures it.
 
 use crate::signal::Word;
 
-/// Ticks counted and measured since the start.
+/// Tick counts and durations since the start.
 ///
-/// A tick is *late* when it began more than a tenth of a period after it was due, and *overran* when the
-/// next one was due before it had ended; that next one is then left out.
+/// A tick is *late* if it starts more than a tenth of a period after it was due. It *overruns* if the next
+/// tick is due before it has ended; that next tick is skipped.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
 pub struct Timing {
-    /// Ticks.
+    /// Number of ticks.
     pub ticks: u32,
-    /// Ticks that began late.
+    /// Number of late ticks.
     pub late: u32,
-    /// Ticks that overran.
+    /// Number of overruns.
     pub overruns: u32,
-    /// How long ticks took, if the board can tell.
+    /// Duration of the ticks, if the board measures it.
     pub duration: Option<Duration>,
 }
 
 /// Processor cycles from reading the sensors to commanding the actuators.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Duration {
-    /// Of the last tick.
+    /// Duration of the last tick.
     pub last_cycles: u32,
-    /// Of the longest tick.
+    /// Duration of the longest tick.
     pub max_cycles: u32,
-    /// The mean, times `MEMORY_TICKS`.
+    /// Mean, times `MEMORY_TICKS`.
     scaled_mean: u64,
 }
 
-/// Ticks after which a duration has mostly left the mean.
+/// Time constant of the mean, in ticks.
 const MEMORY_TICKS: u64 = 1024;
 
 impl Duration {
-    /// Mean of the last thousand ticks or so: older ones count less and less.
+    /// Returns the exponential mean over about 1000 ticks.
     #[must_use]
     pub fn mean_cycles(&self) -> u32 {
         u32::try_from(self.scaled_mean / MEMORY_TICKS).unwrap_or(u32::MAX)
@@ -48,7 +48,7 @@ impl Timing {
         self.overruns = self.overruns.saturating_add(u32::from(has_overrun));
     }
 
-    /// Takes a tick's duration.
+    /// Records the duration of a tick.
     pub fn measure(&mut self, last_cycles: u32) {
         self.duration = Some(match self.duration {
             None => Duration {
@@ -64,8 +64,8 @@ impl Timing {
         });
     }
 
-    /// The words of [`types::TIMING`](crate::types::TIMING), `period_cycles` from one tick's begin to the next one's; durations
-    /// that are not known are 0.
+    /// Returns the words of [`types::TIMING`](crate::types::TIMING); `period_cycles` is the time between the
+    /// starts of the last two ticks. Unknown durations are 0.
     #[must_use]
     pub fn words(&self, period_cycles: u32) -> [Word; 6] {
         let Self { late, overruns, duration, .. } = *self;
@@ -81,7 +81,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn the_longest_and_the_last_are_told() {
+    fn the_longest_and_the_last_are_reported() {
         let mut timing = Timing::default();
         timing.measure(200);
         timing.measure(100);

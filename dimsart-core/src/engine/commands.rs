@@ -1,4 +1,4 @@
-//! A scheme as the commands that would build it.
+//! Export of a scheme as commands that rebuild it.
 
 use super::Engine;
 use crate::module::rate::{self, EVERY_TICKS};
@@ -7,11 +7,12 @@ use crate::scheme::{Command, Instance};
 use crate::vocabulary::Vocabulary as _;
 
 impl Engine {
-    /// Command `index` of those that would build the module at `place` as it runs now; none past the last one.
+    /// Returns command `index` of those that rebuild the module at `place` of the running scheme; none after
+    /// the last one.
     ///
-    /// Places count from 0: the modules that are plugged in first, in plug-in order, then the others; each has
-    /// a command at least. All commands of all places, given to an engine without modules for a device of
-    /// the same types, build the same scheme; `MATCHING_CHECK` then starts it.
+    /// Places count from 0: first the modules that are plugged in, in plug-in order, then the others; each
+    /// has at least one command. All commands of all places rebuild the same scheme in an engine without
+    /// modules, for a device of the same types; `MATCHING_CHECK` then starts it.
     #[must_use]
     pub fn command_of(&mut self, place: u8, index: u16) -> Option<Command> {
         let module = self.modules_by_place().nth(usize::from(place))?;
@@ -22,7 +23,7 @@ impl Engine {
         }
         if !is_plugged_in {
             let Some(rest) = skip.checked_sub(1) else {
-                // Makes it exist, even if nothing else is to be said of it.
+                // Creates the instance, even if all its parameters have their defaults.
                 return Some(Command::InitModule(module));
             };
             skip = rest;
@@ -30,7 +31,7 @@ impl Engine {
         if let Some(command) = self.difference(module, &mut skip) {
             return Some(command);
         }
-        // Behind the parameters: they decide what ports there are.
+        // Bindings follow the parameters, which determine the ports.
         let (running, mut specs) = (self.schemes.running(), PortSpecs::new());
         self.declare(running, module, &mut specs).then_some(())?;
         let bound = running.bound(module);
@@ -41,7 +42,7 @@ impl Engine {
         commands.nth(usize::from(skip))
     }
 
-    /// Every module of the scheme that runs, by its place.
+    /// Returns every module of the running scheme, by place.
     pub(super) fn modules_by_place(&self) -> impl Iterator<Item = ModuleRef> + '_ {
         let running = self.schemes.running();
         let plugged_in = running.wiring.modules().iter().map(|plugged| plugged.module);
@@ -49,8 +50,8 @@ impl Engine {
         plugged_in.chain(instances.filter(|module| !running.is_plugged_in(*module)))
     }
 
-    /// The command that gives a parameter a value other than the default one, or an entry of a list: the first one
-    /// after `skip` others, which are counted down.
+    /// Returns the command for a parameter value that differs from the default, or for a list entry: the
+    /// first one after `skip` others, which are counted down.
     fn difference(&mut self, module: ModuleRef, skip: &mut u16) -> Option<Command> {
         let mut take = |parameter, entry, value| match skip.checked_sub(1) {
             Some(rest) => {
@@ -97,7 +98,7 @@ impl Engine {
         None
     }
 
-    /// The commands that would build the scheme as it is; see [`command_of`](Self::command_of).
+    /// Returns the commands that rebuild the scheme; see [`command_of`](Self::command_of).
     pub fn commands(&mut self) -> impl Iterator<Item = Command> + '_ {
         let mut cursor = Cursor::default();
         core::iter::from_fn(move || {
@@ -115,7 +116,7 @@ impl Engine {
     }
 }
 
-/// Where a walk through all [commands](Engine::command_of) of a scheme has come to.
+/// Position in the [commands](Engine::command_of) of a scheme.
 #[derive(Debug, Clone, Copy, Default)]
 pub struct Cursor {
     place: u8,
@@ -123,13 +124,13 @@ pub struct Cursor {
 }
 
 impl Cursor {
-    /// Place and index of the command to ask for.
+    /// Returns place and index of the next command.
     #[must_use]
     pub fn place_and_index(self) -> (u8, u16) {
         (self.place, self.index)
     }
 
-    /// Goes on after it was asked for; false at the end of the scheme.
+    /// Advances; `was_there` is whether the command existed. Returns false at the end of the scheme.
     #[must_use]
     pub fn advance(&mut self, was_there: bool) -> bool {
         let is_end = !was_there && self.index == 0;

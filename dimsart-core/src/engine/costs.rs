@@ -1,4 +1,4 @@
-//! What a tick may take, and what its modules add to it.
+//! Cycle limit of a tick and cycle costs of its modules.
 
 use core::num::NonZeroU32;
 
@@ -8,35 +8,36 @@ use crate::module::{BoundReport, Costs, KindId};
 use crate::scheme::{ActiveModule, Wiring};
 
 impl Engine {
-    /// What a tick may take, in processor cycles: a module that could make it longer is not plugged in, as soon as
-    /// [costs](Self::set_costs) are known. None, as at first: as long as it likes. Modules that are plugged in stay.
+    /// Limits the cycles of a tick: once [costs](Self::set_costs) are known, a module that could exceed the
+    /// limit is not plugged in. None, the default, is no limit. Modules already plugged in are kept.
     pub fn limit_cycles(&mut self, limit: Option<NonZeroU32>) {
         self.limit_cycles = limit;
     }
 
-    /// What a tick and each kind of module cost. None, as at first: it is not known, and no module is refused for it.
+    /// Sets the costs of a tick and of each module kind. None, the default: costs are unknown and no module
+    /// is refused.
     pub fn set_costs(&mut self, costs: Option<Costs>) {
         self.costs = costs;
     }
 
-    /// Times each call of a module from the next change of the scheme on. A module whose call takes longer than its
-    /// [cost](Self::set_costs), a quarter of it and `spare_cycles` more, is cut out, in that very tick, with all that
-    /// depends on it. `spare_cycles` are for interrupts above the tick. A module whose cost is not known may take as long
-    /// as it likes.
-    // A call keeps the compiler from returning conditionally around it, which the stack's bound cannot follow.
+    /// Limits the time of each module call, from the next change of the scheme on. A call may take the
+    /// module's [cost](Self::set_costs) plus a quarter plus `spare_cycles` for interrupts; a module that
+    /// exceeds it is isolated in the same tick, together with its dependents. Modules of unknown cost have no
+    /// limit.
+    // A call prevents a conditional return around it, which the stack analysis cannot follow.
     #[inline(never)]
     pub fn time_calls(&mut self, counter: Counter, spare_cycles: u32) {
         (self.counter, self.spare_cycles) = (Some(counter), spare_cycles);
     }
 
-    /// What a tick takes at most with the modules that are plugged in, in processor cycles: its own
-    /// [cost](crate::Cost) and that of each. None if one's is not known.
+    /// Returns the maximum cycles of a tick: the tick's own [cost](crate::Cost) and all modules' costs.
+    /// None if a cost is unknown.
     #[must_use]
     pub fn tick_cycles(&self) -> Option<u32> {
         self.cycles_with(&self.schemes.running().wiring)
     }
 
-    /// The same, and what it may take; none if it is not known.
+    /// Returns these cycles with the limit; none if unknown.
     pub fn bound(&self) -> Option<BoundReport> {
         Some(BoundReport { cycles: self.tick_cycles()?, limit_cycles: self.limit_cycles })
     }
@@ -47,8 +48,8 @@ impl Engine {
         costs.try_fold(own, |sum, cycles| Some(sum.saturating_add(cycles?)))
     }
 
-    /// What a module adds to a tick as it is wired: a signal of more words than there are axes costs what one of a
-    /// device with as many axes does, for every word is passed on by the same code.
+    /// Returns the cycles that a module adds to a tick as it is wired. A signal with more words than axes
+    /// costs as much as on a device with that many axes.
     pub(super) fn cycles_in(&self, wiring: &Wiring, plugged: &ActiveModule) -> Option<u32> {
         let signals = wiring.ports(plugged).iter().filter(|port| !port.is_memory());
         let words = signals.map(|port| self.data_base.words(port.slot).len()).max().unwrap_or(0);
@@ -59,8 +60,8 @@ impl Engine {
         Some(own.saturating_add(self.law_cycles(plugged.program)?))
     }
 
-    /// What a module of a kind adds to a tick of this device, in processor cycles, with signals of at most one word per
-    /// axis; none if that is not known.
+    /// Returns the cycles that a module of a kind adds to a tick of this device, with signals of at most one
+    /// word per axis; none if unknown.
     #[must_use]
     pub fn cycles_of(&self, kind: KindId) -> Option<u32> {
         Some(self.costs?.kind(kind)?.cycles(self.device.dof()))

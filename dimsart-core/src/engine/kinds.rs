@@ -7,23 +7,23 @@ use crate::parameter::{Parameter, Parameters};
 use crate::vocabulary::Name;
 use crate::vocabulary::names::numbered;
 
-/// A list of module kinds: those of an image, or of a program.
+/// A list of module kinds, of an image or of a host program.
 #[doc(alias = "List of Modules")]
 #[derive(Debug, Clone, Copy)]
 pub struct Kinds {
     list: &'static [&'static Kind],
-    /// Functions for programs; none where no kind runs one, so that an image does not contain them.
+    /// Functions for programs; none if no kind runs programs, so that the image does not contain them.
     laws: Option<&'static Laws>,
 }
 
 impl Kinds {
-    /// No kinds.
+    /// Empty list.
     pub const NONE: Self = Self::new(&[]);
 
-    /// The kinds of a list, such as `&[&Kind::of::<MyLaw>()]`.
+    /// Creates a list, such as `&[&Kind::of::<MyLaw>()]`.
     ///
     /// # Panics
-    /// Where two kinds have the same [id](KindId), which fails the build as lists are constants: rename one of them.
+    /// When two kinds have the same [id](KindId); for a constant this is a build error. Rename one of them.
     #[must_use]
     pub const fn new(kinds: &'static [&'static Kind]) -> Self {
         let (mut rest, mut laws) = (kinds, None);
@@ -44,20 +44,20 @@ impl Kinds {
         Self { list: kinds, laws }
     }
 
-    /// All of them, in order.
+    /// Returns all kinds, in order.
     #[must_use]
     pub const fn list(self) -> &'static [&'static Kind] {
         self.list
     }
 
-    /// Functions for programs, if a kind runs them.
+    /// Returns the functions for programs, if a kind runs programs.
     pub(super) const fn laws(self) -> Option<&'static Laws> {
         self.laws
     }
 
-    /// The ids of all of them.
+    /// Returns the ids of all kinds.
     #[must_use]
-    #[expect(clippy::indexing_slicing, reason = "of a constant: out of bounds is an error of the build")]
+    #[expect(clippy::indexing_slicing, reason = "a constant: out of bounds is a build error")]
     pub const fn ids<const COUNT: usize>(self) -> [KindId; COUNT] {
         let mut ids = [KindId::of(""); COUNT];
         let mut place = 0;
@@ -68,15 +68,15 @@ impl Kinds {
         ids
     }
 
-    /// The kind with this id.
+    /// Finds a kind by id.
     #[must_use]
     #[inline(never)]
     pub fn kind(self, id: KindId) -> Option<&'static Kind> {
         self.list.iter().copied().find(|kind| kind.id == id)
     }
 
-    /// Describes parameter `index` of a kind; none past the last one, except for number 127: [every how many
-    /// ticks](crate::Rate) a module runs.
+    /// Describes parameter `index` of a kind; none after the last one, except number 127, the
+    /// [period](crate::Rate) of the module.
     #[must_use]
     #[inline(never)]
     pub fn describe_parameter(self, kind: KindId, index: u8) -> Option<Parameter> {
@@ -89,20 +89,20 @@ impl Kinds {
         found.map(|(parameter, _)| parameter)
     }
 
-    /// Name of a module; `?` for a kind that is not in the list.
+    /// Returns the name of a module; `?` for a kind that is not in the list.
     #[must_use]
     pub fn module_name(self, module: ModuleRef) -> Name<'static> {
         let name = self.kind(module.kind).map_or("?", |kind| kind.name);
         Name { name, number: module.number }
     }
 
-    /// Finds a module by name, `PDCTRL_MOD` or `PDCTRL_MOD.2`. It need not exist yet.
+    /// Finds a module by name, `PDCTRL_MOD` or `PDCTRL_MOD.2`. The instance need not exist.
     #[must_use]
     pub fn module(self, word: &str) -> Option<ModuleRef> {
         numbered(self.list().iter().map(|kind| kind.name), word)
     }
 
-    /// Finds a parameter of a kind of module by name.
+    /// Finds a parameter of a module kind by name.
     #[must_use]
     pub fn parameter(self, kind: KindId, name: &str) -> Option<u8> {
         let described = |index| Some((index, self.describe_parameter(kind, index)?));
@@ -110,7 +110,7 @@ impl Kinds {
         found.into_iter().find(|(_, parameter)| parameter.name == name).map(|(index, _)| index)
     }
 
-    /// Number of kinds in these lists; for [`join_kinds`](crate::join_kinds).
+    /// Counts the kinds in these lists; for [`join_kinds`](crate::join_kinds).
     #[doc(hidden)]
     #[must_use]
     pub const fn count(mut lists: &[Self]) -> usize {
@@ -122,10 +122,10 @@ impl Kinds {
         count
     }
 
-    /// The kinds of these lists one after another; for [`join_kinds`](crate::join_kinds).
+    /// Concatenates these lists; for [`join_kinds`](crate::join_kinds).
     #[doc(hidden)]
     #[must_use]
-    #[expect(clippy::indexing_slicing, reason = "of a constant: out of bounds is an error of the build")]
+    #[expect(clippy::indexing_slicing, reason = "a constant: out of bounds is a build error")]
     pub const fn joined<const COUNT: usize>(lists: &[Self]) -> [&'static Kind; COUNT] {
         let (mut all, mut place, mut lists) = ([lists[0].list[0]; COUNT], 0, lists);
         while let [first, rest @ ..] = lists {
@@ -146,7 +146,7 @@ impl PartialEq for Kinds {
     }
 }
 
-/// [`Kinds`] of modules, such as `kinds![MyLaw, dimsart_modules::Pd]`; one entry registers a module.
+/// Creates [`Kinds`] from module types, such as `kinds![MyLaw, dimsart_modules::Pd]`.
 #[macro_export]
 macro_rules! kinds {
     ($($module:ty),* $(,)?) => {
@@ -154,7 +154,8 @@ macro_rules! kinds {
     };
 }
 
-/// Several lists as one, such as `join_kinds![dimsart_modules::CONTROL, MY_LAWS]`; the first one is not empty.
+/// Joins several lists, such as `join_kinds![dimsart_modules::CONTROL, MY_LAWS]`; the first must not be
+/// empty.
 #[macro_export]
 macro_rules! join_kinds {
     ($($list:expr),+ $(,)?) => {

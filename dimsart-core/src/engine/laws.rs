@@ -1,7 +1,8 @@
-//! Programs of the controller: who uses them, and what they cost.
+//! Programs of the controller: use, storage and cost.
 //!
-//! The engine reaches all of it through the kind that runs programs, so that an image without that kind has none of it.
-//! Functions with `law` in their names call those with `program` in theirs through pointers: `boards/calls.txt` relies on it.
+//! The engine accesses all of this through the kind that runs programs, so that an image without that kind
+//! does not contain it. Functions with `law` in their names call those with `program` in theirs through
+//! pointers; `boards/calls.txt` relies on this.
 
 use super::Engine;
 use crate::data_base::Block;
@@ -10,7 +11,7 @@ use crate::online::{LawRefusal, LawReport, MAX_PARAMETERS, PARAMETERS, Program};
 use crate::parameter::Parameters;
 use crate::scheme::Command;
 
-/// What an engine does about programs.
+/// Functions of the engine for programs.
 #[derive(Debug)]
 pub(crate) struct Laws {
     change: fn(&mut Engine, Command) -> Result<(), LawRefusal>,
@@ -22,7 +23,7 @@ pub(crate) struct Laws {
     cycles: fn(&Engine, u8) -> Option<u32>,
 }
 
-/// Of a kind that runs programs.
+/// The functions for an image with a kind that runs programs.
 pub(crate) static LAWS: Laws = Laws {
     change: Engine::change_program,
     report: Engine::program_report,
@@ -34,46 +35,46 @@ pub(crate) static LAWS: Laws = Laws {
 };
 
 impl Engine {
-    /// None where no module can run a program.
+    /// Returns the functions; none if no module kind runs programs.
     #[inline(never)]
     fn program_functions(&self) -> Option<&'static Laws> {
         self.kinds.laws()
     }
 
-    /// The programs that the controller has, each with its number.
+    /// Returns the stored programs with their numbers.
     pub fn programs(&self) -> impl Iterator<Item = (u8, Program<'_>)> {
         self.data_base.programs().all()
     }
 
-    /// The words of the program of this number; none where there is none, or no module can run one.
+    /// Returns the words of the program with this number, if there is one and a module kind can run it.
     #[must_use]
     #[inline(never)]
     pub fn law_words(&self, number: u8) -> Option<&[u32]> {
         (self.program_functions()?.words)(self, number)
     }
 
-    /// How the place for the program of this number stands; none where there is no such place.
+    /// Returns the state of the program slot with this number; none if there is no such slot.
     #[must_use]
     #[inline(never)]
     pub fn law(&self, number: u8) -> Option<LawReport> {
         (self.program_functions()?.report)(self, number)
     }
 
-    /// Carries out what a command wants of the programs.
+    /// Executes a program command.
     #[inline(never)]
     pub(super) fn change_law(&mut self, command: Command) -> Result<(), LawRefusal> {
         let laws = self.program_functions().ok_or(LawRefusal::NoSuchNumber)?;
         (laws.change)(self, command)
     }
 
-    /// Of the commands that keep the program of the module at a place: the first one after `skip` others, which are
-    /// counted down. A module before it with the same program has them.
+    /// Returns the commands that store the program of the module at a place: the first one after `skip`
+    /// others, which are counted down. Skips a program that an earlier module shares.
     #[inline(never)]
     pub(super) fn law_command(&self, place: u8, module: ModuleRef, skip: &mut u16) -> Option<Command> {
         (self.program_functions()?.command)(self, place, module, skip)
     }
 
-    /// Gives an instance that has got another program the defaults of that one's parameters, if its kind runs programs.
+    /// Sets an instance's parameters to the defaults of its new program, if its kind runs programs.
     #[inline(never)]
     pub(super) fn give_defaults_of_law(&mut self, kind: &Kind, configuration: Block) {
         if let Some(laws) = self.kinds.laws().filter(|_| kind.runs_program()) {
@@ -81,7 +82,7 @@ impl Engine {
         }
     }
 
-    /// Tells a visit what the program of an instance says of the parameter that is asked for, if its kind runs programs.
+    /// Describes the requested parameter of an instance by its program, if its kind runs programs.
     #[inline(never)]
     pub(super) fn law_parameter(&self, kind: &Kind, configuration: Block, visit: &mut Parameters<'_>) {
         if let Some(laws) = self.kinds.laws().filter(|_| kind.runs_program()) {
@@ -89,7 +90,7 @@ impl Engine {
         }
     }
 
-    /// What the instructions of a program add to a tick, by their costs.
+    /// Returns the cycles that the instructions of a program add to a tick.
     #[inline(never)]
     pub(super) fn law_cycles(&self, number: u8) -> Option<u32> {
         (self.program_functions()?.cycles)(self, number)
@@ -118,7 +119,7 @@ impl Engine {
             }
             Command::RemoveLaw { number } if self.uses_program(number) => return Err(LawRefusal::InUse),
             Command::RemoveLaw { number } => self.data_base.programs_mut().remove(number),
-            // `Engine::command` has no other command for a law.
+            // `Engine::command` passes only program commands.
             _ => return Err(LawRefusal::NoSuchNumber),
         }
         Ok(())
@@ -148,14 +149,14 @@ impl Engine {
         }
     }
 
-    /// The program of a module in the scheme that runs; 0 for none.
+    /// Returns the program of a module in the running scheme; 0 for none.
     fn program_of_module(&self, module: ModuleRef) -> u8 {
         let kind = self.kind(module.kind);
         let instance = self.schemes.running().instance(module);
         kind.zip(instance).map_or(0, |(kind, instance)| self.program_of(kind, instance.configuration))
     }
 
-    /// Whether a module has it, plugged in or not, in either scheme.
+    /// Returns whether a module of either scheme uses a program, plugged in or not.
     fn uses_program(&self, number: u8) -> bool {
         let schemes = [self.schemes.running(), self.schemes.pending()];
         number != 0
@@ -165,7 +166,7 @@ impl Engine {
             })
     }
 
-    /// The program of an instance with this configuration; 0 for none.
+    /// Returns the program of an instance with this configuration; 0 for none.
     fn program_of(&self, kind: &Kind, configuration: Block) -> u8 {
         if !kind.runs_program() {
             return 0;
@@ -175,7 +176,7 @@ impl Engine {
         u8::try_from(number).unwrap_or(0)
     }
 
-    /// Which program the parameters are of is the second word of the settings.
+    /// The second word of the settings stores the program whose parameters are set.
     fn give_defaults_of_program(&mut self, kind: &Kind, configuration: Block) {
         let number = self.program_of(kind, configuration);
         let program = self.data_base.programs().get(number.into());
@@ -193,7 +194,7 @@ impl Engine {
         }
     }
 
-    /// The first parameter of a kind that runs programs is the program's number.
+    /// The first parameter of a kind that runs programs is the program number.
     fn program_parameter(&self, kind: &Kind, configuration: Block, visit: &mut Parameters<'_>) {
         let program = self.data_base.programs().get(self.program_of(kind, configuration).into());
         let parameter = visit.asked().and_then(|parameter| parameter.checked_sub(1));
@@ -202,7 +203,7 @@ impl Engine {
         );
     }
 
-    /// What a program adds to a tick with the module that runs it; none if that is not known.
+    /// Returns the cycles that a program and its module add to a tick; none if unknown.
     fn cycles_with_module(&self, number: u8) -> Option<u32> {
         let kind = self.kinds().list().iter().find(|kind| kind.runs_program())?;
         let own = self.cycles_of(kind.id)?;

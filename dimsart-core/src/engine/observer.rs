@@ -1,4 +1,4 @@
-//! Who looks on while an engine steps, such as to measure what its modules take.
+//! Observers of a step, for example to measure its modules.
 
 use core::hint::cold_path;
 
@@ -7,12 +7,12 @@ use crate::device::Counter;
 use crate::scheme::wiring::{any, module_bit};
 use crate::scheme::{Call, Wiring};
 
-/// Makes the calls of a step. The core reads no clock: whoever has one can read it around each call.
+/// Makes the calls of a step. The core reads no clock: an observer can read one around each call.
 ///
-/// `()` looks at nothing and costs nothing.
+/// `()` observes nothing and costs nothing.
 pub trait Observer: Sized {
-    /// Makes one call of a module, once: the one at this place of the [`steps`](crate::Engine::steps). Calls of modules that
-    /// are cut out, or do not run in this tick, are left out.
+    /// Makes one call of a module, exactly once: the one at index `place` of the
+    /// [`steps`](crate::Engine::steps). Modules that are isolated or do not run in this tick are not called.
     fn call(&mut self, place: usize, call: impl FnOnce());
 
     /// Makes all calls of a step.
@@ -40,23 +40,23 @@ impl Observer for () {
 #[derive(Debug)]
 pub struct Calls<'a> {
     pub(super) wiring: &'a Wiring,
-    /// Whether there is a module that begins with its next call.
+    /// Whether any module initialises its state at its next call.
     pub(super) begins: bool,
-    /// Modules that do not run in this tick, unless they begin; a bit for each place in the plug-in order.
+    /// Modules that do not run in this tick, unless they begin; one bit per place in the plug-in order.
     pub(super) resting: u32,
-    /// Modules that have failed, a bit for each place in the plug-in order.
+    /// Failed modules, one bit per place in the plug-in order.
     pub(super) failed: &'a mut u32,
     pub(super) counter: Option<&'a Counter>,
 }
 
 impl Calls<'_> {
-    /// Not generic: compiled with the core, for speed or for size as the modules are.
+    /// Not generic, so that it is compiled with the core.
     #[inline(never)]
     fn run(mut self, data: &Data<'_>) {
         self.run_by(data, |_, call| (call.compute)(data, call.configuration, call.state));
     }
 
-    /// Makes every call by a function, and checks what it has written.
+    /// Makes every call through a function and checks the written words.
     #[inline(always)]
     fn run_by(&mut self, data: &Data<'_>, mut make: impl FnMut(usize, &Call)) {
         let wiring = self.wiring;
@@ -84,7 +84,7 @@ impl Calls<'_> {
         *self.failed = failed;
     }
 
-    /// Begins a module before its first stage, if it is to; says whether the call is made.
+    /// Initialises a module before its first stage if needed; returns whether to make the call.
     #[cold]
     #[inline(never)]
     fn prepare(&self, call: &Call, failed: u32, data: &Data<'_>) -> bool {

@@ -15,11 +15,11 @@ use crate::signal::TypeRef;
 use crate::vocabulary::Vocabulary as _;
 
 impl Engine {
-    /// Value of a module's parameter, in the next scheme while a transaction is open; that at `place` if it has [several](crate::Entries), the axis where each axis has
-    /// one.
+    /// Returns the value of a module's parameter, in the pending scheme while a transaction is open; `place`
+    /// is the index of one of [several values](crate::Entries), such as the axis.
     ///
     /// # Errors
-    /// [`CommandError`] when the module or the parameter does not exist, or has no such value.
+    /// [`CommandError`] when the module, the parameter or the value does not exist.
     pub fn get(&mut self, module: ModuleRef, parameter: u8, place: u8) -> Result<Value, CommandError> {
         let instance = self.edited().instance(module).ok_or(CommandError::NotPluggedIn(module))?;
         if parameter == EVERY_TICKS && place == 0 {
@@ -38,7 +38,7 @@ impl Engine {
     ) -> Result<Value, CommandError> {
         const UNKNOWN: CommandError = CommandError::Parameter(ParameterError::Unknown);
         let (described, mut value) = self.look(configuration, kind, parameter, (0, None)).ok_or(UNKNOWN)?;
-        // The first one is that of a parameter with one, too.
+        // Index 0 is also valid for a parameter with one value.
         if place > 0 {
             let at = described.entries.split(place, self.dof()).ok_or(ParameterError::NoSuchEntry)?;
             value = self.look(configuration, kind, parameter, at).and_then(|(_, value)| value);
@@ -46,7 +46,7 @@ impl Engine {
         value.ok_or(UNKNOWN)
     }
 
-    /// A parameter and its value, in one visit: of an axis, and of several there the one in that place.
+    /// Returns a parameter and its value in one visit, for an axis and an index.
     #[inline(never)]
     pub(super) fn look(
         &mut self,
@@ -60,8 +60,8 @@ impl Engine {
         found
     }
 
-    /// How many values a parameter of a kind of module has, which axis holds the one at a place, and where; of all, the
-    /// first axis. One value for a parameter that does not exist.
+    /// Returns the number of values of a parameter, the axis that holds the value at a place, and its index
+    /// there; for all values the first axis. One value if the parameter does not exist.
     #[inline(never)]
     pub(super) fn locate(
         &self,
@@ -76,15 +76,15 @@ impl Engine {
         Ok((entries, axis, element))
     }
 
-    /// The ports of a module as its parameters are now, or in the next scheme while a transaction is open; as by default
-    /// for one that does not exist.
+    /// Returns the ports of a module with its current parameters, in the pending scheme while a transaction
+    /// is open; with default parameters if the instance does not exist.
     #[must_use]
     pub fn ports(&self, module: ModuleRef) -> Option<Vec<PortSpec, MAX_PORTS>> {
         let mut specs = Vec::new();
         self.declare(self.edited(), module, &mut specs).then_some(specs)
     }
 
-    /// One of the [`ports`](Self::ports).
+    /// Returns one of the [`ports`](Self::ports).
     #[inline(never)]
     pub(crate) fn port(&self, module: ModuleRef, index: u8) -> Option<PortSpec> {
         let mut specs = Vec::new();
@@ -92,13 +92,13 @@ impl Engine {
         specs.get(usize::from(index)).copied()
     }
 
-    /// Where a port is bound to, if a command said so; as [`ports`](Self::ports).
+    /// Returns the signal that a command has bound to a port, for the same scheme as [`ports`](Self::ports).
     #[must_use]
     pub fn binding(&self, module: ModuleRef, port_name: &str) -> Option<TypeRef> {
         self.edited().bound(module).signal(port_name)
     }
 
-    /// Asks a module for its ports; false if there are too many, or no such kind.
+    /// Collects a module's ports; false if there are too many, or no such kind.
     #[inline(never)]
     pub(super) fn declare(&self, scheme: &Scheme, module: ModuleRef, specs: &mut PortSpecs) -> bool {
         let Some(kind) = self.kind(module.kind) else { return false };
@@ -108,7 +108,7 @@ impl Engine {
         declare.has_all()
     }
 
-    /// A copy of a module's settings; the default ones of a module that does not exist.
+    /// Copies a module's settings; default settings if the instance does not exist.
     #[inline(never)]
     pub(super) fn settings(
         &self,
@@ -139,7 +139,7 @@ impl Engine {
         }
     }
 
-    /// Works out what follows from an instance's parameters, and from how often it runs.
+    /// Computes the values derived from an instance's parameters and period.
     #[inline(never)]
     pub(super) fn prepare(&mut self, instance: &Instance) {
         if let Some(kind) = self.kind(instance.reference.kind) {

@@ -1,4 +1,4 @@
-//! Commands that build and change a scheme: each is carried out whole or not at all.
+//! Commands that build and change a scheme, each of them atomically.
 
 use super::Engine;
 use super::transaction::Transaction;
@@ -10,8 +10,8 @@ use crate::signal::{DataType, TypeRef};
 use crate::vocabulary::Vocabulary as _;
 
 impl Engine {
-    /// Changes the next scheme while a transaction is open. Otherwise parameters and bindings are changed in place, and
-    /// what changes the wiring is a transaction of its own.
+    /// Changes the pending scheme while a transaction is open. Otherwise changes parameters and bindings in
+    /// place, and the wiring in a transaction of its own.
     pub(super) fn change(&mut self, command: Command) -> Result<(), CommandError> {
         let changes_wiring =
             matches!(command, Command::PlugIn(_) | Command::Unplug(_) | Command::CloseModule(_));
@@ -30,7 +30,7 @@ impl Engine {
         edited.inspect_err(|_| self.drop_pending())
     }
 
-    /// Lets a change of one command take effect.
+    /// Applies a change of one command.
     fn take_effect(&mut self, command: Command) -> Result<(), CommandError> {
         self.schedule_next();
         if let Command::PlugIn(module) = command {
@@ -58,7 +58,7 @@ impl Engine {
                 Ok(())
             }
             Command::CloseModule(module) => self.close(module),
-            // They change no scheme: `Engine::command` carries them out.
+            // These commands change no scheme: `Engine::command` executes them.
             Command::ResetModule(_)
             | Command::Check
             | Command::Stop
@@ -74,8 +74,8 @@ impl Engine {
         }
     }
 
-    /// Carries out a command to a module. An instance that does not exist is made for it. If the command is refused,
-    /// the instance is as before.
+    /// Executes a command to a module; creates the instance if needed. If the command is refused, restores
+    /// the instance.
     fn edit_instance(&mut self, module: ModuleRef, command: Command) -> Result<(), CommandError> {
         let before = self.edited().instance(module).copied();
         if before.is_none() {
@@ -86,7 +86,7 @@ impl Engine {
             Command::InitModule(_) => self.init(module),
             Command::Set { parameter, entry, value, .. } => self.set(module, parameter, entry, value),
             Command::Bind { port, signal, .. } => self.bind(module, port, signal),
-            // `edit` has no other command for an instance.
+            // The caller passes no other command.
             _ => Err(CommandError::UnknownModule(module)),
         };
         done.inspect_err(|_| self.restore(module, before))
@@ -179,8 +179,8 @@ impl Engine {
         Ok(())
     }
 
-    /// An instance whose configuration is to be changed: a copy of its own for the next scheme while a transaction is
-    /// open.
+    /// Returns an instance to change; while a transaction is open, with its own configuration block for the
+    /// pending scheme.
     fn own_instance(&mut self, module: ModuleRef) -> Result<&mut Instance, CommandError> {
         let missing = CommandError::NotPluggedIn(module);
         let shared = self.edited().instance(module).ok_or(missing)?.configuration;
@@ -207,7 +207,7 @@ impl Engine {
         self.begins = true;
     }
 
-    /// Modules begin as after a start, but those that outlast it: what the others wrote is zero until then.
+    /// Initialises the modules as after a start, except those that outlast arming, and zeroes their outputs.
     pub(crate) fn begin_motion(&mut self) {
         let kinds = self.kinds();
         let begins = |module: ModuleRef| kinds.kind(module.kind).is_some_and(|kind| !kind.outlasts_arming());
@@ -234,7 +234,7 @@ impl Engine {
         self.is_unplugged(module)?;
         let kind = self.kind_of(module)?;
         if self.schemes.running().is_plugged_in(module) {
-            // There its handles are in use.
+            // The running scheme uses the shared block's handles.
             self.own_instance(module)?;
         }
         let settings = &self.settings(self.schemes.pending(), module, kind);
@@ -246,7 +246,7 @@ impl Engine {
         let before = running.wiring.find(module).filter(|_| goes_on);
         let before = before.map(|plugged| (plugged, running.wiring.ports(plugged)));
         let end = pending.wiring.modules().len();
-        // A module that is gone by now has no place before it.
+        // If the module has been removed, the end.
         let order = pending.place_before.and_then(|before| pending.wiring.order_of(before)).unwrap_or(end);
         let every_ticks = instance.map_or(1, |instance| instance.every_ticks);
         let instance = place.and_then(|place| u8::try_from(place).ok()).unwrap_or(u8::MAX);
@@ -264,7 +264,7 @@ impl Engine {
         Ok(())
     }
 
-    /// Ends an instance.
+    /// Deletes an instance.
     fn close(&mut self, module: ModuleRef) -> Result<(), CommandError> {
         let pending = self.edited_mut();
         let index = pending.instances.iter().position(|instance| instance.reference == module);

@@ -1,5 +1,5 @@
-//! Transactions: the next scheme is put together and checked aside, and takes the place of the one that runs between
-//! two ticks, whole or not at all.
+//! Transactions: the pending scheme is built and checked, and replaces the running scheme atomically between
+//! two ticks.
 
 use heapless::Vec;
 
@@ -13,16 +13,16 @@ use crate::scheme::wiring::module_bit;
 use crate::scheme::{ActiveModule, CommandError, Instance};
 use crate::signal::DataType;
 
-/// Whether the next scheme is put together now.
+/// State of the pending scheme.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[repr(u8)]
 pub(super) enum Transaction {
     None = 0,
-    /// By the command that is carried out.
+    /// Open for the current command.
     OfOneCommand,
-    /// By as many commands as anybody gives.
+    /// Open for any number of commands.
     Open,
-    /// The same, and if no scheme runs, it starts with the commit.
+    /// As [`Open`](Self::Open); a stopped scheme starts with the commit.
     OpenAndStarts,
 }
 
@@ -37,7 +37,7 @@ impl Transaction {
 }
 
 impl Engine {
-    /// Whether a transaction is open.
+    /// Returns whether a transaction is open.
     #[must_use]
     pub fn is_in_transaction(&self) -> bool {
         self.transaction.is_open()
@@ -51,7 +51,7 @@ impl Engine {
         Ok(())
     }
 
-    /// Begins the next scheme with the one that runs.
+    /// Opens a transaction with a copy of the running scheme.
     pub(super) fn open(&mut self, transaction: Transaction) {
         self.is_checked = false;
         let (running, pending) = self.schemes.split_mut();
@@ -83,7 +83,7 @@ impl Engine {
         Ok(())
     }
 
-    /// Lets the scheme run if it is sound; the next one with its commit.
+    /// Checks the scheme and starts it; during a transaction, at its commit.
     pub(super) fn check_and_start(&mut self) -> Result<(), CommandError> {
         self.check_all()?;
         if self.transaction.is_open() {
@@ -94,7 +94,7 @@ impl Engine {
         Ok(())
     }
 
-    /// Whether the scheme that commands change has no fault. Asked again, the next scheme is not looked at anew.
+    /// Returns an error if the edited scheme has a fault. An unchanged pending scheme is not checked again.
     fn check_all(&mut self) -> Result<(), CommandError> {
         if self.is_checked {
             return Ok(());
@@ -104,7 +104,7 @@ impl Engine {
         if faults > 0 { Err(CommandError::DoesNotMatch { faults }) } else { Ok(()) }
     }
 
-    /// Stops what runs; a commit does not start it again.
+    /// Stops the scheme; a commit does not restart it.
     pub(super) fn stop(&mut self) {
         self.is_running = false;
         if self.transaction == Transaction::OpenAndStarts {
@@ -112,7 +112,7 @@ impl Engine {
         }
     }
 
-    /// Starts from rest, as after power-up: what modules and signals held may be long past.
+    /// Starts with reset states and signals, as after power-up: old values are invalid.
     fn start(&mut self) {
         self.reset();
         self.data_base.zero_signals();
@@ -120,8 +120,8 @@ impl Engine {
         self.is_running = true;
     }
 
-    /// The module to name where the next scheme takes too long: one whose cost is not known, or the dearest of those
-    /// that are not plugged in yet, or of all.
+    /// Returns the module to name when the pending scheme takes too long: one of unknown cost, or the most
+    /// expensive new module, or the most expensive of all.
     fn dearest_new_module(&self) -> Option<ModuleRef> {
         let (running, pending) = (self.schemes.running(), &self.schemes.pending().wiring);
         let dearness = |plugged: &&ActiveModule| {
@@ -131,8 +131,8 @@ impl Engine {
         pending.modules().iter().max_by_key(dearness).map(|plugged| plugged.module)
     }
 
-    /// Whether a tick of the next scheme is short enough. Where it is not, this module is named, or the one that adds
-    /// most.
+    /// Checks that a tick of the pending scheme keeps its limit. Otherwise names this module, or the most
+    /// expensive one.
     pub(super) fn admit(&self, module: Option<ModuleRef>) -> Result<(), CommandError> {
         let Some((limit, _)) = self.limit_cycles.zip(self.costs) else { return Ok(()) };
         let wiring = &self.schemes.pending().wiring;
@@ -146,7 +146,7 @@ impl Engine {
         Err(CommandError::TooSlow { module, cycles, tick_cycles, limit_cycles: limit.get() })
     }
 
-    /// The order of the calls of the next scheme, and which of its modules need which.
+    /// Computes the order of calls and the dependencies of the pending scheme.
     pub(super) fn schedule_next(&mut self) {
         let of_device = self.slots_of(self.device.inputs);
         let kinds = self.kinds();
@@ -156,7 +156,7 @@ impl Engine {
         wiring.set_calls(calls.into_iter(), |id| kinds.kind(id));
     }
 
-    /// The next scheme takes the place of the one that runs. Modules that are in both go on, the others begin.
+    /// Swaps the schemes. Modules in both keep their state, others are initialised.
     pub(super) fn switch(&mut self) {
         let failed = self.failed;
         let fallen = self.schemes.running().wiring.fall_with(failed);
@@ -186,7 +186,7 @@ impl Engine {
             stay |= failed & place;
             were_out |= if fallen & place == 0 { 0 } else { own };
             if let Some(plugged) = pending.wiring.at_mut(order) {
-                // From now on it is in the scheme that runs.
+                // It is now part of the running scheme.
                 plugged.is_alike = true;
                 (plugged.begins, plugged.takes_over) = (begins, takes_over);
             }
@@ -200,7 +200,7 @@ impl Engine {
         self.drop_pending();
     }
 
-    /// In which ticks the modules of the next scheme run, and what their calls may take.
+    /// Assigns phases and time budgets to the modules of the pending scheme.
     fn weigh_next(&mut self) {
         let pending = &self.schemes.pending().wiring;
         let costs = pending.modules().iter().map(|plugged| self.cycles_in(pending, plugged));
@@ -213,24 +213,24 @@ impl Engine {
         pending.wiring.set_budgets(&costs, spare_cycles, counts_per_cycle);
     }
 
-    /// Whether a module takes over from another one in the next tick.
+    /// Returns whether a module takes over from another one in the next tick.
     pub(crate) fn is_taking_over(&self) -> bool {
         let mut modules = self.schemes.running().wiring.modules().iter();
         self.begins && modules.any(|plugged| plugged.begins && plugged.takes_over)
     }
 
-    /// Forgets the next scheme: what the one that runs does not use is given back.
+    /// Discards the pending scheme and frees blocks that the running scheme does not use.
     pub(super) fn drop_pending(&mut self) {
         (self.transaction, self.is_checked) = (Transaction::None, false);
         self.clear_next();
     }
 
-    /// The next scheme has no modules.
+    /// Deletes the modules of the pending scheme.
     fn clear_next(&mut self) {
         while let Some(instance) = self.schemes.pending_mut().instances.pop() {
             let place = self.schemes.pending().instances.len();
             let there = self.schemes.running().instances.get(place);
-            // Most modules are in both, at the same place.
+            // Most modules are in both schemes at the same index.
             if there.is_none_or(|there| there.blocks() != instance.blocks()) {
                 self.give_back_blocks(&instance);
             }
@@ -242,7 +242,7 @@ impl Engine {
         self.give_back_slots();
     }
 
-    /// Ends the existence of every module; stops, unless a transaction is open.
+    /// Deletes every module; stops the scheme unless a transaction is open.
     pub(super) fn close_all(&mut self) {
         if self.transaction.is_open() {
             (self.transaction, self.is_checked) = (Transaction::Open, false);
@@ -254,7 +254,7 @@ impl Engine {
         self.clear_next();
     }
 
-    /// Gives back the blocks of an instance that is not there any more, as far as no other scheme has them.
+    /// Frees the blocks of a deleted instance that no scheme uses.
     pub(super) fn give_back_blocks(&mut self, instance: &Instance) {
         let [configuration, mut state] = instance.blocks();
         if self.give_back(instance.reference, configuration) && state.offset < configuration.offset {
@@ -263,7 +263,7 @@ impl Engine {
         self.give_back(instance.reference, state);
     }
 
-    /// Gives back a module's block unless a scheme has it; says whether it did.
+    /// Frees a module's block unless a scheme uses it; returns whether it did.
     fn give_back(&mut self, module: ModuleRef, block: Block) -> bool {
         if block.words == 0 || self.schemes.have(module, block) {
             return false;
@@ -274,21 +274,21 @@ impl Engine {
         true
     }
 
-    /// Gives back what neither a scheme nor the device uses.
+    /// Frees slots that neither a scheme nor the device uses.
     pub(super) fn give_back_slots(&mut self) {
         let of_device = self.slots_of(self.device.outputs) | self.slots_of(self.device.inputs);
         let of_schemes = self.schemes.running().wiring.slots() | self.schemes.pending().wiring.slots();
         self.has_moved |= self.data_base.keep_only(of_schemes | of_device);
     }
 
-    /// Slots of types of the device, a bit each.
+    /// Returns the slots of types of the device, one bit each.
     #[inline(never)]
     fn slots_of(&self, types: &[&DataType]) -> u64 {
         let slots = types.iter().filter_map(|data_type| self.data_base.slot(data_type.first()));
         slots.fold(0, |slots, slot| slots | bit(slot))
     }
 
-    /// Tells handles, calls and containment where all words are, if some have moved.
+    /// Updates handles, calls and containment if words have moved.
     pub(super) fn follow_moves(&mut self) {
         if core::mem::take(&mut self.has_moved) {
             self.schemes.running_mut().connect(self.data_base.storage_mut());

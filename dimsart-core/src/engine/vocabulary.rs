@@ -1,4 +1,4 @@
-//! What an engine says of itself.
+//! Descriptions of an engine's modules, ports and types.
 
 use super::Engine;
 use crate::device::DeviceDescriptor;
@@ -37,7 +37,7 @@ impl Vocabulary for Engine {
 }
 
 impl Engine {
-    /// A port as [`Vocabulary::port_text`] describes it, with texts of the image.
+    /// Describes a port like [`Vocabulary::port_text`], with texts of the image.
     #[must_use]
     pub fn describe_port(&self, module: ModuleRef, index: u8) -> Option<PortText<'static>> {
         let spec = self.port(module, index)?;
@@ -55,7 +55,7 @@ impl Engine {
     }
 }
 
-/// The standard types, then the device's own, each once.
+/// Returns the type at `index` of the list of standard types followed by the device's own, each once.
 #[must_use]
 pub fn type_at(device: &DeviceDescriptor, index: u16) -> Option<&'static DataType> {
     let own = || device.outputs.iter().chain(device.inputs).copied();

@@ -1,4 +1,4 @@
-//! Why a command was refused, in words.
+//! Texts of refused commands.
 
 use core::fmt;
 
@@ -11,7 +11,7 @@ use crate::scheme::CommandError;
 use crate::signal::AxisKind;
 use crate::vocabulary::{DataTypeText, ParameterText, PortText, Vocabulary};
 
-/// A module by its name, where names are known.
+/// A module's name, if names are known.
 struct Named<'a, V: ?Sized>(Option<&'a V>, ModuleRef);
 
 impl<V: Vocabulary + ?Sized> fmt::Display for Named<'_, V> {
@@ -23,7 +23,7 @@ impl<V: Vocabulary + ?Sized> fmt::Display for Named<'_, V> {
     }
 }
 
-/// Writes why a command was refused; without names where none are known.
+/// Writes why a command was refused.
 pub(super) fn write<V: Vocabulary + ?Sized>(
     f: &mut fmt::Formatter<'_>,
     error: CommandError,
@@ -39,7 +39,7 @@ pub(super) fn write<V: Vocabulary + ?Sized>(
                 }
                 Some(known) => write!(
                     f,
-                    "no {}.0: instances count from 1",
+                    "invalid instance {}.0: instances start at 1",
                     known.name_of_module(ModuleRef { number: 1, ..module })
                 ),
                 None => {
@@ -48,12 +48,12 @@ pub(super) fn write<V: Vocabulary + ?Sized>(
             }
         }
         CommandError::UnknownPort(port) => write!(f, "the module has no port {port}"),
-        CommandError::UnknownType(signal) => write!(f, "no data type has the number {}", signal.id),
+        CommandError::UnknownType(signal) => write!(f, "unknown data type number {}", signal.id),
         CommandError::TooManyModules => {
-            write!(f, "no more modules fit: close one first (MOD_CLOSE in a scheme, `close` at a device)")
+            write!(f, "too many modules: close one first (MOD_CLOSE in a scheme, `close` at a device)")
         }
         CommandError::TooManyPorts => {
-            write!(f, "the module needs more than {MAX_PORTS} ports: add fewer types to it")
+            write!(f, "the module has more than {MAX_PORTS} ports: add fewer types")
         }
         CommandError::PluggedIn(module) => {
             write!(
@@ -70,53 +70,52 @@ pub(super) fn write<V: Vocabulary + ?Sized>(
             )
         }
         CommandError::Storage(StorageError::NoSlot) => {
-            write!(f, "all slots of the Data Base are taken: unplug another module first")
+            write!(f, "no free slot in the Data Base: unplug another module first")
         }
         CommandError::Storage(StorageError::NoRoom { wanted, free }) => {
             write!(
                 f,
-                "the module needs {wanted} words of the Data Base and {free} are free: \
-                 ask for less (a shorter delay, fewer rows) or unplug another module first"
+                "the module needs {wanted} words of the Data Base, but only {free} are free: \
+                 use a shorter delay or fewer rows, or unplug another module first"
             )
         }
         CommandError::Parameter(error) => parameter(f, error, known),
         CommandError::WouldBreak(finding) => {
-            write!(f, "the scheme is running and this would break it")?;
+            write!(f, "this would break the running scheme")?;
             known.map_or(Ok(()), |known| write!(f, ": {}", Explanation::of_finding(known, finding)))
         }
         CommandError::DoesNotMatch { faults } => {
-            write!(f, "the scheme does not match, it has {faults} fault(s)")
+            write!(f, "the scheme does not match: {faults} fault(s)")
         }
         CommandError::TooSlow { module, cycles, tick_cycles, limit_cycles } => {
             write!(
                 f,
-                "{} takes up to {cycles} cycles, a tick with it up to {tick_cycles}, and it may take {limit_cycles}: \
-                 unplug another module first, let the device have fewer axes, or bind the module to signals of fewer words",
+                "{} takes up to {cycles} cycles, the tick up to {tick_cycles}, the limit is {limit_cycles}: \
+                 unplug another module first, use fewer axes, or bind signals with fewer words",
                 named(module)
             )
         }
         CommandError::CostUnknown(module) => {
             write!(
                 f,
-                "a tick has a limit and the image's stamp does not say what {} takes: `dimsart stamp` says why it \
-                 found no bound",
+                "the image's stamp has no bound for {}: `dimsart stamp` prints the reason",
                 named(module)
             )
         }
         CommandError::TransactionOpen => {
             write!(
                 f,
-                "a transaction is open already: COMMIT or ABORT ends it (`commit`, `abort` at a device)"
+                "a transaction is open already: end it with COMMIT or ABORT (`commit`, `abort` at a device)"
             )
         }
         CommandError::FaultReaction => {
-            write!(f, "the device is on its way to its safe value: reset it when it is there")
+            write!(f, "the device is still moving to its safe value: retry the reset")
         }
         CommandError::RunsEveryTick(module) => {
             write!(
                 f,
-                "{} is an end of a link and runs in every tick: set EVERY_TICKS to 1; CTX_EVERY and CRX_EVERY say how \
-                 often a link sends",
+                "{} serves a link and must run in every tick: set EVERY_TICKS to 1; CTX_EVERY and CRX_EVERY set the \
+                 send rate",
                 named(module)
             )
         }
@@ -124,25 +123,25 @@ pub(super) fn write<V: Vocabulary + ?Sized>(
         CommandError::NoLaw(module) => {
             write!(
                 f,
-                "{} has no law: set PROGRAM to the number of one that was uploaded (`law list` at a device)",
+                "{} has no law: set PROGRAM to the number of an uploaded law (`law list` at a device)",
                 named(module)
             )
         }
         CommandError::NoTransaction => {
-            write!(f, "no transaction is open: BEGIN opens one (`begin` at a device)")
+            write!(f, "no transaction is open: open one with BEGIN (`begin` at a device)")
         }
         CommandError::PacketTooLong { words } => {
             write!(
                 f,
-                "the channel's packets have {words} words and {MAX_PACKET_WORDS} fit: add fewer types to it, or leave out \
-                 the counters (CTX_COUNTERS OFF, CRX_COUNTERS OFF)"
+                "the channel's packets have {words} words, the limit is {MAX_PACKET_WORDS}: add fewer types, or omit the \
+                 counters (CTX_COUNTERS OFF, CRX_COUNTERS OFF)"
             )
         }
         CommandError::WiringFull => {
             write!(
                 f,
-                "no more ports fit, or no more that commands have bound: unplug another module, or initialise one \
-                 whose bindings are not needed (MOD_INIT in a scheme, `init` at a device)"
+                "too many ports or bindings: unplug a module, or drop the bindings of an unplugged one (MOD_INIT in \
+                 a scheme, `init` at a device)"
             )
         }
     }
@@ -155,46 +154,39 @@ fn parameter<V: Vocabulary + ?Sized>(
 ) -> fmt::Result {
     match (error, known) {
         (ParameterError::Unknown, _) => write!(f, "the module has no such parameter"),
-        (ParameterError::WrongKind, _) => write!(f, "the value is not of the kind this parameter takes"),
-        (ParameterError::OutOfRange, _) => write!(
-            f,
-            "the value is out of range, or a link that this controller has not (a board has 0 and 1)"
-        ),
+        (ParameterError::WrongKind, _) => write!(f, "wrong type of value for this parameter"),
+        (ParameterError::OutOfRange, _) => {
+            write!(f, "the value is out of range, or there is no such link (a board has 0 and 1)")
+        }
         (ParameterError::ListFull, _) => {
-            write!(f, "the channel carries {MAX_CHANNEL_TYPES} types already and takes no more")
+            write!(f, "the channel is full: it carries at most {MAX_CHANNEL_TYPES} types")
         }
         (ParameterError::NoSuchEntry, Some(known)) => {
-            write!(f, "no such axis: the device has {} of them, counted from 0", known.axes().len())
+            write!(f, "no such axis: the device has {}, counted from 0", known.axes().len())
         }
         (ParameterError::NoSuchEntry, None) => {
-            write!(
-                f,
-                "the parameter has no such entry: entries count from 0, and some have one value for all axes"
-            )
+            write!(f, "no such entry: entries count from 0; some parameters have one value for all axes")
         }
         (ParameterError::WhilePluggedIn, _) => {
             write!(
                 f,
-                "this parameter decides ports or memory: unplug the module first (MOD_OFF in a scheme, `off` at a \
+                "this parameter changes ports or memory: unplug the module first (MOD_OFF in a scheme, `off` at a \
                  device)"
             )
         }
         (ParameterError::Imprecise { percent }, _) => {
             write!(
                 f,
-                "as f32 these coefficients may be off by {percent} % at 0 Hz: use LOWPASS_MOD, or a larger EVERY_TICKS"
+                "in f32 these coefficients may change the DC gain by {percent} %: use LOWPASS_MOD, or a larger EVERY_TICKS"
             )
         }
         (ParameterError::NeedsCounters, _) => {
-            write!(
-                f,
-                "STALE LIMITED and INTEGRAL need CRX_COUNTERS ON, and CTX_COUNTERS ON on the other side"
-            )
+            write!(f, "STALE LIMITED and INTEGRAL need CRX_COUNTERS ON, and CTX_COUNTERS ON at the peer")
         }
     }
 }
 
-/// Where no names are known. Not an engine: an image would have all modules' code once more.
+/// A vocabulary without names. An engine in its place would duplicate all modules' code in an image.
 enum Unnamed {}
 
 impl Vocabulary for Unnamed {

@@ -1,8 +1,8 @@
-//! Powers of e, by the polynomial of Moshier's Cephes library in plain arithmetic.
+//! Exponential function, by the polynomial of Moshier's Cephes library in plain arithmetic.
 
 use core::f32::consts::LOG2_E;
 
-/// `e` to the power of `x`, relative error below 3e-7; `x` beyond ±87 counts as that, NaN stays NaN.
+/// `e` to the power of `x`, relative error below 3e-7; `x` is limited to ±87, NaN stays NaN.
 #[inline(never)]
 #[must_use]
 pub fn exp(x: f32) -> f32 {
@@ -11,10 +11,10 @@ pub fn exp(x: f32) -> f32 {
     }
     let x = super::limit(x, 87.0);
     let scaled = x * LOG2_E;
-    #[expect(clippy::cast_possible_truncation, reason = "at most 126 either way")]
+    #[expect(clippy::cast_possible_truncation, reason = "within ±126")]
     let power = (scaled + if scaled < 0.0 { -0.5 } else { 0.5 }) as i16;
     let powers = f32::from(power);
-    // ln 2 in two parts: so many of the first one are exact.
+    // ln 2 in two parts: multiples of the first part are exact.
     let rest = x - powers * 0.693_359_4 + powers * 2.121_944_4e-4;
     let series = ((((1.987_569_1e-4 * rest + 1.398_2e-3) * rest + 8.333_452e-3) * rest + 4.166_579_6e-2)
         * rest

@@ -1,14 +1,15 @@
-//! Sine, cosine, tangent and the angle of a point, by the polynomials of Moshier's Cephes library in plain arithmetic.
+//! Sine, cosine, tangent and arctangent, by the polynomials of Moshier's Cephes library in plain arithmetic.
 
 use core::f32::consts::{FRAC_2_PI, FRAC_PI_2, FRAC_PI_4, PI};
 
-/// A quarter of a turn in three parts: so many quarters of the first two are exact.
+/// A quarter turn in three parts: multiples of the first two are exact.
 const QUARTER_RAD: [f32; 3] = [1.570_312_5, 4.837_513e-4, 7.549_79e-8];
-/// Tangents of one and of three sixteenths of a turn, where a polynomial of the arc tangent begins and ends.
+/// Tangents of 1/16 and 3/16 of a turn, the limits of the arctangent's middle range.
 const TAN_PI_8: f32 = 0.414_213_56;
 const TAN_3_PI_8: f32 = 2.414_213_6;
 
-/// Sine and cosine of `x` in `rad`; absolute error below 2e-7 within ±8000 rad, more beyond. NaN for what is not finite.
+/// Sine and cosine of `x` in `rad`; absolute error below 2e-7 within ±8000 rad, more beyond. NaN for NaN and
+/// infinity.
 #[inline(never)]
 #[must_use]
 pub fn sin_cos(x: f32) -> (f32, f32) {
@@ -50,7 +51,8 @@ pub fn tan(x: f32) -> f32 {
     sin / cos
 }
 
-/// Angle of the point (`x`, `y`) from the x axis, `-π` to `π` rad; absolute error below 4e-7, 0 for the origin.
+/// Angle of the point (`x`, `y`) from the x axis, `-π` to `π` rad; absolute error below 4e-7, 0 at the
+/// origin.
 #[inline(never)]
 #[must_use]
 pub fn atan2(y: f32, x: f32) -> f32 {
@@ -58,7 +60,7 @@ pub fn atan2(y: f32, x: f32) -> f32 {
     if width == 0.0 && height == 0.0 {
         return 0.0;
     }
-    // The same of half the height and the width finds the middle eighth without a tangent that overflows.
+    // Half of height and width avoids an overflow of the tangent in the middle range.
     let (angle_rad, tangent) = if height > TAN_3_PI_8 * width {
         (FRAC_PI_2, -width / height)
     } else if height > TAN_PI_8 * width {

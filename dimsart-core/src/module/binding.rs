@@ -1,9 +1,9 @@
-//! Ports that commands have bound to other signals than their types' first ones.
+//! Bindings: ports that commands have bound to other signals than the default.
 
 use crate::module::module_ref::ModuleRef;
 use crate::signal::TypeRef;
 
-/// A port that a command has bound to another signal.
+/// A port that a command has bound to a signal.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Binding {
     pub(crate) module: ModuleRef,
@@ -11,7 +11,7 @@ pub(crate) struct Binding {
     pub(crate) port: &'static str,
 }
 
-/// The bindings of a module, among all there are.
+/// The bindings of one module in a list of all bindings.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct ModuleBindings<'a> {
     pub(crate) module: ModuleRef,
@@ -19,7 +19,7 @@ pub(crate) struct ModuleBindings<'a> {
 }
 
 impl ModuleBindings<'_> {
-    /// Where a command has bound a port, if one has.
+    /// Returns the signal that a command has bound to a port.
     #[inline(never)]
     pub(crate) fn signal(&self, port: &str) -> Option<TypeRef> {
         let is_it = |binding: &&Binding| binding.module == self.module && binding.port == port;

@@ -1,4 +1,4 @@
-//! What a module sees in its call of a tick: its own memory, and the Data Base through its ports.
+//! Context of a module's call in a tick: its own memory, and the Data Base through its ports.
 
 use core::cell::Cell;
 use core::marker::PhantomData;
@@ -8,13 +8,13 @@ use crate::data_base::{Data, Inputs, Outputs};
 use crate::module::Module;
 use crate::signal::Words;
 
-/// A module's call in a tick. It is the Data Base too: `context.get(port)`.
+/// Context of a module's call in a tick. It dereferences to the Data Base: `context.get(port)`.
 #[derive(Debug)]
 pub struct Context<'a, M: Module> {
     data: &'a Data<'a>,
     /// Handles, settings, then gains of each axis.
     configuration: &'a [Cell<u32>],
-    /// What the module remembers, then what it remembers of each axis.
+    /// State of the module, then of each axis.
     state: &'a [Cell<u32>],
     takes_over: bool,
     module: PhantomData<M>,
@@ -33,7 +33,7 @@ impl<'a, M: Module> Context<'a, M> {
     const SETTINGS: usize = M::Ports::COUNT;
     const GAINS: usize = Self::SETTINGS + M::Settings::COUNT;
 
-    /// Of the module whose configuration and state begin at these words; none if there are not so many.
+    /// Creates the context from the first words of configuration and state; none if there are too few words.
     #[inline(always)]
     pub(crate) fn new(data: &'a Data<'a>, configuration: u16, state: u16) -> Option<Self> {
         let configuration = match Self::GAINS + M::Gains::COUNT {
@@ -47,28 +47,29 @@ impl<'a, M: Module> Context<'a, M> {
         Some(Self { data, configuration, state, takes_over: false, module: PhantomData })
     }
 
-    /// The same for a module that begins.
+    /// Returns the context for the initialisation of the module's state.
     #[inline(always)]
     pub(crate) fn beginning(self, takes_over: bool) -> Self {
         Self { takes_over, ..self }
     }
 
-    /// Whether the module that [begins](Module::begin) takes over from another one in a running scheme: its outputs then hold
-    /// what that one wrote in the last tick. Otherwise it begins as after a start.
+    /// Returns whether the module that [begins](Module::begin) takes over from another module in a running
+    /// scheme: its outputs then hold that module's values of the last tick. Otherwise it begins as after a
+    /// start.
     #[inline(always)]
     #[must_use]
     pub fn takes_over(&self) -> bool {
         self.takes_over
     }
 
-    /// The module's handles.
+    /// Returns the module's handles.
     #[inline(always)]
     #[must_use]
     pub fn ports(&self) -> M::Ports {
         M::Ports::load(self.part(0, M::Ports::COUNT))
     }
 
-    /// One of the module's handles, by its place among them: for a module with a row of ports.
+    /// Returns one of the module's handles by its index, for a module with a row of ports.
     #[inline(always)]
     #[must_use]
     pub fn port<T: Words>(&self, place: usize) -> T {
@@ -81,28 +82,28 @@ impl<'a, M: Module> Context<'a, M> {
         self.configuration.get(start..start + words).unwrap_or_default()
     }
 
-    /// The Data Base alone, to compute axes by it that have neither parameters nor state.
+    /// Returns the Data Base, to compute axes without parameters and state.
     #[inline(always)]
     #[must_use]
     pub fn data(&self) -> &'a Data<'a> {
         self.data
     }
 
-    /// Parameters of all axes.
+    /// Returns the parameters of all axes.
     #[inline(always)]
     #[must_use]
     pub fn settings(&self) -> M::Settings {
         M::Settings::load(self.part(Self::SETTINGS, M::Settings::COUNT))
     }
 
-    /// What the module remembers.
+    /// Returns the module's state.
     #[inline(always)]
     #[must_use]
     pub fn state(&self) -> M::State {
         M::State::load(self.state_words())
     }
 
-    /// Remembers it for the next tick.
+    /// Stores the module's state for the next tick.
     #[inline(always)]
     pub fn set_state(&self, state: M::State) {
         state.store(self.state_words());
@@ -113,17 +114,17 @@ impl<'a, M: Module> Context<'a, M> {
         self.state.get(..M::State::COUNT).unwrap_or_default()
     }
 
-    /// Sets all state to zero: how a module begins unless it says otherwise.
+    /// Zeroes all state; the default initialisation.
     pub fn clear(&self) {
         clear(self.state);
     }
 
-    /// Sets the state of all axes to zero.
+    /// Zeroes the state of all axes.
     pub fn clear_axes(&self) {
         clear(self.state.get(M::State::COUNT..).unwrap_or_default());
     }
 
-    /// Words of the parameters of an axis.
+    /// Returns the words of an axis' parameters.
     #[must_use]
     #[inline(always)]
     pub fn gain_words(&self, axis: usize) -> &'a [Cell<u32>] {
@@ -131,7 +132,7 @@ impl<'a, M: Module> Context<'a, M> {
         self.configuration.get(start..start + M::Gains::COUNT).unwrap_or_default()
     }
 
-    /// Words of what the module remembers of an axis.
+    /// Returns the words of an axis' state.
     #[must_use]
     #[inline(always)]
     pub fn axis_words(&self, axis: usize) -> &'a [Cell<u32>] {
@@ -139,7 +140,7 @@ impl<'a, M: Module> Context<'a, M> {
         self.state.get(start..start + M::Axis::COUNT).unwrap_or_default()
     }
 
-    /// Begins every axis with the state that `first` makes of its gains and inputs.
+    /// Initialises the state of every axis from its gains and inputs.
     #[inline(always)]
     pub fn begin_axes<I: Inputs>(&self, inputs: I, mut first: impl FnMut(M::Gains, I::Values) -> M::Axis) {
         self.map_lanes(inputs, [], |_, lane, inputs| {
@@ -148,10 +149,10 @@ impl<'a, M: Module> Context<'a, M> {
         });
     }
 
-    /// Computes every axis by one law, the way most control laws are written.
+    /// Computes every axis by the same law.
     ///
-    /// The law gets the gains, the state and the inputs of an axis and returns its outputs: an array of `f32` for an
-    /// array of at most 8 ports, a tuple for a tuple of at most 4 ports of any formats.
+    /// The law gets the gains, the state and the inputs of an axis and returns its outputs: an array of `f32`
+    /// for an array of at most 8 ports, a tuple for a tuple of at most 4 ports of any formats.
     #[inline(always)]
     pub fn map_axes<I: Inputs, O: Outputs>(
         &self,
@@ -167,7 +168,8 @@ impl<'a, M: Module> Context<'a, M> {
         });
     }
 
-    /// As [`map_axes`](Self::map_axes), for a law that needs to know which axis it is, and what is kept of it.
+    /// As [`map_axes`](Self::map_axes), for a law that needs the axis number or access to single parameters
+    /// and state.
     #[inline(always)]
     pub fn map_lanes<I: Inputs, O: Outputs>(
         &self,
@@ -204,36 +206,36 @@ pub struct Lane<'a, M: Module> {
 }
 
 impl<M: Module> Lane<'_, M> {
-    /// Parameters of the axis.
+    /// Returns the parameters of the axis.
     #[inline(always)]
     #[must_use]
     pub fn gains(&self) -> M::Gains {
         M::Gains::load(self.gains)
     }
 
-    /// One of several `T` that its parameters begin with, counted from 0: of a table only what is needed is loaded. None behind
-    /// the parameters' end.
+    /// Returns element `place` of an array of `T` at the start of the axis' parameters, so that only this
+    /// element of a table is loaded. None after the end of the parameters.
     #[inline(always)]
     #[must_use]
     pub fn gain<T: Words>(&self, place: usize) -> Option<T> {
         one_of(self.gains, place)
     }
 
-    /// What the module remembers of the axis.
+    /// Returns the state of the axis.
     #[inline(always)]
     #[must_use]
     pub fn axis(&self) -> M::Axis {
         M::Axis::load(self.state)
     }
 
-    /// One of several `T` that what the module remembers begins with, as [`gain`](Self::gain).
+    /// Returns element `place` of an array of `T` at the start of the axis' state, as [`gain`](Self::gain).
     #[inline(always)]
     #[must_use]
     pub fn remembered<T: Words>(&self, place: usize) -> Option<T> {
         one_of(self.state, place)
     }
 
-    /// Remembers it for the next tick.
+    /// Stores the state of the axis for the next tick.
     #[inline(always)]
     pub fn set_axis(&self, axis: M::Axis) {
         axis.store(self.state);

@@ -1,4 +1,4 @@
-//! What a tick and each kind of module take at most: cycles of the processor.
+//! Maximum processor cycles of a tick and of each module kind.
 
 use core::num::NonZeroU32;
 
@@ -7,10 +7,10 @@ use serde::{Deserialize, Serialize};
 use crate::module::kind_id::KindId;
 use crate::online::Opcode;
 
-/// Most cycles that something takes: `offset + per_dof * dof`.
+/// Maximum processor cycles: `offset + per_dof * dof`.
 ///
-/// Worked out from the machine code of a linked image, and put into its [stamp](crate::stamp): what is measured and what
-/// comes in over a link can be anything.
+/// Computed from the machine code of a linked image and written into its [stamp](crate::stamp). It holds for
+/// any measurements and received data.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[repr(C)]
 pub struct Cost {
@@ -19,23 +19,23 @@ pub struct Cost {
 }
 
 impl Cost {
-    /// Not known.
+    /// Unknown.
     pub const UNKNOWN: Self = Self::new(0, 0);
 
-    /// A straight line over the degrees of freedom: cycles, and cycles for each.
+    /// Creates a cost from fixed cycles and cycles per degree of freedom.
     #[must_use]
     pub const fn new(offset: u16, per_dof: u16) -> Self {
         Self { offset, per_dof }
     }
 
-    /// The number of cycles without, and for each, degree of freedom.
+    /// Returns the fixed cycles and the cycles per degree of freedom.
     #[must_use]
     pub const fn line(self) -> (u16, u16) {
         (self.offset, self.per_dof)
     }
 
-    /// For signals of `words` words: one for each degree of freedom, or as many as the widest one has. Not more than
-    /// 255 × 255, the largest matrix.
+    /// Returns the cycles for signals of `words` words: the degrees of freedom, or the words of the widest
+    /// signal. At most 255 × 255, the largest matrix.
     #[must_use]
     #[expect(clippy::cast_possible_truncation, reason = "at most 255 x 255")]
     pub const fn cycles(self, words: usize) -> u32 {
@@ -43,10 +43,10 @@ impl Cost {
     }
 }
 
-/// What a tick takes without modules, and what each kind of module adds to it.
+/// Costs of a tick without modules, and of each module kind.
 ///
-/// A module's cost covers every choice and switch among its parameters and two values of each number, and a COMM module
-/// that carries the most it can: nothing but plugging in is taken to change what a scheme may take.
+/// A module's cost covers all choices and switches among its parameters, two values of each number, and for a
+/// COMM module the largest packet. So only plugging in a module changes the bound of a scheme.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Costs {
     lines: &'static [Cost],
@@ -54,26 +54,26 @@ pub struct Costs {
 }
 
 impl Costs {
-    /// The tick's cost, then that of each of these kinds, then that of each [instruction](crate::online::Opcode) of programs;
-    /// [`Cost::UNKNOWN`] where there is none.
+    /// Creates the costs from lines: the tick, then each of these kinds, then each
+    /// [instruction](crate::online::Opcode) of programs; [`Cost::UNKNOWN`] where unknown.
     #[must_use]
     pub const fn new(lines: &'static [Cost], kinds: &'static [KindId]) -> Self {
         Self { lines, kinds }
     }
 
-    /// Of a tick without modules: the device's signals in and out, and the engine.
+    /// Returns the cost of a tick without modules: the device's signals in and out, and the engine.
     #[must_use]
     pub fn tick(self) -> Option<Cost> {
         self.line(0)
     }
 
-    /// Of a kind of module, with the engine's calls of it; none if it is not known.
+    /// Returns the cost of a module kind including the engine's calls; none if unknown.
     #[must_use]
     pub fn kind(self, kind: KindId) -> Option<Cost> {
         self.line(self.kinds.iter().position(|known| *known == kind)? + 1)
     }
 
-    /// Of an instruction of a program, by its opcode. None if it is not known.
+    /// Returns the cost of a program instruction; none if unknown.
     pub(crate) fn instruction(self, opcode: Opcode) -> Option<u32> {
         self.line(1 + self.kinds.len() + opcode as usize).map(|cost| cost.cycles(0))
     }
@@ -83,12 +83,12 @@ impl Costs {
     }
 }
 
-/// What a tick of the scheme that runs takes at most, by the machine code of the image; see [`Cost`](crate::Cost).
+/// Bound of a tick of the running scheme, from the machine code of the image; see [`Cost`](crate::Cost).
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 pub struct BoundReport {
     /// Processor cycles.
     pub cycles: u32,
-    /// What it may take: a module that could make it longer is not plugged in.
+    /// Limit of a tick: a module that could exceed it is not plugged in.
     pub limit_cycles: Option<NonZeroU32>,
 }
 

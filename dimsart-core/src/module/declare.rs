@@ -1,4 +1,4 @@
-//! How a module declares its ports and memory; see [`Module::ports`](crate::Module::ports).
+//! Declaration of a module's ports and memory; see [`Module::ports`](crate::Module::ports).
 
 use core::mem::take;
 
@@ -9,11 +9,11 @@ use crate::module::port::{Difference, Direction, LinkEnd, PortSpec, PortSpecs, S
 use crate::online::{Program, Programs};
 use crate::signal::{DataType, TypeRef, UnitRelation, UnitTie};
 
-/// Takes a module's declarations and gives the handles for them.
+/// Collects a module's declarations and returns the handles.
 ///
-/// A port is used in the early stage, reads what was written before it in the tick, and fits signals of its type's
-/// unit, unless [`late`](Self::late), [`delayed`](Self::delayed) or [`any_unit`](Self::any_unit) stands before it:
-/// `declare.late().input("FORCE", types::FORCE)`.
+/// By default a port is used in the early stage, reads values written before it in the tick, and accepts
+/// signals of its type's unit. [`late`](Self::late), [`delayed`](Self::delayed) and
+/// [`any_unit`](Self::any_unit) change this for the next port: `declare.late().input("FORCE", types::FORCE)`.
 #[derive(Debug)]
 pub struct Declare<'a> {
     device: &'a DeviceDescriptor,
@@ -28,7 +28,7 @@ pub struct Declare<'a> {
     has_program: bool,
 }
 
-/// What was said of the port that is declared next.
+/// Options of the port that is declared next.
 #[derive(Debug, Default)]
 struct Next {
     is_late: bool,
@@ -39,8 +39,8 @@ struct Next {
 }
 
 impl<'a> Declare<'a> {
-    /// Collects what is declared into `specs`: they are large, and would be copied. `bound` says to which signal a
-    /// command has bound a port.
+    /// Creates a collector that writes into `specs`. `bound` has the signals that commands have bound to
+    /// ports.
     pub(crate) fn new(
         device: &'a DeviceDescriptor,
         programs: &'a Programs,
@@ -61,7 +61,7 @@ impl<'a> Declare<'a> {
         }
     }
 
-    /// The device the module is plugged in for.
+    /// Returns the device for which the module is plugged in.
     #[must_use]
     pub fn device(&self) -> &DeviceDescriptor {
         self.device
@@ -73,48 +73,48 @@ impl<'a> Declare<'a> {
         self
     }
 
-    /// Data one tick old is what the next port wants (read) or gives (write). A module that reads so is plugged in before
-    /// the one that writes, or the matching check refuses the scheme.
+    /// The next port reads or writes data that are one tick old. A module with such an input must be plugged
+    /// in before the writer, or the matching check refuses the scheme.
     pub fn delayed(&mut self) -> &mut Self {
         self.next.is_delayed = true;
         self
     }
 
-    /// The next port takes a signal of any unit: for a module that moves values and does not look at them. What it
-    /// makes of them is [tied](Self::tie) to it.
+    /// The next port accepts a signal of any unit, for a module that copies values. [Tie](Self::tie) the
+    /// outputs to it.
     pub fn any_unit(&mut self) -> &mut Self {
         self.next.takes_any_unit = true;
         self
     }
 
-    /// The next port takes a signal of any unit, format and shape: for a module that passes words on. What it makes of
-    /// them is [tied](Self::tie) to it. Its handle is [`Untyped`](crate::Untyped); one of another kind takes any unit
-    /// only.
+    /// The next port accepts a signal of any unit, format and shape, for a module that copies words.
+    /// [Tie](Self::tie) the outputs to it. Its handle is [`Untyped`](crate::Untyped); with another handle it
+    /// accepts any unit only.
     pub fn any_type(&mut self) -> &mut Self {
         self.next.takes_any_type = true;
         self
     }
 
-    /// The next port uses this signal unless a command binds it to another one: one that a command named, such as the
-    /// content of a comm channel.
+    /// The next port has this default signal instead of the first of its type, for example the content of a
+    /// comm channel.
     pub fn of_signal(&mut self, signal: TypeRef) -> &mut Self {
         self.next.signal = Some(signal);
         self
     }
 
-    /// Reads a signal.
+    /// Declares an input.
     pub fn input<S: Signal>(&mut self, name: &'static str, data_type: &'static DataType) -> Input<S> {
         Input::new(self.signal::<S>(name, data_type, Direction::Read))
     }
 
-    /// Writes a signal.
+    /// Declares an output.
     pub fn output<S: Signal>(&mut self, name: &'static str, data_type: &'static DataType) -> Output<S> {
         Output::new(self.signal::<S>(name, data_type, Direction::Write))
     }
 
-    /// Takes `words` words of memory of the module's own, all zero at first.
+    /// Declares `words` words of the module's own memory, all zero at first.
     pub fn memory(&mut self, name: &'static str, words: usize) -> Memory {
-        // What was said of the next port is not of the one behind this.
+        // Options do not carry over to the port after this one.
         self.next = Next::default();
         let block = self.add(PortSpec {
             name,
@@ -130,7 +130,7 @@ impl<'a> Declare<'a> {
         Memory { block }
     }
 
-    /// Words of the signal that a port is bound to, which was declared before; 0 for a name no port has.
+    /// Returns the number of words of the signal bound to a declared port; 0 for an unknown name.
     #[must_use]
     pub fn words_of(&self, port: &str) -> usize {
         let spec = self.specs.iter().find(|spec| spec.name == port);
@@ -139,10 +139,9 @@ impl<'a> Declare<'a> {
         bound.unwrap_or(default).shape.words(self.device.dof())
     }
 
-    /// Ties the unit of `port` to that of `other`, both declared before, `other` first: a sum has the unit
-    /// of what is added. [`UnitRelation::Alike`] ties format and shape, too. The matching check holds the signals they
-    /// are bound to against it, and those of ports tied to `other` in the same way against each other. A name no port
-    /// has ties nothing.
+    /// Ties the unit of `port` to the unit of `other`, both declared before, `other` first: for example a sum to
+    /// its terms. [`UnitRelation::Alike`] also ties format and shape. The matching check compares the signals of
+    /// both ports, and the signals of ports with the same tie. An unknown name has no effect.
     pub fn tie(&mut self, port: &'static str, relation: UnitRelation, other: &'static str) {
         let place = |name| self.specs.iter().position(|spec: &PortSpec| spec.name == name);
         let (Some(place), Some(other)) = (place(port), place(other)) else { return };
@@ -151,28 +150,29 @@ impl<'a> Declare<'a> {
         }
     }
 
-    /// Says which link and channel the module sends over. A second one that sends over the link is a fault.
+    /// Declares that the module sends over a link and channel. A second sender on the link is a fault.
     pub fn sends_over(&mut self, link: u32, channel: u32) {
         self.take_link_end(link, channel, true);
     }
 
-    /// Says which link and channel the module listens to. A second one that listens to the link is a fault.
+    /// Declares that the module receives from a link and channel. A second receiver on the link is a fault.
     pub fn listens_to(&mut self, link: u32, channel: u32) {
         self.take_link_end(link, channel, false);
     }
 
-    /// Says how many words the packets of the module have. With more than
+    /// Declares the number of words of the module's packets. With more than
     /// [`MAX_PACKET_WORDS`](crate::limits::MAX_PACKET_WORDS) it is not plugged in.
     pub fn packs(&mut self, words: usize) {
         self.packet_words = words;
     }
 
-    /// Says whether the device has the axis that a parameter names. Without it the module is not plugged in.
+    /// Declares whether the axis of a parameter exists. If not, the module is not plugged in.
     pub fn needs_axis(&mut self, is_there: bool) {
         self.has_axis = is_there;
     }
 
-    /// The program of this number; none has number 0. Without another one the module is not plugged in.
+    /// Returns the program of this number; 0 means no program. If the program does not exist, the module is not
+    /// plugged in.
     pub fn program(&mut self, number: u32) -> Option<Program<'a>> {
         let found = self.programs.get(number);
         self.has_program = number == 0 || found.is_some();
@@ -195,8 +195,7 @@ impl<'a> Declare<'a> {
         self.link_end
     }
 
-    /// Whether all that was declared is among the specs: there were no more than
-    /// [`MAX_PORTS`](crate::limits::MAX_PORTS).
+    /// Returns whether all declarations fit into [`MAX_PORTS`](crate::limits::MAX_PORTS).
     pub(crate) fn has_all(&self) -> bool {
         usize::from(self.count) == self.specs.len()
     }
@@ -224,7 +223,7 @@ impl<'a> Declare<'a> {
         self.add_signal(name, data_type, direction, mismatch)
     }
 
-    /// Not generic: a call and no more for each line of a module's declarations.
+    /// Not generic, so that each declaration compiles to one call.
     #[inline(never)]
     fn add_signal(
         &mut self,
@@ -247,7 +246,7 @@ impl<'a> Declare<'a> {
         })
     }
 
-    /// The handle says for now which port it is of.
+    /// The handle stores the port number until it is wired.
     #[inline(never)]
     fn add(&mut self, spec: PortSpec) -> Block {
         let port = Block::of_port(self.count);

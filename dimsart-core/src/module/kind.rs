@@ -1,4 +1,4 @@
-//! Kinds of modules: what the engine knows of a module without knowing its type.
+//! Module kinds: type-erased descriptions and functions of modules.
 
 use core::cell::Cell;
 
@@ -12,21 +12,21 @@ use crate::module::port::Stage;
 use crate::parameter::Parameters;
 use crate::signal::{Summary, Words};
 
-/// Calls a module whose configuration and whose state begin at these words of the Data Base.
+/// Calls a module whose configuration and state begin at these words of the Data Base.
 pub(crate) type Compute = fn(&Data<'_>, u16, u16);
 
-/// The same before its first call, and whether it takes over from another module.
+/// Initialises a module's state; the flag is whether it takes over from another module.
 pub(crate) type Begin = fn(&Data<'_>, u16, u16, bool);
 
 /// Declares the ports of a module with these settings, and fills in its handles.
 type DeclarePorts = fn(&[Cell<u32>], &mut Declare<'_>, &[Cell<u32>]);
 
-/// A kind of module: what there is to say of it, and its functions.
+/// A module kind: description and functions.
 #[derive(Debug, Clone, Copy)]
 pub struct Kind {
     /// [`Module::NAME`].
     pub name: &'static str,
-    /// Derived from the name.
+    /// Computed from the name.
     pub id: KindId,
     /// [`Module::SUMMARY`].
     pub summary: Summary,
@@ -40,16 +40,16 @@ pub struct Kind {
     parameters: fn(&Configuration<'_>, u8, &mut Parameters<'_>),
     prepare: fn(&Configuration<'_>, &DeviceDescriptor),
     ports: DeclarePorts,
-    /// None where there is no state to begin with.
+    /// None if there is no state.
     begin: Option<Begin>,
     compute: [Compute; 2],
 }
 
-/// Most words of a module's settings, and most handles.
+/// Maximum words of a module's settings, and maximum number of handles.
 pub(crate) const MAX_SETTINGS_WORDS: usize = 24;
 pub(crate) const MAX_HANDLES: usize = 16;
 
-/// The configuration of an instance, in its parts.
+/// Parts of an instance's configuration.
 #[derive(Debug)]
 pub(crate) struct Configuration<'a> {
     settings: &'a [Cell<u32>],
@@ -57,7 +57,7 @@ pub(crate) struct Configuration<'a> {
 }
 
 impl Kind {
-    /// The kind of a module.
+    /// Creates the kind of a module.
     #[must_use]
     pub const fn of<M: Module>() -> Self {
         const {
@@ -91,46 +91,46 @@ impl Kind {
         self.outlasts_arming
     }
 
-    /// Whether its modules run a [program](crate::online).
+    /// Returns whether its modules run a [program](crate::online).
     #[must_use]
     pub const fn runs_program(&self) -> bool {
         self.runs_program
     }
 
-    /// Number of the [program](crate::online) that a module with these settings runs; 0 for none.
+    /// Returns the number of the [program](crate::online) of a module with these settings; 0 for none.
     pub(crate) fn program(&self, settings: &[Cell<u32>]) -> u8 {
         let number = settings.first().filter(|_| self.runs_program()).map_or(0, Cell::get);
         u8::try_from(number).unwrap_or(0)
     }
 
-    /// Words that an instance takes on a device with `dof` axes.
+    /// Returns the words of an instance on a device with `dof` axes.
     #[must_use]
     pub const fn words(&self, dof: usize) -> usize {
         self.configuration_words(dof) + self.state_words(dof)
     }
 
-    /// Words of handles, settings and gains.
+    /// Returns the words of handles, settings and gains.
     pub(crate) const fn configuration_words(&self, dof: usize) -> usize {
         self.handles as usize + self.settings_words as usize + dof * self.gains_words as usize
     }
 
-    /// Words of state, of the module and of each axis.
+    /// Returns the words of state, of the module and of all axes.
     pub(crate) const fn state_words(&self, dof: usize) -> usize {
         self.state_words as usize + dof * self.axis_words as usize
     }
 
-    /// Handles of a module, the first words of its configuration.
+    /// Returns the number of handles, the first words of the configuration.
     pub(crate) fn handles(&self) -> usize {
         self.handles.into()
     }
 
-    /// Where the settings lie in an instance's configuration.
+    /// Returns the range of the settings in the configuration.
     pub(crate) fn settings(&self) -> core::ops::Range<usize> {
         let start = self.handles();
         start..start + usize::from(self.settings_words)
     }
 
-    /// An instance's configuration in its parts.
+    /// Splits an instance's configuration into its parts.
     pub(crate) fn configuration<'a>(&self, words: &'a [Cell<u32>]) -> Configuration<'a> {
         let settings = self.settings();
         let gains = words.get(settings.end..).unwrap_or_default();
@@ -142,32 +142,32 @@ impl Kind {
         (self.parameters)(of, axis, visit);
     }
 
-    /// Visits the parameters of no instance: to describe them.
+    /// Visits the parameters without an instance, to describe them.
     pub(crate) fn describe(&self, visit: &mut Parameters<'_>) {
         (self.parameters)(&Configuration { settings: &[], gains: &[] }, 0, visit);
     }
 
-    /// Settings of no instance, all parameters at their defaults.
+    /// Sets all parameters in the settings to their defaults, without an instance.
     pub(crate) fn set_defaults(&self, settings: &[Cell<u32>]) {
         (self.parameters)(&Configuration { settings, gains: &[] }, 0, &mut Parameters::defaults());
     }
 
-    /// Works out what follows from the parameters.
+    /// Computes the values derived from the parameters.
     pub(crate) fn prepare(&self, of: &Configuration<'_>, device: &DeviceDescriptor) {
         (self.prepare)(of, device);
     }
 
-    /// Declares the ports that a module with these settings has, and fills in its handles.
+    /// Declares the ports of a module with these settings, and fills in its handles.
     pub(crate) fn ports(&self, settings: &[Cell<u32>], declare: &mut Declare<'_>, handles: &[Cell<u32>]) {
         (self.ports)(settings, declare, handles);
     }
 
-    /// What begins modules of this kind, if they have a state.
+    /// Returns the function that initialises the state, if there is a state.
     pub(crate) fn begin(&self) -> Option<Begin> {
         self.begin
     }
 
-    /// What computes a stage of modules of this kind.
+    /// Returns the function of a stage.
     pub(crate) fn compute(&self, stage: Stage) -> Compute {
         let [early, late] = self.compute;
         match stage {
@@ -178,7 +178,7 @@ impl Kind {
 }
 
 impl<'a> Configuration<'a> {
-    /// The gains of an axis, so many words; empty for one that is not there.
+    /// Returns `count` words of an axis' gains; empty if there is no such axis.
     #[inline(never)]
     fn gains(&self, axis: usize, count: usize) -> &'a [Cell<u32>] {
         self.gains.get(axis * count..).and_then(|words| words.get(..count)).unwrap_or_default()
@@ -195,15 +195,15 @@ fn visit<M: Module>(of: &Configuration<'_>, axis: u8, visit: &mut Parameters<'_>
     }
 }
 
-/// As [`Words::load`], once for all between ticks: inlined there it takes flash for nothing.
+/// As [`Words::load`], but not inlined, to save flash; for use between ticks.
 #[inline(never)]
 fn load<T: Words>(words: &[Cell<u32>]) -> T {
     let zeros = [const { Cell::new(0) }; MAX_SETTINGS_WORDS];
-    // Cut to the length that is read, so that it is compared once.
+    // Cut to the length that is read, so that there is one length check.
     T::load(words.get(..T::COUNT).or(zeros.get(..T::COUNT)).unwrap_or_default())
 }
 
-/// As [`Words::store`], once for all between ticks.
+/// As [`Words::store`], but not inlined.
 #[inline(never)]
 fn store<T: Words>(value: &T, words: &[Cell<u32>]) {
     if let Some(words) = words.get(..T::COUNT) {

@@ -1,21 +1,21 @@
-//! The stable id of a module kind.
+//! Stable id of a module kind.
 
 use core::fmt;
 use core::num::NonZeroU16;
 
 use serde::{Deserialize, Deserializer, Serialize, Serializer};
 
-/// Identifies a module kind on the wire, in flash and in a stamp, whatever list it is in.
+/// Identifies a module kind on the wire, in flash and in a stamp.
 ///
-/// It is derived from the kind's [name](crate::Module::NAME): FNV-1a, its halves combined by exclusive or. A list with two kinds of
-/// the same id does not compile.
+/// It is computed from the kind's [name](crate::Module::NAME): FNV-1a, both halves combined by exclusive or.
+/// A list with two kinds of the same id does not compile.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[repr(transparent)]
 pub struct KindId(NonZeroU16);
 
 impl KindId {
-    /// The id of the kind with this name.
+    /// Computes the id of the kind with this name.
     #[must_use]
     #[expect(clippy::cast_possible_truncation, reason = "the halves are combined")]
     pub const fn of(name: &str) -> Self {
@@ -28,7 +28,7 @@ impl KindId {
         Self::from_bits((hash ^ (hash >> 16)) as u16)
     }
 
-    /// The id with these bits; 0 is the same as 1.
+    /// Creates an id from its bits; 0 becomes 1.
     #[must_use]
     pub const fn from_bits(bits: u16) -> Self {
         match NonZeroU16::new(bits) {
@@ -37,21 +37,21 @@ impl KindId {
         }
     }
 
-    /// Its bits.
+    /// Returns the bits.
     #[must_use]
     pub const fn bits(self) -> u16 {
         self.0.get()
     }
 }
 
-/// Four hexadecimal digits.
+/// Prints four hexadecimal digits.
 impl fmt::Display for KindId {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         write!(f, "{:04X}", self.bits())
     }
 }
 
-/// Two bytes, little endian.
+/// Encodes two bytes, little endian.
 impl Serialize for KindId {
     fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
         self.bits().to_le_bytes().serialize(serializer)

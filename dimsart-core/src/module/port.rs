@@ -1,11 +1,11 @@
-//! Ports: the signals a module reads and writes, declared when it is plugged in.
+//! Ports: the signals that a module reads and writes, declared when it is plugged in.
 
 use heapless::Vec;
 
 use crate::limits::MAX_PORTS;
 use crate::signal::{DataType, TypeRef, UnitTie};
 
-/// What a port is for.
+/// Direction of a port.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum Direction {
@@ -13,15 +13,14 @@ pub enum Direction {
     Read,
     /// Writes a signal.
     Write,
-    /// Holds so many words of the module's own memory.
+    /// Words of the module's own memory.
     Memory(usize),
 }
 
-/// When in the tick a port is used.
+/// Stage of the tick in which a port is used.
 ///
-/// A module that sits on both sides of a controller, such as a wave transformer, has two stages: the
-/// early one runs at its place in the plug-in order, the late one as soon as everything it reads has
-/// been written.
+/// A module on both sides of a controller, such as a wave transformer, has two stages: the early stage runs
+/// in plug-in order, the late stage as soon as all its inputs have been written.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum Stage {
@@ -31,21 +30,21 @@ pub enum Stage {
     Late,
 }
 
-/// How a signal differs from what a port expects.
+/// Difference between a signal and the type that a port expects.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum Difference {
-    /// Another physical unit.
+    /// Different physical unit.
     Unit,
-    /// Another number format.
+    /// Different number format.
     Format,
-    /// Another shape.
+    /// Different shape.
     Shape,
-    /// Cartesian coordinates where others of the module's ports have those of joints, or the other way round.
+    /// Cartesian coordinates, although other ports of the module have joint coordinates, or vice versa.
     Coordinates,
 }
 
-/// The sending or the receiving end of a link. Only one module can have it.
+/// Sending or receiving end of a link, for one module only.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) struct LinkEnd {
     pub(crate) link: u8,
@@ -54,12 +53,12 @@ pub(crate) struct LinkEnd {
 }
 
 impl LinkEnd {
-    /// Whether it is the same end of the same link, whatever the channel.
+    /// Returns whether it is the same end of the same link, on any channel.
     pub(crate) fn is_same(self, other: Self) -> bool {
         (self.link, self.is_sending) == (other.link, other.is_sending)
     }
 
-    /// Whether it is the receiving end of a link.
+    /// Returns whether it is the receiving end of a link.
     pub(crate) fn listens_to(self, link: usize) -> bool {
         !self.is_sending && usize::from(self.link) == link
     }
@@ -68,34 +67,34 @@ impl LinkEnd {
 /// A port as its module declares it.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct PortSpec {
-    /// Name, unique in the module; `PORT_<name>` is the command that binds it to another type.
+    /// Name, unique in the module; the command `PORT_<name>` binds it to another signal.
     pub name: &'static str,
-    /// Type it is bound to unless a command says otherwise; none for memory.
+    /// Default signal and its type; none for memory.
     pub data_type: Option<(&'static DataType, TypeRef)>,
     /// Reads, writes or holds memory.
     pub direction: Direction,
     /// Stage that uses it.
     pub stage: Stage,
-    /// Declares that data one tick old is what this port wants (read) or gives (write).
+    /// Declares that the data are one tick old.
     pub is_delayed: bool,
-    /// How the data type differs from what the module's handle can take; none if it fits.
+    /// Difference between the data type and the type of the module's handle; none if they match.
     pub mismatch: Option<Difference>,
-    /// Whether it can be bound to a signal of another unit.
+    /// Whether it accepts a signal of another unit.
     pub takes_any_unit: bool,
-    /// Whether it can be bound to a signal of another unit, format or shape.
+    /// Whether it accepts a signal of another unit, format or shape.
     pub takes_any_type: bool,
-    /// What its unit follows from, if that of another port.
+    /// Tie to the unit of another port.
     pub tie: Option<UnitTie>,
 }
 
 impl PortSpec {
-    /// Whether it takes a coordinate, of a joint or a Cartesian one.
+    /// Returns whether it accepts coordinates (joint or Cartesian).
     pub(crate) fn takes_coordinate(&self) -> bool {
         let takes_any = self.takes_any_unit || self.takes_any_type;
         !takes_any && self.data_type.is_some_and(|(expected, _)| expected.unit.cartesian().is_some())
     }
 
-    /// How a signal of type `found` differs from what the port expects, if it does.
+    /// Returns the difference between type `found` and the type that the port expects.
     pub(crate) fn difference(&self, found: &DataType) -> Option<Difference> {
         let (expected, _) = self.data_type?;
         if self.takes_any_type {
@@ -112,5 +111,5 @@ impl PortSpec {
     }
 }
 
-/// Ports as a module declares them.
+/// The ports that a module declares.
 pub(crate) type PortSpecs = Vec<PortSpec, MAX_PORTS>;

@@ -1,12 +1,12 @@
-//! Structs of handles, each declared with its field.
+//! Structs of handles.
 
 use super::Declare;
 use crate::data_base::{Input, Memory, Output, Signal};
 use crate::signal::Words;
 
-/// A module's handles; [`words!`](crate::words!) makes a struct one.
+/// A module's handles; [`words!`](crate::words!) implements it.
 pub trait PortSet: Words {
-    /// Declares the ports, in order. A handle that is not declared reads as zero, and what is written to it is dropped.
+    /// Declares the ports, in order. An undeclared handle reads zero, and writes to it are dropped.
     #[must_use]
     fn declare(declare: &mut Declare<'_>) -> Self {
         let _ = declare;
@@ -21,7 +21,7 @@ impl<S: Signal> PortSet for Output<S> {}
 impl<A: PortSet, B: PortSet> PortSet for (A, B) {}
 impl<T: PortSet, const N: usize> PortSet for [T; N] {}
 
-/// A struct of handles, as [`words!`](crate::words!) makes it.
+/// Declares a struct of handles; used by [`words!`](crate::words!).
 #[doc(hidden)]
 #[macro_export]
 macro_rules! ports {

@@ -1,33 +1,32 @@
-//! Rates: a module runs in every tick, or in every n-th one.
+//! Rates: a module runs every n ticks.
 //!
-//! All n divide [`CYCLE_TICKS`]: after so many ticks the same modules run again. So who runs together with whom is known,
-//! and modules that do not run in every tick are spread over the ticks that have least to do.
+//! All n divide [`CYCLE_TICKS`], after which the pattern repeats. So the modules that run in the same tick
+//! are known, and modules with n above 1 are spread over the ticks with the least load.
 
 use crate::parameter::{Accepts, Entries, Parameter, Value};
 use crate::signal::{Summary, Unit};
 
-/// Number of the parameter `EVERY_TICKS`, which every module has beside its own ones: it runs in every tick, in every second
-/// one, and so on.
+/// Number of the parameter `EVERY_TICKS`, which every module has: the module's period in ticks.
 pub const EVERY_TICKS: u8 = 127;
 
-/// Ticks after which the same modules run again.
+/// Period of the whole pattern in ticks.
 const CYCLE_TICKS: usize = 100;
 
-/// Every how many ticks a module can run, and their names.
+/// Allowed periods of a module in ticks, and their names.
 const PERIODS: [u8; NAMES.len()] = [1, 2, 4, 5, 10, 20, 50, 100];
 const NAMES: &[&str] = &["1", "2", "4", "5", "10", "20", "50", "100"];
 
-/// How often a module runs.
+/// Period and phase of a module.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Rate {
-    /// It runs in every tick, in every second one, and so on.
+    /// Period in ticks.
     pub every_ticks: u8,
-    /// Ticks before it runs next.
+    /// Ticks until the next run.
     pub left_ticks: u8,
 }
 
 impl Rate {
-    /// Whether there are ticks in which a module of this rate and one of the other run both.
+    /// Returns whether there are ticks in which both modules run.
     pub(crate) fn meets(self, other: Self) -> bool {
         let (mut common, mut rest) = (self.every_ticks, other.every_ticks);
         while let Some(remainder) = common.checked_rem(rest) {
@@ -40,7 +39,7 @@ impl Rate {
         self.every_ticks > 1
     }
 
-    /// A tick begins; whether the module runs in it.
+    /// Starts a tick; returns whether the module runs in it.
     #[inline]
     pub(crate) fn is_due(&mut self) -> bool {
         let is_due = self.left_ticks == 0;
@@ -49,7 +48,7 @@ impl Rate {
     }
 }
 
-/// The parameter, as every module describes it.
+/// Description of the parameter.
 pub(crate) const PARAMETER: Parameter = Parameter {
     name: "EVERY_TICKS",
     unit: Unit::Tick,
@@ -57,30 +56,28 @@ pub(crate) const PARAMETER: Parameter = Parameter {
     entries: Entries::ONE,
     default: Some(Value::Choice(0)),
     is_structural: true,
-    summary: Summary::new(
-        "The module runs in every tick, in every second one, and so on; its outputs hold meanwhile.",
-    ),
+    summary: Summary::new("Period of the module in ticks; its outputs hold their values in between."),
 };
 
-/// The parameter's value for a module that runs every so many ticks.
+/// Converts a period to the parameter's value.
 pub(crate) fn to_value(every_ticks: u8) -> Value {
     let place = (0..).zip(PERIODS).find(|(_, ticks)| *ticks == every_ticks);
     Value::Choice(place.map_or(0, |(place, _)| place))
 }
 
-/// Every how many ticks a module runs by a value that the parameter accepts.
+/// Converts the parameter's value to a period.
 pub(crate) fn from_value(value: Value) -> u8 {
     let place = if let Value::Choice(place) = value { place } else { 0 };
     PERIODS.get(usize::from(place)).copied().unwrap_or(1)
 }
 
-/// What the ticks of a cycle have to do beside what all of them have, from the next tick on.
+/// Load of the ticks in a cycle by modules that do not run in every tick, from the next tick on.
 pub(crate) struct Load([u32; CYCLE_TICKS]);
 
 impl Load {
     pub(crate) const NONE: Self = Self([0; CYCLE_TICKS]);
 
-    /// Adds what a module weighs in the ticks in which it runs.
+    /// Adds a module's cost to its ticks.
     pub(crate) fn add(&mut self, rate: Rate, weight: u32) {
         let Rate { every_ticks, left_ticks } = rate;
         for load in self.0.iter_mut().skip(left_ticks.into()).step_by(usize::from(every_ticks).max(1)) {
@@ -88,7 +85,7 @@ impl Load {
         }
     }
 
-    /// Where a module that fits there adds least to the ticks that have most to do; the first one of several such places.
+    /// Returns the phase with the lowest maximum load among those that fit; the first of several.
     pub(crate) fn lightest(&self, every_ticks: u8, fits: impl Fn(&Rate) -> bool) -> Rate {
         let (mut best, mut least) = (Rate { every_ticks, left_ticks: 0 }, u32::MAX);
         for rate in (0..every_ticks).map(|left_ticks| Rate { every_ticks, left_ticks }).filter(fits) {

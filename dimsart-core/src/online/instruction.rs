@@ -1,51 +1,51 @@
-//! Instructions of a program: a word each.
+//! Instructions of a program, one word each.
 
-/// Registers of a program, a number in each.
+/// Number of registers.
 pub const REGISTERS: usize = 32;
-/// The axis of an instruction that means the one that is computed.
+/// Axis field that means the current axis.
 pub const OWN_AXIS: u8 = FIELD;
 
 const FIELD: u8 = 0x3F;
 
 macro_rules! opcodes {
     ($($(#[$doc:meta])* $name:ident [$($field:ident)*]),* $(,)?) => {
-        /// What an instruction does, with its fields in order.
+        /// Operation of an instruction, with its fields in order.
         #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
         #[repr(u8)]
         pub enum Opcode { $($(#[$doc])* $name),* }
 
         impl Opcode {
-            /// Every one, by its number.
+            /// All opcodes, by number.
             pub const ALL: &'static [Self] = &[$(Self::$name),*];
 
-            /// The one of a number; none for a number that no opcode has.
+            /// Returns the opcode of a number, if there is one.
             #[inline(always)]
             #[must_use]
             pub const fn of(number: u8) -> Option<Self> {
-                // A comparison and no more in machine code.
+                // Compiles to one comparison.
                 match number {
                     $(number if number == Self::$name as u8 => Some(Self::$name),)*
                     _ => None,
                 }
             }
 
-            /// That of an instruction that was verified; for a number that no opcode has, the first one.
+            /// Returns the opcode of a verified instruction; the first opcode for an invalid number.
             #[inline(always)]
             pub(super) const fn of_word(word: u32) -> Self {
-                // As few bits as all numbers take: a jump table needs no comparison before it.
+                // Masked to the bits of the opcodes, so that a jump table needs no range check.
                 match word & NUMBERS {
                     $(number if number == Self::$name as u32 => Self::$name,)*
                     _ => Self::FIRST,
                 }
             }
 
-            /// Its name.
+            /// Returns the name.
             #[must_use]
             pub const fn name(self) -> &'static str {
                 match self { $(Self::$name => stringify!($name)),* }
             }
 
-            /// What its fields are.
+            /// Returns the fields.
             #[must_use]
             pub const fn fields(self) -> &'static [Field] {
                 match self { $(Self::$name => &[$(Field::$field),*]),* }
@@ -54,41 +54,41 @@ macro_rules! opcodes {
     };
 }
 
-/// What a field of an instruction names.
+/// Meaning of an instruction's field.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Field {
-    /// A register that is written.
+    /// Register to write.
     To,
-    /// A register that is read.
+    /// Register to read.
     From,
-    /// A constant.
+    /// Constant.
     Constant,
-    /// An input.
+    /// Input.
     Input,
-    /// An output.
+    /// Output.
     Output,
-    /// A parameter.
+    /// Parameter.
     Parameter,
-    /// What is remembered from tick to tick.
+    /// State.
     State,
-    /// An axis, or [`OWN_AXIS`].
+    /// Axis, or [`OWN_AXIS`].
     Axis,
 }
 
 opcodes! {
-    /// A constant.
+    /// Loads a constant.
     Constant [To Constant],
-    /// The sample period, `s`.
+    /// Loads the sample period, `s`.
     Period [To],
-    /// An input on an axis.
+    /// Loads an input of an axis.
     Input [To Input Axis],
-    /// A parameter of an axis; those of the axis that is computed are in registers.
+    /// Loads a parameter of an axis; the current axis' parameters are already in registers.
     Parameter [To Parameter Axis],
-    /// What was written to an output last, where the law takes over from another one; else 0.
+    /// Loads the last value of an output if the law takes over from another one; otherwise 0.
     Last [To Output Axis],
-    /// Remembers a number for the next tick.
+    /// Stores a state for the next tick.
     Remember [State From],
-    /// Writes an output on an axis.
+    /// Writes an output of an axis.
     Output [Output From Axis],
     /// `a + b`.
     Add [To From From],
@@ -102,19 +102,19 @@ opcodes! {
     MultiplyAdd [To From From From],
     /// `-a`.
     Negate [To From],
-    /// `a` without its sign.
+    /// Absolute value of `a`.
     Absolute [To From],
-    /// The smaller one.
+    /// Minimum.
     Minimum [To From From],
-    /// The larger one.
+    /// Maximum.
     Maximum [To From From],
-    /// `a`, not below `b`, not above `c`.
+    /// Limits `a` to at least `b`, then to at most `c`.
     Clamp [To From From From],
     /// 1 if `a < b`, else 0.
     Less [To From From],
     /// 1 if `a <= b`, else 0.
     LessOrEqual [To From From],
-    /// 1 if `a` and `b` are the same number, else 0.
+    /// 1 if `a == b`, else 0.
     Equal [To From From],
     /// `b` if `a` is not 0, else `c`.
     Select [To From From From],
@@ -132,29 +132,29 @@ impl Opcode {
     const FIRST: Self = Self::Constant;
 }
 
-/// As many as all numbers take.
+/// Bit mask of the opcodes.
 const NUMBERS: u32 = 0x1F;
-const _: () = assert!(OPCODES <= 0x20, "as many as fit");
+const _: () = assert!(OPCODES <= 0x20, "too many opcodes");
 
-/// Where the fields of an instruction begin, 6 bits each.
+/// First bits of an instruction's fields, 6 bits each.
 pub(super) const PLACES: [u32; 4] = [8, 14, 20, 26];
 
 /// Number of opcodes.
 pub const OPCODES: usize = Opcode::ALL.len();
 
-/// An instruction: opcode in the low 8 bits, then four fields of 6.
+/// An instruction: opcode in the low 8 bits, then four fields of 6 bits.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Instruction(pub u32);
 
 impl Instruction {
-    /// One with these fields, of which 6 bits each are taken; those that are missing are 0.
+    /// Creates an instruction; fields are cut to 6 bits, missing fields are 0.
     #[must_use]
     pub fn new(opcode: Opcode, fields: &[u8]) -> Self {
         let bits = fields.iter().zip(PLACES).map(|(field, place)| u32::from(field & FIELD) << place);
         Self(bits.fold(opcode as u32, |word, bits| word | bits))
     }
 
-    /// What it does; none for a number that no opcode has.
+    /// Returns the opcode; none for an invalid number.
     #[inline(always)]
     #[must_use]
     pub fn opcode(self) -> Option<Opcode> {
@@ -162,7 +162,7 @@ impl Instruction {
         Opcode::of(number)
     }
 
-    /// Its fields.
+    /// Returns the fields.
     #[inline(always)]
     #[must_use]
     pub const fn fields(self) -> [u8; 4] {

@@ -1,33 +1,32 @@
-//! Runs instructions.
+//! Interpreter of programs.
 
 use super::instruction::{Field, Instruction, Opcode, PLACES, REGISTERS};
 use crate::math;
 
-/// What a program reads and writes on the axis that is computed. What is not there reads as 0, and what is written to
-/// it is dropped.
+/// Environment of a program on the current axis. Missing items read 0, and writes to them are dropped.
 pub trait Surroundings {
-    /// The module's sample period, `s`.
+    /// Returns the module's sample period, `s`.
     fn period_s(&self) -> f32;
-    /// Value of an input port.
+    /// Returns the value of an input port.
     fn input(&self, port: u32, axis: u32) -> f32;
-    /// Value that an output port had after the last tick.
+    /// Returns the value of an output port after the last tick.
     fn last(&self, port: u32, axis: u32) -> f32;
-    /// Value of a parameter, or of a state.
+    /// Returns a parameter or a state.
     fn parameter(&self, number: u32, axis: u32) -> f32;
-    /// Sets a state.
+    /// Stores a state.
     fn remember(&self, number: u32, value: f32);
     /// Writes an output port.
     fn write(&self, port: u32, axis: u32, value: f32);
 }
 
-/// Numbers that instructions work on.
+/// Registers of a program.
 pub type Registers = [f32; REGISTERS];
 
-/// Runs instructions one behind the other.
+/// Runs instructions in sequence.
 #[inline(always)]
 pub fn run(instructions: &[u32], constants: &[u32], registers: &mut Registers, around: &impl Surroundings) {
     for word in instructions {
-        // Each case takes the fields that it needs out of the word: nothing else is done for all of them.
+        // Each operation extracts only the fields that it needs.
         let field = |place: u32| (word >> place) & FIELD;
         let get = |place: u32| read(registers, word >> place);
         let value = match Opcode::of_word(*word) {
@@ -49,7 +48,7 @@ pub fn run(instructions: &[u32], constants: &[u32], registers: &mut Registers, a
             Opcode::Multiply => get(B) * get(C),
             Opcode::Divide => get(B) / get(C),
             Opcode::MultiplyAdd => {
-                // Not in one: that has other bits.
+                // Not fused: a fused multiply-add gives other bits.
                 let product = get(B) * get(C);
                 product + get(D)
             }
@@ -60,7 +59,7 @@ pub fn run(instructions: &[u32], constants: &[u32], registers: &mut Registers, a
             Opcode::Clamp => math::clamp(get(B), get(C), get(D)),
             Opcode::Less => truth(get(B) < get(C)),
             Opcode::LessOrEqual => truth(get(B) <= get(C)),
-            #[expect(clippy::float_cmp, reason = "what a law asks for by that name")]
+            #[expect(clippy::float_cmp, reason = "the operation compares exactly")]
             Opcode::Equal => truth(get(B) == get(C)),
             Opcode::Select if get(B).to_bits() == 0 => get(D),
             Opcode::Select => get(C),
@@ -75,7 +74,7 @@ pub fn run(instructions: &[u32], constants: &[u32], registers: &mut Registers, a
     }
 }
 
-/// Where the fields of an instruction are.
+/// First bits of the fields.
 const A: u32 = PLACES[0];
 const B: u32 = PLACES[1];
 const C: u32 = PLACES[2];
@@ -91,8 +90,8 @@ fn truth(holds: bool) -> f32 {
     if holds { 1.0 } else { 0.0 }
 }
 
-/// What an instruction that works on registers alone makes of its arguments; none for any other one, or with other
-/// arguments than it takes.
+/// Computes an instruction that uses registers only; none for other instructions or a wrong number of
+/// arguments.
 #[must_use]
 pub fn calculate(opcode: Opcode, arguments: &[f32]) -> Option<f32> {
     let (first, others) = opcode.fields().split_first()?;
@@ -106,7 +105,7 @@ pub fn calculate(opcode: Opcode, arguments: &[f32]) -> Option<f32> {
     registers.first().copied()
 }
 
-/// Nothing is there.
+/// Empty environment.
 struct Nowhere;
 
 impl Surroundings for Nowhere {

@@ -1,4 +1,4 @@
-//! The format of a program.
+//! Format of a program.
 //!
 //! ```text
 //! word  bits 0 to 7     8 to 15        16 to 23       24 to 31
@@ -6,15 +6,16 @@
 //!    1  states          constants      axes           1 if it computes all axes in one go
 //!    2  instructions:   once           to begin       of a tick, then bytes of text
 //! ```
-//! Behind these: of each input and output its signal (type in 16 bits, number in 8); of each parameter its unit and the
-//! `f32` words of its smallest, largest and default value; constants, `f32`; the [instructions](super::Instruction);
-//! names as text, those of the law, its inputs, outputs and parameters, a line each, filled up with zeros; a CRC-32
-//! (AUTOSAR's) of all that as little-endian bytes.
+//! After these words: for each input and output its signal (type in 16 bits, number in 8); for each parameter
+//! its unit and the `f32` words of minimum, maximum and default; constants, `f32`; the
+//! [instructions](super::Instruction); text with the names of the law, inputs, outputs and parameters, one
+//! per line, padded with zeros; a CRC-32 (AUTOSAR) of all these words as little-endian bytes.
 //!
-//! The instructions `once` run before the others, once for all axes. Those `to begin` run once for each axis before the
-//! law's first tick, those `of a tick` once for each axis in each tick. They find the axis' parameters in the first
-//! registers, and in those behind them what is remembered of it. A law that computes all axes in one go runs them once, with
-//! those of axis 0, and its device has just so many axes; for any other one `axes` are the fewest that it needs.
+//! The `once` instructions run first, once for all axes. The `to begin` instructions run once per axis before
+//! the law's first tick, the `of a tick` instructions once per axis in each tick. Both find the axis'
+//! parameters in the first registers, followed by its states. A law that computes all axes in one go runs
+//! them once, with the parameters and states of axis 0; its device must have exactly `axes` axes. For other
+//! laws `axes` is the minimum.
 
 use core::ops::Range;
 
@@ -23,43 +24,43 @@ use super::instruction::{Instruction, Opcode};
 use crate::packet::CRC;
 use crate::signal::{TypeRef, Unit};
 
-/// Most inputs of a program.
+/// Maximum number of inputs.
 pub const MAX_INPUTS: usize = 6;
-/// Most outputs of a program.
+/// Maximum number of outputs.
 pub const MAX_OUTPUTS: usize = 4;
-/// Most parameters of a program.
+/// Maximum number of parameters.
 pub const MAX_PARAMETERS: usize = 8;
-/// Numbers of the parameters that a program can have.
+/// Numbers of a program's parameters.
 pub(crate) const PARAMETERS: [u8; MAX_PARAMETERS] = [0, 1, 2, 3, 4, 5, 6, 7];
-/// Most that a program remembers of an axis.
+/// Maximum number of states per axis.
 pub const MAX_STATES: usize = 8;
 
-/// Words in front of the ports.
+/// Words before the ports.
 const HEADER_WORDS: u16 = 3;
 const PARAMETER_WORDS: u16 = 4;
 
-/// How much there is of everything in a program.
+/// Sizes of a program.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub struct Header {
-    /// Signals that are read.
+    /// Inputs.
     pub inputs: u8,
-    /// Signals that are written.
+    /// Outputs.
     pub outputs: u8,
     /// Parameters.
     pub parameters: u8,
-    /// Numbers that are remembered of each axis.
+    /// States per axis.
     pub states: u8,
     /// Constants.
     pub constants: u8,
-    /// The fewest axes that it needs, or just as many if it computes all of them in one go.
+    /// Minimum number of axes; the exact number if it computes all axes in one go.
     pub axes: u8,
     /// Whether it computes all axes in one go.
     pub is_coupled: bool,
     /// Instructions that run once for all axes.
     pub once: u8,
-    /// Instructions to begin.
+    /// Instructions before the first tick.
     pub begin: u8,
-    /// Instructions of a tick.
+    /// Instructions in each tick.
     pub tick: u8,
     /// Bytes of text.
     pub text_bytes: u8,
@@ -68,16 +69,16 @@ pub struct Header {
 /// A part of a program's instructions.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Section {
-    /// Before the others, once for all axes.
+    /// Runs before the others, once for all axes.
     Once,
-    /// Before the law's first tick.
+    /// Runs before the law's first tick.
     Begin,
-    /// In each tick.
+    /// Runs in each tick.
     Tick,
 }
 
 impl Header {
-    /// Of no program.
+    /// Header of an empty program.
     pub(super) const NONE: Self = Self {
         inputs: 0,
         outputs: 0,
@@ -92,7 +93,7 @@ impl Header {
         text_bytes: 0,
     };
 
-    /// Its words.
+    /// Encodes the header.
     #[must_use]
     pub fn to_words(self) -> [u32; 3] {
         let Self { inputs, outputs, parameters, states, constants, axes, is_coupled, .. } = self;
@@ -104,7 +105,7 @@ impl Header {
         .map(u32::from_le_bytes)
     }
 
-    /// Of a program's first words, whatever they are; none if there are not so many.
+    /// Decodes a program's first words without checks; none if there are too few.
     #[inline(always)]
     pub(super) fn of(words: &[u32]) -> Option<Self> {
         let [_, inputs, outputs, parameters] = words.first()?.to_le_bytes();
@@ -145,7 +146,7 @@ impl Header {
         self.instructions_start() + u16::from(self.once) + u16::from(self.begin) + u16::from(self.tick)
     }
 
-    /// Words of the whole program.
+    /// Returns the number of words of the whole program.
     #[must_use]
     pub fn words(&self) -> usize {
         usize::from(self.text_start() + u16::from(self.text_bytes).div_ceil(4) + 1)
@@ -173,26 +174,26 @@ impl Header {
 pub struct LawParameter {
     /// Physical unit.
     pub unit: Unit,
-    /// Smallest value.
+    /// Minimum.
     pub min: f32,
-    /// Largest value.
+    /// Maximum.
     pub max: f32,
-    /// Value unless a command sets another one.
+    /// Default.
     pub default: f32,
 }
 
 impl LawParameter {
-    /// Its words.
+    /// Encodes the parameter.
     #[must_use]
     pub fn to_words(self) -> [u32; 4] {
         let mut unit = [0; 1];
-        // Units are few: one byte.
+        // A unit is one byte.
         let _ = postcard::to_slice(&self.unit, &mut unit);
         [unit[0].into(), self.min.to_bits(), self.max.to_bits(), self.default.to_bits()]
     }
 }
 
-/// A program that was verified.
+/// A verified program.
 #[derive(Debug, Clone, Copy)]
 pub struct Program<'a> {
     words: &'a [u32],
@@ -200,31 +201,31 @@ pub struct Program<'a> {
 }
 
 impl<'a> Program<'a> {
-    /// Of words that were verified when they were taken.
+    /// Creates a program from verified words.
     #[inline(always)]
     pub(super) fn trusted(words: &'a [u32], header: Header) -> Self {
         Self { words, header }
     }
 
-    /// Of words that are being verified.
+    /// Creates a program from words that are being verified.
     pub(super) fn unverified(words: &'a [u32], header: Header) -> Self {
         Self { words, header }
     }
 
-    /// How much there is of everything.
+    /// Returns the sizes.
     #[inline(always)]
     #[must_use]
     pub fn header(&self) -> Header {
         self.header
     }
 
-    /// All of it.
+    /// Returns all words.
     #[must_use]
     pub fn words(&self) -> &'a [u32] {
         self.words
     }
 
-    /// The signals that are read, and behind them those that are written.
+    /// Returns the inputs, followed by the outputs.
     pub fn ports(&self) -> impl Iterator<Item = TypeRef> + 'a {
         let range = usize::from(HEADER_WORDS)..self.header.ports_end().into();
         self.words.get(range).unwrap_or_default().iter().map(|word| {
@@ -233,7 +234,7 @@ impl<'a> Program<'a> {
         })
     }
 
-    /// A parameter by its number, from 0; none past the last one.
+    /// Returns a parameter by its number, from 0.
     #[must_use]
     pub fn parameter(&self, number: u8) -> Option<LawParameter> {
         if number >= self.header.parameters {
@@ -246,20 +247,20 @@ impl<'a> Program<'a> {
         Some(LawParameter { unit, min, max, default })
     }
 
-    /// Its constants, as bits.
+    /// Returns the constants, as bits.
     #[must_use]
     pub fn constants(&self) -> &'a [u32] {
         self.words.get(self.header.constants_range()).unwrap_or_default()
     }
 
-    /// Its instructions.
+    /// Returns the instructions of a section.
     #[must_use]
     pub fn instructions(&self, section: Section) -> &'a [u32] {
         self.words.get(self.header.instructions(section)).unwrap_or_default()
     }
 
-    /// What its instructions add to a tick of a device with so many axes, by the cycles of each; those to begin with those
-    /// of a tick. None if one's are not known.
+    /// Returns the cycles that its instructions add to a tick of a device with `dof` axes, including those to
+    /// begin. None if a cost is unknown.
     pub fn cycles(&self, dof: usize, of: impl Fn(Opcode) -> Option<u32>) -> Option<u32> {
         let sum = |section| {
             let mut words = self.instructions(section).iter();
@@ -267,12 +268,12 @@ impl<'a> Program<'a> {
         };
         let lanes = if self.header.is_coupled { 1 } else { dof };
         let of_axis = sum(Section::Begin)?.saturating_add(sum(Section::Tick)?);
-        // Those that run once do so before those that begin, too.
+        // The `once` instructions also run before those to begin.
         let once = sum(Section::Once)?.saturating_mul(2);
         Some(once.saturating_add(of_axis.saturating_mul(u32::try_from(lanes).unwrap_or(u32::MAX))))
     }
 
-    /// Bytes of its names: those of the law, its inputs, outputs and parameters, a line each.
+    /// Returns the bytes of its names: law, inputs, outputs and parameters, one per line.
     pub fn text(&self) -> impl Iterator<Item = u8> + 'a {
         let start = usize::from(self.header.text_start());
         let words = self.words.get(start..).unwrap_or_default();
@@ -280,7 +281,7 @@ impl<'a> Program<'a> {
     }
 }
 
-/// The CRC that ends a program with these words in front of it.
+/// Computes the CRC of a program's words.
 #[must_use]
 pub fn seal(words: &[u32]) -> u32 {
     let mut digest = CRC.digest();

@@ -1,4 +1,4 @@
-//! The programs that a controller has, and the next one while it comes in.
+//! Storage of programs, including the one being uploaded.
 
 use serde::{Deserialize, Serialize};
 
@@ -6,40 +6,40 @@ use super::program::{Header, Program, Section};
 use super::verify::ProgramError;
 use crate::limits::PROGRAM_WORDS;
 
-/// How a place for a program stands.
+/// State of a program slot.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
 pub struct LawReport {
-    /// Words of the program; 0 for none.
+    /// Words of the program; 0 for an empty slot.
     pub words: u8,
-    /// Whether a module has it, plugged in or not, in the scheme that runs or the next one.
+    /// Whether a module of the running or pending scheme uses it, plugged in or not.
     pub is_used: bool,
-    /// What it adds to a tick of this device, cycles; none if that is not known.
+    /// Cycles that it adds to a tick of this device; none if unknown.
     pub cycles: Option<u32>,
 }
 
-/// Why nothing was done about a program.
+/// Reason why a program command was refused.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[non_exhaustive]
 pub enum LawRefusal {
-    /// What was put is no program.
+    /// The uploaded words are not a valid program.
     Program(ProgramError),
-    /// A module has the program that is there.
+    /// A module uses the stored program.
     InUse,
-    /// The controller has no place of this number.
+    /// Program number out of range.
     NoSuchNumber,
 }
 
 impl core::fmt::Display for LawRefusal {
     fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
         match self {
-            Self::Program(error) => write!(f, "the law was refused: {error}"),
+            Self::Program(error) => write!(f, "invalid law: {error}"),
             Self::InUse => write!(
                 f,
-                "a module has the law of this number: upload this one to another number, or `close` the module first"
+                "a module uses the law with this number: choose another number, or `close` the module first"
             ),
             Self::NoSuchNumber => {
-                write!(f, "the controller has no place for a law of this number: use a smaller one, from 1")
+                write!(f, "law number out of range: use a smaller number, from 1")
             }
         }
     }
@@ -47,41 +47,41 @@ impl core::fmt::Display for LawRefusal {
 
 impl core::error::Error for LawRefusal {}
 
-/// A place for a program.
+/// A program slot.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct ProgramSlot {
     words: [u32; PROGRAM_WORDS],
-    /// Of these are the program's; 0 for none.
+    /// Number of words in use; 0 for an empty slot.
     count: u8,
     header: Header,
 }
 
 impl ProgramSlot {
-    /// All zero bits.
+    /// An empty slot, all zero bits.
     pub(crate) const EMPTY: Self = Self { words: [0; PROGRAM_WORDS], count: 0, header: Header::NONE };
 }
 
-/// What a tick needs of a program.
+/// Parts of a program that a tick needs.
 #[derive(Debug, Clone, Copy)]
 pub struct Code<'a> {
-    /// Bits of its constants.
+    /// Constants, as bits.
     pub constants: &'a [u32],
     /// Instructions that run once for all axes.
     pub once: &'a [u32],
-    /// Instructions of the section.
+    /// Instructions of the requested section.
     pub section: &'a [u32],
     /// Number of parameters.
     pub parameters: u8,
     /// Number of states.
     pub states: u8,
-    /// Whether an axis uses values of another one.
+    /// Whether the program computes all axes in one go.
     pub is_coupled: bool,
 }
 
-/// All programs of a controller, and the words of the next one.
+/// All programs of a controller and the one being uploaded.
 #[derive(Debug)]
 pub struct Programs {
-    /// The first one is that of the next program; the others are numbered from 1.
+    /// The first slot is the upload buffer; the others are numbered from 1.
     places: &'static mut [ProgramSlot],
 }
 
@@ -90,7 +90,7 @@ impl Programs {
         Self { places }
     }
 
-    /// How many there can be.
+    /// Returns the maximum number of programs.
     #[must_use]
     pub fn capacity(&self) -> usize {
         self.places.len().saturating_sub(1)
@@ -105,7 +105,7 @@ impl Programs {
         self.places.get_mut(usize::from(number)).filter(|_| number != 0)
     }
 
-    /// The program of this number, from 1.
+    /// Returns the program of this number, from 1.
     #[must_use]
     #[inline(always)]
     pub fn get(&self, number: u32) -> Option<Program<'_>> {
@@ -114,7 +114,7 @@ impl Programs {
         Some(Program::trusted(words, place.header))
     }
 
-    /// What a tick needs of the program of this number: the instructions of a section, with what is before them.
+    /// Returns what a tick needs of a program: its constants and the instructions of a section.
     #[must_use]
     #[inline(always)]
     pub fn code(&self, number: u32, section: Section) -> Option<Code<'_>> {
@@ -131,13 +131,13 @@ impl Programs {
         })
     }
 
-    /// Every program that there is, with its number.
+    /// Returns every stored program with its number.
     pub(crate) fn all(&self) -> impl Iterator<Item = (u8, Program<'_>)> {
         let numbers = (0..).zip(self.places.iter());
         numbers.filter_map(|(number, _)| Some((number, self.get(number.into())?)))
     }
 
-    /// Puts words of the next program; those beyond the last one are dropped.
+    /// Writes uploaded words; words beyond the maximum are dropped.
     pub(crate) fn put(&mut self, place: u8, words: [u32; 2]) {
         let next = self.places.first_mut().map_or(&mut [][..], |next| &mut next.words);
         for (target, word) in next.iter_mut().skip(place.into()).zip(words) {
@@ -145,7 +145,8 @@ impl Programs {
         }
     }
 
-    /// Keeps what was put. Where another program is in use, or these words are none, nothing changes.
+    /// Verifies and stores the uploaded program. Nothing changes if the slot is in use with different words
+    /// or the program is invalid.
     pub(crate) fn keep(&mut self, number: u8, count: u8, is_used: bool) -> Result<(), LawRefusal> {
         let words = self.places.first().and_then(|next| next.words.get(..usize::from(count)));
         let words = words.ok_or(LawRefusal::Program(ProgramError::Size))?;
@@ -164,12 +165,12 @@ impl Programs {
         Ok(())
     }
 
-    /// Empties every place.
+    /// Empties all slots.
     pub(crate) fn clear(&mut self) {
         self.places.fill(ProgramSlot::EMPTY);
     }
 
-    /// Empties a place.
+    /// Empties a slot.
     pub(crate) fn remove(&mut self, number: u8) {
         if let Some(place) = self.place_mut(number) {
             place.count = 0;

@@ -1,4 +1,4 @@
-//! Whether words are a program: looked at when it is taken, never in a tick.
+//! Verification of an uploaded program, outside the tick.
 
 use serde::{Deserialize, Serialize};
 
@@ -8,59 +8,59 @@ use super::program::{Header, MAX_INPUTS, MAX_OUTPUTS, MAX_PARAMETERS, MAX_STATES
 use crate::limits::{MAX_DOF, PROGRAM_WORDS};
 use crate::signal::{Format, Shape, types};
 
-/// Why words are no program. `at` is the number of the instruction, from 0, of all sections.
+/// Reason why words are not a valid program. `at` is the index of the instruction over all sections, from 0.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[non_exhaustive]
 pub enum ProgramError {
-    /// They are not what was sent: the CRC is another one.
+    /// The CRC is wrong.
     Damaged,
-    /// Another version of the format.
+    /// Unsupported format version.
     Version {
         /// The version found.
         found: u8,
     },
-    /// There is more of something than fits, or the words are not as many as it says.
+    /// A size exceeds its maximum, or the number of words does not match the header.
     Size,
-    /// A port's signal is of no known type, or not one `f32` for each axis.
+    /// The signal of a port has an unknown type, or is not one `f32` per axis.
     Port {
         /// Number of the port, inputs first.
         port: u8,
     },
-    /// A parameter's range or default is none.
+    /// A parameter has an invalid range, default or unit.
     Parameter {
-        /// Its number.
+        /// Number of the parameter.
         parameter: u8,
     },
-    /// A constant is not finite.
+    /// A constant is NaN or infinite.
     Constant {
-        /// Its number.
+        /// Number of the constant.
         constant: u8,
     },
-    /// No instruction has this opcode.
+    /// Unknown opcode.
     Opcode {
-        /// Which instruction.
+        /// Index of the instruction.
         at: u8,
     },
-    /// A register is not there, or is read before it was written.
+    /// A register does not exist, or is read before it is written.
     Register {
-        /// Which instruction.
+        /// Index of the instruction.
         at: u8,
     },
-    /// An instruction names a constant, port, parameter, state or axis that is not there.
+    /// A constant, port, parameter, state or axis does not exist.
     Range {
-        /// Which instruction.
+        /// Index of the instruction.
         at: u8,
     },
-    /// An instruction stands where it must not: an output is written before the first tick, or an axis is read where
-    /// there is none.
+    /// An instruction is not allowed in its section: it writes an output before the first tick, or reads
+    /// the current axis outside the sections of an axis.
     Place {
-        /// Which instruction.
+        /// Index of the instruction.
         at: u8,
     },
     /// An output is not written on every axis.
     Output {
-        /// Its number.
+        /// Number of the output.
         output: u8,
     },
 }
@@ -68,41 +68,40 @@ pub enum ProgramError {
 impl core::fmt::Display for ProgramError {
     fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
         match self {
-            Self::Damaged => write!(f, "its words are not what was sent: upload it again"),
+            Self::Damaged => write!(f, "wrong CRC: upload it again"),
             Self::Version { found } => write!(
                 f,
-                "its format is {found}, the image reads {PROGRAM_VERSION}: compile it with the `dimsart` of the image"
+                "format {found} is not supported, the image reads {PROGRAM_VERSION}: compile it with the image's `dimsart`"
             ),
-            Self::Size => write!(f, "it has more than {PROGRAM_WORDS} words, or not as many as it says"),
-            Self::Port { port } => write!(
-                f,
-                "its port {port} has a data type that the image does not know, or that is not one number for each axis"
-            ),
-            Self::Parameter { parameter } => {
-                write!(f, "its parameter {parameter} has a default outside its range, or a unit that is none")
+            Self::Size => write!(f, "wrong size: the limit is {PROGRAM_WORDS} words"),
+            Self::Port { port } => {
+                write!(f, "port {port}: the data type is unknown to the image, or is not one f32 per axis")
             }
-            Self::Constant { constant } => write!(f, "its constant {constant} is not a finite number"),
-            Self::Opcode { at } => write!(f, "its instruction {at} is unknown to the image"),
-            Self::Register { at } => write!(f, "its instruction {at} reads what was not computed before"),
-            Self::Range { at } => write!(f, "its instruction {at} names something that is not there"),
-            Self::Place { at } => write!(f, "its instruction {at} stands where it must not"),
-            Self::Output { output } => write!(f, "its output {output} is not written on every axis"),
+            Self::Parameter { parameter } => {
+                write!(f, "parameter {parameter}: default out of range, or unknown unit")
+            }
+            Self::Constant { constant } => write!(f, "constant {constant} is NaN or infinite"),
+            Self::Opcode { at } => write!(f, "instruction {at} is unknown to the image"),
+            Self::Register { at } => write!(f, "instruction {at} reads an uninitialised register"),
+            Self::Range { at } => write!(f, "instruction {at} has an operand out of range"),
+            Self::Place { at } => write!(f, "instruction {at} is not allowed in its section"),
+            Self::Output { output } => write!(f, "output {output} is not written on every axis"),
         }
     }
 }
 
 impl core::error::Error for ProgramError {}
 
-/// A bit for each register that was written.
+/// Set of written registers, one bit each.
 type Written = u32;
-const _: () = assert!(REGISTERS == 32, "a bit for each");
-const _: () = assert!(MAX_PARAMETERS + MAX_STATES < REGISTERS, "room for what is computed");
+const _: () = assert!(REGISTERS == 32, "one bit per register");
+const _: () = assert!(MAX_PARAMETERS + MAX_STATES < REGISTERS, "no registers left for results");
 
 impl<'a> Program<'a> {
-    /// The program that these words are.
+    /// Verifies words and returns the program.
     ///
     /// # Errors
-    /// [`ProgramError`] says why they are none.
+    /// [`ProgramError`] gives the reason.
     pub fn verify(words: &'a [u32]) -> Result<Self, ProgramError> {
         verify(words).map(|header| Self::trusted(words, header))
     }
@@ -172,7 +171,7 @@ fn check_instructions(program: &Program<'_>) -> Result<(), ProgramError> {
     let mut outputs = [0_u8; MAX_OUTPUTS];
     let (mut at, mut once) = (0, 0);
     for section in [Section::Once, Section::Begin, Section::Tick] {
-        // Parameters and what is remembered are there on an axis.
+        // Parameters and states are in registers in the sections of an axis.
         let header = program.header();
         let there = if section == Section::Once { 0 } else { header.parameters + header.states };
         let mut written = once | ((1 << there) - 1);
@@ -205,7 +204,7 @@ fn check_instructions(program: &Program<'_>) -> Result<(), ProgramError> {
     }
 }
 
-/// Checks an instruction; gives the registers that are written behind it.
+/// Checks an instruction; returns the registers written after it.
 fn check(
     header: Header,
     section: Section,
@@ -214,7 +213,7 @@ fn check(
     written: Written,
 ) -> Result<Written, ProgramError> {
     let opcode = instruction.opcode().ok_or(ProgramError::Opcode { at })?;
-    // The axis that is computed is known in the sections of an axis, and never where all are computed in one go.
+    // The sections of an axis have a current axis, unless all axes are computed in one go.
     let has_axis = section != Section::Once && !header.is_coupled;
     let is_in_place = match opcode {
         Opcode::Output => section == Section::Tick,

@@ -1,16 +1,16 @@
-//! What a packet carries, as one number that both ends work out for themselves.
+//! Identification of a packet's contents.
 
 use core::cell::Cell;
 
 use crate::packet::checksum::CRC;
 use crate::signal::{AxisKind, DataType, Shape, Words};
 
-/// Version of how samples and counters lie in a packet.
+/// Layout version of samples and counters in a packet.
 const LAYOUT: u8 = 4;
 
-/// Number of words of a packet, and an id that stands for what they mean.
+/// Number of words of a packet and a 16-bit id of their meaning.
 ///
-/// Two ends agree on a channel when their contents are equal; the receiver refuses any other packet.
+/// Both ends compute it; a receiver refuses packets with another content.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Content(u32);
@@ -30,21 +30,20 @@ impl Words for Content {
 }
 
 impl Content {
-    /// A content of `words` words with a known id.
+    /// Creates a content of `words` words with a known id.
     #[must_use]
     pub const fn new(words: u8, id: u16) -> Self {
-        // One number, so that a tick compares once.
+        // Combined into one number, so that a tick needs one comparison.
         Self((id as u32) << 8 | words as u32)
     }
 
-    /// The content of a channel of `types`, in this order, on a device with these axes, that sends in every
-    /// `every_ticks`-th tick, with the counters of its first wave or without.
+    /// Computes the content of a channel that carries `types` in this order, on a device with these axes,
+    /// every `every_ticks` ticks, with or without counters of its first wave.
     ///
-    /// The id is the low half of a CRC-32 over the version of this layout, `every_ticks`, 1 for counters, the kind of
-    /// every axis (linear, where the units of no type depend on it), and of every type its unit, format and shape, by
-    /// number. It does not hold the types themselves: what
-    /// leaves as `CH1_WAVES` arrives as `CH2_WAVES`. Types of one unit, format and shape are told apart by their order
-    /// alone.
+    /// The id is the low half of a CRC-32 over: layout version, `every_ticks`, 1 if there are counters, the
+    /// kind of every axis (linear if no type's unit depends on it), and unit, format and shape of every type
+    /// by number. It excludes the type numbers, because `CH1_WAVES` of one end is `CH2_WAVES` of the other.
+    /// Types of the same unit, format and shape differ only by their order.
     #[must_use]
     pub fn of_channel(
         words: u8,
@@ -55,7 +54,7 @@ impl Content {
     ) -> Self {
         let mut digest = CRC.digest();
         digest.update(&[LAYOUT, every_ticks, u8::from(has_counters)]);
-        // Waves are the same on every axis: a joint that turns can be coupled to a tool that slides.
+        // Waves have the same unit on every axis, so a rotary joint can be coupled to a linear tool.
         let tells_axes = |data_type: &&DataType| data_type.unit.is_of_axis();
         let kinds_matter = types.iter().any(tells_axes);
         for axis in axes {
@@ -74,14 +73,14 @@ impl Content {
         Self::new(words, u16::from_le_bytes([low, high]))
     }
 
-    /// Number of words.
+    /// Returns the number of words.
     #[must_use]
     pub const fn words(self) -> u8 {
         let [words, ..] = self.0.to_le_bytes();
         words
     }
 
-    /// What stands for their meaning.
+    /// Returns the id of their meaning.
     #[must_use]
     pub const fn id(self) -> u16 {
         let [_, low, high, _] = self.0.to_le_bytes();

@@ -1,42 +1,42 @@
-//! The envelope of all that travels between controllers and hosts.
+//! Envelope of all data between controllers and hosts.
 //!
 //! ```text
 //! class u8 | counter u16 | payload | CRC-32 (poly 0xF4ACFB13) u32     at most 256 bytes
 //! ```
-//! Little endian. The CRC covers the data id and all before it. The data id is not sent: both ends know it. What
-//! was meant for another channel is refused like what was damaged.
+//! Little endian. The CRC covers the data id and everything before the CRC. The data id is not sent: both
+//! ends know it, so data of another channel fails the CRC check like damaged data.
 //!
-//! This is end-to-end protection in the manner of AUTOSAR's profile 4 (same polynomial, a counter, a data id), in
-//! a shorter layout: Hamming distance 6 up to 256 bytes, 7 and more up to 32.
+//! This is end-to-end protection like AUTOSAR profile 4 (same polynomial, a counter, a data id) in a shorter
+//! layout: Hamming distance 6 up to 256 bytes, at least 7 up to 32 bytes.
 
 use crate::packet::checksum::CRC;
 
-/// Longest content, all included: the CRC's Hamming distance is 6 up to here.
+/// Maximum size of an envelope: the CRC's Hamming distance is 6 up to here.
 pub const MAX_CONTENT_BYTES: usize = 256;
 /// Bytes before the payload.
 pub const HEADER_BYTES: usize = 3;
-/// Bytes behind the payload.
+/// Bytes after the payload.
 pub const CRC_BYTES: usize = 4;
 
-/// Added to the class of a content that has a tag: `auth`.
+/// Added to the class of an authenticated envelope: `auth`.
 pub const TAGGED: u8 = 0x80;
 
-/// What an envelope is for. What is behind it never changes once it was released: a new layout is a new class.
+/// Purpose of an envelope. The layout of a released class never changes: a new layout is a new class.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[repr(u8)]
 pub enum Class {
-    /// A host asks: `dimsart_link::protocol`.
+    /// Request of a host: `dimsart_link::protocol`.
     Request = 1,
-    /// A controller answers a request.
+    /// Response of a controller.
     Response = 2,
-    /// What a comm module sends, cyclically: [`Packet`](crate::Packet).
+    /// Cyclic packet of a comm module: [`Packet`](crate::Packet).
     Packet = 3,
-    /// Signals that a client asked to be sent again and again: `dimsart_link::protocol::Sample`.
+    /// Signals that a client has subscribed to: `dimsart_link::protocol::Sample`.
     Telemetry = 4,
-    /// A controller says how it is doing: `dimsart_link::protocol::Heartbeat`.
+    /// Heartbeat of a controller: `dimsart_link::protocol::Heartbeat`.
     Heartbeat = 5,
-    /// Two ends agree on what is fresh: `auth`.
+    /// Handshake that establishes freshness: `auth`.
     Handshake = 6,
 }
 
@@ -49,44 +49,44 @@ impl Class {
     }
 }
 
-/// An undamaged content of the right channel.
+/// Undamaged content of the right channel.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Envelope<'c> {
-    /// What it is for.
+    /// Purpose.
     pub class: Class,
-    /// Counts the contents of a channel, or tells which request a response answers.
+    /// Sequence number in a channel; in a response, the counter of its request.
     pub counter: u16,
-    /// What is inside.
+    /// Payload.
     pub payload: &'c [u8],
 }
 
-/// Why bytes are no envelope. Nothing has changed.
+/// Reason why bytes are not a valid envelope. Nothing has changed.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum EnvelopeError {
-    /// Shorter or longer than an envelope can be.
+    /// Invalid length.
     Length {
         /// Bytes received.
         bytes: usize,
     },
-    /// Damaged on the way, or meant for another channel.
+    /// Damaged, or from another channel.
     Crc,
-    /// Undamaged, and of a class that this version does not know.
+    /// Undamaged, but of an unknown class.
     Class {
         /// The class received.
         found: u8,
     },
 }
 
-/// Closes an envelope around the payload that is at [`HEADER_BYTES`] of `buffer`, `length` bytes long. None when it
-/// does not fit the buffer or is too long.
+/// Completes an envelope in `buffer`, whose payload of `length` bytes starts at [`HEADER_BYTES`]. Returns
+/// none if the envelope is too long or does not fit the buffer.
 pub fn seal(class: Class, channel: u16, counter: u16, length: usize, buffer: &mut [u8]) -> Option<&[u8]> {
     let [low, high] = counter.to_le_bytes();
     *buffer.first_chunk_mut()? = [class as u8, low, high];
     close(channel, HEADER_BYTES.checked_add(length)?, buffer)
 }
 
-/// Puts the CRC behind the first `end` bytes of `buffer`.
+/// Appends the CRC to the first `end` bytes of `buffer`.
 pub fn close(channel: u16, end: usize, buffer: &mut [u8]) -> Option<&[u8]> {
     let whole = end.checked_add(CRC_BYTES).filter(|whole| *whole <= MAX_CONTENT_BYTES)?;
     let (content, rest) = buffer.split_at_mut_checked(end)?;
@@ -94,15 +94,16 @@ pub fn close(channel: u16, end: usize, buffer: &mut [u8]) -> Option<&[u8]> {
     buffer.get(..whole)
 }
 
-/// Opens an envelope of a channel.
+/// Checks and parses an envelope of a channel.
 ///
 /// # Errors
-/// [`EnvelopeError`] when the bytes are not one whole, undamaged envelope of that channel and a known class.
+/// [`EnvelopeError`] when the bytes are not one complete, undamaged envelope of that channel and a known
+/// class.
 pub fn open(content: &[u8], channel: u16) -> Result<Envelope<'_>, EnvelopeError> {
     parse(verify(content, channel)?)
 }
 
-/// An envelope without its CRC, if that is right for the channel.
+/// Checks the CRC for a channel and returns the envelope without it.
 ///
 /// # Errors
 /// [`EnvelopeError::Length`] or [`EnvelopeError::Crc`].
@@ -116,7 +117,7 @@ pub fn verify(content: &[u8], channel: u16) -> Result<&[u8], EnvelopeError> {
     is_right.then_some(covered).ok_or(EnvelopeError::Crc)
 }
 
-/// Reads what [`verify`] let through.
+/// Parses the bytes that [`verify`] has returned.
 ///
 /// # Errors
 /// [`EnvelopeError::Length`] or [`EnvelopeError::Class`].
@@ -127,7 +128,7 @@ pub fn parse(covered: &[u8]) -> Result<Envelope<'_>, EnvelopeError> {
     Ok(Envelope { class, counter: u16::from_le_bytes([low, high]), payload })
 }
 
-/// The data id comes first, as a 32-bit number: the channel.
+/// Computes the CRC over the data id (the channel as 32 bits) and the covered bytes.
 fn crc(channel: u16, covered: &[u8]) -> u32 {
     let mut digest = CRC.digest();
     digest.update(&u32::from(channel).to_le_bytes());

@@ -1,7 +1,7 @@
-//! Where packets wait at the edge of the Data Base.
+//! Mailboxes between links and comm modules.
 //!
-//! Outside the tick a link puts a received packet in and takes the one to send out; in the tick the
-//! comm modules read and write them. Neither side ever waits for the other.
+//! Outside the tick a link puts in the received packet and takes out the packet to send; in the tick the comm
+//! modules read and write them. Neither side waits for the other.
 
 use core::cell::Cell;
 
@@ -10,7 +10,7 @@ use crate::packet::Packet;
 use crate::packet::content::Content;
 use crate::signal::Words;
 
-/// One direction's packet. Interior cells let several modules share it within a tick.
+/// The packet of one direction. Cells allow several modules to share it within a tick.
 #[derive(Debug)]
 pub struct Mailbox {
     channel: Cell<u16>,
@@ -35,25 +35,25 @@ impl Mailbox {
         }
     }
 
-    /// Whether a packet waits here.
+    /// Returns whether a packet is waiting.
     #[must_use]
     pub fn is_full(&self) -> bool {
         self.is_full.get()
     }
 
-    /// The packet's counter; 0 before the first one.
+    /// Returns the packet's counter; 0 before the first packet.
     #[must_use]
     pub fn counter(&self) -> u16 {
         self.counter.get()
     }
 
-    /// The newest counter that its sender had accepted; 0 for none.
+    /// Returns the newest counter that the packet's sender had accepted; 0 for none.
     #[must_use]
     pub fn echo(&self) -> u16 {
         self.echo.get()
     }
 
-    /// The packet's words.
+    /// Returns the packet's words.
     #[must_use]
     pub fn words(&self) -> &[Cell<u32>] {
         self.words.get(..usize::from(self.content().words())).unwrap_or_default()
@@ -64,27 +64,27 @@ impl Mailbox {
         self.is_full.set(false);
     }
 
-    /// What the packet carries.
+    /// Returns the packet's content.
     #[must_use]
     pub fn content(&self) -> Content {
         self.content.get()
     }
 
-    /// How many words of a received packet, up to the first that is not, are finite numbers if they are
-    /// read as such. Looked at where the packet is put in, so that the tick need not.
+    /// Returns how many words of a received packet, up to the first that is NaN or infinite, are finite as
+    /// `f32`. Computed when the packet is put in, to save time in the tick.
     #[must_use]
     pub fn finite_words(&self) -> u8 {
         self.finite_words.get()
     }
 
-    /// All there is room for, the packet's words first.
+    /// Returns all words of the buffer, the packet's words first.
     #[must_use]
     pub fn room(&self) -> &[Cell<u32>; MAX_PACKET_WORDS] {
         &self.words
     }
 
-    /// Opens the mailbox for a packet of this content (at most [`MAX_PACKET_WORDS`]), to be put into
-    /// its [`room`](Self::room).
+    /// Prepares the mailbox for a packet of this content (at most [`MAX_PACKET_WORDS`]), whose words are then
+    /// written into [`room`](Self::room).
     pub fn open(&self, channel: u16, counter: u16, echo: u16, content: Content) {
         self.channel.set(channel);
         self.counter.set(counter);
@@ -110,7 +110,7 @@ impl Mailbox {
         }
         let mut words = heapless::Vec::new();
         for word in self.words() {
-            // There are no more than there is room for; to collect them would leave a panic in the image.
+            // Never fails: the sizes are equal. `collect` would add a panic to the image.
             let _ = words.push(word.get());
         }
         Some(Packet {
@@ -123,39 +123,39 @@ impl Mailbox {
     }
 }
 
-/// Whether a receiving module misses packets for too long.
+/// Timeout state of a receiving module.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Silence {
-    /// It does not.
+    /// No timeout.
     None,
-    /// No packet has arrived since the module began: over with the first one.
+    /// No packet has arrived since the module began; ends with the first packet.
     Down,
-    /// Packets have stopped: until a reset.
+    /// Packets have stopped; lasts until a reset.
     Lost,
 }
 
-/// Both directions of one link, and what its two comm modules tell each other.
+/// Both directions of one link, and the state that its two comm modules share.
 #[derive(Debug)]
 pub struct LinkPort {
     /// Filled by the link before a tick, emptied by the receiving module.
     pub received: Mailbox,
     /// Filled by the sending module, emptied by the link after the tick.
     pub outgoing: Mailbox,
-    /// Newest counter accepted from the other side; sent back as the echo.
+    /// Newest counter accepted from the peer; sent back as the echo.
     pub accepted_counter: Cell<u16>,
-    /// Number of the last packet sent, of which its counter is the low half.
+    /// Number of the last packet sent; its low half is the counter.
     pub sent_number: Cell<u32>,
-    /// Ticks from a packet sent to the next one.
+    /// Ticks between packets sent.
     pub sent_every_ticks: Cell<u32>,
     /// Ticks since the last packet was sent.
     pub since_sent_ticks: Cell<u32>,
-    /// Whether something came in that was refused at the door, since the receiving module looked.
+    /// Whether a received packet was refused since the receiving module last checked.
     pub is_damaged: Cell<bool>,
-    /// Set by the receiving module in every tick in which it misses packets for too long.
+    /// Set by the receiving module in every tick of a timeout.
     pub silence: Cell<Silence>,
-    /// Ticks that computed nothing, since the receiving module looked.
+    /// Ticks without computation since the receiving module last checked.
     pub missed_ticks: Cell<u32>,
-    /// Packets replaced in `received` before a module saw them, or refused at the door.
+    /// Packets replaced in `received` before a module read them, or refused.
     pub superseded: Cell<u32>,
 }
 
@@ -175,7 +175,7 @@ impl LinkPort {
         }
     }
 
-    /// Counts a tick that computed nothing; what came for it will be old in the next one.
+    /// Counts a tick without computation: a packet received for it is old in the next tick.
     pub(crate) fn miss_tick(&self) {
         let unused = u32::from(self.received.is_full());
         self.superseded.set(self.superseded.get().wrapping_add(unused));
@@ -183,7 +183,7 @@ impl LinkPort {
         self.missed_ticks.set(self.missed_ticks.get().saturating_add(1));
     }
 
-    /// Forgets what came while nobody took it: it may be long past.
+    /// Drops the received packet: it may be old.
     pub(crate) fn forget_received(&self) {
         self.received.clear();
         self.accepted_counter.set(0);
@@ -192,57 +192,57 @@ impl LinkPort {
     }
 }
 
-/// Counters up to this one belong to a sender's first packets alone: 101 follows 65 535. A receiver tells by them that
-/// its sender has started anew.
+/// Counters up to this value occur only in a sender's first packets: 65 535 is followed by 101. They show a
+/// receiver that its sender has restarted.
 pub const START_COUNTERS: u16 = 100;
 
-/// How many packets after counter `b` the one with counter `a` was sent.
+/// Returns how many packets after counter `b` the packet with counter `a` was sent.
 #[must_use]
 pub fn counters_ahead(a: u16, b: u16) -> u16 {
     let left_out = if a < b { START_COUNTERS + 1 } else { 0 };
     a.wrapping_sub(b).wrapping_sub(left_out)
 }
 
-/// The number of the packet after number `number`. Its counter is the low half.
+/// Returns the number of the packet after `number`. Its low half is the counter.
 #[must_use]
 pub fn next_number(number: u32) -> u32 {
     let next = number.wrapping_add(1);
     if low_half(next) == 0 { next.wrapping_add(1 + u32::from(START_COUNTERS)) } else { next }
 }
 
-/// The counter of the packet with this number.
+/// Returns the counter of the packet with this number.
 #[must_use]
 pub fn low_half(number: u32) -> u16 {
     let [low, high, ..] = number.to_le_bytes();
     u16::from_le_bytes([low, high])
 }
 
-/// Whether the packet with counter `a` was sent after that with counter `b`: less than half a round after it.
+/// Returns whether counter `a` is newer than `b`: less than half the counter range after it.
 #[must_use]
 pub fn is_newer(a: u16, b: u16) -> bool {
     a != b && counters_ahead(a, b) <= u16::MAX / 2
 }
 
-/// What came in over a link in a tick, as [`LINK_STATE`](crate::types::LINK_STATE) has it: the states of AUTOSAR's E2E
-/// profile 4. Packets that were not accepted have changed nothing.
+/// Reception state of a link in a tick, the value of [`LINK_STATE`](crate::types::LINK_STATE): the states of
+/// AUTOSAR E2E profile 4. A refused packet changes nothing.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 #[repr(u32)]
 pub enum LinkState {
-    /// Nothing, though a packet was due; or nothing yet.
+    /// No packet, although one was due, or none so far.
     #[default]
     NoData = 0,
-    /// The newest packet is the next one. Stays between packets that come in every so many ticks.
+    /// The newest packet is the next in sequence. Kept between packets that arrive every few ticks.
     Ok = 1,
-    /// A packet was accepted after one or two lost ones: its counter has gone on by at most 3.
+    /// Accepted after one or two lost packets: the counter has advanced by at most 3.
     OkSomeLost = 2,
-    /// The packet that was accepted last came once more, and was refused.
+    /// Duplicate of the last accepted packet; refused.
     Repeated = 3,
-    /// The counter has jumped. An older packet was refused; one with more than two lost before it, or the first one of
-    /// a sender that has started anew, was accepted.
+    /// Sequence error: an older packet was refused, or a packet was accepted after more than two lost ones or
+    /// after a restart of its sender.
     WrongSequence = 4,
-    /// What came was damaged, not for this channel, of another content or not finite, and was refused.
+    /// Refused: damaged, from another channel, wrong content, or not finite.
     Error = 5,
-    /// Nothing for so long that the link is lost, until a reset.
+    /// Timeout: the link is lost until a reset.
     Timeout = 6,
 }
 

@@ -1,19 +1,19 @@
-//! Sets of names that a parameter can take.
+//! Choices: parameters with named values.
 
-/// A set of names a parameter can take, each standing for a value of the module's own enum; made by
-/// [`choice!`](crate::choice). The first one is the default.
+/// A set of names for the values of a module's own enum; declared by [`choice!`](crate::choice). The first
+/// name is the default.
 pub trait Choice: Copy {
-    /// Their names, `UPPER_CASE`.
+    /// Names, `UPPER_CASE`.
     const NAMES: &'static [&'static str];
 
-    /// The value of a name, by its place; the first one for a place that no name has.
+    /// Returns the value at an index; the first one if the index is out of range.
     fn from_index(index: u32) -> Self;
 
-    /// Place of its name.
+    /// Returns the index of the value.
     fn index(self) -> u32;
 }
 
-/// Makes a set of names that a parameter can take, the first one its default; see [`Choice`](crate::Choice).
+/// Declares an enum of named values, the first of which is the default; see [`Choice`](crate::Choice).
 #[macro_export]
 macro_rules! choice {
     ($(#[$meta:meta])* $visibility:vis enum $name:ident {

@@ -1,7 +1,7 @@
-//! How many values a parameter has.
+//! Number and arrangement of a parameter's values.
 
-/// How many values a parameter has: rows and columns, 0 for as many as the device has axes. A command names one of them
-/// by its place, row by row, or sets all of them.
+/// Rows and columns of a parameter's values, 0 for the number of axes. A command sets one entry by its index,
+/// row by row, or all of them.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Entries {
@@ -12,41 +12,41 @@ pub struct Entries {
 }
 
 impl Entries {
-    /// One for all axes; or a list, to which each command adds an entry.
+    /// One value for all axes; or a list, to which each command appends an entry.
     pub const ONE: Self = Self { rows: 1, columns: 1 };
-    /// One for each axis, whose number is its place: `K_PARAM[1]`.
+    /// One value per axis; the index is the axis: `K_PARAM[1]`.
     pub const AXES: Self = Self { rows: 0, columns: 1 };
-    /// A row for each axis and a column for each: `K[1][2]` has place `1 × axes + 2`.
+    /// One row and one column per axis: `K[1][2]` has index `1 × axes + 2`.
     pub const SQUARE: Self = Self { rows: 0, columns: 0 };
 
-    /// Rows and columns on a device of `dof` axes.
+    /// Returns rows and columns on a device with `dof` axes.
     #[must_use]
     pub const fn size(self, dof: u8) -> (u8, u8) {
         let Self { rows, columns } = self;
         (if rows == 0 { dof } else { rows }, if columns == 0 { dof } else { columns })
     }
 
-    /// Number of values.
+    /// Returns the number of values.
     #[must_use]
     pub const fn count(self, dof: u8) -> u8 {
         let (rows, columns) = self.size(dof);
         rows.saturating_mul(columns)
     }
 
-    /// Whether each axis has its own.
+    /// Returns whether each axis has its own value.
     #[must_use]
     pub const fn are_of_axes(self) -> bool {
         self.rows == 0
     }
 
-    /// Whether an entry is named by its row and its column.
+    /// Returns whether an entry is named by row and column.
     #[must_use]
     pub const fn are_matrix(self) -> bool {
         self.columns != 1 || self.rows > 1
     }
 
-    /// The place that the indices behind a name stand for, none of it for all entries; none for indices that the
-    /// parameter does not have. An axis can be beyond the last one.
+    /// Converts the indices after a name to an entry: `Some(None)` without indices (all entries), none for
+    /// indices that the parameter does not have. An axis may exceed the last axis.
     #[must_use]
     pub fn place(self, indices: [Option<u8>; 2], dof: u8) -> Option<Option<u8>> {
         let (_, columns) = self.size(dof);
@@ -60,8 +60,8 @@ impl Entries {
         }
     }
 
-    /// The axis whose values hold the entry at `place`, and its number among them if there are several; none where
-    /// there is no entry that a place names.
+    /// Splits an entry into its axis and the index within the axis, if the axis has several values. None if
+    /// there is no such entry.
     pub(crate) fn split(self, place: u8, dof: u8) -> Option<(u8, Option<u8>)> {
         if self == Self::ONE || place >= self.count(dof) {
             return None;

@@ -1,9 +1,9 @@
-//! Structs of parameters, each declared with its field.
+//! Structs of parameters.
 
 use super::Parameters;
 use crate::signal::Words;
 
-/// A set of parameters; [`words!`](crate::words!) makes a struct one.
+/// A set of parameters; [`words!`](crate::words!) implements it.
 pub trait ParameterSet: Words + Default {
     /// Visits every parameter, in order.
     fn visit(&mut self, parameters: &mut Parameters<'_>) {
@@ -20,7 +20,7 @@ impl<A: ParameterSet, B: ParameterSet> ParameterSet for (A, B) {
     }
 }
 
-/// A struct of parameters, as [`words!`](crate::words!) makes it.
+/// Declares a struct of parameters; used by [`words!`](crate::words!).
 #[doc(hidden)]
 #[macro_export]
 macro_rules! parameters {

@@ -1,4 +1,4 @@
-//! The visit of a module's parameters: one list of calls, asked in turn for everything a parameter is for.
+//! Visitor of a module's parameters: one list of calls serves every operation on parameters.
 
 mod entries;
 
@@ -14,11 +14,11 @@ use crate::signal::{Summary, Unit};
 pub struct Parameters<'a> {
     request: Request<'a>,
     index: u8,
-    /// What the program of the module says of the parameter that is asked, if it runs one and that has it.
+    /// Description of the requested parameter by the module's program, if it has one.
     of_program: Option<LawParameter>,
 }
 
-/// A parameter and its value; of a list that has no such entry, none.
+/// A parameter and its value; no value if a list has no such entry.
 pub(crate) type Found = (Parameter, Option<Value>);
 
 #[derive(Debug)]
@@ -37,22 +37,22 @@ struct Set<'a> {
     result: &'a mut Result<(), ParameterError>,
 }
 
-// A call and no more for each line of a parameter list: nothing of it is inlined or generic.
+// Not inlined and not generic, so that each line of a parameter list compiles to one call.
 impl<'a> Parameters<'a> {
-    /// Sets every parameter to its default.
+    /// Creates a visitor that sets every parameter to its default.
     #[must_use]
     pub(crate) fn defaults() -> Self {
         Self::new(Request::Defaults)
     }
 
-    /// Fills `found` with parameter `index` and its value; of a list with entry `entry`, or the last one, of several
-    /// elements with that one, or the first.
+    /// Creates a visitor that reads parameter `index` and its value into `found`: of a list entry `entry`, or
+    /// the last entry; of several values entry `entry`, or the first.
     pub(crate) fn get(index: u8, entry: Option<u8>, found: &'a mut Option<Found>) -> Self {
         Self::new(Request::Get { index, entry, found })
     }
 
-    /// Sets parameter `index`; one that has several elements, without one of them, all. `result` starts as
-    /// [`ParameterError::Unknown`] and says how it went.
+    /// Creates a visitor that sets parameter `index`: entry `entry`, or all entries. `result` starts as
+    /// [`ParameterError::Unknown`] and receives the outcome.
     pub(crate) fn set(
         index: u8,
         element: Option<u8>,
@@ -64,7 +64,7 @@ impl<'a> Parameters<'a> {
         Self::new(Request::Set(Set { index, element, value, may_restructure, result }))
     }
 
-    /// Number of the parameter that is asked; none where it is all of them.
+    /// Returns the number of the requested parameter; none if all are visited.
     pub(crate) fn asked(&self) -> Option<u8> {
         match &self.request {
             Request::Defaults => None,
@@ -72,12 +72,12 @@ impl<'a> Parameters<'a> {
         }
     }
 
-    /// What the module's program says of the parameter that is asked.
+    /// Sets the description of the requested parameter by the module's program.
     pub(crate) fn say_of_program(&mut self, found: Option<LawParameter>) {
         self.of_program = found;
     }
 
-    /// A real number per axis whose range and default are the program's.
+    /// Declares a real number per axis, whose range and default the program defines.
     #[inline(never)]
     pub fn of_program(&mut self, field: &mut f32, name: &'static str, summary: &'static str) {
         const UNKNOWN: LawParameter =
@@ -91,7 +91,7 @@ impl<'a> Parameters<'a> {
         Self { request, index: 0, of_program: None }
     }
 
-    /// Whether what was visited has changed and is to be kept, which takes parameters that fit together.
+    /// Returns whether a value has changed and the new set of values is valid, so that it is kept.
     pub(crate) fn admits_change(&mut self, validity: Result<(), ParameterError>) -> bool {
         match &mut self.request {
             Request::Defaults => true,
@@ -103,7 +103,7 @@ impl<'a> Parameters<'a> {
         }
     }
 
-    /// A real number, the same for all axes.
+    /// Declares a real number for all axes.
     #[inline(always)]
     pub fn real(
         &mut self,
@@ -118,7 +118,7 @@ impl<'a> Parameters<'a> {
         self.elements(field, name, unit, range, default, Entries::ONE, summary);
     }
 
-    /// A real number per axis, such as a gain: the one of the axis that is visited.
+    /// Declares a real number per axis, such as a gain.
     #[inline(always)]
     pub fn per_axis(
         &mut self,
@@ -133,7 +133,7 @@ impl<'a> Parameters<'a> {
         self.elements(field, name, unit, range, default, Entries::AXES, summary);
     }
 
-    /// A whole number that can be changed at any time.
+    /// Declares a whole number that can be changed at any time.
     #[inline(always)]
     pub fn count(
         &mut self,
@@ -156,7 +156,7 @@ impl<'a> Parameters<'a> {
         );
     }
 
-    /// A whole number that decides how much memory the module takes when it is plugged in.
+    /// Declares a whole number that sets the size of the module's memory.
     #[inline(always)]
     pub fn structural_count(
         &mut self,
@@ -170,13 +170,13 @@ impl<'a> Parameters<'a> {
         self.whole(field, name, unit, range.into_inner(), default, Entries::ONE, true, Summary::new(summary));
     }
 
-    /// A switch that can be changed at any time.
+    /// Declares a switch that can be changed at any time.
     #[inline(always)]
     pub fn flag(&mut self, field: &mut bool, name: &'static str, default: bool, summary: &'static str) {
         self.switch(field, name, default, Entries::ONE, false, Summary::new(summary));
     }
 
-    /// A switch that decides which ports the module has.
+    /// Declares a switch that changes the module's ports.
     #[inline(always)]
     pub fn structural_flag(
         &mut self,
@@ -188,21 +188,21 @@ impl<'a> Parameters<'a> {
         self.switch(field, name, default, Entries::ONE, true, Summary::new(summary));
     }
 
-    /// One of a set of names, changeable at any time.
+    /// Declares a choice that can be changed at any time.
     #[inline(always)]
     pub fn choice<C: Choice>(&mut self, field: &mut C, name: &'static str, summary: &'static str) {
         let index = self.named(field.index(), C::NAMES, name, Entries::ONE, false, Summary::new(summary));
         *field = C::from_index(index);
     }
 
-    /// One of a set of names that decides which ports the module has.
+    /// Declares a choice that changes the module's ports.
     #[inline(always)]
     pub fn structural_choice<C: Choice>(&mut self, field: &mut C, name: &'static str, summary: &'static str) {
         let index = self.named(field.index(), C::NAMES, name, Entries::ONE, true, Summary::new(summary));
         *field = C::from_index(index);
     }
 
-    /// A list of data types; each command adds one.
+    /// Declares a list of data types; each command appends one.
     #[inline(always)]
     pub fn types(&mut self, field: &mut TypeList, name: &'static str, summary: &'static str) {
         self.type_list(field, name, Summary::new(summary));
@@ -295,8 +295,7 @@ impl<'a> Parameters<'a> {
         }
     }
 
-    /// Goes on to the next parameter; whether anything is asked of this one. Nearly all of a visit is parameters of which
-    /// nothing is.
+    /// Advances to the next parameter; returns whether it is requested. In a visit most parameters are not.
     fn is_asked(&mut self) -> bool {
         let mine = self.index;
         self.index = self.index.saturating_add(1);
@@ -306,7 +305,7 @@ impl<'a> Parameters<'a> {
         }
     }
 
-    /// Answers for the parameter that is asked; gives the value that it is to have, if it is to change.
+    /// Handles the requested parameter; returns its new value if it is to change.
     fn answer(&mut self, parameter: &Parameter, value: Option<Value>) -> Option<Value> {
         match &mut self.request {
             Request::Defaults => return parameter.default,

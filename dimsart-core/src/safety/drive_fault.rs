@@ -1,4 +1,4 @@
-//! Why a drive has turned its bridge off.
+//! Faults of a drive.
 
 use core::fmt;
 
@@ -6,26 +6,27 @@ use super::Reason;
 
 macro_rules! faults {
     ($($fault:ident $reason:ident,)*) => {
-        /// Why a drive has turned its bridge off. Each is a [`Reason`], which has its number and its texts.
+        /// Fault of a drive, which has switched its bridge off. Each maps to a [`Reason`] with number and
+        /// texts.
         ///
-        /// None of them is made of zero bits, so that none at all is.
+        /// The values are not zero, so that `Option<DriveFault>` is all zero bits for none.
         #[derive(Debug, Clone, Copy, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
         #[cfg_attr(feature = "defmt", derive(defmt::Format))]
         #[repr(u8)]
         pub enum DriveFault {
-            /// [`Reason::DriveGone`]: a drive on a bus.
+            /// [`Reason::DriveGone`]: the fault of a drive on a bus.
             Gone {
-                /// Its axis, from 0.
+                /// Axis, from 0.
                 axis: u8,
             } = Reason::DriveGone as u8,
             $(#[doc = concat!("[`Reason::", stringify!($reason), "`].")] $fault = Reason::$reason as u8,)*
         }
 
         impl DriveFault {
-            /// Every one of a board's own drive.
+            /// All faults of a board's own drive.
             pub const ALL: &[Self] = &[$(Self::$fault),*];
 
-            /// Its number and name, what it means and what to do.
+            /// Returns the reason, which has number, name and texts.
             #[must_use]
             pub const fn reason(self) -> Reason {
                 match self {
@@ -55,7 +56,7 @@ faults! {
 }
 
 impl DriveFault {
-    /// The one of a reason, if it is one of a board's own drive.
+    /// Finds the fault of a board's own drive by its reason number.
     #[must_use]
     pub fn by_number(number: u8) -> Option<Self> {
         Self::ALL.iter().find(|fault| fault.reason().number() == number).copied()

@@ -1,56 +1,55 @@
-//! The states of a drive, as CiA 402 (IEC 61800-7-201) names them.
+//! Drive states of CiA 402 (IEC 61800-7-201).
 
-/// What a drive is in. The numbers are those of the low byte of CiA 402's statusword, without the bits that are not
-/// about the state.
+/// State of a drive. The values are the state bits in the low byte of the CiA 402 statusword.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[repr(u8)]
 pub enum DriveState {
-    /// There is no device yet.
+    /// No device is connected.
     NotReadyToSwitchOn = 0x00,
     /// The device gets its safe value: motion is not allowed, or no scheme runs.
     SwitchOnDisabled = 0x40,
-    /// As [`SwitchOnDisabled`](Self::SwitchOnDisabled), on the way to be enabled.
+    /// As [`SwitchOnDisabled`](Self::SwitchOnDisabled), while being enabled.
     ReadyToSwitchOn = 0x21,
-    /// The same.
+    /// As [`ReadyToSwitchOn`](Self::ReadyToSwitchOn).
     SwitchedOn = 0x23,
     /// The scheme commands the device.
     OperationEnabled = 0x27,
-    /// Motion is not allowed any more: the device is on its way to its safe value.
+    /// Motion is no longer allowed: the device is moving to its safe value.
     QuickStopActive = 0x07,
-    /// Something has failed: the device is on its way to its safe value.
+    /// After a fault: the device is moving to its safe value.
     FaultReactionActive = 0x0F,
-    /// Something has failed, and the device has its safe value until a reset.
+    /// A fault is latched: the device has its safe value until a reset.
     Fault = 0x08,
 }
 
-/// What changes a [`DriveState`].
+/// Event that changes a [`DriveState`].
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum DriveEvent {
-    /// A device is there.
+    /// A device is connected.
     Initialized,
-    /// To be ready to switch on.
+    /// Become ready to switch on.
     Shutdown,
-    /// To be switched on.
+    /// Switch on.
     SwitchOn,
-    /// The scheme is to command the device.
+    /// Let the scheme command the device.
     EnableOperation,
-    /// The scheme is not to command it any more.
+    /// Stop commanding the device.
     DisableOperation,
-    /// The device is to get its safe value at once.
+    /// Apply the safe value at once.
     DisableVoltage,
-    /// The device is to go to its safe value.
+    /// Move to the safe value.
     QuickStop,
-    /// It has its safe value.
+    /// The safe value is reached.
     Stopped,
-    /// Something has failed.
+    /// A fault has occurred.
     Fault,
-    /// A fault is over.
+    /// Reset the fault.
     FaultReset,
 }
 
 impl DriveState {
-    /// Every state.
+    /// All states.
     pub const ALL: [Self; 8] = [
         Self::NotReadyToSwitchOn,
         Self::SwitchOnDisabled,
@@ -62,8 +61,8 @@ impl DriveState {
         Self::Fault,
     ];
 
-    /// The state that an event leads to; none where it changes nothing. There are the transitions 0 to 16 of CiA 402 and
-    /// none other (0 and 1 are one: a device that is there has passed its own test).
+    /// Returns the next state; none if the event has no effect in this state. Implements transitions 0 to 16
+    /// of CiA 402 (0 and 1 combined: connecting the device includes its self-test).
     #[must_use]
     pub const fn after(self, event: DriveEvent) -> Option<Self> {
         use DriveEvent as On;
@@ -100,13 +99,13 @@ impl DriveState {
         })
     }
 
-    /// Whether something has failed and waits for a reset.
+    /// Returns whether a fault is latched.
     #[must_use]
     pub const fn is_fault(self) -> bool {
         matches!(self, Self::FaultReactionActive | Self::Fault)
     }
 
-    /// Its name, for reports.
+    /// Returns the name, for reports.
     #[must_use]
     pub const fn name(self) -> &'static str {
         match self {

@@ -1,28 +1,28 @@
-//! A word of a device's inputs, held to its limits.
+//! Limits of one input word of the device.
 
 use super::Velocity;
 use crate::device::{DeviceDescriptor, LimitedWord, SafeValue};
 use crate::signal::types;
 use crate::signal::word::{Format, Scalar as _, Word};
 
-/// A word that has limits, as a tick needs them, and what it got last.
+/// A limited word: limits per tick and last value.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Limited {
     pub(super) place: usize,
-    /// Place of the measured position that a held position begins at; beyond every frame for any other word.
+    /// Index of the measured position where a held position starts; out of every frame for other words.
     pub(super) stands_at: usize,
     axis: usize,
     has_range: bool,
     min: f32,
     max: f32,
-    /// Largest change in a tick.
+    /// Maximum change per tick.
     step: f32,
     safe_value: SafeValue,
-    /// What it got last.
+    /// Last value.
     pub(super) given: Word,
 }
 
-/// What a word was held to.
+/// Limits that were applied to a word.
 #[derive(Debug, Clone, Copy, Default)]
 pub(super) struct Held {
     pub(super) by_range: bool,
@@ -51,12 +51,12 @@ impl Limited {
         limited
     }
 
-    /// Begins with a value, or the nearest one of its range.
+    /// Sets the last value, clamped to the range.
     pub(super) fn begin(&mut self, value: f32) {
         self.given = between(value, self.min, self.max).into_word();
     }
 
-    /// What the word gets for a command: the nearest value that range and rate allow.
+    /// Returns the command, limited by range and rate.
     #[inline(always)]
     pub(super) fn give(&mut self, wanted: Word, held: &mut Held) -> Word {
         self.given = if self.has_range {
@@ -82,7 +82,7 @@ impl Limited {
         self.given
     }
 
-    /// What it is to get while no scheme commands the device.
+    /// Returns the safe value.
     pub(super) fn safe_value(&self, velocity: &Velocity, measured: &[Word], period_s: f32) -> Word {
         match self.safe_value {
             SafeValue::Zero => Word(0),
@@ -94,7 +94,7 @@ impl Limited {
     }
 }
 
-/// `x`, or the nearest of `min` to `max`. `f32::clamp` would panic on wrong bounds.
+/// Clamps `x`. `f32::clamp` would panic on invalid bounds.
 fn between(x: f32, min: f32, max: f32) -> f32 {
     if x < min {
         min

@@ -1,27 +1,27 @@
-//! Why a device does not get what the scheme commands: every reason has a number, a name, a meaning and a next step.
+//! Reasons why a device does not get the scheme's command: number, name, meaning and remedy.
 
 macro_rules! reasons {
     ($($number:literal $reason:ident $name:literal $meaning:literal $next_step:literal;)*) => {
-        /// Why a device does not get what the scheme commands.
+        /// Reason why a device does not get the scheme's command.
         ///
-        /// The numbers stand in logs and on the wire: they have gaps for further ones and are never reused. Up to 31
-        /// nothing is wrong, 32 to 95 are faults, from 96 on the scheme's command was limited.
+        /// The numbers are used in logs and on the wire, have gaps for new reasons, and are never reused. 0
+        /// to 31 are no faults, 32 to 95 are faults, 96 and above are limits.
         #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
         #[cfg_attr(feature = "defmt", derive(defmt::Format))]
         #[non_exhaustive]
         #[repr(u8)]
         pub enum Reason {
-            /// None: it gets what the scheme commands.
+            /// The device gets the scheme's command.
             #[default]
             None = 0,
             $(#[doc = $meaning] $reason = $number,)*
         }
 
         impl Reason {
-            /// Every reason but [`None`](Self::None), by rising number.
+            /// All reasons but [`None`](Self::None), in order of number.
             pub const ALL: &[Self] = &[$(Self::$reason),*];
 
-            /// Its name, for reports.
+            /// Returns the name, for reports.
             #[must_use]
             pub const fn name(self) -> &'static str {
                 match self {
@@ -30,7 +30,7 @@ macro_rules! reasons {
                 }
             }
 
-            /// What it means, in sentences.
+            /// Returns the meaning.
             #[must_use]
             pub const fn meaning(self) -> &'static str {
                 match self {
@@ -39,7 +39,7 @@ macro_rules! reasons {
                 }
             }
 
-            /// What to do next, in sentences; empty where nothing is to be done.
+            /// Returns the remedy; empty if there is nothing to do.
             #[must_use]
             pub const fn next_step(self) -> &'static str {
                 match self {
@@ -136,7 +136,7 @@ reasons! {
         "None if it lasts for a few ticks. Otherwise as for 96.";
 }
 
-/// All that there is to say of it, on one line.
+/// Prints name, number, meaning and remedy on one line.
 impl core::fmt::Display for Reason {
     fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
         let [name, meaning, next_step] = [self.name(), self.meaning(), self.next_step()];
@@ -145,34 +145,34 @@ impl core::fmt::Display for Reason {
 }
 
 impl Reason {
-    /// Its number.
+    /// Returns the number.
     #[must_use]
     pub const fn number(self) -> u8 {
         self as u8
     }
 
-    /// The reason with this number.
+    /// Finds a reason by number.
     #[must_use]
     pub fn by_number(number: u8) -> Option<Self> {
         let mut all = core::iter::once(&Self::None).chain(Self::ALL);
         all.find(|reason| reason.number() == number).copied()
     }
 
-    /// Whether something is wrong: the device gets its safe value.
+    /// Returns whether it is a fault: the device gets its safe value.
     #[must_use]
     pub const fn is_fault(self) -> bool {
         32 <= self.number() && self.number() < 96
     }
 
-    /// Whether the scheme commands the device, and a limit of the input cut the command.
+    /// Returns whether the scheme commands the device within a limit that has reduced its command.
     #[must_use]
     pub const fn is_limit(self) -> bool {
         96 <= self.number()
     }
 }
 
-/// The place of each reason among [`Reason::ALL`], by its number; behind the last one for a number of none.
-#[expect(clippy::indexing_slicing, clippy::cast_possible_truncation, reason = "the compiler works it out")]
+/// Index of each reason in [`Reason::ALL`], by number; `u8::MAX` for an unused number.
+#[expect(clippy::indexing_slicing, clippy::cast_possible_truncation, reason = "evaluated at compile time")]
 const PLACES: [u8; 128] = {
     let mut places = [u8::MAX; 128];
     let mut place = 0;
@@ -183,7 +183,7 @@ const PLACES: [u8; 128] = {
     places
 };
 
-/// Ticks by reason, since the device was connected. A tick counts for each reason that it had.
+/// Number of ticks by reason since the device was connected. A tick counts for each of its reasons.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct ReasonCounts([u32; Reason::ALL.len()]);
 
@@ -200,12 +200,12 @@ impl ReasonCounts {
         }
     }
 
-    /// Every reason with its ticks, by rising number.
+    /// Returns every reason with its ticks, in order of number.
     pub fn iter(&self) -> impl Iterator<Item = (Reason, u32)> + '_ {
         Reason::ALL.iter().copied().zip(self.0)
     }
 
-    /// Ticks of a reason; those of [`Reason::None`] are not counted.
+    /// Returns the ticks of a reason; [`Reason::None`] is not counted.
     #[must_use]
     pub fn of(&self, reason: Reason) -> u32 {
         self.iter().find(|(found, _)| *found == reason).map_or(0, |(_, ticks)| ticks)

@@ -1,21 +1,21 @@
-//! The velocity of each axis, for damping.
+//! Velocity of each axis, for damping.
 
 use crate::device::DeviceDescriptor;
 use crate::limits::MAX_DOF;
 use crate::signal::types;
 use crate::signal::word::{Scalar as _, Word};
 
-/// Measured where the device does so, otherwise the difference between two ticks' positions. Fresh, it is all zero bits.
+/// The measured velocity if available, otherwise the difference of two positions. A new one is all zero bits.
 #[derive(Debug)]
 pub(super) struct Velocity {
     source: Source,
-    /// Of the last tick.
+    /// Positions of the last tick.
     position: [f32; MAX_DOF],
-    /// Whether the last tick measured them.
+    /// Whether the last tick measured positions.
     has_position: bool,
 }
 
-/// Where the first axis' word is in a measured frame.
+/// Index of the first axis in a measured frame.
 #[derive(Debug, Clone, Copy)]
 enum Source {
     None,
@@ -24,7 +24,7 @@ enum Source {
 }
 
 impl Velocity {
-    /// That of an axis that never moves.
+    /// Velocity source of a device at rest.
     pub(super) const NONE: Self =
         Self { source: Source::None, position: [0.0; MAX_DOF], has_position: false };
 
@@ -34,7 +34,7 @@ impl Velocity {
         Self { source: velocity.or_else(position).unwrap_or(Source::None), ..Self::NONE }
     }
 
-    /// That of an axis, `m/s` or `rad/s`; 0 when it is not known.
+    /// Returns the velocity of an axis, `m/s` or `rad/s`; 0 if unknown.
     pub(super) fn of(&self, axis: usize, measured: &[Word], period_s: f32) -> f32 {
         let word = |place: usize| measured.get(place + axis).map(|word| f32::from_word(*word));
         let velocity = match self.source {
@@ -47,7 +47,7 @@ impl Velocity {
         velocity.unwrap_or(0.0)
     }
 
-    /// Keeps what the next tick's velocity takes; `measured` is empty in a tick whose measurement was refused.
+    /// Stores the positions for the next tick; `measured` is empty if the measurement was refused.
     pub(super) fn keep(&mut self, measured: &[Word]) {
         if let Source::Position { place } = self.source {
             self.has_position = !measured.is_empty();

@@ -1,4 +1,4 @@
-//! Commands: how a scheme is built and changed while one image runs.
+//! Commands that build and change a scheme at run time.
 
 mod wire;
 
@@ -16,99 +16,99 @@ use wire::Wire;
 #[serde(into = "Wire", try_from = "Wire")]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum Command {
-    /// Plugs the module in, behind those already plugged in.
+    /// Plugs the module in after those already plugged in.
     PlugIn(ModuleRef),
     /// Unplugs the module; it keeps its parameters.
     Unplug(ModuleRef),
-    /// The next [`PlugIn`](Self::PlugIn) puts its module before this one instead of at the end. Forgotten as soon as
-    /// this one is unplugged, plugged in again or not.
+    /// Makes the next [`PlugIn`](Self::PlugIn) insert its module before this one instead of at the end.
+    /// Cancelled when this module is unplugged, even if it is plugged in again.
     PlaceBefore(ModuleRef),
-    /// The module forgets its state and keeps its parameters.
+    /// Resets the module's state; it keeps its parameters.
     ResetModule(ModuleRef),
-    /// The module's parameters go back to their defaults. Only while it is not plugged in.
+    /// Resets the module's parameters to their defaults. Only while it is not plugged in.
     InitModule(ModuleRef),
-    /// Ends the module's existence and gives its place back.
+    /// Deletes the module instance and frees its memory.
     CloseModule(ModuleRef),
-    /// Checks the scheme and, when it is sound, lets it run; in a transaction from the commit on.
+    /// Checks the scheme and starts it if it has no fault; in a transaction, with the commit.
     Check,
-    /// Stops the scheme; the device gets its safe value. From a client, STOP also ends the lease of any client.
+    /// Stops the scheme; the device gets its safe value. A STOP from a client also ends any client's lease.
     Stop,
-    /// Every module that is plugged in forgets its state.
+    /// Resets the state of every module that is plugged in.
     Reset,
-    /// Stops, unplugs every module and ends its existence. In a transaction nothing stops, and the next scheme has no
-    /// module.
+    /// Stops the scheme and deletes all modules. In a transaction the running scheme continues, and the
+    /// pending scheme becomes empty.
     Close,
-    /// As [`Close`](Self::Close): the state after power-up.
+    /// As [`Close`](Self::Close): restores the state after power-up.
     Init,
-    /// Opens a transaction: commands that build or change the scheme are for the next one, until
-    /// [`Commit`](Self::Commit) or [`Abort`](Self::Abort), while the one that runs goes on. Resets and
-    /// [`Stop`](Self::Stop) are for the one that runs all the same.
+    /// Opens a transaction: until [`Commit`](Self::Commit) or [`Abort`](Self::Abort), commands change the
+    /// pending scheme while the running scheme continues. Resets and [`Stop`](Self::Stop) still apply to the
+    /// running scheme.
     Begin,
-    /// The next scheme takes the place of the one that runs, between two ticks, if it is sound. Modules that are in both
-    /// keep their state, also where their order, parameters or bindings have changed. Refused, the transaction stays
-    /// open.
+    /// Replaces the running scheme by the pending scheme between two ticks, if it has no fault. Modules in
+    /// both schemes keep their state, even if their order, parameters or bindings have changed. If refused,
+    /// the transaction stays open.
     Commit,
-    /// Drops the next scheme.
+    /// Discards the pending scheme.
     Abort,
-    /// Gives a parameter a value, or adds an entry to one that is a list.
+    /// Sets a parameter, or appends an entry to a list parameter.
     Set {
-        /// Whose parameter.
+        /// Module of the parameter.
         module: ModuleRef,
-        /// Its number: its place in the module's list of parameters.
+        /// Parameter number: its index in the module's list of parameters.
         parameter: u8,
-        /// Place of the value where the parameter has [several](crate::Entries), the axis where each axis has one; none
-        /// for all of them.
+        /// Index of the value for parameters with [several values](crate::Entries), such as the axis; none
+        /// for all values.
         entry: Option<u8>,
         /// The value.
         value: Value,
     },
     /// Binds a port to another signal.
     Bind {
-        /// Whose port.
+        /// Module of the port.
         module: ModuleRef,
-        /// Its number: its place in the order of their declaration.
+        /// Port number, in order of declaration.
         port: u8,
         /// The signal.
         signal: TypeRef,
     },
-    /// Two words of a [program](crate::online) that is to be kept. This and the next two are for the controller, and not
-    /// for a scheme: they take effect at once, in a transaction too.
+    /// Uploads two words of a [program](crate::online). The program commands are for the controller, not for
+    /// a scheme: they take effect at once, even in a transaction.
     PutLaw {
-        /// Place of the first one among the words.
+        /// Index of the first word.
         place: u8,
-        /// The words; one beyond the last one is dropped.
+        /// The words; words beyond the maximum are dropped.
         words: [u32; 2],
     },
-    /// Verifies the first so many words that were put, and keeps them as the program of this number, where no module has
-    /// another one of that.
+    /// Verifies the first `count` uploaded words and stores them as program `number`, unless a module uses a
+    /// different program of this number.
     KeepLaw {
         /// The program's number, from 1.
         number: u8,
         /// Number of words.
         count: u8,
     },
-    /// Forgets a program that no module has.
+    /// Deletes a program that no module uses.
     RemoveLaw {
         /// The program's number.
         number: u8,
     },
 }
 
-/// A command to the engine as schemes name it, and its number on the wire.
+/// An engine command: its name in schemes and its number on the wire.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct EngineCommand {
-    /// Its name in schemes.
+    /// Name in schemes.
     pub name: &'static str,
-    /// Whether a module is its value.
+    /// Whether its value is a module.
     pub needs_module: bool,
     number: u8,
 }
 
-/// Commands to the engine: number on the wire, name in schemes, and the command. The only table of them.
+/// Table of the engine commands: number on the wire, name in schemes, command.
 macro_rules! engine_commands {
     (with a module: $($of_number:literal $of_name:literal $Of:ident,)* without: $($number:literal $name:literal $Own:ident,)*) => {
         impl EngineCommand {
-            /// Every one.
+            /// All engine commands.
             pub const ALL: &'static [Self] = &[
                 $(Self { name: $of_name, needs_module: true, number: $of_number },)*
                 $(Self { name: $name, needs_module: false, number: $number },)*
@@ -116,7 +116,7 @@ macro_rules! engine_commands {
         }
 
         impl Command {
-            /// The command with this number on the wire, if it exists and its value fits.
+            /// Returns the command with this number on the wire, if it exists and the value fits.
             fn of_engine(number: u8, module: Option<ModuleRef>) -> Option<Self> {
                 Some(match (number, module) {
                     $(($of_number, Some(module)) => Self::$Of(module),)*
@@ -125,7 +125,7 @@ macro_rules! engine_commands {
                 })
             }
 
-            /// The number on the wire of a command to the engine, and the module that is its value.
+            /// Returns the wire number and the module of an engine command.
             fn to_engine(self) -> Option<(u8, Option<ModuleRef>)> {
                 Some(match self {
                     $(Self::$Of(module) => ($of_number, Some(module)),)*
@@ -161,13 +161,13 @@ engine_commands! {
 }
 
 impl EngineCommand {
-    /// The one of this name in schemes.
+    /// Finds an engine command by its name in schemes.
     #[must_use]
     pub fn of(name: &str) -> Option<Self> {
         Self::ALL.iter().copied().find(|known| known.name == name)
     }
 
-    /// The command with its value; none where a module is missing or one too many.
+    /// Adds the value; none if a module is missing or superfluous.
     #[must_use]
     pub fn with(self, module: Option<ModuleRef>) -> Option<Command> {
         Command::of_engine(self.number, module)
@@ -175,19 +175,19 @@ impl EngineCommand {
 }
 
 impl Command {
-    /// Sets a parameter of a module, on all axes.
+    /// Creates a command that sets a parameter on all axes.
     #[must_use]
     pub const fn set(module: ModuleRef, parameter: u8, value: Value) -> Self {
         Self::Set { module, parameter, entry: None, value }
     }
 
-    /// Binds a port of a module to another signal.
+    /// Creates a command that binds a port to another signal.
     #[must_use]
     pub const fn bind(module: ModuleRef, port: u8, signal: TypeRef) -> Self {
         Self::Bind { module, port, signal }
     }
 
-    /// What it is called in schemes, if it is one to the engine.
+    /// Returns the engine command; none for other commands.
     #[must_use]
     pub fn as_engine_command(self) -> Option<EngineCommand> {
         let (number, _) = self.to_engine()?;
@@ -195,22 +195,22 @@ impl Command {
     }
 }
 
-/// Why a command was refused. Whatever the reason, nothing has changed.
+/// Reason why a command was refused. A refused command changes nothing.
 #[derive(Debug, Clone, Copy, PartialEq, serde::Serialize, serde::Deserialize)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[non_exhaustive]
 pub enum CommandError {
-    /// The image has no module of this kind, or an instance number is 0.
+    /// The image has no such module kind, or the instance number is 0.
     UnknownModule(ModuleRef),
     /// The module has no such port.
     UnknownPort(u8),
-    /// No data type has this number.
+    /// Unknown data type number.
     UnknownType(TypeRef),
-    /// As many instances exist already as there is [room](crate::limits::Sizes) for: close one first.
+    /// The maximum number of instances exists ([`Sizes`](crate::limits::Sizes)): close one first.
     TooManyModules,
-    /// The module needs more than [`MAX_PORTS`](crate::limits::MAX_PORTS) ports.
+    /// The module has more than [`MAX_PORTS`](crate::limits::MAX_PORTS) ports.
     TooManyPorts,
-    /// The module is plugged in already, or must be unplugged for this.
+    /// The module is plugged in; it must be unplugged for this command.
     PluggedIn(ModuleRef),
     /// The module is not plugged in, or does not exist.
     NotPluggedIn(ModuleRef),
@@ -218,47 +218,45 @@ pub enum CommandError {
     Storage(StorageError),
     /// The parameter was refused.
     Parameter(ParameterError),
-    /// The scheme is running and this change would break it.
+    /// The change would break the running scheme.
     WouldBreak(Finding),
-    /// The scheme has this many faults and does not start; [`Engine::check`](crate::Engine::check)
-    /// names them.
+    /// The scheme has faults and does not start; [`Engine::check`](crate::Engine::check) lists them.
     DoesNotMatch {
         /// Number of faults.
         faults: usize,
     },
-    /// With this module a tick could take longer than it may.
+    /// With this module a tick could exceed its cycle limit.
     TooSlow {
         /// The module.
         module: ModuleRef,
-        /// What it adds, cycles.
+        /// Cycles of the module.
         cycles: u32,
-        /// What a tick could take with it, cycles.
+        /// Cycles of a tick with the module.
         tick_cycles: u32,
-        /// What a tick may take, cycles.
+        /// Limit of a tick, in cycles.
         limit_cycles: u32,
     },
-    /// The image's stamp does not say what this module adds to a tick, and a tick may take so long only.
+    /// Ticks have a cycle limit, and the image's stamp has no cost of this module.
     CostUnknown(ModuleRef),
-    /// All modules together have more ports, or more of them are bound by commands, than there is
-    /// [room](crate::limits::Sizes) for.
+    /// Too many ports, or too many ports bound by commands ([`Sizes`](crate::limits::Sizes)).
     WiringFull,
-    /// The signals of a channel and its counters do not fit into a packet of
+    /// The signals of a channel and its counters exceed
     /// [`MAX_PACKET_WORDS`](crate::limits::MAX_PACKET_WORDS).
     PacketTooLong {
-        /// Words of all of them.
+        /// Number of words.
         words: usize,
     },
     /// A transaction is open already.
     TransactionOpen,
     /// No transaction is open.
     NoTransaction,
-    /// Something has failed, and the device is on its way to its safe value: it can be reset when it is there.
+    /// A reset was refused, because the device is still moving to its safe value after a fault.
     FaultReaction,
-    /// An end of a link runs in every tick: its own parameters say how often it sends.
+    /// A link module must run in every tick; its own parameters set how often it sends.
     RunsEveryTick(ModuleRef),
-    /// The module's parameter `PROGRAM` is the number of no [program](crate::online) that the controller has.
+    /// The module's parameter `PROGRAM` is not the number of a stored [program](crate::online).
     NoLaw(ModuleRef),
-    /// A program was not kept, or not removed.
+    /// A program was refused.
     Law(LawRefusal),
 }
 

@@ -3,11 +3,11 @@
 use crate::module::{Difference, ModuleRef};
 use crate::signal::{TypeRef, UnitRelation};
 
-/// Who reads or writes a signal.
+/// Reader or writer of a signal.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum Party {
-    /// The frame: the device and what it is commanded by.
+    /// The frame: the device's measurements and commands.
     Frame,
     /// A module.
     Module(ModuleRef),
@@ -18,103 +18,103 @@ pub enum Party {
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[non_exhaustive]
 pub enum Finding {
-    /// A fault: somebody reads a signal that nobody writes.
+    /// Fault: a signal is read, but has no writer.
     NoProvider {
         /// The signal.
         signal: TypeRef,
-        /// Who reads it.
+        /// Its reader.
         reader: Party,
     },
-    /// A fault: two parties write the same signal.
+    /// Fault: a signal has two writers.
     TwoProviders {
         /// The signal.
         signal: TypeRef,
-        /// Who writes it first in a tick.
+        /// First writer in a tick.
         first: Party,
-        /// Who overwrites it.
+        /// Second writer, which overwrites the signal.
         second: Party,
     },
-    /// A fault: a port is bound to a signal of another unit, format or shape.
+    /// Fault: a port is bound to a signal of wrong unit, format or shape.
     Mismatch {
         /// The module.
         module: ModuleRef,
         /// The port's number.
         port: u8,
-        /// The signal it is bound to.
+        /// The bound signal.
         signal: TypeRef,
-        /// What is wrong.
+        /// The difference.
         difference: Difference,
     },
-    /// A signal is read before it is written in the tick, so the reader sees the value of the tick
-    /// before. A fault unless the reader or the writer declared it.
+    /// A signal is read before it is written in the tick, so the reader gets the value of the previous tick.
+    /// A fault unless the reader or the writer declares the delay.
     Delay {
         /// The signal.
         signal: TypeRef,
-        /// Who writes it.
+        /// Its writer.
         writer: Party,
-        /// Who reads it too early.
+        /// The reader.
         reader: Party,
-        /// Whether it is meant to be so.
+        /// Whether the delay is declared.
         is_declared: bool,
     },
-    /// A fault: the units of two signals, or their formats and shapes, are not as the module's ports are
-    /// [tied](crate::Declare::tie).
+    /// Fault: the units of two signals, or their formats and shapes, violate a [tie](crate::Declare::tie) of
+    /// the module's ports.
     UnitsDiffer {
         /// The module.
         module: ModuleRef,
-        /// Number of the port whose unit follows from the other's.
+        /// Port whose unit follows from the other port's unit.
         port: u8,
-        /// The signal it is bound to.
+        /// The bound signal.
         signal: TypeRef,
-        /// Number of the other port.
+        /// The other port.
         other_port: u8,
-        /// The signal that one is bound to.
+        /// The signal bound to the other port.
         other_signal: TypeRef,
-        /// What they should be to each other.
+        /// The required relation.
         relation: UnitRelation,
     },
-    /// A fault: two modules send over the same link, or listen to it.
+    /// Fault: two modules use the same end of a link.
     LinkTaken {
         /// The link.
         link: u8,
-        /// Who comes first in a tick.
+        /// First module in a tick.
         first: ModuleRef,
-        /// Who takes its packets away, or overwrites them.
+        /// Second module, which takes or overwrites the first one's packets.
         second: ModuleRef,
     },
-    /// A module that does not run in every tick writes a signal: it is held meanwhile, and up to `every_ticks - 1` ticks
-    /// old where it is read.
+    /// A module that does not run in every tick writes a signal: its readers get values up to
+    /// `every_ticks - 1` ticks old.
     Held {
         /// The signal.
         signal: TypeRef,
-        /// Who writes it.
+        /// Its writer.
         writer: ModuleRef,
-        /// In one of so many ticks.
+        /// Period of the writer in ticks.
         every_ticks: u8,
     },
-    /// A fault: a module computes with a signal's value of the tick before, and reads it after it was written.
+    /// Fault: a module needs a signal's value of the previous tick, but reads it after it was written.
     NotDelayed {
         /// The signal.
         signal: TypeRef,
-        /// The module that writes it.
+        /// The writer.
         writer: ModuleRef,
-        /// The module that reads it too late.
+        /// The reader.
         reader: ModuleRef,
     },
-    /// A fault: a late stage waits for what a module makes of its early stage, and that module rests in some of its
-    /// ticks.
+    /// Fault: a late stage depends on a module that follows its early stage and does not run whenever the
+    /// late stage does.
     LateStageWaits {
         /// The module with the late stage.
         reader: ModuleRef,
-        /// The module it waits for.
+        /// The module that it waits for.
         writer: ModuleRef,
-        /// `EVERY_TICKS` of the module it waits for.
+        /// `EVERY_TICKS` of that module.
         every_ticks: u8,
     },
 }
 
 impl Finding {
-    /// Whether a scheme with this finding must not run.
+    /// Returns whether a scheme with this finding must not run.
     #[must_use]
     pub fn is_fault(&self) -> bool {
         !matches!(self, Self::Delay { is_declared: true, .. } | Self::Held { .. })

@@ -1,4 +1,4 @@
-//! The types matching check: every fault of a scheme in one report.
+//! Types matching check: reports all faults of a scheme.
 
 use heapless::Vec;
 
@@ -10,18 +10,18 @@ use crate::scheme::finding::{Finding, Party};
 use crate::scheme::wiring::{ActiveModule, Call, Port, Wiring, module_bit};
 use crate::signal::{DataType, TypeRef, Unit, UnitRelation};
 
-/// All findings of a check: faults, and what is good to know of a scheme that runs.
+/// Report of a matching check: faults and remarks.
 #[derive(Debug, Clone, Default, PartialEq, Eq)]
 pub struct CheckReport {
     findings: Vec<Finding, MAX_FINDINGS>,
     faults: usize,
     unlisted: usize,
-    /// Whether nobody asks for more than the first fault.
+    /// Whether to stop at the first fault.
     ends_with_fault: bool,
 }
 
 impl CheckReport {
-    /// A report that ends with the first fault that is found.
+    /// Creates a report that stops at the first fault.
     pub(crate) fn of_first_fault() -> Self {
         Self { ends_with_fault: true, ..Self::default() }
     }
@@ -30,25 +30,25 @@ impl CheckReport {
         self.ends_with_fault && self.faults > 0
     }
 
-    /// The findings, faults first.
+    /// Returns the findings, faults first.
     #[must_use]
     pub fn findings(&self) -> &[Finding] {
         &self.findings
     }
 
-    /// Number of faults, listed or not.
+    /// Returns the number of faults, listed or not.
     #[must_use]
     pub fn faults(&self) -> usize {
         self.faults
     }
 
-    /// Findings beyond the [`MAX_FINDINGS`] that are listed.
+    /// Returns the number of findings beyond [`MAX_FINDINGS`], which are not listed.
     #[must_use]
     pub fn unlisted(&self) -> usize {
         self.unlisted
     }
 
-    /// Whether the scheme may run.
+    /// Returns whether the scheme has no fault and may run.
     #[must_use]
     pub fn is_sound(&self) -> bool {
         self.faults == 0
@@ -63,14 +63,14 @@ impl CheckReport {
             if place == listed {
                 return;
             }
-            // What is no fault makes room for one.
+            // A fault replaces a remark.
             self.findings.pop();
         }
         let _ = self.findings.insert(place, finding);
     }
 }
 
-/// One use of a signal: who, when in the tick, and whether a delay is declared.
+/// One use of a signal: module or frame, position in the tick, and whether a delay is declared.
 #[derive(Debug, Clone, Copy)]
 struct Use {
     party: Party,
@@ -86,8 +86,8 @@ pub(crate) struct MatchingCheck<'a> {
 }
 
 impl MatchingCheck<'_> {
-    /// Checks the scheme into an empty report: it is large, and would be copied. `signals` are those in the Data Base,
-    /// with their slots; `signal_in` is the one in a slot.
+    /// Checks the scheme into an empty report. `signals` lists the signals of the Data Base with their slots;
+    /// `signal_in` finds the signal of a slot.
     pub(crate) fn check(
         &self,
         signals: impl Iterator<Item = (u8, TypeRef)> + Clone,
@@ -112,9 +112,8 @@ impl MatchingCheck<'_> {
         }
     }
 
-    /// Slots of the signals that are not simply written once in a tick and read after that, a bit each.
-    ///
-    /// One look at every port: a check is made between two ticks, and most signals are in order.
+    /// Returns the slots of suspect signals, one bit each: those not written exactly once in a tick and read
+    /// afterwards. One pass over all ports: most signals pass.
     fn suspects(&self, signals: impl Iterator<Item = (u8, TypeRef)> + Clone) -> u64 {
         let of_frame = |types: &[&DataType]| {
             let is_frame_s = |signal: TypeRef| types.iter().any(|data_type| data_type.first() == signal);
@@ -130,7 +129,7 @@ impl MatchingCheck<'_> {
                     suspects |= writes & slot;
                     writes |= slot;
                 } else {
-                    // A memory's slot too, which holds no signal.
+                    // Includes slots of memories, which hold no signal.
                     reads |= slot;
                     suspects |= if port.is_delayed() { slot } else { 0 };
                 }
@@ -152,7 +151,7 @@ impl MatchingCheck<'_> {
         }
     }
 
-    /// Holds the coordinates of a module against the first of them: all are Cartesian, or none is.
+    /// Checks that the coordinates of a module are all Cartesian or all joint coordinates.
     fn check_coordinates(&self, signal_in: &impl Fn(u8) -> Option<TypeRef>, report: &mut CheckReport) {
         for plugged in self.wiring.modules() {
             let mut first = None;
@@ -174,7 +173,7 @@ impl MatchingCheck<'_> {
             let ports = self.wiring.ports(plugged);
             for (index, port) in ports.iter().enumerate() {
                 let Some((tie, signal)) = port.tie().zip(signal_in(port.slot)) else { continue };
-                // Where the port it follows takes a signal of any unit, those tied alike agree all the same.
+                // Ports tied alike to a port of any unit must agree with each other.
                 let wrong = (0..).zip(ports).take(index).find_map(|(number, other)| {
                     let relation = match other.tie() {
                         _ if number == tie.port => tie.relation,
@@ -223,7 +222,7 @@ impl MatchingCheck<'_> {
         }
     }
 
-    /// A late stage needs this tick's values of the modules between its module's two stages.
+    /// A late stage needs values of this tick from the modules between its module's two stages.
     fn check_late_stages(&self, report: &mut CheckReport) {
         let modules = self.wiring.modules();
         for (order, late) in (0..).zip(modules) {
@@ -241,7 +240,7 @@ impl MatchingCheck<'_> {
         }
     }
 
-    /// Whether a signal is to another one as it should be; one of no known type is.
+    /// Returns whether two signals satisfy a relation; true for unknown types.
     fn admits(&self, relation: UnitRelation, signal: TypeRef, other: TypeRef) -> bool {
         let found = self.device.data_type(signal.id).zip(self.device.data_type(other.id));
         found.is_none_or(|(found, other)| {
@@ -267,7 +266,7 @@ impl MatchingCheck<'_> {
                 report.add(Finding::Delay { signal, writer, reader, is_declared });
             }
             Some(writer) if reader.direction == Direction::Read && reader.is_delayed => {
-                // What the device measures may well be of the tick before.
+                // A measurement may be of the previous tick.
                 if let (Party::Module(writer), Party::Module(reader)) = (writer.party, reader.party) {
                     report.add(Finding::NotDelayed { signal, writer, reader });
                 }
@@ -276,9 +275,7 @@ impl MatchingCheck<'_> {
         });
     }
 
-    /// Shows who uses a signal, in the order of the tick.
-    ///
-    /// Visited, and not an iterator: that one is many times the size.
+    /// Visits the uses of a signal in the order of the tick.
     #[inline(never)]
     fn visit_uses(&self, slot: u8, signal: TypeRef, visit: &mut dyn FnMut(Use)) {
         let is_mine = |types: &[&DataType]| types.iter().any(|data_type| data_type.first() == signal);
@@ -298,7 +295,7 @@ impl MatchingCheck<'_> {
         }
     }
 
-    /// Ports that a call uses.
+    /// Returns the ports that a call uses.
     fn ports_of(&self, call: &Call) -> impl Iterator<Item = &Port> {
         let ports = self.wiring.called(call).map_or(&[][..], |plugged| self.wiring.ports(plugged));
         let stage = call.stage;

@@ -1,4 +1,4 @@
-//! The order of the calls in a tick.
+//! Order of the calls in a tick.
 
 use heapless::Vec;
 
@@ -6,14 +6,14 @@ use crate::limits::{MAX_CALLS, MAX_MODULES, MAX_SLOTS};
 use crate::module::Stage;
 use crate::scheme::wiring::{Port, Wiring};
 
-/// A call: place of its module in the plug-in order, and its stage.
+/// A call: index of its module in the plug-in order, and stage.
 type Entry = (u8, Stage);
 
-/// Puts the modules' calls in order: early stages in plug-in order, each late stage as soon as
-/// everything it reads has been written.
+/// Orders the modules' calls: early stages in plug-in order, each late stage as soon as all its inputs have
+/// been written.
 ///
-/// A late stage does not wait for what nobody writes, which the matching check reports. Late stages that wait for one
-/// another come at the end, in plug-in order; the check reports the delay.
+/// A late stage does not wait for signals without a writer, which the matching check reports. Late stages
+/// that wait for each other come last, in plug-in order; the check reports the delay.
 pub(crate) fn schedule(wiring: &Wiring) -> Vec<Entry, MAX_CALLS> {
     let mut scheduler = Scheduler { wiring, unwritten: [0; MAX_SLOTS], calls: Vec::new() };
     for (order, _) in (0..).zip(wiring.modules()) {

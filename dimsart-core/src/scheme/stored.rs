@@ -1,4 +1,4 @@
-//! A scheme as the engine keeps it: the one that runs, and the next one, which is put together while that one runs.
+//! Storage of the running and the pending scheme.
 
 use core::fmt;
 
@@ -6,20 +6,20 @@ use crate::data_base::{Block, List, Storage, bit};
 use crate::module::{Binding, ModuleBindings, ModuleRef};
 use crate::scheme::wiring::{ActiveModule, Wiring};
 
-/// A module that exists, plugged in or not. Its parameters and state lie in the Data Base's words.
+/// A module instance, plugged in or not. Its parameters and state are in words of the Data Base.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Instance {
     pub(crate) reference: ModuleRef,
-    /// It runs in every tick, in every second one, and so on.
+    /// Period of the module in ticks.
     pub(crate) every_ticks: u8,
-    /// Handles, settings and gains. The two schemes share it until one of them changes it.
+    /// Handles, settings and gains. Both schemes share the block until one of them changes it.
     pub(crate) configuration: Block,
-    /// The two schemes share it: a module that stays goes on.
+    /// Both schemes share the block, so that a module in both keeps its state.
     pub(crate) state: Block,
 }
 
 impl Instance {
-    /// That of a module that does not exist.
+    /// Placeholder for a missing instance.
     const NONE: Self =
         Self { reference: ModuleRef::NONE, every_ticks: 1, configuration: Block::FREE, state: Block::FREE };
 
@@ -27,7 +27,7 @@ impl Instance {
         [self.configuration, self.state]
     }
 
-    /// Follows its blocks when another one at the end is given back.
+    /// Adjusts the offsets after a block at the end was freed.
     fn close_gap(&mut self, gone: Block) {
         for block in [&mut self.configuration, &mut self.state] {
             if block.offset < gone.offset {
@@ -37,7 +37,7 @@ impl Instance {
     }
 }
 
-/// The modules that exist, what their ports are bound to, and the wiring of those that are plugged in.
+/// Module instances, the bindings of their ports, and the wiring of those that are plugged in.
 #[derive(Debug)]
 pub(crate) struct Scheme {
     pub(crate) instances: List<Instance>,
@@ -51,7 +51,7 @@ impl Scheme {
         Self { instances, bindings, wiring, place_before: None }
     }
 
-    /// Becomes as another one, in its place.
+    /// Copies another scheme, in place.
     pub(crate) fn copy_from(&mut self, other: &Self) {
         self.instances.clear();
         self.bindings.clear();
@@ -69,7 +69,7 @@ impl Scheme {
         self.instances.iter_mut().find(|instance| instance.reference == module)
     }
 
-    /// What a module is made of that is plugged in here.
+    /// Returns the instance of a module that is plugged in.
     pub(crate) fn instance_of(&self, plugged: &ActiveModule) -> Option<&Instance> {
         self.instances.get(usize::from(plugged.instance))
     }
@@ -82,13 +82,13 @@ impl Scheme {
         ModuleBindings { module, bindings: self.bindings }
     }
 
-    /// Whether a module has this block.
+    /// Returns whether a module has this block.
     fn has(&self, module: ModuleRef, block: Block) -> bool {
         self.instance(module).is_some_and(|instance| instance.blocks().contains(&block))
     }
 
-    /// Whether a module that is plugged in here goes on where it is in another one: with the state and the memories
-    /// that it has there, and ports alike.
+    /// Returns whether a module that is plugged in here continues from another scheme: with the same state,
+    /// memories and ports.
     pub(crate) fn continues(&self, plugged: &ActiveModule, before: &Self, there: &ActiveModule) -> bool {
         let state = |scheme: &Self, plugged| scheme.instance_of(plugged).map(|instance| instance.state);
         let memories = |scheme: &Self, plugged: &ActiveModule| {
@@ -100,7 +100,7 @@ impl Scheme {
             && memories(self, plugged) == memories(before, there)
     }
 
-    /// Points the handles of the modules that are plugged in, and their calls, to where all words are now.
+    /// Updates the handles and calls of the modules that are plugged in to the current location of all words.
     pub(crate) fn connect(&mut self, storage: &mut Storage) {
         let Self { instances, wiring, .. } = self;
         wiring.connect(storage, |instance| {
@@ -109,7 +109,7 @@ impl Scheme {
     }
 }
 
-/// The scheme that runs, and the next one.
+/// The running and the pending scheme.
 pub(crate) struct Schemes {
     pair: [Scheme; 2],
     runs_second: bool,
@@ -147,28 +147,28 @@ impl Schemes {
         self.split_mut().1
     }
 
-    /// The one that runs, and the next one to be changed.
+    /// Returns the running scheme, and the pending scheme to change.
     pub(crate) fn split_mut(&mut self) -> (&mut Scheme, &mut Scheme) {
         let [first, second] = &mut self.pair;
         if self.runs_second { (second, first) } else { (first, second) }
     }
 
-    /// The next one becomes the one that runs, however large they are.
+    /// Swaps the running and the pending scheme.
     pub(crate) fn switch(&mut self) {
         self.runs_second = !self.runs_second;
     }
 
-    /// Whether a module has this block in both.
+    /// Returns whether both schemes use this block of a module.
     pub(crate) fn share(&self, module: ModuleRef, block: Block) -> bool {
         self.pair.iter().all(|scheme| scheme.has(module, block))
     }
 
-    /// Whether a module has this block in one of them.
+    /// Returns whether either scheme uses this block of a module.
     pub(crate) fn have(&self, module: ModuleRef, block: Block) -> bool {
         self.pair.iter().any(|scheme| scheme.has(module, block))
     }
 
-    /// Follows the modules' blocks when one at the end is given back.
+    /// Adjusts the modules' blocks after a block at the end was freed.
     pub(crate) fn close_gap(&mut self, gone: Block) {
         for instance in self.pair.iter_mut().flat_map(|scheme| scheme.instances.iter_mut()) {
             instance.close_gap(gone);

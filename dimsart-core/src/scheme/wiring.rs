@@ -1,7 +1,8 @@
-//! The wiring: which modules are plugged in, in which order, to what their ports are bound, and the calls of a tick.
+//! Wiring: the modules that are plugged in, their order, the bindings of their ports, and the calls of a
+//! tick.
 //!
-//! It is a value of its own. The engine holds two: the one that runs, and the next one, which is put together and
-//! checked as a whole while the other one runs, and then takes its place, or is dropped and nothing has changed.
+//! The engine holds two: the running wiring, and the pending wiring, which is built and checked as a whole
+//! and then replaces the running wiring or is discarded.
 
 mod budgets;
 mod falling;
@@ -29,14 +30,14 @@ pub(crate) use port::Port;
 pub(crate) struct Wiring {
     modules: List<ActiveModule>,
     ports: List<Port>,
-    /// Of each module's handles, which of its ports it is of; [`NO_PORT`] for one that was not declared.
+    /// Port index of each handle of each module; [`NO_PORT`] for an undeclared handle.
     handles: List<u8>,
     calls: List<Call>,
-    /// Words that are looked at behind the calls that write them.
+    /// Words to check after the calls that write them.
     checked_words: List<CheckedWords>,
-    /// Modules that the device gets nothing without, a bit for each place in the plug-in order.
+    /// Modules that the device's inputs depend on, one bit per place in the plug-in order.
     drives_device: u32,
-    /// Whether there is a module that does not run in every tick.
+    /// Whether any module does not run in every tick.
     has_rates: bool,
 }
 
@@ -47,25 +48,26 @@ const FULL: CommandError = CommandError::WiringFull;
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct ActiveModule {
     pub(crate) module: ModuleRef,
-    /// Place among the instances of its scheme.
+    /// Index in the instances of its scheme.
     pub(crate) instance: u8,
     pub(crate) link_end: Option<LinkEnd>,
     pub(crate) rate: Rate,
-    /// Whether its state begins with its next call.
+    /// Whether its state is initialised at its next call.
     pub(crate) begins: bool,
-    /// Whether it then takes over from the module that wrote to its outputs before.
+    /// Whether it then takes over from the module that wrote its outputs before.
     pub(crate) takes_over: bool,
-    /// Number of the program that it runs; 0 for none.
+    /// Number of its program; 0 for none.
     pub(crate) program: u8,
-    /// Whether its ports are as in the scheme that runs: only then its state is still about them.
+    /// Whether its ports are the same as in the running scheme: only then is its state still valid.
     pub(crate) is_alike: bool,
-    /// Modules that it is cut out with: itself, and all that it depends on. A bit for each place in the plug-in order.
+    /// Modules whose failure isolates it: itself and all that it depends on, one bit per place in the plug-in
+    /// order.
     pub(crate) needs: u32,
     ports: IndexRange,
     handles: IndexRange,
 }
 
-/// Some of a list, one behind the other.
+/// A contiguous part of a list.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct IndexRange {
     start: u8,
@@ -83,7 +85,7 @@ impl IndexRange {
         list.get(self.range()).unwrap_or_default()
     }
 
-    /// Follows its part of the list, out of which another one was cut.
+    /// Adjusts the range after another part of the list was removed.
     fn close_gap(&mut self, gone: Self) {
         if self.start > gone.start {
             self.start -= gone.count;
@@ -95,22 +97,22 @@ impl IndexRange {
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Call {
     pub(crate) compute: Compute,
-    /// What the module begins by in this call, if it has a state and this is its first call in a tick.
+    /// Function that initialises the module's state at its first call; none if it has no state.
     pub(crate) begin: Option<Begin>,
-    /// First word of its module's configuration.
+    /// First word of the module's configuration.
     pub(crate) configuration: u16,
-    /// First word of its module's state.
+    /// First word of the module's state.
     pub(crate) state: u16,
-    /// What it may take, by the engine's counter.
+    /// Time budget in counts of the engine's counter.
     pub(crate) budget_counts: u32,
-    /// Of its module in the plug-in order.
+    /// Index of the module in the plug-in order.
     pub(crate) order: u8,
     pub(crate) stage: Stage,
-    /// Spans of what it writes, which are checked after it.
+    /// Spans of written words to check after the call.
     pub(crate) checked_words: IndexRange,
 }
 
-/// A module that is to be plugged in.
+/// A module to plug in.
 #[derive(Debug)]
 pub(crate) struct New<'a> {
     pub(crate) module: ModuleRef,
@@ -118,10 +120,10 @@ pub(crate) struct New<'a> {
     pub(crate) every_ticks: u8,
     pub(crate) kind: &'a Kind,
     pub(crate) settings: &'a [Cell<u32>],
-    /// Behind so many others.
+    /// Index in the plug-in order.
     pub(crate) order: usize,
-    /// How it is plugged in in the scheme that runs, with its ports, if it goes on from there: where all of them are
-    /// alike, it keeps its memories.
+    /// The module in the running scheme, with its ports, if it continues from there: it keeps its memories if
+    /// all ports are the same.
     pub(crate) before: Option<(&'a ActiveModule, &'a [Port])>,
 }
 
@@ -146,10 +148,10 @@ impl Wiring {
         self.has_rates = false;
     }
 
-    /// Becomes as another one. In its place: a copy would take kilobytes of the stack.
+    /// Copies another wiring, in place: a copy would need kilobytes of stack.
     pub(crate) fn copy_from(&mut self, other: &Self) {
         self.clear();
-        // As much room as there is.
+        // Does not overflow: both have the same capacity.
         let _ = self.modules.extend_from_slice(other.modules);
         let _ = self.ports.extend_from_slice(other.ports);
         let _ = self.handles.extend_from_slice(other.handles);
@@ -159,7 +161,7 @@ impl Wiring {
         self.has_rates = other.has_rates;
     }
 
-    /// Takes a module out.
+    /// Unplugs a module.
     pub(crate) fn unplug(&mut self, module: ModuleRef) {
         let Some(order) = self.order_of(module) else { return };
         let ActiveModule { ports, handles, .. } = self.modules.remove(order);
@@ -171,16 +173,16 @@ impl Wiring {
         }
     }
 
-    /// Follows the instances, of which the one at this place is gone.
+    /// Adjusts instance indices after the instance at `gone` was removed.
     pub(crate) fn forget_instance(&mut self, gone: usize) {
         for plugged in self.modules.iter_mut().filter(|plugged| usize::from(plugged.instance) > gone) {
             plugged.instance -= 1;
         }
     }
 
-    /// Puts a module in, whose signals and memory are taken from the Data Base.
+    /// Plugs a module in and allocates its signals and memory in the Data Base.
     ///
-    /// On an error it is as before, and the Data Base may have slots that nobody uses.
+    /// An error leaves the wiring unchanged; the Data Base may then contain unused slots.
     pub(crate) fn plug_in(
         &mut self,
         new: &New<'_>,
@@ -199,7 +201,7 @@ impl Wiring {
         })
     }
 
-    /// Apart from what is done with the wiring: the ports' descriptions are off the stack by then.
+    /// A separate function, so that the port descriptions are off the stack afterwards.
     #[inline(never)]
     fn declare(
         &mut self,
@@ -290,7 +292,7 @@ impl Wiring {
         Ok(plugged)
     }
 
-    /// Takes over the order of the calls.
+    /// Sets the order of the calls.
     pub(crate) fn set_calls(
         &mut self,
         calls: impl Iterator<Item = (u8, Stage)>,
@@ -315,7 +317,7 @@ impl Wiring {
         }
     }
 
-    /// Points every handle to where its slot is now, and every call to its module's configuration and state.
+    /// Updates every handle and call to the current location of its words.
     pub(crate) fn connect(&mut self, storage: &mut Storage, memory: impl Fn(u8) -> [Block; 2]) {
         for plugged in self.modules.iter() {
             let [configuration, _] = memory(plugged.instance);
@@ -337,40 +339,41 @@ impl Wiring {
         self.find_checked_words(storage);
     }
 
-    /// Its ports, or its handles if there are more.
+    /// Returns the number of ports or of handles, whichever is larger.
     pub(crate) fn wires(&self) -> usize {
         self.ports.len().max(self.handles.len())
     }
 
-    /// Slots that its ports use, a bit each.
+    /// Returns the slots that the ports use, one bit each.
     pub(crate) fn slots(&self) -> u64 {
         self.ports.iter().fold(0, |slots, port| slots | bit(port.slot))
     }
 
-    /// Slots that a module writes to, a bit each.
+    /// Returns the slots that a module writes, one bit each.
     pub(crate) fn writes(&self, plugged: &ActiveModule) -> u64 {
         let written = self.ports(plugged).iter().filter(|port| port.is_written());
         written.fold(0, |slots, port| slots | bit(port.slot))
     }
 
-    /// Modules in plug-in order.
+    /// Returns the modules in plug-in order.
     pub(crate) fn modules(&self) -> &[ActiveModule] {
         self.modules
     }
 
-    /// Has the state of these modules begin with their next call.
+    /// Marks the selected modules to initialise their state at the next call.
     pub(crate) fn begin(&mut self, is_meant: impl Fn(ModuleRef) -> bool) {
         for plugged in self.modules.iter_mut().filter(|plugged| is_meant(plugged.module)) {
             (plugged.begins, plugged.takes_over) = (true, false);
         }
     }
 
-    /// A module that is plugged in, by its place.
+    /// Returns the module at an index of the plug-in order.
     pub(crate) fn at_mut(&mut self, order: usize) -> Option<&mut ActiveModule> {
         self.modules.get_mut(order)
     }
 
-    /// Has the state of the modules at these places begin with their next call, as after a start.
+    /// Marks the modules in the bit set `places` to initialise their state at the next call, as after a
+    /// start.
     pub(crate) fn begin_places(&mut self, places: u32) {
         for (order, plugged) in (0..).zip(self.modules.iter_mut()) {
             if places & module_bit(order) != 0 {
@@ -379,7 +382,7 @@ impl Wiring {
         }
     }
 
-    /// No module begins any more.
+    /// Clears the marks of all modules to initialise their state.
     pub(crate) fn has_begun(&mut self) {
         self.modules.iter_mut().for_each(|plugged| plugged.begins = false);
     }
@@ -388,12 +391,12 @@ impl Wiring {
         self.calls
     }
 
-    /// Ports of a module that is plugged in.
+    /// Returns the ports of a module that is plugged in.
     pub(crate) fn ports(&self, plugged: &ActiveModule) -> &[Port] {
         plugged.ports.of(self.ports)
     }
 
-    /// The module of a call.
+    /// Returns the module of a call.
     pub(crate) fn called(&self, call: &Call) -> Option<&ActiveModule> {
         self.modules.get(usize::from(call.order))
     }
@@ -402,13 +405,13 @@ impl Wiring {
         self.modules.iter().find(|plugged| plugged.module == module)
     }
 
-    /// How many modules are plugged in before this one.
+    /// Returns the index of a module in the plug-in order.
     pub(crate) fn order_of(&self, module: ModuleRef) -> Option<usize> {
         self.modules.iter().position(|plugged| plugged.module == module)
     }
 }
 
-/// Cuts a part out of a list.
+/// Removes a range from a list.
 fn cut<T: Copy>(list: &mut VecView<T>, gone: IndexRange) {
     let (start, count) = (usize::from(gone.start), usize::from(gone.count));
     if let Some(tail) = list.get_mut(start..) {

@@ -1,10 +1,10 @@
-//! Data types: what a signal is called and what it means.
+//! Data types: name, unit, format and shape of signals.
 
 use crate::signal::summary::Summary;
 use crate::signal::unit::Unit;
 use crate::signal::word::Format;
 
-/// How many words a data type takes.
+/// Number of words of a data type.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum Shape {
@@ -14,12 +14,12 @@ pub enum Shape {
     Vector,
     /// `rows × columns` words, row by row.
     Matrix(u8, u8),
-    /// One row and one column per degree of freedom, row by row: a joint-space inertia.
+    /// One row and one column per degree of freedom, row by row, such as a joint-space inertia matrix.
     Square,
 }
 
 impl Shape {
-    /// Words on a device with `dof` degrees of freedom.
+    /// Returns the number of words on a device with `dof` degrees of freedom.
     #[must_use]
     pub const fn words(self, dof: usize) -> usize {
         match self {
@@ -30,7 +30,7 @@ impl Shape {
         }
     }
 
-    /// Row and column of a word, both from 0: in a square the row is the axis, and in a vector, which is a column.
+    /// Returns row and column of a word, both from 0. In a vector and in a square the row is the axis.
     #[must_use]
     pub fn place(self, word: usize, dof: usize) -> (usize, usize) {
         let columns = match self {
@@ -42,11 +42,12 @@ impl Shape {
     }
 }
 
-/// A kind of signal. Lives in flash; the Data Base refers to it.
+/// A data type of signals. It is in flash; the Data Base refers to it.
 #[doc(alias = "data type")]
 #[derive(Debug, PartialEq, Eq)]
 pub struct DataType {
-    /// Stable number, never reused. Below 0x8000 for the standard catalogue, above for a board's own.
+    /// Stable number, never reused. Below 0x8000 for the standard catalogue, from 0x8000 for a device's own
+    /// types.
     pub id: u16,
     /// Name in schemes and reports, `UPPER_CASE`.
     pub name: &'static str,
@@ -54,35 +55,34 @@ pub struct DataType {
     pub unit: Unit,
     /// Format of every word.
     pub format: Format,
-    /// Number and arrangement of words.
+    /// Rows and columns.
     pub shape: Shape,
     /// One sentence for help texts.
     pub summary: Summary,
 }
 
 impl DataType {
-    /// The first signal of this type.
+    /// Returns the first signal of this type.
     #[must_use]
     pub const fn first(&self) -> TypeRef {
         self.copy(1)
     }
 
-    /// The signal of this type with a number, from 1.
+    /// Returns the signal of this type with a number, from 1.
     #[must_use]
     pub const fn copy(&self, number: u8) -> TypeRef {
         TypeRef { id: self.id, number }
     }
 }
 
-/// One signal: a data type and which of its copies, written `FORCE`, `FORCE.2`, ...
+/// One signal: a data type and an instance number, written `FORCE`, `FORCE.2`, ...
 ///
-/// Several signals of one kind can live side by side, for example the forces of two controllers
-/// before they are added.
+/// Several signals of one type can exist, for example the forces of two controllers before they are added.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, serde::Serialize, serde::Deserialize)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct TypeRef {
     /// [`DataType::id`].
     pub id: u16,
-    /// 1 for the plain name.
+    /// Instance number; 1 for the plain name.
     pub number: u8,
 }

@@ -1,9 +1,9 @@
-//! One sentence for help texts, which an image leaves out.
+//! Help texts, which images omit.
 
-/// One sentence for help texts, of a data type, a kind of module or a parameter.
+/// One sentence of help for a data type, a module kind or a parameter.
 ///
-/// Without the feature `summaries` it is empty and takes no memory: an image goes without, and a host looks a
-/// board's summaries up by their names in its own list of modules.
+/// Without the feature `summaries` it is empty and takes no memory. A host looks up a board's summaries by
+/// name in its own list of modules.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub struct Summary {
     #[cfg(feature = "summaries")]
@@ -12,13 +12,13 @@ pub struct Summary {
 
 #[cfg(feature = "summaries")]
 impl Summary {
-    /// This sentence.
+    /// Stores the sentence.
     #[must_use]
     pub const fn new(text: &'static str) -> Self {
         Self { text: text.trim_ascii() }
     }
 
-    /// The sentence.
+    /// Returns the sentence.
     #[must_use]
     pub const fn text(self) -> &'static str {
         self.text
@@ -27,14 +27,14 @@ impl Summary {
 
 #[cfg(not(feature = "summaries"))]
 impl Summary {
-    /// Nothing of the sentence.
+    /// Drops the sentence.
     #[inline(always)]
     #[must_use]
     pub const fn new(_: &'static str) -> Self {
         Self {}
     }
 
-    /// Empty.
+    /// Returns an empty text.
     #[must_use]
     pub const fn text(self) -> &'static str {
         ""

@@ -3,10 +3,10 @@
 //! A generalised coordinate is a length on a linear axis and an angle on a rotary one, so the same
 //! control law serves both: `Unit::Position` reads `m` or `rad`, `Unit::Force` reads `N` or `N·m`.
 //!
-//! The tip of an arm moves in metres whatever its joints do: its signals have the units of their own, `Unit::Metre`, ...,
-//! and a law that serves both kinds of joints serves them, too: see [`Unit::takes`].
+//! The tip of an arm moves in metres whatever the kind of its joints, so its signals have Cartesian units,
+//! `Unit::Metre`, ... A law for both kinds of joints accepts them too: see [`Unit::takes`].
 
-/// What moves on an axis.
+/// Kind of an axis.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, serde::Serialize, serde::Deserialize)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum AxisKind {
@@ -19,7 +19,8 @@ pub enum AxisKind {
 
 macro_rules! units {
     ($($unit:ident $linear:literal $rotary:literal $doc:literal;)*) => {
-        /// Unit of a signal or a parameter. On the wire it is its place in this list, so a new one goes to the end.
+        /// Unit of a signal or a parameter. On the wire it is the index in this list: add new units at the
+        /// end.
         #[derive(Debug, Clone, Copy, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
         #[cfg_attr(feature = "defmt", derive(defmt::Format))]
         #[non_exhaustive]
@@ -28,10 +29,10 @@ macro_rules! units {
         }
 
         impl Unit {
-            /// Every one, in the order of the wire.
+            /// All units, in wire order.
             pub const ALL: &[Self] = &[$(Self::$unit),*];
 
-            /// The unit as text on an axis of `kind`; empty for a pure number.
+            /// Returns the symbol on an axis of `kind`; empty if dimensionless.
             #[must_use]
             pub const fn symbol(self, kind: AxisKind) -> &'static str {
                 match (self, kind) {
@@ -42,10 +43,10 @@ macro_rules! units {
     };
 }
 
-// On an axis that slides, and on one that turns.
+// Symbols on a linear axis and on a rotary axis.
 units! {
-    Any "any" "any" "Fits every unit: the port of a module that does not care, such as an integrator.";
-    One "" "" "A pure number.";
+    Any "any" "any" "Any unit: for ports of generic modules, such as an integrator.";
+    One "" "" "Dimensionless.";
     Position "m" "rad" "`m` or `rad`.";
     Velocity "m/s" "rad/s" "`m/s` or `rad/s`.";
     Force "N" "N·m" "`N` or `N·m`.";
@@ -63,16 +64,16 @@ units! {
     Acceleration "m/s²" "rad/s²" "`m/s²` or `rad/s²`.";
     Jerk "m/s³" "rad/s³" "`m/s³` or `rad/s³`.";
     Inertia "kg" "kg·m²" "`kg` or `kg·m²`.";
-    Metre "m" "m" "`m`: a Cartesian coordinate, or a length.";
-    MetrePerSecond "m/s" "m/s" "`m/s`: its velocity.";
-    MetrePerSecondSquared "m/s²" "m/s²" "`m/s²`: its acceleration.";
-    Newton "N" "N" "`N`: the force along it.";
+    Metre "m" "m" "`m`: a Cartesian coordinate or a length.";
+    MetrePerSecond "m/s" "m/s" "`m/s`: a Cartesian velocity.";
+    MetrePerSecondSquared "m/s²" "m/s²" "`m/s²`: a Cartesian acceleration.";
+    Newton "N" "N" "`N`: a Cartesian force.";
     Kilogram "kg" "kg" "`kg`.";
-    Radian "rad" "rad" "`rad`, whatever moves on an axis.";
+    Radian "rad" "rad" "`rad`, on linear and rotary axes.";
 }
 
 impl Unit {
-    /// Whether it is another one on a rotary axis than on a linear one.
+    /// Returns whether the unit differs between linear and rotary axes.
     #[must_use]
     pub const fn is_of_axis(self) -> bool {
         matches!(
@@ -89,7 +90,7 @@ impl Unit {
         )
     }
 
-    /// The unit of an integral over time, this one times `s`; none when it has no name here.
+    /// Returns the unit of the time integral (this unit times `s`), if this list has it.
     #[must_use]
     pub const fn integral(self) -> Option<Self> {
         match self {
@@ -108,7 +109,7 @@ impl Unit {
         }
     }
 
-    /// The unit of a derivative by time, this one over `s`; none when it has no name here.
+    /// Returns the unit of the time derivative (this unit divided by `s`), if this list has it.
     #[must_use]
     pub const fn derivative(self) -> Option<Self> {
         match self {
@@ -127,8 +128,8 @@ impl Unit {
         }
     }
 
-    /// Largest magnitude that a signal of this unit can have: far beyond what any joint does, far below what `f32`
-    /// cannot count with any more. A module that writes more has failed.
+    /// Returns the maximum magnitude of a signal of this unit, far beyond any joint's values. A module that
+    /// writes more has failed.
     #[must_use]
     pub const fn largest(self) -> f32 {
         match self {
@@ -142,7 +143,7 @@ impl Unit {
         }
     }
 
-    /// The unit of the same quantity in Cartesian coordinates; none for a quantity that has no axis.
+    /// Returns the Cartesian unit of the same quantity; none for a quantity without an axis.
     #[must_use]
     pub const fn cartesian(self) -> Option<Self> {
         match self {
@@ -154,14 +155,14 @@ impl Unit {
         }
     }
 
-    /// Whether a port that expects this unit takes a signal of unit `found`: one that [fits](Self::fits), or the same
-    /// quantity in Cartesian coordinates. Then all coordinates of its module have to be Cartesian.
+    /// Returns whether a port of this unit accepts a signal of unit `found`: a unit that [fits](Self::fits),
+    /// or its Cartesian equivalent. Then all coordinates of the module must be Cartesian.
     #[must_use]
     pub fn takes(self, found: Self) -> bool {
         self.fits(found) || self.cartesian() == Some(found)
     }
 
-    /// Whether a signal of this unit may be bound where `other` is expected.
+    /// Returns whether a signal of this unit can be bound to a port of unit `other`.
     #[must_use]
     pub fn fits(self, other: Self) -> bool {
         self == other || self == Self::Any || other == Self::Any

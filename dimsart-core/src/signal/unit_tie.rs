@@ -1,24 +1,24 @@
-//! Ties between the units of a module's ports: a sum has the unit of what is added.
+//! Unit ties: relations between the units of a module's ports, such as a sum and its terms.
 
 use crate::signal::unit::Unit;
 
-/// How the unit of a port follows from the unit of another one.
+/// Relation of a port's unit to the unit of another port.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum UnitRelation {
-    /// It is the same.
+    /// The same unit.
     Same,
-    /// It is the other's times `s`.
+    /// The other unit times `s`.
     Integral,
-    /// It is the other's over `s`.
+    /// The other unit divided by `s`.
     Derivative,
-    /// It is the same, and so are format and shape.
+    /// The same unit, format and shape.
     Alike,
 }
 
 impl UnitRelation {
-    /// Whether a signal of unit `found` fits a port tied in this way to a signal of unit `other`. Any unit
-    /// fits, and only that does where what follows from `other` has no name.
+    /// Returns whether unit `found` fits a port tied in this way to unit `other`. [`Unit::Any`] always fits,
+    /// and is the only fit if the list has no unit for the relation.
     #[must_use]
     pub fn admits(self, found: Unit, other: Unit) -> bool {
         let expected = match self {
@@ -30,11 +30,11 @@ impl UnitRelation {
     }
 }
 
-/// Ties the unit of a port to that of another port of the same module; see [`Declare::tie`](crate::Declare::tie).
+/// Tie between the units of two ports of a module; see [`Declare::tie`](crate::Declare::tie).
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct UnitTie {
-    /// How the unit follows.
+    /// Relation of the units.
     pub relation: UnitRelation,
-    /// Number of the port that it follows from.
+    /// Number of the other port.
     pub port: u8,
 }

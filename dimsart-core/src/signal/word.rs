@@ -1,6 +1,6 @@
-//! One 32-bit cell of the Data Base and the formats it can hold.
+//! A 32-bit word of the Data Base and its formats.
 
-/// How the 32 bits of a word are to be read.
+/// Format of a 32-bit word.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum Format {
@@ -10,18 +10,18 @@ pub enum Format {
     I32,
     /// Unsigned integer.
     U32,
-    /// `0` is false, everything else true.
+    /// `0` is false, any other value true.
     Bool,
 }
 
-/// The bits of one value; what they mean is said by the data type's [`Format`].
+/// The bits of one value; the data type's [`Format`] defines their meaning.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[repr(transparent)]
 pub struct Word(pub u32);
 
 impl Word {
-    /// Whether the word is a usable value of `format`: a float must be finite.
+    /// Returns whether the word is valid in `format`: an `f32` must be finite.
     #[must_use]
     pub fn is_valid(self, format: Format) -> bool {
         format != Format::F32 || f32::from_bits(self.0).is_finite()
@@ -30,11 +30,11 @@ impl Word {
 
 /// A Rust type that fits one word.
 pub trait Scalar: Copy + Default {
-    /// The format it is stored in.
+    /// Format in the Data Base.
     const FORMAT: Format;
-    /// Reads the value out of a word.
+    /// Converts from a word.
     fn from_word(word: Word) -> Self;
-    /// Puts the value into a word.
+    /// Converts to a word.
     fn into_word(self) -> Word;
 }
 

@@ -1,24 +1,24 @@
-//! Values made of words: what a module keeps in the Data Base.
+//! Values stored in words of the Data Base.
 //!
-//! Parameters, state and handles of a module lie in words of the Data Base, so that an instance takes what its kind
-//! needs and no more. [`words!`](crate::words!) makes a struct of such values one, [`choice!`](crate::choice!) a set of
-//! names.
+//! Parameters, state and handles of a module are stored in words of the Data Base, so an instance needs only
+//! the memory of its own kind. [`words!`](crate::words!) declares a struct of such values,
+//! [`choice!`](crate::choice!) a set of names.
 
 use core::cell::Cell;
 
 use crate::signal::word::{Scalar, Word};
 
-/// A value that takes [`COUNT`](Self::COUNT) words. All zero, they are what a module has before its first tick.
+/// A value of [`COUNT`](Self::COUNT) words. All zero is the initial state of a module.
 pub trait Words: Copy {
-    /// Words it takes.
+    /// Number of words.
     const COUNT: usize;
-    /// Reads it; what is missing of the words counts as zero.
+    /// Reads the value; missing words count as zero.
     fn load(words: &[Cell<u32>]) -> Self;
-    /// Writes it; what there is no room for is dropped.
+    /// Writes the value; words beyond the end are dropped.
     fn store(self, words: &[Cell<u32>]);
 }
 
-/// Reads the value at the start of `words`, and moves on to what is behind it.
+/// Reads the value at the start of `words` and advances `words` past it.
 #[inline(always)]
 #[must_use]
 pub fn take<T: Words>(words: &mut &[Cell<u32>]) -> T {
@@ -27,7 +27,7 @@ pub fn take<T: Words>(words: &mut &[Cell<u32>]) -> T {
     T::load(own)
 }
 
-/// Writes a value at the start of `words`, and moves on to what is behind it.
+/// Writes the value at the start of `words` and advances `words` past it.
 #[inline(always)]
 pub fn put<T: Words>(value: T, words: &mut &[Cell<u32>]) {
     let (own, behind) = words.split_at_checked(T::COUNT).unwrap_or((&[], &[]));
@@ -96,7 +96,7 @@ impl<T: Words, const N: usize> Words for [T; N] {
 
     #[inline(always)]
     fn load(mut words: &[Cell<u32>]) -> Self {
-        // A plain loop: where code is to be small, `array::from_fn` is a call, made for values that nobody uses.
+        // A plain loop: `array::from_fn` is slower where code is optimised for size.
         let mut values = [T::load(&[]); N];
         for value in &mut values {
             *value = take(&mut words);
@@ -112,12 +112,12 @@ impl<T: Words, const N: usize> Words for [T; N] {
     }
 }
 
-/// Makes structs whose values lie in words of the Data Base.
+/// Declares structs whose values are stored in words of the Data Base.
 ///
-/// `struct` is state. In `parameters` a field is declared by a method of [`Parameters`](crate::Parameters), and its
-/// documentation is its help text; a field without a method is computed in [`prepare`](crate::Module::prepare). In `ports` a
-/// handle is declared by a method of [`Declare`](crate::Declare); a handle without one reads as zero until
-/// [`ports`](crate::Module::ports) declares it.
+/// `struct` declares state. In `parameters` each field names a method of [`Parameters`](crate::Parameters),
+/// and its doc comment is the help text; a field without a method is computed in
+/// [`prepare`](crate::Module::prepare). In `ports` each field names a method of [`Declare`](crate::Declare);
+/// a handle without one reads as zero until [`ports`](crate::Module::ports) declares it.
 ///
 /// ```
 /// use dimsart_core::{Input, Output, Unit, types, words};

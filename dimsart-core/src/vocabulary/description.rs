@@ -1,6 +1,6 @@
-//! Descriptions of parameters, ports and data types: texts of the image's flash, or borrowed from a frame on a host.
+//! Descriptions of parameters, ports and data types, in the image's flash or borrowed from a received frame.
 //!
-//! Help texts are not part of them: a host has those of the modules it knows, by their names.
+//! Help texts are not included: a host finds them by name in its own list of modules.
 
 use heapless::Vec;
 use serde::{Deserialize, Serialize};
@@ -9,58 +9,58 @@ use crate::module::{Direction, Stage};
 use crate::parameter::{Accepts, Entries, Parameter, Value};
 use crate::signal::{DataType, Format, Shape, TypeRef, Unit};
 
-/// Most names of a choice that one description holds. No matter of the wire: more take more memory.
+/// Maximum number of names of a choice in a description. It affects memory, not the wire format.
 pub const MAX_CHOICES: usize = 8;
 
 /// A choice has more than [`MAX_CHOICES`] names.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct TooManyChoices;
 
-/// What a parameter accepts; see [`Accepts`].
+/// Values that a parameter accepts; see [`Accepts`].
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub enum Accepted<'a> {
     /// A finite number from `min` to `max`.
     Real {
-        /// Smallest value.
+        /// Minimum.
         min: f32,
-        /// Largest value.
+        /// Maximum.
         max: f32,
     },
     /// A whole number from `min` to `max`.
     Count {
-        /// Smallest value.
+        /// Minimum.
         min: u32,
-        /// Largest value.
+        /// Maximum.
         max: u32,
     },
-    /// A whole number of either sign from `min` to `max`.
+    /// A signed whole number from `min` to `max`.
     Integer {
-        /// Smallest value.
+        /// Minimum.
         min: i32,
-        /// Largest value.
+        /// Maximum.
         max: i32,
     },
     /// `OFF` or `ON`.
     Flag,
     /// One of these names.
     Choice(#[serde(borrow)] Vec<&'a str, MAX_CHOICES>),
-    /// A data type, added to a list.
+    /// A data type, appended to a list.
     Types,
 }
 
-/// A parameter of a kind of module.
+/// A parameter of a module kind.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct ParameterText<'a> {
     /// Name in schemes.
     pub name: &'a str,
     /// Physical unit.
     pub unit: Unit,
-    /// Kind and range.
+    /// Type and range.
     #[serde(borrow)]
     pub accepts: Accepted<'a>,
-    /// How many values it has.
+    /// Number and arrangement of its values.
     pub entries: Entries,
-    /// Value after `INIT`, of each entry; none for a list, which starts empty.
+    /// Value of each entry after `INIT`; none for a list, which starts empty.
     pub default: Option<Value>,
     /// Whether it can be set only while the module is not plugged in.
     pub is_structural: bool,
@@ -86,17 +86,17 @@ impl TryFrom<Parameter> for ParameterText<'static> {
 /// A port of a module.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 pub struct PortText<'a> {
-    /// Name in schemes, behind `PORT_`.
+    /// Name in schemes, after `PORT_`.
     pub name: &'a str,
     /// Reads, writes or holds memory.
     pub direction: Direction,
     /// Stage that uses it.
     pub stage: Stage,
-    /// Whether data one tick old is what it wants or gives.
+    /// Whether the data are one tick old.
     pub is_delayed: bool,
-    /// Signal it is bound to unless a command says otherwise; none for memory.
+    /// Default signal; none for memory.
     pub default: Option<TypeRef>,
-    /// Signal it is bound to now.
+    /// Signal that is bound now.
     pub bound: Option<TypeRef>,
 }
 
@@ -111,7 +111,7 @@ pub struct DataTypeText<'a> {
     pub unit: Unit,
     /// Format of every word.
     pub format: Format,
-    /// Number and arrangement of words.
+    /// Rows and columns.
     pub shape: Shape,
 }
 

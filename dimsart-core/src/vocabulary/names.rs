@@ -1,4 +1,4 @@
-//! Names: from the words of a scheme to numbers and back.
+//! Names: conversion between words of a scheme and numbers.
 
 use core::fmt;
 
@@ -6,12 +6,12 @@ use crate::device::DeviceDescriptor;
 use crate::module::ModuleRef;
 use crate::signal::TypeRef;
 
-/// A name and which copy of it, printed `NAME` or `NAME.2`.
+/// A name and an instance number, printed `NAME` or `NAME.2`.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Name<'a> {
     /// The plain name.
     pub name: &'a str,
-    /// 1 for the plain name.
+    /// Instance number; 1 for the plain name.
     pub number: u8,
 }
 
@@ -21,7 +21,7 @@ impl fmt::Display for Name<'_> {
     }
 }
 
-/// Splits `NAME.2` into `NAME` and 2; none when the number is not 1 to 255.
+/// Splits `NAME.2` into `NAME` and 2; none if the number is not 1 to 255.
 #[must_use]
 pub fn split(word: &str) -> Option<(&str, u8)> {
     match word.rsplit_once('.') {
@@ -30,14 +30,14 @@ pub fn split(word: &str) -> Option<(&str, u8)> {
     }
 }
 
-/// Finds `NAME` or `NAME.2` among the names of kinds of modules.
+/// Finds `NAME` or `NAME.2` among the names of module kinds.
 pub(crate) fn numbered<'a>(mut kinds: impl Iterator<Item = &'a str>, word: &str) -> Option<ModuleRef> {
     let (name, number) = split(word)?;
     kinds.any(|kind| kind == name).then(|| ModuleRef::new(name, number))
 }
 
-/// Splits `K_PARAM[1]` into `K_PARAM` and axis 1, and `K[1][2]` into `K`, row 1 and column 2; the name alone when what
-/// follows it is no index.
+/// Splits `K_PARAM[1]` into `K_PARAM` and axis 1, and `K[1][2]` into `K`, row 1 and column 2. Returns the
+/// name alone if no valid index follows.
 #[must_use]
 pub fn split_axis(word: &str) -> (&str, Option<[Option<u8>; 2]>) {
     let Some((name, rest)) = word.split_once('[') else { return (word, Some([None; 2])) };
@@ -53,7 +53,7 @@ pub fn split_axis(word: &str) -> (&str, Option<[Option<u8>; 2]>) {
 }
 
 impl DeviceDescriptor {
-    /// Name of a signal; `?` for a number that no type has.
+    /// Returns the name of a signal; `?` for an unknown type.
     #[must_use]
     pub fn signal_name(&self, signal: TypeRef) -> Name<'static> {
         let name = self.data_type(signal.id).map_or("?", |data_type| data_type.name);

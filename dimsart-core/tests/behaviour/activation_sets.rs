@@ -1,5 +1,5 @@
-//! Every set of eight modules, of two eights, in both orders: it runs exactly when lists of who writes and reads what say so, and leaves
-//! nothing behind.
+//! Every subset of two sets of eight modules, in both orders, runs exactly when a model of readers and
+//! writers allows it, and leaves no memory behind.
 #![expect(
     clippy::unwrap_used,
     clippy::indexing_slicing,
@@ -14,13 +14,13 @@ use dimsart_modules::ALL;
 
 use crate::common::Bench;
 
-/// A module, what its ports are bound to, and what it reads and writes then.
+/// A module, its bindings, and the signals that it reads and writes.
 struct Known {
     name: &'static str,
     rows: &'static str,
     reads: &'static [&'static str],
     writes: &'static [&'static str],
-    /// In its late stage, which runs as soon as all that it reads has been written.
+    /// Reads of its late stage, which runs as soon as its inputs have been written.
     late: Option<Late>,
 }
 
@@ -47,8 +47,8 @@ impl Known {
 
 type Set = [Known; 8];
 
-/// Those of Table 1, and beside them a source of waves in the place of the receiver, a P controller in the place of the
-/// PD controller, and a recorder.
+/// The modules of Table 1, a source of waves in place of the receiver, a P controller in place of the PD
+/// controller, and a recorder.
 const TABLE_1: Set = [
     Known::new("COMM_RXMOD", "CRX_ADD_DATA CH2_WAVES", &[], &["CH2_WAVES"]),
     Known::new("SIGGEN_MOD", "PORT_SIGNAL_OUT CH2_WAVES", &[], &["CH2_WAVES"]),
@@ -89,10 +89,10 @@ const OTHERS: Set = [
     Known::new("RECORDER_MOD", "PORT_SIGNAL_IN VELOCITY", &["VELOCITY"], &["RECORDED_ROWS"]),
 ];
 
-/// A call of a tick: what it reads and what it writes.
+/// A call of a tick: signals read and written.
 type Call = (&'static [&'static str], &'static [&'static str]);
 
-/// The calls of modules that are plugged in in this order.
+/// Returns the calls of modules plugged in in this order.
 fn calls(order: &[&Known]) -> Vec<Call> {
     let mut calls = Vec::<Call>::new();
     // No set has two late stages.
@@ -114,7 +114,7 @@ fn module(known: &Known) -> ModuleRef {
     ALL.module(known.name).unwrap()
 }
 
-/// Every fault of these modules, plugged in in this order, as what it is and the signal.
+/// Returns every fault of these modules plugged in in this order: kind and signal.
 fn faults(order: &[&Known]) -> Vec<(&'static str, &'static str)> {
     let mut faults = Vec::new();
     let calls = calls(order);
@@ -182,7 +182,7 @@ fn leaves_nothing_behind(bench: &mut Bench, order: &[&Known], set: &Set, empty: 
     assert_eq!(bench.dimsart.engine().usage(), empty);
 }
 
-/// Tries every set, in both orders, one by one and in a transaction; gives how many ran.
+/// Tries every set in both orders, by single commands and in a transaction; returns how many ran.
 fn sound_sets(all: &Set) -> u32 {
     let mut sound = 0;
     for set in 0_u32..1 << all.len() {
@@ -229,14 +229,15 @@ fn sound_sets(all: &Set) -> u32 {
 
 #[test]
 fn every_set_runs_exactly_when_it_matches_and_leaves_nothing_behind() {
-    // The sum needs all but four: 3 sets with DIFFERENTIATOR and RECORDER as they match; PDCTRL alone: with or without P
-    // and wall, 12. None in reverse. Each one by one and in a transaction.
+    // The sum needs all but four modules: 3 sets with DIFFERENTIATOR and RECORDER. PDCTRL alone, with or
+    // without P and wall: 12. None in reverse order. Each by single commands and in a transaction.
     assert_eq!(sound_sets(&OTHERS), 2 * (3 + 12));
 }
 
 #[test]
 fn so_does_every_set_of_the_modules_of_table_1() {
-    // WTRANSF with one source of waves of two and one controller of two; then nothing, TIMEDELAY, or that and COMM_TX;
-    // with or without RECORDER. None in reverse: WTRANSF decodes for the controller. Each in both ways.
+    // WTRANSF with one of two wave sources and one of two controllers; then no module, TIMEDELAY, or
+    // TIMEDELAY and COMM_TX; with or without RECORDER. None in reverse order: WTRANSF decodes for the
+    // controller. Each in both ways.
     assert_eq!(sound_sets(&TABLE_1), 2 * (2 * 2 * 3 * 2));
 }

@@ -1,4 +1,4 @@
-//! Where a tick may take so long only, a module that could make it longer is not plugged in.
+//! With a cycle limit, a module that could make a tick too long is not plugged in.
 #![expect(clippy::unwrap_used, clippy::panic, reason = "in helpers of tests as in tests")]
 
 use std::num::NonZeroU32;
@@ -16,7 +16,7 @@ const DOF: usize = 3;
 
 const KINDS: usize = ALL.list().len();
 const TICK: Cost = Cost::new(557, 69);
-/// As in a stamp: the tick's, then another one for each kind.
+/// As in a stamp: the tick's cost, then one for each kind.
 const LINES: [Cost; 1 + KINDS] = {
     let mut lines = [TICK; 1 + KINDS];
     let (mut rest, mut per_dof): (&mut [Cost], u16) = (&mut lines, 20);
@@ -27,7 +27,7 @@ const LINES: [Cost; 1 + KINDS] = {
     lines[0] = TICK;
     lines
 };
-/// Of an image whose stamp says nothing of the last kind.
+/// Costs of an image whose stamp lacks the last kind.
 const LACKING: [Cost; 1 + KINDS] = {
     let mut lines = LINES;
     lines[KINDS] = Cost::UNKNOWN;

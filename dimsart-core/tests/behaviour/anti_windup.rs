@@ -1,4 +1,4 @@
-//! Integrals follow the force that the device got: its range, its rate, its safe value.
+//! Anti-windup: integrals follow the force that the device got (range, rate, safe value).
 #![expect(clippy::unwrap_used, clippy::panic, reason = "in helpers of tests as in tests")]
 
 use dimsart_core::{AxisKind, DataType, DeviceDescriptor, Dimsart, InputLimits, ProvidedMemory, Tick, types};
@@ -8,7 +8,7 @@ use crate::common::{Bench, H, assert_close};
 
 const MEASURED: &[&DataType] = &[types::POSITION, types::VELOCITY, types::DES_POSITION, types::DES_VELOCITY];
 
-/// Controllers with an integral, on an error of position or velocity.
+/// Controllers with an integral, on a position or velocity error.
 const CONTROLLERS: [&str; 6] = [
     "PIDCTRL_MOD",
     "PID2_MOD",
@@ -18,7 +18,7 @@ const CONTROLLERS: [&str; 6] = [
     "STATE_FEEDBACK_MOD",
 ];
 
-/// A controller with `K = 10` and `K_I = 1000`, and more rows.
+/// A controller with `K = 10` and `K_I = 1000`, and further rows.
 fn controller(module: &str, limits: InputLimits, more: &str) -> Bench {
     let (name, row) = module.split_once(' ').unwrap_or((module, ""));
     let mut bench = Bench::of(1, MEASURED, &[types::DES_FORCE]);
@@ -38,18 +38,18 @@ fn controller(module: &str, limits: InputLimits, more: &str) -> Bench {
     bench
 }
 
-/// A frame with an error of position and of velocity.
+/// A frame with a position and a velocity error.
 fn error(size: f32) -> [f32; 4] {
     [0.0, 0.0, size, size]
 }
 
-/// What the device gets.
+/// The commands that the device gets.
 fn given(bench: &mut Bench, size: f32) -> f32 {
     let [force] = bench.tick(&error(size))[..] else { panic!("one axis") };
     force
 }
 
-/// With the range of the device a controller does what it does with a limit of its own.
+/// A limit of the device has the same effect as a limit of the controller.
 #[test]
 fn the_range_of_a_device_is_as_good_as_a_limit_of_the_controller() {
     let range = InputLimits { min: -20.0, max: 20.0, ..InputLimits::NONE };
@@ -57,18 +57,18 @@ fn the_range_of_a_device_is_as_good_as_a_limit_of_the_controller() {
         let mut declared = controller(module, range, "");
         let mut own = controller(module, InputLimits::NONE, "LIMIT 20");
         for tick in 0..8000 {
-            // Three seconds against a stop, then the other way.
+            // Three seconds in saturation, then the opposite direction.
             let size = if tick < 3000 { 1.0 } else { -0.1 };
             let [found, expected] = [&mut declared, &mut own].map(|bench| given(bench, size));
-            // CLAMPING knows of the device's range a tick later: by K_I h e.
+            // CLAMPING sees the device's limit a tick later: a difference of K_I h e.
             let near = if module.contains("CLAMPING") { 1.1 } else { 1e-3 };
             assert!((found - expected).abs() < near, "{module} {tick}: {found} for {expected}");
         }
     }
 }
 
-/// While the force rises as fast as it may, `wanted - given` tends to `(K_I e - rate) T_t`: 90 N here, 2700 N after 3 s
-/// without tracking.
+/// While the force rises at its rate limit, the difference of command and value tends to `(K_I e - rate)
+/// T_t`: 90 N here, 2700 N after 3 s without tracking.
 #[test]
 fn an_integral_follows_a_force_that_is_limited_in_rate() {
     let limits = InputLimits { min: -1e4, max: 1e4, rate_per_s: 100.0, ..InputLimits::NONE };
@@ -76,12 +76,13 @@ fn an_integral_follows_a_force_that_is_limited_in_rate() {
         let mut bench = controller(module, limits, "TRACKING_TIME 0.1");
         let given = (0..3000).map(|_| given(&mut bench, 1.0)).last().unwrap();
         assert_close(given, 300.0, 1e-3);
-        // A tick has let the integral run on without being taken back: K_I h e.
+        // The integral runs one tick ahead of the tracking: K_I h e.
         assert_close(bench.signal("DES_FORCE")[0] - given, 90.0, 0.02);
     }
 }
 
-/// Motion is not allowed for 3 s: the integral ends at `K_I e T_t` instead of `K_I e · 3 s`, and less at no error.
+/// Motion is not allowed for 3 s: the integral ends at `K_I e T_t` instead of `K_I e · 3 s`, and decreases
+/// without an error.
 #[test]
 fn an_integral_follows_the_safe_value_while_motion_is_not_allowed() {
     for module in ["PIDCTRL_MOD", "PID2_MOD", "PI_MOD", "CASCADE_MOD", "STATE_FEEDBACK_MOD"] {
@@ -98,7 +99,7 @@ fn an_integral_follows_the_safe_value_while_motion_is_not_allowed() {
     }
 }
 
-/// Without an integral gain nothing would take away what an integral has followed: after saturation a proportional
+/// Without an integral gain, tracking would leave a permanent offset: after saturation a proportional
 /// controller commands `K e`.
 #[test]
 fn a_controller_without_an_integral_gain_keeps_no_offset() {
@@ -114,8 +115,8 @@ fn a_controller_without_an_integral_gain_keeps_no_offset() {
     }
 }
 
-/// A scheme that changes while the device is not limited goes on without a step, though its controller's port is bound
-/// to another signal, which holds nothing yet.
+/// A change of the scheme while the device is not limited causes no step, even if the controller's port is
+/// bound to a new signal without a value.
 #[test]
 fn a_controller_that_is_bound_anew_goes_on_without_a_step() {
     let range = InputLimits { min: -200.0, max: 200.0, ..InputLimits::NONE };

@@ -1,4 +1,4 @@
-//! What only who has the key can make, and nobody can use twice.
+//! Contents that only the key holder can create, and that are accepted once at most.
 #![expect(clippy::expect_used, reason = "in helpers of tests as in tests")]
 
 mod handshakes;
@@ -13,7 +13,7 @@ const CHANNEL: u16 = 17;
 const KEY: [u8; 16] = *b"sixteen byte key";
 const LINE: Line = Line::Link(0);
 
-/// Both ends of a channel, and all that was ever sealed.
+/// Both ends of a channel, and all contents ever sealed.
 struct Channel {
     sealer: Sealer,
     opener: Opener,
@@ -39,7 +39,7 @@ impl Channel {
         channel
     }
 
-    /// What the two loops of the ends do all the time: the sealer says hello in place of what it could not seal.
+    /// Runs the loops of both ends: the sealer sends a hello in place of content that it cannot seal.
     fn find_together(&mut self) {
         for _ in 0..2 {
             self.passes();
@@ -79,7 +79,7 @@ fn content(number: u8) -> Vec<u8> {
     seal(Class::Request, CHANNEL, u16::from(number), 20, &mut buffer).expect("fits").to_vec()
 }
 
-/// Gives a content that was changed the checksum that it needs.
+/// Sets the correct checksum of a changed content.
 fn close(content: &mut [u8], channel: u16) {
     let (covered, end) = content.split_last_chunk_mut().expect("long");
     let crc = crc::Crc::<u32>::new(&crc::CRC_32_AUTOSAR);
@@ -113,7 +113,7 @@ fn nothing_is_taken_twice_or_out_of_order() {
         for old in &recorded[..=100] {
             assert!(channel.open(old).is_err());
         }
-        assert!(channel.open(&recorded[101]).is_ok(), "what is newer still is taken");
+        assert!(channel.open(&recorded[101]).is_ok(), "a newer content is accepted");
     }
 }
 
@@ -124,9 +124,9 @@ fn what_was_recorded_before_a_start_of_either_end_is_refused_after_it() {
         let recorded: Vec<_> = (0..50).map(|_| channel.seal().1).collect();
         channel.opener = opener(profile, 3);
         for old in &recorded {
-            assert_eq!(channel.open(old), Err(AuthError::Tag), "an opener that nothing was proven to");
+            assert_eq!(channel.open(old), Err(AuthError::Tag), "an opener without an association");
         }
-        // As a guard has it do, or a refusal.
+        // As a guard requests it, or after a refusal.
         channel.sealer = sealer(profile, 4);
         channel.find_together();
         for old in &recorded {
@@ -136,15 +136,15 @@ fn what_was_recorded_before_a_start_of_either_end_is_refused_after_it() {
 
         channel.sealer = sealer(profile, 5);
         channel.find_together();
-        assert!(channel.passes(), "the sealer's new life is taken");
+        assert!(channel.passes(), "the restarted sealer is accepted");
         for old in &recorded {
             assert!(channel.open(old).is_err());
         }
     }
 }
 
-/// What was made with another key or on another line is refused for its tag, though all else is alike; and ends that are
-/// not of one line do not find together, whatever they say.
+/// Content made with another key or on another line has a wrong tag and is refused; ends of different lines
+/// do not associate.
 #[test]
 fn nothing_of_another_key_or_line_is_taken() {
     for profile in PROFILES {
@@ -163,7 +163,7 @@ fn nothing_of_another_key_or_line_is_taken() {
             assert!(channel.passes() && other.passes());
             let sealed = other.seal().1;
             assert_eq!(channel.open(&sealed), Err(AuthError::Tag), "another {what}");
-            assert!(channel.passes(), "and is no trouble");
+            assert!(channel.passes(), "and has no effect");
             for (one, two) in [(channel.sealer, other.opener), (other.sealer, channel.opener)] {
                 let mut strangers = Channel::of(one, two);
                 assert!(!strangers.passes(), "another {what}");
@@ -176,7 +176,7 @@ fn nothing_of_another_key_or_line_is_taken() {
     }
 }
 
-/// Two associations of one line, as its two directions are.
+/// Two associations of one line, one per direction.
 #[test]
 fn what_was_sealed_for_one_association_is_refused_in_another() {
     for profile in PROFILES {
@@ -196,13 +196,13 @@ fn another_channel_and_no_key_are_refused() {
         let mut other = Opener::new(&Key::new(&KEY), LINE, profile, CHANNEL + 1, 2);
         let mut sealed = channel.seal().1;
         assert!(matches!(other.open(&sealed, &mut [0; 256]), Err(AuthError::Envelope(_))));
-        // Its checksum alone is made right, which everybody can.
+        // Only its checksum is correct, which anybody can compute.
         close(&mut sealed, CHANNEL + 1);
         assert_eq!(other.open(&sealed, &mut [0; 256]), Err(AuthError::Tag));
     }
 }
 
-/// Every bit of every tag counts: of contents, and of what ends say to find together.
+/// Every bit of every tag counts, of contents and of handshakes.
 #[test]
 fn a_tag_with_one_wrong_bit_is_wrong() {
     for (profile, tag_bytes) in [(Profile::Full, 8), (Profile::Short, 7)] {
@@ -238,7 +238,7 @@ fn a_tag_with_one_wrong_bit_is_wrong() {
         for bit in 0..64 {
             assert!(!fresh.sealer.take(&flipped(&taken, bit, 8)), "bit {bit}");
             assert!(fresh.passes());
-            assert!(fresh.sealer.handshake().is_some(), "it goes on to prove itself");
+            assert!(fresh.sealer.handshake().is_some(), "it continues the handshake");
         }
         assert!(fresh.sealer.take(&taken));
         assert!(fresh.passes());
@@ -247,7 +247,8 @@ fn a_tag_with_one_wrong_bit_is_wrong() {
 }
 
 proptest! {
-    /// Whatever an opener is given, in whatever order: it gives out what was sealed, each at most once, in order.
+    /// Whatever an opener receives in whatever order, it outputs sealed contents only, each at most once, in
+    /// order.
     #[test]
     fn only_what_was_sealed_comes_out_once_and_in_order(
         short in any::<bool>(),
@@ -279,7 +280,7 @@ proptest! {
                 _ => {
                     handshakes.extend(channel.opener.handshake().map(<[u8]>::to_vec));
                     handshakes.extend(channel.sealer.handshake().map(<[u8]>::to_vec));
-                    // A question, which anybody can ask.
+                    // A challenge, which anybody can request.
                     let mut question = [0; MAX_CONTENT_BYTES];
                     question[3] = 7;
                     let question = seal(Class::Handshake, CHANNEL, 0, 4, &mut question).expect("fits");

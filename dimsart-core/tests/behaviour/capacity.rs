@@ -1,16 +1,17 @@
-//! What the memory of a board holds.
+//! Capacity of a board's memory.
 #![expect(clippy::unwrap_used, reason = "in helpers of tests as in tests")]
 
 use dimsart_core::limits::Sizes;
 use dimsart_core::{AxisKind, DataType, DeviceDescriptor, Dimsart, memory, scheme, types};
 use dimsart_modules::ALL;
 
-/// As the board nucleo-g474re has.
+/// The sizes of the board nucleo-g474re.
 type BoardMemory = memory!(Sizes { words: 3072, ..Sizes::DEFAULT });
 const SCHEME: &str = include_str!("../../../dimsart/tests/emulated/every_module.scheme");
 const SIDES: &[&str] = &["master", "slave"];
 
-/// What is refused of the scheme of every module with a recorder of so many rows, for 7 axes; nothing when it runs.
+/// Returns the refusal of a scheme of every module with a recorder of `rows` rows for 7 axes; none if it
+/// runs.
 fn refused(recorder_rows: usize, side: &str) -> Vec<String> {
     const OUTPUTS: [&DataType; 7] = {
         let [cycles, mean, max, late, overruns, period] = types::TIMING;

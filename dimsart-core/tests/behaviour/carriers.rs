@@ -1,4 +1,4 @@
-//! Carriers: what they carry comes out as it went in, or not at all.
+//! Carriers: contents arrive unchanged or not at all.
 #![expect(clippy::unwrap_used, clippy::indexing_slicing, reason = "a failed unwrap is a failed test")]
 
 use dimsart_core::envelope::{self, Class, HEADER_BYTES, MAX_CONTENT_BYTES};
@@ -18,7 +18,7 @@ fn received(bytes: &[u8]) -> Vec<Vec<u8>> {
     bytes.iter().filter_map(|byte| receiver.take(*byte).map(<[u8]>::to_vec)).collect()
 }
 
-/// Whether `expected` are all among `found`, in this order.
+/// Returns whether all of `expected` occur in `found`, in this order.
 fn are_among(expected: &[Vec<u8>], found: &[Vec<u8>]) -> bool {
     let mut found = found.iter();
     expected.iter().all(|content| found.any(|other| other == content))
@@ -50,7 +50,7 @@ proptest! {
         let mut frames: Vec<Vec<u8>> = contents.iter().map(|content| stream_frame(content)).collect();
         let hit = hit.index(frames.len());
         let frame = &mut frames[hit];
-        // The zeros at both ends stay: lost with the neighbour's, they would cost that one too.
+        // The delimiters at both ends are kept: losing one with its neighbour would lose that frame too.
         let start = 1 + at.index(frame.len() - 1);
         let end = (start + lost).min(frame.len() - 1);
         frame.splice(start..end, added);
@@ -133,7 +133,7 @@ proptest! {
         for content in &sent {
             let frames = can_frames(content, CHANNEL);
             let copies: Vec<usize> = fates.by_ref().take(frames.len()).collect();
-            // A first frame that is repeated right away begins the packet anew: nothing is lost by it.
+            // A repeated first frame restarts the packet: no loss.
             if copies.iter().all(|copies| *copies > 0) {
                 whole.push(content.clone());
             }
@@ -168,7 +168,7 @@ fn a_mix_of_two_packets_is_never_assembled() {
             for cut in 1..one.len() {
                 let mut assembler = can::Assembler::new();
                 let found = assembled(&mut assembler, one[..cut].iter().chain(&other[cut..]));
-                assert!(found.is_empty(), "{cut} frames of {counter}, then of the one {later} later");
+                assert!(found.is_empty(), "{cut} frames of {counter}, then of the packet {later} later");
             }
         }
     }
@@ -178,7 +178,7 @@ fn a_mix_of_two_packets_is_never_assembled() {
 fn one_to_three_wrong_bits_in_a_classic_can_frame_are_always_found() {
     let content = packet(CHANNEL, 0xABCD, &[0x5A; 4 + 36]);
     let frames = can_frames(&content, CHANNEL);
-    // The first frame, one in the middle and the last.
+    // The first frame, a middle frame and the last.
     for at in [0, 3, frames.len() - 1] {
         let damaged = |bits: &[usize]| {
             let mut frame = frames[at].clone();
@@ -203,7 +203,7 @@ fn one_to_three_wrong_bits_in_a_classic_can_frame_are_always_found() {
 fn a_classic_can_frame_has_these_bytes() {
     let frames = can_frames(&packet(0x123, 0xABCD, &[1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12]), 0x123);
     let tags_and_parts: Vec<&[u8]> = frames.iter().map(|frame| &frame[1..]).collect();
-    // Low in front: 0xABC with the last frame's index 2, the echo 0x0201, the content 0x0403, two words.
+    // Low byte first: 0xABC with the last frame's index 2, the echo 0x0201, the content 0x0403, two words.
     let expected: [&[u8]; 3] = [&[0x0D, 0xC2, 0xAB, 5, 6, 7, 8], &[0x1D, 1, 2, 9, 10, 11, 12], &[0x2D, 3, 4]];
     assert_eq!(tags_and_parts, expected);
     // The CRC-8 of the `crc` crate over the data id, the counter's bits 4 to 11 (0 in the first frame) and the rest.

@@ -1,4 +1,4 @@
-//! What two ends of a link must agree on: a packet of another content is refused, and fits the channel.
+//! Agreement of two ends of a link: a packet of another content is refused.
 #![expect(clippy::unwrap_used, clippy::indexing_slicing, reason = "in helpers of tests as in tests")]
 #![expect(clippy::float_cmp, reason = "compared to the bit on purpose")]
 
@@ -8,7 +8,7 @@ use dimsart_core::{
 };
 use dimsart_modules::ALL;
 
-/// A sender and a receiver of these types, and whether the receiver takes what is sent.
+/// A sender and a receiver of these types; returns whether the receiver accepts the packets.
 fn is_taken(sent: &[&str], received: &[&str], [from, to]: [&[AxisKind]; 2]) -> bool {
     let bench = |axes, rows: &str, outputs| {
         let device = DeviceDescriptor::new("bench", axes, H, outputs, &[]).unwrap();
@@ -79,7 +79,7 @@ fn a_packet_with_a_sample_that_is_no_number_never_came() {
         for (count, bad) in (1..).zip([f32::NAN, f32::INFINITY, f32::NEG_INFINITY]) {
             assert_eq!(pass(0, Some(bad.to_bits())), [count, 0, count], "{policy}");
         }
-        // Counters may be any number; the packets in between were lost for the scheme.
+        // Counters may have any value; the packets in between count as lost.
         assert_eq!(pass(1, Some(f32::NAN.to_bits())), [3, 3, 0], "{policy}");
     }
 }
@@ -92,7 +92,7 @@ fn three_axes_of_waves_fit_the_channel_of_rokviss() {
     bench.run("COMM_TXMOD CTX_ADD_DATA CH1_WAVES\nMOD_ENG MOD_ON COMM_TXMOD");
     bench.tick(&[1.0; 3]);
     let bytes = bench.dimsart.outgoing(0).unwrap().to_bytes().len();
-    // With what COBS and its delimiter take on a byte stream.
+    // Including COBS overhead and delimiter on a byte stream.
     assert!((bytes + 2) * 8 * 500 <= UP_BITS_PER_S, "{bytes} bytes");
 }
 
@@ -158,13 +158,13 @@ fn an_axis_that_the_device_has_not_is_refused() {
     let refused = bench.order("MOD_ENG MOD_ON COMM_TXMOD");
     assert_eq!(refused, Err(CommandError::Parameter(ParameterError::NoSuchEntry)));
     bench.run("COMM_TXMOD CTX_AXIS 2\nMOD_ENG MOD_ON COMM_TXMOD");
-    // What makes up for losses needs counters, which are of all axes.
+    // Loss compensation needs counters, which apply to all axes.
     bench.run("COMM_RXMOD CRX_AXIS 1");
     let refused = bench.order("COMM_RXMOD STALE LIMITED");
     assert_eq!(refused, Err(CommandError::Parameter(ParameterError::NeedsCounters)));
 }
 
-/// Schemes are the same for all controllers; some of these have fewer links.
+/// Schemes are the same for all controllers, but some have fewer links.
 #[test]
 fn a_link_that_the_controller_has_not_is_refused() {
     let mut bench = Bench::of(3, &[types::POSITION], &[]);

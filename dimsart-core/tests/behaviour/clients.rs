@@ -1,4 +1,4 @@
-//! Clients of one device: who may change something, who hears what, and what a tick without a lease comes to.
+//! Several clients of one device: permission to change it, notification, and ticks without a lease.
 #![expect(clippy::unwrap_used, clippy::panic, reason = "in helpers of tests as in tests")]
 
 use dimsart_core::{
@@ -24,10 +24,10 @@ any PCTRL_MOD K_PARAM 100
 any MOD_ENG MOD_ON PCTRL_MOD
 any MOD_ENG MATCHING_CHECK";
 
-/// As a controller on a host has.
+/// As on a host.
 const STREAMS: usize = 16;
 
-/// A controller beside a tick that needs a lease.
+/// A controller with a tick that needs a lease.
 struct Board {
     dimsart: Dimsart,
     info: DeviceInfo<STREAMS>,
@@ -44,7 +44,7 @@ impl Board {
         Self { dimsart, info, number: 0, last: (Tick::Idle, [Word(0); 3]) }
     }
 
-    /// With a spring that pulls to 1: 50 N where it is.
+    /// Adds a spring to position 1: 50 N at the current position.
     fn running() -> Self {
         let mut board = Self::new();
         let loaded = scheme::load(SCHEME, "any", &["any"], &mut board.dimsart, |_| ());
@@ -125,7 +125,7 @@ fn a_device_moves_for_the_length_of_a_lease_and_is_still_in_the_tick_after_that(
     }
     board.tick();
     assert_eq!(board.last, (Tick::Disarmed, [Word(0); 3]));
-    // It went on being computed.
+    // The scheme was still computed.
     let signals = board.dimsart.engine().data_base();
     let slot = signals.slot(types::DES_FORCE.first()).unwrap();
     assert_eq!(signals.words(slot), FORCE_N.map(f32::to_bits));
@@ -142,8 +142,8 @@ fn stop_releases_the_lease_and_starting_again_moves_nothing_without_arming() {
         assert_eq!((effect.refused, effect.blocked), (None, Some(Blocked::Tick(Tick::Idle))));
         assert_eq!(board.lease(2, LeaseAction::Look), Ok(LeaseStatus::default()));
         let late = board.lease(1, LeaseAction::Renew);
-        assert_eq!(late, Err(Refusal::Lease { holder: NO_CLIENT }), "a renewal does not bring it back");
-        // What `Start` sends, from the client that was armed.
+        assert_eq!(late, Err(Refusal::Lease { holder: NO_CLIENT }), "a renewal does not restore it");
+        // The request of `Start`, from the client that was armed.
         let effect = board.command(1, Command::Check).unwrap();
         assert_eq!((effect.refused, effect.blocked), (None, Some(Blocked::Tick(Tick::Disarmed))));
         board.tick();
@@ -205,7 +205,7 @@ fn while_one_holds_it_the_others_look_and_change_nothing() {
     assert!(matches!(board.ask(2, Request::Status), Response::Status(status) if status.blocked.is_none()));
     assert!(matches!(board.ask(2, Request::Identify), Response::Identity(_)));
     assert_eq!(board.command(1, stiffer()).unwrap().blocked, None);
-    // Whoever sees that it must rest may say so.
+    // Any client may stop the device.
     assert_eq!(board.command(2, Command::Stop).unwrap().blocked, Some(Blocked::Tick(Tick::Idle)));
     board.lease(1, LeaseAction::GiveBack).unwrap();
     board.command(2, stiffer()).unwrap();
@@ -246,11 +246,11 @@ fn signals_come_every_so_many_ticks_with_the_tick_they_are_of() {
     let id = request_id(1, board.number);
     let samples: Vec<_> = (0..10).filter_map(|_| board.tick()).collect();
     let told: Vec<_> = samples.iter().map(|sample| (sample.tick, sample.counter, sample.id)).collect();
-    // By their numbers: several streams of a client are of the same ticks.
+    // By number: several streams of a client belong to the same ticks.
     assert_eq!(told, [(3, 0, id), (6, 1, id), (9, 2, id)]);
     let words = [0.5, 0.0, 0.0].into_iter().chain(FORCE_N).map(f32::to_bits);
     assert!(words.eq(samples[0].words.iter().copied()));
-    // Place 0 begins anew, and 0 ticks end it.
+    // Place 0 restarts the list, 0 ticks ends the stream.
     assert_eq!(board.follow(1, 0, types::DES_FORCE, 1), Response::Telemetry { words: 3 });
     assert_eq!(board.tick().unwrap().words.len(), 3);
     assert_eq!(board.follow(1, 0, types::DES_FORCE, 0), Response::Telemetry { words: 0 });
@@ -274,7 +274,7 @@ fn telemetry_ends_when_its_client_is_silent_or_the_signal_goes_and_is_one_client
     board.follow(2, 0, types::DES_POSITION, 1);
     assert!(board.tick().is_some());
     board.command(2, Command::Close).unwrap();
-    assert_eq!(board.tick(), None, "what is not in the Data Base is not sent");
+    assert_eq!(board.tick(), None, "a signal that is not in the Data Base is not sent");
 }
 
 #[test]
@@ -295,14 +295,14 @@ fn telemetry_that_cannot_be_is_refused_and_what_there_is_goes_on() {
         board.follow(NO_CLIENT, 0, types::POSITION, 1),
         Response::Refused(Refusal::Telemetry { client: 1 })
     );
-    // Without clients there is nobody to send anything to.
+    // Without clients there are no messages.
     board.info = DeviceInfo::new("alone");
     assert_eq!(board.follow(1, 0, types::POSITION, 1), Response::Refused(Refusal::NotThere));
     board.tick();
     assert_eq!(board.last.0, Tick::Ran, "nor a lease");
 }
 
-/// Who arms the first of two boards need not arm it again when the second one starts.
+/// Arming the first of two boards stays valid when the second one starts.
 #[test]
 fn a_link_that_is_down_keeps_the_lease_and_is_no_fault_of_the_past() {
     let log: &EventLog = Box::leak(Box::new(EventLog::new()));
@@ -345,7 +345,7 @@ fn answers_say_that_a_link_is_lost_as_heartbeats_do_until_a_reset() {
     assert_eq!(board.status(), lost);
     assert_eq!(board.command(1, Command::Check).unwrap().blocked, lost);
     assert_eq!(board.lease(1, LeaseAction::Renew), Err(Refusal::Fault(48)), "a fault ends the lease");
-    assert_eq!(board.lease(1, LeaseAction::Take), Err(Refusal::Fault(48)), "and motion takes a reset");
+    assert_eq!(board.lease(1, LeaseAction::Take), Err(Refusal::Fault(48)), "and motion needs a reset");
     assert_eq!(board.command(1, Command::Reset).unwrap().blocked, Some(Blocked::Tick(Tick::Disarmed)));
     board.tick();
     assert_eq!(board.last.0, Tick::Disarmed, "and a new lease");
@@ -379,6 +379,6 @@ fn what_its_holder_asks_of_the_schemes_renews_a_lease_and_a_look_does_not() {
     assert_eq!(
         board.lease(1, LeaseAction::Look),
         Ok(LeaseStatus::default()),
-        "motion begins by a take alone"
+        "motion starts only by taking the lease"
     );
 }

@@ -1,4 +1,4 @@
-//! Two controllers over a bad line: nothing is used twice, nothing is made up, and all of it is counted.
+//! Two controllers over a bad line: no packet is used twice or invented, and all are counted.
 #![expect(clippy::cast_possible_truncation, clippy::float_cmp, reason = "rounded and compared on purpose")]
 
 use crate::common::way::{Way, chance, energy};
@@ -15,7 +15,7 @@ fn a_packet_is_used_once_and_never_after_a_newer_one() {
     let (mut newest, mut accepted, mut delivered) = (0, 0, 0);
     for number in 1..=20_000_u16 {
         let packet = way.send(f32::from(number));
-        // Lost, sent twice, and up to four of the last packets in any order.
+        // Lost, duplicated, and up to four of the last packets in any order.
         for _ in 0..[0, 1, 1, 2][random.next_u32() as usize % 4] {
             let place = random.next_u32() as usize % (line.len() + 1);
             line.insert(place, packet.clone());
@@ -31,7 +31,7 @@ fn a_packet_is_used_once_and_never_after_a_newer_one() {
             assert_eq!(f64::from(wave), f64::from(newest), "the newest packet, as it was sent");
             assert_eq!(way.count("LINK_AGE"), 0);
         } else {
-            assert_eq!(wave, 0.0, "nothing new, so nothing");
+            assert_eq!(wave, 0.0, "no new packet, no output");
         }
         assert_eq!(way.count("LINK_LOST"), u32::from(newest) - accepted);
         assert_eq!(way.count("LINK_REFUSED"), u32::try_from(delivered).unwrap() - accepted);
@@ -39,14 +39,13 @@ fn a_packet_is_used_once_and_never_after_a_newer_one() {
     assert!(accepted > 5_000 && newest > 19_000);
 }
 
-/// Random waves over a line that loses packets; `look` gets what was sent, whether it arrived, and what
-/// was given out.
+/// Random waves over a lossy line; `look` gets what was sent, whether it arrived, and the output.
 fn lossy_run(policy: &str, loss: f64, seed: u64, mut look: impl FnMut(f32, bool, f32)) -> Way {
     let mut random = Pcg32::seed_from_u64(seed);
     let mut way = Way::new(&format!("COMM_RXMOD STALE {policy}"));
     let mut slow = 0.0;
     for _ in 0..100_000 {
-        // Slow motion with noise on it, so that what is owed adds up as well as cancels.
+        // Slow motion with noise, so that the debt both accumulates and cancels.
         slow = 0.999 * slow + 0.05 * (chance(&mut random) - 0.5);
         let wave = (3.0 * slow + 0.5 * (chance(&mut random) - 0.5)) as f32;
         let packet = way.send(wave);
@@ -85,13 +84,13 @@ fn limited_never_gives_out_more_energy_than_it_has_received() {
             given_out += energy(given);
             assert!(given_out <= received, "loss {loss}: {given_out} J of {received} J");
         });
-        assert!(given_out > 0.5 * received, "loss {loss}: it does give out, {given_out} J of {received} J");
+        assert!(given_out > 0.5 * received, "loss {loss}: output {given_out} J of {received} J");
     }
 }
 
 #[test]
 fn limited_hands_waves_through_while_nothing_is_lost() {
-    // The wave whose energy in one tick is a single count, 2^-30 J: what is smaller may wait.
+    // The wave whose energy in one tick is one count, 2^-30 J: less may be deferred.
     let smallest = (2.0 / 1_073_741_824.0 / f64::from(H)).sqrt();
     let (mut owed, mut volume) = (0.0, 0.0);
     lossy_run("LIMITED", 0.0, 25, |wave, _, given| {
@@ -114,9 +113,9 @@ fn integral_gives_out_all_that_was_sent_to_the_counter_quantum() {
         });
         let last = way.send(0.0);
         given_out += f64::from(H) * f64::from(way.receive([&last]));
-        // One count, and what an f32 cannot say of each wave given out.
+        // One count, plus the f32 rounding of each output wave.
         assert!((given_out - sent).abs() <= QUANTUM + 1e-8 * volume, "loss {loss}: {given_out} of {sent}");
-        assert_eq!(way.receive([]), 0.0, "and then nothing");
+        assert_eq!(way.receive([]), 0.0, "then zero");
     }
 }
 
@@ -179,7 +178,7 @@ fn damaged_and_foreign_packets_are_refused_and_counted() {
     assert_eq!(way.count("LINK_REFUSED"), 4);
     let mut short = good.clone();
     short.words.pop();
-    assert_eq!(way.receive([&short]), 0.0, "not what was agreed on");
+    assert_eq!(way.receive([&short]), 0.0, "wrong content");
     assert_eq!((way.count("LINK_REFUSED"), way.count("LINK_AGE")), (5, 2));
     assert_eq!(way.receive([&good]), 1.0);
 }
@@ -197,7 +196,7 @@ fn limited_charges_a_large_wave_with_all_its_energy() {
     given += energy(way.receive([&last]));
     for _ in 0..10 {
         given += energy(way.receive([]));
-        assert!(given <= sent, "{given} J given out, {sent} J received");
+        assert!(given <= sent, "{given} J output, {sent} J received");
     }
 }
 
@@ -243,7 +242,7 @@ fn one_wave_that_is_no_number_does_not_silence_the_channel() {
         );
         let mut given = 0.0;
         for tick in 0..200 {
-            // A sender that has failed sends nothing: neither what is wrong, nor anything until a reset.
+            // A failed sender sends no packet until a reset.
             let is_wrong = tick == 100;
             let packet = way.try_send(if is_wrong { f32::MAX } else { 1.0 });
             assert_eq!(packet.is_none(), is_wrong, "{tick}");
@@ -301,8 +300,8 @@ fn limited_keeps_its_account_for_waves_of_any_size() {
     }
 }
 
-/// Bursts of up to 2000 √W, of which a tick has kilojoules, while packets get lost: `INTEGRAL` makes up for every one of
-/// them, and `LIMITED` gives out no energy for what its counters cannot carry.
+/// Bursts of up to 2000 √W, kilojoules per tick, with packet losses: `INTEGRAL` makes up for all of them, and
+/// `LIMITED` never outputs energy that its counters cannot represent.
 #[test]
 fn what_violent_bursts_have_moved_is_made_up_for() {
     for (policy, seed) in [("INTEGRAL", 1), ("INTEGRAL", 2), ("INTEGRAL", 3), ("LIMITED", 4), ("LIMITED", 5)]
@@ -326,6 +325,6 @@ fn what_violent_bursts_have_moved_is_made_up_for() {
             );
         }
         let left = sent[1] - given[1];
-        assert!(policy == "LIMITED" || left.abs() < 1e-5, "{seed}: {left} of {sent:?} stay away");
+        assert!(policy == "LIMITED" || left.abs() < 1e-5, "{seed}: {left} of {sent:?} missing");
     }
 }

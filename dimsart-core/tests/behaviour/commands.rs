@@ -1,4 +1,4 @@
-//! Every command does what it says or is refused, and a refused one has changed nothing.
+//! Every command has its effect or is refused, and a refused command changes nothing.
 #![expect(clippy::unwrap_used, reason = "in helpers of tests as in tests")]
 #![expect(clippy::cast_possible_truncation, reason = "numbers of a test, small by construction")]
 
@@ -45,16 +45,16 @@ const RUNNING: &str = "PDCTRL_MOD K_PARAM 100
 
 const TOO_LONG: &str = "TIMEDELAY_MOD TD_PARAM 60000";
 
-/// As many instances as there can be, one of them plugged in.
+/// The maximum number of instances, one of them plugged in.
 fn full_house() -> String {
     let delays: String =
         (1..=MAX_MODULES).map(|number| format!("TIMEDELAY_MOD.{number} TD_PARAM 5\n")).collect();
     delays + "MOD_ENG MOD_ON TIMEDELAY_MOD.3"
 }
 
-/// Modules that take every slot but two, with signals and memories.
+/// Modules that use all slots but two, with signals and memories.
 fn no_slots() -> String {
-    // A recorder takes a memory and, with its ports bound, two signals.
+    // A recorder uses a memory and, with its ports bound, two signals.
     let bind = "RECORDER_MOD.N PORT_SIGNAL_IN SIGNAL.N\nRECORDER_MOD.N PORT_ROWS RECORDED_ROWS.N\n";
     let wave = "WTRANSF_MOD.N PORT_POSITION POSITION.N\nWTRANSF_MOD.N PORT_WAVES_IN CH2_WAVES.N\n\
          WTRANSF_MOD.N PORT_DES_POSITION DES_POSITION.N\nWTRANSF_MOD.N PORT_DES_FORCE DES_FORCE.N\n\
@@ -177,7 +177,7 @@ fn refusals() -> Vec<(String, Command, CommandError)> {
     all
 }
 
-/// Something to measure that is different in every tick.
+/// A measurement that differs in every tick.
 fn measurement(tick: u8) -> Vec<f32> {
     (0..6).map(|word| (f32::from(tick) * 0.37 + f32::from(word as u8)).sin()).collect()
 }
@@ -200,11 +200,11 @@ fn a_refused_command_changes_nothing_that_can_be_seen_now_or_later() {
             assert_eq!(bench.try_tick(&measured), untouched.try_tick(&measured), "{command:?}");
         }
         assert_eq!(bench.snapshot(), untouched.snapshot(), "{command:?}");
-        assert!(error.to_string().len() > 20, "{error} says what is wrong");
+        assert!(error.to_string().len() > 20, "text too short: {error}");
     }
 }
 
-/// Asks for one port more than there can be.
+/// Declares one port more than the maximum.
 #[derive(Debug)]
 struct Greedy;
 
@@ -273,7 +273,7 @@ fn a_place_is_forgotten_when_its_module_is_unplugged() {
         bench.rows("MOD_ENG MOD_ON PDCTRL_MOD\nMOD_ENG MOD_ON VWALL_MOD");
         assert_eq!(steps(&bench), ["SUM_MOD", "PDCTRL_MOD", "VWALL_MOD"]);
     }
-    // The place before another module stays.
+    // The place before another module is kept.
     let mut bench = robot();
     bench.rows("MOD_ENG MOD_ON PDCTRL_MOD\nMOD_ENG MOD_ON SUM_MOD\nMOD_ENG PLACE_BEFORE PDCTRL_MOD");
     bench.rows("MOD_ENG MOD_OFF SUM_MOD\nMOD_ENG MOD_ON VWALL_MOD");
@@ -340,7 +340,7 @@ fn close_and_init_of_the_engine_lead_back_to_power_up() {
         assert_eq!(bench.snapshot(), empty);
         bench.rows(RUNNING);
         assert!(bench.dimsart.engine().is_running());
-        assert_eq!(steps(&bench), ["PDCTRL_MOD", "RECORDER_MOD"], "the place is forgotten too");
+        assert_eq!(steps(&bench), ["PDCTRL_MOD", "RECORDER_MOD"], "the place is cancelled, too");
     }
 }
 
@@ -389,7 +389,7 @@ fn a_start_after_a_stop_is_as_the_first_one() {
         used.try_tick(&common::words(&[0.1]));
         used.rows("MOD_ENG MATCHING_CHECK");
         for tick in 0..100 {
-            // Moved by hand while it stood still.
+            // Moved by hand while stopped.
             let position = 0.3 + 1e-4 * measurement(tick)[0];
             assert_eq!(used.tick(&[position]), fresh.tick(&[position]), "{rows}: {tick}");
             assert!(tick > 0 || used.signal("DES_FORCE") == [0.0], "{rows}: from rest");

@@ -1,4 +1,4 @@
-//! What the behaviour tests share: a controller on a bench, fed and read in plain numbers.
+//! Shared by the behaviour tests: a controller on a test bench, with plain numbers in and out.
 #![expect(clippy::unwrap_used, clippy::indexing_slicing, reason = "in helpers of tests as in tests")]
 
 pub(crate) mod way;
@@ -15,7 +15,7 @@ use dimsart_modules::ALL;
 /// Ids of all kinds of the library.
 pub(crate) static IDS: [KindId; ALL.list().len()] = ALL.ids();
 
-/// A module of the library, by the place of its kind.
+/// A module of the library, by the index of its kind.
 pub(crate) fn module_at(place: usize, number: u8) -> ModuleRef {
     ModuleRef { kind: IDS[place], number }
 }
@@ -23,34 +23,34 @@ pub(crate) fn module_at(place: usize, number: u8) -> ModuleRef {
 /// Sample period of every bench, `s`.
 pub(crate) const H: f32 = 1e-3;
 
-/// The types of a device, one after the other.
+/// The types of a device, concatenated.
 pub(crate) type Types = &'static [&'static DataType];
 
-/// A controller without a robot: the test is the device.
+/// A controller without a robot: the test plays the device.
 pub(crate) struct Bench {
     pub(crate) dimsart: Dimsart,
 }
 
 impl Bench {
-    /// A controller of `dof` linear axes, for a device that measures `outputs` and takes `inputs`.
+    /// A controller of `dof` linear axes for a device that measures `outputs` and is commanded by `inputs`.
     pub(crate) fn of(dof: usize, outputs: Types, inputs: Types) -> Self {
         Self::with_kinds(ALL, dof, outputs, inputs)
     }
 
-    /// The same with other kinds of modules.
+    /// As `of`, with other module kinds.
     pub(crate) fn with_kinds(kinds: Kinds, dof: usize, outputs: Types, inputs: Types) -> Self {
         let axes = vec![AxisKind::Linear; dof];
         let device = DeviceDescriptor::new("bench", &axes, H, outputs, inputs).unwrap();
         Self { dimsart: Dimsart::new(ProvidedMemory::leaked(), device, kinds).unwrap() }
     }
 
-    /// Gives it rows `module command value`; all must be taken.
+    /// Executes rows `module command value`; all must be accepted.
     pub(crate) fn rows(&mut self, rows: &str) {
         let errors = self.load(rows);
         assert_eq!(errors, [""; 0], "{:?}", self.findings());
     }
 
-    /// Gives it rows and says what went wrong, as `line:problem`.
+    /// Executes rows and returns the errors, as `line:problem`.
     pub(crate) fn load(&mut self, rows: &str) -> Vec<String> {
         let text: String = rows.lines().map(|row| prefixed(row) + "\n").collect();
         let mut errors = Vec::new();
@@ -60,13 +60,13 @@ impl Bench {
         errors
     }
 
-    /// Gives it rows and lets the scheme run.
+    /// Executes rows and starts the scheme.
     pub(crate) fn run(&mut self, rows: &str) {
         self.rows(rows);
         self.rows("MOD_ENG MATCHING_CHECK");
     }
 
-    /// Gives it one row, which must be well formed, and the engine's answer.
+    /// Executes one well-formed row and returns the engine's result.
     pub(crate) fn order(&mut self, row: &str) -> Result<(), CommandError> {
         let text = prefixed(row);
         let row = scheme::rows(&text).next().unwrap();
@@ -74,41 +74,41 @@ impl Bench {
         self.dimsart.command(command)
     }
 
-    /// A tick that must compute, though its links may be down; gives what the device is commanded.
+    /// Runs a tick that must compute, although links may be down; returns the commands.
     pub(crate) fn tick(&mut self, measured: &[f32]) -> Vec<f32> {
         let (tick, commanded) = self.try_tick(&words(measured));
         assert!(matches!(tick, Tick::Ran | Tick::LinkDown { .. }), "{tick:?}");
         commanded.into_iter().map(|word| f32::from_bits(word.0)).collect()
     }
 
-    /// A tick with frames of the right size.
+    /// Runs a tick with frames of the right size.
     pub(crate) fn try_tick(&mut self, measured: &[Word]) -> (Tick, Vec<Word>) {
-        // Something that is not zero, so that a frame nobody fills is seen.
+        // Not zero, so that an unwritten frame is detected.
         let mut commanded = vec![Word(0xDEAD); self.dimsart.frame().input_words()];
         let tick = self.dimsart.tick(measured, &mut commanded);
         (tick, commanded)
     }
 
-    /// The words of a signal, `NAME` or `NAME.2`.
+    /// Returns the words of a signal, `NAME` or `NAME.2`.
     pub(crate) fn bits(&self, name: &str) -> &[u32] {
         let engine = self.dimsart.engine();
         let signal = engine.device().signal(name).unwrap();
         engine.data_base().words(engine.data_base().slot(signal).unwrap())
     }
 
-    /// A signal of real numbers.
+    /// Returns a signal of real numbers.
     pub(crate) fn signal(&self, name: &str) -> Vec<f32> {
         self.bits(name).iter().map(|word| f32::from_bits(*word)).collect()
     }
 
-    /// What the matching check finds, in words.
+    /// Returns the texts of the matching check's findings.
     pub(crate) fn findings(&self) -> Vec<String> {
         let engine = self.dimsart.engine();
         let report = engine.check();
         report.findings().iter().map(|finding| engine.explain(*finding).to_string()).collect()
     }
 
-    /// The calls of a tick, late ones marked.
+    /// Returns the calls of a tick with their stages.
     pub(crate) fn steps(&self) -> Vec<String> {
         let steps = self.dimsart.engine().steps();
         steps
@@ -118,7 +118,7 @@ impl Bench {
             .collect()
     }
 
-    /// All that a refused command must leave as it is.
+    /// Returns everything that a refused command must not change.
     pub(crate) fn snapshot(&mut self) -> Snapshot {
         let engine = self.dimsart.engine_mut();
         let kinds = engine.kinds().list().iter().map(|kind| kind.id);
@@ -149,14 +149,14 @@ impl Bench {
     }
 }
 
-/// What a device measures so that a module of a kind has all that it reads, and the bindings that this takes: of a copy of
-/// a signal, which only another module gives, to a type like it.
+/// Returns measurements for all inputs of a module kind, and the required bindings: numbered signals, which
+/// only another module writes, are bound to a type of the same kind.
 pub(crate) fn surroundings(module: ModuleRef) -> (Vec<&'static DataType>, Vec<(u8, TypeRef)>) {
     let none = DeviceDescriptor::new("none", &[AxisKind::Linear], H, &[], &[]).unwrap();
     surroundings_of(&Engine::new(ProvidedMemory::leaked(), none, ALL).ports(module).unwrap())
 }
 
-/// The same for these ports.
+/// As above, for these ports.
 pub(crate) fn surroundings_of(ports: &[PortSpec]) -> (Vec<&'static DataType>, Vec<(u8, TypeRef)>) {
     let used: Vec<u16> = ports.iter().filter_map(|port| Some(port.data_type?.1.id)).collect();
     let (mut measured, mut bindings) = (Vec::new(), Vec::new());
@@ -182,7 +182,7 @@ pub(crate) fn surroundings_of(ports: &[PortSpec]) -> (Vec<&'static DataType>, Ve
     (measured, bindings)
 }
 
-/// One module alone, fed by the device, and the signal of it that matters.
+/// A single module fed by the device, and its observed signal.
 pub(crate) struct Alone {
     pub(crate) bench: Bench,
     pub(crate) output: &'static str,
@@ -195,19 +195,19 @@ impl Alone {
         Self { bench, output }
     }
 
-    /// A tick; gives every axis of the output.
+    /// Runs a tick; returns every axis of the output.
     pub(crate) fn axes(&mut self, measured: &[f32]) -> Vec<f32> {
         self.bench.tick(measured);
         self.bench.signal(self.output)
     }
 
-    /// A tick; gives the first axis of the output.
+    /// Runs a tick; returns the first axis of the output.
     pub(crate) fn step(&mut self, measured: &[f32]) -> f32 {
         self.axes(measured)[0]
     }
 }
 
-/// What a controller is at one moment, as far as it can be seen from outside.
+/// The externally visible state of a controller at one moment.
 #[derive(Debug, PartialEq)]
 pub(crate) struct Snapshot {
     pub(crate) usage: Usage,
@@ -218,7 +218,7 @@ pub(crate) struct Snapshot {
     pub(crate) bindings: Vec<(ModuleRef, &'static str, Option<TypeRef>)>,
 }
 
-/// One direction of a link: what is sent comes out so many ticks later.
+/// One direction of a link with a constant delay in ticks.
 pub(crate) struct DelayedLink {
     delay_ticks: usize,
     packets: VecDeque<(usize, Packet)>,
@@ -229,12 +229,12 @@ impl DelayedLink {
         Self { delay_ticks, packets: VecDeque::new() }
     }
 
-    /// Takes the packet of tick `now`.
+    /// Stores the packet of tick `now`.
     pub(crate) fn send(&mut self, now: usize, from: &mut Dimsart) {
         self.packets.push_back((now + self.delay_ticks, from.outgoing(0).unwrap()));
     }
 
-    /// Hands over what is there before tick `now`.
+    /// Delivers the packets that are due before tick `now`.
     pub(crate) fn deliver(&mut self, now: usize, to: &mut Dimsart) {
         while let Some((_, packet)) = self.packets.pop_front_if(|(due, _)| *due <= now) {
             to.receive(0, &packet.to_bytes()).unwrap();
@@ -242,12 +242,12 @@ impl DelayedLink {
     }
 }
 
-/// Numbers as a frame carries them.
+/// Converts numbers to the words of a frame.
 pub(crate) fn words(values: &[f32]) -> Vec<Word> {
     values.iter().map(|value| Word::from(*value)).collect()
 }
 
-/// Whether `found` is `expected` within `relative` of it, and of 1 when it is smaller than that.
+/// Returns whether `found` is within `relative` of `expected`, or of 1 if that is larger.
 #[track_caller]
 pub(crate) fn assert_close(found: impl Into<f64>, expected: impl Into<f64>, relative: f64) {
     let (found, expected) = (found.into(), expected.into());

@@ -1,5 +1,5 @@
-//! A module that writes what its signal cannot be is cut out with all that depend on it, in the same tick; whatever does
-//! not depend on it runs on.
+//! A module that writes an invalid value is isolated with its dependents in the same tick; all other modules
+//! continue.
 #![expect(clippy::unwrap_used, reason = "in helpers of tests as in tests")]
 #![expect(clippy::cast_possible_truncation, clippy::cast_precision_loss, reason = "small by construction")]
 
@@ -21,12 +21,12 @@ words! {
         out: Output = output("OUT", types::SIGNAL_OUT),
     }
     parameters Settings {
-        /// Whether it spoils its last axis.
+        /// Whether it corrupts its last axis.
         spoils: bool = flag("SPOILS", false),
     }
 }
 
-/// Integrates the sum of two signals. One of them may come a tick later.
+/// Integrates the sum of two signals, one of which may be a tick old.
 #[derive(Debug)]
 struct Mix;
 
@@ -65,17 +65,17 @@ fn signal(number: u8) -> TypeRef {
     TypeRef { id: types::SIGNAL_OUT.id, number }
 }
 
-/// What every mixer reads: its own place is that of its output.
+/// Inputs of every mixer; a mixer has the index of its output.
 type Graph = Vec<[u8; 2]>;
 
-/// Any mixers: each reads one that is before it, or the device, and a tick later one that is not.
+/// Random mixers: each reads an earlier mixer or the device, and a later mixer's value of the previous tick.
 fn any_graph(random: &mut Pcg32) -> Graph {
     let count = 2 + (random.next_u32() % 20) as u8;
     let below = |random: &mut Pcg32, bound: u8| (random.next_u32() % u32::from(bound)) as u8;
     (1..=count).map(|number| [below(random, number), number + below(random, count - number + 1)]).collect()
 }
 
-/// A controller with these mixers. The device is commanded by the last one.
+/// A controller with these mixers. The last one commands the device.
 fn bench(graph: &Graph) -> Bench {
     let mut bench = Bench::with_kinds(MIXERS, DOF, &[types::SIGNAL], &[types::DES_FORCE]);
     let give = |bench: &mut Bench, command| bench.dimsart.command(command).unwrap();
@@ -96,7 +96,7 @@ fn bench(graph: &Graph) -> Bench {
     bench
 }
 
-/// Who is reached from these, by reading.
+/// Returns the modules that depend on these.
 fn reached(graph: &Graph, from: &BTreeSet<u8>) -> BTreeSet<u8> {
     let mut reached = from.clone();
     loop {
@@ -124,8 +124,8 @@ fn spoil(bench: &mut Bench, number: u8, spoils: bool) {
     bench.dimsart.command(Command::set(mix(number), 0, Value::Flag(spoils))).unwrap();
 }
 
-/// Two controllers, one of them spoiled. What does not depend on the spoiled modules goes on as in the other one, bit
-/// by bit; all the rest is cut out in the very tick; after a reset all of it begins anew.
+/// Two controllers, one with corrupted modules. Independent modules continue as in the other controller, bit
+/// by bit; all others are isolated in the same tick; after a reset all restart.
 #[test]
 fn what_depends_on_a_module_that_fails_falls_with_it_and_nothing_else_does() {
     let (mut lost, mut kept) = (0, 0);
@@ -171,7 +171,7 @@ fn what_depends_on_a_module_that_fails_falls_with_it_and_nothing_else_does() {
         assert_eq!(fallen(&spoiled), BTreeSet::new());
         for tick in 0..20 {
             let (came, commanded) = spoiled.try_tick(&measured(tick));
-            assert_eq!(came, Tick::Ran, "seed {seed}: nothing wrong is left anywhere");
+            assert_eq!(came, Tick::Ran, "seed {seed}: no invalid value is left");
             assert!(commanded.iter().all(|word| f32::from_bits(word.0).is_finite()));
         }
     }
@@ -198,7 +198,7 @@ fn a_module_comes_back_by_its_own_reset_and_those_that_fell_with_it_begin() {
     spoil(&mut bench, 1, false);
     bench.dimsart.command(Command::ResetModule(mix(2))).unwrap();
     bench.try_tick(&[Word(0); DOF]);
-    assert_eq!(fallen(&bench), BTreeSet::from([1, 2]), "2 has not failed by itself");
+    assert_eq!(fallen(&bench), BTreeSet::from([1, 2]), "2 itself has not failed");
     bench.dimsart.command(Command::ResetModule(mix(1))).unwrap();
     assert_eq!(output(&bench, &graph, 2), [0; DOF], "what it had written is not read");
     bench.try_tick(&[Word(0); DOF]);
@@ -215,7 +215,7 @@ fn a_transaction_that_puts_another_in_its_place_leaves_nothing_cut_out() {
     spoil(&mut bench, 1, true);
     bench.try_tick(&[Word(0); DOF]);
     let give = |bench: &mut Bench, command| bench.dimsart.command(command).unwrap();
-    // One that only moves in the order is still the one that failed.
+    // A module that only changes its place is still the failed one.
     for command in
         [Command::Begin, Command::Unplug(mix(1)), Command::PlaceBefore(mix(2)), Command::PlugIn(mix(1))]
     {
@@ -243,7 +243,7 @@ fn a_transaction_that_puts_another_in_its_place_leaves_nothing_cut_out() {
     assert_eq!(fallen(&bench), BTreeSet::new());
 }
 
-/// As the unit of a signal says, on both sides of it, to the last bit.
+/// The limits of each unit, in both directions, to the last bit.
 #[test]
 fn a_signal_beyond_what_its_unit_can_be_is_a_fault_and_the_largest_value_is_none() {
     for (out, largest) in
@@ -269,7 +269,7 @@ fn a_signal_beyond_what_its_unit_can_be_is_a_fault_and_the_largest_value_is_none
     }
 }
 
-/// What a link would have carried of the tick in which its sender fell is not sent.
+/// A packet of the tick in which its sender was isolated is not sent.
 #[test]
 fn a_sender_that_falls_sends_nothing_until_a_reset() {
     let mut bench = Bench::of(1, &[types::SIGNAL], NO_TYPES);
@@ -279,7 +279,7 @@ fn a_sender_that_falls_sends_nothing_until_a_reset() {
     );
     bench.tick(&[1.0]);
     assert!(bench.dimsart.outgoing(0).is_some());
-    assert_eq!(bench.try_tick(&[Word::from(f32::MAX)]).0, Tick::Ran, "there is no device to lose");
+    assert_eq!(bench.try_tick(&[Word::from(f32::MAX)]).0, Tick::Ran, "no device depends on it");
     assert!(bench.dimsart.outgoing(0).is_none());
     bench.tick(&[1.0]);
     assert!(bench.dimsart.outgoing(0).is_none());
@@ -287,7 +287,7 @@ fn a_sender_that_falls_sends_nothing_until_a_reset() {
     bench.rows("MOD_ENG RESET");
     bench.tick(&[1.0]);
     let packet = bench.dimsart.outgoing(0).unwrap();
-    assert_eq!(packet.counter, 2, "its counter goes on");
+    assert_eq!(packet.counter, 2, "its counter continues");
 }
 
 #[test]
@@ -296,7 +296,7 @@ fn the_drive_has_the_transitions_of_cia_402_and_no_other() {
         Fault, FaultReactionActive, NotReadyToSwitchOn, OperationEnabled, QuickStopActive, ReadyToSwitchOn,
         SwitchOnDisabled, SwitchedOn,
     };
-    // By number, as the standard's figure has them; 0 and 1 are one here.
+    // By number, as in the standard's figure; 0 and 1 are one transition here.
     let transitions = [
         (1, NotReadyToSwitchOn, DriveEvent::Initialized, SwitchOnDisabled),
         (2, SwitchOnDisabled, DriveEvent::Shutdown, ReadyToSwitchOn),

@@ -1,4 +1,4 @@
-//! A controller that is connected to its device, and connected again.
+//! A controller that is connected to a device, and reconnected.
 #![expect(clippy::unwrap_used, clippy::indexing_slicing, reason = "in helpers of tests as in tests")]
 
 use dimsart_core::ProvidedMemory;

@@ -1,4 +1,5 @@
-//! Two engines of different rates: what one shows is what the other one gets, whole, in time, or the device is held back.
+//! Two coupled engines of different rates: data arrive complete and in time, or the device gets its safe
+//! value.
 #![expect(clippy::cast_precision_loss, reason = "small by construction")]
 
 use dimsart_core::{Command, Coupling, DriveState, Reason, Snapshot, TIMEOUT_TICKS, Tick, Word, types};
@@ -6,7 +7,7 @@ use dimsart_core::{Command, Coupling, DriveState, Reason, Snapshot, TIMEOUT_TICK
 use crate::common::Bench;
 
 const DOF: usize = 2;
-/// The slow engine runs in one of so many ticks of the fast one.
+/// Period of the slow engine in ticks of the fast engine.
 const EVERY: u32 = 10;
 const STIFFNESS: f32 = 100.0;
 const GAIN: f32 = 0.5;
@@ -19,7 +20,7 @@ fn fast() -> Bench {
     bench
 }
 
-/// Commands half of the position that it gets.
+/// Commands half of the received position.
 fn slow() -> Bench {
     let mut bench = Bench::of(DOF, &[types::POSITION], &[types::DES_POSITION]);
     bench.rows("SUM_MOD PORT_A POSITION\nSUM_MOD PORT_B POSITION\nSUM_MOD PORT_SIGNAL_OUT DES_POSITION");
@@ -27,7 +28,7 @@ fn slow() -> Bench {
     bench
 }
 
-/// Both, and what is between them.
+/// Both engines and their coupling.
 struct Pair<'a> {
     fast: Bench,
     slow: Bench,
@@ -74,7 +75,7 @@ fn a_cascade_over_two_engines_is_the_law_with_the_slow_one_held_between_its_tick
     for tick in 0..1_000 {
         let (came, force) = pair.fast_tick(position(tick));
         match commanded_from {
-            None => assert_eq!(came, Tick::CommandsLate, "tick {tick}: nothing has come yet"),
+            None => assert_eq!(came, Tick::CommandsLate, "tick {tick}: no data yet"),
             Some(then) => {
                 assert_eq!(came, Tick::Ran, "tick {tick}");
                 for (axis, force) in force.iter().enumerate() {
@@ -100,7 +101,7 @@ fn commands_are_late_after_twenty_ticks_and_never_after_nineteen() {
             pair.fast_tick(position(tick));
             pair.slow_tick();
         }
-        // The first of them still brings what was shown in the tick before.
+        // The first late tick still delivers the data of the tick before.
         let ticks: Vec<Tick> = (0..=silent).map(|tick| pair.fast_tick(position(100 + tick)).0).collect();
         let late = ticks.iter().position(|tick| *tick == Tick::CommandsLate);
         let expected = (silent >= TIMEOUT_TICKS).then_some(TIMEOUT_TICKS as usize);
@@ -111,7 +112,7 @@ fn commands_are_late_after_twenty_ticks_and_never_after_nineteen() {
             assert_eq!(tick, Tick::Ran);
             continue;
         }
-        // A fault: it lasts, though commands come again.
+        // The fault latches, even if commands resume.
         assert_eq!((tick, pair.fast.dimsart.safety().reason()), (Tick::CommandsLate, Reason::CommandsLate));
         assert_eq!(force, [0.0; DOF]);
         pair.fast.dimsart.command(Command::Reset).unwrap();
@@ -157,7 +158,7 @@ fn a_signal_that_is_not_there_is_refused_by_who_gets_it() {
     assert!(matches!(pair.slow_tick(), Tick::MeasurementRefused(_)));
 }
 
-/// Two threads, as the loop and an interrupt above it: a sum that both ends can check goes with the words.
+/// Two threads, as a loop and an interrupt: the words include a checksum.
 #[test]
 fn words_that_cross_threads_are_whole_and_never_old() {
     const WORDS: usize = 32;

@@ -1,4 +1,4 @@
-//! The Data Base takes whatever fits, refuses the rest with the sizes, and never leaks.
+//! The Data Base allocates whatever fits, refuses the rest with the sizes, and never leaks.
 #![expect(
     clippy::unwrap_used,
     clippy::indexing_slicing,
@@ -24,25 +24,25 @@ fn below(random: &mut Pcg32, bound: u32) -> u32 {
     random.next_u32() % bound
 }
 
-/// What a module takes: a signal that may be shared, or memory of its own.
+/// An allocation of a module: a signal that may be shared, or its own memory.
 #[derive(Debug, Clone, Copy)]
 enum Need {
     Signal(TypeRef, usize),
     Memory(usize),
 }
 
-/// What the Data Base promises, as plainly as it can be written.
+/// Simple model of the Data Base.
 #[derive(Default)]
 struct Model {
-    /// Kinds that the device has the axes for.
+    /// Kinds for which the device has enough axes.
     kinds: Vec<KindId>,
-    /// Users of each signal, and its words.
+    /// Users and words of each signal.
     signals: BTreeMap<(u16, u8), (u32, usize)>,
     slots: usize,
     words: usize,
-    /// Modules that exist, with the words of their own, and what they have taken while they are plugged in.
+    /// Module instances with their own words, and their allocations while plugged in.
     modules: Vec<(ModuleRef, usize, Option<Vec<Need>>)>,
-    /// Words of an instance, by its kind.
+    /// Words of an instance, by kind.
     own_words: BTreeMap<KindId, usize>,
 }
 
@@ -104,7 +104,7 @@ impl Model {
         self.modules.iter().position(|(found, ..)| *found == module)
     }
 
-    /// What a command to a module that need not exist does about its existence.
+    /// Effect of a command to a module on the module's existence.
     fn bring_up(&mut self, module: ModuleRef) -> Result<usize, CommandError> {
         if let Some(index) = self.find(module) {
             return Ok(index);
@@ -154,7 +154,7 @@ impl Model {
     }
 }
 
-/// What a module will ask for, from its declared ports and the signals they are bound to.
+/// Returns the allocations of a module, from its declared ports and their signals.
 fn needs(engine: &mut Engine, module: ModuleRef) -> Vec<Need> {
     let dof = engine.device().dof();
     let need = |engine: &Engine, spec: &PortSpec| match (spec.data_type, spec.direction) {
@@ -176,7 +176,7 @@ fn needs(engine: &mut Engine, module: ModuleRef) -> Vec<Need> {
     specs.iter().map(|spec| need(engine, spec)).collect()
 }
 
-/// Mostly one that exists, and rather one of the first kinds, which have the most ports.
+/// Mostly an existing module, preferably of the first kinds, which have the most ports.
 fn any_module(random: &mut Pcg32, model: &Model) -> ModuleRef {
     let index = below(random, MAX_MODULES as u32 + 2) as usize;
     if let Some((module, ..)) = model.modules.get(index) {
@@ -187,7 +187,7 @@ fn any_module(random: &mut Pcg32, model: &Model) -> ModuleRef {
     ModuleRef { kind, number: u8::try_from(below(random, 4) + 1).unwrap() }
 }
 
-/// A parameter that decides what a module takes, with a value now and then too large to fit.
+/// A parameter that changes the allocations, sometimes with a value too large to fit.
 fn structural_parameter(random: &mut Pcg32, dof: usize) -> (&'static str, &'static str, Value) {
     let largest = u32::try_from(DEFAULT_WORDS / dof / 4).unwrap();
     let length = Value::Count(below(random, largest) + 1);
@@ -203,14 +203,14 @@ fn structural_parameter(random: &mut Pcg32, dof: usize) -> (&'static str, &'stat
     ][below(random, 6) as usize]
 }
 
-/// Whether a device has as many axes as a module of this kind needs.
+/// Returns whether a device has enough axes for a module of this kind.
 fn has_the_axes_of(kind: KindId, dof: usize) -> bool {
     let mut bench = Bench::of(dof, &[], &[]);
     let plugged_in = bench.dimsart.command(Command::PlugIn(ModuleRef { kind, number: 1 }));
     plugged_in != Err(CommandError::Parameter(ParameterError::NoSuchEntry))
 }
 
-/// Gives the engine and the model the same random commands; returns how often room ran out.
+/// Gives the engine and the model the same random commands; returns how often an allocation failed.
 fn compare_with_model(dof: usize, operations: u32, seed: u64) -> [u32; 3] {
     let mut random = Pcg32::seed_from_u64(seed);
     let mut bench = Bench::of(dof, &[types::POSITION, types::FORCE], &[types::DES_FORCE]);
@@ -286,7 +286,7 @@ fn compare_with_model(dof: usize, operations: u32, seed: u64) -> [u32; 3] {
 #[test]
 fn a_million_random_plug_ins_and_plug_outs_do_what_a_simple_model_says() {
     let refused = compare_with_model(3, 1_000_000, 3);
-    // Every bound was met, so what is proved includes refusals of each kind.
+    // Every limit was reached, so refusals of each kind were tested.
     assert!(refused.iter().all(|count| *count > 0), "{refused:?}");
 }
 
@@ -297,7 +297,7 @@ fn random_plug_ins_and_plug_outs_do_what_the_model_says_on_any_number_of_axes() 
     }
 }
 
-/// Writes its stamp everywhere in its first tick and leaves it alone afterwards.
+/// Writes its stamp everywhere in its first tick, and nothing later.
 #[derive(Debug)]
 struct Stamper;
 
@@ -318,7 +318,7 @@ impl Module for Stamper {
     type Ports = StamperPorts;
 
     fn parameters(settings: &mut StamperSettings, _: &mut (), visit: &mut Parameters<'_>) {
-        visit.real(&mut settings.stamp, "STAMP", Unit::One, 0.0..=1e9, 0.0, "What it writes.");
+        visit.real(&mut settings.stamp, "STAMP", Unit::One, 0.0..=1e9, 0.0, "Word to write.");
         visit.structural_count(&mut settings.length, "LENGTH", Unit::One, 0..=1000, 0, "Words of memory.");
     }
 
@@ -386,7 +386,7 @@ const TABLE: &DataType = &DataType {
     summary: Summary::new(""),
 };
 
-/// Reads and writes beside its matrix.
+/// Accesses words outside its matrix.
 #[derive(Debug)]
 struct Beside;
 

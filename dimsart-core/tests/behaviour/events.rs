@@ -1,4 +1,4 @@
-//! What a controller's events say of faults and resets.
+//! Events of a controller about faults and resets.
 
 use dimsart_core::{Command, Reason, types};
 use dimsart_link::protocol::{DeviceInfo, Request, request_id, serve};
@@ -6,7 +6,7 @@ use dimsart_link::{EventKind, EventLog};
 
 use crate::common::{self, Bench};
 
-/// Numbers of what happened, the oldest first.
+/// Numbers of the events, oldest first.
 fn events(log: &EventLog) -> Vec<u8> {
     (0..u8::MAX).filter_map(|back| log.get(back)).map(|event| event.what).rev().collect()
 }
@@ -23,7 +23,7 @@ fn a_can_bus_is_logged_when_it_changes() {
     assert_eq!(events(log), [left, joined, left, given_up, left, joined]);
 }
 
-/// Without it the log would end with the reset, while the device stands still.
+/// Without this event the log would end with the reset, although the device does not move.
 #[test]
 fn a_fault_that_is_there_again_behind_a_reset_is_told_again() {
     let log: &EventLog = Box::leak(Box::new(EventLog::new()));

@@ -1,4 +1,4 @@
-//! What every kind of module of the library holds to, whatever it computes.
+//! Properties of every module kind of the library.
 #![expect(clippy::indexing_slicing, reason = "in helpers of tests as in tests")]
 #![expect(clippy::cast_possible_truncation, clippy::cast_precision_loss, reason = "numbers of a test")]
 
@@ -20,7 +20,7 @@ fn name(module: ModuleRef) -> &'static str {
     ALL.module_name(module).name
 }
 
-/// Words of a device: mostly of a robot's size, sometimes zero, held for a while or jumping.
+/// Words of a device: mostly plausible values, sometimes zero, constant or jumping.
 fn measure(random: &mut Pcg32, words: &mut [f32]) {
     for word in words {
         match random.next_u32() % 8 {
@@ -34,7 +34,7 @@ fn measure(random: &mut Pcg32, words: &mut [f32]) {
     }
 }
 
-/// A value that a parameter takes, anywhere in its range or near its smallest one.
+/// A value that a parameter accepts, anywhere in its range or near its minimum.
 fn value(random: &mut Pcg32, accepts: Accepts) -> Option<Value> {
     let below = |random: &mut Pcg32, bound: u32| random.next_u32() % bound.max(1);
     Some(match accepts {
@@ -50,7 +50,7 @@ fn value(random: &mut Pcg32, accepts: Accepts) -> Option<Value> {
     })
 }
 
-/// Gives it random parameters; those that do not fit together are refused, and stay as they were.
+/// Sets random parameters; invalid combinations are refused and keep the old values.
 fn set_all(alone: &mut Alone, random: &mut Pcg32, module: ModuleRef) {
     for parameter in 0..=u8::MAX {
         let Some(found) = ALL.describe_parameter(module.kind, parameter) else { return };
@@ -90,7 +90,7 @@ fn with_its_defaults_it_writes_nothing_but_numbers_that_can_be() {
     }
 }
 
-/// What its parameters let grow without end is cut out; it must not be poisoned by that.
+/// A module whose parameters allow unlimited growth is isolated and must recover.
 #[test]
 fn with_any_parameters_it_begins_anew_after_a_reset_whatever_became_of_it() {
     let mut cut_out = 0;
@@ -133,7 +133,7 @@ fn its_words_say_what_it_is() {
     }
 }
 
-/// A description has room for so many names of a choice: with more, a parameter could not be told to anybody.
+/// A description holds a maximum number of names of a choice; a parameter with more could not be described.
 #[test]
 fn every_choice_can_be_described_over_the_protocol() {
     let mut choices = 0;

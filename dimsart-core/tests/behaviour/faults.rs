@@ -1,7 +1,8 @@
-//! What goes wrong on a link, in numbers: nothing damaged, old, doubled or forged gets through unseen, and a link that
-//! is lost is noticed in time, and only then.
+//! Link faults: damaged, old, duplicate or forged packets are never accepted unnoticed, and a lost link is
+//! detected in time, without false alarms.
 //!
-//! Short as `cargo test` runs them; `cargo xtask long` runs them at full length. All chance is seeded.
+//! `cargo test` runs short versions; `cargo xtask long` runs them at full length. All random numbers are
+//! seeded.
 #![expect(clippy::unwrap_used, clippy::indexing_slicing, reason = "in helpers of tests as in tests")]
 
 mod bit_errors;
@@ -15,7 +16,7 @@ use crate::common::way::chance;
 use rand_core::Rng;
 use rand_pcg::Pcg64Mcg;
 
-/// Below `bound`.
+/// A number below `bound`.
 fn below(random: &mut Pcg64Mcg, bound: usize) -> usize {
     usize::try_from(random.next_u64() % bound as u64).unwrap()
 }
@@ -25,7 +26,7 @@ fn happens(random: &mut Pcg64Mcg, probability: f64) -> bool {
     chance(random) < probability
 }
 
-/// Fails unless so many of `trials` are within the 95 % interval of what each has the probability for.
+/// Fails unless the count of `trials` is within the 95 % interval for this probability.
 #[track_caller]
 #[expect(clippy::cast_precision_loss, reason = "far fewer than 2^53")]
 fn assert_share(count: u64, trials: u64, probability: f64) {

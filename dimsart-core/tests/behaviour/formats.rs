@@ -1,4 +1,4 @@
-//! Every format in every shape goes through everything bit for bit; what does not fit is refused.
+//! Every format in every shape passes unchanged, bit for bit; mismatches are refused.
 #![expect(clippy::unwrap_used, reason = "in helpers of tests as in tests")]
 
 use core::num::NonZeroU32;
@@ -44,7 +44,7 @@ own_types! {
     0x8011 TOO_LONG    I32  Shape::Matrix(7, 7);
 }
 
-/// The shapes of a format, as a device measures or takes them.
+/// The shapes of a format, as a device's inputs or outputs.
 const FORMATS: [Types; 4] = [
     &[F32_SCALAR, F32_VECTOR, F32_MATRIX, F32_SQUARE],
     &[I32_SCALAR, I32_VECTOR, I32_MATRIX, I32_SQUARE],
@@ -52,7 +52,7 @@ const FORMATS: [Types; 4] = [
     &[BOOL_SCALAR, BOOL_VECTOR, BOOL_MATRIX, BOOL_SQUARE],
 ];
 
-/// Bits at the edges of a format; those of integers look like NaN and infinity, too.
+/// Edge cases of a format; for integers they include the bits of NaN and infinity.
 fn edges(format: Format) -> &'static [u32] {
     match format {
         Format::F32 => &[0x8000_0000, 1, 0x7F7F_FFFF, 0xFF7F_FFFF, 0x3EAA_AAAB, 0x0080_0000, 0],
@@ -62,7 +62,7 @@ fn edges(format: Format) -> &'static [u32] {
     }
 }
 
-/// The words of a frame of these types in a tick: every edge comes to every place.
+/// The words of a frame in a tick: over time every edge case occurs at every index.
 fn frame(types: Types, tick: usize) -> Vec<Word> {
     let words = types.iter().flat_map(|found| (0..found.shape.words(DOF)).map(|_| found.format));
     let word =
@@ -86,7 +86,7 @@ fn sender(types: Types) -> Bench {
     bench
 }
 
-/// Gives what it receives to its device, and records it.
+/// Passes received signals to its device and records them.
 fn receiver(types: Types) -> Bench {
     let mut bench = Bench::of(DOF, &[], types);
     let names = types.iter().map(|found| found.name);
@@ -167,7 +167,7 @@ fn a_delay_of_no_ticks_hands_any_signal_through_and_a_reset_empties_any_line() {
     }
 }
 
-/// A wave in the middle of other types, so that neither its place nor that of its counters is a multiple of the axes.
+/// A wave among other types, so that its index and its counters' index are not multiples of the axes.
 const MIXED: Types = &[I32_MATRIX, types::CH1_WAVES, BOOL_SCALAR, F32_SQUARE];
 
 fn mixed(policy: &str) -> (Bench, Bench) {
@@ -212,7 +212,7 @@ fn a_wave_among_other_types_keeps_its_counters_and_the_others_hold_what_came_las
         }
         before = commanded;
     }
-    // What a lost packet brought is made up for by the counters, but for their last digit.
+    // The counters make up for a lost packet, except for the last digit.
     assert!(owed.iter().all(|owed: &f32| owed.abs() < 1e-3), "{owed:?}");
     assert_eq!(b.bits("LINK_REFUSED"), [0]);
 }
@@ -268,7 +268,7 @@ fn a_channel_that_does_not_fit_a_packet_is_not_plugged_in() {
         }
     }
     bench.rows("COMM_TXMOD CTX_ADD_DATA FITS\nMOD_ENG MOD_ON COMM_TXMOD");
-    // A wave brings counters: 48 and 8 of the wave, 16 of its counters.
+    // A wave adds counters: 48 and 8 of the wave, 16 of its counters.
     bench
         .rows("COMM_TXMOD.2 CTX_ADD_DATA FITS\nCOMM_TXMOD.2 CTX_ADD_DATA CH1_WAVES\nCOMM_TXMOD.2 CTX_LINK 1");
     let refused = bench.order("MOD_ENG MOD_ON COMM_TXMOD.2");
@@ -341,7 +341,7 @@ fn a_delay_says_what_it_wants_and_is_not_bound_anew_while_it_is_plugged_in() {
         bench.findings(),
         [
             "TIMEDELAY_MOD has SIGNAL_IN bound to I32_SQUARE and SIGNAL_OUT bound to I32_VECTOR.2, but the second must \
-          have the same unit, format and shape as the first: bind one of them to a signal that fits (PORT_... command)"
+          have the unit, format and shape of the first: bind one of them to a compatible signal (PORT_... command)"
         ]
     );
     let module = ALL.module("TIMEDELAY_MOD").unwrap();
@@ -389,7 +389,7 @@ words! {
     }
 }
 
-/// Turns every format into another one, and a square matrix over.
+/// Converts every format into another one, and transposes a square matrix.
 #[derive(Debug)]
 struct Turn;
 

@@ -1,4 +1,4 @@
-//! A frame is taken whole or not at all, and the device never gets anything but finite numbers.
+//! A frame is accepted as a whole or refused, and the device always gets finite numbers.
 #![expect(clippy::unwrap_used, reason = "in helpers of tests as in tests")]
 
 use crate::common::{Bench, Types};
@@ -34,17 +34,17 @@ own_types! {
     0x8020 IMAGE        F32 Shape::Matrix(16, 20);
 }
 
-/// Hands every measured signal on to the device, through handles of every format and shape.
+/// Copies every measured signal to the device, through handles of every format and shape.
 #[derive(Debug)]
 struct Relay;
 
 words! {
     parameters Settings {
-        /// Whether it spoils a word.
+        /// Whether it corrupts a word.
         spoils: bool = flag("SPOILS", false),
-        /// With infinity, not NaN.
+        /// With infinity instead of NaN.
         spoils_with_infinity: bool = flag("INFINITY", false),
-        /// Float word it spoils.
+        /// Float word that it corrupts.
         spoiled_word: u32 = count("WORD", Unit::One, 0..=100, 0),
     }
     ports Signals {
@@ -98,7 +98,7 @@ impl Module for Relay {
 const RELAYS: Kinds = dimsart_core::kinds![Relay];
 
 const DOF: usize = 3;
-/// Where the floats of a measured frame stand, by type, with the words before the type.
+/// Indices of the floats in a measured frame, by type, with the number of words before the type.
 const FLOATS: [(&DataType, usize, usize); 2] = [(TEMPERATURES, 0, DOF), (JACOBIAN, 2 * DOF + 5, 6)];
 
 fn bench() -> Bench {
@@ -112,7 +112,7 @@ fn bench() -> Bench {
     bench
 }
 
-/// Words of the edges of every format.
+/// Edge cases of every format.
 fn measurement() -> Vec<Word> {
     let temperatures = [f32::MAX, -0.0, f32::MIN_POSITIVE].map(Word::from);
     let status = [u32::MAX, 0, 0x7FC0_0000, 0xFF80_0000].map(Word::from);
@@ -185,7 +185,7 @@ fn a_number_that_is_not_finite_is_named_wherever_it_stands() {
     assert_eq!(
         bench.try_tick(&measurement()).0,
         Tick::Disarmed,
-        "while nothing moves it is over with the next one"
+        "without motion it ends with the next frame"
     );
     bench.dimsart.allow_motion(true);
     assert_eq!(bench.try_tick(&measurement()).0, Tick::Ran);
@@ -193,10 +193,7 @@ fn a_number_that_is_not_finite_is_named_wherever_it_stands() {
     measured[0] = Word::from(f32::NAN);
     bench.try_tick(&measured);
     let (tick, _) = bench.try_tick(&measurement());
-    assert!(
-        matches!(tick, Tick::MeasurementRefused(_)),
-        "while it moves, the first one stops it until a reset"
-    );
+    assert!(matches!(tick, Tick::MeasurementRefused(_)), "in motion, the first one is a fault until a reset");
     bench.rows("MOD_ENG RESET");
     assert_eq!(bench.try_tick(&measurement()).0, Tick::Ran);
 }
@@ -232,7 +229,7 @@ fn a_scheme_that_does_not_run_gives_the_safe_output() {
     let (tick, commanded) = bench.try_tick(&measurement());
     assert_eq!(tick, Tick::Idle);
     assert!(commanded.iter().all(|word| *word == Word(0)));
-    assert_eq!(bench.bits("COUNTER"), [i32::MIN.cast_unsigned()], "what is measured can still be seen");
+    assert_eq!(bench.bits("COUNTER"), [i32::MIN.cast_unsigned()], "measurements are still visible");
     assert_eq!(bench.dimsart.refused_ticks(), 0);
 }
 

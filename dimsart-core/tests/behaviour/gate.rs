@@ -1,4 +1,4 @@
-//! What a board that holds a key takes of its command line, and what it does not.
+//! Requests that a board with a key accepts on its command line, and those that it refuses.
 #![expect(clippy::unwrap_used, reason = "in helpers of tests as in tests")]
 
 use std::sync::atomic::{AtomicU64, Ordering::Relaxed};
@@ -20,7 +20,7 @@ fn key() -> Key {
     Key::new(KEY)
 }
 
-/// What moves or changes something.
+/// Requests that move or change something.
 fn guarded() -> Vec<Request> {
     vec![
         Request::Command(Command::Check),
@@ -37,7 +37,7 @@ fn guarded() -> Vec<Request> {
     ]
 }
 
-/// What only looks, or brings the device to rest.
+/// Requests that only read, or stop the device.
 fn harmless() -> Vec<Request> {
     vec![
         Request::Identify,
@@ -65,7 +65,7 @@ impl Board {
         Self::new(Gate::locked(&key(), seed))
     }
 
-    /// What comes of a frame, and the handshake that goes back.
+    /// Returns the result of a frame, and the handshake in reply.
     fn take(&mut self, frame: &[u8]) -> (Taken, Option<Vec<u8>>) {
         let (mut taken, gate) = (Taken::Nothing, &mut self.gate);
         self.receiver.take_all(frame, |content| taken = gate.take(content));
@@ -79,7 +79,7 @@ impl Board {
     }
 }
 
-/// A host with a key, and all that it ever sent.
+/// A host with a key, and all its sent frames.
 struct Host {
     sealer: RequestSealer,
     sent: Vec<Vec<u8>>,
@@ -102,7 +102,7 @@ impl Host {
 
     fn ask(&mut self, request: &Request, board: &mut Board) -> Taken {
         for _ in 0..3 {
-            // A hello, and then the answer to the challenge that came back.
+            // A hello, then the response to the challenge.
             let is_known = self.sealer.is_answered();
             for _ in usize::from(is_known)..2 {
                 let handshake = self.sealer.handshake(&mut [0; MAX_FRAME_BYTES]).unwrap().map(<[u8]>::to_vec);
@@ -142,11 +142,7 @@ fn a_locked_board_takes_what_moves_it_from_who_has_the_key_alone() {
         let mut stranger = Host::new(Key::new(b"another key of16"));
         let refused = Taken::Refused(ID, KeyRefusal::NotAccepted);
         assert_eq!(stranger.ask(&request, &mut board), refused, "{request:?}");
-        assert_eq!(
-            host.ask(&request, &mut board),
-            Taken::Request(ID, request),
-            "the stranger was no trouble"
-        );
+        assert_eq!(host.ask(&request, &mut board), Taken::Request(ID, request), "the stranger had no effect");
     }
     for request in harmless() {
         assert_eq!(board.take_plain(&request), Taken::Request(ID, request));
@@ -164,7 +160,7 @@ fn a_board_that_cannot_read_its_key_takes_nothing_that_moves_it_from_anybody() {
     for request in harmless() {
         assert_eq!(board.take_plain(&request), Taken::Request(ID, request));
     }
-    // As it was sealed while the key could be read.
+    // As sealed when the key was readable.
     let (mut before, mut host) = (Board::locked(1), Host::new(key()));
     let take = Request::Lease(LeaseAction::Take);
     assert_eq!(host.ask(&take, &mut before), Taken::Request(ID, take));
@@ -211,8 +207,8 @@ fn hosts_that_all_have_the_key_can_take_turns() {
     }
 }
 
-/// Whatever a forger says on the command line, who has the key gets through at the first try: before it is known, and
-/// after.
+/// Whatever a forger sends on the command line, the key holder gets through at the first attempt, before and
+/// after it is known.
 #[test]
 fn a_flood_of_false_handshakes_keeps_no_host_from_its_board() {
     let (mut board, mut host) = (Board::locked(1), Host::new(key()));
@@ -222,7 +218,7 @@ fn a_flood_of_false_handshakes_keeps_no_host_from_its_board() {
         for _ in 0..50 {
             stranger.sealer.forget();
             assert!(matches!(stranger.ask(&take, &mut board), Taken::Refused(..)));
-            // What one has said that has the key, again.
+            // Repetition of a genuine frame.
             for said in host.sent.clone() {
                 assert!(!matches!(board.take(&said).0, Taken::Request(..)));
             }
@@ -234,8 +230,8 @@ fn a_flood_of_false_handshakes_keeps_no_host_from_its_board() {
     }
 }
 
-/// A host can tell a board that has another key from one that does not answer, and whoever says so keeps it from no board
-/// that has its own.
+/// A host can distinguish a board with another key from one that does not answer, and a forged reply does not
+/// block a board with the right key.
 #[test]
 fn a_challenge_of_another_key_is_told_and_does_not_count() {
     let (mut board, mut other) = (Board::locked(1), Board::new(Gate::locked(&Key::new(&[1; 16]), 1)));
@@ -249,7 +245,7 @@ fn a_challenge_of_another_key_is_told_and_does_not_count() {
     assert!(!host.sealer.is_contradicted());
 }
 
-/// A link's packets and its handshakes are no requests, and the other way round, even on one channel.
+/// Packets and handshakes of a link are not requests, and vice versa, even on one channel.
 #[test]
 fn what_was_sealed_for_a_link_is_worth_nothing_on_the_command_line() {
     let gate = Gate::locked(&key(), 1);
@@ -258,7 +254,7 @@ fn what_was_sealed_for_a_link_is_worth_nothing_on_the_command_line() {
     let mut opener = Opener::new(&key(), line, Profile::Full, 0, 1);
     let mut frame = [0; MAX_FRAME_BYTES];
     let hello = sealer.handshake().unwrap().to_vec();
-    // The board's challenge is not of a link.
+    // The board's challenge does not belong to a link.
     let (_, challenge) = board.take(stream::encode(&hello, &mut frame).unwrap());
     Receiver::new().take_all(&challenge.unwrap(), |content| {
         let whole = seal_content(content);
@@ -279,7 +275,7 @@ fn what_was_sealed_for_a_link_is_worth_nothing_on_the_command_line() {
     assert!(matches!(opener.open(sealed, &mut [0; 256]), Ok(Some(_))), "on its link it is right");
 }
 
-/// With the checksum that a receiver has taken off.
+/// Appends the checksum that a receiver has removed.
 fn seal_content(content: &[u8]) -> Vec<u8> {
     let mut buffer = [0; 256];
     let (header, payload) = content.split_first_chunk::<3>().unwrap();
@@ -289,7 +285,7 @@ fn seal_content(content: &[u8]) -> Vec<u8> {
 }
 
 proptest! {
-    /// Somebody has all that was ever said to the board, and says it again whenever they like.
+    /// An attacker has recorded everything sent to the board and replays it at will.
     #[test]
     fn a_sealed_request_is_taken_once(
         steps in prop::collection::vec((0_u8..4, any::<prop::sample::Index>(), any::<u8>()), 1..200),

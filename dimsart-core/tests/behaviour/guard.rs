@@ -17,13 +17,13 @@ use rand_core::{Rng, SeedableRng};
 use rand_pcg::Pcg64Mcg;
 
 const KEY: &[u8; 16] = b"sixteen byte key";
-/// Of what the left side sends, and of what the right one does.
+/// Channels of the left side and of the right side.
 const CHANNELS: [u16; 2] = [17, 0x123];
 const PROFILES: [Profile; 2] = [Profile::Full, Profile::Short];
-/// Ticks of silence after which a link is lost, unless a scheme says otherwise; of 1 ms.
+/// Timeout of a link in ticks of 1 ms, by default.
 const TIMEOUT_MS: u32 = 20;
 
-/// As packets count.
+/// Counters of packets.
 fn after(counter: u16) -> u16 {
     counter.checked_add(1).unwrap_or(101)
 }
@@ -31,14 +31,14 @@ fn after(counter: u16) -> u16 {
 struct Side {
     guard: Guard,
     sends_on: u16,
-    /// Tells its packets from the other side's.
+    /// Distinguishes its packets from the peer's.
     echo: u16,
     counter: u16,
     refused: Vec<AuthError>,
     taken: Vec<Packet>,
     taken_ms: Vec<u32>,
     handshakes: u32,
-    /// Challenges and proofs among them, which an association is begun with.
+    /// Number of challenges and proofs, which start an association.
     begun: u32,
 }
 
@@ -91,11 +91,11 @@ impl Side {
         sent
     }
 
-    /// Gives what it says to it.
+    /// Collects its output.
     fn take(&mut self, now_ms: u32, content: &[u8], channel: u16) -> Vec<Vec<u8>> {
         match self.guard.take(now_ms, content, &mut [0; MAX_CONTENT_BYTES]) {
             Ok(Some(plain)) => {
-                self.taken.push(Packet::from_bytes(plain, channel).expect("what was sealed is whole"));
+                self.taken.push(Packet::from_bytes(plain, channel).expect("sealed content is complete"));
                 self.taken_ms.push(now_ms);
             }
             Ok(None) => {}
@@ -104,7 +104,7 @@ impl Side {
         self.handshakes(now_ms)
     }
 
-    /// The longest silence that this side heard.
+    /// The longest silence of this side.
     fn silence_ms(&self, from_ms: u32, to_ms: u32) -> u32 {
         let times = || [from_ms].into_iter().chain(self.taken_ms.iter().copied());
         times().zip(times().skip(1).chain([to_ms])).map(|(one, next)| next - one).max().expect("some")
@@ -118,7 +118,7 @@ impl Side {
     }
 }
 
-/// Two sides, and what is on the way from one to the other.
+/// Two sides, and the frames in transit.
 struct Link {
     sides: [Side; 2],
     on_the_way: VecDeque<(u32, usize, Vec<u8>)>,
@@ -126,7 +126,7 @@ struct Link {
     delay_ms: u32,
 }
 
-/// What becomes of a content on the way to a side.
+/// Fate of a content on its way.
 type Carrier<'c> = dyn FnMut(&[u8], usize) -> Vec<Vec<u8>> + 'c;
 
 fn clean(content: &[u8], _: usize) -> Vec<Vec<u8>> {
@@ -139,7 +139,7 @@ impl Link {
         Self { sides, on_the_way: VecDeque::new(), now_ms: 0, delay_ms }
     }
 
-    /// One that has run for a while.
+    /// A link that has run for a while.
     fn running(profile: Profile, channels: [u16; 2], delay_ms: u32) -> Self {
         let mut link = Self::new(profile, channels, delay_ms);
         link.run(10 * delay_ms + 50, &mut clean);
@@ -147,7 +147,7 @@ impl Link {
         link
     }
 
-    /// So many ms in which each side sends once a ms.
+    /// Runs `ms` milliseconds in which each side sends once per ms.
     fn run(&mut self, duration_ms: u32, carrier: &mut Carrier<'_>) {
         for _ in 0..duration_ms {
             self.now_ms += 1;
@@ -173,7 +173,7 @@ impl Link {
         }
     }
 
-    /// Gives a side something, whoever it is of.
+    /// Delivers a content to a side, whatever its origin.
     fn give(&mut self, to: usize, content: &[u8]) {
         let channel = self.sides[1 - to].sends_on;
         let said = self.sides[to].take(self.now_ms, content, channel);
@@ -186,7 +186,7 @@ impl Link {
     }
 }
 
-/// Handshakes and packets with a tag in frames of 8 bytes, and in one frame of 64.
+/// Handshakes and packets with a tag, in frames of 8 bytes and in one frame of 64.
 #[test]
 fn can_carries_handshakes_and_tags() {
     let mut classic = Link::new(Profile::Short, CHANNELS, 0);
@@ -194,7 +194,7 @@ fn can_carries_handshakes_and_tags() {
     let mut most = 0;
     classic.run(500, &mut |content, to| {
         let channel = CHANNELS[1 - to];
-        let data: Vec<_> = frames(content, channel).expect("of a class that it carries").collect();
+        let data: Vec<_> = frames(content, channel).expect("of an accepted class").collect();
         most = most.max(data.len());
         data.iter().filter_map(|data| assemblers[to].take(data, channel).map(<[u8]>::to_vec)).collect()
     });
@@ -233,7 +233,7 @@ fn loss_and_repetition_cost_what_they_hit_and_no_more() {
     }
 }
 
-/// However long nothing came: what is older than the newest one that was taken stays so.
+/// After any silence, contents older than the newest accepted one are refused.
 #[test]
 fn silence_makes_nothing_fresh_again() {
     for profile in PROFILES {
@@ -259,14 +259,17 @@ fn silence_makes_nothing_fresh_again() {
                     let _ = link.sides[1 - from].take(at_ms, &said, CHANNELS[from]);
                 }
                 let taken = link.sides[1 - from].taken.last().expect("some");
-                assert_eq!(taken.counter, link.sides[from].counter, "its own is taken after {silence_s} s");
+                assert_eq!(
+                    taken.counter, link.sides[from].counter,
+                    "the genuine content is accepted after {silence_s} s"
+                );
             }
         }
     }
 }
 
 proptest! {
-    /// Somebody has all that was ever said and gives it to whom they like, whenever they like.
+    /// An attacker has recorded everything and replays it to any side at any time.
     #[test]
     fn a_side_takes_what_the_other_one_sealed_once_and_in_order(
         is_short in any::<bool>(),

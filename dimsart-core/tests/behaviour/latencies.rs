@@ -1,5 +1,5 @@
-//! How long it takes until a fault takes the scheme's command away from the device, and what the device gets meanwhile:
-//! the table of docs/faults.md, row by row.
+//! Fault latency: ticks until the device no longer gets the scheme's command, and its commands in the
+//! meantime: the table in docs/faults.md, row by row.
 #![expect(clippy::unwrap_used, clippy::indexing_slicing, reason = "in helpers of tests as in tests")]
 
 use std::cell::Cell;
@@ -14,22 +14,22 @@ use dimsart_modules as modules;
 use dimsart_modules::ALL;
 
 const H_S: f32 = 1e-3;
-/// 10 mm in a tick.
+/// 10 mm per tick.
 const SENSOR_LIMITS: OutputLimits = OutputLimits { min: -100.0, max: 100.0, rate_per_s: 10.0 };
 const LIMITS: InputLimits =
     InputLimits { min: -50.0, max: 50.0, rate_per_s: 5_000.0, safe_value: SafeValue::Zero };
-/// What a call of the module that fails costs.
+/// Cost of a call of the module that fails.
 const COST: u32 = 1_000;
 static COSTS: [Cost; 4] = [Cost::new(100, 0), Cost::new(9_000, 0), Cost::new(1_000, 0), Cost::new(9_000, 0)];
-/// Ticks before a fault, so many and those that follow: at any phase of the motion.
+/// Ticks before a fault, plus the following ones: all phases of the motion.
 const BEFORE: u32 = 200;
 const PHASES: u32 = 60;
-/// Ticks after it.
+/// Ticks after the fault.
 const AFTER: u32 = 1_000;
 
 thread_local! {
     static COUNTER: &'static AtomicU32 = Box::leak(Box::new(AtomicU32::new(0)));
-    /// What the module that fails does.
+    /// Fault of the module.
     static DEED: Cell<(f32, u32)> = const { Cell::new((0.0, 0)) };
 }
 
@@ -40,13 +40,13 @@ words! {
     }
 }
 
-/// Passes a force on, adds something to it, and takes its time.
+/// Passes a force on, adds an offset, and takes a set time.
 #[derive(Debug)]
 struct Failing;
 
 impl Module for Failing {
     const NAME: &'static str = "FAILING_MOD";
-    const SUMMARY: &'static str = "Fails as it is told.";
+    const SUMMARY: &'static str = "Fails on request.";
     type Settings = ();
     type Gains = ();
     type State = ();
@@ -71,17 +71,17 @@ fn load(dimsart: &mut Dimsart, rows: &str) {
     assert_eq!(scheme::load(&text, "joint", &["joint"], dimsart, |error| eprintln!("{error:?}")), 0);
 }
 
-/// What is wrong from some tick on.
+/// The fault from a tick on.
 #[derive(Default)]
 struct Wrong {
-    /// What its sensor shows of the position, since so many ticks, if not what it is.
+    /// The sensor's reading, as a function of the position and the ticks since the fault.
     sensor: Option<fn(now_m: f32, then_m: f32, ticks: u32) -> f32>,
-    /// Its actuator gives what it gave then.
+    /// The actuator is stuck at its last value.
     is_actuator_stuck: bool,
     module: (f32, u32),
-    /// What comes over its link: nothing, or damaged bytes.
+    /// The link receives nothing or damaged bytes.
     link: Option<bool>,
-    /// Nothing comes from the engine that commands it.
+    /// The commanding engine has stopped.
     is_commander_silent: bool,
 }
 
@@ -147,7 +147,7 @@ impl Joint {
                 }
             }
         }
-        // The watchdog that a coupling is for the engine that commands it.
+        // The timeout of the coupling to the commanding engine.
         self.silent_ticks = if fault.is_commander_silent { self.silent_ticks + 1 } else { 0 };
         self.dimsart.hold_back(self.silent_ticks >= dimsart_core::TIMEOUT_TICKS);
         let sensed_m = fault.sensor.map_or(self.position_m, |sensor| sensor(self.position_m, then_m, ticks));
@@ -169,8 +169,9 @@ impl Joint {
     }
 }
 
-/// Ticks from the first one with a fault until the scheme commands nothing any more, the least and the most at any phase,
-/// and the number of the reason; none where nobody notices. Range and rate are kept in every tick.
+/// Returns the minimum and maximum ticks over all phases from the first faulty tick until the scheme's
+/// commands end, and the reason's number; none if the fault is not detected. Checks range and rate in every
+/// tick.
 fn latency(wrong: &Wrong) -> Option<(u32, u32, u8)> {
     let found = (0..PHASES).map(|phase| {
         let mut joint = Joint::new();
@@ -183,7 +184,7 @@ fn latency(wrong: &Wrong) -> Option<(u32, u32, u8)> {
     });
     let found: Vec<_> = found.collect();
     let noticed: Vec<_> = found.iter().flatten().collect();
-    assert!(noticed.is_empty() || noticed.len() == found.len(), "at some phases alone: {found:?}");
+    assert!(noticed.is_empty() || noticed.len() == found.len(), "only at some phases: {found:?}");
     let least = noticed.iter().map(|(ticks, _)| *ticks).min()?;
     let most = noticed.iter().map(|(ticks, _)| *ticks).max()?;
     assert!(noticed.iter().all(|(_, reason)| *reason == noticed[0].1), "{noticed:?}");
@@ -213,9 +214,9 @@ fn the_page_of_faults_has_every_latency_as_it_is() {
         ("a call takes 26 % longer", module(0.0, 126)),
         ("a call takes 100 % longer", module(0.0, 200)),
         ("a call takes 500 % longer", module(0.0, 600)),
-        ("nothing comes over a link", Wrong { link: Some(false), ..Wrong::default() }),
-        ("damaged packets come over a link", Wrong { link: Some(true), ..Wrong::default() }),
-        ("the engine that commands it stands still", Wrong { is_commander_silent: true, ..Wrong::default() }),
+        ("no packets arrive on a link", Wrong { link: Some(false), ..Wrong::default() }),
+        ("damaged packets arrive on a link", Wrong { link: Some(true), ..Wrong::default() }),
+        ("the commanding engine stops", Wrong { is_commander_silent: true, ..Wrong::default() }),
     ];
     let page = include_str!("../../../docs/faults.md");
     let mut missing = Vec::new();

@@ -1,4 +1,4 @@
-//! The right to move the device: one holder at a time, and never longer than it was renewed for.
+//! Lease: one client may move the device, no longer than until the lease expires.
 #![expect(clippy::unwrap_used, reason = "in helpers of tests as in tests")]
 
 use dimsart_link::protocol::{Lease, LeaseAction, LeaseStatus, NO_CLIENT, Refusal};
@@ -74,7 +74,7 @@ fn nobody_is_no_client_and_a_device_without_a_lease_moves_without_one() {
     assert!(ACTIONS.iter().all(|action| free.carry_out(1, *action) == Err(Refusal::NotThere)));
 }
 
-/// What a lease is, told in another way: who renewed it last, and when.
+/// A second model of a lease: last renewal by client and time.
 #[derive(Default)]
 struct Model {
     holder: Option<(u8, u32)>,

@@ -1,4 +1,5 @@
-//! What no outside implementation shows of the library's modules: limits, take-over, parameters that change on the way.
+//! Properties of the library's modules without an external reference: limits, take-over, changes of
+//! parameters.
 
 mod energy;
 mod filters;

@@ -1,4 +1,4 @@
-//! What a receiver knows of its link: state, jitter, when it is lost; packets without counters.
+//! Receiver of a link: state, jitter, timeout; packets without counters.
 #![expect(clippy::indexing_slicing, clippy::unwrap_used, reason = "in helpers of tests as in tests")]
 #![expect(clippy::float_cmp, reason = "compared to the bit on purpose")]
 
@@ -69,7 +69,7 @@ fn jitter_follows_rfc_3550() {
             }
             let due = line.iter().take_while(|(arrival, _)| *arrival <= tick).count();
             let due: Vec<Packet> = line.drain(..due).map(|(_, packet)| packet).collect();
-            // Of several the newest one counts, from when it came, though it may have to wait.
+            // Of several packets the newest counts, from its arrival, even if it has to wait.
             if let Some(packet) = due.last() {
                 let sent = i64::from(packet.counter) * i64::from(every);
                 if let Some((came, was_sent)) = previous {
@@ -87,7 +87,7 @@ fn jitter_follows_rfc_3550() {
     }
 }
 
-/// What the receiver's tick came to, with this packet or none.
+/// Returns the result of the receiver's tick, with this packet or none.
 fn outcome(way: &mut Way, packet: Option<&Packet>) -> Tick {
     if let Some(packet) = packet {
         way.receiver.dimsart.receive(0, &packet.to_bytes()).unwrap();
@@ -106,7 +106,7 @@ fn nineteen_lost_ticks_never_trip_and_twenty_always_do() {
             let mut last_accepted = 0;
             for tick in 1..1300 {
                 let packet = way.try_send(1.0);
-                // Packets that are due in the burst do not come.
+                // Packets due during the burst are missing.
                 let packet = packet.filter(|_| !burst.contains(&tick));
                 let is_lost = outcome(&mut way, packet.as_ref()) != Tick::Ran;
                 if packet.is_some() && tripped.is_none() {
@@ -118,7 +118,7 @@ fn nineteen_lost_ticks_never_trip_and_twenty_always_do() {
                 }
                 assert_eq!(is_lost, tripped.is_some(), "latched");
             }
-            // A packet was due `every` ticks after the last one: from then on ticks without one count.
+            // A packet was due `every` ticks after the last one: later ticks without a packet count.
             let every_ticks = every as i32;
             let next_due = |tick: i32| (tick + every_ticks - 1) / every_ticks * every_ticks;
             let (first_missing, end) = (next_due(50), next_due(50 + lost_ticks));
@@ -131,7 +131,8 @@ fn nineteen_lost_ticks_never_trip_and_twenty_always_do() {
     }
 }
 
-/// A tick of both sides, the receiver's with or without the packet: what the device gets, and the packet's age.
+/// Runs a tick of both sides, with or without a packet to the receiver; returns the command and the packet's
+/// age.
 fn commanded_and_age(sender: &mut Bench, receiver: &mut Bench, receives: bool) -> (Tick, f32, u32) {
     sender.tick(&[2.5]);
     let packet = sender.dimsart.outgoing(0).unwrap();
@@ -157,18 +158,18 @@ fn a_lost_link_gives_the_safe_input_until_a_reset() {
     for age in 20..30 {
         assert_eq!(step(false), (lost, 0.0, age));
     }
-    // It goes on listening, and stays lost.
+    // It keeps receiving and stays lost.
     assert!((0..100).all(|_| step(true) == (lost, 0.0, 0)));
     assert_eq!(receiver.dimsart.refused_ticks(), 0);
     receiver.rows("MOD_ENG MOD_RESET COMM_RXMOD");
     let mut step = |receives| commanded_and_age(&mut sender, &mut receiver, receives);
-    assert!((0..10).all(|_| step(true) == (lost, 0.0, 0)), "its module does not forgive a fault");
+    assert!((0..10).all(|_| step(true) == (lost, 0.0, 0)), "its module does not reset a fault");
     receiver.rows("MOD_ENG RESET");
     let mut step = |receives| commanded_and_age(&mut sender, &mut receiver, receives);
     assert!((0..100).all(|_| step(true) == (Tick::Ran, 2.5, 0)));
 }
 
-/// What is told of a module that failed is not what the receiver said in the same tick: the next reset ends that, too.
+/// A module fault and a link fault in the same tick: the next reset ends both.
 #[test]
 fn a_link_that_was_lost_behind_another_fault_is_not_lost_after_the_reset() {
     let mut sender = Bench::of(1, &[types::DES_POSITION], &[]);
@@ -206,8 +207,8 @@ fn a_link_without_a_first_packet_is_down_until_it_comes() {
     assert!((0..1000).all(|_| outcome(&mut way, None) == Tick::LinkLost { link: 0 }));
     way.receiver.rows("MOD_ENG RESET");
     assert!((0..19).all(|_| outcome(&mut way, None) == Tick::Ran));
-    assert_eq!(outcome(&mut way, None), down, "a reset alone does not bring it back");
-    // No receiver, no link.
+    assert_eq!(outcome(&mut way, None), down, "a reset alone does not restore it");
+    // Without a receiver there is no link.
     let mut way = Way::timed("");
     assert!((0..100).any(|_| outcome(&mut way, None) == down));
     way.receiver.rows("MOD_ENG MOD_OFF COMM_RXMOD");
@@ -215,7 +216,7 @@ fn a_link_without_a_first_packet_is_down_until_it_comes() {
     assert!((0..100).all(|_| outcome(&mut way, None) == Tick::Ran));
 }
 
-/// What winds up while the device waits for the other side is forgotten when it comes.
+/// Windup while the device waits for its peer is discarded when the peer arrives.
 #[test]
 fn motion_begins_anew_with_the_first_packet() {
     let mut sender = Bench::of(1, &[types::DES_POSITION], &[]);
@@ -241,7 +242,7 @@ fn motion_begins_anew_with_the_first_packet() {
     assert_eq!(step(true), down);
     let (tick, force) = step(true);
     assert_eq!(tick, Tick::Ran);
-    assert!(force < 3.0, "{force} N, as after so many ticks");
+    assert!(force < 3.0, "windup: {force} N");
 }
 
 #[test]
@@ -312,7 +313,7 @@ fn a_round_trip_is_in_ticks_at_any_rate() {
     }
 }
 
-/// A device that could not be measured for a while does not go on with what came before that.
+/// After a gap in the measurements, the device does not continue with old values.
 #[test]
 fn time_goes_on_for_a_link_while_measurements_are_refused() {
     for (missed, is_alive) in [(5, false), (19, false), (20, false), (10_000, false), (10_000, true)] {
@@ -332,7 +333,7 @@ fn time_goes_on_for_a_link_while_measurements_are_refused() {
         };
         assert!((0..50).all(|_| step(true, 2.5, 0.0, true) == (Tick::Ran, 2.5)));
         for tick in 0..missed {
-            // Of those that come meanwhile none is waiting at the end.
+            // No packet received in the meantime is left at the end.
             let (tick, force) = step(false, 2.5, f32::NAN, is_alive || tick == 0);
             assert!(matches!(tick, Tick::MeasurementRefused(_)) && force == 0.0);
         }

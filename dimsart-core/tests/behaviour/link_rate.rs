@@ -1,4 +1,4 @@
-//! Packets in every few ticks: no energy out of nothing, and no displacement lost.
+//! Packets every few ticks: no energy is generated, no displacement is lost.
 #![expect(clippy::cast_possible_truncation, reason = "rounded on purpose")]
 
 use crate::common::H;
@@ -7,8 +7,8 @@ use dimsart_core::Packet;
 use rand_core::{Rng, SeedableRng};
 use rand_pcg::Pcg32;
 
-/// Random waves sent in every few ticks over a line that loses and delays packets; `look` gets the sums of energy
-/// and displacement that were sent and given out, after every tick.
+/// Random waves sent every few ticks over a line with loss and delay; after every tick `look` gets the sums
+/// of energy and displacement that were sent and output.
 fn rate_run(policy: &str, every: u32, loss: f64, jitter: u32, mut look: impl FnMut(u32, [f64; 2], [f64; 2])) {
     let mut random = Pcg32::seed_from_u64(u64::from(70 + every));
     let mut way = Way::every(&format!("COMM_RXMOD TIMEOUT_TICKS 0\nCOMM_RXMOD STALE {policy}"), every);
@@ -43,7 +43,7 @@ fn a_rate_change_keeps_the_sum_of_a_wave_and_adds_no_energy() {
                     given_out[0] <= sent[0] * (1.0 + 1e-6),
                     "{policy}, {every}, {tick}: {given_out:?} of {sent:?}"
                 );
-                // A block is given out from the tick it is sent in, until that before the next one.
+                // A block is output from the tick in which it is sent until the tick before the next block.
                 displacements.push(sent[1]);
                 last = given_out[1];
                 let (block, part) = ((tick + 1) / every, (tick + 1) % every);
@@ -73,7 +73,7 @@ fn no_loss_and_no_jitter_makes_energy_out_of_a_rate_change() {
                 );
             });
         }
-        // All that was lost or came too late is made up for.
+        // Everything lost or late is made up for.
         let mut difference = 0.0;
         rate_run("INTEGRAL", every, 0.2, 7, |_, sent, given_out| difference = sent[1] - given_out[1]);
         assert!(difference.abs() < 0.02, "{every}: {difference}");

@@ -1,4 +1,4 @@
-//! Counters that go round, and sides that start anew.
+//! Counter overflow, and restart of either side.
 #![expect(clippy::float_cmp, reason = "compared to the bit on purpose")]
 
 use crate::common::way::{Ends, Way, sender, sender_with};
@@ -15,7 +15,7 @@ fn counters_may_wrap_and_nothing_is_lost_or_used_twice() {
         let (mut sent, mut given_out, mut accepted) = (0.0, 0.0, 0);
         let mut late: Option<Packet> = None;
         for number in 1..=200_000_u32 {
-            // Around the wrap every third packet is lost, and some come once more after newer ones.
+            // Around the overflow every third packet is lost, and some are repeated after newer ones.
             let is_near = (number + 300) % 65_435 < 600;
             let packet = way.send(1.0);
             sent += 1.0;
@@ -49,11 +49,11 @@ fn a_channel_hears_only_its_own_packets() {
     assert_eq!((packet.channel, packet.counter), (2047, 1));
     assert_eq!(way.receive([&packet]), 1.0);
     way.receiver.rows("MOD_ENG MOD_OFF COMM_RXMOD");
-    assert_eq!(way.receiver.dimsart.listening_channel(0), 0, "nobody listens");
+    assert_eq!(way.receiver.dimsart.listening_channel(0), 0, "no receiver");
 }
 
-/// Counters go round in 65 535 packets: the first ones of a sender that has started anew can look like later ones of
-/// its last life. What it was owed then is forgotten, and no wave is made up.
+/// Counters wrap after 65 535 packets: the first packets of a restarted sender can look like later ones of
+/// its previous run. Its old debt is then dropped, and no wave is invented.
 #[test]
 fn a_sender_that_starts_anew_at_any_counter_owes_nothing() {
     for policy in ["LIMITED", "INTEGRAL"] {
@@ -182,7 +182,7 @@ fn age_counts_the_ticks_since_the_last_new_packet() {
     assert_eq!(way.count("LINK_AGE"), 0);
     for expected in 1..100 {
         way.receive([&packet]);
-        assert_eq!(way.count("LINK_AGE"), expected, "an old packet does not make it younger");
+        assert_eq!(way.count("LINK_AGE"), expected, "an old packet does not reset the age");
     }
 }
 
@@ -192,7 +192,7 @@ fn one_old_packet_is_no_restart() {
     let packets: Vec<Packet> = (0..10).map(|_| way.send(3.0)).collect();
     assert_eq!(way.receive([&packets[5]]), 3.0);
     (0..200).for_each(|_| assert_eq!(way.receive([]), 0.0));
-    // Two that do not rise are not either; what follows the newest one is heard at once.
+    // Nor are two that do not increase; their successor is accepted at once.
     for old in [4, 3, 3, 5] {
         assert_eq!(way.receive([&packets[old]]), 0.0, "packet {old}");
     }
@@ -202,7 +202,7 @@ fn one_old_packet_is_no_restart() {
     assert_eq!(way.receive([&packets[7]]), 3.0);
 }
 
-/// What came while nobody took it may be long past, and from a life of the sender that is over.
+/// A packet that waited may be old, and from the sender's previous run.
 #[test]
 fn what_came_before_the_receiver_started_is_not_used() {
     let pauses = [
@@ -226,11 +226,11 @@ fn what_came_before_the_receiver_started_is_not_used() {
         assert_eq!(way.receive([]), 0.0, "{start}");
         assert_eq!(way.count("LINK_AGE"), 1, "{start}");
         let packet = way.send(0.5);
-        assert_eq!(way.receive([&packet]), 0.5, "{start}: its first one is heard at once");
+        assert_eq!(way.receive([&packet]), 0.5, "{start}: its first packet is accepted at once");
     }
 }
 
-/// What came while the receiver was cut out is long past, and its sender may have started anew since.
+/// A packet received while the receiver was isolated is old; its sender may have restarted.
 #[test]
 fn a_receiver_that_was_cut_out_begins_with_what_comes_then() {
     let mut way = Way::timed("");
@@ -238,7 +238,7 @@ fn a_receiver_that_was_cut_out_begins_with_what_comes_then() {
         let packet = way.send(0.5);
         way.receive([&packet]);
     }
-    // No wave is as large: who gives it out has failed.
+    // No wave is so large: the module that outputs it has failed.
     let packet = way.send(1e30);
     way.receiver.dimsart.receive(0, &packet.to_bytes()).unwrap();
     way.receiver.try_tick(&[]);

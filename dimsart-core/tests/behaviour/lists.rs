@@ -1,4 +1,4 @@
-//! Lists of module kinds: those of an image, several joined, and a kind that a list lacks.
+//! Lists of module kinds: of an image, several joined, and a missing kind.
 #![expect(clippy::unwrap_used, reason = "in helpers of tests as in tests")]
 
 use dimsart_core::{
@@ -48,7 +48,7 @@ fn joined_lists_have_the_kinds_of_each_in_order() {
 #[test]
 #[should_panic(expected = "two module kinds have the same id")]
 fn a_list_with_the_same_kind_twice_is_refused() {
-    // In a constant, as lists are, this fails the build.
+    // In a constant this is a build error.
     let first = P_ALONE.list()[0];
     let _ = Kinds::new(vec![first, first].leak());
 }

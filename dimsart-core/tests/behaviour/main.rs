@@ -1,4 +1,4 @@
-//! The core's behaviour, across its files. One program, as it links once: `cargo test -p dimsart-core matching::` runs
+//! Behaviour of the core, across its files, as one test program. `cargo test -p dimsart-core matching::` runs
 //! the tests of one file.
 
 mod activation_sets;

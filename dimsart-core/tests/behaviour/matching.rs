@@ -1,4 +1,4 @@
-//! The types matching check names every fault of a scheme, and only those.
+//! The types matching check reports every fault of a scheme, and no others.
 #![expect(clippy::unwrap_used, reason = "in helpers of tests as in tests")]
 
 use std::collections::BTreeSet;
@@ -20,7 +20,7 @@ fn robot() -> Dimsart {
     Dimsart::new(ProvidedMemory::leaked(), device.unwrap(), ALL).unwrap()
 }
 
-/// Loads a scheme and gives what went wrong, in words.
+/// Loads a scheme and returns the texts of the errors.
 fn load(dimsart: &mut Dimsart, text: &str, side: &str) -> Vec<String> {
     let mut errors = Vec::new();
     scheme::load(text, side, SIDES, dimsart, |error| {
@@ -101,9 +101,7 @@ fn every_fault_of_a_scheme_is_in_one_report_and_the_declared_delays_behind() {
     let declared = findings.split_off(7);
     findings.sort_unstable();
     let fitting = |kind| {
-        format!(
-            "bind it to a signal that fits (PORT_POSITION command); `dimsart modules {kind}` shows what does"
-        )
+        format!("bind it to a compatible signal (PORT_POSITION command); see `dimsart modules {kind}`")
     };
     let stale = "so it sees the last tick's value";
     assert_eq!(
@@ -115,21 +113,21 @@ fn every_fault_of_a_scheme_is_in_one_report_and_the_declared_delays_behind() {
             format!(
                 "RECORDER_MOD reads LINE_FORCE before WTRANSF_MOD writes it, {stale}: plug in the writer first"
             ),
-            "WTRANSF_MOD reads CH2_WAVES and nobody provides it: plug in a module that writes CH2_WAVES"
+            "WTRANSF_MOD reads CH2_WAVES, which has no provider: plug in a module that writes CH2_WAVES"
                 .to_owned(),
             format!(
-                "port POSITION of PCTRL_MOD is bound to ARM_AGE, which has another format, U32: {}",
+                "port POSITION of PCTRL_MOD is bound to ARM_AGE, which has the wrong format, U32: {}",
                 fitting("PCTRL_MOD")
             ),
             format!(
-                "port POSITION of PDCTRL_MOD is bound to ARM_INERTIA, which has another shape, Matrix(2, 2): {}",
+                "port POSITION of PDCTRL_MOD is bound to ARM_INERTIA, which has the wrong shape, Matrix(2, 2): {}",
                 fitting("PDCTRL_MOD")
             ),
             format!(
-                "port POSITION of WTRANSF_MOD is bound to FORCE, which has another unit, N: {}",
+                "port POSITION of WTRANSF_MOD is bound to FORCE, which has the wrong unit, N: {}",
                 fitting("WTRANSF_MOD")
             ),
-            "the device bench reads DES_VELOCITY and nobody provides it: \
+            "the device bench reads DES_VELOCITY, which has no provider: \
          plug in a module that writes DES_VELOCITY"
                 .to_owned(),
         ]
@@ -154,7 +152,7 @@ fn a_report_counts_what_it_cannot_list_and_lists_faults_before_declared_delays()
     }
     bench.rows(&(rows + "WTRANSF_MOD FORM PRINTED\nMOD_ENG MOD_ON WTRANSF_MOD"));
     let report = bench.dimsart.engine().check();
-    // Of each PD: two wrong units, two providers, no provider; of the wave transformer: no wave, no force.
+    // Each PD: two wrong units, two providers, no provider; the wave transformer: no wave, no force.
     assert_eq!(report.faults(), 14 * 4 + 2);
     assert_eq!(report.findings().len(), limits::MAX_FINDINGS);
     assert_eq!(report.unlisted(), 14 * 5 + 2 - limits::MAX_FINDINGS);
@@ -171,8 +169,8 @@ fn a_comm_channel_bound_to_another_format_or_shape_is_a_fault() {
         let rows = "COMM_TXMOD CTX_ADD_DATA SIGNAL\nCOMM_TXMOD PORT_DATA_1";
         bench.rows(&format!("{rows} {signal}\nMOD_ENG MOD_ON COMM_TXMOD"));
         let expected = format!(
-            "port DATA_1 of COMM_TXMOD is bound to {signal}, which has another {difference}: \
-             bind it to a signal that fits (PORT_DATA_1 command); `dimsart modules COMM_TXMOD` shows what does"
+            "port DATA_1 of COMM_TXMOD is bound to {signal}, which has the wrong {difference}: \
+             bind it to a compatible signal (PORT_DATA_1 command); see `dimsart modules COMM_TXMOD`"
         );
         assert_eq!(bench.findings(), [expected]);
     }
@@ -183,7 +181,7 @@ fn the_unit_in_a_finding_is_the_one_of_the_axes() {
     let device = DeviceDescriptor::new("arm", &[AxisKind::Rotary], 1e-3, &[types::FORCE], &[]).unwrap();
     let mut bench: Bench = Bench { dimsart: Dimsart::new(ProvidedMemory::leaked(), device, ALL).unwrap() };
     bench.rows("VWALL_MOD PORT_POSITION FORCE\nMOD_ENG MOD_ON VWALL_MOD");
-    assert!(bench.findings()[0].contains("another unit, N·m:"), "{:?}", bench.findings());
+    assert!(bench.findings()[0].contains("wrong unit, N·m:"), "{:?}", bench.findings());
 }
 
 #[test]
@@ -206,7 +204,7 @@ fn instances_of_one_kind_live_side_by_side_on_numbered_signals() {
     assert_eq!(bench.signal("FORCE.3"), [10.0, -20.0]);
 }
 
-/// Plugs in a module whose ports are bound to these signals; gives what the check finds of its units.
+/// Plugs in a module with these bindings; returns the unit faults.
 fn unit_faults(module: &str, bindings: &[(&str, &str)]) -> Vec<String> {
     let mut bench = Bench::of(3, &[], &[]);
     for (port, signal) in bindings {
@@ -221,8 +219,8 @@ fn a_sum_of_different_units_is_a_fault() {
     let sum = |a, b, out| unit_faults("SUM_MOD", &[("A", a), ("B", b), ("SIGNAL_OUT", out)]);
     let fault = |first: &str, second: &str| {
         format!(
-            "SUM_MOD has {first} and {second}, but the second must have the same unit as the first: \
-             bind one of them to a signal that fits (PORT_... command)"
+            "SUM_MOD has {first} and {second}, but the second must have the unit of the first: \
+             bind one of them to a compatible signal (PORT_... command)"
         )
     };
     assert_eq!(sum("FORCE", "LINE_FORCE", "DES_FORCE.2"), [""; 0]);
@@ -234,7 +232,7 @@ fn a_sum_of_different_units_is_a_fault() {
             fault("A bound to POSITION (m)", "SIGNAL_OUT bound to DES_FORCE.2 (N)")
         ]
     );
-    // Through an input of any unit, too.
+    // Also through an input of any unit.
     let through = [fault("B bound to POSITION (m)", "SIGNAL_OUT bound to DES_FORCE.2 (N)")];
     assert_eq!(sum("SIGNAL", "POSITION", "DES_FORCE.2"), through);
 }
@@ -300,11 +298,10 @@ fn two_modules_at_one_end_of_a_link_are_a_fault() {
     assert_eq!(
         bench.findings(),
         [
-            "COMM_TXMOD and COMM_TXMOD.2 are both at the same end of link 0 and take the packets from each other: \
-          give one of them another link or unplug it"
+            "COMM_TXMOD and COMM_TXMOD.2 use the same end of link 0: set another link for one of them, or unplug it"
         ]
     );
-    // While the scheme runs, neither plugging it in nor changing its link lets it in.
+    // In a running scheme, both plugging it in and changing its link are refused.
     let mut bench = Bench::of(3, &[types::CH1_WAVES], &[]);
     bench.run(two);
     let refused = bench.order("MOD_ENG MOD_ON COMM_TXMOD.2");
@@ -320,7 +317,7 @@ fn two_modules_at_one_end_of_a_link_are_a_fault() {
     assert_eq!(sent[0], sent[1]);
 }
 
-/// The bilateral scheme on the master, with more rows before the transformer or controller comes in.
+/// The bilateral scheme on the master, with extra rows before the transformer or controller is plugged in.
 fn bilateral(first: &str) -> Bench {
     let mut bench = Bench::of(3, &[types::POSITION], &[types::DES_FORCE]);
     bench.rows(first);
@@ -402,7 +399,7 @@ fn a_loop_within_the_tick_is_a_fault() {
     assert_eq!(
         bench.findings(),
         ["WTRANSF_MOD reads LINE_FORCE before WTRANSF_MOD writes it, so it sees the last tick's value: \
-         no order changes that; bind one of its two ports to another signal (PORT_... command)"]
+         bind one of its ports to another signal (PORT_... command)"]
     );
 }
 
@@ -414,13 +411,14 @@ fn the_implicit_form_needs_the_law_of_a_controller() {
         bench.findings(),
         ["CONTROL_STIFFNESS", "CONTROL_MEMORY"].map(|signal| {
             format!(
-                "WTRANSF_MOD reads {signal} and nobody provides it: plug in a module that writes {signal}"
+                "WTRANSF_MOD reads {signal}, which has no provider: plug in a module that writes {signal}"
             )
         })
     );
 }
 
-/// Signals that are not written once and read after that: looked for one by one, in the order of the tick.
+/// Signals that are not written exactly once and read afterwards, searched one by one in the order of the
+/// tick.
 fn out_of_order(engine: &Engine) -> BTreeSet<u16> {
     let of_frame = |types: &[&DataType], direction| {
         types.iter().map(|data_type| (data_type.first(), direction)).collect::<Vec<_>>()
@@ -450,7 +448,7 @@ fn whatever_is_plugged_in_each_signal_out_of_order_is_named_and_no_other() {
         let kind = random.next_u32() as usize % ALL.list().len();
         let module = module_at(kind, u8::try_from(random.next_u32() % 2 + 1).unwrap());
         let is_off = random.next_u32() % 5 < 2;
-        // What has no room is refused and changes nothing.
+        // A command that does not fit is refused and changes nothing.
         let _ = dimsart.command(if is_off { Command::Unplug(module) } else { Command::PlugIn(module) });
         let report = dimsart.engine().check();
         if report.unlisted() > 0 {

@@ -11,7 +11,7 @@ use rand_pcg::Pcg32;
 /// Position, then desired position.
 const SERVO: Types = &[types::POSITION, types::DES_POSITION];
 
-/// `H` as the modules have it.
+/// `H` rounded to `f32`, as the modules use it.
 fn h() -> f64 {
     f64::from(H)
 }
@@ -24,7 +24,7 @@ fn filter(module: &str, rows: &str) -> Alone {
     Alone::new(1, &[types::SIGNAL], "SIGNAL_OUT", &format!("{rows}\nMOD_ENG MOD_ON {module}"))
 }
 
-/// Between -1 and 1.
+/// From -1 to 1.
 fn noise(random: &mut Pcg32) -> f32 {
     (random.next_u32() >> 8) as f32 / 8_388_608.0 - 1.0
 }
@@ -98,8 +98,8 @@ fn pid_leaves_its_limit_within_the_tracking_time_however_long_it_was_there() {
             assert!(force <= 10.0);
             assert!(tick < 200 || force == 10.0);
         }
-        // Beyond the limit the integral is y, y' = K_I e - y/T_t: settled at 10 N for e = 1; for e = -1
-        // it gets to zero after T_t ln 2.
+        // Beyond the limit the integral is y, y' = K_I e - y/T_t: settled at 10 N for e = 1; for e = -1 it
+        // reaches zero after T_t ln 2.
         let recovery = (0..).position(|_| pid.step(&[0.0, -1.0]) < 10.0).unwrap();
         assert_close(recovery as f64 * h(), 0.1 * 2.0_f64.ln(), 2.0 * h());
     }
@@ -128,7 +128,7 @@ fn integrator_is_exact_on_ramps_and_held_inside_its_limit() {
     for _ in 0..3000 {
         assert!(integrator.step(&[5.0]) <= 4.5);
     }
-    // Back from the limit at once: nothing was wound up.
+    // Leaves the limit at once: no windup.
     integrator.step(&[-5.0]);
     assert_close(integrator.step(&[-5.0]), 4.5 - 5.0 * h(), 1e-6);
 }
@@ -193,13 +193,13 @@ fn wall_pushes_out_and_never_pulls_on_either_side() {
             ),
         );
         let mut previous = None;
-        // Into the wall, held, slowly out, in again, out so fast that spring and damper would pull.
+        // Into the wall, hold, slowly out, in again, out so fast that spring and damper would pull.
         for depth in [-0.1, -0.01, 0.0, 0.01, 0.02, 0.02, 0.019, 0.03, 0.001, 0.0005, -0.1, -0.2] {
             let speed = (depth - previous.unwrap_or(depth)) / h();
             previous = Some(depth);
             let push = if depth > 0.0 { (1000.0 * depth + 5.0 * speed).max(0.0) } else { 0.0 };
             let found = wall.step(&[0.25 - out * depth as f32]);
-            // 5 N s/m on a position that is good to half an ulp of 0.25 m.
+            // 5 N s/m on a position with a resolution of half an ulp of 0.25 m.
             assert!(
                 (f64::from(found) - f64::from(out) * push).abs() < 4e-4,
                 "{side} {depth}: {found} {push}"
@@ -242,7 +242,7 @@ fn sum_weighs_both_signals() {
     assert_eq!(sum.axes(&[1.0, 10.0, 5.0, 7.0]), [7.0, -1.0]);
 }
 
-/// A bench on which the device provides all that a kind of module reads.
+/// A bench whose device provides all inputs of a module kind.
 pub(crate) fn kind_alone(kind: KindId) -> Alone {
     let module = ModuleRef { kind, number: 1 };
     let name = ALL.module_name(module).name;

@@ -1,4 +1,4 @@
-//! Programs: what is taken, what is refused, and that nothing changes then.
+//! Programs: valid ones are stored, invalid ones are refused and change nothing.
 #![expect(clippy::unwrap_used, clippy::indexing_slicing, reason = "in helpers of tests as in tests")]
 
 use crate::common::IDS;
@@ -52,7 +52,7 @@ fn spring() -> Vec<u32> {
     words
 }
 
-/// The same with a word changed, and a right CRC.
+/// Changes a word and corrects the CRC.
 fn with(place: usize, change: impl Fn(u32) -> u32) -> Vec<u32> {
     let mut words = spring();
     words[place] = change(words[place]);
@@ -138,9 +138,9 @@ fn what_is_no_program_is_refused_with_its_reason_and_changes_nothing() {
         (with(12, |_| Instruction::new(Opcode::Output, &[0, 1, OWN_AXIS]).0), ProgramError::Place { at: 2 }),
         (with(10, |_| Instruction::new(Opcode::Input, &[0, 0, OWN_AXIS]).0), ProgramError::Place { at: 0 }),
         (with(17, |_| Instruction::new(Opcode::Negate, &[1, 1]).0), ProgramError::Output { output: 0 }),
-        // Parameters are in registers on an axis alone.
+        // Parameters are in registers only in the sections of an axis.
         (with(10, |_| Instruction::new(Opcode::Negate, &[2, 0]).0), ProgramError::Register { at: 0 }),
-        // One that computes all axes in one go knows no axis of its own.
+        // A program for all axes in one go has no current axis.
         (with(1, |word| word | 1 << 24 | 2 << 16), ProgramError::Place { at: 1 }),
     ];
     for (words, error) in wrong {
@@ -161,7 +161,7 @@ fn a_program_in_use_is_neither_overwritten_nor_removed() {
     bench.rows("ONLINE_MOD PROGRAM 1");
     let in_use = Err(CommandError::Law(LawRefusal::InUse));
     assert_eq!(keep(&mut bench, 1, &with(8, |_| 7.0_f32.to_bits())), in_use);
-    assert_eq!(keep(&mut bench, 1, &spring()), Ok(()), "it is the same, as of an answer that was lost");
+    assert_eq!(keep(&mut bench, 1, &spring()), Ok(()), "the same words, as after a lost answer");
     let remove = Command::RemoveLaw { number: 1 };
     assert_eq!(bench.dimsart.command(remove), in_use);
     bench.rows("MOD_ENG MOD_CLOSE ONLINE_MOD");
@@ -182,7 +182,7 @@ fn a_program_is_plugged_in_by_a_transaction_and_another_one_begins_anew() {
     bench.run("PCTRL_MOD K_PARAM 1\nPCTRL_MOD PORT_DES_POSITION POSITION\nMOD_ENG MOD_ON PCTRL_MOD");
     assert_eq!(bench.tick(&[1.0, 3.0]), [0.0, 0.0]);
     bench.rows("MOD_ENG BEGIN\nMOD_ENG MOD_OFF PCTRL_MOD\nONLINE_MOD PROGRAM 1\nMOD_ENG MOD_ON ONLINE_MOD");
-    assert_eq!(bench.tick(&[1.0, 3.0]), [0.0, 0.0], "the other scheme runs on");
+    assert_eq!(bench.tick(&[1.0, 3.0]), [0.0, 0.0], "the other scheme continues");
     bench.rows("MOD_ENG COMMIT");
     assert_eq!(bench.tick(&[1.0, 3.0]), [-2.0, -6.0]);
 }
@@ -190,7 +190,7 @@ fn a_program_is_plugged_in_by_a_transaction_and_another_one_begins_anew() {
 #[test]
 fn a_law_for_more_axes_than_there_are_is_not_plugged_in() {
     let mut bench = bench();
-    // It reads axis 2, which takes three.
+    // It reads axis 2, so it needs three axes.
     let mut words = with(13, |_| Instruction::new(Opcode::Input, &[3, 0, 2]).0);
     words[1] |= 3 << 16;
     let end = words.len() - 1;
@@ -214,7 +214,7 @@ fn a_saved_scheme_has_its_laws() {
     assert_eq!(other.tick(&[1.0, 3.0]), [-2.0, -15.0]);
     let programs: Vec<_> =
         other.dimsart.engine().programs().map(|(number, found)| (number, found.words().to_vec())).collect();
-    assert_eq!(programs, [(2, spring())], "those that the scheme uses");
+    assert_eq!(programs, [(2, spring())], "only the used programs");
     assert_eq!(saved_scheme::save(other.dimsart.engine_mut()).unwrap(), saved);
 }
 
@@ -232,7 +232,7 @@ fn a_law_costs_what_its_instructions_do() {
     let mut bench = bench();
     bench.dimsart.engine_mut().set_costs(Some(Costs::new(&LINES, &IDS)));
     keep(&mut bench, 1, &spring()).unwrap();
-    // The module's own, the one that runs once before each of the others, and those of both axes.
+    // The module's cost, the instructions that run once before each section, and the instructions of both axes.
     let expected = 120 + 2 * 7 + 2 * 7 * 7;
     assert_eq!(bench.dimsart.engine().law(1).and_then(|law| law.cycles), Some(expected));
     bench.rows("ONLINE_MOD PROGRAM 1");

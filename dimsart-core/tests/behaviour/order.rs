@@ -1,5 +1,5 @@
-//! Every kind of module, plugged in before and after the module that writes one of its inputs: in each order that the
-//! matching check accepts it computes what its law says of that input.
+//! Every module kind, plugged in before and after the writer of one of its inputs: in each order that the
+//! matching check accepts, the law uses the right value.
 #![expect(clippy::unwrap_used, clippy::indexing_slicing, reason = "in helpers of tests as in tests")]
 #![expect(clippy::cast_precision_loss, reason = "small by construction")]
 
@@ -16,8 +16,8 @@ use crate::common::{Bench, H, surroundings_of};
 const TICKS: usize = 40;
 const DOF: usize = 2;
 
-/// A module with these settings, and all that it reads measured by its device; one input may come from a copy of what is
-/// measured, which a module makes before or after it.
+/// A module with these settings, whose inputs the device measures; one input may come from a copy that a
+/// module makes before or after it.
 struct Case {
     module: ModuleRef,
     settings: Vec<(u8, Value)>,
@@ -39,7 +39,7 @@ impl Case {
         engine.ports(self.module).unwrap().to_vec()
     }
 
-    /// None where the matching check refuses it.
+    /// None if the matching check refuses it.
     fn scheme(&self, copied: Option<Copied>) -> Option<Dimsart> {
         let ports = self.ports();
         let (measured, bindings) = surroundings_of(&ports);
@@ -75,7 +75,7 @@ impl Case {
         Some(dimsart)
     }
 
-    /// What the module writes in each tick; where a port is late, its input comes a tick later than the others.
+    /// The module's outputs in each tick; the input of a late port comes a tick later than the others.
     fn run(&self, mut dimsart: Dimsart, late: Option<usize>) -> Vec<Vec<u32>> {
         let ports = self.ports();
         let (measured, bindings) = surroundings_of(&ports);
@@ -114,13 +114,13 @@ impl Case {
     }
 }
 
-/// The measured signal that a port reads.
+/// The measured signal of a port.
 fn source(ports: &[PortSpec], bindings: &[(u8, TypeRef)], port: usize) -> TypeRef {
     let bound = bindings.iter().find(|(bound, _)| usize::from(*bound) == port);
     bound.map_or_else(|| ports[port].data_type.unwrap().1, |(_, signal)| *signal)
 }
 
-/// Every kind with its defaults, with each other value of each choice and switch, and with random numbers.
+/// Every kind with defaults, with each value of each choice and switch, and with random numbers.
 fn cases() -> Vec<Case> {
     let mut cases = Vec::new();
     for kind in ALL.list().iter().map(|kind| kind.id) {
@@ -167,7 +167,7 @@ fn in_every_order_that_is_accepted_a_module_computes_what_its_law_says() {
                 let found = case.run(scheme, None);
                 let said = format!("{name} {:?}: {} {copied:?}", case.settings, port.name);
                 if port.is_delayed {
-                    // The law is of the tick before; what the device measures is that already.
+                    // The law needs the previous tick's value; a measurement is already of that tick.
                     delayed += 1;
                     let of_before = case.run(case.scheme(None).unwrap(), Some(place));
                     assert_eq!((copied, &found), (Copied::After(place), &of_before), "{said}");
@@ -180,8 +180,8 @@ fn in_every_order_that_is_accepted_a_module_computes_what_its_law_says() {
     assert!(accepted > 300 && refused > 200 && delayed >= 5, "{accepted} {refused} {delayed}");
 }
 
-/// The observer's law has the force of the tick before: behind the controller it would take the force of this one for a
-/// disturbance.
+/// The observer's law needs the force of the previous tick: plugged in after the controller, it would
+/// interpret this tick's force as a disturbance.
 #[test]
 fn an_observer_behind_its_controller_is_refused_and_before_it_observes_nothing_without_a_disturbance() {
     let (observer, controller) = ("MOD_ENG MOD_ON DISTURBANCE_OBSERVER_MOD", "MOD_ENG MOD_ON PDCTRL_MOD");
@@ -193,7 +193,7 @@ fn an_observer_behind_its_controller_is_refused_and_before_it_observes_nothing_w
     assert_eq!(
         bench.findings(),
         [
-            "DISTURBANCE_OBSERVER_MOD computes with DES_FORCE of the last tick, but PDCTRL_MOD writes it before: plug in \
+            "DISTURBANCE_OBSERVER_MOD needs DES_FORCE of the last tick, but PDCTRL_MOD overwrites it first: plug in \
           DISTURBANCE_OBSERVER_MOD before PDCTRL_MOD"
         ]
     );
@@ -202,7 +202,7 @@ fn an_observer_behind_its_controller_is_refused_and_before_it_observes_nothing_w
     let (mut x, mut v) = (0.0, 0.0);
     for _ in 0..500 {
         let force = bench.tick(&[x, v, 0.1])[0];
-        // 2 kg, the force held for a tick.
+        // 2 kg, the force is constant during the tick.
         let a = force / 2.0;
         (x, v) = (x + H * (v + 0.5 * H * a), v + H * a);
         let observed = bench.signal("EXTERNAL_FORCE")[0];

@@ -1,4 +1,4 @@
-//! A module whose call takes longer than it may is cut out in that tick; one that keeps to its time never is.
+//! A module whose call exceeds its budget is isolated in that tick; one within its budget never is.
 #![expect(clippy::unwrap_used, reason = "in helpers of tests as in tests")]
 
 use std::cell::Cell;
@@ -19,18 +19,18 @@ words! {
         output: Output = output("OUT", types::SIGNAL_OUT),
     }
     parameters Settings {
-        /// What a call of it takes.
+        /// Duration of a call.
         cycles: u32 = count("CYCLES", Unit::One, 0..=1_000_000, 0),
     }
 }
 
 thread_local! {
-    /// Stands for the processor's counter: a test has a thread, and so a counter, of its own.
+    /// Stands for the processor's counter, one per test thread.
     static COUNTER: &'static AtomicU32 = Box::leak(Box::new(AtomicU32::new(u32::MAX - 1000)));
     static CALLS: Cell<u32> = const { Cell::new(0) };
 }
 
-/// Passes a signal on, and takes as long as it is told.
+/// Passes a signal on and takes the set time.
 #[derive(Debug)]
 struct Slow;
 
@@ -55,7 +55,7 @@ const SLOWS: Kinds = dimsart_core::kinds![Slow];
 
 const DOF: usize = 2;
 const SPARE_CYCLES: u32 = 50;
-/// What a call costs: 400 and 50 for each of two axes.
+/// Cost of a call: 400 and 50 for each of two axes.
 const COST: u32 = 500;
 const BUDGET: u32 = COST + COST / 4 + SPARE_CYCLES;
 static COSTS: [Cost; 2] = [Cost::new(1000, 0), Cost::new(400, 50)];
@@ -64,12 +64,12 @@ fn slow(number: u8) -> ModuleRef {
     ModuleRef::new(Slow::NAME, number)
 }
 
-/// The first module drives the device, the second reads what the first writes, the third is by itself.
+/// The first module drives the device, the second reads the first's output, the third is independent.
 fn bench() -> Bench {
     bench_with_counter(1)
 }
 
-/// One whose counter counts so many for each cycle.
+/// A controller whose counter has so many counts per cycle.
 fn bench_with_counter(counts_per_cycle: u32) -> Bench {
     let mut bench = Bench::with_kinds(SLOWS, DOF, &[types::SIGNAL], &[types::DES_FORCE]);
     let engine = bench.dimsart.engine_mut();
@@ -141,7 +141,7 @@ fn one_that_takes_longer_is_cut_out_in_that_tick_with_what_depends_on_it() {
         let cycles = (COST * percent / 100).max(BUDGET + 1);
         let mut bench = bench();
         assert_eq!(bench.tick(&[1.0, -2.0]), [1.0, -2.0]);
-        // The device does not depend on the third.
+        // The device does not depend on the third module.
         set_cycles(&mut bench, 3, cycles);
         assert_eq!(bench.tick(&[1.0, -2.0]), [1.0, -2.0]);
         assert_eq!(bench.dimsart.engine().fallen_modules().collect::<Vec<_>>(), [slow(3)]);
@@ -152,14 +152,14 @@ fn one_that_takes_longer_is_cut_out_in_that_tick_with_what_depends_on_it() {
         };
         assert_eq!(tick, Tick::ModuleFailed(slow(1)), "{percent} %");
         assert!(commanded.iter().all(|word| word.0 == 0), "{commanded:?}");
-        assert_eq!(CALLS.get(), 1, "what depends on it is not called, nor what was cut out before");
+        assert_eq!(CALLS.get(), 1, "dependents and previously isolated modules are not called");
         assert_eq!(bench.dimsart.engine().fallen_modules().count(), 3);
         let fault = bench.dimsart.engine().module_fault().unwrap();
         assert_eq!(fault.module, slow(1));
         assert_eq!(fault.cause, FaultCause::TookTooLong { budget_cycles: BUDGET });
         let text = bench.dimsart.engine().explain_module_fault(fault).to_string();
         assert!(text.contains(&format!("SLOW_MOD took longer than the {BUDGET} cycles")), "{text}");
-        // It lasts, until a reset; a reset alone does not mend it.
+        // It latches until a reset; a reset alone does not repair it.
         set_cycles(&mut bench, 1, 0);
         assert_eq!(bench.try_tick(&[1.0_f32.into(); 2]).0, Tick::ModuleFailed(slow(1)));
         bench.dimsart.command(Command::Reset).unwrap();
@@ -175,7 +175,7 @@ fn without_costs_a_call_may_take_as_long_as_it_likes() {
     let mut bench = bench();
     bench.dimsart.engine_mut().set_costs(None);
     set_cycles(&mut bench, 1, 1_000_000);
-    // The change of the scheme has the budgets worked out anew.
+    // The change of the scheme recomputes the budgets.
     bench.dimsart.command(Command::Unplug(slow(3))).unwrap();
     assert_eq!(bench.tick(&[1.0, -2.0]), [1.0, -2.0]);
 }

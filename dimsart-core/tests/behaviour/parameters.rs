@@ -1,4 +1,4 @@
-//! Parameters of every kind: one value, one per axis, a matrix; through rows, wire and saved schemes.
+//! Parameters of every type: one value, one per axis, a matrix; through rows, wire and saved schemes.
 #![expect(clippy::unwrap_used, reason = "in helpers of tests as in tests")]
 
 use crate::common::Bench;
@@ -23,7 +23,7 @@ words! {
         matrix: [[f32; 3]; 2] = matrix("M", Unit::One, -10.0..=10.0, 0.5),
     }
     parameters Gains {
-        /// Whole.
+        /// Whole number.
         count: u32 = per_axis_count("COUNT", Unit::Tick, 0..=9, 1),
         /// Switch.
         flag: bool = per_axis_flag("FLAG", true),

@@ -1,4 +1,5 @@
-//! Play-out: waves over a line with jitter and loss, given out evenly. No energy out of nothing, no displacement lost.
+//! Play-out: waves over a line with jitter and loss are output evenly. No energy is generated, no
+//! displacement is lost.
 
 use std::collections::VecDeque;
 
@@ -8,10 +9,10 @@ use dimsart_core::Packet;
 use rand_core::{Rng, SeedableRng};
 use rand_pcg::Pcg32;
 
-/// Largest difference of delay between two packets, ticks.
+/// Maximum difference of delay between two packets, ticks.
 const JITTER_TICKS: u32 = 6;
 
-/// A link that carries waves one way, with jitter and losses.
+/// A link with jitter and loss that carries waves one way.
 struct JitteryLink {
     random: Pcg32,
     way: Way,
@@ -34,12 +35,12 @@ impl JitteryLink {
         }
     }
 
-    /// A tick of both ends: what is given out of what is sent.
+    /// Runs a tick of both ends; returns the output wave.
     fn pass(&mut self, tick: u32, wave: f32) -> f32 {
         if let Some(packet) = self.way.try_send(wave)
             && chance(&mut self.random) >= self.loss
         {
-            // The first one is fast, so that the time base is known from the start.
+            // The first packet is fast, so that the time base is known from the start.
             let late = if tick < 100 { 0 } else { self.random.next_u32() % (JITTER_TICKS + 1) };
             self.last_arrival = (tick + late).max(self.last_arrival);
             self.on_its_way.push_back((self.last_arrival, packet));
@@ -52,7 +53,7 @@ impl JitteryLink {
     }
 }
 
-/// A constant wave is what a constant force makes: only an even one carries its displacement with its energy.
+/// A constant wave results from a constant force: only even output carries its displacement with its energy.
 #[test]
 fn a_constant_wave_stays_constant_over_jitter_and_loss() {
     for (every, loss) in [(1, 0.0), (1, 0.05), (2, 0.0), (3, 0.02)] {
@@ -65,14 +66,14 @@ fn a_constant_wave_stays_constant_over_jitter_and_loss() {
             }
             let given: f64 = waves.iter().map(|wave| f64::from(*wave)).sum();
             let late_ticks = 20_000.0 - given / 0.5;
-            // Of the first packet of all, the wave is given out for one tick.
+            // The wave of the very first packet is output for one tick.
             let expected_ticks = f64::from(playout_ticks + 2 * (every - 1));
             assert!((late_ticks - expected_ticks).abs() < 0.1, "{policy}, {every}, {loss}: {late_ticks}");
         }
     }
 }
 
-/// Without it, the same jitter keeps half of the displacement back, or makes energy.
+/// Without play-out, the same jitter retains half of the displacement, or generates energy.
 #[test]
 fn jitter_without_play_out_loses_displacement_or_makes_energy() {
     let run = |policy| {
@@ -96,7 +97,7 @@ fn waves_of_any_form_gain_no_energy_and_arrive_in_full() {
         for tick in 0..20_000 {
             slow = 0.999 * slow + 0.05 * (chance(&mut link.random) - 0.5);
             #[expect(clippy::cast_possible_truncation, reason = "waves are f32")]
-            // At rest at the end, so that all that is owed is given out.
+            // At rest at the end, so that the whole debt is paid.
             let wave = if tick < 19_000 { slow as f32 } else { 0.0 };
             let out = link.pass(tick, wave);
             for (sums, wave) in [(&mut sent, wave), (&mut given, out)] {
@@ -108,8 +109,8 @@ fn waves_of_any_form_gain_no_energy_and_arrive_in_full() {
     }
 }
 
-/// An outage that is longer than the delay leaves some displacement unpaid under a constant wave, for want of energy,
-/// and nothing more from then on.
+/// An outage longer than the delay leaves some displacement unpaid under a constant wave, for lack of energy,
+/// and none afterwards.
 #[test]
 fn an_outage_costs_its_own_displacement_and_none_later() {
     let mut link = JitteryLink::new(94, "LIMITED", 1, 0.0, 10);

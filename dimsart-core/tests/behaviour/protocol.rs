@@ -1,4 +1,4 @@
-//! The command protocol: what goes wrong on a line, and what a host can do with nothing but answers.
+//! Command protocol: line errors, and a host that uses only the device's answers.
 #![expect(clippy::unwrap_used, clippy::panic, reason = "in helpers of tests as in tests")]
 
 macro_rules! unwrap {
@@ -34,8 +34,8 @@ const SCHEME: &str = include_str!("../../../schemes/bilateral.scheme");
 #[test]
 fn a_frame_has_these_bytes() {
     let command = Command::PlugIn(ModuleRef::new("PDCTRL_MOD", 1));
-    // Class, id, request, engine, MOD_ON, no axis, module, CRC (of channel 0 too); each zero replaced by the way to the
-    // next.
+    // Class, id, request, engine, MOD_ON, no axis, module, CRC (which includes channel 0); each zero is
+    // replaced by the distance to the next one.
     let expected = [0, 5, 1, 2, 1, 7, 2, 1, 9, 5, 0x9E, 0x73, 1, 0x4D, 0x78, 0x09, 0xDE, 0];
     assert_eq!(frame(Request::Command(command), 0x0102), expected);
 }
@@ -78,7 +78,7 @@ fn every_module_and_parameter_of_the_library_is_described_as_the_engine_has_it()
 fn assert_same(found: &Accepted<'_>, expected: Accepts) {
     match (found, expected) {
         (Accepted::Choice(found), Accepts::Choice(expected)) => assert_eq!(found, expected),
-        // All the other variants have the same fields under the same names.
+        // All other variants have the same fields with the same names.
         (found, expected) => assert_eq!(format!("{found:?}"), format!("{expected:?}")),
     }
 }
@@ -120,7 +120,7 @@ fn data_types_are_the_catalogue_and_the_devices_own() {
     }
 }
 
-/// What a host has learnt about a device by asking.
+/// What a host has learned about a device by asking.
 struct Catalogue {
     modules: Vec<&'static str>,
     types: Vec<DataTypeText<'static>>,
@@ -218,7 +218,7 @@ fn an_accepted_command_says_what_still_keeps_the_device_still() {
     let effect = served.command(Command::Check);
     assert_eq!(effect.refused, Some(CommandError::DoesNotMatch { faults: 1 }));
 
-    // Its own measured position will do for a desired one.
+    // Its own measured position can serve as the desired position.
     served.command(Command::Unplug(pd));
     let port = served.list(|index| Request::Port { module: pd, index });
     let port = port.into_iter().position(|found| unwrap!(Port, found).name == "DES_POSITION").unwrap();

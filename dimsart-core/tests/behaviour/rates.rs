@@ -1,4 +1,4 @@
-//! Modules that do not run in every tick: what they compute, in which ticks, and what is said of it.
+//! Modules that do not run in every tick: results, phases and findings.
 #![expect(clippy::unwrap_used, reason = "in helpers of tests as in tests")]
 #![expect(clippy::cast_possible_truncation, clippy::cast_precision_loss, reason = "small by construction")]
 
@@ -35,7 +35,7 @@ fn calls(dimsart: &mut Dimsart) -> u32 {
     count.0
 }
 
-/// One module alone, on random parameters.
+/// A single module with random parameters.
 fn alone(module: ModuleRef, every_ticks: u8, period_s: f32, seed: u64) -> Option<Dimsart> {
     let mut random = Pcg32::seed_from_u64(seed);
     let (measured, bindings) = surroundings(module);
@@ -59,8 +59,8 @@ fn choice(every_ticks: u8) -> Value {
     Value::Choice(PERIODS.iter().position(|period| *period == every_ticks).unwrap() as u8)
 }
 
-/// What a module computes in every n-th tick is what it computes in every tick of a device that is n times as slow; its
-/// signals hold meanwhile. So the gains that it works out are those of its own period.
+/// A module that runs every n ticks computes the same as on a device with n times the period; its signals
+/// hold their values in between. So its derived gains use its own period.
 #[test]
 fn a_module_computes_with_its_own_period_and_holds_between() {
     let mut compared = BTreeMap::new();
@@ -82,7 +82,7 @@ fn a_module_computes_with_its_own_period_and_holds_between() {
                     assert!(computes(slow.tick(&measured, &mut [])));
                 }
                 let [fast, slow] = [&fast, &slow].map(|dimsart| own_signals(dimsart, module));
-                assert_eq!(fast, slow, "{} in one of {every_ticks} ticks, tick {tick}", found.name);
+                assert_eq!(fast, slow, "{} every {every_ticks} ticks, tick {tick}", found.name);
                 *compared.entry(found.name).or_insert(0) += fast.len();
             }
         }
@@ -91,7 +91,7 @@ fn a_module_computes_with_its_own_period_and_holds_between() {
     assert!(with_signals >= 13, "{compared:?}");
 }
 
-/// The signals that a module writes.
+/// The signals that the module writes.
 fn own_signals(dimsart: &Dimsart, module: ModuleRef) -> Vec<Vec<u32>> {
     let engine = dimsart.engine();
     let steps = engine.steps().filter(|step| step.module == module);
@@ -101,7 +101,7 @@ fn own_signals(dimsart: &Dimsart, module: ModuleRef) -> Vec<Vec<u32>> {
     signals.map(|(signal, _)| data_base.words(data_base.slot(signal).unwrap()).to_vec()).collect()
 }
 
-/// Controllers of that many rates, one behind the other, none of which reads from another one.
+/// Independent controllers with these rates.
 fn with_rates(rates: &[u8]) -> Bench {
     let mut bench = Bench::of(1, SERVO, &[]);
     let rows = (2..).zip(rates).map(|(number, every_ticks)| {
@@ -116,13 +116,13 @@ fn with_rates(rates: &[u8]) -> Bench {
 
 const SERVO: Types = &[types::POSITION, types::DES_POSITION];
 
-/// Modules that run in a tick, over a whole cycle; the first tick, in which all of them begin, is left out.
+/// Modules that run in each tick of a cycle, except the first tick, in which all run.
 fn cycle(bench: &mut Bench) -> Vec<u32> {
     calls(&mut bench.dimsart);
     (0..100).map(|_| calls(&mut bench.dimsart)).collect()
 }
 
-/// Fewest modules that must run together in some tick, wherever each of them runs.
+/// The minimum, over all phases, of the maximum number of modules in a tick.
 fn fewest(rates: &[u8], load: &mut [u32; 100], best: u32) -> u32 {
     let Some((rate, others)) = rates.split_first() else { return load.iter().copied().max().unwrap() };
     let mut best = best;
@@ -136,7 +136,7 @@ fn fewest(rates: &[u8], load: &mut [u32; 100], best: u32) -> u32 {
     best
 }
 
-/// Against the best of all possible places, for random rates.
+/// Compared with the best of all phases, for random rates.
 #[test]
 fn modules_are_spread_so_that_the_worst_tick_is_short() {
     let mut random = Pcg32::seed_from_u64(5);
@@ -149,13 +149,13 @@ fn modules_are_spread_so_that_the_worst_tick_is_short() {
         let runs: u32 = rates.iter().map(|rate| 100 / u32::from(*rate)).sum();
         assert_eq!(cycle.iter().sum::<u32>(), runs, "{rates:?}");
         let (most, fewest) = (*cycle.iter().max().unwrap(), fewest(&rates, &mut [0; 100], u32::MAX));
-        assert!(most <= fewest + 1, "{rates:?}: {most} run together where {fewest} could");
+        assert!(most <= fewest + 1, "{rates:?}: {most} run together, the optimum is {fewest}");
         best += u32::from(most == fewest);
     }
-    assert!(best >= 270, "{best} of 300 are as short as can be");
+    assert!(best >= 270, "{best} of 300 are optimal");
 }
 
-/// Where each rate divides the next one, no tick has more to do than its share.
+/// If each rate divides the next one, no tick has more load than its share.
 #[test]
 fn rates_that_divide_each_other_are_spread_evenly() {
     for (rates, most) in [
@@ -171,7 +171,7 @@ fn rates_that_divide_each_other_are_spread_evenly() {
     }
 }
 
-/// What stays in a scheme goes on in its ticks; what is new begins at once, and then runs in others.
+/// Modules that stay keep their phase; new ones run at once, then in other ticks.
 #[test]
 fn a_change_leaves_the_others_in_their_ticks() {
     let mut bench = with_rates(&[5]);
@@ -186,7 +186,7 @@ fn a_change_leaves_the_others_in_their_ticks() {
     assert_eq!(after, [1, 0, 1, 0, 0, 1, 0, 1, 0, 0, 1, 0, 1]);
 }
 
-/// Modules with everything between them: late stages, loops, filters in a row.
+/// Modules with all kinds of connections: late stages, loops, chained filters.
 const SCHEMES: &[&[&str]] = &[
     &["WTRANSF_MOD FORM SPLIT", "PDCTRL_MOD K_PARAM 1000"],
     &["WTRANSF_MOD FORM IMPLICIT", "PDCTRL_MOD K_PARAM 1000\nPDCTRL_MOD LAW_OUTPUT ON"],
@@ -215,7 +215,7 @@ const SCHEMES: &[&[&str]] = &[
 
 const MEASURED: Types = &[types::POSITION, types::CH2_WAVES, types::FAR_POSITION, types::FAR_ENERGY];
 
-/// The scheme on a device of this period, each of its modules at its own rate.
+/// The scheme on a device of this period, each module at its own rate.
 fn scheme(modules: &[&str], period_s: f32, rates: &[u8]) -> (Bench, Vec<String>) {
     let device = DeviceDescriptor::new("bench", &[AxisKind::Rotary; DOF], period_s, MEASURED, &[]).unwrap();
     let mut bench = Bench { dimsart: Dimsart::new(ProvidedMemory::leaked(), device, ALL).unwrap() };
@@ -227,8 +227,8 @@ fn scheme(modules: &[&str], period_s: f32, rates: &[u8]) -> (Bench, Vec<String>)
     (bench, errors)
 }
 
-/// A scheme in every n-th tick computes what it computes in every tick of a device that is n times as slow: each module
-/// sees what the others have computed in the same tick, in both of its stages.
+/// A scheme that runs every n ticks computes the same as on a device with n times the period: each module
+/// sees the values of the same tick, in both of its stages.
 #[test]
 fn a_scheme_computes_with_its_own_period_whatever_its_modules_read_of_each_other() {
     for modules in SCHEMES {
@@ -245,7 +245,7 @@ fn a_scheme_computes_with_its_own_period_whatever_its_modules_read_of_each_other
                 if tick % u32::from(every_ticks) == 0 {
                     slow.tick(&measured);
                     let [fast, slow] = [&fast, &slow].map(|bench| all_signals(&bench.dimsart));
-                    assert_eq!(fast, slow, "{modules:?} in one of {every_ticks} ticks, tick {tick}");
+                    assert_eq!(fast, slow, "{modules:?} every {every_ticks} ticks, tick {tick}");
                 }
             }
         }
@@ -257,8 +257,8 @@ fn all_signals(dimsart: &Dimsart) -> Vec<Vec<u32>> {
     data_base.signals().map(|(slot, _)| data_base.words(slot).to_vec()).collect()
 }
 
-/// A late stage and the modules between it and the early stage of its module: where one of them rests while the late
-/// stage runs, the scheme is refused and both modules are named; what only holds a value for it is not.
+/// A late stage and the modules that connect it to its early stage: if one of them does not run with the late
+/// stage, the scheme is refused and both are named; modules that only hold a value are allowed.
 #[test]
 fn a_late_stage_that_would_read_an_old_value_is_refused() {
     for modules in SCHEMES.iter().take(7) {
@@ -266,15 +266,15 @@ fn a_late_stage_that_would_read_an_old_value_is_refused() {
             let mut each = vec![rates[1]; modules.len()];
             each[0] = rates[0];
             let (bench, errors) = scheme(modules, H, &each);
-            // Of two late stages in a loop each needs the other one.
+            // Two late stages in a loop need each other.
             let has_two = modules[0].starts_with("WSCALE");
             let is_sound = if has_two { rates[0] == rates[1] } else { rates[0] % rates[1] == 0 };
             assert_eq!(errors.is_empty(), is_sound, "{modules:?} {rates:?}: {:?}", bench.findings());
             let names = modules.first().zip(modules.get(1)).map(|(late, writer)| {
                 let [late, writer] = [late, writer].map(|rows| rows.split(' ').next().unwrap());
                 format!(
-                    "{late} needs {writer} in each of its ticks, but {writer} runs in one of {every} ticks: set \
-                     EVERY_TICKS of {late} to {every} or a multiple",
+                    "{late} needs {writer} in each of its ticks, but {writer} runs every {every} ticks: set \
+                     EVERY_TICKS of {late} to a multiple of {every}",
                     every = rates[1]
                 )
             });
@@ -282,7 +282,7 @@ fn a_late_stage_that_would_read_an_old_value_is_refused() {
             assert_eq!(is_named, rates[0] % rates[1] != 0, "{:?}", bench.findings());
         }
     }
-    // A collision observer commands nothing: the force that a slow controller holds is the one that moves the arm.
+    // A collision observer commands nothing: the held force of a slow controller moves the arm.
     let mut bench = Bench::of(DOF, &[types::POSITION, types::VELOCITY, types::DES_POSITION], &[]);
     bench.run(
         "MOD_ENG MOD_ON PLANAR_COLLISION_MOD\nPDCTRL_MOD K_PARAM 100\nPDCTRL_MOD EVERY_TICKS 5\n\
@@ -290,8 +290,8 @@ fn a_late_stage_that_would_read_an_old_value_is_refused() {
     );
 }
 
-/// Random schemes: whatever is plugged in, in whatever order, and joined while it runs, modules of which one needs the
-/// other run together as often as their rates allow.
+/// Random schemes: whatever is plugged in, in any order and while running, dependent modules run together as
+/// often as their rates allow.
 #[test]
 fn modules_that_need_one_another_share_their_ticks() {
     let mut random = Pcg32::seed_from_u64(7);
@@ -300,7 +300,8 @@ fn modules_that_need_one_another_share_their_ticks() {
         let mut below = |bound: u32| random.next_u32() % bound;
         let mut needs: Vec<Vec<usize>> = Vec::new();
         for number in 0..8_usize {
-            // Each reads two signals of those before it, or the measured one; some are plugged in while the scheme runs.
+            // Each reads two signals of earlier modules, or the measurement; some are plugged in while the
+            // scheme runs.
             let sources = [below(number as u32 + 1), below(number as u32 + 1)].map(|source| source as usize);
             let name = |source: usize| match source {
                 0 => "SIGNAL".to_owned(),
@@ -341,13 +342,13 @@ fn modules_that_need_one_another_share_their_ticks() {
     }
 }
 
-/// The rate is changed by a transaction while the scheme runs; state and outputs stay.
+/// A transaction changes the rate of a running scheme; state and outputs are kept.
 #[test]
 fn a_rate_is_changed_while_the_scheme_runs() {
     let mut bench = Bench::of(1, &[types::SIGNAL], &[]);
     bench.run("MOD_ENG MOD_ON INTEGRATOR_MOD");
     let rate = |bench: &mut Bench| bench.order("INTEGRATOR_MOD EVERY_TICKS 10");
-    assert!(rate(&mut bench).is_err(), "its gains would be those of another period in mid-air");
+    assert!(rate(&mut bench).is_err(), "its gains would change their period in motion");
     (0..1001).for_each(|_| drop(bench.tick(&[1.0])));
     let sum = |bench: &Bench| bench.signal("SIGNAL_OUT")[0];
     assert!((sum(&bench) - 1.0).abs() < 1e-3, "{}", sum(&bench));
@@ -362,11 +363,11 @@ fn what_does_not_run_in_every_tick_is_reported_with_how_old_its_signals_get() {
     let mut bench = with_rates(&[1, 20]);
     assert_eq!(
         bench.findings(),
-        ["PCTRL_MOD.3 writes DES_FORCE.3 in one of 20 ticks: it is up to 19 ticks old where it is read"]
+        ["PCTRL_MOD.3 writes DES_FORCE.3 every 20 ticks: readers get values up to 19 ticks old"]
     );
     let rate = bench.dimsart.engine().rate_of(ALL.module("PCTRL_MOD.3").unwrap()).unwrap();
     assert_eq!(rate.every_ticks, 20);
-    // It can be asked for, and goes back to every tick with the other parameters.
+    // It can be read, and is reset with the other parameters.
     let module = ALL.module("PCTRL_MOD.3").unwrap();
     assert_eq!(bench.dimsart.engine_mut().get(module, EVERY_TICKS, 0), Ok(Value::Choice(5)));
     bench.rows("MOD_ENG MOD_OFF PCTRL_MOD.3\nMOD_ENG MOD_INIT PCTRL_MOD.3\nMOD_ENG MOD_ON PCTRL_MOD.3");

@@ -1,4 +1,4 @@
-//! A scheme is the commands that build it: as bytes it comes back the same, or not at all.
+//! A scheme saved as commands is restored unchanged, or not at all.
 #![expect(clippy::unwrap_used, clippy::indexing_slicing, reason = "in helpers of tests as in tests")]
 
 use crate::common::module_at;
@@ -36,7 +36,7 @@ fn any_signal(random: &mut Pcg32) -> TypeRef {
 fn any_value(accepts: Accepts, random: &mut Pcg32) -> Value {
     let unit = f32::from(u16::try_from(random.next_u32() >> 16).unwrap()) / 65_536.0;
     match accepts {
-        // Small, so that nothing blows up in the ticks that follow.
+        // Small, so that the following ticks stay finite.
         Accepts::Real { min, max } => Value::Real(min + unit * (max.min(2.0 + min.max(0.0)) - min)),
         Accepts::Count { min, max } => Value::Count(min + below(random, (max - min).min(30) + 1)),
         Accepts::Integer { min, max } => Value::Integer(if below(random, 2) == 0 { min } else { max }),
@@ -46,7 +46,7 @@ fn any_value(accepts: Accepts, random: &mut Pcg32) -> Value {
     }
 }
 
-/// A scheme that matches, made of whatever the engine takes.
+/// A random scheme that matches.
 fn any_scheme(dof: usize, random: &mut Pcg32) -> Bench {
     let mut bench = Bench::of(dof, MEASURED, &[]);
     let kinds = u32::try_from(ALL.list().len()).unwrap();
@@ -60,7 +60,7 @@ fn any_scheme(dof: usize, random: &mut Pcg32) -> Bench {
             let index = if below(random, 8) == 0 { EVERY_TICKS } else { index };
             let parameter = ALL.describe_parameter(module.kind, index).unwrap();
             let place = |random: &mut Pcg32, count: usize| small(random, u32::try_from(count).unwrap());
-            // All of a large matrix take more than a saved scheme has room for.
+            // All values of a large matrix exceed the size of a saved scheme.
             let entry = match parameter.entries {
                 entries if entries.are_matrix() => {
                     Some(place(random, entries.count(u8::try_from(dof).unwrap()).into()))
@@ -107,7 +107,7 @@ fn a_scheme_comes_back_with_the_same_modules_signals_parameters_and_bits() {
         assert_eq!(reload(&bytes, &mut copy.dimsart), Ok(()), "round {round}");
         assert_eq!(save(copy.dimsart.engine_mut()), Ok(bytes), "round {round}");
         let (mut expected, mut found) = (made.snapshot(), copy.snapshot());
-        // Instances are listed in the order they were made; values of axes that the device lacks do not count.
+        // Instances are listed in order of creation; values of missing axes are ignored.
         if dof < 8 {
             expected.parameters.clear();
             found.parameters.clear();
@@ -146,7 +146,7 @@ fn a_scheme_comes_back_with_the_same_modules_signals_parameters_and_bits() {
     assert!(modules > 300 && bindings > 300 && too_long < 90, "{modules} {bindings} {too_long}");
 }
 
-/// Loads as an image does that knows its fingerprint.
+/// Loads it as an image with its fingerprint.
 fn reload(bytes: &[u8], dimsart: &mut Dimsart) -> Result<(), LoadError> {
     let print = fingerprint(dimsart.engine_mut());
     load(bytes, print, dimsart)
@@ -233,7 +233,7 @@ fn a_scheme_that_does_not_load_leaves_no_module_behind() {
     let LoadError::Refused { command, error: CommandError::DoesNotMatch { .. } } = error else {
         panic!("{error}")
     };
-    assert_eq!(usize::from(command), commands.len(), "the last one, which starts it");
+    assert_eq!(usize::from(command), commands.len(), "the last command, which starts it");
     assert_eq!((dimsart.engine().is_running(), dimsart.engine().usage().modules), (false, 0));
 }
 
@@ -261,7 +261,7 @@ fn a_scheme_that_fits_no_page_is_refused() {
     assert_eq!(gains, (MAX_SCHEME_BYTES - 5) / 11);
     while writer.push(&Command::Stop).is_ok() {}
     assert_eq!(writer.finish(), Err(TooLong));
-    // What the shipped scheme takes, so that the bound is known to be far off.
+    // Size of the shipped scheme, to show that the limit is far away.
     assert!(save(shipped().engine_mut()).unwrap().len() < MAX_SCHEME_BYTES / 2);
 }
 
@@ -269,7 +269,7 @@ fn a_scheme_that_fits_no_page_is_refused() {
 fn images_with_other_modules_have_other_fingerprints() {
     let of = |bench: &mut Bench| fingerprint(bench.dimsart.engine_mut());
     let standard = of(&mut Bench::of(3, MEASURED, &[]));
-    assert_eq!(of(&mut Bench::of(1, &[], MEASURED)), standard, "the device is no part of it");
+    assert_eq!(of(&mut Bench::of(1, &[], MEASURED)), standard, "it does not contain the device");
     let two = fingerprint(Bench::with_kinds(dimsart_core::kinds![Pd, P], 1, &[], &[]).dimsart.engine_mut());
     let swapped =
         fingerprint(Bench::with_kinds(dimsart_core::kinds![P, Pd], 1, &[], &[]).dimsart.engine_mut());
@@ -278,7 +278,7 @@ fn images_with_other_modules_have_other_fingerprints() {
 
 words! { parameters Gain { k: f32 } }
 
-/// A gain, one for all axes or one for each.
+/// A gain, for all axes or for each.
 #[derive(Debug)]
 struct Law<const IS_PER_AXIS: bool>;
 

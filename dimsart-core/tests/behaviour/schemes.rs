@@ -1,4 +1,4 @@
-//! A scheme is read word by word; what is wrong is named with its line, column and word.
+//! Schemes are parsed word by word; an error names line, column and word.
 #![expect(clippy::unwrap_used, reason = "in helpers of tests as in tests")]
 
 use crate::common::Bench;
@@ -14,7 +14,7 @@ fn robot() -> Bench {
     Bench::of(3, &[types::POSITION], &[types::DES_FORCE])
 }
 
-/// Loads a text on the master; gives the errors.
+/// Loads a text on the master; returns the errors.
 fn load<'a>(bench: &mut Bench, text: &'a str) -> Vec<SchemeError<'a>> {
     let mut errors = Vec::new();
     let failed =
@@ -27,7 +27,7 @@ fn module(name: &str) -> ModuleRef {
     ALL.module(name).unwrap()
 }
 
-/// No value of this parameter, which takes those.
+/// Invalid value of this parameter, with the accepted values.
 fn value(name: &str, parameter: &str, accepts: Accepts) -> Problem {
     let module = module(name);
     let parameter = ALL.parameter(module.kind, parameter).unwrap();
@@ -36,7 +36,7 @@ fn value(name: &str, parameter: &str, accepts: Accepts) -> Problem {
     Problem::Value { module, parameter }
 }
 
-/// No entry of the parameter that another problem is about.
+/// Invalid entry of the parameter of another problem.
 fn entry(value: Problem) -> Problem {
     match value {
         Problem::Value { module, parameter } => Problem::Entry { module, parameter },
@@ -113,7 +113,7 @@ fn what_is_wrong_is_named_with_its_place() {
             "MATCHING_CHECK",
             Problem::Refused(CommandError::DoesNotMatch { faults: 1 }),
         ),
-        // What is not ASCII is one word like any other; columns count bytes.
+        // Words may contain non-ASCII characters; columns count bytes.
         ("m PDCTRL_MOD K_PARAM ½", 22, "½", stiffness),
         ("m PDCTRL_MOD K_PÄRAM 1", 14, "K_PÄRAM", Problem::ModuleCommand(pd)),
         ("ä PDCTRL_MOD K_PARAM 1", 1, "ä", Problem::Destination),
@@ -124,7 +124,7 @@ fn what_is_wrong_is_named_with_its_place() {
         let mut bench = robot();
         let before = bench.snapshot();
         let text =
-            format!("# a comment\n\n   \t \r\n  # another\r\n{row}\r\nm PCTRL_MOD K_PARAM 2 # goes on");
+            format!("# a comment\n\n   \t \r\n  # another\r\n{row}\r\nm PCTRL_MOD K_PARAM 2 # continues");
         let place = Place { line: 5, column, word };
         assert_eq!(load(&mut bench, &text), [SchemeError { place, problem }], "{row}");
         bench.rows("MOD_ENG MOD_CLOSE PCTRL_MOD");
@@ -213,7 +213,7 @@ fn every_module_parameter_and_port_can_be_named_in_a_scheme() {
             rows += &format!("all {} {} {value}\n", known.name, parameter.name);
         }
         assert_eq!(load(&mut bench, &rows), [], "{rows}");
-        // Ports are as the parameters say.
+        // The parameters determine the ports.
         let ports = bench.dimsart.engine_mut().ports(ModuleRef { kind, number: 1 }).unwrap();
         let signals = ports.iter().filter(|port| port.data_type.is_some());
         let rows: String =
@@ -223,7 +223,7 @@ fn every_module_parameter_and_port_can_be_named_in_a_scheme() {
     }
 }
 
-/// Words of schemes and what is nearly one.
+/// Words of schemes and similar ones.
 fn word() -> impl Strategy<Value = String> {
     let known = prop::sample::select(vec![
         "m",
@@ -272,7 +272,7 @@ fn word() -> impl Strategy<Value = String> {
     prop_oneof![8 => known.prop_map(str::to_owned), 1 => "\\PC{0,6}", 1 => any::<String>()]
 }
 
-/// Rows that are whole now and then, so that something does happen.
+/// Rows that are sometimes valid, so that some take effect.
 fn row() -> impl Strategy<Value = String> {
     let module = || prop::sample::select(vec!["PDCTRL_MOD", "PCTRL_MOD", "TIMEDELAY_MOD", "VEL2POS_MOD"]);
     let verb = prop::sample::select(vec!["MOD_ON", "MOD_OFF", "MOD_CLOSE", "MOD_INIT", "PLACE_BEFORE"]);

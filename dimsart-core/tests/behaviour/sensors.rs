@@ -1,4 +1,4 @@
-//! Sensors with limits: what they cannot show is refused in that very tick, and never what they can.
+//! Sensor limits: implausible measurements are refused in the same tick, plausible ones never.
 #![expect(clippy::unwrap_used, clippy::indexing_slicing, reason = "in helpers of tests as in tests")]
 
 use dimsart_core::{
@@ -9,7 +9,7 @@ use dimsart_modules::ALL;
 use proptest::prelude::*;
 
 const PERIOD_S: f32 = 1e-3;
-/// 2 mm in a tick.
+/// 2 mm per tick.
 const LIMITS: OutputLimits = OutputLimits { min: -1.0, max: 3.0, rate_per_s: 2.0 };
 const STEP_M: f32 = LIMITS.rate_per_s * PERIOD_S;
 const DOF: usize = 2;
@@ -20,7 +20,7 @@ fn device() -> DeviceDescriptor {
     DeviceDescriptor::new("arm", &axes, PERIOD_S, outputs, &[types::DES_FORCE]).unwrap()
 }
 
-/// A P controller at the device with limits of its positions, and none of its forces.
+/// A P controller on a device with limits on its positions and none on its forces.
 struct Arm {
     dimsart: Dimsart,
     position_m: [f32; DOF],
@@ -66,7 +66,7 @@ proptest! {
         let mut arm = Arm::new();
         arm.position_m = [start_m; DOF];
         for share in steps {
-            // Less by what a float rounds a sum to.
+            // Minus the rounding of a sum.
             let moved_m = arm.position_m[0] + share * (STEP_M - 1e-6);
             arm.position_m[0] = moved_m.clamp(LIMITS.min, LIMITS.max);
             arm.measured_n += 1e6 * share;
@@ -105,8 +105,8 @@ fn a_sensor_that_jumps_and_comes_back_leaves_a_fault_behind() {
     let refusal = arm.refusal(1);
     assert_eq!(arm.tick(), refusal);
     arm.position_m[1] -= 0.1;
-    assert_eq!(arm.tick(), refusal, "the fault lasts");
-    assert_eq!(arm.dimsart.safety().refused_ticks(), 1, "what comes now is measured");
+    assert_eq!(arm.tick(), refusal, "the fault latches");
+    assert_eq!(arm.dimsart.safety().refused_ticks(), 1, "the next value is accepted");
 }
 
 #[test]

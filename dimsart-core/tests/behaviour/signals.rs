@@ -1,4 +1,4 @@
-//! Modules that make, delay and keep signals: to the tick, and the same in every run.
+//! Modules that generate, delay and record signals: exact to the tick, and reproducible.
 #![expect(clippy::unwrap_used, reason = "in helpers of tests as in tests")]
 #![expect(clippy::cast_possible_truncation, clippy::float_cmp, reason = "rounded and compared on purpose")]
 
@@ -52,7 +52,7 @@ fn a_delay_is_not_disturbed_when_a_module_before_it_in_the_data_base_goes() {
     }
 }
 
-/// The wave forms in double precision; `p` in periods.
+/// The waveforms in double precision; `p` in periods.
 fn ideal(form: &str, p: f64) -> f64 {
     let phase = p.fract();
     match form {
@@ -78,7 +78,7 @@ fn generated_signals_have_their_form_amplitude_offset_and_frequency() {
             for tick in 0..100_000 {
                 let found = f64::from(generator.step(&[]));
                 let p = per_tick * f64::from(tick);
-                // Where a form jumps, the tick of the jump may be either side of it.
+                // A jump may occur in the tick before or after.
                 let is_at_edge = (p * 2.0 - (p * 2.0).round()).abs() < 1e-4;
                 if !is_at_edge || matches!(form, "SINE" | "TRIANGLE") {
                     assert_close(found, 0.5 + 2.0 * ideal(form, p), 0.004);
@@ -93,7 +93,7 @@ fn a_slow_signal_keeps_its_frequency() {
     let rows = "SIGGEN_MOD FORM TRIANGLE\nSIGGEN_MOD AMPLITUDE 1\nSIGGEN_MOD FREQUENCY 0.0001
         MOD_ENG MOD_ON SIGGEN_MOD";
     let mut generator = Alone::new(1, &[], "SIGNAL_OUT", rows);
-    // A tenth of a period per million ticks; at 7 500 s it comes up from its lowest point.
+    // A tenth of a period per million ticks; at 7 500 s it rises from its minimum.
     let mut found = 0.0;
     for tick in 0..9_000_000 {
         generator.bench.dimsart.tick(&[], &mut []);
@@ -115,11 +115,7 @@ fn a_generator_never_waits_however_long_the_sample_period() {
     );
     for _ in 0..5 {
         bench.tick(&[]);
-        assert_eq!(
-            bench.signal("SIGNAL_OUT"),
-            [1.0],
-            "its step is nearer to the first tick than to the second"
-        );
+        assert_eq!(bench.signal("SIGNAL_OUT"), [1.0], "its step is closer to the first tick");
     }
 }
 
@@ -177,7 +173,7 @@ fn a_recorder_keeps_the_last_rows_of_every_few_ticks() {
     }
 }
 
-/// Against rows kept in a plain list: the edge of the second word, in whatever tick it comes.
+/// Compared with a plain list of rows: the edge of the second word, in any tick.
 #[test]
 fn a_recorder_keeps_the_rows_around_an_edge() {
     let recorder = ALL.module("RECORDER_MOD").unwrap();
@@ -190,7 +186,7 @@ fn a_recorder_keeps_the_rows_around_an_edge() {
                  RECORDER_MOD PORT_SIGNAL_IN FORCE\nMOD_ENG MOD_ON RECORDER_MOD",
                 0.5 * sign
             ));
-            // At first it is beyond the level: that is no edge.
+            // Already above the level at first: not an edge.
             let level = |tick: u8| if (5..edge).contains(&tick) { 0.5 * sign } else { sign };
             let row = |tick: u8| [f32::from(tick), level(tick)];
             for _ in 0..2 {
@@ -225,7 +221,7 @@ fn a_recorder_keeps_the_rows_around_an_edge() {
     }
 }
 
-/// Every bit of every signal of the bilateral scheme, for ticks with a packet of its own now and then.
+/// Every bit of every signal of the bilateral scheme, with occasional packets.
 fn bits_of_a_run(form: &str) -> Vec<u32> {
     let mut bench = Bench::of(3, &[types::POSITION], &[types::DES_FORCE]);
     let text = include_str!("../../../schemes/bilateral.scheme");

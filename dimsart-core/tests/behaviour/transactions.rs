@@ -1,4 +1,4 @@
-//! Transactions on a scheme that runs: whole or not at all, and what stays goes on.
+//! Transactions on a running scheme: atomic, and modules in both schemes continue.
 
 #![expect(clippy::indexing_slicing, reason = "in helpers of tests as in tests")]
 
@@ -13,7 +13,7 @@ use crate::common::{Bench, Snapshot};
 
 const MASS_KG: f32 = 0.5;
 
-/// A mass that follows a sine, in contact with a spring while it is beyond it: one axis.
+/// A mass on one axis that follows a sine, in contact with a spring beyond a position.
 struct Joint {
     bench: Bench,
     x_m: f32,
@@ -43,7 +43,7 @@ impl Joint {
         }
     }
 
-    /// The largest step of the force from now on.
+    /// The maximum step of the force from now on.
     fn largest_step_n(&mut self, ticks: u16) -> f32 {
         self.largest_step_n = 0.0;
         self.run(ticks);
@@ -79,7 +79,7 @@ fn a_pid_takes_over_from_a_pd_without_a_step_of_the_force() {
     }
 }
 
-/// A PD cannot keep what the integral held, and takes the derivative over.
+/// A PD cannot take over the integral's force, but takes over the derivative.
 #[test]
 fn a_pd_takes_over_from_a_pd_of_the_same_gains_without_a_step_of_the_force() {
     for moment in MOMENTS {
@@ -106,7 +106,8 @@ fn what_a_pd_takes_over_at_once_is_its_predecessor_s_last_force() {
     assert!((joint.force_n - before).abs() < 1e-3, "{before} {}", joint.force_n);
 }
 
-/// A law without memory commands what it commands at once; behind a limit it becomes a ramp from its predecessor's last force.
+/// A law without state changes the command at once; with a rate limit it ramps from its predecessor's last
+/// force.
 #[test]
 fn a_law_without_memory_takes_over_as_a_ramp_behind_a_limit() {
     let start = "MOD_ENG BEGIN\nMOD_ENG MOD_OFF PDCTRL_MOD\nPCTRL_MOD K_PARAM 20\n";
@@ -127,7 +128,7 @@ fn a_law_without_memory_takes_over_as_a_ramp_behind_a_limit() {
     }
 }
 
-/// Nobody wrote what the new one writes: there is nothing to take over, and it begins as after a start.
+/// The new module's output had no writer: there is nothing to take over, and it begins as after a start.
 #[test]
 fn what_writes_something_of_its_own_takes_nothing_over() {
     let rows = "PDCTRL_MOD.2 K_PARAM 10000\nPDCTRL_MOD.2 D_PARAM 20\nPDCTRL_MOD.2 PORT_DES_FORCE SIGNAL_OUT";
@@ -293,7 +294,7 @@ fn instances_of_a_transaction_are_counted_apart() {
     assert_eq!(bench.dimsart.engine().usage().modules, 1);
 }
 
-/// Wound up while nothing moved, a scheme commands what one that has just started commands.
+/// After windup without motion, a scheme commands the same as one that has just started.
 #[test]
 fn arming_is_a_beginning() {
     const ROWS: &str = "
@@ -313,7 +314,7 @@ fn arming_is_a_beginning() {
         let (tick, commanded) = armed.try_tick(&crate::common::words(&[0.0, 1.0]));
         assert_eq!((tick, &commanded[..]), (Tick::Disarmed, &[Word(0)][..]));
     }
-    assert!(armed.signal("DES_FORCE")[0] > 5_000.0, "nothing has wound up");
+    assert!(armed.signal("DES_FORCE")[0] > 5_000.0, "no windup");
     armed.dimsart.allow_motion(true);
     let mut started = Joint::new(ROWS).bench;
     for tick in 0..500_u16 {
@@ -323,7 +324,7 @@ fn arming_is_a_beginning() {
         assert_eq!(armed.bits("SIGNAL_OUT.2"), started.bits("SIGNAL_OUT.2"), "{tick}");
     }
     assert_eq!(armed.dimsart.safety().reason(), Reason::None);
-    // Allowed already, it changes nothing.
+    // No effect if already allowed.
     armed.dimsart.allow_motion(true);
     assert_eq!(armed.tick(&[0.5, 1.0]), started.tick(&[0.5, 1.0]));
 }
@@ -342,7 +343,7 @@ fn a_command_that_is_refused_in_a_transaction_changes_nothing_of_it() {
     assert_eq!(bench.dimsart.command(Command::CloseModule(pd)), Err(CommandError::NotPluggedIn(pd)));
 }
 
-/// A force that is none is nothing to begin with; and with another law in its place, a failed one is out of the way.
+/// An invalid force is not taken over; replacing the law removes the failed module.
 #[test]
 fn what_takes_over_from_a_force_that_is_not_finite_begins_anew() {
     for (rows, to) in [(PID, TO_PID), (PD, "")] {
@@ -361,18 +362,14 @@ fn what_takes_over_from_a_force_that_is_not_finite_begins_anew() {
             "MOD_ENG BEGIN\nMOD_ENG MOD_OFF PDCTRL_MOD\nMOD_ENG MOD_ON {module}\nMOD_ENG COMMIT"
         ));
         assert_eq!(joint.bench.dimsart.engine().module_fault(), None);
-        assert_eq!(
-            joint.bench.dimsart.safety().state(),
-            DriveState::Fault,
-            "which takes a reset all the same"
-        );
+        assert_eq!(joint.bench.dimsart.safety().state(), DriveState::Fault, "which still needs a reset");
         joint.bench.rows("MOD_ENG RESET");
         joint.run(100);
         assert!(joint.force_n.is_finite() && joint.force_n != 0.0);
     }
 }
 
-/// Neither a refusal nor a draft takes away what has come over a link; a listener that comes in waits for the next.
+/// Neither a refusal nor an aborted change drops a received packet; a new receiver waits for the next packet.
 #[test]
 fn a_packet_that_waits_is_the_listener_s_whatever_is_refused_meanwhile() {
     let rx = "COMM_RXMOD CRX_ADD_DATA DES_POSITION\nMOD_ENG MOD_ON COMM_RXMOD\nMOD_ENG MOD_ON PDCTRL_MOD";
@@ -399,7 +396,7 @@ fn a_packet_that_waits_is_the_listener_s_whatever_is_refused_meanwhile() {
     }
 }
 
-/// Its memory has as many words as before, and its position in it would be another one.
+/// Its memory has the same size, but its position in it would be wrong.
 #[test]
 fn a_delay_line_of_another_shape_begins_and_writes_nowhere_else() {
     let rows = "

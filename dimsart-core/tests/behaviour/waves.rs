@@ -1,4 +1,4 @@
-//! Wave variables: power on every tick, and the line transients of theory, to the tick.
+//! Wave variables: power in every tick, and line transients as in theory, to the tick.
 #![expect(clippy::indexing_slicing, reason = "in helpers of tests as in tests")]
 #![expect(clippy::cast_possible_truncation, clippy::float_cmp, reason = "rounded and compared on purpose")]
 
@@ -8,7 +8,7 @@ use dimsart_modules::ALL;
 use rand_core::{Rng, SeedableRng};
 use rand_pcg::Pcg32;
 
-/// What a load of impedance Z answers to a wave: `v = a u / (b + Z)`, `F = Z v`, `out = u - 2 F / a`.
+/// Response of a load of impedance Z to a wave: `v = a u / (b + Z)`, `F = Z v`, `out = u - 2 F / a`.
 #[derive(Debug)]
 struct Resistor;
 
@@ -69,7 +69,7 @@ fn end(kinds: Kinds, outputs: common::Types, modules: &str) -> Bench {
     bench
 }
 
-/// A velocity step at the master; gives force at the master and velocity at the slave, by tick.
+/// A velocity step at the master; returns force at the master and velocity at the slave, by tick.
 fn step_response(slave: &str, (forward, backward): (usize, usize)) -> Vec<[f64; 2]> {
     let mut master = end(ALL, &[types::VELOCITY], "MOD_ENG MOD_ON WIMPEDANCE_MOD");
     let mut slave = end(SLAVES, &[types::VELOCITY], slave);
@@ -103,7 +103,7 @@ fn a1_a_clamped_slave_pushes_back_in_steps_of_twice_the_wave() {
 
 #[test]
 fn a2_a_free_slave_gives_the_wave_back_with_alternating_sign() {
-    // A generator of nothing is the force; another one is the position that the transformer starts at.
+    // A zero generator is the force; another one is the transformer's initial position.
     let free = "SIGGEN_MOD PORT_SIGNAL_OUT DES_FORCE\nMOD_ENG MOD_ON SIGGEN_MOD\n\
         SIGGEN_MOD.2 PORT_SIGNAL_OUT POSITION\nMOD_ENG MOD_ON SIGGEN_MOD.2\n\
         WTRANSF_MOD CONF_MODE SLAVE\nMOD_ENG MOD_ON WTRANSF_MOD";
@@ -112,7 +112,7 @@ fn a2_a_free_slave_gives_the_wave_back_with_alternating_sign() {
             let bounces = tick / (n1 + n2);
             let expected = if bounces % 2 == 0 { B * V } else { -B * V };
             assert!((force - expected).abs() < 1e-4 * B * V, "{n1}+{n2}, {tick}: {force} {expected}");
-            // At the slave: nothing before the first wave, then twice the speed every other round trip.
+            // At the slave: zero before the first wave, then twice the speed in every other round trip.
             let is_moving = tick >= n1 && ((tick - n1) / (n1 + n2)) % 2 == 0;
             let expected = if is_moving { 2.0 * V } else { 0.0 };
             assert!((velocity - expected).abs() < 1e-4 * V, "{n1}+{n2}, {tick}: {velocity} {expected}");
@@ -151,7 +151,7 @@ fn a4_a_matched_damper_is_perceived_at_once_and_moves_after_exactly_the_forward_
     }
 }
 
-/// Runs a transformer with a PD in one form on noise; gives what `look` makes of each tick.
+/// Runs a transformer with a PD in one form on noise; returns the results of `look` for each tick.
 fn transformer(rows: &str, mut look: impl FnMut(&Bench, [f32; 2])) {
     let mut bench = Bench::of(1, &[types::POSITION, types::CH2_WAVES], &[types::DES_FORCE]);
     bench.run(&format!(
@@ -179,7 +179,7 @@ fn power_at_the_port_is_half_the_difference_of_squared_waves_in_every_form_and_m
         for (mode, sign) in [("MASTER", -1.0), ("SLAVE", 1.0)] {
             transformer(&format!("{form}\nWTRANSF_MOD CONF_MODE {mode}"), |bench, [_, wave]| {
                 let value = |name| f64::from(bench.signal(name)[0]);
-                assert_eq!(value("LINE_FORCE"), sign * value("DES_FORCE"), "of the force really commanded");
+                assert_eq!(value("LINE_FORCE"), sign * value("DES_FORCE"), "of the actual force command");
                 let power = value("DES_FORCE") * value("LINE_VELOCITY");
                 let (coming, going) = (f64::from(wave).powi(2) / 2.0, value("CH1_WAVES").powi(2) / 2.0);
                 let error = (power - (coming - going)).abs();
@@ -191,8 +191,8 @@ fn power_at_the_port_is_half_the_difference_of_squared_waves_in_every_form_and_m
 
 #[test]
 fn the_desired_position_moves_at_the_speed_of_the_line() {
-    // Where the loop is closed without a lag, the port moves by exactly what the waves carry. In its
-    // first tick the implicit form does not know the controller's law yet; it makes up for it.
+    // If the loop is closed without delay, the port moves exactly as the waves. In its first tick the
+    // implicit form does not know the controller's law yet; it compensates later.
     for (form, settled) in [(FORMS[1], 1), (FORMS[2], 0)] {
         let (mut expected, mut tick) = (None, 0);
         transformer(form, |bench, [position, _]| {
@@ -217,9 +217,9 @@ fn the_desired_position_starts_at_the_device_in_every_form() {
             assert_eq!(bench.tick(&[0.75, 0.0]), [0.0], "{form}: no wave, no force");
             assert_eq!(bench.signal("DES_POSITION"), [0.75]);
         }
-        // Moved away by hand, then reset: the new place counts.
+        // Moved by hand, then reset: the new position counts.
         bench.rows("MOD_ENG RESET");
-        assert_eq!(bench.tick(&[0.5, 0.0]), [0.0], "{form}: reset forgets the old place");
+        assert_eq!(bench.tick(&[0.5, 0.0]), [0.0], "{form}: a reset drops the old position");
     }
 }
 
@@ -239,7 +239,7 @@ fn the_split_form_settles_where_the_waves_are() {
         if tick > 500 {
             assert_close(force, a * 0.5, 1e-4);
             assert!((carried - 0.25 - force / 3000.0).abs() < 1e-6, "{carried}");
-            assert!((f64::from(bench.signal("CH1_WAVES")[0]) + 0.5).abs() < 1e-4, "all comes back");
+            assert!((f64::from(bench.signal("CH1_WAVES")[0]) + 0.5).abs() < 1e-4, "everything is reflected");
         }
     }
 }

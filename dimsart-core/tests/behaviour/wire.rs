@@ -1,4 +1,4 @@
-//! The examples in docs/wire.md are what the code makes, byte by byte.
+//! The examples in docs/wire.md match the code, byte by byte.
 #![expect(clippy::unwrap_used, reason = "in helpers of tests as in tests")]
 
 use dimsart_core::Packet;
@@ -18,7 +18,7 @@ fn packet() -> Packet {
     Packet { channel: 0x123, counter: 0x0201, echo: 0x0403, content: 0xBEEF, words }
 }
 
-/// Every example of the page: its name and its bytes.
+/// All examples of the page: name and bytes.
 fn examples() -> Vec<(&'static str, Vec<u8>)> {
     let mut out = [0; 300];
     let content = packet().to_bytes().to_vec();
@@ -64,7 +64,7 @@ fn examples() -> Vec<(&'static str, Vec<u8>)> {
     examples
 }
 
-/// Those that a tag is in.
+/// Examples with a tag.
 fn authenticated_can_frames(key: &auth::Key, content: &[u8]) -> [(&'static str, Vec<u8>); 3] {
     let (line, short) = (auth::Line::Link(0), auth::Profile::Short);
     let mut opener = auth::Opener::new(key, line, short, 0x123, 1);
@@ -98,5 +98,5 @@ fn the_page_shows_the_bytes_that_travel() {
     let missing: Vec<String> = lines.filter(|line| !page.lines().any(|found| found == line)).collect();
     assert!(missing.is_empty(), "docs/wire.md lacks the lines\n{}", missing.join("\n"));
     let version = format!("Version of requests and responses: {PROTOCOL_VERSION} (");
-    assert!(page.contains(&version), "docs/wire.md does not say: {version}");
+    assert!(page.contains(&version), "docs/wire.md lacks: {version}");
 }

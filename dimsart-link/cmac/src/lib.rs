@@ -1,14 +1,14 @@
-//! AES-CMAC (NIST SP 800-38B) with a key of 128 bits.
+//! AES-CMAC (NIST SP 800-38B) with a 128-bit key.
 #![no_std]
 #![forbid(unsafe_code)]
 
 use aes::Aes128;
 use cmac::{KeyInit, Mac as _};
 
-/// Bytes of a key, and of a tag.
+/// Length of a key and of a tag, bytes.
 pub const KEY_BYTES: usize = 16;
 
-/// A key that is ready for use.
+/// A key with its expanded key schedule.
 #[derive(Clone)]
 pub struct Cmac(cmac::Cmac<Aes128>);
 
@@ -19,13 +19,13 @@ impl core::fmt::Debug for Cmac {
 }
 
 impl Cmac {
-    /// Prepares a key.
+    /// Expands a key.
     #[must_use]
     pub fn new(key: &[u8; KEY_BYTES]) -> Self {
         Self(cmac::Cmac::new(&(*key).into()))
     }
 
-    /// The tag of a message.
+    /// Computes the tag of a message.
     #[must_use]
     pub fn tag(&self, message: &[u8]) -> [u8; KEY_BYTES] {
         let mut mac = self.0.clone();

@@ -1,4 +1,4 @@
-//! One side of a link between two that have the same key.
+//! One side of an authenticated link between two controllers.
 
 use super::handshake::Handshake;
 use super::line::Line;
@@ -7,18 +7,18 @@ use super::sealer::Sealer;
 use super::tag::{Key, Profile};
 use dimsart_core::envelope::verify;
 
-/// For so long after something that was taken, an association stands, whoever asks for a new one, `ms`.
+/// Time after an accepted message during which a session cannot be replaced, ms.
 ///
-/// It is a part of the silence that a start of the other side makes, and so well below the 20 ticks after which a link
-/// is lost. Where contents come less often, a forger can have both sides find together anew; that loses nothing.
+/// This time adds to the silence after a restart of the peer, so it is well below the 20 ticks after which a
+/// link is lost. If messages are less frequent, a forger can trigger a new handshake, which loses no message.
 pub const STANDS_MS: u32 = 5;
 
-/// Seals what leaves and opens what comes.
+/// Seals outgoing messages and opens incoming ones.
 #[derive(Debug)]
 pub struct Guard {
     sealer: Sealer,
     opener: Opener,
-    /// When something was taken last.
+    /// Time of the last accepted message.
     taken_ms: Option<u32>,
     owes_question: bool,
     hellos: Pace,
@@ -27,9 +27,9 @@ pub struct Guard {
 }
 
 impl Guard {
-    /// A guard that the other side does not know yet, for what it sends and what it listens to on channel 0.
+    /// Creates a guard without a session, for channel 0 in both directions.
     ///
-    /// `seed` as for [`Sealer::new`] and [`Opener::new`]; the two sides need different ones.
+    /// `seed` as for [`Sealer::new`] and [`Opener::new`]; the two sides need different seeds.
     #[must_use]
     pub fn new(key: &Key, line: Line, profile: Profile, seed: u64) -> Self {
         Self {
@@ -43,7 +43,7 @@ impl Guard {
         }
     }
 
-    /// The channel that is listened to from now on. On another one than before both sides find together anew.
+    /// Sets the channel to receive on. A change starts a new handshake.
     pub fn listen(&mut self, channel: u16) {
         if channel != self.opener.channel() {
             self.opener.listen(channel);
@@ -51,18 +51,18 @@ impl Guard {
         }
     }
 
-    /// The channel that is sent on from now on. On another one than before both sides find together anew.
+    /// Sets the channel to send on. A change starts a new handshake.
     pub fn send_on(&mut self, channel: u16) {
         self.sealer.send_on(channel);
     }
 
-    /// The next handshake to be sent now, on the channel that is sent on; none when there is no more. To be asked
-    /// for, until there is none, after every content that came and before every one that is sent. `now_ms` is any
-    /// clock that wraps at 2^32.
+    /// Returns the next handshake message to send now, on the sending channel, or `None`. Call repeatedly
+    /// until `None` after every received message and before every sent one. `now_ms` is any clock that wraps
+    /// at 2^32.
     pub fn handshake(&mut self, now_ms: u32) -> Option<&[u8]> {
         let Self { sealer, opener, owes_question, hellos, questions, answers, .. } = self;
         let channel = sealer.channel();
-        // Of one hello and no other: were they rationed, a flood would take the other side's.
+        // A challenge answers one hello; with a rate limit, a flood would suppress the peer's.
         if opener.owes_challenge() {
             return opener.challenge_on(channel);
         }
@@ -79,11 +79,10 @@ impl Guard {
         if sealer.owes_hello() && hellos.allows(now_ms) { sealer.hello() } else { None }
     }
 
-    /// Takes a content that came in; gives the one that was given to the guard on the other side, in `out`. None for
-    /// a handshake.
+    /// Opens a received message into `out` and returns it; `None` for a handshake.
     ///
     /// # Errors
-    /// [`AuthError`]; what is in `out` then is of no use.
+    /// [`AuthError`]; `out` is then invalid.
     pub fn take<'o>(
         &mut self,
         now_ms: u32,
@@ -99,7 +98,7 @@ impl Guard {
                 (self.taken_ms, self.owes_question) = (Some(now_ms), false);
                 return plain(channel, sealed, out).map(Some);
             }
-            // What this side seals would come back, too.
+            // Reflected: this side sealed it.
             Some(Handshake::Hello { sealer }) if self.sealer.is_own(sealer) => return Err(AuthError::Tag),
             Some(Handshake::Hello { .. }) if stands => {}
             Some(said @ (Handshake::Hello { .. } | Handshake::Proof { .. })) => {
@@ -114,19 +113,19 @@ impl Guard {
         Ok(None)
     }
 
-    /// The content with freshness and tag, in `out`. None as for [`Sealer::seal`].
+    /// Seals a message into `out`. `None` as for [`Sealer::seal`].
     pub fn seal<'o>(&mut self, content: &[u8], out: &'o mut [u8]) -> Option<&'o [u8]> {
         self.sealer.seal(content, out)
     }
 
-    /// Whether the other side has answered, so that contents can be sealed.
+    /// Returns whether a session exists, so that messages can be sealed.
     #[must_use]
     pub fn is_answered(&self) -> bool {
         self.sealer.is_answered()
     }
 }
 
-/// Lets something be said once a ms: what is the same for everybody that has asked for it.
+/// Limits replies that do not depend on the request to one per ms.
 #[derive(Debug)]
 struct Pace(Option<u32>);
 

@@ -1,4 +1,4 @@
-//! The bytes of a handshake.
+//! Encoding of handshake messages.
 
 use super::tag::TAG_BYTES;
 use dimsart_core::envelope::{CRC_BYTES, Class, HEADER_BYTES, parse, seal, verify};
@@ -6,45 +6,45 @@ use dimsart_core::envelope::{CRC_BYTES, Class, HEADER_BYTES, parse, seal, verify
 /// Longest handshake.
 pub(super) const MAX_BYTES: usize = HEADER_BYTES + KIND_BYTES + 8 + TAG_BYTES + CRC_BYTES;
 
-// Up to 2 were those of version 8 of the protocol and before.
+// 0 to 2 were used up to version 8 of the protocol.
 const HELLO: u8 = 3;
 const CHALLENGE: u8 = 4;
 const PROOF: u8 = 5;
 const TAKEN: u8 = 6;
 const QUESTION: u8 = 7;
-/// A kind and zeros: a payload of whole words, which classic CAN carries as well.
+/// A kind and zeros: whole words, as classic CAN requires.
 const KIND_BYTES: usize = 4;
 
-/// What one end tells the other.
+/// A handshake message.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Handshake {
-    /// Of a sealer: its nonce.
+    /// From a sealer: its nonce.
     Hello { sealer: u64 },
-    /// Of an opener, for a hello: its nonce.
+    /// From an opener, replying to a hello: its nonce.
     Challenge { opener: u64, tag: [u8; TAG_BYTES] },
-    /// Of a sealer, for a challenge: its nonce again, so that an opener need not remember who said hello.
+    /// From a sealer, replying to a challenge: its nonce again, so that an opener need not store hellos.
     Proof { sealer: u64, tag: [u8; TAG_BYTES] },
-    /// Of an opener, for a proof.
+    /// From an opener, replying to a proof.
     Taken { tag: [u8; TAG_BYTES] },
-    /// Of an opener that cannot open what comes: a sealer says hello for it.
+    /// From an opener that cannot open a message: requests a hello.
     Question,
-    /// Of another version.
+    /// Of an unknown version.
     Unknown,
 }
 
 impl Handshake {
-    /// The handshake in a content of a channel, if it is one.
+    /// Decodes the handshake in a content of a channel, if it is one.
     pub(super) fn open(content: &[u8], channel: u16) -> Option<Self> {
         Self::of_covered(verify(content, channel).ok()?)
     }
 
-    /// The handshake in a content whose CRC was right and taken off.
+    /// Decodes the handshake in a content without its (valid) CRC.
     pub(super) fn of_covered(covered: &[u8]) -> Option<Self> {
         let found = parse(covered).ok().filter(|found| found.class == Class::Handshake)?;
         Some(Self::read(found.payload))
     }
 
-    /// Reads the payload of an envelope.
+    /// Decodes the payload of an envelope.
     pub(super) fn read(payload: &[u8]) -> Self {
         Self::of_this_version(payload).unwrap_or(Self::Unknown)
     }
@@ -65,7 +65,7 @@ impl Handshake {
         }
     }
 
-    /// The content of a channel.
+    /// Encodes the content for a channel.
     pub(super) fn write(self, channel: u16, out: &mut [u8]) -> Option<&[u8]> {
         let payload = out.get_mut(HEADER_BYTES..)?;
         let (place, rest) = payload.split_first_chunk_mut::<KIND_BYTES>()?;

@@ -1,27 +1,28 @@
-//! What is made of a key for one line: another key for each role, and one for the contents of each association.
+//! Key derivation for one line: a key per role, and a key per session.
 
 use super::line::Line;
 use super::tag::{ContentKey, Key, TAG_BYTES};
 
-/// The two numbers of an association, of which each end has made one. No two associations have the same.
+/// The two nonces of a session, one from each end. No two sessions have the same pair.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) struct Nonces {
     pub(super) sealer: u64,
     pub(super) opener: u64,
 }
 
-/// What an end says in a handshake.
+/// The statements that a handshake authenticates.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Statement {
     /// The opener answers a sealer.
     Challenge,
-    /// The sealer has heard that.
+    /// The sealer answers the challenge.
     Proof,
-    /// The opener takes what is sealed so.
+    /// The opener accepts the session.
     Taken,
 }
 
-/// The keys of both ends of one line. They are not kept ready, which takes 22 times the memory: contents need others.
+/// The keys of both ends of one line. Their expanded key schedules are not stored: they take 22 times the
+/// memory and are not needed per message.
 #[derive(Debug)]
 pub(super) struct LineKeys {
     line: Line,
@@ -35,17 +36,17 @@ impl LineKeys {
         Self { line, sealer: of("sealer"), opener: of("opener") }
     }
 
-    /// Another number for every `count` and every life of the sealer.
+    /// Returns a nonce that is unique per seed and `count`.
     pub(super) fn sealer_nonce(&self, seed: u64, count: u32) -> u64 {
         nonce(&self.sealer, seed, count)
     }
 
-    /// Another number for every `count` and every life of the opener.
+    /// Returns a nonce that is unique per seed and `count`.
     pub(super) fn opener_nonce(&self, seed: u64, count: u32) -> u64 {
         nonce(&self.opener, seed, count)
     }
 
-    /// Makes a statement one that only who has the key can make, of one association and for a direction.
+    /// Authenticates a statement for one session and direction.
     pub(super) fn tag(&self, statement: Statement, channel: u16, nonces: Nonces) -> [u8; TAG_BYTES] {
         let (key, label) = match statement {
             Statement::Challenge => (&self.opener, "challenge"),
@@ -55,7 +56,7 @@ impl LineKeys {
         key.derive(label, &context(channel, nonces)).first_bytes()
     }
 
-    /// The key of an association's contents.
+    /// Derives the key of a session.
     pub(super) fn contents(&self, channel: u16, nonces: Nonces) -> ContentKey {
         ContentKey::new(&self.sealer.derive("contents", &context(channel, nonces)), self.line)
     }
@@ -67,7 +68,7 @@ fn nonce(key: &Key, seed: u64, count: u32) -> u64 {
     u64::from_le_bytes(key.derive("nonce", &context).first_bytes())
 }
 
-/// What tells the two directions of a link apart, too: who seals comes first.
+/// Distinguishes the two directions of a link: the sealer's nonce is first.
 fn context(channel: u16, Nonces { sealer, opener }: Nonces) -> [u8; 18] {
     let mut context = [0; 18];
     fill(&mut context, &[&channel.to_le_bytes(), &sealer.to_le_bytes(), &opener.to_le_bytes()]);

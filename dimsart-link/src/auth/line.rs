@@ -1,4 +1,4 @@
-//! Lines that a key is used on.
+//! Lines that a key protects.
 
 /// A line that a key protects. Each line has its own keys: a message of one line is invalid on another.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

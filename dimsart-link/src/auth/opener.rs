@@ -1,4 +1,4 @@
-//! Takes off tags that are right, once.
+//! Verifies and removes tags; accepts each message once.
 
 use super::handshake::{Handshake, MAX_BYTES};
 use super::keys::{LineKeys, Nonces, Statement};
@@ -6,27 +6,27 @@ use super::line::Line;
 use super::tag::{ContentKey, Key, Profile, is_same};
 use dimsart_core::envelope::{Class, EnvelopeError, TAGGED, close, parse, verify};
 
-/// Why a content was refused. Nothing has changed for what else comes.
+/// Reasons why a message was rejected. The session is unchanged.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum AuthError {
-    /// No whole, undamaged content of the channel, or no room for it.
+    /// Incomplete, corrupt or for another channel, or `out` is too small.
     Envelope(EnvelopeError),
-    /// A content without a tag.
+    /// The message has no tag.
     NoTag,
-    /// Not newer than what was taken already: a repetition. Its tag was not looked at.
+    /// Not newer than the last accepted message: a replay. The tag was not checked.
     NotFresh,
-    /// A wrong tag: forged, of another key, or of an end that has to find together with this one first.
+    /// Invalid tag: forged, sealed with another key, or without a session with this end.
     Tag,
 }
 
 impl core::fmt::Display for AuthError {
     fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
         f.write_str(match self {
-            Self::Envelope(_) => "damaged, or of another channel",
-            Self::NoTag => "not authenticated: the other side has no key",
-            Self::NotFresh => "a repetition of what was sent before",
-            Self::Tag => "the tag is wrong: forged, or the two sides have different keys",
+            Self::Envelope(_) => "corrupt, or for another channel",
+            Self::NoTag => "not authenticated: the peer has no key",
+            Self::NotFresh => "replay of an earlier message",
+            Self::Tag => "invalid tag: forged, or the two sides have different keys",
         })
     }
 }
@@ -39,20 +39,20 @@ pub struct Opener {
     keys: LineKeys,
     profile: Profile,
     channel: u16,
-    /// What nonces are made of.
+    /// Seed of the nonces.
     seed: u64,
     challenges: u32,
-    /// Of the next association.
+    /// Nonce of the next session.
     nonce: u64,
     session: Option<Session>,
-    /// Nonce of the sealer that has said hello and was not answered yet.
+    /// Nonce of a sealer whose hello is not answered yet.
     greeted_by: Option<u64>,
-    /// Whether a sealer has proven itself and was not told yet that it is taken.
+    /// Whether an accepted proof is not acknowledged yet.
     owes_taken: bool,
     handshake: [u8; MAX_BYTES],
 }
 
-/// What has been proven.
+/// An accepted session.
 #[derive(Debug)]
 struct Session {
     key: ContentKey,
@@ -61,10 +61,10 @@ struct Session {
 }
 
 impl Opener {
-    /// An opener that has taken nothing yet.
+    /// Creates an opener without a session.
     ///
-    /// `seed` must be another one at every start of this end, for as long as the key is in use: a random number, or a
-    /// counter that is kept. What was sent to an earlier life with the same seed could be used again.
+    /// `seed` must differ at every start of this end while the key is in use: a random number, or a stored
+    /// counter. With a repeated seed, messages from an earlier start could be replayed.
     #[must_use]
     pub fn new(key: &Key, line: Line, profile: Profile, channel: u16, seed: u64) -> Self {
         let keys = LineKeys::new(key, line);
@@ -74,27 +74,26 @@ impl Opener {
         Self { keys, profile, channel, seed, challenges, nonce, session, greeted_by, owes_taken, handshake }
     }
 
-    /// The handshake to be sent back now, if there is one: an answer to what came last. To be asked for after every
-    /// [`open`](Self::open).
+    /// Returns the handshake to send back now, if any. Call after every [`open`](Self::open).
     pub fn handshake(&mut self) -> Option<&[u8]> {
         if self.owes_challenge() { self.challenge_on(self.channel) } else { self.taken_on(self.channel) }
     }
 
-    /// The answer to a hello, for a sealer that listens to `channel`.
+    /// Returns the answer to a hello, for a sealer that receives on `channel`.
     pub(super) fn challenge_on(&mut self, channel: u16) -> Option<&[u8]> {
         let nonces = Nonces { sealer: self.greeted_by.take()?, opener: self.nonce };
         let tag = self.keys.tag(Statement::Challenge, self.channel, nonces);
         Handshake::Challenge { opener: self.nonce, tag }.write(channel, &mut self.handshake)
     }
 
-    /// The answer to a proof.
+    /// Returns the answer to a proof.
     pub(super) fn taken_on(&mut self, channel: u16) -> Option<&[u8]> {
         let session = self.session.as_ref().filter(|_| core::mem::take(&mut self.owes_taken))?;
         let tag = self.keys.tag(Statement::Taken, self.channel, session.nonces);
         Handshake::Taken { tag }.write(channel, &mut self.handshake)
     }
 
-    /// Asks the sealer at the other end, which listens to `channel`, to say hello.
+    /// Requests a hello from the sealer that receives on `channel`.
     pub(super) fn question_on(&mut self, channel: u16) -> Option<&[u8]> {
         Handshake::Question.write(channel, &mut self.handshake)
     }
@@ -115,26 +114,25 @@ impl Opener {
         self.channel
     }
 
-    /// Listens to a channel. What was proven for another one is worth nothing there.
+    /// Sets the channel to receive on. A change ends the session.
     pub(super) fn listen(&mut self, channel: u16) {
         if channel != self.channel {
             (self.channel, self.session, self.greeted_by, self.owes_taken) = (channel, None, None, false);
         }
     }
 
-    /// Takes a content; writes the one that was given to the sealer at the other end to `out` and gives it. None for
-    /// a handshake.
+    /// Opens a message into `out` and returns it; `None` for a handshake.
     ///
     /// # Errors
-    /// [`AuthError`]; what is in `out` then is of no use.
+    /// [`AuthError`]; `out` is then invalid.
     pub fn open<'o>(&mut self, content: &[u8], out: &'o mut [u8]) -> Result<Option<&'o [u8]>, AuthError> {
         let covered = verify(content, self.channel).map_err(AuthError::Envelope)?;
         let Some(sealed) = self.open_covered(covered)? else { return Ok(None) };
         plain(self.channel, sealed, out).map(Some)
     }
 
-    /// As [`open`](Self::open), for a content without the CRC that was right for the channel. What it gives has
-    /// neither CRC nor freshness nor tag, and its class is that of a tagged content.
+    /// Like [`open`](Self::open), for a content without its (valid) CRC. The result has no CRC, freshness or
+    /// tag, but keeps the class of a tagged content.
     pub(crate) fn open_covered<'c>(&mut self, covered: &'c [u8]) -> Result<Option<&'c [u8]>, AuthError> {
         match handshake(covered)? {
             None => self.check(covered).map(Some),
@@ -142,7 +140,7 @@ impl Opener {
         }
     }
 
-    /// The content without freshness and tag, if these are right.
+    /// Checks freshness and tag, and removes them.
     pub(super) fn check<'c>(&mut self, covered: &'c [u8]) -> Result<&'c [u8], AuthError> {
         let bytes = EnvelopeError::Length { bytes: covered.len() };
         let session = self.session.as_mut().ok_or(AuthError::Tag)?;
@@ -160,13 +158,13 @@ impl Opener {
         Ok(sealed)
     }
 
-    /// Hears what a sealer says; gives whether an association is begun by it.
+    /// Processes a sealer's message; returns whether it starts a session.
     pub(super) fn hear(&mut self, handshake: Handshake) -> Result<bool, AuthError> {
         let known = self.session.as_ref().map(|session| session.nonces.sealer);
         match handshake {
-            // One that was long on its way is no new one.
+            // A delayed hello of the current session is ignored.
             Handshake::Hello { sealer } if known != Some(sealer) => self.greeted_by = Some(sealer),
-            // That it is taken, was lost.
+            // The acknowledgement was lost.
             Handshake::Proof { sealer, .. } if known == Some(sealer) => self.owes_taken = true,
             Handshake::Proof { sealer, tag } => {
                 let nonces = Nonces { sealer, opener: self.nonce };
@@ -186,7 +184,7 @@ impl Opener {
     }
 }
 
-/// The handshake in a content, if there is one; none for a content with a tag.
+/// Decodes the handshake in a content, if it is one; `None` for a tagged content.
 pub(super) fn handshake(covered: &[u8]) -> Result<Option<Handshake>, AuthError> {
     if covered.first().is_none_or(|class| class & TAGGED != 0) {
         return Ok(None);
@@ -198,7 +196,7 @@ pub(super) fn handshake(covered: &[u8]) -> Result<Option<Handshake>, AuthError> 
     Ok(Some(Handshake::read(found.payload)))
 }
 
-/// The content as it was before it was tagged.
+/// Restores the content without the tag.
 pub(super) fn plain<'o>(channel: u16, sealed: &[u8], out: &'o mut [u8]) -> Result<&'o [u8], AuthError> {
     let length = sealed.len();
     let no_room = AuthError::Envelope(EnvelopeError::Length { bytes: length });

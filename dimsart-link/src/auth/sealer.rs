@@ -1,4 +1,4 @@
-//! Puts tags on contents.
+//! Adds tags to messages.
 
 use super::handshake::{Handshake, MAX_BYTES};
 use super::keys::{LineKeys, Nonces, Statement};
@@ -13,10 +13,10 @@ pub struct Sealer {
     keys: LineKeys,
     profile: Profile,
     channel: u16,
-    /// What nonces are made of.
+    /// Seed of the nonces.
     seed: u64,
     hellos: u32,
-    /// Of the next association.
+    /// Nonce of the next session.
     nonce: u64,
     session: Option<Session>,
     owes_hello: bool,
@@ -24,21 +24,21 @@ pub struct Sealer {
     handshake: [u8; MAX_BYTES],
 }
 
-/// An association that an opener has asked for, and no one else.
+/// A session that an opener requested.
 #[derive(Debug)]
 struct Session {
     key: ContentKey,
     nonces: Nonces,
     freshness: u64,
-    /// Whether the opener has said that it takes what is sealed so.
+    /// Whether the opener acknowledged the session.
     is_taken: bool,
 }
 
 impl Sealer {
-    /// A sealer that the opener at the other end does not know yet.
+    /// Creates a sealer without a session.
     ///
-    /// `seed` must be another one at every start of this end, for as long as the key is in use: a random number, or a
-    /// counter that is kept. A challenge to an earlier life with the same seed could be given to this one.
+    /// `seed` must differ at every start of this end while the key is in use: a random number, or a stored
+    /// counter. With a repeated seed, a challenge to an earlier start could be replayed.
     #[must_use]
     pub fn new(key: &Key, line: Line, profile: Profile, channel: u16, seed: u64) -> Self {
         let keys = LineKeys::new(key, line);
@@ -48,9 +48,9 @@ impl Sealer {
         Self { keys, profile, channel, seed, hellos: 0, nonce, session, owes_hello, owes_proof, handshake }
     }
 
-    /// The handshake to be sent now, before anything else, if there is one: a hello, in place of each content that
-    /// could not be sealed; a proof, before each one until the opener has said that it took one. To be asked for
-    /// before every [`seal`](Self::seal) and after every [`take`](Self::take).
+    /// Returns the handshake to send before the next message, if any: a hello for each message that could not
+    /// be sealed, or a proof until the opener acknowledges one. Call before every [`seal`](Self::seal) and
+    /// after every [`take`](Self::take).
     pub fn handshake(&mut self) -> Option<&[u8]> {
         if self.owes_proof { self.proof() } else { self.hello() }
     }
@@ -67,22 +67,22 @@ impl Sealer {
         Handshake::Proof { sealer: session.nonces.sealer, tag }.write(self.channel, &mut self.handshake)
     }
 
-    /// Takes a content that came back from the opener's end; gives whether it was an answer to what this sealer has
-    /// said, from who has the key.
+    /// Processes a message from the opener; returns whether it is an authentic answer to this sealer's
+    /// handshake.
     pub fn take(&mut self, content: &[u8]) -> bool {
         let said = Handshake::open(content, self.channel);
         said.is_some_and(|said| self.hear(said) == Ok(true))
     }
 
-    /// As [`take`](Self::take), for a content without the CRC that was right for the channel.
+    /// Like [`take`](Self::take), for a content without its (valid) CRC.
     ///
     /// # Errors
-    /// [`AuthError::Tag`] for an answer from who has another key.
+    /// [`AuthError::Tag`] for an answer with another key.
     pub(crate) fn take_covered(&mut self, covered: &[u8]) -> Result<bool, AuthError> {
         Handshake::of_covered(covered).map_or(Ok(false), |said| self.hear(said))
     }
 
-    /// Hears what an opener says; gives whether it was an answer.
+    /// Processes an opener's message; returns whether it is an answer.
     pub(super) fn hear(&mut self, handshake: Handshake) -> Result<bool, AuthError> {
         match handshake {
             Handshake::Challenge { opener, tag } => self.answer(opener, tag)?,
@@ -95,7 +95,7 @@ impl Sealer {
                 }
             }
             _ => {
-                // Anybody's: it is answered and changes nothing.
+                // Unauthenticated: answered without changing state.
                 self.owes_hello |= handshake == Handshake::Question;
                 return Ok(false);
             }
@@ -103,10 +103,10 @@ impl Sealer {
         Ok(true)
     }
 
-    /// Seals for the association of a challenge from now on, if it answers this sealer's hello.
+    /// Starts the session of a challenge, if it answers this sealer's hello.
     fn answer(&mut self, opener: u64, tag: [u8; TAG_BYTES]) -> Result<(), AuthError> {
         if self.session.as_ref().is_some_and(|session| session.nonces.opener == opener) {
-            // It has answered an earlier hello with the same nonces, too.
+            // A repeated challenge with the same nonces.
             return Ok(());
         }
         let nonces = Nonces { sealer: self.nonce, opener };
@@ -121,12 +121,12 @@ impl Sealer {
         Ok(())
     }
 
-    /// Says hello, as in the beginning.
+    /// Ends the session; starts again with a hello.
     pub(crate) fn forget(&mut self) {
         (self.session, self.owes_hello, self.owes_proof) = (None, true, false);
     }
 
-    /// Whether a nonce is in this sealer's hellos or proofs.
+    /// Returns whether this sealer uses a nonce in its hellos or proofs.
     pub(super) fn is_own(&self, nonce: u64) -> bool {
         self.nonce == nonce || self.session.as_ref().is_some_and(|session| session.nonces.sealer == nonce)
     }
@@ -147,7 +147,7 @@ impl Sealer {
         self.channel
     }
 
-    /// Seals for a channel. Who listens to it has not challenged this sealer yet.
+    /// Sets the channel to send on. A change ends the session.
     pub(super) fn send_on(&mut self, channel: u16) {
         if channel != self.channel {
             self.channel = channel;
@@ -155,9 +155,8 @@ impl Sealer {
         }
     }
 
-    /// Writes the content with freshness and tag to the start of `out`, and gives it. None before the first
-    /// challenge, for a content that is none, and when it does not fit `out` or an envelope: it is
-    /// [`Profile::overhead`] longer.
+    /// Seals a message into `out` and returns it. `None` without a session, for an invalid content, or if the
+    /// result does not fit `out` or an envelope; it is [`Profile::overhead`] longer.
     pub fn seal<'o>(&mut self, content: &[u8], out: &'o mut [u8]) -> Option<&'o [u8]> {
         let Some(session) = &mut self.session else {
             self.owes_hello = true;

@@ -1,4 +1,4 @@
-//! Tags, and the two ways of how much of freshness and tag travels.
+//! Tags, and the two profiles for their length.
 
 use dimsart_cmac::{Cmac, KEY_BYTES};
 use heapless::Vec;
@@ -6,15 +6,15 @@ use heapless::Vec;
 use super::line::Line;
 use dimsart_core::envelope::MAX_CONTENT_BYTES;
 
-/// Bytes of the longest tag that travels.
+/// Maximum number of tag bytes sent.
 pub(super) const TAG_BYTES: usize = 8;
 const KEY_BITS: u16 = 128;
 /// Line, channel, freshness, and a content.
 const MAX_TAGGED_BYTES: usize = 2 + 2 + 8 + MAX_CONTENT_BYTES;
-/// Of a label and a context, with what is around them.
+/// Maximum length of a label and a context, including the fixed fields.
 const MAX_DERIVED_BYTES: usize = 64;
 
-/// A key that both ends have and nobody else.
+/// A key shared by both ends.
 #[derive(Clone)]
 pub struct Key([u8; KEY_BYTES]);
 
@@ -25,20 +25,20 @@ impl core::fmt::Debug for Key {
 }
 
 impl Key {
-    /// A key of 128 bits, from a source of randomness.
+    /// Creates a key from 128 random bits.
     #[must_use]
     pub const fn new(bytes: &[u8; KEY_BYTES]) -> Self {
         Self(*bytes)
     }
 
-    /// The key for what the label and the context say, from which neither this one nor any other can be found: NIST SP
-    /// 800-108, in counter mode with AES-CMAC, of one block.
+    /// Derives a key from a label and a context (NIST SP 800-108, counter mode with AES-CMAC, one block). The
+    /// original key cannot be computed from the derived one.
     pub(super) fn derive(&self, label: &str, context: &[u8]) -> Self {
         let parts: [&[u8]; 5] = [&[1], label.as_bytes(), &[0], context, &KEY_BITS.to_be_bytes()];
         Self(cmac::<MAX_DERIVED_BYTES>(&self.cipher(), &parts))
     }
 
-    /// What can be said of a key that is nothing but a tag.
+    /// Returns the key's first bytes, for use as a tag or nonce.
     pub(super) fn first_bytes(&self) -> [u8; TAG_BYTES] {
         first_bytes(self.0)
     }
@@ -48,7 +48,7 @@ impl Key {
     }
 }
 
-/// A key that is ready for the contents of one association.
+/// The expanded key of a session.
 #[derive(Clone)]
 pub(super) struct ContentKey {
     cipher: Cmac,
@@ -66,7 +66,7 @@ impl ContentKey {
         Self { cipher: key.cipher(), line }
     }
 
-    /// The tag of a content.
+    /// Computes the tag of a message.
     pub(super) fn tag(&self, channel: u16, freshness: u64, covered: &[u8]) -> [u8; TAG_BYTES] {
         let parts: [&[u8]; 4] =
             [&self.line.to_bytes(), &channel.to_le_bytes(), &freshness.to_le_bytes(), covered];
@@ -74,11 +74,11 @@ impl ContentKey {
     }
 }
 
-/// Over `parts`, one behind the other. They are joined before: every call of the library sets the cipher up anew.
+/// Computes the CMAC of the concatenated `parts`. Each call of the library costs a setup of the cipher.
 fn cmac<const N: usize>(cipher: &Cmac, parts: &[&[u8]]) -> [u8; KEY_BYTES] {
     let mut joined: Vec<u8, N> = Vec::new();
     for part in parts {
-        // Fits: nothing longer than a content is sealed or opened, and no label is longer than 16 bytes.
+        // Fits: every message is at most a content long, every label at most 16 bytes.
         let _ = joined.extend_from_slice(part);
     }
     cipher.tag(&joined)
@@ -88,19 +88,19 @@ fn first_bytes([a, b, c, d, e, f, g, h, ..]: [u8; KEY_BYTES]) -> [u8; TAG_BYTES]
     [a, b, c, d, e, f, g, h]
 }
 
-/// Whether two tags are the same, in a time that does not tell where they differ.
+/// Compares two tags in constant time.
 pub(super) fn is_same(a: &[u8], b: &[u8]) -> bool {
     let differences = a.iter().zip(b).fold(0, |found, (a, b)| found | a ^ b);
     a.len() == b.len() && core::hint::black_box(differences) == 0
 }
 
-/// How much of freshness and tag travels.
+/// Number of freshness and tag bits sent.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum Profile {
-    /// 32 and 64 bits.
+    /// 32 bits of freshness, 64 bits of tag.
     Full,
-    /// 8 and 56 bits, two words, for 8-byte frames.
+    /// 8 and 56 bits: two words, for 8-byte frames.
     Short,
 }
 
@@ -119,14 +119,14 @@ impl Profile {
         }
     }
 
-    /// Bytes that a content grows by.
+    /// Returns the overhead per message, bytes.
     #[must_use]
     pub const fn overhead(self) -> usize {
         self.freshness_bytes() + self.tag_bytes()
     }
 
-    /// The freshness that low bits stand for, the next one after `newest` that has them; none when they are those of
-    /// `newest` itself or of half the range behind it.
+    /// Returns the next freshness after `newest` with these low bits; `None` if they equal those of `newest`
+    /// or lie in the half range before it.
     pub(super) fn freshness(self, low: &[u8], newest: u64) -> Option<u64> {
         let step = match (self, low) {
             (Self::Full, &[a, b, c, d]) => {
@@ -165,7 +165,7 @@ mod tests {
         assert_eq!(of(&[&message, &more, end]), hex(0xdfa6_6747_de9a_e630_30ca_3261_1497_c827));
     }
 
-    /// By hand: one block, and no label or context that could be mistaken for another one's.
+    /// Computed by hand: one block; labels and contexts cannot be confused.
     #[test]
     fn keys_are_derived_as_the_standard_says() {
         let key = Key::new(&hex(7));

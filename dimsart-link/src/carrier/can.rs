@@ -1,4 +1,4 @@
-//! A packet in classic CAN frames of at most 8 bytes, one word in each.
+//! Packets in classic CAN frames of at most 8 bytes, one word per frame.
 //!
 //! ```text
 //! CRC-8 | index (high 4 bits), counter (low 4 bits) | head u16, frames 0 to 2 | word u32, while there are words
@@ -6,46 +6,46 @@
 //! head 1   echo
 //! head 2   content
 //! ```
-//! A word is never split, so that every CAN tool can show it. There are as many frames as words, and at least 3.
+//! A word is never split, so every CAN tool can display it. A packet has one frame per word, and at least 3.
 //!
-//! Freshness and tag of an authenticated packet are one word more, and a head each in frames 3 and 4: there are at least
-//! 5 frames then. The class is not sent: both ends know whether packets are authenticated, and what has counter 0, which
-//! no packet has, is a handshake.
+//! Freshness and tag of an authenticated packet take one more word, and a head in each of frames 3 and 4:
+//! such a packet has at least 5 frames. The class is not sent: both ends know whether packets are
+//! authenticated. Counter 0 marks a handshake.
 //!
-//! Little endian. The envelope is taken off and sealed anew on the other side.
+//! Little endian. The envelope is removed and restored by the receiver.
 //!
-//! The CRC-8 (polynomial 0x2F, Hamming distance 4 here) covers all behind it and two bytes that are not sent: the
-//! frame's [`data_id`], and in frames 1.. the 8 bits of the packet's counter above the 4 that are sent. So a frame
-//! of another channel or another packet is refused, until a counter comes again after 4096 packets. This is done in
-//! the manner of AUTOSAR's profile 22 (same polynomial, a 4-bit counter, a list of 16 data ids), but laid out
-//! differently.
+//! The CRC-8 (polynomial 0x2F, Hamming distance 4 here) covers the bytes after it and two bytes that are not
+//! sent: the frame's [`data_id`] and, from frame 1 on, the upper 8 bits of the packet's 12-bit counter. A
+//! frame of another channel or packet is therefore rejected, until the counter repeats after 4096 packets.
+//! The scheme follows AUTOSAR profile 22 (same polynomial, 4-bit counter, list of 16 data ids) with a
+//! different layout.
 
 use heapless::Vec;
 
 use dimsart_core::checksum::CRC_8;
 use dimsart_core::envelope::{CRC_BYTES, Class, HEADER_BYTES, TAGGED, close, verify};
 
-/// Most data of a classic CAN frame, bytes.
+/// Maximum data of a classic CAN frame, bytes.
 pub const MAX_DATA_BYTES: usize = 8;
-/// Most words of a packet that classic CAN carries.
+/// Maximum number of words in a packet on classic CAN.
 pub const MAX_WORDS: usize = 16;
 
 const PACKET: u8 = Class::Packet as u8;
 const HANDSHAKE: u8 = Class::Handshake as u8;
-/// Frames that carry a part of the header: counter, echo, content.
+/// Number of frames with a part of the header: counter, echo, content.
 const HEAD_FRAMES: u8 = 3;
-/// Those of an authenticated packet, with the end of its tag.
+/// The same for an authenticated packet, which ends with a part of the tag.
 const TAGGED_HEAD_FRAMES: u8 = 5;
-/// Of a tag, in heads.
+/// Bytes of the tag in heads.
 const TAG_END_BYTES: usize = 4;
-/// Of a packet's payload, before the words: echo and content.
+/// Bytes of a packet's payload before the words: echo and content.
 const ECHO_AND_CONTENT_BYTES: usize = 4;
 const BUFFER_BYTES: usize = HEADER_BYTES + ECHO_AND_CONTENT_BYTES + 4 * MAX_WORDS + TAG_END_BYTES + CRC_BYTES;
 
-/// The data id of a channel's frames, chosen by the packet's counter: `(channel + i * (2 * (channel / 256) + 1)) mod
-/// 256` with `i` the counter's low 4 bits.
+/// Returns the data id of a channel's frames, selected by the packet's counter: `(channel + i * (2 * (channel
+/// / 256) + 1)) mod 256`, where `i` is the counter's low 4 bits.
 ///
-/// The 16 of a channel all differ, and two channels below 2048 have at most one of them in common.
+/// The 16 data ids of a channel differ; two channels below 2048 share at most one.
 #[must_use]
 pub fn data_id(channel: u16, counter: u16) -> u8 {
     let [low, high] = channel.to_le_bytes();
@@ -54,8 +54,8 @@ pub fn data_id(channel: u16, counter: u16) -> u8 {
     low.wrapping_add(index.wrapping_mul(step))
 }
 
-/// The frames of a packet's or a handshake's content, which must be whole. None when it is neither, of another
-/// channel, or has more than [`MAX_WORDS`] words.
+/// Splits the content of a packet or handshake into frames. `None` if it is invalid, of another channel, or
+/// has more than [`MAX_WORDS`] words.
 #[must_use]
 pub fn frames(content: &[u8], channel: u16) -> Option<Frames<'_>> {
     let covered = verify(content, channel).ok()?;
@@ -86,12 +86,12 @@ pub fn frames(content: &[u8], channel: u16) -> Option<Frames<'_>> {
     Some(Frames { channel, counter: number, index: 0, last, heads, head_bytes, words })
 }
 
-/// Frames with a head, of what has a class and a number.
+/// Returns the number of frames with a head, by class and counter.
 fn head_frames(class: u8, number: u16) -> u8 {
     if class & TAGGED != 0 && number != 0 { TAGGED_HEAD_FRAMES } else { HEAD_FRAMES }
 }
 
-/// The data of a packet's frames, in the order that they are to be sent in. See [`frames`].
+/// The data of a packet's frames, in sending order. See [`frames`].
 #[derive(Debug, Clone)]
 pub struct Frames<'c> {
     channel: u16,
@@ -132,23 +132,23 @@ fn crc(channel: u16, counter: u16, index: u8, covered: &[u8]) -> u8 {
     digest.finalize()
 }
 
-/// Takes the frames of one sender and gives the contents in them.
+/// Reassembles the contents from one sender's frames.
 ///
-/// It holds one packet. A frame that is damaged, repeated or not the next one of the packet is dropped, and a packet
-/// that misses one never comes: only whole packets do.
+/// Buffers one packet. A damaged, duplicate or out-of-order frame is dropped; only complete packets are
+/// returned.
 #[derive(Debug)]
 pub struct Assembler {
-    /// Class of its packets.
+    /// Class of the packets.
     class: u8,
     channel: u16,
     counter: u16,
-    /// Index of the frame that is to come; 0 while no packet is begun.
+    /// Index of the expected frame; 0 between packets.
     next: u8,
     /// Index of the packet's last frame.
     last: u8,
-    /// Words so far.
+    /// Words received.
     words: usize,
-    /// With room for the envelope around them.
+    /// With room for the envelope.
     buffer: [u8; BUFFER_BYTES],
     tag_end: [u8; TAG_END_BYTES],
     dropped: u32,
@@ -161,13 +161,13 @@ impl Default for Assembler {
 }
 
 impl Assembler {
-    /// One that has seen nothing yet.
+    /// Creates an empty assembler.
     #[must_use]
     pub const fn new() -> Self {
         Self::of_class(PACKET)
     }
 
-    /// As [`new`](Self::new), for packets that are authenticated.
+    /// Like [`new`](Self::new), for authenticated packets.
     #[must_use]
     pub const fn authenticated() -> Self {
         Self::of_class(PACKET | TAGGED)
@@ -178,7 +178,7 @@ impl Assembler {
         Self { class, channel: 0, counter: 0, next: 0, last: 0, words: 0, buffer, tag_end, dropped: 0 }
     }
 
-    /// Takes a frame's data that came in on a channel; gives the content of the packet or handshake that it ended, if any.
+    /// Adds a frame received on a channel; returns the packet or handshake that it completes, if any.
     pub fn take(&mut self, data: &[u8], channel: u16) -> Option<&[u8]> {
         if self.add(data, channel).is_none() {
             self.dropped = self.dropped.saturating_add(1);
@@ -200,17 +200,17 @@ impl Assembler {
         close(self.channel, HEADER_BYTES + length, &mut self.buffer)
     }
 
-    /// Frames dropped so far. Stops at its largest number.
+    /// Returns the number of dropped frames (saturating).
     #[must_use]
     pub fn dropped(&self) -> u32 {
         self.dropped
     }
 
-    /// None when the frame is not what has to come now; nothing has changed then.
+    /// Adds the expected frame; `None`, without a change, for any other.
     fn add(&mut self, data: &[u8], channel: u16) -> Option<()> {
         let (&[found, tag], rest) = data.split_first_chunk::<2>()?;
         let (index, low) = (tag >> 4, u16::from(tag & 0xF));
-        // Of frame 0 the counter is not known yet, but it has a head in any case.
+        // The counter is unknown at frame 0, which always has a head.
         let heads = head_frames(self.class, self.counter);
         let (head, word) = if index < heads { rest.split_at_checked(2)? } else { rest.split_at(0) };
         let (mut counter, mut last, mut words) = (self.counter, self.last, self.words);

@@ -1,15 +1,15 @@
-//! A content in one CAN FD frame: `length u8 | content | zeros up to a length that CAN FD has`.
+//! A content in one CAN FD frame: `length u8 | content | zeros up to a valid CAN FD length`.
 
 use heapless::Vec;
 
-/// Most data of a CAN FD frame, bytes.
+/// Maximum data of a CAN FD frame, bytes.
 pub const MAX_DATA_BYTES: usize = 64;
-/// Longest content that a frame carries, bytes.
+/// Maximum content of a frame, bytes.
 pub const MAX_CONTENT_BYTES: usize = MAX_DATA_BYTES - 1;
-/// Lengths of a CAN FD frame above 8 bytes.
+/// Valid lengths of a CAN FD frame above 8 bytes.
 const LENGTHS: [usize; 7] = [12, 16, 20, 24, 32, 48, MAX_DATA_BYTES];
 
-/// The data of a content's frame. None when the content is longer than [`MAX_CONTENT_BYTES`].
+/// Packs a content into a frame's data. `None` if it exceeds [`MAX_CONTENT_BYTES`].
 #[must_use]
 pub fn pack(content: &[u8]) -> Option<Vec<u8, MAX_DATA_BYTES>> {
     let mut data = Vec::new();
@@ -21,7 +21,7 @@ pub fn pack(content: &[u8]) -> Option<Vec<u8, MAX_DATA_BYTES>> {
     Some(data)
 }
 
-/// The content in a frame's data. None when the data is shorter than it says.
+/// Returns the content of a frame's data. `None` if the data is truncated.
 #[must_use]
 pub fn unpack(data: &[u8]) -> Option<&[u8]> {
     let (length, rest) = data.split_first()?;
@@ -40,7 +40,7 @@ mod tests {
             assert_eq!(unpack(&data), Some(&bytes[..length]));
             assert!(
                 data.len() <= 8 || LENGTHS.contains(&data.len()),
-                "no CAN FD frame has {} bytes",
+                "{} bytes is not a CAN FD length",
                 data.len()
             );
         }

@@ -1,17 +1,16 @@
-//! Contents in a stream of bytes, such as a UART's: `0 | COBS(content) | 0`.
+//! Contents in a byte stream, such as a UART: `0 | COBS(content) | 0`.
 //!
-//! Zero stands only between frames, so whatever a line made of one frame, the next one is found.
+//! A zero occurs only between frames, so a receiver resynchronises after any corruption.
 
 use cobs::{DecodeResult, DecoderState};
 use heapless::Vec;
 
 use dimsart_core::envelope::MAX_CONTENT_BYTES;
 
-/// Longest frame, with a zero at both ends.
+/// Maximum length of a frame, including the zeros at both ends.
 pub const MAX_FRAME_BYTES: usize = cobs::max_encoding_length(MAX_CONTENT_BYTES) + 2;
 
-/// Writes the frame of a content to the start of `out`. None when it does not fit; [`MAX_FRAME_BYTES`] are always
-/// enough.
+/// Encodes a content into `out`. `None` if it does not fit; [`MAX_FRAME_BYTES`] are always enough.
 pub fn encode<'o>(content: &[u8], out: &'o mut [u8]) -> Option<&'o [u8]> {
     let (start, rest) = out.split_first_mut()?;
     let length = cobs::try_encode(content, rest).ok()?;
@@ -20,20 +19,20 @@ pub fn encode<'o>(content: &[u8], out: &'o mut [u8]) -> Option<&'o [u8]> {
     out.get(..length + 2)
 }
 
-/// What a [`StreamReceiver`] dropped. Counters stop at their largest number.
+/// Counters of the frames that a [`StreamReceiver`] dropped (saturating).
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Dropped {
-    /// Not COBS: bytes were lost, added or changed.
+    /// Invalid COBS: bytes were lost, added or changed.
     pub damaged: u32,
-    /// Longer than a content can be.
+    /// Exceeds the maximum content.
     pub too_long: u32,
 }
 
-/// Takes the bytes of a line and gives the contents in them.
+/// Finds contents in a byte stream.
 ///
-/// It holds one content, never waits and cannot overflow. Noise costs the frame it falls into: the next
-/// zero ends whatever was begun.
+/// Buffers one content, never blocks and cannot overflow. Noise affects only the current frame: the next zero
+/// ends it.
 #[derive(Debug, Default)]
 pub struct StreamReceiver {
     state: DecoderState,
@@ -43,14 +42,14 @@ pub struct StreamReceiver {
 }
 
 impl StreamReceiver {
-    /// A receiver that has seen nothing yet.
+    /// Creates an empty receiver.
     #[must_use]
     pub const fn new() -> Self {
         let dropped = Dropped { damaged: 0, too_long: 0 };
         Self { state: DecoderState::Idle, content: Vec::new(), is_too_long: false, dropped }
     }
 
-    /// Takes a byte; gives the content that it ended, if any. Its CRC was not looked at.
+    /// Adds a byte; returns the content that it completes, if any. The CRC is not checked.
     pub fn take(&mut self, byte: u8) -> Option<&[u8]> {
         match self.state.feed(byte) {
             Ok(DecodeResult::NoData) => None,
@@ -68,7 +67,7 @@ impl StreamReceiver {
         }
     }
 
-    /// What was dropped so far.
+    /// Returns the counters of dropped frames.
     #[must_use]
     pub fn dropped(&self) -> Dropped {
         self.dropped

@@ -1,22 +1,22 @@
-//! Why a device is not commanded by its scheme.
+//! Reasons why the scheme does not command the device.
 
 use serde::{Deserialize, Serialize};
 
 use dimsart_core::{Finding, Reason, Tick};
 
-/// Why the device is not commanded by the scheme.
+/// The reason why the scheme does not command the device.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[non_exhaustive]
 pub enum Blocked {
-    /// The scheme does not match; this is its first fault.
+    /// The scheme does not match; contains the first fault.
     Mismatch(Finding),
-    /// The outcome of the last tick, which is not [`Tick::Ran`].
+    /// The outcome of the last tick, other than [`Tick::Ran`].
     Tick(Tick),
 }
 
 impl Blocked {
-    /// Its number and texts.
+    /// Returns the reason's number and texts.
     #[must_use]
     pub const fn reason(&self) -> Reason {
         match self {
@@ -32,6 +32,6 @@ impl Blocked {
 pub struct FirstFault {
     /// Number of the tick, from 1.
     pub tick: u64,
-    /// Why.
+    /// The reason.
     pub reason: Blocked,
 }

@@ -1,19 +1,19 @@
-//! What a tick and its calls took, as an image that measures says it.
+//! Execution times of a tick and its calls, from an image that measures them.
 
 use serde::{Deserialize, Serialize};
 
-/// Counts of a board's counter that runs of one thing took, reading the counter included.
+/// Execution times in counts of a board's counter, including the time to read the counter.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 pub struct CyclesReport {
-    /// Runs that were measured; the counts are 0 as long as it is.
+    /// Measured runs; if 0, the counts are 0.
     pub runs: u32,
-    /// Of the shortest run.
+    /// Shortest run.
     pub least: u32,
-    /// Of a run on average, rounded down.
+    /// Mean run, rounded down.
     pub mean: u32,
-    /// Of the longest run.
+    /// Longest run.
     pub greatest: u32,
-    /// What the counter counts: 0 for cycles of the processor; otherwise the time of an emulator, of which 1024
-    /// instructions take this many counts.
+    /// Unit of the counts: 0 for processor cycles; otherwise an emulator's time, with this many counts per
+    /// 1024 instructions.
     pub per_1024_instructions: u32,
 }

@@ -1,11 +1,11 @@
-//! Descriptions that requests are answered by.
+//! Descriptions in responses.
 
 use dimsart_core::limits::MAX_DOF;
 use dimsart_core::{AxisKind, Kind, ModuleRef};
 use heapless::Vec;
 use serde::{Deserialize, Serialize};
 
-/// Who is there.
+/// Identity of the device.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Identity<'a> {
     /// [`PROTOCOL_VERSION`](super::PROTOCOL_VERSION) of the device.
@@ -14,7 +14,7 @@ pub struct Identity<'a> {
     pub device: &'a str,
     /// Name of the image.
     pub image: &'a str,
-    /// What moves on each axis; as many as there are degrees of freedom.
+    /// The type of motion on each axis, one entry per degree of freedom.
     pub axes: Vec<AxisKind, MAX_DOF>,
     /// Time between two ticks, `s`.
     pub sample_period_s: f32,
@@ -33,11 +33,11 @@ impl From<&Kind> for ModuleText<'static> {
     }
 }
 
-/// A module that exists.
+/// A module instance.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 pub struct InstanceText {
-    /// Which one.
+    /// The module.
     pub module: ModuleRef,
-    /// Its place in the plug-in order, from 0; none while it is not plugged in.
+    /// Position in the plug-in order, from 0; `None` if it is not plugged in.
     pub place: Option<u8>,
 }

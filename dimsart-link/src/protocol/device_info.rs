@@ -1,4 +1,4 @@
-//! What the caller of the tick knows of a controller and the controller itself does not.
+//! State of a controller that the caller of its tick maintains.
 
 use super::LawAction;
 use super::blocked::{Blocked, FirstFault};
@@ -12,12 +12,12 @@ use crate::event_log::{Event, EventKind, EventLog};
 use dimsart_core::{DataBase, Dimsart, Engine, FaultCause, FrameError, ModuleFault, Reason, Tick, Timing};
 
 const LEASES_PER_S: u32 = 5;
-/// Telemetry ends when its client has been silent for so long.
+/// Telemetry ends after this silence of its client.
 const PATIENCE_S: u32 = 5;
 
-/// What whoever calls [`Dimsart::tick`](dimsart_core::Dimsart::tick) keeps beside it: the image's name, what its ticks
-/// came to, and what its clients may do. Its creator chooses how many streams of telemetry there are: one for each client,
-/// or for each part of what a client looks at.
+/// State that the caller of [`Dimsart::tick`](dimsart_core::Dimsart::tick) maintains: name of the image,
+/// outcomes of ticks, rights of the clients. `STREAMS` is the number of telemetry streams, for example one
+/// per client.
 #[derive(Debug, Clone, Copy)]
 pub struct DeviceInfo<const STREAMS: usize = 1> {
     pub(super) image: &'static str,
@@ -27,24 +27,24 @@ pub struct DeviceInfo<const STREAMS: usize = 1> {
     pub(super) first_fault: Option<FirstFault>,
     pub(super) timing: Option<Timing>,
     pub(super) lease: Lease,
-    /// What a client may be silent for; 0 where nothing is sent unsolicited.
+    /// Permitted silence of a client; 0 without telemetry.
     patience_ticks: u32,
     pub(super) events: Option<&'static EventLog>,
-    /// Of the last tick, as [events](EventLog) were added for it; no reason where it was a fault that was reset since.
+    /// Last reason that was logged as an [event](EventLog); `None` after a reset of a fault.
     reason: Option<Reason>,
     failed: u32,
     /// Number of the last event of the board's CAN bus.
     bus: u8,
-    /// A pointer, so that an image without laws has nothing of the answers.
+    /// A pointer, so that an image without laws does not contain the responses.
     pub(super) answer_law: fn(&Engine, LawAction) -> Response<'static>,
     streams: [Stream; STREAMS],
 }
 
 impl<const STREAMS: usize> DeviceInfo<STREAMS> {
-    /// An image before its first tick. `image` tells it from every other one, for example by board,
-    /// version and commit; a host may remember descriptions by it. At most 100 bytes.
+    /// Creates the state before the first tick. `image` must identify the image, for example by board,
+    /// version and commit; a host may cache descriptions by it. At most 100 bytes.
     ///
-    /// It moves without a lease and has no telemetry.
+    /// By default motion needs no lease and there is no telemetry.
     #[must_use]
     pub const fn new(image: &'static str) -> Self {
         Self {
@@ -64,55 +64,56 @@ impl<const STREAMS: usize> DeviceInfo<STREAMS> {
         }
     }
 
-    /// With a log of what happens.
+    /// Adds an event log.
     #[must_use]
     pub const fn with_events(self, events: &'static EventLog) -> Self {
         Self { events: Some(events), ..self }
     }
 
-    /// With answers to [questions about laws](super::Request::Law), for a controller that can run them.
+    /// Adds responses to [requests about laws](super::Request::Law), for a controller with laws.
     #[must_use]
     pub const fn with_laws(self) -> Self {
         Self { answer_law, ..self }
     }
 
-    /// With telemetry, and motion for the client alone that holds a lease of 200 ms.
+    /// Enables telemetry and requires a lease of 200 ms for motion.
     #[must_use]
     pub const fn for_clients(self, tick_hz: u32) -> Self {
         let patience_ticks = tick_hz.saturating_mul(PATIENCE_S);
         Self { lease: Lease::new(tick_hz / LEASES_PER_S), patience_ticks, ..self }
     }
 
-    /// Takes note of how well the ticks keep their time, where there is a clock to tell.
+    /// Sets the timing of the ticks, if it is measured.
     pub fn set_timing(&mut self, timing: Timing) {
         self.timing = Some(timing);
     }
 
-    /// Logs an event of the board's CAN bus, if it is new, by the number of its [`EventKind`].
+    /// Logs an event of the board's CAN bus by the number of its [`EventKind`], unless it is the last one
+    /// again.
     pub fn log_bus(&mut self, what: u8) {
         if core::mem::replace(&mut self.bus, what) != what {
             self.log(Event::of(what));
         }
     }
 
-    /// Begins a tick: counts the time of the lease. Gives whether the device may be moved in this tick, for
+    /// Begins a tick and advances the lease. Returns whether motion is permitted in this tick, for
     /// [`Dimsart::allow_motion`](dimsart_core::Dimsart::allow_motion).
     #[must_use]
     pub fn begin_tick(&mut self) -> bool {
         self.lease.tick()
     }
 
-    /// Takes the lease from whoever holds it: motion needs a new one.
+    /// Ends the lease; motion needs a new one.
     pub fn end_lease(&mut self) {
         self.lease.end();
     }
 
-    /// Takes note of a tick that was left out because the one before it overran: a lease lasts no longer for it.
+    /// Counts a skipped tick after an overrun, so that the lease does not last longer.
     pub fn leave_out_tick(&mut self) {
         let _ = self.lease.tick();
     }
 
-    /// Ends a tick of this controller: counts it, and takes note of what it came to.
+    /// Ends a tick: counts it and records its outcome.
     pub fn end_tick(&mut self, tick: Tick, dimsart: &Dimsart) {
         self.ticks = self.ticks.saturating_add(1);
         let (reason, failed) = (Some(tick.reason()), dimsart.engine().failed());
@@ -125,14 +126,14 @@ impl<const STREAMS: usize> DeviceInfo<STREAMS> {
         // An armed client waits for a link's first packet: a peer that starts later is no fault.
         let reason = tick.reason();
         if reason.is_fault() && reason != Reason::LinkDown {
-            // Motion takes a reset and a new lease.
+            // After a fault, motion needs a reset and a new lease.
             self.lease.end();
             let first = FirstFault { tick: self.ticks, reason: Blocked::Tick(tick) };
             self.first_fault.get_or_insert(first);
         }
     }
 
-    /// Adds what is new in a tick.
+    /// Logs the changes of a tick.
     #[cold]
     #[inline(never)]
     fn log_tick(&self, tick: Tick, faults: impl Iterator<Item = ModuleFault>) {
@@ -173,8 +174,8 @@ impl<const STREAMS: usize> DeviceInfo<STREAMS> {
         }
     }
 
-    /// A heartbeat of the tick that has ended. `dropped` is for the caller to know; what the line damaged is for
-    /// who has the line.
+    /// Returns the heartbeat of the last tick. `dropped` is counted by the caller; the receiver of the line
+    /// counts damaged frames.
     #[must_use]
     pub fn heartbeat(&self, dropped: u32) -> Heartbeat {
         let Self { ticks, blocked, first_fault, lease, .. } = self;
@@ -183,7 +184,7 @@ impl<const STREAMS: usize> DeviceInfo<STREAMS> {
         Heartbeat { ticks, blocked, first_fault, lease: lease.status(), dropped, damaged: 0, events }
     }
 
-    /// Telemetry of the tick that has ended, as far as it is due.
+    /// Returns the telemetry samples that are due in the last tick.
     pub fn samples<'a>(&'a mut self, data_base: &'a DataBase) -> impl Iterator<Item = Sample> {
         let tick = u32::try_from(self.ticks & u64::from(u32::MAX)).unwrap_or_default();
         self.streams.iter_mut().filter_map(move |stream| stream.sample(tick, data_base))
@@ -199,13 +200,13 @@ impl<const STREAMS: usize> DeviceInfo<STREAMS> {
         stream.ask(wanted, place % MAX_TELEMETRY_SIGNALS, self.patience_ticks, data_base)
     }
 
-    /// Why a scheme that runs does not command the device in the next tick, as far as can be told.
+    /// Returns why a running scheme will not command the device in the next tick, if known.
     pub(super) fn keeps_still(&self) -> Option<Blocked> {
         let fault = self.blocked.filter(|blocked| blocked.reason().is_fault());
         fault.or_else(|| (!self.lease.is_armed()).then_some(Blocked::Tick(Tick::Disarmed)))
     }
 
-    /// Takes note of a reset: what has failed may work again, and is told anew where it does not.
+    /// Clears the recorded fault after a reset.
     pub(super) fn forget_fault(&mut self) {
         self.reason = self.reason.filter(|reason| !reason.is_fault());
         self.failed = 0;

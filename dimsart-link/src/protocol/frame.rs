@@ -1,4 +1,4 @@
-//! Requests and responses as frames of a byte stream.
+//! Frames of requests and responses in a byte stream.
 
 use serde::{Deserialize, Serialize};
 
@@ -8,10 +8,10 @@ use dimsart_core::envelope::{CRC_BYTES, Class, HEADER_BYTES, MAX_CONTENT_BYTES, 
 
 pub use crate::carrier::stream::MAX_FRAME_BYTES;
 
-/// The channel of all that is between hosts and one controller.
+/// The channel between hosts and one controller.
 pub(super) const CHANNEL: u16 = 0;
 
-/// The buffer is too small for the frame; one of [`MAX_FRAME_BYTES`] never is.
+/// The buffer is too small for the frame; [`MAX_FRAME_BYTES`] are always enough.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct NoRoom;
@@ -24,13 +24,13 @@ impl core::fmt::Display for NoRoom {
 
 impl core::error::Error for NoRoom {}
 
-/// Why the content of a frame is not what was asked for.
+/// Errors in the content of a frame.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum DecodeError {
-    /// The frame is for somebody else: a response where requests are taken, or the reverse.
+    /// A response where a request is expected, or the reverse.
     OtherClass,
-    /// Undamaged, but of a version that knows more, or less.
+    /// Intact, but of a different protocol version.
     NotUnderstood {
         /// The frame's id.
         id: u16,
@@ -40,9 +40,11 @@ pub enum DecodeError {
 impl core::fmt::Display for DecodeError {
     fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
         match self {
-            Self::OtherClass => write!(f, "the frame is for another receiver"),
+            Self::OtherClass => {
+                write!(f, "unexpected frame: a response instead of a request, or the reverse")
+            }
             Self::NotUnderstood { id } => {
-                write!(f, "frame {id} is not understood: compare both sides' protocol versions")
+                write!(f, "cannot decode frame {id}: compare both sides' protocol versions")
             }
         }
     }
@@ -50,15 +52,15 @@ impl core::fmt::Display for DecodeError {
 
 impl core::error::Error for DecodeError {}
 
-/// Why a frame was not made.
+/// Errors in encoding.
 pub(super) enum EncodeError {
-    /// The payload does not fit [`MAX_CONTENT_BYTES`].
+    /// The payload exceeds [`MAX_CONTENT_BYTES`].
     TooLong,
     /// The frame does not fit the buffer.
     NoRoom,
 }
 
-/// Writes a frame to the start of `out` and gives its length.
+/// Encodes a frame into `out`; returns its length.
 pub(super) fn encode(
     class: Class,
     id: u16,
@@ -72,8 +74,7 @@ pub(super) fn encode(
     seal_frame(class, id, length, &mut buffer, out).ok_or(EncodeError::NoRoom)
 }
 
-/// Writes the frame of the payload that is at [`HEADER_BYTES`] of `buffer` to the start of `out` and gives its
-/// length.
+/// Encodes the frame of the payload at [`HEADER_BYTES`] of `buffer` into `out`; returns its length.
 #[inline(never)]
 pub(super) fn seal_frame(
     class: Class,
@@ -85,12 +86,12 @@ pub(super) fn seal_frame(
     stream::encode(seal(class, CHANNEL, counter, length, buffer)?, out).map(<[u8]>::len)
 }
 
-/// The content without its CRC, if that is right.
+/// Returns the content without its CRC, if the CRC is valid.
 pub(super) fn check(content: &[u8]) -> Option<&[u8]> {
     verify(content, CHANNEL).ok()
 }
 
-/// Reads id and payload of a content that [`check`] let through.
+/// Decodes id and payload of a content that passed [`check`].
 pub(super) fn decode<'c, T: Deserialize<'c>>(
     class: Class,
     content: &'c [u8],

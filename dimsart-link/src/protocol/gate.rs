@@ -1,4 +1,4 @@
-//! Which requests a board takes, by the key that it holds.
+//! Access control of a board with a key.
 //!
 //! ```text
 //! host ──────hello──────▶ board
@@ -6,10 +6,9 @@
 //! host ──proof, request─▶ board
 //! host ◀─taken, response─ board
 //! ```
-//! A board says nothing of this by itself, and who asks for nothing that [needs the key](Request::needs_key) never hears
-//! of it. What is sealed cannot be read off its tag, changed, or used a
-//! second time. Whoever can hold up the line can hold a sealed request back and let it go on later, until the board
-//! takes another one: time is not part of it.
+//! The board never starts this exchange, and a host whose requests do not [need the key](Request::needs_key)
+//! never sees it. A sealed request cannot be forged, changed or replayed. An attacker who controls the line
+//! can delay a sealed request until the board accepts a later one: the seal contains no time.
 
 use super::frame::{CHANNEL, DecodeError, NoRoom};
 use super::key::{KeyRefusal, KeyState};
@@ -18,20 +17,20 @@ use crate::auth::{AuthError, Key, Line, Opener, Profile};
 use crate::carrier::stream;
 use dimsart_core::envelope::{Class, HEADER_BYTES, MAX_CONTENT_BYTES, TAGGED};
 
-/// What came in, as far as the gate lets it.
+/// A received message after the check.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Taken {
-    /// A request with its id: it may be carried out.
+    /// An accepted request with its id.
     Request(u16, Request),
-    /// A request that may not, with its id and why not.
+    /// A refused request with its id and the reason.
     Refused(u16, KeyRefusal),
-    /// A request that this version does not know, with its id.
+    /// An unknown request with its id.
     NotUnderstood(u16),
-    /// Nothing to be answered but by a [handshake](Gate::handshake), if there is one.
+    /// No response except a [handshake](Gate::handshake), if any.
     Nothing,
 }
 
-/// Lets in what may be carried out.
+/// Checks requests against the board's key.
 #[derive(Debug)]
 pub struct Gate {
     state: State,
@@ -46,25 +45,26 @@ enum State {
 }
 
 impl Gate {
-    /// Of a board that holds no key.
+    /// Creates the gate of a board without a key.
     #[must_use]
     pub const fn open() -> Self {
         Self { state: State::Open }
     }
 
-    /// Of a board that cannot read what it kept.
+    /// Creates the gate of a board whose stored key is corrupt.
     #[must_use]
     pub const fn damaged() -> Self {
         Self { state: State::Damaged }
     }
 
-    /// Of a board that holds a key. `seed` as for [`Opener::new`]; other openers with this key need others.
+    /// Creates the gate of a board with a key. `seed` as for [`Opener::new`]; each opener with this key needs
+    /// a different one.
     #[must_use]
     pub fn locked(key: &Key, seed: u64) -> Self {
         Self { state: State::Locked(Opener::new(key, Line::Commands, Profile::Full, CHANNEL, seed)) }
     }
 
-    /// How the board stands to keys.
+    /// Returns the state of the key.
     #[must_use]
     pub fn state(&self) -> KeyState {
         match self.state {
@@ -74,7 +74,7 @@ impl Gate {
         }
     }
 
-    /// Takes the content of a frame.
+    /// Checks the content of a frame.
     pub fn take(&mut self, content: &[u8]) -> Taken {
         let Some((&[class, low, high], _)) = content.split_first_chunk::<HEADER_BYTES>() else {
             return Taken::Nothing;
@@ -84,7 +84,7 @@ impl Gate {
         }
         let opened = match &mut self.state {
             State::Locked(opener) => opener.open_covered(content),
-            // Who seals believes that there is a key.
+            // The client has a key, the board has none.
             State::Open | State::Damaged => Err(AuthError::Tag),
         };
         match opened {
@@ -96,24 +96,23 @@ impl Gate {
         }
     }
 
-    /// Whether somebody waits for a [handshake](Self::handshake).
+    /// Returns whether a [handshake](Self::handshake) is pending.
     #[must_use]
     pub fn owes_handshake(&self) -> bool {
         matches!(&self.state, State::Locked(opener) if opener.owes_handshake())
     }
 
-    /// The frame of the handshake that answers what came last, in `out`; none when there is none. To be asked for after
-    /// every frame.
+    /// Writes the frame of the pending handshake to `out`; `None` if there is none. Call after every frame.
     ///
     /// # Errors
-    /// [`NoRoom`] when `out` is too small; [`MAX_FRAME_BYTES`](super::MAX_FRAME_BYTES) are enough.
+    /// [`NoRoom`] if `out` is too small; [`MAX_FRAME_BYTES`](super::MAX_FRAME_BYTES) are enough.
     pub fn handshake<'o>(&mut self, out: &'o mut [u8]) -> Result<Option<&'o [u8]>, NoRoom> {
         let State::Locked(opener) = &mut self.state else { return Ok(None) };
         let Some(handshake) = opener.handshake() else { return Ok(None) };
         stream::encode(handshake, out).map(Some).ok_or(NoRoom)
     }
 
-    /// What is not sealed.
+    /// Checks an unsealed request.
     fn admit(&self, content: &[u8]) -> Taken {
         match decode_request(content) {
             Ok((id, request)) if request.needs_key() && !matches!(self.state, State::Open) => {
@@ -127,7 +126,7 @@ impl Gate {
         }
     }
 
-    /// Why nothing that is sealed is taken.
+    /// Returns why sealed requests are refused.
     fn refusal(&self) -> KeyRefusal {
         match self.state {
             State::Damaged => KeyRefusal::Damaged,
@@ -138,7 +137,7 @@ impl Gate {
 
 const SEALED_REQUEST: u8 = Class::Request as u8 | TAGGED;
 
-/// The request that was sealed.
+/// Decodes a sealed request.
 fn request(sealed: &[u8]) -> Taken {
     let mut buffer = [0; MAX_CONTENT_BYTES];
     let Some(content) = buffer.get_mut(..sealed.len()) else { return Taken::Nothing };

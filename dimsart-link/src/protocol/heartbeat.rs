@@ -1,4 +1,4 @@
-//! What a device says by itself, ten times per second, whether it is asked or not.
+//! The heartbeat that a device sends ten times per second.
 
 use serde::{Deserialize, Serialize};
 
@@ -7,33 +7,33 @@ use super::frame::{DecodeError, NoRoom, decode, encode};
 use super::lease::LeaseStatus;
 use dimsart_core::envelope::Class;
 
-/// How often a device's heart beats.
+/// Heartbeats per second.
 pub const HEARTBEATS_PER_S: u32 = 10;
 
-/// How a device is doing.
+/// State of a device.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Heartbeat {
     /// Ticks since the start.
     pub ticks: u64,
-    /// Why the scheme did not command the device in the last tick; none when it did. Without a check:
-    /// `Tick::Idle` for every scheme that does not run, [`Status`](super::Status) says why.
+    /// Why the scheme did not command the device in the last tick; `None` if it did. For a stopped scheme
+    /// always `Tick::Idle`: [`Status`](super::Status) has the reason.
     pub blocked: Option<Blocked>,
     /// The first tick that was refused, or in which a link was lost.
     pub first_fault: Option<FirstFault>,
-    /// Who may move the device.
+    /// The client that may move the device.
     pub lease: LeaseStatus,
-    /// What was dropped because nobody took it in time: answers, packets in and out, samples.
+    /// Messages dropped due to full queues: responses, packets in both directions, samples.
     pub dropped: u32,
-    /// What came over this line and was refused: damaged, cut, or too long.
+    /// Frames of this line that were rejected: corrupt, cut off or too long.
     pub damaged: u32,
     /// Number of the last [event](crate::Event); 0 before the first one.
     pub events: u32,
 }
 
-/// Writes the frame of a heartbeat to the start of `out` and gives it; `counter` counts them.
+/// Encodes the frame of a heartbeat into `out`; `counter` counts heartbeats.
 ///
 /// # Errors
-/// [`NoRoom`] when `out` is too small; [`MAX_FRAME_BYTES`](super::MAX_FRAME_BYTES) are enough.
+/// [`NoRoom`] if `out` is too small; [`MAX_FRAME_BYTES`](super::MAX_FRAME_BYTES) are enough.
 pub fn encode_heartbeat<'o>(
     heartbeat: &Heartbeat,
     counter: u16,
@@ -43,10 +43,10 @@ pub fn encode_heartbeat<'o>(
     out.get(..length).ok_or(NoRoom)
 }
 
-/// Reads counter and heartbeat out of a frame's content.
+/// Decodes counter and heartbeat from a frame's content.
 ///
 /// # Errors
-/// [`DecodeError`] when it is none, or one that this version does not know.
+/// [`DecodeError`] if it is another message or of an unknown version.
 pub fn decode_heartbeat(content: &[u8]) -> Result<(u16, Heartbeat), DecodeError> {
     decode(Class::Heartbeat, content)
 }

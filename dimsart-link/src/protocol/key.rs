@@ -1,15 +1,14 @@
-//! The key that a board keeps: what travels about it. The rest is in `gate.rs`.
+//! Messages about a board's key. `gate.rs` checks requests against it.
 //!
 //! ```text
 //! open ──set──▶ locked ──set, clear: sealed with the key that is held──▶ locked, open
-//! damaged: what was kept cannot be read. Nothing that is sealed is taken and nothing else moves the device
+//! damaged: the stored key is corrupt. The board refuses all requests that need a key
 //! ```
-//! Without feature `auth` none of it can be made or read: a request about keys is not understood there, and costs
-//! nothing.
+//! Without feature `auth` none of these values exists: requests about keys are unknown.
 
 use serde::{Deserialize, Serialize};
 
-/// A key on its way. It is not shown.
+/// A key in a message. Its debug output is redacted.
 #[cfg(feature = "auth")]
 #[derive(Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 pub struct KeyBytes(pub [u8; 16]);
@@ -28,45 +27,45 @@ impl defmt::Format for KeyBytes {
     }
 }
 
-/// What is wanted of the key that a board keeps. Each is answered by how it stands then.
+/// Requests about the board's key. The response is the resulting [`KeyState`].
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
 #[cfg_attr(feature = "auth", derive(Deserialize))]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[cfg_attr(feature = "auth", non_exhaustive)]
 pub enum KeyAction {
-    /// Nothing but to know.
+    /// Reads the state.
     #[cfg(feature = "auth")]
     Look,
-    /// Keeps a key, in place of the one before. From the answer on the board is locked.
+    /// Stores a key, replacing an existing one. The board is locked from the response on.
     #[cfg(feature = "auth")]
     Set {
         /// The key.
         key: KeyBytes,
-        /// A random number, another one at every `Set`: what the board's nonces begin with.
+        /// A random number, different for every `Set`: start of the board's nonces.
         salt: u64,
     },
-    /// Forgets the key. From the answer on the board is open.
+    /// Deletes the key. The board is open from the response on.
     #[cfg(feature = "auth")]
     Clear,
 }
 
-/// How a board stands to keys.
+/// State of a board's key.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[cfg_attr(feature = "auth", non_exhaustive)]
 pub enum KeyState {
-    /// It holds none: it takes what anybody asks, and authenticates nothing.
+    /// No key: the board accepts requests from every client.
     #[cfg(feature = "auth")]
     Open,
-    /// It holds one, and takes what changes or moves something from who has it, too.
+    /// Locked: the board accepts requests that change or move something only if they are sealed.
     #[cfg(feature = "auth")]
     Locked,
-    /// What it kept cannot be read: it is locked, and no key opens it.
+    /// The stored key is corrupt: the board is locked, and no key unlocks it.
     #[cfg(feature = "auth")]
     Damaged,
 }
 
-/// Why a request that a key has to do with was refused.
+/// Reasons for refusing a request because of the key.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[cfg_attr(feature = "auth", non_exhaustive)]
@@ -74,13 +73,13 @@ pub enum KeyRefusal {
     /// The board is locked, and the request was not sealed.
     #[cfg(feature = "auth")]
     Locked,
-    /// What the board kept of its key cannot be read.
+    /// The stored key is corrupt.
     #[cfg(feature = "auth")]
     Damaged,
-    /// Sealed with another key, for another start of the board, or used before.
+    /// Sealed with another key or for an earlier start of the board, or replayed.
     #[cfg(feature = "auth")]
     NotAccepted,
-    /// A key is set and cleared at rest alone: the scheme runs, or somebody holds the lease.
+    /// The key can only be changed at rest: the scheme runs, or a client holds the lease.
     #[cfg(feature = "auth")]
     InUse,
 }
@@ -90,25 +89,25 @@ impl core::fmt::Display for KeyRefusal {
     fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
         match *self {
             #[cfg(feature = "auth")]
-            Self::Locked => f.write_str("the board is locked: give the file with its key (--key-file)"),
+            Self::Locked => f.write_str("the board is locked: pass its key file (--key-file FILE)"),
             #[cfg(feature = "auth")]
             Self::Damaged => f.write_str(
-                "the board cannot read the key that it kept, so that it takes nothing from anybody: erase its flash \
-                 and flash it anew",
+                "the key stored in the board is corrupt, so it refuses all commands that change or move something: erase its \
+                 flash and flash it again",
             ),
             #[cfg(feature = "auth")]
             Self::NotAccepted => f.write_str(
-                "the board does not take what was sealed: it holds another key than the one in the file",
+                "sealed request refused: the board's key differs from the one in the file",
             ),
             #[cfg(feature = "auth")]
             Self::InUse => f.write_str(
-                "a key is changed at rest only: `stop` the scheme and let whoever armed the board end that",
+                "the key can only be changed at rest: `stop` the scheme and disarm the client that holds the lease",
             ),
         }
     }
 }
 
-/// As derived, and 48 bytes of flash less.
+/// The derived implementation takes 48 bytes more flash.
 #[cfg(not(feature = "auth"))]
 impl<'de> Deserialize<'de> for KeyAction {
     fn deserialize<D: serde::Deserializer<'de>>(_: D) -> Result<Self, D::Error> {

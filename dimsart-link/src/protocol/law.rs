@@ -1,4 +1,4 @@
-//! What a host asks about the laws that a controller keeps.
+//! Requests about a controller's laws.
 
 use heapless::Vec;
 use serde::{Deserialize, Serialize};
@@ -7,26 +7,26 @@ use super::refusal::Refusal;
 use super::response::{MAX_SIGNAL_WORDS, Response, SignalText};
 use dimsart_core::{Engine, Format, Unit};
 
-/// What is asked of the programs.
+/// Requests about programs.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[non_exhaustive]
 pub enum LawAction {
-    /// How the place of this number stands, from 1.
+    /// Reads the state of a slot, numbered from 1.
     Look {
-        /// The place.
+        /// The slot.
         number: u8,
     },
-    /// Words of the program in this place, from one of them on.
+    /// Reads words of a slot's program.
     Read {
-        /// The place.
+        /// The slot.
         number: u8,
-        /// First word wanted; at most 32 come at a time.
+        /// First word; a response has at most 32 words.
         from: u8,
     },
 }
 
-/// What is asked about a law. Of a [program](LawAction::Read) as many words as fit, from one of them on.
+/// Answers a request about a law. A [read](LawAction::Read) returns as many words as fit.
 pub(super) fn answer_law(engine: &Engine, action: LawAction) -> Response<'static> {
     let answer = match action {
         LawAction::Read { number, from } => engine
@@ -38,7 +38,7 @@ pub(super) fn answer_law(engine: &Engine, action: LawAction) -> Response<'static
     answer.unwrap_or(Response::Refused(Refusal::NotThere))
 }
 
-/// The same of a controller without laws.
+/// The same for a controller without laws.
 pub(super) fn refuse_law(_: &Engine, _: LawAction) -> Response<'static> {
     Response::Refused(Refusal::NotUnderstood)
 }

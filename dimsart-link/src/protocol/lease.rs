@@ -1,12 +1,12 @@
-//! The right to move the device: one client's at a time, and for a moment only.
+//! The lease: the right to move the device, held by one client for a short time.
 //!
 //! ```text
-//! nobody ──take──▶ held by one client ──renew, in time──▶ held on
-//!   ▲                │ gives it back, or its time is over: from that very tick on the device gets its safe input
+//! free   ──take──▶ held by one client ──renew, in time──▶ held
+//!   ▲                │ released or expired: from the same tick on the device goes to its safe value
 //!   └────────────────┘
 //! ```
-//! Nothing but a renewal by its holder prolongs it: neither questions nor telemetry do. What its holder asks of the kept
-//! schemes is a renewal, too, until it is done.
+//! Only a renewal by the holder extends the lease; requests and telemetry do not. The holder's requests to
+//! the scheme storage also extend the lease.
 
 use serde::{Deserialize, Serialize};
 
@@ -14,32 +14,32 @@ use super::client::NO_CLIENT;
 use super::motor::{MotorAction, MotorRefusal};
 use super::refusal::Refusal;
 
-/// What a client wants of the lease. Each is answered by how it stands then.
+/// Requests about the lease. The response is the resulting [`LeaseStatus`].
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[non_exhaustive]
 pub enum LeaseAction {
-    /// Nothing but to know.
+    /// Reads the state.
     Look,
-    /// Takes it from nobody. For its holder a renewal.
+    /// Takes a free lease. Renews it for its holder.
     Take,
-    /// Prolongs it. Refused when its time was over: motion begins by a `Take` alone.
+    /// Renews the lease. Refused after it expired: motion starts with a `Take` only.
     Renew,
-    /// Gives it back. Nothing happens when nobody holds it.
+    /// Releases the lease. No effect on a free lease.
     GiveBack,
 }
 
-/// How the lease stands.
+/// State of the lease.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct LeaseStatus {
     /// The client that holds it, [`NO_CLIENT`] when it is free.
     pub holder: u8,
-    /// Ticks that it lasts unless it is renewed.
+    /// Ticks until it expires.
     pub ticks_left: u32,
 }
 
-/// Who may move the device; counts its own time in ticks.
+/// The lease; counts its time in ticks.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Lease {
     status: LeaseStatus,
@@ -47,23 +47,24 @@ pub struct Lease {
 }
 
 impl Lease {
-    /// A lease that nobody holds. One of 0 ticks is needed by nobody and given to nobody.
+    /// Creates a free lease. With 0 ticks, motion needs no lease and no client can take it.
     #[must_use]
     pub const fn new(length_ticks: u32) -> Self {
         Self { status: LeaseStatus { holder: NO_CLIENT, ticks_left: 0 }, length_ticks }
     }
 
-    /// How it stands.
+    /// Returns the state.
     #[must_use]
     pub fn status(&self) -> LeaseStatus {
         self.status
     }
 
-    /// Does what a client wants.
+    /// Handles a client's request.
     ///
     /// # Errors
-    /// [`Refusal::Lease`] with the holder when it is another client, or [`NO_CLIENT`] when there is nothing to renew;
-    /// [`Refusal::NotThere`] when the device has no lease, or the client has no number. Nothing has changed.
+    /// [`Refusal::Lease`] with the holder if another client holds it, or [`NO_CLIENT`] if there is no lease
+    /// to renew; [`Refusal::NotThere`] if the device has no lease, or the client has no number. The lease is
+    /// unchanged.
     pub fn carry_out(&mut self, client: u8, action: LeaseAction) -> Result<LeaseStatus, Refusal> {
         if self.length_ticks == 0 || client == NO_CLIENT && action != LeaseAction::Look {
             return Err(Refusal::NotThere);
@@ -84,10 +85,10 @@ impl Lease {
         Ok(self.status)
     }
 
-    /// Whether a client may change something.
+    /// Checks whether a client may change something.
     ///
     /// # Errors
-    /// [`Refusal::Lease`] with the holder, when another client holds it.
+    /// [`Refusal::Lease`] with the holder, if another client holds the lease.
     pub fn admit(&self, client: u8) -> Result<(), Refusal> {
         match self.status.holder {
             NO_CLIENT => Ok(()),
@@ -96,18 +97,18 @@ impl Lease {
         }
     }
 
-    /// Takes it from whoever holds it.
+    /// Ends the lease.
     pub fn end(&mut self) {
         self.status = LeaseStatus::default();
     }
 
-    /// Whether the device may be moved now.
+    /// Returns whether motion is permitted.
     #[must_use]
     pub fn is_armed(&self) -> bool {
         self.length_ticks == 0 || self.status.holder != NO_CLIENT
     }
 
-    /// Counts a tick; true when the device may be moved in it.
+    /// Counts a tick; returns whether motion is permitted in it.
     pub fn tick(&mut self) -> bool {
         let Some(left) = self.status.ticks_left.checked_sub(1) else {
             self.status.holder = NO_CLIENT;
@@ -117,7 +118,7 @@ impl Lease {
         true
     }
 
-    /// Whether a client may have a motor action carried out, as lease and scheme stand.
+    /// Checks whether a client may perform a motor action, given the lease and the scheme.
     pub(super) fn admit_motor(
         &self,
         action: MotorAction,

@@ -1,10 +1,10 @@
-//! The motor of a board that has a drive: a configuration that it keeps, and what it finds out about its motor.
+//! The motor of a board with a drive: its stored configuration and its identification.
 //!
 //! ```text
-//! put, put, ... ──keep──▶ kept: read by the next start, checked again    forget: the next start takes the image's
-//! identify, under the lease ──▶ under way ──▶ found, or failed
+//! put, put, ... ──keep──▶ stored: checked and used from the next start    forget: back to the image's configuration
+//! identify, with the lease ──▶ in progress ──▶ found, or failed
 //! ```
-//! What the words mean is the drive's and its host's matter: they have a layout number.
+//! Only the drive and its host interpret the words, by a layout number.
 
 use heapless::Vec;
 use serde::{Deserialize, Serialize};
@@ -12,157 +12,156 @@ use serde::{Deserialize, Serialize};
 use dimsart_core::Reason;
 use dimsart_core::checksum::CRC;
 
-/// Most words of a configuration.
+/// Maximum number of words in a configuration.
 pub const MAX_MOTOR_WORDS: usize = 32;
 
 /// Words of a configuration.
 pub type MotorWords = Vec<u32, MAX_MOTOR_WORDS>;
 
-/// What is wanted of a board's motor.
+/// Requests about a board's motor.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[non_exhaustive]
 pub enum MotorAction {
-    /// What the motor is run by; answered, as the next three, by a [`MotorReport`].
+    /// Reads the active configuration. This request and the next three are answered by a [`MotorReport`].
     Look,
-    /// A word of the configuration that is to be kept.
+    /// Transfers one word of a configuration.
     Put {
-        /// Its place, below [`MAX_MOTOR_WORDS`].
+        /// Its index, below [`MAX_MOTOR_WORDS`].
         place: u8,
         /// The word.
         word: u32,
     },
-    /// Keeps what was put: the next start runs the motor by it. Refused while motion is allowed.
+    /// Stores the transferred words; the next start uses them. Refused while armed.
     Keep {
-        /// What the words mean.
+        /// Layout of the words.
         layout: u16,
-        /// How many they are.
+        /// Number of words.
         count: u8,
         /// Their [`motor_checksum`].
         checksum: u32,
     },
-    /// Keeps nothing: the next start runs the motor by the image's configuration. Refused while motion is allowed.
+    /// Deletes the stored configuration; the next start uses the image's. Refused while armed.
     Forget,
-    /// Has the scheme that runs give the motor over, until motion ends: the motor is turned and what it is found out, under
-    /// the client's lease. Answered, as the next one, by an [`Identification`].
+    /// Identifies the motor, instead of running the scheme, until motion ends: turns the motor under the
+    /// client's lease. This request and the next one are answered by an [`Identification`].
     Identify {
-        /// Peak of a phase, `A`, > 0; no more than the configuration's limit is made.
+        /// Peak phase current, `A`, > 0; limited by the configuration.
         current_a: f32,
     },
-    /// How the identification stands.
+    /// Reads the state of the identification.
     Found,
 }
 
-/// What a board's motor is run by.
+/// The active motor configuration of a board.
 #[derive(Debug, Clone, PartialEq, Eq, Default, Serialize, Deserialize)]
 pub struct MotorReport {
-    /// What the words mean.
+    /// Layout of the words.
     pub layout: u16,
-    /// Whether they were kept, and are not the image's.
+    /// Whether the words were stored, rather than the image's.
     pub is_kept: bool,
-    /// Why what is kept was not taken, or may not be the newest, if so.
+    /// Why the stored configuration is not in use, or may be outdated.
     pub fallback: Option<MotorFallback>,
-    /// Whether something else was kept, or forgotten, since: the next start takes that.
+    /// Whether the next start uses a different configuration.
     pub waits: bool,
     /// The configuration.
     pub words: MotorWords,
 }
 
-/// Why a start did not take the configuration that is kept, or may have taken an old one.
+/// Reasons why a start did not use the stored configuration, or may have used an old one.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[non_exhaustive]
 pub enum MotorFallback {
-    /// It cannot be read.
+    /// The storage cannot be read.
     Storage,
-    /// It has another layout than the image knows.
+    /// Unknown layout.
     Layout,
-    /// A value is out of its range, or not for this board.
+    /// A value is out of range, or not supported by this board.
     Value,
-    /// A damaged entry of the storage may be a newer configuration; a kept one that is valid is taken all the same.
+    /// A corrupt entry of the storage may be a newer configuration; the last valid one is used.
     Damaged,
 }
 
-/// How an identification stands.
+/// State of an identification.
 #[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
 #[non_exhaustive]
 pub enum Identification {
-    /// There was none since the start.
+    /// None since the start.
     #[default]
     None,
-    /// It goes on.
+    /// In progress.
     UnderWay,
-    /// It has found the motor.
+    /// Completed.
     Found(FoundMotor),
-    /// It has found nothing.
+    /// Failed.
     Failed(IdentificationFailure),
 }
 
-/// What was found of a motor.
+/// Identified motor data.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct FoundMotor {
-    /// Of a phase, `ohm`.
+    /// Phase resistance, `ohm`.
     pub resistance_ohm: f32,
-    /// Along the magnets, `H`.
+    /// d-axis inductance, `H`.
     pub direct_inductance_h: f32,
-    /// Across them, `H`.
+    /// q-axis inductance, `H`.
     pub quadrature_inductance_h: f32,
-    /// Pairs of poles.
+    /// Pole pairs.
     pub pole_pairs: u8,
-    /// Whether the encoder counts down when the phases turn the rotor up.
+    /// Whether the encoder counts down when the phase sequence turns the rotor up.
     pub is_encoder_reversed: bool,
-    /// Angle that the encoder shows where the magnets point along phase U, `rad`.
+    /// Encoder angle at which the d axis is aligned with phase U, `rad`.
     pub encoder_offset_rad: f32,
 }
 
-/// Why nothing was found.
+/// Reasons why an identification failed.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[non_exhaustive]
 pub enum IdentificationFailure {
-    /// Motion was not allowed any more.
+    /// Motion was disabled.
     Ended,
-    /// The supply's voltage makes no such current.
+    /// The supply voltage is too low for this current.
     NoCurrent,
-    /// The currents are not where the voltage is.
+    /// Current and voltage vectors have different directions.
     WrongPhases,
     /// The rotor did not turn.
     DidNotMove,
-    /// It turned, and not as a whole number of pole pairs does.
+    /// The rotation does not match a whole number of pole pairs.
     Slipped,
-    /// What turns off the drive, too: the number of a [`Reason`](dimsart_core::Reason).
+    /// Fault of the drive: the number of a [`Reason`](dimsart_core::Reason).
     Drive(u8),
-    /// Dead time, or the rotor's own voltage, changes so small a current by over a quarter: at least this one is needed, in
-    /// 0.1 A.
+    /// Dead time or back-EMF changes the current by more than a quarter. Contains the minimum current, in 0.1
+    /// A.
     TooLittleCurrent(u16),
 }
 
 impl core::fmt::Display for IdentificationFailure {
     fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
         match self {
-            Self::Ended => f.write_str("motion ended before it was done: the scheme was stopped, or the lease is over"),
+            Self::Ended => f.write_str("motion ended early: the scheme was stopped, or the lease ended"),
             Self::NoCurrent => {
-                f.write_str("the supply makes no such current: look at the motor's wires, or ask for less")
+                f.write_str("the supply cannot drive this current: check the motor's wires, or request less")
             }
             Self::WrongPhases => f.write_str(
-                "the currents are not where the voltage is: a phase is open, or the wires or signs of the current sensors \
-                 are swapped",
+                "current does not follow the voltage: a phase is open, or the wires or signs of the current sensors are swapped",
             ),
             Self::TooLittleCurrent(tenths) => write!(
                 f,
-                "too little current: dead time and the rotor's motion change it by over a \
+                "too little current: dead time and back-EMF change it by more than a \
                  quarter; request at least {}.{} A, and set limits.current_a at least as high",
                 tenths / 10,
                 tenths % 10
             ),
             Self::DidNotMove => f.write_str(
-                "the rotor did not turn: take its load off or ask for more current; is the encoder on this motor?",
+                "the rotor did not turn: remove the load or request more current; check that the encoder is on this motor",
             ),
             Self::Slipped => f.write_str(
-                "the rotor turned as no whole number of pole pairs does: take its load off or ask for more current",
+                "the rotation does not match a whole number of pole pairs: remove the load or request more current",
             ),
             Self::Drive(number) => match Reason::by_number(*number) {
                 Some(reason) => write!(f, "{reason}"),
-                None => write!(f, "reason {number}, unknown to this version"),
+                None => write!(f, "unknown reason {number}"),
             },
         }
     }
@@ -170,41 +169,45 @@ impl core::fmt::Display for IdentificationFailure {
 
 impl core::error::Error for IdentificationFailure {}
 
-/// Why nothing was done to a board's motor.
+/// Reasons for refusing a motor request.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[non_exhaustive]
 pub enum MotorRefusal {
-    /// Motion is allowed: somebody holds the lease.
+    /// A client holds the lease.
     InUse,
-    /// What was put is not what is to be kept.
+    /// The transferred words are incomplete.
     Incomplete,
-    /// The board would not take it at its next start.
+    /// The board would reject it at the next start.
     NotTaken(MotorFallback),
-    /// No scheme runs that could give the motor over.
+    /// No scheme runs.
     NothingRuns,
-    /// No current that can be made.
+    /// Invalid current.
     Current,
 }
 
 impl core::fmt::Display for MotorRefusal {
     fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
         f.write_str(match self {
-            Self::InUse => "a motor's configuration is changed at rest: let whoever armed the board end that",
-            Self::Incomplete => "not all of the configuration has come: do it again",
-            Self::NotTaken(MotorFallback::Layout) => {
-                "the board knows another layout of configurations: use the `dimsart` that its image was built with"
+            Self::InUse => {
+                "the configuration can only be changed at rest: disarm the client that holds the lease"
             }
-            Self::NotTaken(_) => "a value is out of its range, or not for this board, such as an encoder that it does not read",
-            Self::NothingRuns => "no scheme runs that could give the motor over: `check` lets it run",
-            Self::Current => "it has to be a current above 0",
+            Self::Incomplete => "configuration incomplete: send it again",
+            Self::NotTaken(MotorFallback::Layout) => {
+                "unknown configuration layout: use the `dimsart` that the image was built with"
+            }
+            Self::NotTaken(_) => {
+                "a value is out of range, or this board does not support it (for example the type of encoder)"
+            }
+            Self::NothingRuns => "identification needs a running scheme: `check` starts it",
+            Self::Current => "the current must be greater than 0",
         })
     }
 }
 
 impl core::error::Error for MotorRefusal {}
 
-/// By which a board knows that it has all words of a configuration.
+/// Computes the checksum by which a board detects missing words of a configuration.
 #[must_use]
 pub fn motor_checksum(words: &[u32]) -> u32 {
     let mut digest = CRC.digest();

@@ -1,21 +1,21 @@
-//! Finds undamaged frames in a stream of bytes.
+//! Finds valid frames in a byte stream.
 
 use super::frame::check;
 use crate::carrier::stream::{Dropped, StreamReceiver};
 
-/// What a [`Receiver`] has taken and refused. Counters stop at their largest number.
+/// Counters of a [`Receiver`] (saturating).
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Counters {
-    /// Whole, undamaged frames.
+    /// Valid frames.
     pub frames: u32,
-    /// Refused: not a frame, or its CRC is wrong.
+    /// Rejected: invalid framing or CRC.
     pub damaged: u32,
-    /// Refused: longer than a frame can be.
+    /// Rejected: too long.
     pub too_long: u32,
 }
 
-/// Takes the bytes of a line and gives the undamaged frames in them: a [`StreamReceiver`] that looks at the CRC.
+/// Finds valid frames in a byte stream: a [`StreamReceiver`] that checks the CRC.
 #[derive(Debug, Default)]
 pub struct Receiver {
     stream: StreamReceiver,
@@ -24,13 +24,13 @@ pub struct Receiver {
 }
 
 impl Receiver {
-    /// A receiver that has seen nothing yet.
+    /// Creates an empty receiver.
     #[must_use]
     pub const fn new() -> Self {
         Self { stream: StreamReceiver::new(), frames: 0, refused: 0 }
     }
 
-    /// Takes a byte; gives the content of the frame that it ended, if it ended a good one.
+    /// Adds a byte; returns the content of the valid frame that it completes, if any.
     ///
     /// The content goes to [`decode_request`](super::decode_request),
     /// [`decode_response`](super::decode_response) or [`answer`](super::answer).
@@ -41,7 +41,7 @@ impl Receiver {
         content
     }
 
-    /// Takes many bytes; `on_frame` gets the content of every good frame that ends in them.
+    /// Adds bytes; calls `on_frame` with the content of every valid frame.
     pub fn take_all(&mut self, bytes: &[u8], mut on_frame: impl FnMut(&[u8])) {
         for byte in bytes {
             if let Some(content) = self.take(*byte) {
@@ -50,7 +50,7 @@ impl Receiver {
         }
     }
 
-    /// What was taken and refused so far.
+    /// Returns the counters.
     #[must_use]
     pub fn counters(&self) -> Counters {
         let Dropped { damaged, too_long } = self.stream.dropped();

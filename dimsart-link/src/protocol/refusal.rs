@@ -1,4 +1,4 @@
-//! Refusals: why a request was not carried out.
+//! Reasons for refusing a request.
 
 use serde::{Deserialize, Serialize};
 
@@ -12,31 +12,31 @@ use dimsart_core::{CommandError, Reason, TooManyChoices};
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[non_exhaustive]
 pub enum Refusal {
-    /// This version knows no such request.
+    /// Unknown request.
     NotUnderstood,
-    /// Nothing has this index or number; a list ends here.
+    /// No item has this index or number; the end of a list.
     NotThere,
-    /// The answer does not fit a frame.
+    /// The response does not fit a frame.
     TooLong,
-    /// The engine refused.
+    /// Refused by the engine.
     Engine(CommandError),
-    /// Saving or loading of a scheme was refused.
+    /// Refused by the scheme storage.
     Store(StoreError),
-    /// This client does not hold the lease, and what it asked for needs that, or that nobody else does.
+    /// The request needs the lease, or another client holds it.
     Lease {
-        /// The client that holds it, 0 when nobody does.
+        /// The client that holds it, 0 if it is free.
         holder: u8,
     },
-    /// Another client has the telemetry.
+    /// Another client receives the telemetry.
     Telemetry {
-        /// The client that has it.
+        /// That client.
         client: u8,
     },
-    /// The board holds a key, or held one.
+    /// Refused because of the board's key.
     Key(KeyRefusal),
-    /// Something has failed, and motion waits for a reset. The number is that of a [`Reason`].
+    /// A fault is latched; motion needs a reset. Contains the number of a [`Reason`].
     Fault(u8),
-    /// Nothing was done to the board's motor.
+    /// Refused by the board's motor.
     Motor(MotorRefusal),
 }
 
@@ -51,11 +51,11 @@ impl core::fmt::Display for Refusal {
         match self {
             Self::NotUnderstood => write!(
                 f,
-                "the device knows no such request, as it speaks another protocol: flash it with an image of this \
-                 version, or use the `dimsart` that its image was built with"
+                "unknown request: the device speaks another protocol version. Flash an image of this version, or use the \
+                 `dimsart` that its image was built with"
             ),
-            Self::NotThere => write!(f, "the device has nothing of this number"),
-            Self::TooLong => write!(f, "the answer does not fit a frame: shorten the texts in the image"),
+            Self::NotThere => write!(f, "no such index on the device"),
+            Self::TooLong => write!(f, "the response does not fit a frame: shorten the texts in the image"),
             Self::Engine(error) => error.fmt(f),
             Self::Store(error) => error.fmt(f),
             Self::Key(refusal) => refusal.fmt(f),
@@ -69,16 +69,16 @@ impl core::fmt::Display for Refusal {
             Self::Lease { holder } => {
                 write!(
                     f,
-                    "client {holder} holds the lease, only it may change something: let it give the lease back, or \
-                     `stop` the scheme"
+                    "client {holder} holds the lease, so other clients cannot change anything: disarm that client, or `stop` the \
+                     scheme"
                 )
             }
             Self::Fault(number) => {
-                let name = Reason::by_number(*number).map_or("unknown to this version", Reason::name);
-                write!(f, "something has failed ({name}): see to it (`faults` says more), then `reset`")
+                let name = Reason::by_number(*number).map_or("unknown reason", Reason::name);
+                write!(f, "fault latched ({name}): remove the cause (see `faults`), then `reset`")
             }
             Self::Telemetry { client } => {
-                write!(f, "the telemetry is sent to client {client}: ask for the signals")
+                write!(f, "client {client} receives the telemetry: poll the signals instead")
             }
         }
     }

@@ -1,4 +1,4 @@
-//! What a host asks of a controller.
+//! Requests of a host to a controller.
 
 use serde::{Deserialize, Serialize};
 
@@ -13,142 +13,145 @@ use dimsart_core::{Command, KindId, ModuleRef, TypeRef};
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[non_exhaustive]
 pub enum Request {
-    /// Who is there? Answered by [`Response::Identity`](super::Response::Identity).
+    /// Identifies the device. Response: [`Response::Identity`](super::Response::Identity).
     Identify,
-    /// Name and purpose of a kind of module.
+    /// Name of a kind of module.
     Module {
-        /// Place in the image's list of module kinds.
+        /// Index in the image's list of module kinds.
         place: u8,
     },
-    /// Description of a parameter of a kind of module.
+    /// Description of a parameter of a module kind.
     Parameter {
         /// Kind of module.
         kind: KindId,
-        /// Number of the parameter, as in the [command](Command::Set) that sets it.
+        /// Index of the parameter, as in the [command](Command::Set) that sets it.
         index: u8,
     },
-    /// A port of a module as its parameters are now; as by default for a module that does not exist.
+    /// A port of a module with its current parameters; with default parameters if the module does not exist.
     Port {
         /// The module.
         module: ModuleRef,
-        /// Number of the port, as in the [command](Command::Bind) that binds it.
+        /// Index of the port, as in the [command](Command::Bind) that binds it.
         index: u8,
     },
-    /// Description of a data type: the standard ones, then the device's own.
+    /// Description of a data type: standard types first, then the device's own.
     DataType {
-        /// Place in the list; not the type's id.
+        /// Index in the list; not the type's id.
         index: u16,
     },
-    /// A module that exists.
+    /// A module instance.
     Instance {
-        /// Place in the list.
+        /// Index in the list.
         index: u8,
     },
-    /// A signal that is in the Data Base now.
+    /// A signal in the data base.
     Entry {
-        /// Place in the list.
+        /// Index in the list.
         index: u8,
     },
-    /// A command, answered by its [`Effect`](super::Effect).
+    /// A command. Response: its [`Effect`](super::Effect).
     Command(Command),
     /// Value of a parameter.
     Get {
         /// The module.
         module: ModuleRef,
-        /// Number of the parameter.
+        /// Index of the parameter.
         parameter: u8,
-        /// Place of the value where the parameter has [several](dimsart_core::Entries), or 0.
+        /// Index of the value if the parameter has [several](dimsart_core::Entries), or 0.
         entry: u8,
     },
-    /// Words of a signal, as the last tick left them.
+    /// Words of a signal, from the last tick.
     Signal {
         /// The signal.
         signal: TypeRef,
-        /// First word wanted; at most [`MAX_SIGNAL_WORDS`](super::MAX_SIGNAL_WORDS) come at a time.
+        /// First word; a response has at most [`MAX_SIGNAL_WORDS`](super::MAX_SIGNAL_WORDS).
         from: u16,
     },
-    /// A finding of the matching check, faults and declared delays.
+    /// A finding of the matching check: a fault or a declared delay.
     Finding {
-        /// Place in the report.
+        /// Index in the report.
         index: u8,
     },
-    /// How the controller is doing.
+    /// State of the controller.
     Status,
-    /// A command of those that would build the scheme; see
+    /// A command of the list that reproduces the scheme; see
     /// [`Engine::command_of`](dimsart_core::Engine::command_of).
     SchemeCommand {
-        /// Place of the module.
+        /// Index of the module in the plug-in order.
         place: u8,
-        /// Which of its commands.
+        /// Index of the command.
         index: u16,
     },
-    /// How well the ticks keep their time.
+    /// Timing of the ticks.
     Timing,
-    /// Schemes that the board keeps; for whoever has the storage, [`serve`](super::serve) has none. A change renews the
-    /// lease of a client that holds it: nothing is received while the flash is written.
+    /// Schemes stored on the board; handled by the caller that has the storage, not by
+    /// [`serve`](super::serve). A change renews the holder's lease, because the board receives nothing while
+    /// it writes the flash.
     Schemes(SchemeAction),
-    /// The right to move the device, answered by how it stands then.
+    /// The right to move the device. Response: the resulting state.
     Lease(LeaseAction),
-    /// A signal to be sent by the device itself; see [`Sample`](super::Sample). All of it ends when the client has
-    /// not asked for anything for 5 s.
+    /// Adds a signal to the telemetry; see [`Sample`](super::Sample). Telemetry ends when the client is
+    /// silent for 5 s.
     Telemetry {
-        /// Place of the signal in a sample: the first of a stream's
-        /// [`MAX_TELEMETRY_SIGNALS`](super::MAX_TELEMETRY_SIGNALS) begins it anew, every other one adds to what it sends.
-        /// There are as many streams as the controller's creator has chosen.
+        /// Index of the signal in a sample. The first of a stream's
+        /// [`MAX_TELEMETRY_SIGNALS`](super::MAX_TELEMETRY_SIGNALS) restarts the stream, the others add to it.
+        /// The controller's creator sets the number of streams.
         place: u8,
-        /// Which signal.
+        /// The signal.
         signal: TypeRef,
-        /// Ticks from one sample to the next; 0 ends it.
+        /// Interval of the samples, ticks; 0 ends the stream.
         every_ticks: u32,
     },
-    /// The key that the board keeps; for whoever has it, [`serve`](super::serve) knows of none.
+    /// The board's key; handled by the caller that has the key storage, not by [`serve`](super::serve).
     Key(KeyAction),
-    /// What was measured of a tick since the scheme was changed; for a caller of the tick that measures,
-    /// [`serve`](super::serve) has nothing of that number.
+    /// Execution times since the last scheme change; handled by a caller that measures them.
+    /// [`serve`](super::serve) returns [`Refusal::NotThere`](super::Refusal::NotThere).
     Cycles {
-        /// 0 for the whole tick, then 1 for the first of [`Engine::steps`](dimsart_core::Engine::steps) and so on.
+        /// 0 for the whole tick, then 1 for the first of [`Engine::steps`](dimsart_core::Engine::steps) and
+        /// so on.
         place: u8,
-        /// Forgets all that was measured, of every place, once it is answered. It moves nothing, so that it needs no
-        /// lease.
+        /// Clears the measurements of all places after the response. Needs no lease, because nothing moves.
         begins_anew: bool,
     },
-    /// Why the device does not get what the scheme commands, and how often.
+    /// Reasons why the device does not get the scheme's commands, with counts.
     Safety,
-    /// Words of a memory that a module keeps, as the last tick left them. Answered by
-    /// [`Response::Signal`](super::Response::Signal), as whole numbers: what they mean is the module's matter.
+    /// Words of a module's memory, from the last tick. Response:
+    /// [`Response::Signal`](super::Response::Signal) with integers; only the module interprets them.
     Memory {
-        /// The module, which is plugged in.
+        /// The module, which must be plugged in.
         module: ModuleRef,
-        /// Number of the [port](dimsart_core::Direction::Memory) that declares the memory.
+        /// Index of the [port](dimsart_core::Direction::Memory) that declares the memory.
         port: u8,
-        /// First word wanted; at most [`MAX_SIGNAL_WORDS`](super::MAX_SIGNAL_WORDS) come at a time.
+        /// First word; a response has at most [`MAX_SIGNAL_WORDS`](super::MAX_SIGNAL_WORDS).
         from: u16,
     },
-    /// Something that happened, of the last [`MAX_EVENTS`](crate::MAX_EVENTS).
+    /// One of the last [`MAX_EVENTS`](crate::MAX_EVENTS) events.
     Event {
-        /// How many happened since.
+        /// Number of later events.
         back: u8,
     },
-    /// A type that the device measures or takes.
+    /// A type that the device measures or is commanded by.
     DeviceType {
-        /// Place in the list of both, those that it measures first.
+        /// Index in the list: measured types first, then commanded types.
         index: u8,
     },
-    /// What a tick takes at most.
+    /// Upper bound of a tick's execution time.
     Bound,
-    /// The motor of a board that has a drive; for whoever has that, [`serve`](super::serve) says only who may not.
+    /// The motor of a board with a drive; [`serve`](super::serve) only checks the permission.
     Motor(MotorAction),
-    /// A law that was uploaded: a [program](dimsart_core::online). Reading is answered by
-    /// [`Response::Signal`](super::Response::Signal), looking by [`Response::Law`](super::Response::Law).
+    /// An uploaded law: a [program](dimsart_core::online). The response to a read is a
+    /// [`Response::Signal`](super::Response::Signal), to a look a [`Response::Law`](super::Response::Law).
     Law(LawAction),
-    /// To start anew, as after a reset, while no client holds the lease; for whoever can, [`serve`](super::serve) says only who may not.
+    /// Restarts the board, as after a reset. Refused while a client holds the lease; [`serve`](super::serve)
+    /// only checks the permission.
     Restart,
 }
 
 impl Request {
-    /// Whether it changes what the device does, so that it is refused while another client holds the lease.
+    /// Returns whether the request changes what the device does and is refused while another client holds the
+    /// lease.
     ///
-    /// `STOP` is none of these: whoever sees that a device must rest may say so.
+    /// `STOP` does not count: every client may stop the device.
     #[must_use]
     pub fn is_change(&self) -> bool {
         match self {
@@ -182,8 +185,8 @@ impl Request {
         }
     }
 
-    /// Whether a board that holds a key takes it only from who has that: all that changes or moves something, but for
-    /// what brings the device to rest.
+    /// Returns whether a locked board requires the request to be sealed: requests that change or move
+    /// something, except those that bring the device to rest.
     #[cfg(feature = "auth")]
     #[must_use]
     pub fn needs_key(&self) -> bool {
@@ -196,20 +199,20 @@ impl Request {
     }
 }
 
-/// Writes the frame of a request to the start of `out` and gives it; its answer has the same `id`, which is made
-/// by [`request_id`](super::request_id).
+/// Encodes the frame of a request into `out`. The response has the same `id`; see
+/// [`request_id`](super::request_id).
 ///
 /// # Errors
-/// [`NoRoom`] when `out` is too small; [`MAX_FRAME_BYTES`](super::MAX_FRAME_BYTES) are enough.
+/// [`NoRoom`] if `out` is too small; [`MAX_FRAME_BYTES`](super::MAX_FRAME_BYTES) are enough.
 pub fn encode_request<'o>(request: &Request, id: u16, out: &'o mut [u8]) -> Result<&'o [u8], NoRoom> {
     let length = encode(Class::Request, id, request, out).map_err(|_| NoRoom)?;
     out.get(..length).ok_or(NoRoom)
 }
 
-/// Reads id and request out of a frame's content.
+/// Decodes id and request from a frame's content.
 ///
 /// # Errors
-/// [`DecodeError`] when it is no request, or one that this version does not know.
+/// [`DecodeError`] if it is another message or of an unknown version.
 pub fn decode_request(content: &[u8]) -> Result<(u16, Request), DecodeError> {
     decode(Class::Request, content)
 }

@@ -1,4 +1,4 @@
-//! What a controller answers.
+//! Responses of a controller.
 
 use heapless::Vec;
 use serde::{Deserialize, Serialize};
@@ -23,16 +23,16 @@ use dimsart_core::{
     Command, CommandError, DriveState, Finding, Format, ModuleFault, Timing, TypeRef, Unit, Usage,
 };
 
-/// Most words of a signal, or of a memory, in one response.
+/// Maximum number of words of a signal or memory in one response.
 pub const MAX_SIGNAL_WORDS: usize = 32;
 
 /// A response. New ones are added at the end; see [Versions](super#versions).
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[non_exhaustive]
 pub enum Response<'a> {
-    /// Nothing was done.
+    /// The request was refused and had no effect.
     Refused(Refusal),
-    /// Who is there.
+    /// Identity of the device.
     #[serde(borrow)]
     Identity(Identity<'a>),
     /// A kind of module.
@@ -43,68 +43,68 @@ pub enum Response<'a> {
     Port(PortText<'a>),
     /// A data type.
     DataType(DataTypeText<'a>),
-    /// A module that exists.
+    /// A module instance.
     Instance(InstanceText),
-    /// A signal that is in the Data Base.
+    /// A signal in the data base.
     Entry(TypeRef),
-    /// What a command did.
+    /// Effect of a command.
     Effect(Effect),
     /// Value of a parameter; of a list, its last entry.
     Value(Value),
-    /// Words of a signal, or of a memory.
+    /// Words of a signal or memory.
     Signal(SignalText),
     /// A finding of the matching check.
     Finding {
         /// The finding.
         finding: Finding,
-        /// Faults of the scheme in all, listed or not.
+        /// Total number of the scheme's faults, listed or not.
         faults: u32,
     },
-    /// How the controller is doing.
+    /// State of the controller.
     Status(Status),
-    /// A command of those that would build the scheme.
+    /// A command of the list that reproduces the scheme.
     SchemeCommand(Command),
-    /// How well the ticks keep their time.
+    /// Timing of the ticks.
     Timing(TimingReport),
-    /// Schemes that the board keeps.
+    /// Schemes stored on the board.
     Schemes(SchemeStatus),
     /// The right to move the device.
     Lease(LeaseStatus),
-    /// Words of each sample that comes from now on.
+    /// Size of the samples from now on.
     Telemetry {
-        /// Of all signals; 0 when it has ended.
+        /// Words of all signals; 0 if the stream ended.
         words: u8,
     },
-    /// How the board stands to keys.
+    /// State of the board's key.
     Key(KeyState),
-    /// What was measured of a tick.
+    /// Execution times of a tick.
     Cycles(CyclesReport),
-    /// Why the device does not get what the scheme commands, and how often.
+    /// Reasons why the device does not get the scheme's commands, with counts.
     Safety(SafetyReport),
-    /// Something that happened.
+    /// An event.
     Event(Event),
-    /// A type that the device measures or takes.
+    /// A type that the device measures or is commanded by.
     DeviceType {
-        /// The type's first signal, which the frame writes or reads.
+        /// The type's first signal.
         signal: TypeRef,
-        /// Whether the device takes it.
+        /// Whether the device is commanded by it.
         is_taken: bool,
     },
-    /// What a tick takes at most.
+    /// Upper bound of a tick's execution time.
     Bound(BoundReport),
-    /// What a board's motor is run by.
+    /// The motor configuration of a board.
     Motor(MotorReport),
-    /// How the identification of a board's motor stands.
+    /// State of the identification of a board's motor.
     Identification(Identification),
-    /// How a place for a law stands.
+    /// State of a law's slot.
     Law(LawReport),
-    /// The device starts anew, right behind this answer.
+    /// The device restarts after this response.
     Restarts,
 }
 
 impl Response<'_> {
-    /// Calls `each` with every text of the response, and whether the text is a word in schemes: a host replaces
-    /// characters that a terminal would act on.
+    /// Calls `each` with every text of the response and whether the text is a word in schemes, so that a host
+    /// can replace control characters.
     pub fn for_each_text(&self, mut each: impl FnMut(&str, bool)) {
         match self {
             Self::Identity(Identity { device, image, protocol_version: _, axes: _, sample_period_s: _ }) => {
@@ -158,66 +158,66 @@ impl Response<'_> {
     }
 }
 
-/// What a command came to: whether it was carried out, and how things stand now.
+/// The result of a command and the resulting state.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Effect {
-    /// Why the command was refused, and nothing changed; none when it was carried out.
+    /// Why the command was refused without effect; `None` if it was executed.
     pub refused: Option<CommandError>,
-    /// Why the scheme does not command the device now; none when it does, or will in the next tick.
+    /// Why the scheme does not command the device; `None` if it does, or will in the next tick.
     pub blocked: Option<Blocked>,
-    /// What the named parameter is set to, or the named port bound to, now, if there is one.
+    /// New value of the parameter, or new binding of the port, if any.
     pub value: Option<Value>,
-    /// Whether a transaction is open now: what was changed waits for its commit.
+    /// Whether a transaction is open: changes are pending until the commit.
     pub is_in_transaction: bool,
 }
 
-/// Words of a signal, or of a memory.
+/// Words of a signal or memory.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct SignalText {
     /// Format of every word.
     pub format: Format,
     /// Physical unit.
     pub unit: Unit,
-    /// Words in all.
+    /// Total number of words.
     pub words_in_all: u16,
-    /// The words from the one that was asked for on, to be read as `format` says.
+    /// The requested words, in this `format`.
     pub words: Vec<u32, MAX_SIGNAL_WORDS>,
 }
 
-/// How a controller is doing.
+/// State of a controller.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Status {
     /// Ticks since the start.
     pub ticks: u64,
-    /// Those of them in which a frame was refused.
+    /// Ticks in which a frame was refused.
     pub refused_ticks: u32,
     /// Whether the scheme passed its check and runs.
     pub is_running: bool,
-    /// Why the scheme does not command the device now; none when it does.
+    /// Why the scheme does not command the device; `None` if it does.
     pub blocked: Option<Blocked>,
     /// The first tick that was refused.
     pub first_fault: Option<FirstFault>,
-    /// What is taken of the static storage.
+    /// Usage of the static storage.
     pub usage: Usage,
-    /// Whether a transaction is open: modules, their ports and parameters are told of the next scheme.
+    /// Whether a transaction is open: modules, ports and parameters are those of the pending scheme.
     pub is_in_transaction: bool,
     /// The state of the drive.
     pub state: DriveState,
-    /// The first module that failed, while modules are cut out for that; whether the device depends on it or not.
+    /// The first failed module, while modules are isolated, whether the device depends on it or not.
     pub module_fault: Option<ModuleFault>,
 }
 
-/// How well the ticks keep their time; see [`Timing`].
+/// Timing of the ticks; see [`Timing`].
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 pub struct TimingReport {
     /// Ticks.
     pub ticks: u32,
     /// Ticks that began late.
     pub late: u32,
-    /// Ticks that were not done when the next one was due.
+    /// Ticks that were not finished when the next one was due.
     pub overruns: u32,
-    /// Processor cycles of the last tick, of ticks on average, and of the longest one, if they are known.
+    /// Processor cycles of a tick, if known: last, mean, maximum.
     pub last_mean_max_cycles: Option<[u32; 3]>,
 }
 
@@ -229,11 +229,11 @@ impl From<Timing> for TimingReport {
     }
 }
 
-/// Writes the frame of a response to the start of `out` and gives it. A response that does not fit a
-/// frame becomes [`Refusal::TooLong`].
+/// Encodes the frame of a response into `out`. A response that does not fit a frame becomes
+/// [`Refusal::TooLong`].
 ///
 /// # Errors
-/// [`NoRoom`] when `out` is too small; [`MAX_FRAME_BYTES`](super::MAX_FRAME_BYTES) are enough.
+/// [`NoRoom`] if `out` is too small; [`MAX_FRAME_BYTES`](super::MAX_FRAME_BYTES) are enough.
 pub fn encode_response<'o>(response: &Response<'_>, id: u16, out: &'o mut [u8]) -> Result<&'o [u8], NoRoom> {
     let length = match encode(Class::Response, id, response, out) {
         Err(EncodeError::TooLong) => encode(Class::Response, id, &Response::Refused(Refusal::TooLong), out),
@@ -243,10 +243,10 @@ pub fn encode_response<'o>(response: &Response<'_>, id: u16, out: &'o mut [u8]) 
     out.get(..length).ok_or(NoRoom)
 }
 
-/// Reads id and response out of a frame's content; texts are borrowed from it.
+/// Decodes id and response from a frame's content; texts are borrowed from it.
 ///
 /// # Errors
-/// [`DecodeError`] when it is no response, or one that this version does not know.
+/// [`DecodeError`] if it is another message or of an unknown version.
 pub fn decode_response(content: &[u8]) -> Result<(u16, Response<'_>), DecodeError> {
     decode(Class::Response, content)
 }

@@ -1,20 +1,20 @@
-//! Why the device does not get what the scheme commands, in numbers.
+//! Report of the safety stage.
 
 use heapless::Vec;
 use serde::{Deserialize, Serialize};
 
 use dimsart_core::Safety;
 
-/// Most reasons of a report.
+/// Maximum number of reasons in a report.
 pub const MAX_REASONS: usize = 16;
 
-/// What the [safety stage](Safety) has decided. Its numbers are those of [`Reason`](dimsart_core::Reason); a host may be older
-/// than a device and not know all of them.
+/// Decisions of the [safety stage](Safety). The numbers are those of [`Reason`](dimsart_core::Reason); an
+/// older host may not know all of them.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
 pub struct SafetyReport {
-    /// Reason of the last tick; 0 for none.
+    /// Reason of the last tick; 0: none.
     pub reason: u8,
-    /// Every reason that ticks have had since the start, and how many.
+    /// Number of ticks per reason since the start.
     pub ticks: Vec<(u8, u32), MAX_REASONS>,
 }
 

@@ -1,133 +1,129 @@
-//! Schemes that a board keeps: a new one is on trial until it is confirmed.
+//! Schemes stored on a board: a new scheme is on trial until it is confirmed.
 //!
 //! ```text
 //! save ──▶ waits ──start──▶ tried ──confirm──▶ saved: runs at every start
-//!                             └────start──▶ not run again; the last saved one runs, or the built-in one
+//!                             └────start──▶ discarded: the last saved scheme runs, or the built-in one
 //! ```
-//! Whatever becomes of a kept scheme, the board starts and answers.
+//! An invalid stored scheme never prevents the board from starting and responding.
 
 use serde::{Deserialize, Serialize};
 
 use crate::saved_scheme::LoadError;
 
-/// What is wanted of the schemes that a board keeps. Each is answered by how they stand then, and given
-/// twice comes to the same.
+/// Requests about the stored schemes. Each is idempotent; the response is the resulting [`SchemeStatus`].
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[non_exhaustive]
 pub enum SchemeAction {
-    /// Nothing but to know.
+    /// Reads the state.
     Look,
-    /// Keeps the scheme as it is now; the next start tries it.
+    /// Saves the current scheme for a trial at the next start.
     Save,
-    /// Keeps the scheme on trial, as it was saved, for every start. It must run since the last start.
+    /// Saves the scheme on trial for every start. It must have run since the last start.
     Confirm,
-    /// Forgets the scheme on trial; what runs goes on until the next start.
+    /// Deletes the scheme on trial; the running scheme continues until the next start.
     RollBack,
 }
 
-/// How the schemes of a board stand.
+/// State of a board's stored schemes.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct SchemeStatus {
-    /// What the last start loaded; commands may have changed it since.
+    /// The scheme loaded by the last start; commands may have changed it since.
     pub origin: Origin,
-    /// Why it was not what should have been loaded, if it was not.
+    /// Why another scheme was loaded than expected, if so.
     pub fallback: Option<Fallback>,
     /// The scheme on trial.
     pub trial: Trial,
-    /// Whether a confirmed scheme is kept.
+    /// Whether a confirmed scheme is stored.
     pub is_saved: bool,
 }
 
-/// Which scheme a start loaded.
+/// The scheme that a start loaded.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum Origin {
-    /// None: not even the built-in one matches this device.
+    /// None: not even the built-in scheme matches this device.
     Empty,
-    /// The one in the image.
+    /// The image's scheme.
     BuiltIn,
-    /// The confirmed one.
+    /// The confirmed scheme.
     Saved,
-    /// The one on trial.
+    /// The scheme on trial.
     Trial,
 }
 
-/// Why a start did not load the scheme that comes first, or may have loaded an old one.
+/// Reasons why a start did not load the preferred scheme, or may have loaded an old one.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[non_exhaustive]
 pub enum Fallback {
     /// The storage cannot be read or written.
     Storage,
-    /// The one on trial was tried before and not confirmed.
+    /// The scheme on trial was tried before and not confirmed.
     Unconfirmed,
-    /// The one on trial does not load.
+    /// The scheme on trial does not load.
     Trial(LoadError),
-    /// The saved one does not load.
+    /// The saved scheme does not load.
     Saved(LoadError),
-    /// The built-in one does not load.
+    /// The built-in scheme does not load.
     BuiltIn(LoadError),
-    /// An entry of the storage that is damaged or incomplete may say something else: an older one counts.
+    /// A corrupt or incomplete entry of the storage may be newer; the last valid one is used.
     Damaged,
-    /// The one on trial was not started: the storage did not take, or has no room for, the record of its trial.
+    /// The scheme on trial was not started: its trial could not be recorded in the storage.
     NotRecorded,
 }
 
-/// How a trial stands.
+/// State of a trial.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum Trial {
-    /// There is none.
+    /// No scheme on trial.
     #[default]
     None,
-    /// The next start tries it.
+    /// The next start tries the scheme.
     Waits,
-    /// It was tried; the next start does not run it unless it is confirmed.
+    /// The scheme was tried; unless confirmed, the next start does not run it.
     Tried,
 }
 
-/// Why nothing was done to the schemes that a board keeps.
+/// Reasons for refusing a request about stored schemes.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[non_exhaustive]
 pub enum StoreError {
-    /// The board keeps no schemes.
+    /// The board has no storage.
     NoStorage,
-    /// Writing would hold up the tick, and a scheme runs.
+    /// A scheme runs, and writing would delay its tick.
     SchemeRuns,
-    /// The scheme takes more bytes than are kept.
+    /// The scheme is too long.
     TooLong,
-    /// No scheme on trial was loaded by the last start.
+    /// The last start did not load a scheme on trial.
     NotTried,
-    /// The storage cannot be read, or holds something else than was written to it.
+    /// The storage cannot be read, or does not hold the written data.
     Storage,
 }
 
 impl core::fmt::Display for StoreError {
     fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
         match self {
-            Self::NoStorage => write!(f, "the device has nowhere to keep a scheme"),
+            Self::NoStorage => write!(f, "the device cannot store schemes"),
             Self::SchemeRuns => {
-                write!(f, "writing would hold up the tick of the scheme that runs: `stop` it first")
+                write!(f, "writing would delay the running scheme: `stop` it first")
             }
             Self::TooLong => {
                 let most = crate::saved_scheme::MAX_SCHEME_BYTES;
-                write!(
-                    f,
-                    "the scheme takes more than {most} bytes: leave modules or values of single axes out"
-                )
+                write!(f, "the scheme exceeds {most} bytes: remove modules or per-axis values")
             }
             Self::NotTried => {
                 write!(
                     f,
-                    "no scheme on trial runs: `save` one, restart the device, and confirm it when it does well"
+                    "no scheme is on trial: `save` one, restart the device, test the scheme, then confirm it"
                 )
             }
             Self::Storage => {
                 write!(
                     f,
-                    "its storage does not hold what was written to it, what was kept before still is: try again; if it \
-                     stays so, the flash is worn out or write-protected"
+                    "verification of the written data failed; earlier data is kept. Try again; if this repeats, the flash is \
+                     worn out or write-protected"
                 )
             }
         }

@@ -1,4 +1,4 @@
-//! Answers requests out of a controller.
+//! Executes requests on a controller.
 
 use heapless::Vec;
 
@@ -19,7 +19,7 @@ use crate::event_log::{Event, EventKind};
 use dimsart_core::parameter::Value;
 use dimsart_core::{Command, DataBase, DeviceDescriptor, Dimsart, Engine, Format, Tick, Unit, type_at};
 
-/// Carries out the request with this id, between two ticks; see [Time](super#time) for what it costs.
+/// Executes the request with this id, between two ticks; see [Time](super#time) for the cost.
 #[must_use]
 pub fn serve<const STREAMS: usize>(
     id: u16,
@@ -34,7 +34,8 @@ pub fn serve<const STREAMS: usize>(
     }
 }
 
-/// As [`serve`], of the content of a frame: the id and what is to be answered. None when it is not a request.
+/// Like [`serve`], for the content of a frame: returns the id and the response. `None` if it is not a
+/// request.
 #[must_use]
 pub fn serve_content<const STREAMS: usize>(
     content: &[u8],
@@ -48,12 +49,11 @@ pub fn serve_content<const STREAMS: usize>(
     }
 }
 
-/// Content of a frame in, frame of the answer out, for a caller that has all of it at hand. None when
-/// the frame is not a request.
+/// Like [`serve_content`], but encodes the frame of the response into `out`.
 ///
 /// # Errors
-/// [`NoRoom`] when `out` is too small; [`MAX_FRAME_BYTES`](super::MAX_FRAME_BYTES) are enough. The
-/// request has been carried out all the same.
+/// [`NoRoom`] if `out` is too small; [`MAX_FRAME_BYTES`](super::MAX_FRAME_BYTES) are enough. The request was
+/// executed nevertheless.
 pub fn answer<'o, const STREAMS: usize>(
     content: &[u8],
     dimsart: &mut Dimsart,
@@ -145,7 +145,7 @@ fn respond<const STREAMS: usize>(
                 holder => Refusal::Lease { holder },
             });
         }
-        // Laws are asked for in `serve`.
+        // `serve` handles laws.
         Request::Key(_) | Request::Law(_) => return Err(Refusal::NotUnderstood),
         Request::Cycles { .. } => return Err(Refusal::NotThere),
         Request::Lease(LeaseAction::Take | LeaseAction::Renew) if state.is_fault() => {
@@ -223,9 +223,9 @@ fn blocked<const STREAMS: usize>(engine: &Engine, info: &DeviceInfo<STREAMS>) ->
     Some(engine.first_fault().map_or(Blocked::Tick(Tick::Idle), Blocked::Mismatch))
 }
 
-/// As many words of a slot as fit, from one of them on.
+/// Returns as many words of a slot as fit, starting at `from`.
 fn words(data_base: &DataBase, slot: u8, from: u16) -> Option<SignalText> {
-    // A memory is no signal.
+    // A memory has no signal type.
     let meaning = data_base.entry(slot).map(|entry| (entry.data_type.format, entry.data_type.unit));
     let (format, unit) = meaning.unwrap_or((Format::U32, Unit::One));
     text_of(data_base.words(slot), from, format, unit)
@@ -256,7 +256,7 @@ mod tests {
     }
 
     fn send(class: Class, payload: &[u8], out: &mut [u8]) -> Result<std::vec::Vec<u8>, NoRoom> {
-        // A tuple of bytes travels as the bytes themselves.
+        // A tuple of bytes is encoded as the bytes themselves.
         let mut frame = [0; 300];
         let length = match *payload {
             [a] => encode(class, 9, &(a,), &mut frame),

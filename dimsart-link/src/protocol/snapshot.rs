@@ -1,5 +1,5 @@
-//! The bytes of every variant that travels. Whoever changes one breaks every device in the field: new
-//! variants go to the end of their enum, and `PROTOCOL_VERSION` counts up.
+//! The bytes of every transmitted variant. A change breaks devices in the field: add new variants at the end
+//! of their enum and increase `PROTOCOL_VERSION`.
 
 mod refusals;
 mod requests;
@@ -28,14 +28,14 @@ const MODULE_FAULT: ModuleFault =
     ModuleFault { module: MODULE, cause: FaultCause::Wrote { signal: SIGNAL, word: 2, bits: 0x7F80_0000 } };
 const FINDING: Finding = Finding::NoProvider { signal: SIGNAL, reader: Party::Frame };
 
-/// Sends a value through a frame, sees that it comes out again, and gives its payload.
+/// Encodes a value in a frame, checks that it decodes to the same value, and returns the payload.
 fn round_trip<T: Serialize + Deserialize<'static> + PartialEq + Debug>(value: &T) -> String {
     let mut frame = [0; MAX_FRAME_BYTES];
     let length = encode(Class::Response, 7, value, &mut frame).ok().unwrap();
     let mut receiver = Receiver::new();
     let mut contents = Vec::new();
     receiver.take_all(&frame[..length], |content| contents.push(content.to_vec()));
-    // Leaked, so that the texts in the value may be borrowed from it.
+    // Leaked, because texts in the value borrow from it.
     let content = contents.pop().unwrap().leak();
     let (id, decoded) = decode::<T>(Class::Response, content).unwrap();
     assert_eq!((id, &decoded), (7, value));
@@ -66,7 +66,7 @@ fn keys() {
     assert_bytes(&refusals, &["07 00", "07 01", "07 02", "07 03"]);
 }
 
-/// Requests about keys are not understood, and what follows them in later versions keeps its number.
+/// Requests about keys are unknown; the numbers of later variants are unchanged.
 #[cfg(not(feature = "auth"))]
 #[test]
 fn keys() {
@@ -130,7 +130,7 @@ fn samples() {
 
 #[test]
 fn units() {
-    // The first and the last one: none in between has come or gone.
+    // The first and the last unit: detects additions and removals in between.
     assert_eq!(
         (Unit::ALL.first(), Unit::ALL.get(15), Unit::ALL.get(24)),
         (Some(&Unit::Any), Some(&Unit::Celsius), Some(&Unit::Radian))

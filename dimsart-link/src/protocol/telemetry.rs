@@ -1,11 +1,11 @@
-//! Signals that a device sends by itself, every so many ticks.
+//! Telemetry: signals that a device sends at an interval.
 //!
 //! ```text
-//! payload  id u16 | tick u32 | words u32 each        little endian; of class 4, its counter counts the samples
+//! payload  id u16 | tick u32 | words u32 each        little endian; class 4; the frame's counter counts samples
 //! ```
-//! The id is that of the last [request](super::Request::Telemetry) that had a part in it, the words are those of the
-//! signals, in the order of their places. A gap in the counter is what the line had no room for. Each stream has its own id
-//! and counter; a controller on a host has several.
+//! The id is that of the last [request](super::Request::Telemetry) that changed the stream; the words are
+//! those of its signals, in order of index. A gap in the counter means dropped samples. Each stream has its
+//! own id and counter; a controller on a host has several streams.
 
 use heapless::Vec;
 
@@ -15,29 +15,29 @@ use super::refusal::Refusal;
 use dimsart_core::envelope::{Class, HEADER_BYTES, MAX_CONTENT_BYTES, parse};
 use dimsart_core::{DataBase, TypeRef};
 
-/// Most signals of one stream.
+/// Maximum number of signals per stream.
 pub const MAX_TELEMETRY_SIGNALS: usize = 4;
-/// Most words of all signals of one stream.
+/// Maximum number of words of all signals of a stream.
 pub const MAX_TELEMETRY_WORDS: usize = 12;
 const FIXED_BYTES: usize = 6;
 
-/// Signals as one tick left them.
+/// Signals of one tick.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Sample {
-    /// Counts the samples of a request, those among them that were dropped.
+    /// Counts the samples of a stream, including dropped ones.
     pub counter: u16,
-    /// Of the request.
+    /// Id of the request.
     pub id: u16,
     /// Number of the tick, from 1; it wraps.
     pub tick: u32,
-    /// The words of the signals, one signal behind the other.
+    /// The words of the signals, concatenated.
     pub words: Vec<u32, MAX_TELEMETRY_WORDS>,
 }
 
-/// Writes the frame of a sample to the start of `out` and gives it.
+/// Encodes the frame of a sample into `out`.
 ///
 /// # Errors
-/// [`NoRoom`] when `out` is too small; [`MAX_FRAME_BYTES`](super::MAX_FRAME_BYTES) are enough.
+/// [`NoRoom`] if `out` is too small; [`MAX_FRAME_BYTES`](super::MAX_FRAME_BYTES) are enough.
 pub fn encode_sample<'o>(sample: &Sample, out: &'o mut [u8]) -> Result<&'o [u8], NoRoom> {
     let mut buffer = [0; MAX_CONTENT_BYTES];
     let [id_low, id_high] = sample.id.to_le_bytes();
@@ -53,10 +53,10 @@ pub fn encode_sample<'o>(sample: &Sample, out: &'o mut [u8]) -> Result<&'o [u8],
     out.get(..length).ok_or(NoRoom)
 }
 
-/// Reads a sample out of a frame's content.
+/// Decodes a sample from a frame's content.
 ///
 /// # Errors
-/// [`DecodeError`] when it is none.
+/// [`DecodeError`] if it is another message.
 pub fn decode_sample(content: &[u8]) -> Result<Sample, DecodeError> {
     let envelope = parse(content).map_err(|_| DecodeError::OtherClass)?;
     if envelope.class != Class::Telemetry {
@@ -75,7 +75,7 @@ pub fn decode_sample(content: &[u8]) -> Result<Sample, DecodeError> {
     Ok(Sample { counter, id, tick, words })
 }
 
-/// As [`Request::Telemetry`](super::Request::Telemetry) says, and its id.
+/// A [`Request::Telemetry`](super::Request::Telemetry) and its id.
 pub(super) struct Wanted {
     pub(super) id: u16,
     pub(super) place: u8,
@@ -83,17 +83,17 @@ pub(super) struct Wanted {
     pub(super) every_ticks: u32,
 }
 
-/// Signals that are sent to one client at a time, until it stops them or has been silent for long. Places beyond those of one
-/// stream are the next one's.
+/// A telemetry stream to one client, until the client ends it or is silent. Indices beyond one stream belong
+/// to the next stream.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) struct Stream {
-    /// Of the request; 0 when there is none.
+    /// Id of the request; 0: none.
     id: u16,
     signals: [Option<TypeRef>; MAX_TELEMETRY_SIGNALS],
     words: u8,
     every_ticks: u32,
     counter: u16,
-    /// Until the client counts as gone.
+    /// Ticks until the client counts as gone.
     patience_ticks: u32,
 }
 
@@ -107,7 +107,7 @@ impl Stream {
         patience_ticks: 0,
     };
 
-    /// Does what a client asks for; the words of a sample.
+    /// Handles a client's request; returns the words of a sample.
     pub(super) fn ask(
         &mut self,
         wanted: Wanted,
@@ -141,14 +141,14 @@ impl Stream {
         Ok(self.words)
     }
 
-    /// Takes note that a client is there.
+    /// Records activity of a client.
     pub(super) fn hear(&mut self, id: u16, patience_ticks: u32) {
         if client_of(id) == client_of(self.id) {
             self.patience_ticks = patience_ticks;
         }
     }
 
-    /// Counts a tick; a sample when one is due.
+    /// Counts a tick; returns a sample if one is due.
     pub(super) fn sample(&mut self, tick: u32, data_base: &DataBase) -> Option<Sample> {
         if self.id == 0 {
             return None;
@@ -158,7 +158,7 @@ impl Stream {
             return None;
         };
         self.patience_ticks = patience;
-        // By the number of the tick: the streams of a client are of the same ticks.
+        // Based on the tick number, so that all streams of a client sample the same ticks.
         if !tick.is_multiple_of(self.every_ticks) {
             return None;
         }
@@ -167,7 +167,7 @@ impl Stream {
             let found = data_base.slot(*signal).map(|slot| data_base.words(slot)).unwrap_or_default();
             let _ = words.extend_from_slice(found);
         }
-        // A scheme of other signals: who asked sees that nothing comes any more.
+        // The scheme's signals changed: the stream ends.
         if words.len() != usize::from(self.words) {
             *self = Self::NONE;
             return None;

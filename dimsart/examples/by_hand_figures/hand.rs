@@ -1,4 +1,4 @@
-//! The hand-written master in an emulated processor, as `firmware/src/by_hand.rs` has it in the image.
+//! The hand-written master of `firmware/src/by_hand.rs` in an emulated processor.
 
 use std::error::Error;
 
@@ -7,11 +7,11 @@ use cycles::timing::Timing;
 use dimsart::cycles::Firmware;
 use dimsart_core::{Packet, Word};
 
-/// Plain memory that no image uses.
+/// RAM at an address that no image uses.
 const MASTER: u32 = 0x2100_0000;
 const FRAMES: u32 = 0x2140_0000;
 const RECEIVED: u32 = 0x2180_0000;
-/// More than each of them takes.
+/// Maximum instructions of each function.
 const BYTES: u32 = 0x1000;
 
 const DOF: u32 = 3;
@@ -21,14 +21,14 @@ const SEND: u32 = FORCE + 4 * DOF;
 /// Three numbers and whether the samples are finite.
 const HEAD_BYTES: usize = 8;
 
-/// The master, written by hand.
+/// The hand-written master.
 pub(crate) struct Hand {
     machine: Machine,
     tick: u32,
 }
 
 impl Hand {
-    /// Before its first tick.
+    /// Creates it before its first tick.
     pub(crate) fn new(firmware: &Firmware, timing: Timing) -> Result<Self, Box<dyn Error>> {
         let entry = |name: &str| {
             let function = firmware.image.function(name).map(|function| function.address);
@@ -43,7 +43,7 @@ impl Hand {
         Ok(Self { machine, tick })
     }
 
-    /// One tick, with the packet that it finds, if any.
+    /// Runs one tick, with the received packet, if any.
     pub(crate) fn tick(
         &mut self,
         measured: &[Word],
@@ -59,7 +59,7 @@ impl Hand {
         Ok(self.machine.call(self.tick, [MASTER, FRAMES, received, 0])?)
     }
 
-    /// What the last tick commanded.
+    /// Returns the command of the last tick.
     pub(crate) fn commanded(&self) -> Result<Vec<Word>, Box<dyn Error>> {
         let mut force = [0; 4 * DOF as usize];
         self.machine.read(FORCE, &mut force)?;
@@ -67,19 +67,19 @@ impl Hand {
         Ok(words.iter().map(|word| Word(u32::from_le_bytes(*word))).collect())
     }
 
-    /// Whether the last tick sent this.
+    /// Returns whether the last tick sent this packet.
     pub(crate) fn sent(&self, packet: &Packet) -> Result<bool, Box<dyn Error>> {
         let expected = bytes(packet.words.iter().copied());
         let mut found = vec![0; HEAD_BYTES + expected.len()];
         self.machine.read(SEND, &mut found)?;
         let (found, words) = found.split_at(HEAD_BYTES);
-        // Not whether it is finite: the receiver looks at that.
+        // Except its finiteness, which the receiver checks.
         Ok(found.iter().zip(&head(packet)).take(6).all(|(found, expected)| found == expected)
             && words == expected)
     }
 }
 
-/// How a packet begins in memory. All that the simulator sends is finite.
+/// Start of a packet in memory. All packets of the simulator are finite.
 fn head(packet: &Packet) -> [u8; HEAD_BYTES] {
     let [content, counter, echo] = [packet.content, packet.counter, packet.echo].map(u16::to_le_bytes);
     [content[0], content[1], counter[0], counter[1], echo[0], echo[1], 1, 0]

@@ -1,4 +1,4 @@
-//! What a tick of Table 1 takes on a board beside the same written by hand as one function.
+//! Cost of a tick of Table 1 on a board, compared with one hand-written function.
 //!
 //! `cargo run --release -p dimsart --example by_hand_figures [ELF]`, after `cargo board nucleo-g474re,by-hand`.
 
@@ -26,7 +26,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     let scenario =
         RigFile::of_shipped("bilateral", &["link.jitter_ticks=2", "link.loss=0.02"].map(str::to_owned))?;
     println!(
-        "`{}`, {UNIT}, memory {}; means, and the same over that by hand.\n",
+        "`{}`, {UNIT}, memory {}; means, and ratios to the hand-written tick.\n",
         firmware.name,
         firmware.memory().name()
     );
@@ -43,7 +43,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     Ok(())
 }
 
-/// What the tick by hand takes, the image's tick and its parts: mean cycles.
+/// Mean cycles of the hand-written tick, of the image's tick and of its parts.
 fn parts(firmware: &Firmware, rig: &RigFile, column: Column) -> Result<Vec<(String, f64)>, Box<dyn Error>> {
     let timing = Timing::new(firmware.memory().profile(), column);
     let setup = Setup {
@@ -64,7 +64,7 @@ fn parts(firmware: &Firmware, rig: &RigFile, column: Column) -> Result<Vec<(Stri
     Ok([("by hand".to_owned(), by_hand)].into_iter().chain(named).collect())
 }
 
-/// Mean cycles of the hand-written master over every tick of the scenario. It has to command and send the same bits.
+/// Mean cycles of the hand-written master over every tick of the scenario. Its commands and packets must be bit-identical.
 fn by_hand(firmware: &Firmware, file: &RigFile, timing: Timing) -> Result<f64, Box<dyn Error>> {
     let mut experiment = Experiment::new(file)?.without_recording();
     #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "a cast saturates")]
@@ -79,13 +79,13 @@ fn by_hand(firmware: &Firmware, file: &RigFile, timing: Timing) -> Result<f64, B
         cycles += hand.tick(&trace.measured, newest(trace).as_ref())?.cycles;
         let (_, sent) = trace.sent.first().ok_or("nothing was sent")?;
         if hand.commanded()? != trace.commanded || !hand.sent(sent)? {
-            return Err(format!("the master by hand differs in tick {tick}").into());
+            return Err(format!("the hand-written master differs in tick {tick}").into());
         }
     }
     Ok(cycles as f64 / f64::from(ticks))
 }
 
-/// The packet that a tick finds, of those that came in before it.
+/// Returns the packet of a tick from the received ones.
 fn newest(trace: &TickTrace) -> Option<Packet> {
     let packets =
         trace.received.iter().filter_map(|(_, channel, bytes)| Packet::from_bytes(bytes, *channel).ok());

@@ -1,4 +1,4 @@
-//! Messages of ROS 2, field by field as their definitions have them, in CDR.
+//! Messages of ROS 2 in CDR, with the fields of their definitions.
 
 use std::time::{Duration, SystemTime};
 
@@ -8,7 +8,7 @@ use serde_json::Value;
 use crate::cdr;
 use crate::connect::{TapRow, TapSignal};
 
-/// A type of messages: its name as DDS writes it, and the hash of its definition (REP 2016).
+/// A message type: its DDS name and the hash of its definition (REP 2016).
 #[derive(Debug, Clone, Copy)]
 pub(super) struct MessageType {
     pub(super) name: &'static str,
@@ -26,13 +26,13 @@ pub(super) const DIAGNOSTIC_ARRAY: MessageType = MessageType {
     hash: "RIHS01_5a8a36efb05fb25070fa0fb3810290c0e6cd4862b54a8fb975a1ee8dc55a333e",
 };
 
-/// What a `DiagnosticStatus` says of a device.
+/// Level of a `DiagnosticStatus`.
 #[derive(Debug, Clone, Copy)]
 enum Level {
     Ok = 0,
     Warn = 1,
     Error = 2,
-    /// Nothing is heard of it.
+    /// The device is unreachable.
     Stale = 3,
 }
 
@@ -78,7 +78,7 @@ struct KeyValue {
     value: String,
 }
 
-/// A row as `JointState`: POSITION, VELOCITY and FORCE by axis, as far as they are in the Data Base. None without a position.
+/// Encodes a row as `JointState`: POSITION, and VELOCITY and FORCE if present, by axis. None without a position.
 pub(super) fn joint_state(
     device: &str,
     signals: &[TapSignal],
@@ -103,7 +103,7 @@ pub(super) fn joint_state(
     cdr::encode(&state)
 }
 
-/// How a device is doing as `DiagnosticArray`: what `dimsart connect PORT faults --json` says of it, or why it says nothing.
+/// Encodes the output of `dimsart connect PORT faults --json` as `DiagnosticArray`, or why the device is unreachable.
 pub(super) fn diagnostics(device: &str, faults: Result<&Value, &str>, now: SystemTime) -> Option<Vec<u8>> {
     let (level, message, values) = match faults {
         Ok(faults) => (level(faults), text(faults.get("state")), values(faults)),
@@ -119,7 +119,7 @@ pub(super) fn diagnostics(device: &str, faults: Result<&Value, &str>, now: Syste
     cdr::encode(&DiagnosticArray { header: header(now), status: vec![status] })
 }
 
-/// What is to be repaired is an error, what was once a warning.
+/// An existing fault is an error, an earlier fault a warning.
 fn level(faults: &Value) -> Level {
     let is_there = |name: &str| faults.get(name).is_some_and(|found| !found.is_null());
     let count = faults.get("faults").and_then(Value::as_u64).unwrap_or_default();
@@ -157,7 +157,7 @@ fn text(value: Option<&Value>) -> String {
 
 fn header(now: SystemTime) -> Header {
     let since = now.duration_since(SystemTime::UNIX_EPOCH).unwrap_or(Duration::ZERO);
-    // ROS 2 counts seconds in 31 bits, as long as they last.
+    // ROS 2 counts seconds in 31 bits.
     let stamp =
         Time { sec: i32::try_from(since.as_secs()).unwrap_or(i32::MAX), nanosec: since.subsec_nanos() };
     Header { stamp, frame_id: "" }
@@ -184,7 +184,7 @@ mod tests {
         named.iter().map(|(name, words)| TapSignal::new(name, "rad", *words, Format::F32)).collect()
     }
 
-    /// The bytes are those of `rosbags` 0.11, which reads the same values from them.
+    /// Expected bytes: encoded by `rosbags` 0.11.
     #[test]
     fn a_joint_state_has_the_bytes_that_another_writer_gives_it() {
         let arm = signals(&[("DES_FORCE", 2), ("POSITION", 2), ("VELOCITY", 2)]);

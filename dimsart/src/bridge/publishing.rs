@@ -1,4 +1,4 @@
-//! What a station is published as.
+//! Publishes the news of a station.
 
 use std::sync::Arc;
 use std::time::SystemTime;
@@ -23,7 +23,7 @@ pub(super) struct Publishing {
     diagnostics: Topic,
 }
 
-/// A piece of news as the station tells it.
+/// A piece of news of a station.
 #[derive(Debug, Deserialize)]
 pub(super) struct Told {
     kind: String,
@@ -31,7 +31,7 @@ pub(super) struct Told {
 }
 
 impl Told {
-    /// Reads it; none where it is for the page alone.
+    /// Parses it; none if it is for the page only.
     pub(super) fn read(text: &str) -> Option<Self> {
         let told: Self = serde_json::from_str(text).ok()?;
         (told.kind != "kinds").then_some(told)
@@ -50,7 +50,7 @@ impl Publishing {
         Ok(Self { session: session.clone(), member: Arc::clone(member), joint_states, diagnostics })
     }
 
-    /// Until the station ends.
+    /// Runs until the station ends.
     pub(super) fn run(mut self) {
         let (last, mut news) = self.member.station.board().read();
         last.iter().for_each(|text| self.text(text));
@@ -84,7 +84,7 @@ impl Publishing {
     }
 
     fn rows(&mut self, rows: &Rows) {
-        // Kept before anybody may have to be waited for.
+        // Keep the rows before a put that may block.
         let Some(message) = lock(&self.member.kept).add(rows) else { return };
         self.put("signals", message, Encoding::APPLICATION_OCTET_STREAM);
         let now = SystemTime::now();
@@ -95,11 +95,11 @@ impl Publishing {
         }
     }
 
-    /// Publishes something, and waits for a router that is slow rather than lose it.
+    /// Publishes a payload; blocks on a slow router rather than dropping it.
     fn put(&self, key: &str, payload: impl Into<ZBytes>, encoding: Encoding) {
         let key = format!("{}/{key}", self.member.key);
         let put = self.session.put(key, payload).encoding(encoding);
-        // A session that is closed ends with the bridge.
+        // Fails only if the session is closed, at the end of the bridge.
         let _ = put.congestion_control(CongestionControl::Block).wait();
     }
 }

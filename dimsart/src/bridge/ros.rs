@@ -1,5 +1,5 @@
-//! What lets `rmw_zenoh_cpp` of ROS 2 see what is published: its keys, tokens and attachments, by its `docs/design.md` and
-//! source. Not tried with ROS 2.
+//! Keys, liveliness tokens and attachments of `rmw_zenoh_cpp` (ROS 2), from its `docs/design.md` and source. Not tested with
+//! ROS 2.
 
 use std::sync::atomic::{AtomicU32, Ordering};
 use std::time::{SystemTime, UNIX_EPOCH};
@@ -12,7 +12,7 @@ use zenoh::{Session, Wait};
 use super::messages::MessageType;
 use super::{BridgeError, Place, failed};
 
-/// Reliable, volatile, the last 10: all but the depth as ROS 2 has it when nothing is said.
+/// Reliable, volatile, depth 10; the others are defaults of ROS 2.
 const QUALITY: &str = "::,10:,:,:,,";
 
 /// The bridge as a node of ROS 2.
@@ -31,7 +31,7 @@ pub(super) struct Node {
 pub(super) struct Topic {
     session: Session,
     key: String,
-    /// What ROS 2 knows the publisher by.
+    /// Identifier of the publisher in ROS 2.
     gid: [u8; 16],
     sequence: i64,
     _token: LivelinessToken,
@@ -46,7 +46,7 @@ impl Node {
         Ok(Self { domain, session_id, name, next: AtomicU32::new(1), _token: token })
     }
 
-    /// A topic, such as `dimsart/joint/joint_states`.
+    /// Declares a topic, such as `dimsart/joint/joint_states`.
     pub(super) fn topic(
         &self,
         session: &Session,
@@ -68,11 +68,11 @@ impl Node {
 }
 
 impl Topic {
-    /// Publishes a message in CDR; where nobody is, it is lost.
+    /// Publishes a message in CDR; lost without a subscriber.
     pub(super) fn put(&mut self, message: Vec<u8>, now: SystemTime) {
         self.sequence += 1;
         let attachment = attachment(self.sequence, now, self.gid);
-        // A session that is closed ends with the bridge.
+        // Fails only if the session is closed, at the end of the bridge.
         let _ = self
             .session
             .put(&self.key, message)
@@ -82,7 +82,7 @@ impl Topic {
     }
 }
 
-/// Number of the message, time in ns, and the publisher behind its length, little endian.
+/// Sequence number, time in ns, length of the publisher's identifier and the identifier, little endian.
 fn attachment(sequence: i64, now: SystemTime, gid: [u8; 16]) -> Vec<u8> {
     let since = now.duration_since(UNIX_EPOCH).unwrap_or_default();
     let time_ns = i64::try_from(since.as_nanos()).unwrap_or(i64::MAX);
@@ -92,7 +92,7 @@ fn attachment(sequence: i64, now: SystemTime, gid: [u8; 16]) -> Vec<u8> {
     bytes
 }
 
-/// Names of ROS 2 have no hyphen.
+/// Replaces hyphens, which are invalid in ROS 2 names.
 fn ros_name(name: &str) -> String {
     name.replace('-', "_")
 }

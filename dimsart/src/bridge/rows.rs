@@ -1,13 +1,13 @@
-//! Rows of signals as bytes, and the last of them, for whoever has missed some.
+//! Encodes rows of signals, and keeps the last rows for clients that missed some.
 //!
-//! A message is blocks, one behind the other, little endian: number of the layout `u32`, rows `u32`, values of a row `u32`;
-//! then each row: its tick `u32` and its values `f64`, which hold every word of a Data Base exactly.
+//! A message is a sequence of blocks, little endian: number of the layout `u32`, rows `u32`, values of a row `u32`;
+//! then each row: its tick `u32` and its values `f64`, which represent every word of a Data Base exactly.
 
 use std::collections::VecDeque;
 
 use crate::page::news::Rows;
 
-/// Rows that are kept of a station: a minute at 1 kHz.
+/// Rows kept per station: a minute at 1 kHz.
 const MAX_ROWS: usize = 60_000;
 
 /// Rows of one layout as bytes.
@@ -42,7 +42,7 @@ impl Block {
 }
 
 impl Kept {
-    /// Adds rows; they as a message. None where there are none, or more than a message can count.
+    /// Adds rows and returns them as a message. None if `rows` is empty or too long for a message.
     pub(super) fn add(&mut self, rows: &Rows) -> Option<Vec<u8>> {
         let (first, last) = (rows.rows.first()?, rows.rows.last()?);
         let bytes = block(rows)?;
@@ -58,7 +58,7 @@ impl Kept {
         Some(bytes)
     }
 
-    /// What came after a row, and perhaps some rows before it; all that is kept where that row is not.
+    /// Returns the rows after a row, perhaps with some before it; all kept rows if the row is not kept.
     pub(super) fn after(&self, place: Option<Place>) -> Vec<u8> {
         let from = place.and_then(|place| self.blocks.iter().rposition(|block| block.has(place)));
         self.blocks.iter().skip(from.unwrap_or_default()).flat_map(|block| &block.bytes).copied().collect()

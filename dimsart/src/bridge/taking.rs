@@ -1,4 +1,4 @@
-//! What is asked of a station, and what it is told to do: a query each, and its answer.
+//! Answers queries for a station's news and rows, and carries out commands.
 
 use std::hash::{DefaultHasher, Hash as _, Hasher as _};
 use std::sync::Arc;
@@ -19,17 +19,17 @@ use super::{BridgeError, Member, failed, lock};
 use crate::page::action::Action;
 use crate::page::station::Answer;
 
-/// Takes the queries of a station.
+/// Receives the queries of a station.
 pub(super) struct Taking {
     member: Arc<Member>,
     queries: Queryable<FifoChannelHandler<Query>>,
 }
 
-/// An answer that is not there yet.
+/// A pending answer.
 struct Awaited {
     query: Query,
     answer: oneshot::Receiver<Answer>,
-    /// The client that has the lease if it is granted.
+    /// The client that gets the lease if it is granted.
     mover: Option<u64>,
 }
 
@@ -39,7 +39,7 @@ impl Taking {
         Ok(Self { member: Arc::clone(member), queries })
     }
 
-    /// Takes them from now on, each at once; what the device has to answer is waited for beside.
+    /// Starts to serve queries; a second thread waits for answers of the device.
     pub(super) fn start(self) -> Result<(), BridgeError> {
         let (awaited, answers) = channel();
         let member = Arc::clone(&self.member);
@@ -63,7 +63,7 @@ impl Taking {
         }
     }
 
-    /// The last news of each kind that is asked for.
+    /// Replies with the last news of each requested kind.
     fn last(&self, query: &Query) {
         let last = self.member.station.board().last();
         for told in last.iter().filter_map(|text| Told::read(text)) {
@@ -71,14 +71,14 @@ impl Taking {
             let is_asked = zenoh::key_expr::KeyExpr::try_from(key.as_str())
                 .is_ok_and(|key| query.key_expr().intersects(&key));
             if is_asked {
-                // Who asked may be gone, here as below.
+                // The client may be gone, here and below.
                 let reply = query.reply(key, told.content.to_string());
                 let _ = reply.encoding(Encoding::APPLICATION_JSON).wait();
             }
         }
     }
 
-    /// Rows that are kept.
+    /// Replies with the kept rows.
     fn signals(&self, query: &Query) {
         match place(query) {
             Ok(place) => {
@@ -100,14 +100,14 @@ impl Taking {
             }
             Err(reason) => return refuse(&query, &reason),
         };
-        // It ends with the bridge alone.
+        // Fails only at the end of the bridge.
         let _ = awaited.send(Awaited { query, answer, mover });
     }
 }
 
-/// What somebody wants to be done.
+/// A command.
 enum Order {
-    /// By whomever.
+    /// Allowed for every client.
     Stop,
     Do {
         client: u64,
@@ -116,35 +116,35 @@ enum Order {
 }
 
 fn order(query: &Query) -> Result<Order, String> {
-    const FORM: &str = r#"a command is JSON such as {"client": "planner", "do": "arm"}"#;
+    const FORM: &str = r#"commands are JSON such as {"client": "planner", "do": "arm"}"#;
     let bytes = query.payload().map(|payload| payload.to_bytes()).unwrap_or_default();
     let value: Value = serde_json::from_slice(&bytes).map_err(|error| format!("{error}; {FORM}"))?;
     let text = |key: &str| value.get(key).and_then(Value::as_str);
     if text("do") == Some("stop") {
         return Ok(Order::Stop);
     }
-    let client = text("client").ok_or_else(|| format!("\"client\" says who wants it; {FORM}"))?;
+    let client = text("client").ok_or_else(|| format!("\"client\" is missing: give a name; {FORM}"))?;
     let mut hasher = DefaultHasher::new();
     client.hash(&mut hasher);
-    let action = Action::deserialize(&value).map_err(|error| format!("not understood: {error}; {FORM}"))?;
+    let action = Action::deserialize(&value).map_err(|error| format!("invalid command: {error}; {FORM}"))?;
     Ok(Order::Do { client: hasher.finish(), action })
 }
 
-/// The row that one who asks has already, if it says so.
+/// The last row that the client has, if given.
 fn place(query: &Query) -> Result<Option<Place>, String> {
     let number = |name: &str| {
         let text = query.parameters().get(name);
-        let number = text.map(|text| text.parse::<u32>().map_err(|_| format!("{name}={text} is no number")));
+        let number = text.map(|text| text.parse::<u32>().map_err(|_| format!("{name}={text}: not a number")));
         number.transpose()
     };
     match (number("layout")?, number("tick")?) {
         (Some(layout), Some(tick)) => Ok(Some(Place { layout, tick })),
         (None, None) => Ok(None),
-        _ => Err("a row is named by its layout and its tick: signals?layout=1;tick=1000".to_owned()),
+        _ => Err("give both layout and tick: signals?layout=1;tick=1000".to_owned()),
     }
 }
 
-/// Gives answers as they come.
+/// Sends answers as they arrive.
 fn answer(member: &Member, answers: &Receiver<Awaited>) {
     for Awaited { query, answer, mover } in answers {
         match answer.blocking_recv() {
@@ -156,7 +156,7 @@ fn answer(member: &Member, answers: &Receiver<Awaited>) {
                 let _ = reply.encoding(Encoding::APPLICATION_JSON).wait();
             }
             Ok(Err(reason)) => refuse(&query, &reason),
-            Err(_) => refuse(&query, "no line to the device"),
+            Err(_) => refuse(&query, "the device is disconnected"),
         }
     }
 }

@@ -1,19 +1,19 @@
-//! Connections that cannot be accepted: nothing ends by it, and each episode is reported once.
+//! Failures to accept connections: reported once per episode, then retried.
 
 use std::io::{self, ErrorKind};
 use std::time::Duration;
 
-/// Before the next attempt.
+/// Pause before the next attempt.
 pub(crate) const PAUSE: Duration = Duration::from_millis(100);
 
-/// Failures of one listener to accept.
+/// Failures of one listener.
 #[derive(Debug, Default)]
 pub(crate) struct AcceptFailures {
     is_reported: bool,
 }
 
 impl AcceptFailures {
-    /// The report of a failure, where it is the first one of an episode and not the peer's doing.
+    /// Returns a report of the first failure of an episode, unless the peer caused it.
     pub(crate) fn report(&mut self, listener: &str, error: &io::Error) -> Option<String> {
         let is_of_peer = matches!(
             error.kind(),
@@ -28,7 +28,7 @@ impl AcceptFailures {
         ))
     }
 
-    /// The episode is over.
+    /// Ends an episode.
     pub(crate) fn end(&mut self) {
         self.is_reported = false;
     }

@@ -1,4 +1,4 @@
-//! A port that is this program's alone, where the system has no sockets with paths.
+//! Exclusive ports, for systems without Unix sockets.
 
 use std::io::{self, ErrorKind};
 use std::path::PathBuf;
@@ -8,7 +8,7 @@ use hil_sim::pipe::Pipe;
 
 use super::Broker;
 
-/// Opens a port: a serial port by its name or `tcp:HOST:PORT`. It is not shared with other programs.
+/// Opens a serial port by name or `tcp:HOST:PORT`, not shared with other programs.
 ///
 /// # Errors
 /// As [`open_port`](hil_sim::link::open_port).
@@ -16,12 +16,12 @@ pub fn open(port: &str, baud: u32) -> Result<Box<dyn Stream>, PortError> {
     hil_sim::link::open_port(port, baud)
 }
 
-/// A port that this program has.
+/// A port opened by this program.
 #[derive(Debug)]
 pub struct SharedPort(Broker);
 
 impl SharedPort {
-    /// Shares what is at the other end of a stream within this program.
+    /// Shares a stream within this program.
     ///
     /// # Errors
     /// None.
@@ -29,14 +29,14 @@ impl SharedPort {
         Ok(Self(Broker::new(stream)))
     }
 
-    /// A line of one's own; none when the port is gone.
+    /// Returns a separate line; none if the port is closed.
     #[must_use]
     pub fn join(&self) -> Option<Pipe> {
         self.0.join()
     }
 }
 
-/// The ports that programs of this user share now: there is none here.
+/// Returns the ports shared by programs of this user: always empty here.
 ///
 /// # Errors
 /// None.
@@ -44,7 +44,7 @@ pub fn shared_ports() -> io::Result<Vec<String>> {
     Ok(Vec::new())
 }
 
-/// A folder of this user's own: there is none here.
+/// Returns a private folder of this user: not supported here.
 ///
 /// # Errors
 /// [`Unsupported`](ErrorKind::Unsupported), always.

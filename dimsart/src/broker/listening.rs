@@ -1,7 +1,7 @@
-//! Clients of other programs: accepted, limited in number, and passed on to the broker.
+//! Accepts clients of other programs, up to a limit, and connects them to the broker.
 //!
-//! A newcomer is always let in: it may say STOP. Where there are as many clients as there may be, or files as the system
-//! allows, the client that has been silent for the longest time is closed, and opens another line when it needs one.
+//! A new client is always accepted, since it may send STOP. At the limit of clients or open files, the client that has been
+//! silent longest is disconnected; it reconnects when needed.
 
 use std::fs::File;
 use std::io::{self, ErrorKind, Read, Write};
@@ -17,23 +17,23 @@ use super::turns::is_stop;
 use super::{Frames, is_nothing_yet};
 use hil_sim::pipe::{Pipe, PipeReader, PipeWriter};
 
-/// Clients of one port at a time: far fewer than the files that a program may open.
+/// Maximum clients per port, well below the limit of open files.
 const MAX_CLIENTS: usize = 64;
-/// A client that takes nothing for so long is left.
+/// Write timeout of a client.
 pub(super) const PATIENCE: Duration = Duration::from_secs(2);
-/// Until the broker makes room for a STOP.
+/// Retry interval of a STOP.
 const A_MOMENT: Duration = Duration::from_millis(1);
 
 /// The listener of a port.
 #[derive(Debug)]
 pub(super) struct Listening {
-    /// The port, for reports.
+    /// Name of the port, for reports.
     pub(super) port: String,
     pub(super) is_over: Arc<AtomicBool>,
 }
 
 impl Listening {
-    /// Accepts clients until it is over, or `join` has no line any more. Errors of the system end nothing.
+    /// Accepts clients until it is ended or `join` returns none. Continues after system errors.
     pub(super) fn run(
         &self,
         mut accept: impl FnMut() -> io::Result<UnixStream>,
@@ -59,7 +59,7 @@ impl Listening {
             if let Some(report) = failures.report(&self.port, &error) {
                 eprintln!("dimsart: {report}");
             }
-            // Its file is the next client's.
+            // Frees its descriptor for the next client.
             if spare.take().is_none() {
                 clients.close_most_silent();
                 thread::sleep(accepting::PAUSE);
@@ -68,23 +68,23 @@ impl Listening {
     }
 }
 
-/// A file that is closed for a client where no more can be opened.
+/// A spare descriptor, closed to accept a client at the limit of open files.
 fn spare_file() -> Option<File> {
     File::open("/dev/null").ok()
 }
 
-/// Those that are connected now.
+/// Connected clients.
 #[derive(Debug, Default)]
 struct Clients {
     connected: Vec<Weak<Connection>>,
-    /// Counts what was heard.
+    /// Counts reads of all clients.
     heard: Arc<AtomicU64>,
 }
 
 #[derive(Debug)]
 struct Connection {
     stream: UnixStream,
-    /// Count of what was heard last of it.
+    /// Count at this client's last read.
     heard: AtomicU64,
     all: Arc<AtomicU64>,
 }
@@ -122,7 +122,7 @@ impl Clients {
     }
 }
 
-/// Passes on whole frames. Those that the broker has no room for are lost, as on a line without room, but for a STOP.
+/// Relays whole frames. Frames are dropped while the broker's queue is full, except STOP.
 fn from_client(client: &Connection, mut line: PipeWriter) {
     let (mut frames, mut buffer, mut is_over) = (Frames::default(), [0; 1024], false);
     while let Ok(count @ 1..) = (&client.stream).read(&mut buffer) {
@@ -155,7 +155,7 @@ fn to_client(client: &Connection, mut line: PipeReader) {
             break;
         }
     }
-    // The other direction ends with it.
+    // Ends the other direction, too.
     let _ = client.stream.shutdown(Shutdown::Both);
 }
 

@@ -1,4 +1,4 @@
-//! Where lock and socket of a port are: the same for every spelling of a port, and for no other port.
+//! Paths of a port's lock and socket: equal for all spellings of a port, different for different ports.
 
 use std::fs::{self, File, TryLockError};
 use std::io::{self, ErrorKind, Write};
@@ -6,13 +6,13 @@ use std::os::unix::fs::{DirBuilderExt, MetadataExt};
 use std::os::unix::net::UnixStream;
 use std::path::{Path, PathBuf};
 
-/// Most characters of a port's name in the names of its files: the system's paths of sockets are short.
+/// Maximum characters of a port's name in file names: paths of sockets are short.
 const READABLE: usize = 24;
 
-/// Where a port's files are.
+/// Files of a port.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub(super) struct Place {
-    /// The port, in the one spelling that stands for all.
+    /// The port in canonical spelling.
     name: String,
     /// Without an extension.
     path: PathBuf,
@@ -37,7 +37,7 @@ impl Place {
         self.path.with_extension("sock")
     }
 
-    /// The lock of the port's broker; none when another program has it.
+    /// Locks the port for its broker; none if another program holds the lock.
     pub(super) fn lock(&self) -> io::Result<Option<File>> {
         let path = self.path.with_extension("lock");
         let file = File::options().create(true).truncate(false).write(true).open(path)?;
@@ -48,13 +48,13 @@ impl Place {
         }
     }
 
-    /// Writes the port's name into its lock, before it is listened to.
+    /// Writes the port's name to its lock, before listening.
     pub(super) fn write_name(&self, mut lock: &File) -> io::Result<()> {
         lock.set_len(0)?;
         lock.write_all(self.name.as_bytes())
     }
 
-    /// A line to the program that has the port.
+    /// Connects to the broker of the port.
     pub(super) fn connect(&self) -> io::Result<UnixStream> {
         let stream = UnixStream::connect(self.socket())?;
         let found = fs::read_to_string(self.path.with_extension("lock"))?;
@@ -62,12 +62,11 @@ impl Place {
             return Ok(stream);
         }
         let file = self.path.display();
-        Err(io::Error::new(ErrorKind::InvalidData, format!("{file}.lock is of another port, {found}")))
+        Err(io::Error::new(ErrorKind::InvalidData, format!("{file}.lock belongs to another port, {found}")))
     }
 }
 
-/// One spelling for all of a port: of a file, such as a link in `/dev/serial/by-id`, the file itself. Of one that is not there,
-/// opening it says more.
+/// Canonical spelling of a port: resolves links such as `/dev/serial/by-id`. A missing file is reported when it is opened.
 fn one_spelling(port: &str) -> String {
     let file = |path: &str| {
         let found = fs::canonicalize(path).ok().and_then(|found| found.into_os_string().into_string().ok());
@@ -84,45 +83,48 @@ fn one_spelling(port: &str) -> String {
             }
             None => port.to_owned(),
         },
-        // A path can have a colon, as those in /dev/serial/by-path.
+        // Paths in /dev/serial/by-path contain colons.
         _ => file(port),
     }
 }
 
-/// FNV-1a: the same in every version and on every computer.
+/// FNV-1a, stable across versions and computers.
 fn hash(name: &str) -> u64 {
     name.bytes()
         .fold(0xcbf2_9ce4_8422_2325, |hash, byte| (hash ^ u64::from(byte)).wrapping_mul(0x0100_0000_01b3))
 }
 
-/// The ports that programs of this user share now, in the order of their names, which [`open`](super::open) takes.
+/// Returns the names of the ports shared by programs of this user, sorted, for [`open`](super::open).
 ///
 /// # Errors
-/// Whatever the system says of the folder that they are in.
+/// The folder of ports cannot be read.
 pub fn shared_ports() -> io::Result<Vec<String>> {
     let files = fs::read_dir(private_folder()?)?.filter_map(|entry| Some(entry.ok()?.path()));
     let locks = files.filter(|file| file.extension().is_some_and(|extension| extension == "lock"));
-    // To try the lock would be in the way of who wants it.
+    // Trying the lock would disturb a program that wants it.
     let shared = locks.filter(|lock| UnixStream::connect(lock.with_extension("sock")).is_ok());
     let mut ports: Vec<String> = shared.filter_map(|lock| fs::read_to_string(lock).ok()).collect();
     ports.sort();
     Ok(ports)
 }
 
-/// A folder of this user's own, for as long as the computer runs.
+/// Returns a private folder of this user, kept until the computer restarts.
 ///
 /// # Errors
-/// Whatever the system says; [`PermissionDenied`](ErrorKind::PermissionDenied) when others can get in.
+/// The folder cannot be created; [`PermissionDenied`](ErrorKind::PermissionDenied) if other users can access it.
 pub fn private_folder() -> io::Result<PathBuf> {
     let folder = match std::env::var_os("XDG_RUNTIME_DIR").filter(|folder| !folder.is_empty()) {
         Some(folder) => PathBuf::from(folder).join("dimsart"),
         None => std::env::temp_dir().join(format!("dimsart-{}", rustix::process::getuid().as_raw())),
     };
     fs::DirBuilder::new().recursive(true).mode(0o700).create(&folder)?;
-    // In a folder that others can write, anybody could say to be the broker.
+    // Other users could pose as the broker in a writable folder.
     let found = fs::metadata(&folder)?;
     if found.uid() != rustix::process::getuid().as_raw() || found.mode() & 0o077 != 0 {
-        let message = format!("{} is not this user's alone", folder.display());
+        let message = format!(
+            "{} is accessible to other users: set its owner to this user and its mode to 0700",
+            folder.display()
+        );
         return Err(io::Error::new(ErrorKind::PermissionDenied, message));
     }
     Ok(folder)
@@ -184,6 +186,6 @@ mod tests {
         place.write_name(&lock).unwrap();
         assert!(place.connect().is_ok());
         let other = Place { name: "sim:arm-1".to_owned(), ..place.clone() };
-        assert!(other.connect().unwrap_err().to_string().contains("is of another port, sim:arm_1"));
+        assert!(other.connect().unwrap_err().to_string().contains("belongs to another port, sim:arm_1"));
     }
 }

@@ -1,7 +1,7 @@
-//! A port that several programs of one user share.
+//! A port shared by several programs of one user.
 //!
-//! Whoever opens it first is its broker. Others find it by a socket in a folder that is this user's alone, and when it ends
-//! one of them becomes the broker. A lock says whether there is one: it goes with the process that has it.
+//! The first program that opens the port becomes its broker. Others connect to a socket in the user's private folder; when the
+//! broker ends, one of them becomes the new broker. The broker holds a lock, which is released with its process.
 
 use std::fs::{self, File};
 use std::io::{self, ErrorKind, Read, Write};
@@ -20,13 +20,13 @@ use hil_sim::pipe::Pipe;
 
 pub use super::place::{private_folder, shared_ports};
 
-/// Longest time that a program which has the lock takes until it listens.
+/// Maximum time from the lock to listening.
 const START: Duration = Duration::from_secs(1);
-/// Between two looks for it.
+/// Retry interval.
 const A_MOMENT: Duration = Duration::from_millis(10);
 
-/// Opens a port that others may use at the same time: a serial port by its name, `tcp:HOST:PORT` or `unix:PATH`, or a
-/// simulated controller that a `dimsart serve` has, `sim:NAME`. `baud` counts for whoever opens it first.
+/// Opens a shared port: a serial port by name, `tcp:HOST:PORT`, `unix:PATH`, or a simulated controller of `dimsart serve`,
+/// `sim:NAME`. `baud` applies to the first program that opens the port.
 ///
 /// # Errors
 /// As [`open_port`](hil_sim::link::open_port), and [`PortError::NotServed`].
@@ -35,23 +35,22 @@ pub fn open(port: &str, baud: u32) -> Result<Box<dyn Stream>, PortError> {
     Ok(Box::new(SharedLine { port: port.to_owned(), baud, end }))
 }
 
-/// A port that this program has, and others may join, for as long as this lives.
+/// A port opened by this program and shared with others until it is dropped.
 #[derive(Debug)]
 pub struct SharedPort {
     socket: PathBuf,
     is_over: Arc<AtomicBool>,
     listener: Option<JoinHandle<()>>,
     broker: Arc<Broker>,
-    /// Given back last: until then nobody else opens the port.
+    /// Released last, so that no other program opens the port before.
     _lock: File,
 }
 
 impl SharedPort {
-    /// Shares what is at the other end of a stream as `port`, a name that [`open`] is given. A read of the stream waits no
-    /// longer than a millisecond or two.
+    /// Shares a stream under the name `port`, for [`open`]. The stream's read timeout is at most 2 ms.
     ///
     /// # Errors
-    /// [`PortError::Served`] when another program shares it already; [`PortError::Shared`] when it cannot be shared.
+    /// [`PortError::Served`] if another program already shares it; [`PortError::Shared`] if it cannot be shared.
     pub fn new(port: &str, stream: Box<dyn Stream>) -> Result<Self, PortError> {
         let failed = |source| PortError::Shared { port: port.to_owned(), source };
         let place = Place::of(port).map_err(failed)?;
@@ -60,7 +59,7 @@ impl SharedPort {
         Self::listen(port, Broker::new(stream), &place, lock).map_err(failed)
     }
 
-    /// A line of one's own; none when the port is gone.
+    /// Returns a separate line; none if the port is closed.
     #[must_use]
     pub fn join(&self) -> Option<Pipe> {
         self.broker.join()
@@ -87,16 +86,16 @@ impl SharedPort {
 impl Drop for SharedPort {
     fn drop(&mut self) {
         self.is_over.store(true, Ordering::Relaxed);
-        // Wakes the listener. Where it cannot be reached, it has ended.
+        // Wakes the listener; an unreachable listener has ended.
         if UnixStream::connect(&self.socket).is_ok() {
             let _ = self.listener.take().map(JoinHandle::join);
         }
-        // A file that stays is taken away by the next broker.
+        // The next broker removes a remaining file.
         let _ = fs::remove_file(&self.socket);
     }
 }
 
-/// A line over a port that is shared, whoever has it.
+/// A line over a shared port, of this or another program.
 #[derive(Debug)]
 struct SharedLine {
     port: String,
@@ -106,14 +105,14 @@ struct SharedLine {
 
 #[derive(Debug)]
 enum End {
-    /// This program has the port.
+    /// This program is the broker.
     Here { line: Pipe, _port: SharedPort },
-    /// Another one has it.
+    /// Another program is the broker.
     There(UnixStream),
 }
 
 impl SharedLine {
-    /// What a read or write came to; where the broker ended, another one is found or made before the next.
+    /// Returns the result of a read or write; if the broker ended, connects to a new one or becomes it.
     fn go_on(&mut self, result: io::Result<usize>, is_end: impl Fn(usize) -> bool) -> io::Result<usize> {
         let is_over = match &result {
             Ok(count) => is_end(*count),

@@ -1,4 +1,4 @@
-//! A STOP among hostile clients, on a port and a clock of the test.
+//! A STOP among hostile clients, with a simulated port and clock.
 
 use super::*;
 use dimsart_core::Command;
@@ -7,17 +7,17 @@ use std::sync::{Arc, Mutex};
 
 const HOSTILE: usize = 8;
 
-/// A device that takes bytes while it is open, and answers every request at once.
+/// A device that accepts bytes while it is open, and answers every request immediately.
 #[derive(Debug, Clone, Default)]
 struct Port(Arc<Mutex<Wire>>);
 
 #[derive(Debug, Default)]
 struct Wire {
     is_blocked: bool,
-    /// Bytes that it takes in one write; 0: all.
+    /// Maximum bytes per write; 0: unlimited.
     most: usize,
     receiver: dimsart_link::protocol::Receiver,
-    /// Requests that came, in their order.
+    /// Received requests, in order.
     requests: Vec<Request>,
     answers: Vec<u8>,
 }
@@ -82,7 +82,7 @@ impl Bench {
         Self { passing, port, now: Instant::now(), hostile, ninth }
     }
 
-    /// Every hostile client writes as much as the broker takes; one is replaced by another one.
+    /// Every hostile client writes until the broker blocks; one client is replaced.
     fn flood(&mut self) {
         let whole = frame(1, Request::Status);
         let (half, _) = whole.split_at(5);
@@ -129,7 +129,7 @@ fn the_stop_of_a_ninth_client_goes_out_among_the_next_frames() {
             bench.flood();
             bench.round();
             let sent = bench.port.0.lock().unwrap().requests[before..].to_vec();
-            // It, and those of the two hostile clients that want the same.
+            // This request, and the same request of two hostile clients.
             assert!((1..=4).contains(&sent.len()), "{sent:?}");
             assert!(sent[..sent.len() - 1].iter().all(|request| *request == STOP), "{sent:?}");
             let mut answers = Vec::new();
@@ -145,7 +145,7 @@ fn the_stop_of_a_ninth_client_goes_out_among_the_next_frames() {
             assert!(ids.contains(&900), "it is answered: {ids:?}");
         }
     }
-    // The others have their turns, too.
+    // The other clients are served, too.
     let sent = bench.port.0.lock().unwrap().requests.clone();
     assert!(sent.contains(&Request::Status));
     assert!(bench.passing.clients.len() <= HOSTILE + 2, "clients that are gone are forgotten");
@@ -161,7 +161,7 @@ fn a_port_that_takes_no_bytes_keeps_nothing_but_a_stop_waiting() {
         bench.round();
         assert!(bench.passing.turns.len() <= (HOSTILE + 1) * (turns::ROOM + 3));
     }
-    // It takes a few bytes at a time: a frame that has begun is ended, and the next ones are STOPs.
+    // A few bytes per write: the current frame is completed, then the STOPs follow.
     bench.port.0.lock().unwrap().most = 3;
     for _ in 0..40 {
         bench.port.0.lock().unwrap().is_blocked = false;
@@ -176,7 +176,7 @@ fn a_stop_behind_a_flood_of_the_same_client_goes_out_after_few_frames() {
     let mut bench = Bench::new();
     let flood = frame(1, Request::Status).repeat(95);
     while bench.ninth.write(&flood[..1000]).is_ok() {}
-    // Room for one more write.
+    // Space for one more write.
     bench.round();
     bench.ninth.write_all(&[vec![0], frame(900, STOP)].concat()).unwrap();
     let rounds = CLIENT_ROOM * 1024 / ROUND_BYTES + 2;

@@ -1,4 +1,4 @@
-//! Which frame goes over the port next.
+//! Schedules the frames of all clients.
 
 use std::collections::VecDeque;
 use std::time::{Duration, Instant};
@@ -6,28 +6,27 @@ use std::time::{Duration, Instant};
 use dimsart_core::Command;
 use dimsart_link::protocol::{LeaseAction, Request, decode_request};
 
-/// How long the answer to a request keeps others waiting. It is shorter than a renewal of the lease can wait.
+/// Maximum wait for an answer before the next request; shorter than the slack of a lease renewal.
 const PATIENCE: Duration = Duration::from_millis(45);
-/// How long a frame without a readable answer keeps others waiting: about its time on a serial line.
+/// Wait after a frame without a readable answer: about its time on a serial line.
 const PAUSE: Duration = Duration::from_millis(3);
-/// Frames of one client that wait; more are dropped, as by a device without room.
+/// Capacity of a client's queue; further frames are dropped.
 pub(super) const ROOM: usize = 64;
 
-/// Frames that wait. A device answers one request at a time, so that one is sent at a time: then an urgent request never
-/// waits behind a heap of others. Of each client at most one request of each urgency waits, and the next one is sent after
-/// the answer to the one before.
+/// Pending frames. One request is sent at a time, since a device answers one at a time; so an urgent request never waits behind
+/// many others. Each client has at most one pending request of each urgency, sent after the answer to the previous one.
 #[derive(Debug, Default)]
 pub(super) struct Turns {
     urgent: VecDeque<Urgent>,
-    /// Client, urgency and id of urgent requests that are not answered yet, and until when that is waited for.
+    /// Client, urgency, id and deadline of unanswered urgent requests.
     unanswered: Vec<(u64, Urgency, u16, Instant)>,
-    /// The client whose turn it is first.
+    /// In the order of their turns.
     queues: VecDeque<Queue>,
-    /// Id of the other request that is not answered yet, and until when that is waited for.
+    /// Id and deadline of the unanswered normal request.
     asked: Option<(Option<u16>, Instant)>,
 }
 
-/// Requests that bring a device to rest, or keep it alive, in the order of their priority.
+/// Requests that stop a device or keep its lease, by priority.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 pub(super) enum Urgency {
     Stop,
@@ -52,11 +51,11 @@ struct Queue {
 #[derive(Debug)]
 struct Frame {
     bytes: Vec<u8>,
-    /// None for what is not answered, or by what no client but its own can read.
+    /// None if there is no answer, or only its client can read it.
     id: Option<u16>,
 }
 
-/// A frame that goes out now.
+/// The frame to send now.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub(super) struct Next {
     pub(super) bytes: Vec<u8>,
@@ -64,8 +63,7 @@ pub(super) struct Next {
 }
 
 impl Turns {
-    /// Has a frame of a client wait for its turn. A request of the same client and urgency that still waits is replaced: its
-    /// client asks for the newer answer.
+    /// Queues a frame. Replaces a pending request of the same client and urgency.
     pub(super) fn add(&mut self, client: u64, bytes: Vec<u8>, content: &[u8]) {
         let request = decode_request(content).ok();
         if let Some((id, urgency)) = request.and_then(|(id, request)| Some((id, urgency(&request)?))) {
@@ -84,13 +82,13 @@ impl Turns {
         }
     }
 
-    /// Drops what a client that is gone has waiting, but for a STOP.
+    /// Drops the pending frames of a disconnected client, except STOP.
     pub(super) fn forget(&mut self, client: u64) {
         self.queues.retain(|queue| queue.client != client);
         self.urgent.retain(|found| found.client != client || found.urgency == Urgency::Stop);
     }
 
-    /// The frame that goes out now.
+    /// Returns the frame to send now.
     pub(super) fn next(&mut self, now: Instant) -> Option<Next> {
         if let Some(bytes) = self.next_urgent(now) {
             return Some(Next { bytes, is_urgent: true });
@@ -116,7 +114,7 @@ impl Turns {
                 .iter()
                 .all(|(client, urgency, ..)| (*client, *urgency) != (found.client, found.urgency))
         };
-        // Of several of the same urgency, the first one.
+        // The first of the highest urgency.
         let waiting = urgent.iter().enumerate().filter(|(_, found)| may_go(found));
         let (place, _) = waiting.min_by_key(|(_, found)| found.urgency)?;
         let Urgent { client, urgency, id, bytes } = urgent.remove(place)?;
@@ -124,13 +122,13 @@ impl Turns {
         Some(bytes)
     }
 
-    /// A request of this id has been answered.
+    /// Notes the answer to a request.
     pub(super) fn answered(&mut self, id: u16) {
         self.unanswered.retain(|(.., asked, _)| *asked != id);
         self.asked = self.asked.filter(|(asked, _)| *asked != Some(id));
     }
 
-    /// Frames that wait.
+    /// Number of pending frames.
     #[cfg(test)]
     pub(super) fn len(&self) -> usize {
         self.urgent.len() + self.queues.iter().map(|queue| queue.frames.len()).sum::<usize>()
@@ -171,7 +169,7 @@ mod tests {
             self.0.add(client, frame.to_vec(), &content);
         }
 
-        /// Id of what goes out after some time.
+        /// Id of the frame sent after some time.
         fn next(&mut self, after: Duration) -> Option<u16> {
             let frame = self.0.next(self.1 + after)?.bytes;
             let mut id = None;

@@ -1,4 +1,4 @@
-//! `dimsart bridge`: stations over Zenoh.
+//! `dimsart bridge`: controllers over Zenoh.
 
 use std::io::Write;
 
@@ -8,43 +8,89 @@ use dimsart_link::protocol::DEFAULT_BAUD;
 
 use super::Ending;
 
-/// Publish stations over Zenoh, and take commands for them from there under the lease, until Ctrl-C.
+/// Publish controllers over Zenoh and accept commands from Zenoh clients.
 ///
-/// A fleet is any number of stations here, and any number of these commands at one router. `JointState` and diagnostics are
-/// published as `rmw_zenoh_cpp` of ROS 2 does it, which was not tried with ROS 2. Keys, forms and commands:
-/// docs/commands.md, "A fleet over Zenoh". Zenoh is a feature of the build:
-/// `cargo build --release -p dimsart --features zenoh`.
+/// Runs until Ctrl-C. Several bridges can use one router; give their controllers different names. `JointState` and diagnostics
+/// are published in the format of `rmw_zenoh_cpp` (ROS 2); this was not tested with ROS 2. Zenoh is an optional feature, which
+/// adds 152 crates: build with `cargo build --release -p dimsart --features zenoh`. A router is `zenohd`, or in ROS 2
+/// `ros2 run rmw_zenoh_cpp rmw_zenohd`.
 #[derive(Debug, Args)]
-#[command(after_help = EXAMPLES)]
+#[command(after_help = EXAMPLES, after_long_help = format!("{EXAMPLES}\n\n{REFERENCE}"))]
 pub(super) struct Bridge {
-    /// Stations: ports such as `/dev/ttyACM0`, `tcp:HOST:PORT`, `unix:PATH`, or `sim:NAME` of a `dimsart serve`; each by its
-    /// device's name, or by the one that stands before it.
+    /// Ports, each with an optional name; the device's name by default.
+    ///
+    /// A port is `/dev/ttyACM0`, `tcp:HOST:PORT`, `unix:PATH`, or `sim:NAME` of a running `dimsart serve`.
     #[arg(value_name = "[NAME=]PORT", required = true)]
     ports: Vec<String>,
-    /// The router.
+    /// Address of the router.
     #[arg(long, value_name = "tcp/HOST:PORT", default_value = "tcp/localhost:7447")]
     router: String,
     /// First part of every key.
+    ///
+    /// The keys of a controller are PREFIX/NAME/state and so on.
     #[arg(long, value_name = "NAME", default_value = "dimsart")]
     prefix: String,
-    /// `ROS_DOMAIN_ID` of who reads `JointState` and diagnostics.
+    /// ROS domain of `JointState` and diagnostics (`ROS_DOMAIN_ID`).
     #[arg(long, value_name = "NUMBER", default_value_t = 0)]
     ros_domain: u32,
-    /// Bits per second of a serial port.
+    /// Baud rate of a serial port.
     #[arg(long, default_value_t = DEFAULT_BAUD)]
     baud: u32,
 }
 
 const EXAMPLES: &str = "\
 Examples:
-  dimsart serve joint                                        in one terminal; and a router: zenohd
-  dimsart bridge sim:joint                                   as dimsart/joint/state, /signals, /command and others
+  dimsart serve joint                                        in another terminal, and a router: zenohd
+  dimsart bridge sim:joint                                   publishes dimsart/joint/state, /signals and others
   dimsart bridge left=/dev/ttyACM0 right=/dev/ttyACM1 --prefix robot7 --router tcp/10.0.0.1:7447";
+
+const REFERENCE: &str = r#"Published under PREFIX/NAME/. A query (get) for a key returns its last value.
+  state      every 0.1 s     JSON: `live` as `connect PORT watch --json`; `holder`: number of the bridge's client with the lease
+  faults     every 2 s       JSON as `connect PORT faults --json`
+  events     on change       JSON as `connect PORT events --json`
+  overview   on change       JSON as `connect PORT show --json`
+  gone       on change       why the device is unreachable, or null
+  lost       on loss         JSON: `reason`, when motion ended without a command; not kept for queries
+  layout     on change       JSON: `number`, `every_ticks`, `signals` with name, unit and `words`
+  signals    every 20 ms     binary, see below: every tick of a simulated controller, as many of a board as its line carries
+  missed     on overload     number of updates that this computer dropped
+
+A message of `signals` is a sequence of little-endian blocks: layout number, rows, values per row (u32 each), then each row:
+tick (u32, wraps) and values (f64, NaN for a sample lost on the line). In numpy:
+  frombuffer(bytes, [("tick", "<u4"), ("values", "<f8", width)], rows, 12)
+Rows are missing where a tick is not `every_ticks` after the previous one. The last 60 000 rows are kept: a query for
+PREFIX/NAME/signals?layout=1;tick=5000 returns the rows after tick 5000, perhaps with some earlier ones, or all kept rows if
+tick 5000 is too old. Rows are not resent after a router reconnects. For a complete recording run `dimsart record` as well; it
+needs no router.
+
+Commands are queries for PREFIX/NAME/command with a JSON payload. The reply is {"done": ...}, or the error {"refused": "why"}.
+  {"client": "planner", "do": "arm"}        take the lease, which the bridge holds while `planner` renews it
+  {"client": "planner", "do": "renew"}      keep the lease: send every 0.1 s; refused once the lease has ended
+  {"client": "planner", "do": "disarm"}     release the lease: outputs at their safe value
+  {"do": "stop"}                            stop the scheme and release the lease; allowed for every client
+  {"client": "planner", "do": "edit", "edit": "set", "module": "SIGGEN_MOD", "parameter": "OFFSET", "value": "0.4"}
+                                            set a parameter; a reference is the offset of a generator. `on` and `off` plug modules
+  {"client": "planner", "do": "scheme", "rows": "all PIDCTRL_MOD K_PARAM 25\n...", "replace": false}
+                                            apply rows of a scheme as one transaction
+  check, reset, events, rows, save, confirm, roll_back, recorder (with `name`): as `dimsart connect`
+
+Motion ends 0.5 s after the last `renew`, at once when the bridge loses the router, and 200 ms after the bridge ends. It does not
+resume: `arm` again. While a client holds the lease, others can only read and stop. Without a lease holder, every client may
+change the scheme. `client` is a name, not a proof of identity: restrict access with Zenoh's access control. The bridge uses TCP
+without TLS.
+
+ROS 2: /PREFIX/NAME/joint_states (sensor_msgs/msg/JointState, every 20 ms: POSITION, VELOCITY and FORCE if present, rad or m;
+joint NAME, or NAME_0, NAME_1 of several axes) and /diagnostics (diagnostic_msgs/msg/DiagnosticArray, every 2 s; error: fault,
+warning: earlier fault, stale: unreachable), from node PREFIX_bridge. A hyphen becomes an underscore. Time stamps are this
+computer's time of arrival. References come from a Zenoh client, not from a ROS 2 topic.
+
+
+docs/howto/fleet-over-zenoh.md has a client in Python, dimsart/tests/bridge.rs one in Rust."#;
 
 #[cfg(not(feature = "zenoh"))]
 impl Bridge {
     pub(super) fn execute(self, _kinds: Kinds, _out: &mut impl Write) -> Ending {
-        Err("this `dimsart` was built without Zenoh, which takes minutes to build; build it with \
+        Err("this `dimsart` was built without Zenoh; build it with \
              `cargo build --release -p dimsart --features zenoh`"
             .into())
     }
@@ -63,7 +109,7 @@ mod with_zenoh {
     use crate::cli::station::station;
     use crate::page::Station;
 
-    /// How soon a router that is gone is seen.
+    /// Interval at which the router is checked.
     const A_MOMENT: Duration = Duration::from_millis(20);
 
     impl Bridge {
@@ -75,7 +121,7 @@ mod with_zenoh {
             let bridge =
                 bridge::Bridge::open(&Place { router: router.clone(), prefix, ros_domain }, stations)?;
             for (port, key) in ports.iter().zip(bridge.keys()) {
-                writeln!(out, "{port} is {key} at {router} until Ctrl-C")?;
+                writeln!(out, "{port} is published as {key} at {router} until Ctrl-C")?;
             }
             out.flush()?;
             let mut had_router = true;
@@ -84,10 +130,10 @@ mod with_zenoh {
                 if had_router && !has_router {
                     bridge.let_go();
                     eprintln!(
-                        "dimsart: the router at {router} is gone: what was moved from there is at rest"
+                        "dimsart: router {router} disconnected: leases of its clients released, outputs at their safe value"
                     );
                 } else if has_router && !had_router {
-                    eprintln!("dimsart: the router at {router} is there again");
+                    eprintln!("dimsart: router {router} reconnected");
                 }
                 had_router = has_router;
                 thread::sleep(A_MOMENT);

@@ -1,4 +1,4 @@
-//! `dimsart bus`: whether the joints of a robot fit on one CAN bus.
+//! `dimsart bus`: checks whether the joints of a robot fit on one CAN bus.
 
 use std::io::Write;
 use std::path::{Path, PathBuf};
@@ -17,50 +17,51 @@ use hil_sim::bus_plan::{BusFigures, BusPlan, MAX_JOINTS};
 use hil_sim::response::{every_ticks, words_of_one_axis};
 use hil_sim::rig_file::{BusSection, CanSection, RigFile};
 
-/// Say whether a robot's joints fit on one CAN bus: exit status 0 when they do, 1 when not.
+/// Check whether a robot's joints fit on one CAN bus.
 ///
-/// A central controller sends each joint a packet every period, and each joint one back, with as many words as the
-/// rig's scheme sends for one axis. The worst case is worked out (Davis and others, 2007), and one second is
-/// simulated bit by bit. Bit rates, errors and queues are those of the rig's bus.
+/// A central controller sends a packet to each joint every period, and each joint replies with one; the rig's scheme defines their
+/// size for one axis. The worst case is computed (Davis and others, 2007), and one second is simulated bit by bit, with the bit
+/// rates, errors and queues of the rig's bus. If the joints do not fit, the output lists what to change. Exit status: 0 they fit,
+/// 1 they do not.
 #[derive(Debug, Args)]
 #[command(after_help = EXAMPLES)]
 pub(super) struct Bus {
-    /// Rig whose hand presses something, or file of settings over one (TOML); `bilateral` when left out.
+    /// Rig with `[experiment.press]`, or file of settings (TOML; default: bilateral).
     rig: Option<PathBuf>,
-    /// Changes one setting, such as `can.bits_per_s=500000`; can be given often.
+    /// Change a setting, such as `can.bits_per_s=500000`; repeatable.
     #[arg(long = "set", value_name = "KEY=VALUE")]
     sets: Vec<String>,
-    /// Joints on the bus.
+    /// Number of joints on the bus.
     #[arg(long, value_name = "COUNT", default_value_t = 6, value_parser = clap::value_parser!(u16).range(1..=i64::from(MAX_JOINTS)))]
     joints: u16,
-    /// Packets per second to each joint and from it; as often as the rig's link when left out.
+    /// Packets per second to and from each joint (default: rate of the rig's link).
     #[arg(long, value_name = "HZ", value_parser = rate)]
     rate_hz: Option<f64>,
-    /// Kind of frames; when left out, `can` if the rig's link goes over that, else `can_fd`.
+    /// Frame format (default: of the rig's bus, else `can_fd`).
     #[arg(long, value_name = "KIND")]
     carrier: Option<Frames>,
-    /// Words of each packet; what the scheme sends for one axis when left out.
+    /// Words per packet (default: words of the scheme for one axis).
     #[arg(long, value_name = "COUNT")]
     words: Option<usize>,
-    /// Folder for the picture.
+    /// Folder of the picture.
     #[arg(long, value_name = "FOLDER", default_value = "runs/bus")]
     out: PathBuf,
-    /// Draws no picture.
+    /// Do not draw the picture.
     #[arg(long)]
     no_picture: bool,
-    /// Prints the figures as one JSON object, all that goes to standard output; the table goes to standard error.
+    /// Print the figures as one JSON object; the table goes to standard error.
     #[arg(long)]
     json: bool,
 }
 
 const EXAMPLES: &str = "\
 Examples:
-  dimsart bus                                            six joints at 1 kHz, CAN FD with 1 and 4 Mbit/s
+  dimsart bus                                            six joints at 1 kHz, CAN FD at 1 and 4 Mbit/s
   dimsart bus --carrier can --rate-hz 200                classic CAN
   dimsart bus --joints 7 --set can.data_bits_per_s=8000000
-  dimsart bus --set can.bit_error_rate=1e-5 --json       figures for a program";
+  dimsart bus --set can.bit_error_rate=1e-5 --json       for programs";
 
-/// Kind of frames.
+/// Frame format.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
 #[value(rename_all = "snake_case")]
 enum Frames {
@@ -68,7 +69,7 @@ enum Frames {
     CanFd,
 }
 
-/// The plan and what it comes to.
+/// The plan and its figures, for programs.
 #[derive(Serialize)]
 struct Answer<'a> {
     joints: u16,
@@ -80,11 +81,12 @@ struct Answer<'a> {
 }
 
 fn rate(text: &str) -> Result<f64, String> {
-    let rate_hz: f64 = text.parse().map_err(|_| "give it a number of packets per second".to_owned())?;
+    let rate_hz: f64 =
+        text.parse().map_err(|_| "not a number; give a number of packets per second".to_owned())?;
     if (1.0..=100_000.0).contains(&rate_hz) {
         Ok(rate_hz)
     } else {
-        Err("give it a number from 1 to 100000".to_owned())
+        Err("out of range; give a number from 1 to 100000".to_owned())
     }
 }
 
@@ -112,9 +114,8 @@ impl Bus {
         let no_pair = || {
             let name = self.rig.as_deref().unwrap_or(Path::new("the rig")).display().to_string();
             UsageError(format!(
-                "{name} is a rig without [experiment.press], and `bus` plans a bus for the packets of two controllers, for \
-                 as many joints as --joints says: `dimsart run {name}` runs the rig with its buses, and its report has \
-                 their timeline; `dimsart check {name}` checks its schemes"
+                "{name} has no [experiment.press], which `bus` needs to plan packets between two controllers. \
+                 `dimsart run {name}` simulates the rig's own buses; `dimsart check {name}` checks its schemes"
             ))
         };
         let [hand, other] = file.pressed().ok_or_else(no_pair)?;
@@ -163,14 +164,7 @@ fn print(out: &mut dyn Write, plan: &BusPlan, figures: &BusFigures) -> std::io::
     let milliseconds =
         |time_s: Option<f64>| time_s.map_or("never".to_owned(), |time_s| format!("{:.3}", 1e3 * time_s));
     let mut table = text_table();
-    table.set_header([
-        "packet",
-        "identifier",
-        "frames",
-        "bits at most",
-        "longest time (ms)",
-        "simulated (ms)",
-    ]);
+    table.set_header(["packet", "identifier", "frames", "max bits", "worst case (ms)", "simulated (ms)"]);
     for packet in &figures.packets {
         table.add_row([
             packet.name.clone(),
@@ -184,8 +178,7 @@ fn print(out: &mut dyn Write, plan: &BusPlan, figures: &BusFigures) -> std::io::
     writeln!(out, "{table}")?;
     writeln!(
         out,
-        "bus load {:.1} % at most, {:.1} % simulated; a packet may take {:.3} ms; {} error frames, {} packets without \
-         room",
+        "bus load {:.1} % max, {:.1} % simulated; deadline of a packet {:.3} ms; {} error frames, {} packets dropped",
         100.0 * figures.worst_load,
         100.0 * figures.simulated_load,
         1e3 * figures.period_s,

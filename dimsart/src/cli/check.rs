@@ -1,4 +1,4 @@
-//! `dimsart check`: whether a scheme matches, without running it.
+//! `dimsart check`: checks a scheme without running it.
 
 mod target;
 
@@ -24,42 +24,44 @@ use hil_sim::rig::{SIZES, SimulatedDimsart};
 use hil_sim::rig_file::{AxisUnit, DeviceSection, RigFile, SHIPPED};
 use hil_sim::schemes::{self, Loaded, SIDES, SchemeText, device};
 
-/// Check a scheme against a device, or those of a rig against its devices: exit status 0 when it matches, 1 when not.
+/// Check a scheme against a device, or the schemes of a rig.
 ///
-/// Names every fault at once: a type that nobody provides or that two modules provide, a port bound to a type of
-/// another unit, a word that does not exist, a module that does not fit any more. A type that is read before it is
-/// written in the tick is named as a delay. A note says what depends on the line: whose packets are heard on it.
+/// Reports every fault at once: a type without a provider or with two, a port bound to a type of another unit, an unknown
+/// word, a module that does not fit. A type that is read before it is written in the tick is reported as a delay. A note warns
+/// of packets that the wrong controller would receive. With --board, also checks the axes, links and memory of that board, and
+/// bounds the time of a tick by the stamp of its image. Exit status: 0 no fault, 1 faults.
 #[derive(Debug, Args)]
 #[command(after_help = EXAMPLES)]
 pub(super) struct Check {
-    /// Scheme file, or one that is built in: `builtin:bilateral`, `builtin:position_position`,
-    /// `builtin:table1`; or a rig: a TOML file, or a shipped one such as `arm_bus`.
+    /// Scheme file, `builtin:NAME`, or rig (TOML file or shipped, such as `arm_bus`).
+    ///
+    /// Built-in schemes are `builtin:bilateral`, `builtin:position_position`, `builtin:table1` and others; see the folder
+    /// schemes/.
     scheme: String,
-    /// Side of a scheme whose rows are checked, or controller of a rig; all when left out.
+    /// Check only the rows for this side of a scheme, or this controller of a rig.
     #[arg(long, value_parser = super::side::side())]
     side: Option<&'static str>,
-    /// Degrees of freedom of the device, 1 to 8; those of the board, or 3, when left out.
+    /// Degrees of freedom of the device, 1 to 8 (default: the board's, else 3).
     #[arg(long, value_name = "COUNT", allow_negative_numbers = true)]
     dof: Option<usize>,
-    /// Sample period of the device, s; 0.001, or the rig's, when left out.
+    /// Sample period of the device, s (default: 0.001, or the rig's).
     #[arg(long, value_name = "SECONDS", allow_negative_numbers = true)]
     sample_period_s: Option<f64>,
-    /// Board whose axes and memory it is checked for, such as `nucleo-g474re`, and whose limit of cycles per tick holds, by
-    /// the stamp of its image; none when left out.
+    /// Also check axes, links, memory and time of a board, such as `nucleo-g474re`.
     #[arg(long, value_name = "BOARD")]
     board: Option<String>,
-    /// That board's image (ELF); the one that was built last when left out.
+    /// Stamped image of that board (ELF; default: the image built last).
     #[arg(long, value_name = "FILE", requires = "board")]
     image: Option<PathBuf>,
-    /// Prints what was found as JSON, an entry for each controller.
+    /// Print a JSON list with an entry for each controller.
     #[arg(long)]
     json: bool,
 }
 
-/// The parameter of a rig that says how many axes it has.
+/// The parameter of a rig for its number of axes.
 const DOF_PARAMETER: &str = "dof";
 
-/// What was found of one controller.
+/// Result for one controller.
 #[derive(Debug, Default, Serialize)]
 struct Verdict {
     /// Its side of the scheme, or its name in a rig.
@@ -72,22 +74,22 @@ struct Verdict {
     modules: usize,
     slots: usize,
     words: usize,
-    /// Words that there are; none where nobody said of which board.
+    /// Words of the board's Data Base; none without a board.
     most_words: Option<usize>,
-    /// How long a tick can be, or why that is not known; none without a board.
+    /// Maximum time of a tick, or why it is unknown; none without a board.
     time: Option<String>,
 }
 
 const EXAMPLES: &str = "\
 Examples:
-  dimsart check builtin:table1               the paper's Table 1: on the slave, a type has no provider
+  dimsart check builtin:table1               the paper's Table 1: the slave lacks a provider of a type
   dimsart check my.scheme --side slave       the rows for one side
-  dimsart check my.scheme --dof 7            on a robot of seven joints
+  dimsart check my.scheme --dof 7            for a robot with seven joints
   dimsart check arm_bus                      all controllers of a rig
   dimsart check my.scheme --board nucleo-g474re
-                                             whether that board takes it, and how long its ticks can be
+                                             memory and tick time on that board
 
-A scheme is a text of `dest module command value` rows; the built-in ones are in the folder schemes/.";
+A scheme is a text with rows `dest module command value`; the built-in schemes are in the folder schemes/.";
 
 impl Check {
     pub(super) fn execute(self, kinds: Kinds, out: &mut impl Write) -> Ending {
@@ -111,8 +113,8 @@ impl Check {
     fn print(&self, verdict: &Verdict, sizes: Sizes, out: &mut impl Write) -> std::io::Result<()> {
         let Verdict { controller, matches, faults, delays, notes, modules, slots, words, most_words, time } =
             verdict;
-        let says = if *matches { "matches" } else { "does NOT match" };
-        writeln!(out, "{} on the {controller}: {says}", self.scheme)?;
+        let result = if *matches { "matches" } else { "does NOT match" };
+        writeln!(out, "{} on the {controller}: {result}", self.scheme)?;
         for (kind, lines) in [("fault", faults), ("delay", delays)] {
             lines.iter().try_for_each(|line| writeln!(out, "  {kind}: {line}"))?;
         }
@@ -120,7 +122,7 @@ impl Check {
             let of_words = most_words.map_or(String::new(), |most| format!(" of {most}"));
             writeln!(
                 out,
-                "  takes {modules} of {} modules, {slots} of {} slots, {words}{of_words} words",
+                "  uses {modules} of {} modules, {slots} of {} slots, {words}{of_words} words",
                 sizes.modules, sizes.slots,
             )?;
             time.iter().try_for_each(|time| writeln!(out, "  {time}"))?;
@@ -137,7 +139,7 @@ impl Check {
             let mut verdict = check(&scheme, side, device(side, dof, period_s)?, kinds, target)?;
             verdict.notes.extend(rig.filter(|_| !verdict.matches).map(|rig| {
                 format!(
-                    "the scheme is for the devices of the rig {rig}: `dimsart check {rig}` checks it on these"
+                    "the scheme belongs to the rig {rig}: run `dimsart check {rig}` to check it on its devices"
                 )
             }));
             Ok(verdict)
@@ -145,7 +147,7 @@ impl Check {
         self.side.map_or(SIDES.to_vec(), |side| vec![side]).into_iter().map(check).collect()
     }
 
-    /// The shipped rig that has this scheme.
+    /// The shipped rig with this scheme.
     fn rig_of_scheme(&self) -> Option<&'static str> {
         let has_it = |text: &str, name: &str| {
             let file = RigFile::read(text, name, PathBuf::new(), &[]);
@@ -154,7 +156,7 @@ impl Check {
         SHIPPED.iter().find(|(name, text)| has_it(text, name)).map(|(name, _)| *name)
     }
 
-    /// The controllers of a rig. What is said of its axes and period goes over the file, where that has parameters for it.
+    /// Checks the controllers of a rig. `--dof` and `--sample-period-s` override parameters of the file.
     fn check_rig(
         &self,
         path: &Path,
@@ -164,8 +166,7 @@ impl Check {
         let file = rig_argument::read(Some(path), &[], kinds)?;
         let has_dof = file.parameter(DOF_PARAMETER).is_some();
         if (self.side.is_some() || self.dof.is_some() || self.sample_period_s.is_some()) && !has_dof {
-            let reason = "--side, --dof and --sample-period-s are for schemes; a rig says itself which controllers, axes and \
-                          period it has";
+            let reason = "--side, --dof and --sample-period-s apply to schemes only; a rig defines its controllers, axes and period";
             return Err(UsageError(reason.to_owned()).into());
         }
         let axes = file.devices.iter().map(|device| device.axes.len()).max().unwrap_or_default();
@@ -180,11 +181,11 @@ impl Check {
         let mut file = rig_argument::read(Some(path), &sets, kinds)?;
         let note = board.map(|Target { name, board, .. }| {
             let of_board = if board.axes == 1 { "axis" } else { "axes" };
-            format!("for the {} {of_board} of {name}, not for the rig's {axes}", board.axes)
+            format!("checked for the {} {of_board} of {name} instead of the rig's {axes}", board.axes)
         });
         let judge = |mut controller: LoadedController| {
             let LoadedController { name, dimsart, loaded, .. } = &mut controller;
-            // Without a board, as large as one of the usual size: what passes here fits there.
+            // Without a board, the usual size.
             let most_words = target.map_or(DEFAULT_WORDS, |target| target.board.sizes.words);
             if let Some(Ok(limit)) = target.map(|target| &target.limit) {
                 dimsart.engine_mut().set_costs(Some(limit.costs));
@@ -210,7 +211,7 @@ impl Check {
             verdict.notes.extend(device.and_then(range_note));
         }
         if self.side.is_none() && verdicts.iter().all(|verdict| verdict.matches) {
-            // What is between the controllers.
+            // Links and buses between the controllers.
             file.experiment.margins = false;
             Experiment::new(&file)?;
         }
@@ -226,13 +227,13 @@ fn check(
     target: Option<&Target>,
 ) -> Result<Verdict, Box<dyn Error>> {
     let Some(found) = target else {
-        // As many words as on a board of the usual size, and as many links as any peer.
+        // The words of a board of the usual size, and the links of a simulated controller.
         type UsualMemory = memory!(Sizes { words: DEFAULT_WORDS, ..SIZES });
         let dimsart = Dimsart::new(Box::leak(Box::new(UsualMemory::new())), device, kinds);
         let mut dimsart = dimsart.map_err(dimsart_core::CommandError::from)?;
         return Ok(check_on(&mut dimsart, scheme, side, DEFAULT_WORDS, target));
     };
-    // More than there is on any board, so that it is known how much too much a scheme takes.
+    // Larger than any board, to report by how much a scheme exceeds its limits.
     let dimsart = SimulatedDimsart::new(device, kinds).map_err(dimsart_core::CommandError::from)?;
     Ok(check_on(&mut Box::new(dimsart), scheme, side, found.board.sizes.words, target))
 }
@@ -256,7 +257,7 @@ fn check_on(
     verdict
 }
 
-/// What is to be said of a controller that has its scheme.
+/// Collects the result for a controller with its scheme loaded.
 fn verdict(
     name: &str,
     dimsart: &mut Dimsart,
@@ -269,8 +270,7 @@ fn verdict(
     if let Some(most) = most_words.filter(|most| words > *most) {
         let place = target.map_or("a board of the usual size", |target| &target.name);
         faults.push(format!(
-            "it takes {words} words of the Data Base, and {place} has {most}: shorten a delay, keep fewer rows, or \
-             leave a module out"
+            "the Data Base needs {words} words, {place} has {most}: shorten a delay, record fewer rows or remove a module"
         ));
     }
     faults.extend(target.into_iter().flat_map(|target| target.faults(dimsart)));
@@ -288,26 +288,27 @@ fn verdict(
     }
 }
 
-/// What the scheme hears over a link on some lines, and should not.
+/// A warning if a controller would receive packets of the wrong sender on some lines.
 fn line_note(dimsart: &mut Dimsart, link: usize) -> Option<String> {
     let own = first_packet(dimsart, link)?;
     let _ = dimsart.receive(link, &own.to_bytes());
     let hears_itself = first_packet(dimsart, link).is_some_and(|next| next.echo == own.counter);
     let what = match (hears_itself, own.channel) {
         (true, 0) => {
-            "takes its own packets for the other side's where a line gives them back, and on a CAN bus everybody's"
+            "mistakes its own packets for its peer's if the line echoes them, and any controller's on a CAN bus"
         }
-        (true, _) => "takes its own packets for the other side's where a line gives them back",
-        (false, 0) => "sends on channel 0, which on a CAN bus everybody hears who listens to channel 0",
+        (true, _) => "mistakes its own packets for its peer's if the line echoes them",
+        (false, 0) => {
+            "sends on channel 0, which every controller on a CAN bus receives that listens to channel 0"
+        }
         (false, _) => return None,
     };
     Some(format!(
-        "over link {link} it {what}; give each direction a channel above 0 of its own (CTX_CHANNEL here is CRX_CHANNEL on \
-         the other side)"
+        "link {link} {what}: give each direction its own channel above 0 (CTX_CHANNEL here = CRX_CHANNEL of the peer)"
     ))
 }
 
-/// How far a device may go from zero until the steps of an `f32` show in its positions.
+/// A note if the resolution of an `f32` is coarse at the end of a device's range.
 fn range_note(device: &DeviceSection) -> Option<String> {
     const FINE: (f32, f32) = (1024.0, 1e-4);
     let (fine_range, fine_step) = FINE;
@@ -320,8 +321,8 @@ fn range_note(device: &DeviceSection) -> Option<String> {
     let step = limit.next_up() - limit;
     (limit > fine_range).then(|| {
         format!(
-            "a position has steps of {step:.1e} {unit} at position_limit, {limit} {unit} (f32): usable to {fine_step} \
-             {unit} within ±{fine_range} {unit}"
+            "position resolution (f32) is {step:.1e} {unit} at position_limit {limit} {unit}; it is {fine_step} {unit} or \
+             finer within ±{fine_range} {unit}"
         )
     })
 }

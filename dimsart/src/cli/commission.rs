@@ -1,4 +1,4 @@
-//! `dimsart commission`: everything that can be checked on a board over its line, as a report.
+//! `dimsart commission`: checks a board over its line and writes a report.
 
 use std::error::Error;
 use std::io::{self, IsTerminal as _, Write};
@@ -21,42 +21,47 @@ use crate::connect::{self, Patience};
 use crate::cycles::Firmware;
 use crate::report;
 
-/// Check all of a board that can be checked over its line, and write a report: Markdown and JSON.
+/// Check a board over its line and write a report in Markdown and JSON.
 ///
-/// What `doctor --board` looks at; ticks over 10 s; the scheme that it has is saved, tried and confirmed over two restarts;
-/// and with --locked-rotor a step of the torque. `cargo xtask silicon BOARD` flashes the board before, and calls this. Exit
-/// status 1 where a check failed.
+/// Runs the checks of `dimsart doctor --board`; watches ticks for 10 s; saves the board's scheme, tries and confirms it
+/// over two restarts (--restart); and with --locked-rotor applies a torque step. `cargo xtask silicon BOARD` flashes the
+/// board first, then runs this command. Exit status: 0 all checks passed, 1 a check failed.
 #[derive(Debug, Args)]
 #[command(after_help = EXAMPLES)]
 pub(super) struct Commission {
-    /// Board that it should be, such as nucleo-g474re.
+    /// Expected board, such as nucleo-g474re.
     board: String,
-    /// Its port: a serial port such as /dev/ttyACM0, or a socket.
+    /// Port of the board: a serial port such as /dev/ttyACM0, or a socket.
     #[arg(long, required_unless_present = "emulated", conflicts_with = "emulated")]
     port: Option<String>,
-    /// Boots this image (ELF), or the one that `cargo board BOARD` has built, in an emulated chip in the board's place.
+    /// Check an emulated chip with this image (ELF).
+    ///
+    /// Default: the image built by `cargo board BOARD`.
     #[arg(long, value_name = "ELF", num_args = 0..=1)]
     emulated: Option<Option<PathBuf>>,
-    /// Program with its arguments that starts the board over, such as `probe-rs reset --chip STM32G474RETx`; without it
-    /// nothing is saved.
+    /// Command that restarts the board; without it, saving is not checked.
+    ///
+    /// For example `probe-rs reset --chip STM32G474RETx`.
     #[arg(long, value_name = "COMMAND", conflicts_with = "emulated")]
     restart: Option<String>,
-    /// For how long ticks are watched, s.
+    /// Time to watch ticks, s.
     #[arg(long, value_name = "SECONDS", default_value_t = 10.0)]
     seconds: f64,
-    /// MOVES THE MOTOR, behind a question on the terminal: a step of the torque on a rotor that is held, in less than a second.
+    /// MOVES THE MOTOR: apply a torque step to a locked rotor, after confirmation.
+    ///
+    /// The step lasts less than a second. The command asks on the terminal before the alignment and before the step.
     #[arg(long, conflicts_with = "emulated")]
     locked_rotor: bool,
-    /// Height of that step, N m; a fifth of the motor's largest torque when left out.
+    /// Torque of the step, N m (default: 20 % of the motor's maximum).
     #[arg(long, value_name = "NM", requires = "locked_rotor")]
     torque_nm: Option<f64>,
-    /// Of the motor, N m/A; that of the catalogue when left out.
+    /// Torque constant of the motor, N m/A (default: from the catalogue).
     #[arg(long, value_name = "NM_PER_A", requires = "locked_rotor")]
     torque_constant: Option<f64>,
-    /// Facts and checks that go before, as JSON: what `cargo xtask silicon` has found.
+    /// Facts and checks to put first, as JSON, from `cargo xtask silicon`.
     #[arg(long, value_name = "FILE")]
     with: Option<PathBuf>,
-    /// Folder of the report; runs/silicon/BOARD when left out.
+    /// Folder of the report (default: runs/silicon/BOARD).
     #[arg(long, value_name = "FOLDER")]
     out: Option<PathBuf>,
     #[command(flatten)]
@@ -69,7 +74,7 @@ Examples:
   dimsart commission b-g431b-esc1 --port /dev/ttyACM0 --locked-rotor --torque-nm 0.05
   dimsart commission nucleo-g474re --emulated target/images/nucleo-g474re";
 
-/// What was found before.
+/// Results of earlier steps.
 #[derive(Default, Deserialize)]
 struct Before {
     facts: Vec<(String, String)>,
@@ -80,7 +85,7 @@ impl Commission {
     pub(super) fn execute(self, kinds: Kinds, out: &mut impl Write) -> Ending {
         let info = BOARDS.iter().find(|board| board.name == self.board).ok_or_else(|| {
             let names: Vec<&str> = BOARDS.iter().map(|board| board.name).collect();
-            UsageError(format!("no board {}; there is: {}", self.board, names.join(", ")))
+            UsageError(format!("unknown board {}; known boards: {}", self.board, names.join(", ")))
         })?;
         let before: Before = match &self.with {
             Some(file) => serde_json::from_str(&std::fs::read_to_string(file)?)?,
@@ -97,8 +102,8 @@ impl Commission {
                 "all checks",
                 false,
                 error.to_string(),
-                "that all checks get to their end",
-                "as it says; `dimsart doctor --board PORT` looks alone",
+                "all checks complete",
+                "correct the error above; `dimsart doctor --board PORT` repeats the first checks",
             )]);
         }
         for check in &report.checks {
@@ -116,13 +121,13 @@ impl Commission {
         report: &mut Report,
     ) -> Result<(), Box<dyn Error>> {
         let board =
-            Board::named(&self.board).ok_or_else(|| format!("{} boots in no emulated chip", self.board))?;
+            Board::named(&self.board).ok_or_else(|| format!("{} has no emulated chip", self.board))?;
         let firmware = Firmware::find(image, Some(board.name))?;
         report.facts.push(("image's file".to_owned(), firmware.path.display().to_string()));
         let mut emulated = SharedBoard::new(Bench::new(board, firmware.image)?);
         let mut device = connect::Device::greet(emulated.line(), Patience::default(), kinds)?;
         let checked = self.check(&mut device, &mut emulated, report);
-        report.add([rules(&emulated), Check::not_run(LOCKED, "an emulated chip has no motor")]);
+        report.add([rules(&emulated), Check::not_run(LOCKED, "the emulated chip has no motor")]);
         checked
     }
 
@@ -141,13 +146,13 @@ impl Commission {
         self.check(&mut device, &mut around, report)?;
         match self.step(info)? {
             Some(step) if self.locked_rotor => turn(&step, &mut device, &around, folder, report, out)?,
-            Some(_) => report.add([Check::not_run(LOCKED, "not asked for: --locked-rotor")]),
-            None => report.add([Check::not_run(LOCKED, "the board drives no three-phase motor")]),
+            Some(_) => report.add([Check::not_run(LOCKED, "not requested (--locked-rotor)")]),
+            None => report.add([Check::not_run(LOCKED, "the board has no three-phase motor drive")]),
         }
         Ok(())
     }
 
-    /// All that moves nothing.
+    /// Runs the checks that do not move the motor.
     fn check<S: io::Read + Write>(
         &self,
         device: &mut connect::Device<S>,
@@ -170,7 +175,7 @@ impl Commission {
         let largest_nm = constant * f64::from(drive.configuration.limits.current_a);
         let torque_nm = self.torque_nm.unwrap_or(0.2 * largest_nm);
         if !(torque_nm > 0.0 && torque_nm <= largest_nm) {
-            return Err(UsageError(format!("--torque-nm is above 0 and up to {largest_nm} here")));
+            return Err(UsageError(format!("--torque-nm must be above 0 and at most {largest_nm}")));
         }
         Ok(Some(LockedRotor { torque_nm, torque_constant_nm_per_a: constant }))
     }
@@ -178,19 +183,19 @@ impl Commission {
 
 const LOCKED: &str = "torque on a locked rotor";
 
-/// What the emulated chip has noted.
+/// Checks the rules of the emulated chip.
 fn rules(emulated: &SharedBoard) -> Check {
     let bench = emulated.bench();
     let faults =
         bench.processor.faults().iter().map(|fault| format!("fault at {}: {}", fault.place, fault.why));
     let found: Vec<String> = bench.violations().into_iter().chain(faults).collect();
-    let next = "docs/emulated-chip.md says what each rule is; the place is in the image";
+    let next = "look up the rule in docs/emulated-chip.md and the address in the image";
     let is_well = found.is_empty();
-    let found = if is_well { "none broken".to_owned() } else { found.join("; ") };
-    Check::new("rules of the chip", is_well, found, "none broken, no fault", next)
+    let found = if is_well { "no violation".to_owned() } else { found.join("; ") };
+    Check::new("rules of the chip", is_well, found, "no violation, no fault", next)
 }
 
-/// Asks twice, and moves the motor after each; the scheme that was there is put back, whatever comes of it.
+/// Moves the motor after each of two confirmations, then restores the scheme, also after an error.
 fn turn(
     step: &LockedRotor,
     device: &mut Device,
@@ -203,7 +208,7 @@ fn turn(
     let done = turn_if_allowed(step, device, around, out);
     LockedRotor::put_back(device, &rows)?;
     let Some((check, drawn)) = done? else {
-        report.add([Check::not_run(LOCKED, "nobody said yes on a terminal")]);
+        report.add([Check::not_run(LOCKED, "not confirmed on the terminal")]);
         return Ok(());
     };
     let (figure, recording) = drawn.picture();
@@ -219,14 +224,14 @@ fn turn_if_allowed(
     around: &impl Surroundings,
     out: &mut impl Write,
 ) -> Result<Option<(Check, Step)>, Box<dyn Error>> {
-    let free = "The rotor turns by up to one and a quarter of an electrical turn and back, for 9 s. Let it be FREE, with \
-                nothing on it and a hand at the supply's switch.";
+    let free = "The rotor turns up to 1.25 electrical turns and back within 9 s. It must be FREE and unloaded; keep a hand at \
+                the supply switch.";
     if !is_allowed(free, out)? {
         return Ok(None);
     }
     LockedRotor::align(device, around)?;
     let hold = format!(
-        "HOLD the rotor now, by a clamp and not by hand: it gets {} N m for less than a second.",
+        "CLAMP the rotor now, do not hold it by hand: a torque of {} N m follows for less than 1 s.",
         step.torque_nm
     );
     if !is_allowed(&hold, out)? {
@@ -235,7 +240,7 @@ fn turn_if_allowed(
     Ok(Some(step.step(device, around)?))
 }
 
-/// Whether somebody at a terminal says yes.
+/// Asks for confirmation on the terminal; false without a terminal.
 fn is_allowed(question: &str, out: &mut impl Write) -> io::Result<bool> {
     if !io::stdin().is_terminal() {
         return Ok(false);

@@ -1,4 +1,4 @@
-//! `dimsart completions`: what a shell needs to complete the command line.
+//! `dimsart completions`: scripts for shell completion.
 
 use std::io::Write;
 use std::process::ExitCode;
@@ -8,11 +8,11 @@ use clap_complete::Shell;
 
 use super::{Arguments, Ending};
 
-/// Print the script by which a shell completes commands and options.
+/// Print a script that completes commands and options in a shell.
 #[derive(Debug, Args)]
 #[command(after_help = EXAMPLES)]
 pub(super) struct Completions {
-    /// The shell.
+    /// Name of the shell.
     shell: Shell,
 }
 

@@ -1,4 +1,4 @@
-//! `dimsart config`: a controller's configuration as text: kept, compared, put back.
+//! `dimsart config`: saves, compares and applies a controller's configuration as text.
 
 mod print;
 mod source;
@@ -21,9 +21,12 @@ use hil_sim::schemes::SchemeText;
 use print::{print_deviations, print_difference};
 use source::{Source, side_of};
 
-/// Keep a controller's configuration as text, say what differs, put one back.
+/// Save, compare and apply a controller's configuration as text.
 ///
-/// It is written as a scheme: `dest module command value` rows, which `check` and `connect PORT scheme` take, too.
+/// A configuration is a scheme: rows `dest module command value`, which `check` and `connect PORT scheme` accept too. The
+/// same configuration always gives the same bytes. Rows for unknown modules, parameters, values or types (of a newer
+/// version, say) are shown with line and column. A controller with a newer protocol can be read, not changed; only `stop`
+/// is sent.
 #[derive(Debug, Args)]
 #[command(after_help = EXAMPLES)]
 pub(super) struct Config {
@@ -35,69 +38,74 @@ pub(super) struct Config {
 
 const EXAMPLES: &str = "\
 Examples:
-  dimsart config save /dev/ttyACM0 arm.scheme              all that it has, to be kept under version control
-  dimsart config diff /dev/ttyACM0                         what differs from the defaults
-  dimsart config diff arm.scheme /dev/ttyACM0 --exit-code  whether it still is what was kept: 3 when not
-  dimsart config apply arm.scheme /dev/ttyACM0 --dry-run   what would change, checked by the device
-  dimsart config apply arm.scheme /dev/ttyACM0             all of it in force between two ticks, or nothing";
+  dimsart config save /dev/ttyACM0 arm.scheme              save the whole configuration to a file
+  dimsart config diff /dev/ttyACM0                         list what differs from the defaults
+  dimsart config diff arm.scheme /dev/ttyACM0 --exit-code  exit status 3 if the board differs from the file
+  dimsart config apply arm.scheme /dev/ttyACM0 --dry-run   show and check the changes, change nothing
+  dimsart config apply arm.scheme /dev/ttyACM0             apply the file as one transaction";
 
 #[derive(Debug, Subcommand)]
 enum Action {
-    /// Print the configuration of a controller, or write it to a file: the same one always gives the same bytes.
+    /// Print a controller's configuration, or write it to a file.
     Save {
-        /// Port, as `connect` takes it, such as `/dev/ttyACM0` or `sim:joint`.
+        /// Port of the controller, such as `/dev/ttyACM0` or `sim:joint`.
         port: String,
-        /// File; standard output when left out.
+        /// Output file (default: standard output).
         file: Option<PathBuf>,
     },
-    /// Say what differs from the defaults; or, of two configurations, what differs from the first to the second.
+    /// Compare a configuration with the defaults, or with another configuration.
     ///
-    /// What this program does not know, such as a module of a newer image, is shown as its row.
+    /// Of two configurations, lists what is added, removed, changed, moved or bound to another signal. Rows that this program
+    /// does not know, such as a module of a newer image, are printed as they are.
     Diff {
-        /// Port, or scheme file, or one that is built in: `builtin:joint`.
+        /// Port, scheme file, or built-in scheme such as `builtin:joint`.
         from: String,
-        /// What it is compared with.
+        /// Second configuration: port, scheme file or built-in scheme.
         to: Option<String>,
-        /// Side whose rows of files are meant, where they are not for all.
+        /// Use the rows of files for this side, and the rows for all.
         #[arg(long, value_parser = super::side::side())]
         side: Option<&'static str>,
-        /// Ends with 3 when something differs.
+        /// Exit with status 3 if there is a difference.
         #[arg(long)]
         exit_code: bool,
-        /// Prints what differs as one JSON object.
+        /// Print the differences as one JSON object.
         #[arg(long)]
         json: bool,
     },
-    /// Put a configuration in the place of the one that is on a controller, in one transaction: in force between two ticks,
-    /// or not at all. Modules that are in both go on with their state.
+    /// Replace a controller's configuration in one transaction.
+    ///
+    /// Applied atomically, between two ticks. Modules that are in both configurations keep their state. If the device does not
+    /// know a row, nothing changes, unless --skip-unknown is given.
     Apply {
-        /// Scheme file, or one that is built in: `builtin:joint`.
+        /// Scheme file, or built-in scheme such as `builtin:joint`.
         file: String,
         /// Port of the controller.
         port: String,
-        /// Side whose rows of the file are meant, where they are not for all.
+        /// Use the rows for this side, and the rows for all.
         #[arg(long, value_parser = super::side::side())]
         side: Option<&'static str>,
-        /// Has the device check the whole and CHANGES NOTHING. How long a tick takes it says with the commit alone.
+        /// Have the device check the configuration, CHANGE NOTHING.
+        ///
+        /// The limit of the tick time is not part of this check; it is checked at the commit.
         #[arg(long)]
         dry_run: bool,
-        /// Leaves out the rows that the device does not know, and says which.
+        /// Skip rows that the device does not know, and list them.
         #[arg(long)]
         skip_unknown: bool,
-        /// Prints what differs, and what it came to, as one JSON object.
+        /// Print the differences and the result as one JSON object.
         #[arg(long)]
         json: bool,
     },
 }
 
-/// What differs from the defaults, for a program.
+/// Differences from the defaults, as JSON.
 #[derive(Serialize)]
 struct DeviationReport<'a> {
     deviations: &'a [Deviation],
     unknown: &'a [UnknownRow],
 }
 
-/// What an exchange came to, for a program.
+/// Result of `config apply`, as JSON.
 #[derive(Serialize)]
 struct ApplyReport<'a> {
     changes: &'a [Change],
@@ -150,8 +158,8 @@ fn save(device: &mut Device, port: &str, file: Option<PathBuf>, out: &mut impl W
     let (text, unknown) = device.configuration_text()?;
     if unknown > 0 {
         eprintln!(
-            "dimsart: warning: {unknown} commands of {port} are not known here and left out: save it with the `dimsart` \
-             that its image was built with to have all"
+            "dimsart: warning: skipped {unknown} commands of {port} that this version does not know; save with the \
+             `dimsart` of the image's version to get all"
         );
     }
     match file {
@@ -159,13 +167,13 @@ fn save(device: &mut Device, port: &str, file: Option<PathBuf>, out: &mut impl W
         Some(file) => {
             std::fs::write(&file, text)
                 .map_err(|error| format!("cannot write {}: {error}", file.display()))?;
-            writeln!(out, "{}: the configuration of {port}", file.display())?;
+            writeln!(out, "{}: configuration of {port}", file.display())?;
         }
     }
     Ok(ExitCode::SUCCESS)
 }
 
-/// By the names of the device, if one of both is one.
+/// Compares two sources; reads a file by the names of the device if the other source is a device.
 fn compare(
     from: &str,
     to: &str,
@@ -203,23 +211,23 @@ fn apply(
     say(json, out, |out| print_difference(out, [port, name], &difference))?;
     if !to.unknown.is_empty() && !exchange.skips_unknown {
         return Err(format!(
-            "{port} does not know {} rows of {name}: nothing has changed; mend them, or leave them out with --skip-unknown",
+            "{port} does not know {} rows of {name}: nothing changed; correct them or give --skip-unknown",
             to.unknown.len()
         )
         .into());
     }
     let sent = device.exchange(exchange)?;
     for row in &sent.skipped {
-        eprintln!("dimsart: left out: {row}");
+        eprintln!("dimsart: skipped: {row}");
     }
     let is_dry_run = exchange.is_dry_run;
     if json {
         let report = ApplyReport { changes: &difference.changes, is_dry_run, sent: &sent };
         writeln!(out, "{}", serde_json::to_string(&report)?)?;
     } else if is_dry_run {
-        writeln!(out, "{port} would take {} rows; nothing has changed; {}", sent.rows, sent.state)?;
+        writeln!(out, "{port}: dry run of {} rows, nothing changed; {}", sent.rows, sent.state)?;
     } else {
-        writeln!(out, "{port} has taken {} rows; {}", sent.rows, sent.state)?;
+        writeln!(out, "{port}: applied {} rows; {}", sent.rows, sent.state)?;
     }
     Ok(ExitCode::SUCCESS)
 }

@@ -1,4 +1,4 @@
-//! `dimsart connect`: talks to a controller over a serial port or a socket.
+//! `dimsart connect`: inspects and changes a controller over a serial port or a socket.
 
 mod answer;
 mod capture;
@@ -19,14 +19,18 @@ use super::law;
 use super::line::{self, Device, LineOptions};
 use hil_sim::schemes::SchemeText;
 
-/// Talk to a controller: look at it, tune it, change its scheme while it runs.
+/// Inspect, tune and change a controller while it runs.
 ///
-/// Names, ranges, choices and which unit a number has are the device's own. Help texts, of the modules that it knows, and
-/// the symbols of units are this program's.
+/// Each command prints its result, whether the scheme commands the device now and, if not, why. A device moves only while a
+/// client holds its lease (`arm`); meanwhile other clients may read, and `stop`. Up to 64 programs of one user can share a
+/// port: the first one passes on the requests of the others, and another one takes over when it ends. Names, ranges,
+/// choices and units come from the device.
 #[derive(Debug, Args)]
 #[command(after_help = EXAMPLES)]
 pub(super) struct Connect {
-    /// Serial port such as `/dev/ttyACM0`, `tcp:HOST:PORT`, `unix:PATH`, or `sim:NAME` of a `dimsart serve`.
+    /// Port, such as `/dev/ttyACM0`, `tcp:HOST:PORT`, `unix:PATH` or `sim:NAME`.
+    ///
+    /// `sim:NAME` is a controller simulated by `dimsart serve`.
     port: String,
     #[command(subcommand)]
     action: Option<Action>,
@@ -38,139 +42,186 @@ pub(super) struct Connect {
 
 const EXAMPLES: &str = "\
 Examples:
-  dimsart connect /dev/ttyACM0                                    identity, state, modules, signals
-  dimsart connect sim:joint                                       the same of a controller of `dimsart serve joint`
-  dimsart connect /dev/ttyACM0 set PDCTRL_MOD K_PARAM[0] 500      one gain of axis 0; prints what holds now
-  dimsart connect /dev/ttyACM0 scheme my.scheme --side slave      a whole scheme, in force at once or not at all
-  dimsart connect /dev/ttyACM0 scheme > its.scheme                what it has now, as rows
+  dimsart connect /dev/ttyACM0                                    show identity, state, modules and signals
+  dimsart connect sim:joint                                       the same for a controller of `dimsart serve joint`
+  dimsart connect /dev/ttyACM0 set PDCTRL_MOD K_PARAM[0] 500      set a gain of axis 0
+  dimsart connect /dev/ttyACM0 scheme my.scheme --side slave      send a scheme, applied atomically
+  dimsart connect /dev/ttyACM0 scheme > its.scheme                save the running scheme as rows
   dimsart connect /dev/ttyACM0 begin                              then `off`, `on`, `set` and `commit`: one change
-  dimsart connect /dev/ttyACM0 law upload spring.law              a control law as text, without a restart
-  dimsart connect /dev/ttyACM0 arm                                lets the device be moved until Ctrl-C
+  dimsart connect /dev/ttyACM0 law upload spring.law              upload a control law, without a restart
+  dimsart connect /dev/ttyACM0 arm                                enable motion until Ctrl-C
   dimsart connect /dev/ttyACM0 save                               then restart the device and `confirm`
-  dimsart connect /dev/ttyACM0 key set robot.key                  locks a board: then give --key-file robot.key
+  dimsart connect /dev/ttyACM0 key set robot.key                  lock a board: later calls need --key-file robot.key
   dimsart connect tcp:localhost:4000 watch POSITION FORCE         live values of an emulated board
-  dimsart connect tcp:localhost:4000 recorder --out rows.csv      what a recorder has kept
-  dimsart connect /dev/ttyACM0 capture FORCE --above 5            the rows around an edge, each of them
-  dimsart connect tcp:localhost:4000 faults --json                what is wrong, for a program; every command takes it
-  dimsart connect /dev/ttyACM0 events                             what happened, also before the last restart
+  dimsart connect tcp:localhost:4000 recorder --out rows.csv      read the rows of a recorder
+  dimsart connect /dev/ttyACM0 capture FORCE --above 5            record every tick around an edge
+  dimsart connect tcp:localhost:4000 faults --json                faults, for programs
+  dimsart connect /dev/ttyACM0 events                             event log, also from before the last restart
 
-A command is answered by what it came to: whether the scheme commands the device now and, if not, why.
-A board is moved only while a client holds its lease (`arm`); meanwhile others may look, and `stop`.
-Exit status: 0 done, 1 refused, faults found or no answer, 2 wrong usage.";
+Exit status: 0 success, 1 refused, faults found or no answer, 2 wrong usage.";
+
+const TRANSACTION: &str = "\
+Example, another controller for an actuator:
+  dimsart connect PORT begin
+  dimsart connect PORT off PDCTRL_MOD
+  dimsart connect PORT set PIDCTRL_MOD K_PARAM 3000
+  dimsart connect PORT on PIDCTRL_MOD --before TIMEDELAY_MOD
+  dimsart connect PORT commit
+
+Until `commit` the running scheme continues unchanged. `show`, `get` and `check` report the pending scheme; `stop` and `reset`
+act on the running one. `save` is refused. The transaction belongs to the board: any client that may change the scheme can
+commit or abort it.
+
+`commit` checks the whole scheme: providers of all types, units, order, links, memory and time. If it is refused, all faults are
+listed, nothing changes, and the transaction stays open for corrections; `abort` drops it. It needs memory for both schemes.
+
+A module that is in both schemes keeps its state, also at a new position and with new parameters. It restarts if its ports,
+memory or link change. A new module takes over smoothly where it can: PIDCTRL_MOD starts with the integral, and PDCTRL_MOD with
+the force, that continue the last command. A law without memory, such as a table or a sum, commands its output at once: plug in
+LIMIT_MOD after it, with RATE, for a ramp. The safety stage limits the rate of the device's inputs in any case.
+
+In a scheme file the rows are `MOD_ENG BEGIN`, `COMMIT` and `ABORT`. `MATCHING_CHECK` between them starts the scheme at the
+commit, if none runs. A file that `scheme FILE` sends has none of these rows: it is already one transaction.";
+
+const RECORDER: &str = "\
+Column `row` counts from 0. Every other column has the name of the signal, the index and the unit: `POSITION[0] (m)` of axis 0,
+`INERTIA[0][1]` of row 0 and column 1. A switch is 0 or 1. The number of rows is printed on standard error. Rows that are
+overwritten while they are read are skipped and counted. The row counter wraps after 2^32 rows. `dimsart run` writes the rows of
+every recorder of a simulated controller as recorder_CONTROLLER_RECORDER_MOD.csv, not of one on an emulated board.";
+
+const CAPTURE: &str = "\
+Example:
+  dimsart connect /dev/ttyACM0 capture FORCE --above 5 --before 200 --after 50 --out hit.csv
+
+A recorder on the device checks for the edge in every tick; the rows are read afterwards, and the recorder is removed. A signal
+that is already above the level does not trigger. Start `capture` before `arm`: while another client holds the lease the scheme
+cannot change, so that the recorder stays plugged in (a note reports it). To do the same by hand, plug in RECORDER_MOD with
+TRIGGER, LEVEL, WORD and AFTER; `reset RECORDER_MOD` rearms it.";
 
 #[derive(Debug, Subcommand)]
 enum Action {
-    /// Who it is, its state, modules, parameters and signals; what is done when nothing is asked for.
+    /// Show identity, state, modules, parameters and signals (the default).
     Show,
-    /// Value, unit and range of a parameter.
+    /// Print value, unit and range of a parameter.
     Get {
         /// Module, such as `PDCTRL_MOD` or `PDCTRL_MOD.2`.
         module: String,
         /// Parameter, such as `K_PARAM`, or `K_PARAM[0]` for one axis.
         parameter: String,
     },
-    /// Set a parameter or bind a port, and print what holds then.
+    /// Set a parameter or bind a port, and print the value in force.
     Set {
         /// Module, such as `PDCTRL_MOD` or `PDCTRL_MOD.2`.
         module: String,
         /// Parameter, such as `K_PARAM` or `K_PARAM[0]`, or port, such as `PORT_FORCE`.
         parameter: String,
-        /// Value, as a scheme would write it.
+        /// Value, as in a scheme.
         #[arg(allow_negative_numbers = true)]
         value: String,
     },
-    /// Plug a module in, behind the others.
+    /// Plug a module in, after all others.
     On {
-        /// Module.
+        /// Module, such as `PDCTRL_MOD` or `PDCTRL_MOD.2`.
         module: String,
-        /// Puts it before this module instead.
+        /// Insert it before this module instead.
         #[arg(long, value_name = "MODULE")]
         before: Option<String>,
     },
     /// Unplug a module; it keeps its parameters.
     Off {
-        /// Module.
+        /// Module, such as `PDCTRL_MOD` or `PDCTRL_MOD.2`.
         module: String,
     },
-    /// Forget what a module, or every one, remembers from tick to tick; parameters stay.
+    /// Reset the state of a module, or of all modules; parameters stay.
     Reset {
-        /// Module; all that are plugged in when none is named.
+        /// Module (default: all plugged-in modules).
         module: Option<String>,
     },
-    /// Bring the parameters of a module that is not plugged in back to their defaults.
+    /// Reset the parameters of an unplugged module to their defaults.
     Init {
-        /// Module.
+        /// Module, such as `PDCTRL_MOD` or `PDCTRL_MOD.2`.
         module: String,
     },
-    /// Take a module away, or STOP THE SCHEME AND TAKE ALL OF THEM AWAY.
+    /// Remove a module, or STOP THE SCHEME AND REMOVE ALL MODULES.
     Close {
-        /// Module; all when none is named.
+        /// Module (default: all).
         module: Option<String>,
     },
-    /// Open a transaction: changes wait for `commit`, and the scheme runs on meanwhile.
+    /// Open a transaction: later changes take effect together at `commit`.
+    #[command(after_long_help = TRANSACTION)]
     Begin,
-    /// Put all changes of the transaction in force at once, between two ticks; refused, with every reason, when the scheme
-    /// does not match.
+    /// Apply all changes of the transaction, between two ticks.
+    ///
+    /// If the scheme does not match, nothing changes and every fault is listed.
+    #[command(after_long_help = TRANSACTION)]
     Commit,
     /// Drop all changes of the transaction.
     Abort,
-    /// Check the scheme and, when it matches, LET IT RUN; 1 when it does not match.
+    /// Check the scheme and START IT if it matches; exit status 1 if not.
     Check,
-    /// LET THE DEVICE BE MOVED by its scheme until Ctrl-C: take the lease that motion needs, and renew it.
+    /// ENABLE MOTION until Ctrl-C: take and renew the lease.
+    ///
+    /// The lease lasts 200 ms and is renewed until Ctrl-C; then outputs go to their safe value.
     Arm,
-    /// Stop the scheme and release the lease: outputs at their safe value. Allowed for every client, at any time.
+    /// Stop the scheme and release the lease: outputs at their safe value.
+    ///
+    /// Allowed for every client at any time; sent before all other requests. Motion then needs `arm` again.
     Stop,
-    /// What is wrong with the scheme and what went wrong in its ticks; changes nothing, 1 when there is something.
+    /// List faults of the scheme and of its ticks; exit status 1 if any.
     Faults,
-    /// The last things that happened, with their ticks, also before the last restart; changes nothing.
+    /// Print the event log with ticks, also from before the last restart.
     Events,
-    /// Send a scheme, in one transaction: all of its rows are in force then, or none. What runs goes on meanwhile. Without a
-    /// file, print the rows that build the scheme that is on the device.
+    /// Send a scheme file, or print the scheme of the device.
+    ///
+    /// A file is sent as one transaction: all rows take effect together, or none. The running scheme continues meanwhile.
     Scheme {
-        /// Scheme file, or one that is built in: `builtin:bilateral`.
+        /// Scheme file, or built-in scheme such as `builtin:bilateral`.
         #[arg(requires = "side")]
         file: Option<String>,
-        /// Side whose rows are sent, or that the printed rows are for; `all` when left out.
+        /// Side whose rows to send, or for which to print rows (default: `all`).
         #[arg(long, value_parser = super::side::side())]
         side: Option<&'static str>,
-        /// Put it in place of the scheme that is on the device, not upon it.
+        /// Replace the device's scheme instead of adding to it.
         #[arg(long, requires = "file")]
         replace: bool,
     },
-    /// Keep the scheme as it is now, ON TRIAL: the device's next start runs it, once, unless it is confirmed.
+    /// Save the scheme ON TRIAL: it runs at the next start only.
+    ///
+    /// `confirm` after that start makes it permanent.
     Save,
-    /// Keep the scheme on trial, which the last start has run, for every start.
+    /// Make the scheme on trial permanent, after it has run at a start.
     Confirm,
-    /// Forget the scheme on trial: the next start runs the one that was saved before, or the built-in one.
+    /// Drop the scheme on trial: the next start runs the previous scheme.
     Rollback,
-    /// Laws that come while the controller runs: upload one, list them, remove one.
+    /// Upload, list or remove control laws written as text.
     #[command(subcommand)]
     Law(LawAction),
-    /// Give the board a key, or take it away: a board that holds one is locked.
+    /// Lock the board with a key, or unlock it.
     #[command(subcommand)]
     Key(KeyAction),
-    /// The rows that a recorder has kept, oldest first, as CSV. Stops nothing.
+    /// Print the rows of a recorder as CSV, oldest first; nothing stops.
+    #[command(after_long_help = RECORDER)]
     Recorder {
-        /// Recorder, such as `RECORDER_MOD.2`; the only one when none is named.
+        /// Recorder, such as `RECORDER_MOD.2` (default: the only one).
         recorder: Option<String>,
-        /// Writes the rows to this file.
+        /// Write the rows to this file.
         #[arg(long, value_name = "FILE")]
         out: Option<PathBuf>,
     },
-    /// Catch a fast event ON THE DEVICE and print the rows around it as CSV: a recorder waits for the edge in every tick,
-    /// whatever the line carries. Start it before `arm`: while somebody holds the lease, nobody else changes the scheme.
+    /// Record every tick around an edge ON THE DEVICE, and print it as CSV.
+    #[command(after_long_help = CAPTURE)]
     Capture(capture::CaptureArguments),
     /// Show signals live, until Ctrl-C.
     Watch {
-        /// Signals, such as `POSITION`; all that are in the Data Base when none is named.
+        /// Signals, such as `POSITION` (default: all of the Data Base).
         signals: Vec<String>,
-        /// Prints them once.
+        /// Print the values once and exit.
         #[arg(long)]
         once: bool,
-        /// LETS THE DEVICE BE MOVED by its scheme meanwhile, as `arm` does.
+        /// ENABLE MOTION meanwhile, as `arm` does.
         #[arg(long, conflicts_with = "once")]
         arm: bool,
-        /// Time between two looks, s.
+        /// Interval between updates, s.
         #[arg(long, value_name = "SECONDS", default_value = "0.2", value_parser = line::seconds)]
         period_s: Duration,
     },
@@ -178,33 +229,35 @@ enum Action {
 
 #[derive(Debug, Subcommand)]
 enum LawAction {
-    /// Compile a law and have the device take it. Nothing that runs is touched: plug it in with
-    /// `set ONLINE_MOD PROGRAM NUMBER` and `on ONLINE_MOD`.
+    /// Compile a law and upload it to the device.
+    ///
+    /// The running scheme does not change: plug the law in with `set ONLINE_MOD PROGRAM NUMBER` and `on ONLINE_MOD`.
     Upload {
-        /// Law file; `dimsart law check FILE` says what it needs.
+        /// Law file, as for `dimsart law check FILE`.
         file: PathBuf,
-        /// Number that it gets; the first free one when left out.
+        /// Number of the law on the device (default: the first free one).
         #[arg(long)]
         number: Option<u8>,
     },
-    /// The laws on the device, and what their parameters are called there.
+    /// List the laws on the device, with the names of their parameters there.
     List,
-    /// Have the device forget a law that no module has.
+    /// Remove a law that no module uses.
     Remove {
-        /// Its number.
+        /// Number of the law.
         number: u8,
     },
 }
 
 #[derive(Debug, Subcommand)]
 enum KeyAction {
-    /// Give it the key in FILE. FROM THEN ON it takes what changes or moves it with --key-file alone, and its links
-    /// are authenticated. Losing the key means to erase the board's flash.
+    /// Lock the board: from now on, changes and motion need --key-file FILE.
+    ///
+    /// The board's links are authenticated with the key, too. If the key is lost, the board's flash must be erased.
     Set {
-        /// 32 hexadecimal digits, such as `(umask 077; openssl rand -hex 16 > FILE)` writes.
+        /// File of 32 hexadecimal digits: `(umask 077; openssl rand -hex 16 > FILE)`.
         file: PathBuf,
     },
-    /// Have it forget its key: it is open then, and authenticates nothing.
+    /// Remove the key: the board is open and does not authenticate.
     Clear,
 }
 
@@ -217,7 +270,7 @@ impl Connect {
 }
 
 impl Action {
-    /// False when what was asked for is there and is not well.
+    /// Runs the action. Returns false if it found faults.
     fn execute(
         self,
         device: &mut Device,
@@ -256,7 +309,7 @@ impl Action {
                 json.print(out, &SchemeRows { rows })?;
             }
             Self::Scheme { file: Some(file), side, replace } => {
-                let side = side.ok_or("--side says whose rows of the file are sent")?;
+                let side = side.ok_or("give --side: it selects the rows of the file to send")?;
                 let scheme = SchemeText::read(&file)?;
                 let sent = match replace {
                     true => device.replace_scheme(&scheme, side)?,

@@ -1,4 +1,4 @@
-//! The controllers of a scheme or a rig that is an argument.
+//! The controllers of a scheme or rig on the command line.
 
 use std::error::Error;
 
@@ -11,12 +11,12 @@ use hil_sim::rig::SimulatedDimsart;
 use hil_sim::rig_file::RigFile;
 use hil_sim::schemes::{self, SchemeText, device};
 
-/// Axes where nothing says how many.
+/// Default number of axes.
 pub(super) const DOF: usize = 3;
-/// The period where nothing says otherwise, s.
+/// Default sample period, s.
 pub(super) const PERIOD_S: f64 = 1e-3;
 
-/// A controller of one side of a scheme, which runs, for a device of so many axes.
+/// Builds and starts a controller for one side of a scheme, for a device with `dof` axes.
 pub(super) fn side_of_scheme(
     scheme: &SchemeText,
     side: &'static str,
@@ -28,11 +28,11 @@ pub(super) fn side_of_scheme(
     let loaded = schemes::load(scheme, side, &[], &mut dimsart);
     match loaded.problems().next() {
         None => Ok(dimsart),
-        Some(problem) => Err(format!("{problem}; `dimsart check {}` names all faults", scheme.name).into()),
+        Some(problem) => Err(format!("{problem}; `dimsart check {}` lists all faults", scheme.name).into()),
     }
 }
 
-/// The controllers of a rig with their schemes, or the one that is wanted. All of them run.
+/// Builds and starts the controllers of a rig, or only the controller `wanted`.
 pub(super) fn controllers(
     file: &RigFile,
     rig: &str,
@@ -41,7 +41,7 @@ pub(super) fn controllers(
     if let Some(wanted) = wanted.filter(|wanted| file.controllers.iter().all(|found| found.name() != *wanted))
     {
         let names = names(file);
-        return Err(UsageError(format!("{rig} has no controller {wanted}; it has {names}")).into());
+        return Err(UsageError(format!("{rig} has no controller {wanted}; its controllers: {names}")).into());
     }
     let mut found = loaded_controllers(file)?;
     found.retain(|controller| wanted.is_none_or(|wanted| controller.name == wanted));
@@ -52,12 +52,12 @@ pub(super) fn controllers(
         None => Ok(found),
         Some((controller, problem)) => {
             let name = &controller.name;
-            Err(format!("the controller {name}: {problem}; `dimsart check {rig}` names all faults").into())
+            Err(format!("controller {name}: {problem}; `dimsart check {rig}` lists all faults").into())
         }
     }
 }
 
-/// The only controller of a rig, or the one that is wanted, and whose rows its scheme has.
+/// Builds the only controller of a rig, or the controller `wanted`; also returns the side of its rows.
 pub(super) fn one_controller(
     file: &RigFile,
     rig: &str,
@@ -67,7 +67,7 @@ pub(super) fn one_controller(
     if wanted.is_none() && !is_one {
         let names = names(file);
         return Err(UsageError(format!(
-            "{rig} has several controllers: say which with --controller: {names}"
+            "{rig} has several controllers: select one with --controller: {names}"
         ))
         .into());
     }
@@ -78,14 +78,14 @@ pub(super) fn one_controller(
     Ok((found, side))
 }
 
-/// What is said where an argument is for schemes alone.
+/// Error for an argument that applies to schemes only.
 pub(super) fn rig_says_itself(arguments: &str) -> UsageError {
-    UsageError(format!("{arguments} are for schemes; a rig says itself which controllers and axes it has"))
+    UsageError(format!("{arguments} apply to schemes only; a rig defines its controllers and axes"))
 }
 
-/// What is said where a scheme has no controllers to choose from.
+/// Error for `--controller` with a scheme.
 pub(super) fn no_rig(name: &str) -> UsageError {
-    UsageError(format!("--controller is for rigs, and {name} is a scheme: --side says whose rows are taken"))
+    UsageError(format!("--controller applies to rigs only, {name} is a scheme: select rows with --side"))
 }
 
 fn names(file: &RigFile) -> String {

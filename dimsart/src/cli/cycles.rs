@@ -1,4 +1,4 @@
-//! `dimsart cycles`: what a scheme costs on a board, from the image that is flashed.
+//! `dimsart cycles`: cycles and stack of a scheme on a board, from its image.
 
 mod attach;
 
@@ -20,71 +20,74 @@ use super::output::{say, text_table};
 use crate::cycles::{Figures, Firmware, Memory, Row, Setup, UNIT, measure};
 use crate::{report, rig_argument};
 
-/// Say what a scheme costs on a board: cycles and stack of the image that is flashed.
+/// Measure and bound the cycles and stack of a scheme on a board.
 ///
-/// The image's own functions are run in an emulated Cortex-M4F with every input of a simulated run, and have to
-/// command the very bits that the simulation does. Cycles are those of a model built on Arm's tables, not of silicon.
+/// Runs the functions of the board's image in an emulated Cortex-M4F with every input of a simulated run; the outputs must
+/// equal the simulation bit by bit. Cycles come from a model based on Arm's tables, not from silicon. With --attach,
+/// compares the model with the measurements of a board (docs/cycles.md). Exit status: 0 success, 1 no bound, or a
+/// measurement above its bound.
 #[derive(Debug, Args)]
 #[command(after_help = EXAMPLES)]
 pub(super) struct Cycles {
-    /// Firmware image (ELF); the one that `cargo board BOARD` has built when left out.
+    /// Firmware image (ELF; default: built by `cargo board BOARD`).
     elf: Option<PathBuf>,
-    /// The board that the image has to be for.
+    /// Board of the image.
     #[arg(long, value_name = "BOARD")]
     board: Option<String>,
-    /// Scheme file, or one that is built in, instead of the scenario's.
+    /// Scheme file or built-in scheme (default: the scenario's).
     #[arg(long, value_name = "FILE")]
     scheme: Option<String>,
-    /// The side whose controller is looked at.
+    /// Side of the controller.
     #[arg(long, default_value = "master", value_parser = super::side::side())]
     side: &'static str,
-    /// Degrees of freedom of the device, 1 to 8; the scenario's when left out.
+    /// Degrees of freedom of the device, 1 to 8 (default: the scenario's).
     #[arg(long, value_name = "COUNT")]
     dof: Option<usize>,
-    /// Changes a setting of the scenario that gives the inputs, such as `duration_s=2`; can be given often.
+    /// Change a setting of the scenario, such as `duration_s=2`; repeatable.
     #[arg(long = "set", value_name = "KEY=VALUE")]
     sets: Vec<String>,
-    /// Ticks with random inputs, after those of the scenario.
+    /// Ticks with random inputs after the scenario.
     #[arg(long, value_name = "COUNT", default_value_t = 10_000)]
     random_ticks: u64,
-    /// Serial port or socket of a controller that measures itself (feature `measure`): its scheme and board, and what it
-    /// has measured beside the model.
+    /// Compare the model with the cycles measured by the controller at PORT.
+    ///
+    /// Needs an image with the feature `measure`. Scheme and board are taken from the controller.
     #[arg(long, value_name = "PORT", conflicts_with_all = ["board", "scheme", "dof"])]
     attach: Option<String>,
-    /// Bits per second of that serial port.
+    /// Baud rate of that serial port.
     #[arg(long, default_value_t = DEFAULT_BAUD)]
     baud: u32,
-    /// The memory that instructions come from; the board's own when left out.
+    /// Memory from which instructions are fetched (default: the board's).
     #[arg(long)]
     profile: Option<Memory>,
-    /// Which value counts where Arm gives a range.
+    /// Value of the model where Arm specifies a range.
     #[arg(long, default_value = "upper")]
     column: Value,
-    /// Folder for the picture.
+    /// Folder of the picture.
     #[arg(long, value_name = "FOLDER", default_value = "runs/cycles")]
     out: PathBuf,
-    /// Draws no picture.
+    /// Do not draw the picture.
     #[arg(long)]
     no_picture: bool,
-    /// Prints the figures as one JSON object, all that goes to standard output; the table goes to standard error.
+    /// Print the figures as one JSON object; the table goes to standard error.
     #[arg(long)]
     json: bool,
 }
 
 const EXAMPLES: &str = "\
 Examples:
-  dimsart cycles                                     the image that was built last, the shipped scheme's master
+  dimsart cycles                                     the image built last, master of the shipped scheme
   dimsart cycles --board nucleo-g474re --side slave
   dimsart cycles firmware.elf --scheme my.scheme --dof 1
-  dimsart cycles --attach /dev/ttyACM0               what the controller there has measured, beside the model
-  dimsart cycles --set duration_s=1 --json           figures for a program";
+  dimsart cycles --attach /dev/ttyACM0               measurements of the controller next to the model
+  dimsart cycles --set duration_s=1 --json           for programs";
 
 /// Column of the model.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
 enum Value {
-    /// What is seen most often.
+    /// The most frequent value.
     Likely,
-    /// The greatest.
+    /// The maximum.
     Upper,
 }
 
@@ -149,7 +152,7 @@ impl Cycles {
 
 fn progress_bar() -> ProgressBar {
     let bar = ProgressBar::new(0);
-    // The template is fixed; a wrong one would only lose the decoration.
+    // The template is constant and valid; the default is a fallback.
     let style = ProgressStyle::with_template("emulating [{bar:40}] {pos}/{len} ticks, {eta} left");
     bar.set_style(style.unwrap_or_else(|_| ProgressStyle::default_bar()));
     bar.enable_steady_tick(Duration::from_millis(100));
@@ -160,20 +163,20 @@ fn print(out: &mut dyn Write, figures: &Figures) -> std::io::Result<()> {
     let Figures { image, side, scheme, dof, ticks, profile, column, budget_cycles, .. } = figures;
     writeln!(
         out,
-        "{scheme} on the {side}, {dof} axes, {ticks} ticks of `{image}`: the same bits as on the host.\n\
-         {UNIT} (memory {profile}, column {column}); a tick has {budget_cycles}"
+        "{scheme} on the {side}, {dof} axes, {ticks} ticks of `{image}`: bit-identical to the host.\n\
+         {UNIT} (memory {profile}, column {column}); period of a tick: {budget_cycles}"
     )?;
     let mut table = text_table();
     table.set_header([
         "",
-        "least",
+        "min",
         "mean",
-        "most",
-        "random, most",
+        "max",
+        "random max",
         "bound",
         "ratio",
         "stack (B)",
-        "at most",
+        "stack bound",
         "% of a tick",
     ]);
     for column in 1..=9 {

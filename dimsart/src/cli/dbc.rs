@@ -1,4 +1,4 @@
-//! `dimsart dbc`: what a scheme says on a CAN bus, for CAN tools.
+//! `dimsart dbc`: writes a DBC file of a scheme's CAN messages.
 
 use std::error::Error;
 use std::io::Write;
@@ -14,28 +14,28 @@ use crate::dbc::{self, DbcError, Frames, Message};
 use hil_sim::rig_file::RigFile;
 use hil_sim::schemes::{SIDES, SchemeText};
 
-/// Write the DBC file of what a scheme, or a rig's controllers, send over CAN.
+/// Write a DBC file of the CAN messages of a scheme or rig.
 ///
-/// One message per `COMM_TXMOD`; its identifier is the module's `CTX_CHANNEL`, which must not be 0. A CAN tool shows every
-/// signal on every axis by it, in its unit.
+/// One message per `COMM_TXMOD`; its identifier is the module's `CTX_CHANNEL`, which must not be 0. CAN tools then decode every
+/// signal of every axis, with its unit.
 #[derive(Debug, Args)]
 #[command(after_help = EXAMPLES)]
 pub(super) struct Dbc {
-    /// Scheme file; or a rig: a TOML file, or a shipped one such as `arm_bus`.
+    /// Scheme file, or rig: TOML file or shipped name, such as `arm_bus`.
     scheme: String,
-    /// Side of a scheme whose messages are written; both when left out.
+    /// Side of a scheme (default: both).
     #[arg(long, value_parser = super::side::side())]
     side: Option<&'static str>,
-    /// Degrees of freedom of a scheme's devices, 1 to 8; 3 when left out.
+    /// Degrees of freedom of a scheme's devices, 1 to 8 (default: 3).
     #[arg(long, value_name = "COUNT", allow_negative_numbers = true)]
     dof: Option<usize>,
-    /// Controller of a rig whose messages are written; all that send when left out.
+    /// Controller of a rig (default: all that send).
     #[arg(long, value_name = "NAME")]
     controller: Option<String>,
-    /// Frames that carry the packets.
+    /// Format of the CAN frames.
     #[arg(long, value_enum, default_value_t = Frames::CanFd)]
     frames: Frames,
-    /// Prints the messages as one JSON object instead.
+    /// Print the messages as one JSON object instead.
     #[arg(long)]
     json: bool,
 }
@@ -46,7 +46,7 @@ Examples:
   dimsart dbc my.scheme --frames can --dof 1     classic CAN
   dimsart dbc arm_bus > arm.dbc                  all controllers of a rig
 
-Rows that give a scheme its channels, above the MOD_ON rows of these modules:
+Rows that set the channels of a scheme, before the MOD_ON rows of these modules:
   master   COMM_TXMOD   CTX_CHANNEL   16
   slave    COMM_RXMOD   CRX_CHANNEL   16";
 
@@ -87,7 +87,7 @@ impl Dbc {
         for mut controller in controllers(file, &self.scheme, self.controller.as_deref())? {
             match dbc::messages(&mut controller.dimsart, &controller.name, self.frames) {
                 Ok(found) => messages.extend(found),
-                // Another one may send.
+                // Another controller may send.
                 Err(error @ DbcError::NothingSent { .. }) => silent = Some(error),
                 Err(error) => return Err(error.into()),
             }

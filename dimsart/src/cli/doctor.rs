@@ -1,4 +1,4 @@
-//! `dimsart doctor`: whether what boards and emulated firmware need is there, and what to do if not.
+//! `dimsart doctor`: checks the tools for firmware, or a board.
 
 use std::fs;
 use std::io::Write;
@@ -14,59 +14,60 @@ use super::line::LineOptions;
 use crate::commissioning::{self, Check, Computer, Verdict};
 use hil_sim::foreign_text::visible_lines;
 
-/// Look for what firmware needs: compiler, emulator, probe-rs, udev rule and debug probe. Or look a board over.
+/// Check the tools for building and flashing firmware, or check a board.
 ///
-/// A line per thing, with the next step where it is missing or not well. Exit status 0 when all is well, 1 when not. A board
-/// is only looked at, for about a second: nothing moves, and no lease is taken.
+/// Checks the compiler target, emulator, probe-rs, udev rule and debug probe. With --board, checks how the board started, its
+/// scheme, its ticks against this computer's clock, its faults, its measurements at rest and its links; this takes about a
+/// second, moves nothing and takes no lease. One line per check, with the next step if it failed. Exit status: 0 all passed,
+/// 1 a check failed.
 #[derive(Debug, Args)]
 #[command(
-    after_help = "The simulator needs none of it; the emulated board needs no probe-rs, rule and probe.\n\n\
-                  A b-g431b-esc1 that is flashed and says nothing: its pin BOOT0 is pulled up, so its option bit nSWBOOT0 has \
-                  to be 0, as delivered, and nBOOT0 1."
+    after_help = "The simulator needs none of these tools; the emulated board needs no probe-rs, udev rule or probe.\n\n\
+                  If a flashed b-g431b-esc1 does not answer, check its option bits: nSWBOOT0 must be 0 (as delivered) and \
+                  nBOOT0 must be 1, because its pin BOOT0 is pulled up."
 )]
 pub(super) struct Doctor {
-    /// Looks over the board at this port instead: how it started, its ticks by this computer's clock, its faults, what it
-    /// measures at rest, its links.
+    /// Check the board at this port instead.
     #[arg(long, value_name = "PORT")]
     board: Option<String>,
-    /// Prints one JSON object, and nothing else.
+    /// Print one JSON object.
     #[arg(long)]
     json: bool,
     #[command(flatten)]
     line: LineOptions,
 }
 
-/// What was found of a board.
+/// Results for a board, as JSON.
 #[derive(Serialize)]
 struct Examined {
     is_well: bool,
     checks: Vec<Check>,
 }
 
-/// What was found of everything.
+/// Results for the tools, as JSON.
 #[derive(Serialize)]
 struct Examination {
     is_well: bool,
     things: Vec<Thing>,
 }
 
-/// One thing that firmware needs.
+/// A tool for firmware.
 #[derive(Serialize)]
 struct Thing {
     name: &'static str,
     is_there: bool,
-    /// What is there, or what is wrong and the next step.
+    /// The version found, or what is wrong and the next step.
     finding: String,
 }
 
-/// What is there, or what is wrong and the next step.
+/// The version found, or what is wrong and the next step.
 type Finding = Result<String, String>;
 
 const TARGET: &str = "thumbv7em-none-eabihf";
-/// Debian's Rust brings the sources of `core` instead of compiled targets.
+/// Debian's Rust provides the sources of `core` instead of compiled targets.
 const DEBIAN_SOURCES: &str = "/usr/lib/rustlib/src/rust/library/core";
 const INSTALL_PROBE_RS: &str = "cargo install probe-rs-tools --locked";
-/// The oldest ones that this was tried with.
+/// The oldest tested versions.
 const OLDEST_QEMU: [u32; 2] = [7, 2];
 const OLDEST_PROBE_RS: [u32; 2] = [0, 32];
 const UDEV_FOLDERS: [&str; 3] = ["/etc/udev/rules.d", "/usr/lib/udev/rules.d", "/lib/udev/rules.d"];
@@ -83,10 +84,9 @@ impl Doctor {
         let examined = self.line.open(port, kinds).and_then(|mut device| {
             Ok(commissioning::examine(&mut device, &Computer::new(port, None), None)?)
         });
-        let next =
-            "look at cable and port; no log, or a log of restarts: `cargo xtask flash BOARD` shows why";
+        let next = "check cable and port; `cargo xtask flash BOARD` shows the board's log";
         let checks = examined.unwrap_or_else(|error| {
-            vec![Check::new("answers", false, error.to_string(), "an answer to all that is asked", next)]
+            vec![Check::new("answers", false, error.to_string(), "an answer to every request", next)]
         });
         let is_well = checks.iter().all(|check| check.verdict != Verdict::Failed);
         let examined = Examined { is_well, checks };
@@ -132,19 +132,21 @@ fn compiler() -> Finding {
         return Ok(format!("target {TARGET}"));
     }
     if Path::new(DEBIAN_SOURCES).is_dir() {
-        return Ok("Debian's, which compiles core along (cargo xtask)".to_owned());
+        return Ok("Debian's Rust, which builds core from source (cargo xtask)".to_owned());
     }
-    Err(format!("no target {TARGET}: rustup target add {TARGET}, or cargo xtask test installs what it can"))
+    Err(format!(
+        "target {TARGET} missing: run `rustup target add {TARGET}`; `cargo xtask test` installs it where it can"
+    ))
 }
 
 fn emulator() -> Finding {
     let install = "install QEMU 7.2 or later (Debian: apt-get install qemu-system-arm)";
     let version =
-        output("qemu-system-arm", &["--version"]).ok_or(format!("no qemu-system-arm: {install}"))?;
+        output("qemu-system-arm", &["--version"]).ok_or(format!("qemu-system-arm not found: {install}"))?;
     let is_known =
         output("qemu-system-arm", &["-machine", "help"]).is_some_and(|all| all.contains("mps2-an386"));
     if !is_known {
-        return Err(format!("qemu-system-arm knows no board mps2-an386: {install}"));
+        return Err(format!("qemu-system-arm lacks the board mps2-an386: {install}"));
     }
     at_least(&version, OLDEST_QEMU).map_err(|old| format!("{old}: {install}"))
 }
@@ -154,7 +156,7 @@ fn probe_rs() -> Finding {
     at_least(&version, OLDEST_PROBE_RS).map_err(|old| format!("{old}: {INSTALL_PROBE_RS}"))
 }
 
-/// Without a rule, only root may use a debug probe.
+/// Without a udev rule, only root can use a debug probe.
 fn udev_rule(folders: &[&Path]) -> Finding {
     if !cfg!(target_os = "linux") {
         return Ok("not needed on this system".to_owned());
@@ -163,29 +165,28 @@ fn udev_rule(folders: &[&Path]) -> Finding {
     let is_for_probes = |text: String| text.contains("ID_DEBUG_PROBE") || text.contains("\"0483\"");
     let mut found = rules.filter(|rule| fs::read_to_string(rule.path()).is_ok_and(is_for_probes));
     found.next().map(|rule| rule.path().display().to_string()).ok_or_else(|| {
-        "only root may use a probe: save https://probe.rs/files/69-probe-rs.rules into /etc/udev/rules.d, run \
-         `sudo udevadm control --reload` and plug the board in again"
+        "only root can use a probe: save https://probe.rs/files/69-probe-rs.rules to /etc/udev/rules.d, run \
+         `sudo udevadm control --reload` and reconnect the board"
             .to_owned()
     })
 }
 
 fn probe() -> Finding {
-    let probes =
-        output("probe-rs", &["list"]).ok_or(format!("probe-rs has to look for it: {INSTALL_PROBE_RS}"))?;
+    let probes = output("probe-rs", &["list"]).ok_or(format!("needs probe-rs: {INSTALL_PROBE_RS}"))?;
     let probe = probes.lines().find(|line| line.starts_with('['));
-    probe.map(str::to_owned).ok_or("none seen: connect the board's debug port by USB".to_owned())
+    probe.map(str::to_owned).ok_or("not found: connect the board's debug port by USB".to_owned())
 }
 
-/// What a program prints, if it runs and succeeds.
+/// Returns the output of a program if it succeeds.
 fn output(program: &str, arguments: &[&str]) -> Option<String> {
     let output =
         Command::new(program).args(arguments).output().ok().filter(|output| output.status.success())?;
     Some(visible_lines(&String::from_utf8_lossy(&output.stdout)))
 }
 
-/// The first line of what a program says of its version, if that is not older than `oldest`.
-fn at_least(says: &str, oldest: [u32; 2]) -> Finding {
-    let line = says.lines().next().unwrap_or_default().to_owned();
+/// Returns the version line of a program if its version is at least `oldest`.
+fn at_least(output: &str, oldest: [u32; 2]) -> Finding {
+    let line = output.lines().next().unwrap_or_default().to_owned();
     let version = line.split_whitespace().find(|word| word.starts_with(|first: char| first.is_ascii_digit()));
     let numbers: Vec<u32> =
         version.unwrap_or_default().split('.').map_while(|number| number.parse().ok()).take(2).collect();

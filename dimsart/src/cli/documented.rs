@@ -1,4 +1,4 @@
-//! Every command line of the documentation is one: it names no sub-command and no option that is gone.
+//! Checks that every command line in the documentation is valid: no removed sub-commands or options.
 
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -9,7 +9,7 @@ use pulldown_cmark::{Event, Options, Parser, Tag, TagEnd};
 
 use super::Arguments;
 
-/// How `dimsart` is called, here and in a project.
+/// Calls of `dimsart`, here and in a project.
 const CALLS: [&str; 3] = ["dimsart ", "cargo run --release -- ", "cargo dimsart "];
 
 /// The pages of the repository.
@@ -31,7 +31,7 @@ fn pages() -> Vec<PathBuf> {
     pages
 }
 
-/// The arguments of each command line in a page, and whether it stands in a block: there it is whole.
+/// The arguments of each command line in a page, and whether it is in a code block, where it must be complete.
 fn command_lines(page: &str) -> Vec<(String, bool)> {
     let (mut found, mut block) = (Vec::new(), None::<String>);
     for event in Parser::new_ext(page, Options::ENABLE_TABLES) {
@@ -54,7 +54,7 @@ fn arguments(line: &str) -> Option<String> {
     CALLS.iter().find_map(|call| line.strip_prefix(call)).map(str::to_owned)
 }
 
-/// The words of it for `dimsart` itself, without what a reader may leave out.
+/// The words for `dimsart` itself, without optional parts.
 fn words(arguments: &str) -> Vec<String> {
     let shown = arguments.split(" [").enumerate().map(|(place, part)| match place {
         0 => part,
@@ -65,10 +65,10 @@ fn words(arguments: &str) -> Vec<String> {
     words.into_iter().take_while(|word| !is_shell(word)).filter(|word| word != "...").collect()
 }
 
-/// What is wrong with it, if anything is.
+/// The error of a command line, if any.
 fn fault((arguments, is_whole): &(String, bool)) -> Option<String> {
     let words = words(arguments);
-    // `COMMAND` stands for any, and a version for an image.
+    // `COMMAND` is a placeholder; a version is part of an image's name.
     if words.first().is_some_and(|word| !word.starts_with(|first: char| first.is_lowercase() || first == '-'))
     {
         return None;
@@ -76,7 +76,7 @@ fn fault((arguments, is_whole): &(String, bool)) -> Option<String> {
     let error = Arguments::try_parse_from(std::iter::once("dimsart".to_owned()).chain(words)).err()?;
     let is_fine = match error.kind() {
         ErrorKind::DisplayHelp | ErrorKind::DisplayVersion => true,
-        // In a sentence a command may stand without all that it takes, or with `…` in its place.
+        // Within a sentence, arguments can be missing or `…`.
         ErrorKind::MissingRequiredArgument
         | ErrorKind::DisplayHelpOnMissingArgumentOrSubcommand
         | ErrorKind::InvalidValue

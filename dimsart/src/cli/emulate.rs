@@ -1,4 +1,4 @@
-//! `dimsart emulate`: boots the image that is flashed in an emulated chip.
+//! `dimsart emulate`: boots a firmware image in an emulated chip.
 
 use std::io::{Read as _, Write};
 use std::path::PathBuf;
@@ -18,39 +18,39 @@ use super::{Ending, UsageError};
 use crate::broker::{SIMULATED, SharedPort};
 use crate::cycles::Firmware;
 
-/// Boot a firmware image in an emulated STM32G4, and say where it breaks the chip's rules.
+/// Boot a firmware image in an emulated STM32G4 and report rule violations.
 ///
-/// The image is the one that is flashed, unchanged. Its command line is a port that other `dimsart` commands open, in real
-/// time, until Ctrl-C; or it runs for --seconds, as fast as this computer can. Exit status 1 where it broke a rule, took a
-/// fault or was reset.
+/// Runs the unchanged image of the board, with its start-up, flash, log and watchdog. Its command line is a port for other
+/// `dimsart` commands, in real time, until Ctrl-C; with --seconds it runs without a command line, as fast as possible. Exit
+/// status: 0 success, 1 a violation of the chip's rules, a fault or a reset.
 #[derive(Debug, Args)]
 #[command(after_help = EXAMPLES)]
 pub(super) struct Emulate {
     /// Board, such as nucleo-g474re.
     #[arg(value_parser = clap::builder::PossibleValuesParser::new(BOARDS.iter().map(|board| board.name)))]
     board: String,
-    /// Firmware image (ELF); the one that `cargo board BOARD` has built when left out.
+    /// Firmware image (ELF; default: built by `cargo board BOARD`).
     elf: Option<PathBuf>,
-    /// Seconds of the board's time, without a command line.
+    /// Run for this simulated time, s, without a command line.
     #[arg(long, value_name = "SECONDS")]
     seconds: Option<f64>,
 }
 
 const EXAMPLES: &str = "\
 Examples:
-  dimsart emulate nucleo-g474re                      its command line as sim:nucleo-g474re
+  dimsart emulate nucleo-g474re                      serve its command line as sim:nucleo-g474re
   dimsart connect sim:nucleo-g474re show             from another terminal
-  dimsart emulate b-g431b-esc1 my.elf --seconds 10   ten thousand ticks by the chip's rules
+  dimsart emulate b-g431b-esc1 my.elf --seconds 10   check ten thousand ticks
 
-It has no motor: encoders stand still. Nothing of it was compared with a chip yet (docs/emulated-chip.md).";
+The emulated board has no motor: encoders stand still. It was not compared with a real chip yet (docs/emulated-chip.md).";
 
-/// Of the board's time, between two looks at its line.
+/// Simulated time between two exchanges with the line.
 const PIECE_S: f64 = 1e-3;
 
 impl Emulate {
     pub(super) fn execute(self, out: &mut impl Write) -> Ending {
         let board =
-            Board::named(&self.board).ok_or_else(|| UsageError(format!("no board {}", self.board)))?;
+            Board::named(&self.board).ok_or_else(|| UsageError(format!("unknown board {}", self.board)))?;
         let firmware = Firmware::find(self.elf.as_deref(), Some(board.firmware))?;
         let mut bench = Bench::new(board, firmware.image)?;
         let stop = stop_on_interrupt()?;
@@ -69,7 +69,7 @@ impl Emulate {
     }
 }
 
-/// Has others talk to the board in real time.
+/// Serves the board's command line in real time.
 fn serve(
     bench: &mut Bench,
     stop: &Arc<AtomicBool>,
@@ -98,7 +98,7 @@ fn exchange(bench: &mut Bench, line: &mut Pipe) {
     }
     let answer = bench.received();
     if !answer.is_empty() {
-        // Nobody reads: it is lost, as on a cable.
+        // Lost without a reader, as on a cable.
         let _ = line.write(&answer);
     }
 }

@@ -1,4 +1,4 @@
-//! `dimsart identify`: what a joint has, by what was recorded of it.
+//! `dimsart identify`: identifies the parameters of a joint from a recording.
 
 mod file;
 
@@ -23,69 +23,68 @@ use hil_sim::identify::{
 use hil_sim::plant::{ArmParameters, ParameterError};
 use hil_sim::rig_file::{AxisUnit, DeviceSection, RigFile};
 
-/// Estimate inertia, friction and weight of a joint, and draw its frequency response.
+/// Identify inertia, friction and weight of a joint, with a Bode plot.
 ///
-/// Takes a rig, which is run, or signals.csv of a run or a recording. The joint has to be moved by something that is neither
-/// slow nor fast all the time: a chirp or a PRBS on its reference or force. Its force is the measured FORCE, or the commanded
-/// `DES_FORCE` where it has none. A parameter that the motion cannot tell from the others gets no number. Joints of an arm are
-/// moved one after the other, while the others are held.
+/// Runs a rig, or reads signals.csv of a run or of a recording. The experiment must excite slow and fast motion: a chirp or
+/// a PRBS on the reference or force of the joint. The force is the measured FORCE, else the commanded `DES_FORCE`. A
+/// parameter that the motion does not determine gets no estimate. The joints of an arm move one after the other while the
+/// others are held.
 #[derive(Debug, Args)]
 #[command(after_help = EXAMPLES)]
 pub(super) struct Identify {
-    /// Rig file (TOML), the name of a shipped one, or a recording (CSV); the shipped rig `identify` when left out.
+    /// Rig file (TOML), shipped rig, or recording (CSV).
     #[arg(default_value = "identify")]
     source: PathBuf,
-    /// Changes one setting of a rig, such as `duration_s=60`; can be given often.
+    /// Change a setting of a rig, such as `duration_s=60`; repeatable.
     #[arg(long = "set", value_name = "KEY=VALUE")]
     sets: Vec<String>,
-    /// The controller of the joint; the first one when left out.
+    /// Controller of the joint (default: the first).
     #[arg(long, value_name = "NAME")]
     controller: Option<String>,
-    /// The axis, from 0; all of an arm, or axis 0 when left out.
+    /// Axis, from 0 (default: all axes of an arm, else axis 0).
     #[arg(long, value_name = "AXIS")]
     axis: Option<usize>,
-    /// The axes of a recording move each other, as an arm's do; a rig says so itself.
+    /// The axes of a recording are coupled, as in an arm; a rig defines this.
     #[arg(long)]
     coupled: bool,
-    /// Ticks from a command to the force that comes of it, of a recording; a rig says its own.
+    /// Delay from command to force in a recording, ticks; a rig defines this.
     #[arg(long, value_name = "TICKS", default_value_t = 0.0, value_parser = delay)]
     delay_ticks: f64,
-    /// Ticks of a segment of the frequency response.
+    /// Length of a segment of the frequency response, ticks.
     #[arg(long, value_name = "TICKS", default_value_t = 8192, value_parser = clap::value_parser!(u32).range(64..=1_048_576))]
     segment_ticks: u32,
-    /// Folder for the picture.
+    /// Folder of the picture.
     #[arg(long, value_name = "FOLDER", default_value = "runs/identify")]
     out: PathBuf,
-    /// Draws no picture.
+    /// Do not draw the picture.
     #[arg(long)]
     no_picture: bool,
-    /// Prints the figures as one JSON object for each axis, a line each, all that goes to standard output; tables go to
-    /// standard error.
+    /// Print one JSON object per axis, a line each; tables go to standard error.
     #[arg(long)]
     json: bool,
 }
 
 const EXAMPLES: &str = "\
 Examples:
-  dimsart identify                                       a joint with a pendulum, against the truth
+  dimsart identify                                       a joint with a pendulum, compared with its true values
   dimsart identify --set device.joint.axis.0.plant.load.inertia=0.08
   dimsart run identify && dimsart identify runs/latest/signals.csv
-  dimsart identify my.toml --axis 1 --json               figures for a program
-  dimsart identify identify_arm                          every joint of an arm, against the truth
+  dimsart identify my.toml --axis 1 --json               for programs
+  dimsart identify identify_arm                          every joint of an arm, compared with its true values
 
-Exit status: 0 identified, 1 the experiment cannot say, 2 wrong usage.";
+Exit status: 0 identified, 1 not identifiable or an error, 2 wrong usage.";
 
-/// A truth that is rounding alone: no share of it is told.
+/// True values below this are rounding errors: no relative error is printed.
 const NOTHING: f64 = 1e-6;
-/// Frequencies that are looked at.
+/// Frequencies of the response.
 const POINTS: usize = 60;
 
 fn delay(text: &str) -> Result<f64, String> {
-    let ticks: f64 = text.parse().map_err(|_| "give it a number of ticks".to_owned())?;
-    if (0.0..=10.0).contains(&ticks) { Ok(ticks) } else { Err("give it 0 to 10 ticks".to_owned()) }
+    let ticks: f64 = text.parse().map_err(|_| "not a number; give a number of ticks".to_owned())?;
+    if (0.0..=10.0).contains(&ticks) { Ok(ticks) } else { Err("out of range; give 0 to 10 ticks".to_owned()) }
 }
 
-/// What was recorded of a joint, and what is known of it.
+/// Recording of a joint, and its true values if known.
 struct Joint {
     name: String,
     period_s: f64,
@@ -93,16 +92,16 @@ struct Joint {
     force: Vec<f64>,
     force_is: ForceIs,
     turns: bool,
-    /// Positions of all axes that move each other, and which of them it is; none of a joint alone.
+    /// Index of the joint and positions of all coupled axes; none of a single joint.
     coupled: Option<(usize, Vec<Vec<f64>>)>,
     truth: Truth,
 }
 
-/// Where the truth about a joint is.
+/// True values of a joint.
 enum Truth {
     Unknown,
     Of([(Quantity, f64); 6]),
-    /// An arm's depends on where its other joints are.
+    /// Those of an arm depend on the positions of its other joints.
     OfArm(ArmParameters),
 }
 
@@ -132,7 +131,7 @@ impl Identify {
         Ok(ExitCode::SUCCESS)
     }
 
-    /// Identifies one joint and shows what was found.
+    /// Identifies one joint and prints the result.
     fn show(
         &self,
         joint: &Joint,
@@ -150,7 +149,7 @@ impl Identify {
         say(self.json, out, |text| print(text, joint, &identified, truth.as_ref()))?;
         if let Err(error) = &points {
             say(self.json, out, |text| {
-                writeln!(text, "no frequency response: {error}; record for longer, or give --segment-ticks")
+                writeln!(text, "no frequency response: {error}; record longer, or reduce --segment-ticks")
             })?;
         }
         let points = points.unwrap_or_default();
@@ -169,20 +168,23 @@ impl Identify {
         Ok(())
     }
 
-    /// Runs a rig and takes what it records.
+    /// Runs a rig and returns the recorded joints.
     fn run(&self, file: &RigFile) -> Result<Vec<Joint>, Box<dyn std::error::Error>> {
         let controllers = &file.controllers;
         let wanted = self.controller.as_ref();
         let found = controllers.iter().find(|found| wanted.is_none_or(|name| name == found.name()));
-        let found = found.ok_or_else(|| UsageError("the rig has no such controller".to_owned()))?;
+        let found = found.ok_or_else(|| {
+            UsageError(format!("the rig has no controller {}", wanted.map_or("", String::as_str)))
+        })?;
         let device = file.devices.iter().find(|device| device.name == found.device);
-        let device = device.ok_or_else(|| UsageError("the rig has no such device".to_owned()))?;
+        let device = device.ok_or_else(|| UsageError(format!("the rig has no device {}", found.device)))?;
         let axes = self.axes(device.coupled_axes());
         let is_measured = device.measures.iter().any(|measured| measured == "FORCE");
         let run = experiment::Experiment::new(file)?.run(&AtomicBool::new(false), |_| ());
         let column = |signal: &str, axis: usize| {
             let place = run.recording.find(found.name(), signal, Some(axis));
-            let missing = || UsageError(format!("the run recorded no {signal} of axis {axis}: measure it"));
+            let missing =
+                || UsageError(format!("the run recorded no {signal} of axis {axis}: add it to `measures`"));
             place.map(|place| run.recording.column(place).collect()).ok_or_else(missing)
         };
         let positions = |_| (0..device.axes.len()).map(|axis| column("POSITION", axis)).collect();
@@ -190,7 +192,7 @@ impl Identify {
         let force = if is_measured { "FORCE" } else { "DES_FORCE" };
         let joint = |axis: usize| -> Result<Joint, Box<dyn std::error::Error>> {
             let section = device.axes.get(axis);
-            let section = section.ok_or_else(|| UsageError("the device has no such axis".to_owned()))?;
+            let section = section.ok_or_else(|| UsageError(format!("the device has no axis {axis}")))?;
             let of_plant = section.plant.as_ref().and_then(|plant| truth(plant, is_measured));
             let of_arm = device.arm.clone().map(Truth::OfArm);
             Ok(Joint {
@@ -207,7 +209,7 @@ impl Identify {
         axes.map(joint).collect()
     }
 
-    /// Which axes are identified, of so many that move each other.
+    /// The axes to identify, of `coupled` axes.
     fn axes(&self, coupled: Option<usize>) -> std::ops::Range<usize> {
         match (self.axis, coupled) {
             (Some(axis), _) => axis..axis + 1,
@@ -218,7 +220,7 @@ impl Identify {
 }
 
 impl Joint {
-    /// Positions of the joints that move it.
+    /// Positions of the coupled joints.
     fn others(&self) -> impl Iterator<Item = &[f64]> {
         self.coupled.iter().flat_map(|(own, positions)| {
             let others = positions.iter().enumerate().filter(move |(axis, _)| axis != own);
@@ -226,7 +228,7 @@ impl Joint {
         })
     }
 
-    /// What it has, if the rig says so, with the other joints held there.
+    /// True values, if known, with the other joints held at `others_at`.
     fn truth(&self, others_at: &[f64]) -> Result<Option<[(Quantity, f64); 6]>, ParameterError> {
         match (&self.truth, &self.coupled) {
             (Truth::Of(truth), _) => Ok(Some(*truth)),
@@ -243,7 +245,7 @@ fn force_is(is_measured: bool, device: &DeviceSection) -> ForceIs {
     if is_measured { ForceIs::Measured } else { ForceIs::Held { delay_ticks: device.delay_ticks } }
 }
 
-/// Of the frequency response, and of a force.
+/// Units of the frequency response and of a force.
 const fn units(turns: bool) -> [&'static str; 2] {
     if turns { ["rad/(N·m)", "N·m"] } else { ["m/N", "N"] }
 }
@@ -256,18 +258,18 @@ fn print(
 ) -> std::io::Result<()> {
     writeln!(
         out,
-        "{}: {} stretches of motion, {:.2} % of the force unexplained",
+        "{}: {} intervals of motion, {:.2} % of the force unexplained",
         joint.name,
         identified.windows,
         100.0 * identified.unexplained
     )?;
     let mut table = text_table();
-    table.set_header(["quantity", "unit", "estimate", "± (95 %)", "truth", "off by"]);
+    table.set_header(["quantity", "unit", "estimate", "± (95 %)", "true value", "error"]);
     for Estimate { quantity, value } in &identified.estimates {
         let known = truth.into_iter().flatten().find(|(of, _)| of == quantity).map(|(_, truth)| *truth);
         let (estimate, half_width) = match value {
             Some((value, half_width)) => (format!("{value:.5}"), format!("{half_width:.5}")),
-            None => ("cannot be told from the others by this motion".to_owned(), String::new()),
+            None => ("not identifiable from this motion".to_owned(), String::new()),
         };
         let off = known.zip(*value).filter(|(truth, _)| truth.abs() > NOTHING);
         let off = off

@@ -14,9 +14,9 @@ use serde::Serialize;
 use super::Ending;
 use crate::stamp::StampedImage;
 
-/// Control laws as text: what one needs, or where it is wrong.
+/// Compile control laws written as text.
 ///
-/// A device takes them while it runs: `dimsart connect PORT law upload FILE`.
+/// `dimsart connect PORT law upload FILE` uploads a law to a running controller (docs/howto/a-law-as-text.md).
 #[derive(Debug, Args)]
 pub(super) struct Law {
     #[command(subcommand)]
@@ -25,23 +25,23 @@ pub(super) struct Law {
 
 #[derive(Debug, Subcommand)]
 enum Action {
-    /// Compile a law, and say what it needs.
+    /// Compile a law, and list its ports, parameters and cost, or its errors.
     Check {
         /// Law file.
         file: PathBuf,
-        /// A stamped image: says what the law adds to a tick there.
+        /// Stamped image: also print the cycles that the law adds to a tick.
         #[arg(long, value_name = "FILE")]
         image: Option<PathBuf>,
-        /// Axes that its cost is for.
+        /// Axes for this cost.
         #[arg(long, default_value_t = 1)]
         axes: u8,
-        /// Prints JSON, and nothing else.
+        /// Print one JSON object.
         #[arg(long)]
         json: bool,
     },
 }
 
-/// Compiles a file.
+/// Compiles a law file.
 pub(super) fn read(path: &Path) -> Result<hil_sim::law::Law, String> {
     hil_sim::law::Law::read(path)
 }
@@ -60,19 +60,19 @@ impl Law {
     }
 }
 
-/// What a law needs, and what it comes to.
+/// Ports, parameters and cost of a law.
 #[derive(Debug, Serialize)]
 struct Summary {
     name: String,
     summary: String,
     ports: Vec<Port>,
     parameters: Vec<Parameter>,
-    /// The fewest axes that it needs; just as many if it computes all of them in one go.
+    /// Minimum number of axes; the exact number if the law computes all axes together.
     axes: u8,
     is_coupled: bool,
-    /// Of a tick, on each axis.
+    /// Per tick and axis.
     instructions: u8,
-    /// Of a tick, once for all axes.
+    /// Per tick, once for all axes.
     instructions_once: u8,
     bytes: usize,
     #[serde(skip_serializing_if = "Option::is_none")]
@@ -98,7 +98,7 @@ struct Parameter {
     meaning: String,
 }
 
-/// At most, on an image.
+/// Upper bound on an image.
 #[derive(Debug, Serialize)]
 struct Cycles {
     image: String,
@@ -158,9 +158,9 @@ impl Summary {
     }
 }
 
-/// What a law adds to a tick at most, with the module that runs it.
+/// Upper bound of the cycles that a law and its module add to a tick.
 fn cycles(law: &hil_sim::law::Law, image: &Path, axes: u8) -> Result<u32, Box<dyn std::error::Error>> {
-    let unknown = || format!("{}: what laws cost is not known: `dimsart stamp` it", image.display());
+    let unknown = || format!("{}: cost of laws unknown: run `dimsart stamp` on this image", image.display());
     let image = StampedImage::read(image)?;
     let (costs, kinds) = (image.costs().ok_or_else(unknown)?, image.kinds());
     let kind = kinds.iter().position(|kind| *kind == KindId::of(MODULE)).ok_or_else(unknown)?;
@@ -185,14 +185,14 @@ impl fmt::Display for Summary {
             writeln!(f, "  {on_device:6} {name}: {default}{unit}, {min} to {max}  {meaning}")?;
         }
         match (self.axes, self.is_coupled) {
-            (axes, true) => writeln!(f, "for a device with {axes} axes, all computed in one go")?,
-            (0 | 1, false) => writeln!(f, "for any device, axis by axis")?,
-            (axes, false) => writeln!(f, "for a device with {axes} axes or more, axis by axis")?,
+            (axes, true) => writeln!(f, "for a device with exactly {axes} axes, computed together")?,
+            (0 | 1, false) => writeln!(f, "for any device, computed per axis")?,
+            (axes, false) => writeln!(f, "for a device with at least {axes} axes, computed per axis")?,
         }
         let Self { instructions, instructions_once, bytes, .. } = self;
-        write!(f, "{instructions} instructions for an axis, {instructions_once} for all, {bytes} bytes")?;
+        write!(f, "{instructions} instructions per axis, {instructions_once} once per tick, {bytes} bytes")?;
         if let Some(Cycles { image, axes, cycles }) = &self.cycles {
-            write!(f, "\nat most {cycles} cycles of a tick with {axes} axes on {image}")?;
+            write!(f, "\nmax {cycles} cycles per tick with {axes} axes on {image}")?;
         }
         Ok(())
     }

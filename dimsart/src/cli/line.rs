@@ -1,4 +1,4 @@
-//! The line to a controller, as options.
+//! Options of the line to a controller.
 
 use std::error::Error;
 use std::path::{Path, PathBuf};
@@ -13,29 +13,31 @@ use crate::connect::{self, ConnectError, KeyReport, Patience};
 use hil_sim::key_file::{self, KeyFileError};
 use hil_sim::link::Stream;
 
-/// A controller behind a port.
+/// A controller at a port.
 pub(super) type Device = connect::Device<Box<dyn Stream>>;
 
-/// How a controller is spoken to.
+/// Options of the line to a controller.
 #[derive(Debug, Args)]
 pub(super) struct LineOptions {
-    /// Bits per second of a serial port.
+    /// Baud rate of a serial port.
     #[arg(long, default_value_t = DEFAULT_BAUD, global = true)]
     baud: u32,
-    /// How long each answer is waited for, s.
+    /// Timeout of an answer, s.
     #[arg(long, value_name = "SECONDS", default_value = "0.5", value_parser = seconds, global = true)]
     timeout_s: Duration,
-    /// How often a request is sent before the device is given up; a command that cannot be repeated is sent once.
+    /// Maximum number of times to send a request.
+    ///
+    /// A command that cannot be repeated safely is sent once.
     #[arg(long, value_name = "COUNT", default_value_t = 3, value_parser = value_parser!(u32).range(1..))]
     #[arg(global = true)]
     tries: u32,
-    /// The key that the board holds: what a locked board would refuse is sealed with it.
+    /// Key of a locked board (docs/keys.md).
     #[arg(long, value_name = "FILE", global = true)]
     key_file: Option<PathBuf>,
 }
 
 impl LineOptions {
-    /// Opens a port and asks who is there.
+    /// Opens a port and reads the device's identity.
     pub(super) fn open(&self, port: &str, kinds: Kinds) -> Result<Device, Box<dyn Error>> {
         let stream = broker::open(port, self.baud).map_err(ConnectError::from)?;
         let patience = Patience { timeout: self.timeout_s, tries: self.tries };
@@ -54,7 +56,7 @@ impl LineOptions {
     }
 }
 
-/// Whether it names a port, and no file. A serial port is a file, too, but none that is read.
+/// Whether a name is a port rather than a regular file.
 pub(super) fn is_port(name: &str) -> bool {
     let is_windows = name.strip_prefix("COM").is_some_and(|number| number.parse::<u16>().is_ok());
     [broker::SIMULATED, "tcp:", "unix:", "/dev/tty", "/dev/cu.", "/dev/serial/"]
@@ -75,7 +77,7 @@ fn is_device_file(_path: &Path) -> bool {
     false
 }
 
-/// Reads a key, and warns where others could read it, too.
+/// Reads a key, and warns if other users can read its file.
 pub(super) fn read_key(file: &Path) -> Result<[u8; 16], KeyFileError> {
     if let Some(warning) = key_file::exposure(file) {
         eprintln!("dimsart: warning: {warning}");
@@ -83,8 +85,8 @@ pub(super) fn read_key(file: &Path) -> Result<[u8; 16], KeyFileError> {
     key_file::read(file)
 }
 
-/// A time as an argument, s.
+/// Parses a time, s.
 pub(super) fn seconds(text: &str) -> Result<Duration, String> {
-    let number = text.parse().map_err(|_| "give it a number of seconds".to_owned())?;
+    let number = text.parse().map_err(|_| "not a number; give a number of seconds".to_owned())?;
     Duration::try_from_secs_f64(number).map_err(|error| error.to_string())
 }

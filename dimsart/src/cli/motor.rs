@@ -1,4 +1,4 @@
-//! `dimsart motor`: a drive's motor as text: checked, tried, identified, and kept by a board.
+//! `dimsart motor`: checks, simulates, identifies and stores the configuration of a drive's motor.
 
 mod board;
 
@@ -18,13 +18,14 @@ use super::{Ending, UsageError};
 use crate::motor::{self, Follow};
 use crate::report::{self, Curve, Figure, Panel};
 
-/// That identifies a simulated motor.
+/// Default identification current of a simulated motor.
 const SIMULATED_A: f32 = 5.0;
-/// What of a motor is wrong at worst: resistance by heat, inductance by saturation.
+/// Worst-case errors of resistance (heat) and inductance (saturation), as factors.
 const SHARES: [(f64, f64); 5] = [(1.0, 1.0), (0.7, 0.7), (0.7, 1.3), (1.3, 0.7), (1.3, 1.3)];
 
-/// A drive's motor, encoder, joint and limits as text: checked and tried on a simulated motor, shown by a board, kept there, and
-/// identified.
+/// Check, identify and store the configuration of a drive's motor.
+///
+/// A configuration is a TOML file of motor, encoder, joint and limits: docs/drive.md, docs/motor.md.
 #[derive(Debug, Args)]
 #[command(after_help = EXAMPLES)]
 pub(super) struct Motor {
@@ -36,66 +37,72 @@ pub(super) struct Motor {
 
 const EXAMPLES: &str = "\
 Examples:
-  dimsart motor example > motor.toml           a configuration to begin with, with a word about every value
-  dimsart motor check motor.toml               what it is good for, and how its current loop follows a step
-  dimsart motor identify motor.toml            what would be found of such a motor, with 5 A
+  dimsart motor example > motor.toml           a configuration to start from, with comments
+  dimsart motor check motor.toml               its limits, and the step response of its current loop
+  dimsart motor identify motor.toml            identify a simulated motor of this kind at 5 A
   dimsart motor identify motor.toml --friction-nm 1.5
-  dimsart motor show /dev/ttyACM0 > motor.toml what the board runs its motor by, and whether it keeps it
+  dimsart motor show /dev/ttyACM0 > motor.toml the configuration of the board
   dimsart motor set /dev/ttyACM0 motor.toml --restart
-                                               has the board keep it, and run by it from now on
+                                               store it on the board and use it from now on
   dimsart motor identify /dev/ttyACM0 --current-a 2 --store";
 
 #[derive(Debug, Subcommand)]
 enum Action {
-    /// Print a configuration with a word about every value.
+    /// Print an example configuration with comments.
     Example,
-    /// Say what a configuration is good for, and how its current loop follows a step: exit status 1 where that goes
-    /// more than a fifth beyond it, or does not settle, with a motor that is known to 30 %.
+    /// Compute the limits of a configuration and simulate a current step.
+    ///
+    /// Exit status 1 if the current overshoots by more than 20 % or does not settle, for any ±30 % error in the motor's
+    /// resistance and inductance.
     Check {
         /// Configuration (TOML).
         file: PathBuf,
-        /// Folder for the picture of the step.
+        /// Folder of the picture of the step.
         #[arg(long, value_name = "FOLDER", default_value = "runs/motor")]
         out: PathBuf,
     },
-    /// Print what a board runs its motor by: kept, or the image's.
+    /// Print the motor configuration of a board: stored, or of its image.
     Show {
-        /// Port, as `connect` takes it, such as `/dev/ttyACM0`.
+        /// Port of the board, such as `/dev/ttyACM0`.
         port: String,
     },
-    /// Have a board keep a configuration; its next start takes it. The scheme is stopped where writing would hold it up.
+    /// Store a configuration on a board, for its next start.
+    ///
+    /// The scheme is stopped if writing would delay its ticks.
     Set {
-        /// Port, as `connect` takes it.
+        /// Port of the board.
         port: String,
         /// Configuration (TOML).
         file: PathBuf,
-        /// Has the board restart and take it.
+        /// Restart the board to use it now.
         #[arg(long)]
         restart: bool,
     },
-    /// Have a board keep none; its next start takes the image's.
+    /// Delete the stored configuration: the next start uses the image's.
     Forget {
-        /// Port, as `connect` takes it.
+        /// Port of the board.
         port: String,
-        /// Has the board restart and take that.
+        /// Restart the board to use it now.
         #[arg(long)]
         restart: bool,
     },
-    /// Identify a motor: of a file, a simulated one that is as it says; of a port, the board's, which TURNS: its joint must be
-    /// free, and a scheme run.
+    /// Identify a simulated motor, or a board's, which TURNS.
+    ///
+    /// With a file, identifies a simulated motor with these values. With a port, identifies the board's motor: its joint must
+    /// be free to turn, and a scheme must run.
     Identify {
-        /// Configuration (TOML), or port, as `connect` takes it.
+        /// Configuration (TOML), or port of a board.
         source: String,
-        /// Current, peak of a phase, A; up to `limits.current_a`. 5 of a simulated motor when left out.
+        /// Peak phase current, A, up to `limits.current_a` (simulated: 5).
         #[arg(long, value_name = "AMPERES")]
         current_a: Option<f32>,
-        /// Has the board keep what it has found: its next start takes it.
+        /// Store the result on the board, for its next start.
         #[arg(long)]
         store: bool,
-        /// Of the rotor and what is on it, kg m², above 0.
+        /// Inertia of the simulated rotor and load, kg m², above 0.
         #[arg(long, value_name = "KG_M2", default_value_t = 1e-4)]
         inertia_kg_m2: f64,
-        /// Dry friction of the rotor and what is on it, N m.
+        /// Dry friction of the simulated rotor and load, N m.
         #[arg(long, value_name = "NM", default_value_t = 0.0)]
         friction_nm: f64,
     },
@@ -114,12 +121,13 @@ impl Motor {
             Action::Set { port, file, restart } => board::set(&mut open(&port)?, &file, restart, out),
             Action::Forget { port, restart } => board::forget(&mut open(&port)?, restart, out),
             Action::Identify { source, current_a, store, .. } if is_port(&source) => {
-                let current_a = current_a
-                    .ok_or_else(|| UsageError("--current-a says what turns the board's motor".to_owned()))?;
+                let current_a = current_a.ok_or_else(|| {
+                    UsageError("give --current-a: the current that turns the board's motor".to_owned())
+                })?;
                 board::identify(&mut open(&source)?, current_a, store, out)
             }
             Action::Identify { store: true, .. } => {
-                Err(UsageError("--store is for a board: give its port".to_owned()).into())
+                Err(UsageError("--store applies to boards only: give a port".to_owned()).into())
             }
             Action::Identify { source, current_a, inertia_kg_m2, friction_nm, .. } => {
                 let told = motor::read(Path::new(&source))?;
@@ -140,14 +148,14 @@ fn check(told: &Configuration, folder: &Path, out: &mut impl Write) -> Ending {
         found.push(follow?);
     }
     let mut table = text_table();
-    table.set_header(["R, of what is said", "L, of what is said", "overshoot, %", "settled to 10 %, ms", ""]);
+    table.set_header(["R factor", "L factor", "overshoot, %", "settling to 10 %, ms", ""]);
     for ((resistance, inductance), follow) in SHARES.iter().zip(&found) {
         table.add_row([
             format!("{resistance}"),
             format!("{inductance}"),
             format!("{:.1}", 100.0 * follow.overshoot),
             follow.settled_s.map_or("never".to_owned(), |settled_s| format!("{:.2}", 1e3 * settled_s)),
-            if follow.is_good() { String::new() } else { "too much".to_owned() },
+            if follow.is_good() { String::new() } else { "FAILED".to_owned() },
         ]);
     }
     writeln!(out, "{table}")?;
@@ -159,7 +167,7 @@ fn check(told: &Configuration, folder: &Path, out: &mut impl Write) -> Ending {
     }
     writeln!(
         out,
-        "the current goes too far beyond a step with a motor that is known to 30 %: lower bandwidth_rad_per_s"
+        "the current overshoots by more than 20 % or does not settle for a ±30 % parameter error: reduce bandwidth_rad_per_s"
     )?;
     Ok(ExitCode::FAILURE)
 }
@@ -173,9 +181,9 @@ fn print_figures(told: &Configuration, out: &mut impl Write) -> std::io::Result<
     };
     let rows = [
         ("torque constant", format!("{constant:.4} N m/A")),
-        ("largest torque", format!("{:.3} N m at {} A", constant * limits.current_a, limits.current_a)),
+        ("maximum torque", format!("{:.3} N m at {} A", constant * limits.current_a, limits.current_a)),
         (
-            "speed without load",
+            "no-load speed",
             format!(
                 "{:.0} rad/s at {} V, {:.0} rad/s at {} V",
                 speed(limits.least_bus_v),
@@ -190,14 +198,14 @@ fn print_figures(told: &Configuration, out: &mut impl Write) -> std::io::Result<
         ),
         ("current loop", format!("{:.0} Hz", bandwidth_rad_per_s / std::f32::consts::TAU)),
         (
-            "loss at the largest torque",
+            "copper loss at maximum torque",
             format!("{:.0} W", 1.5 * motor.resistance_ohm * limits.current_a * limits.current_a),
         ),
     ];
     rows.iter().try_for_each(|(name, value)| writeln!(out, "{name:28} {value}"))
 }
 
-/// The steps, one over the other.
+/// Plots all steps in one panel.
 fn picture(told: &Configuration, found: &[Follow]) -> (Figure, Recording) {
     let label = |(resistance, inductance)| format!("R × {resistance}, L × {inductance}");
     let columns = SHARES.map(|shares| Column {
@@ -219,14 +227,14 @@ fn picture(told: &Configuration, found: &[Follow]) -> (Figure, Recording) {
     let curves =
         (0..).zip(SHARES).map(|(column, shares)| Curve { label: label(shares), column, minus: None });
     let panel = Panel {
-        title: "Current across the magnets, the rotor held".to_owned(),
-        y_label: "share of the step".to_owned(),
+        title: "q-axis current, rotor locked".to_owned(),
+        y_label: "current / step".to_owned(),
         curves: curves.collect(),
         levels: Vec::new(),
     };
     let figure = Figure {
         file_stem: "current_step".to_owned(),
-        title: "A step of the current".to_owned(),
+        title: "Current step".to_owned(),
         panels: vec![panel],
         spans: Vec::new(),
     };

@@ -1,10 +1,10 @@
-//! `dimsart new-module`: writes a new control law with its test, its scheme and its scenario, and registers it.
+//! `dimsart new-module`: writes a new control law with its test, scheme and scenario, and registers it.
 //!
-//! What is written are copies of templates that the tests compile and run, with other names.
+//! The files are copies of templates that the tests compile and run, renamed.
 
 mod names;
 mod register;
-// What is compiled here is the template itself.
+// Compiled here for the tests.
 #[cfg(test)]
 #[expect(unreachable_pub, reason = "public where it is copied to")]
 mod template;
@@ -25,17 +25,17 @@ const TEST: &str = include_str!("new_module/template_loop.rs");
 const SCHEME: &str = include_str!("new_module/template.scheme");
 const SCENARIO: &str = include_str!("new_module/template.toml");
 
-/// Write a new control law with a test of its loop, and register it.
+/// Create a control law with a scheme, scenario and test, and register it.
 ///
-/// In a project (`dimsart new-project`) or in the folder of this repository, it writes the law, a spring with one parameter,
-/// two inputs and one output; a scheme with it; a scenario, a joint with a step; and a test that holds the law and the
-/// step to their closed forms. Change the law in `compute`, then what the test expects.
+/// Run in a project (`dimsart new-project`) or in this repository. The new law is a spring with one parameter, two inputs
+/// and one output; the scenario is a joint with a step; the test compares both with closed forms. Change the law in
+/// `compute`, then the expectations of the test.
 #[derive(Debug, Args)]
 #[command(after_help = EXAMPLES)]
 pub(super) struct NewModule {
-    /// Name in words, such as `damped-spring`.
+    /// Name of the law in words, such as `damped-spring`.
     name: String,
-    /// Writes the law alone into this folder, and registers nothing.
+    /// Write only the law, into this folder, and do not register it.
     #[arg(long)]
     folder: Option<PathBuf>,
 }
@@ -43,28 +43,28 @@ pub(super) struct NewModule {
 const EXAMPLES: &str = "\
 Example, in the folder of a project or of the repository:
   dimsart new-module damped-spring     writes and registers DAMPED_SPRING_MOD
-  cargo test --test damped_spring      its loop, against closed forms
+  cargo test --test damped_spring      test its loop against closed forms
   dimsart run scenarios/damped_spring.toml";
 
-/// The library's kinds and those of a project, as a test has them.
+/// Module kinds of the library and of a project, in a test.
 const LAWS: &str = "dimsart_core::join_kinds![dimsart_modules::ALL, laws::modules::OWN]";
 
-/// Where things are.
+/// Paths and commands of a project or of this repository.
 struct Place {
-    /// The file with the list of modules, and where its modules are.
+    /// The file with the list of modules, and the folder of modules.
     list: &'static str,
     modules: &'static str,
     tests: &'static str,
-    /// From the folder of the test's crate to that of schemes and scenarios.
+    /// Path from the folder of the test's crate to the folder of schemes and scenarios.
     up: &'static str,
-    /// The kinds that a test names.
+    /// Module kinds in a test.
     kinds: &'static str,
-    /// How a test and the command are called.
+    /// Commands that run a test and `dimsart`.
     test: &'static str,
     command: &'static str,
 }
 
-/// A project of one's own, and this repository.
+/// A project, and this repository.
 const PLACES: [Place; 2] = [
     Place {
         list: "src/modules/mod.rs",
@@ -92,21 +92,25 @@ impl NewModule {
         if let Some(folder) = &self.folder {
             let path = folder.join(format!("{}.rs", names.file));
             write_new(&path, &names.fill(LAW)).map_err(|error| advice(&path, &error))?;
-            writeln!(out, "wrote {}; register it with these lines, each among its like:", path.display())?;
+            writeln!(
+                out,
+                "wrote {}; to register it, add these lines next to similar lines:",
+                path.display()
+            )?;
             for line in register::lines(&names) {
                 writeln!(out, "  {}", line.trim())?;
             }
             return Ok(ExitCode::SUCCESS);
         }
         let Some(place) = PLACES.iter().find(|place| Path::new(place.list).is_file()) else {
-            let message = "this is neither a project of yours nor the repository: make one with `dimsart new-project NAME` \
-                           and go there, or name a folder with --folder";
+            let message = "not in a project or in the DIMSART repository: create a project with `dimsart new-project NAME` \
+                           and enter its folder, or give --folder";
             return Err(message.into());
         };
         let list = Path::new(place.list);
         let text = std::fs::read_to_string(list).map_err(|error| advice(list, &error))?;
         let registered = register::register(&text, &names).ok_or_else(|| {
-            format!("{} has no list of modules as `dimsart new-project` makes it", list.display())
+            format!("{}: no list of modules as in a new project (`kinds![`)", list.display())
         })?;
         let written = place.write(Path::new(""), &names)?;
         std::fs::write(list, registered).map_err(|error| advice(list, &error))?;
@@ -118,7 +122,7 @@ impl NewModule {
         writeln!(
             out,
             "registered {module} in {}\n\nNext:\n  \
-             {test} {file:24} its loop, against closed forms\n  \
+             {test} {file:24} test its loop against closed forms\n  \
              {command} run scenarios/{file}.toml\n  \
              {command} modules {module}\n\nThe law is `compute` in {modules}/{file}.rs.",
             list.display()
@@ -127,17 +131,17 @@ impl NewModule {
     }
 }
 
-/// Writes the first law of a new project and what goes with it.
+/// Writes the first law of a new project, with its scheme, scenario and test.
 ///
 /// # Errors
-/// What cannot be written, or is there already.
+/// A file exists or cannot be written.
 pub(super) fn write_first(folder: &Path, names: &Names) -> Result<(), String> {
     let [project, _] = &PLACES;
     project.write(folder, names).map(drop)
 }
 
 impl Place {
-    /// Writes all of it or, where a file is there already, nothing.
+    /// Writes all files, or none if a file exists.
     fn write(&self, folder: &Path, names: &Names) -> Result<Vec<PathBuf>, String> {
         let file = &names.file;
         let law = names.fill(LAW);
@@ -151,7 +155,7 @@ impl Place {
         let files = files.map(|(path, text)| (folder.join(path), text));
         if let Some((there, _)) = files.iter().find(|(path, _)| path.exists()) {
             return Err(format!(
-                "{} is there already: choose another name; nothing was changed",
+                "{} already exists: choose another name; nothing was changed",
                 there.display()
             ));
         }
@@ -162,7 +166,7 @@ impl Place {
     }
 }
 
-/// Never writes over a file that is there.
+/// Writes a new file; never overwrites.
 fn write_new(path: &Path, text: &str) -> io::Result<()> {
     let mut file = std::fs::OpenOptions::new().write(true).create_new(true).open(path)?;
     file.write_all(text.as_bytes())
@@ -171,8 +175,8 @@ fn write_new(path: &Path, text: &str) -> io::Result<()> {
 fn advice(path: &Path, error: &io::Error) -> String {
     let next = match error.kind() {
         io::ErrorKind::AlreadyExists => "choose another name; nothing was changed",
-        io::ErrorKind::NotFound => "make the folder, or name another one with --folder",
-        _ => "name another folder with --folder",
+        io::ErrorKind::NotFound => "create the folder, or give another --folder",
+        _ => "give another --folder",
     };
     format!("cannot write {}: {error}; {next}", path.display())
 }
@@ -184,12 +188,12 @@ mod tests {
         AxisKind, Command, DeviceDescriptor, Dimsart, ProvidedMemory, Tick, Value, Word, types,
     };
 
-    /// What an engineer who registers the template gets.
+    /// The template, registered.
     const WITH_TEMPLATE: dimsart_core::Kinds = dimsart_core::kinds![template::Template];
 
     #[test]
     fn the_template_is_a_module_that_runs_once_registered() {
-        // A device that measures both positions lets the spring run by itself.
+        // The device measures both positions, so that the spring needs no other module.
         let measured = &[types::POSITION, types::DES_POSITION];
         let device =
             DeviceDescriptor::new("arm", &[AxisKind::Linear; 2], 1e-3, measured, &[types::DES_FORCE]);

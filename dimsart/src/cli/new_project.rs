@@ -1,4 +1,4 @@
-//! `dimsart new-project`: a workspace for control laws of one's own, outside of this repository.
+//! `dimsart new-project`: creates a workspace for your own control laws, outside of this repository.
 
 use std::fs;
 use std::io::Write;
@@ -11,19 +11,19 @@ use dimsart_core::Kinds;
 use super::Ending;
 use super::new_module::{Names, write_first};
 
-/// Make a workspace for control laws of your own, with one that runs, its test and its scenario.
+/// Create a workspace for your own control laws, with a first law.
 ///
-/// The project builds its own `dimsart`, which knows its laws, its own tests and its own images. Nothing in the folder of
-/// DIMSART is changed.
+/// The first law comes with its test, scheme and scenario. The project builds its own `dimsart` command and its own images,
+/// which contain its laws (`cargo dimsart`, `cargo board`). The folder of DIMSART does not change.
 #[derive(Debug, Args)]
 #[command(after_help = EXAMPLES)]
 pub(super) struct NewProject {
-    /// Name of the project, and of its folder, in words, such as `gripper`.
+    /// Name of the project and of its folder, such as `gripper`.
     name: PathBuf,
-    /// What its first law is called.
+    /// Name of the first law.
     #[arg(long, value_name = "NAME", default_value = "my-law")]
     law: String,
-    /// Folder of DIMSART; without it, the one that this command was built in, or else the published version.
+    /// Folder of DIMSART (default: of this build, else the published version).
     #[arg(long, value_name = "FOLDER")]
     dimsart: Option<PathBuf>,
 }
@@ -32,13 +32,13 @@ const EXAMPLES: &str = "\
 Example:
   dimsart new-project gripper --law grip-force
   cd gripper
-  cargo test                                      its law and its loop, against closed forms
+  cargo test                                      test its law and loop against closed forms
   cargo dimsart run scenarios/grip_force.toml     figures and a report";
 
-/// What takes the place of a word in a template.
+/// Values of the placeholders of a template.
 type Filled<'a> = [(&'a str, String)];
 
-/// The files of a project besides its law: where, and the template.
+/// The files of a project except its law: path and template.
 const FILES: [(&str, &str); 8] = [
     ("Cargo.toml", include_str!("new_project/Cargo.toml.txt")),
     (".cargo/config.toml", include_str!("new_project/config.toml.txt")),
@@ -49,13 +49,13 @@ const FILES: [(&str, &str); 8] = [
     ("tools/Cargo.toml", include_str!("new_project/tools.toml.txt")),
     ("tools/main.rs", include_str!("new_project/tools.rs")),
 ];
-/// Aliases for images, which are built in the folder of DIMSART.
+/// Aliases that build images in the folder of DIMSART.
 const IMAGES: &str = include_str!("new_project/images.toml.txt");
-/// The build of DIMSART's folder.
+/// Build folder, shared with DIMSART.
 const BUILD_DIR: &str = "\
-# Shared with DIMSART: what it needs of others is built once. `cargo clean` here would remove it there, too.
+# Shared with DIMSART, so that dependencies are built once. `cargo clean` here also cleans DIMSART.
 build-dir = \"DIMSART/target\"";
-/// What images are built with there.
+/// Build settings of images.
 const CONFIGURATION: &str = include_str!("new_project/image_build.toml");
 
 impl NewProject {
@@ -69,14 +69,14 @@ impl NewProject {
                 .contains(&name.as_str())
         {
             return Err(format!(
-                "'{name}' is no name for a project: use ASCII letters, digits and -, such as gripper"
+                "invalid project name '{name}': use ASCII letters, digits and -, such as gripper"
             )
             .into());
         }
         let law = Names::new(&self.law, kinds)?;
         if folder.exists() {
             return Err(format!(
-                "{} is there already: choose another name; nothing was changed",
+                "{} already exists: choose another name; nothing was changed",
                 folder.display()
             )
             .into());
@@ -94,26 +94,26 @@ impl NewProject {
             fs::create_dir_all(folder.join(name))?;
         }
         if let Some(checkout) = checkout {
-            // Of other versions, what DIMSART has built is of no use.
+            // The same versions reuse DIMSART's build.
             fs::copy(checkout.join("Cargo.lock"), folder.join("Cargo.lock"))?;
         }
         write_first(folder, &law)?;
         let (folder, file) = (folder.display(), &law.file);
         writeln!(
             out,
-            "made {folder} with {module}: its law is `compute` in src/modules/{file}.rs\n\nNext:\n  \
-             cd {folder}\n  cargo test\n  cargo dimsart run scenarios/{file}.toml\n\nREADME.md there has the rest.",
+            "created {folder} with {module}; its law is `compute` in src/modules/{file}.rs\n\nNext:\n  \
+             cd {folder}\n  cargo test\n  cargo dimsart run scenarios/{file}.toml\n\nSee README.md there.",
             module = law.module
         )?;
         Ok(ExitCode::SUCCESS)
     }
 
-    /// The folder of DIMSART, if there is one.
+    /// Finds the folder of DIMSART.
     fn checkout(&self) -> Result<Option<PathBuf>, String> {
         let is_one = |folder: &Path| folder.join("dimsart-core/Cargo.toml").is_file();
         match &self.dimsart {
             Some(given) if !is_one(given) => {
-                Err(format!("--dimsart {}: there is no dimsart-core in it", given.display()))
+                Err(format!("--dimsart {}: dimsart-core not found in this folder", given.display()))
             }
             Some(given) => fs::canonicalize(given).map(Some).map_err(|error| error.to_string()),
             None => {
@@ -124,11 +124,11 @@ impl NewProject {
     }
 }
 
-/// With a folder of DIMSART, or with the published version: then there is nothing to build images in.
+/// Values of the placeholders. Without a folder of DIMSART (published version) there are no aliases for images.
 fn filled(name: &str, checkout: Option<&Path>) -> [(&'static str, String); 8] {
     let version = env!("CARGO_PKG_VERSION");
     let of = |package: &str| match checkout {
-        // Of a path, TOML reads what Rust writes.
+        // Rust's debug format of a path is a valid TOML string.
         Some(folder) => format!("path = {:?}", folder.join(package)),
         None => format!("version = \"{version}\""),
     };
@@ -162,7 +162,7 @@ fn filled(name: &str, checkout: Option<&Path>) -> [(&'static str, String); 8] {
     ]
 }
 
-/// Whole words alone: `DIMSART` is none in `DIMSART_MODULES`.
+/// Replaces whole words only: not `DIMSART` in `DIMSART_MODULES`.
 fn fill(template: &str, filled: &Filled<'_>) -> String {
     let mut text = String::with_capacity(template.len());
     let is_part = |letter: char| letter.is_ascii_alphanumeric() || letter == '_';
@@ -188,7 +188,7 @@ mod tests {
         assert_eq!(fill("DIMSART/x DIMSART_MODULES (DIMSART)", &filled), "/here/x DIMSART_MODULES (/here)");
     }
 
-    /// What cargo reads is TOML, with a folder of DIMSART and without one.
+    /// With and without a folder of DIMSART.
     #[test]
     fn what_is_filled_in_is_toml() {
         for checkout in [Some(PathBuf::from("/a folder/dimsart")), None] {
@@ -209,7 +209,7 @@ mod tests {
         }
     }
 
-    /// Otherwise a project compiles all packages again.
+    /// Otherwise a project rebuilds all packages.
     #[test]
     fn a_project_s_release_build_has_the_settings_of_this_workspace() {
         let project = fill(FILES[0].1, &filled("gripper", None));

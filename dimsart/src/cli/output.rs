@@ -1,17 +1,17 @@
-//! How sub-commands print: tables as wide as the terminal, and JSON alone where a program reads.
+//! Output of sub-commands: tables as wide as the terminal, or JSON only.
 
 use std::env;
 use std::io::{self, Write};
 
 use comfy_table::{ContentArrangement, Table, presets};
 
-/// Columns where there is no terminal to ask.
+/// Default width without a terminal, columns.
 const WIDTH: u16 = 120;
 
-/// A table without rows that fits the terminal that it is printed to, or what the variable `COLUMNS` says.
+/// Creates an empty table as wide as the terminal, or as the variable `COLUMNS`.
 pub(super) fn text_table() -> Table {
     let said = env::var("COLUMNS").ok().and_then(|columns| columns.parse().ok()).filter(|width| *width > 0);
-    // Not of standard input: a program or test that reads the table may have been started from a terminal.
+    // Not standard input: a program that reads the table may run in a terminal.
     let of_output = || terminal_size::terminal_size_of(io::stdout());
     let asked =
         || of_output().or_else(|| terminal_size::terminal_size_of(io::stderr())).map(|(width, _)| width.0);
@@ -22,7 +22,7 @@ pub(super) fn text_table() -> Table {
     table
 }
 
-/// Writes what people read: to standard error where standard output is for JSON alone.
+/// Writes text for people: to standard error if standard output is for JSON.
 pub(super) fn say<E>(
     is_json: bool,
     out: &mut impl Write,

@@ -1,4 +1,4 @@
-//! `dimsart record`: every tick of a controller into a file.
+//! `dimsart record`: records a controller's signals to a file.
 
 use std::io::{IsTerminal, Write};
 use std::path::PathBuf;
@@ -18,46 +18,49 @@ use crate::report::SignalsKind;
 use crate::tap_file::{self, Next, TapFile};
 
 const PATIENCE: Patience = Patience { timeout: Duration::from_millis(500), tries: 3 };
-/// How often rows go to the file.
+/// Interval between writes.
 const A_MOMENT: Duration = Duration::from_millis(50);
-/// Until the device sends something.
+/// Timeout of the first row.
 const TO_BEGIN: Duration = Duration::from_secs(10);
-/// From one line about the progress to the next.
+/// Interval of the progress line.
 const PROGRESS: Duration = Duration::from_secs(1);
 
-/// Record a controller's signals, tick by tick, with its scheme, until Ctrl-C.
+/// Record a controller's signals tick by tick, with its scheme.
 ///
-/// A simulated controller sends every tick of all its signals; a board those that its one stream takes (4 signals, 12 words),
-/// to one client at a time. What the line had no room for is counted: it is no number in the file, or has no row there.
+/// Runs until Ctrl-C or for --duration-s. A simulated controller sends every tick of all signals. A board has one stream of
+/// up to 4 signals and 12 words, for one client at a time. Samples lost on the line are counted; they are NaN in the file,
+/// or their rows are missing. A recording of this command lacks the controller's inputs and cannot be replayed.
 #[derive(Debug, Args)]
 #[command(after_help = EXAMPLES)]
 pub(super) struct Record {
-    /// Serial port such as `/dev/ttyACM0`, `tcp:HOST:PORT`, `unix:PATH`, or `sim:NAME` of a `dimsart serve`.
+    /// Port, such as `/dev/ttyACM0`, `tcp:HOST:PORT`, `unix:PATH` or `sim:NAME`.
+    ///
+    /// `sim:NAME` is a controller simulated by `dimsart serve`.
     port: String,
-    /// Signals, such as `POSITION`; all, or the first ones that the device can send, when none is named.
+    /// Signals, such as `POSITION` (default: all that the device can send).
     #[arg(value_name = "SIGNAL")]
     names: Vec<String>,
-    /// Folder for the file.
+    /// Folder of the file.
     #[arg(long, value_name = "FOLDER", default_value = "runs/record")]
     out: PathBuf,
-    /// How signals are written.
+    /// Format of the file.
     #[arg(long, value_enum, default_value_t = SignalsKind::Mcap)]
     signals: SignalsKind,
-    /// Ticks from one row to the next.
+    /// Ticks per row.
     #[arg(long, value_name = "TICKS", default_value_t = 1, value_parser = clap::value_parser!(u32).range(1..))]
     every_ticks: u32,
-    /// Ends by itself after so long, s.
+    /// Stop after this time, s.
     #[arg(long, value_name = "SECONDS", value_parser = super::line::seconds)]
     duration_s: Option<Duration>,
-    /// Bits per second of a serial port.
+    /// Baud rate of a serial port.
     #[arg(long, default_value_t = DEFAULT_BAUD)]
     baud: u32,
 }
 
 const EXAMPLES: &str = "\
 Examples:
-  dimsart record sim:joint                                  all signals of every tick, with the scheme: runs/record/signals.mcap
-  dimsart record /dev/ttyACM0 POSITION DES_FORCE            those of them that matter, of a board
+  dimsart record sim:joint                                  all signals, every tick, to runs/record/signals.mcap
+  dimsart record /dev/ttyACM0 POSITION DES_FORCE            two signals of a board
   dimsart record /dev/ttyACM0 --every-ticks 10 --signals csv
   dimsart record sim:joint --duration-s 60 --out runs/a-minute";
 
@@ -71,14 +74,14 @@ impl Record {
         let (start, mut told) = (Instant::now(), Instant::now());
         let is_shown = std::io::stderr().is_terminal();
         let is_over = || self.duration_s.is_some_and(|duration| start.elapsed() >= duration);
-        // An older file stays until there is something to be recorded.
+        // An older file is kept until the first row.
         let mut rows = device.tap(&mut tap, A_MOMENT)?;
         while tap.signals().is_empty() {
             if start.elapsed() > TO_BEGIN || stop.load(Ordering::Relaxed) {
                 let port = &self.port;
                 let reason = format!(
-                    "{port} sends no signals: another client has what it can send, as a page or another `record`; end \
-                     it, and begin again 5 s later"
+                    "{port} sends no signals: another client (a page or another `record`) uses its stream; close that \
+                     client and retry after 5 s"
                 );
                 return Err(reason.into());
             }
@@ -99,7 +102,7 @@ impl Record {
             rows = match device.tap(&mut tap, A_MOMENT) {
                 Ok(rows) => rows,
                 Err(error) => {
-                    // What there is stays.
+                    // Keeps the rows received so far.
                     writeln!(out, "{}", file.finish(tap.lost(), "")?)?;
                     return Err(error.into());
                 }

@@ -1,4 +1,4 @@
-//! `dimsart replay`: runs a recording through the core again.
+//! `dimsart replay`: replays a recording through the core.
 
 use std::io::Write;
 use std::path::PathBuf;
@@ -12,17 +12,27 @@ use indicatif::ProgressBar;
 use super::{Ending, NOT_STABLE};
 use crate::replay::{self, Replayed};
 
-/// Run a recording through the core again, and compare every signal of every tick, bit by bit.
+/// Replay a recording through the core, and compare all signals bit by bit.
 ///
-/// Takes `signals.mcap` of `dimsart run --signals mcap` or `dimsart serve --record`: what went into each controller is in it,
-/// commands and packets of links among it. What emulated firmware was recorded to make (`run --target`), the core here must
-/// make, too. A difference names the tick, the module and the signal.
+/// Reads `signals.mcap` of `dimsart run --signals mcap` or `dimsart serve --record`, which contains all inputs of each
+/// controller before each tick: device, scheme, commands, permission to move, packets of links. A recording of emulated
+/// firmware (`run --target`) must give the same bits in this core. A difference is reported with its tick, module and
+/// signal, first the signal that is computed first.
+///
+/// Cannot be replayed: recordings of `dimsart record`, of older versions, and of an emulated board whose links have a key.
+/// If the writer was killed or the power failed, the file is replayed up to its last complete record, and a note reports
+/// this. Of a damaged file, the byte offset of the damaged record is reported.
+///
+/// In the file, topic /NAME has the signals of controller NAME, continued as /NAME/2 after a change that adds signals, and
+/// /NAME/inputs its inputs. Messages start with `tick` and `time_s`. `log_time` is wall-clock time, so that recordings of
+/// several devices and cameras can be merged. The profile is `ros2`: Foxglove, `PlotJuggler` and `AnyReader` of `rosbags`
+/// open the file.
 #[derive(Debug, Args)]
 #[command(after_help = EXAMPLES)]
 pub(super) struct Replay {
-    /// The recording.
+    /// Recording (MCAP).
     file: PathBuf,
-    /// Prints one JSON object.
+    /// Print one JSON object.
     #[arg(long)]
     json: bool,
 }
@@ -31,10 +41,10 @@ const EXAMPLES: &str = "\
 Examples:
   dimsart run joint --signals mcap && dimsart replay runs/latest/signals.mcap
   dimsart run --target mps2-an386 --signals mcap && dimsart replay runs/latest/signals.mcap
-  dimsart serve joint --record runs/tuning           until Ctrl-C, with all that was tuned meanwhile
+  dimsart serve joint --record runs/tuning           until Ctrl-C, with all changes
   dimsart replay runs/tuning/signals.mcap
 
-Exit status: 0 all the same, 3 something differs, 1 it cannot be replayed, 2 wrong usage.";
+Exit status: 0 identical, 1 not replayable, 2 wrong usage, 3 different.";
 
 impl Replay {
     pub(super) fn execute(self, kinds: Kinds, out: &mut impl Write) -> Ending {
@@ -53,12 +63,12 @@ impl Replay {
             if replayed.is_cut {
                 writeln!(
                     out,
-                    "the recording was not finished, as that of a run that was killed: replayed as far as it goes"
+                    "incomplete recording (its writer was killed?): replayed up to the last complete record"
                 )?;
             }
             let recorded_s = replayed.recorded_s;
             let times = recorded_s / took_s;
-            writeln!(out, "{recorded_s:.3} s of recording in {took_s:.3} s: {times:.0} times real time")?;
+            writeln!(out, "replayed {recorded_s:.3} s in {took_s:.3} s: {times:.0} times real time")?;
         }
         Ok(if replayed.diverges() { ExitCode::from(NOT_STABLE) } else { ExitCode::SUCCESS })
     }
@@ -67,10 +77,10 @@ impl Replay {
 fn print(out: &mut impl Write, replayed: &Replayed) -> std::io::Result<()> {
     let Replayed { name, ticks, commands, words, differing_rows, divergence } = replayed;
     match divergence {
-        None => writeln!(out, "{name}: {ticks} ticks, {commands} commands, {words} words: all the same"),
+        None => writeln!(out, "{name}: {ticks} ticks, {commands} commands, {words} words: identical"),
         Some(divergence) => writeln!(
             out,
-            "{name}: {ticks} ticks, {commands} commands, {words} words: DIFFERENT in {differing_rows} rows, first in\n  {divergence}"
+            "{name}: {ticks} ticks, {commands} commands, {words} words: DIFFERENT in {differing_rows} rows, first:\n  {divergence}"
         ),
     }
 }

@@ -1,4 +1,4 @@
-//! `dimsart run`: runs a rig and writes its report.
+//! `dimsart run`: simulates a rig and writes a report.
 
 use std::error::Error;
 use std::fs::File;
@@ -32,61 +32,65 @@ use hil_sim::response::{Alone, one_station};
 use hil_sim::rig::{Rig, Station};
 use hil_sim::rig_file::{LinkSection, RigFile, USUAL};
 
-/// Run a rig: all stations against simulated plants, or one station in real time.
+/// Simulate a rig and write a report; with --side, run one station in real time.
+///
+/// The report has figures, plots, step responses, margins and limit cycles. signals.csv grows during the run. With
+/// --signals mcap it is signals.mcap: signals in CDR with message definitions, for Foxglove and `PlotJuggler`, with settings,
+/// schemes and all inputs, for `dimsart replay`. Rig files: docs/rigs.md.
 #[derive(Debug, Args)]
 #[command(after_help = EXAMPLES, after_long_help = help())]
 pub(super) struct Run {
-    /// Rig file, or file of settings over a shipped rig (TOML); a name such as `joint` for one that comes with the command;
-    /// `bilateral` when left out.
+    /// Rig or file of settings (TOML), or shipped rig (default: bilateral).
     rig: Option<PathBuf>,
-    /// Changes one setting, such as `link.loss=0.1`; can be given often.
+    /// Change a setting, such as `link.loss=0.1`; repeatable.
     #[arg(long = "set", value_name = "KEY=VALUE")]
     sets: Vec<String>,
-    /// Folder for the report; `runs/latest` when left out, or `runs/master` and `runs/slave` with --side.
+    /// Folder of the report (default: runs/latest, or runs/CONTROLLER with --side).
     #[arg(long, value_name = "FOLDER")]
     out: Option<PathBuf>,
-    /// Runs only the station of this controller, in real time, and talks to the other one's process over UDP, a serial port
-    /// or CAN.
+    /// Run only this controller's station, in real time.
+    ///
+    /// The other station is another process, reached over UDP, a serial port or CAN (`link.master_address`).
     #[arg(long, value_name = "CONTROLLER")]
     side: Option<String>,
-    /// How long a side waits for the other one to start, s.
+    /// Maximum time to wait for the other side, s.
     #[arg(long, value_name = "SECONDS", default_value = "60", requires = "side", value_parser = seconds)]
     wait_s: Duration,
-    /// Runs controllers as firmware on an emulated board, in lockstep with the simulated devices.
+    /// Run controllers as firmware on an emulated board, in lockstep.
     #[arg(long, value_name = "BOARD", conflicts_with = "side", value_parser = [emulated::BOARD])]
     target: Option<String>,
-    /// The controller that runs on the board, or `both`: all of them, as when left out; the others run here.
+    /// Controller to run on the board, or `both` for all (the default).
     #[arg(long, value_name = "CONTROLLER", requires = "target")]
     target_side: Option<String>,
-    /// Firmware image for the board, instead of the one that `cargo board mps2-an386` has built.
+    /// Firmware image (default: built by `cargo board mps2-an386`).
     #[arg(long, value_name = "PATH", requires = "target")]
     image: Option<PathBuf>,
-    /// Prints the figures as one JSON object, all that goes to standard output; tables go to standard error.
+    /// Print the figures as one JSON object; tables go to standard error.
     #[arg(long)]
     json: bool,
-    /// Ends with exit status 3 when the run was not stable.
+    /// Exit with status 3 if the run was unstable.
     #[arg(long)]
     fail_if_unstable: bool,
-    /// Writes no report.
+    /// Do not write a report.
     #[arg(long)]
     no_report: bool,
-    /// Format of the file with all signals.
+    /// Format of the signals file.
     #[arg(long, value_name = "FORMAT", default_value = "csv", conflicts_with = "no_report")]
     signals: SignalsKind,
-    /// Prints the shipped rig of the name that is given, with every setting, its default and meaning, and runs nothing.
+    /// Print a shipped rig with all settings, defaults and meanings, and exit.
     #[arg(long)]
     keys: bool,
 }
 
-/// Time to remove the files of an emulator that was ended.
+/// Time for an ended emulator to remove its files.
 const TO_CLEAN_UP: Duration = Duration::from_millis(500);
-/// From one look of a spinner to the next.
+/// Update interval of a spinner.
 const SPINNER: Duration = Duration::from_millis(100);
 
 /// `--target-side` for all controllers.
 const BOTH: &str = "both";
 
-/// Settings that are changed most often.
+/// Frequently changed settings.
 const USUAL_SETTINGS: &[&str] = &[
     "seed",
     "duration_s",
@@ -108,27 +112,31 @@ const USUAL_SETTINGS: &[&str] = &[
 
 const EXAMPLES: &str = "\
 Examples:
-  dimsart run                                                two sides of a delayed link
+  dimsart run                                                two stations and a delayed link
   dimsart run joint                                          one joint: a position loop and a step
-  dimsart run --set link.forward_delay_ticks=200             0.2 s later at the slave
+  dimsart run --set link.forward_delay_ticks=200             0.2 s of delay to the slave
   dimsart run --set wave.form=printed --out runs/printed     the paper's order, which diverges
+  dimsart run --set link.carrier=can_fd                      the link over a simulated CAN FD bus
+  dimsart run --set link.key_file=link.key                   authenticated packets
   dimsart run --keys > my.toml                               a rig file to start from
-  dimsart run joint --keys > my.toml                         another one
-  dimsart run my.toml --set seed=7 --no-report --json        figures for a program
+  dimsart run joint --keys > my.toml                         a rig file of one joint
+  dimsart run my.toml --set seed=7 --no-report --json        figures for programs
   dimsart run --side master                                  two processes, in two terminals:
   dimsart run --side slave                                   real time over UDP
   dimsart run --target mps2-an386                            both sides as firmware on emulated boards
 
-A run writes signals.csv while it goes on, so that one that is killed leaves it, and removes the
-report of the run before it first. Ctrl-C ends a run early; what was recorded until then is
-reported. A second one ends the report. A run that does not stay stable says so and ends with exit status 0 all the same, or
-with 3 where --fail-if-unstable asks for it: 1 is for a run that could not be made or reported, 2 for wrong usage.";
+A run first removes the previous report in its folder. Ctrl-C ends a run early and reports it; a second Ctrl-C ends the report.
+
+Exit status: 0 run completed, also if unstable; 1 error; 2 wrong usage; 3 unstable, with --fail-if-unstable.";
 
 fn help() -> String {
-    // Reading the shipped rig takes longer than many a run.
+    // Reading the shipped rig is slow: only for help.
     match std::env::args().any(|argument| ["help", "--help"].contains(&argument.as_str())) {
         true => {
-            format!("{EXAMPLES}\n\nUsual settings and their defaults; --keys has all:{}", usual_settings())
+            format!(
+                "{EXAMPLES}\n\nFrequent settings and their defaults (--keys prints all):{}",
+                usual_settings()
+            )
         }
         false => String::new(),
     }
@@ -144,7 +152,7 @@ fn usual_settings() -> String {
 }
 
 impl Default for Run {
-    /// As without any argument.
+    /// The arguments of an empty command line.
     fn default() -> Self {
         #[derive(Parser)]
         struct Alone {
@@ -172,7 +180,7 @@ impl Run {
         let begun = Instant::now();
         let folder = self.folder();
         if !self.no_report {
-            // A folder that cannot be written is better known before the run than after it.
+            // Fail before the run, not after it.
             report::try_folder(&folder)?;
         }
         let stop = stop_on_interrupt()?;
@@ -182,7 +190,7 @@ impl Run {
         }
         experiment.keep_for_pictures();
         if stop.load(Ordering::Relaxed) {
-            return Err("stopped before the run began; nothing was run".into());
+            return Err("interrupted before the run started".into());
         }
         self.move_to_target(&mut experiment, &folder)?;
         let mut signals = None;
@@ -197,7 +205,7 @@ impl Run {
         let bar = progress_bar(experiment.duration_s());
         let mut run = experiment.run(&stop, |time_s| bar.set_position(milliseconds(time_s)));
         bar.finish_and_clear();
-        // The run has ended; the next Ctrl-C is meant for the report.
+        // The next Ctrl-C ends the report.
         stop.store(false, Ordering::Relaxed);
         let report = |signals: SignalsFile| {
             signals.finish()?;
@@ -220,13 +228,12 @@ impl Run {
         run.broken.map_or(Ok(self.status(run.outcome.stable)), |broken| Err(broken.into()))
     }
 
-    /// What a run ends with.
+    /// Exit status of a run.
     fn status(&self, is_stable: bool) -> ExitCode {
         if is_stable || !self.fail_if_unstable { ExitCode::SUCCESS } else { ExitCode::from(NOT_STABLE) }
     }
 
-    /// How signals are written. Where what the run is made of goes with them, the rig keeps what goes into its controllers from
-    /// now on.
+    /// Format of the signals file. For MCAP, the rig records the inputs of its controllers from now on.
     fn signals_format(&self, settings_toml: String, rig: &mut Rig) -> SignalsFormat {
         match self.signals {
             SignalsKind::Csv => SignalsFormat::Csv,
@@ -243,7 +250,7 @@ impl Run {
         self.out.clone().unwrap_or_else(default)
     }
 
-    /// Whether the rig has the controllers that are named.
+    /// Checks that the rig has the controllers of `--side` and `--target-side`.
     fn check_names(&self, file: &RigFile) -> Result<(), UsageError> {
         let names: Vec<&str> = file.controllers.iter().map(|controller| controller.name()).collect();
         let is_wrong = |name: &&str| !names.contains(name);
@@ -251,13 +258,13 @@ impl Run {
         if let Some(name) = self.side.as_deref().into_iter().chain(target).find(is_wrong) {
             let known = names.join(", ");
             return Err(UsageError(format!(
-                "there is no controller {name}; there is {known} (`dimsart run --help`)"
+                "unknown controller {name}; controllers of this rig: {known} (`dimsart run --help`)"
             )));
         }
         let cannot = self.side.as_deref().filter(|name| Alone::of(file, name).is_none());
         cannot.map_or(Ok(()), |name| {
             Err(UsageError(format!(
-                "--side {name}: give the rig a [[link]] with an `address` from {name} to another controller, and one back"
+                "--side {name}: the rig needs a [[link]] with an `address` from {name} to another controller, and one back"
             )))
         })
     }
@@ -268,7 +275,7 @@ impl Run {
             if !file.experiment.margins {
                 return Experiment::new(file);
             }
-            let spinner = ProgressBar::new_spinner().with_message("analysing every loop");
+            let spinner = ProgressBar::new_spinner().with_message("analysing loops");
             spinner.enable_steady_tick(SPINNER);
             let experiment = Experiment::new(file);
             spinner.finish_and_clear();
@@ -290,7 +297,7 @@ impl Run {
         one_station(file, name, self.wait_s, stop)
     }
 
-    /// Starts the firmware of every controller that is to run on the target. Its log goes beside the report.
+    /// Starts the firmware of controllers on the target. Its log is written to the folder of the report.
     fn move_to_target(&self, experiment: &mut Experiment, folder: &Path) -> Result<(), Box<dyn Error>> {
         if self.target.is_none() {
             return Ok(());
@@ -339,12 +346,12 @@ impl Run {
     }
 }
 
-/// Writes what the controllers' recorders have kept; what cannot be read is a note.
+/// Writes the rows of the controllers' recorders; unreadable rows are reported as notes.
 fn write_recorders(folder: &Path, rig: &mut Rig) -> Result<Vec<RecorderFile>, ReportError> {
     recorder_files::write(folder, rig, |note| eprintln!("dimsart: note: {note}"))
 }
 
-/// Says where what a run has left is.
+/// Prints the paths of the written files.
 fn print_written(out: &mut dyn Write, folder: &Path, written: &Written) -> std::io::Result<()> {
     for RecorderFile { name, content } in &written.recorders {
         writeln!(out, "recorder: {}: {content}", folder.join(name).display())?;
@@ -352,15 +359,14 @@ fn print_written(out: &mut dyn Write, folder: &Path, written: &Written) -> std::
     writeln!(out, "report: {}", written.page.display())
 }
 
-/// Whether a link does nothing to packets but to delay them.
+/// Whether a link only delays packets.
 fn is_ideal(link: &LinkSection) -> bool {
     let InProcessParameters { jitter_ticks, loss, duplication, reordering, .. } = link.carrier;
     let is_on_none = link.bus.as_deref().is_none_or(|bus| bus == "ideal");
     is_on_none && jitter_ticks == 0 && [loss, duplication, reordering].iter().all(|share| *share <= 0.0)
 }
 
-/// A flag that Ctrl-C (or a request to terminate) sets: what goes on ends. A second one before that has happened
-/// ends the process at once, and an emulator before it.
+/// Installs a handler and returns the flag that Ctrl-C or SIGTERM sets. A second Ctrl-C ends emulators and the process at once.
 pub(super) fn stop_on_interrupt() -> Result<Arc<AtomicBool>, ctrlc::Error> {
     let stop = Arc::new(AtomicBool::new(false));
     let flag = Arc::clone(&stop);
@@ -383,7 +389,7 @@ fn progress_bar(duration_s: f64) -> ProgressBar {
     bar
 }
 
-/// The template is fixed; a wrong one would only lose the decoration.
+/// A style from a constant template; the default style if it is invalid.
 pub(super) fn style(template: &str) -> ProgressStyle {
     ProgressStyle::with_template(template).unwrap_or_else(|_| ProgressStyle::default_bar())
 }

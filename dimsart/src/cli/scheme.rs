@@ -1,4 +1,4 @@
-//! `dimsart scheme`: a scheme as a controller has it, as text.
+//! `dimsart scheme`: prints a scheme in normal form.
 
 use std::io::Write;
 use std::path::Path;
@@ -11,31 +11,31 @@ use super::controllers::{no_rig, one_controller, rig_says_itself, side_of_scheme
 use dimsart_core::{Dimsart, Kinds};
 use hil_sim::schemes::{self, SchemeText};
 
-/// Print a scheme of one side, or of a rig's controller, in the shortest form: modules in their order, what differs from
-/// the defaults, bindings.
+/// Print the scheme of one side or of a rig's controller in its shortest form.
 ///
-/// Given to a controller, the rows build what the scheme's own rows build.
+/// Lists modules in their order, bindings, and parameters that differ from the defaults. The rows are equivalent to the rows of
+/// the original scheme.
 #[derive(Debug, Args)]
 #[command(after_help = EXAMPLES)]
 pub(super) struct Scheme {
-    /// Scheme file, or one that is built in: `builtin:bilateral`; or a rig: a TOML file, or a shipped one such as `joint`.
+    /// Scheme file, `builtin:NAME`, or rig (TOML file or shipped, such as `joint`).
     scheme: String,
-    /// Side of a scheme whose rows are taken; `master` when left out.
+    /// Side of a scheme (default: master).
     #[arg(long, value_parser = super::side::side())]
     side: Option<&'static str>,
-    /// Degrees of freedom of a scheme's device, 1 to 8; 3 when left out.
+    /// Degrees of freedom of a scheme's device, 1 to 8 (default: 3).
     #[arg(long, value_name = "COUNT", allow_negative_numbers = true)]
     dof: Option<usize>,
-    /// Controller of a rig; the only one when left out.
+    /// Controller of a rig (default: the only one).
     #[arg(long, value_name = "NAME")]
     controller: Option<String>,
 }
 
 const EXAMPLES: &str = "\
 Examples:
-  dimsart scheme builtin:bilateral                   what the master has of it
+  dimsart scheme builtin:bilateral                   rows of the master
   dimsart scheme my.scheme --side slave > slave.scheme
-  dimsart scheme joint                               what the controller of a rig has
+  dimsart scheme joint                               rows of a rig's controller
   dimsart scheme arm_bus --controller coordinator";
 
 impl Scheme {

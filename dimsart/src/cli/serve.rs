@@ -1,4 +1,4 @@
-//! `dimsart serve`: has a port, or simulates what is behind one, and lets everybody in.
+//! `dimsart serve`: simulates controllers or opens a board's port, for a web page and several clients.
 
 use std::error::Error;
 use std::io::{self, ErrorKind, Write};
@@ -24,59 +24,85 @@ use hil_sim::response::{Hold, LiveRig};
 use hil_sim::rig_file::RigFile;
 use hil_sim::schemes::suggestion;
 
-/// What is simulated when nothing is named.
+/// Default rig.
 const DEFAULT_RIG: &str = "joint";
 
-/// Simulate a rig in real time, or have a board's port, for a page in the browser and any number of `dimsart connect`.
+/// Simulate a rig in real time, or share a board's port, and serve a web page.
 ///
-/// The page shows schemes, modules and signals, tunes them, and lets devices move. A simulated controller is what a board is:
-/// `dimsart connect sim:NAME` does the same from a terminal. The rig's experiment starts when all controllers are armed,
-/// and repeats.
+/// Each simulated controller is a port, sim:NAME, which `dimsart connect` uses like a board's port. The experiment of the
+/// rig starts when all its controllers are armed, and repeats without a jump. While a controller is disarmed its position
+/// reference follows the measured position; after arming it approaches the experiment at up to 1 rad/s or 0.1 m/s. Forces
+/// are limited to the motors' maximum. If the computer stalls, the rig skips this time and reports it. An axis that leaves
+/// its range is put back to its start, and the lease ends.
 #[derive(Debug, Args)]
-#[command(after_help = EXAMPLES)]
+#[command(after_help = EXAMPLES, after_long_help = format!("{EXAMPLES}\n\n{PAGE}"))]
 pub(super) struct Serve {
-    /// A rig, shipped or a file of your own, or a port: `/dev/ttyACM0`, `tcp:HOST:PORT`, `unix:PATH`.
+    /// Shipped rig, rig file, or port: `/dev/ttyACM0`, `tcp:HOST:PORT`, `unix:PATH`.
     #[arg(value_name = "RIG|PORT", default_value = DEFAULT_RIG)]
     what: PathBuf,
-    /// Bits per second of a serial port.
+    /// Baud rate of a serial port.
     #[arg(long, default_value_t = DEFAULT_BAUD)]
     baud: u32,
-    /// Where on this computer the page is, 0 for any port that is free; 8060, or a free one, when left out.
+    /// TCP port of the page on this computer (default: 8060; 0: any free port).
     #[arg(long, value_name = "PORT")]
     page_port: Option<u16>,
-    /// Records every tick of a rig's controllers into this folder, with all that goes into them, from the first one on: what
-    /// `dimsart replay` takes.
+    /// Record every tick of a rig, with all inputs, for `dimsart replay`.
     #[arg(long, value_name = "FOLDER")]
     record: Option<PathBuf>,
-    /// Where what is recorded from the page goes, each into a folder of its own.
+    /// Folder of recordings started from the page, one sub-folder each.
     #[arg(long, value_name = "FOLDER", default_value = "runs/page")]
     recordings: PathBuf,
-    /// Speed of a rig's time, such as 0.1 for slow motion.
+    /// Speed of the simulated time, 0.01 to 1, such as 0.1 for slow motion.
     #[arg(long, default_value_t = 1.0, value_parser = speed)]
     speed: f64,
-    /// Serves no page.
+    /// Do not serve a page.
     #[arg(long, conflicts_with = "page_port")]
     no_page: bool,
 }
 
-/// Clients renew their leases by the computer's time: a faster rig would end them.
+/// Parses the speed. Above 1, leases would expire: clients renew them in real time.
 pub(super) fn speed(text: &str) -> Result<f64, String> {
     let speed = text.parse().ok().filter(|speed| (0.01..=1.0).contains(speed));
-    speed.ok_or_else(|| "not a number from 0.01 to 1".to_owned())
+    speed.ok_or_else(|| "give a number from 0.01 to 1".to_owned())
 }
 
-/// Where the page is when nothing is said.
+/// Default TCP port of the page.
 const PAGE_PORT: u16 = 8060;
 
 const EXAMPLES: &str = "\
 Examples:
   dimsart serve                                       a joint with motor, gear and load, as sim:joint
-  dimsart connect sim:joint arm                       lets it move, from another terminal
-  dimsart connect sim:joint watch --arm               the same, and shows how it goes
-  dimsart connect sim:joint stop                      from anybody, always
+  dimsart connect sim:joint arm                       enable motion, from another terminal
+  dimsart connect sim:joint watch --arm               the same, and show live values
+  dimsart connect sim:joint stop                      from any client, at any time
   dimsart serve three                                 three controllers: sim:master, sim:left, sim:right
-  dimsart serve joint --record runs/tuning            and every tick of it into runs/tuning/signals.mcap
-  dimsart serve /dev/ttyACM0                          keeps a board's port, for many clients";
+  dimsart serve joint --record runs/tuning            record every tick to runs/tuning/signals.mcap
+  dimsart serve /dev/ttyACM0                          share a board's port";
+
+const PAGE: &str = "\
+The page:
+  State     why the scheme does not command the device and the next step; drive, lease, ticks, first fault. Arm takes the lease;
+            other pages can then only read and stop. If the page is closed or hidden, or its computer sleeps, motion ends
+            within 0.7 s. STOP (Esc) stops all devices of the page and releases their leases.
+  Device    measured position (blue), reference and force of each axis. The reference of a simulated axis can be dragged; it
+            is held until released.
+  Scheme    types of the Data Base as wires, from writer (full) to readers (ring); modules in their order. A dashed wire is
+            read before it is written in the tick; faults are red.
+  Modules   parameters with unit, range and default; changed values are blue. Edits are collected and checked by the device;
+            Apply together applies them as one transaction. Parameters that cannot be set while a module runs are set while
+            it is unplugged.
+  Scope     signals over up to a minute: trigger, cursors, zoom, spectrum (Hann), XY, CSV. A simulated controller sends
+            every tick of up to 64 signals. A board sends up to 4 signals (12 words), as many ticks as a fifth of its line
+            carries (every 4th at 1 kHz and 921 600 baud), to one client at a time; `leave out` and `send` select the signals
+            for all pages. Lost ticks are gaps and are counted.
+  Record    records the signals of the scope to runs/page/NAME-1/signals.mcap, with the scheme. The server records, also after
+            the page is closed, until a page stops it, the signals change, the line fails or `serve` ends.
+  Access    by the token in the address, which belongs to this user and changes when the computer restarts; pages of other sites
+            have no access. After `serve` has ended, an open page sends its token to any program that opens the port: close it
+            on a shared computer.
+
+Up to 64 clients can share a port, and up to 64 connections a page; a new client replaces the client that has been silent longest.
+One client at a time holds the lease. Requests are served in turn; `stop` is sent first.";
 
 impl Serve {
     pub(super) fn execute(self, kinds: Kinds, out: &mut impl Write) -> Ending {
@@ -85,7 +111,8 @@ impl Serve {
         let is_port = !is_file && (name.contains([':', '/', '\\']) || name.starts_with("COM"));
         if is_port {
             if self.record.is_some() {
-                let reason = "--record is for a rig, whose controllers run here; `dimsart record PORT` records what a port says";
+                let reason =
+                    "--record applies to simulated rigs only; record a port with `dimsart record PORT`";
                 return Err(UsageError(reason.to_owned()).into());
             }
             self.share(&name, kinds, out)?;
@@ -134,7 +161,7 @@ impl Serve {
         Ok(())
     }
 
-    /// Serves the page of controllers, each with its name and port, and says where it is.
+    /// Serves the page of controllers, each with its name and port, and prints its address.
     fn page(
         &self,
         ports: &[(String, String)],
@@ -150,8 +177,9 @@ impl Serve {
             (None, Err(error)) if error.kind() == ErrorKind::AddrInUse => Page::listen(0),
             (_, listener) => listener,
         };
-        let listener =
-            listener.map_err(|error| format!("no page: {error}; try another --page-port, or 0"))?;
+        let listener = listener.map_err(|error| {
+            format!("cannot serve the page: {error}; give another --page-port, or 0 for any")
+        })?;
         let stations = (0..).zip(ports).map(|(number, (name, port))| {
             let (at, bits) = (port.clone(), self.baud);
             let open: OpenLine = Box::new(move || Ok(broker::open(&at, bits)?));
@@ -162,7 +190,7 @@ impl Serve {
                     let reference = format!("{signal}[{axis}]");
                     if !known.contains(&reference) {
                         return Err(format!(
-                            "no reference {reference} to hold; {}",
+                            "unknown reference {reference}; {}",
                             suggestion(&reference, &known)
                         ));
                     }
@@ -182,12 +210,12 @@ impl Serve {
     }
 }
 
-/// Ends what is recorded from the page.
+/// Ends recordings started from the page.
 fn end(page: Option<&Page>, out: &mut impl Write) -> io::Result<()> {
     page.map(Page::end_recordings).unwrap_or_default().iter().try_for_each(|text| writeln!(out, "{text}"))
 }
 
-/// Has a rig recorded into a folder.
+/// Starts recording a rig to a folder.
 fn record(live: &mut LiveRig, file: &RigFile, folder: &Path) -> Result<SignalsFile, Box<dyn Error>> {
     let facts = RunFacts::new(file.to_toml(), live.rig_mut()).in_real_time();
     let (recording, listener) = SignalsFile::create(folder, &[], SignalsFormat::Mcap(facts))?;

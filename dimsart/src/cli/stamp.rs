@@ -1,4 +1,4 @@
-//! `dimsart stamp`: puts into an image what its modules cost, and the scheme that it starts with.
+//! `dimsart stamp`: writes the costs of modules and the start-up scheme into an image.
 
 use std::collections::BTreeMap;
 use std::hash::{DefaultHasher, Hash, Hasher};
@@ -23,62 +23,61 @@ use crate::stamp::StampedImage;
 use hil_sim::rig::SimulatedDimsart;
 use hil_sim::schemes::{self, SchemeText, device};
 
-/// Put into a firmware image what its modules cost, and the scheme that it starts with.
+/// Write module costs and the start-up scheme into a firmware image.
 ///
-/// The costs are bounds of the very image, worked out anew when it has changed: an image that is not stamped refuses no
-/// module for them. The next build of the image begins without.
+/// The costs are upper bounds computed from this image; a board uses them to refuse schemes whose tick would be too long.
+/// They are recomputed if the image changed. An unstamped image does not limit the tick time. Each build of an image
+/// removes the stamp (docs/cycles.md).
 #[derive(Debug, Args)]
 #[command(after_help = EXAMPLES)]
 pub(super) struct Stamp {
-    /// Firmware image (ELF); the one that `cargo board BOARD` has built when left out.
+    /// Firmware image (ELF; default: built by `cargo board BOARD`).
     elf: Option<PathBuf>,
-    /// Side whose rows of the scheme it starts with.
+    /// Side of the scheme.
     #[arg(long, default_value = "master", value_parser = super::side::side())]
     side: &'static str,
-    /// Scheme file, or one that is built in; the one of the image when left out.
+    /// Scheme file or built-in scheme (default: the image's).
     #[arg(long, value_name = "FILE")]
     scheme: Option<String>,
-    /// What a tick may take of the time to the next one, per cent, 1 to 100; the board's when left out.
+    /// Limit of a tick in per cent of its period, 1 to 100 (default: the board's).
     #[arg(long, value_name = "PERCENT", value_parser = clap::value_parser!(u32).range(1..=100))]
     tick_percent: Option<u32>,
-    /// The memory that the image runs from; the board's when left out.
+    /// Memory from which the image runs (default: the board's).
     #[arg(long)]
     memory: Option<Memory>,
-    /// Writes to another file; into the image itself when left out.
+    /// Output file (default: the image itself).
     #[arg(long, value_name = "FILE")]
     out: Option<PathBuf>,
-    /// Prints what was put in as one JSON object.
+    /// Print the stamp as one JSON object.
     #[arg(long)]
     json: bool,
 }
 
-/// What was put in.
+/// The stamp, as JSON.
 #[derive(Serialize)]
 struct Stamped<'a> {
     image: &'a Path,
     scheme: &'a str,
     side: &'static str,
-    /// What a tick may take, cycles.
+    /// Limit of a tick, cycles.
     limit_cycles: u32,
     memory: &'static str,
     compiler: String,
-    /// Modules without a bound, which the board will refuse, each with the reason.
+    /// Modules without a bound, which the board refuses, with the reasons.
     unknown: &'a [(String, String)],
 }
 
 const EXAMPLES: &str = "\
 Examples:
-  dimsart stamp                                      the image that was built last, as the master
+  dimsart stamp                                      the image built last, as the master
   dimsart stamp firmware.elf --side slave --out slave.elf
-  dimsart stamp firmware.elf --scheme my.scheme      another scheme, without compiling
-  dimsart stamp firmware.elf --tick-percent 30       refuses modules from 30 % of the time on";
+  dimsart stamp firmware.elf --scheme my.scheme      another scheme, without a rebuild
+  dimsart stamp firmware.elf --tick-percent 30       limit a tick to 30 % of its period";
 
 impl Stamp {
     pub(super) fn execute(self, kinds: Kinds, out: &mut impl Write) -> Ending {
         let firmware = Firmware::find(self.elf.as_deref(), None)?;
-        let board = firmware
-            .board()
-            .ok_or_else(|| format!("`{}` is of no board that is known here", firmware.name))?;
+        let board = firmware.board().ok_or_else(|| format!("`{}`: unknown board", firmware.name))?;
         let budget = Budget::of(board.name)?;
         let mut image = StampedImage::read(&firmware.path)?;
         let scheme = self.scheme.unwrap_or_else(|| format!("builtin:{}", image.scheme_name()));
@@ -94,8 +93,8 @@ impl Stamp {
         say(self.json, out, |out| {
             writeln!(
                 out,
-                "{}: {scheme} as {side}, at most {limit} cycles of memory {memory} in a tick, costs by rustc {compiler} after \
-                 {:.0} s",
+                "{}: {scheme} as {side}, limit of a tick {limit} cycles (memory {memory}), costs for rustc {compiler} \
+                 computed in {:.0} s",
                 path.display(),
                 start.elapsed().as_secs_f32()
             )?;
@@ -104,7 +103,7 @@ impl Stamp {
                 refused.entry(reason).or_default().push(kind);
             }
             refused.iter().try_for_each(|(reason, kinds)| {
-                writeln!(out, "  without a bound, the board refuses them: {reason}: {}", kinds.join(", "))
+                writeln!(out, "  no bound, refused by the board: {reason}: {}", kinds.join(", "))
             })
         })?;
         if self.json {
@@ -116,14 +115,13 @@ impl Stamp {
     }
 }
 
-/// What a scheme is called in a stamp: a built-in one by its name, so that it is found again, another one by its
-/// file's.
+/// Name of a scheme in a stamp: of a built-in scheme its name, which a later stamp reads, else the file name.
 fn name(scheme: &str) -> &str {
     let file = Path::new(scheme).file_name().and_then(|name| name.to_str()).unwrap_or(scheme);
     scheme.strip_prefix("builtin:").unwrap_or(file)
 }
 
-/// A scheme's rows for one side as an image keeps them, for a device that has every axis a board can have.
+/// Encodes the rows of a scheme for one side, for a device with the maximum number of axes.
 fn saved(scheme: &str, side: &'static str, kinds: Kinds) -> Result<SchemeBytes, Box<dyn std::error::Error>> {
     let text = SchemeText::read(scheme)?;
     let device = device(side, MAX_DOF, SAMPLE_PERIOD_S)?;
@@ -134,12 +132,12 @@ fn saved(scheme: &str, side: &'static str, kinds: Kinds) -> Result<SchemeBytes, 
         return Err(format!("{scheme} does not run on the {}:\n  {}", side, problems.join("\n  ")).into());
     }
     let bytes = saved_scheme::save(dimsart.engine_mut());
-    Ok(bytes.map_err(|_| format!("{scheme} takes more bytes than an image keeps: make it shorter"))?)
+    Ok(bytes.map_err(|_| format!("{scheme} is too long for an image: remove rows"))?)
 }
 
 const SAMPLE_PERIOD_S: f64 = 1e-3;
 
-/// What the image's modules cost: from the file beside it where that is of this image, or worked out and kept there.
+/// Returns the costs of the image's modules, from the file IMAGE.costs if it is current, else computed and stored there.
 fn costs(
     firmware: &Firmware,
     image: &StampedImage,
@@ -158,7 +156,7 @@ fn costs(
     Ok(costs)
 }
 
-/// Of all that the costs depend on: the image, the memory, and the program that works them out.
+/// Hash of all inputs of the costs: the image, the memory and this program.
 fn key(image: &StampedImage, memory: Memory) -> Result<String, Box<dyn std::error::Error>> {
     let mut hasher = DefaultHasher::new();
     image.linked().hash(&mut hasher);
@@ -167,7 +165,7 @@ fn key(image: &StampedImage, memory: Memory) -> Result<String, Box<dyn std::erro
     Ok(format!("{:016x}", hasher.finish()))
 }
 
-/// The names of the lines of an image with these kinds, in order; those of instructions where it runs laws.
+/// Names of the cost lines of an image with these kinds, in order; with instructions if it runs laws.
 fn names(ids: &[KindId], kinds: Kinds) -> Vec<String> {
     let opcodes: &[Opcode] = if runs_laws(ids) { Opcode::ALL } else { &[] };
     let instructions = opcodes.iter().map(|opcode| opcode.name().to_owned());
@@ -175,7 +173,7 @@ fn names(ids: &[KindId], kinds: Kinds) -> Vec<String> {
     std::iter::once("tick".to_owned()).chain(modules).chain(instructions).collect()
 }
 
-/// A line for each cost: what costs it, cycles, cycles for each degree of freedom, why they are not known.
+/// A line for each cost: name, cycles, cycles per axis, why they are unknown.
 fn text(costs: &ImageCosts, key: &str, names: &[String]) -> String {
     let reason = |name: &str| costs.unknown.iter().find(|(kind, _)| kind == name).map(|(_, reason)| reason);
     let line = |(name, cost): (&String, &Cost)| {
@@ -185,7 +183,7 @@ fn text(costs: &ImageCosts, key: &str, names: &[String]) -> String {
     format!("{key}\n{}", names.iter().zip(&costs.lines).map(line).collect::<String>())
 }
 
-/// The costs of a text with this key; none of another one.
+/// Parses costs; none if the key differs.
 fn read(text: &str, key: &str, names: &[String]) -> Option<ImageCosts> {
     let lines = text.strip_prefix(key)?.strip_prefix('\n')?;
     let mut costs = ImageCosts::default();

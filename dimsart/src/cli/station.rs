@@ -1,4 +1,4 @@
-//! A station of a port that is named on the command line.
+//! A station for a port on the command line.
 
 use dimsart_core::Kinds;
 
@@ -6,8 +6,7 @@ use crate::broker::{self, SIMULATED};
 use crate::connect::{ConnectError, Device, Patience};
 use crate::page::{Access, OpenLine, Station};
 
-/// A station that is there now, by a name or by its device's: one that goes later is waited for. A port that does not answer is
-/// told by its name.
+/// Connects to a station, named `name` or as its device. If it disconnects later, it is reconnected.
 pub(super) fn station(
     number: u8,
     name: Option<String>,
@@ -28,7 +27,7 @@ pub(super) fn station(
     Station::new(number, &name, access).map_err(|error| format!("{port}: {error}"))
 }
 
-/// Bits per second of the line behind a port; none for a simulated controller.
+/// Baud rate of a port; none for a simulated controller.
 pub(super) fn line_baud(port: &str, baud: u32) -> Option<u32> {
     (!port.starts_with(SIMULATED)).then_some(baud)
 }

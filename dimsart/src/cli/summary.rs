@@ -1,4 +1,4 @@
-//! The figures of a run as tables, for the terminal and for the report's page.
+//! The figures of a run as tables, for the terminal and the report.
 
 use std::io::{self, Write};
 
@@ -13,10 +13,10 @@ use hil_sim::outcome::{
     Saturation,
 };
 
-/// Stands for a figure that is not there.
+/// Placeholder of a missing figure.
 const NONE: &str = "-";
 
-/// Prints both tables and the faults.
+/// Prints the tables, warnings and faults.
 pub(super) fn print(out: &mut dyn Write, outcome: &Outcome) -> io::Result<()> {
     print_tables(out, facts(outcome), axes(outcome))?;
     for warning in &outcome.warnings {
@@ -28,7 +28,7 @@ pub(super) fn print(out: &mut dyn Write, outcome: &Outcome) -> io::Result<()> {
     outcome.undecided.iter().try_for_each(|undecided| writeln!(out, "{undecided}"))
 }
 
-/// What a run came to as a whole, and then what it came to on each axis.
+/// Prints the figures of the run, then of each axis.
 fn print_tables(out: &mut dyn Write, facts: Vec<Fact>, axes: Table) -> io::Result<()> {
     let mut table = text_table();
     for fact in facts {
@@ -57,7 +57,7 @@ fn fact(name: &str, value: String, unit: &str, note: &str) -> Fact {
     Fact { name: name.to_owned(), value, unit: unit.to_owned(), note: note.to_owned() }
 }
 
-/// What a run came to as a whole.
+/// The figures of a run as a whole.
 pub(super) fn facts(outcome: &Outcome) -> Vec<Fact> {
     let (stable, note) = match outcome.stable {
         true => ("yes", "all signals in range; no growth, no sustained oscillation"),
@@ -89,7 +89,7 @@ pub(super) fn facts(outcome: &Outcome) -> Vec<Fact> {
             "rounding",
             format!("{:.2}", 1e3 * creep),
             "mm/h",
-            "fastest creep of a hand in contact by it: 12 u F/b",
+            "maximum creep of a hand in contact due to f32 rounding: 12 u F/b",
         )
     }));
     facts.extend(limit_cycles(&outcome.limit_cycles));
@@ -99,34 +99,31 @@ pub(super) fn facts(outcome: &Outcome) -> Vec<Fact> {
     facts
 }
 
-/// Whether there is a table of what a hand perceives, axis by axis.
+/// Whether a hand is in contact on any axis.
 fn has_contacts(outcome: &Outcome) -> bool {
     outcome.axes.iter().any(|axis| axis.contact.is_some())
 }
 
-/// What controllers and line did with the robots' energy.
+/// Minimum energy at the robots' ports.
 fn port_energy(energy_j: f64) -> Fact {
     let (value, note) = match energy_j < 0.0 {
-        true => (
-            format!("{energy_j:.3e}"),
-            "of any axis; below 0: controllers and line gave out more than they got",
-        ),
-        false => ("0".to_owned(), "of any axis; never below 0: controllers and line are passive in this run"),
+        true => (format!("{energy_j:.3e}"), "of any axis; below 0: controllers and line generated energy"),
+        false => {
+            ("0".to_owned(), "of any axis; never below 0: controllers and line were passive in this run")
+        }
     };
-    fact("smallest energy at the robots", value, "J", note)
+    fact("minimum energy at the robots", value, "J", note)
 }
 
-/// What goes on swinging; none where nothing does.
+/// Limit cycles, if any.
 fn limit_cycles(cycles: &[LimitCycle]) -> Option<Fact> {
     let widest = cycles.iter().max_by(|a, b| a.amplitude.total_cmp(&b.amplitude))?;
     let LimitCycle { device, axis, hz, amplitude, .. } = widest;
-    let note = format!(
-        "swing when nothing moves them; the widest: axis {axis} of {device}, ±{amplitude:.1e} at {hz:.1} Hz"
-    );
+    let note = format!("oscillate at rest; largest: axis {axis} of {device}, ±{amplitude:.1e} at {hz:.1} Hz");
     Some(fact("limit cycles", cycles.len().to_string(), "axes", &note))
 }
 
-/// What did not arrive, at both ends; none where nothing is received.
+/// Lost packets at all receivers; none without a receiver.
 fn lost(received: &[Received]) -> Option<Fact> {
     let sum: u64 = received.iter().map(|received| u64::from(received.lost)).sum();
     let is_clean = |received: &&Received| received.lost + received.superseded + received.refused == 0;
@@ -136,21 +133,21 @@ fn lost(received: &[Received]) -> Option<Fact> {
     let each = others.map(|Received { station, lost, superseded, refused }| {
         let together = match superseded {
             0 => String::new(),
-            superseded => format!("; {superseded} superseded by a newer one in the same tick"),
+            superseded => format!(", {superseded} superseded by a newer packet in the same tick"),
         };
         format!("to the {station}: {lost} lost, {refused} refused{together}")
     });
-    let clean = (!clean.is_empty()).then(|| format!("none lost or refused to {}", clean.join(", ")));
+    let clean = (!clean.is_empty()).then(|| format!("0 lost or refused to {}", clean.join(", ")));
     let note = each.chain(clean).collect::<Vec<_>>().join("; ");
     (!received.is_empty()).then(|| fact("lost packets", sum.to_string(), "", &note))
 }
 
-/// How full a medium was and what went wrong on it.
+/// Load and errors of a medium.
 fn medium(traffic: &Traffic) -> Fact {
     let Traffic { medium, load, packets, dropped, errors, bus_offs, longest_s } = traffic;
-    let gone = if *bus_offs > 0 { format!(", {bus_offs} times bus-off") } else { String::new() };
+    let gone = if *bus_offs > 0 { format!(", {bus_offs} bus-off") } else { String::new() };
     let note = format!(
-        "taken; {packets} packets, {dropped} without room, at most {:.3} ms on the way; {errors} errors{gone}",
+        "load; {packets} packets, {dropped} dropped, max {:.3} ms to deliver; {errors} errors{gone}",
         1e3 * longest_s
     );
     fact(medium, format!("{:.1}", 100.0 * load), "%", &note)
@@ -159,22 +156,21 @@ fn medium(traffic: &Traffic) -> Fact {
 fn saturated(found: &Saturation, simulated_s: f64) -> Fact {
     let Saturation { device, axis, time_s } = found;
     let share = 100.0 * time_s / simulated_s.max(f64::MIN_POSITIVE);
-    let note = format!("{share:.0} % of the run: commands beyond range or rate of axis {axis} of {device}");
+    let note = format!("{share:.0} % of the run: commands exceeded range or rate of axis {axis} of {device}");
     fact("saturated", format!("{time_s:.3}"), "s", &note)
 }
 
 fn perceived(felt: &PerceivedStiffness) -> Fact {
     let PerceivedStiffness { device, axis, met_by, unit, stiffness, unsettled } = felt;
     let settled = unsettled.as_ref().map_or_else(String::new, |how| format!("; NOT settled: {how}"));
-    let note =
-        format!("by the hand on axis {axis} of {device}, from where {met_by} meets something{settled}");
+    let note = format!("by the hand on axis {axis} of {device}, from the contact of {met_by}{settled}");
     fact("perceived stiffness", format!("{stiffness:.1}"), unit, &note)
 }
 
 fn round_trip(outcome: &Outcome) -> Fact {
     let note = match outcome.round_trip_ticks {
-        None => "nothing came back, or the other side's scheme is not known here",
-        Some(_) => "link measured, plus the delay modules",
+        None => "no reply, or the peer's scheme is unknown",
+        Some(_) => "measured on the link, plus delay modules",
     };
     let ticks = outcome.round_trip_ticks.map_or(NONE.to_owned(), |ticks| ticks.to_string());
     fact("round trip", ticks, "ticks", note)
@@ -182,29 +178,26 @@ fn round_trip(outcome: &Outcome) -> Fact {
 
 fn channel_energy(energy_min_j: Option<f64>) -> Fact {
     let (value, note) = match energy_min_j {
-        None => (NONE.to_owned(), "not both sides have waves"),
+        None => (NONE.to_owned(), "needs waves on both sides"),
         Some(energy_j) if energy_j < 0.0 => {
             (format!("{energy_j:.3e}"), "of any axis; below 0: the line is not passive")
         }
         Some(_) => ("0".to_owned(), "of any axis; never below 0: the line is passive"),
     };
-    fact("smallest channel energy", value, "J", note)
+    fact("minimum channel energy", value, "J", note)
 }
 
-/// What one side alone knows, and what it cannot know.
+/// Figures of a single side in real time, and figures that it lacks.
 fn one_side(outcome: &Outcome, real_time: &RealTime) -> Vec<Fact> {
     let RealTime { side, late_ticks, worst_lateness_s } = real_time;
-    let latest = format!(
-        "of {}, by more than a period; the latest by {:.3} ms",
-        outcome.ticks,
-        1e3 * worst_lateness_s
-    );
+    let latest =
+        format!("of {}, by more than a period; max delay {:.3} ms", outcome.ticks, 1e3 * worst_lateness_s);
     let unknown = |name: &str, unit: &str, note: &str| {
-        fact(name, NONE.to_owned(), unit, &format!("not known on the {side}: {note}"))
+        fact(name, NONE.to_owned(), unit, &format!("unknown on the {side}: {note}"))
     };
     let mut facts = vec![
         fact("late ticks", late_ticks.to_string(), "", &latest),
-        unknown("smallest channel energy", "J", "it takes the waves of both sides"),
+        unknown("minimum channel energy", "J", "needs the waves of both sides"),
     ];
     if outcome.k_perceived_n_per_m.iter().all(Option::is_none) {
         facts.push(fact(
@@ -212,20 +205,20 @@ fn one_side(outcome: &Outcome, real_time: &RealTime) -> Vec<Fact> {
             NONE.to_owned(),
             "N/m",
             match side.as_str() {
-                "slave" => "not known on the slave: the operator perceives it at the master",
-                _ => "no axis came to a settled contact",
+                "slave" => "unknown on the slave: the operator perceives it at the master",
+                _ => "no settled contact on any axis",
             },
         ));
     }
     facts
 }
 
-/// What it came to on each axis; no rows when one side alone measured nothing.
+/// Figures of each axis; empty for a single side without measurements.
 pub(super) fn axes(outcome: &Outcome) -> Table {
     if has_contacts(outcome) { contacts(outcome) } else { followings(outcome) }
 }
 
-/// What a hand perceived on each axis, beside what theory predicts.
+/// Perceived stiffness of each axis, and its prediction.
 fn contacts(outcome: &Outcome) -> Table {
     let number = |value: Option<f64>| value.map_or(NONE.to_owned(), |value| format!("{value:.3}"));
     let row = |axis: &AxisOutcome| {
@@ -244,14 +237,14 @@ fn contacts(outcome: &Outcome) -> Table {
     Table { header: header.map(str::to_owned).to_vec(), rows: shown.filter_map(row).collect() }
 }
 
-/// How each axis followed its references.
+/// Tracking figures of each axis.
 fn followings(outcome: &Outcome) -> Table {
     let header = [
         "axis",
-        "follows",
+        "reference",
         "rise (s)",
         "overshoot",
-        "settled (s)",
+        "settling (s)",
         "rms error",
         "peak error",
         "phase margin",
@@ -286,7 +279,7 @@ fn followings(outcome: &Outcome) -> Table {
         .iter()
         .filter_map(|axis| axis.following)
         .all(|following| following.reference == types::DES_POSITION.name);
-    // What says nothing takes no room.
+    // Hides empty columns.
     let is_shown = |column: &usize| match column {
         1 => !is_usual,
         _ => rows.iter().any(|row| row.get(*column).is_some_and(|entry| entry != NONE)),

@@ -1,4 +1,4 @@
-//! `dimsart sweep`: runs a grid of settings, and draws the map of what came of it.
+//! `dimsart sweep`: runs a grid of settings and draws a map of the results.
 
 use std::io::Write;
 use std::path::{Path, PathBuf};
@@ -17,64 +17,69 @@ use crate::report;
 use crate::rig_argument;
 use crate::sweep::{self, Grid, Shard, SweepFile, SweepTable, Values, map};
 
-/// Run a grid of settings on all cores, into one CSV and a map.
+/// Run a grid of settings on all cores, and write a CSV and a map.
+///
+/// The map shows one figure over two settings, with the border at which the loop's largest eigenvalue reaches 1, and the
+/// border of theory (docs/delay.md). Without --vary, runs the shipped stability map.
 #[derive(Debug, Args)]
 #[command(after_help = EXAMPLES)]
 pub(super) struct Sweep {
-    /// Rig file, file of settings, or a name such as `joint`; `bilateral` when left out.
+    /// Rig file, file of settings, or shipped rig such as `joint` (default: bilateral).
     file: Option<PathBuf>,
-    /// A key and its values: `KEY=A,B,C`, `KEY=FROM:TO:STEP` or `KEY=log:FROM:TO:COUNT`; `KEY+KEY=...` for keys of the same
-    /// value; can be given often. None: the map of round trip and wall stiffness.
+    /// Setting to vary, with its values; repeatable.
+    ///
+    /// `KEY=A,B,C`, `KEY=FROM:TO:STEP` or `KEY=log:FROM:TO:COUNT`; `KEY+KEY=...` sets several keys to the same value. Default:
+    /// the map of round trip and wall stiffness.
     #[arg(long = "vary", value_name = "KEY=VALUES")]
     vary: Vec<Values>,
-    /// Changes one setting for all points, such as `dof=1`; can be given often.
+    /// Change a setting of all points, such as `dof=1`; repeatable.
     #[arg(long = "set", value_name = "KEY=VALUE")]
     sets: Vec<String>,
-    /// Folder for `sweep.csv` and the map. One that is there is gone on with.
+    /// Folder of `sweep.csv` and the map; an interrupted sweep in it is continued.
     #[arg(long, value_name = "FOLDER", default_value = "runs/sweep")]
     out: PathBuf,
-    /// Runs only this part of the grid, into a file of its own: for many machines.
+    /// Run only this part of the grid, to a separate file, for several machines.
     #[arg(long, value_name = "NUMBER/COUNT")]
     shard: Option<Shard>,
-    /// Runs nothing: puts what all shards in the folder have done into `sweep.csv`.
+    /// Merge all shards in the folder into `sweep.csv`, without a run.
     #[arg(long, conflicts_with = "shard")]
     merge: bool,
-    /// Figure that the map shows: a column of the CSV.
+    /// Figure of the map: a column of the CSV.
     #[arg(long, value_name = "FIGURE", default_value = "stable")]
     map: String,
-    /// Prints what was done as one JSON object, all that goes to standard output.
+    /// Print the result as one JSON object.
     #[arg(long)]
     json: bool,
 }
 
-/// What was done, for programs.
+/// Result, as JSON.
 #[derive(Serialize)]
 struct Done<'a> {
-    /// The rows that there are.
+    /// File of all rows.
     file: &'a Path,
-    /// Points that are in it, of how many.
+    /// Points in the file, and in the grid.
     points: usize,
     of: usize,
-    /// The picture; none of a part, or of one key.
+    /// The picture; none for a shard or a single key.
     map: Option<PathBuf>,
 }
 
 const EXAMPLES: &str = "\
 Examples:
-  dimsart sweep                          where the bilateral loop is stable: round trips to 1 s, walls to 1e5 N/m
+  dimsart sweep                          stability of the bilateral loop: round trip to 1 s, wall to 1e5 N/m
   dimsart sweep joint --vary device.joint.axis.0.plant.load.inertia=log:0.01:1:9 --map axes.0.overshoot
-  dimsart sweep joint --vary device.joint.delay_ticks=0:3:0.25 --shard 3/16      on one of 16 machines
-  dimsart sweep joint --vary device.joint.delay_ticks=0:3:0.25 --merge           when all are done
+  dimsart sweep joint --vary device.joint.delay_ticks=0:3:0.25 --shard 3/16      one of 16 machines
+  dimsart sweep joint --vary device.joint.delay_ticks=0:3:0.25 --merge           afterwards
 
-A row is written when its point is done: a sweep that was ended goes on where it was, if its settings are the
-same still (settings.toml). Under Slurm:
+A row is written as soon as its point is done. The same command continues an interrupted sweep, provided that its settings are
+unchanged (settings.toml). With Slurm:
   sbatch --array=1-16 --wrap 'dimsart sweep ... --shard $SLURM_ARRAY_TASK_ID/16'";
 
 const WHOLE_FILE: &str = "sweep.csv";
-/// What all points have in common.
+/// Settings common to all points.
 const SETTINGS_FILE: &str = "settings.toml";
 
-/// What is varied without `--vary`: a loop that hardly any damping holds together, over its round trip and the wall.
+/// Default grid: a weakly damped loop over its round trip and the stiffness of the wall.
 const STABILITY_MAP: [&str; 2] = [
     "wall.stiffness_n_per_m=log:1e4:1e5:21",
     "link.forward_delay_ticks+link.backward_delay_ticks=1,2,3,5,7,10,15,20,30,50,70,100,150,200,300,400,500",
@@ -97,9 +102,7 @@ impl Sweep {
             let settings = self.sets.iter().flat_map(|set| ["--set", set]);
             let vary = STABILITY_MAP.iter().flat_map(|values| ["--vary", values]);
             let words: Vec<&str> = vary.chain(settings).collect();
-            say(self.json, out, |text| {
-                writeln!(text, "the shipped map: dimsart sweep {}\n", words.join(" "))
-            })?;
+            say(self.json, out, |text| writeln!(text, "shipped map: dimsart sweep {}\n", words.join(" ")))?;
         }
         let grid = Grid::new(self.vary.clone())?;
         if self.merge {
@@ -110,7 +113,7 @@ impl Sweep {
         };
         sweep::check(rig, &grid)?;
         report::make_folder(&self.out)?;
-        // What only the grid completes has no settings of its own.
+        // A file that only the grid completes has no settings to compare.
         if let Ok(file) = rig(&[]) {
             self.keep_settings(&file.to_toml())?;
         }
@@ -133,8 +136,8 @@ impl Sweep {
         swept?;
         let points = file.len().min(count);
         say(self.json, out, |text| {
-            writeln!(text, "{points} of {count} points are in {}", rows.display())?;
-            if was_stopped { writeln!(text, "stopped; the same command goes on") } else { Ok(()) }
+            writeln!(text, "{}: {points} of {count} points", rows.display())?;
+            if was_stopped { writeln!(text, "interrupted; repeat the command to continue") } else { Ok(()) }
         })?;
         let map = match self.shard {
             Some(_) => None,
@@ -143,13 +146,13 @@ impl Sweep {
         self.tell(&Done { file: &rows, points, of: count, map }, out)
     }
 
-    /// Writes down what all points have in common; rows that are there must have the same in common.
+    /// Writes the common settings; existing rows must have the same settings.
     fn keep_settings(&self, settings_toml: &str) -> Result<(), String> {
         let path = self.out.join(SETTINGS_FILE);
         match std::fs::read_to_string(&path) {
             Ok(text) if text == settings_toml => Ok(()),
             Ok(_) => Err(format!(
-                "{}: the rows in this folder are of other settings; give another folder with --out, or remove this one",
+                "{}: the rows in this folder have other settings: give another folder with --out, or remove this one",
                 path.display()
             )),
             Err(_) => std::fs::write(&path, settings_toml)
@@ -167,7 +170,7 @@ impl Sweep {
     fn merge(&self, grid: &Grid, out: &mut impl Write) -> Ending {
         let unreadable = |error| {
             format!(
-                "cannot read the folder {}: {error}; give the one of the shards with --out",
+                "cannot read the folder {}: {error}; give the folder of the shards with --out",
                 self.out.display()
             )
         };
@@ -187,21 +190,20 @@ impl Sweep {
                 None => merged = Some(table),
                 Some(merged) => merged.merge(table, grid.axes().len()).map_err(|_| {
                     format!(
-                        "{} has other columns than the first shard: it is of another sweep",
+                        "{} has other columns than the first shard: it belongs to another sweep",
                         path.display()
                     )
                 })?,
             }
         }
-        let merged =
-            merged.ok_or_else(|| format!("there is no sweep-N-of-M.csv in {}", self.out.display()))?;
+        let merged = merged.ok_or_else(|| format!("no sweep-N-of-M.csv in {}", self.out.display()))?;
         let (points, of) = (merged.rows.len(), grid.points());
-        say(self.json, out, |text| writeln!(text, "{points} of {of} points, of {} shards", paths.len()))?;
+        say(self.json, out, |text| writeln!(text, "{points} of {of} points from {} shards", paths.len()))?;
         let map = self.finish(grid, merged, out)?;
         self.tell(&Done { file: &self.out.join(WHOLE_FILE), points, of, map }, out)
     }
 
-    /// Writes the rows in their order, and the map of more than one key.
+    /// Writes the rows in order, and the map if there is more than one key.
     fn finish(
         &self,
         grid: &Grid,
@@ -216,7 +218,7 @@ impl Sweep {
         let map = map(grid, &table, &self.map).ok_or_else(|| {
             let known = table.header.iter().skip(grid.axes().len()).cloned().collect::<Vec<_>>();
             let near = hil_sim::schemes::suggestion(&self.map, &known);
-            format!("--map {}: no column is called that; {near}. The rows are in {WHOLE_FILE}", self.map)
+            format!("--map {}: unknown column; {near}. The rows are in {WHOLE_FILE}", self.map)
         })?;
         let [svg, _] = report::write_map(&self.out, &map)?;
         say(self.json, out, |text| writeln!(text, "map: {}", svg.display()))?;

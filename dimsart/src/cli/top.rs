@@ -1,4 +1,4 @@
-//! `dimsart top`: the page for a terminal.
+//! `dimsart top`: monitors and tunes controllers in the terminal.
 
 use std::io::{self, IsTerminal};
 use std::process::ExitCode;
@@ -13,36 +13,51 @@ use super::{Ending, UsageError};
 use crate::broker;
 use crate::top;
 
-/// Show, tune and move controllers in the terminal, as the page does in a browser.
+/// Monitor, tune and move controllers in the terminal.
 ///
-/// State, first fault, lease, modules and their parameters, signals and one of them as a chart, events. Motion needs `a`;
-/// Space stops every controller that is shown, always. `?` lists the keys.
+/// Shows state, first fault and lease; modules with parameters; signals, one of them as a chart of the last 10 s; events. A
+/// parameter with `*` differs from its default. On terminals below 72 columns, or with fewer than 12 free lines, one panel
+/// is shown at a time. `NO_COLOR` disables colours. Of a board every 4th tick is shown.
 #[derive(Debug, Args)]
-#[command(after_help = EXAMPLES)]
+#[command(after_help = EXAMPLES, after_long_help = format!("{EXAMPLES}\n\n{KEYS}"))]
 pub(super) struct Top {
-    /// Serial ports such as `/dev/ttyACM0`, `tcp:HOST:PORT`, `unix:PATH`, or `sim:NAME` of a `dimsart serve`; all that a
-    /// running `dimsart serve` of yours shares, when left out.
+    /// Ports (default: all that programs of this user share, such as `dimsart serve`).
+    ///
+    /// `/dev/ttyACM0`, `tcp:HOST:PORT`, `unix:PATH`, or `sim:NAME` of `dimsart serve`.
     #[arg(value_name = "PORT")]
     ports: Vec<String>,
-    /// Bits per second of a serial port.
+    /// Baud rate of a serial port.
     #[arg(long, default_value_t = DEFAULT_BAUD)]
     baud: u32,
 }
 
 const EXAMPLES: &str = "\
 Examples:
-  dimsart top                                 all that `dimsart serve` shares
+    dimsart top                                 all shared ports, for example of `dimsart serve`
   dimsart top sim:joint                       the simulated joint of `dimsart serve`
   dimsart top /dev/ttyACM0 /dev/ttyACM1       two boards
-  ssh -t robot dimsart top                    on another computer, which has the boards";
+  ssh -t robot dimsart top                    on a robot's computer";
+
+const KEYS: &str = "\
+Keys:
+  Space          STOP all stations shown and release their leases, also while typing; `s` does the same otherwise
+  a, d           arm, after a question, and disarm. Motion ends within 0.7 s if the terminal closes or does not keep up
+  c, r           check, which starts a stopped scheme if it matches; reset, if not armed from here
+  1 … 9, Tab     select a station
+  Left, Right    select the panel: modules, signals, chart or events
+  Up, Down, PgUp, PgDn, Home, End   select a line
+  Enter          edit the selected parameter; a refusal is shown with its reason
+  /              filter by name; Esc ends the filter
+  ?              list the keys
+  q, Ctrl-C      release the lease and quit";
 
 impl Top {
     pub(super) fn execute(self, kinds: Kinds) -> Ending {
         if !(io::stdin().is_terminal() && io::stdout().is_terminal()) {
             let port = self.ports.first().map_or("PORT", String::as_str);
             let reason = format!(
-                "`dimsart top` is for a terminal (over SSH: `ssh -t`); `dimsart connect {port}` prints the same, \
-                 `--json` for a program"
+                "`dimsart top` needs a terminal (over SSH: `ssh -t`); without one, use `dimsart connect {port}`, with \
+                 `--json` for programs"
             );
             return Err(UsageError(reason).into());
         }
@@ -52,7 +67,7 @@ impl Top {
             _ => broker::shared_ports()?,
         };
         if ports.is_empty() {
-            return Err("no port is shared: start `dimsart serve [RIG or PORT]`, or name one, \
+            return Err("no shared port found: start `dimsart serve [RIG or PORT]`, or give a port: \
                         `dimsart top PORT`"
                 .into());
         }

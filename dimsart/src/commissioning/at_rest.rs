@@ -1,4 +1,4 @@
-//! What a board measures while nothing moves it: supply, temperatures, currents, encoders, links.
+//! Checks a board's measurements at rest: supply, temperatures, currents, encoders, links.
 
 use std::f64::consts::TAU;
 use std::io::{Read, Write};
@@ -8,14 +8,14 @@ use boards::catalogue::BoardInfo;
 use super::Check;
 use crate::connect::{ConnectError, Device, SignalReport, ValueText};
 
-/// Of the largest current: what converters show without one.
+/// Offset of current measurements without a current, as a share of the maximum.
 const CURRENT_SHARE: f64 = 0.03;
-/// Where the board's own limits are not known, `°C`.
+/// Default limits, `°C`.
 const TEMPERATURES_C: [f64; 2] = [-20.0, 85.0];
-/// Counts that an encoder at rest may go to and fro.
+/// Tolerance of an encoder at rest, counts.
 const RESTLESS_COUNTS: f64 = 2.0;
 
-/// Signals as they were at the beginning and at the end.
+/// Signals at the start and at the end.
 pub(super) struct Looks {
     before: Vec<SignalReport>,
     after: Vec<SignalReport>,
@@ -33,7 +33,7 @@ impl Looks {
         Ok(())
     }
 
-    /// A signal's values at the beginning and at the end, and its unit.
+    /// Returns a signal's values at the start and at the end, and its unit.
     fn signal(&self, name: &str) -> Option<([Vec<f64>; 2], &str)> {
         let find = |reports: &'_ [SignalReport]| {
             let report = reports.iter().find(|report| report.name == name)?;
@@ -54,7 +54,7 @@ fn number(value: &ValueText) -> f64 {
     }
 }
 
-/// What is measured, by the limits of a board of the catalogue. `holder` may have it move: then nothing of it is at rest.
+/// Checks measurements against the limits of the catalogue. `holder` is the client that may move the board.
 pub(super) fn checks(looks: &Looks, board: Option<&BoardInfo>, holder: Option<u8>) -> Vec<Check> {
     let limits = board.and_then(|board| board.tooling.drive).map(|drive| drive.configuration.limits);
     let motor = board.and_then(|board| board.tooling.motor);
@@ -66,17 +66,14 @@ pub(super) fn checks(looks: &Looks, board: Option<&BoardInfo>, holder: Option<u8
     let mut checks = Vec::new();
     for name in looks.measured.iter().map(String::as_str) {
         let (range, next) = match name {
-            "SUPPLY_VOLTAGE" | "BUS_VOLTAGE" => (
-                supply,
-                "look at the supply, its switch and its wires; correct the limits in `boards/src/catalogue/`",
-            ),
+            "SUPPLY_VOLTAGE" | "BUS_VOLTAGE" => {
+                (supply, "check the supply, its switch and wires, or the limits in `boards/src/catalogue/`")
+            }
             "BRIDGE_TEMPERATURE" | "TEMPERATURE" | "WINDING_TEMPERATURE" => {
-                (temperature, "let it cool, or look at the sensor")
+                (temperature, "let it cool down, or check the sensor")
             }
-            "MOTOR_CURRENT" => {
-                ([-current, current], "look at the shunts' amplifiers with the motor unplugged")
-            }
-            "DRIVE_FAULT" => ([0.0, 0.0], "look the number up in the drive's manual"),
+            "MOTOR_CURRENT" => ([-current, current], "disconnect the motor and check the shunt amplifiers"),
+            "DRIVE_FAULT" => ([0.0, 0.0], "look up this number in the drive's manual"),
             _ => continue,
         };
         checks.extend(within(looks, name, range, next, holder));
@@ -88,10 +85,10 @@ pub(super) fn checks(looks: &Looks, board: Option<&BoardInfo>, holder: Option<u8
 }
 
 fn driven(name: &str, holder: u8) -> Check {
-    Check::not_run(name, format!("client {holder} holds the lease, so the device may move"))
+    Check::not_run(name, format!("not at rest: client {holder} holds the lease"))
 }
 
-/// Unit behind a value.
+/// Formats values with their unit.
 fn listed(values: &[f64], unit: &str) -> String {
     let values: Vec<String> = values.iter().map(|value| format!("{value:.3}")).collect();
     format!("{} {unit}", values.join(", ")).trim_end().to_owned()
@@ -111,7 +108,7 @@ fn within(
     let expected = match (least.is_finite(), most.is_finite()) {
         (true, true) => format!("{least} to {most} {unit}"),
         (true, false) => format!("above {least} {unit}"),
-        _ => "a number".to_owned(),
+        _ => "a finite number".to_owned(),
     };
     let is_well = values.iter().all(|value| value.is_finite() && (least..=most).contains(value));
     Some(Check::new(name, is_well, listed(&values, unit), expected.trim_end(), next))
@@ -128,15 +125,15 @@ fn encoders(looks: &Looks, counts_per_turn: Option<f64>, holder: Option<u8>) -> 
     Some(Check::new(
         name,
         moved.iter().all(|moved| moved.is_finite() && moved.abs() <= most),
-        format!("{}, moved by {} in a second", listed(&after, unit), listed(&moved, unit)),
+        format!("{}, moved by {} in 1 s", listed(&after, unit), listed(&moved, unit)),
         format!(
-            "finite, and still to {most:.4} {unit}: turn the shafts by hand, and `watch POSITION` follows"
+            "finite and constant within {most:.4} {unit}; `watch POSITION` follows when a shaft is turned by hand"
         ),
-        "hold the shafts still; if nothing turns, look at the encoder's supply, ground and shield",
+        "hold the shafts still; if they do not turn, check the encoder's supply, ground and shield",
     ))
 }
 
-/// States of a link, by number, as `LINK_STATE` has them.
+/// Names of the values of `LINK_STATE`.
 const STATES: [&str; 7] =
     ["no data yet", "ok", "some lost", "repeated", "wrong sequence", "error", "timeout"];
 
@@ -147,21 +144,21 @@ fn links(looks: &Looks) -> Vec<Check> {
         .filter_map(|suffix| link(looks, suffix))
         .collect();
     if checks.is_empty() {
-        checks.push(Check::not_run("links", "the scheme takes nothing from a link"));
+        checks.push(Check::not_run("links", "the scheme receives nothing from a link"));
     }
     checks.extend(growth(looks, "CAN_REJOINS").map(|(rejoins, in_all)| {
         Check::new(
             "CAN bus",
             rejoins <= 0.0,
-            format!("joined again {rejoins} times in a second, {in_all} since the start"),
-            "that it stays on the bus",
-            "look at both ends' 120 ohm, at CANH and CANL, at the transceiver and at the bit rates of all nodes",
+            format!("{rejoins} bus-off recoveries in 1 s, {in_all} since the start"),
+            "no bus-off",
+            "check 120 ohm at both ends, CANH and CANL, the transceiver and the bit rates of all nodes",
         )
     }));
     checks
 }
 
-/// By how much a count has grown, and what it is now.
+/// Returns the increase of a count, and its value.
 fn growth(looks: &Looks, name: &str) -> Option<(f64, f64)> {
     let ([before, after], _) = looks.signal(name)?;
     Some((after.first()? - before.first()?, *after.first()?))
@@ -175,17 +172,17 @@ fn link(looks: &Looks, suffix: &str) -> Option<Check> {
         .iter()
         .zip(0_u8..)
         .find(|(_, number)| (f64::from(*number) - state).abs() < 0.5)
-        .map_or("unknown to this version", |(text, _)| text);
+        .map_or("unknown state", |(text, _)| text);
     let of = |name: &str| growth(looks, &format!("{name}{suffix}")).unwrap_or_default();
     let ([lost, _], [refused, _]) = (<[f64; 2]>::from(of("LINK_LOST")), <[f64; 2]>::from(of("LINK_REFUSED")));
     if text == "no data yet" {
-        return Some(Check::not_run(&name, "nothing has come over it yet: connect the other side"));
+        return Some(Check::not_run(&name, "no packet received yet: connect the peer"));
     }
     Some(Check::new(
         &name,
         text == "ok" && lost <= 0.0 && refused <= 0.0,
-        format!("{text}; {lost} lost and {refused} refused in a second"),
-        "ok, and none lost or refused",
-        "see to the other side, the wires and the bit rates",
+        format!("{text}; {lost} lost and {refused} refused in 1 s"),
+        "ok, no packet lost or refused",
+        "check the peer, the wires and the bit rates",
     ))
 }

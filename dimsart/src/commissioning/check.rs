@@ -1,10 +1,10 @@
-//! One thing that is checked, and what came of it.
+//! A check and its result.
 
 use std::fmt;
 
 use serde::{Deserialize, Serialize};
 
-/// What came of a check.
+/// Result of a check.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Verdict {
@@ -12,7 +12,7 @@ pub enum Verdict {
     Passed,
     /// Not as expected.
     Failed,
-    /// Nothing is known.
+    /// Not run.
     NotRun,
 }
 
@@ -26,23 +26,23 @@ impl fmt::Display for Verdict {
     }
 }
 
-/// One thing that was checked.
+/// A check.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Check {
-    /// What it is about.
+    /// Name.
     pub name: String,
-    /// What came of it.
+    /// Result.
     pub verdict: Verdict,
-    /// What was found, with its figure; why the check was not run.
+    /// Finding with its value, or why the check was not run.
     pub found: String,
-    /// What it should be; empty where it was not run.
+    /// Expected finding; empty if the check was not run.
     pub expected: String,
-    /// What to do next; empty unless it failed.
+    /// Next step; empty unless the check failed.
     pub next_step: String,
 }
 
 impl Check {
-    /// A check that was run; `next_step` counts where it is not as expected.
+    /// Returns a completed check; `next_step` applies if it failed.
     #[must_use]
     pub fn new(
         name: &str,
@@ -60,7 +60,7 @@ impl Check {
         }
     }
 
-    /// A check that was not run, and why.
+    /// Returns a check that was not run, with the reason.
     #[must_use]
     pub fn not_run(name: &str, why: impl Into<String>) -> Self {
         Self {

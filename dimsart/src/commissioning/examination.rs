@@ -1,4 +1,4 @@
-//! What a board says of itself when it is only looked at.
+//! Checks that only read from a board.
 
 use std::io::{Read, Write};
 
@@ -12,14 +12,13 @@ use super::at_rest::{self, Looks};
 use super::{Check, Surroundings, watch_ticks};
 use crate::connect::{ConnectError, Device, Events, Faults, KeptReport, StatusReport, TimingText};
 
-/// For how long ticks are watched, `s`.
+/// Time to watch ticks, `s`.
 const WATCHED_S: f64 = 1.0;
 
-/// Looks at a board for about a second: takes no lease, moves and changes nothing. `name` is the board that it should be, if
-/// that is known.
+/// Examines a board for about a second, without a lease, motion or changes. `name` is the expected board.
 ///
 /// # Errors
-/// [`ConnectError`] when the device stops answering.
+/// [`ConnectError`] if the device stops answering.
 pub fn examine<S: Read + Write>(
     device: &mut Device<S>,
     around: &impl Surroundings,
@@ -41,7 +40,7 @@ pub fn examine<S: Read + Write>(
     checks.extend(watch_ticks(device, around, WATCHED_S)?.0);
     looks.look(device)?;
     let after = device.status_report()?;
-    // A board may be examined without its peer.
+    // A missing peer is not a fault here.
     let is_wrong = |reason: &Reason| reason.is_fault() && *reason != Reason::LinkDown;
     let reason = device.reason()?.filter(is_wrong).is_some();
     checks.push(faults(&device.faults()?, reason));
@@ -56,8 +55,8 @@ fn protocol(theirs: u16) -> Check {
         "protocol",
         theirs == PROTOCOL_VERSION,
         theirs.to_string(),
-        format!("{PROTOCOL_VERSION}, this program's"),
-        "use the `dimsart` that its image was built with, or flash an image of this version",
+        format!("{PROTOCOL_VERSION}, the version of this program"),
+        "use the `dimsart` of the image's version, or flash an image of this version",
     )
 }
 
@@ -68,13 +67,13 @@ fn board(found: &str, wanted: Option<&str>) -> Check {
             found == wanted,
             found,
             wanted,
-            "give the port of the board that you mean, or flash its image",
+            "give the port of the right board, or flash its image",
         ),
-        None => Check::new("board", true, found, "a name", ""),
+        None => Check::new("board", true, found, "a board name", ""),
     }
 }
 
-/// Who holds the lease.
+/// The client with the lease.
 fn holder(status: &StatusReport) -> Option<u8> {
     status.lease.map(|lease| lease.holder).filter(|holder| *holder != NO_CLIENT)
 }
@@ -86,16 +85,16 @@ fn stamp(image: &str, timing: Option<&TimingText>) -> Check {
     if !is_unstamped && limit.is_none() {
         return Check::not_run(
             name,
-            format!("{image}, which tells no limit: of a controller without a stamp"),
+            format!("{image}: no stamp and no limit of the tick, as on a simulated controller"),
         );
     }
-    let limit = limit.map_or(String::new(), |limit| format!(", a tick may take {limit} cycles"));
+    let limit = limit.map_or(String::new(), |limit| format!(", limit of a tick {limit} cycles"));
     Check::new(
         name,
         !is_unstamped,
         format!("{image}{limit}"),
-        "a stamp: what its modules cost",
-        "`cargo xtask flash BOARD` flashes a stamped image; `dimsart stamp IMAGE` stamps one before it is flashed",
+        "a stamp with module costs",
+        "flash a stamped image with `cargo xtask flash BOARD`; `dimsart stamp IMAGE` stamps an image",
     )
 }
 
@@ -103,7 +102,10 @@ fn start(events: &Events) -> Check {
     let name = "start";
     let is = |what: u8, kind: EventKind| what == kind as u8;
     let Some(place) = events.0.iter().rposition(|event| is(event.what, EventKind::Started)) else {
-        return Check::not_run(name, "the device keeps no events, or has had many since its start");
+        return Check::not_run(
+            name,
+            "no start in the event log: the device keeps no events, or the log wrapped",
+        );
     };
     let (before, last) = events.0.split_at(place);
     let Some(started) = last.first() else { return Check::not_run(name, "the device keeps no events") };
@@ -111,32 +113,32 @@ fn start(events: &Events) -> Check {
         .last()
         .filter(|event| is(event.what, EventKind::Panic) || is(event.what, EventKind::Exception));
     let found = match stop {
-        Some(stop) => format!("{} behind a {} in tick {}", started.text, stop.name, stop.tick),
+        Some(stop) => format!("{} after a {} in tick {}", started.text, stop.name, stop.tick),
         None => started.text.clone(),
     };
     Check::new(
         name,
         stop.is_none() && started.detail != StartCause::Watchdog as u32,
         found,
-        "by its supply, its reset pin or when it was flashed",
-        "its log (`cargo xtask flash BOARD`) and `events` say what went before; docs/faults.md, 128 to 133",
+        "by power-on, reset pin or flashing",
+        "read its log (`cargo xtask flash BOARD`) and `events`; docs/faults.md, 128 to 133",
     )
 }
 
 fn scheme(kept: Option<&KeptReport>) -> Check {
     let name = "scheme";
-    let Some(kept) = kept else { return Check::not_run(name, "the device keeps none") };
+    let Some(kept) = kept else { return Check::not_run(name, "the device stores no schemes") };
     let next = match (kept.origin, kept.trial) {
-        ("none", _) => "no scheme matches this device: `faults` names what does not",
-        (_, "waits") => "start the board over for the trial, or `rollback` forgets it",
-        (_, "tried") => "`confirm` keeps the one on trial if it runs and does well; `rollback` forgets it",
-        _ => "`save` a scheme that matches, restart, `confirm`",
+        ("none", _) => "no scheme matches this device: run `faults`",
+        (_, "waits") => "restart the board for the trial, or run `rollback`",
+        (_, "tried") => "run `confirm` to keep the scheme on trial, or `rollback`",
+        _ => "`save` a matching scheme, restart, `confirm`",
     };
     Check::new(
         name,
         kept.origin != "none" && kept.reason.is_none() && kept.trial == "none",
         kept.to_string().replace('\n', "; "),
-        "the saved or the built-in one, and none on trial",
+        "the saved or built-in scheme, no scheme on trial",
         next,
     )
 }
@@ -146,13 +148,13 @@ fn faults(faults: &Faults, has_fault: bool) -> Check {
     found.extend(faults.cut_out.clone());
     found.extend(faults.findings.iter().filter(|finding| finding.is_fault).map(ToString::to_string));
     if let Some(first) = &faults.first_fault {
-        found.push(format!("the first trouble was in tick {}: {}", first.tick, first.reason));
+        found.push(format!("first fault in tick {}: {}", first.tick, first.reason));
     }
     Check::new(
         "faults",
         !has_fault && faults.faults == 0 && faults.cut_out.is_none(),
         found.join("; "),
-        "none that stands",
-        "as it says; the numbers are those of docs/faults.md",
+        "no active fault",
+        "correct the fault; look up its number in docs/faults.md",
     )
 }

@@ -1,4 +1,4 @@
-//! How far ticks begin from one period after the one before: many of them, as a histogram.
+//! Jitter of the tick period, with a histogram.
 
 use std::fmt::Write as _;
 
@@ -6,29 +6,29 @@ use serde::{Deserialize, Serialize};
 
 use super::Check;
 
-/// Share of a period that a tick may begin off by: 10 µs at 1 kHz.
+/// Tolerance of a period: 10 µs at 1 kHz.
 const SHARE: f64 = 0.01;
-/// Of a histogram, at most; and characters of its longest bar.
+/// Maximum bins of a histogram, and characters of its longest bar.
 const BINS: f64 = 20.0;
 const BAR: usize = 50;
 
-/// How many of some values fall into intervals of one width.
+/// Histogram with intervals of equal width.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Histogram {
-    /// What they are of.
+    /// Title.
     pub title: String,
-    /// Their unit.
+    /// Unit of the values.
     pub unit: String,
-    /// Where the first interval begins.
+    /// Start of the first interval.
     pub begin: f64,
-    /// Width of each.
+    /// Width of an interval.
     pub width: f64,
-    /// Values in each.
+    /// Number of values in each interval.
     pub counts: Vec<usize>,
 }
 
 impl Histogram {
-    /// Of finite values: at most 21 intervals, as wide as 1, 2 or 5 times a power of ten.
+    /// Counts finite values in at most 21 intervals, whose width is 1, 2 or 5 times a power of ten.
     #[must_use]
     pub fn of(title: &str, unit: &str, values: &[f64]) -> Option<Self> {
         let least = values.iter().copied().reduce(f64::min)?;
@@ -50,14 +50,14 @@ impl Histogram {
         Some(Self { title: title.to_owned(), unit: unit.to_owned(), begin, width, counts })
     }
 
-    /// A line for each interval, with a bar.
+    /// Formats a line per interval, with a bar.
     #[must_use]
     pub fn text(&self) -> String {
         let most = self.counts.iter().copied().max().unwrap_or(0).max(1);
         let mut text = String::new();
         for (bin, count) in (0_u32..).zip(&self.counts) {
             let begin = self.begin + f64::from(bin) * self.width;
-            // Whatever is there is seen.
+            // Rounded up: a single value is visible.
             let bar = "#".repeat((count * BAR).div_ceil(most));
             let _ = writeln!(text, "{begin:>10.3} {} {count:>7} {bar}", self.unit);
         }
@@ -65,8 +65,7 @@ impl Histogram {
     }
 }
 
-/// Judges the `periods_cycles` of ticks that should be `1 / hz` long. Their mean is taken for that: whether it is right is
-/// the tick rate's matter.
+/// Checks the jitter of `periods_cycles` around their mean, which corresponds to `1 / hz`; the tick rate is a separate check.
 pub(super) fn judge(name: &str, periods_cycles: &[f64], hz: f64) -> (Check, Option<Histogram>) {
     #[expect(clippy::cast_precision_loss, reason = "some thousands")]
     let count = periods_cycles.len() as f64;
@@ -74,7 +73,7 @@ pub(super) fn judge(name: &str, periods_cycles: &[f64], hz: f64) -> (Check, Opti
     let off_us: Vec<f64> = periods_cycles.iter().map(|cycles| (cycles / mean - 1.0) * 1e6 / hz).collect();
     let histogram = Histogram::of("Jitter of the tick's period", "µs", &off_us);
     let Some(farthest) = off_us.iter().copied().max_by(|one, other| one.abs().total_cmp(&other.abs())) else {
-        return (Check::not_run(name, "the device does not measure it"), None);
+        return (Check::not_run(name, "the device does not measure the tick period"), None);
     };
     let deviation = (off_us.iter().map(|off| off * off).sum::<f64>() / count).sqrt();
     let allowed = SHARE * 1e6 / hz;
@@ -82,11 +81,11 @@ pub(super) fn judge(name: &str, periods_cycles: &[f64], hz: f64) -> (Check, Opti
         name,
         farthest.abs() <= allowed,
         format!(
-            "{farthest:+.2} µs from the mean of {mean:.0} cycles at most, {deviation:.2} µs standard deviation, in {count} \
-             ticks that were sent"
+            "{farthest:+.2} µs max from the mean of {mean:.0} cycles, standard deviation {deviation:.2} µs, {count} ticks \
+             sampled"
         ),
-        format!("{allowed} µs at most"),
-        "see what holds interrupts off: a debugger, flash that is written, or a critical section in code of your own",
+        format!("max {allowed} µs"),
+        "find what blocks interrupts: a debugger, writing to flash, or a critical section in your own code",
     );
     (check, histogram)
 }

@@ -1,4 +1,4 @@
-//! A step of the torque on a rotor that is held: the measured current is what the torque asks for.
+//! Torque step on a locked rotor: compares the measured current with the commanded torque.
 
 use std::io::{Read, Write};
 use std::time::Duration;
@@ -11,7 +11,7 @@ use super::{Check, Surroundings};
 use crate::connect::{ANY_SIDE, ConnectError, Device, Tap, TapRow};
 use crate::report::{Curve, Figure, Level, Panel};
 
-/// A constant torque, 0 at first.
+/// A constant torque, initially 0.
 const SCHEME: &str = "\
 all MOD_ENG CLOSE
 all SIGGEN_MOD FORM CONSTANT
@@ -20,30 +20,30 @@ all SIGGEN_MOD PORT_SIGNAL_OUT DES_FORCE
 all MOD_ENG MOD_ON SIGGEN_MOD
 all MOD_ENG MATCHING_CHECK
 ";
-/// Longest time that a board turns its rotor for, to find where the magnets are, `s`.
+/// Maximum time of the encoder alignment, `s`.
 const ALIGNING_S: f64 = 9.0;
-/// Before the step, on it, and behind it, `s`.
+/// Time before and after the step, and of the step, `s`.
 const BEFORE_S: f64 = 0.1;
 const STEP_S: f64 = 0.4;
-/// Of the step, until the current is compared: commands rise within a rate.
+/// Time from the step to the comparison: the rate of commands is limited, `s`.
 const SETTLING_S: f64 = 0.15;
-/// How far the current may be from what the torque asks for.
+/// Tolerance of the current.
 const SHARE: f64 = 0.1;
-/// A rotor that is held turns no further, `rad`.
+/// Maximum angle of a locked rotor, `rad`.
 const HELD_RAD: f64 = 0.2;
 const A_MOMENT: Duration = Duration::from_millis(5);
 const SIGNALS: [&str; 3] = ["DES_FORCE", "MOTOR_CURRENT", "POSITION"];
 
-/// What is to be seen.
+/// Parameters of the step.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct LockedRotor {
     /// Height of the step, `N m`.
     pub torque_nm: f64,
-    /// Of the motor, `N m/A`, above 0.
+    /// Torque constant of the motor, `N m/A`, above 0.
     pub torque_constant_nm_per_a: f64,
 }
 
-/// The step as it was measured, for a picture.
+/// The measured step, for a picture.
 #[derive(Debug)]
 pub struct Step {
     figure: Figure,
@@ -51,7 +51,7 @@ pub struct Step {
 }
 
 impl Step {
-    /// What it is drawn from.
+    /// Returns the figure and its recording.
     #[must_use]
     pub fn picture(&self) -> (&Figure, &Recording) {
         (&self.figure, &self.recording)
@@ -59,11 +59,10 @@ impl Step {
 }
 
 impl LockedRotor {
-    /// Puts a constant torque of 0 in place of the scheme. Gives the rows of the one that was there, to be
-    /// [put back](Self::put_back).
+    /// Replaces the scheme by a constant torque of 0. Returns the rows of the old scheme, for [`put_back`](Self::put_back).
     ///
     /// # Errors
-    /// [`ConnectError`] when the device does not answer, or refuses the scheme.
+    /// [`ConnectError`] if the device does not answer or refuses the scheme.
     pub fn prepare<S: Read + Write>(device: &mut Device<S>) -> Result<String, ConnectError> {
         let rows = device.scheme_rows(None)?;
         let scheme = SchemeText { name: "a constant torque".to_owned(), text: SCHEME.to_owned() };
@@ -71,10 +70,10 @@ impl LockedRotor {
         Ok(rows)
     }
 
-    /// Arms the board for 9 s, in which it finds where its rotor's magnets are: the rotor must be free for that.
+    /// Arms the board for 9 s to align its encoder; the rotor must be free to turn.
     ///
     /// # Errors
-    /// [`ConnectError`] when the device does not answer, or refuses the lease.
+    /// [`ConnectError`] if the device does not answer or refuses the lease.
     pub fn align<S: Read + Write>(
         device: &mut Device<S>,
         around: &impl Surroundings,
@@ -85,7 +84,7 @@ impl LockedRotor {
         waited
     }
 
-    /// Arms the board for less than a second, and commands the step meanwhile.
+    /// Arms the board for less than a second and commands the step.
     ///
     /// # Errors
     /// As [`align`](Self::align).
@@ -99,7 +98,7 @@ impl LockedRotor {
         let mut tap = Tap::new(1).of(&names);
         device.hold_lease()?;
         let recorded = self.record(device, around, &mut tap);
-        // Whatever came of it, it ends here.
+        // Also after an error.
         let ended = device.set("SIGGEN_MOD", "AMPLITUDE[0]", "0");
         device.give_lease_back()?;
         device.end_tap(&mut tap)?;
@@ -110,7 +109,7 @@ impl LockedRotor {
         Ok((self.judge(&rows, &widths, period_s, reason), self.draw(&rows, &widths, period_s)))
     }
 
-    /// Puts the scheme back that was there before.
+    /// Restores the old scheme.
     ///
     /// # Errors
     /// As [`align`](Self::align).
@@ -142,21 +141,22 @@ impl LockedRotor {
 
     fn judge(&self, rows: &[TapRow], widths: &[usize], period_s: f64, reason: Option<&str>) -> Check {
         let name = "torque on a locked rotor";
-        let next = "look at the motor's torque constant (catalogue), the shunts' scaling and the wires of the phases";
+        let next =
+            "check the motor's torque constant (catalogue), the scaling of the shunts and the phase wires";
         let expected = format!(
-            "{:.3} A, to {:.0} %: {} N m / {} N m/A; and a rotor that is held",
+            "{:.3} A ±{:.0} % ({} N m / {} N m/A), rotor locked",
             self.wanted_a(),
             100.0 * SHARE,
             self.torque_nm,
             self.torque_constant_nm_per_a
         );
         if let Some(reason) = reason {
-            let next = "`faults` says what is wrong, and what to do";
-            return Check::new(name, false, format!("the step ended by {reason}"), expected, next);
+            let next = "run `faults`: it lists the fault and the next step";
+            return Check::new(name, false, format!("step aborted by {reason}"), expected, next);
         }
         let settled: Vec<[f64; 3]> = settled(rows, widths, self.torque_nm, period_s);
         if settled.is_empty() {
-            return Check::new(name, false, "nothing came of the step over the line", expected, next);
+            return Check::new(name, false, "no samples of the step were received", expected, next);
         }
         #[expect(clippy::cast_precision_loss, reason = "a few hundred")]
         let mean_a = settled.iter().map(|row| row[1]).sum::<f64>() / settled.len() as f64;
@@ -168,12 +168,12 @@ impl LockedRotor {
             name,
             is_held && (mean_a / self.wanted_a() - 1.0).abs() <= SHARE,
             format!(
-                "{mean_a:.3} A, the mean of {} ticks; the rotor turned by {:.3} rad",
+                "{mean_a:.3} A, mean of {} ticks; the rotor turned by {:.3} rad",
                 settled.len(),
                 most - least
             ),
             expected,
-            if is_held { next } else { "hold the rotor: it turned" },
+            if is_held { next } else { "the rotor turned: clamp it" },
         )
     }
 
@@ -201,13 +201,13 @@ impl LockedRotor {
             curves,
             levels,
         };
-        let level = Level { label: "wanted".to_owned(), value: self.wanted_a() };
+        let level = Level { label: "expected".to_owned(), value: self.wanted_a() };
         let figure = Figure {
             file_stem: "locked_rotor".to_owned(),
-            title: "A step of the torque on a locked rotor".to_owned(),
+            title: "Torque step on a locked rotor".to_owned(),
             panels: vec![
                 panel(
-                    "Current that makes the torque",
+                    "Torque-producing current",
                     "current (A)",
                     vec![curve("measured", 1), curve("commanded torque / kt", 0)],
                     vec![level],
@@ -227,7 +227,7 @@ fn firsts(row: &TapRow, widths: &[usize]) -> Option<[f64; 3]> {
     Some([value(0)?, value(*force)?, value(force + current)?])
 }
 
-/// The rows on the step, from when it has settled on.
+/// The rows of the settled step.
 fn settled(rows: &[TapRow], widths: &[usize], torque_nm: f64, period_s: f64) -> Vec<[f64; 3]> {
     let on: Vec<(u32, [f64; 3])> = rows
         .iter()

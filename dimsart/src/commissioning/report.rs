@@ -1,4 +1,4 @@
-//! What is sent back: every check with its figure, and what was checked.
+//! The report: facts and checks, as Markdown and JSON.
 
 use std::fmt::Write as _;
 use std::fs;
@@ -8,27 +8,27 @@ use serde::{Deserialize, Serialize};
 
 use super::{Check, Histogram, Verdict};
 
-/// Everything that was found of a board.
+/// Results of all checks of a board.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Report {
-    /// The board that it should be.
+    /// Expected board.
     pub board: String,
-    /// Whether nothing failed.
+    /// Whether no check failed.
     pub is_well: bool,
-    /// Whether an emulated chip was in the board's place.
+    /// Whether the board was an emulated chip.
     pub is_emulated: bool,
-    /// Names and versions of what was used.
+    /// Names and versions of hardware and software.
     pub facts: Vec<(String, String)>,
-    /// The checks, in their order.
+    /// The checks, in order.
     pub checks: Vec<Check>,
-    /// Of what was measured many times.
+    /// Histograms of measurements.
     pub histograms: Vec<Histogram>,
-    /// Pictures beside the report.
+    /// File names of pictures.
     pub pictures: Vec<String>,
 }
 
 impl Report {
-    /// Of a board, with what is known of it so far.
+    /// Creates a report with the results so far.
     #[must_use]
     pub fn new(board: &str, is_emulated: bool, facts: Vec<(String, String)>, checks: Vec<Check>) -> Self {
         let mut report = Self {
@@ -52,10 +52,10 @@ impl Report {
         }
     }
 
-    /// Writes `report.md` and `report.json` into a folder, made if missing; gives their paths.
+    /// Writes `report.md` and `report.json` to a folder, created if missing, and returns their paths.
     ///
     /// # Errors
-    /// What the system says.
+    /// The folder or a file cannot be written.
     pub fn write(&self, folder: &Path) -> std::io::Result<[PathBuf; 2]> {
         fs::create_dir_all(folder)?;
         let paths = [folder.join("report.md"), folder.join("report.json")];
@@ -66,10 +66,10 @@ impl Report {
     }
 
     fn markdown(&self) -> String {
-        let verdict = if self.is_well { "nothing failed" } else { "NOT WELL" };
+        let verdict = if self.is_well { "all checks passed" } else { "FAILED" };
         let mut text = format!("# {}: {verdict}\n\n", self.board);
         if self.is_emulated {
-            text += "An emulated chip was in the board's place: nothing here has run on silicon.\n\n";
+            text += "Run on an emulated chip, not on silicon.\n\n";
         }
         text += "| | |\n|---|---|\n";
         for (name, value) in &self.facts {

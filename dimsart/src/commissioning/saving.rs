@@ -1,4 +1,4 @@
-//! A scheme is saved while the board ticks, tried and confirmed over two restarts.
+//! Saves a scheme while the board ticks, then tries and confirms it over two restarts.
 
 use std::io::{Read, Write};
 
@@ -10,24 +10,24 @@ use crate::connect::{ConnectError, Device, KeptReport};
 
 const NAME: &str = "save, restart, confirm";
 const EXPECTED: &str = "on trial after one restart, saved after the next";
-const NEXT: &str = "`show` and `events` say what became of it; flash that does not hold what is written is worn out or protected";
-/// Longest time until a board answers behind a restart, `s`.
+const NEXT: &str = "run `show` and `events`; flash that loses data is worn out or write-protected";
+/// Maximum time from a restart to the first answer, `s`.
 const START_S: f64 = 5.0;
 
-/// Keeps the scheme as it is, tries it and confirms it. A board whose processor stands still while flash is written has its
-/// scheme stopped for it. How many ticks came late meanwhile is a check of its own.
+/// Saves the current scheme, tries it and confirms it. Stops the scheme if the processor halts while it writes flash. Late
+/// ticks are a separate check.
 ///
 /// # Errors
-/// [`ConnectError`] when the device does not answer.
+/// [`ConnectError`] if the device does not answer.
 pub fn save_and_restart<S: Read + Write>(
     device: &mut Device<S>,
     around: &mut impl Surroundings,
 ) -> Result<Vec<Check>, ConnectError> {
     if !around.can_restart() {
-        return Ok(vec![Check::not_run(NAME, "nothing is given that starts the board over")]);
+        return Ok(vec![Check::not_run(NAME, "no restart command given (--restart)")]);
     }
     if device.kept()?.is_none() {
-        return Ok(vec![Check::not_run(NAME, "the device keeps no schemes")]);
+        return Ok(vec![Check::not_run(NAME, "the device stores no schemes")]);
     }
     let before = device.timing()?;
     let (saved, was_stopped) = write(device, Device::save)?;
@@ -38,17 +38,17 @@ pub fn save_and_restart<S: Read + Write>(
             (after.late.saturating_sub(before.late), after.overruns.saturating_sub(before.overruns));
         let found = format!("{late} ticks late, {overruns} overran");
         checks.push(match was_stopped {
-            // It says itself that it will not, and nothing moves.
+            // The board announced it, and nothing moves.
             true => Check::not_run(
                 "ticks in time while saving",
-                format!("{found}, with the scheme stopped: the board stands still while it writes"),
+                format!("{found}; scheme stopped, since the processor halts while it writes"),
             ),
             false => Check::new(
                 "ticks in time while saving",
                 late + overruns == 0,
                 found,
-                "none late, none overran",
-                "the flash's banks: option bit DBANK has to be 1, so that one is read while the other is written",
+                "0 late, 0 overran",
+                "set option bit DBANK to 1: then one flash bank is read while the other is written",
             ),
         });
     }
@@ -90,10 +90,10 @@ fn tried<S: Read + Write>(
             write(device, Device::confirm)?;
         }
     }
-    Ok(Check::new(NAME, true, "tried, confirmed, and started with", EXPECTED, NEXT))
+    Ok(Check::new(NAME, true, "tried, confirmed and started", EXPECTED, NEXT))
 }
 
-/// Has a board write its flash, with its scheme stopped if it says that it has to be; gives whether it was.
+/// Writes the board's flash, and stops its scheme first if the board requires it; returns whether it was stopped.
 fn write<S: Read + Write>(
     device: &mut Device<S>,
     action: fn(&mut Device<S>) -> Result<KeptReport, ConnectError>,

@@ -1,25 +1,25 @@
-//! What is around a board that is checked: a clock that is not its own, and what starts it over.
+//! The surroundings of a board under test: a reference clock and a means to restart it.
 
 use std::process::Command;
 use std::time::Instant;
 
 use chips::SharedBoard;
 
-/// What a check needs beside the board's line.
+/// Reference clock and restart of a board.
 pub trait Surroundings {
-    /// Time that passes for the board, by a clock that is not its own, `s`.
+    /// Returns the time by a clock independent of the board, `s`.
     fn now_s(&self) -> f64;
 
-    /// Whether that clock can be compared with the board's: not where the board's time is simulated.
+    /// Whether this clock can be compared with the board's: false if the board's time is simulated.
     fn keeps_time(&self) -> bool;
 
-    /// Whether the board can be started over.
+    /// Whether the board can be restarted.
     fn can_restart(&self) -> bool;
 
-    /// Starts the board over, as its reset pin does.
+    /// Restarts the board, as its reset pin does.
     ///
     /// # Errors
-    /// Why it was not.
+    /// The restart failed.
     fn restart(&mut self) -> Result<(), String>;
 }
 
@@ -32,7 +32,7 @@ pub struct Computer {
 }
 
 impl Computer {
-    /// With a board behind a port; `restart` is a program with its arguments that starts it over.
+    /// For a board at a port; `restart` is a command line that restarts the board.
     #[must_use]
     pub fn new(port: &str, restart: Option<String>) -> Self {
         let is_simulated = port.starts_with(crate::broker::SIMULATED);
@@ -56,9 +56,9 @@ impl Surroundings for Computer {
     fn restart(&mut self) -> Result<(), String> {
         let line = self.restart.as_deref().unwrap_or_default();
         let mut words = line.split_whitespace();
-        let program = words.next().ok_or("nothing is given that starts the board over")?;
+        let program = words.next().ok_or("no restart command given (--restart)")?;
         let output = Command::new(program).args(words).output();
-        let output = output.map_err(|error| format!("`{line}` could not be started: {error}"))?;
+        let output = output.map_err(|error| format!("cannot run `{line}`: {error}"))?;
         match output.status.success() {
             true => Ok(()),
             false => Err(format!("`{line}`: {}", String::from_utf8_lossy(&output.stderr).trim())),
@@ -66,7 +66,7 @@ impl Surroundings for Computer {
     }
 }
 
-/// An emulated board; its time is the chip's.
+/// An emulated board: simulated time.
 impl Surroundings for SharedBoard {
     fn now_s(&self) -> f64 {
         self.bench().time_s()

@@ -1,4 +1,4 @@
-//! How well a board's ticks keep their time, as far as it tells, and by a clock that is not its own.
+//! Checks the timing of a board's ticks, by its own measurements and by an independent clock.
 
 use std::io::{Read, Write};
 use std::time::Duration;
@@ -7,26 +7,25 @@ use super::jitter::{self, Histogram};
 use super::{Check, Surroundings};
 use crate::connect::{ConnectError, Device, LiveReport, Tap, TimingText};
 
-/// Of three heartbeats, `s`.
+/// Three heartbeats, `s`.
 const SILENCE_S: f64 = 0.3;
-/// Between two looks at the line.
+/// Polling interval of the line.
 const A_MOMENT: Duration = Duration::from_millis(20);
-/// What crystals of boards and computers differ by, at most, and much more.
+/// Tolerance of the tick rate, well above crystal errors of boards and computers.
 const RATE_SHARE: f64 = 1e-3;
-/// Ticks from one that is sent to the next: so few that the line has room for answers and heartbeats, and no divisor of
-/// what comes regularly.
+/// Ticks per sample: leaves room on the line for answers and heartbeats, and is not a divisor of periodic loads.
 const SENT_EVERY: u32 = 7;
-/// What a board may measure of every tick.
+/// Optional measurements of every tick.
 const MEASURED: [&str; 2] = ["TICK_CYCLES", "TICK_PERIOD"];
 
-/// What a board has counted, and when.
+/// Counters of a board at a time.
 struct Counted {
     ticks: u64,
     timing: Option<TimingText>,
     live: LiveReport,
-    /// At the last heartbeat.
+    /// Tick of the last heartbeat.
     heartbeat: Option<u64>,
-    /// When it was asked for `ticks`, by the other clock; and how sure that is.
+    /// Time of `ticks` by the independent clock, and its uncertainty.
     at_s: f64,
     within_s: f64,
 }
@@ -46,11 +45,10 @@ impl Counted {
     }
 }
 
-/// Watches ticks for some time of the board's surroundings, `s`: their rate, those that were late, how regularly they began,
-/// how long they took, and what the board's line lost meanwhile.
+/// Watches ticks for `duration_s`: rate, late ticks, jitter, execution time, and losses of the line.
 ///
 /// # Errors
-/// [`ConnectError`] when the device does not answer.
+/// [`ConnectError`] if the device does not answer.
 pub fn watch_ticks<S: Read + Write>(
     device: &mut Device<S>,
     around: &impl Surroundings,
@@ -59,7 +57,7 @@ pub fn watch_ticks<S: Read + Write>(
     let [measured, _] = device.device_types()?;
     let sent: Vec<String> = measured.into_iter().filter(|name| MEASURED.contains(&name.as_str())).collect();
     let mut tap = Tap::new(SENT_EVERY).of(&sent);
-    // The first heartbeat tells what was dropped before.
+    // The first heartbeat has the count of earlier losses.
     wait(device, around, 0.15)?;
     let before = Counted::ask(device, around)?;
     let (end_s, mut rows) = (around.now_s() + duration_s, Vec::new());
@@ -92,7 +90,7 @@ pub fn watch_ticks<S: Read + Write>(
     Ok((checks, histogram))
 }
 
-/// Lets time pass for the board, and listens.
+/// Waits for a time of the board, and listens.
 pub(super) fn wait<S: Read + Write>(
     device: &mut Device<S>,
     around: &impl Surroundings,
@@ -107,20 +105,20 @@ pub(super) fn wait<S: Read + Write>(
 
 fn rate(name: &str, around: &impl Surroundings, before: &Counted, after: &Counted, hz: f64) -> Check {
     if !around.keeps_time() {
-        return Check::not_run(name, "the board's time is simulated, and no clock here is as good");
+        return Check::not_run(name, "the board's time is simulated");
     }
     if after.ticks < before.ticks {
         return restarted(name);
     }
     let (time_s, ticks) = (after.at_s - before.at_s, f64::from(difference(before.ticks, after.ticks)));
-    // One tick may have come at either end.
+    // Plus one tick at the ends.
     let share = RATE_SHARE + (before.within_s + after.within_s + 1.0 / hz) / time_s;
     Check::new(
         name,
         (ticks / time_s / hz - 1.0).abs() <= share,
         format!("{:.1} Hz", ticks / time_s),
-        format!("{hz:.0} Hz, to {:.2} %", 100.0 * share),
-        "compare the board's crystal with the one in `boards/src/`: it counts another time than it should",
+        format!("{hz:.0} Hz ±{:.2} %", 100.0 * share),
+        "board and host clocks disagree: compare the board's crystal with `boards/src/`",
     )
 }
 
@@ -129,13 +127,13 @@ fn difference(before: u64, after: u64) -> u32 {
 }
 
 fn restarted(name: &str) -> Check {
-    let next = "`events` says why; nothing below is worth much until it goes on";
-    Check::new(name, false, "the board has started over meanwhile", "that it goes on", next)
+    let next = "run `events` for the cause; results below are not valid";
+    Check::new(name, false, "the board restarted during the test", "no restart", next)
 }
 
 fn in_time(name: &str, before: &Counted, after: &Counted) -> Check {
     let (Some(then), Some(now)) = (&before.timing, &after.timing) else {
-        return Check::not_run(name, "the device does not tell");
+        return Check::not_run(name, "the device does not report it");
     };
     if now.ticks < then.ticks {
         return restarted(name);
@@ -143,28 +141,29 @@ fn in_time(name: &str, before: &Counted, after: &Counted) -> Check {
     let (late, overruns) =
         (now.late - then.late.min(now.late), now.overruns - then.overruns.min(now.overruns));
     let mut found = format!(
-        "{late} of {} ticks began more than a tenth of a period late, {overruns} overran",
+        "{late} of {} ticks started late (by over 10 % of a period), {overruns} overran",
         now.ticks - then.ticks
     );
     if then.late + then.overruns > 0 {
-        found += &format!("; before it {} were late and {} overran", then.late, then.overruns);
+        found += &format!("; before the test {} late, {} overran", then.late, then.overruns);
     }
-    let next = "see what holds the tick up: a debugger, flash that is written, or a scheme that takes too long (`show`)";
-    Check::new(name, late + overruns == 0, found, "none late, none overran", next)
+    let next =
+        "find what delays ticks: a debugger, writing to flash, or a scheme that takes too long (`show`)";
+    Check::new(name, late + overruns == 0, found, "0 late, 0 overran", next)
 }
 
-/// The bound is that of a tick that is asked nothing: of those that were sent, or else of all on average.
+/// The bound is for a tick without a request: compares the sampled ticks, else the mean of all ticks.
 fn duration(name: &str, timing: Option<&TimingText>, cycles: &[f64]) -> Check {
     let Some((timing, mean, most, bound)) = timing
         .and_then(|timing| Some((timing, timing.mean_cycles?, timing.max_cycles?, timing.bound_cycles?)))
     else {
-        return Check::not_run(name, "the device does not tell what its ticks take, or their bound");
+        return Check::not_run(name, "the device does not report tick times or their bound");
     };
     let least_sent = cycles.iter().copied().reduce(f64::min);
     let most_sent = cycles.iter().copied().reduce(f64::max);
-    let mut found = format!("{mean} on average, {most} at most since the start, with a request in it");
+    let mut found = format!("mean {mean}, max {most} since the start, with requests");
     if let (Some(least), Some(most)) = (least_sent, most_sent) {
-        found = format!("{least} to {most} in {} ticks that were sent; {found}", cycles.len());
+        found = format!("{least} to {most} in {} sampled ticks; {found}", cycles.len());
     }
     let limit = timing.limit_cycles;
     Check::new(
@@ -172,10 +171,10 @@ fn duration(name: &str, timing: Option<&TimingText>, cycles: &[f64]) -> Check {
         most_sent.unwrap_or(mean.into()) <= bound.into() && limit.is_none_or(|limit| most <= limit.get()),
         found,
         format!(
-            "{bound} at most without a request, by the machine code of the scheme that runs; {} in all",
-            limit.map_or("any".to_owned(), |limit| limit.to_string())
+            "max {bound} without requests (bound of the machine code); limit with requests: {}",
+            limit.map_or("none".to_owned(), |limit| limit.to_string())
         ),
-        "`cargo xtask step cycle-table BOARD` compares the chip with the model: report what it shows",
+        "run `cargo xtask step cycle-table BOARD`, which compares the chip with the model, and report its output",
     )
 }
 
@@ -185,7 +184,7 @@ fn line(name: &str, before: &Counted, after: &Counted, hz: f64) -> Check {
     let damaged = now.damaged.saturating_sub(then.damaged);
     let silent_ticks = after.heartbeat.map(|heartbeat| difference(heartbeat, after.ticks));
     let heartbeat = match silent_ticks {
-        Some(ticks) => format!("the last heartbeat {ticks} ticks ago"),
+        Some(ticks) => format!("last heartbeat {ticks} ticks ago"),
         None => "no heartbeat".to_owned(),
     };
     let is_alive = silent_ticks.is_some_and(|ticks| f64::from(ticks) < SILENCE_S * hz);
@@ -193,10 +192,10 @@ fn line(name: &str, before: &Counted, after: &Counted, hz: f64) -> Check {
         name,
         is_alive && dropped + damaged == 0,
         format!(
-            "{heartbeat}; {dropped} dropped, {damaged} came damaged; since the start {} and {}",
+            "{heartbeat}; {dropped} dropped, {damaged} damaged; since the start {} and {}",
             now.dropped, now.damaged
         ),
-        "a heartbeat ten times a second, and nothing lost",
-        "look at cable and baud rate, and have fewer programs look at the board at once",
+        "10 heartbeats per second, nothing lost",
+        "check cable and baud rate, and close other programs that use the board",
     )
 }

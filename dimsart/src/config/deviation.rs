@@ -1,27 +1,27 @@
-//! What differs from the defaults.
+//! Differences from the defaults.
 
 use serde::Serialize;
 
 use super::Configuration;
 
-/// A parameter or port that is not as by default; or a module of which everything is.
+/// A parameter or port that differs from its default, or a module with all defaults.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize)]
 pub struct Deviation {
-    /// Place of the module in the order, from 1; none while it is not plugged in.
+    /// Position of the module, from 1; none if unplugged.
     pub place: Option<usize>,
     /// Module.
     pub module: String,
-    /// Parameter, one entry of it, or port; none where all of the module is as by default.
+    /// Parameter, entry of a parameter, or port; none if the module has all defaults.
     pub parameter: Option<String>,
-    /// Its value; of a list, all that was added.
+    /// Value; of a list, all added values.
     pub value: Option<String>,
-    /// Its value by default; none where that is not known.
+    /// Default value; none if unknown.
     pub default: Option<String>,
     /// Unit; empty for a pure number.
     pub unit: String,
 }
 
-/// What differs from the defaults, module by module in their order.
+/// Lists differences from the defaults, by module in order.
 #[must_use]
 pub fn deviations(configuration: &Configuration) -> Vec<Deviation> {
     let mut found = Vec::new();

@@ -1,27 +1,27 @@
-//! How two configurations differ.
+//! Differences between two configurations.
 
 use serde::Serialize;
 
 use super::{Configuration, Module, Setting, UnknownRow};
 
-/// What became of something from the first configuration to the second.
+/// Kind of a change from the first configuration to the second.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "snake_case")]
 pub enum ChangeKind {
-    /// A module that the first one does not have, and what is set of it.
+    /// A module of the second configuration only, with its settings.
     Added,
-    /// A module that the second one does not have.
+    /// A module of the first configuration only.
     Removed,
-    /// Another value, or plugged in or out.
+    /// Another value, or plugged in or unplugged.
     Changed,
-    /// Another place among the modules that are plugged in in both.
+    /// Another position among the modules plugged in in both.
     Moved,
-    /// A port that is bound to another signal.
+    /// A port bound to another signal.
     Bound,
 }
 
 impl ChangeKind {
-    /// In a word.
+    /// Returns its name.
     #[must_use]
     pub fn name(self) -> &'static str {
         match self {
@@ -34,36 +34,36 @@ impl ChangeKind {
     }
 }
 
-/// One thing that differs.
+/// A difference.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize)]
 pub struct Change {
-    /// What became of it.
+    /// Kind of change.
     pub change: ChangeKind,
     /// Module.
     pub module: String,
-    /// Parameter, one entry of it, or port; none for the module as a whole.
+    /// Parameter, entry of a parameter, or port; none for the whole module.
     pub parameter: Option<String>,
-    /// In the first configuration: value, signal, place from 1, or whether it is plugged in; empty where it is not known.
+    /// In the first configuration: value, signal, position from 1, or whether it is plugged in; empty if unknown.
     pub from: String,
-    /// In the second one.
+    /// In the second configuration.
     pub to: String,
     /// Unit of both; empty for a pure number.
     pub unit: String,
 }
 
-/// All that differs.
+/// All differences.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize)]
 pub struct Difference {
-    /// Modules of the second configuration in their order, then those that it does not have.
+    /// By modules of the second configuration in order, then removed modules.
     pub changes: Vec<Change>,
-    /// Rows that are not known here and that only the first one has.
+    /// Unknown rows of the first configuration only.
     pub unknown_removed: Vec<UnknownRow>,
-    /// Rows that are not known here and that only the second one has.
+    /// Unknown rows of the second configuration only.
     pub unknown_added: Vec<UnknownRow>,
 }
 
 impl Difference {
-    /// From one configuration to another one.
+    /// Compares two configurations.
     #[must_use]
     pub fn between(from: &Configuration, to: &Configuration) -> Self {
         let mut changes = Vec::new();
@@ -93,7 +93,7 @@ impl Difference {
         Self { changes, unknown_removed: only_in(from, to), unknown_added: only_in(to, from) }
     }
 
-    /// Whether nothing differs.
+    /// Whether the configurations are equal.
     #[must_use]
     pub fn is_empty(&self) -> bool {
         self.changes.is_empty() && self.unknown_removed.is_empty() && self.unknown_added.is_empty()
@@ -105,7 +105,7 @@ fn whole(change: ChangeKind, module: &Module, from: String, to: String) -> Chang
 }
 
 fn place_text(module: &Module, place: usize) -> String {
-    if module.is_on { format!("at place {place}") } else { "not plugged in".to_owned() }
+    if module.is_on { format!("position {place}") } else { "not plugged in".to_owned() }
 }
 
 fn added(module: &Module, place: usize, changes: &mut Vec<Change>) {
@@ -116,7 +116,7 @@ fn added(module: &Module, place: usize, changes: &mut Vec<Change>) {
     }));
 }
 
-/// What differs of a module that is in both.
+/// Lists the differences of a module in both configurations.
 fn changed(before: &Module, module: &Module, changes: &mut Vec<Change>) {
     if before.is_on != module.is_on {
         let [from, to] =
@@ -157,14 +157,14 @@ fn compared(
     differences.map(text).collect()
 }
 
-/// Names of the modules that are plugged in, in their order.
+/// Names of the plugged-in modules, in order.
 fn order(configuration: &Configuration) -> Vec<&str> {
     configuration.modules.iter().filter(|module| module.is_on).map(|module| module.name.as_str()).collect()
 }
 
-/// The most names that are in both in the same order: the others have moved.
+/// The longest common subsequence of names: the other modules have moved.
 fn unmoved<'a>(from: &[&'a str], to: &[&str]) -> Vec<&'a str> {
-    // The longest run that ends with each name: places in the second order rise.
+    // The longest run that ends with each name, with increasing positions in the second order.
     let mut runs: Vec<Vec<(usize, &str)>> = Vec::new();
     for name in from {
         let Some(place) = to.iter().position(|there| there == name) else { continue };

@@ -1,4 +1,4 @@
-//! Rows, as a controller would take them one after another.
+//! Applies rows in sequence, as a controller does.
 
 use std::collections::BTreeMap;
 
@@ -9,11 +9,11 @@ use hil_sim::schemes::{Explained, SIDES};
 
 use super::{Configuration, Module, Setting, UnknownRow};
 
-/// Number of a module that no scheme has: of it a device tells what ports a module has by default.
+/// Number of an unused module, for which a device reports the default ports.
 const NOT_THERE: u8 = u8::MAX;
 
 impl Configuration {
-    /// Reads the rows for `side`, or for all, by these names, and by those of the laws with these numbers.
+    /// Reads the rows for `side` and for all, by these names and the names of these numbered laws.
     #[must_use]
     pub fn read(text: &str, side: &str, known: &(impl Vocabulary + ?Sized), laws: &[(u8, Law)]) -> Self {
         let mut reader = Reader { known, laws, drafts: BTreeMap::new(), order: Vec::new(), before: None };
@@ -37,10 +37,10 @@ impl Configuration {
     }
 }
 
-/// What was set of a module so far.
+/// Settings of a module so far.
 #[derive(Default)]
 struct Draft {
-    /// By number of the parameter: of each entry, what was set; of a list, what was added.
+    /// By number of the parameter: the value of each entry; of a list, the added values.
     values: BTreeMap<u8, Vec<Option<Value>>>,
     /// Port and signal.
     ports: Vec<(String, String)>,
@@ -66,11 +66,11 @@ impl Draft {
 struct Reader<'a, V: ?Sized> {
     known: &'a V,
     laws: &'a [(u8, Law)],
-    /// By kind and number; a module is there from the first row on that names it.
+    /// By kind and number, from the first row that names a module.
     drafts: BTreeMap<(KindId, u8), Draft>,
-    /// What is plugged in.
+    /// Plugged-in modules.
     order: Vec<ModuleRef>,
-    /// Where the next module is plugged in.
+    /// Position of the next module.
     before: Option<ModuleRef>,
 }
 
@@ -87,7 +87,7 @@ impl<V: Vocabulary + ?Sized> Reader<'_, V> {
         on.chain(off).filter_map(finish).collect()
     }
 
-    /// The law that rows have given a module so far.
+    /// The law of a module so far.
     fn law_of(&self, module: ModuleRef) -> Option<(ModuleRef, Law)> {
         let number = self.drafts.get(&(module.kind, module.number))?.values.get(&0)?.first()?;
         let law = self.laws.iter().find(|(known, _)| *number == Some(Value::Count((*known).into())));
@@ -101,7 +101,7 @@ impl<V: Vocabulary + ?Sized> Reader<'_, V> {
         let law = law::runner(row, self.known).and_then(|module| self.law_of(module));
         let read = WithLaw::new(self.known, law.as_ref()).command(row);
         let Some(port) = row.word(2).strip_prefix(PORT_PREFIX) else { return self.apply(row, read?) };
-        // Which ports there are can depend on parameters: that is for the device to say.
+        // Ports can depend on parameters, which only the device has.
         if !matches!(read, Ok(_) | Err(SchemeError { problem: Problem::ModuleCommand(_), .. })) {
             return read.map(drop);
         }
@@ -151,7 +151,7 @@ impl<V: Vocabulary + ?Sized> Reader<'_, V> {
         Ok(())
     }
 
-    /// None for an entry that there is not.
+    /// Sets a value; none if the entry does not exist.
     fn set(&mut self, module: ModuleRef, parameter: u8, entry: Option<u8>, value: Value) -> Option<()> {
         let found = self.known.parameter_text(module.kind, parameter)?;
         let count = found.entries.count(self.known.dof());
@@ -172,7 +172,7 @@ impl<V: Vocabulary + ?Sized> Reader<'_, V> {
         self.drafts.entry((module.kind, module.number)).or_default()
     }
 
-    /// Plugs a module in, behind the others or where a row has said.
+    /// Plugs a module in, at the end or at the position given by a row.
     fn plug_in(&mut self, module: ModuleRef) {
         self.draft(module);
         self.order.retain(|there| *there != module);

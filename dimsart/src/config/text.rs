@@ -1,10 +1,10 @@
-//! The text of a configuration, and whose rows it has.
+//! Text of a configuration, and the sides of its rows.
 
 use dimsart_core::{AxisKind, scheme};
 
 use crate::connect::Identity;
 
-/// Rows under a header that says what they are from. The same rows of the same device give the same bytes.
+/// Adds a header with the source to rows. The same rows of the same device give the same bytes.
 #[must_use]
 pub fn text(identity: &Identity, rows: &str) -> String {
     let Identity { protocol_version, device, image, axes, sample_period_s } = identity;
@@ -20,7 +20,7 @@ pub fn text(identity: &Identity, rows: &str) -> String {
     )
 }
 
-/// The first row that is for one side alone: its line, from 1, and its side as written.
+/// Returns the line, from 1, and side of the first row that is for a single side.
 #[must_use]
 pub fn first_side(text: &str) -> Option<(usize, &str)> {
     let found = scheme::rows(text).find(|row| row.word(0) != "all")?;

@@ -1,27 +1,27 @@
-//! Values of parameters and ports, as schemes write them.
+//! Values of parameters and ports, in the notation of schemes.
 
 use dimsart_core::scheme::PORT_PREFIX;
 use dimsart_core::{Accepted, Entries, ParameterText, Value, Vocabulary};
 use hil_sim::schemes;
 
-/// What was set of a parameter, or what a port was bound to.
+/// A parameter's values, or a port's signal.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Setting {
     /// Name, such as `K_PARAM` or `PORT_FORCE`.
     pub name: String,
-    /// A value for each entry; of a list, as many as were added.
+    /// A value for each entry; of a list, the added values.
     pub values: Vec<String>,
-    /// Value of each entry where nothing was set; none for a list, which starts empty.
+    /// Default of each entry; none for a list, which starts empty.
     pub default: Option<String>,
     /// Unit; empty for a pure number.
     pub unit: String,
-    /// How its entries are named, on a device of so many axes.
+    /// Indices of the entries, on a device with `dof` axes.
     entries: Entries,
     dof: u8,
 }
 
 impl Setting {
-    /// A parameter with these values; none: with its defaults.
+    /// A parameter with these values, or defaults where none.
     pub(super) fn of_parameter(
         found: &ParameterText<'_>,
         values: &[Option<Value>],
@@ -43,7 +43,7 @@ impl Setting {
         }
     }
 
-    /// A port that is bound to a signal, and what it is bound to where no row says so; empty where that is not known.
+    /// A port bound to a signal, with its default signal; empty if unknown.
     pub(super) fn of_port(name: &str, signal: &str, default: String) -> Self {
         Self {
             name: format!("{PORT_PREFIX}{name}"),
@@ -61,15 +61,15 @@ impl Setting {
         self.name.starts_with(PORT_PREFIX)
     }
 
-    /// Where nothing was set.
+    /// Returns the setting with all values at their defaults.
     #[must_use]
     pub fn as_default(&self) -> Self {
         let values = self.default.iter().flat_map(|value| vec![value.clone(); self.values.len()]);
         Self { values: values.collect(), ..self.clone() }
     }
 
-    /// Names and values of what differs from another setting of the same parameter: all entries as one where each has
-    /// the same value in both, and a list as a whole.
+    /// Returns names and values that differ from another setting of the same parameter: one for all entries if they have the
+    /// same values, and one for a list.
     #[must_use]
     pub fn differences(&self, other: &Self) -> Vec<(String, [String; 2])> {
         if self.values == other.values {

@@ -1,4 +1,4 @@
-//! A fast event, caught on the device in its tick and read over a slow line.
+//! Captures a fast event on the device and reads it over a slow line.
 
 use std::io::{Read, Write};
 use std::time::Duration;
@@ -9,43 +9,43 @@ use super::command::ANY_SIDE;
 use super::{ConnectError, Device, Recorded};
 use hil_sim::schemes::SchemeText;
 
-/// From one look whether it was caught to the next.
+/// Polling interval.
 const A_MOMENT: Duration = Duration::from_millis(20);
 
-/// What is waited for.
+/// Trigger and length of a capture.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Capture {
     /// The signal, such as `POSITION`.
     pub signal: String,
-    /// Which of its words has the edge, from 0.
+    /// Word with the edge, from 0.
     pub word: u32,
-    /// What the word goes beyond, in its unit.
+    /// Trigger level, in the unit of the word.
     pub level: f32,
-    /// Whether it goes below, and not above.
+    /// Whether the trigger fires on a falling edge.
     pub is_falling: bool,
-    /// Rows kept from before the edge.
+    /// Rows before the trigger.
     pub rows_before: u32,
-    /// Rows taken behind it.
+    /// Rows after the trigger.
     pub rows_after: u32,
     /// Ticks from one row to the next.
     pub every_ticks: u32,
 }
 
-/// What came of it.
+/// Result of a capture.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Captured {
-    /// The rows around the edge; none when it was not waited for any longer.
+    /// Rows around the trigger; `None` if the wait was cancelled.
     pub recorded: Option<Recorded>,
-    /// Why the recorder is still plugged in, if it is.
+    /// Why the recorder could not be removed.
     pub stays: Option<String>,
 }
 
 impl<S: Read + Write> Device<S> {
-    /// Plugs a recorder of its own in, waits until it has caught the edge, reads it and takes it away again. `is_over` says
-    /// that the edge is not waited for any longer. Somebody else may take the lease meanwhile: then the recorder stays.
+    /// Plugs in a temporary recorder, waits for its trigger, reads it and removes it. `is_over` cancels the wait. If another
+    /// client takes the lease meanwhile, the recorder stays.
     ///
     /// # Errors
-    /// [`ConnectError`] when the device refuses the recorder, as for want of memory: nothing has changed then.
+    /// [`ConnectError`] when the device refuses the recorder, for example for lack of memory: nothing has changed then.
     pub fn capture(
         &mut self,
         capture: &Capture,
@@ -55,7 +55,7 @@ impl<S: Read + Write> Device<S> {
         let values =
             self.signals(std::slice::from_ref(signal))?.first().map_or(0, |report| report.values.len());
         if usize::try_from(*word).is_ok_and(|word| word >= values) {
-            let reason = format!("{signal} has no value {word}: they count from 0, and there are {values}");
+            let reason = format!("{signal} has no word {word}: it has {values} words, counted from 0");
             return Err(ConnectError::Word(reason));
         }
         let (name, number) = self.free_recorder()?;

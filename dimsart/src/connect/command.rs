@@ -1,4 +1,4 @@
-//! Commands and what they come to on the device.
+//! Commands to a device, and their outcome.
 
 use std::fmt;
 use std::io::{Read, Write};
@@ -12,17 +12,17 @@ use super::device::take;
 use super::show::ParameterReport;
 use super::{ConnectError, Device};
 
-/// Destination of a row that is for the device at hand.
+/// Destination of a row that applies to every device.
 pub(crate) const ANY_SIDE: &str = "all";
 
-/// What an accepted command came to.
+/// Outcome of an accepted command.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct CommandOutcome {
-    /// What holds now of that which was commanded.
+    /// Value or state in force after the command.
     pub effect: String,
     /// Whether the scheme commands the device now.
     pub is_commanded: bool,
-    /// The same in words, with the first reason if it does not.
+    /// Text of `is_commanded`, with the first reason if it is false.
     pub state: String,
 }
 
@@ -33,10 +33,10 @@ impl fmt::Display for CommandOutcome {
 }
 
 impl<S: Read + Write> Device<S> {
-    /// Value, unit and range of a parameter, `K_PARAM`, or of one axis, `K_PARAM[0]`.
+    /// Reads value, unit and range of a parameter, `K_PARAM`, or of one axis, `K_PARAM[0]`.
     ///
     /// # Errors
-    /// [`ConnectError::Word`] for a name that the device does not have or a module that does not exist.
+    /// [`ConnectError::Word`] for an unknown name or a module that does not exist.
     pub fn get(&mut self, module: &str, parameter: &str) -> Result<ParameterReport, ConnectError> {
         let row = Row::of(&[ANY_SIDE, module, parameter]);
         let law = self.law_of(&row)?;
@@ -56,18 +56,18 @@ impl<S: Read + Write> Device<S> {
         for instance in instances {
             known.push(self.module_name(instance.module)?);
         }
-        let known = if known.is_empty() { "there is none yet".to_owned() } else { known.join(", ") };
+        let known = if known.is_empty() { "none".to_owned() } else { known.join(", ") };
         let name = self.module_name(module)?;
         Err(ConnectError::Word(format!(
-            "there is no {name} on the device yet, `set` or `on` makes it; there is: {known}"
+            "the device has no module {name}: `set` or `on` creates it (existing modules: {known})"
         )))
     }
 
     /// Sets a parameter, `K_PARAM` or `K_PARAM[0]`, or binds a port, `PORT_FORCE`.
     ///
     /// # Errors
-    /// [`ConnectError::Word`] for what is not understood, [`ConnectError::Command`] for what the device
-    /// refuses; nothing has changed then.
+    /// [`ConnectError::Word`] for an unknown name or value, [`ConnectError::Command`] when the device refuses it; nothing has
+    /// changed then.
     pub fn set(
         &mut self,
         module: &str,
@@ -103,7 +103,7 @@ impl<S: Read + Write> Device<S> {
         self.change(format!("{module} {parameter} is {holds}"), &effect)
     }
 
-    /// Plugs a module in, before another one or behind all.
+    /// Plugs a module in, before another one or as the last.
     ///
     /// # Errors
     /// As [`set`](Self::set).
@@ -118,7 +118,7 @@ impl<S: Read + Write> Device<S> {
         let place = place.and_then(|instance| instance.place);
         let effect_text = match place {
             Some(place) => format!("{module} is plugged in, at place {}", u16::from(place) + 1),
-            None => format!("{module} is not plugged in any more"),
+            None => format!("{module} was unplugged again"),
         };
         self.change(effect_text, &effect)
     }
@@ -142,20 +142,20 @@ impl<S: Read + Write> Device<S> {
         self.outcome("outputs at their safe value, lease released".to_owned(), &effect)
     }
 
-    /// Lets a module, or every one that is plugged in, forget its state.
+    /// Resets the state of a module, or of all plugged-in modules.
     ///
     /// # Errors
     /// As [`set`](Self::set).
     pub fn reset(&mut self, module: Option<&str>) -> Result<CommandOutcome, ConnectError> {
         let Some(module) = module else {
             let effect = self.give(Command::Reset)?;
-            return self.outcome("every module forgot its state".to_owned(), &effect);
+            return self.outcome("all modules reset".to_owned(), &effect);
         };
         let effect = self.module(module).and_then(|module| self.give(Command::ResetModule(module)))?;
-        self.outcome(format!("{module} forgot its state"), &effect)
+        self.outcome(format!("{module} reset"), &effect)
     }
 
-    /// Brings the parameters of a module that is not plugged in back to their defaults.
+    /// Resets the parameters of an unplugged module to their defaults.
     ///
     /// # Errors
     /// As [`set`](Self::set).
@@ -163,19 +163,19 @@ impl<S: Read + Write> Device<S> {
         self.give_to(module, Command::InitModule, "has its default parameters")
     }
 
-    /// Takes a module away; or stops the scheme and takes all of them away.
+    /// Deletes a module; or stops the scheme and deletes all modules.
     ///
     /// # Errors
     /// As [`set`](Self::set).
     pub fn close(&mut self, module: Option<&str>) -> Result<CommandOutcome, ConnectError> {
         let Some(module) = module else {
             let effect = self.give(Command::Close)?;
-            return self.change("no module is left".to_owned(), &effect);
+            return self.change("all modules deleted".to_owned(), &effect);
         };
-        self.give_to(module, Command::CloseModule, "is gone")
+        self.give_to(module, Command::CloseModule, "is deleted")
     }
 
-    /// A command about one module, and what it comes to.
+    /// Sends a command about one module and returns its outcome.
     fn give_to(
         &mut self,
         module: &str,
@@ -187,7 +187,7 @@ impl<S: Read + Write> Device<S> {
         self.change(format!("{module} {comes_to}"), &effect)
     }
 
-    /// Gives a command; a refusal is an error.
+    /// Sends a command; a refusal is an error.
     pub(super) fn give(&mut self, command: Command) -> Result<Effect, ConnectError> {
         let effect = self.try_give(command)?;
         match effect.refused {
@@ -196,7 +196,7 @@ impl<S: Read + Write> Device<S> {
         }
     }
 
-    /// Gives a command; a refusal is an error, but for the one that says that it was carried out before.
+    /// Sends a command; a refusal is an error unless it is `done`: the command was carried out before.
     pub(super) fn give_unless(
         &mut self,
         command: Command,
@@ -211,7 +211,7 @@ impl<S: Read + Write> Device<S> {
         }
     }
 
-    /// Why a command was refused; with all faults where a scheme does not match.
+    /// Explains why a command was refused, with all faults of a scheme that does not match.
     pub(super) fn refusal_with_faults(&mut self, error: CommandError) -> Result<String, ConnectError> {
         let CommandError::DoesNotMatch { faults } = error else { return self.refusal_text(error) };
         let (_, findings) = self.findings()?;
@@ -221,16 +221,16 @@ impl<S: Read + Write> Device<S> {
 
     pub(super) fn try_give(&mut self, command: Command) -> Result<Effect, ConnectError> {
         if command == Command::Stop {
-            // STOP ends the lease. A lease that is lost already must not keep STOP from being sent.
+            // STOP ends the lease. A lost lease must not prevent STOP.
             self.forget_lease();
         }
         self.ask(&Request::Command(command), take!(Effect))?.ok_or(ConnectError::OtherAnswer)
     }
 
-    /// What a change of the scheme came to.
+    /// Returns the outcome of a change of the scheme.
     fn change(&mut self, effect: String, answer: &Effect) -> Result<CommandOutcome, ConnectError> {
         let waits =
-            if answer.is_in_transaction { " in the next scheme, which waits for `commit`" } else { "" };
+            if answer.is_in_transaction { " in the pending scheme; run `commit` to apply it" } else { "" };
         self.outcome(effect + waits, answer)
     }
 

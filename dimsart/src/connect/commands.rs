@@ -1,4 +1,4 @@
-//! The scheme that a device has, as commands.
+//! Reads the scheme of a device as a list of commands.
 
 use std::io::{Read, Write};
 
@@ -8,16 +8,16 @@ use dimsart_link::protocol::{Request, Response};
 use super::{ConnectError, Device, LineError};
 
 impl<S: Read + Write> Device<S> {
-    /// The commands that would build the scheme as it is.
+    /// Reads the commands that rebuild the current scheme.
     ///
     /// # Errors
-    /// [`ConnectError::Line`] when the device does not answer, or a command is one of a newer version.
+    /// [`ConnectError::Line`] when the device does not answer, or uses a command of a newer version.
     pub fn commands(&mut self) -> Result<Vec<Command>, ConnectError> {
         let commands: Option<Vec<Command>> = self.commands_known()?.into_iter().collect();
         commands.ok_or(ConnectError::Line(LineError::NotUnderstood))
     }
 
-    /// The same; none for a command that only a newer version knows.
+    /// Reads the commands as [`commands`](Self::commands) does; `None` stands for a command of a newer version.
     pub(super) fn commands_known(&mut self) -> Result<Vec<Option<Command>>, ConnectError> {
         let take = |response: Response<'_>| match response {
             Response::SchemeCommand(command) => Some(command),

@@ -1,4 +1,4 @@
-//! The configuration of a device: read as far as it is understood, and exchanged for another one.
+//! Reads the configuration of a device and replaces it.
 
 use std::io::{Read, Write};
 
@@ -10,22 +10,22 @@ use super::scheme::Sending;
 use super::{ConnectError, Device, Sent};
 use crate::config::{Configuration, text};
 
-/// A configuration for a device that has another one.
+/// A configuration that replaces the present one.
 #[derive(Debug, Clone, Copy)]
 pub struct Exchange<'a> {
     /// Its rows.
     pub scheme: &'a SchemeText,
-    /// Side whose rows are meant.
+    /// Side whose rows are sent.
     pub side: &'a str,
-    /// Leaves out rows that the device does not know.
+    /// Skips rows that are unknown to the device.
     pub skips_unknown: bool,
-    /// Has the device check the whole, and changes nothing.
+    /// Checks the configuration on the device without applying it.
     pub is_dry_run: bool,
 }
 
 impl<S: Read + Write> Device<S> {
-    /// The whole configuration as text, as long as nothing changes always of the same bytes; and how much of it this program
-    /// does not know: a comment stands in its place.
+    /// Reads the configuration as text, byte-identical while nothing changes, and counts the commands that are unknown to
+    /// this program: a comment replaces them.
     ///
     /// # Errors
     /// [`ConnectError::Line`] when the device does not answer.
@@ -34,16 +34,16 @@ impl<S: Read + Write> Device<S> {
         let all = commands.len();
         let commands: Vec<Command> = commands.into_iter().flatten().collect();
         let rows = self.rows_of(&commands, ANY_SIDE)?;
-        // The last row lets the scheme run.
+        // The last row starts the scheme.
         let unknown = all - (rows.lines().count() - 1).min(all);
         let note = match unknown {
             0 => String::new(),
-            _ => format!("# {unknown} of its commands are not known here and left out\n"),
+            _ => format!("# {unknown} commands of a newer version are omitted\n"),
         };
         Ok((text(self.identity(), &(note + &rows)), unknown))
     }
 
-    /// Reads a configuration by this device's names, and those of its laws.
+    /// Parses a configuration with the names of this device and of its laws.
     ///
     /// # Errors
     /// As [`configuration_text`](Self::configuration_text).
@@ -52,8 +52,7 @@ impl<S: Read + Write> Device<S> {
         self.know(|known| Configuration::read(rows, side, known, &laws))
     }
 
-    /// Puts a configuration in the place of the one that is there, in one transaction. Modules that are in both go on,
-    /// with their state.
+    /// Replaces the configuration in one transaction. Modules in both configurations keep their state.
     ///
     /// # Errors
     /// As [`send_scheme`](Self::send_scheme).
@@ -64,7 +63,7 @@ impl<S: Read + Write> Device<S> {
         for instance in self.instances()? {
             let name = self.module_name(instance.module)?;
             if wanted.modules.iter().any(|module| module.name == name) {
-                // Unplugged and plugged in again, it goes on.
+                // A module that is unplugged and plugged in again keeps its state.
                 first.extend(instance.place.map(|_| Command::Unplug(instance.module)));
                 first.push(Command::InitModule(instance.module));
             } else {

@@ -1,4 +1,4 @@
-//! What a device says of itself, kept beyond the frame it came in.
+//! Cached self-description of a device.
 
 use std::cell::Cell;
 use std::fmt;
@@ -12,7 +12,7 @@ use dimsart_link::protocol::{self, Request, Response, decode_response};
 use hil_sim::recording::indices;
 use serde::{Serialize, Serializer};
 
-/// Who is there.
+/// Identity of a device.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Identity {
     /// Version of its protocol.
@@ -21,10 +21,10 @@ pub struct Identity {
     pub device: String,
     /// Name of the image.
     pub image: String,
-    /// What moves on each axis.
+    /// Kind of each axis.
     #[serde(serialize_with = "axis_names")]
     pub axes: Vec<AxisKind>,
-    /// Time between two ticks, `s`.
+    /// Sample period, `s`.
     pub sample_period_s: f32,
 }
 
@@ -51,19 +51,19 @@ fn axis_names<S: Serializer>(axes: &[AxisKind], serializer: S) -> Result<S::Ok, 
     serializer.collect_seq(axes.iter().copied().map(axis_name))
 }
 
-/// What a device has said of itself so far: its answers, kept as they came.
+/// Cached answers of a device about itself.
 ///
-/// What is asked for and not there yet is noted down, for [`Device::know`](super::Device::know) to ask the device.
+/// A lookup that misses the cache records the request, which [`Device::know`](super::Device::know) then sends.
 #[derive(Debug)]
 pub(super) struct Description {
     pub(super) identity: Identity,
-    /// Those of this program.
+    /// Module kinds of this program.
     pub(super) kinds: Kinds,
     answers: Vec<Answer>,
     missing: Cell<Option<Request>>,
 }
 
-/// The content of an answer; none where the device has nothing of that number.
+/// The content of an answer; `None` where the device has no such index.
 #[derive(Debug)]
 struct Answer {
     request: Request,
@@ -75,7 +75,7 @@ impl Description {
         Self { identity, kinds, answers: Vec::new(), missing: Cell::new(None) }
     }
 
-    /// What is to be asked next, if something was missing.
+    /// Takes the first request that missed the cache.
     pub(super) fn take_missing(&self) -> Option<Request> {
         self.missing.take()
     }
@@ -84,7 +84,7 @@ impl Description {
         self.answers.push(Answer { request, content });
     }
 
-    /// Ports are as the parameters are: they do not stay.
+    /// Forgets the ports, which depend on parameters.
     pub(super) fn forget_ports(&mut self) {
         self.answers.retain(|answer| !matches!(answer.request, Request::Port { .. }));
     }
@@ -93,21 +93,21 @@ impl Description {
         match self.answers.iter().find(|answer| answer.request == request) {
             Some(Answer { content, .. }) => Some(decode_response(content.as_deref()?).ok()?.1),
             None => {
-                // The first one: what follows may be asked for only because it is missing.
+                // Only the first miss counts: later lookups may depend on it.
                 self.missing.set(self.missing.get().or(Some(request)));
                 None
             }
         }
     }
 
-    /// The help text of a parameter, if this program has its module; empty if not.
+    /// Returns the help text of a parameter; empty if this program does not have its module.
     pub(super) fn summary(&self, kind: KindId, parameter: &str) -> &'static str {
         let index = self.kinds.parameter(kind, parameter);
         let found = index.and_then(|index| self.kinds.describe_parameter(kind, index));
         found.map_or("", |found| found.summary.text())
     }
 
-    /// A value in the device's words.
+    /// Converts a value to text with the names of the device.
     pub(super) fn value_text(&self, value: Value, accepts: &Accepted<'_>) -> ValueText {
         match (value, accepts) {
             (Value::Real(value), _) => ValueText::Real(value),
@@ -140,7 +140,7 @@ impl Vocabulary for Description {
     }
 
     fn kind_name(&self, kind: KindId) -> Option<&str> {
-        // An id follows from a name: one that this program knows need not be asked for.
+        // Ids are derived from names, so kinds of this program are not read from the device.
         let known = self.kinds.kind(kind).map(|known| known.name);
         known.or_else(|| self.kind_names().find(|name| KindId::of(name) == kind))
     }
@@ -167,7 +167,7 @@ impl Vocabulary for Description {
     }
 }
 
-/// A word of a signal: where it is, and its unit, empty for a pure number.
+/// Indices and unit of a word of a signal; the unit of a pure number is empty.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize)]
 pub(crate) struct WordText {
     pub(crate) indices: Vec<usize>,
@@ -175,7 +175,7 @@ pub(crate) struct WordText {
 }
 
 impl WordText {
-    /// The words of a signal.
+    /// Lists the words of a signal.
     pub(super) fn of_all(unit: Unit, shape: Shape, axes: &[AxisKind]) -> Vec<Self> {
         let word = |word| Self {
             indices: indices(shape, word, axes.len()),
@@ -185,10 +185,10 @@ impl WordText {
     }
 }
 
-/// What a parameter takes, in words, and how many of it.
+/// Describes the range of a parameter, and its number of entries.
 pub(crate) fn range_text(parameter: &ParameterText<'_>) -> String {
     let takes = match &parameter.accepts {
-        // Beyond a million million in powers of ten.
+        // Above 1e12 in scientific notation.
         Accepted::Real { min, max } if max.abs() > 1e12 => format!("{min:e} to {max:e}"),
         Accepted::Real { min, max } => format!("{min} to {max}"),
         Accepted::Count { min, max } => format!("{min} to {max}"),
@@ -205,11 +205,11 @@ pub(crate) fn range_text(parameter: &ParameterText<'_>) -> String {
     }
 }
 
-/// A value as it is shown: a number, or a word of the device's.
+/// A value for display: a number, or a name on the device.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 #[serde(untagged)]
 pub enum ValueText {
-    /// A real number; null in JSON when it is not finite.
+    /// A real number; null in JSON if it is NaN or infinite.
     Real(f32),
     /// A whole number.
     Whole(i64),
@@ -220,7 +220,7 @@ pub enum ValueText {
 }
 
 impl ValueText {
-    /// A word of a signal.
+    /// Converts a word of a signal.
     pub(super) fn of_word(word: u32, format: Format) -> Self {
         match format {
             Format::F32 => Self::Real(f32::from_bits(word)),
@@ -234,7 +234,7 @@ impl ValueText {
 impl fmt::Display for ValueText {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
-            // Neither a row of zeros nor digits that a float does not have.
+            // Scientific notation for very small and very large values.
             Self::Real(value) => match value.abs() {
                 size if size != 0.0 && !(1e-4..1e7).contains(&size) => f.pad(&format!("{value:e}")),
                 _ => f.pad(&value.to_string()),
@@ -246,7 +246,7 @@ impl fmt::Display for ValueText {
     }
 }
 
-/// Values one behind the other.
+/// Joins values, separated by spaces.
 pub(super) fn joined(values: &[ValueText]) -> String {
     values.iter().map(ToString::to_string).collect::<Vec<_>>().join("  ")
 }

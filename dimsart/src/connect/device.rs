@@ -1,4 +1,4 @@
-//! A device that is asked: what it answers, under its own names.
+//! Requests to a device, with the device's names.
 
 use std::io::{Read, Write};
 
@@ -14,19 +14,19 @@ use super::{ConnectError, LineError, Patience, RequestLine};
 use hil_sim::law::{Law, WithLaw};
 use hil_sim::schemes::Explained;
 
-/// Looks at a board that starts anew, each as long as the line is patient.
+/// Requests to a restarting board, each with the line's timeouts.
 const RESTARTING_LOOKS: u32 = 4;
 
-/// A device at the other end of a line, and what is known of it so far.
+/// A device at the other end of a line, and its cached description.
 #[derive(Debug)]
 pub struct Device<S> {
     line: RequestLine<S>,
     description: Description,
-    /// Whether this client has taken the lease, and not given it back.
+    /// Whether this client has taken the lease and not released it.
     pub(super) has_taken_lease: bool,
 }
 
-/// Takes the content of the response that was asked for.
+/// Takes the content of the expected response.
 macro_rules! take {
     ($variant:ident) => {
         |response| match response {
@@ -38,11 +38,11 @@ macro_rules! take {
 pub(super) use take;
 
 impl<S: Read + Write> Device<S> {
-    /// Asks who is at the other end of `stream`, for a program that knows these module kinds: their names are not asked for,
-    /// and their help texts are shown.
+    /// Identifies the device at the other end of `stream`. `kinds` are the module kinds of this program: their names are not
+    /// read from the device, and their help texts are shown.
     ///
     /// # Errors
-    /// [`ConnectError::Line`] when nobody answers, or in a way that is not understood; [`ConnectError::TooOld`].
+    /// [`ConnectError::Line`] without an answer, or for one that cannot be decoded; [`ConnectError::TooOld`].
     pub fn greet(stream: S, patience: Patience, kinds: Kinds) -> Result<Self, ConnectError> {
         let mut line = RequestLine::new(stream, patience);
         let identity = match line.ask(&Request::Identify)? {
@@ -64,19 +64,19 @@ impl<S: Read + Write> Device<S> {
         &mut self.line
     }
 
-    /// Who is there.
+    /// Returns the identity of the device.
     #[must_use]
     pub fn identity(&self) -> &Identity {
         &self.description.identity
     }
 
-    /// The module kinds that this program knows.
+    /// Returns the module kinds of this program.
     pub(super) fn known_kinds(&self) -> Kinds {
         self.description.kinds
     }
 
-    /// The protocol version of a device of a newer one, which is only looked at: what a command would come to there is
-    /// not known here.
+    /// Returns the protocol version of the device if it is newer. Such a device is read-only: the effect of commands is
+    /// unknown.
     fn newer_version(&self) -> Option<u16> {
         let theirs = self.identity().protocol_version;
         (theirs > PROTOCOL_VERSION).then_some(theirs)
@@ -86,19 +86,18 @@ impl<S: Read + Write> Device<S> {
         self.newer_version().map_or(Ok(()), |theirs| Err(ConnectError::LookOnly(theirs)))
     }
 
-    /// What is to be expected of a device of a newer protocol version; none when it is ours.
+    /// Returns a note about the limits for a device of a newer protocol version.
     #[must_use]
     pub fn version_note(&self) -> Option<String> {
         self.newer_version().map(|theirs| {
             format!(
-                "the device speaks protocol {theirs} and this command {PROTOCOL_VERSION}: it is only looked at; what this \
-                 command does not know yet is not shown, and what would change or move something is refused, but for \
-                 `stop`; to have all of it, use the `dimsart` that its image was built with"
+                "the device has protocol version {theirs}, this command {PROTOCOL_VERSION}: read-only except for `stop`, \
+                 and newer content is not shown; use the `dimsart` of the image's version for full access"
             )
         })
     }
 
-    /// Ticks since the start, and whether the scheme commands the device, with the first reason if not.
+    /// Reads the ticks since the start, and whether the scheme commands the device, with the first reason if not.
     ///
     /// # Errors
     /// [`ConnectError`] when the device does not answer.
@@ -107,7 +106,7 @@ impl<S: Read + Write> Device<S> {
         Ok(format!("tick {}: {}", status.ticks, self.state_text(status.blocked)?))
     }
 
-    /// Ticks since the start.
+    /// Reads the ticks since the start.
     ///
     /// # Errors
     /// [`ConnectError`] when the device does not answer.
@@ -115,8 +114,8 @@ impl<S: Read + Write> Device<S> {
         Ok(self.status()?.ticks)
     }
 
-    /// Asks; none when nothing has that number. A lease that is held is renewed before, when it is time to. What would
-    /// change or move a device of a newer version is not sent.
+    /// Sends a request; `None` for an unused index. Renews a held lease first if it is due. Refuses to change or move a device
+    /// of a newer version.
     pub(super) fn ask<T>(
         &mut self,
         request: &Request,
@@ -138,11 +137,11 @@ impl<S: Read + Write> Device<S> {
         }
     }
 
-    /// Has the board start anew, and waits until it answers again.
+    /// Restarts the board and waits until it answers again.
     ///
     /// # Errors
-    /// [`ConnectError::Refused`] while somebody holds the lease, and by a device that cannot; a [line](ConnectError) on which nothing
-    /// answers any more.
+    /// [`ConnectError::Refused`] while a client holds the lease, or by a device that cannot restart; [`ConnectError::Line`] if
+    /// the device does not answer again.
     pub fn restart(&mut self) -> Result<(), ConnectError> {
         let begins = |response: Response<'_>| matches!(response, Response::Restarts).then_some(());
         self.ask(&Request::Restart, begins)?.ok_or(ConnectError::Refused(Refusal::NotThere))?;
@@ -169,9 +168,9 @@ impl<S: Read + Write> Device<S> {
         Ok(found)
     }
 
-    /// Looks something up in the device's own description, which is asked for as far as it is needed.
+    /// Looks something up in the description of the device, and reads missing parts from the device.
     ///
-    /// `look` is called anew when something was missing: it must only look.
+    /// `look` is called again after each missing part: it must have no side effects.
     pub(super) fn know<T>(&mut self, look: impl Fn(&Description) -> T) -> Result<T, ConnectError> {
         self.description.forget_ports();
         loop {
@@ -187,7 +186,7 @@ impl<S: Read + Write> Device<S> {
                 );
                 is_it.then_some(())
             }) {
-                // Of a newer version: to this program it is not there.
+                // Content of a newer version counts as missing.
                 Err(ConnectError::Line(LineError::NotUnderstood)) => None,
                 is_there => is_there?,
             };
@@ -196,7 +195,7 @@ impl<S: Read + Write> Device<S> {
         }
     }
 
-    /// Reads words with the device's names, and those of a law that a module runs.
+    /// Parses words with the names of the device, and of a law that a module runs.
     pub(super) fn read<'a, T>(
         &mut self,
         law: Option<&(ModuleRef, Law)>,
@@ -208,33 +207,33 @@ impl<S: Read + Write> Device<S> {
         })?
     }
 
-    /// A module by its name; it need not exist yet.
+    /// Finds a module by its name; it need not exist yet.
     pub(super) fn module(&mut self, word: &str) -> Result<ModuleRef, ConnectError> {
         self.read(None, |known| known.module_named(word).ok_or(misread(word, Problem::ModuleValue)))
     }
 
-    /// A signal by its name, `FORCE` or `FORCE.2`.
+    /// Finds a signal by its name, `FORCE` or `FORCE.2`.
     pub(super) fn signal_named(&mut self, word: &str) -> Result<TypeRef, ConnectError> {
         self.read(None, |known| known.signal_named(word).ok_or(misread(word, Problem::Type)))
     }
 
-    /// Name of a module, `PDCTRL_MOD` or `PDCTRL_MOD.2`; `?` for a kind that is not in the image.
+    /// Returns the name of a module, `PDCTRL_MOD` or `PDCTRL_MOD.2`; `?` for a kind that is not in the image.
     pub(super) fn module_name(&mut self, module: ModuleRef) -> Result<String, ConnectError> {
         self.know(|known| known.name_of_module(module).to_string())
     }
 
-    /// Name of a signal, `FORCE` or `FORCE.2`; `?` for a type that the device does not have.
+    /// Returns the name of a signal, `FORCE` or `FORCE.2`; `?` for an unknown type.
     pub(super) fn signal_name(&mut self, signal: TypeRef) -> Result<String, ConnectError> {
         self.know(|known| known.name_of_signal(signal).to_string())
     }
 }
 
-/// A word that is none of those it should be, and stands in no text.
+/// Error for an invalid word that is not part of a text.
 fn misread(word: &str, problem: Problem) -> SchemeError<'_> {
     SchemeError { place: Place { line: 1, column: 1, word }, problem }
 }
 
-/// Whether no device has as much as this asks for: one that has answered all before it never ends a list.
+/// Returns whether an index exceeds the maximum list length: a device that answered all lower ones never ends its list.
 fn is_beyond_every_list(request: &Request) -> bool {
     const LISTED: u8 = 128;
     const WORDS: u16 = 1024;

@@ -1,4 +1,4 @@
-//! Why a device was not asked, or not told, what it was meant to be.
+//! Errors of requests and commands to a device.
 
 use dimsart_link::protocol::{IdentificationFailure, PROTOCOL_VERSION, Refusal};
 
@@ -7,84 +7,82 @@ use hil_sim::link::PortError;
 use super::LineError;
 use hil_sim::schemes::SchemeFileError;
 
-/// What went wrong between a user and a device.
+/// Error of a request or command to a device.
 #[derive(Debug, thiserror::Error)]
 pub enum ConnectError {
-    /// The port does not open.
+    /// The port cannot be opened.
     #[error(transparent)]
     Port(#[from] PortError),
     /// No answer.
     #[error(transparent)]
     Line(#[from] LineError),
-    /// A device of a protocol version that is not understood any more.
+    /// The protocol version of the device is too old.
     #[error(
-        "the device speaks protocol {0} and this command {PROTOCOL_VERSION}: use the `dimsart` that its image was built \
-         with, or flash an image of this version, `cargo xtask flash BOARD`"
+        "protocol version mismatch: device {0}, this command {PROTOCOL_VERSION}; use the `dimsart` of the image's \
+         version, or flash a current image: `cargo xtask flash BOARD`"
     )]
     TooOld(u16),
-    /// What would change a device of a newer protocol version, which is only looked at.
+    /// A device of a newer protocol version is read-only.
     #[error(
-        "it speaks protocol {0}, this program {PROTOCOL_VERSION}: look only, nothing has changed; update the program, \
-         that is, use the `dimsart` that its image was built with"
+        "read-only, nothing has changed: the device has protocol version {0}, this program {PROTOCOL_VERSION}; use the \
+         `dimsart` of the image's version"
     )]
     LookOnly(u16),
-    /// The device refused a question.
+    /// The device refused the request.
     #[error("{0}")]
     Refused(Refusal),
-    /// There is no lease to be had.
-    #[error("the device moves without a lease: `check` lets the scheme run, `stop` stops it")]
+    /// The device has no lease.
+    #[error("the device needs no lease: `check` starts the scheme, `stop` stops it")]
     NoLease,
-    /// The lease was held and is over.
+    /// The lease expired.
     #[error(
-        "no answer to the renewals of the lease in time: it is over, and the device gets its safe input; the line loses \
-         bytes, or the device has too little time for it"
+        "lease expired, outputs at their safe value: no answer to its renewals in time; check the line for lost bytes, \
+         and the device for overload"
     )]
     LeaseOver,
-    /// The one for whom the lease was held is gone.
-    #[error(
-        "nobody was there for half a second: the lease is renewed no more, and the device gets its safe input"
-    )]
+    /// The remote user of the lease is silent or has left.
+    #[error("client silent for 0.5 s: lease released, outputs at their safe value")]
     NobodyThere,
-    /// An image without authentication, or an older one.
+    /// The image has no authentication.
     #[error(
         "this image has no authentication; flash the `auth` variant, such as `cargo xtask flash nucleo-g474re,auth`"
     )]
     NoKeys,
-    /// An image without laws, or an older one.
+    /// The image cannot load laws.
     #[error(
-        "this image takes no laws: flash the `online` variant, such as `cargo xtask flash nucleo-g474re,online`"
+        "this image cannot load laws: flash the `online` variant, such as `cargo xtask flash nucleo-g474re,online`"
     )]
     NoLaws,
-    /// A board without a drive, or an older image.
-    #[error("this board has no drive whose motor could be configured, or its image is an older one")]
+    /// The board has no drive, or its image is too old.
+    #[error("this board has no configurable motor drive, or its image is too old")]
     NoDrive,
-    /// A configuration that is not understood.
+    /// The layout of the configuration is unknown.
     #[error(
-        "the board's configuration has layout {0}, which this program does not know: use the `dimsart` that its image was built with"
+        "unknown layout {0} of the board's motor configuration: use the `dimsart` of the image's version"
     )]
     MotorLayout(u16),
-    /// The board has found out nothing about its motor.
+    /// The board could not identify its motor.
     #[error("{0}")]
     Identification(IdentificationFailure),
-    /// The system gives no random numbers.
-    #[error("the system gives no random number, which the device's nonces would begin with: {0}")]
+    /// The system has no random numbers.
+    #[error("cannot create a nonce, the system's random number generator failed: {0}")]
     NoRandomness(String),
-    /// A list of the device goes on beyond all that a device can have.
+    /// A list of the device exceeds its maximum length.
     #[error("a list of the device has no end: flash an image of this version, `cargo xtask flash BOARD`")]
     EndlessList,
-    /// Undamaged, and no answer to what was asked.
-    #[error("the device answered something else than was asked: is its image of another version?")]
+    /// The answer does not fit the request.
+    #[error("unexpected answer from the device: compare the versions of its image and of this command")]
     OtherAnswer,
-    /// A word that the device does not know, or none of those it takes.
+    /// An unknown name or an invalid value.
     #[error("{0}")]
     Word(String),
-    /// A command was understood and refused; nothing has changed.
+    /// The device refused the command; nothing has changed.
     #[error("refused: {0}")]
     Command(String),
     /// The scheme cannot be read.
     #[error(transparent)]
     SchemeFile(#[from] SchemeFileError),
-    /// A row of a scheme, of which no row is in force then.
+    /// An invalid row of a scheme; no row is applied.
     #[error("{name}:{row}:{column}: {message}; nothing has changed{hint}")]
     Row {
         /// The scheme.
@@ -93,9 +91,9 @@ pub enum ConnectError {
         row: usize,
         /// Column, from 1.
         column: usize,
-        /// What is wrong.
+        /// Description of the error.
         message: String,
-        /// What else may help; starts with its own separator.
+        /// A hint; starts with its separator.
         hint: String,
     },
 }

@@ -1,4 +1,4 @@
-//! What happened on a device, in the order in which it happened.
+//! Event log of a device, oldest event first.
 
 use std::fmt;
 use std::io::{Read, Write};
@@ -15,29 +15,29 @@ use super::{ConnectError, Device};
 /// An event of a device.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize)]
 pub struct EventText {
-    /// Counts events, from 1; over restarts of the device, too.
+    /// Event number, from 1; continues after a restart of the device.
     pub number: u32,
-    /// Tick, from the device's start.
+    /// Tick since the start of the device.
     pub tick: u32,
-    /// Number of what happened; `docs/faults.md` says what to do next.
+    /// Event code; see `docs/faults.md`.
     pub what: u8,
-    /// Its name.
+    /// Event name.
     pub name: &'static str,
-    /// What it is about, in words; empty where there is nothing more to say.
+    /// Details; may be empty.
     pub text: String,
-    /// A link, a cause, a register, or the word's bits.
+    /// A link, a cause, a register, or the bits of a word.
     #[serde(skip)]
     pub detail: u32,
 }
 
-/// The last events of a device, the oldest first.
+/// The last events of a device, oldest first.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize)]
 pub struct Events(pub Vec<EventText>);
 
 impl fmt::Display for Events {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         if self.0.is_empty() {
-            return write!(f, "no events: nothing has happened, or the device keeps none");
+            return write!(f, "no events, or the device has no event log");
         }
         for (place, EventText { number, tick, what, name, text, .. }) in self.0.iter().enumerate() {
             let line = if place == 0 { "" } else { "\n" };
@@ -51,7 +51,7 @@ impl fmt::Display for Events {
 }
 
 impl<S: Read + Write> Device<S> {
-    /// The last events, the oldest first.
+    /// Reads the last events, oldest first.
     ///
     /// # Errors
     /// [`ConnectError`] when the device does not answer.
@@ -61,7 +61,7 @@ impl<S: Read + Write> Device<S> {
         while usize::from(back) < MAX_EVENTS {
             let answer: Option<Event> = known(self.ask(&Request::Event { back }, take!(Event)))?;
             let Some(event) = answer else { break };
-            // Others may have happened since the last question: then this one is among them already.
+            // New events shift the log between two requests: skip an event that was read already.
             if events.last().is_none_or(|last| event.number < last.number) {
                 events.push(event);
             }
@@ -85,8 +85,8 @@ impl<S: Read + Write> Device<S> {
             (None, Some(signal)) => self.know(|known| {
                 let (name, value) = (known.name_of_signal(signal), f32::from_bits(detail));
                 match value.is_finite() {
-                    true => format!("word {word} of {name} shows {value}, which its sensor cannot"),
-                    false => format!("word {word} of {name} is not a finite number"),
+                    true => format!("word {word} of {name} is {value}, outside the sensor's range"),
+                    false => format!("word {word} of {name} is NaN or infinite"),
                 }
             })?,
             _ if is_reason(Reason::LinkLost) || is_reason(Reason::LinkDown) => format!("link {detail}"),
@@ -97,7 +97,7 @@ impl<S: Read + Write> Device<S> {
         let name = match event.name() {
             Some("none") => "the scheme commands the device",
             Some(name) => name,
-            None => "unknown to this version",
+            None => "unknown event of a newer version",
         };
         Ok(EventText { number, tick, what, name, text, detail })
     }
@@ -105,14 +105,11 @@ impl<S: Read + Write> Device<S> {
 
 fn start_cause(detail: u32) -> &'static str {
     let causes = [
-        (StartCause::Power, "its supply came"),
-        (StartCause::Pin, "by its reset pin"),
-        (StartCause::Program, "by its own program"),
-        (
-            StartCause::Watchdog,
-            "by its watchdog: ticks did not keep their time, or the communication stood still",
-        ),
+        (StartCause::Power, "power-on"),
+        (StartCause::Pin, "reset pin"),
+        (StartCause::Program, "software reset"),
+        (StartCause::Watchdog, "watchdog: ticks overran, or the communication stalled"),
     ];
     let found = causes.into_iter().find(|(cause, _)| *cause as u32 == detail);
-    found.map_or("for a cause that it cannot tell", |(_, text)| text)
+    found.map_or("unknown cause", |(_, text)| text)
 }

@@ -1,4 +1,4 @@
-//! How a device is doing, and why it refused something, in words.
+//! States and refusals of a device as texts.
 
 use std::io::{Read, Write};
 
@@ -24,14 +24,13 @@ impl<S: Read + Write> Device<S> {
     pub(super) fn blocked_text(&mut self, blocked: Blocked) -> Text {
         Ok(match blocked {
             Blocked::Mismatch(finding) => self.finding_text(finding)?,
-            Blocked::Tick(Tick::Idle) => "the scheme is stopped; `check` starts it if it matches".to_owned(),
+            Blocked::Tick(Tick::Idle) => "the scheme is stopped; run `check` to start it".to_owned(),
             Blocked::Tick(Tick::MeasurementRefused(error)) => {
-                format!("its last measurement was refused: {}", self.know(|known| frame_text(known, error))?)
+                format!("invalid measurement: {}", self.know(|known| frame_text(known, error))?)
             }
-            Blocked::Tick(Tick::CommandRefused(error)) => format!(
-                "the scheme's last command to it was refused: {}",
-                self.know(|known| frame_text(known, error))?
-            ),
+            Blocked::Tick(Tick::CommandRefused(error)) => {
+                format!("invalid command from the scheme: {}", self.know(|known| frame_text(known, error))?)
+            }
             Blocked::Tick(Tick::Disarmed) => {
                 "the scheme runs and no client holds the lease; run `arm`".to_owned()
             }
@@ -49,7 +48,7 @@ impl<S: Read + Write> Device<S> {
         })
     }
 
-    /// Why a module was cut out.
+    /// Explains why a module was isolated.
     pub(super) fn module_fault_text(&mut self, fault: ModuleFault) -> Text {
         self.know(|known| Explanation::of_module_fault(known, fault).to_string())
     }
@@ -58,9 +57,10 @@ impl<S: Read + Write> Device<S> {
         self.know(|known| Explanation::of_finding(known, finding).to_string())
     }
 
-    /// Why a command was refused.
+    /// Explains why a command was refused.
     pub(super) fn refusal_text(&mut self, error: CommandError) -> Text {
-        let hint = if let CommandError::DoesNotMatch { .. } = error { "; `faults` names them" } else { "" };
+        let hint =
+            if let CommandError::DoesNotMatch { .. } = error { "; run `faults` to list them" } else { "" };
         self.know(|known| format!("{}{hint}", Explanation::of_refusal(known, error)))
     }
 }
@@ -68,12 +68,12 @@ impl<S: Read + Write> Device<S> {
 fn frame_text(known: &Description, error: FrameError) -> String {
     match error {
         FrameError::NotFinite { signal, word } => format!(
-            "word {word} of {} is not a finite number; see what writes it with `watch`",
+            "word {word} of {} is NaN or infinite; use `watch` to find the module that writes it",
             known.name_of_signal(signal)
         ),
         FrameError::Implausible { signal, word, bits } => format!(
-            "word {word} of {} shows {}, beyond what its sensor can, or than it can since the tick before; see to that \
-             sensor and its cable",
+            "word {word} of {} is {}: outside the sensor's range, or too large a change in one tick; check the sensor \
+             and its cable",
             known.name_of_signal(signal),
             f32::from_bits(bits)
         ),

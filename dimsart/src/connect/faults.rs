@@ -1,4 +1,4 @@
-//! What keeps a scheme from running, and what its ticks came to.
+//! Faults of a scheme, and of its ticks.
 
 use std::fmt;
 use std::io::{Read, Write};
@@ -11,16 +11,16 @@ use super::device::take;
 use super::kept::known;
 use super::{ConnectError, Device};
 
-/// A finding of the device's own check.
+/// A finding of the device's check.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize)]
 pub struct FindingText {
-    /// Whether the scheme must not run because of it; otherwise it is a declared delay.
+    /// Whether it prevents the scheme from running; otherwise it is a declared delay.
     pub is_fault: bool,
-    /// What, where, what to do next.
+    /// Description, location and remedy.
     pub text: String,
-    /// The module that it is about; none for the device itself.
+    /// Affected module; `None` for the device itself.
     pub module: Option<String>,
-    /// The signal that it is about.
+    /// Affected signal.
     pub signal: Option<String>,
 }
 
@@ -30,16 +30,16 @@ impl fmt::Display for FindingText {
     }
 }
 
-/// What came of a check that lets a sound scheme run.
+/// Result of a check, which starts a valid scheme.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize)]
 pub struct Check {
     /// Whether the scheme passed and runs.
     pub is_running: bool,
     /// Whether the scheme commands the device, with the first reason if it does not.
     pub state: String,
-    /// Faults in all, listed or not.
+    /// Number of faults, listed or not.
     pub faults: u32,
-    /// Findings, faults first; not all of them when there are very many.
+    /// Findings, faults first; a long list is truncated.
     pub findings: Vec<FindingText>,
 }
 
@@ -55,46 +55,46 @@ impl fmt::Display for Check {
 pub struct FirstFaultText {
     /// Number of the tick, from 1.
     pub tick: u64,
-    /// Why.
+    /// Reason.
     pub reason: String,
 }
 
-/// What is wrong with the scheme as it stands, and what went wrong in its ticks.
+/// Faults of the current scheme and of its ticks.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize)]
 pub struct Faults {
     /// Whether the scheme commands the device, with the first reason if it does not.
     pub state: String,
     /// Ticks since the start.
     pub ticks: u64,
-    /// Those of them in which a frame was refused.
+    /// Ticks with a refused frame.
     pub refused_ticks: u32,
-    /// The first of them.
+    /// The first refused tick.
     pub first_fault: Option<FirstFaultText>,
-    /// The state of the drive, as CiA 402 names it.
+    /// CiA 402 state of the drive.
     pub drive: &'static str,
-    /// Why modules are cut out, if some are, whether the device depends on them or not.
+    /// Why modules are isolated, if any, including modules that the device does not depend on.
     pub cut_out: Option<String>,
-    /// Ticks by why the device did not get what the scheme commands; none from a device that does not tell.
+    /// Number of ticks per reason for the safe value; empty on an older device.
     pub reasons: Vec<ReasonText>,
-    /// Faults of the scheme in all, listed or not.
+    /// Number of faults of the scheme, listed or not.
     pub faults: u32,
-    /// Findings, faults first; not all of them when there are very many.
+    /// Findings, faults first; a long list is truncated.
     pub findings: Vec<FindingText>,
 }
 
-/// A reason of the device's safety stage; `docs/faults.md` says what to do next.
+/// A reason of the device's safety stage; `docs/faults.md` contains the remedies.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize)]
 pub struct ReasonText {
     /// Number.
     pub number: u8,
     /// Name.
     pub name: &'static str,
-    /// Ticks that had it.
+    /// Number of ticks.
     pub ticks: u32,
 }
 
 impl Faults {
-    /// Whether there is nothing to repair.
+    /// Returns whether there are no faults.
     #[must_use]
     pub fn is_sound(&self) -> bool {
         self.faults == 0 && self.first_fault.is_none() && self.cut_out.is_none()
@@ -105,7 +105,7 @@ impl fmt::Display for Faults {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         write!(f, "{}\n{} of {} ticks refused", self.state, self.refused_ticks, self.ticks)?;
         if let Some(FirstFaultText { tick, reason }) = &self.first_fault {
-            write!(f, "; the first trouble was in tick {tick}: {reason}")?;
+            write!(f, "; first in tick {tick}: {reason}")?;
         }
         write!(f, "\ndrive: {}", self.drive)?;
         if let Some(cut_out) = &self.cut_out {
@@ -126,12 +126,12 @@ fn write_findings(f: &mut fmt::Formatter<'_>, faults: u32, findings: &[FindingTe
     let listed = findings.iter().filter(|finding| finding.is_fault).count();
     match usize::try_from(faults).unwrap_or(usize::MAX).saturating_sub(listed) {
         0 => Ok(()),
-        more => write!(f, "\n  and {more} more faults: repair these first"),
+        more => write!(f, "\n  and {more} more faults: correct these first"),
     }
 }
 
 impl<S: Read + Write> Device<S> {
-    /// Has the scheme checked and, when it is sound, run.
+    /// Checks the scheme and starts it if it is valid.
     ///
     /// # Errors
     /// [`ConnectError`] when the device does not answer; a scheme that does not match is no error.
@@ -148,7 +148,7 @@ impl<S: Read + Write> Device<S> {
         Ok(Check { is_running: is_sound && self.status()?.is_running, state, faults, findings })
     }
 
-    /// Why the scheme does not command the device now; none when it does.
+    /// Returns why the scheme does not command the device; `None` if it does.
     ///
     /// # Errors
     /// [`ConnectError`] when the device does not answer.
@@ -156,7 +156,7 @@ impl<S: Read + Write> Device<S> {
         Ok(self.status()?.blocked.map(|blocked| blocked.reason()))
     }
 
-    /// What is wrong; changes nothing.
+    /// Reads the faults without changing anything.
     ///
     /// # Errors
     /// [`ConnectError`] when the device does not answer.
@@ -181,7 +181,7 @@ impl<S: Read + Write> Device<S> {
     fn reasons(&mut self) -> Result<Vec<ReasonText>, ConnectError> {
         let report: Option<SafetyReport> = known(self.ask(&Request::Safety, take!(Safety)))?;
         let text = |(number, ticks)| {
-            let name = Reason::by_number(number).map_or("unknown to this version", Reason::name);
+            let name = Reason::by_number(number).map_or("unknown reason", Reason::name);
             ReasonText { number, name, ticks }
         };
         Ok(report.map(|report| report.ticks.into_iter().map(text).collect()).unwrap_or_default())
@@ -219,7 +219,7 @@ impl<S: Read + Write> Device<S> {
     }
 }
 
-/// Whom a finding is about, as far as it is a module and a signal.
+/// Returns the module and signal of a finding.
 fn subject(finding: Finding) -> (Option<ModuleRef>, Option<TypeRef>) {
     let of = |party| match party {
         Party::Module(module) => Some(module),

@@ -1,4 +1,4 @@
-//! A simulated controller that is asked without a line.
+//! A simulated controller in this process, reached without a port.
 
 use std::collections::VecDeque;
 use std::io::{self, Read, Write};
@@ -6,7 +6,7 @@ use std::io::{self, Read, Write};
 use dimsart_link::protocol::{DeviceInfo, MAX_FRAME_BYTES, Receiver, answer};
 use hil_sim::rig::SimulatedDimsart;
 
-/// A controller of this process as a stream: requests go in, and their answers are there at once.
+/// A controller of this process as a stream that answers each request immediately.
 #[derive(Debug)]
 pub struct InProcess<'a> {
     dimsart: &'a mut SimulatedDimsart,
@@ -16,7 +16,7 @@ pub struct InProcess<'a> {
 }
 
 impl<'a> InProcess<'a> {
-    /// A controller that nobody ticks meanwhile.
+    /// Wraps a controller, which does not tick during this borrow.
     #[must_use]
     pub fn new(dimsart: &'a mut SimulatedDimsart) -> Self {
         let info = DeviceInfo::new(concat!("simulated, DIMSART ", env!("CARGO_PKG_VERSION"))).with_laws();
@@ -29,7 +29,7 @@ impl Write for InProcess<'_> {
         let Self { dimsart, info, receiver, answers } = self;
         let mut frame = [0; MAX_FRAME_BYTES];
         receiver.take_all(bytes, |content| {
-            // The buffer is as long as a frame can be, and what is no request needs no answer.
+            // The buffer has the maximum frame length; other frames than requests need no answer.
             if let Ok(Some(bytes)) = answer(content, dimsart, info, &mut frame) {
                 answers.extend(bytes);
             }
@@ -45,7 +45,7 @@ impl Write for InProcess<'_> {
 impl Read for InProcess<'_> {
     fn read(&mut self, buffer: &mut [u8]) -> io::Result<usize> {
         match self.answers.read(buffer)? {
-            // To a line, nothing read means that the other end is gone.
+            // A read of 0 bytes means a closed line.
             0 => Err(io::ErrorKind::WouldBlock.into()),
             count => Ok(count),
         }

@@ -1,4 +1,4 @@
-//! Schemes that the device keeps: save, try at the next start, confirm or roll back.
+//! Schemes in the device's storage: save, try at the next start, confirm or roll back.
 
 use std::fmt;
 use std::io::{Read, Write};
@@ -14,16 +14,16 @@ use serde::Serialize;
 use super::device::take;
 use super::{ConnectError, Device};
 
-/// How the schemes stand that the device keeps.
+/// State of the stored schemes.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize)]
 pub struct KeptReport {
-    /// What the last start loaded: `built-in`, `saved`, `trial` or `none`.
+    /// Scheme loaded at the last start: `built-in`, `saved`, `trial` or `none`.
     pub origin: &'static str,
-    /// Why it was not what should have been loaded, if it was not.
+    /// Why the start fell back to this scheme, if it did.
     pub reason: Option<String>,
     /// The scheme on trial: `none`, `waits` for the next start, or `tried`.
     pub trial: &'static str,
-    /// Whether a confirmed scheme is kept.
+    /// Whether a confirmed scheme is stored.
     pub is_saved: bool,
 }
 
@@ -40,34 +40,37 @@ impl fmt::Display for KeptReport {
         }
         let otherwise = if self.is_saved { "the saved" } else { "the built-in" };
         match (self.trial, self.origin) {
-            ("waits", _) => write!(f, "\na scheme waits for its trial: the next start runs it, once"),
+            ("waits", _) => write!(f, "\nthe next start runs the scheme on trial, once"),
             ("tried", "trial") => {
-                write!(f, "\n`confirm` keeps it for every start; else the next one runs {otherwise} scheme")
+                write!(
+                    f,
+                    "\nrun `confirm` to keep it; without `confirm` the next start runs {otherwise} scheme"
+                )
             }
-            ("tried", _) => write!(f, "\nthe scheme on trial is not run again: `save` another one"),
+            ("tried", _) => write!(f, "\nthe scheme on trial does not run again: `save` another scheme"),
             _ => Ok(()),
         }
     }
 }
 
-/// How well the ticks keep their time.
+/// Timing of the ticks.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize)]
 pub struct TimingText {
-    /// Ticks that were timed.
+    /// Measured ticks.
     pub ticks: u32,
-    /// Ticks that began late.
+    /// Ticks that started late.
     pub late: u32,
-    /// Ticks that were not done when the next one was due.
+    /// Ticks that overran: not finished when the next one was due.
     pub overruns: u32,
-    /// Processor cycles of the last tick, if they are known.
+    /// Processor cycles of the last tick.
     pub last_cycles: Option<u32>,
-    /// Of ticks on average.
+    /// Mean processor cycles.
     pub mean_cycles: Option<u32>,
-    /// Of the longest tick.
+    /// Observed maximum of processor cycles.
     pub max_cycles: Option<u32>,
-    /// What a tick of the scheme that runs takes at most, by the machine code of a stamped image.
+    /// WCET bound of the running scheme, by the machine code of a stamped image.
     pub bound_cycles: Option<u32>,
-    /// What it may take.
+    /// Budget of a tick.
     pub limit_cycles: Option<NonZeroU32>,
 }
 
@@ -86,38 +89,38 @@ impl TimingText {
 
 impl fmt::Display for TimingText {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        write!(f, "{} ticks began late, {} overran", self.late, self.overruns)?;
+        write!(f, "{} ticks started late, {} overran", self.late, self.overruns)?;
         if let (Some(last), Some(mean), Some(max)) = (self.last_cycles, self.mean_cycles, self.max_cycles) {
-            write!(f, "; a tick took {last} cycles last, {mean} on average, {max} at most")?;
+            write!(f, "; tick: last {last} cycles, mean {mean}, max {max}")?;
         }
         if let Some(bound) = self.bound_cycles {
-            write!(f, "; by its machine code it takes up to {bound} cycles")?;
+            write!(f, "; bound of the machine code {bound} cycles")?;
         }
         if let Some(limit) = self.limit_cycles {
-            write!(f, ", and it may take {limit}")?;
+            write!(f, ", limit {limit}")?;
         }
         Ok(())
     }
 }
 
 impl<S: Read + Write> Device<S> {
-    /// Keeps the scheme as it is now for a trial at the device's next start.
+    /// Saves the current scheme for a trial at the device's next start.
     ///
     /// # Errors
-    /// [`ConnectError::Refused`] or [`ConnectError::Command`] with the reason; what was kept still is.
+    /// [`ConnectError::Refused`] or [`ConnectError::Command`] with the reason; the stored schemes are unchanged.
     pub fn save(&mut self) -> Result<KeptReport, ConnectError> {
         self.schemes(SchemeAction::Save)
     }
 
-    /// Keeps the scheme on trial, as it was saved, for every start.
+    /// Confirms the scheme on trial: every start loads it.
     ///
     /// # Errors
-    /// [`ConnectError::Refused`] when it was not tried since the last start.
+    /// [`ConnectError::Refused`] when the last start did not try it.
     pub fn confirm(&mut self) -> Result<KeptReport, ConnectError> {
         self.schemes(SchemeAction::Confirm)
     }
 
-    /// Forgets the scheme on trial; what runs goes on until the next start.
+    /// Deletes the scheme on trial; the running scheme continues until the next start.
     ///
     /// # Errors
     /// [`ConnectError::Refused`] with the reason.
@@ -125,7 +128,7 @@ impl<S: Read + Write> Device<S> {
         self.schemes(SchemeAction::RollBack)
     }
 
-    /// How the kept schemes stand; none on a device that keeps none.
+    /// Reads the state of the stored schemes; `None` on a device without storage.
     ///
     /// # Errors
     /// [`ConnectError`] when the device does not answer.
@@ -133,7 +136,7 @@ impl<S: Read + Write> Device<S> {
         known(self.schemes(SchemeAction::Look).map(Some))
     }
 
-    /// How well the ticks keep their time; none on a device that cannot tell.
+    /// Reads the timing of the ticks; `None` on a device that does not measure it.
     ///
     /// # Errors
     /// [`ConnectError`] when the device does not answer.
@@ -172,24 +175,24 @@ impl<S: Read + Write> Device<S> {
     fn fallback_text(&mut self, fallback: Fallback) -> Result<String, ConnectError> {
         let (which, error) = match fallback {
             Fallback::Storage => {
-                return Ok("its storage cannot be read, or holds other data: `save` again".to_owned());
+                return Ok("its storage is unreadable or contains other data: `save` again".to_owned());
             }
             Fallback::Damaged => {
                 let text =
-                    "an entry of its storage is damaged or incomplete, an older one counts: `save` again";
+                    "a storage entry is damaged or incomplete, an older entry was loaded: `save` again";
                 return Ok(text.to_owned());
             }
             Fallback::NotRecorded => {
-                let text = "the one on trial was not started, the storage did not take the record of its trial: \
-                            `save` it again";
+                let text = "the scheme on trial was not started, its trial could not be recorded in storage: `save` \
+                            it again";
                 return Ok(text.to_owned());
             }
             Fallback::Unconfirmed => {
-                return Ok("the one on trial was started before and not confirmed".to_owned());
+                return Ok("the scheme on trial was started before and not confirmed".to_owned());
             }
-            Fallback::Trial(error) => ("the one on trial", error),
-            Fallback::Saved(error) => ("the saved one", error),
-            Fallback::BuiltIn(error) => ("the built-in one", error),
+            Fallback::Trial(error) => ("the scheme on trial", error),
+            Fallback::Saved(error) => ("the saved scheme", error),
+            Fallback::BuiltIn(error) => ("the built-in scheme", error),
             other => return Ok(format!("{other:?}")),
         };
         let error = match error {
@@ -203,7 +206,7 @@ impl<S: Read + Write> Device<S> {
     }
 }
 
-/// What an older device, or one without storage, does not know is no error.
+/// Maps the refusal of an older device, or of a device without storage, to `None`.
 pub(super) fn known<T>(answer: Result<Option<T>, ConnectError>) -> Result<Option<T>, ConnectError> {
     match answer {
         Err(ConnectError::Refused(Refusal::NotUnderstood | Refusal::Store(StoreError::NoStorage))) => {

@@ -1,4 +1,4 @@
-//! The key that a device keeps: given, taken away, and used to seal what it asks for.
+//! Sets and clears the key of a device, and authenticates requests with it.
 
 use std::fmt;
 use std::io::{Read, Write};
@@ -9,33 +9,33 @@ use serde::Serialize;
 
 use super::{ConnectError, Device};
 
-/// How a device stands to keys.
+/// Key state of a device.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "lowercase")]
 pub enum KeyReport {
-    /// It holds none.
+    /// No key.
     Open,
-    /// It holds one.
+    /// A key is set.
     Locked,
-    /// It cannot read what it kept.
+    /// The stored key cannot be read.
     Damaged,
 }
 
 impl fmt::Display for KeyReport {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.write_str(match self {
-            Self::Open => "it holds no key: it takes what anybody asks, and authenticates nothing",
-            Self::Locked => "it holds a key: what changes or moves it, it takes with --key-file alone",
+            Self::Open => "no key is set: the device accepts every client without authentication",
+            Self::Locked => "a key is set: changes and motion require --key-file",
             Self::Damaged => {
-                "it CANNOT READ ITS KEY and takes nothing that changes or moves it: erase its flash and flash it anew"
+                "the device CANNOT READ ITS KEY and refuses changes and motion: erase its flash, then flash the image"
             }
         })
     }
 }
 
 impl<S: Read + Write> Device<S> {
-    /// Seals with this key, from now on, what a locked device takes from who has it alone. Gives how the device
-    /// stands: to one that is open everything is said as before.
+    /// Authenticates the requests that a locked device accepts only with its key. Returns the key state; requests to an
+    /// open device stay unauthenticated.
     ///
     /// # Errors
     /// [`ConnectError::NoKeys`] when its image has no authentication; [`ConnectError::NoRandomness`].
@@ -46,11 +46,11 @@ impl<S: Read + Write> Device<S> {
         Ok(state)
     }
 
-    /// Gives the device a key and uses it from now on. The key goes over the line as it is.
+    /// Sets the key of the device and uses it from now on. The key is sent unencrypted.
     ///
     /// # Errors
     /// [`ConnectError::NoKeys`] when its image has no authentication; [`ConnectError::Refused`] when the device is not
-    /// at rest, or is locked and this is not sealed with the key that it holds.
+    /// at rest, or is locked and the request is not authenticated with its present key.
     pub fn set_key(&mut self, key: &[u8; 16]) -> Result<KeyReport, ConnectError> {
         let salt = random()?;
         let state = self.key_action(KeyAction::Set { key: KeyBytes(*key), salt })?;
@@ -58,7 +58,7 @@ impl<S: Read + Write> Device<S> {
         Ok(state)
     }
 
-    /// Has the device forget its key.
+    /// Clears the key of the device.
     ///
     /// # Errors
     /// As [`set_key`](Self::set_key).
@@ -68,7 +68,7 @@ impl<S: Read + Write> Device<S> {
         Ok(state)
     }
 
-    /// How the device stands to keys; none when its image has no authentication.
+    /// Reads the key state; `None` when the image has no authentication.
     pub(super) fn key_report(&mut self) -> Result<Option<KeyReport>, ConnectError> {
         match self.key_action(KeyAction::Look) {
             Err(ConnectError::NoKeys) => Ok(None),

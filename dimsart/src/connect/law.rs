@@ -1,4 +1,4 @@
-//! Laws that come while the controller runs: upload, list, remove, and their own names.
+//! Laws on a running controller: upload, list, remove, and their port and parameter names.
 
 use std::fmt;
 use std::io::{Read, Write};
@@ -15,20 +15,20 @@ use serde::Serialize;
 use super::device::take;
 use super::{ConnectError, Device};
 
-/// A law that is on a device.
+/// A law on a device.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct LawReport {
-    /// Its number, for the parameter `PROGRAM`.
+    /// Number, for the parameter `PROGRAM`.
     pub number: u8,
-    /// Its name.
+    /// Name.
     pub name: String,
-    /// Words of its program.
+    /// Length of the program in words.
     pub words: u8,
-    /// What it adds to a tick of the device, cycles; none if that is not known.
+    /// WCET bound per tick, in cycles, if known.
     pub cycles: Option<u32>,
-    /// Whether a module has it.
+    /// Whether a module runs it.
     pub is_used: bool,
-    /// Its ports and parameters, and what the device calls them.
+    /// Names of its ports and parameters in the law and on the device.
     pub names: Vec<LawName>,
 }
 
@@ -44,7 +44,7 @@ impl fmt::Display for LawReport {
         let Self { number, name, words, cycles, is_used, names } = self;
         write!(f, "law {number}: {name}, {words} of {PROGRAM_WORDS} words")?;
         if let Some(cycles) = cycles {
-            write!(f, ", at most {cycles} cycles of a tick")?;
+            write!(f, ", at most {cycles} cycles per tick")?;
         }
         f.write_str(if *is_used { ", in use" } else { ", not in use" })?;
         let names: Vec<String> =
@@ -58,7 +58,7 @@ impl fmt::Display for LawReport {
 pub struct Laws {
     /// Laws.
     pub laws: Vec<LawReport>,
-    /// How many there can be.
+    /// Maximum number of laws.
     pub places: u8,
 }
 
@@ -71,10 +71,10 @@ impl fmt::Display for Laws {
     }
 }
 
-/// A law that is gone.
+/// Outcome of removing a law.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
 pub struct LawRemoved {
-    /// Its number.
+    /// Number of the law.
     pub number: u8,
 }
 
@@ -85,11 +85,11 @@ impl fmt::Display for LawRemoved {
 }
 
 impl<S: Read + Write> Device<S> {
-    /// Has the device take a law, under a number or the first free one. Nothing that runs is touched.
+    /// Uploads a law under a number, by default the first free one. The running scheme is not affected.
     ///
     /// # Errors
-    /// [`ConnectError::NoLaws`] of an image without laws; [`ConnectError::Command`] with the reason of a refusal, or when no
-    /// place is free; nothing has changed then.
+    /// [`ConnectError::NoLaws`] for an image without laws; [`ConnectError::Command`] when the device refuses the law or has no
+    /// free number; nothing has changed then.
     pub fn upload_law(&mut self, law: &Law, number: Option<u8>) -> Result<LawReport, ConnectError> {
         let number = match number {
             Some(number) => number,
@@ -102,7 +102,7 @@ impl<S: Read + Write> Device<S> {
         Ok(LawReport::new(number, law, look.cycles, look.is_used))
     }
 
-    /// The laws that the device has.
+    /// Lists the laws of the device.
     ///
     /// # Errors
     /// [`ConnectError::NoLaws`]; [`ConnectError::Line`] when the device does not answer.
@@ -111,7 +111,7 @@ impl<S: Read + Write> Device<S> {
         Ok(Laws { laws: laws.into_iter().map(|(report, _)| report).collect(), places })
     }
 
-    /// The laws that the device has, and how many it has places for.
+    /// Reads the laws of the device and the maximum number of laws.
     fn read_laws(&mut self) -> Result<(Vec<(LawReport, Law)>, u8), ConnectError> {
         let (mut laws, mut places) = (Vec::new(), 0);
         for number in 1..=u8::MAX {
@@ -126,8 +126,8 @@ impl<S: Read + Write> Device<S> {
         Ok((laws, places))
     }
 
-    /// The laws that the device has, each with its number, where rows are for a module that runs laws; none otherwise, and of
-    /// an image without laws.
+    /// Reads the laws of the device with their numbers if a row is for a module that runs laws. Returns an empty list
+    /// otherwise, and for an image without laws.
     pub(super) fn laws_for(&mut self, rows: &str) -> Result<Vec<(u8, Law)>, ConnectError> {
         if !scheme::rows(rows).any(|row| row.word(1).starts_with(law::MODULE)) {
             return Ok(Vec::new());
@@ -138,35 +138,35 @@ impl<S: Read + Write> Device<S> {
         }
     }
 
-    /// Has the device forget a law that no module has.
+    /// Removes an unused law from the device.
     ///
     /// # Errors
-    /// [`ConnectError::Command`] while a module has it.
+    /// [`ConnectError::Command`] while a module uses it.
     pub fn remove_law(&mut self, number: u8) -> Result<LawRemoved, ConnectError> {
         self.give(Command::RemoveLaw { number })?;
         Ok(LawRemoved { number })
     }
 
-    /// The module of a row with the law that it runs, whose own names the row may have; none for any other row.
+    /// Returns the module of a row and the law that it runs, whose names the row may use; `None` for other rows.
     pub(super) fn law_of(&mut self, row: &Row<'_>) -> Result<Option<(ModuleRef, Law)>, ConnectError> {
         let Some((module, number)) = self.runner_of(row)? else { return Ok(None) };
         let law = if number == 0 { None } else { self.law(number)? };
         Ok(law.map(|law| (module, law)))
     }
 
-    /// The module of a row, if it runs laws, and the number of its law; 0 for none.
+    /// Returns the module of a row, if it runs laws, and the number of its law; 0 without a law.
     pub(super) fn runner_of(&mut self, row: &Row<'_>) -> Result<Option<(ModuleRef, u8)>, ConnectError> {
         let Some(module) = self.know(|known| law::runner(row, known))? else { return Ok(None) };
         let number = match self.ask(&Request::Get { module, parameter: 0, entry: 0 }, take!(Value)) {
             Ok(Some(Value::Count(number))) => u8::try_from(number).unwrap_or(0),
             Err(ConnectError::Line(error)) => return Err(error.into()),
-            // It does not exist yet.
+            // The module does not exist yet.
             _ => 0,
         };
         Ok(Some((module, number)))
     }
 
-    /// A law by its program; none where there is none.
+    /// Reads a law; `None` if the number is unused.
     fn law(&mut self, number: u8) -> Result<Option<Law>, ConnectError> {
         let mut words: Vec<u32> = Vec::new();
         loop {
@@ -202,7 +202,7 @@ impl<S: Read + Write> Device<S> {
             places = number;
         }
         Err(ConnectError::Command(format!(
-            "the device has {places} laws, and no place for another one: `law remove` one that is not in use"
+            "the device already has its maximum of {places} laws: run `law remove` on an unused law"
         )))
     }
 }

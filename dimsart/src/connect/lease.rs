@@ -1,4 +1,4 @@
-//! The right to move the device, and how it says that it lives.
+//! The lease that motion requires, and the heartbeat of the device.
 
 use dimsart_core::Tick;
 use std::fmt;
@@ -10,27 +10,27 @@ use serde::Serialize;
 
 use super::{ConnectError, Device, LineError, Patience, Presence};
 
-/// A device that says nothing for so long is told to be silent: three heartbeats.
+/// Timeout of the heartbeat: three periods.
 const SILENCE: Duration = Duration::from_millis(300);
-/// All tries together end before the lease does.
+/// All tries together end before the lease expires.
 const RENEWAL: Patience = Patience { timeout: Duration::from_millis(45), tries: 3 };
 
-/// How a device is doing.
+/// State of a device.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct LiveReport {
     /// Ticks since the start.
     pub ticks: u64,
     /// Whether the scheme commands the device.
     pub is_commanded: bool,
-    /// The same in words, with the first reason if it does not.
+    /// Text of `is_commanded`, with the first reason if it is false.
     pub state: String,
-    /// The client that may move the device, if there is one.
+    /// The client that holds the lease.
     pub holder: Option<u8>,
-    /// What the device dropped for want of room since its start, as far as it has said.
+    /// Frames that the device dropped for lack of buffer space since its start, by its last heartbeat.
     pub dropped: u32,
-    /// What came to it damaged or cut, as far as it has said.
+    /// Damaged or truncated frames that it received, by its last heartbeat.
     pub damaged: u32,
-    /// Since when its heart does not beat, s; none when it does.
+    /// Time without a heartbeat, s; `None` while heartbeats arrive.
     pub silence_s: Option<f64>,
 }
 
@@ -42,11 +42,11 @@ impl fmt::Display for LiveReport {
             write!(f, "; client {holder} holds the lease")?;
         }
         if (*dropped, *damaged) != (0, 0) {
-            write!(f, "; {dropped} dropped, {damaged} came damaged")?;
+            write!(f, "; frames: {dropped} dropped, {damaged} damaged")?;
         }
         match silence_s {
             Some(silence_s) => {
-                write!(f, "; NO HEARTBEAT for {silence_s:.1} s, it speaks only when it is asked")
+                write!(f, "; NO HEARTBEAT for {silence_s:.1} s, the device only answers requests")
             }
             None => Ok(()),
         }
@@ -54,45 +54,43 @@ impl fmt::Display for LiveReport {
 }
 
 impl<S: Read + Write> Device<S> {
-    /// This host's number on the line.
+    /// Returns the client number of this host on the line.
     #[must_use]
     pub fn client(&self) -> u8 {
         self.line().client()
     }
 
-    /// Takes the lease that motion needs: 200 ms, unless it is [renewed](Self::renew_lease).
+    /// Takes the lease that motion requires. It expires after 200 ms unless it is [renewed](Self::renew_lease).
     ///
     /// # Errors
     /// [`ConnectError::Refused`] with the holder, when another client has it.
     pub fn take_lease(&mut self) -> Result<LeaseStatus, ConnectError> {
         if !self.has_taken_lease {
             let holder = self.lease_status()?.map(|status| status.holder);
-            // Drawn twice on this line: both would be the holder.
+            // Another client has the same number: both would be the holder.
             if holder == Some(self.client()) {
                 self.line_mut().change_client();
             }
         }
         let taken = self.lease(LeaseAction::Take)?.ok_or(ConnectError::NoLease)?;
         self.has_taken_lease = true;
-        // What it said before is not true any more.
+        // The last heartbeat is outdated.
         self.line_mut().unsolicited_mut().forget_heartbeat();
         Ok(taken)
     }
 
-    /// Takes the lease and renews it in time from now on, while the device is asked for something, is
-    /// [listened](Self::listen) to or [`renew_in_time`](Self::renew_in_time) is called, until it is
-    /// [given back](Self::give_lease_back). Up to three renewals in a row may get lost.
+    /// Takes the lease and renews it in time until it is [released](Self::give_lease_back). Requests,
+    /// [`listen`](Self::listen) and [`renew_in_time`](Self::renew_in_time) send the renewals; three in a row may get lost.
     ///
     /// # Errors
-    /// As [`take_lease`](Self::take_lease). All that asks the device later can fail as
-    /// [`renew_lease`](Self::renew_lease).
+    /// As [`take_lease`](Self::take_lease). Later requests can fail as [`renew_lease`](Self::renew_lease).
     pub fn hold_lease(&mut self) -> Result<LeaseStatus, ConnectError> {
         let taken = self.take_lease()?;
         self.line_mut().hold_lease(None);
         Ok(taken)
     }
 
-    /// The same for somebody, and only as long as he is there: the lease ends 200 ms after the last renewal.
+    /// Holds the lease for a remote user, only while the user is present: it expires 200 ms after the last renewal.
     ///
     /// # Errors
     /// As [`hold_lease`](Self::hold_lease), and [`ConnectError::NobodyThere`] later.
@@ -102,13 +100,13 @@ impl<S: Read + Write> Device<S> {
         Ok(taken)
     }
 
-    /// Whether a lease is [held](Self::hold_lease): not any more after something has said that it is over.
+    /// Returns whether a lease is [held](Self::hold_lease), by the last answers.
     #[must_use]
     pub fn holds_lease(&self) -> bool {
         self.line().holds_lease()
     }
 
-    /// Renews the lease if it is held and time to.
+    /// Renews the lease if it is held and due.
     ///
     /// # Errors
     /// As [`renew_lease`](Self::renew_lease).
@@ -116,10 +114,10 @@ impl<S: Read + Write> Device<S> {
         self.line_mut().renew()
     }
 
-    /// Prolongs the lease.
+    /// Renews the lease.
     ///
     /// # Errors
-    /// [`ConnectError::Refused`] when it was over: the device has got its safe input since.
+    /// [`ConnectError::Refused`] when it had expired: outputs are at their safe value.
     /// [`ConnectError::LeaseOver`] when the device does not answer in time.
     pub fn renew_lease(&mut self) -> Result<LeaseStatus, ConnectError> {
         let patience = self.line_mut().set_patience(RENEWAL);
@@ -131,7 +129,7 @@ impl<S: Read + Write> Device<S> {
         }
     }
 
-    /// Gives the lease back: the device gets its safe input.
+    /// Releases the lease: outputs go to their safe value.
     ///
     /// # Errors
     /// As [`take_lease`](Self::take_lease).
@@ -146,7 +144,7 @@ impl<S: Read + Write> Device<S> {
         self.has_taken_lease = false;
     }
 
-    /// How the lease stands; none on a device that moves without one.
+    /// Reads the state of the lease; `None` on a device without a lease.
     pub(super) fn lease_status(&mut self) -> Result<Option<LeaseStatus>, ConnectError> {
         match self.lease(LeaseAction::Look) {
             Err(ConnectError::Refused(Refusal::NotUnderstood)) => Ok(None),
@@ -162,29 +160,29 @@ impl<S: Read + Write> Device<S> {
         self.ask(&Request::Lease(action), take)
     }
 
-    /// Takes in what the device says by itself, for some time.
+    /// Receives unsolicited frames for some time.
     ///
     /// # Errors
-    /// [`ConnectError::Line`] when the line is gone.
+    /// [`LineError`] when the line is closed.
     pub fn listen(&mut self, time: Duration) -> Result<(), LineError> {
         self.line_mut().listen(time)
     }
 
-    /// Ticks since the start, as the last heartbeat said; none before the first one.
+    /// Returns the ticks since the start, by the last heartbeat; `None` before the first one.
     #[must_use]
     pub fn heartbeat_ticks(&self) -> Option<u64> {
         self.line().unsolicited().heartbeat().map(|heard| heard.ticks)
     }
 
-    /// How the device is doing, as its last heartbeat said; without one it is asked.
+    /// Returns the state of the device by its last heartbeat; without a heartbeat, by a request.
     ///
     /// # Errors
-    /// [`ConnectError`] when the device does not answer what it is asked.
+    /// [`ConnectError`] when the device does not answer.
     pub fn live(&mut self) -> Result<LiveReport, ConnectError> {
         let unsolicited = self.line().unsolicited();
         let silence = unsolicited.silence();
         let heard = unsolicited.heartbeat().filter(|_| silence < SILENCE);
-        // Why a scheme does not run, a heartbeat does not say.
+        // A heartbeat does not contain why a scheme does not run.
         let (ticks, blocked) = match heard {
             Some(heard) if heard.blocked != Some(Blocked::Tick(Tick::Idle)) => (heard.ticks, heard.blocked),
             _ => self.status().map(|status| (status.ticks, status.blocked))?,

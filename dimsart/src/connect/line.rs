@@ -1,4 +1,4 @@
-//! One question, one answer, over a line that may lose either.
+//! Requests and answers over a lossy line.
 
 mod error;
 mod request;
@@ -22,10 +22,10 @@ use hil_sim::clock;
 use request::{answers, any_id, is_renewal, may_repeat};
 use texts::make_visible;
 
-/// Requests of which an answer can still come.
+/// Number of recent requests whose late answers are recognized.
 const REMEMBERED: usize = 32;
 
-/// A line to a device: requests out, their answers in.
+/// A line to a device: sends requests and receives answers.
 #[derive(Debug)]
 pub struct RequestLine<S> {
     stream: S,
@@ -35,18 +35,18 @@ pub struct RequestLine<S> {
     id: u16,
     content: Vec<u8>,
     unsolicited: Unsolicited,
-    /// Of what needs the key of a locked device.
+    /// Authenticates requests to a locked device.
     sealer: Option<RequestSealer>,
-    /// Of the lease, while it is held.
+    /// Renewals of the lease, while it is held.
     renewal: Option<Renewal>,
-    /// The last requests.
+    /// Ids of recent requests.
     asked: VecDeque<u16>,
-    /// Whether another client was heard with the number of this one.
+    /// Whether another client uses the number of this one.
     is_number_taken: bool,
 }
 
 impl<S: Read + Write> RequestLine<S> {
-    /// A line over an open stream without a buffer whose reads end soon; see [`Stream`](hil_sim::link::Stream).
+    /// Uses an open, unbuffered stream whose reads time out quickly; see [`Stream`](hil_sim::link::Stream).
     pub fn new(stream: S, patience: Patience) -> Self {
         Self {
             stream,
@@ -63,17 +63,17 @@ impl<S: Read + Write> RequestLine<S> {
         }
     }
 
-    /// This host's number on the line, from 1.
+    /// Returns the client number of this host on the line, from 1.
     pub(super) fn client(&self) -> u8 {
         client_of(self.id)
     }
 
-    /// Seals with a key, from now on, what needs it; none: nothing.
+    /// Authenticates the requests that need a key from now on; `None` disables authentication.
     pub(super) fn seal_with(&mut self, sealer: Option<RequestSealer>) {
         self.sealer = sealer;
     }
 
-    /// Becomes another client.
+    /// Changes the client number.
     pub(super) fn change_client(&mut self) {
         let before = self.client();
         while self.client() == before {
@@ -82,23 +82,23 @@ impl<S: Read + Write> RequestLine<S> {
         (self.is_number_taken, self.renewal) = (false, None);
     }
 
-    /// Renews the lease from now on, as long as somebody is there if it is for somebody.
+    /// Renews the lease from now on; with a `presence` only while that user is present.
     pub(super) fn hold_lease(&mut self, presence: Option<Presence>) {
         self.renewal = Some(Renewal::new(self.client(), presence));
     }
 
-    /// Renews it no more.
+    /// Ends the renewals.
     pub(super) fn let_lease_go(&mut self) {
         self.renewal = None;
     }
 
-    /// Whether a lease is renewed.
+    /// Returns whether a lease is renewed.
     pub(super) fn holds_lease(&self) -> bool {
         self.renewal.is_some()
     }
 
-    /// Renews the lease if it is held and time to. One that is over is told once, and renewed no more: late answers must not
-    /// bring it back.
+    /// Renews the lease if it is held and due. Reports an expired lease once and ends its renewals: late answers must not
+    /// restore it.
     pub(super) fn renew(&mut self) -> Result<(), ConnectError> {
         self.send_renewal()?;
         let held = self.renewal.as_ref().map_or(Ok(()), Renewal::check);
@@ -113,8 +113,8 @@ impl<S: Read + Write> RequestLine<S> {
         self.send(&Request::Lease(LeaseAction::Renew), id)
     }
 
-    /// Sends a request, or loses it. Of one that is to be sealed only a hello goes out while the device does not know
-    /// this end.
+    /// Sends a request; it may get lost. Without an authenticated session, only the handshake of a protected request is
+    /// sent.
     fn send(&mut self, request: &Request, id: u16) -> Result<(), LineError> {
         if self.asked.len() == REMEMBERED {
             self.asked.pop_front();
@@ -135,7 +135,7 @@ impl<S: Read + Write> RequestLine<S> {
         self.sealer.is_some() && request.needs_key()
     }
 
-    /// Sends what is to be sent before the next sealed request, if anything.
+    /// Sends the pending handshake frame.
     fn shake_hands(&mut self) -> Result<(), LineError> {
         let Some(sealer) = &mut self.sealer else { return Ok(()) };
         let mut buffer = [0; MAX_FRAME_BYTES];
@@ -143,7 +143,7 @@ impl<S: Read + Write> RequestLine<S> {
         self.write(frame)
     }
 
-    /// Has the device know this end, if it does not yet; gives whether it does, and not that it has another key.
+    /// Establishes an authenticated session; returns false if the device has another key.
     fn find_together(&mut self) -> Result<bool, LineError> {
         let Patience { timeout, tries } = self.patience;
         let mut hellos = 0;
@@ -160,7 +160,7 @@ impl<S: Read + Write> RequestLine<S> {
             let deadline = clock::now() + timeout;
             self.read_until(deadline, Awaited::Challenge)?;
             if self.sealer.as_ref().is_some_and(RequestSealer::is_contradicted) {
-                // Whoever said so, the device may still say otherwise.
+                // The refusal may be forged: wait briefly for a valid challenge.
                 let moment = clock::now() + timeout / 10;
                 self.read_until(moment.min(deadline), Awaited::TrueChallenge)?;
             }
@@ -168,17 +168,17 @@ impl<S: Read + Write> RequestLine<S> {
         Ok(true)
     }
 
-    /// The content of the last answer.
+    /// Returns the content of the last answer.
     pub(super) fn content(&self) -> &[u8] {
         &self.content
     }
 
-    /// Id of the last request.
+    /// Returns the id of the last request.
     pub(super) fn last_id(&self) -> u16 {
         self.id
     }
 
-    /// What the device said by itself.
+    /// Returns the unsolicited frames of the device.
     pub(super) fn unsolicited(&self) -> &Unsolicited {
         &self.unsolicited
     }
@@ -187,24 +187,22 @@ impl<S: Read + Write> RequestLine<S> {
         &mut self.unsolicited
     }
 
-    /// Gives back how patient it was before.
+    /// Sets the timeouts and returns the previous ones.
     pub(super) fn set_patience(&mut self, patience: Patience) -> Patience {
         std::mem::replace(&mut self.patience, patience)
     }
 
-    /// Takes in what comes unsolicited, for some time.
+    /// Receives unsolicited frames for some time.
     pub(super) fn listen(&mut self, time: Duration) -> Result<(), LineError> {
         self.read_until(clock::now() + time, Awaited::Nothing).map(drop)
     }
 
-    /// Sends a request and gives the answer with its id; other frames and noise are passed over.
+    /// Sends a request and returns its answer; ignores other frames and noise.
     ///
-    /// It is sent again when no answer comes, unless it is a command that does something else the second
-    /// time.
+    /// An idempotent request is repeated after a timeout.
     ///
     /// # Errors
-    /// [`LineError`]; after [`LineError::Unsure`] the command may have been carried out, otherwise the
-    /// line can be used on.
+    /// [`LineError`]; after [`LineError::Unsure`] the command may have been carried out.
     pub fn ask(&mut self, request: &Request) -> Result<Response<'_>, LineError> {
         if self.is_number_taken && self.renewal.is_none() {
             self.change_client();
@@ -225,7 +223,7 @@ impl<S: Read + Write> RequestLine<S> {
                 continue;
             }
             if is_sealed && !is_known_anew && is_not_accepted(&self.content) {
-                // It was restarted, or another client has found together with it: nothing was done.
+                // The session is lost: the device restarted, or another client took it. The request was not carried out.
                 is_known_anew = true;
                 tries += 1;
                 self.sealer.iter_mut().for_each(RequestSealer::forget);
@@ -245,13 +243,13 @@ impl<S: Read + Write> RequestLine<S> {
 
     fn write(&mut self, frame: Option<&[u8]>) -> Result<(), LineError> {
         match self.stream.write_all(frame.unwrap_or_default()) {
-            // The line takes nothing more: as lost as if it did.
+            // The transmit buffer is full: the frame counts as lost.
             Err(error) if is_nothing_yet(error.kind()) => Ok(()),
             result => result.map_err(failed),
         }
     }
 
-    /// Reads until something comes; false when it does not come in time. An answer is in `content` then.
+    /// Reads until the awaited frame arrives, and returns false on timeout. An answer is stored in `content`.
     fn read_until(&mut self, deadline: Instant, awaited: Awaited) -> Result<bool, LineError> {
         let mut buffer = [0; 1024];
         while clock::now() < deadline {
@@ -305,7 +303,7 @@ impl<S: Read + Write> RequestLine<S> {
                             renewal.take(content);
                         }
                     }
-                    // To another client, or to nobody: an older request is long forgotten.
+                    // An answer to another client, or to a forgotten request.
                     Some(other) => {
                         *is_number_taken |=
                             asked.back().is_some_and(|last| client_of(*last) == client_of(other))
@@ -320,19 +318,19 @@ impl<S: Read + Write> RequestLine<S> {
     }
 }
 
-/// What is waited for.
+/// Frame to wait for.
 #[derive(Clone, Copy, PartialEq, Eq)]
 enum Awaited {
     Answer(u16),
-    /// By which a device that does not know this end lets itself be found, or somebody who has another key.
+    /// A challenge of the handshake, valid or not.
     Challenge,
-    /// The one that is right.
+    /// A valid challenge.
     TrueChallenge,
-    /// Time to pass.
+    /// No frame: wait for the deadline.
     Nothing,
 }
 
-/// Whether an answer says that the device does not know this end.
+/// Returns whether an answer reports a missing session.
 fn is_not_accepted(content: &[u8]) -> bool {
     let refused = Response::Refused(Refusal::Key(KeyRefusal::NotAccepted));
     decode_response(content).is_ok_and(|(_, response)| response == refused)

@@ -1,4 +1,4 @@
-//! Signals again and again: pushed by the device where it can, asked for where it cannot.
+//! Signals read repeatedly: by telemetry if the device supports it, otherwise by polling.
 
 use std::io::{Read, Write};
 use std::time::{Duration, Instant};
@@ -11,28 +11,28 @@ use super::streams::Streams;
 use super::{ConnectError, Device};
 use hil_sim::clock;
 
-/// Well before the device takes the client for gone.
+/// Well below the client timeout of the device.
 const KEEP_ALIVE: Duration = Duration::from_secs(1);
 
-/// Signals that are looked at again and again.
+/// Signals that are read repeatedly.
 #[derive(Debug)]
 pub struct Live {
-    /// None named: all that are in the Data Base.
+    /// If empty, all signals in the Data Base.
     names: Vec<String>,
     period: Duration,
     signals: Vec<Followed>,
-    /// None where the device does not send them.
+    /// `None` where the device does not send them.
     streams: Option<Streams>,
-    /// Samples that the line had no room for.
+    /// Lost samples.
     lost: u64,
-    /// Last time that this client asked for something.
+    /// Time of the last request.
     asked: Instant,
-    /// Last time that there was something new.
+    /// Time of the last new value.
     changed: Instant,
 }
 
 impl Live {
-    /// Signals by name, all of the Data Base when none is named.
+    /// Selects signals by name; all in the Data Base if `names` is empty.
     #[must_use]
     pub fn new(names: &[String], period: Duration) -> Self {
         let now = clock::now();
@@ -40,13 +40,13 @@ impl Live {
         Self { names, period, signals, streams: None, lost: 0, asked: now, changed: now }
     }
 
-    /// Whether the device sends the signals by itself.
+    /// Returns whether the device sends the signals by telemetry.
     #[must_use]
     pub fn is_pushed(&self) -> bool {
         self.streams.is_some()
     }
 
-    /// The device has stopped sending: the scheme has other signals, or it was restarted.
+    /// Returns whether the device has stopped sending: the signals changed, or the device was restarted.
     fn is_stale(&self) -> bool {
         clock::since(self.changed) > KEEP_ALIVE.max(3 * self.period)
     }
@@ -68,10 +68,10 @@ impl Live {
 }
 
 impl<S: Read + Write> Device<S> {
-    /// The signals as they are now, or were a period ago.
+    /// Returns the signals, at most one period old.
     ///
     /// # Errors
-    /// [`ConnectError::Word`] for a name that no data type has.
+    /// [`ConnectError::Word`] for an unknown name.
     pub fn look(&mut self, live: &mut Live) -> Result<Vec<SignalReport>, ConnectError> {
         self.line_mut().unsolicited_mut().samples().for_each(|sample| live.put(&sample));
         if !live.is_pushed() || live.is_stale() {
@@ -85,12 +85,12 @@ impl<S: Read + Write> Device<S> {
         Ok(live.signals.iter().map(|followed| followed.report.clone()).collect())
     }
 
-    /// Has the signals sent; none when the device does not, because they are too many or it has no stream left.
+    /// Subscribes to the signals; `None` when there are too many, or the device has no free stream.
     fn follow(&mut self, live: &Live) -> Result<Option<Streams>, ConnectError> {
         let here = live.signals.iter().filter(|followed| followed.format.is_some());
         let signals: Vec<_> = here.map(|followed| (followed.signal, followed.report.values.len())).collect();
         let ticks = live.period.as_secs_f64() / f64::from(self.identity().sample_period_s);
-        #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "held to what fits")]
+        #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "clamped")]
         let every_ticks = ticks.round().clamp(1.0, f64::from(u32::MAX)) as u32;
         self.subscribe(&signals, every_ticks)
     }

@@ -1,4 +1,4 @@
-//! What the device itself has measured of its ticks.
+//! Cycle counts that the device has measured.
 
 use std::io::{Read, Write};
 
@@ -7,27 +7,27 @@ use dimsart_link::protocol::{CyclesReport, Refusal, Request, Response};
 use super::device::take;
 use super::{ConnectError, Device};
 
-/// What the ticks of a device took since its scheme was changed.
+/// Cycle counts of a device since its scheme was changed.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Measured {
     /// A whole tick.
     pub tick: MeasuredRow,
-    /// Each call of a module in a tick, in order.
+    /// Module calls of a tick, in order.
     pub calls: Vec<MeasuredRow>,
-    /// Whether instructions are counted: of an emulated board, which has no cycles.
+    /// Whether the unit is instructions: an emulated board has no cycles.
     pub is_instructions: bool,
 }
 
-/// What one thing took: cycles of the processor, or instructions.
+/// Processor cycles, or instructions, of one measured section.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct MeasuredRow {
-    /// Runs that were measured.
+    /// Measured runs.
     pub runs: u32,
-    /// The shortest run.
+    /// Minimum of a run.
     pub least: f64,
-    /// A run on average.
+    /// Mean of a run.
     pub mean: f64,
-    /// The longest run.
+    /// Maximum of a run.
     pub greatest: f64,
 }
 
@@ -42,7 +42,7 @@ impl MeasuredRow {
         Self { runs, least: scaled(least), mean: scaled(mean), greatest: scaled(greatest) }
     }
 
-    /// One after the other.
+    /// Adds a section that runs after this one.
     #[must_use]
     pub fn then(self, other: Self) -> Self {
         Self {
@@ -55,7 +55,7 @@ impl MeasuredRow {
 }
 
 impl<S: Read + Write> Device<S> {
-    /// What the device has measured; none when its image does not measure.
+    /// Reads the cycle counts; `None` when the image does not measure.
     ///
     /// # Errors
     /// [`ConnectError`] when the device does not answer.
@@ -75,7 +75,7 @@ impl<S: Read + Write> Device<S> {
         Ok(Some(Measured { tick: MeasuredRow::new(tick), calls, is_instructions }))
     }
 
-    /// Has the device forget what it has measured.
+    /// Resets the cycle counts of the device.
     ///
     /// # Errors
     /// [`ConnectError`] when the device does not answer.

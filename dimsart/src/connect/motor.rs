@@ -1,4 +1,4 @@
-//! The motor of a board that has a drive: its configuration, and what the board finds out about it.
+//! Motor of a board with a drive: configuration and identification.
 
 use std::io::{Read, Write};
 
@@ -11,24 +11,24 @@ use drive::Configuration;
 use super::device::take;
 use super::{ConnectError, Device};
 
-/// Looks at an identification that goes on, a few milliseconds each: none takes half as long.
+/// Maximum number of polls of an identification, a few milliseconds each; twice the longest identification.
 const MOST_LOOKS: u32 = 20_000;
 
-/// What a board's motor is run by.
+/// Motor configuration in use.
 #[derive(Debug, Clone, PartialEq)]
 pub struct MotorState {
-    /// By this configuration, whose inverter is the board's.
+    /// Configuration with the board's inverter.
     pub configuration: Configuration,
-    /// Whether it was kept, and is not the image's.
+    /// Whether it was loaded from storage instead of the image.
     pub is_kept: bool,
-    /// Why what is kept was not taken, if it was not.
+    /// Why the stored configuration was not loaded.
     pub fallback: Option<&'static str>,
-    /// Whether the next start takes another one.
+    /// Whether the next start loads another configuration.
     pub waits: bool,
 }
 
 impl<S: Read + Write> Device<S> {
-    /// What the motor is run by.
+    /// Reads the motor configuration.
     ///
     /// # Errors
     /// [`ConnectError::NoDrive`], also of an older image; [`ConnectError::MotorLayout`].
@@ -41,21 +41,21 @@ impl<S: Read + Write> Device<S> {
             Configuration::from_words(&report.words).ok_or(ConnectError::MotorLayout(report.layout))?;
         let fallback = report.fallback.map(|fallback| match fallback {
             MotorFallback::Storage => "it cannot be read",
-            MotorFallback::Layout => "it is of an image with another layout of configurations",
-            MotorFallback::Value => "a value of it is out of its range, or not for this board",
+            MotorFallback::Layout => "it was written by an image with another configuration layout",
+            MotorFallback::Value => "a value is out of range, or invalid for this board",
             MotorFallback::Damaged => {
-                "a damaged entry of the storage may be a newer configuration: set it again"
+                "a damaged storage entry may be a newer configuration: set the configuration again"
             }
-            _ => "for a reason that this version does not know",
+            _ => "unknown reason of a newer version",
         });
         Ok(MotorState { configuration, is_kept: report.is_kept, fallback, waits: report.waits })
     }
 
-    /// Has the board keep a configuration for its next start. Where writing would hold up the tick, the scheme is stopped; true
-    /// when it was.
+    /// Stores a configuration for the next start of the board. Stops the scheme if the write would delay the tick, and returns
+    /// whether it did.
     ///
     /// # Errors
-    /// [`ConnectError::Refused`] while somebody holds the lease, or when the board would not take it; [`ConnectError::NoDrive`].
+    /// [`ConnectError::Refused`] while a client holds the lease, or for an invalid configuration; [`ConnectError::NoDrive`].
     pub fn keep_motor(&mut self, told: &Configuration) -> Result<bool, ConnectError> {
         let words = told.to_words();
         for (place, word) in (0..).zip(words) {
@@ -66,7 +66,8 @@ impl<S: Read + Write> Device<S> {
         self.write_motor(MotorAction::Keep { layout: Configuration::LAYOUT, count, checksum })
     }
 
-    /// Has the board keep none: its next start takes the image's. As [`keep_motor`](Self::keep_motor) otherwise.
+    /// Deletes the stored configuration: the next start loads the image's. May stop the scheme as
+    /// [`keep_motor`](Self::keep_motor) does.
     ///
     /// # Errors
     /// As [`keep_motor`](Self::keep_motor).
@@ -74,11 +75,11 @@ impl<S: Read + Write> Device<S> {
         self.write_motor(MotorAction::Forget)
     }
 
-    /// Takes the lease, has the board find out about its motor with `current_a`, and gives the lease back. `pause` is called
-    /// between two looks. THE MOTOR TURNS.
+    /// Takes the lease, lets the board identify its motor with `current_a`, and releases the lease. Calls `pause` between two
+    /// polls. THE MOTOR TURNS.
     ///
     /// # Errors
-    /// [`ConnectError::Identification`] with what the board says; [`ConnectError::Refused`]; [`ConnectError::NoDrive`].
+    /// [`ConnectError::Identification`] with the board's reason; [`ConnectError::Refused`]; [`ConnectError::NoDrive`].
     pub fn identify_motor(
         &mut self,
         current_a: f32,

@@ -1,42 +1,42 @@
-//! Whether the one is there for whom a lease is held.
+//! Presence of the remote user for whom a lease is held.
 
 use hil_sim::clock;
 use std::sync::{Arc, Mutex, PoisonError};
 use std::time::{Duration, Instant};
 
-/// Who says nothing for so long is gone.
+/// Timeout of a silent user.
 const SILENCE: Duration = Duration::from_millis(500);
 
-/// Somebody who moves a device from afar, as by a page: a lease that is held for him is renewed as long as he is there. He
-/// says so to this, from any thread, whatever the line to the device waits for meanwhile.
+/// Liveness of a remote user who moves a device, for example by the page. A lease held for that user is renewed only while
+/// [`beat`](Self::beat) is called, from any thread.
 #[derive(Debug, Clone)]
 pub struct Presence(Arc<Mutex<Option<Instant>>>);
 
 impl Default for Presence {
-    /// Of somebody who is there now.
+    /// Starts with a present user.
     fn default() -> Self {
         Self(Arc::new(Mutex::new(Some(clock::now()))))
     }
 }
 
 impl Presence {
-    /// He is there.
+    /// Reports that the user is present.
     pub fn beat(&self) {
         self.set(Some(clock::now()));
     }
 
-    /// He has gone.
+    /// Reports that the user has left.
     pub fn leave(&self) {
         self.set(None);
     }
 
-    /// Whether he was there within the last half second.
+    /// Returns whether the user was present within the last 0.5 s.
     #[must_use]
     pub fn is_there(&self) -> bool {
         self.heard().is_some_and(|heard| clock::since(heard) <= SILENCE)
     }
 
-    /// Whether he has gone.
+    /// Returns whether the user has left.
     pub(crate) fn has_left(&self) -> bool {
         self.heard().is_none()
     }

@@ -1,7 +1,7 @@
-//! What a recorder on the device has kept, read while it goes on.
+//! Reads the rows of a recorder on the device while it records.
 //!
-//! Row `n` lies at word `(n mod LENGTH) x words of a row`. A recorder that is full writes over its oldest row. So the
-//! rows are read oldest first, and its counter after every piece of them: it says which of them were still there.
+//! Row `n` starts at word `(n mod LENGTH) x words of a row`. A full recorder overwrites its oldest row. The rows are read
+//! oldest first; its row counter, read after every block, shows which of them were overwritten meanwhile.
 
 use std::fmt;
 use std::io::{self, Read, Write};
@@ -15,14 +15,14 @@ use super::device::take;
 use super::{ConnectError, Device};
 use hil_sim::recording::Column;
 
-/// The kind of module that records.
+/// Module kind of recorders.
 const RECORDER: &str = "RECORDER_MOD";
-/// Its parameter that says how many rows it keeps.
+/// Parameter: number of rows in its memory.
 const LENGTH: &str = "LENGTH";
-/// About as many words as one answer has.
+/// Words per block, about one answer.
 const PIECE_WORDS: usize = dimsart_link::protocol::MAX_SIGNAL_WORDS;
 
-/// What a recorder has kept, oldest first.
+/// Rows of a recorder, oldest first.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Recorded {
     /// Name of the recorder.
@@ -33,33 +33,33 @@ pub struct Recorded {
     pub columns: Vec<String>,
     /// The rows.
     pub rows: Vec<RecordedRow>,
-    /// Rows that the recorder wrote over while they were read: they are left out.
+    /// Rows that were overwritten during the read, and are omitted.
     pub overwritten: u32,
-    /// Number of the row that its trigger has caught, from 0; none before, or without a trigger.
+    /// Number of the trigger row, from 0; `None` before the trigger fired, or without a trigger.
     pub caught: Option<u32>,
 }
 
-/// The signal as it was in one tick.
+/// Values of the signal in one tick.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct RecordedRow {
-    /// Its number, from 0, since the recorder began.
+    /// Row number, from 0, since the recorder started.
     pub number: u32,
-    /// Its values, one for each column.
+    /// Values, one per column.
     pub values: Vec<ValueText>,
 }
 
 impl Recorded {
-    /// Writes a line of names, then a line for each row.
+    /// Writes a header line, then one line per row.
     ///
     /// # Errors
-    /// Whatever `out` reports; the lines before may have been written.
+    /// An error of `out`; earlier lines may have been written.
     pub fn write_csv(&self, out: impl io::Write) -> io::Result<()> {
         let mut table = csv::Writer::from_writer(out);
         table.write_record(["row"].into_iter().chain(self.columns.iter().map(String::as_str)))?;
         for RecordedRow { number, values } in &self.rows {
             table.write_field(number.to_string())?;
             for value in values {
-                // Numbers throughout, as in the simulator's CSV.
+                // Only numbers, as in the simulator's CSV.
                 match value {
                     ValueText::Flag(is_on) => table.write_field(if *is_on { "1" } else { "0" })?,
                     value => table.write_field(value.to_string())?,
@@ -82,27 +82,27 @@ impl fmt::Display for Recorded {
             _ if *overwritten == 0 => {
                 write!(
                     f,
-                    "{recorder} has no rows of {signal} yet: it takes one every EVERY ticks, while the scheme runs \
+                    "{recorder} has no rows of {signal} yet: it records every EVERY ticks while the scheme runs \
                      (`check`) and its RECORD is ON"
                 )?;
             }
             _ => write!(f, "no rows of {signal}")?,
         }
         if let Some(caught) = caught {
-            write!(f, "; row {caught} is the one that the trigger has caught")?;
+            write!(f, "; trigger at row {caught}")?;
         }
         match overwritten {
             0 => Ok(()),
             count => write!(
                 f,
-                "; {count} rows were overwritten while they were read and are left out: `set {recorder} RECORD OFF` \
-                 before you read, or a greater EVERY, keeps them"
+                "; {count} rows were overwritten during the read and are omitted: run `set {recorder} RECORD OFF` \
+                 before reading, or increase EVERY"
             ),
         }
     }
 }
 
-/// Where a recorder keeps what.
+/// Layout of a recorder's memory.
 #[derive(PartialEq)]
 struct Layout {
     signal: String,
@@ -110,14 +110,14 @@ struct Layout {
     format: Format,
     /// Counts the rows.
     counter: TypeRef,
-    /// Number of the port that declares the memory, and of the one with the number of the row that was caught, from 1.
+    /// Number of the port with the rows, and of the port with the number of the trigger row, from 1.
     port: u8,
     caught: Option<u8>,
     memory_words: usize,
     row_words: usize,
 }
 
-/// A recorder whose trigger is waited for.
+/// A recorder that waits for its trigger.
 pub(super) struct Watched {
     module: ModuleRef,
     layout: Layout,
@@ -148,17 +148,17 @@ impl Layout {
 }
 
 impl<S: Read + Write> Device<S> {
-    /// What a recorder has kept until now; the only one that there is when none is named. Stops nothing.
+    /// Reads the rows of a recorder, by default the only one. Does not stop the recorder.
     ///
     /// # Errors
-    /// [`ConnectError::Word`] when there is no such recorder, or it was changed or reset while it was read.
+    /// [`ConnectError::Word`] when there is no such recorder, or it was changed or reset during the read.
     pub fn recorded(&mut self, recorder: Option<&str>) -> Result<Recorded, ConnectError> {
         let recorder = self.recorder(recorder)?;
         let name = self.module_name(recorder)?;
         let layout = self.layout(recorder)?;
         let length = self.length(recorder, &layout, &name)?;
         let was_changed =
-            || ConnectError::Word(format!("{name} was changed or reset while it was read: read it again"));
+            || ConnectError::Word(format!("{name} was changed or reset during the read: read it again"));
         let mut taken = self.rows_taken(&layout)?.ok_or_else(was_changed)?;
         let (mut next, end) = (taken.saturating_sub(length), taken);
         let (mut rows, mut overwritten) = (Vec::new(), 0);
@@ -176,7 +176,7 @@ impl<S: Read + Write> Device<S> {
                 let values = words.iter().map(|word| ValueText::of_word(*word, layout.format)).collect();
                 rows.push(RecordedRow { number, values });
             }
-            // What is gone by now need not be read.
+            // Skip rows that are overwritten by now.
             let oldest = taken.saturating_sub(length).clamp(next + count, end);
             overwritten += oldest - (next + count);
             next = oldest;
@@ -189,41 +189,39 @@ impl<S: Read + Write> Device<S> {
         Ok(Recorded { recorder: name, signal, columns, rows, overwritten, caught })
     }
 
-    /// Names of the recorders that are plugged in.
+    /// Returns the names of the plugged-in recorders.
     ///
     /// # Errors
-    /// [`ConnectError`] when the device does not answer, or knows no recorders.
+    /// [`ConnectError`] when the device does not answer, or has no recorder module.
     pub fn recorders(&mut self) -> Result<Vec<String>, ConnectError> {
         let recorder = self.module(RECORDER)?;
         let recorders = self.plugged_in(recorder)?;
         recorders.into_iter().map(|recorder| self.module_name(recorder)).collect()
     }
 
-    /// The modules of the same kind that are plugged in.
+    /// Returns the plugged-in modules of the same kind.
     fn plugged_in(&mut self, module: ModuleRef) -> Result<Vec<ModuleRef>, ConnectError> {
         let instances = self.instances()?;
         let plugged_in = instances.iter().filter(|found| found.place.is_some()).map(|found| found.module);
         Ok(plugged_in.filter(|found| found.kind == module.kind).collect())
     }
 
-    /// The recorder of this name, or the only one; it is plugged in.
+    /// Returns the plugged-in recorder of this name, or the only one.
     fn recorder(&mut self, name: Option<&str>) -> Result<ModuleRef, ConnectError> {
         let recorder = self.module(RECORDER)?;
         let recorders = self.plugged_in(recorder)?;
         let names = self.recorders()?;
         let there = match names.is_empty() {
             true => {
-                format!(
-                    "none is plugged in: give its PORT_SIGNAL_IN a signal with `set`, then `on {RECORDER}`"
-                )
+                format!("none is plugged in; bind its PORT_SIGNAL_IN with `set`, then run `on {RECORDER}`")
             }
-            false => format!("there is {}", names.join(", ")),
+            false => format!("plugged in: {}", names.join(", ")),
         };
         match (name, recorders.as_slice()) {
             (Some(name), _) => {
                 let module = self.module(name)?;
                 if module.kind != recorder.kind {
-                    return Err(ConnectError::Word(format!("{name} is no recorder; {there}")));
+                    return Err(ConnectError::Word(format!("{name} is not a recorder; {there}")));
                 }
                 match recorders.contains(&module) {
                     true => Ok(module),
@@ -240,7 +238,7 @@ impl<S: Read + Write> Device<S> {
         self.know(|known| Layout::of(known, recorder))?.ok_or(ConnectError::OtherAnswer)
     }
 
-    /// How many rows it keeps.
+    /// Reads the number of rows in its memory.
     fn length(&mut self, module: ModuleRef, layout: &Layout, name: &str) -> Result<u32, ConnectError> {
         let parameter =
             self.know(|known| known.parameter_named(module.kind, LENGTH).map(|(number, _)| number))?;
@@ -251,45 +249,45 @@ impl<S: Read + Write> Device<S> {
         if expected != Some(layout.memory_words) || layout.memory_words == 0 {
             let Layout { signal, row_words, memory_words, .. } = layout;
             return Err(ConnectError::Word(format!(
-                "{name} keeps {memory_words} words, which are not {rows} rows of {row_words} words of {signal}: bind it \
-                 to a signal that it can record"
+                "{name} has {memory_words} words of memory, which is not {rows} rows of {row_words} words of {signal}: \
+                 bind it to a signal that it can record"
             )));
         }
         Ok(rows)
     }
 
-    /// How many rows it has taken; none where its counter is not in the Data Base any more.
+    /// Reads the number of recorded rows; `None` where its counter is no longer in the Data Base.
     fn rows_taken(&mut self, layout: &Layout) -> Result<Option<u32>, ConnectError> {
         let request = Request::Signal { signal: layout.counter, from: 0 };
         let words: Option<Vec<u32>> = self.ask(&request, words_of)?;
         Ok(words.and_then(|words| words.first().copied()))
     }
 
-    /// Number of the row that its trigger has caught, from 0; none before, and on a device whose recorders have no trigger.
+    /// Reads the number of the trigger row, from 0; `None` before the trigger fired, or without a trigger.
     fn caught(&mut self, module: ModuleRef, layout: &Layout) -> Result<Option<u32>, ConnectError> {
         let Some(port) = layout.caught else { return Ok(None) };
         let words: Option<Vec<u32>> = self.ask(&Request::Memory { module, port, from: 0 }, words_of)?;
         Ok(words.and_then(|words| words.first()?.checked_sub(1)))
     }
 
-    /// A recorder to look at again and again: what is to be known of it is asked once.
+    /// Prepares a recorder for polling: reads its layout once.
     pub(super) fn watched(&mut self, recorder: &str) -> Result<Watched, ConnectError> {
         let module = self.recorder(Some(recorder))?;
         Ok(Watched { module, layout: self.layout(module)? })
     }
 
-    /// Whether it has caught an edge, and all rows behind it, of which there are so many.
+    /// Returns whether the trigger fired and the given number of rows after it is recorded.
     pub(super) fn has_caught(&mut self, watched: &Watched, rows_after: u32) -> Result<bool, ConnectError> {
         let Watched { module, layout } = watched;
         let Some(taken) = self.rows_taken(layout)? else {
-            let reason = "the recorder was plugged out while its edge was waited for";
+            let reason = "the recorder was unplugged before its trigger fired";
             return Err(ConnectError::Word(reason.to_owned()));
         };
         let caught = self.caught(*module, layout)?;
         Ok(caught.is_some_and(|caught| taken.saturating_sub(caught) > rows_after))
     }
 
-    /// A recorder that is not there yet: its name, and its number.
+    /// Returns name and number of an unused recorder.
     pub(super) fn free_recorder(&mut self) -> Result<(String, u8), ConnectError> {
         let recorder = self.module(RECORDER)?;
         let instances = self.instances()?;
@@ -300,7 +298,7 @@ impl<S: Read + Write> Device<S> {
         Ok((self.module_name(ModuleRef { number, ..recorder })?, number))
     }
 
-    /// The words of so many rows one behind the other in the memory; none where they are not there any more.
+    /// Reads the words of consecutive rows in the memory; `None` where they no longer exist.
     fn row_words(
         &mut self,
         module: ModuleRef,

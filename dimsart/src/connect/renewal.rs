@@ -1,4 +1,4 @@
-//! The lease that a line holds: renewed in time, whatever else is waited for.
+//! Renews a lease in time, also while the line waits for an answer.
 
 use std::time::{Duration, Instant};
 
@@ -7,31 +7,31 @@ use dimsart_link::protocol::{Refusal, Response, decode_response, request_id};
 use super::{ConnectError, Presence};
 use hil_sim::clock;
 
-/// A quarter of what the lease lasts.
+/// A quarter of the lease duration.
 const PERIOD: Duration = Duration::from_millis(50);
-/// Renewals without an answer after which the lease may be over.
+/// Unanswered renewals after which the lease may have expired.
 const MAX_UNANSWERED: u32 = 4;
 
-/// When the lease is to be renewed, and what came of it.
+/// Schedule and result of the renewals.
 #[derive(Debug)]
 pub(super) struct Renewal {
     client: u8,
-    /// Odd: other requests have even ones.
+    /// Odd; other requests have even numbers.
     number: u8,
     due: Instant,
     unanswered: u32,
     refusal: Option<Refusal>,
-    /// For whom it is held; none: for this program.
+    /// The remote user of the lease; `None` if this program is the user.
     presence: Option<Presence>,
 }
 
 impl Renewal {
-    /// Of a lease that this client has just taken, for somebody or for itself.
+    /// Starts the renewals of a lease that this client has just taken.
     pub(super) fn new(client: u8, presence: Option<Presence>) -> Self {
         Self { client, number: 1, due: clock::now() + PERIOD, unanswered: 0, refusal: None, presence }
     }
 
-    /// The id of a renewal that is to be sent now, if so: none any more for a lease that is over.
+    /// Returns the id of a renewal that is due now; always `None` for an expired lease.
     pub(super) fn due(&mut self) -> Option<u16> {
         let now = clock::now();
         if now < self.due || self.check().is_err() {
@@ -43,13 +43,13 @@ impl Renewal {
         Some(request_id(self.client, self.number))
     }
 
-    /// Has the last one be sent again at once: the device did not know who asked, or does from now on.
+    /// Repeats the last renewal immediately, after the session with the device was lost or established.
     pub(super) fn hurry(&mut self) {
         self.due = clock::now();
         self.unanswered = self.unanswered.saturating_sub(1);
     }
 
-    /// Takes note of an answer to a renewal.
+    /// Handles an answer to a renewal.
     pub(super) fn take(&mut self, content: &[u8]) {
         match decode_response(content) {
             Ok((_, Response::Lease(_))) => self.unanswered = 0,
@@ -58,7 +58,7 @@ impl Renewal {
         }
     }
 
-    /// Whether the lease is still held, as far as can be told.
+    /// Checks whether the lease is still held, as far as this end can know.
     pub(super) fn check(&self) -> Result<(), ConnectError> {
         match self.refusal {
             Some(refusal) => Err(ConnectError::Refused(refusal)),

@@ -1,4 +1,4 @@
-//! A scheme sent row by row, in one transaction.
+//! Sends a scheme row by row, in one transaction.
 
 use std::io::{Read, Write};
 
@@ -12,41 +12,41 @@ use super::{ConnectError, Device};
 use hil_sim::law::{Law, WithLaw};
 use hil_sim::schemes::{Explained, SIDES, SchemeText, rows};
 
-/// A scheme that arrived.
+/// Outcome of sending a scheme.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize)]
 pub struct Sent {
-    /// Rows that were for this side.
+    /// Rows for this side.
     pub rows: usize,
     /// Whether the scheme commands the device, with the first reason if it does not.
     pub state: String,
-    /// Rows that were left out because the device does not know them, each with its place.
+    /// Rows that were skipped because they are unknown to the device, each with its location.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub skipped: Vec<String>,
 }
 
-/// How rows are sent.
+/// Options for sending rows.
 #[derive(Debug, Default)]
 pub(super) struct Sending {
-    /// Commands before the rows; none: the rows go upon what is there.
+    /// Commands before the rows; if empty, the rows add to the present scheme.
     pub(super) first: Vec<Command>,
-    /// Leaves out rows that the device does not know.
+    /// Skips rows that are unknown to the device.
     pub(super) skips_unknown: bool,
-    /// Has the device check the whole, and changes nothing.
+    /// Checks the pending scheme on the device without applying it.
     pub(super) is_dry_run: bool,
 }
 
 impl<S: Read + Write> Device<S> {
-    /// Gives the rows for `side` to the device, upon what is there, in one transaction: what runs goes on meanwhile.
+    /// Adds the rows for `side` to the scheme of the device, in one transaction. The running scheme continues meanwhile.
     ///
     /// # Errors
-    /// [`ConnectError::Row`] for a row that is not understood or refused, with its place; [`ConnectError::Command`] when
-    /// the whole is refused, or another transaction is open. Nothing has changed then. [`ConnectError::Line`] when the
-    /// device does not answer.
+    /// [`ConnectError::Row`] for an invalid or refused row, with its location; [`ConnectError::Command`] when the scheme is
+    /// refused, or another transaction is open. Nothing has changed then. [`ConnectError::Line`] when the device does not
+    /// answer.
     pub fn send_scheme(&mut self, scheme: &SchemeText, side: &str) -> Result<Sent, ConnectError> {
         self.send(scheme, side, Sending::default())
     }
 
-    /// The same in place of what is there.
+    /// Replaces the scheme of the device by the rows for `side`.
     ///
     /// # Errors
     /// As [`send_scheme`](Self::send_scheme).
@@ -54,7 +54,7 @@ impl<S: Read + Write> Device<S> {
         self.send(scheme, side, Sending { first: vec![Command::Close], ..Sending::default() })
     }
 
-    /// The rows for `side`, or for any, that build the scheme as it is; [`rows`](hil_sim::schemes::rows).
+    /// Returns the rows that rebuild the current scheme, with this destination or `all`; see [`rows`](hil_sim::schemes::rows).
     ///
     /// # Errors
     /// [`ConnectError::Line`] when the device does not answer.
@@ -85,7 +85,7 @@ impl<S: Read + Write> Device<S> {
             }
             Ok(sent)
         });
-        // What cannot be aborted on a line that is gone, the next `begin` says.
+        // If the line is closed and the abort is lost, the next `begin` reports the open transaction.
         let (rows, skipped) = sent.inspect_err(|_| drop(self.abort()))?;
         let blocked = self.status()?.blocked;
         Ok(Sent { rows, state: self.state_text(blocked)?, skipped })
@@ -102,7 +102,7 @@ impl<S: Read + Write> Device<S> {
             0 => String::new(),
             _ if !first.is_empty() => String::new(),
             count => {
-                format!(". {count} modules are on the device: `--replace` puts the scheme in their place")
+                format!(". The device has {count} modules already: use `--replace` to replace them")
             }
         };
         for command in first {
@@ -143,7 +143,7 @@ impl<S: Read + Write> Device<S> {
         if matches!(command, Command::Begin | Command::Commit | Command::Abort) {
             let mut misread = self.misread(row.refused(CommandError::TransactionOpen), None)?;
             misread.message =
-                "refused: the file is sent as one transaction, it opens and ends none".to_owned();
+                "refused: remove this row, the file is sent as one transaction anyway".to_owned();
             return Ok(Err(misread));
         }
         let Effect { refused, .. } = self.try_give(command)?;
@@ -164,7 +164,7 @@ impl<S: Read + Write> Device<S> {
         let message = self.know(|known| Explained { error, known: &WithLaw::new(known, law) }.to_string())?;
         let is_unknown = match error.problem {
             Problem::Destination | Problem::Surplus | Problem::Entry { .. } | Problem::Refused(_) => false,
-            // A choice may have another name; a number is wrong in every version.
+            // Another version may name a choice differently; a wrong number is wrong in every version.
             Problem::Value { .. } => word.starts_with(|first: char| first.is_ascii_alphabetic()),
             _ => !word.is_empty(),
         };
@@ -172,11 +172,11 @@ impl<S: Read + Write> Device<S> {
     }
 }
 
-/// A row that was not understood or refused, and where.
+/// An invalid or refused row and its location.
 struct Misread {
     line: usize,
     column: usize,
     message: String,
-    /// Whether another version could know the word.
+    /// Whether the word may be valid in another version.
     is_unknown: bool,
 }

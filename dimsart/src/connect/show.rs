@@ -1,4 +1,4 @@
-//! Everything that a device is at the moment.
+//! Complete state of a device.
 
 use std::fmt;
 use std::io::{Read, Write};
@@ -21,40 +21,40 @@ use super::{ConnectError, Device};
 /// A parameter and its value.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct ParameterReport {
-    /// Name, with the axis if one was asked for.
+    /// Name, with the index if one entry was requested.
     pub name: String,
-    /// One value, or one for each axis; of a list, its last entry.
+    /// One value, or one per axis; the last entry of a list.
     pub values: Vec<ValueText>,
-    /// Values of a row of a matrix; of anything else, all of them.
+    /// Columns of a matrix; otherwise the number of values.
     #[serde(skip)]
     pub columns: usize,
     /// Unit; empty for a pure number.
     pub unit: String,
-    /// What it takes.
+    /// Range.
     pub range: String,
-    /// What it is for.
+    /// Help text.
     pub summary: String,
-    /// Value of each entry after `init`; none for a list, which starts empty.
+    /// Default of each entry; `None` for a list, which is empty by default.
     pub default: Option<ValueText>,
-    /// The names that it can have; empty where it takes something else.
+    /// Permitted names; empty if the value is not a name.
     pub choices: Vec<String>,
-    /// Whether it is set only while the module is not plugged in.
+    /// Whether it can be set only while the module is unplugged.
     pub is_structural: bool,
 }
 
 /// A kind of module.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize)]
 pub struct KindReport {
-    /// Its name.
+    /// Name.
     pub name: String,
-    /// What it is for; empty for one that this program does not know.
+    /// Help text; empty for a kind that is unknown to this program.
     pub summary: String,
 }
 
 /// A port that reads or writes a signal.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize)]
 pub struct PortReport {
-    /// What `set` binds it by, such as `PORT_FORCE`.
+    /// Name for `set`, such as `PORT_FORCE`.
     pub name: String,
     /// Whether it writes.
     pub writes: bool,
@@ -68,7 +68,7 @@ impl ParameterReport {
         format!("{} {}", joined(&self.values), self.unit).trim_end().to_owned()
     }
 
-    /// The same with a line for each row of a matrix; the further ones are indented.
+    /// Values and unit, one line per row of a matrix; further rows are indented.
     fn rows_text(&self, indent: usize) -> String {
         let rows: Vec<_> = self.values.chunks(self.columns.max(1)).map(joined).collect();
         format!("{} {}", rows.join(&format!("\n{:indent$}", "")), self.unit).trim_end().to_owned()
@@ -82,12 +82,12 @@ impl fmt::Display for ParameterReport {
     }
 }
 
-/// A module that exists.
+/// A module instance.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct InstanceReport {
     /// Name.
     pub name: String,
-    /// Its place in the plug-in order, from 1; none while it is not plugged in.
+    /// Position in the plug-in order, from 1; `None` while it is not plugged in.
     pub place: Option<u16>,
     /// Signals it reads.
     pub reads: Vec<String>,
@@ -117,51 +117,51 @@ impl fmt::Display for InstanceReport {
     }
 }
 
-/// How the device is doing.
+/// Status of a device.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize)]
 pub struct StatusReport {
     /// Ticks since the start.
     pub ticks: u64,
-    /// Those of them in which a frame was refused.
+    /// Ticks with a refused frame.
     pub refused_ticks: u32,
     /// Whether the scheme passed its check and runs.
     pub is_running: bool,
     /// Whether the scheme commands the device, with the first reason if it does not.
     pub state: String,
-    /// Whether a transaction is open: modules, their ports and parameters are those of the next scheme.
+    /// Whether a transaction is open: modules, ports and parameters belong to the pending scheme.
     pub is_in_transaction: bool,
     /// The first tick that was refused.
     pub first_fault: Option<FirstFaultText>,
-    /// The state of the drive, as CiA 402 names it.
+    /// CiA 402 state of the drive.
     pub drive: &'static str,
-    /// Why modules are cut out, if some are, whether the device depends on them or not.
+    /// Why modules are isolated, if any, including modules that the device does not depend on.
     pub cut_out: Option<String>,
-    /// What is taken of the static storage.
+    /// Usage of static memory.
     pub usage: Usage,
-    /// How well the ticks keep their time; none on a device that cannot tell.
+    /// Timing of the ticks; `None` on a device that does not measure it.
     pub timing: Option<TimingText>,
-    /// Schemes that it keeps; none on a device that keeps none.
+    /// Stored schemes; `None` on a device without storage.
     pub schemes: Option<KeptReport>,
-    /// Who may move it; none on a device that moves without a lease.
+    /// Lease; `None` on a device without one.
     pub lease: Option<LeaseStatus>,
-    /// How it stands to keys; none where its image has no authentication.
+    /// Key state; `None` if the image has no authentication.
     pub key: Option<KeyReport>,
 }
 
-/// Everything that a device is at the moment.
+/// Complete state of a device.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Overview {
-    /// Who it is.
+    /// Identity.
     pub identity: Identity,
-    /// How it is doing.
+    /// Status.
     pub status: StatusReport,
-    /// Its modules, those that are plugged in first and in their order.
+    /// Modules: first the plugged-in ones in their order.
     pub modules: Vec<InstanceReport>,
-    /// What is in its Data Base.
+    /// Signals in the Data Base.
     pub signals: Vec<SignalReport>,
-    /// Names of the signals that the device measures.
+    /// Names of the measured signals.
     pub measured: Vec<String>,
-    /// Names of those that it takes.
+    /// Names of the command signals.
     pub taken: Vec<String>,
 }
 
@@ -184,20 +184,20 @@ impl fmt::Display for Overview {
         if status.is_in_transaction {
             writeln!(
                 f,
-                "a transaction is open: the modules below are the next scheme's, which waits for `commit`"
+                "transaction open: the modules below belong to the pending scheme; run `commit` to apply it"
             )?;
         }
         write!(f, "{} of {} ticks refused", status.refused_ticks, status.ticks)?;
         if let Some(FirstFaultText { tick, reason }) = &status.first_fault {
-            write!(f, "; the first trouble was in tick {tick}: {reason}")?;
+            write!(f, "; first in tick {tick}: {reason}")?;
         }
         let Usage { modules: count, slots, words, words_in_all } = status.usage;
-        writeln!(f, "\ntakes {count} modules, {slots} slots, {words} of {words_in_all} words")?;
+        writeln!(f, "\nmemory: {count} modules, {slots} slots, {words} of {words_in_all} words")?;
         match &status.lease {
             None => {}
             Some(LeaseStatus { holder: NO_CLIENT, .. }) => writeln!(f, "no client holds the lease")?,
             Some(LeaseStatus { holder, ticks_left }) => {
-                writeln!(f, "client {holder} holds the lease, for {ticks_left} ticks unless it renews it")?;
+                writeln!(f, "client {holder} holds the lease, for {ticks_left} ticks without renewal")?;
             }
         }
         if let Some(key) = &status.key {
@@ -222,7 +222,7 @@ impl fmt::Display for Overview {
 }
 
 impl<S: Read + Write> Device<S> {
-    /// Asks for everything.
+    /// Reads the complete state.
     ///
     /// # Errors
     /// [`ConnectError`] when the device does not answer.
@@ -237,7 +237,7 @@ impl<S: Read + Write> Device<S> {
         Ok(Overview { identity: self.identity().clone(), status, modules, signals, measured, taken })
     }
 
-    /// What the device measures, and what it takes; nothing where it cannot tell.
+    /// Reads the names of measured and command signals; empty on an older device.
     ///
     /// # Errors
     /// [`ConnectError`] when the device does not answer.
@@ -256,7 +256,7 @@ impl<S: Read + Write> Device<S> {
         Ok(names)
     }
 
-    /// The kinds of modules that the image has, and what each is for.
+    /// Lists the module kinds of the image with their help texts.
     ///
     /// # Errors
     /// [`ConnectError`] when the device does not answer.
@@ -279,7 +279,7 @@ impl<S: Read + Write> Device<S> {
         Ok(kinds)
     }
 
-    /// How the device is doing.
+    /// Reads the status.
     ///
     /// # Errors
     /// [`ConnectError`] when the device does not answer.
@@ -329,7 +329,7 @@ impl<S: Read + Write> Device<S> {
         Ok(InstanceReport { name: self.module_name(module)?, place, reads, writes, ports, parameters })
     }
 
-    /// The value at one place, or all of them.
+    /// Reads one entry of a parameter, or all entries.
     pub(super) fn parameter_report(
         &mut self,
         module: ModuleRef,
@@ -379,7 +379,7 @@ impl<S: Read + Write> Device<S> {
     }
 }
 
-/// The names that a parameter can have.
+/// Returns the permitted names of a parameter.
 fn choices(accepts: &Accepted<'_>) -> Vec<String> {
     match accepts {
         Accepted::Choice(names) => names.iter().map(|name| (*name).to_owned()).collect(),

@@ -1,4 +1,4 @@
-//! Signals of the Data Base, as the last tick left them.
+//! Signals of the Data Base after the last tick.
 
 use std::fmt;
 use std::io::{Read, Write};
@@ -11,14 +11,14 @@ use super::description::{ValueText, WordText};
 use super::device::take;
 use super::{ConnectError, Device};
 
-/// One for each axis of the largest device.
+/// One value per axis of the largest device.
 const VALUES_PER_LINE: usize = dimsart_core::limits::MAX_DOF;
 
 /// A signal that is read repeatedly.
 #[derive(Debug)]
 pub(super) struct Followed {
     pub(super) signal: TypeRef,
-    /// None while it is not in the Data Base.
+    /// `None` while it is not in the Data Base.
     pub(super) format: Option<Format>,
     /// Indices and unit of each of its words.
     pub(super) words: Vec<WordText>,
@@ -32,7 +32,7 @@ pub struct SignalReport {
     pub name: String,
     /// Unit; empty for a pure number.
     pub unit: String,
-    /// Its words, in their order; empty when it is not in the Data Base now.
+    /// Its words in order; empty when it is not in the Data Base.
     pub values: Vec<ValueText>,
 }
 
@@ -53,18 +53,18 @@ impl fmt::Display for SignalReport {
 }
 
 impl<S: Read + Write> Device<S> {
-    /// Signals by name, or all that are in the Data Base now when none is named.
+    /// Reads the named signals, or all in the Data Base if `names` is empty.
     ///
     /// # Errors
-    /// [`ConnectError::Word`] for a name that no data type has.
+    /// [`ConnectError::Word`] for an unknown name.
     pub fn signals(&mut self, names: &[String]) -> Result<Vec<SignalReport>, ConnectError> {
         Ok(self.followed(names)?.into_iter().map(|followed| followed.report).collect())
     }
 
-    /// Makes sure that signals are there to be sent.
+    /// Checks that signals are in the Data Base.
     ///
     /// # Errors
-    /// [`ConnectError::Word`] for a name that no data type has, or that is not in the Data Base now.
+    /// [`ConnectError::Word`] for an unknown name, or a signal that is not in the Data Base.
     pub fn require_signals(&mut self, names: &[String]) -> Result<(), ConnectError> {
         for name in names {
             let signal = self.signal_named(name)?;
@@ -76,7 +76,7 @@ impl<S: Read + Write> Device<S> {
         Ok(())
     }
 
-    /// [`Self::signals`], with what it takes to read their words.
+    /// Reads signals as [`Self::signals`] does, with format and layout of their words.
     pub(super) fn followed(&mut self, names: &[String]) -> Result<Vec<Followed>, ConnectError> {
         let mut wanted = Vec::new();
         for name in names {

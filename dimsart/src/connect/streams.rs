@@ -1,4 +1,4 @@
-//! Signals that a device sends by itself, over as many streams as they take.
+//! Telemetry: signals that a device sends, distributed over streams.
 
 use std::io::{Read, Write};
 
@@ -9,18 +9,19 @@ use dimsart_link::protocol::{
 
 use super::{ConnectError, Device};
 
-/// What is sent: each stream with its id, the first of its words among all of them, and their number.
+/// Subscribed streams.
 #[derive(Debug, Clone, Default)]
 pub(super) struct Streams(Vec<Stream>);
 
 #[derive(Debug, Clone)]
 struct Stream {
     id: u16,
-    /// On the device.
+    /// Stream number on the device.
     number: usize,
+    /// Index of its first word among all words.
     first: usize,
     words: usize,
-    /// Of the last sample.
+    /// Counter of the last sample.
     counter: Option<u16>,
 }
 
@@ -33,9 +34,9 @@ impl Streams {
         self.0.iter().map(|stream| stream.number)
     }
 
-    /// The place of a sample's words among all words; none for one of nobody's, or of another scheme's.
+    /// Returns the index of a sample's first word among all words; `None` for an unknown stream or another scheme.
     ///
-    /// Samples that were lost before it are added to `lost`.
+    /// Adds the samples that were lost before it to `lost`.
     pub(super) fn place(&mut self, sample: &Sample, lost: &mut u64) -> Option<usize> {
         let stream = self.0.iter_mut().find(|stream| stream.id == sample.id)?;
         if let Some(last) = stream.counter {
@@ -46,14 +47,14 @@ impl Streams {
     }
 }
 
-/// Leaves out the signals of the last stream that all would take.
+/// Removes the signals that would need the last stream.
 pub(super) fn without_last_stream(signals: &mut Vec<(TypeRef, usize)>) {
     let words: Vec<usize> = signals.iter().map(|(_, words)| *words).collect();
     let last = parts(&words).and_then(|parts| parts.last()?.first().copied());
     signals.truncate(last.unwrap_or_default());
 }
 
-/// Which signals go into a stream together: numbers of them, in their order. None where one is too wide for any.
+/// Distributes signals over streams: indices per stream, in order. `None` if a signal is too wide for a stream.
 fn parts(words: &[usize]) -> Option<Vec<Vec<usize>>> {
     let mut parts: Vec<Vec<usize>> = Vec::new();
     let mut room = 0;
@@ -74,8 +75,8 @@ fn parts(words: &[usize]) -> Option<Vec<Vec<usize>>> {
 }
 
 impl<S: Read + Write> Device<S> {
-    /// Has signals sent every so many ticks, each with so many words. None when the device does not: they are too many for
-    /// it, or it has no stream left.
+    /// Subscribes to signals, given with their number of words. `None` if there are too many, or the device has no free
+    /// stream.
     pub(super) fn subscribe(
         &mut self,
         signals: &[(TypeRef, usize)],
@@ -90,10 +91,10 @@ impl<S: Read + Write> Device<S> {
             loop {
                 match self.open_stream(number, &signals, every_ticks)? {
                     Opened::Sent => break,
-                    // Another client's.
+                    // The stream belongs to another client.
                     Opened::Taken => number += 1,
                     Opened::Refused => {
-                        // It may have been begun.
+                        // The stream may be partly open.
                         let begun = streams.numbers().chain([number]).collect();
                         self.end_streams(begun, signals.first().copied())?;
                         return Ok(None);
@@ -132,7 +133,7 @@ impl<S: Read + Write> Device<S> {
         Ok(Opened::Sent)
     }
 
-    /// Ends what this client was sent, for another one to have it; `signal` is any that there is.
+    /// Ends the streams of this client; `signal` is any existing signal.
     pub(super) fn unsubscribe(&mut self, streams: &Streams, signal: TypeRef) -> Result<(), ConnectError> {
         debug_assert!(streams.0.iter().all(|stream| client_of(stream.id) == self.client()));
         self.end_streams(streams.numbers().collect(), Some(signal))
@@ -151,7 +152,7 @@ impl<S: Read + Write> Device<S> {
     }
 }
 
-/// What came of a stream.
+/// Result of opening a stream.
 enum Opened {
     Sent,
     Taken,

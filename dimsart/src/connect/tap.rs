@@ -1,4 +1,4 @@
-//! Every tick's signals, as a device sends them: what a scope or a recording takes.
+//! Telemetry of every tick, for scopes and recordings.
 
 use std::io::{Read, Write};
 use std::time::{Duration, Instant};
@@ -13,21 +13,21 @@ use super::streams::{Streams, without_last_stream};
 use super::{ConnectError, Device};
 use hil_sim::clock;
 
-/// Without anything for so long the scheme has other signals, or the device was restarted.
+/// Timeout of telemetry, after which the signals are subscribed again: the scheme changed, or the device restarted.
 const SILENCE: Duration = Duration::from_millis(500);
-/// Where another client has what the device can send.
+/// Retry interval while other clients use all streams.
 const ANOTHER_TRY: Duration = Duration::from_secs(2);
-/// Well before the device takes the client for gone.
+/// Well below the client timeout of the device.
 const KEEP_ALIVE: Duration = Duration::from_secs(1);
 
 /// A signal of a [`Tap`].
 #[derive(Debug, Clone, PartialEq, Eq, Serialize)]
 pub struct TapSignal {
-    /// Its name.
+    /// Name.
     pub name: String,
     /// Unit of its values; empty for a pure number.
     pub unit: String,
-    /// How many values it has, one behind the other in a row.
+    /// Number of its values, consecutive in a row.
     pub words: usize,
     #[serde(skip)]
     format: Format,
@@ -40,12 +40,12 @@ impl TapSignal {
         Self { name: name.to_owned(), unit: unit.to_owned(), words, format, places: Vec::new() }
     }
 
-    /// Indices and unit of each of its words.
+    /// Returns indices and unit of each word.
     pub(crate) fn places(&self) -> &[WordText] {
         &self.places
     }
 
-    /// Format of its words in the Data Base.
+    /// Returns the format of its words in the Data Base.
     #[must_use]
     pub fn format(&self) -> Format {
         self.format
@@ -57,36 +57,36 @@ impl TapSignal {
 pub struct TapRow {
     /// Number of the tick; it wraps.
     pub tick: u32,
-    /// The values of every signal; what was lost on the way is no number.
+    /// Values of every signal; NaN for lost samples.
     pub values: Vec<f64>,
 }
 
-/// Signals in every so many ticks.
+/// Subscription to signals every N ticks.
 #[derive(Debug)]
 pub struct Tap {
     every_ticks: u32,
-    /// Of the signals that are wanted; all where there is none.
+    /// Requested signals; all if empty.
     names: Vec<String>,
     signals: Vec<TapSignal>,
-    /// Names of the other ones in the Data Base.
+    /// Names of the other signals in the Data Base.
     unsent: Vec<String>,
     streams: Option<Streams>,
     lost: u64,
-    /// Of the tick that is coming in, and how many streams of it are there.
+    /// The row being received, and its number of received streams.
     row: Option<(TapRow, usize)>,
-    /// Whether the device was asked for them, and may have refused.
+    /// Whether the signals were requested; the device may have refused.
     is_open: bool,
-    /// Whether a row was whole: before, not every stream has begun.
+    /// Whether a complete row was received: before that, some streams have not started.
     has_begun: bool,
     asked: Instant,
     heard: Instant,
-    /// What is in the Data Base, as far as it was asked for, and how many events there had been then.
+    /// Signals in the Data Base at the last request, and the event count then.
     entries: Vec<TypeRef>,
     events: u32,
 }
 
 impl Tap {
-    /// Of every so many ticks.
+    /// Samples every `every_ticks` ticks.
     #[must_use]
     pub fn new(every_ticks: u32) -> Self {
         let now = clock::now();
@@ -107,30 +107,30 @@ impl Tap {
         }
     }
 
-    /// Of these signals alone, as `POSITION`: a board can send a few of them. All when none is named.
+    /// Restricts the subscription to these signals, as `POSITION`: a board can send only a few. All if empty.
     #[must_use]
     pub fn of(self, names: &[String]) -> Self {
         Self { names: names.to_vec(), ..self }
     }
 
-    /// Has all signals from the next change of the Data Base on.
+    /// Subscribes to all signals from the next change of the Data Base on.
     pub(crate) fn widen(&mut self) {
         self.names.clear();
     }
 
-    /// The signals that it has, in the order of a row's values; none while the device does not send them.
+    /// Returns the subscribed signals in the order of a row's values; empty while the device does not send them.
     #[must_use]
     pub fn signals(&self) -> &[TapSignal] {
         &self.signals
     }
 
-    /// Names of the signals in the Data Base that it has not.
+    /// Returns the names of the signals in the Data Base that are not sent.
     #[must_use]
     pub fn unsent(&self) -> &[String] {
         &self.unsent
     }
 
-    /// Samples so far that the line had no room for.
+    /// Returns the number of lost samples.
     #[must_use]
     pub fn lost(&self) -> u64 {
         self.lost
@@ -159,7 +159,7 @@ impl Tap {
     }
 }
 
-/// A word as a number, which holds every format exactly.
+/// Converts a word to a number, exactly for every format.
 pub(crate) fn value_of(word: u32, format: Format) -> f64 {
     match format {
         Format::F32 => f32::from_bits(word).into(),
@@ -170,13 +170,13 @@ pub(crate) fn value_of(word: u32, format: Format) -> f64 {
 }
 
 impl<S: Read + Write> Device<S> {
-    /// Listens for some time, and gives the rows that have come. Where a device has not enough streams for all signals, it
-    /// is asked for the first ones.
+    /// Receives for some time and returns the received rows. If the device has too few streams for all signals, only the
+    /// first signals are subscribed.
     ///
     /// # Errors
-    /// [`ConnectError`] when the line has ended.
+    /// [`ConnectError`] when the line is closed.
     pub fn tap(&mut self, tap: &mut Tap, time: Duration) -> Result<Vec<TapRow>, ConnectError> {
-        // An event says that the scheme may have other signals, though those that are sent are still there.
+        // After an event the scheme may have additional signals.
         let events = self.line().unsolicited().heartbeat().map_or(0, |heartbeat| heartbeat.events);
         let is_other = events != tap.events && {
             tap.events = events;
@@ -197,7 +197,7 @@ impl<S: Read + Write> Device<S> {
         Ok(rows)
     }
 
-    /// Has the device send nothing more, so that another client can have its streams.
+    /// Ends the subscription and frees its streams for other clients.
     ///
     /// # Errors
     /// [`ConnectError`] when the device does not answer.
@@ -208,7 +208,7 @@ impl<S: Read + Write> Device<S> {
         }
     }
 
-    /// Asks for the signals anew; [`Tap::signals`] says which of them the device sends.
+    /// Subscribes again; [`Tap::signals`] returns the signals that the device sends.
     pub(crate) fn open_tap(&mut self, tap: &mut Tap) -> Result<(), ConnectError> {
         tap.is_open = true;
         tap.entries = self.entries()?;

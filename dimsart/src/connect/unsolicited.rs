@@ -1,4 +1,4 @@
-//! What a device says by itself: that it lives, and signals.
+//! Unsolicited frames of a device: heartbeats and telemetry samples.
 
 use std::collections::VecDeque;
 use std::time::{Duration, Instant};
@@ -6,10 +6,10 @@ use std::time::{Duration, Instant};
 use dimsart_link::protocol::{Heartbeat, Sample, client_of, decode_heartbeat, decode_sample};
 use hil_sim::clock;
 
-/// Samples that wait to be taken; the oldest make room for newer ones.
+/// Capacity of the sample queue; the oldest samples are dropped.
 const ROOM: usize = 16_384;
 
-/// What came that nobody had asked for, as far as it was not taken yet.
+/// Unsolicited frames that are not yet read.
 #[derive(Debug)]
 pub(super) struct Unsolicited {
     heard: Instant,
@@ -22,7 +22,7 @@ impl Unsolicited {
         Self { heard: clock::now(), heartbeat: None, samples: VecDeque::new() }
     }
 
-    /// Takes what a device says to everybody, and the samples that are for `client`.
+    /// Handles heartbeats, and samples for `client`.
     pub(super) fn take(&mut self, content: &[u8], client: u8) {
         if let Ok((_, heartbeat)) = decode_heartbeat(content) {
             (self.heard, self.heartbeat) = (clock::now(), Some(heartbeat));
@@ -36,7 +36,7 @@ impl Unsolicited {
         }
     }
 
-    /// The last heartbeat, if there was one.
+    /// Returns the last heartbeat.
     pub(super) fn heartbeat(&self) -> Option<Heartbeat> {
         self.heartbeat
     }
@@ -45,12 +45,12 @@ impl Unsolicited {
         self.heartbeat = None;
     }
 
-    /// How long the last heartbeat is ago, or the beginning.
+    /// Returns the time since the last heartbeat, or since the start.
     pub(super) fn silence(&self) -> Duration {
         clock::since(self.heard)
     }
 
-    /// The samples that came since the last look, oldest first.
+    /// Takes the samples since the last call, oldest first.
     pub(super) fn samples(&mut self) -> impl Iterator<Item = Sample> {
         self.samples.drain(..)
     }

@@ -1,4 +1,4 @@
-//! A controller built inside an emulated processor's memory by the image's own functions.
+//! A controller in emulated memory, created and run by the image's own functions.
 
 use std::collections::BTreeSet;
 use std::ops::Range;
@@ -13,37 +13,36 @@ use dimsart_core::{MAX_PACKET_BYTES, Packet, Word};
 use super::firmware::EntryPoints;
 use super::{CyclesError, Firmware};
 
-/// Where the controller and its memory are: plain memory of its own, which no image uses, so that it need not fit beside anything; the
-/// emulated board has memory there too.
+/// Address of the controller and its memory, unused by images and valid on the emulated board, too.
 const PLACE: u32 = 0x2100_0000;
-/// Where arguments and results are.
+/// Address of arguments and results.
 const ARGUMENTS: u32 = 0x2140_0000;
 const ARGUMENT_BYTES: u32 = 0x2000;
-/// `Frames`: two counts, then the words measured and those commanded.
+/// `Frames`: two counts, then measured and commanded words.
 const FRAMES: u32 = ARGUMENTS;
 const MEASURED: u32 = FRAMES + 8;
 const COMMANDED: u32 = MEASURED + 4 * MAX_WORDS;
 const MAX_WORDS: u32 = 64;
 /// Bytes of a scheme, of a packet, or a kind per axis.
 const BYTES: u32 = ARGUMENTS + 0x800;
-/// A packet that was read, or the lack of one.
+/// A packet that was read, or none.
 const RECEIVED: u32 = ARGUMENTS + 0x1000;
-/// What damaged bytes are read as, while a packet is there.
+/// Result of reading damaged bytes, next to a valid packet.
 const DAMAGED: u32 = ARGUMENTS + 0x1400;
-/// What a function returns.
+/// Result of a function.
 const RESULT: u32 = ARGUMENTS + 0x1800;
-/// Room for a packet and what is around it.
+/// Space of a packet with its header.
 const RESULT_BYTES: usize = 0x100;
 
-/// Counters that an image times its calls by: `DWT_CYCCNT` and `SYST_CVR`, each in memory of its own. They stand still.
+/// Counters with which an image times its calls, `DWT_CYCCNT` and `SYST_CVR`, in separate memory; constant here.
 const COUNTERS: [u32; 2] = [0xE000_1004, 0xE000_E018];
 
-/// How packets of all lengths are delivered in a bound.
+/// Delivery of packets of all lengths in a bound.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Lengths {
-    /// Each by itself: the closest bound of a delivery.
+    /// A call per length: the tightest bound of a delivery.
     Each,
-    /// In one call: all that the ticks after it see, in a fiftieth of the time.
+    /// One call: sufficient for bounds of ticks, 50 times faster.
     Together,
 }
 
@@ -52,17 +51,17 @@ pub(super) enum Lengths {
 pub struct Controller {
     machine: Machine,
     entry: EntryPoints,
-    /// Of the controller in its place.
+    /// Address of the controller.
     address: u32,
     words_in: usize,
     words_out: usize,
 }
 
 impl Controller {
-    /// A controller without a scheme for the board's device, with this many linear axes.
+    /// Creates a controller without a scheme, for the board's device with `dof` linear axes.
     ///
     /// # Errors
-    /// [`CyclesError::Machine`] when the image does not get that far, such as with more axes than it knows.
+    /// [`CyclesError::Machine`] if the image fails, such as with too many axes.
     pub fn new(firmware: &Firmware, timing: Timing, dof: usize) -> Result<Self, CyclesError> {
         let mut machine = Machine::new(firmware.image.clone(), timing).map_err(machine("the image"))?;
         machine.map(PLACE, firmware.controller_bytes.next_multiple_of(4));
@@ -80,7 +79,7 @@ impl Controller {
         Ok(controller)
     }
 
-    /// Has it refuse modules by the image's stamp, as a board does.
+    /// Enables the limit of the image's stamp, as a board does.
     ///
     /// # Errors
     /// [`CyclesError::Machine`].
@@ -88,10 +87,10 @@ impl Controller {
         self.run("dimsart_limit", &Call::new(self.entry.limit, [self.address, 0, 0, 0]))
     }
 
-    /// Gives it a [saved scheme](dimsart_link::saved_scheme).
+    /// Loads a [saved scheme](dimsart_link::saved_scheme).
     ///
     /// # Errors
-    /// [`CyclesError::OtherImage`] or [`CyclesError::Refused`]; it has no scheme then.
+    /// [`CyclesError::OtherImage`] or [`CyclesError::Refused`]; no scheme is loaded then.
     pub fn load(&mut self, scheme: &[u8]) -> Result<Run, CyclesError> {
         let run = self.call_of_load(scheme)?;
         let run = self.run("dimsart_load", &run)?;
@@ -102,7 +101,7 @@ impl Controller {
         }
     }
 
-    /// Reads bytes that came in over a link on a channel, and leaves the packet for the next tick: what these two take.
+    /// Reads bytes received over a link on a channel, and delivers the packet for the next tick. Returns both runs.
     ///
     /// # Errors
     /// [`CyclesError::Machine`].
@@ -113,7 +112,7 @@ impl Controller {
         Ok([read, self.run("dimsart_deliver", &self.call_of_deliver(number(link)))?])
     }
 
-    /// The processor before the first instruction of a tick, to be stepped through it; the controller stays as it is.
+    /// Returns the processor before the first instruction of a tick, for single steps; the controller does not change.
     ///
     /// # Errors
     /// [`CyclesError::Access`].
@@ -124,7 +123,7 @@ impl Controller {
         Ok(controller.machine)
     }
 
-    /// One tick. What the board measures beyond `measured`, such as the time of its ticks, is 0.
+    /// Runs one tick. Other measurements of the board, such as tick times, are 0.
     ///
     /// # Errors
     /// [`CyclesError::Machine`].
@@ -140,13 +139,13 @@ impl Controller {
         self.write(MEASURED, &bytes)
     }
 
-    /// What the last tick commanded.
+    /// Returns the commands of the last tick.
     #[must_use]
     pub fn commanded(&self) -> Vec<Word> {
         self.words(COMMANDED, self.words_out)
     }
 
-    /// Takes the packet that the last tick left for a link.
+    /// Takes the packet of the last tick for a link.
     ///
     /// # Errors
     /// [`CyclesError::Machine`].
@@ -158,7 +157,7 @@ impl Controller {
         Ok((run, Taken(bytes)))
     }
 
-    /// The memory as it is.
+    /// The emulated processor.
     pub(super) fn machine(&self) -> &Machine {
         &self.machine
     }
@@ -168,8 +167,8 @@ impl Controller {
         Ok(Call::new(self.entry.load, [self.address, BYTES, length, 0]))
     }
 
-    /// Readings of any bytes on any channel: as many as a packet can have, and more. Apart, because what is too long is
-    /// checked and not copied.
+    /// Calls that read any bytes on any channel: up to a packet's length, and longer. Separate, since longer input is rejected
+    /// without a copy.
     pub(super) fn calls_of_any_read(&self) -> [Call; 2] {
         let longest = number(MAX_PACKET_BYTES);
         [0..=longest, longest + 1..=RECEIVED - BYTES].map(|length| Call {
@@ -184,15 +183,15 @@ impl Controller {
         Call::new(self.entry.deliver, [self.address, link, RECEIVED, 0])
     }
 
-    /// Deliveries over a link: of something damaged, and of packets on a channel with any content and any number of
-    /// words, in one call or in one for each.
+    /// Deliveries over a link: of damaged bytes, and of packets on a channel with any content and length, in one call or a call
+    /// per length.
     pub(super) fn calls_of_any_delivery(
         &mut self,
         link: u32,
         channel: u16,
         lengths_of: Lengths,
     ) -> Result<Vec<Call>, CyclesError> {
-        // What differs between these is what a packet carries.
+        // The words that differ between these packets are the content.
         let packet = |words, bit: bool| {
             let number = if bit { u16::MAX } else { 0x0101 };
             let words = std::iter::repeat_n(if bit { u32::MAX } else { 0 }, words).collect();
@@ -230,14 +229,14 @@ impl Controller {
         Ok(calls)
     }
 
-    /// Reads bytes to an address; gives the words there.
+    /// Reads bytes to an address and returns the words there.
     fn read(&mut self, to: u32, channel: u16, bytes: &[u8]) -> Result<Vec<u32>, CyclesError> {
         let length = self.put_bytes(bytes)?;
         self.run("dimsart_read", &Call::new(self.entry.read, [to, BYTES, length, channel.into()]))?;
         Ok(self.words(to, RESULT_BYTES / 4).into_iter().map(|word| word.0).collect())
     }
 
-    /// With any words measured, by the counters, too.
+    /// With any measured words and counters.
     pub(super) fn call_of_tick(&self) -> Call {
         let mut inputs = vec![Input::words(MEASURED..MEASURED + 4 * number(self.words_in))];
         inputs.extend(COUNTERS.map(|counter| Input::words(counter..counter + 4)));
@@ -258,7 +257,7 @@ impl Controller {
         self.machine.call(call.function, arguments).map_err(machine(name))
     }
 
-    /// Puts bytes where functions find them; gives their number.
+    /// Writes bytes to the arguments and returns their number.
     fn put_bytes(&mut self, bytes: &[u8]) -> Result<u32, CyclesError> {
         let length = number(bytes.len());
         if length > RECEIVED - BYTES {
@@ -275,22 +274,22 @@ impl Controller {
     /// Words of the arguments.
     fn words(&self, address: u32, count: usize) -> Vec<Word> {
         let mut bytes = vec![0; 4 * count];
-        // Mapped for good: it is there.
+        // Always mapped.
         let _ = self.machine.read(address, &mut bytes);
         let (words, _) = bytes.as_chunks::<4>();
         words.iter().map(|word| Word(u32::from_le_bytes(*word))).collect()
     }
 }
 
-/// A packet as the image has it in memory, or the lack of one.
+/// A packet in the image's memory, or none.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Taken(Vec<u8>);
 
 impl Taken {
-    /// Whether it is this packet: one with the same words, counter, echo and content. What is not a number here is not
-    /// one there; its bits are each processor's own.
+    /// Whether it has the words, counter, echo and content of this packet. All NaN are equal: their bits depend on the
+    /// processor.
     ///
-    /// How a packet lies in memory is the compiler's choice, so that each of them is looked for wherever it may be.
+    /// The compiler chooses the memory layout, so that all positions are searched.
     #[must_use]
     pub fn is(&self, packet: &Packet) -> bool {
         let is_nan = |word| f32::from_bits(word).is_nan();
@@ -306,7 +305,7 @@ impl Taken {
     }
 }
 
-/// As an argument; out of every range if it does not fit.
+/// Converts to an argument; `u32::MAX` if it does not fit.
 fn number(count: usize) -> u32 {
     u32::try_from(count).unwrap_or(u32::MAX)
 }

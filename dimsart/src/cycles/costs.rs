@@ -1,9 +1,8 @@
-//! What a tick and each kind of module cost on an image: lines above the bounds of small schemes around every kind.
+//! Costs of a tick and of each module kind on an image: lines above the bounds of small schemes around every kind.
 //!
-//! Every choice of a kind's parameters is looked at with the fewest degrees of freedom that the kind takes, which is 1 for
-//! most, and with one more. Those that take most there, or would take most with 6 more, are looked at with the others, too. A
-//! choice that takes most with more degrees of freedom alone would be missed. On nucleo-g474re none was: the lines are those of
-//! every choice with every number of degrees of freedom.
+//! Every choice of a kind's parameters is bounded with the kind's minimum degrees of freedom, mostly 1, and with one more. The
+//! choices with the maximum there, measured or extrapolated by 6, are also bounded with all others. A choice that is worst only
+//! with many degrees of freedom would be missed; on nucleo-g474re an exhaustive search gave the same lines.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::num::NonZero;
@@ -19,34 +18,34 @@ use super::law_costs;
 use super::scheme_bound::{MOST_DOF, SchemeBound, Variant};
 use super::{CyclesError, Firmware};
 
-/// With so many more than the fewest, every choice of parameters is looked at.
+/// Added degrees of freedom for every choice of parameters.
 const FEW: Range<u16> = 0..2;
-/// With so many more, those that take most.
+/// Added degrees of freedom for the worst choices.
 const MANY: Range<u16> = FEW.end..MOST_DOF;
 /// P controllers of the largest scheme.
 const CONTROLLERS: u8 = 10;
 
-/// What a tick and each kind of module cost on an image.
+/// Costs of a tick and of each module kind on an image.
 #[derive(Debug, Clone, Default, PartialEq, Eq)]
 pub struct ImageCosts {
-    /// The tick's cost, then each kind's, then each instruction's of laws, as a [stamp](dimsart_core::stamp) has them.
+    /// Costs of the tick, of each kind, then of each instruction of laws, as in a [stamp](dimsart_core::stamp).
     pub lines: Vec<Cost>,
-    /// Kinds without a bound, and why.
+    /// Kinds without a bound, with the reasons.
     pub unknown: Vec<(String, String)>,
 }
 
-/// A scheme, around a module or of many, for so many degrees of freedom.
+/// A scheme around a module, or of many modules, with its degrees of freedom.
 type Task<'a> = (Option<&'a Variant>, u16);
-/// What became of it; none where the board has no memory for it.
+/// The result; none if the board lacks memory.
 type Found<'a> = (Task<'a>, Result<Option<SchemeBound>, CyclesError>);
-/// Most cycles by degrees of freedom.
+/// Maximum cycles by degrees of freedom.
 type Points = BTreeMap<u16, u64>;
 
 impl ImageCosts {
-    /// Of an image with kinds of these ids, all of them among `kinds`, that is built from the same sources as this program.
+    /// Computes the costs of an image with these kinds, all in `kinds`, built from the sources of this program.
     ///
     /// # Errors
-    /// [`CyclesError`] when not even a tick without modules has a bound.
+    /// [`CyclesError`] if a tick without modules has no bound.
     pub fn of(
         firmware: &Firmware,
         timing: Timing,
@@ -93,7 +92,7 @@ impl ImageCosts {
             let cost = match failed.remove(kind) {
                 Some(reason) => Err(reason),
                 None => line(&most(points)).ok_or_else(|| {
-                    "the image lacks modules that are tested together with it, or memory for them".to_owned()
+                    "the image lacks modules that its test scheme needs, or memory for them".to_owned()
                 }),
             };
             lines.push(cost.unwrap_or_else(|reason| {
@@ -105,17 +104,17 @@ impl ImageCosts {
     }
 }
 
-/// Whether one of the kinds runs laws, so that the lines of instructions follow those of the kinds.
+/// Whether a kind runs laws; then cost lines of instructions follow.
 pub(crate) fn runs_laws(ids: &[KindId]) -> bool {
     ids.contains(&law_costs::MODULE.kind)
 }
 
-/// The name of a kind; its id if the list lacks it.
+/// The name of a kind, or its id if unknown.
 pub(crate) fn name_of(id: KindId, kinds: Kinds) -> String {
     kinds.kind(id).map_or_else(|| id.to_string(), |kind| kind.name.to_owned())
 }
 
-/// What each instruction of a law adds to it for an axis.
+/// Cost of each instruction of a law, per axis.
 fn instructions(firmware: &Firmware, timing: Timing, kinds: Kinds) -> Result<Vec<Cost>, CyclesError> {
     let with = Opcode::ALL.iter().map(|opcode| law_costs::with(*opcode, kinds));
     let variants: Vec<Variant> = [law_costs::plain(kinds)].into_iter().chain(with).collect();
@@ -127,7 +126,7 @@ fn instructions(firmware: &Firmware, timing: Timing, kinds: Kinds) -> Result<Vec
     Ok(law_costs::lines(*plain, with, dof))
 }
 
-/// Every scheme with so many degrees of freedom more than the fewest.
+/// Every scheme with its minimum degrees of freedom plus `more`.
 fn tasks<'a>(schemes: impl Iterator<Item = Option<&'a Variant>>, more: Range<u16>) -> Vec<Task<'a>> {
     let tasks = schemes.flat_map(|scheme| {
         let least = scheme.map_or(1, Variant::least_dof);
@@ -136,7 +135,7 @@ fn tasks<'a>(schemes: impl Iterator<Item = Option<&'a Variant>>, more: Range<u16
     tasks.filter(|(_, dof)| *dof <= MOST_DOF).collect()
 }
 
-/// Places of the schemes around a kind that take most with few degrees of freedom, or would with more.
+/// Indices of the worst schemes around a kind, with few degrees of freedom or extrapolated to more.
 fn worst(found: &[Found<'_>], kind: KindId) -> Vec<usize> {
     let cycles = |(task, bound): &Found<'_>| match (task.0, bound) {
         (Some(variant), Ok(Some(bound))) if variant.kind() == kind => Some(bound.module.0),
@@ -155,7 +154,7 @@ fn worst(found: &[Found<'_>], kind: KindId) -> Vec<usize> {
         .collect()
 }
 
-/// By as many threads as there are processors, in the tasks' order.
+/// Computes bounds with a thread per processor, in the order of tasks.
 fn bounds<'a>(firmware: &Firmware, timing: Timing, tasks: &[Task<'a>], kinds: Kinds) -> Vec<Found<'a>> {
     let next = AtomicUsize::new(0);
     let work = || {
@@ -180,8 +179,7 @@ fn bounds<'a>(firmware: &Firmware, timing: Timing, tasks: &[Task<'a>], kinds: Ki
     found.into_iter().map(|(_, found)| found).collect()
 }
 
-/// What one more call costs the engine: from the fewest calls to the most, so that what is peculiar to a scheme stays
-/// with the tick.
+/// Cost of one more call in the engine: the slope from the fewest to the most calls, so that fixed costs stay with the tick.
 fn call(bounds: &[(Task<'_>, SchemeBound)]) -> u64 {
     let slope = |dof: u16| {
         let ticks = || {
@@ -202,7 +200,7 @@ fn most(points: impl Iterator<Item = (u16, u64)>) -> Points {
     })
 }
 
-/// The lowest line that is nowhere below the points; none without points, or beyond what a line can hold.
+/// The lowest line above all points; none without points or out of range.
 fn line(points: &Points) -> Option<Cost> {
     let most = points.values().copied().max()?;
     let offset = |slope: u64| {

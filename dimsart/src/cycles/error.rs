@@ -1,4 +1,4 @@
-//! Why a controller's cycles cannot be said: what is wrong, where, and what to do next.
+//! Errors of cycle measurements and bounds.
 
 use std::io;
 use std::path::PathBuf;
@@ -11,39 +11,39 @@ use dimsart_core::CommandError;
 
 use hil_sim::experiment::ExperimentError;
 
-/// Why there are no figures.
+/// Errors of cycle measurements and bounds.
 #[derive(Debug, thiserror::Error)]
 pub enum CyclesError {
-    /// Nothing to read.
+    /// No image at this path.
     #[error(
-        "there is no firmware image {}; build it with `cargo board {board}`, or give the path of an ELF",
+        "no firmware image {}: build it with `cargo board {board}`, or give the path of an ELF",
         path.display()
     )]
     NoImage {
-        /// Where it was looked for.
+        /// Path of the missing image.
         path: PathBuf,
         /// The board.
         board: String,
     },
-    /// A file that cannot be read.
+    /// The file cannot be read.
     #[error("cannot read {}: {source}; give the path of a firmware image", path.display())]
     Unreadable {
         /// The file.
         path: PathBuf,
-        /// What the system says.
+        /// System error.
         source: io::Error,
     },
-    /// No ELF, or none that can be analysed.
-    #[error("{} is no image that can be read: {source}", path.display())]
+    /// Not an ELF, or not analysable.
+    #[error("cannot read image {}: {source}", path.display())]
     NotAnImage {
         /// The file.
         path: PathBuf,
-        /// What is wrong with it.
+        /// The error.
         source: ImageError,
     },
-    /// The ELF of something else.
+    /// An ELF of another program or version.
     #[error(
-        "{} is no DIMSART firmware of this version (it has no `dimsart_image`); build one with `cargo board BOARD`",
+        "{} is not DIMSART firmware of this version (`dimsart_image` missing): build an image with `cargo board BOARD`",
         path.display()
     )]
     NotDimsart {
@@ -52,134 +52,132 @@ pub enum CyclesError {
     },
     /// An image of another board.
     #[error(
-        "{} is `{found}`, no image of {wanted}; build that with `cargo board {wanted}` (boards/src has a file per \
-         board)",
+        "{} is `{found}`, not an image of {wanted}: build it with `cargo board {wanted}` (boards: boards/src)",
         path.display()
     )]
     OtherBoard {
         /// The file.
         path: PathBuf,
-        /// What it calls itself.
+        /// Name of the image.
         found: String,
-        /// The board that was asked for.
+        /// Requested board.
         wanted: String,
     },
-    /// An image other than the one that a controller runs.
+    /// Another image than the controller's.
     #[error(
-        "the controller runs `{runs}`, and {} is `{found}`: give the ELF that was flashed, or flash this one",
+        "the controller runs `{runs}`, but {} is `{found}`: give the ELF that was flashed, or flash this ELF",
         path.display()
     )]
     OtherThanRuns {
         /// The file.
         path: PathBuf,
-        /// What it calls itself.
+        /// Name of the image.
         found: String,
-        /// What the controller calls itself.
+        /// Name of the controller's image.
         runs: String,
     },
-    /// No image in a folder is the one that a controller runs.
-    #[error("no image in {} is `{name}`, which the controller runs: give the ELF that was flashed", folder.display())]
+    /// The controller's image is not in the folder.
+    #[error("{}: the controller's image `{name}` not found: give the ELF that was flashed", folder.display())]
     NoneOfThatName {
         /// The folder.
         folder: PathBuf,
-        /// What the controller calls itself.
+        /// Name of the controller's image.
         name: String,
     },
-    /// A controller's scheme that does not run here.
+    /// The controller's scheme does not run on the host.
     #[error("the controller's scheme does not run on the simulated device: {0}")]
     SchemeHere(String),
-    /// A function that is called is not there.
-    #[error("{} has no {what}: it was built from other sources; build it again with `cargo board BOARD`", path.display())]
+    /// A function is missing.
+    #[error("{} lacks {what}, it was built from other sources: rebuild it with `cargo board BOARD`", path.display())]
     NoEntry {
         /// The file.
         path: PathBuf,
         /// The function.
         what: String,
     },
-    /// The experiment whose inputs are taken cannot be made.
+    /// The experiment is invalid.
     #[error(transparent)]
     Experiment(#[from] ExperimentError),
-    /// The scheme does not fit into what a board keeps.
-    #[error("the scheme takes more than the {most} bytes that a board keeps; make it shorter", most = dimsart_link::saved_scheme::MAX_SCHEME_BYTES)]
+    /// The scheme is too long.
+    #[error("the scheme exceeds the {most} bytes that a board stores: remove rows", most = dimsart_link::saved_scheme::MAX_SCHEME_BYTES)]
     SchemeTooLong,
-    /// The image knows other modules.
+    /// The image has other modules than this command.
     #[error(
-        "the image has other modules, parameters or data types than this command: build both from the same sources \
+        "image and command differ in modules, parameters or data types: rebuild both from the same sources \
          (`cargo board BOARD`)"
     )]
     OtherImage,
-    /// The image refuses the scheme, which runs here.
+    /// The image refuses a scheme that runs on the host.
     #[error(
-        "the image refuses command {command} of the scheme, which runs on a host: the board's Data Base is too small \
-         for it"
+        "the image refuses command {command} of the scheme, which runs on the host: the board's Data Base is too small"
     )]
     Refused {
         /// Its number, from 1.
         command: u32,
     },
-    /// More bytes than a function is given.
-    #[error("{bytes} bytes are more than a packet or a scheme can have")]
+    /// Too many bytes.
+    #[error("{bytes} bytes are too many for a packet or scheme")]
     TooManyBytes {
         /// Their number.
         bytes: usize,
     },
-    /// A function of the image did what is not modelled.
-    #[error("{what} did not come to its end: {source}")]
+    /// A function of the image failed in the emulator.
+    #[error("{what} failed in the emulator: {source}")]
     Machine {
-        /// What was called.
+        /// The function.
         what: &'static str,
         /// Where and why.
         source: MachineError,
     },
-    /// Memory that should be there.
-    #[error("the emulated memory: {0}")]
+    /// Emulated memory is missing.
+    #[error("emulated memory: {0}")]
     Access(AccessError),
-    /// The image computes something else than the host.
+    /// Image and host differ.
     #[error(
-        "in tick {tick} the image's {what} differs from the host's: {found}, not {expected}; build both from the same \
-         sources, or report this as a bug"
+        "in tick {tick} the image's {what} differs from the host's: {found}, not {expected}; rebuild both from the same \
+         sources, or report a bug"
     )]
     Differs {
         /// The tick, from 0.
         tick: u64,
-        /// What differs.
+        /// The data that differ.
         what: &'static str,
-        /// What the host has.
+        /// Data of the host.
         expected: String,
-        /// What the image has.
+        /// Data of the image.
         found: String,
     },
-    /// There is no worst case, or none that is found.
+    /// No bound was found.
     #[error("no bound: {source}")]
     Unbounded {
         /// Where and why.
         source: BoundError,
     },
-    /// The device of a small scheme cannot be made.
+    /// The device of a small scheme is invalid.
     #[error(transparent)]
     Device(#[from] dimsart_core::DescriptorError),
     /// A small scheme around a module does not run.
     #[error("a scheme around the module does not run: {0}; see dimsart/src/cycles/scheme_bound.rs")]
     Scheme(CommandError),
-    /// A row of such a scheme that is not understood.
+    /// A row of such a scheme is invalid.
     #[error("`{row}`, a row of a scheme around a module: {reason}; see dimsart/src/cycles/scheme_bound.rs")]
     Row {
         /// The row.
         row: String,
-        /// What is wrong with it.
+        /// The reason.
         reason: String,
     },
-    /// Not even a tick without modules has a cost that a stamp can hold.
-    #[error("no cost of a tick was found, or one of more cycles than a stamp can hold: report this as a bug")]
+    /// The cost of a tick without modules is unknown or exceeds a stamp's range.
+    #[error("cost of a tick unknown, or too many cycles for a stamp: report a bug")]
     NoTick,
-    /// Modules that are called cannot be told apart.
-    #[error("in tick {tick} {found} calls of modules were seen in place of {expected}: report this as a bug")]
+    /// Calls of modules cannot be matched.
+    #[error("in tick {tick} {found} module calls were observed, {expected} expected: report a bug")]
     Calls {
         /// The tick, from 0.
         tick: u64,
-        /// Calls of the controller here.
+        /// Calls on the host.
         expected: usize,
-        /// Calls that were seen.
+        /// Calls in the image.
         found: usize,
     },
 }

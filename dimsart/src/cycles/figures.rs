@@ -1,4 +1,4 @@
-//! The figures: what each part of a tick costs.
+//! Cost figures of the parts of a tick.
 
 use serde::Serialize;
 
@@ -6,39 +6,39 @@ use super::statistics::Statistics;
 use super::worst::Most;
 use crate::report::{CycleBar, CycleBars};
 
-/// What one thing takes, in [TRM-model cycles](super::UNIT).
+/// Cost of one part, in [TRM-model cycles](super::UNIT).
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Row {
-    /// What it is.
+    /// Name of the part.
     pub name: String,
-    /// Fewest cycles of the emulated run.
+    /// Minimum cycles of the emulated run.
     pub emulated_min: u64,
-    /// Mean of them.
+    /// Mean cycles.
     pub emulated_mean: f64,
-    /// Most of them.
+    /// Maximum cycles.
     pub emulated_max: u64,
-    /// How often it was run.
+    /// Number of runs.
     pub runs: u64,
-    /// Most cycles with random inputs; 0 without.
+    /// Maximum cycles with random inputs; 0 without.
     pub random_max: u64,
-    /// Cycles that no run exceeds, whatever is measured and comes in; none where that is not worked out.
+    /// Upper bound of cycles for all inputs; none if not computed.
     pub bound: Option<u64>,
-    /// The bound over the most of all runs.
+    /// Bound divided by the maximum of all runs.
     pub ratio: Option<f64>,
-    /// Bytes of stack that no run exceeds; none where that is not worked out.
+    /// Upper bound of the stack, bytes; none if not computed.
     pub stack_bytes: Option<u32>,
-    /// Bytes of stack that the runs took at most.
+    /// Maximum stack of the runs, bytes.
     pub stack_emulated_bytes: u32,
-    /// Of the time from one tick to the next, by the bound or else the most: per cent.
+    /// Share of the period, by the bound or else the maximum, per cent.
     pub budget_percent: f64,
 }
 
-/// All there is to say of a scheme on a board.
+/// All figures of a scheme on a board.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Figures {
-    /// What is counted: a model's cycles, never silicon's.
+    /// Unit: cycles of a model, not of silicon.
     pub unit: &'static str,
-    /// What the image calls itself.
+    /// Name of the image.
     pub image: String,
     /// The side of the scheme.
     pub side: String,
@@ -50,32 +50,32 @@ pub struct Figures {
     pub ticks: u64,
     /// Ticks with random inputs.
     pub random_ticks: u64,
-    /// The memory that the model knows.
+    /// Memory of the model.
     pub profile: &'static str,
-    /// Which of the model's values, where Arm gives a range.
+    /// Value of the model where Arm specifies a range.
     pub column: &'static str,
-    /// Of the board's processor.
+    /// Clock of the board's processor.
     pub clock_hz: u32,
-    /// From one tick to the next.
+    /// Period of a tick.
     pub budget_cycles: u64,
     /// A tick: frame, engine and modules.
     pub tick: Row,
     /// A tick without its modules.
     pub frame_and_engine: Row,
-    /// Each module of the scheme in the order of its first call, both of its stages together.
+    /// Modules of the scheme in the order of their first calls, with both stages.
     pub modules: Vec<Row>,
-    /// The module of each call in a tick, by its place in `modules`.
+    /// Index in `modules` of each call in a tick.
     #[serde(skip)]
     pub steps: Vec<usize>,
-    /// What a packet costs around the tick.
+    /// Cost of packets outside the tick.
     pub packets: Vec<Row>,
-    /// What applying a command costs, by kind.
+    /// Cost of commands, by kind.
     pub commands: Vec<Row>,
-    /// The processor's part of an interrupt: there, back, and the float registers on top.
+    /// Interrupt entry, exit and float registers.
     pub interrupt: Vec<Row>,
-    /// Instructions that were emulated.
+    /// Number of emulated instructions.
     pub instructions: u64,
-    /// Why there are no bounds; none when there are.
+    /// Why there are no bounds.
     pub no_bound: Option<String>,
 }
 
@@ -100,7 +100,7 @@ impl Row {
 }
 
 impl Figures {
-    /// The picture of it.
+    /// Returns the bars of the picture.
     #[must_use]
     pub fn bars(&self) -> CycleBars {
         let bar = |row: &Row| CycleBar {
@@ -110,7 +110,7 @@ impl Figures {
         };
         let Self { side, dof, image, .. } = self;
         CycleBars {
-            title: format!("What a tick of the {side} takes, {dof} axes: {image}"),
+            title: format!("Cycles of a tick, {side}, {dof} axes: {image}"),
             unit: self.unit,
             tick: bar(&self.tick),
             parts: std::iter::once(&self.frame_and_engine).chain(&self.modules).map(bar).collect(),

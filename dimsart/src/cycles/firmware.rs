@@ -1,4 +1,4 @@
-//! An image whose controller can be run and bounded: its entry points by name, its board.
+//! A firmware image for measurements and bounds: entry points and board.
 
 use std::collections::BTreeSet;
 use std::env;
@@ -15,43 +15,43 @@ use super::{CyclesError, Memory};
 use hil_sim::emulated::{BOARD, FOLDER_VARIABLE, built};
 use hil_sim::foreign_text::visible;
 
-/// Calls of a module, as the image names them.
+/// Functions that call a module, in the image.
 const COMPUTE: [&str; 2] =
     ["dimsart_core::module::kind::compute", "dimsart_core::module::kind::compute_late"];
-/// Such a call with what measures it, in an image that does.
+/// Such a function in an image with the feature `measure`.
 const TIMED: &str = "firmware::measure::timed";
-/// What applies a command.
+/// Function that applies a command.
 const COMMAND: &str = "dimsart_core::engine::Engine::command";
-/// More than any board's memory.
+/// Larger than any board's memory.
 const MAX_CONTROLLER_BYTES: u32 = 1 << 24;
-/// Longest text that an image can call itself by.
+/// Maximum length of an image's name.
 const MAX_NAME_BYTES: u32 = 100;
 
-/// A firmware image, read.
+/// A firmware image.
 #[derive(Debug, Clone)]
 pub struct Firmware {
     /// The file.
     pub path: PathBuf,
-    /// What is in it.
+    /// Its content.
     pub image: Arc<Image>,
-    /// What it calls itself: version, board and features.
+    /// Its name: version, board and features.
     pub name: String,
-    /// Of the board's processor.
+    /// Clock of the board's processor.
     pub clock_hz: u32,
     /// Ticks per second.
     pub tick_hz: u32,
     /// Memory of a controller.
     pub(super) controller_bytes: u32,
-    /// SP when nothing is on the stack.
+    /// Initial stack pointer.
     pub(super) stack_top: u32,
     pub(super) entry: EntryPoints,
-    /// Functions that are called once per module and stage.
+    /// Functions called once per module and stage.
     pub(super) compute: BTreeSet<u32>,
-    /// What applies one command.
+    /// Function that applies a command.
     pub(super) command: u32,
 }
 
-/// Addresses of the functions that a controller is built and run by; `firmware/src/entry_points.rs` has them.
+/// Addresses of the functions in `firmware/src/entry_points.rs`.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct EntryPoints {
     pub(super) connect: u32,
@@ -64,11 +64,10 @@ pub(super) struct EntryPoints {
 }
 
 impl Firmware {
-    /// The image at `given`. Without, that of `board` in the folder that the variable `DIMSART_FIRMWARE` names;
-    /// without that, the one that was built last.
+    /// Reads the image at `given`, else of `board` in the folder of the variable `DIMSART_FIRMWARE`, else the image built last.
     ///
     /// # Errors
-    /// [`CyclesError`] when there is none, or none of that board.
+    /// [`CyclesError`] if there is no image, or it is for another board.
     pub fn find(given: Option<&Path>, board: Option<&str>) -> Result<Self, CyclesError> {
         let path = match (given, env::var_os(FOLDER_VARIABLE)) {
             (Some(path), _) => path.to_owned(),
@@ -94,11 +93,11 @@ impl Firmware {
         }
     }
 
-    /// The image that calls itself `name`, stamped or not: at `given`, or else one of the folder that the variable `DIMSART_FIRMWARE`
-    /// names; without that, the one that was built last.
+    /// Finds the image with this name, stamped or not: at `given`, else in the folder of the variable `DIMSART_FIRMWARE`,
+    /// else the image built last.
     ///
     /// # Errors
-    /// [`CyclesError`] when there is none.
+    /// [`CyclesError`] if there is no such image.
     pub fn find_by_name(given: Option<&Path>, name: &str) -> Result<Self, CyclesError> {
         let name = name.trim_end_matches(UNSTAMPED);
         let folder = env::var_os(FOLDER_VARIABLE).filter(|_| given.is_none());
@@ -152,13 +151,13 @@ impl Firmware {
                 .map(|function| function.address)
         };
         let timed: BTreeSet<u32> = named(|name| name.starts_with(TIMED)).collect();
-        // Only an image that measures itself has them.
+        // Only in images with the feature `measure`.
         let compute: BTreeSet<u32> = match timed.is_empty() {
             false => timed,
             true => named(is_compute).collect(),
         };
         if compute.is_empty() {
-            return Err(lacks("a module's compute"));
+            return Err(lacks("the compute function of modules"));
         }
         let command = named(|name| name == COMMAND).next();
         let command = command.ok_or_else(|| lacks("Engine::command"))?;
@@ -177,36 +176,36 @@ impl Firmware {
         })
     }
 
-    /// Cycles from one tick to the next.
+    /// Returns the period of a tick, cycles.
     #[must_use]
     pub fn budget_cycles(&self) -> u64 {
         u64::from(self.clock_hz / self.tick_hz.max(1))
     }
 
-    /// The board that it is for, if that is known here.
+    /// Returns its board, if known.
     pub(crate) fn board(&self) -> Option<&'static BoardInfo> {
         BOARDS.iter().find(|board| self.features().any(|feature| feature == board.name))
     }
 
-    /// What its board runs it from; where nothing waits for a board that is not known here.
+    /// Returns the memory from which its board runs it; zero wait states for an unknown board.
     #[must_use]
     pub fn memory(&self) -> Memory {
         self.board().map_or(Memory::ZeroWait, |board| Memory::of_board(board.name))
     }
 
-    /// The board and what else the image was built with.
+    /// Features of the image, including the board.
     fn features(&self) -> impl Iterator<Item = &str> {
         self.name.rsplit(' ').next().unwrap_or_default().split('+')
     }
 }
 
-/// Whether a function calls a module; newer compilers name the module behind it, too.
+/// Whether a function calls a module; newer compilers append the module's name.
 fn is_compute(name: &str) -> bool {
     let name = name.split_once("::<").map_or(name, |(function, _)| function);
     COMPUTE.iter().any(|compute| name.ends_with(compute))
 }
 
-/// What the image says of itself: name, clock, ticks per second and bytes of a controller.
+/// Reads name, clock, ticks per second and bytes of a controller from the image.
 fn facts(image: &Image) -> Option<(String, u32, u32, u32)> {
     let address = *image.symbols.get("dimsart_image")?;
     let word = |index: u32| -> Option<u32> {

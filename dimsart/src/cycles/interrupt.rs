@@ -1,4 +1,4 @@
-//! What the processor does around an interrupt: nothing of it is an instruction.
+//! Cost of interrupt entry and exit, which are not instructions.
 
 use ::cycles::timing::{self, Column, Timing};
 
@@ -6,13 +6,12 @@ use super::figures::Row;
 use super::statistics::{Inputs, Statistics};
 use super::worst::Most;
 
-/// Of the frame that the processor pushes: 8 words, 18 for floats, and up to one for alignment.
+/// Exception frame: 8 words, 18 for floats, up to one for alignment.
 const EXCEPTION_FRAME_BYTES: u32 = 4 * (8 + 18 + 1);
 
-/// Entry, exit and the float registers, by the table.
+/// Costs of entry, exit and float registers, from the table.
 ///
-/// Its reads of flash that are waited for at most: the one that is under way, then the handler's address and first
-/// line, or the line that it goes back to.
+/// Maximum flash reads with wait states: the current read, then the handler's address and first line, or the line to return to.
 pub(super) fn interrupt(timing: &Timing, budget_cycles: u64) -> Vec<Row> {
     let rows = [
         ("interrupt entry", timing::Row::ExceptionEntry, 3, EXCEPTION_FRAME_BYTES),

@@ -1,4 +1,4 @@
-//! What a law costs: a program with as many ports, parameters and states as can be, and what each instruction adds to it.
+//! Costs of laws: a program with the maximum of ports, parameters and states, plus a cost per instruction.
 
 use dimsart_core::online::{
     Field, Header, Instruction, LawParameter, MAX_INPUTS, MAX_OUTPUTS, MAX_PARAMETERS, MAX_STATES, OWN_AXIS,
@@ -9,20 +9,20 @@ use hil_sim::law;
 
 use super::scheme_bound::{SchemeBound, Variant};
 
-/// Of an instruction in a program.
+/// Copies of an instruction in a program.
 const COPIES: u8 = 8;
 
 /// The module that runs laws.
 pub(super) const MODULE: ModuleRef = ModuleRef::new(law::MODULE, 1);
 
-/// A law with all ports, parameters and states, which writes an input to every output.
+/// A law with all ports, parameters and states that writes an input to every output.
 pub(super) fn plain(kinds: Kinds) -> Variant {
     Variant::new(MODULE, commands(&[]), kinds)
 }
 
-/// The same with copies of an instruction, if a tick can have it.
+/// The same law with copies of an instruction, if a tick can contain it.
 pub(super) fn with(opcode: Opcode, kinds: Kinds) -> Variant {
-    // Fields that are not registers are the first of their kind; what is read is what came in.
+    // Fields other than registers are 0; registers read the input.
     let fields: Vec<u8> = opcode
         .fields()
         .iter()
@@ -68,7 +68,7 @@ fn commands(more: &[Instruction]) -> Vec<Command> {
     commands
 }
 
-/// What each instruction adds for an axis, by bounds of the plain law and of those with copies of it on `dof` axes.
+/// Cost of each instruction per axis, from bounds of the plain law and of laws with its copies on `dof` axes.
 pub(super) fn lines(plain: Option<SchemeBound>, with: &[Option<SchemeBound>], dof: u16) -> Vec<Cost> {
     let lines = with.iter().zip(Opcode::ALL).map(|(bound, opcode)| {
         let more = bound.as_ref()?.module.0.saturating_sub(plain?.module.0);
@@ -76,7 +76,7 @@ pub(super) fn lines(plain: Option<SchemeBound>, with: &[Option<SchemeBound>], do
         u16::try_from(each).ok().filter(|each| *each > 0 || *opcode == Opcode::Last)
     });
     let mut lines: Vec<Option<u16>> = lines.collect();
-    // It stands where a law begins alone, and does what an input does, and a comparison.
+    // `Last` occurs only at the start of a law; it costs an input and a comparison.
     let input = lines.get(Opcode::Input as usize).copied().flatten();
     if let Some(last) = lines.get_mut(Opcode::Last as usize) {
         *last = input.map(|input| input.saturating_mul(2));

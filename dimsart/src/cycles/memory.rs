@@ -1,4 +1,4 @@
-//! The memory that instructions come from, by its name.
+//! The memory from which instructions are fetched.
 
 use ::cycles::timing::{Column, Flash, Profile, Timing};
 use boards::BOARDS;
@@ -8,16 +8,17 @@ use clap::ValueEnum;
 /// Memory of the model.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
 pub enum Memory {
-    /// Every access without waiting.
+    /// Zero wait states.
     #[value(name = "0ws")]
     ZeroWait,
-    /// An STM32G4 at full speed: flash of 4 wait states with its caches, which everything misses in a bound, and CCM SRAM
-    /// that does not wait.
+    /// Flash of an STM32G4 at full speed: 4 wait states, caches.
+    ///
+    /// A bound assumes that every access misses the caches. CCM SRAM has no wait states.
     Flash,
 }
 
 impl Memory {
-    /// What a board's images run from, by the board's name; where nothing waits for a board that is not registered.
+    /// Returns the memory of a board's images; zero wait states for an unknown board.
     #[must_use]
     pub fn of_board(name: &str) -> Self {
         match BOARDS.iter().find(|board| board.name == name).map(|board| board.tooling.memory) {
@@ -26,7 +27,7 @@ impl Memory {
         }
     }
 
-    /// Its name in commands and reports.
+    /// Returns its name in commands and reports.
     #[must_use]
     pub fn name(self) -> &'static str {
         match self {
@@ -35,7 +36,7 @@ impl Memory {
         }
     }
 
-    /// As the model has it.
+    /// Returns its profile in the model.
     #[must_use]
     pub fn profile(self) -> Profile {
         match self {
@@ -44,7 +45,7 @@ impl Memory {
         }
     }
 
-    /// Of bounds.
+    /// Returns the timing for bounds.
     #[must_use]
     pub fn upper(self) -> Timing {
         Timing::new(self.profile(), Column::Upper)

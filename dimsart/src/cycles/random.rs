@@ -1,4 +1,4 @@
-//! Inputs that no scenario has: anything measured, packets with anything in them, or none for long.
+//! Random inputs: any measurements, packets with any content, and long silence.
 
 use dimsart_core::envelope::MAX_CONTENT_BYTES;
 use dimsart_core::limits::MAX_PACKET_WORDS;
@@ -10,21 +10,21 @@ use hil_sim::bus::Random;
 use hil_sim::experiment::ExperimentError;
 use hil_sim::rig::{SimulatedDimsart, TickTrace};
 
-/// Ticks after which the scheme starts anew: what is wild once can stay so.
+/// Ticks between restarts of the scheme: extreme values can persist.
 const EPISODE_TICKS: u64 = 64;
-/// Starts before each of these that are not gone on from: a first tick, in which modules begin, is one of the longest.
+/// Single-tick starts before each episode: a first tick is one of the longest.
 const STARTS: u64 = 8;
-/// Ticks after which it starts anew when modules are cut out.
+/// Ticks until a restart after modules were isolated.
 const CUT_OUT_TICKS: u64 = 4;
-/// Longest silence of a link, ticks: longer than it takes to be lost.
+/// Maximum silence of a link, ticks: longer than its timeout.
 const SILENCE_TICKS: u32 = 40;
-/// Words that a board can measure beyond its axes.
+/// Words of other measurements of a board.
 const MORE_WORDS: usize = 64;
 
-/// A packet of the scheme's other side: link, channel, contents.
+/// A packet of the peer: link, channel, content.
 pub(super) type Template = (usize, u16, Packet);
 
-/// A controller here that gets random inputs.
+/// A controller on the host with random inputs.
 #[derive(Debug)]
 pub(super) struct RandomInputs<'a> {
     random: Random,
@@ -52,7 +52,7 @@ impl<'a> RandomInputs<'a> {
         Ok(Self { random, device, kinds, dimsart, scheme, template, silence_ticks: 0, trace, ticks: 0 })
     }
 
-    /// The next tick, with all that came of it here, and whether the scheme started anew before it.
+    /// Runs the next tick. Returns its trace, and whether the scheme was restarted before it.
     pub(super) fn tick(&mut self) -> (bool, &TickTrace) {
         let mut place = self.ticks % (STARTS + EPISODE_TICKS);
         let left_ticks = STARTS + EPISODE_TICKS - place;
@@ -62,7 +62,7 @@ impl<'a> RandomInputs<'a> {
         }
         let is_new = place <= STARTS;
         if is_new {
-            // Without a fault of the last start, which outlasts a scheme; both could be made before.
+            // A new controller, since faults outlast a scheme.
             if let Ok(dimsart) = SimulatedDimsart::new(self.device.clone(), self.kinds) {
                 *self.dimsart = dimsart;
             }
@@ -105,7 +105,7 @@ impl<'a> RandomInputs<'a> {
                 let length = self.length(MAX_CONTENT_BYTES);
                 bytes.resize(length, 0x55);
             }
-            // What is refused is counted by the controller.
+            // The controller counts refused packets.
             let _ = self.dimsart.receive(link, &bytes);
             self.trace.received.push((link, channel, bytes));
         }
@@ -133,7 +133,7 @@ impl<'a> RandomInputs<'a> {
         Some((*link, *channel, Packet { words, content, ..packet.clone() }))
     }
 
-    /// Up to `most`, which takes the longest, often that.
+    /// A length up to `most`, and often `most`, the worst case.
     fn length(&mut self, most: usize) -> usize {
         if self.random.happens(0.5) {
             return most;
@@ -145,7 +145,7 @@ impl<'a> RandomInputs<'a> {
     fn measure(&mut self, is_wild: bool) {
         let axes = self.dimsart.frame().output_words();
         let words: Vec<Word> = (0..axes).map(|_| Word(self.word(is_wild))).collect();
-        // Counts and times of the board: any number.
+        // Counters and times of the board: any bits.
         let more = (0..MORE_WORDS).map(|_| Word(self.bits())).collect::<Vec<_>>();
         self.trace.measured = words.into_iter().chain(more).collect();
     }

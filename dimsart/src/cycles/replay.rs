@@ -1,4 +1,4 @@
-//! Every tick of a controller here, repeated by the image: the same bits, and what they take.
+//! Repeats every tick of a controller on the host in the image: checks the bits, and measures cycles.
 
 use ::cycles::machine::{Call, Run};
 use ::cycles::timing::Timing;
@@ -18,34 +18,34 @@ use hil_sim::experiment::Experiment;
 use hil_sim::rig::{Station, TickTrace};
 use hil_sim::rig_file::RigFile;
 
-/// What is measured.
+/// Setup of a measurement.
 #[derive(Debug)]
 pub struct Setup<'a> {
     /// The image.
     pub firmware: &'a Firmware,
-    /// Where the ticks' inputs come from.
+    /// Source of the inputs.
     pub rig: &'a RigFile,
-    /// The side whose controller the image runs.
+    /// Side of the controller.
     pub side: &'a str,
-    /// Commands that make the controller's scheme, in place of the rig's.
+    /// Commands of the controller's scheme, in place of the rig's scheme.
     pub commands: Option<&'a [Command]>,
-    /// The model of its cycles.
+    /// Timing model.
     pub timing: Timing,
-    /// Ticks with random inputs, after those of the rig.
+    /// Ticks with random inputs, after the rig's ticks.
     pub random_ticks: u64,
-    /// Whether instructions are counted in the emulated run in place of cycles; bounds are of cycles all the same.
+    /// Count instructions instead of cycles in the emulated run; bounds are still cycles.
     pub counts_instructions: bool,
-    /// Its memory, for the figures.
+    /// Name of the model's memory.
     pub profile: &'static str,
-    /// Its values, for the figures.
+    /// Name of the model's column.
     pub column: &'static str,
 }
 
-/// Runs the rig on the host, and every tick of one side's controller again in the image. `progress` hears the
-/// ticks done and those in all, now and then.
+/// Runs the rig on the host, and repeats every tick of one controller in the image. Calls `progress` with completed and total
+/// ticks.
 ///
 /// # Errors
-/// [`CyclesError`]: among them that the image commands or sends other bits than the host.
+/// [`CyclesError`], also if commands or packets of the image differ from the host's.
 pub fn measure(setup: &Setup<'_>, mut progress: impl FnMut(u64, u64)) -> Result<Figures, CyclesError> {
     let Setup { firmware, rig: file, side, timing, .. } = setup;
     let mut experiment = Experiment::new(file)?.without_recording();
@@ -95,7 +95,7 @@ pub fn measure(setup: &Setup<'_>, mut progress: impl FnMut(u64, u64)) -> Result<
     Ok(replay.figures(setup, ticks))
 }
 
-/// Gives the controller here another scheme.
+/// Replaces the scheme of the controller on the host.
 fn replace_scheme(station: &mut Station, commands: &[Command]) -> Result<(), CyclesError> {
     let (first, last) = ([Command::Close], [Command::Check]);
     for command in first.iter().chain(commands).chain(&last) {
@@ -105,10 +105,10 @@ fn replace_scheme(station: &mut Station, commands: &[Command]) -> Result<(), Cyc
     Ok(())
 }
 
-/// What was counted so far.
+/// Statistics so far.
 #[derive(Debug, Default)]
 struct Replay {
-    /// The module of every call of a tick, by its place in `modules`.
+    /// Index in `modules` of every call of a tick.
     steps: Vec<usize>,
     modules: Vec<(ModuleRef, Statistics)>,
     tick: Statistics,
@@ -125,7 +125,7 @@ struct Replay {
 }
 
 impl Replay {
-    /// Gives the image's controller the scheme of the one here.
+    /// Loads the scheme of the controller on the host into the image's controller.
     fn load(
         &mut self,
         station: &mut Station,
@@ -166,12 +166,12 @@ impl Replay {
         Ok(scheme)
     }
 
-    /// What there is, or else notes why not.
+    /// Returns the value, or notes the error.
     fn bounded<T>(&mut self, worst: Result<T, CyclesError>) -> Option<T> {
         worst.map_err(|error| self.no_bound.get_or_insert(error.to_string()).clone()).ok()
     }
 
-    /// Repeats one tick of the controller here.
+    /// Repeats one tick of the controller on the host.
     fn repeat(
         &mut self,
         inputs: Inputs,
@@ -215,8 +215,7 @@ impl Replay {
         if self.counts_instructions { instructions } else { cycles }
     }
 
-    /// Adds what each module took in its calls, and what the rest did, in a tick in which one was called. Calls are with
-    /// their places in the scheme's steps.
+    /// Adds the cost of each module and of the rest of a tick. Each call has its index in the scheme's steps.
     fn add_modules<'c>(
         &mut self,
         inputs: Inputs,
@@ -243,7 +242,7 @@ impl Replay {
         }
     }
 
-    /// The worst case of each module out of those of its calls.
+    /// Adds up the worst cases of each module's calls.
     fn by_module(&self, calls: &[Most]) -> Vec<Most> {
         let mut modules = vec![Most::default(); self.modules.len()];
         for (place, call) in self.steps.iter().zip(calls) {
@@ -292,8 +291,8 @@ impl Replay {
             steps: self.steps.clone(),
             packets: vec![
                 row("read a packet", &self.read, self.worst_read),
-                row("deliver it", &self.deliver, worst.map(|worst| worst.deliver)),
-                row("take one to send", &self.take, worst.map(|worst| worst.take)),
+                row("deliver a packet", &self.deliver, worst.map(|worst| worst.deliver)),
+                row("take a packet to send", &self.take, worst.map(|worst| worst.take)),
             ],
             commands: self
                 .commands
@@ -307,7 +306,7 @@ impl Replay {
     }
 }
 
-/// A kind of command, in the words of a scheme.
+/// Name of a command in schemes.
 fn name(command: &Command) -> String {
     let of_module = match command {
         Command::Bind { .. } => "a port's type",

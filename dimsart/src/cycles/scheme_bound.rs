@@ -1,4 +1,4 @@
-//! Bounds of small schemes around one kind of module, for each of its parameters' choices.
+//! Bounds of small schemes around a module kind, for all choices of its parameters.
 
 use ::cycles::timing::Timing;
 use dimsart_core::limits::{MAX_CHANNEL_TYPES, MAX_DOF, MAX_LINKS};
@@ -18,7 +18,7 @@ use hil_sim::rig::SimulatedDimsart;
 use hil_sim::schemes::Explained;
 use hil_sim::schemes::device;
 
-/// What is carried by a COMM module: the most that fits, and waves, which need the most care.
+/// Content of a COMM module: the maximum, with waves, the most expensive type.
 const CONTENT: [TypeRef; MAX_CHANNEL_TYPES] = [
     types::CH2_WAVES.first(),
     TypeRef { number: 9, ..types::CH2_WAVES.first() },
@@ -26,39 +26,39 @@ const CONTENT: [TypeRef; MAX_CHANNEL_TYPES] = [
     TypeRef { number: 9, ..types::FORCE.first() },
 ];
 
-/// With a type that is not `f32`, whose packets are looked at word by word. Nobody gives one to a sender here.
+/// Content with a type other than `f32`, whose packets are checked word by word. Not used for senders here.
 const MIXED_CONTENT: [TypeRef; MAX_CHANNEL_TYPES] = {
     let [first, second, third, _] = CONTENT;
     [first, second, third, TypeRef { number: 9, ..types::LINK_LOST.first() }]
 };
 
-/// With so many degrees of freedom, schemes are looked at at most.
+/// Maximum degrees of freedom of a scheme.
 #[expect(clippy::cast_possible_truncation, reason = "8")]
 pub(super) const MOST_DOF: u16 = MAX_DOF as u16;
 
-/// What a small scheme takes.
+/// Bound of a small scheme.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) struct SchemeBound {
     /// A tick without its modules' calls.
     pub(super) rest: u64,
-    /// Calls of modules in a tick.
+    /// Module calls in a tick.
     pub(super) calls: u64,
-    /// The calls of the module that the scheme is around: cycles of all, and their number.
+    /// Calls of the module under test: total cycles and number.
     pub(super) module: (u64, u64),
 }
 
-/// A kind of module with some values of its parameters.
+/// A module kind with values of its parameters.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) struct Variant {
     module: ModuleRef,
     parameters: Vec<Command>,
-    /// Of the controllers whose schemes have it.
+    /// Module kinds of the controller.
     kinds: Kinds,
 }
 
 impl Variant {
-    /// Every kind with all its choices and switches; its numbers, those that decide ports or memory apart from the
-    /// others, as by default and otherwise.
+    /// Returns all combinations of choices and switches; numbers at their default and at another value, separately for
+    /// structural and other parameters.
     pub(super) fn of(kind: KindId, kinds: Kinds) -> Vec<Self> {
         let module = ModuleRef { kind, number: 1 };
         if module == law_costs::MODULE {
@@ -92,12 +92,12 @@ impl Variant {
         self.module.kind
     }
 
-    /// A module with these commands before it is plugged in.
+    /// A module that gets these commands before it is plugged in.
     pub(super) fn new(module: ModuleRef, parameters: Vec<Command>, kinds: Kinds) -> Self {
         Self { module, parameters, kinds }
     }
 
-    /// Fewest degrees of freedom that its kind takes.
+    /// Minimum degrees of freedom of its kind.
     pub(super) fn least_dof(&self) -> u16 {
         let takes = |dof: &u16| {
             let plugged_in = Scheme::new(self.module, usize::from(*dof), self.kinds)
@@ -108,7 +108,7 @@ impl Variant {
     }
 }
 
-/// What to give a parameter, one set of values after the other.
+/// Sets of values to give to a parameter.
 fn values(parameter: &Parameter, takes_other: bool) -> Vec<Vec<Value>> {
     match parameter.accepts {
         Accepts::Flag => [false, true].map(|flag| vec![Value::Flag(flag)]).into(),
@@ -126,14 +126,14 @@ fn values(parameter: &Parameter, takes_other: bool) -> Vec<Vec<Value>> {
 }
 
 impl SchemeBound {
-    /// Of the smallest scheme around a kind of module; none for values that the module refuses, or a scheme that the
-    /// image does, such as one that it has no memory for.
+    /// Bounds the smallest scheme around a module kind; none if the module refuses the values, or the image the scheme, for
+    /// example for lack of memory.
     ///
-    /// What it reads and nobody provides comes from generators, whose numbers are not known in a bound; what is no `f32`
-    /// comes over a link, one signal at most.
+    /// Missing inputs come from generators, whose values are unknown in a bound; one input other than `f32` can come over a
+    /// link.
     ///
     /// # Errors
-    /// [`CyclesError`] when there is no such scheme, or no bound of it.
+    /// [`CyclesError`] if there is no such scheme or no bound.
     pub(super) fn around(
         variant: &Variant,
         firmware: &Firmware,
@@ -144,10 +144,10 @@ impl SchemeBound {
         scheme.bound(firmware, timing, dof)
     }
 
-    /// Of a scheme with this many P controllers; none if the image refuses it.
+    /// Bounds a scheme with `count` P controllers; none if the image refuses it.
     ///
     /// # Errors
-    /// [`CyclesError`] when there is no bound of it.
+    /// [`CyclesError`] if there is no bound.
     pub(super) fn of_many(
         count: u8,
         kinds: Kinds,
@@ -164,7 +164,7 @@ impl SchemeBound {
     }
 }
 
-/// A scheme that is being made.
+/// A scheme under construction.
 struct Scheme {
     dimsart: Box<SimulatedDimsart>,
     module: ModuleRef,
@@ -184,7 +184,7 @@ impl Scheme {
         if variant.parameters.iter().any(|command| scheme.dimsart.command(*command).is_err()) {
             return Ok(None);
         }
-        // Alone at first, to see what is missing.
+        // Alone first, to find missing inputs.
         scheme.give(Command::PlugIn(module))?;
         let missing = scheme.missing();
         scheme.give(Command::Unplug(module))?;
@@ -207,7 +207,7 @@ impl Scheme {
             }
         }
         scheme.give(Command::PlugIn(module))?;
-        // A value of the last tick is written after the module reads it.
+        // Move writers of last-tick values after the module.
         let report = scheme.dimsart.engine().check();
         for finding in report.findings() {
             if let Finding::NotDelayed { writer, .. } = *finding {
@@ -219,7 +219,7 @@ impl Scheme {
         Ok(Some(scheme))
     }
 
-    /// Signals that nobody provides, and whether the frame is among those that read them.
+    /// Signals without a provider, and whether the frame reads them.
     fn missing(&self) -> Vec<(TypeRef, bool)> {
         let mut missing: Vec<(TypeRef, bool)> = Vec::new();
         for finding in self.dimsart.engine().check().findings() {
@@ -233,8 +233,8 @@ impl Scheme {
         missing
     }
 
-    /// Has the module's ports read a signal of another number: a board may measure what the device here does not. The
-    /// signal itself where it comes to the module by a parameter.
+    /// Binds the module's ports to a signal with another number, since a board may provide the original. Returns the signal
+    /// itself if the module gets it by a parameter.
     fn rename(&mut self, signal: TypeRef, number: u8) -> Result<TypeRef, CyclesError> {
         let (module, known) = (self.module, self.dimsart.engine());
         let reads = |port: &PortText<'_>| port.bound == Some(signal) && port.direction == Direction::Read;
@@ -247,7 +247,7 @@ impl Scheme {
         Ok(if ports.is_empty() { signal } else { other })
     }
 
-    /// One that holds the device where it is, or would.
+    /// Plugs in a P controller that holds the position.
     fn plug_in_controller(&mut self, number: u8) -> Result<(), CyclesError> {
         let module = format!("PCTRL_MOD.{number}");
         self.row(&module, "PORT_DES_POSITION", "POSITION")?;
@@ -275,7 +275,7 @@ impl Scheme {
         self.give(Command::Check)
     }
 
-    /// What is listened to; nobody sees what comes over another link.
+    /// Channels of the links that the scheme reads.
     fn channels(&mut self) -> [Option<u16>; MAX_LINKS] {
         let receiver = named("COMM_RXMOD");
         let engine = self.dimsart.engine_mut();
@@ -316,7 +316,7 @@ impl Scheme {
     }
 }
 
-/// From here on, modules that are there for others' sake.
+/// First number of helper modules.
 const OTHER: u8 = 91;
 const SAMPLE_PERIOD_S: f64 = 1e-3;
 
@@ -338,7 +338,7 @@ mod tests {
             for dof in [least, MOST_DOF].map(usize::from) {
                 let schemes = own.iter().map(|variant| Scheme::around(variant, dof).unwrap());
                 let count = schemes.flatten().count();
-                // Counters come over a link, whatever the causality.
+                // Counters come over a link, for every choice of causality.
                 let most = if known.name == "TDPA_MOD" { own.len() } else { 1 };
                 assert!(count >= most, "{} with {dof}: {count} of {}", known.name, own.len());
             }

@@ -1,26 +1,26 @@
-//! Smallest, mean and greatest of what was counted.
+//! Minimum, mean and maximum.
 
 use ::cycles::machine::Run;
 
-/// Where the inputs come from.
+/// Source of inputs.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Inputs {
     /// The scenario.
     Scenario,
-    /// Chance.
+    /// Random numbers.
     Random,
 }
 
-/// What calls of one kind took.
+/// Cycles and stack of calls of one kind.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
 pub(super) struct Statistics {
     pub(super) min: u64,
     pub(super) max: u64,
     pub(super) count: u64,
     sum: u64,
-    /// Most cycles with random inputs.
+    /// Maximum cycles with random inputs.
     pub(super) random_max: u64,
-    /// Bytes of stack that were reserved at most.
+    /// Maximum stack, bytes.
     pub(super) stack_bytes: u32,
 }
 

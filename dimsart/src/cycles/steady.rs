@@ -1,4 +1,4 @@
-//! What a tick of a controller takes while nothing moves and nothing comes in, and at most.
+//! Cycles of a controller's tick at rest without packets, and their bound.
 
 use std::collections::BTreeSet;
 
@@ -11,22 +11,22 @@ use super::controller::Lengths;
 use super::worst::Worst;
 use super::{Controller, CyclesError, Firmware};
 
-/// Ticks until what happens once has happened.
+/// Ticks until one-time work is done.
 const TICKS: usize = 30;
 
 /// Cycles of a tick.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Steady {
-    /// Of the last of some ticks with every measurement 0.
+    /// Last of several ticks with all measurements 0.
     pub emulated: u64,
-    /// That no tick exceeds, whatever is measured and comes in.
+    /// Upper bound for all inputs.
     pub bound: u64,
     /// Addresses of all instructions that a tick can execute.
     pub visited: BTreeSet<u32>,
 }
 
 impl Steady {
-    /// Of the scheme that a controller here has, in an image.
+    /// Computes the cycles of a controller's scheme in an image.
     ///
     /// # Errors
     /// [`CyclesError`].
@@ -47,7 +47,7 @@ impl Steady {
     }
 }
 
-/// The channels that a controller listens to.
+/// Channels on which a controller listens.
 pub(super) fn channels(dimsart: &Dimsart) -> [u16; MAX_LINKS] {
     let mut channels = [0; MAX_LINKS];
     for (link, channel) in channels.iter_mut().enumerate() {

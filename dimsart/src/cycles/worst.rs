@@ -1,4 +1,4 @@
-//! What no tick can exceed, whatever is measured and comes in: bounds by the machine code.
+//! Upper bounds of ticks for all inputs, from the machine code.
 
 use std::collections::BTreeSet;
 
@@ -9,7 +9,7 @@ use dimsart_core::limits::MAX_LINKS;
 use super::controller::Lengths;
 use super::{Controller, CyclesError, Firmware};
 
-/// Cycles and bytes of stack that are never exceeded.
+/// Upper bounds of cycles and stack.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
 pub(super) struct Most {
     pub(super) cycles: u64,
@@ -17,13 +17,13 @@ pub(super) struct Most {
 }
 
 impl Most {
-    /// One of either.
+    /// Either of two.
     pub(super) fn or(self, other: Self) -> Self {
         let (cycles, stack_bytes) = (self.cycles.max(other.cycles), self.stack_bytes.max(other.stack_bytes));
         Self { cycles, stack_bytes }
     }
 
-    /// One after the other.
+    /// Both in sequence.
     pub(super) fn then(self, other: Self) -> Self {
         Self { cycles: self.cycles.saturating_add(other.cycles), ..self.or(other) }
     }
@@ -53,7 +53,7 @@ pub(super) struct Worst {
     pub(super) visited: BTreeSet<u32>,
 }
 
-/// What a firmware asks of a controller.
+/// Calls of the firmware.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum Step {
     Deliver,
@@ -62,8 +62,8 @@ enum Step {
 }
 
 impl Worst {
-    /// Of every tick from now on, for any number of them. Before each of them, anything or nothing comes in over each
-    /// link that has a channel here, on that channel.
+    /// Bounds every tick from now on. Before each tick, any packet or none arrives over each link with a channel, on this
+    /// channel.
     pub(super) fn of_ticks(
         firmware: &Firmware,
         timing: &Timing,
@@ -77,7 +77,7 @@ impl Worst {
         for (link, channel) in links.clone().zip(channels) {
             let Some(channel) = channel else { continue };
             let any = controller.calls_of_any_delivery(link, channel, lengths)?;
-            // Each finds what the others left, the first one too.
+            // Each call follows each other call, also the first.
             let any = any.iter().chain(any.first());
             steps.extend(any.map(|call| (Step::Deliver, Call { is_optional: true, ..call.clone() })));
         }
@@ -101,7 +101,7 @@ impl Worst {
         Ok(worst)
     }
 
-    /// Of reading any bytes: it takes nothing from the controller.
+    /// Bounds the reading of any bytes, which is independent of the controller.
     pub(super) fn of_read(
         firmware: &Firmware,
         timing: &Timing,
@@ -112,7 +112,7 @@ impl Worst {
         Ok(bounds.iter().fold(Most::default(), |most, bound| most.or(bound.into())))
     }
 
-    /// Of each command of a scheme, as it is applied when the scheme is loaded.
+    /// Bounds each command of a scheme while the scheme is loaded.
     pub(super) fn of_commands(
         firmware: &Firmware,
         timing: &Timing,
@@ -127,7 +127,7 @@ impl Worst {
     }
 }
 
-/// Bounds of calls, made once or again and again, from the controller's memory on.
+/// Bounds calls made once or repeatedly, starting from the controller's memory.
 fn bounds(
     of: fn(&Question<'_>) -> Result<Vec<Bound>, BoundError>,
     firmware: &Firmware,

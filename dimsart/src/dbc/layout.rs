@@ -1,4 +1,4 @@
-//! Where the words of a packet lie in CAN frames.
+//! Layout of a packet's words in CAN frames.
 
 use std::fmt::{self, Display, Formatter};
 
@@ -9,32 +9,32 @@ use serde::Serialize;
 use super::Frames;
 use hil_sim::recording::indices;
 
-/// How the bits of a signal are read.
+/// Number format of a signal.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "lowercase")]
 pub enum Kind {
-    /// A whole number.
+    /// Unsigned integer.
     Whole,
-    /// A whole number of either sign.
+    /// Signed integer.
     Signed,
-    /// An IEEE 754 number of 32 bits.
+    /// 32-bit IEEE 754 number.
     Real,
-    /// A whole number that tells what else is in the frame.
+    /// Unsigned integer that selects the other signals of the frame.
     Multiplexer,
 }
 
-/// A signal in a message. Bits count from the low one of the frame's first byte.
+/// A signal in a message. Bit 0 is the lowest bit of the frame's first byte.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize)]
 pub struct Signal {
     /// Name, such as `CH1_TD_WAVES_1` for the first axis, `INERTIA_1_2` for an element of a matrix.
     pub name: String,
-    /// Value of the multiplexer in the frames that it is in; none when it is in every one.
+    /// Value of the multiplexer in its frames; none if it is in every frame.
     pub index: Option<usize>,
     /// First bit.
     pub start_bit: usize,
     /// Number of bits.
     pub bits: usize,
-    /// How they are read.
+    /// Number format.
     pub kind: Kind,
     /// Physical unit.
     pub unit: String,
@@ -54,14 +54,14 @@ impl Display for Signal {
     }
 }
 
-/// A word of a packet: its name, and how it is read.
+/// A word of a packet.
 pub(super) struct PacketWord {
     name: String,
     kind: Kind,
     unit: String,
 }
 
-/// The words of a packet of these types; those behind the samples are counters of the first wave, two per axis.
+/// The words of a packet of these types: samples, then counters of the first wave, two per axis.
 pub(super) fn words(device: &DeviceDescriptor, types: &[TypeRef], count: usize) -> Vec<PacketWord> {
     let axes = || (1..).zip(device.axes());
     let found = types.iter().filter_map(|signal| Some((*signal, device.data_type(signal.id)?)));
@@ -76,7 +76,7 @@ pub(super) fn words(device: &DeviceDescriptor, types: &[TypeRef], count: usize) 
             let indices = indices(data_type.shape, word, device.dof());
             let suffix: String = indices.iter().map(|index| format!("_{}", index + 1)).collect();
             let unit = data_type.unit.of_word(data_type.shape, word, device.axes());
-            // The format is older than UTF-8.
+            // DBC is not UTF-8.
             let unit = unit.to_string().replace('·', " ");
             PacketWord { name: format!("{name}{suffix}"), kind, unit }
         })
@@ -91,7 +91,7 @@ pub(super) fn words(device: &DeviceDescriptor, types: &[TypeRef], count: usize) 
     samples.chain(counters).take(count).collect()
 }
 
-/// Bytes of the longest frame of a packet of so many words, and most words that fit.
+/// Longest frame of a packet with `words`, bytes, and maximum words.
 pub(super) fn limits(frames: Frames, words: usize) -> (usize, usize) {
     match frames {
         Frames::Can => (can::MAX_DATA_BYTES, can::MAX_WORDS),
@@ -103,7 +103,7 @@ pub(super) fn limits(frames: Frames, words: usize) -> (usize, usize) {
     }
 }
 
-/// The signals of the frames that carry these words.
+/// The signals of frames with these words.
 pub(super) fn signals(frames: Frames, words: Vec<PacketWord>) -> Vec<Signal> {
     match frames {
         Frames::Can => in_can(words),

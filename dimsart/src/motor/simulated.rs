@@ -1,4 +1,4 @@
-//! A drive's code with the simulator's motor behind it.
+//! Simulates a drive with its firmware code and the simulator's motor.
 
 use std::error::Error;
 
@@ -10,39 +10,39 @@ use hil_sim::plant::{BridgeMotor, ThreePhaseParameters};
 
 /// Periods of a step response: 5 ms at 20 kHz.
 const PERIODS: usize = 100;
-/// Periods until a drive knows its rotor, at most.
+/// Maximum number of periods of the start with alignment.
 const LONGEST_START: usize = 10_000;
-/// A current has settled when it stays this near to what is wanted.
+/// Relative settling band of a current.
 const SETTLED: f64 = 0.1;
-/// Of what the voltage can make at once.
+/// Initial voltage of the step, relative to the available voltage.
 const STEP_SHARE: f64 = 0.5;
-/// What goes further beyond a step is called too much.
+/// Maximum permitted overshoot.
 const MOST_OVERSHOOT: f64 = 0.2;
 /// Counts of the simulated encoder.
 const COUNTS: u32 = 1 << 14;
-/// Longer than any identification.
+/// Timeout of an identification.
 const LONGEST_S: f64 = 60.0;
 
-/// How a current follows a step, while the rotor stands still.
+/// Step response of a current at standstill.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Follow {
-    /// After each period, as a share of the step.
+    /// Current after each period, relative to the step.
     pub response: Vec<f64>,
-    /// Beyond the step, as a share of it.
+    /// Overshoot, relative to the step.
     pub overshoot: f64,
-    /// Until it stays within a tenth of it, `s`; none where it does not.
+    /// Settling time to 10 %, `s`; `None` if it does not settle.
     pub settled_s: Option<f64>,
 }
 
 impl Follow {
-    /// Whether it goes no more than a fifth beyond the step, and settles.
+    /// Returns whether it settles with at most 20 % overshoot.
     #[must_use]
     pub fn is_good(&self) -> bool {
         self.settled_s.is_some() && self.overshoot <= MOST_OVERSHOOT
     }
 }
 
-/// A motor as a configuration tells it, with a rotor of this inertia, `kg m²`.
+/// Creates the motor of a configuration with this rotor inertia, `kg m²`.
 fn motor(told: &Configuration, inertia_kg_m2: f64) -> ThreePhaseParameters {
     ThreePhaseParameters {
         rotor_inertia_kg_m2: inertia_kg_m2,
@@ -68,13 +68,12 @@ fn wide(duties: Duties) -> [f64; 3] {
     duties.map(f64::from)
 }
 
-/// How the current across the magnets follows a step, when resistance and inductances are these shares of what the
-/// configuration says.
+/// Simulates the step response of the q-axis current, with resistance and inductances scaled relative to the configuration.
 ///
 /// # Errors
-/// A motor that cannot be simulated; a configuration that is wrong.
+/// A motor that cannot be simulated; an invalid configuration.
 pub fn follow(told: &Configuration, resistance: f64, inductance: f64) -> Result<Follow, Box<dyn Error>> {
-    // Nothing turns it.
+    // No external torque.
     let mut truth = motor(told, 1e9);
     truth.resistance_ohm *= resistance;
     truth.direct_inductance_h *= inductance;
@@ -87,7 +86,7 @@ pub fn follow(told: &Configuration, resistance: f64, inductance: f64) -> Result<
     #[expect(clippy::cast_possible_truncation, reason = "a torque is f32")]
     let torque_nm = (step_a * f64::from(told.motor.torque_constant_nm_per_a())) as f32;
     let (mut duties, mut response) = (None, Vec::with_capacity(PERIODS));
-    // It learns where the rotor is first.
+    // Start with alignment.
     for _ in 0..LONGEST_START {
         duties = drive.step(&sample(&bridge, told, truth.supply_v), Some(0.0));
         if duties.is_some() {
@@ -107,10 +106,10 @@ pub fn follow(told: &Configuration, resistance: f64, inductance: f64) -> Result<
     Ok(Follow { response, overshoot, settled_s })
 }
 
-/// Identifies a simulated motor: what comes of it.
+/// Identifies a simulated motor and returns the result.
 ///
 /// # Errors
-/// A motor that cannot be simulated; a configuration or current that is wrong.
+/// A motor that cannot be simulated; an invalid configuration or current.
 pub fn identify(
     told: &Configuration,
     current_a: f32,
@@ -118,7 +117,7 @@ pub fn identify(
     friction_nm: f64,
 ) -> Result<Result<Identified, IdentificationError>, Box<dyn Error>> {
     let mut truth = motor(told, inertia_kg_m2);
-    // The current holds the rotor as a spring does, and bearings bring it to rest there: a fifth of critical damping.
+    // The current holds the rotor like a spring; bearing friction damps it with 20 % of critical damping.
     let stiffness = 1.5 * f64::from(truth.pole_pairs).powi(2) * truth.flux_linkage_vs * f64::from(current_a);
     truth.viscous_nms_per_rad = 0.2 * 2.0 * (stiffness.max(0.0) * inertia_kg_m2).sqrt();
     truth.coulomb_nm = friction_nm;

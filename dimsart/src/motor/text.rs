@@ -1,18 +1,18 @@
-//! A configuration as the text that is read, with a word about every value.
+//! Writes a configuration as commented text.
 
 use drive::Configuration;
 use toml::{Table, Value};
 
 use super::EXAMPLE;
 
-/// As the [example](EXAMPLE), with other values.
+/// Returns the text of the [example](EXAMPLE) with the values of a configuration.
 #[must_use]
 pub fn text(told: &Configuration) -> String {
     let mut table = String::new();
     EXAMPLE.lines().skip(1).filter_map(|line| rewritten(line, &values(told), &mut table)).collect()
 }
 
-/// What differs between two of them: name, before, after.
+/// Lists the differences between two configurations: name, old and new value.
 #[must_use]
 pub fn differences(from: &Configuration, to: &Configuration) -> Vec<(String, String, String)> {
     let flat = |told: &Configuration| {
@@ -42,7 +42,7 @@ fn values(told: &Configuration) -> Table {
     Table::try_from(told).unwrap_or_default()
 }
 
-/// A line of the example with the value of its name; none where the name has none.
+/// Returns a line of the example with the value of its name; `None` if the name has no value.
 fn rewritten(line: &str, values: &Table, table: &mut String) -> Option<String> {
     if let Some(name) = line.strip_prefix('[') {
         *table = name.split(']').next().unwrap_or_default().to_owned();
@@ -56,7 +56,7 @@ fn rewritten(line: &str, values: &Table, table: &mut String) -> Option<String> {
     })
 }
 
-/// A number as short as it is as `f32`.
+/// Formats a number as short as possible for an `f32`.
 #[expect(clippy::cast_possible_truncation, reason = "it was one")]
 fn shown(value: &Value) -> String {
     match value {
@@ -81,10 +81,7 @@ mod tests {
             told.motor.direct_inductance_h = 2.5e-6;
             let text = text(&told);
             assert_eq!(toml::from_str::<Configuration>(&text).unwrap(), told, "{text}");
-            assert!(
-                text.contains("gear_ratio = -50.5")
-                    && text.contains("# turns of the rotor in one of the joint")
-            );
+            assert!(text.contains("gear_ratio = -50.5") && text.contains("# rotor turns per joint turn"));
         }
     }
 

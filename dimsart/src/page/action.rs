@@ -1,4 +1,4 @@
-//! What a browser, or whoever commands over Zenoh, asks of a controller.
+//! Actions on a controller, requested by a browser or over Zenoh.
 
 use serde::{Deserialize, Serialize};
 use serde_json::Value;
@@ -7,30 +7,30 @@ use super::page_device::{Hand, PageDevice};
 use crate::connect::{ANY_SIDE, ConnectError, FindingText, Presence};
 use hil_sim::schemes::SchemeText;
 
-/// Something to be done, or to be looked at.
+/// A requested action.
 #[derive(Debug, Clone, Deserialize)]
 #[serde(tag = "do", rename_all = "snake_case")]
 pub(crate) enum Action {
-    /// A change at once, as `dimsart connect PORT set`.
+    /// Applies one change immediately, as `dimsart connect PORT set`.
     Edit(Edit),
-    /// Changes that take effect together, or, only tried, not at all: what the check says of them.
+    /// Applies changes together, or only checks them.
     Transaction {
         edits: Vec<Edit>,
         commit: bool,
     },
-    /// Rows of a scheme as one transaction, upon what is there or in its place.
+    /// Sends rows of a scheme in one transaction; they add to the scheme or replace it.
     Scheme {
         rows: String,
         #[serde(default)]
         replace: bool,
     },
-    /// Takes the lease and holds it, as long as the client says that it is there.
+    /// Takes the lease and holds it while the client reports its presence.
     Arm,
-    /// Says so, and whether it still holds it.
+    /// Reports presence, and checks that the client still holds the lease.
     Renew,
-    /// Gives it back.
+    /// Releases the lease.
     Disarm,
-    /// Drops the change of many commands that is open.
+    /// Aborts the open transaction.
     Abort,
     Reset,
     Check,
@@ -41,17 +41,17 @@ pub(crate) enum Action {
     Save,
     Confirm,
     RollBack,
-    /// The scheme as rows.
+    /// Reads the scheme as rows.
     Rows,
-    /// Begins a recording of every row of signals, or ends it.
+    /// Starts or ends a recording of all signal rows.
     Record {
         on: bool,
     },
-    /// Has the device send these signals to all who look; all, or the first ones that it can send, when none is named.
+    /// Selects the signals that the device sends to all pages; if empty, all signals, or as many as it can send.
     Stream {
         names: Vec<String>,
     },
-    /// Holds a reference of a simulated device by hand, or lets it go.
+    /// Holds a reference of a simulated device, or releases it.
     Hold {
         signal: String,
         axis: usize,
@@ -69,7 +69,7 @@ pub(crate) enum Edit {
     Off { module: String },
 }
 
-/// What the check says of changes that were only tried.
+/// Result of checking changes without applying them.
 #[derive(Debug, Serialize)]
 struct Tried {
     faults: u32,
@@ -77,7 +77,7 @@ struct Tried {
 }
 
 impl Action {
-    /// Does it.
+    /// Carries the action out.
     pub(super) fn run(
         self,
         device: &mut PageDevice,
@@ -96,7 +96,7 @@ impl Action {
             }
             Self::Arm => {
                 device.hold_lease_for(presence)?;
-                text("the lease is held as long as it is renewed")
+                text("armed: the lease is held while it is renewed")
             }
             Self::Renew => {
                 device.renew_in_time()?;
@@ -104,7 +104,7 @@ impl Action {
             }
             Self::Disarm => {
                 device.give_lease_back()?;
-                text("the lease is given back: the device is at rest")
+                text("disarmed: lease released, outputs at their safe value")
             }
             Self::Abort => text(device.abort()?),
             Self::Reset => text(device.reset(None)?),
@@ -117,26 +117,26 @@ impl Action {
             Self::Rows => text(device.scheme_rows(None)?),
             Self::Hold { signal, axis, value } => {
                 let no_hand =
-                    || ConnectError::Word("a reference is held by hand in a simulation alone".to_owned());
-                let no_number = |_| ConnectError::Word("a reference is held at a number".to_owned());
+                    || ConnectError::Word("a reference can be held only in a simulation".to_owned());
+                let no_number = |_| ConnectError::Word("invalid reference: not a number".to_owned());
                 let value = value.map(|value| value.parse().map_err(no_number)).transpose()?;
                 hand.ok_or_else(no_hand)?(signal, axis, value).map_err(ConnectError::Word)?;
                 Value::Null
             }
-            // The station has threads for them.
+            // Handled by threads of the station.
             Self::Record { .. } | Self::Stream { .. } => Value::Null,
         })
     }
 }
 
 impl Action {
-    /// Whether it is for the one that moves the device, while there is one.
+    /// Returns whether the action is reserved for the holder of the lease.
     pub(super) fn changes(&self) -> bool {
         let lets_go = matches!(self, Self::Hold { value: None, .. });
         !lets_go && !matches!(self, Self::Events | Self::Recorder { .. } | Self::Rows)
     }
 
-    /// Whether the device may begin to move by it.
+    /// Returns whether the action may start motion.
     pub(super) fn moves(&self) -> bool {
         matches!(self, Self::Arm | Self::Reset | Self::Check)
     }
@@ -172,7 +172,7 @@ fn transaction(
         }
     });
     if !commit || done.is_err() {
-        // Of two errors the first one says more.
+        // An earlier error takes precedence.
         let aborted = device.abort();
         if done.is_ok() {
             aborted?;
@@ -186,6 +186,6 @@ fn text(text: impl ToString) -> Value {
 }
 
 fn json(value: &impl Serialize) -> Value {
-    // The reports are made of what JSON has.
+    // Reports are always representable in JSON.
     serde_json::to_value(value).unwrap_or_default()
 }

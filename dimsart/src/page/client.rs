@@ -1,4 +1,4 @@
-//! A browser: what it asks, and what it is told.
+//! A browser: its requests, and the news sent to it.
 
 use std::sync::Arc;
 use std::sync::atomic::{AtomicU64, Ordering};
@@ -13,22 +13,22 @@ use super::action::Action;
 use super::news::News;
 use super::station::{Answer, Station};
 
-/// Messages that wait to go out; beyond them a browser misses news.
+/// Capacity of the send queue; a browser misses news when it is full.
 const ROOM: usize = 64;
-/// Answers that a browser has not read; more are lost, and what was asked is done all the same.
+/// Maximum number of unread answers; further answers are lost, but their requests are carried out.
 const MAX_ANSWERS: usize = 64;
-/// The id of an answer to a message that is not understood.
+/// Id of the answer to an invalid message.
 const NO_ID: u32 = 0;
 
 /// A message of a browser.
 #[derive(Debug, Deserialize)]
 #[serde(tag = "say", rename_all = "snake_case")]
 enum Said {
-    /// That it is there: what it says while it moves a device.
+    /// Presence, sent repeatedly while the browser moves a device.
     Here,
-    /// To be stopped, at once.
+    /// Immediate STOP.
     Stop { id: u32, station: usize },
-    /// To be done.
+    /// A requested action.
     Do {
         id: u32,
         station: usize,
@@ -47,7 +47,7 @@ struct Answered {
     refused: Option<String>,
 }
 
-/// Talks to a browser until it goes. What it moved comes to rest then.
+/// Serves a browser until it disconnects, which ends its motion.
 pub(super) async fn talk(mut socket: WebSocket, stations: &[Station]) {
     static NEXT: AtomicU64 = AtomicU64::new(0);
     let client = NEXT.fetch_add(1, Ordering::Relaxed);
@@ -96,7 +96,7 @@ pub(super) async fn talk(mut socket: WebSocket, stations: &[Station]) {
             }
         });
     }
-    // A browser that does not read is heard all the same: it may say STOP.
+    // Requests are received even if the browser does not read: one may be STOP.
     let (mut sending, mut receiving) = socket.split();
     let telling = tokio::spawn(async move {
         while let Some(message) = outgoing.recv().await {
@@ -131,8 +131,8 @@ fn hear(
             (id, stations.get(station).map(|station| station.ask(client, action)))
         }
         Err(error) => {
-            let refused = message(NO_ID, Err(format!("not understood: {error}")));
-            // A browser that does not read has no room for it.
+            let refused = message(NO_ID, Err(format!("invalid message: {error}")));
+            // The queue of a browser that does not read is full.
             return drop(refused.map(|refused| out.try_send(refused)));
         }
     };
@@ -140,10 +140,10 @@ fn hear(
     tokio::spawn(async move {
         let done = match answered {
             Some(answered) => answered.await.unwrap_or_else(|_| Err("no line to the device".to_owned())),
-            None => Err("there is no such station".to_owned()),
+            None => Err("unknown station".to_owned()),
         };
         if let Some(message) = message(id, done) {
-            // The browser may be gone.
+            // The browser may have disconnected.
             let _ = out.send(message).await;
         }
         drop(place);

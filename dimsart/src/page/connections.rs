@@ -1,6 +1,6 @@
-//! Connections of browsers: limited in number and time, so that they take no files that a STOP needs.
+//! Connections of browsers: limited in number and time, to keep file descriptors free for a STOP.
 //!
-//! A newcomer is always let in while a connection without a WebSocket can be closed for it: the oldest one is.
+//! When the limit is reached, the oldest connection without a WebSocket is closed for a new one.
 
 use std::collections::VecDeque;
 use std::io::{self, ErrorKind};
@@ -20,16 +20,16 @@ use tokio::time::{Sleep, sleep};
 
 use crate::broker::accepting::{self, AcceptFailures};
 
-/// Connections at a time: far fewer than the files that a program may open.
+/// Maximum number of connections, far below the limit of open files.
 const MAX_CONNECTIONS: usize = 64;
-/// Longest time of a connection without a WebSocket: a browser opens another one when it needs it.
+/// Maximum duration of a connection without a WebSocket.
 const REQUEST_TIME: Duration = Duration::from_secs(10);
 
 /// Accepts browsers.
 #[derive(Debug)]
 pub(super) struct Connections {
     listener: TcpListener,
-    /// Oldest first: what closes it, and whether it has a WebSocket.
+    /// Oldest first: sender that closes it, and whether it has a WebSocket.
     open: VecDeque<(oneshot::Sender<()>, HasSocket)>,
     failures: AcceptFailures,
 }
@@ -39,7 +39,7 @@ pub(super) struct Connections {
 pub(super) struct HasSocket(Arc<AtomicBool>);
 
 impl HasSocket {
-    /// From now on it has no time limit.
+    /// Removes the time limit.
     pub(super) fn set(&self) {
         self.0.store(true, Ordering::Relaxed);
     }
@@ -72,7 +72,7 @@ impl Connections {
         Some(Connection { stream, closed, has_socket, deadline: Box::pin(sleep(time)), is_over: false })
     }
 
-    /// Closes the oldest connection without a WebSocket; false where there is none.
+    /// Closes the oldest connection without a WebSocket; returns false if all have one.
     fn close_oldest(&mut self) -> bool {
         let oldest = self.open.iter().position(|(_, has_socket)| !has_socket.get());
         let close = oldest.and_then(|oldest| self.open.remove(oldest));
@@ -91,7 +91,7 @@ impl Listener for Connections {
                 Ok((stream, address)) => {
                     self.failures.end();
                     if let Some(connection) = self.admit(stream, REQUEST_TIME) {
-                        // Lets what is closed give its file back before the next one is accepted.
+                        // Let a closed connection release its file descriptor before the next accept.
                         tokio::task::yield_now().await;
                         return (connection, address);
                     }
@@ -112,7 +112,7 @@ impl Listener for Connections {
     }
 }
 
-/// A connection, until it is closed or its time is over.
+/// A connection with a time limit.
 #[derive(Debug)]
 pub(super) struct Connection<S> {
     stream: S,

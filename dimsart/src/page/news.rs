@@ -1,4 +1,4 @@
-//! What a station tells every browser, and the last of it for one that comes later.
+//! News of a station for all browsers; a new browser receives the latest of each kind.
 
 use std::sync::{Arc, Mutex, PoisonError};
 
@@ -7,7 +7,7 @@ use tokio::sync::broadcast::{Receiver, Sender};
 
 use crate::connect::{TapRow, TapSignal};
 
-/// Pieces that wait for a browser that is slow; it is told how many it has missed.
+/// Queue length for a slow browser, which receives the number of missed news.
 const ROOM: usize = 1024;
 
 /// A piece of news.
@@ -15,32 +15,32 @@ const ROOM: usize = 1024;
 pub(crate) enum News {
     /// JSON.
     Text(Arc<str>),
-    /// Signals, tick by tick.
+    /// Rows of signals.
     Rows(Arc<Rows>),
-    /// The rows that come do not go on from those that came, and why.
+    /// The following rows do not continue the previous ones; with the reason.
     Cut(Arc<str>),
 }
 
-/// Rows of signals, one after the other.
+/// Consecutive rows of signals.
 #[derive(Debug)]
 pub(crate) struct Rows {
     /// Number of the station.
     pub(crate) station: u8,
-    /// Number of the layout, as [`Board::layout`] told it.
+    /// Layout number of [`Board::layout`].
     pub(crate) layout: u32,
-    /// What a row's values are of.
+    /// Signals of a row.
     pub(crate) signals: Arc<[TapSignal]>,
-    /// Number of the first of these rows, among all of the station: who misses some knows how many.
+    /// Number of the first row among all rows of the station, to count missed rows.
     pub(crate) first: u64,
-    /// Samples of the station until now that the line had no room for.
+    /// Total number of lost samples of the station.
     pub(crate) lost: u64,
-    /// At least one.
+    /// Rows, at least one.
     pub(crate) rows: Vec<TapRow>,
 }
 
 impl Rows {
-    /// As the page reads them: station `u8`, 0 `u8`, values of a row `u16`, number of the layout `u32`; then each row, its
-    /// tick `u32` and its values `f32`. Little endian. None for more values than that.
+    /// Encodes rows for the page: station `u8`, 0 `u8`, values per row `u16`, layout number `u32`; then for each row tick
+    /// `u32` and values `f32`. Little endian. `None` for too many values.
     pub(super) fn bytes(&self) -> Option<Vec<u8>> {
         let width = u16::try_from(self.rows.first()?.values.len()).ok()?;
         let mut bytes = vec![self.station, 0];
@@ -55,13 +55,13 @@ impl Rows {
     }
 }
 
-/// Where news are put up.
+/// Publishes news.
 #[derive(Debug)]
 pub(crate) struct Board {
     /// Number of the station.
     station: u8,
     sender: Sender<News>,
-    /// By kind.
+    /// Latest news by kind.
     last: Mutex<Vec<(&'static str, Arc<str>)>>,
 }
 
@@ -81,36 +81,36 @@ impl Board {
         Self { station, sender: Sender::new(ROOM), last: Mutex::default() }
     }
 
-    /// All that is told from now on, and the last of every kind until now.
+    /// Subscribes to news, and returns the latest of each kind.
     pub(crate) fn read(&self) -> (Vec<Arc<str>>, Receiver<News>) {
         let last = self.last.lock().unwrap_or_else(PoisonError::into_inner);
         (texts(&last), self.sender.subscribe())
     }
 
-    /// The last of every kind until now, for who has missed something.
+    /// Returns the latest news of each kind.
     pub(crate) fn last(&self) -> Vec<Arc<str>> {
         texts(&self.last.lock().unwrap_or_else(PoisonError::into_inner))
     }
 
-    /// Tells something that has just happened: who comes later is not told.
+    /// Publishes an event, which later subscribers do not receive.
     pub(super) fn tell_once(&self, kind: &'static str, content: &impl Serialize) {
         if let Some(text) = self.text(kind, content) {
             let _ = self.sender.send(News::Text(text));
         }
     }
 
-    /// Whether anybody hears it.
+    /// Returns whether there is a subscriber.
     pub(super) fn is_heard(&self) -> bool {
         self.sender.receiver_count() > 0
     }
 
     fn text(&self, kind: &'static str, content: &impl Serialize) -> Option<Arc<str>> {
-        // The reports are made of what JSON has.
+        // Reports are always representable in JSON.
         let message = Message { kind, station: self.station, content };
         serde_json::to_string(&message).ok().map(Into::into)
     }
 
-    /// Tells something, unless it is what was told last of its kind.
+    /// Publishes news if it differs from the latest of its kind.
     pub(super) fn tell(&self, kind: &'static str, content: &impl Serialize) {
         let Some(text) = self.text(kind, content) else { return };
         let mut last = self.last.lock().unwrap_or_else(PoisonError::into_inner);
@@ -119,11 +119,11 @@ impl Board {
             Some((_, known)) => *known = Arc::clone(&text),
             None => last.push((kind, Arc::clone(&text))),
         }
-        // Nobody may be there.
+        // There may be no subscriber.
         let _ = self.sender.send(News::Text(text));
     }
 
-    /// Tells what rows are made of from now on, and the names of the signals that are not in them.
+    /// Publishes the layout of the following rows, and the names of the signals that are not sent.
     pub(super) fn layout(&self, number: u32, every_ticks: u32, signals: &[TapSignal], unsent: &[String]) {
         #[derive(Serialize)]
         struct Layout<'a> {
@@ -135,20 +135,20 @@ impl Board {
         self.tell("layout", &Layout { number, every_ticks, signals, unsent });
     }
 
-    /// Tells rows, if there are any.
+    /// Publishes rows, if any.
     pub(super) fn rows(&self, rows: Rows) {
         if !rows.rows.is_empty() {
-            // Nobody may be there, as below.
+            // There may be no subscriber.
             let _ = self.sender.send(News::Rows(rows.into()));
         }
     }
 
-    /// Number of the station.
+    /// Returns the number of the station.
     pub(super) fn station(&self) -> u8 {
         self.station
     }
 
-    /// Tells why rows do not go on.
+    /// Publishes a break between rows and its reason.
     pub(super) fn cut(&self, why: &str) {
         let _ = self.sender.send(News::Cut(why.into()));
     }

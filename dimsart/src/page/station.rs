@@ -1,12 +1,12 @@
-//! A controller as the page has it: four lines to it, each with a thread, so that none waits for another one.
+//! A controller on the page: four independent lines, each with its own thread.
 //!
 //! ```text
-//! asking    what browsers want to be done, and the lease
-//! looking   the whole scheme, faults and events
-//! tapping   the signals of every tick
-//! stopping  STOP alone
+//! asking    actions of browsers, and the lease
+//! looking   scheme, faults and events
+//! tapping   signals of every tick
+//! stopping  STOP only
 //! ```
-//! A recording has one more, without a line: it hears what is told.
+//! A recording has a thread without a line: it receives the published rows.
 
 mod asking;
 mod looking;
@@ -39,32 +39,32 @@ use recording::Recorder;
 use stopping::stop;
 use tapping::{Choice, Tapping};
 
-/// Opens a line and finds out who is there.
+/// Opens a line and identifies the device.
 type Greet = Arc<dyn Fn() -> Result<PageDevice, ConnectError> + Send + Sync>;
 
-/// How a controller is reached.
+/// Access to a controller.
 pub struct Access {
-    /// Where it is, as a user names it.
+    /// Port name, as given by the user.
     pub port: String,
-    /// Opens a line to it.
+    /// Opens a line to the controller.
     pub open: OpenLine,
-    /// The module kinds that this program knows.
+    /// Module kinds of this program.
     pub kinds: Kinds,
-    /// Bits per second of its line, by which rows of signals come; none where it carries all of them.
+    /// Baud rate, which limits the rate of signal rows; `None` for a line without a limit.
     pub baud: Option<u32>,
-    /// What a simulated one has.
+    /// Moves references of a simulated device.
     pub hand: Option<Hand>,
-    /// Folder for what is recorded of it; none where nothing is.
+    /// Folder for recordings; `None` disables them.
     pub recordings: Option<PathBuf>,
 }
 
 const PATIENCE: Patience = Patience { timeout: Duration::from_millis(300), tries: 4 };
-/// Requests of one client that are not answered yet, and of all of them; more are refused.
+/// Maximum number of unanswered requests per client, and of all clients.
 const MAX_WAITING: usize = 32;
 const MAX_WAITING_OF_ALL: usize = 256;
-/// STOPs that are not sent yet: with one more, the device is stopped by those.
+/// Maximum number of unsent STOPs.
 const MAX_STOPS: usize = 256;
-/// Before a line that has ended is opened again.
+/// Delay before a closed line is opened again.
 const PAUSE: Duration = Duration::from_millis(500);
 
 /// A controller on the page.
@@ -77,17 +77,17 @@ pub struct Station {
     recorder: Arc<Recorder>,
     board: Arc<Board>,
     clients: Mutex<BTreeMap<u64, Client>>,
-    /// Counts the requests that wait.
+    /// Counts pending requests.
     waiting: Arc<()>,
-    /// How often it was stopped from here.
+    /// Number of STOPs from this program.
     stops: Arc<AtomicU64>,
 }
 
-/// A client that has said something.
+/// An active client.
 #[derive(Debug, Clone, Default)]
 struct Client {
     presence: Presence,
-    /// Counts its requests that wait.
+    /// Counts its pending requests.
     waiting: Arc<()>,
 }
 
@@ -97,21 +97,21 @@ impl Client {
     }
 }
 
-/// A request's place among those that wait, given back when this goes.
+/// Counts a pending request until it is dropped.
 #[derive(Debug)]
 struct Waiting {
     _of_client: Arc<()>,
     _of_all: Arc<()>,
 }
 
-/// What an action came to: its result, or why it was refused.
+/// Result of an action, or the reason of its refusal.
 pub(crate) type Answer = Result<Value, String>;
 
 impl Station {
-    /// The `number`th controller of a page, by a name. Lines to it are opened again when they end.
+    /// Adds a controller to a page by number and name. Closed lines to it are opened again.
     ///
     /// # Errors
-    /// Whatever the system says when there is no thread left.
+    /// An error of the system when a thread cannot be started.
     pub fn new(number: u8, name: &str, access: Access) -> io::Result<Self> {
         let Access { port, open, kinds, baud, hand, recordings } = access;
         let (asking, asks) = channel();
@@ -148,25 +148,25 @@ impl Station {
         &self.board
     }
 
-    /// Does something for a browser; what came of it.
+    /// Requests an action for a client; returns the receiver of its result.
     pub(crate) fn ask(&self, client: u64, action: Action) -> oneshot::Receiver<Answer> {
         let (answer, answered) = oneshot::channel();
         let Client { presence, waiting } = self.client(client);
-        // One copy is kept, and one of the client's is this request's.
+        // One reference is the stored one, and one belongs to this request.
         if Arc::strong_count(&waiting) > MAX_WAITING + 1
             || Arc::strong_count(&self.waiting) > MAX_WAITING_OF_ALL
         {
-            let reason = format!("{MAX_WAITING} requests wait for the device: wait for their answers");
+            let reason = format!("{MAX_WAITING} requests to the device are pending: wait for their answers");
             let _ = answer.send(Err(reason));
             return answered;
         }
         let place = Waiting { _of_client: waiting, _of_all: Arc::clone(&self.waiting) };
-        // Where a thread is gone, the answer never comes.
+        // If the thread has ended, the answer never arrives.
         match action {
             Action::Record { on: true } => drop(self.asking.send(Ask::Record { presence, answer, place })),
             Action::Record { on: false } => self.recorder.end("", answer),
             Action::Stream { .. } if self.recorder.is_running() => {
-                let reason = "it is being recorded: end the recording first, which is of the signals that are sent now";
+                let reason = "a recording of the present signals is running: end the recording first";
                 let _ = answer.send(Err(reason.to_owned()));
             }
             Action::Stream { names } => drop(self.choosing.send(Choice { names, answer, _place: place })),
@@ -186,7 +186,7 @@ impl Station {
         answered
     }
 
-    /// Ends what is recorded, before the program ends; what it came to, where there was something.
+    /// Ends a running recording before the program ends; returns its summary.
     pub(super) fn end_recording(&self) -> Option<String> {
         let (answer, answered) = oneshot::channel();
         self.recorder.is_running().then(|| self.recorder.end("`dimsart serve` was ended", answer))?;
@@ -196,17 +196,17 @@ impl Station {
         })
     }
 
-    /// Stops the device and ends its lease, for every client. What was asked before and would move it is refused from now on.
+    /// Stops the device and ends its lease for every client. Earlier requests that would move it are refused.
     pub(crate) fn stop(&self) -> oneshot::Receiver<Answer> {
         self.stops.fetch_add(1, Ordering::Relaxed);
         let (answer, answered) = oneshot::channel();
         if let Err(TrySendError::Full(answer)) = self.stopping.try_send(answer) {
-            let _ = answer.send(Err(format!("{MAX_STOPS} STOPs wait to be sent to the device")));
+            let _ = answer.send(Err(format!("{MAX_STOPS} STOPs are already pending for the device")));
         }
         answered
     }
 
-    /// A client is there, or has gone. It counts at once, whatever the line waits for.
+    /// Reports that a client is present or has left, with immediate effect.
     pub(crate) fn hear(&self, client: u64, is_here: bool) {
         let presence = self.client(client).presence;
         if !is_here {
@@ -216,7 +216,7 @@ impl Station {
         }
     }
 
-    /// A client that is there.
+    /// Returns a present client.
     fn client(&self, client: u64) -> Client {
         let mut clients = self.clients.lock().unwrap_or_else(PoisonError::into_inner);
         if clients.len() > MAX_WAITING_OF_ALL {

@@ -1,4 +1,4 @@
-//! The token of the page's address: as good as this user's private files.
+//! The token of the page's address, as secret as the user's private files.
 
 use std::fs;
 use std::io;
@@ -9,11 +9,11 @@ use crate::broker::private_folder;
 const FILE: &str = "page-token";
 const BYTES: usize = 16;
 
-/// The token of this user's pages. It stays for as long as the computer runs, so that a page that is open finds a server
-/// again that was started anew.
+/// Returns the token of this user's pages. It is kept until the computer shuts down, so that an open page reconnects to a
+/// restarted server.
 ///
 /// # Errors
-/// Whatever the system says.
+/// An error of the system.
 pub(super) fn token() -> io::Result<String> {
     let Ok(folder) = private_folder() else { return drawn() };
     let path = folder.join(FILE);

@@ -1,4 +1,4 @@
-//! The pictures of a press: positions, forces, energy in the channel.
+//! Pictures of a press: positions, forces, energy in the channel.
 
 use crate::report::{Curve, Figure, Level, Panel, Span};
 use hil_sim::recorder::CHANNEL_ENERGY;
@@ -6,10 +6,10 @@ use hil_sim::recording::Recording;
 use hil_sim::response::Phases;
 use hil_sim::rig_file::RigFile;
 
-/// Names of the figures' files, without what says their format.
+/// File names of the figures, without extension.
 pub(super) const FILE_STEMS: [&str; 3] = ["positions", "forces", "energy"];
 
-/// The figures that the recorded signals allow, of a run of both stations or of one `alone`.
+/// Creates the figures of the recorded signals, of both stations or of one `alone`.
 #[must_use]
 pub(super) fn figures(
     recording: &Recording,
@@ -73,23 +73,23 @@ pub(super) fn figures(
         .collect()
 }
 
-/// The energy in the channel, as far as the waves at its ends are known here.
+/// Creates the panel of the channel energy, from the known waves at its ends.
 fn energy(recording: &Recording, dof: usize, alone: Option<&str>) -> Panel {
     let title = match alone {
-        Some(name) => format!("Energy that the {name} gave the channel and has not got back"),
-        None => "Energy in the channel: sent into it at both ends and not come out yet".to_owned(),
+        Some(name) => format!("Energy in the channel: sent minus received by {name}"),
+        None => "Energy in the channel: sent minus received at both ends".to_owned(),
     };
     let mut curves = curves(recording, &[("all axes", ("world", CHANNEL_ENERGY.to_owned()))], None);
     let axes = (0..dof).filter_map(|axis| {
         let column = recording.find("world", CHANNEL_ENERGY, Some(axis))?;
         Some(Curve { label: format!("axis {axis}"), column, minus: None })
     });
-    // Of one axis, it is the same twice.
+    // With one axis, the sum is sufficient.
     curves.extend(axes.filter(|_| dof > 1));
     Panel { title, y_label: "energy (J)".to_owned(), curves, levels: Vec::new() }
 }
 
-/// A label, and the source and signal of its column.
+/// Label, source and signal of a column.
 type Wanted<'a> = (&'a str, (&'a str, String));
 
 fn per_axis(recording: &Recording, dof: usize, y_label: &str, wanted: &[Wanted<'_>]) -> Vec<Panel> {

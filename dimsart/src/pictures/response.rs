@@ -1,5 +1,4 @@
-//! The pictures of a rig's run: what follows what, and by which forces, device by device; and what a hand leads beside the
-//! device that it leads over a link.
+//! Pictures of a rig's run: responses and forces of each device, and both sides of a link with a hand.
 
 use dimsart_core::{DataType, types};
 
@@ -7,7 +6,7 @@ use crate::report::{Curve, Figure, Panel};
 use hil_sim::recording::Recording;
 use hil_sim::rig_file::{AxisSection, DeviceSection, LinkSection, Part, RigFile};
 
-/// Names of the figures' files of a rig, without what says their format.
+/// Returns the file names of a rig's figures, without extension.
 #[must_use]
 pub(super) fn file_stems(file: &RigFile) -> Vec<String> {
     let sides = led(file).into_iter().map(|[hand, other]| sides_stem(&hand, &other));
@@ -18,7 +17,7 @@ fn sides_stem(hand: &Part<'_>, other: &Part<'_>) -> String {
     format!("{}_{}", hand.name(), other.name())
 }
 
-/// Who is led by a hand, and whom each of them leads over a link of its own.
+/// Returns pairs of a device that a hand moves and the device that follows it over a link.
 fn led(file: &RigFile) -> Vec<[Part<'_>; 2]> {
     let parts = Part::of_all(file);
     let named = |name: &str| parts.iter().find(|part| part.name() == name && part.device.moves());
@@ -27,8 +26,7 @@ fn led(file: &RigFile) -> Vec<[Part<'_>; 2]> {
     file.links.iter().filter_map(both).filter(|[hand, other]| has_hand(hand) && !has_hand(other)).collect()
 }
 
-/// Positions of both sides one above the other, axis by axis, and the forces that the hand and the other side's controller
-/// apply.
+/// Creates the figure of both sides: positions, hand force and commanded force per axis.
 fn sides(recording: &Recording, [hand, other]: &[Part<'_>; 2]) -> Figure {
     let [one, two] = [hand, other].map(Part::name);
     let truth = |name: &str, quantity: &str| ("world", format!("{name}.{quantity}"));
@@ -56,12 +54,12 @@ fn sides(recording: &Recording, [hand, other]: &[Part<'_>; 2]) -> Figure {
     }
 }
 
-/// References alone are drawn with what follows them.
+/// Returns the devices with a figure; a pure reference is drawn with its follower.
 fn drawn(file: &RigFile) -> impl Iterator<Item = &DeviceSection> {
     file.devices.iter().filter(|device| device.moves())
 }
 
-/// The figures that the recorded signals allow.
+/// Creates the figures of the recorded signals.
 #[must_use]
 pub(super) fn figures(recording: &Recording, file: &RigFile) -> Vec<Figure> {
     let parts = Part::of_all(file);
@@ -101,7 +99,7 @@ fn of_axis(
     let of_controller = |signal: &str| (name, signal.to_owned());
     let drawn =
         |what: &str, unit, wanted| panel(recording, (title, axis), &format!("{what} ({unit})"), wanted);
-    // Joints that turn, of a device that is held at its tip.
+    // Rotary joints of a device that is held at its tip.
     if kind != section.unit.kind() {
         let tip_force = vec![("commanded", of_controller("DES_TIP_FORCE")), ("load", truth("load"))];
         let torque =
@@ -141,7 +139,7 @@ fn of_axis(
     [position].into_iter().chain(error).chain([velocity, force]).collect()
 }
 
-/// A panel of its own for what the second curve of `panel` is off the first: on one axis with both, it is a line.
+/// Creates a separate panel of the difference between the two curves of `panel`, which is too small on a common axis.
 fn error_of(panel: &Panel, y_label: &str) -> Option<Panel> {
     let [reference, joint] = panel.curves.as_slice() else { return None };
     let error = Curve { label: "error".to_owned(), column: reference.column, minus: Some(joint.column) };
@@ -153,7 +151,7 @@ fn error_of(panel: &Panel, y_label: &str) -> Option<Panel> {
     })
 }
 
-/// A label, and the source and signal of its column.
+/// Label, source and signal of a column.
 type Wanted<'a> = (&'a str, (&'a str, String));
 
 fn panel(

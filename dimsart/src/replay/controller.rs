@@ -1,4 +1,4 @@
-//! A recorded controller that is run again.
+//! A replayed controller.
 
 use std::collections::VecDeque;
 
@@ -14,10 +14,10 @@ use dimsart_core::limits::MAX_LINKS;
 use hil_sim::rig::SimulatedDimsart;
 use hil_sim::schemes::{SchemeText, load_for};
 
-/// A controller as it began, and what has been given to it since.
+/// A controller from its start, with the inputs of its next ticks.
 pub(super) struct ReplayedController {
     dimsart: Box<SimulatedDimsart>,
-    /// Inputs of ticks that are still to be run.
+    /// Inputs of ticks that are not yet replayed.
     waiting: VecDeque<InputsMessage>,
     measured: Vec<Word>,
     commanded: Vec<Word>,
@@ -64,12 +64,12 @@ impl ReplayedController {
         Ok(Self { dimsart, waiting, measured, commanded, row: Vec::new(), message: Vec::new(), replayed })
     }
 
-    /// Takes what went into a tick.
+    /// Adds the inputs of a tick.
     pub(super) fn expect(&mut self, inputs: InputsMessage) {
         self.waiting.push_back(inputs);
     }
 
-    /// Runs all ticks up to this one, and compares what the Data Base holds then with what it held.
+    /// Runs all ticks up to this one, and compares the Data Base with the recording.
     pub(super) fn compare(
         &mut self,
         tick: u64,
@@ -91,7 +91,7 @@ impl ReplayedController {
         Ok(())
     }
 
-    /// Runs what is left, with nothing to compare it with.
+    /// Runs the remaining ticks, for which no signals are recorded.
     pub(super) fn finish(mut self) -> Result<Replayed, ReplayError> {
         self.run(u64::MAX)?;
         Ok(self.replayed)
@@ -116,7 +116,7 @@ impl ReplayedController {
         }
         self.dimsart.allow_motion(inputs.is_motion_allowed);
         for PacketMessage { link, bytes } in &inputs.packets {
-            // What is refused was refused there.
+            // A refused command was refused in the recording, too.
             let _ = self.dimsart.receive(usize::from(*link), bytes);
         }
         self.measured.clear();
@@ -130,7 +130,7 @@ impl ReplayedController {
     fn command(&mut self, request: &[u8]) -> Result<(), String> {
         let command: Command = match decode_request(request) {
             Ok((_, Request::Command(command))) => command,
-            _ => return Err("it is not understood".to_owned()),
+            _ => return Err("unknown command".to_owned()),
         };
         self.dimsart.command(command).map_err(|error| error.to_string())
     }

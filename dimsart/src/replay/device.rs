@@ -1,4 +1,4 @@
-//! A device as a recording keeps it.
+//! A device in a recording.
 
 use dimsart_core::{
     AxisKind, DataType, DescriptorError, DeviceDescriptor, Format, InputLimits, Shape, Summary, Unit, types,
@@ -6,7 +6,7 @@ use dimsart_core::{
 use hil_sim::foreign_text::{visible, visible_word};
 use serde::{Deserialize, Serialize};
 
-/// What a controller needs to know of a simulated device: its forces have symmetric limits, and zero as their safe value.
+/// Description of a simulated device for its controller: forces have symmetric limits, and 0 as their safe value.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct DeviceFacts {
     name: String,
@@ -14,7 +14,7 @@ pub struct DeviceFacts {
     sample_period_s: f32,
     measures: Vec<TypeFacts>,
     takes: Vec<TypeFacts>,
-    /// Maximum of each word, by the types that it takes.
+    /// Maximum of each word, by command type.
     #[serde(default)]
     limits: Vec<Vec<f32>>,
 }
@@ -53,10 +53,10 @@ impl From<&DataType> for TypeFacts {
 }
 
 impl DeviceFacts {
-    /// The device. Its names and types stay in memory until the program ends.
+    /// Creates the device. Its names and types stay in memory until the program ends.
     ///
     /// # Errors
-    /// [`DescriptorError`] for facts that no device has.
+    /// [`DescriptorError`] for an invalid description.
     pub fn descriptor(self) -> Result<DeviceDescriptor, DescriptorError> {
         let types = |facts: Vec<TypeFacts>| -> &'static [&'static DataType] {
             Vec::leak(facts.into_iter().map(TypeFacts::data_type).collect())
@@ -71,7 +71,7 @@ impl DeviceFacts {
             types(measures),
             types(takes),
         )?;
-        // A recording of an older version has none.
+        // Missing in a recording of an older version.
         if limits.is_empty() {
             return Ok(device);
         }

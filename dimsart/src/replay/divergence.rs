@@ -1,4 +1,4 @@
-//! Where a recording and the core part.
+//! First difference between a recording and its replay.
 
 use std::fmt;
 
@@ -8,22 +8,22 @@ use serde::Serialize;
 use super::layout::Other;
 use hil_sim::rig::SimulatedDimsart;
 
-/// A word that the core makes otherwise.
+/// A word whose replayed value differs.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Divergence {
-    /// The tick, from 0: the first one that was recorded.
+    /// Tick; 0 is the first recorded tick.
     pub tick: u64,
-    /// Its time, `s`.
+    /// Time, `s`.
     pub time_s: f64,
-    /// The signal.
+    /// Signal.
     pub signal: String,
-    /// Which of its words, from 0.
+    /// Word of the signal, from 0.
     pub word: usize,
-    /// The module that writes it; none for what the device measured, or what is not written here.
+    /// Module that writes it; `None` for a measurement, or a signal that no module writes in the replay.
     pub module: Option<String>,
-    /// The word as it was recorded.
+    /// Recorded value.
     pub recorded: f64,
-    /// As it is made here.
+    /// Replayed value.
     pub replayed: f64,
 }
 
@@ -33,14 +33,14 @@ impl fmt::Display for Divergence {
         write!(f, "tick {tick} ({time_s} s): {signal}[{word}]")?;
         match module {
             Some(module) => write!(f, " of {module}")?,
-            None => write!(f, ", which no module writes here,")?,
+            None => write!(f, ", which no module writes,")?,
         }
-        write!(f, " was recorded as {recorded:?}, and is {replayed:?}")
+        write!(f, " was recorded as {recorded:?}, replay computes {replayed:?}")
     }
 }
 
 impl Divergence {
-    /// Of several words in a tick, the one that is computed first: the others may follow from it.
+    /// Selects the difference that is computed first in a tick: the others may result from it.
     pub(super) fn first(
         dimsart: &SimulatedDimsart,
         tick: u64,
@@ -55,7 +55,7 @@ impl Divergence {
             steps.iter().position(|step| engine.step_signals(*step).any(|found| found == writes))
         };
         let found = others.into_iter().map(|other| (writer(&other), other));
-        // What the device measured comes before every step.
+        // Measurements precede all steps.
         let (place, Other { signal, word, recorded, replayed }) = found.min_by_key(|(place, _)| *place)?;
         let module = place
             .and_then(|place| steps.get(place))

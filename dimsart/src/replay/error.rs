@@ -1,103 +1,99 @@
-//! Why a recording cannot be run again.
+//! Errors of a replay.
 
 use std::path::PathBuf;
 
 use dimsart_core::{DescriptorError, StorageError};
 
-/// Why a recording cannot be run again.
+/// Error of a replay.
 #[derive(Debug, thiserror::Error)]
 pub enum ReplayError {
-    /// It is not there, or not to be read.
+    /// The file is missing or cannot be read.
     #[error("cannot read {}: {source}", path.display())]
     File {
         /// The file.
         path: PathBuf,
-        /// What the system says.
+        /// Error of the system.
         source: std::io::Error,
     },
-    /// It does not begin as an MCAP file.
-    #[error("{} is not an MCAP file; give a signals.mcap of `dimsart run` or `serve`", path.display())]
+    /// The file is not an MCAP file.
+    #[error("{} is not an MCAP file; use the signals.mcap of `dimsart run` or `serve`", path.display())]
     NotMcap {
         /// The file.
         path: PathBuf,
     },
-    /// A part of it is not as it was written.
-    #[error("{} is damaged at byte {byte}: {reason}; replay another copy of it", path.display())]
+    /// The file is damaged.
+    #[error("{} is damaged at byte {byte}: {reason}; replay another copy", path.display())]
     Damaged {
         /// The file.
         path: PathBuf,
-        /// Where the record begins.
+        /// Start of the record.
         byte: u64,
-        /// What is wrong.
+        /// The error.
         reason: String,
     },
-    /// Nothing is in it that went into a controller.
+    /// The file has no controller inputs.
     #[error(
-        "{} has signals, and not what went into the controllers: `dimsart run --signals mcap` and `dimsart serve --record` \
-         record both; what is recorded over a line, as by `dimsart record`, cannot be replayed",
+        "{} contains signals but no controller inputs: record with `dimsart run --signals mcap` or `dimsart serve --record` \
+         (recordings of `dimsart record` cannot be replayed)",
         path.display()
     )]
     NoInputs {
         /// The file.
         path: PathBuf,
     },
-    /// A message of inputs is of another form.
-    #[error(
-        "the inputs are of a version of dimsart that writes them otherwise: replay with the one that recorded them"
-    )]
+    /// The inputs have another format.
+    #[error("input format of another dimsart version: replay with the version that recorded the file")]
     OtherInputs,
-    /// What a controller was is not in it.
-    #[error("the file lacks {what} of the controller {controller}")]
+    /// A controller's device or scheme is missing in the file.
+    #[error("the file does not contain {what} of the controller {controller}")]
     Lacking {
         /// The controller.
         controller: String,
-        /// A name of an attachment.
+        /// Missing attachment.
         what: &'static str,
     },
-    /// Its device cannot be understood.
-    #[error(
-        "the device of {controller} is not understood: {source}; replay with the version that recorded it"
-    )]
+    /// The device of a controller cannot be decoded.
+    #[error("cannot decode the device of {controller}: {source}; replay with the version that recorded it")]
     Device {
         /// The controller.
         controller: String,
-        /// What is wrong.
+        /// The error.
         source: serde_json::Error,
     },
-    /// Its device cannot be.
-    #[error("the device of {controller} cannot be here: {error}")]
+    /// The device of a controller is invalid.
+    #[error("invalid device of {controller}: {error}")]
     Descriptor {
         /// The controller.
         controller: String,
-        /// What is wrong.
+        /// The error.
         error: DescriptorError,
     },
-    /// Its device does not fit.
-    #[error("the device of {controller} does not fit: {error:?}")]
+    /// The device of a controller exceeds a limit.
+    #[error("the device of {controller} exceeds a limit: {error:?}")]
     Storage {
         /// The controller.
         controller: String,
-        /// What is wrong.
+        /// The error.
         error: StorageError,
     },
-    /// Its scheme does not run here.
-    #[error("the scheme of {controller} does not run here:\n  {problems}")]
+    /// The scheme of a controller does not run.
+    #[error("the scheme of {controller} does not run in this version:\n  {problems}")]
     Scheme {
         /// The controller.
         controller: String,
-        /// Everything that is wrong, a line each.
+        /// Problems, one per line.
         problems: String,
     },
-    /// A command that was carried out is not carried out here.
+    /// The replay refuses a recorded command.
     #[error(
-        "{controller} refuses a command at {time_s} s that it carried out: {reason}; replay with the version that recorded it"
+        "{controller} refuses a recorded command at {time_s} s: {reason}; replay with the version that recorded it"
     )]
     Command {
         /// The controller.
         controller: String,
-        /// Time of the tick behind it, `s`.
+        /// Time of the next tick, `s`.
         time_s: f64,
-        /// Why.
+        /// Reason.
         reason: String,
     },
 }

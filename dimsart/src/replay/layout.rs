@@ -1,4 +1,4 @@
-//! What is where in a message of signals, read from its schema.
+//! Layout of a message of signals, read from its schema.
 
 use std::cell::OnceCell;
 
@@ -9,7 +9,7 @@ use crate::cdr;
 use crate::connect::value_of;
 use crate::report::{STAMP_BYTES, STAMP_DEFINITION, SignalField as Field};
 
-/// No signal has as many words.
+/// More words than any signal has.
 const MAX_WORDS: usize = 1 << 16;
 
 /// The signals of a controller's messages, in order.
@@ -23,23 +23,23 @@ pub(super) struct Layout {
 #[derive(Debug, Clone, PartialEq)]
 struct LayoutField {
     name: String,
-    /// As its device numbers it, once that was looked up.
+    /// Id on its device, after the first lookup.
     signal: OnceCell<Option<TypeRef>>,
     field: Field,
 }
 
-/// A word of a message that is another one here.
+/// A word of a message whose replayed value differs.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) struct Other {
     pub(super) signal: String,
-    /// Place in the signal.
+    /// Index in the signal.
     pub(super) word: usize,
     pub(super) recorded: f64,
     pub(super) replayed: f64,
 }
 
 impl Layout {
-    /// Reads lines such as `float32[3] position # POSITION (m)`; none without tick and time before them.
+    /// Parses lines such as `float32[3] position # POSITION (m)`; `None` without leading tick and time.
     pub(super) fn of_schema(definition: &str) -> Option<Self> {
         let mut layout = Self::default();
         let definition = definition.strip_prefix(STAMP_DEFINITION)?;
@@ -65,8 +65,8 @@ impl Layout {
         self.words
     }
 
-    /// The row of values that a controller makes of these signals, into `row`, and the message of them into `message`, of the
-    /// same tick and time as the `recorded` one.
+    /// Writes the controller's values of these signals to `row`, and their message to `message`, with tick and time of the
+    /// `recorded` message.
     pub(super) fn fill(
         &self,
         dimsart: &SimulatedDimsart,
@@ -86,13 +86,13 @@ impl Layout {
                 let format = entry.data_type.format;
                 row.extend(data_base.words(slot).iter().map(|word| value_of(*word, format)));
             }
-            // As the recorder does where a signal is not there.
+            // As in a recording without this signal.
             row.resize(start + field.columns.len(), f64::NAN);
             field.add(message, row);
         }
     }
 
-    /// The words of a recorded message that are other ones in `row`.
+    /// Returns the words of a recorded message that differ from `row`.
     pub(super) fn others(&self, recorded: &[u8], row: &[f64]) -> Vec<Other> {
         let (mut others, mut expected) = (Vec::new(), head(recorded).to_vec());
         for LayoutField { name, field, .. } in &self.fields {
@@ -113,7 +113,7 @@ impl Layout {
     }
 }
 
-/// What a message begins with.
+/// Start of a message.
 fn head(message: &[u8]) -> &[u8] {
     message.get(..cdr::MARK.len() + STAMP_BYTES).unwrap_or(&cdr::MARK)
 }

@@ -1,7 +1,7 @@
-//! The records of an MCAP file, one after the other, in memory that its size bounds.
+//! Reads the records of an MCAP file sequentially, with memory bounded by its size.
 //!
-//! A finished file ends with a magic word. One without it was cut off, as by a computer that lost its power: its last record,
-//! which may be an open chunk, is read as far as it goes. In any other file a length that does not fit is damage.
+//! A finished file ends with a magic word. A file without it is truncated, for example by a power failure: its last record,
+//! which may be an open chunk, is read as far as possible. In any other file an invalid length is damage.
 
 mod chunk;
 mod fields;
@@ -23,7 +23,7 @@ pub(super) const HEAD_BYTES: usize = 9;
 /// Footer and magic word at the end of a file.
 const TAIL_BYTES: u64 = 37;
 
-/// A record that a replay needs.
+/// A record used by a replay.
 #[derive(Debug, PartialEq, Eq)]
 pub(super) enum Record {
     Attachment { name: String, data: Vec<u8> },
@@ -57,13 +57,13 @@ impl RecordError {
     }
 }
 
-/// A file that is read to its end, or to where it is cut off.
+/// A file that is read to its end, or to its truncation.
 pub(super) struct Records {
     file: BufReader<File>,
     bytes: u64,
-    /// Where the next record of the file begins.
+    /// Start of the next record.
     position: u64,
-    /// Whether the last bytes are missing, and whether the writer did not finish.
+    /// Whether the file is truncated, and whether its writer did not finish it.
     is_cut: bool,
     is_unfinished: bool,
     is_over: bool,
@@ -80,7 +80,7 @@ impl Records {
         file.by_ref().take(tail_bytes).read_to_end(&mut tail)?;
         file.rewind()?;
         let is_cut = bytes < TAIL_BYTES + MAGIC.len() as u64 || !tail.ends_with(MAGIC);
-        // The footer begins with where the summary is, which only a finished recording has.
+        // The footer starts with the position of the summary; only a finished recording has a summary.
         let has_summary = tail.get(HEAD_BYTES..HEAD_BYTES + 8).is_some_and(|start| start != [0; 8]);
         let (mut file, mut magic) = (BufReader::new(file), [0; MAGIC.len()]);
         match file.read_exact(&mut magic) {
@@ -94,12 +94,12 @@ impl Records {
         Ok(Self { file, bytes, position, is_cut, is_unfinished, is_over: false, crc, chunk: None })
     }
 
-    /// Whether the writer of the file did not finish it.
+    /// Returns whether the writer did not finish the file.
     pub(super) const fn is_unfinished(&self) -> bool {
         self.is_unfinished
     }
 
-    /// The next record; none at the end.
+    /// Reads the next record; `None` at the end.
     pub(super) fn next(&mut self) -> Result<Option<Record>, RecordError> {
         loop {
             if let Some(chunk) = &mut self.chunk {
@@ -115,7 +115,7 @@ impl Records {
         }
     }
 
-    /// The next record outside of chunks; none for one that is not needed, and for a chunk, which is opened.
+    /// Reads the next record outside of chunks; `None` for an unused record, and for a chunk, which it opens.
     fn next_of_file(&mut self) -> Result<Option<Record>, RecordError> {
         let start = self.position;
         let damaged = |reason: String| RecordError::Damaged { byte: start, reason };
@@ -123,14 +123,16 @@ impl Records {
         let mut head = [0; HEAD_BYTES];
         if left < HEAD_BYTES as u64 {
             self.is_over = true;
-            return if self.is_cut { Ok(None) } else { Err(damaged("no end of data".to_owned())) };
+            return if self.is_cut { Ok(None) } else { Err(damaged("missing end of data".to_owned())) };
         }
         self.file.read_exact(&mut head)?;
         let [opcode, length @ ..] = head;
         let (length, left) = (u64::from_le_bytes(length), left - HEAD_BYTES as u64);
         let is_open = length > left;
         if is_open && !self.is_cut {
-            return Err(damaged(format!("a record of {length} bytes, and {left} are left in the file")));
+            return Err(damaged(format!(
+                "record of {length} bytes, but only {left} bytes remain in the file"
+            )));
         }
         let mut body = Vec::new();
         self.file.by_ref().take(length).read_to_end(&mut body)?;
@@ -144,9 +146,9 @@ impl Records {
         if opcode == op::DATA_END {
             self.is_over = true;
             let found = std::mem::take(&mut self.crc).finalize();
-            let saved = Fields(&body).u32().ok_or_else(|| damaged("a short end of data".to_owned()))?;
+            let saved = Fields(&body).u32().ok_or_else(|| damaged("truncated end of data".to_owned()))?;
             let is_right = saved == 0 || saved == found;
-            return if is_right { Ok(None) } else { Err(damaged("another checksum of all data".to_owned())) };
+            return if is_right { Ok(None) } else { Err(damaged("wrong checksum of the data".to_owned())) };
         }
         self.crc.update(&head);
         self.crc.update(&body);
@@ -158,7 +160,7 @@ impl Records {
             op::ATTACHMENT => fields::attachment(&body).map(Some),
             op::SCHEMA | op::CHANNEL | op::MESSAGE => fields::record(opcode, &body).map(Some),
             op::HEADER | op::MESSAGE_INDEX | op::METADATA => Some(None),
-            // A summary comes after the data.
+            // A summary follows the data.
             _ => return Err(damaged(format!("unknown record {opcode:#04x}"))),
         };
         record.ok_or_else(|| damaged(format!("unreadable record {opcode:#04x}")))

@@ -1,26 +1,26 @@
-//! A bitmap with clean strokes and smooth edges, and its PNG.
+//! Bitmap backend with clean strokes and smooth edges, and PNG output.
 //!
-//! Plotters outlines a thick line as one polygon, which grows spikes where a noisy signal turns back on itself.
-//! [`Bitmap`] draws each stretch of a line by itself and joins them with discs. Edges get smooth by averaging
-//! squares of `fineness` by `fineness` pixels into one.
+//! Plotters outlines a thick line as one polygon, which has spikes where a noisy signal reverses.
+//! [`Bitmap`] draws each segment separately and joins them with discs. Averaging squares of `fineness` by `fineness`
+//! pixels gives smooth edges.
 
 use plotters::prelude::{BitMapBackend, DrawingBackend};
 use plotters_backend::{BackendColor, BackendCoord, BackendStyle, BackendTextStyle, DrawingErrorKind};
 
-/// How much higher than in an SVG text sits, as a share of its size.
+/// Vertical offset of text relative to an SVG, as a share of its size.
 const TEXT_RISE: f64 = 0.12;
 
-/// [`BitMapBackend`] with strokes of its own.
+/// [`BitMapBackend`] with its own strokes.
 pub(super) struct Bitmap<'a>(BitMapBackend<'a>);
 
 impl<'a> Bitmap<'a> {
-    /// Draws into `canvas`, [`byte_count`] of `size` bytes long.
+    /// Draws into `canvas`, whose length is [`byte_count`] of `size`.
     pub(super) fn new(canvas: &'a mut [u8], size: (u32, u32)) -> Self {
         Self(BitMapBackend::with_buffer(canvas, size))
     }
 }
 
-/// What drawing on a bitmap returns.
+/// Result of drawing on a bitmap.
 type Drawn<'a> = Result<(), DrawingErrorKind<<BitMapBackend<'a> as DrawingBackend>::ErrorType>>;
 
 impl<'a> DrawingBackend for Bitmap<'a> {
@@ -78,7 +78,7 @@ impl<'a> DrawingBackend for Bitmap<'a> {
     }
 }
 
-/// Corners of a straight line from `start` to `end`.
+/// Returns the corners of a straight line from `start` to `end`.
 fn stretch(start: BackendCoord, end: BackendCoord, stroke_width: u32) -> [BackendCoord; 4] {
     let (along, down) = (f64::from(end.0 - start.0), f64::from(end.1 - start.1));
     let scale = f64::from(stroke_width) / (2.0 * along.hypot(down).max(1.0));
@@ -92,15 +92,15 @@ fn rounded(length: f64) -> i32 {
     length.round() as i32
 }
 
-/// Bytes of an RGB picture of `wide` by `high` pixels.
+/// Returns the number of bytes of an RGB picture of `wide` by `high` pixels.
 pub(super) fn byte_count((wide, high): (u32, u32)) -> usize {
     wide as usize * high as usize * 3
 }
 
-/// PNG file of `size` from a canvas drawn `fineness` times larger.
+/// Encodes a PNG file of `size` from a canvas that is `fineness` times larger.
 ///
 /// # Errors
-/// What the encoder reports.
+/// An error of the encoder.
 pub(super) fn encode(canvas: &[u8], size: (u32, u32), fineness: u32) -> Result<Vec<u8>, png::EncodingError> {
     let mut bytes = Vec::new();
     let mut encoder = png::Encoder::new(&mut bytes, size.0, size.1);
@@ -131,10 +131,10 @@ fn shrink(canvas: &[u8], size: (u32, u32), fineness: u32) -> Vec<u8> {
     small
 }
 
-/// Squares that are compared at once: most of a picture has one colour.
+/// Number of squares that are compared together: most of a picture has one colour.
 const SPAN: usize = 8;
 
-/// The colour of all pixels; none when they differ.
+/// Returns the common colour of all pixels; `None` if they differ.
 fn one_colour<'a>(spans: &[&'a [u8]]) -> Option<&'a [u8]> {
     let first = spans.first()?;
     let colour = first.get(..3)?;

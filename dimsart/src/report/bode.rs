@@ -1,4 +1,4 @@
-//! A frequency response: gain and phase over the frequency, grey where the coherence is low.
+//! Bode plot: gain and phase over frequency, grey where the coherence is low.
 
 use plotters::element::PathElement;
 use plotters::prelude::{DrawingBackend, FontStyle};
@@ -13,25 +13,25 @@ use hil_sim::identify::FrequencyPoint;
 /// A frequency response to draw.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Bode {
-    /// What it is of.
+    /// Title.
     pub title: String,
-    /// Unit of the output over that of the input.
+    /// Unit of the output divided by the unit of the input.
     pub unit: String,
-    /// By rising frequency.
+    /// Points by increasing frequency.
     pub points: Vec<FrequencyPoint>,
 }
 
-/// Lengths in pixels as shown.
+/// Lengths in displayed pixels.
 const WIDTH: f64 = 900.0;
 const LEFT: f64 = 84.0;
 const RIGHT: f64 = 870.0;
 /// Top and bottom of gain and phase.
 const PANELS: [(f64, f64); 2] = [(84.0, 324.0), (354.0, 594.0)];
 const HEIGHT: u32 = 650;
-/// Below it, a point is grey.
+/// Coherence below which a point is grey.
 const COHERENT: f64 = 0.9;
 
-/// One of the two panels: a value for each point, and the lines of its grid.
+/// A panel: values and spacing of its grid lines.
 struct Panel {
     name: String,
     values: Vec<f64>,
@@ -43,7 +43,7 @@ impl Bode {
         let decibels = |point: &FrequencyPoint| 20.0 * libm::log10(point.gain.max(1e-12));
         let mut phases = Vec::new();
         for point in &self.points {
-            // Without the jumps by a turn.
+            // Unwrapped phase.
             let last = phases.last().copied().unwrap_or(0.0);
             let phase = point.phase_rad.to_degrees();
             phases.push(phase - 360.0 * libm::round((phase - last) / 360.0));
@@ -58,7 +58,7 @@ impl Bode {
         ]
     }
 
-    /// Between the frequencies at both ends, a power of ten each.
+    /// Returns the frequency range, extended to whole decades.
     fn decades(&self) -> (f64, f64) {
         let log = |point: Option<&FrequencyPoint>| point.map_or(0.0, |point| libm::log10(point.frequency_hz));
         let (first, last) = (log(self.points.first()), log(self.points.last()));
@@ -119,7 +119,7 @@ impl Picture for Bode {
     fn draw<B: DrawingBackend>(&self, area: &Area<B>) -> Drawn<B> {
         let title = fitting(&self.title, WIDTH - 60.0, 20.0, FontStyle::Bold, BLACK);
         label(area, &self.title, (30.0, 26.0), HPos::Left, &title)?;
-        let remark = "grey: less than 0.9 of the output follows from the input";
+        let remark = "grey: coherence below 0.9";
         label(area, remark, (30.0, 50.0), HPos::Left, &font(14.0, FontStyle::Normal, GREY))?;
         for (panel, edges) in self.panels().iter().zip(PANELS) {
             self.draw_panel(area, panel, edges)?;

@@ -1,6 +1,6 @@
-//! The timeline of a medium: who had the wire when, over a few ticks.
+//! The timeline of a bus: transmissions of each node over a few ticks.
 //!
-//! Time runs from left to right, one row per sender; a thin line marks each tick. What did not get through is red.
+//! Time runs from left to right, one row per sender; a thin line marks each tick. Lost frames are red.
 
 use plotters::element::{PathElement, Rectangle};
 use plotters::prelude::{DrawingBackend, FontStyle, RGBColor};
@@ -14,54 +14,54 @@ use super::plot::{
 use hil_sim::bus::MediumReport;
 use hil_sim::bus::time::{NS_PER_S, ns_seconds};
 
-/// Ticks that are shown.
+/// Number of shown ticks.
 const TICKS_SHOWN: u64 = 4;
 
-/// Who had one or more media when.
+/// Timeline of one or more buses.
 #[derive(Debug, Clone, PartialEq)]
 pub struct BusTimeline {
-    /// Above the rows: what it shows.
+    /// Title above the rows.
     pub title: String,
     /// Rows from top to bottom.
     pub rows: Vec<BusRow>,
-    /// Begin and end of what is shown, `ns` of virtual time.
+    /// Start and end of the shown time, `ns` of virtual time.
     pub span_ns: (u64, u64),
-    /// Time between two ticks, `ns`.
+    /// Sample period, `ns`.
     pub period_ns: u64,
 }
 
-/// What one sender did.
+/// Transmissions of one sender.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct BusRow {
-    /// Its name.
+    /// Name.
     pub name: String,
-    /// When it had the medium, in order.
+    /// Its transmissions, in order.
     pub stretches: Vec<Stretch>,
 }
 
-/// A stretch of time with the medium.
+/// A transmission.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Stretch {
-    /// Begin and end, `ns`.
+    /// Start and end, `ns`.
     pub span_ns: (u64, u64),
-    /// What was sent; may be empty.
+    /// Content; may be empty.
     pub label: String,
-    /// Whether it did not get through.
+    /// Whether it was lost.
     pub is_error: bool,
 }
 
 impl BusTimeline {
-    /// The last ticks that the media remember; none without anything to see.
+    /// Shows the last recorded ticks; `None` without transmissions.
     #[must_use]
     pub fn of(media: &[MediumReport], period_ns: u64) -> Option<Self> {
         let all = media.iter().flat_map(|medium| medium.timeline.occupations());
-        // A tick in which nothing begins any more would look idle.
+        // Omit a trailing tick without transmissions.
         let last_ns = all.map(|occupation| occupation.start_ns).max()?;
         let end_ns = (last_ns / period_ns.max(1) + 1) * period_ns;
         Self::between(media, period_ns, (end_ns.saturating_sub(TICKS_SHOWN * period_ns), end_ns))
     }
 
-    /// What the media remember of a time; none without anything to see.
+    /// Shows a time span; `None` without transmissions.
     #[must_use]
     pub fn between(media: &[MediumReport], period_ns: u64, span_ns: (u64, u64)) -> Option<Self> {
         let (start_ns, end_ns) = span_ns;
@@ -80,19 +80,19 @@ impl BusTimeline {
         });
         let rows: Vec<BusRow> = rows.collect();
         let media: Vec<&str> = media.iter().map(|medium| medium.traffic.medium.as_str()).collect();
-        let title = format!("Bus timeline: who had the wire when ({})", media.join("; "));
+        let title = format!("Bus timeline ({})", media.join("; "));
         let is_empty = rows.iter().all(|row| row.stretches.is_empty());
         (!is_empty).then_some(Self { title, rows, span_ns, period_ns: period_ns.max(1) })
     }
 
-    /// The picture in words, for who cannot see it.
+    /// Returns the alternative text of the picture.
     pub(super) fn description(&self) -> String {
         let rows = self.rows.iter().map(|row| {
             let taken_ns: u64 =
                 row.stretches.iter().map(|stretch| stretch.span_ns.1 - stretch.span_ns.0).sum();
             let lost = row.stretches.iter().filter(|stretch| stretch.is_error).count();
             format!(
-                "{}: {} frames, {:.3} ms, {lost} of them not through",
+                "{}: {} frames, {:.3} ms, {lost} lost",
                 row.name,
                 row.stretches.len(),
                 1e3 * ns_seconds(taken_ns)
@@ -102,18 +102,18 @@ impl BusTimeline {
     }
 }
 
-/// Lengths in pixels as shown.
+/// Lengths in displayed pixels.
 const WIDTH: u32 = 1400;
 const HEAD_HEIGHT: f64 = 96.0;
 const ROW_HEIGHT: f64 = 34.0;
 const AXIS_HEIGHT: f64 = 46.0;
 const MARGIN: f64 = 28.0;
-/// Half of the last time fits into it.
+/// Right margin, for half of the last time label.
 const RIGHT_MARGIN: f64 = 44.0;
 const NAME_WIDTH: f64 = 200.0;
 const BOX_MARGIN: f64 = 5.0;
 
-/// What did not get through.
+/// Colour of lost frames.
 const LOST: RGBColor = RGBColor(0xc4, 0x1e, 0x3a);
 const BAND: RGBColor = RGBColor(0xf6, 0xf8, 0xfa);
 
@@ -139,7 +139,7 @@ impl BusTimeline {
             area.draw(&PathElement::new(ends, LIGHT_GREY.stroke_width(width(1.0))))?;
             let text = format!("{:.digits$} ms", 1e3 * ns_seconds(tick_ns));
             let style = font(13.0, FontStyle::Normal, GREY);
-            // The last one stays on the picture.
+            // Keep the last label inside the picture.
             let most = f64::from(WIDTH) - 0.5 * text_width(&text, &style) - 4.0;
             let at = (self.x(tick_ns).min(most), self.bottom() + 20.0);
             label(area, &text, at, HPos::Center, &style)?;
@@ -168,7 +168,7 @@ impl BusTimeline {
             let (left, right) = (self.x(stretch.span_ns.0), self.x(stretch.span_ns.1));
             let corners = [(px(left), px(top + BOX_MARGIN)), (px(right), px(top + ROW_HEIGHT - BOX_MARGIN))];
             area.draw(&Rectangle::new(corners, ink.filled()))?;
-            // Neighbours stay apart.
+            // Keep a gap between neighbours.
             let edge = [(px(right), px(top + BOX_MARGIN)), (px(right), px(top + ROW_HEIGHT - BOX_MARGIN))];
             area.draw(&PathElement::new(edge, WHITE.stroke_width(width(0.7))))?;
             let style = font(11.0, FontStyle::Normal, WHITE);
@@ -191,8 +191,7 @@ impl Picture for BusTimeline {
         label(area, &self.title, (MARGIN, 32.0), HPos::Left, &title)?;
         let words = font(15.0, FontStyle::Normal, BLACK);
         let mut x = MARGIN;
-        for (ink, text) in [(color(0), "a frame, in the colour of its sender"), (LOST, "did not get through")]
-        {
+        for (ink, text) in [(color(0), "frame, in the colour of its sender"), (LOST, "lost frame")] {
             area.draw(&Rectangle::new([(px(x), px(62.0)), (px(x + 22.0), px(76.0))], ink.filled()))?;
             label(area, text, (x + 30.0, 69.0), HPos::Left, &words)?;
             x += 30.0 + text_width(text, &words) + 30.0;
@@ -247,7 +246,7 @@ mod tests {
         for expected in ["master", "slave", "0x101", "6 ms", "10 ms"] {
             assert!(labels.contains(&expected), "`{expected}` is missing from {labels:?}");
         }
-        assert!(timeline.description().contains("slave: 4 frames, 1.200 ms, 0 of them not through"));
+        assert!(timeline.description().contains("slave: 4 frames, 1.200 ms, 0 lost"));
     }
 
     #[test]

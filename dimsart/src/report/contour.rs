@@ -1,9 +1,9 @@
-//! The line along which a figure on a grid is 0, by marching squares: straight between where it crosses the grid's edges.
+//! Zero contour of a figure on a grid, by marching squares with linear interpolation.
 
-/// A straight piece of it: from and to, in steps of the grid to the right and up from the first point.
+/// A segment of the contour: start and end, in grid steps to the right and up from the first point.
 pub type Piece = [(f64, f64); 2];
 
-/// The pieces of a figure by row and column; none beside a point that has no figure.
+/// Returns the segments for values by row and column; none next to a point without a value.
 #[must_use]
 pub fn contour(figures: &[Vec<f64>]) -> Vec<Piece> {
     let mut pieces = Vec::new();
@@ -12,7 +12,7 @@ pub fn contour(figures: &[Vec<f64>]) -> Vec<Piece> {
             let (&[a, b], &[d, c]) = (low, high) else { continue };
             #[expect(clippy::cast_precision_loss, reason = "few points")]
             let (x, y) = (column as f64, row as f64);
-            // Around the square: its corners, where an edge begins and where it leads.
+            // Edges around the square: start and end corner.
             let edges = [(a, b, (0.0, 0.0), (1.0, 0.0)), (b, c, (1.0, 0.0), (0.0, 1.0))];
             let back = [(c, d, (1.0, 1.0), (-1.0, 0.0)), (d, a, (0.0, 1.0), (0.0, -1.0))];
             let crossings = edges.into_iter().chain(back).filter_map(|(from, to, at, way)| {

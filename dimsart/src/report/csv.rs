@@ -1,7 +1,7 @@
-//! Every recorded signal as text, while it is recorded: one named column each, one row per tick.
+//! Writes recorded signals as CSV during the run: one named column per word, one row per tick.
 //!
-//! Numbers are the shortest text that reads back as the same number, in the width it was computed in: an `f32` kept
-//! as `f64` is written as the `f32` it is (`0.1`, not `0.10000000149011612`).
+//! Numbers are written as the shortest text that is parsed to the same number in the original width: an `f32` stored as `f64`
+//! is written as `f32` (`0.1`, not `0.10000000149011612`).
 
 use std::fs::{self, File};
 use std::io::{self, BufRead as _, BufReader, BufWriter, Seek as _, Write as _};
@@ -12,20 +12,20 @@ use hil_sim::recording::{Column, Piece};
 
 /// Name of the first column.
 const TIME_HEADER: &str = "time_s (s)";
-/// A number and a comma take no more; a length that is copied fast.
+/// Maximum length of a number and a comma, copied with a constant length.
 const NUMBER_BYTES: usize = 32;
-/// Numbers that are remembered, as a power of two: some rows of them.
+/// Size of the number cache, as a power of two: a few rows.
 const REMEMBERED_BITS: u32 = 10;
-/// Odd, with bits all over.
+/// Odd multiplier of the hash.
 const SPREAD: u64 = 0x9E37_79B9_7F4A_7C15;
 
-/// Integers up to here are exact in `f64`.
+/// Largest integer up to which `f64` is exact.
 const LARGEST_EXACT_INTEGER: f64 = 9_007_199_254_740_992.0;
 
-/// Writes what comes until the sender is gone. A row that a full disk takes in part is taken out again.
+/// Writes received rows until the sender is dropped. Removes a row that a full disk took only partly.
 pub(super) fn write(pieces: &Receiver<Piece>, mut file: File, path: &Path) -> io::Result<()> {
     begin(&mut file, &[])?;
-    // Of a row of the pieces, with tick and time.
+    // Columns of a row, including tick and time.
     let (mut width, mut text, mut numbers) = (2, Vec::new(), Numbers::new());
     for piece in pieces {
         match piece {
@@ -50,8 +50,8 @@ pub(super) fn write(pieces: &Receiver<Piece>, mut file: File, path: &Path) -> io
     Ok(())
 }
 
-/// The file in place of the one at `path`, with the `new` last ones of these columns; nothing was there in them. Whoever is
-/// killed meanwhile leaves one of both.
+/// Replaces the file at `path` by a file with the `new` last columns added, empty in existing rows. A killed process leaves
+/// one of both files.
 fn widen(mut file: File, path: &Path, columns: &[Column], new: usize) -> io::Result<File> {
     let wider_path = path.with_extension("csv.new");
     let wider = File::options().read(true).write(true).create(true).truncate(true).open(&wider_path)?;
@@ -67,7 +67,7 @@ fn widen(mut file: File, path: &Path, columns: &[Column], new: usize) -> io::Res
     Ok(wider)
 }
 
-/// Writes the names of these columns.
+/// Writes the header.
 fn begin(file: &mut impl io::Write, columns: &[Column]) -> io::Result<()> {
     let headers = columns.iter().map(Column::header);
     let mut table = csv::Writer::from_writer(file);
@@ -75,12 +75,11 @@ fn begin(file: &mut impl io::Write, columns: &[Column]) -> io::Result<()> {
     table.flush()
 }
 
-/// Turns numbers into text, and remembers the last ones: most of them come again, in the next row, in another column, or
-/// from the other end of a link.
+/// Formats numbers with a cache: most numbers repeat, in the next row, in another column, or at the other end of a link.
 #[derive(Debug)]
 struct Numbers(Vec<Known>);
 
-/// A number with a comma behind it.
+/// A number followed by a comma.
 #[derive(Debug, Clone)]
 struct Known {
     bits: u64,
@@ -100,7 +99,7 @@ impl Numbers {
         let place = bits.wrapping_mul(SPREAD) >> (u64::BITS - REMEMBERED_BITS);
         let Some(known) = usize::try_from(place).ok().and_then(|place| self.0.get_mut(place)) else { return };
         if known.bits == bits {
-            // All of it and back again: a length that is known is copied at once.
+            // Copy a constant length, then truncate: faster than a variable length.
             let end = text.len() + known.length;
             text.extend_from_slice(&known.text);
             text.truncate(end);
@@ -112,12 +111,12 @@ impl Numbers {
 }
 
 impl Known {
-    /// Takes it, and adds it to `text`.
+    /// Stores the number and appends it to `text`.
     fn add(&mut self, text: &mut Vec<u8>, number: &str) {
         let number = number.as_bytes();
         text.extend_from_slice(number);
         text.push(b',');
-        // Fits: no number is as long.
+        // Every number fits.
         if let Some((own, [comma, ..])) = self.text.split_at_mut_checked(number.len()) {
             own.copy_from_slice(number);
             *comma = b',';
@@ -126,7 +125,7 @@ impl Known {
     }
 }
 
-/// Gives `take` a number as text.
+/// Formats a number and passes the text to `take`.
 #[expect(
     clippy::cast_possible_truncation,
     clippy::cast_precision_loss,
@@ -142,7 +141,7 @@ fn with_text(value: f64, take: impl FnOnce(&str)) {
     let mut buffer = zmij::Buffer::new();
     let is_single = f64::from(single).to_bits() == value.to_bits();
     let text = if is_single { buffer.format(single) } else { buffer.format(value) };
-    // Of other numbers that is not worth a look at their text: it has only just been written.
+    // Other numbers are always formatted.
     let is_whole = is_large || integer == 0;
     take(if is_whole { text.strip_suffix(".0").unwrap_or(text) } else { text });
 }

@@ -1,4 +1,4 @@
-//! What the parts of a tick take: a bar each, and all of them against the time that a tick has.
+//! Cycles of a tick and its parts as bars, relative to the sample period.
 
 use plotters::element::{PathElement, Rectangle};
 use plotters::prelude::{DrawingBackend, FontStyle};
@@ -12,31 +12,31 @@ use super::plot::{
 /// The parts of a tick.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct CycleBars {
-    /// What it shows.
+    /// Title.
     pub title: String,
-    /// What is counted.
+    /// Unit of the counts.
     pub unit: &'static str,
     /// The whole tick.
     pub tick: CycleBar,
-    /// Its parts, from top to bottom.
+    /// Parts of the tick, from top to bottom.
     pub parts: Vec<CycleBar>,
-    /// Cycles from one tick to the next.
+    /// Cycles of a sample period.
     pub budget: u64,
 }
 
-/// What one part takes.
+/// Cycles of one part.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct CycleBar {
-    /// Its name.
+    /// Name.
     pub name: String,
-    /// Cycles that were seen at most.
+    /// Observed maximum.
     pub most: u64,
-    /// Cycles that it can never exceed, if that is known.
+    /// WCET bound, if known.
     pub bound: Option<u64>,
 }
 
 impl CycleBar {
-    /// Its whole length.
+    /// Returns its total length.
     fn length(&self) -> u64 {
         self.most.max(self.bound.unwrap_or(0))
     }
@@ -45,7 +45,7 @@ impl CycleBar {
         let most = self.most;
         let percent = 100.0 * as_float(self.length()) / as_float(budget.max(1));
         match self.bound {
-            Some(bound) => format!("{most}, at most {bound} ({percent:.2} % of a tick)"),
+            Some(bound) => format!("{most}, bound {bound} ({percent:.2} % of a tick)"),
             None => format!("{most} ({percent:.2} % of a tick)"),
         }
     }
@@ -56,7 +56,7 @@ fn as_float(cycles: u64) -> f64 {
     cycles as f64
 }
 
-/// Lengths in pixels as shown.
+/// Lengths in displayed pixels.
 const WIDTH: u32 = 1000;
 const HEAD_HEIGHT: f64 = 96.0;
 const ROW_HEIGHT: f64 = 34.0;
@@ -71,7 +71,7 @@ impl CycleBars {
         HEAD_HEIGHT + ROW_HEIGHT * f64::from(u32::try_from(self.parts.len() + 1).unwrap_or(u32::MAX))
     }
 
-    /// A row: what was seen is filled, what can be beyond it is an outline.
+    /// Draws a row: the observed maximum is filled, the bound is an outline.
     fn draw_row<B: DrawingBackend>(
         &self,
         area: &Area<B>,
@@ -108,13 +108,13 @@ impl Picture for CycleBars {
         label(area, &self.title, (MARGIN, 32.0), HPos::Left, &title)?;
         let words = font(15.0, FontStyle::Normal, BLACK);
         let mut x = MARGIN;
-        for (is_filled, text) in [(true, "most of the emulated run"), (false, "what it can never exceed")] {
+        for (is_filled, text) in [(true, "observed maximum (emulated)"), (false, "bound")] {
             let style = if is_filled { color(0).filled() } else { color(0).stroke_width(width(1.2)) };
             area.draw(&Rectangle::new([(px(x), px(62.0)), (px(x + 22.0), px(76.0))], style))?;
             label(area, text, (x + 30.0, 69.0), HPos::Left, &words)?;
             x += 30.0 + text_width(text, &words) + 30.0;
         }
-        let remark = format!("{}; a tick has {}", self.unit, self.budget);
+        let remark = format!("{}; sample period: {}", self.unit, self.budget);
         let right = f64::from(WIDTH) - MARGIN;
         label(area, &remark, (right, 69.0), HPos::Right, &font(15.0, FontStyle::Normal, GREY))?;
         let longest = self.tick.length();
@@ -139,7 +139,7 @@ mod tests {
     fn every_part_has_its_name_and_its_numbers() {
         let bar = |name: &str, most, bound| CycleBar { name: name.to_owned(), most, bound };
         let bars = CycleBars {
-            title: "What a tick takes".to_owned(),
+            title: "Cycles of a tick".to_owned(),
             unit: "cycles",
             tick: bar("tick", 900, Some(1000)),
             parts: vec![bar("PDCTRL_MOD", 300, Some(310)), bar("SUM_MOD", 90, None)],
@@ -150,9 +150,9 @@ mod tests {
         let labels: Vec<&str> =
             document.descendants().filter_map(|node| node.text()).map(str::trim).collect();
         for expected in [
-            "900, at most 1000 (10.00 % of a tick)",
+            "900, bound 1000 (10.00 % of a tick)",
             "PDCTRL_MOD",
-            "300, at most 310 (3.10 % of a tick)",
+            "300, bound 310 (3.10 % of a tick)",
             "90 (0.90 % of a tick)",
         ] {
             assert!(labels.contains(&expected), "`{expected}` is missing from {labels:?}");

@@ -1,14 +1,14 @@
-//! Thins a long signal to what a picture can show, losing no extreme.
+//! Decimates a long signal to the resolution of a picture, keeping all extremes.
 //!
-//! M4 aggregation (Jugel et al., VLDB 2014): of all points that fall on one pixel column keep the first, the
-//! smallest, the largest and the last, in time order. The line drawn is the same as with every point.
+//! M4 aggregation (Jugel et al., VLDB 2014): keeps the first, smallest, largest and last point of each pixel column, in time
+//! order. The drawn line is the same as with all points.
 
 use std::ops::Range;
 
 /// One point of a picture: time, `s`, and value in the unit of its axis.
 pub(super) type Point = (f64, f64);
 
-/// The points that fall on one pixel column.
+/// The points of one pixel column.
 #[derive(Clone, Copy)]
 struct Bucket {
     number: f64,
@@ -47,8 +47,8 @@ impl Bucket {
     }
 }
 
-/// Unbroken stretches of the signal over `time_s`, at most four points in each of `columns` pixel columns.
-/// A value that is not finite ends a stretch.
+/// Returns continuous segments of the signal over `time_s`, with at most four points in each of `columns` pixel columns. NaN
+/// and infinite values separate segments.
 pub(crate) fn decimate(
     points: impl Iterator<Item = Point>,
     time_s: &Range<f64>,

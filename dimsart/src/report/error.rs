@@ -1,17 +1,17 @@
-//! Why a report could not be written.
+//! Errors of writing a report.
 
 use std::io;
 use std::path::PathBuf;
 
-/// Why a report could not be written.
+/// Error of writing a report.
 #[derive(Debug, thiserror::Error)]
 pub enum ReportError {
-    /// The folder does not exist and cannot be made.
+    /// The folder does not exist and cannot be created.
     #[error("cannot create {}: {source}; choose another folder with --out", path.display())]
     Folder {
-        /// The folder asked for.
+        /// The requested folder.
         path: PathBuf,
-        /// What the system says.
+        /// Error of the system.
         source: io::Error,
     },
     /// A file cannot be written.
@@ -19,21 +19,21 @@ pub enum ReportError {
     File {
         /// The file.
         path: PathBuf,
-        /// What the system says.
+        /// Error of the system.
         source: io::Error,
     },
-    /// The user gave up waiting for it.
-    #[error("stopped while the report was written; {} has a part of it", folder.display())]
+    /// The user stopped it.
+    #[error("stopped while writing the report; {} is incomplete", folder.display())]
     Stopped {
         /// The report's folder.
         folder: PathBuf,
     },
-    /// A picture or the page cannot be made from what the run left.
-    #[error("cannot make {}: {reason}; the other files are good, please report this as a bug", path.display())]
+    /// A picture or the page cannot be created.
+    #[error("cannot create {}: {reason}; the other files are valid, please report this as a bug", path.display())]
     Content {
-        /// The file that is missing.
+        /// The missing file.
         path: PathBuf,
-        /// What the library says.
+        /// Error of the library.
         reason: String,
     },
 }

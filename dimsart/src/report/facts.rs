@@ -1,32 +1,32 @@
-//! What a run was made of.
+//! Settings and controllers of a run.
 
 use crate::replay::DeviceFacts;
 use hil_sim::rig::{Rig, Station};
 use hil_sim::schemes;
 
-/// How wall-clock time goes on in a recording.
+/// Relation of a recording's timestamps to wall-clock time.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
 pub enum TimeBase {
-    /// As the time of the run, from when its file was begun.
+    /// Simulated time since the creation of the file.
     #[default]
     Simulated,
-    /// As rows arrive: the clock of a device is not that of this computer.
+    /// Arrival time of rows, as the clock of a device differs from this computer's clock.
     RealTime,
 }
 
-/// What a run was made of.
+/// Settings and controllers of a run.
 #[derive(Debug, Clone, Default, PartialEq, Eq)]
 pub struct RunFacts {
-    /// The settings that repeat it, as TOML.
+    /// Settings that repeat the run, as TOML.
     pub settings_toml: String,
-    /// The controllers, in the order of the rig.
+    /// Controllers, in the order of the rig.
     pub controllers: Vec<ControllerFacts>,
-    /// Where the times of its messages come from.
+    /// Source of the timestamps.
     pub time_base: TimeBase,
 }
 
 impl RunFacts {
-    /// The facts of a rig before its first tick.
+    /// Reads the facts of a rig before its first tick.
     pub fn new(settings_toml: String, rig: &mut Rig) -> Self {
         let facts = |station: &mut Station| {
             let engine = station.dimsart.engine_mut();
@@ -41,20 +41,20 @@ impl RunFacts {
         Self { settings_toml, controllers, time_base: TimeBase::Simulated }
     }
 
-    /// The same of a run in real time.
+    /// Marks the run as a run in real time.
     #[must_use]
     pub fn in_real_time(self) -> Self {
         Self { time_base: TimeBase::RealTime, ..self }
     }
 }
 
-/// What a controller was when a recording began.
+/// A controller at the start of a recording.
 #[derive(Debug, Clone, Default, PartialEq, Eq)]
 pub struct ControllerFacts {
-    /// Its name.
+    /// Name.
     pub name: String,
-    /// Its scheme as rows of text.
+    /// Scheme as rows of text.
     pub scheme: String,
-    /// Its device, as [`DeviceFacts`](crate::replay::DeviceFacts), for who runs it again.
+    /// Device, as [`DeviceFacts`](crate::replay::DeviceFacts), for a replay.
     pub device_json: Option<String>,
 }

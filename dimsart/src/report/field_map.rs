@@ -1,4 +1,4 @@
-//! A map: what came of every combination of two settings, a coloured field each.
+//! A map of results over two settings, one coloured field per combination.
 
 use plotters::element::{PathElement, Rectangle};
 use plotters::prelude::{DrawingBackend, FontStyle, RGBColor};
@@ -10,60 +10,60 @@ use super::plot::{
     Area, BLACK, Drawn, GREY, LIGHT_GREY, Picture, color, fitting, font, label, px, upright_label, width,
 };
 
-/// What came of one combination.
+/// Result of one combination.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Field {
-    /// It was not run, or has no such figure.
+    /// Not run, or without this figure.
     Nothing,
-    /// It holds.
+    /// True.
     Yes,
-    /// It does not.
+    /// False.
     No,
-    /// A figure.
+    /// A number.
     Number(f64),
 }
 
 /// A map of two settings.
 #[derive(Debug, Clone, PartialEq)]
 pub struct FieldMap {
-    /// What it shows.
+    /// Title.
     pub title: String,
     /// Name and values from bottom to top.
     pub down: (String, Vec<String>),
     /// Name and values from left to right.
     pub right: (String, Vec<String>),
-    /// By `down`, then by `right`.
+    /// Results, by `down`, then by `right`.
     pub fields: Vec<Vec<Field>>,
-    /// Lines between the middles of fields.
+    /// Borders between fields.
     pub borders: Vec<Border>,
 }
 
 /// A line across a map.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Border {
-    /// What it is, or why there is none.
+    /// Meaning of the line, or why there is no line.
     pub label: String,
-    /// Empty for none.
+    /// Segments; empty without a line.
     pub pieces: Vec<Piece>,
 }
 
-/// Lengths in pixels as shown.
+/// Lengths in displayed pixels.
 const WIDTH: u32 = 1100;
 const HEIGHT: u32 = 800;
 const LEFT: f64 = 130.0;
 const TOP: f64 = 110.0;
 const RIGHT: f64 = 40.0;
 const BOTTOM: f64 = 90.0;
-/// Values written beside an axis, at most.
+/// Maximum number of values at an axis.
 const MOST_LABELS: usize = 12;
-/// Of the first and the second border.
+/// Colours of the first and the second border.
 const BORDER_COLORS: [RGBColor; 2] = [BLACK, RGBColor(0xff, 0xe1, 0x4d)];
-/// From least to most.
+/// Colours from minimum to maximum.
 const LEAST_COLOR: RGBColor = RGBColor(0xf3, 0xf6, 0xf9);
 const MOST_COLOR: RGBColor = RGBColor(0x00, 0x4a, 0x75);
 
 impl FieldMap {
-    /// Least and largest number.
+    /// Returns the minimum and maximum number.
     fn range(&self) -> Option<(f64, f64)> {
         let numbers = self.fields.iter().flatten().filter_map(|field| match field {
             Field::Number(number) if number.is_finite() => Some((*number, *number)),
@@ -94,7 +94,7 @@ impl FieldMap {
         }
     }
 
-    /// What the colours mean.
+    /// Returns the legend.
     fn legend(&self) -> Vec<(RGBColor, String)> {
         let has = |wanted: Field| self.fields.iter().flatten().any(|field| *field == wanted);
         let mut legend = Vec::new();
@@ -104,7 +104,7 @@ impl FieldMap {
             legend.push((LEAST_COLOR, format!("{least:.4}")));
             legend.push((MOST_COLOR, format!("{most:.4}")));
         }
-        legend.extend(has(Field::Nothing).then(|| (LIGHT_GREY, "not there".to_owned())));
+        legend.extend(has(Field::Nothing).then(|| (LIGHT_GREY, "no result".to_owned())));
         legend
     }
 }

@@ -1,4 +1,4 @@
-//! Lines over time: stacked panels that share one time axis, with the phases of the run shaded.
+//! Plots over time: stacked panels with a common time axis and shaded phases.
 
 use std::ops::Range;
 
@@ -21,7 +21,7 @@ use hil_sim::recording::Recording;
 /// A picture of recorded signals over time.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Figure {
-    /// Name of its files, without extension (`positions`).
+    /// File name without extension (`positions`).
     pub file_stem: String,
     /// Title above the panels.
     pub title: String,
@@ -36,27 +36,27 @@ pub struct Figure {
 pub struct Panel {
     /// Title above the axes.
     pub title: String,
-    /// What the vertical axis measures, with its unit: `position (m)`.
+    /// Quantity and unit of the vertical axis: `position (m)`.
     pub y_label: String,
-    /// Lines, each one thinner than those before it, so that none hides another.
+    /// Curves, each thinner than the previous ones, so that all stay visible.
     pub curves: Vec<Curve>,
-    /// Values that deserve a line of their own, as far as the signals come near them.
+    /// Reference levels, drawn if they are within the range of the signals.
     pub levels: Vec<Level>,
 }
 
 /// One recorded signal in a [`Panel`].
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Curve {
-    /// Its name in the legend.
+    /// Name in the legend.
     pub label: String,
-    /// Its column in the recording; a column that does not exist stays an empty line.
+    /// Column in the recording; a missing column is an empty curve.
     pub column: usize,
-    /// A column that is taken from it, for a difference.
+    /// Column to subtract, for a difference.
     pub minus: Option<usize>,
 }
 
 impl Figure {
-    /// The figure in one sentence, for who cannot see it.
+    /// Returns the alternative text of the figure.
     pub(super) fn description(&self) -> String {
         let panels = self.panels.iter().map(|panel| {
             let labels: Vec<&str> = panel.curves.iter().map(|curve| curve.label.as_str()).collect();
@@ -67,10 +67,10 @@ impl Figure {
 }
 
 const WIDTH: u32 = 1400;
-/// Of a figure with few panels; more of them make it higher.
+/// Minimum height; more panels make a figure higher.
 const LEAST_HEIGHT: u32 = 900;
 const LEAST_PANEL_HEIGHT: u32 = 180;
-/// Everything below in pixels as shown.
+/// The following sizes are in displayed pixels.
 const TITLE_HEIGHT: f64 = 62.0;
 const PANEL_TITLE_HEIGHT: f64 = 34.0;
 const TIME_AXIS_HEIGHT: f64 = 52.0;
@@ -78,17 +78,17 @@ const VALUE_AXIS_WIDTH: f64 = 104.0;
 const LEGEND_WIDTH: f64 = 200.0;
 const PLOT_WIDTH: f64 = 1400.0 - LEGEND_WIDTH - VALUE_AXIS_WIDTH;
 
-/// Shades that neighbouring phases take in turn.
+/// Shades of consecutive phases, in turn.
 const SHADES: [RGBColor; 3] =
     [RGBColor(0xf0, 0xf4, 0xf8), RGBColor(0xfd, 0xf4, 0xe3), RGBColor(0xee, 0xf6, 0xef)];
 
-/// Values beyond are drawn here: a diverging run must not overflow the axes.
+/// Limit of drawn values: a diverging run must not overflow the axes.
 const LARGEST_DRAWN: f64 = 1e30;
 
-/// Share of a panel's height that nobody sees, in a picture made five times larger either.
+/// Invisible share of a panel's height, even at fivefold magnification.
 const UNSEEN: f64 = 2e-4;
 
-/// A [`Figure`] with the points it shows.
+/// A [`Figure`] with its points.
 pub(super) struct FigurePicture<'a> {
     figure: &'a Figure,
     time_s: Range<f64>,
@@ -98,7 +98,7 @@ pub(super) struct FigurePicture<'a> {
 struct PanelData<'a> {
     panel: &'a Panel,
     values: Range<f64>,
-    /// Per line, its unbroken stretches.
+    /// Continuous segments of each curve.
     lines: Vec<Vec<Vec<Point>>>,
 }
 
@@ -109,7 +109,7 @@ impl<'a> FigurePicture<'a> {
         Self { figure, time_s, panels }
     }
 
-    /// The figure for the page to draw.
+    /// Converts the figure for the page.
     pub(super) fn plot(&self) -> PagePlot {
         let panels = self.panels.iter().map(|data| PagePanel {
             title: data.panel.title.clone(),
@@ -124,7 +124,7 @@ impl<'a> FigurePicture<'a> {
         }
     }
 
-    /// Draws shaded phases, axes and lines of one panel on `part`.
+    /// Draws shaded phases, axes and curves of one panel on `part`.
     fn draw_chart<B: DrawingBackend>(&self, part: &Area<B>, data: &PanelData<'_>, below: f64) -> Drawn<B> {
         let mut chart = ChartBuilder::on(part)
             .margin_top(px(PANEL_TITLE_HEIGHT))
@@ -177,7 +177,7 @@ impl<'a> FigurePicture<'a> {
         Ok(())
     }
 
-    /// Names the axes of one panel, `height` high.
+    /// Labels the axes of one panel of this height.
     fn draw_names<B: DrawingBackend>(part: &Area<B>, panel: &Panel, height: f64, is_last: bool) -> Drawn<B> {
         let title_style = font(16.0, FontStyle::Bold, BLACK);
         label(part, &panel.title, (VALUE_AXIS_WIDTH, 18.0), HPos::Left, &title_style)?;
@@ -204,7 +204,7 @@ impl<'a> FigurePicture<'a> {
         Ok(())
     }
 
-    /// Names of the phases, above the first panel, small enough to fit their phase.
+    /// Labels the phases above the first panel, with text that fits each phase.
     fn draw_span_labels<B: DrawingBackend>(&self, part: &Area<B>) -> Drawn<B> {
         let position = |time_s: f64| {
             let share = (time_s - self.time_s.start) / (self.time_s.end - self.time_s.start);
@@ -279,7 +279,7 @@ impl<'a> PanelData<'a> {
     }
 }
 
-/// Stretches of a curve one behind the other, with no value between two.
+/// Joins the segments of a curve, with a missing value between two of them.
 fn page_curve((curve, stretches): (&Curve, &Vec<Vec<Point>>)) -> PageCurve {
     let mut found = PageCurve { label: curve.label.clone(), time_s: Vec::new(), values: Vec::new() };
     for stretch in stretches {
@@ -295,25 +295,25 @@ fn page_curve((curve, stretches): (&Curve, &Vec<Vec<Point>>)) -> PageCurve {
     found
 }
 
-/// Seven digits: what a page can show, and no more bytes.
+/// Rounds to seven digits, which suffice for a page.
 fn rounded(value: f64) -> f64 {
     format!("{value:.6e}").parse().unwrap_or(value)
 }
 
-/// Shown width of line `index` of `count`: the last one is thin, each one before it shows on both sides of the next.
+/// Returns the width of curve `index` of `count`: earlier curves are wider, so that they stay visible under later ones.
 fn thickness(index: usize, count: usize) -> f64 {
     let over_it = u32::try_from(count.saturating_sub(index + 1)).unwrap_or(0);
     (1.7 + 1.2 * f64::from(over_it)).min(8.0)
 }
 
-/// First to last time, never empty.
+/// Returns the time range, never empty.
 fn time_range(time_s: &[f64]) -> Range<f64> {
     let start = time_s.first().copied().unwrap_or(0.0);
     let end = time_s.last().copied().unwrap_or(1.0);
     if end - start > 1e-9 { start..end } else { start..start + 1.0 }
 }
 
-/// Smallest to largest value with some air, never too narrow for ticks to differ.
+/// Returns the value range with a margin, wide enough for distinct tick labels.
 fn value_range(values: impl Iterator<Item = f64>) -> Range<f64> {
     let (low, high) = values
         .fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), value| (low.min(value), high.max(value)));
@@ -322,11 +322,11 @@ fn value_range(values: impl Iterator<Item = f64>) -> Range<f64> {
     }
     let narrowest = (1e-6 * low.abs().max(high.abs())).max(1e-12);
     let air = 0.06 * (high - low).max(narrowest);
-    // Air above is for the names of the phases.
+    // The larger margin at the top is for the phase labels.
     low - air..high + 2.0 * air
 }
 
-/// A tick's value with as many digits as tell neighbours apart over `range`.
+/// Formats a tick value with enough digits to distinguish neighbours in `range`.
 fn tick_text(value: f64, range: &Range<f64>) -> String {
     let span = range.end - range.start;
     if value.abs() < 1e-9 * span {
@@ -379,7 +379,7 @@ mod tests {
             panels: vec![Panel {
                 title: "Axis 0".into(),
                 y_label: "force (N)".into(),
-                curves: vec![line("hand", 0), line("nobody recorded this", 17)],
+                curves: vec![line("hand", 0), line("missing column", 17)],
                 levels: vec![
                     Level { label: "limit".into(), value: 4.0 },
                     Level { label: "far away".into(), value: 4e3 },
@@ -402,7 +402,7 @@ mod tests {
             "force (N)",
             "time (s)",
             "hand",
-            "nobody recorded this",
+            "missing column",
             "contact",
             "limit",
         ] {

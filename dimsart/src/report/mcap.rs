@@ -1,13 +1,12 @@
-//! Every recorded signal as MCAP (<https://mcap.dev>), while it is recorded: a message per source and row, in CDR, with its
-//! schema as a ROS 2 message definition, which names each field's unit. So Foxglove and `PlotJuggler` open it as it is.
+//! Writes recorded signals as MCAP (<https://mcap.dev>) during the run: one CDR message per source and row, with a ROS 2
+//! message definition that contains the units. Foxglove and `PlotJuggler` open the file directly.
 //!
-//! Words of format f32 are `float32`, all others `float64`, which holds every one of them: a word of a row in which its
-//! signal was not there is NaN. A source that gets more signals goes on under another topic: `/knee`, then `/knee/2`. What went
-//! into a controller, tick by tick, is in `/knee/inputs`, before the signals of the same ticks.
-//! Each message begins with the number of the tick and its time; `log_time` is wall-clock time.
+//! Words of format f32 are `float32`, all others `float64`, which is exact for them; a missing signal is NaN. A source that
+//! gets more signals continues under another topic: `/knee`, then `/knee/2`. The inputs of a controller for each tick are in
+//! `/knee/inputs`, before the signals of the same ticks. Each message starts with number and time of the tick; `log_time` is
+//! wall-clock time.
 //!
-//! What the run was made of is attached, before the first message: a run that is killed leaves it, too, and all but the last
-//! quarter of a second of its signals.
+//! Settings and schemes are attached before the first message. A killed run keeps them and all but the last 0.25 s of signals.
 
 mod inputs;
 mod signals;
@@ -36,17 +35,17 @@ pub(crate) use signals::{Field, STAMP_BYTES, STAMP_DEFINITION};
 use wall_clock::WallClock;
 use whole_file::WholeFile;
 
-/// A chunk is closed and written at this size, and after this time: a killed run loses no more.
+/// Size and age at which a chunk is written: limits the loss of a killed run.
 const CHUNK_BYTES: usize = 256 * 1024;
 const CHUNK_TIME: Duration = Duration::from_millis(250);
 const SETTINGS_FILE: &str = "settings.toml";
-/// Ends of the names of what is attached for each controller.
+/// Name suffixes of the attachments of each controller.
 pub(crate) const SCHEME_END: &str = ".scheme";
 pub(crate) const DEVICE_END: &str = ".device.json";
 
 type McapFile<'a> = Writer<WholeFile<'a>>;
 
-/// Writes what comes until the sender is gone.
+/// Writes received rows until the sender is dropped.
 pub(super) fn write(pieces: &Receiver<Piece>, file: &File, facts: &RunFacts) -> io::Result<()> {
     let mut recording = Recording::begin(file, facts).map_err(io_error)?;
     loop {
@@ -64,21 +63,20 @@ pub(super) fn write(pieces: &Receiver<Piece>, file: &File, facts: &RunFacts) -> 
     recording.mcap.into_inner().flush()
 }
 
-/// The file, and what goes into a message of each source.
+/// The file, and the message layout of each source.
 struct Recording<'a> {
     mcap: McapFile<'a>,
     facts: &'a RunFacts,
     clock: WallClock,
     sources: Vec<Source>,
     columns: usize,
-    /// What went into controllers in ticks whose signals are still to come: messages are in the order of time, which readers
-    /// without an index ask for.
+    /// Inputs of ticks whose signals are still to be written: readers without an index need messages in order of time.
     waiting: VecDeque<TickInputs>,
-    /// Channels with what went into controllers, by their places.
+    /// Channels of controller inputs, by controller index.
     inputs: BTreeMap<usize, u16>,
     sequence: u32,
     message: Vec<u8>,
-    /// Bytes of messages that are not in the file yet, and since when.
+    /// Number of unwritten bytes, and the time of the first of them.
     unwritten_bytes: usize,
     written: Instant,
 }
@@ -136,7 +134,7 @@ impl<'a> Recording<'a> {
         }
     }
 
-    /// Adds a message of each source; a row is its tick, its time, `s`, and a value per column.
+    /// Adds a message of each source; a row consists of tick, time in `s`, and a value per column.
     fn add_row(&mut self, row: &[f64]) -> Result<(), McapError> {
         let Some(([tick, time_s], values)) = row.split_first_chunk() else { return Ok(()) };
         self.add_inputs_until(*time_s)?;
@@ -166,7 +164,7 @@ impl<'a> Recording<'a> {
             Some(channel) => *channel,
             None => self.open_inputs(station)?,
         };
-        // CDR has all that it is made of.
+        // CDR supports all fields.
         let message = cdr::encode(&InputsMessage::from(inputs)).unwrap_or_default();
         self.unwritten_bytes += message.len();
         self.mcap
@@ -187,7 +185,7 @@ fn header(channel_id: u16, sequence: u32, log_time: u64) -> MessageHeader {
     MessageHeader { channel_id, sequence, log_time, publish_time: log_time }
 }
 
-/// Adds what the run is made of.
+/// Attaches settings and controllers of the run.
 fn attach(mcap: &mut McapFile<'_>, facts: &RunFacts) -> Result<(), McapError> {
     let scheme_file = |name: &str| format!("{name}{SCHEME_END}");
     let mut metadata = BTreeMap::from(

@@ -1,7 +1,7 @@
-//! Turns a picture into SVG text and PNG bytes, with the font it carries along.
+//! Renders a picture as SVG text and PNG bytes, with an embedded font.
 //!
-//! Plotters places everything on whole pixels, so a picture is drawn [`FINENESS`] times larger than it is shown:
-//! the SVG gets sub-pixel coordinates from its view box, the PNG smooth edges from averaging.
+//! Plotters uses whole pixels, so a picture is drawn [`FINENESS`] times larger than displayed: the view box of the SVG gives
+//! sub-pixel coordinates, averaging gives the PNG smooth edges.
 
 use std::sync::Once;
 
@@ -15,13 +15,13 @@ use plotters::style::{Color, FontDesc, FontFamily, FontTransform, register_font}
 
 use super::bitmap::{self, Bitmap};
 
-/// A backend centres small letters; capitals are this much higher, as a share of the text's size.
+/// Vertical offset of centred capitals, as a share of the text's size: a backend centres lower-case letters.
 const CAPITALS_RISE: f64 = 0.07;
 
-/// Canvas units per pixel shown.
+/// Canvas units per displayed pixel.
 const FINENESS: u32 = 3;
 
-/// `DejaVu Sans` is the one drawn into a PNG; an SVG falls back to what its viewer has of the same width.
+/// A PNG uses `DejaVu Sans`; an SVG falls back to a font of the same width in its viewer.
 const FONT: &str = "DejaVu Sans, Verdana, sans-serif";
 
 pub(super) const BLACK: RGBColor = RGBColor(0x1f, 0x25, 0x2b);
@@ -30,7 +30,7 @@ pub(super) const LIGHT_GREY: RGBColor = RGBColor(0xb4, 0xbc, 0xc4);
 pub(super) const GRID: RGBColor = RGBColor(0xe3, 0xe7, 0xeb);
 pub(super) const WHITE: RGBColor = RGBColor(0xff, 0xff, 0xff);
 
-/// Colours that stay apart for every kind of colour vision (after Okabe and Ito, 2008), dark enough for white text.
+/// Colours that are distinct for every kind of colour vision (after Okabe and Ito, 2008), dark enough for white text.
 const PALETTE: [RGBColor; 8] = [
     RGBColor(0x00, 0x6d, 0xaa),
     RGBColor(0xd2, 0x5a, 0x00),
@@ -42,49 +42,49 @@ const PALETTE: [RGBColor; 8] = [
     RGBColor(0x8a, 0x55, 0x36),
 ];
 
-/// The `index`-th colour of the palette, over and over.
+/// Returns colour `index` of the palette, repeated cyclically.
 pub(super) fn color(index: usize) -> RGBColor {
     PALETTE.get(index % PALETTE.len()).copied().unwrap_or(BLACK)
 }
 
-/// Where a picture is drawn.
+/// Drawing area of a picture.
 pub(super) type Area<B> = DrawingArea<B, Shift>;
 
-/// What drawing on `B` returns.
+/// Result of drawing on `B`.
 pub(super) type Drawn<B> = Result<(), DrawingAreaErrorKind<<B as DrawingBackend>::ErrorType>>;
 
-/// Something that can be drawn, on any backend.
+/// A picture that can be drawn on any backend.
 pub(super) trait Picture {
-    /// Width and height as shown, pixels.
+    /// Returns width and height in displayed pixels.
     fn size(&self) -> (u32, u32);
 
-    /// Draws on `area`, which is white and as large as [`size`](Self::size) says; lengths go through [`px`].
+    /// Draws on a white `area` of this [`size`](Self::size); lengths are converted by [`px`].
     fn draw<B: DrawingBackend>(&self, area: &Area<B>) -> Drawn<B>;
 }
 
-/// Canvas units of a length in shown pixels.
+/// Converts displayed pixels to canvas units.
 #[expect(clippy::cast_possible_truncation, reason = "pictures are far smaller than i32; a cast saturates")]
 pub(super) fn px(length: f64) -> i32 {
     (length * f64::from(FINENESS)).round() as i32
 }
 
-/// Shown pixels of a length in canvas units.
+/// Converts canvas units to displayed pixels.
 pub(super) fn shown(length: i32) -> f64 {
     f64::from(length) / f64::from(FINENESS)
 }
 
-/// [`px`] for widths, which have no sign.
+/// [`px`] for unsigned widths.
 pub(super) fn width(length: f64) -> u32 {
     px(length).unsigned_abs()
 }
 
-/// Text of `size` shown pixels.
+/// Returns a font of `size` displayed pixels.
 pub(super) fn font(size: f64, style: FontStyle, color: RGBColor) -> TextStyle<'static> {
     let font = FontDesc::new(FontFamily::Name(FONT), f64::from(px(size)), style);
     TextStyle { color: color.to_backend_color(), ..TextStyle::from(font) }
 }
 
-/// Text placed by its `horizontal` edge and the middle of its capitals.
+/// Draws text, placed by its `horizontal` edge and the middle of its capitals.
 pub(super) fn label<B: DrawingBackend>(
     area: &Area<B>,
     text: &str,
@@ -96,7 +96,7 @@ pub(super) fn label<B: DrawingBackend>(
     area.draw_text(text, &style.pos(Pos::new(horizontal, VPos::Center)), (px(x), middle))
 }
 
-/// Text that reads upwards, placed by its middle.
+/// Draws vertical text, placed by its middle.
 pub(super) fn upright_label<B: DrawingBackend>(
     area: &Area<B>,
     text: &str,
@@ -111,7 +111,7 @@ fn shown_size(style: &TextStyle<'static>) -> f64 {
     style.font.get_size() / f64::from(FINENESS)
 }
 
-/// [`font`] of at most `size`, smaller where `text` would be wider than `room`.
+/// Returns a [`font`] of at most `size` with which `text` fits in `room`.
 pub(super) fn fitting(
     text: &str,
     room: f64,
@@ -123,15 +123,15 @@ pub(super) fn fitting(
     font((size * room / natural).clamp(7.0, size), style, color)
 }
 
-/// Width of `text`, shown pixels.
+/// Returns the width of `text` in displayed pixels.
 pub(super) fn text_width(text: &str, style: &TextStyle<'static>) -> f64 {
     style.font.layout_box(text).map_or(0.0, |((left, _), (right, _))| shown(right - left))
 }
 
-/// The picture as SVG text.
+/// Renders the picture as SVG text.
 ///
 /// # Errors
-/// What the drawing backend reports, as text.
+/// An error of the drawing backend, as text.
 pub(super) fn svg(picture: &impl Picture) -> Result<String, String> {
     let (wide, high) = picture.size();
     let fine = (wide * FINENESS, high * FINENESS);
@@ -141,10 +141,10 @@ pub(super) fn svg(picture: &impl Picture) -> Result<String, String> {
     Ok(text.replacen(&drawn, &shown, 1))
 }
 
-/// The picture as the bytes of a PNG file.
+/// Renders the picture as the bytes of a PNG file.
 ///
 /// # Errors
-/// What the drawing backend or the encoder reports, as text.
+/// An error of the drawing backend or the encoder, as text.
 pub(super) fn png(picture: &impl Picture) -> Result<Vec<u8>, String> {
     let (wide, high) = picture.size();
     let fine = (wide * FINENESS, high * FINENESS);
@@ -159,7 +159,7 @@ fn draw_on<B: DrawingBackend>(backend: B, picture: &impl Picture) -> Result<(), 
         for (style, bytes) in
             [(FontStyle::Normal, dejavu::sans::regular()), (FontStyle::Bold, dejavu::sans::bold())]
         {
-            // A font that does not load shows up as an error of the first text drawn with it.
+            // A font that fails to load is reported by the first text drawn with it.
             let _ = register_font(FONT, style, bytes);
         }
     });

@@ -1,4 +1,4 @@
-// Draws the figures of a report so that they can be zoomed and read off, and fit the screen; without a script there are pictures.
+// Draws the figures of a report as interactive plots; without scripts the page shows pictures.
 
 const plots = JSON.parse(document.getElementById("plots").textContent);
 const COLORS = ["#0072b2", "#d55e00", "#009e73", "#cc79a7", "#b58900", "#56b4e9", "#8c564b", "#7f7f7f"];
@@ -11,7 +11,7 @@ function digits(value) {
   return size !== 0 && (size >= 1e5 || size < 1e-3) ? value.toExponential(3) : String(Number(value.toPrecision(5)));
 }
 
-/** A panel's curves on one time axis, and those of the other run behind them. */
+/** Joins the curves of a panel, and of the same panel of the other run, on one time axis. */
 function tables(panel, theirs) {
   const table = (curve) => [curve.time_s, curve.values];
   const all = [...panel.curves, ...(theirs?.curves ?? [])];
@@ -90,7 +90,7 @@ function draw() {
   }
 }
 
-/** Shows a stretch of time in every plot; all of it when there is none. */
+/** Zooms every plot to a time span; null shows the whole run. */
 function zoom(to) {
   range = to;
   for (const plot of drawn) {
@@ -111,6 +111,6 @@ document.getElementById("other").addEventListener("change", async ({ target }) =
   const text = await target.files[0]?.text();
   const page = text && new DOMParser().parseFromString(text, "text/html").getElementById("plots");
   other = page ? JSON.parse(page.textContent) : null;
-  document.getElementById("other-said").textContent = text && !page ? "that is no report of `dimsart run`" : "";
+  document.getElementById("other-said").textContent = text && !page ? "invalid file: not a report of `dimsart run`" : "";
   draw();
 });

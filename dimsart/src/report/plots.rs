@@ -1,31 +1,31 @@
-//! The figures as the page draws them: to be zoomed, read off, and laid over another run's.
+//! Figures as data for the interactive plots of the page.
 
 use serde::Serialize;
 
 /// A constant to compare a signal with.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Level {
-    /// Its name, written on it: `wall`.
+    /// Label: `wall`.
     pub label: String,
-    /// Its value, in the unit of the panel.
+    /// Value, in the unit of the panel.
     pub value: f64,
 }
 
-/// A named stretch of time.
+/// A named time span.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Span {
-    /// Where it begins, `s`.
+    /// Start, `s`.
     pub start_s: f64,
-    /// Where it ends, `s`.
+    /// End, `s`.
     pub end_s: f64,
-    /// Its name: `free motion`.
+    /// Label: `free motion`.
     pub label: String,
 }
 
-/// A figure, in the page's own words.
+/// A figure for the page.
 #[derive(Debug, Serialize)]
 pub(super) struct PagePlot {
-    /// Name of its files, without extension.
+    /// File name without extension.
     pub(super) stem: String,
     pub(super) panels: Vec<PagePanel>,
     pub(super) spans: Vec<Span>,
@@ -39,7 +39,7 @@ pub(super) struct PagePanel {
     pub(super) levels: Vec<Level>,
 }
 
-/// Points of a curve, as many as show; no value ends a stretch.
+/// Visible points of a curve; a missing value is a gap.
 #[derive(Debug, Serialize)]
 pub(super) struct PageCurve {
     pub(super) label: String,
@@ -47,10 +47,10 @@ pub(super) struct PageCurve {
     pub(super) values: Vec<Option<f64>>,
 }
 
-/// JSON that can stand in a script element: nothing in it ends that.
+/// Encodes plots as JSON that is safe in a script element.
 ///
 /// # Errors
-/// None that numbers and text can bring.
+/// Never fails for numbers and text.
 pub(super) fn json(plots: &[PagePlot]) -> serde_json::Result<String> {
     Ok(serde_json::to_string(plots)?.replace('<', "\\u003c"))
 }

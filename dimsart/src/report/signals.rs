@@ -1,4 +1,4 @@
-//! The file with the signals of a run, written while it goes on.
+//! The file with the signals of a run, written during the run.
 
 use std::fs::{self, File};
 use std::io;
@@ -13,16 +13,16 @@ use super::{BUS_STEM, PAGE_FILE, ReportError, TIMELINE_STEM, csv, make_folder, m
 use crate::recorder_files;
 use hil_sim::recording::Piece;
 
-/// Pieces of 64 rows at most that may wait for a slow disk before the run waits for it, too.
+/// Queue length for a slow disk, in blocks of up to 64 rows; the run waits when it is full.
 const MOST_WAITING: usize = 64;
 
-/// How signals are written.
+/// Format of the signals, with its metadata.
 #[derive(Debug, Clone, Default, PartialEq, Eq)]
 pub enum SignalsFormat {
     /// Text, one column per word.
     #[default]
     Csv,
-    /// Binary, for Foxglove and `PlotJuggler`, with what the run was made of.
+    /// Binary, for Foxglove and `PlotJuggler`, with settings and schemes of the run.
     Mcap(RunFacts),
 }
 
@@ -36,7 +36,7 @@ pub enum SignalsKind {
 }
 
 impl SignalsKind {
-    /// Name of the file in the report's folder.
+    /// Returns the file name in the report's folder.
     #[must_use]
     pub const fn file_name(self) -> &'static str {
         match self {
@@ -55,7 +55,7 @@ impl SignalsFormat {
     }
 }
 
-/// The file with the signals of a run. It grows while the run goes on: a run that is killed leaves what it recorded.
+/// The file with the signals of a run. It grows during the run, so that a killed run keeps its recorded signals.
 #[derive(Debug)]
 pub struct SignalsFile {
     path: PathBuf,
@@ -63,11 +63,11 @@ pub struct SignalsFile {
 }
 
 impl SignalsFile {
-    /// Begins the file in `folder`, made if missing, in place of the report that is there, with pictures of these
-    /// `stems`. What it is to hold goes into the sender, which waits when the disk is 4096 rows behind.
+    /// Creates the file in `folder`, created if missing, and removes the previous report with pictures of these `stems`. Rows
+    /// are written through the sender, which waits when 4096 rows are pending.
     ///
     /// # Errors
-    /// [`ReportError`] names the folder or file and what to do.
+    /// [`ReportError`] names the folder or file and the remedy.
     pub fn create(
         folder: &Path,
         stems: &[&str],
@@ -102,10 +102,10 @@ impl SignalsFile {
         &self.path
     }
 
-    /// Waits until all is written that went into the sender, which must be gone.
+    /// Waits until all rows are written. The sender must be dropped before.
     ///
     /// # Errors
-    /// [`ReportError::File`] when the disk did not take it; the rows before are in the file.
+    /// [`ReportError::File`] on a write error; earlier rows are in the file.
     pub fn finish(self) -> Result<PathBuf, ReportError> {
         let written = self.thread.join().unwrap_or_else(|panic| std::panic::resume_unwind(panic));
         written.map(|()| self.path.clone()).map_err(|source| ReportError::File { path: self.path, source })

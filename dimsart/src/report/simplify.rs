@@ -1,13 +1,13 @@
-//! Leaves out points that a straight line passes close enough by.
+//! Removes points that are close to a straight line.
 //!
-//! Every point since the last one kept allows the slopes that pass it within the tolerance. When the slope to the
-//! next point is none that all of them allow, the point before it is kept and the slopes start anew: one pass, and
-//! no point is further from the line than the tolerance (Sklansky and Gonzalez, 1980).
+//! Each point since the last kept point restricts the slopes that pass it within the tolerance. When the slope to the next
+//! point is outside their intersection, the point before it is kept and the slopes restart. One pass; the distance of every
+//! point from the line is at most the tolerance (Sklansky and Gonzalez, 1980).
 
 use super::decimate::Point;
 
-/// The points that a line needs so as to pass all of `points`, in the order of time, within `tolerance`, in the unit
-/// of their values. The first and the last one stay.
+/// Returns the points that a line needs to pass all `points`, in order of time, within `tolerance`, in the unit of their
+/// values. Keeps the first and the last point.
 pub(super) fn simplify(points: &[Point], tolerance: f64) -> Vec<Point> {
     let Some(first) = points.first() else { return Vec::new() };
     let mut kept = vec![*first];
@@ -27,7 +27,7 @@ pub(super) fn simplify(points: &[Point], tolerance: f64) -> Vec<Point> {
     kept
 }
 
-/// Slopes from the last point kept.
+/// Permitted slopes from the last kept point.
 #[derive(Clone, Copy)]
 struct Slopes {
     least: f64,
@@ -41,7 +41,7 @@ impl Slopes {
         self.least <= slope && slope <= self.most
     }
 
-    /// Those that pass `point` within `tolerance` on their way from `anchor`.
+    /// Returns the slopes from `anchor` that pass `point` within `tolerance`.
     fn passing(self, anchor: Point, point: Point, tolerance: f64) -> Self {
         let slope_to = |value: f64| (value - anchor.1) / (point.0 - anchor.0);
         Self {
@@ -56,7 +56,7 @@ mod tests {
     use super::*;
     use proptest::prelude::*;
 
-    /// Value at `time_s` of the line through `points`.
+    /// Returns the value at `time_s` of the line through `points`.
     fn line(points: &[Point], time_s: f64) -> f64 {
         let next = points.iter().position(|point| point.0 >= time_s).unwrap().max(1);
         let (a, b) = (points[next - 1], points[next]);

@@ -1,7 +1,7 @@
 use super::*;
 use hil_sim::recording::Column;
 
-/// Nobody stops the report.
+/// Never stops the report.
 static NEVER: AtomicBool = AtomicBool::new(false);
 
 fn recording() -> Recording {
@@ -102,7 +102,7 @@ fn everything_said_to_be_written_is_there() {
         assert!(page.contains(&format!("href=\"{name}\"")), "the page does not link {name}");
     }
     let page = page.replace("/*! https://github.com/leeoniya/uPlot (v1.6.32) */", "");
-    assert!(!page.contains("://"), "the page needs nothing from elsewhere");
+    assert!(!page.contains("://"), "the page loads no external content");
 }
 
 #[test]
@@ -163,5 +163,5 @@ fn a_file_that_cannot_be_written_is_named() {
     let recording = recording();
     let error = write(folder.path(), &report(&recording), &NEVER, &ProgressBar::hidden()).unwrap_err();
     assert!(matches!(&error, ReportError::File { path, .. } if *path == occupied), "{error}");
-    assert!(folder.path().join("positions.svg").exists(), "what was written before stays");
+    assert!(folder.path().join("positions.svg").exists(), "files written before stay");
 }

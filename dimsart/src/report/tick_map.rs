@@ -1,7 +1,7 @@
-//! The Data Base timeline: who writes and who reads each type inside one tick.
+//! The Data Base timeline: writers and readers of each type in one tick.
 //!
-//! Time runs from left to right, one column per step of the tick, one row per Data Base type. A filled mark writes,
-//! an open mark reads. A type read before it is written wraps around: its reader gets the value of the tick before.
+//! Time runs from left to right, one column per step of the tick, one row per Data Base type. A filled mark is a write, an
+//! open mark is a read. A type that is read before it is written wraps around: its reader gets the value of the previous tick.
 
 use plotters::element::{Circle, PathElement, Polygon, Rectangle};
 use plotters::prelude::{DrawingBackend, FontStyle, RGBColor};
@@ -12,33 +12,33 @@ use super::plot::{
     Area, BLACK, Drawn, GREY, GRID, Picture, WHITE, color, fitting, font, label, px, text_width, width,
 };
 
-/// The flow of data through one controller in one tick.
+/// Data flow of one controller in one tick.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct TickMap {
-    /// Whose tick it is: `master`.
+    /// Name of the controller: `master`.
     pub title: String,
-    /// What happens, in order: `frame writes`, the modules in plug-in order, `frame reads`.
+    /// Steps in order: `frame writes`, the modules in plug-in order, `frame reads`.
     pub steps: Vec<String>,
-    /// The types of the Data Base, in any order: they are drawn in the order they are written.
+    /// Types of the Data Base, in any order; they are drawn in the order of their writes.
     pub types: Vec<TypeRow>,
 }
 
-/// One Data Base type in a [`TickMap`]; steps are given by their place in [`TickMap::steps`].
+/// One Data Base type in a [`TickMap`]; steps are indices in [`TickMap::steps`].
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct TypeRow {
-    /// Its name: `POSITION`.
+    /// Name: `POSITION`.
     pub name: String,
-    /// Its SI unit; empty for a pure number.
+    /// SI unit; empty for a pure number.
     pub unit: String,
-    /// The step that writes it; none for a type that nobody writes and that stays constant.
+    /// The step that writes it; `None` for a constant type without a writer.
     pub writer: Option<usize>,
-    /// Steps that read what was written in this tick.
+    /// Steps that read the value of this tick.
     pub readers: Vec<usize>,
-    /// Steps that read what was written in the tick before.
+    /// Steps that read the value of the previous tick.
     pub delayed_readers: Vec<usize>,
 }
 
-/// The maps in words, for who cannot see them.
+/// Returns the alternative text of the maps.
 pub(super) fn description(maps: &[TickMap]) -> String {
     let sentences = maps.iter().map(|map| {
         let delayed = map.types.iter().filter(|row| !row.delayed_readers.is_empty());
@@ -47,12 +47,12 @@ pub(super) fn description(maps: &[TickMap]) -> String {
         format!("{}: {}. Read one tick late: {delayed}.", map.title, map.steps.join(", then "))
     });
     format!(
-        "Which step writes and reads which Data Base type in one tick. {}",
+        "Writes and reads of each Data Base type in one tick. {}",
         sentences.collect::<Vec<_>>().join(" ")
     )
 }
 
-/// Lengths in pixels as shown.
+/// Lengths in displayed pixels.
 const WIDTH: u32 = 1400;
 const TITLE_HEIGHT: f64 = 96.0;
 const MAP_TITLE_HEIGHT: f64 = 34.0;
@@ -61,20 +61,20 @@ const ROW_HEIGHT: f64 = 30.0;
 const MAP_GAP: f64 = 26.0;
 const MARGIN: f64 = 28.0;
 const NAME_WIDTH: f64 = 262.0;
-/// Room on both sides of the steps for what comes from and goes to another tick.
+/// Margin at both sides for lines from and to another tick.
 const WRAP_WIDTH: f64 = 44.0;
 const MARK_RADIUS: f64 = 7.0;
 
-/// A value that is one tick old.
+/// Colour of a value that is one tick old.
 const DELAYED: RGBColor = RGBColor(0xc4, 0x1e, 0x3a);
 const BAND: RGBColor = RGBColor(0xf6, 0xf8, 0xfa);
 
-/// All maps of a run, one above the other.
+/// All maps of a run, stacked vertically.
 pub(super) struct TimelinePicture<'a> {
     pub(super) maps: &'a [TickMap],
 }
 
-/// Where the columns of a map are.
+/// Positions of the columns of a map.
 #[derive(Clone, Copy)]
 struct Columns {
     left: f64,
@@ -123,7 +123,7 @@ fn map_height(map: &TickMap) -> f64 {
     MAP_TITLE_HEIGHT + STEP_HEIGHT + ROW_HEIGHT * lossless(map.types.len()) + 6.0
 }
 
-/// A small count as a length.
+/// Converts a small count to a length.
 fn lossless(count: usize) -> f64 {
     u32::try_from(count).map_or(f64::from(u32::MAX), f64::from)
 }
@@ -171,7 +171,7 @@ fn draw_map<B: DrawingBackend>(area: &Area<B>, map: &TickMap, top: f64) -> Drawn
     Ok(())
 }
 
-/// The head of a column.
+/// Draws the head of a column.
 fn draw_step<B: DrawingBackend>(
     area: &Area<B>,
     name: &str,
@@ -239,7 +239,7 @@ fn draw_row<B: DrawingBackend>(area: &Area<B>, row: &TypeRow, columns: &Columns,
         arrow(area, (columns.left - WRAP_WIDTH + 22.0, y))?;
     }
     for step in &row.delayed_readers {
-        // A step that reads its own value of the tick before wears its ring around the mark of its write.
+        // A step that reads its own previous value has a ring around its write mark.
         let radius = if row.writer == Some(*step) { MARK_RADIUS + 4.4 } else { MARK_RADIUS };
         mark(area, (columns.middle(*step), y), radius, DELAYED, false)?;
     }
@@ -256,7 +256,7 @@ fn draw_row<B: DrawingBackend>(area: &Area<B>, row: &TypeRow, columns: &Columns,
     mark(area, (columns.middle(step), y), MARK_RADIUS, shade, true)
 }
 
-/// A disc for a write, a ring for a read.
+/// Draws a disc for a write, a ring for a read.
 fn mark<B: DrawingBackend>(
     area: &Area<B>,
     (x, y): (f64, f64),
@@ -279,7 +279,7 @@ fn dashes<B: DrawingBackend>(area: &Area<B>, (start, end): (f64, f64), y: f64) -
     Ok(())
 }
 
-/// An arrow head with its tip at `(x, y)`, pointing to later steps.
+/// Draws an arrow head with its tip at `(x, y)`, pointing to later steps.
 fn arrow<B: DrawingBackend>(area: &Area<B>, (x, y): (f64, f64)) -> Drawn<B> {
     let corners = [(x, y), (x - 10.0, y - 5.5), (x - 10.0, y + 5.5)].map(|(x, y)| (px(x), px(y)));
     area.draw(&Polygon::new(corners, DELAYED.filled()))

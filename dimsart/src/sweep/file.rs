@@ -1,4 +1,4 @@
-//! The CSV of a sweep: the keys' values first, then the figures; a row for each point, in the order in which they came.
+//! CSV file of a sweep: values of the keys, then figures; one row per point, in order of completion.
 
 use std::collections::HashSet;
 use std::fs::{File, OpenOptions};
@@ -13,11 +13,11 @@ use super::{Figures, Grid};
 pub struct SweepFileError {
     /// The file.
     pub path: PathBuf,
-    /// What is wrong, and what to do.
+    /// Error and remedy.
     pub reason: String,
 }
 
-/// A file that rows are added to. A row is written whole or not at all, so that a sweep can be ended at any time.
+/// A file to which rows are added. Each row is written atomically, so that a sweep can be ended at any time.
 #[derive(Debug)]
 pub struct SweepFile {
     path: PathBuf,
@@ -28,7 +28,7 @@ pub struct SweepFile {
     done: HashSet<Vec<String>>,
 }
 
-/// The content of a file: header and rows.
+/// Content of a file: header and rows.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct SweepTable {
     /// Names of the columns.
@@ -38,10 +38,10 @@ pub struct SweepTable {
 }
 
 impl SweepFile {
-    /// Opens the file of a sweep, and finds out what is done already; makes it if it is not there.
+    /// Opens or creates the file of a sweep, and reads its finished points.
     ///
     /// # Errors
-    /// [`SweepFileError`] for one that cannot be read or written, or is of other keys.
+    /// [`SweepFileError`] for a file that cannot be read or written, or has other keys.
     pub fn open(path: &Path, grid: &Grid) -> Result<Self, SweepFileError> {
         let refuse = |reason: String| SweepFileError { path: path.to_owned(), reason };
         let keys: Vec<String> = grid.axes().iter().map(|axis| axis.key.clone()).collect();
@@ -53,7 +53,7 @@ impl SweepFile {
             if !table.header.is_empty() {
                 if table.header.get(..keys.len()) != Some(keys.as_slice()) {
                     let reason =
-                        "it is of a sweep over other keys: give another folder with --out, or remove it";
+                        "file of a sweep over other keys: choose another folder with --out, or remove it";
                     return Err(refuse(reason.to_owned()));
                 }
                 figures = table.header.get(keys.len()..).unwrap_or_default().to_vec();
@@ -68,28 +68,28 @@ impl SweepFile {
         Ok(Self { path: path.to_owned(), file, keys, figures, done })
     }
 
-    /// Whether a point is in it.
+    /// Returns whether the file contains a point.
     #[must_use]
     pub fn has(&self, values: &[String]) -> bool {
         self.done.contains(values)
     }
 
-    /// How many points are in it.
+    /// Returns the number of points.
     #[must_use]
     pub fn len(&self) -> usize {
         self.done.len()
     }
 
-    /// Whether it has none.
+    /// Returns whether the file has no points.
     #[must_use]
     pub fn is_empty(&self) -> bool {
         self.done.is_empty()
     }
 
-    /// Adds a point's row. Figures that the first one did not have are left out, those that this one lacks stay empty.
+    /// Adds the row of a point. The first row defines the columns: other figures are omitted, missing ones stay empty.
     ///
     /// # Errors
-    /// [`SweepFileError`] when it cannot be written.
+    /// [`SweepFileError`] on a write error.
     pub fn add(&mut self, values: &[String], figures: &Figures) -> Result<(), SweepFileError> {
         let refuse = |error: String| SweepFileError { path: self.path.clone(), reason: error };
         let mut writer = csv::Writer::from_writer(Vec::new());
@@ -113,10 +113,10 @@ impl SweepFile {
 }
 
 impl SweepTable {
-    /// Reads a file; says whether it is whole: a last row that was cut off is left out.
+    /// Reads a file and returns whether it is complete: omits an incomplete last row.
     ///
     /// # Errors
-    /// [`SweepFileError`] when it cannot be read or is no CSV.
+    /// [`SweepFileError`] when it cannot be read or is invalid CSV.
     pub fn read(path: &Path) -> Result<(Self, bool), SweepFileError> {
         let refuse = |reason: String| SweepFileError { path: path.to_owned(), reason };
         let mut text = String::new();
@@ -134,10 +134,10 @@ impl SweepTable {
         Ok((Self { header, rows }, is_whole))
     }
 
-    /// Adds the rows of another one that are not there yet, by their first `keys` columns.
+    /// Adds new rows of another table, identified by their first `keys` columns.
     ///
     /// # Errors
-    /// The names of its columns when they are others.
+    /// The column names of the other table if they differ.
     pub fn merge(&mut self, other: Self, keys: usize) -> Result<(), Vec<String>> {
         if self.header != other.header {
             return Err(other.header);
@@ -149,7 +149,7 @@ impl SweepTable {
         Ok(())
     }
 
-    /// Puts the rows into the order of a grid; those that are none of its points go to the end.
+    /// Sorts the rows in the order of a grid; rows of other points follow at the end.
     pub fn sort(&mut self, grid: &Grid) {
         let order: std::collections::HashMap<Vec<String>, usize> =
             (0..grid.points()).map(|point| (grid.values(point), point)).collect();
@@ -159,10 +159,10 @@ impl SweepTable {
         });
     }
 
-    /// Writes it in the place of the file, whole or not at all.
+    /// Replaces the file atomically.
     ///
     /// # Errors
-    /// [`SweepFileError`] when it cannot be written.
+    /// [`SweepFileError`] on a write error.
     pub fn write(&self, path: &Path) -> Result<(), SweepFileError> {
         let refuse = |reason: String| SweepFileError { path: path.to_owned(), reason };
         let beside = path.with_extension("csv.part");

@@ -1,36 +1,36 @@
-//! Which settings are tried: every combination of the values of a few keys.
+//! Grid of a sweep: all combinations of the values of a few keys.
 
 use std::str::FromStr;
 
-/// A key and its values, as they are given to `--set`.
+/// A key and its values, as for `--set`.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Values {
-    /// The key; several with a `+` between them get the same value.
+    /// Key, or several keys joined by `+` with the same value.
     pub key: String,
-    /// Its values, in their order.
+    /// Values in order.
     pub values: Vec<String>,
 }
 
-/// Keys and values that cannot be tried.
+/// Invalid keys or values.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 #[error("{text}: {reason}")]
 pub struct GridError {
-    /// What was given.
+    /// The invalid text.
     pub text: String,
-    /// What is wrong, and how to write it.
+    /// Error and correct form.
     pub reason: String,
 }
 
-/// Most points of a grid.
+/// Maximum number of points of a grid.
 const MOST_POINTS: usize = 10_000_000;
 
 impl FromStr for Values {
     type Err = GridError;
 
-    /// `key=1,2,5`, `key=0:100:10` from, to, step, or `key=log:1:1000:7` from, to and how many, evenly on a logarithmic scale.
+    /// Parses `key=1,2,5`, `key=0:100:10` (from, to, step), or `key=log:1:1000:7` (from, to, count on a logarithmic scale).
     fn from_str(text: &str) -> Result<Self, GridError> {
         let refuse = |reason: &str| GridError { text: text.to_owned(), reason: reason.to_owned() };
-        let usage = "write it KEY=A,B,C or KEY=FROM:TO:STEP or KEY=log:FROM:TO:COUNT";
+        let usage = "expected KEY=A,B,C or KEY=FROM:TO:STEP or KEY=log:FROM:TO:COUNT";
         let (key, values) = text.split_once('=').ok_or_else(|| refuse(usage))?;
         let numbers = |parts: &str| parts.split(':').map(f64::from_str).collect::<Result<Vec<_>, _>>();
         let values = if let Some(parts) = values.strip_prefix("log:") {
@@ -40,7 +40,7 @@ impl FromStr for Values {
             };
             if !(from > 0.0 && to > 0.0 && (2.0..=1e5).contains(&count)) {
                 return Err(refuse(
-                    "a logarithmic scale goes from and to numbers above 0, in 2 to 100000 steps",
+                    "a logarithmic scale needs FROM and TO above 0, and COUNT from 2 to 100000",
                 ));
             }
             let at = |n: f64| from * libm::pow(to / from, n / (count - 1.0));
@@ -52,9 +52,7 @@ impl FromStr for Values {
             };
             let count = ((to - from) / step + 1e-9).floor() + 1.0;
             if !(1.0..=1e5).contains(&count) {
-                return Err(refuse(
-                    "the step does not lead from the first number to the last one in 100000 steps",
-                ));
+                return Err(refuse("STEP does not lead from FROM to TO within 100000 steps"));
             }
             steps(count).map(|n| number(from + n * step)).collect()
         } else {
@@ -69,7 +67,7 @@ fn steps(count: f64) -> impl Iterator<Item = f64> {
     (0..).map(f64::from).take_while(move |n: &f64| *n < count)
 }
 
-/// As short as it can be read again, but for what adding up has left: nine digits, and a whole number as one.
+/// Formats a number as short as possible with nine digits, which hides rounding errors of sums.
 fn number(value: f64) -> String {
     let rounded = format!("{value:.9e}").parse::<f64>().unwrap_or(value);
     format!("{rounded}")
@@ -82,41 +80,41 @@ pub struct Grid {
 }
 
 impl Grid {
-    /// The grid of these keys.
+    /// Creates the grid of these keys.
     ///
     /// # Errors
-    /// [`GridError`] for none, for a key that comes twice, or for more than ten million points.
+    /// [`GridError`] for no keys, for a duplicate key, or for more than 10 million points.
     pub fn new(axes: Vec<Values>) -> Result<Self, GridError> {
         let refuse =
             |text: &str, reason: &str| Err(GridError { text: text.to_owned(), reason: reason.to_owned() });
         if axes.is_empty() {
-            return refuse("--vary", "give at least one key with its values");
+            return refuse("--vary", "specify at least one key with values");
         }
         for (place, axis) in axes.iter().enumerate() {
             if axes.iter().take(place).any(|other| other.key == axis.key) {
-                return refuse(&axis.key, "it is given twice; give all of its values at once");
+                return refuse(&axis.key, "duplicate key; specify all of its values together");
             }
         }
         let count = axes.iter().try_fold(1_usize, |count, axis| count.checked_mul(axis.values.len()));
         match count.filter(|count| *count <= MOST_POINTS) {
             Some(_) => Ok(Self { axes }),
-            None => refuse("--vary", "these are more than ten million points"),
+            None => refuse("--vary", "more than 10 million points"),
         }
     }
 
-    /// The keys with their values.
+    /// Returns the keys with their values.
     #[must_use]
     pub fn axes(&self) -> &[Values] {
         &self.axes
     }
 
-    /// How many points there are.
+    /// Returns the number of points.
     #[must_use]
     pub fn points(&self) -> usize {
         self.axes.iter().map(|axis| axis.values.len()).product()
     }
 
-    /// The values of a point, in the order of the keys.
+    /// Returns the values of a point, in the order of the keys.
     #[must_use]
     pub fn values(&self, point: usize) -> Vec<String> {
         let mut rest = point;
@@ -129,7 +127,7 @@ impl Grid {
         values
     }
 
-    /// Points that have every value of every key once, beside the first values of the other keys.
+    /// Returns points with each value of each key once, combined with the first values of the other keys.
     pub fn samples(&self) -> impl Iterator<Item = usize> {
         let mut step = 1;
         self.axes.iter().rev().flat_map(move |axis| {
@@ -142,7 +140,7 @@ impl Grid {
         })
     }
 
-    /// The settings of a point, as `--set` takes them.
+    /// Returns the settings of a point, as for `--set`.
     #[must_use]
     pub fn settings(&self, point: usize) -> Vec<String> {
         let pairs = self.axes.iter().zip(self.values(point));
@@ -153,20 +151,20 @@ impl Grid {
     }
 }
 
-/// A part of a grid: every n-th point.
+/// A part of a grid: every Nth point.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Shard {
-    /// Which one, from 1.
+    /// Number of the shard, from 1.
     pub number: usize,
-    /// Of how many.
+    /// Number of shards.
     pub of: usize,
 }
 
 impl Shard {
-    /// All of it.
+    /// The whole grid.
     pub const WHOLE: Self = Self { number: 1, of: 1 };
 
-    /// Its points. Neighbours go to different shards: what takes long is often together.
+    /// Returns its points. Neighbours are in different shards, as slow points are often adjacent.
     pub fn points(self, grid: &Grid) -> impl Iterator<Item = usize> + use<> {
         (self.number - 1..grid.points()).step_by(self.of)
     }
@@ -178,7 +176,7 @@ impl FromStr for Shard {
     fn from_str(text: &str) -> Result<Self, GridError> {
         let parts =
             text.split_once('/').and_then(|(number, of)| Some((number.parse().ok()?, of.parse().ok()?)));
-        let reason = "write it NUMBER/COUNT, from 1/16 to 16/16";
+        let reason = "expected NUMBER/COUNT, for example 1/16 to 16/16";
         match parts {
             Some((number, of)) if (1..=of).contains(&number) => Ok(Self { number, of }),
             _ => Err(GridError { text: text.to_owned(), reason: reason.to_owned() }),

@@ -1,15 +1,15 @@
-//! The map of a sweep over two keys: a field for each point, by what came of it.
+//! Map of a sweep over two keys, one field per point.
 
 use crate::report::{Border, Field, FieldMap, contour};
 
 use super::Grid;
 use super::file::SweepTable;
 
-/// A border of theory, where one figure of a rig's run passes another one.
+/// A theoretical border, where one figure of a run equals another.
 struct Theory {
     figure: &'static str,
     limit: &'static str,
-    /// What the line is; and what the map is without one, by the side on which all of it lies.
+    /// Labels with a border, and without one for maps on either side of it.
     line: &'static str,
     all_within: &'static str,
     all_beyond: &'static str,
@@ -19,22 +19,22 @@ const THEORIES: [Theory; 2] = [
     Theory {
         figure: "theory.round_trip_ticks",
         limit: "theory.delay_margin_ticks",
-        line: "theory: the round trip is the delay margin",
-        all_within: "theory: every round trip is below the delay margin",
-        all_beyond: "theory: every round trip is beyond the delay margin",
+        line: "theory: round trip = delay margin",
+        all_within: "theory: all round trips below the delay margin",
+        all_beyond: "theory: all round trips beyond the delay margin",
     },
     Theory {
         figure: "theory.needed_damping",
         limit: "theory.damping",
-        line: "theory: b = K h/2; with more damping passive",
-        all_within: "theory: passive in every field, by b >= K h/2",
-        all_beyond: "theory: passive in no field, by b < K h/2",
+        line: "theory: b = K h/2; passive with more damping",
+        all_within: "theory: passive in all fields, b >= K h/2",
+        all_beyond: "theory: not passive in any field, b < K h/2",
     },
 ];
 
-/// The map of `figure` over the first two keys; none when there are not two, or no such figure.
+/// Creates the map of `figure` over the first two keys; `None` with fewer keys or an unknown figure.
 ///
-/// Where there are more keys, it is of the first value of each other one.
+/// Further keys have their first value.
 #[must_use]
 pub fn map(grid: &Grid, table: &SweepTable, figure: &str) -> Option<FieldMap> {
     let [down, right] = grid.axes().get(..2)? else { return None };
@@ -67,7 +67,7 @@ pub fn map(grid: &Grid, table: &SweepTable, figure: &str) -> Option<FieldMap> {
     };
     let fields = down.values.iter().map(|high| right.values.iter().map(|low| field(low, high)).collect());
     let number = |row: &Vec<String>, column: usize| row.get(column)?.parse::<f64>().ok();
-    // NaN where there is no such figure: there is no border beside it.
+    // NaN without a figure: no border next to it.
     let excesses = |excess: &dyn Fn(&Vec<String>) -> Option<f64>| -> Vec<Vec<f64>> {
         let of_field = |low: &String, high: &String| row(low, high).and_then(excess).unwrap_or(f64::NAN);
         down.values.iter().map(|high| right.values.iter().map(|low| of_field(low, high)).collect()).collect()
@@ -78,11 +78,11 @@ pub fn map(grid: &Grid, table: &SweepTable, figure: &str) -> Option<FieldMap> {
         growths.iter().filter_map(|column| number(row, *column)).reduce(f64::max).map(|growth| growth - 1.0)
     });
     let growing =
-        Border { label: "largest eigenvalue 1: beyond it a loop grows".to_owned(), pieces: contour(&growth) };
+        Border { label: "largest eigenvalue 1: unstable beyond".to_owned(), pieces: contour(&growth) };
     let by_theory = THEORIES.iter().filter_map(|theory| {
         let place = |name: &str| table.header.iter().position(|known| known == name);
         let (figure, limit) = (place(theory.figure)?, place(theory.limit)?);
-        // Without a limit, nothing is beyond it.
+        // Without a limit, no value exceeds it.
         let excess =
             |row: &Vec<String>| Some(number(row, figure)? - number(row, limit).unwrap_or(f64::INFINITY));
         let excesses = excesses(&excess);
@@ -92,7 +92,7 @@ pub fn map(grid: &Grid, table: &SweepTable, figure: &str) -> Option<FieldMap> {
             false => theory.line,
             true if all(|excess| excess <= 0.0) => theory.all_within,
             true if all(|excess| excess > 0.0) => theory.all_beyond,
-            // A single row, or fields that theory does not know.
+            // A single row, or fields without a theoretical value.
             true => return None,
         };
         Some(Border { label: label.to_owned(), pieces })

@@ -1,4 +1,4 @@
-//! A screen, drawn: what matters first, for the smallest terminal, too.
+//! Draws a screen, by priority on small terminals.
 
 mod body;
 mod bottom;
@@ -13,12 +13,12 @@ use ratatui::widgets::Paragraph;
 
 use super::screen::Screen;
 
-/// Draws it. Without colours nothing is lost: what has one has a mark or a word, too.
+/// Draws the screen. Colours only repeat marks and words.
 pub(super) fn draw(frame: &mut Frame<'_>, screen: &Screen) {
     let area = frame.area();
     let (width, height) = (usize::from(area.width), usize::from(area.height));
     let (head, bottom) = (head::lines(screen, width), bottom::lines(screen, width, height));
-    // Where there is no room for all, modules and signals give way first, the keys last.
+    // On a small terminal, modules and signals shrink first, the keys last.
     let length = |lines: &[Line<'_>]| u16::try_from(lines.len()).unwrap_or(u16::MAX).min(area.height);
     let below = length(&bottom);
     let above = length(&head).min(area.height - below);
@@ -29,7 +29,7 @@ pub(super) fn draw(frame: &mut Frame<'_>, screen: &Screen) {
     frame.render_widget(Paragraph::new(bottom), below);
 }
 
-/// One of the terminal's own colours, where colours are wanted.
+/// Returns a style with a terminal colour, unless colours are disabled.
 fn paint(screen: &Screen, colour: Color) -> Style {
     if screen.has_colours { Style::new().fg(colour) } else { Style::new() }
 }

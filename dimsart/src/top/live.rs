@@ -1,4 +1,4 @@
-//! The last seconds of every signal.
+//! Signals of the last seconds.
 
 use std::collections::VecDeque;
 
@@ -8,24 +8,24 @@ use dimsart_core::scheme::switch;
 use super::text::moving;
 use crate::page::news::Rows;
 
-/// How much is kept and drawn, s.
+/// Length of history and chart, s.
 pub(super) const SHOWN_S: f64 = 10.0;
 
-/// A value of a row.
+/// Column of a row.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) struct Column {
     pub(super) signal: String,
-    /// Which of the signal's values.
+    /// Index of the value in the signal.
     pub(super) place: usize,
     pub(super) format: Format,
 }
 
-/// Rows, the newest last.
+/// Rows, newest last.
 #[derive(Debug)]
 pub(super) struct Live {
     columns: Vec<Column>,
     rows: VecDeque<(u32, Vec<f64>)>,
-    /// From one tick to the next, s.
+    /// Sample period, s.
     pub(super) period_s: f64,
 }
 
@@ -44,7 +44,7 @@ impl Live {
         self.take(columns.collect(), rows.rows.iter().map(|row| (row.tick, row.values.clone())));
     }
 
-    /// Rows of other columns, and those of a device that has begun anew, begin a new picture.
+    /// Adds rows. Other columns or a restart of the device clear the history.
     pub(super) fn take(&mut self, columns: Vec<Column>, rows: impl Iterator<Item = (u32, Vec<f64>)>) {
         if self.columns != columns {
             self.rows.clear();
@@ -64,7 +64,7 @@ impl Live {
         }
     }
 
-    /// The newest value; none of a signal that no row has.
+    /// Returns the newest value; `None` for a signal without rows.
     pub(super) fn newest(&self, signal: &str, place: usize) -> Option<String> {
         let column = self.column(signal, place)?;
         let value = *self.rows.back()?.1.get(column)?;
@@ -75,7 +75,7 @@ impl Live {
         })
     }
 
-    /// Points of the last seconds, time before now in s and value.
+    /// Returns points of the last seconds: time relative to now in s, and value.
     pub(super) fn points(&self, signal: &str, place: usize) -> Vec<(f64, f64)> {
         let (Some(column), Some((newest, _))) = (self.column(signal, place), self.rows.back()) else {
             return Vec::new();

@@ -1,4 +1,4 @@
-//! A terminal and stations, until the user has seen enough.
+//! Runs the terminal page until the user quits.
 
 use std::env;
 use std::io;
@@ -23,16 +23,16 @@ use crate::page::station::Answer;
 
 /// The only client of these stations.
 const CLIENT: u64 = 0;
-/// From one picture to the next, and from one word that the user is there to the next.
+/// Interval of redraws and of presence reports.
 const PICTURE: Duration = Duration::from_millis(100);
-/// Longest wait for answers when it is over: the lease ends by itself in half a second, too.
+/// Maximum wait for answers on exit; the lease expires after 0.5 s anyway.
 const PARTING: Duration = Duration::from_secs(1);
 
-/// Shows stations in the terminal and does what the user says, until that is to quit, or `stop` is set. The lease is given
-/// back and the terminal as it was then, whatever it ends with.
+/// Shows stations in the terminal and carries out the user's actions until the user quits or `stop` is set. Then it always
+/// releases the lease and restores the terminal.
 ///
 /// # Errors
-/// Whatever the terminal says.
+/// An error of the terminal.
 pub(crate) fn run(stations: Vec<Station>, stop: &Arc<AtomicBool>) -> io::Result<()> {
     exit_after(Arc::clone(stop));
     let has_colours = env::var_os("NO_COLOR").is_none_or(|said| said.is_empty());
@@ -40,7 +40,7 @@ pub(crate) fn run(stations: Vec<Station>, stop: &Arc<AtomicBool>) -> io::Result<
     let screen = Screen::new(&names, has_colours);
     let mut running = Running { screen, news: Vec::new(), awaited: Vec::new(), stations: &stations };
     let ended = ratatui::try_init().and_then(|mut terminal| running.show(&mut terminal, stop));
-    // The lease first: a terminal may be gone.
+    // Release the lease first: the terminal may be closed.
     running.let_go();
     ended.and(ratatui::try_restore())
 }
@@ -60,7 +60,7 @@ struct Running<'a> {
     screen: Screen,
     stations: &'a [Station],
     news: Vec<Receiver<News>>,
-    /// What was asked, and its answer when it comes.
+    /// Requests and the receivers of their answers.
     awaited: Vec<(String, oneshot::Receiver<Answer>)>,
 }
 
@@ -77,7 +77,7 @@ impl Running<'_> {
             self.take_answers();
             terminal.draw(|frame| draw(frame, &self.screen))?;
             let next = Instant::now() + PICTURE;
-            // A key is seen at once; of many all that are there.
+            // Handle a key immediately, and all pending keys.
             let mut wait = PICTURE;
             while event::poll(wait)? {
                 if let Event::Key(key) = event::read()? {
@@ -109,7 +109,7 @@ impl Running<'_> {
                         }
                     }
                     Ok(News::Cut(_)) => {}
-                    // What this terminal was too slow for is told again, as far as it still holds.
+                    // Missed news: read the latest of each kind again.
                     Err(TryRecvError::Lagged(_)) => {
                         station.board().last().iter().for_each(|text| self.screen.hear(number, text));
                     }
@@ -123,7 +123,7 @@ impl Running<'_> {
         let Self { awaited, screen, .. } = self;
         awaited.retain_mut(|(what, answer)| match answer.try_recv() {
             Ok(Ok(done)) => {
-                // Of a check what it came to.
+                // A check is reported by its state.
                 let done = done.get("state").unwrap_or(&done).as_str().unwrap_or_default();
                 screen.tell(format!("{what}: {done}"), false);
                 false
@@ -143,7 +143,7 @@ impl Running<'_> {
     fn grant(&mut self, wish: Wish) {
         match wish {
             Wish::Stop => {
-                // All are told before one has answered.
+                // Send all STOPs before waiting for an answer.
                 for station in self.stations {
                     self.awaited.push((format!("{} STOP", station.name()), station.stop()));
                 }
@@ -165,11 +165,11 @@ impl Running<'_> {
         }
     }
 
-    /// What is moved from here comes to rest.
+    /// Ends the motion of all stations.
     fn let_go(&mut self) {
         for station in self.stations {
             station.hear(CLIENT, false);
-            // Its answer comes when that was done.
+            // The answer confirms that the release was handled.
             self.awaited.push((String::new(), station.ask(CLIENT, Action::Events)));
         }
         let deadline = Instant::now() + PARTING;

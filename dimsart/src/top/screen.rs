@@ -1,10 +1,10 @@
-//! What is shown, and what a key does.
+//! State of the screen, and its changes by keys.
 
 use ratatui::crossterm::event::{KeyCode, KeyEvent, KeyEventKind, KeyModifiers};
 
 use super::seen::{Entry, ModuleLine, Seen, SignalLine};
 
-/// Something that a user wants done.
+/// An action requested by the user.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub(super) enum Wish {
     Arm {
@@ -13,13 +13,13 @@ pub(super) enum Wish {
     Disarm {
         station: usize,
     },
-    /// Every station.
+    /// Stops every station.
     Stop,
-    /// Starts the scheme, if it is sound, of a device at rest.
+    /// Checks the scheme of a device at rest and starts it.
     Check {
         station: usize,
     },
-    /// Ends its fault.
+    /// Clears its fault.
     Reset {
         station: usize,
     },
@@ -46,11 +46,11 @@ const PANES: [Pane; 4] = [Pane::Modules, Pane::Signals, Pane::Chart, Pane::Event
 /// Lines of `PgUp` and `PgDn`.
 const PAGE: isize = 10;
 
-/// What keys are for now.
+/// Present use of the keys.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub(super) enum Mode {
     Looking,
-    /// Asks whether to arm.
+    /// Asks for confirmation before arming.
     Arming,
     Editing(Edited),
     Filtering,
@@ -66,24 +66,24 @@ pub(super) struct Edited {
     pub(super) text: String,
 }
 
-/// What came of something.
+/// Result of an action.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub(super) struct Note {
     pub(super) text: String,
     pub(super) is_bad: bool,
 }
 
-/// All that is drawn.
+/// State of the screen.
 #[derive(Debug)]
 pub(super) struct Screen {
     pub(super) stations: Vec<Seen>,
-    /// The one that is shown.
+    /// Index of the shown station.
     pub(super) at: usize,
     pub(super) pane: Pane,
     pub(super) mode: Mode,
     pub(super) note: Option<Note>,
     pub(super) has_colours: bool,
-    /// By [`Screen::list`].
+    /// Indexed by [`Screen::list`].
     filters: [String; 3],
     selected: [usize; 3],
 }
@@ -102,12 +102,12 @@ impl Screen {
         }
     }
 
-    /// The station that is shown.
+    /// Returns the shown station.
     pub(super) fn seen(&self) -> Option<&Seen> {
         self.stations.get(self.at)
     }
 
-    /// Takes in what a station told.
+    /// Handles news of a station.
     pub(super) fn hear(&mut self, station: usize, text: &str) {
         let Some(seen) = self.stations.get_mut(station) else { return };
         if let Some(lost) = seen.hear(text) {
@@ -116,7 +116,7 @@ impl Screen {
         }
     }
 
-    /// Says what came of something. What went wrong stays until the next key: of several stations one may have failed.
+    /// Shows the result of an action. An error stays until the next key, so that a later success does not hide it.
     pub(super) fn tell(&mut self, text: String, is_bad: bool) {
         if !is_bad && self.note.as_ref().is_some_and(|note| note.is_bad) {
             return;
@@ -128,33 +128,33 @@ impl Screen {
         self.filters.get(Self::list(pane)).map_or("", String::as_str)
     }
 
-    /// Line of a pane's list that is chosen, as far as there are lines.
+    /// Returns the selected line of a pane's list.
     pub(super) fn selected(&self, pane: Pane) -> usize {
         let last = self.lines(pane).saturating_sub(1);
         self.selected.get(Self::list(pane)).map_or(0, |selected| (*selected).min(last))
     }
 
-    /// The lines of the modules.
+    /// Returns the lines of the modules.
     pub(super) fn modules(&self) -> Vec<ModuleLine<'_>> {
         self.seen().map(|seen| seen.modules(self.filter(Pane::Modules))).unwrap_or_default()
     }
 
-    /// The parameter's value that is chosen: modules themselves are passed over.
+    /// Returns the selected parameter value; module lines cannot be selected.
     pub(super) fn entry(&self) -> Option<Entry<'_>> {
         entries(&self.modules()).nth(self.selected(Pane::Modules))
     }
 
-    /// The lines of the signals.
+    /// Returns the lines of the signals.
     pub(super) fn signals(&self) -> Vec<SignalLine<'_>> {
         self.seen().map(|seen| seen.signals(self.filter(Pane::Signals))).unwrap_or_default()
     }
 
-    /// The signal that is chosen.
+    /// Returns the selected signal.
     pub(super) fn signal(&self) -> Option<SignalLine<'_>> {
         self.signals().get(self.selected(Pane::Signals)).copied()
     }
 
-    /// A key was pressed.
+    /// Handles a key.
     pub(super) fn key(&mut self, key: KeyEvent) -> Option<Wish> {
         if key.kind == KeyEventKind::Release {
             return None;
@@ -163,7 +163,7 @@ impl Screen {
         if key.code == KeyCode::Char('c') && key.modifiers.contains(KeyModifiers::CONTROL) {
             return Some(Wish::Quit);
         }
-        // Whatever else is going on. No value and no name has a space.
+        // STOP in every mode: no value and no name contains a space.
         if key.code == KeyCode::Char(' ') {
             self.mode = Mode::Looking;
             return Some(Wish::Stop);
@@ -189,7 +189,7 @@ impl Screen {
             KeyCode::Char('d') => return Some(Wish::Disarm { station: self.at }),
             KeyCode::Char('c' | 'r') if self.seen().is_some_and(Seen::is_held_here) => {
                 self.tell(
-                    "armed, it would move at once: `d` disarms it, then `c` or `r`, then `a`".to_owned(),
+                    "armed: the device would move at once; press `d`, then `c` or `r`, then `a`".to_owned(),
                     true,
                 );
             }
@@ -225,7 +225,7 @@ impl Screen {
                     };
                     self.mode = Mode::Editing(edited);
                 }
-                _ => self.tell("Enter edits a parameter: choose one, with ← → ↑ ↓".to_owned(), false),
+                _ => self.tell("Enter edits a parameter: select a parameter with ← → ↑ ↓".to_owned(), false),
             },
             _ => {}
         }
@@ -287,7 +287,7 @@ impl Screen {
         }
     }
 
-    /// Number of lines that can be chosen.
+    /// Returns the number of selectable lines.
     fn lines(&self, pane: Pane) -> usize {
         match pane {
             Pane::Modules => entries(&self.modules()).count(),
@@ -296,7 +296,7 @@ impl Screen {
         }
     }
 
-    /// The list that a pane is of: the chart is of the signal that is chosen.
+    /// Returns the list of a pane: the chart shows the selected signal.
     fn list(pane: Pane) -> usize {
         match pane {
             Pane::Modules => 0,

@@ -1,4 +1,4 @@
-//! What was heard of a station.
+//! Latest news of a station.
 
 use serde_json::Value;
 
@@ -6,11 +6,11 @@ use super::live::Live;
 use super::text;
 use super::told::{Event, Faults, Module, Overview, Parameter, Signal, Status, Told};
 
-/// A station as it is known here.
+/// Known state of a station.
 #[derive(Debug, Default)]
 pub(super) struct Seen {
     pub(super) name: String,
-    /// Why there is no line to it.
+    /// Why its line is closed.
     pub(super) gone: Option<String>,
     pub(super) status: Option<Status>,
     pub(super) faults: Option<Faults>,
@@ -32,7 +32,7 @@ pub(super) struct Entry<'a> {
     pub(super) module: &'a str,
     pub(super) parameter: &'a Parameter,
     pub(super) value: &'a Value,
-    /// None of a parameter with one value.
+    /// `None` for a parameter with one value.
     place: Option<usize>,
 }
 
@@ -48,7 +48,7 @@ impl Seen {
         Self { name: name.to_owned(), ..Self::default() }
     }
 
-    /// Takes in what it told; why motion has ended, if it has.
+    /// Handles news; returns the reason if motion has ended.
     pub(super) fn hear(&mut self, text: &str) -> Option<String> {
         match Told::read(text)? {
             Told::Gone(reason) => self.gone = reason,
@@ -64,12 +64,12 @@ impl Seen {
         None
     }
 
-    /// Whether it is moved from here.
+    /// Returns whether this program moves the station.
     pub(super) fn is_held_here(&self) -> bool {
         self.gone.is_none() && self.status.as_ref().is_some_and(|status| status.holder.is_some())
     }
 
-    /// What is wrong with it, the first thing to be repaired, and what to do next.
+    /// Returns the first fault and its remedy.
     pub(super) fn first_fault(&self) -> Option<String> {
         let faults = self.faults.as_ref()?;
         let finding = faults.findings.iter().find(|finding| finding.is_fault);
@@ -81,7 +81,7 @@ impl Seen {
         finding.or_else(|| faults.cut_out.clone()).or_else(first)
     }
 
-    /// Modules and values of their parameters whose names have the filter in them.
+    /// Returns modules and parameter values whose names match the filter.
     pub(super) fn modules(&self, filter: &str) -> Vec<ModuleLine<'_>> {
         let mut lines = Vec::new();
         for module in self.overview.iter().flat_map(|overview| &overview.modules) {
@@ -98,7 +98,7 @@ impl Seen {
         lines
     }
 
-    /// Values of signals whose names have the filter in them.
+    /// Returns signal values whose names match the filter.
     pub(super) fn signals(&self, filter: &str) -> Vec<SignalLine<'_>> {
         let signals = self.overview.iter().flat_map(|overview| &overview.signals);
         let lines = signals
@@ -106,13 +106,13 @@ impl Seen {
         lines.filter(|line| has(&line.name(), filter)).collect()
     }
 
-    /// Events that have the filter in them, the newest first.
+    /// Returns events that match the filter, newest first.
     pub(super) fn events(&self, filter: &str) -> Vec<&Event> {
         let has_it = |event: &&Event| has(&format!("{} {}", event.name, event.text), filter);
         self.events.iter().rev().filter(has_it).collect()
     }
 
-    /// A signal's value now, without its unit: of a signal whose rows do not come, as it was at the last look.
+    /// Returns the latest value of a signal without its unit: from its rows, or from the last overview.
     pub(super) fn signal_value(&self, line: SignalLine<'_>) -> String {
         let live = self.live.newest(&line.signal.name, line.place);
         live.unwrap_or_else(|| line.signal.values.get(line.place).map_or_else(String::new, text::value))
@@ -120,7 +120,7 @@ impl Seen {
 }
 
 impl Entry<'_> {
-    /// As `set` takes it.
+    /// Returns the name for `set`.
     pub(super) fn name(&self) -> String {
         name(&self.parameter.name, self.place)
     }
@@ -138,7 +138,7 @@ impl Entry<'_> {
         self.default_text().is_some_and(|default| default != self.text())
     }
 
-    /// What it takes: the unit is that of the numbers, before how many they are.
+    /// Returns the range, with the unit after the numbers and before their count.
     pub(super) fn range(&self) -> String {
         let Parameter { range, unit, .. } = self.parameter;
         match range.split_once(", ") {

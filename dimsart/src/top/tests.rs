@@ -1,4 +1,4 @@
-//! Known states, drawn: what matters is there in every size.
+//! Draws known states: the important content is visible in every size.
 
 use ratatui::Terminal;
 use ratatui::backend::TestBackend;
@@ -12,7 +12,7 @@ use super::screen::{Screen, Wish};
 use dimsart_core::Format;
 
 const SIZES: [(u16, u16); 3] = [(80, 24), (40, 15), (160, 50)];
-const FAULT: &str = "DES_FORCE has no writer: plug in what writes it";
+const FAULT: &str = "DES_FORCE has no writer: plug in a module that writes it";
 
 fn tell(screen: &mut Screen, kind: &str, content: &Value) {
     screen.hear(0, &json!({ "kind": kind, "station": 0, "content": content }).to_string());
@@ -24,7 +24,7 @@ fn status(screen: &mut Screen, state: &str, is_commanded: bool) {
     tell(screen, "status", &json!({ "live": live, "holder": is_commanded.then_some(0) }));
 }
 
-/// Two stations; the first one is known, and has a fault.
+/// Returns a screen with two stations; the first one has a fault.
 fn known() -> Screen {
     let mut screen = Screen::new(&["joint", "wrist"], true);
     status(&mut screen, "the device is NOT commanded: the scheme is stopped", false);
@@ -55,7 +55,7 @@ fn known() -> Screen {
     screen
 }
 
-/// Lines of the terminal.
+/// Draws the screen and returns the lines of the terminal.
 fn drawn(screen: &Screen, (width, height): (u16, u16)) -> Vec<String> {
     let mut terminal = Terminal::new(TestBackend::new(width, height)).unwrap();
     terminal.draw(|frame| draw(frame, screen)).unwrap();
@@ -63,7 +63,7 @@ fn drawn(screen: &Screen, (width, height): (u16, u16)) -> Vec<String> {
     cells.map(|line| line.iter().map(ratatui::buffer::Cell::symbol).collect()).collect()
 }
 
-/// The sentence that goes over several lines.
+/// Joins the words of all lines.
 fn words(lines: &[String]) -> String {
     lines.iter().flat_map(|line| line.split_whitespace()).collect::<Vec<_>>().join(" ")
 }
@@ -149,7 +149,7 @@ fn without_colours_there_are_none() {
 fn arming_is_asked_for_and_only_yes_is_yes() {
     let mut screen = known();
     assert_eq!(press(&mut screen, "a"), []);
-    assert!(words(&drawn(&screen, (40, 15))).contains("this lets joint move"));
+    assert!(words(&drawn(&screen, (40, 15))).contains("joint may move: arm?"));
     assert_eq!(press(&mut screen, "n"), []);
     assert_eq!(press(&mut screen, "ay"), [Wish::Arm { station: 0 }]);
     assert_eq!(press(&mut screen, "2ay"), [Wish::Arm { station: 1 }]);
@@ -165,7 +165,7 @@ fn what_is_armed_is_not_started() {
     assert_eq!(press(&mut screen, "cr"), [Wish::Check { station: 0 }, Wish::Reset { station: 0 }]);
     status(&mut screen, "the device is NOT commanded: the scheme is stopped", true);
     assert_eq!(press(&mut screen, "c"), []);
-    assert!(words(&drawn(&screen, (80, 24))).contains("armed, it would move at once"));
+    assert!(words(&drawn(&screen, (80, 24))).contains("armed: the device would move at once"));
 }
 
 #[test]
@@ -175,7 +175,7 @@ fn help_is_whole_and_leaves_the_keys() {
         press(&mut screen, "?");
         let text = words(&drawn(&screen, size));
         assert!(text.contains("Space STOPS every station") && text.contains("Space STOP a arm"), "{text}");
-        assert!(size.0 < 80 || text.contains("q: quit, at rest."), "{text}");
+        assert!(size.0 < 80 || text.contains("q: disarm and quit."), "{text}");
     }
 }
 
@@ -209,13 +209,13 @@ fn the_parameter_that_is_found_is_edited() {
 #[test]
 fn a_line_that_is_gone_and_motion_that_is_lost_are_told() {
     let mut screen = known();
-    tell(&mut screen, "lost", &json!({ "reason": "the lease is lost" }));
+    tell(&mut screen, "lost", &json!({ "reason": "lease lost" }));
     tell(&mut screen, "gone", &json!("the device closed the line"));
     for size in SIZES {
         let text = words(&drawn(&screen, size));
-        assert!(text.contains("NO LINE to the device: the device closed the line"), "{text}");
-        assert!(text.contains("1 joint!") && text.contains("joint: the lease is lost"), "{text}");
+        assert!(text.contains("NO CONNECTION to the device: the device closed the line"), "{text}");
+        assert!(text.contains("1 joint!") && text.contains("joint: lease lost"), "{text}");
     }
     screen.tell("wrist STOP: stopped".to_owned(), false);
-    assert!(words(&drawn(&screen, (80, 24))).contains("joint: the lease is lost"), "what went wrong stays");
+    assert!(words(&drawn(&screen, (80, 24))).contains("joint: lease lost"), "an error stays visible");
 }

@@ -1,14 +1,14 @@
-//! Values and sentences as a terminal has room for them.
+//! Formats values and sentences for a terminal.
 
 use dimsart_core::scheme::switch;
 use serde_json::Value;
 
-/// A value with its unit, which a pure number and a name do not have.
+/// Appends the unit, if any, to a value.
 pub(super) fn with_unit(value: &str, unit: &str) -> String {
     format!("{value} {unit}").trim_end().to_owned()
 }
 
-/// A value as `dimsart connect` writes it.
+/// Formats a value as `dimsart connect` does.
 pub(super) fn value(value: &Value) -> String {
     match value {
         Value::Bool(flag) => switch(*flag).to_owned(),
@@ -21,14 +21,14 @@ pub(super) fn value(value: &Value) -> String {
             (None, Some(real)) => real.to_string(),
             (None, None) => number.to_string(),
         },
-        _ => "not finite".to_owned(),
+        _ => "NaN or inf".to_owned(),
     }
 }
 
-/// A number that changes all the time: always five digits behind the sign, so that it stands still.
+/// Formats a changing number with constant width: five digits.
 pub(super) fn moving(number: f64) -> String {
     match number.abs() {
-        size if !size.is_finite() => "not finite".to_owned(),
+        size if !size.is_finite() => "NaN or inf".to_owned(),
         size if size < 10.0 => format!("{number:.4}"),
         size if size < 100.0 => format!("{number:.3}"),
         size if size < 1000.0 => format!("{number:.2}"),
@@ -37,7 +37,7 @@ pub(super) fn moving(number: f64) -> String {
     }
 }
 
-/// Lines of a sentence between words, at most so many; what has no room ends with `…`.
+/// Wraps a sentence at words to at most `most` lines, and truncates it with `…`.
 pub(super) fn wrapped(sentence: &str, width: usize, most: usize) -> Vec<String> {
     let width = width.max(1);
     let mut lines: Vec<String> = Vec::new();
@@ -73,7 +73,7 @@ mod tests {
     #[test]
     fn values_are_as_connect_writes_them() {
         for (json, text) in
-            [("150.0", "150"), ("true", "ON"), ("1e-7", "1e-7"), ("null", "not finite"), ("7", "7")]
+            [("150.0", "150"), ("true", "ON"), ("1e-7", "1e-7"), ("null", "NaN or inf"), ("7", "7")]
         {
             assert_eq!(value(&serde_json::from_str(json).unwrap()), text);
         }

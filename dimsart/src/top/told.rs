@@ -1,4 +1,4 @@
-//! What a station tells, as far as it is shown here: the reports of [`connect`](crate::connect) behind their JSON.
+//! News of a station, decoded from the JSON of the [`connect`](crate::connect) reports.
 
 use std::fmt;
 
@@ -9,20 +9,20 @@ use serde_json::Value;
 /// A piece of news.
 #[derive(Debug)]
 pub(super) enum Told {
-    /// Why there is no line to the device; none when there is one.
+    /// Why the line to the device is closed; `None` when it is open.
     Gone(Option<String>),
     Status(Status),
     Faults(Faults),
     Overview(Overview),
     Events(Vec<Event>),
-    /// Why motion has ended without being told to.
+    /// Why motion has ended unexpectedly.
     Lost(Lost),
 }
 
 #[derive(Debug, Clone, Deserialize)]
 pub(super) struct Status {
     pub(super) live: Live,
-    /// The client of this program that moves it: there is one, who looks at the terminal.
+    /// The client of this program that holds the lease: the terminal is its only client.
     pub(super) holder: Option<u64>,
 }
 
@@ -70,7 +70,7 @@ pub(super) struct Identity {
 #[derive(Debug, Clone, Deserialize)]
 pub(super) struct Module {
     pub(super) name: String,
-    /// Its place in the plug-in order; none while it is plugged out.
+    /// Position in the plug-in order; `None` while it is unplugged.
     pub(super) place: Option<u16>,
     pub(super) parameters: Vec<Parameter>,
 }
@@ -113,7 +113,7 @@ pub(super) struct Lost {
 }
 
 impl Told {
-    /// Reads it; none where it is for the page alone.
+    /// Decodes news; `None` for news that only the page uses.
     pub(super) fn read(text: &str) -> Option<Self> {
         #[derive(Deserialize)]
         struct Message {

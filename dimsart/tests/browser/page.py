@@ -1,6 +1,6 @@
-"""The page in a real browser: what a user does with it, step by step. `cargo xtask step page` runs it.
+"""Test of the page in a real browser, step by step. Run by `cargo xtask step page`.
 
-usage: page.py DIMSART FOLDER    the command, and where the pictures go
+usage: page.py DIMSART FOLDER    the command, and the folder for pictures
 """
 
 import atexit
@@ -21,7 +21,7 @@ RECORDINGS = tempfile.mkdtemp()
 
 
 class Server:
-    """`dimsart serve`, until it is killed."""
+    """`dimsart serve`, killed at the end."""
 
     def __init__(self, rig="joint"):
         command = [DIMSART, "serve", rig, "--page-port", str(PORT), "--recordings", RECORDINGS]
@@ -48,7 +48,7 @@ def step(text):
 
 
 def drawn(page):
-    """Whether something is drawn in the first plot."""
+    """Number of pixels drawn in the first plot."""
     script = """() => { const c = document.querySelector('#plots canvas'); const d = c.getContext('2d')
         .getImageData(0, 0, c.width, c.height).data; let n = 0;
         for (let i = 0; i < d.length; i += 4) n += d[i + 2] > 120 && d[i] < 60 && d[i + 3] > 0; return n }"""
@@ -56,7 +56,7 @@ def drawn(page):
 
 
 def wait_for_plot(page):
-    """Waits until something is drawn: on a busy machine the first samples come late."""
+    """Waits until the plot is drawn: on a busy machine the first samples arrive late."""
     for _ in range(60):
         if drawn(page) > 50:
             return
@@ -65,7 +65,7 @@ def wait_for_plot(page):
 
 
 def arm(page):
-    """Lets it move; on a machine that is busy the lease can be lost before it is seen."""
+    """Arms the controller; on a busy machine the lease can be lost before it is shown."""
     for _ in range(5):
         page.click("#arm")
         try:
@@ -82,21 +82,21 @@ def shown_tick(page):
 
 
 def csv(page):
-    """What the scope shows, as CSV."""
+    """Returns the shown signals as CSV."""
     with page.expect_download() as download:
         page.click("#export")
     return Path(download.value.path()).read_text()
 
 
 def short_ring(route):
-    """The page with a scope that keeps two seconds."""
+    """The page with a scope of two seconds."""
     answer = route.fetch()
     assert "SECONDS = 60" in answer.text(), "the length of the ring is not found"
     route.fulfill(response=answer, body=answer.text().replace("SECONDS = 60", "SECONDS = 2"))
 
 
 def held_picture(browser, url, errors):
-    step("a held picture stays when its ring has gone on")
+    step("a held picture is unchanged when its ring continues")
     page = browser.new_page(viewport={"width": 1500, "height": 1000}, color_scheme="light")
     page.on("pageerror", lambda error: errors.append(str(error)))
     page.route("**/ring.js", short_ring)
@@ -109,17 +109,17 @@ def held_picture(browser, url, errors):
         page.wait_for_timeout(100)
     page.click("#run")
     held, tick = csv(page), shown_tick(page)
-    assert len(held.splitlines()) > 100, "hardly anything is held"
+    assert len(held.splitlines()) > 100, "too few rows are held"
     while shown_tick(page) < tick + 4000:
         page.wait_for_timeout(100)
     page.select_option("#view", "xy")
     page.select_option("#view", "time")
-    assert csv(page) == held, "what was held is another picture, or none"
-    assert drawn(page) > 50, "what is held is not drawn"
+    assert csv(page) == held, "the held picture has changed"
+    assert drawn(page) > 50, "the held picture is not drawn"
     page.click("#run")
-    assert csv(page) != held, "it does not go on"
+    assert csv(page) != held, "the picture does not continue"
 
-    step("ticks that are missing are a gap, ticks that wrap are not, and a restart is no line on")
+    step("missing ticks and a restart are gaps, wrapped ticks are not")
     found = page.evaluate("""async () => {
         const { Ring } = await import('/ring.js');
         const ring = new Ring({ number: 1, every_ticks: 2, signals: [{ name: 'A', unit: '', words: 1 }] }, 0.001);
@@ -133,7 +133,7 @@ def held_picture(browser, url, errors):
 
 
 def two_pages(browser, page, url, errors):
-    step("of two pages the one that has armed says so, and the other one changes nothing")
+    step("of two pages, the armed one shows it, and the other one cannot change anything")
     other = browser.new_page(viewport={"width": 1500, "height": 1000}, color_scheme="light")
     other.on("pageerror", lambda error: errors.append(str(error)))
     other.goto(url)
@@ -156,7 +156,7 @@ def two_pages(browser, page, url, errors):
 
 
 def recorded(page):
-    step("a recording is begun and ended, and says where it is")
+    step("a recording starts and ends, and shows its path")
     button = page.get_by_role("button", name="Record", exact=True)
     button.focus()
     page.keyboard.press("Enter")
@@ -171,7 +171,7 @@ def recorded(page):
 
 
 def chosen(page):
-    step("what another page has left out can be sent again, but not while it is recorded")
+    step("signals removed by another page can be sent again, but not during a recording")
     page.evaluate("""() => {
         const other = new WebSocket(`ws://${location.host}/socket${location.search}`);
         other.onopen = () => other.send('{"say":"do","id":1,"station":0,"do":"stream","names":["POSITION","DES_POSITION"]}');
@@ -182,7 +182,7 @@ def chosen(page):
     page.fill("#signal-filter", "position")
     expect(unsent("des_force")).to_be_hidden()
     page.fill("#signal-filter", "")
-    page.locator('#signals label[data-name="des_position"]').get_by_role("button", name="leave out").click()
+    page.locator('#signals label[data-name="des_position"]').get_by_role("button", name="remove").click()
     expect(unsent("des_position")).to_be_visible()
     page.click("#record")
     expect(page.locator("#record")).to_have_attribute("aria-pressed", "true")
@@ -202,7 +202,7 @@ def joint(browser, errors):
     page = browser.new_page(viewport={"width": 1500, "height": 1000}, color_scheme="light")
     page.on("pageerror", lambda error: errors.append(str(error)))
 
-    step("it is there: modules, scheme and a moving plot")
+    step("the page shows modules, scheme and a moving plot")
     start = time.monotonic()
     page.goto(server.url)
     page.wait_for_selector(".module")
@@ -211,22 +211,22 @@ def joint(browser, errors):
     page.wait_for_function("() => document.querySelector('#plots canvas')")
     expect(page.locator("#state-text")).to_contain_text("no client holds the lease")
 
-    step("it moves the device, and says so")
+    step("the page moves the device, and shows it")
     arm(page)
     page.wait_for_timeout(3000)
     wait_for_plot(page)
     page.screenshot(path=FOLDER / "page.png")
 
-    step("an edit is tried, then applied")
+    step("an edit is checked, then applied")
     gain = page.get_by_label("PIDCTRL_MOD K_PARAM")
     gain.fill("120")
     gain.press("Tab")
-    expect(page.locator("#pending-check")).to_have_text("checked: it matches")
+    expect(page.locator("#pending-check")).to_have_text("check passed")
     page.click("#apply")
     expect(page.locator("#pending")).to_be_hidden()
     expect(gain).to_have_value("120")
 
-    step("what is out of range is refused, with its range, and nothing changes")
+    step("a value out of range is refused with its range, and nothing changes")
     gain.fill("1e12")
     gain.press("Tab")
     expect(page.locator("#pending-check")).to_contain_text("1000000")
@@ -234,25 +234,25 @@ def joint(browser, errors):
     page.click("#drop")
     expect(gain).to_have_value("120")
 
-    step("plugging out what the device needs is told before it happens")
-    page.get_by_role("button", name="Plug out").click()
+    step("unplugging a required module is reported before it is applied")
+    page.get_by_role("button", name="Unplug").click()
     expect(page.locator("#pending-check")).to_contain_text("DES_FORCE")
     expect(page.locator("#apply")).to_be_disabled()
     page.click("#drop")
 
-    step("a module is plugged in and out again")
+    step("a module is plugged in and unplugged again")
     page.select_option("#plug", "SIGGEN_MOD")
-    expect(page.locator("#pending-check")).to_have_text("checked: it matches")
+    expect(page.locator("#pending-check")).to_have_text("check passed")
     page.click("#apply")
     expect(page.locator(".module", has_text="SIGGEN_MOD")).to_be_visible()
     expect(page.locator("#signals label", has_text="SIGNAL_OUT")).to_be_visible()
     page.locator(".module", has_text="SIGGEN_MOD").get_by_role("button").click()
-    expect(page.locator("#pending-check")).to_have_text("checked: it matches")
+    expect(page.locator("#pending-check")).to_have_text("check passed")
     page.click("#apply")
     expect(page.locator(".module", has_text="SIGGEN_MOD, not plugged in")).to_be_visible()
 
     step("the trigger holds a step of the reference")
-    # On a busy machine the lease can be lost, and the experiment waits for it.
+    # On a busy machine the lease can be lost, and the experiment waits.
     if not page.locator("#arm").is_disabled():
         arm(page)
     page.select_option("#trigger-source", "DES_POSITION")
@@ -271,7 +271,7 @@ def joint(browser, errors):
     recorded(page)
     chosen(page)
 
-    step("the reference follows a hand, and is let go")
+    step("the reference follows the pointer, and is released")
     if not page.locator("#arm").is_disabled():
         arm(page)
     dial = page.locator("#device circle").bounding_box()
@@ -281,16 +281,16 @@ def joint(browser, errors):
     page.mouse.move(x + 40, y - 70, steps=8)
     wanted = page.locator("#signals label", has_text="DES_POSITION").locator(".value")
     expect(wanted).to_contain_text(re.compile(r"1\.0[45]"))
-    # Where it was not armed for a while, its load has turned it far.
+    # While disarmed, its load has turned it far.
     expect(page.locator("#device text").first).to_contain_text(re.compile(r"^1\.0"), timeout=20000)
     page.mouse.up()
     expect(wanted).to_contain_text("0.5")
 
-    step("Esc stops it")
+    step("Esc stops the device")
     page.keyboard.press("Escape")
     expect(page.locator("#state-text")).to_contain_text("stopped")
 
-    step("a scheme that another client breaks is drawn with its reason")
+    step("a fault caused by another client is shown in the scheme")
     # STOP has released the lease.
     expect(page.locator("#disarm")).to_be_disabled()
     connect("off", "PIDCTRL_MOD")
@@ -301,24 +301,24 @@ def joint(browser, errors):
     page.click("#start")
     expect(page.locator("#findings .fault")).to_have_count(0, timeout=8000)
 
-    step("a change of many commands that another client leaves open is dropped")
+    step("an open transaction of another client is aborted")
     connect("begin")
     expect(page.locator("#transaction")).to_be_visible(timeout=8000)
     page.click("#abort")
     expect(page.locator("#transaction")).to_be_hidden(timeout=8000)
 
-    step("without a line nothing is said to be armed, and STOP says that it is not heard")
+    step("without a connection nothing is shown as armed, and STOP reports its failure")
     arm(page)
     server.kill()
-    expect(page.locator("#line")).to_contain_text("no line")
-    expect(page.locator("#state-text")).to_contain_text("not known")
+    expect(page.locator("#line")).to_contain_text("no connection")
+    expect(page.locator("#state-text")).to_contain_text("state unknown")
     expect(page.locator("#arm")).to_have_text("Arm")
     for id in ["#arm", "#disarm", "#start", "#reset", "#save"]:
         expect(page.locator(id)).to_be_disabled()
     page.keyboard.press("Escape")
     expect(page.locator("#toast")).to_contain_text("NOT STOPPED")
 
-    step("the server comes back")
+    step("the server restarts")
     server = Server()
     expect(page.locator("#line")).to_have_text("connected", timeout=8000)
     expect(page.locator("#state-text")).to_contain_text("no client holds the lease", timeout=8000)
@@ -328,7 +328,7 @@ def joint(browser, errors):
     two_pages(browser, page, server.url, errors)
     held_picture(browser, server.url, errors)
 
-    step("a page that is closed moves nothing")
+    step("a closed page ends motion")
     arm(page)
     page.close()
     onlooker = browser.new_page(viewport={"width": 390, "height": 840}, color_scheme="dark")
@@ -345,7 +345,7 @@ def joint(browser, errors):
 
 
 def own_edits(page):
-    step("what is edited for one controller does not go to another one")
+    step("edits of one controller do not affect another one")
     gain = page.get_by_label(re.compile(r"^PIDCTRL_MOD K_PARAM"))
 
     def look_at(name):
@@ -357,13 +357,13 @@ def own_edits(page):
     look_at("base")
     gain.fill("17")
     gain.press("Tab")
-    # Before it has been checked.
+    # Before the check.
     look_at("elbow")
     expect(page.locator("#pending")).to_be_hidden()
     expect(page.locator("#apply")).to_be_disabled()
     expect(gain).to_have_value(of_elbow)
     look_at("base")
-    expect(page.locator("#pending-check")).to_have_text("checked: it matches", timeout=15000)
+    expect(page.locator("#pending-check")).to_have_text("check passed", timeout=15000)
     expect(gain).to_have_value("17")
     page.click("#apply")
     expect(page.locator("#pending")).to_be_hidden(timeout=15000)

@@ -1,11 +1,11 @@
-//! A board boots and ticks by the chip's rules.
+//! A board boots and ticks according to the chip's rules.
 
 use chips::{BOARDS, Bench, Board};
 use test_requirements::length;
 
 use crate::common::{Shared, image};
 
-/// The longest that interrupts may be kept out, `us`.
+/// Maximum time with disabled interrupts, `us`.
 const LONGEST_MASKED_US: f64 = 25.0;
 
 #[test]
@@ -13,7 +13,7 @@ fn boards_tick_by_the_rules() {
     let ticks = length(2_000_u32, 10_000);
     for board in BOARDS {
         let Some(shared) = Shared::start(board.name) else { return };
-        // What the start takes.
+        // Time of the start.
         shared.run_for(0.2);
         let (at_start, place) = shared.bench().processor.take_longest_masked();
         println!("{}: at the start interrupts are masked for {at_start} cycles, until {place}", board.name);
@@ -45,6 +45,6 @@ fn variants_tick_by_the_rules() {
         assert_eq!(bench.violations(), [] as [&str; 0], "{name}");
         assert_eq!(bench.processor.faults(), [], "{name}");
         assert_eq!(bench.chip().resets(), [], "{name}");
-        assert!(!bench.received().is_empty(), "{name} says nothing");
+        assert!(!bench.received().is_empty(), "{name}: no output");
     }
 }

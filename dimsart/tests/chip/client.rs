@@ -1,4 +1,4 @@
-//! A host at the board's command line, in the board's own time.
+//! A host at the board's command line, in the board's time.
 
 use dimsart_core::{Command, ModuleRef, Reason, TypeRef, Value};
 use dimsart_link::protocol::{
@@ -8,9 +8,9 @@ use dimsart_link::protocol::{
 use crate::motor::Powered;
 
 const CLIENT: u8 = 7;
-/// An answer is there within that time.
+/// Timeout of an answer.
 const PATIENCE_S: f64 = 0.1;
-/// Of 200 ms that a lease lasts.
+/// Interval of renewals; a lease lasts 200 ms.
 const RENEWAL_S: f64 = 0.08;
 
 #[derive(Clone)]
@@ -23,7 +23,7 @@ pub(crate) struct Client {
 }
 
 impl Client {
-    /// Gives the board a scheme: a constant force, 0 at first.
+    /// Sends the board a scheme with a constant force, initially 0.
     pub(crate) fn new(powered: &mut Powered) -> Self {
         let mut client = Self {
             number: 0,
@@ -51,7 +51,7 @@ impl Client {
         client
     }
 
-    /// The place of what has this name.
+    /// Returns the index of an item by name.
     fn find(&mut self, powered: &mut Powered, name: &str, request: impl Fn(u8) -> Request) -> u8 {
         let is_it = |response: Response<'_>| match response {
             Response::Module(module) => Some(module.name == name),
@@ -72,7 +72,7 @@ impl Client {
         });
     }
 
-    /// Asks, and goes on until the answer is there. Panics without one, or with another one than `take` takes.
+    /// Sends a request and runs until the answer arrives. Panics without an answer, or if `take` rejects it.
     fn ask<T>(
         &mut self,
         powered: &mut Powered,
@@ -104,7 +104,7 @@ impl Client {
         id
     }
 
-    /// Sends a question whose answer nobody waits for, one of several by its number.
+    /// Sends a numbered request without waiting for its answer.
     pub(crate) fn ask_in_passing(&mut self, powered: &mut Powered, number: u32) {
         let renewal = Request::Lease(LeaseAction::Renew);
         let requests = [Request::Status, Request::Timing, renewal, Request::Safety, Request::Identify];
@@ -112,7 +112,7 @@ impl Client {
         self.send(powered, &requests[place]);
     }
 
-    /// Allows the board to move the motor from now on.
+    /// Enables the motor.
     pub(crate) fn take_lease(&mut self, powered: &mut Powered) {
         let holder = self.ask(powered, &Request::Lease(LeaseAction::Take), |response| match response {
             Response::Lease(status) => Some(status.holder),
@@ -122,20 +122,20 @@ impl Client {
         (self.is_holding, self.renewed_s) = (true, powered.time_s());
     }
 
-    /// Forgets what has failed, and allows motion anew.
+    /// Clears faults and enables motion again.
     pub(crate) fn reset(&mut self, powered: &mut Powered) {
         self.is_holding = false;
         self.command(powered, Command::Reset);
         self.take_lease(powered);
     }
 
-    /// Has the scheme command a torque, `N m`.
+    /// Sets the torque command of the scheme, `N m`.
     pub(crate) fn want(&mut self, powered: &mut Powered, torque_nm: f32) {
         let (module, parameter) = (self.generator, self.amplitude);
         self.command(powered, Command::Set { module, parameter, entry: None, value: Value::Real(torque_nm) });
     }
 
-    /// One period, with the lease held if it was taken.
+    /// Runs one period; renews the lease if it was taken.
     pub(crate) fn period(&mut self, powered: &mut Powered) {
         if self.is_holding && powered.time_s() - self.renewed_s > RENEWAL_S {
             self.renewed_s = powered.time_s();
@@ -151,7 +151,7 @@ impl Client {
         }
     }
 
-    /// Why the device does not get what the scheme commands; none when it does.
+    /// Returns why the scheme does not command the device; `None` if it does.
     pub(crate) fn reason(&mut self, powered: &mut Powered) -> Option<Reason> {
         let number = self.ask(powered, &Request::Safety, |response| match response {
             Response::Safety(report) => Some(report.reason),
@@ -160,7 +160,7 @@ impl Client {
         Reason::ALL.iter().copied().find(|reason| reason.number() == number)
     }
 
-    /// A signal's first word, as a real number.
+    /// Returns the first word of a signal as a real number.
     pub(crate) fn signal(&mut self, powered: &mut Powered, id: u16) -> f32 {
         let signal = TypeRef { id, number: 1 };
         self.ask(powered, &Request::Signal { signal, from: 0 }, |response| match response {

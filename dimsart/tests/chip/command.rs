@@ -1,4 +1,4 @@
-//! `dimsart emulate`, as its user meets it.
+//! Tests of `dimsart emulate` from the user's view.
 
 use std::io::{BufRead as _, BufReader};
 use std::process::{Child, Command, Output, Stdio};
@@ -9,7 +9,7 @@ fn dimsart() -> Command {
     Command::new(env!("CARGO_BIN_EXE_dimsart"))
 }
 
-/// An emulated board as a process of its own.
+/// An emulated board as a separate process.
 struct Emulator {
     process: Child,
     said: String,
@@ -85,7 +85,7 @@ fn a_board_s_motor_is_shown_set_and_forgotten_as_text() {
         (status.success(), String::from_utf8(stdout).unwrap(), String::from_utf8(stderr).unwrap())
     };
     let (is_shown, text, error) = motor("show", None);
-    assert!(is_shown && text.contains("the board keeps none"), "{text}{error}");
+    assert!(is_shown && text.contains("of the image, none is stored"), "{text}{error}");
 
     let geared = text.replace("gear_ratio = 1.0 ", "gear_ratio = 6.0 ");
     let (is_set, said, error) = motor("set", Some(&geared));

@@ -1,4 +1,4 @@
-//! What is checked of a board in its first hour, with an emulated chip in its place.
+//! Commissioning checks of a board, with an emulated chip.
 
 use std::io::{self, ErrorKind, Read, Write};
 use std::path::{Path, PathBuf};
@@ -44,7 +44,7 @@ fn all_of_a_board_is_checked_but_for_what_needs_silicon() {
         let folder = folder(name);
         let output = commission(name, &image, &folder);
         let checks = checks(&folder);
-        // Tests may have images that are not stamped yet.
+        // Images may be unstamped in tests.
         let is_stamped = !String::from_utf8_lossy(&output.stdout).contains("unstamped");
         let failed = names(&checks, "failed");
         assert_eq!(failed, if is_stamped { vec![] } else { vec!["image"] }, "{output:?}");
@@ -60,7 +60,7 @@ fn all_of_a_board_is_checked_but_for_what_needs_silicon() {
             assert!(passed.iter().any(|name| name == wanted), "{name} lacks {wanted}: {checks:?}");
         }
         let report = std::fs::read_to_string(folder.join("report.md")).unwrap();
-        assert!(report.contains("nothing here has run on silicon"), "{report}");
+        assert!(report.contains("not on silicon"), "{report}");
         assert!(report.contains("Jitter of the tick's period:\n\n```text\n"), "{report}");
     }
 }
@@ -69,7 +69,7 @@ fn all_of_a_board_is_checked_but_for_what_needs_silicon() {
 fn an_image_without_a_stamp_fails_and_so_does_another_board() {
     let (nucleo, esc) = ("nucleo-g474re", "b-g431b-esc1");
     let Some(plain) = test_requirements::image(nucleo) else { return };
-    // A stamp that is not there any more: the name of its memory says that there are costs.
+    // A missing stamp: the name of its memory shows that there are costs.
     let mut bytes = std::fs::read(&plain).unwrap();
     let stamp = bytes.windows(8).position(|bytes| bytes == b"DIMSTAMP").unwrap();
     bytes[stamp + 32..stamp + 48].fill(0);
@@ -83,10 +83,10 @@ fn an_image_without_a_stamp_fails_and_so_does_another_board() {
     let refused = commission(esc, &plain, &folder);
     assert_eq!(refused.status.code(), Some(1));
     let report = std::fs::read_to_string(folder.join("report.md")).unwrap();
-    assert!(report.starts_with("# b-g431b-esc1: NOT WELL") && report.contains(nucleo), "{report}");
+    assert!(report.starts_with("# b-g431b-esc1: FAILED") && report.contains(nucleo), "{report}");
 }
 
-/// A board in an emulated chip that was spoilt first, as examined.
+/// Examines a board in an emulated chip with a fault.
 fn examined(spoil: impl FnOnce(&mut Device<CommandLine>, &mut SharedBoard)) -> Option<Vec<Check>> {
     let mut around = SharedBoard::new(bench("nucleo-g474re")?);
     let mut device = Device::greet(around.line(), PATIENCE, dimsart_modules::ALL).unwrap();
@@ -117,7 +117,7 @@ fn a_scheme_on_trial_and_a_crystal_of_another_frequency_are_told() {
         bench.reset();
         bench.run_for(0.1).unwrap();
     });
-    // 8 in a thousand fast.
+    // 0.8 % too fast.
     assert_failed(&checks.unwrap(), "tick rate over 1 s", "10");
 }
 
@@ -169,7 +169,7 @@ impl Surroundings for Line {
     }
 
     fn restart(&mut self) -> Result<(), String> {
-        Err("nobody does".to_owned())
+        Err("no user in this test".to_owned())
     }
 }
 
@@ -178,7 +178,7 @@ fn a_step_of_the_torque_on_a_locked_rotor_shows_the_motor_s_torque_constant() {
     let Some((mut powered, _)) = aligned() else { return };
     powered.lock(true);
     powered.received.clear();
-    // The lease that it was aligned with ends.
+    // The lease for the alignment ends.
     powered.run_for(0.3);
     powered.received.clear();
     let line = Line { powered: Arc::new(Mutex::new(powered)) };
@@ -190,15 +190,15 @@ fn a_step_of_the_torque_on_a_locked_rotor_shows_the_motor_s_torque_constant() {
     let (_, recording) = step.picture();
     let most_a = recording.column(1).fold(0.0, f64::max);
     assert!((0.9..1.3).contains(&most_a), "{most_a} A");
-    // A motor of another torque constant than is thought.
+    // A motor with another torque constant than configured.
     let wrong = LockedRotor { torque_constant_nm_per_a: 0.06, ..right };
     let (check, _) = wrong.step(&mut device, &line).unwrap();
     assert_eq!(check.verdict, Verdict::Failed, "{check}");
-    // A rotor that nobody holds.
+    // A free rotor.
     line.powered.lock().unwrap().lock(false);
     let (check, _) = right.step(&mut device, &line).unwrap();
-    assert!(check.verdict == Verdict::Failed && check.next_step.contains("hold the rotor"), "{check}");
-    assert!(!line.powered.lock().unwrap().is_on(), "the lease was not given back");
+    assert!(check.verdict == Verdict::Failed && check.next_step.contains("the rotor turned"), "{check}");
+    assert!(!line.powered.lock().unwrap().is_on(), "the lease was not released");
     LockedRotor::put_back(&mut device, &before).unwrap();
     assert_eq!(device.scheme_rows(None).unwrap(), before);
 }

@@ -8,16 +8,16 @@ use chips::{Bench, Board, OnBench, SharedBoard};
 use cycles::image::Image;
 use dimsart::connect::{Device, Patience};
 
-/// With a board that is slower here than in its time, also where this computer is busy.
+/// Timeouts for a board that is slower than real time, also on a busy computer.
 pub(crate) const PATIENCE: Patience = Patience { timeout: Duration::from_secs(20), tries: 3 };
 
-/// The board of a name on the bench, with its image; none where no images are.
+/// Returns the board of a name on the bench, with its image; `None` without images.
 pub(crate) fn bench(name: &str) -> Option<Bench> {
     let board = Board::named(name).unwrap();
     Some(Bench::new(board, image(name)?).unwrap())
 }
 
-/// The board of a name on the bench, with another image.
+/// Returns the board of a name on the bench, with another image.
 pub(crate) fn bench_of(name: &str, image: Arc<Image>) -> Bench {
     Bench::new(Board::named(name).unwrap(), image).unwrap()
 }
@@ -27,7 +27,7 @@ pub(crate) fn bench_of(name: &str, image: Arc<Image>) -> Bench {
 pub(crate) struct Shared<W = Bench>(SharedBoard<W>);
 
 impl Shared {
-    /// The board of a name on the bench, with its image; none where no images are.
+    /// Returns the board of a name on the bench, with its image; `None` without images.
     pub(crate) fn start(name: &str) -> Option<Self> {
         bench(name).map(Self::of)
     }
@@ -42,17 +42,17 @@ impl<W: OnBench> Shared<W> {
         self.0.bench()
     }
 
-    /// Lets so much time pass.
+    /// Advances the time.
     pub(crate) fn run_for(&self, duration_s: f64) {
         self.bench().run_for(duration_s).unwrap();
     }
 
-    /// Asks who is there.
+    /// Identifies the device.
     pub(crate) fn greet(&self) -> Device<CommandLine<W>> {
         Device::greet(self.0.line(), PATIENCE, dimsart_modules::ALL).unwrap()
     }
 
-    /// Holds the board to the chip's rules.
+    /// Checks the board against the chip's rules.
     #[track_caller]
     pub(crate) fn assert_sound(&self) {
         let mut world = self.bench();
@@ -62,7 +62,7 @@ impl<W: OnBench> Shared<W> {
     }
 }
 
-/// An image by its name.
+/// Returns an image by its name.
 pub(crate) fn image(name: &str) -> Option<Arc<Image>> {
     let bytes = std::fs::read(test_requirements::image(name)?).unwrap();
     Some(Arc::new(Image::read(&bytes).unwrap()))

@@ -1,4 +1,4 @@
-//! The current loop of b-g431b-esc1, as it is flashed, with a motor at its bridge.
+//! The current loop of b-g431b-esc1, with its flash image and a motor at its bridge.
 
 use std::sync::LazyLock;
 
@@ -7,14 +7,14 @@ use dimsart_core::{Reason, types};
 use crate::client::Client;
 use crate::motor::{PERIOD_CYCLES, Powered};
 
-/// Of the whole loop, from its first instruction to its last: the drive's own period is half of it.
+/// Cycles of the whole loop, from its first to its last instruction: half of the drive's period.
 const MOST_LOOP_CYCLES: u64 = PERIOD_CYCLES / 6;
 /// Cycles of 1 us.
 const MOST_JITTER_CYCLES: u64 = 168;
-/// Until motion is allowed and the rotor is aligned, at most: `boards/src/b_g431b_esc1.rs`.
+/// Maximum time until motion is enabled and the rotor is aligned: `boards/src/b_g431b_esc1.rs`.
 const LONGEST_ALIGNING_S: f64 = 8.0;
 
-/// A board that has aligned its rotor and makes no torque; none without images. It is done once, for all tests.
+/// A board with aligned rotor and no torque; `None` without images. Created once for all tests.
 pub(crate) fn aligned() -> Option<(Powered, Client)> {
     static ALIGNED: LazyLock<Option<(Powered, Client)>> = LazyLock::new(|| {
         let (mut powered, mut client) = started()?;
@@ -34,7 +34,7 @@ pub(crate) fn aligned() -> Option<(Powered, Client)> {
     ALIGNED.clone()
 }
 
-/// A board that has its scheme and may not move yet; none without images.
+/// A board with its scheme, still disabled; `None` without images.
 fn started() -> Option<(Powered, Client)> {
     let mut powered = Powered::new()?;
     powered.motor.set_rotor(0.3, 0.0);
@@ -43,7 +43,7 @@ fn started() -> Option<(Powered, Client)> {
     Some((powered, client))
 }
 
-/// Cycles from `cycle` on until the bridge was switched off for good.
+/// Returns the cycles from `cycle` until the bridge was switched off permanently.
 fn off_after(powered: &Powered, cycle: u64) -> Option<u64> {
     let last = powered.switched.last().filter(|(_, is_on)| !is_on)?;
     last.0.checked_sub(cycle)
@@ -65,7 +65,7 @@ fn without_current_it_measures_none_and_its_bridge_is_off() {
 #[test]
 fn a_shunt_that_shows_a_current_at_rest_is_told_and_nothing_moves() {
     let Some(mut powered) = Powered::new() else { return };
-    // Its other end is not at the ground.
+    // Its other end is not grounded.
     powered.chip().set_voltage('A', 5, 0.03);
     powered.run_for(0.3);
     let mut client = Client::new(&mut powered);
@@ -79,7 +79,7 @@ fn a_shunt_that_shows_a_current_at_rest_is_told_and_nothing_moves() {
 fn a_current_follows_a_step_of_the_torque() {
     let Some((mut powered, mut client)) = aligned() else { return };
     powered.lock(true);
-    // 0.05 N m/A. It rises as fast as the board lets it: 5 A in 10 ms.
+    // 0.05 N m/A. The board limits the slew to 5 A in 10 ms.
     let (wanted_nm, wanted_a) = (0.15_f32, 3.0);
     client.want(&mut powered, wanted_nm);
     let (mut most_a, mut most_direct_a, mut reached_s) = (0.0_f64, 0.0_f64, None);
@@ -131,7 +131,7 @@ fn the_delivered_torque_is_the_commanded_one_at_every_speed() {
     }
 }
 
-/// Runs on until the bridge is off, at most for a time; gives the time.
+/// Runs until the bridge is off, at most for a time; returns the time.
 fn until_off(
     powered: &mut Powered,
     client: &mut Client,
@@ -160,7 +160,7 @@ fn lose_counts(powered: &mut Powered, time_s: f64) {
 fn an_incremental_encoder_that_loses_counts_is_a_named_fault_and_the_rotor_does_not_run_away() {
     type Slip = fn(&mut Powered, f64);
     let Some((powered, client)) = aligned() else { return };
-    // Without a torque nothing turns it, and with one from then on it is noticed before it is fast.
+    // Without torque the rotor is at rest; with torque the fault is detected before it is fast.
     let (mut standing, mut waiting) = (powered.clone(), client.clone());
     until_off(&mut standing, &mut waiting, 0.3, lose_counts);
     assert_eq!(waiting.reason(&mut standing), None);
@@ -175,7 +175,7 @@ fn an_incremental_encoder_that_loses_counts_is_a_named_fault_and_the_rotor_does_
     let missing: Slip = |powered, _| powered.slip_rad = -0.01 * powered.motor.state().angle_rad;
     for (name, slip) in [("a count in each ms", lose_counts as Slip), ("1 % of the counts", missing)] {
         let (mut powered, mut client) = (powered.clone(), client.clone());
-        // Aligned where it is.
+        // Aligned at its present position.
         let zero_rad = powered.motor.state().angle_rad;
         powered.slip_rad = if name.starts_with('1') { -0.01 * zero_rad } else { 0.0 };
         client.want(&mut powered, 0.08);
@@ -184,7 +184,7 @@ fn an_incremental_encoder_that_loses_counts_is_a_named_fault_and_the_rotor_does_
             slip(powered, time_s);
             let state = powered.motor.state();
             let begun_rad = if name.starts_with('1') { 0.01 * zero_rad } else { 0.0 };
-            // 60°, electrical, and 1.2 V of the magnets.
+            // 60° electrical, and 1.2 V of back-EMF.
             if 7.0 * (powered.slip_rad + begun_rad).abs() > 1.05 && state.speed_rad_per_s.abs() > 36.0 {
                 wrong_s.get_or_insert(time_s);
             }
@@ -208,7 +208,7 @@ fn a_saturated_shunt_and_a_short_circuit_are_named_in_every_phase_of_the_tick() 
     for phase in 0..20 {
         client.period(&mut powered);
         let shunts = (0..3).flat_map(|phase| [(phase, 1.0), (phase, -1.0)]).map(Some);
-        // One of them in each phase of the tick, and a short circuit in all.
+        // One fault in each phase of the tick, and a short circuit in all.
         for saturated in [None].into_iter().chain(shunts.skip(phase % 6).take(1)) {
             let (mut powered, mut client) = (powered.clone(), client.clone());
             powered.saturated = saturated;
@@ -234,7 +234,7 @@ fn a_short_circuit_opens_the_bridge_within_two_periods() {
         client.run_for(&mut powered, 0.1);
         let after = off_after(&powered, shown).unwrap();
         eprintln!("{short_circuit_a} A: off {after} cycles after it could be sampled");
-        // It may have begun a period before it could be sampled.
+        // It may have started a period before it could be sampled.
         assert!(after < PERIOD_CYCLES, "{after} cycles");
         assert_eq!(client.reason(&mut powered), Some(Reason::Overcurrent));
         assert_eq!(powered.bench.violations(), [] as [&str; 0]);
@@ -293,9 +293,9 @@ fn an_encoder_that_is_unplugged_while_the_rotor_turns_is_a_named_fault_and_the_r
     assert!(most_a < f64::from(powered.drive.configuration.limits.trip_current_a), "{most_a} A");
     assert!(after_s < 0.1, "{after_s} s");
     client.run_for(&mut powered, 0.005);
-    // An incremental encoder does not say that it is gone: the voltage that the rotor makes does.
+    // An incremental encoder does not report a disconnection: the back-EMF shows it.
     assert_eq!(client.reason(&mut powered), Some(Reason::EncoderLost));
-    // It is plugged in again, elsewhere.
+    // It is connected again, at another position.
     powered.motor.set_rotor(2.0, 0.0);
     powered.has_encoder = true;
     powered.run_for(0.05);
@@ -323,7 +323,7 @@ fn the_end_of_the_lease_opens_the_bridge() {
 fn a_period_of_the_current_loop_takes_a_sixth_of_its_time_at_most() {
     const PERIODS: u64 = 500;
     let Some((mut powered, mut client)) = aligned() else { return };
-    // Faster and faster, while the tick runs from flash beside it.
+    // Increasing speed, while the tick runs from flash.
     client.want(&mut powered, 0.08);
     let mut cycles = Vec::new();
     for _ in 0..PERIODS {
@@ -333,7 +333,7 @@ fn a_period_of_the_current_loop_takes_a_sixth_of_its_time_at_most() {
     assert!(powered.is_on() && powered.motor.state().speed_rad_per_s > 10.0);
     let mean = cycles.iter().sum::<u64>() / PERIODS;
     let (least, most) = (cycles.iter().min().unwrap(), cycles.iter().max().unwrap());
-    eprintln!("{least} to {most} cycles, {mean} in the mean");
+    eprintln!("{least} to {most} cycles, mean {mean}");
     assert!(*most <= MOST_LOOP_CYCLES, "{most} cycles");
 }
 
@@ -342,7 +342,7 @@ fn the_current_loop_comes_in_time_while_the_command_line_is_busy() {
     let Some((mut powered, mut client)) = aligned() else { return };
     client.want(&mut powered, 0.01);
     powered.chip().take_answer_cycles();
-    // As many as are answered; then one behind the other, of which some are lost.
+    // As many requests as are answered; then a burst, of which some are lost.
     for gap_s in [1e-3, 0.0] {
         let (mut asked, mut next_s, end_s) = (0, 0.0, powered.time_s() + 0.3);
         while powered.time_s() < end_s {

@@ -1,14 +1,14 @@
-//! Absolute encoders on an SPI or I²C, by their data sheets: what `drive` reads is written here anew.
+//! Absolute encoders on SPI or I²C, implemented from their data sheets independently of `drive`.
 
 use chips::stm32g4::{I2cDevice, I2cEvent, SpiDevice, SpiEvent};
 
-/// ams AS5047P. State: its angle of 14 bits, DIAAGC, what it sends next, ERRFL.
+/// ams AS5047P. State: angle of 14 bits, DIAAGC, next word to send, ERRFL.
 pub(crate) struct As5047pModel;
 
 impl As5047pModel {
-    /// DIAAGC: started (LF), with a gain in the middle.
+    /// DIAAGC: started (LF), with medium gain.
     const GOOD: u32 = 0x180;
-    /// The magnet is too weak (MAGL).
+    /// The magnetic field is too weak (MAGL).
     pub(crate) const WEAK: u32 = 1 << 11;
 
     pub(crate) fn device() -> SpiDevice {
@@ -43,11 +43,11 @@ impl As5047pModel {
     }
 }
 
-/// `MagnTek` MT6701. State: its angle of 14 bits, its status of 4, the frame that it sends, bits of it that are sent.
+/// `MagnTek` MT6701. State: angle of 14 bits, status of 4 bits, frame being sent, number of sent bits.
 pub(crate) struct Mt6701Model;
 
 impl Mt6701Model {
-    /// The field is too weak.
+    /// The magnetic field is too weak.
     pub(crate) const WEAK: u32 = 0b0010;
 
     pub(crate) fn device() -> SpiDevice {
@@ -83,14 +83,14 @@ impl Mt6701Model {
     }
 }
 
-/// ams AS5600. State: its angle of 12 bits, its status, the register that is next, CONF.
+/// ams AS5600. State: angle of 12 bits, status, register pointer, CONF.
 pub(crate) struct As5600Model;
 
 impl As5600Model {
-    /// There is a magnet (MD), which is too weak (ML).
+    /// Magnet detected (MD), but too weak (ML).
     pub(crate) const GOOD: u32 = 1 << 5;
     pub(crate) const WEAK: u32 = Self::GOOD | 1 << 4;
-    /// Of the register that is next: the next byte says which.
+    /// The next byte selects the register.
     const OPEN: u32 = 1 << 8;
 
     pub(crate) fn device() -> I2cDevice {
@@ -106,7 +106,7 @@ impl As5600Model {
         }
     }
 
-    /// Samples that it takes the mean of (CONF, SF).
+    /// Number of averaged samples (CONF, SF).
     pub(crate) fn filtered_samples(device: &I2cDevice) -> usize {
         16 >> (device.state[3] >> 8 & 3)
     }
@@ -135,7 +135,7 @@ impl As5600Model {
                     0x07 => *conf >> 8,
                     0x08 => *conf & 0xFF,
                     0x0B => *status,
-                    // Both bytes are of one angle.
+                    // Both bytes are of the same angle.
                     0x0C => {
                         *conf = *conf & 0xFFFF | *angle << 16;
                         *angle >> 8

@@ -1,4 +1,4 @@
-//! The emulated controller's frames take the bits that the simulator's bus counts.
+//! The emulated controller's frames have the bit lengths of the simulator's bus.
 
 use chips::stm32g4::fdcan::Message;
 use hil_sim::bus::can::{CanFrame, Format, Identifier};
@@ -17,7 +17,7 @@ fn both_models_count_the_same_bits() {
         let mut data = vec![0; LENGTHS[usize::from(code)]];
         random.fill_bytes(&mut data);
         if round % 3 == 0 {
-            // Long runs of equal bits are what is stuffed.
+            // Long runs of equal bits cause bit stuffing.
             data.iter_mut().for_each(|byte| *byte = if *byte < 128 { 0 } else { 0xFF });
         }
         let identifier = random.next_u32() & if is_extended { 0x1FFF_FFFF } else { 0x7FF };

@@ -1,4 +1,4 @@
-//! The drive that an image of nucleo-g474re with its shield runs by, changed behind the linker's back.
+//! The drive configuration in an image of nucleo-g474re with its shield, patched in the linked image.
 
 use std::mem::offset_of;
 use std::sync::Arc;
@@ -9,7 +9,7 @@ use object::{Object as _, ObjectSegment as _, ObjectSymbol as _};
 
 const SYMBOL: &str = "dimsart_drive";
 
-/// The image with the encoder of a configuration, and where its zero is; none where no images are.
+/// Returns the image with the encoder of a configuration, and the address of its zero; `None` without images.
 pub(crate) fn configured(name: &str, configuration: &Configuration) -> Option<Arc<Image>> {
     let mut bytes = std::fs::read(test_requirements::image(name)?).unwrap();
     let start = place(&bytes);
@@ -22,7 +22,7 @@ pub(crate) fn configured(name: &str, configuration: &Configuration) -> Option<Ar
         Encoder::Mt6701 => (2, 0),
         Encoder::As5600 => (3, 0),
     };
-    // `repr(C)`: the kind, and behind it what only the first one has.
+    // `repr(C)`: the kind, then the fields of the first variant.
     let encoder = offset_of!(Configuration, encoder);
     put(encoder, kind);
     put(encoder + 4, counts);

@@ -1,4 +1,4 @@
-//! The motor's configuration that b-g431b-esc1 keeps, and what it finds out about the motor at its bridge.
+//! The stored motor configuration of b-g431b-esc1, and the identification of the motor at its bridge.
 
 use std::io::{self, ErrorKind, Read, Write};
 use std::sync::{Arc, Mutex, MutexGuard};
@@ -9,16 +9,16 @@ use dimsart_link::protocol::IdentificationFailure;
 use crate::common::{PATIENCE, Shared};
 use crate::motor::Powered;
 
-/// Longer than a start takes.
+/// Longer than a start.
 const START_S: f64 = 0.3;
-/// What a read of the command line waits.
+/// Read timeout of the command line.
 const READ_PERIODS: u32 = 20;
 
-/// A board with its motor that a test and its command line share.
+/// A board and its motor, shared by a test and its command line.
 #[derive(Clone)]
 struct Board(Arc<Mutex<Powered>>);
 
-/// The host's end of its command line. Who reads lets its time pass.
+/// The host's end of its command line; reads advance the time of the board.
 struct Line {
     board: Board,
     rest: Vec<u8>,
@@ -84,7 +84,7 @@ fn a_configuration_that_is_set_is_taken_by_the_next_start_until_it_is_forgotten(
 
     let mut told = image.configuration;
     (told.joint.gear_ratio, told.joint.zero_rad, told.limits.current_a) = (-4.0, 0.5, 4.0);
-    assert!(device.keep_motor(&told).unwrap(), "its scheme runs, and writing would hold it up");
+    assert!(device.keep_motor(&told).unwrap(), "its scheme runs, and the write would delay its ticks");
     let now = device.motor().unwrap();
     assert!(now.waits && now.configuration == image.configuration);
 
@@ -92,7 +92,7 @@ fn a_configuration_that_is_set_is_taken_by_the_next_start_until_it_is_forgotten(
     let kept = device.motor().unwrap();
     assert!(kept.is_kept && !kept.waits && kept.fallback.is_none(), "{kept:?}");
     assert_eq!(kept.configuration, told);
-    // The joint turns back by a quarter of what its rotor turns, from where it was at the start.
+    // The joint turns back by a quarter of the rotor's angle, relative to its start.
     board.powered().motor.set_rotor(0.3 + 2.0, 0.0);
     board.powered().run_for(0.05);
     let signals = device.signals(&["POSITION".to_owned()]).unwrap();
@@ -156,7 +156,7 @@ fn a_board_identifies_its_motor_although_it_was_told_of_another_one() {
     assert!(is_near(found.quadrature_inductance_h, truth.quadrature_inductance_h, 0.05), "{found:?}");
     assert_eq!((found.pole_pairs, found.is_encoder_reversed), (truth.pole_pairs, false));
     board.powered().run_for(0.01);
-    assert!(!board.powered().is_on(), "the lease is given back");
+    assert!(!board.powered().is_on(), "the lease is released");
     assert_eq!(board.powered().bench.violations(), [] as [&str; 0]);
 }
 

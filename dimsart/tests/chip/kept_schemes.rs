@@ -1,4 +1,4 @@
-//! Schemes that a board keeps in its flash, which takes its time and fails.
+//! Schemes in a board's flash, including slow and failing writes.
 
 use chips::stm32g4::FlashFault;
 use chips::{BOARDS, Bench, Part};
@@ -7,22 +7,22 @@ use dimsart::connect::{ConnectError, Device, KeptReport};
 
 use crate::common::{CommandLine, Shared, bench_of, image};
 
-/// Longer than a start takes.
+/// Longer than a start.
 const START_S: f64 = 0.1;
-/// What modules leave to commands, at 168 MHz.
+/// Time left for commands by the modules, at 168 MHz.
 const HALF_TICK_CYCLES: u32 = 84_000;
 
 fn stiffness(shared: &Shared) -> String {
     shared.greet().get("PDCTRL_MOD", "K_PARAM").unwrap().to_string()
 }
 
-/// Changes the scheme and keeps it for a trial.
+/// Changes the scheme and saves it for a trial.
 fn change_and_save(shared: &Shared, stiffness: &str) -> Result<String, String> {
     shared.greet().set("PDCTRL_MOD", "K_PARAM", stiffness).unwrap();
     write(shared, Device::save).map(|kept| kept.trial.to_owned())
 }
 
-/// Has a board write its flash. One with a single bank stands still meanwhile, so its scheme is stopped before.
+/// Writes to the flash of a board. A single-bank board halts during the write, so its scheme is stopped before.
 fn write(
     shared: &Shared,
     action: fn(&mut Device<CommandLine>) -> Result<KeptReport, ConnectError>,
@@ -93,7 +93,7 @@ fn a_scheme_that_the_flash_does_not_take_is_refused() {
             shared.bench().chip().set_flash_fault(fault);
             let refused = change_and_save(&shared, "0.25");
             assert!(refused.is_err(), "{} {fault:?}: {refused:?}", board.name);
-            // It goes on, and the next start is the old one.
+            // The scheme continues, and the next start loads the previous one.
             shared.run_for(START_S);
             shared.bench().reset();
             shared.run_for(START_S);
@@ -103,7 +103,7 @@ fn a_scheme_that_the_flash_does_not_take_is_refused() {
     }
 }
 
-/// Lets a board that was reset start, which erases nothing and takes less time than the watchdog waits; gives what it started.
+/// Waits for the start of a reset board, which erases nothing and ends before the watchdog timeout; returns the loaded scheme.
 #[track_caller]
 fn start_in_time(shared: &Shared, case: &str) -> KeptReport {
     let erased = shared.bench().chip().flash_writes().0;
@@ -145,7 +145,7 @@ fn every_start_after_a_save_is_in_time_whatever_its_page_is_full_of() {
     }
 }
 
-/// Where a board's schemes are in its flash.
+/// Flash address of a board's schemes.
 fn storage(bench: &Bench) -> usize {
     if bench.board.part == Part::G474re { 0x40000 } else { 0x1F000 }
 }
@@ -165,7 +165,7 @@ fn a_power_cut_between_the_words_of_a_trial_s_record_leaves_a_board_that_starts(
         assert_eq!(kept.origin, "trial", "{}", board.name);
         let reason = kept.reason.unwrap();
         assert!(reason.contains("damaged or incomplete"), "{reason}");
-        // The next save ends that.
+        // The next save corrects it.
         change_and_save(&shared, "0.24").unwrap();
         let kept = restart_in_time(&shared, board.name);
         assert_eq!((kept.origin, kept.reason), ("trial", None), "{}", board.name);
@@ -182,7 +182,7 @@ fn a_damaged_byte_of_what_is_kept_is_told_by_a_board_that_starts() {
         let place = storage(&shared.bench());
         let page = shared.bench().chip().flash()[place..][..2048].to_vec();
         let end = page.iter().rposition(|byte| *byte != 0xFF).unwrap().next_multiple_of(8);
-        // The record of the trial, some of the scheme, and the page's header.
+        // The record of the trial, part of the scheme, and the header of the page.
         for byte in (end - 16..end - 6).chain([8, 16, 17, 40, 41]).chain([0, 5]) {
             let case = format!("{}, byte {byte} of {end}", board.name);
             let damaged = Shared::of(shared.bench().clone());
@@ -193,7 +193,7 @@ fn a_damaged_byte_of_what_is_kept_is_told_by_a_board_that_starts() {
     }
 }
 
-/// With keys, a start erases the key pages that a power cut left incomplete.
+/// With keys, a start erases key pages that a power failure left incomplete.
 #[test]
 fn a_start_that_erases_the_pages_of_keys_is_in_time_and_one_that_never_ends_is_reset() {
     const KEYS: [usize; 2] = [0x42000, 0x42800];

@@ -1,4 +1,4 @@
-//! A law as text on the image that is flashed: uploaded while it ticks, plugged in, kept, and there after a restart.
+//! A law as text on the flash image: uploaded while it ticks, plugged in, saved, and present after a restart.
 
 use std::sync::Arc;
 
@@ -7,7 +7,7 @@ use hil_sim::law::Law;
 
 use crate::common::{Shared, bench_of, image};
 
-/// Longer than a start takes.
+/// Longer than a start.
 const START_S: f64 = 0.1;
 
 const LAW: &str = "law SPRING \"A spring to where it stood.\"
@@ -41,8 +41,8 @@ fn a_law_is_uploaded_plugged_in_saved_and_runs_after_a_restart_and_no_tick_is_lo
     device.off("PDCTRL_MOD").unwrap();
     device.set("ONLINE_MOD", "PROGRAM", "1").unwrap();
     device.set("ONLINE_MOD", "offset[0]", "0.5").unwrap();
-    assert!(device.set("ONLINE_MOD", "offset", "1.5").is_err(), "the law's own range");
-    // In the PD controller's place: what follows reads what comes of its force.
+    assert!(device.set("ONLINE_MOD", "offset", "1.5").is_err(), "the range of the law");
+    // In place of the PD controller: later modules read its force.
     device.on("ONLINE_MOD", Some("TIMEDELAY_MOD")).unwrap();
     device.commit().unwrap();
     shared.run_for(START_S);
@@ -74,11 +74,11 @@ fn a_damaged_law_and_one_that_takes_too_long_are_refused_and_nothing_changes() {
     let mut law = Law::compile(LAW, "spring.law").unwrap();
     law.words[6] ^= 1;
     let refused = device.upload_law(&law, Some(2)).unwrap_err().to_string();
-    assert!(refused.contains("not what was sent"), "{refused}");
+    assert!(refused.contains("differs from the uploaded law"), "{refused}");
     assert_eq!(device.laws().unwrap().laws, []);
     assert_eq!(device.scheme_rows(None).unwrap(), before);
 
-    // Of a law with as many square roots as fit there is time for one, and for no second one.
+    // Of a law with the maximum number of square roots, one instance fits the tick, a second does not.
     let roots: String = (1..90).map(|n| format!("let a{n} = sqrt(a{})\n", n - 1)).collect();
     let long = format!("law ROOTS\nin x: POSITION\nout f: DES_FORCE.2\nlet a0 = abs(x)\n{roots}f = a89");
     let report = device.upload_law(&Law::compile(&long, "long.law").unwrap(), None).unwrap();

@@ -1,7 +1,7 @@
-//! The very images that are flashed, booted in an emulated STM32G4.
+//! The flash images, booted in an emulated STM32G4.
 //!
-//! Without images these tests run nothing and a line says so; where `DIMSART_FIRMWARE` names a folder of images, as in
-//! `cargo xtask test`, a missing one is a failure.
+//! Without images these tests are skipped with a note; if `DIMSART_FIRMWARE` names a folder of images, as in
+//! `cargo xtask test`, a missing image is a failure.
 #![expect(
     clippy::unwrap_used,
     clippy::indexing_slicing,

@@ -1,4 +1,4 @@
-//! The image for drives of mjbots, and three drives on its bus.
+//! The image for moteus drives of mjbots, and three drives on its bus.
 //!
 //! ```text
 //! command line ──▶ board ◀── CAN FD at 1 and 5 Mbit/s ──▶ adapter ──▶ three drives ──▶ joints of an inertia
@@ -14,20 +14,20 @@ use crate::common::{CommandLine, Shared, image};
 
 const BOARD: usize = 0;
 const ADAPTER: usize = 1;
-/// Of `boards/src/catalogue/nucleo_g474re.rs`.
+/// From `boards/src/catalogue/nucleo_g474re.rs`.
 const IDS: [u8; 3] = [1, 2, 3];
 const MOST_TORQUE_NM: f64 = 1.0;
 const INERTIA_KG_M2: f64 = 0.01;
-/// Between two looks at the bus: less than a frame takes.
+/// Polling interval of the bus: shorter than a frame.
 const STEP_S: f64 = 50e-6;
 const COMMANDED_NM: [f64; 3] = [0.2, 0.1, -0.05];
 
-/// The board with what is on its bus.
+/// The board and its bus.
 struct World {
     bus: CanBus,
     adapter: CanAdapter,
     axes: Vec<(MoteusDrive, Joint)>,
-    /// Drives that are there.
+    /// Connected drives.
     is_plugged: [bool; 3],
     time_s: f64,
 }
@@ -48,7 +48,7 @@ impl World {
             is_plugged: [true; 3],
             time_s: 0.0,
         };
-        // Until the board's controller is set up; the adapter's is then set up as that one.
+        // Runs until the board's controller is configured, then configures the adapter's controller equally.
         world.bus.run_for(20e-3).unwrap();
         let timing = CanAdapter::timing(world.bench()).unwrap();
         CanAdapter::join(world.bus.bench(ADAPTER).unwrap(), timing).unwrap();
@@ -97,7 +97,7 @@ impl OnBench for World {
     }
 }
 
-/// A scheme that commands a force of a fixed size, and permission to move.
+/// A scheme that commands a constant force, with motion enabled.
 fn drive(shared: &Shared<World>) -> Device<CommandLine<World>> {
     let mut device = shared.greet();
     let scheme = SchemeText::read("../schemes/first_start.scheme").unwrap();
@@ -138,7 +138,7 @@ fn three_drives_follow_what_the_scheme_commands() {
     let positions: Vec<f64> = world.axes.iter().map(|(_, joint)| joint.state().position).collect();
     let velocities: Vec<f64> = world.axes.iter().map(|(_, joint)| joint.state().velocity).collect();
     drop(world);
-    // What the board says is at most a tick, an exchange and an answer old.
+    // The board's values are at most a tick, an exchange and an answer old.
     let said = device.signals(&["POSITION".to_owned()]).unwrap();
     for ((said, position_rad), velocity) in said[0].values.iter().zip(positions).zip(velocities) {
         let late_rad = 5e-3 * velocity.abs();
@@ -163,7 +163,7 @@ fn a_lease_that_ends_takes_the_torque_away() {
     let mut device = drive(&shared);
     run(&shared, &mut device, 0.1);
     assert!(shared.bench().torques_nm().iter().all(|torque_nm| torque_nm.abs() > 0.04));
-    // 200 ms, and 10 ms from the largest torque to none.
+    // 200 ms, and 10 ms from the maximum torque to 0.
     shared.run_for(0.25);
     assert_eq!(shared.bench().torques_nm(), [0.0; 3]);
     shared.assert_sound();
@@ -175,7 +175,7 @@ fn a_drive_that_is_unplugged_stops_all_of_them_and_says_which_it_was() {
     let mut device = drive(&shared);
     run(&shared, &mut device, 0.1);
     shared.bench().is_plugged[1] = false;
-    // Three replies may be missing; the drive without a wire lets go by itself after 20 ms.
+    // Three replies may be missing; a disconnected drive releases by itself after 20 ms.
     shared.run_for(25e-3);
     assert_eq!(shared.bench().torques_nm(), [0.0; 3]);
     let faults = device.faults().unwrap().to_string();

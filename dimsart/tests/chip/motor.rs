@@ -1,12 +1,12 @@
-//! A board with its supply on and a motor at its bridge.
+//! A powered board with a motor at its bridge.
 //!
 //! ```text
 //! image ──▶ timer 1 ──duty cycles, on or off──▶ BridgeMotor ──angle──▶ a timer, or an encoder on SPI 3 or I²C 4
 //!   ▲                                               │ phase currents
 //!   └── converters ◀── amplifiers ◀── resistors ◀── shunts, while a lower switch or its diode leads
 //! ```
-//! The motor goes on from the middle of the lower switches' time to the next one, and by the parts of it in which the bridge is
-//! on or off. What the converters sample there is a period's average: the modulation's ripple is 0 in this middle.
+//! The motor is simulated from one middle of the lower switches' on-time to the next, divided where the bridge switches on or
+//! off. The converters sample a period's average there: the ripple of the modulation is 0 in this middle.
 
 use core::f64::consts::TAU;
 use std::collections::VecDeque;
@@ -25,32 +25,32 @@ use crate::image_drive;
 
 const CLOCK_HZ: f64 = 168e6;
 pub(crate) const PERIOD_CYCLES: u64 = 8_400;
-/// So long before the middle the pins get their voltages.
+/// Time before the middle at which the pins get their voltages.
 const AHEAD_CYCLES: u64 = 100;
 const ROTOR_KG_M2: f64 = 2e-5;
-/// No current turns it within a test.
+/// Inertia that no current moves within a test.
 const LOCKED_KG_M2: f64 = 1e6;
 const ROOM_C: f64 = 25.0;
-/// From the lower switches' middle to where the current loop has an absolute encoder take its angle, `s`.
+/// Time from the lower switches' middle to the angle sample of an absolute encoder, `s`.
 const ASKED_S: f64 = 12e-6;
-/// An AS5600 takes a sample every 150 us.
+/// Sample period of an AS5600: 150 us.
 const SAMPLE_PERIODS: u64 = 3;
-/// Most that it takes the mean of.
+/// Maximum number of averaged samples.
 const MOST_SAMPLES: usize = 16;
-/// What an absolute encoder shows where the magnets point along phase U, `rad`.
+/// Angle of an absolute encoder with the d axis aligned to phase U, `rad`.
 pub(crate) const OFFSET_RAD: f64 = 1.1;
 
-/// What is around a board's chip.
+/// Surroundings of a board's chip.
 #[derive(Clone, Copy)]
 struct Surroundings {
-    /// Of the signals of the shunts of U, V, W.
+    /// Pins of the shunt signals of U, V, W.
     shunts: [(char, u32); 3],
-    /// At them with a current into the motor, `V`.
+    /// Voltage at the pins for a current into the motor, `V`.
     shunt_v: fn(f64) -> f64,
     supply: (char, u32),
     supply_share: f64,
     thermistor: (char, u32),
-    /// That counts an incremental encoder's edges.
+    /// Timer of an incremental encoder.
     timer: u32,
 }
 
@@ -81,41 +81,41 @@ pub(crate) struct Powered {
     pub(crate) drive: ThreePhaseDrive,
     around: Surroundings,
     parameters: ThreePhaseParameters,
-    /// What the encoder has shown so far.
+    /// Encoder counts so far.
     counts: i64,
-    /// An AS5600's last samples, in turns, and periods since the last one.
+    /// Last samples of an AS5600, in turns, and periods since the last one.
     samples: VecDeque<f64>,
     sampled_periods: u64,
     pub(crate) has_encoder: bool,
     /// Error of the encoder's angle, `rad`.
     pub(crate) slip_rad: f64,
-    /// A shunt whose amplifier is at its end: its phase, and the sign of its current.
+    /// A shunt with a saturated amplifier: its phase, and the sign of its current.
     pub(crate) saturated: Option<(usize, f64)>,
-    /// From phase U through the motor's side into V, as long as the bridge is on.
+    /// Additional current from phase U through the motor's side into V while the bridge is on.
     pub(crate) short_circuit_a: f64,
-    /// Up to which cycle the motor is.
+    /// Cycle of the motor's state.
     motor_cycle: u64,
     duties: [f64; 3],
     is_on: bool,
     /// Every time that the bridge was switched on or off.
     pub(crate) switched: Vec<(u64, bool)>,
-    /// What came over the command line and was not taken.
+    /// Unread bytes of the command line.
     pub(crate) received: VecDeque<u8>,
 }
 
 impl Powered {
-    /// The b-g431b-esc1 at its power-on; none without images.
+    /// Powers the b-g431b-esc1 on; `None` without images.
     pub(crate) fn new() -> Option<Self> {
         let drive = BOARDS.iter().find_map(|board| board.tooling.drive).unwrap();
         let mut powered = Self::at(bench("b-g431b-esc1")?, drive, ESC1);
-        // Other ends of the shunts.
+        // Alternative ends of the shunts.
         for (port, pin) in [('A', 3), ('A', 5), ('B', 2)] {
             powered.bench.chip().set_voltage(port, pin, 0.0);
         }
         Some(powered)
     }
 
-    /// The nucleo-g474re with its shield at its power-on, which is told of this encoder; none without images.
+    /// Powers the nucleo-g474re with its shield on, with this encoder configured; `None` without images.
     pub(crate) fn with_shield(encoder: Encoder) -> Option<Self> {
         const NAME: &str = "nucleo-g474re-ihm08m1";
         let mut drive = ihm08m1::DRIVE;
@@ -162,7 +162,7 @@ impl Powered {
         powered
     }
 
-    /// Plugs an absolute encoder in, or unplugs it.
+    /// Connects or disconnects an absolute encoder.
     pub(crate) fn plug(&mut self, is_plugged: bool) {
         let device = match self.drive.configuration.encoder {
             Encoder::As5047p => Some(As5047pModel::device()),
@@ -178,7 +178,7 @@ impl Powered {
         self.bench.chip()
     }
 
-    /// The supply's voltage, as the board measures it.
+    /// Sets the supply voltage as measured by the board.
     pub(crate) fn set_supply(&mut self, volts: f64) {
         let Surroundings { supply: (port, pin), supply_share, .. } = self.around;
         self.chip().set_voltage(port, pin, volts * supply_share);
@@ -191,7 +191,7 @@ impl Powered {
         self.chip().set_voltage(port, pin, 3.3 * 4.7e3 / (4.7e3 + ohm));
     }
 
-    /// Holds the rotor where it is, or lets it go.
+    /// Locks the rotor at its position, or releases it.
     pub(crate) fn lock(&mut self, is_locked: bool) {
         let rotor_inertia_kg_m2 = if is_locked { LOCKED_KG_M2 } else { ROTOR_KG_M2 };
         let angle_rad = self.motor.state().angle_rad;
@@ -201,13 +201,13 @@ impl Powered {
         self.motor.set_rotor(angle_rad, 0.0);
     }
 
-    /// Winds the motor with thicker wire.
+    /// Reduces the winding resistance.
     pub(crate) fn set_resistance(&mut self, resistance_ohm: f64) {
         self.parameters.resistance_ohm = resistance_ohm;
         self.lock(false);
     }
 
-    /// Turns the rotor at a speed, whatever its torque, with a supply of 24 V.
+    /// Turns the rotor at a speed, independently of its torque, with a supply of 24 V.
     pub(crate) fn turn_at(&mut self, speed_rad_per_s: f64) {
         self.parameters.supply_v = 24.0;
         self.set_supply(24.0);
@@ -219,7 +219,7 @@ impl Powered {
         self.is_on
     }
 
-    /// Currents of the phases into the motor, `A`.
+    /// Returns the phase currents into the motor, `A`.
     fn phase_a(&self) -> [f64; 3] {
         let [u, v, w] = self.motor.phase_a();
         let more = if self.is_on { self.short_circuit_a } else { 0.0 };
@@ -230,12 +230,12 @@ impl Powered {
         phase_a
     }
 
-    /// Goes on for a period.
+    /// Advances by a period.
     pub(crate) fn period(&mut self) {
         let now = self.bench.processor.cycles();
         let end = match self.chip().next_middle() {
             Some(middle) if middle >= now + 2 * AHEAD_CYCLES => middle - AHEAD_CYCLES,
-            // Several periods later where the processor stood still for its flash.
+            // By several periods if the processor was halted by a flash write.
             Some(middle) => {
                 let late = (now + 2 * AHEAD_CYCLES - middle).div_ceil(PERIOD_CYCLES);
                 middle + late * PERIOD_CYCLES - AHEAD_CYCLES
@@ -249,7 +249,7 @@ impl Powered {
         self.received.extend(bytes);
     }
 
-    /// Goes on to the next call of the current loop and through it; gives its cycles.
+    /// Runs through the next call of the current loop; returns its cycles.
     pub(crate) fn current_loop_cycles(&mut self) -> u64 {
         let processor = &mut self.bench.processor;
         let current_loop = processor.image().function("dimsart_current_loop").unwrap();
@@ -259,7 +259,7 @@ impl Powered {
             processor.step(u64::MAX).unwrap();
         }
         let (begun, stack_at_begin) = (processor.cycles(), stack(processor));
-        // Until it has given its stack back, and something else runs.
+        // Runs until it has returned and other code runs.
         while stack(processor) < stack_at_begin || (begin..end).contains(&processor.address()) {
             processor.step(u64::MAX).unwrap();
         }
@@ -285,7 +285,7 @@ impl Powered {
                 channel,
                 low_v: input_v(phase_a),
                 high_v: input_v(0.0),
-                // The lower diode leads what flows into the motor.
+                // The lower diode conducts current into the motor.
                 open_v: input_v(phase_a.max(0.0)),
             };
             self.chip().wire(port, pin, wire);
@@ -316,7 +316,7 @@ impl Powered {
             return self.sample_angle((angle_rad + OFFSET_RAD) / TAU);
         }
         if encoder.is_absolute() {
-            // As of the instant at which it is asked.
+            // The angle at the time of the request.
             let turns = (angle_rad + state.speed_rad_per_s * ASKED_S + OFFSET_RAD) / TAU;
             #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "14 bits")]
             let count = (turns.rem_euclid(1.0) * f64::from(encoder.counts_per_turn())) as u32;
@@ -336,7 +336,7 @@ impl Powered {
         }
     }
 
-    /// Has an AS5600 take its next sample, when it is time.
+    /// Lets an AS5600 take its next sample when due.
     fn sample_angle(&mut self, turns: f64) {
         self.sampled_periods += 1;
         if self.sampled_periods < SAMPLE_PERIODS {
@@ -359,7 +359,7 @@ impl Powered {
         let time_s = cycle.saturating_sub(self.motor_cycle) as f64 / CLOCK_HZ;
         self.motor_cycle = self.motor_cycle.max(cycle);
         let state = self.motor.state();
-        // Without current and standing still, it stays so.
+        // No change without current at standstill.
         let rests = [state.direct_a, state.quadrature_a, state.speed_rad_per_s]
             .iter()
             .all(|value| value.abs() < 1e-9);
@@ -369,14 +369,14 @@ impl Powered {
     }
 }
 
-/// At an amplifier's input: a shunt of 3 mOhm behind 1.5 kOhm, with 22 kOhm to 3.3 V and 2.2 kOhm to the ground. A current into
-/// the motor comes up through it.
+/// Voltage at an amplifier's input: a shunt of 3 mOhm through 1.5 kOhm, with 22 kOhm to 3.3 V and 2.2 kOhm to ground. The
+/// current into the motor flows up through the shunt.
 fn input_v(phase_a: f64) -> f64 {
     let conductance = 1.0 / 1.5e3 + 1.0 / 22e3 + 1.0 / 2.2e3;
     (-0.003 * phase_a / 1.5e3 + 3.3 / 22e3) / conductance
 }
 
-/// Behind an amplifier of the shield: its shunt of 10 mOhm over 680 Ohm, with 6.8 kOhm to 3.3 V, times 5.7.
+/// Voltage after an amplifier of the shield: shunt of 10 mOhm over 680 Ohm, with 6.8 kOhm to 3.3 V, times 5.7.
 fn amplified_v(phase_a: f64) -> f64 {
     5.7 * (-0.01 * phase_a * 6.8e3 + 3.3 * 680.0) / 7.48e3
 }

@@ -1,4 +1,4 @@
-//! Two nucleo-g474re on one bus: the master's shaft is held by a hand, the slave's turns a spring.
+//! Two nucleo-g474re on one bus: a hand holds the master's shaft, the slave's shaft turns a spring.
 //!
 //! ```text
 //! hand ──▶ encoder ──▶ master ◀── CAN ──▶ slave ──▶ duty cycle ──▶ motor, inertia, spring ──▶ encoder
@@ -28,39 +28,39 @@ pub(crate) const MASTER: usize = 0;
 pub(crate) const SLAVE: usize = 1;
 const TICK_S: f64 = 1e-3;
 const BOARD: &str = "nucleo-g474re";
-/// Of `boards/src/catalogue/nucleo_g474re.rs`.
+/// From `boards/src/catalogue/nucleo_g474re.rs`.
 const TORQUE_CONSTANT_NM_PER_A: f64 = 0.05;
 const RESISTANCE_OHM: f64 = 1.0;
 const SUPPLY_V: f64 = 12.0;
 pub(crate) const COUNTS_PER_TURN: f64 = 4096.0;
-/// Torque at standstill of a duty cycle of 1.
+/// Torque at standstill with a duty cycle of 1.
 pub(crate) const FULL_NM: f64 = SUPPLY_V / RESISTANCE_OHM * TORQUE_CONSTANT_NM_PER_A;
-/// Of the timer of the first axis' encoder.
+/// Timer of the first axis' encoder.
 const ENCODER: u32 = 2;
 const INERTIA_KG_M2: f64 = 1e-4;
 pub(crate) const SPRING_NM_PER_RAD: f64 = 0.2;
 const CLIENT: u8 = 77;
 const RENEWAL_TICKS: u64 = 50;
 
-/// Both boards with what is around them.
+/// Both boards and their surroundings.
 pub(crate) struct Pair {
     pub(crate) bus: CanBus,
     receivers: [Receiver; 2],
-    /// Frames' contents by the request that they answer.
+    /// Contents of frames by the id of their request.
     answers: [VecDeque<(u16, Vec<u8>)>; 2],
     heartbeats: [Option<Heartbeat>; 2],
     requests: u8,
     ticks: u64,
     lease: Option<LeaseAction>,
-    /// Counts that each encoder has shown.
+    /// Present counts of each encoder.
     counts: [i64; 2],
-    /// Where the hand holds the master, `rad`.
+    /// Position at which the hand holds the master, `rad`.
     pub(crate) hand_rad: f64,
     pub(crate) joint: Joint,
     pub(crate) passed: Vec<Passed>,
 }
 
-/// An image that is stamped with a side of the scheme for small motors.
+/// Returns an image that is stamped with a side of the scheme for small motors.
 pub(crate) fn stamped(
     board: &str,
     side: &str,
@@ -90,7 +90,7 @@ pub(crate) fn stamped(
 }
 
 impl Pair {
-    /// Both boards, started and allowed to move; none without images. Settings are of the receiving module.
+    /// Both boards, started and enabled; `None` without images. The settings are for the receiving module.
     pub(crate) fn start(settings: &[(&'static str, &'static str)]) -> Option<Self> {
         let mut pair = Self::power_up(settings, 1.0)?;
         pair.run(100);
@@ -99,7 +99,7 @@ impl Pair {
         Some(pair)
     }
 
-    /// Both boards, powered on; the slave's crystal swings so much faster than it should.
+    /// Both boards, powered on; the slave's crystal is too fast by this share.
     pub(crate) fn power_up(settings: &[(&'static str, &'static str)], slave_clock: f64) -> Option<Self> {
         let board = Board::named(BOARD).unwrap();
         let mut benches = Vec::new();
@@ -111,7 +111,7 @@ impl Pair {
             benches.push(bench);
         }
         let mut joint = JointParameters::of_inertia(INERTIA_KG_M2);
-        // A motor that is driven by voltage brakes by what it induces.
+        // A voltage-driven motor brakes by its back-EMF.
         joint.load.damping = TORQUE_CONSTANT_NM_PER_A.powi(2) / RESISTANCE_OHM;
         joint.load.stiffness = SPRING_NM_PER_RAD;
         Some(Self {
@@ -129,7 +129,7 @@ impl Pair {
         })
     }
 
-    /// Allows both to move, from now on.
+    /// Enables motion of both.
     pub(crate) fn arm(&mut self) {
         for board in [MASTER, SLAVE] {
             self.send(board, &Request::Lease(LeaseAction::Take));
@@ -149,7 +149,7 @@ impl Pair {
         id
     }
 
-    /// Asks, and runs until the answer is there.
+    /// Sends a request and runs until the answer arrives.
     pub(crate) fn ask<T>(
         &mut self,
         board: usize,
@@ -168,7 +168,7 @@ impl Pair {
         panic!("board {board} does not answer {request:?}");
     }
 
-    /// The first word of a signal.
+    /// Returns the first word of a signal.
     pub(crate) fn word(&mut self, board: usize, signal: &'static DataType) -> u32 {
         let request = Request::Signal { signal: signal.first(), from: 0 };
         self.ask(board, &request, |answer| match answer {
@@ -177,12 +177,12 @@ impl Pair {
         })
     }
 
-    /// Why a board's scheme does not drive it, by its last heartbeat.
+    /// Returns why a board's scheme does not command its device, by its last heartbeat.
     pub(crate) fn blocked(&self, board: usize) -> Option<Blocked> {
         self.heartbeats[board].as_ref().unwrap().blocked
     }
 
-    /// Numbers of a board's events, the oldest first.
+    /// Returns the codes of a board's events, oldest first.
     pub(crate) fn events(&mut self, board: usize) -> Vec<u8> {
         let mut events = Vec::new();
         for back in 0..64 {
@@ -196,7 +196,7 @@ impl Pair {
         events
     }
 
-    /// Torque that the slave's bridge makes at standstill, `N m`; none while it is off.
+    /// Returns the torque of the slave's bridge at standstill, `N m`; `None` while it is off.
     pub(crate) fn torque_nm(&mut self, board: usize) -> Option<f64> {
         let chip = self.bench(board).chip();
         let is_enabled = chip.output('C', 3) == Some(true);
@@ -244,7 +244,7 @@ impl Pair {
         }
     }
 
-    /// Moves the hand evenly.
+    /// Moves the hand at constant speed.
     pub(crate) fn turn_hand(&mut self, to_rad: f64, ticks: u32) {
         let step_rad = (to_rad - self.hand_rad) / f64::from(ticks);
         for _ in 0..ticks {
@@ -254,7 +254,7 @@ impl Pair {
         self.hand_rad = to_rad;
     }
 
-    /// Frames of a board since this was last asked: those that passed, and the others.
+    /// Returns a board's frames since the last call: received and lost.
     pub(crate) fn take_frames(&mut self, board: usize) -> (usize, usize) {
         let mine = self.passed.iter().filter(|frame| frame.sender == board);
         let counts = mine.fold((0, 0), |(passed, others), frame| match frame.fate {

@@ -1,4 +1,4 @@
-//! What an image makes of the chip's pins, against the plan that the catalogue has of them.
+//! Pin configuration of an image compared with the plan in the catalogue.
 
 use std::collections::BTreeMap;
 use std::fs;
@@ -9,14 +9,14 @@ use chips::{Bench, Board};
 
 use crate::common::image;
 
-/// Of MODER.
+/// Modes in MODER.
 const OUTPUT: u32 = 1;
 const ALTERNATE: u32 = 2;
 
-/// Longer than a board's pins take to be set.
+/// Longer than the pin configuration of a board.
 const START_S: f64 = 0.05;
 
-/// Mode and alternate function of every pin that is none after a reset (RM0440, 9.4.1), or is not that any more.
+/// Mode and alternate function of every pin that differs from its reset state (RM0440, 9.4.1), or did.
 fn set_pins(writes: &[String]) -> BTreeMap<String, (u32, u32)> {
     let mut registers = BTreeMap::<String, u32>::new();
     for line in writes {
@@ -44,7 +44,7 @@ fn set_pins(writes: &[String]) -> BTreeMap<String, (u32, u32)> {
     pins
 }
 
-/// Where an image and a plan differ.
+/// Differences between an image and a plan.
 fn differences(plan: &PinPlan, writes: &[String]) -> Vec<String> {
     let mut set = set_pins(writes);
     let mut wrong = Vec::new();
@@ -56,22 +56,21 @@ fn differences(plan: &PinPlan, writes: &[String]) -> Vec<String> {
             PinMode::Output => Some((OUTPUT, 0)),
         };
         if found != wanted && !(pin.is_by_configuration && found.is_none()) {
-            wrong.push(format!("{} is {found:?}, and the plan has {:?}", pin.name, pin.mode));
+            wrong.push(format!("{} is {found:?}, but {:?} in the plan", pin.name, pin.mode));
         }
     }
-    wrong.extend(set.iter().map(|(pin, found)| format!("{pin} is {found:?}, and the plan lacks it")));
+    wrong.extend(set.iter().map(|(pin, found)| format!("{pin} is {found:?}, but missing in the plan")));
     wrong
 }
 
 fn plan<'a>(board: &'a BoardInfo, variant: &str) -> &'a PinPlan {
     let mut plans = board.tooling.pins.iter().filter(|plan| plan.variants.contains(&variant));
-    let plan =
-        plans.next().unwrap_or_else(|| panic!("{} has no plan of its pins for '{variant}'", board.name));
-    assert!(plans.next().is_none(), "{} has two plans of its pins for '{variant}'", board.name);
+    let plan = plans.next().unwrap_or_else(|| panic!("{}: no pin plan for '{variant}'", board.name));
+    assert!(plans.next().is_none(), "{}: two pin plans for '{variant}'", board.name);
     plan
 }
 
-/// What was reviewed of a plain image; see `register_writes.rs`.
+/// Review of a plain image; see `register_writes.rs`.
 fn reviewed(name: &str) -> Vec<String> {
     fs::read_to_string(format!("../boards/boot/{name}.txt")).unwrap().lines().map(str::to_owned).collect()
 }
@@ -111,7 +110,7 @@ fn a_pin_that_the_plan_lacks_and_one_with_another_function_are_told() {
     writes.push("GPIOA_AFRH       0x00099665".to_owned());
     let wrong = differences(plan(board, ""), &writes).join("; ");
     assert!(
-        wrong.contains("PA15 is (1, 0), and the plan lacks it") && wrong.contains("PA8 is Some((2, 5))"),
+        wrong.contains("PA15 is (1, 0), but missing in the plan") && wrong.contains("PA8 is Some((2, 5))"),
         "{wrong}"
     );
 }

@@ -1,4 +1,4 @@
-//! What a board writes to its registers until it ticks: a file to review, line by line, against the reference manual.
+//! Register writes of a board until it ticks: a file for review against the reference manual.
 
 use std::fs;
 use std::path::Path;
@@ -7,12 +7,12 @@ use chips::BOARDS;
 
 use crate::common::Shared;
 
-/// What the watchdog is started by, and the converters of a board with a drive: the last of a board's start.
+/// Start of the watchdog, and of the converters of a board with a drive: the end of a board's start.
 const STARTED: [&str; 2] = ["IWDG_KR          0x0000cccc", "ADC1_CR          0x10000009"];
-/// What every period of a current loop begins with, and behind it its switching the bridge off: where they come between the
-/// lines of the start hangs on the time that this takes.
+/// Start of every period of a current loop, followed by switching the bridge off: their position between the lines of the
+/// start depends on timing.
 const PERIOD: &str = "ADC1_ISR ";
-/// Addresses of RAM are the linker's.
+/// RAM addresses are chosen by the linker.
 const DMA_ADDRESSES: &str = "_CMAR";
 
 #[test]
@@ -34,7 +34,7 @@ fn a_board_writes_what_was_reviewed() {
             }
             let register = line.split(' ').next().unwrap();
             let line = if register.contains(DMA_ADDRESSES) { register } else { line };
-            // How often the same is written until a peripheral is ready hangs on the time of the code.
+            // The number of equal writes until a peripheral is ready depends on the timing of the code.
             if written.lines().next_back() == Some(line) {
                 continue;
             }
@@ -49,7 +49,7 @@ fn a_board_writes_what_was_reviewed() {
         let first = written.lines().zip(wanted.lines()).position(|(new, old)| new != old);
         assert!(
             written == wanted,
-            "{}: other writes than reviewed, from line {} on: look at `diff {} {}`, then copy the new one there",
+            "{}: writes differ from the reviewed ones from line {} on: review `diff {} {}`, then copy the new file there",
             board.name,
             first.unwrap_or(wanted.lines().count()) + 1,
             reviewed.display(),

@@ -1,4 +1,4 @@
-//! The nucleo-g474re with ST's three-phase shield, as it is flashed, with a motor at its bridge and one encoder or the other.
+//! The nucleo-g474re with ST's three-phase shield, with its flash image, a motor at its bridge and either encoder.
 
 use std::sync::LazyLock;
 
@@ -11,10 +11,10 @@ use crate::motor::{PERIOD_CYCLES, Powered};
 
 const ABSOLUTE: [Encoder; 3] = [Encoder::As5047p, Encoder::Mt6701, Encoder::As5600];
 const INCREMENTAL: Encoder = Encoder::Incremental { counts_per_turn: 4096 };
-/// Until motion is allowed and the rotor is aligned, at most.
+/// Maximum time until motion is enabled and the rotor is aligned.
 const LONGEST_ALIGNING_S: f64 = 8.0;
 
-/// A board that may move its motor, whose rotor stands anywhere; none without images.
+/// A board with enabled motor and arbitrary rotor position; `None` without images.
 fn started(encoder: Encoder) -> Option<(Powered, Client)> {
     let mut powered = Powered::with_shield(encoder)?;
     powered.motor.set_rotor(0.3, 0.0);
@@ -24,7 +24,7 @@ fn started(encoder: Encoder) -> Option<(Powered, Client)> {
     Some((powered, client))
 }
 
-/// And one with an incremental encoder that has aligned it. It is done once, for all tests.
+/// A board with an incremental encoder after the alignment. Created once for all tests.
 fn aligned() -> Option<(Powered, Client)> {
     static ALIGNED: LazyLock<Option<(Powered, Client)>> = LazyLock::new(|| {
         let (mut powered, mut client) = started(INCREMENTAL)?;
@@ -44,15 +44,15 @@ fn aligned() -> Option<(Powered, Client)> {
 
 #[track_caller]
 fn assert_sound(powered: &Powered) {
-    // That no half bridge was ever short-circuited is among it.
+    // Includes that no half bridge was ever short-circuited.
     assert_eq!(powered.bench.violations(), [] as [&str; 0]);
     assert_eq!(powered.bench.processor.faults(), []);
 }
 
-/// A locked rotor gets a step of its torque.
+/// A torque step on a locked rotor.
 fn follow_a_step((mut powered, mut client): (Powered, Client), name: &str) {
     powered.lock(true);
-    // 0.05 N m/A. It rises as fast as the board lets it: 5 A in 10 ms.
+    // 0.05 N m/A. The board limits the slew to 5 A in 10 ms.
     let (wanted_nm, wanted_a) = (0.15_f32, 3.0);
     client.want(&mut powered, wanted_nm);
     let (mut most_a, mut reached_s) = (0.0_f64, None);
@@ -98,7 +98,7 @@ fn a_current_follows_a_step_of_the_torque_with_an_incremental_encoder() {
 fn a_current_follows_a_step_of_the_torque_at_once_with_an_absolute_encoder() {
     for encoder in ABSOLUTE {
         let Some(started) = started(encoder) else { return };
-        // Nothing has turned the rotor: the configuration says where its magnets are.
+        // No alignment: the configuration contains the position of the magnets.
         assert!((started.0.motor.state().angle_rad - 0.3).abs() < 1e-3);
         follow_a_step(started, &format!("{encoder:?}"));
     }
@@ -108,7 +108,7 @@ fn a_current_follows_a_step_of_the_torque_at_once_with_an_absolute_encoder() {
 fn the_age_of_an_absolute_angle_is_made_up_for_while_the_rotor_turns() {
     for encoder in ABSOLUTE {
         let Some((mut powered, mut client)) = started(encoder) else { return };
-        // So little that its acceleration is no matter.
+        // Small enough to neglect its acceleration.
         client.want(&mut powered, 0.05);
         let (mut sum, mut periods, mut speed_rad_per_s) = (0.0, 0.0, 0.0);
         while speed_rad_per_s < 150.0 {
@@ -127,13 +127,13 @@ fn the_age_of_an_absolute_angle_is_made_up_for_while_the_rotor_turns() {
         let share = (asked as f64 - middle as f64) / PERIOD_CYCLES as f64;
         let askew_rad = sum / periods;
         eprintln!(
-            "{encoder:?}: the current is {askew_rad:.4} rad askew; asked {share:.3} of a period after the middle"
+            "{encoder:?}: angle error of the current {askew_rad:.4} rad; sampled {share:.3} of a period after the middle"
         );
-        // As old as it is, the angle would be 0.033 rad behind, and that of an AS5600 0.2 rad.
-        // Half as many readings let the observer be further behind an acceleration.
+        // Without compensation the angle would lag by 0.033 rad, and with an AS5600 by 0.2 rad.
+        // With half as many readings, the observer lags more during acceleration.
         let most_rad = if encoder == Encoder::As5600 { 0.02 } else { 0.012 };
         assert!(askew_rad.abs() < most_rad, "{askew_rad}");
-        // As `boards/src/current_loop.rs` has it. An AS5600 has got two bytes when it takes its angle: 18.5 bits of 1.15 us.
+        // As in `boards/src/current_loop.rs`. An AS5600 has received two bytes when it samples its angle: 18.5 bits of 1.15 us.
         if encoder == Encoder::As5600 {
             let taken = share.rem_euclid(1.0) + 18.5 * 1.15 / 50.0;
             assert!((2.0 - taken - 1.51).abs() < 0.03, "{share}");
@@ -155,14 +155,14 @@ fn a_period_of_the_current_loop_takes_a_quarter_of_its_time_at_most_with_any_enc
         client.run_for(&mut powered, 0.01);
         let mut cycles = [0; 100].map(|_: u64| powered.current_loop_cycles());
         cycles.sort_unstable();
-        eprintln!("{encoder:?}: {} to {} cycles, {} in the middle", cycles[0], cycles[99], cycles[50]);
+        eprintln!("{encoder:?}: {} to {} cycles, median {}", cycles[0], cycles[99], cycles[50]);
         assert!(cycles[99] < PERIOD_CYCLES / 4, "{cycles:?}");
     }
 }
 
 #[test]
 fn an_absolute_encoder_that_is_unplugged_is_a_named_fault_in_the_tick_after() {
-    // Three readings have to be missing, and a tick to see it. An AS5600 is read every other period.
+    // Three readings must be missing, plus a tick to detect it. An AS5600 is read every other period.
     for (encoder, most_periods) in ABSOLUTE.into_iter().zip([5, 5, 10]) {
         let Some((mut powered, mut client)) = started(encoder) else { return };
         client.want(&mut powered, 0.05);
@@ -252,7 +252,7 @@ fn an_absolute_encoder_whose_magnet_slips_is_a_named_fault() {
             client.period(&mut powered);
         }
         let late_s = powered.time_s() - begun_s - wrong_s.unwrap_or(f64::MAX);
-        eprintln!("{encoder:?}: off {late_s:.4} s after it was wrong by 60°");
+        eprintln!("{encoder:?}: off {late_s:.4} s after an error of 60°");
         client.run_for(&mut powered, 0.005);
         assert_eq!(client.reason(&mut powered), Some(Reason::EncoderSlipped), "{encoder:?}");
         assert!(late_s < 0.02, "{encoder:?}: {late_s} s");

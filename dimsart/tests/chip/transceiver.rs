@@ -1,4 +1,4 @@
-//! What is between the chip of b-g431b-esc1 and the bus: a TCAN330, which carries 1 Mbit/s.
+//! The transceiver of b-g431b-esc1: a TCAN330, which carries 1 Mbit/s.
 
 use chips::{Bench, Board, CanBus, Fate};
 
@@ -6,7 +6,7 @@ use crate::pair::stamped;
 
 const ESC: &str = "b-g431b-esc1";
 
-/// Boards of these names on a bus, a slave and a master, after 0.3 s; none without images.
+/// Returns boards of these names on a bus, a slave and a master, after 0.3 s; `None` without images.
 fn on_a_bus(boards: [&str; 2]) -> Option<CanBus> {
     let sides = [("slave", *b"FIRST-BOARD\0"), ("master", *b"OTHER-BOARD\0")];
     let mut benches = Vec::new();
@@ -23,7 +23,7 @@ fn on_a_bus(boards: [&str; 2]) -> Option<CanBus> {
 #[test]
 fn two_escs_keep_to_what_their_transceivers_carry() {
     let Some(mut bus) = on_a_bus([ESC, ESC]) else { return };
-    // It is low: the transceiver is on.
+    // Low: the transceiver is on.
     assert_eq!(bus.bench(0).unwrap().chip().output('C', 11), Some(false));
     let passed = bus.take_passed();
     for sender in [0, 1] {
@@ -40,7 +40,7 @@ fn two_escs_keep_to_what_their_transceivers_carry() {
     }
 }
 
-/// Every node of a bus has to keep to the slowest transceiver: nucleo-g474re does with the feature `one-can-rate`.
+/// Every node must use the rate of the slowest transceiver: nucleo-g474re does with the feature `one-can-rate`.
 #[test]
 fn a_node_that_sends_data_faster_is_told() {
     let Some(mut bus) = on_a_bus([ESC, "nucleo-g474re"]) else { return };

@@ -1,4 +1,4 @@
-//! A master and a slave, the very image of nucleo-g474re with two stamps, over the modelled CAN bus.
+//! Master and slave on two nucleo-g474re with one image and two stamps, over the modelled CAN bus.
 
 use std::f64::consts::TAU;
 
@@ -8,16 +8,16 @@ use dimsart_link::protocol::{Blocked, Request};
 
 use crate::pair::{COUNTS_PER_TURN, FULL_NM, MASTER, Pair, SLAVE, SPRING_NM_PER_RAD};
 
-/// What the scheme says (`schemes/small_motors.scheme`).
+/// Values of the scheme (`schemes/small_motors.scheme`).
 const MASTER_NM_PER_RAD: f64 = 0.3;
 const SLAVE_NM_PER_RAD: f64 = 0.5;
 const IMPEDANCE_NMS_PER_RAD: f64 = 0.001;
 const DELAY_TICKS: f64 = 20.0;
 /// The slave's spring pulls, and the master's shaft is held here.
 const HAND_RAD: f64 = 0.5;
-/// Until echoes between the ends are gone.
+/// Time until echoes between the ends have decayed.
 const SETTLED_TICKS: u64 = 1_200;
-/// Nothing is given up for silence.
+/// Disables the timeout of the link.
 const PATIENT: &[(&str, &str)] = &[("STALE", "INTEGRAL"), ("TIMEOUT_TICKS", "0")];
 
 /// Springs in series (Niemeyer and Slotine): `1/K = 1/K_m + n h/(2 b) + 1/K_s + 1/K_e`, `N m/rad`.
@@ -26,8 +26,8 @@ fn series_nm_per_rad(round_trip_ticks: u32) -> f64 {
     1.0 / (1.0 / MASTER_NM_PER_RAD + line + 1.0 / SLAVE_NM_PER_RAD + 1.0 / SPRING_NM_PER_RAD)
 }
 
-/// Where the slave comes to rest is where the closed form has it: up to a count of either encoder, what a tick of the
-/// line is good for, and the step of a duty cycle, which is cut off.
+/// The slave's rest position agrees with the closed form, up to one count of either encoder, the quantisation of the line, and
+/// the step of a duty cycle.
 fn assert_closed_form(pair: &mut Pair, round_trip_ticks: u32) -> [f64; 2] {
     let mut angle_rad = 0.0;
     for _ in 0..200 {
@@ -80,7 +80,7 @@ fn two_boards_exchange_waves_and_the_slave_stands_where_the_closed_form_has_it()
     assert_well(&mut pair);
 }
 
-/// The scheme as it is: a link that is silent for 20 ticks is lost until somebody resets it.
+/// The unchanged scheme: a link that is silent for 20 ticks is lost until a reset.
 #[test]
 fn a_bus_that_is_cut_leaves_both_without_torque_until_they_are_reset() {
     let Some(mut pair) = Pair::start(&[]) else { return };
@@ -94,7 +94,7 @@ fn a_bus_that_is_cut_leaves_both_without_torque_until_they_are_reset() {
         pair.run(1);
         driven_ticks += u32::from(pair.torque_nm(SLAVE).is_some());
     }
-    println!("driven for {driven_ticks} ticks behind the cut");
+    println!("driven for {driven_ticks} ticks after the cut");
     assert!((20..=22).contains(&driven_ticks), "{driven_ticks}");
     assert_eq!(pair.take_frames(MASTER).0, 0);
     pair.bus.plug(SLAVE, true);
@@ -110,7 +110,7 @@ fn a_bus_that_is_cut_leaves_both_without_torque_until_they_are_reset() {
         pair.ask(board, &Request::Command(Command::Reset), |_| ());
         assert_eq!(pair.torque_nm(board), None);
     }
-    // The permission to move went with the link.
+    // The lost link disabled motion.
     pair.arm();
     pair.run(300);
     for board in [MASTER, SLAVE] {
@@ -120,7 +120,7 @@ fn a_bus_that_is_cut_leaves_both_without_torque_until_they_are_reset() {
     assert_well(&mut pair);
 }
 
-/// What waits for it, the integral policy makes up for.
+/// Waiting packets are compensated by the integral policy.
 #[test]
 fn what_was_lost_while_the_bus_was_cut_is_made_up_for() {
     let Some(mut pair) = Pair::start(PATIENT) else { return };
@@ -151,7 +151,7 @@ fn wires_that_touch_drive_both_off_the_bus_and_both_join_it_again() {
         assert!(off_ticks < 200, "off for {off_ticks} ticks");
     }
     println!("off for {off_ticks} ticks");
-    // 100 ms and a look each 10 ms, then 129 sequences.
+    // 100 ms, then 129 sequences, polled every 10 ms.
     assert!(off_ticks >= 100, "{off_ticks}");
     pair.run(50);
     for board in [MASTER, SLAVE] {
@@ -161,13 +161,13 @@ fn wires_that_touch_drive_both_off_the_bus_and_both_join_it_again() {
     assert_well(&mut pair);
 }
 
-/// Numbers of events of the CAN bus among these.
+/// CAN bus event codes among these.
 fn of_bus(events: &[u8]) -> Vec<u8> {
     let is_of_bus = |what: &&u8| (EventKind::BusLeft as u8..=EventKind::BusGivenUp as u8).contains(*what);
     events.iter().filter(is_of_bus).copied().collect()
 }
 
-/// A bus that is shorted for 20 ms four times in 1.7 s is given up by both; with the bus intact again, a reset joins it.
+/// Both boards give up a bus that is shorted for 20 ms four times in 1.7 s; after the repair, a reset joins it.
 #[test]
 fn a_bus_that_was_given_up_is_joined_by_a_reset_and_no_reset_hides_that_it_is_silent() {
     let Some(mut pair) = Pair::start(&[]) else { return };
@@ -186,14 +186,14 @@ fn a_bus_that_was_given_up_is_joined_by_a_reset_and_no_reset_hides_that_it_is_si
         let events = pair.events(board);
         assert_eq!(of_bus(&events), [left, joined, left, joined, left, joined, left, given_up], "{events:?}");
     }
-    // One alone: its link is down, and what it gets is its safe value.
+    // One board alone: its link is down, and its device gets the safe value.
     pair.ask(MASTER, &Request::Command(Command::Reset), |_| ());
     pair.arm();
     pair.run(100);
     assert!(!pair.bench(MASTER).chip().is_can_off());
     assert_eq!(pair.blocked(MASTER), Some(Blocked::Tick(Tick::LinkDown { link: 0 })));
     assert_eq!(pair.torque_nm(MASTER), None);
-    // The other one, too: both move.
+    // With the other board: both move.
     pair.ask(SLAVE, &Request::Command(Command::Reset), |_| ());
     pair.run(50);
     pair.arm();
@@ -209,7 +209,7 @@ fn a_bus_that_was_given_up_is_joined_by_a_reset_and_no_reset_hides_that_it_is_si
     assert_well(&mut pair);
 }
 
-/// Crystals that are 2 % apart: no packet ever passes.
+/// Crystals that differ by 2 %: no packet passes.
 #[test]
 fn boards_that_never_hear_each_other_are_not_driven_and_say_why() {
     let Some(mut pair) = Pair::power_up(&[], 1.02) else { return };
@@ -235,7 +235,7 @@ fn boards_that_never_hear_each_other_are_not_driven_and_say_why() {
     assert!(events.contains(&Reason::LinkDown.number()), "{events:?}");
 }
 
-/// Who is armed first waits for the other one.
+/// The board that is armed first waits for the other.
 #[test]
 fn a_board_that_is_armed_before_its_peer_is_there_moves_when_it_is() {
     let Some(mut pair) = Pair::power_up(&[], 1.0) else { return };

@@ -1,4 +1,4 @@
-//! Every question and command: what is answered, and what is told when it is refused.
+//! All requests and commands: answers and refusals.
 
 use std::collections::HashMap;
 use std::io::{BufRead, BufReader};
@@ -124,23 +124,25 @@ fn a_set_value_is_answered_by_what_holds_then() {
         (["PDCTL_MOD", "K_PARAM", "1"], "'PDCTL_MOD' is not a module; did you mean 'PDCTRL_MOD'?"),
         (
             ["PDCTRL_MOD", "K_PARAM[300]", "1"],
-            "'K_PARAM[300]' is no value of K_PARAM, which has one per axis: write K_PARAM[0], counted from 0",
+            "'K_PARAM[300]' is not an entry of K_PARAM, which has one value per axis: write K_PARAM[0], counted \
+            from 0",
         ),
         (
             ["PDCTRL_MOD", "K_PARM[x]", "1"],
             "'K_PARM[x]' is not a parameter or port of PDCTRL_MOD; did you mean",
         ),
-        (["PDCTRL_MOD", "K_PARAM[3]", "1"], "no such axis: the device has 3 of them, counted from 0"),
+        (["PDCTRL_MOD", "K_PARAM[3]", "1"], "no such axis: the device has 3, counted from 0"),
         (
             ["PDCTRL_MOD", "LAW_OUTPUT[0]", "ON"],
-            "'LAW_OUTPUT[0]' names an axis and is the same for all of them",
+            "'LAW_OUTPUT[0]' has one value for all axes: remove the [axis]",
         ),
         (["WTRANSF_MOD", "CONF_MODE", "SLAV"], "'SLAV' is not a value of CONF_MODE; did you mean 'SLAVE'?"),
         (["PDCTRL_MOD", "PORT_POSITON", "MAP"], "did you mean 'PORT_POSITION'?"),
         (["PDCTRL_MOD", "PORT_POSITION", "MAPP"], "'MAPP' is not a data type; did you mean 'MAP'?"),
         (
             ["TIMEDELAY_MOD", "TD_PARAM", "3"],
-            "refused: this parameter decides ports or memory: unplug the module first (MOD_OFF in a scheme, `off` at a device)",
+            "refused: this parameter changes ports or memory: unplug the module first (MOD_OFF in a scheme, \
+            `off` at a device)",
         ),
         (
             ["PDCTRL_MOD", "PORT_POSITION", "MAP"],
@@ -151,27 +153,28 @@ fn a_set_value_is_answered_by_what_holds_then() {
         let found = message(&output);
         assert!(found.contains(expected), "{arguments:?}: {found}");
     }
-    assert_eq!(emulated.state(), state, "a refusal changed something");
+    assert_eq!(emulated.state(), state, "a refused command changed the scheme");
 }
 
 #[test]
 fn an_axis_that_is_not_there_cannot_be_read() {
     let emulated = Emulated::with_scheme("master");
     let found = message(&emulated.run(&["get", "PDCTRL_MOD", "K_PARAM[3]"]));
-    assert!(found.contains("no such axis: the device has 3 of them, counted from 0"), "{found}");
+    assert!(found.contains("no such axis: the device has 3, counted from 0"), "{found}");
 }
 
 #[test]
 fn a_module_that_is_not_there_cannot_be_read() {
     let found = message(&Emulated::start().run(&["get", "PDCTRL_MOD", "K_PARAM"]));
-    assert!(found.contains("there is no PDCTRL_MOD on the device yet"), "{found}");
+    assert!(found.contains("the device has no module PDCTRL_MOD"), "{found}");
 }
 
 #[test]
 fn an_accepted_command_says_what_still_keeps_the_device_still() {
     let emulated = Emulated::start();
     let mut device = emulated.connect(QUICK);
-    let missing = "the device is NOT commanded: PDCTRL_MOD reads DES_POSITION and nobody provides it: plug in a module \
+    let missing = "the device is NOT commanded: PDCTRL_MOD reads DES_POSITION, which has no provider: plug in a \
+    module \
                    that writes DES_POSITION";
     let outcome = device.on("PDCTRL_MOD", None).unwrap();
     assert_eq!(outcome.to_string(), format!("PDCTRL_MOD is plugged in, at place 1; {missing}"));
@@ -189,13 +192,10 @@ fn an_accepted_command_says_what_still_keeps_the_device_still() {
     let bound = device.set("PDCTRL_MOD", "PORT_DES_POSITION", "POSITION").unwrap();
     assert_eq!(bound.effect, "PDCTRL_MOD PORT_DES_POSITION is POSITION");
     let outcome = device.on("PDCTRL_MOD", None).unwrap();
-    assert!(outcome.state.contains("the scheme is stopped; `check` starts it"), "{outcome}");
+    assert!(outcome.state.contains("the scheme is stopped; run `check` to start it"), "{outcome}");
     assert!(emulated.out(&["check"], 0).starts_with("the scheme runs and commands the device"));
     let found = message(&emulated.run(&["off", "PDCTRL_MOD"]));
-    assert!(
-        found.contains("refused: the scheme is running and this would break it: the device arm reads"),
-        "{found}"
-    );
+    assert!(found.contains("refused: this would break the running scheme: the device arm reads"), "{found}");
 
     assert!(device.stop().unwrap().state.contains("the scheme is stopped"));
     assert!(!device.overview().unwrap().status.is_running);
@@ -211,10 +211,7 @@ fn faults_name_the_first_tick_that_was_refused() {
     let faults = emulated.json(&["faults", "--json"], 1);
     assert_eq!((&faults["refused_ticks"], &faults["first_fault"]["tick"]), (&1.into(), &2.into()));
     let reason = faults["first_fault"]["reason"].as_str().unwrap();
-    assert!(
-        reason.contains("measurement was refused: word 0 of POSITION is not a finite number"),
-        "{reason}"
-    );
+    assert!(reason.contains("invalid measurement: word 0 of POSITION is NaN or infinite"), "{reason}");
     assert!(faults["state"].as_str().unwrap().contains(reason), "until a reset");
     assert_eq!((&faults["drive"], &faults["cut_out"]), (&"fault".into(), &serde_json::Value::Null));
     assert!(emulated.out(&["reset"], 0).contains("the scheme runs and commands the device"));
@@ -234,7 +231,7 @@ fn faults_name_the_module_that_failed_with_what_it_wrote() {
         "the device is NOT commanded: PDCTRL_MOD: module failed (reason 40)",
         "drive: fault",
         "PDCTRL_MOD wrote -1",
-        "to word 0 of DES_FORCE, which is beyond 1e9, the most that it can be",
+        "to word 0 of DES_FORCE (limit 1e9): isolated with its dependents; lower its gains",
         "40 module failed 1",
     ] {
         assert!(faults.contains(part), "{part} is missing:\n{faults}");
@@ -251,7 +248,7 @@ fn a_scheme_sent_row_by_row_leaves_the_controller_as_loading_it_does() {
         assert_eq!(emulated.state(), format!("{loaded:?}"), "{side}");
     }
     let out = Emulated::start().out(&["scheme", "builtin:bilateral", "--side", "slave"], 0);
-    let expected = "builtin:bilateral: 14 rows for the slave; the scheme runs and commands the device\n";
+    let expected = "builtin:bilateral: sent 14 rows for the slave; the scheme runs and commands the device\n";
     assert_eq!(out, expected);
 }
 
@@ -267,19 +264,19 @@ fn a_scheme_stops_at_its_first_refusal_and_names_the_place() {
         ("all PDCTRL_MOD K_PARAM[9] 1", "2:16: no such axis"),
         (
             "all PDCTRL_MOD K_PARAM",
-            "2:23: the row ends where a number from 0 to 1000000 N/m or N·m/rad should be",
+            "2:23: expected a number from 0 to 1000000 N/m or N·m/rad at the end of the row",
         ),
-        ("all PDCTRL_MOD K_PARAM 1 2", "2:26: '2' is one word too many"),
+        ("all PDCTRL_MOD K_PARAM 1 2", "2:26: unexpected word '2' at the end"),
         ("all PDCTL_MOD K_PARAM 1", "2:5: 'PDCTL_MOD' is not a module; did you mean"),
         (
             "all MOD_ENG MOD_UN PDCTRL_MOD",
             "2:13: 'MOD_UN' is not a command of the engine; did you mean 'MOD_ON'?",
         ),
-        ("all MOD_ENG STOP NOW", "2:18: 'NOW' is one word too many on this row"),
-        ("middle PDCTRL_MOD K_PARAM 1", "2:1: 'middle' is not a side; there is master, slave, m&s, all"),
+        ("all MOD_ENG STOP NOW", "2:18: unexpected word 'NOW' at the end of the row"),
+        ("middle PDCTRL_MOD K_PARAM 1", "2:1: 'middle' is not a side; available: master, slave, m&s, all"),
         (
             "all MOD_ENG MOD_ON PDCTRL_MOD\nall MOD_ENG MATCHING_CHECK",
-            "3:13: refused: the scheme has 1 fault(s): PDCTRL_MOD reads DES_POSITION and nobody",
+            "3:13: refused: the scheme has 1 fault(s): PDCTRL_MOD reads DES_POSITION, which has no provider",
         ),
     ] {
         let emulated = Emulated::start();
@@ -289,7 +286,7 @@ fn a_scheme_stops_at_its_first_refusal_and_names_the_place() {
         let error = device.send_scheme(&text(&rows), "master").unwrap_err();
         let message = error.to_string();
         assert!(message.starts_with(&format!("my.scheme:{expected}")), "{row}: {message}");
-        let hint = ". 1 modules are on the device: `--replace` puts the scheme in their place";
+        let hint = ". The device has 1 modules already: use `--replace` to replace them";
         assert!(message.ends_with(&format!("; nothing has changed{hint}")), "{message}");
         let stiffness = device.get("PDCTRL_MOD", "K_PARAM[0]").unwrap().values;
         assert_eq!(stiffness, [ValueText::Real(5.0)], "{row}");
@@ -302,7 +299,7 @@ fn a_scheme_upon_a_scheme_is_told_how_to_replace_it() {
     let mut device = emulated.connect(QUICK);
     let scheme = SchemeText::read("builtin:bilateral").unwrap();
     let message = device.send_scheme(&scheme, "master").unwrap_err().to_string();
-    assert!(message.contains("5 modules are on the device: `--replace` puts"), "{message}");
+    assert!(message.contains("The device has 5 modules already: use `--replace`"), "{message}");
     assert_eq!(device.replace_scheme(&scheme, "slave").unwrap().rows, 14);
     let expected = Emulated::with_scheme("slave").connect(QUICK).overview().unwrap();
     assert_eq!(device.overview().unwrap(), expected);
@@ -333,18 +330,16 @@ fn a_scheme_that_cannot_replace_another_one_loses_nothing_of_it() {
 #[test]
 fn modules_are_reset_initialised_and_closed_one_by_one_or_all() {
     let emulated = Emulated::with_scheme("master");
-    assert!(emulated.out(&["reset"], 0).starts_with("every module forgot its state; the scheme runs"));
-    assert!(
-        emulated.out(&["reset", "PDCTRL_MOD"], 0).starts_with("PDCTRL_MOD forgot its state; the scheme runs")
-    );
+    assert!(emulated.out(&["reset"], 0).starts_with("all modules reset; the scheme runs"));
+    assert!(emulated.out(&["reset", "PDCTRL_MOD"], 0).starts_with("PDCTRL_MOD reset; the scheme runs"));
     let found = message(&emulated.run(&["init", "PDCTRL_MOD"]));
     assert!(found.contains("PDCTRL_MOD is plugged in: unplug it first"), "{found}");
     emulated.out(&["stop"], 0);
     emulated.out(&["off", "PDCTRL_MOD"], 0);
     assert!(emulated.out(&["init", "PDCTRL_MOD"], 0).starts_with("PDCTRL_MOD has its default parameters; "));
-    assert!(emulated.out(&["close", "PDCTRL_MOD"], 0).starts_with("PDCTRL_MOD is gone; "));
+    assert!(emulated.out(&["close", "PDCTRL_MOD"], 0).starts_with("PDCTRL_MOD is deleted; "));
     assert_eq!(emulated.connect(QUICK).overview().unwrap().modules.len(), 4);
-    assert!(emulated.out(&["close"], 0).starts_with("no module is left; "));
+    assert!(emulated.out(&["close"], 0).starts_with("all modules deleted; "));
     assert_eq!(emulated.connect(QUICK).overview().unwrap().status.usage.modules, 0);
 }
 
@@ -403,20 +398,24 @@ fn a_transaction_changes_the_scheme_at_once_while_it_runs() {
     let before = emulated.connect(QUICK).overview().unwrap();
     let found = emulated.out(&["begin"], 0);
     assert!(
-        found.starts_with("a transaction is open: `commit` puts in force what it changes; the scheme runs"),
+        found.starts_with("transaction open: run `commit` to apply its changes; the scheme runs"),
         "{found}"
     );
     let found = message(&emulated.run(&["begin"]));
     assert!(found.contains("refused: a transaction is open already"), "{found}");
     let found = emulated.out(&["off", "PDCTRL_MOD"], 0);
-    let waits = "PDCTRL_MOD is unplugged and keeps its parameters in the next scheme, which waits for `commit`; the scheme runs";
+    let waits = "PDCTRL_MOD is unplugged and keeps its parameters in the pending scheme; run `commit` to apply \
+    it; the \
+                 scheme runs";
     assert!(found.starts_with(waits), "{found}");
     let found = emulated.out(&["show"], 0);
-    assert!(found.contains("a transaction is open: the modules below are the next scheme's"), "{found}");
+    assert!(found.contains("transaction open: the modules below belong to the pending scheme"), "{found}");
     assert!(found.contains("  - PDCTRL_MOD, not plugged in"), "{found}");
     let found = message(&emulated.run(&["commit"]));
     assert!(
-        found.contains("refused: the scheme has 2 fault(s): WTRANSF_MOD reads DES_FORCE and nobody"),
+        found.contains(
+            "refused: the scheme has 2 fault(s): WTRANSF_MOD reads DES_FORCE, which has no provider"
+        ),
         "{found}"
     );
     for row in
@@ -425,21 +424,22 @@ fn a_transaction_changes_the_scheme_at_once_while_it_runs() {
         emulated.out(row, 0);
     }
     let found = emulated.out(&["commit"], 0);
-    assert!(found.starts_with("the next scheme is in force; the scheme runs"), "{found}");
+    assert!(found.starts_with("the pending scheme is applied; the scheme runs"), "{found}");
     let after = emulated.connect(QUICK).overview().unwrap();
     assert_eq!(after.modules.iter().find(|module| module.name == "PIDCTRL_MOD").unwrap().place, Some(3));
-    // And back, by way of one that is dropped.
-    let rows = "all MOD_ENG MOD_CLOSE PIDCTRL_MOD\nall MOD_ENG PLACE_BEFORE TIMEDELAY_MOD\nall MOD_ENG MOD_ON PDCTRL_MOD\n";
+    // And back, after a discarded transaction.
+    let rows = "all MOD_ENG MOD_CLOSE PIDCTRL_MOD\nall MOD_ENG PLACE_BEFORE TIMEDELAY_MOD\nall MOD_ENG MOD_ON \
+    PDCTRL_MOD\n";
     let mut device = emulated.connect(QUICK);
     let error =
         device.send_scheme(&text(&format!("{rows}all MOD_ENG MOD_OFF TIMEDELAY_MOD")), "master").unwrap_err();
-    assert!(error.to_string().contains("nobody provides it"), "{error}");
+    assert!(error.to_string().contains("which has no provider"), "{error}");
     assert_eq!(device.overview().unwrap().modules, after.modules);
     device.send_scheme(&text(rows), "master").unwrap();
     assert_eq!(device.overview().unwrap().modules, before.modules);
     let found = message(&emulated.run(&["abort"]));
     assert!(
-        found.contains("refused: no transaction is open: BEGIN opens one (`begin` at a device)"),
+        found.contains("refused: no transaction is open: open one with BEGIN (`begin` at a device)"),
         "{found}"
     );
 }
@@ -495,7 +495,7 @@ fn a_board_whose_ticks_stand_still_is_not_well_and_one_that_does_not_answer_neit
 fn a_device_whose_lists_have_no_end_is_told_so_and_asked_no_more() {
     let emulated = Emulated::with_scheme("master");
     let robot = Arc::clone(&emulated.robot);
-    // It gives the last answer of the same kind again where it has nothing of that number.
+    // Repeats its last answer of the same kind for an unused index.
     let mut last = HashMap::new();
     let port = listen(move |content| {
         let framed = robot.lock().unwrap().answer(content);

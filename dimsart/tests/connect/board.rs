@@ -1,7 +1,7 @@
-//! A controller that ticks by itself, as a board does, on a line that all its clients share.
+//! A controller that ticks by itself, like a board, on a line shared by all clients.
 //!
-//! Its time is the test's: it ticks once, a millisecond later, whenever a client waits. For programs that are started
-//! beside the test it is [served](Board::serve) in real time, with leases of a minute.
+//! It runs in the test's time: it ticks once, a millisecond later, whenever a client waits. For separate programs it is
+//! [served](Board::serve) in real time, with leases of a minute.
 
 use std::collections::VecDeque;
 use std::io::{ErrorKind, Read, Result, Write};
@@ -22,18 +22,18 @@ use crate::emulated::{MEASURED_WORDS, QUICK, Robot};
 
 const TICK_HZ: u32 = 1000;
 const PERIOD: Duration = Duration::from_millis(1);
-/// A lease is a fifth of a second of this many ticks.
+/// A lease is 0.2 s of this number of ticks.
 const MINUTE_LEASE_HZ: u32 = 300_000;
 
-/// A board, and the time of the test's thread where it is not served.
+/// A board, ticked by the test's thread unless it is served.
 pub(crate) struct Board {
     pub(crate) core: Arc<Mutex<Core>>,
-    /// Where programs reach it.
+    /// Port for programs.
     pub(crate) port: Option<String>,
     _time: Option<Simulated>,
 }
 
-/// What all of its clients share.
+/// State shared by all clients.
 pub(crate) struct Core {
     pub(crate) robot: Robot,
     clients: Vec<Box<dyn Write + Send>>,
@@ -41,7 +41,7 @@ pub(crate) struct Core {
     ticks: u32,
     last: Option<(Tick, [Word; 3])>,
     is_stopped: bool,
-    /// Answers about its state that get lost from now on.
+    /// Number of the next status answers to lose.
     lost_answers: u32,
 }
 
@@ -52,17 +52,17 @@ pub(crate) struct Client {
     came: Queue,
 }
 
-/// Bytes that a client has not read yet.
+/// Unread bytes of a client.
 #[derive(Clone, Default)]
 struct Queue(Arc<Mutex<VecDeque<u8>>>);
 
 impl Board {
-    /// In the test's own time.
+    /// Starts a board in the test's time.
     pub(crate) fn start() -> Self {
         Self { core: Core::new(TICK_HZ), port: None, _time: Some(clock::simulate()) }
     }
 
-    /// In real time, at a socket.
+    /// Serves a board in real time at a socket.
     pub(crate) fn serve() -> Self {
         let core = Core::new(MINUTE_LEASE_HZ);
         let listener = TcpListener::bind("127.0.0.1:0").unwrap();
@@ -85,7 +85,7 @@ impl Board {
         Self { core, port, _time: None }
     }
 
-    /// A client of a board in the test's time.
+    /// Connects a client to a board in the test's time.
     pub(crate) fn connect(&self) -> Device<Client> {
         self.connect_with(QUICK)
     }
@@ -100,23 +100,23 @@ impl Board {
         Client { core: Arc::clone(&self.core), receiver: Receiver::new(), came }
     }
 
-    /// A client of a board that is served.
+    /// Connects a client to a served board.
     pub(crate) fn dial(&self) -> Device<Box<dyn hil_sim::link::Stream>> {
         Device::greet(open_port(self.port.as_ref().unwrap(), 0).unwrap(), QUICK, dimsart_modules::ALL)
             .unwrap()
     }
 
-    /// Lets it tick no more.
+    /// Stops the ticks.
     pub(crate) fn stop(&self) {
         self.core.lock().unwrap().is_stopped = true;
     }
 
-    /// Loses the next answers about its state.
+    /// Loses the next status answers.
     pub(crate) fn lose_answers(&self, count: u32) {
         self.core.lock().unwrap().lost_answers = count;
     }
 
-    /// Waits for a tick that ends like this, and gives what it commanded.
+    /// Waits for a tick with this result and returns its command.
     pub(crate) fn wait_for(&self, wanted: Tick) -> [Word; 3] {
         for _ in 0..60_000 {
             match self.core.lock().unwrap().last {
@@ -147,13 +147,13 @@ impl Core {
         }))
     }
 
-    /// A millisecond.
+    /// Advances by a millisecond.
     fn pass(&mut self) {
         clock::sleep(PERIOD);
         self.tick();
     }
 
-    /// Whatever it says, every client hears.
+    /// Sends bytes to every client.
     fn say(&mut self, bytes: &[u8]) {
         self.clients.retain_mut(|client| client.write_all(bytes).is_ok());
     }
@@ -190,7 +190,7 @@ impl Core {
     }
 }
 
-/// Takes what a client of a board that is served asks.
+/// Handles requests of a client of a served board.
 fn take(mut stream: TcpStream, core: &Mutex<Core>) {
     let (mut receiver, mut buffer) = (Receiver::new(), [0; 256]);
     while let Ok(count @ 1..) = stream.read(&mut buffer) {

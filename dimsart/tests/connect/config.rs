@@ -1,4 +1,4 @@
-//! `dimsart config`: what is saved, compared and put back.
+//! `dimsart config`: save, compare and restore.
 
 use std::collections::VecDeque;
 use std::fs;
@@ -34,7 +34,7 @@ fn of_side(scheme: &str, side: &'static str) -> Box<SimulatedDimsart> {
     dimsart
 }
 
-/// Moves although no packet comes over its links.
+/// Moves without packets on its links.
 fn without_peer(mut dimsart: Box<SimulatedDimsart>) -> Box<SimulatedDimsart> {
     // A controller without links has no such module.
     let _ = Device::greet(InProcess::new(&mut dimsart), QUICK, ALL).unwrap().set(
@@ -93,11 +93,11 @@ fn what_does_not_match_is_saved_and_not_taken() {
     let mut fresh = without_modules(of_side("builtin:table1", "slave"));
     let before = saved(&mut fresh);
     let error = exchanged(&mut fresh, &text, false).unwrap_err().to_string();
-    assert!(error.contains("CH1_TD_WAVES") && error.contains("nothing has changed"), "{error}");
+    assert!(error.contains("CH1_TD_WAVES") && error.contains("nothing changed"), "{error}");
     assert_eq!(saved(&mut fresh), before);
 }
 
-/// Controllers in motion: one is given what it has, and moves on as another one does, bit for bit.
+/// Two moving controllers: restoring its own configuration to one changes no bit of its motion.
 #[test]
 fn modules_that_stay_go_on_with_their_state() {
     type Make<'a> = &'a dyn Fn() -> Box<SimulatedDimsart>;
@@ -107,7 +107,7 @@ fn modules_that_stay_go_on_with_their_state() {
         let [mut one, mut other, mut replaced] = [make(), make(), make()].map(without_peer);
         let (text, mut differs) = (saved(&mut one), false);
         let tick = |dimsart: &mut SimulatedDimsart, number: u16| {
-            // Each word another one, so that there is something to control.
+            // Different words, so that there is something to control.
             let value = |word: u16| (0.05 * f32::from(number) + f32::from(word)).sin();
             let measured: Vec<Word> = (0..measures).map(|word| Word::from(value(word))).collect();
             let mut taken = vec![Word(0); takes];
@@ -126,7 +126,7 @@ fn modules_that_stay_go_on_with_their_state() {
             differs |= tick(&mut replaced, number) != expected;
         }
         assert_ne!(tick(&mut one, 200), vec![Word(0); takes]);
-        assert!(differs, "with new modules it does not move on so");
+        assert!(differs, "restarted modules would move differently");
     }
 }
 
@@ -168,7 +168,7 @@ fn what_differs_from_the_defaults_is_a_table_with_units() {
     assert_eq!((&first["value"], &first["default"]), (&"150".into(), &"0".into()));
     out(&["diff", "builtin:joint", "--exit-code"], 3);
     let (_folder, empty) = file("# nothing\n");
-    assert!(out(&["diff", &empty, "--exit-code"], 0).ends_with("has no modules\n"));
+    assert!(out(&["diff", &empty, "--exit-code"], 0).ends_with(": no modules\n"));
 }
 
 #[test]
@@ -198,16 +198,16 @@ fn what_differs_between_two_is_added_removed_changed_moved_or_bound() {
         "moved SUM_MOD.2 - 3 1",
         "changed PDCTRL_MOD K_PARAM[1] 5 6",
         "bound PDCTRL_MOD PORT_POSITION POSITION POSITION.2",
-        "added PIDCTRL_MOD -  at place 4",
+        "added PIDCTRL_MOD -  position 4",
         "added PIDCTRL_MOD K_PARAM 0 7",
-        "removed TIMEDELAY_MOD - at place 4 ",
+        "removed TIMEDELAY_MOD - position 4 ",
     ];
     assert_eq!(texts, expected);
     assert_eq!(json["unknown_removed"].as_array().unwrap().len(), 0);
     assert_eq!(json["unknown_added"][0]["line"], 10);
     let table = out(&["diff", &first, &second], 0);
-    assert!(table.contains("not known here: all NEW_MOD K 6: 'NEW_MOD' is not a module"), "{table}");
-    assert!(out(&["diff", &first, &first, "--exit-code"], 0).contains("do not differ"));
+    assert!(table.contains("unknown: all NEW_MOD K 6: 'NEW_MOD' is not a module"), "{table}");
+    assert!(out(&["diff", &first, &first, "--exit-code"], 0).contains("are equal"));
 }
 
 #[test]
@@ -220,16 +220,13 @@ fn a_configuration_is_put_back_and_a_dry_run_changes_nothing() {
     emulated.out(&["set", "PDCTRL_MOD", "K_PARAM", "70"], 0);
     let changed = out(&["save", &emulated.port], 0);
     let dry = out(&["apply", &kept, &emulated.port, "--dry-run"], 0);
-    assert!(
-        dry.contains("70 N/m") && dry.contains("3000 N/m") && dry.contains("nothing has changed"),
-        "{dry}"
-    );
+    assert!(dry.contains("70 N/m") && dry.contains("3000 N/m") && dry.contains("nothing changed"), "{dry}");
     assert_eq!(out(&["save", &emulated.port], 0), changed);
     assert!(!emulated.robot.lock().unwrap().dimsart.engine().is_in_transaction());
     let json: serde_json::Value =
         serde_json::from_str(&out(&["apply", &kept, &emulated.port, "--json"], 0)).unwrap();
     assert_eq!((&json["changes"][0]["to"], &json["is_dry_run"]), (&"3000".into(), &false.into()));
-    assert!(out(&["diff", &kept, &emulated.port, "--exit-code"], 0).contains("do not differ"));
+    assert!(out(&["diff", &kept, &emulated.port, "--exit-code"], 0).contains("are equal"));
 }
 
 #[test]
@@ -243,16 +240,16 @@ fn rows_that_the_device_does_not_know_are_named_and_change_nothing_unless_they_a
     let refused = config(&["apply", &newer, &emulated.port]);
     assert_eq!(refused.status.code(), Some(1), "{refused:?}");
     let table = String::from_utf8(refused.stdout).unwrap();
-    for place in [":5: not known here: all NEW_MOD K 5", ":16: not known here: all PDCTRL_MOD SHINE 4"] {
+    for place in [":5: unknown: all NEW_MOD K 5", ":16: unknown: all PDCTRL_MOD SHINE 4"] {
         assert!(table.contains(place), "{table}");
     }
     assert_eq!(out(&["save", &emulated.port], 0), before);
     let taken = config(&["apply", &newer, &emulated.port, "--skip-unknown"]);
     let (text, left_out) =
         (String::from_utf8(taken.stdout.clone()).unwrap(), String::from_utf8(taken.stderr.clone()).unwrap());
-    // What is plugged in has its ports: which, the device says.
-    assert!(taken.status.success() && text.contains("has taken"), "{taken:?}");
-    assert_eq!(left_out.matches("left out: ").count(), 4, "{left_out}");
+    // Ports of a plugged-in module, as reported by the device.
+    assert!(taken.status.success() && text.contains(": applied "), "{taken:?}");
+    assert_eq!(left_out.matches("skipped: ").count(), 4, "{left_out}");
     assert_eq!(out(&["save", &emulated.port], 0), before.replace("3000", "2000"));
 }
 
@@ -262,12 +259,12 @@ fn wrong_inputs_are_told() {
     let before = out(&["save", &emulated.port], 0);
     let port = emulated.port.as_str();
     let (_folder, begins) = file("all MOD_ENG BEGIN\n");
-    // No version takes it: it is not left out.
+    // Invalid in every version: not skipped.
     let (_folder, mistyped) = file("all PDCTRL_MOD K_PARAM 3o00\n");
     let (_folder, wrong) = file("all PDCTRL_MOD K_PARAM 5 6\nsome PDCTRL_MOD K_PARAM 5\n");
     for (arguments, status, expected) in [
-        (&["diff", "no.scheme"][..], 1, "cannot read the scheme file no.scheme"),
-        (&["diff", "builtin:none"], 1, "there is no scheme builtin:none"),
+        (&["diff", "no.scheme"][..], 1, "cannot read scheme file no.scheme"),
+        (&["diff", "builtin:none"], 1, "unknown scheme builtin:none"),
         (&["diff", "sim:nobody-here"], 1, "nobody-here"),
         (&["save", "tcp:127.0.0.1:1"], 1, "start the emulated board first"),
         (&["save", port, "/no/such/folder/file"], 1, "cannot write /no/such/folder/file"),
@@ -285,7 +282,7 @@ fn wrong_inputs_are_told() {
     }
 }
 
-/// A device that says it speaks a newer version, and has a command that this one does not know as the first of its scheme.
+/// A device that reports a newer version, with an unknown command as the first of its scheme.
 fn newer(robot: &mut Robot, content: &[u8]) -> Vec<u8> {
     let Ok((id, request)) = decode_request(content) else { return Vec::new() };
     robot.commands += u32::from(request.needs_key());
@@ -348,7 +345,10 @@ fn a_device_of_a_newer_version_is_read_as_far_as_it_is_understood_and_never_chan
     assert!(device.version_note().is_some());
     let (text, unknown) = device.configuration_text().unwrap();
     assert_eq!(unknown, 1);
-    assert!(text.contains("# 1 of its commands are not known here") && text.contains("MOD_ON"), "{text}");
+    assert!(
+        text.contains("# 1 commands of a newer version are omitted") && text.contains("MOD_ON"),
+        "{text}"
+    );
     assert!(device.get("PDCTRL_MOD", "K_PARAM").is_ok());
     let scheme = SchemeText { name: "kept.scheme".to_owned(), text };
     let exchange = Exchange { scheme: &scheme, side: "all", skips_unknown: true, is_dry_run: true };
@@ -363,13 +363,13 @@ fn a_device_of_a_newer_version_is_read_as_far_as_it_is_understood_and_never_chan
         let error = refusal.unwrap_err();
         assert!(matches!(error, ConnectError::LookOnly(_)), "{error}");
         let expected = format!(
-            "it speaks protocol {}, this program {PROTOCOL_VERSION}: look only",
+            "read-only, nothing has changed: the device has protocol version {}, this program {PROTOCOL_VERSION}",
             PROTOCOL_VERSION + 1
         );
         assert!(error.to_string().contains(&expected), "{error}");
     }
     device.stop().unwrap();
-    assert_eq!(stream.robot.commands, 0, "nothing of it has reached the device");
+    assert_eq!(stream.robot.commands, 0, "no command has reached the device");
 }
 
 #[test]
@@ -379,11 +379,11 @@ fn a_device_of_a_newer_version_is_saved_with_a_warning_and_takes_nothing() {
     let saved = config(&["save", &port]);
     assert_eq!(saved.status.code(), Some(0), "{saved:?}");
     let (text, note) = (String::from_utf8(saved.stdout).unwrap(), String::from_utf8(saved.stderr).unwrap());
-    assert!(note.contains("it is only looked at") && note.contains("1 commands of tcp:"), "{note}");
+    assert!(note.contains("read-only except for `stop`") && note.contains("1 commands of tcp:"), "{note}");
     let (_folder, kept) = file(&text.replace("3000", "2000"));
     assert!(out(&["diff", &port, &kept], 0).contains("2000 N/m"));
     let found = message(&config(&["apply", &kept, &port]));
-    assert!(found.contains("look only, nothing has changed; update the program"), "{found}");
+    assert!(found.contains("read-only, nothing has changed: the device has protocol version"), "{found}");
     assert!(!message(&config(&["apply", &kept, &port, "--dry-run"])).is_empty());
     assert_eq!(config(&["save", &port]).stdout, text.into_bytes());
 }
@@ -400,7 +400,7 @@ fn rows_have_the_names_of_the_law_that_is_on_the_device() {
 
     let error = exchanged(&mut joint, &rows.replace("stiffness", "gain"), false).unwrap_err().to_string();
     let names =
-        "'gain' is not a parameter or port of ONLINE_MOD; there is PROGRAM, stiffness, PORT_x, PORT_force";
+        "'gain' is not a parameter or port of ONLINE_MOD; available: PROGRAM, stiffness, PORT_x, PORT_force";
     assert!(error.contains(names), "{error}");
     let error = exchanged(&mut joint, &rows.replace(" 4", " 11"), false).unwrap_err().to_string();
     assert!(error.contains("'11' is not a number from 0 to 10"), "{error}");

@@ -1,4 +1,4 @@
-//! A controller behind a socket, on a line as bad as wanted.
+//! A controller behind a socket, on a configurable bad line.
 
 use std::io::{Read, Write};
 use std::net::{TcpListener, TcpStream};
@@ -22,15 +22,15 @@ use hil_sim::response::TELEMETRY_STREAMS;
 use hil_sim::schemes::SchemeText;
 use rand_core::{Rng, SeedableRng};
 
-/// Of a line that loses nothing, on a machine that has much else to do.
+/// Timeouts for a lossless line on a busy machine.
 pub(crate) const QUICK: Patience = Patience { timeout: Duration::from_secs(10), tries: 3 };
-/// Of a line on which no answer comes.
+/// Timeouts for a line without answers.
 pub(crate) const SHORT: Patience = Patience { timeout: Duration::from_millis(500), tries: 3 };
 
-/// Longer than a line with late answers is waited for.
+/// Longer than the timeout of a line with late answers.
 const LATE: Duration = Duration::from_millis(120);
 
-/// A type of this device alone, larger than one answer: nothing on the host knows it.
+/// A type of this device only, larger than one answer, and unknown to the host.
 const MAP: &DataType = &DataType {
     id: 0x8001,
     name: "MAP",
@@ -40,7 +40,7 @@ const MAP: &DataType = &DataType {
     summary: Summary::new("A map."),
 };
 
-/// A number with a sign that belongs to no axis.
+/// A signed number without an axis.
 const TURNS: &DataType = &DataType {
     id: 0x8002,
     name: "TURNS",
@@ -60,14 +60,14 @@ const BRAKES: &DataType = &DataType {
     summary: Summary::new("Which brakes are closed."),
 };
 
-/// Words of its outputs.
+/// Output words.
 pub(crate) const MEASURED_WORDS: usize = 3 + 40 + 1 + 3;
 
-/// A controller and what its ticks came to.
+/// A controller and the results of its ticks.
 pub(crate) struct Robot {
     pub(crate) dimsart: Dimsart,
     pub(crate) info: DeviceInfo<TELEMETRY_STREAMS>,
-    /// Commands that it took.
+    /// Number of received commands.
     pub(crate) commands: u32,
     gate: Gate,
 }
@@ -85,12 +85,12 @@ impl Robot {
         Self { dimsart, info, commands: 0, gate: Gate::open() }
     }
 
-    /// Holds a key from now on.
+    /// Sets a key.
     pub(crate) fn lock(&mut self, key: &[u8; 16]) {
         self.gate = Gate::locked(&Key::new(key), 1);
     }
 
-    /// The handshake that is due, or nothing.
+    /// Returns the pending handshake frame, if any.
     pub(crate) fn handshake(&mut self) -> Vec<u8> {
         self.gate.handshake(&mut [0; MAX_FRAME_BYTES]).unwrap().unwrap_or_default().to_vec()
     }
@@ -121,16 +121,16 @@ impl Robot {
     }
 }
 
-/// What a line does to the answers on it.
+/// Faults of answers on the line.
 #[derive(Clone, Copy, Default)]
 pub(crate) struct Faults {
     /// Random bytes before every answer.
     pub(crate) noise_bytes: usize,
-    /// One byte in so many is lost; none at 0.
+    /// Loses every Nth byte; 0: none.
     pub(crate) drop_one_in: u32,
-    /// Which answers are late, such as every 6th; none at 0.
+    /// Delays every Nth answer; 0: none.
     pub(crate) late_each: u32,
-    /// Which commands are answered late, such as every 6th; none at 0.
+    /// Delays the answer of every Nth command; 0: none.
     pub(crate) late_commands_each: u32,
 }
 
@@ -172,7 +172,7 @@ impl Emulated {
         Self { port, robot }
     }
 
-    /// With the shipped scheme running on one side.
+    /// Starts a device with one side of the shipped scheme running.
     pub(crate) fn with_scheme(side: &str) -> Self {
         let emulated = Self::start();
         let mut device = emulated.connect(QUICK);
@@ -192,7 +192,7 @@ impl Emulated {
         dimsart(&[&["connect", &self.port], arguments].concat())
     }
 
-    /// Standard output of a command that ends with `status`.
+    /// Returns standard output of a command that ends with `status`.
     pub(crate) fn out(&self, arguments: &[&str], status: i32) -> String {
         let output = self.run(arguments);
         assert_eq!(output.status.code(), Some(status), "{arguments:?}: {output:?}");
@@ -204,7 +204,7 @@ impl Emulated {
     }
 }
 
-/// A socket at which `answer` makes bytes out of the content of every frame.
+/// A socket at which `answer` converts the content of every frame to bytes.
 pub(crate) fn listen(answer: impl FnMut(&[u8]) -> Vec<u8> + Send + 'static) -> String {
     let listener = TcpListener::bind("127.0.0.1:0").unwrap();
     let port = format!("tcp:{}", listener.local_addr().unwrap());

@@ -1,4 +1,4 @@
-//! What a controller says about what happened to it.
+//! Event log of a controller.
 
 use crate::emulated::Emulated;
 
@@ -8,7 +8,7 @@ fn a_device_on_which_nothing_happened_says_so() {
     assert!(out.contains("no events"), "{out}");
 }
 
-/// From the fault to the way out of it, with ticks, module, signal and value.
+/// From the fault to the recovery, with ticks, module, signal and value.
 #[test]
 fn events_tell_what_led_to_a_fault_and_who_ended_it() {
     let emulated = Emulated::with_scheme("master");
@@ -24,17 +24,16 @@ fn events_tell_what_led_to_a_fault_and_who_ended_it() {
     let expected = [
         "     1  tick         0  130 scheme changed",
         "     2  tick         1    0 the scheme commands the device",
-        "     3  tick         2   40 module failed: PDCTRL_MOD wrote -100000000000 to word 0 of DES_FORCE, which is \
-         beyond 1e9, the most that it can be: it is cut out with all that depends on it; lower its gains or see \
-         to what it reads, then `reset`",
+        "     3  tick         2   40 module failed: PDCTRL_MOD wrote -100000000000 to word 0 of DES_FORCE (limit \
+         1e9): isolated with its dependents; lower its gains or check its inputs, then `reset`",
         "     4  tick         3  129 reset",
         "     5  tick         4    0 the scheme commands the device",
-        "     6  tick         5   32 measurement refused: word 0 of POSITION is not a finite number",
+        "     6  tick         5   32 measurement refused: word 0 of POSITION is NaN or infinite",
     ];
     assert_eq!(emulated.out(&["events"], 0).lines().collect::<Vec<_>>(), expected);
 }
 
-/// Many more than are kept: the last ones are told, each once, in order, as text and as JSON alike.
+/// More events than are kept: the last ones are shown, each once, in order, in text and JSON.
 #[test]
 fn the_last_64_events_are_told() {
     let emulated = Emulated::with_scheme("master");

@@ -1,4 +1,4 @@
-//! Kept schemes and timing, of devices that answer as a board does.
+//! Stored schemes and timing, of devices that answer like a board.
 
 use std::num::NonZeroU32;
 use std::sync::{Arc, Mutex};
@@ -12,7 +12,7 @@ use dimsart_link::saved_scheme::LoadError;
 
 use crate::emulated::{Emulated, Robot, dimsart, listen, message};
 
-/// A device that gives these answers to what is asked of its schemes, and notes what that was.
+/// A device that gives these answers to scheme requests and records them.
 fn keeping(answer: Result<SchemeStatus, Refusal>) -> (String, Arc<Mutex<Vec<SchemeAction>>>) {
     let (mut robot, asked) = (Robot::new(), Arc::new(Mutex::new(Vec::new())));
     let mut timing = Timing::default();
@@ -53,7 +53,7 @@ fn each_command_is_given_as_it_is_and_answered_by_how_the_schemes_stand_and_what
             "save",
             SchemeAction::Save,
             status(Origin::BuiltIn, None, Trial::Waits, false),
-            "started with the built-in scheme\na scheme waits for its trial: the next start runs it, once\n",
+            "started with the built-in scheme\nthe next start runs the scheme on trial, once\n",
         ),
         (
             "confirm",
@@ -65,43 +65,43 @@ fn each_command_is_given_as_it_is_and_answered_by_how_the_schemes_stand_and_what
             "rollback",
             SchemeAction::RollBack,
             status(Origin::Saved, not_confirmed, Trial::None, true),
-            "started with the saved scheme: the one on trial was started before and not confirmed\n",
+            "started with the saved scheme: the scheme on trial was started before and not confirmed\n",
         ),
         (
             "save",
             SchemeAction::Save,
             status(Origin::Trial, None, Trial::Tried, true),
-            "started with the scheme on trial\n`confirm` keeps it for every start; else the next one runs the saved \
-             scheme\n",
+            "started with the scheme on trial\nrun `confirm` to keep it; without `confirm` the next start runs the \
+             saved scheme\n",
         ),
         (
             "save",
             SchemeAction::Save,
             status(Origin::BuiltIn, other_image, Trial::Tried, false),
-            "started with the built-in scheme: the one on trial does not load: it was saved by an image with other \
-             modules, parameters or data types: save it again\nthe scheme on trial is not run again: `save` another \
-             one\n",
+            "started with the built-in scheme: the scheme on trial does not load: it was saved by an image with other \
+             modules, parameters or data types: save it again\nthe scheme on trial does not run again: `save` another \
+             scheme\n",
         ),
         (
             "rollback",
             SchemeAction::RollBack,
             status(Origin::Saved, Some(Fallback::Damaged), Trial::None, true),
-            "started with the saved scheme: an entry of its storage is damaged or incomplete, an older one counts: \
+            "started with the saved scheme: a storage entry is damaged or incomplete, an older entry was loaded: \
              `save` again\n",
         ),
         (
             "rollback",
             SchemeAction::RollBack,
             status(Origin::Saved, Some(Fallback::NotRecorded), Trial::None, true),
-            "started with the saved scheme: the one on trial was not started, the storage did not take the record of \
-             its trial: `save` it again\n",
+            "started with the saved scheme: the scheme on trial was not started, its trial could not be recorded in \
+             storage: `save` it again\n",
         ),
         (
             "rollback",
             SchemeAction::RollBack,
             status(Origin::Empty, Some(Fallback::BuiltIn(refused)), Trial::None, false),
-            "started without a scheme: the built-in one does not load: its command 5 was refused: the scheme does not \
-             match, it has 2 fault(s); `faults` names them\n",
+            "started without a scheme: the built-in scheme does not load: its command 5 was refused: the scheme does not \
+             match: 2 fault(s); run `faults` to list them\n",
         ),
     ] {
         let (port, asked) = keeping(Ok(found));
@@ -113,12 +113,12 @@ fn each_command_is_given_as_it_is_and_answered_by_how_the_schemes_stand_and_what
 #[test]
 fn what_a_board_refuses_is_told_with_what_to_do() {
     for (refusal, expected) in [
-        (Refusal::Store(StoreError::NoStorage), "the device has nowhere to keep a scheme"),
+        (Refusal::Store(StoreError::NoStorage), "the device cannot store schemes"),
         (Refusal::Store(StoreError::SchemeRuns), "`stop` it first"),
         (Refusal::Store(StoreError::TooLong), "the scheme takes more than"),
         (Refusal::Store(StoreError::NotTried), "restart the device"),
         (Refusal::Store(StoreError::Storage), "what was kept before still is"),
-        (Refusal::Engine(CommandError::DoesNotMatch { faults: 1 }), "`faults` names them"),
+        (Refusal::Engine(CommandError::DoesNotMatch { faults: 1 }), "run `faults` to list them"),
     ] {
         let (port, _) = keeping(Err(refusal));
         let found = message(&dimsart(&["connect", &port, "save"]));
@@ -130,8 +130,8 @@ fn what_a_board_refuses_is_told_with_what_to_do() {
 fn show_has_timing_and_schemes_where_the_device_has_them() {
     let (port, _) = keeping(Ok(status(Origin::Saved, None, Trial::None, true)));
     let text = out(&port, "show");
-    let lines = "1 ticks began late, 0 overran; a tick took 4000 cycles last, 4000 on average, 4000 at most; \
-                 by its machine code it takes up to 1000 cycles, and it may take 9000\n\
+    let lines = "1 ticks started late, 0 overran; tick: last 4000 cycles, mean 4000, max 4000; \
+                 bound of the machine code 1000 cycles, limit 9000\n\
                  started with the saved scheme\n";
     assert!(text.contains(lines), "{text}");
     let json = dimsart(&["connect", &port, "show", "--json"]);

@@ -1,4 +1,4 @@
-//! What a board says by itself, and the right to move it.
+//! Heartbeats of a board, and the lease.
 
 use std::io::{BufRead as _, BufReader, Read as _, Write as _};
 use std::process::{Child, Command, Stdio};
@@ -19,21 +19,21 @@ use test_requirements::TEST_TIMEOUT;
 
 const DISARMED: &str = "the device is NOT commanded: the scheme runs and no client holds the lease";
 
-/// With the shipped scheme running, and no client that holds the lease.
+/// Starts a board with the shipped scheme running and no client holding the lease.
 fn running() -> Board {
     let board = Board::start();
     let scheme = SchemeText::read("builtin:bilateral").unwrap();
     let mut device = board.connect();
     let sent = device.send_scheme(&scheme, "slave").unwrap();
     assert!(sent.state.starts_with(DISARMED), "{}", sent.state);
-    // However long it has waited for its peer.
+    // The state, regardless of the ticks spent waiting for its peer.
     board.wait_for(Tick::LinkDown { link: 0 });
     device.set("COMM_RXMOD", "TIMEOUT_TICKS", "0").unwrap();
     board.wait_for(Tick::Disarmed);
     board
 }
 
-/// The same, for programs.
+/// The same for programs.
 fn served() -> Board {
     let board = Board::serve();
     let mut device = board.dial();
@@ -43,7 +43,7 @@ fn served() -> Board {
     board
 }
 
-/// `dimsart connect` in a process of its own.
+/// `dimsart connect` as a separate process.
 struct Program {
     child: Child,
     lines: Receiver<String>,
@@ -61,7 +61,7 @@ impl Program {
         Self { child, lines, out: String::new() }
     }
 
-    /// Waits until it has printed this.
+    /// Waits until it has printed this text.
     fn wait_for(&mut self, text: &str) {
         while !self.out.contains(text) {
             let line = self.lines.recv_timeout(TEST_TIMEOUT);
@@ -70,7 +70,7 @@ impl Program {
         }
     }
 
-    /// Ends it by Ctrl-C; everything that it printed.
+    /// Ends it by Ctrl-C; returns its output.
     fn interrupt(mut self) -> String {
         assert!(
             Command::new("kill").args(["-INT", &self.child.id().to_string()]).status().unwrap().success()
@@ -102,15 +102,15 @@ fn arm_holds_the_lease_until_ctrl_c_and_gives_it_back() {
     arm.wait_for(": the scheme runs and commands the device; client ");
     let mut other = board.dial();
     let refused = other.take_lease().unwrap_err().to_string();
-    assert!(refused.contains(" holds the lease, only it may change something"), "{refused}");
+    assert!(refused.contains(" holds the lease, so other clients cannot change anything"), "{refused}");
     let refused = other.set("PDCTRL_MOD", "K_PARAM", "1").unwrap_err().to_string();
-    assert!(refused.contains(" holds the lease, only it may change something"), "{refused}");
+    assert!(refused.contains(" holds the lease, so other clients cannot change anything"), "{refused}");
     let show = other.overview().unwrap().to_string();
     assert!(show.contains(" holds the lease, for "), "{show}");
     let out = arm.interrupt();
     let lines: Vec<_> = out.lines().collect();
     assert!(lines[0].ends_with(" holds the lease until Ctrl-C"), "{out}");
-    assert_eq!(lines.last(), Some(&"gave the lease back: the device gets its safe input"));
+    assert_eq!(lines.last(), Some(&"disarmed: lease released, outputs at their safe value"));
     board.wait_for(Tick::Disarmed);
     other.set("PDCTRL_MOD", "K_PARAM", "1").unwrap();
 }
@@ -122,14 +122,14 @@ fn arm_tells_a_program_every_change() {
     board.dial().check().unwrap();
     let mut arm = Program::start(&board, &["arm", "--json"]);
     arm.wait_for("\"is_commanded\":true");
-    // Every client may stop it. That ends the lease, and with it the command.
+    // Every client may stop the device. This ends the lease and the command.
     board.dial().stop().unwrap();
     assert_eq!(arm.child.wait().unwrap().code(), Some(1));
     board.dial().check().unwrap();
     board.wait_for(Tick::Disarmed);
 }
 
-/// Heartbeats from before are ten a second.
+/// The board sends ten heartbeats per second.
 #[test]
 fn who_has_just_taken_the_lease_is_not_told_that_nobody_has_it() {
     let board = running();
@@ -140,7 +140,7 @@ fn who_has_just_taken_the_lease_is_not_told_that_nobody_has_it() {
     assert_eq!(device.live().unwrap().holder, Some(device.client()));
 }
 
-/// Twice as long as the lease lasts, without a moment in which nothing is asked.
+/// Twice the duration of the lease, with continuous requests.
 #[test]
 fn a_lease_that_is_held_outlasts_a_long_row_of_questions() {
     let board = running();
@@ -166,13 +166,13 @@ fn an_answer_that_gets_lost_does_not_cost_the_lease() {
         board.lose_answers(lost);
         let start = clock::now();
         device.state().unwrap();
-        assert!(clock::since(start) >= lost * patience.timeout, "nothing was lost");
+        assert!(clock::since(start) >= lost * patience.timeout, "no renewal was lost");
         device.renew_in_time().unwrap();
     }
     assert_eq!(device.live().unwrap().holder, Some(device.client()));
 }
 
-/// The board holds a key from now on.
+/// Sets a key of the board.
 fn lock(board: &Board) -> [u8; 16] {
     let key = [7; 16];
     board.core.lock().unwrap().robot.lock(&key);
@@ -199,7 +199,7 @@ fn a_lease_of_a_locked_board_is_renewed_with_its_key() {
     board.wait_for(Tick::Disarmed);
 }
 
-/// The board knows one of those who seal at a time.
+/// The board keeps one authenticated session at a time.
 #[test]
 fn others_who_seal_do_not_cost_the_lease() {
     let board = running();
@@ -207,7 +207,7 @@ fn others_who_seal_do_not_cost_the_lease() {
     let (mut device, mut other) = (board.connect(), board.connect());
     device.use_key(&key).unwrap();
     other.use_key(&key).unwrap();
-    // So that what either seals next is older than what the board has taken: now the one's, then the other's.
+    // Each session's next request is older than the last one accepted by the board: alternate between both.
     for _ in 0..20 {
         other.take_lease().unwrap();
         other.give_lease_back().unwrap();
@@ -215,7 +215,7 @@ fn others_who_seal_do_not_cost_the_lease() {
     device.hold_lease().unwrap();
     for _ in 0..8 {
         let refused = other.set("PDCTRL_MOD", "K_PARAM", "1").unwrap_err().to_string();
-        assert!(refused.contains(" holds the lease, only it may change something"), "{refused}");
+        assert!(refused.contains(" holds the lease, so other clients cannot change anything"), "{refused}");
         for _ in 0..5 {
             device.listen(Duration::from_millis(20)).unwrap();
             device.renew_in_time().unwrap();
@@ -225,12 +225,12 @@ fn others_who_seal_do_not_cost_the_lease() {
     device.give_lease_back().unwrap();
 }
 
-/// Asks the board for something as a client of this number would, beside the others.
+/// Sends a request as a client of this number, in addition to the other clients.
 fn ask_as(board: &Board, client: u8, request: Request) {
     let mut line = board.line();
     line.write_all(encode_request(&request, request_id(client, 3), &mut [0; MAX_FRAME_BYTES]).unwrap())
         .unwrap();
-    // Until it is answered.
+    // Waits for the answer.
     while line.read(&mut [0; 8]).is_err() {}
 }
 
@@ -251,19 +251,19 @@ fn a_client_whose_number_another_one_has_takes_another_number_and_not_its_lease(
     ask_as(&board, number, Request::Status);
     device.listen(Duration::from_millis(100)).unwrap();
     device.state().unwrap();
-    assert_ne!(device.client(), number, "it was heard");
+    assert_ne!(device.client(), number, "the number clash is detected");
     let number = device.client();
     device.state().unwrap();
     device.listen(Duration::from_millis(100)).unwrap();
     device.state().unwrap();
-    assert_eq!(device.client(), number, "its own answers are no other client's");
+    assert_eq!(device.client(), number, "own answers are not attributed to another client");
 }
 
 #[test]
 fn a_device_without_a_lease_says_so() {
     let emulated = crate::emulated::Emulated::with_scheme("slave");
     let found = message(&emulated.run(&["arm"]));
-    assert!(found.contains("the device moves without a lease"), "{found}");
+    assert!(found.contains("the device needs no lease"), "{found}");
 }
 
 #[test]
@@ -278,14 +278,14 @@ fn signals_are_pushed_and_asked_for_where_they_cannot_be() {
         assert!(live.is_pushed());
         first.listen(Duration::from_millis(20)).unwrap();
     }
-    // Every client has a stream of its own, as far as there are any.
+    // Every client has its own stream, while streams are available.
     let mut others: Vec<_> = (0..TELEMETRY_STREAMS).map(|_| board.connect()).collect();
     for (number, other) in (1..).zip(&mut others) {
         let mut asked = Live::new(&names, Duration::from_millis(10));
         assert_eq!(other.look(&mut asked).unwrap()[0].values, position(0.25));
         assert_eq!(asked.is_pushed(), number < TELEMETRY_STREAMS, "{number}");
     }
-    // More words than a sample holds.
+    // More words than a sample can contain.
     let mut all = Live::new(&["MAP".to_owned()], Duration::from_millis(10));
     assert_eq!(first.look(&mut all).unwrap()[0].values.len(), 40);
     assert!(!all.is_pushed());

@@ -1,4 +1,4 @@
-//! Bad lines, devices of other versions, and what is no device at all.
+//! Bad lines, devices of other versions, and other peers than devices.
 
 use std::net::TcpListener;
 use std::sync::{Arc, Mutex};
@@ -52,7 +52,7 @@ fn an_answer_that_comes_after_its_question_was_repeated_is_not_taken_for_the_nex
             assert!(outcome.effect.starts_with(&expected), "{outcome}");
         }
     }
-    assert!(emulated.robot.lock().unwrap().commands > 10, "nothing was late");
+    assert!(emulated.robot.lock().unwrap().commands > 10, "no answer was late");
 }
 
 #[test]
@@ -65,7 +65,7 @@ fn a_device_that_never_answers_is_given_up_after_three_tries() {
         found.starts_with(&format!("dimsart: {port}: no answer: sent 3 times, waited 0.1 s each")),
         "{found}"
     );
-    assert!(found.contains("is the board powered"), "{found}");
+    assert!(found.contains("no bytes received: check the board's power"), "{found}");
 }
 
 #[test]
@@ -73,7 +73,7 @@ fn something_that_is_no_controller_is_told_from_silence() {
     let port = listen(|_| b"login: ".to_vec());
     let message =
         Device::greet(open_port(&port, 0).unwrap(), SHORT, dimsart_modules::ALL).unwrap_err().to_string();
-    assert!(message.contains("21 bytes came back and no whole frame"), "{message}");
+    assert!(message.contains("21 bytes received, but no whole frame"), "{message}");
     assert!(message.contains("--baud"), "{message}");
 }
 
@@ -81,7 +81,7 @@ fn something_that_is_no_controller_is_told_from_silence() {
 fn a_command_that_must_not_be_given_twice_is_sent_once() {
     let robot = Arc::new(Mutex::new(Robot::new()));
     let shared = Arc::clone(&robot);
-    // Carries everything out, and answers all but commands.
+    // Carries out all requests, and answers all but commands.
     let port = listen(move |content| {
         let answer = shared.lock().unwrap().answer(content);
         if matches!(decode_request(content), Ok((_, Request::Command(_)))) { Vec::new() } else { answer }
@@ -89,14 +89,14 @@ fn a_command_that_must_not_be_given_twice_is_sent_once() {
     let mut device = Device::greet(open_port(&port, 0).unwrap(), SHORT, dimsart_modules::ALL).unwrap();
     let error = device.on("PDCTRL_MOD", None).unwrap_err();
     assert!(matches!(error, ConnectError::Line(LineError::Unsure { .. })), "{error}");
-    assert!(error.to_string().contains("look with `show`"), "{error}");
+    assert!(error.to_string().contains("run `show` before you repeat it"), "{error}");
     assert_eq!(robot.lock().unwrap().commands, 1);
     let error = device.set("PDCTRL_MOD", "K_PARAM", "1").unwrap_err();
     assert!(matches!(error, ConnectError::Line(LineError::NoAnswer { tries: 3, .. })), "{error}");
     assert_eq!(robot.lock().unwrap().commands, 4);
 }
 
-/// A device that says it speaks `version` and answers `Status` with `status`.
+/// A device that reports protocol `version` and answers `Status` with `status`.
 fn of_version(version: u16, mut status: impl FnMut(u16) -> Vec<u8> + Send + 'static) -> String {
     let mut robot = Robot::new();
     listen(move |content| {
@@ -119,11 +119,11 @@ fn a_device_too_old_to_be_understood_is_told_at_once() {
     assert_eq!(output.status.code(), Some(1), "{output:?}");
     let error = String::from_utf8(output.stderr).unwrap();
     let versions = format!(
-        "the device speaks protocol {} and this command {PROTOCOL_VERSION}: ",
+        "protocol version mismatch: device {}, this command {PROTOCOL_VERSION}; ",
         OLDEST_PROTOCOL_VERSION - 1
     );
     assert!(error.contains(&versions), "{error}");
-    assert!(error.contains("use the `dimsart` that its image was built with, or flash an image"), "{error}");
+    assert!(error.contains("use the `dimsart` of the image's version, or flash a current image"), "{error}");
 }
 
 #[test]
@@ -137,19 +137,19 @@ fn a_device_of_another_version_answers_what_it_knows_and_refuses_the_rest_by_nam
     let note = String::from_utf8(output.stderr).unwrap();
     assert!(
         note.contains(&format!(
-            "the device speaks protocol {} and this command {PROTOCOL_VERSION}",
+            "the device has protocol version {}, this command {PROTOCOL_VERSION}",
             PROTOCOL_VERSION + 1
         )),
         "{note}"
     );
     let found = message(&dimsart(&["connect", &port, "show"]));
-    assert!(found.contains("the device knows no such request"), "{found}");
+    assert!(found.contains("unknown request: the device speaks another protocol version"), "{found}");
 }
 
 #[test]
 fn an_answer_of_a_newer_version_is_not_taken_for_silence() {
     let port = of_version(PROTOCOL_VERSION + 1, |id| {
-        // A response that this version does not have; the CRC is over the channel too, which is 0.
+        // A response that is unknown in this version; the CRC includes the channel, which is 0.
         let [low, high] = id.to_le_bytes();
         let mut content = vec![2, low, high, 250];
         let crc =
@@ -159,13 +159,13 @@ fn an_answer_of_a_newer_version_is_not_taken_for_silence() {
     });
     let mut device = Device::greet(open_port(&port, 0).unwrap(), QUICK, dimsart_modules::ALL).unwrap();
     let note = device.version_note().unwrap();
-    assert!(note.contains("it is only looked at"), "{note}");
-    assert!(note.ends_with("use the `dimsart` that its image was built with"), "{note}");
+    assert!(note.contains("read-only except for `stop`"), "{note}");
+    assert!(note.ends_with("use the `dimsart` of the image's version for full access"), "{note}");
     let error = device.overview().unwrap_err();
     assert!(matches!(error, ConnectError::Line(LineError::NotUnderstood)), "{error}");
-    assert!(error.to_string().contains("use the `dimsart` that the image was built with"), "{error}");
+    assert!(error.to_string().contains("use the `dimsart` of the image's version"), "{error}");
     assert!(matches!(device.on("PDCTRL_MOD", None), Err(ConnectError::LookOnly(_))));
-    assert_eq!(device.signals(&[]).unwrap()[0].name, "POSITION", "the rest is looked at");
+    assert_eq!(device.signals(&[]).unwrap()[0].name, "POSITION", "reading is possible");
 }
 
 #[test]

@@ -1,4 +1,4 @@
-//! `dimsart connect` against a controller behind a socket or a serial port, over good and bad lines.
+//! `dimsart connect` with a controller behind a socket or serial port, over good and bad lines.
 #![expect(
     clippy::unwrap_used,
     clippy::panic,

@@ -1,4 +1,4 @@
-//! Ports: sockets, a serial port, and what does not open.
+//! Ports: sockets, serial ports, and ports that cannot be opened.
 
 #[cfg(unix)]
 use std::io::{Read, Write};
@@ -19,10 +19,10 @@ use crate::emulated::{dimsart, message};
 #[test]
 fn a_port_that_does_not_open_is_told_what_to_do() {
     for (port, expected) in [
-        ("/dev/ttyNONE9", "there is no port /dev/ttyNONE9; "),
-        ("/dev/null", "/dev/null does not open as a serial port: "),
-        ("tcp:localhost", "tcp:localhost is no address: write it as tcp:HOST:PORT"),
-        ("tcp:localhost:http", "is no address"),
+        ("/dev/ttyNONE9", "port /dev/ttyNONE9 not found; "),
+        ("/dev/null", "cannot open serial port /dev/null: "),
+        ("tcp:localhost", "invalid address tcp:localhost: write tcp:HOST:PORT"),
+        ("tcp:localhost:http", "invalid address"),
         ("tcp:127.0.0.1:1", "start the emulated board first"),
         ("unix:/no/such/socket", "start the emulated board first"),
     ] {
@@ -56,7 +56,7 @@ fn a_serial_port_will_do_and_one_program_at_a_time_has_it() {
     let name = port.name().unwrap();
     thread::spawn(move || answer_on(board));
     drop(port);
-    // A program that another test started meanwhile has inherited the port, with its lock, for a moment.
+    // A program started by another test may briefly have inherited the port and its lock.
     let mut tries = std::iter::repeat_with(|| open_port(&name, 115_200)).take(1_000);
     let opened = tries.find(|opened| {
         thread::sleep(Duration::from_millis(10));
@@ -79,7 +79,7 @@ fn answer_on(mut stream: impl Read + Write) {
                 receiver.take_all(&buffer[..count], |content| bytes.extend(robot.answer(content)));
                 stream.write_all(&bytes).unwrap();
             }
-            // Nothing yet, or nobody has opened the other end.
+            // No bytes yet, or the other end is not open.
             Err(_) => thread::sleep(Duration::from_millis(1)),
         }
     }

@@ -1,4 +1,4 @@
-//! What a recorder on a device has kept is read while it goes on; a row that was written over is not shown.
+//! Rows of a recorder on a device are read while it records; overwritten rows are not shown.
 
 use std::sync::{Arc, Mutex};
 
@@ -9,7 +9,7 @@ use hil_sim::schemes::SchemeText;
 
 use crate::emulated::{Emulated, QUICK, Robot, listen, message};
 
-/// Rows that record a signal.
+/// Rows of a scheme that record a signal.
 fn recorder(signal: &str) -> String {
     format!("all RECORDER_MOD PORT_SIGNAL_IN {signal}\nall MOD_ENG MOD_ON RECORDER_MOD\n")
 }
@@ -18,7 +18,7 @@ fn scheme(text: &str) -> SchemeText {
     SchemeText { name: "my.scheme".to_owned(), text: text.to_owned() }
 }
 
-/// A recorder of this length beside the scheme that runs.
+/// Adds a recorder of this length to the running scheme.
 fn add_recorder(emulated: &Emulated, signal: &str, length: u32) {
     let rows = scheme(&format!("all RECORDER_MOD LENGTH {length}\n{}", recorder(signal)));
     emulated.connect(QUICK).send_scheme(&rows, "master").unwrap();
@@ -35,7 +35,7 @@ fn tick(emulated: &Emulated, positions: impl IntoIterator<Item = u8>) {
     positions.into_iter().for_each(|position| robot.tick(position.into()));
 }
 
-/// A row that was taken at this position.
+/// The row recorded at this position.
 fn row(number: u32, position: u16) -> RecordedRow {
     RecordedRow { number, values: [position.into(), 0.0, 0.0].map(ValueText::Real).to_vec() }
 }
@@ -48,7 +48,7 @@ fn rows_come_oldest_first_with_name_and_unit() {
         tick(&emulated, ticks);
         let state = emulated.state();
         let recorded = emulated.connect(QUICK).recorded(None).unwrap();
-        assert_eq!(emulated.state(), state, "it was read, and no more");
+        assert_eq!(emulated.state(), state, "only reads");
         let expected: Vec<_> = (first..end).map(|number| row(number.into(), number.into())).collect();
         assert_eq!(recorded.rows, expected);
         assert_eq!(recorded.overwritten, 0);
@@ -121,12 +121,12 @@ fn what_is_no_recorder_to_read_is_said_with_what_to_do() {
     let emulated = Emulated::with_scheme("master");
     let found = message(&emulated.run(&["recorder"]));
     assert!(
-        found.contains("no recorder to read; none is plugged in: give its PORT_SIGNAL_IN a signal"),
+        found.contains("no recorder to read; none is plugged in; bind its PORT_SIGNAL_IN with `set`"),
         "{found}"
     );
     add_recorder(&emulated, "POSITION", 5);
     for (name, expected) in [
-        ("PDCTRL_MOD", "PDCTRL_MOD is no recorder; there is RECORDER_MOD"),
+        ("PDCTRL_MOD", "PDCTRL_MOD is not a recorder; plugged in: RECORDER_MOD"),
         ("RECODER_MOD", "'RECODER_MOD' is not a module; did you mean 'RECORDER_MOD'?"),
         (
             "RECORDER_MOD.2",
@@ -140,15 +140,12 @@ fn what_is_no_recorder_to_read_is_said_with_what_to_do() {
     let second = scheme(&format!("all RECORDER_MOD.2 PORT_ROWS RECORDED_ROWS.2\n{second}"));
     emulated.connect(QUICK).send_scheme(&second, "master").unwrap();
     let found = message(&emulated.run(&["recorder"]));
-    assert!(found.contains("name the recorder to read; there is RECORDER_MOD, RECORDER_MOD.2"), "{found}");
+    assert!(found.contains("name the recorder to read; plugged in: RECORDER_MOD, RECORDER_MOD.2"), "{found}");
     tick(&emulated, 0..3);
     assert_eq!(emulated.connect(QUICK).recorded(Some("RECORDER_MOD.2")).unwrap().rows.len(), 3);
     emulated.out(&["off", "RECORDER_MOD"], 0);
     let note = emulated.run(&["recorder"]).stderr;
-    assert!(
-        String::from_utf8(note).unwrap().contains("3 rows of POSITION"),
-        "the only one that is plugged in"
-    );
+    assert!(String::from_utf8(note).unwrap().contains("3 rows of POSITION"), "the only plugged-in recorder");
     let found = message(&emulated.run(&["recorder", "RECORDER_MOD"]));
     assert!(
         found.contains(
@@ -167,7 +164,7 @@ fn an_empty_recorder_is_said_to_be_empty() {
     assert_eq!(out, "row,arm.POSITION[0] (m),arm.POSITION[1] (rad),arm.POSITION[2] (m)\n");
     let note = String::from_utf8(output.stderr).unwrap();
     assert!(
-        note.contains("RECORDER_MOD has no rows of POSITION yet: it takes one every EVERY ticks, while the scheme runs (`check`) and its RECORD is ON"),
+        note.contains("RECORDER_MOD has no rows of POSITION yet: it records every EVERY ticks while the scheme runs (`check`) and its RECORD is ON"),
         "{note}"
     );
 }
@@ -178,7 +175,7 @@ fn a_kind_that_the_image_lacks_is_named() {
     let robot = Arc::clone(&emulated.robot);
     let place = dimsart_modules::ALL.list().iter().position(|kind| kind.name == "RECORDER_MOD").unwrap();
     let port = listen(move |content| match decode_request(content) {
-        // The list ends before it.
+        // The list ends before this number.
         Ok((id, Request::Module { place: asked })) if usize::from(asked) >= place => {
             let response = Response::Refused(Refusal::NotThere);
             encode_response(&response, id, &mut [0; MAX_FRAME_BYTES]).unwrap().to_vec()
@@ -196,7 +193,7 @@ fn a_kind_that_the_image_lacks_is_named() {
     }
 }
 
-/// Another way to the same robot, to which something happens before every piece of memory is read.
+/// Another connection to the same robot, with an action before every block of memory is read.
 fn while_read(emulated: &Emulated, mut happens: impl FnMut(&mut Robot) + Send + 'static) -> Emulated {
     let robot = Arc::clone(&emulated.robot);
     let port = listen(move |content| {
@@ -212,7 +209,7 @@ fn while_read(emulated: &Emulated, mut happens: impl FnMut(&mut Robot) + Send + 
 #[test]
 fn rows_that_are_overwritten_meanwhile_are_left_out_and_counted() {
     const LENGTH: u16 = 100;
-    // A piece has 10 rows.
+    // A block has 10 rows.
     for ticks_per_piece in [0, 1, 5, 8, 15, 200] {
         let emulated = with_recorder(LENGTH.into());
         (0..LENGTH + 23).for_each(|number| emulated.robot.lock().unwrap().tick(number.into()));
@@ -226,22 +223,18 @@ fn rows_that_are_overwritten_meanwhile_are_left_out_and_counted() {
         let recorded = busy.connect(QUICK).recorded(None).unwrap();
         let found = &recorded.rows;
         for taken in found {
-            assert_eq!(
-                *taken,
-                row(taken.number, taken.number.try_into().unwrap()),
-                "a row of another number"
-            );
+            assert_eq!(*taken, row(taken.number, taken.number.try_into().unwrap()), "wrong row number");
         }
         let kept = u32::try_from(found.len()).unwrap();
         assert_eq!(kept + recorded.overwritten, u32::from(LENGTH), "every row is shown or counted");
-        // The newest ones are the last to go.
+        // The newest rows are overwritten last.
         let expected: Vec<u32> = (23 + recorded.overwritten..23 + u32::from(LENGTH)).collect();
         let is_whole = found.iter().map(|row| row.number).eq(expected);
         assert!(is_whole || ticks_per_piece > 5, "{ticks_per_piece}: {found:?}");
         assert_eq!(recorded.overwritten > 0, ticks_per_piece > 0);
         assert_eq!(kept == 0, ticks_per_piece > 10);
         let text = recorded.to_string();
-        let says = format!("; {} rows were overwritten while they were read", recorded.overwritten);
+        let says = format!("; {} rows were overwritten during the read", recorded.overwritten);
         assert_eq!(text.contains(&says), ticks_per_piece > 0, "{text}");
     }
 }
@@ -266,6 +259,6 @@ fn a_recorder_that_begins_anew_meanwhile_is_not_mixed_with_what_it_was() {
             }
         });
         let error = busy.connect(QUICK).recorded(None).unwrap_err().to_string();
-        assert_eq!(error, "RECORDER_MOD was changed or reset while it was read: read it again");
+        assert_eq!(error, "RECORDER_MOD was changed or reset during the read: read it again");
     }
 }

@@ -1,4 +1,4 @@
-//! The same fault reads the same, whether it is found in a file or on a device.
+//! The same fault has the same text in a file and on a device.
 
 use dimsart::connect::{ConnectError, Device};
 use dimsart_core::Dimsart;
@@ -10,7 +10,7 @@ use crate::emulated::{Emulated, QUICK, Robot};
 const BILATERAL: &str = include_str!("../../../schemes/bilateral.scheme");
 const NOTHING: &str = "; nothing has changed";
 
-/// Mistakes that take more than one wrong word.
+/// Mistakes of more than one word.
 const WHOLE: &[&str] = &[
     "all MOD_ENG MOD_ON PDCTRL_MOD\nall MOD_ENG MOD_ON PCTRL_MOD",
     "all PDCTRL_MOD PORT_POSITION MAP\nall MOD_ENG MOD_ON PDCTRL_MOD",
@@ -53,7 +53,7 @@ const WHOLE: &[&str] = &[
     "all TIMEDELAY_MOD TD_PARAM 1.5",
 ];
 
-/// A rest that finds what the scheme as a whole lacks.
+/// A final row that checks the whole scheme.
 const CHECK: &str = "\nall MOD_ENG MATCHING_CHECK\n";
 
 fn offline(rows: &SchemeText, side: &str) -> Loaded {
@@ -62,7 +62,7 @@ fn offline(rows: &SchemeText, side: &str) -> Loaded {
     load(rows, side, &[], dimsart)
 }
 
-/// Holds what a device says of a scheme to what is said of its file; false when the scheme has no fault.
+/// Compares a device's texts about a scheme with those about its file; returns false for a valid scheme.
 fn is_the_same(device: &mut Device<Box<dyn Stream>>, rows: String, side: &str) -> bool {
     let scheme = SchemeText { name: "my.scheme".to_owned(), text: rows };
     let Loaded { errors, faults, delays } = offline(&scheme, side);
@@ -73,7 +73,7 @@ fn is_the_same(device: &mut Device<Box<dyn Stream>>, rows: String, side: &str) -
         assert_eq!(found.strip_suffix(NOTHING), Some(expected.as_str()), "{side}\n{}", scheme.text);
         return true;
     }
-    let is_of_check = |text: &&String| !text.contains("its last row leaves it stopped");
+    let is_of_check = |text: &&String| !text.contains("the scheme is stopped after its last row");
     let faults: Vec<_> = faults.into_iter().filter(|text| is_of_check(&text)).collect();
     match sent {
         Ok(_) => {
@@ -95,7 +95,7 @@ fn is_the_same(device: &mut Device<Box<dyn Stream>>, rows: String, side: &str) -
     !faults.is_empty()
 }
 
-/// A line with one mistake more: words left out, mistyped, doubled, or one too many.
+/// Returns variants of a line with one mistake: words omitted, mistyped, repeated, or added.
 fn mistaken(line: &str) -> Vec<String> {
     let words: Vec<&str> = line.split('#').next().unwrap_or_default().split_whitespace().collect();
     let mut lines = vec![String::new(), format!("{line}\n{line}"), format!("{} more", words.join(" "))];

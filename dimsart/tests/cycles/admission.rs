@@ -1,4 +1,4 @@
-//! What every board's image refuses by its stamp.
+//! Schemes that every board's image refuses by its stamp.
 
 use std::num::NonZeroU32;
 use std::path::{Path, PathBuf};
@@ -35,7 +35,7 @@ fn shipped(image: &StampedImage) -> Dimsart {
     dimsart
 }
 
-/// Gives the image's own functions a scheme, under the limit of its stamp.
+/// Sends a scheme to the image's functions, with the limit of its stamp.
 fn load(image: &Path, scheme: &[u8]) -> Result<(), CyclesError> {
     let firmware = Firmware::find(Some(image), None).unwrap();
     let timing = Timing::new(Profile::ZeroWait, Column::Likely);
@@ -114,7 +114,7 @@ fn what_is_stamped_can_be_read_by_a_program() {
     let image = StampedImage::read(&out).unwrap();
     assert_eq!(found["limit_cycles"], image.limit_cycles());
     assert!(
-        found["unknown"].is_array() && String::from_utf8(output.stderr).unwrap().contains("costs by rustc")
+        found["unknown"].is_array() && String::from_utf8(output.stderr).unwrap().contains("costs for rustc")
     );
 }
 

@@ -1,4 +1,4 @@
-//! The bound against every run there is.
+//! The bound compared with all runs.
 
 use cycles::timing::{Column, Profile, Timing};
 use dimsart::cycles::{Figures, Firmware, Row, Setup, measure};
@@ -8,7 +8,7 @@ use hil_sim::rig_file::RigFile;
 use crate::common::firmware;
 use test_requirements::length;
 
-/// The bound over the most that was seen.
+/// Maximum ratio of bound and observed maximum.
 const TICK_RATIO: f64 = 1.15;
 const MODULE_RATIO: f64 = 1.30;
 
@@ -22,12 +22,12 @@ fn the_whole_of_table_1_on_the_slave() {
     table_1("slave");
 }
 
-/// Both columns, with packets late and lost, so that every path is there.
+/// Both sides, with late and lost packets, so that all paths are executed.
 fn table_1(side: &'static str) {
     let Some(firmware) = firmware() else { return };
     for column in [Column::Likely, Column::Upper] {
         let figures = figures(&firmware, side, column, &["link.jitter_ticks=2", "link.loss=0.02"]);
-        assert!(figures.ticks > 9_000, "{} ticks are not the whole run", figures.ticks);
+        assert!(figures.ticks > 9_000, "incomplete run: {} ticks", figures.ticks);
         hold(&figures);
         let ratio = figures.tick.ratio.unwrap();
         assert!(ratio <= TICK_RATIO, "tick: {ratio}");
@@ -57,7 +57,7 @@ fn flash_that_waits_costs_more_and_has_a_bound() {
             hold(&figures);
             figures
         });
-    // A tick in CCM SRAM waits for constants at most.
+    // A tick in CCM SRAM waits at most for constants.
     assert!(with.tick.emulated_max >= without.tick.emulated_max, "{:?} {:?}", without.tick, with.tick);
     let bounds = |figures: &Figures| {
         let [entry, exit, floats] = &figures.interrupt[..] else { panic!("{:?}", figures.interrupt) };
@@ -65,7 +65,7 @@ fn flash_that_waits_costs_more_and_has_a_bound() {
     };
     let (without, with) = (bounds(&without), bounds(&with));
     assert_eq!(without[1..], [12, 12, 17]);
-    // 4 wait states: of the read under way, the handler's address and its first line; and of two reads on the way back.
+    // 4 wait states: the current read, the handler's address and its first line; and two reads on return.
     assert!(with[0] > without[0]);
     assert_eq!(with[1..], [12 + 3 * 4, 12 + 2 * 4, 17]);
 }
@@ -99,7 +99,7 @@ pub(crate) fn run(
     measure(&setup, |_, _| {}).unwrap()
 }
 
-/// Whatever ran kept to its bound.
+/// All runs kept their bounds.
 pub(crate) fn hold(figures: &Figures) {
     assert_eq!(figures.no_bound, None);
     let parts = [&figures.tick, &figures.frame_and_engine].into_iter().chain(&figures.modules);

@@ -1,4 +1,4 @@
-//! The tick's code in CCM SRAM, where a board has it there.
+//! The tick's code in CCM SRAM, on boards that have it.
 
 use std::sync::Arc;
 
@@ -16,11 +16,11 @@ fn the_start_copies_the_tick_to_where_it_runs() {
     let mut image = (*firmware.image).clone();
     let tick = image.function("dimsart_tick").unwrap().address;
     let Some(code) = image.segments.iter_mut().find(|segment| segment.address == CCM) else {
-        assert!(tick < CCM, "{tick:#010x} is copied by nobody");
+        assert!(tick < CCM, "{tick:#010x} is not in the copied range");
         return;
     };
     let (flashed_at, bytes) = (code.flashed_at, code.bytes.clone());
-    // Before the start nothing is there.
+    // Empty before the start.
     code.bytes.fill(0);
     (code.flashed_at, code.is_writable) = (CCM, true);
     image.segments.push(Segment {

@@ -1,4 +1,4 @@
-//! `dimsart cycles` as its user meets it.
+//! Tests of `dimsart cycles` from the user's view.
 
 use std::fs;
 use std::process::{Command, Output};
@@ -30,7 +30,7 @@ fn standard_output_is_json_with_every_figure_and_a_picture_is_drawn() {
     let text = String::from_utf8(output.stdout).unwrap();
     assert!(output.status.success(), "{text}");
     let table = String::from_utf8(output.stderr).unwrap();
-    assert!(table.contains("TRM-model cycles") && table.contains("the same bits as on the host"), "{table}");
+    assert!(table.contains("TRM-model cycles") && table.contains("bit-identical to the host"), "{table}");
     let figures: serde_json::Value = serde_json::from_str(&text).unwrap();
     let modules = figures["modules"].as_array().unwrap();
     assert_eq!(modules.len(), 5);
@@ -56,9 +56,9 @@ fn what_is_no_image_is_refused_in_a_sentence() {
     let own = env!("CARGO_BIN_EXE_dimsart");
     let missing = folder.path().join("missing.elf");
     for (path, reason) in [
-        (text.to_str().unwrap(), "is no image that can be read"),
-        (own, "is no image that can be read"),
-        (missing.to_str().unwrap(), "there is no firmware image"),
+        (text.to_str().unwrap(), "cannot read image"),
+        (own, "cannot read image"),
+        (missing.to_str().unwrap(), "no firmware image"),
     ] {
         let message = refused(&["cycles", path]);
         assert!(message.contains(reason) && message.contains(path), "{message}");

@@ -8,18 +8,18 @@ use dimsart_modules::{ALL, group_of};
 use hil_sim::emulated::FOLDER_VARIABLE;
 use test_requirements::{image, missing};
 
-/// The board whose image is looked at where there are several.
+/// Default board.
 pub(crate) const BOARD: &str = "nucleo-g474re";
 
 const SMALL_BOARD: &str = "b-g431b-esc1";
 
-/// The kinds that the board's image has.
+/// Module kinds of the board's image.
 pub(crate) fn kinds() -> usize {
     let board = BOARDS.iter().find(|board| board.name == BOARD).unwrap();
     ALL.list().iter().filter(|kind| group_of(kind.id).is_some_and(|group| board.has_group(group))).count()
 }
 
-/// The board's image, or the one that was built last where no folder of images is known.
+/// The board's image, or the last built one without a folder of images.
 pub(crate) fn firmware() -> Option<Firmware> {
     let is_complete = env::var_os(FOLDER_VARIABLE).is_some();
     let found = Firmware::find(None, is_complete.then_some(BOARD));
@@ -31,11 +31,11 @@ pub(crate) fn variant(name: &str) -> Option<Firmware> {
     Some(Firmware::find(Some(&image(&format!("{BOARD}-{name}"))?), None).unwrap())
 }
 
-/// The same, unless it is of a board that has no memory for a scheme with every module.
+/// The same, unless the board lacks memory for a scheme with all modules.
 pub(crate) fn firmware_for_every_module() -> Option<Firmware> {
     let firmware = firmware()?;
     if firmware.name.contains(SMALL_BOARD) {
-        missing(&format!("{SMALL_BOARD} has no memory for every module, {BOARD} has"));
+        missing(&format!("skipped: {SMALL_BOARD} has not enough memory for all modules; use {BOARD}"));
         return None;
     }
     Some(firmware)

@@ -1,4 +1,4 @@
-//! Every kind of module against its bound, with parameters and inputs that are left to chance.
+//! Every module kind against its bound, with random parameters and inputs.
 
 use cycles::timing::{Column, Profile, Timing};
 use dimsart_core::{Accepts, Command, ModuleRef, Parameter, Value};
@@ -17,9 +17,9 @@ use test_requirements::length;
 pub(crate) const EVERY_MODULE: &str =
     concat!(env!("CARGO_MANIFEST_DIR"), "/tests/emulated/every_module.scheme");
 
-/// Number of anything, so that a board has the memory for it.
+/// Maximum counts, so that the memory of a board suffices.
 const MOST: u32 = 100;
-/// Factors beyond it would make infinities one behind the other, and a module that has one is stopped.
+/// Larger factors would cause infinities, and a module with an infinite output is stopped.
 const LARGEST: f32 = 1e3;
 
 #[test]
@@ -32,7 +32,7 @@ fn every_kind_of_module_on_the_slave() {
     every_kind("slave");
 }
 
-/// On both sides together 10^4 ticks with random inputs, or 10^6.
+/// In total 10^4 ticks with random inputs, or 10^6.
 fn every_kind(side: &'static str) {
     let Some(firmware) = firmware_for_every_module() else { return };
     let schemes = length(1, 10);
@@ -52,7 +52,7 @@ fn every_kind(side: &'static str) {
     }
 }
 
-/// The side's scheme as commands, with random values of as many parameters as it runs with.
+/// Returns the side's scheme as commands, with random values for as many parameters as possible.
 fn with_random_parameters(scenario: &RigFile, side: &'static str, random: &mut Pcg64Mcg) -> Vec<Command> {
     let mut experiment = Experiment::new(scenario).unwrap();
     let mut stations = experiment.rig_mut().stations_mut().iter_mut();
@@ -63,7 +63,7 @@ fn with_random_parameters(scenario: &RigFile, side: &'static str, random: &mut P
         (0..).map_while(move |index| Some((module, index, describe(index)?)))
     };
     let mut parameters: Vec<(ModuleRef, u8, Parameter)> = modules.into_iter().flat_map(described).collect();
-    // A saved scheme has no room for all of them.
+    // A saved scheme cannot contain all of them.
     parameters.sort_by_cached_key(|_| random.next_u32());
     let mut commands: Vec<Command> = dimsart.engine_mut().commands().collect();
     let given = commands.len();
@@ -80,7 +80,7 @@ fn with_random_parameters(scenario: &RigFile, side: &'static str, random: &mut P
     commands
 }
 
-/// None for what the other side would have to be given, too.
+/// `None` for a parameter that both sides must share.
 fn random_value(parameter: &Parameter, random: &mut Pcg64Mcg) -> Option<Value> {
     if parameter.name.ends_with("_LINK") || parameter.name.ends_with("_CHANNEL") {
         return None;
@@ -93,7 +93,7 @@ fn random_value(parameter: &Parameter, random: &mut Pcg64Mcg) -> Option<Value> {
         }
         Accepts::Count { min, max } => Value::Count(min + number % (max.min(MOST) - min + 1)),
         Accepts::Integer { min, max } => {
-            // None where the range has every number.
+            // `None` if the range has all numbers.
             let count = max.abs_diff(min).checked_add(1);
             Value::Integer(min.wrapping_add_unsigned(count.map_or(number, |count| number % count)))
         }
@@ -103,7 +103,7 @@ fn random_value(parameter: &Parameter, random: &mut Pcg64Mcg) -> Option<Value> {
     })
 }
 
-/// Whether a controller starts a scheme of these commands, and can save it.
+/// Returns whether a controller starts a scheme of these commands, and can save it.
 fn runs(dimsart: &mut SimulatedDimsart, commands: &[Command]) -> bool {
     [&Command::Close]
         .into_iter()

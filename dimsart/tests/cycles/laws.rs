@@ -1,4 +1,4 @@
-//! Laws as text on the processor: the bits of the same law in Rust, and how many times its cycles.
+//! Laws as text on the processor: bit-identical to the same law in Rust, and the ratio of their cycles.
 
 use cycles::timing::{Column, Profile, Timing};
 use dimsart::cycles::Controller;
@@ -10,7 +10,7 @@ use hil_sim::schemes::device;
 
 use crate::common::variant;
 
-/// The most that a law may take of what it takes in Rust.
+/// Maximum ratio of the cycles of a law and of the same law in Rust.
 const MOST_TIMES: u64 = 15;
 const TICKS: u16 = 300;
 
@@ -21,7 +21,7 @@ out force: DES_FORCE
 param stiffness: Stiffness = 0 in 0..1e6
 force = stiffness * (desired - position)";
 
-/// What the module in Rust works out between ticks, such as a gain over the period, is a parameter here.
+/// Values that the Rust module computes between ticks, such as a gain over the period, are parameters here.
 const PID: &str = "law PID
 in position: POSITION
 in desired: DES_POSITION
@@ -44,7 +44,7 @@ integral = sum + tracking * (force - wanted)
 previous = error
 before = filtered";
 
-/// As one writes it: what the module in Rust works out between ticks is worked out in each tick here.
+/// Straightforward form: values that the Rust module computes between ticks are computed in each tick here.
 const PID_OF_GAINS: &str = "law PID
 in position: POSITION
 in desired: DES_POSITION
@@ -67,7 +67,7 @@ integral = sum + min(period / tracking_time, 1) * (force - wanted)
 previous = error
 before = filtered";
 
-/// A controller of so many axes with a generator of desired positions, and these rows.
+/// A controller with this number of axes, a generator of desired positions, and these rows.
 fn controller(dof: usize, law: Option<&Law>, rows: &str) -> Dimsart {
     let mut dimsart =
         Dimsart::new(ProvidedMemory::leaked(), device("master", dof, 1e-3).unwrap(), ALL).unwrap();
@@ -83,7 +83,7 @@ fn controller(dof: usize, law: Option<&Law>, rows: &str) -> Dimsart {
     dimsart
 }
 
-/// What the processor commands in each tick, and the cycles of the module's calls in all ticks but the first.
+/// Returns the commands of each tick, and the cycles of the module's calls in all ticks but the first.
 fn run(dimsart: &mut Dimsart, dof: usize) -> Option<(Vec<Vec<u32>>, u64)> {
     let firmware = variant("online")?;
     let timing = Timing::new(Profile::ZeroWait, Column::Likely);
@@ -102,7 +102,7 @@ fn run(dimsart: &mut Dimsart, dof: usize) -> Option<(Vec<Vec<u32>>, u64)> {
         let mut host = vec![Word(0); dof];
         dimsart.tick(&measured, &mut host);
         let host: Vec<u32> = host.into_iter().map(|word| word.0).collect();
-        assert_eq!(words.get(..dof), Some(&host[..]), "tick {tick}: the processor and the simulator");
+        assert_eq!(words.get(..dof), Some(&host[..]), "tick {tick}: processor and simulator differ");
         commanded.push(host);
     }
     Some((commanded, cycles))
@@ -124,7 +124,7 @@ fn a_law_has_the_bits_of_the_one_in_rust_and_takes_at_most_15_times_its_cycles()
                all PIDCTRL_MOD LIMIT 20\nall PIDCTRL_MOD FILTER_TIME 0.002\nall MOD_ENG MOD_ON PIDCTRL_MOD";
     for (name, text, rows, in_rust) in [
         ("P", P, String::new(), "all PCTRL_MOD K_PARAM 150\nall MOD_ENG MOD_ON PCTRL_MOD"),
-        ("PID with what it needs of its gains as parameters", PID, rows(&per_tick), pid),
+        ("PID with precomputed gains as parameters", PID, rows(&per_tick), pid),
         ("PID", PID_OF_GAINS, rows(&gains), pid),
     ] {
         let law = Law::compile(text, name).unwrap();

@@ -1,7 +1,7 @@
-//! What a tick takes: from the image, bit by bit as the host, and never more than the bound.
+//! Cycles of a tick from the image: bit-identical to the host, and never above the bound.
 //!
-//! Without an image of a board these tests run nothing and a line says so; where `DIMSART_FIRMWARE` names a folder of
-//! images, they have to be there.
+//! Without an image of a board these tests are skipped with a note; if `DIMSART_FIRMWARE` names a folder of images, missing
+//! images are failures.
 #![expect(clippy::unwrap_used, clippy::panic, reason = "in helpers of tests as in tests")]
 
 mod admission;

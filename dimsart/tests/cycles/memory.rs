@@ -1,19 +1,19 @@
-//! The firmware's own functions that copy and fill memory, for every alignment, length and overlap, against the
-//! standard library's.
+//! The firmware's functions that copy and fill memory, for every alignment, length and overlap, compared with the standard
+//! library.
 
 use cycles::machine::Machine;
 use cycles::timing::{Column, Profile, Timing};
 
 use crate::common::firmware;
 
-/// Plain memory where no board has any.
+/// RAM at an address that no board uses.
 const SCRATCH: u32 = 0x6000_0000;
 const SCRATCH_BYTES: usize = 256;
 const LENGTHS: std::ops::RangeInclusive<usize> = 0..=80;
-/// What a copy of words can start at.
+/// Start addresses of a copy of words.
 const ALIGNMENTS: std::ops::Range<usize> = 0..8;
 
-/// The image's functions, and memory that they are tried on.
+/// The image's functions, and memory for them.
 struct Bench(Machine);
 
 impl Bench {
@@ -24,8 +24,8 @@ impl Bench {
         Some(Self(machine))
     }
 
-    /// Calls a function with these arguments on memory in which every byte is another one, and holds all of it to
-    /// what `expected` makes of it.
+    /// Calls a function with these arguments on memory of distinct bytes, and compares all of it with the result of
+    /// `expected`.
     fn hold(&mut self, name: &str, arguments: [u32; 3], expected: impl FnOnce(&mut [u8])) {
         let mut memory: Vec<u8> = (0..=u8::MAX).collect();
         self.0.write(SCRATCH, &memory).unwrap();
@@ -36,7 +36,7 @@ impl Bench {
         let mut found = [0; SCRATCH_BYTES];
         self.0.read(SCRATCH, &mut found).unwrap();
         assert!(found == *memory, "{name} {arguments:x?}");
-        // What the run-time ABI's functions return is nobody's business.
+        // Return values of the run-time ABI's functions are not checked.
         assert!(
             name.starts_with("__aeabi") || run.result == first,
             "{name} {arguments:x?} gives {:x}",

@@ -1,5 +1,5 @@
-//! What a tick can execute, by its bound, against what is found of it without following any value: the calls that
-//! `boards/calls.txt` declares are all there are.
+//! Code that a tick can execute by its bound, compared with code found without following values: the calls declared in
+//! `boards/calls.txt` are complete.
 
 use std::collections::BTreeSet;
 
@@ -14,7 +14,7 @@ use hil_sim::rig_file::RigFile;
 use crate::common::{firmware_for_every_module, kinds};
 use crate::kinds::EVERY_MODULE;
 
-/// A piece of other functions, which the compiler has put apart.
+/// A part that the compiler has split from other functions.
 const PIECE: &str = "OUTLINED_FUNCTION";
 
 #[test]

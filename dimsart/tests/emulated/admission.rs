@@ -1,4 +1,4 @@
-//! What a board says and does by its stamp, over its command line.
+//! Effects of a board's stamp, over its command line.
 
 use std::process::Command;
 
@@ -14,7 +14,7 @@ use tempfile::TempDir;
 use crate::common::timer_image;
 use crate::firmware::Firmware;
 
-/// What `dimsart connect` prints, on either output.
+/// Returns the output of `dimsart connect`, standard output and error.
 fn connect(firmware: &Firmware, arguments: &[&str]) -> (bool, String) {
     let mut command = Command::new(env!("CARGO_BIN_EXE_dimsart"));
     let output =
@@ -23,7 +23,7 @@ fn connect(firmware: &Firmware, arguments: &[&str]) -> (bool, String) {
     (output.status.success(), String::from_utf8(said).unwrap())
 }
 
-/// The image whose tick comes from a timer with another stamp; none, after a line that says so, without it.
+/// The image with the tick from a timer and another stamp; `None`, with a note, without it.
 fn stamped(folder: &TempDir, change: impl FnOnce(&mut StampedImage)) -> Option<Firmware> {
     let mut image = StampedImage::read(&timer_image()?).unwrap();
     change(&mut image);
@@ -36,7 +36,7 @@ fn stamped(folder: &TempDir, change: impl FnOnce(&mut StampedImage)) -> Option<F
 fn a_module_too_many_is_refused_with_the_numbers_of_the_stamp() {
     const LIMIT: u32 = 11_000;
     let folder = tempfile::tempdir().unwrap();
-    // The code is the same but for what begins a tick.
+    // The code differs only at the start of a tick.
     let Some(plain) = test_requirements::stamped_image("mps2-an386") else { return };
     let plain = StampedImage::read(&plain).unwrap();
     let (costs, memory) = (plain.costs().unwrap(), plain.memory().unwrap());
@@ -44,7 +44,7 @@ fn a_module_too_many_is_refused_with_the_numbers_of_the_stamp() {
     let Some(firmware) = firmware else { return };
     let (shows, overview) = connect(&firmware, &["show"]);
     assert!(shows && !overview.contains("unstamped") && !overview.contains("without a scheme"), "{overview}");
-    // A scheme that runs refuses what reads something that nobody provides.
+    // A running scheme refuses a module that reads a signal without a writer.
     assert!(connect(&firmware, &["stop"]).0);
     let refused = (2..=16).find_map(|number| {
         let (is_taken, said) = connect(&firmware, &["on", &format!("RECORDER_MOD.{number}")]);

@@ -1,4 +1,4 @@
-//! A host by hand: it shares no code with the one that is under test elsewhere.
+//! An independent host, without code shared with the tested one.
 
 use std::fs::File;
 use std::io::{Read, Write};
@@ -16,33 +16,33 @@ pub(crate) struct ByHand {
 }
 
 impl ByHand {
-    /// With a device of three linear axes.
+    /// Connects with a device of three linear axes.
     pub(crate) fn greet(folder: &Path) -> Self {
         let to_board = File::options().write(true).open(folder.join("to-board")).unwrap();
         let mut line = Self { to_board, from_board: File::open(folder.join("from-board")).unwrap() };
         let mut hello = line.send(&[(Tag::Device, &[0; 3])]);
         let deadline = Instant::now() + TEST_TIMEOUT;
-        // A board that starts over has closed its end for a moment.
+        // A restarting board closes its end for a moment.
         while !line.receive(&mut hello) {
-            assert!(Instant::now() < deadline, "nobody answers");
+            assert!(Instant::now() < deadline, "no answer");
             thread::sleep(Duration::from_millis(1));
         }
         line
     }
 
-    /// Sends a frame of these sections and gives the one that answers.
+    /// Sends a frame of these sections and returns the answer.
     pub(crate) fn exchange(&mut self, sections: &[(Tag, &[u8])]) -> Frame {
         let mut frame = self.send(sections);
         assert!(self.receive(&mut frame), "the line is closed");
         frame
     }
 
-    /// Whether a frame came before the end of all.
+    /// Returns whether a frame arrives before the end of the stream.
     fn receive(&mut self, frame: &mut Frame) -> bool {
         frame.receive(|bytes| self.from_board.read(bytes).map_err(|_| ExchangeError::Truncated)).unwrap()
     }
 
-    /// Sends a frame, which it gives back, and awaits no answer.
+    /// Sends a frame without waiting for an answer, and returns it.
     pub(crate) fn send(&mut self, sections: &[(Tag, &[u8])]) -> Frame {
         let mut frame = Frame::new();
         frame.clear();
@@ -54,7 +54,7 @@ impl ByHand {
     }
 }
 
-/// What a frame holds under a tag.
+/// Returns the content of a frame under a tag.
 pub(crate) fn section(frame: &Frame, wanted: Tag) -> Option<Vec<u8>> {
     let mut sections = frame.sections().map(Result::unwrap);
     sections.find(|(tag, _)| *tag == wanted).map(|(_, content)| content.to_vec())

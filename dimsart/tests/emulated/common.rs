@@ -5,17 +5,17 @@ use std::path::PathBuf;
 use hil_sim::emulated::{BOARD, Image};
 use test_requirements::{emulator, missing};
 
-/// The image whose tick comes from a timer.
+/// The image with the tick from a timer.
 pub(crate) fn timer_image() -> Option<PathBuf> {
     variant("timer-tick")
 }
 
-/// The image whose tick comes from a timer, with authentication.
+/// The image with the tick from a timer and authentication.
 pub(crate) fn timer_key_image() -> Option<PathBuf> {
     variant("auth-timer-tick")
 }
 
-/// The image whose tick comes from a timer and which measures itself.
+/// The image with the tick from a timer that measures its cycles.
 pub(crate) fn measuring_image() -> Option<PathBuf> {
     variant("timer-tick-measure")
 }
@@ -24,7 +24,7 @@ fn variant(name: &str) -> Option<PathBuf> {
     test_requirements::image(&format!("{BOARD}-{name}"))
 }
 
-/// The image that ticks with its host; none without an emulator.
+/// The image that ticks with its host; `None` without an emulator.
 pub(crate) fn image() -> Option<Image> {
     if !emulator() {
         return None;

@@ -8,16 +8,16 @@ use std::time::Duration;
 use crate::firmware::{DEBUGGER, Firmware};
 use crate::stopped::WORDS_BYTES;
 
-/// Numbers of registers.
+/// Register numbers.
 pub(crate) const LINK: usize = 14;
 pub(crate) const PROGRAM_COUNTER: usize = 15;
 
-/// Holds the emulated processor to look into its memory, by the protocol of GDB.
+/// Halts the emulated processor to access its memory, by the GDB protocol.
 pub(crate) struct Debugger(UnixStream);
 
 impl Debugger {
     pub(crate) fn attach(firmware: &Firmware) -> Self {
-        // The emulator makes it a moment after it was started.
+        // The emulator creates it shortly after its start.
         let tries = std::iter::repeat_with(|| {
             thread::sleep(Duration::from_millis(10));
             UnixStream::connect(firmware.folder().join(DEBUGGER))
@@ -25,12 +25,12 @@ impl Debugger {
         Self(tries.take(1_000).find_map(Result::ok).unwrap())
     }
 
-    /// The commanded words at an address, in hexadecimal digits.
+    /// Returns the words at an address, in hexadecimal digits.
     pub(crate) fn read(&mut self, address: u64) -> String {
         self.ask(&format!("m{address:x},{WORDS_BYTES:x}"))
     }
 
-    /// Puts instructions at an address, until a reset brings the image's back.
+    /// Writes instructions to an address; a reset restores the image.
     pub(crate) fn write(&mut self, address: u64, instructions: &[u16]) {
         let bytes = instructions.iter().flat_map(|half| half.to_le_bytes());
         let digits: String = bytes.map(|byte| format!("{byte:02x}")).collect();
@@ -38,19 +38,19 @@ impl Debugger {
         assert_eq!(written, "OK");
     }
 
-    /// Lets it run until it comes to an address.
+    /// Runs to an address.
     pub(crate) fn run_to(&mut self, address: u64) {
         assert_eq!(self.ask(&format!("Z0,{address:x},2")), "OK");
         self.go("c");
         assert_eq!(self.ask(&format!("z0,{address:x},2")), "OK");
     }
 
-    /// One instruction.
+    /// Executes one instruction.
     pub(crate) fn step(&mut self) {
         self.go("s");
     }
 
-    /// What a register holds.
+    /// Returns the content of a register.
     pub(crate) fn register(&mut self, number: usize) -> u64 {
         let digits = 8 * number..8 * (number + 1);
         u32::from_str_radix(&self.ask("g")[digits], 16).unwrap().swap_bytes().into()
@@ -60,7 +60,7 @@ impl Debugger {
         self.ask("D");
     }
 
-    /// Until it stops.
+    /// Waits until it stops.
     fn go(&mut self, request: &str) {
         self.send(request);
         while !self.answer().starts_with('T') {}
@@ -75,7 +75,7 @@ impl Debugger {
         self.send(request);
         loop {
             let answer = self.answer();
-            // QEMU 7 says by itself that the processor was stopped, `T`.
+            // QEMU 7 reports the halt unsolicited, `T`.
             if !answer.starts_with('T') {
                 return answer;
             }

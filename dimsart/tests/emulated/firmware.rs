@@ -1,4 +1,4 @@
-//! Firmware whose tick comes from a timer, in an emulator with a UART that is a socket.
+//! Firmware with the tick from a timer, in an emulator whose UART is a socket.
 
 use std::fs::{self, File};
 use std::path::{Path, PathBuf};
@@ -16,16 +16,16 @@ use test_requirements::{TEST_TIMEOUT, wait_until};
 
 const UART: &str = "uart0";
 const LOG: &str = "log";
-/// What is said past the log.
+/// Output outside the log.
 const LAST_WORDS: &str = "last-words";
-/// 16 ns per instruction: a tick of 1 ms has room for 62 500.
+/// 16 ns per instruction: a tick of 1 ms has 62 500 instructions.
 const SHIFT: u8 = 4;
-/// 128 ns, 3.2 counts of the board's counter: a tick has room for 7812.
+/// 128 ns, 3.2 counts of the board's counter: a tick has 7812 instructions.
 const MEASURING_SHIFT: u8 = 7;
-/// Where a debugger reaches the emulator, of which it then holds the processor.
+/// Address of the debugger interface, which halts the processor.
 pub(crate) const DEBUGGER: &str = "gdb";
 
-/// A board that nobody plays a device to, or that waits for one at its FIFOs.
+/// A board without a simulated device, or that waits for a device at its FIFOs.
 pub(crate) struct Firmware {
     image: PathBuf,
     shift: u8,
@@ -34,17 +34,17 @@ pub(crate) struct Firmware {
 }
 
 impl Firmware {
-    /// In a folder of its own; none without an image.
+    /// Starts it in its own folder; `None` without an image.
     pub(crate) fn start(has_device: bool) -> Option<Self> {
         Some(Self::start_image(timer_image()?, has_device))
     }
 
-    /// Of the image that measures itself, as fast as every instruction can be told by its counter.
+    /// Starts the image that measures itself, at the highest speed at which its counter resolves every instruction.
     pub(crate) fn start_measuring() -> Option<Self> {
         Some(Self::start_shifted(measuring_image()?, false, MEASURING_SHIFT))
     }
 
-    /// Of an image of any kind.
+    /// Starts any image.
     pub(crate) fn start_image(image: PathBuf, has_device: bool) -> Self {
         Self::start_shifted(image, has_device, SHIFT)
     }
@@ -58,7 +58,7 @@ impl Firmware {
         Self { emulator: emulator(&image, folder.path(), shift), image, shift, folder }
     }
 
-    /// Ends it and starts it anew, with what its flash holds.
+    /// Restarts it with the content of its flash.
     pub(crate) fn restart(&mut self) {
         self.end();
         let _ = fs::remove_file(self.folder().join(UART));
@@ -73,15 +73,15 @@ impl Firmware {
         self.folder.path()
     }
 
-    /// The name of its UART, once it is there.
+    /// Returns the name of its UART, once it exists.
     pub(crate) fn port(&self) -> String {
         let path = self.folder().join(UART);
-        wait_until(|| "the emulator makes no socket".to_owned(), || path.exists());
+        wait_until(|| "the emulator creates no socket".to_owned(), || path.exists());
         format!("unix:{}", path.display())
     }
 
     pub(crate) fn uart(&self) -> Box<dyn Stream> {
-        // Its name is there a moment before it listens.
+        // The name exists shortly before the socket listens.
         let port = self.port();
         let tries = std::iter::repeat_with(|| {
             thread::sleep(Duration::from_millis(10));
@@ -90,7 +90,7 @@ impl Firmware {
         tries.take(6000).find_map(Result::ok).unwrap()
     }
 
-    /// What it logged about its ticks, once it has ended.
+    /// Returns its log about ticks after its end.
     pub(crate) fn reports(mut self) -> Vec<String> {
         self.end();
         let mut lines = self.log();
@@ -98,13 +98,13 @@ impl Firmware {
         lines
     }
 
-    /// The code that it ends with by itself, and what it logged.
+    /// Returns its exit code and its log.
     pub(crate) fn last_words(mut self) -> (Option<i32>, Vec<String>) {
         let status = self.emulator.wait().unwrap();
         (status.code(), self.log())
     }
 
-    /// Lines that are whole: a reset can cut one off.
+    /// Returns complete lines: a reset can truncate a line.
     pub(crate) fn log(&self) -> Vec<String> {
         let elf = fs::read(&self.image).unwrap();
         let table = defmt_decoder::Table::parse(&elf).unwrap().unwrap();

@@ -1,6 +1,6 @@
-//! Eight clients at a hundred times the line's rate, in lockstep: what a tick costs, and what is heard of the device.
+//! Eight clients at a hundred times the line's rate, in lockstep: cost of a tick, and received heartbeats and answers.
 //!
-//! The emulator's time counts instructions, and the host sees in which tick a byte comes out: both are exact.
+//! The emulator's time counts instructions, and the host sees the tick of each sent byte: both are exact.
 
 use std::collections::BTreeMap;
 
@@ -16,16 +16,16 @@ use hil_sim::rig_file::RigFile;
 use crate::common::image;
 
 const CLIENTS: u8 = 8;
-/// What 115 200 baud bring per tick of 1 ms, times 100.
+/// Bytes of 115 200 baud per tick of 1 ms, times 100.
 const FLOOD_BYTES: usize = 1_152;
 const TICKS: u64 = 3_000;
 const HEARTBEAT_TICKS: u64 = 100;
-/// What a tick with a request may take on this scheme, in instructions: a quarter of what a board at 170 MHz does.
+/// Maximum instructions of a tick with a request in this scheme: a quarter of a tick at 170 MHz.
 const COMMANDS_BUDGET: u32 = 42_500;
 
-/// What came out of a board while bytes went in.
+/// Output of a board during the flood.
 struct Heard {
-    /// The tick in which each heartbeat came out, with the heartbeat.
+    /// Heartbeats and the ticks of their transmission.
     heartbeats: Vec<(u64, Heartbeat)>,
     /// Answers by client.
     answers: BTreeMap<u8, u32>,
@@ -68,7 +68,7 @@ fn frame(request: &Request, client: u8, number: u8) -> Vec<u8> {
     encode_request(request, request_id(client, number), &mut [0; MAX_FRAME_BYTES]).unwrap().to_vec()
 }
 
-/// A request again and again, by each client in turn.
+/// A request repeated by each client in turn.
 fn flood(request: &Request) -> Vec<u8> {
     let mut bytes = Vec::new();
     for number in 0.. {
@@ -80,7 +80,7 @@ fn flood(request: &Request) -> Vec<u8> {
     bytes
 }
 
-/// Cheap ones, and the dearest of those that change nothing: a tick takes one of them at most, however many there are.
+/// Cheap requests, and the most expensive read-only request: a tick handles at most one, however many there are.
 #[test]
 fn eight_clients_at_a_hundred_times_the_line_s_rate_cost_a_tick_no_more_than_one_request_does() {
     let receiver = ALL.module("COMM_RXMOD").unwrap();
@@ -94,7 +94,7 @@ fn eight_clients_at_a_hundred_times_the_line_s_rate_cost_a_tick_no_more_than_one
     ];
     let mut damaged = 0;
     for (name, request) in requests {
-        // One more than a tick takes: the lease is lost then, too, so that both drives are in the same state.
+        // One more than a tick handles: the lease is lost then, too, so that both drives are in the same state.
         let Some(one) = run(&[frame(&request, 1, 0), frame(&request, 1, 1)].concat()) else { return };
         let heard = run(&flood(&request)).unwrap();
         let (expected, found) = (mean(&one.instructions), mean(&heard.instructions));
@@ -114,14 +114,14 @@ fn eight_clients_at_a_hundred_times_the_line_s_rate_cost_a_tick_no_more_than_one
         );
         assert!(heard.answers.keys().all(|client| (1..=CLIENTS).contains(client)), "{:?}", heard.answers);
         damaged += heard.heartbeats.last().unwrap().1.damaged;
-        // A holder whose renewals drown loses the lease, and the device is still.
+        // A holder whose renewals are lost in the flood loses the lease, and the device stops.
         assert_eq!(heard.heartbeats.last().unwrap().1.lease.holder, NO_CLIENT, "{name}");
     }
-    // Frames of some lengths are lost whole.
-    assert!(damaged > 300, "what is cut is counted: {damaged}");
+    // Frames of some lengths are lost completely.
+    assert!(damaged > 300, "truncated frames are counted: {damaged}");
 }
 
-/// As many requests as a tick takes, and the drive goes on under its lease.
+/// As many requests as a tick handles: the drive continues under its lease.
 #[test]
 fn a_request_in_every_tick_stops_nobody() {
     let Some(heard) = run(&frame(&Request::Status, 1, 0)) else { return };

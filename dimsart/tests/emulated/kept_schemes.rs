@@ -1,4 +1,4 @@
-//! Schemes that a board keeps, from `dimsart connect PORT save` to the start that runs them.
+//! Stored schemes of a board, from `dimsart connect PORT save` to the start that runs them.
 
 use std::fs;
 use std::process::Command;
@@ -18,10 +18,10 @@ use crate::firmware::Firmware;
 const FLASH: &str = "flash";
 const FLASH_BYTES: usize = 8192;
 const ON_TRIAL: &str =
-    "started with the scheme on trial\n`confirm` keeps it for every start; else the next one runs";
-const NOT_AGAIN: &str = "the scheme on trial is not run again: `save` another one";
+    "started with the scheme on trial\nrun `confirm` to keep it; without `confirm` the next start runs";
+const NOT_AGAIN: &str = "the scheme on trial does not run again: `save` another scheme";
 
-/// What `dimsart connect` prints.
+/// Returns the output of `dimsart connect`.
 fn connect(firmware: &Firmware, arguments: &[&str]) -> String {
     let mut command = Command::new(env!("CARGO_BIN_EXE_dimsart"));
     let output =
@@ -30,21 +30,21 @@ fn connect(firmware: &Firmware, arguments: &[&str]) -> String {
     String::from_utf8(output.stdout).unwrap()
 }
 
-/// The `show`, and in it how the start went.
+/// Checks the `show` output about the start.
 fn assert_shows(firmware: &Firmware, start: &str, damping: u8) {
     let show = connect(firmware, &["show"]);
     assert!(show.contains(&format!("\n{start}\n")), "{start}: {show}");
     let value = connect(firmware, &["get", "WTRANSF_MOD", "B_PARAM"]);
     assert!(value.starts_with(&format!("B_PARAM = {damping} N")), "{value}");
     let state = connect(firmware, &["check"]);
-    // Its scheme has a link, and nobody is at the other end.
+    // Its scheme has a link without a peer.
     assert!(state.contains("link down (reason 46)"), "{state}");
 }
 
 fn set_and_save(firmware: &Firmware, damping: &str) {
     connect(firmware, &["set", "WTRANSF_MOD", "B_PARAM", damping]);
     let saved = connect(firmware, &["save"]);
-    assert!(saved.contains("a scheme waits for its trial"), "{saved}");
+    assert!(saved.contains("the next start runs the scheme on trial"), "{saved}");
 }
 
 #[test]
@@ -56,7 +56,7 @@ fn a_scheme_is_kept_when_its_trial_is_confirmed_and_only_then() {
     firmware.restart();
     assert_shows(&firmware, &format!("{ON_TRIAL} the built-in scheme"), 20);
     firmware.restart();
-    let unconfirmed = "the one on trial was started before and not confirmed";
+    let unconfirmed = "the scheme on trial was started before and not confirmed";
     let rolled_back = format!("started with the built-in scheme: {unconfirmed}");
     assert_shows(&firmware, &format!("{rolled_back}\n{NOT_AGAIN}"), 10);
 
@@ -79,8 +79,7 @@ fn whatever_the_flash_holds_the_board_runs_a_scheme_and_says_why_it_is_the_built
         random.fill_bytes(&mut noise);
         fs::write(firmware.folder().join(FLASH), noise).unwrap();
         firmware.restart();
-        let reason =
-            "started with the built-in scheme: its storage cannot be read, or holds other data: `save` again";
+        let reason = "started with the built-in scheme: its storage is unreadable or contains other data: `save` again";
         assert_shows(&firmware, reason, 10);
         if length == FLASH_BYTES {
             set_and_save(&firmware, "20");
@@ -88,7 +87,7 @@ fn whatever_the_flash_holds_the_board_runs_a_scheme_and_says_why_it_is_the_built
             // The noise in the other page may have been newer.
             let start = ON_TRIAL.replace(
                 '\n',
-                ": an entry of its storage is damaged or incomplete, an older one counts: `save` again\n",
+                ": a storage entry is damaged or incomplete, an older entry was loaded: `save` again\n",
             );
             assert_shows(&firmware, &format!("{start} the built-in scheme"), 20);
         }
@@ -106,14 +105,14 @@ fn a_scheme_of_another_image_is_not_run() {
     change_fingerprint(&mut flash);
     fs::write(path, flash).unwrap();
     firmware.restart();
-    let reason = "started with the built-in scheme: the one on trial does not load: it was saved by an image with \
+    let reason = "started with the built-in scheme: the scheme on trial does not load: it was saved by an image with \
                   other modules, parameters or data types: save it again";
     assert_shows(&firmware, &format!("{reason}\n{NOT_AGAIN}"), 10);
 }
 
-/// Makes the scheme in a flash that of an image with other modules: whole, but for its fingerprint.
+/// Converts the scheme in a flash to one of an image with other modules: only its fingerprint differs.
 fn change_fingerprint(flash: &mut [u8]) {
-    // As `firmware/src/items.rs` has an item: key, 0, length u16, CRC-32 of these and of the bytes behind it.
+    // Item format of `firmware/src/items.rs`: key, 0, length u16, CRC-32 of these and of the following bytes.
     const HEADER: usize = 8;
     let device = DeviceDescriptor::new("any", &[AxisKind::Linear], 1e-3, &[types::POSITION], &[]).unwrap();
     let mut dimsart = Dimsart::new(ProvidedMemory::leaked(), device, ALL).unwrap();
@@ -137,7 +136,7 @@ fn change_fingerprint(flash: &mut [u8]) {
 fn timing_is_in_show_and_in_the_data_base() {
     let Some(firmware) = Firmware::start(false) else { return };
     let show = connect(&firmware, &["show"]);
-    assert!(show.contains("0 ticks began late, 0 overran; a tick took "), "{show}");
+    assert!(show.contains("0 ticks started late, 0 overran; tick: last "), "{show}");
     let signals = dimsart_core::types::TIMING.map(|signal| signal.name);
     let text = connect(&firmware, &[&["watch", "--once"], signals.as_slice()].concat());
     for name in signals {
@@ -145,7 +144,7 @@ fn timing_is_in_show_and_in_the_data_base() {
     }
 }
 
-/// A save takes as many ticks as the scheme has commands: sooner or later a heartbeat falls into one.
+/// A save takes one tick per command of the scheme: some heartbeat falls into it.
 #[test]
 fn the_heart_beats_on_while_a_scheme_is_collected() {
     let Some(firmware) = Firmware::start(false) else { return };
@@ -170,10 +169,10 @@ fn the_heart_beats_on_while_a_scheme_is_collected() {
             });
         }
         assert!(is_saved && ticks[1] > ticks[0] + 10, "{ticks:?}");
-        // In the first half it was made while the scheme was collected; what was collected is written behind that.
+        // In the first half it was created while the scheme was collected; the collected scheme is written after that.
         let half = ticks[0].midpoint(ticks[1]);
         if let Some((_, is_after)) = beats.iter().find(|(at, _)| ticks[0] + 2 < *at && *at < half) {
-            assert!(!is_after, "heard only when all was done: {ticks:?} {beats:?}");
+            assert!(!is_after, "heartbeats only after all saves: {ticks:?} {beats:?}");
             return;
         }
     }

@@ -1,4 +1,4 @@
-//! Firmware with authentication: a board is given a key, and what it and its links take from then on.
+//! Firmware with authentication: setting a key, and the behaviour of the board and its links with a key.
 
 use std::fs;
 use std::io::{self, Read, Write};
@@ -21,9 +21,9 @@ use tempfile::TempDir;
 use crate::common::{key_image, timer_key_image};
 use crate::firmware::{Firmware, greet};
 
-const LOCKED: &str = "the board is locked: give the file with its key (--key-file)";
-const OPEN: &str = "it holds no key: it takes what anybody asks, and authenticates nothing";
-/// Where the firmware keeps it in its file.
+const LOCKED: &str = "the board is locked: pass its key file (--key-file FILE)";
+const OPEN: &str = "no key is set: the device accepts every client without authentication";
+/// Offset of the key in the firmware's flash file.
 const KEY_PLACE: usize = 8192;
 
 fn key_file(folder: &TempDir, digit: &str) -> PathBuf {
@@ -32,7 +32,7 @@ fn key_file(folder: &TempDir, digit: &str) -> PathBuf {
     path
 }
 
-/// A board without a host that plays its device, and files for keys.
+/// A board without a host that simulates its device, and key files.
 struct Setup {
     firmware: Firmware,
     key: String,
@@ -81,26 +81,26 @@ fn a_board_is_given_a_key_at_rest_and_from_then_on_takes_what_moves_it_from_who_
     let Some(mut board) = Setup::start() else { return };
     let (key, other) = (board.key.clone(), board.other.clone());
     board.does(&["show"], OPEN);
-    board.refuses(&["key", "set", &key], "a key is changed at rest only");
+    board.refuses(&["key", "set", &key], "the key can only be changed at rest");
     board.does(&["stop"], "stopped");
-    board.does(&["key", "set", &key], "it holds a key");
+    board.does(&["key", "set", &key], "a key is set");
     for _ in 0..2 {
         for arguments in
             [["check"].as_slice(), &["arm"], &["save"], &["key", "set", &other], &["key", "clear"]]
         {
             board.refuses(arguments, LOCKED);
         }
-        board.does(&["show"], "it holds a key");
+        board.does(&["show"], "a key is set");
         board.does(&["stop"], "stopped");
-        board.refuses(&["check", "--key-file", &other], "it holds another key than the one in the file");
+        board.refuses(&["check", "--key-file", &other], "the board's key differs from the one in the file");
         board.does(&["check", "--key-file", &key], "");
         board.does(&["set", "PDCTRL_MOD", "K_PARAM", "20", "--key-file", &key], "K_PARAM is 20");
         board.does(&["stop"], "stopped");
         board.firmware.restart();
         board.does(&["stop"], "stopped");
     }
-    board.does(&["key", "set", &other, "--key-file", &key], "it holds a key");
-    board.refuses(&["key", "clear", "--key-file", &key], "it holds another key than the one in the file");
+    board.does(&["key", "set", &other, "--key-file", &key], "a key is set");
+    board.refuses(&["key", "clear", "--key-file", &key], "the board's key differs from the one in the file");
     board.does(&["key", "clear", "--key-file", &other], OPEN);
     board.does(&["check"], "");
 }
@@ -110,20 +110,17 @@ fn a_key_that_cannot_be_read_locks_for_good() {
     let Some(mut board) = Setup::start() else { return };
     let key = board.key.clone();
     board.does(&["stop"], "");
-    board.does(&["key", "set", &key], "it holds a key");
+    board.does(&["key", "set", &key], "a key is set");
     board.firmware.end();
     let path = board.firmware.folder().join("flash");
     let mut flash = fs::read(&path).unwrap();
     flash[KEY_PLACE] ^= 1;
     fs::write(path, flash).unwrap();
     board.firmware.restart();
-    board.does(&["show"], "it CANNOT READ ITS KEY");
+    board.does(&["show"], "the device CANNOT READ ITS KEY");
     for arguments in [["check"].as_slice(), &["arm"], &["key", "set", &key], &["key", "clear"]] {
-        board.refuses(arguments, "the board cannot read the key that it kept");
-        board.refuses(
-            &[arguments, &["--key-file", &key]].concat(),
-            "the board cannot read the key that it kept",
-        );
+        board.refuses(arguments, "the key stored in the board is corrupt");
+        board.refuses(&[arguments, &["--key-file", &key]].concat(), "the key stored in the board is corrupt");
     }
 }
 
@@ -136,7 +133,7 @@ fn an_image_without_authentication_says_so() {
     assert!(!device.overview().unwrap().to_string().contains(" key"));
 }
 
-/// Notes what is sent.
+/// Records the sent bytes.
 #[derive(Debug)]
 struct Wiretap(Box<dyn Stream>, Arc<Mutex<Vec<u8>>>);
 
@@ -170,7 +167,7 @@ fn a_lease_is_sealed_and_whoever_repeats_it_is_refused() {
         device.set_key(&key).unwrap();
         heard.lock().unwrap().clear();
         device.take_lease().unwrap();
-        // On a busy computer the lease ends before these arrive. They are sent sealed all the same.
+        // On a busy computer the lease expires before these arrive; they are authenticated anyway.
         let _ = device.renew_lease();
         device.give_lease_back().is_ok()
     };
@@ -185,7 +182,7 @@ fn a_lease_is_sealed_and_whoever_repeats_it_is_refused() {
         });
     }
     let refused = Response::Refused(Refusal::Key(KeyRefusal::NotAccepted));
-    // Anybody may ask who holds the lease: a client does before it takes it.
+    // The lease status needs no key: a client reads it before it takes the lease.
     let (looked, repeated) = answers.split_first().unwrap();
     assert!(looked.starts_with("Lease("), "{looked}");
     assert!(
@@ -231,7 +228,7 @@ fn with_slave(scenario: &RigFile, image: &Image) -> Experiment {
     experiment
 }
 
-/// The slave's link in each of so many ticks.
+/// Returns the state of the slave's link for each of these ticks.
 fn states(rig: &mut Rig, ticks: usize) -> Vec<u32> {
     let mut probe = Probe::new(types::LINK_STATE.first());
     let mut found = Vec::new();
@@ -276,7 +273,7 @@ fn a_link_whose_other_side_changes_its_key_is_lost_and_the_device_gets_no_force(
     assert_eq!(rig.stations()[1].last_tick, Tick::LinkLost { link: 0 });
 }
 
-/// What the firmware of one side costs in a tick, and beside it, with a key and without.
+/// Firmware cost of a tick of one side, with and without a key.
 #[test]
 fn a_key_costs_the_tick_nothing_and_leaves_half_of_the_processor() {
     let Some(image) = key_image() else { return };
@@ -295,7 +292,7 @@ fn a_key_costs_the_tick_nothing_and_leaves_half_of_the_processor() {
         }
         sums.map(|sum| sum / 500)
     });
-    println!("instructions of a tick and of all: {without:?}, with a key {with:?}");
+    println!("instructions of a tick and in total: {without:?}, with a key {with:?}");
     assert!(with[0].abs_diff(without[0]) < 10, "{with:?} {without:?}");
     // An STM32G4 has 168 000 cycles per tick.
     assert!(with[1] - without[1] < 84_000, "{with:?} {without:?}");

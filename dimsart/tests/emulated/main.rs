@@ -1,7 +1,7 @@
 //! Controllers as firmware on the emulated board.
 //!
-//! Without image or emulator these tests run nothing and a line says so; where `DIMSART_FIRMWARE` names a folder of
-//! images, both have to be there. What goes wrong is tested with a stand-in for the emulator, everywhere.
+//! Without image or emulator these tests are skipped with a note; if `DIMSART_FIRMWARE` names a folder of images, both are
+//! required. Faults are tested everywhere, with a stand-in for the emulator.
 #![cfg(unix)]
 #![expect(
     clippy::unwrap_used,

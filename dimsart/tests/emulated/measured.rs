@@ -1,4 +1,4 @@
-//! What the board measures of its modules is what the machine of `dimsart cycles` counts.
+//! Module costs measured by the board are equal to the counts of `dimsart cycles`.
 
 use std::process::Command;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -19,7 +19,7 @@ use crate::firmware::{Firmware, greet};
 
 const TICKS: u32 = 500;
 
-/// Once it has measured enough ticks.
+/// Waits until it has measured enough ticks.
 fn measured(device: &mut Device<Box<dyn Stream>>) -> Result<Measured, ConnectError> {
     loop {
         let measured = device.measured()?.unwrap();
@@ -29,8 +29,8 @@ fn measured(device: &mut Device<Box<dyn Stream>>) -> Result<Measured, ConnectErr
     }
 }
 
-/// From a reset on, with the lease held throughout, which is over within milliseconds of the host: the emulator does
-/// not keep the host's time. A host that is busy elsewhere loses it, and begins anew.
+/// Measures from a reset on, while the lease is held throughout. The emulator does not keep the host's time, so the lease
+/// lasts milliseconds of the host: a busy host loses it and starts again.
 fn measured_under_the_lease(device: &mut Device<Box<dyn Stream>>) -> Measured {
     for _ in 0..1000 {
         let attempt = device.hold_lease().and_then(|_| device.reset(None)).and_then(|_| measured(device));
@@ -47,7 +47,7 @@ fn every_call_takes_the_instructions_that_the_machine_counts() {
     let Some(firmware) = Firmware::start_measuring() else { return };
     let mut device = greet(firmware.uart());
     let commands = device.commands().unwrap();
-    // As in the machine: the device may be moved, and modules begin in the first tick.
+    // As in the machine: motion is enabled, and modules start in the first tick.
     let measured = measured_under_the_lease(&mut device);
     assert!(measured.is_instructions);
 
@@ -62,7 +62,7 @@ fn every_call_takes_the_instructions_that_the_machine_counts() {
     let mut counted = vec![(u64::MAX, 0); measured.calls.len()];
     let mut tick = (u64::MAX, 0);
     for _ in 0..TICKS {
-        // Nobody plays the device: it stands still.
+        // No simulated device: it is at rest.
         let run = machine.tick(&[]).unwrap();
         assert_eq!(run.calls.len(), counted.len());
         tick = (run.instructions.min(tick.0), run.instructions.max(tick.1));
@@ -72,7 +72,7 @@ fn every_call_takes_the_instructions_that_the_machine_counts() {
         }
     }
 
-    // What surrounds the two readings of the counter is the same for every call.
+    // The overhead of the two counter readings is the same for every call.
     let around = |counted: u64, measured: f64| counted as f64 - measured;
     let first = around(counted[0].0, measured.calls[0].least).round();
     assert!((0.0..=16.0).contains(&first), "{first}: {counted:?} {measured:?}");
@@ -82,13 +82,13 @@ fn every_call_takes_the_instructions_that_the_machine_counts() {
             assert!(differs_by.abs() < 0.9, "{differs_by}: {counted:?} {measured:?}");
         }
     }
-    // A tick's readings leave out what is noted of the tick itself, too.
+    // A tick's reading excludes the bookkeeping of the tick itself, too.
     let [least, greatest] = [around(tick.0, measured.tick.least), around(tick.1, measured.tick.greatest)];
     assert!((0.0..=80.0).contains(&least), "{least}: {tick:?} {measured:?}");
     assert!((greatest - least).abs() < 1.5, "{least} {greatest}: {tick:?} {measured:?}");
 }
 
-/// Eight programs that want every tick of all signals, at one port: what the board computes in a tick costs the same.
+/// Eight programs that request all signals of every tick at one port: the cost of the board's computation is unchanged.
 #[test]
 fn eight_clients_cost_a_tick_nothing() {
     let Some(firmware) = Firmware::start_measuring() else { return };
@@ -104,7 +104,7 @@ fn eight_clients_cost_a_tick_nothing() {
             scope.spawn(|| {
                 let (mut client, mut tap) = (connect(), Tap::new(1));
                 while !is_over.load(Ordering::Relaxed) {
-                    // Where another client has the board's stream, it asks again and again.
+                    // Where another client has the board's stream, it retries.
                     let _ = client.tap(&mut tap, Duration::from_millis(20));
                     client.signals(&[]).unwrap();
                 }
@@ -120,7 +120,7 @@ fn eight_clients_cost_a_tick_nothing() {
     assert!(watched.greatest <= 1.02 * alone.greatest, "{alone:?} {watched:?}");
 }
 
-/// A device's scheme as bytes to keep.
+/// A device's scheme as bytes to save.
 fn scheme(commands: &[SchemeCommand], axes: usize) -> saved_scheme::SchemeBytes {
     let axes = vec![AxisKind::Linear; axes];
     let device = DeviceDescriptor::new("arm", &axes, 1e-3, &[types::POSITION], &[types::DES_FORCE]);
@@ -148,7 +148,7 @@ fn a_change_of_the_scheme_and_a_request_begin_anew() {
 #[test]
 fn the_command_shows_them_beside_the_model_and_says_that_the_bounds_hold() {
     let Some(firmware) = Firmware::start_measuring() else { return };
-    // Gone before the command comes, which is a client of its own.
+    // Dropped before the command connects as another client.
     drop(measured(&mut greet(firmware.uart())).unwrap());
     let output = Command::new(env!("CARGO_BIN_EXE_dimsart"))
         .args(["cycles", firmware.image().to_str().unwrap(), "--attach", &firmware.port()])

@@ -6,7 +6,7 @@ use std::path::PathBuf;
 use object::{Object, ObjectSection, ObjectSymbol};
 use tempfile::TempDir;
 
-/// The image, with other instructions at the start of functions.
+/// Returns the image with other instructions at the start of functions.
 pub(crate) fn patched(elf: &[u8], folder: &TempDir, patches: &[(&[&str], &[u16])]) -> PathBuf {
     let mut bytes = elf.to_vec();
     for (function, instructions) in patches {
@@ -20,12 +20,12 @@ pub(crate) fn patched(elf: &[u8], folder: &TempDir, patches: &[(&[&str], &[u16])
     path
 }
 
-/// Address of the symbol whose name holds all `parts`, and its place in the file if it has one there.
+/// Returns address and file offset, if any, of the symbol whose name contains all `parts`.
 pub(crate) fn symbol(elf: &[u8], parts: &[&str]) -> (u64, Option<usize>) {
     let file = object::File::parse(elf).unwrap();
     let is_it = |name: &str| parts.iter().all(|part| name.contains(part));
     let found: Vec<_> = file.symbols().filter(|symbol| symbol.name().is_ok_and(is_it)).collect();
-    assert_eq!(found.len(), 1, "{parts:?}: {found:?}; name a function that the image has once");
+    assert_eq!(found.len(), 1, "{parts:?}: {found:?}; the name must match one function of the image");
     // The lowest bit marks Thumb code.
     let address = found[0].address() & !1;
     let section = file.section_by_index(found[0].section_index().unwrap()).unwrap();

@@ -1,4 +1,4 @@
-//! Rigs of any devices on emulated boards: what the firmware does is what the controllers here do.
+//! Rigs of various devices on emulated boards: firmware and host controllers give the same results.
 
 use dimsart::replay::replay;
 use hil_sim::experiment::{Experiment, Run};
@@ -9,7 +9,7 @@ use std::sync::atomic::AtomicBool;
 
 use crate::common::image;
 
-/// Errors of every axis, to the last bit, of the joint with its reference and of two devices that turn.
+/// Errors of every axis, to the last bit, of the joint with its reference and of two rotary devices.
 #[test]
 fn a_rig_is_the_same_on_emulated_boards() {
     let Some(image) = image() else { return };
@@ -40,7 +40,7 @@ fn a_rig_is_the_same_on_emulated_boards() {
     }
 }
 
-/// What emulated firmware made of its inputs is what the core here makes of them, over a link that loses packets, too.
+/// Emulated firmware and the core compute the same outputs from the same inputs, also over a lossy link.
 #[test]
 fn what_emulated_firmware_recorded_replays_the_same() {
     let Some(image) = image() else { return };

@@ -1,4 +1,4 @@
-//! `dimsart run --target mps2-an386`, as it is typed.
+//! Tests of `dimsart run --target mps2-an386` from the user's view.
 
 use std::fs;
 use std::path::Path;
@@ -14,7 +14,7 @@ fn dimsart() -> Command {
     command
 }
 
-/// The figures without those of the clock.
+/// Figures without wall-clock times.
 fn figures(command: &mut Command) -> serde_json::Value {
     let output = command.arg("--json").output().unwrap();
     assert!(output.status.success(), "{output:?}");
@@ -65,7 +65,7 @@ fn an_interrupt_ends_the_run_and_its_emulators() {
         let listed = Command::new("ps").args(["-o", "pid=", "--ppid", &id]).output().unwrap();
         String::from_utf8(listed.stdout).unwrap().split_whitespace().map(str::to_owned).collect::<Vec<_>>()
     };
-    // While the run is set up, or in it: it ends either way.
+    // Stopped during the setup or during the run: it ends in both cases.
     wait_until("no emulator starts", || !emulators().is_empty());
     let started = emulators();
     assert!(Command::new("kill").args(["-INT", &id]).status().unwrap().success());
@@ -73,8 +73,8 @@ fn an_interrupt_ends_the_run_and_its_emulators() {
     let text = String::from_utf8_lossy(&output.stdout);
     assert!(output.status.success() && text.contains("stopped by the user at"), "{output:?}");
     let is_left = |pid: &String| Path::new("/proc").join(pid).exists();
-    assert!(!started.iter().any(is_left), "a process is left");
-    assert_eq!(fs::read_dir(folder.path()).unwrap().count(), 0, "a folder is left");
+    assert!(!started.iter().any(is_left), "a process is still running");
+    assert_eq!(fs::read_dir(folder.path()).unwrap().count(), 0, "a temporary folder remains");
 }
 
 #[test]
@@ -93,12 +93,12 @@ fn a_run_that_is_killed_at_its_start_leaves_no_emulator() {
         thread::sleep(Duration::from_millis(delay_ms));
         run.kill().unwrap();
         run.wait().unwrap();
-        let left = format!("an emulator is left after a kill {delay_ms} ms behind its start");
+        let left = format!("an emulator is still running after a kill {delay_ms} ms after its start");
         wait_until(&left, || !are_emulators_in(folder.path()));
     }
 }
 
-/// Whether a process works in one of the folders in `folder`, removed or not.
+/// Returns whether a process uses one of the folders in `folder`, removed or not.
 pub(crate) fn are_emulators_in(folder: &Path) -> bool {
     let processes = fs::read_dir("/proc").unwrap().flatten();
     let mut works_in = processes.filter_map(|process| fs::read_link(process.path().join("cwd")).ok());

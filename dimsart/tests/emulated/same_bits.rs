@@ -1,4 +1,4 @@
-//! The firmware computes the bits that the host computes.
+//! The firmware and the host compute the same bits.
 
 use std::collections::BTreeSet;
 
@@ -13,13 +13,13 @@ use hil_sim::rig_file::RigFile;
 use crate::common::image;
 use test_requirements::length;
 
-/// Of the longest comparison, at full length.
+/// Full length of the longest comparison.
 const TICKS: u64 = 100_000;
 const EVERY_MODULE: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/tests/emulated/every_module.scheme");
 
 #[test]
 fn table_1_on_both_sides() {
-    // Packets that are late and lost keep every signal moving to the end.
+    // Late and lost packets keep every signal changing to the end.
     compare(length(TICKS / 5, TICKS), ["link.jitter_ticks=2", "link.loss=0.02"]);
 }
 
@@ -34,8 +34,12 @@ fn packets_that_come_in_heaps() {
         let counter = data_base.signals().find(|(_, entry)| entry.signal.id == types::LINK_REFUSED.id);
         data_base.words(counter.unwrap().0)[0]
     };
-    // Of 1.8 packets per tick, all but one of those that come together are replaced by the newest.
-    assert!(rig.stations().iter().map(replaced).all(|count| u64::from(count) > ticks), "few came together");
+    // Of 1.8 packets per tick, all but the newest of each tick are superseded.
+    assert!(
+        rig.stations().iter().map(replaced).all(|count| u64::from(count) > ticks),
+        "few packets arrived in \
+    the same tick"
+    );
 }
 
 #[test]
@@ -50,7 +54,7 @@ fn more_packets_than_a_tick_takes_are_an_error_that_says_so() {
         rig.trouble()
     });
     let message = trouble.unwrap().1.to_string();
-    assert!(message.contains("packets came in one tick") && message.contains("jitter_ticks"), "{message}");
+    assert!(message.contains("packets in one tick") && message.contains("jitter_ticks"), "{message}");
 }
 
 #[test]
@@ -66,7 +70,7 @@ fn every_module_on_both_sides() {
     }
 }
 
-/// Steps a rig whose controllers run here and one whose controllers run on boards; gives the latter one.
+/// Steps a rig with controllers here and a rig with controllers on boards; returns the latter.
 fn compare<const COUNT: usize>(ticks: u64, settings: [&str; COUNT]) -> Option<Rig> {
     let image = image()?;
     let scenario = RigFile::of_shipped("bilateral", &settings.map(str::to_owned)).unwrap();
@@ -97,12 +101,12 @@ fn compare<const COUNT: usize>(ticks: u64, settings: [&str; COUNT]) -> Option<Ri
     }
     assert!(
         changed_ticks.iter().all(|changed| *changed > ticks / 2),
-        "signals stood still: {changed_ticks:?}"
+        "signals without change: {changed_ticks:?}"
     );
     Some(there)
 }
 
-/// Every word of the Data Base, with the name of its signal.
+/// Returns every word of the Data Base with the name of its signal.
 pub(crate) fn signals(station: &Station) -> Vec<(u16, u8, u32)> {
     let data_base = station.dimsart.engine().data_base();
     let named = data_base.signals().flat_map(|(slot, entry)| {

@@ -1,4 +1,4 @@
-//! Ticks of the firmware in the machine that counts cycles and in QEMU: the same registers behind every instruction.
+//! Firmware ticks in the cycle-counting machine and in QEMU: the same registers after every instruction.
 #![expect(clippy::expect_used, reason = "in helpers of a test")]
 
 #[path = "../../../emulator/cycles/tests/qemu/compare.rs"]
@@ -24,7 +24,7 @@ use compare::{lockstep, meet};
 use emulator::Emulator;
 use test_requirements::length;
 
-/// Where flash has room behind the image.
+/// Free flash after the image.
 const TRAMPOLINE: u32 = 0x20_0000;
 const SP: usize = 13;
 const LR: usize = 14;
@@ -38,10 +38,10 @@ fn ticks_of_both_sides_do_in_qemu_what_they_do_in_the_machine() {
         instructions += compare_ticks(&firmware, side, length(30, 500));
     }
     println!("{instructions} instructions");
-    assert!(instructions >= 60_000, "{instructions} instructions are no run of 60 ticks");
+    assert!(instructions >= 60_000, "too few instructions for 60 ticks: {instructions}");
 }
 
-/// Runs the scenario, and now and then a tick of one side on both; gives the instructions that were compared.
+/// Runs the scenario, with some ticks of one side on both; returns the number of compared instructions.
 fn compare_ticks(firmware: &Firmware, side: &str, ticks: usize) -> u64 {
     let scenario = RigFile::of_shipped("bilateral", &[]).unwrap();
     let mut experiment = Experiment::new(&scenario).unwrap().without_recording();
@@ -75,7 +75,7 @@ fn compare_tick(mut machine: Machine) -> u64 {
     lockstep(&mut machine, &mut emulator, |_| {})
 }
 
-/// All memory as files, with a program in front that calls what the machine is about to execute.
+/// All memory as files, preceded by a program that calls the code to be executed.
 fn memory(machine: &Machine, folder: &Path) -> Vec<(PathBuf, u32)> {
     let mut flash = vec![0; TRAMPOLINE as usize];
     let image = machine.image();

@@ -1,7 +1,7 @@
-//! Firmware that stops by a panic, a fault, a stack overflow or its watchdog: outputs safe first, then why, then the end.
+//! Firmware stopped by a panic, a fault, a stack overflow or its watchdog: safe outputs first, then the reason, then the end.
 //!
-//! The product has no hook for it: copies of the very image are run with the first instructions of a function
-//! replaced, one that a request reaches inside the tick.
+//! The product has no test hook: the tests run copies of the image in which the first instructions of a function are
+//! replaced, a function that a request reaches within the tick.
 
 use std::process;
 use std::thread;
@@ -20,15 +20,15 @@ use crate::patched::{patched, symbol};
 use crate::run::are_emulators_in;
 use test_requirements::TEST_TIMEOUT;
 
-/// Looks at a device's own types, for a request that lists data types alone.
+/// Reads a device's own types, for a request of data types.
 pub(crate) const IN_THE_TICK: &[&str] = &["type_at"];
 /// Writes a panic's text.
 pub(crate) const SAYS_WHY: &[&str] = &["4core3fmt5write"];
 
 const UNKNOWN_INSTRUCTION: &[u16] = &[0xde00];
-/// `push {r0-r7, lr}` for ever.
+/// `push {r0-r7, lr}` endlessly.
 const STACK_OVERFLOW: &[u16] = &[0xb5ff, 0xe7fd];
-/// Lets interrupt 5 come, which the firmware does not expect: that is a panic.
+/// Triggers interrupt 5, which the firmware does not expect: a panic.
 pub(crate) const PANIC: &[u16] = &[
     0xf24e, 0x1000, // movw r0, #0xe100
     0xf2ce, 0x0000, // movt r0, #0xe000: the interrupts' enable register
@@ -39,7 +39,7 @@ pub(crate) const PANIC: &[u16] = &[
 ];
 /// `b .`
 pub(crate) const HANG: &[u16] = &[0xe7fe];
-/// The same, and the watchdog is fed.
+/// The same, with a fed watchdog.
 const HANG_FED: &[u16] = &[
     0xf248, 0x0000, // movw r0, #0x8000
     0xf2c4, 0x0000, // movt r0, #0x4000: what the watchdog counts down from
@@ -47,9 +47,9 @@ const HANG_FED: &[u16] = &[
     0xe7fd, // b .-2
 ];
 
-const FAULT: &str = "stopped: a stack overflow, a bad memory access or an unknown instruction";
-const PANICKED: &str = "an interrupt came that nobody asked for";
-pub(crate) const NOT_FED: &str = "stopped by the watchdog: ticks did not keep their time";
+const FAULT: &str = "exception: stack overflow, invalid access or undefined instruction";
+const PANICKED: &str = "unexpected interrupt";
+pub(crate) const NOT_FED: &str = "watchdog timeout: ticks were late";
 const CASES: [(&[u16], &str); 4] =
     [(UNKNOWN_INSTRUCTION, FAULT), (STACK_OVERFLOW, FAULT), (PANIC, PANICKED), (HANG, NOT_FED)];
 
@@ -73,7 +73,7 @@ fn outputs_are_safe_it_says_why_and_ends() {
 fn outputs_are_safe_before_it_says_why() {
     let Some(image) = image() else { return };
     let folder = tempfile::tempdir().unwrap();
-    // Saying why never comes to an end.
+    // The output of the reason never ends.
     let patches: [(&[&str], &[u16]); 2] = [(IN_THE_TICK, PANIC), (SAYS_WHY, HANG_FED)];
     let firmware = Firmware::start_image(patched(image.bytes(), &folder, &patches), true);
     let mut line = ByHand::greet(firmware.folder());
@@ -83,7 +83,7 @@ fn outputs_are_safe_before_it_says_why() {
     let mut debugger = Debugger::attach(&firmware);
     let deadline = Instant::now() + TEST_TIMEOUT;
     while debugger.read(commanded) != "00".repeat(WORDS_BYTES) {
-        assert!(Instant::now() < deadline, "the actuators are not at rest");
+        assert!(Instant::now() < deadline, "the outputs are not at their safe value");
         debugger.run_on();
         thread::sleep(Duration::from_millis(20));
         debugger = Debugger::attach(&firmware);
@@ -98,7 +98,7 @@ fn a_run_says_that_its_firmware_stopped_and_leaves_nothing_behind() {
         let start = Instant::now();
         let output = process::Command::new(env!("CARGO_BIN_EXE_dimsart"))
             .args(["run", "--no-report", "--target", "mps2-an386", "--image"])
-            // The scheme is brought to the board by requests, the one in question among them.
+            // Requests create the scheme on the board; one of them stops it.
             .arg(patched(image.bytes(), &folder, &[(IN_THE_TICK, patch)]))
             .env("TMPDIR", temporary.path())
             .output()
@@ -106,15 +106,15 @@ fn a_run_says_that_its_firmware_stopped_and_leaves_nothing_behind() {
         assert!(start.elapsed() < TEST_TIMEOUT);
         let message = String::from_utf8(output.stderr).unwrap();
         assert_eq!(output.status.code(), Some(1), "{message}");
-        let stopped = "the firmware on the emulated board stopped, its actuators at rest; its last words:";
+        let stopped = "the firmware on the emulated board stopped; actuators at 0; end of its log:";
         assert!(message.contains(stopped) && message.contains(why), "{message}");
-        assert!(!are_emulators_in(temporary.path()), "an emulator is left");
+        assert!(!are_emulators_in(temporary.path()), "an emulator is still running");
     }
 }
 
 pub(crate) const WORDS_BYTES: usize = 12;
 
-/// What makes the next tick stop, once the actuators have something to do.
+/// Request that stops the next tick, sent while the actuators are active.
 pub(crate) fn stopping_tick(line: &mut ByHand) -> [(Tag, Vec<u8>); 2] {
     move_by_hand(line);
     [
@@ -125,7 +125,7 @@ pub(crate) fn stopping_tick(line: &mut ByHand) -> [(Tag, Vec<u8>); 2] {
 
 pub(crate) const TICKS_OF_MOTION: u8 = 20;
 
-/// Has the board move without packets over its link.
+/// Lets the board move without packets on its link.
 pub(crate) fn without_peer(line: &mut ByHand) {
     let module = ALL.module("COMM_RXMOD").unwrap();
     let timeout = (0..=u8::MAX).find(|index| {
@@ -136,22 +136,22 @@ pub(crate) fn without_peer(line: &mut ByHand) {
     line.exchange(&[(Tag::Words, &measured(0)), (Tag::Command, &request(&Request::Command(set), 2))]);
 }
 
-/// Moves the device until the actuators have something to do. A client has taken the lease that motion needs.
+/// Moves the device until the actuators are active. A client has taken the lease.
 pub(crate) fn move_by_hand(line: &mut ByHand) {
     without_peer(line);
     let lease = request(&Request::Lease(LeaseAction::Take), 1);
     line.exchange(&[(Tag::Words, &measured(0)), (Tag::Command, &lease)]);
     let mut command = |tick| section(&line.exchange(&[(Tag::Words, &measured(tick))]), Tag::Words).unwrap();
     let commanded = (1..TICKS_OF_MOTION).map(&mut command).last();
-    assert_ne!(commanded.unwrap(), [0; WORDS_BYTES], "nothing is commanded");
+    assert_ne!(commanded.unwrap(), [0; WORDS_BYTES], "no output command");
 }
 
-/// Where the hand is.
+/// Position of the hand.
 pub(crate) fn measured(tick: u8) -> Vec<u8> {
     [f32::from(tick) * 1e-3; 3].map(f32::to_le_bytes).concat()
 }
 
-/// What a client sends.
+/// Request of a client.
 pub(crate) fn request(request: &Request, number: u8) -> Vec<u8> {
     encode_request(request, request_id(1, number), &mut [0; MAX_FRAME_BYTES]).unwrap().to_vec()
 }

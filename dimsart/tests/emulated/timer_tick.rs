@@ -1,4 +1,4 @@
-//! The tick from a timer's interrupt, commands over an emulated UART: pre-emption and the real path of bytes.
+//! The tick from a timer interrupt, commands over an emulated UART: pre-emption and the real path of bytes.
 
 use std::collections::BTreeSet;
 use std::io::ErrorKind;
@@ -30,7 +30,7 @@ fn commands_are_answered_below_a_tick_that_is_never_late() {
     let Some(firmware) = Firmware::start(false) else { return };
     let mut device = greet(firmware.uart());
     let start = ticks(&mut device);
-    // 100 requests, each of which the tick interrupts on its way.
+    // 100 requests, each interrupted by the tick.
     for _ in 0..100 {
         device.state().unwrap();
     }
@@ -69,7 +69,7 @@ fn exchange(uart: &mut Box<dyn Stream>, mut bytes: &[u8], mut heard: impl FnMut(
     while !bytes.is_empty() {
         match uart.write(&bytes[..bytes.len().min(1024)]) {
             Ok(count) => bytes = &bytes[count..],
-            // The emulator does not run at the moment.
+            // The emulator is halted at the moment.
             Err(error) => assert_eq!(error.kind(), ErrorKind::WouldBlock),
         }
         if let Ok(count) = uart.read(&mut answers) {
@@ -78,7 +78,7 @@ fn exchange(uart: &mut Box<dyn Stream>, mut bytes: &[u8], mut heard: impl FnMut(
     }
 }
 
-/// The line here is as fast as the emulator takes its bytes; see `flood` for a hundred times a line's rate.
+/// The line is as fast as the emulator accepts bytes; see `flood` for a hundred times a line's rate.
 #[test]
 fn eight_clients_keep_neither_the_tick_nor_the_heart_from_beating() {
     let Some(firmware) = Firmware::start(false) else { return };
@@ -126,7 +126,7 @@ fn a_board_moves_its_device_while_the_lease_is_held_and_says_so_by_itself() {
     wait_for(&mut device, "no client holds the lease");
     let status = device.take_lease().unwrap();
     assert_eq!((status.holder, status.ticks_left), (device.client(), 200));
-    // Not renewed: the emulator's time is its own.
+    // Not renewed: the emulator's time is independent.
     wait_for(&mut device, "no client holds the lease");
     assert!(device.renew_lease().unwrap_err().to_string().contains("the lease was released by"));
     let mut live = Live::new(&["POSITION".to_owned()], Duration::from_millis(20));
@@ -163,9 +163,9 @@ fn requests_do_not_hold_a_tick_up() {
     assert_eq!(jitter, 0);
 }
 
-/// By how much, at most, the time between two ticks was not a period.
+/// Returns the maximum deviation of the time between two ticks from a period.
 fn jitter_cycles(line: &mut ByHand, ticks: usize) -> u32 {
-    // The cycle counter before every tick.
+    // Cycle counter before every tick.
     let mut start = || {
         let stamps = section(&line.exchange(&[(Tag::Words, &[0; 12])]), Tag::Stamps).unwrap();
         u32::from_le_bytes(stamps[..4].try_into().unwrap())

@@ -1,4 +1,4 @@
-//! Random transactions on a running scheme, on the board and here: the same answers, the same bits in every tick.
+//! Random transactions on a running scheme, on the board and here: same answers, bit-identical ticks.
 
 use dimsart_core::{Command, CommandError, ModuleRef, Tick, Value};
 use dimsart_link::protocol::{
@@ -14,7 +14,7 @@ use crate::common::image;
 use crate::same_bits::signals;
 use test_requirements::length;
 
-/// The client that holds the board's lease: the one that plays the device.
+/// The client that holds the board's lease: the host that simulates the device.
 const CLIENT: u8 = 1;
 const CONTROLLERS: [&str; 3] = ["PDCTRL_MOD", "PIDCTRL_MOD", "PCTRL_MOD"];
 
@@ -26,7 +26,7 @@ fn module(name: &str) -> ModuleRef {
     ALL.module(name).unwrap()
 }
 
-/// A transaction of commands that make up no new signal, some of them senseless, and how it ends.
+/// A transaction of random commands, partly invalid, without new signals, and its end.
 fn any_transaction(random: &mut Pcg32) -> Vec<Command> {
     let controllers = CONTROLLERS.map(module);
     let mut commands = vec![Command::Begin];
@@ -49,13 +49,13 @@ fn any_transaction(random: &mut Pcg32) -> Vec<Command> {
     }
     commands.extend([Command::PlaceBefore(module("TIMEDELAY_MOD")), Command::PlugIn(next)]);
     if below(random, 8) == 0 {
-        // A link's end that is missing, or a second controller.
+        // A missing link end, or a second controller.
         commands.push(match below(random, 2) {
             0 => Command::Unplug(module("WTRANSF_MOD")),
             _ => Command::PlugIn(controllers[below(random, 3) as usize]),
         });
     }
-    // After the commit, refused or not, nothing is open.
+    // No transaction is open after the commit, refused or not.
     commands.extend([Command::Commit, Command::Abort]);
     commands
 }
@@ -67,7 +67,7 @@ fn random_transactions_come_to_the_same_bits_and_answers_on_the_board() {
     let [mut here, mut there] = [(); 2].map(|()| Experiment::new(&scenario).unwrap());
     there.emulate("master", &image, None).unwrap();
     let (here, there) = (here.rig_mut(), there.rig_mut());
-    // The lease is asked for in the first tick.
+    // The lease is requested in the first tick.
     for rig in [&mut *here, &mut *there] {
         rig.step();
     }
@@ -86,7 +86,7 @@ fn random_transactions_come_to_the_same_bits_and_answers_on_the_board() {
             let frame = encode_request(&Request::Command(command), id, &mut buffer).unwrap();
             there.stations_mut()[0].board_mut().unwrap().send_command_bytes(frame);
             let mut answer = None;
-            // Of two requests in a tick one waits for the next: nobody asks in the tick behind the answer.
+            // A tick handles one request, a second one waits: no request is sent in the tick after the answer.
             let mut is_answered = false;
             for _ in 0..8 {
                 [&mut *here, &mut *there].into_iter().for_each(|rig| rig.tick());

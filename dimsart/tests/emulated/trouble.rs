@@ -1,4 +1,4 @@
-//! What can go wrong with an emulator, played by a script in its place.
+//! Faults of an emulator, simulated by a script.
 
 use std::fs;
 use std::os::unix::fs::PermissionsExt;
@@ -10,7 +10,7 @@ use std::time::{Duration, Instant};
 use tempfile::TempDir;
 use test_requirements::TEST_TIMEOUT;
 
-/// A folder with a stand-in for the emulator, an image by name, and room for temporary files.
+/// A folder with a stand-in for the emulator, an image by name, and temporary files.
 struct Stage(TempDir);
 
 impl Stage {
@@ -32,7 +32,7 @@ impl Stage {
         self.0.path().join(name)
     }
 
-    /// What a run says that comes to nothing and leaves nothing behind.
+    /// Returns the message of a failed run, which leaves no files.
     fn run(&self, image: &Path) -> String {
         let start = Instant::now();
         let output = self.command(image).output().unwrap();
@@ -49,14 +49,14 @@ impl Stage {
     }
 
     fn assert_clean(&self) {
-        assert_eq!(fs::read_dir(self.path("tmp")).unwrap().count(), 0, "a folder is left");
+        assert_eq!(fs::read_dir(self.path("tmp")).unwrap().count(), 0, "a temporary folder remains");
         if let Ok(pid) = fs::read_to_string(self.path("pid")) {
-            assert!(!Path::new("/proc").join(pid.trim()).exists(), "a process is left");
+            assert!(!Path::new("/proc").join(pid.trim()).exists(), "a process is still running");
         }
     }
 }
 
-/// With a script as the emulator; its folder is the one with the FIFOs.
+/// Uses a script as emulator; its folder contains the FIFOs.
 fn run_with(script: &str) -> String {
     let stage = Stage::new(Some(script));
     stage.run(&stage.path("image"))
@@ -76,26 +76,29 @@ fn assert_says(message: &str, parts: &[&str]) {
 #[test]
 fn without_an_emulator_it_says_what_to_install() {
     let stage = Stage::new(None);
-    assert_says(&stage.run(&stage.path("image")), &["qemu-system-arm does not start", "install it"]);
+    assert_says(
+        &stage.run(&stage.path("image")),
+        &["cannot start the emulator qemu-system-arm", "install it"],
+    );
 }
 
 #[test]
 fn without_an_image_or_with_another_board_s_it_says_how_to_build_one() {
     let stage = Stage::new(None);
-    assert_says(&stage.run(&stage.path("none")), &["no firmware image", "cargo board mps2-an386", "--image"]);
+    assert_says(&stage.run(&stage.path("none")), &["not found", "cargo board mps2-an386", "--image"]);
     let another = stage.path("another");
     fs::write(&another, "dimsart 0.1.0 nucleo-g474re").unwrap();
-    assert_says(&stage.run(&another), &["another is no image of dimsart", "cargo board mps2-an386"]);
+    assert_says(&stage.run(&another), &["another is not an image of dimsart", "cargo board mps2-an386"]);
     let timer = format!("dimsart {} mps2-an386+panic-text+timer-tick", env!("CARGO_PKG_VERSION"));
     fs::write(&another, timer).unwrap();
-    assert_says(&stage.run(&another), &["another is no image of dimsart"]);
+    assert_says(&stage.run(&another), &["another is not an image of dimsart"]);
 }
 
 #[test]
 fn an_emulator_that_hangs_is_ended() {
-    // Before it opens the line, and behind that.
-    assert_says(&run_with("exec /bin/sleep 100"), &["has not answered for 8 s"]);
-    assert_says(&run_with("exec /bin/sleep 100 < to-board > from-board"), &["has not answered for 8 s"]);
+    // Before and after it opens the line.
+    assert_says(&run_with("exec /bin/sleep 100"), &["timed out after 8 s"]);
+    assert_says(&run_with("exec /bin/sleep 100 < to-board > from-board"), &["timed out after 8 s"]);
 }
 
 #[test]
@@ -113,7 +116,7 @@ fn who_cannot_wait_for_an_emulator_that_hangs_leaves_nothing_behind() {
             thread::sleep(Duration::from_millis(300));
         }
         assert!(!run.wait().unwrap().success());
-        assert!(start.elapsed() < TEST_TIMEOUT, "{signal} is not waited for");
+        assert!(start.elapsed() < TEST_TIMEOUT, "process still running after signal {signal}");
         stage.assert_clean();
     }
 }
@@ -121,9 +124,9 @@ fn who_cannot_wait_for_an_emulator_that_hangs_leaves_nothing_behind() {
 #[test]
 fn an_emulator_that_ends_is_reported_with_its_last_words() {
     let message = run_with("echo no such machine >&2; exit 1");
-    assert_says(&message, &["ended: exit status: 1", "its last words:\n  no such machine"]);
+    assert_says(&message, &["exited: exit status: 1", "end of its log:\n  no such machine"]);
     let panicked = "exec < to-board; exec > from-board; exit 101";
-    assert_says(&run_with(panicked), &["a panic, a fault or its watchdog (exit status 101), without a word"]);
+    assert_says(&run_with(panicked), &["panic, fault or watchdog reset (exit status 101); its log is empty"]);
 }
 
 #[test]
@@ -131,7 +134,7 @@ fn garbage_is_told_from_an_answer() {
     let answer = |bytes: &str| {
         run_with(&format!("exec 3< to-board; exec 4> from-board; printf '{bytes}' >&4; exec /bin/sleep 100"))
     };
-    assert_says(&answer(r"\377\377garbage"), &["a frame of 65537 bytes", "build the image anew"]);
+    assert_says(&answer(r"\377\377garbage"), &["a frame of 65537 bytes", "rebuild the image"]);
     assert_says(&answer(r"\004\000\143\001\000x"), &["a section of unknown kind 99"]);
-    assert_says(&answer(r"\004\000\002\001\000\001"), &["speaks version 1 of the exchange"]);
+    assert_says(&answer(r"\004\000\002\001\000\001"), &["uses version 1 of the exchange"]);
 }

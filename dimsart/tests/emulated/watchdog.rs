@@ -1,4 +1,4 @@
-//! The watchdog: a control law that never returns, in the middle of motion, and what the next start tells of it.
+//! The watchdog: a control law that never returns during motion, and the report of the next start.
 
 use std::fs;
 use std::path::Path;
@@ -22,22 +22,22 @@ use crate::stopped::{
     request, without_peer,
 };
 
-/// The wave transformer's law in the form PRINTED, which the built-in scheme does not use: what starts over runs.
+/// The wave transformer's law in the form PRINTED, which the built-in scheme does not use: it runs after the restart.
 const LAW: &[&str] = &["wave_transformer6follow"];
 const FORM: u8 = 2;
 const PRINTED: Value = Value::Choice(2);
 const COUNTS_PER_MS: u32 = 25_000;
 
-const SUPPLY: &str = "its supply came";
-const WATCHDOG: &str = "by its watchdog: ticks did not keep their time, or the communication stood still";
+const SUPPLY: &str = "power-on";
+const WATCHDOG: &str = "watchdog: ticks overran, or the communication stalled";
 
-/// A board with a host, of a copy of the image in which that law never returns.
+/// A board with a host and a copy of the image in which that law never returns.
 fn with_endless_law(image: &Path, folder: &TempDir) -> Firmware {
     Firmware::start_image(patched(&fs::read(image).unwrap(), folder, &[(LAW, HANG)]), true)
 }
 
-/// Moves, has the wave transformer take that form between two ticks, and gives what the tick that never ends is
-/// answered by.
+/// Moves, switches the wave transformer to that form between two ticks, and returns the answer to the tick that never
+/// ends.
 fn loop_in_motion(line: &mut ByHand) -> Frame {
     move_by_hand(line);
     let [law, behind] = ["WTRANSF_MOD", "PDCTRL_MOD"].map(|name| ALL.module(name).unwrap());
@@ -56,14 +56,14 @@ fn loop_in_motion(line: &mut ByHand) -> Frame {
     let mut answers: Vec<Frame> = answers.collect();
     let stopped = answers.pop().unwrap();
     for answer in answers {
-        assert_ne!(section(&answer, Tag::Words).unwrap(), [0; WORDS_BYTES], "it moves until then");
+        assert_ne!(section(&answer, Tag::Words).unwrap(), [0; WORDS_BYTES], "the device moves until then");
     }
     let left = section(&stopped, Tag::Stopped).unwrap();
     assert!(left.len() > WORDS_BYTES && left.iter().all(|byte| *byte == 0), "{left:?}");
     stopped
 }
 
-/// From the beginning of the tick that never ends until the outputs were at rest, in counts of the emulator's time.
+/// Returns the time from the start of the endless tick until the outputs are safe, in counts of the emulator's time.
 fn latency(stopped: &Frame) -> u32 {
     let stamps = section(stopped, Tag::Stamps).unwrap();
     let [before, after] = [0, 4].map(|at| u32::from_le_bytes(stamps[at..at + 4].try_into().unwrap()));
@@ -83,7 +83,7 @@ fn a_law_that_never_returns_leaves_the_outputs_at_rest_and_says_so() {
         latency(&stopped)
     });
     println!("at rest after {latencies:?} counts");
-    // Half a second behind the end of the tick before it; and the same instruction by instruction.
+    // 0.5 s after the end of the previous tick; then instruction by instruction.
     let expected = 499 * COUNTS_PER_MS..500 * COUNTS_PER_MS;
     assert!(expected.contains(&latencies[0]) && latencies[0] == latencies[1], "{latencies:?}");
 }
@@ -96,7 +96,7 @@ fn a_board_that_the_watchdog_reset_tells_it_and_is_still_until_somebody_moves_it
     let mut line = ByHand::greet(firmware.folder());
     let latency = latency(&loop_in_motion(&mut line));
     println!("at rest after {latency} counts");
-    // Ten ticks behind the end of the one before it.
+    // Ten ticks after the end of the previous tick.
     assert!((9 * COUNTS_PER_MS..10 * COUNTS_PER_MS).contains(&latency), "{latency}");
     assert!(
         include_str!("../../../docs/faults.md")
@@ -127,12 +127,12 @@ fn a_board_that_the_watchdog_reset_tells_it_and_is_still_until_somebody_moves_it
     move_by_hand(&mut line);
 }
 
-/// Why the board has started each time, by its events.
+/// Returns the cause of each start of the board, by its events.
 fn starts(events: &str) -> Vec<&str> {
     events.lines().filter_map(|line| line.split_once("128 started: ")).map(|(_, cause)| cause).collect()
 }
 
-/// The emulator's time stands still while it waits.
+/// The emulator's time is halted while it waits.
 #[test]
 fn a_slow_host_is_no_endless_loop() {
     let (Some(image), Some(timer_image)) = (image(), timer_image()) else { return };
@@ -154,7 +154,7 @@ fn alone() -> Option<(Firmware, Vec<u8>)> {
     Some((firmware, elf))
 }
 
-/// Its events, once the watchdog has reset it.
+/// Returns its events after the watchdog reset.
 fn events_after_reset(firmware: &Firmware, uart: Box<dyn Stream>) -> String {
     wait_for(firmware, |log| log.last().is_some_and(|line| line.starts_with(NOT_FED)));
     // It serves one client.
@@ -167,7 +167,7 @@ fn what_stopped_the_board_before_the_watchdog_did_is_told_too() {
     let Some((firmware, elf)) = alone() else { return };
     let mut uart = firmware.uart();
     let mut debugger = Debugger::attach(&firmware);
-    // Saying why never comes to an end.
+    // The output of the reason never ends.
     for (function, instructions) in [(IN_THE_TICK, PANIC), (SAYS_WHY, HANG)] {
         debugger.write(symbol(&elf, function).0, instructions);
     }
@@ -199,7 +199,7 @@ fn wait_for(firmware: &Firmware, is_so: impl Fn(&[String]) -> bool) {
     test_requirements::wait_until(|| format!("{:?}", firmware.log()), || is_so(&firmware.log()));
 }
 
-/// More than it takes to write an event behind its checksum.
+/// More than the time to write an event after its checksum.
 const INSTRUCTIONS: usize = 120;
 
 #[test]
@@ -215,7 +215,7 @@ fn an_event_that_the_watchdog_cut_off_costs_no_other() {
         debugger.run_to(behind);
         (0..steps).for_each(|_| debugger.step());
         let place = debugger.register(PROGRAM_COUNTER);
-        // As often as a condition can have instructions passed over, and once more.
+        // One more than the number of instructions that a condition can skip.
         debugger.write(place, &HANG.repeat(5));
         debugger.run_on();
         let events = events_after_reset(&firmware, uart);
@@ -225,6 +225,6 @@ fn an_event_that_the_watchdog_cut_off_costs_no_other() {
         assert_eq!(numbers, (1..=numbers.len()).collect::<Vec<_>>(), "{steps}: {events}");
         kept[usize::from(events.contains("129 reset"))] += 1;
     }
-    println!("the event that was cut off: {} times lost, {} times whole", kept[0], kept[1]);
-    assert!(kept.iter().all(|count| *count > 0), "before and behind its end: {kept:?}");
+    println!("truncated event: {} times lost, {} times complete", kept[0], kept[1]);
+    assert!(kept.iter().all(|count| *count > 0), "before and after its end: {kept:?}");
 }

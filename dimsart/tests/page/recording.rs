@@ -1,4 +1,4 @@
-//! What is recorded from a page: every tick, as the controller sent it, until somebody ends it or there is no more.
+//! Recordings of the page: every tick, as sent by the controller, until a client ends the recording or the rows end.
 
 use std::collections::BTreeMap;
 use std::path::Path;
@@ -21,24 +21,24 @@ fn begin(browser: &mut Browser) -> String {
     browser.ask(record(true)).unwrap().as_str().unwrap().to_owned()
 }
 
-/// Until there are some rows.
+/// Waits until there are some rows.
 fn wait_for_rows(browser: &mut Browser, path: &str) {
     browser.news("recording", |now| {
         now["is_running"] == true && now["path"] == path && now["rows"].as_u64() > Some(300)
     });
 }
 
-/// Until it has ended by itself; what it came to.
+/// Waits until the recording has ended by itself; returns its summary.
 fn wait_for_end(browser: &mut Browser, path: &str) -> String {
     let ended = browser.news("recording", |now| now["is_running"] == false && now["path"] == path);
     ended["text"].as_str().unwrap().to_owned()
 }
 
-/// Values of every tick in a finished file, whose ticks are all there.
+/// Returns the values of every tick of a finished file; checks that no tick is missing.
 fn read(path: &Path) -> BTreeMap<u32, Vec<f64>> {
     let bytes = std::fs::read(path).unwrap();
     let summary = mcap::Summary::read(&bytes).unwrap().unwrap();
-    assert_eq!(summary.attachment_indexes.len(), 2, "what was recorded, and its scheme");
+    assert_eq!(summary.attachment_indexes.len(), 2, "device and scheme");
     let mut rows = BTreeMap::new();
     for message in mcap::MessageStream::new(&bytes).unwrap() {
         let message = message.unwrap();
@@ -56,8 +56,8 @@ fn read(path: &Path) -> BTreeMap<u32, Vec<f64>> {
 fn a_recording_has_every_tick_as_it_was_whoever_begins_and_ends_it() {
     let served = Served::joint("record");
     let (mut first, mut second) = (served.browser(), served.browser());
-    assert!(second.ask(record(false)).unwrap_err().contains("nothing is recorded"));
-    // What another client gets of the same ticks.
+    assert!(second.ask(record(false)).unwrap_err().contains("no recording is running"));
+    // Another client receives the same ticks.
     let (mut device, is_over) = (served.device(), Arc::new(AtomicBool::new(false)));
     let over = Arc::clone(&is_over);
     let listening = thread::spawn(move || {
@@ -70,7 +70,7 @@ fn a_recording_has_every_tick_as_it_was_whoever_begins_and_ends_it() {
     let path = begin(&mut first);
     assert!(path.ends_with("joint-1/signals.mcap"), "{path}");
     assert!(second.ask(record(true)).unwrap_err().contains("already"));
-    // It is the station's: the browser that has begun it goes.
+    // The recording belongs to the station: it continues after its browser disconnects.
     drop(first);
     wait_for_rows(&mut second, &path);
     let came_to = second.ask(record(false)).unwrap();
@@ -84,7 +84,7 @@ fn a_recording_has_every_tick_as_it_was_whoever_begins_and_ends_it() {
     assert!(both > 200, "{both}");
     assert_eq!(same.count(), both, "other values");
 
-    // Another one is beside it, and goes on while nobody looks.
+    // A further recording gets its own folder, and continues without a browser.
     let before = std::fs::read(&path).unwrap();
     let next = begin(&mut second);
     assert!(next.ends_with("joint-2/signals.mcap"), "{next}");
@@ -102,7 +102,7 @@ fn a_recording_has_every_tick_as_it_was_whoever_begins_and_ends_it() {
 fn a_recording_that_cannot_go_on_ends_with_its_reason_and_a_whole_file() {
     let served = Served::joint("cut");
     let mut browser = served.browser();
-    // Other signals.
+    // The signals change.
     let path = begin(&mut browser);
     wait_for_rows(&mut browser, &path);
     let text = "all SIGGEN_MOD.2 PORT_SIGNAL_OUT SIGNAL_OUT.2\nall MOD_ENG MOD_ON SIGGEN_MOD.2\nall MOD_ENG MATCHING_CHECK";
@@ -110,19 +110,19 @@ fn a_recording_that_cannot_go_on_ends_with_its_reason_and_a_whole_file() {
     served.device().send_scheme(&scheme, "joint").unwrap();
     let text = wait_for_end(&mut browser, &path);
     assert!(
-        text.contains("rows of 3 signals") && text.contains("the scheme has other signals now"),
+        text.contains("rows of 3 signals") && text.contains("the signals of the scheme changed"),
         "{text}"
     );
     assert!(read(Path::new(&path)).len() > 300);
-    // No line.
+    // The line closes.
     let path = begin(&mut browser);
     wait_for_rows(&mut browser, &path);
     served.trouble.is_deaf.store(true, Ordering::Relaxed);
     let text = wait_for_end(&mut browser, &path);
-    assert!(text.contains("rows of 4 signals") && text.contains("the line has ended"), "{text}");
+    assert!(text.contains("rows of 4 signals") && text.contains("line closed"), "{text}");
     assert!(read(Path::new(&path)).len() > 300);
     served.trouble.is_deaf.store(false, Ordering::Relaxed);
-    // No server.
+    // The server ends.
     browser.news("gone", Value::is_null);
     browser.news("status", |_| true);
     let path = begin(&mut browser);

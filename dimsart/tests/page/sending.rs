@@ -1,4 +1,4 @@
-//! Which signals a controller sends that has no room for all of them.
+//! Selection of the signals of a controller that cannot send all of them.
 
 use std::fmt::Write as _;
 use std::sync::Arc;
@@ -19,7 +19,7 @@ fn names(layout: &Value) -> Vec<&str> {
     layout["signals"].as_array().unwrap().iter().map(|signal| signal["name"].as_str().unwrap()).collect()
 }
 
-/// How many values the next row of a layout has.
+/// Returns the number of values of the next row of a layout.
 fn width(browser: &mut Browser, layout: &Value) -> u16 {
     browser.wait(|message| match message {
         Message::Binary(bytes) => {
@@ -42,7 +42,7 @@ fn what_a_device_with_one_stream_sends_is_chosen_for_every_page() {
     let scheme = SchemeText { name: "more".to_owned(), text: rows + "all MOD_ENG MATCHING_CHECK" };
     let mut other = served.device();
     other.send_scheme(&scheme, "joint").unwrap();
-    // Another client has all streams but one, as a board has.
+    // Another client uses all streams but one, as on a board.
     let taken = vec!["POSITION".to_owned(); (TELEMETRY_STREAMS - 1) * MAX_TELEMETRY_SIGNALS];
     let mut tap = Tap::new(100).of(&taken);
     other.tap(&mut tap, Duration::from_millis(1)).unwrap();
@@ -60,31 +60,31 @@ fn what_a_device_with_one_stream_sends_is_chosen_for_every_page() {
     let first = onlooker.news("layout", |layout| names(layout).len() == 4);
     assert_eq!(names(&first)[..3], ["POSITION", "DES_POSITION", "DES_FORCE"]);
     assert_eq!(first["unsent"].as_array().unwrap().len(), 5, "{first}");
-    // Refused, and the others go on.
+    // A refused selection: the previous signals continue.
     let too_many = ["POSITION", "DES_POSITION", "DES_FORCE", "SIGNAL_OUT.2", "SIGNAL_OUT.3"];
     for (wanted, reason) in [
         (&["POSITON"][..], "did you mean 'POSITION'?"),
         (&["POSITION", "VELOCITY"], "VELOCITY is not in the Data Base of joint"),
-        (&too_many, "more than the device can send at once: of a board 4 signals, 12 words in all"),
+        (&too_many, "together: a board sends at most 4 signals with 12 words"),
     ] {
         let refused = browser.ask(stream(wanted)).unwrap_err();
         assert!(refused.contains(reason), "{refused}");
         assert_eq!(width(&mut browser, &first), 4, "after {wanted:?}");
     }
-    // Chosen, in their order; what is sent then is the rest's to be chosen from.
+    // The selected signals are sent in their order; the others can be selected.
     let done = browser.ask(stream(&["SIGNAL_OUT.7", "POSITION"])).unwrap();
     assert_eq!(done, "the device sends SIGNAL_OUT.7, POSITION");
     let chosen = onlooker.news("layout", |layout| names(layout).len() == 2);
     assert_eq!(names(&chosen), ["SIGNAL_OUT.7", "POSITION"]);
     assert_eq!(chosen["unsent"].as_array().unwrap().len(), 7, "{chosen}");
     assert_eq!(width(&mut onlooker, &chosen), 2);
-    // A recording is of what is sent.
+    // A recording contains the sent signals.
     browser.ask(json!({ "do": "record", "on": true })).unwrap();
     assert!(browser.ask(stream(&[])).unwrap_err().contains("end the recording first"));
     onlooker.news("recording", |now| now["rows"].as_u64() > Some(100));
     let text = browser.ask(json!({ "do": "record", "on": false })).unwrap();
     assert!(text.as_str().unwrap().contains("rows of 2 signals"), "{text}");
-    // The first ones again.
+    // Back to the first signals.
     browser.ask(stream(&[])).unwrap();
     let last = onlooker.news("layout", |layout| names(layout).len() == 4);
     assert_eq!(names(&last), names(&first));

@@ -1,4 +1,4 @@
-//! Both sides with keys, and somebody between them.
+//! Both sides with keys, and an intermediary.
 
 use std::path::{Path, PathBuf};
 use std::process::Output;
@@ -19,7 +19,7 @@ fn setting(key: &Path) -> String {
     format!("link.key_file='{}'", key.display())
 }
 
-/// Runs both sides with these keys, slave first; the slave gives up after a few seconds.
+/// Runs both sides with these keys, slave first; the slave times out after a few seconds.
 fn run(keys: [Option<&Path>; 2], meddle: impl Fn(usize, &[u8]) -> Vec<Vec<u8>> + Sync) -> [Output; 2] {
     let folder = tempfile::tempdir().unwrap();
     Network::tamper(meddle, |[to_slave, to_master]| {
@@ -39,7 +39,7 @@ fn pass_on(_: usize, packet: &[u8]) -> Vec<Vec<u8>> {
     vec![packet.to_vec()]
 }
 
-/// What is said of a peer that is not trusted; nothing was run.
+/// Checks the message about an untrusted peer; no run was made.
 fn refusal(output: &Output) -> String {
     let message = text(&output.stderr);
     assert_eq!(output.status.code(), Some(1), "{message}");
@@ -53,7 +53,7 @@ fn two_processes_with_the_same_key_run_and_refuse_what_somebody_repeats() {
     let folder = tempfile::tempdir().unwrap();
     let key = key_file(folder.path(), "link.key", "a");
     let key = Some(key.as_path());
-    // Every packet is 12 bytes longer than without a key, and arrives again 50 packets later.
+    // Every packet is 12 bytes longer than without a key, and is repeated 50 packets later.
     let sent = Mutex::new([Vec::new(), Vec::new()]);
     let repeat = |end: usize, packet: &[u8]| {
         let mut sent = sent.lock().unwrap();
@@ -65,7 +65,7 @@ fn two_processes_with_the_same_key_run_and_refuse_what_somebody_repeats() {
         let figures = figures(&output);
         assert_eq!((&figures["stable"], &figures["ticks"]), (&true.into(), &1000.into()), "{figures}");
         let refused = figures["refused_packets"].as_u64().unwrap();
-        assert!(refused >= 800, "of about 1000 that were repeated {refused} were refused");
+        assert!(refused >= 800, "{refused} of about 1000 repeated packets were refused");
         assert!(figures["round_trip_ticks"].as_u64().unwrap() >= 21, "{figures}");
     }
     let longest = sent.into_inner().unwrap().iter().flatten().map(Vec::len).max();
@@ -81,11 +81,11 @@ fn a_side_with_another_key_or_none_is_refused_and_nothing_moves() {
         assert!(message.contains("the two sides have different keys"), "{message}");
     }
     let [slave, master] = run([None, Some(&key)], pass_on);
-    assert!(refusal(&slave).contains("not authenticated: the other side has no key"));
-    assert!(refusal(&master).contains("it is authenticated, and this side has no key"));
+    assert!(refusal(&slave).contains("not authenticated: the peer has no key"));
+    assert!(refusal(&master).contains("the packet is authenticated but this side has no key"));
 }
 
-/// All that a master ever said, played to a slave of the same key that has started again.
+/// All packets of a master, replayed to a restarted slave with the same key.
 #[test]
 fn a_recorded_master_is_refused() {
     let folder = tempfile::tempdir().unwrap();

@@ -1,4 +1,4 @@
-//! Both sides as processes of their own, talking over real UDP sockets in real time.
+//! Both sides as separate processes over real UDP sockets in real time.
 #![expect(clippy::unwrap_used, clippy::indexing_slicing, reason = "a failed unwrap is a failed test")]
 
 mod keys;
@@ -9,7 +9,7 @@ use std::process::Command;
 
 use network::{Network, address, figures, held, start, start_at, text};
 
-/// Largest value of a column in a side's signals.
+/// Returns the largest value of a column of a side's signals.
 fn largest(signals: &str, name: &str) -> f64 {
     let column = signals.lines().next().unwrap().split(',').position(|found| found == name).unwrap();
     let values =
@@ -39,10 +39,10 @@ fn two_processes_run_the_experiment_over_udp() {
         let real_time = &figures["real_time"];
         assert_eq!(real_time["side"], side);
         assert!(real_time["worst_lateness_s"].as_f64().unwrap() > 0.0, "{real_time}");
-        assert!(figures["energy_min_j"].is_null(), "one side cannot know the channel's energy");
+        assert!(figures["energy_min_j"].is_null(), "one side alone does not know the channel's energy");
         let out = text(&output.stderr);
-        assert!(out.contains(&format!("not known on the {side}: it takes the waves of both sides")), "{out}");
-        // The hand's motion reaches the slave, so packets really flow.
+        assert!(out.contains(&format!("unknown on the {side}: needs the waves of both sides")), "{out}");
+        // The hand's motion reaches the slave, so packets are transferred.
         let signals = std::fs::read_to_string(folder.path().join(side).join("signals.csv")).unwrap();
         assert_eq!(signals.lines().count(), 2001);
         let reached_m = largest(&signals, &format!("world.{side}.position[0] (m)"));
@@ -54,11 +54,11 @@ fn two_processes_run_the_experiment_over_udp() {
 #[test]
 fn a_side_that_is_left_alone_runs_to_its_own_end() {
     let folder = tempfile::tempdir().unwrap();
-    // Half a second of the master, then the second after which the slave calls its link lost.
+    // 0.5 s of the master, then the second after which the slave reports a lost link.
     let [master, slave] = Network::carry(|[to_slave, to_master]| {
         let run = |side, peer, options: &[&str]| start(side, peer, folder.path(), options);
         let slave = run("slave", to_master, &["--no-report", "--set", "duration_s=2"]);
-        // Its figures of both sides are not known where the other side's scheme is not at hand.
+        // Figures of both sides are unknown without the other side's scheme.
         let unknown = ["--no-report", "--set", "duration_s=0.5", "--set", "slave.scheme=not/here.scheme"];
         let master = run("master", to_slave, &unknown);
         [master, slave].map(|process| figures(&process.wait_with_output().unwrap()))
@@ -67,12 +67,12 @@ fn a_side_that_is_left_alone_runs_to_its_own_end() {
     assert_eq!(slave["stable"], true, "{slave}");
     assert!(master["round_trip_ticks"].is_null() && slave["round_trip_ticks"].is_u64());
     let faults = slave["faults"].to_string();
-    for fault in ["nothing came from the master in the last ", "slave lost link 0: nothing came"] {
+    for fault in ["no packet from the master in the last ", "slave lost link 0: no packet for"] {
         assert!(faults.contains(fault), "{faults}");
     }
 }
 
-/// Counters of a side's only receiver, as the JSON and the table have them.
+/// Returns the counters of a side's only receiver, in JSON and table.
 fn assert_counted_once(output: &std::process::Output) {
     let figures = figures(output);
     assert_eq!(figures["received"].as_array().unwrap().len(), 1, "{figures}");
@@ -85,7 +85,7 @@ fn assert_counted_once(output: &std::process::Output) {
     let expected = format!("{} lost, {} refused", received["lost"], received["refused"]);
     let table = text(&output.stderr);
     let is_clean = ["lost", "superseded", "refused"].iter().all(|count| received[*count] == 0);
-    assert!(table.contains(&expected) || is_clean && table.contains("none lost or refused"), "{table}");
+    assert!(table.contains(&expected) || is_clean && table.contains("0 lost or refused"), "{table}");
 }
 
 #[test]
@@ -107,7 +107,7 @@ fn a_peer_that_is_restarted_is_named() {
         master
     });
     let warnings = figures(&master)["warnings"].to_string();
-    assert!(warnings.contains("the slave was restarted at "), "{warnings}");
+    assert!(warnings.contains("the slave restarted at "), "{warnings}");
     assert_counted_once(&master);
 }
 
@@ -127,7 +127,7 @@ fn sides_with_different_sample_periods_are_told_so() {
     for (own, hz, output) in outputs {
         let warnings = figures(&output)["warnings"].to_string();
         assert!(warnings.contains(&format!("the {own} sends ")), "{warnings}");
-        assert!(warnings.contains(&format!("{hz} are expected")), "{warnings}");
+        assert!(warnings.contains(&format!("expected {hz}")), "{warnings}");
         assert_counted_once(&output);
     }
 }
@@ -141,12 +141,12 @@ fn a_peer_that_never_comes_is_named_with_what_to_do() {
     assert_eq!(output.status.code(), Some(1));
     let message = text(&output.stderr);
     let expected = format!(
-        "dimsart: nothing came from the slave at {} in 0.3 s; start it with `dimsart run --side slave` and the same \
-         scenario, or wait longer with --wait-s",
+        "dimsart: no packet from the slave at {} within 0.3 s; start it with `dimsart run --side slave` and the \
+        same scenario, or increase --wait-s",
         address(&silent)
     );
     assert!(message.contains(&expected), "{message}");
-    assert_eq!(std::fs::read_dir(folder.path()).unwrap().count(), 0, "a run that never began left files");
+    assert_eq!(std::fs::read_dir(folder.path()).unwrap().count(), 0, "a run that did not start left files");
 }
 
 #[test]
@@ -161,7 +161,7 @@ fn a_peer_with_another_scenario_is_told_from_a_missing_one() {
     for output in outputs {
         assert_eq!(output.status.code(), Some(1));
         let message = text(&output.stderr);
-        assert!(message.contains("give both sides the same scenario (dof, schemes)"), "{message}");
+        assert!(message.contains("use the same scenario (dof, schemes) on both sides"), "{message}");
     }
 }
 
@@ -190,6 +190,6 @@ fn ctrl_c_while_waiting_ends_at_once_and_leaves_nothing() {
     assert!(Command::new("kill").args(["-INT", &master.id().to_string()]).status().unwrap().success());
     messages.read_to_string(&mut message).unwrap();
     assert_eq!(master.wait().unwrap().code(), Some(1));
-    assert!(message.contains("stopped while waiting for the slave; nothing was run"), "{message}");
-    assert_eq!(std::fs::read_dir(folder.path()).unwrap().count(), 0, "a run that never began left files");
+    assert!(message.contains("stopped while waiting for the slave, before the run"), "{message}");
+    assert_eq!(std::fs::read_dir(folder.path()).unwrap().count(), 0, "a run that did not start left files");
 }

@@ -7,7 +7,7 @@ use std::sync::Mutex;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Duration;
 
-/// A socket on a port of the system's choice, held as long as it lives.
+/// A socket on a port chosen by the system, bound for its lifetime.
 pub(super) fn held() -> UdpSocket {
     UdpSocket::bind("127.0.0.1:0").unwrap()
 }
@@ -16,24 +16,24 @@ pub(super) fn address(socket: &UdpSocket) -> SocketAddr {
     socket.local_addr().unwrap()
 }
 
-/// The network between both sides: it passes on what each sends it. The sides know its two ends only, and the system
-/// chooses their own ports when they start, so that no port is ever free for somebody else to take.
+/// The network between both sides forwards their packets. The sides know only its two ends, and the system chooses their own
+/// ports at start, so that no other program can take a free port.
 pub(super) struct Network {
-    /// Where the master finds the slave, and where the slave finds the master.
+    /// Ports at which master and slave find each other.
     ends: [UdpSocket; 2],
-    /// Who has sent something to each end.
+    /// Last sender at each end.
     peers: [Mutex<Option<SocketAddr>>; 2],
     is_over: AtomicBool,
 }
 
 impl Network {
-    /// Carries packets while `work`, which is told the two ends, goes on.
+    /// Transfers packets while `work` runs, which receives the two ends.
     pub(super) fn carry<R>(work: impl FnOnce([SocketAddr; 2]) -> R) -> R {
         Self::tamper(|_, packet| vec![packet.to_vec()], work)
     }
 
-    /// As [`carry`](Self::carry), with somebody in between: what arrives for a packet that was sent to an end (0: at
-    /// the slave's) is what `meddle` makes of it.
+    /// Transfers packets as [`carry`](Self::carry) with an intermediary: a packet for an end (0: the slave's) is replaced by the
+    /// result of `meddle`.
     pub(super) fn tamper<R>(
         meddle: impl Fn(usize, &[u8]) -> Vec<Vec<u8>> + Sync,
         work: impl FnOnce([SocketAddr; 2]) -> R,
@@ -49,12 +49,12 @@ impl Network {
         })
     }
 
-    /// Passes on what comes in at one end.
+    /// Forwards the packets of one end.
     fn pass(&self, here: usize, there: usize, meddle: &impl Fn(usize, &[u8]) -> Vec<Vec<u8>>) {
         self.ends[here].set_read_timeout(Some(Duration::from_millis(10))).unwrap();
         let mut bytes = [0; 2048];
         while !self.is_over.load(Ordering::Relaxed) {
-            // Nothing came, or a peer is gone.
+            // No packet, or a peer has ended.
             let Ok((length, sender)) = self.ends[here].recv_from(&mut bytes) else { continue };
             *self.peers[here].lock().unwrap() = Some(sender);
             if let Some(peer) = *self.peers[there].lock().unwrap() {
@@ -66,7 +66,7 @@ impl Network {
     }
 }
 
-/// Starts a side at `own`, or anywhere, that finds the other one at `peer`.
+/// Starts a side at `own`, or any port, with its peer at `peer`.
 pub(super) fn start_at(
     own: Option<SocketAddr>,
     side: &str,

@@ -1,4 +1,4 @@
-//! What is sent to drives.
+//! CAN frames to drives.
 
 /// A classic CAN frame with a standard identifier.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -16,13 +16,13 @@ impl Cia402Frame {
         Self { id, bytes, length: LENGTH }
     }
 
-    /// Its identifier, of 11 bits.
+    /// Returns the 11-bit identifier.
     #[must_use]
     pub fn id(&self) -> u16 {
         self.id
     }
 
-    /// Its data.
+    /// Returns the data.
     #[must_use]
     pub fn bytes(&self) -> &[u8] {
         self.bytes.get(..self.length).unwrap_or_default()

@@ -1,8 +1,8 @@
-//! What the controller sends to all drives of a bus.
+//! Frames of the controller to all drives of a bus.
 
 use super::{Cia402Frame, Cia402Node, Cia402Settings, OPERATIONAL};
 
-/// The controller as a node.
+/// The controller as a `CANopen` node.
 #[derive(Debug, Clone)]
 pub struct Cia402Host {
     node: Cia402Node,
@@ -11,13 +11,13 @@ pub struct Cia402Host {
 }
 
 impl Cia402Host {
-    /// The host of the drives with such settings.
+    /// Creates the host of the drives with these settings.
     #[must_use]
     pub fn new(settings: &Cia402Settings) -> Self {
         Self { node: settings.host, heartbeat_ticks: settings.heartbeat_ticks(), ticks: 0 }
     }
 
-    /// Once per tick: SYNC, to be sent behind the frames of all joints, and a heartbeat behind it where one is due.
+    /// Returns SYNC, to be sent after the frames of all joints, then a heartbeat if due. Call once per tick.
     pub fn frames(&mut self) -> (Cia402Frame, Option<Cia402Frame>) {
         let is_due = self.ticks == 0;
         self.ticks = if is_due { self.heartbeat_ticks } else { self.ticks }.saturating_sub(1);

@@ -1,4 +1,4 @@
-//! A drive as a joint of a controller that ticks.
+//! A CiA 402 drive as a joint of a controller.
 
 use core::f32::consts::TAU;
 
@@ -10,32 +10,33 @@ use super::{
 use crate::DriveReading;
 use crate::agreement::{Agreement, Phase, Says, Shows};
 
-/// Ticks that a drive has from its first command until it is under torque: it may have a brake to open.
+/// Maximum ticks from the first command until the drive is under torque; it may need to release a brake.
 const STARTING_TICKS: u8 = 250;
 
-/// What a joint shows in a tick; it knows no temperature.
+/// Reading of a joint in a tick; the temperature is NaN.
 pub type Cia402Reading = DriveReading<Cia402Trouble>;
 
-/// One drive: it is set up, then gets a torque in every tick, and says how it moves.
+/// One drive: set up once, then commanded a torque and read in every tick.
 ///
 /// ```text
 ///   tick: read ─▶ scheme ─▶ safety stage ─▶ frame of each joint, SYNC ─▶ bus ─▶ drives
 ///         receive ◀───────────────────────────────────────────────────  bus ◀──┘     until the next tick
 /// ```
-/// By SYNC all drives obey what came before it, and say what they were at. So a controller sees the joint as it was when it
-/// took the last command, a tick before it takes the one that comes of it.
+/// On SYNC, all drives apply the command received before it and sample their state. The controller therefore sees the
+/// joint as it was when the last command took effect: a command based on a reading takes effect one tick after the
+/// reading was sampled.
 ///
-/// | Drive | What is read |
+/// | Drive | Reading |
 /// |---|---|
-/// | was never set up | nothing but NaN; what it refused as the trouble |
-/// | does what it is commanded | what it said |
-/// | has said nothing for fewer than `missing_ticks` | what it said last |
-/// | is silent, or lost; under command: sent an emergency, or left *operation enabled* | once more, with the [trouble](Cia402Trouble); then nothing but NaN |
-/// | is not commanded | what it said, with its fault |
+/// | was never set up | NaN; a refused object as the trouble |
+/// | follows its command | its process data |
+/// | has been silent for fewer than `missing_ticks` | its last process data |
+/// | is silent or lost; or, under command, sent an emergency or left *operation enabled* | once with the [trouble](Cia402Trouble), then NaN |
+/// | is not commanded | its process data, with its fault |
 ///
-/// What is NaN stops the robot by its safety stage. A joint that is off has its drive's voltage disabled in every tick. A
-/// fault stays to be seen until the joint is commanded again: then it is reset, once. A drive that was switched off
-/// and on, or whose heartbeat stayed away, is set up anew.
+/// The safety stage stops the robot on NaN. While a joint is off, its drive receives *disable voltage* in every tick. A
+/// fault stays visible until the joint is commanded again and is then reset once. A drive that was power-cycled, or
+/// whose heartbeat is missing, is set up again.
 #[derive(Debug, Clone)]
 pub struct Cia402Joint {
     settings: Cia402Settings,
@@ -43,23 +44,23 @@ pub struct Cia402Joint {
     agreement: Agreement,
     statusword: u16,
     mode: i8,
-    /// By the last process data; NaN before.
+    /// Reading of the last process data; NaN before the first.
     shown: Cia402Reading,
-    /// Counts of the drive by the last process data: it wraps. None before, and after the drive was lost.
+    /// Position counts of the last process data; they wrap. `None` before the first and after the drive was lost.
     last_counts: Option<i32>,
-    /// The same, not wrapped.
+    /// Unwrapped position counts.
     counts: i64,
     emergency: Option<Cia402Emergency>,
-    /// Why it was set up anew.
+    /// Why the drive is set up again.
     lost: Option<Cia402Trouble>,
     is_lost_now: bool,
-    /// Which of both process data have come since the last tick.
+    /// Which of the two process data objects were received since the last tick.
     news: [bool; 2],
     ticks_since_heartbeat: u16,
 }
 
 impl Cia402Joint {
-    /// A joint that has not been commanded and whose drive is unknown.
+    /// Creates a joint that is off and whose drive is unknown.
     #[must_use]
     pub fn new(settings: &Cia402Settings) -> Self {
         Self {
@@ -79,19 +80,19 @@ impl Cia402Joint {
         }
     }
 
-    /// The drive's.
+    /// Returns the node of the drive.
     #[must_use]
     pub fn node(&self) -> Cia402Node {
         self.settings.node
     }
 
-    /// Whether the drive was set up, and is there.
+    /// Checks that the drive is set up and present.
     #[must_use]
     pub fn is_set_up(&self) -> bool {
         self.setup.is_done
     }
 
-    /// Takes a frame with a standard identifier off the bus. What is another's or malformed says nothing.
+    /// Processes a frame with a standard identifier; ignores frames of other nodes and malformed frames.
     pub fn receive(&mut self, id: u16, data: &[u8]) {
         let node = self.settings.node;
         match data {
@@ -122,14 +123,14 @@ impl Cia402Joint {
         }
     }
 
-    /// What the joint shows. Once per tick, before [`frame`](Self::frame).
+    /// Returns the reading of the joint. Call once per tick, before [`frame`](Self::frame).
     pub fn read(&mut self) -> Cia402Reading {
         self.ticks_since_heartbeat = self.ticks_since_heartbeat.saturating_add(1);
         if self.setup.is_done && self.ticks_since_heartbeat > self.settings.timeout_ticks() {
             self.lose(Cia402Trouble::NoHeartbeat);
         }
         let has_spoken = core::mem::take(&mut self.news) == [true; 2];
-        // One that is silent was told of.
+        // A silent drive is already reported.
         let is_lost = core::mem::take(&mut self.is_lost_now) && !self.agreement.is_gone();
         let said = if is_lost { Some(Says::Stuck) } else { has_spoken.then(|| self.says()) };
         let shows = self.agreement.read(said);
@@ -149,8 +150,8 @@ impl Cia402Joint {
         Cia402Reading { trouble, ..shown }
     }
 
-    /// What to send before SYNC, if anything: for a torque, `N m` at the output, or for none, where the joint is off. Once per
-    /// tick.
+    /// Returns the frame to send before SYNC, if any, for a torque, `N m` at the output, or `None` for a joint that is
+    /// off. Call once per tick.
     pub fn frame(&mut self, torque_nm: Option<f32>) -> Option<Cia402Frame> {
         let said = self.shown.position_rad.is_finite().then(|| self.says());
         let phase = self.agreement.command(torque_nm.is_some(), said);
@@ -194,14 +195,14 @@ impl Cia402Joint {
         }
     }
 
-    /// Sets the drive up anew.
+    /// Restarts the setup of the drive.
     fn lose(&mut self, why: Cia402Trouble) {
         (self.lost, self.is_lost_now) = (Some(why), true);
         (self.statusword, self.last_counts) = (0, None);
         self.setup.begin();
     }
 
-    /// Follows the drive's counts across the ends of their range.
+    /// Unwraps the drive's position counts.
     fn count(&mut self, counts: i32) {
         self.counts = match self.last_counts {
             Some(last) => self.counts.saturating_add(counts.wrapping_sub(last).into()),
@@ -214,13 +215,13 @@ impl Cia402Joint {
         TAU / (self.settings.counts_per_turn * self.settings.gear_ratio)
     }
 
-    /// Of the rated torque, at the output.
+    /// Returns a thousandth of the rated torque, at the output.
     fn nm_per_thousandth(&self) -> f32 {
         1e-3 * self.setup.rated_nm * self.settings.gear_ratio
     }
 }
 
-/// To the next whole number.
+/// Rounds to the nearest integer.
 #[expect(clippy::cast_possible_truncation, reason = "a cast saturates")]
 fn thousandths(number: f32) -> i16 {
     (number + 0.5_f32.copysign(number)) as i16

@@ -1,33 +1,33 @@
-//! What a joint and its host have to know.
+//! Settings of a joint and its host.
 
 use super::Cia402Node;
 
-/// A drive, who commands it, and in what it counts.
+/// Nodes, units and timing of a drive.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Cia402Settings {
-    /// The drive's.
+    /// Node of the drive.
     pub node: Cia402Node,
-    /// The controller's own.
+    /// Node of the controller.
     pub host: Cia402Node,
-    /// Of the objects 6064 and 606C, for one turn of the motor, > 0.
+    /// Counts of objects 6064 and 606C per turn of the motor, > 0.
     pub counts_per_turn: f32,
-    /// Turns of the motor for one of the output, not 0; below 0 where they turn against each other.
+    /// Motor turns per output turn, not 0; negative for opposite directions.
     pub gear_ratio: f32,
-    /// Of the controller, `s`, > 0.
+    /// Tick of the controller, `s`, > 0.
     pub tick_s: f32,
-    /// Without a heartbeat for so long a drive turns itself off, and is taken for lost, `s`, 0.004 to 60.
+    /// Heartbeat timeout, `s`, 0.004 to 60: the drive turns itself off, and the controller treats it as lost.
     pub timeout_s: f32,
-    /// Ticks in a row in which a drive may say nothing, 254 at most.
+    /// Consecutive ticks in which the drive may be silent, at most 254.
     pub missing_ticks: u8,
 }
 
 impl Cia402Settings {
-    /// [`timeout_s`](Self::timeout_s) as drives have it.
+    /// Returns [`timeout_s`](Self::timeout_s) in milliseconds.
     pub(super) fn timeout_ms(&self) -> u16 {
         whole(1e3 * self.timeout_s)
     }
 
-    /// Between two heartbeats: so one that is lost is no loss.
+    /// Returns the heartbeat period, a quarter of the timeout: single losses are tolerated.
     pub(super) fn heartbeat_ms(&self) -> u16 {
         (self.timeout_ms() / 4).max(1)
     }

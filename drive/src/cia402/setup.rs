@@ -1,10 +1,10 @@
-//! What a drive is told before it takes torques: one question at a time, without waiting.
+//! Setup of a drive before torque control: one request at a time, without blocking.
 
 use super::{Cia402Abort, Cia402Frame, Cia402Node, Cia402Settings, Cia402Trouble, TORQUE_MODE};
 
-/// Ticks that a drive has for an answer; then all begins anew.
+/// Maximum ticks for a response; then the setup restarts.
 const ANSWER_TICKS: u8 = 100;
-/// Bits of an identifier in a process data object's parameters: it is off; nobody asks for it by a remote frame.
+/// Bits of the COB-ID in the PDO communication parameters: PDO disabled; no remote frames.
 const OFF: u32 = 1 << 31;
 const NO_REMOTE: u32 = 1 << 30;
 
@@ -14,33 +14,33 @@ const ENTER_PRE_OPERATIONAL: u8 = 0x80;
 const RATED_TORQUE: u16 = 0x6076;
 const OUT_OF_RANGE: u32 = 0x0609_0030;
 
-/// What is done in a step.
+/// A step of the setup.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum Step {
-    /// A command of network management.
+    /// Network management command.
     Network(u8),
     Write {
         index: u16,
         part: u8,
         bytes: u8,
         value: u32,
-        /// The number of what it belongs to, if a drive may do without that; 0 where it may not.
+        /// Number of the optional feature that it belongs to; 0 if mandatory.
         optional: u8,
     },
     ReadRatedTorque,
 }
 
-/// A process data object and what it maps: index, part and bits of each.
+/// A process data object and its mapping: index, sub-index and bits of each entry.
 struct Pdo {
     parameters: u16,
     id: u32,
-    /// By every SYNC, 1, or by every so many.
+    /// Transmission type: every n-th SYNC.
     transmission: u32,
     maps: &'static [u32],
     optional: u8,
 }
 
-/// Controlword and torque; statusword, position and torque; velocity and mode; now and then the supply's voltage.
+/// Controlword and torque; statusword, position and torque; velocity and mode; supply voltage at a lower rate.
 #[rustfmt::skip]
 const PDOS: [Pdo; 4] = [
     Pdo { parameters: 0x1400, id: 0x200, transmission: 1, maps: &[0x6040_0010, 0x6071_0010], optional: 0 },
@@ -50,7 +50,7 @@ const PDOS: [Pdo; 4] = [
 ];
 
 impl Pdo {
-    /// It is off while it is changed.
+    /// Returns the steps to configure the PDO; it is disabled meanwhile.
     fn steps(&'static self, node: u32) -> impl Iterator<Item = Step> {
         let (parameters, mapping, optional) = (self.parameters, self.parameters + 0x200, self.optional);
         let of = move |index, part, bytes, value| Step::Write { index, part, bytes, value, optional };
@@ -64,19 +64,19 @@ impl Pdo {
     }
 }
 
-/// How far a drive is set up.
+/// Progress of the setup.
 #[derive(Debug, Clone)]
 pub(super) struct Setup {
     node: Cia402Node,
-    /// Host and time of its heartbeat, ms, and time of the drive's.
+    /// Consumer heartbeat entry: node of the host and timeout, ms.
     watched: u32,
     heartbeat_ms: u16,
     place: usize,
-    /// Ticks since the present step was asked for.
+    /// Ticks since the request of the present step.
     waited: Option<u8>,
     pub(super) is_done: bool,
     pub(super) refusal: Option<Cia402Trouble>,
-    /// As the drive has it, `N m`.
+    /// Rated torque of the motor, `N m`.
     pub(super) rated_nm: f32,
 }
 
@@ -98,14 +98,14 @@ impl Setup {
         (self.place, self.waited, self.is_done) = (0, None, false);
     }
 
-    /// Once per tick: what to send.
+    /// Returns the next request, if any. Call once per tick.
     pub(super) fn frame(&mut self) -> Option<Cia402Frame> {
         match &mut self.waited {
             Some(ticks) if *ticks < ANSWER_TICKS => {
                 *ticks += 1;
                 return None;
             }
-            // A refusal is told of until the drive has been asked once more.
+            // A refusal is reported until the next attempt.
             Some(_) => self.begin(),
             None => {}
         }
@@ -114,7 +114,7 @@ impl Setup {
         Some(match step {
             Step::Network(command) => {
                 if command == ENTER_PRE_OPERATIONAL {
-                    // Nobody answers.
+                    // NMT commands have no response.
                     self.go_on(1);
                 }
                 Cia402Frame::new(Cia402Node::NMT_ID, [command, self.node.number()])
@@ -127,7 +127,7 @@ impl Setup {
         })
     }
 
-    /// Takes an answer; what was not asked for is none.
+    /// Processes a response; ignores unsolicited ones.
     pub(super) fn receive(&mut self, data: &[u8]) {
         let (Some([kind, low, high, part, value @ ..]), Some(step)) = (data.first_chunk::<8>(), self.step())
         else {
@@ -143,7 +143,7 @@ impl Setup {
         match (kind, step) {
             _ if !is_asked => {}
             (0x60, Step::Write { .. }) => self.go_on(1),
-            // 4 bytes, with or without their number said.
+            // 4 bytes, with or without an indicated size.
             (0x43 | 0x42, Step::ReadRatedTorque) if value > 0 => {
                 self.rated_nm = 1e-3 * value as f32;
                 self.go_on(1);
@@ -160,7 +160,7 @@ impl Setup {
         }
     }
 
-    /// Takes that the drive is operational, which it is told last.
+    /// Completes the setup when the drive becomes operational after the last step.
     pub(super) fn see_operational(&mut self) {
         if self.waited.is_some() && self.step() == Some(Step::Network(START)) {
             (self.place, self.waited, self.is_done, self.refusal) = (usize::MAX, None, true, None);
@@ -189,18 +189,18 @@ impl Setup {
         let of = |index, part, bytes, value| Step::Write { index, part, bytes, value, optional: 0 };
         let before = [
             Step::Network(ENTER_PRE_OPERATIONAL),
-            // Off, whatever it was at.
+            // Disable voltage.
             of(0x6040, 0, 2, 0),
             of(0x1016, 1, 4, self.watched),
             of(0x1017, 0, 2, self.heartbeat_ms.into()),
-            // Without the controller's heartbeat: a fault.
+            // Fault on loss of the controller's heartbeat.
             of(0x6007, 0, 2, 1),
             of(0x6060, 0, 1, TORQUE_MODE.unsigned_abs().into()),
             of(0x6071, 0, 2, 0),
             Step::ReadRatedTorque,
         ];
         let pdos = PDOS.iter().flat_map(move |pdo| pdo.steps(node));
-        // A fourth would say by itself what nobody asked for.
+        // Disable the fourth TPDO, which may be active by default.
         let fourth = OFF | NO_REMOTE | 0x480 | node;
         let fourth = Step::Write { index: 0x1803, part: 1, bytes: 4, value: fourth, optional: 2 };
         before.into_iter().chain(pdos).chain([fourth, Step::Network(START)])

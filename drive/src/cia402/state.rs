@@ -1,4 +1,4 @@
-//! The state machine of a drive as its statusword shows it, and what leads through it.
+//! State machine of a drive: statusword and controlword.
 
 use core::fmt;
 
@@ -14,11 +14,11 @@ pub enum Cia402State {
     QuickStopActive,
     FaultReactionActive,
     Fault,
-    /// None that the standard has.
+    /// Not defined by the standard.
     Unknown,
 }
 
-/// What a controlword commands.
+/// Command of a controlword.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[expect(missing_docs, reason = "the standard's names")]
 pub enum Cia402Command {
@@ -27,12 +27,12 @@ pub enum Cia402Command {
     Shutdown,
     SwitchOn,
     EnableOperation,
-    /// It is obeyed as its bit rises.
+    /// Takes effect on the rising edge of its bit.
     FaultReset,
 }
 
 impl Cia402Command {
-    /// For object 6040.
+    /// Returns the value for object 6040.
     #[must_use]
     pub fn controlword(self) -> u16 {
         match self {
@@ -47,7 +47,7 @@ impl Cia402Command {
 }
 
 impl Cia402State {
-    /// All, by their number as part of a signal.
+    /// All states, by their number in a signal.
     pub(super) const ALL: [Self; 9] = [
         Self::NotReadyToSwitchOn,
         Self::SwitchOnDisabled,
@@ -60,10 +60,10 @@ impl Cia402State {
         Self::Unknown,
     ];
 
-    /// Of object 6041.
+    /// Decodes object 6041.
     #[must_use]
     pub fn from_statusword(statusword: u16) -> Self {
-        // In some states the bit of quick stop, 0x20, says nothing.
+        // The quick stop bit, 0x20, is undefined in some states.
         match (statusword & 0x4f, statusword & 0x20) {
             (0x00, _) => Self::NotReadyToSwitchOn,
             (0x40, _) => Self::SwitchOnDisabled,
@@ -77,7 +77,7 @@ impl Cia402State {
         }
     }
 
-    /// What leads on to *operation enabled*, a state at a time; a fault has to be reset before.
+    /// Returns the command that leads one state closer to *operation enabled*; a fault must be reset first.
     #[must_use]
     pub fn next_command(self) -> Cia402Command {
         match self {
@@ -100,7 +100,7 @@ impl fmt::Display for Cia402State {
             Self::QuickStopActive => "quick stop active",
             Self::FaultReactionActive => "fault reaction active",
             Self::Fault => "fault",
-            Self::Unknown => "in a state that is unknown here",
+            Self::Unknown => "unknown",
         })
     }
 }

@@ -1,44 +1,44 @@
-//! Why a joint does not do what it is commanded.
+//! Faults of a CiA 402 joint.
 
 use core::fmt;
 
-use super::{Cia402Abort, Cia402Emergency, Cia402State};
+use super::{Cia402Abort, Cia402Emergency, Cia402State, TORQUE_MODE};
 
 const STATE: u32 = 1024;
 const SILENT: u32 = 1040;
 const NO_HEARTBEAT: u32 = 1041;
 const LEFT: u32 = 1042;
 const MODE: u32 = 1280;
-/// Of a refusal, behind its place in the list.
+/// Factor of the abort index in a refusal; the object index is added.
 const OBJECTS: u32 = 0x1_0000;
 
-/// What is wrong with a joint. As a signal it is a number: 1024 and more the state that the drive is in, 1040 to 1042 what is
-/// wrong on the bus, 1280 and more the mode of operation, 4096 and more the drive's emergency, 65536 and more a refusal.
+/// Fault of a joint. Its number in a signal: from 1024 the state of the drive, 1040 to 1042 bus faults, from 1280 the
+/// mode of operation, from 4096 the drive's emergency, from 65536 a refused object.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Cia402Trouble {
-    /// The drive says so itself.
+    /// Reported by the drive.
     Emergency(Cia402Emergency),
-    /// It is in this state, under command or with a fault.
+    /// Unexpected state under command, or a fault.
     State(Cia402State),
-    /// It is in this mode of operation under command.
+    /// Unexpected mode of operation under command.
     Mode(i8),
-    /// It says nothing in a tick.
+    /// No process data.
     Silent,
-    /// Its heartbeat stayed away.
+    /// No heartbeat.
     NoHeartbeat,
-    /// It was started anew, or left the network state *operational*.
+    /// Restarted, or left the NMT state *operational*.
     LeftOperation,
-    /// It cannot be set up.
+    /// Setup failed.
     Refused {
-        /// Index of the object that it refused.
+        /// Index of the refused object.
         object: u16,
-        /// Why.
+        /// Reason.
         abort: Cia402Abort,
     },
 }
 
 impl Cia402Trouble {
-    /// Of a number that a signal has; none for 0, and for what has no name.
+    /// Converts the number of a signal; `None` for 0 and unknown numbers.
     #[must_use]
     pub fn from_number(number: u32) -> Option<Self> {
         let [low, high, ..] = number.to_le_bytes();
@@ -57,26 +57,26 @@ impl Cia402Trouble {
         }
     }
 
-    /// What to do about it.
+    /// Returns the recommended action.
     #[must_use]
     pub fn remedy(self) -> &'static str {
         match self {
             Self::Emergency(emergency) => emergency.remedy(),
             Self::State(Cia402State::Fault | Cia402State::FaultReactionActive) => {
-                "look at its history of errors, object 1003, with its maker's program"
+                "read its error history, object 1003, with the manufacturer's tool"
             }
-            Self::State(_) => "look at its supply and its enabling inputs, and let nobody else command it",
-            Self::Mode(_) => "let nobody else command it, and see whether it has the mode 10",
-            Self::Silent => "look at its supply, its node number, the bus's wires, termination and bit rate",
-            Self::NoHeartbeat => "look at the bus's load and wires",
-            Self::LeftOperation => "look at its supply, and let nobody else manage the network",
-            Self::Refused { .. } => "see its manual for this object, and whether its firmware is up to date",
+            Self::State(_) => "check supply and enable inputs; make sure no other controller commands it",
+            Self::Mode(_) => "make sure no other controller commands it; check that it supports mode 10",
+            Self::Silent => "check supply, node number, wiring, termination and bit rate",
+            Self::NoHeartbeat => "check bus load and wiring",
+            Self::LeftOperation => "check its supply; make sure no other NMT master is on the bus",
+            Self::Refused { .. } => "check its manual for this object, and update its firmware",
         }
     }
 }
 
 impl From<Cia402Trouble> for u32 {
-    /// As a signal has it.
+    /// Returns the number in a signal.
     fn from(trouble: Cia402Trouble) -> Self {
         match trouble {
             Cia402Trouble::Emergency(emergency) => emergency.code().into(),
@@ -96,12 +96,12 @@ impl fmt::Display for Cia402Trouble {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
             Self::Emergency(emergency) => emergency.fmt(f),
-            Self::State(state) => write!(f, "it is {state}"),
-            Self::Mode(mode) => write!(f, "under command it is in mode {mode}"),
-            Self::Silent => f.write_str("it says nothing"),
-            Self::NoHeartbeat => f.write_str("its heartbeat stays away"),
-            Self::LeftOperation => f.write_str("it was started anew, or is not operational"),
-            Self::Refused { object, abort } => write!(f, "it refused object {object:#06x}: {abort}"),
+            Self::State(state) => write!(f, "in state '{state}'"),
+            Self::Mode(mode) => write!(f, "commanded, but in mode {mode} instead of {TORQUE_MODE}"),
+            Self::Silent => f.write_str("no process data received"),
+            Self::NoHeartbeat => f.write_str("heartbeat missing"),
+            Self::LeftOperation => f.write_str("restarted, or left NMT state operational"),
+            Self::Refused { object, abort } => write!(f, "refused object {object:#06x}: {abort}"),
         }
     }
 }

@@ -1,32 +1,32 @@
-//! ams AS5047P: 14 bits over SPI, each frame with a parity bit.
+//! ams AS5047P encoder: 14 bits over SPI, each frame with a parity bit.
 //!
-//! After the data sheet (ams AS5047P, "SPI Interface (slave)" and "Register Description") and its public drivers.
+//! Source: data sheet (ams AS5047P, "SPI Interface (slave)" and "Register Description") and public drivers.
 
 use crate::{Angle, Rotor};
 
 /// An AS5047P.
 ///
-/// A reply comes with the next frame. So the three frames of a reading bring what the last reading asked for last, then
-/// the angle, then how the magnet is.
+/// The chip replies in the next frame: the three frames of a reading return the last reply of the reading before, the
+/// angle, and the diagnosis.
 #[derive(Debug, Clone, Copy)]
 pub struct As5047p;
 
 impl As5047p {
-    /// Angles that it tells apart in a turn.
+    /// Counts per turn.
     pub const COUNTS_PER_TURN: u32 = 1 << 14;
-    /// The fastest clock, `Hz`. It idles low, and bits are taken at its falling edge (SPI mode 1), the highest bit first.
+    /// Maximum clock, `Hz`. SPI mode 1 (idle low, sampled on the falling edge), most significant bit first.
     pub const MOST_CLOCK_HZ: u32 = 10_000_000;
-    /// Least time from selecting the chip to the first edge of the clock, and from one frame to the next with the chip not
-    /// selected, `ns`. The three frames take 7 µs at the fastest clock: it can be read every 50 µs.
+    /// Minimum time from chip select to the first clock edge, and between two frames with the chip deselected, `ns`.
+    /// The three frames take 7 µs at the maximum clock: the chip can be read every 50 µs.
     pub const LEAST_SELECT_NS: u32 = 350;
-    /// The frames of a reading, each selected by itself: read the compensated angle, its diagnosis, and the errors, which
-    /// forgets them. Without that one damaged command would mark all replies after it.
+    /// Frames of a reading, each with its own chip select: read the compensated angle, the diagnosis, and the error
+    /// register, which clears it. Otherwise one corrupted command would flag all later replies.
     pub const REQUEST: [[u8; 2]; 3] = [read(0x3FFF), read(0x3FFC), read(0x0001)];
 
-    /// What the replies to the frames of [`REQUEST`](Self::REQUEST) say.
+    /// Decodes the replies to the frames of [`REQUEST`](Self::REQUEST).
     ///
-    /// A damaged one, and a chip that is not there or still starting, is [`Rotor::Lost`]. The first reading after power-on
-    /// is whole: its first reply is not looked at.
+    /// A corrupted reply, a missing chip and a chip that is still starting return [`Rotor::Lost`]. The first reading
+    /// after power-on is valid, because the first reply is ignored.
     #[must_use]
     pub fn decode([_, angle, diagnosis]: [[u8; 2]; 3]) -> Rotor {
         let (Some(angle), Some(diagnosis)) = (data(angle), data(diagnosis)) else { return Rotor::Lost };
@@ -40,26 +40,26 @@ impl As5047p {
     }
 }
 
-/// Of a command that reads.
+/// Read bit of a command.
 const READ: u16 = 1 << 14;
-/// Of a reply: a command was damaged.
+/// Error bit of a reply: a command was corrupted.
 const ERROR: u16 = 1 << 14;
-/// Of the diagnosis: the magnet is too weak (MAGL).
+/// Diagnosis: magnet too weak (MAGL).
 const TOO_WEAK: u16 = 1 << 11;
-/// It is too strong (MAGH).
+/// Diagnosis: magnet too strong (MAGH).
 const TOO_STRONG: u16 = 1 << 10;
-/// The angle could not be computed (COF).
+/// Diagnosis: angle computation overflow (COF).
 const OVERFLOW: u16 = 1 << 9;
-/// The offsets are compensated (LF). A line that is always low lacks it.
+/// Diagnosis: offset compensation finished (LF); 0 on a line stuck low.
 const STARTED: u16 = 1 << 8;
 
-/// The command that reads a register, with even parity.
+/// Returns the read command of a register, with even parity.
 const fn read(address: u16) -> [u8; 2] {
     let command = READ | address;
     if has_even_parity(command) { command } else { command | 1 << 15 }.to_be_bytes()
 }
 
-/// The 14 bits of a reply, unless it is damaged or says that a command was.
+/// Returns the 14 data bits of a reply; `None` for a parity error or the error bit.
 fn data(reply: [u8; 2]) -> Option<u16> {
     let reply = u16::from_be_bytes(reply);
     (has_even_parity(reply) && reply & ERROR == 0).then_some(reply & 0x3FFF)
@@ -73,12 +73,12 @@ const fn has_even_parity(frame: u16) -> bool {
 mod tests {
     use super::*;
 
-    /// As the chip sends 14 bits.
+    /// Returns 14 bits as the chip sends them.
     fn reply(data: u16) -> [u8; 2] {
         (data | u16::from(data.count_ones() % 2 == 1) << 15).to_be_bytes()
     }
 
-    /// Started, with a gain in the middle.
+    /// Started, with a mid-range gain.
     const GOOD: u16 = STARTED | 0x80;
 
     #[test]

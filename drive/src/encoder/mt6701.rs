@@ -1,29 +1,29 @@
-//! `MagnTek` MT6701: 14 bits over SSI, with a sum that finds up to two wrong bits.
+//! `MagnTek` MT6701 encoder: 14 bits over SSI, with a CRC that detects up to two wrong bits.
 //!
-//! After the data sheet (`MagnTek` MT6701, the section on SSI, figures 24 and 25) and its public drivers.
+//! Source: data sheet (`MagnTek` MT6701, section on SSI, figures 24 and 25) and public drivers.
 
 use crc::{Algorithm, Crc};
 
 use crate::{Angle, Rotor};
 
-/// An MT6701. It takes no commands: select it and clock in its bytes.
+/// An MT6701. It has no commands: select it and clock in its bytes.
 #[derive(Debug, Clone, Copy)]
 pub struct Mt6701;
 
 impl Mt6701 {
-    /// Angles that it tells apart in a turn.
+    /// Counts per turn.
     pub const COUNTS_PER_TURN: u32 = 1 << 14;
-    /// The fastest clock that is sure, `Hz`: its drivers name 8 MHz to 25 MHz. It idles low, and bits are taken at its
-    /// falling edge (SPI mode 1), the highest bit first.
+    /// Maximum safe clock, `Hz`; drivers state 8 MHz to 25 MHz. SPI mode 1 (idle low, sampled on the falling edge), most
+    /// significant bit first.
     pub const MOST_CLOCK_HZ: u32 = 8_000_000;
-    /// Least time from selecting the chip to the first edge of the clock, `ns`. The three bytes take 3.2 µs at the fastest
-    /// clock: it can be read every 50 µs.
+    /// Minimum time from chip select to the first clock edge, `ns`. The three bytes take 3.2 µs at the maximum clock:
+    /// the chip can be read every 50 µs.
     pub const LEAST_SELECT_NS: u32 = 100;
 
-    /// What its bytes say.
+    /// Decodes the three bytes.
     ///
-    /// Damaged ones are [`Rotor::Lost`]. So is a chip that is not there, if its data line is pulled up. Pulled down, the
-    /// line says what a sound chip says at zero, and only a rotor that seems to stand still shows that it is gone.
+    /// Corrupted bytes return [`Rotor::Lost`], as does a missing chip with a pull-up on the data line. With a
+    /// pull-down, a missing chip reads as a valid angle of 0; only a rotor that seems to stand still reveals it.
     #[must_use]
     pub fn decode(bytes: [u8; 3]) -> Rotor {
         if CRC.checksum(&bytes) != 0 {
@@ -38,12 +38,12 @@ impl Mt6701 {
     }
 }
 
-/// It cannot follow the magnet (Mg\[3\]). The bit between this and the field's is a push button.
+/// Loss of track (Mg\[3\]). The bit between this and `FIELD` is the push button.
 const TRACK_LOST: u32 = 1 << 9;
-/// Not 0: the field is too strong, or too weak (Mg\[1:0\]).
+/// Field too strong or too weak if not 0 (Mg\[1:0\]).
 const FIELD: u32 = 0b11 << 6;
 
-/// x⁶ + x + 1, from zero, over angle and status: over the whole frame, which ends with it, it is 0.
+/// x⁶ + x + 1, initial value 0, over angle and status; 0 over the whole frame including the CRC.
 static CRC: Crc<u8> = Crc::<u8>::new(&Algorithm {
     width: 6,
     poly: 0x03,
@@ -59,7 +59,7 @@ static CRC: Crc<u8> = Crc::<u8>::new(&Algorithm {
 mod tests {
     use super::*;
 
-    /// As the chip sends 14 bits of angle and 4 of status, with the sum computed bit by bit as its data sheet shows.
+    /// Returns a frame of 14 bits of angle and 4 of status, with the CRC computed bit by bit as in the data sheet.
     fn frame(angle: u32, status: u32) -> u32 {
         let content = angle << 4 | status;
         let sum = (0..18).rev().fold(0, |sum, bit| {
@@ -76,7 +76,7 @@ mod tests {
 
     #[test]
     fn a_frame_of_a_real_chip_is_understood() {
-        // As its public drivers have it, of a chip at 7982.
+        // From the public drivers: a chip at 7982.
         assert_eq!(decode(0x7C_B827), Rotor::At(Angle::from_counts(7982, Mt6701::COUNTS_PER_TURN)));
         assert_eq!(frame(7982, 0), 0x7C_B827);
     }
@@ -91,7 +91,7 @@ mod tests {
         for count in 0..1 << 14 {
             let expected = Rotor::At(Angle::from_counts(count, Mt6701::COUNTS_PER_TURN));
             assert_eq!(decode(frame(count, 0)), expected);
-            assert_eq!(decode(frame(count, 0b0100)), expected, "the push button is no matter");
+            assert_eq!(decode(frame(count, 0b0100)), expected, "the push button is ignored");
         }
     }
 
@@ -109,7 +109,7 @@ mod tests {
     #[test]
     fn a_chip_that_is_not_there_is_lost_on_a_line_that_is_pulled_up() {
         assert_eq!(decode(0xFF_FFFF), Rotor::Lost);
-        // A sound chip sends it at zero: to refuse it would be a fault there in each turn.
+        // Also the valid frame of angle 0, which must be accepted.
         assert_eq!(decode(0), Rotor::At(Angle(0)));
     }
 

@@ -1,31 +1,31 @@
-//! The resistance, from two currents that stand still along phase U; meanwhile the rotor turns there.
+//! Stage 1: resistance from two constant currents along phase U; the rotor aligns with it.
 
 use super::IdentificationError;
 use crate::number::larger;
 use crate::vector::Stator;
 
-/// In which the voltage rises to all that the supply can make, at the fastest.
+/// Minimum rise time of the voltage to its maximum.
 const RISE_S: f32 = 2.0;
-/// Of the current: by so much it may exceed its target, and its mean of the last while, before the voltage falls or waits. So
-/// a current that follows by an `L/R` of 10 ms exceeds its target by 2.5 % at most.
+/// Tolerance relative to the current: by how much the current may exceed its target before the voltage is reduced, or
+/// its filtered value before the rise is paused. With `L/R` of 10 ms, the overshoot is at most 2.5 %.
 const SHARE: f32 = 0.05;
 const FILTER_S: f32 = 0.02;
-/// So often it waits for currents that are where the voltage is.
+/// Maximum attempts until the phase currents match the voltage.
 const MOST_TRIES: u8 = 4;
-/// Of the current, between the two that are compared.
+/// Minimum difference of the two compared currents, relative to the current.
 const LEAST_CHANGE: f32 = 0.25;
-/// For the rotor to come to rest.
+/// Time for the rotor to come to rest.
 const SETTLE_S: f32 = 0.5;
-/// Over which a current is averaged.
+/// Averaging time of a current.
 const AVERAGE_S: f32 = 0.2;
-/// Of the current, in each of the other two phases: half of it, if they are both there.
+/// Valid share of the current in each of the other two phases; nominally half.
 const OTHER_PHASE_SHARE: core::ops::Range<f32> = 0.4..0.6;
 
-/// What came of it.
+/// Result of the stage.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Rest {
     pub(super) resistance_ohm: f32,
-    /// That makes all of the current.
+    /// Voltage of the full current.
     pub(super) voltage_v: f32,
 }
 
@@ -37,12 +37,12 @@ pub(super) struct Resting {
     voltage_v: f32,
     /// The current, filtered with [`FILTER_S`].
     filtered_a: f32,
-    /// Since the current was reached; before that, the voltage rises.
+    /// Time since the current was reached; `None` while the voltage rises.
     held_s: Option<f32>,
-    /// Of the phases since then, and of how many samples.
+    /// Sums of the phase currents since then, and number of samples.
     sum_a: [f32; 3],
     samples: f32,
-    /// Whether the current has stayed meanwhile.
+    /// Whether the current has been steady meanwhile.
     is_steady: bool,
     tries: u8,
     /// Voltage and current at half of the current.
@@ -66,7 +66,7 @@ impl Resting {
         }
     }
 
-    /// One period: the voltage for the next one, `V`, and what came of it all, when it is done.
+    /// Runs one period. Returns the voltage for the next period, `V`, and the result when finished.
     #[inline]
     pub(super) fn step(
         &mut self,
@@ -111,7 +111,7 @@ impl Resting {
                     let is_right = |phase_a: f32| OTHER_PHASE_SHARE.contains(&(-phase_a / along_a));
                     let is_steady = core::mem::replace(&mut self.is_steady, true);
                     if !(is_steady && mean_a > 0.0 && is_right(v) && is_right(w)) {
-                        // The rotor may still turn: the lower the resistance, the more its own voltage slows it down.
+                        // The rotor may still move: its back-EMF brakes it, more so at low resistance.
                         *held_s = 0.0;
                         self.tries += 1;
                         if self.tries > MOST_TRIES {

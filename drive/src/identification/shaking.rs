@@ -1,22 +1,21 @@
-//! An inductance, from a voltage that changes sign in every period: too fast for the rotor, and for the resistance to matter.
+//! Stage 2: an inductance from a voltage that alternates every period, too fast for rotor and resistance to matter.
 
 use super::IdentificationError;
 use super::resting::Rest;
 use crate::number::smaller;
 use crate::vector::Stator;
 
-/// Periods with one amplitude, an even number.
+/// Periods per amplitude, an even number.
 const PERIODS: u16 = 400;
-/// At its beginning, that are left out: the voltage acts two samples later.
+/// Periods skipped at the start: the voltage acts two samples later.
 const BEFORE: u16 = 10;
-/// Of the current: a change from one sample to the next that is large enough, and the least one where the supply makes no
-/// larger one.
+/// Sufficient current change per sample, relative to the current, and the minimum if the supply voltage limits it.
 const SHARE: f32 = 0.15;
 const LEAST_SHARE: f32 = 0.01;
-/// Of what the resistance takes of the current: the first amplitude. What dead time takes is left out, which may be most.
+/// First amplitude, relative to the voltage across the resistance; without the dead-time voltage, which may dominate.
 const FIRST_SHARE: f32 = 0.25;
 
-/// Along which axis of the rotor, which points along phase U.
+/// Axis of the rotor, which is aligned with phase U.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Axis {
     Direct,
@@ -29,7 +28,7 @@ pub(super) struct Shaking {
     pub(super) axis: Axis,
     current_a: f32,
     period_s: f32,
-    /// That holds the rotor, along phase U.
+    /// Voltage along phase U that holds the rotor.
     held_v: f32,
     amplitude_v: f32,
     periods: u16,
@@ -45,7 +44,7 @@ impl Shaking {
         Self { axis, current_a, period_s, held_v, amplitude_v, periods: 0, last_a: 0.0, sum_a: 0.0 }
     }
 
-    /// One period: the voltage for the next one, `V`, and the inductance, `H`, when it is done.
+    /// Runs one period. Returns the voltage for the next period, `V`, and the inductance, `H`, when finished.
     #[inline]
     pub(super) fn step(
         &mut self,
@@ -56,13 +55,13 @@ impl Shaking {
             Axis::Direct => is_a.alpha,
             Axis::Quadrature => is_a.beta,
         };
-        // Across what holds the rotor there is more room in the circle: a root, taken as its square, which is less.
+        // Conservative bound of the circle across the holding voltage: without the square root.
         let room_v = match self.axis {
             Axis::Direct => most_v - self.held_v,
             Axis::Quadrature => most_v - self.held_v * self.held_v / most_v,
         };
         self.amplitude_v = smaller(self.amplitude_v, room_v);
-        // The change since the last sample is by the voltage of two periods ago, which had this sign, too.
+        // The change since the last sample is caused by the voltage of two periods ago, of the same sign.
         let sign = if self.periods.is_multiple_of(2) { 1.0 } else { -1.0 };
         if self.periods >= BEFORE {
             self.sum_a += sign * (along_a - self.last_a);
@@ -82,7 +81,7 @@ impl Shaking {
             }
             (self.periods, self.sum_a) = (2, 0.0);
         }
-        // The first period is half as large: so the current swings to both sides of what it was.
+        // Half amplitude in the first period, so that the current alternates symmetrically.
         let swing_v = if self.periods == 1 { 0.5 * self.amplitude_v } else { sign * self.amplitude_v };
         let voltage = match self.axis {
             Axis::Direct => Stator { alpha: self.held_v + swing_v, beta: 0.0 },

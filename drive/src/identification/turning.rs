@@ -1,27 +1,28 @@
-//! Pole pairs, direction and offset, from a current that turns slowly and back, and the rotor with it.
+//! Stage 3: pole pairs, direction and offset from a slowly rotating current vector that the rotor follows, forward and
+//! back.
 //!
-//! A quarter of an electrical turn goes ahead either way, in which friction and play are taken up; the turn behind it
-//! counts. What friction holds the rotor back by is the same both ways, and falls out of their mean.
+//! In each direction, the first quarter of an electrical turn takes up friction and play; the following turn is
+//! evaluated. The lag by friction is the same in both directions and cancels in their mean.
 
 use super::IdentificationError;
 use crate::Angle;
 
-/// Of an electrical turn.
+/// Duration of an electrical turn.
 const TURN_S: f32 = 2.0;
-/// Of those turns: the quarter that goes ahead, and all of one way.
+/// Electrical turns: the lead-in, and the whole of one direction.
 const AHEAD: f32 = 0.25;
 const WAY: f32 = 1.25;
-/// Of a pole pair, that may be missing to a whole number of them.
+/// Maximum deviation from a whole number of pole pairs.
 const MOST_FRACTION: f32 = 0.3;
-/// A rotor that turns less in an electrical turn, in turns, did not move: nobody builds more pole pairs.
+/// Minimum travel per electrical turn, in turns; less counts as no motion (above 128 pole pairs).
 const LEAST_TRAVEL: f32 = 1.0 / 128.0;
-/// Travel is counted in steps of this many units of an [`Angle`], of 2²⁸ a turn: eight turns either way.
+/// Units of an [`Angle`] per step of travel: 2²⁸ steps per turn, range ±8 turns.
 const UNITS: i32 = 16;
 const STEP: f32 = 1.0 / 268_435_456.0;
-/// Turns that make any offset positive.
+/// Turns added to make any offset positive.
 const WHOLE: f32 = 4.0;
 
-/// What came of it.
+/// Result of the stage.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Turned {
     pub(super) pole_pairs: u8,
@@ -33,18 +34,18 @@ pub(super) struct Turned {
 #[derive(Debug, Clone, Default)]
 pub(super) struct Turning {
     period_s: f32,
-    /// Since it began.
+    /// Time since the start.
     time_s: f32,
-    /// As the encoder says; none before it has said anything.
+    /// First encoder angle; `None` before the first reading.
     start: Option<Angle>,
     last: Angle,
-    /// Of the encoder since it began, in [`STEP`]s.
+    /// Travel of the encoder since the start, in [`STEP`]s.
     travel: i32,
     forward: Way,
     back: Way,
 }
 
-/// What was seen of the turn that counts.
+/// Observations of the evaluated turn in one direction.
 #[derive(Debug, Clone, Copy, Default)]
 struct Way {
     first: Option<i32>,
@@ -61,7 +62,7 @@ impl Way {
         self.mean += (travel as f32 - self.mean) / self.samples as f32;
     }
 
-    /// From its begin to its end, in turns.
+    /// Returns the travel, in turns.
     #[inline]
     fn travel(&self) -> f32 {
         (self.last - self.first.unwrap_or(self.last)) as f32 * STEP
@@ -74,7 +75,7 @@ impl Turning {
         Self { period_s, ..Self::default() }
     }
 
-    /// One period: to where the current is to turn, and what came of it all, when it is done.
+    /// Runs one period. Returns the angle of the current vector, and the result when finished.
     #[inline]
     pub(super) fn step(
         &mut self,
@@ -89,7 +90,7 @@ impl Turning {
             }
             let steps = angle.minus(self.last).0.cast_signed() / UNITS;
             self.travel = self.travel.saturating_add(steps);
-            // What is less than a step counts in the next period.
+            // The remainder is kept for the next period.
             self.last = Angle(self.last.0.wrapping_add((steps * UNITS).cast_unsigned()));
             if in_way >= AHEAD && turns < 2.0 * WAY {
                 let way = if is_forward { &mut self.forward } else { &mut self.back };
@@ -117,7 +118,7 @@ impl Turning {
             return Err(IdentificationError::Slipped { travel_rad: forward * core::f32::consts::TAU });
         }
         let is_reversed = forward < 0.0;
-        // The current was at 3/4 of a turn on average on the way forward, at 1/2 on the way back.
+        // Mean angle of the current vector: 3/4 turn forward, 1/2 turn back.
         let start = self.start.unwrap_or_default().rad() / core::f32::consts::TAU;
         let mean = start + 0.5 * (self.forward.mean + self.back.mean) * STEP;
         let turns = if is_reversed { -mean } else { mean } - 0.625 / f32::from(pole_pairs);

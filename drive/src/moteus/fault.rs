@@ -1,70 +1,67 @@
-//! Why a drive is off, or does less than is commanded.
+//! Faults and limits reported by a drive.
 
 use core::fmt;
 
-/// What a drive's fault register shows, by its number: a fault in the mode [`Fault`](crate::MoteusMode::Fault), in any
-/// other what limits the drive.
+/// Number in a drive's fault register: a fault in mode [`Fault`](crate::MoteusMode::Fault), in any other mode an active
+/// limit.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct MoteusFault(u8);
 
 impl MoteusFault {
-    /// Of a number of the drive; none for 0.
+    /// Converts a number of the drive; `None` for 0.
     #[must_use]
     pub fn from_number(number: u8) -> Option<Self> {
         (number != 0).then_some(Self(number))
     }
 
-    /// As the drive says it.
+    /// Returns the number.
     #[must_use]
     pub fn number(self) -> u8 {
         self.0
     }
 
-    /// Whether the drive goes on, and only does less than is commanded.
+    /// Checks for a limit: the drive keeps running with less than the commanded torque.
     #[must_use]
     pub fn is_limit(self) -> bool {
         (96..=103).contains(&self.0)
     }
 
-    /// What to do about it.
+    /// Returns the recommended action.
     #[must_use]
     pub fn remedy(self) -> &'static str {
         self.texts().1
     }
 
-    /// What it is, and what to do.
+    /// Returns cause and action.
     fn texts(self) -> (&'static str, &'static str) {
         match self.0 {
-            1..=7 => ("a transfer inside it failed", "look at the wires of encoders and serial ports"),
-            32 => ("calibration saw no magnet", "look at magnet and encoder, and calibrate again"),
-            33 => ("the gate driver reports a fault", "look at supply and phase wires for dips and shorts"),
-            34 => ("the supply is too high", "brake less, or look at `servo.max_voltage`"),
-            35 => ("the encoder's readings fit no magnet", "look at the encoder's magnet and wires"),
-            36 => ("the motor is not configured", "run `moteus_tool --calibrate` with the joint free"),
-            37 => ("a period of it took too long", "update its firmware, or lower its update rate"),
-            38 => ("it is too hot", "let it cool, command less, or cool it better"),
-            39 => (
-                "the joint is outside its bounds",
-                "turn it inside, or look at `servopos.position_min`, `_max`",
-            ),
-            40 => ("the supply is too low", "look at supply, fuse and wires under load"),
-            41 => ("its configuration was changed while it ran", "stop it, and command again"),
-            42 => ("no encoder shows the rotor's angle", "look at the commutation encoder and its wires"),
-            43 => ("no encoder shows the output's angle", "look at the output's encoder and its wires"),
-            44 => ("the gate driver does not turn on", "look at the supply; else replace the board"),
-            45 => ("a stop position came together with limits", "take one of them away"),
-            46 => ("a check of its timing failed", "update its firmware, and tell its maker"),
-            47 => ("back-EMF fed forward without a limit of acceleration", "set `servo.bemf_feedforward` 0"),
-            48 => ("its bounds are beyond what it counts", "look at `servopos.position_min`, `_max`"),
-            96 => ("its limit of velocity holds it", "move slower, or look at `servo.max_velocity`"),
-            97 => ("its limit of power holds it", "ask for less, or look at `servo.max_power_W`"),
-            98 => ("the supply's voltage holds it", "move slower, or raise the supply"),
-            99 => ("its limit of current holds it", "ask for less, or look at `servo.max_current_A`"),
-            100 => ("the board's temperature holds it", "let it cool, or cool it better"),
-            101 => ("the motor's temperature holds it", "let the motor cool, or ask for less"),
-            102 => ("the commanded most torque holds it", "command a larger most torque"),
-            103 => ("its bounds of position hold it", "look at `servopos.position_min`, `_max`"),
-            _ => ("a fault unknown here", "look its number up in the drive's register reference"),
+            1..=7 => ("internal transfer error", "check the wiring of encoders and serial ports"),
+            32 => ("calibration found no magnet", "check magnet and encoder, then calibrate again"),
+            33 => ("gate driver fault", "check the supply for dips and the phases for shorts"),
+            34 => ("overvoltage", "reduce braking, or check `servo.max_voltage`"),
+            35 => ("implausible encoder readings", "check the encoder's magnet and wiring"),
+            36 => ("motor not configured", "run `moteus_tool --calibrate` with the joint free"),
+            37 => ("control cycle overrun", "update its firmware, or lower its update rate"),
+            38 => ("overtemperature", "let it cool, reduce the load or improve cooling"),
+            39 => ("position out of bounds", "move it inside, or check `servopos.position_min`, `_max`"),
+            40 => ("undervoltage", "check supply, fuse and wiring under load"),
+            41 => ("configuration changed while running", "stop the drive, then command it again"),
+            42 => ("no valid rotor angle", "check the commutation encoder and its wiring"),
+            43 => ("no valid output angle", "check the output encoder and its wiring"),
+            44 => ("gate driver not enabled", "check the supply; replace the board if it persists"),
+            45 => ("stop position combined with limits", "remove one of them"),
+            46 => ("timing violation", "update its firmware; report it to the manufacturer"),
+            47 => ("back-EMF feed-forward without acceleration limit", "set `servo.bemf_feedforward` to 0"),
+            48 => ("position bounds out of range", "check `servopos.position_min`, `_max`"),
+            96 => ("velocity limit active", "move slower, or check `servo.max_velocity`"),
+            97 => ("power limit active", "reduce the load, or check `servo.max_power_W`"),
+            98 => ("voltage limit active", "move slower, or raise the supply voltage"),
+            99 => ("current limit active", "reduce the torque, or check `servo.max_current_A`"),
+            100 => ("board temperature limit active", "let it cool, or improve cooling"),
+            101 => ("motor temperature limit active", "let the motor cool, or reduce the torque"),
+            102 => ("commanded torque limit active", "command a higher maximum torque"),
+            103 => ("position bounds active", "check `servopos.position_min`, `_max`"),
+            _ => ("unknown fault", "look up its number in the moteus register reference"),
         }
     }
 }

@@ -1,48 +1,48 @@
-//! A drive as a joint of a controller that ticks.
+//! A moteus drive as a joint of a controller.
 
 use super::{MoteusAddress, MoteusFrame, MoteusMode, MoteusReplyError, MoteusState, MoteusTrouble};
 use crate::DriveReading;
 use crate::agreement::{Agreement, Phase, Says, Shows};
 
-/// Ticks that a drive has from its first command until it is under torque: it makes itself ready for some milliseconds.
+/// Maximum ticks from the first command until the drive is under torque; it prepares for some milliseconds.
 const STARTING_TICKS: u8 = 50;
 
-/// One drive: a frame to it in every tick, and what its replies say.
+/// One drive: commanded and read in every tick.
 ///
 /// ```text
 ///   tick: read ─▶ scheme ─▶ safety stage ─▶ frame ─▶ bus ─▶ drive
 ///         receive ◀────────────────────────────────  bus ◀──┘     until the next tick
 /// ```
-/// The frame of a tick commands and asks; its reply is read in the next one. So a controller sees the joint as it was when
-/// it took the last command, a tick before it takes the one that comes of it.
+/// Each frame commands and queries; its reply is read in the next tick. The controller therefore sees the joint as it
+/// was when the last command arrived: a command based on a reading takes effect one tick after the reading was sampled.
 ///
-/// | Drive | What is read |
+/// | Drive | Reading |
 /// |---|---|
-/// | replies, and does what it is commanded | the reply |
-/// | has not replied for fewer than `missing_ticks` | its last reply |
-/// | does not reply, or went off or does something else under command | once more, with the [trouble](MoteusTrouble); then nothing but NaN |
+/// | replies and follows its command | the reply |
+/// | has not replied for fewer than `missing_ticks` | the last reply |
+/// | does not reply; or, under command, is in another mode | once with the [trouble](MoteusTrouble), then NaN |
 /// | is not commanded | the reply, with the drive's fault |
 ///
-/// A safety stage refuses what is no number, and so stops what is left of the robot; the tick before has told it why. A
-/// joint that is off has its drive stopped in every tick, but for one with a fault: that keeps it, to be seen, until the
-/// joint is commanded again. Then a stop comes first, and clears it, once.
+/// The safety stage stops the robot on NaN; the reading before it has the reason. While a joint is off, its drive is
+/// stopped in every tick. A faulted drive is only queried, so that the fault stays visible until the joint is commanded
+/// again; a stop then clears it once.
 #[derive(Debug, Clone)]
 pub struct MoteusJoint {
     address: MoteusAddress,
     timeout_s: f32,
-    /// By the last reply.
+    /// State of the last reply.
     state: Option<MoteusState>,
-    /// Whether a reply has come since the last tick.
+    /// Whether a reply was received since the last tick.
     has_replied: bool,
     agreement: Agreement,
 }
 
-/// What a joint shows in a tick.
+/// Reading of a joint in a tick.
 pub type MoteusReading = DriveReading<MoteusTrouble>;
 
 impl MoteusJoint {
-    /// A joint that has not been commanded and whose drive is unknown. Each torque holds for `timeout_s`, > 0, if no other
-    /// comes; a reply may be missing in `missing_ticks` ticks in a row, 254 at most.
+    /// Creates a joint that is off and whose drive is unknown. Each torque command is valid for `timeout_s`, > 0;
+    /// replies may be missing for `missing_ticks` consecutive ticks, at most 254.
     #[must_use]
     pub fn new(address: MoteusAddress, timeout_s: f32, missing_ticks: u8) -> Self {
         Self {
@@ -54,16 +54,16 @@ impl MoteusJoint {
         }
     }
 
-    /// The drive and its host.
+    /// Returns the addresses of the drive and its host.
     #[must_use]
     pub fn address(&self) -> MoteusAddress {
         self.address
     }
 
-    /// Takes a frame off the bus; false if it is not this drive's.
+    /// Processes a received frame; returns false if it is not from this drive.
     ///
     /// # Errors
-    /// [`MoteusReplyError`] of a reply that says nothing: it counts as none.
+    /// Returns [`MoteusReplyError`] for an invalid reply, which counts as missing.
     pub fn receive(&mut self, arbitration_id: u32, data: &[u8]) -> Result<bool, MoteusReplyError> {
         if arbitration_id != self.address.reply_id() {
             return Ok(false);
@@ -73,7 +73,7 @@ impl MoteusJoint {
         Ok(true)
     }
 
-    /// What the joint shows. Once per tick, before [`frame`](Self::frame).
+    /// Returns the reading of the joint. Call once per tick, before [`frame`](Self::frame).
     pub fn read(&mut self) -> MoteusReading {
         let is_new = core::mem::take(&mut self.has_replied);
         let shows = self.agreement.read(self.state.filter(|_| is_new).map(|state| says(state.mode)));
@@ -95,8 +95,8 @@ impl MoteusJoint {
         }
     }
 
-    /// What to send to the drive's [address](MoteusAddress::command_id): for a torque, `N m` at the output, or for none, where
-    /// the joint is off. Once per tick.
+    /// Returns the frame to send to the drive's [address](MoteusAddress::command_id) for a torque, `N m` at the output,
+    /// or `None` for a joint that is off. Call once per tick.
     pub fn frame(&mut self, torque_nm: Option<f32>) -> MoteusFrame {
         let mode = self.state.map(|state| state.mode);
         let phase = self.agreement.command(torque_nm.is_some(), mode.map(says));
@@ -104,7 +104,7 @@ impl MoteusJoint {
             (Some(torque_nm), Phase::Starting(_) | Phase::On) => {
                 MoteusFrame::torque(torque_nm, self.timeout_s)
             }
-            // It is off by itself: a stop would take away what it has to say. So it could of one that is unknown.
+            // A faulted drive is off; a stop would clear the fault. An unknown drive may have a fault.
             (_, Phase::Off | Phase::Refused) if mode.is_none_or(|mode| mode == MoteusMode::Fault) => {
                 MoteusFrame::query()
             }
@@ -113,7 +113,7 @@ impl MoteusJoint {
     }
 }
 
-/// A drive that went off by itself obeys no torque before it was stopped.
+/// Classifies a mode. A drive in fault or timeout ignores torque commands until it is stopped.
 fn says(mode: MoteusMode) -> Says {
     match mode {
         MoteusMode::Position => Says::Obeys,

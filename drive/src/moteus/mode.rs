@@ -1,26 +1,26 @@
-//! What a drive is at.
+//! Modes of a drive.
 
 use core::fmt;
 
-/// A drive's mode.
+/// Mode of a drive.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum MoteusMode {
-    /// All switches are open.
+    /// All switches open.
     Stopped,
-    /// It found a fault, and is off until it is stopped.
+    /// Fault: off until a stop command.
     Fault,
-    /// It makes itself ready, for some milliseconds.
+    /// Preparing to operate, for some milliseconds.
     Preparing,
-    /// It obeys commands of torque.
+    /// Position mode, which follows torque commands.
     Position,
-    /// A command's timeout has run out; it obeys nothing until it is stopped.
+    /// Command timed out: ignores commands until a stop.
     Timeout,
-    /// Any other, by its number: nothing that was commanded here.
+    /// Any other mode, by its number; never commanded here.
     Other(u8),
 }
 
 impl MoteusMode {
-    /// Of the number that the drive has for it.
+    /// Converts the number of the mode register.
     #[must_use]
     pub fn from_number(number: u8) -> Self {
         match number {
@@ -33,7 +33,7 @@ impl MoteusMode {
         }
     }
 
-    /// The number that the drive has for it; of the three of [`Preparing`](Self::Preparing) the first.
+    /// Returns the number in the mode register; the first of three for [`Preparing`](Self::Preparing).
     #[must_use]
     pub fn number(self) -> u8 {
         match self {
@@ -51,19 +51,19 @@ impl fmt::Display for MoteusMode {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.write_str(match self {
             Self::Stopped => "stopped",
-            Self::Fault => "off with a fault",
-            Self::Preparing => "preparing to operate",
-            Self::Position => "under torque",
-            Self::Timeout => "timed out",
-            Self::Other(5) => "pulse-width modulation",
-            Self::Other(6) => "phase voltages",
-            Self::Other(7) => "a turning voltage",
-            Self::Other(8 | 9) => "voltages or currents of d and q",
-            Self::Other(12) => "braking to no velocity",
-            Self::Other(13) => "staying within bounds",
-            Self::Other(14) => "measuring the inductance",
-            Self::Other(15) => "braking by shorted phases",
-            Self::Other(number) => return write!(f, "mode {number}, which is unknown here"),
+            Self::Fault => "fault",
+            Self::Preparing => "preparing",
+            Self::Position => "position",
+            Self::Timeout => "timeout",
+            Self::Other(5) => "PWM",
+            Self::Other(6) => "voltage",
+            Self::Other(7) => "voltage FOC",
+            Self::Other(8 | 9) => "voltage DQ or current",
+            Self::Other(12) => "zero velocity",
+            Self::Other(13) => "stay within",
+            Self::Other(14) => "measure inductance",
+            Self::Other(15) => "brake",
+            Self::Other(number) => return write!(f, "{number} (unknown)"),
         })
     }
 }

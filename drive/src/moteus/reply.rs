@@ -1,36 +1,36 @@
-//! Takes a drive's reply apart.
+//! Parser of a drive's replies.
 
 use core::fmt;
 
 use super::NOP;
 
-/// Why a reply says nothing.
+/// Reason for rejecting a reply.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum MoteusReplyError {
-    /// It ends within a subframe.
+    /// The reply ends within a subframe.
     Truncated,
-    /// It has a number of more than 32 bits.
+    /// A number has more than 32 bits.
     Overlong,
-    /// It has a subframe that is no part of a reply.
+    /// Unknown subframe.
     UnknownSubframe {
-        /// Its first byte.
+        /// First byte of the subframe.
         kind: u8,
     },
-    /// The drive did not take what was written, or did not show what was asked for.
+    /// The drive refused to write or read a register.
     Refused {
-        /// Its number.
+        /// Register number.
         register: u32,
-        /// The drive's: 1 no such register, 2 not to be written, 3 no such value.
+        /// Error of the drive: 1 unknown register, 2 read-only, 3 invalid value.
         error: u32,
     },
-    /// It does not show all that was asked for.
+    /// A queried register is missing.
     Missing {
-        /// The first that is not there.
+        /// First missing register.
         register: u8,
     },
-    /// It shows a mode or a fault that is not a whole number from 0 to 255.
+    /// Mode or fault is not an integer from 0 to 255.
     NoWholeNumber {
-        /// The first such.
+        /// First such register.
         register: u8,
     },
 }
@@ -39,27 +39,24 @@ impl fmt::Display for MoteusReplyError {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
             Self::Truncated => {
-                f.write_str("the reply ends within a subframe: are frames of the bus cut short?")
+                f.write_str("reply ends within a subframe: check whether the bus truncates frames")
             }
             Self::Overlong => {
-                f.write_str("the reply has a number of more than 32 bits: is this id a moteus drive's?")
+                f.write_str("reply has a number above 32 bits: check that this id is a moteus drive")
             }
             Self::UnknownSubframe { kind } => {
-                write!(
-                    f,
-                    "the reply has a subframe {kind:#04x}, none of a reply: is this id a moteus drive's?"
-                )
+                write!(f, "reply has unknown subframe {kind:#04x}: check that this id is a moteus drive")
             }
             Self::Refused { register, error } => {
-                write!(f, "the drive refused register {register:#05x}, error {error}: update its firmware")
+                write!(f, "drive refused register {register:#05x}, error {error}: update its firmware")
             }
             Self::Missing { register } => {
-                write!(f, "the reply lacks register {register:#05x}: was it asked by another host?")
+                write!(f, "reply lacks register {register:#05x}: check for another host with this id")
             }
             Self::NoWholeNumber { register } => {
                 write!(
                     f,
-                    "register {register:#05x} is no whole number from 0 to 255: update the drive's firmware"
+                    "register {register:#05x} is not an integer from 0 to 255: update the drive's firmware"
                 )
             }
         }
@@ -68,7 +65,7 @@ impl fmt::Display for MoteusReplyError {
 
 impl core::error::Error for MoteusReplyError {}
 
-/// A register's value as it came.
+/// Register value as received.
 #[derive(Debug, Clone, Copy)]
 pub(super) enum Value {
     Int8(i8),
@@ -77,7 +74,7 @@ pub(super) enum Value {
     Float(f32),
 }
 
-/// Shows each register of a reply with its value, in order.
+/// Calls `show` for each register of a reply with its value, in order.
 pub(super) fn read(reply: &[u8], mut show: impl FnMut(u32, Value)) -> Result<(), MoteusReplyError> {
     let mut bytes = Bytes(reply);
     while let Ok([kind]) = bytes.take() {
@@ -94,7 +91,7 @@ pub(super) fn read(reply: &[u8], mut show: impl FnMut(u32, Value)) -> Result<(),
     Ok(())
 }
 
-/// What is not read yet.
+/// Unread bytes.
 struct Bytes<'a>(&'a [u8]);
 
 impl Bytes<'_> {
@@ -104,7 +101,7 @@ impl Bytes<'_> {
         Ok(*taken)
     }
 
-    /// A number of 7 bits a byte, the lowest first; all but the last have the highest bit.
+    /// Reads a number of 7 bits per byte, least significant first; the high bit marks continuation.
     fn varuint(&mut self) -> Result<u32, MoteusReplyError> {
         let mut number = 0_u64;
         for shift in [0, 7, 14, 21, 28] {
@@ -117,7 +114,7 @@ impl Bytes<'_> {
         Err(MoteusReplyError::Overlong)
     }
 
-    /// Registers in a row, of a subframe whose kind says their type and, up to three, their number.
+    /// Reads consecutive registers of a subframe; `kind` encodes their type and, up to three, their number.
     fn values(&mut self, kind: u8, show: &mut impl FnMut(u32, Value)) -> Result<(), MoteusReplyError> {
         let count = match kind & 0b11 {
             0 => self.varuint()?,
@@ -131,7 +128,7 @@ impl Bytes<'_> {
         Ok(())
     }
 
-    /// Apart from the loop around it: a table of jumps in the middle of one is not followed by what bounds an image's stack.
+    /// Not inlined: the stack analysis of images does not follow a jump table inside a loop.
     #[inline(never)]
     fn value(&mut self, width: u8) -> Result<Value, MoteusReplyError> {
         Ok(match width {

@@ -1,4 +1,4 @@
-//! What a drive shows of itself.
+//! State reported by a drive.
 
 use core::f32::consts::TAU;
 
@@ -6,30 +6,30 @@ use super::register::{FAULT, MODE, POSITION, TEMPERATURE, TORQUE, VELOCITY, VOLT
 use super::reply::{Value, read};
 use super::{MoteusFault, MoteusMode, MoteusReplyError};
 
-/// A drive as of its reply. A quantity that the drive cannot tell is NaN.
+/// State of a drive in its reply. Unknown quantities are NaN.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct MoteusState {
-    /// What it is at.
+    /// Mode.
     pub mode: MoteusMode,
-    /// Of the output, `rad`; not wrapped.
+    /// Position of the output, `rad`, not wrapped.
     pub position_rad: f32,
-    /// Of the output, `rad/s`.
+    /// Velocity of the output, `rad/s`.
     pub velocity_rad_per_s: f32,
-    /// By the measured currents, at the output, `N m`.
+    /// Torque at the output from the measured currents, `N m`.
     pub torque_nm: f32,
-    /// Of the supply, `V`, in steps of 0.5 V up to 63.5 V.
+    /// Supply voltage, `V`, in steps of 0.5 V up to 63.5 V.
     pub voltage_v: f32,
-    /// Of the board, `°C`, in steps of 1 °C up to 127 °C.
+    /// Board temperature, `°C`, in steps of 1 °C up to 127 °C.
     pub temperature_c: f32,
-    /// Why it is off or limited, if it is.
+    /// Fault or active limit.
     pub fault: Option<MoteusFault>,
 }
 
 impl MoteusState {
-    /// Of the bytes of a reply to a [`MoteusFrame`](crate::MoteusFrame). Registers that were not asked for do not matter.
+    /// Decodes the reply to a [`MoteusFrame`](crate::MoteusFrame); ignores registers that were not queried.
     ///
     /// # Errors
-    /// [`MoteusReplyError`] with the first thing that is wrong with it.
+    /// Returns [`MoteusReplyError`] with the first error.
     pub fn from_reply(reply: &[u8]) -> Result<Self, MoteusReplyError> {
         let [mut mode, mut position, mut velocity, mut torque] = [None; 4];
         let [mut voltage, mut temperature, mut fault] = [None; 3];
@@ -58,7 +58,7 @@ impl MoteusState {
     }
 }
 
-/// In the drive's unit, by what one step is of an integer of 8, 16 and 32 bits. The least integer is no number.
+/// Scales a value by the step of an 8, 16 or 32-bit integer; the minimum integer is NaN.
 fn scaled(
     value: Option<Value>,
     register: u8,
@@ -78,7 +78,7 @@ fn whole(value: Option<Value>, register: u8) -> Result<u8, MoteusReplyError> {
         Value::Int8(number) => u8::try_from(number).ok(),
         Value::Int16(number) => u8::try_from(number).ok(),
         Value::Int32(number) => u8::try_from(number).ok(),
-        // It was not asked for as a float.
+        // Not queried as a float.
         Value::Float(_) => None,
     };
     number.ok_or(MoteusReplyError::NoWholeNumber { register })

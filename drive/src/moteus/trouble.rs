@@ -1,27 +1,27 @@
-//! Why a joint does not do what it is commanded, or not all of it.
+//! Faults of a moteus joint.
 
 use core::fmt;
 
 use super::{MoteusFault, MoteusMode};
 
-/// Added to the number of a mode.
+/// Offset of a mode number.
 const MODE: u16 = 256;
 const SILENT: u16 = 512;
 
-/// What is wrong with a joint. As a signal it is a number: 1 to 255 the drive's own fault or limit, 256 and more the mode
-/// that it is in under command, 512 no replies.
+/// Fault of a joint. Its number in a signal: 1 to 255 the drive's fault or limit, from 256 an unexpected mode under
+/// command, 512 no replies.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum MoteusTrouble {
-    /// The drive says so itself.
+    /// Reported by the drive.
     Fault(MoteusFault),
-    /// It is at something else under command: it went off, or somebody else commands it, too.
+    /// Unexpected mode under command: the drive turned off, or another host commands it.
     Disobeys(MoteusMode),
-    /// It does not reply.
+    /// No replies.
     Silent,
 }
 
 impl MoteusTrouble {
-    /// Of a number that a signal has; none for 0, and for what has no name.
+    /// Converts the number of a signal; `None` for 0 and unknown numbers.
     #[must_use]
     pub fn from_number(number: u16) -> Option<Self> {
         match (u8::try_from(number), u8::try_from(number.wrapping_sub(MODE))) {
@@ -31,7 +31,7 @@ impl MoteusTrouble {
         }
     }
 
-    /// As a signal has it.
+    /// Returns the number in a signal.
     #[must_use]
     pub fn number(self) -> u16 {
         match self {
@@ -41,16 +41,14 @@ impl MoteusTrouble {
         }
     }
 
-    /// What to do about it.
+    /// Returns the recommended action.
     #[must_use]
     pub fn remedy(self) -> &'static str {
         match self {
             Self::Fault(fault) => fault.remedy(),
-            Self::Disobeys(MoteusMode::Timeout) => {
-                "see why no frame came to it: the bus, its termination, or a longer timeout"
-            }
-            Self::Disobeys(_) => "let nobody else command it, such as `moteus_tool` or `tview`",
-            Self::Silent => "look at its supply, its `id.id`, the bus's wires, termination and bit rates",
+            Self::Disobeys(MoteusMode::Timeout) => "check bus and termination, or increase the timeout",
+            Self::Disobeys(_) => "make sure no other program commands it, such as `moteus_tool` or `tview`",
+            Self::Silent => "check supply, `id.id`, wiring, termination and bit rates",
         }
     }
 }
@@ -65,8 +63,8 @@ impl fmt::Display for MoteusTrouble {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
             Self::Fault(fault) => fault.fmt(f),
-            Self::Disobeys(mode) => write!(f, "under command it is {mode} ({})", self.number()),
-            Self::Silent => write!(f, "it does not reply ({SILENT})"),
+            Self::Disobeys(mode) => write!(f, "commanded, but in mode {mode} ({})", self.number()),
+            Self::Silent => write!(f, "no reply ({SILENT})"),
         }
     }
 }

@@ -1,5 +1,5 @@
-//! Joints of CiA 402 against the simulator's model of a drive: each has the protocol by itself.
-#![expect(clippy::unwrap_used, reason = "in helpers of tests as in tests")]
+//! CiA 402 joints against the simulator's drive model; both implement the protocol independently.
+#![expect(clippy::unwrap_used, reason = "test helpers")]
 
 use drive::{
     Cia402Abort, Cia402Command, Cia402Emergency, Cia402Frame, Cia402Host, Cia402Joint, Cia402Node,
@@ -40,13 +40,13 @@ fn state(drive: &Cia402Drive) -> Cia402State {
     Cia402State::from_statusword(drive.statusword())
 }
 
-/// A controlword by a question, in whatever state the network is.
+/// Sends a controlword by SDO, in any NMT state.
 fn tell(drive: &mut Cia402Drive, command: Cia402Command) {
     let [low, high] = command.controlword().to_le_bytes();
     drive.receive(0x605, &[0x2b, 0x40, 0x60, 0, low, high, 0, 0]);
 }
 
-/// A drive that was led to a state.
+/// Returns a drive in a given state.
 fn model_in(wanted: Cia402State) -> Cia402Drive {
     let mut drive = model();
     let commands: &[_] = match wanted {
@@ -67,7 +67,7 @@ fn model_in(wanted: Cia402State) -> Cia402Drive {
     drive
 }
 
-/// A joint with its drive, and wires between them.
+/// A joint, its drive and the bus between them.
 struct Bench {
     joint: Cia402Joint,
     host: Cia402Host,
@@ -100,12 +100,12 @@ impl Bench {
         reading
     }
 
-    /// So many ticks; what was read in the last one.
+    /// Runs ticks; returns the last reading.
     fn ticks(&mut self, count: usize, torque_nm: Option<f32>) -> Cia402Reading {
         (0..count).map(|_| self.tick(torque_nm)).last().unwrap()
     }
 
-    /// A joint that is moved.
+    /// Returns a bench with a moving joint.
     fn moving() -> Self {
         let mut bench = Self::new(model());
         bench.ticks(100, None);
@@ -118,7 +118,7 @@ impl Bench {
         assert!((self.drive.torque_nm() - 4.0).abs() < 5e-3, "{}", self.drive.torque_nm());
     }
 
-    /// Ticks until a trouble is shown with a position, which is so once; then nothing is.
+    /// Runs until a fault is reported, once with a position and then without data.
     fn told(&mut self) -> Cia402Trouble {
         let mut readings = (0..100).map(|_| self.tick(Some(4.0)));
         let told = readings.find_map(|reading| reading.trouble.filter(|_| reading.position_rad.is_finite()));
@@ -135,7 +135,7 @@ fn a_position_goes_on_where_the_drives_count_wraps() {
     let mut bench = Bench::with(Cia402Drive::new(5, 4_194_304.0, 100.0, RATED_NM), &settings);
     bench.drive.set_state(30.0, 0.0);
     bench.ticks(100, None);
-    // Up across three ends of its range and down across four; now and then a reply is lost.
+    // Up across three wraps and down across four, with lost replies.
     let up = (0..8_000).map(|tick| 30.0 + 0.02 * f64::from(tick));
     let down = (0..16_000).map(|tick| 190.0 - 0.02 * f64::from(tick));
     let mut shown_before = 30.0;
@@ -149,7 +149,7 @@ fn a_position_goes_on_where_the_drives_count_wraps() {
         shown_before = shown;
     }
     assert!((shown_before + 130.0).abs() < 0.03, "{shown_before}");
-    // A drive that was switched off and on counts from where it stands.
+    // After a power cycle, the drive counts from its present position.
     bench.drive.boot();
     bench.drive.set_state(1.0, 0.0);
     bench.ticks(200, None);
@@ -200,7 +200,7 @@ fn the_model_goes_from_state_to_state_as_the_standard_s_table_says() {
             assert_eq!(state(&drive), to, "{from}, {command:?}");
         }
     }
-    // Only as its bit rises.
+    // Only on the rising edge of its bit.
     let mut drive = model_in(Fault);
     tell(&mut drive, FaultReset);
     drive.raise_fault(0x2310);
@@ -268,7 +268,7 @@ fn the_model_refuses_what_no_drive_takes() {
         assert_eq!((id, &answer[1..4]), (0x585, &question[1..4]));
         (answer[0] == 0x80).then(|| u32::from_le_bytes(answer[4..].try_into().unwrap()))
     };
-    assert_eq!(refuses(0x1a00, 1, 4, 0x6041_0010), Some(0x0601_0000), "while it is on");
+    assert_eq!(refuses(0x1a00, 1, 4, 0x6041_0010), Some(0x0601_0000), "while the PDO is enabled");
     assert_eq!(refuses(0x1800, 1, 4, 0x8000_0185), None);
     assert_eq!(refuses(0x1a00, 1, 4, 0x6041_0010), None);
     assert_eq!(refuses(0x1a00, 2, 4, 0x6072_0010), Some(0x0604_0041));
@@ -293,7 +293,7 @@ fn a_fault_is_told_of_once_kept_and_reset_by_the_next_start_alone() {
     assert_eq!((reading.trouble, state(&bench.drive)), (Some(emergency), Fault));
     assert!(reading.position_rad.is_finite());
     bench.assert_moves();
-    // One that comes back is reset no second time.
+    // A recurring fault is not reset a second time.
     bench.drive.raise_fault(0x3210);
     bench.told();
     bench.tick(None);
@@ -323,7 +323,7 @@ fn an_emergency_alone_and_a_drive_that_somebody_else_turns_off_stop_the_joint() 
 
 #[test]
 fn heartbeats_that_stay_away_are_noticed_on_either_side() {
-    // The drive: all wires are cut, and it turns off by itself.
+    // Drive side: with the bus cut, the drive turns off by itself.
     let mut bench = Bench::moving();
     bench.are_wires_whole = false;
     assert_eq!(bench.told(), Cia402Trouble::Silent);
@@ -331,13 +331,13 @@ fn heartbeats_that_stay_away_are_noticed_on_either_side() {
     bench.are_wires_whole = true;
     bench.ticks(300, None);
     bench.assert_moves();
-    // The joint: process data come, and no heartbeat.
+    // Controller side: process data without a heartbeat.
     let mut bench = Bench::moving();
     bench.drive.receive(0x605, &[0x2b, 0x17, 0x10, 0, 0, 0, 0, 0]);
     assert_eq!(bench.told(), Cia402Trouble::NoHeartbeat);
     bench.ticks(100, None);
     bench.assert_moves();
-    // A drive whose power failed is as new.
+    // After a power failure, the drive is set up again.
     bench.drive.boot();
     assert_eq!(bench.told(), Cia402Trouble::LeftOperation);
     bench.ticks(100, None);
@@ -356,7 +356,7 @@ fn every_trouble_has_its_number_and_a_remedy() {
     assert_eq!(kinds, 9 + 3 + 256);
 }
 
-/// A frame of any kind that a node may get or send, or of none.
+/// Generates frames that a node may receive or send, and arbitrary ones.
 fn frames() -> impl Strategy<Value = (u16, Vec<u8>)> {
     let ids = prop_oneof![
         Just(0x000_u16),
@@ -378,7 +378,7 @@ fn frames() -> impl Strategy<Value = (u16, Vec<u8>)> {
 
 proptest! {
     #![proptest_config(ProptestConfig::with_cases(64))]
-    /// Whatever comes: a torque is sent in *operation enabled* alone, and where it is commanded.
+    /// For any input, a torque is sent only in *operation enabled* and only if commanded.
     #[test]
     fn no_frames_make_a_joint_send_torque_outside_operation_enabled(
         ticks in prop::collection::vec((prop::collection::vec(frames(), 0..4), prop::option::of(any::<f32>())), 0..100),
@@ -402,7 +402,7 @@ proptest! {
                 None => {}
             }
         }
-        // Once all is well again, off and on is all that it takes.
+        // After all faults are gone, switching off and on restores operation.
         bench.drive.boot();
         bench.ticks(350, None);
         bench.assert_moves();

@@ -1,4 +1,4 @@
-//! An encoder whose angle does not match the rotor's magnets is a named fault; one that matches is none, whatever the motor does.
+//! Encoder alignment: a misaligned encoder raises a fault, an aligned one never does.
 
 use core::f64::consts::{PI, TAU};
 
@@ -29,7 +29,7 @@ fn small() -> (ThreePhaseParameters, Configuration) {
     (motor, told)
 }
 
-/// Factors of `R`, of `L` and of `ψ` as they are configured.
+/// Factors of the configured `R`, `L` and `ψ`.
 fn mistaken(mut told: Configuration, [resistance, inductance, flux]: [f32; 3]) -> Configuration {
     told.motor.resistance_ohm *= resistance;
     told.motor.direct_inductance_h *= inductance;
@@ -39,34 +39,34 @@ fn mistaken(mut told: Configuration, [resistance, inductance, flux]: [f32; 3]) -
 }
 
 const EXACT: [f32; 3] = [1.0; 3];
-// A `ψ` that is configured too high has the rotor too fast for the supply before it is.
+// A `ψ` configured too high reports overspeed for the supply too early.
 const MISTAKES: [[f32; 3]; 5] = [EXACT, [0.7, 0.7, 0.7], [0.7, 1.3, 0.7], [1.3, 1.3, 0.7], [1.3, 0.7, 1.0]];
 
-/// Where an encoder with an error of `slip_rad` is shown by a bench.
+/// Reading of an encoder with an error of `slip_rad` on a bench.
 fn step_with_slip(bench: &mut Bench, slip_rad: f64, torque_nm: f32) {
     let sample = bench.sample_shown(slip_rad);
     bench.step_with(&sample, Some(torque_nm));
 }
 
-/// The error of an encoder, in `rad` of the rotor, after a time and a way of the rotor since it began.
+/// Encoder error, rotor `rad`, as a function of time and travel of the rotor since its start.
 type Slip = fn(f64, f64) -> f64;
 const COUNT_RAD: f64 = TAU / 4096.0;
 const SLIPS: [(&str, Slip); 5] = [
-    ("a count lost in each ms, 200 of them", |time_s, _| -(time_s * 1e3).floor().min(200.0) * COUNT_RAD),
+    ("one count lost per ms, 200 in total", |time_s, _| -(time_s * 1e3).floor().min(200.0) * COUNT_RAD),
     ("1 % of the counts missing", |_, way_rad| -0.01 * way_rad),
-    ("3 % of the counts too many", |_, way_rad| 0.03 * way_rad),
+    ("3 % extra counts", |_, way_rad| 0.03 * way_rad),
     ("half an electrical turn within 20 ms", |time_s, _| -PI / 7.0 * (time_s / 0.02).min(1.0)),
     ("a quarter of an electrical turn within 20 ms", |time_s, _| PI / 14.0 * (time_s / 0.02).min(1.0)),
 ];
 
-/// The promise: within 20 ms from when the angle is wrong by 60° (electrical) and the magnets make a tenth of the supply, or a
-/// quarter of it where the motor is known to 30 %.
+/// Requirement: detection within 20 ms of an error of 60° (electrical) and a back-EMF of a tenth of the supply, or a
+/// quarter of the supply for ±30 % error in the motor's parameters.
 #[test]
 fn an_encoder_that_slips_at_any_speed_is_a_named_fault_within_20_ms_and_the_rotor_does_not_run_away() {
     let (motor, right) = small();
     let motor = ThreePhaseParameters { viscous_nms_per_rad: 1e-3, ..motor };
     for (errors, (name, slip)) in MISTAKES.into_iter().flat_map(|errors| SLIPS.map(|slip| (errors, slip))) {
-        // From standstill and while it turns, below the speed at which the supply limits it.
+        // From standstill and while turning, below the voltage limit.
         for (share, settled) in [(0.3, 0), (0.3, 1_500), (-0.3, 1_500), (0.6, 1_500)] {
             let mut bench = Bench::new(&motor, mistaken(right, errors));
             let torque_nm = share * 5.0 * bench.configuration.motor.torque_constant_nm_per_a();
@@ -95,7 +95,7 @@ fn an_encoder_that_slips_at_any_speed_is_a_named_fault_within_20_ms_and_the_roto
                     break;
                 }
             }
-            // Lost, where it slips as fast as the rotor turns.
+            // `EncoderLost` if the slip is as fast as the rotor.
             let fault = bench.drive.fault().unwrap();
             assert!(
                 [DriveFault::EncoderSlipped, DriveFault::EncoderLost].contains(&fault),
@@ -123,7 +123,7 @@ fn an_encoder_that_has_slipped_at_standstill_is_a_named_fault_before_the_rotor_i
                 });
                 let speed = bench.motor.state().speed_rad_per_s;
                 let case = format!("{errors:?}, {degrees}°, {share}: {speed:.0} rad/s, {found:?}");
-                // At 90° there is no torque that turns it.
+                // At 90° the motor has no torque.
                 if degrees.abs() == 90 && found.is_none() {
                     assert!(speed.abs() < 100.0, "{case}");
                     continue;
@@ -146,7 +146,7 @@ fn lost_counts_without_a_commanded_torque_do_not_turn_the_rotor() {
     assert!(bench.motor.state().speed_rad_per_s.abs() < 1.0, "{:?}", bench.motor.state());
 }
 
-/// Of a generator with a seed: a number from `low` to `high`.
+/// Returns a random number from `low` to `high`.
 struct Random(u64);
 
 impl Random {
@@ -163,7 +163,7 @@ impl Random {
         choices[place]
     }
 
-    /// An error of 30 % at most, the largest ones more often.
+    /// Returns an error of at most 30 %, large errors more often.
     fn error(&mut self) -> f32 {
         let any = self.within(0.7, 1.3) as f32;
         self.one_of([0.7, 1.3, any, 1.0])
@@ -192,15 +192,15 @@ fn a_healthy_motor_runs_without_a_fault_at_all_speeds_in_steps_reversals_saturat
         let exact = configuration(&motor).motor;
         told.motor = exact;
         told = mistaken(told, [random.error(), random.error(), random.error().min(0.95)]);
-        // Warmer by 100 °C.
+        // 100 °C warmer.
         motor.resistance_ohm *= if random.within(0.0, 1.0) < 0.5 { 1.4 } else { 1.0 };
         motor.dead_time_share *= random.within(0.7, 1.5);
         let most_nm = f64::from(told.limits.current_a * told.motor.torque_constant_nm_per_a());
         let cogging_nm = random.within(-0.2, 0.2).max(0.0) * most_nm;
-        // As the safety stage lets a torque change, or at once.
+        // At the rate limit of the safety stage, or as a step.
         let rate_nm = most_nm * if random.within(0.0, 1.0) < 0.7 { PERIOD_S / 0.01 } else { 2.0 };
         let hold = random.one_of([20, 100, 1_000, 4_000]);
-        // The alignment is exact to 10° (electrical).
+        // Alignment error up to 10° (electrical).
         let slip_rad = random.within(-0.17, 0.17) / f64::from(motor.pole_pairs);
         let mut bench = Bench::new(&motor, told);
         bench.motor = BridgeMotor::new(&motor).unwrap().with_cogging(cogging_nm, 42);
@@ -219,7 +219,7 @@ fn a_healthy_motor_runs_without_a_fault_at_all_speeds_in_steps_reversals_saturat
                     load_nm = 0.0;
                 }
             }
-            // A supply cannot brake with any current at any speed.
+            // The supply voltage limits braking currents at high speed.
             let brake_a = f64::from(told.limits.current_a);
             let d_v = electrical * state.speed_rad_per_s * motor.quadrature_inductance_h * brake_a;
             let q_v = magnets_v.abs() - motor.resistance_ohm * brake_a;
@@ -242,5 +242,5 @@ fn a_healthy_motor_runs_without_a_fault_at_all_speeds_in_steps_reversals_saturat
             );
         }
     }
-    assert!(fastest_share > 0.45, "no motor was at its voltage limit: {fastest_share}");
+    assert!(fastest_share > 0.45, "no motor reached its voltage limit: {fastest_share}");
 }

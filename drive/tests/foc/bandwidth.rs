@@ -1,8 +1,8 @@
-//! How the current follows, at standstill, against the closed form of a sampled loop. That has no dead time, which makes it
-//! another loop wherever the current that is wanted and the one that flows differ in sign.
+//! Current response at standstill against the closed form of a sampled loop. Without dead time, which would change the loop where
+//! reference and actual current differ in sign.
 //!
-//! A sample's voltage acts in the period after it. With the motor's pole cancelled, a period adds `K = wc T` times the error of
-//! the one before: `i[k+1] = i[k] + K (r[k-1] - i[k-1])`.
+//! The voltage of a sample acts in the period after it. With the motor's pole cancelled, each period adds `K = wc T` times the
+//! error of the period before: `i[k+1] = i[k] + K (r[k-1] - i[k-1])`.
 
 use core::f64::consts::TAU;
 
@@ -10,10 +10,10 @@ use hil_sim::plant::ThreePhaseParameters;
 
 use crate::bench::{Bench, PERIOD_S, configuration, motor};
 
-/// `K`.
+/// Loop gain `K`.
 const PER_PERIOD: f64 = TAU * 1000.0 * PERIOD_S;
 
-/// Current across the magnets in every period after it was wanted, `A`, of one ampere wanted.
+/// Returns the q-axis current in every period after a step of the reference to 1 A, `A`.
 fn step_response(mut bench: Bench) -> Vec<f64> {
     let torque_nm = bench.configuration.motor.torque_constant_nm_per_a();
     bench.run(Some(0.0), 100);
@@ -27,7 +27,7 @@ fn step_response(mut bench: Bench) -> Vec<f64> {
 
 #[test]
 fn a_step_is_followed_as_the_bandwidth_says_with_little_overshoot() {
-    // The second one's electrical time constant is shorter than a period.
+    // The electrical time constant of the second motor is shorter than a period.
     for inductance_h in [3e-4, 1e-5] {
         follows_as_said(inductance_h);
     }
@@ -53,10 +53,10 @@ fn follows_as_said(inductance_h: f64) {
     assert!((last - 1.0).abs() < 1e-3, "{last}");
 }
 
-/// Gain of the current loop at a frequency, `Hz`.
+/// Returns the gain of the current loop at a frequency, `Hz`.
 fn gain(bench: &mut Bench, frequency_hz: f64) -> f64 {
     let constant = f64::from(bench.configuration.motor.torque_constant_nm_per_a());
-    // Whole periods of the sine in whole periods of the modulation.
+    // Whole sine periods in whole PWM periods.
     let periods = 20_000;
     let mut sums = (0.0, 0.0);
     for period in 0..2 * periods {

@@ -1,4 +1,4 @@
-//! A drive and a motor: the converters of a board between them, with their steps.
+//! A drive and a motor, connected by the quantised converters of a board.
 
 use core::cell::Cell;
 use core::f64::consts::TAU;
@@ -7,12 +7,12 @@ use drive::{Angle, Configuration, Drive, Duties, Encoder, Inverter, Joint, Limit
 use hil_sim::plant::{BridgeMotor, ThreePhaseParameters};
 
 pub(crate) const PERIOD_S: f64 = 5e-5;
-/// Of the encoder.
+/// Counts per turn of the encoder.
 const COUNTS: u32 = 16_384;
-/// Of the current converters, `A`: twelve bits over ±40 A; there is noise of one of them, too.
+/// Step of the current converters, `A`: 12 bits over ±40 A; the noise is one step.
 const CURRENT_STEP_A: f64 = 80.0 / 4096.0;
 
-/// The motor of the tests: a joint's, of 70 mm, at 24 V.
+/// Motor of the tests: a 70 mm joint motor at 24 V.
 pub(crate) fn motor() -> ThreePhaseParameters {
     ThreePhaseParameters {
         supply_v: 24.0,
@@ -22,7 +22,7 @@ pub(crate) fn motor() -> ThreePhaseParameters {
     }
 }
 
-/// What a drive is told of a motor that is known exactly.
+/// Returns the exact configuration of the motor.
 pub(crate) fn configuration(motor: &ThreePhaseParameters) -> Configuration {
     let as_f32 = |value: f64| value as f32;
     Configuration {
@@ -63,7 +63,7 @@ pub(crate) struct Bench {
     pub(crate) motor: BridgeMotor,
     pub(crate) configuration: Configuration,
     pub(crate) bus_v: f64,
-    /// What the last period's computation came to: it is made in this one.
+    /// Duty cycles computed in the last period and applied in this one.
     duties: Option<Duties>,
     has_steps: bool,
     noise: Cell<u32>,
@@ -82,7 +82,7 @@ impl Bench {
         }
     }
 
-    /// Converters without steps and noise, for what is compared with a formula.
+    /// Uses converters without quantisation and noise, for comparison with formulas.
     pub(crate) fn exact(self) -> Self {
         Self { has_steps: false, ..self }
     }
@@ -91,7 +91,7 @@ impl Bench {
         self.sample_shown(0.0)
     }
 
-    /// With an encoder whose angle is wrong by `slip_rad`.
+    /// Sets an encoder error of `slip_rad`.
     pub(crate) fn sample_shown(&self, slip_rad: f64) -> Sample {
         let state = self.motor.state();
         let Motor { encoder_offset_rad, is_encoder_reversed, .. } = self.configuration.motor;
@@ -110,7 +110,7 @@ impl Bench {
         }
     }
 
-    /// Of a converter, in steps: up to one either way.
+    /// Returns the noise of a converter, within ±1 step.
     fn noise(&self) -> f64 {
         // Marsaglia's xorshift.
         let mut noise = self.noise.get();
@@ -121,7 +121,7 @@ impl Bench {
         f64::from(noise) / f64::from(u32::MAX) * 2.0 - 1.0
     }
 
-    /// One period; gives the torque at its beginning, `N m`.
+    /// Runs one period; returns the torque at its beginning, `N m`.
     pub(crate) fn step(&mut self, torque_nm: Option<f32>) -> f64 {
         let sample = self.sample();
         self.step_with(&sample, torque_nm)
@@ -130,7 +130,7 @@ impl Bench {
     pub(crate) fn step_with(&mut self, sample: &Sample, torque_nm: Option<f32>) -> f64 {
         let made_nm = self.motor.torque_nm();
         let next = self.drive.step(sample, torque_nm);
-        // A bridge that is turned off is off at once.
+        // Turning the bridge off takes effect at once.
         let now = self.duties.filter(|_| next.is_some());
         self.motor.advance(now.map(|duties| duties.map(f64::from)), PERIOD_S);
         self.duties = next;
@@ -143,7 +143,7 @@ impl Bench {
         }
     }
 
-    /// The torque on average over `periods`, after as many to settle.
+    /// Returns the mean torque over `periods`, after as many to settle.
     pub(crate) fn mean_torque_nm(&mut self, torque_nm: f32, periods: u32) -> f64 {
         self.run(Some(torque_nm), periods);
         (0..periods).map(|_| self.step(Some(torque_nm))).sum::<f64>() / f64::from(periods)

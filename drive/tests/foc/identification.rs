@@ -1,4 +1,4 @@
-//! What is found out about a motor that nothing is known of.
+//! Identification of an unknown motor.
 
 use core::f64::consts::TAU;
 
@@ -9,10 +9,10 @@ use hil_sim::plant::ThreePhaseParameters;
 use crate::bench::{Bench, PERIOD_S, configuration, motor};
 
 const CURRENT_A: f32 = 5.0;
-/// Dry friction of rotor and joint, `N m`; the current makes 0.6.
+/// Dry friction of rotor and joint, `N m`; the current produces 0.6.
 const FRICTION_NM: f64 = 0.03;
 
-/// A joint that can turn: with friction, and what brings it to rest.
+/// A free joint with dry and viscous friction.
 fn free() -> ThreePhaseParameters {
     ThreePhaseParameters {
         rotor_inertia_kg_m2: 1e-4,
@@ -22,7 +22,7 @@ fn free() -> ThreePhaseParameters {
     }
 }
 
-/// Identifies it; what came of it, and the largest current of a phase meanwhile, `A`.
+/// Runs the identification; returns the result and the maximum phase current, `A`.
 fn identify(
     bench: &mut Bench,
     change: impl Fn(Sample, u32) -> Sample,
@@ -42,7 +42,7 @@ fn identify_with(
         let next = match identification.step(&sample) {
             IdentificationStep::GoesOn(next) => next,
             IdentificationStep::Over(end) => {
-                assert_eq!(identification.step(&sample), IdentificationStep::Over(end), "it stays over");
+                assert_eq!(identification.step(&sample), IdentificationStep::Over(end), "must stay finished");
                 return (end, most_a);
             }
         };
@@ -52,7 +52,7 @@ fn identify_with(
         duties = Some(next.map(f64::from));
         most_a = bench.motor.phase_a().iter().fold(most_a, |most_a, phase_a| phase_a.abs().max(most_a));
     }
-    panic!("it does not end")
+    panic!("identification does not finish")
 }
 
 fn is_near(found: f32, expected: f64, share: f64) -> bool {
@@ -67,7 +67,7 @@ fn a_motor_is_found_out_with_a_current_that_is_bounded() {
         (4, true, 1e-3, 2e-3, 1.2),
         (21, true, 3e-4, 4e-4, 0.3),
     ] {
-        // The same torque for a current, whatever the number of poles.
+        // Same torque constant for any number of poles.
         let flux_linkage_vs = 0.08 / f64::from(pole_pairs);
         let motor = ThreePhaseParameters {
             pole_pairs,
@@ -121,8 +121,8 @@ fn what_was_found_drives_the_motor() {
     assert!((found_nm / 0.5 - 1.0).abs() < 0.02, "{found_nm} N m of 0.5");
 }
 
-/// The current follows the voltage by `L/R`, up to 10 ms here, what dead time takes is most of the voltage, and the rotor's own
-/// voltage slows it down for longer than its mass does.
+/// Low resistance: `L/R` is up to 10 ms, most of the voltage is dead-time error, and the back-EMF brakes the rotor more
+/// than its inertia.
 #[test]
 fn a_motor_of_low_resistance_asks_for_the_current_that_identifies_it() {
     for (inductance_h, rotor_rad, first_a) in
@@ -159,7 +159,8 @@ fn a_motor_of_low_resistance_asks_for_the_current_that_identifies_it() {
     }
 }
 
-/// Below 0.2 A dead time takes in proportion to the current, as a resistance does; the other two phases have half of it.
+/// Below 0.2 A the dead-time error is proportional to the current, like a resistance; the other two phases carry half
+/// of it.
 #[test]
 fn a_current_that_dead_time_distorts_is_too_little() {
     let told = configuration(&motor());
@@ -179,7 +180,7 @@ fn a_joint_that_cannot_turn_is_an_error_and_no_result() {
     let mut bench = Bench::new(&motor, configuration(&motor));
     let (found, _) = identify(&mut bench, |sample, _| sample);
     assert_eq!(found, Err(IdentificationError::DidNotMove));
-    // A load that is heavier than the current's torque on most of the way: it slips back.
+    // A load above the torque of the current on most of the travel: the rotor slips back.
     let motor = ThreePhaseParameters { coulomb_nm: 0.9, ..free() };
     let mut bench = Bench::new(&motor, configuration(&motor));
     let (found, _) = identify(&mut bench, |sample, _| sample);
@@ -194,7 +195,7 @@ fn what_is_wrong_with_wires_and_sensors_is_said() {
     type Change = fn(Sample, u32) -> Sample;
     let cases: [(IdentificationError, Change); 8] = [
         (IdentificationError::NoCurrent, |sample, _| Sample { phase_a: [0.0; 3], ..sample }),
-        // V is open, the sensors of U and V are swapped, and all of them are the wrong way round.
+        // V open, sensors of U and V swapped, all sensors inverted.
         (IdentificationError::WrongPhases, |sample, _| {
             let [u, ..] = sample.phase_a;
             Sample { phase_a: [u, 0.0, -u], ..sample }
@@ -216,7 +217,7 @@ fn what_is_wrong_with_wires_and_sensors_is_said() {
             temperature_c: 120.0,
             ..sample
         }),
-        // What is held needs more than a supply that sags.
+        // The supply sags below the holding voltage.
         (IdentificationError::NoCurrent, |sample, period| match period {
             60_000.. => Sample { bus_v: 10.5, ..sample },
             _ => sample,

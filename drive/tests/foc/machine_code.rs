@@ -1,8 +1,7 @@
-//! The code of a period as it is compiled for a board, in an emulated processor, in the place of the host's: the same bits,
-//! and cycles by the tables of the crate `cycles`.
+//! The code of a period as compiled for a board, run on an emulated processor: the same bits as on the host, and cycles by the
+//! tables of the crate `cycles`.
 //!
-//! Without the image this runs nothing and a line says so; where `DIMSART_FIRMWARE` names a folder of images, it has to be
-//! there.
+//! Without the image the test is skipped with a message; if `DIMSART_FIRMWARE` names a folder of images, the image is required.
 
 use std::collections::BTreeSet;
 use std::sync::Arc;
@@ -16,12 +15,12 @@ use drive::{Configuration, Duties, Encoder, Rotor, Sample};
 
 use crate::bench::{Bench, configuration, motor};
 
-/// What a period may take where code does not wait, as in an STM32G4's CCM SRAM.
+/// Maximum cycles of a period with zero wait states, as in an STM32G4's CCM SRAM.
 const MOST_CYCLES: u64 = 700;
-/// What it may take at most by every path, with the greater number of every range in Arm's tables.
+/// Maximum bound over all paths, with the upper end of every range in Arm's tables.
 const MOST_BOUND_CYCLES: u64 = 985;
 
-/// Memory that no image uses.
+/// Memory not used by the image.
 const DRIVE: u32 = 0x2100_0000;
 const NUMBERS: u32 = 0x2101_0000;
 const GIVEN: u32 = 0x2102_0000;
@@ -33,7 +32,7 @@ fn image() -> Option<Arc<Image>> {
     Some(Arc::new(Image::read(&bytes).unwrap()))
 }
 
-/// A drive in an emulated processor.
+/// A drive on an emulated processor.
 struct Emulated {
     machine: Machine,
     step: u32,
@@ -50,7 +49,7 @@ impl Emulated {
             machine.map(address, 4 * words);
         }
         let Configuration { motor, joint, limits, inverter, .. } = told;
-        // As a `Configuration` lies in memory.
+        // Memory layout of a `Configuration`.
         let Encoder::Incremental { counts_per_turn } = told.encoder else { panic!("{told:?}") };
         let numbers = [
             told.bandwidth_rad_per_s,
@@ -103,7 +102,7 @@ impl Emulated {
         ((run.result == 1).then_some(bytes.map(f32::from_le_bytes)), run)
     }
 
-    /// What no period exceeds, whatever came before it.
+    /// Returns the bound of every period, whatever the state before.
     fn bound(&self, timing: &Timing) -> Bound {
         let image = self.machine.image();
         let mut call = Call::new(self.step, [DRIVE, GIVEN, DUTIES, 0]);
@@ -138,7 +137,7 @@ fn a_period_has_the_host_s_bits_on_a_cortex_m_and_its_cycles_are_bounded() {
         let (mut most, mut sum, mut on) = (0, 0, 0);
         let periods = 4_000_u16;
         for period in 0..periods {
-            // Beyond the voltage's limit, and a fault at the end.
+            // Above the voltage limit, and a fault at the end.
             let state = bench.motor.state();
             bench.motor.set_rotor(state.angle_rad, f64::from(period) * 0.035);
             let mut sample = bench.sample();

@@ -1,10 +1,10 @@
-//! A drive against the simulator's motor: bandwidth, torque, limits, protection.
+//! Drive with the simulator's motor model: bandwidth, torque, limits, protection.
 #![expect(
     clippy::unwrap_used,
     clippy::indexing_slicing,
     clippy::panic,
     clippy::cast_possible_truncation,
-    reason = "in helpers of tests as in tests; what a board has is f32"
+    reason = "test helpers; boards use f32"
 )]
 
 mod alignment;

@@ -1,4 +1,4 @@
-//! What turns the bridge off, and when.
+//! Protection: faults that turn the bridge off, and their detection times.
 
 use core::f32::consts::PI;
 
@@ -10,7 +10,7 @@ use proptest::test_runner::TestRunner;
 
 use crate::bench::{Bench, configuration, motor};
 
-/// A drive that turns, with what its converters show now.
+/// A turning drive, with its present sample.
 fn turning(change: impl FnOnce(&mut Configuration)) -> (Bench, Sample) {
     let motor = motor();
     let mut told = configuration(&motor);
@@ -45,7 +45,7 @@ fn a_current_loop_that_oscillates_is_a_named_fault() {
         assert_eq!(named.contains(&bench.drive.fault()), is_unstable, "{share}: {:?}", bench.drive.fault());
         assert!(!is_unstable || periods < Some(400), "{share}: {periods:?} periods");
     }
-    // A reference that steps by twice the current limit in each tick is followed, and no oscillation.
+    // Steps of the reference by twice the current limit in each tick are not an oscillation.
     let motor = motor();
     let mut bench = Bench::new(&motor, configuration(&motor));
     bench.run(None, 400);
@@ -59,13 +59,13 @@ fn a_current_loop_that_oscillates_is_a_named_fault() {
 fn every_fault_turns_the_bridge_off_in_the_period_in_which_it_shows_and_stays() {
     type Change = fn(&mut Sample);
     let cases: [(DriveFault, Change); 13] = [
-        // A converter at its end, beside two phases with usual currents and beside one with as much the other way.
+        // A saturated converter with normal currents in the other phases, and with an equal opposite current in one.
         (DriveFault::CurrentSensors, |sample| sample.phase_a[0] = f32::INFINITY),
         (DriveFault::CurrentSensors, |sample| sample.phase_a[1] = f32::NEG_INFINITY),
         (DriveFault::Overcurrent, |sample| {
             sample.phase_a[..2].copy_from_slice(&[f32::INFINITY, f32::NEG_INFINITY])
         }),
-        // A wire of the sensor is open.
+        // Open wire of the sensor.
         (DriveFault::Overtemperature, |sample| sample.temperature_c = -55.0),
         (DriveFault::Overcurrent, |sample| sample.phase_a[0] = 31.0),
         (DriveFault::Overcurrent, |sample| sample.phase_a = [-15.5, -15.5, -30.5]),
@@ -88,7 +88,7 @@ fn every_fault_turns_the_bridge_off_in_the_period_in_which_it_shows_and_stays() 
             measured.current_a.q.is_finite() && measured.torque_nm.is_finite(),
             "{fault:?}: {measured:?}"
         );
-        // It is right again, and stays off until somebody says so.
+        // The cause is gone; the drive stays off until the fault is cleared.
         assert_eq!(bench.drive.step(&right, Some(0.3)), None, "{fault:?}");
         bench.drive.clear();
         let sample = bench.sample();
@@ -111,7 +111,7 @@ fn two_bad_readings_of_the_encoder_are_bridged_and_the_third_turns_the_bridge_of
             assert!((torque_nm - 0.3).abs() < 0.03, "{fault:?}: {torque_nm} N m at reading {reading}");
             assert_eq!(bench.drive.fault(), (reading == 3).then_some(fault), "reading {reading}");
         }
-        // One in three may be wrong for ever.
+        // One invalid reading in three is tolerated permanently.
         let (mut bench, _) = turning(|_| {});
         for reading in 0..300 {
             step_with_encoder(&mut bench, if reading % 3 == 2 { wrong } else { Rotor::At });
@@ -120,7 +120,7 @@ fn two_bad_readings_of_the_encoder_are_bridged_and_the_third_turns_the_bridge_of
     }
 }
 
-/// What an encoder says of an angle.
+/// Encoder readings of an angle.
 type Wrong = fn(Angle) -> Rotor;
 
 fn step_with_encoder(bench: &mut Bench, says: Wrong) -> f64 {
@@ -132,7 +132,7 @@ fn step_with_encoder(bench: &mut Bench, says: Wrong) -> f64 {
 #[test]
 fn the_currents_of_a_short_circuit_are_off_within_two_periods() {
     let (mut bench, _) = turning(|_| {});
-    // A thirtieth of the inductance, as between two windings: the loop's gain is far too high.
+    // A thirtieth of the inductance, as by a short between windings: the loop gain is far too high.
     let state = bench.motor.state();
     let shorted = ThreePhaseParameters {
         direct_inductance_h: 1e-5,
@@ -149,7 +149,7 @@ fn the_currents_of_a_short_circuit_are_off_within_two_periods() {
             is_beyond(&bench)
         })
         .is_some();
-    assert!(began, "no current beyond its limit");
+    assert!(began, "no overcurrent");
     bench.step(Some(0.3));
     assert_eq!(bench.drive.fault(), Some(DriveFault::Overcurrent));
     bench.run(Some(0.3), 20);
@@ -173,7 +173,7 @@ fn heat_takes_the_torque_away_before_it_turns_the_bridge_off() {
 
 #[test]
 fn a_rotor_that_stands_still_under_all_of_its_current_is_given_up_after_its_time() {
-    // At 0.7 the square of the current is 0.49: 0.24 beyond what is held for ever, in place of 0.75.
+    // At 0.7 the squared current is 0.49: 0.24 above the continuous limit instead of 0.75.
     for (share, expected_s) in [(1.0_f32, Some(0.1)), (0.7, Some(0.3125)), (0.49, None)] {
         let motor = motor();
         let mut told = configuration(&motor);
@@ -198,7 +198,7 @@ fn a_rotor_that_stands_still_under_all_of_its_current_is_given_up_after_its_time
 
 #[test]
 fn a_locked_rotor_that_trembles_is_given_up_after_its_time_and_one_that_turns_slowly_is_not() {
-    // Amplitude and frequency of a tremor, and the speed of a rotor that turns.
+    // Amplitude and frequency of a tremor, and the speed of a turning rotor.
     for (tremor_rad, tremor_hz, speed, expected_s) in [
         (0.02, 40.0, 0.0, Some(0.5)),
         (0.02, 5.0, 0.0, Some(0.5)),
@@ -237,24 +237,24 @@ fn a_bridge_that_is_off_lets_the_current_go_and_begins_from_nothing() {
         bench.step(None);
     }
     assert!(bench.motor.phase_a().iter().all(|phase_a| phase_a.abs() < 0.1), "{:?}", bench.motor.phase_a());
-    // While it was off the rotor's magnets had their voltage to themselves: it is met at once.
+    // While the bridge was off, the back-EMF was present: it must be compensated at once.
     let mut most_nm = 0.0_f64;
     for _ in 0..400 {
         most_nm = most_nm.max(bench.step(Some(0.3)).abs());
     }
     assert!(most_nm < 0.3 * 1.3, "{most_nm}");
-    // What held a large current is forgotten.
+    // The integrals of a large current are cleared.
     bench.run(Some(2.0), 1_000);
     bench.run(None, 40);
     let most_nm = (0..40).map(|_| bench.step(Some(0.0)).abs()).fold(0.0, f64::max);
     assert!(most_nm < 0.05, "{most_nm}");
     assert_eq!(bench.drive.step(&bench.sample(), Some(f32::NAN)), None);
-    assert_eq!(bench.drive.fault(), None, "a torque that is no number is no fault of the drive");
+    assert_eq!(bench.drive.fault(), None, "a NaN torque is not a drive fault");
 }
 
 #[test]
 fn a_fault_that_is_cleared_at_speed_gives_the_torque_back_and_no_other_one() {
-    // The rotor was followed meanwhile; where its encoder fails, too, it is found anew first.
+    // The observer tracked the rotor meanwhile; after an encoder failure it is reinitialised first.
     for encoder_fails in [false, true] {
         let (mut bench, _) = turning(|_| {});
         bench.motor.set_rotor(2.5, 120.0);
@@ -266,7 +266,7 @@ fn a_fault_that_is_cleared_at_speed_gives_the_torque_back_and_no_other_one() {
             bench.step_with(&Sample { bus_v: 0.0, rotor, ..sample }, Some(0.3));
         }
         if encoder_fails {
-            // Nobody knows what it did meanwhile.
+            // The motion meanwhile is unknown.
             bench.motor.set_rotor(1.0, 120.0);
         }
         bench.drive.clear();
@@ -297,7 +297,7 @@ fn a_drive_that_starts_with_a_wrong_reading_or_at_speed_is_off_until_it_knows_th
         bench.motor.set_rotor(0.3, speed);
         let right = bench.sample();
         let Rotor::At(angle) = right.rotor else { panic!("{right:?}") };
-        // Half an electrical turn off.
+        // Wrong by half an electrical turn.
         let rotor = Rotor::At(angle.plus_rad(PI / 10.0));
         bench.step_with(&Sample { rotor, ..right }, Some(0.6));
         let torques: Vec<f64> = (0..400).map(|_| bench.step(Some(0.6))).collect();
@@ -309,7 +309,7 @@ fn a_drive_that_starts_with_a_wrong_reading_or_at_speed_is_off_until_it_knows_th
 
 #[test]
 fn a_slow_joint_starts_whatever_step_its_encoder_is_at() {
-    // A step of the encoder in one period is faster than this joint may be.
+    // One encoder count per period exceeds the maximum speed of this joint.
     let motor = motor();
     let mut told = configuration(&motor);
     told.limits.speed_rad_per_s = 5.0;
@@ -376,7 +376,7 @@ fn what_no_drive_can_have_is_refused_by_name() {
     }
 }
 
-/// Mostly what a drive that is well shows, now and then anything.
+/// Samples that are mostly valid and sometimes arbitrary.
 fn nearly(right: std::ops::Range<f32>) -> impl Strategy<Value = f32> {
     prop_oneof![60 => right, 1 => any::<f32>(), 1 => Just(f32::NAN), 1 => -100.0_f32..100.0]
 }
@@ -418,12 +418,12 @@ fn whatever_converters_show_and_whoever_commands_duties_stay_within_their_range(
     assert!(on.get() > 3_000, "the bridge was on in {} steps", on.get());
 }
 
-/// A motor that turns a rotor of its own, with friction.
+/// A motor with rotor and friction only.
 fn free() -> ThreePhaseParameters {
     ThreePhaseParameters { rotor_inertia_kg_m2: 5e-4, viscous_nms_per_rad: 1e-2, ..motor() }
 }
 
-/// Errors of what the drive is told: of the resistance, of the inductances, of the flux.
+/// Errors of the configured resistance, inductances and flux.
 const ERRORS: [[f32; 3]; 5] =
     [[1.0, 1.0, 1.0], [0.7, 0.7, 1.3], [0.7, 1.3, 0.7], [1.3, 0.7, 1.3], [1.3, 1.3, 0.7]];
 
@@ -471,7 +471,7 @@ fn a_sound_encoder_is_not_taken_for_lost_at_a_wall_in_steps_in_turning_back_and_
         random = random.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
         if random >> 31 == 0 { 1.0 } else { -1.0 }
     };
-    // At a wall, and free; with cogging; with a dead time that is half as long again as is told.
+    // At a wall, and free; with cogging; with a dead time 50 % longer than configured.
     for (motor, cogging_nm, dead_time_share) in
         [(motor(), 0.0, 0.02), (motor(), 0.0, 0.03), (free(), 0.0, 0.02), (free(), 0.1, 0.03)]
     {
@@ -483,7 +483,7 @@ fn a_sound_encoder_is_not_taken_for_lost_at_a_wall_in_steps_in_turning_back_and_
             bench.motor = BridgeMotor::new(&real).unwrap().with_cogging(cogging_nm, 42);
             let step_nm = 18.0 * bench.configuration.motor.torque_constant_nm_per_a();
             for step in 0..20_000 / periods {
-                // Half of the time it coasts.
+                // Coasting for half of the time.
                 let torque_nm = if step % 40 < 20 { either_way() * step_nm } else { 0.0 };
                 bench.run(Some(torque_nm), periods);
                 let speed = bench.motor.state().speed_rad_per_s;

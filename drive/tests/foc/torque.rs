@@ -1,13 +1,13 @@
-//! What torque comes of a command, at any speed that the voltage allows.
+//! Torque accuracy, at all speeds within the voltage limit.
 
 use hil_sim::plant::ThreePhaseParameters;
 
 use crate::bench::{Bench, PERIOD_S, configuration, motor};
 
-/// Of the encoder, converters and dead time, all of which are there.
+/// Maximum torque error by encoder, converters and dead time, all simulated.
 const MOST_ERROR: f64 = 0.02;
 
-/// The speed at which this current takes this share of what the inverter can make, `rad/s`, motoring.
+/// Returns the motoring speed at which this current needs this share of the maximum voltage, `rad/s`.
 fn speed_at(motor: &ThreePhaseParameters, current_a: f64, share: f64) -> f64 {
     let radius_v = share * 0.86 * motor.supply_v / 3.0_f64.sqrt();
     let taken_v = |speed: f64| {
@@ -74,8 +74,8 @@ fn a_torque_that_comes_and_goes_at_high_speed_leaves_the_flux_alone() {
             most_a = most_a.max(bench.motor.state().direct_a.abs());
         }
     }
-    // It is 2 A where nothing takes the axes apart, and 1.1 A where the rotor is taken to stand until the voltage is made.
-    assert!(most_a < 0.8, "{most_a} A along the magnets");
+    // 2 A without decoupling, 1.1 A without extrapolation of the angle.
+    assert!(most_a < 0.8, "{most_a} A on the d axis");
 }
 
 #[test]
@@ -83,7 +83,7 @@ fn cogging_turns_the_rotor_back_and_forth_and_leaves_the_torque_of_the_current_r
     let motor = ThreePhaseParameters { rotor_inertia_kg_m2: 3e-4, ..motor() };
     let mut bench = Bench::new(&motor, configuration(&motor));
     bench.motor = bench.motor.with_cogging(0.05, 84);
-    // A torque that is not enough to leave the place where the magnets hold it, and then one that is.
+    // A torque below the cogging torque, then one above it.
     for wanted_nm in [0.03_f32, 0.3] {
         let found_nm = bench.mean_torque_nm(wanted_nm, 600);
         assert!((found_nm / f64::from(wanted_nm) - 1.0).abs() < MOST_ERROR, "{wanted_nm}: {found_nm}");
@@ -123,7 +123,7 @@ fn beyond_the_voltage_the_flux_is_held_and_the_torque_is_there_again_as_soon_as_
         assert!(voltage_v.d.hypot(voltage_v.q) <= 0.86 * 24.0 / 3.0_f32.sqrt() + 1e-4, "{voltage_v:?}");
     }
     assert!(bench.motor.torque_nm() < 0.5 * f64::from(wanted_nm), "{}", bench.motor.torque_nm());
-    // The load brakes it within 50 ms; nothing has wound up meanwhile.
+    // The load brakes it within 50 ms; the integrals have not wound up.
     let (fast, slow) = (bench.motor.state().speed_rad_per_s, 0.5 * speed_at(&motor, 10.0, 1.0));
     let mut most_nm = 0.0_f64;
     for period in 0..2_000 {

@@ -1,4 +1,4 @@
-//! A joint and the model of its drive, tick by tick.
+//! A moteus joint and its drive model, tick by tick.
 
 use drive::{MoteusJoint, MoteusReading, MoteusTrouble};
 
@@ -6,12 +6,12 @@ use super::*;
 
 const MISSING_TICKS: u8 = 3;
 
-/// A joint with its drive, and wires between them.
+/// A joint, its drive and the bus between them.
 struct Bench {
     joint: MoteusJoint,
     drive: MoteusDrive,
     are_wires_whole: bool,
-    /// What was sent last.
+    /// Last frame sent.
     sent: MoteusFrame,
 }
 
@@ -21,7 +21,7 @@ impl Bench {
         Self { joint, drive: model(), are_wires_whole: true, sent: MoteusFrame::query() }
     }
 
-    /// A tick: what is read, then what is commanded.
+    /// Runs a tick: reads, then commands.
     fn tick(&mut self, torque_nm: Option<f32>) -> MoteusReading {
         let reading = self.joint.read();
         self.sent = self.joint.frame(torque_nm);
@@ -33,12 +33,12 @@ impl Bench {
         reading
     }
 
-    /// So many ticks; what was read in the last one.
+    /// Runs ticks; returns the last reading.
     fn ticks(&mut self, count: usize, torque_nm: Option<f32>) -> MoteusReading {
         (0..count).map(|_| self.tick(torque_nm)).last().unwrap()
     }
 
-    /// A joint that is moved.
+    /// Returns a bench with a moving joint.
     fn moving() -> Self {
         let mut bench = Self::new();
         bench.tick(None);
@@ -74,7 +74,7 @@ fn nothing_is_read_before_the_first_reply_and_then_what_it_says() {
 fn replies_that_do_not_come_are_bridged_then_told_of_then_nothing() {
     let mut bench = Bench::moving();
     bench.are_wires_whole = false;
-    // The reply to the last frame before is still there.
+    // The reply to the previous frame is still read.
     for tick in 0..MISSING_TICKS {
         assert_eq!(bench.tick(Some(1.0)).trouble, None, "{tick}");
     }
@@ -84,7 +84,7 @@ fn replies_that_do_not_come_are_bridged_then_told_of_then_nothing() {
     for _ in 0..1000 {
         assert!(shows_nothing(&bench.tick(Some(1.0))));
     }
-    // The drive has timed out, is stopped and goes on.
+    // The drive has timed out, is stopped and continues.
     bench.are_wires_whole = true;
     bench.ticks(2, None);
     assert_eq!(bench.ticks(5, Some(2.0)).trouble, None);
@@ -99,7 +99,7 @@ fn a_fault_under_command_is_told_of_once_and_kept_until_the_next_start() {
     let told = bench.tick(Some(1.0));
     assert_eq!(told.trouble, MoteusTrouble::from_number(33));
     assert!(told.position_rad.is_finite());
-    // Whoever goes on commanding clears nothing.
+    // Continuing to command does not clear the fault.
     for _ in 0..100 {
         assert!(shows_nothing(&bench.tick(Some(1.0))));
         assert_eq!(bench.sent, MoteusFrame::query());
@@ -129,7 +129,7 @@ fn a_fault_that_comes_back_is_cleared_no_second_time() {
             bench.drive.raise_fault(40);
         }
     }
-    assert_eq!(stops, 2, "one that clears it, and one before the reply that shows so");
+    assert_eq!(stops, 2, "one stop to clear the fault, one before its reply arrives");
     assert!(told < 6, "{told}");
 }
 
@@ -181,17 +181,17 @@ fn every_trouble_has_its_number_and_a_remedy() {
             assert!(number == 0 || number > 512, "{number}");
             continue;
         };
-        // The drive has three numbers for getting ready.
+        // Three mode numbers mean preparing.
         let is_same = trouble.number() == number || (256 + 2..=256 + 4).contains(&number);
         assert!(is_same, "{number}: {trouble}");
         assert!(!trouble.remedy().is_empty() && !trouble.to_string().is_empty());
     }
     let timed_out = MoteusTrouble::from_number(267).unwrap();
-    assert_eq!(timed_out.to_string(), "under command it is timed out (267)");
+    assert_eq!(timed_out.to_string(), "commanded, but in mode timeout (267)");
 }
 
 proptest! {
-    /// Whatever happens in whatever order: off is no torque, and what is read is whole or nothing.
+    /// For any sequence of events: no torque while off, and readings are complete or empty.
     #[test]
     fn a_joint_that_is_off_is_sent_no_torque(
         events in prop::collection::vec((0..6_u8, any::<bool>(), any::<f32>()), 0..400),
@@ -212,7 +212,7 @@ proptest! {
                 prop_assert!(!bench.are_wires_whole || bench.drive.torque_nm().abs() < 1e-9);
             }
         }
-        // Once all is well again, off and on is all that it takes.
+        // After all faults are gone, switching off and on restores operation.
         bench.are_wires_whole = true;
         bench.ticks(3, None);
         let reading = bench.ticks(5, Some(1.0));

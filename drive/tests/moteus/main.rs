@@ -1,5 +1,5 @@
-//! Commands to a moteus drive and its replies, against the simulator's model of one: each has the protocol by itself.
-#![expect(clippy::unwrap_used, reason = "in helpers of tests as in tests")]
+//! moteus commands and replies against the simulator's drive model; both implement the protocol independently.
+#![expect(clippy::unwrap_used, reason = "test helpers")]
 
 mod joint;
 
@@ -20,7 +20,7 @@ fn model() -> MoteusDrive {
     MoteusDrive::new(1, MOST_TORQUE_NM)
 }
 
-/// Sends a frame, and reads the reply.
+/// Sends a frame and reads the reply.
 fn send(model: &mut MoteusDrive, frame: MoteusFrame) -> MoteusState {
     let (id, reply) = model.receive(address().command_id(), frame.bytes()).unwrap();
     assert_eq!((id, reply.len()), (address().reply_id(), 24));
@@ -68,12 +68,12 @@ fn the_model_answers_the_documents_command_as_the_document_has_it() {
     model.set_state(2.88_f64.to_radians(), 23.04_f64.to_radians());
     let command = b"\x01\x00\x0a\x07\x20\x60\x00\x20\x01\x50\xff\x14\x04\x00\x13\x0d";
     assert!(model.receive(0x0001, command).is_none(), "no reply was requested");
-    assert!(model.receive(0x8002, command).is_none(), "it is another's");
+    assert!(model.receive(0x8002, command).is_none(), "addressed to another drive");
     let (id, reply) = model.receive(0x8001, command).unwrap();
     assert_eq!((id, reply.len()), (0x100, 16));
     assert_eq!(reply[..9], *b"\x24\x04\x00\x0a\x00\x50\x00\x00\x01");
     assert_eq!(reply[11..13], *b"\x23\x0d");
-    // -1.76 N m and what its position controller adds to it.
+    // -1.76 N m plus the contribution of its position controller.
     assert!((model.torque_nm() + 1.76 - 4.0 * 0.0016 - 0.05 * 0.008).abs() < 1e-6, "{}", model.torque_nm());
 }
 
@@ -84,7 +84,7 @@ fn a_torque_comes_to_the_joint_and_its_motion_comes_back() {
             let mut model = model();
             model.set_state(turn, -3.0 * turn);
             assert_eq!(send(&mut model, MoteusFrame::torque(torque_nm, TIMEOUT_S)).mode, MoteusMode::Stopped);
-            // Far from where it was: nothing pulls it back.
+            // Far from the previous position: no restoring torque.
             model.set_state(turn + 5.0, -3.0 * turn);
             assert!((model.torque_nm() - f64::from(torque_nm)).abs() < 1e-9);
             let state = send(&mut model, MoteusFrame::query());
@@ -127,7 +127,7 @@ fn what_is_no_torque_for_a_time_is_a_stop() {
 #[test]
 fn without_commands_the_torque_is_gone_in_time_and_stays_away_until_a_stop() {
     let mut model = model();
-    // Not while commands come.
+    // No timeout while commands arrive.
     for _ in 0..100 {
         send(&mut model, MoteusFrame::torque(1.0, TIMEOUT_S));
         model.advance(0.019);
@@ -136,7 +136,7 @@ fn without_commands_the_torque_is_gone_in_time_and_stays_away_until_a_stop() {
     send(&mut model, MoteusFrame::torque(1.0, TIMEOUT_S));
     for _ in 0..21 {
         model.advance(0.001);
-        // A question is no command.
+        // A query is not a command.
         send(&mut model, MoteusFrame::query());
     }
     assert!(model.torque_nm().abs() < 1e-9);
@@ -155,7 +155,7 @@ fn a_fault_is_shown_and_takes_the_torque_until_a_stop() {
     assert_eq!(state.mode, MoteusMode::Fault);
     let fault = state.fault.unwrap();
     assert!(!fault.is_limit() && fault.remedy().contains("supply"));
-    assert_eq!(fault.to_string(), "the supply is too low (40)");
+    assert_eq!(fault.to_string(), "undervoltage (40)");
     assert!(model.torque_nm().abs() < 1e-9);
     send(&mut model, MoteusFrame::stop());
     let state = send(&mut model, MoteusFrame::torque(1.0, TIMEOUT_S));

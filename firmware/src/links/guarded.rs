@@ -1,7 +1,7 @@
-//! Packets between the links and the tick, authenticated: sealed on their way out, opened on their way in.
+//! Packets between the links and the tick, with authentication.
 //!
-//! One task for all of it. Both ways need the guard, and to share it between tasks would mask the tick's interrupt for
-//! as long as a tag takes.
+//! A single task handles both directions: sharing the guard between tasks would mask the tick's interrupt for
+//! the duration of a tag.
 
 use boards::{Board as _, LinkIn as _, LinkOut as _, MAX_CARRIED_BYTES, Selected};
 use dimsart_core::envelope::MAX_CONTENT_BYTES;
@@ -19,7 +19,7 @@ use crate::{entry_points, token};
 
 const LINKS: usize = Selected::SIZES.links;
 
-/// Starts what carries packets. It takes every key that the board is given after the one it has now.
+/// Starts the task. It uses the current key and every later one.
 pub(crate) fn start(
     background: SendSpawner,
     (link_in, link_out): (LinkIn, LinkOut),
@@ -29,19 +29,19 @@ pub(crate) fn start(
     background.spawn(token(carry(link_in, link_out, packets_in, packets_out, keys, kept)));
 }
 
-/// What becomes of what comes and goes.
+/// The authentication state.
 #[expect(clippy::large_enum_variant, reason = "a board has one, and nowhere else to put it")]
 enum Door {
-    /// Everything goes through as it is.
+    /// Without a key: all packets pass.
     Open,
-    /// Nothing goes through.
+    /// Corrupt key: all packets are dropped.
     Shut,
     Guarded([Guarded; LINKS]),
 }
 
 struct Guarded {
     guard: Guard,
-    /// What is sent on.
+    /// Sending channel.
     channel: u16,
 }
 
@@ -69,10 +69,10 @@ impl Door {
         }
     }
 
-    /// The packet in what came in; none for a handshake.
+    /// Opens a received message; `None` for a handshake.
     fn open(&mut self, link: usize, content: &[u8]) -> Option<Result<Packet, PacketError>> {
         let channel = listened_to(link);
-        // As if nothing that is a packet had come.
+        // Rejects it as an invalid packet.
         let refused = || entry_points::read(&[], channel);
         match self {
             Self::Open => Some(entry_points::read(content, channel)),
@@ -101,8 +101,8 @@ async fn carry(
     let mut door = Door::new(kept);
     let mut buffer = [0; MAX_CARRIED_BYTES];
     loop {
-        // Who changes a key waits for it. What goes out comes next: a tick leaves one packet per link, and whoever
-        // floods a link brings any number.
+        // Priority: a new key, then outgoing packets (one per link and tick), then incoming packets, which
+        // may be a flood.
         match select3(keys.next(), packets_out.next(), link_in.receive(&LISTENING, &mut buffer)).await {
             Either3::First(kept) => door = Door::new(kept),
             Either3::Second(Outgoing { link, packet }) => {
@@ -117,19 +117,19 @@ async fn carry(
                 if let Some(packet) = buffer.get(..length).and_then(|content| door.open(link, content)) {
                     match packet {
                         Ok(_) => packets_in.give(Received { link, packet }),
-                        // A flood of these must not take the place of what is right.
+                        // A flood of invalid packets must not displace valid ones.
                         Err(_) => packets_in.give_sparingly(Received { link, packet }, LINKS),
                     }
                 }
                 shake_hands(&mut door, link, &mut link_out).await;
-                // A tag takes long: the command line has its turn.
+                // A tag takes long: yields to the command line.
                 yield_now().await;
             }
         }
     }
 }
 
-/// Sends the handshakes that are due on a link.
+/// Sends the pending handshakes of a link.
 async fn shake_hands(door: &mut Door, link: usize, link_out: &mut LinkOut) {
     let Some(Guarded { guard, channel }) = door.guarded(link) else { return };
     while let Some(handshake) = guard.handshake(now_ms()) {
@@ -137,7 +137,7 @@ async fn shake_hands(door: &mut Door, link: usize, link_out: &mut LinkOut) {
     }
 }
 
-/// Sends a packet. It is lost while the other side has not answered.
+/// Sends a packet; drops it before the handshake is complete.
 async fn send(door: &mut Door, link: usize, packet: &Packet, link_out: &mut LinkOut) {
     let bytes = packet.to_bytes();
     let mut sealed = [0; MAX_CARRIED_BYTES];

@@ -1,4 +1,4 @@
-//! Packets as they are.
+//! Packets between the links and the tick, without authentication.
 
 use boards::{LinkIn as _, LinkOut as _, MAX_CARRIED_BYTES};
 use embassy_executor::SendSpawner;
@@ -7,7 +7,7 @@ use super::{LISTENING, LinkIn, LinkOut, Outgoing, Received, listened_to};
 use crate::handover::{Giver, Taker};
 use crate::{entry_points, token};
 
-/// Starts what carries packets.
+/// Starts the tasks.
 pub(crate) fn start(
     background: SendSpawner,
     (link_in, link_out): (LinkIn, LinkOut),
@@ -32,7 +32,7 @@ async fn receive(mut link_in: LinkIn, mut packets: Giver<Received>) {
 #[embassy_executor::task]
 async fn send(mut link_out: LinkOut, mut packets: Taker<Outgoing>) {
     loop {
-        // The packet itself is not kept while its bytes go out.
+        // Drops the packet before its bytes are sent.
         let (link, channel, bytes) = {
             let Outgoing { link, packet } = packets.next().await;
             (link, packet.channel, packet.to_bytes())

@@ -1,4 +1,4 @@
-//! A CAN bus: many nodes on one pair of wires.
+//! CAN bus.
 
 mod bus;
 mod frame;

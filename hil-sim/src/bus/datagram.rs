@@ -1,8 +1,8 @@
-//! One direction of a network path: a rate, a delay, losses that come in bursts, order kept or not.
+//! One direction of a network path: rate, delay, burst losses, with or without reordering.
 //!
-//! Bursts are those of Gilbert (1960) and Elliott (1963): the path is good or bad; before each datagram it may change,
-//! and while it is bad a share of the datagrams gets lost. Bursts last `1/burst_end` datagrams on average, and
-//! `burst_start/(burst_start + burst_end)` of the time is bad.
+//! Burst losses after Gilbert (1960) and Elliott (1963): the path is good or bad; it can change before each datagram,
+//! and loses a share of the datagrams while bad. Bursts last `1/burst_end` datagrams on average; the path is bad for
+//! `burst_start/(burst_start + burst_end)` of the time.
 
 use std::collections::VecDeque;
 
@@ -13,24 +13,24 @@ use super::traffic::{Occupation, Timeline};
 
 const BITS_PER_BYTE: u32 = 8;
 
-/// What a path does to datagrams.
+/// Parameters of a path.
 #[derive(Debug, Clone, PartialEq)]
 pub struct DatagramParameters {
-    /// Bit rate of its narrowest part, `bit/s`.
+    /// Bit rate of the bottleneck, `bit/s`.
     pub bits_per_s: u32,
-    /// Bytes that each datagram takes besides its content.
+    /// Header of each datagram, bytes.
     pub header_bytes: usize,
-    /// Bytes that can wait before the narrowest part.
+    /// Queue size of the bottleneck, bytes.
     pub queue_bytes: usize,
-    /// How long a datagram takes once it is out.
+    /// Delay after the bottleneck.
     pub delay: Delay,
-    /// Chance that a burst of losses begins, before each datagram in good times, 0 to 1.
+    /// Probability per datagram that a burst starts, 0 to 1.
     pub burst_start: f64,
-    /// Chance that it ends, before each datagram in bad times, 0 to 1.
+    /// Probability per datagram that a burst ends, 0 to 1.
     pub burst_end: f64,
-    /// Share of the datagrams that get lost in a burst, 0 to 1.
+    /// Share of datagrams lost in a burst, 0 to 1.
     pub burst_loss: f64,
-    /// Whether a datagram can overtake those before it; else it waits for them.
+    /// Whether datagrams can overtake each other; otherwise they keep their order.
     pub overtaking: bool,
 }
 
@@ -51,7 +51,7 @@ pub struct DatagramPath {
 }
 
 impl DatagramPath {
-    /// A path whose fate comes from `seed`.
+    /// Creates a path with a random seed.
     #[must_use]
     pub fn new(parameters: DatagramParameters, seed: u64) -> Self {
         Self {
@@ -68,12 +68,12 @@ impl DatagramPath {
         }
     }
 
-    /// Sends a datagram. False when there is no room for it before the narrowest part.
+    /// Sends a datagram. Returns false if the queue is full.
     pub fn send(&mut self, now_ns: u64, bytes: &[u8]) -> bool {
         let length = bytes.len() + self.parameters.header_bytes;
         let Some(start_ns) = self.line.take(now_ns, length) else { return false };
         let out_ns = start_ns + self.line.lasts_ns(length);
-        // Every datagram draws the same, whatever becomes of it.
+        // Every datagram draws equally many random numbers.
         let is_in_burst = self.is_lost_in_burst();
         let delay_ns = self.delays.next_ns(&mut self.random).filter(|_| !is_in_burst);
         let is_error = delay_ns.is_none();
@@ -99,7 +99,7 @@ impl DatagramPath {
         self.is_bad && self.random.happens(self.parameters.burst_loss)
     }
 
-    /// Gives `deliver` what has arrived by `now_ns`, each with its moment in `ns`.
+    /// Passes datagrams that have arrived by `now_ns` to `deliver`, with their arrival in `ns`.
     pub fn receive(&mut self, now_ns: u64, mut deliver: impl FnMut(u64, &[u8])) {
         while let Some((arrival_ns, bytes)) =
             self.in_flight.pop_front_if(|(arrival_ns, _)| *arrival_ns <= now_ns)
@@ -108,25 +108,25 @@ impl DatagramPath {
         }
     }
 
-    /// Datagrams that got lost on the way.
+    /// Returns the number of lost datagrams.
     #[must_use]
     pub fn lost(&self) -> u64 {
         self.lost
     }
 
-    /// Time that the narrowest part was taken so far, `ns`.
+    /// Returns the busy time of the bottleneck, `ns`.
     #[must_use]
     pub fn busy_ns(&self) -> u64 {
         self.line.busy_ns()
     }
 
-    /// Longest time from being given to having arrived, `ns`.
+    /// Returns the maximum time from sending to arrival, `ns`.
     #[must_use]
     pub fn longest_ns(&self) -> u64 {
         self.longest_ns
     }
 
-    /// When the narrowest part was taken.
+    /// Returns the busy intervals of the bottleneck.
     #[must_use]
     pub fn timeline(&self) -> &Timeline {
         &self.timeline
@@ -150,7 +150,7 @@ mod tests {
         }
     }
 
-    /// Sends numbered datagrams of 8 bytes every millisecond and gives (arrival in ns, number).
+    /// Sends numbered 8-byte datagrams every millisecond and returns (arrival in ns, number).
     fn run(parameters: DatagramParameters, count: u64) -> Vec<(u64, u64)> {
         let mut path = DatagramPath::new(parameters, 21);
         for number in 0..count {
@@ -174,7 +174,7 @@ mod tests {
 
     #[test]
     fn a_narrow_path_fills_up_and_refuses_what_has_no_room() {
-        // 36 bytes at 144 kbit/s are 2 ms: every other one finds no room in the long run.
+        // 36 bytes at 144 kbit/s take 2 ms: in the long run, every second one is dropped.
         let arrived = run(DatagramParameters { bits_per_s: 144_000, queue_bytes: 360, ..clean() }, 1000);
         assert!((500..=510).contains(&arrived.len()), "{}", arrived.len());
         let longest_ns =

@@ -1,66 +1,66 @@
-//! How long datagrams take on a network: a constant, a distribution, or what somebody measured.
+//! Network delays: constant, random, or recorded.
 
 use std::path::{Path, PathBuf};
 
 use super::random::Random;
 use super::time::{NS_PER_S, seconds_ns};
 
-/// Standard deviations beyond the mean that a gamma distribution's upper estimate takes.
+/// Standard deviations above the mean for the upper bound of a gamma distribution.
 const DEVIATIONS: f64 = 6.0;
-/// Longest delay, `s`.
+/// Maximum delay, `s`.
 const LONGEST_S: f64 = 3600.0;
 
-/// Where delays come from; times in `s`.
+/// Delay distribution; times in `s`.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Delay {
-    /// Always the same.
+    /// Constant.
     Constant(f64),
-    /// From `least_s` on, as likely anywhere within `width_s`.
+    /// Uniform from `least_s`, of width `width_s`.
     Uniform {
-        /// The shortest.
+        /// Minimum.
         least_s: f64,
-        /// How much longer the longest is.
+        /// Maximum minus minimum.
         width_s: f64,
     },
-    /// `least_s` and a gamma-distributed queueing time on top.
+    /// `least_s` plus a gamma-distributed queueing time.
     Gamma {
-        /// The shortest.
+        /// Minimum.
         least_s: f64,
-        /// Mean of what comes on top, > 0.
+        /// Mean queueing time, > 0.
         mean_s: f64,
-        /// Its shape, > 0: 1 is exponential, a large one is bell-shaped.
+        /// Shape, > 0: 1 is exponential, large values are bell-shaped.
         shape: f64,
     },
-    /// One after the other, from the begin again after the last; none is a datagram that got lost.
+    /// Recorded sequence, repeated; `None` is a lost datagram.
     Recorded(Vec<Option<f64>>),
 }
 
-/// Why recorded delays cannot be used.
+/// Invalid delays file.
 #[derive(Debug, thiserror::Error)]
 pub enum DelayFileError {
     /// The file cannot be read.
-    #[error("{}: cannot read the delays ({reason}); give udp.delays_file the path of a CSV file", path.display())]
+    #[error("{}: cannot read the delays ({reason}); set udp.delays_file to the path of a CSV file", path.display())]
     Unreadable {
         /// The file.
         path: PathBuf,
-        /// Why.
+        /// Reason.
         reason: String,
     },
-    /// A row that is no delay.
+    /// Invalid row.
     #[error(
-        "{}:{line}: `{value}` is no delay; give a number of seconds from 0 to 3600 in the first column, or `lost`",
+        "{}:{line}: invalid delay `{value}`: the first column must be 0 s to 3600 s, or `lost`",
         path.display()
     )]
     NotADelay {
         /// The file.
         path: PathBuf,
-        /// Its line, from 1.
+        /// Line, from 1.
         line: u64,
-        /// What stands there.
+        /// Text of the row.
         value: String,
     },
-    /// No row at all.
-    #[error("{}: holds no delay; give one in each row, in seconds", path.display())]
+    /// No rows.
+    #[error("{}: no delays found: write one per row, in seconds", path.display())]
     Empty {
         /// The file.
         path: PathBuf,
@@ -68,11 +68,11 @@ pub enum DelayFileError {
 }
 
 impl Delay {
-    /// Reads recorded delays: the first column of a CSV file, in seconds, `lost` for a datagram that got lost. A row
-    /// of names at the top and lines that begin with `#` are passed over.
+    /// Reads recorded delays: first column of a CSV file, in seconds, or `lost`. A header row and lines starting with
+    /// `#` are skipped.
     ///
     /// # Errors
-    /// [`DelayFileError`] names the line.
+    /// [`DelayFileError`] with the line.
     pub fn read(path: &Path) -> Result<Self, DelayFileError> {
         let unreadable = |error: csv::Error| DelayFileError::Unreadable {
             path: path.to_owned(),
@@ -105,7 +105,7 @@ impl Delay {
         }
     }
 
-    /// What no delay exceeds, or hardly ever for a gamma distribution, `s`.
+    /// Returns the maximum delay, or an upper bound for a gamma distribution, `s`.
     #[must_use]
     pub fn upper_s(&self) -> f64 {
         match self {
@@ -119,7 +119,7 @@ impl Delay {
     }
 }
 
-/// Draws delays one after the other.
+/// Generates delays.
 #[derive(Debug)]
 pub(super) struct Delays {
     delay: Delay,
@@ -131,7 +131,7 @@ impl Delays {
         Self { delay, drawn: 0 }
     }
 
-    /// The next delay, `ns`; none for a recorded loss.
+    /// Returns the next delay, `ns`; `None` for a recorded loss.
     pub(super) fn next_ns(&mut self, random: &mut Random) -> Option<u64> {
         let delay_s = match &self.delay {
             Delay::Constant(delay_s) => *delay_s,
@@ -232,8 +232,8 @@ mod tests {
         let drawn: Vec<_> = (0..4).map(|_| delays.next_ns(&mut random)).collect();
         assert_eq!(drawn, [Some(10_000_000), None, Some(20_000_000), Some(10_000_000)]);
         let wrong = read("0.01\n-1\n").unwrap_err().to_string();
-        assert!(wrong.contains("delays.csv:2: `-1` is no delay"), "{wrong}");
-        assert!(read("delay_s\n").unwrap_err().to_string().contains("holds no delay"));
+        assert!(wrong.contains("delays.csv:2: invalid delay `-1`"), "{wrong}");
+        assert!(read("delay_s\n").unwrap_err().to_string().contains("no delays found"));
         let missing = Delay::read(&folder.path().join("none.csv")).unwrap_err().to_string();
         assert!(missing.contains("cannot read the delays"), "{missing}");
     }

@@ -1,4 +1,4 @@
-//! A line of a bit rate with a queue before it: what has not gone yet waits, and what finds no room is refused.
+//! A line with a bit rate and a queue; surplus bytes are refused.
 
 use super::time::bits_ns;
 
@@ -18,13 +18,12 @@ impl SerialLine {
         Self { bits_per_s, bits_per_byte, queue_bytes, free_ns: 0, busy_ns: 0, longest_ns: 0 }
     }
 
-    /// How long so many bytes take, `ns`.
+    /// Transmission time of bytes, `ns`.
     pub(super) fn lasts_ns(&self, bytes: usize) -> u64 {
         bits_ns(u64::from(self.bits_per_byte) * bytes as u64, self.bits_per_s)
     }
 
-    /// Lets bytes go as soon as those before them are out, and gives when the first begins; none when those that
-    /// still wait leave no room for them.
+    /// Queues bytes and returns their start time; `None` if the queue is full.
     pub(super) fn take(&mut self, now_ns: u64, bytes: usize) -> Option<u64> {
         let start_ns = self.free_ns.max(now_ns);
         let end_ns = start_ns + self.lasts_ns(bytes);
@@ -37,7 +36,7 @@ impl SerialLine {
         Some(start_ns)
     }
 
-    /// Longest time from being given to being out, `ns`.
+    /// Returns the maximum time from queueing to end of transmission, `ns`.
     pub(super) fn longest_ns(&self) -> u64 {
         self.longest_ns
     }

@@ -1,32 +1,32 @@
-//! Random draws of a simulated medium: the same seed gives the same fate.
+//! Seeded random numbers of simulated media.
 
 use rand_core::{Rng, SeedableRng};
 use rand_pcg::Pcg64Mcg;
 
-/// A seeded source of fate.
+/// Random number generator.
 #[derive(Debug, Clone)]
 pub struct Random(Pcg64Mcg);
 
 impl Random {
-    /// The same fate for the same seed.
+    /// Creates a generator from a seed.
     #[must_use]
     pub fn new(seed: u64) -> Self {
         Self(Pcg64Mcg::seed_from_u64(seed))
     }
 
-    /// Whether something of this probability happens. Draws a number only when it is open.
+    /// Returns true with this probability. Draws a number only for probabilities between 0 and 1.
     pub fn happens(&mut self, probability: f64) -> bool {
         probability > 0.0 && self.uniform() < probability
     }
 
-    /// From 0 to below 1, in steps of 2^-53.
+    /// Uniform in [0, 1), in steps of 2^-53.
     pub fn uniform(&mut self) -> f64 {
         #[expect(clippy::cast_precision_loss, reason = "53 bits fit exactly")]
         let mantissa = (self.0.next_u64() >> 11) as f64;
         mantissa / 9_007_199_254_740_992.0
     }
 
-    /// A whole number from 0 to `most`.
+    /// Uniform integer from 0 to `most`.
     pub fn up_to(&mut self, most: u32) -> u64 {
         if most == 0 { 0 } else { self.0.next_u64() % (u64::from(most) + 1) }
     }
@@ -50,14 +50,14 @@ impl Random {
         }
     }
 
-    /// Normally distributed with mean 0 and deviation 1 (Box and Muller).
+    /// Standard normal (Box and Muller).
     pub fn normal(&mut self) -> f64 {
         let radius = libm::sqrt(-2.0 * libm::log(1.0 - self.uniform()));
         radius * libm::cos(core::f64::consts::TAU * self.uniform())
     }
 
-    /// Trials that go well before the first that does not, each failing with `probability`: geometric, by
-    /// inversion. More than can be counted when nothing fails.
+    /// Geometric: number of successes before the first failure, each trial failing with `probability`; by inversion.
+    /// `u64::MAX`-like values if no trial fails.
     pub fn before_failure(&mut self, probability: f64) -> u64 {
         if probability <= 0.0 {
             return u64::MAX;

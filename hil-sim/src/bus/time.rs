@@ -3,13 +3,13 @@
 /// Nanoseconds of a second.
 pub const NS_PER_S: u64 = 1_000_000_000;
 
-/// How long bits last at a rate in `bit/s`, to the next nanosecond.
+/// Duration of bits at a rate in `bit/s`, rounded to nanoseconds.
 #[must_use]
 pub fn bits_ns(bits: impl Into<u64>, bits_per_s: u32) -> u64 {
     (bits.into() * NS_PER_S).div_ceil(u64::from(bits_per_s.max(1)))
 }
 
-/// A time in seconds as whole nanoseconds; 0 for what is below 0 or no number.
+/// Converts seconds to nanoseconds; 0 for negative values and NaN.
 #[must_use]
 pub fn seconds_ns(time_s: f64) -> u64 {
     #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "a cast saturates")]
@@ -17,7 +17,8 @@ pub fn seconds_ns(time_s: f64) -> u64 {
     ns
 }
 
-/// Time of a tick, `s`. Of a period of whole nanoseconds it is the number nearest to the decimal fraction: 0.009 s after 9 ms.
+/// Time of a tick, `s`. For a period of whole nanoseconds, the nearest number to the decimal value: 0.009 s after 9
+/// ms.
 #[must_use]
 pub fn tick_seconds(tick: u64, period_s: f64) -> f64 {
     #[expect(clippy::cast_precision_loss, reason = "exact for 285 000 years of ticks")]
@@ -27,7 +28,7 @@ pub fn tick_seconds(tick: u64, period_s: f64) -> f64 {
     if is_whole { tick * period_ns.round() / 1e9 } else { tick * period_s }
 }
 
-/// Nanoseconds in seconds, to be shown.
+/// Converts nanoseconds to seconds, for display.
 #[must_use]
 pub fn ns_seconds(time_ns: u64) -> f64 {
     #[expect(clippy::cast_precision_loss, reason = "shown with a few digits")]

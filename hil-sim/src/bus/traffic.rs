@@ -1,4 +1,4 @@
-//! What was on a medium, and what it came to.
+//! Traffic of a medium: timeline and figures.
 
 use std::collections::VecDeque;
 
@@ -6,30 +6,30 @@ use serde::Serialize;
 
 use super::time::ns_seconds;
 
-/// Stretches that a timeline remembers.
+/// Maximum intervals of a timeline.
 const REMEMBERED: usize = 512;
 
-/// The last stretches in which a medium was taken.
+/// Latest busy intervals of a medium.
 #[derive(Debug, Clone, Default, PartialEq, Eq)]
 pub struct Timeline(VecDeque<Occupation>);
 
-/// One stretch in which a medium was taken by one sender.
+/// A busy interval of a medium by one sender.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Occupation {
-    /// Its begin, `ns` of virtual time.
+    /// Start, `ns` of virtual time.
     pub start_ns: u64,
-    /// Its end, `ns`.
+    /// End, `ns`.
     pub end_ns: u64,
-    /// Number of the sender.
+    /// Sender number.
     pub sender: usize,
-    /// What was sent: an identifier, or nothing.
+    /// Identifier of the frame, or empty.
     pub label: String,
-    /// Whether it did not get through.
+    /// Whether the transmission failed.
     pub is_error: bool,
 }
 
 impl Timeline {
-    /// Adds the latest stretch; the oldest is forgotten when there are too many.
+    /// Adds an interval; drops the oldest if full.
     pub fn add(&mut self, occupation: Occupation) {
         if self.0.len() == REMEMBERED {
             self.0.pop_front();
@@ -37,47 +37,46 @@ impl Timeline {
         self.0.push_back(occupation);
     }
 
-    /// The stretches, in the order of their begin.
+    /// Returns the intervals in order of their start.
     pub fn occupations(&self) -> impl DoubleEndedIterator<Item = &Occupation> + Clone {
         self.0.iter()
     }
 }
 
-/// What the traffic on one medium came to.
+/// Traffic figures of a medium.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Traffic {
-    /// Which medium: `uart, master to slave`.
+    /// Medium: `uart, master to slave`.
     pub medium: String,
-    /// Share of the time in which it was taken, 0 to 1.
+    /// Load, 0 to 1.
     pub load: f64,
-    /// Packets given to it.
+    /// Packets sent.
     pub packets: u64,
-    /// Packets that it did not take: for want of room, too long for it, or of a node that was off the bus.
+    /// Dropped packets: queue full, too long, or bus-off.
     pub dropped: u64,
-    /// What went wrong on the wire: bytes damaged, dropped or inserted on a UART, error frames on a CAN bus, packets
-    /// lost on the way of UDP.
+    /// Errors on the wire: bytes damaged, dropped or inserted on a UART, error frames on a CAN bus, lost UDP packets.
     pub errors: u64,
-    /// How often a CAN node left the bus.
+    /// Bus-off events of CAN nodes.
     pub bus_offs: u32,
-    /// Longest time from being given to having arrived, `s`.
+    /// Maximum time from sending to arrival, `s`.
     pub longest_s: f64,
 }
 
-/// All that a medium has to say about itself.
+/// Report of a medium.
 #[derive(Debug, Clone, PartialEq)]
 pub struct MediumReport {
-    /// The figures.
+    /// Figures.
     pub traffic: Traffic,
-    /// Names of the senders, by number.
+    /// Sender names by number.
     pub senders: Vec<String>,
-    /// Who had it when.
+    /// Timeline.
     pub timeline: Timeline,
-    /// What went wrong and what to do, in words.
+    /// Faults with remedies.
     pub faults: Vec<String>,
 }
 
 impl MediumReport {
-    /// Adds the packets of another link over the same medium, and what it alone has to say.
+    /// Adds the packets and faults of another link over the same medium.
     pub(crate) fn join(&mut self, other: Self) {
         self.traffic.packets += other.traffic.packets;
         self.traffic.dropped += other.traffic.dropped;
@@ -86,7 +85,7 @@ impl MediumReport {
     }
 }
 
-/// Share of the time until `now_ns` that was taken, 0 to 1: what lies beyond is not counted.
+/// Load until `now_ns`, 0 to 1; later time is not counted.
 pub(crate) fn load(busy_ns: u64, now_ns: u64) -> f64 {
     (ns_seconds(busy_ns) / ns_seconds(now_ns.max(1))).min(1.0)
 }

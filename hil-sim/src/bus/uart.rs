@@ -1,4 +1,4 @@
-//! One direction of a UART: ten bits a byte, wrong bits, bytes that get lost and bytes that nobody sent.
+//! One direction of a UART: ten bits per byte, bit errors, lost and spurious bytes.
 
 use std::collections::VecDeque;
 
@@ -9,18 +9,18 @@ use super::traffic::{Occupation, Timeline};
 /// Start bit, data, stop bit.
 const BITS_PER_BYTE: u32 = 10;
 
-/// What a line does to bytes.
+/// Parameters of a UART line.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct UartParameters {
     /// Bit rate, `bit/s`.
     pub bits_per_s: u32,
-    /// Share of the bits that arrive wrong, 0 to 1. A wrong start or stop bit loses the byte.
+    /// Probability of a bit error, 0 to 1. A wrong start or stop bit loses the byte.
     pub bit_error_rate: f64,
-    /// Share of the bytes that get lost, 0 to 1: an overrun of the receiver.
+    /// Share of lost bytes, 0 to 1: receiver overruns.
     pub byte_drop: f64,
-    /// Share of the bytes before which comes one that nobody sent, 0 to 1.
+    /// Share of bytes preceded by a spurious byte, 0 to 1.
     pub byte_insert: f64,
-    /// Bytes that can wait to be sent.
+    /// Queue size, bytes.
     pub queue_bytes: usize,
 }
 
@@ -30,16 +30,16 @@ pub struct Uart {
     parameters: UartParameters,
     line: SerialLine,
     random: Random,
-    /// Bits until the next wrong one.
+    /// Bits until the next bit error.
     good_bits: u64,
-    /// With the moment at which they have come in whole, `ns`.
+    /// Bytes with their arrival time, `ns`.
     on_the_way: VecDeque<(u64, u8)>,
     errors: u64,
     timeline: Timeline,
 }
 
 impl Uart {
-    /// A line whose errors come from `seed`.
+    /// Creates a line with a random seed.
     #[must_use]
     pub fn new(parameters: UartParameters, seed: u64) -> Self {
         let mut random = Random::new(seed);
@@ -49,8 +49,7 @@ impl Uart {
         Self { parameters, line, random, good_bits, on_the_way, errors: 0, timeline }
     }
 
-    /// Sends bytes from `now_ns` on, after those that still wait. False when there is no room for all of them: then
-    /// none is sent.
+    /// Queues bytes from `now_ns` on. Returns false if they do not all fit; then no byte is sent.
     pub fn send(&mut self, now_ns: u64, bytes: &[u8]) -> bool {
         let Some(start_ns) = self.line.take(now_ns, bytes.len()) else { return false };
         let before = self.errors;
@@ -70,7 +69,7 @@ impl Uart {
         true
     }
 
-    /// What becomes of a byte; none when it gets lost.
+    /// Applies errors to a byte; `None` if lost.
     fn carry(&mut self, byte: u8) -> Option<u8> {
         let wrong_bits = self.wrong_bits();
         let is_lost = self.random.happens(self.parameters.byte_drop) || wrong_bits & 0b10_0000_0001 != 0;
@@ -79,7 +78,7 @@ impl Uart {
         (!is_lost).then_some(byte ^ data)
     }
 
-    /// A mask of the ten bits of a byte that arrive wrong, the start bit the lowest.
+    /// Error mask of the ten bits of a byte, start bit lowest.
     fn wrong_bits(&mut self) -> u16 {
         let mut mask = 0;
         for bit in 0..BITS_PER_BYTE {
@@ -97,7 +96,7 @@ impl Uart {
         u8::try_from(self.random.up_to(u32::from(u8::MAX))).unwrap_or(u8::MAX)
     }
 
-    /// Gives `deliver` the bytes that have come in whole by `now_ns`, each with its moment in `ns`.
+    /// Passes bytes that have arrived by `now_ns` to `deliver`, with their arrival in `ns`.
     pub fn receive(&mut self, now_ns: u64, mut deliver: impl FnMut(u64, u8)) {
         while let Some((arrival_ns, byte)) =
             self.on_the_way.pop_front_if(|(arrival_ns, _)| *arrival_ns <= now_ns)
@@ -106,25 +105,25 @@ impl Uart {
         }
     }
 
-    /// Bytes that arrived wrong, got lost, or that nobody sent.
+    /// Returns the number of wrong, lost and spurious bytes.
     #[must_use]
     pub fn errors(&self) -> u64 {
         self.errors
     }
 
-    /// Time the line was taken so far, `ns`.
+    /// Returns the busy time, `ns`.
     #[must_use]
     pub fn busy_ns(&self) -> u64 {
         self.line.busy_ns()
     }
 
-    /// Longest time from being given to having arrived, `ns`.
+    /// Returns the maximum time from queueing to arrival, `ns`.
     #[must_use]
     pub fn longest_ns(&self) -> u64 {
         self.line.longest_ns()
     }
 
-    /// When the line was taken.
+    /// Returns the busy intervals.
     #[must_use]
     pub fn timeline(&self) -> &Timeline {
         &self.timeline

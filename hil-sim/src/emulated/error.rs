@@ -1,4 +1,4 @@
-//! Why firmware does not run on the emulated board: what is wrong and what to do next.
+//! Errors of running firmware on the emulated board.
 
 use std::io;
 use std::path::PathBuf;
@@ -10,86 +10,85 @@ use dimsart_link::protocol::Refusal;
 use super::image::BUILD;
 use super::{PATIENCE, PROGRAM};
 
-/// Why a controller does not run, or no longer runs, on an emulated board.
+/// Error of running a controller on an emulated board.
 #[derive(Debug, thiserror::Error)]
 pub enum EmulatedError {
-    /// Nothing to run.
-    #[error("there is no firmware image {}; build it with `{BUILD}`, or give its path with --image", path.display())]
+    /// Image not found.
+    #[error("firmware image {} not found; build it with `{BUILD}`, or set its path with --image", path.display())]
     NoImage {
-        /// Where it was looked for.
+        /// Path of the image.
         path: PathBuf,
     },
-    /// A file that cannot be read.
-    #[error("cannot read the firmware image {}: {source}; give another path with --image", path.display())]
+    /// Image not readable.
+    #[error("cannot read firmware image {}: {source}; set another path with --image", path.display())]
     Image {
         /// The image.
         path: PathBuf,
-        /// What the system says.
+        /// Error of the operating system.
         source: io::Error,
     },
-    /// Something else than this version's firmware for this board.
-    #[error("{} is no image of {wanted}; build one with `{BUILD}`", path.display())]
+    /// Firmware of another version or board.
+    #[error("{} is not an image of {wanted}; build one with `{BUILD}`", path.display())]
     WrongImage {
         /// The image.
         path: PathBuf,
-        /// What it should call itself.
+        /// Expected stamp.
         wanted: String,
     },
-    /// No emulator.
+    /// Emulator not installed or not executable.
     #[error(
-        "the emulator {PROGRAM} does not start: {0}; install it (Debian: `apt install qemu-system-arm`) and try again"
+        "cannot start the emulator {PROGRAM}: {0}; install it (Debian: `apt install qemu-system-arm`)"
     )]
     NoEmulator(io::Error),
-    /// The folder or the files in it that the board is reached by.
+    /// Cannot create the sockets.
     #[error(
-        "cannot make the files to reach the emulated board by: {0}; free space in the system's folder for \
-             temporary files or set TMPDIR"
+        "cannot create the sockets of the emulated board: {0}; free space in the temporary folder or set TMPDIR"
     )]
     Files(io::Error),
-    /// It stopped answering.
-    #[error("the emulated board has not answered for {} s and was ended{}", PATIENCE.as_secs(), last_words(.log))]
+    /// Timeout.
+    #[error("emulated board timed out after {} s and was terminated{}", PATIENCE.as_secs(), last_words(.log))]
     Hung {
-        /// The last of what the firmware logged.
+        /// Last lines of the firmware's log.
         log: Vec<String>,
     },
-    /// It ended.
-    #[error("the emulated board ended: {}{}", reason(.status), last_words(.log))]
+    /// The emulator exited.
+    #[error("the emulated board exited: {}{}", reason(.status), last_words(.log))]
     Ended {
-        /// How.
+        /// Exit status.
         status: Option<ExitStatus>,
-        /// The last of what the firmware logged.
+        /// Last lines of the firmware's log.
         log: Vec<String>,
     },
-    /// Its firmware stopped by a panic, a fault or its watchdog.
-    #[error("the firmware on the emulated board stopped, its actuators {}{}", at(.commanded), last_words(.log))]
+    /// The firmware stopped by a panic, a fault or its watchdog.
+    #[error("the firmware on the emulated board stopped; actuators {}{}", at(.commanded), last_words(.log))]
     Stopped {
-        /// What its actuators are left with: 0 in their safe state.
+        /// Last commands of the actuators; 0 is their safe state.
         commanded: Vec<f32>,
-        /// The last of what the firmware logged.
+        /// Last lines of the firmware's log.
         log: Vec<String>,
     },
-    /// What it says is no frame.
-    #[error("the emulated board answers with {0}; build the image anew with `{BUILD}`")]
+    /// Invalid frame.
+    #[error("invalid answer of the emulated board: {0}; rebuild the image with `{BUILD}`")]
     Exchange(#[from] ExchangeError),
-    /// Firmware of another version.
+    /// Another version of the exchange protocol.
     #[error(
-        "the image speaks {} of the exchange and this command version {}; build the image anew with `{BUILD}`",
+        "the image uses {} of the exchange protocol, this command version {}; rebuild the image with `{BUILD}`",
         version(.found),
         exchange::VERSION
     )]
     Version {
-        /// The image's, if it says one.
+        /// The image's version, if known.
         found: Option<u8>,
     },
     /// Firmware with other modules or types.
-    #[error("the image has another {what} than this command; build the image anew with `{BUILD}`")]
+    #[error("image and command differ in {what}; rebuild the image with `{BUILD}`")]
     OtherLibrary {
         /// What differs.
         what: String,
     },
-    /// Firmware of another sample period.
+    /// Different sample periods.
     #[error(
-        "the board ticks every {board_s} s and the scenario every {scenario_s} s; set sample_period_s={board_s}"
+        "sample periods differ: board {board_s} s, scenario {scenario_s} s; set sample_period_s={board_s}"
     )]
     SamplePeriod {
         /// The board's, `s`.
@@ -97,30 +96,30 @@ pub enum EmulatedError {
         /// The scenario's, `s`.
         scenario_s: f32,
     },
-    /// A request that is not carried out.
-    #[error("the board refuses a part of the scheme that runs on the host: {0}")]
+    /// Refused request.
+    #[error("the board refused a part of the scheme that the host accepts: {0}")]
     Refused(Refusal),
-    /// A request that is not answered, or by something else.
-    #[error("the board does not answer a request in {ticks} ticks; build the image anew with `{BUILD}`")]
+    /// Missing or invalid answer to a request.
+    #[error("no answer from the board within {ticks} ticks; rebuild the image with `{BUILD}`")]
     NoAnswer {
-        /// How long was waited.
+        /// Time waited, ticks.
         ticks: u32,
     },
-    /// More packets than the exchange carries.
+    /// More packets than the exchange carries in one tick.
     #[error(
-        "{found} packets came in one tick, and an emulated board takes {MAX_PACKETS} or what {MAX_FRAME_BYTES} bytes \
-             hold; lower link.jitter_ticks or link.duplication"
+        "{found} packets in one tick, an emulated board takes at most {MAX_PACKETS} in {MAX_FRAME_BYTES} bytes; \
+        lower link.jitter_ticks or link.duplication"
     )]
     TooManyPackets {
         /// Packets of all links.
         found: usize,
     },
-    /// A tick that brings something else than asked for.
+    /// Unexpected size of a tick's data.
     #[error(
-        "the board's tick brings {found} bytes of {what} and not {expected}: its scheme was changed meanwhile"
+        "the board sent {found} bytes of {what}, expected {expected}: its scheme has changed"
     )]
     OtherAnswer {
-        /// Of what.
+        /// Kind of data.
         what: &'static str,
         /// Bytes.
         expected: usize,
@@ -130,30 +129,30 @@ pub enum EmulatedError {
 }
 
 fn version(found: &Option<u8>) -> String {
-    found.map_or_else(|| "no version".to_owned(), |version| format!("version {version}"))
+    found.map_or_else(|| "an unknown version".to_owned(), |version| format!("version {version}"))
 }
 
 /// The firmware's and the emulator's exit codes.
 fn reason(status: &Option<ExitStatus>) -> String {
     match status.and_then(|status| status.code()) {
-        Some(2) => "it found no host (exit status 2)".to_owned(),
-        Some(3) => "it refused what this command sent (exit status 3)".to_owned(),
-        Some(101) => "its firmware stopped by a panic, a fault or its watchdog (exit status 101)".to_owned(),
-        _ => status.map_or_else(|| "it closed its line".to_owned(), |status| status.to_string()),
+        Some(2) => "no host found (exit status 2)".to_owned(),
+        Some(3) => "invalid data from this command (exit status 3)".to_owned(),
+        Some(101) => "panic, fault or watchdog reset (exit status 101)".to_owned(),
+        _ => status.map_or_else(|| "connection closed".to_owned(), |status| status.to_string()),
     }
 }
 
 fn at(commanded: &[f32]) -> String {
-    // Not equal to 0 is NaN, too.
+    // Compares bits, so that NaN counts as nonzero.
     if commanded.iter().all(|force| force.to_bits() == 0) {
-        return "at rest".to_owned();
+        return "at 0".to_owned();
     }
-    format!("not at rest, but commanded {commanded:?}")
+    format!("still commanded {commanded:?}")
 }
 
 fn last_words(log: &[String]) -> String {
     if log.is_empty() {
-        return ", without a word".to_owned();
+        return "; its log is empty".to_owned();
     }
-    log.iter().fold("; its last words:".to_owned(), |text, line| format!("{text}\n  {line}"))
+    log.iter().fold("; end of its log:".to_owned(), |text, line| format!("{text}\n  {line}"))
 }

@@ -176,10 +176,10 @@ impl CommandLine<'_> {
                 answer => return Err(unexpected(&answer)),
             };
             if copy.engine().kinds().kind(kind).is_none() {
-                return Err(EmulatedError::OtherLibrary { what: "list of modules".to_owned() });
+                return Err(EmulatedError::OtherLibrary { what: "the list of modules".to_owned() });
             }
             for index in 0..=u8::MAX {
-                if !self.is_same(copy, Request::Parameter { kind, index }, "list of parameters")? {
+                if !self.is_same(copy, Request::Parameter { kind, index }, "the list of parameters")? {
                     break;
                 }
             }
@@ -192,7 +192,7 @@ impl CommandLine<'_> {
             match self.ask(&Request::DataType { index })? {
                 Response::Refused(_) => break,
                 there if here.contains(&there) => (),
-                _ => return Err(EmulatedError::OtherLibrary { what: "list of data types".to_owned() }),
+                _ => return Err(EmulatedError::OtherLibrary { what: "the list of data types".to_owned() }),
             }
         }
         Ok(())
@@ -225,7 +225,7 @@ impl CommandLine<'_> {
         }
         let shown = signals.iter().filter(|(slot, _)| slot.is_some()).count();
         if shown != data_base.signals().count() {
-            return Err(EmulatedError::OtherLibrary { what: "set of signals for this scheme".to_owned() });
+            return Err(EmulatedError::OtherLibrary { what: "the signals of this scheme".to_owned() });
         }
         let words = signals.iter().map(|(_, words)| words).sum();
         Ok(Layout { signals, words })

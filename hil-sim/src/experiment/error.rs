@@ -23,7 +23,7 @@ pub enum ExperimentError {
         error: DescriptorError,
     },
     /// The device's types do not fit.
-    #[error("the device's types do not fit into the Data Base: {0:?}")]
+    #[error("the Data Base has no room for the device's types: {0:?}")]
     Storage(StorageError),
     /// A plant's parameter.
     #[error("{place}: {error}")]
@@ -59,8 +59,8 @@ pub enum ExperimentError {
     Samples(#[from] SamplesError),
     /// A link over a CAN bus whose receiver listens to no channel.
     #[error(
-        "the link from '{from}' to '{to}' goes over a CAN bus without a channel: give the sender a CTX_CHANNEL and the \
-         receiver the same CRX_CHANNEL, 1 to 2047"
+        "the link from '{from}' to '{to}' has no channel on its CAN bus: set CTX_CHANNEL of the sender and \
+        CRX_CHANNEL of the receiver to the same number, 1 to 2047"
     )]
     NoChannel {
         /// The controller that sends.
@@ -70,8 +70,8 @@ pub enum ExperimentError {
     },
     /// Two links over one CAN bus have the same channel.
     #[error(
-        "the links to '{first}' and to '{second}' go over one CAN bus on channel {channel}: give each a CTX_CHANNEL and \
-         CRX_CHANNEL of its own"
+        "the links to '{first}' and '{second}' share channel {channel} of one CAN bus: give each link unique \
+        CTX_CHANNEL and CRX_CHANNEL"
     )]
     SameChannel {
         /// The channel.
@@ -89,8 +89,8 @@ pub enum ExperimentError {
     Record(#[from] UnknownSignal),
     /// The side's link to another process.
     #[error(
-        "{source}, or give another one with --set link.{name}_address=IP:PORT (of both sides), serial:PATH or \
-         can:INTERFACE"
+        "{source}; or use another address: --set link.{name}_address=IP:PORT (on both sides), serial:PATH or \
+        can:INTERFACE"
     )]
     Link {
         /// Whose address it is.
@@ -99,15 +99,15 @@ pub enum ExperimentError {
         source: OpenError,
     },
     /// A station that cannot run alone.
-    #[error("the controller '{name}' has no link with an address each way: give both links an `address`")]
+    #[error("the controller '{name}' has no link with addresses in both directions: set `address` of both links")]
     NoAddress {
         /// The controller.
         name: String,
     },
     /// The other process does not answer.
     #[error(
-        "nothing came from the {other} at {peer} in {waited_s} s; start it with `dimsart run --side {other}` and the \
-         same scenario, or wait longer with --wait-s"
+        "no packet from the {other} at {peer} within {waited_s} s; start it with `dimsart run --side {other}` \
+        and the same scenario, or increase --wait-s"
     )]
     NoPeer {
         /// Where it should be.
@@ -121,11 +121,11 @@ pub enum ExperimentError {
     #[error(transparent)]
     KeyFile(#[from] KeyFileError),
     /// Nothing to make a nonce of.
-    #[error("the system gives no random numbers, which link.key_file takes: {0}")]
+    #[error("no random numbers from the operating system, required by link.key_file: {0}")]
     NoRandomness(#[from] getrandom::Error),
     /// What the other process sends cannot be trusted.
     #[error(
-        "what came from the {other} at {peer} was refused: {reason}; give both sides the same link.key_file"
+        "packets from the {other} at {peer} were refused: {reason}; use the same link.key_file on both sides"
     )]
     AuthenticationFailure {
         /// Where it is.
@@ -137,8 +137,8 @@ pub enum ExperimentError {
     },
     /// The other process sends something else.
     #[error(
-        "what came from the {other} at {peer} is not what this side's scheme expects; give both sides the same \
-         scenario (dof, schemes)"
+        "packets from the {other} at {peer} do not match this side's scheme; use the same scenario (dof, \
+        schemes) on both sides"
     )]
     WrongPeer {
         /// Where it is.
@@ -155,7 +155,7 @@ pub enum ExperimentError {
         source: RemoteError,
     },
     /// The user gave up waiting.
-    #[error("stopped while waiting for the {other}; nothing was run")]
+    #[error("stopped while waiting for the {other}, before the run")]
     Stopped {
         /// The other side's name.
         other: String,

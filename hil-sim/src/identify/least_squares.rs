@@ -1,27 +1,27 @@
-//! Least squares over the windows of an experiment, with a confidence interval of each parameter.
+//! Least squares over the windows of an experiment, with confidence intervals.
 
 use nalgebra::{DMatrix, DVector, SymmetricEigen};
 
 use super::windows::{Windows, count};
 use super::{Estimate, IdentifyError, Quantity};
 
-/// Variance inflation beyond which two columns are the same.
+/// Maximum variance inflation; above, columns are not separable.
 const MAX_INFLATION: f64 = 1e3;
-/// Share of the force that may stay unexplained.
+/// Maximum unexplained share of the force.
 const MAX_UNEXPLAINED: f64 = 0.1;
-/// Share of a column that may be noise of the recorded positions.
+/// Maximum noise share of a column.
 const MAX_NOISE: f64 = 0.3;
-/// Share of the largest eigenvalue below which a combination of columns is not known.
+/// Relative eigenvalue below which a combination of columns is unknown.
 const UNKNOWN: f64 = 1e-9;
-/// Share of such a combination that a quantity may have and be known.
+/// Maximum share of an unknown combination in a known quantity.
 const MAX_SHARE: f64 = 1e-3;
-/// Correlation between the errors of two windows in a row that is counted with at most.
+/// Maximum counted correlation between the errors of consecutive windows.
 const MAX_CORRELATION: f64 = 0.9;
 
 /// The columns of all windows.
 pub(super) struct Columns {
     matrix: DMatrix<f64>,
-    /// Orthonormal, of the same space.
+    /// Orthonormal basis of the columns.
     basis: DMatrix<f64>,
 }
 
@@ -44,18 +44,18 @@ impl Columns {
         Ok(Self { matrix, basis: basis.select_columns(&known) })
     }
 
-    /// Sum of squares of what the columns leave of these forces.
+    /// Returns the residual sum of squares of these forces.
     pub(super) fn unexplained(&self, forces: &[f64]) -> f64 {
         let forces = DVector::from_column_slice(forces);
         (&forces - &self.basis * self.basis.tr_mul(&forces)).norm_squared()
     }
 }
 
-/// An estimate of each quantity and the share of the force that stays unexplained, RMS. Lateness, of which the estimate is
-/// `delay`, is the last quantity; how the forces change with it is `slope`.
+/// Returns an estimate of each quantity and the RMS unexplained share of the force. Delay, with the estimate `delay`,
+/// is the last quantity; `slope` is the derivative of the forces by it.
 ///
-/// The noise of the recorded positions makes a column longer and what it explains smaller, so its expected square is taken
-/// off (W. A. Fuller, "Measurement Error Models", Wiley 1987, chapter 2).
+/// Position noise lengthens a column and biases its estimate towards 0, so its expected square is subtracted (W. A.
+/// Fuller, "Measurement Error Models", Wiley 1987, chapter 2).
 ///
 /// # Errors
 /// [`IdentifyError::NotExcited`], [`IdentifyError::Unexplained`].
@@ -71,7 +71,7 @@ pub(super) fn solve(
     let mut matrix = columns.matrix.clone();
     let lateness = quantities.len() - 1;
     matrix.set_column(lateness, &DVector::from_column_slice(slope));
-    // A column that is 0 stays so, and is found below.
+    // Zero columns are detected below.
     let scales: Vec<f64> = matrix.column_iter().map(|column| column.norm().max(f64::MIN_POSITIVE)).collect();
     for (mut column, scale) in matrix.column_iter_mut().zip(&scales) {
         column /= *scale;
@@ -98,7 +98,7 @@ pub(super) fn solve(
     if unexplained > MAX_UNEXPLAINED {
         return Err(IdentifyError::Unexplained { unexplained });
     }
-    // What is wrong in one window and in the next one, too, is averaged out less.
+    // Errors correlated between consecutive windows average out less.
     let product = |(one, other): (usize, usize)| Some(residual.get(one)? * residual.get(other)?);
     let together: f64 = windows.neighbours().filter_map(product).sum();
     let correlation = (together / residual.norm_squared().max(f64::MIN_POSITIVE)).clamp(0.0, MAX_CORRELATION);

@@ -1,40 +1,40 @@
-//! Frequency response of what was recorded: Welch's averaged cross spectrum over the spectrum of the input.
+//! Frequency response of recorded data: Welch's averaged cross spectrum divided by the input spectrum.
 //!
-//! `H1(f) = S_uy(f) / S_uu(f)`, segments under a Hann window that overlap by half, each without its mean (P. D. Welch, IEEE
-//! Trans. Audio and Electroacoustics 15(2), 1967; J. S. Bendat, A. G. Piersol, *Random Data*). The coherence says what part
-//! of the output follows from the input: where it is low, the response says nothing.
+//! `H1(f) = S_uy(f) / S_uu(f)`, segments with a Hann window, 50 % overlap, mean removed (P. D. Welch, IEEE Trans.
+//! Audio and Electroacoustics 15(2), 1967; J. S. Bendat, A. G. Piersol, *Random Data*). The coherence is the share of
+//! the output explained by the input: the response is valid only where it is high.
 
 use super::count;
 
-/// The response at a frequency.
+/// Response at a frequency.
 #[derive(Debug, Clone, Copy, PartialEq, serde::Serialize)]
 pub struct FrequencyPoint {
     /// `Hz`.
     pub frequency_hz: f64,
-    /// Output over input.
+    /// Gain, output/input.
     pub gain: f64,
-    /// Of the output before the input, `rad`, within ±π.
+    /// Phase lead of the output, `rad`, within ±π.
     pub phase_rad: f64,
     /// 0 to 1.
     pub coherence: f64,
 }
 
-/// There are too few segments to average.
+/// Too few segments to average.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, thiserror::Error)]
-#[error("{ticks} ticks are too few for segments of {segment}: a frequency response takes {needed}")]
+#[error("{ticks} ticks are too few: a frequency response with segments of {segment} ticks requires {needed}")]
 pub struct ResponseTooShort {
-    /// Ticks there are.
+    /// Available ticks.
     pub ticks: usize,
-    /// Of a segment.
+    /// Ticks of a segment.
     pub segment: usize,
-    /// Ticks that are needed.
+    /// Required ticks.
     pub needed: usize,
 }
 
-/// Segments that an average takes at least.
+/// Minimum number of segments.
 const LEAST_SEGMENTS: usize = 4;
 
-/// The response from `input` to `output` at `points` frequencies of the segments, evenly spread over a logarithmic axis.
+/// Estimates the response from `input` to `output` at `points` frequencies, logarithmically spaced.
 ///
 /// # Errors
 /// [`ResponseTooShort`].
@@ -54,7 +54,7 @@ pub fn frequency_response(
     Ok(bins.into_iter().map(|bin| point(period_s, input, output, segment, bin)).collect())
 }
 
-/// From 1 up, each once.
+/// Distinct bins from 1.
 fn bins(last: usize, points: usize) -> Vec<usize> {
     let exponent = |place: usize| count(place) / count(points.max(2) - 1);
     #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "1 to the last bin")]
@@ -83,14 +83,14 @@ fn point(period_s: f64, input: &[f64], output: &[f64], segment: usize, bin: usiz
     }
 }
 
-/// A bin of the Fourier transform of a segment under the window, real and imaginary part.
+/// Fourier bin of a windowed segment, real and imaginary part.
 fn transformed(values: &[f64], bin: usize) -> (f64, f64) {
     let length = count(values.len());
     let mean = values.iter().sum::<f64>() / length;
     let turn = core::f64::consts::TAU / length;
     values.iter().enumerate().fold((0.0, 0.0), |(real, imaginary), (tick, value)| {
         let weight = 0.5 - 0.5 * libm::cos(turn * count(tick));
-        // The product of the two counts can be large: only what is beyond whole turns matters.
+        // The product of the counts can be large: reduced to a fraction of a turn.
         let (sine, cosine) = libm::sincos(turn * count(tick * bin % values.len()));
         let value = weight * (value - mean);
         (real + value * cosine, imaginary - value * sine)

@@ -1,4 +1,4 @@
-//! What a rig's joint has, to hold estimates against.
+//! True parameters of a rig's joint, for comparison with estimates.
 #![expect(clippy::indexing_slicing, reason = "matrices of a fixed size")]
 
 use super::Quantity;
@@ -6,8 +6,8 @@ use crate::plant::{
     ArmParameters, GearParameters, JointMotorParameters, JointParameters, LinkKind, ParameterError,
 };
 
-/// The truth about a joint, where the force is what drives its load: measured behind the gear, or commanded to an ideal motor
-/// without a gear. None where something is between, or where a spring or the friction of presliding is at work.
+/// True parameters of a joint, if the recorded force drives its load: measured at the gear output, or commanded to an
+/// ideal motor without a gear. `None` otherwise, or with a spring or presliding friction.
 #[must_use]
 pub fn truth(joint: &JointParameters, is_measured: bool) -> Option<[(Quantity, f64); 6]> {
     let is_direct = matches!(joint.motor, JointMotorParameters::Ideal {})
@@ -29,11 +29,11 @@ pub fn truth(joint: &JointParameters, is_measured: bool) -> Option<[(Quantity, f
     ])
 }
 
-/// The truth about a joint of an arm whose other joints are held at `held_at`, which has an entry for it, too. Its inertia is
-/// that of all beyond it, with its motor's; it depends on where those joints are, and not on the joint itself.
+/// True parameters of a joint of an arm whose other joints are held at `held_at`, which contains an entry for it as
+/// well. Its inertia includes all bodies beyond it and its motor; it depends on the other joints only.
 ///
 /// # Errors
-/// That of [`ArmParameters::build`].
+/// As [`ArmParameters::build`].
 pub fn arm_truth(
     arm: &ArmParameters,
     axis: usize,

@@ -1,43 +1,44 @@
-//! The windows of an experiment: stretches in which the joint moves one way, and not slowly. Each makes one equation.
+//! Windows of an experiment: intervals of motion in one direction, not slow. Each gives one equation.
 
 use super::{Experiment, ForceIs, Quantity};
 
-/// Ticks of a window: long ones average more noise, short ones are left where rows are few or the motion is fast.
+/// Window lengths in ticks: long windows average more noise, short ones are used if data are few or the motion is
+/// fast.
 pub(super) const LENGTHS: [usize; 2] = [40, 20];
-/// Ticks around a window that its force may reach beyond its delay.
+/// Margin of a window for its force, beyond the delay, ticks.
 pub(super) const MARGIN: usize = 12;
-/// Share of the largest speed that counts as slow.
+/// Share of the maximum speed that counts as slow.
 const SLOW: f64 = 0.1;
-/// Share of the joint's travel that another one may move in a window and count as held.
+/// Maximum motion of a held joint in a window, as a share of the joint's travel.
 const HELD: f64 = 0.02;
-/// Order of the difference that shows the position's noise, and the variance of that difference for white noise of variance 1.
+/// Order of the difference that isolates position noise, and the variance of this difference for unit white noise.
 const NOISE_ORDER: usize = 6;
 const NOISE_GAIN: f64 = 924.0;
-/// Of `(1 - x)⁶`.
+/// Coefficients of `(1 - x)⁶`.
 const BINOMIAL: [f64; NOISE_ORDER + 1] = [1.0, -6.0, 15.0, -20.0, 15.0, -6.0, 1.0];
 
-/// The equation of one window, without its force.
+/// Equation of one window, without its force.
 pub(super) struct Window {
-    /// Its first tick.
+    /// First tick.
     start: usize,
-    /// One for each quantity, and one for the inertia shared with each other joint.
+    /// One column per quantity, and one for the inertia shared with each other joint.
     pub(super) columns: Vec<f64>,
 }
 
-/// Every window of an experiment.
+/// All windows of an experiment.
 pub(super) struct Windows<'a> {
     experiment: &'a Experiment<'a>,
-    /// Ticks of each.
+    /// Ticks of a window.
     pub(super) ticks: usize,
     pub(super) list: Vec<Window>,
     /// Mean positions of the other joints.
     pub(super) others_at: Vec<f64>,
-    /// Variance of each column by the noise of the recorded positions.
+    /// Variance of each column by position noise.
     pub(super) noise: Vec<f64>,
 }
 
 impl<'a> Windows<'a> {
-    /// Windows of so many ticks that stay `margin` ticks away from both ends of the recording.
+    /// Finds windows of this length that stay `margin` ticks away from both ends of the recording.
     pub(super) fn of(
         experiment: &'a Experiment<'a>,
         quantities: &[Quantity],
@@ -45,7 +46,7 @@ impl<'a> Windows<'a> {
         margin: usize,
     ) -> Self {
         let Experiment { period_s, position, others, .. } = *experiment;
-        // Over five ticks, so that an encoder's steps do not turn it around.
+        // Over five ticks, so that encoder quantisation does not reverse the direction.
         let changes: Vec<f64> = position.windows(5).map(change).collect();
         let fastest = changes.iter().fold(0.0, |most: f64, change| most.max(change.abs()));
         let mut windows = Self {
@@ -89,7 +90,7 @@ impl<'a> Windows<'a> {
         windows
     }
 
-    /// The mean force of each window, if the force was recorded `delay_ticks` later than the position.
+    /// Returns the mean force of each window for a force recorded `delay_ticks` later than the position.
     pub(super) fn forces(&self, delay_ticks: f64) -> Vec<f64> {
         let tick = 1.0 / count(self.ticks);
         let shift = match self.experiment.force_is {
@@ -100,7 +101,7 @@ impl<'a> Windows<'a> {
             ForceIs::Measured => bump(x.clamp(0.0, 1.0)) * tick,
             ForceIs::Held { .. } => area(x + tick) - area(x),
         };
-        // From the last tick at or before the window's start on, and one beyond its end.
+        // From the last tick at or before the window's start to one tick after its end.
         let first = libm::floor(shift) - 1.0;
         let weights: Vec<f64> =
             (0..self.ticks + 3).map(|place| weight((count(place) + first - shift) * tick)).collect();
@@ -113,7 +114,7 @@ impl<'a> Windows<'a> {
         self.list.iter().map(forces).collect()
     }
 
-    /// Pairs of windows that follow each other without a gap, by their places.
+    /// Returns pairs of consecutive windows without a gap, by index.
     pub(super) fn neighbours(&self) -> impl Iterator<Item = (usize, usize)> {
         let starts = self.list.windows(2).enumerate();
         starts.filter_map(|(place, pair)| match pair {
@@ -122,7 +123,7 @@ impl<'a> Windows<'a> {
         })
     }
 
-    /// Variance of the noise of a recorded position, from its sixth difference: a smooth motion has next to none.
+    /// Estimates the position noise variance from the sixth difference, which is nearly 0 for smooth motion.
     fn position_noise(&self, position: &[f64]) -> f64 {
         let moved =
             self.list.iter().filter_map(|window| position.get(window.start..=window.start + self.ticks));
@@ -138,7 +139,7 @@ fn difference(positions: &[f64]) -> f64 {
     difference * difference
 }
 
-/// Variance that white noise of variance 1 in the positions makes in a quantity's column. That of a weight is small.
+/// Variance of a quantity's column for unit white position noise. That of a weight is small.
 fn gain(quantity: Quantity, period_s: f64, ticks: usize) -> f64 {
     let window_s = period_s * count(ticks);
     let squares = |weight: fn(f64) -> f64| -> f64 {
@@ -170,8 +171,8 @@ pub(super) fn travel(values: &[f64]) -> f64 {
     values.iter().copied().fold(f64::NEG_INFINITY, f64::max) - least
 }
 
-/// What a quantity of 1 adds to the mean force of a window. Sums are integrals by the trapezoidal rule: all that is
-/// summed is 0 at both ends with its slopes, where that rule is exact to the third order of a tick or better.
+/// Contribution of a unit quantity to the mean force of a window. Integrals use the trapezoidal rule: all integrands
+/// are 0 at both ends with their slopes, where the rule has at least third-order accuracy.
 fn column(quantity: Quantity, moved: &[f64], way: f64, period_s: f64) -> f64 {
     let ticks = count(moved.len() - 1);
     let window_s = period_s * ticks;
@@ -180,7 +181,7 @@ fn column(quantity: Quantity, moved: &[f64], way: f64, period_s: f64) -> f64 {
             moved.iter().enumerate().map(|(tick, position)| weight(count(tick) / ticks) * of(*position));
         terms.sum::<f64>() / ticks
     };
-    // What the rule leaves of one end is that of the other.
+    // The errors of both ends cancel.
     let middle = middle(moved);
     match quantity {
         Quantity::Inertia => weighted(curvature, &|q| q - middle) / (window_s * window_s),
@@ -189,7 +190,7 @@ fn column(quantity: Quantity, moved: &[f64], way: f64, period_s: f64) -> f64 {
         Quantity::WeightSine => weighted(bump, &libm::sin),
         Quantity::WeightCosine => weighted(bump, &libm::cos),
         Quantity::Constant => AREA,
-        // Its column is how the force changes with it, which the force says.
+        // Its column is the derivative of the force.
         Quantity::Lateness => 0.0,
     }
 }
@@ -208,7 +209,7 @@ fn curvature(x: f64) -> f64 {
     6.0 * libm::pow(product, 4.0) * (5.0 * inner * inner - 2.0 * product)
 }
 
-/// Its integral from 0 to `x`, held inside 0 to 1: term by term of the binomial.
+/// Its integral from 0 to `x`, clamped to 0 to 1: binomial expansion.
 fn area(x: f64) -> f64 {
     let x = x.clamp(0.0, 1.0);
     BINOMIAL

@@ -1,4 +1,4 @@
-//! What the names of a law mean, and whether everything is said once.
+//! Resolves the names of a law and checks its declarations and assignments.
 
 use dimsart_core::online::{LawParameter, MAX_INPUTS, MAX_OUTPUTS, MAX_PARAMETERS, MAX_STATES};
 use dimsart_core::{DataType, Format, Shape, TypeRef, Unit, names, types};
@@ -11,7 +11,7 @@ use super::syntax::{Axis, Expression, FUNCTIONS, Number, Statement, Word};
 use super::{LawPort, NamedParameter};
 use crate::schemes::nearest;
 
-/// A law whose declarations are right.
+/// A law with valid declarations.
 #[derive(Debug)]
 pub(super) struct Checked<'s> {
     pub(super) name: Word,
@@ -20,9 +20,9 @@ pub(super) struct Checked<'s> {
     pub(super) outputs: Vec<LawPort>,
     pub(super) parameters: Vec<NamedParameter>,
     pub(super) states: Vec<State<'s>>,
-    /// What is computed in a tick, in order.
+    /// Statements computed in each tick, in order.
     pub(super) body: Vec<&'s Statement>,
-    /// Axes whose outputs are written one by one; none for a law that holds for every axis.
+    /// Number of axes, if outputs are assigned axis by axis; `None` if the same law applies to every axis.
     pub(super) coupled_axes: Option<u8>,
 }
 
@@ -32,7 +32,7 @@ pub(super) struct State<'s> {
     pub(super) first: &'s Expression,
 }
 
-/// What a declared name is, and its number among those of its kind.
+/// Kind of a declared name, and its index among the names of this kind.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Declared {
     Input(u8),
@@ -55,7 +55,7 @@ impl Checked<'_> {
         input.or_else(output).or_else(parameter).or_else(state)
     }
 
-    /// The name that comes nearest, as advice.
+    /// Suggests the most similar name.
     pub(super) fn advice(&self, name: &str, lets: impl Iterator<Item = String>) -> String {
         let mut known: Vec<String> =
             self.inputs.iter().chain(&self.outputs).map(|port| port.name.clone()).collect();
@@ -65,15 +65,15 @@ impl Checked<'_> {
         advice(
             name,
             known.iter().map(String::as_str),
-            "declare it with `in`, `param`, `state` or `let` first",
+            "declare it first with `in`, `param`, `state` or `let`",
         )
     }
 
     fn declare(&self, name: &Word) -> Result<(), Problem> {
         let is_function = FUNCTIONS.iter().any(|(function, ..)| *function == name.text);
         if is_function || self.declared(&name.text).is_some() {
-            let message = format!("there is a `{}` already", name.text);
-            return Err(Problem::new(name.span.clone(), message, "give this one another name"));
+            let message = format!("duplicate name `{}`", name.text);
+            return Err(Problem::new(name.span.clone(), message, "choose another name"));
         }
         Ok(())
     }
@@ -81,8 +81,8 @@ impl Checked<'_> {
 
 pub(super) fn check<'s>(statements: &'s [Statement], text: &str) -> Result<Checked<'s>, Problem> {
     let Some((Statement::Law { name, summary }, rest)) = statements.split_first() else {
-        let help = "begin the text with `law NAME \"What it is.\"`";
-        return Err(Problem::new(0..0, "this law has no name", help));
+        let help = "start the text with `law NAME \"Description.\"`";
+        return Err(Problem::new(0..0, "missing law name", help));
     };
     let mut law = Checked {
         name: name.clone(),
@@ -97,8 +97,8 @@ pub(super) fn check<'s>(statements: &'s [Statement], text: &str) -> Result<Check
     for statement in rest {
         match statement {
             Statement::Law { name, .. } => {
-                let help = "write one law in a file, and `law` in its first line";
-                return Err(Problem::new(name.span.clone(), "this is a second law", help));
+                let help = "write one law per file, with `law` in its first line";
+                return Err(Problem::new(name.span.clone(), "second law in the same file", help));
             }
             Statement::Port { name, is_output, signal } => port(&mut law, name, *is_output, signal)?,
             Statement::Parameter { name, .. } => {
@@ -126,8 +126,8 @@ fn room(name: &Word, count: usize, most: usize, what: &str) -> Result<(), Proble
     if count < most {
         return Ok(());
     }
-    let message = format!("these are more than {most} {what}");
-    Err(Problem::new(name.span.clone(), message, "make two laws of this one, or take another one out"))
+    let message = format!("more than {most} {what}");
+    Err(Problem::new(name.span.clone(), message, "split this law in two or remove another declaration"))
 }
 
 fn port(law: &mut Checked<'_>, name: &Word, is_output: bool, signal: &Word) -> Result<(), Problem> {
@@ -135,9 +135,9 @@ fn port(law: &mut Checked<'_>, name: &Word, is_output: bool, signal: &Word) -> R
     let found = data_type(signal)?;
     let all = law.inputs.iter().chain(&law.outputs);
     if let Some(other) = all.into_iter().find(|port| port.signal == found) {
-        let message = format!("`{}` has this signal already", other.name);
+        let message = format!("signal already bound to `{}`", other.name);
         let help =
-            format!("use `{}`, or give this one a number of its own, such as {}.2", other.name, signal.text);
+            format!("use `{}`, or choose another signal of this type, such as {}.2", other.name, signal.text);
         return Err(Problem::new(signal.span.clone(), message, help));
     }
     let (ports, most, what) = if is_output {
@@ -158,20 +158,21 @@ fn data_type(signal: &Word) -> Result<TypeRef, Problem> {
         let help = advice(&signal.text, known, "`dimsart modules` lists the data types");
         return Err(Problem::new(
             signal.span.clone(),
-            format!("there is no data type {}", signal.text),
+            format!("unknown data type {}", signal.text),
             help,
         ));
     };
     if !takes(&found) {
-        let message = format!("{} is not one real number for each axis", found.name);
-        return Err(Problem::new(signal.span.clone(), message, "a law reads and writes such signals only"));
+        let message = format!("{} is not a vector with one real number per axis", found.name);
+        return Err(Problem::new(signal.span.clone(), message, "laws can only read and write vectors of real \
+        numbers"));
     }
     Ok(TypeRef { id: found.id, number })
 }
 
 fn parameter(statement: &Statement) -> Result<NamedParameter, Problem> {
     let Statement::Parameter { name, unit, default, range, summary } = statement else {
-        return Err(Problem::new(0..0, "this is no parameter", ""));
+        return Err(Problem::new(0..0, "not a parameter", ""));
     };
     let unit = match unit {
         None => Unit::One,
@@ -180,7 +181,7 @@ fn parameter(statement: &Statement) -> Result<NamedParameter, Problem> {
             Unit::deserialize(name).map_err(|_| {
                 let known = UNITS.iter().copied();
                 let help = advice(&word.text, known, &format!("units are {}", UNITS.join(", ")));
-                Problem::new(word.span.clone(), format!("there is no unit {}", word.text), help)
+                Problem::new(word.span.clone(), format!("unknown unit {}", word.text), help)
             })?
         }
     };
@@ -188,22 +189,22 @@ fn parameter(statement: &Statement) -> Result<NamedParameter, Problem> {
         None => [f32::MIN, f32::MAX],
         Some([Number { value: min, .. }, Number { value: max, span }]) => {
             if max < min {
-                let help = "write the smaller end first";
-                return Err(Problem::new(span.clone(), "this range has its ends the wrong way round", help));
+                let help = "write the minimum first";
+                return Err(Problem::new(span.clone(), "invalid range: the minimum is above the maximum", help));
             }
             [*min, *max]
         }
     };
     let value = default.value;
     if !(min..=max).contains(&value) {
-        let message = format!("the default {value} is outside {min} to {max}");
-        return Err(Problem::new(default.span.clone(), message, "change the range, or the default"));
+        let message = format!("default {value} is out of range, {min} to {max}");
+        return Err(Problem::new(default.span.clone(), message, "change the range or the default"));
     }
     let parameter = LawParameter { unit, min, max, default: value };
     Ok(NamedParameter { name: name.text.clone(), parameter, summary: summary.clone() })
 }
 
-/// As [`Unit`] calls them.
+/// Names of [`Unit`].
 const UNITS: [&str; 15] = [
     "One",
     "Position",
@@ -222,7 +223,7 @@ const UNITS: [&str; 15] = [
     "Celsius",
 ];
 
-/// Every output on every axis is assigned once, and a state at most once.
+/// Checks that every output of every axis is assigned once and each state at most once.
 fn assignments(law: &mut Checked<'_>, text: &str) -> Result<(), Problem> {
     let mut seen: Vec<(Declared, Option<u8>)> = Vec::new();
     for statement in &law.body {
@@ -230,38 +231,38 @@ fn assignments(law: &mut Checked<'_>, text: &str) -> Result<(), Problem> {
         let declared = match law.declared(&name.text) {
             Some(declared @ (Declared::Output(_) | Declared::State(_))) => declared,
             Some(_) => {
-                let message = format!("`{}` is not written by the law", name.text);
+                let message = format!("cannot assign to `{}`", name.text);
                 return Err(Problem::new(
                     name.span.clone(),
                     message,
-                    "only outputs and states are; use `let` for a value",
+                    "assign only to outputs and states; use `let` for an intermediate value",
                 ));
             }
             None => {
                 let help = law.advice(&name.text, std::iter::empty());
-                let help = format!("{help}; a new value is `let {} = ...`", name.text);
-                return Err(Problem::new(name.span.clone(), format!("`{}` is not known", name.text), help));
+                let help = format!("{help}; for a new value, write `let {} = ...`", name.text);
+                return Err(Problem::new(name.span.clone(), format!("unknown name `{}`", name.text), help));
             }
         };
         if let (Declared::State(_), Some(Axis { span, .. })) = (declared, axis) {
-            let help = "write its name alone: a law remembers it for the axis that it computes";
-            return Err(Problem::new(span.clone(), "a state has no axis to name", help));
+            let help = "write the name without an index: each axis has its own state";
+            return Err(Problem::new(span.clone(), "a state takes no axis index", help));
         }
         let axis = axis.as_ref().map(|axis| axis.number);
         if seen.contains(&(declared, axis)) {
-            let message = format!("`{}` is written a second time", name.text);
+            let message = format!("`{}` is assigned twice", name.text);
             return Err(Problem::new(
                 name.span.clone(),
                 message,
-                "write it once, with `let` for what comes in between",
+                "assign it once; use `let` for intermediate values",
             ));
         }
         seen.push((declared, axis));
     }
     let end = text.trim_end().len();
     if law.outputs.is_empty() {
-        let help = "declare one, such as `out force: DES_FORCE`";
-        return Err(Problem::new(end..end, "this law has no output", help));
+        let help = "declare an output, such as `out force: DES_FORCE`";
+        return Err(Problem::new(end..end, "missing output", help));
     }
     let of_axes = seen.iter().filter_map(|(declared, axis)| axis.map(|axis| (*declared, axis)));
     law.coupled_axes = of_axes.map(|(_, axis)| axis + 1).max();
@@ -275,13 +276,13 @@ fn assignments(law: &mut Checked<'_>, text: &str) -> Result<(), Problem> {
         };
         if let Some(missing) = missing {
             let help = format!("add a line `{missing} = ...`");
-            return Err(Problem::new(end..end, format!("nothing is written to `{missing}`"), help));
+            return Err(Problem::new(end..end, format!("`{missing}` is not assigned"), help));
         }
         if law.coupled_axes.is_some() && seen.contains(&(Declared::Output(number), None)) {
-            let help = format!("name its axis, as others do, such as `{}[0] = ...`", output.name);
+            let help = format!("add the axis index as in the other assignments, such as `{}[0] = ...`", output.name);
             return Err(Problem::new(
                 end..end,
-                format!("`{}` is written without an axis", output.name),
+                format!("`{}` is assigned without an axis index", output.name),
                 help,
             ));
         }
@@ -289,7 +290,7 @@ fn assignments(law: &mut Checked<'_>, text: &str) -> Result<(), Problem> {
     Ok(())
 }
 
-/// The name that comes nearest to a word; else other advice.
+/// Suggests the known name most similar to a word, or returns `otherwise`.
 fn advice<'n>(word: &str, known: impl Iterator<Item = &'n str>, otherwise: &str) -> String {
     let known: Vec<String> = known.map(str::to_owned).collect();
     nearest(word, &known).map_or_else(|| otherwise.to_owned(), |near| format!("did you mean `{near}`?"))

@@ -1,4 +1,4 @@
-//! From values to a program: their order, and a register for each.
+//! Emits the program of a law: orders values and allocates registers.
 
 use std::collections::{BTreeMap, BTreeSet, HashMap};
 
@@ -11,7 +11,7 @@ use super::error::Problem;
 use super::lower::Lowered;
 use super::values::{Id, Value, Values};
 
-/// The program of a law.
+/// Emits the program of a law.
 pub(super) fn emit(law: &Checked<'_>, lowered: &Lowered, text: &str) -> Result<Law, Problem> {
     let compiled = |words| Law {
         name: law.name.text.clone(),
@@ -22,19 +22,19 @@ pub(super) fn emit(law: &Checked<'_>, lowered: &Lowered, text: &str) -> Result<L
         words,
     };
     let end = text.trim_end().len();
-    // What is the same for all axes once, if there are registers for it.
+    // Values that are equal for all axes are computed once, if registers suffice.
     let there = Registers::there(law, &lowered.values);
     let code = Code::of(lowered, &there, true).or_else(|| Code::of(lowered, &there, false));
     let code = code.ok_or_else(|| {
-        let message = format!("more than {REGISTERS} values are needed at a time");
-        Problem::new(end..end, message, "make two laws of this one")
+        let message = format!("more than {REGISTERS} values in use at the same time");
+        Problem::new(end..end, message, "split this law in two")
     })?;
     let names = names(law);
     let text_bytes = u8::try_from(names.len()).map_err(|_| {
         Problem::new(
             law.name.span.clone(),
-            "the names are longer than 255 bytes",
-            "shorten the longest of them",
+            "names exceed 255 bytes in total",
+            "shorten the longest names",
         )
     })?;
     let counts = |count: usize| u8::try_from(count).unwrap_or(u8::MAX);
@@ -66,18 +66,18 @@ pub(super) fn emit(law: &Checked<'_>, lowered: &Lowered, text: &str) -> Result<L
     }));
     words.push(seal(&words));
     if words.len() > PROGRAM_WORDS {
-        let message = format!("the program has {} words, and {PROGRAM_WORDS} fit", words.len());
-        return Err(Problem::new(end..end, message, "shorten the law or its names, or make two laws of it"));
+        let message = format!("program has {} words, maximum {PROGRAM_WORDS}", words.len());
+        return Err(Problem::new(end..end, message, "shorten the law or its names, or split it in two"));
     }
     match Program::verify(&words) {
         Ok(_) => Ok(compiled(words)),
         Err(error) => {
-            Err(Problem::new(end..end, format!("a controller would refuse the law: {error}"), "simplify it"))
+            Err(Problem::new(end..end, format!("invalid program: {error}"), "simplify the law"))
         }
     }
 }
 
-/// A line each.
+/// One name per line.
 fn names(law: &Checked<'_>) -> String {
     let ports = law.inputs.iter().chain(&law.outputs).map(|port| port.name.as_str());
     let parameters = law.parameters.iter().map(|found| found.name.as_str());
@@ -94,7 +94,7 @@ struct Code {
     tick: Vec<Instruction>,
 }
 
-/// What is done with values at the end of a section.
+/// Actions with values at the end of a section.
 #[derive(Debug, Clone, Copy)]
 enum Sink {
     Output(u8, u8),
@@ -102,7 +102,7 @@ enum Sink {
 }
 
 impl Code {
-    /// None where there are not registers enough.
+    /// `None` if registers are insufficient.
     fn of(lowered: &Lowered, there: &Registers, hoists: bool) -> Option<Self> {
         let mut code = Self::default();
         let first =
@@ -119,7 +119,7 @@ impl Code {
             fixed.of.retain(|id, _| roots.contains(id) || there.of.contains_key(id));
             fixed.kept = roots;
         }
-        // On an axis, a register is free again where what was in it is used no more.
+        // A register is free after the last use of its value on an axis.
         fixed.first = 0;
         for (sinks, section) in [(first, &mut code.begin), (tick, &mut code.tick)] {
             let mut registers = fixed.clone();
@@ -138,7 +138,7 @@ impl Code {
     }
 }
 
-/// Values, where a product that only a sum needs is one with it.
+/// Values, with products fused into their only sum.
 struct Fused<'v> {
     values: &'v Values,
     sums: BTreeMap<Id, [Id; 3]>,
@@ -182,7 +182,7 @@ impl<'v> Fused<'v> {
         self.sums.get(&id).map_or_else(|| self.values.arguments(id), |of| of.to_vec())
     }
 
-    /// Values that are the same for all axes and whatever comes in, of which others are made that are not.
+    /// Values that are equal for all axes and constant, and are used by values that are not.
     fn fixed_roots(&self, roots: impl Iterator<Item = Id>) -> BTreeSet<Id> {
         let (mut waiting, mut seen, mut fixed) =
             (roots.collect::<Vec<_>>(), BTreeSet::new(), BTreeSet::new());
@@ -196,7 +196,7 @@ impl<'v> Fused<'v> {
         fixed
     }
 
-    /// All values that roots are made of, each behind what it is made of, without those that are there.
+    /// All values that the roots depend on, each after its arguments, without existing ones.
     fn order(&self, roots: impl Iterator<Item = Id>, there: &HashMap<Id, u8>) -> Vec<Id> {
         let (mut order, mut seen) = (Vec::new(), BTreeSet::new());
         for root in roots {
@@ -234,7 +234,7 @@ impl<'v> Fused<'v> {
             Value::Period => Instruction::new(Opcode::Period, &[to]),
             Value::Input(input, axis) => Instruction::new(Opcode::Input, &[to, input, axis]),
             Value::Parameter(number, axis) => Instruction::new(Opcode::Parameter, &[to, number, axis]),
-            // It is in a register.
+            // Already in a register.
             Value::State(_) => return None,
             Value::Last(output, axis) => Instruction::new(Opcode::Last, &[to, output, axis]),
             Value::Of(number, _) => {
@@ -246,18 +246,18 @@ impl<'v> Fused<'v> {
     }
 }
 
-/// Which value is in which register.
+/// Register allocation of values.
 #[derive(Debug, Clone, Default)]
 struct Registers {
     of: HashMap<Id, u8>,
-    /// Values that stay, whatever uses them.
+    /// Values that stay in their registers.
     kept: BTreeSet<Id>,
-    /// The first one that a value can get.
+    /// First register available for values.
     first: u8,
 }
 
 impl Registers {
-    /// With what is there when an axis is computed: its parameters, and behind them its states.
+    /// Allocation at the start of an axis: its parameters, then its states.
     fn there(law: &Checked<'_>, values: &Values) -> Self {
         let parameters = u8::try_from(law.parameters.len()).unwrap_or(u8::MAX);
         let states = u8::try_from(law.states.len()).unwrap_or(u8::MAX);
@@ -275,8 +275,8 @@ impl Registers {
             .find(|register| !self.of.values().any(|taken| taken == register))
     }
 
-    /// The instructions that compute values in this order; a register is free again behind the last use of its value,
-    /// unless it is a root.
+    /// Emits the instructions that compute values in this order; a register is free after the last use of its value,
+    /// unless the value is a root.
     fn allocate(
         &mut self,
         values: &Fused<'_>,

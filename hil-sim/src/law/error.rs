@@ -1,18 +1,18 @@
-//! What is wrong with a law, where, and what to do.
+//! Errors of laws: message, position and remedy.
 
 use std::fmt;
 use std::ops::Range;
 
 use annotate_snippets::{AnnotationKind, Level, Renderer, Snippet};
 
-/// What is wrong at a place of the text.
+/// An error at a position of the text.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub(super) struct Problem {
-    /// Bytes of the text.
+    /// Position in the text, bytes.
     pub(super) span: Range<usize>,
-    /// What is wrong.
+    /// Message.
     pub(super) message: String,
-    /// What to do.
+    /// Remedy.
     pub(super) help: String,
 }
 
@@ -22,16 +22,16 @@ impl Problem {
     }
 }
 
-/// Why a law was not compiled: line, column, the line with a mark under the place, and what to do.
+/// Compile error of a law: line, column, the marked line, and the remedy.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct LawError {
     /// Line, from 1.
     pub line: usize,
     /// Column, from 1, in characters.
     pub column: usize,
-    /// What is wrong.
+    /// Message.
     pub message: String,
-    /// What to do.
+    /// Remedy.
     pub help: String,
     text: String,
 }

@@ -1,4 +1,4 @@
-//! From expressions to values: names are looked up, and truth is told from numbers.
+//! Converts expressions to values: resolves names and separates conditions from numbers.
 
 use std::collections::HashMap;
 
@@ -9,19 +9,19 @@ use super::error::Problem;
 use super::syntax::{Axis, Binary, Expression, FUNCTIONS, Span, Statement, What, Word};
 use super::values::{Id, Value, Values};
 
-/// What a law computes.
+/// Values that a law computes.
 #[derive(Debug, Default)]
 pub(super) struct Lowered {
     pub(super) values: Values,
-    /// What each state begins with.
+    /// Initial value of each state.
     pub(super) first: Vec<Id>,
-    /// Outputs, the axis, and what is written.
+    /// Output, axis and value.
     pub(super) outputs: Vec<(u8, u8, Id)>,
-    /// States, and what is remembered.
+    /// State and value.
     pub(super) states: Vec<(u8, Id)>,
 }
 
-/// A value, and whether it is true or false instead of a number.
+/// A value, and whether it is a condition instead of a number.
 #[derive(Debug, Clone, Copy)]
 struct Typed {
     id: Id,
@@ -31,9 +31,9 @@ struct Typed {
 struct Lowering<'l> {
     law: &'l Checked<'l>,
     values: Values,
-    /// Names of `let`, and outputs and states that were assigned.
+    /// Names of `let`, and assigned outputs and states.
     named: HashMap<String, Typed>,
-    /// Whether it is what states begin with.
+    /// Whether the initial values of states are being converted.
     begins: bool,
 }
 
@@ -49,8 +49,8 @@ pub(super) fn lower(law: &Checked<'_>) -> Result<Lowered, Problem> {
             Statement::Let { name, value } => {
                 let typed = lowering.expression(value)?;
                 if lowering.named.insert(name.text.clone(), typed).is_some() {
-                    let message = format!("there is a `{}` already", name.text);
-                    return Err(Problem::new(name.span.clone(), message, "give this one another name"));
+                    let message = format!("duplicate name `{}`", name.text);
+                    return Err(Problem::new(name.span.clone(), message, "choose another name"));
                 }
             }
             Statement::Assign { name, axis, value } => {
@@ -75,7 +75,7 @@ pub(super) fn lower(law: &Checked<'_>) -> Result<Lowered, Problem> {
     Ok(lowered)
 }
 
-/// What an output that was written is found by.
+/// Name of an assigned output in `named`.
 fn key(name: &str, axis: u8) -> String {
     if axis == OWN_AXIS { name.to_owned() } else { format!("{name}[{axis}]") }
 }
@@ -84,8 +84,8 @@ impl Lowering<'_> {
     fn number(&mut self, expression: &Expression) -> Result<Id, Problem> {
         let typed = self.expression(expression)?;
         if typed.is_truth {
-            let help = "write `if ... then 1 else 0` to make a number of it";
-            return Err(Problem::new(expression.span.clone(), "this is true or false, and no number", help));
+            let help = "write `if ... then 1 else 0` to convert it to a number";
+            return Err(Problem::new(expression.span.clone(), "expected a number, found a condition", help));
         }
         Ok(typed.id)
     }
@@ -93,8 +93,8 @@ impl Lowering<'_> {
     fn truth(&mut self, expression: &Expression) -> Result<Id, Problem> {
         let typed = self.expression(expression)?;
         if !typed.is_truth {
-            let help = "compare it with something, such as `x > 0`";
-            return Err(Problem::new(expression.span.clone(), "this is a number, not true or false", help));
+            let help = "write a comparison, such as `x > 0`";
+            return Err(Problem::new(expression.span.clone(), "expected a condition, found a number", help));
         }
         Ok(typed.id)
     }
@@ -119,10 +119,10 @@ impl Lowering<'_> {
                 let condition = self.truth(condition)?;
                 let (yes, no_value) = (self.expression(yes)?, self.expression(no)?);
                 if yes.is_truth != no_value.is_truth {
-                    let help = "give both sides of `if` a number, or both a comparison";
+                    let help = "use numbers in both branches, or conditions in both";
                     return Err(Problem::new(
                         no.span.clone(),
-                        "this is not of the kind of what stands behind `then`",
+                        "the branches of `if` differ in type",
                         help,
                     ));
                 }
@@ -166,18 +166,18 @@ impl Lowering<'_> {
         let found = FUNCTIONS.iter().find(|(name, ..)| *name == function.text);
         let Some((name, opcode, count)) = found else {
             let all: Vec<&str> = FUNCTIONS.iter().map(|(name, ..)| *name).collect();
-            let help = format!("functions are {} and last", all.join(", "));
+            let help = format!("available: {} and last", all.join(", "));
             return Err(Problem::new(
                 function.span.clone(),
-                format!("there is no function `{}`", function.text),
+                format!("unknown function `{}`", function.text),
                 help,
             ));
         };
         if arguments.len() != *count {
-            let message = format!("`{name}` takes {count} value(s), and here are {}", arguments.len());
+            let message = format!("`{name}` expects {count} argument(s), found {}", arguments.len());
             let help = match *name {
                 "atan2" => "write `atan2(y, x)`".to_owned(),
-                "clamp" => "write `clamp(value, smallest, largest)`".to_owned(),
+                "clamp" => "write `clamp(value, min, max)`".to_owned(),
                 name if *count == 2 => format!("write `{name}(a, b)`"),
                 name => format!("write `{name}(x)`"),
             };
@@ -192,15 +192,15 @@ impl Lowering<'_> {
 
     fn last(&mut self, output: &Word, axis: Option<&Axis>, span: &Span) -> Result<Id, Problem> {
         if !self.begins {
-            let help = "use it where a state begins: `state force_before = last(force)`";
+            let help = "use it only as a state's initial value: `state force_before = last(force)`";
             return Err(Problem::new(
                 span.clone(),
-                "what was commanded last is known when the law begins",
+                "`last` is available only when the law starts",
                 help,
             ));
         }
         let Some(Declared::Output(number)) = self.law.declared(&output.text) else {
-            let message = format!("`{}` is no output", output.text);
+            let message = format!("`{}` is not an output", output.text);
             return Err(Problem::new(
                 output.span.clone(),
                 message,
@@ -211,18 +211,18 @@ impl Lowering<'_> {
         Ok(self.values.add(Value::Last(number, axis)))
     }
 
-    /// The axis of a name: that which is computed unless one is named.
+    /// Axis of a name; without an index, the axis being computed.
     fn axis(&self, name: &Word, axis: Option<&Axis>) -> Result<u8, Problem> {
         match (axis, self.law.coupled_axes) {
             (None, None) => Ok(OWN_AXIS),
             (None, Some(_)) => {
-                let message = format!("which axis of `{}`?", name.text);
-                let help = format!("this law writes its outputs axis by axis: write `{}[0]`", name.text);
+                let message = format!("missing axis index of `{}`", name.text);
+                let help = format!("this law assigns its outputs axis by axis: write `{}[0]`", name.text);
                 Err(Problem::new(name.span.clone(), message, help))
             }
             (Some(axis), Some(axes)) if axis.number >= axes => {
-                let help = format!("it writes outputs of axes 0 to {}", axes - 1);
-                let message = format!("this law has no axis {}", axis.number);
+                let help = format!("this law assigns outputs of axes 0 to {}", axes - 1);
+                let message = format!("axis {} is out of range", axis.number);
                 Err(Problem::new(axis.span.clone(), message, help))
             }
             (Some(axis), _) => Ok(axis.number),
@@ -234,8 +234,8 @@ impl Lowering<'_> {
         let without_axis = |found| match axis {
             None => Ok(found),
             Some(axis) => {
-                let message = format!("`{}` has no axes", name.text);
-                Err(Problem::new(axis.span.clone(), message, "write its name alone"))
+                let message = format!("`{}` takes no axis index", name.text);
+                Err(Problem::new(axis.span.clone(), message, "write the name without an index"))
             }
         };
         match name.text.as_str() {
@@ -253,7 +253,7 @@ impl Lowering<'_> {
                 let axis = self.axis(name, axis)?;
                 is_number(self.values.add(Value::Input(number, axis)))
             }
-            // One value for all axes where they are computed in one go, unless an axis is named.
+            // Coupled axes share one value of a parameter unless an index is written.
             Some(Declared::Parameter(number)) if axis.is_none() && self.law.coupled_axes.is_some() => {
                 is_number(self.values.add(Value::Parameter(number, 0)))
             }
@@ -262,8 +262,8 @@ impl Lowering<'_> {
                 is_number(self.values.add(Value::Parameter(number, axis)))
             }
             Some(Declared::State(_)) if self.begins => {
-                let help = "a state begins with inputs, parameters and numbers";
-                Err(Problem::new(name.span.clone(), format!("`{}` has not begun yet", name.text), help))
+                let help = "initialise a state from inputs, parameters and numbers";
+                Err(Problem::new(name.span.clone(), format!("`{}` is not initialised yet", name.text), help))
             }
             Some(Declared::State(number)) => {
                 let found = self.named.get(&name.text).copied();
@@ -275,15 +275,15 @@ impl Lowering<'_> {
                 let axis = self.axis(name, axis)?;
                 let found = self.named.get(&key(&name.text, axis)).copied();
                 found.ok_or_else(|| {
-                    let message = format!("`{}` is not written before this line", key(&name.text, axis));
-                    Problem::new(name.span.clone(), message, "write it first, or keep it in a `state`")
+                    let message = format!("`{}` is read before it is assigned", key(&name.text, axis));
+                    Problem::new(name.span.clone(), message, "assign it first, or use a `state`")
                 })
             }
             None => match self.named.get(&name.text).copied() {
                 Some(found) => without_axis(found),
                 None => {
                     let help = self.law.advice(&name.text, self.named.keys().cloned());
-                    Err(Problem::new(name.span.clone(), format!("`{}` is not known", name.text), help))
+                    Err(Problem::new(name.span.clone(), format!("unknown name `{}`", name.text), help))
                 }
             },
         }

@@ -1,4 +1,4 @@
-//! From tokens to statements.
+//! Parses tokens into statements.
 
 use winnow::combinator::{Infix, Prefix, alt, expression, opt, repeat, separated};
 use winnow::error::{ErrMode, ParserError};
@@ -13,7 +13,7 @@ use super::tokens::{Kind, Token, tokens};
 type Input<'t> = TokenSlice<'t, Token<'t>>;
 type Parsed<T> = Result<T, ErrMode<Problem>>;
 
-/// The statements of a text.
+/// Parses the statements of a text.
 pub(super) fn parse(text: &str) -> Result<Vec<Statement>, Problem> {
     let tokens = tokens(text)?;
     let mut input = TokenSlice::new(&tokens);
@@ -24,7 +24,7 @@ pub(super) fn parse(text: &str) -> Result<Vec<Statement>, Problem> {
             return Ok(statements);
         }
         let read = statement.parse_next(&mut input).map_err(problem)?;
-        must(end, "this statement has an end here", "write the next statement on a line of its own")
+        must(end, "the end of the statement", "start the next statement on a new line")
             .parse_next(&mut input)
             .map_err(problem)?;
         statements.push(read);
@@ -32,9 +32,11 @@ pub(super) fn parse(text: &str) -> Result<Vec<Statement>, Problem> {
 }
 
 fn problem(error: ErrMode<Problem>) -> Problem {
-    match error {
-        ErrMode::Backtrack(problem) | ErrMode::Cut(problem) => problem,
-        ErrMode::Incomplete(_) => Problem::new(0..0, "the text has no end", "end it with a line"),
+    match error {        ErrMode::Backtrack(found) => {
+            Problem::new(found.span, format!("unexpected {}", found.message), found.help)
+        }
+        ErrMode::Cut(problem) => problem,
+        ErrMode::Incomplete(_) => Problem::new(0..0, "unexpected end of the text", "add a newline at the end"),
     }
 }
 
@@ -45,9 +47,9 @@ impl<'t> ParserError<Input<'t>> for Problem {
         let (span, found) = match input.peek_token() {
             Some(token) if token.kind != Kind::End => (token.span.clone(), format!("`{}`", token.text)),
             Some(token) => (token.span.start..token.span.start, "the end of the line".to_owned()),
-            None => (0..0, "the end".to_owned()),
+            None => (0..0, "the end of the text".to_owned()),
         };
-        Self::new(span, format!("{found} is not expected here"), "")
+        Self::new(span, found, "")
     }
 
     fn into_inner(self) -> Result<Self, Self> {
@@ -55,7 +57,7 @@ impl<'t> ParserError<Input<'t>> for Problem {
     }
 }
 
-/// A parser that must match: what else is there is told as what it should be.
+/// Requires a match; reports any other token as "expected …, found …".
 fn must<'t, O>(
     mut parser: impl Parser<Input<'t>, O, ErrMode<Problem>>,
     should: &'static str,
@@ -64,7 +66,7 @@ fn must<'t, O>(
     move |input: &mut Input<'t>| {
         parser.parse_next(input).map_err(|error| match error {
             ErrMode::Backtrack(found) => {
-                ErrMode::Cut(Problem::new(found.span, format!("{}: {should}", found.message), help))
+                ErrMode::Cut(Problem::new(found.span, format!("expected {should}, found {}", found.message), help))
             }
             error => error,
         })
@@ -96,14 +98,14 @@ fn name(input: &mut Input<'_>) -> Parsed<Word> {
     word.verify(|word: &Word| !KEYWORDS.contains(&word.text.as_str())).parse_next(input)
 }
 
-/// A name that is given here.
+/// A name that this statement declares.
 fn new_name(input: &mut Input<'_>) -> Parsed<Word> {
-    must(name, "a name stands here", "give it a word that is not one of the language, such as `force`")
+    must(name, "a name", "choose a word that is not a keyword, such as `force`")
         .parse_next(input)
 }
 
 fn equals(input: &mut Input<'_>) -> Parsed<()> {
-    must(sign("="), "`=` stands here", "write `name = value`").void().parse_next(input)
+    must(sign("="), "`=`", "write `name = value`").void().parse_next(input)
 }
 
 fn summary(input: &mut Input<'_>) -> Parsed<String> {
@@ -114,16 +116,16 @@ fn summary(input: &mut Input<'_>) -> Parsed<String> {
 fn statement(input: &mut Input<'_>) -> Parsed<Statement> {
     let first = must(
         word,
-        "a statement begins with a word",
-        "begin with `law`, `in`, `out`, `param`, `state`, `let`, or the name of an output or state",
+        "a statement",
+        "start with `law`, `in`, `out`, `param`, `state`, `let`, or the name of an output or state",
     )
     .parse_next(input)?;
     match first.text.as_str() {
         "law" => Ok(Statement::Law { name: new_name(input)?, summary: summary(input)? }),
         "in" | "out" => {
             let name = new_name(input)?;
-            let help = "write its signal behind a colon, such as `in position: POSITION`";
-            must(sign(":"), "`:` stands here", help).parse_next(input)?;
+            let help = "write a colon and the signal, such as `in position: POSITION`";
+            must(sign(":"), "`:`", help).parse_next(input)?;
             Ok(Statement::Port { name, is_output: first.text == "out", signal: signal(input)? })
         }
         "param" => parameter(input),
@@ -139,8 +141,8 @@ fn statement(input: &mut Input<'_>) -> Parsed<Statement> {
         }
         keyword if KEYWORDS.contains(&keyword) => {
             let help =
-                "begin with `law`, `in`, `out`, `param`, `state`, `let`, or the name of an output or state";
-            Err(ErrMode::Cut(Problem::new(first.span, format!("no statement begins with `{keyword}`"), help)))
+                "start with `law`, `in`, `out`, `param`, `state`, `let`, or the name of an output or state";
+            Err(ErrMode::Cut(Problem::new(first.span, format!("a statement cannot start with `{keyword}`"), help)))
         }
         _ => {
             let axis = axis(input)?;
@@ -152,10 +154,10 @@ fn statement(input: &mut Input<'_>) -> Parsed<Statement> {
 
 /// `DES_FORCE` or `DES_FORCE.2`.
 fn signal(input: &mut Input<'_>) -> Parsed<Word> {
-    let help = "write a data type's name, such as POSITION, or DES_FORCE.2 for a second one of its kind";
-    let mut found = must(word, "a data type stands here", help).parse_next(input)?;
+    let help = "write a data type, such as POSITION, or DES_FORCE.2 for the second signal of this type";
+    let mut found = must(word, "a data type", help).parse_next(input)?;
     if opt(sign(".")).parse_next(input)?.is_some() {
-        let number = must(of_kind(Kind::Number), "a number stands here", help).parse_next(input)?;
+        let number = must(of_kind(Kind::Number), "a number", help).parse_next(input)?;
         found.text = format!("{}.{}", found.text, number.text);
         found.span.end = number.span.end;
     }
@@ -165,8 +167,9 @@ fn signal(input: &mut Input<'_>) -> Parsed<Word> {
 fn parameter(input: &mut Input<'_>) -> Parsed<Statement> {
     let name = new_name(input)?;
     let unit = if opt(sign(":")).parse_next(input)?.is_some() {
-        let help = "write a unit, such as `param stiffness: Stiffness = 100`, or leave the colon out for a pure number";
-        Some(must(word, "a unit stands here", help).parse_next(input)?)
+        let help = "write a unit, such as `param stiffness: Stiffness = 100`, or remove the colon for a \
+        dimensionless number";
+        Some(must(word, "a unit", help).parse_next(input)?)
     } else {
         None
     };
@@ -174,8 +177,8 @@ fn parameter(input: &mut Input<'_>) -> Parsed<Statement> {
     let default = number(input)?;
     let range = if opt(keyword("in")).parse_next(input)?.is_some() {
         let min = number(input)?;
-        let help = "write a range as its ends, such as `in 0..1000`";
-        must(sign(".."), "`..` stands here", help).parse_next(input)?;
+        let help = "write a range as minimum and maximum, such as `in 0..1000`";
+        must(sign(".."), "`..`", help).parse_next(input)?;
         Some([min, number(input)?])
     } else {
         None
@@ -185,7 +188,7 @@ fn parameter(input: &mut Input<'_>) -> Parsed<Statement> {
 
 fn number(input: &mut Input<'_>) -> Parsed<Number> {
     let minus = opt(sign("-")).parse_next(input)?;
-    let token = must(of_kind(Kind::Number), "a number stands here", "write one such as 100, -0.5 or 1e-3")
+    let token = must(of_kind(Kind::Number), "a number", "write a number such as 100, -0.5 or 1e-3")
         .parse_next(input)?;
     let value = read(&token)?;
     let start = minus.as_ref().map_or(token.span.start, |minus| minus.span.start);
@@ -195,32 +198,32 @@ fn number(input: &mut Input<'_>) -> Parsed<Number> {
 fn read(token: &Token<'_>) -> Parsed<f32> {
     let value = token.text.parse().ok().filter(|value: &f32| value.is_finite());
     value.ok_or_else(|| {
-        let help = "the largest number is 3.4e38";
-        ErrMode::Cut(Problem::new(token.span.clone(), "this number is too large", help))
+        let help = "the maximum is 3.4e38";
+        ErrMode::Cut(Problem::new(token.span.clone(), "number too large", help))
     })
 }
 
 fn axis(input: &mut Input<'_>) -> Parsed<Option<Axis>> {
     let Some(open) = opt(sign("[")).parse_next(input)? else { return Ok(None) };
-    let help = "write the number of an axis, such as `position[0]`";
-    let number = must(of_kind(Kind::Number), "the number of an axis stands here", help).parse_next(input)?;
-    let close = must(sign("]"), "`]` stands here", help).parse_next(input)?;
+    let help = "write the axis number, such as `position[0]`";
+    let number = must(of_kind(Kind::Number), "an axis number", help).parse_next(input)?;
+    let close = must(sign("]"), "`]`", help).parse_next(input)?;
     let axis = number.text.parse().ok().filter(|axis| usize::from(*axis) < dimsart_core::limits::MAX_DOF);
     let number = axis.ok_or_else(|| {
         let most = dimsart_core::limits::MAX_DOF - 1;
         ErrMode::Cut(Problem::new(
             number.span.clone(),
-            format!("no device has an axis {}", number.text),
+            format!("axis {} is out of range", number.text),
             format!("axes are 0 to {most}"),
         ))
     })?;
     Ok(Some(Axis { number, span: open.span.start..close.span.end }))
 }
 
-/// An expression that must be there.
+/// A required expression.
 fn value(input: &mut Input<'_>) -> Parsed<Expression> {
-    let help = "write a number, a name, a function of some, or an expression in parentheses";
-    must(whole, "a value stands here", help).parse_next(input)
+    let help = "write a number, a name, a function call, or an expression in parentheses";
+    must(whole, "a value", help).parse_next(input)
 }
 
 fn binary(operator: Binary, left: Expression, right: Expression) -> Parsed<Expression> {
@@ -283,16 +286,16 @@ fn parentheses(input: &mut Input<'_>) -> Parsed<Expression> {
 }
 
 fn close<'t>(input: &mut Input<'t>) -> Parsed<Token<'t>> {
-    must(sign(")"), "`)` stands here", "close the parentheses").parse_next(input)
+    must(sign(")"), "`)`", "close the parentheses").parse_next(input)
 }
 
 fn choice(input: &mut Input<'_>) -> Parsed<Expression> {
     let start = keyword("if").parse_next(input)?.span.start;
     let help = "write `if condition then value else value`";
     let condition = value(input)?;
-    must(keyword("then"), "`then` stands here", help).parse_next(input)?;
+    must(keyword("then"), "`then`", help).parse_next(input)?;
     let yes = value(input)?;
-    must(keyword("else"), "`else` stands here", help).parse_next(input)?;
+    must(keyword("else"), "`else`", help).parse_next(input)?;
     let no = value(input)?;
     let span = start..no.span.end;
     Ok(Expression { what: What::If { parts: Box::new([condition, yes, no]) }, span })
@@ -301,8 +304,8 @@ fn choice(input: &mut Input<'_>) -> Parsed<Expression> {
 fn last(input: &mut Input<'_>) -> Parsed<Expression> {
     let start = keyword("last").parse_next(input)?.span.start;
     let help = "write `last(force)` with the name of an output";
-    must(sign("("), "`(` stands here", help).parse_next(input)?;
-    let output = must(name, "an output stands here", help).parse_next(input)?;
+    must(sign("("), "`(`", help).parse_next(input)?;
+    let output = must(name, "the name of an output", help).parse_next(input)?;
     let axis = axis(input)?;
     let end = close(input)?.span.end;
     Ok(Expression { what: What::Last { output, axis }, span: start..end })

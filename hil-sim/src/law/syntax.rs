@@ -1,13 +1,13 @@
-//! What a text says, before its names mean anything.
+//! Syntax tree of a law, before name resolution.
 
 use std::ops::Range;
 
 use dimsart_core::online::Opcode;
 
-/// Bytes of the text.
+/// Position in the text, bytes.
 pub(super) type Span = Range<usize>;
 
-/// A word and where it stands.
+/// A word with its position.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub(super) struct Word {
     pub(super) text: String,
@@ -25,21 +25,21 @@ pub(super) enum Statement {
     Assign { name: Word, axis: Option<Axis>, value: Expression },
 }
 
-/// A number and where it stands.
+/// A number with its position.
 #[derive(Debug, Clone)]
 pub(super) struct Number {
     pub(super) value: f32,
     pub(super) span: Span,
 }
 
-/// An axis that is named.
+/// An axis index.
 #[derive(Debug, Clone)]
 pub(super) struct Axis {
     pub(super) number: u8,
     pub(super) span: Span,
 }
 
-/// An expression and where it stands.
+/// An expression with its position.
 #[derive(Debug, Clone)]
 pub(super) struct Expression {
     pub(super) what: What,
@@ -58,7 +58,7 @@ pub(super) enum What {
     If { parts: Box<[Expression; 3]> },
 }
 
-/// An operator between two sides.
+/// A binary operator.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Binary {
     Add,
@@ -75,7 +75,7 @@ pub(super) enum Binary {
     Or,
 }
 
-/// Functions by name, and how many arguments they take.
+/// Functions by name, with opcode and number of arguments.
 pub(super) const FUNCTIONS: &[(&str, Opcode, usize)] = &[
     ("abs", Opcode::Absolute, 1),
     ("sqrt", Opcode::SquareRoot, 1),
@@ -87,7 +87,7 @@ pub(super) const FUNCTIONS: &[(&str, Opcode, usize)] = &[
     ("clamp", Opcode::Clamp, 3),
 ];
 
-/// Words that are no names.
+/// Reserved words.
 pub(super) const KEYWORDS: &[&str] = &[
     "law", "in", "out", "param", "state", "let", "if", "then", "else", "and", "or", "not", "last", "pi",
     "period",

@@ -55,27 +55,27 @@ pub(super) fn tokens(text: &str) -> Result<Vec<Token<'_>>, Problem> {
             return Err(match wrong.as_str() {
                 "\"" => Problem::new(
                     span,
-                    "this text does not end",
-                    "put a quotation mark at its end, on the same line",
+                    "missing closing quotation mark",
+                    "close the text with a quotation mark on the same line",
                 ),
                 _ => Problem::new(
                     span,
-                    format!("`{wrong}` means nothing in a law"),
-                    "a law has words, numbers, texts in quotation marks, and + - * / < > = ( ) [ ] : ,",
+                    format!("invalid character `{wrong}`"),
+                    "a law consists of words, numbers, quoted texts, and + - * / < > = ( ) [ ] : ,",
                 ),
             });
         };
         let depth = tokens.iter().rev().take_while(|token: &&Token<'_>| token.kind != Kind::End).count();
         if open > MOST_OPEN || depth > MOST_TOKENS {
-            let help = "name parts of it with `let`";
-            return Err(Problem::new(start..start + found.len(), "this statement is too long", help));
+            let help = "split it with `let`";
+            return Err(Problem::new(start..start + found.len(), "statement too long", help));
         }
         match found {
             "(" => open += 1,
             ")" => open = open.saturating_sub(1),
             _ => {}
         }
-        // Within parentheses a line goes on.
+        // Inside parentheses a newline does not end the statement.
         if kind != Kind::End || open == 0 {
             tokens.push(Token { kind, text: found, span: start..input.current_token_start() });
         }
@@ -84,7 +84,7 @@ pub(super) fn tokens(text: &str) -> Result<Vec<Token<'_>>, Problem> {
     Ok(tokens)
 }
 
-/// Blanks and comments.
+/// Skips whitespace and comments.
 fn blank(input: &mut Input<'_>) -> Result<(), ErrMode<ContextError>> {
     let comment = ('#', take_while(0.., |letter| letter != '\n')).void();
     let blanks = take_while(1.., |letter: char| letter != '\n' && letter.is_whitespace()).void();

@@ -1,28 +1,28 @@
-//! The values of a law, each once.
+//! Deduplicated values of a law.
 
 use std::collections::HashMap;
 
 use dimsart_core::online::{OWN_AXIS, Opcode, calculate};
 
-/// Number of a value.
+/// Index of a value.
 pub(super) type Id = usize;
 
-/// How a value comes about.
+/// Source of a value.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub(super) enum Value {
     /// Its bits.
     Constant(u32),
     Period,
-    /// Of an axis, or [`OWN_AXIS`].
+    /// Input and axis, or [`OWN_AXIS`].
     Input(u8, u8),
     Parameter(u8, u8),
     State(u8),
     Last(u8, u8),
-    /// Opcode number and arguments; of fewer than three, the last ones are 0 and mean nothing.
+    /// Opcode and arguments; unused arguments are 0.
     Of(u8, [Id; 3]),
 }
 
-/// All values, in an order in which each comes behind what it is made of.
+/// All values, each after its arguments.
 #[derive(Debug, Default)]
 pub(super) struct Values {
     list: Vec<Value>,
@@ -34,12 +34,12 @@ impl Values {
         self.list.get(id).copied()
     }
 
-    /// Each with its number.
+    /// Returns all values with their indices.
     pub(super) fn all(&self) -> impl Iterator<Item = (Id, Value)> {
         self.list.iter().copied().enumerate()
     }
 
-    /// The number of a value, which is there once.
+    /// Returns the index of a value and adds it if new.
     pub(super) fn add(&mut self, value: Value) -> Id {
         *self.known.entry(value).or_insert_with(|| {
             self.list.push(value);
@@ -51,7 +51,7 @@ impl Values {
         self.add(Value::Constant(value.to_bits()))
     }
 
-    /// What an instruction makes of values; worked out here if they are all constants.
+    /// Adds the result of an instruction; constants are folded.
     pub(super) fn of(&mut self, opcode: Opcode, arguments: &[Id]) -> Id {
         let constant = |id: &Id| match self.get(*id) {
             Some(Value::Constant(bits)) => Some(f32::from_bits(bits)),
@@ -68,7 +68,7 @@ impl Values {
         self.add(Value::Of(opcode as u8, of))
     }
 
-    /// What a value is made of.
+    /// Returns the arguments of a value.
     pub(super) fn arguments(&self, id: Id) -> Vec<Id> {
         match self.get(id) {
             Some(Value::Of(number, arguments)) => {
@@ -80,7 +80,7 @@ impl Values {
         }
     }
 
-    /// Whether it is the same for all axes whatever parameters and signals are.
+    /// Whether it is equal for all axes, independent of parameters and signals.
     pub(super) fn is_fixed(&self, id: Id) -> bool {
         match self.get(id) {
             Some(Value::Constant(_) | Value::Period) => true,
@@ -89,7 +89,7 @@ impl Values {
         }
     }
 
-    /// The fewest axes that a device must have.
+    /// Minimum number of axes of a device.
     pub(super) fn axes(&self) -> u8 {
         let axes = self.list.iter().filter_map(|value| match value {
             Value::Input(_, axis) | Value::Parameter(_, axis) | Value::Last(_, axis) if *axis != OWN_AXIS => {

@@ -1,4 +1,4 @@
-//! The names of a controller, where the module that runs a law has the law's own.
+//! Names of a controller, with the law's names for the module that runs a law.
 
 use dimsart_core::scheme::{Problem, Row, SchemeError};
 use dimsart_core::{
@@ -11,8 +11,7 @@ use super::Law;
 /// Name of the module that runs laws.
 pub const MODULE: &str = "ONLINE_MOD";
 
-/// The names of a controller, and of the law that one of its modules runs: `stiffness` for `P_1`, `PORT_force` for
-/// `PORT_OUT_1`.
+/// Names of a controller and of the law of one of its modules: `stiffness` for `P_1`, `PORT_force` for `PORT_OUT_1`.
 #[derive(Debug)]
 pub struct WithLaw<'k, V: ?Sized> {
     known: &'k V,
@@ -20,15 +19,15 @@ pub struct WithLaw<'k, V: ?Sized> {
 }
 
 impl<'k, V: Vocabulary + ?Sized> WithLaw<'k, V> {
-    /// With the law of a module; without one, the names are the controller's.
+    /// Uses the law of a module; without a law, the controller's names.
     pub fn new(known: &'k V, law: Option<&'k (ModuleRef, Law)>) -> Self {
         Self { known, law }
     }
 
-    /// The command of a row, which may have the controller's own name of a port, such as `PORT_IN_1`.
+    /// Parses the command of a row, which may also use the controller's name of a port, such as `PORT_IN_1`.
     ///
     /// # Errors
-    /// [`SchemeError`] names the word that is not understood.
+    /// [`SchemeError`] with the unknown word.
     pub fn command<'a>(&self, row: &Row<'a>) -> Result<Command, SchemeError<'a>> {
         match row.command(self) {
             Err(error @ SchemeError { problem: Problem::ModuleCommand(_), .. }) => {
@@ -43,7 +42,7 @@ impl<'k, V: Vocabulary + ?Sized> WithLaw<'k, V> {
     }
 }
 
-/// The module that a row is for, if it is one that runs laws.
+/// Returns the module of a row if it runs laws.
 pub fn runner(row: &Row<'_>, known: &(impl Vocabulary + ?Sized)) -> Option<ModuleRef> {
     let word = row.word(1);
     let is_runner = word.split('.').next() == Some(MODULE);
@@ -74,7 +73,7 @@ impl<V: Vocabulary + ?Sized> Vocabulary for WithLaw<'_, V> {
         else {
             return Some(found);
         };
-        // The kind has a parameter for each that a law can have.
+        // The kind has the maximum number of parameters of a law.
         let own = law.parameters.get(usize::from(number))?;
         let of_law = own.parameter;
         Some(ParameterText {
@@ -96,7 +95,7 @@ impl<V: Vocabulary + ?Sized> Vocabulary for WithLaw<'_, V> {
 
     fn parameter_named(&self, kind: KindId, name: &str) -> Option<(u8, ParameterText<'_>)> {
         let of_law = (0..=u8::MAX).zip(self.parameter_texts(kind)).find(|(_, found)| found.name == name);
-        // A row may have the controller's own name, too.
+        // A row may also use the controller's name.
         of_law.or_else(|| {
             let (number, found) = self.known.parameter_named(kind, name)?;
             Some((number, self.parameter_text(kind, number).unwrap_or(found)))

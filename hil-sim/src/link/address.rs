@@ -1,4 +1,4 @@
-//! Where a side that is a process of its own is: over which medium, and at which end of it.
+//! Address of a station that is a separate process: medium and endpoint.
 
 use std::fmt;
 use std::net::SocketAddr;
@@ -6,7 +6,7 @@ use std::net::SocketAddr;
 use dimsart_link::protocol::DEFAULT_BAUD;
 use serde::{Deserialize, Serialize};
 
-/// Where a side sends from and listens.
+/// Address of a station.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(try_from = "String", into = "String")]
 pub enum Address {
@@ -16,14 +16,14 @@ pub enum Address {
     Serial {
         /// The port, such as `/dev/ttyUSB0`.
         path: String,
-        /// Bits per second.
+        /// Bit rate, bit/s.
         baud: u32,
     },
     /// A CAN interface of this computer: `can:INTERFACE`, or `canfd:INTERFACE` for CAN FD frames.
     Can {
         /// The interface, such as `can0`.
         interface: String,
-        /// Whether contents travel in CAN FD frames.
+        /// Whether CAN FD frames are used.
         is_fd: bool,
     },
 }

@@ -1,21 +1,21 @@
-//! Finds out when packets arrive at a link of another process.
+//! Detects the arrival of packets of another process.
 
 use std::fmt;
 use std::time::{Duration, Instant};
 
-/// Finds out when something arrives at a link, and leaves it there.
+/// Detects arrivals at a link without reading them.
 pub struct ArrivalPoll(Box<dyn Fn() -> bool>);
 
-/// Time between two looks for a packet: short against a tick.
+/// Poll interval, short compared with a tick.
 const LOOK: Duration = Duration::from_micros(50);
 
 impl ArrivalPoll {
-    /// A poll that asks `has_come` whether something waits.
+    /// Creates a poll; `has_come` returns whether data are waiting.
     pub fn new(has_come: impl Fn() -> bool + 'static) -> Self {
         Self(Box::new(has_come))
     }
 
-    /// The moment at which something is first found waiting; none when there is nothing by `deadline`.
+    /// Returns the time of the first arrival; `None` without an arrival by `deadline`.
     #[must_use]
     pub fn arrival_before(&self, deadline: Instant) -> Option<Instant> {
         loop {

@@ -14,19 +14,19 @@ use crate::bus::time::{bits_ns, seconds_ns};
 use crate::bus::{DatagramPath, Delay, DelayFileError, Uart};
 use crate::rig_file::{BusSection, CanSection, LinkSection, RigFile, UartSection, UdpSection};
 
-/// Apart from the seeds of links.
+/// Seed offset of buses, different from links.
 const BUS_SEEDS: u64 = 1 << 33;
 
-/// Identifiers without a channel are 29 bits long, as if of a chip's serial number.
+/// Identifiers without a channel are 29 bits long, as if derived from a chip's serial number.
 const OWN_IDENTIFIERS: u32 = 0x1000_0000;
-/// Of other nodes: one half is more urgent, the other one less.
+/// Identifiers of other nodes: one half has higher priority, the other half lower.
 const OTHER_IDENTIFIERS: [u32; 2] = [0x0800_0000, 0x1800_0000];
-/// Frames of a classic CAN packet at most.
+/// Maximum frames of a classic CAN packet.
 const MOST_FRAMES: u32 = 16;
-/// Bytes that a UART frame has more than its content.
+/// Overhead of a UART frame, bytes.
 const STREAM_BYTES: usize = 4;
 
-/// All of them.
+/// All buses.
 #[derive(Debug)]
 pub struct Buses<'f> {
     period_ns: u64,
@@ -42,36 +42,36 @@ enum Bus<'f> {
         bus: SharedBus,
         format: Format,
         nodes: Vec<String>,
-        /// Nodes besides those of links that are not there yet.
+        /// Additional nodes that are not created yet.
         other_nodes: u32,
     },
     Udp(&'f UdpSection, Delay),
 }
 
-/// A link over a bus.
+/// Definition of a link over a bus.
 #[derive(Debug, Clone, Copy)]
 pub struct Route<'f> {
-    /// Name of the bus.
+    /// Bus name.
     pub bus: &'f str,
-    /// The controller that sends.
+    /// Sending controller.
     pub from: &'f str,
-    /// The controller that receives.
+    /// Receiving controller.
     pub to: &'f str,
-    /// Whether it goes forward, where that makes a difference.
+    /// Direction: forward or backward, for asymmetric buses.
     pub is_forward: bool,
-    /// The channel that the receiver listens to: its identifier on a CAN bus.
+    /// Channel of the receiver: identifier on a CAN bus.
     pub channel: u16,
-    /// Number of the link, apart from others.
+    /// Unique number of the link.
     pub number: u64,
-    /// Whether packets have tags.
+    /// Whether packets are authenticated.
     pub is_authenticated: bool,
 }
 
 impl<'f> Buses<'f> {
-    /// The buses of a file with that sample period and seed; recorded delays are read from `folder`.
+    /// Creates the buses of a file; recorded delays are read from `folder`.
     ///
     /// # Errors
-    /// [`DelayFileError`] when such a file cannot be used.
+    /// [`DelayFileError`] for an invalid delays file.
     pub fn new(
         sections: &'f [BusSection],
         period_s: f64,
@@ -99,13 +99,13 @@ impl<'f> Buses<'f> {
         Ok(Self { period_ns: seconds_ns(period_s).max(1), seed, buses })
     }
 
-    /// Whether links of a bus are told apart by their channels.
+    /// Whether links of a bus are distinguished by their channels.
     #[must_use]
     pub fn needs_channels(&self, name: &str) -> bool {
         self.buses.iter().any(|(known, bus)| *known == name && matches!(bus, Bus::Can { .. }))
     }
 
-    /// A link over a bus, with what happens to packets behind it; none when there is no such bus.
+    /// Creates a link over a bus, followed by the modelled link `behind`; `None` for an unknown bus.
     pub fn link(&mut self, route: Route<'_>, behind: InProcess) -> Option<Box<dyn Link>> {
         let Route { bus, from, to, is_forward, channel, number, is_authenticated } = route;
         let (name, bus) = self.buses.iter_mut().find(|(known, _)| *known == bus)?;
@@ -116,7 +116,7 @@ impl<'f> Buses<'f> {
             Bus::Uart(uart) => {
                 let medium = Serial::new(Uart::new((*uart).into(), seed));
                 over(
-                    (own_name, from, "raise its uart.bits_per_s, or send less often (CTX_EVERY)"),
+                    (own_name, from, "raise uart.bits_per_s, or send less often (CTX_EVERY)"),
                     period_ns,
                     medium,
                     behind,
@@ -126,7 +126,7 @@ impl<'f> Buses<'f> {
                 let rate = if is_forward { udp.forward_bits_per_s } else { udp.backward_bits_per_s };
                 let medium = DatagramPath::new(udp.path(rate, delay.clone()), seed);
                 over(
-                    (own_name, from, "raise its bit rates, or send less often (CTX_EVERY)"),
+                    (own_name, from, "raise the bit rates, or send less often (CTX_EVERY)"),
                     period_ns,
                     medium,
                     behind,
@@ -163,7 +163,7 @@ impl<'f> Buses<'f> {
                     others,
                     assembler: Box::new(assembler),
                 };
-                let remedy = "raise its bit rates, take CAN FD, or send less often (CTX_EVERY)";
+                let remedy = "raise the bit rates, use CAN FD, or send less often (CTX_EVERY)";
                 over(((*name).to_owned(), from, remedy), period_ns, direction, behind)
             }
         })
@@ -179,15 +179,15 @@ fn over(
     Box::new(MediumLink::new((name, from, remedy), period_ns, medium, behind))
 }
 
-/// Ticks from a packet's departure at the first of two controllers to its echo's arrival when nothing on the way is late,
-/// over ideal links; else what it hardly ever exceeds while the medium is not full. That of the links' delays is part of it,
-/// that of delay modules is not.
+/// Returns the round trip in ticks between two controllers without late packets: exact over ideal links; otherwise a
+/// value that is rarely exceeded while queues are not full. It includes the delays of the links, but not of delay
+/// modules.
 ///
-/// The second one is stepped after the first: over an ideal link it gets what took 0 ticks in the same tick, the first one
-/// what came back in 0 ticks in the next one.
+/// The second controller is stepped after the first: over an ideal link with delay 0 it receives packets in the same
+/// tick, the first controller in the next tick.
 ///
 /// # Errors
-/// [`DelayFileError`] when a file of recorded delays cannot be used.
+/// [`DelayFileError`] for an invalid delays file.
 pub fn round_trip_ticks(file: &RigFile, [one, other]: [&str; 2]) -> Result<u32, DelayFileError> {
     let period_ns = seconds_ns(file.sample_period_s).max(1);
     let mut sum = 0_u32;
@@ -206,7 +206,7 @@ pub fn round_trip_ticks(file: &RigFile, [one, other]: [&str; 2]) -> Result<u32, 
     Ok(sum)
 }
 
-/// What a packet of the greatest length takes on a bus, `ns`; none on an ideal one.
+/// Transmission time of a packet of maximum length, `ns`; `None` on an ideal bus.
 fn longest_ns(
     file: &RigFile,
     bus: &BusSection,

@@ -1,4 +1,4 @@
-//! A link over a simulated CAN bus, which both directions share with others.
+//! A link over a simulated, shared CAN bus.
 
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
@@ -8,7 +8,7 @@ use dimsart_link::carrier::can_fd::{pack, unpack};
 use super::medium::{Medium, MediumState, Refusal};
 use crate::bus::can::{CanBus, CanFrame, ErrorState, Format, Identifier};
 
-/// A bus that several links hold.
+/// Bus shared by several links.
 #[derive(Debug, Clone)]
 pub(super) struct SharedBus(Arc<Mutex<CanBus>>);
 
@@ -18,27 +18,27 @@ impl SharedBus {
     }
 
     pub(super) fn lock(&self) -> MutexGuard<'_, CanBus> {
-        // A bus that somebody panicked with is as good as before: all its calls are whole.
+        // A poisoned lock is safe: every call leaves the bus consistent.
         self.0.lock().unwrap_or_else(PoisonError::into_inner)
     }
 }
 
-/// One direction between two nodes of a bus.
+/// One direction between two nodes.
 #[derive(Debug)]
 pub(super) struct CanDirection {
     pub(super) bus: SharedBus,
     pub(super) format: Format,
-    /// Of the packets; what [`frames`] protects classic frames with.
+    /// Channel of the packets, which protects classic frames in [`frames`].
     pub(super) channel: u16,
     pub(super) identifier: Identifier,
     pub(super) sender: usize,
     pub(super) receiver: usize,
-    /// Other nodes, with their identifiers, that send as much whenever this one does.
+    /// Other nodes with their identifiers; each sends a packet of equal size with each packet.
     pub(super) others: Vec<(usize, Identifier)>,
     pub(super) assembler: Box<Assembler>,
 }
 
-/// The frames of a packet; none when there are none that carry it.
+/// Returns the frames of a packet; `None` if it is too long.
 pub(crate) fn can_frames(
     content: &[u8],
     channel: u16,
@@ -59,7 +59,7 @@ impl Medium for CanDirection {
         let frames = framed(self.identifier).ok_or(Refusal::TooLong)?;
         let mut bus = self.bus.lock();
         for (node, identifier) in &self.others {
-            // What finds no room there is counted there.
+            // Dropped packets are counted by the node.
             bus.submit(*node, now_ns, framed(*identifier).unwrap_or_default());
         }
         let is_off =
@@ -92,16 +92,17 @@ impl Medium for CanDirection {
         let gone = nodes.iter().filter(|node| node.bus_offs > 0).map(|node| {
             let (name, bus_offs) = (&node.name, node.bus_offs);
             let now = match node.state(now_ns) {
-                ErrorState::BusOff => "and is off it at the end",
-                ErrorState::Active | ErrorState::Passive => "and came back",
+                ErrorState::BusOff => "and is still bus-off at the end",
+                ErrorState::Active | ErrorState::Passive => "and recovered",
             };
-            format!("the {name} left the CAN bus {bus_offs} times for too many errors {now}; lower can.bit_error_rate")
+            format!("the {name} went bus-off {bus_offs} times {now}; lower can.bit_error_rate")
         });
         let others = self.others.iter().filter_map(|(number, _)| nodes.get(*number));
         let crowded = match others.map(|node| node.dropped).sum() {
             0_u64 => None,
             dropped => {
-                Some(format!("CAN bus: {dropped} packets of the other nodes (can.other_nodes) found no room"))
+                Some(format!("CAN bus: {dropped} packets of the other nodes (can.other_nodes) were dropped, \
+                queue full"))
             }
         };
         let longest_ns = bus.responses().values().map(|response| response.longest_ns).max();

@@ -7,27 +7,27 @@ use serde::{Deserialize, Serialize};
 use super::{Carried, Link};
 use crate::bus::Random;
 
-/// What the link does to packets.
+/// Parameters of the link.
 #[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct InProcessParameters {
-    /// Ticks from sending to arrival. A packet of delay 0 arrives in the tick it was sent in, at a
-    /// controller that is stepped later in that tick; at an earlier one, in the next tick.
+    /// Delay in ticks. A packet with delay 0 arrives in the same tick at a controller that is stepped later,
+    /// otherwise in the next tick.
     pub delay_ticks: u32,
-    /// A packet takes up to so many ticks more, each number as likely, without overtaking others.
+    /// Maximum additional delay in ticks, uniformly distributed, without overtaking.
     pub jitter_ticks: u32,
-    /// Part of the packets that are lost, 0 to 1.
+    /// Share of lost packets, 0 to 1.
     pub loss: f64,
-    /// Part of the packets that arrive twice, 0 to 1.
+    /// Share of duplicated packets, 0 to 1.
     pub duplication: f64,
-    /// Part of the packets that the following ones overtake, 0 to 1: they take 1 to 4 ticks more.
+    /// Share of reordered packets, 0 to 1: they are delayed by 1 to 4 further ticks.
     pub reordering: f64,
 }
 
-/// Ticks a packet can be overtaken by.
+/// Maximum delay of a reordered packet, ticks.
 const REORDERING_TICKS: u32 = 4;
 
-/// The same seed gives the same fate to the same packets.
+/// Random seed.
 #[derive(Debug)]
 pub struct InProcess {
     parameters: InProcessParameters,
@@ -44,14 +44,14 @@ struct Flight {
 }
 
 impl InProcess {
-    /// A link whose random numbers come from `seed`.
+    /// Creates a link with a random seed.
     #[must_use]
     pub fn new(parameters: InProcessParameters, seed: u64) -> Self {
         let random = Random::new(seed);
         Self { parameters, random, in_flight: VecDeque::new(), last_arrival: 0 }
     }
 
-    /// When something arrives that is sent now.
+    /// Returns the arrival tick of a packet sent now.
     fn arrival(&mut self, now: u64) -> u64 {
         let jitter = self.random.up_to(self.parameters.jitter_ticks);
         let on_time = (now + u64::from(self.parameters.delay_ticks) + jitter).max(self.last_arrival);
@@ -108,7 +108,7 @@ impl Link for InProcess {
 mod tests {
     use super::*;
 
-    /// Sends packets numbered by their tick and gives (arrival, packet) pairs.
+    /// Sends packets numbered by their tick and returns (arrival, packet) pairs.
     fn run(parameters: InProcessParameters, ticks: u64) -> Vec<(u64, u64)> {
         let mut link = InProcess::new(parameters, 7);
         let mut arrived = Vec::new();

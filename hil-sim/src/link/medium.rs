@@ -1,4 +1,4 @@
-//! A link over a simulated medium: packets by tick on one side, nanoseconds on the other.
+//! A link over a simulated medium: ticks on the controller side, nanoseconds on the medium side.
 
 use dimsart_link::carrier::stream::{self, StreamReceiver};
 
@@ -7,18 +7,18 @@ use super::{InProcess, Link};
 use crate::bus::time::ns_seconds;
 use crate::bus::{DatagramPath, MediumReport, Timeline, Traffic, Uart, load};
 
-/// Why a medium did not take a packet.
+/// Reason for a refused packet.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Refusal {
-    /// What waits leaves no room.
+    /// Queue full.
     Full,
-    /// The sender is off the bus.
+    /// The sender is bus-off.
     Off,
-    /// No frame of the medium takes so much.
+    /// Packet too long for the medium.
     TooLong,
 }
 
-/// One direction of a medium that carries whole packets.
+/// One direction of a medium for whole packets.
 pub(super) trait Medium: core::fmt::Debug + Send {
     fn send(&mut self, now_ns: u64, content: &[u8]) -> Result<(), Refusal>;
 
@@ -27,29 +27,29 @@ pub(super) trait Medium: core::fmt::Debug + Send {
     /// As [`Link::reset`].
     fn reset(&mut self, _now_ns: u64) {}
 
-    /// What it came to by `now_ns`; where both directions share it, both say the same.
+    /// Returns its state by `now_ns`; identical for both directions of a shared medium.
     fn state(&self, now_ns: u64) -> MediumState;
 }
 
-/// What a medium knows of itself.
+/// State of a medium.
 #[derive(Debug)]
 pub(super) struct MediumState {
     pub(super) busy_ns: u64,
     pub(super) errors: u64,
     pub(super) bus_offs: u32,
     pub(super) longest_ns: u64,
-    /// Names of the senders; empty for the one that the link is named after.
+    /// Names of the senders; empty: the link's sender.
     pub(super) senders: Vec<String>,
     pub(super) timeline: Timeline,
     pub(super) faults: Vec<String>,
 }
 
-/// A medium, and what the scenario's link does to packets behind it.
+/// A medium followed by the modelled link of the rig.
 #[derive(Debug)]
 pub(super) struct MediumLink<M> {
     name: String,
     sender: String,
-    /// What to do when it is full.
+    /// Remedy for a full queue.
     remedy: &'static str,
     period_ns: u64,
     medium: M,
@@ -62,7 +62,7 @@ pub(super) struct MediumLink<M> {
 }
 
 impl<M: Medium> MediumLink<M> {
-    /// `name` is the medium's, `sender` the station's that sends.
+    /// Creates the link; `name` is the medium, `sender` the sending station.
     pub(super) fn new(
         (name, sender, remedy): (String, &str, &'static str),
         period_ns: u64,
@@ -79,16 +79,16 @@ impl<M: Medium> MediumLink<M> {
         let Self { name, sender, packets, full, off, too_long, remedy, .. } = self;
         let full = (*full > 0).then(|| {
             format!(
-                "{name}: {full} of the {sender}'s {packets} packets found no room, the line is full; {remedy}"
+                "{name}: {full} of the {sender}'s {packets} packets dropped, queue full; {remedy}"
             )
         });
         let off = (*off > 0).then(|| {
-            format!("{name}: {off} of the {sender}'s {packets} packets went nowhere, it was off the bus")
+            format!("{name}: {off} of the {sender}'s {packets} packets lost while bus-off")
         });
         let too_long = (*too_long > 0).then(|| {
             format!(
-                "{name}: {too_long} of the {sender}'s {packets} packets are longer than it can carry; send fewer \
-                 signals in a packet, or choose another link.carrier"
+                "{name}: {too_long} of the {sender}'s {packets} packets too long for this carrier; send fewer \
+                signals per packet, or choose another link.carrier"
             )
         });
         full.into_iter().chain(off).chain(too_long)
@@ -142,7 +142,7 @@ impl<M: Medium> Link for MediumLink<M> {
     }
 }
 
-/// A UART with frames as the firmware sends them.
+/// UART with the frames of the firmware.
 #[derive(Debug)]
 pub(super) struct Serial {
     uart: Uart,

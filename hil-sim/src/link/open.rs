@@ -1,59 +1,58 @@
-//! Opens the link of a side that is a process of its own, over the medium of its address.
+//! Opens the link of a station that is a separate process.
 
 use super::PortError;
 use super::{Address, ArrivalPoll, Link, Serial, Udp, UdpError};
 
-/// The channels of a side's packets.
+/// Channels of a station's packets.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub struct Channels {
-    /// Of what it sends.
+    /// Sending channel.
     pub out: u16,
-    /// Of what it listens to.
+    /// Receiving channel.
     pub listening: u16,
-    /// Whether packets have tags, on both.
+    /// Whether packets are authenticated.
     pub are_authenticated: bool,
 }
 
-/// Why a link does not open.
+/// Error of opening a link.
 #[derive(Debug, thiserror::Error)]
 pub enum OpenError {
-    /// The socket.
+    /// UDP socket.
     #[error(transparent)]
     Udp(#[from] UdpError),
-    /// The serial port.
+    /// Serial port.
     #[error(transparent)]
     Serial(#[from] PortError),
-    /// The CAN interface.
+    /// CAN interface.
     #[error(
-        "the CAN interface {interface} does not open: {source}; bring it up with `ip link set {interface} up`"
+        "cannot open CAN interface {interface}: {source}; bring it up with `ip link set {interface} up`"
     )]
     Can {
-        /// The interface.
+        /// Interface.
         interface: String,
-        /// What the system says.
+        /// Error of the operating system.
         source: std::io::Error,
     },
-    /// This program cannot.
-    #[error("this program knows no CAN interfaces: build it on Linux with `--features socketcan`")]
+    /// CAN interfaces are not supported by this build.
+    #[error("this build does not support CAN interfaces: build on Linux with `--features socketcan`")]
     NoSocketCan,
-    /// A side that would answer itself.
-    #[error("both sides are at {0}: each needs a UDP address of its own")]
+    /// Both stations have the same address.
+    #[error("both sides use {0}: give each side a unique UDP address")]
     Same(Address),
-    /// A socket can only talk to another one.
-    #[error("{own} is a UDP address and the other side's, {peer}, is none: both have to be of one kind")]
+    /// Only one station has a UDP address.
+    #[error("{own} is a UDP address but {peer} is not: both sides must use the same kind of address")]
     OtherMedium {
-        /// This side's.
+        /// Own address.
         own: Address,
-        /// The other side's.
+        /// Peer address.
         peer: Address,
     },
 }
 
-/// Both directions of a side at `own`, and who hears when something comes in, where that is possible. `peer` is for
-/// UDP alone: at the other media there is nobody else.
+/// Opens both directions at `own`, with an arrival detector if supported. `peer` is used for UDP only.
 ///
 /// # Errors
-/// [`OpenError`] says what does not open and what to do.
+/// [`OpenError`] if the link cannot be opened.
 pub fn open(
     own: &Address,
     peer: &Address,

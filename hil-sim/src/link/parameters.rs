@@ -1,4 +1,4 @@
-//! What the sections of a file say of media.
+//! Conversion of rig file sections to media parameters.
 
 use std::path::Path;
 
@@ -21,7 +21,7 @@ impl From<&CanSection> for CanParameters {
 }
 
 impl UdpSection {
-    /// A path with that bit rate and these delays.
+    /// Creates a path with this bit rate and delays.
     pub(super) fn path(&self, bits_per_s: u32, delay: Delay) -> DatagramParameters {
         DatagramParameters {
             bits_per_s,
@@ -35,10 +35,10 @@ impl UdpSection {
         }
     }
 
-    /// Its delays; a file of recorded ones, in `folder`, is read.
+    /// Creates its delays; recorded delays are read from `folder`.
     ///
     /// # Errors
-    /// [`DelayFileError`] when that file cannot be used.
+    /// [`DelayFileError`] for an invalid delays file.
     pub(super) fn delay(&self, folder: &Path) -> Result<Delay, DelayFileError> {
         let Self { delay_s, spread_s, gamma_shape, .. } = *self;
         Ok(match self.delay {

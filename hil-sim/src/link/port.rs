@@ -1,4 +1,4 @@
-//! Ports: what PORT on the command line stands for, and why it does not open.
+//! Ports: PORT on the command line, and errors of opening it.
 
 use std::fmt;
 use std::io::{self, ErrorKind, Read, Write};
@@ -10,112 +10,113 @@ use serialport::SerialPort;
 
 use crate::foreign_text::visible;
 
-/// Longest time that a read waits for a byte.
+/// Timeout of a read.
 const READ_WAIT: Duration = Duration::from_millis(10);
-/// Longest time that a write or the opening of a socket waits.
+/// Timeout of a write and of opening a socket.
 const WRITE_WAIT: Duration = Duration::from_secs(2);
 
-/// Bytes both ways, without a buffer that needs flushing. A read that finds nothing ends after a few
-/// milliseconds with `TimedOut` or `WouldBlock`.
+/// Bidirectional bytes without buffering. A read without data ends after a few milliseconds with `TimedOut` or
+/// `WouldBlock`.
 pub trait Stream: Read + Write + Send + fmt::Debug {}
 
 impl<S: Read + Write + Send + fmt::Debug> Stream for S {}
 
-/// Why a port does not open.
+/// Error of opening a port.
 #[derive(Debug, thiserror::Error)]
 pub enum PortError {
-    /// Nothing has this name.
-    #[error("there is no port {port}; {}; a controller of `dimsart serve` is sim:NAME", list(existing))]
+    /// Unknown port.
+    #[error("port {port} not found; {}; a controller of `dimsart serve` is sim:NAME", list(existing))]
     NotThere {
         /// The name.
         port: String,
-        /// Serial ports of this computer.
+        /// Available serial ports.
         existing: Vec<String>,
     },
-    /// The system keeps this user out.
+    /// No permission.
     #[error(
-        "no permission to use {port}: join its group with `sudo usermod -aG dialout $USER` and log in again, or \
-         put the line `SUBSYSTEM==\"tty\", ATTRS{{idVendor}}==\"0483\", TAG+=\"uaccess\"` (0483 is ST's; `lsusb` shows \
-         yours) into /etc/udev/rules.d/70-dimsart.rules, run `sudo udevadm control --reload` and plug the board in again"
+        "no permission for {port}: join its group with `sudo usermod -aG dialout $USER` and log in again, or \
+        add the line `SUBSYSTEM==\"tty\", ATTRS{{idVendor}}==\"0483\", TAG+=\"uaccess\"` (0483 is ST; `lsusb` \
+        lists yours) to /etc/udev/rules.d/70-dimsart.rules, run `sudo udevadm control --reload` and reconnect \
+        the board"
     )]
     NoPermission {
         /// The port.
         port: String,
     },
-    /// Somebody has it.
+    /// In use.
     #[error(
-        "{port} is in use by a program that does not share it: end that (a terminal, another user's `dimsart`) and try again"
+        "{port} is in use by another program: close it (a terminal, another user's `dimsart`) and retry"
     )]
     InUse {
         /// The port.
         port: String,
     },
-    /// `tcp:` without a host and a port.
-    #[error("{port} is no address: write it as tcp:HOST:PORT, such as tcp:localhost:4000")]
+    /// Invalid `tcp:` address.
+    #[error("invalid address {port}: write tcp:HOST:PORT, such as tcp:localhost:4000")]
     Address {
-        /// As it was written.
+        /// Address.
         port: String,
     },
-    /// Nobody is at the socket.
-    #[error("{port} does not open: {source}; start the emulated board first, and give the socket it names")]
+    /// No peer at the socket.
+    #[error("cannot open {port}: {source}; start the emulated board first and use the socket it prints")]
     Socket {
         /// The port.
         port: String,
-        /// What the system says.
+        /// Error of the operating system.
         source: io::Error,
     },
-    /// No program simulates it.
-    #[error("nobody serves {port}: start `dimsart serve` with a rig that has a controller of this name")]
+    /// Simulated port without a server.
+    #[error("{port} is not served: start `dimsart serve` with a rig that has a controller of this name")]
     NotServed {
         /// The port.
         port: String,
     },
-    /// Another program shares it.
+    /// Simulated port served by another program.
     #[error(
-        "{port} is served already: end the `dimsart` that does, or join it with `dimsart connect {port}`"
+        "{port} is already served by another `dimsart`: stop it, or join it with `dimsart connect {port}`"
     )]
     Served {
         /// The port.
         port: String,
     },
-    /// Clients cannot find together.
+    /// Cannot create the socket that clients connect to.
     #[error(
-        "{port} cannot be shared with other programs: {source}; look after XDG_RUNTIME_DIR, a folder of your own"
+        "cannot share {port} with other programs: {source}; set XDG_RUNTIME_DIR to a folder that you own"
     )]
     Shared {
         /// The port.
         port: String,
-        /// What the system says.
+        /// Error of the operating system.
         source: io::Error,
     },
-    /// Anything else.
-    #[error("{port} does not open as a serial port: {reason}; check name and baud rate")]
+    /// Other serial error.
+    #[error("cannot open serial port {port}: {reason}; check name and baud rate")]
     Serial {
         /// The port.
         port: String,
-        /// What the system says.
+        /// Error of the operating system.
         reason: String,
     },
 }
 
 fn list(existing: &[String]) -> String {
     let names = match existing {
-        [] => "this computer has no serial port: plug the board in".to_owned(),
-        names => format!("there is {}", names.join(", ")),
+        [] => "no serial port found, connect the board".to_owned(),
+        names => format!("available: {}", names.join(", ")),
     };
     format!("{names}; an emulated board is tcp:HOST:PORT or unix:PATH")
 }
 
-/// Opens a serial port by its name (`/dev/ttyACM0`) or a socket (`tcp:HOST:PORT`, `unix:PATH`). `baud`
-/// is for serial ports only.
+/// Opens a serial port (`/dev/ttyACM0`) or a socket (`tcp:HOST:PORT`, `unix:PATH`). `baud` applies to serial ports
+/// only.
 ///
 /// # Errors
-/// [`PortError`] says why not and what to do.
+/// [`PortError`] if the port cannot be opened.
 pub fn open_port(port: &str, baud: u32) -> Result<Box<dyn Stream>, PortError> {
     open(port, baud, [READ_WAIT, WRITE_WAIT])
 }
 
-/// The same, with reads that wait for a byte, and writes for room, no longer than `wait`, more than 0.
+/// Like [`open_port`], with a timeout of `wait` (> 0) for reads and writes.
 ///
 /// # Errors
 /// As [`open_port`].
@@ -123,7 +124,7 @@ pub fn open_waiting(port: &str, baud: u32, wait: Duration) -> Result<Box<dyn Str
     open(port, baud, [wait; 2])
 }
 
-/// With reads and writes of a socket that wait no longer than this; those of a serial port both wait as its reads.
+/// Opens a port with these timeouts; a serial port uses the read timeout for both.
 fn open(port: &str, baud: u32, waits @ [read, _]: [Duration; 2]) -> Result<Box<dyn Stream>, PortError> {
     if let Some(address) = port.strip_prefix("tcp:") {
         return open_tcp(port, address, waits);
@@ -134,10 +135,10 @@ fn open(port: &str, baud: u32, waits @ [read, _]: [Duration; 2]) -> Result<Box<d
     }
 }
 
-/// Opens a serial port. Reads and writes wait no longer than `wait`.
+/// Opens a serial port with a timeout of `wait`.
 ///
 /// # Errors
-/// [`PortError`] says why not and what to do.
+/// [`PortError`] if the port cannot be opened.
 pub fn open_serial(port: &str, baud: u32, wait: Duration) -> Result<Box<dyn SerialPort>, PortError> {
     serialport::new(port, baud).timeout(wait).open().map_err(|error| serial_error(port, &error))
 }
@@ -190,7 +191,7 @@ fn serial_error(port: &str, error: &serialport::Error) -> PortError {
     }
 }
 
-/// Serial ports of this computer; none when it does not tell.
+/// Lists the serial ports of this computer; empty if unknown.
 fn existing() -> Vec<String> {
     let ports = serialport::available_ports().unwrap_or_default();
     ports.into_iter().map(|port| visible(&port.port_name)).collect()
@@ -215,6 +216,6 @@ mod tests {
     fn a_port_that_is_not_there_lists_those_that_are() {
         let existing = vec!["/dev/ttyS0".to_owned(), "/dev/ttyACM0".to_owned()];
         let message = PortError::NotThere { port: "/dev/ttyACM9".to_owned(), existing }.to_string();
-        assert!(message.contains("no port /dev/ttyACM9; there is /dev/ttyS0, /dev/ttyACM0;"), "{message}");
+        assert!(message.contains("port /dev/ttyACM9 not found; available: /dev/ttyS0, /dev/ttyACM0;"), "{message}");
     }
 }

@@ -1,4 +1,4 @@
-//! A link over a serial port, for two processes or a process and a board.
+//! Link over a serial port, for two processes or a process and a board.
 
 use std::io::{Read, Write};
 use std::time::Duration;
@@ -9,7 +9,7 @@ use serialport::SerialPort;
 use super::{ArrivalPoll, Link};
 use super::{PortError, open_serial};
 
-/// Both directions over a serial port. Sending and receiving never wait.
+/// Both directions of a serial port. Sending and receiving never block.
 #[derive(Debug)]
 pub struct Serial {
     port: Box<dyn SerialPort>,
@@ -20,13 +20,13 @@ impl Serial {
     /// Opens the port.
     ///
     /// # Errors
-    /// [`PortError`] says why not and what to do.
+    /// [`PortError`] if the port cannot be opened.
     pub fn open(path: &str, baud: u32) -> Result<Self, PortError> {
         let port = open_serial(path, baud, Duration::ZERO)?;
         Ok(Self { port, receiver: StreamReceiver::new() })
     }
 
-    /// Finds out when bytes come in, and leaves them there. None if the system refuses.
+    /// Detects received bytes without reading them. `None` if unsupported.
     #[must_use]
     pub fn arrival(&self) -> Option<ArrivalPoll> {
         let port = self.port.try_clone().ok()?;
@@ -37,7 +37,7 @@ impl Serial {
 impl Link for Serial {
     fn send(&mut self, _now: u64, bytes: &[u8]) {
         if let Some(frame) = encode(bytes, &mut [0; MAX_FRAME_BYTES]) {
-            // What does not fit into the system's buffer is a damaged frame: the receiver finds that out.
+            // Bytes that exceed the system's buffer damage the frame; the receiver detects it.
             let _ = self.port.write_all(frame);
         }
     }

@@ -1,4 +1,4 @@
-//! A link over a CAN interface of Linux, for two processes or a process and boards. Never run: no interface was at hand.
+//! Link over a Linux CAN interface, for two processes or a process and boards. Untested: no interface was available.
 
 use std::io;
 
@@ -11,8 +11,8 @@ use socketcan::{
 
 use super::{Channels, Link};
 
-/// Both directions over a CAN interface, with the channels as identifiers; channel 0 is any identifier of 29 bits.
-/// Sending and receiving never wait.
+/// Both directions of a CAN interface, with channels as identifiers; channel 0 is any 29-bit identifier. Sending and
+/// receiving never block.
 #[derive(Debug)]
 pub struct SocketCan {
     socket: CanFdSocket,
@@ -21,7 +21,7 @@ pub struct SocketCan {
     assembler: Assembler,
 }
 
-/// A frame's identifier is longer than 11 bits.
+/// The identifier is extended.
 const EXTENDED: u32 = 0x8000_0000;
 const STANDARD_BITS: u32 = 0x7FF;
 
@@ -29,7 +29,7 @@ impl SocketCan {
     /// Opens the interface.
     ///
     /// # Errors
-    /// What the system says.
+    /// Error of the operating system.
     pub fn open(interface: &str, is_fd: bool, channels: Channels) -> io::Result<Self> {
         let socket = CanFdSocket::open(interface)?;
         socket.set_nonblocking(true)?;
@@ -43,7 +43,7 @@ impl SocketCan {
         Ok(Self { socket, is_fd, channels, assembler })
     }
 
-    /// On channel 0, one that no other process of this computer has.
+    /// On channel 0: an identifier that is unique on this computer.
     fn identifier(&self) -> Id {
         let own = ExtendedId::new(std::process::id() & ExtendedId::MAX.as_raw()).unwrap_or(ExtendedId::ZERO);
         let standard = StandardId::new(self.channels.out).filter(|_| self.channels.out != 0);
@@ -53,7 +53,7 @@ impl SocketCan {
 
 impl Link for SocketCan {
     fn send(&mut self, _now: u64, bytes: &[u8]) {
-        // A full queue is a lost packet: the receiver counts it.
+        // A full queue loses the packet; the receiver counts it.
         if self.is_fd {
             let frame = pack(bytes).and_then(|data| CanFdFrame::new(self.identifier(), &data));
             if let Some(mut frame) = frame {

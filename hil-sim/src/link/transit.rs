@@ -1,11 +1,11 @@
-//! How long packets take over a link, told by their bytes alone: no two are alike, for they are counted.
+//! Measures packet delays of a link by their bytes, which are unique as packets are counted.
 
 use std::collections::VecDeque;
 
-/// Packets that are waited for at most; older ones are taken for lost.
+/// Maximum packets in flight; older ones count as lost.
 const MOST_AWAITED: usize = 1024;
 
-/// Measures what goes in and comes out.
+/// Measures the delay from sending to arrival.
 #[derive(Debug, Default)]
 pub(super) struct Transit {
     awaited: VecDeque<(u64, Vec<u8>)>,
@@ -17,14 +17,14 @@ pub(super) struct Transit {
 /// Ticks from sending to arrival.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct TransitTicks {
-    /// On average over what arrived.
+    /// Mean delay of received packets.
     pub mean: f64,
-    /// Of the fastest packet.
+    /// Minimum delay.
     pub shortest: u64,
 }
 
 impl Transit {
-    /// Notes a packet that was sent in tick `now`.
+    /// Records a packet sent in tick `now`.
     pub(super) fn sent(&mut self, now: u64, bytes: &[u8]) {
         if self.awaited.len() == MOST_AWAITED {
             self.awaited.pop_front();
@@ -32,7 +32,7 @@ impl Transit {
         self.awaited.push_back((now, bytes.to_vec()));
     }
 
-    /// Notes what arrived in tick `now`; what came twice or damaged does not count.
+    /// Records a packet received in tick `now`; duplicates and damaged packets are ignored.
     pub(super) fn arrived(&mut self, now: u64, bytes: &[u8]) {
         let place = self.awaited.iter().position(|(_, sent)| sent == bytes);
         let Some((sent, _)) = place.and_then(|place| self.awaited.remove(place)) else { return };
@@ -42,7 +42,7 @@ impl Transit {
         self.shortest_ticks = Some(self.shortest_ticks.map_or(ticks, |shortest| shortest.min(ticks)));
     }
 
-    /// What was measured; none while nothing has arrived.
+    /// Returns the delays; `None` before the first arrival.
     #[expect(clippy::cast_precision_loss, reason = "far fewer ticks than 2^53")]
     pub(super) fn ticks(&self) -> Option<TransitTicks> {
         let shortest = self.shortest_ticks?;

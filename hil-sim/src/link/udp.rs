@@ -1,4 +1,4 @@
-//! A link over real UDP sockets, for two processes on one or two computers.
+//! Link over UDP sockets, for two processes.
 
 use std::net::{SocketAddr, UdpSocket};
 
@@ -6,27 +6,26 @@ use dimsart_core::envelope::MAX_CONTENT_BYTES;
 
 use super::{ArrivalPoll, Link};
 
-/// Why a socket could not be set up.
+/// Error of opening a socket.
 #[derive(Debug, thiserror::Error)]
 #[error("cannot listen on UDP address {address}: {source}; {}", repair(source))]
 pub struct UdpError {
     /// The address.
     pub address: SocketAddr,
-    /// What the system says.
+    /// Error of the operating system.
     pub source: std::io::Error,
 }
 
 fn repair(source: &std::io::Error) -> &'static str {
     match source.kind() {
         std::io::ErrorKind::AddrInUse => "end the program that uses it",
-        std::io::ErrorKind::AddrNotAvailable => "it is no address of this computer",
-        _ => "the system does not let it",
+        std::io::ErrorKind::AddrNotAvailable => "use an address of this computer",
+        _ => "check the address and your permissions",
     }
 }
 
-/// Both directions between this process and the one at the peer's address.
-///
-/// Packets of anybody else are dropped. Sending and receiving never wait.
+/// Both directions between this process and the peer's address. Drops packets from other addresses. Sending and
+/// receiving never block.
 #[derive(Debug)]
 pub struct Udp {
     socket: UdpSocket,
@@ -37,7 +36,7 @@ impl Udp {
     /// Opens the socket.
     ///
     /// # Errors
-    /// [`UdpError`] when the own address is taken or not of this machine.
+    /// [`UdpError`] if the own address is in use or not of this computer.
     pub fn open(own: SocketAddr, peer: SocketAddr) -> Result<Self, UdpError> {
         let open = || {
             let socket = UdpSocket::bind(own)?;
@@ -48,7 +47,7 @@ impl Udp {
         Ok(Self { socket, peer })
     }
 
-    /// Finds out when packets of the peer come in, and leaves them there. None if the system refuses.
+    /// Detects packets of the peer without reading them. `None` if unsupported.
     #[must_use]
     pub fn arrival(&self) -> Option<ArrivalPoll> {
         let (socket, peer) = (self.socket.try_clone().ok()?, self.peer);
@@ -59,7 +58,7 @@ impl Udp {
 
 impl Link for Udp {
     fn send(&mut self, _now: u64, bytes: &[u8]) {
-        // A peer that is not there yet, or a full buffer, is a lost packet: the receiver counts it.
+        // A missing peer or a full buffer loses the packet; the receiver counts it.
         let _ = self.socket.send_to(bytes, self.peer);
     }
 
@@ -71,7 +70,7 @@ impl Link for Udp {
                     deliver(bytes.get(..length).unwrap_or_default());
                 }
                 Ok(_) => {}
-                // The peer's port was closed when an earlier packet got there; there may be more.
+                // The peer's port was closed for an earlier packet; more packets may be waiting.
                 Err(error) if error.kind() == std::io::ErrorKind::ConnectionRefused => {}
                 Err(_) => return,
             }
@@ -95,7 +94,7 @@ mod tests {
         let heard =
             |wait_ms| arrival.arrival_before(Instant::now() + Duration::from_millis(wait_ms)).is_some();
         stranger.send_to(b"stranger", own).unwrap();
-        assert!(!heard(50), "a stranger is heard");
+        assert!(!heard(50), "accepted a packet of a stranger");
         peer.send_to(b"peer", own).unwrap();
         let (mut taken, deadline) = (Vec::new(), Instant::now() + Duration::from_secs(10));
         while taken.is_empty() && Instant::now() < deadline {
@@ -103,6 +102,6 @@ mod tests {
         }
         assert_eq!(taken, [b"peer"]);
         peer.send_to(b"again", own).unwrap();
-        assert!(heard(10_000), "the peer is not heard");
+        assert!(heard(10_000), "lost a packet of the peer");
     }
 }

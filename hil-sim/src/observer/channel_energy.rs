@@ -1,11 +1,11 @@
 //! The energy in the channel between two wave transformers, axis by axis.
 //!
-//! `E[k] = h/2 sum_{j<=k} sum_ports (out[j]² - in[j]²)`: what was sent in and has not come out. For
-//! any constant delay it is the energy of the waves in flight, `h/2 sum (waves in flight)² >= 0`
-//! (Niemeyer and Slotine, 1991). Every axis is a channel of its own and has to be passive by itself.
+//! `E[k] = h/2 sum_{j<=k} sum_ports (out[j]² - in[j]²)`: the energy sent into the channel minus the energy received.
+//! For any constant delay it is the energy of the waves in flight, `h/2 sum (waves in flight)² >= 0` (Niemeyer and
+//! Slotine, 1991). Every axis is a separate channel and must be passive.
 //!
-//! A wave that is not lost arrives bit for bit as it left. Its power is counted in whole grains, so that it takes out
-//! exactly what it brought in: at rest the account is 0, and not what rounding left.
+//! A received wave is bit-identical to the sent wave. Its power is counted in integer grains, so that it removes
+//! exactly the energy that it added, without rounding error at rest.
 
 use core::ops::ControlFlow;
 
@@ -15,26 +15,26 @@ use super::Observer;
 use crate::outcome::Outcome;
 use crate::rig::{Probe, Rig, Station};
 
-/// A grain is 8e-22 `W`: far below what a wave of any use has, and waves of 1e8 `sqrt(W)` still fit.
+/// A grain is 8e-22 `W`, far below any practical wave power; waves up to 1e8 `sqrt(W)` are representable.
 const GRAINS_PER_W: f64 = (1_u128 << 70) as f64;
 
 /// Ends of a channel.
 const MAX_ENDS: usize = 2;
 
-/// Adds up the channel's energy, tick by tick.
+/// Sums the channel's energy, tick by tick.
 #[derive(Debug)]
 pub struct ChannelEnergy {
-    /// Per station: the wave that leaves and the one that comes in.
+    /// Outgoing and incoming wave of each station.
     ports: Vec<(Probe, Probe)>,
-    /// Sum of squares in the channel by axis; empty until there are waves.
+    /// Energy by axis in grains; empty until waves exist.
     grains: Vec<i128>,
-    /// The smallest one so far, never above the 0 that each starts with.
+    /// Minimum so far, at most 0.
     smallest: i128,
     half_period_s: f64,
 }
 
 impl ChannelEnergy {
-    /// The channel between all stations of a rig, empty at first.
+    /// Creates the channel between all stations of a rig.
     #[must_use]
     pub fn new(rig: &Rig) -> Self {
         let port = || (Probe::new(types::CH1_WAVES.first()), Probe::new(types::CH2_WAVES.first()));
@@ -42,8 +42,8 @@ impl ChannelEnergy {
         Self { ports, grains: Vec::new(), smallest: 0, half_period_s: 0.5 * rig.period_s() }
     }
 
-    /// The same where there is one channel: between two stations with a wave each way, or at one of them alone. None where
-    /// the waves of several channels would be mixed.
+    /// Creates the channel between two stations with a wave in each direction, or at one of them. `None` if several
+    /// channels would be mixed.
     #[must_use]
     pub fn of_one_channel(rig: &Rig) -> Option<Self> {
         let has_one = |station: &Station| {
@@ -54,7 +54,7 @@ impl ChannelEnergy {
         (stations.len() <= MAX_ENDS && stations.iter().all(has_one)).then(|| Self::new(rig))
     }
 
-    /// Adds the present tick of every station, unless one of them has no wave signals.
+    /// Adds the present tick of every station, unless a station has no wave signals.
     pub fn add(&mut self, rig: &Rig) {
         let Self { ports, grains: sums, smallest, .. } = self;
         let mut there = ports.iter_mut().zip(rig.stations());
@@ -71,14 +71,13 @@ impl ChannelEnergy {
         *smallest = sums.iter().copied().fold(*smallest, i128::min);
     }
 
-    /// The energy so far by axis, `J`: empty as long as nothing was added.
+    /// Returns the energy by axis, `J`; empty before the first tick with waves.
     #[must_use]
     pub fn energy_j(&self) -> Vec<f64> {
         self.grains.iter().map(|grains| self.joules(*grains)).collect()
     }
 
-    /// Smallest energy of any axis so far, `J`, never above the 0 that each starts with; none when there never were
-    /// any waves.
+    /// Returns the minimum energy of any axis, `J`, at most 0; `None` without waves.
     #[must_use]
     pub fn smallest_j(&self) -> Option<f64> {
         (!self.grains.is_empty()).then(|| self.joules(self.smallest))
@@ -100,9 +99,9 @@ impl Observer for ChannelEnergy {
     }
 }
 
-/// Below that, a processor's own integers hold it.
+/// Values below this limit fit into native integers.
 const FEW_GRAINS: f64 = (1_u64 << 63) as f64;
-/// From there on it has no bits below this one.
+/// Exponent above which a value has no bits below this limit.
 const COARSE: u32 = 11;
 
 #[expect(

@@ -1,11 +1,11 @@
-//! What a link that loses packets does to a contact whose receivers do not make up for it.
+//! Creep of a contact by lost packets and by rounding.
 //!
-//! A wave that is given out as 0 takes its displacement along: under the force `F`, a share `p` of lost waves makes the hand
-//! creep by `p F/b`, for ever. There is no stiffness then.
+//! A lost wave that is replaced by 0 loses its displacement: under the force `F`, a share `p` of lost waves makes the
+//! hand creep by `p F/b`, and no stiffness exists.
 //!
-//! So does rounding, a little, on a perfect link: what a side does wrong in a tick stays. With the unit roundoff `u = 2⁻²⁴`,
-//! its three products and its difference move the wave's force by less than `6 u F`: `2/a` and its product with `2 F` by
-//! `4 u F`, `a` times the wave and the wave that leaves by `u F` each. Both sides together: less than `12 u F/b`.
+//! Rounding has a similar, small effect on a perfect link. With the unit roundoff `u = 2⁻²⁴`, its three products and
+//! its difference change the wave's force by less than `6 u F`: `2/a` and its product with `2 F` by `4 u F`, `a`
+//! times the wave and the outgoing wave by `u F` each. Both sides together: less than `12 u F/b`.
 
 use core::ops::ControlFlow;
 
@@ -15,27 +15,28 @@ use crate::outcome::Outcome;
 use crate::response::Controller;
 use crate::rig::Rig;
 
-/// Of an `f32`.
+/// Unit roundoff of `f32`.
 const UNIT_ROUNDOFF: f64 = 1.0 / 16_777_216.0;
-/// Roundings of a side's wave, in units of its force.
+/// Rounding of a side's wave, in units of its force.
 const ROUNDINGS: f64 = 6.0;
 const SECONDS_PER_HOUR: f64 = 3600.0;
-/// Share of missing waves that is worth a word.
+/// Share of missing waves above which a warning is reported.
 const NOTABLE: f64 = 1e-3;
 
-/// Bound of how fast rounding at a side of impedance `impedance_ns_per_m` lets a hand creep that holds `force_n`, `m/s`.
+/// Upper bound of the creep of a hand with force `force_n` by rounding at a side of impedance `impedance_ns_per_m`,
+/// `m/s`.
 #[must_use]
 pub fn by_rounding_m_per_s(force_n: f64, impedance_ns_per_m: f64) -> f64 {
     ROUNDINGS * UNIT_ROUNDOFF * force_n / impedance_ns_per_m
 }
 
-/// Two stations with a contact between them.
+/// Two stations in contact.
 #[derive(Debug)]
 pub(crate) struct Creep {
     pub(crate) controllers: [Controller; 2],
-    /// Largest force that the hand holds in contact, `N`.
+    /// Maximum force of the hand in contact, `N`.
     pub(crate) contact_force_n: f64,
-    /// From one packet to the next, ticks.
+    /// Ticks per packet.
     pub(crate) every_ticks: u32,
 }
 
@@ -55,7 +56,7 @@ impl Observer for Creep {
 }
 
 impl Creep {
-    /// Fastest creep of a hand in contact that rounding makes, `m/h`; none where a station has no waves.
+    /// Maximum creep of a hand in contact by rounding, `m/h`; `None` if a station has no waves.
     fn by_rounding_m_per_h(&self) -> Option<f64> {
         let of = |controller: &Controller| {
             Some(by_rounding_m_per_s(self.contact_force_n, controller.impedance_ns_per_m?))
@@ -63,7 +64,7 @@ impl Creep {
         Some(SECONDS_PER_HOUR * self.controllers.iter().map(of).sum::<Option<f64>>()?)
     }
 
-    /// In words, for every station that loses displacement, how fast the hand creeps.
+    /// Describes the creep of the hand for every station that loses displacement.
     fn by_losses(&self, rig: &Rig, received: &[Received]) -> Vec<String> {
         let max_n = self.contact_force_n;
         #[expect(clippy::cast_precision_loss, reason = "far fewer ticks than 2^53")]
@@ -76,15 +77,15 @@ impl Creep {
             let (at_most, remedy) = match policy {
                 "LIMITED" => (
                     "up to ",
-                    "PLAYOUT_TICKS, as long as the delay varies, makes up for it (link.playout_ticks)",
+                    "set link.playout_ticks (PLAYOUT_TICKS) to the range of the delay",
                 ),
-                _ => ("", "STALE HOLD keeps the mean (link.stale=hold)"),
+                _ => ("", "set link.stale=hold (STALE HOLD), which keeps the mean"),
             };
             (share > NOTABLE && max_n > 0.0).then(|| {
                 format!(
-                    "the {} gets no wave in {:.1} % of the ticks and makes up for little of it (STALE {policy}): the hand \
-                     creeps by p F/b, {at_most}{creep_mm_per_s:.1} mm/s at {max_n} N, and no stiffness is predicted; \
-                     {remedy}",
+                    "the {} misses waves in {:.1} % of the ticks and STALE {policy} replaces few of them: the \
+                    hand creeps by p F/b, {at_most}{creep_mm_per_s:.1} mm/s at {max_n} N, and no stiffness is \
+                    predicted; {remedy}",
                     received.station,
                     100.0 * share
                 )

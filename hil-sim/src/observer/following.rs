@@ -1,4 +1,4 @@
-//! How axes follow their references, and the loops around them.
+//! Tracking of references, and the loops of the axes.
 
 use core::ops::ControlFlow;
 
@@ -12,15 +12,15 @@ use crate::plant::MAX_QUANTITIES;
 use crate::response::{AxisLoop, UNDECIDED};
 use crate::rig::{Probe, Rig, Station};
 
-/// Which quantity of an axis follows which reference.
+/// Quantity of an axis that follows each reference.
 pub(crate) const FOLLOWS: [(&DataType, usize); 2] = [(types::DES_POSITION, 0), (types::DES_VELOCITY, 1)];
 
-/// A reference that is followed, and the place of what follows it among what is known of an axis.
+/// Finds a reference and the index of the quantity that follows it.
 pub(crate) fn followed(reference: &DataType) -> Option<(&'static DataType, usize)> {
     FOLLOWS.into_iter().find(|(known, _)| known.id == reference.id)
 }
 
-/// All axes with a reference, and all loops.
+/// All axes with references, and all loops.
 #[derive(Debug)]
 pub(crate) struct Followings {
     follows: Vec<Follow>,
@@ -32,7 +32,7 @@ impl Followings {
         Self { follows, loops }
     }
 
-    /// Reports loops in which a disturbance grows, and those in which that is undecided.
+    /// Reports unstable and undecided loops.
     fn report_loops(&self, rig: &Rig, outcome: &mut Outcome) {
         for of in &self.loops {
             for (figures, place) in [(of.free, ""), (of.in_contact, " in contact")] {
@@ -40,11 +40,12 @@ impl Followings {
                 let the_loop = format!("the loop of axis {} of {}{place}", of.axis, name(rig, of.station));
                 if growth > 1.0 + UNDECIDED {
                     outcome
-                        .fail(format!("{the_loop} is unstable: a disturbance grows by {growth:.5} per tick"));
+                        .fail(format!("{the_loop} is unstable: disturbances grow by a factor of {growth:.5} per \
+                        tick"));
                 } else if growth >= 1.0 - UNDECIDED {
                     outcome.undecided.push(format!(
-                        "{the_loop} is at its stability limit: a disturbance changes by less than 1e-5 per tick; change a \
-                         gain to decide"
+                        "{the_loop} is at its stability limit (growth within 1e-5 per tick): change a gain for \
+                        a clear result"
                     ));
                 }
             }
@@ -85,17 +86,17 @@ fn name(rig: &Rig, station: usize) -> &str {
     rig.stations().get(station).map_or("", |station| &station.name)
 }
 
-/// One axis and one reference.
+/// One reference of an axis.
 #[derive(Debug)]
 pub(crate) struct Follow {
     station: usize,
     axis: usize,
     reference: &'static DataType,
     unit: &'static str,
-    /// Of what follows it.
+    /// Index of the quantity that follows it.
     quantity: usize,
     motions: Vec<Motion>,
-    /// Where the scheme has a reference that nothing moves from outside: from a link, or a module.
+    /// Reference in the scheme that is not moved by the experiment: from a link or a module.
     of_scheme: Option<Probe>,
     step: Option<StepResponse>,
     squares: f64,
@@ -104,7 +105,7 @@ pub(crate) struct Follow {
 }
 
 impl Follow {
-    /// `others` are when anything else begins to move the axis, `s`.
+    /// `others`: times at which other signals start to move the axis, `s`.
     pub(crate) fn new(
         place: (usize, usize),
         reference: &'static DataType,
@@ -113,7 +114,7 @@ impl Follow {
         motions: Vec<Motion>,
         others_s: &[f64],
     ) -> Self {
-        // One before the beginning is where the reference stands at first.
+        // A step before the start is the initial value of the reference.
         let is_answered = |motion: &&Motion| matches!(motion, Motion::Step(_)) && motion.start_s() >= 0.0;
         let step = motions.iter().find(is_answered);
         let step = step.map(|motion| {
@@ -140,12 +141,12 @@ impl Follow {
         }
     }
 
-    /// Whether there ever was a reference.
+    /// Whether a reference existed.
     fn has_followed(&self) -> bool {
         self.ticks > 0
     }
 
-    /// Looks at the present tick of its station.
+    /// Observes the present tick of its station.
     fn add(&mut self, time_s: f64, station: &Station) {
         let value = match self.quantity {
             0 => station.plant.position(self.axis),

@@ -1,40 +1,40 @@
-//! Tells a signal that grows exponentially from all that a stable loop does.
+//! Distinguishes exponential growth of a signal from the signals of a stable loop.
 //!
-//! Looked at is the fourth difference of a signal from tick to tick: it multiplies what oscillates at half the sample
-//! rate, where sampled loops come apart, by 16, and leaves nothing of a hand's motion. Its largest size in a window of
-//! `W` ticks is compared with that in the window before. **A signal grows without bound when six windows in a row are
-//! each at least twice as high as the one before, all of them above a floor.**
+//! Evaluates the fourth difference of a signal from tick to tick: it amplifies oscillation at half the sample rate,
+//! where sampled loops become unstable, by 16, and removes the motion of a hand. Its maximum in a window of `W` ticks
+//! is compared with the window before. **A signal grows without bound if six consecutive windows are each at least
+//! twice as high as the one before, all above a floor.**
 //!
-//! A mode that grows by `g` per tick raises every window by `g^W`, for ever. An impact raises one window and dies out
-//! in the next ones. What grows with the power `n` of time, as the jumps that lost packets make in a motion from rest,
-//! raises its `k`-th window by `(1 + 1/k)^n`: for `n = 3`, three windows by 2 and more. Over scenarios with any delay,
-//! loss, wall, friction and encoder, four windows rose in a row at most.
+//! A mode that grows by `g` per tick raises every window by `g^W`. An impact raises one window and decays in the next
+//! ones. Growth with the power `n` of time, such as jumps by lost packets in a motion from rest, raises the `k`-th
+//! window by `(1 + 1/k)^n`: for `n = 3`, three windows by 2 or more. In scenarios with various delays, losses, walls,
+//! friction and encoders, at most four consecutive windows rose.
 //!
-//! Windows of 16, 32, ... 4096 ticks are watched side by side: the short ones see fast growth before the signal has
-//! left its range, the long ones slow growth, and growth from one round trip of a long delay to the next.
+//! Windows of 16, 32, ... 4096 ticks are evaluated in parallel: the short windows detect fast growth before the
+//! signal leaves its range, the long ones detect slow growth, and growth per round trip of a long delay.
 
-/// Windows in a row that rise before it counts as growth.
+/// Consecutive rising windows that count as growth.
 const RISES: u32 = 6;
-/// How many times as high as the one before a window is, at least, to be rising.
+/// Minimum ratio to the previous window for a rising window.
 const RISE: f64 = 2.0;
-/// Order of the difference that is looked at.
+/// Order of the difference.
 const ORDER: usize = 4;
-/// Length of the shortest window, ticks; each further one is twice as long.
+/// Length of the shortest window, ticks; each further length is doubled.
 const SHORTEST_TICKS: u32 = 16;
 const SHORTEST: usize = SHORTEST_TICKS as usize;
-/// How many lengths of windows there are.
+/// Number of window lengths.
 const LENGTHS: usize = 9;
 
-/// Watches one signal.
+/// Observes one signal.
 #[derive(Debug, Clone)]
 pub struct Growth {
-    /// Smallest difference that counts.
+    /// Minimum difference that counts.
     floor: f64,
-    /// Of the shortest window so far, behind the last ones of the window before.
+    /// Values of the shortest window, after the last values of the previous window.
     values: [f64; ORDER + SHORTEST],
-    /// How many there are of it.
+    /// Number of values in the shortest window.
     count: usize,
-    /// Shortest windows so far.
+    /// Number of completed shortest windows.
     closed: u32,
     windows: [Window; LENGTHS],
 }
@@ -42,18 +42,18 @@ pub struct Growth {
 /// The windows of one length.
 #[derive(Debug, Clone, Copy, Default)]
 struct Window {
-    /// Height of the one that is not over yet.
+    /// Height of the present window.
     height: f64,
-    /// Height of the one before it.
+    /// Height of the previous window.
     previous: f64,
-    /// How many have risen in a row.
+    /// Consecutive rising windows.
     rises: u32,
-    /// The height they rose from.
+    /// Height before the first rise.
     from: f64,
 }
 
 impl Growth {
-    /// A watch that takes differences below `floor`, in the unit of the signal, for noise.
+    /// Creates an observer that ignores differences below `floor`, in the unit of the signal.
     #[must_use]
     pub fn new(floor: f64) -> Self {
         Self {
@@ -65,8 +65,8 @@ impl Growth {
         }
     }
 
-    /// Adds the present tick's value. Gives the growth per tick (`1.04`) whenever a window is over with which it has
-    /// been seen for long enough.
+    /// Adds the present tick's value. Returns the growth per tick (`1.04`) at the end of a window if growth is
+    /// detected.
     #[inline]
     pub fn add(&mut self, value: f64) -> Option<f64> {
         if let Some(free) = self.values.get_mut(ORDER + self.count) {
@@ -76,7 +76,7 @@ impl Growth {
         if self.count < SHORTEST { None } else { self.close() }
     }
 
-    /// The shortest window is over, and with it perhaps longer ones.
+    /// Completes the shortest window, and possibly longer windows.
     #[inline(never)]
     fn close(&mut self) -> Option<f64> {
         let mut height = self.height();
@@ -97,7 +97,7 @@ impl Growth {
         growth
     }
 
-    /// The largest difference in the shortest window, now that it is over.
+    /// Returns the maximum difference in the completed shortest window.
     fn height(&self) -> f64 {
         let mut differences = self.values;
         for _ in 0..ORDER {
@@ -112,7 +112,7 @@ impl Growth {
 }
 
 impl Window {
-    /// Compares the window that is over with the one before it.
+    /// Compares the completed window with the previous one.
     fn close(&mut self, floor: f64, ticks: u32) -> Option<f64> {
         let (previous, height) = (self.previous, self.height);
         if previous < floor || height < RISE * previous {
@@ -133,7 +133,7 @@ impl Window {
 mod tests {
     use super::*;
 
-    /// Growth per tick and the tick it is seen in, of a signal over ticks.
+    /// Growth per tick of a signal, and the tick of its detection.
     fn seen(ticks: u32, signal: impl Fn(f64) -> f64) -> Option<(f64, u32)> {
         let mut growth = Growth::new(1e-6);
         (0..ticks).find_map(|tick| Some((growth.add(signal(f64::from(tick)))?, tick)))
@@ -147,7 +147,7 @@ mod tests {
                 let found = seen(50_000, |t| 1e-5 * libm::pow(rate, t) * oscillation(t));
                 let (found, tick) = found.unwrap_or_else(|| panic!("{rate} is not seen"));
                 assert!((found - rate).abs() < 0.05 * (rate - 1.0), "{found} instead of {rate}");
-                // Each rise takes at most twice the ticks in which the signal doubles, and 16 at least.
+                // Each rise takes at most twice the doubling time of the signal, and at least 16 ticks.
                 let doubles_ticks = libm::log(2.0) / libm::log(rate);
                 assert!(
                     f64::from(tick) < 8.0 * (2.0 * doubles_ticks).max(16.0) + 16.0,
@@ -159,7 +159,7 @@ mod tests {
 
     #[test]
     fn growth_from_one_round_trip_to_the_next_is_seen() {
-        // A pulse of three ticks that comes back after 700 ticks, 1.5 times as high.
+        // A three-tick pulse that repeats after 700 ticks with 1.5 times the height.
         let echo = |t: f64| if t % 700.0 < 3.0 { 1e-3 * libm::pow(1.5, libm::floor(t / 700.0)) } else { 0.0 };
         assert!(seen(50_000, echo).is_some());
     }

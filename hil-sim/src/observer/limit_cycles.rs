@@ -1,13 +1,14 @@
-//! Finds sustained oscillation while nothing moves an axis: chatter, hunting, limit cycles.
+//! Detects sustained oscillation at rest: chatter, hunting, limit cycles.
 //!
-//! Each rest is observed in quarters. **An axis oscillates when the last one is at least nine tenths as wide as the one
-//! before, and its motion recurs:** at the scale of that width, its maxima and minima return at even intervals and to the
-//! same positions, over the last two quarters or, for slow ones, the last three. Turning points are counted with a hysteresis of a share of the width, so that
-//! ringing at each stick phase of a hunting joint counts for nothing. A decaying oscillation is narrower in its last quarter,
-//! creep does not turn, noise and lost packets turn at any time and anywhere.
+//! Each rest phase is observed in quarters. **An axis oscillates if the last quarter is at least 0.9 times as wide as
+//! the one before and its motion recurs:** at this width, its maxima and minima return at regular intervals and to
+//! the same positions, over the last two quarters or, for slow oscillations, the last three. Turning points have a
+//! hysteresis of a share of the width, which ignores ringing at each stick phase of a hunting joint. A decaying
+//! oscillation is narrower in its last quarter, creep has no turning points, noise and lost packets have irregular
+//! ones.
 //!
-//! It is chatter when it is wider than a hundredth of all the motion there was, or leaves what it touches and comes back. A
-//! motion as wide as that whose rest is too short for three of its periods is undecided.
+//! An oscillation is chatter if it is wider than 1 % of the total motion, or makes and breaks contact. A motion of
+//! this width is undecided if its rest phase is shorter than three periods.
 
 use std::collections::BTreeMap;
 use std::ops::{ControlFlow, Range};
@@ -19,49 +20,49 @@ use super::Observer;
 use crate::outcome::Outcome;
 use crate::rig::{Rig, Station};
 
-/// Periods below which a frequency is a guess.
+/// Minimum number of periods for a frequency.
 const MIN_PERIODS: u32 = 3;
-/// Touches and releases that make an oscillation in contact.
+/// Minimum number of contact changes for an oscillation in contact.
 const MIN_TOUCHES: u32 = 6;
-/// Standard deviation of the periods over their mean, up to which they are even: of two ticks and a half it is 0.2.
+/// Maximum relative standard deviation of the periods; 0.2 for a period of 2.5 ticks.
 const EVEN: f64 = 0.35;
-/// Standard deviation of the turning points over the width, up to which they recur.
+/// Maximum standard deviation of the turning points, as a share of the width.
 const RECURRING: f64 = 0.2;
-/// Hysteresis of a turning point, as a share of the width: at most, and at least half of it.
+/// Maximum hysteresis of a turning point, as a share of the width; the minimum is half of it.
 const HYSTERESIS: f64 = 0.3;
-/// Scales of hysteresis that are observed at once, each half of the one before.
+/// Number of hysteresis scales, each half of the previous one.
 const SCALES: i32 = 21;
-/// Width of the last quarter over that of the one before, from which on nothing dies out.
+/// Minimum width ratio of the last two quarters for sustained oscillation.
 const LASTING: f64 = 0.9;
-/// Width, as a share of the largest motion, below which it is the controller's rounding.
+/// Width, as a share of the largest motion, below which oscillation is rounding of the controller.
 const FLOOR: f64 = 1e-6;
-/// The same, from which on it is no stable run.
+/// Width, as a share of the largest motion, above which a run is unstable.
 const CHATTER: f64 = 0.01;
 
-/// One that was found.
+/// A limit cycle.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct LimitCycle {
     /// The device.
     pub device: String,
     /// The axis, from 0.
     pub axis: usize,
-    /// How often a second.
+    /// Frequency, `Hz`.
     pub hz: f64,
-    /// Half of how far it swings, in the unit of the axis.
+    /// Amplitude, in the unit of the axis.
     pub amplitude: f64,
-    /// Whether a run with it is not stable.
+    /// Whether it makes the run unstable.
     #[serde(skip)]
     pub is_chatter: bool,
 }
 
-/// Watches every axis of a rig.
+/// Observes every axis of a rig.
 #[derive(Debug)]
 pub struct Swings {
     axes: Vec<(usize, usize, Swing)>,
 }
 
 impl Swings {
-    /// In the stretches in which nothing moves a station, `s`, by its place.
+    /// Creates an observer; `rests_s` returns the rest phases of a station by its index, `s`.
     #[must_use]
     pub fn new(rig: &Rig, rests_s: impl Fn(usize) -> Vec<Range<f64>>) -> Self {
         let of_axis = |station, axis| {
@@ -73,8 +74,8 @@ impl Swings {
         Self { axes: rig.stations().iter().enumerate().flat_map(of_station).collect() }
     }
 
-    /// Sustained oscillations by axis, as in the rest in which they are widest; explains chatter in `faults`, and what
-    /// is undecided in `undecided`.
+    /// Returns the widest sustained oscillation of each axis; adds chatter to `faults` and undecided oscillations to
+    /// `undecided`.
     fn found(&self, rig: &Rig, faults: &mut Vec<String>, undecided: &mut Vec<String>) -> Vec<LimitCycle> {
         let mut widest = BTreeMap::new();
         for (station, axis, swing) in &self.axes {
@@ -97,17 +98,17 @@ impl Swings {
                 Motion::None => {}
                 Motion::Oscillation { hz, amplitude, is_chatter } => {
                     if is_chatter {
-                        let touch = if touches > 0 { ", on and off what it touches," } else { "" };
+                        let touch = if touches > 0 { ", making and breaking contact" } else { "" };
                         faults.push(format!(
-                            "axis {axis} of {name} keeps oscillating{touch} by ±{amplitude:.3e} {unit} at {hz:.1} Hz \
-                             when nothing moves it"
+                            "axis {axis} of {name} oscillates by ±{amplitude:.3e} {unit} at {hz:.1} Hz at \
+                            rest{touch}: a limit cycle"
                         ));
                     }
                     cycles.push(LimitCycle { device: name.clone(), axis: *axis, hz, amplitude, is_chatter });
                 }
                 Motion::Undecided { amplitude, until_s } => undecided.push(format!(
-                    "undecided whether axis {axis} of {name} keeps oscillating: it still moves by ±{amplitude:.3e} \
-                     {unit} when nothing moves it; set duration_s to {:.0} or more",
+                    "undecided: axis {axis} of {name} still moves by ±{amplitude:.3e} {unit} at rest, maybe a \
+                    limit cycle; set duration_s to {:.0} s or more",
                     libm::ceil(until_s)
                 )),
             }
@@ -128,7 +129,7 @@ impl Observer for Swings {
     }
 
     fn report(&mut self, rig: &Rig, outcome: &mut Outcome) {
-        // Of a run that was broken off, nothing can be said.
+        // An aborted run gives no result.
         if outcome.is_complete {
             outcome.limit_cycles = self.found(rig, &mut outcome.faults, &mut outcome.undecided);
             outcome.stable &= !outcome.limit_cycles.iter().any(|cycle| cycle.is_chatter);
@@ -136,39 +137,39 @@ impl Observer for Swings {
     }
 }
 
-/// Watches the position of one axis.
+/// Observes the position of one axis.
 #[derive(Debug, Clone)]
 pub struct Swing {
     rest_s: Range<f64>,
-    /// The last two.
+    /// The last two quarters.
     quarters: [Width; 2],
     whole: Width,
     /// Over the last two and three quarters, by scale.
     zigzags: [Vec<Zigzag>; 2],
     was_touching: Option<bool>,
-    /// How often it touched something, or let it go.
+    /// Number of contact changes.
     touches: u32,
 }
 
-/// What a motion in a rest is.
+/// Kind of motion at rest.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Motion {
-    /// It dies out, creeps or is random.
+    /// Decay, creep or noise.
     None,
-    /// It is sustained.
+    /// Sustained oscillation.
     Oscillation {
-        /// Its frequency, `Hz`.
+        /// Frequency, `Hz`.
         hz: f64,
-        /// Half of its width.
+        /// Amplitude.
         amplitude: f64,
-        /// Whether a run with it is not stable.
+        /// Whether it makes the run unstable.
         is_chatter: bool,
     },
-    /// The rest is too short to decide.
+    /// The rest phase is too short.
     Undecided {
-        /// Half of its width.
+        /// Amplitude.
         amplitude: f64,
-        /// Until when the rest should last, `s`.
+        /// Required end of the rest phase, `s`.
         until_s: f64,
     },
 }
@@ -177,7 +178,7 @@ pub enum Motion {
 #[derive(Debug, Clone)]
 struct Zigzag {
     hysteresis: f64,
-    /// The extreme since the last turning point, and when, `s`.
+    /// Extremum since the last turning point, and its time, `s`.
     extreme: f64,
     extreme_s: f64,
     is_forward: Option<bool>,
@@ -193,7 +194,7 @@ struct Turns {
     positions: Spread,
 }
 
-/// Mean and deviation of what is added.
+/// Mean and deviation.
 #[derive(Debug, Clone, Copy, Default)]
 struct Spread {
     count: u32,
@@ -201,7 +202,7 @@ struct Spread {
     squares: f64,
 }
 
-/// How far something went.
+/// Range of a motion.
 #[derive(Debug, Clone, Copy)]
 struct Width {
     least: f64,
@@ -209,7 +210,7 @@ struct Width {
 }
 
 impl Swing {
-    /// In a stretch in which nothing happens, `s`.
+    /// Creates an observer for a rest phase, `s`.
     #[must_use]
     pub fn new(rest_s: Range<f64>) -> Self {
         Self {
@@ -222,7 +223,7 @@ impl Swing {
         }
     }
 
-    /// Adds the position at a time; `is_touching` says whether something is touched then, where that is asked.
+    /// Adds the position at a time; `is_touching` returns whether the axis is in contact.
     pub fn add(&mut self, time_s: f64, position: f64, is_touching: impl FnOnce() -> bool) {
         self.whole.add(position);
         let quarter = 4.0 * (time_s - self.rest_s.start) / self.length_s();
@@ -251,7 +252,7 @@ impl Swing {
         self.rest_s.end - self.rest_s.start
     }
 
-    /// What the motion at the end is.
+    /// Returns the motion at the end.
     #[must_use]
     pub fn found(&self) -> Motion {
         let [before, last] = self.quarters.map(|width| width.length());
@@ -274,7 +275,7 @@ impl Swing {
         if !is_wide || turns == 0 || are_enough {
             return Motion::None;
         }
-        // Half a period from turn to turn, in three quarters.
+        // Half a period between turning points, in three quarters.
         let period_s = 2.0 * 0.75 * self.length_s() / f64::from(turns);
         let needed_s = f64::from(MIN_PERIODS + 2) * period_s / 0.75;
         Motion::Undecided { amplitude, until_s: self.rest_s.start + needed_s }
@@ -312,7 +313,7 @@ impl Zigzag {
         }
     }
 
-    /// Mean of the periods, `s`, of a motion of that width, if it recurs.
+    /// Returns the mean period, `s`, of a motion of this width, if it recurs.
     fn period_s(&self, width: f64) -> Option<f64> {
         let recurs = |turns: &Turns| {
             turns.periods_s.count >= MIN_PERIODS
@@ -383,7 +384,7 @@ mod tests {
         }
     }
 
-    /// A joint that sticks at both ends of each cycle, and rings there.
+    /// A joint that sticks at both ends of each cycle, with ringing.
     fn hunting(time_s: f64, period_s: f64) -> f64 {
         let share = (time_s / period_s).rem_euclid(1.0);
         let stuck = if share < 0.6 { 0.05 } else { -0.05 };
@@ -436,7 +437,7 @@ mod tests {
         assert_eq!(found(ringing), None, "rings, and dies out");
         let mut random = crate::bus::Random::new(3);
         let mut noise: Vec<f64> = (0..2500).map(|_| random.normal()).collect();
-        // Slow enough to look like a swing: what lost packets make of a hand.
+        // Slow motion of a hand by lost packets, which resembles an oscillation.
         for tick in 1..noise.len() {
             noise[tick] = 0.98 * noise[tick - 1] + 0.02 * noise[tick];
         }

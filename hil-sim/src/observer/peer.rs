@@ -1,4 +1,4 @@
-//! What the packets of another process show of it: that it was restarted, or that it ticks at another rate.
+//! Detects restarts of a peer process and different sample periods.
 
 use core::ops::ControlFlow;
 
@@ -8,7 +8,7 @@ use super::Observer;
 use crate::outcome::Outcome;
 use crate::rig::{Probe, Rig, Station};
 
-/// Share by which the rate of packets differs where sample periods do; clocks differ by far less.
+/// Relative difference of the packet rate that indicates different sample periods; clock errors are far smaller.
 const OTHER_RATE: f64 = 0.1;
 /// Silence at the end of a run that is reported, ticks.
 const SILENCE_TICKS: u32 = 100;
@@ -17,14 +17,14 @@ const SILENCE_TICKS: u32 = 100;
 #[derive(Debug)]
 pub(crate) struct Peer {
     name: String,
-    /// From one packet to the next, ticks.
+    /// Ticks per packet.
     every_ticks: u32,
     restarts: u32,
     restarts_s: Vec<f64>,
 }
 
 impl Peer {
-    /// Of this name, which sends a packet in every so many ticks.
+    /// Creates an observer of a peer of this name, which sends a packet every `every_ticks`.
     pub(crate) fn new(rig: &Rig, name: &str, every_ticks: u32) -> Self {
         Self { name: name.to_owned(), every_ticks, restarts: restarts(rig), restarts_s: Vec::new() }
     }
@@ -46,12 +46,12 @@ impl Observer for Peer {
             station.and_then(|station| Probe::new(types::LINK_AGE.first()).words(station).first().copied());
         if let Some(silence_ticks) = age.filter(|ticks| *ticks > SILENCE_TICKS) {
             outcome.faults.push(format!(
-                "nothing came from the {other} in the last {silence_ticks} ticks: it ended first"
+                "no packet from the {other} in the last {silence_ticks} ticks: it stopped first"
             ));
         }
         for time_s in &self.restarts_s {
             outcome.warnings.push(format!(
-                "the {other} was restarted at {time_s:.3} s: figures are of two runs; start both sides again"
+                "the {other} restarted at {time_s:.3} s, so figures mix two runs: restart both sides"
             ));
         }
         let per_tick = station.and_then(|station| station.packets_per_tick(0));
@@ -60,8 +60,8 @@ impl Observer for Peer {
         if let Some(per_tick) = per_tick.filter(is_other) {
             let [found, expected] = [per_tick, expected].map(|share| share / rig.period_s());
             outcome.warnings.push(format!(
-                "the {other} sends {found:.0} packets a second, {expected:.0} are expected: give both sides the same \
-                 sample_period_s and link.every_ticks"
+                "the {other} sends {found:.0} packets/s, expected {expected:.0}: use the same sample_period_s \
+                and link.every_ticks on both sides"
             ));
         }
     }

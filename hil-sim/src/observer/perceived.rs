@@ -1,4 +1,4 @@
-//! What a hand feels of what the devices at the other end of its links meet.
+//! Perceived stiffness of the environments of linked devices.
 
 use core::ops::{ControlFlow, Range};
 
@@ -10,63 +10,64 @@ use crate::outcome::Outcome;
 use crate::rig::{Probe, Rig, Station};
 use crate::rig_file::{AxisSpring, AxisWall};
 
-/// The usual share of its farthest way that a hand is to be beyond a surface: nearer, it feels friction and rounding.
+/// Default minimum share of the hand's maximum penetration; below, friction and rounding dominate.
 pub(crate) const MIN_DEPTH: f64 = 0.01;
 
-/// What a hand felt the last time it held something against an obstacle while nothing moved: force of the device on it over
-/// how far it was beyond the obstacle's surface, or its spring's rest. Of several that were met, from the first one on;
-/// positions are taken to be the same at both ends.
+/// Stiffness perceived by a hand in its last static contact: force on the hand divided by its distance beyond the
+/// surface of the obstacle, or beyond the spring's rest position; of several obstacles, the first one touched.
+/// Positions of both ends are assumed equal.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct PerceivedStiffness {
     /// The device with the hand.
     pub device: String,
     /// The axis, from 0.
     pub axis: usize,
-    /// The device that met the obstacle.
+    /// Device at the obstacle.
     pub met_by: String,
     /// `N/m` or `N m/rad`.
     pub unit: &'static str,
-    /// How stiff it feels.
+    /// Perceived stiffness.
     pub stiffness: f64,
-    /// Why the figure is not to be believed, in words: it was still on its way. None when it had settled.
+    /// Reason if the stiffness has not settled; `None` if settled.
     pub unsettled: Option<String>,
 }
 
-/// An axis that is held by a hand, and all that can be felt on it.
+/// An axis with a hand, and its possible obstacles.
 #[derive(Debug)]
 pub(crate) struct Perceived {
     pub(crate) station: usize,
     pub(crate) axis: usize,
     pub(crate) unit: &'static str,
-    /// What its controller commands.
+    /// Command of its controller.
     pub(crate) force: Probe,
-    /// When it is observed, `s`.
+    /// Observed times, `s`.
     pub(crate) watched_s: Vec<Range<f64>>,
     pub(crate) obstacles: Vec<Obstacle>,
-    /// Share of its farthest way that the hand is to be beyond a surface.
+    /// Minimum share of the hand's maximum penetration.
     pub(crate) min_depth: f64,
-    /// Of the last time in which something was touched all along: which, and how.
+    /// Obstacle and contact of the last phase with continuous contact.
     pub(crate) last: Option<(usize, SettledContact)>,
 }
 
-/// A wall or a spring that another device meets on the same axis.
+/// Wall or spring of another device on the same axis.
 #[derive(Debug)]
 pub(crate) struct Obstacle {
-    /// The device; one that is not in this rig is taken to touch it.
+    /// Device; a device outside this rig is assumed to be in contact.
     name: String,
     station: Option<usize>,
     axis: usize,
     wall: Option<AxisWall>,
     spring: Option<AxisSpring>,
-    /// In the time that is looked at now.
+    /// In the present phase.
     contact: SettledContact,
-    /// Of the hand's axis beyond where the force begins; and the farthest it ever was.
+    /// Penetration of the hand's axis, and its maximum.
     depth: f64,
     farthest: f64,
 }
 
 impl Obstacle {
-    /// Of the axis of a device, by its name, and its station if it is in the rig; none where it meets nothing.
+    /// Creates the obstacle of a device's axis, by name, and station if it is in the rig; `None` without wall and
+    /// spring.
     pub(crate) fn new(
         name: &str,
         station: Option<usize>,
@@ -79,7 +80,7 @@ impl Obstacle {
         is_there.then_some(Self { name, station, axis, wall, spring, contact, depth: 0.0, farthest: 0.0 })
     }
 
-    /// Where its force begins.
+    /// Position at which its force starts.
     fn surface(&self) -> f64 {
         let spring = self.spring.as_ref().map(|spring| spring.rest_position);
         spring.or(self.wall.as_ref().map(|wall| wall.position)).unwrap_or_default()
@@ -91,7 +92,7 @@ impl Obstacle {
     }
 }
 
-/// All axes whose hands can feel something.
+/// All axes with a hand and an obstacle.
 #[derive(Debug)]
 pub(crate) struct Feeling(pub(crate) Vec<Perceived>);
 
@@ -107,7 +108,7 @@ impl Observer for Feeling {
 }
 
 impl Perceived {
-    /// Looks at the present tick.
+    /// Observes the present tick.
     fn add(&mut self, rig: &Rig) {
         let Some(hand) = rig.stations().get(self.station) else { return };
         let time_s = rig.time_s();
@@ -133,12 +134,12 @@ impl Perceived {
         for obstacle in &mut self.obstacles {
             let station = obstacle.station.and_then(|station| rig.stations().get(station));
             let is_touched = station.is_none_or(|met| obstacle.is_touched(met));
-            // The force on the device pushes back against the hand.
+            // The force on the device opposes the hand.
             obstacle.contact.add(share, is_touched, -force, obstacle.depth);
         }
     }
 
-    /// Of all that was touched all along, what the hand met first: it has gone farthest beyond it.
+    /// Obstacle in continuous contact with the largest penetration, which was touched first.
     fn held(&mut self) -> Option<(usize, SettledContact)> {
         let contacts = self.obstacles.iter_mut().enumerate().map(|(place, obstacle)| {
             let is_pressed = obstacle.depth.abs() > self.min_depth * obstacle.farthest;
@@ -148,7 +149,7 @@ impl Perceived {
         held.max_by(|a, b| a.0.total_cmp(&b.0)).map(|(_, place, contact, _)| (place, contact))
     }
 
-    /// What came of it; none when nothing was touched while everything stood still. To be asked once.
+    /// Returns the perceived stiffness; `None` without a static contact. Call once.
     fn outcome(&mut self, rig: &Rig) -> Option<PerceivedStiffness> {
         let is_over = |watched_s: &Range<f64>| rig.time_s() >= watched_s.end - 0.5 * rig.period_s();
         let last = if self.watched_s.first().is_some_and(is_over) { self.held() } else { None };

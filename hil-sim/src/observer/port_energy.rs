@@ -1,10 +1,10 @@
-//! The energy that the robots gave their controllers, axis by axis: what the whole of controllers and line makes of it.
+//! Energy that the robots supply to controllers and link, by axis.
 //!
-//! `E = -∫ sum_sides F v dt`, with the actuator's force `F` on the device and its velocity `v`. A passive two-port never
-//! gives out more than it got, `E >= 0` (Niemeyer and Slotine, 1991); one that does is active, whatever the energy in the
-//! [channel](super::channel_energy) says. A force that is held for a tick does `F Δx`, exactly; a motor's is taken as even.
-//! Where an actuator moves several directions of its device, controllers move energy from axis to axis: all axes count
-//! together then.
+//! `E = -∫ sum_sides F v dt`, with the actuator's force `F` on the device and its velocity `v`. A passive two-port
+//! never supplies more energy than it received, `E >= 0` (Niemeyer and Slotine, 1991), independent of the
+//! [channel](super::channel_energy) energy. A constant force over a tick does exactly `F Δx`; the force of a motor is
+//! averaged. If an actuator moves several directions of its device, energy is exchanged between axes, and all axes
+//! are summed.
 
 use core::ops::ControlFlow;
 
@@ -13,19 +13,19 @@ use crate::outcome::Outcome;
 use crate::plant::Actuation;
 use crate::rig::{Rig, Station};
 
-/// Adds up what goes through the ports, tick by tick.
+/// Sums the energy through the ports, tick by tick.
 #[derive(Debug, Default)]
 pub struct PortEnergy {
-    /// Of each axis of each station, from the tick before.
+    /// Previous tick of each axis of each station.
     before: Vec<Actuation>,
     now: Vec<Actuation>,
-    /// By axis, `J`; of all together in the first one, where they count so.
+    /// Energy by axis, `J`; the sum in the first entry if axes are summed.
     energy_j: Vec<f64>,
     smallest_j: f64,
 }
 
 impl Observer for PortEnergy {
-    /// Adds what has happened since the tick before.
+    /// Adds the energy since the last tick.
     fn observe(&mut self, rig: &Rig) -> ControlFlow<()> {
         let Self { before, now, energy_j, smallest_j } = self;
         now.clear();
@@ -38,7 +38,7 @@ impl Observer for PortEnergy {
                 energy_j.resize(now.len(), 0.0);
             }
             for (energy_j, (before, now)) in energy_j.iter_mut().zip(before.zip(now)) {
-                // An ideal source has held its force all the time, a motor's has changed.
+                // An ideal source holds its force; the force of a motor varies.
                 let from = if now.is_held { now.force } else { before.force };
                 *energy_j -= 0.5 * (from + now.force) * (now.position - before.position);
                 are_together |= now.moves_several;
@@ -54,7 +54,7 @@ impl Observer for PortEnergy {
         ControlFlow::Continue(())
     }
 
-    /// The minimum energy of any axis, `J`, never above the 0 that each starts with.
+    /// Returns the minimum energy of any axis, `J`, at most 0.
     fn report(&mut self, rig: &Rig, outcome: &mut Outcome) {
         outcome.energy_ports_min_j = (rig.ticks() > 0).then_some(self.smallest_j);
     }

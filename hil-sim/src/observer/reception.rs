@@ -1,9 +1,8 @@
-//! What a station made of the packets that were sent to it.
+//! Packets received, superseded, refused and lost by a station.
 //!
-//! A packet that a peer has sent is used, superseded (it came with a newer one in the same tick), refused (old, repeated,
-//! damaged, of another content) or lost (it was missing when a newer one came). The signals of a receiver count what it sees:
-//! `LINK_LOST` is lost and superseded together, the gaps in the sequence; `LINK_REFUSED` is refused and superseded together,
-//! what came and was not used.
+//! A packet is used, superseded (arrived with a newer one in the same tick), refused (old, repeated, damaged,
+//! different content) or lost (missing when a newer one arrived). `LINK_LOST` counts lost and superseded packets:
+//! gaps in the sequence. `LINK_REFUSED` counts refused and superseded packets: received but not used.
 
 use core::ops::ControlFlow;
 
@@ -14,23 +13,23 @@ use super::Observer;
 use crate::outcome::Outcome;
 use crate::rig::{Rig, Station};
 
-/// What a station made of the packets that were sent to it.
+/// Packets received, superseded, refused and lost by a station.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize)]
 pub struct Received {
-    /// Its name.
+    /// Station.
     pub station: String,
-    /// Packets that were missing when a newer one came.
+    /// Lost packets: missing when a newer one arrived.
     pub lost: u32,
-    /// Packets that came together with a newer one: a tick uses one.
+    /// Superseded packets: arrived in the same tick as a newer one.
     pub superseded: u32,
-    /// Packets refused: damaged, old, repeated, or of another content.
+    /// Refused packets: damaged, old, repeated, or of different content.
     pub refused: u32,
 }
 
-/// Reads at the end what receivers have counted.
+/// Reads the counters of the receivers at the end.
 #[derive(Debug)]
 pub(crate) struct Reception {
-    /// Whether a link that never came up is a fault here: a station alone has met the other one before.
+    /// Whether a link without packets is a fault; a single station has already received a packet from its peer.
     pub(crate) reports_silence: bool,
 }
 
@@ -54,7 +53,7 @@ impl Observer for Reception {
     }
 }
 
-/// What it missed and refused on all its links; none for one that does not listen.
+/// Returns the counters of all its links; `None` without receivers.
 fn received(station: &Station) -> Option<Received> {
     let sum = |signal| words(station, signal).map(|(_, count)| count).reduce(u32::wrapping_add);
     let superseded = station.superseded();
@@ -63,15 +62,15 @@ fn received(station: &Station) -> Option<Received> {
     Some(Received { station: station.name.clone(), lost, superseded, refused })
 }
 
-/// A link over which a station accepted nothing.
+/// A link without accepted packets.
 struct Silence {
-    /// In words, with the reason.
+    /// Describes it with the reason.
     text: String,
-    /// Whether packets came and were refused: a run can be shorter than the delay of a link that works.
+    /// Whether packets were refused; without packets, the run may be shorter than the delay of the link.
     is_refusal: bool,
 }
 
-/// The links of a station over which it accepted nothing in all `ticks` of a run.
+/// Returns the links of a station without accepted packets in all `ticks` of a run.
 fn silences(station: &Station, ticks: u64) -> Vec<Silence> {
     let own_ticks = ticks.div_ceil(station.every_ticks() as u64);
     let of =
@@ -83,14 +82,14 @@ fn silences(station: &Station, ticks: u64) -> Vec<Silence> {
         let link = format!("the link to {module} of the {name} never came up");
         let refused = of(types::LINK_REFUSED, number).unwrap_or_default();
         let text = match (refused, station.authentication_failure()) {
-            (0, _) => format!("{link}: no packet arrived; check the link, and what the other side sends"),
+            (0, _) => format!("{link}: no packet received; check the link and the peer's CTX_ADD_DATA"),
             (_, Some(failure)) => format!("{link}: all {refused} packets were refused: {failure}"),
             (_, None) if of(types::LINK_STATE, number) == Some(LinkState::WrongSequence as u32) => {
-                format!("{link}: all {refused} packets were refused as old or out of order; restart the other side")
+                format!("{link}: all {refused} packets were old or out of order; restart the peer")
             }
             (_, None) => format!(
-                "{link}: all {refused} packets were refused, as their content differs; give both schemes the same types in \
-                 the same order, one in CTX_ADD_DATA and the other in CRX_ADD_DATA, and the same CTX_EVERY and CRX_EVERY"
+                "{link}: all {refused} packets had different content; list the same types in the same order in \
+                CTX_ADD_DATA and the peer's CRX_ADD_DATA, with equal CTX_EVERY and CRX_EVERY"
             ),
         };
         Silence { text, is_refusal: refused > 0 }
@@ -98,7 +97,7 @@ fn silences(station: &Station, ticks: u64) -> Vec<Silence> {
     silent.collect()
 }
 
-/// The numbers of all signals of a type, with their first words.
+/// Returns the numbers of all signals of a type, with their first words.
 fn words(station: &Station, signal: &'static DataType) -> impl Iterator<Item = (u8, u32)> {
     let data_base = station.dimsart.engine().data_base();
     data_base

@@ -1,6 +1,6 @@
-//! How long packets take there and back, as the first station of a rig measures it on its link.
+//! Round trip, measured by the first station of a rig on its link.
 //!
-//! Delay modules lie behind the link.
+//! Delay modules are added.
 
 use core::ops::ControlFlow;
 use std::collections::BTreeMap;
@@ -12,18 +12,18 @@ use crate::link::TransitTicks;
 use crate::outcome::Outcome;
 use crate::rig::{Probe, Rig};
 
-/// What schemes and link add to what the first station measures.
+/// Delays of schemes and link in addition to the measurement.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Ways {
-    /// By the delay modules on the way, ticks; none where a scheme is not known.
+    /// Delay modules, ticks; `None` if a scheme is unknown.
     pub(crate) delay_ticks: Option<u32>,
-    /// By play-out at the receivers, in the order of the connections, ticks.
+    /// Play-out at the receivers, in the order of the connections, ticks.
     pub(crate) playout_ticks: [u32; 2],
-    /// Whether packets are rarer than ticks: an echo waits for the next one; the wave does not.
+    /// Whether packets are sent less often than every tick: an echo waits for the next packet, the wave does not.
     pub(crate) waits: bool,
-    /// Of the link as it is planned, ticks.
+    /// Configured delay of the link, ticks.
     pub(crate) planned_ticks: u32,
-    /// Whether both ends of the connections are here.
+    /// Whether both ends of the connections are in this process.
     pub(crate) has_both_ends: bool,
 }
 
@@ -32,7 +32,7 @@ pub(crate) struct Ways {
 pub(crate) struct RoundTrips {
     probe: Probe,
     ticks_by_length: BTreeMap<u32, u64>,
-    /// Length last seen, and for how many ticks.
+    /// Last length, and its duration in ticks.
     last: (u32, u64),
     ways: Ways,
 }
@@ -63,10 +63,10 @@ impl RoundTrips {
         Self { probe, ticks_by_length: BTreeMap::new(), last: (0, 0), ways }
     }
 
-    /// Ticks that a wave takes over the link there and back, when an echo takes `echo_ticks` on median.
+    /// Returns the wave's round trip on the link in ticks, for a median echo of `echo_ticks`.
     fn there_and_back_ticks(&self, rig: &Rig, echo_ticks: u32) -> u32 {
         let Ways { playout_ticks, waits, planned_ticks, has_both_ends, .. } = self.ways;
-        // Play-out counts from the fastest packet.
+        // Play-out is relative to the fastest packet.
         let is_played_out = playout_ticks.iter().any(|ticks| *ticks > 0);
         if !has_both_ends || !(waits || is_played_out) {
             return echo_ticks;
@@ -81,7 +81,7 @@ impl RoundTrips {
         measured.unwrap_or(planned_ticks)
     }
 
-    /// The median over the ticks in which it was known, ticks; none when nothing ever came back.
+    /// Returns the median, ticks; `None` without a reply.
     fn median(&mut self) -> Option<u32> {
         let mut ticks_by_length = core::mem::take(&mut self.ticks_by_length);
         *ticks_by_length.entry(self.last.0).or_default() += self.last.1;

@@ -1,4 +1,4 @@
-//! How long actuators were saturated: the safety stage gave them less than their controllers commanded.
+//! Saturation of actuators: the safety stage limits their commands.
 
 use core::ops::ControlFlow;
 
@@ -10,7 +10,7 @@ use super::Observer;
 use crate::outcome::Outcome;
 use crate::rig::{Probe, Rig, Station};
 
-/// An actuator that was saturated.
+/// A saturated actuator.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Saturation {
     /// The device.
@@ -21,7 +21,7 @@ pub struct Saturation {
     pub time_s: f64,
 }
 
-/// Counts the ticks in which actuators are saturated, station by station.
+/// Counts saturated ticks of actuators by station.
 #[derive(Debug)]
 pub(crate) struct Saturated {
     stations: Vec<SaturatedStation>,
@@ -65,7 +65,7 @@ impl SaturatedStation {
         }
     }
 
-    /// The actuators of a device that were saturated.
+    /// Returns the saturated actuators of a device.
     fn found<'a>(&'a self, device: &'a str, period_s: f64) -> impl Iterator<Item = Saturation> + 'a {
         let saturated = self.ticks.iter().enumerate().filter(|(_, ticks)| **ticks > 0);
         saturated.map(move |(axis, ticks)| {

@@ -1,11 +1,11 @@
-//! A stiffness, from force and depth while a contact is held, and whether it has settled.
+//! Stiffness of a held contact, from force and depth, and its settling.
 
-/// Share of the stiffness that it may still be away from where it goes.
+/// Maximum remaining relative change of a settled stiffness.
 const SETTLED: f64 = 1e-3;
-/// Share below which a change from third to third is rounding: positions of an `f32` at 0.05 m have steps of 4e-9 m.
+/// Relative change between thirds that is rounding: `f32` positions at 0.05 m have a resolution of 4e-9 m.
 const ROUNDING: f64 = 5e-6;
 
-/// Force and depth of one axis over the time in which they are looked at.
+/// Force and depth of one axis over the observed time.
 #[derive(Debug, Clone, Default)]
 pub(crate) struct SettledContact {
     ticks: u32,
@@ -15,7 +15,7 @@ pub(crate) struct SettledContact {
 }
 
 impl SettledContact {
-    /// Adds a tick, `share` of the time being over, 0 to 1.
+    /// Adds a tick; `share` is the elapsed share of the time, 0 to 1.
     pub(crate) fn add(&mut self, share: f64, is_in_contact: bool, force: f64, depth: f64) {
         #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "0, 1 or 2")]
         let third = (3.0 * share).clamp(0.0, 2.0) as usize;
@@ -27,26 +27,26 @@ impl SettledContact {
         }
     }
 
-    /// Force over depth; none when it was not in contact all the time.
+    /// Returns force divided by depth; `None` without continuous contact.
     pub(crate) fn stiffness(&self) -> Option<f64> {
         let sum = |of: fn(&(f64, f64)) -> f64| self.thirds.iter().map(of).sum::<f64>();
         let is_held = self.ticks > 0 && self.ticks_in_contact == self.ticks;
         is_held.then(|| sum(|third| third.0) / sum(|third| third.1))
     }
 
-    /// What is wrong with the stiffness when it is still on its way by more than a thousandth of it, in words.
+    /// Describes the remaining change of the stiffness if above 0.1 %.
     pub(crate) fn unsettled(&self) -> Option<String> {
         let left = self.left() / self.stiffness()?;
         let left = match left {
             settled if settled.abs() <= SETTLED => return None,
             left if left.is_finite() => format!("about {:.1} %", 100.0 * left),
-            _ => "an unknown part".to_owned(),
+            _ => "an unknown amount".to_owned(),
         };
-        Some(format!("it still has {left} to go"))
+        Some(format!("{left} of it is still missing"))
     }
 
-    /// How far the stiffness still has to go when its change from third to third falls as it did: what is left of a
-    /// geometric series. 0 where it goes to and fro, as lost packets have it.
+    /// Remaining change of the stiffness, extrapolated as a geometric series from the changes between thirds; 0 for
+    /// alternating changes, as caused by lost packets.
     fn left(&self) -> f64 {
         let [first, middle, last] = self.thirds.map(|(force, depth)| force / depth);
         let (before, after) = (middle - first, last - middle);

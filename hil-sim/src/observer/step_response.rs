@@ -1,32 +1,32 @@
-//! What is read off a step response.
+//! Figures of a step response.
 //!
-//! From `before` to `after`, a reference's values on both sides of its step, seen tick by tick. A crossing between two
-//! ticks is found on the line between them.
+//! `before` and `after` are the reference's values around its step, sampled per tick. Crossings between two ticks are
+//! interpolated linearly.
 
-/// Band around the new value in which it has settled, as a share of the step.
+/// Settling band, as a share of the step.
 const BAND: f64 = 0.02;
-/// Shares of the step between which the rise time is.
+/// Levels of the rise time, as shares of the step.
 const RISE: [f64; 2] = [0.1, 0.9];
-/// Share of the time that it must have stayed in the band.
+/// Minimum share of the time inside the band.
 const STAYED: f64 = 0.1;
 
 /// The figures of one step.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub(super) struct StepFigures {
-    /// From a tenth to nine tenths of the step, `s`; none when it has not come that far.
+    /// Rise time, 10 % to 90 %, `s`; `None` if 90 % is not reached.
     pub(super) rise_time_s: Option<f64>,
-    /// By which part of the step it went too far at most.
+    /// Overshoot, as a share of the step.
     pub(super) overshoot: f64,
-    /// From the step until it stays within two hundredths of it, `s`; none when it does not, or has not done so for a tenth
-    /// of the time: what swings is inside now and then.
+    /// Settling time to 2 %, `s`; `None` if not reached, or not kept for 10 % of the time, as an oscillation is in
+    /// the band at times.
     pub(super) settling_time_s: Option<f64>,
 }
 
-/// Watches one step.
+/// Observes one step.
 #[derive(Debug)]
 pub(super) struct StepResponse {
     at_s: f64,
-    /// When something else happens, `s`.
+    /// Time of the next other move, `s`.
     until_s: f64,
     before: f64,
     after: f64,
@@ -34,7 +34,7 @@ pub(super) struct StepResponse {
     last: Option<(f64, f64)>,
     risen_s: [Option<f64>; 2],
     most: f64,
-    /// When it has come into the band for the last time.
+    /// Last time of entry into the band.
     inside_s: Option<f64>,
 }
 
@@ -44,7 +44,7 @@ impl StepResponse {
         Self { at_s, until_s, before, after, last, risen_s, most: 0.0, inside_s }
     }
 
-    /// Adds what followed the reference at a time.
+    /// Adds the response at a time.
     pub(super) fn add(&mut self, time_s: f64, value: f64) {
         if time_s < self.at_s || time_s >= self.until_s {
             return;
@@ -63,7 +63,7 @@ impl StepResponse {
         self.inside_s = is_inside.then(|| self.inside_s.unwrap_or_else(came));
     }
 
-    /// What came of it.
+    /// Returns the figures.
     pub(super) fn figures(&self) -> StepFigures {
         let [tenth_s, most_s] = self.risen_s;
         let end_s = self.last.map_or(self.at_s, |(time_s, _)| time_s);
@@ -79,7 +79,7 @@ impl StepResponse {
     }
 }
 
-/// When the line from the tick before to this one has the level.
+/// Returns the interpolated time of a level crossing since the last tick.
 fn crossing_s(before: Option<(f64, f64)>, (time_s, share): (f64, f64), level: f64) -> f64 {
     let Some((from_s, from)) = before else { return time_s };
     let part = (level - from) / (share - from);
@@ -111,7 +111,7 @@ mod tests {
         assert!(overshoot <= 0.0);
     }
 
-    /// The same: second order, underdamped.
+    /// Ogata, section 5-3: second order, underdamped.
     #[test]
     fn of_a_second_order_lag() {
         let (damping, rad_per_s) = (0.4_f64, 20.0);
@@ -124,7 +124,7 @@ mod tests {
         let found = figures(response, 5.0);
         let overshoot = libm::exp(-std::f64::consts::PI * damping / damped);
         assert!((found.overshoot - overshoot).abs() < 1e-4, "{}", found.overshoot);
-        // The last time it comes into the band, found by bisection on the formula.
+        // Last entry into the band, found by bisection of the formula.
         let last_out =
             (0..500_000).rev().map(|n| f64::from(n) * 1e-5).find(|t| (response(*t) - 1.0).abs() > 0.02);
         assert!((found.settling_time_s.unwrap() - last_out.unwrap()).abs() < 1e-4, "{found:?} {last_out:?}");

@@ -1,5 +1,5 @@
-//! Watches whether every position, force and wave stays in its declared range, none grows without bound, and no force
-//! alternates between its limits: then growth has ended in saturation.
+//! Checks that every position, force and wave stays in range without growth, and that no force alternates between its
+//! limits (growth that ended in saturation).
 
 use core::ops::ControlFlow;
 
@@ -12,19 +12,19 @@ use super::growth::Growth;
 use crate::outcome::Outcome;
 use crate::rig::{Probe, Rig, Station};
 
-/// Share of a signal's declared range below which its growth is noise: above that, `f32` still has digits for it.
+/// Share of a signal's range below which growth is noise; `f32` resolves larger values.
 const FLOOR: f64 = 1e-7;
-/// Share of the maximum force from which on an actuator is saturated.
+/// Share of the maximum force above which an actuator is saturated.
 const SATURATED: f64 = 0.999;
-/// Ticks from one limit to the other at most, and how often in a row: more than a step or an impact takes.
+/// Maximum ticks from one limit to the other, and number of reversals; steps and impacts cause fewer.
 const REVERSAL_TICKS: u32 = 16;
 const REVERSALS: u32 = 40;
 
-/// Watches a rig tick by tick.
+/// Observes a rig tick by tick.
 #[derive(Debug)]
 pub struct Watch {
     stations: Vec<Watched>,
-    /// One that grows is enough to know.
+    /// Whether growth has been reported.
     has_seen_growth: bool,
     faults: Vec<String>,
     is_unstable: bool,
@@ -33,36 +33,36 @@ pub struct Watch {
 /// Declared ranges of a station's signals, symmetric around 0, in the units of its axes.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Ranges {
-    /// Of positions, `m` or `rad`.
+    /// Position range, `m` or `rad`.
     pub position: f64,
-    /// Of forces, `N` or `N m`.
+    /// Force range, `N` or `N m`.
     pub force: f64,
     /// Maximum force of each actuator, `N` or `N m`.
     pub max_force: [f64; MAX_DOF],
-    /// Of waves, `sqrt(W)`.
+    /// Wave range, `sqrt(W)`.
     pub wave: f64,
 }
 
-/// What is watched of a station.
+/// Observed signals of a station.
 #[derive(Debug)]
 struct Watched {
     position: f64,
     position_unit: &'static str,
     signals: [Signal; 3],
     reversals: [Reversals; MAX_DOF],
-    /// What is wrong with the drives.
+    /// Faults of the drives.
     drives: Probe,
     has_lost_link: bool,
 }
 
-/// What went wrong, in words.
+/// A fault.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub enum Alarm {
-    /// A signal grows without bound and has not left its range yet, or alternates between its limits.
+    /// A signal grows but is still in range, or alternates between its limits.
     Grows(String),
-    /// Nothing came over a link for too long, told for each station: its device gets its safe input and goes on.
+    /// Links lost, one message per station; the devices get their safe input and the run continues.
     LinkLost(Vec<String>),
-    /// Something is out of its range, or a frame was refused: nothing after this means anything.
+    /// A signal is out of range, or a frame was refused; the run ends.
     Left(String),
 }
 
@@ -77,7 +77,7 @@ struct Signal {
 }
 
 impl Watch {
-    /// A watch over all stations of a rig, whose ranges come in their order.
+    /// Creates an observer of all stations; `ranges` are in their order.
     #[must_use]
     pub fn new(rig: &Rig, ranges: impl IntoIterator<Item = Ranges>) -> Self {
         let watched = |(station, ranges): (&Station, Ranges)| {
@@ -101,8 +101,7 @@ impl Watch {
         Self { stations, has_seen_growth: false, faults: Vec::new(), is_unstable: false }
     }
 
-    /// What is wrong in the present tick; none while all is well. Growth is told once, when it is first seen, and
-    /// each station's lost link.
+    /// Returns the fault of the present tick, if any. Growth is reported once, a lost link once per station.
     pub fn look(&mut self, rig: &Rig) -> Option<Alarm> {
         let (mut grows, mut lost) = (None, Vec::new());
         for (watched, station) in self.stations.iter_mut().zip(rig.stations()) {
@@ -120,7 +119,7 @@ impl Watch {
                     return Some(Alarm::Left(at(left("position", axis, position, *range, position_unit))));
                 }
             }
-            // What is computed without moving anything has no range to keep.
+            // Signals that do not act on the device are not checked.
             let is_safe = matches!(station.last_tick, Tick::LinkLost { .. } | Tick::LinkDown { .. });
             for Signal { what, unit, range, probe, growth } in signals.iter_mut().filter(|_| !is_safe) {
                 let values = probe.values(station);
@@ -133,7 +132,8 @@ impl Watch {
                     }
                     if let Some(per_tick) = growth.add(value).filter(|_| grows.is_none()) {
                         grows = Some(at(format!(
-                            "{what} of axis {axis} grows without bound: by a factor of {per_tick:.4} per tick, seen"
+                            "{what} of axis {axis} grows without bound, by a factor of {per_tick:.4} per tick, \
+                            detected"
                         )));
                     }
                 }
@@ -142,16 +142,16 @@ impl Watch {
                 if reversals.add(f64::from(*force)) && grows.is_none() {
                     let limit = reversals.limit;
                     grows = Some(at(format!(
-                        "force of axis {axis} alternates between its limits ±{limit}: the loop is unstable, seen"
+                        "force of axis {axis} alternates between its limits ±{limit}: unstable loop, detected"
                     )));
                 }
             }
             match station.last_tick {
-                // The first packet may take as long as the line does.
+                // The first packet may take as long as the delay of the link.
                 Tick::Ran | Tick::Idle | Tick::LinkDown { .. } => {}
                 Tick::LinkLost { link } => {
                     if !core::mem::replace(has_lost_link, true) {
-                        let what = "nothing came for the TIMEOUT_TICKS of COMM_RXMOD (`link.timeout_ticks`), no more force";
+                        let what = "no packet for TIMEOUT_TICKS of COMM_RXMOD (`link.timeout_ticks`), force set to 0";
                         lost.push(at(format!("lost link {link}: {what}")));
                     }
                 }
@@ -159,26 +159,26 @@ impl Watch {
                     return Some(Alarm::Left(at(format!("measurement refused ({error})"))));
                 }
                 Tick::CommandsLate => {
-                    return Some(Alarm::Left(at("got nothing new to follow for too long".to_owned())));
+                    return Some(Alarm::Left(at("commands timed out".to_owned())));
                 }
                 Tick::DriveFailed(fault) => {
-                    return Some(Alarm::Left(at(format!("drive's bridge off: {fault}"))));
+                    return Some(Alarm::Left(at(format!("drive bridge off: {fault}"))));
                 }
                 Tick::CommandRefused(error) => {
                     return Some(Alarm::Left(at(format!("command refused ({error})"))));
                 }
                 Tick::ModuleFailed(module) => {
                     let engine = station.dimsart.engine();
-                    // Of a board's controller only signals are known here.
+                    // Only the signals of a board's controller are available here.
                     let reason = match engine.module_fault() {
                         Some(fault) => engine.explain_module_fault(fault).to_string(),
-                        None => format!("{} failed and is cut out", engine.name_of_module(module)),
+                        None => format!("{} failed and is isolated", engine.name_of_module(module)),
                     };
                     return Some(Alarm::Left(at(reason)));
                 }
                 Tick::Disarmed => {
                     let reason =
-                        "the board gives its device the safe input, for its lease was not renewed in time";
+                        "lease expired: the board set its outputs to the safe value";
                     return Some(Alarm::Left(at(reason.to_owned())));
                 }
             }
@@ -216,12 +216,12 @@ impl Observer for Watch {
     }
 }
 
-/// Counts how often a force changes from one of its limits to the other.
+/// Counts reversals of a force between its limits.
 #[derive(Debug, Clone, Copy)]
 struct Reversals {
     limit: f64,
     is_positive: Option<bool>,
-    /// Since the last one.
+    /// Ticks since the last reversal.
     ticks: u32,
     count: u32,
 }
@@ -231,7 +231,7 @@ impl Reversals {
         Self { limit, is_positive: None, ticks: 0, count: 0 }
     }
 
-    /// Whether that is often enough with the present tick's force.
+    /// Adds the present tick's force; returns whether the limit of reversals is reached.
     fn add(&mut self, force: f64) -> bool {
         self.ticks = self.ticks.saturating_add(1);
         if self.ticks > REVERSAL_TICKS {
@@ -253,23 +253,23 @@ impl Signal {
     }
 }
 
-/// Whether a value is beyond `range` either way, or not a number.
+/// Whether a value is beyond ±`range` or NaN.
 fn is_outside(value: f64, range: f64) -> bool {
     !(-range..=range).contains(&value)
 }
 
-/// What to say of it.
+/// Message of a range violation.
 #[cold]
 fn left(what: &str, axis: usize, value: f64, range: f64, unit: &str) -> String {
-    format!("{what} of axis {axis} left its range ±{range} {unit}: {value:.4} {unit}")
+    format!("{what} of axis {axis} is out of range: {value:.4} {unit}, limit ±{range} {unit}")
 }
 
-/// What a joint's drive says of why nothing is measured any more.
+/// Describes the drive fault that ended the measurements.
 fn ends_it(axis: usize, number: f64, station: &Station) -> Option<String> {
     if !matches!(station.last_tick, Tick::MeasurementRefused(_)) {
         return None;
     }
     #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "a cast saturates")]
     let trouble = DriveTrouble::from_number(number as u32)?;
-    Some(format!("measures nothing: the drive of axis {axis}: {trouble}: {}", trouble.remedy()))
+    Some(format!("no measurement, drive of axis {axis}: {trouble}: {}", trouble.remedy()))
 }

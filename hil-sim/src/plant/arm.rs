@@ -1,16 +1,16 @@
-//! An arm: an open chain of rigid links, each on a joint that turns or slides.
+//! An arm: an open chain of rigid links with revolute or prismatic joints.
 //!
 //! ```text
 //!   base ── joint 0 ── link 0 ── joint 1 ── link 1 ── … ── link n-1 ── tip
 //! ```
-//! Joints are placed by the modified Denavit-Hartenberg parameters (J. J. Craig, "Introduction to Robotics", 1986,
-//! chapter 3; W. Khalil, J. Kleinfinger, ICRA 1986): from the frame of the link before, turn by `alpha_rad` about its x,
-//! go `a_m` along its x, turn by `theta_rad` about the new z, go `d_m` along the new z. The joint turns about that z, or
-//! slides along it, so that its position adds to `theta_rad` or to `d_m`. The frame of a link sits on its own joint; mass
-//! centre and tip are said in that frame.
+//! Joints are defined by the modified Denavit-Hartenberg parameters (J. J. Craig, "Introduction to Robotics", 1986,
+//! chapter 3; W. Khalil, J. Kleinfinger, ICRA 1986): from the frame of the previous link, rotate by `alpha_rad` about
+//! its x, translate by `a_m` along its x, rotate by `theta_rad` about the new z, translate by `d_m` along the new z.
+//! The joint rotates about this z or translates along it; its position adds to `theta_rad` or `d_m`. The frame of a
+//! link is at its joint; mass centre and tip are given in this frame.
 //!
-//! What is named without a unit has that of a joint that turns or of one that slides: `rad`, `N m`, `kg m²` or `m`, `N`,
-//! `kg`. The motion itself, friction and stops are those of every [coupled machine](super::Coupled).
+//! Quantities without a unit in their name are `rad`, `N m`, `kg m²` for a revolute joint and `m`, `N`, `kg` for a
+//! prismatic joint. Integration, friction and stops are those of every [coupled machine](super::Coupled).
 
 mod chain;
 mod link;
@@ -27,20 +27,20 @@ use super::parameter::{ParameterError, finite, require};
 use dimsart_core::limits::MAX_DOF;
 use serde::{Deserialize, Serialize};
 
-/// An arm as it moves.
+/// Simulation of an arm.
 pub type Arm = Coupled<Chain>;
 
-/// One arm.
+/// Parameters of an arm.
 #[derive(Debug, Clone, PartialEq, Deserialize, Serialize)]
 #[serde(deny_unknown_fields)]
 pub struct ArmParameters {
-    /// In the frame of the base, `m/s²`; without it, 9.81 against z.
+    /// Gravity in the base frame, `m/s²`; default: 9.81 against z.
     #[serde(default = "earth")]
     pub gravity_m_per_s2: [f64; 3],
-    /// Where the tip is, in the frame of the last link, `m`; without it, its origin.
+    /// Tip in the frame of the last link, `m`; default: its origin.
     #[serde(default)]
     pub tip_m: [f64; 3],
-    /// From the base to the tip.
+    /// Links from base to tip.
     pub link: Vec<LinkParameters>,
 }
 
@@ -49,22 +49,21 @@ fn earth() -> [f64; 3] {
 }
 
 impl ArmParameters {
-    /// The same without dry friction and stops. An actuator keeps its limit. How the links pull at each other is not
-    /// linear in any arm.
+    /// Returns the arm without Coulomb friction and stops. Actuator limits and the coupled dynamics remain.
     #[must_use]
     pub fn linear(&self) -> Self {
         Self { link: self.link.iter().map(LinkParameters::linear).collect(), ..self.clone() }
     }
 
-    /// Says whether an arm like this can exist, and be simulated.
+    /// Checks whether the arm is physically possible and can be simulated.
     ///
     /// # Errors
-    /// The first parameter out of its range, or the one that would need too many sub-steps at the start.
+    /// The first parameter out of range, or the one that requires too many sub-steps at the start.
     pub fn check(&self) -> Result<(), ParameterError> {
         self.build().map(drop)
     }
 
-    /// The arm at rest at its start positions.
+    /// Builds the arm, at rest at its start positions.
     ///
     /// # Errors
     /// As [`check`](Self::check).

@@ -1,9 +1,9 @@
-//! A drive of CiA 402 as its `CANopen` bus sees it, with an ideal torque source behind it.
+//! CiA 402 drive on a `CANopen` bus, with an ideal torque source.
 //!
-//! From CiA 301 and CiA 402-2, and from manuals of drives where these leave a choice: a lost heartbeat of the controller is
-//! the emergency 8130, leaves *operational*, and does what object 6007 says; a quick stop takes the torque away, and stays;
-//! process data objects are changed while they are off. Monitoring begins with the first heartbeat. Between *fault
-//! reaction active* and *fault* some time has to pass, and so it has between two heartbeats.
+//! Implements CiA 301 and CiA 402-2, and manuals of drives where these leave a choice: a lost heartbeat of the
+//! controller causes emergency 8130, leaves *operational*, and executes object 6007; a quick stop removes the torque
+//! and stays active; process data objects can be changed only while disabled. Monitoring starts with the first
+//! heartbeat. A time passes between *fault reaction active* and *fault*, and between two heartbeats.
 
 mod objects;
 
@@ -12,7 +12,7 @@ use std::collections::VecDeque;
 
 use objects::Objects;
 
-/// A state as the lowest bits of a statusword, with those that say nothing but *remote* and *voltage enabled*.
+/// State as the lowest bits of a statusword, plus *remote* and *voltage enabled*.
 const SWITCH_ON_DISABLED: u16 = 0x0250;
 const READY_TO_SWITCH_ON: u16 = 0x0231;
 const SWITCHED_ON: u16 = 0x0233;
@@ -28,22 +28,22 @@ const PRE_OPERATIONAL: u8 = 0x7f;
 
 const HEARTBEAT_LOST: u16 = 0x8130;
 const TORQUE_MODE: u32 = 10;
-/// Bits of an identifier: it is off; the identifier itself.
+/// Bits of an identifier: disabled flag and identifier.
 const OFF: u32 = 1 << 31;
 const ID: u32 = 0x7ff;
 
-/// One drive on a bus.
+/// A drive on a bus.
 #[derive(Debug, Clone)]
 pub struct Cia402Drive {
     node: u8,
     counts_per_rad: f64,
-    /// Of the motor for one of the output.
+    /// Motor turns per output turn.
     gear_ratio: f64,
     rated_nm: f64,
     objects: Objects,
     network: u8,
     state: u16,
-    /// Taken, to be obeyed by SYNC.
+    /// Received, executed at SYNC.
     waiting: Option<Vec<u8>>,
     syncs: u32,
     since_host_s: Option<f64>,
@@ -52,8 +52,8 @@ pub struct Cia402Drive {
 }
 
 impl Cia402Drive {
-    /// A drive that has just booted, at 0 rad: its node number, counts of a turn of its motor, turns of the motor for one of
-    /// the output, and the motor's rated torque, `N m`.
+    /// Creates a booted drive at 0 rad: node id, counts per motor turn, motor turns per output turn, and rated motor
+    /// torque, `N m`.
     #[must_use]
     pub fn new(node: u8, counts_per_turn: f64, gear_ratio: f64, rated_nm: f64) -> Self {
         let counts_per_rad = counts_per_turn * gear_ratio / TAU;
@@ -75,12 +75,12 @@ impl Cia402Drive {
         drive
     }
 
-    /// Takes an object out of it, as of a drive that never had it.
+    /// Removes an object, as in a drive without it.
     pub fn forget(&mut self, object: u16) {
         self.objects.forget(object);
     }
 
-    /// Switches it off and on.
+    /// Power-cycles the drive.
     pub fn boot(&mut self) {
         self.objects.reset(self.node, self.rated_nm);
         (self.network, self.state, self.waiting) = (PRE_OPERATIONAL, SWITCH_ON_DISABLED, None);
@@ -88,26 +88,26 @@ impl Cia402Drive {
         self.send(0x700, vec![BOOTING]);
     }
 
-    /// Puts the output where the world behind it has it.
+    /// Sets the output to the position and velocity of the plant.
     pub fn set_state(&mut self, position_rad: f64, velocity_rad_per_s: f64) {
         self.objects.show(0x6064, whole(position_rad * self.counts_per_rad));
         self.objects.show(0x606c, whole(velocity_rad_per_s * self.counts_per_rad));
     }
 
-    /// A fault with this code turns the drive off until it is reset.
+    /// Triggers a fault with this code, which disables the drive until a reset.
     pub fn raise_fault(&mut self, code: u16) {
         self.state = FAULT_REACTION_ACTIVE;
         self.send_emergency(code);
     }
 
-    /// Its statusword.
+    /// Returns its statusword.
     #[must_use]
     pub fn statusword(&self) -> u16 {
-        // In the mode of torque, that it follows what is commanded.
+        // In torque mode: follows the command.
         self.state | if self.state == OPERATION_ENABLED { 0x1000 } else { 0 }
     }
 
-    /// Torque at the output, `N m`.
+    /// Returns the torque at the output, `N m`.
     #[must_use]
     pub fn torque_nm(&self) -> f64 {
         f64::from(self.thousandths()) * 1e-3 * self.rated_nm * self.gear_ratio
@@ -121,7 +121,7 @@ impl Cia402Drive {
         low(self.objects.value(0x6071, 0)).cast_signed().clamp(-most, most)
     }
 
-    /// Time until it turns off if no heartbeat comes, `s`; none while it waits for none.
+    /// Returns the time until it is disabled without a heartbeat, `s`; `None` without monitoring.
     #[must_use]
     pub fn left_s(&self) -> Option<f64> {
         let timeout_s = 1e-3 * f64::from(low(self.objects.value(0x1016, 1)));
@@ -129,7 +129,7 @@ impl Cia402Drive {
         Some((timeout_s - since_s).max(0.0))
     }
 
-    /// Lets time pass.
+    /// Advances time.
     pub fn advance(&mut self, period_s: f64) {
         if self.state == FAULT_REACTION_ACTIVE {
             self.state = FAULT;
@@ -141,19 +141,19 @@ impl Cia402Drive {
         }
         self.since_own_s += period_s;
         let heartbeat_s = 1e-3 * f64::from(self.objects.value(0x1017, 0));
-        // Half a microsecond less, whatever the rounding.
+        // 0.5 µs less, to tolerate rounding.
         if heartbeat_s > 0.0 && self.since_own_s >= heartbeat_s - 5e-7 {
             self.since_own_s = 0.0;
             self.send(0x700, vec![self.network]);
         }
     }
 
-    /// What it has to send.
+    /// Returns frames to send.
     pub fn sent(&mut self) -> impl Iterator<Item = (u16, Vec<u8>)> {
         core::mem::take(&mut self.frames).into_iter()
     }
 
-    /// Takes a frame off the bus.
+    /// Receives a frame from the bus.
     pub fn receive(&mut self, id: u16, data: &[u8]) {
         let host = self.objects.value(0x1016, 1).to_le_bytes()[2];
         match (id, data) {
@@ -165,7 +165,7 @@ impl Cia402Drive {
                 let own = self.objects.value(0x1400, 1);
                 if own & OFF == 0 && u32::from(id) == own & ID && data.len() == self.objects.length(0x1600) {
                     self.waiting = Some(data.to_vec());
-                    // By an event, and not by SYNC.
+                    // Event-driven, not SYNC-driven.
                     if self.objects.value(0x1400, 2) > 240 {
                         self.obey();
                     }
@@ -185,7 +185,7 @@ impl Cia402Drive {
         }
     }
 
-    /// Says what it is at, and then obeys what came.
+    /// Sends its state, then executes received commands.
     fn sync(&mut self) {
         self.syncs += 1;
         self.objects.show(0x6041, self.statusword().into());
@@ -208,7 +208,7 @@ impl Cia402Drive {
         self.command(low(before), low(self.objects.value(0x6040, 0)));
     }
 
-    /// The state machine.
+    /// State machine.
     fn command(&mut self, before: u16, controlword: u16) {
         let is_reset = controlword & !before & 0x80 != 0;
         self.state = match (self.state, controlword & 0x0f) {
@@ -217,7 +217,7 @@ impl Cia402Drive {
                 SWITCH_ON_DISABLED
             }
             (FAULT | FAULT_REACTION_ACTIVE, _) => return,
-            // What resets a fault commands nothing else.
+            // A fault reset contains no other command.
             _ if controlword & 0x80 != 0 => return,
             // Disable voltage.
             (_, command) if command & 0x02 == 0 => SWITCH_ON_DISABLED,
@@ -231,7 +231,7 @@ impl Cia402Drive {
             }
             // Switch on, and disable operation.
             (READY_TO_SWITCH_ON | OPERATION_ENABLED, 0x07) => SWITCHED_ON,
-            // Enable operation, from *ready to switch on* by way of *switched on*.
+            // Enable operation, from *ready to switch on* via *switched on*.
             (READY_TO_SWITCH_ON | SWITCHED_ON | QUICK_STOP_ACTIVE, 0x0f) => OPERATION_ENABLED,
             (state, _) => state,
         };
@@ -250,7 +250,7 @@ impl Cia402Drive {
         }
     }
 
-    /// Sets or shows an object, or says why not.
+    /// Writes or reads an object, or returns an abort code.
     fn answer(&mut self, data: &[u8]) {
         let &[kind, a, b, part, ref value @ ..] = data else { return };
         let (index, Ok(value)) = (u16::from_le_bytes([a, b]), value.try_into()) else { return };
@@ -289,7 +289,7 @@ fn low(value: u32) -> u16 {
     u16::from_le_bytes([low, high])
 }
 
-/// Counts, which begin anew where they do not fit.
+/// Counts with wrap-around.
 #[expect(clippy::cast_possible_truncation, reason = "nothing moves so far that 64 bits do not hold it")]
 fn whole(counts: f64) -> u32 {
     let [a, b, c, d, ..] = (counts.round() as i64).to_le_bytes();

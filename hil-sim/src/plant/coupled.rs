@@ -1,15 +1,15 @@
-//! A machine whose axes move each other: what every such plant has in common.
+//! Simulation of machines with coupled axes.
 //!
 //! ```text
 //!   (M(q) + B) q'' + n(q, q') = τ + load + stops - viscous q' - dry friction
 //! ```
 //! `M` is the mass matrix of the [`Mechanism`], `n` its bias: Coriolis, centrifugal and gravity terms. `B` is the
-//! diagonal of the motors' inertias, seen from the joints; that a spinning rotor is also turned by the links before it
-//! is left out. A new machine is one file that says `M` and `n`.
+//! diagonal matrix of motor inertias at the joints; gyroscopic effects of the rotors are neglected. A new machine is
+//! a file that computes `M` and `n`.
 //!
-//! Integrated in steps whose error is estimated, as long as 1e-11 allows. Dry friction is Coulomb's, not smoothed: an axis at
-//! rest stays at rest, without creeping, until more than the friction pulls on it. Where an axis reverses or a stop touches,
-//! the step is halved until that is located within 50 ns.
+//! Integrated with error control at 1e-11. Friction is Coulomb friction without smoothing: an axis at rest does not
+//! creep until the load exceeds the friction. At a reversal or contact change, the step is halved until the event is
+//! located within 50 ns.
 #![expect(clippy::indexing_slicing, reason = "matrices of a fixed size")]
 
 mod actuator;
@@ -30,26 +30,26 @@ use dimsart_core::limits::MAX_DOF;
 use nalgebra::{SMatrix, SVector};
 use state::State;
 
-/// One value for each axis; entries past the last axis are 0.
+/// One value per axis; surplus entries are 0.
 pub type Axes = [f64; MAX_DOF];
-/// One row and column for each axis; those past the last axis are 0.
+/// One row and column per axis; surplus entries are 0.
 pub type Matrix = SMatrix<f64, MAX_DOF, MAX_DOF>;
 
-/// A machine's equations of motion, without friction and actuators.
+/// Equations of motion of a machine, without friction and actuators.
 pub trait Mechanism: core::fmt::Debug + Send {
-    /// Number of axes, at most [`MAX_DOF`].
+    /// Returns the number of axes, at most [`MAX_DOF`].
     fn axes(&self) -> usize;
 
-    /// Mass matrix and bias at `position` and `velocity`.
+    /// Computes mass matrix and bias at `position` and `velocity`.
     fn dynamics(&self, position: &Axes, velocity: &Axes) -> Dynamics;
 
-    /// Energy in the field of gravity, `J`.
+    /// Returns the potential energy, `J`.
     fn potential_j(&self, position: &Axes) -> f64;
 
-    /// Where the tip is, `m`, in the frame of the base.
+    /// Returns the tip position in the base frame, `m`.
     fn tip_m(&self, position: &Axes) -> [f64; 3];
 
-    /// How the tip moves with the axes: `v = J q'`. One row per direction in space.
+    /// Returns the Jacobian of the tip: `v = J q'`, one row per direction in space.
     fn tip_jacobian(&self, position: &Axes) -> [Axes; 3];
 }
 
@@ -62,29 +62,29 @@ pub struct Dynamics {
     pub bias: Axes,
 }
 
-/// The truth about one axis. No sensor stands in between.
+/// True state of one axis, without sensors.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct CoupledAxisState {
     /// `rad` or `m`.
     pub position: f64,
     /// `rad/s` or `m/s`.
     pub velocity: f64,
-    /// What the actuator applies, `N m` or `N`: the held command within its limit.
+    /// Force of the actuator, `N m` or `N`: the command within its limit.
     pub actuator_force: f64,
 }
 
 /// The tip at one instant.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct Tip {
-    /// Since the start of the run.
+    /// Energies since the start of the run.
     pub time_s: f64,
-    /// In the frame of the base.
+    /// In the base frame.
     pub position_m: [f64; 3],
-    /// In the frame of the base.
+    /// In the base frame.
     pub velocity_m_per_s: [f64; 3],
 }
 
-/// A coupled machine as it moves.
+/// Simulation of a coupled machine.
 #[derive(Debug)]
 pub struct Coupled<M> {
     mechanism: M,
@@ -92,15 +92,15 @@ pub struct Coupled<M> {
     actuators: Vec<Actuator>,
     stops: Vec<Stop>,
     state: State,
-    /// What the actuators applied in the last period.
+    /// Forces of the actuators in the last period.
     actuator_forces: Axes,
 }
 
 impl<M: Mechanism> Coupled<M> {
-    /// At rest at the start position.
+    /// Creates the machine at rest at its start position.
     ///
     /// # Errors
-    /// The fastest parameter, if it takes too many sub-steps to resolve.
+    /// The parameter with the fastest dynamics, if it requires too many sub-steps.
     pub(super) fn new(
         mechanism: M,
         actuators: Vec<Actuator>,
@@ -121,7 +121,7 @@ impl<M: Mechanism> Coupled<M> {
         self.mechanism.axes()
     }
 
-    /// The truth about an axis now; all 0 for an axis that it does not have.
+    /// Returns the true state of an axis; 0 for a nonexistent axis.
     #[must_use]
     pub fn axis(&self, axis: usize) -> CoupledAxisState {
         let of = |values: &Axes| values.get(axis).copied().unwrap_or_default();
@@ -132,26 +132,25 @@ impl<M: Mechanism> Coupled<M> {
         }
     }
 
-    /// All positions now, `rad` or `m`.
+    /// Returns all positions, `rad` or `m`.
     #[must_use]
     pub fn positions(&self) -> &Axes {
         &self.state.position
     }
 
-    /// All velocities now, `rad/s` or `m/s`.
+    /// Returns all velocities, `rad/s` or `m/s`.
     #[must_use]
     pub fn velocities(&self) -> &Axes {
         &self.state.velocity
     }
 
-    /// Puts it to these positions and velocities; missing entries are 0, surplus is ignored. The energy account goes
-    /// on as if it had always been there.
+    /// Sets positions and velocities; missing entries are 0, surplus is ignored. The energy account is not affected.
     pub fn place(&mut self, positions: &[f64], velocities: &[f64]) {
         self.state.position = self.axes_of(positions);
         self.state.velocity = self.axes_of(velocities);
     }
 
-    /// Where the energy is now.
+    /// Returns its energies.
     #[must_use]
     pub fn energy(&self) -> JointEnergy {
         let State { position, velocity, supplied_j, dissipated_j } = &self.state;
@@ -164,43 +163,44 @@ impl<M: Mechanism> Coupled<M> {
         }
     }
 
-    /// The torques (`N m` or `N`) that hold it at rest in `positions` against gravity.
+    /// Returns the torques (`N m` or `N`) that compensate gravity at rest in `positions`.
     #[must_use]
     pub fn gravity_torques(&self, positions: &[f64]) -> Axes {
         self.bias(positions, &[])
     }
 
-    /// Coriolis, centrifugal and gravity terms, `N m` or `N`: what acceleration 0 takes, friction aside.
+    /// Returns Coriolis, centrifugal and gravity terms, `N m` or `N`: the torques for zero acceleration, without
+    /// friction.
     #[must_use]
     pub fn bias(&self, positions: &[f64], velocities: &[f64]) -> Axes {
         self.mechanism.dynamics(&self.axes_of(positions), &self.axes_of(velocities)).bias
     }
 
-    /// The mass matrix in `positions`, the motors' inertias included.
+    /// Returns the mass matrix in `positions`, including motor inertias.
     #[must_use]
     pub fn mass_matrix(&self, positions: &[f64]) -> Matrix {
         self.dynamics(&self.axes_of(positions), &[0.0; MAX_DOF]).mass
     }
 
-    /// Where the tip is in `positions`, `m`, in the frame of the base.
+    /// Returns the tip in `positions`, `m`, in the base frame.
     #[must_use]
     pub fn forward_kinematics(&self, positions: &[f64]) -> [f64; 3] {
         self.mechanism.tip_m(&self.axes_of(positions))
     }
 
-    /// The Jacobian of the tip in `positions`: one row per direction in space, one column per axis.
+    /// Returns the Jacobian of the tip in `positions`: one row per direction in space, one column per axis.
     #[must_use]
     pub fn tip_jacobian(&self, positions: &[f64]) -> [Axes; 3] {
         self.mechanism.tip_jacobian(&self.axes_of(positions))
     }
 
-    /// Where the tip is and how it moves, at `time_s`.
+    /// Returns position and velocity of the tip at `time_s`.
     #[must_use]
     pub fn tip(&self, time_s: f64) -> Tip {
         self.tip_of(time_s, &self.state.position, &self.state.velocity)
     }
 
-    /// Whether it pushes against an end of its travel.
+    /// Whether an axis is in contact with a stop.
     #[must_use]
     pub fn is_at_stop(&self) -> bool {
         self.stops.iter().any(|stop| stop.stored_j(&self.state.position) > 0.0)
@@ -214,7 +214,7 @@ impl<M: Mechanism> Coupled<M> {
         }
     }
 
-    /// Of mechanism and motors.
+    /// Mass matrix of mechanism and motors.
     fn dynamics(&self, position: &Axes, velocity: &Axes) -> Dynamics {
         let mut dynamics = self.mechanism.dynamics(position, velocity);
         for (axis, actuator) in self.actuators.iter().enumerate() {
@@ -223,7 +223,7 @@ impl<M: Mechanism> Coupled<M> {
         dynamics
     }
 
-    /// As many values as it has axes; missing ones are 0.
+    /// Resizes to the number of axes; missing values are 0.
     pub(super) fn axes_of(&self, values: &[f64]) -> Axes {
         let mut axes = [0.0; MAX_DOF];
         for (axis, value) in axes.iter_mut().take(self.axes()).zip(values) {
@@ -233,7 +233,7 @@ impl<M: Mechanism> Coupled<M> {
     }
 }
 
-/// The torques `Jᵀ f` that a force at the tip makes.
+/// Returns the torques `Jᵀ f` of a force at the tip.
 pub(super) fn transposed(jacobian: &[Axes; 3], force_n: &[f64; 3]) -> Axes {
     let mut torques = [0.0; MAX_DOF];
     for (row, force_n) in jacobian.iter().zip(force_n) {

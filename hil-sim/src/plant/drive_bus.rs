@@ -1,12 +1,12 @@
-//! Joints that drives turn, behind their CAN bus.
+//! Joints with drives on a CAN bus.
 //!
 //! ```text
 //!   torques of the tick ─▶ MoteusJoint, Cia402Joint ─frames─▶ CanBus ─▶ MoteusDrive, Cia402Drive ─torque─▶ Joint
 //!          readings ◀───── MoteusJoint, Cia402Joint ◀─frames─ CanBus ◀─ MoteusDrive, Cia402Drive ◀─motion─ Joint
 //! ```
-//! All frames of a tick wait from its beginning on, and the bus decides when each drive gets its own; SYNC waits behind
-//! them. The drive answers, obeys, and holds what it was commanded until the next frame, or its timeout. What runs on the
-//! controller's side is the very code of a board. Before the first tick every drive was asked once, or set up.
+//! All frames of a tick are queued at its start, followed by SYNC; the bus schedules them. A drive replies, executes,
+//! and holds its command until the next frame or its timeout. The controller side is the code of a board. Every drive
+//! is queried or set up before the first tick.
 
 mod cia402;
 mod common;
@@ -22,22 +22,22 @@ pub use cia402::Cia402Parameters;
 pub use common::{Absence, FoundFault};
 pub use moteus::MoteusParameters;
 
-/// Frames that wait in a node at most: each drive's of a tick.
+/// Maximum frames in a node's queue: those of every drive in a tick.
 const QUEUE_FRAMES: usize = 8;
-/// Shortest part of a period that a joint is moved by: what is shorter is lost in rounding, `s`.
+/// Minimum time step of a joint, limited by rounding, `s`.
 const SHORTEST_S: f64 = 1e-9;
 
-/// The drives of a device on their bus, and what each of them turns.
+/// The drives of a device on their bus, with their joints.
 #[derive(Debug)]
 pub struct DriveBus {
     wires: Wires,
     bus: CanBus,
-    /// The controller's node.
+    /// Node of the controller.
     host: usize,
     axes: Vec<Axis>,
-    /// What is sent to all drives together.
+    /// Frames to all drives.
     sync: Option<Cia402Host>,
-    /// On the bus, which knows no time that begins anew.
+    /// Bus time, which never restarts.
     now_ns: u64,
 }
 
@@ -48,7 +48,7 @@ struct Axis {
     joint: Joint,
     reading: DriveReading,
     is_on: bool,
-    /// Of the present period, how far the joint has moved.
+    /// Time of the present period up to which the joint has moved.
     done_s: f64,
 }
 
@@ -75,38 +75,38 @@ impl DriveBus {
         Self { wires, bus, host, axes, sync, now_ns: 0 }
     }
 
-    /// The joint of an axis.
+    /// Returns the joint of an axis.
     #[must_use]
     pub fn joint(&self, axis: usize) -> Option<&Joint> {
         self.axes.get(axis).map(|axis| &axis.joint)
     }
 
-    /// All joints, by axis.
+    /// Returns all joints, by axis.
     pub(crate) fn joints_mut(&mut self) -> impl Iterator<Item = &mut Joint> {
         self.axes.iter_mut().map(|axis| &mut axis.joint)
     }
 
-    /// What the controller reads of an axis now.
+    /// Returns the controller's readings of an axis.
     #[must_use]
     pub fn reading(&self, axis: usize) -> Option<&DriveReading> {
         self.axes.get(axis).map(|axis| &axis.reading)
     }
 
-    /// The bus itself.
+    /// Returns the bus.
     #[must_use]
     pub fn bus(&self) -> &CanBus {
         &self.bus
     }
 
-    /// Whether an axis is commanded from the next period on, or off.
+    /// Sets whether an axis is commanded or off from the next period on.
     pub fn switch(&mut self, axis: usize, is_on: bool) {
         if let Some(axis) = self.axes.get_mut(axis) {
             axis.is_on = is_on;
         }
     }
 
-    /// One tick from `start_s` for `period_s`: frames with the torques `command`, `N m`, replies, and motion under the load
-    /// `outside` of an axis at a time.
+    /// Runs one tick from `start_s` for `period_s`: frames with the torques `command`, `N m`, replies, and motion
+    /// with the external load `outside` of an axis at a time.
     pub fn advance(
         &mut self,
         start_s: f64,
@@ -119,7 +119,7 @@ impl DriveBus {
         let reply_ns = seconds_ns(self.wires.reply_delay_s).max(1);
         self.find_faults(start_s, period_s);
         self.send(start_s, begin_ns, command);
-        // A reply waits that long: none of what is seen in a step is late for the bus.
+        // Replies have this delay, so no observation in a step is late for the bus.
         let mut look_ns = begin_ns;
         while look_ns < end_ns {
             look_ns = (look_ns + reply_ns).min(end_ns);
@@ -132,7 +132,7 @@ impl DriveBus {
                     continue;
                 }
                 axis.drive.obey(&frame);
-                // What finds no room is one more that is missing.
+                // A dropped frame counts as missing.
                 self.bus.submit(axis.node, arrival_ns + reply_ns, axis.drive.sent());
             }
         }
@@ -156,7 +156,7 @@ impl DriveBus {
     }
 
     fn find_faults(&mut self, start_s: f64, period_s: f64) {
-        // Half a tick to either side, whatever the rounding.
+        // Tolerance of half a tick for rounding.
         let is_now = |at_s: f64| (start_s - 0.5 * period_s..start_s + 0.5 * period_s).contains(&at_s);
         for fault in self.wires.fault.iter().filter(|fault| is_now(fault.at_s)) {
             if let Some(axis) = self.axes.get_mut(fault.axis) {
@@ -172,12 +172,12 @@ impl DriveBus {
         for (place, axis) in self.axes.iter_mut().enumerate() {
             #[expect(clippy::cast_possible_truncation, reason = "the controller's number is an f32")]
             let torque_nm = axis.is_on.then(|| command(place) as f32);
-            // On a bus that is too slow it is lost.
+            // Lost if the bus is too slow.
             let _ =
                 axis.drive.command(torque_nm).map(|frame| self.bus.submit(self.host, begin_ns, vec![frame]));
         }
         let Some(sync) = &mut self.sync else { return };
-        // Behind the longest that the drives' frames can be.
+        // After the longest frames of the drives.
         let bits =
             CanFrame::most_wire_bits(Identifier::Standard(0), Format::Classic, 4).sum() + INTERFRAME_BITS;
         let wait_ns = bits_ns(bits, self.wires.can.bits_per_s) * self.axes.len() as u64;
@@ -186,7 +186,7 @@ impl DriveBus {
         self.bus.submit(self.host, begin_ns + wait_ns, frames.collect());
     }
 
-    /// What has come to drives by `now_ns`, in order.
+    /// Delivers frames to drives by `now_ns`, in order.
     fn arrivals(&mut self, now_ns: u64) -> Vec<(u64, usize, CanFrame)> {
         let mut arrivals = Vec::new();
         for (place, axis) in self.axes.iter().enumerate() {
@@ -200,7 +200,7 @@ impl DriveBus {
 }
 
 impl Axis {
-    /// Moves the joint to `until_s` of the period under the drive's torque, which may time out on the way.
+    /// Moves the joint to `until_s` of the period with the drive's torque, which may time out.
     fn move_on(&mut self, start_s: f64, until_s: f64, outside: &dyn Fn(f64) -> f64) {
         while until_s - self.done_s > SHORTEST_S {
             let rest_s = until_s - self.done_s;

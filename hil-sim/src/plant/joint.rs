@@ -3,14 +3,14 @@
 //! ```text
 //!   command ──▶ current loop ──▶ rotor ──▶ gear ──▶ spring, backlash ──▶ load ◀── friction, stops, gravity, load(t)
 //! ```
-//! The output turns (`rad`, `N m`, `kg m²`) or slides (`m`, `N`, `kg`); what is named without a unit has the one or the
-//! other. Each section that a file leaves out is ideal: with `load.inertia` alone, a joint is that inertia on a source
-//! of torque.
+//! The output is rotary (`rad`, `N m`, `kg m²`) or linear (`m`, `N`, `kg`); quantities without a unit in their name
+//! have the unit of the output. Missing sections are ideal: with `load.inertia` alone, a joint is this inertia with
+//! an ideal torque source.
 //!
-//! A rigid joint takes exact steps, a whole period at once where nothing can touch, let go, turn around or meet a limit; while
-//! the voltage is not enough, and with bristles, dead time or a flexible element, it is integrated by the classical Runge-Kutta
-//! method of fourth order, in sub-steps that resolve the fastest of the parameters. Where friction reverses, a stop or the teeth
-//! of the gear touch or part, the sub-step is halved until that is located within 1/1024 of it.
+//! A rigid joint is integrated exactly, a whole period at once if no event (contact, release, reversal, limit) is
+//! possible. In voltage saturation, and with bristles, dead time or a flexible element, it is integrated by the
+//! classical fourth-order Runge-Kutta method, in sub-steps that resolve the fastest dynamics. At reversals and
+//! contact changes, the sub-step is halved until the event is located within 1/1024 of it.
 
 mod bridge_motor;
 mod brushed;
@@ -55,36 +55,36 @@ use serde::{Deserialize, Serialize};
 use state::State;
 use step::{HALVINGS_MAX, PERIOD_HALVINGS, Period};
 
-/// One joint.
+/// Parameters of a joint.
 #[derive(Debug, Clone, PartialEq, Deserialize, Serialize)]
 #[serde(deny_unknown_fields)]
 pub struct JointParameters {
-    /// What it moves.
+    /// Load.
     pub load: LoadParameters,
-    /// What turns the rotor; without it, an ideal source.
+    /// Motor; default: an ideal source.
     #[serde(default, skip_serializing_if = "is_default")]
     pub motor: JointMotorParameters,
-    /// Between rotor and output; without it, 1:1.
+    /// Gear between rotor and output; default: 1:1.
     #[serde(default, skip_serializing_if = "is_default")]
     pub gear: GearParameters,
-    /// Elastic element between gear and load; without it, rigid.
+    /// Elastic element between gear and load; default: rigid.
     #[serde(default)]
     pub flexible: Option<FlexibleParameters>,
-    /// At the output; without it, none.
+    /// Friction at the output; default: none.
     #[serde(default)]
     pub friction: FrictionParameters,
-    /// Ends of the travel; without them, none.
+    /// End stops; default: none.
     #[serde(default)]
     pub stops: Option<StopsParameters>,
 }
 
-/// A part that is left out of a file.
+/// Skips a missing part in a file.
 fn is_default<P: Default + PartialEq>(part: &P) -> bool {
     *part == P::default()
 }
 
 impl JointParameters {
-    /// An ideal source on a load of this inertia (`kg m²` or `kg`).
+    /// Creates a joint with an ideal source and a load of this inertia (`kg m²` or `kg`).
     #[must_use]
     pub fn of_inertia(inertia: f64) -> Self {
         Self {
@@ -97,14 +97,15 @@ impl JointParameters {
         }
     }
 
-    /// Maximum force of the motor at the output of an ideal gear, `N m` or `N`; infinite for an ideal source.
+    /// Returns the maximum force of the motor at the output of an ideal gear, `N m` or `N`; infinite for an ideal
+    /// source.
     #[must_use]
     pub fn max_force(&self) -> f64 {
         self.gear.ratio * self.motor.max_torque_nm()
     }
 
-    /// The same without what is not linear: dry friction, losses and lost motion of the gear, stops. A motor keeps its
-    /// limits.
+    /// Returns the joint without nonlinearities: Coulomb friction, gear losses and backlash, stops. Motor limits
+    /// remain.
     #[must_use]
     pub fn linear(&self) -> Self {
         let viscous = self.friction.viscous;
@@ -124,15 +125,15 @@ impl JointParameters {
         }
     }
 
-    /// Says whether a joint like this can exist, and be simulated.
+    /// Checks whether the joint is physically possible and can be simulated.
     ///
     /// # Errors
-    /// The first parameter out of its range, or the one that would need too many sub-steps.
+    /// The first parameter out of range, or the one that requires too many sub-steps.
     pub fn check(&self) -> Result<(), ParameterError> {
         self.build().map(drop)
     }
 
-    /// The joint at rest at its start position.
+    /// Builds the joint, at rest at its start position.
     ///
     /// # Errors
     /// As [`check`](Self::check).
@@ -145,7 +146,7 @@ impl JointParameters {
         let backlash = self.gear.backlash;
         if let Some(flexible) = &self.flexible {
             flexible.check().map_err(|error| error.within("flexible"))?;
-            let allowed = "> 0 with `flexible`, unless the motor's rotor has inertia";
+            let allowed = "> 0 with `flexible` unless the rotor has inertia";
             require("gear.inertia_kg_m2", self.gear.inertia_kg_m2, rotor_kg_m2 > 0.0, allowed)?;
         } else {
             require("gear.backlash", backlash, backlash <= 0.0, "0 without `flexible`")?;
@@ -174,7 +175,7 @@ impl JointParameters {
     }
 }
 
-/// One joint as it moves.
+/// Simulation of a joint.
 #[derive(Debug)]
 pub struct Joint {
     mechanics: Mechanics,
@@ -183,52 +184,52 @@ pub struct Joint {
     /// At the end of the last period.
     inputs: Inputs,
     exact: Option<ExactSteps>,
-    /// Whether all of what is commanded arrives at the output.
+    /// Whether the commanded force arrives at the output unchanged.
     is_source: bool,
 }
 
-/// The truth about a joint. No sensor stands in between.
+/// True state of a joint, without sensors.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct JointState {
-    /// Of the output, `rad` or `m`.
+    /// Output position, `rad` or `m`.
     pub position: f64,
-    /// Of the output, `rad/s` or `m/s`.
+    /// Output velocity, `rad/s` or `m/s`.
     pub velocity: f64,
-    /// Of the rotor, `rad`.
+    /// Rotor angle, `rad`.
     pub motor_position: f64,
-    /// Of the rotor, `rad/s`.
+    /// Rotor speed, `rad/s`.
     pub motor_velocity: f64,
-    /// From the drive on the output, `N m` or `N`: what a torque sensor behind the gear shows.
+    /// Force of the drive on the output, `N m` or `N`, as shown by a torque sensor at the gear output.
     pub force: f64,
-    /// Winding current, `A`; of three phases the one that makes the torque, `i_q`, peak of a phase.
+    /// Winding current, `A`; three-phase: `i_q`, phase peak.
     pub current_a: f64,
-    /// At the motor, `V`; of three phases the amplitude of one.
+    /// Motor voltage, `V`; three-phase: phase amplitude.
     pub voltage_v: f64,
     /// Winding temperature, `°C`.
     pub winding_c: f64,
 }
 
-/// Where a joint's energy is, `J`. What was supplied less what was dissipated is the change of what is stored.
+/// Energies of a joint, `J`. Supplied minus dissipated energy equals the change of stored energy.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct JointEnergy {
-    /// Since the start, by the amplifier and by the outside force.
+    /// Supplied by amplifier and external force since the start.
     pub supplied_j: f64,
-    /// Since the start, by friction, damping, gear, winding and dead time.
+    /// Dissipated by friction, damping, gear, winding and dead time since the start.
     pub dissipated_j: f64,
-    /// Now, in motion, springs, gravity and magnetic field.
+    /// Stored in motion, springs, gravity and magnetic field.
     pub stored_j: f64,
 }
 
 impl Joint {
-    /// Holds `command` (`N m` or `N`, at the output of an ideal gear) from `start_s` for `period_s` and moves on under
-    /// the outside force `load(time_s)` (`N m` or `N`, positive towards larger positions).
+    /// Applies the constant `command` (`N m` or `N`, at the output of an ideal gear) from `start_s` for `period_s`
+    /// with the external force `load(time_s)` (`N m` or `N`, positive towards larger positions).
     ///
-    /// A command that is NaN or infinite is applied as it is.
+    /// NaN and infinite commands are applied unchanged.
     pub fn advance(&mut self, start_s: f64, period_s: f64, command: f64, load: &dyn Fn(f64) -> f64) {
         self.advance_under(start_s, period_s, command, load, false);
     }
 
-    /// The same under an outside force that is held for the whole period.
+    /// Like [`advance`](Self::advance), with a constant external force.
     #[inline]
     pub fn advance_held(&mut self, start_s: f64, period_s: f64, command: f64, force: f64) {
         if let Some(steps) = &mut self.exact {
@@ -272,7 +273,7 @@ impl Joint {
         *before = period.inputs;
     }
 
-    /// Changes the spring of its load from now on; whoever does that brings the energy.
+    /// Changes the spring of its load; the energy of the change is not accounted.
     pub fn hold(&mut self, stiffness: f64, rest_position: f64) {
         let load = &mut self.mechanics.load;
         let before_j = load.potential_j(self.state.position);
@@ -280,13 +281,13 @@ impl Joint {
         self.state.supplied_j += load.potential_j(self.state.position) - before_j;
     }
 
-    /// Where its output is now, `rad` or `m`.
+    /// Returns the output position, `rad` or `m`.
     #[must_use]
     pub fn position(&self) -> f64 {
         self.state.position
     }
 
-    /// From the drive on the output now, `N m` or `N`.
+    /// Returns the force of the drive on the output, `N m` or `N`.
     #[must_use]
     pub fn force(&self) -> f64 {
         if self.is_source {
@@ -300,32 +301,32 @@ impl Joint {
         mechanics.rates(inputs, state, &mechanics.mode(inputs, state))
     }
 
-    /// Acceleration of its output now, `rad/s²` or `m/s²`.
+    /// Returns the output acceleration, `rad/s²` or `m/s²`.
     #[must_use]
     pub fn acceleration(&self) -> f64 {
         self.rates().state.velocity
     }
 
-    /// Everything that it moves on from, but energies and the temperature of its winding.
+    /// Returns its state, without energies and winding temperature.
     pub(crate) fn values(&self) -> Vec<f64> {
         self.state.clone().values_mut().map(|value| *value).to_vec()
     }
 
-    /// Puts it there; missing entries stay.
+    /// Sets its state; missing entries are unchanged.
     pub(crate) fn set_values(&mut self, values: &[f64]) {
         for (own, value) in self.state.values_mut().into_iter().zip(values) {
             *own = *value;
         }
     }
 
-    /// Whether it pushes against an end of its travel.
+    /// Whether it is in contact with a stop.
     #[must_use]
     pub fn is_at_stop(&self) -> bool {
         let stops = self.mechanics.stops.as_ref();
         stops.is_some_and(|stops| stops.beyond(self.state.position).abs() > 0.0)
     }
 
-    /// The truth now.
+    /// Returns the true state.
     #[must_use]
     pub fn state(&self) -> JointState {
         let Self { mechanics, state, .. } = self;
@@ -346,12 +347,12 @@ impl Joint {
         }
     }
 
-    /// Where the energy is now.
+    /// Returns its energies.
     #[must_use]
     pub fn energy(&self) -> JointEnergy {
         let State { supplied_j, dissipated_j, .. } = self.state;
         let stored_j = self.mechanics.stored_j(&self.state);
-        // Exact steps are exact in what is supplied and stored.
+        // Exact steps have exact supplied and stored energies.
         let dissipated_j = match &self.exact {
             Some(steps) => supplied_j - (stored_j - steps.start_j),
             None => dissipated_j,

@@ -1,19 +1,19 @@
-//! Ranges of physical parameters, and the error that says how to get back into them.
+//! Ranges of physical parameters, and range errors.
 
-/// A parameter that no physical thing can have. Nothing was built.
+/// A parameter out of range. Nothing was built.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
-#[error("parameter `{path}` is {value}, allowed is {allowed}: set `{path}` to an allowed value")]
+#[error("parameter `{path}` is {value}, must be {allowed}")]
 pub struct ParameterError {
-    /// Where it stands, from the struct that was checked down: `axes[1].device.mass_kg`.
+    /// Path relative to the checked struct: `axes[1].device.mass_kg`.
     pub path: String,
-    /// The refused value.
+    /// Value.
     pub value: f64,
-    /// The allowed range, in words.
+    /// Allowed range as text.
     pub allowed: String,
 }
 
 impl ParameterError {
-    /// The same error seen from one level up: `mass_kg` within `device` becomes `device.mass_kg`.
+    /// Prefixes the path: `mass_kg` within `device` becomes `device.mass_kg`.
     #[must_use]
     pub fn within(mut self, parent: &str) -> Self {
         self.path = format!("{parent}.{}", self.path);
@@ -21,7 +21,7 @@ impl ParameterError {
     }
 }
 
-/// Refuses `value` unless `is_allowed`.
+/// Checks `is_allowed`.
 pub(super) fn require(path: &str, value: f64, is_allowed: bool, allowed: &str) -> Result<(), ParameterError> {
     if is_allowed {
         return Ok(());
@@ -29,22 +29,22 @@ pub(super) fn require(path: &str, value: f64, is_allowed: bool, allowed: &str) -
     Err(ParameterError { path: path.to_owned(), value, allowed: allowed.to_owned() })
 }
 
-/// Refuses what is not a finite number.
+/// Checks that the value is finite.
 pub(super) fn finite(path: &str, value: f64) -> Result<(), ParameterError> {
-    require(path, value, value.is_finite(), "any finite number")
+    require(path, value, value.is_finite(), "a finite number")
 }
 
-/// Refuses what is not finite and above 0.
+/// Checks that the value is finite and > 0.
 pub(super) fn positive(path: &str, value: f64) -> Result<(), ParameterError> {
     require(path, value, value.is_finite() && value > 0.0, "> 0 and finite")
 }
 
-/// Refuses what is not finite and at least 0.
+/// Checks that the value is finite and >= 0.
 pub(super) fn not_negative(path: &str, value: f64) -> Result<(), ParameterError> {
     require(path, value, value.is_finite() && value >= 0.0, ">= 0 and finite")
 }
 
-/// Refuses what is not above 0; infinity is allowed.
+/// Checks that the value is > 0 or infinite.
 pub(super) fn positive_or_infinite(path: &str, value: f64) -> Result<(), ParameterError> {
     require(path, value, value > 0.0, "> 0, or inf")
 }

@@ -1,11 +1,11 @@
-//! The PHANToM Premium 1.5: three axes, moved at its tip.
+//! The PHANToM Premium 1.5: three axes, Cartesian forces at its tip.
 //!
-//! Its [linkage] is that of Cavusoglu, Feygin and Tendick (2002). Motors, gears, friction and limits of the
-//! joints are not in their equations of motion; the defaults are those of another public description of the device, made
-//! from its drawings. The two disagree in lengths by 3 %, so that friction and limits are good to that, no better.
+//! Its [linkage] is from Cavusoglu, Feygin and Tendick (2002). Motors, gears, friction and joint limits are not in
+//! their equations; the defaults are from another public description, based on drawings. The two differ by 3 % in
+//! lengths, which limits the accuracy of friction and limits.
 //!
-//! A computer that drives it thinks in forces at the tip. The torques of the motors are `Jᵀ F`, with the Jacobian of
-//! where the device is when the command is taken over; until the next command the torques are held, not the force.
+//! The controller commands forces at the tip. Motor torques are `Jᵀ F`, with the Jacobian at the time of the command;
+//! between commands the torques are constant, not the force.
 
 mod linkage;
 #[cfg(test)]
@@ -19,63 +19,63 @@ use super::parameter::{ParameterError, finite, not_negative, positive, positive_
 use dimsart_core::limits::MAX_DOF;
 use serde::{Deserialize, Serialize};
 
-/// What a command is.
+/// Type of command.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Deserialize, Serialize)]
 #[serde(rename_all = "snake_case")]
 pub enum PhantomPort {
-    /// A force at the tip: x forward, y left, z up, `N`.
+    /// Force at the tip: x forward, y left, z up, `N`.
     #[default]
     Cartesian,
     /// Torques of the three axes, `N m`.
     Joint,
-    /// Torques of the three axes, too; but it is held at its tip, as with forces there.
+    /// Torques of the three axes, `N m`, with the hand at the tip.
     HeldAtTip,
 }
 
 impl PhantomPort {
-    /// Whether what pushes and holds it does so at its tip.
+    /// Whether external forces act at the tip.
     #[must_use]
     pub fn is_held_at_tip(self) -> bool {
         self != Self::Joint
     }
 }
 
-/// One PHANToM.
+/// Parameters of a PHANToM.
 #[derive(Debug, Clone, PartialEq, Deserialize, Serialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct PhantomParameters {
-    /// What a command is.
+    /// Type of command.
     pub port: PhantomPort,
     /// Bodies and lengths.
     pub linkage: LinkageParameters,
-    /// At the start, at rest, `rad`.
+    /// Start position, `rad`.
     pub start_position_rad: [f64; 3],
-    /// From motor to joint, each > 0.
+    /// Gear ratios, motor to joint, > 0.
     pub gear_ratio: [f64; 3],
-    /// Of each motor, `kg m²`, >= 0.
+    /// Rotor inertia of each motor, `kg m²`, >= 0.
     pub rotor_inertia_kg_m2: f64,
-    /// Most that each motor applies, `N m` at the motor, > 0; `inf` for no limit.
+    /// Maximum torque of each motor, `N m` at the motor, > 0; `inf`: unlimited.
     pub motor_limit_nm: f64,
     /// Viscous friction of each joint, `N m s/rad`, >= 0.
     pub viscous_nms_per_rad: f64,
-    /// Dry friction of each joint, sliding and at rest, `N m`, >= 0.
+    /// Coulomb friction of each joint, `N m`, >= 0.
     pub coulomb_nm: f64,
     /// Lower end of each axis, `rad`; `-inf` for none.
     pub min_rad: [f64; 3],
     /// Upper end of each axis, `rad`; `inf` for none.
     pub max_rad: [f64; 3],
-    /// How far axis 1 may be below axis 2, `rad`: there the elbow is folded. Negative; `-inf` for no end.
+    /// Minimum of axis 1 minus axis 2, `rad`, with the elbow folded; negative; `-inf`: no stop.
     pub elbow_min_rad: f64,
-    /// How far axis 1 may be above axis 2, `rad`: there the elbow is stretched. `inf` for no end.
+    /// Maximum of axis 1 minus axis 2, `rad`, with the elbow stretched; `inf`: no stop.
     pub elbow_max_rad: f64,
-    /// Of each end, `N m/rad`, > 0.
+    /// Stiffness of each stop, `N m/rad`, > 0.
     pub stop_stiffness_nm_per_rad: f64,
-    /// Of each end, `N m s/rad`, >= 0.
+    /// Damping of each stop, `N m s/rad`, >= 0.
     pub stop_damping_nms_per_rad: f64,
 }
 
 impl Default for PhantomParameters {
-    /// The device as published. How stiff its ends are is not: 50 N m/rad and 0.3 N m s/rad are assumed.
+    /// The device as published. The stop parameters are unpublished: 50 N m/rad and 0.3 N m s/rad are assumed.
     fn default() -> Self {
         Self {
             port: PhantomPort::default(),
@@ -97,8 +97,7 @@ impl Default for PhantomParameters {
 }
 
 impl PhantomParameters {
-    /// The same without dry friction and ends of travel. The motors keep their limit; how the links pull at each other
-    /// is not linear.
+    /// Returns the device without Coulomb friction and stops. Motor limits and the coupled dynamics remain.
     #[must_use]
     pub fn linear(&self) -> Self {
         let (min, max) = (f64::NEG_INFINITY, f64::INFINITY);
@@ -112,7 +111,7 @@ impl PhantomParameters {
         }
     }
 
-    /// The linkage alone, as the paper has it: besides, without damping, rotors and a limit of the motors.
+    /// Returns the linkage alone, as in the paper: also without damping, rotors and motor limits.
     #[must_use]
     pub fn ideal(&self) -> Self {
         Self {
@@ -131,15 +130,15 @@ impl PhantomParameters {
         gear_ratio.map(|gear_ratio| gear_ratio * self.motor_limit_nm)
     }
 
-    /// Says whether a device like this can exist, and be simulated.
+    /// Checks whether the device is physically possible and can be simulated.
     ///
     /// # Errors
-    /// The first parameter out of its range, or the one that would need too many sub-steps at the start.
+    /// The first parameter out of range, or the one that requires too many sub-steps at the start.
     pub fn check(&self) -> Result<(), ParameterError> {
         self.build().map(drop)
     }
 
-    /// The device at rest at its start position.
+    /// Builds the device, at rest at its start position.
     ///
     /// # Errors
     /// As [`check`](Self::check).
@@ -168,7 +167,7 @@ impl PhantomParameters {
         Ok(Phantom { port: self.port, body })
     }
 
-    /// Of each axis, and of the elbow.
+    /// Stops of each axis and of the elbow.
     fn stops(&self) -> Result<Vec<Stop>, ParameterError> {
         positive("stop_stiffness_nm_per_rad", self.stop_stiffness_nm_per_rad)?;
         not_negative("stop_damping_nms_per_rad", self.stop_damping_nms_per_rad)?;
@@ -187,7 +186,7 @@ impl PhantomParameters {
         Ok(stops)
     }
 
-    /// None where there are no ends.
+    /// `None` without stops.
     fn stop(
         &self,
         [min_path, max_path]: &[String; 2],
@@ -215,7 +214,7 @@ impl PhantomParameters {
     }
 }
 
-/// A PHANToM as it moves.
+/// Simulation of a PHANToM.
 #[derive(Debug)]
 pub struct Phantom {
     port: PhantomPort,
@@ -223,10 +222,10 @@ pub struct Phantom {
 }
 
 impl Phantom {
-    /// Holds the torques of `command` (of its [port](PhantomPort); missing entries are 0, surplus is ignored) from
-    /// `start_s` for `period_s` and moves on under the outside force `push` on the tip, `N`.
+    /// Applies the constant torques of `command` (of its [port](PhantomPort); missing entries are 0, surplus is
+    /// ignored) from `start_s` for `period_s` with the external force `push` on the tip, `N`.
     ///
-    /// A command that is NaN or infinite is applied as it is, as far as the motors' limit lets it.
+    /// NaN and infinite commands are applied unchanged within the motors' limits.
     pub fn advance(&mut self, start_s: f64, period_s: f64, command: &[f32], push: &dyn Fn(&Tip) -> [f64; 3]) {
         let mut wanted = [0.0; 3];
         for (wanted, command) in wanted.iter_mut().zip(command) {
@@ -235,8 +234,8 @@ impl Phantom {
         self.advance_at_tip(start_s, period_s, wanted, push);
     }
 
-    /// The same under torques on the axes from outside that may depend on time, positions and velocities (`Jᵀ F` of a force
-    /// at the tip).
+    /// Like `advance`, with external axis torques that can depend on time, positions and velocities (`Jᵀ F` of a
+    /// force at the tip).
     pub(crate) fn advance_under(
         &mut self,
         start_s: f64,
@@ -248,7 +247,7 @@ impl Phantom {
         self.body.advance_under(start_s, period_s, torques_nm, outside);
     }
 
-    /// [`advance`](Self::advance) with a command that has not been rounded.
+    /// [`advance`](Self::advance) with an `f64` command.
     pub(crate) fn advance_at_tip(
         &mut self,
         start_s: f64,
@@ -260,7 +259,7 @@ impl Phantom {
         self.body.advance_pushed_by(start_s, period_s, torques_nm, push);
     }
 
-    /// Of the motors, seen from the joints, for a command of its port, `N m`.
+    /// Motor torques at the joints for a command of its port, `N m`.
     fn torques(&self, wanted: [f64; 3]) -> Axes {
         match self.port {
             PhantomPort::Cartesian => transposed(&self.body.tip_jacobian(self.body.positions()), &wanted),
@@ -268,31 +267,31 @@ impl Phantom {
         }
     }
 
-    /// What a command is.
+    /// Type of command.
     #[must_use]
     pub fn port(&self) -> PhantomPort {
         self.port
     }
 
-    /// Where the tip is and how it moves, at `time_s`.
+    /// Returns position and velocity of the tip at `time_s`.
     #[must_use]
     pub fn tip(&self, time_s: f64) -> Tip {
         self.body.tip(time_s)
     }
 
-    /// The truth about an axis now: `rad`, `rad/s`, `N m`.
+    /// Returns the true state of an axis: `rad`, `rad/s`, `N m`.
     #[must_use]
     pub fn axis(&self, axis: usize) -> CoupledAxisState {
         self.body.axis(axis)
     }
 
-    /// Where the energy is now.
+    /// Returns its energies.
     #[must_use]
     pub fn energy(&self) -> JointEnergy {
         self.body.energy()
     }
 
-    /// Mass matrix, bias, gravity, kinematics.
+    /// Returns mass matrix, bias, gravity, kinematics.
     #[must_use]
     pub fn body(&self) -> &Coupled<Linkage> {
         &self.body
@@ -302,7 +301,7 @@ impl Phantom {
         &mut self.body
     }
 
-    /// Puts it to these angles and speeds of the axes, `rad` and `rad/s`.
+    /// Sets angles and speeds of the axes, `rad` and `rad/s`.
     pub fn place(&mut self, positions_rad: &[f64; 3], velocities_rad_per_s: &[f64; 3]) {
         self.body.place(positions_rad, velocities_rad_per_s);
     }

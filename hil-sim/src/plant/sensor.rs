@@ -1,36 +1,35 @@
-//! What a controller sees of the truth: encoder, tachometer, current or torque sensor, and their faults.
+//! Sensors: encoder, tachometer, current or torque sensor, and their faults.
 //!
-//! `shown = counted(gain · truth + offset + noise + jump)`, whole counts as an encoder counts them.
+//! `shown = counted(gain · truth + offset + noise + jump)`, rounded down to counts for an encoder.
 
 use super::parameter::{ParameterError, finite, not_negative, require};
 use crate::bus::Random;
 use serde::{Deserialize, Serialize};
 
-/// One sensor. `unit` is that of what it measures: `rad`, `m/s`, `A`, `N m`...
+/// Parameters of a sensor. `unit` is the unit of its quantity: `rad`, `m/s`, `A`, `N m`, ...
 #[derive(Debug, Clone, PartialEq, Deserialize, Serialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct SensorParameters {
-    /// Shown per true unit; 1 is ideal.
+    /// Gain; 1 is ideal.
     pub gain: f64,
-    /// Shown at a truth of 0, unit; for an encoder the offset of its index.
+    /// Offset, unit; of an encoder: offset of its index.
     pub offset: f64,
-    /// Counts per unit, >= 0; 0 for a sensor that does not count. It shows whole counts passed, so up to one count
-    /// less than there is.
+    /// Counts per unit, >= 0; 0: no quantisation. Shows completed counts, up to one count below the true value.
     pub counts_per_unit: f64,
-    /// Length of a count, unit, >= 0, in place of `counts_per_unit`; 0 for a sensor that does not count.
+    /// Size of a count, unit, >= 0, instead of `counts_per_unit`; 0: no quantisation.
     pub step: f64,
-    /// Standard deviation of normal noise, unit, >= 0, drawn anew each time it is read, ahead of the counting.
+    /// Standard deviation of Gaussian noise, unit, >= 0, sampled at each reading before quantisation.
     pub noise_deviation: f64,
-    /// The same seed gives the same noise.
+    /// Random seed of the noise.
     pub seed: u64,
-    /// From this time on it is off by `jump`, `s`; `inf` for never.
+    /// Time of a jump by `jump`, `s`; `inf`: never.
     pub jump_at_s: f64,
-    /// Unit.
+    /// Size of the jump, unit.
     pub jump: f64,
-    /// From this time on it shows what it showed before, `s`; `inf` for never.
+    /// Time from which it is stuck at its last value, `s`; `inf`: never.
     pub stuck_from_s: f64,
-    /// Where an incremental encoder has its index, unit: until the truth has passed it, it shows the way from where it was
-    /// switched on. None for an absolute one.
+    /// Index position of an incremental encoder, unit: before the index, it shows the displacement since power-on.
+    /// `None`: absolute encoder.
     pub index: Option<f64>,
 }
 
@@ -53,12 +52,12 @@ impl Default for SensorParameters {
 }
 
 impl SensorParameters {
-    /// Says whether a sensor like this can exist.
+    /// Checks whether the parameters are valid.
     ///
     /// # Errors
-    /// The first parameter outside its range.
+    /// The first parameter out of range.
     pub fn check(&self) -> Result<(), ParameterError> {
-        let time = |path, time_s: f64| require(path, time_s, !time_s.is_nan(), "a time, or inf for never");
+        let time = |path, time_s: f64| require(path, time_s, !time_s.is_nan(), "a time in s, or inf for never");
         finite("gain", self.gain)?;
         finite("offset", self.offset)?;
         not_negative("counts_per_unit", self.counts_per_unit)?;
@@ -71,7 +70,7 @@ impl SensorParameters {
         time("stuck_from_s", self.stuck_from_s)
     }
 
-    /// The sensor these parameters describe.
+    /// Builds the sensor.
     ///
     /// # Errors
     /// As [`check`](Self::check).
@@ -83,27 +82,26 @@ impl SensorParameters {
     }
 }
 
-/// One sensor as it is read.
+/// Simulation of a sensor.
 #[derive(Debug, Clone)]
 pub struct Sensor {
     parameters: SensorParameters,
     is_ideal: bool,
     noise: Random,
-    /// What it showed last.
+    /// Last reading.
     shown: Option<f64>,
-    /// The truth where it was switched on, and whether the index has passed since.
+    /// Power-on position, and whether the index has passed since.
     switched_on: Option<(f64, bool)>,
 }
 
 impl Sensor {
-    /// Whether it shows the truth.
+    /// Whether it is ideal.
     #[must_use]
     pub fn is_ideal(&self) -> bool {
         self.is_ideal
     }
 
-    /// What it shows of `truth` at `time_s`, both in the sensor's unit. Stuck before its first reading, it shows that
-    /// one for good.
+    /// Reads the sensor at `truth` and `time_s`. A sensor that is stuck before its first reading keeps this reading.
     #[expect(clippy::cast_possible_truncation, reason = "the controller's number is an f32")]
     pub fn show(&mut self, time_s: f64, truth: f64) -> f32 {
         let is_stuck = time_s >= self.parameters.stuck_from_s;
@@ -154,7 +152,7 @@ mod tests {
         assert!((sensor(scaled).show(0.0, 2.0) - 2.5).abs() <= 0.0);
     }
 
-    /// Whole counts, behind the truth by less than one; what is left is `f32`.
+    /// Completed counts, less than one below the true value; the rest is `f32` rounding.
     #[test]
     fn an_encoder_shows_whole_counts_less_than_one_behind() {
         let counts = 4096.0 / core::f64::consts::TAU;
@@ -170,7 +168,7 @@ mod tests {
         assert!(worst > 0.99 / counts, "{worst}");
     }
 
-    /// Of `n` draws the mean is off by `s/sqrt(n)` and the deviation by `s/sqrt(2 n)`, each as a standard deviation.
+    /// Standard errors of `n` samples: `s/sqrt(n)` of the mean and `s/sqrt(2 n)` of the deviation.
     #[test]
     fn noise_has_its_deviation_and_no_mean_and_its_seed() {
         let draws = 100_000_u32;

@@ -1,15 +1,15 @@
-//! The exact step of one linear regime under held inputs.
+//! Exact step of a linear mode with constant inputs.
 //!
 //! `s = (x, v, i)`, `s' = A s + c + r t`  =>  `s(t) = s(0) + Ψ s'(0) + Φ r`, `s'(t) = e^{At} s'(0) + Ψ r`
 //!
-//! with `Φ = ∫Ψ`, `Ψ = ∫e^{Aτ} dτ = t + A Φ`, `e^{At} = 1 + A Ψ`. Carrying `s'` along needs no force between
-//! events, keeps a mass at rest exactly at rest and leaves no large offsets to cancel. `Φ` comes from its Taylor
-//! series over a short time, which is then doubled (scaling and squaring, as in Higham, "Functions of Matrices",
-//! SIAM 2008, ch. 10).
+//! with `Φ = ∫Ψ`, `Ψ = ∫e^{Aτ} dτ = t + A Φ`, `e^{At} = 1 + A Ψ`. Using `s'` as a state avoids force evaluations
+//! between events, keeps a mass at rest exactly at rest and avoids cancellation of large offsets. `Φ` is a Taylor
+//! series over a short time, followed by doubling (scaling and squaring, as in Higham, "Functions of Matrices", SIAM
+//! 2008, ch. 10).
 
 use nalgebra::Matrix3;
 
-/// The coefficients of one linear regime.
+/// Coefficients of a linear mode.
 #[derive(Debug, Clone, Copy, Default)]
 pub(super) struct Dynamics {
     /// `N/m`.
@@ -24,7 +24,7 @@ pub(super) struct Dynamics {
     pub(super) force_n_per_a: f64,
 }
 
-/// What moves, and how fast it does.
+/// Motion state.
 #[derive(Debug, Clone, Copy, Default)]
 pub(super) struct Motion {
     pub(super) position_m: f64,
@@ -32,14 +32,14 @@ pub(super) struct Motion {
     pub(super) acceleration_m_per_s2: f64,
 }
 
-/// One step of one regime.
+/// A step of a mode.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Transition {
     /// `1/kg`.
     pub(super) inverse_mass_per_kg: f64,
     /// `Ψ`.
     increments: Matrix3<f64>,
-    /// What a jerk adds to the position, of `Φ`.
+    /// Effect of a jerk on the position, from `Φ`.
     ramp: f64,
     /// `e^{At}`.
     growth: Matrix3<f64>,
@@ -53,7 +53,7 @@ pub(super) struct Transition {
 const TAYLOR_TERMS: u32 = 17;
 
 impl Transition {
-    /// The exact step of `dynamics` over `step_s`.
+    /// Computes the exact step of `dynamics` over `step_s`.
     pub(super) fn over(dynamics: &Dynamics, step_s: f64) -> Self {
         let Dynamics {
             stiffness_n_per_m,
@@ -92,7 +92,7 @@ impl Transition {
         Self { inverse_mass_per_kg, increments, ramp: ramps.m12, growth, lagged, late }
     }
 
-    /// `motion` one step later, where `jerk` is how the acceleration changes with time alone, `m/s³`.
+    /// Advances `motion` by one step; `jerk` is the rate of the acceleration by time alone, `m/s³`.
     #[inline]
     pub(super) fn step(&self, motion: &Motion, jerk: f64) -> Motion {
         let Motion { position_m, velocity_m_per_s, acceleration_m_per_s2 } = *motion;
@@ -109,7 +109,7 @@ impl Transition {
         }
     }
 
-    /// The same with a current that changes at `rate_a_per_s` at the start.
+    /// Like `advance`, with a current that changes at `rate_a_per_s` at the start.
     #[inline]
     pub(super) fn driven_step(&self, motion: &Motion, rate_a_per_s: f64, jerk: f64) -> Motion {
         let Self { increments: by, growth, .. } = self;

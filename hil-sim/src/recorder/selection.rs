@@ -1,36 +1,36 @@
-//! Which signals are recorded: those that `record.signals` names.
+//! Selects the recorded signals by `record.signals`.
 
 use crate::schemes::nearest;
 
-/// A name in `record.signals` that no signal has.
+/// Unknown name in `record.signals`.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 #[error(
-    "record.signals: nothing is called '{name}'; {}",
+    "record.signals: unknown name '{name}'; {}",
     nearest.as_ref().map_or_else(
-        || format!("there is {}, and STATION.SIGNAL in each", sources.join(", ")),
+        || format!("available: {}, and STATION.SIGNAL in each", sources.join(", ")),
         |nearest| format!("did you mean '{nearest}'?"),
     )
 )]
 pub struct UnknownSignal {
-    /// The name as it was given.
+    /// The unknown name.
     pub name: String,
     /// The valid name most like it.
     pub nearest: Option<String>,
-    /// What all signals' names begin with.
+    /// First parts of all signals' names.
     pub sources: Vec<String>,
 }
 
-/// Names whose signals are wanted; none for all.
+/// Names of the selected signals; empty for all.
 #[derive(Debug, Clone)]
 pub(super) struct Selection(Vec<String>);
 
 impl Selection {
-    /// Everything.
+    /// Selects all signals.
     pub(super) fn all() -> Self {
         Self(Vec::new())
     }
 
-    /// The selection of `wanted`, each of which must be one of the `known` names or the first parts of one.
+    /// Selects `wanted`; each must be a `known` name or the first parts of one.
     pub(super) fn new(wanted: &[String], known: impl Iterator<Item = String>) -> Result<Self, UnknownSignal> {
         let known: Vec<String> = known.collect();
         let Some(name) = wanted.iter().find(|wanted| !known.iter().any(|known| begins(known, wanted))) else {
@@ -48,7 +48,7 @@ impl Selection {
         Err(UnknownSignal { name: name.clone(), nearest, sources })
     }
 
-    /// Whether the signal called `name` (`master.DES_FORCE`) is wanted.
+    /// Whether the signal `name` (`master.DES_FORCE`) is selected.
     pub(super) fn holds(&self, name: &str) -> bool {
         self.0.is_empty() || self.0.iter().any(|wanted| begins(name, wanted))
     }

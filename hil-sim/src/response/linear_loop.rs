@@ -95,13 +95,14 @@ impl LinearLoop {
         let growth = self.growth_per_tick.filter(|_| self.grows())?;
         let doubles_s = period_s * core::f64::consts::LN_2 / libm::log(growth);
         let held = self.held.words();
-        Some(format!("the loop {held} grows by {growth:.6} per tick: it doubles in {doubles_s:.3} s"))
+        Some(format!("the loop {held} is unstable: it grows by a factor of {growth:.6} per tick and doubles in \
+        {doubles_s:.3} s"))
     }
 
     /// Of one that is not told from either, in words.
     fn warning(&self) -> Option<String> {
         let held = self.held.words();
-        let text = format!("the loop {held} neither grows nor dies out within 1e-5 per tick: undecided");
+        let text = format!("the loop {held} is at its stability limit (growth within 1e-5 per tick): undecided");
         self.is_undecided().then_some(text)
     }
 }

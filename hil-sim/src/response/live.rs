@@ -184,7 +184,7 @@ impl LiveRig {
     fn drop_slow_listener(&mut self, say: &mut impl FnMut(String)) {
         if self.recorder.as_ref().is_some_and(Recorder::is_alone) {
             self.recorder = None;
-            say(format!("the recording ends at {:.3} s: its disk does not take as much", self.rig.time_s()));
+            say(format!("recording stopped at {:.3} s: the disk is too slow", self.rig.time_s()));
         }
     }
 
@@ -199,7 +199,7 @@ impl LiveRig {
             return;
         };
         say(format!(
-            "{} has left its range at {:.3} s, and is put back to where it began",
+            "{} was out of range at {:.3} s: plant reset to its start position",
             station.name,
             self.rig.time_s()
         ));

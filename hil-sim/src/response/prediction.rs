@@ -22,8 +22,8 @@ impl Observer for Prediction {
     fn report(&mut self, rig: &Rig, outcome: &mut Outcome) {
         if let Some([master, slave]) = self.chain.unlike_impedances_ns_per_m() {
             outcome.faults.push(format!(
-                "the wave impedances differ, {master} N s/m on the master and {slave} N s/m on the slave: forces and \
-                 motions are scaled, and no stiffness is predicted; give both schemes the same B_PARAM"
+                "wave impedances differ, {master} N s/m on the master and {slave} N s/m on the slave, so forces \
+                and motions are scaled and no stiffness is predicted: use the same B_PARAM in both schemes"
             ));
         }
         let device = rig.stations().first().map(|station| station.name.clone()).unwrap_or_default();
@@ -48,8 +48,7 @@ impl Observer for Prediction {
             outcome.perceived.iter().filter_map(|felt| Some((felt.axis, felt.unsettled.as_ref()?)));
         let warnings = unsettled.map(|(axis, how)| {
             format!(
-                "the perceived stiffness of axis {axis} has not settled: {how}; a longer run (duration_s) or more damping \
-                 lets it"
+                "the perceived stiffness of axis {axis} has not settled: {how}; increase duration_s or the damping"
             )
         });
         outcome.warnings.extend(warnings);

@@ -1,8 +1,8 @@
-//! The packets that arrive at a controller: those of which a tick uses only the newest, and what their counters say of the sender.
+//! Counts packets that arrive at a controller: superseded packets, and the sender's rate and restarts.
 
 use dimsart_core::{Packet, START_COUNTERS, counters_ahead, is_newer};
 
-/// What came so far.
+/// Counters of all links.
 #[derive(Debug, Default)]
 pub(super) struct Arrivals {
     links: Vec<Arrival>,
@@ -10,13 +10,13 @@ pub(super) struct Arrivals {
     restarts: u32,
 }
 
-/// What came over one link.
+/// Counters of one link.
 #[derive(Debug, Default)]
 struct Arrival {
     link: usize,
-    /// The last packet of the present tick.
+    /// Last packet of the present tick.
     last: Option<Packet>,
-    /// Counter of the newest packet, its tick, and how many packets the sender has sent since the first one, of that tick.
+    /// Counter of the newest packet, its tick, and the number of packets sent since the first one.
     newest: u16,
     newest_tick: u64,
     sent: u64,
@@ -28,7 +28,7 @@ impl Arrivals {
         self.links.iter_mut().for_each(|arrival| arrival.last = None);
     }
 
-    /// A packet that the controller takes. One that is the same as the one before it is a duplicate, and takes no place.
+    /// Counts an accepted packet. A packet equal to the previous one is a duplicate and supersedes none.
     pub(super) fn add(&mut self, tick: u64, link: usize, packet: Packet) {
         let place = self.links.iter().position(|arrival| arrival.link == link).unwrap_or_else(|| {
             let (newest, first_tick) = (packet.counter, tick);
@@ -39,7 +39,7 @@ impl Arrivals {
         self.superseded += u32::from(arrival.last.as_ref().is_some_and(|last| *last != packet));
         let counter = packet.counter;
         let has_restarted = counter <= START_COUNTERS && arrival.newest >= counter + START_COUNTERS;
-        // A run counts from its first tick; the two sides have met before.
+        // Counting starts with the first tick; the handshake may be older.
         if has_restarted || tick == 0 {
             self.restarts += u32::from(has_restarted);
             (arrival.newest, arrival.sent, arrival.first_tick) = (counter, 0, tick);
@@ -59,7 +59,7 @@ impl Arrivals {
         self.restarts
     }
 
-    /// How many packets a tick the sender of a link sends, lost ones included; none where few came.
+    /// Returns the packets per tick of a link's sender, including lost packets; `None` after too few packets.
     pub(super) fn packets_per_tick(&self, link: usize) -> Option<f64> {
         let arrival = self.links.iter().find(|arrival| arrival.link == link)?;
         let ticks = arrival.newest_tick - arrival.first_tick;
@@ -83,7 +83,7 @@ mod tests {
     #[test]
     fn a_sender_is_known_by_its_counters() {
         let mut arrivals = Arrivals::default();
-        // Round the end, with every third one lost.
+        // Counter wrap-around, with every third packet lost.
         packets(&mut arrivals, 1..1001, (64_000..=u16::MAX).chain(101..5000));
         assert_eq!(
             (arrivals.packets_per_tick(0), arrivals.restarts(), arrivals.superseded()),
@@ -91,7 +91,7 @@ mod tests {
         );
         packets(&mut arrivals, 1001..2001, (65_001..=u16::MAX).step_by(3).chain((101..5000).step_by(3)));
         assert!(arrivals.packets_per_tick(0).is_some_and(|share| (share - 2.0).abs() < 0.01));
-        // Another life, at twice the rate; two that are out of order are no third one.
+        // A restart at twice the rate; two reordered packets are no restart.
         packets(&mut arrivals, 3000..3400, [1, 3, 2].into_iter().chain((5..).step_by(2)));
         assert_eq!(arrivals.restarts(), 1);
         assert!(arrivals.packets_per_tick(0).is_some_and(|share| (share - 2.0).abs() < 0.02));

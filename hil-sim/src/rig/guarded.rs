@@ -1,19 +1,19 @@
-//! The end of a link whose packets are authenticated.
+//! Authenticated end of a link.
 
 use dimsart_core::envelope::MAX_CONTENT_BYTES;
 use dimsart_link::auth::{AuthError, Guard};
 
-/// Answers in a tick. A board says as much as its line takes.
+/// Maximum answers per tick, as limited by the line of a board.
 const MOST_ANSWERS: usize = 64;
 
-/// A guard, and what it has seen so far.
+/// A guard and its state.
 #[derive(Debug)]
 pub(super) struct Guarded {
     /// Number of the link in the station's Data Base.
     pub(super) link: usize,
     pub(super) guard: Guard,
     pub(super) refusal: Option<AuthError>,
-    /// Answers to what came since the last tick.
+    /// Answers to packets since the last tick.
     answers: Vec<Vec<u8>>,
     period_s: f64,
     ticks: u32,
@@ -24,7 +24,7 @@ impl Guarded {
         Self { link, guard, refusal: None, answers: Vec::new(), period_s, ticks: 0 }
     }
 
-    /// Lets time pass: it also does while the world stands still.
+    /// Advances time, also while the plants stand still.
     pub(super) fn tick(&mut self) {
         self.ticks = self.ticks.wrapping_add(1);
     }
@@ -34,7 +34,7 @@ impl Guarded {
         (f64::from(self.ticks) * self.period_s * 1e3) as u64 as u32
     }
 
-    /// Gives `deliver` what the other side's guard was given; nothing at all in place of what is refused.
+    /// Passes verified packets to `deliver` and drops refused packets.
     pub(super) fn open(&mut self, bytes: &[u8], mut deliver: impl FnMut(&[u8])) {
         let now_ms = self.now_ms();
         match self.guard.take(now_ms, bytes, &mut [0; MAX_CONTENT_BYTES]) {
@@ -50,7 +50,7 @@ impl Guarded {
         }
     }
 
-    /// The handshakes that are due.
+    /// Returns the handshakes that are due.
     pub(super) fn shake_hands(&mut self, mut carry: impl FnMut(&[u8])) {
         let now_ms = self.now_ms();
         self.answers.drain(..).for_each(|answer| carry(&answer));
@@ -59,18 +59,18 @@ impl Guarded {
         }
     }
 
-    /// The content with a tag. It is lost while the other side has not answered.
+    /// Adds the tag to a packet. Returns `None` until the peer has answered.
     pub(super) fn seal(&mut self, content: &[u8], carry: impl FnMut(&[u8])) {
         let mut out = [0; MAX_CONTENT_BYTES];
         self.guard.seal(content, &mut out).into_iter().for_each(carry);
     }
 }
 
-/// Lets two guards find together without a link in between.
+/// Completes the handshake of two guards without a link.
 pub(super) fn introduce(left: &mut Guard, right: &mut Guard) {
     let tell = |from: &mut Guard, to: &mut Guard, now_ms| {
         while let Some(handshake) = from.handshake(now_ms) {
-            // A handshake between equal keys and channels is always taken.
+            // A handshake with equal keys and channels always succeeds.
             let _ = to.take(now_ms, handshake, &mut []);
         }
     };
@@ -91,7 +91,7 @@ mod tests {
     use crate::rig::{Probe, Rig};
     use crate::rig_file::RigFile;
 
-    /// Table 1 with a key over a link of so many ticks, one way.
+    /// Table 1 with a key, over a link with this one-way delay in ticks.
     fn experiment(delay_ticks: u32) -> Experiment {
         let key = tempfile::NamedTempFile::new().unwrap();
         std::fs::write(key.path(), "00112233445566778899aabbccddeeff").unwrap();
@@ -103,7 +103,7 @@ mod tests {
         Experiment::new(&RigFile::of_shipped("bilateral", &sets).unwrap()).unwrap()
     }
 
-    /// Steps, and holds both controllers to going on; gives the longest time without a packet of either, in ticks.
+    /// Steps the rig and requires both controllers to keep running; returns the longest time without a packet, ticks.
     fn run(rig: &mut Rig, ticks: u32, mut before: impl FnMut(&mut Rig, u32)) -> u32 {
         let mut longest = 0;
         for tick in 0..ticks {
@@ -124,7 +124,7 @@ mod tests {
         seal(Class::Handshake, channel, 0, 4 + length, &mut buffer).unwrap().to_vec()
     }
 
-    /// Two frames of 19 bytes, false challenges, used to be enough; and all else that a forger can say, at any rate.
+    /// Two false challenges of 19 bytes used to be sufficient; also any other forged frame at any rate.
     #[test]
     fn a_forger_without_the_key_does_not_trip_a_link() {
         let mut experiment = experiment(3);
@@ -144,7 +144,7 @@ mod tests {
         assert_eq!(during, before, "not a packet came late");
     }
 
-    /// By ticks on the way, one way: how long the one side hears nothing when the other one's guard starts anew.
+    /// By one-way delay in ticks: the longest silence after a restart of the peer's guard.
     #[test]
     fn a_start_of_the_other_side_does_not_trip_a_link() {
         let key = Key::new(&0x0011_2233_4455_6677_8899_aabb_ccdd_eeff_u128.to_be_bytes());

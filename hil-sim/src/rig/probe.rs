@@ -1,30 +1,30 @@
-//! Looks at one signal of a station, tick after tick, without searching for it each time.
+//! Reads one signal of a station in every tick without searching for it.
 
 use dimsart_core::TypeRef;
 
 use super::Station;
 
-/// Remembers where a signal is in a station's Data Base.
+/// Caches the slot of a signal in a station's Data Base.
 #[derive(Debug, Clone)]
 pub struct Probe {
     signal: TypeRef,
-    /// Revision of the Data Base that `slot` is of.
+    /// Data Base revision for which `slot` is valid.
     found: Option<(u32, Option<u8>)>,
 }
 
 impl Probe {
-    /// A probe for a signal that need not be there yet.
+    /// Creates a probe for a signal that may not exist yet.
     #[must_use]
     pub const fn new(signal: TypeRef) -> Self {
         Self { signal, found: None }
     }
 
-    /// Whether the signal is in the Data Base now.
+    /// Whether the signal exists now.
     pub fn finds(&mut self, station: &Station) -> bool {
         self.slot(station).is_some()
     }
 
-    /// The signal's words now; empty when it is not in the Data Base.
+    /// Returns the signal's words; empty if it does not exist.
     #[inline]
     pub fn words<'a>(&mut self, station: &'a Station) -> &'a [u32] {
         let slot = self.slot(station);
@@ -44,7 +44,7 @@ impl Probe {
         }
     }
 
-    /// The signal's values now, for one of format f32.
+    /// Returns the values of an `f32` signal.
     pub fn values<'a>(
         &mut self,
         station: &'a Station,

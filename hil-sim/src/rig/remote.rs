@@ -1,4 +1,4 @@
-//! A controller that runs elsewhere: on an emulated board, or on a real one.
+//! A controller on an emulated or real board.
 
 use std::error::Error;
 
@@ -6,18 +6,18 @@ use dimsart_core::{Tick, Word};
 
 use super::SimulatedDimsart;
 
-/// What a remote controller ended with.
+/// Error of a remote controller.
 pub type RemoteError = Box<dyn Error + Send + Sync>;
 
-/// A controller outside of this process, in lockstep with the rig.
+/// A controller outside this process, in lockstep with the rig.
 pub trait RemoteController: core::fmt::Debug + Send {
-    /// Gives a packet that came in over `link` to the next tick.
+    /// Adds a packet received over `link` to the next tick.
     fn receive(&mut self, link: usize, bytes: &[u8]);
 
-    /// One tick: the words that are measured there, those that are commanded back. `copy` holds its Data Base afterwards.
+    /// Runs one tick: sends the measured words and returns the commanded words; `copy` then mirrors its Data Base.
     ///
     /// # Errors
-    /// [`RemoteError`] when it does not answer as it should; it is of no further use then.
+    /// [`RemoteError`] on an invalid answer; the controller is then unusable.
     fn tick(
         &mut self,
         measured: &[Word],
@@ -25,21 +25,21 @@ pub trait RemoteController: core::fmt::Debug + Send {
         copy: &mut SimulatedDimsart,
     ) -> Result<Tick, RemoteError>;
 
-    /// The packets that the last tick left for `link`.
+    /// Returns the packets sent over `link` in the last tick.
     fn outgoing(&self, link: usize) -> Box<dyn Iterator<Item = &[u8]> + '_>;
 
-    /// Whether it authenticates its links by itself.
+    /// Whether it authenticates its links itself.
     fn is_authenticated(&self) -> bool;
 
-    /// What came back on its command line in the last tick.
+    /// Returns the output of its command line in the last tick.
     fn command_bytes(&self) -> Box<dyn Iterator<Item = &[u8]> + '_>;
 
-    /// Puts bytes on its command line, for the next tick.
+    /// Sends bytes to its command line for the next tick.
     fn send_command_bytes(&mut self, bytes: &[u8]);
 
-    /// Instructions from reading the sensors to commanding the actuators in the last tick, where that is known.
+    /// Returns the instructions from reading sensors to commanding actuators in the last tick, if known.
     fn instructions(&self) -> Option<u32>;
 
-    /// Instructions from the beginning of the tick before the last one to that of the last one, where that is known.
+    /// Returns the instructions between the starts of the last two ticks, if known.
     fn instructions_of_all(&self) -> Option<u32>;
 }

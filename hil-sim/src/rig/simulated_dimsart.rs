@@ -1,4 +1,4 @@
-//! A simulated controller, in memory from the heap that is used again.
+//! A simulated controller in pooled heap memory.
 
 use std::ops::{Deref, DerefMut};
 use std::sync::{Mutex, PoisonError};
@@ -7,14 +7,14 @@ use dimsart_core::limits::Sizes;
 use dimsart_core::{DeviceDescriptor, Dimsart, Kinds, ProvidedMemory, StorageError, memory};
 use scopeguard::ScopeGuard;
 
-/// What a simulated controller has room for: a link for every joint of a coordinator, and delays of seconds.
+/// Sizes of a simulated controller: a link per joint of a coordinator, and delays of seconds.
 pub const SIZES: Sizes =
     Sizes { modules: 32, wires: 240, bindings: 64, slots: 64, links: 8, programs: 8, words: 32_768 };
 
-/// Memory that no controller uses any more.
+/// Unused memory for further controllers.
 static FREE: Mutex<Vec<ProvidedMemory>> = Mutex::new(Vec::new());
 
-/// A simulated controller. Once it is dropped, another one gets its memory.
+/// A simulated controller; its memory is reused after it is dropped.
 #[derive(Debug)]
 pub struct SimulatedDimsart(ScopeGuard<Dimsart, fn(Dimsart)>);
 
@@ -22,7 +22,7 @@ impl SimulatedDimsart {
     /// As [`Dimsart::new`].
     ///
     /// # Errors
-    /// [`StorageError`] when the device's types do not fit into the Data Base.
+    /// [`StorageError`] if the device's types do not fit into the Data Base.
     pub fn new(device: DeviceDescriptor, kinds: Kinds) -> Result<Self, StorageError> {
         let mut dimsart = Self::unconnected();
         dimsart.connect(device, kinds)?;

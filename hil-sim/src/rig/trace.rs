@@ -1,19 +1,19 @@
-//! What goes into a controller and comes out of it in a tick, kept for who repeats the tick elsewhere.
+//! Inputs and outputs of a controller's tick, for comparison.
 
 use dimsart_core::{Observer, Packet, Word};
 
 /// One tick of a controller, seen from outside.
 #[derive(Debug, Clone, Default, PartialEq, Eq)]
 pub struct TickTrace {
-    /// What came in over links before it, in order: link, channel listened to there, bytes.
+    /// Packets received before the tick, in order: link, channel, bytes.
     pub received: Vec<(usize, u16, Vec<u8>)>,
-    /// What the device measured.
+    /// Measurement.
     pub measured: Vec<Word>,
-    /// What the device was commanded.
+    /// Command.
     pub commanded: Vec<Word>,
-    /// Packets that it left, with their links.
+    /// Sent packets, with their links.
     pub sent: Vec<(usize, Packet)>,
-    /// Calls of modules that were made, by their places in the engine's steps.
+    /// Module calls, by index in the engine's steps.
     pub called: Vec<usize>,
 }
 
@@ -25,14 +25,14 @@ impl Observer for TickTrace {
 }
 
 impl TickTrace {
-    /// Begins a tick.
+    /// Starts a tick.
     pub fn clear(&mut self) {
         self.received.clear();
         self.sent.clear();
         self.called.clear();
     }
 
-    /// Ends one.
+    /// Ends a tick.
     pub(super) fn keep(&mut self, measured: &[Word], commanded: &[Word]) {
         measured.clone_into(&mut self.measured);
         commanded.clone_into(&mut self.commanded);

@@ -1,32 +1,32 @@
-//! What an axis meets, and who holds it: walls, springs, hands.
+//! Environment of an axis: walls, springs, hands.
 
 use serde::{Deserialize, Serialize};
 
 use super::AxisSection;
 use crate::plant::{JointParameters, StopsParameters};
 
-/// What an infinite stiffness of a wall stands for, `N/m` or `N m/rad`: 1 nm of penetration per newton.
+/// Stiffness that replaces an infinite wall stiffness, `N/m` or `N m/rad`: 1 nm of penetration per newton.
 pub const RIGID_STIFFNESS: f64 = 1e9;
 
-/// Which side of a wall is solid.
+/// Solid side of a wall.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize, Serialize)]
 #[serde(rename_all = "snake_case")]
 pub enum WallSide {
-    /// Positions above its surface are inside the wall; it pushes towards smaller ones.
+    /// Positions above the surface are inside the wall; it pushes towards smaller positions.
     Above,
-    /// Positions below its surface are inside the wall; it pushes towards larger ones.
+    /// Positions below the surface are inside the wall; it pushes towards larger positions.
     Below,
 }
 
-/// Which of its sections an axis meets.
+/// Active environment of an axis.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize, Serialize)]
 #[serde(rename_all = "snake_case")]
 pub enum EnvironmentKind {
-    /// Its `wall`.
+    /// The section `wall`.
     Wall,
-    /// Its `spring`.
+    /// The section `spring`.
     Spring,
-    /// Neither.
+    /// No environment.
     Nothing,
 }
 
@@ -34,14 +34,14 @@ pub enum EnvironmentKind {
 #[derive(Debug, Clone, PartialEq, Deserialize, Serialize)]
 #[serde(deny_unknown_fields)]
 pub struct AxisWall {
-    /// Its surface.
+    /// Position of the surface.
     pub position: f64,
-    /// Of its spring, > 0; `inf` for a [rigid](RIGID_STIFFNESS) one.
+    /// Stiffness, > 0; `inf` for a [rigid](RIGID_STIFFNESS) wall.
     pub stiffness: f64,
-    /// Acts while the axis is inside.
+    /// Damping inside the wall.
     #[serde(default)]
     pub damping: f64,
-    /// Which side of the surface is solid.
+    /// Solid side.
     #[serde(default = "above")]
     pub solid: WallSide,
 }
@@ -50,25 +50,26 @@ pub struct AxisWall {
 #[derive(Debug, Clone, PartialEq, Deserialize, Serialize)]
 #[serde(deny_unknown_fields)]
 pub struct AxisSpring {
-    /// Where it is relaxed.
+    /// Rest position.
     #[serde(default)]
     pub rest_position: f64,
-    /// `N m/rad` or `N/m`, >= 0.
+    /// Stiffness, `N m/rad` or `N/m`, >= 0.
     pub stiffness: f64,
-    /// `N m s/rad` or `N s/m`, >= 0.
+    /// Damping, `N m s/rad` or `N s/m`, >= 0.
     #[serde(default)]
     pub damping: f64,
 }
 
-/// `hand`: a human hand that moves with the output, and a spring to where it wants to be, which moves on `hand` move.
+/// `hand`: a human hand that is attached to the output, with a spring to its intended position; moves on `hand`
+/// change this position.
 #[derive(Debug, Clone, PartialEq, Deserialize, Serialize)]
 #[serde(deny_unknown_fields)]
 pub struct AxisHand {
-    /// `kg m²` or `kg`, >= 0.
+    /// Inertia, `kg m²` or `kg`, >= 0.
     pub inertia: f64,
-    /// To ground, `N m s/rad` or `N s/m`, >= 0.
+    /// Damping to ground, `N m s/rad` or `N s/m`, >= 0.
     pub damping: f64,
-    /// To its target, `N m/rad` or `N/m`, >= 0.
+    /// Stiffness to the intended position, `N m/rad` or `N/m`, >= 0.
     #[serde(default)]
     pub stiffness: f64,
 }
@@ -78,8 +79,8 @@ fn above() -> WallSide {
 }
 
 impl AxisSection {
-    /// The joint with all that moves with it and holds it; none for a coupled axis. The spring of its hand pulls to 0, and
-    /// what it wants more than that is a [load](Self::hand_stiffness).
+    /// Returns the joint with everything attached to it; `None` for a coupled axis. The spring of the hand pulls to
+    /// 0; the rest of the hand's force is a [load](Self::hand_stiffness).
     #[must_use]
     pub fn joint(&self) -> Option<JointParameters> {
         let mut joint = self.plant.clone()?;
@@ -106,26 +107,27 @@ impl AxisSection {
         Some(joint)
     }
 
-    /// The wall that it meets.
+    /// Returns the active wall.
     #[must_use]
     pub fn met_wall(&self) -> Option<&AxisWall> {
         self.wall.as_ref().filter(|_| self.environment.is_none_or(|kind| kind == EnvironmentKind::Wall))
     }
 
-    /// The spring that it meets.
+    /// Returns the active spring.
     #[must_use]
     pub fn met_spring(&self) -> Option<&AxisSpring> {
         self.spring.as_ref().filter(|_| self.environment.is_none_or(|kind| kind == EnvironmentKind::Spring))
     }
 
-    /// What wall and spring exert on it.
+    /// Stops and springs of the environment.
     #[must_use]
     pub fn met_force(&self, position: f64, velocity: f64) -> f64 {
         self.met_spring().map_or(0.0, |spring| spring.force(position, velocity))
             + self.met_wall().map_or(0.0, |wall| wall.force(position, velocity))
     }
 
-    /// What hand, spring and wall exert on the axis, without the hand's inertia; the spring of the hand pulls to 0.
+    /// Springs and dampers of hand, spring and wall, without the inertia of the hand; the spring of the hand pulls to
+    /// 0.
     #[must_use]
     pub fn force(&self, position: f64, velocity: f64) -> f64 {
         let springs: f64 = self.springs().map(|spring| spring.force(position, velocity)).sum();
@@ -133,26 +135,26 @@ impl AxisSection {
         springs + hand + self.met_wall().map_or(0.0, |wall| wall.force(position, velocity))
     }
 
-    /// With a hand that moves along and pulls to nowhere.
+    /// Adds the inertia and damping of the hand, without its stiffness.
     #[must_use]
     pub fn without_hand_stiffness(&self) -> Self {
         let hand = self.hand.clone().map(|hand| AxisHand { stiffness: 0.0, ..hand });
         Self { hand, ..self.clone() }
     }
 
-    /// Of the hand's spring, `N m/rad` or `N/m`; 0 without one.
+    /// Stiffness of the hand, `N m/rad` or `N/m`; 0 without a hand.
     #[must_use]
     pub fn hand_stiffness(&self) -> f64 {
         self.hand.as_ref().map_or(0.0, |hand| hand.stiffness)
     }
 
-    /// Attaches one more spring-damper.
+    /// Attaches a further spring-damper.
     pub(super) fn attach(&mut self, stiffness: f64, rest_position: f64, damping: f64) {
         let one = AxisSpring { rest_position, stiffness, damping };
         self.spring = Some(self.spring.take().map_or(one.clone(), |spring| spring.beside(one)));
     }
 
-    /// The hand's, without its damper, and that of the environment.
+    /// Stiffness of the hand, and spring-damper of the environment.
     fn springs(&self) -> impl Iterator<Item = AxisSpring> {
         let hand = AxisSpring { rest_position: 0.0, stiffness: self.hand_stiffness(), damping: 0.0 };
         core::iter::once(hand).chain(self.met_spring().cloned())
@@ -160,7 +162,7 @@ impl AxisSection {
 }
 
 impl AxisSpring {
-    /// Two springs to ground are one: their stiffnesses add up, and its rest is where their forces cancel.
+    /// Combines two springs to ground: the stiffnesses add, and the rest position is where the forces cancel.
     fn beside(self, other: Self) -> Self {
         let stiffness = self.stiffness + other.stiffness;
         let moment = self.stiffness * self.rest_position + other.stiffness * other.rest_position;
@@ -174,13 +176,13 @@ impl AxisSpring {
 }
 
 impl AxisWall {
-    /// Of its spring.
+    /// Stiffness of its spring.
     #[must_use]
     pub fn stiffness(&self) -> f64 {
         self.stiffness.min(RIGID_STIFFNESS)
     }
 
-    /// How deep a position is inside, >= 0.
+    /// Penetration depth of a position, >= 0.
     #[must_use]
     pub fn depth(&self, position: f64) -> f64 {
         let beyond = position - self.position;
@@ -190,7 +192,7 @@ impl AxisWall {
         }
     }
 
-    /// Pushes, and never pulls.
+    /// Force of the wall, which pushes only.
     fn force(&self, position: f64, velocity: f64) -> f64 {
         let depth = self.depth(position);
         if depth <= 0.0 {

@@ -1,4 +1,4 @@
-//! What does not go together in a rig file, all of it, a line each.
+//! Checks a rig file for invalid values and combinations; reports all of them, one line each.
 
 use dimsart_core::{DataType, Format, Shape, limits, types};
 
@@ -14,11 +14,11 @@ use crate::schemes::suggestion;
 
 /// Longest delay of a device, ticks.
 const MOST_DELAY_TICKS: f64 = 3.0;
-/// Up to here every whole number is a number of JSON.
+/// Largest integer that JSON represents exactly.
 const MAX_SEED: u64 = (1 << 53) - 1;
-/// Most ticks of a rig to one of a controller.
+/// Maximum ticks of the rig per tick of a controller.
 const MOST_EVERY_TICKS: u32 = 1000;
-/// What a device has sensors for.
+/// Signals that a device has sensors for.
 pub(super) const SENSED: [&DataType; 10] = [
     types::POSITION,
     types::VELOCITY,
@@ -31,10 +31,10 @@ pub(super) const SENSED: [&DataType; 10] = [
     types::TEMPERATURE,
     types::DRIVE_FAULT,
 ];
-/// Those of its motor.
+/// Signals of its motor.
 const OF_MOTOR: [&DataType; 3] = [types::MOTOR_CURRENT, types::MOTOR_VOLTAGE, types::WINDING_TEMPERATURE];
 
-/// Those that a drive on a bus says, in place of sensors.
+/// Signals that a drive on a bus reports in place of sensors.
 const OF_DRIVE: [&DataType; 6] = [
     types::POSITION,
     types::VELOCITY,
@@ -44,36 +44,36 @@ const OF_DRIVE: [&DataType; 6] = [
     types::DRIVE_FAULT,
 ];
 
-/// Whether it can stand in the names of columns and files.
+/// Whether it is valid in the names of columns and files.
 fn is_name(name: &str) -> bool {
     let is_allowed = |letter: char| letter.is_alphanumeric() || ['_', '-'].contains(&letter);
     !name.is_empty() && name.chars().all(is_allowed) && name != "world"
 }
 
 fn no_name(name: &str) -> String {
-    format!("'{name}' is no name: give it one word of letters, digits, _ and -, and not 'world'")
+    format!("invalid name '{name}': use letters, digits, _ and - only; 'world' is reserved")
 }
 
 impl RigFile {
     pub(super) fn problems(&self) -> Vec<String> {
         let mut problems = Vec::new();
         if self.duration_s.is_infinite() && self.experiment.press.is_none() {
-            problems.push("`duration_s` is missing: give it a number > 0, in s".to_owned());
+            problems.push("`duration_s` is missing: set it to a number > 0, in s".to_owned());
         } else if self.duration_s.is_nan() || self.duration_s <= 0.0 {
-            problems.push(format!("duration_s is {}: give it a number > 0", self.duration_s));
+            problems.push(format!("duration_s is {} s, must be > 0 s", self.duration_s));
         }
         self.check_press(&mut problems);
         if self.seed > MAX_SEED {
-            problems.push(format!("seed is {}: give it 0 to {MAX_SEED}", self.seed));
+            problems.push(format!("seed is {}, must be 0 to {MAX_SEED}", self.seed));
         }
         if !(1e-5..=0.1).contains(&self.sample_period_s) {
-            problems.push(format!("sample_period_s is {}: give it 0.00001 to 0.1", self.sample_period_s));
+            problems.push(format!("sample_period_s is {} s, must be 0.00001 s to 0.1 s", self.sample_period_s));
         }
         if self.record.every_ticks == 0 {
-            problems.push("record.every_ticks is 0: give it 1 or more".to_owned());
+            problems.push("record.every_ticks is 0, must be 1 or more".to_owned());
         }
         if self.devices.is_empty() {
-            problems.push("there is no device: add a [[device]]".to_owned());
+            problems.push("no device: add a [[device]]".to_owned());
         }
         for (place, device) in self.devices.iter().enumerate() {
             self.check_device(place, device, &mut problems);
@@ -82,7 +82,7 @@ impl RigFile {
             self.has_device("controller", &controller.device, &mut problems);
             if self.controllers.iter().take(place).any(|other| other.name() == controller.name()) {
                 let name = controller.name();
-                problems.push(format!("there are two controllers '{name}': give each a `name` of its own"));
+                problems.push(format!("duplicate controller '{name}': give each controller a unique `name`"));
             }
             if !is_name(controller.name()) && controller.name() != controller.device {
                 problems.push(format!("controller {place}: {}", no_name(controller.name())));
@@ -90,7 +90,7 @@ impl RigFile {
             if !(1..=MOST_EVERY_TICKS).contains(&controller.every_ticks) {
                 let (name, every) = (controller.name(), controller.every_ticks);
                 problems.push(format!(
-                    "controller '{name}': every_ticks is {every}: give it 1 to {MOST_EVERY_TICKS}"
+                    "controller '{name}': every_ticks is {every}, must be 1 to {MOST_EVERY_TICKS}"
                 ));
             }
         }
@@ -114,20 +114,20 @@ impl RigFile {
         if self.has_device(at, device, problems) {
             let is_held = |device: &DeviceSection| device.axes.iter().all(|axis| axis.hand.is_some());
             if !self.device(device).is_some_and(is_held) {
-                problems.push(format!("{at}: give every axis of '{device}' a hand"));
+                problems.push(format!("{at}: an axis of '{device}' has no hand: add `hand` to every axis"));
             }
             if self.pressed().is_none() {
                 problems.push(format!(
-                    "{at}: '{device}' has no link: give it one to the device that it presses with"
+                    "{at}: '{device}' has no link to the device that presses: add a [[link]]"
                 ));
             }
         }
         if !(path.is_finite() && force.iter().all(|force| force.is_finite())) {
-            problems.push(format!("{at}: give path and force finite numbers"));
+            problems.push(format!("{at}: path and force must be finite"));
         }
     }
 
-    /// Forces of the press that were set for axes which are not there.
+    /// Reports forces of the press that were set for nonexistent axes.
     pub(super) fn surplus_forces(&self, settings: &[Setting]) -> Option<String> {
         let PressSection { device, force, .. } = self.experiment.press.as_ref()?;
         let axes = self.device(device)?.axes.len();
@@ -139,7 +139,7 @@ impl RigFile {
         let set = settings.iter().find(sets_it).filter(|_| force.len() > axes)?;
         let (name, count) = (&set.key, force.len());
         Some(format!(
-            "{name} has {count} values and there are {axes} axes: give it one for each axis, or raise dof"
+            "{name} has {count} values for {axes} axes: give one value per axis, or raise dof"
         ))
     }
 
@@ -151,7 +151,7 @@ impl RigFile {
         let is_there = self.device(name).is_some();
         if !is_there {
             let near = suggestion(name, &self.names());
-            problems.push(format!("{at}: there is no device '{name}'; {near}"));
+            problems.push(format!("{at}: unknown device '{name}'; {near}"));
         }
         is_there
     }
@@ -163,30 +163,30 @@ impl RigFile {
             problems.push(format!("device {place}: {}", no_name(name)));
         }
         if self.devices.iter().take(place).any(|other| other.name == *name) {
-            problems.push(format!("there are two devices '{name}': give each a name of its own"));
+            problems.push(format!("duplicate device '{name}': give each device a unique name"));
         }
         self.check_controllers(device, problems);
         check_coupled(device, problems);
         check_drives(device, problems);
         if !(1..=limits::MAX_DOF).contains(&axes.len()) {
             let most = limits::MAX_DOF;
-            problems.push(format!("device '{name}' has {} axes: give it 1 to {most}", axes.len()));
+            problems.push(format!("device '{name}' has {} axes, must have 1 to {most}", axes.len()));
         }
         if !(0.0..=MOST_DELAY_TICKS).contains(delay_ticks) {
             problems.push(format!(
-                "device '{name}': delay_ticks is {delay_ticks}: give it 0 to {MOST_DELAY_TICKS}"
+                "device '{name}': delay_ticks is {delay_ticks}, must be 0 to {MOST_DELAY_TICKS}"
             ));
         }
         if let Some(WatchSection { position, force, wave }) = &device.watch {
             for (key, limit) in [("position", position), ("force", force), ("wave", wave)] {
                 if limit.is_nan() || *limit <= 0.0 {
-                    problems.push(format!("device '{name}': watch.{key} is {limit}: give it a number > 0"));
+                    problems.push(format!("device '{name}': watch.{key} is {limit}, must be > 0"));
                 }
             }
         }
         for (key, limit) in [("position_limit", position_limit), ("force_limit", force_limit)] {
             if !(limit.is_finite() && *limit > 0.0) {
-                problems.push(format!("device '{name}': {key} is {limit}: give it a number > 0"));
+                problems.push(format!("device '{name}': {key} is {limit}, must be finite and > 0"));
             }
         }
         for signal in measures {
@@ -195,29 +195,30 @@ impl RigFile {
             if !SENSED.contains(&data_type) && !is_moved {
                 let sensed: Vec<&str> = SENSED.iter().map(|data_type| data_type.name).collect();
                 problems.push(format!(
-                    "device '{name}' measures {signal}, which no sensor shows and nothing moves: add an \
-                     [[experiment.move]] on it; sensors show {}",
+                    "device '{name}' measures {signal}, which has no sensor and no [[experiment.move]]: add an \
+                    [[experiment.move]] on it; sensors: {}",
                     sensed.join(", ")
                 ));
             }
         }
         if device.moves() && takes.as_slice() != [types::DES_FORCE.name] {
             problems.push(format!(
-                "device '{name}' takes {takes:?}: its actuators take [\"DES_FORCE\"], or [] where nothing moves"
+                "device '{name}': takes is {takes:?}, must be [\"DES_FORCE\"], or [] for a device that does not move"
             ));
         }
         if let Some(leads) = &device.leads {
             let can_follow = |led: &DeviceSection| led.moves() && led.axes.len() >= axes.len();
             if device.moves() || !self.device(leads).is_some_and(can_follow) {
                 problems.push(format!(
-                    "device '{name}' leads '{leads}': a device with takes = [] leads a device that moves, with as many axes"
+                    "device '{name}' cannot lead '{leads}': only a device with takes = [] can lead, and \
+                    '{leads}' must move and have at least as many axes"
                 ));
             }
         }
         for (axis, section) in axes.iter().enumerate() {
             let at = format!("device '{name}', axis {axis}");
             if device.moves() && device.coupled_axes().is_none() && section.plant.is_none() {
-                problems.push(format!("{at}: it has no plant: give it plant.load.inertia, at least"));
+                problems.push(format!("{at}: missing plant: set at least plant.load.inertia"));
             }
             check_axis(&at, measures, section, problems);
             let of_motor =
@@ -226,33 +227,34 @@ impl RigFile {
                 && !section.plant.as_ref().is_some_and(|plant| plant.motor.has_winding())
             {
                 problems.push(format!(
-                    "{at}: it measures {}, and has no motor to measure it at: give it plant.motor.kind = \"brushed\" or \
-                     \"three_phase\"",
+                    "{at}: measures {} without a motor: set plant.motor.kind to \"brushed\" or \"three_phase\"",
                     data_type.name
                 ));
             }
         }
     }
 
-    /// Every axis of a device has one controller.
+    /// Checks that every axis of a device has one controller.
     fn check_controllers(&self, device: &DeviceSection, problems: &mut Vec<String>) {
         let (name, count) = (&device.name, device.axes.len());
         let its = self.controllers.iter().filter(|controller| controller.device == *name);
         let axes: Vec<usize> = its.flat_map(|controller| controller.axes(device)).collect();
         for axis in axes.iter().filter(|axis| **axis >= count) {
-            problems.push(format!("a controller has axis {axis} of '{name}', which has {count}, from 0"));
+            problems.push(format!("a controller uses axis {axis} of '{name}', which has {count} axes, numbered \
+            from 0"));
         }
         for axis in 0..count {
             let controllers = axes.iter().filter(|known| **known == axis).count();
             if controllers != 1 {
                 problems.push(format!(
-                    "axis {axis} of '{name}' has {controllers} controllers: give it one [[controller]], by its `axes`"
+                    "axis {axis} of '{name}' has {controllers} controllers, must have exactly one: set `axes` \
+                    of each [[controller]]"
                 ));
             }
         }
     }
 
-    /// A type with an `f32` on each axis, of that name.
+    /// Finds a type by name that has one `f32` per axis.
     fn vector(&self, device: &str, name: &str, problems: &mut Vec<String>) -> Option<&'static DataType> {
         let is_vector = |data_type: &&'static DataType| {
             data_type.format == Format::F32 && data_type.shape == Shape::Vector
@@ -262,7 +264,7 @@ impl RigFile {
             let known = types::ALL.iter().filter(is_vector).map(|data_type| data_type.name.to_owned());
             let known: Vec<String> = known.chain(self.types.iter().map(|own| own.name.clone())).collect();
             let near = suggestion(name, &known);
-            problems.push(format!("device '{device}' measures '{name}', and there is no such type; {near}"));
+            problems.push(format!("device '{device}' measures unknown data type '{name}'; {near}"));
         }
         found
     }
@@ -272,22 +274,23 @@ impl RigFile {
             self.controllers.iter().map(|controller| controller.name().to_owned()).collect();
         for name in [&link.from, &link.to].into_iter().filter(|name| !known.contains(name)) {
             let near = suggestion(name, &known);
-            problems.push(format!("link: there is no controller '{name}'; {near}"));
+            problems.push(format!("link: unknown controller '{name}'; {near}"));
         }
         let buses: Vec<String> = self.buses.iter().map(|bus| bus.name.clone()).collect();
         for name in link.bus.iter().filter(|name| !buses.contains(name)) {
             let near = suggestion(name, &buses);
-            problems.push(format!("link from '{}': there is no bus '{name}'; {near}", link.from));
+            problems.push(format!("link from '{}': unknown bus '{name}'; {near}", link.from));
         }
         for number in [link.from_link, link.to_link] {
             if usize::from(number) >= SIZES.links {
-                problems.push(format!("link {number}: a controller has {} links, from 0", SIZES.links));
+                problems.push(format!("link {number} is out of range: a controller has {} links, numbered from \
+                0", SIZES.links));
             }
         }
         let InProcessParameters { loss, duplication, reordering, .. } = link.carrier;
         for (key, share) in [("loss", loss), ("duplication", duplication), ("reordering", reordering)] {
             if !(0.0..=1.0).contains(&share) {
-                problems.push(format!("link from '{}': {key} is {share}: give it 0 to 1", link.from));
+                problems.push(format!("link from '{}': {key} is {share}, must be 0 to 1", link.from));
             }
         }
     }
@@ -296,7 +299,8 @@ impl RigFile {
         let Some(device) = self.device(&moved.device) else { return };
         if moved.axis >= device.axes.len() {
             let (axis, count) = (moved.axis, device.axes.len());
-            problems.push(format!("{at}: axis {axis} of '{}', which has {count}, from 0", device.name));
+            problems.push(format!("{at}: axis {axis} of '{}' is out of range: it has {count} axes, numbered \
+            from 0", device.name));
         }
         let sensed = SENSED.map(|data_type| data_type.name);
         let references: Vec<String> =
@@ -305,7 +309,8 @@ impl RigFile {
             let section = device.axes.get(moved.axis);
             if section.is_some_and(|axis| axis.hand_stiffness() <= 0.0) {
                 problems.push(format!(
-                    "{at}: axis {} of '{}' has no hand with a stiffness: give it `hand = {{ inertia, damping, stiffness }}`",
+                    "{at}: axis {} of '{}' has no hand with a stiffness: add `hand = {{ inertia, damping, \
+                    stiffness }}`",
                     moved.axis, device.name
                 ));
             }
@@ -313,7 +318,7 @@ impl RigFile {
             let known: Vec<String> = references.into_iter().chain([LOAD, HAND].map(str::to_owned)).collect();
             let near = suggestion(&moved.on, &known);
             problems.push(format!(
-                "{at}: '{}' measures no reference '{}'; {near}, or add it to its `measures`",
+                "{at}: '{}' does not measure a reference '{}': add it to `measures`; {near}",
                 device.name, moved.on
             ));
         }
@@ -321,7 +326,7 @@ impl RigFile {
     }
 }
 
-/// Drives on a bus, and that nothing is measured but what they say.
+/// Checks drives on a bus, and that the device measures only signals that they report.
 fn check_drives(device: &DeviceSection, problems: &mut Vec<String>) {
     let name = &device.name;
     let measured = |data_type: &&DataType| device.measures.iter().any(|name| name == data_type.name);
@@ -329,10 +334,10 @@ fn check_drives(device: &DeviceSection, problems: &mut Vec<String>) {
     let of_moteus = device.moteus.as_ref().map(|moteus| ("moteus", moteus.problems(axes)));
     let of_cia402 = device.cia402.as_ref().map(|cia402| ("cia402", cia402.problems(axes)));
     let Some((kind, wrong)) = of_moteus.or(of_cia402) else {
-        // What a sensor shows, too, is said with the sensors.
+        // Signals that sensors measure as well are checked with the sensors.
         for data_type in OF_DRIVE.into_iter().skip(2).filter(measured) {
             problems.push(format!(
-                "device '{name}' measures {}, and has no drives to say it: give it [device.moteus] or [device.cia402]",
+                "device '{name}' measures {} but has no drives: add [device.moteus] or [device.cia402]",
                 data_type.name
             ));
         }
@@ -340,39 +345,41 @@ fn check_drives(device: &DeviceSection, problems: &mut Vec<String>) {
     };
     problems.extend(wrong.into_iter().map(|problem| format!("device '{name}': {kind}: {problem}")));
     if device.coupled_axes().is_some() {
-        problems.push(format!("device '{name}' has coupled axes and {kind} drives: give it one of them"));
+        problems.push(format!("device '{name}' has both coupled axes and {kind} drives: keep one of them"));
     }
     if device.moteus.is_some() && device.cia402.is_some() {
-        problems.push(format!("device '{name}' has drives of two kinds: give it one of them"));
+        problems.push(format!("device '{name}' has both moteus and cia402 drives: keep one of them"));
     }
     if device.delay_ticks > 0.0 {
-        problems.push(format!("device '{name}': its delay is its bus's: leave delay_ticks out"));
+        problems.push(format!("device '{name}': delay_ticks is not allowed with drives, whose bus sets the \
+        delay: remove it"));
     }
     if device.axes.iter().any(|axis| axis.unit != AxisUnit::Radian) {
-        problems.push(format!("device '{name}': its drives turn: give every axis the unit \"rad\""));
+        problems.push(format!("device '{name}': drives are rotary: set the unit of every axis to \"rad\""));
     }
     let is_silent = |data_type: &&DataType| {
         !OF_DRIVE.contains(data_type) || device.cia402.is_some() && data_type.id == types::TEMPERATURE.id
     };
     let silent = SENSED.into_iter().filter(is_silent);
     for data_type in silent.filter(measured) {
-        problems.push(format!("device '{name}' measures {}, which its drives do not say", data_type.name));
+        problems.push(format!("device '{name}' measures {}, which its drives do not report", data_type.name));
     }
 }
 
-/// An arm or a `PHANToM`, and that nothing says its axes move otherwise.
+/// Checks an arm or a `PHANToM`, and that its axes have no plants of their own.
 fn check_coupled(device: &DeviceSection, problems: &mut Vec<String>) {
     let Some(count) = device.coupled_axes() else { return };
     let name = &device.name;
     if device.arm.is_some() && device.phantom.is_some() {
-        problems.push(format!("device '{name}' is an arm and a phantom: give it one of them"));
+        problems.push(format!("device '{name}' has both arm and phantom: keep one of them"));
     }
     if device.axes.len() != count {
-        problems.push(format!("device '{name}' has {count} coupled axes and {} entries: give it one [[device.axis]] for each, or none", device.axes.len()));
+        problems.push(format!("device '{name}' has {count} coupled axes but {} [[device.axis]] entries: give \
+        one per axis, or none", device.axes.len()));
     }
     for (axis, _) in device.axes.iter().enumerate().filter(|(_, section)| section.plant.is_some()) {
         problems.push(format!(
-            "device '{name}', axis {axis}: it has a plant, and is one of coupled axes: remove it"
+            "device '{name}', axis {axis}: a coupled axis cannot have a plant: remove it"
         ));
     }
     let of_arm = device.arm.as_ref().map(|arm| arm.check().map_err(|error| error.within("arm")));
@@ -380,7 +387,7 @@ fn check_coupled(device: &DeviceSection, problems: &mut Vec<String>) {
         device.phantom.as_ref().map(|phantom| phantom.check().map_err(|error| error.within("phantom")));
     for error in of_arm.into_iter().chain(of_phantom).filter_map(Result::err) {
         let ParameterError { path, value, allowed } = error;
-        problems.push(format!("device '{name}': {path} is {value}, allowed is {allowed}"));
+        problems.push(format!("device '{name}': {path} is {value}, must be {allowed}"));
     }
     let hands: Vec<f64> =
         device.axes.iter().map(|axis| axis.hand.as_ref().map_or(0.0, |hand| hand.inertia)).collect();
@@ -388,7 +395,7 @@ fn check_coupled(device: &DeviceSection, problems: &mut Vec<String>) {
         hands.windows(2).all(|pair| matches!(pair, [one, other] if one.to_bits() == other.to_bits()));
     if device.phantom.as_ref().is_some_and(|phantom| phantom.port.is_held_at_tip()) && !is_one_mass {
         problems.push(format!(
-            "device '{name}': its tip is held by one hand: give each axis of it the same hand.inertia"
+            "device '{name}': one hand holds the tip: set the same hand.inertia on every axis"
         ));
     }
 }
@@ -396,12 +403,12 @@ fn check_coupled(device: &DeviceSection, problems: &mut Vec<String>) {
 fn check_axis(at: &str, measures: &[String], section: &AxisSection, problems: &mut Vec<String>) {
     let AxisSection { plant, sensor, .. } = section;
     if section.met_wall().is_some() && plant.as_ref().is_some_and(|plant| plant.stops.is_some()) {
-        problems.push(format!("{at}: it has a wall and plant.stops: give it one of them, a wall is a stop"));
+        problems.push(format!("{at}: both wall and plant.stops are set: keep one of them"));
     }
     let ActuatorSection { max_force, max_rate } = section.actuator;
     for (key, limit) in [("max_force", max_force), ("max_rate", max_rate)] {
         if limit.is_nan() || limit <= 0.0 {
-            problems.push(format!("{at}: actuator.{key} is {limit}: give it a number > 0, or inf"));
+            problems.push(format!("{at}: actuator.{key} is {limit}, must be > 0 or inf"));
         }
     }
     let of_hand = section.hand.iter().flat_map(|hand| {
@@ -414,14 +421,14 @@ fn check_axis(at: &str, measures: &[String], section: &AxisSection, problems: &m
     let of_wall = section.wall.iter().map(|wall| ("wall.damping", wall.damping));
     for (key, value) in of_hand.chain(of_spring).chain(of_wall) {
         if !(value.is_finite() && value >= 0.0) {
-            problems.push(format!("{at}: {key} is {value}, allowed is >= 0"));
+            problems.push(format!("{at}: {key} is {value}, must be finite and >= 0"));
         }
     }
     if let Some(wall) =
         section.wall.as_ref().filter(|wall| !(wall.stiffness > 0.0 && wall.position.is_finite()))
     {
         problems.push(format!(
-            "{at}: its wall stands at {} and has a stiffness of {}: give it a finite place and a stiffness > 0",
+            "{at}: wall.position is {} and wall.stiffness is {}: the position must be finite and the stiffness > 0",
             wall.position, wall.stiffness
         ));
     }
@@ -433,12 +440,13 @@ fn check_axis(at: &str, measures: &[String], section: &AxisSection, problems: &m
         .map(|(signal, sensor)| sensor.check().map_err(|error| error.within(&format!("sensor.{signal}"))));
     for error in std::iter::once(of_plant).chain(of_sensors).filter_map(Result::err) {
         let ParameterError { path, value, allowed } = error;
-        problems.push(format!("{at}: {path} is {value}, allowed is {allowed}"));
+        problems.push(format!("{at}: {path} is {value}, must be {allowed}"));
     }
     let sensed = SENSED.map(|data_type| data_type.name.to_owned());
     let sensed: Vec<String> = sensed.into_iter().filter(|sensed| measures.contains(sensed)).collect();
     for signal in sensor.keys().filter(|signal| !sensed.contains(signal)) {
         let near = suggestion(signal, &sensed);
-        problems.push(format!("{at}: it measures no '{signal}' by a sensor; {near}"));
+        problems.push(format!("{at}: sensor.{signal} has no effect, the device does not measure '{signal}' by a \
+        sensor; {near}"));
     }
 }

@@ -1,4 +1,4 @@
-//! `[[controller]]`, and `[[link]]` between two of them.
+//! `[[controller]]`, and `[[link]]` between two controllers.
 
 use std::collections::BTreeMap;
 use std::path::PathBuf;
@@ -14,44 +14,44 @@ use crate::schemes::Setting;
 #[derive(Debug, Clone, PartialEq, Deserialize, Serialize)]
 #[serde(deny_unknown_fields)]
 pub struct ControllerSection {
-    /// What it is called; left out, its device's name.
+    /// Name; default: the device's name.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub name: Option<String>,
-    /// The device that it controls.
+    /// Its device.
     pub device: String,
-    /// The axes of it, from 0, that it alone controls; left out, all of them.
+    /// Axes of the device that it controls, from 0; default: all.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub axes: Option<Vec<usize>>,
-    /// Scheme file, or a built-in one.
+    /// Scheme file or built-in scheme.
     pub scheme: String,
-    /// [Law](crate::law) files, which are its laws 1, 2, ...: what `ONLINE_MOD` of its scheme runs.
+    /// [Law](crate::law) files, numbered 1, 2, ..., for `ONLINE_MOD` of its scheme.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub laws: Vec<String>,
-    /// Whose rows of the scheme it takes beside those for `all`; left out, those for its name.
+    /// Side whose rows of the scheme apply, in addition to rows for `all`; default: its name.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub side: Option<String>,
-    /// It is stepped in every so many ticks of the rig.
+    /// Ticks of the rig per tick of the controller.
     #[serde(default = "one")]
     pub every_ticks: u32,
-    /// Parameters that go over the scheme's rows, by module and name: `set.PDCTRL_MOD.K_PARAM = 3000.0`.
+    /// Parameters that override the scheme's rows, by module and name: `set.PDCTRL_MOD.K_PARAM = 3000.0`.
     #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
     pub set: BTreeMap<String, BTreeMap<String, Value>>,
 }
 
 impl ControllerSection {
-    /// What it is called.
+    /// Returns its name.
     #[must_use]
     pub fn name(&self) -> &str {
         self.name.as_deref().unwrap_or(&self.device)
     }
 
-    /// Whose rows of the scheme it takes.
+    /// Returns the side whose rows of the scheme apply.
     #[must_use]
     pub fn side(&self) -> &str {
         self.side.as_deref().unwrap_or_else(|| self.name())
     }
 
-    /// What goes over its scheme's rows.
+    /// Returns the parameters that override the scheme's rows.
     #[must_use]
     pub fn settings(&self) -> Vec<Setting> {
         let of_module = |(module, values): (&String, &BTreeMap<String, Value>)| {
@@ -70,38 +70,38 @@ impl ControllerSection {
         self.set.iter().flat_map(of_module).collect()
     }
 
-    /// The axes of its device that it controls.
+    /// Returns the axes of its device that it controls.
     #[must_use]
     pub fn axes(&self, device: &DeviceSection) -> Vec<usize> {
         self.axes.clone().unwrap_or_else(|| (0..device.axes.len()).collect())
     }
 }
 
-/// `[[link]]`: one way from a controller to another.
+/// `[[link]]`: one direction between two controllers.
 #[derive(Debug, Clone, PartialEq, Deserialize, Serialize)]
 #[serde(deny_unknown_fields)]
 pub struct LinkSection {
-    /// The controller that sends.
+    /// Sending controller.
     pub from: String,
-    /// The controller that receives.
+    /// Receiving controller.
     pub to: String,
-    /// Number of the link at the sender, as `CTX_LINK` says.
+    /// Link number at the sender, as in `CTX_LINK`.
     #[serde(default)]
     pub from_link: u8,
-    /// Number of the link at the receiver, as `CRX_LINK` says.
+    /// Link number at the receiver, as in `CRX_LINK`.
     #[serde(default)]
     pub to_link: u8,
-    /// The bus that it goes over; left out, it takes no time but what `carrier` says.
+    /// Its bus; default: no delay except `carrier`.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub bus: Option<String>,
-    /// File with a key that both ends authenticate packets with, of two controllers with one link each way.
+    /// File with the key that authenticates packets, for two controllers with one link in each direction.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub key_file: Option<PathBuf>,
-    /// Where its receiver is, when that is a process of its own: `IP:PORT`, `serial:PATH[@BAUD]`, `can:INTERFACE` or
+    /// Address of the receiver if it is a separate process: `IP:PORT`, `serial:PATH[@BAUD]`, `can:INTERFACE` or
     /// `canfd:INTERFACE`.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub address: Option<Address>,
-    /// What happens to packets, behind the bus.
+    /// Delay, jitter and loss of packets, after the bus.
     #[serde(default)]
     pub carrier: InProcessParameters,
 }

@@ -1,22 +1,22 @@
-//! `[[type]]`: a type of the Data Base that the catalogue has not.
+//! `[[type]]`: an additional type of the Data Base.
 
 use dimsart_core::{DataType, Format, Shape, Summary, Unit};
 use serde::{Deserialize, Serialize};
 
-/// The number of the first one: those below are the catalogue's.
+/// Number of the first additional type; smaller numbers are built-in types.
 pub(super) const FIRST_OWN: u16 = 0x8000;
 
-/// `[[type]]`: one value for each axis.
+/// `[[type]]`: one value per axis.
 #[derive(Debug, Clone, PartialEq, Deserialize, Serialize)]
 #[serde(deny_unknown_fields)]
 pub struct TypeSection {
     /// Name in schemes, `UPPER_CASE`.
     pub name: String,
-    /// Its unit, as that of an axis that slides: `m`, `N`, `N/m`, ...; `1` is a pure number.
+    /// Unit, as for a linear axis: `m`, `N`, `N/m`, ...; `1` is dimensionless.
     pub unit: String,
 }
 
-/// Those that a type can have, as they are written: the first one of those that are written alike.
+/// Valid units as text; of units with equal text, the first.
 fn units() -> impl Iterator<Item = (&'static str, Unit)> {
     Unit::ALL.iter().filter(|unit| **unit != Unit::Any).map(|unit| (written(*unit), *unit))
 }
@@ -29,10 +29,10 @@ fn written(unit: Unit) -> &'static str {
 }
 
 impl TypeSection {
-    /// The type with that number; none without a unit.
+    /// Creates the type with a number; `None` if the unit is unknown.
     pub(super) fn data_type(&self, id: u16) -> Option<&'static DataType> {
         let (_, unit) = units().find(|(written, _)| *written == self.unit)?;
-        // A type lives as long as the program: on a board it is in flash.
+        // Types are static, as in the flash of a board.
         Some(Box::leak(Box::new(DataType {
             id,
             name: String::leak(self.name.clone()),
@@ -43,7 +43,7 @@ impl TypeSection {
         })))
     }
 
-    /// What is wrong with it.
+    /// Returns its error, if any.
     pub(super) fn problem(&self) -> Option<String> {
         let Self { name, unit } = self;
         let is_name = |name: &str| {
@@ -52,11 +52,11 @@ impl TypeSection {
             name.starts_with(|first: char| first.is_ascii_uppercase()) && name.chars().all(is_part)
         };
         if !is_name(name) {
-            return Some(format!("type '{name}': give it a name of A to Z, 0 to 9 and _"));
+            return Some(format!("invalid type name '{name}': use A to Z, 0 to 9 and _"));
         }
         if dimsart_core::types::by_name(name).is_some() {
             return Some(format!(
-                "type '{name}' is one of the catalogue: give it another name, or leave it out"
+                "type '{name}' is already a built-in type: choose another name or remove it"
             ));
         }
         let mut known: Vec<&str> = Vec::new();
@@ -67,7 +67,7 @@ impl TypeSection {
         }
         (!known.contains(&unit.as_str())).then(|| {
             format!(
-                "type '{name}': there is no unit '{unit}'; give it one of {}, as on an axis that slides",
+                "type '{name}': unknown unit '{unit}'; use one of {} (those of a linear axis)",
                 known.join(", ")
             )
         })

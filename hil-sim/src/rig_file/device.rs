@@ -1,4 +1,4 @@
-//! `[[device]]`: axes with their plants, and the frame that a controller exchanges with them.
+//! `[[device]]`: axes with their plants, and the signals exchanged with the controller.
 
 use std::collections::BTreeMap;
 
@@ -16,44 +16,43 @@ use crate::plant::{
 #[derive(Debug, Clone, PartialEq, Deserialize, Serialize)]
 #[serde(deny_unknown_fields)]
 pub struct DeviceSection {
-    /// What it is called; its controller, too.
+    /// Name, and default name of its controller.
     pub name: String,
-    /// Types of the Data Base that its controller gets of it, in the order of the frame: what it has sensors for
-    /// (`POSITION`, `VELOCITY`, `FORCE`), and references that the experiment moves.
+    /// Measured signals in the order of the frame: signals with sensors (`POSITION`, `VELOCITY`, `FORCE`) and
+    /// references moved by the experiment.
     #[serde(default = "position")]
     pub measures: Vec<String>,
-    /// Types that its actuators take; none of what does not move, and has references alone.
+    /// Commanded signals of the actuators; empty for a device that does not move and has references only.
     #[serde(default = "force")]
     pub takes: Vec<String>,
-    /// The device whose axes its references move, over links; of one that takes nothing.
+    /// Device that follows its references over links, for a device without actuators.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub leads: Option<String>,
-    /// From a measurement to the force that comes of it: sampling, computing and PWM, in ticks, 0 to 3; a part of a tick
-    /// is allowed.
+    /// Delay from measurement to force (sampling, computation, PWM), 0 to 3 ticks, also fractional.
     #[serde(default)]
     pub delay_ticks: f64,
-    /// Position, `m` or `rad`, beyond which a run is broken off, either way.
+    /// Maximum position, ±, `m` or `rad`; the run ends beyond it.
     #[serde(default = "position_limit")]
     pub position_limit: f64,
-    /// Force, `N` or `N m`, beyond which a run is broken off, either way.
+    /// Maximum force, ±, `N` or `N m`; the run ends beyond it.
     #[serde(default = "force_limit")]
     pub force_limit: f64,
-    /// Ranges beyond which a run is not stable, in place of both limits: those are what the safety stage lets through.
+    /// Ranges beyond which a run is unstable, instead of both limits; the limits then apply to the safety stage only.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub watch: Option<WatchSection>,
-    /// Its axes, 1 to 8; those of coupled ones need no entry.
+    /// Axes, 1 to 8; optional for coupled axes.
     #[serde(rename = "axis", default)]
     pub axes: Vec<AxisSection>,
-    /// Axes that are the joints of one arm, and move each other.
+    /// Coupled joints of an arm.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub arm: Option<ArmParameters>,
-    /// Axes that are those of a `PHANToM`: where its tip is, from where it starts, or its joints.
+    /// Axes of a `PHANToM`: tip position relative to its start, or joints.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub phantom: Option<PhantomParameters>,
-    /// Drives of mjbots that turn its axes, behind a CAN FD bus.
+    /// moteus drives on a CAN FD bus.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub moteus: Option<MoteusParameters>,
-    /// Drives of CiA 402 that turn its axes, behind a `CANopen` bus.
+    /// CiA 402 drives on a `CANopen` bus.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub cia402: Option<Cia402Parameters>,
 }
@@ -62,44 +61,44 @@ pub struct DeviceSection {
 #[derive(Debug, Clone, PartialEq, Deserialize, Serialize)]
 #[serde(deny_unknown_fields)]
 pub struct AxisSection {
-    /// How many equal axes it stands for.
+    /// Number of equal axes.
     #[serde(default = "one", skip_serializing_if = "is_one")]
     pub count: usize,
-    /// Whether it turns or slides.
+    /// Rotary (`rad`) or linear (`m`).
     #[serde(default)]
     pub unit: AxisUnit,
-    /// What moves; only of an axis that moves by itself.
+    /// Plant of an axis that is not coupled.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub plant: Option<JointParameters>,
-    /// What is wrong with its sensors, by the type that they show; one that is left out shows the truth.
+    /// Sensor errors by signal; default: ideal sensors.
     #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
     pub sensor: BTreeMap<String, SensorParameters>,
-    /// What its controller's safety stage lets through, as a board declares it.
+    /// Limits of the safety stage, as declared by a board.
     #[serde(default, skip_serializing_if = "ActuatorSection::is_unlimited")]
     pub actuator: ActuatorSection,
-    /// Which of its sections `wall` and `spring` it meets; left out, both.
+    /// Which of `wall` and `spring` is active; default: both.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub environment: Option<EnvironmentKind>,
-    /// What it meets on one side; a stop of the `plant` by another name.
+    /// One-sided wall; equivalent to a stop of the `plant`.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub wall: Option<AxisWall>,
-    /// What it is attached to.
+    /// Spring to ground.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub spring: Option<AxisSpring>,
-    /// Who holds it.
+    /// Hand on the axis.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub hand: Option<AxisHand>,
 }
 
-/// `[device.watch]`: ranges of its signals, symmetric around 0.
+/// `[device.watch]`: ranges of the device's signals, symmetric around 0.
 #[derive(Debug, Clone, Copy, PartialEq, Deserialize, Serialize)]
 #[serde(deny_unknown_fields)]
 pub struct WatchSection {
-    /// Of positions, `m` or `rad`.
+    /// Position range, `m` or `rad`.
     pub position: f64,
-    /// Of forces, `N` or `N m`.
+    /// Force range, `N` or `N m`.
     pub force: f64,
-    /// Of waves, `sqrt(W)`.
+    /// Wave range, `sqrt(W)`.
     #[serde(default = "wave_limit")]
     pub wave: f64,
 }
@@ -124,9 +123,9 @@ impl Default for AxisSection {
 #[derive(Debug, Clone, Copy, PartialEq, Deserialize, Serialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct ActuatorSection {
-    /// Maximum force either way, `N` or `N m`; `inf` for that of the motor.
+    /// Maximum force, ±, `N` or `N m`; `inf`: the maximum of the motor.
     pub max_force: f64,
-    /// Maximum change of the force, `N/s` or `N m/s`; `inf` for any.
+    /// Maximum rate of the force, `N/s` or `N m/s`; `inf`: unlimited.
     pub max_rate: f64,
 }
 
@@ -142,20 +141,20 @@ impl ActuatorSection {
     }
 }
 
-/// What an axis is measured in.
+/// Unit of an axis.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Deserialize, Serialize)]
 pub enum AxisUnit {
-    /// It turns.
+    /// Rotary.
     #[default]
     #[serde(rename = "rad")]
     Radian,
-    /// It slides.
+    /// Linear.
     #[serde(rename = "m")]
     Metre,
 }
 
 impl AxisUnit {
-    /// The same for a controller.
+    /// Returns the axis kind of the controller.
     #[must_use]
     pub const fn kind(self) -> AxisKind {
         match self {
@@ -164,7 +163,7 @@ impl AxisUnit {
         }
     }
 
-    /// Unit of a stiffness along it.
+    /// Returns the unit of stiffness.
     #[must_use]
     pub const fn stiffness(self) -> &'static str {
         match self {
@@ -175,19 +174,19 @@ impl AxisUnit {
 }
 
 impl DeviceSection {
-    /// Whether anything of it moves: one that takes nothing gives references alone, to a coordinator.
+    /// Whether it has actuators; otherwise it provides references to a coordinator only.
     #[must_use]
     pub fn moves(&self) -> bool {
         !self.takes.is_empty()
     }
 
-    /// Number of its coupled axes; none where each has a plant of its own.
+    /// Returns the number of coupled axes; `None` if each axis has its own plant.
     #[must_use]
     pub fn coupled_axes(&self) -> Option<usize> {
         self.arm.as_ref().map(|arm| arm.link.len()).or(self.phantom.as_ref().map(|_| PHANTOM_AXES))
     }
 
-    /// Gives every axis an entry, and coupled ones their unit.
+    /// Adds missing entries of axes and the units of coupled axes.
     pub(super) fn complete(&mut self) {
         let equal = |axis: AxisSection| {
             let most = axis.count.min(limits::MAX_DOF + 1);
@@ -212,8 +211,8 @@ impl DeviceSection {
         }
     }
 
-    /// What an axis is for its controller: a joint that turns, though its directions are those of the tip, where a
-    /// `PHANToM` is held there.
+    /// Returns the axis kind for the controller: rotary if a `PHANToM` is held at its tip, although the rig's axis is
+    /// a direction of the tip.
     #[must_use]
     pub fn kind(&self, axis: &AxisSection) -> AxisKind {
         match &self.phantom {
@@ -222,13 +221,13 @@ impl DeviceSection {
         }
     }
 
-    /// Where an axis stands at the start.
+    /// Returns the start position of an axis.
     #[must_use]
     pub fn start_position(&self, axis: usize) -> f64 {
         let own = || Some(self.axes.get(axis)?.plant.as_ref()?.load.start_position);
         match (&self.arm, &self.phantom) {
             (Some(arm), _) => arm.link.get(axis).map_or(0.0, |link| link.start_position),
-            // Cartesian positions begin at 0 where it stands.
+            // Cartesian positions start at 0.
             (_, Some(phantom)) if phantom.port == PhantomPort::Joint => {
                 phantom.start_position_rad.get(axis).copied().unwrap_or_default()
             }
@@ -237,8 +236,8 @@ impl DeviceSection {
         }
     }
 
-    /// The same without what is known not to be linear: dry friction, a gear's losses, backlash, stops and walls, a
-    /// sensor's steps and noise. In contact, every axis with a wall is held by it from both sides.
+    /// Returns the device without known nonlinearities: Coulomb friction, gear losses, backlash, stops and walls,
+    /// sensor resolution and noise. In contact, each wall becomes a two-sided spring-damper.
     #[must_use]
     pub fn linear(&self, in_contact: bool) -> Self {
         let mut linear = self.clone();
@@ -258,8 +257,8 @@ impl DeviceSection {
         linear
     }
 
-    /// Maximum force of an axis that its controller's safety stage lets through, `N` or `N m`: that of its motor, at most
-    /// `force_limit` and the declared one.
+    /// Returns the maximum force of an axis after the safety stage, `N` or `N m`: the minimum of the motor's maximum,
+    /// `force_limit` and the declared limit.
     #[must_use]
     pub fn max_force(&self, axis: usize) -> f64 {
         let own = || Some(self.axes.get(axis)?.plant.as_ref()?.max_force());
@@ -273,13 +272,13 @@ impl DeviceSection {
         motor.unwrap_or(f64::INFINITY).min(self.force_limit).min(self.actuator(axis).max_force)
     }
 
-    /// Range and rate of an axis as they are declared.
+    /// Returns the declared range and rate of an axis.
     #[must_use]
     pub fn actuator(&self, axis: usize) -> ActuatorSection {
         self.axes.get(axis).map(|section| section.actuator).unwrap_or_default()
     }
 
-    /// What a run of it is broken off by.
+    /// Returns the ranges beyond which the run ends.
     #[must_use]
     pub fn ranges(&self) -> Ranges {
         if let Some(WatchSection { position, force, wave }) = self.watch {
@@ -290,9 +289,9 @@ impl DeviceSection {
     }
 }
 
-/// Of a `PHANToM`.
+/// Axes of a `PHANToM`.
 const PHANTOM_AXES: usize = 3;
-/// Beyond which a run is broken off, `sqrt(W)`.
+/// Wave limit beyond which the run ends, `sqrt(W)`.
 const WAVE_LIMIT: f64 = 1e4;
 
 fn wave_limit() -> f64 {

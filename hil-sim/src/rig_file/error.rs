@@ -1,59 +1,59 @@
-//! What is wrong with a rig file, where, and what to do next.
+//! Errors of rig files.
 
 use std::path::PathBuf;
 
-/// A rig file that cannot be run.
+/// Invalid rig file or setting.
 #[derive(Debug, thiserror::Error)]
 pub enum RigFileError {
-    /// The file is not there or not to be read.
+    /// Cannot read the file.
     #[error("cannot read the rig file {}: {source}", path.display())]
     Unreadable {
         /// The file.
         path: PathBuf,
-        /// What the system says.
+        /// Error of the operating system.
         source: std::io::Error,
     },
-    /// A name that nothing shipped has, and no file.
-    #[error("there is no file {name}, and nothing that comes with the command is called that: {near}")]
+    /// Neither a file nor a shipped rig.
+    #[error("no such file or shipped rig: {name}; {near}")]
     NotShipped {
         /// The name.
         name: String,
-        /// What is there.
+        /// Suggestion, or available rigs.
         near: String,
     },
-    /// It is no TOML.
+    /// Invalid TOML.
     #[error("{name}: {message}")]
     NotOne {
         /// The file.
         name: String,
-        /// What is wrong, with line and column.
+        /// Message with line and column.
         message: String,
     },
-    /// One setting: of the command line, or of a file of settings.
+    /// Invalid setting of the command line or a settings file.
     #[error("{at}: {reason}")]
     Set {
         /// `--set` and its argument, or file, line and column.
         at: String,
-        /// What is wrong with it.
+        /// Reason.
         reason: String,
     },
-    /// Several settings.
+    /// Several invalid settings.
     #[error("{}", .0.iter().map(ToString::to_string).collect::<Vec<_>>().join("\n"))]
     Sets(Vec<RigFileError>),
-    /// It has keys that do not exist, are missing or do not take their values, or does not go together.
-    #[error("{name}{} cannot be run:\n  {}", with(sets), problems.join("\n  "))]
+    /// Unknown or missing keys, invalid values, or conflicting keys.
+    #[error("cannot run {name}{}:\n  {}", with(sets), problems.join("\n  "))]
     Wrong {
         /// The file.
         name: String,
-        /// The arguments of `--set` without which it can be run.
+        /// Arguments of `--set` that cause the errors.
         sets: Vec<String>,
-        /// Everything that is wrong, a line each.
+        /// All errors, one line each.
         problems: Vec<String>,
     },
 }
 
 impl RigFileError {
-    /// Whether it is an argument of the command line that is wrong, not a file.
+    /// Whether a command line argument is wrong, not a file.
     #[must_use]
     pub fn is_usage(&self) -> bool {
         match self {
@@ -65,7 +65,7 @@ impl RigFileError {
     }
 }
 
-/// How a setting of the command line begins in messages.
+/// Prefix of settings of the command line in messages.
 pub(super) const SET: &str = "--set ";
 
 fn with(sets: &[String]) -> String {

@@ -1,52 +1,52 @@
-//! What a `[[bus]]` says of its medium. A key that is left out has its default.
+//! Parameters of the medium of a `[[bus]]`; every key has a default.
 
 use serde::{Deserialize, Serialize};
 
-/// Where the delays of `[udp]` come from.
+/// Distribution of the delays of `[udp]`.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize, Serialize)]
 #[serde(rename_all = "snake_case")]
 pub enum DelayKind {
-    /// Always `delay_s`.
+    /// Constant `delay_s`.
     Constant,
-    /// From `delay_s` to `delay_s + spread_s`, as likely anywhere.
+    /// Uniform from `delay_s` to `delay_s + spread_s`.
     Uniform,
-    /// `delay_s` and a gamma-distributed time of mean `spread_s` on top.
+    /// `delay_s` plus a gamma-distributed time with mean `spread_s`.
     Gamma,
-    /// From `delays_file`.
+    /// Recorded, from `delays_file`.
     Recorded,
 }
 
-/// `uart`: one in each direction.
+/// `uart`: one UART in each direction.
 #[derive(Debug, Clone, PartialEq, Deserialize, Serialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct UartSection {
     /// Bit rate; a byte takes 10 bits.
     pub bits_per_s: u32,
-    /// Share of bits that arrive wrong, 0 to 1.
+    /// Probability of a bit error, 0 to 1.
     pub bit_error_rate: f64,
-    /// Share of bytes that get lost, 0 to 1.
+    /// Share of lost bytes, 0 to 1.
     pub byte_drop: f64,
-    /// Share of bytes before which comes one that was never sent, 0 to 1.
+    /// Share of bytes preceded by a spurious byte, 0 to 1.
     pub byte_insert: f64,
-    /// Bytes that can wait to be sent; a packet that does not fit is dropped.
+    /// Size of the send queue, bytes; packets that do not fit are dropped.
     pub queue_bytes: usize,
 }
 
-/// `can` or `can_fd`: one for all links.
+/// `can` or `can_fd`: one bus for all links.
 #[derive(Debug, Clone, PartialEq, Deserialize, Serialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct CanSection {
     /// Nominal bit rate.
     pub bits_per_s: u32,
-    /// Bit rate of the data of CAN FD.
+    /// Data bit rate of CAN FD.
     pub data_bits_per_s: u32,
-    /// Share of bits that all nodes see wrong, 0 to 1.
+    /// Probability of a bit error seen by all nodes, 0 to 1.
     pub bit_error_rate: f64,
-    /// Nodes besides those of the links: each sends a packet like the first link's whenever that one does.
+    /// Additional nodes: each sends a packet of equal size with each packet of the first link.
     pub other_nodes: u32,
-    /// How often a node comes back after bus-off.
+    /// Maximum number of recoveries of a node from bus-off.
     pub rejoins: u32,
-    /// Frames that can wait in a node; a packet that does not fit is dropped.
+    /// Size of a node's send queue, frames; packets that do not fit are dropped.
     pub queue_frames: usize,
 }
 
@@ -56,25 +56,25 @@ pub struct CanSection {
 pub struct UdpSection {
     /// Bit rate to a controller further down in the file.
     pub forward_bits_per_s: u32,
-    /// Bit rate to one further up.
+    /// Bit rate to a controller further up in the file.
     pub backward_bits_per_s: u32,
-    /// Bytes of each packet besides its content.
+    /// Header of each packet, bytes.
     pub header_bytes: usize,
-    /// Bytes that can wait to be sent; a packet that does not fit is dropped.
+    /// Size of the send queue, bytes; packets that do not fit are dropped.
     pub queue_bytes: usize,
-    /// The kind of delay.
+    /// Distribution of the delay.
     pub delay: DelayKind,
-    /// The delay, or the minimum of it.
+    /// Delay or minimum delay, `s`.
     pub delay_s: f64,
-    /// `uniform`: maximum less minimum; `gamma`: the mean of what comes on top.
+    /// `uniform`: maximum minus minimum; `gamma`: mean above the minimum; `s`.
     pub spread_s: f64,
-    /// `gamma`: 1 is exponential, a large one is bell-shaped.
+    /// Shape of `gamma`: 1 is exponential, large values are bell-shaped.
     pub gamma_shape: f64,
-    /// `recorded`: delays in s, one a row, in the first column; `lost` is a lost packet.
+    /// `recorded`: CSV file, first column: delay in s, or `lost`.
     pub delays_file: String,
-    /// Probability per packet that a burst of losses begins (Gilbert-Elliott), 0 to 1.
+    /// Probability per packet that a loss burst starts (Gilbert-Elliott), 0 to 1.
     pub burst_start: f64,
-    /// Probability per packet that it ends, 0 to 1.
+    /// Probability per packet that a loss burst ends, 0 to 1.
     pub burst_end: f64,
     /// Share of packets lost in a burst, 0 to 1.
     pub burst_loss: f64,

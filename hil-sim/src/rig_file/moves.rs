@@ -1,43 +1,43 @@
-//! `[experiment]`: what moves.
+//! `[experiment]`: moves of references, loads and hands.
 
 use std::path::PathBuf;
 
 use serde::{Deserialize, Serialize};
 
-/// `on` of a move that pushes the axis, not a signal.
+/// Value of `on` for a load on the axis instead of a signal.
 pub const LOAD: &str = "load";
-/// `on` of a move of where the hand wants to be.
+/// Value of `on` for the intended position of the hand.
 pub const HAND: &str = "hand";
 
 /// `[experiment]`.
 #[derive(Debug, Clone, PartialEq, Deserialize, Serialize)]
 #[serde(deny_unknown_fields)]
 pub struct ExperimentSection {
-    /// Whether the poles, margins and bandwidth of every loop are computed before the run.
+    /// Whether poles, margins and bandwidth of all loops are computed before the run.
     #[serde(default = "yes")]
     pub margins: bool,
-    /// A hand that guides, pushes and lets go, at times that follow from the schemes.
+    /// Hand that guides, presses and releases, at times derived from the schemes.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub press: Option<PressSection>,
-    /// What moves, all of it at once: moves on the same signal add up.
+    /// Simultaneous moves; moves of the same signal add up.
     #[serde(rename = "move", default)]
     pub moves: Vec<MoveSection>,
 }
 
-/// `[experiment.press]`: the hand of a device guides it along a free path, presses what the device at the other end of its
-/// links meets, until the contact has settled, and lets go.
+/// `[experiment.press]`: the hand of a device moves along a free path, presses against the environment of the linked
+/// device until the contact has settled, and releases.
 #[derive(Debug, Clone, PartialEq, Deserialize, Serialize)]
 #[serde(deny_unknown_fields)]
 pub struct PressSection {
     /// The device with the hand.
     pub device: String,
-    /// The free path goes to + this, to - this and back to 0, `m` or `rad`.
+    /// Amplitude of the free path: to +path, to -path and back to 0, `m` or `rad`.
     pub path: f64,
-    /// Constant push per axis, `N` or `N m`; missing entries are 0, and those beyond the axes are not used.
+    /// Constant force per axis, `N` or `N m`; missing entries are 0, surplus entries are ignored.
     pub force: Vec<f64>,
 }
 
-/// `[[experiment.move]]`: on one signal of one axis, in exactly one form. Sizes are in the unit of the signal.
+/// `[[experiment.move]]`: one waveform on one signal of one axis. Sizes are in the unit of the signal.
 #[derive(Debug, Clone, PartialEq, Deserialize, Serialize)]
 #[serde(deny_unknown_fields)]
 pub struct MoveSection {
@@ -48,31 +48,31 @@ pub struct MoveSection {
     pub axis: usize,
     /// A reference that the device [measures](super::DeviceSection::measures), [`LOAD`] or [`HAND`].
     pub on: String,
-    /// Jumps.
+    /// Step.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub step: Option<Step>,
-    /// Goes at an even speed, and stays.
+    /// Ramp.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub ramp: Option<Ramp>,
-    /// Goes with the least jerk, and stays.
+    /// Minimum-jerk motion.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub minimum_jerk: Option<MinimumJerk>,
-    /// Swings.
+    /// Sine.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub sine: Option<Sine>,
-    /// Swings faster and faster.
+    /// Chirp.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub chirp: Option<Chirp>,
-    /// A pseudo-random binary sequence.
+    /// Pseudo-random binary sequence.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub prbs: Option<Prbs>,
-    /// What a file says.
+    /// Samples of a CSV file.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub samples: Option<SamplesFile>,
 }
 
 impl MoveSection {
-    /// A move without a form.
+    /// Creates a move without a waveform.
     pub(crate) fn nothing(device: &str, on: &str) -> Self {
         Self {
             device: device.to_owned(),
@@ -88,19 +88,19 @@ impl MoveSection {
         }
     }
 
-    /// Whether it is on this signal of this device, on any axis.
+    /// Whether it moves this signal of this device, on any axis.
     #[must_use]
     pub fn moves(&self, device: &str, signal: &str) -> bool {
         self.device == device && self.on == signal
     }
 
-    /// Whether its signal has one value from the start on.
+    /// Whether its signal is constant from the start.
     #[must_use]
     pub fn is_constant(&self) -> bool {
         self.step.as_ref().is_some_and(|step| step.at_s <= 0.0)
     }
 
-    /// What is wrong with it by itself.
+    /// Returns its errors, without those that depend on the rest of the file.
     pub(super) fn problems(&self) -> Vec<String> {
         let mut forms = Vec::new();
         let mut numbers = Vec::new();
@@ -137,7 +137,7 @@ impl MoveSection {
             spans.push((*at_s, *until_s));
             if !(*bit_s > 0.0 && (until_s - at_s) / bit_s <= MOST_BITS) {
                 problems
-                    .push(format!("bit_s is {bit_s}: give it a number > 0, for {MOST_BITS} bits at most"));
+                    .push(format!("bit_s is {bit_s} s, must be > 0 s and give at most {MOST_BITS} bits"));
             }
         }
         if let Some(SamplesFile { at_s, .. }) = &self.samples {
@@ -145,55 +145,56 @@ impl MoveSection {
             numbers.push(("at_s", *at_s));
         }
         if forms.len() != 1 {
-            let has = if forms.is_empty() { "no form".to_owned() } else { forms.join(" and ") };
-            problems.push(format!("it has {has}: give it one of {}", FORMS.join(", ")));
+            let has = if forms.is_empty() { "no waveform".to_owned() } else { forms.join(" and ") };
+            problems.push(format!("has {has}: set exactly one of {}", FORMS.join(", ")));
         }
         let not_finite = numbers.into_iter().filter(|(_, number)| !number.is_finite());
         problems
-            .extend(not_finite.map(|(key, number)| format!("{key} is {number}: give it a finite number")));
+            .extend(not_finite.map(|(key, number)| format!("{key} is {number}, must be finite")));
         let backwards = spans.into_iter().filter(|(at_s, until_s)| until_s <= at_s);
         problems.extend(
-            backwards.map(|(at_s, until_s)| format!("until_s is {until_s}: give it one after {at_s}")),
+            backwards.map(|(at_s, until_s)| format!("until_s is {until_s} s, must be after at_s, {at_s} s")),
         );
         problems
     }
 }
 
 const FORMS: [&str; 7] = ["step", "ramp", "minimum_jerk", "sine", "chirp", "prbs", "samples"];
-/// Of a pseudo-random sequence.
+/// Maximum bits of a pseudo-random sequence.
 const MOST_BITS: f64 = 1e6;
 
-/// By `size` from `at_s` on.
+/// Step by `size` at `at_s`.
 #[derive(Debug, Clone, PartialEq, Deserialize, Serialize)]
 #[serde(deny_unknown_fields)]
 pub struct Step {
-    /// When, `s`.
+    /// Time, `s`.
     pub at_s: f64,
-    /// By how much.
+    /// Size.
     pub size: f64,
 }
 
-/// By `size` from `at_s` to `until_s`.
+/// Ramp by `size` from `at_s` to `until_s`.
 #[derive(Debug, Clone, PartialEq, Deserialize, Serialize)]
 #[serde(deny_unknown_fields)]
 pub struct Ramp {
-    /// When it begins, `s`.
+    /// Start time, `s`.
     pub at_s: f64,
-    /// When it is there, `s`.
+    /// End time, `s`.
     pub until_s: f64,
-    /// By how much.
+    /// Size.
     pub size: f64,
 }
 
-/// By `size (10 t³ - 15 t⁴ + 6 t⁵)`, `t` from 0 at `at_s` to 1 at `until_s` (Flash and Hogan 1985).
+/// Minimum-jerk motion by `size (10 t³ - 15 t⁴ + 6 t⁵)`, `t` from 0 at `at_s` to 1 at `until_s` (Flash and Hogan
+/// 1985).
 #[derive(Debug, Clone, PartialEq, Deserialize, Serialize)]
 #[serde(deny_unknown_fields)]
 pub struct MinimumJerk {
-    /// When it begins, `s`.
+    /// Start time, `s`.
     pub at_s: f64,
-    /// When it is there, `s`.
+    /// End time, `s`.
     pub until_s: f64,
-    /// By how much.
+    /// Size.
     pub size: f64,
 }
 
@@ -201,52 +202,53 @@ pub struct MinimumJerk {
 #[derive(Debug, Clone, PartialEq, Deserialize, Serialize)]
 #[serde(deny_unknown_fields)]
 pub struct Sine {
-    /// When it begins, `s`.
+    /// Start time, `s`.
     pub at_s: f64,
-    /// When it ends, `s`.
+    /// End time, `s`.
     #[serde(default = "for_ever")]
     pub until_s: f64,
-    /// Half of how far it swings.
+    /// Amplitude.
     pub amplitude: f64,
-    /// How often a second.
+    /// Frequency, `Hz`.
     pub frequency_hz: f64,
 }
 
-/// A sine whose frequency rises evenly from `from_hz` at `at_s` to `to_hz` at `until_s`.
+/// Sine with a frequency that rises linearly from `from_hz` at `at_s` to `to_hz` at `until_s`.
 #[derive(Debug, Clone, PartialEq, Deserialize, Serialize)]
 #[serde(deny_unknown_fields)]
 pub struct Chirp {
-    /// When it begins, `s`.
+    /// Start time, `s`.
     pub at_s: f64,
-    /// When it ends, `s`.
+    /// End time, `s`.
     pub until_s: f64,
-    /// Half of how far it swings.
+    /// Amplitude.
     pub amplitude: f64,
-    /// Frequency at first.
+    /// Start frequency, `Hz`.
     pub from_hz: f64,
-    /// Frequency at last.
+    /// End frequency, `Hz`.
     pub to_hz: f64,
 }
 
-/// `± amplitude`, a bit of the maximum-length sequence of `x¹⁵ + x¹⁴ + 1` every `bit_s`, from `at_s` to `until_s`.
+/// `± amplitude`, one bit of the maximum-length sequence of `x¹⁵ + x¹⁴ + 1` every `bit_s`, from `at_s` to `until_s`.
 #[derive(Debug, Clone, PartialEq, Deserialize, Serialize)]
 #[serde(deny_unknown_fields)]
 pub struct Prbs {
-    /// When it begins, `s`.
+    /// Start time, `s`.
     pub at_s: f64,
-    /// When it ends, `s`.
+    /// End time, `s`.
     pub until_s: f64,
-    /// Size of both values.
+    /// Amplitude.
     pub amplitude: f64,
     /// Length of a bit, `s`.
     pub bit_s: f64,
 }
 
-/// Lines between the rows of a CSV file: time since `at_s` in s, and value. A first row that is no number is a header.
+/// Linear interpolation between the rows of a CSV file: time since `at_s` in s, and value. A non-numeric first row is
+/// a header.
 #[derive(Debug, Clone, PartialEq, Deserialize, Serialize)]
 #[serde(deny_unknown_fields)]
 pub struct SamplesFile {
-    /// When its time begins, `s`.
+    /// Start time, `s`.
     #[serde(default)]
     pub at_s: f64,
     /// The file.

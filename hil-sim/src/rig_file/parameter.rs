@@ -1,4 +1,4 @@
-//! `[[parameter]]`: a short name for keys that are set together, with the values that make sense.
+//! `[[parameter]]`: a short name for keys that are set together, with its valid values.
 
 use std::collections::BTreeMap;
 
@@ -7,66 +7,67 @@ use toml::{Table, Value};
 
 use super::set;
 
-/// `[[parameter]]`: `--set`, sweeps and `--vary` take its name, and set all of its keys. Its default is what stands there.
+/// `[[parameter]]`: a name for `--set`, `--vary` and sweeps, which sets all its keys. Its default is the value of its
+/// keys.
 #[derive(Debug, Clone, PartialEq, Deserialize, Serialize)]
 #[serde(deny_unknown_fields)]
 pub struct ParameterSection {
-    /// What it is called, with the unit at its end: `link.delay_ticks`.
+    /// Name with its unit as suffix: `link.delay_ticks`.
     pub name: String,
-    /// The keys that it sets, as `--set` takes them.
+    /// Its keys, as for `--set`.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub keys: Vec<String>,
-    /// What it is, in one line.
+    /// Meaning, in one line.
     #[serde(default, skip_serializing_if = "String::is_empty")]
     pub meaning: String,
-    /// Its minimum; left out, that of its keys.
+    /// Minimum; default: limit of its keys.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub min: Option<f64>,
-    /// All of its values are above this one; left out, no such limit.
+    /// Exclusive minimum; default: none.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub above: Option<f64>,
-    /// Its maximum; left out, that of its keys.
+    /// Maximum; default: limit of its keys.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub max: Option<f64>,
-    /// The texts that it takes; left out, any.
+    /// Valid texts; default: any.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub choices: Vec<String>,
-    /// The texts that it takes, in place of `keys` and `choices`, and the keys that each of them sets.
+    /// Valid texts and the keys that each sets, instead of `keys` and `choices`.
     #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
     pub values: BTreeMap<String, BTreeMap<String, Value>>,
-    /// Keys that get these values when it is set and they are left out.
+    /// Values of further keys, applied only to missing keys.
     #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
     pub also: BTreeMap<String, Value>,
-    /// The parameter whose `also` it has, too.
+    /// Parameter whose `also` applies as well.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub with: Option<String>,
-    /// Whether it is a path, which in a file of settings begins in the file's folder.
+    /// Whether it is a path, relative to the folder of a settings file.
     #[serde(default, skip_serializing_if = "is_false")]
     pub is_path: bool,
 }
 
-/// A value is left out of a file.
+/// Skips a default value in a file.
 #[expect(clippy::trivially_copy_pass_by_ref, reason = "as serde has it")]
 fn is_false(value: &bool) -> bool {
     !*value
 }
 
 impl ParameterSection {
-    /// Whether it sets a key, to any value.
+    /// Whether it sets a key, for any value.
     #[must_use]
     pub fn sets(&self, key: &str) -> bool {
         let chosen = self.values.values().flat_map(BTreeMap::keys);
         self.keys.iter().chain(chosen).any(|own| own == key)
     }
 
-    /// The keys that a value sets, with their values.
+    /// Returns the keys that a value sets, with their values.
     ///
     /// # Errors
-    /// What to give it instead of a value that it does not take.
+    /// The value is invalid; the message lists the valid values.
     pub(super) fn settings(&self, value: &str) -> Result<Vec<(String, String)>, String> {
         let value = value.trim();
         if let Some(allowed) = self.allowed().filter(|_| !self.takes(value)) {
-            return Err(format!("`{}` cannot be {value}; give it {allowed}", self.name));
+            return Err(format!("`{}` is {value}, must be {allowed}", self.name));
         }
         let own = self.keys.iter().map(|key| (key.clone(), value.to_owned()));
         let chosen = self.values.get(unquoted(value)).into_iter().flatten();
@@ -82,7 +83,7 @@ impl ParameterSection {
         let largest = f64::from(f32::MAX);
         let range = self.min.unwrap_or(-largest)..=self.max.unwrap_or(largest);
         let is_in = |number: f64| {
-            // A smaller number is 0 to a controller.
+            // Smaller numbers are 0 in `f32`.
             let is_above = self.above.is_none_or(|above| number - above >= f64::from(f32::MIN_POSITIVE));
             is_above && range.contains(&number)
         };
@@ -96,7 +97,7 @@ impl ParameterSection {
         !self.choices.is_empty() || !self.values.is_empty()
     }
 
-    /// The values that it takes, in words; none where any will do.
+    /// Describes the valid values; `None` if any value is valid.
     fn allowed(&self) -> Option<String> {
         if self.is_choice() {
             let names = self.choices.iter().chain(self.values.keys()).cloned();
@@ -113,7 +114,7 @@ impl ParameterSection {
         })
     }
 
-    /// A value to try its keys with.
+    /// Valid value for checking its keys.
     fn example(&self) -> String {
         let least = self.min.map(|min| min.max(0.0));
         let number = least.or(self.above.map(|above| above + 1.0)).or(self.max);
@@ -127,25 +128,25 @@ fn unquoted(value: &str) -> &str {
     value.trim_matches(['"', '\''])
 }
 
-/// What is wrong with the parameters of a file, a line each.
+/// Returns the errors of a file's parameters, one line each.
 pub(super) fn problems(parameters: &[ParameterSection], text: &str) -> Vec<String> {
-    // It was read once already.
+    // The text was parsed before.
     let table: Table = toml::from_str(text).unwrap_or_default();
     let mut problems = Vec::new();
     for (place, parameter) in parameters.iter().enumerate() {
         let ParameterSection { name, keys, also, values, with, .. } = parameter;
         let mut wrong = |what: String| problems.push(format!("parameter '{name}': {what}"));
         if parameters.iter().take(place).any(|other| other.name == *name) {
-            wrong("duplicate name: give each parameter its own".to_owned());
+            wrong("duplicate name: give each parameter a unique name".to_owned());
         }
         if name.is_empty() || name.contains(['=', '+', ' ']) {
-            wrong("give it a name without =, + and spaces".to_owned());
+            wrong("invalid name: remove =, + and spaces".to_owned());
         }
         if set::value_at(&table, name).is_some() {
-            wrong("there is a key of this name: give it another one".to_owned());
+            wrong("a key of this name exists: choose another name".to_owned());
         }
         if keys.is_empty() && also.is_empty() && values.is_empty() {
-            wrong("it sets nothing: give it `keys`".to_owned());
+            wrong("sets no keys: add `keys`".to_owned());
         }
         if with.as_ref().is_some_and(|with| !parameters.iter().any(|other| other.name == *with)) {
             wrong("unknown parameter in `with`".to_owned());

@@ -1,22 +1,22 @@
-//! The axes of a device that one controller has.
+//! The axes of a device that belong to one controller.
 
 use std::collections::BTreeSet;
 
 use super::{AxisSection, ControllerSection, DeviceSection, RigFile};
 
-/// A controller, and what it controls.
+/// A controller with its axes.
 #[derive(Debug, Clone)]
 pub struct Part<'f> {
-    /// The controller.
+    /// Controller.
     pub controller: &'f ControllerSection,
-    /// What it controls.
+    /// Device.
     pub device: &'f DeviceSection,
-    /// Which of the device's axes.
+    /// Axes of the device.
     pub axes: Vec<usize>,
 }
 
 impl<'f> Part<'f> {
-    /// Of every controller of a file, those of the first device first: as they are stepped.
+    /// Returns the parts of all controllers in stepping order: those of the first device first.
     #[must_use]
     pub fn of_all(file: &'f RigFile) -> Vec<Self> {
         let of_device = |device: &'f DeviceSection| {
@@ -26,26 +26,26 @@ impl<'f> Part<'f> {
         file.devices.iter().flat_map(of_device).collect()
     }
 
-    /// The controller's name.
+    /// Returns the controller's name.
     #[must_use]
     pub fn name(&self) -> &'f str {
         self.controller.name()
     }
 
-    /// Number of the link that it sends over first.
+    /// Returns the number of the first link on which it sends.
     #[must_use]
     pub fn link_out(&self, file: &RigFile) -> usize {
         file.links.iter().find(|link| link.from == self.name()).map_or(0, |link| link.from_link.into())
     }
 
-    /// Its axes in the file, by their place in the device.
+    /// Returns its axes with their index in the device.
     pub fn sections(&self) -> impl Iterator<Item = (usize, &'f AxisSection)> {
         self.axes.iter().filter_map(|axis| Some((*axis, self.device.axes.get(*axis)?)))
     }
 }
 
 impl RigFile {
-    /// The controllers of the hand and of what it presses with, of an experiment that presses.
+    /// Returns the controllers of the hand's device and of the pressing device.
     #[must_use]
     pub fn pressed(&self) -> Option<[Part<'_>; 2]> {
         let press = self.experiment.press.as_ref()?;
@@ -57,7 +57,7 @@ impl RigFile {
     }
 }
 
-/// All controllers that links lead to from one, either way and over others; with itself.
+/// Returns all controllers connected to a controller by links, directly or indirectly, including itself.
 pub(crate) fn linked_with<'f>(file: &'f RigFile, controller: &'f str) -> BTreeSet<&'f str> {
     let mut linked = BTreeSet::from([controller]);
     loop {

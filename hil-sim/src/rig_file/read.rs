@@ -1,7 +1,8 @@
-//! A text as a rig, or everything that is wrong with its keys.
+//! Reads a rig, or reports all errors of its keys.
 //!
-//! Reading ends at the first mistake. So that is taken out, or something that can be read put in its place, and the rest
-//! is read again. All of it is done twice, with other stand-ins: what does not go together both times is not their fault.
+//! The deserializer stops at the first error. The error is therefore removed or replaced by a placeholder, and the
+//! rest is read again. Two different sets of placeholders are used: a conflict that occurs with both is not caused by
+//! a placeholder.
 
 use std::ops::Range;
 use std::path::PathBuf;
@@ -13,18 +14,18 @@ use toml::de::{DeArray, DeTable, DeValue, Deserializer, Error};
 use super::{RigFile, RigFileError};
 use crate::schemes::suggestion;
 
-/// What can stand where something else is wrong.
+/// Placeholders for an invalid value, so that reading continues.
 const STAND_INS: [[&str; 2]; 5] = [["0", "1"], ["true", "false"], ["'x'", "'y'"], ["[]", "[]"], ["{}", "{}"]];
-/// Where a stand-in says that it was written.
+/// Span of a placeholder.
 const NOWHERE: Range<usize> = usize::MAX..usize::MAX;
-/// More mistakes than anybody reads.
+/// Maximum number of reported errors.
 const MOST: usize = 100;
-/// How a mistake begins that is not where a key is, but where there is none.
+/// Start of the deserializer's message for a missing key.
 const MISSING: &str = "missing field `";
 
 type Document<'t> = Spanned<DeTable<'t>>;
 
-/// The rig, or all that is wrong in `text`, a sentence each.
+/// Reads a rig from `text`, or reports all its errors, one sentence each.
 pub(super) fn read(text: &str, name: &str) -> Result<RigFile, RigFileError> {
     let document = DeTable::parse(text).map_err(|error| RigFileError::NotOne {
         name: name.to_owned(),
@@ -38,7 +39,7 @@ pub(super) fn read(text: &str, name: &str) -> Result<RigFile, RigFileError> {
             found.push((0, error.message().to_owned()));
             break;
         };
-        // What is wrong around a stand-in may be the stand-in's fault.
+        // An error around a placeholder may be caused by it.
         if !mended.iter().any(|mended: &Vec<String>| mended.starts_with(&place.way)) {
             let start = error.span().map_or(0, |span| span.start);
             let words = in_words(&place.way.join("."), error.message());
@@ -68,43 +69,43 @@ fn rig(document: &Document<'_>) -> Result<RigFile, Error> {
     RigFile::deserialize(Deserializer::from(document.clone()))
 }
 
-/// Whether a key is not there that must be.
+/// Whether a required key is missing.
 pub(super) fn is_missing(error: &Error) -> bool {
     error.message().starts_with(MISSING)
 }
 
-/// What is wrong with the key at the end of `way`, from what the deserializer says.
+/// Rephrases the deserializer's message for the key at the end of `way`.
 pub(super) fn in_words(way: &str, message: &str) -> String {
     let mut quoted = message.split('`').skip(1).step_by(2).map(str::to_owned);
     if message.starts_with("unknown field") {
         let key = quoted.next().unwrap_or_default();
         let near = suggestion(&key, &quoted.collect::<Vec<_>>());
         return match way.ends_with(&key) {
-            true => format!("there is no key `{way}`; {near}"),
-            false => format!("`{way}` has no key `{key}`; {near}"),
+            true => format!("unknown key `{way}`; {near}"),
+            false => format!("unknown key `{key}` in `{way}`; {near}"),
         };
     }
     if message.starts_with(MISSING) {
         let key = quoted.next().unwrap_or_default();
         return match way.ends_with(&key) {
             true => format!("`{way}` is missing"),
-            false => format!("`{way}` cannot be without `{key}`"),
+            false => format!("missing key `{key}` in `{way}`"),
         };
     }
     let found = ["invalid type: ", "invalid value: ", "unknown variant "].iter();
     let found = found.filter_map(|what| message.strip_prefix(what)).next();
     match found.and_then(|found| found.split_once(", expected ")) {
-        Some((found, expected)) => format!("`{way}` is {found}; give it {}", kind_in_words(expected)),
+        Some((found, expected)) => format!("`{way}` is {found}, must be {}", kind_in_words(expected)),
         None => format!("`{way}`: {message}"),
     }
 }
 
-/// What the deserializer expects, for somebody who writes TOML.
+/// Names the type that the deserializer expects in TOML's terms.
 fn kind_in_words(expected: &str) -> &str {
     match expected {
         "f64" | "f32" => "a number",
-        "u8" | "u16" | "u32" | "u64" | "usize" => "a whole number from 0",
-        "i8" | "i16" | "i32" | "i64" => "a whole number",
+        "u8" | "u16" | "u32" | "u64" | "usize" => "an integer >= 0",
+        "i8" | "i16" | "i32" | "i64" => "an integer",
         "a sequence" => "a list",
         "a boolean" => "true or false",
         other if other.starts_with("struct") => "a table of keys",
@@ -121,15 +122,15 @@ fn line_and_column(text: &str, place: usize) -> String {
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum Kind {
-    /// A key that does not exist.
+    /// An unknown key.
     Key,
-    /// A value that its key does not take.
+    /// An invalid value.
     Value,
-    /// A key that must be there.
+    /// A missing key.
     Missing,
 }
 
-/// Where a mistake is: the keys from the top, entries of lists by number.
+/// Location of an error: keys from the top, list entries by index.
 #[derive(Debug)]
 struct Place {
     kind: Kind,
@@ -150,7 +151,7 @@ impl Place {
         (!way.is_empty()).then_some(Self { kind, way })
     }
 
-    /// Puts something in its place that can be read, if anything can: where there is a choice, what `message` quotes.
+    /// Replaces the value by a placeholder, if possible; for a choice, by the first text quoted in `message`.
     fn stand_in(&self, documents: &mut [Document<'_>; 2], message: &str) -> bool {
         let choice = |quoted: &str| [quoted, quoted].map(|choice| DeValue::String(choice.to_owned().into()));
         let stand_in = |text: &'static str| DeValue::parse(text).map(Spanned::into_inner).ok();
@@ -180,7 +181,7 @@ impl Place {
         Some(())
     }
 
-    /// Takes it out, if it is there and no entry of a list.
+    /// Removes the key, if present and not an entry of a list.
     fn take_out(&self, documents: &mut [Document<'_>; 2]) -> bool {
         documents.iter_mut().all(|document| {
             let Some((last, parents)) = self.way.split_last() else { return false };
@@ -192,7 +193,7 @@ impl Place {
     }
 }
 
-/// What has entries.
+/// Tables and lists.
 enum Inner<'d, 't> {
     Table(&'d mut DeTable<'t>),
     Array(&'d mut DeArray<'t>),
@@ -214,7 +215,7 @@ fn inner<'d, 't>(table: &'d mut DeTable<'t>, way: &[String]) -> Option<Inner<'d,
     Some(here)
 }
 
-/// Adds to `way` what leads to the key or value that was written at `span`.
+/// Appends the path to the key or value at `span`.
 fn find(table: &DeTable<'_>, span: &Range<usize>, way: &mut Vec<String>) -> Option<Kind> {
     for (key, value) in table {
         way.push(key.get_ref().to_string());
@@ -230,7 +231,7 @@ fn find(table: &DeTable<'_>, span: &Range<usize>, way: &mut Vec<String>) -> Opti
 }
 
 fn find_in(value: &Spanned<DeValue<'_>>, span: &Range<usize>, way: &mut Vec<String>) -> Option<Kind> {
-    // A list of tables is written where its first entry is.
+    // The span of a list of tables is that of its first entry.
     let is_here = value.span() == *span;
     let inside = match value.get_ref() {
         DeValue::Table(table) => find(table, span, way),

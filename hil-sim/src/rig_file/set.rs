@@ -1,30 +1,30 @@
-//! `--set` on a rig file: one value by its way from the top, or by the name of a parameter.
+//! `--set`: sets a key by its path, or a parameter by its name.
 
 use toml::{Table, Value};
 
 use super::error::SET;
 use super::{ParameterSection, RigFile, RigFileError, read};
 
-/// Below it, of 2, two names are alike by chance.
+/// Minimum similarity of two names, maximum 2.
 const MIN_LIKENESS: f64 = 1.2;
 
-/// One setting, and where it was written.
+/// A setting and its origin.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) struct Setting {
     /// `--set` and its argument, or file, line and column.
     pub(super) at: String,
     pub(super) key: String,
-    /// As TOML, or a bare word that is a text.
+    /// TOML value, or an unquoted text.
     pub(super) value: String,
 }
 
 impl Setting {
-    /// Those of an argument of `--set`: one, or those of a table.
+    /// Settings of a `--set` argument: one, or one per key of a table.
     pub(super) fn of_argument(argument: &str) -> Result<Vec<Self>, RigFileError> {
         let at = format!("{SET}{argument}");
         let refuse = |at| RigFileError::Set {
             at,
-            reason: "write it as key=value, for instance --set seed=2".to_owned(),
+            reason: "write key=value, for example --set seed=2".to_owned(),
         };
         let Some((key, value)) = argument.split_once('=') else { return Err(refuse(at)) };
         let (key, value) = (key.trim(), value.trim());
@@ -36,7 +36,7 @@ impl Setting {
         Ok(Self { at, key: key.join("."), value: value.to_owned() }.flattened())
     }
 
-    /// Those of the entries of a table, if its value is one with entries.
+    /// Settings of the entries of a table.
     fn flattened(self) -> Vec<Self> {
         match self.value.parse::<Value>() {
             Ok(Value::Table(entries)) if !entries.is_empty() => {
@@ -51,7 +51,7 @@ impl Setting {
     }
 }
 
-/// The rig of `text`, `file`, with each of `settings` over it, or all that is wrong with them.
+/// Applies each of `settings` to the rig of `text`, `file`; or reports all their errors.
 pub(super) fn apply_all(
     text: &str,
     mut file: RigFile,
@@ -60,7 +60,7 @@ pub(super) fn apply_all(
     if settings.is_empty() {
         return Ok(file);
     }
-    // It was read once already.
+    // The text was parsed before.
     let mut table: Table = toml::from_str(text).unwrap_or_default();
     let parameters = file.parameters.clone();
     let all = settings.iter().try_fold(table.clone(), |with, setting| {
@@ -69,7 +69,7 @@ pub(super) fn apply_all(
     if let Ok(Ok(found)) = all.map(Table::try_into) {
         return Ok(found);
     }
-    // One after the other: what is wrong with each.
+    // Applied one by one to find the error of each.
     let (mut errors, mut unfinished) = (Vec::new(), None);
     for Setting { at, key, value } in settings {
         let refused = |reason: String| RigFileError::Set { at: at.clone(), reason };
@@ -80,7 +80,7 @@ pub(super) fn apply_all(
         let with = with_setting(&table, &parameters, key, value);
         match with.map(|with| (with.clone().try_into(), with)) {
             Ok((Ok(found), with)) => (table, file, unfinished) = (with, found, None),
-            // What goes with it can come with the next one.
+            // The next setting can supply the missing key.
             Ok((Err(error), with)) if read::is_missing(&error) => {
                 let reason = wrong(&error);
                 (table, unfinished) = (with, Some(refused(reason)));
@@ -97,7 +97,7 @@ pub(super) fn apply_all(
     }
 }
 
-/// A table with a key, or the keys of a parameter, set.
+/// Sets a key, or the keys of a parameter, in a copy of the table.
 fn with_setting(
     table: &Table,
     parameters: &[ParameterSection],
@@ -115,7 +115,7 @@ fn with_setting(
     Ok(with)
 }
 
-/// A table with the keys of `also` that it leaves out.
+/// Adds the missing keys of `also` to a copy of the table.
 pub(super) fn with_also(
     table: &Table,
     parameters: &[ParameterSection],
@@ -125,14 +125,14 @@ pub(super) fn with_also(
     let other = parameters.iter().find(|other| parameter.with.as_ref() == Some(&other.name));
     for (key, value) in parameter.also.iter().chain(other.into_iter().flat_map(|other| &other.also)) {
         if value_at(&with, key).is_none() {
-            // A key that does not exist is found out when the file is read.
+            // Unknown keys are reported when the file is read.
             let _ = apply(&mut with, key, &value.to_string());
         }
     }
     with
 }
 
-/// What to say of a key that was refused, if it is nearly the name of a parameter, or its last part is.
+/// Message for a refused key that resembles the name of a parameter or its last part.
 fn mistyped_parameter(parameters: &[ParameterSection], key: &str) -> Option<String> {
     let known: Vec<&str> = parameters.iter().map(|parameter| parameter.name.as_str()).collect();
     if known.contains(&key) {
@@ -141,16 +141,16 @@ fn mistyped_parameter(parameters: &[ParameterSection], key: &str) -> Option<Stri
     let below: Vec<&str> =
         known.iter().filter_map(|name| name.strip_prefix(key)?.strip_prefix('.')).collect();
     if !below.is_empty() {
-        return Some(format!("`{key}` is no value: it is a section with the keys {}", below.join(", ")));
+        return Some(format!("`{key}` is a section, not a value; set one of its keys: {}", below.join(", ")));
     }
     let last = |name: &str| name.rsplit('.').next().unwrap_or_default().to_owned();
     let like = |a: &str, b: &str| strsim::jaro_winkler(a, b) + strsim::normalized_damerau_levenshtein(a, b);
     let likeness = |name: &&&str| like(key, name).max(0.9 * like(&last(key), &last(name)));
     let best = known.iter().max_by(|a, b| likeness(a).total_cmp(&likeness(b)))?;
-    (likeness(&best) >= MIN_LIKENESS).then(|| format!("there is no key `{key}`; did you mean `{best}`?"))
+    (likeness(&best) >= MIN_LIKENESS).then(|| format!("unknown key `{key}`; did you mean `{best}`?"))
 }
 
-/// The value of a key.
+/// Returns the value of a key.
 pub(super) fn value_at<'t>(table: &'t Table, key: &str) -> Option<&'t Value> {
     let (first, rest) = key.split_once('.').map_or((key, None), |(first, rest)| (first, Some(rest)));
     let mut here = table.get(first.trim())?;
@@ -167,7 +167,7 @@ pub(super) fn value_at<'t>(table: &'t Table, key: &str) -> Option<&'t Value> {
     Some(here)
 }
 
-/// Whether a key that the file leaves out takes a value, or why not.
+/// Checks whether a key that the file omits accepts a value.
 pub(super) fn can_be_set(table: &Table, key: &str, value: &str) -> Result<(), String> {
     let mut with = table.clone();
     apply(&mut with, key, value)?;
@@ -180,8 +180,8 @@ pub(super) fn can_be_set(table: &Table, key: &str, value: &str) -> Result<(), St
     }
 }
 
-/// Puts a value (`device.joint.axis.0.plant.load.inertia`, `0.02`) over a file. In a list, an entry goes by its number
-/// from 0, or by its `name` or `device`.
+/// Sets a value (`device.joint.axis.0.plant.load.inertia`, `0.02`). An entry of a list is selected by its index from 0, or by its
+/// `name` or `device`.
 fn apply(table: &mut Table, key: &str, text: &str) -> Result<(), String> {
     let parts: Vec<&str> = key.split('.').map(str::trim).collect();
     let Some((last, parents)) = parts.split_last() else { return Ok(()) };
@@ -198,10 +198,10 @@ fn apply(table: &mut Table, key: &str, text: &str) -> Result<(), String> {
                 let found =
                     place.and_then(|place: usize| entries.get_mut(place)).and_then(Value::as_table_mut);
                 found.ok_or_else(|| {
-                    format!("`{part}` is a list: say which one, by number or name: {}", names.join(", "))
+                    format!("`{part}` is a list: select an entry by index or name: {}", names.join(", "))
                 })?
             }
-            _ => return Err(format!("`{part}` is a value, and has no keys")),
+            _ => return Err(format!("`{part}` is a value, not a section")),
         };
     }
     let text = text.trim();
@@ -210,27 +210,27 @@ fn apply(table: &mut Table, key: &str, text: &str) -> Result<(), String> {
     Ok(())
 }
 
-/// What to write instead of a way whose keys are somewhere else in the file, or of a list that has no entries.
+/// Suggests the path of the same keys elsewhere in the file, or reports a list without entries.
 fn elsewhere(table: &Table, way: &str, message: &str) -> Option<String> {
     let (first, _) = way.split_once('.')?;
     if !table.contains_key(first) && message.starts_with("invalid type: map, expected a sequence") {
-        return Some(format!("there is no [[{first}]] in the file: add one to it, and set its keys then"));
+        return Some(format!("the file has no [[{first}]]: add the section to the file before setting its keys"));
     }
     if !message.starts_with("unknown field") {
         return None;
     }
     let mut ways = Vec::new();
     ways_of(&Value::Table(table.clone()), "", &mut ways);
-    // The last keys are the same, and so is where both begin.
+    // Both paths start and end with the same keys.
     let same = |a: &str, b: &str| a.split('.').zip(b.split('.')).take_while(|(a, b)| a == b).count();
     let reversed = |way: &str| way.rsplit('.').collect::<Vec<_>>().join(".");
     let likeness = |other: &String| same(&reversed(way), &reversed(other)) + same(way, other);
     let is_like = |other: &&String| same(&reversed(way), &reversed(other)) > 0 && same(way, other) > 0;
     let near = ways.iter().filter(is_like).max_by_key(|other| likeness(other))?;
-    Some(format!("there is no key `{way}`; did you mean `{near}`?"))
+    Some(format!("unknown key `{way}`; did you mean `{near}`?"))
 }
 
-/// The ways to all values of a table.
+/// Collects the paths of all values of a table.
 fn ways_of(value: &Value, way: &str, ways: &mut Vec<String>) {
     let below = |key: &str| if way.is_empty() { key.to_owned() } else { format!("{way}.{key}") };
     match value {
@@ -242,7 +242,7 @@ fn ways_of(value: &Value, way: &str, ways: &mut Vec<String>) {
     }
 }
 
-/// What the entries of a list are called.
+/// Names of the entries of a list.
 fn names(entries: &[Value]) -> Vec<String> {
     let name = |(place, entry): (usize, &Value)| {
         let named = ["name", "device", "from"].iter().find_map(|key| entry.get(key)?.as_str());

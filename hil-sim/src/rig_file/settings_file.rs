@@ -1,4 +1,4 @@
-//! A file of settings over a shipped rig: what `--set` takes, section by section.
+//! Files that override settings of a shipped rig, as `--set` does, section by section.
 
 use std::path::Path;
 
@@ -12,7 +12,7 @@ use crate::schemes::{BUILT_IN_PREFIX, suggestion};
 /// The key that names the rig.
 const RIG: &str = "rig";
 
-/// The text of the rig and the settings over it; none for a text that has devices of its own.
+/// Reads the shipped rig's text and the settings that override it; `None` if the text has devices.
 pub(super) fn read(
     text: &str,
     name: &str,
@@ -20,7 +20,7 @@ pub(super) fn read(
 ) -> Result<Option<(&'static str, Vec<Setting>)>, RigFileError> {
     let not_one = |message: String| RigFileError::NotOne { name: name.to_owned(), message };
     let table: toml::Table = toml::from_str(text).map_err(|error: toml::de::Error| {
-        not_one(format!("not a TOML file: {}{}", error.to_string().trim_end(), scheme_hint(name)))
+        not_one(format!("not a valid TOML file: {}{}", error.to_string().trim_end(), scheme_hint(name)))
     })?;
     if table.contains_key("device") {
         return Ok(None);
@@ -52,7 +52,7 @@ pub(super) fn read(
     Ok(Some((shipped, settings.filter_map(setting).collect())))
 }
 
-/// Every value that is no table with entries, by where its key starts.
+/// Collects every value except non-empty tables, with the start of its key.
 fn leaves(table: &DeTable<'_>, above: &str, found: &mut Vec<(usize, String)>) {
     for (key, value) in table {
         let path = match above {
@@ -76,7 +76,7 @@ fn at(text: &str, name: &str, byte: usize) -> String {
 fn scheme_hint(name: &str) -> String {
     match Path::new(name).extension() {
         Some(extension) if extension == "scheme" => format!(
-            "\nIf it is a scheme: `dimsart check {name}` checks it, `dimsart run --set master.scheme={name}` runs it"
+            "\nTo check a scheme: `dimsart check {name}`; to run it: `dimsart run --set master.scheme={name}`"
         ),
         _ => String::new(),
     }

@@ -1,4 +1,4 @@
-//! What is wrong with a row of a scheme, in words.
+//! Error messages for rows of a scheme.
 
 use std::fmt;
 
@@ -12,7 +12,7 @@ use dimsart_core::{
 use super::{MAX_WORD_CHARS, nearest, suggestion};
 use crate::foreign_text::shortened;
 
-/// A row's error in words, with the names of the controller that the row was for.
+/// Error message of a row, with the names of the controller that the row addresses.
 pub struct Explained<'a, V: ?Sized> {
     /// The error, with its place.
     pub error: SchemeError<'a>,
@@ -21,15 +21,15 @@ pub struct Explained<'a, V: ?Sized> {
 }
 
 impl<V: Vocabulary + ?Sized> Explained<'_, V> {
-    /// `'X' is not a number`, or that it is missing.
+    /// Writes `'X' is not a number`, or that the number is missing.
     fn missing_or(&self, f: &mut fmt::Formatter<'_>, what: impl fmt::Display) -> fmt::Result {
         match self.error.place.word {
-            "" => write!(f, "the row ends where {what} should be"),
+            "" => write!(f, "expected {what} at the end of the row"),
             word => write!(f, "'{}' is not {what}", shortened(word, MAX_WORD_CHARS)),
         }
     }
 
-    /// `'X' is not a module; did you mean 'Y'?`, or the whole list when nothing is near.
+    /// Writes `'X' is not a module; did you mean 'Y'?`, or the whole list if no name is similar.
     fn unknown<'k>(
         &self,
         f: &mut fmt::Formatter<'_>,
@@ -56,10 +56,10 @@ impl<V: Vocabulary + ?Sized> Explained<'_, V> {
                 self.missing_or(f, format_args!("a number from {min} to {max}{unit}"))
             }
             Accepted::Count { min, max } => {
-                self.missing_or(f, format_args!("a whole number from {min} to {max}{unit}"))
+                self.missing_or(f, format_args!("an integer from {min} to {max}{unit}"))
             }
             Accepted::Integer { min, max } => {
-                self.missing_or(f, format_args!("a whole number from {min} to {max}{unit}"))
+                self.missing_or(f, format_args!("an integer from {min} to {max}{unit}"))
             }
             Accepted::Choice(names) => {
                 self.unknown(f, format_args!("a value of {name}"), names.iter().copied())
@@ -68,7 +68,7 @@ impl<V: Vocabulary + ?Sized> Explained<'_, V> {
         }
     }
 
-    /// Indices that the parameter does not have.
+    /// Explains invalid indices of a parameter.
     fn entry(&self, f: &mut fmt::Formatter<'_>, parameter: &ParameterText<'_>) -> fmt::Result {
         let ParameterText { name, entries, .. } = parameter;
         let word = shortened(self.error.place.word, MAX_WORD_CHARS);
@@ -76,16 +76,16 @@ impl<V: Vocabulary + ?Sized> Explained<'_, V> {
         if entries.are_matrix() {
             write!(
                 f,
-                "'{word}' is no element of {name}, which has {rows} rows and {columns} columns: write {name}[0][0], \
-                 counted from 0"
+                "'{word}' is not an element of {name} ({rows} rows, {columns} columns): write {name}[0][0], \
+                counted from 0"
             )
         } else if entries.are_of_axes() {
             write!(
                 f,
-                "'{word}' is no value of {name}, which has one per axis: write {name}[0], counted from 0"
+                "'{word}' is not an entry of {name}, which has one value per axis: write {name}[0], counted from 0"
             )
         } else {
-            write!(f, "'{word}' names an axis and is the same for all of them: leave the [axis] out")
+            write!(f, "'{word}' has one value for all axes: remove the [axis]")
         }
     }
 
@@ -102,7 +102,7 @@ impl<V: Vocabulary + ?Sized> fmt::Display for Explained<'_, V> {
         let word = &*shortened(place.word, MAX_WORD_CHARS);
         match problem {
             Problem::Module | Problem::ModuleValue if let Some(kind) = self.missing_kind() => {
-                write!(f, "the image has no {kind}: build it with that module kind (docs/firmware.md)")
+                write!(f, "the image does not include {kind}: build it with this module kind (docs/firmware.md)")
             }
             Problem::Destination => self.unknown(f, "a side", ["master", "slave", "m&s", "all"]),
             Problem::Module => self.unknown(f, "a module", [ENGINE].into_iter().chain(known.kind_names())),
@@ -115,12 +115,12 @@ impl<V: Vocabulary + ?Sized> fmt::Display for Explained<'_, V> {
                 if there.is_empty() {
                     return write!(
                         f,
-                        "{name} was left out with its group when the image was built (docs/firmware.md)"
+                        "the image does not include {name}: build it with the group of this module (docs/firmware.md)"
                     );
                 }
                 self.unknown(f, format!("a parameter or port of {name}"), there.iter().map(String::as_str))?;
                 match nearest(word, &there) {
-                    Some(_) => write!(f, " there is {}", there.join(", ")),
+                    Some(_) => write!(f, " available: {}", there.join(", ")),
                     None => Ok(()),
                 }
             }
@@ -133,7 +133,7 @@ impl<V: Vocabulary + ?Sized> fmt::Display for Explained<'_, V> {
                 Some(parameter) => self.value(f, &parameter),
                 None => self.missing_or(f, "a value of this parameter"),
             },
-            Problem::Surplus => write!(f, "'{word}' is one word too many on this row"),
+            Problem::Surplus => write!(f, "unexpected word '{word}' at the end of the row"),
             Problem::Refused(error @ CommandError::Parameter(ParameterError::NoSuchEntry)) => {
                 Explanation::of_refusal(known, error).fmt(f)
             }

@@ -1,4 +1,4 @@
-//! A scheme's rows given to a controller, with the scenario's settings over them.
+//! Applies a scheme's rows to a controller, overridden by the scenario's settings.
 
 use dimsart_core::scheme::{self, ENGINE, Problem, Row, SchemeError};
 use dimsart_core::{CommandError, Dimsart, Engine, Finding, ModuleRef, Value, Vocabulary};
@@ -7,14 +7,14 @@ use super::explain::Explained;
 use super::{SIDES, SchemeText, Setting, frequencies};
 use crate::law::{self, Law, WithLaw};
 
-/// What a scheme came to on a controller.
+/// Result of loading a scheme into a controller.
 #[derive(Debug, Clone, Default, PartialEq, Eq)]
 pub struct Loaded {
-    /// Rows that were not understood or refused, as messages with file, row and column.
+    /// Invalid and refused rows, as messages with file, row and column.
     pub errors: Vec<String>,
     /// Faults of the scheme as a whole.
     pub faults: Vec<String>,
-    /// One-tick delays that are declared and therefore allowed.
+    /// Declared, and therefore allowed, one-tick delays.
     pub delays: Vec<String>,
 }
 
@@ -25,23 +25,22 @@ impl Loaded {
         self.errors.is_empty() && self.faults.is_empty()
     }
 
-    /// Everything that is wrong, a line each: rows first, then what is wrong with the whole.
+    /// Returns all problems, one line each: rows first, then faults of the whole scheme.
     pub fn problems(&self) -> impl Iterator<Item = String> {
-        let hint = if self.errors.is_empty() { "" } else { " (perhaps because of a row above)" };
+        let hint = if self.errors.is_empty() { "" } else { " (possibly caused by an error above)" };
         self.errors.iter().cloned().chain(self.faults.iter().map(move |fault| format!("{fault}{hint}")))
     }
 }
 
-/// Gives a scheme's rows for `side` to a controller and checks what came of it.
+/// Applies a scheme's rows for `side` to a controller and checks the result.
 ///
-/// Every row counts. A setting goes over the rows of its parameter: it is given right before its module is
-/// plugged in, and after each row that sets the parameter later. A setting whose module the scheme does not plug
-/// in is a fault.
+/// A setting overrides the rows of its parameter: it is applied right before its module is plugged in, and after each
+/// later row that sets the parameter. A setting is a fault if the scheme does not plug in its module.
 pub fn load(scheme: &SchemeText, side: &str, settings: &[Setting], dimsart: &mut Dimsart) -> Loaded {
     load_for(scheme, side, SIDES, settings, dimsart)
 }
 
-/// The same for one of other `sides`.
+/// Like [`load`], with other `sides`.
 pub fn load_for(
     scheme: &SchemeText,
     side: &str,
@@ -53,7 +52,7 @@ pub fn load_for(
     for row in scheme::rows_for(&scheme.text, side, sides) {
         let law = row.as_ref().ok().and_then(|row| law_of(row, dimsart.engine_mut()));
         match row.map_err(Refusal::from).and_then(|row| apply(&row, law.as_ref(), settings, dimsart)) {
-            // The faults say more than this refusal does.
+            // The faults are more specific than this refusal.
             Ok(())
             | Err(Refusal {
                 error: SchemeError { problem: Problem::Refused(CommandError::DoesNotMatch { .. }), .. },
@@ -77,25 +76,25 @@ pub fn load_for(
     faults.extend(too_high);
     if errors.is_empty() && engine.is_in_transaction() {
         faults.push(format!(
-            "its last row leaves a transaction open: end it with the row `all {ENGINE} COMMIT`"
+            "open transaction at the end of the scheme: add the row `all {ENGINE} COMMIT`"
         ));
     } else if faults.is_empty() && errors.is_empty() && !engine.is_running() {
         faults.push(format!(
-            "its last row leaves it stopped: end it with the row `all {ENGINE} MATCHING_CHECK`"
+            "the scheme is stopped after its last row: add the row `all {ENGINE} MATCHING_CHECK`"
         ));
     }
-    // A module that a faulty row left out may be there once the row is right.
+    // Correcting a faulty row may plug the module in.
     let is_idle = |setting: &&Setting| {
         errors.is_empty() && !setting.module_ref().is_some_and(|module| engine.is_plugged_in(module))
     };
     faults.extend(settings.iter().filter(is_idle).map(|Setting { key, module, .. }| {
-        format!("the setting {key} has no effect: the scheme plugs in no {module}; leave {key} out")
+        format!("the setting {key} has no effect: the scheme does not plug in {module}; remove {key}")
     }));
     let delays = delays.into_iter().map(|delay| engine.explain(*delay).to_string()).collect();
     Loaded { errors, faults, delays }
 }
 
-/// A row that was refused, or a setting that was to be given with it.
+/// A refused row, or a refused setting applied with it.
 struct Refusal<'a> {
     error: SchemeError<'a>,
     by: Option<&'a Setting>,
@@ -115,14 +114,14 @@ impl Refusal<'_> {
         match by {
             None => format!("{name}:{}:{}: {explained}", place.line, place.column),
             Some(Setting { module, command, value, key }) => format!(
-                "{name}:{}: {key} = {value} does not suit {module} {command}: {explained}; set another {key}",
+                "{name}:{}: {key} = {value} is invalid for {module} {command}: {explained}; change {key}",
                 place.line
             ),
         }
     }
 }
 
-/// The law that the module of a row runs: the row may have the law's own names.
+/// Finds the law that the module of a row runs; the row may use the law's names.
 fn law_of(row: &Row<'_>, engine: &mut Engine) -> Option<(ModuleRef, Law)> {
     let module = law::runner(row, engine)?;
     let Ok(Value::Count(number)) = engine.get(module, 0, 0) else { return None };
@@ -130,7 +129,7 @@ fn law_of(row: &Row<'_>, engine: &mut Engine) -> Option<(ModuleRef, Law)> {
     Some((module, Law::of_program(&program)))
 }
 
-/// Gives a row to the controller, and with it the settings that are due.
+/// Applies a row and the settings that are due with it.
 fn apply<'a>(
     row: &Row<'a>,
     law: Option<&(ModuleRef, Law)>,

@@ -45,12 +45,13 @@ fn a_scheme_sets_and_binds_by_the_laws_own_names_or_by_the_controllers() {
 
 #[test]
 fn a_name_that_the_law_does_not_have_is_pointed_to_with_those_that_it_has() {
-    let names = "there is PROGRAM, stiffness, offset, PORT_x, PORT_rest, PORT_force";
+    let names = "available: PROGRAM, stiffness, offset, PORT_x, PORT_rest, PORT_force";
     for (row, expected) in [
         (
             "stifness 4",
             format!(
-                "my.scheme:2:16: 'stifness' is not a parameter or port of ONLINE_MOD; did you mean 'stiffness'? {names}"
+                "my.scheme:2:16: 'stifness' is not a parameter or port of ONLINE_MOD; did you mean 'stiffness'? \
+                {names}"
             ),
         ),
         ("gain 4", format!("my.scheme:2:16: 'gain' is not a parameter or port of ONLINE_MOD; {names}")),

@@ -145,7 +145,7 @@ fn a_fault_is_named_and_stops_all_joints_until_it_is_cleared_by_the_next_start()
     assert_eq!((bench.run_to(20), bench.trouble(1)), (Tick::Ran, None));
     assert_eq!(bench.run_to(21), Tick::Ran);
     let trouble = bench.trouble(1).unwrap();
-    assert_eq!(trouble.to_string(), "it is too hot (38)");
+    assert_eq!(trouble.to_string(), "overtemperature (38)");
     assert!(trouble.remedy().contains("cool"));
     assert!(matches!(bench.run_to(22), Tick::MeasurementRefused(_)));
     assert!(bench.world(0).0.abs() < 1e-12 && bench.world(1).0.abs() < 1e-12);
@@ -178,6 +178,6 @@ fn a_run_that_a_drive_ends_says_which_one_and_what_to_do() {
     let outcome = run(&file).unwrap().outcome;
     assert!(!outcome.stable);
     let said = outcome.faults.join("\n");
-    assert!(said.contains("drive of axis 1") && said.contains("the supply is too low (40)"), "{said}");
-    assert!(said.contains("look at supply, fuse and wires under load"), "{said}");
+    assert!(said.contains("drive of axis 1") && said.contains("undervoltage (40)"), "{said}");
+    assert!(said.contains("check supply, fuse and wiring under load"), "{said}");
 }

@@ -1,7 +1,7 @@
-//! What a test needs beyond Rust: images of boards, an emulator, reference runs.
+//! Requirements of tests other than Rust: board images, an emulator, reference runs.
 //!
-//! A test without its requirement writes a line to the terminal and passes, so that `cargo test` passes on a bare
-//! Rust machine. `cargo xtask long` takes such a line for a failure.
+//! A test without its requirement prints a line to the terminal and passes, so that `cargo test` passes with only Rust
+//! installed. `cargo xtask long` treats such a line as a failure.
 #![expect(clippy::panic, reason = "a test fails by it")]
 
 use std::env;
@@ -11,11 +11,11 @@ use std::process::{Command, Stdio};
 use std::thread;
 use std::time::{Duration, Instant};
 
-/// Names the folder of the boards' images.
+/// Environment variable: folder of the board images.
 const FIRMWARE: &str = "DIMSART_FIRMWARE";
-/// Names the folder of the reference runs.
+/// Environment variable: folder of the reference runs.
 const ORACLE: &str = "DIMSART_ORACLE";
-/// Set where tests run at full length.
+/// Environment variable: set to run tests at full length.
 const LONG: &str = "DIMSART_LONG";
 
 /// A longer wait is a failure, at any load of the machine.
@@ -33,12 +33,12 @@ pub fn wait_until(or_else: impl Fn() -> String, mut is_so: impl FnMut() -> bool)
     }
 }
 
-/// `full` in `cargo xtask long`, otherwise `short`.
+/// Returns `full` in `cargo xtask long`, otherwise `short`.
 pub fn length<T>(short: T, full: T) -> T {
     if env::var_os(LONG).is_some() { full } else { short }
 }
 
-/// The file of a board's image, by its name `BOARD[-VARIANT]`. `cargo xtask test` builds those that most tests need,
+/// Returns the file of a board's image `BOARD[-VARIANT]`. `cargo xtask test` builds the images that most tests need,
 /// `cargo xtask long` all.
 #[must_use]
 pub fn image(name: &str) -> Option<PathBuf> {
@@ -46,38 +46,38 @@ pub fn image(name: &str) -> Option<PathBuf> {
     if file.is_file() {
         return Some(file);
     }
-    skip(&format!("no image {name}; `cargo xtask test` or `cargo xtask long` builds it"));
+    skip(&format!("missing image {name}: run `cargo xtask test` or `cargo xtask long`"));
     None
 }
 
-/// The file of a board's image that is stamped with what its modules cost.
+/// Returns the file of a board's stamped image.
 #[must_use]
 pub fn stamped_image(name: &str) -> Option<PathBuf> {
-    // `dimsart stamp` leaves the costs as text beside the image.
+    // `dimsart stamp` writes the costs to a text file next to the image.
     image(&format!("{name}.costs")).map(|costs| costs.with_extension(""))
 }
 
-/// Whether QEMU can be started.
+/// Returns whether QEMU can be started.
 ///
 /// # Panics
-/// If it cannot although the folder of images is known.
+/// If QEMU is missing although the folder of images is set.
 #[must_use]
 pub fn emulator() -> bool {
     let version = Command::new("qemu-system-arm").arg("--version").stdout(Stdio::null()).status();
     version.map_err(|error| missing(&format!("qemu-system-arm: {error}"))).is_ok()
 }
 
-/// The folder of the reference runs by outside implementations, such as `scipy`.
+/// Returns the folder of reference runs of other implementations, such as `scipy`.
 #[must_use]
 pub fn reference_runs(oracle: &str) -> Option<PathBuf> {
     let folder = env::var_os(ORACLE);
     if folder.is_none() {
-        skip(&format!("no reference runs of {oracle}; `cargo xtask test` makes them"));
+        skip(&format!("missing reference runs of {oracle}: run `cargo xtask test`"));
     }
     folder.map(PathBuf::from)
 }
 
-/// The Python with the packages of `tests/oracle/requirements.txt`.
+/// Returns the Python interpreter with the packages of `tests/oracle/requirements.txt`.
 #[must_use]
 pub fn python() -> Option<PathBuf> {
     let _ = reference_runs("Python")?;
@@ -87,7 +87,7 @@ pub fn python() -> Option<PathBuf> {
 /// Reports that a test of images is skipped.
 ///
 /// # Panics
-/// If the folder of images is known: there the test must run.
+/// If the folder of images is set: the test must then run.
 pub fn missing(reason: &str) {
     if env::var_os(FIRMWARE).is_some() {
         panic!("{reason}");

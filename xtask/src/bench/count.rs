@@ -7,19 +7,19 @@ use super::PROFILE;
 use crate::setup::install;
 use crate::shell::{cargo, command, run, succeeds, target};
 
-/// Ticks of the shorter and of the longer run: their difference is free of start-up.
+/// Ticks of the short and the long run; their difference excludes the start-up.
 const TICKS: [u32; 2] = [400, 1400];
 
-/// A built `step_cost` and a callgrind to run it under.
+/// The built `step_cost`, to run with callgrind.
 pub(super) struct Counter {
     program: PathBuf,
 }
 
 impl Counter {
-    /// Installs valgrind if it must, builds the programs and checks Table 1 bit by bit.
+    /// Installs valgrind if necessary, builds the programs and checks Table 1 bit by bit.
     pub(super) fn new() -> Result<Self, String> {
         if std::env::consts::ARCH != "x86_64" {
-            return Err("the budgets are counts of x86-64 instructions: run this on such a machine".into());
+            return Err("budgets are counts of x86-64 instructions: run this on an x86-64 machine".into());
         }
         if !succeeds(&mut command("valgrind", ["--version"])) {
             install(&["valgrind"], "counting instructions")?;
@@ -38,16 +38,16 @@ impl Counter {
         Ok(Self { program })
     }
 
-    /// Instructions per tick of the functions whose names hold `function`, called ones included.
+    /// Returns the instructions per tick of functions with `function` in their name, including callees.
     pub(super) fn per_tick(&self, function: &str, scheme: &[&str]) -> Result<f64, String> {
         let [few, many] = TICKS;
         eprint!("\r\x1b[Kcounting {}", scheme.join(" "));
         let _ = std::io::stderr().flush();
-        // At the same time: a count is the same on a busy machine.
+        // In parallel: counts do not depend on the load.
         let (few_total, many_total) = std::thread::scope(|scope| {
             let few = scope.spawn(|| self.total(function, scheme, few));
             let many = self.total(function, scheme, many);
-            (few.join().unwrap_or_else(|_| Err("a count was lost".into())), many)
+            (few.join().unwrap_or_else(|_| Err("counting thread panicked".into())), many)
         });
         let difference = many_total? - few_total?;
         eprint!("\r\x1b[K");
@@ -62,7 +62,7 @@ impl Counter {
     }
 }
 
-/// Instructions of a program as callgrind counts them with `options`, and what the program printed.
+/// Returns the instructions of a program as counted by callgrind with `options`, and the program's output.
 pub(super) fn instructions(
     program: &Path,
     options: &[&str],
@@ -70,7 +70,7 @@ pub(super) fn instructions(
 ) -> Result<(f64, String), String> {
     let mut valgrind = command("valgrind", ["--tool=callgrind", "--callgrind-out-file=/dev/null"]);
     valgrind.args(options).arg(program).args(arguments);
-    let output = valgrind.output().map_err(|error| format!("valgrind could not be started: {error}"))?;
+    let output = valgrind.output().map_err(|error| format!("cannot start valgrind: {error}"))?;
     let report = String::from_utf8_lossy(&output.stderr);
     let count = report.lines().find_map(|line| line.split_once("Collected :")?.1.trim().parse().ok());
     match count {

@@ -1,15 +1,15 @@
-//! What a packet costs to encode and to decode, and how many bytes a carrier adds, beside those of other systems.
+//! Cost of encoding and decoding a packet and overhead of each carrier, compared with other systems.
 
 use super::PROFILE;
 use super::count::instructions;
 use crate::shell::{cargo, run, target};
 use crate::table::table;
 
-/// Packets of the shorter and of the longer run: their difference is free of start-up.
+/// Packets of the short and the long run; their difference excludes the start-up.
 const PACKETS: [u16; 2] = [200, 1200];
-/// Most instructions for encoding or decoding without a tag.
+/// Maximum instructions for encoding or decoding without a tag.
 const PLAIN_BUDGET: f64 = 3000.0;
-/// Most instructions with a tag.
+/// Maximum instructions with a tag.
 const AUTH_BUDGET: f64 = 6000.0;
 
 const CARRIERS: [(&str, &str, &str); 7] = [
@@ -23,29 +23,28 @@ const CARRIERS: [(&str, &str, &str); 7] = [
 ];
 
 const HEAD: &str = "
-A packet of Table 1 at 3 DoF, 9 words of 32 bits. Bytes are those that the carrier is given: on UART with the zeros
-around a frame and COBS, on CAN FD with the length and the zeros up to a length that it has, on classic CAN all of the
-packet's frames. Not counted are start and stop bits, identifiers and CAN's own check. Instructions on x86-64 alone, the
-tag with the processor's own for AES: a Cortex-M4F, which has none, takes far more. Classic CAN carries no tag yet.
+A packet of Table 1 at 3 DoF has 9 words of 32 bits. Bytes are those given to the carrier: on UART with COBS and the zeros around
+a frame, on CAN FD with the length and padding, on classic CAN all frames of the packet. Start and stop bits, identifiers and
+CAN's own CRC are not included. Instructions are for x86-64, with its AES instructions for the tag: a Cortex-M4F has none and
+takes far more. This table has no tag on classic CAN.
 ";
 
-/// As their public documents have it; checked by nothing here.
+/// From public documents; not checked by a test.
 const PEERS: &str = "
-What others put around the same 36 bytes, from their public protocol documents. Their instructions are not counted.
+Overhead of other protocols for the same 36 bytes, from their public documents. Their instructions are not counted.
 
-| System | Bytes that are no data | Check of content | Counter | Source |
+| System | Overhead, bytes | Check of content | Counter | Source |
 |---|---:|---|---|---|
 | moteus, CAN FD | 2 per group of registers of one type and adjacent numbers | CAN's own | none | moteus documentation, CAN protocol |
 | ODrive CANSimple, classic CAN | 0; 8 data bytes a frame, of one kind | CAN's own | none | ODrive documentation, CAN protocol |
 | VESC, UART | 6: start, length, command, CRC-16, stop | CRC-16 | none | VESC documentation, UART protocol |
 | CANopen PDO, classic CAN | 0; at most 8 data bytes | CAN's own | none | CiA 301 |
 
-Ours are more, and this is what for: a counter (what is old, repeated or lost is known), an echo (round trip), the
-content's number (no packet is taken for another one), and CRC-32 from end to end, or on classic CAN CRC-8 and a
-counter in each frame.
+DIMSART's larger overhead contains a counter (detects old, duplicate and lost packets), an echo (round-trip time), the content's
+number (prevents mix-ups) and a CRC-32 from end to end (on classic CAN a CRC-8 and a counter in each frame).
 ";
 
-/// One row.
+/// A row of the table.
 pub(super) struct Frame {
     name: &'static str,
     has_tag: bool,
@@ -55,7 +54,7 @@ pub(super) struct Frame {
     decode: f64,
 }
 
-/// Builds what is counted and counts it.
+/// Builds and counts the programs.
 pub(super) fn count() -> Result<Vec<Frame>, String> {
     let example = ["build", "--profile", PROFILE, "--package", "dimsart-core", "--example", "frame_cost"];
     run(&mut cargo(&example))?;
@@ -84,7 +83,7 @@ fn frame(carrier: &str, protection: &str, name: &'static str) -> Result<Frame, S
     }
 }
 
-/// The dearest encoding or decoding without a tag and with one, each with the most it may be.
+/// Returns the most expensive encoding or decoding without and with a tag, with their budgets.
 pub(super) fn budgets(frames: &[Frame]) -> [(&'static str, f64, f64); 2] {
     let dearest = |has_tag: bool| {
         let frames = frames.iter().filter(|frame| frame.has_tag == has_tag);
@@ -96,7 +95,7 @@ pub(super) fn budgets(frames: &[Frame]) -> [(&'static str, f64, f64); 2] {
     ]
 }
 
-/// The page's section.
+/// Returns the section of the page.
 pub(super) fn text(frames: &[Frame]) -> String {
     let row = |frame: &Frame| {
         let Frame { word_bytes, wire_bytes, encode, decode, .. } = frame;
@@ -105,6 +104,6 @@ pub(super) fn text(frames: &[Frame]) -> String {
         [frame.name.to_owned(), wire, overhead, encode, decode]
     };
     let rows: Vec<_> = frames.iter().map(row).collect();
-    let head = ["Carrier", "Bytes", "Of those no words", "Encode", "Decode"];
+    let head = ["Carrier", "Bytes", "Overhead", "Encode", "Decode"];
     format!("{HEAD}\n{}{PEERS}", table(head, &rows).trim_start())
 }

@@ -1,10 +1,10 @@
-//! A straight line through counts, by least squares.
+//! Linear least-squares fit.
 
 /// `cost = offset + slope n`.
 pub(super) struct Line {
     pub(super) slope: f64,
     pub(super) offset: f64,
-    /// Largest distance of a point from the line.
+    /// Maximum residual.
     pub(super) residual: f64,
 }
 

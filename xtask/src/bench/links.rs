@@ -1,16 +1,16 @@
-//! What is felt over every carrier, as `hil-sim/examples/link_figures.rs` prints it.
+//! Perceived stiffness and passivity over every carrier, from `hil-sim/examples/link_figures.rs`.
 
 use crate::shell::{cargo, run, target};
 
 const HEAD: &str = "
-`schemes/bilateral.scheme`, both sides with hand, wall and the simulated medium, the whole shipped run. Perceived stiffness
-against the prediction for the measured round trip, the worse of the two axes in contact; the smallest energy in the
-channel, below 0 if it were not passive. Errors are frames or bytes that the medium damaged, or packets that it lost.
-The same figures on every machine; `hil-sim/tests/links.rs` holds them to 1 %, and to no less than 0 J.
+`schemes/bilateral.scheme`, both sides with hand, wall and the simulated medium, over the whole shipped run. Perceived stiffness
+is relative to the prediction for the measured round-trip time, for the worse of the two axes in contact. The minimum energy of
+the channel is negative if the channel is not passive. Errors are corrupt frames or bytes, or lost packets. The figures are
+the same on every machine; `hil-sim/tests/links.rs` checks them to 1 % and the energy to at least 0 J.
 
-A lost wave is lost motion, which in a constant contact nothing brings back: where packets get lost or come bunched
-under `zero` and `limited` alone, the two sides creep apart and stiffness is the wrong word for what is felt.
-`link.playout_ticks` makes up for it and stays passive.
+A lost wave is lost motion, which constant contact does not restore. If packets are lost or arrive in bursts with `zero` or
+`limited` alone, the two sides drift apart and the perceived stiffness is not meaningful. `link.playout_ticks` compensates for
+this and stays passive.
 ";
 
 /// Builds and runs the example.
@@ -25,7 +25,7 @@ pub(super) fn measure() -> Result<String, String> {
     }
 }
 
-/// The page's section.
+/// Returns the section of the page.
 pub(super) fn text(table: &str) -> String {
     format!("{HEAD}\n{table}")
 }

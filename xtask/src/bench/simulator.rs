@@ -1,31 +1,31 @@
-//! How fast the simulator runs the shipped experiment: timed, and counted.
+//! Speed of the simulator with the shipped experiment: time and instructions.
 
 use std::path::{Path, PathBuf};
 
 use super::count::instructions;
 use crate::shell::{cargo, command, run, target};
 
-/// Runs that are timed; the best one counts, for a busy machine only ever takes longer.
+/// Timed runs; the fastest counts, because load only slows a run down.
 pub(super) const RUNS: usize = 5;
-/// What the best run is wanted to reach, times real time.
+/// Target of the fastest run, times real time.
 pub(super) const WANTED: f64 = 500.0;
-/// Virtual time of the shorter and of the longer counted run, `s`: their difference is free of start-up.
+/// Virtual time of the short and the long counted run, `s`; their difference excludes the start-up.
 const COUNTED_S: [f64; 2] = [1.0, 5.0];
 
-/// What was found.
+/// The results.
 pub(super) struct Simulator {
-    /// Length of the scenario, `s`.
+    /// Duration of the scenario, `s`.
     pub(super) simulated_s: f64,
-    /// Best time with every signal recorded, `s`.
+    /// Minimum time with all signals recorded, `s`.
     pub(super) recorded_s: f64,
-    /// Best time with nothing recorded, `s`.
+    /// Minimum time without recording, `s`.
     pub(super) silent_s: f64,
-    /// Instructions per tick of both sides, with their plants and links, nothing recorded.
+    /// Instructions per tick of both sides, with plants and links, without recording.
     pub(super) per_tick: f64,
 }
 
 impl Simulator {
-    /// Builds the command and runs it.
+    /// Builds the command and measures it.
     pub(super) fn measure() -> Result<Self, String> {
         run(&mut cargo(&["build", "--release", "--package", "dimsart"]))?;
         let program = target().join("release/dimsart");
@@ -53,27 +53,25 @@ struct Timed {
     wall_s: f64,
 }
 
-/// The fastest of several runs, by the command's own clock: from the first tick to the last, recording included,
-/// set-up and report not.
+/// Returns the fastest of several runs by the command's own clock: with recording, without set-up and report.
 fn best(program: &PathBuf, arguments: &[&Path]) -> Result<Timed, String> {
     let mut best: Option<Timed> = None;
     for _ in 0..RUNS {
         let output = command(program, ["run", "--json"]).args(arguments).output();
-        let output =
-            output.map_err(|error| format!("{} could not be started: {error}", program.display()))?;
+        let output = output.map_err(|error| format!("cannot start {}: {error}", program.display()))?;
         let out = String::from_utf8_lossy(&output.stdout);
         let timed = Timed { simulated_s: figure(&out, "simulated_s")?, wall_s: figure(&out, "wall_s")? };
         best = best.filter(|best| best.wall_s <= timed.wall_s).or(Some(timed));
     }
-    best.ok_or_else(|| "nothing was timed".to_owned())
+    best.ok_or_else(|| "no run was timed".to_owned())
 }
 
-/// A number of the command's JSON line.
+/// Reads a number from the command's JSON line.
 fn figure(out: &str, name: &str) -> Result<f64, String> {
     let key = format!("\"{name}\":");
     let text = out.lines().last().and_then(|line| Some(line.split_once(&key)?.1));
     let number = text.and_then(|text| text.split([',', '}']).next()?.parse().ok());
-    number.ok_or_else(|| format!("`dimsart run --json` says no {name}:\n{out}"))
+    number.ok_or_else(|| format!("`dimsart run --json` printed no {name}:\n{out}"))
 }
 
 #[cfg(test)]

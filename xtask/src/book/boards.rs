@@ -1,4 +1,4 @@
-//! A page per board, by the catalogue: clock, memory, pins, motor, interrupts, budgets, and what has run on it.
+//! A page per board from the catalogue: clock, memory, pins, motor, interrupts, budgets, test status.
 
 use boards::BOARDS;
 use boards::catalogue::BoardInfo;
@@ -6,7 +6,7 @@ use boards::motor::Motor;
 
 use super::{Page, head_of, pins, read_text};
 
-/// All of them.
+/// Returns all pages.
 pub(super) fn pages() -> Result<Vec<Page>, String> {
     let readme = read_text("README.md")?;
     BOARDS.iter().map(|board| page(board, &readme)).collect()
@@ -15,18 +15,18 @@ pub(super) fn pages() -> Result<Vec<Page>, String> {
 fn page(board: &BoardInfo, readme: &str) -> Result<Page, String> {
     let BoardInfo { name, tooling, memory_map, budget } = board;
     let says = head_of(&read_text(&format!("boards/src/{}.rs", name.replace('-', "_")))?);
-    let chip = tooling.chip.map_or_else(|| "none: it is emulated".to_owned(), |chip| format!("`{chip}`"));
+    let chip = tooling.chip.map_or_else(|| "none (emulated)".to_owned(), |chip| format!("`{chip}`"));
     let variants: Vec<String> = tooling.variants.iter().map(|variant| format!("`{variant}`")).collect();
     let mut rows = vec![
         ("Clock, MHz", (f64::from(tooling.clock_hz) / 1e6).to_string()),
         ("Ticks per second", tooling.tick_hz.to_string()),
         ("Axes", tooling.axes.to_string()),
-        ("Words of the Data Base", tooling.sizes.words.to_string()),
+        ("Data base, words", tooling.sizes.words.to_string()),
         ("Modules", tooling.sizes.modules.to_string()),
         ("Links", tooling.sizes.links.to_string()),
         ("Built-in scheme", format!("`builtin:{}`", tooling.scheme.name)),
         ("Chip, for probe-rs", chip),
-        ("Variants of its image", variants.join(", ")),
+        ("Image variants", variants.join(", ")),
     ];
     rows.extend(tooling.motor.iter().flat_map(motor_rows));
     rows.extend(status(name, readme));
@@ -37,9 +37,9 @@ fn page(board: &BoardInfo, readme: &str) -> Result<Page, String> {
         .map(|(handler, priority)| format!("| `{handler}` | {priority} |\n"))
         .collect();
     let text = format!(
-        "# {name}\n\n{says}\n{}## In figures\n\n| What | Is |\n|---|---|\n{rows}\n\
-         ## Interrupts\n\nSmaller is more urgent.\n\n| Handler | Priority |\n|---|---:|\n{handlers}\n\
-         ## What it may take\n\nWhat it does take: [figures](../firmware.md).\n\n```toml\n{}\n```\n\n\
+        "# {name}\n\n{says}\n{}## In figures\n\n| Property | Value |\n|---|---|\n{rows}\n\
+         ## Interrupts\n\nLower numbers have higher priority.\n\n| Handler | Priority |\n|---|---:|\n{handlers}\n\
+         ## Budget\n\nMeasured figures: [firmware](../firmware.md).\n\n```toml\n{}\n```\n\n\
          ## Memory map\n\n```text\n{}\n```\n",
         pins::section(board),
         budget.trim_end(),
@@ -52,14 +52,14 @@ fn motor_rows(motor: &Motor) -> [(&'static str, String); 6] {
     [
         ("Motor: torque constant, N·m/A", motor.torque_constant_nm_per_a.to_string()),
         ("Motor: resistance, ohm", motor.resistance_ohm.to_string()),
-        ("Motor: largest current, A", motor.max_current_a.to_string()),
+        ("Motor: maximum current, A", motor.max_current_a.to_string()),
         ("Motor: supply, V", motor.supply_v.to_string()),
         ("Motor: counts per turn", motor.counts_per_turn.to_string()),
-        ("Motor: pairs of poles", motor.pole_pairs.to_string()),
+        ("Motor: pole pairs", motor.pole_pairs.to_string()),
     ]
 }
 
-/// What README.md says has run on it, and what has not.
+/// Returns the test status from README.md.
 fn status(name: &str, readme: &str) -> Vec<(&'static str, String)> {
     let row = format!("| `firmware` on `{name}` | ");
     let cells =

@@ -1,17 +1,17 @@
-//! A page per reason why a device does not get what the scheme commands, and per event, by what the core says of them.
+//! A page per safety reason and event, from the core's texts.
 
 use dimsart_core::Reason;
 use dimsart_link::EventKind;
 
 use super::{Page, read_text};
 
-/// What the pages are about.
+/// A reason or an event.
 struct Fault {
     number: u8,
     name: &'static str,
     meaning: &'static str,
     next_step: &'static str,
-    /// What kind of thing it is.
+    /// Its category.
     is: &'static str,
 }
 
@@ -23,14 +23,14 @@ fn faults() -> impl Iterator<Item = Fault> {
         next_step: reason.next_step(),
         is: match (reason.is_fault(), reason.is_limit()) {
             _ if *reason == Reason::LinkDown => {
-                "A fault: the device gets its safe value, within its rate, until the first packet. The lease is kept."
+                "A fault: the device moves to its safe value, within its rate limit, until the first packet. The lease is kept."
             }
             (true, _) => {
-                "A fault: the device gets its safe value, within its rate, until a `reset`, and motion takes a new \
-                 lease (`arm`)."
+                "A fault: the device moves to its safe value, within its rate limit. Motion needs `reset` and a \
+                 new lease (`arm`)."
             }
-            (_, true) => "A limit: the scheme commands the device, and its command was cut.",
-            _ => "Nothing is wrong: the device gets its safe value until the reason is over.",
+            (_, true) => "A limit: the scheme commands the device, and the command was limited.",
+            _ => "No fault: the device gets its safe value until the cause is removed.",
         },
     });
     let events = EventKind::ALL.iter().map(|kind| Fault {
@@ -38,7 +38,7 @@ fn faults() -> impl Iterator<Item = Fault> {
         name: kind.name(),
         meaning: kind.meaning(),
         next_step: kind.next_step(),
-        is: "An event: it stands in the log that `dimsart connect PORT events` shows.",
+        is: "An event in the log: see `dimsart connect PORT events`.",
     });
     reasons.chain(events)
 }
@@ -47,7 +47,7 @@ fn file(number: u8, name: &str) -> String {
     format!("faults/{number}-{}.md", name.replace(' ', "-"))
 }
 
-/// All of them.
+/// Returns all pages.
 pub(super) fn pages() -> Result<Vec<Page>, String> {
     let table = read_text("docs/faults.md")?;
     Ok(faults().map(|fault| page(&fault, &table)).collect())
@@ -58,7 +58,7 @@ fn page(fault: &Fault, table: &str) -> Page {
     let title = format!("{number} {name}");
     let mut text = format!("# {title}\n\n{meaning}\n\n{is}\n");
     if !next_step.is_empty() {
-        text += &format!("\n## What to do next\n\n{next_step}\n");
+        text += &format!("\n## Remedy\n\n{next_step}\n");
     }
     let reason = format!("| {number} |");
     let noticed: String = table
@@ -70,15 +70,15 @@ fn page(fault: &Fault, table: &str) -> Page {
         .map(|(fault, ticks)| format!("| {fault} | {} |\n", ticks.trim()))
         .collect();
     if !noticed.is_empty() {
-        text += "\n## How soon it is noticed\n\n| Fault | Ticks |\n|---|---:|\n";
+        text += "\n## Detection time\n\n| Fault | Ticks |\n|---|---:|\n";
         text += &noticed;
-        text += "\nTicks from the first one with the fault: [how they are measured](../faults.md#how-soon-a-fault-is-noticed).\n";
+        text += "\nTicks from the first faulty tick: [method](../faults.md#how-soon-a-fault-is-noticed).\n";
     }
-    text += "\n[All reasons and events](../faults.md), and [why it does not move](../howto/why-it-does-not-move.md).\n";
+    text += "\n[All reasons and events](../faults.md); [if the device does not move](../howto/why-it-does-not-move.md).\n";
     Page { title, path: format!("docs/{}", file(*number, name)), text }
 }
 
-/// The page of all of them, whose numbers lead to theirs.
+/// Adds links from the numbers of the overview page.
 pub(super) fn with_links(page: &str) -> String {
     faults().fold(page.to_owned(), |page, Fault { number, name, .. }| {
         let row = |cell: &str| format!("\n| {cell} | {name} |");
@@ -99,7 +99,7 @@ mod tests {
             assert!(page.contains(&format!("]({})", path.trim_start_matches("docs/"))), "{path}");
         }
         let lost = pages.iter().find(|page| page.title == "48 link lost").unwrap();
-        assert!(lost.text.contains("| nothing comes over a link | 19 |"), "{}", lost.text);
-        assert!(lost.text.contains("## What to do next\n\nCheck the peer"), "{}", lost.text);
+        assert!(lost.text.contains("| no packets arrive on a link | 19 |"), "{}", lost.text);
+        assert!(lost.text.contains("## Remedy\n\nCheck the peer"), "{}", lost.text);
     }
 }

@@ -1,5 +1,4 @@
-//! A page per module: its section of `docs/modules.md`, which the modules write of themselves, what its source says of its
-//! equations, and what it takes on boards.
+//! A page per module kind: ports and parameters from `dimsart modules`, equations from its source, costs from the budgets.
 
 use std::fs;
 
@@ -7,35 +6,70 @@ use boards::BOARDS;
 
 use super::{Page, head_of, read_text};
 use crate::budget_file::BudgetFile;
-use crate::shell::top;
+use crate::shell::{cargo, top};
 
-/// All of them, in the order of the list.
+/// The pages, in the order of the summary table.
 pub(super) fn pages() -> Result<Vec<Page>, String> {
     let sources = sources()?;
-    let page = read_text("docs/modules.md")?;
-    sections(&page).map(|(name, section)| self::page(name, section, &sources)).collect()
+    let mut pages = Vec::new();
+    for group in groups(&read_text("docs/modules.md")?) {
+        let details = details(&group)?;
+        for (name, section) in sections(&details) {
+            pages.push(page(name, section, &sources)?);
+        }
+    }
+    Ok(pages)
 }
 
-/// The page of all modules, whose sections are pages of their own.
-pub(super) fn index(page: &str) -> String {
-    let head = page.split("\n## ").next().unwrap_or_default();
-    let rows = sections(page).map(|(name, section)| {
-        let summary = section.trim_start().lines().next().unwrap_or_default();
-        format!("| [{name}]({}) | {summary} |\n", file(name))
-    });
-    rows.fold(head.to_owned() + "\n| Module | Does |\n|---|---|\n", |text, row| text + &row)
+/// Adds a link to the module's page to each row of the summary table.
+pub(super) fn with_links(page: &str) -> String {
+    let row = |line: &str| match rows(line).next() {
+        Some((_, name)) => line.replace(&format!("| {name} |"), &format!("| [{name}]({}) |", file(name))),
+        None => line.to_owned(),
+    };
+    page.lines().map(|line| row(line) + "\n").collect()
+}
+
+/// Group and name in each row of the summary table.
+fn rows(page: &str) -> impl Iterator<Item = (&str, &str)> {
+    page.lines()
+        .filter_map(cells)
+        .filter(|(_, name)| name.starts_with(|first: char| first.is_ascii_uppercase()))
+}
+
+fn cells(line: &str) -> Option<(&str, &str)> {
+    let (group, rest) = line.strip_prefix("| ")?.split_once(" | ")?;
+    Some((group, rest.split_once(" | ")?.0))
+}
+
+/// The groups of the summary table, each once.
+fn groups(page: &str) -> Vec<String> {
+    let mut groups: Vec<String> = rows(page).map(|(group, _)| group.to_owned()).collect();
+    groups.dedup();
+    groups
+}
+
+/// Ports and parameters of a group's modules, as Markdown.
+fn details(group: &str) -> Result<String, String> {
+    let mut command =
+        cargo(&["run", "--quiet", "--package", "dimsart", "--", "modules", group, "--markdown"]);
+    let output = command.output().map_err(|error| format!("cannot run dimsart modules: {error}"))?;
+    if !output.status.success() {
+        return Err(format!("dimsart modules {group}: {}", String::from_utf8_lossy(&output.stderr).trim()));
+    }
+    String::from_utf8(output.stdout).map_err(|error| format!("dimsart modules {group}: {error}"))
 }
 
 fn file(name: &str) -> String {
     format!("modules/{name}.md")
 }
 
-/// Name and text of each.
-fn sections(page: &str) -> impl Iterator<Item = (&str, &str)> {
-    page.split("\n## ").skip(1).filter_map(|section| section.split_once('\n'))
+/// Name and text of each section.
+fn sections(details: &str) -> impl Iterator<Item = (&str, &str)> {
+    details.split("\n## ").skip(1).filter_map(|section| section.split_once('\n'))
 }
 
-/// Path and text of the files that modules are in.
+/// Path and text of the source files of the library.
 fn sources() -> Result<Vec<(String, String)>, String> {
     let folder = "dimsart-modules/src";
     let entries = fs::read_dir(top().join(folder)).map_err(|error| format!("{folder}: {error}"))?;
@@ -49,7 +83,7 @@ fn page(name: &str, section: &str, sources: &[(String, String)]) -> Result<Page,
     let mut text = format!("# {name}\n{}\n", section.trim_end());
     let named = format!("\"{name}\"");
     if let Some((path, source)) = sources.iter().find(|(_, source)| source.contains(&named)) {
-        text += &format!("\n## What it computes\n\n{}\n`{path}`\n", head_of(source));
+        text += &format!("\n## Equations\n\n{}\n`{path}`\n", head_of(source));
     }
     let mut rows = String::new();
     for board in BOARDS {
@@ -58,8 +92,8 @@ fn page(name: &str, section: &str, sources: &[(String, String)]) -> Result<Page,
         }
     }
     if !rows.is_empty() {
-        text += "\n## What it takes\n\nAt most, in a tick of the shipped scheme with 3 degrees of freedom, by the machine \
-                 code ([how](../cycles.md)):\n\n| Board | Cycles | Stack, bytes |\n|---|---:|---:|\n";
+        text += "\n## Costs\n\nUpper bounds for one tick of the shipped scheme with 3 degrees of freedom \
+                 ([how](../cycles.md)):\n\n| Board | Cycles | Stack, bytes |\n|---|---:|---:|\n";
         text += &rows;
     }
     Ok(Page { title: name.to_owned(), path: format!("docs/{}", file(name)), text })
@@ -69,19 +103,25 @@ fn page(name: &str, section: &str, sources: &[(String, String)]) -> Result<Page,
 mod tests {
     use super::*;
 
+    const DETAILS: &str = "\n## PDCTRL_MOD\n\nPD controller.\n\n| port |\n| --- |\n| PORT |\n";
+
     #[test]
-    fn every_module_has_a_page_with_its_ports_its_equations_and_its_costs() {
-        let pages = pages().unwrap();
-        for Page { title, text, .. } in &pages {
-            assert!(text.contains("## What it computes\n\n"), "{title}: no source is found");
-            assert!(text.contains("| port |") || text.contains("adds a port"), "{title}: {text}");
+    fn every_module_has_a_source_with_its_equations() {
+        let (table, sources) = (read_text("docs/modules.md").unwrap(), sources().unwrap());
+        assert!(rows(&table).count() > 60);
+        for (_, name) in rows(&table) {
+            let page = page(name, "", &sources).unwrap();
+            assert!(page.text.contains("## Equations\n\n"), "{name}: no source is found");
         }
-        let pd = pages.iter().find(|page| page.title == "PDCTRL_MOD").unwrap();
-        for part in ["| K_PARAM | N/m", "`F = K e + D", "| nucleo-g474re | 1", "`dimsart-modules/src/pd.rs`"]
-        {
-            assert!(pd.text.contains(part), "{}", pd.text);
+        assert_eq!(with_links(&table).matches("](modules/").count(), rows(&table).count());
+    }
+
+    #[test]
+    fn a_page_has_details_equations_and_costs() {
+        let (name, section) = sections(DETAILS).next().unwrap();
+        let page = page(name, section, &sources().unwrap()).unwrap();
+        for part in ["| PORT |", "`F = K e + D", "| nucleo-g474re | 1", "`dimsart-modules/src/pd.rs`"] {
+            assert!(page.text.contains(part), "{}", page.text);
         }
-        let index = index(&read_text("docs/modules.md").unwrap());
-        assert_eq!(index.matches("](modules/").count(), pages.len());
     }
 }

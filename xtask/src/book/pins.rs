@@ -1,4 +1,4 @@
-//! The pins of a board's chip as its image has them, drawn and as a table.
+//! Pin plans of a board's chip, as pictures and tables.
 
 use boards::catalogue::{BoardInfo, Pin, PinDirection, PinGroup, PinMode, PinPlan};
 use svg::Document;
@@ -7,26 +7,26 @@ use svg::node::element::{Line, Rectangle, Text, Title};
 const ROW: usize = 24;
 const MARGIN: usize = 16;
 const WIDTH: usize = 1000;
-/// Edges of the chip.
+/// Size of the chip.
 const CHIP: [usize; 2] = [420, 580];
-/// From the chip to the names of signals.
+/// Length of a pin's line.
 const WIRE: usize = 40;
 const FONT: &str = "sans-serif";
 
-/// Where a plan's picture is, from the top of the repository, as if it stood there.
+/// Returns the path of a plan's picture from the repository's top folder.
 fn path(board: &BoardInfo, plan: &PinPlan) -> String {
     let variant = plan.variants.iter().find(|variant| !variant.is_empty() && !plan.variants.contains(&""));
     let dash = variant.map_or(String::new(), |variant| format!("-{variant}"));
     format!("docs/boards/{}{dash}-pins.svg", board.name)
 }
 
-/// Every picture with its path.
+/// Returns every picture with its path.
 pub(super) fn pictures(board: &BoardInfo) -> Vec<(String, String)> {
     let plans = board.tooling.pins.iter();
     plans.map(|plan| (path(board, plan), draw(board, plan).to_string())).collect()
 }
 
-/// What a board's page says of its pins; nothing where it has none.
+/// Returns the section of a board's page; empty without pins.
 pub(super) fn section(board: &BoardInfo) -> String {
     let plans: String = board.tooling.pins.iter().map(|plan| of_plan(board, plan)).collect();
     if plans.is_empty() { plans } else { format!("## Pins\n\n{plans}") }
@@ -65,12 +65,12 @@ fn of_plan(board: &BoardInfo, plan: &PinPlan) -> String {
     text + "\n"
 }
 
-/// Rows that groups take, with a title each.
+/// Returns the rows of groups, including a title each.
 fn rows(groups: &[PinGroup]) -> usize {
     groups.iter().map(|group| group.pins.len() + 2).sum()
 }
 
-/// The groups on either side of the chip, about as many rows on each.
+/// Splits the groups to both sides of the chip with about equal rows.
 fn sides(groups: &[PinGroup]) -> [&[PinGroup]; 2] {
     let difference = |place: &usize| {
         let (left, right) = groups.split_at(*place);
@@ -141,7 +141,7 @@ fn draw_pin(document: Document, pin: &Pin, is_left: bool, y: usize) -> Document 
         .add(line((edge, middle), (end, middle)))
         .add(text(pin.name, inside, y, inner, color).set("font-weight", "bold"))
         .add(text(&format!("{} ({})", pin.signal, pin.at), outside, y, anchor, "#1d2429"));
-    // An arrow's head at the chip, at the other end, or at both.
+    // Arrow heads at the chip, the other end, or both.
     let inward = matches!(pin.direction, PinDirection::In | PinDirection::Both);
     let outward = matches!(pin.direction, PinDirection::Out | PinDirection::Both);
     let (behind_edge, before_end) = if is_left { (edge - 7, end + 7) } else { (edge + 7, end - 7) };

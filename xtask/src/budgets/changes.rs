@@ -1,4 +1,4 @@
-//! What images take against what their boards' files say.
+//! Differences between images and their boards' budget files.
 
 use std::collections::BTreeMap;
 use std::fmt;
@@ -7,20 +7,20 @@ use boards::catalogue::BoardInfo;
 
 use crate::budget_file::{self, Part, Parts};
 
-/// A difference of so many per cent, of cycles or of stack, is nothing to tell.
+/// Differences up to this percentage of cycles or stack are ignored.
 const TOLERANCE_PERCENT: u64 = 5;
 
-/// Lines of what is not as a file says.
+/// Messages about differences.
 #[derive(Debug, Default, PartialEq, Eq)]
 pub(super) struct Changes {
-    /// What takes too much, or has no line, or is not there.
+    /// Increases, new parts and missing parts.
     pub(super) wrong: Vec<String>,
-    /// What takes less than it may.
+    /// Decreases.
     pub(super) gained: Vec<String>,
 }
 
 impl Changes {
-    /// Compares what was found of a side with what the board's file has of it.
+    /// Compares a side's results with the board's file.
     pub(super) fn add(
         &mut self,
         board: &BoardInfo,
@@ -34,7 +34,7 @@ impl Changes {
             let Some(known) = known.get(name) else {
                 let Part { cycles, stack_bytes } = part;
                 self.wrong.push(format!(
-                    "{place} takes up to {cycles} cycles and {stack_bytes} bytes of stack and has no line in {file}"
+                    "{place} takes up to {cycles} cycles and {stack_bytes} bytes of stack but has no entry in {file}"
                 ));
                 continue;
             };
@@ -55,8 +55,8 @@ impl Changes {
             }
         }
         let gone = known.keys().filter(|known| found.iter().all(|(name, _)| name != *known));
-        let gone =
-            gone.map(|name| format!("{board} {side}: {name} has a line in {file} and is not in the scheme"));
+        let gone = gone
+            .map(|name| format!("{board} {side}: {name} has an entry in {file} but is not in the scheme"));
         self.wrong.extend(gone);
     }
 }
@@ -83,7 +83,7 @@ mod tests {
         parts.iter().map(part).collect()
     }
 
-    /// Against [`KNOWN`], with these in place of those of the same name.
+    /// Compares with [`KNOWN`], after replacing parts of the same name.
     fn changes(others: &[(&str, u64, u64)]) -> Changes {
         let other = |known: (&'static str, u64, u64)| {
             others.iter().copied().find(|other| other.0 == known.0).unwrap_or(known)
@@ -142,9 +142,9 @@ mod tests {
         assert_eq!(
             wrong,
             [
-                "nucleo-g474re slave: PCTRL_MOD.2 takes up to 90 cycles and 24 bytes of stack and has no line in \
+                "nucleo-g474re slave: PCTRL_MOD.2 takes up to 90 cycles and 24 bytes of stack but has no entry in \
                  boards/budgets/nucleo-g474re.toml",
-                "nucleo-g474re slave: COMM_TXMOD has a line in boards/budgets/nucleo-g474re.toml and is not in the \
+                "nucleo-g474re slave: COMM_TXMOD has an entry in boards/budgets/nucleo-g474re.toml but is not in the \
                  scheme",
             ]
         );

@@ -1,16 +1,16 @@
-//! CAN FD frames: a content per frame, at most 63 bytes.
+//! CAN FD: a content of at most 63 bytes per frame.
 
 use dimsart_link::carrier::can_fd;
 use embassy_stm32::can::config::FrameTransmissionConfig;
 use embassy_stm32::can::frame::{FdFrame, Header};
 use embedded_can::Id;
 
-/// Whether data goes out at the higher bit rate.
+/// Whether data uses the higher bit rate.
 pub(super) const IS_FAST: bool = !cfg!(feature = "one-can-rate");
 pub(super) const ALLOWED: FrameTransmissionConfig =
     if IS_FAST { FrameTransmissionConfig::AllowFdCanAndBRS } else { FrameTransmissionConfig::AllowFdCan };
 
-/// A content is a frame.
+/// Stateless: a content is a frame.
 pub(super) struct Receiver;
 
 impl Receiver {
@@ -24,7 +24,7 @@ impl Receiver {
     }
 }
 
-/// A content's frame. None when it does not fit.
+/// Returns a content's frame; none if it does not fit.
 pub(super) fn frames(content: &[u8], _: u16, identifier: Id) -> impl Iterator<Item = FdFrame> {
     core::iter::once(content).filter_map(move |content| {
         let data = can_fd::pack(content)?;

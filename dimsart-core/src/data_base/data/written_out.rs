@@ -1,6 +1,6 @@
-//! What [`map_axes`](super::Data::map_axes) does for each of its ports, without a loop over them.
+//! [`map_axes`](super::Data::map_axes) for each number of ports, without a loop over the ports.
 //!
-//! Where code is to be small the compiler keeps such a loop, and with it the ports in memory: twice the instructions.
+//! Optimised for size, the compiler keeps such a loop with the ports in memory: twice the instructions.
 
 use core::cell::Cell;
 
@@ -10,9 +10,9 @@ use crate::signal::{Scalar, Word};
 
 /// An array of at most 8 [`Input`]s of format `f32`, or a tuple of at most 4 of any formats.
 pub trait Inputs {
-    /// Where the axes of each are.
+    /// Words of the axes of each port.
     type Words<'a>;
-    /// One axis of each.
+    /// Values of one axis of each port.
     type Values;
     #[doc(hidden)]
     fn words<'a>(&self, data: &Data<'a>) -> Option<Self::Words<'a>>;
@@ -22,9 +22,9 @@ pub trait Inputs {
 
 /// An array of at most 8 [`Output`]s of format `f32`, or a tuple of at most 4 of any formats.
 pub trait Outputs {
-    /// Where the axes of each are.
+    /// Words of the axes of each port.
     type Words<'a>;
-    /// One axis of each.
+    /// Values of one axis of each port.
     type Values;
     #[doc(hidden)]
     fn words<'a>(&self, data: &Data<'a>) -> Option<Self::Words<'a>>;

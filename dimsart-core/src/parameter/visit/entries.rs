@@ -1,4 +1,4 @@
-//! Parameters of several values, and whole numbers of either sign.
+//! Parameters with several values, and signed whole numbers.
 
 use core::ops::RangeInclusive;
 
@@ -8,7 +8,7 @@ use crate::parameter::{Accepts, Choice, Entries, Parameter, Value};
 use crate::signal::{Summary, Unit};
 
 impl Parameters<'_> {
-    /// A whole number of either sign, the same for all axes.
+    /// Declares a signed whole number for all axes.
     #[inline(always)]
     pub fn integer(
         &mut self,
@@ -22,7 +22,7 @@ impl Parameters<'_> {
         self.signed(field, name, unit, range.into_inner(), default, Entries::ONE, Summary::new(summary));
     }
 
-    /// A whole number of either sign per axis.
+    /// Declares a signed whole number per axis.
     #[inline(always)]
     pub fn per_axis_integer(
         &mut self,
@@ -36,7 +36,7 @@ impl Parameters<'_> {
         self.signed(field, name, unit, range.into_inner(), default, Entries::AXES, Summary::new(summary));
     }
 
-    /// A whole number per axis.
+    /// Declares a whole number per axis.
     #[inline(always)]
     pub fn per_axis_count(
         &mut self,
@@ -51,7 +51,7 @@ impl Parameters<'_> {
         self.whole(field, name, unit, range, default, Entries::AXES, false, summary);
     }
 
-    /// A switch per axis.
+    /// Declares a switch per axis.
     #[inline(always)]
     pub fn per_axis_flag(
         &mut self,
@@ -63,7 +63,7 @@ impl Parameters<'_> {
         self.switch(field, name, default, Entries::AXES, false, Summary::new(summary));
     }
 
-    /// One of a set of names per axis.
+    /// Declares a choice per axis.
     #[inline(always)]
     pub fn per_axis_choice<C: Choice>(&mut self, field: &mut C, name: &'static str, summary: &'static str) {
         let summary = Summary::new(summary);
@@ -71,8 +71,8 @@ impl Parameters<'_> {
         *field = C::from_index(index);
     }
 
-    /// A matrix of real numbers in the settings, such as the gain of a state feedback. All settings of
-    /// a module have at most 24 words.
+    /// Declares a matrix of real numbers in the settings, such as a state-feedback gain. All settings of a
+    /// module have at most 24 words.
     pub fn matrix<const R: usize, const C: usize>(
         &mut self,
         field: &mut [[f32; C]; R],
@@ -89,8 +89,8 @@ impl Parameters<'_> {
         self.elements(field.as_flattened_mut(), name, unit, range.into_inner(), default, entries, summary);
     }
 
-    /// A row of real numbers per axis, all of which are a matrix with a row for each axis: in the gains of each. At
-    /// most 31 columns.
+    /// Declares a row of real numbers per axis, stored in the gains of each axis: together a matrix with one
+    /// row per axis. At most 31 columns.
     pub fn per_axis_row<const C: usize>(
         &mut self,
         field: &mut [f32; C],
@@ -106,7 +106,7 @@ impl Parameters<'_> {
         self.elements(field, name, unit, range.into_inner(), default, entries, Summary::new(summary));
     }
 
-    /// As [`per_axis_row`](Self::per_axis_row), with a column for each axis.
+    /// Declares a matrix with one row and one column per axis, as [`per_axis_row`](Self::per_axis_row).
     pub fn square(
         &mut self,
         field: &mut [f32; MAX_DOF],

@@ -1,34 +1,34 @@
-//! Commands as they travel and are kept: by numbers, which never change.
+//! Wire format of commands: by numbers, which never change.
 
 use super::{Command, ModuleRef};
 use crate::parameter;
 use crate::signal::TypeRef;
 
-/// A command's bytes.
+/// Encoded command.
 #[derive(serde::Serialize, serde::Deserialize)]
 pub(super) struct Wire {
     target: Target,
-    /// The number of a command to the engine, of a parameter, or [`PORT`] + that of a port.
+    /// Number of an engine command or a parameter, or [`PORT`] + the number of a port.
     number: u8,
     entry: Option<u8>,
     value: Value,
 }
 
-/// From here on numbers are ports'.
+/// First number of a port.
 const PORT: u8 = 128;
-/// Numbers of what is done about laws.
+/// Numbers of the program commands.
 const PUT_LAW: u8 = 32;
 const KEEP_LAW: u8 = 33;
 const REMOVE_LAW: u8 = 34;
 
-/// Who a command is for.
+/// Target of a command.
 #[derive(PartialEq, serde::Serialize, serde::Deserialize)]
 enum Target {
     Engine,
     Module(ModuleRef),
 }
 
-/// A [parameter's value](parameter::Value), or another one.
+/// A [parameter's value](parameter::Value), or the value of another command.
 #[derive(serde::Serialize, serde::Deserialize)]
 enum Value {
     Real(f32),
@@ -42,13 +42,13 @@ enum Value {
     Words([u32; 2]),
 }
 
-/// Numbers and a value that are no command together.
+/// Invalid combination of numbers and value.
 #[derive(Debug)]
 pub(super) struct NoCommand;
 
 impl core::fmt::Display for NoCommand {
     fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
-        f.write_str("no command")
+        f.write_str("invalid command")
     }
 }
 
@@ -91,7 +91,7 @@ impl From<Command> for Wire {
     fn from(command: Command) -> Self {
         match command {
             Command::Set { module, parameter, entry, value } => {
-                // No module has so many that it would be taken for a port's.
+                // No module has so many parameters that the number would mean a port.
                 let number = parameter.min(PORT - 1);
                 Self { target: Target::Module(module), number, entry, value: value.into() }
             }
@@ -183,18 +183,18 @@ mod tests {
         let read = postcard::from_bytes::<Command>;
         assert_eq!(read(&[0, 17, 0, 6]), Ok(Command::Stop));
         for no_command in [
-            // An engine's number that there is not.
+            // An unknown engine command.
             &[0, 0, 0, 6][..],
             &[0, 255, 0, 5, 3, 2],
             // MOD_ON without a module, STOP with one, MATCHING_CHECK with a number.
             &[0, 1, 0, 6],
             &[0, 17, 0, 5, 3, 2],
             &[0, 16, 0, 0, 0, 0, 0x80, 0x3F],
-            // A law's words without a place, with the number of another command, and more words than can be.
+            // A law's words without an index, with the number of another command, and out of range.
             &[0, 32, 0, 8, 1, 1],
             &[0, 33, 1, 1, 8, 1, 1],
             &[0, 33, 1, 1, 1, 0x80, 2],
-            // A port bound to a number; a parameter set to a module, and to nothing.
+            // A port bound to a number; a parameter set to a module, and without a value.
             &[1, 3, 2, 128, 0, 1, 1],
             &[1, 3, 2, 4, 0, 5, 3, 2],
             &[1, 3, 2, 4, 0, 6],

@@ -1,11 +1,11 @@
-//! What calls may take, where somebody has a counter.
+//! Time budgets of calls.
 
 use super::{Call, Wiring};
 use crate::module::ModuleRef;
 
 impl Wiring {
-    /// Each call may take what its module costs, a quarter more, for costs are those of a model of the processor, and
-    /// what interrupts may take meanwhile. Where a cost is not known, as long as it likes.
+    /// Sets the budget of each call: the cost of its module plus a quarter (costs come from a processor
+    /// model), plus `spare_cycles` for interrupts. A call of unknown cost has no limit.
     pub(crate) fn set_budgets(&mut self, costs: &[Option<u32>], spare_cycles: u32, counts_per_cycle: u32) {
         for call in self.calls.iter_mut() {
             let cost = costs.get(usize::from(call.order)).copied().flatten();
@@ -14,7 +14,7 @@ impl Wiring {
         }
     }
 
-    /// What a call of a module may take.
+    /// Returns the budget of a module's call.
     pub(crate) fn budget_of(&self, module: ModuleRef) -> u32 {
         let order = self.order_of(module).and_then(|order| u8::try_from(order).ok());
         let call = self.calls.iter().find(|call| Some(call.order) == order);

@@ -1,10 +1,11 @@
-//! Which words are looked at behind which call, and which modules need which: they fall with those that wrote what is wrong.
+//! Words to check after each call, and dependencies between modules: a failed module is isolated together
+//! with its dependents.
 
 use super::{ActiveModule, Call, IndexRange, Wiring};
 use crate::data_base::{CheckedWords, Storage, bit};
 use crate::limits::{MAX_MODULES, MAX_SLOTS};
 
-/// Whether one of a list is meant, from its end: counting down takes an instruction less than an iterator.
+/// Returns whether any element matches. Iterates from the end, which saves an instruction per element.
 #[inline(always)]
 pub(crate) fn any<T>(mut list: &[T], mut is_meant: impl FnMut(&T) -> bool) -> bool {
     while let [rest @ .., last] = list {
@@ -16,33 +17,33 @@ pub(crate) fn any<T>(mut list: &[T], mut is_meant: impl FnMut(&T) -> bool) -> bo
     false
 }
 
-/// A module's place in the plug-in order as one of 32 bits.
+/// Returns a module's place in the plug-in order as one of 32 bits.
 pub(crate) fn module_bit(order: u8) -> u32 {
     const { assert!(MAX_MODULES <= 32, "a set of modules is 32 bits") };
     1_u32.checked_shl(u32::from(order)).unwrap_or(0)
 }
 
 impl Wiring {
-    /// What is checked after a call.
+    /// Returns the words to check after a call.
     #[inline(always)]
     pub(crate) fn checked_words(&self, call: &Call) -> Option<&[CheckedWords]> {
         self.checked_words.get(call.checked_words.range())
     }
 
-    /// Modules that the device gets nothing without, a bit for each place in the plug-in order.
+    /// Returns the modules that the device's inputs depend on, one bit per place in the plug-in order.
     pub(crate) fn drives_device(&self) -> u32 {
         self.drives_device
     }
 
-    /// Modules that are cut out when these have failed: themselves, and all that depend on them. Sets of a bit for each
-    /// place in the plug-in order.
+    /// Returns the modules that are isolated if these have failed: the modules themselves and their
+    /// dependents. One bit per place in the plug-in order.
     pub(crate) fn fall_with(&self, failed: u32) -> u32 {
         let fall = (0..).zip(self.modules.iter()).filter(|(_, plugged)| plugged.needs & failed != 0);
         fall.fold(0, |fallen, (order, _)| fallen | module_bit(order))
     }
 
-    /// Finds out which modules need which: all that write what one of them reads, in this tick or in the one before.
-    /// `of_device` are the slots of the device's inputs, a bit each.
+    /// Computes which modules each module depends on: all that write its inputs, in this tick or the previous
+    /// tick. `of_device` is the set of slots of the device's inputs, one bit each.
     pub(crate) fn find_needs(&mut self, of_device: u64) {
         let Self { modules, ports, .. } = self;
         let mut writers = [0; MAX_SLOTS];
@@ -58,7 +59,7 @@ impl Wiring {
             let writers = read.filter_map(|port| writers.get(usize::from(port.slot)));
             plugged.needs = writers.fold(module_bit(order), |needs, writers| needs | writers);
         }
-        // Warshall: what those need that it needs.
+        // Transitive closure (Warshall).
         for (order, at) in (0..).zip(0..modules.len()) {
             let further = modules.get(at).map_or(0, |plugged| plugged.needs);
             if further != module_bit(order) {
@@ -73,7 +74,7 @@ impl Wiring {
         self.drives_device = modules.iter().filter(drive).fold(0, |needed, plugged| needed | plugged.needs);
     }
 
-    /// Finds out what is looked at behind which call, and where it lies.
+    /// Collects the words to check after each call, and their location.
     pub(super) fn find_checked_words(&mut self, storage: &Storage) {
         let Self { modules, ports, calls, checked_words, .. } = self;
         checked_words.clear();
@@ -86,7 +87,7 @@ impl Wiring {
                 let span = CheckedWords::new(storage.block(port.slot), largest);
                 let last = checked_words.get_mut(start..).and_then(<[CheckedWords]>::last_mut);
                 if !last.is_some_and(|last| last.take_in(span)) {
-                    // There is room: a slot that is written twice does not run.
+                    // Does not overflow: a scheme with a slot that is written twice does not run.
                     let _ = checked_words.push(span);
                 }
             }

@@ -1,11 +1,11 @@
-//! In which ticks the modules run that do not run in every one.
+//! Phases of the modules that do not run in every tick.
 
 use super::Wiring;
 use crate::module::{Load, Rate};
 use crate::scheme::wiring::module_bit;
 
 impl Wiring {
-    /// A tick begins. Modules that do not run in it, a bit for each place in the plug-in order.
+    /// Starts a tick; returns the modules that do not run in it, one bit per place in the plug-in order.
     #[inline]
     pub(crate) fn resting(&mut self) -> u32 {
         if self.has_rates { self.count_down() } else { 0 }
@@ -22,9 +22,9 @@ impl Wiring {
         resting
     }
 
-    /// Chooses the ticks of the modules that do not run in every one. Modules of which one needs another run in the same
-    /// ticks as far as their rates allow; the others are spread over the ticks that have least to do, by what each of them
-    /// weighs. One that ran as often in the scheme before, if there was one, keeps its ticks where that is possible.
+    /// Assigns phases to the modules that do not run in every tick. Modules that depend on each other run in
+    /// the same ticks as far as their rates allow; the others are spread over the ticks with the least load,
+    /// by cost. A module with the same rate in the scheme `before` keeps its phase if possible.
     #[inline(never)]
     pub(crate) fn spread(&mut self, before: Option<&Self>, costs: &[Option<u32>]) {
         let slow = (0..).zip(self.modules.iter()).filter(|(_, plugged)| plugged.rate.is_slow());
@@ -57,7 +57,8 @@ impl Wiring {
         }
     }
 
-    /// Of the modules in `slow` those that share their ticks with one of them: that need one another, or one that does.
+    /// Returns the modules of `slow` that share their ticks with a module: those connected to it by
+    /// dependencies.
     fn group_of(&self, order: u8, slow: u32) -> u32 {
         let mut group = module_bit(order);
         loop {

@@ -8,7 +8,7 @@ use crate::signal::{DataType, Format, UnitRelation, UnitTie};
 pub(crate) struct Port {
     pub(crate) slot: u8,
     flags: u8,
-    /// Relation and port of its tie, [`Port::NO_TIE`] for none; and [`Port::COORDINATE`].
+    /// Relation and port of its tie, or [`Port::NO_TIE`]; plus [`Port::COORDINATE`].
     tie: u8,
 }
 
@@ -17,19 +17,19 @@ impl Port {
     const LATE: u8 = 2;
     const DELAYED: u8 = 4;
     const MEMORY: u8 = 8;
-    /// Where the number of its difference begins, of two bits; 0 for none.
+    /// Shift of the number of its difference, two bits; 0 for none.
     const DIFFERENCE: u8 = 4;
-    /// Where the number of the largest value that it can be begins; 0 where its signal is not of format `f32`.
+    /// Shift of the index of its maximum value; 0 if its signal is not of format `f32`.
     const LARGEST: u8 = 6;
     const LARGEST_VALUES: [f32; 3] = [f32::MAX, 1e9, 1e12];
     const DIFFERENCES: [Difference; 3] = [Difference::Unit, Difference::Format, Difference::Shape];
     const RELATIONS: [UnitRelation; 4] =
         [UnitRelation::Same, UnitRelation::Integral, UnitRelation::Derivative, UnitRelation::Alike];
     const NO_TIE: u8 = 0x7F;
-    /// Beside the tie.
+    /// Flag in the byte of the tie.
     const COORDINATE: u8 = 0x80;
 
-    /// A port that is bound to a signal of this type; a memory without one.
+    /// Creates a port bound to a signal of type `bound`; a memory without a type.
     pub(super) fn new(slot: u8, spec: &PortSpec, bound: Option<&DataType>) -> Self {
         let difference = bound.and_then(|bound| spec.difference(bound));
         let of_floats = bound.filter(|bound| bound.format == Format::F32);
@@ -71,23 +71,23 @@ impl Port {
         if self.flags & Self::LATE == 0 { Stage::Early } else { Stage::Late }
     }
 
-    /// How it uses its signal.
+    /// Returns whether it reads or writes its signal.
     pub(crate) fn direction(self) -> Direction {
         if self.is_written() { Direction::Write } else { Direction::Read }
     }
 
-    /// How its signal differs from what it expects.
+    /// Returns the difference between its signal and the expected type.
     pub(crate) fn difference(self) -> Option<Difference> {
         let number = usize::from(self.flags >> Self::DIFFERENCE & 3).checked_sub(1)?;
         Self::DIFFERENCES.get(number).copied()
     }
 
-    /// Largest magnitude that a word of its signal can have; none where that is not of format `f32`.
+    /// Returns the maximum magnitude of its signal's words; none if not `f32`.
     pub(crate) fn largest(self) -> Option<f32> {
         Self::LARGEST_VALUES.get(usize::from(self.flags >> Self::LARGEST).checked_sub(1)?).copied()
     }
 
-    /// Whether it takes a coordinate, of a joint or a Cartesian one.
+    /// Returns whether it accepts coordinates (joint or Cartesian).
     pub(crate) fn takes_coordinate(self) -> bool {
         self.tie & Self::COORDINATE != 0
     }

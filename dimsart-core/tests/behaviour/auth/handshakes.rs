@@ -1,4 +1,4 @@
-//! How both ends find together, and who cannot keep them from it.
+//! How both ends associate, and attempts to prevent it.
 
 use super::*;
 
@@ -17,15 +17,15 @@ fn what_finds_together_is_good_for_once() {
         for (plain, sealed) in &recorded {
             assert_eq!(channel.open(sealed).as_ref(), Ok(&Some(plain.clone())));
             for said in [&hello, &proof] {
-                assert_eq!(channel.open(said), Ok(None), "no new one is begun");
+                assert_eq!(channel.open(said), Ok(None), "no new association");
             }
             for said in [&challenge, &taken] {
                 channel.sealer.take(said);
             }
             while channel.opener.handshake().is_some() {}
-            assert!(channel.open(sealed).is_err(), "nor is what was taken taken again");
+            assert!(channel.open(sealed).is_err(), "a replay is refused");
         }
-        // Nor in another life of either end.
+        // Nor after a restart of either end.
         channel.sealer = sealer(profile, 3);
         assert!(!channel.sealer.take(&challenge));
         channel.find_together();
@@ -49,7 +49,7 @@ fn a_false_hello_challenge_or_proof_or_a_repetition_interrupts_nobody() {
             let mut hello = sealer(profile, random.next_u64());
             assert_eq!(channel.open(hello.handshake().expect("new")), Ok(None));
             assert!(channel.opener.handshake().is_some());
-            // All that a stranger could say in answer.
+            // All responses that a stranger could send.
             stranger.opener = Opener::new(&Key::new(&[0; 16]), LINE, profile, CHANNEL, random.next_u64());
             stranger.sealer = Sealer::new(&Key::new(&[0; 16]), LINE, profile, CHANNEL, random.next_u64());
             let hello = stranger.sealer.handshake().expect("new").to_vec();
@@ -67,8 +67,8 @@ fn a_false_hello_challenge_or_proof_or_a_repetition_interrupts_nobody() {
     }
 }
 
-/// Whoever floods an opener with hellos is answered, and so is the sealer in their midst: no answer is rationed, and
-/// none is remembered.
+/// An attacker who floods an opener with hellos is answered, and so is the sealer: answers are not rationed
+/// or stored.
 #[test]
 fn a_flood_of_hellos_keeps_nobody_from_finding_together() {
     for profile in PROFILES {
@@ -95,14 +95,14 @@ fn a_flood_of_hellos_keeps_nobody_from_finding_together() {
     }
 }
 
-/// A challenge answers one hello, and a sealer says none twice once it was answered.
+/// A challenge answers one hello, and a sealer never repeats an answered hello.
 #[test]
 fn a_challenge_that_was_good_once_takes_no_sealer_out_of_its_next_association() {
     for profile in PROFILES {
         let mut channel = Channel { sealer: sealer(profile, 1), opener: opener(profile, 2), sent: 0 };
         let mut challenges: Vec<Vec<u8>> = Vec::new();
         for start in 0..10 {
-            // An opener that starts anew asks, and is told who is there.
+            // A restarted opener asks for the peer and gets an answer.
             channel.opener = opener(profile, 10 + start);
             let mut question = [0; MAX_CONTENT_BYTES];
             question[3] = 7;

@@ -1,11 +1,11 @@
-//! Two controllers with a line between them that is the test's.
+//! Two controllers with a line that the test controls.
 
 use dimsart_core::{Packet, types};
 use rand_core::Rng;
 
 use super::{Bench, DelayedLink, H};
 
-/// One axis of waves from a sender to a receiver; the test is the line between them.
+/// One axis of waves from a sender to a receiver; the test is the line.
 pub(crate) struct Way {
     pub(crate) sender: Bench,
     pub(crate) receiver: Bench,
@@ -22,7 +22,7 @@ pub(crate) fn sender_with(rows: &str) -> Bench {
 }
 
 impl Way {
-    /// A line that is never called lost.
+    /// A line that never times out.
     pub(crate) fn new(rows: &str) -> Self {
         Self::timed(&format!("COMM_RXMOD TIMEOUT_TICKS 0\n{rows}"))
     }
@@ -47,7 +47,7 @@ impl Way {
         self.sender.dimsart.outgoing(0)
     }
 
-    /// A tick of the receiver after these packets; gives the wave.
+    /// Runs a tick of the receiver after these packets; returns the wave.
     pub(crate) fn receive<'a>(&mut self, packets: impl IntoIterator<Item = &'a Packet>) -> f32 {
         for packet in packets {
             self.receiver.dimsart.receive(0, &packet.to_bytes()).unwrap();
@@ -61,7 +61,7 @@ impl Way {
     }
 }
 
-/// Two ends that hear each other, one axis of waves each way, and packets that take `delay` ticks.
+/// Two connected ends, one axis of waves each way; packets take `delay` ticks.
 pub(crate) struct Ends {
     pub(crate) ends: [Bench; 2],
     pub(crate) links: [DelayedLink; 2],
@@ -95,7 +95,7 @@ impl Ends {
     }
 }
 
-/// Between 0 and 1.
+/// From 0 to 1.
 pub(crate) fn chance(random: &mut impl Rng) -> f64 {
     f64::from(random.next_u32()) / 4_294_967_296.0
 }

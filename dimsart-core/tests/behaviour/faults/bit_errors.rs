@@ -1,4 +1,4 @@
-//! Bit errors in contents, found by the CRC-32 alone: what else would refuse them is not asked.
+//! Bit errors in contents, detected by the CRC-32 alone; other checks are ignored.
 
 use std::collections::BTreeSet;
 
@@ -10,11 +10,11 @@ use super::{assert_share, below};
 use test_requirements::length;
 
 const CHANNEL: u16 = 0x123;
-/// 20 bytes and their CRC; and as much as a CAN FD frame carries, length byte apart.
+/// 20 bytes and their CRC; and the maximum of a CAN FD frame without length byte.
 const SIZES: [usize; 2] = [24, 62];
 const CRC_BITS: usize = 32;
 
-/// A content of so many bytes in all.
+/// A content of `bytes` bytes in total.
 fn content(bytes: usize) -> Vec<u8> {
     let mut buffer = [0; MAX_CONTENT_BYTES];
     Pcg64Mcg::seed_from_u64(1).fill_bytes(&mut buffer[HEADER_BYTES..bytes]);
@@ -27,7 +27,7 @@ fn flip(content: &mut [u8], bits: &[usize]) {
     }
 }
 
-/// Whether these wrong bits are found; the content is as before then.
+/// Returns whether these bit errors are detected; restores the content.
 fn is_found(content: &mut [u8], bits: &[usize]) -> bool {
     flip(content, bits);
     let found = verify(content, CHANNEL).is_err();
@@ -35,8 +35,8 @@ fn is_found(content: &mut [u8], bits: &[usize]) -> bool {
     found
 }
 
-/// By which the CRC that is worked out differs from the one received when this one bit is wrong: the syndrome. It is
-/// the same for any content, and that of several bits is the sum (exclusive or) of theirs.
+/// Syndrome of a bit: the difference between computed and received CRC if this bit is wrong. It is the same
+/// for any content, and the syndrome of several bits is their exclusive or.
 fn syndromes(bytes: usize) -> Vec<u32> {
     let crc = crc::Crc::<u32>::new(&crc::CRC_32_AUTOSAR);
     let difference = |content: &[u8]| {
@@ -73,7 +73,7 @@ fn every_one_two_and_three_wrong_bits_are_found() {
     assert_eq!(errors, 192 + 18_336 + 1_161_280);
 }
 
-/// 54 870 480 of them in the long run; elsewhere those that have their first two bits in one byte.
+/// 54 870 480 of them in the long run; otherwise those whose first two bits are in one byte.
 #[test]
 fn every_four_wrong_bits_are_found() {
     let mut content = content(SIZES[0]);
@@ -91,9 +91,9 @@ fn every_four_wrong_bits_are_found() {
     assert!(errors == 54_870_480 || !is_long, "{errors}");
 }
 
-/// Two sets of at most three bits that had the same syndrome would be an error of at most six that is not found; so
-/// Hamming distance 7 is shown by there being none. The same with sets of two and of three bits for distance 6. 62
-/// bytes in the long run alone.
+/// Two sets of at most three bits with the same syndrome would be an undetected error of at most six bits;
+/// their absence proves Hamming distance 7. Sets of two and of three bits prove distance 6. 62 bytes only in
+/// the long run.
 #[test]
 fn up_to_six_wrong_bits_in_24_bytes_and_five_in_62_are_found() {
     let sizes = SIZES.into_iter().zip([7, 6]);
@@ -134,10 +134,10 @@ fn rank(mut rows: Vec<u32>) -> usize {
     rank
 }
 
-/// No sum of syndromes of 32 bits in a row is 0, whichever of them are wrong, wherever they are, as these are
-/// linearly independent: that is all 2^32 - 1 errors at each place. A UART sends a byte's low bit first. CAN sends its
-/// high bit first, so that bits in a row are not so for this CRC: then it finds bursts of 28, and the bus's own CRC
-/// the others.
+/// No exclusive or of syndromes of 32 consecutive bits is 0, because they are linearly independent: this
+/// covers all 2^32 - 1 errors at each position. A UART sends the low bit of a byte first. CAN sends the high
+/// bit first, so that consecutive bits on the bus are not consecutive for this CRC: it then detects bursts of
+/// 28, and the bus's own CRC the others.
 #[test]
 fn every_burst_of_32_bits_is_found() {
     for bytes in SIZES {
@@ -148,8 +148,8 @@ fn every_burst_of_32_bits_is_found() {
     }
 }
 
-/// That syndromes tell what is found is shown on the decoder itself: random bursts, each as it is, which has to be
-/// found, and with the CRC's bits turned by its syndrome, which makes it one of the errors that cannot be.
+/// Checks on the decoder that syndromes predict detection: random bursts must be detected, and with the CRC
+/// corrected by their syndrome they cannot be.
 #[test]
 fn the_decoder_finds_exactly_what_has_a_syndrome() {
     let mut random = Pcg64Mcg::seed_from_u64(2);
@@ -175,7 +175,7 @@ fn the_decoder_finds_exactly_what_has_a_syndrome() {
     }
 }
 
-/// Turns each bit with the probability 1/2 to 1/16, at least one of them.
+/// Flips each bit with probability 1/2 to 1/16, at least one of them.
 fn damage(content: &mut [u8], random: &mut Pcg64Mcg) {
     let sets = 1 + below(random, 4);
     let mut is_damaged = false;
@@ -190,7 +190,7 @@ fn damage(content: &mut [u8], random: &mut Pcg64Mcg) {
     }
 }
 
-/// 10^8 of each size in the long run, of which 2^-32 each, 0.05 in all, would be expected not to be found.
+/// 10^8 of each size in the long run, of which 2^-32 each, 0.05 in total, are expected to be undetected.
 #[test]
 fn no_random_damage_passes_the_crc_32() {
     for bytes in SIZES {
@@ -207,7 +207,7 @@ fn no_random_damage_passes_the_crc_32() {
     }
 }
 
-/// The control: a CRC of 16 bits lets 2^-16 of the same damage pass, 1.5e-5. So it is the CRC that finds it.
+/// Control: a 16-bit CRC passes 2^-16 of the same damage, 1.5e-5. So the CRC detects it.
 #[test]
 fn the_same_damage_passes_a_crc_16_as_often_as_it_has_to() {
     let crc = crc::Crc::<u16>::new(&crc::CRC_16_IBM_3740);

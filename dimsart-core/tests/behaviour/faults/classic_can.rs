@@ -1,4 +1,4 @@
-//! Damage in frames of classic CAN, found by their CRC-8 alone: the bus has a CRC of its own, which is not asked.
+//! Damaged frames of classic CAN, detected by their CRC-8 alone; the bus's own CRC is ignored.
 
 use dimsart_core::Packet;
 use dimsart_link::carrier::can::{Assembler, frames};
@@ -17,7 +17,7 @@ fn packet() -> Vec<Vec<u8>> {
     frames(&packet.to_bytes(), CHANNEL).unwrap().map(|frame| frame.to_vec()).collect()
 }
 
-/// Whether a frame is taken for the one after these.
+/// Returns whether a frame is accepted as the one after these.
 fn is_taken(before: &[Vec<u8>], frame: &[u8]) -> bool {
     let mut assembler = Assembler::new();
     for frame in before {
@@ -27,15 +27,15 @@ fn is_taken(before: &[Vec<u8>], frame: &[u8]) -> bool {
     assembler.dropped() == 0
 }
 
-/// But for those that change the counter: with it the byte changes that is covered and not sent, so that they are two
-/// bursts to the CRC, 1 in 256 of which it misses. The bus's own CRC finds all of up to 15 bits.
+/// Except those that change the counter: it also changes the covered but unsent byte, so that the CRC sees
+/// two bursts, 1 in 256 of which it misses. The bus's own CRC detects all bursts up to 15 bits.
 #[test]
 fn every_burst_of_eight_bits_is_found() {
     let packet = packet();
     for (place, frame) in packet.iter().enumerate() {
         assert!(is_taken(&packet[..place], frame));
         let (mut bursts, mut missed) = (0_u32, 0_u32);
-        // As they are sent: a byte's high bit first.
+        // In transmission order: high bit of a byte first.
         for start in 0..=56 {
             for pattern in (1..=255_u64).filter(|pattern| start == 56 || pattern >> 7 == 1) {
                 let burst = (pattern << 56 >> start).to_be_bytes();
@@ -52,7 +52,7 @@ fn every_burst_of_eight_bits_is_found() {
     }
 }
 
-/// Eight bits let 1/256 of random bytes pass, no more and no less; who needs more takes CAN FD.
+/// Eight bits pass 1/256 of random bytes; use CAN FD for more protection.
 #[test]
 fn random_bytes_pass_a_crc_8_as_often_as_they_have_to() {
     let packet = packet();
@@ -61,7 +61,7 @@ fn random_bytes_pass_a_crc_8_as_often_as_they_have_to() {
     let mut passed = 0;
     for _ in 0..trials {
         let mut damaged = packet[1].clone();
-        // The byte that says which frame it is stays, else it is refused for that.
+        // The frame index is kept; otherwise the frame would be refused for it.
         damaged[0] = random.next_u64().to_le_bytes()[0];
         random.fill_bytes(&mut damaged[2..]);
         passed += u64::from(is_taken(&packet[..1], &damaged));

@@ -1,4 +1,4 @@
-//! Two sides whose clocks differ, each ticked by its own.
+//! Two sides with different clocks, each ticked by its own.
 
 use std::collections::VecDeque;
 
@@ -8,11 +8,11 @@ use crate::common::Bench;
 use crate::common::way::Ends;
 use test_requirements::length;
 
-/// As far as two cheap oscillators can be apart: 500 ppm fast and 500 ppm slow.
+/// Maximum difference of two cheap oscillators: 500 ppm fast and 500 ppm slow.
 const PERIODS_NS: [u64; 2] = [999_500, 1_000_500];
 const TRANSIT_NS: u64 = 2_300_000;
 
-/// One side: its controller, when it ticks next, and what is on its way to it.
+/// One side: its controller, its next tick, and the packets in transit to it.
 struct Side {
     controller: Bench,
     next_ns: u64,
@@ -26,7 +26,7 @@ impl Side {
         Self { controller, next_ns: 0, arriving: VecDeque::new(), ticks_without: 0 }
     }
 
-    /// A tick, in which the link must not be lost; gives the packet to the other side.
+    /// Runs a tick, in which the link must not be lost; returns the packet to the peer.
     fn tick(&mut self) -> Packet {
         while let Some((_, packet)) = self.arriving.pop_front_if(|(due_ns, _)| *due_ns <= self.next_ns) {
             self.controller.dimsart.receive(0, &packet.to_bytes()).unwrap();
@@ -42,7 +42,7 @@ impl Side {
     }
 }
 
-/// An hour in the long run, in which 3600 packets more are sent one way than taken, and counters go round 54 times.
+/// An hour in the long run: 3600 packets more are sent one way than received, and counters wrap 54 times.
 #[test]
 fn clocks_500_ppm_fast_and_slow_lose_no_link() {
     let duration_ns = 1_000_000_000 * length(300, 3600);
@@ -68,7 +68,7 @@ fn clocks_500_ppm_fast_and_slow_lose_no_link() {
         slow.count("LINK_LOST"),
         fast.count("LINK_LOST")
     );
-    // What is too much for the slow side is counted; the fast one goes without as often.
+    // The slow side counts the excess packets; the fast side misses as many.
     assert!(u64::from(slow.count("LINK_LOST")).abs_diff(more) <= 2);
     assert!(fast.ticks_without.abs_diff(more) <= 5);
     assert_eq!(fast.count("LINK_LOST"), 0);

@@ -1,4 +1,4 @@
-//! Contents forged and repeated by who has no key.
+//! Contents forged and replayed without the key.
 
 use dimsart_core::envelope::{Class, MAX_CONTENT_BYTES, seal};
 use dimsart_link::auth::{AuthError, Key, Line, Opener, Profile, Sealer};
@@ -11,7 +11,7 @@ use test_requirements::length;
 const CHANNEL: u16 = 17;
 const PAYLOAD: usize = 20;
 
-/// Both ends of a channel that have found together.
+/// Both ends of an associated channel.
 struct Channel {
     sealer: Sealer,
     opener: Opener,
@@ -41,7 +41,7 @@ impl Channel {
     }
 }
 
-/// A sealed content with other bits in its tag, and a CRC that is right again.
+/// A sealed content with a changed tag and a corrected CRC.
 fn forge(sealed: &mut [u8], tag_bytes: usize, random: &mut Pcg64Mcg) {
     let (covered, crc) = sealed.split_last_chunk_mut().unwrap();
     let tag = covered.len() - tag_bytes;
@@ -53,7 +53,7 @@ fn forge(sealed: &mut [u8], tag_bytes: usize, random: &mut Pcg64Mcg) {
     *crc = digest.finalize().to_le_bytes();
 }
 
-/// The next content, whose tag alone is not known: the best that there is to forge. 10^7 of them in the long run.
+/// The next content with an unknown tag: the best possible forgery. 10^7 of them in the long run.
 #[test]
 fn no_forged_tag_is_taken() {
     for (profile, tag_bytes) in [(Profile::Full, 8), (Profile::Short, 7)] {
@@ -69,8 +69,8 @@ fn no_forged_tag_is_taken() {
     }
 }
 
-/// The control, which shows that these are tries: where all but two bytes of the tag are known, the rest is guessed as
-/// often as 16 bits let it, so every bit of the tag is worth a half.
+/// Control, to show that these are real attempts: if all but two bytes of the tag are known, guesses succeed
+/// as often as 16 bits allow, so each bit of the tag halves the chance.
 #[test]
 fn two_bytes_of_a_tag_are_guessed_as_often_as_their_bits_let_it() {
     let mut random = Pcg64Mcg::seed_from_u64(402);
@@ -88,8 +88,7 @@ fn two_bytes_of_a_tag_are_guessed_as_often_as_their_bits_let_it() {
     super::assert_share(taken, attempts, 1.0 / f64::from(1 << 16));
 }
 
-/// Any stretch of what was taken and recorded, given again at any time, between contents of its own: 10^6 repetitions in
-/// the long run.
+/// Any recorded stretch replayed at any time between genuine contents: 10^6 replays in the long run.
 #[test]
 fn nothing_that_was_taken_is_taken_again() {
     for (profile, seed) in [(Profile::Full, 403), (Profile::Short, 404)] {
@@ -100,7 +99,7 @@ fn nothing_that_was_taken_is_taken_again() {
         while repeated < length(20_000, 1_000_000) {
             for _ in 0..1 + below(&mut random, 20) {
                 let own = channel.seal();
-                assert_eq!(channel.open(&own), Ok(()), "its own content is taken, seed {seed}");
+                assert_eq!(channel.open(&own), Ok(()), "the genuine content is accepted, seed {seed}");
                 if recorded.len() < 5000 {
                     recorded.push(own);
                 } else {

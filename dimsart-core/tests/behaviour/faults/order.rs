@@ -1,4 +1,4 @@
-//! Packets that come twice, late and in any order: none is used twice, none after a newer one.
+//! Duplicate, late and reordered packets: none is used twice or after a newer one.
 
 use std::collections::BTreeMap;
 
@@ -10,8 +10,8 @@ use super::{below, happens};
 use crate::common::way::Way;
 use test_requirements::length;
 
-/// Sends packets `1, 2, 3, ..`, of which this share come once more, and this share late, by at most `depth` ticks;
-/// looks at the wave that comes out, which is the packet's number, or 0 when nothing was used.
+/// Sends packets `1, 2, 3, ..`, with this share duplicated and this share late by at most `depth` ticks;
+/// checks the output wave, which is the packet's number, or 0 if none was used.
 #[expect(
     clippy::cast_possible_truncation,
     clippy::cast_precision_loss,
@@ -34,7 +34,7 @@ fn run(twice: f64, late: f64, depth: usize, packets: u64, seed: u64) {
                 line.entry(tick + again as u64).or_default().push(packet.clone());
             }
             let due = line.entry(tick + ticks as u64).or_default();
-            // Of those of one tick, too, any comes first.
+            // Packets of one tick come in any order, too.
             let place = below(&mut random, due.len() + 1);
             due.insert(place, packet);
         }
@@ -51,13 +51,14 @@ fn run(twice: f64, late: f64, depth: usize, packets: u64, seed: u64) {
             first = if first == 0 { number } else { first };
         }
     }
-    // Each that came was used or counted as refused; each that was sent since the first was used or counted as lost.
+    // Each received packet was used or counted as refused; each packet sent since the first was used or
+    // counted as lost.
     assert_eq!(delivered, used + u64::from(way.count("LINK_REFUSED")), "{what}");
     assert_eq!(newest + 1 - first, used + u64::from(way.count("LINK_LOST")), "{what}");
     assert!(used > packets / 3, "{what}: only {used} of {packets}");
 }
 
-/// 10^6 packets in the long run, with counters that go round.
+/// 10^6 packets in the long run, with counter overflow.
 #[test]
 fn nothing_is_used_twice_or_out_of_order() {
     let packets = length(6_000, 70_000);

@@ -1,4 +1,4 @@
-//! A UART that drops and inserts bytes: every frame that it left alone is taken, and nothing that was not sent.
+//! A UART that drops and inserts bytes: every undamaged frame is received, and no other.
 
 use dimsart_core::Packet;
 use dimsart_link::carrier::stream::{MAX_FRAME_BYTES, StreamReceiver, encode};
@@ -8,8 +8,8 @@ use rand_pcg::Pcg64Mcg;
 use super::happens;
 use test_requirements::length;
 
-/// A packet of Table 1 for 3 axes, whose words tell its number; every third one is all zeros, which COBS has to
-/// rewrite most.
+/// A packet of Table 1 for 3 axes, whose words contain its number; every third one is all zeros, the worst
+/// case for COBS.
 fn packet(number: u64, random: &mut Pcg64Mcg) -> Packet {
     let [low, high, ..] = number.to_le_bytes();
     let mut word = || if number.is_multiple_of(3) { 0 } else { random.next_u32() };
@@ -22,7 +22,7 @@ fn run(dropped: f64, inserted: f64, frames: u64, seed: u64) {
     let mut random = Pcg64Mcg::seed_from_u64(seed);
     let mut receiver = StreamReceiver::new();
     let (mut touched, mut taken_though_touched) = (0_u64, 0_u64);
-    // A frame that lost its last zero is ended by the first one of the next.
+    // A frame without its last zero is ended by the first zero of the next frame.
     let mut late: Option<Packet> = None;
     for number in 0..frames {
         let packet = packet(number, &mut random);
@@ -54,8 +54,8 @@ fn run(dropped: f64, inserted: f64, frames: u64, seed: u64) {
                 take(noise);
             }
         }
-        assert!(taken <= 1, "{what}: frame {number} taken {taken} times");
-        assert!(is_touched || taken == 1, "{what}: frame {number} came whole and was not taken");
+        assert!(taken <= 1, "{what}: frame {number} received {taken} times");
+        assert!(is_touched || taken == 1, "{what}: undamaged frame {number} not received");
         late = (taken == 0).then_some(packet);
         touched += u64::from(is_touched);
         taken_though_touched += u64::from(is_touched && taken == 1);
@@ -66,8 +66,8 @@ fn run(dropped: f64, inserted: f64, frames: u64, seed: u64) {
     assert!(touched > 0);
 }
 
-/// The frame after a damaged one is taken, always: the line is found again within one frame. 10^6 frames in the long
-/// run.
+/// The frame after a damaged one is always received: resynchronisation within one frame. 10^6 frames in the
+/// long run.
 #[test]
 fn every_frame_that_came_whole_is_taken_whatever_came_before_it() {
     let frames = length(100_000, 1_000_000) / 9;

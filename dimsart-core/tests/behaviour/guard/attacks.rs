@@ -1,17 +1,17 @@
-//! Somebody without the key hears all, and says whatever they like, to both sides of a link that runs.
+//! An attacker without the key hears everything and sends anything to both sides of a running link.
 
 use super::*;
 use dimsart_core::envelope::seal;
 
-/// What a forger gives to a side.
+/// Output of a forger to one side.
 struct Forger {
     random: Pcg64Mcg,
-    /// All that was ever said, and to whom.
+    /// Everything ever sent, with its receiver.
     recorded: [Vec<Vec<u8>>; 2],
     profile: Profile,
 }
 
-/// Ways to forge: those that [`Forger::forged`] knows.
+/// Kinds of forgery, for [`Forger::forged`].
 const WAYS: u32 = 10;
 
 impl Forger {
@@ -29,7 +29,7 @@ impl Forger {
         vec![content.to_vec()]
     }
 
-    /// A handshake of a kind with so many random bytes.
+    /// A handshake of a kind with random bytes.
     fn handshake(&mut self, kind: u8, length: usize, channel: u16) -> Vec<u8> {
         let mut buffer = [0; MAX_CONTENT_BYTES];
         buffer[3] = kind;
@@ -42,7 +42,7 @@ impl Forger {
         (count > 0).then(|| self.recorded[to][self.random.next_u32() as usize % count].clone())
     }
 
-    /// What one of the [`WAYS`] brings forth for a side that listens to a channel.
+    /// Returns a forgery of one of the [`WAYS`] for a side and channel.
     fn forged(&mut self, way: u32, to: usize, channel: u16) -> Option<Vec<u8>> {
         Some(match way {
             0 => self.handshake(3, 8, channel),
@@ -50,15 +50,15 @@ impl Forger {
             2 => self.handshake(5, 16, channel),
             3 => self.handshake(6, 8, channel),
             4 => self.handshake(7, 0, channel),
-            // Those of version 8 and before: a hello, a challenge, a proof.
+            // Of version 8 and earlier: a hello, a challenge, a proof.
             5 => {
                 let (kind, length) = [(0, 0), (1, 8), (2, 16)][self.random.next_u32() as usize % 3];
                 self.handshake(kind, length, channel)
             }
-            // As it was said, to this side and to the other one.
+            // Replayed to this side and to the other one.
             6 => self.any_recorded(to)?,
             7 => resealed(&self.any_recorded(1 - to)?, channel),
-            // The newest content, with another tag, or the next freshness.
+            // The newest content with a changed tag, or with the next freshness value.
             _ => {
                 let mut forged = self.recorded[to].iter().rfind(|said| said[0] & 0x80 != 0)?.clone();
                 let end = forged.len() - 4;
@@ -74,7 +74,7 @@ impl Forger {
     }
 }
 
-/// With the checksum of a channel.
+/// Sets the checksum of a channel.
 fn resealed(content: &[u8], channel: u16) -> Vec<u8> {
     let mut content = content.to_vec();
     let (covered, end) = content.split_last_chunk_mut().expect("whole");
@@ -86,7 +86,7 @@ fn resealed(content: &[u8], channel: u16) -> Vec<u8> {
     content
 }
 
-/// Every genuine packet is taken in its ms, and nobody finds together anew.
+/// Every genuine packet is accepted in its ms, and no new association occurs.
 fn assert_untouched(link: &Link, duration_ms: usize, what: &str) {
     for side in &link.sides {
         assert_eq!(side.taken.len(), duration_ms, "{what}");
@@ -95,11 +95,11 @@ fn assert_untouched(link: &Link, duration_ms: usize, what: &str) {
     }
     for (sender, receiver) in [(0, 1), (1, 0)] {
         let own = |packet: &Packet| packet.echo == link.sides[sender].echo;
-        assert!(link.sides[receiver].taken.iter().all(own), "{what}: a forgery was taken");
+        assert!(link.sides[receiver].taken.iter().all(own), "{what}: a forgery was accepted");
     }
 }
 
-/// Two frames of 19 bytes used to be enough: a false challenge to each side.
+/// In earlier versions two frames of 19 bytes were enough: a forged challenge to each side.
 #[test]
 fn two_false_challenges_do_nothing() {
     for profile in PROFILES {
@@ -116,7 +116,7 @@ fn two_false_challenges_do_nothing() {
     }
 }
 
-/// Each way to forge by itself and all together, at ten frames a second and at as many as a line carries.
+/// Each kind of forgery alone and all together, at ten frames per second and at the line's full rate.
 #[test]
 fn nothing_that_is_forged_or_repeated_is_taken_delays_anything_or_has_sides_find_together_anew() {
     for profile in PROFILES {
@@ -141,7 +141,7 @@ fn nothing_that_is_forged_or_repeated_is_taken_delays_anything_or_has_sides_find
                 let what = format!("{profile:?}, {channels:?}, ways {ways:?}");
                 assert_untouched(&link, 400, &what);
                 for side in &link.sides {
-                    // What anybody can ask for is told once a ms at most, and begins nothing.
+                    // Handshakes that anybody can request are sent once per ms at most and have no effect.
                     assert_eq!(side.begun, 0, "{what}");
                     assert!(side.handshakes <= 2 * 400, "{what}: {}", side.handshakes);
                 }
@@ -150,7 +150,7 @@ fn nothing_that_is_forged_or_repeated_is_taken_delays_anything_or_has_sides_find
     }
 }
 
-/// Ten forged tags a second used to lock a receiver of short tags for good.
+/// In earlier versions ten forged tags per second blocked a receiver of short tags permanently.
 #[test]
 fn ten_forged_frames_a_second_and_as_many_as_a_line_carries_keep_nothing_out() {
     for (profile, per_s, duration_s) in [
@@ -175,7 +175,7 @@ fn ten_forged_frames_a_second_and_as_many_as_a_line_carries_keep_nothing_out() {
             }
             link.run(1, &mut clean);
             if ms % 1000 == 0 {
-                // The newest there is to forge from.
+                // The newest content available for forgery.
                 link.run(1, &mut |content, to| {
                     forger.recorded[to].push(content.to_vec());
                     clean(content, to)
@@ -189,7 +189,7 @@ fn ten_forged_frames_a_second_and_as_many_as_a_line_carries_keep_nothing_out() {
     }
 }
 
-/// A flood from before the start on, of everything, does not keep a side that starts anew from being taken again.
+/// A flood of everything before the start does not prevent a restarted side from being accepted.
 #[test]
 fn a_side_that_starts_anew_is_taken_again_in_a_flood() {
     for profile in PROFILES {
@@ -220,8 +220,7 @@ fn a_side_that_starts_anew_is_taken_again_in_a_flood() {
     }
 }
 
-/// A link that sends more seldom than an association stands: a forger can have both sides find together anew, and nothing
-/// is lost by it.
+/// A link that sends less often than an association lasts: a forger can cause a new association, but no loss.
 #[test]
 fn a_slow_link_loses_nothing_to_a_forger() {
     for profile in PROFILES {

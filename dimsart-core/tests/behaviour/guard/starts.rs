@@ -1,4 +1,4 @@
-//! How long both sides take to find together, at first and when one of them starts anew.
+//! Time until both sides associate, at first and after a restart of one side.
 
 use super::*;
 
@@ -18,7 +18,8 @@ fn both_sides_find_together_in_three_ms_and_lose_nothing_from_then_on() {
     }
 }
 
-/// While both sides find together, too, nothing is lost for long when a third of all is: each says it again.
+/// A third of all packets is lost: even then there is no long gap during the association, because handshakes
+/// are repeated.
 #[test]
 fn loss_makes_finding_together_a_little_longer() {
     let mut random = Pcg64Mcg::seed_from_u64(6);
@@ -37,7 +38,7 @@ fn loss_makes_finding_together_a_little_longer() {
     }
 }
 
-/// How long a side hears nothing when the other one starts anew in no time, by the time on the way.
+/// Silence after an instantaneous restart of the peer, by the transit time.
 #[test]
 fn a_side_that_starts_anew_is_taken_again_before_the_link_is_lost() {
     for profile in PROFILES {
@@ -48,7 +49,7 @@ fn a_side_that_starts_anew_is_taken_again_before_the_link_is_lost() {
                 link.restart(1, profile, 3);
                 link.run(100, &mut clean);
                 let [stayed, started] = &link.sides;
-                // Until the first of the new life comes to who stayed; and to who started.
+                // Until the first new content arrives at the side that stayed, and at the restarted side.
                 let first_ms = started.taken_ms[0] - started_ms;
                 let silence_ms = stayed.silence_ms(started_ms, link.now_ms);
                 println!("{profile:?}, {delay_ms} ms: {silence_ms} ms, {first_ms} ms");
@@ -68,7 +69,7 @@ fn a_side_that_changes_its_channel_is_taken_again() {
         link.sides[1].guard.listen(99);
         link.run(200, &mut clean);
         assert!(link.sides[1].taken.len() >= 190, "{} taken", link.sides[1].taken.len());
-        assert_eq!(link.sides[0].taken.len(), 200, "the other direction goes on");
+        assert_eq!(link.sides[0].taken.len(), 200, "the other direction continues");
     }
 }
 
@@ -95,7 +96,7 @@ fn sides_that_are_far_away_find_together_in_two_round_trips() {
     }
 }
 
-/// One that only listens, and so has nothing in place of which it could say hello.
+/// A side that only receives, and so has no content to replace by a hello.
 #[test]
 fn a_link_of_one_direction_finds_together_too() {
     for profile in PROFILES {

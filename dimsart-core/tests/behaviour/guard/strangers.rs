@@ -1,8 +1,8 @@
-//! What a side says itself, or who is not of its link.
+//! A side's own frames, and frames of a foreign link.
 
 use super::*;
 
-/// Everything that a side says comes back to it, and nothing else.
+/// Everything that a side sends comes back to it, and nothing else.
 #[test]
 fn a_mirror_is_no_other_side() {
     for profile in PROFILES {
@@ -22,7 +22,7 @@ fn a_mirror_is_no_other_side() {
     }
 }
 
-/// What a side says in operation comes back to it beside what the other one says, also where both use one channel.
+/// In operation, a side's own frames come back in addition to the peer's, even if both use one channel.
 #[test]
 fn what_is_reflected_is_refused_and_no_trouble() {
     for profile in PROFILES {
@@ -30,11 +30,11 @@ fn what_is_reflected_is_refused_and_no_trouble() {
             let mut link = Link::running(profile, channels, 0);
             let mut reflected = 0;
             for _ in 0..500 {
-                // Of three, the last: newer than all that came the other way.
+                // The last of three: newer than everything received.
                 let mut send =
                     |side: &mut Side| (0..3).flat_map(|_| side.send(link.now_ms)).last().expect("sent");
                 let said = link.sides.each_mut().map(&mut send);
-                // Before what the other one says comes.
+                // Before the peer's frame arrives.
                 for (from, content) in said.iter().enumerate() {
                     link.give(from, content);
                     reflected += 1;
@@ -70,7 +70,7 @@ fn what_is_moved_to_another_link_is_refused_and_no_trouble() {
             link.sides.iter_mut().for_each(Side::forget);
             link
         };
-        // The same seeds even: nothing but the link's number tells them apart.
+        // Even the seeds are the same: only the link's number differs.
         let mut links = [of_link(1, 1), of_link(2, 1)];
         let mut moved = Vec::new();
         for _ in 0..500 {
@@ -79,7 +79,7 @@ fn what_is_moved_to_another_link_is_refused_and_no_trouble() {
                 moved.push((side, content.to_vec()));
                 clean(content, side)
             });
-            // Before what it stands for comes.
+            // Before the original arrives.
             for (side, content) in moved.drain(..) {
                 to.give(side, &content);
             }

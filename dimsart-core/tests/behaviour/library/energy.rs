@@ -1,6 +1,7 @@
-//! Modules that watch energy: what counts that wrap, restart or stay away do, and what begins without a jump.
+//! Modules that monitor energy: counters that wrap, restart or are missing, and initialisation without a
+//! jump.
 
-#![expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "what a device measures")]
+#![expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "converted measurements")]
 
 use dimsart_core::{Tick, Word, types};
 use rand_core::{Rng, SeedableRng};
@@ -8,10 +9,10 @@ use rand_pcg::Pcg32;
 
 use crate::common::{Bench, H};
 
-/// Counts of a joule.
+/// Counts per joule.
 const COUNTS_PER_J: u32 = 1 << 24;
 
-/// A bench of one axis that measures position and force or position of the other side, and its count.
+/// A bench of one axis that measures position and force or the peer's position, and its count.
 fn bench(far: crate::common::Types, rows: &str) -> Bench {
     let mut bench = Bench::of(1, far, &[]);
     bench.run(rows);
@@ -35,7 +36,7 @@ fn a_count_that_wraps_goes_on_and_one_that_begins_anew_brings_nothing() {
     let mut bench = tank();
     let start = u32::MAX - COUNTS_PER_J / 4;
     tick(&mut bench, [0.0, 0.0], start);
-    assert_eq!(bench.signal("PORT_ENERGY"), [0.0], "what was counted before belongs to others");
+    assert_eq!(bench.signal("PORT_ENERGY"), [0.0], "earlier counts are ignored");
     tick(&mut bench, [0.0, 0.0], start.wrapping_add(COUNTS_PER_J / 2));
     assert_eq!(bench.signal("PORT_ENERGY"), [0.5]);
     tick(&mut bench, [0.0, 0.0], 0);
@@ -50,7 +51,7 @@ fn a_tank_commands_what_it_can_pay_for_and_nothing_once_it_is_empty() {
     let mut position = 0.0_f32;
     tick(&mut bench, [position, 5.0], 0);
     tick(&mut bench, [position, 5.0], COUNTS_PER_J / 100);
-    assert_eq!(bench.signal("DES_FORCE"), [5.0], "10 mJ, and nothing moves");
+    assert_eq!(bench.signal("DES_FORCE"), [5.0], "10 mJ, no motion");
     let mut given_j = 0.0;
     for _ in 0..100 {
         given_j += f64::from(bench.signal("DES_FORCE")[0]) * 1e-3;
@@ -68,7 +69,7 @@ fn a_reference_waits_for_energy_and_then_goes_to_where_the_master_is() {
         "TDPA_MOD CAUSALITY ADMITTANCE\nMOD_ENG MOD_ON TDPA_MOD\nPCTRL_MOD K_PARAM 1000\nMOD_ENG MOD_ON PCTRL_MOD",
     );
     tick(&mut bench, [0.0, 0.0], 0);
-    // The device is held, so that every millimetre of the reference costs: 0.5 K x² in all.
+    // The device is held, so that every millimetre of the reference needs energy: 0.5 K x² in total.
     for step in 1_u8..=20 {
         tick(&mut bench, [0.0, 1e-3 * f32::from(step)], 0);
     }
@@ -76,7 +77,7 @@ fn a_reference_waits_for_energy_and_then_goes_to_where_the_master_is() {
         tick(&mut bench, [0.0, 0.02], 0);
     }
     let waiting = bench.signal("DES_POSITION")[0];
-    assert!(waiting.abs() < 2e-3, "nobody has paid for {waiting} m");
+    assert!(waiting.abs() < 2e-3, "no energy for {waiting} m");
     for _ in 0..1000 {
         tick(&mut bench, [0.0, 0.02], COUNTS_PER_J);
     }
@@ -84,9 +85,9 @@ fn a_reference_waits_for_energy_and_then_goes_to_where_the_master_is() {
     assert!((arrived - 0.02).abs() < 1e-5, "{arrived} m");
 }
 
-/// A reference with 1000 N/m and 5 N s/m behind it moves 0.5 kg, now and then against a wall, by a far position that stays
-/// away for up to a second and then jumps. What has come out, by the forces and steps themselves, is never more than what
-/// the other side has reported and the credit.
+/// A reference with 1000 N/m and 5 N s/m moves 0.5 kg, sometimes against a wall, by a peer position that is
+/// missing for up to a second and then jumps. The energy output, computed from forces and steps, never
+/// exceeds the energy reported by the peer plus the credit.
 #[test]
 fn a_reference_gives_out_no_more_than_was_reported_and_its_credit_whatever_is_lost() {
     let (h, mass, credit_j) = (f64::from(H), 0.5, 0.1);
@@ -122,11 +123,11 @@ fn a_reference_gives_out_no_more_than_was_reported_and_its_credit_whatever_is_lo
             x += h * v;
         }
         assert!(least_j > -credit_j - 1e-4, "{seed}: {least_j} J");
-        assert!(least_j < -0.01 || paid_w > 0.0, "{seed}: it takes its credit: {least_j}");
+        assert!(least_j < -0.01 || paid_w > 0.0, "{seed}: it uses its credit: {least_j}");
     }
 }
 
-/// The same of a force: a hand moves 0.5 kg while the far force stays away and jumps.
+/// The same for a force: a hand moves 0.5 kg while the peer's force is missing and jumps.
 #[test]
 fn a_force_gives_out_no_more_than_was_reported_and_its_credit_whatever_is_lost() {
     let (h, mass) = (f64::from(H), 0.5);
@@ -159,7 +160,7 @@ fn a_force_gives_out_no_more_than_was_reported_and_its_credit_whatever_is_lost()
             v += h * (force - 5.0 * v - 100.0 * x) / mass;
             x += h * v;
         }
-        // And what a tick of 30 N does to 0.5 kg, which is known behind it.
+        // Plus the effect of one tick of 30 N on 0.5 kg, which is known afterwards.
         assert!(least_j > -0.1 - 30.0 * 30.0 * h * h / mass, "{seed}: {least_j} J");
     }
 }

@@ -1,4 +1,4 @@
-//! Filters and observers: what they begin with, what they refuse, and what a change does on the way.
+//! Filters and observers: initial values, refused parameters, and changes at run time.
 
 use dimsart_core::{CommandError, ParameterError, types};
 
@@ -18,7 +18,7 @@ const BUTTERWORTH: &str = "BIQUAD_MOD SOS[0][0] 0.0200833656\nBIQUAD_MOD SOS[0][
     BIQUAD_MOD SOS[0][2] 0.0200833656\nBIQUAD_MOD SOS[0][3] 1\nBIQUAD_MOD SOS[0][4] -1.56101808\n\
     BIQUAD_MOD SOS[0][5] 0.641351538";
 
-/// What has been the same for ever stays so, also when the filter changes.
+/// A constant input gives a constant output, even if the filter changes.
 #[test]
 fn a_filter_begins_with_its_input_and_a_change_of_it_does_not_show_in_one_that_rests() {
     for (rows, change) in [
@@ -95,7 +95,7 @@ fn sections(sos: &[[f64; 6]]) -> String {
     rows.collect::<Vec<_>>().join("\n")
 }
 
-/// Poles near 1: a step through a filter of 1 Hz is what the same coefficients make of it in double precision.
+/// Poles near 1: the step response of a 1 Hz filter equals the response of the same coefficients in double precision.
 #[test]
 fn a_filter_of_a_low_frequency_keeps_its_gain() {
     let mut filter = filter(&sections(&LOW));
@@ -104,7 +104,7 @@ fn a_filter_of_a_low_frequency_keeps_its_gain() {
     for tick in 0..8000 {
         let mut y = 1.0;
         for (row, [s1, s2]) in LOW.iter().zip(&mut memory) {
-            #[expect(clippy::cast_possible_truncation, reason = "what the module has of them")]
+            #[expect(clippy::cast_possible_truncation, reason = "rounded as in the module")]
             let [b0, b1, b2, _, a1, a2] = row.map(|value| f64::from(value as f32));
             let x = y;
             y = b0 * x + *s1;
@@ -116,7 +116,7 @@ fn a_filter_of_a_low_frequency_keeps_its_gain() {
     assert_close(filter.step(&[1.0]), 1.0, 1e-3);
 }
 
-/// `scipy.signal.butter(4, 0.1, fs=1000, output="sos")`: as `f32` its gain is 4 % off, and could be 46 %.
+/// `scipy.signal.butter(4, 0.1, fs=1000, output="sos")`: as `f32` its gain is 4 % off, and could be 46 % off.
 #[test]
 fn a_filter_whose_coefficients_have_too_few_digits_is_refused_with_the_error() {
     let [first, last] = [
@@ -135,7 +135,7 @@ fn a_filter_whose_coefficients_have_too_few_digits_is_refused_with_the_error() {
     assert_eq!(answers.last(), Some(&refused), "{answers:?}");
 }
 
-/// A pole at 1 never comes to rest: an integrator begins with nothing.
+/// A pole at 1 never settles: an integrator starts at zero.
 #[test]
 fn a_section_that_integrates_begins_with_no_memory() {
     let mut sum = filter("BIQUAD_MOD SOS[0][0] 1\nBIQUAD_MOD SOS[0][3] 1\nBIQUAD_MOD SOS[0][4] -1");
@@ -144,8 +144,8 @@ fn a_section_that_integrates_begins_with_no_memory() {
     }
 }
 
-/// A sample that was a million times larger is forgotten when it has left the window, and so is what rounding took of the
-/// others meanwhile.
+/// A sample a million times larger has no effect once it has left the window, nor has the rounding that it
+/// caused.
 #[test]
 fn a_moving_average_does_not_drift() {
     let mut average = filter("MOVING_AVERAGE_MOD WINDOW 50");
@@ -173,8 +173,8 @@ fn a_moving_average_begins_anew_after_a_reset() {
     }
 }
 
-/// At a constant acceleration a tracking loop lags by two over its frequency, a filtered difference by one, and what knows
-/// of accelerations not at all.
+/// At constant acceleration a tracking loop lags by two over its frequency, a filtered difference by one, and
+/// a model with acceleration not at all.
 #[test]
 fn observers_lag_as_their_frequency_says() {
     const ACCELERATION: f32 = 4.0;
@@ -197,7 +197,7 @@ fn observers_lag_as_their_frequency_says() {
     assert_close(lag_s("KALMAN_MOD MODEL CONSTANT_ACCELERATION"), 0.0, 1e-3);
 }
 
-/// Of an encoder's steps it lets less through than a difference of the same frequency.
+/// It attenuates an encoder's quantisation more than a difference with the same frequency.
 #[test]
 fn a_tracking_loop_smooths_the_steps_of_an_encoder() {
     let ripple = |rows: &str| {
@@ -240,7 +240,7 @@ fn an_observer_takes_over_with_the_velocity_of_the_one_before() {
     }
 }
 
-/// With the other model nobody provides an acceleration.
+/// With the other model the acceleration has no provider.
 #[test]
 fn a_kalman_filter_has_an_acceleration_where_its_model_has_one() {
     let provides = |model: &str| {
@@ -252,8 +252,8 @@ fn a_kalman_filter_has_an_acceleration_where_its_model_has_one() {
     assert!(!provides("CONSTANT_VELOCITY"));
 }
 
-/// A ramp far from zero, in the steps that an `f32` has there: its mean velocity is observed to a part in a thousand, by
-/// every observer and method, whatever the distance.
+/// A ramp far from zero, quantised by `f32`: every observer and method finds its mean velocity within 0.1 %,
+/// at any distance.
 #[test]
 fn a_velocity_is_observed_far_from_zero() {
     for rows in [
@@ -280,13 +280,15 @@ fn a_velocity_is_observed_far_from_zero() {
     }
 }
 
-/// A lead of ten times, and a reference that is far away: what comes out follows small steps of the input, not its size.
+/// A lead of ten, with a reference far away: the output follows small steps of the input, whatever its
+/// magnitude.
 #[test]
 fn a_lead_and_a_state_feedback_lose_nothing_far_from_zero() {
     for start in [0.0_f32, 1e4, 1e5] {
         let mut lead = filter("LEAD_LAG_MOD ZERO 0.01\nLEAD_LAG_MOD POLE 0.1");
         lead.step(&[start]);
-        // A step of 1/64, which an f32 has at 1e5: at once ten times as much but for half a tick, then with 1.6 s.
+        // A step of 1/64, which is representable at 1e5: at once ten times as much minus half a tick, then
+        // with 1.6 s.
         let step = 0.015_625;
         let share = core::f64::consts::PI * 0.1 * f64::from(H);
         let (share, mut lacking) = (share / (1.0 + share), f64::from(step));
@@ -295,7 +297,7 @@ fn a_lead_and_a_state_feedback_lose_nothing_far_from_zero() {
             let change = share * lacking;
             let expected = f64::from(step) + 9.0 * (lacking - change);
             lacking -= 2.0 * change;
-            // Half of the last digit of what comes out.
+            // Half of the output's last digit.
             assert!((found - expected).abs() < 0.004 + 1e-4, "{start} {tick}: {found} for {expected}");
         }
         let mut feedback = Alone::new(
@@ -309,7 +311,7 @@ fn a_lead_and_a_state_feedback_lose_nothing_far_from_zero() {
     }
 }
 
-/// A constant error that adds less than the last digit of a large integral is not lost.
+/// A constant error whose contribution is less than the last digit of a large integral is not lost.
 #[test]
 fn an_integral_goes_on_growing_by_small_steps() {
     for (module, gain) in [("PIDCTRL_MOD", 2.0), ("PID2_MOD", 2.0), ("STATE_FEEDBACK_MOD", 2.0)] {

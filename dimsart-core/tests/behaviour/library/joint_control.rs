@@ -1,4 +1,4 @@
-//! Controllers of joints: limits, take-over, and whole loops around a mass.
+//! Joint controllers: limits, take-over, and closed loops with a mass.
 
 use dimsart_core::types;
 
@@ -7,7 +7,7 @@ use crate::common::{Alone, Bench, H, Types, assert_close};
 const MASS_KG: f32 = 0.5;
 const SERVO: Types = &[types::POSITION, types::DES_POSITION];
 
-/// A mass under a controller and a load.
+/// A mass with a controller and a load.
 struct Joint {
     bench: Bench,
     x_m: f32,
@@ -25,7 +25,7 @@ impl Joint {
         Self { bench, x_m: 0.0, v_m_s: 0.0, load_n: 0.0, force_n: 0.0, largest_step_n: 0.0 }
     }
 
-    /// A tick on the way to a position and a velocity.
+    /// Runs a tick towards a position and a velocity.
     fn tick(&mut self, desired_m: f32, desired_m_s: f32) {
         let before = self.force_n;
         let commanded = self.bench.tick(&[self.x_m, self.v_m_s, desired_m, desired_m_s]);
@@ -39,7 +39,7 @@ impl Joint {
         (0..ticks).for_each(|_| self.tick(desired_m, desired_m_s));
     }
 
-    /// Follows a sine between two ticks; the largest step of the force.
+    /// Follows a sine between two ticks; returns the maximum step of the force.
     fn swing(&mut self, from: u16, to: u16) -> f32 {
         self.largest_step_n = 0.0;
         for tick in from..to {
@@ -59,7 +59,7 @@ fn pi_holds_a_velocity_against_a_load() {
     assert_close(joint.force_n, 7.0, 1e-3);
 }
 
-/// The integral settles at 10 N for an error of 1; for -1 it is at zero after the tracking time times ln 2.
+/// The integral settles at 10 N for an error of 1; for -1 it reaches zero after the tracking time times ln 2.
 #[test]
 fn pi_leaves_its_limit_within_the_tracking_time_however_long_it_was_there() {
     let rows = "PI_MOD I_PARAM 100\nPI_MOD LIMIT 10\nPI_MOD TRACKING_TIME 0.1\nMOD_ENG MOD_ON PI_MOD";
@@ -153,7 +153,7 @@ fn a_state_feedback_begins_where_the_joint_stands() {
     assert_close(joint.x_m, 0.5, 1e-4);
 }
 
-/// Of 0.5 kg a hand feels 2 kg.
+/// A hand perceives 2 kg instead of 0.5 kg.
 #[test]
 fn an_impedance_is_felt_with_the_inertia_that_is_asked_for() {
     let mut bench = Bench::of(
@@ -170,7 +170,7 @@ fn an_impedance_is_felt_with_the_inertia_that_is_asked_for() {
         commanded.iter().map(|force_n| (force_n + hand_n) / MASS_KG).sum::<f32>()
     };
     assert_close(accelerated(4.0), 2.0, 1e-6);
-    // The motor can take 4 N of 100 N away, and no more.
+    // The motor can compensate 4 N of 100 N, and no more.
     assert_close(accelerated(100.0), 192.0, 1e-6);
 }
 
@@ -206,7 +206,7 @@ fn an_admittance_goes_on_where_it_is_when_its_law_changes_or_another_one_takes_o
     assert!(step(&mut admittance, last) < 1.1 * usual);
 }
 
-/// A spring gives way under a load; with what the observer finds against it, it does not.
+/// A spring yields under a load; with the observer's compensation it does not.
 #[test]
 fn a_disturbance_observer_takes_a_load_off_a_controller() {
     let scheme = |share: &str| {

@@ -1,4 +1,4 @@
-//! Limits: what they hold back, and that they never let a joint through.
+//! Limits: they hold, and a joint never passes them.
 
 use dimsart_core::types;
 use rand_core::{Rng, SeedableRng};
@@ -6,7 +6,7 @@ use rand_pcg::Pcg32;
 
 use crate::common::{Alone, H};
 
-/// A mass with friction, pushed at random: always as hard as it may go in one direction, for a while.
+/// A mass with friction, pushed at random: at full force in one direction for a while.
 #[test]
 fn a_joint_never_goes_beyond_its_limits_and_reaches_them() {
     let rows = "JLIMIT_MOD PORT_FORCE_IN FEED_FORCE\nJLIMIT_MOD POSITION_LOW -0.5\nJLIMIT_MOD POSITION_HIGH 0.7
@@ -25,7 +25,7 @@ fn a_joint_never_goes_beyond_its_limits_and_reaches_them() {
             #[expect(clippy::cast_possible_truncation, reason = "as it is measured")]
             let force = module.step(&[x as f32, v as f32, push]);
             assert!(force.abs() <= 30.0);
-            // The force holds for the tick.
+            // The force is constant during the tick.
             let a = f64::from(force) - friction * v;
             let h = f64::from(H);
             x += h * (v + 0.5 * h * a);
@@ -47,8 +47,9 @@ fn beyond_a_limit_a_joint_is_braked_and_may_go_back() {
     assert_eq!(module.step(&[1.5, -0.5, -4.0]).to_bits(), (-4.0_f32).to_bits());
 }
 
-/// Loads of 0.5 to 40 times what `DECELERATION` says, on a joint that is up to 30 % lighter or heavier than said: each is
-/// held at the limit for a minute, from rest and where it is hit with the largest velocity; without it the joint goes back.
+/// Loads of 0.5 to 40 times `DECELERATION`, on a joint up to 30 % lighter or heavier than declared: each is
+/// held at the limit for a minute, from rest and after an impact at maximum velocity; without the load the
+/// joint returns.
 #[test]
 fn whatever_pushes_outwards_is_held_at_the_limit() {
     let rows = "JLIMIT_MOD PORT_FORCE_IN FEED_FORCE\nJLIMIT_MOD POSITION_HIGH 1\nJLIMIT_MOD POSITION_LOW -1
@@ -74,7 +75,7 @@ fn whatever_pushes_outwards_is_held_at_the_limit() {
                 tick(&mut x, &mut v, load);
                 furthest = furthest.max(x);
             }
-            // While the load is not known yet, it pushes the joint some ticks further.
+            // Until the load is known, it pushes the joint some ticks further.
             assert!(
                 furthest < 1.0 + 30.0 * load / inertia * h * h + 25.0 * 7.0 * h * h,
                 "{load}: {furthest}"
@@ -101,7 +102,7 @@ fn homing_finds_a_stop_by_its_force_and_says_when_there_is_none() {
         let mut module = Alone::new(1, &[types::POSITION, types::MEASURED_TORQUE], "DES_POSITION", rows);
         let (mut x, mut force, mut states) = (0.0_f32, 0.0_f32, Vec::new());
         for _ in 0..3000 {
-            // A joint that follows as far as the stop lets it, and pushes with 300 N/m.
+            // A joint that follows within its stop and pushes with 300 N/m.
             let desired = module.step(&[x, force]);
             x = desired.min(stop);
             force = 300.0 * (desired - x);
@@ -115,7 +116,7 @@ fn homing_finds_a_stop_by_its_force_and_says_when_there_is_none() {
     }
 }
 
-/// Each step of the last 10 rad is a sixtieth of an ulp of the way so far.
+/// Each step of the last 10 rad is a sixtieth of an ulp of the position.
 #[test]
 fn homing_ends_its_search_at_the_end_of_a_long_way() {
     let rows = "HOMING_MOD HOMING_VELOCITY 1000\nHOMING_MOD SEARCH_DISTANCE 1e6\nMOD_ENG MOD_ON HOMING_MOD";
@@ -139,7 +140,7 @@ fn a_fixture_without_a_direction_does_nothing() {
     }
 }
 
-/// A thirtieth of half an ulp in each tick.
+/// A thirtieth of half an ulp per tick.
 #[test]
 fn a_limit_whose_step_is_lost_in_rounding_keeps_its_rate() {
     let rows = "LIMIT_MOD RATE 0.001\nMOD_ENG MOD_ON LIMIT_MOD";

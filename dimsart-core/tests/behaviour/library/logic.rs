@@ -1,4 +1,4 @@
-//! Selection, logic, sequences and tables: what no outside implementation shows.
+//! Selection, logic, sequences and tables: properties without an external reference.
 #![expect(clippy::float_cmp, reason = "what is passed on is the same")]
 
 use dimsart_core::types;
@@ -48,7 +48,7 @@ fn a_table_jumps_where_two_points_have_the_same_place() {
     assert_eq!([0.5, 1.0, 9.0].map(|x| module.step(&[x])), [1.0, 5.0, 5.0]);
 }
 
-/// One that is 2 for 3 ticks after the condition.
+/// Outputs 2 for 3 ticks after the condition.
 #[test]
 fn a_sequence_begins_anew_after_a_reset() {
     let rows = "SEQUENCE_MOD IF_A[0][0] 1\nSEQUENCE_MOD OUTPUT[0][1] 2\nSEQUENCE_MOD AFTER[0][1] 0.003
@@ -66,7 +66,7 @@ fn a_sequence_begins_anew_after_a_reset() {
 fn a_recorder_keeps_the_rows_around_a_condition() {
     let rows = "RECORDER_MOD PORT_SIGNAL_IN POSITION\nRECORDER_MOD LENGTH 6\nRECORDER_MOD AFTER 2
         RECORDER_MOD TRIGGER CONDITION\nMOD_ENG MOD_ON RECORDER_MOD";
-    // From tick 10 on, and from the start on: that is no edge, and caught only where it is asked for.
+    // From tick 10 on, and from the start on: the latter is not an edge, and matters only if requested.
     for (more, from, taken) in [("", 10, 13), ("", 0, 100), ("\nRECORDER_MOD AT_ONCE ON", 0, 3)] {
         let mut bench = Bench::of(1, &[types::POSITION, types::CONDITION], &[]);
         bench.run(&format!("{rows}{more}"));

@@ -1,10 +1,10 @@
-//! Arms: Cartesian coordinates beside those of joints, what is published of the PHANToM, collisions, places beyond reach.
+//! Arms: Cartesian and joint coordinates, published data of the PHANToM, collisions, unreachable positions.
 #![expect(clippy::indexing_slicing, reason = "in helpers of tests as in tests")]
 
 use crate::common::{Alone, Bench, Types, assert_close};
 use dimsart_core::{AxisKind, Unit, UnitRelation, types};
 
-/// What the matching check finds in a scheme on a device of three axes.
+/// Returns the findings of a scheme on a device of three axes.
 fn findings(rows: &str) -> Vec<String> {
     let mut bench = Bench::of(3, &[types::POSITION, types::DES_POSITION], &[]);
     bench.rows(rows);
@@ -25,16 +25,16 @@ fn a_law_takes_coordinates_of_joints_or_cartesian_ones_and_never_both() {
     assert_eq!(
         law("TIP_POSITION", "TIP_POSITION", "DES_FORCE"),
         [
-            "port DES_FORCE of PDCTRL_MOD is bound to DES_FORCE, which is of joints, where other ports of the module are \
-          Cartesian: bind it to a signal that fits (PORT_DES_FORCE command); `dimsart modules PDCTRL_MOD` shows what does"
+            "port DES_FORCE of PDCTRL_MOD is bound to DES_FORCE, which is in joint coordinates, but other ports of the \
+          module are Cartesian: bind it to a compatible signal (PORT_DES_FORCE command); see `dimsart modules PDCTRL_MOD`"
         ]
     );
     assert_eq!(
         law("POSITION", "TIP_POSITION", "DES_FORCE"),
         [
-            "port DES_POSITION of PDCTRL_MOD is bound to TIP_POSITION, which is Cartesian, where other ports of the module \
-          are of joints: bind it to a signal that fits (PORT_DES_POSITION command); `dimsart modules PDCTRL_MOD` shows \
-          what does"
+            "port DES_POSITION of PDCTRL_MOD is bound to TIP_POSITION, which is Cartesian, but other ports of the module \
+          use joint coordinates: bind it to a compatible signal (PORT_DES_POSITION command); see `dimsart modules \
+          PDCTRL_MOD`"
         ]
     );
 }
@@ -183,7 +183,7 @@ fn an_arm_that_is_held_against_its_weight_shows_no_collision_from_the_first_tick
     for _ in 0..1000 {
         assert!(observer.step(&[0.0, 0.0, 9.81]).abs() < 1e-4);
     }
-    // Somebody carries a part of it: the arm stays, and the motor does less.
+    // A person carries part of the arm: it stays in place, and the motor does less.
     let mut found = 0.0;
     for _ in 0..1000 {
         found = observer.step(&[0.0, 0.0, 5.81]);
@@ -200,7 +200,7 @@ fn a_place_beyond_reach_counts_as_the_nearest_one() {
     let stretched = inverse.axes(&[3.0, 3.0]);
     assert_close(stretched[0], std::f32::consts::FRAC_PI_4, 1e-6);
     assert_close(stretched[1], 0.0, 1e-6);
-    // 0.05 m before the base, where 0.1 m is the least.
+    // 0.05 m in front of the base, where the minimum is 0.1 m.
     let folded = inverse.axes(&[0.05, 0.0]);
     assert_close(folded[0], 0.0, 1e-5);
     assert_close(folded[1].abs(), std::f32::consts::PI, 1e-5);

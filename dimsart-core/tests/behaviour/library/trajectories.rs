@@ -1,4 +1,4 @@
-//! Moves: within their limits, to their end, whatever the target does on the way.
+//! Trajectories: within their limits, to the end, even if the target changes.
 #![expect(clippy::indexing_slicing, reason = "in helpers of tests as in tests")]
 #![expect(clippy::cast_precision_loss, clippy::float_cmp, reason = "numbers of a test; arrival is exact")]
 
@@ -18,7 +18,7 @@ fn between(random: &mut Pcg32, most: f32) -> f32 {
     ((random.next_u32() >> 8) as f32 / 8_388_608.0 - 1.0) * most
 }
 
-/// Position, velocity and acceleration of the first axis behind a tick.
+/// Position, velocity and acceleration of the first axis after a tick.
 fn tick(module: &mut Alone) -> [f32; 3] {
     let dof = module.bench.dimsart.engine().device().dof();
     module.axes(&vec![0.25; dof]);
@@ -45,7 +45,7 @@ fn a_trapezoid_holds_its_limits_and_arrives_wherever_the_target_goes_on_the_way(
                 v.abs() <= velocity * 1.000_01 && a.abs() <= acceleration * 1.001,
                 "{seed}, {k}: {v}, {a}"
             );
-            // Mean of the velocities at both ends of the tick, where the acceleration did not change within it.
+            // Mean of the velocities at both ends of the tick, if the acceleration is constant.
             assert!((x - last - 0.5 * H * (v + last_velocity)).abs() < acceleration * H * H, "{seed}, {k}");
             (last, last_velocity) = (x, v);
         }
@@ -121,7 +121,7 @@ fn synchronised_axes_arrive_in_the_same_tick() {
             ticks.iter_mut().zip(there).filter(|(_, there)| !there).for_each(|(tick, _)| *tick = k);
         }
         assert!(ticks[0] > 900 && ticks[0] < 4000, "{name}: {ticks:?}");
-        // Nearer than 1e-6, at the end of a parabola, some ticks earlier.
+        // Within 1e-6 at the end of a parabola, some ticks earlier.
         assert!(ticks.iter().all(|tick| ticks[0].abs_diff(*tick) < 60), "{name}: {ticks:?}");
     }
 }
@@ -135,7 +135,7 @@ fn a_signal_can_say_where_to_go() {
             "SIGGEN_MOD PORT_SIGNAL_OUT DES_POSITION.3\nSIGGEN_MOD AMPLITUDE 0.5\nMOD_ENG MOD_ON SIGGEN_MOD\n{rows}"
         );
         let mut module = alone(1, &rows);
-        assert!((tick(&mut module)[0] - 0.25).abs() < 1e-6, "{name} begins where the joint stands");
+        assert!((tick(&mut module)[0] - 0.25).abs() < 1e-6, "{name} starts at the joint's position");
         let last = (0..3000).map(|_| tick(&mut module)).last().unwrap();
         assert_eq!(last, [0.5, 0.0, 0.0], "{name}");
     }

@@ -1,4 +1,4 @@
-//! To look changes nothing, and shows what modules keep in memories of their own.
+//! Reading changes nothing, and shows the contents of modules' memories.
 
 use crate::common::IDS;
 use crate::common::module_at;
@@ -12,7 +12,7 @@ use super::{SCHEME, SIDES};
 
 const RECORDER: &str = "all RECORDER_MOD LENGTH 30\nall RECORDER_MOD PORT_SIGNAL_IN POSITION\n\
                         all MOD_ENG MOD_ON RECORDER_MOD";
-/// Of a recorder.
+/// Memory of a recorder.
 const INPUT: u8 = 0;
 const ROWS_KEPT: u8 = 2;
 

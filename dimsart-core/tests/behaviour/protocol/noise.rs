@@ -1,4 +1,4 @@
-//! What goes wrong on a line: noise, damage, cuts, and clients that write at the same time.
+//! Line errors: noise, damage, cuts, and clients that write at the same time.
 
 use dimsart_core::{Command, Value};
 use dimsart_link::protocol::{Counters, Receiver, Request, Response, client_of, decode_request, request_id};
@@ -52,7 +52,7 @@ fn a_truncated_frame_costs_nothing_but_itself() {
     let mut served = ServedDevice::new();
     let before = served.state();
     let whole = frame(Request::Command(Command::PlugIn(module("PDCTRL_MOD"))), 1);
-    // The last byte is the zero that ends the frame; the next frame's first zero does that too.
+    // The last byte is the zero that ends the frame; the first zero of the next frame does that, too.
     for length in 0..whole.len() - 1 {
         assert_eq!(served.send(&whole[..length]), [], "cut to {length}");
         assert_eq!(served.send(&frame(Request::Status, 2)).len(), 1, "after a cut to {length}");
@@ -94,7 +94,8 @@ fn eight_clients_on_one_line_get_their_own_answers() {
     assert_eq!(answered, ids);
 }
 
-/// Clients that write into each other's frames cost frames, and nothing else: what comes through is what was sent.
+/// Clients that write into each other's frames destroy frames, but cause no other error: a received frame is
+/// one that was sent.
 #[test]
 fn eight_clients_that_cut_into_each_other_s_frames_lose_some_and_forge_none() {
     const CLIENTS: u8 = 8;

@@ -1,4 +1,4 @@
-//! A controller at the far end of a line, and a host that asks it.
+//! A controller at the far end of a line, and a host that queries it.
 
 use dimsart_core::{
     AxisKind, Command, DataType, DeviceDescriptor, Dimsart, Format, ModuleRef, ProvidedMemory, Shape,
@@ -10,7 +10,7 @@ use dimsart_link::protocol::{
 };
 use dimsart_modules::ALL;
 
-/// A type of this device alone, larger than one answer.
+/// A type of this device only, larger than one answer.
 pub(super) const MAP: &DataType = &DataType {
     id: 0x8001,
     name: "MAP",
@@ -41,7 +41,7 @@ impl ServedDevice {
         Self { dimsart: robot(), info, device: Receiver::new(), host: Receiver::new(), id: 0 }
     }
 
-    /// Sends bytes and gives what comes back.
+    /// Sends bytes and returns the reply.
     pub(super) fn send(&mut self, bytes: &[u8]) -> Vec<(u16, Response<'static>)> {
         let mut answers = Vec::new();
         let Self { dimsart, info, device, host, .. } = self;
@@ -71,7 +71,7 @@ impl ServedDevice {
         }
     }
 
-    /// Asks for index 0, 1, ... until the device says that there are no more.
+    /// Requests index 0, 1, ... until the device reports the end.
     pub(super) fn list(&mut self, request: impl Fn(u8) -> Request) -> Vec<Response<'static>> {
         let answers = (0..=u8::MAX).map(|index| self.ask(request(index)));
         answers.take_while(|response| *response != Response::Refused(Refusal::NotThere)).collect()

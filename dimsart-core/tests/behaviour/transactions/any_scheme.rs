@@ -1,5 +1,5 @@
-//! Random transactions of the library's modules on the shipped scheme and on arms: whatever is asked, the device gets
-//! finite forces within its limits, never faster than they may change, and a refusal leaves all as it was.
+//! Random transactions of the library's modules on the shipped scheme and on arms: the device always gets
+//! finite forces within its range and rate limit, and a refusal changes nothing.
 #![expect(
     clippy::unwrap_used,
     clippy::indexing_slicing,
@@ -26,7 +26,7 @@ use crate::common::{Bench, H, Types};
 const SHIPPED: &str = include_str!("../../../../schemes/bilateral.scheme");
 const LIMITS: &[InputLimits] =
     &[InputLimits { min: -40.0, max: 40.0, rate_per_s: 5_000.0, safe_value: SafeValue::Zero }];
-/// A step of 5 N in a tick, rounded.
+/// A step of 5 N per tick, rounded.
 const STEP_N: f32 = 5_000.0 * H * 1.000_01;
 
 fn below(random: &mut Pcg32, bound: u32) -> u32 {
@@ -94,7 +94,7 @@ fn any_command(random: &mut Pcg32) -> Command {
     }
 }
 
-/// Puts one controller in another one's place, which succeeds as long as either drives the device.
+/// Replaces one controller by another, which succeeds as long as either drives the device.
 fn exchange(random: &mut Pcg32) -> Vec<Command> {
     let of = |name| ALL.module(name).unwrap();
     let all = [of("PDCTRL_MOD"), of("PIDCTRL_MOD"), of("PCTRL_MOD")];
@@ -126,10 +126,10 @@ struct Robot {
 }
 
 impl Robot {
-    /// That of the shipped scheme, which works out where it should be.
+    /// The shipped scheme, which computes the desired position.
     const SHIPPED: Self = Self { axes: 3, outputs: &[types::POSITION], rows: SHIPPED };
 
-    /// One that is told where it should be.
+    /// A scheme with a given desired position.
     const fn arm(axes: usize) -> Self {
         Self { axes, outputs: &[types::POSITION, types::DES_POSITION], rows: PD }
     }
@@ -158,7 +158,7 @@ fn torment(robot: Robot, commands: u32, seed: u64) -> Counts {
     let mut random = Pcg32::seed_from_u64(seed);
     let mut bench = Bench { dimsart: robot.controller() };
     let empty = bench.dimsart.engine().usage();
-    // The counterpart, which goes on sending.
+    // The peer, which keeps sending.
     let mut other = Robot::SHIPPED.controller();
     Robot::SHIPPED.load("slave", &mut other);
     let mut counts = Counts::default();
@@ -214,7 +214,7 @@ fn torment(robot: Robot, commands: u32, seed: u64) -> Counts {
     }
     let _ = bench.dimsart.command(Command::Abort);
     bench.dimsart.command(Command::Close).unwrap();
-    assert_eq!(bench.dimsart.engine().usage(), empty, "something is lost");
+    assert_eq!(bench.dimsart.engine().usage(), empty, "memory leak");
     counts
 }
 

@@ -1,5 +1,5 @@
-//! Random commands, in transactions and outside, against a model of a few plain lists: what is taken and refused, with
-//! what error, and every value of every tick.
+//! Random commands, in transactions and outside, against a simple model: results, errors, and every value of
+//! every tick.
 
 #![expect(clippy::unwrap_used, clippy::indexing_slicing, reason = "in helpers of tests as in tests")]
 #![expect(
@@ -26,7 +26,7 @@ const INPUT_NAMES: [&str; MAX_INPUTS] = ["IN_0", "IN_1"];
 const OUTPUT_NAMES: [&str; MAX_OUTPUTS] = ["OUT_0", "OUT_1"];
 /// Instances that commands name.
 const NODES: u8 = 8;
-/// Signals of nobody's own, numbered from 1.
+/// Signals without a fixed writer, numbered from 1.
 const SIGNALS: u8 = 6;
 
 words! {
@@ -37,14 +37,14 @@ words! {
         outputs: u32 = structural_count("OUTPUTS", Unit::One, 0..=2, 0),
         /// Words of memory.
         memory_words: u32 = structural_count("MEMORY", Unit::One, 0..=9, 0),
-        /// What it adds.
+        /// Constant that it adds.
         gain: u32 = count("GAIN", Unit::One, 0..=1000, 0),
     }
     struct State { ticks: u32, position: u32 }
     ports Ports { in_0: Input, in_1: Input, out_0: Output, out_1: Output, memory: Memory }
 }
 
-/// Adds up what it reads, how long it runs, and what it read so many ticks ago.
+/// Adds its inputs, its run time, and its inputs of some ticks ago.
 #[derive(Debug)]
 struct Node;
 
@@ -154,7 +154,7 @@ fn any_command(random: &mut Pcg32) -> Command {
     }
 }
 
-/// A change that leaves a sound scheme: a node that drives the device is put in place of all others that do.
+/// A change that leaves a valid scheme: a node that drives the device replaces all others that do.
 fn exchange(random: &mut Pcg32, model: &Model) -> Vec<Command> {
     let mut commands = vec![Command::Begin];
     let driver = node(1 + below(random, NODES.into()) as u8);
@@ -239,7 +239,7 @@ fn compare_with_model(transactions: u64, seed: u64) -> Counts {
     }
     let _ = bench.dimsart.command(Command::Abort);
     bench.dimsart.command(Command::Close).unwrap();
-    assert_eq!(bench.dimsart.engine().usage(), empty, "something is lost");
+    assert_eq!(bench.dimsart.engine().usage(), empty, "memory leak");
     counts
 }
 

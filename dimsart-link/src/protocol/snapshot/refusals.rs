@@ -1,4 +1,4 @@
-//! Why something is refused, or the device gets nothing.
+//! Refusals, and reasons why the device gets no commands.
 
 use super::*;
 

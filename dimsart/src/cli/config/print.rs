@@ -1,11 +1,11 @@
-//! What differs, for people.
+//! Differences as tables.
 
 use std::io::{self, Write};
 
 use super::super::output::text_table;
 use crate::config::{ChangeKind, Deviation, Difference, UnknownRow};
 
-/// What differs from the defaults.
+/// Prints the differences from the defaults.
 pub(super) fn print_deviations(
     out: &mut impl Write,
     name: &str,
@@ -13,7 +13,7 @@ pub(super) fn print_deviations(
     unknown: &[UnknownRow],
 ) -> io::Result<()> {
     if deviations.is_empty() && unknown.is_empty() {
-        return writeln!(out, "{name} has no modules");
+        return writeln!(out, "{name}: no modules");
     }
     let mut table = text_table();
     table.set_header(["", "module", "parameter", "value", "default"]);
@@ -26,7 +26,7 @@ pub(super) fn print_deviations(
             Some(place) => place.to_string(),
             None => "-".to_owned(),
         };
-        let parameter = parameter.as_deref().unwrap_or("as by default");
+        let parameter = parameter.as_deref().unwrap_or("all defaults");
         table.add_row([
             place,
             if is_first { module.clone() } else { String::new() },
@@ -41,21 +41,21 @@ pub(super) fn print_deviations(
     print_unknown(out, name, unknown)
 }
 
-/// What differs from the first to the second.
+/// Prints the differences between two configurations.
 pub(super) fn print_difference(
     out: &mut (impl Write + ?Sized),
     [from, to]: [&str; 2],
     difference: &Difference,
 ) -> io::Result<()> {
     if difference.is_empty() {
-        return writeln!(out, "{from} and {to} do not differ");
+        return writeln!(out, "{from} and {to} are equal");
     }
     let mut table = text_table();
     table.set_header(["", "module", "parameter", from, to]);
     for change in &difference.changes {
         let is_place = change.change == ChangeKind::Moved;
         let place =
-            |text: &String| if is_place { format!("at place {text}") } else { with_unit(text, &change.unit) };
+            |text: &String| if is_place { format!("position {text}") } else { with_unit(text, &change.unit) };
         table.add_row([
             change.change.name().to_owned(),
             change.module.clone(),
@@ -71,10 +71,10 @@ pub(super) fn print_difference(
     print_unknown(out, to, &difference.unknown_added)
 }
 
-/// Rows that are not known here.
+/// Prints rows that this program does not know.
 fn print_unknown(out: &mut (impl Write + ?Sized), name: &str, unknown: &[UnknownRow]) -> io::Result<()> {
     unknown.iter().try_for_each(|UnknownRow { line, column, row, reason }| {
-        writeln!(out, "{name}:{line}:{column}: not known here: {row}: {reason}")
+        writeln!(out, "{name}:{line}:{column}: unknown: {row}: {reason}")
     })
 }
 

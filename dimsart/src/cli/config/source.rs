@@ -1,4 +1,4 @@
-//! Where a configuration is read from.
+//! Sources of a configuration: a port or a file.
 
 use std::error::Error;
 
@@ -11,7 +11,7 @@ use crate::connect::ANY_SIDE;
 use hil_sim::rig::SimulatedDimsart;
 use hil_sim::schemes::SchemeText;
 
-/// A controller, or rows.
+/// A controller or a scheme file.
 pub(super) enum Source {
     Device(Box<Device>),
     File(SchemeText),
@@ -41,20 +41,19 @@ impl Source {
     }
 }
 
-/// The side whose rows are meant; rows that are for one side alone need one.
+/// Returns the side whose rows to use; a file with rows for single sides needs `--side`.
 pub(super) fn side_of(scheme: &SchemeText, side: Option<&'static str>) -> Result<&'static str, UsageError> {
     match (side, first_side(&scheme.text)) {
         (Some(side), _) => Ok(side),
         (None, None) => Ok(ANY_SIDE),
         (None, Some((line, word))) => Err(UsageError(format!(
-            "{}:{line}: this row is for {word}, not for all: say with --side whose rows are meant",
+            "{}:{line}: this row is for {word} only: select a side with --side",
             scheme.name
         ))),
     }
 }
 
-/// Reads rows by the names of this program. A file does not say what its axes are, and how many: units are those of both
-/// kinds.
+/// Reads rows by the names of this program. A file does not define its axes: units are given for linear and rotary axes.
 fn without_a_device(scheme: &SchemeText, side: &str, kinds: Kinds) -> Result<Configuration, Box<dyn Error>> {
     let axes = [AxisKind::Linear, AxisKind::Rotary].repeat(4);
     let device = DeviceDescriptor::new("any", &axes, 1e-3, &[types::POSITION], &[types::DES_FORCE])?;

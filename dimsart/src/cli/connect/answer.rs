@@ -1,4 +1,4 @@
-//! What the sub-commands print: for people, or as JSON.
+//! Output of the sub-commands, as text or JSON.
 
 use std::fmt::{self, Display};
 use std::fs::File;
@@ -13,7 +13,7 @@ use crate::connect::{KeyReport, LiveReport, Recorded, Sent, SignalReport};
 
 #[derive(Debug, Args)]
 pub(super) struct Json {
-    /// Prints JSON, and nothing else, to standard output: a line for each answer.
+    /// Print only JSON to standard output, one line per answer.
     #[arg(long, global = true)]
     pub(super) json: bool,
 }
@@ -28,7 +28,7 @@ impl Json {
     }
 }
 
-/// A scheme that arrived, and where it is from.
+/// A scheme that was sent, with its file.
 #[derive(Serialize)]
 pub(super) struct SentFile {
     pub(super) file: String,
@@ -40,11 +40,11 @@ pub(super) struct SentFile {
 impl Display for SentFile {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let Self { file, side, sent } = self;
-        write!(f, "{file}: {} rows for the {side}; {}", sent.rows, sent.state)
+        write!(f, "{file}: sent {} rows for the {side}; {}", sent.rows, sent.state)
     }
 }
 
-/// The scheme that is on a device.
+/// The scheme of a device.
 #[derive(Serialize)]
 pub(super) struct SchemeRows {
     pub(super) rows: String,
@@ -56,7 +56,7 @@ impl Display for SchemeRows {
     }
 }
 
-/// How a device stands to keys, as an object of its own.
+/// State of a device's key, as a JSON object.
 #[derive(Serialize)]
 pub(super) struct KeyState {
     pub(super) key: KeyReport,
@@ -68,7 +68,7 @@ impl Display for KeyState {
     }
 }
 
-/// Signals, and how the device is doing where that is asked for.
+/// Signals, with the device's state for `watch`.
 #[derive(Serialize)]
 pub(super) struct Look {
     #[serde(skip_serializing_if = "Option::is_none")]
@@ -85,7 +85,7 @@ impl Display for Look {
     }
 }
 
-/// What went to a file.
+/// Rows written to a file, as JSON.
 #[derive(Serialize)]
 struct WrittenRows<'a> {
     file: &'a Path,
@@ -95,7 +95,7 @@ struct WrittenRows<'a> {
     overwritten: u32,
 }
 
-/// Writes what a recorder has kept to a file, or to `out`; what is to be known of it goes where the rows do not.
+/// Writes the rows of a recorder to a file or to `out`; notes go to the other output.
 pub(super) fn write_recorded(
     recorded: &Recorded,
     file: Option<&Path>,

@@ -19,33 +19,33 @@ use crate::connect::{Capture, Captured};
 pub(super) struct CaptureArguments {
     /// Signal, such as `POSITION`.
     signal: String,
-    /// Waits until it goes above this, in its unit.
+    /// Trigger when the signal rises above LEVEL, in its unit.
     #[arg(long, value_name = "LEVEL", allow_negative_numbers = true)]
     above: Option<f32>,
-    /// Waits until it goes below this, in its unit.
+    /// Trigger when the signal falls below LEVEL, in its unit.
     #[arg(long, value_name = "LEVEL", allow_negative_numbers = true)]
     below: Option<f32>,
-    /// Which of its values, from 0: the axis, or in a matrix row by row.
+    /// Index of the value, from 0: the axis, or row by row in a matrix.
     #[arg(long, value_name = "PLACE", default_value_t = 0)]
     word: u32,
-    /// Rows kept from before the edge.
+    /// Rows before the edge.
     #[arg(long, value_name = "ROWS", default_value_t = 100, value_parser = value_parser!(u32).range(..=30_000))]
     before: u32,
-    /// Rows taken behind it.
+    /// Rows after the edge.
     #[arg(long, value_name = "ROWS", default_value_t = 100, value_parser = value_parser!(u32).range(..=29_999))]
     after: u32,
-    /// Ticks from one row to the next. The edge is looked for in every tick.
+    /// Ticks per row; the edge is checked in every tick.
     #[arg(long, value_name = "TICKS", default_value_t = 1, value_parser = value_parser!(u32).range(1..=1_000_000))]
     every_ticks: u32,
-    /// Waits no longer for the edge; until Ctrl-C when left out.
+    /// Maximum time to wait for the edge, s (default: until Ctrl-C).
     #[arg(long, value_name = "SECONDS", value_parser = seconds)]
     wait_s: Option<Duration>,
-    /// Writes the rows to this file.
+    /// Write the rows to this file.
     #[arg(long, value_name = "FILE")]
     out: Option<PathBuf>,
 }
 
-/// False when there was no edge.
+/// Captures rows around an edge. Without an edge, returns an error.
 pub(super) fn capture(
     arguments: CaptureArguments,
     device: &mut Device,
@@ -64,7 +64,7 @@ pub(super) fn capture(
         every_ticks,
     };
     let (stop, start) = (stop_on_interrupt()?, Instant::now());
-    eprintln!("dimsart: the device waits for the edge of {}", capture.signal);
+    eprintln!("dimsart: waiting for the edge of {}", capture.signal);
     let is_over = || stop.load(Ordering::Relaxed) || wait_s.is_some_and(|wait| start.elapsed() >= wait);
     let Captured { recorded, stays } = device.capture(&capture, is_over)?;
     if let Some(stays) = stays {
@@ -75,6 +75,8 @@ pub(super) fn capture(
             write_recorded(&recorded, file.as_deref(), json, out)?;
             Ok(true)
         }
-        None => Err(format!("{} had no such edge", capture.signal).into()),
+        None => {
+            Err(format!("no edge of {}: check the level, or wait longer (--wait-s)", capture.signal).into())
+        }
     }
 }

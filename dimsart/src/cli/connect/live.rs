@@ -1,4 +1,4 @@
-//! What goes on until Ctrl-C: a look at signals, and the lease that motion needs.
+//! Commands that run until Ctrl-C: `watch` and `arm`.
 
 use std::error::Error;
 use std::fmt::Write as _;
@@ -10,14 +10,14 @@ use std::time::{Duration, Instant};
 use super::{Device, Json, Look};
 use crate::connect::{ConnectError, Live, SignalReport};
 
-/// How soon Ctrl-C is seen.
+/// Interval at which Ctrl-C is checked.
 const A_MOMENT: Duration = Duration::from_millis(20);
 
 pub(super) fn lines(signals: &[SignalReport]) -> String {
     signals.iter().map(ToString::to_string).collect::<Vec<_>>().join("\n")
 }
 
-/// A second screen of the terminal, left when this goes; none where the output is not a terminal.
+/// The alternate screen of the terminal; inactive if the output is not a terminal.
 struct Screen(bool);
 
 impl Screen {
@@ -29,12 +29,12 @@ impl Screen {
         Ok(screen)
     }
 
-    /// Shows `text` in place of what was there.
+    /// Replaces the screen's content by `text`.
     fn show(&self, out: &mut impl Write, text: &str) -> io::Result<()> {
         if self.0 {
             let mut page = String::from("\x1b[H");
             for line in text.lines() {
-                // Each line clears what is left of the old one: no flicker.
+                // Clearing line by line avoids flicker.
                 let _ = write!(page, "{line}\x1b[K\r\n");
             }
             write!(out, "{page}\x1b[J")?;
@@ -49,7 +49,7 @@ impl Screen {
     }
 }
 
-/// Shows signals, as JSON a line for each look; with `is_armed` it holds the lease meanwhile.
+/// Shows signals until Ctrl-C, as JSON with a line for each update; with `is_armed`, holds the lease meanwhile.
 pub(super) fn watch(
     device: &mut Device,
     names: &[String],
@@ -76,7 +76,7 @@ pub(super) fn watch(
     Ok(())
 }
 
-/// Looks again and again until `stop`; gives the last look.
+/// Updates periodically until `stop`; returns the last text.
 fn refresh(
     device: &mut Device,
     names: &[String],
@@ -102,7 +102,7 @@ fn refresh(
     }
 }
 
-/// Raised by Ctrl-C, from now on.
+/// Installs a handler for Ctrl-C; returns the flag that it sets.
 fn on_ctrl_c() -> Result<Arc<AtomicBool>, ctrlc::Error> {
     let stop = Arc::new(AtomicBool::new(false));
     let flag = Arc::clone(&stop);
@@ -110,21 +110,20 @@ fn on_ctrl_c() -> Result<Arc<AtomicBool>, ctrlc::Error> {
     Ok(stop)
 }
 
-/// Holds the lease until Ctrl-C and says how the device is doing: in one line of a terminal, elsewhere in a line for
-/// every change.
+/// Holds the lease until Ctrl-C and reports the device's state: in one line of a terminal, else in a line per change.
 pub(super) fn arm(device: &mut Device, json: &Json, out: &mut impl Write) -> Result<(), Box<dyn Error>> {
     let stop = on_ctrl_c()?;
     device.hold_lease()?;
     if !json.json {
-        writeln!(out, "client {} holds the lease until Ctrl-C", device.client())?;
+        writeln!(out, "armed: client {} holds the lease until Ctrl-C", device.client())?;
     }
     let ending = hold(device, json, &stop, out);
-    // Also after an error; what cannot be given back ends by itself.
+    // Also after an error; a lease that cannot be released expires.
     let given_back = device.give_lease_back();
     ending?;
     given_back?;
     if !json.json {
-        writeln!(out, "gave the lease back: the device gets its safe input")?;
+        writeln!(out, "disarmed: lease released, outputs at their safe value")?;
     }
     Ok(())
 }

@@ -1,4 +1,4 @@
-//! `dimsart cycles --attach`: what a controller has measured, beside the model.
+//! `dimsart cycles --attach`: compares measurements of a controller with the model.
 
 use std::error::Error;
 use std::io::Write;
@@ -16,7 +16,7 @@ use crate::cycles::{Figures, Row};
 
 const PATIENCE: Patience = Patience { timeout: Duration::from_millis(500), tries: 3 };
 
-/// A controller that measures itself.
+/// A controller with the feature `measure`.
 pub(super) struct Attached {
     port: String,
     board: String,
@@ -26,7 +26,7 @@ pub(super) struct Attached {
     measured: Measured,
 }
 
-/// What one thing takes, as the controller has measured it and as the model has it.
+/// Cost of a tick or module: measured and modelled.
 #[derive(Debug, Serialize)]
 struct Comparison<'a> {
     name: &'a str,
@@ -36,11 +36,11 @@ struct Comparison<'a> {
     measured_max: f64,
     emulated_min: u64,
     emulated_max: u64,
-    /// Of cycles, whatever was measured.
+    /// In cycles, also if instructions were measured.
     bound: Option<u64>,
 }
 
-/// All of it, for programs.
+/// All comparisons, as JSON.
 #[derive(Debug, Serialize)]
 struct Comparisons<'a> {
     image: &'a str,
@@ -49,7 +49,7 @@ struct Comparisons<'a> {
     bound_unit: &'static str,
     profile: &'a str,
     column: &'a str,
-    /// Whether there are bounds, and nothing that was measured is above its own.
+    /// Whether there are bounds and no measurement exceeds its bound.
     holds: bool,
     tick: &'a Comparison<'a>,
     modules: &'a [Comparison<'a>],
@@ -70,7 +70,7 @@ impl<'a> Comparison<'a> {
         }
     }
 
-    /// The bound, when more was measured.
+    /// Returns the bound if the measurement exceeds it.
     #[expect(clippy::cast_precision_loss, reason = "far fewer than 2^53")]
     fn broken(&self) -> Option<u64> {
         self.bound.filter(|bound| self.measured_max > *bound as f64)
@@ -91,7 +91,7 @@ impl<'a> Comparison<'a> {
 }
 
 impl Attached {
-    /// Learns who is at a port, its scheme, and what it has measured.
+    /// Reads identity, scheme and measurements of the controller at a port.
     pub(super) fn greet(port: &str, baud: u32, kinds: Kinds) -> Result<Self, Box<dyn Error>> {
         let at_port = |error: ConnectError| format!("{port}: {error}");
         let stream = broker::open(port, baud).map_err(ConnectError::from)?;
@@ -101,15 +101,13 @@ impl Attached {
         let (board, dof) = (identity.device.clone(), identity.axes.len());
         let Some(measured) = device.measured().map_err(at_port)? else {
             return Err(format!(
-                "{port}: `{image}` does not measure: flash the variant that does, `cargo xtask flash {board},measure`"
+                "{port}: `{image}` lacks the feature `measure`: flash it with `cargo xtask flash {board},measure`"
             )
             .into());
         };
         if measured.tick.runs == 0 {
             let state = device.state().map_err(at_port)?;
-            return Err(
-                format!("{port}: nothing is measured, no module runs ({state}): let the scheme run").into()
-            );
+            return Err(format!("{port}: no measurements, no module runs ({state}): start the scheme").into());
         }
         let commands = device.commands().map_err(at_port)?;
         Ok(Self { port: port.to_owned(), board, image, dof, commands, measured })
@@ -119,8 +117,8 @@ impl Attached {
         self.measured.is_instructions
     }
 
-    /// Prints measured beside model, warns where the bound does not hold, and writes it all as JSON if asked to. Gives
-    /// whether it holds everywhere.
+    /// Prints measurements next to the model, warns of exceeded bounds, and optionally writes JSON. Returns whether all bounds
+    /// hold.
     pub(super) fn print(
         self,
         out: &mut dyn Write,
@@ -130,7 +128,7 @@ impl Attached {
         let Self { port, board, image, dof, measured, .. } = &self;
         if measured.calls.len() != figures.steps.len() {
             return Err(format!(
-                "{port}: {} calls of modules were measured and the scheme has {}: it was changed meanwhile, try again",
+                "{port}: {} module calls measured, the scheme has {}: the scheme changed meanwhile, try again",
                 measured.calls.len(),
                 figures.steps.len()
             )
@@ -149,26 +147,17 @@ impl Attached {
         if measured.is_instructions {
             writeln!(
                 out,
-                "measured and emulated are INSTRUCTIONS: an emulated board has no cycles; the bound is of {unit} (memory \
+                "measured and emulated: INSTRUCTIONS, an emulated board has no cycle counter; bound: {unit} (memory \
                  {profile}, column {column})"
             )?;
         } else {
             writeln!(
                 out,
-                "measured are the processor's cycles; emulated and bound {unit} (memory {profile}, column {column})"
+                "measured: processor cycles; emulated and bound: {unit} (memory {profile}, column {column})"
             )?;
         }
         let mut table = text_table();
-        table.set_header([
-            "",
-            "measured",
-            "least",
-            "mean",
-            "greatest",
-            "emulated least",
-            "greatest",
-            "bound",
-        ]);
+        table.set_header(["", "runs", "measured min", "mean", "max", "emulated min", "max", "bound"]);
         table.add_row(tick.cells());
         for module in &modules {
             table.add_row(module.cells());
@@ -181,9 +170,9 @@ impl Attached {
         for (row, bound) in broken {
             writeln!(
                 out,
-                "WARNING: {} took {:.0} {measured_unit}, more than its bound of {bound}: the bound is of memory `{profile}`; \
-                 is it the board's (`--profile flash` where flash waits), and is an interrupt in it? \
-                 `cargo xtask step cycle-table {board}` holds the model to the chip",
+                "WARNING: {} took {:.0} {measured_unit}, above its bound of {bound} for memory `{profile}`. Check that the \
+                 board runs from this memory (--profile flash), and for interrupts; `cargo xtask step cycle-table {board}` \
+                 compares the model with the chip",
                 row.name, row.measured_max
             )?;
         }
@@ -253,7 +242,7 @@ mod tests {
         }
     }
 
-    /// Whether the bound holds, as it is returned and as it is in the JSON, and the text.
+    /// Whether the bound holds, as returned and in the JSON, and the text.
     fn printed(greatest: f64, figures: &Figures) -> (bool, bool, String) {
         let row = |greatest| MeasuredRow { runs: 1, least: 90.0, mean: 95.0, greatest };
         let measured = Measured { tick: row(100.0), calls: vec![row(greatest)], is_instructions: false };

@@ -1,4 +1,4 @@
-//! What was recorded of joints, from a CSV file.
+//! Recordings of joints from CSV files.
 
 use std::path::Path;
 
@@ -13,7 +13,7 @@ impl Identify {
     pub(super) fn read(&self, path: &Path) -> Result<Vec<Joint>, Box<dyn std::error::Error>> {
         let wrong = |reason: String| UsageError(format!("{}: {reason}", path.display()));
         if path.extension().is_none_or(|extension| extension != "csv") {
-            let reason = "it is neither a rig nor a recording as CSV (`--signals csv`, `dimsart record`)";
+            let reason = "neither a rig nor a CSV recording (`dimsart run --signals csv`, `dimsart record --signals csv`)";
             return Err(wrong(reason.to_owned()).into());
         }
         let mut reader = csv::Reader::from_path(path)
@@ -38,7 +38,7 @@ impl Identify {
                 let problem = || {
                     let (text, header, row) = (visible(text), visible(header), row + 2);
                     format!(
-                        "row {row} has '{text}' as {header}: replace it by a number, or delete it if it is the first or last row"
+                        "row {row}, {header}: '{text}' is not a finite number: correct it, or delete a first or last row"
                     )
                 };
                 value.map(|value| scale * value).ok_or_else(|| wrong(problem()))
@@ -49,15 +49,15 @@ impl Identify {
         let coupled: Option<Vec<Vec<f64>>> =
             self.coupled.then(|| positions.iter().map(|place| column(*place)).collect()).transpose()?;
         let time = headers.iter().position(|header| header.trim_start().starts_with("time"));
-        let time = time.ok_or_else(|| wrong("no column of time: name one `time (s)`".to_owned()))?;
+        let time = time.ok_or_else(|| wrong("no time column: name it `time (s)`".to_owned()))?;
         let period_s = period_s(&column(time)?).map_err(wrong)?;
         let joint = |axis: usize| -> Result<Joint, Box<dyn std::error::Error>> {
-            let missing = |signal: &str| wrong(format!("it has no {signal} of axis {axis}"));
+            let missing = |signal: &str| wrong(format!("no column {signal} of axis {axis}"));
             let position = *positions.get(axis).ok_or_else(|| missing("POSITION"))?;
             let (force, is_measured) = match (place("FORCE", axis), place("DES_FORCE", axis)) {
                 (Some(measured), _) => (measured, true),
                 (None, Some(commanded)) => (commanded, false),
-                (None, None) => return Err(missing("FORCE, nor DES_FORCE,").into()),
+                (None, None) => return Err(missing("FORCE or DES_FORCE").into()),
             };
             let header = headers.get(position).unwrap_or_default();
             let delay_ticks = self.delay_ticks;
@@ -85,7 +85,7 @@ fn column_unit(header: &str) -> &str {
 /// Units of length.
 const LENGTHS: [&str; 2] = ["m", "mm"];
 
-/// What a column's values are multiplied by, to be in s, rad, m, N m or N.
+/// Factor that converts a column to s, rad, m, N m or N.
 fn scale(header: &str) -> Result<f64, String> {
     match column_unit(header) {
         "s" | "rad" | "m" | "N·m" | "N m" | "Nm" | "N" => Ok(1.0),
@@ -93,17 +93,17 @@ fn scale(header: &str) -> Result<f64, String> {
         "us" | "µs" => Ok(1e-6),
         "deg" | "°" => Ok(std::f64::consts::PI / 180.0),
         unit => Err(format!(
-            "unknown unit '{}' of the column {}: use s, ms, us, rad, deg, m, mm, N·m, mN·m, N or mN, in brackets behind the name",
+            "unknown unit '{}' of column {}: use s, ms, us, rad, deg, m, mm, N·m, mN·m, N or mN, in parentheses after the name",
             visible(unit),
             visible(header)
         )),
     }
 }
 
-/// Time between two rows. All must be the same time apart, within 1 %.
+/// Time between two rows, which must be constant within 1 %.
 pub(super) fn period_s(times_s: &[f64]) -> Result<f64, String> {
     let (Some(first), Some(last @ 1..)) = (times_s.first(), times_s.len().checked_sub(1)) else {
-        return Err("fewer than two rows: record for longer".to_owned());
+        return Err("fewer than two rows: record longer".to_owned());
     };
     let rows = i32::try_from(last).map_err(|error| format!("too many rows: {error}"))?;
     let period_s = (times_s.last().unwrap_or(first) - first) / f64::from(rows);
@@ -114,8 +114,8 @@ pub(super) fn period_s(times_s: &[f64]) -> Result<f64, String> {
             let apart_s =
                 times_s.get(row + 1).zip(times_s.get(row)).map_or(f64::NAN, |(other, one)| other - one);
             Err(format!(
-                "row {} is {:.4} ms after the one before it, but rows are {:.4} ms apart on average: rows must be evenly \
-                 spaced; resample the file first, such as with `numpy.interp`",
+                "row {} is {:.4} ms after the previous row, the mean is {:.4} ms: rows must be evenly spaced; resample the \
+                 file, for example with `numpy.interp`",
                 row + 3,
                 1e3 * apart_s,
                 1e3 * period_s

@@ -1,4 +1,4 @@
-//! What each kind of module adds to a tick: by the table of a board, or by an image's stamp.
+//! Cycles per module kind, from a board's table or an image's stamp.
 
 use std::collections::BTreeMap;
 use std::path::Path;
@@ -9,13 +9,13 @@ use serde::Serialize;
 
 use crate::stamp::StampedImage;
 
-/// What a module adds to a tick at most.
+/// Upper bound of the cycles that a module adds to a tick.
 #[derive(Debug, Clone, Default, PartialEq, Eq, Serialize)]
 pub(super) struct KindCost {
-    /// Without axes, and for each; none where it is not known.
+    /// Base, and per axis; none if unknown.
     pub(super) cycles: Option<u16>,
     pub(super) cycles_per_axis: Option<u16>,
-    /// Why it is not known.
+    /// Why it is unknown.
     pub(super) no_bound: Option<String>,
 }
 
@@ -24,7 +24,7 @@ impl KindCost {
         Self { cycles: Some(cycles), cycles_per_axis: Some(per_axis), no_bound: None }
     }
 
-    /// Of nucleo-g474re, by its table.
+    /// Cost on nucleo-g474re, from its table.
     pub(super) fn of_board(kind: &str) -> Self {
         match module_costs(MODULE_COSTS).find(|cost| cost.name == kind) {
             Some(ModuleCost { cycles, per_axis, reason: "", .. }) => Self::known((cycles, per_axis)),
@@ -33,20 +33,20 @@ impl KindCost {
         }
     }
 
-    /// Of every kind of an image, by its stamp.
+    /// Costs of all kinds of an image, from its stamp.
     pub(super) fn of_image(image: &Path) -> Result<BTreeMap<KindId, Self>, Box<dyn std::error::Error>> {
-        let unstamped = || format!("{0} has no costs: run `dimsart stamp {0}`", image.display());
+        let unstamped = || format!("{0} is not stamped: run `dimsart stamp {0}`", image.display());
         let stamp = StampedImage::read(image)?;
         let lines = stamp.costs().ok_or_else(unstamped)?;
         let cost = |cost: &Cost| match *cost {
             Cost::UNKNOWN => Self::default(),
             cost => Self::known(cost.line()),
         };
-        // The tick's is the first.
+        // The first line is the tick's.
         Ok(stamp.kinds().into_iter().zip(lines.iter().skip(1).map(cost)).collect())
     }
 
-    /// Its cell in a table.
+    /// Table cell.
     pub(super) fn cell(&self) -> String {
         match (self.cycles, self.cycles_per_axis) {
             (Some(cycles), Some(per_axis)) => format!("{cycles} + {per_axis}"),

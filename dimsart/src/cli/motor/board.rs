@@ -1,4 +1,4 @@
-//! A board's motor: shown, set, forgotten, identified.
+//! The motor configuration of a board: show, set, forget, identify.
 
 use std::io::Write;
 use std::path::Path;
@@ -13,19 +13,21 @@ use super::super::line::Device;
 use super::print_found;
 use crate::motor;
 
-/// Between two looks at an identification.
+/// Polling interval of an identification.
 const PAUSE: Duration = Duration::from_millis(20);
 
 pub(super) fn show(device: &mut Device, port: &str, out: &mut impl Write) -> Ending {
     let state = device.motor()?;
-    let whose = if state.is_kept { "kept by the board" } else { "the image's: the board keeps none" };
+    let whose = if state.is_kept { "stored on the board" } else { "of the image, none is stored" };
     match state.fallback {
-        Some(reason) if state.is_kept => writeln!(out, "# {port}: kept by the board, BUT {reason}.")?,
-        Some(reason) => writeln!(out, "# {port}: the image's, FOR WHAT IS KEPT WAS NOT TAKEN: {reason}.")?,
+        Some(reason) if state.is_kept => writeln!(out, "# {port}: stored on the board, BUT {reason}.")?,
+        Some(reason) => {
+            writeln!(out, "# {port}: of the image, THE STORED CONFIGURATION WAS REJECTED: {reason}.")?
+        }
         None => writeln!(out, "# {port}: {whose}.")?,
     }
     if state.waits {
-        writeln!(out, "# It was changed since: the next start takes the other one.")?;
+        writeln!(out, "# Changed since the start: the next start uses the new configuration.")?;
     }
     write!(out, "{}", motor::text(&state.configuration))?;
     Ok(ExitCode::SUCCESS)
@@ -35,10 +37,7 @@ pub(super) fn set(device: &mut Device, file: &Path, restart: bool, out: &mut imp
     let mut told = motor::read(file)?;
     let now = device.motor()?.configuration;
     if told.inverter != now.inverter {
-        eprintln!(
-            "dimsart: note: the inverter is the board's: its values are taken, not those of {}",
-            file.display()
-        );
+        eprintln!("dimsart: note: [inverter] of {} ignored: the board's values are used", file.display());
         told.inverter = now.inverter;
         told.check().map_err(|error| format!("{}: {error}", file.display()))?;
     }
@@ -55,7 +54,7 @@ pub(super) fn identify(device: &mut Device, current_a: f32, store: bool, out: &m
     let most_a = told.limits.current_a;
     if !(current_a > 0.0 && current_a <= most_a) {
         return Err(format!(
-            "--current-a is {current_a}: it has to be above 0, up to limits.current_a, {most_a}"
+            "--current-a is {current_a} A: it must be above 0 and at most limits.current_a = {most_a} A"
         )
         .into());
     }
@@ -72,7 +71,7 @@ pub(super) fn identify(device: &mut Device, current_a: f32, store: bool, out: &m
     if !told.encoder.is_absolute() {
         writeln!(
             out,
-            "encoder_offset_rad is this start's: of an incremental encoder it is found anew by each"
+            "encoder_offset_rad is valid for this start only: an incremental encoder is aligned at each start"
         )?;
     }
     if !store {
@@ -102,16 +101,16 @@ fn keep(
         writeln!(out, "{name}: {from} -> {to}")?;
     }
     let stopped = device.keep_motor(next)?;
-    end(device, stopped, restart, "it", out)
+    end(device, stopped, restart, "the new configuration", out)
 }
 
 fn end(device: &mut Device, stopped: bool, restart: bool, what: &str, out: &mut impl Write) -> Ending {
-    let stopped = if stopped { " The scheme was stopped for it." } else { "" };
+    let stopped = if stopped { " The scheme was stopped to write." } else { "" };
     if restart {
         device.restart()?;
-        writeln!(out, "kept, and restarted: the board runs by {what}.")?;
+        writeln!(out, "stored; the board restarted with {what}.")?;
     } else {
-        writeln!(out, "kept: restart the board (`--restart` does), its next start takes {what}.{stopped}")?;
+        writeln!(out, "stored: restart the board (or give --restart) to use {what}.{stopped}")?;
     }
     Ok(ExitCode::SUCCESS)
 }

@@ -1,8 +1,8 @@
-//! The names of a new module, from what somebody calls it.
+//! The names of a new module.
 
 use dimsart_core::Kinds;
 
-/// Words that Rust or the template itself uses: no name for a file or a type.
+/// Words reserved by Rust or used by the template.
 const RESERVED: &[&str] = &[
     "abstract",
     "as",
@@ -82,11 +82,13 @@ pub(in crate::cli) struct Names {
 }
 
 impl Names {
+    /// Derives the names of a module from the words of its name.
+    ///
     /// # Errors
-    /// What is wrong with the name, and what to take instead.
+    /// The name is invalid; the text suggests a valid one.
     pub(in crate::cli) fn new(name: &str, kinds: Kinds) -> Result<Self, String> {
         let mut words: Vec<String> = name.split(['-', '_', ' ']).map(str::to_lowercase).collect();
-        // Its name in schemes says the same.
+        // `_MOD` is added to the name in schemes.
         words.pop_if(|last| last == "mod" && name.len() > "mod".len());
         let is_word = |word: &String| {
             word.starts_with(|first: char| first.is_ascii_lowercase())
@@ -94,23 +96,23 @@ impl Names {
         };
         let advice = "use words of ASCII letters and digits, such as damped-spring";
         if !words.iter().all(is_word) {
-            return Err(format!("'{name}' is no name for a module: {advice}"));
+            return Err(format!("invalid module name '{name}': {advice}"));
         }
         let file = words.join("_");
         if RESERVED.contains(&file.as_str()) {
             return Err(format!(
-                "'{name}' is taken by the language or the template: add a word, such as my-{name}"
+                "'{name}' is reserved by Rust or the template: add a word, such as my-{name}"
             ));
         }
         let module = format!("{}_MOD", file.to_uppercase());
         if kinds.list().iter().any(|kind| kind.name == module) {
-            return Err(format!("there is a module {module} already: choose another name"));
+            return Err(format!("module {module} already exists: choose another name"));
         }
         let kind = words.iter().map(|word| capitalised(word)).collect();
         Ok(Self { file, kind, words: capitalised(&words.join(" ")), module })
     }
 
-    /// A template with these names.
+    /// Fills these names into a template.
     pub(in crate::cli) fn fill(&self, template: &str) -> String {
         template
             .replace("TEMPLATE_MOD", &self.module)
@@ -150,7 +152,7 @@ mod tests {
             ("type", "add a word, such as my-type"),
             ("per-axis", "add a word"),
             ("Input", "add a word"),
-            ("pdctrl", "there is a module PDCTRL_MOD already"),
+            ("pdctrl", "module PDCTRL_MOD already exists"),
         ] {
             let message = Names::new(name, ALL).unwrap_err();
             assert!(message.contains(way_out), "{name}: {message}");

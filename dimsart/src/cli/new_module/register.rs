@@ -1,19 +1,18 @@
-//! Puts a module into a list of modules: its file, its type, and its place in the list.
+//! Adds a module to a list of modules: its file, its type and its entry.
 
 use super::names::Names;
 
-/// The end of a list's first line, and its last line.
+/// End of a list's first line, and its last line.
 const LIST: &str = "kinds![";
 const LIST_END: &str = "];";
 
-/// The lines that make it part of a list.
+/// The lines that add a module to a list.
 pub(super) fn lines(names: &Names) -> [String; 3] {
     let Names { file, kind, .. } = names;
     [format!("pub mod {file};"), format!("pub use {file}::{kind};"), format!("    {kind},")]
 }
 
-/// The text of a file with a [list of modules](dimsart_core::kinds) with the module added; none for a file without such
-/// a list.
+/// Adds the module to the text of a file with a [list of modules](dimsart_core::kinds); none if the list is missing.
 pub(super) fn register(text: &str, names: &Names) -> Option<String> {
     let mut rows: Vec<String> = text.lines().map(str::to_owned).collect();
     let [module, use_of_it, entry] = lines(names);
@@ -36,7 +35,7 @@ mod tests {
 
     use super::*;
 
-    /// The library's own list, and that of a project.
+    /// The lists of the library and of a project.
     #[test]
     fn a_module_comes_into_both_lists_among_its_like_and_at_the_end() {
         let names = Names::new("swing damper", Kinds::NONE).unwrap();

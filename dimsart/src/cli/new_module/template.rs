@@ -1,11 +1,11 @@
-//! Template: say in a line what it does.
+//! Template: describe the law in one line.
 //!
-//! `F = K (x_d - x)`: the equation, with the source of it.
+//! `F = K (x_d - x)`: its equation, with the source.
 
 use dimsart_core::{Context, Input, Module, Output, Unit, types, words};
 
 words! {
-    /// Parameters of an axis.
+    /// Parameters per axis.
     pub parameters Gains {
         /// Stiffness.
         stiffness: f32 = per_axis("K_PARAM", Unit::Stiffness, 0.0..=1e6, 0.0),
@@ -34,7 +34,7 @@ impl Module for Template {
     fn compute(context: &Context<'_, Self>) {
         let Ports { position, desired_position, force } = context.ports();
         context.map_axes([position, desired_position], [force], |gains, (), [x, desired]| {
-            // Write your law here; this one is a spring.
+            // Replace this spring by your law.
             [gains.stiffness * (desired - x)]
         });
     }

@@ -1,9 +1,9 @@
-//! Template: its law by itself, and the step of its loop, against closed forms.
+//! Template: compares the law, and the step response of its loop, with closed forms.
 
 use hil_sim::experiment::{self, Run};
 use hil_sim::rig_file::RigFile;
 
-/// As schemes/template.scheme and scenarios/template.toml have them.
+/// Values of schemes/template.scheme and scenarios/template.toml.
 const STIFFNESS: f64 = 50.0;
 const INERTIA: f64 = 0.02;
 const DAMPING: f64 = 1.0;
@@ -32,7 +32,7 @@ fn the_force_is_that_of_the_law() {
     }
 }
 
-/// `J x'' + B x' + K x = K x_d`. A force that is held for a tick comes half a tick late, which takes `K h/2` off the damping.
+/// `J x'' + B x' + K x = K x_d`. Holding the force for a tick delays it by half a tick, which reduces the damping by `K h/2`.
 #[test]
 fn a_step_overshoots_as_one_of_second_order() {
     let damping = DAMPING - 0.5 * STIFFNESS * PERIOD_S;

@@ -1,16 +1,16 @@
-//! How long an answer is waited for, and why there is none.
+//! Timeouts of requests, and errors of a line.
 
 use std::io::{self, ErrorKind};
 use std::time::Duration;
 
 use dimsart_link::protocol::PROTOCOL_VERSION;
 
-/// How long an answer is waited for.
+/// Timeout and number of tries of a request.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Patience {
-    /// For each try.
+    /// Timeout of each try.
     pub timeout: Duration,
-    /// How often a request is sent at most.
+    /// Maximum number of tries.
     pub tries: u32,
 }
 
@@ -20,57 +20,56 @@ impl Default for Patience {
     }
 }
 
-/// Why there is no answer.
+/// Error of a line.
 #[derive(Debug, thiserror::Error)]
 pub enum LineError {
-    /// Nothing that answers.
+    /// The device does not answer.
     #[error("no answer: sent {tries} times, waited {} s each; {}", timeout.as_secs_f64(), heard(*bytes, *frames))]
     NoAnswer {
-        /// How often it was asked.
+        /// Number of tries.
         tries: u32,
-        /// For each try.
+        /// Timeout of each try.
         timeout: Duration,
-        /// Bytes that came since the line was opened.
+        /// Bytes received since the line was opened.
         bytes: u64,
-        /// Whole frames among them.
+        /// Whole frames received.
         frames: u32,
     },
-    /// A command that must not be given twice, so it was sent once.
+    /// No answer to a command that must not be repeated: it may have been carried out.
     #[error(
-        "no answer to the command in {} s; the line lost it or its answer, so it may have been carried out: look with \
-         `show` before you give it again",
+        "no answer to the command in {} s, it may have been carried out: run `show` before you repeat it",
         timeout.as_secs_f64()
     )]
     Unsure {
-        /// How long was waited.
+        /// Timeout.
         timeout: Duration,
     },
-    /// A version that this one does not know.
+    /// The answer has another protocol version.
     #[error(
-        "the device's answer is not understood: this command speaks protocol {PROTOCOL_VERSION} and the device another \
-         one; use the `dimsart` that the image was built with"
+        "cannot decode the device's answer: its protocol version differs from {PROTOCOL_VERSION} of this command; use \
+         the `dimsart` of the image's version"
     )]
     NotUnderstood,
-    /// The other end is gone.
-    #[error("the device closed the line: was it reset or unplugged, did the emulator end? Connect again")]
+    /// The peer closed the line.
+    #[error("the device closed the line (reset, unplugged, or the emulator ended): connect again")]
     Closed,
-    /// Anything else.
-    #[error("the line failed: {0}; check the cable and connect again")]
+    /// An input/output error.
+    #[error("line error: {0}; check the cable and connect again")]
     Io(io::Error),
 }
 
 fn heard(bytes: u64, frames: u32) -> String {
     match (bytes, frames) {
         (0, _) => {
-            "nothing came back at all: is the board powered, does it run a DIMSART image, is this the right \
-                   port, are RX and TX crossed?"
+            "no bytes received: check the board's power, its DIMSART image, the port, and whether RX and TX are \
+             crossed"
                 .to_owned()
         }
         (_, 0) => format!(
-            "{bytes} bytes came back and no whole frame: give the image's own baud rate with --baud, or another port"
+            "{bytes} bytes received, but no whole frame: set the image's baud rate with --baud, or use another port"
         ),
         _ => format!(
-            "{frames} whole frames came before: the line loses bytes or another program reads them; wait longer with \
+            "{frames} whole frames received before: the line loses bytes or another program reads them; increase \
              --timeout-s"
         ),
     }

@@ -1,4 +1,4 @@
-//! Requests: whose they are and what for, by their ids, and which may be sent twice.
+//! Request ids, and which requests may be repeated.
 
 use std::collections::hash_map::RandomState;
 use std::hash::{BuildHasher, Hasher};
@@ -8,10 +8,9 @@ use std::sync::atomic::{AtomicU16, Ordering};
 use dimsart_core::{Command, Value};
 use dimsart_link::protocol::{DecodeError, KeyAction, Request, decode_response, request_id};
 
-/// A client's first id. From the system's own randomness: not what another host on the line draws, nor an earlier
-/// program here.
+/// Draws the first id of a client at random: it differs from ids of other hosts and of earlier programs.
 pub(super) fn any_id() -> u16 {
-    /// Clients of this program have different numbers: they share lines more often than others do.
+    /// Clients of this program often share a line, so their numbers differ.
     static CLIENTS: OnceLock<AtomicU16> = OnceLock::new();
     let [number, first, ..] = RandomState::new().build_hasher().finish().to_le_bytes();
     let client = CLIENTS.get_or_init(|| u16::from(first).into()).fetch_add(1, Ordering::Relaxed);
@@ -19,12 +18,12 @@ pub(super) fn any_id() -> u16 {
     request_id(client, number & !1)
 }
 
-/// Whether a request of this id was a renewal of the lease: they have odd numbers.
+/// Returns whether the id belongs to a lease renewal: these have odd numbers.
 pub(super) fn is_renewal(id: u16) -> bool {
     id & 1 == 1
 }
 
-/// The id of an answer, understood or not; none for other frames.
+/// Returns the id of an answer, decoded or not; `None` for other frames.
 pub(super) fn answers(content: &[u8]) -> Option<u16> {
     match decode_response(content) {
         Ok((id, _)) | Err(DecodeError::NotUnderstood { id }) => Some(id),
@@ -32,10 +31,10 @@ pub(super) fn answers(content: &[u8]) -> Option<u16> {
     }
 }
 
-/// Whether a request given twice comes to the same as given once.
+/// Returns whether a request is idempotent.
 ///
-/// A module cannot be plugged in, out or closed twice, and a type that is added twice is in the list
-/// twice. A device that has been given a key takes no other one unsealed.
+/// A module cannot be plugged in, unplugged or closed twice; a type that is added twice is in the list twice; a device with
+/// a key refuses an unauthenticated second one.
 pub(super) fn may_repeat(request: &Request) -> bool {
     if let Request::Key(action) = request {
         return *action == KeyAction::Look;

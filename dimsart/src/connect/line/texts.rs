@@ -1,9 +1,9 @@
-//! Texts of answers: characters that a terminal or a scheme would act on are replaced where an answer enters.
+//! Sanitizes texts of answers: replaces characters that a terminal or a scheme would interpret.
 
 use dimsart_link::protocol::decode_response;
 use hil_sim::foreign_text::{ends_word, is_hidden};
 
-/// Replaces them in place; the bytes of a text keep their number, and the rest of the content its place.
+/// Replaces the characters in place; the length of each text is unchanged.
 pub(super) fn make_visible(content: &mut [u8]) {
     let (start, mut hidden) = (content.as_ptr().addr(), Vec::new());
     if let Ok((_, response)) = decode_response(content) {

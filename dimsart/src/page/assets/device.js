@@ -1,4 +1,4 @@
-// The device as it moves: a dial for each axis that turns, a slide for each that slides, with where it is wanted and its force.
+// Animation of the device: a dial for each rotary axis, a slide for each linear axis, with reference and force.
 
 const SVG = "http://www.w3.org/2000/svg";
 
@@ -9,7 +9,7 @@ function make(name, attributes, text) {
   return element;
 }
 
-/** Four digits of a number. */
+/** Formats a number with four digits. */
 export function digits(value) {
   if (value === undefined || Number.isNaN(value)) return "–";
   if (value === 0) return "0";
@@ -18,15 +18,15 @@ export function digits(value) {
 }
 
 const SIZE = 120;
-const HINT = "drag: holds the reference of this axis until you let go";
+const HINT = "drag to hold the reference of this axis until you release it";
 
 export class DevicePicture {
-  /** `hold(station, axis, value)` is called while somebody drags an axis, with null when it is let go. */
+  /** `hold(station, axis, value)` is called while the user drags an axis, with null on release. */
   constructor(place, hold) {
     Object.assign(this, { place, hold, axes: [], largest: [], why: "" });
   }
 
-  /** Lets it be dragged, or says why not. */
+  /** Enables dragging, or shows why it is disabled. */
   allow(why) {
     if (this.why === why) return;
     this.why = why;
@@ -34,16 +34,16 @@ export class DevicePicture {
     for (const { hint } of this.axes) hint.textContent = why || HINT;
   }
 
-  /** Lets the pointer drag the reference of an axis: around a dial, or along a slide. */
+  /** Handles dragging of an axis reference: around a dial, or along a slide. */
   drag(group, axis, isTurning) {
-    // The station whose axis it is when it is taken.
+    // The station at the start of the drag.
     let last = null, station = null;
     const at = (event) => {
       const box = group.firstChild.getBoundingClientRect();
       const [x, y] = [event.clientX - (box.left + box.right) / 2, (box.top + box.bottom) / 2 - event.clientY];
       if (!isTurning) return (2 * x * this.largest[axis].position) / box.width;
       const angle = Math.atan2(y, x);
-      // On from where it was, so that it goes around more than once.
+      // Continuous angle, for more than one turn.
       return last === null ? angle : last + Math.atan2(Math.sin(angle - last), Math.cos(angle - last));
     };
     const go = (event) => { last = at(event); this.hold(station, axis, last); };
@@ -63,11 +63,11 @@ export class DevicePicture {
     return end;
   }
 
-  /** Draws the axes of a station's device, or none; does nothing where its kind has not changed. */
+  /** Draws the axes of a station's device, if they have changed. */
   show(station, identity) {
     const key = identity && `${station} ${identity.device} ${identity.axes.join()}`;
     if (this.key === key) return;
-    // A picture that goes cannot be let go of any more.
+    // Release the axes before the picture is replaced.
     for (const { end } of this.axes) end();
     Object.assign(this, { key, station, axes: [] });
     if (!identity) return this.place.replaceChildren();
@@ -99,8 +99,7 @@ export class DevicePicture {
     this.place.replaceChildren(svg);
   }
 
-  /** Moves it to what the last tick left: values and units by the names of signals. A force that the scheme wants and the device
-      does not get is faint. */
+  /** Shows the last tick: values and units by signal name. A force that the device does not receive is drawn faintly. */
   move(signals, isCommanded) {
     if (!signals) return;
     this.place.classList.toggle("idle", !isCommanded);
@@ -123,12 +122,12 @@ export class DevicePicture {
       drawn.force.setAttribute("d", drawn.isTurning ? arc(start, start + 1.6 * share)
         : `M ${60 + (45 * start) / largest.position} 34 h ${40 * share}`);
       drawn.text.textContent = `${digits(position)} ${is?.unit ?? ""}`;
-      drawn.strength.textContent = force ? `${digits(strength)} ${force.unit}${isCommanded ? "" : ", not given"}` : "";
+      drawn.strength.textContent = force ? `${digits(strength)} ${force.unit}${isCommanded ? "" : ", not applied"}` : "";
     });
   }
 }
 
-/** An arc around a dial from one angle to another, rad. */
+/** Returns the path of an arc around a dial between two angles, rad. */
 function arc(from, to) {
   const at = (angle) => `${60 + 36 * Math.cos(angle)} ${60 - 36 * Math.sin(angle)}`;
   return `M ${at(from)} A 36 36 0 ${Math.abs(to - from) > Math.PI ? 1 : 0} ${to > from ? 0 : 1} ${at(to)}`;

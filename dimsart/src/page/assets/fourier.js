@@ -1,6 +1,6 @@
-// Amplitudes of a signal by frequency: a Hann window, then a radix-2 transform.
+// Amplitude spectrum: Hann window and radix-2 FFT.
 
-/** Frequencies in Hz and amplitudes, in the unit of the values, of evenly sampled values; the mean is left out. */
+/** Returns frequencies in Hz and amplitudes in the unit of the values, for evenly sampled values without their mean. */
 export function spectrum(values, period_s) {
   let size = 1;
   while (2 * size <= values.length) size *= 2;
@@ -12,7 +12,7 @@ export function spectrum(values, period_s) {
   const frequencies = [], amplitudes = [];
   for (let i = 1; i <= size / 2; i++) {
     frequencies.push(i / (size * period_s));
-    // The window's mean is one half, and half of a line is at the negative frequency.
+    // Factor 4: the window's mean is 1/2, and half of the amplitude is at the negative frequency.
     amplitudes.push((4 * Math.hypot(real[i], imaginary[i])) / size);
   }
   return { frequencies, amplitudes };

@@ -1,8 +1,8 @@
-// Module cards. What is edited is collected, tried on the device without effect, and applied together between two ticks.
+// Module cards. Edits are collected, checked on the device, and applied together between two ticks.
 
 const by = (id) => document.getElementById(id);
 const TRY_MS = 350;
-// So many modules are shown with all their parameters.
+// Up to this number of modules, all cards are open.
 const FEW = 3;
 
 function node(name, properties = {}, ...children) {
@@ -12,7 +12,7 @@ function node(name, properties = {}, ...children) {
 }
 
 export class Modules {
-  /** `ask(station, what)` has a station do something. */
+  /** `ask(station, what)` sends an action to a station. */
   constructor(ask, say) {
     Object.assign(this, { ask, say, drafts: new Map(), draft: null, why: "", key: "" });
     by("module-filter").oninput = () => this.filter();
@@ -21,17 +21,17 @@ export class Modules {
     by("plug").onchange = () => {
       const module = by("plug").value;
       by("plug").value = "";
-      if (module) this.edit(this.draft, `${module} on`, { edit: "on", module, before: null }, `plug ${module} in`);
+      if (module) this.edit(this.draft, `${module} on`, { edit: "on", module, before: null }, `plug in ${module}`);
     };
     by("modules").addEventListener("keydown", (event) => {
       if (event.key === "Enter" && event.ctrlKey) this.apply();
     });
   }
 
-  /** Shows a station: `here` is what it has told. */
+  /** Shows a station: `here` is its latest news. */
   show(station, here) {
     if (!this.drafts.has(station)) {
-      // What waits to be applied to this one, what the device's check says of it, and which cards are open.
+      // Pending edits of this station, the result of their check, and the open cards.
       this.drafts.set(station, { station, edits: new Map(), open: new Map(), text: "", isGood: false });
     }
     const draft = this.drafts.get(station);
@@ -43,13 +43,13 @@ export class Modules {
     this.showCards();
   }
 
-  /** A station that another one has taken the place of. */
+  /** Forgets a replaced station. */
   forget(station) {
     clearTimeout(this.drafts.get(station)?.timer);
     this.drafts.delete(station);
   }
 
-  /** Lets the shown station be changed, or says why not. */
+  /** Enables changes of the shown station, or shows why they are disabled. */
   allow(why) {
     if (this.why === why) return;
     this.why = why;
@@ -60,7 +60,7 @@ export class Modules {
   showCards() {
     const { station, here: { overview, faults, kinds = [] }, edits } = this.draft;
     const wrong = new Set((faults?.findings ?? []).filter((finding) => finding.is_fault).map((finding) => finding.module));
-    // What is being edited must not be taken away under the user's hands.
+    // Rebuild only after a change: the user may be editing.
     const { signals, modules } = overview ?? { signals: [], modules: [] };
     const key = JSON.stringify([station, modules, [...wrong], signals.map(({ name }) => name), kinds, [...edits.keys()]]);
     if (key === this.key) return;
@@ -81,10 +81,10 @@ export class Modules {
   card(module, isWrong) {
     const { draft } = this;
     const isOn = module.place != null;
-    const toggle = node("button", { textContent: isOn ? "Plug out" : "Plug in" });
+    const toggle = node("button", { textContent: isOn ? "Unplug" : "Plug in" });
     toggle.onclick = () => this.edit(draft, `${module.name} on`,
       isOn ? { edit: "off", module: module.name } : { edit: "on", module: module.name, before: null },
-      `plug ${module.name} ${isOn ? "out" : "in"}`);
+      `${isOn ? "unplug" : "plug in"} ${module.name}`);
     const place = isOn ? `${module.place}. ${module.name}` : `${module.name}, not plugged in`;
     const card = node("details", {
       className: `module ${isOn ? "" : "off"} ${isWrong ? "wrong" : ""}`,
@@ -155,7 +155,7 @@ export class Modules {
     this.changed(this.draft);
   }
 
-  /** What the check said is of other changes: it is asked again. */
+  /** Checks again after an edit. */
   changed(draft) {
     Object.assign(draft, { text: "", isGood: false });
     clearTimeout(draft.timer);
@@ -180,8 +180,8 @@ export class Modules {
     Object.assign(by("apply"), { disabled: !isGood || Boolean(this.why), title: this.why });
   }
 
-  /** The edits as the device takes them, module by module: what is set only while a module is plugged out has it out
-      meanwhile, and back in its place. */
+  /** Returns the edits ordered by module. A module with structural edits is unplugged meanwhile and plugged in again at its
+      position. */
   ordered({ edits: made, here }) {
     const edits = [...made.values()].map(({ edit, structural }) => ({ edit, structural }));
     const names = [...new Set(edits.map(({ edit }) => edit.module))];
@@ -197,7 +197,7 @@ export class Modules {
     });
   }
 
-  /** Has the device check the changes, which have no effect by that. */
+  /** Checks the changes on the device without applying them. */
   async try(draft) {
     const tried = this.ordered(draft);
     const show = (text, isGood) => {
@@ -208,7 +208,7 @@ export class Modules {
     try {
       const { faults, findings } = await this.ask(draft.station, { do: "transaction", edits: tried, commit: false });
       const texts = findings.filter((finding) => finding.is_fault).map((finding) => finding.text);
-      show(faults ? `does not match: ${texts.join("; ")}` : "checked: it matches", !faults);
+      show(faults ? `check failed: ${texts.join("; ")}` : "check passed", !faults);
     } catch (error) {
       show(error.message, false);
     }
@@ -218,12 +218,12 @@ export class Modules {
     const { draft } = this;
     if (!draft?.edits.size || by("apply").disabled) return;
     const applied = [...draft.edits], edits = this.ordered(draft);
-    // Not twice.
-    Object.assign(draft, { text: "is applied …", isGood: false });
+    // Prevents a second application.
+    Object.assign(draft, { text: "applying …", isGood: false });
     this.showCheck();
     try {
       this.say(String(await this.ask(draft.station, { do: "transaction", edits, commit: true })));
-      // What was changed again meanwhile is still to be applied.
+      // Edits that were changed meanwhile stay pending.
       for (const [key, edit] of applied) if (draft.edits.get(key) === edit) draft.edits.delete(key);
     } catch (error) {
       this.say(error.message, true);

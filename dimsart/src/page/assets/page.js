@@ -1,4 +1,4 @@
-// The page of controllers: what they say comes in over one WebSocket, what is to be done goes out over it.
+// The page of controllers: one WebSocket receives news and sends actions.
 //
 //   news ──▶ stations[n] ──▶ showState, Scheme, Modules, Scope, Device
 //   buttons, edits ──▶ ask(n, what) ──▶ answer
@@ -13,12 +13,12 @@ export const by = (id) => document.getElementById(id);
 
 const token = new URLSearchParams(location.search).get("token") ?? "";
 
-// How often a page that moves a device says that it is there: the server waits for half a second.
+// Interval of presence messages while this page moves a device; the server's timeout is 0.5 s.
 const HERE_MS = 100;
 const PAUSE_MS = 500;
 
 const stations = [];
-// `client` is what the server calls this page, as long as there is a line to it.
+// `client` is the server's id of this page while connected.
 let shown = 0, socket = null, client = null, next = 1, missed = 0;
 const waiting = new Map();
 
@@ -32,14 +32,14 @@ const isMine = (here) => isOpen() && !here.gone && client !== null && here.statu
 
 function ask(station, what) {
   return new Promise((resolve, reject) => {
-    if (!isOpen()) return reject(new Error("no line to the server"));
+    if (!isOpen()) return reject(new Error("no connection to the server"));
     const id = next++;
     waiting.set(id, { resolve, reject });
     socket.send(JSON.stringify({ ...what, say: what.say ?? "do", id, station }));
   });
 }
 
-// However fast the pointer is, the reference of an axis goes out at most every 20 ms; the last one always does.
+// The reference of an axis is sent at most every 20 ms; the last value is always sent.
 const HOLD_MS = 20;
 const holds = new Map();
 
@@ -67,13 +67,13 @@ function connect() {
   socket.onmessage = ({ data }) => (typeof data === "string" ? hear(JSON.parse(data)) : takeRows(data));
   socket.onopen = () => showLine("connected");
   socket.onclose = () => {
-    for (const { reject } of waiting.values()) reject(new Error("the line to the server has ended"));
+    for (const { reject } of waiting.values()) reject(new Error("the connection to the server was closed"));
     waiting.clear();
-    // How the devices are doing is not known any more.
+    // The state of the devices is unknown now.
     client = null;
     for (const here of stations) here.status = null;
     show();
-    showLine("no line to `dimsart serve`: is it running?", true);
+    showLine("no connection to `dimsart serve`: check that it runs", true);
     setTimeout(connect, PAUSE_MS);
   };
 }
@@ -90,7 +90,7 @@ function hear({ kind, station, content, ...message }) {
       for (let number = 0; number < Math.max(stations.length, message.stations.length); number++) {
         const name = message.stations[number];
         if (stations[number]?.name === name) continue;
-        // What was there is not there any more, or another one is.
+        // The station was removed or replaced.
         scope.forget(number);
         modules.forget(number);
         stations[number] = { name, faults: null, events: [] };
@@ -140,7 +140,7 @@ function show(kind, station = shown) {
   recording.show(here.recording);
   if (!kind || kind === "status" || kind === "gone" || kind === "overview") showState(here);
   if (!kind || kind === "overview" || kind === "faults" || kind === "kinds") {
-    // Of one that has told nothing yet there is nothing, rather than what another one has.
+    // Clears the view of a station without news.
     drawScheme(by("scheme"), here.overview, here.faults);
     modules.show(shown, here);
     device.show(shown, here.overview?.identity);
@@ -176,16 +176,16 @@ function showStations() {
   }
 }
 
-/** Why a controller cannot be changed from here; empty where it can. */
+/** Returns why this page cannot change a controller; empty if it can. */
 function refusal(here) {
-  if (!isOpen()) return "no line to the server";
-  if (here.gone) return `no line to the controller: ${here.gone}`;
-  if (!here.status) return "nothing was heard of the controller yet";
-  if (here.status.holder != null && !isMine(here)) return "another page has armed it: STOP it, or have it given back there";
+  if (!isOpen()) return "no connection to the server";
+  if (here.gone) return `no connection to the controller: ${here.gone}`;
+  if (!here.status) return "no status from the controller yet";
+  if (here.status.holder != null && !isMine(here)) return "another page has armed it: STOP it, or disarm it there";
   return "";
 }
 
-/** Lets a button be pressed, or says why not. */
+/** Enables a button, or disables it and shows why. */
 function allow(id, why) {
   const button = by(id);
   button.dataset.title ??= button.title;
@@ -199,16 +199,16 @@ function showState(here) {
   const isOther = live?.holder != null && !isHeld && `client ${live.holder} holds the lease`;
   const text = by("state-text");
   text.className = `verdict ${health(here)}`;
-  text.textContent = !isOpen() ? "no line to the server: how it is doing is not known"
-    : here.gone ? `no line: ${here.gone}` : (live?.state ?? "…");
-  allow("arm", why || isOther || (isHeld && "it is armed by this page"));
+  text.textContent = !isOpen() ? "no connection to the server: state unknown"
+    : here.gone ? `no connection: ${here.gone}` : (live?.state ?? "…");
+  allow("arm", why || isOther || (isHeld && "already armed by this page"));
   by("arm").classList.toggle("on", isHeld);
   by("arm").textContent = isHeld ? "Armed by this page" : isOtherPage ? "Armed by another page" : "Arm";
   by("arm-all").hidden = stations.length < 2;
   allow("arm-all", isOpen() ? "" : why);
-  allow("disarm", stations.some(isMine) ? "" : isOtherPage ? why : "this page has armed nothing");
+  allow("disarm", stations.some(isMine) ? "" : isOtherPage ? why : "no controller is armed by this page");
   const isRunning = here.overview?.status.is_running && !live?.state.includes("stopped");
-  allow("start", why || isOther || (isRunning && "it is running"));
+  allow("start", why || isOther || (isRunning && "already running"));
   for (const id of ["reset", "save"]) allow(id, why);
   by("transaction").hidden = !here.overview?.status.is_in_transaction;
   allow("abort", why);
@@ -222,16 +222,16 @@ function showState(here) {
     ["image", identity?.image],
     ["tick", live && `${live.ticks}, every ${1000 * (identity?.sample_period_s ?? 0)} ms`],
     ["drive", status?.drive],
-    ["lease", live && (isHeld ? "this page" : isOtherPage ? "another page" : live.holder == null ? "nobody" : `client ${live.holder}`)],
+    ["lease", live && (isHeld ? "this page" : isOtherPage ? "another page" : live.holder == null ? "free" : `client ${live.holder}`)],
     ["first fault", status?.first_fault && `tick ${status.first_fault.tick}: ${status.first_fault.reason}`],
-    ["cut out", status?.cut_out],
+    ["isolated", status?.cut_out],
     ["last tick", cycles(status?.timing?.last_cycles)],
-    ["mean, most", status?.timing?.mean_cycles != null ? `${status.timing.mean_cycles}, ${status.timing.max_cycles} cycles` : null],
+    ["mean, max", status?.timing?.mean_cycles != null ? `${status.timing.mean_cycles}, ${status.timing.max_cycles} cycles` : null],
     ["bound, limit", bound && `${bound}, ${status.timing.limit_cycles ?? "no"} cycles`],
     ["late, overrun", status?.timing && `${status.timing.late}, ${status.timing.overruns} of ${status.timing.ticks} ticks`],
-    ["scheme", status?.schemes && `started with: ${status.schemes.origin}; on trial: ${status.schemes.trial}`],
-    ["missed", missed ? `${missed} pieces of news: this browser is too slow` : null],
-    ["ticks lost", scope.gaps(shown) ? `${scope.gaps(shown)} on the way here` : null],
+    ["scheme", status?.schemes && `loaded at start: ${status.schemes.origin}; trial: ${status.schemes.trial}`],
+    ["missed", missed ? `${missed} updates: this browser is too slow` : null],
+    ["ticks lost", scope.gaps(shown) ? `${scope.gaps(shown)} in transmission` : null],
   ].filter(([, value]) => value);
   by("facts").replaceChildren(...facts.flatMap(([name, value]) => {
     const [dt, dd] = [document.createElement("dt"), document.createElement("dd")];
@@ -260,16 +260,16 @@ function showEvents(events) {
 
 const told = (promise) => promise.then((done) => say(String(done)), (error) => say(error.message, true));
 
-/** Begins a recording of the station that is shown, or ends it: what it came to is told to every page. */
-const record = (on) => ask(shown, { do: "record", on }).then((path) => on && say(`records into ${path}`), (error) => say(error.message, true));
+/** Starts or ends a recording of the shown station; every page receives the summary. */
+const record = (on) => ask(shown, { do: "record", on }).then((path) => on && say(`recording to ${path}`), (error) => say(error.message, true));
 
-/** Stops every device; that it is stopped is said when all of them have answered. */
+/** Stops every device, and reports success after all answers. */
 async function stopAll() {
-  if (!isOpen()) return say("NOT STOPPED: no line to the server", true);
-  say("STOP: waits for the answer …", true);
+  if (!isOpen()) return say("NOT STOPPED: no connection to the server", true);
+  say("STOP: waiting for the answer …", true);
   const answers = await Promise.allSettled(stations.map((_, station) => ask(station, { say: "stop" })));
   const wrong = answers.flatMap(({ reason }, station) => (reason ? [`${stations[station]?.name ?? ""}: ${reason.message}`] : []));
-  if (wrong.length) say(`NOT STOPPED, as far as is known: ${wrong.join("; ")}`, true);
+  if (wrong.length) say(`NOT STOPPED or not confirmed: ${wrong.join("; ")}`, true);
   else say([...new Set(answers.map(({ value }) => String(value)))].join("; "));
 }
 
@@ -284,7 +284,7 @@ by("start").onclick = () => told(ask(shown, { do: "check" }).then(({ state }) =>
 by("reset").onclick = () => told(ask(shown, { do: "reset" }));
 by("save").onclick = () => told(ask(shown, { do: "save" }));
 by("abort").onclick = () => told(ask(shown, { do: "abort" }));
-// A page that is hidden is throttled by its browser to a beat a second: a device does not move unseen.
+// A hidden page sends no presence: a device must not move unseen.
 setInterval(() => {
   if (stations.some(isMine) && !document.hidden) socket.send('{"say":"here"}');
 }, HERE_MS);

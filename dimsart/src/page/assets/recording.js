@@ -1,15 +1,15 @@
-// The button that records the station that is shown. The recording is the server's: it goes on without this page.
+// The button that records the shown station. The server records: closing this page does not end the recording.
 
 const by = (id) => document.getElementById(id);
 
 export class Recording {
-  /** `record` begins or ends it; `say` shows a text. */
+  /** `record` starts or ends a recording; `say` shows a text. */
   constructor(record, say) {
     this.say = say;
     by("record").onclick = () => record(by("record").getAttribute("aria-pressed") !== "true");
   }
 
-  /** What a station's recording has become; how it ended is said on every page. */
+  /** Handles news of a station's recording; every page shows its summary. */
   hear(name, before, now) {
     if (before?.is_running && !now.is_running) this.say(`${name}: recorded: ${now.text}`);
   }

@@ -1,16 +1,16 @@
-// The ticks of a controller as they came: where some are missing, and where the device was started anew, is kept.
+// Ring buffer of received rows, with gaps and restarts of the device.
 
-/** So long is what is kept, unless its rows are too many. */
+/** Length of the buffer, unless it would exceed the maximum number of rows. */
 export const SECONDS = 60;
 const MOST_ROWS = 60000;
 
-/** The name of a column in a table, as the command has it: `POSITION[0] (rad)`. */
+/** Returns the column name as in CSV files of the command: `POSITION[0] (rad)`. */
 const header = (name, { indices = [], unit = "" } = {}) =>
   `${name}${indices.map((index) => `[${index}]`).join("")}${unit && ` (${unit})`}`;
 
-/** Rows of signals in a ring. A row has a number, from the oldest one that is there to the newest; it goes on rising. */
+/** Rows of signals in a ring buffer. Row numbers increase without wrapping. */
 export class Ring {
-  /** `unsent` are names of signals that are not in its rows. */
+  /** `unsent` are the names of signals without rows. */
   constructor(layout, period_s, unsent) {
     this.unsent = unsent;
     this.columns = layout.signals.flatMap(({ name, unit, words, places }) => Array.from({ length: words },
@@ -30,10 +30,10 @@ export class Ring {
   push(tick, view, at) {
     const place = this.count % this.size;
     if (this.count) {
-      // The number of a tick wraps after 2^32.
+      // Tick numbers wrap at 2^32.
       const ticks = (tick - this.tick(this.count - 1)) >>> 0;
       if (ticks === 0) return;
-      // From so far away it is another start of the device. How long that took is not known: two steps stand for it.
+      // A large jump is a restart of the device. Its duration is unknown: two steps represent it.
       const isStart = ticks >= this.size * this.step;
       if (!isStart) this.gaps += Math.max(0, Math.round(ticks / this.step) - 1);
       this.times[place] = this.time(this.count - 1) + (isStart ? 2 * this.step : ticks);
@@ -47,15 +47,15 @@ export class Ring {
 
   tick(row) { return this.ticks[row % this.size]; }
 
-  /** When a row was, in ticks since the first one. It always rises, also where the number of the tick does not. */
+  /** Returns the time of a row in ticks since the first one; increases also over a restart. */
   time(row) { return this.times[row % this.size]; }
 
-  /** Whether nothing is missing between a row and the one before it. */
+  /** Returns whether a row directly follows the row before it. */
   follows(row) { return row > this.oldest() && this.time(row) - this.time(row - 1) === this.step; }
 
   oldest() { return Math.max(0, this.count - this.size); }
 
-  /** The first row at a time or after it. */
+  /** Finds the first row at or after a time. */
   find(time) {
     let [low, high] = [this.oldest(), this.count];
     while (low < high) {
@@ -66,7 +66,7 @@ export class Ring {
     return low;
   }
 
-  /** Rows of it, from one to before another one, that stay as they are. */
+  /** Copies the rows from `start` to before `end`. */
   copy(start, end) {
     const size = end - start, first = start % this.size;
     const part = (all) => {

@@ -1,5 +1,5 @@
-// The scheme as a picture: columns are the frame and the modules in their order, rows are the types of the Data Base. A type is
-// a wire from who writes it to those who read it; one that is read before it is written in a tick is dashed.
+// Diagram of the scheme: columns are the device and the modules in order, rows are the signals of the Data Base. A wire leads
+// from the writer of a signal to its readers; it is dashed where the signal is read before it is written in a tick.
 
 const COLUMN = 88, ROW = 20, LEFT = 180, TOP = 92;
 const SVG = "http://www.w3.org/2000/svg";
@@ -17,12 +17,12 @@ export function drawScheme(place, overview, faults) {
     return place.replaceChildren();
   }
   const plugged = overview.modules.filter((module) => module.place != null);
-  const columns = [{ name: "device measures", reads: [], writes: overview.measured ?? [] },
-    ...plugged, { name: "device takes", reads: overview.taken ?? [], writes: [] }];
+  const columns = [{ name: "device measurement", reads: [], writes: overview.measured ?? [] },
+    ...plugged, { name: "device command", reads: overview.taken ?? [], writes: [] }];
   const wrong = (faults?.findings ?? []).filter((finding) => finding.is_fault);
   const wrongSignals = new Set(wrong.map((finding) => finding.signal));
   const wrongModules = new Set(wrong.map((finding) => finding.module));
-  // In the order in which they are first written, then those that nobody writes.
+  // In the order of their writers, then the signals without a writer.
   const names = [...new Set([...columns.flatMap((column) => column.writes), ...columns.flatMap((column) => column.reads)])];
   const units = new Map(overview.signals.map((signal) => [signal.name, signal.unit]));
   const width = LEFT + COLUMN * columns.length + 20, height = TOP + ROW * names.length + 12;

@@ -1,5 +1,4 @@
-// The scope: the last minute of every tick's signals, as they go on or held by a trigger, over time, by frequency, or one over
-// another.
+// The scope: signals of the last minute, running or held by a trigger, as time plot, spectrum or XY plot.
 
 import { digits } from "/device.js";
 import { spectrum } from "/fourier.js";
@@ -14,11 +13,11 @@ const dark = matchMedia("(prefers-color-scheme: dark)");
 const HEIGHT = 190;
 
 export class Scope {
-  /** `choose` has the device send the signals of these names. */
+  /** `choose` selects the signals that the device sends. */
   constructor(choose) {
     this.choose = choose;
     this.rings = [];
-    // What the user holds of the stations that are not shown.
+    // Held pictures of stations that are not shown.
     this.kept = [];
     this.chosen = [];
     this.plots = [];
@@ -42,7 +41,7 @@ export class Scope {
 
   gaps(station) { return this.rings[station]?.gaps ?? 0; }
 
-  /** What a station's rows are made of from now on; being told again changes nothing. */
+  /** Sets the layout of a station's rows; an unchanged layout has no effect. */
   layout(station, { unsent, ...layout }, period_s) {
     const ring = this.rings[station];
     if (!ring || JSON.stringify(ring.layout) !== JSON.stringify(layout)) {
@@ -55,11 +54,11 @@ export class Scope {
 
   period(station, period_s) {
     const ring = this.rings[station];
-    // What came before the period was known goes: its place in the ring is another one.
+    // Drop earlier rows: their times are wrong.
     if (ring && Math.abs(ring.tick_s - period_s) > 1e-9 * period_s) this.replace(station, new Ring(ring.layout, period_s, ring.unsent));
   }
 
-  /** A station that another one has taken the place of. */
+  /** Forgets a replaced station. */
   forget(station) {
     delete this.kept[station];
     if (station === this.station) this.setRunning(true);
@@ -73,7 +72,7 @@ export class Scope {
     if (this.isRunning) this.list();
   }
 
-  /** Takes a message of rows; the station that it is of. */
+  /** Handles a message of rows and returns its station. */
   rows(data) {
     const view = new DataView(data);
     const station = view.getUint8(0), width = view.getUint16(2, true), number = view.getUint32(4, true);
@@ -85,7 +84,7 @@ export class Scope {
     return station;
   }
 
-  /** What the last tick left: values and unit by the name of a signal. */
+  /** Returns values and units of the last tick by signal name. */
   last(station) {
     const ring = this.rings[station];
     if (!ring?.count) return null;
@@ -110,7 +109,7 @@ export class Scope {
     this.list();
   }
 
-  /** The list of signals to choose from. */
+  /** Builds the list of signals. */
   list() {
     const rows = this.held?.rows ?? this.ring();
     if (!rows) {
@@ -165,22 +164,22 @@ export class Scope {
     this.list();
   }
 
-  /** The trigger looks at what comes from now on. What the user holds stays. */
+  /** Rearms the trigger for new rows; a picture held by the user stays. */
   rearm() {
     this.trigger.arm(this.ring());
     if (this.isRunning) this.held = null;
   }
 
-  /** The window, in ticks. */
+  /** Returns the window in ticks. */
   span(rows) { return Math.max(2 * rows.step, Math.round(Number(by("window").value) / rows.tick_s)); }
 
-  /** Holds the picture when the trigger says that it is whole. */
+  /** Holds the picture when the trigger fired and the window is complete. */
   watchTrigger(ring) {
     const { mode } = this.trigger, span = this.span(ring);
     if (mode === "off" || !this.isRunning) return;
     const fired = this.trigger.watch(ring, span);
     if (fired) {
-      // A copy: the ring goes on. What is kept for good can be looked at in other windows, too.
+      // A copy, as the ring continues. A single shot keeps all rows, for other windows.
       const first = mode === "single" ? ring.oldest() : ring.find(fired.time - this.trigger.before(span));
       this.held = { rows: ring.copy(first, ring.count), zero: fired.time };
       this.shownAt = performance.now();
@@ -188,9 +187,9 @@ export class Scope {
       if (mode === "single") this.setRunning(false);
     } else if (mode === "auto" && performance.now() - (this.shownAt ?? 0) > 1000 + 1000 * span * ring.tick_s) {
       this.held = null;
-      this.trigger.say("waits, and goes on meanwhile");
+      this.trigger.say("no trigger, running free");
     } else if (this.held === null) {
-      this.trigger.say("waits for the trigger");
+      this.trigger.say("waiting for the trigger");
     }
   }
 
@@ -206,7 +205,7 @@ export class Scope {
     if (!(this.trigger.mode === "normal" && this.held === null && this.drawn)) this.draw();
   }
 
-  /** What is shown: rows of what is held or of what goes on, and the time that counts as zero, in ticks. */
+  /** Returns the shown rows and the time of zero, in ticks. */
   part() {
     const rows = this.held?.rows ?? this.ring();
     if (!rows?.count) return null;
@@ -215,7 +214,7 @@ export class Scope {
     return { rows, start: rows.find(from), end: rows.find(from + span), zero };
   }
 
-  /** Its rows by number, and their times in seconds. Where something is missing, a row of nothing keeps the line from being joined. */
+  /** Returns row numbers and times in seconds. A null row interrupts the line at a gap. */
   line({ rows, start, end, zero }) {
     const numbers = [], times = [];
     for (let i = start; i < end; i++) {
@@ -235,7 +234,7 @@ export class Scope {
       .map((one) => ({ ...one, ...rows.columns[one.column] }));
   }
 
-  /** A plot for each unit: values of different units share no axis. */
+  /** Creates one plot per unit. */
   rebuild() {
     for (const plot of this.plots) plot.destroy?.();
     by("plots").replaceChildren();
@@ -300,7 +299,7 @@ export class Scope {
     this.showCursors();
   }
 
-  /** A spectrum is of values that are all there: of others it would be another signal's. */
+  /** Draws spectra, which require windows without missing values. */
   drawSpectra(valuesOf, rows, hasGap) {
     const wrong = [];
     for (const plot of this.plots) {
@@ -313,8 +312,8 @@ export class Scope {
       const frequencies = all.find((one) => one)?.frequencies ?? [];
       plot.setData([frequencies, ...all.map((one) => one?.amplitudes ?? frequencies.map(() => null))], !this.zoom);
     }
-    by("scope-note").textContent = hasGap ? "No spectrum: ticks are missing in this window. Take one without a gap."
-      : wrong.length ? `No spectrum of ${wrong.join(", ")}: there are values in this window that are no numbers.` : "";
+    by("scope-note").textContent = hasGap ? "No spectrum: ticks are missing in this window. Choose a window without gaps."
+      : wrong.length ? `No spectrum of ${wrong.join(", ")}: this window contains NaN or infinite values.` : "";
   }
 
   setCursor(plot, event) {
@@ -345,7 +344,7 @@ export class Scope {
     const nearest = (plot, at) => plot.data[0].reduce((best, x, i) => (Math.abs(x - at) < Math.abs(plot.data[0][best] - at) ? i : best), 0);
     const deltas = this.plots.flatMap((plot) => {
       const [i, j] = [nearest(plot, a), nearest(plot, b)];
-      // Null where there is nothing: that has no difference.
+      // Null values give no difference.
       return plot.shown.map(({ name, unit }, k) => `${name} ${digits((plot.data[k + 1][j] ?? NaN) - (plot.data[k + 1][i] ?? NaN))} ${unit}`);
     });
     const unit = by("view").value === "time" ? `s (${digits(1 / Math.abs(b - a))} Hz)` : "Hz";

@@ -1,9 +1,9 @@
-// The trigger of the scope: finds an edge in what is new, and says when the picture around it is whole.
+// The trigger of the scope: finds an edge in new rows, and fires when the window around it is complete.
 
 const by = (id) => document.getElementById(id);
 
 export class Trigger {
-  /** `change` is called when it is set otherwise. */
+  /** `change` is called after a change of the settings. */
   constructor(change) {
     for (const what of ["mode", "source", "edge", "level", "before"]) by(`trigger-${what}`).onchange = change;
     this.arm();
@@ -12,23 +12,23 @@ export class Trigger {
   /** Off, auto, normal or single. */
   get mode() { return by("trigger-mode").value; }
 
-  /** It looks at what comes from now on. */
+  /** Arms the trigger for new rows. */
   arm(ring) {
     this.armed = ring?.count ?? 0;
     this.fired = null;
   }
 
-  /** Signals that it can look at. The one that is chosen stays as long as it is there. */
+  /** Offers signals as source; the selected one stays while it exists. */
   offer(names, first) {
     const source = by("trigger-source").value;
     by("trigger-source").replaceChildren(...names.map((name) => Object.assign(document.createElement("option"), { value: name, textContent: name })));
     by("trigger-source").value = names.includes(source) ? source : first;
   }
 
-  /** What of a picture is before the edge, in ticks. */
+  /** Returns the part of the window before the edge, in ticks. */
   before(span) { return Math.round((span * Number(by("trigger-before").value)) / 100); }
 
-  /** The tick and the time of an edge, once when all of the picture around it is there; else null. */
+  /** Returns tick and time of an edge, once, when the window around it is complete; otherwise null. */
   watch(ring, span) {
     const source = ring.numbers.get(by("trigger-source").value);
     if (source === undefined) return null;
@@ -40,7 +40,7 @@ export class Trigger {
     return fired;
   }
 
-  /** The first edge in what is new. Over a gap it is not known whether there was one. */
+  /** Finds the first edge in new rows, ignoring gaps. */
   edge(ring, source) {
     const level = Number(by("trigger-level").value), edge = by("trigger-edge").value;
     const first = Math.max(this.armed, ring.oldest() + 1);

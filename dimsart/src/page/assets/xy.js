@@ -1,14 +1,14 @@
-// One signal over another one.
+// XY plot of two signals.
 
 import { digits } from "/device.js";
 
-/** Draws `y` over `x`. Where a value is null, the pen is lifted. */
+/** Draws `y` over `x`; a null value interrupts the line. */
 export function drawXy(canvas, columns, x, y) {
   const context = canvas.getContext("2d");
   context.clearRect(0, 0, canvas.width, canvas.height);
   context.fillStyle = getComputedStyle(document.body).getPropertyValue("--quiet");
   context.font = "13px system-ui";
-  if (columns.length < 2) return context.fillText("choose two signals: the second one is drawn over the first", 20, 30);
+  if (columns.length < 2) return context.fillText("select two signals: the second is plotted over the first", 20, 30);
   const [left, right] = range(x), [low, high] = range(y), [w, h] = [canvas.width - 90, canvas.height - 60];
   context.strokeStyle = columns[1].color;
   context.beginPath();

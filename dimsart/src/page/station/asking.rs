@@ -1,4 +1,4 @@
-//! What clients want to be done, one after another, and the lease of the one that moves the device.
+//! Carries out actions of clients one after another, and holds the lease for one client.
 
 use std::sync::Arc;
 use std::sync::atomic::{AtomicU64, Ordering};
@@ -16,21 +16,21 @@ use super::{Answer, Greet, PAUSE, Waiting};
 use crate::connect::{ConnectError, LiveReport, Presence};
 use crate::page::page_device::{Hand, PageDevice};
 
-/// Longest wait for something to do before the device is looked at again.
+/// Maximum wait for a request before the line is read again.
 const A_MOMENT: Duration = Duration::from_millis(15);
-/// From one look at how the device is doing to the next.
+/// Polling interval of the device state.
 const LOOK: Duration = Duration::from_millis(100);
-/// What would move a device and has waited for so long is done no more: whoever asked may think that it was lost.
+/// Maximum age of a request that starts motion: its sender may believe that it was lost.
 const TOO_LATE: Duration = Duration::from_secs(1);
 
-/// What a client has for the thread.
+/// Request to the thread.
 #[derive(Debug)]
 pub(super) enum Ask {
     Do(Asked),
     IsGone {
         client: u64,
     },
-    /// Begins a recording with what the device is.
+    /// Starts a recording.
     Record {
         presence: Presence,
         answer: oneshot::Sender<Answer>,
@@ -38,24 +38,24 @@ pub(super) enum Ask {
     },
 }
 
-/// What a client has asked for.
+/// A requested action of a client.
 #[derive(Debug)]
 pub(super) struct Asked {
     pub(super) client: u64,
     pub(super) presence: Presence,
     pub(super) action: Action,
     pub(super) asked: Instant,
-    /// How often the device had been stopped then.
+    /// Number of STOPs at that time.
     pub(super) stops: u64,
     pub(super) answer: oneshot::Sender<Answer>,
     pub(super) place: Waiting,
 }
 
-/// How a device is doing.
+/// State of a device.
 #[derive(Serialize)]
 struct Status {
     live: LiveReport,
-    /// The client of this program that moves it.
+    /// The client of this program that holds the lease.
     holder: Option<u64>,
 }
 
@@ -63,19 +63,19 @@ struct Status {
 pub(super) struct Asking {
     news: Arc<Board>,
     greet: Greet,
-    /// Wakes who looks at the scheme.
+    /// Wakes the thread that reads the scheme.
     looked: Sender<()>,
     /// The client that holds the lease.
     holder: Option<u64>,
     hand: Option<Hand>,
-    /// References that clients hold by it.
+    /// References that clients hold.
     held: Vec<(u64, String, usize)>,
-    /// How often the device was stopped.
+    /// Number of STOPs.
     stops: Arc<AtomicU64>,
-    /// How often it had been when the lease was released for it last.
+    /// Number of STOPs that were handled here.
     seen_stops: u64,
     recorder: Arc<Recorder>,
-    /// Whether a line has ended within a change of several commands.
+    /// Whether a line was closed within a transaction.
     has_left_open: bool,
 }
 
@@ -113,10 +113,10 @@ impl Asking {
         }
     }
 
-    /// Until the line ends, or the page does.
+    /// Serves requests until the line is closed or the page ends.
     fn serve(&mut self, device: &mut PageDevice, asks: &Receiver<Ask>) -> Result<(), ConnectError> {
         if std::mem::take(&mut self.has_left_open) {
-            // Nothing may be open any more.
+            // The transaction may already be closed.
             let _ = device.abort();
         }
         let mut looked: Option<Instant> = None;
@@ -138,7 +138,7 @@ impl Asking {
                         }
                     }
                     looked = None;
-                    // It ends with the page alone.
+                    // The receiver ends only with the page.
                     let _ = self.looked.send(());
                 }
                 Err(RecvTimeoutError::Timeout) => {}
@@ -161,25 +161,25 @@ impl Asking {
         let is_void = action.moves()
             && (hil_sim::clock::since(asked) > TOO_LATE || stops != self.stops.load(Ordering::Relaxed));
         let done = if is_other && action.changes() {
-            Err("another client holds the lease: stop the device, or have it give it back".to_owned())
+            Err("another client holds the lease: stop the device, or disarm it there".to_owned())
         } else if is_void {
-            Err("the device was stopped, or did not answer, since this was asked: ask again".to_owned())
+            Err("request expired: the device was stopped or did not answer meanwhile; repeat it".to_owned())
         } else if matches!(action, Action::Renew) && self.holder.is_none() {
-            Err("the lease is over: `arm` takes it anew".to_owned())
+            Err("lease expired: `arm` again".to_owned())
         } else {
             self.carry_out(device, client, &presence, action)
         };
         let done = match self.obey_stop(device) && arms {
-            true => Err("the device was stopped meanwhile: its lease is released".to_owned()),
+            true => Err("the device was stopped meanwhile: lease released".to_owned()),
             false => done,
         };
         drop(place);
-        // The client may be gone.
+        // The client may have disconnected.
         let _ = answer.send(done);
     }
 
-    /// Releases the lease after a STOP from here, also one that was taken while the STOP was on its way. Gives whether there
-    /// was one to release.
+    /// Releases the lease after a STOP of this program, even if the lease was taken while the STOP was in transit. Returns
+    /// whether it held the lease.
     fn obey_stop(&mut self, device: &mut PageDevice) -> bool {
         let stops = self.stops.load(Ordering::Relaxed);
         let is_stopped = std::mem::replace(&mut self.seen_stops, stops) != stops && self.holder.is_some();
@@ -210,12 +210,12 @@ impl Asking {
         done.map_err(|error| error.to_string())
     }
 
-    /// Ends what a client has begun that is gone.
+    /// Releases the references and the lease of a disconnected client.
     fn forget(&mut self, device: &mut PageDevice, client: u64) {
         let (gone, held) = self.held.drain(..).partition(|(holder, ..)| *holder == client);
         self.held = held;
         for ((_, signal, axis), hand) in Vec::into_iter(gone).zip(self.hand.iter().cycle()) {
-            // It was held before.
+            // The reference may be released already.
             let _ = hand(signal, axis, None);
         }
         if self.holder == Some(client) {
@@ -223,8 +223,8 @@ impl Asking {
         }
     }
 
-    /// Takes note when the client that moves the device is gone, or the lease is over. Its renewals have ended then, while
-    /// something else was waited for, too.
+    /// Detects that the holder has disconnected or the lease has expired. Its renewals have ended by then, even while the
+    /// line waited for an answer.
     fn watch_holder(&mut self, device: &mut PageDevice) -> Result<(), ConnectError> {
         if self.holder.is_none() {
             return Ok(());
@@ -234,24 +234,22 @@ impl Asking {
             Err(ConnectError::Line(error)) => return Err(error.into()),
             Err(ConnectError::NobodyThere) => {
                 self.let_go(device);
-                self.tell_lost(
-                    "the client that moved the device said nothing for half a second: the device is at rest",
-                );
+                self.tell_lost("client silent for 0.5 s: lease released, outputs at their safe value");
             }
-            // A fault, another client, or this computer was too busy to renew it: it is not ours any more.
+            // A fault, another client, or this computer was too busy to renew it.
             Err(error) => {
                 self.holder = None;
-                self.tell_lost(&format!("the lease is lost: {error}"));
+                self.tell_lost(&format!("lease lost: {error}"));
             }
             Ok(()) => {
                 self.holder = None;
-                self.tell_lost("the lease is lost");
+                self.tell_lost("lease lost");
             }
         }
         Ok(())
     }
 
-    /// Says why motion has ended.
+    /// Publishes why motion has ended.
     fn tell_lost(&self, reason: &str) {
         #[derive(Serialize)]
         struct Lost<'a> {
@@ -262,12 +260,12 @@ impl Asking {
 
     fn let_go(&mut self, device: &mut PageDevice) {
         self.holder = None;
-        // If it cannot be given back, it ends by itself.
+        // If the release fails, the lease expires.
         let _ = device.give_lease_back();
     }
 }
 
-/// Refuses what waits: when the line is there again, nobody may want it any more.
+/// Refuses pending requests, which may be outdated when the line is open again.
 fn refuse(asks: &Receiver<Ask>, error: &ConnectError) {
     for ask in asks.try_iter() {
         if let Ask::Do(Asked { answer, .. }) | Ask::Record { answer, .. } = ask {

@@ -1,4 +1,4 @@
-//! The whole scheme, what is wrong with it, and what happened.
+//! Reads the scheme, its faults and the events.
 
 use std::sync::mpsc::{Receiver, RecvTimeoutError};
 use std::thread;
@@ -9,15 +9,15 @@ use super::{Greet, PAUSE};
 use crate::connect::ConnectError;
 use crate::page::page_device::PageDevice;
 
-/// Longest time that the line is not read: what its device says to everybody must not fill it up.
+/// Maximum time between two reads, so that heartbeats do not fill the receive buffer.
 const A_MOMENT: Duration = Duration::from_millis(15);
-/// From one look to the next: another client may have changed something.
+/// Polling interval: another client may have changed the scheme.
 const LOOK: Duration = Duration::from_secs(2);
 
-/// The thread; it is woken when something was changed from here.
+/// Runs the thread; `wakes` signals a change from this program.
 pub(super) fn look(news: &Board, greet: &Greet, wakes: &Receiver<()>) {
     loop {
-        // What is wrong with the line is told by the thread that asks.
+        // Errors of the line are reported by the thread of `asking`.
         if let Ok(mut device) = greet()
             && serve(news, &mut device, wakes).is_ok()
         {
@@ -27,7 +27,7 @@ pub(super) fn look(news: &Board, greet: &Greet, wakes: &Receiver<()>) {
     }
 }
 
-/// Until the line ends, or the page does.
+/// Reads until the line is closed or the page ends.
 fn serve(news: &Board, device: &mut PageDevice, wakes: &Receiver<()>) -> Result<(), ConnectError> {
     news.tell("overview", &device.overview()?);
     news.tell("kinds", &device.kinds()?);
@@ -42,7 +42,7 @@ fn serve(news: &Board, device: &mut PageDevice, wakes: &Receiver<()>) -> Result<
                 Ok(()) => break,
             }
         }
-        // What has come meanwhile is seen by the same look.
+        // One read covers all changes so far.
         while wakes.try_recv().is_ok() {}
         news.tell("overview", &device.overview()?);
     }

@@ -1,6 +1,6 @@
-//! Every row that the station tells, into a file: the station's recording, whoever begins or ends it, and looks on or not.
+//! Records all rows of a station to a file, independently of the browsers that start, end or watch it.
 //!
-//! Its thread hears the news as a browser does, so that nobody waits for its disk; what it was too slow for is counted as lost.
+//! Its thread receives the news as a browser does, so that its disk delays no other thread; missed rows count as lost.
 
 use std::fs;
 use std::io::{self, ErrorKind};
@@ -22,47 +22,47 @@ use crate::page::page_device::PageDevice;
 use crate::report::SignalsKind;
 use crate::tap_file::{self, Next, OTHER_SIGNALS, TapFile};
 
-/// From one word about the progress to the next.
+/// Interval of progress news.
 const PROGRESS: Duration = Duration::from_millis(250);
 
 /// Records a station.
 #[derive(Debug)]
 pub(super) struct Recorder {
     news: Arc<Board>,
-    /// Name and port of the station, and bits per second of its line.
+    /// Name, port and baud rate of the station.
     name: String,
     port: String,
     baud: Option<u32>,
-    /// Where each recording gets a folder; none where nothing is recorded.
+    /// Folder for the folders of recordings; `None` disables recordings.
     folder: Option<PathBuf>,
     running: Mutex<Option<Running>>,
 }
 
-/// What a recording that runs is asked for.
+/// Requests to a running recording.
 #[derive(Debug, Default)]
 struct Running {
-    /// Those who wait for its end.
+    /// Receivers of its summary.
     ending: Vec<oneshot::Sender<Answer>>,
     why: &'static str,
 }
 
-/// What is in the file, and what is missing.
+/// A file and its missing samples.
 struct Recording {
     file: TapFile,
-    /// Layout, number and lost samples of the rows that come next.
+    /// Layout, number and lost samples expected with the next rows.
     next: Option<(u32, u64, u64)>,
-    /// Samples that the line had no room for, and rows that came while the disk was waited for.
+    /// Samples lost on the line, and rows missed while waiting for the disk.
     lost: u64,
 }
 
-/// How a recording is doing, or what it came to.
+/// Progress or summary of a recording.
 #[derive(Serialize)]
 struct Progress<'a> {
     is_running: bool,
     path: &'a Path,
     rows: u64,
     lost: u64,
-    /// What it came to.
+    /// Summary.
     text: Option<&'a str>,
 }
 
@@ -85,22 +85,22 @@ impl Recorder {
         self.running().is_some()
     }
 
-    /// Begins a recording with what the device is now; where it goes. One thread alone calls it.
+    /// Starts a recording with the present configuration; returns its path. Only one thread calls it.
     pub(super) fn begin(self: &Arc<Self>, device: &mut PageDevice) -> Answer {
         let Some(folder) = &self.folder else {
             return Err(
-                "recordings are for the page of `dimsart serve`; `dimsart record PORT` takes them, too"
+                "this server does not record: use the page of `dimsart serve`, or `dimsart record PORT`"
                     .to_owned(),
             );
         };
         if self.is_running() {
-            return Err("it is being recorded already: end that recording first".to_owned());
+            return Err("a recording is already running: end it first".to_owned());
         }
         let every_ticks = every_ticks(self.baud, device.identity().sample_period_s.into());
         let format = tap_file::format(device, &self.port, every_ticks, SignalsKind::Mcap)
             .map_err(|error| error.to_string())?;
         let folder = new_folder(folder, &self.name)
-            .map_err(|error| format!("no folder for it in {}: {error}", folder.display()))?;
+            .map_err(|error| format!("cannot create a folder in {}: {error}", folder.display()))?;
         let file = TapFile::create(&folder, device.identity(), every_ticks, format)
             .map_err(|error| error.to_string())?;
         let path = file.path().display().to_string();
@@ -115,7 +115,7 @@ impl Recorder {
         Ok(Value::String(path))
     }
 
-    /// Ends the recording, and has it told what it came to.
+    /// Ends the recording and sends its summary.
     pub(super) fn end(&self, why: &'static str, answer: oneshot::Sender<Answer>) {
         match &mut *self.running() {
             Some(running) => {
@@ -123,15 +123,15 @@ impl Recorder {
                 running.why = why;
             }
             None => {
-                let _ = answer.send(Err("nothing is recorded".to_owned()));
+                let _ = answer.send(Err("no recording is running".to_owned()));
                 return;
             }
         }
-        // Where no rows come, it wakes up by this.
+        // Wakes the recording when no rows arrive.
         self.news.cut(why);
     }
 
-    /// The thread of a recording.
+    /// Runs the thread of a recording.
     fn run(&self, mut recording: Recording, mut news: Receiver<News>) {
         let mut told = Instant::now();
         self.tell(&recording);
@@ -141,7 +141,7 @@ impl Recorder {
                 self.tell(&recording);
             }
             let is_ending = self.running().as_ref().is_some_and(|running| !running.ending.is_empty());
-            // What has come until now is in it.
+            // An ending recording takes the rows received so far.
             let piece = match is_ending {
                 true => news.try_recv(),
                 false => news.blocking_recv().map_err(|error| match error {
@@ -155,9 +155,9 @@ impl Recorder {
                     Next::Ends(why) => break Some(why.into()),
                     Next::NoDisk => break None,
                 },
-                // Before its first row it goes on from nothing.
+                // Before the first row there is nothing to continue.
                 Ok(News::Cut(why)) if !is_ending && recording.next.is_some() => break Some(why),
-                // The next rows tell how many are missing.
+                // The number of the next rows shows how many are missing.
                 Ok(News::Cut(_) | News::Text(_)) | Err(TryRecvError::Lagged(_)) => {}
                 Err(TryRecvError::Empty | TryRecvError::Closed) => break None,
             }
@@ -178,12 +178,12 @@ impl Recorder {
         let asked = self.running().as_ref().map_or("", |running| running.why);
         let done = file.finish(lost, cut.unwrap_or(asked)).map_err(|error| error.to_string());
         let text = done.as_ref().unwrap_or_else(|reason| reason);
-        // Nobody begins another one before the end of this one is told.
+        // The lock prevents a new recording before this summary is published.
         let mut running = self.running();
         self.news
             .tell("recording", &Progress { is_running: false, path: &path, rows, lost, text: Some(text) });
         for answer in running.take().into_iter().flat_map(|running| running.ending) {
-            // The browser may be gone.
+            // The browser may have disconnected.
             let _ = answer.send(done.clone().map(Value::String));
         }
     }
@@ -201,7 +201,7 @@ impl Recording {
     }
 }
 
-/// Makes the first `NAME-NUMBER` in a folder that is not there yet.
+/// Creates the first unused `NAME-NUMBER` in a folder.
 fn new_folder(folder: &Path, name: &str) -> io::Result<PathBuf> {
     fs::create_dir_all(folder)?;
     let is_plain = |letter: &char| letter.is_ascii_alphanumeric() || *letter == '_';
@@ -247,7 +247,7 @@ mod tests {
                 .map(|tick| TapRow { tick: u32::try_from(tick).unwrap(), values: Vec::new() })
                 .collect(),
         };
-        // What was lost before is not of this recording.
+        // Earlier losses do not count.
         assert_eq!(recording.take(&rows(1, 500, 7)), Next::GoesOn);
         assert_eq!(recording.lost, 0);
         assert_eq!(recording.take(&rows(1, 510, 9)), Next::GoesOn);
@@ -255,7 +255,7 @@ mod tests {
         assert_eq!((recording.lost, recording.file.rows()), (2 + 1000, 30));
         assert_eq!(recording.take(&rows(2, 1530, 9)), Next::Ends(OTHER_SIGNALS));
         assert_eq!(recording.file.rows(), 30);
-        // It was restarted, and has the same signals.
+        // The device was restarted with the same signals.
         let restarted = Rows { first: 1530, ..rows(1, 3, 9) };
         assert_eq!(recording.take(&restarted), Next::Ends(BEGUN_ANEW));
         assert_eq!(recording.file.rows(), 30);

@@ -1,4 +1,4 @@
-//! STOP, which waits for no other question.
+//! Sends STOP without waiting for other requests.
 
 use std::sync::mpsc::{Receiver, RecvTimeoutError};
 use std::time::{Duration, Instant};
@@ -9,19 +9,19 @@ use tokio::sync::oneshot;
 use super::{Answer, Greet, PAUSE};
 use crate::page::page_device::PageDevice;
 
-/// Longest time that the line is not read: what its device says to everybody must not fill it up.
+/// Maximum time between two reads, so that heartbeats do not fill the receive buffer.
 const A_MOMENT: Duration = Duration::from_millis(5);
 
-/// The thread. Its line is open before it is needed.
+/// Runs the thread, with a line that is already open when a STOP arrives.
 pub(super) fn stop(greet: &Greet, stops: &Receiver<oneshot::Sender<Answer>>) {
     let (mut device, mut tried) = (greet().ok(), Instant::now());
     loop {
         match stops.recv_timeout(A_MOMENT) {
             Ok(answer) => {
-                // One STOP is for all that wait.
+                // One STOP answers all pending ones.
                 let answers: Vec<_> = std::iter::once(answer).chain(stops.try_iter()).collect();
                 let done = stop_now(greet, &mut device);
-                // The browser may be gone.
+                // The browser may have disconnected.
                 answers.into_iter().for_each(|answer| drop(answer.send(done.clone())));
             }
             Err(RecvTimeoutError::Timeout) => {
@@ -38,7 +38,7 @@ pub(super) fn stop(greet: &Greet, stops: &Receiver<oneshot::Sender<Answer>>) {
     }
 }
 
-/// A line that has ended shows it only when it is used: then another one is opened.
+/// Sends STOP. A closed line is detected only on use: it is then opened again.
 fn stop_now(greet: &Greet, device: &mut Option<PageDevice>) -> Answer {
     let mut done = Err("no line to the device".to_owned());
     for _ in 0..2 {

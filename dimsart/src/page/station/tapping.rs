@@ -1,4 +1,4 @@
-//! The signals of every tick, as many of them as the line carries, or those that somebody has chosen.
+//! Receives signals by telemetry: as many as the line carries, or the selected ones.
 
 use std::sync::Arc;
 use std::sync::mpsc::Receiver;
@@ -15,20 +15,20 @@ use crate::page::page_device::PageDevice;
 use crate::tap_file::OTHER_SIGNALS;
 use dimsart_link::protocol::{MAX_TELEMETRY_SIGNALS, MAX_TELEMETRY_WORDS};
 
-/// How often the rows of ticks go out: a screen's picture.
+/// Publication interval of rows: about one screen frame.
 const PICTURE: Duration = Duration::from_millis(20);
-/// From one look whether somebody is there to the next.
+/// Polling interval for subscribers.
 const LOOK: Duration = Duration::from_millis(100);
-/// What rows may take of a line: the rest is for questions, answers and heartbeats.
+/// Share of the line for rows; the rest is for requests, answers and heartbeats.
 const SHARE: f64 = 0.2;
-/// Of a sample on the line, beside its words: envelope, numbers, framing.
+/// Overhead of a sample: envelope, numbers, framing.
 const SAMPLE_BYTES: f64 = 16.0;
 const BITS_PER_BYTE: f64 = 10.0;
 
-/// Signals that somebody wants to be sent.
+/// Selection of signals by a client.
 #[derive(Debug)]
 pub(super) struct Choice {
-    /// All, or the first ones, where there is none.
+    /// Signal names; if empty, all signals or as many as can be sent.
     pub(super) names: Vec<String>,
     pub(super) answer: oneshot::Sender<Answer>,
     pub(super) _place: Waiting,
@@ -39,11 +39,11 @@ pub(super) struct Tapping {
     news: Arc<Board>,
     baud: Option<u32>,
     choices: Receiver<Choice>,
-    /// What was chosen last.
+    /// Last selection.
     names: Vec<String>,
-    /// Of the layout.
+    /// Layout number.
     number: u32,
-    /// Rows and lost samples of what was listened to before.
+    /// Rows and lost samples of earlier subscriptions.
     rows: u64,
     lost: u64,
 }
@@ -53,19 +53,19 @@ impl Tapping {
         Self { news, baud, choices, names: Vec::new(), number: 0, rows: 0, lost: 0 }
     }
 
-    /// While nobody looks, the device is asked for nothing: another client may want what it can send.
+    /// Runs the thread. Without subscribers no telemetry is requested: other clients may need the streams.
     pub(super) fn run(mut self, greet: &Greet) {
         loop {
             if self.news.is_heard()
                 && let Err(error) = greet().and_then(|mut device| self.listen(&mut device))
             {
-                // A line that has ended is opened again.
-                self.news.cut(&format!("the line has ended: {error}"));
+                // A closed line is opened again.
+                self.news.cut(&format!("line closed: {error}"));
                 for Choice { answer, .. } in self.choices.try_iter() {
                     let _ = answer.send(Err(error.to_string()));
                 }
                 if let ConnectError::Word(_) = error {
-                    // Another image does not know what was chosen.
+                    // The selection is invalid for another image.
                     self.names.clear();
                 }
             }
@@ -73,7 +73,7 @@ impl Tapping {
         }
     }
 
-    /// Until nobody looks any more.
+    /// Receives while there are subscribers.
     fn listen(&mut self, device: &mut PageDevice) -> Result<(), ConnectError> {
         let every_ticks = every_ticks(self.baud, device.identity().sample_period_s.into());
         let mut tap = Tap::new(every_ticks).of(&self.names);
@@ -81,7 +81,7 @@ impl Tapping {
         while self.news.is_heard() {
             if let Ok(Choice { names, answer, .. }) = self.choices.try_recv() {
                 let done = self.choose(device, &mut tap, every_ticks, names)?;
-                // Who has asked may be gone.
+                // The client may have disconnected.
                 let _ = answer.send(done.map(Value::String));
             }
             let rows = device.tap(&mut tap, PICTURE)?;
@@ -103,7 +103,7 @@ impl Tapping {
         device.end_tap(&mut tap)
     }
 
-    /// Has other signals sent, or says why not: then those go on that were sent.
+    /// Selects other signals, or returns why it cannot: then the previous ones continue.
     fn choose(
         &mut self,
         device: &mut PageDevice,
@@ -118,18 +118,18 @@ impl Tapping {
         device.end_tap(tap)?;
         self.lost += tap.lost();
         *tap = Tap::new(every_ticks).of(&names);
-        // It is not known before whether a device sends them: its streams are for other clients, too.
+        // Other clients may use the streams, so only an attempt shows whether the device can send the signals.
         device.open_tap(tap)?;
         if tap.signals().len() < names.len() {
             *tap = Tap::new(every_ticks).of(&self.names);
             return Ok(Err(format!(
-                "{} is more than the device can send at once: of a board {MAX_TELEMETRY_SIGNALS} signals, \
-                 {MAX_TELEMETRY_WORDS} words in all, and none while another client has its stream; leave one out first",
+                "the device cannot send {} together: a board sends at most {MAX_TELEMETRY_SIGNALS} signals with \
+                 {MAX_TELEMETRY_WORDS} words, and only to one client; remove a signal first",
                 names.join(", ")
             )));
         }
         self.names = names;
-        // Who has chosen all of them has left out none that comes later.
+        // A selection of all signals includes later ones.
         if tap.unsent().is_empty() {
             self.names.clear();
             tap.widen();
@@ -139,7 +139,7 @@ impl Tapping {
     }
 }
 
-/// Ticks from one row to the next, for one full stream over a line of so many bits per second.
+/// Returns the ticks per row for one full stream at this baud rate.
 pub(super) fn every_ticks(baud: Option<u32>, sample_period_s: f64) -> u32 {
     let Some(baud) = baud else { return 1 };
     let words = u32::try_from(MAX_TELEMETRY_WORDS).unwrap_or(u32::MAX);

@@ -1,4 +1,4 @@
-//! A station of a controller without a clock: its lease ends by what clients do, and never by time.
+//! A station of a controller without a clock: its lease ends only by actions of clients.
 
 use super::super::action::Edit;
 use super::*;
@@ -16,7 +16,7 @@ use std::io::{ErrorKind, Read, Write};
 struct Controller {
     dimsart: Box<SimulatedDimsart>,
     info: DeviceInfo,
-    /// Parameters that were set.
+    /// Number of set parameters.
     sets: usize,
 }
 
@@ -32,7 +32,7 @@ impl Controller {
     }
 }
 
-/// The controller of the shipped joint, which clients ask while the gate is open.
+/// The controller of the shipped joint, which answers clients while the gate is open.
 #[derive(Debug, Clone)]
 struct Shared(Arc<Mutex<Controller>>, Arc<Mutex<()>>);
 
@@ -106,12 +106,12 @@ fn after_a_stop_start_moves_nothing_and_the_page_is_not_armed() {
         assert_eq!(controller.info.heartbeat(0).lease.holder, NO_CLIENT);
         assert_eq!(controller.tick(), Tick::Disarmed);
     }
-    // The answer to this follows the next status.
+    // The answer to this request follows the next status.
     station.ask(1, Action::Events).blocking_recv().unwrap().unwrap();
     let last = station.board().last();
     let status = last.iter().rfind(|text| text.contains("\"kind\":\"status\"")).unwrap();
     assert!(status.contains("\"holder\":null}"), "no page has armed it: {status}");
-    // Arming is a request of its own.
+    // Arming is a separate request.
     station.ask(1, Action::Arm).blocking_recv().unwrap().unwrap();
 }
 
@@ -124,7 +124,7 @@ fn a_client_has_few_requests_waiting_and_none_when_it_is_gone() {
     let refused =
         answers.iter_mut().map(oneshot::Receiver::try_recv).filter(|done| matches!(done, Ok(Err(_)))).count();
     assert!(refused >= 20_000 - MAX_WAITING - 1, "{refused} of 20000 are refused");
-    // Another client is not refused for it, whatever names one program gives itself.
+    // Another client is not refused because of it, regardless of the client ids.
     let mut other = station.ask(8, Action::Events);
     assert!(other.try_recv().is_err());
     for client in 100..1000 {
@@ -134,7 +134,7 @@ fn a_client_has_few_requests_waiting_and_none_when_it_is_gone() {
     station.hear(7, false);
     drop(closed);
     other.blocking_recv().unwrap().unwrap();
-    assert!(shared.0.lock().unwrap().sets <= 1, "what a client that is gone has asked for is dropped");
+    assert!(shared.0.lock().unwrap().sets <= 1, "requests of a disconnected client are dropped");
 }
 
 #[test]

@@ -1,4 +1,4 @@
-//! The records inside a chunk.
+//! Records of a chunk.
 
 use std::io::Read as _;
 
@@ -7,13 +7,13 @@ use mcap::records::op;
 use super::fields::{self, Fields};
 use super::{HEAD_BYTES, Record, RecordError};
 
-/// LZ4 makes no more bytes of one; a chunk that claims more is damaged.
+/// Maximum compression ratio of LZ4; a chunk that claims more is damaged.
 const MAX_EXPANSION: u64 = 256;
 
 /// A chunk in memory.
 #[derive(Debug)]
 pub(super) struct Chunk {
-    /// Where it begins in the file.
+    /// Start in the file.
     at: u64,
     bytes: Vec<u8>,
     next: usize,
@@ -22,18 +22,18 @@ pub(super) struct Chunk {
 }
 
 impl Chunk {
-    /// The chunk with this body; an open one has no sizes, and holds what can be decompressed.
+    /// Reads a chunk from its body; an open chunk has no sizes and contains all decompressible data.
     pub(super) fn open(at: u64, body: &[u8], is_open: bool) -> Result<Self, RecordError> {
         let damaged = |reason: &str| RecordError::Damaged { byte: at, reason: reason.to_owned() };
         let Some((size, crc, compression, data)) = parts(body, is_open) else {
             return match is_open {
                 true => Ok(Self { at, bytes: Vec::new(), next: 0, is_open }),
-                false => Err(damaged("a chunk that is longer than its record")),
+                false => Err(damaged("chunk longer than its record")),
             };
         };
         let most = MAX_EXPANSION * (data.len() as u64 + 1);
         if !is_open && size > most {
-            return Err(damaged(&format!("a chunk of {size} bytes that are packed into {}", data.len())));
+            return Err(damaged(&format!("invalid compression of {size} bytes into {}", data.len())));
         }
         let mut bytes = Vec::new();
         let is_whole = match compression.as_str() {
@@ -49,15 +49,15 @@ impl Chunk {
         };
         let is_size = is_whole && bytes.len() as u64 == size;
         if !is_open && !is_size {
-            return Err(damaged("a chunk that cannot be decompressed"));
+            return Err(damaged("cannot decompress chunk"));
         }
         if !is_open && crc != 0 && crc != crc32fast::hash(&bytes) {
-            return Err(damaged("a chunk with another checksum"));
+            return Err(damaged("wrong checksum of chunk"));
         }
         Ok(Self { at, bytes, next: 0, is_open })
     }
 
-    /// The next of its records; none behind the last one that is whole.
+    /// Reads its next record; `None` after the last complete one.
     pub(super) fn next(&mut self) -> Result<Option<Record>, RecordError> {
         loop {
             let mut rest = Fields(self.bytes.get(self.next..).unwrap_or_default());
@@ -71,11 +71,11 @@ impl Chunk {
             };
             let opcode = rest.0.split_off_first().copied().unwrap_or_default();
             let Some(body) = rest.u64().and_then(|length| rest.bytes(length)) else {
-                return if self.is_open { Ok(None) } else { Err(damaged("a record that is cut off")) };
+                return if self.is_open { Ok(None) } else { Err(damaged("truncated record")) };
             };
             let record = match opcode {
                 op::SCHEMA | op::CHANNEL | op::MESSAGE => {
-                    fields::record(opcode, body).map(Some).ok_or_else(|| damaged("an unreadable record"))?
+                    fields::record(opcode, body).map(Some).ok_or_else(|| damaged("unreadable record"))?
                 }
                 _ => None,
             };
@@ -87,7 +87,7 @@ impl Chunk {
     }
 }
 
-/// Size and checksum of a chunk's records, how they are compressed, and the compressed ones.
+/// Reads size, checksum, compression and compressed records of a chunk.
 fn parts(body: &[u8], is_open: bool) -> Option<(u64, u32, String, &[u8])> {
     let mut fields = Fields(body);
     let (_start, _end) = (fields.u64()?, fields.u64()?);

@@ -1,10 +1,10 @@
-//! The fields of a record: numbers in little endian, texts and bytes with their lengths before them.
+//! Fields of a record: little-endian numbers, and length-prefixed texts and bytes.
 
 use mcap::records::op;
 
 use super::Record;
 
-/// What is left of a record; a field that does not fit is none.
+/// The rest of a record; a truncated field is `None`.
 #[derive(Debug)]
 pub(super) struct Fields<'a>(pub(super) &'a [u8]);
 
@@ -58,7 +58,7 @@ pub(super) fn record(opcode: u8, body: &[u8]) -> Option<Record> {
     }
 }
 
-/// An attachment, whose checksum must be right if it has one.
+/// An attachment, whose checksum is verified if it has one.
 pub(super) fn attachment(body: &[u8]) -> Option<Record> {
     let mut fields = Fields(body);
     let (_log_time, _create_time) = (fields.u64()?, fields.u64()?);

@@ -6,7 +6,7 @@ use crate::report::{ControllerFacts, RunFacts, SignalsFile, SignalsFormat};
 use hil_sim::recording::{Column, Piece, TickInputs};
 use hil_sim::rig::Inputs;
 
-/// A small recording: as its writer leaves it when it is killed, and finished.
+/// Returns a small recording, unfinished by a killed writer, and finished.
 fn recordings() -> [Vec<u8>; 2] {
     let folder = tempfile::tempdir().unwrap();
     let joint = ControllerFacts {
@@ -43,7 +43,7 @@ fn recordings() -> [Vec<u8>; 2] {
     [killed, std::fs::read(&path).unwrap()]
 }
 
-/// All records, and whether the file was cut.
+/// Reads all records, and whether the file is truncated.
 fn read(bytes: &[u8]) -> Result<(Vec<Record>, bool), RecordError> {
     let file = tempfile::NamedTempFile::new().unwrap();
     std::fs::write(file.path(), bytes).unwrap();
@@ -66,7 +66,7 @@ fn a_damaged_byte_is_found_at_its_record_wherever_it_is() {
             let mut damaged = bytes.clone();
             damaged[place] = 0xFF;
             match read(&damaged) {
-                // What was 0xFF, or is not needed: the index behind the data.
+                // The byte was 0xFF, or is unused: in the index after the data.
                 Ok((found, _)) => assert_eq!(found, whole, "byte {place}"),
                 Err(RecordError::NotMcap) => assert!(place < MAGIC.len(), "byte {place}"),
                 Err(RecordError::Damaged { byte, .. }) => {
@@ -92,7 +92,7 @@ fn a_file_that_is_cut_anywhere_is_read_as_far_as_it_goes() {
 
 #[test]
 fn an_open_chunk_is_read_as_far_as_it_goes() {
-    // As writers leave it that stream into a chunk: its length comes when it is closed.
+    // As of writers that stream into a chunk: its length is written on close.
     let finished = &recordings()[1];
     let whole = read(finished).unwrap().0;
     let mut at = MAGIC.len();

@@ -1,11 +1,11 @@
-//! What went into a controller for one tick, as a message.
+//! Message of the inputs of a controller for one tick.
 
 use serde::{Deserialize, Serialize};
 
 use hil_sim::recording::TickInputs;
 use hil_sim::rig::Inputs;
 
-/// The same as a ROS 2 message.
+/// ROS 2 message definition.
 pub(crate) const DEFINITION: &str = "\
 uint64 tick # number of the tick
 float64 time_s # its time
@@ -25,10 +25,10 @@ uint8[] bytes
 /// Name of the schema.
 pub(super) const SCHEMA: &str = "dimsart/msg/Inputs";
 
-/// End of the topic, behind the controller's.
+/// Topic suffix after the controller's topic.
 pub(crate) const TOPIC: &str = "/inputs";
 
-/// Inputs as they are written.
+/// Encoded inputs.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub(crate) struct InputsMessage {
     pub(crate) tick: u64,
@@ -54,7 +54,7 @@ impl From<TickInputs> for InputsMessage {
     fn from(TickInputs { tick, time_s, inputs, .. }: TickInputs) -> Self {
         let Inputs { commands, is_motion_allowed, packets, measured } = inputs;
         let packets = packets.into_iter().map(|(link, bytes)| PacketMessage {
-            // A controller has fewer of them.
+            // A controller has fewer.
             link: u8::try_from(link).unwrap_or(u8::MAX),
             bytes,
         });

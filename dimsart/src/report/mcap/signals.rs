@@ -1,4 +1,4 @@
-//! The signals of one source: a channel, whose schema names each of them with its unit.
+//! Channel of the signals of one source; its schema contains their names and units.
 
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -9,7 +9,7 @@ use super::McapFile;
 use crate::cdr;
 use hil_sim::recording::Column;
 
-/// Tick and time, with which each message begins: lines of its definition, and their bytes.
+/// Tick and time at the start of each message: lines of the definition, and their bytes.
 pub(crate) const STAMP_DEFINITION: &str = "uint64 tick # number of the tick\nfloat64 time_s # its time\n";
 pub(crate) const STAMP_BYTES: usize = size_of::<u64>() + size_of::<f64>();
 
@@ -21,29 +21,29 @@ pub(super) fn add_stamp(message: &mut Vec<u8>, tick: f64, time_s: f64) {
     message.extend(time_s.to_le_bytes());
 }
 
-/// A signal, or what is recorded of it.
+/// A signal, or its recorded part.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub(crate) struct Field {
-    /// Where its words are in a row.
+    /// Columns of its words in a row.
     pub(crate) columns: Vec<usize>,
-    /// Whether they are `f32`, and not `f64`.
+    /// Whether they are `f32` instead of `f64`.
     pub(crate) is_single: bool,
 }
 
-/// Who has signals.
+/// A source of signals.
 #[derive(Debug)]
 pub(super) struct Source {
     name: String,
-    /// How many channels it had before: one for each set of signals.
+    /// Number of its previous channels, one per set of signals.
     number: usize,
     channel: u16,
-    /// As its schema has them.
+    /// Fields of its schema.
     columns: Vec<Column>,
     pub(super) fields: Vec<Field>,
 }
 
 impl Field {
-    /// Adds its words to a CDR message, aligned to their size.
+    /// Appends its words to a CDR message, aligned to their size.
     pub(crate) fn add(&self, message: &mut Vec<u8>, row: &[f64]) {
         let values = self.columns.iter().map(|column| row.get(*column).copied().unwrap_or(f64::NAN));
         let size = if self.is_single { size_of::<f32>() } else { size_of::<f64>() };
@@ -65,7 +65,7 @@ impl Source {
         self.channel
     }
 
-    /// Channels for the sources of these columns; a source that has one with the same columns `before` keeps it.
+    /// Creates channels for the sources of these columns; a source with unchanged columns keeps its channel from `before`.
     pub(super) fn of_all(
         mcap: &mut McapFile<'_>,
         columns: &[Column],
@@ -92,7 +92,7 @@ impl Source {
     ) -> Result<Self, McapError> {
         let mut fields: Vec<(Field, &Column)> = Vec::new();
         for (place, column) in columns {
-            // The energy in the channel is recorded as a sum and by axis.
+            // Channel energy is recorded as sum and per axis.
             let is_same =
                 |first: &Column| first.signal == column.signal && first.indices.len() == column.indices.len();
             match fields.iter_mut().find(|(_, first)| is_same(first)) {
@@ -112,7 +112,7 @@ impl Source {
             return Ok(Self { name: name.to_owned(), columns, fields, ..*last });
         }
         let number = last.map_or(1, |last| last.number + 1);
-        // Viewers want one schema for a topic.
+        // Viewers need one schema per topic.
         let (schema_name, topic) = match number {
             1 => (format!("dimsart/msg/{}", camel_case(name)), format!("/{name}")),
             _ => (format!("dimsart/msg/{}V{number}", camel_case(name)), format!("/{name}/{number}")),
@@ -123,7 +123,7 @@ impl Source {
     }
 }
 
-/// A line of a message definition: `float32[3] position # POSITION (m)`; `names` are those of the lines before.
+/// Returns a line of a message definition: `float32[3] position # POSITION (m)`; `names` are the names of earlier lines.
 fn field_definition(field: &Field, first: &Column, names: &mut BTreeSet<String>) -> String {
     let format = if field.is_single { "float32" } else { "float64" };
     let count = if first.indices.is_empty() { String::new() } else { format!("[{}]", field.columns.len()) };
@@ -135,7 +135,7 @@ fn field_definition(field: &Field, first: &Column, names: &mut BTreeSet<String>)
     format!("{format}{count} {name} # {}{unit}\n", first.signal)
 }
 
-/// As ROS 2 wants the names of fields.
+/// Converts to a ROS 2 field name.
 fn snake_case(name: &str) -> String {
     let letter =
         |letter: char| if letter.is_ascii_alphanumeric() { letter.to_ascii_lowercase() } else { '_' };
@@ -143,7 +143,7 @@ fn snake_case(name: &str) -> String {
     if name.starts_with(|first: char| first.is_ascii_lowercase()) { name } else { format!("signal_{name}") }
 }
 
-/// As ROS 2 wants the names of messages.
+/// Converts to a ROS 2 message name.
 fn camel_case(name: &str) -> String {
     let words = name.split(|letter: char| !letter.is_ascii_alphanumeric()).filter(|word| !word.is_empty());
     let word = |word: &str| {

@@ -1,24 +1,24 @@
-//! The wall-clock time of a row: recordings of several devices and cameras lie over each other by it.
+//! Wall-clock time of rows, which aligns recordings of several devices and cameras.
 
 use std::time::{SystemTime, UNIX_EPOCH};
 
 use crate::report::TimeBase;
 
 const NS_PER_S: f64 = 1e9;
-/// Two clocks go apart by this share at most: crystals of 50 ppm, and room.
+/// Maximum relative drift of two clocks: crystals of 50 ppm, with margin.
 const DRIFT: f64 = 2e-4;
-/// A row that is later than expected by more was held up by more than a line, as by a suspended computer, `s`.
+/// Maximum delay of a line, `s`; a longer delay has another cause, such as a suspended computer.
 const MAX_DELAY_S: f64 = 1.0;
 
-/// Knows when the first tick was.
+/// Estimates the wall-clock time of the first tick.
 #[derive(Debug)]
 pub(super) struct WallClock {
     base: TimeBase,
-    /// Wall-clock time of time 0, `s` since 1970; none before the first row in real time.
+    /// Wall-clock time of time 0, `s` since 1970; `None` before the first row in real time.
     zero_s: Option<f64>,
-    /// Time of the last row that told it, `s`.
+    /// Time of the last row that updated the estimate, `s`.
     told_s: f64,
-    /// What was given last: it does not go back.
+    /// Last returned time, to stay monotonic.
     last_ns: u64,
 }
 
@@ -31,14 +31,14 @@ impl WallClock {
         Self { base, zero_s, told_s: 0.0, last_ns: 0 }
     }
 
-    /// A row of this time has arrived.
+    /// Handles the arrival of a row of this time.
     pub(super) fn observe(&mut self, time_s: f64) {
         if self.base == TimeBase::RealTime {
             self.observe_at(time_s, now_s());
         }
     }
 
-    /// No row arrives before its tick, and delays are positive: the shortest one counts, as far as the clocks keep together.
+    /// Updates the estimate: delays are positive, so the shortest delay counts, within the drift of the clocks.
     fn observe_at(&mut self, time_s: f64, now_s: f64) {
         let found_s = now_s - time_s;
         let latest_s = self.zero_s.map(|zero_s| zero_s + DRIFT * (time_s - self.told_s).max(0.0));
@@ -47,9 +47,9 @@ impl WallClock {
         self.told_s = time_s;
     }
 
-    /// Nanoseconds since 1970.
+    /// Returns nanoseconds since 1970.
     pub(super) fn log_time(&mut self, time_s: f64) -> u64 {
-        // The seconds apart from the fraction: both at once have no room for nanoseconds.
+        // Whole seconds and fraction separately: an f64 is too short for both in nanoseconds.
         let zero_s = self.zero_s.unwrap_or_default();
         #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "a cast saturates")]
         let [zero_ns, time_ns] = [zero_s, time_s].map(|seconds| (seconds * NS_PER_S).round() as u64);
@@ -68,7 +68,7 @@ mod tests {
 
     #[test]
     fn a_device_s_clock_is_followed_through_delays_and_drift() {
-        // A crystal that is 100 ppm slow, pieces of 50 ms that arrive 1 ms to 40 ms late, and 10 s of a suspended computer.
+        // A crystal that is 100 ppm slow, blocks of 50 ms that arrive 1 ms to 40 ms late, and a computer suspended for 10 s.
         let mut clock = WallClock::new(TimeBase::RealTime);
         for piece in 1..20_000_u32 {
             let time_s = 0.05 * f64::from(piece);
@@ -78,7 +78,7 @@ mod tests {
             #[expect(clippy::cast_precision_loss, reason = "microseconds matter")]
             let error_s = clock.log_time(time_s) as f64 * 1e-9 - wall_s;
             assert!((0.0..0.05).contains(&error_s), "{error_s} s at {time_s} s");
-            // The shortest delay has been seen.
+            // The shortest delay has occurred.
             assert!(!(40..15_000).contains(&piece) || error_s < 3e-3, "{error_s} s at {time_s} s");
         }
     }

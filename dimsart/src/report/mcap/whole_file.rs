@@ -1,6 +1,6 @@
 //! A file that is complete after every flush: a killed writer leaves a file that every MCAP reader accepts.
 //!
-//! Each flush writes its records and an end of file behind them in one go; the next flush overwrites that end.
+//! Each flush writes its records and an end of file in one write; the next flush overwrites that end.
 
 use std::fs::File;
 use std::io::{self, ErrorKind, Seek, SeekFrom, Write};
@@ -14,11 +14,11 @@ const DATA_END: [u8; 9] = [0x0F, 4, 0, 0, 0, 0, 0, 0, 0];
 const FOOTER: [u8; 29] =
     [0x02, 20, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0];
 
-/// Takes records, and writes them when flushed.
+/// Buffers records and writes them on flush.
 #[derive(Debug)]
 pub(super) struct WholeFile<'a> {
     file: &'a File,
-    /// Bytes in the file, without its end.
+    /// Length of the file without its end.
     written: u64,
     pending: Vec<u8>,
     crc: Hasher,
@@ -29,7 +29,7 @@ impl<'a> WholeFile<'a> {
         Self { file, written: 0, pending: Vec::new(), crc: Hasher::new() }
     }
 
-    /// Writes at the end of what is there.
+    /// Appends to the written records.
     fn put(&mut self, bytes: &[u8]) -> io::Result<()> {
         self.file.seek(SeekFrom::Start(self.written))?;
         self.file.write_all(bytes)
@@ -54,12 +54,12 @@ impl Write for WholeFile<'_> {
         let mut bytes = std::mem::take(&mut self.pending);
         let (count, before) = (bytes.len(), self.crc.clone());
         self.crc.update(&bytes);
-        // A finished recording brings its own end.
+        // A finished recording contains its end.
         if !bytes.ends_with(MAGIC) {
             bytes.extend(self.end());
         }
         if let Err(error) = self.put(&bytes) {
-            // A full disk may have taken a part: what was there stays complete.
+            // A full disk may have taken a part: restore the previous complete file.
             self.crc = before;
             let _ = self.file.set_len(self.written).and_then(|()| self.put(&self.end()));
             return Err(error);
@@ -72,7 +72,7 @@ impl Write for WholeFile<'_> {
 }
 
 impl Seek for WholeFile<'_> {
-    /// Where the next record begins; it goes nowhere else.
+    /// Returns the position of the next record; other positions are not supported.
     fn seek(&mut self, to: SeekFrom) -> io::Result<u64> {
         match to {
             SeekFrom::Current(0) => Ok(self.written + self.pending.len() as u64),

@@ -1,4 +1,4 @@
-//! Modules, signals, chart and events: side by side where there is room, else the one that is chosen.
+//! Modules, signals, chart and events: together on a large terminal, otherwise only the selected pane.
 
 use ratatui::Frame;
 use ratatui::layout::{Constraint, Layout, Rect};
@@ -11,7 +11,7 @@ use crate::top::screen::{Pane, Screen};
 use crate::top::seen::{Entry, ModuleLine, SignalLine};
 use crate::top::told::Event;
 
-/// Smallest size for all of them.
+/// Minimum size for all panes.
 const WIDE: u16 = 72;
 const HIGH: u16 = 12;
 
@@ -46,7 +46,7 @@ fn pane(frame: &mut Frame<'_>, screen: &Screen, which: Pane, area: Rect) {
     frame.render_stateful_widget(list, area, &mut state);
 }
 
-/// A frame around a pane; that of the chosen one is thick.
+/// Returns the frame of a pane, thick for the selected pane.
 fn frame_of(screen: &Screen, which: Pane, title: String) -> Block<'static> {
     let block = Block::bordered().title(title);
     if which == screen.pane {
@@ -65,7 +65,7 @@ fn modules(screen: &Screen, which: Pane) -> Lines<'_> {
     let selected = entries.map(|(place, _)| place).nth(screen.selected(which));
     let item = |line: &ModuleLine<'_>| match line {
         ModuleLine::Module(module) => {
-            let place = module.place.map_or_else(|| "plugged out:".to_owned(), |place| format!("{place}."));
+            let place = module.place.map_or_else(|| "unplugged:".to_owned(), |place| format!("{place}."));
             ListItem::new(Line::styled(format!("{place} {}", module.name), Style::new().bold()))
         }
         ModuleLine::Entry(entry) => ListItem::new(parameter(screen, entry)),

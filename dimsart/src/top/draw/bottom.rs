@@ -1,4 +1,4 @@
-//! What came of the last key, what is asked or typed now, and the keys.
+//! Result of the last key, prompt, and list of keys.
 
 use ratatui::style::{Color, Style};
 use ratatui::text::{Line, Span};
@@ -8,26 +8,24 @@ use crate::top::screen::{Edited, Mode, Note, Pane, Screen};
 use crate::top::text::wrapped;
 
 const KEYS: &str = " s/Space STOP  a arm  d disarm  Enter edit  / filter  ? help  q quit";
-/// Where the others have no room.
+/// Keys for a narrow terminal.
 const FEW_KEYS: &str = " Space STOP  a arm  d disarm  ? help  q";
-const HELP: &str = "Space STOPS every station, always; s too, unless you type. a: arm, d: disarm; c: check, which starts the \
-                    scheme, r: reset, both of a device at rest. ← →: modules, signals, chart, events; ↑ ↓: line. Enter: \
-                    edit a parameter; * differs from its default. /: filter, Esc ends it. 1-9, Tab: station. q: quit, at \
-                    rest.";
+const HELP: &str = "Space STOPS every station, always; s too, except while typing. a: arm, d: disarm; c: check and start the \
+                    scheme, r: reset, both only while disarmed. ← →: modules, signals, chart, events; ↑ ↓: line. Enter: \
+                    edit a parameter; *: not the default. /: filter, Esc clears it. 1-9, Tab: station. q: disarm and \
+                    quit.";
 
-/// Down to the bottom.
+/// Returns the bottom lines.
 pub(super) fn lines(screen: &Screen, width: usize, height: usize) -> Vec<Line<'static>> {
-    // Only help, which goes with the next key, may hide how the device is doing.
+    // Only the help, which closes with the next key, may hide the state of the device.
     let most = if screen.mode == Mode::Help { height / 2 } else { height / 5 };
     let name = screen.seen().map_or("", |seen| seen.name.as_str());
     let (text, style) = match (&screen.mode, &screen.note) {
-        (Mode::Arming, _) => {
-            (format!("this lets {name} move: arm it? y/n"), paint(screen, Color::Yellow).bold())
-        }
+        (Mode::Arming, _) => (format!("{name} may move: arm? y/n"), paint(screen, Color::Yellow).bold()),
         (Mode::Editing(edited), _) => {
             let Edited { module, parameter, range, text } = edited;
             (
-                format!("{module} {parameter} ({range}) = {text}_  Enter sets it, Esc does not"),
+                format!("{module} {parameter} ({range}) = {text}_  Enter: set, Esc: cancel"),
                 Style::new().bold(),
             )
         }
@@ -46,7 +44,7 @@ pub(super) fn lines(screen: &Screen, width: usize, height: usize) -> Vec<Line<'s
     lines
 }
 
-/// All of what is chosen, whose line may be too short for it.
+/// Returns the full text of the selected line, which may be truncated in its pane.
 fn chosen(screen: &Screen) -> Option<String> {
     if screen.pane == Pane::Events {
         let events = screen.seen()?.events(screen.filter(Pane::Events));

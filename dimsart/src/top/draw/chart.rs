@@ -1,4 +1,4 @@
-//! The last seconds of the signal that is chosen.
+//! Chart of the selected signal.
 
 use ratatui::Frame;
 use ratatui::layout::Rect;
@@ -12,9 +12,9 @@ use crate::top::live::SHOWN_S;
 use crate::top::screen::Screen;
 use crate::top::text::{moving, with_unit};
 
-/// Points of a braille letter side by side.
+/// Horizontal points per braille character.
 const POINTS: u16 = 2;
-/// Room above and below the line, of its range.
+/// Margin above and below the line, relative to its range.
 const MARGIN: f64 = 0.05;
 
 pub(super) fn draw(frame: &mut Frame<'_>, screen: &Screen, block: Block<'_>, area: Rect) {
@@ -28,7 +28,7 @@ pub(super) fn draw(frame: &mut Frame<'_>, screen: &Screen, block: Block<'_>, are
     let values = || stretches.iter().flatten().map(|(_, value)| *value);
     let (low, high) = (values().fold(f64::INFINITY, f64::min), values().fold(f64::NEG_INFINITY, f64::max));
     if low > high {
-        let text = "no rows of this signal come over this line";
+        let text = "no telemetry of this signal";
         return frame.render_widget(Paragraph::new(text).block(block), area);
     }
     let margin = match (high - low) * MARGIN {

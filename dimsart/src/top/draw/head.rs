@@ -1,4 +1,4 @@
-//! Which station, how it is doing, and what is wrong.
+//! Stations, state and faults.
 
 use ratatui::style::{Color, Style};
 use ratatui::text::{Line, Span};
@@ -9,10 +9,10 @@ use crate::top::seen::Seen;
 use crate::top::text::wrapped;
 use crate::top::told::{Live, Status};
 
-/// Lines that a sentence takes at most.
+/// Maximum number of lines of a sentence.
 const MOST: usize = 3;
 
-/// From the top.
+/// Returns the top lines.
 pub(super) fn lines(screen: &Screen, width: usize) -> Vec<Line<'static>> {
     let mut lines = vec![tabs(screen)];
     let Some(seen) = screen.seen() else { return lines };
@@ -22,17 +22,17 @@ pub(super) fn lines(screen: &Screen, width: usize) -> Vec<Line<'static>> {
     let bad = paint(screen, Color::Red).bold();
     match (&seen.gone, &seen.status) {
         (Some(reason), _) => {
-            lines.extend(paragraph(&format!("NO LINE to the device: {reason}"), bad));
+            lines.extend(paragraph(&format!("NO CONNECTION to the device: {reason}"), bad));
             return lines;
         }
-        (None, None) => lines.push("asking the device …".into()),
+        (None, None) => lines.push("waiting for the device …".into()),
         (None, Some(Status { live, .. })) => {
             let colour = if live.is_commanded { Color::Green } else { Color::Yellow };
             lines.extend(paragraph(&live.state, paint(screen, colour).bold()));
             lines.extend(paragraph(&facts(seen, live), Style::new()));
         }
     }
-    // The state may be this fault already.
+    // Do not repeat a fault that the state contains.
     let state = seen.status.as_ref().map_or("", |status| status.live.state.as_str());
     let fault = seen.first_fault();
     let fault = fault.filter(|fault| !state.contains(fault.trim_start_matches("fault: ")));
@@ -40,7 +40,7 @@ pub(super) fn lines(screen: &Screen, width: usize) -> Vec<Line<'static>> {
     lines
 }
 
-/// A tab for each station: its number is the key that shows it; `*` says that it is moved from here, `!` that it is gone.
+/// Returns a tab per station: its number is its key; `*` marks an armed station, `!` a closed line.
 fn tabs(screen: &Screen) -> Line<'static> {
     let tab = |(place, seen): (usize, &Seen)| {
         let mark = match seen.is_held_here() {

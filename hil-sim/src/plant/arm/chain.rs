@@ -31,11 +31,11 @@ struct Link {
     theta_rad: f64,
     mass_kg: f64,
     centre_m: Vector,
-    /// Rows, about the centre of mass.
+    /// Inertia matrix by rows, about the centre of mass.
     inertia_kg_m2: [Vector; 3],
 }
 
-/// Where the frame of a link is, seen from the base.
+/// Frame of a link relative to the base.
 #[derive(Debug, Clone, Copy)]
 struct Frame {
     origin: Vector,
@@ -44,24 +44,24 @@ struct Frame {
     z: Vector,
 }
 
-/// What one joint moves.
+/// Motion of one joint.
 #[derive(Debug, Clone, Copy, Default)]
 struct Moved {
-    /// Of all beyond the joint, at its unit velocity.
+    /// Twist of all bodies beyond the joint, at unit velocity.
     twist: Twist,
-    /// Of the link on it.
+    /// Inertia of its link.
     inertia: Inertia,
 }
 
 impl Frame {
     const BASE: Self = Self { origin: [0.0; 3], x: [1.0, 0.0, 0.0], y: [0.0, 1.0, 0.0], z: [0.0, 0.0, 1.0] };
 
-    /// A direction in this frame, seen from the base.
+    /// Converts a direction of this frame to the base frame.
     fn seen(&self, [x, y, z]: Vector) -> Vector {
         plus(plus(scaled(self.x, x), scaled(self.y, y)), scaled(self.z, z))
     }
 
-    /// A place in this frame, seen from the base.
+    /// Converts a point of this frame to the base frame.
     fn place(&self, place: Vector) -> Vector {
         plus(self.origin, self.seen(place))
     }
@@ -82,7 +82,7 @@ impl Link {
         }
     }
 
-    /// Its frame, given that of the link before and the position of its joint.
+    /// Computes its frame from the previous link's frame and its joint's position.
     fn frame(&self, before: &Frame, position: f64) -> Frame {
         let (turn, slide) = match self.kind {
             LinkKind::Revolute => (position, 0.0),
@@ -121,7 +121,7 @@ impl Chain {
         }
     }
 
-    /// Each link with its frame, from the base on.
+    /// Returns each link with its frame, starting at the base.
     fn frames(&self, position: &Axes) -> impl Iterator<Item = (&Link, Frame)> {
         self.links.iter().zip(position).scan(Frame::BASE, |before, (link, position)| {
             *before = link.frame(before, *position);
@@ -146,7 +146,7 @@ impl Mechanism for Chain {
     fn dynamics(&self, position: &Axes, velocity: &Axes) -> Dynamics {
         let moved = self.moved(position);
         let moved = moved.get(..self.axes()).unwrap_or(&moved);
-        // That the base accelerates upward is felt as gravity.
+        // Gravity equals an upward acceleration of the base.
         let mut acceleration = Twist { angular: [0.0; 3], linear: scaled(self.gravity_m_per_s2, -1.0) };
         let mut motion = Twist::default();
         let mut needed = [Wrench::default(); MAX_DOF];

@@ -5,62 +5,62 @@ use crate::plant::joint::StopsParameters;
 use crate::plant::parameter::{ParameterError, finite, not_negative, positive_or_infinite, require};
 use serde::{Deserialize, Serialize};
 
-/// Share of the largest that rounding may take a moment of inertia below what it must be.
+/// Relative tolerance of moments of inertia for rounding.
 const ROUNDING: f64 = 1e-9;
 
-/// How a joint moves.
+/// Joint type.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize, Serialize)]
 #[serde(rename_all = "snake_case")]
 pub enum LinkKind {
-    /// Turns about its z.
+    /// Rotates about its z.
     Revolute,
-    /// Slides along its z.
+    /// Translates along its z.
     Prismatic,
 }
 
-/// A link and the joint that it sits on. Units of a joint that turns; of one that slides in parentheses.
+/// A link and its joint. Units of a revolute joint; those of a prismatic joint in parentheses.
 #[derive(Debug, Clone, PartialEq, Deserialize, Serialize)]
 #[serde(deny_unknown_fields)]
 pub struct LinkParameters {
-    /// How the joint moves.
+    /// Joint type.
     pub kind: LinkKind,
-    /// From the z of the link before to the z of this one, along the x of the link before, `m`.
+    /// Distance between the z axes of the previous link and this link, along the previous x, `m`.
     #[serde(default)]
     pub a_m: f64,
-    /// From the z of the link before to the z of this one, about the x of the link before, `rad`.
+    /// Angle between the z axes of the previous link and this link, about the previous x, `rad`.
     #[serde(default)]
     pub alpha_rad: f64,
-    /// Along this z, `m`; the position of a joint that slides is added.
+    /// Offset along this z, `m`; a prismatic joint adds its position.
     #[serde(default)]
     pub d_m: f64,
-    /// About this z, `rad`; the position of a joint that turns is added.
+    /// Angle about this z, `rad`; a revolute joint adds its position.
     #[serde(default)]
     pub theta_rad: f64,
-    /// `kg`, >= 0.
+    /// Mass, `kg`, >= 0.
     pub mass_kg: f64,
-    /// In the frame of this link, `m`.
+    /// Centre of mass in the frame of this link, `m`.
     #[serde(default)]
     pub centre_of_mass_m: [f64; 3],
-    /// About the centre of mass, along the axes of this link's frame: `[xx, yy, zz, xy, xz, yz]`, `kg m²`. The last
-    /// three are the off-diagonal entries of the matrix as they stand there: `xy = -∫ x y dm`.
+    /// Inertia about the centre of mass in the axes of this link's frame: `[xx, yy, zz, xy, xz, yz]`, `kg m²`. The
+    /// last three are the off-diagonal matrix entries: `xy = -∫ x y dm`.
     #[serde(default)]
     pub inertia_kg_m2: [f64; 6],
-    /// Of motor and gear, seen from the joint, `kg m²` (`kg`), >= 0.
+    /// Inertia of motor and gear at the joint, `kg m²` (`kg`), >= 0.
     #[serde(default)]
     pub motor_inertia: f64,
     /// Viscous friction of the joint, `N m s/rad` (`N s/m`), >= 0.
     #[serde(default)]
     pub viscous: f64,
-    /// Dry friction of the joint, sliding and at rest, `N m` (`N`), >= 0.
+    /// Coulomb friction of the joint, `N m` (`N`), >= 0.
     #[serde(default)]
     pub coulomb: f64,
-    /// At the start, at rest, `rad` (`m`).
+    /// Start position, `rad` (`m`).
     #[serde(default)]
     pub start_position: f64,
-    /// Most that the actuator applies, `N m` (`N`), > 0; without it, no limit.
+    /// Maximum torque (force) of the actuator, `N m` (`N`), > 0; default: unlimited.
     #[serde(default = "unlimited")]
     pub effort_limit: f64,
-    /// Ends of the travel; without them, none.
+    /// End stops; default: none.
     #[serde(default)]
     pub stops: Option<StopsParameters>,
 }
@@ -70,7 +70,7 @@ fn unlimited() -> f64 {
 }
 
 impl LinkParameters {
-    /// A link of this mass and centre of mass whose joint is where that of the link before is.
+    /// Creates a link with this mass and centre of mass, with its joint at that of the previous link.
     #[must_use]
     pub fn new(kind: LinkKind, mass_kg: f64, centre_of_mass_m: [f64; 3]) -> Self {
         Self {
@@ -113,13 +113,14 @@ impl LinkParameters {
         if let Some(stops) = &self.stops {
             stops.check().map_err(|error| error.within("stops"))?;
         }
-        // Then no motion of the arm is without kinetic energy: the first joint that moves moves its own link.
+        // Every motion then has kinetic energy: the first moving joint moves its own link.
         let moved = self.motor_inertia + self.own_inertia();
-        let allowed = "> 0, unless the link itself has inertia along its joint";
+        let allowed = "> 0 unless the link has inertia along its joint";
         require("motor_inertia", self.motor_inertia, moved > 0.0, allowed)
     }
 
-    /// Whether masses can be spread so: the second moments `∫ x²`, `∫ x y`, … form a matrix that is not negative.
+    /// Checks that the inertia is physically possible: the matrix of second moments `∫ x²`, `∫ x y`, … is positive
+    /// semidefinite.
     fn check_inertia(&self) -> Result<(), ParameterError> {
         let [xx, yy, zz, xy, xz, yz] = self.inertia_kg_m2;
         for (index, value) in self.inertia_kg_m2.iter().enumerate() {
@@ -130,13 +131,13 @@ impl LinkParameters {
         let determinant = x * (y * z - yz * yz) + xy * (-xy * z - yz * xz) - xz * (xy * yz + y * xz);
         let rounding = ROUNDING * half;
         let moments = [
-            (x, rounding, "moments that no two of them are less than the third"),
-            (y, rounding, "moments that no two of them are less than the third"),
-            (z, rounding, "moments that no two of them are less than the third"),
-            (x * y - xy * xy, rounding * half, "an xy that its moments allow"),
-            (x * z - xz * xz, rounding * half, "an xz that its moments allow"),
-            (y * z - yz * yz, rounding * half, "a yz that its moments allow"),
-            (determinant, rounding * half * half, "what a body of masses can have"),
+            (x, rounding, "such that the sum of any two moments is at least the third"),
+            (y, rounding, "such that the sum of any two moments is at least the third"),
+            (z, rounding, "such that the sum of any two moments is at least the third"),
+            (x * y - xy * xy, rounding * half, "within the range that the moments allow for xy"),
+            (x * z - xz * xz, rounding * half, "within the range that the moments allow for xz"),
+            (y * z - yz * yz, rounding * half, "within the range that the moments allow for yz"),
+            (determinant, rounding * half * half, "such that the inertia matrix is physically possible"),
         ];
         for (index, (moment, rounding, allowed)) in moments.into_iter().enumerate() {
             let index = index.min(5);
@@ -146,7 +147,7 @@ impl LinkParameters {
         Ok(())
     }
 
-    /// Inertia of the link alone against its own joint.
+    /// Inertia of the link about its own joint.
     fn own_inertia(&self) -> f64 {
         let ([x, y, _], [_, _, zz, ..]) = (self.centre_of_mass_m, self.inertia_kg_m2);
         match self.kind {

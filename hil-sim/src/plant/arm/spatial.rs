@@ -1,16 +1,16 @@
-//! Motion, force and inertia of rigid bodies, all seen at the origin of the base, so that those of several bodies
-//! simply add (R. Featherstone, "Rigid Body Dynamics Algorithms", Springer 2008, chapter 2).
+//! Motion, force and inertia of rigid bodies, all relative to the origin of the base, so that those of several bodies
+//! add (R. Featherstone, "Rigid Body Dynamics Algorithms", Springer 2008, chapter 2).
 
 use super::vector::{Vector, cross, dot, plus, scaled};
 
-/// How a body moves: it turns, and this moves the point of it that is at the origin. Also how that changes.
+/// Twist of a body: angular velocity, and velocity of its point at the origin. Also the rate of change of a twist.
 #[derive(Debug, Clone, Copy, Default)]
 pub(super) struct Twist {
     pub(super) angular: Vector,
     pub(super) linear: Vector,
 }
 
-/// What acts on a body: a moment about the origin, and a force. Also a momentum.
+/// Wrench on a body: moment about the origin, and force. Also a momentum.
 #[derive(Debug, Clone, Copy, Default)]
 pub(super) struct Wrench {
     pub(super) moment: Vector,
@@ -21,9 +21,9 @@ pub(super) struct Wrench {
 #[derive(Debug, Clone, Copy, Default)]
 pub(super) struct Inertia {
     pub(super) mass_kg: f64,
-    /// Mass times centre.
+    /// Mass times centre of mass.
     pub(super) first_kg_m: Vector,
-    /// Rows of the moment of inertia.
+    /// Moment of inertia by rows.
     pub(super) second_kg_m2: [Vector; 3],
 }
 
@@ -36,7 +36,7 @@ impl Twist {
         Self { angular: scaled(self.angular, factor), linear: scaled(self.linear, factor) }
     }
 
-    /// How a twist that is fixed to a body changes while the body moves like `self`.
+    /// Rate of change of a body-fixed twist while the body moves with `self`.
     pub(super) fn carries(self, fixed: Self) -> Self {
         Self {
             angular: cross(self.angular, fixed.angular),
@@ -44,7 +44,7 @@ impl Twist {
         }
     }
 
-    /// How a momentum that is fixed to a body changes while the body moves like `self`.
+    /// Rate of change of a body-fixed momentum while the body moves with `self`.
     pub(super) fn carries_momentum(self, fixed: Wrench) -> Wrench {
         Wrench {
             moment: plus(cross(self.angular, fixed.moment), cross(self.linear, fixed.force)),
@@ -52,12 +52,12 @@ impl Twist {
         }
     }
 
-    /// The power of `wrench`.
+    /// Returns the power of `wrench`.
     pub(super) fn power(self, wrench: &Wrench) -> f64 {
         dot(self.angular, wrench.moment) + dot(self.linear, wrench.force)
     }
 
-    /// The velocity of the point that is at `place`.
+    /// Returns the velocity of the point at `place`.
     pub(super) fn velocity_at(self, place: Vector) -> Vector {
         plus(self.linear, cross(self.angular, place))
     }
@@ -70,7 +70,7 @@ impl Wrench {
 }
 
 impl Inertia {
-    /// Of a body with this moment of inertia about its `centre`, which is seen from the origin.
+    /// Creates the inertia of a body with this moment of inertia about its `centre`, relative to the origin.
     pub(super) fn of(mass_kg: f64, centre: Vector, about_centre: [Vector; 3]) -> Self {
         let square = dot(centre, centre);
         let [x, y, z] = centre;
@@ -99,7 +99,7 @@ impl Inertia {
         }
     }
 
-    /// The momentum of a body that moves like `twist`; for an acceleration, the force that it takes from rest.
+    /// Returns the momentum of a body with `twist`; for an acceleration, the required wrench from rest.
     pub(super) fn times(&self, Twist { angular, linear }: Twist) -> Wrench {
         let [x, y, z] = self.second_kg_m2;
         let turning = [dot(x, angular), dot(y, angular), dot(z, angular)];

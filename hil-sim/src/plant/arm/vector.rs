@@ -18,7 +18,7 @@ pub(super) fn scaled([x, y, z]: Vector, factor: f64) -> Vector {
     [x * factor, y * factor, z * factor]
 }
 
-/// `x` and `y`, turned by the angle of this sine and cosine from the one towards the other.
+/// Rotates from `x` towards `y` by the angle of this sine and cosine.
 pub(super) fn turned(x: Vector, y: Vector, (sin, cos): (f64, f64)) -> (Vector, Vector) {
     (plus(scaled(x, cos), scaled(y, sin)), plus(scaled(x, -sin), scaled(y, cos)))
 }

@@ -1,4 +1,4 @@
-//! What a drive can be asked and told: its object dictionary.
+//! Object dictionary of a drive.
 
 use std::collections::BTreeMap;
 
@@ -21,7 +21,7 @@ struct Object {
     is_mappable: bool,
 }
 
-/// By index and part.
+/// By index and subindex.
 #[derive(Debug, Clone)]
 pub(super) struct Objects {
     all: BTreeMap<(u16, u8), Object>,
@@ -40,7 +40,7 @@ impl Objects {
         self.all.retain(|(index, _), _| *index != object);
     }
 
-    /// As after power came.
+    /// Power-on defaults.
     pub(super) fn reset(&mut self, node: u8, rated_nm: f64) {
         self.all.clear();
         let mut add = |index, part, bytes, value, is_writable, is_mappable| {
@@ -59,7 +59,7 @@ impl Objects {
         add(0x6076, 0, 4, super::whole(1e3 * rated_nm), false, false);
         add(0x6079, 0, 4, 48_000, false, true);
         for (place, parameters) in (0..).zip([0x1400, 0x1800, 0x1801, 0x1802, 0x1803]) {
-            // Of those that it sends, all are on, by an event.
+            // All transmit PDOs are enabled and event-driven.
             let function = if parameters == 0x1400 { 0x200 } else { 0x80 + 0x100 * place };
             add(parameters, 1, 4, function + u32::from(node), true, false);
             add(parameters, 2, 1, 255, true, false);
@@ -71,12 +71,12 @@ impl Objects {
         all.retain(|(index, _), _| !forgotten.contains(index));
     }
 
-    /// What one holds; 0 for one that is not there.
+    /// Returns the value of an object; 0 if missing.
     pub(super) fn value(&self, index: u16, part: u8) -> u32 {
         self.all.get(&(index, part)).map_or(0, |object| object.value)
     }
 
-    /// What the drive itself puts there.
+    /// Sets the value of an object by the drive.
     pub(super) fn show(&mut self, index: u16, value: u32) {
         self.all.entry((index, 0)).and_modify(|object| object.value = value);
     }
@@ -97,7 +97,7 @@ impl Objects {
             _ if !object.is_writable => return Err(READ_ONLY),
             _ if object.bytes != bytes => return Err(OTHER_LENGTH),
             0x6060 if value != TORQUE_MODE => return Err(OUT_OF_RANGE),
-            // An identifier is changed while it is off.
+            // An identifier can be changed only while disabled.
             0x1400..=0x15ff | 0x1800..=0x19ff
                 if part == 1 && !is_off(index) && value & OFF == 0 && value != object.value =>
             {
@@ -133,7 +133,7 @@ impl Objects {
         Ok(())
     }
 
-    /// Indices, parts and bytes of what a process data object maps.
+    /// Indices, subindices and sizes mapped by a process data object.
     fn entries(&self, mapping: u16) -> Vec<(u16, u8, usize)> {
         let parts = (1..=8).take_while(|part| u32::from(*part) <= self.value(mapping, 0));
         let entry = |part| {
@@ -143,12 +143,12 @@ impl Objects {
         parts.map(entry).collect()
     }
 
-    /// Bytes of a process data object.
+    /// Size of a process data object, bytes.
     pub(super) fn length(&self, mapping: u16) -> usize {
         self.entries(mapping).iter().map(|(.., bytes)| bytes).sum()
     }
 
-    /// What it sends.
+    /// Returns the data of a transmit PDO.
     pub(super) fn mapped(&self, mapping: u16) -> Vec<u8> {
         let entries = self.entries(mapping).into_iter();
         entries
@@ -156,7 +156,7 @@ impl Objects {
             .collect()
     }
 
-    /// Puts what came where it belongs.
+    /// Writes the data of a receive PDO to its objects.
     pub(super) fn take(&mut self, mapping: u16, mut data: &[u8]) {
         for (index, part, bytes) in self.entries(mapping) {
             let Some((own, rest)) = data.split_at_checked(bytes) else { return };

@@ -1,17 +1,17 @@
-//! What drives one axis, and what holds it back.
+//! Actuator and friction of one axis.
 
-/// A source of torque with a limit, the inertia of its motor, and the friction of the joint.
+/// A torque source with a limit, motor inertia, and joint friction.
 #[derive(Debug, Clone)]
 pub(in crate::plant) struct Actuator {
-    /// Where `viscous` stands, for errors.
+    /// Path of `viscous`, for errors.
     pub(in crate::plant) viscous_path: String,
-    /// Of the motor, seen from the joint, `kg m²` or `kg`.
+    /// Motor inertia at the joint, `kg m²` or `kg`.
     pub(in crate::plant) inertia: f64,
     /// `N m s/rad` or `N s/m`.
     pub(in crate::plant) viscous: f64,
-    /// Dry friction, `N m` or `N`.
+    /// Coulomb friction, `N m` or `N`.
     pub(in crate::plant) coulomb: f64,
-    /// Most that it can apply, `N m` or `N`.
+    /// Maximum torque or force, `N m` or `N`.
     pub(in crate::plant) effort_limit: f64,
     /// `rad` or `m`.
     pub(in crate::plant) start_position: f64,

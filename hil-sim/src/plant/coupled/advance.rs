@@ -1,4 +1,4 @@
-//! How time goes on: one period of held command after the other.
+//! Advances a coupled machine by periods of constant command.
 
 use super::state::State;
 use super::step::{Outside, Period};
@@ -6,11 +6,11 @@ use super::{Axes, Coupled, Mechanism, Tip, transposed};
 use dimsart_core::limits::MAX_DOF;
 
 impl<M: Mechanism> Coupled<M> {
-    /// Holds `command` (`N m` or `N`, one per axis; missing entries are 0, surplus is ignored) from `start_s` for
-    /// `period_s` and moves on under the outside torques `load(axis, time_s)` (`N m` or `N`, positive towards larger
+    /// Applies the constant `command` (`N m` or `N`, one per axis; missing entries are 0, surplus is ignored) from
+    /// `start_s` for `period_s` with the external torques `load(axis, time_s)` (`N m` or `N`, positive towards larger
     /// positions).
     ///
-    /// A command that is NaN or infinite is applied as it is, as far as the actuator's limit lets it.
+    /// NaN and infinite commands are applied unchanged within the actuator's limit.
     pub fn advance(
         &mut self,
         start_s: f64,
@@ -30,8 +30,8 @@ impl<M: Mechanism> Coupled<M> {
         self.actuator_forces = forces;
     }
 
-    /// The same under a force from outside on the tip (`N`, in the frame of the base), which may depend on where the
-    /// tip is and how it moves: a wall, or a hand.
+    /// Like [`advance`](Self::advance), with an external force on the tip (`N`, base frame) that can depend on its
+    /// position and velocity, such as of a wall or hand.
     pub fn advance_pushed(
         &mut self,
         start_s: f64,
@@ -42,7 +42,7 @@ impl<M: Mechanism> Coupled<M> {
         self.advance_pushed_by(start_s, period_s, self.commanded(command), push);
     }
 
-    /// [`advance_pushed`](Self::advance_pushed) under torques that are `wanted` of the actuators.
+    /// [`advance_pushed`](Self::advance_pushed) with commanded torques `wanted`.
     pub(in crate::plant) fn advance_pushed_by(
         &mut self,
         start_s: f64,
@@ -58,8 +58,8 @@ impl<M: Mechanism> Coupled<M> {
         self.actuator_forces = forces;
     }
 
-    /// [`advance`](Self::advance) under torques that are `wanted` of the actuators and torques from outside, which may
-    /// depend on time, positions and velocities.
+    /// [`advance`](Self::advance) with commanded torques `wanted` and external torques that can depend on time,
+    /// positions and velocities.
     pub(crate) fn advance_under(
         &mut self,
         start_s: f64,
@@ -79,7 +79,7 @@ impl<M: Mechanism> Coupled<M> {
         state
     }
 
-    /// The command as torques.
+    /// Converts the command to torques.
     fn commanded(&self, command: &[f32]) -> Axes {
         let mut wanted = [0.0; MAX_DOF];
         for (wanted, command) in wanted.iter_mut().take(self.axes()).zip(command) {
@@ -88,7 +88,7 @@ impl<M: Mechanism> Coupled<M> {
         wanted
     }
 
-    /// What the actuators can apply of what is wanted.
+    /// Limits the commanded torques.
     fn limited(&self, wanted: Axes) -> Axes {
         let mut forces = wanted;
         for (force, actuator) in forces.iter_mut().zip(&self.actuators) {

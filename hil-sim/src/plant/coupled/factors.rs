@@ -1,4 +1,4 @@
-//! The solution of `M x = b` for the axes that move.
+//! Solves `M x = b` for the moving axes.
 #![expect(clippy::indexing_slicing, reason = "matrices of a fixed size")]
 
 use nalgebra::{Cholesky, Const, SVector};
@@ -6,10 +6,10 @@ use nalgebra::{Cholesky, Const, SVector};
 use super::{Axes, Matrix};
 use dimsart_core::limits::MAX_DOF;
 
-/// A mass matrix without the rows and columns of the axes that are held, factorised.
+/// Factorised mass matrix of the moving axes.
 #[derive(Debug)]
 pub(super) struct Factors {
-    /// None for a matrix that is not positive definite, such as one with NaN.
+    /// `None` if the matrix is not positive definite, such as with NaN.
     cholesky: Option<Cholesky<f64, Const<MAX_DOF>>>,
     is_held: [bool; MAX_DOF],
 }
@@ -25,7 +25,7 @@ impl Factors {
         Self { cholesky: Cholesky::new(free), is_held }
     }
 
-    /// The `x` of `M x = b`: 0 for axes that are held, NaN where the matrix is not positive definite.
+    /// Returns `x` of `M x = b`: 0 for held axes, NaN if the matrix is not positive definite.
     pub(super) fn solve(&self, right: &Axes) -> Axes {
         let Some(cholesky) = &self.cholesky else { return [f64::NAN; MAX_DOF] };
         let mut solution = SVector::from(*right);
@@ -36,7 +36,7 @@ impl Factors {
         solution.into()
     }
 
-    /// `wᵀ M⁻¹ w`: how readily `w` moves.
+    /// `wᵀ M⁻¹ w`: mobility along `w`.
     pub(super) fn mobility(&self, direction: &Axes) -> f64 {
         super::dot(direction, &self.solve(direction))
     }

@@ -1,4 +1,4 @@
-//! Which smooth equations hold: the sliding direction of each axis, and which stops touch.
+//! Modes of smooth equations: sliding direction of each axis, and stops in contact.
 
 use super::actuator::Actuator;
 use super::factors::Factors;
@@ -7,13 +7,13 @@ use crate::plant::joint::Contact;
 use crate::plant::joint::Slide;
 use dimsart_core::limits::MAX_DOF;
 
-/// As many stops as axes, and one more for a difference of axes.
+/// Maximum stops: one per axis, and one for a difference of axes.
 pub(super) const MAX_STOPS: usize = MAX_DOF + 1;
 
-/// How often an axis at rest is asked anew, at most. Each answer settles one axis more, in all but contrived cases.
+/// Maximum iterations for axes at rest. Each iteration settles one more axis, except in contrived cases.
 const ANSWERS_MAX: usize = 8 * MAX_DOF;
 
-/// Within one mode the equations of motion are smooth.
+/// A mode, in which the equations of motion are smooth.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) struct Mode {
     pub(super) slides: [Slide; MAX_DOF],
@@ -21,7 +21,7 @@ pub(super) struct Mode {
 }
 
 impl Mode {
-    /// Which axes do not accelerate: those that stick, and those past the last.
+    /// Axes without acceleration: sticking and nonexistent axes.
     pub(super) fn is_held(&self, axes: usize) -> [bool; MAX_DOF] {
         let mut is_held = self.slides.map(|slide| slide == Slide::Stuck);
         for held in is_held.iter_mut().skip(axes) {
@@ -32,7 +32,7 @@ impl Mode {
 }
 
 impl Mode {
-    /// Whether nothing can change it: no dry friction, and no stops.
+    /// Whether the mode is permanent: no Coulomb friction and no stops.
     pub(super) fn is_smooth(&self, stops: usize) -> bool {
         stops == 0 && self.slides.iter().all(|slide| *slide == Slide::Frictionless)
     }
@@ -47,7 +47,7 @@ pub(super) fn direction(slide: Slide) -> f64 {
     }
 }
 
-/// The sliding direction of each axis that moves; those at rest are said to stick until [`settle`] knows better.
+/// Sliding direction of each moving axis; axes at rest stick until [`settle`] determines otherwise.
 pub(super) fn slides(actuators: &[Actuator], velocity: &Axes) -> [Slide; MAX_DOF] {
     let mut slides = [Slide::Frictionless; MAX_DOF];
     for ((slide, actuator), &velocity) in slides.iter_mut().zip(actuators).zip(velocity) {
@@ -64,12 +64,12 @@ pub(super) fn slides(actuators: &[Actuator], velocity: &Axes) -> [Slide; MAX_DOF
     slides
 }
 
-/// Which of the axes that stick are torn off, in `mode`, by the `net` of all forces but dry friction.
+/// Determines which sticking axes break away, in `mode`, from the `net` of all forces except Coulomb friction.
 ///
-/// An axis that starts to slide pulls at the others through the mass matrix, so that one answer may change another.
-/// The answers are the solution of a linear complementarity problem with a positive definite matrix; taking always
-/// the first axis that is wrong and turning it finds it (K. G. Murty, "Note on a Bard-type scheme for solving the
-/// complementarity problem", Opsearch 11, 1974).
+/// A breaking axis acts on the others through the mass matrix, so that one result can change another. The results
+/// solve a linear complementarity problem with a positive definite matrix; changing always the first wrong axis finds
+/// the solution (K. G. Murty, "Note on a Bard-type scheme for solving the complementarity problem", Opsearch 11,
+/// 1974).
 pub(super) fn settle(mode: &mut Mode, actuators: &[Actuator], velocity: &Axes, mass: &Matrix, net: &Axes) {
     for _ in 0..ANSWERS_MAX {
         let forces = with_friction(net, actuators, &mode.slides);
@@ -96,7 +96,7 @@ pub(super) fn settle(mode: &mut Mode, actuators: &[Actuator], velocity: &Axes, m
     }
 }
 
-/// `net` less the dry friction of the axes that slide.
+/// `net` minus the Coulomb friction of the sliding axes.
 pub(super) fn with_friction(net: &Axes, actuators: &[Actuator], slides: &[Slide; MAX_DOF]) -> Axes {
     let mut forces = *net;
     for ((force, actuator), slide) in forces.iter_mut().zip(actuators).zip(slides) {

@@ -1,13 +1,13 @@
-//! How fast a coupled machine can change, and whether that can be simulated.
+//! Time constants of a coupled machine, and whether it can be simulated.
 
 use super::factors::Factors;
 use super::{Axes, Coupled, Mechanism};
 use crate::plant::parameter::{ParameterError, require};
 use dimsart_core::limits::MAX_DOF;
 
-/// Steps per unit of time constant: none is much longer than a tenth.
+/// Steps per time constant: none is much longer than 0.1 time constants.
 const STEPS_PER_TIME_CONSTANT: f64 = 10.0;
-/// What a simulation can afford.
+/// Maximum steps per millisecond.
 const STEPS_PER_MS_MAX: f64 = 5000.0;
 
 /// # Errors
@@ -15,11 +15,11 @@ const STEPS_PER_MS_MAX: f64 = 5000.0;
 pub(super) fn check<M: Mechanism>(coupled: &Coupled<M>) -> Result<(), ParameterError> {
     let is_held = core::array::from_fn(|axis| axis >= coupled.axes());
     let factors = Factors::of(&coupled.dynamics(&coupled.state.position, &[0.0; MAX_DOF]).mass, is_held);
-    // The path of a damper or spring, its value, and how fast it lets the machine change.
+    // Path and value of a damper or spring, and its rate.
     let resolved = |path: &str, value: f64, per_s: f64| {
         let steps_per_ms = 1e-3 * per_s * STEPS_PER_TIME_CONSTANT;
         let allowed = format!(
-            "what {STEPS_PER_MS_MAX} sub-steps per millisecond resolve; this takes {steps_per_ms:.0}"
+            "small enough for {STEPS_PER_MS_MAX} sub-steps per ms (needs {steps_per_ms:.0})"
         );
         require(path, value, steps_per_ms <= STEPS_PER_MS_MAX, &allowed)
     };

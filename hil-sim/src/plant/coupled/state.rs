@@ -1,4 +1,4 @@
-//! What changes as time goes on.
+//! State of a coupled machine.
 
 use super::Axes;
 
@@ -12,7 +12,7 @@ pub(super) struct State {
 }
 
 impl State {
-    /// After `step_s` at a weighted sum of `rates`.
+    /// Returns the state after `step_s` with a weighted sum of `rates`.
     pub(super) fn after<const N: usize>(&self, step_s: f64, rates: [(f64, &Self); N]) -> Self {
         let mut next = *self;
         for (weight, rate) in rates {
@@ -37,13 +37,13 @@ impl State {
         position.into_iter().chain(velocity).chain([supplied_j, dissipated_j])
     }
 
-    /// The largest of its entries, each in parts of one plus that of `scale`; NaN where one of them is.
+    /// Returns the largest entry relative to 1 + `scale`; NaN if an entry is NaN.
     pub(super) fn largest(&self, scale: &Self) -> f64 {
         let parts = self.values().zip(scale.values()).map(|(value, scale)| value.abs() / (1.0 + scale.abs()));
         parts.fold(0.0, |largest, part| if part > largest || part.is_nan() { part } else { largest })
     }
 
-    /// At a share of a step of `step_s` to `next`, with the rates at both ends: the cubic through them (Hermite).
+    /// Interpolates at a share of a step of `step_s` to `next`, with the rates at both ends (cubic Hermite).
     pub(super) fn between(&self, next: &Self, [first, last]: [&Self; 2], step_s: f64, share: f64) -> Self {
         let rest = 1.0 - share;
         let mut between = Self::default();

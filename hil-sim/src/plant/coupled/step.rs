@@ -1,4 +1,4 @@
-//! A period of held command: steps whose error is estimated, each within one mode.
+//! A period of constant command: steps with error control, each within one mode.
 //!
 //! The method is that of Dormand and Prince, of fifth order with an estimate of fourth (J. R. Dormand, P. J. Prince, "A family
 //! of embedded Runge-Kutta formulae", J. Computational and Applied Mathematics 6, 1980).
@@ -10,26 +10,26 @@ use super::{Axes, Coupled, Dynamics, Mechanism, dot, times};
 use crate::plant::joint::Contact;
 use crate::plant::joint::Slide;
 
-/// Largest error of a step as the method estimates it, in parts of one plus the value; its result is far better.
+/// Maximum estimated relative error of a step (relative to 1 + value); the actual error is far smaller.
 const TOLERANCE: f64 = 1e-11;
-/// Shortest step that an error can ask for.
+/// Minimum step for error control.
 const MIN_STEP_S: f64 = 2e-7;
-/// How exactly a change of mode is located.
+/// Resolution of a mode change.
 const LOCATED_S: f64 = 5e-8;
-/// What the next step is of the one that the estimate allows, and by how much one can differ from the next.
+/// Safety factor of the next step, and its limits relative to the last step.
 const SAFETY: f64 = 0.9;
 const MIN_CHANGE: f64 = 0.1;
 const MAX_CHANGE: f64 = 5.0;
-/// Shares of a step at which the mode is looked at besides its end.
+/// Shares of a step at which the mode is checked, besides its end.
 const BETWEEN: [f64; 3] = [0.25, 0.5, 0.75];
 
-/// Torques from outside at a time, in a position, at a velocity, `N m` or `N`.
+/// External torques by time, position and velocity, `N m` or `N`.
 pub(super) type Outside<'a> = &'a dyn Fn(f64, &Axes, &Axes) -> Axes;
 
-/// One period of held command.
+/// A period of constant command.
 pub(super) struct Period<'a, M> {
     pub(super) coupled: &'a Coupled<M>,
-    /// What the actuators apply.
+    /// Torques of the actuators.
     pub(super) actuator_forces: Axes,
     pub(super) outside: Outside<'a>,
 }
@@ -37,26 +37,26 @@ pub(super) struct Period<'a, M> {
 /// One step within a mode.
 struct Step {
     next: State,
-    /// Rates at its end, of the same mode.
+    /// Rates at its end, in the same mode.
     last: State,
-    /// In parts of what is allowed; NaN where a state is.
+    /// Error relative to the limit; NaN if the state is NaN.
     error: f64,
 }
 
 impl<M: Mechanism> Period<'_, M> {
-    /// Takes `state` from `start_s` to `end_s`.
+    /// Integrates `state` from `start_s` to `end_s`.
     pub(super) fn pass(&self, state: &mut State, start_s: f64, end_s: f64) {
         let mut mode = self.mode(start_s, state);
         let mut rate = self.rates(start_s, state, &mode);
         let (mut time_s, mut allowed_s) = (start_s, end_s - start_s);
-        // By when the mode has changed, as a step has found.
+        // End of the interval in which the mode changes.
         let mut changed_s = None;
         while time_s < end_s {
             let rest_s = changed_s.unwrap_or(end_s) - time_s;
             let is_located = changed_s.is_none() || rest_s <= LOCATED_S;
             let wanted_s = if is_located { rest_s } else { 0.5 * rest_s };
             let step_s = wanted_s.min(allowed_s);
-            // Exactly the end, however the sum is rounded.
+            // Exactly the end, independent of rounding.
             let to_s = if step_s < rest_s { time_s + step_s } else { changed_s.unwrap_or(end_s) };
             let step = self.step(state, &rate, &mode, time_s, step_s);
             if step.error > 1.0 && step_s > MIN_STEP_S {
@@ -79,7 +79,7 @@ impl<M: Mechanism> Period<'_, M> {
         }
     }
 
-    /// The mode after a change: whatever turns around is at rest for an instant, and dry friction may keep it there.
+    /// Returns the mode after a change: a reversing axis is at rest for an instant, and Coulomb friction may hold it.
     fn turn(&self, time_s: f64, state: &mut State, mode: &Mode, next_mode: Mode) -> Mode {
         let mut held = *mode;
         let mut is_any_reversed = false;
@@ -96,14 +96,14 @@ impl<M: Mechanism> Period<'_, M> {
         self.mode(time_s, state)
     }
 
-    /// Only an impulse on the axis itself takes what little is left of its velocity, so that the others keep their momentum.
+    /// The residual velocity is removed by an impulse on this axis only, which preserves the momentum of the others.
     fn bring_to_rest(&self, state: &mut State, held: &Mode) {
         let mass = self.coupled.dynamics(&state.position, &state.velocity).mass;
         let momentum = times(&mass, &state.velocity);
         state.velocity = Factors::of(&mass, held.is_held(self.coupled.axes())).solve(&momentum);
     }
 
-    /// The mode that `state` is in.
+    /// Returns the mode of `state`.
     fn mode(&self, time_s: f64, state: &State) -> Mode {
         let mut mode = self.shape(state);
         if mode.slides.contains(&Slide::Stuck) {
@@ -114,7 +114,7 @@ impl<M: Mechanism> Period<'_, M> {
         mode
     }
 
-    /// The mode as far as positions and velocities tell it: axes at rest stick.
+    /// Returns the mode from positions and velocities: axes at rest stick.
     fn shape(&self, state: &State) -> Mode {
         let mut contacts = [Contact::Free; MAX_STOPS];
         for (contact, stop) in contacts.iter_mut().zip(&self.coupled.stops) {
@@ -123,7 +123,7 @@ impl<M: Mechanism> Period<'_, M> {
         Mode { slides: mode::slides(&self.coupled.actuators, &state.velocity), contacts }
     }
 
-    /// Whether something touches, parts or turns around within a step.
+    /// Whether a contact changes or an axis reverses within a step.
     fn changes_between(&self, state: &State, step: &Step, rate: &State, mode: &Mode, step_s: f64) -> bool {
         let is_other =
             |share: f64| self.shape(&state.between(&step.next, [rate, &step.last], step_s, share)) != *mode;
@@ -190,7 +190,7 @@ impl<M: Mechanism> Period<'_, M> {
         }
     }
 
-    /// All but dry friction: the equations of motion, the net of all forces, and their power.
+    /// Equations of motion, net of all forces except Coulomb friction, and their power.
     fn frictionless(&self, time_s: f64, state: &State, mode: &Mode) -> (Dynamics, Axes, Power) {
         let State { position, velocity, .. } = state;
         let dynamics = self.coupled.dynamics(position, velocity);
@@ -219,9 +219,9 @@ impl<M: Mechanism> Period<'_, M> {
     }
 }
 
-/// By how much a step can be longer than one with this error.
+/// Maximum factor of the step for this error.
 fn change(error: f64) -> f64 {
-    // The estimate grows by the fifth power. One of no error, or of a state that is NaN, can be as long as any.
+    // The estimate grows with the fifth power. A step with zero error or NaN has no limit.
     if error > 0.0 { (SAFETY * libm::pow(error, -0.2)).clamp(MIN_CHANGE, MAX_CHANGE) } else { MAX_CHANGE }
 }
 

@@ -1,4 +1,4 @@
-//! `[device.cia402]`: drives of CiA 402 and their bus.
+//! `[device.cia402]`: CiA 402 drives and their bus.
 
 use drive::{Cia402Host, Cia402Joint, Cia402Node, Cia402Settings, DriveReading};
 use serde::{Deserialize, Serialize};
@@ -10,46 +10,46 @@ use super::{DriveBus, classic};
 use crate::bus::can::{CanFrame, Format, Identifier};
 use crate::plant::{Cia402Drive, Joint};
 
-/// Ticks of preparation: for all questions, and for what is said by every tenth SYNC alone.
+/// Ticks of setup: for all requests, and for data sent with every tenth SYNC only.
 const PREPARING_TICKS: u32 = 200;
 
-/// `[device.cia402]`: the drives of a device's axes, and the bus that they are on.
+/// `[device.cia402]`: the drives of a device's axes, and their bus.
 #[derive(Debug, Clone, PartialEq, Deserialize, Serialize)]
 #[serde(deny_unknown_fields)]
 pub struct Cia402Parameters {
-    /// Node number of each axis' drive, 1 to 127.
+    /// Node id of the drive of each axis, 1 to 127.
     pub nodes: Vec<u8>,
-    /// The controller's own, 1 to 127.
+    /// Node id of the controller, 1 to 127.
     #[serde(default = "host")]
     pub host: u8,
-    /// Of every motor.
+    /// Encoder counts per motor turn.
     #[serde(default = "counts_per_turn")]
     pub counts_per_turn: f32,
-    /// Turns of every motor for one of the output, not 0; below 0 where they turn against each other.
+    /// Motor turns per output turn, nonzero; negative if the directions differ.
     #[serde(default = "one")]
     pub gear_ratio: f32,
-    /// Of every motor, `N m`; a drive makes three times as much at most.
+    /// Rated torque of a motor, `N m`; the maximum is three times this.
     #[serde(default = "one")]
     pub rated_torque_nm: f32,
-    /// Time without a heartbeat after which a drive turns itself off, and is taken for lost, `s`.
+    /// Timeout of heartbeats, in both directions, `s`.
     #[serde(default = "timeout_s")]
     pub timeout_s: f32,
-    /// Ticks in a row in which a drive may say nothing.
+    /// Maximum consecutive ticks without a reply of a drive.
     #[serde(default = "missing_ticks")]
     pub missing_ticks: u8,
-    /// From SYNC to when what is said waits for the bus, `s`.
+    /// Time from SYNC to the queued reply, `s`.
     #[serde(default = "reply_delay_s")]
     pub reply_delay_s: f64,
     /// Bit rate.
     #[serde(default = "bits_per_s")]
     pub bits_per_s: u32,
-    /// Share of the bits that all nodes see wrong, 0 to 1.
+    /// Probability of a bit error seen by all nodes, 0 to 1.
     #[serde(default)]
     pub bit_error_rate: f64,
-    /// Faults that drives find.
+    /// Faults reported by drives.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub fault: Vec<FoundFault>,
-    /// Who is off the bus, and when. What is sent to a drive that is not there is acknowledged by somebody else.
+    /// Times at which a drive or the controller is off the bus. Another node acknowledges frames to an absent drive.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub absent: Vec<Absence>,
 }
@@ -70,13 +70,14 @@ fn one() -> f32 {
 const MAX_OVERLOAD: f64 = 3.0;
 
 impl Cia402Parameters {
-    /// Maximum torque of a drive at the output, `N m`.
+    /// Returns the maximum torque of a drive at the output, `N m`.
     #[must_use]
     pub fn max_torque_nm(&self) -> f64 {
         MAX_OVERLOAD * f64::from(self.rated_torque_nm) * f64::from(self.gear_ratio)
     }
 
-    /// The bus with its drives, each set up and at rest with its joint, for ticks of `tick_s`. `seed` decides on bit errors.
+    /// Creates the bus with its drives, set up and at rest with their joints, for ticks of `tick_s`. `seed`
+    /// determines bit errors.
     #[must_use]
     pub fn build(&self, joints: Vec<Joint>, tick_s: f64, seed: u64) -> DriveBus {
         let settings = |node: u8| {
@@ -108,27 +109,27 @@ impl Cia402Parameters {
         Wires::new([self.bits_per_s; 2], self.bit_error_rate, self.reply_delay_s, &self.fault, &self.absent)
     }
 
-    /// What is wrong with it, for a device of so many axes.
+    /// Returns the errors of its parameters, for a device of `axes` axes.
     #[must_use]
     pub fn problems(&self, axes: usize) -> Vec<String> {
         let mut problems = Vec::new();
         if self.nodes.len() != axes {
             let count = self.nodes.len();
-            problems.push(format!("nodes has {count} entries: give it one for each of {axes} axes"));
+            problems.push(format!("nodes has {count} entries for {axes} axes: give one per axis"));
         }
         for (place, node) in self.nodes.iter().chain([&self.host]).enumerate() {
             if Cia402Node::new(*node).is_none() {
-                problems.push(format!("node {node}: give it 1 to 127"));
+                problems.push(format!("node {node} is out of range, must be 1 to 127"));
             }
             if self.nodes.iter().take(place).any(|other| other == node) {
-                problems.push(format!("node {node} is there twice: give each drive and the host its own"));
+                problems.push(format!("duplicate node {node}: ids of drives and host must be unique"));
             }
         }
         if !(self.gear_ratio.is_finite() && self.gear_ratio.abs() > 0.0) {
-            problems.push(format!("gear_ratio is {}: give it a number that is not 0", self.gear_ratio));
+            problems.push(format!("gear_ratio is {}, must be finite and nonzero", self.gear_ratio));
         }
         if !(0.004..=60.0).contains(&self.timeout_s) {
-            problems.push(format!("timeout_s is {}: give it 0.004 to 60", self.timeout_s));
+            problems.push(format!("timeout_s is {} s, must be 0.004 s to 60 s", self.timeout_s));
         }
         for (key, value) in [
             ("counts_per_turn", f64::from(self.counts_per_turn)),
@@ -136,7 +137,7 @@ impl Cia402Parameters {
             ("bits_per_s", self.bits_per_s.into()),
         ] {
             if !(value.is_finite() && value > 0.0) {
-                problems.push(format!("{key} is {value}: give it a number > 0"));
+                problems.push(format!("{key} is {value}, must be finite and > 0"));
             }
         }
         check(&self.wires(), axes, &mut problems);
@@ -144,7 +145,7 @@ impl Cia402Parameters {
     }
 }
 
-/// A drive, and what runs on a board for it.
+/// A drive, and its driver on a board.
 #[derive(Debug)]
 struct Cia402 {
     control: Cia402Joint,

@@ -1,4 +1,4 @@
-//! What drives of every kind have in common on a bus, and what a rig file says of it.
+//! Common interface of drives on a bus, and common parameters of rig files.
 
 use drive::DriveReading;
 use serde::{Deserialize, Serialize};
@@ -6,32 +6,32 @@ use serde::{Deserialize, Serialize};
 use super::QUEUE_FRAMES;
 use crate::bus::can::{CanFrame, CanParameters, Identifier};
 
-/// A drive, and its joint on the controller's side.
+/// A drive, and its driver on the controller.
 pub(super) trait OnBus: core::fmt::Debug + Send {
-    /// What the drive listens for, and what the controller does.
+    /// Identifiers received by the drive and by the controller.
     fn identifiers(&self) -> (Vec<Identifier>, Vec<Identifier>);
-    /// Before the first tick, whatever the wires: the controller knows the drive, which is at rest.
+    /// Sets up the drive before the first tick, independent of the bus: known to the controller and at rest.
     fn prepare(&mut self);
 
-    /// The controller's frame, if there is any.
+    /// Returns the controller's frame, if any.
     fn command(&mut self, torque_nm: Option<f32>) -> Option<CanFrame>;
-    /// What comes to the controller.
+    /// Receives a frame on the controller.
     fn hear(&mut self, frame: &CanFrame);
     fn read(&mut self) -> DriveReading;
 
-    /// What comes to the drive.
+    /// Receives a frame on the drive.
     fn obey(&mut self, frame: &CanFrame);
-    /// What the drive has to send.
+    /// Returns the drive's frames to send.
     fn sent(&mut self) -> Vec<CanFrame>;
     fn raise_fault(&mut self, number: u16);
     fn set_state(&mut self, position_rad: f64, velocity_rad_per_s: f64);
     fn torque_nm(&self) -> f64;
-    /// Time until the torque goes by itself.
+    /// Returns the time until the torque times out.
     fn left_s(&self) -> Option<f64>;
     fn advance(&mut self, period_s: f64);
 }
 
-/// A bus, and what goes wrong on it.
+/// A bus with its faults.
 #[derive(Debug)]
 pub(super) struct Wires {
     pub(super) can: CanParameters,
@@ -40,28 +40,28 @@ pub(super) struct Wires {
     pub(super) absent: Vec<Absence>,
 }
 
-/// A fault that a drive finds.
+/// A fault reported by a drive.
 #[derive(Debug, Clone, Copy, PartialEq, Deserialize, Serialize)]
 #[serde(deny_unknown_fields)]
 pub struct FoundFault {
-    /// Whose.
+    /// Axis.
     pub axis: usize,
-    /// In the tick that begins then, `s`.
+    /// Tick start time of the fault, `s`.
     pub at_s: f64,
-    /// As the drive has it.
+    /// Fault number of the drive.
     pub number: u16,
 }
 
-/// A time in which somebody neither sends nor receives.
+/// An absence from the bus.
 #[derive(Debug, Clone, Copy, PartialEq, Deserialize, Serialize)]
 #[serde(deny_unknown_fields)]
 pub struct Absence {
-    /// Whose drive; without one, the controller.
+    /// Axis of the drive; `None` for the controller.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub axis: Option<usize>,
-    /// From the tick that begins then, `s`.
+    /// From the tick that starts then, `s`.
     pub from_s: f64,
-    /// To the tick that begins then, `s`.
+    /// Until the tick that starts then, `s`.
     pub until_s: f64,
 }
 
@@ -81,23 +81,24 @@ pub(super) fn bits_per_s() -> u32 {
     1_000_000
 }
 
-/// What is wrong with them, for a device of so many axes.
+/// Returns the errors of the parameters, for a device of `axes` axes.
 pub(super) fn check(wires: &Wires, axes: usize, problems: &mut Vec<String>) {
     if !(1e-6..=1e-3).contains(&wires.reply_delay_s) {
-        problems.push(format!("reply_delay_s is {}: give it 0.000001 to 0.001", wires.reply_delay_s));
+        problems.push(format!("reply_delay_s is {} s, must be 0.000001 s to 0.001 s", wires.reply_delay_s));
     }
     if !(0.0..=1.0).contains(&wires.can.bit_error_rate) {
-        problems.push(format!("bit_error_rate is {}: give it 0 to 1", wires.can.bit_error_rate));
+        problems.push(format!("bit_error_rate is {}, must be 0 to 1", wires.can.bit_error_rate));
     }
     let named = wires.fault.iter().map(|fault| fault.axis);
     let named = named.chain(wires.absent.iter().filter_map(|absence| absence.axis));
     for axis in named.filter(|axis| *axis >= axes) {
-        problems.push(format!("a fault or an absence of axis {axis}: there are {axes}, from 0"));
+        problems.push(format!("fault or absence: axis {axis} is out of range, there are {axes} axes, numbered \
+        from 0"));
     }
 }
 
 impl Wires {
-    /// At these bit rates, the nominal one first; nobody that was driven off joins the bus again.
+    /// Creates a bus with nominal and data bit rate; bus-off nodes do not recover.
     pub(super) fn new(
         [bits_per_s, data_bits_per_s]: [u32; 2],
         bit_error_rate: f64,

@@ -1,4 +1,4 @@
-//! What a rig file says of moteus drives and their bus.
+//! Parameters of moteus drives and their bus in rig files.
 
 use drive::{DriveReading, MoteusAddress, MoteusFrame, MoteusJoint};
 use serde::{Deserialize, Serialize};
@@ -10,40 +10,40 @@ use super::common::{
 use crate::bus::can::{CanFrame, Format, Identifier};
 use crate::plant::{Joint, MoteusDrive};
 
-/// `[device.moteus]`: the drives of a device's axes, and the bus that they are on.
+/// `[device.moteus]`: the drives of a device's axes, and their bus.
 #[derive(Debug, Clone, PartialEq, Deserialize, Serialize)]
 #[serde(deny_unknown_fields)]
 pub struct MoteusParameters {
-    /// `id.id` of each axis' drive, 0 to 126.
+    /// `id.id` of the drive of each axis, 0 to 126.
     pub ids: Vec<u8>,
-    /// Number of the controller on the bus, 0 to 126.
+    /// Id of the controller on the bus, 0 to 126.
     #[serde(default)]
     pub host: u8,
-    /// Time for which a drive holds a torque if no other comes, `s`.
+    /// Timeout of a torque command, `s`.
     #[serde(default = "timeout_s")]
     pub timeout_s: f32,
-    /// Ticks in a row in which a reply may be missing.
+    /// Maximum consecutive ticks without a reply.
     #[serde(default = "missing_ticks")]
     pub missing_ticks: u8,
-    /// Of every drive, at the output, `N m`.
+    /// Maximum torque of a drive at the output, `N m`.
     #[serde(default = "most_torque_nm")]
     pub most_torque_nm: f64,
-    /// From a frame's end to when the reply waits for the bus, `s`. None is published: look at your drives'.
+    /// Time from the end of a frame to the queued reply, `s`. No value is published: measure your drives.
     #[serde(default = "reply_delay_s")]
     pub reply_delay_s: f64,
     /// Nominal bit rate.
     #[serde(default = "bits_per_s")]
     pub bits_per_s: u32,
-    /// Bit rate of the data.
+    /// Data bit rate.
     #[serde(default = "data_bits_per_s")]
     pub data_bits_per_s: u32,
-    /// Share of the bits that all nodes see wrong, 0 to 1.
+    /// Probability of a bit error seen by all nodes, 0 to 1.
     #[serde(default)]
     pub bit_error_rate: f64,
-    /// Faults that drives find.
+    /// Faults reported by drives.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub fault: Vec<FoundFault>,
-    /// Who is off the bus, and when. What is sent to a drive that is not there is acknowledged by somebody else.
+    /// Times at which a drive or the controller is off the bus. Another node acknowledges frames to an absent drive.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub absent: Vec<Absence>,
 }
@@ -57,7 +57,7 @@ fn data_bits_per_s() -> u32 {
 }
 
 impl MoteusParameters {
-    /// The bus with its drives, each at rest with its joint. `seed` decides on bit errors.
+    /// Creates the bus with its drives, at rest with their joints. `seed` determines bit errors.
     #[must_use]
     pub fn build(&self, joints: Vec<Joint>, seed: u64) -> DriveBus {
         let drives = self.ids.iter().filter_map(|id| {
@@ -79,20 +79,20 @@ impl MoteusParameters {
         )
     }
 
-    /// What is wrong with it, for a device of so many axes.
+    /// Returns the errors of its parameters, for a device of `axes` axes.
     #[must_use]
     pub fn problems(&self, axes: usize) -> Vec<String> {
         let mut problems = Vec::new();
         if self.ids.len() != axes {
-            problems.push(format!("ids has {} entries: give it one for each of {axes} axes", self.ids.len()));
+            problems.push(format!("ids has {} entries for {axes} axes: give one per axis", self.ids.len()));
         }
         for (place, id) in self.ids.iter().enumerate() {
             if MoteusAddress::new(self.host, *id).is_none() {
                 let host = self.host;
-                problems.push(format!("id {id} with host {host}: give them 0 to 126, and not the same"));
+                problems.push(format!("id {id} with host {host}: ids must be 0 to 126 and differ from the host's"));
             }
             if self.ids.iter().take(place).any(|other| other == id) {
-                problems.push(format!("id {id} is there twice: give each drive its own"));
+                problems.push(format!("duplicate drive id {id}: ids must be unique"));
             }
         }
         let positive = [
@@ -102,17 +102,17 @@ impl MoteusParameters {
             ("data_bits_per_s", self.data_bits_per_s.into()),
         ];
         for (key, value) in positive.into_iter().filter(|(_, value)| !(value.is_finite() && *value > 0.0)) {
-            problems.push(format!("{key} is {value}: give it a number > 0"));
+            problems.push(format!("{key} is {value}, must be finite and > 0"));
         }
         if self.fault.iter().any(|fault| fault.number > 255) {
-            problems.push("a fault has a number above 255, which no moteus knows".to_owned());
+            problems.push("fault number is out of range, must be 0 to 255".to_owned());
         }
         check(&self.wires(), axes, &mut problems);
         problems
     }
 }
 
-/// A drive, and what runs on a board for it.
+/// A drive, and its driver on a board.
 #[derive(Debug)]
 struct Moteus {
     control: MoteusJoint,
@@ -137,7 +137,7 @@ impl OnBus for Moteus {
     }
 
     fn hear(&mut self, frame: &CanFrame) {
-        // What says nothing is a reply that is missing.
+        // An empty reply counts as missing.
         let _ = self.control.receive(raw(frame.identifier), frame.data());
     }
 

@@ -1,21 +1,21 @@
-//! A three-phase motor at its half bridges: duty cycles go in, phase currents come out. What a current loop in a board's
-//! own code is tested with; a [`Joint`](super::Joint) has one of its own inside.
+//! Three-phase motor with half bridges, from duty cycles to phase currents, for tests of a board's current loop. A
+//! [`Joint`](super::Joint) has its own motor model.
 //!
-//! The equations are those of [`ThreePhaseParameters`], averaged over a period of the modulation; each phase's voltage lacks
-//! what dead time takes, `U share` against its current, and with the bridge off its diodes lead until the current is gone.
-//! The rotor turns freely with what is on it: `J w' = τ + cogging - viscous w - coulomb tanh(w/w0)`.
+//! The equations are those of [`ThreePhaseParameters`], averaged over a PWM period; dead time reduces each phase
+//! voltage by `U share` against its current; with the bridge off the diodes conduct until the current is 0. The rotor
+//! turns freely with its load: `J w' = τ + cogging - viscous w - coulomb tanh(w/w0)`.
 
 use core::f64::consts::TAU;
 
 use super::three_phase::ThreePhaseParameters;
 use crate::plant::parameter::{ParameterError, positive, require};
 
-/// Runge-Kutta steps of a period, at least.
+/// Minimum Runge-Kutta steps per period.
 const STEPS: f64 = 10.0;
-/// Around which dry friction changes its sign.
+/// Speed range of the sign change of Coulomb friction.
 const REVERSING_RAD_PER_S: f64 = 0.05;
 
-/// A motor, its inverter, and what its rotor turns.
+/// A motor with inverter and load.
 #[derive(Debug, Clone)]
 pub struct BridgeMotor {
     parameters: ThreePhaseParameters,
@@ -24,16 +24,16 @@ pub struct BridgeMotor {
     state: BridgeState,
 }
 
-/// How it is.
+/// State.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct BridgeState {
-    /// Current along the magnets' flux, `A`.
+    /// d-axis current, `A`.
     pub direct_a: f64,
-    /// Current across it, `A`.
+    /// q-axis current, `A`.
     pub quadrature_a: f64,
-    /// Of the rotor, `rad`; the magnets point along phase U at 0.
+    /// Rotor angle, `rad`; 0: magnets aligned with phase U.
     pub angle_rad: f64,
-    /// Of the rotor, `rad/s`.
+    /// Rotor speed, `rad/s`.
     pub speed_rad_per_s: f64,
 }
 
@@ -49,10 +49,10 @@ impl BridgeState {
 }
 
 impl BridgeMotor {
-    /// A motor at rest without current. What its parameters say of a current loop, and its winding's warming, is not used.
+    /// Creates a motor at rest without current. Parameters of current loop and winding temperature are not used.
     ///
     /// # Errors
-    /// The first parameter outside its range; a rotor without inertia.
+    /// The first parameter out of range, or a rotor without inertia.
     pub fn new(parameters: &ThreePhaseParameters) -> Result<Self, ParameterError> {
         parameters.check()?;
         positive("rotor_inertia_kg_m2", parameters.rotor_inertia_kg_m2)?;
@@ -66,41 +66,41 @@ impl BridgeMotor {
         })
     }
 
-    /// With a torque that wants to hold the rotor at so many places of a turn, `N m` at most.
+    /// Adds cogging with this number of periods per turn and this amplitude, `N m`.
     #[must_use]
     pub fn with_cogging(self, cogging_nm: f64, per_turn: u32) -> Self {
         Self { cogging_nm, cogging_periods: f64::from(per_turn), ..self }
     }
 
-    /// How it is.
+    /// State.
     #[must_use]
     pub fn state(&self) -> BridgeState {
         self.state
     }
 
-    /// Turns its rotor to a place and a speed.
+    /// Sets rotor angle and speed.
     pub fn set_rotor(&mut self, angle_rad: f64, speed_rad_per_s: f64) {
         self.state = BridgeState { angle_rad, speed_rad_per_s, ..self.state };
     }
 
-    /// What its currents exert on the rotor, `N m`.
+    /// Returns the torque of its currents, `N m`.
     #[must_use]
     pub fn torque_nm(&self) -> f64 {
         self.parameters.torque_nm([self.state.direct_a, self.state.quadrature_a])
     }
 
-    /// Currents of the phases U, V, W into the motor, `A`.
+    /// Returns the phase currents U, V, W into the motor, `A`.
     #[must_use]
     pub fn phase_a(&self) -> [f64; 3] {
         self.phases([self.state.direct_a, self.state.quadrature_a], self.state.angle_rad)
     }
 
-    /// Goes on by `period_s` with these shares of it in which the upper switches are on, or with all switches off.
+    /// Advances by `period_s` with these duty cycles of the upper switches, or with all switches off.
     pub fn advance(&mut self, duties: Option<[f64; 3]>, period_s: f64) {
         let ThreePhaseParameters { direct_inductance_h, quadrature_inductance_h, .. } = self.parameters;
         let ThreePhaseParameters { supply_v, dead_time_current_a, dead_time_share, .. } = self.parameters;
-        // A current that changes its sign is the fastest thing here: its diodes then lead with half of the supply, and of a
-        // bridge that is on for its dead time.
+        // The fastest dynamics are at a current reversal: the diodes conduct at half of the supply voltage, with the
+        // bridge on for its dead time.
         let share = if duties.is_some() { dead_time_share } else { 0.5 };
         let turning_per_s =
             share * supply_v / dead_time_current_a / direct_inductance_h.min(quadrature_inductance_h);
@@ -140,7 +140,7 @@ impl BridgeMotor {
                 self.turned(against.into_iter().map(|against| -0.5 * supply_v * against), state.angle_rad)
             }
         };
-        // Diodes do not lead on their own: the magnets' voltage stays below the supply's.
+        // Diodes do not conduct by themselves: the back-EMF stays below the supply voltage.
         let is_led = duties.is_some() || against.iter().any(|against| against.abs() > 1e-3);
         let lost_v = if is_led { lost_v } else { (0.0, 0.0) };
         let field_nm = self.parameters.torque_nm(currents_a);
@@ -157,7 +157,7 @@ impl BridgeMotor {
         }
     }
 
-    /// A vector of the rotor in the phases.
+    /// Converts a dq vector to phases.
     fn phases(&self, [d, q]: [f64; 2], angle_rad: f64) -> [f64; 3] {
         let electrical_rad = f64::from(self.parameters.pole_pairs) * angle_rad;
         [0.0, 1.0, 2.0].map(|phase| {
@@ -166,7 +166,7 @@ impl BridgeMotor {
         })
     }
 
-    /// Phases as a vector of the rotor: what they have in common does not show in one with a free star point.
+    /// Converts phases to a dq vector; the common mode has no effect with a floating star point.
     fn turned(&self, phases: impl Iterator<Item = f64>, angle_rad: f64) -> [f64; 2] {
         let electrical_rad = f64::from(self.parameters.pole_pairs) * angle_rad;
         phases.zip([0.0, 1.0, 2.0]).fold([0.0, 0.0], |[d, q], (value, phase)| {

@@ -1,8 +1,8 @@
-//! A DC motor with brushes behind a current loop.
+//! Brushed DC motor with a current loop.
 //!
-//! `L i' = u - R i - ke w`, `τ = kt i`, `ke = kt` (SI). The current controller is a PI by pole cancellation
-//! (`Kp = wc L`, `Ki = wc R`) with the back-EMF fed forward, its integrator ideal also through saturation and with the
-//! warm winding: `u = R i + ke w + wc L (i_ref - i)`, limited; unlimited, `i/i_ref = wc/(s + wc)` exactly.
+//! `L i' = u - R i - ke w`, `τ = kt i`, `ke = kt` (SI). The current controller is a PI with pole cancellation (`Kp =
+//! wc L`, `Ki = wc R`) and back-EMF feedforward, with an ideal integrator in saturation and with a warm winding: `u =
+//! R i + ke w + wc L (i_ref - i)`, limited; without limit, `i/i_ref = wc/(s + wc)` exactly.
 
 use super::motor::Electric;
 use super::pace::Pace;
@@ -12,7 +12,7 @@ use super::winding::Winding;
 use crate::plant::parameter::{ParameterError, not_negative, positive, positive_or_infinite};
 use serde::{Deserialize, Serialize};
 
-/// A DC motor with brushes, and its amplifier.
+/// Brushed DC motor and its amplifier.
 #[derive(Debug, Clone, PartialEq, Deserialize, Serialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct BrushedParameters {
@@ -26,21 +26,21 @@ pub struct BrushedParameters {
     pub rotor_inertia_kg_m2: f64,
     /// Viscous friction of the rotor, `N m s/rad`, >= 0.
     pub viscous_nms_per_rad: f64,
-    /// Dry friction of the rotor, brushes and bearings, `N m`, >= 0.
+    /// Coulomb friction of rotor, brushes and bearings, `N m`, >= 0.
     pub coulomb_nm: f64,
-    /// Largest commanded current either way, `A`, > 0; `inf` for none.
+    /// Maximum current, ±, `A`, > 0; `inf`: unlimited.
     pub current_limit_a: f64,
-    /// Largest voltage either way, `V`, > 0; `inf` for none.
+    /// Maximum voltage, ±, `V`, > 0; `inf`: unlimited.
     pub voltage_limit_v: f64,
     /// `wc`, bandwidth of the current loop, `rad/s`, > 0.
     pub current_bandwidth_rad_per_s: f64,
-    /// How the winding warms up; without it stays at 25 °C.
+    /// Thermal model of the winding; default: 25 °C.
     pub thermal: Option<ThermalParameters>,
 }
 
 impl Default for BrushedParameters {
-    /// A 10 W motor of 25 mm at 24 V with a 1 kHz current loop, without friction: the electrical values of a Maxon
-    /// RE25, unverified.
+    /// A 10 W, 25 mm, 24 V motor with a 1 kHz current loop, without friction: electrical values of a Maxon RE25,
+    /// unverified.
     fn default() -> Self {
         Self {
             resistance_ohm: 2.32,

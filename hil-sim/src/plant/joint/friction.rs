@@ -47,7 +47,7 @@ impl FrictionParameters {
         not_negative("coulomb", self.coulomb)?;
         not_negative("breakaway", self.breakaway)?;
         let is_ordered = self.breakaway <= 0.0 || self.breakaway >= self.coulomb;
-        require("breakaway", self.breakaway, is_ordered, "at least `coulomb`, or 0")?;
+        require("breakaway", self.breakaway, is_ordered, ">= `coulomb`, or 0")?;
         positive("stribeck_velocity", self.stribeck_velocity)?;
         not_negative("viscous", self.viscous)?;
         not_negative("presliding_stiffness", self.presliding_stiffness)?;

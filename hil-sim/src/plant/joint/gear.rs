@@ -29,7 +29,7 @@ impl Default for GearParameters {
 
 impl GearParameters {
     pub(super) fn check(&self) -> Result<(), ParameterError> {
-        let share = |path, value| require(path, value, value > 0.0 && value <= 1.0, "above 0, up to 1");
+        let share = |path, value| require(path, value, value > 0.0 && value <= 1.0, "> 0 and <= 1");
         positive("ratio", self.ratio)?;
         not_negative("inertia_kg_m2", self.inertia_kg_m2)?;
         share("efficiency", self.efficiency)?;

@@ -34,7 +34,7 @@ pub(super) fn sub_steps_per_s(mechanics: &Mechanics) -> Result<f64, ParameterErr
     let sub_steps_per_ms = 1e-3 * per_s * SUB_STEPS_PER_TIME_CONSTANT;
     if let Some(fastest) = paces.iter().max_by(|one, other| one.per_s.total_cmp(&other.per_s)) {
         let allowed = format!(
-            "what {SUB_STEPS_PER_MS_MAX} sub-steps per millisecond resolve; this takes {sub_steps_per_ms:.0}"
+            "small enough for {SUB_STEPS_PER_MS_MAX} sub-steps per ms (needs {sub_steps_per_ms:.0})"
         );
         require(fastest.path, fastest.value, sub_steps_per_ms <= SUB_STEPS_PER_MS_MAX, &allowed)?;
     }

@@ -37,8 +37,8 @@ pub(in crate::plant) enum Contact {
 
 impl StopsParameters {
     pub(in crate::plant) fn check(&self) -> Result<(), ParameterError> {
-        require("min", self.min, self.min < f64::INFINITY, "a number, or -inf")?;
-        require("max", self.max, self.max > self.min, "above `min`, or inf")?;
+        require("min", self.min, self.min < f64::INFINITY, "a number or -inf")?;
+        require("max", self.max, self.max > self.min, "> `min`, or inf")?;
         positive("stiffness", self.stiffness)?;
         not_negative("damping", self.damping)
     }

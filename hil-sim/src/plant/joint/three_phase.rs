@@ -107,7 +107,7 @@ impl ThreePhaseParameters {
         positive_or_infinite("supply_v", self.supply_v)?;
         let share = self.dead_time_share;
         let is_possible = (0.0..=0.2).contains(&share) && (share <= 0.0 || self.supply_v.is_finite());
-        require("dead_time_share", share, is_possible, "0 to 0.2, and 0 without a finite `supply_v`")?;
+        require("dead_time_share", share, is_possible, "0 to 0.2, or 0 without a finite `supply_v`")?;
         positive("dead_time_current_a", self.dead_time_current_a)?;
         positive("current_bandwidth_rad_per_s", self.current_bandwidth_rad_per_s)?;
         self.thermal

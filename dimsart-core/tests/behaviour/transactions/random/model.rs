@@ -1,4 +1,4 @@
-//! What transactions promise, as plainly as it can be written: lists of modules, and what each has counted.
+//! Simple model of transactions: lists of modules and their state.
 #![expect(
     clippy::unwrap_used,
     clippy::indexing_slicing,
@@ -15,25 +15,25 @@ use super::{MAX_INPUTS, MAX_OUTPUTS};
 /// An instance.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) struct Instance {
-    /// Which one of all there ever were: one that is closed and made anew is another one.
+    /// Unique number of the instance: a module that is closed and created again is a new one.
     life: u64,
     /// Inputs, outputs, words of memory, gain.
     settings: [u32; 4],
-    /// By port: its name's place among all names.
+    /// By port: index of its name in all names.
     bound: [Option<TypeRef>; MAX_INPUTS + MAX_OUTPUTS],
-    /// While it is plugged in: the memory that it has.
+    /// Its memory while it is plugged in.
     memory: Option<u64>,
 }
 
 #[derive(Debug, Clone, Default, PartialEq)]
 pub(super) struct Scheme {
     pub(super) instances: BTreeMap<u8, Instance>,
-    /// Who is plugged in.
+    /// Modules that are plugged in.
     pub(super) order: Vec<u8>,
     place_before: Option<u8>,
 }
 
-/// What a module remembers.
+/// State of a module.
 #[derive(Debug, Clone, Default)]
 struct Remembered {
     ticks: u32,
@@ -42,7 +42,7 @@ struct Remembered {
 }
 
 impl Remembered {
-    /// What its memory holds it could forget, and does not.
+    /// Restarts, but keeps the content of its memory.
     fn begin(&mut self) {
         (self.ticks, self.position) = (0, 0);
     }
@@ -54,7 +54,7 @@ pub(super) struct Model {
     draft: Option<(Scheme, bool)>,
     pub(super) is_running: bool,
     lives: u64,
-    /// By life and memory.
+    /// By instance number and memory.
     states: BTreeMap<(u64, u64), Remembered>,
 }
 
@@ -80,7 +80,7 @@ impl Instance {
 }
 
 impl Scheme {
-    /// By the definition: who reads what nobody writes, writes what another one writes, or reads before it is written.
+    /// By the definition: inputs without a writer, signals with two writers, reads before the write.
     fn faults(&self) -> usize {
         let mut reads = Vec::new();
         let mut writes = vec![(0, types::POSITION.first())];
@@ -159,7 +159,7 @@ impl Model {
                 let changes_wiring =
                     matches!(change, Command::PlugIn(_) | Command::Unplug(_) | Command::CloseModule(_));
                 if self.draft.is_none() && self.is_running && changes_wiring && changed.faults() > 0 {
-                    // Which of them is not the model's to say.
+                    // The model does not predict which of them.
                     return Err(CommandError::DoesNotMatch { faults: changed.faults() });
                 }
                 *self.edited() = changed;
@@ -230,7 +230,7 @@ impl Model {
         match change {
             Command::PlugIn(_) => {
                 is_free?;
-                // It goes on with the memory that it has in the scheme that runs, if all its ports are as there.
+                // It continues with its memory in the running scheme if all its ports are the same.
                 let there = self.running.instances.get(&number).filter(|there| there.life == instance.life);
                 let kept = there.filter(|there| there.settings[..3] == instance.settings[..3]);
                 instance.memory = Some(kept.and_then(|there| there.memory).unwrap_or(life));
@@ -266,7 +266,7 @@ impl Model {
         Ok(())
     }
 
-    /// Every signal after a tick, and what is commanded.
+    /// Every signal after a tick, and the commands.
     pub(super) fn tick(&mut self, measured: u32) -> BTreeMap<(u16, u8), u32> {
         let key = |signal: &TypeRef| (signal.id, signal.number);
         let mut signals = BTreeMap::from([(key(&types::POSITION.first()), measured)]);
@@ -287,7 +287,7 @@ impl Model {
             state.position = if words == 0 { 0 } else { (state.position + 1) % words };
             states.insert(of, state);
         }
-        // What is not plugged in has no state to go back to.
+        // A module that is not plugged in has no state to restore.
         self.states = states;
         signals
     }
