@@ -13,7 +13,7 @@ use boards::BOARDS;
 use boards::catalogue::{BoardInfo, MODULE_GROUPS, SHIPPED_GROUPS};
 use dimsart_core::limits::MAX_DOF;
 use dimsart_core::limits::Sizes;
-use dimsart_core::{AxisKind, DeviceDescriptor, Dimsart, Kinds, join_kinds, memory, scheme, types};
+use dimsart_core::{AxisKind, DeviceDescriptor, Dimsart, ModuleKinds, join_kinds, memory, scheme, types};
 use dimsart_link::saved_scheme;
 use dimsart_modules::ALL;
 use own_modules::OWN;
@@ -22,7 +22,7 @@ use own_modules::OWN;
 type BuildMemory = memory!(Sizes::DEFAULT);
 
 /// All kinds, as in the host's tools: the built-in scheme contains their fingerprint.
-const KINDS: Kinds = join_kinds![ALL, OWN];
+const KINDS: ModuleKinds = join_kinds![ALL, OWN];
 
 const SIDES: [&str; 2] = ["master", "slave"];
 

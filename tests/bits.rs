@@ -1,4 +1,4 @@
-//! Every bit of whole runs, held to the checksums in `tests/bits.txt`: the same on any machine, in any build.
+//! Checksums of all signals of whole runs against `tests/bits.txt`: equal on any machine and build.
 #![expect(clippy::unwrap_used, reason = "in helpers of tests as in tests")]
 
 use std::fmt::Write;
@@ -10,10 +10,10 @@ use hil_sim::rig_file::RigFile;
 
 const CRC: Crc<u32> = Crc::<u32>::new(&CRC_32_ISO_HDLC);
 const FILE: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/tests/bits.txt");
-/// Set in the environment, it has the file written anew instead of compared.
+/// Environment variable: rewrites the file instead of comparing.
 const WRITE: &str = "DIMSART_WRITE_BITS";
 
-/// What is run: a name, and what differs from the shipped scenario.
+/// The runs: name, and changes to the shipped scenario.
 const RUNS: [(&str, &str); 2] = [
     ("shipped", ""),
     (
@@ -24,7 +24,7 @@ const RUNS: [(&str, &str); 2] = [
     ),
 ];
 
-/// A line per signal: run, checksum of all its values, name.
+/// Returns a line per signal: run, checksum of all values, name.
 fn checksums() -> String {
     let mut lines = String::new();
     for (name, settings) in RUNS {
@@ -35,7 +35,7 @@ fn checksums() -> String {
         for (index, column) in run.recording.columns().iter().enumerate() {
             let mut digest = CRC.digest();
             for value in run.recording.column(index) {
-                // Which NaN it is differs from processor to processor.
+                // The bits of a NaN depend on the processor.
                 let value = if value.is_nan() { f64::NAN } else { value };
                 digest.update(&value.to_bits().to_le_bytes());
             }
@@ -59,10 +59,10 @@ fn a_run_has_the_same_bits_on_any_machine() {
     let (new, old) = (missing(&expected, &found), missing(&found, &expected));
     assert!(
         new.is_empty() && old.is_empty(),
-        "a run has other bits than committed (run, checksum, signal).\nThese came out:\n  {}\ninstead of:\n  {}\n\
-         If a module's arithmetic, a plant, a scheme, the shipped scenario or what is recorded was changed on purpose, \
-         write the file anew with `{WRITE}=1 cargo test --test bits` and say in the commit why the bits change. If \
-         nothing of that was meant to change, something depends on the machine or the build: find it.",
+        "checksums differ from the committed ones (run, checksum, signal).\nFound:\n  {}\nexpected:\n  {}\n\
+         If a module's arithmetic, a plant, a scheme, the shipped scenario or the recording was changed intentionally, \
+         rewrite the file with `{WRITE}=1 cargo test --test bits` and explain the change in the commit. \
+         Otherwise find the dependence on the machine or the build.",
         new.join("\n  "),
         old.join("\n  "),
     );

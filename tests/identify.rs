@@ -1,7 +1,7 @@
-//! Identification against outside implementations: the frequency response of scipy (`welch`, `csd`, `coherence`), and a joint whose
-//! motion is in closed form.
+//! Identification compared with other implementations: scipy's frequency response (`welch`, `csd`,
+//! `coherence`), and a joint with a closed-form motion.
 //!
-//! `cargo xtask test` writes the case (`tests/oracle/identify.py`) and says in `DIMSART_ORACLE` where it is.
+//! `cargo xtask test` writes the case (`tests/oracle/identify.py`) and sets `DIMSART_ORACLE` to its folder.
 #![expect(clippy::unwrap_used, reason = "in helpers of tests as in tests")]
 
 use hil_sim::identify::{Experiment, ForceIs, frequency_response, identify};
@@ -48,7 +48,7 @@ fn the_frequency_response_is_the_one_that_scipy_finds() {
         let bin = frequency_hz.iter().position(|known| (known - point.frequency_hz).abs() < 1e-6).unwrap();
         let expected = real[bin].hypot(imaginary[bin]);
         assert!((point.gain / expected - 1.0).abs() < 1e-9, "{point:?} instead of {expected}");
-        // Of two complex numbers of the same length: how far they are apart.
+        // Distance of two complex numbers of the same magnitude.
         let apart = (point.gain * point.phase_rad.cos() - real[bin])
             .hypot(point.gain * point.phase_rad.sin() - imaginary[bin]);
         assert!(apart < 1e-9 * expected.max(1e-6), "{point:?}");

@@ -1,4 +1,4 @@
-//! What a run keeps: what was asked for, and what came later.
+//! Recordings: selected signals, and signals added during a run.
 #![expect(
     clippy::unwrap_used,
     clippy::indexing_slicing,
@@ -26,7 +26,7 @@ fn run(settings: &[&str]) -> Recording {
     experiment.run(&AtomicBool::new(false), |_| ()).recording
 }
 
-/// Names of the columns, without axes, each once.
+/// Returns the distinct names of the columns, without axes.
 fn names(recording: &Recording) -> Vec<String> {
     let mut names: Vec<String> = recording.columns().iter().map(|column| column.name()).collect();
     names.dedup();
@@ -85,7 +85,7 @@ fn command(rig: &mut Rig, rows: &str) {
     assert_eq!(scheme::load(rows, "master", &["master"], dimsart, |error| panic!("{error:?}")), 0);
 }
 
-/// What a listener was told.
+/// Returns the recording received by a listener.
 fn told(pieces: &Receiver<Piece>) -> Recording {
     pieces.iter().fold(Recording::default(), |mut recording, piece| match piece {
         Piece::Columns(columns) => {
@@ -103,7 +103,7 @@ fn told(pieces: &Receiver<Piece>) -> Recording {
     })
 }
 
-/// Columns, and times and values by their bits.
+/// Returns the columns, and times and values as bits.
 fn bits(recording: &Recording) -> (Vec<String>, Vec<u64>) {
     let values = recording.time_s().iter().chain(recording.rows().flatten());
     (recording.columns().iter().map(Column::header).collect(), values.map(|value| value.to_bits()).collect())

@@ -32,7 +32,7 @@ impl BitTiming {
         clock_hz: u32,
         bits_per_s: u32,
         sample_permille: u32,
-        BitLimits(most_before, most_behind): BitLimits,
+        BitLimits(max_before, max_behind): BitLimits,
     ) -> Option<Self> {
         let mut prescaler: u8 = 1;
         while prescaler <= 2 {
@@ -43,7 +43,7 @@ impl BitTiming {
             let sampled = (quanta * sample_permille + 500) / 1000;
             if is_exact && sampled >= 2 && sampled < quanta {
                 let (before, behind) = (sampled - 1, quanta - sampled);
-                if before <= most_before as u32 && behind <= most_behind as u32 {
+                if before <= max_before as u32 && behind <= max_behind as u32 {
                     #[expect(
                         clippy::cast_possible_truncation,
                         reason = "both are within the limits, of 8 bits"

@@ -10,7 +10,7 @@ use dimsart_link::EventKind;
 
 /// Whether the controller was reset since the last poll.
 static IS_RESET: AtomicBool = AtomicBool::new(false);
-static LAST_EVENT: AtomicU8 = AtomicU8::new(EventKind::BusJoined as u8);
+static LAST_EVENT: AtomicU8 = AtomicU8::new(EventKind::BusRejoined as u8);
 
 /// Makes the board's node rejoin its bus at the next poll, even after giving up.
 pub fn reset() {
@@ -126,9 +126,9 @@ impl BusOff {
     #[must_use]
     pub fn event(&self) -> EventKind {
         match self.state {
-            State::On => EventKind::BusJoined,
-            State::Joining | State::Off { .. } => EventKind::BusLeft,
-            State::GivenUp => EventKind::BusGivenUp,
+            State::On => EventKind::BusRejoined,
+            State::Joining | State::Off { .. } => EventKind::BusOff,
+            State::GivenUp => EventKind::BusOffPermanent,
         }
     }
 
@@ -173,7 +173,7 @@ mod tests {
             assert_eq!(steps, expected);
             assert_eq!(node.rejoins(), 3);
             assert_eq!(node.look(0, false), Step::Stay);
-            assert_eq!(node.event(), EventKind::BusGivenUp);
+            assert_eq!(node.event(), EventKind::BusOffPermanent);
         }
     }
 
@@ -185,13 +185,13 @@ mod tests {
             assert_eq!(given_up.last(), Some(&(430, Step::GiveUp)));
             let now_ms = start_ms.wrapping_add(500);
             node.reset(now_ms);
-            assert_eq!(node.event(), EventKind::BusLeft);
+            assert_eq!(node.event(), EventKind::BusOff);
             let again = run(&mut node, now_ms, 1_000, |_| true);
             let joins = [(0, Step::Rejoin), (110, Step::Rejoin), (220, Step::Rejoin)];
             assert_eq!(again, [&joins[..], &[(330, Step::GiveUp)]].concat());
             node.reset(now_ms.wrapping_add(10_000));
             assert_eq!(run(&mut node, now_ms.wrapping_add(10_000), 100, |time| time == 0).len(), 1);
-            assert_eq!(node.event(), EventKind::BusJoined);
+            assert_eq!(node.event(), EventKind::BusRejoined);
         }
     }
 
@@ -200,7 +200,7 @@ mod tests {
         let mut node = BusOff::new();
         node.reset(0);
         assert_eq!(run(&mut node, 0, 1_000, |_| false), []);
-        assert_eq!(node.event(), EventKind::BusJoined);
+        assert_eq!(node.event(), EventKind::BusRejoined);
     }
 
     #[test]

@@ -4,7 +4,7 @@
 /// Words of an element in the message RAM: these two and 64 bytes.
 pub const WORDS: usize = 18;
 /// Maximum length of a frame, bytes.
-pub const MOST_BYTES: usize = 64;
+pub const MAX_BYTES: usize = 64;
 
 /// 29-bit identifier.
 const EXTENDED: u32 = 1 << 30;
@@ -60,7 +60,7 @@ mod tests {
 
     #[test]
     fn what_is_sent_is_what_comes_in() {
-        for length in 0..=MOST_BYTES + 1 {
+        for length in 0..=MAX_BYTES + 1 {
             let is_one = LENGTHS.iter().any(|known| usize::from(*known) == length);
             assert_eq!(to_send(0x123, length).is_some(), is_one, "{length}");
             if let Some(words) = to_send(0x123, length) {

@@ -18,10 +18,10 @@ mod scaling;
 
 pub use exchange::{Age, Exchange, Told};
 pub use identifying::Identifying;
-pub use scaling::{MOST_COUNTS, Rest, Scaling, WrongAtRest, amperes};
+pub use scaling::{MAX_COUNTS, Rest, Scaling, WrongAtRest, amperes};
 
 use dimsart_core::DriveFault;
-use dimsart_link::protocol::{self, FoundMotor, IdentificationFailure};
+use dimsart_link::protocol::{self, IdentificationFailure, IdentifiedMotor};
 use drive::{
     As5600, Checked, Configuration, Drive, Duties, Encoder, Identification, IdentificationError,
     IdentificationStep, Identified, Rotor, Sample,
@@ -35,7 +35,7 @@ const SPI_AGE_PERIODS: f32 = 0.785;
 /// An I²C encoder captures the angle 24 us after the sampling of the currents two periods earlier.
 const I2C_AGE_PERIODS: f32 = 1.51;
 /// Maximum age of a torque command, ticks.
-const MOST_TICKS: f32 = 3.0;
+const MAX_TICKS: f32 = 3.0;
 
 /// ADC counts of a period.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -59,7 +59,7 @@ pub struct CurrentLoop {
     age: Age,
     /// Periods without a torque command, up to its maximum age.
     idle_periods: u16,
-    most_periods: u16,
+    max_periods: u16,
     periods: u32,
     fault: Option<DriveFault>,
 }
@@ -79,7 +79,7 @@ impl CurrentLoop {
     #[must_use]
     pub fn new(drive: &ThreePhaseDrive, checked: &Checked, tick_s: f32) -> Self {
         #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "a cast saturates")]
-        let most_periods = (MOST_TICKS * tick_s / checked.get().inverter.period_s + 0.5) as u16;
+        let max_periods = (MAX_TICKS * tick_s / checked.get().inverter.period_s + 0.5) as u16;
         let Configuration { encoder, inverter, .. } = checked.get();
         let encoder_age_s = match encoder {
             Encoder::Incremental { .. } => 0.0,
@@ -92,9 +92,9 @@ impl CurrentLoop {
             rest_counts: [drive.scaling.rest_counts; 3],
             stage: Stage::AtRest(Rest::default()),
             drive: Drive::of(checked).with_encoder_age(encoder_age_s),
-            age: Age::new(most_periods),
+            age: Age::new(max_periods),
             idle_periods: 0,
-            most_periods,
+            max_periods,
             periods: 0,
             fault: None,
         }
@@ -105,7 +105,7 @@ impl CurrentLoop {
     pub fn period(&mut self, counts: Counts, rotor: Rotor, exchange: &Exchange) -> Option<Duties> {
         let wanted_nm = self.age.young(exchange.wanted());
         self.idle_periods = if wanted_nm.is_some() { 0 } else { self.idle_periods.saturating_add(1) };
-        if self.idle_periods >= self.most_periods {
+        if self.idle_periods >= self.max_periods {
             self.idle_periods = 0;
             self.forget();
         }
@@ -258,7 +258,7 @@ fn failed(failure: IdentificationFailure) -> protocol::Identification {
 
 /// Converts the result to protocol units.
 fn found(found: Identified) -> protocol::Identification {
-    protocol::Identification::Found(FoundMotor {
+    protocol::Identification::Found(IdentifiedMotor {
         resistance_ohm: found.resistance_ohm,
         direct_inductance_h: found.direct_inductance_h,
         quadrature_inductance_h: found.quadrature_inductance_h,
@@ -272,8 +272,8 @@ fn found(found: Identified) -> protocol::Identification {
 #[must_use]
 pub fn why(error: IdentificationError) -> IdentificationFailure {
     match error {
-        IdentificationError::NoCurrent => IdentificationFailure::NoCurrent,
-        IdentificationError::WrongPhases => IdentificationFailure::WrongPhases,
+        IdentificationError::SupplyTooLow => IdentificationFailure::SupplyTooLow,
+        IdentificationError::PhaseMismatch => IdentificationFailure::PhaseMismatch,
         #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "a cast saturates")]
         IdentificationError::TooLittleCurrent { needed_a } => {
             IdentificationFailure::TooLittleCurrent(((10.0 * needed_a) as u16).saturating_add(1))

@@ -16,7 +16,7 @@ pub struct Moteus<const JOINTS: usize> {
     /// Maximum torque command at the output, `N·m`, either sign: at most what `servo.max_current_A` allows.
     pub most_torque_nm: f32,
     /// Maximum speed of the output, either direction, `rad/s`.
-    pub most_speed_rad_per_s: f32,
+    pub max_speed_rad_per_s: f32,
 }
 
 /// Rise time from zero to maximum torque.
@@ -53,7 +53,7 @@ impl<const JOINTS: usize> Moteus<JOINTS> {
     /// Returns the limits of position measurements: any angle, and 1.5 times the maximum speed.
     #[must_use]
     pub const fn position_limits(&self) -> OutputLimits {
-        OutputLimits { rate_per_s: 1.5 * self.most_speed_rad_per_s, ..OutputLimits::NONE }
+        OutputLimits { rate_per_s: 1.5 * self.max_speed_rad_per_s, ..OutputLimits::NONE }
     }
 }
 
@@ -69,7 +69,7 @@ mod tests {
         timeout_s: 0.02,
         missing_ticks: 3,
         most_torque_nm: 2.0,
-        most_speed_rad_per_s: 50.0,
+        max_speed_rad_per_s: 50.0,
     };
 
     #[test]
@@ -85,7 +85,7 @@ mod tests {
                 timeout_s: 0.02,
                 missing_ticks: 3,
                 most_torque_nm: 1.0,
-                most_speed_rad_per_s: 1.0
+                max_speed_rad_per_s: 1.0
             }
             .checked())
             .is_err()

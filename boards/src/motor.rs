@@ -120,8 +120,8 @@ mod tests {
     #[test]
     fn a_motor_allows_the_torque_of_its_current_and_no_step_to_it() {
         let InputLimits { min, max, rate_per_s, safe_value } = MOTOR.limits();
-        let most_nm = MOTOR.torque_constant_nm_per_a * MOTOR.max_current_a;
-        assert_eq!([min, max].map(f32::to_bits), [-most_nm, most_nm].map(f32::to_bits));
+        let max_nm = MOTOR.torque_constant_nm_per_a * MOTOR.max_current_a;
+        assert_eq!([min, max].map(f32::to_bits), [-max_nm, max_nm].map(f32::to_bits));
         assert!((max / rate_per_s - 0.01).abs() < 1e-6);
         assert_eq!(safe_value, SafeValue::Zero);
         for axes in 1..=8 {

@@ -82,7 +82,7 @@ extern "C" fn run_background() {
     unsafe { BACKGROUND.on_interrupt() }
 }
 
-#[expect(clippy::panic, reason = "the panic handler brings the device to rest and says so")]
+#[expect(clippy::panic, reason = "the panic handler sets safe outputs and logs the error")]
 extern "C" fn unexpected() {
     panic!("unexpected interrupt");
 }
@@ -120,7 +120,7 @@ impl Board for Mps2An386 {
         host::outputs()
     }
 
-    #[expect(clippy::panic, reason = "the panic handler brings the device to rest and says so")]
+    #[expect(clippy::panic, reason = "the panic handler sets safe outputs and logs the error")]
     fn start() -> Parts<Self> {
         let Some(mut peripherals) = Peripherals::take() else { panic!("board started twice") };
         guard_below_stack(&mut peripherals.MPU);
@@ -130,7 +130,7 @@ impl Board for Mps2An386 {
         peripherals.SYST.clear_current();
         peripherals.SYST.enable_counter();
         for (interrupt, priority) in PRIORITIES {
-            #[expect(unsafe_code, reason = "priorities decide who may interrupt whom")]
+            #[expect(unsafe_code, reason = "sets interrupt priorities")]
             // SAFETY: all interrupts are masked, and no mask by priority is in use.
             unsafe {
                 peripherals.NVIC.set_priority(interrupt, priority);
@@ -162,10 +162,7 @@ impl Board for Mps2An386 {
         host::COMMANDED.clear();
     }
 
-    #[expect(
-        unsafe_code,
-        reason = "the processor counts in it by itself, which nobody but an atomic can show"
-    )]
+    #[expect(unsafe_code, reason = "the processor changes the register, so it is read as an atomic")]
     fn counter() -> Counter {
         const SYST_CVR: usize = 0xE000_E018;
         // SAFETY: a processor register that always exists and is read as a word of memory; it is not written
@@ -220,7 +217,7 @@ fn guard_below_stack(mpu: &mut MPU) {
     const BASE_OF_256_MIB: u32 = 0x1000_0000;
     const NO_ACCESS_256_MIB: u32 = 1 << 28 | 27 << 1 | 1;
     const ENABLE_WITH_DEFAULT_MAP: u32 = 0b101;
-    #[expect(unsafe_code, reason = "the memory protection unit is memory that only the hardware knows")]
+    #[expect(unsafe_code, reason = "access to the registers of the memory protection unit")]
     // SAFETY: the region ends where RAM begins, and the image uses nothing in it.
     unsafe {
         mpu.rnr.write(0);
@@ -308,7 +305,7 @@ impl<const N: usize> SharedWords<N> {
 #[derive(Clone, Copy)]
 struct Register(usize);
 
-#[expect(unsafe_code, reason = "registers are memory that only the hardware knows")]
+#[expect(unsafe_code, reason = "register access")]
 impl Register {
     fn read(self) -> u32 {
         // SAFETY: every Register of this board is a word-aligned register in the AN386's memory map.
@@ -321,7 +318,7 @@ impl Register {
     }
 }
 
-#[expect(unsafe_code, reason = "an interrupt is unmasked once what it needs is there")]
+#[expect(unsafe_code, reason = "unmasks an interrupt after its initialisation")]
 fn unmask(interrupt: Interrupt) {
     // SAFETY: no critical section relies on masking single interrupts.
     unsafe { cortex_m::peripheral::NVIC::unmask(interrupt) }

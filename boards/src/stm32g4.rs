@@ -217,7 +217,7 @@ pub(crate) fn feed_watchdog() {
     IWDG.kr().write(|key| key.set_key(Key::RESET));
 }
 
-#[expect(unsafe_code, reason = "the processor counts in it by itself, which nobody but an atomic can show")]
+#[expect(unsafe_code, reason = "the processor changes the register, so it is read as an atomic")]
 pub(crate) fn counter() -> Counter {
     const CYCCNT: usize = 0xE000_1004;
     // SAFETY: a processor register that always exists and is read as a word of memory; it is never written.

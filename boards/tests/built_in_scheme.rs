@@ -1,4 +1,4 @@
-//! Every board's built-in scheme against the board's motor: it neither chatters nor swings.
+//! Every board's built-in scheme with the board's motor: no chatter and no oscillation.
 #![expect(clippy::unwrap_used, reason = "in helpers of tests as in tests")]
 
 use std::f32::consts::TAU;
@@ -13,8 +13,8 @@ use dimsart_modules::ALL;
 
 const SIDES: [&str; 2] = ["master", "slave"];
 const TICK_S: f32 = 1e-3;
-/// Of the motor's largest torque, what one count of its encoder may ask for.
-const MOST_PER_COUNT: f32 = 0.01;
+/// Maximum torque command per encoder count, relative to the maximum torque.
+const MAX_PER_COUNT: f32 = 0.01;
 
 fn boards_with_motors() -> impl Iterator<Item = (&'static BoardInfo, Motor)> {
     BOARDS.iter().filter_map(|board| Some((board, board.tooling.motor?)))
@@ -24,7 +24,7 @@ fn largest_torque_nm(motor: Motor) -> f32 {
     motor.torque_constant_nm_per_a * motor.max_current_a
 }
 
-/// Two boards, one on each side, over a link that takes a tick.
+/// Two boards, one per side, over a link with a delay of one tick.
 struct Pair([Dimsart; 2]);
 
 impl Pair {
@@ -41,7 +41,7 @@ impl Pair {
         }))
     }
 
-    /// The torques at these angles, `N·m` and `rad`.
+    /// Returns the torques at these angles, `N·m` and `rad`.
     fn tick(&mut self, angles: [f32; 2]) -> [f32; 2] {
         let packets = self.0.each_mut().map(|dimsart| dimsart.outgoing(0));
         for (dimsart, packet) in self.0.iter_mut().zip(packets.into_iter().rev()) {
@@ -62,9 +62,9 @@ impl Pair {
 fn one_count_of_the_encoder_asks_for_a_hundredth_of_the_motor_s_torque_at_most() {
     for (board, motor) in boards_with_motors() {
         let count = TAU / f32::from(motor.counts_per_turn);
-        let most = MOST_PER_COUNT * largest_torque_nm(motor);
+        let most = MAX_PER_COUNT * largest_torque_nm(motor);
         for side in 0..SIDES.len() {
-            // It stays there, or goes back and forth.
+            // Stays there, or moves back and forth.
             for period in [u32::MAX, 2, 20] {
                 let mut pair = Pair::new(board);
                 let mut largest = 0f32;
@@ -82,11 +82,11 @@ fn one_count_of_the_encoder_asks_for_a_hundredth_of_the_motor_s_torque_at_most()
     }
 }
 
-/// A motor at the end of its shaft, as the board drives it: a torque, or a voltage against the one that it induces.
+/// A motor with its shaft, driven by the board with a torque, or a voltage against the back-EMF.
 #[derive(Debug, Clone, Copy)]
 struct Shaft {
     motor: Motor,
-    /// Friction of the joint of a motor whose torque is the commanded one, `N m s/rad`.
+    /// Friction of the joint of a torque-controlled motor, `N m s/rad`.
     damping: Option<f32>,
     inertia_kg_m2: f32,
     angle: f32,
@@ -94,23 +94,23 @@ struct Shaft {
 }
 
 impl Shaft {
-    /// What the encoder says.
+    /// Returns the reading of the encoder.
     fn measured(&self) -> f32 {
         let counts = f32::from(self.motor.counts_per_turn);
         (self.angle / TAU * counts).floor() * (TAU / counts)
     }
 
-    /// A tick with a torque commanded and one from outside.
+    /// Runs a tick with a commanded and an external torque.
     fn turn(&mut self, commanded: f32, from_outside: f32) {
         const STEPS: u16 = 1_000;
         let Motor { torque_constant_nm_per_a, resistance_ohm, supply_v, .. } = self.motor;
         let voltage = self.motor.drive(commanded) * supply_v;
-        let most_nm = largest_torque_nm(self.motor);
+        let max_nm = largest_torque_nm(self.motor);
         let step_s = TICK_S / f32::from(STEPS);
         for _ in 0..STEPS {
             let current = (voltage - torque_constant_nm_per_a * self.speed) / resistance_ohm;
             let made_nm = match self.damping {
-                Some(damping) => (commanded - damping * self.speed).clamp(-most_nm, most_nm),
+                Some(damping) => (commanded - damping * self.speed).clamp(-max_nm, max_nm),
                 None => torque_constant_nm_per_a * current,
             };
             let torque = made_nm + from_outside;
@@ -120,7 +120,7 @@ impl Shaft {
     }
 }
 
-/// A hand turns the master with a tenth of its largest torque for a second and lets go.
+/// A hand turns the master with 10 % of the maximum torque for a second and releases it.
 #[test]
 fn a_pair_of_motors_follows_a_hand_and_comes_to_rest() {
     for (board, motor) in boards_with_motors() {

@@ -1,4 +1,4 @@
-//! Chip names and memory maps against the data that the flashing tool itself uses.
+//! Chip names and memory maps against the data of the flashing tool.
 
 use std::fs::read_to_string;
 use std::ops::Range;
@@ -8,7 +8,7 @@ use boards::BOARDS;
 use boards::catalogue::BoardInfo;
 use probe_rs::config::{MemoryRegion, Registry};
 
-/// The `NAME (attributes) : ORIGIN = address, LENGTH = size` lines of a linker's memory map.
+/// Parses the `NAME (attributes) : ORIGIN = address, LENGTH = size` lines of a linker's memory map.
 fn regions(memory_map: &str) -> Option<Vec<(&str, Range<u64>)>> {
     let lines = memory_map.lines().filter(|line| line.contains("ORIGIN =") && line.contains("LENGTH ="));
     lines
@@ -36,12 +36,12 @@ fn number(text: &str) -> Option<u64> {
     Some(digits.parse::<u64>().ok()? * unit)
 }
 
-/// Every board that can be flashed, and its chip.
+/// Returns every board with a chip.
 fn chips() -> impl Iterator<Item = (&'static BoardInfo, &'static str)> {
     BOARDS.iter().filter_map(|board| Some((board, board.tooling.chip?)))
 }
 
-/// Whether the chip's regions cover all of `range`, one behind the other.
+/// Returns whether the chip's regions cover all of `range` without gaps.
 fn is_covered(mut range: Range<u64>, chip: &[Range<u64>]) -> bool {
     while !range.is_empty() {
         match chip.iter().find(|region| region.contains(&range.start)) {
@@ -52,7 +52,7 @@ fn is_covered(mut range: Range<u64>, chip: &[Range<u64>]) -> bool {
     true
 }
 
-/// What an STM32G4 erases at a time, in each of its banks.
+/// Size of an STM32G4's flash page in each bank configuration.
 const PAGE_BYTES: u64 = 2048;
 
 #[test]
@@ -72,7 +72,7 @@ fn every_board_s_memory_map_is_its_chip_s() {
         let (flash, ram) = (of_kind(true), of_kind(false));
         let mapped = regions(board.memory_map).unwrap();
         let names: Vec<_> = mapped.iter().map(|(name, _)| *name).collect();
-        // A variant with keys wants pages for them.
+        // A variant with keys needs pages for them.
         let has_keys = board.tooling.variants.contains(&"auth");
         let runs_in_ccm = board.memory_map.lines().any(|line| line.starts_with("INCLUDE ccm"));
         let expected = ["FLASH", "STORAGE", "STACK", "RAM"].into_iter();
@@ -82,7 +82,7 @@ fn every_board_s_memory_map_is_its_chip_s() {
             let memory = if ["FLASH", "STORAGE", "KEYS"].contains(name) { &flash } else { &ram };
             assert!(is_covered(range.clone(), memory), "{}: {name} {range:x?} in {memory:x?}", board.name);
         }
-        // An image at the start of the flash and schemes behind it, in whole pages, enough to take turns.
+        // The image at the start of the flash, then schemes in whole pages, at least two.
         let (image, storage) = (&mapped[0].1, &mapped[1].1);
         assert!(flash.iter().any(|flash| flash.start == image.start), "{}: {image:x?}", board.name);
         assert!(image.end <= storage.start, "{}: {image:x?} reaches into {storage:x?}", board.name);
@@ -94,7 +94,7 @@ fn every_board_s_memory_map_is_its_chip_s() {
             let pages = (keys.start % PAGE_BYTES, keys.end - keys.start);
             assert_eq!(pages, (0, 2 * PAGE_BYTES), "{}: {keys:x?}", board.name);
         }
-        // A stack that ends where no memory is.
+        // The stack ends where there is no memory.
         let below_stack = mapped[2].1.start - 1;
         let is_memory = |regions: &[Range<u64>]| regions.iter().any(|region| region.contains(&below_stack));
         assert!(!is_memory(&flash) && !is_memory(&ram), "{}: an overflowing stack overwrites", board.name);
@@ -103,7 +103,7 @@ fn every_board_s_memory_map_is_its_chip_s() {
 
 #[test]
 fn no_memory_is_used_through_both_of_its_addresses() {
-    // The CCM SRAM is there twice; whatever lies at one address must not be used at the other.
+    // The CCM SRAM has two addresses: a location used at one must not be used at the other.
     let registry = Registry::from_builtin_families();
     for (board, chip) in chips() {
         let target = registry.get_target_by_name(chip).unwrap();
@@ -116,7 +116,7 @@ fn no_memory_is_used_through_both_of_its_addresses() {
         };
         let (code, data) = (named("CCMRAM_ICODE"), named("CCMRAM_DCODE"));
         let mapped = regions(board.memory_map).unwrap();
-        // Each of a map's regions where it is in the CCM SRAM, from its begin.
+        // Each region of a map, as an offset in the CCM SRAM.
         let parts = |memory: &Range<u64>| -> Vec<Range<u64>> {
             let inside = mapped.iter().map(|(_, range)| {
                 range.start.max(memory.start) - memory.start

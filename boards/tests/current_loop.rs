@@ -1,4 +1,4 @@
-//! The board's current loop, from what its converters count to duty cycles, against the simulator's motor.
+//! The board's current loop, from ADC counts to duty cycles, with the simulator's motor.
 #![expect(
     clippy::unwrap_used,
     clippy::indexing_slicing,
@@ -11,7 +11,7 @@ use core::f64::consts::TAU;
 
 use boards::BOARDS;
 use boards::catalogue::ThreePhaseDrive;
-use boards::current_loop::{Counts, CurrentLoop, Exchange, MOST_COUNTS, Told};
+use boards::current_loop::{Counts, CurrentLoop, Exchange, MAX_COUNTS, Told};
 use dimsart_core::DriveFault;
 use dimsart_link::protocol::{Identification, IdentificationFailure};
 use drive::{Angle, Duties, Encoder, Rotor};
@@ -19,14 +19,14 @@ use hil_sim::plant::{BridgeMotor, ThreePhaseParameters};
 
 const PERIODS_PER_TICK: u32 = 20;
 const TICK_S: f32 = 1e-3;
-/// What an encoder that counts from a start on shows where the magnets point along phase U, `rad`.
+/// Angle of an incremental encoder at which the d axis is aligned with phase U, `rad`.
 const OFFSET_RAD: f64 = 1.3;
 
 fn drive() -> ThreePhaseDrive {
     BOARDS.iter().find_map(|board| board.tooling.drive).unwrap()
 }
 
-/// A motor as the board is told of it, which turns a joint.
+/// A motor as configured on the board, with its joint.
 fn motor(drive: &ThreePhaseDrive) -> ThreePhaseParameters {
     ThreePhaseParameters { supply_v: 12.0, rotor_inertia_kg_m2: 2e-5, ..(&drive.configuration).into() }
 }
@@ -37,13 +37,13 @@ struct Bench {
     exchange: Exchange,
     motor: BridgeMotor,
     duties: Option<Duties>,
-    /// Counts without current, which the loop has to find.
+    /// Zero-current counts, to be found by the loop.
     rest: [f32; 3],
     bus_v: f32,
     temperature_counts: u16,
-    /// What the encoder says instead of an angle.
+    /// Reading of the encoder instead of an angle.
     encoder_fault: Option<Rotor>,
-    /// A phase whose amplifier is at its end, and the count there.
+    /// A phase with a saturated amplifier, and its count.
     saturated: Option<(usize, u16)>,
 }
 
@@ -67,7 +67,7 @@ impl Bench {
         }
     }
 
-    /// With an encoder that knows where the magnets are, which has said so.
+    /// Starts with an absolute encoder after its first reading.
     fn absolute() -> Self {
         let mut bench = Self::new(|drive| {
             drive.configuration.encoder = Encoder::As5047p;
@@ -78,13 +78,13 @@ impl Bench {
         bench
     }
 
-    /// One period, in which converter and encoder count.
+    /// Runs one period.
     fn period(&mut self) {
         let scaling = &self.drive.scaling;
         let mut phases = [0; 3];
         for ((count, rest), phase_a) in phases.iter_mut().zip(self.rest).zip(self.motor.phase_a()) {
             let exact = rest + phase_a as f32 / scaling.a_per_count;
-            *count = exact.round().clamp(0.0, f32::from(MOST_COUNTS)) as u16;
+            *count = exact.round().clamp(0.0, f32::from(MAX_COUNTS)) as u16;
         }
         if let Some((phase, count)) = self.saturated {
             phases[phase] = count;
@@ -93,7 +93,7 @@ impl Bench {
         let counts = Counts { phases, bus, temperature: self.temperature_counts };
         let encoder = self.drive.configuration.encoder;
         let state = self.motor.state();
-        // An absolute one took it in the period before.
+        // An absolute encoder captured the angle in the previous period.
         let age_s = if encoder.is_absolute() { 0.76 * 5e-5 } else { 0.0 };
         let turns = (state.angle_rad - age_s * state.speed_rad_per_s + OFFSET_RAD) / TAU;
         let count = (turns.rem_euclid(1.0) * f64::from(encoder.counts_per_turn())) as u32;
@@ -105,7 +105,7 @@ impl Bench {
         self.duties = next;
     }
 
-    /// A tick that wants a torque, and the periods up to the next one.
+    /// Runs a tick with a torque command and the periods until the next one.
     fn tick(&mut self, wanted_nm: Option<f32>) -> Told {
         self.exchange.want(wanted_nm);
         (0..PERIODS_PER_TICK).for_each(|_| self.period());
@@ -116,7 +116,7 @@ impl Bench {
         self.exchange.told().unwrap()
     }
 
-    /// As long as the loop is not ready; gives the ticks that took.
+    /// Runs until the loop is ready; returns the number of ticks.
     fn align(&mut self) -> u32 {
         for tick in 0..12_000 {
             if self.tick(Some(0.0)).is_ready {
@@ -149,7 +149,7 @@ fn it_finds_its_offsets_aligns_the_rotor_and_makes_the_torque() {
             sum_nm += bench.motor.torque_nm();
         }
         let mean_nm = sum_nm / f64::from(5 * PERIODS_PER_TICK);
-        // A count of the converters is 0.03 A, which is 0.0015 N m; and its offset is half of that.
+        // An ADC count is 0.03 A, which is 0.0015 N m; the offset error is half of that.
         assert!((mean_nm - f64::from(wanted_nm)).abs() < 0.003, "{wanted_nm}: {mean_nm}");
         let told = bench.told();
         assert!((told.current_a - wanted_nm / 0.05).abs() < 0.1, "{told:?}");
@@ -168,7 +168,7 @@ fn a_rotor_with_an_absolute_encoder_is_driven_at_once_and_along_its_magnets_whil
     assert!((bench.motor.state().angle_rad - 2.0).abs() < 1e-9, "nothing has turned it");
     bench.tick(Some(0.02));
     assert!(bench.is_on());
-    // So little that its acceleration is no matter.
+    // Low enough for the acceleration to be negligible.
     let (mut sum_rad, mut periods) = (0.0, 0.0);
     while bench.motor.state().speed_rad_per_s < 150.0 {
         bench.tick(Some(0.05));
@@ -178,7 +178,7 @@ fn a_rotor_with_an_absolute_encoder_is_driven_at_once_and_along_its_magnets_whil
         }
     }
     let askew_rad: f64 = sum_rad / periods;
-    // As old as the angle is, it would be 0.033 rad behind.
+    // Without compensation the angle would lag by 0.033 rad.
     assert!(askew_rad.abs() < 0.012, "{askew_rad}");
 }
 
@@ -192,7 +192,7 @@ fn an_absolute_encoder_that_is_lost_or_has_no_magnet_opens_the_bridge_and_is_tol
         bench.encoder_fault = Some(rotor);
         assert_eq!(bench.tick(Some(0.02)).fault, Some(fault));
         assert!(!bench.is_on());
-        // Plugged in again, it goes on as soon as nothing is wanted for a while.
+        // After reconnection, it continues when no torque was commanded for a while.
         bench.encoder_fault = None;
         for _ in 0..5 {
             bench.tick(None);
@@ -223,7 +223,7 @@ fn the_delivered_torque_is_the_commanded_one_at_every_speed() {
 
 #[test]
 fn a_saturated_shunt_is_named_and_its_current_is_finite_in_every_phase_of_the_tick() {
-    for (phase, count) in (0..3).flat_map(|phase| [(phase, 0), (phase, MOST_COUNTS)]) {
+    for (phase, count) in (0..3).flat_map(|phase| [(phase, 0), (phase, MAX_COUNTS)]) {
         for periods in 1..=PERIODS_PER_TICK {
             let mut bench = Bench::absolute();
             let held = ThreePhaseParameters { rotor_inertia_kg_m2: 1e6, ..motor(&drive()) };
@@ -260,7 +260,7 @@ fn a_tick_that_wants_nothing_opens_the_bridge_in_the_next_period() {
     bench.exchange.want(None);
     bench.period();
     assert!(!bench.is_on());
-    // And aligning is done once.
+    // Alignment happens once.
     assert!(bench.tick(Some(0.02)).is_ready && bench.is_on());
 }
 
@@ -311,7 +311,7 @@ fn a_phase_that_shows_a_current_at_rest_keeps_the_bridge_off() {
     }
     assert_eq!(bench.told().fault, Some(DriveFault::CurrentSensors));
     assert!(!bench.is_on());
-    // A loose wire that is mended.
+    // A loose wire that is repaired.
     bench.rest = [2540.0, 2550.0, 2550.0];
     for _ in 0..200 {
         bench.tick(None);
@@ -347,7 +347,7 @@ fn a_phase_that_is_short_circuited_opens_the_bridge_within_two_periods() {
     let mut bench = Bench::new(|_| {});
     bench.align();
     bench.tick(Some(0.02));
-    // As the converter sees it.
+    // As measured by the ADC.
     bench.rest[1] = 4095.0;
     bench.period();
     bench.period();
@@ -356,7 +356,7 @@ fn a_phase_that_is_short_circuited_opens_the_bridge_within_two_periods() {
     assert!([DriveFault::Overcurrent, DriveFault::CurrentSensors].contains(&fault), "{fault:?}");
 }
 
-/// As long as the identification that was asked for is under way; gives what it came to.
+/// Runs while the requested identification is in progress; returns its result.
 fn identify(bench: &mut Bench, current_a: f32) -> Identification {
     for _ in 0..100 {
         bench.tick(None);
@@ -444,11 +444,11 @@ fn no_more_current_is_made_than_the_limit_whatever_is_asked_for() {
         bench.tick(None);
     }
     bench.exchange.identifying.ask(50.0);
-    let mut most_a = 0.0_f64;
+    let mut max_a = 0.0_f64;
     for _ in 0..100_000 {
         bench.exchange.want(Some(0.0));
         bench.period();
-        most_a = bench.motor.phase_a().into_iter().fold(most_a, |most_a, phase_a| most_a.max(phase_a.abs()));
+        max_a = bench.motor.phase_a().into_iter().fold(max_a, |max_a, phase_a| max_a.max(phase_a.abs()));
     }
-    assert!((2.5..3.75).contains(&most_a), "{most_a} A");
+    assert!((2.5..3.75).contains(&max_a), "{max_a} A");
 }

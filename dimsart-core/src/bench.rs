@@ -4,7 +4,7 @@ use crate::data_base::StorageError;
 use crate::device::DeviceDescriptor;
 use crate::device::descriptor::DescriptorError;
 use crate::dimsart::Dimsart;
-use crate::engine::Kinds;
+use crate::engine::ModuleKinds;
 use crate::limits::MAX_DOF;
 use crate::memory::ProvidedMemory;
 use crate::rows::{self, SchemeError};
@@ -54,7 +54,7 @@ impl Bench {
     /// # Errors
     /// [`BenchError`].
     pub fn new(
-        kinds: Kinds,
+        kinds: ModuleKinds,
         measured: &'static [&'static DataType],
         rows: &'static str,
     ) -> Result<Self, BenchError> {

@@ -12,7 +12,7 @@
 //!            safety stage ◀─ modules ◀─ frame :slow
 //! ```
 //! Neither engine waits for the other: the faster one can interrupt the slower one at any instruction. If new
-//! data are missing for too long, [commands are late](Coupling::are_late) and the device gets its safe value.
+//! data are missing for too long, [commands are late](Coupling::are_stale) and the device gets its safe value.
 
 mod snapshot;
 
@@ -61,14 +61,14 @@ impl<const N: usize> Default for Snapshot<N> {
 /// // In the fast interrupt:
 /// let (mut measured, mut force) = ([Word::from(0.1), Word(0)], [Word(0)]);
 /// of_joint.get(&mut measured[1..]);
-/// joint.hold_back(of_joint.are_late());
+/// joint.set_commands_stale(of_joint.are_stale());
 /// joint.tick(&measured, &mut force);
 /// of_joint.show(joint.signals(&[types::POSITION.first()]));
 ///
 /// // In the slow interrupt of lower priority:
 /// let (mut measured, mut commanded) = ([Word(0)], [Word(0)]);
 /// of_planner.get(&mut measured);
-/// planner.hold_back(of_planner.are_late());
+/// planner.set_commands_stale(of_planner.are_stale());
 /// planner.tick(&measured, &mut commanded);
 /// of_planner.show(commanded);
 /// # assert_eq!(measured[0], Word::from(0.1));
@@ -122,9 +122,9 @@ impl<'a, const SHOWS: usize, const GETS: usize> Coupling<'a, SHOWS, GETS> {
     }
 
     /// Returns whether new data are missing for too long, or none have arrived yet; pass it to
-    /// [`Dimsart::hold_back`](crate::Dimsart::hold_back).
+    /// [`Dimsart::set_commands_stale`](crate::Dimsart::set_commands_stale).
     #[must_use]
-    pub fn are_late(&self) -> bool {
+    pub fn are_stale(&self) -> bool {
         self.silent_ticks.is_none_or(|ticks| ticks >= self.timeout_ticks)
     }
 

@@ -112,8 +112,8 @@ impl DataBase {
 
     /// Returns the number of used slots, by signals and memories.
     #[must_use]
-    pub fn taken_slots(&self) -> usize {
-        self.storage.taken_slots()
+    pub fn used_slots(&self) -> usize {
+        self.storage.used_slots()
     }
 
     pub(crate) fn storage(&self) -> &Storage {

@@ -2,7 +2,7 @@
 
 use crate::data_base::{Frame, StorageError};
 use crate::device::DeviceDescriptor;
-use crate::engine::Kinds;
+use crate::engine::ModuleKinds;
 use crate::engine::{Engine, Observer};
 use crate::memory::ProvidedMemory;
 use crate::packet::mailbox::is_newer;
@@ -47,7 +47,7 @@ impl Dimsart {
     pub fn new(
         memory: impl Into<ProvidedMemory>,
         device: DeviceDescriptor,
-        kinds: Kinds,
+        kinds: ModuleKinds,
     ) -> Result<Self, StorageError> {
         let mut dimsart = Self::unconnected(memory);
         dimsart.connect(device, kinds)?;
@@ -80,7 +80,7 @@ impl Dimsart {
     /// # Errors
     /// [`StorageError`] when the device's types do not fit into the Data Base; the controller is then
     /// [unconnected](Self::unconnected).
-    pub fn connect(&mut self, device: DeviceDescriptor, kinds: Kinds) -> Result<(), StorageError> {
+    pub fn connect(&mut self, device: DeviceDescriptor, kinds: ModuleKinds) -> Result<(), StorageError> {
         self.first_packet = FirstPacket::Unneeded;
         self.safety.connect(&device);
         self.engine.connect(device, kinds);
@@ -93,7 +93,7 @@ impl Dimsart {
     /// allowed at first.
     ///
     /// When motion is allowed again, modules reset to their initial state and start at the device's current
-    /// position, except those with [`OUTLASTS_ARMING`](crate::Module::OUTLASTS_ARMING), such as links and
+    /// position, except those with [`KEEPS_STATE_ON_ARMING`](crate::Module::KEEPS_STATE_ON_ARMING), such as links and
     /// recorders. Call it before each tick: after a link's first packet, motion starts with the next call.
     pub fn allow_motion(&mut self, is_allowed: bool) {
         let has_joined = matches!(self.first_packet, FirstPacket::Came { .. });
@@ -109,7 +109,7 @@ impl Dimsart {
     /// Sets whether external commands are too old, from the next tick on: the device then gets its safe
     /// value, until a reset if it was commanded before. For a watchdog such as a
     /// [`Coupling`](crate::Coupling).
-    pub fn hold_back(&mut self, are_commands_late: bool) {
+    pub fn set_commands_stale(&mut self, are_commands_late: bool) {
         self.are_commands_late = are_commands_late;
     }
 
@@ -207,12 +207,12 @@ impl Dimsart {
     /// [fault](crate::DriveState::Fault).
     ///
     /// # Errors
-    /// As [`Engine::command`]; also [`CommandError::FaultReaction`] for a reset while the device is moving to
+    /// As [`Engine::command`]; also [`CommandError::StillStopping`] for a reset while the device is moving to
     /// its safe value.
     pub fn command(&mut self, command: Command) -> Result<(), CommandError> {
         if matches!(command, Command::Reset) {
             if self.safety.reacts_to_fault() {
-                return Err(CommandError::FaultReaction);
+                return Err(CommandError::StillStopping);
             }
             self.safety.reset();
             self.frame.begin_anew();

@@ -14,7 +14,7 @@ mod vocabulary;
 pub use commands::Cursor;
 pub use containment::{FaultCause, ModuleFault};
 use core::num::NonZeroU32;
-pub use kinds::Kinds;
+pub use kinds::ModuleKinds;
 pub use vocabulary::type_at;
 
 pub use observer::{Calls, Observer};
@@ -22,7 +22,7 @@ pub use observer::{Calls, Observer};
 use crate::data_base::{DataBase, Dof};
 use crate::device::{Counter, DeviceDescriptor, Served};
 use crate::memory::ProvidedMemory;
-use crate::module::{Costs, Direction, Kind, KindId, ModuleRef, Rate, Stage};
+use crate::module::{Costs, Direction, KindId, ModuleKind, ModuleRef, Rate, Stage};
 use crate::scheme::{CheckReport, Command, CommandError, Finding, MatchingCheck, Scheme, Schemes, Wiring};
 use crate::signal::TypeRef;
 use transaction::Transaction;
@@ -60,7 +60,7 @@ pub struct Usage {
 pub struct Engine {
     device: Served,
     dof: Dof,
-    kinds: Kinds,
+    kinds: ModuleKinds,
     schemes: Schemes,
     transaction: Transaction,
     /// Whether the pending scheme has passed its check and has not changed since.
@@ -83,7 +83,7 @@ pub struct Engine {
 impl Engine {
     /// Creates an engine without modules in this memory, for a device and the available module kinds.
     #[must_use]
-    pub fn new(memory: impl Into<ProvidedMemory>, device: DeviceDescriptor, kinds: Kinds) -> Self {
+    pub fn new(memory: impl Into<ProvidedMemory>, device: DeviceDescriptor, kinds: ModuleKinds) -> Self {
         let mut engine = Self::unconnected(memory.into());
         engine.connect(device, kinds);
         engine
@@ -96,7 +96,7 @@ impl Engine {
         Self {
             device: Served(None),
             dof: Dof::One,
-            kinds: Kinds::NONE,
+            kinds: ModuleKinds::NONE,
             schemes,
             transaction: Transaction::None,
             is_checked: false,
@@ -112,13 +112,13 @@ impl Engine {
         }
     }
 
-    fn kind(&self, id: KindId) -> Option<&'static Kind> {
+    fn kind(&self, id: KindId) -> Option<&'static ModuleKind> {
         self.kinds().kind(id)
     }
 
     /// Returns the available module kinds; none before a device is connected.
     #[must_use]
-    pub fn kinds(&self) -> Kinds {
+    pub fn kinds(&self) -> ModuleKinds {
         self.kinds
     }
 
@@ -143,7 +143,7 @@ impl Engine {
         let resting = wiring.resting();
         let failed = &mut self.failed;
         let counter = self.counter.as_ref();
-        observer.look_on(Calls { wiring, begins: self.begins, resting, counter, failed }, &data);
+        observer.observe_step(Calls { wiring, begins: self.begins, resting, counter, failed }, &data);
         if self.begins {
             self.begins = false;
             wiring.has_begun();
@@ -248,7 +248,7 @@ impl Engine {
     }
 
     /// Restarts for a device, without modules and signals.
-    pub(crate) fn connect(&mut self, device: DeviceDescriptor, kinds: Kinds) {
+    pub(crate) fn connect(&mut self, device: DeviceDescriptor, kinds: ModuleKinds) {
         self.disconnect();
         self.dof = Dof::of(&device);
         self.device = Served(Some(device));
@@ -262,7 +262,7 @@ impl Engine {
         self.follow_moves();
         self.data_base.clear();
         self.device = Served(None);
-        self.kinds = Kinds::NONE;
+        self.kinds = ModuleKinds::NONE;
     }
 
     /// Returns the memory, emptied.
@@ -360,7 +360,7 @@ impl Engine {
         let words_in_all = self.data_base.storage().words.len();
         Usage {
             modules: self.edited().instances.len(),
-            slots: self.data_base.taken_slots(),
+            slots: self.data_base.used_slots(),
             words: words_in_all - self.data_base.free_words(),
             words_in_all,
         }

@@ -60,7 +60,7 @@ impl<'a, V: Vocabulary + ?Sized> Explanation<'a, V> {
     fn module_fault(&self, f: &mut fmt::Formatter<'_>, fault: ModuleFault) -> fmt::Result {
         let ModuleFault { module, cause } = fault;
         write!(f, "{} ", self.known.name_of_module(module))?;
-        let next_step = match cause {
+        let remedy = match cause {
             FaultCause::Wrote { signal, word, bits } => {
                 let value = f32::from_bits(bits);
                 write!(f, "wrote {value} to word {word} of {}", self.known.name_of_signal(signal))?;
@@ -75,7 +75,7 @@ impl<'a, V: Vocabulary + ?Sized> Explanation<'a, V> {
                 "run `dimsart stamp` again, or shorten the interrupts"
             }
         };
-        write!(f, ": isolated with its dependents; {next_step}, then `reset`")
+        write!(f, ": isolated with its dependents; {remedy}, then `reset`")
     }
 
     fn finding(&self, f: &mut fmt::Formatter<'_>, finding: Finding) -> fmt::Result {
@@ -134,18 +134,18 @@ impl<'a, V: Vocabulary + ?Sized> Explanation<'a, V> {
                 write!(f, "{writer} writes {signal} every {every_ticks} ticks: readers get values up to ")?;
                 write!(f, "{} ticks old", every_ticks.saturating_sub(1))
             }
-            Finding::NotDelayed { signal, writer, reader } => {
+            Finding::MissingDelay { signal, writer, reader } => {
                 let [writer, reader] = [writer, reader].map(|module| known.name_of_module(module));
                 let signal = known.name_of_signal(signal);
                 write!(f, "{reader} needs {signal} of the last tick, but {writer} overwrites it first: ")?;
                 write!(f, "plug in {reader} before {writer}")
             }
-            Finding::LateStageWaits { reader, writer, every_ticks } => {
+            Finding::LateStageRate { reader, writer, every_ticks } => {
                 let [writer, reader] = [writer, reader].map(|module| known.name_of_module(module));
                 write!(f, "{reader} needs {writer} in each of its ticks, but {writer} runs every ")?;
                 write!(f, "{every_ticks} ticks: set EVERY_TICKS of {reader} to a multiple of {every_ticks}")
             }
-            Finding::LinkTaken { link, first, second } => {
+            Finding::DuplicateLinkEnd { link, first, second } => {
                 let [first, second] = [first, second].map(|module| known.name_of_module(module));
                 write!(f, "{first} and {second} use the same end of link {link}: ")?;
                 write!(f, "set another link for one of them, or unplug it")

@@ -123,15 +123,17 @@ pub use device::input_limits::{InputLimits, LimitsFault, SafeValue};
 pub use device::output_limits::OutputLimits;
 pub use device::timing::{Duration, Timing};
 pub use dimsart::Dimsart;
-pub use engine::{Calls, Cursor, Engine, FaultCause, Kinds, ModuleFault, Observer, Step, Usage, type_at};
+pub use engine::{
+    Calls, Cursor, Engine, FaultCause, ModuleFault, ModuleKinds, Observer, Step, Usage, type_at,
+};
 pub use explain::Explanation;
 pub use limits::MAX_DEVICE_TYPES;
 pub use memory::{ControllerMemory, ProvidedMemory};
 pub use module::Module;
-pub use module::context::{Context, Lane};
+pub use module::context::{AxisContext, Context};
 pub use module::cost::{BoundReport, Cost, Costs};
 pub use module::declare::Declare;
-pub use module::kind::Kind;
+pub use module::kind::ModuleKind;
 pub use module::kind_id::KindId;
 pub use module::module_ref::ModuleRef;
 pub use module::port::{Difference, Direction, PortSpec, Stage};

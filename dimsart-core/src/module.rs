@@ -14,7 +14,7 @@ pub(crate) mod rate;
 pub(crate) use binding::{Binding, ModuleBindings};
 pub(crate) use cost::{BoundReport, Cost, Costs};
 pub(crate) use declare::Declare;
-pub(crate) use kind::{Begin, Compute, Kind, MAX_HANDLES, MAX_SETTINGS_WORDS};
+pub(crate) use kind::{Begin, Compute, MAX_HANDLES, MAX_SETTINGS_WORDS, ModuleKind};
 pub(crate) use kind_id::KindId;
 pub(crate) use module_ref::ModuleRef;
 pub(crate) use port::{Difference, Direction, LinkEnd, PortSpec, PortSpecs, Stage};
@@ -30,11 +30,11 @@ use crate::signal::Words;
 ///
 /// A module consists of its configuration ([`Settings`](Self::Settings) and [`Gains`](Self::Gains):
 /// parameters and values derived from them between ticks), its [`Ports`](Self::Ports), and its state
-/// ([`State`](Self::State) and [`Axis`](Self::Axis)). All of them are stored in the Data Base, in as many
+/// ([`State`](Self::State) and [`AxisState`](Self::AxisState)). All of them are stored in the Data Base, in as many
 /// words as the kind needs. A complete proportional controller with velocity damping:
 ///
 /// ```
-/// use dimsart_core::{Context, Input, Kinds, Module, Output, Unit, types, words};
+/// use dimsart_core::{Context, Input, ModuleKinds, Module, Output, Unit, types, words};
 ///
 /// words! {
 ///     pub parameters Gains {
@@ -61,7 +61,7 @@ use crate::signal::Words;
 ///     type Settings = ();
 ///     type Gains = Gains;
 ///     type State = ();
-///     type Axis = ();
+///     type AxisState = ();
 ///     type Ports = Ports;
 ///
 ///     fn compute(context: &Context<'_, Self>) {
@@ -73,7 +73,7 @@ use crate::signal::Words;
 /// }
 ///
 /// /// The modules of this firmware.
-/// pub const MY_MODULES: Kinds = dimsart_core::kinds![DampedSpring];
+/// pub const MY_MODULES: ModuleKinds = dimsart_core::kinds![DampedSpring];
 /// ```
 ///
 /// The last line registers the module. The whole library is `dimsart_modules::ALL`.
@@ -89,7 +89,7 @@ pub trait Module: Sized + 'static {
     const SUMMARY: &'static str;
     /// Whether it keeps its state when motion is allowed again, while other modules are reset: for a module
     /// whose state is independent of the device, such as a link or a recorder.
-    const OUTLASTS_ARMING: bool = false;
+    const KEEPS_STATE_ON_ARMING: bool = false;
     /// Whether it runs a [program](crate::online), whose number is the first word of its settings.
     const RUNS_PROGRAM: bool = false;
     /// Parameters for all axes, and values derived from them.
@@ -99,7 +99,7 @@ pub trait Module: Sized + 'static {
     /// State that is kept from tick to tick.
     type State: Words;
     /// State of each axis.
-    type Axis: Words;
+    type AxisState: Words;
     /// The handles that [`ports`](Self::ports) declares.
     type Ports: PortSet;
 

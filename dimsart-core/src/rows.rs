@@ -32,7 +32,7 @@ const MAX_WORDS: usize = 5;
 
 /// A word of a row and its location.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct Place<'a> {
+pub struct SourceLocation<'a> {
     /// Line, from 1.
     pub line: usize,
     /// Column of the word's first byte, from 1; after the end of the row if the word is missing.
@@ -44,8 +44,8 @@ pub struct Place<'a> {
 /// One row of a scheme.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Row<'a> {
-    words: Vec<Place<'a>, MAX_WORDS>,
-    end: Place<'a>,
+    words: Vec<SourceLocation<'a>, MAX_WORDS>,
+    end: SourceLocation<'a>,
 }
 
 /// Problem with a word of a row.
@@ -87,7 +87,7 @@ pub enum Problem {
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct SchemeError<'a> {
     /// The location of the wrong word.
-    pub place: Place<'a>,
+    pub place: SourceLocation<'a>,
     /// The problem.
     pub problem: Problem,
 }
@@ -100,9 +100,9 @@ pub fn rows(text: &str) -> impl Iterator<Item = Row<'_>> {
         for word in content.split(is_blank).filter(|word| !word.is_empty()) {
             let column = word.as_ptr().addr() - text.as_ptr().addr() + 1;
             // Of surplus words, the first is enough for the error.
-            let _ = words.push(Place { line, column, word });
+            let _ = words.push(SourceLocation { line, column, word });
         }
-        let end = Place { line, column: content.trim_end().len() + 1, word: "" };
+        let end = SourceLocation { line, column: content.trim_end().len() + 1, word: "" };
         (!words.is_empty()).then_some(Row { words, end })
     })
 }
@@ -175,7 +175,7 @@ impl<'a> Row<'a> {
     /// missing.
     #[must_use]
     pub fn of(words: &[&'a str]) -> Self {
-        let place = |word| Place { line: 1, column: 1, word };
+        let place = |word| SourceLocation { line: 1, column: 1, word };
         let mut row = Self { words: Vec::new(), end: place("") };
         for word in words.iter().filter(|word| !word.is_empty()) {
             let _ = row.words.push(place(word));
@@ -305,7 +305,7 @@ impl<'a> Row<'a> {
         known.signal_named(place.word).ok_or(SchemeError { place, problem: Problem::Type })
     }
 
-    fn place(&self, index: usize) -> Place<'a> {
+    fn place(&self, index: usize) -> SourceLocation<'a> {
         self.words.get(index).copied().unwrap_or(self.end)
     }
 }

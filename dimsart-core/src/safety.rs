@@ -41,7 +41,7 @@ pub enum Tick {
         /// The link.
         link: u8,
     },
-    /// The scheme ran, but its external commands are [too old](crate::Dimsart::hold_back): the device gets
+    /// The scheme ran, but its external commands are [too old](crate::Dimsart::set_commands_stale): the device gets
     /// its safe value, until a reset if it was commanded before.
     CommandsLate,
     /// The scheme ran, but the device's drive [reports](crate::Dimsart::drive_fault) a fault and its bridge

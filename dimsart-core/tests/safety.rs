@@ -271,7 +271,7 @@ fn every_tick_keeps_range_rate_and_safe_value_whatever_comes() {
             }
             if random.one_in(20) {
                 let is_on_its_way = arm.dimsart.safety().state() == DriveState::FaultReactionActive;
-                let refused = is_on_its_way.then_some(CommandError::FaultReaction);
+                let refused = is_on_its_way.then_some(CommandError::StillStopping);
                 assert_eq!(arm.dimsart.command(Command::Reset).err(), refused);
                 model.failed = model.failed.filter(|_| is_on_its_way);
             }
@@ -280,7 +280,7 @@ fn every_tick_keeps_range_rate_and_safe_value_whatever_comes() {
             }
             let half_n = [(); AXES].map(|()| random.force_n());
             arm.dimsart.allow_motion(is_allowed);
-            arm.dimsart.hold_back(is_late);
+            arm.dimsart.set_commands_stale(is_late);
             let tick = if is_silent { arm.tick_in_silence(half_n) } else { arm.tick(half_n) };
             let position_m = arm.position_m;
             let force_n = [0, 1, 2].map(|axis| 2.0 * ((half_n[axis] + position_m[axis]) - position_m[axis]));
@@ -465,10 +465,10 @@ fn every_reason_can_be_met_and_is_counted() {
     meet(&arm, tick, Reason::ModuleFailed);
     arm.reset();
     arm.tick([0.0, 0.5, 0.0]);
-    arm.dimsart.hold_back(true);
+    arm.dimsart.set_commands_stale(true);
     let tick = arm.tick([0.0, 0.5, 0.0]);
     meet(&arm, tick, Reason::CommandsLate);
-    arm.dimsart.hold_back(false);
+    arm.dimsart.set_commands_stale(false);
     // On a bus of drives, the fault names the axis.
     let gone = DriveFault::Gone { axis: 1 };
     for fault in DriveFault::ALL.iter().copied().chain([gone]) {
@@ -557,11 +557,11 @@ fn numbers_and_names_stay_and_the_page_of_faults_has_them_all_in_the_same_words(
         let Some(reason) = found else { continue };
         assert_eq!(reason.is_fault(), (32..96).contains(&number));
         assert_eq!(reason.is_limit(), number >= 96);
-        let row = row(number, [reason.name(), reason.meaning(), reason.next_step()]);
+        let row = row(number, [reason.name(), reason.meaning(), reason.remedy()]);
         assert!(page.contains(&row), "docs/faults.md lacks: {row}");
     }
     for kind in EventKind::ALL {
-        let row = row(*kind as u8, [kind.name(), kind.meaning(), kind.next_step()]);
+        let row = row(*kind as u8, [kind.name(), kind.meaning(), kind.remedy()]);
         assert!(page.contains(&row), "docs/faults.md lacks: {row}");
     }
 }

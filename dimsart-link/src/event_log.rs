@@ -13,7 +13,7 @@ use dimsart_core::{KindId, ModuleRef, Reason, TypeRef};
 pub const MAX_EVENTS: usize = 64;
 
 macro_rules! kinds {
-    ($($number:literal $kind:ident $name:literal $meaning:literal $next_step:literal;)*) => {
+    ($($number:literal $kind:ident $name:literal $meaning:literal $remedy:literal;)*) => {
         /// Events other than a change of the safety [`Reason`]. Their numbers follow the numbers of reasons
         /// and are never reused.
         #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -45,9 +45,9 @@ macro_rules! kinds {
 
             /// Returns the remedy, in sentences; empty if no action is needed.
             #[must_use]
-            pub const fn next_step(self) -> &'static str {
+            pub const fn remedy(self) -> &'static str {
                 match self {
-                    $(Self::$kind => $next_step,)*
+                    $(Self::$kind => $remedy,)*
                 }
             }
         }
@@ -65,7 +65,7 @@ kinds! {
     130 SchemeChange "scheme changed"
         "A transaction was committed."
         "";
-    131 ModuleCutOut "module cut out"
+    131 ModuleIsolated "module cut out"
         "A module failed that no device input depends on; it is named as for 40."
         "As for 40; the device is still commanded.";
     132 Panic "panic"
@@ -75,13 +75,13 @@ kinds! {
         "Stack overflow, invalid access or undefined instruction; the detail is the processor's CFSR. The \
          tick is that of the previous event."
         "As for 132. Bits 0 to 7: memory protection (stack overflow); 8 to 15: bus; 16 to 31: instruction.";
-    134 BusLeft "CAN bus left"
+    134 BusOff "CAN bus left"
         "Too many errors: the node is bus-off. It rejoins its CAN bus after 100 ms."
         "If this repeats: check wiring, termination and bit rate.";
-    135 BusJoined "CAN bus joined"
+    135 BusRejoined "CAN bus joined"
         "The node rejoined its CAN bus."
         "";
-    136 BusGivenUp "CAN bus given up"
+    136 BusOffPermanent "CAN bus given up"
         "The node was bus-off four times within 10 s and stays off."
         "Check wiring, termination and bit rate; then `reset`, which rejoins the bus.";
 }

@@ -101,7 +101,7 @@ pub use key::{KeyAction, KeyRefusal, KeyState};
 pub use law::LawAction;
 pub use lease::{Lease, LeaseAction, LeaseStatus};
 pub use motor::{
-    FoundMotor, Identification, IdentificationFailure, MAX_MOTOR_WORDS, MotorAction, MotorFallback,
+    Identification, IdentificationFailure, IdentifiedMotor, MAX_MOTOR_WORDS, MotorAction, MotorFallback,
     MotorRefusal, MotorReport, MotorWords, motor_checksum,
 };
 pub use receiver::{Counters, Receiver};

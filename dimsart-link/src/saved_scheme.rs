@@ -44,7 +44,7 @@ pub enum LoadError {
         found: u8,
     },
     /// Saved by an image with other modules or data types.
-    OtherImage,
+    IncompatibleImage,
     /// A command was refused.
     Refused {
         /// Index of the command, from 0.
@@ -61,7 +61,7 @@ impl core::fmt::Display for LoadError {
             Self::Version { found } => {
                 write!(f, "layout {found}, but this image reads {SAVED_SCHEME_VERSION}: save it again")
             }
-            Self::OtherImage => {
+            Self::IncompatibleImage => {
                 write!(f, "saved by an image with other modules, parameters or data types: save it again")
             }
             Self::Refused { command, error } => write!(f, "command {command} refused: {error}"),
@@ -178,7 +178,7 @@ fn check(bytes: &[u8], fingerprint: u32) -> Result<&[u8], LoadError> {
     }
     let (found, commands) = content.split_first_chunk().ok_or(LoadError::Damaged)?;
     if u32::from_le_bytes(*found) != fingerprint {
-        return Err(LoadError::OtherImage);
+        return Err(LoadError::IncompatibleImage);
     }
     Ok(commands)
 }

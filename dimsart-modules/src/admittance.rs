@@ -56,7 +56,7 @@ words! {
         position: f32,
     }
     /// State of one axis.
-    pub struct Axis { centre: f32, deviation: CompensatedSum, velocity: CompensatedSum }
+    pub struct AxisState { centre: f32, deviation: CompensatedSum, velocity: CompensatedSum }
     /// Ports.
     pub ports Ports {
         position: Input = input("POSITION", types::POSITION),
@@ -76,7 +76,7 @@ impl Module for Admittance {
     type Settings = ();
     type Gains = Gains;
     type State = ();
-    type Axis = Axis;
+    type AxisState = AxisState;
     type Ports = Ports;
 
     fn prepare_axis((): &(), gains: &mut Gains, device: &DeviceDescriptor) {
@@ -91,9 +91,13 @@ impl Module for Admittance {
         let inputs = [position, desired_position.last(), desired_velocity.last()];
         context.begin_axes(inputs, |_, [x, last, last_velocity]| {
             if takes_over && last.is_finite() && last_velocity.is_finite() {
-                Axis { centre: last, velocity: CompensatedSum::new(last_velocity), ..Axis::default() }
+                AxisState {
+                    centre: last,
+                    velocity: CompensatedSum::new(last_velocity),
+                    ..AxisState::default()
+                }
             } else {
-                Axis { centre: x, ..Axis::default() }
+                AxisState { centre: x, ..AxisState::default() }
             }
         });
     }

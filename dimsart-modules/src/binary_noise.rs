@@ -68,7 +68,7 @@ impl Module for BinaryNoise {
     type Settings = Settings;
     type Gains = Gains;
     type State = State;
-    type Axis = ();
+    type AxisState = ();
     type Ports = Ports;
 
     fn prepare(settings: &mut Settings, _: &DeviceDescriptor) {

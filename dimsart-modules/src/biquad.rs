@@ -32,7 +32,7 @@ use crate::filtered::Filtered;
 use dimsart_core::{Context, Module, ParameterError, Unit, words};
 
 /// Maximum error of the gain at 0 Hz due to rounded coefficients.
-const MOST_ERROR_PERCENT: f32 = 1.0;
+const MAX_ERROR_PERCENT: f32 = 1.0;
 
 /// Maximum number of sections.
 const SECTIONS: usize = 4;
@@ -44,7 +44,7 @@ words! {
         sections: [[f32; 6]; SECTIONS] = matrix("SOS", Unit::One, -1e6..=1e6, 0.0),
     }
     /// State of one axis: two words per section.
-    pub struct Axis { sections: [[f32; 2]; SECTIONS] }
+    pub struct AxisState { sections: [[f32; 2]; SECTIONS] }
 }
 
 /// See the [module docs](self).
@@ -57,7 +57,7 @@ impl Module for Biquad {
     type Settings = Settings;
     type Gains = ();
     type State = ();
-    type Axis = Axis;
+    type AxisState = AxisState;
     type Ports = Filtered;
 
     fn validate(settings: &Settings) -> Result<(), ParameterError> {
@@ -66,13 +66,13 @@ impl Module for Biquad {
             return Err(ParameterError::OutOfRange);
         }
         let percent = 100.0 * settings.sections.iter().map(gain_error).sum::<f32>();
-        if percent > MOST_ERROR_PERCENT { Err(ParameterError::imprecise(percent)) } else { Ok(()) }
+        if percent > MAX_ERROR_PERCENT { Err(ParameterError::imprecise(percent)) } else { Ok(()) }
     }
 
     fn begin(context: &Context<'_, Self>) {
         let Settings { sections } = context.settings();
         context.begin_axes([context.ports().input], |(), [x]| {
-            let mut axis = Axis::default();
+            let mut axis = AxisState::default();
             let mut level = x;
             for ([b0, b1, b2, a0, a1, a2], memory) in sections.into_iter().zip(&mut axis.sections) {
                 let Differences { b1, b2, a1, a2 } = Differences::of([b0, b1, b2, a1, a2]);

@@ -52,7 +52,7 @@ words! {
         integral_per_tick: f32,
     }
     /// State of one axis.
-    pub struct Axis {
+    pub struct AxisState {
         integral: CompensatedSum,
         /// Force of the last tick.
         force: f32,
@@ -78,7 +78,7 @@ impl Module for Cascade {
     type Settings = Settings;
     type Gains = Gains;
     type State = ();
-    type Axis = Axis;
+    type AxisState = AxisState;
     type Ports = Ports;
 
     fn prepare(settings: &mut Settings, device: &DeviceDescriptor) {
@@ -107,7 +107,7 @@ impl Module for Cascade {
             context.ports();
         let takes_over = context.takes_over();
         let inputs = [position, velocity, desired_position, force.last()];
-        context.map_lanes(inputs, [], |number, lane, [x, v, desired, last]| {
+        context.map_axis_contexts(inputs, [], |number, lane, [x, v, desired, last]| {
             let gains = lane.gains();
             let error = gains.velocity_error(desired - x, context.axis(desired_velocity, number), v);
             let others =
@@ -115,7 +115,7 @@ impl Module for Cascade {
             let integral = math::limit(last, gains.limit) - others;
             let is_known = takes_over && gains.integral > 0.0 && integral.is_finite();
             let integral = CompensatedSum::new(if is_known { integral } else { 0.0 });
-            lane.set_axis(Axis { integral, force: last });
+            lane.set_axis(AxisState { integral, force: last });
             []
         });
     }
@@ -126,7 +126,7 @@ impl Module for Cascade {
             context.ports();
         let Settings { tracking, .. } = context.settings();
         let is_limited = context.is_limited();
-        context.map_lanes(
+        context.map_axis_contexts(
             [position, velocity, desired_position, force.last()],
             [force],
             |number, lane, [x, v, desired, given]| {

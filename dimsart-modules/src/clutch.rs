@@ -30,7 +30,7 @@ words! {
         scale: f32 = per_axis("SCALE", Unit::One, -1e3..=1e3, 1.0),
     }
     /// State of one axis.
-    pub struct Axis { previous: f32, desired: math::CompensatedSum }
+    pub struct AxisState { previous: f32, desired: math::CompensatedSum }
     /// Ports.
     pub ports Ports {
         position: Input = input("POSITION", types::POSITION),
@@ -50,13 +50,13 @@ impl Module for Clutch {
     type Settings = ();
     type Gains = Gains;
     type State = ();
-    type Axis = Axis;
+    type AxisState = AxisState;
     type Ports = Ports;
 
     fn begin(context: &Context<'_, Self>) {
         let Ports { position, wanted, desired_position, .. } = context.ports();
         let takes_over = context.takes_over();
-        context.begin_axes([position, wanted, desired_position.last()], |_, [x, wanted, last]| Axis {
+        context.begin_axes([position, wanted, desired_position.last()], |_, [x, wanted, last]| AxisState {
             previous: wanted,
             desired: math::CompensatedSum::new(if takes_over { last } else { x }),
         });

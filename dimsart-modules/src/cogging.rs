@@ -51,7 +51,7 @@ impl Module for Cogging {
     type Settings = ();
     type Gains = Gains;
     type State = ();
-    type Axis = ();
+    type AxisState = ();
     type Ports = Ports;
 
     fn prepare_axis((): &(), gains: &mut Gains, _: &DeviceDescriptor) {

@@ -47,7 +47,7 @@ words! {
         period_s: f32,
     }
     /// State of one axis.
-    pub struct Axis {
+    pub struct AxisState {
         /// Momentum explained by the known forces.
         explained: f32,
         /// Known forces other than the commanded one, one tick ago.
@@ -75,7 +75,7 @@ impl<B: Body> Module for Collision<B> {
     type Settings = B::Settings;
     type Gains = (Observe, B::Link);
     type State = ();
-    type Axis = Axis;
+    type AxisState = AxisState;
     type Ports = Ports;
 
     fn parameters(settings: &mut B::Settings, (observe, link): &mut Self::Gains, visit: &mut Parameters<'_>) {
@@ -95,7 +95,7 @@ impl<B: Body> Module for Collision<B> {
         context.begin_axes([context.ports().position], |_, _| {
             let (explained, rate) = found.next().unwrap_or_default();
             // The first interval is unknown and must add nothing.
-            Axis { explained, rate, force: -rate }
+            AxisState { explained, rate, force: -rate }
         });
     }
 

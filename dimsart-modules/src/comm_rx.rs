@@ -45,8 +45,8 @@ use dimsart_core::limits::{MAX_CHANNEL_TYPES, MAX_PACKET_WORDS};
 use dimsart_core::mailbox::{counters_ahead, low_half};
 use dimsart_core::parameter::TypeList;
 use dimsart_core::{
-    Context, Declare, DeviceDescriptor, Lane, LinkPort, Module, Output, ParameterError, Parameters, Single,
-    Unit, Untyped, choice, types, words,
+    AxisContext, Context, Declare, DeviceDescriptor, LinkPort, Module, Output, ParameterError, Parameters,
+    Single, Unit, Untyped, choice, types, words,
 };
 
 choice! {
@@ -108,11 +108,11 @@ pub struct CommRx;
 impl Module for CommRx {
     const NAME: &'static str = "COMM_RXMOD";
     const SUMMARY: &'static str = "Receives the signals of a channel from the peer.";
-    const OUTLASTS_ARMING: bool = true;
+    const KEEPS_STATE_ON_ARMING: bool = true;
     type Settings = Settings;
     type Gains = ();
     type State = State;
-    type Axis = Received;
+    type AxisState = Received;
     type Ports = Ports;
 
     fn parameters(settings: &mut Settings, _: &mut (), visit: &mut Parameters<'_>) {
@@ -328,7 +328,7 @@ fn take_counted(
     // Slices of length `dof`: bounds are checked once.
     let dof = context.dof();
     let Some((values, counters)) = values.get(..dof).zip(counters.get(..dof)) else { return };
-    context.map_lanes([], [output], |axis, lane, []| {
+    context.map_axis_contexts([], [output], |axis, lane, []| {
         let Some((value, [wave, energy])) = values.get(axis).zip(counters.get(axis)) else { return [0.0] };
         let counters = [wave.get(), energy.get()];
         let mut received = lane.axis();
@@ -355,15 +355,15 @@ fn play_out(
     let every_ticks = settings.expected.every_ticks;
     let packets = counters_ahead(reception.counter(), before).max(1);
     let brought_ticks = packets.saturating_mul(low_half(every_ticks));
-    let most_ticks = low_half(every_ticks + settings.playout_ticks);
+    let max_ticks = low_half(every_ticks + settings.playout_ticks);
     reception.hold_no_more();
     if *came == Came::Restarted {
-        return most_ticks;
+        return max_ticks;
     }
     // During playout, no wave passes unchanged.
     *came = Came::Jumped;
     // A faster packet than all before, or a fast clock of the sender, shortens the schedule.
-    left_ticks.saturating_add(brought_ticks).min(most_ticks)
+    left_ticks.saturating_add(brought_ticks).min(max_ticks)
 }
 
 /// Applies the policy in a tick without a new packet.
@@ -398,7 +398,12 @@ impl Stale {
 /// Returns the wave to output after a new packet: over the packet's period, or per tick during playout.
 #[cold]
 #[inline(never)]
-fn pay_new(context: &Context<'_, CommRx>, lane: &Lane<'_, CommRx>, counters: [u32; 2], ticks: u16) -> f32 {
+fn pay_new(
+    context: &Context<'_, CommRx>,
+    lane: &AxisContext<'_, CommRx>,
+    counters: [u32; 2],
+    ticks: u16,
+) -> f32 {
     let Settings { stale, period_s, tick_s, .. } = context.settings();
     let mut received = lane.axis();
     received.update(counters);

@@ -78,11 +78,11 @@ pub struct CommTx;
 impl Module for CommTx {
     const NAME: &'static str = "COMM_TXMOD";
     const SUMMARY: &'static str = "Sends the signals of a channel to the peer.";
-    const OUTLASTS_ARMING: bool = true;
+    const KEEPS_STATE_ON_ARMING: bool = true;
     type Settings = Settings;
     type Gains = ();
     type State = State;
-    type Axis = Sent;
+    type AxisState = Sent;
     type Ports = Ports;
 
     fn prepare(settings: &mut Settings, device: &DeviceDescriptor) {
@@ -182,7 +182,7 @@ fn send_counted(context: &Context<'_, CommTx>, sample: Input, values: &[Cell<u32
     // Slices of length `dof`: bounds are checked once.
     let dof = context.dof();
     let Some((values, counters)) = values.get(..dof).zip(counters.get(..dof)) else { return };
-    context.map_lanes([sample], [], |axis, lane, [wave]| {
+    context.map_axis_contexts([sample], [], |axis, lane, [wave]| {
         let Some((value, [wave_count, energy_count])) = values.get(axis).zip(counters.get(axis)) else {
             return [];
         };

@@ -39,7 +39,7 @@ words! {
         hysteresis: f32 = per_axis("HYSTERESIS", Unit::Any, 0.0..=1e9, 0.0),
     }
     /// State of one axis.
-    pub struct Axis { holds: bool }
+    pub struct AxisState { holds: bool }
     /// Ports.
     pub ports Ports {
         input: Input = input("SIGNAL_IN", types::SIGNAL),
@@ -57,7 +57,7 @@ impl Module for Comparator {
     type Settings = Settings;
     type Gains = Gains;
     type State = ();
-    type Axis = Axis;
+    type AxisState = AxisState;
     type Ports = Ports;
 
     #[inline(always)]

@@ -68,7 +68,7 @@ impl<B: Body> Module for ComputedTorque<B> {
     type Settings = B::Settings;
     type Gains = (Follow, B::Link);
     type State = ();
-    type Axis = ();
+    type AxisState = ();
     type Ports = Ports;
 
     fn parameters(settings: &mut B::Settings, (follow, link): &mut Self::Gains, visit: &mut Parameters<'_>) {

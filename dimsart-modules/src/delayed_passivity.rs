@@ -57,7 +57,7 @@ words! {
         drift_share: f32,
     }
     /// State of one axis.
-    pub struct Axis {
+    pub struct AxisState {
         ledger: Ledger,
         /// Position of the last tick; for `ADMITTANCE`, of the peer.
         previous: f32,
@@ -93,7 +93,7 @@ impl Module for DelayedPassivity {
     type Settings = Settings;
     type Gains = Damper;
     type State = ();
-    type Axis = Axis;
+    type AxisState = AxisState;
     type Ports = Ports;
 
     fn parameters(settings: &mut Settings, gains: &mut Damper, visit: &mut Parameters<'_>) {
@@ -139,12 +139,12 @@ impl Module for DelayedPassivity {
         let is_impedance = context.settings().causality == Causality::Impedance;
         let takes_over = context.takes_over();
         let inputs = (position, wanted, far_energy, out.last());
-        context.begin_axes(inputs, |_, (x, wanted, far_energy, last)| Axis {
+        context.begin_axes(inputs, |_, (x, wanted, far_energy, last)| AxisState {
             ledger: Ledger::new(far_energy),
             previous: if is_impedance { x } else { wanted },
             previous_own: x,
             desired: CompensatedSum::new(if takes_over { last } else { x }),
-            ..Axis::default()
+            ..AxisState::default()
         });
     }
 

@@ -29,7 +29,7 @@ words! {
         holds: bool = flag("HOLD", false),
     }
     /// State of one axis: the last value of each output.
-    pub struct Axis { outputs: [f32; 4] }
+    pub struct AxisState { outputs: [f32; 4] }
     /// Ports.
     pub ports Ports { input: Input, condition: Input, outputs: [Output; 4] }
 }
@@ -44,7 +44,7 @@ impl Module for Demux {
     type Settings = Settings;
     type Gains = ();
     type State = ();
-    type Axis = Axis;
+    type AxisState = AxisState;
     type Ports = Ports;
 
     fn ports(settings: &Settings, declare: &mut Declare<'_>) -> Ports {
@@ -69,7 +69,7 @@ impl Module for Demux {
     fn compute(context: &Context<'_, Self>) {
         let Ports { input, condition, outputs } = context.ports();
         let Settings { select_by, count, selected, holds } = context.settings();
-        context.map_lanes([input], [], |axis, lane, [x]| {
+        context.map_axis_contexts([input], [], |axis, lane, [x]| {
             let selected = match select_by {
                 SelectBy::Parameter => selected,
                 SelectBy::Condition => number(context.axis(condition, axis)),
@@ -86,7 +86,7 @@ impl Module for Demux {
                     context.set_axis(output, axis, *value);
                 }
             }
-            lane.set_axis(Axis { outputs: values });
+            lane.set_axis(AxisState { outputs: values });
             []
         });
     }

@@ -16,7 +16,7 @@ words! {
         smoothing: f32,
     }
     /// State of one axis.
-    pub struct Axis { previous: f32, slope: f32 }
+    pub struct AxisState { previous: f32, slope: f32 }
     /// Ports.
     pub ports Ports {
         input: Input = input("SIGNAL_IN", types::SIGNAL),
@@ -34,7 +34,7 @@ impl Module for Differentiator {
     type Settings = Settings;
     type Gains = ();
     type State = ();
-    type Axis = Axis;
+    type AxisState = AxisState;
     type Ports = Ports;
 
     fn prepare(settings: &mut Settings, device: &DeviceDescriptor) {
@@ -50,7 +50,7 @@ impl Module for Differentiator {
     }
 
     fn begin(context: &Context<'_, Self>) {
-        context.begin_axes([context.ports().input], |(), [x]| Axis { previous: x, slope: 0.0 });
+        context.begin_axes([context.ports().input], |(), [x]| AxisState { previous: x, slope: 0.0 });
     }
 
     #[inline(always)]

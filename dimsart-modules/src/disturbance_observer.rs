@@ -51,7 +51,7 @@ words! {
         share: f32,
     }
     /// State of one axis.
-    pub struct Axis { previous_velocity: f32, first: f32, estimate: f32 }
+    pub struct AxisState { previous_velocity: f32, first: f32, estimate: f32 }
     /// Ports.
     pub ports Ports {
         velocity: Input = input("VELOCITY", types::VELOCITY),
@@ -71,7 +71,7 @@ impl Module for DisturbanceObserver {
     type Settings = Settings;
     type Gains = Gains;
     type State = ();
-    type Axis = Axis;
+    type AxisState = AxisState;
     type Ports = Ports;
 
     fn parameters(settings: &mut Settings, gains: &mut Gains, visit: &mut Parameters<'_>) {
@@ -105,7 +105,7 @@ impl Module for DisturbanceObserver {
             let estimate = first(takes_over, last, 0.0);
             // Consistent with a correct estimate in the tick before.
             let previous_velocity = v - (force + estimate) / gains.inertia_per_tick;
-            Axis { previous_velocity, first: estimate, estimate }
+            AxisState { previous_velocity, first: estimate, estimate }
         });
     }
 

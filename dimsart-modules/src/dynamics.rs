@@ -56,7 +56,7 @@ pub(super) fn links<M: Module, L: ParameterSet>(
 ) -> [L; MAX_DOF] {
     let mut links = [L::default(); MAX_DOF];
     let mut places = links.iter_mut();
-    context.map_lanes([any], [], |_, lane, _| {
+    context.map_axis_contexts([any], [], |_, lane, _| {
         if let Some(link) = places.next() {
             *link = of_link(lane.gains());
         }

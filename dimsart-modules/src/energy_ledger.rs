@@ -9,7 +9,7 @@ use dimsart_core::math::CompensatedSum;
 /// Counts per joule: the counter wraps after 256 J; two packets may differ by up to 128 J.
 const COUNTS_PER_J: f32 = 16_777_216.0;
 /// Maximum counts per tick, 64 J; excess energy is discarded, which is conservative.
-const MOST_COUNTS: f32 = 1_073_741_824.0;
+const MAX_COUNTS: f32 = 1_073_741_824.0;
 
 dimsart_core::words! {
     /// State of one axis.
@@ -42,7 +42,7 @@ impl Ledger {
 
     /// Reports an energy of at least 0 to the peer.
     pub(super) fn send(&mut self, energy_j: f32) {
-        let counts = (self.rest + energy_j * COUNTS_PER_J).min(MOST_COUNTS);
+        let counts = (self.rest + energy_j * COUNTS_PER_J).min(MAX_COUNTS);
         let whole = to_count(counts);
         self.rest = counts - from_count(whole);
         self.sent = self.sent.wrapping_add(whole.cast_unsigned());

@@ -49,7 +49,7 @@ words! {
         damping_per_j: f32,
     }
     /// State of one axis.
-    pub struct Axis { tank: Ledger, previous: f32, force: f32 }
+    pub struct AxisState { tank: Ledger, previous: f32, force: f32 }
     /// Ports.
     pub ports Ports {
         position: Input,
@@ -71,7 +71,7 @@ impl Module for EnergyTank {
     type Settings = Settings;
     type Gains = Gains;
     type State = ();
-    type Axis = Axis;
+    type AxisState = AxisState;
     type Ports = Ports;
 
     fn parameters(settings: &mut Settings, gains: &mut Gains, visit: &mut Parameters<'_>) {
@@ -102,7 +102,7 @@ impl Module for EnergyTank {
 
     fn begin(context: &Context<'_, Self>) {
         let Ports { position, far_energy, .. } = context.ports();
-        context.begin_axes((position, far_energy), |_, (x, far_energy)| Axis {
+        context.begin_axes((position, far_energy), |_, (x, far_energy)| AxisState {
             tank: Ledger::new(far_energy),
             previous: x,
             force: 0.0,

@@ -53,7 +53,7 @@ impl Module for FeedForward {
     type Settings = ();
     type Gains = Gains;
     type State = ();
-    type Axis = ();
+    type AxisState = ();
     type Ports = Ports;
 
     fn prepare_axis((): &(), gains: &mut Gains, _: &DeviceDescriptor) {

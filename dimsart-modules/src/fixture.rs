@@ -52,7 +52,7 @@ words! {
         direction: f32 = per_axis("DIRECTION", Unit::One, -1e3..=1e3, 0.0),
     }
     /// State of one axis.
-    pub struct Axis { previous: f32 }
+    pub struct AxisState { previous: f32 }
     /// Ports.
     pub ports Ports { position: Input, wanted: Input, force: Output }
 }
@@ -67,7 +67,7 @@ impl Module for Fixture {
     type Settings = Settings;
     type Gains = Gains;
     type State = ();
-    type Axis = Axis;
+    type AxisState = AxisState;
     type Ports = Ports;
 
     fn parameters(settings: &mut Settings, gains: &mut Gains, visit: &mut Parameters<'_>) {
@@ -89,7 +89,7 @@ impl Module for Fixture {
     }
 
     fn begin(context: &Context<'_, Self>) {
-        context.begin_axes([context.ports().position], |_, [x]| Axis { previous: x });
+        context.begin_axes([context.ports().position], |_, [x]| AxisState { previous: x });
     }
 
     #[inline(always)]

@@ -41,7 +41,7 @@ words! {
         damping_per_tick: f32,
     }
     /// State of one axis.
-    pub struct Axis { previous_error: f32 }
+    pub struct AxisState { previous_error: f32 }
     /// Ports.
     pub ports Ports {
         position: Input = input("POSITION", types::POSITION),
@@ -62,7 +62,7 @@ impl Module for FourChannel {
     type Settings = ();
     type Gains = Gains;
     type State = ();
-    type Axis = Axis;
+    type AxisState = AxisState;
     type Ports = Ports;
 
     fn prepare_axis((): &(), gains: &mut Gains, device: &DeviceDescriptor) {
@@ -71,7 +71,7 @@ impl Module for FourChannel {
 
     fn begin(context: &Context<'_, Self>) {
         let Ports { position, far_position, .. } = context.ports();
-        context.begin_axes([position, far_position], |_, [x, far]| Axis { previous_error: far - x });
+        context.begin_axes([position, far_position], |_, [x, far]| AxisState { previous_error: far - x });
     }
 
     #[inline(always)]

@@ -60,7 +60,7 @@ impl Module for Friction {
     type Settings = ();
     type Gains = Gains;
     type State = ();
-    type Axis = ();
+    type AxisState = ();
     type Ports = Ports;
 
     fn prepare_axis((): &(), gains: &mut Gains, _: &DeviceDescriptor) {

@@ -39,7 +39,7 @@ impl<B: Body> Module for GravityCompensation<B> {
     type Settings = B::Settings;
     type Gains = B::Link;
     type State = ();
-    type Axis = ();
+    type AxisState = ();
     type Ports = Ports;
 
     fn parameters(settings: &mut B::Settings, link: &mut B::Link, visit: &mut Parameters<'_>) {

@@ -62,7 +62,7 @@ words! {
         step: f32,
     }
     /// State of one axis.
-    pub struct Axis { state: u16, desired: CompensatedSum, gone: CompensatedSum, stalled_s: f32, offset: f32 }
+    pub struct AxisState { state: u16, desired: CompensatedSum, gone: CompensatedSum, stalled_s: f32, offset: f32 }
     /// Ports.
     pub ports Ports { position: Input, sign: Input, desired_position: Output, homed: Output, state: Output }
 }
@@ -77,7 +77,7 @@ impl Module for Homing {
     type Settings = Settings;
     type Gains = Gains;
     type State = ();
-    type Axis = Axis;
+    type AxisState = AxisState;
     type Ports = Ports;
 
     fn prepare(settings: &mut Settings, device: &DeviceDescriptor) {
@@ -105,9 +105,9 @@ impl Module for Homing {
     fn begin(context: &Context<'_, Self>) {
         let Ports { position, desired_position, .. } = context.ports();
         let takes_over = context.takes_over();
-        context.begin_axes([position, desired_position.last()], |_, [x, last]| Axis {
+        context.begin_axes([position, desired_position.last()], |_, [x, last]| AxisState {
             desired: CompensatedSum::new(first(takes_over, last, x)),
-            ..Axis::default()
+            ..AxisState::default()
         });
     }
 
@@ -142,7 +142,7 @@ impl Module for Homing {
     }
 }
 
-impl Axis {
+impl AxisState {
     #[inline(always)]
     fn go(&mut self, step: f32) {
         self.desired.add(step);

@@ -68,7 +68,7 @@ impl Module for Impedance {
     type Settings = Settings;
     type Gains = Gains;
     type State = ();
-    type Axis = ();
+    type AxisState = ();
     type Ports = Ports;
 
     fn prepare_axis(settings: &Settings, gains: &mut Gains, _: &DeviceDescriptor) {
@@ -90,7 +90,7 @@ impl Module for Impedance {
     fn compute(context: &Context<'_, Self>) {
         let Ports { position, velocity, desired_position, desired_velocity, external_force, force } =
             context.ports();
-        context.map_lanes(
+        context.map_axis_contexts(
             [position, velocity, desired_position],
             [force],
             |number, lane, [x, v, desired]| {

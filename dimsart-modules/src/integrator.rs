@@ -17,7 +17,7 @@ words! {
         limit: f32 = per_axis("LIMIT", Unit::Any, 0.0..=1e9, 1e9),
     }
     /// State of one axis.
-    pub struct Axis { previous: f32, sum: CompensatedSum }
+    pub struct AxisState { previous: f32, sum: CompensatedSum }
     /// Ports.
     pub ports Ports {
         input: Input = input("SIGNAL_IN", types::SIGNAL),
@@ -35,7 +35,7 @@ impl Module for Integrator {
     type Settings = Settings;
     type Gains = Gains;
     type State = ();
-    type Axis = Axis;
+    type AxisState = AxisState;
     type Ports = Ports;
 
     fn prepare(settings: &mut Settings, device: &DeviceDescriptor) {

@@ -99,7 +99,7 @@ impl<A: Invertible> Module for Inverse<A> {
     type Settings = Settings;
     type Gains = ();
     type State = ();
-    type Axis = ();
+    type AxisState = ();
     type Ports = Ports;
 
     fn parameters(settings: &mut Settings, (): &mut (), visit: &mut Parameters<'_>) {

@@ -50,7 +50,7 @@ words! {
         held: f32,
     }
     /// State of one axis.
-    pub struct Axis {
+    pub struct AxisState {
         previous_velocity: f32,
         force: f32,
         /// Estimated external force.
@@ -73,7 +73,7 @@ impl Module for JointLimit {
     type Settings = Settings;
     type Gains = Gains;
     type State = ();
-    type Axis = Axis;
+    type AxisState = AxisState;
     type Ports = Ports;
 
     fn prepare(settings: &mut Settings, device: &DeviceDescriptor) {
@@ -97,9 +97,9 @@ impl Module for JointLimit {
     }
 
     fn begin(context: &Context<'_, Self>) {
-        context.begin_axes([context.ports().velocity], |_, [v]| Axis {
+        context.begin_axes([context.ports().velocity], |_, [v]| AxisState {
             previous_velocity: v,
-            ..Axis::default()
+            ..AxisState::default()
         });
     }
 

@@ -66,7 +66,7 @@ words! {
         acceleration_gain: f32,
     }
     /// State of one axis.
-    pub struct Axis {
+    pub struct AxisState {
         /// Position of the last tick.
         previous: f32,
         /// Position minus its estimate.
@@ -88,7 +88,7 @@ impl Module for Kalman {
     type Settings = Settings;
     type Gains = Gains;
     type State = ();
-    type Axis = Axis;
+    type AxisState = AxisState;
     type Ports = Ports;
 
     fn parameters(settings: &mut Settings, gains: &mut Gains, visit: &mut Parameters<'_>) {
@@ -131,7 +131,7 @@ impl Module for Kalman {
         let takes_over = context.takes_over();
         context.begin_axes([position, velocity.last()], |_, [x, last]| {
             let velocity = first(takes_over, last, 0.0);
-            Axis { previous: x, error: period_s * velocity, velocity, acceleration: 0.0 }
+            AxisState { previous: x, error: period_s * velocity, velocity, acceleration: 0.0 }
         });
     }
 
@@ -139,11 +139,11 @@ impl Module for Kalman {
     fn compute(context: &Context<'_, Self>) {
         let Ports { position, velocity, acceleration } = context.ports();
         let Settings { period_s, .. } = context.settings();
-        context.map_lanes([position], [velocity], |number, lane, [x]| {
+        context.map_axis_contexts([position], [velocity], |number, lane, [x]| {
             let (gains, axis) = (lane.gains(), lane.axis());
             let gained = period_s * axis.acceleration;
             let beyond = (x - axis.previous) + axis.error - period_s * (axis.velocity + 0.5 * gained);
-            let axis = Axis {
+            let axis = AxisState {
                 previous: x,
                 error: gains.kept * beyond,
                 velocity: axis.velocity + gained + gains.velocity_gain * beyond,

@@ -40,7 +40,7 @@ words! {
         lead: f32,
     }
     /// State of one axis.
-    pub struct Axis {
+    pub struct AxisState {
         /// Input of the last tick.
         previous: f32,
         /// Input minus the state of the low-pass.
@@ -63,7 +63,7 @@ impl Module for LeadLag {
     type Settings = ();
     type Gains = Gains;
     type State = ();
-    type Axis = Axis;
+    type AxisState = AxisState;
     type Ports = Ports;
 
     fn prepare_axis((): &(), gains: &mut Gains, device: &DeviceDescriptor) {
@@ -74,7 +74,7 @@ impl Module for LeadLag {
     }
 
     fn begin(context: &Context<'_, Self>) {
-        context.begin_axes([context.ports().input], |_, [x]| Axis { previous: x, lacking: 0.0 });
+        context.begin_axes([context.ports().input], |_, [x]| AxisState { previous: x, lacking: 0.0 });
     }
 
     #[inline(always)]
@@ -83,7 +83,7 @@ impl Module for LeadLag {
         context.map_axes([input], [output], |gains, axis, [x]| {
             let lacking = (x - axis.previous) + axis.lacking;
             let change = gains.share * lacking;
-            *axis = Axis { previous: x, lacking: lacking - 2.0 * change };
+            *axis = AxisState { previous: x, lacking: lacking - 2.0 * change };
             [gains.gain * x + gains.lead * (lacking - change)]
         });
     }

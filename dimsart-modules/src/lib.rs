@@ -96,8 +96,8 @@ pub mod wave_scaling;
 pub mod wave_transformer;
 
 #[cfg(feature = "summaries")]
-use dimsart_core::{Kind, KindId, join_kinds};
-use dimsart_core::{Kinds, kinds};
+use dimsart_core::{KindId, ModuleKind, join_kinds};
+use dimsart_core::{ModuleKinds, kinds};
 
 pub use admittance::Admittance;
 pub use binary_noise::BinaryNoise;
@@ -154,7 +154,7 @@ pub use shared_control::SharedControl;
 pub use signal_generator::SignalGenerator;
 pub use soft_limit::SoftLimit;
 pub use state_feedback::StateFeedback;
-pub use state_machine::StateMachine;
+pub use state_machine::Sequencer;
 pub use sum::Sum;
 pub use table::Table;
 pub use time_delay::TimeDelay;
@@ -175,11 +175,11 @@ pub use wave_transformer::WaveTransformer;
 ///
 /// The list refers to a static, so its code is compiled once, with this crate.
 #[cfg(feature = "summaries")]
-pub static ALL: Kinds = Kinds::new(const { &KINDS.each_ref() });
+pub static ALL: ModuleKinds = ModuleKinds::new(const { &KINDS.each_ref() });
 
 #[cfg(feature = "summaries")]
 #[expect(clippy::indexing_slicing, reason = "constant evaluation: out of bounds fails the build")]
-static KINDS: [Kind; EVERY.len()] = {
+static KINDS: [ModuleKind; EVERY.len()] = {
     let (mut kinds, mut place) = ([*EVERY[0]; EVERY.len()], 0);
     while place < EVERY.len() {
         kinds[place] = *EVERY[place];
@@ -189,7 +189,7 @@ static KINDS: [Kind; EVERY.len()] = {
 };
 
 #[cfg(feature = "summaries")]
-const EVERY: &[&Kind] = join_kinds![
+const EVERY: &[&ModuleKind] = join_kinds![
     BASIC,
     CONTROL,
     JOINT_CONTROL,
@@ -208,7 +208,7 @@ const EVERY: &[&Kind] = join_kinds![
 /// Groups of the library by name. To add a kind, add a file above and an entry in a group below.
 ///
 /// Groups are constants, so that an image compiles only its own kinds, optimised for size.
-pub const GROUPS: &[(&str, Kinds)] = &[
+pub const GROUPS: &[(&str, ModuleKinds)] = &[
     ("basic", BASIC),
     ("control", CONTROL),
     ("joint-control", JOINT_CONTROL),
@@ -231,13 +231,13 @@ pub fn group_of(kind: KindId) -> Option<&'static str> {
 }
 
 /// P controller and signal generator.
-pub const BASIC: Kinds = kinds![P, SignalGenerator,];
+pub const BASIC: ModuleKinds = kinds![P, SignalGenerator,];
 
 /// PD, PID, virtual wall.
-pub const CONTROL: Kinds = kinds![Pd, Pid, VirtualWall,];
+pub const CONTROL: ModuleKinds = kinds![Pd, Pid, VirtualWall,];
 
 /// Joint controllers, state feedback, impedance, observers, feed-forward and compensation.
-pub const JOINT_CONTROL: Kinds = kinds![
+pub const JOINT_CONTROL: ModuleKinds = kinds![
     Pi,
     Pid2,
     Cascade,
@@ -252,23 +252,24 @@ pub const JOINT_CONTROL: Kinds = kinds![
 ];
 
 /// Sum, normalizer, integrator, differentiator, velocity to position, recorder.
-pub const SIGNALS: Kinds = kinds![Sum, Normalizer, Integrator, Differentiator, VelocityToPosition, Recorder,];
+pub const SIGNALS: ModuleKinds =
+    kinds![Sum, Normalizer, Integrator, Differentiator, VelocityToPosition, Recorder,];
 
 /// Filters and velocity observers.
-pub const FILTERS: Kinds = kinds![LowPass, Notch, Biquad, MovingAverage, VelocityObserver, Kalman,];
+pub const FILTERS: ModuleKinds = kinds![LowPass, Notch, Biquad, MovingAverage, VelocityObserver, Kalman,];
 
 /// Trajectories and excitation signals.
-pub const TRAJECTORIES: Kinds =
+pub const TRAJECTORIES: ModuleKinds =
     kinds![Trapezoid, SCurve, MinimumJerk, ViaPoints, Chirp, Multisine, BinaryNoise,];
 
 /// Limits of position, velocity and force, soft limits, fixtures, homing.
-pub const LIMITS: Kinds = kinds![Limit, JointLimit, SoftLimit, Fixture, Homing,];
+pub const LIMITS: ModuleKinds = kinds![Limit, JointLimit, SoftLimit, Fixture, Homing,];
 
 /// Multiplexers, comparators, logic, sequencer, lookup table.
-pub const LOGIC: Kinds = kinds![Mux, Demux, Comparator, Logic, StateMachine, Table,];
+pub const LOGIC: ModuleKinds = kinds![Mux, Demux, Comparator, Logic, Sequencer, Table,];
 
 /// Kinematics and dynamics of arms: tip coordinates, gravity, computed torque, collision detection.
-pub const ROBOTS: Kinds = kinds![
+pub const ROBOTS: ModuleKinds = kinds![
     Tip<PhantomChain>,
     Tip<PlanarChain>,
     Tip<DenavitHartenberg>,
@@ -283,10 +284,10 @@ pub const ROBOTS: Kinds = kinds![
 ];
 
 /// Communication modules, wave transformer, wave impedance, time delay.
-pub const TELEOPERATION: Kinds = kinds![CommRx, CommTx, WaveTransformer, WaveImpedance, TimeDelay,];
+pub const TELEOPERATION: ModuleKinds = kinds![CommRx, CommTx, WaveTransformer, WaveImpedance, TimeDelay,];
 
 /// Passivity controllers, energy tank, further wave modules, bilateral control.
-pub const ENERGY: Kinds = kinds![
+pub const ENERGY: ModuleKinds = kinds![
     PassivityController,
     DelayedPassivity,
     EnergyTank,
@@ -300,4 +301,4 @@ pub const ENERGY: Kinds = kinds![
 ];
 
 /// Control laws uploaded to a running controller.
-pub const ONLINE: Kinds = kinds![Online,];
+pub const ONLINE: ModuleKinds = kinds![Online,];

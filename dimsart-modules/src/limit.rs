@@ -34,7 +34,7 @@ words! {
         step: f32,
     }
     /// State of one axis.
-    pub struct Axis { output: CompensatedSum }
+    pub struct AxisState { output: CompensatedSum }
 }
 
 /// See the [module docs](self).
@@ -47,7 +47,7 @@ impl Module for Limit {
     type Settings = ();
     type Gains = Gains;
     type State = ();
-    type Axis = Axis;
+    type AxisState = AxisState;
     type Ports = Filtered;
 
     fn prepare_axis((): &(), gains: &mut Gains, device: &DeviceDescriptor) {
@@ -57,7 +57,7 @@ impl Module for Limit {
     fn begin(context: &Context<'_, Self>) {
         let Filtered { input, output } = context.ports();
         let takes_over = context.takes_over();
-        context.begin_axes([input, output.last()], |gains, [x, last]| Axis {
+        context.begin_axes([input, output.last()], |gains, [x, last]| AxisState {
             output: CompensatedSum::new(first(takes_over, last, math::clamp(x, gains.low, gains.high))),
         });
     }

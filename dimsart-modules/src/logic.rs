@@ -44,7 +44,7 @@ words! {
         delay_ticks: u32,
     }
     /// State of one axis.
-    pub struct Axis {
+    pub struct AxisState {
         held: bool,
         latched: bool,
         /// Ticks since `A` changed.
@@ -64,7 +64,7 @@ impl Module for Logic {
     type Settings = Settings;
     type Gains = ();
     type State = ();
-    type Axis = Axis;
+    type AxisState = AxisState;
     type Ports = Ports;
 
     fn prepare(settings: &mut Settings, device: &DeviceDescriptor) {
@@ -85,7 +85,7 @@ impl Module for Logic {
 
     fn begin(context: &Context<'_, Self>) {
         let Settings { is_inverted, .. } = context.settings();
-        context.begin_axes([context.ports().a], |(), [a]| Axis {
+        context.begin_axes([context.ports().a], |(), [a]| AxisState {
             held: (a > 0.5) != is_inverted,
             latched: false,
             ticks: u32::MAX,
@@ -96,7 +96,7 @@ impl Module for Logic {
     fn compute(context: &Context<'_, Self>) {
         let Ports { a, b, output } = context.ports();
         let Settings { function, is_inverted, delay_ticks, .. } = context.settings();
-        context.map_lanes([a], [output], |number, lane, [a]| {
+        context.map_axis_contexts([a], [output], |number, lane, [a]| {
             let (a, b) = ((a > 0.5) != is_inverted, context.axis(b, number) > 0.5);
             let mut axis = lane.axis();
             let held = axis.held;

@@ -54,7 +54,7 @@ words! {
         coefficients: Coefficients,
     }
     /// State of one axis.
-    pub struct Axis { first: CompensatedSum, second: Integrators }
+    pub struct AxisState { first: CompensatedSum, second: Integrators }
 }
 
 /// See the [module docs](self).
@@ -67,7 +67,7 @@ impl Module for LowPass {
     type Settings = Settings;
     type Gains = Gains;
     type State = ();
-    type Axis = Axis;
+    type AxisState = AxisState;
     type Ports = Filtered;
 
     fn parameters(settings: &mut Settings, gains: &mut Gains, visit: &mut Parameters<'_>) {
@@ -86,7 +86,7 @@ impl Module for LowPass {
         let takes_over = context.takes_over();
         context.begin_axes([input, output.last()], |_, [x, last]| {
             let level = first(takes_over, last, x);
-            Axis { first: CompensatedSum::new(level), second: Integrators::at_rest(level) }
+            AxisState { first: CompensatedSum::new(level), second: Integrators::at_rest(level) }
         });
     }
 

@@ -53,7 +53,7 @@ words! {
         mobility: f32,
     }
     /// State of one axis.
-    pub struct Axis { desired: math::CompensatedSum }
+    pub struct AxisState { desired: math::CompensatedSum }
     /// Ports.
     pub ports Ports {
         waves_in: Input = input("WAVES_IN", types::CH2_WAVES),
@@ -76,7 +76,7 @@ impl Module for MatchedWavePort {
     type Settings = Settings;
     type Gains = Gains;
     type State = ();
-    type Axis = Axis;
+    type AxisState = AxisState;
     type Ports = Ports;
 
     fn parameters(settings: &mut Settings, gains: &mut Gains, visit: &mut Parameters<'_>) {
@@ -100,7 +100,7 @@ impl Module for MatchedWavePort {
     fn begin(context: &Context<'_, Self>) {
         let Ports { position, desired_position, .. } = context.ports();
         let takes_over = context.takes_over();
-        context.begin_axes([position, desired_position.last()], |_, [x, last]| Axis {
+        context.begin_axes([position, desired_position.last()], |_, [x, last]| AxisState {
             desired: math::CompensatedSum::new(if takes_over { last } else { x }),
         });
     }

@@ -44,7 +44,7 @@ words! {
         velocity_limit: f32 = per_axis("VELOCITY_LIMIT", Unit::Velocity, 1e-6..=1e6, 1e3),
     }
     /// State of one axis.
-    pub struct Axis {
+    pub struct AxisState {
         target: f32,
         ticks: u32,
         duration_s: f32,
@@ -73,7 +73,7 @@ impl Module for MinimumJerk {
     type Settings = Settings;
     type Gains = Gains;
     type State = ();
-    type Axis = Axis;
+    type AxisState = AxisState;
     type Ports = Ports;
 
     fn prepare(settings: &mut Settings, device: &DeviceDescriptor) {
@@ -97,7 +97,7 @@ impl Module for MinimumJerk {
         let inputs = [position, desired_position.last(), desired_velocity.last()];
         context.begin_axes(inputs, |gains, [x, last, last_velocity]| {
             let velocity = first(takes_over, last_velocity, 0.0);
-            let mut axis = Axis { target: first(takes_over, last, x), ..Axis::default() };
+            let mut axis = AxisState { target: first(takes_over, last, x), ..AxisState::default() };
             // A move to the present position, with the present velocity.
             axis.plan([axis.target, velocity, 0.0], axis.target, duration_s, gains.velocity_limit);
             axis
@@ -109,7 +109,7 @@ impl Module for MinimumJerk {
         let Ports { target, desired_position, desired_velocity, desired_acceleration, .. } = context.ports();
         let Settings { source, duration_s, period_s } = context.settings();
         let outputs = [desired_position, desired_velocity, desired_acceleration];
-        context.map_lanes([], outputs, |number, lane, []| {
+        context.map_axis_contexts([], outputs, |number, lane, []| {
             let (gains, mut axis) = (lane.gains(), lane.axis());
             let target = source.target(context, target, number, gains.target);
             let now = axis.now(period_s);
@@ -123,7 +123,7 @@ impl Module for MinimumJerk {
     }
 }
 
-impl Axis {
+impl AxisState {
     #[inline(always)]
     fn plan(&mut self, [x, v, a]: [f32; 3], target: f32, duration_s: f32, velocity_limit: f32) {
         let distance = target - x;

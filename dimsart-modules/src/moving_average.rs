@@ -37,7 +37,7 @@ words! {
         samples: u32,
     }
     /// State of one axis.
-    pub struct Axis {
+    pub struct AxisState {
         sum: CompensatedSum,
         /// Sum of the samples since the memory wrapped.
         fresh_sum: CompensatedSum,
@@ -56,7 +56,7 @@ impl Module for MovingAverage {
     type Settings = Settings;
     type Gains = ();
     type State = State;
-    type Axis = Axis;
+    type AxisState = AxisState;
     type Ports = Ports;
 
     fn ports(settings: &Settings, declare: &mut Declare<'_>) -> Ports {
@@ -75,7 +75,7 @@ impl Module for MovingAverage {
         let samples = if is_full { samples } else { samples + 1 };
         #[expect(clippy::cast_precision_loss, reason = "at most 60 000")]
         let scale = 1.0 / samples as f32;
-        context.map_lanes([input], [output], |number, lane, [x]| {
+        context.map_axis_contexts([input], [output], |number, lane, [x]| {
             let mut axis = lane.axis();
             let oldest = row.get(number).map_or(0, |cell| cell.replace(x.to_bits()));
             axis.sum.add(x);
@@ -84,7 +84,7 @@ impl Module for MovingAverage {
             }
             axis.fresh_sum.add(x);
             if next == 0 {
-                axis = Axis { sum: axis.fresh_sum, fresh_sum: CompensatedSum::default() };
+                axis = AxisState { sum: axis.fresh_sum, fresh_sum: CompensatedSum::default() };
             }
             lane.set_axis(axis);
             [axis.sum.value() * scale]

@@ -58,7 +58,7 @@ impl Module for Multisine {
     type Settings = Settings;
     type Gains = Gains;
     type State = State;
-    type Axis = ();
+    type AxisState = ();
     type Ports = Ports;
 
     fn prepare(settings: &mut Settings, device: &DeviceDescriptor) {

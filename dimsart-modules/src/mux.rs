@@ -45,7 +45,7 @@ impl Module for Mux {
     type Settings = Settings;
     type Gains = ();
     type State = ();
-    type Axis = ();
+    type AxisState = ();
     type Ports = Ports;
 
     fn ports(settings: &Settings, declare: &mut Declare<'_>) -> Ports {
@@ -70,7 +70,7 @@ impl Module for Mux {
     fn compute(context: &Context<'_, Self>) {
         let Ports { inputs: [first, second, third, fourth], condition, output } = context.ports();
         let Settings { select_by, count, selected } = context.settings();
-        context.map_lanes([], [output], |axis, _, []| {
+        context.map_axis_contexts([], [output], |axis, _, []| {
             let selected = match select_by {
                 SelectBy::Parameter => selected,
                 SelectBy::Condition => number(context.axis(condition, axis)),

@@ -31,7 +31,7 @@ impl Module for Normalizer {
     type Settings = ();
     type Gains = Gains;
     type State = ();
-    type Axis = ();
+    type AxisState = ();
     type Ports = Ports;
 
     #[inline(always)]

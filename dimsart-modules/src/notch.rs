@@ -37,7 +37,7 @@ words! {
         coefficients: Coefficients,
     }
     /// State of one axis.
-    pub struct Axis { integrators: Integrators }
+    pub struct AxisState { integrators: Integrators }
 }
 
 /// See the [module docs](self).
@@ -50,7 +50,7 @@ impl Module for Notch {
     type Settings = ();
     type Gains = Gains;
     type State = ();
-    type Axis = Axis;
+    type AxisState = AxisState;
     type Ports = Filtered;
 
     fn prepare_axis(_: &(), gains: &mut Gains, device: &DeviceDescriptor) {
@@ -61,7 +61,8 @@ impl Module for Notch {
     }
 
     fn begin(context: &Context<'_, Self>) {
-        context.begin_axes([context.ports().input], |_, [x]| Axis { integrators: Integrators::at_rest(x) });
+        context
+            .begin_axes([context.ports().input], |_, [x]| AxisState { integrators: Integrators::at_rest(x) });
     }
 
     #[inline(always)]

@@ -23,7 +23,7 @@ words! {
     /// Parameters of one axis.
     pub parameters Gains { values: [f32; MAX_PARAMETERS] }
     /// State of one axis.
-    pub struct Axis { values: [f32; MAX_STATES] }
+    pub struct AxisState { values: [f32; MAX_STATES] }
     /// Ports.
     pub ports Ports { inputs: [Input; MAX_INPUTS], outputs: [Output; MAX_OUTPUTS] }
 }
@@ -33,7 +33,7 @@ const OUTPUTS: [&str; MAX_OUTPUTS] = ["OUT_1", "OUT_2", "OUT_3", "OUT_4"];
 const PARAMETERS: [&str; MAX_PARAMETERS] = ["P_1", "P_2", "P_3", "P_4", "P_5", "P_6", "P_7", "P_8"];
 
 /// Maximum program number, the same on every controller so that schemes are portable.
-const MOST: u32 = u8::MAX as u32;
+const MAX: u32 = u8::MAX as u32;
 
 /// See the [module docs](self).
 #[derive(Debug)]
@@ -46,12 +46,12 @@ impl Module for Online {
     type Settings = Settings;
     type Gains = Gains;
     type State = ();
-    type Axis = Axis;
+    type AxisState = AxisState;
     type Ports = Ports;
 
     fn parameters(settings: &mut Settings, gains: &mut Gains, visit: &mut Parameters<'_>) {
         let summary = "Number of the uploaded law; 0: none.";
-        visit.structural_count(&mut settings.program, "PROGRAM", Unit::One, 0..=MOST, 0, summary);
+        visit.structural_count(&mut settings.program, "PROGRAM", Unit::One, 0..=MAX, 0, summary);
         for (name, value) in PARAMETERS.into_iter().zip(&mut gains.values) {
             visit.of_program(value, name, "Parameter of the law.");
         }
@@ -99,7 +99,7 @@ fn run_section(context: &Context<'_, Online>, section: Section) {
     let Settings { program, period_s, .. } = context.settings();
     let Some(code) = context.programs().code(program, section) else { return };
     let mut registers = [0.0; REGISTERS];
-    let mut lane = Lane { context, period_s, axis: 0, states: &[] };
+    let mut lane = AxisContext { context, period_s, axis: 0, states: &[] };
     let mut instructions = code.once;
     let mut left = if code.is_coupled { 1 } else { context.dof() };
     loop {
@@ -119,7 +119,7 @@ fn run_section(context: &Context<'_, Online>, section: Section) {
 }
 
 /// Access of a program to the ports, parameters and states of an axis.
-struct Lane<'a> {
+struct AxisContext<'a> {
     context: &'a Context<'a, Online>,
     period_s: f32,
     axis: usize,
@@ -127,14 +127,14 @@ struct Lane<'a> {
     states: &'a [Cell<u32>],
 }
 
-impl Lane<'_> {
+impl AxisContext<'_> {
     #[inline(always)]
     fn axis(&self, axis: u32) -> usize {
         if axis == u32::from(OWN_AXIS) { self.axis } else { axis as usize }
     }
 }
 
-impl Surroundings for Lane<'_> {
+impl Surroundings for AxisContext<'_> {
     #[inline(always)]
     fn period_s(&self) -> f32 {
         self.period_s

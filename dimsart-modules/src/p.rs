@@ -28,7 +28,7 @@ impl Module for P {
     type Settings = ();
     type Gains = Gains;
     type State = ();
-    type Axis = ();
+    type AxisState = ();
     type Ports = Ports;
 
     #[inline(always)]

@@ -38,7 +38,7 @@ words! {
     /// Parameters common to all axes.
     pub parameters Settings { causality: Causality, period_s: f32, rate_hz: f32 }
     /// State of one axis.
-    pub struct Axis {
+    pub struct AxisState {
         energy: CompensatedSum,
         /// Position of the last tick; for `ADMITTANCE`, of the input.
         previous: f32,
@@ -52,7 +52,7 @@ words! {
     pub ports Ports { position: Input, wanted: Input, out: Output, force: Input, energy: Output }
 }
 
-impl Axis {
+impl AxisState {
     /// Adds the energy that entered. Returns the balance, `J`; negative for a deficit.
     fn observe(&mut self, energy_in_j: f32, limit_j: f32) -> f32 {
         self.energy.add_up_to(energy_in_j, limit_j);
@@ -71,7 +71,7 @@ impl Module for PassivityController {
     type Settings = Settings;
     type Gains = Damper;
     type State = ();
-    type Axis = Axis;
+    type AxisState = AxisState;
     type Ports = Ports;
 
     fn parameters(settings: &mut Settings, gains: &mut Damper, visit: &mut Parameters<'_>) {
@@ -116,10 +116,10 @@ impl Module for PassivityController {
         let takes_over = context.takes_over();
         context.begin_axes([position, wanted, out.last()], |_, [x, wanted, last]| {
             if is_impedance {
-                return Axis { previous: x, ..Axis::default() };
+                return AxisState { previous: x, ..AxisState::default() };
             }
             let desired = CompensatedSum::new(if takes_over { last } else { x });
-            Axis { previous: wanted, desired, ..Axis::default() }
+            AxisState { previous: wanted, desired, ..AxisState::default() }
         });
     }
 

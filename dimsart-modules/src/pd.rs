@@ -25,7 +25,7 @@ words! {
         damping_per_tick: f32,
     }
     /// State of one axis.
-    pub struct Axis { previous_error: f32 }
+    pub struct AxisState { previous_error: f32 }
     /// Ports.
     pub ports Ports {
         position: Input = input("POSITION", types::POSITION),
@@ -46,7 +46,7 @@ impl Module for Pd {
     type Settings = Settings;
     type Gains = Gains;
     type State = ();
-    type Axis = Axis;
+    type AxisState = AxisState;
     type Ports = Ports;
 
     fn prepare_axis(_: &Settings, gains: &mut Gains, device: &DeviceDescriptor) {
@@ -70,7 +70,7 @@ impl Module for Pd {
             // Infinite or NaN with little damping or after an invalid force of the predecessor.
             let change = (last_force - gains.stiffness * error) / gains.damping_per_tick;
             let takes_over = takes_over && change.is_finite();
-            Axis { previous_error: if takes_over { error - change } else { error } }
+            AxisState { previous_error: if takes_over { error - change } else { error } }
         });
     }
 

@@ -44,7 +44,7 @@ words! {
         integral_per_tick: f32,
     }
     /// State of one axis.
-    pub struct Axis {
+    pub struct AxisState {
         integral: CompensatedSum,
         /// Force of the last tick.
         force: f32,
@@ -67,7 +67,7 @@ impl Module for Pi {
     type Settings = Settings;
     type Gains = Gains;
     type State = ();
-    type Axis = Axis;
+    type AxisState = AxisState;
     type Ports = Ports;
 
     fn prepare(settings: &mut Settings, device: &DeviceDescriptor) {
@@ -85,7 +85,7 @@ impl Module for Pi {
             let proportional = (gains.proportional + gains.integral_per_tick) * (desired - v);
             let integral = math::limit(last, gains.limit) - proportional;
             let is_known = takes_over && gains.integral > 0.0 && integral.is_finite();
-            Axis { integral: CompensatedSum::new(if is_known { integral } else { 0.0 }), force: last }
+            AxisState { integral: CompensatedSum::new(if is_known { integral } else { 0.0 }), force: last }
         });
     }
 

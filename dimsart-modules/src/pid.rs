@@ -34,7 +34,7 @@ words! {
         pub(super) damping_per_tick: f32,
     }
     /// State of one axis.
-    pub struct Axis {
+    pub struct AxisState {
         integral: CompensatedSum,
         /// Force of the last tick.
         force: f32,
@@ -78,7 +78,7 @@ impl Module for Pid {
     type Settings = Settings;
     type Gains = Gains;
     type State = ();
-    type Axis = Axis;
+    type AxisState = AxisState;
     type Ports = Ports;
 
     fn parameters(settings: &mut Settings, gains: &mut Gains, visit: &mut Parameters<'_>) {
@@ -105,14 +105,14 @@ impl Module for Pid {
         let takes_over = context.takes_over();
         context.begin_axes([position, desired_position, force.last()], |gains, [x, desired, last_force]| {
             let error = desired - x;
-            let axis = Axis { force: last_force, previous_error: error, ..Axis::default() };
+            let axis = AxisState { force: last_force, previous_error: error, ..AxisState::default() };
             let proportional = (gains.stiffness + gains.integral_gain_per_tick) * error;
             let integral = last_force - proportional;
             if !takes_over || !integral.is_finite() || gains.integral_gain_per_tick == 0.0 {
                 return axis;
             }
             let integral = math::limit(last_force, gains.limit) - proportional;
-            Axis { integral: CompensatedSum::new(integral), settling_ticks: 2, ..axis }
+            AxisState { integral: CompensatedSum::new(integral), settling_ticks: 2, ..axis }
         });
     }
 

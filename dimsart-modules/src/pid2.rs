@@ -51,7 +51,7 @@ words! {
         smoothing: f32,
     }
     /// State of one axis.
-    pub struct Axis {
+    pub struct AxisState {
         integral: CompensatedSum,
         /// Force of the last tick.
         force: f32,
@@ -75,7 +75,7 @@ impl Module for Pid2 {
     type Settings = Settings;
     type Gains = Gains;
     type State = ();
-    type Axis = Axis;
+    type AxisState = AxisState;
     type Ports = Ports;
 
     fn parameters(settings: &mut Settings, gains: &mut Gains, visit: &mut Parameters<'_>) {
@@ -120,20 +120,20 @@ impl Module for Pid2 {
         let Ports { position, desired_position, feed_force, force } = context.ports();
         let Settings { setpoint_weight, derivative_weight, .. } = context.settings();
         let takes_over = context.takes_over();
-        context.map_lanes(
+        context.map_axis_contexts(
             [position, desired_position, force.last()],
             [],
             |number, lane, [x, desired, last]| {
                 let gains = lane.gains();
                 let previous = derivative_weight * desired - x;
-                let axis = Axis { force: last, previous, ..Axis::default() };
+                let axis = AxisState { force: last, previous, ..AxisState::default() };
                 let others = gains.stiffness * (setpoint_weight * desired - x)
                     + gains.integral_gain_per_tick * (desired - x)
                     + context.axis(feed_force, number);
                 let integral = math::limit(last, gains.limit) - others;
                 let is_known = takes_over && gains.integral_gain > 0.0 && integral.is_finite();
                 lane.set_axis(if is_known {
-                    Axis { integral: CompensatedSum::new(integral), settling_ticks: 2, ..axis }
+                    AxisState { integral: CompensatedSum::new(integral), settling_ticks: 2, ..axis }
                 } else {
                     axis
                 });
@@ -148,7 +148,7 @@ impl Module for Pid2 {
         let settings = context.settings();
         let is_limited = context.is_limited();
         let inputs = [position, desired_position, force.last()];
-        context.map_lanes(inputs, [force], |number, lane, [x, desired, given]| {
+        context.map_axis_contexts(inputs, [force], |number, lane, [x, desired, given]| {
             let (gains, mut axis) = (lane.gains(), lane.axis());
             let tracking = follow(settings.tracking, gains.integral_gain_per_tick);
             // Part of the last tick's force that the device limited.

@@ -67,11 +67,11 @@ pub struct Recorder;
 impl Module for Recorder {
     const NAME: &'static str = "RECORDER_MOD";
     const SUMMARY: &'static str = "Records the last rows of a signal, optionally with a trigger.";
-    const OUTLASTS_ARMING: bool = true;
+    const KEEPS_STATE_ON_ARMING: bool = true;
     type Settings = Settings;
     type Gains = ();
     type State = State;
-    type Axis = ();
+    type AxisState = ();
     type Ports = Ports;
 
     fn ports(settings: &Settings, declare: &mut Declare<'_>) -> Ports {

@@ -54,7 +54,7 @@ words! {
         jerk_limit: f32 = per_axis("JERK_LIMIT", Unit::Jerk, 1e-6..=1e8, 100.0),
     }
     /// State of one axis.
-    pub struct Axis {
+    pub struct AxisState {
         target: f32,
         start: f32,
         end: f32,
@@ -83,7 +83,7 @@ impl Module for SCurve {
     type Settings = Settings;
     type Gains = Gains;
     type State = ();
-    type Axis = Axis;
+    type AxisState = AxisState;
     type Ports = Ports;
 
     fn prepare(settings: &mut Settings, device: &DeviceDescriptor) {
@@ -105,7 +105,7 @@ impl Module for SCurve {
         let takes_over = context.takes_over();
         context.begin_axes([position, desired_position.last()], |_, [x, last]| {
             let start = first(takes_over, last, x);
-            Axis { target: start, start, end: start, ..Axis::default() }
+            AxisState { target: start, start, end: start, ..AxisState::default() }
         });
     }
 
@@ -128,7 +128,7 @@ impl Module for SCurve {
 fn aim(context: &Context<'_, SCurve>) {
     let Settings { source, is_synchronised, period_s } = context.settings();
     let (mut is_new, mut all_rest, mut longest_s) = (false, true, 0.0_f32);
-    context.map_lanes([], [], |number, lane, []| {
+    context.map_axis_contexts([], [], |number, lane, []| {
         let mut axis = lane.axis();
         let target = source.target(context, context.ports().target, number, lane.gains().target);
         let has_new = target.to_bits() != axis.target.to_bits();
@@ -166,7 +166,7 @@ fn aim(context: &Context<'_, SCurve>) {
     });
 }
 
-impl Axis {
+impl AxisState {
     /// Returns the scaled time since the start of the move.
     #[inline(always)]
     fn time_s(&self, period_s: f32) -> f32 {

@@ -25,7 +25,7 @@ words! {
     pub parameters Settings {
         /// Maximum rate of change of the share, per second.
         rate_hz: f32 = real("RATE", Unit::Hertz, 1e-3..=1e4, 1.0),
-        most_per_tick: f32,
+        max_per_tick: f32,
     }
     /// Parameters of one axis.
     pub parameters Gains {
@@ -33,7 +33,7 @@ words! {
         share: f32 = per_axis("SHARE", Unit::One, 0.0..=1.0, 0.0),
     }
     /// State of one axis.
-    pub struct Axis { share: CompensatedSum }
+    pub struct AxisState { share: CompensatedSum }
     /// Ports.
     pub ports Ports { operator: Input, program: Input, output: Output }
 }
@@ -48,11 +48,11 @@ impl Module for SharedControl {
     type Settings = Settings;
     type Gains = Gains;
     type State = ();
-    type Axis = Axis;
+    type AxisState = AxisState;
     type Ports = Ports;
 
     fn prepare(settings: &mut Settings, device: &DeviceDescriptor) {
-        settings.most_per_tick = settings.rate_hz * device.sample_period_s();
+        settings.max_per_tick = settings.rate_hz * device.sample_period_s();
     }
 
     fn ports(_: &Settings, declare: &mut Declare<'_>) -> Ports {
@@ -69,7 +69,7 @@ impl Module for SharedControl {
 
     fn begin(context: &Context<'_, Self>) {
         let takes_over = context.takes_over();
-        context.begin_axes([], |gains, []| Axis {
+        context.begin_axes([], |gains, []| AxisState {
             share: CompensatedSum::new(if takes_over { 0.0 } else { gains.share }),
         });
     }
@@ -77,9 +77,9 @@ impl Module for SharedControl {
     #[inline(always)]
     fn compute(context: &Context<'_, Self>) {
         let Ports { operator, program, output } = context.ports();
-        let Settings { most_per_tick, .. } = context.settings();
+        let Settings { max_per_tick, .. } = context.settings();
         context.map_axes([operator, program], [output], |gains, axis, [operator, program]| {
-            axis.share.approach(gains.share, most_per_tick);
+            axis.share.approach(gains.share, max_per_tick);
             [operator + axis.share.value() * (program - operator)]
         });
     }

@@ -40,7 +40,7 @@ impl Module for SignalGenerator {
     type Settings = Settings;
     type Gains = Gains;
     type State = State;
-    type Axis = ();
+    type AxisState = ();
     type Ports = Ports;
 
     fn parameters(settings: &mut Settings, gains: &mut Gains, visit: &mut Parameters<'_>) {

@@ -30,7 +30,7 @@ words! {
         damping_per_tick: f32,
     }
     /// State of one axis.
-    pub struct Axis { previous: f32 }
+    pub struct AxisState { previous: f32 }
     /// Ports.
     pub ports Ports { position: Input, wanted: Input, force: Output }
 }
@@ -45,7 +45,7 @@ impl Module for SoftLimit {
     type Settings = ();
     type Gains = Gains;
     type State = ();
-    type Axis = Axis;
+    type AxisState = AxisState;
     type Ports = Ports;
 
     fn prepare_axis((): &(), gains: &mut Gains, device: &DeviceDescriptor) {
@@ -62,7 +62,7 @@ impl Module for SoftLimit {
     }
 
     fn begin(context: &Context<'_, Self>) {
-        context.begin_axes([context.ports().position], |_, [x]| Axis { previous: x });
+        context.begin_axes([context.ports().position], |_, [x]| AxisState { previous: x });
     }
 
     #[inline(always)]

@@ -53,7 +53,7 @@ words! {
         excess: f32,
     }
     /// State of one axis.
-    pub struct Axis {
+    pub struct AxisState {
         integral: CompensatedSum,
         /// Force of the last tick.
         force: f32,
@@ -77,7 +77,7 @@ impl Module for StateFeedback {
     type Settings = Settings;
     type Gains = Gains;
     type State = ();
-    type Axis = Axis;
+    type AxisState = AxisState;
     type Ports = Ports;
 
     fn prepare(settings: &mut Settings, device: &DeviceDescriptor) {
@@ -101,7 +101,7 @@ impl Module for StateFeedback {
                 (gains.position + gains.integral_per_tick) * error + gains.excess * desired + damping;
             let integral = math::limit(first, gains.limit) - others;
             let integral = if gains.integral > 0.0 { integral } else { 0.0 };
-            Axis { integral: CompensatedSum::new(integral), force: last }
+            AxisState { integral: CompensatedSum::new(integral), force: last }
         });
     }
 

@@ -41,22 +41,22 @@ words! {
         after_s: [f32; STATES] = per_axis_row("AFTER", Unit::Second, 0.0..=1e4, 1.0),
     }
     /// State of one axis.
-    pub struct Axis { state: u16, ticks: u32 }
+    pub struct AxisState { state: u16, ticks: u32 }
     /// Ports.
     pub ports Ports { a: Input, b: Input, output: Output, state: Output }
 }
 
 /// See the [module docs](self).
 #[derive(Debug)]
-pub struct StateMachine;
+pub struct Sequencer;
 
-impl Module for StateMachine {
+impl Module for Sequencer {
     const NAME: &'static str = "SEQUENCE_MOD";
     const SUMMARY: &'static str = "Sequencer: up to eight states with transitions by condition and time.";
     type Settings = Settings;
     type Gains = Gains;
     type State = ();
-    type Axis = Axis;
+    type AxisState = AxisState;
     type Ports = Ports;
 
     fn prepare(settings: &mut Settings, device: &DeviceDescriptor) {
@@ -77,7 +77,7 @@ impl Module for StateMachine {
     fn compute(context: &Context<'_, Self>) {
         let Ports { a, b, output, state } = context.ports();
         let Settings { period_s } = context.settings();
-        context.map_lanes([a, b], [output, state], |_, lane, [a, b]| {
+        context.map_axis_contexts([a, b], [output, state], |_, lane, [a, b]| {
             let mut axis = lane.axis();
             #[expect(clippy::cast_precision_loss, reason = "exact for hours")]
             let time_s = axis.ticks as f32 * period_s;
@@ -100,7 +100,7 @@ impl Module for StateMachine {
             if next >= 0.0 {
                 #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "0 to 7")]
                 let number = (next + 0.5) as u16;
-                axis = Axis { state: number, ticks: 1 };
+                axis = AxisState { state: number, ticks: 1 };
             }
             lane.set_axis(axis);
             let output: f32 = of(0, axis.state).unwrap_or(0.0);

@@ -30,7 +30,7 @@ impl Module for Sum {
     type Settings = ();
     type Gains = Gains;
     type State = ();
-    type Axis = ();
+    type AxisState = ();
     type Ports = Ports;
 
     fn ports(_: &(), declare: &mut Declare<'_>) -> Ports {

@@ -51,7 +51,7 @@ impl Module for Table {
     type Settings = Settings;
     type Gains = Gains;
     type State = ();
-    type Axis = ();
+    type AxisState = ();
     type Ports = Ports;
 
     fn prepare_axis(settings: &Settings, gains: &mut Gains, _: &DeviceDescriptor) {
@@ -71,7 +71,7 @@ impl Module for Table {
     fn compute(context: &Context<'_, Self>) {
         let Ports { input, output } = context.ports();
         let count = usize::try_from(context.settings().count).unwrap_or(POINTS);
-        context.map_lanes([input], [output], |_, lane, [x]| {
+        context.map_axis_contexts([input], [output], |_, lane, [x]| {
             let word = |place: usize| lane.gain(place).unwrap_or(0.0);
             // Below the first point, its value applies.
             let mut found = None;

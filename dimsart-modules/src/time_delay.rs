@@ -40,7 +40,7 @@ impl Module for TimeDelay {
     type Settings = Settings;
     type Gains = ();
     type State = State;
-    type Axis = ();
+    type AxisState = ();
     type Ports = Ports;
 
     fn ports(settings: &Settings, declare: &mut Declare<'_>) -> Ports {

@@ -104,7 +104,7 @@ impl<A: Placed> Module for Tip<A> {
     type Gains = A::Joint;
     type State = ();
     /// Column of the Jacobian.
-    type Axis = Vector3;
+    type AxisState = Vector3;
     type Ports = Ports;
 
     fn parameters(
@@ -140,7 +140,7 @@ impl<A: Placed> Module for Tip<A> {
         let mut joints = [Joint::default(); MAX_DOF];
         let kinds = context.device().axes().iter();
         let mut places = joints.iter_mut().zip(kinds);
-        context.map_lanes([position], [], |_, lane, [position]| {
+        context.map_axis_contexts([position], [], |_, lane, [position]| {
             if let Some((joint, kind)) = places.next() {
                 *joint = Joint { parameters: lane.gains(), kind: *kind, position };
             }
@@ -149,7 +149,7 @@ impl<A: Placed> Module for Tip<A> {
         let Placement { tip, columns } = A::place(settings, joints.get(..context.dof()).unwrap_or_default());
         let mut speed = Vector3::default();
         let mut columns = columns.into_iter();
-        context.map_lanes([position], [tip_position], |axis, lane, _| {
+        context.map_axis_contexts([position], [tip_position], |axis, lane, _| {
             let column = columns.next().unwrap_or_default();
             lane.set_axis(column);
             if options.velocity {
@@ -161,7 +161,7 @@ impl<A: Placed> Module for Tip<A> {
             [tip.along(axis)]
         });
         if options.velocity {
-            context.map_lanes([position], [tip_velocity], |axis, _, _| [speed.along(axis)]);
+            context.map_axis_contexts([position], [tip_velocity], |axis, _, _| [speed.along(axis)]);
         }
     }
 

@@ -53,7 +53,7 @@ words! {
         acceleration_limit: f32 = per_axis("ACCELERATION_LIMIT", Unit::Acceleration, 1e-6..=1e6, 1.0),
     }
     /// State of one axis.
-    pub struct Axis {
+    pub struct AxisState {
         /// Distance to the target.
         distance: CompensatedSum,
         velocity: CompensatedSum,
@@ -82,7 +82,7 @@ impl Module for Trapezoid {
     type Settings = Settings;
     type Gains = Gains;
     type State = ();
-    type Axis = Axis;
+    type AxisState = AxisState;
     type Ports = Ports;
 
     fn prepare(settings: &mut Settings, device: &DeviceDescriptor) {
@@ -104,12 +104,12 @@ impl Module for Trapezoid {
         let Ports { position, desired_position, desired_velocity, .. } = context.ports();
         let takes_over = context.takes_over();
         let inputs = [position, desired_position.last(), desired_velocity.last()];
-        context.begin_axes(inputs, |_, [x, last, last_velocity]| Axis {
+        context.begin_axes(inputs, |_, [x, last, last_velocity]| AxisState {
             target: first(takes_over, last, x),
             velocity: CompensatedSum::new(first(takes_over, last_velocity, 0.0)),
             line_velocity: f32::MAX,
             line_acceleration: f32::MAX,
-            ..Axis::default()
+            ..AxisState::default()
         });
     }
 
@@ -137,7 +137,7 @@ fn aim(context: &Context<'_, Trapezoid>) {
     let Settings { source, is_synchronised, .. } = context.settings();
     let (mut is_new, mut moves) = (false, false);
     let (mut velocity, mut acceleration) = (f32::MAX, f32::MAX);
-    context.map_lanes([], [], |number, lane, []| {
+    context.map_axis_contexts([], [], |number, lane, []| {
         let (gains, mut axis) = (lane.gains(), lane.axis());
         let target = source.target(context, context.ports().target, number, gains.target);
         if target.to_bits() != axis.target.to_bits() {
@@ -165,7 +165,7 @@ fn aim(context: &Context<'_, Trapezoid>) {
 
 /// Follows the time-optimal motion for a period.
 #[inline(always)]
-fn step(axis: &mut Axis, (velocity_limit, acceleration): (f32, f32), period_s: f32) {
+fn step(axis: &mut AxisState, (velocity_limit, acceleration): (f32, f32), period_s: f32) {
     let (d, v) = (axis.distance.value(), axis.velocity.value());
     if d == 0.0 && v == 0.0 {
         return;

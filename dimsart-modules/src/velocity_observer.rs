@@ -60,7 +60,7 @@ words! {
         velocity_gain: f32,
     }
     /// State of one axis.
-    pub struct Axis {
+    pub struct AxisState {
         /// Position of the last tick.
         previous: f32,
         /// Position minus its estimate.
@@ -85,7 +85,7 @@ impl Module for VelocityObserver {
     type Settings = Settings;
     type Gains = Gains;
     type State = ();
-    type Axis = Axis;
+    type AxisState = AxisState;
     type Ports = Ports;
 
     fn parameters(settings: &mut Settings, gains: &mut Gains, visit: &mut Parameters<'_>) {
@@ -114,7 +114,7 @@ impl Module for VelocityObserver {
         context.begin_axes([position, velocity.last()], |_, [x, last]| {
             let velocity = first(takes_over, last, 0.0);
             // Consistent with correct estimates in the tick before.
-            Axis { previous: x, error: period_s * velocity, velocity }
+            AxisState { previous: x, error: period_s * velocity, velocity }
         });
     }
 

@@ -9,7 +9,7 @@ words! {
     /// Parameters common to all axes.
     pub parameters Settings { period_s: f32 }
     /// State of one axis.
-    pub struct Axis { desired: CompensatedSum }
+    pub struct AxisState { desired: CompensatedSum }
     /// Ports.
     pub ports Ports {
         position: Input = input("POSITION", types::POSITION),
@@ -28,7 +28,7 @@ impl Module for VelocityToPosition {
     type Settings = Settings;
     type Gains = ();
     type State = ();
-    type Axis = Axis;
+    type AxisState = AxisState;
     type Ports = Ports;
 
     fn prepare(settings: &mut Settings, device: &DeviceDescriptor) {
@@ -36,7 +36,8 @@ impl Module for VelocityToPosition {
     }
 
     fn begin(context: &Context<'_, Self>) {
-        context.begin_axes([context.ports().position], |(), [x]| Axis { desired: CompensatedSum::new(x) });
+        context
+            .begin_axes([context.ports().position], |(), [x]| AxisState { desired: CompensatedSum::new(x) });
     }
 
     #[inline(always)]

@@ -47,7 +47,7 @@ words! {
     /// State common to all axes: present piece and time in it.
     pub struct State { piece: u32, time_s: f32, lost_s: f32 }
     /// State of one axis; `end` follows all pieces in memory.
-    pub struct Axis { pieces: [Piece; POINTS], end: f32 }
+    pub struct AxisState { pieces: [Piece; POINTS], end: f32 }
     /// Spline piece from a point to the next.
     pub struct Piece { time_s: f32, point: f32, slope: f32, bend: f32, twist: f32 }
     /// Ports.
@@ -71,7 +71,7 @@ impl Module for ViaPoints {
     type Settings = Settings;
     type Gains = Gains;
     type State = State;
-    type Axis = Axis;
+    type AxisState = AxisState;
     type Ports = Ports;
 
     fn prepare(settings: &mut Settings, device: &DeviceDescriptor) {
@@ -97,7 +97,7 @@ impl Module for ViaPoints {
         let place = usize::try_from(piece).unwrap_or(POINTS);
         let mut piece_s = 0.0;
         let outputs = [desired_position, desired_velocity, desired_acceleration];
-        context.map_lanes([], outputs, |_, lane, []| {
+        context.map_axis_contexts([], outputs, |_, lane, []| {
             let piece = Some(place).filter(|place| *place < POINTS).and_then(|place| lane.remembered(place));
             let Some(piece) = piece.filter(|piece: &Piece| piece.time_s > 0.0) else {
                 return [lane.remembered(END).unwrap_or(0.0), 0.0, 0.0];
@@ -124,8 +124,8 @@ impl Module for ViaPoints {
 }
 
 /// Computes the spline by forward elimination and back substitution; unused pieces have time 0.
-fn spline(start: f32, points: [f32; POINTS], times_s: [f32; POINTS], count: usize) -> Axis {
-    let mut axis = Axis { end: start, ..Axis::default() };
+fn spline(start: f32, points: [f32; POINTS], times_s: [f32; POINTS], count: usize) -> AxisState {
+    let mut axis = AxisState { end: start, ..AxisState::default() };
     // Slope at a point = `constant - factor × slope at the next point`; 0 at the start.
     let mut eliminated = [(0.0_f32, 0.0_f32); POINTS];
     let (mut before_s, mut mean_before) = (0.0, 0.0);

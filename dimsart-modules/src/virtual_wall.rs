@@ -28,7 +28,7 @@ words! {
         damping_per_tick: f32,
     }
     /// State of one axis.
-    pub struct Axis { previous: f32 }
+    pub struct AxisState { previous: f32 }
     /// Ports.
     pub ports Ports {
         position: Input = input("POSITION", types::POSITION),
@@ -46,7 +46,7 @@ impl Module for VirtualWall {
     type Settings = Settings;
     type Gains = Gains;
     type State = ();
-    type Axis = Axis;
+    type AxisState = AxisState;
     type Ports = Ports;
 
     fn prepare_axis(_: &Settings, gains: &mut Gains, device: &DeviceDescriptor) {
@@ -54,7 +54,7 @@ impl Module for VirtualWall {
     }
 
     fn begin(context: &Context<'_, Self>) {
-        context.begin_axes([context.ports().position], |_, [x]| Axis { previous: x });
+        context.begin_axes([context.ports().position], |_, [x]| AxisState { previous: x });
     }
 
     #[inline(always)]

@@ -56,7 +56,7 @@ impl Module for WaveDrift {
     type Settings = Settings;
     type Gains = ();
     type State = ();
-    type Axis = ();
+    type AxisState = ();
     type Ports = Ports;
 
     fn prepare(settings: &mut Settings, _: &DeviceDescriptor) {

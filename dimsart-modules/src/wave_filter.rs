@@ -28,7 +28,7 @@ words! {
         smoothing: f32,
     }
     /// State of one axis.
-    pub struct Axis { filtered: f32 }
+    pub struct AxisState { filtered: f32 }
     /// Ports.
     pub ports Ports {
         waves_in: Input = input("WAVES_IN", types::CH2_WAVES),
@@ -46,7 +46,7 @@ impl Module for WaveFilter {
     type Settings = Settings;
     type Gains = ();
     type State = ();
-    type Axis = Axis;
+    type AxisState = AxisState;
     type Ports = Ports;
 
     fn prepare(settings: &mut Settings, device: &DeviceDescriptor) {
@@ -54,7 +54,7 @@ impl Module for WaveFilter {
     }
 
     fn begin(context: &Context<'_, Self>) {
-        context.begin_axes([context.ports().waves_in], |(), [wave]| Axis { filtered: wave });
+        context.begin_axes([context.ports().waves_in], |(), [wave]| AxisState { filtered: wave });
     }
 
     #[inline(always)]

@@ -33,7 +33,7 @@ impl Module for WaveImpedance {
     type Settings = Settings;
     type Gains = ();
     type State = ();
-    type Axis = ();
+    type AxisState = ();
     type Ports = Ports;
 
     fn prepare(settings: &mut Settings, _: &DeviceDescriptor) {

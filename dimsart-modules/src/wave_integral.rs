@@ -14,8 +14,8 @@ const ENERGY_QUANTUM: f32 = 1.0 / 1_073_741_824.0;
 
 /// Maximum counts per tick: an energy of 4 J and a wave of 8 `sqrt(W)·s`. Excess is discarded instead of kept in the
 /// rests.
-const MOST_ENERGY: f32 = 4_294_967_040.0;
-const MOST_WAVE: f32 = 2_147_483_520.0;
+const MAX_ENERGY: f32 = 4_294_967_040.0;
+const MAX_WAVE: f32 = 2_147_483_520.0;
 /// Margin above the rounding error of an energy in `f32`.
 const MARGIN: f32 = 1.0 + 8.0 * f32::EPSILON;
 
@@ -41,8 +41,8 @@ impl Sent {
     /// receiver without that limit recovers the full wave.
     pub(super) fn add(&mut self, wave: f32, period_s: f32) -> (f32, [u32; 2]) {
         let energy_counts = self.energy_rest + (0.5 * wave * wave) * (period_s / ENERGY_QUANTUM);
-        let energy_counts = math::min(energy_counts, MOST_ENERGY);
-        let counts = math::limit(self.wave_rest + wave * (period_s / WAVE_QUANTUM), MOST_WAVE);
+        let energy_counts = math::min(energy_counts, MAX_ENERGY);
+        let counts = math::limit(self.wave_rest + wave * (period_s / WAVE_QUANTUM), MAX_WAVE);
         let whole = to_count(counts);
         self.wave_rest = counts - from_count(whole);
         self.wave = self.wave.wrapping_add(whole.cast_unsigned());

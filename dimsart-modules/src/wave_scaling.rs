@@ -56,7 +56,7 @@ impl Module for WaveScaling {
     type Settings = ();
     type Gains = Gains;
     type State = ();
-    type Axis = ();
+    type AxisState = ();
     type Ports = Ports;
 
     fn prepare_axis((): &(), gains: &mut Gains, _: &DeviceDescriptor) {

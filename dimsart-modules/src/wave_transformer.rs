@@ -63,7 +63,7 @@ words! {
         line_sign: f32,
     }
     /// State of one axis.
-    pub struct Axis {
+    pub struct AxisState {
         desired: math::CompensatedSum,
         previous_force: f32,
         /// Low-pass filtered force.
@@ -96,7 +96,7 @@ impl Module for WaveTransformer {
     type Settings = Settings;
     type Gains = ();
     type State = ();
-    type Axis = Axis;
+    type AxisState = AxisState;
     type Ports = Ports;
 
     fn prepare(settings: &mut Settings, device: &DeviceDescriptor) {
@@ -131,7 +131,7 @@ impl Module for WaveTransformer {
     fn begin(context: &Context<'_, Self>) {
         let Ports { position, desired_position, .. } = context.ports();
         context.map_axes([position], [desired_position], |(), axis, [x]| {
-            *axis = Axis { desired: math::CompensatedSum::new(x), ..Axis::default() };
+            *axis = AxisState { desired: math::CompensatedSum::new(x), ..AxisState::default() };
             [x]
         });
     }
@@ -182,8 +182,9 @@ fn follow(context: &Context<'_, WaveTransformer>) {
     let Ports { waves_in, force, desired_position, .. } = context.ports();
     let Settings { form, a, mobility_per_tick, .. } = context.settings();
     let inputs = [waves_in, force];
-    let step =
-        |axis: &mut Axis, [wave, force]: [f32; 2]| axis.desired.add(mobility_per_tick * (a * wave - force));
+    let step = |axis: &mut AxisState, [wave, force]: [f32; 2]| {
+        axis.desired.add(mobility_per_tick * (a * wave - force))
+    };
     if form == Form::Printed {
         context.map_axes(inputs, [desired_position], |(), axis, port| [step(axis, port)]);
     } else {

@@ -103,13 +103,13 @@ fn springs(modules: usize) -> Result<SimulatedDimsart, Box<dyn Error>> {
 
 /// The points, and the fitted line.
 fn table(what: &str, points: &[(usize, Steady)]) {
-    println!("| {what} | Tick without commands | Bound |");
+    println!("| {what} | Steady tick | Bound |");
     println!("|---:|---:|---:|");
     for (count, Steady { emulated, bound, .. }) in points {
         println!("| {count} | {emulated} | {bound} |");
     }
     for (name, value) in [
-        ("tick without commands", (|steady: &Steady| steady.emulated) as fn(&Steady) -> u64),
+        ("steady tick", (|steady: &Steady| steady.emulated) as fn(&Steady) -> u64),
         ("bound", |steady: &Steady| steady.bound),
     ] {
         let points: Vec<(f64, f64)> =

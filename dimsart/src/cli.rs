@@ -43,7 +43,7 @@ use clap::{Parser, Subcommand};
 
 use crate::budget::BudgetError;
 use crate::sweep::GridError;
-use dimsart_core::{DescriptorError, Kinds};
+use dimsart_core::{DescriptorError, ModuleKinds};
 use hil_sim::foreign_text::{shortened, visible_lines};
 use hil_sim::rig_file::RigFileError;
 
@@ -124,7 +124,7 @@ const MAX_LINE_CHARS: usize = 2000;
 /// Parses the command line and runs the command with these module kinds: `dimsart_modules::ALL`, optionally joined with a
 /// project's own kinds.
 #[must_use]
-pub fn main(kinds: Kinds) -> ExitCode {
+pub fn main(kinds: ModuleKinds) -> ExitCode {
     // Slow motion, for tests on a busy machine.
     if let Some(speed) = std::env::var("DIMSART_SPEED").ok().and_then(|speed| serve::speed(&speed).ok()) {
         hil_sim::clock::set_speed(speed);

@@ -82,7 +82,7 @@ pub enum DbcError {
         "duplicate channel {channel}: {one} and {other} would send frames with the same identifier; give each module its \
         own `CTX_CHANNEL`, and its receiver the same `CRX_CHANNEL`"
     )]
-    SameIdentifier {
+    DuplicateIdentifier {
         /// First message.
         one: String,
         /// Second message.
@@ -181,13 +181,13 @@ impl Dbc {
     /// Collects the messages of one bus.
     ///
     /// # Errors
-    /// [`DbcError::SameIdentifier`] for a duplicate identifier.
+    /// [`DbcError::DuplicateIdentifier`] for a duplicate identifier.
     pub fn new(messages: Vec<Message>) -> Result<Self, DbcError> {
         for (place, message) in messages.iter().enumerate() {
             let before = messages.iter().take(place);
             if let Some(same) = before.into_iter().find(|before| before.identifier == message.identifier) {
                 let [one, other] = [&same.name, &message.name].map(Clone::clone);
-                return Err(DbcError::SameIdentifier { one, other, channel: message.identifier });
+                return Err(DbcError::DuplicateIdentifier { one, other, channel: message.identifier });
             }
         }
         Ok(Self { messages })

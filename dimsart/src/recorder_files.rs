@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 
 use serde::Serialize;
 
-use crate::connect::{ConnectError, Device, InProcess, Patience, Recorded};
+use crate::connect::{ConnectError, Device, InProcess, Recorded, Timeouts};
 use crate::report::ReportError;
 use hil_sim::rig::{Rig, Station};
 
@@ -80,7 +80,7 @@ type Read<T> = Result<T, ConnectError>;
 
 fn read(station: &mut Station) -> Read<Vec<Read<Recorded>>> {
     let kinds = station.dimsart.engine().kinds();
-    let mut device = Device::greet(InProcess::new(&mut station.dimsart), Patience::default(), kinds)?;
+    let mut device = Device::greet(InProcess::new(&mut station.dimsart), Timeouts::default(), kinds)?;
     let names = device.recorders()?;
     Ok(names.iter().map(|name| device.recorded(Some(name))).collect())
 }

@@ -17,7 +17,7 @@ use std::collections::BTreeMap;
 use std::fs::File;
 use std::path::Path;
 
-use dimsart_core::Kinds;
+use dimsart_core::ModuleKinds;
 use serde::Serialize;
 
 pub use device::DeviceFacts;
@@ -80,7 +80,7 @@ enum Meaning {
 ///
 /// # Errors
 /// [`ReplayError`] when the file cannot be read or has no inputs; a divergence is not an error.
-pub fn replay(path: &Path, kinds: Kinds, mut progress: impl FnMut(f64)) -> Result<Replay, ReplayError> {
+pub fn replay(path: &Path, kinds: ModuleKinds, mut progress: impl FnMut(f64)) -> Result<Replay, ReplayError> {
     let file = File::open(path).map_err(|source| ReplayError::File { path: path.to_owned(), source })?;
     let mut records = Records::new(file).map_err(|error| error.of(path))?;
     let (mut devices, mut schemes) = (BTreeMap::new(), BTreeMap::new());

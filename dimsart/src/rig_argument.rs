@@ -2,7 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
-use dimsart_core::Kinds;
+use dimsart_core::ModuleKinds;
 use hil_sim::rig_file::{RigFile, RigFileError, SHIPPED, USUAL};
 use hil_sim::schemes::suggestion;
 
@@ -11,7 +11,7 @@ use hil_sim::schemes::suggestion;
 ///
 /// # Errors
 /// The file or name is unknown or invalid, or a setting is invalid.
-pub fn read(path: Option<&Path>, sets: &[String], kinds: Kinds) -> Result<RigFile, RigFileError> {
+pub fn read(path: Option<&Path>, sets: &[String], kinds: ModuleKinds) -> Result<RigFile, RigFileError> {
     Ok(RigFile { kinds, ..read_file(path, sets)? })
 }
 
@@ -39,6 +39,6 @@ pub fn is_rig(path: &Path) -> bool {
 ///
 /// # Errors
 /// As [`read`].
-pub fn read_rig(path: &Path, kinds: Kinds) -> Result<Option<RigFile>, RigFileError> {
+pub fn read_rig(path: &Path, kinds: ModuleKinds) -> Result<Option<RigFile>, RigFileError> {
     if is_rig(path) { read(Some(path), &[], kinds).map(Some) } else { Ok(None) }
 }

@@ -57,7 +57,7 @@ pub enum StampError {
     },
     /// The image has other modules than this command.
     #[error("image and command differ in modules or data types: rebuild both from the same sources")]
-    OtherImage,
+    IncompatibleImage,
 }
 
 impl StampedImage {
@@ -175,11 +175,11 @@ impl StampedImage {
     /// Sets the saved scheme of one side; truncates its name.
     ///
     /// # Errors
-    /// [`StampError::OtherImage`] or [`StampError::NoRoom`]; nothing changes.
+    /// [`StampError::IncompatibleImage`] or [`StampError::NoRoom`]; nothing changes.
     pub fn set_scheme(&mut self, name: &str, side: &str, scheme: &[u8]) -> Result<(), StampError> {
         let fingerprint = dimsart_link::saved_scheme::fingerprint_of;
         if fingerprint(self.scheme()) != fingerprint(scheme) {
-            return Err(StampError::OtherImage);
+            return Err(StampError::IncompatibleImage);
         }
         let no_room =
             StampError::NoRoom { what: "bytes of a scheme", room: STAMP_SCHEME_BYTES, wanted: scheme.len() };

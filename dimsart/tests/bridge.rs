@@ -14,7 +14,7 @@ use std::thread::{self, JoinHandle};
 use std::time::{Duration, Instant};
 
 use dimsart::broker::{self, SharedPort};
-use dimsart::connect::{Device, Patience};
+use dimsart::connect::{Device, Timeouts};
 use hil_sim::link::Stream;
 use hil_sim::response::LiveRig;
 use hil_sim::rig_file::RigFile;
@@ -25,7 +25,7 @@ use zenoh::pubsub::Subscriber;
 use zenoh::sample::Sample;
 use zenoh::{Config, Session, Wait as _};
 
-const PATIENCE: Patience = Patience { timeout: Duration::from_secs(20), tries: 3 };
+const PATIENCE: Timeouts = Timeouts { timeout: Duration::from_secs(20), tries: 3 };
 /// Environment variable with the address of a router process, which the test below then becomes.
 const ROUTER: &str = "DIMSART_TEST_ROUTER";
 

@@ -22,7 +22,7 @@ use std::thread::{self, JoinHandle};
 use std::time::{Duration, Instant};
 
 use dimsart::broker::{self, SharedPort};
-use dimsart::connect::{Device, Patience};
+use dimsart::connect::{Device, Timeouts};
 use dimsart::page::{Access, OpenLine, Page, Station};
 use hil_sim::clock;
 use hil_sim::link::Stream;
@@ -35,7 +35,7 @@ use tungstenite::client::IntoClientRequest;
 use tungstenite::stream::MaybeTlsStream;
 use tungstenite::{Message, WebSocket};
 
-const PATIENCE: Patience = Patience { timeout: Duration::from_secs(20), tries: 3 };
+const PATIENCE: Timeouts = Timeouts { timeout: Duration::from_secs(20), tries: 3 };
 /// Time scale for a busy machine: a lease lasts one second of the computer's time.
 const SPEED: f64 = 0.2;
 

@@ -10,7 +10,7 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::thread;
 use std::time::{Duration, Instant};
 
-use dimsart::connect::{Device, Patience};
+use dimsart::connect::{Device, Timeouts};
 use dimsart::replay::{Divergence, Replay, ReplayError, replay};
 use dimsart::report::{RunFacts, SignalsFile, SignalsFormat};
 use hil_sim::pipe::Pipe;
@@ -21,7 +21,7 @@ use mcap::records::Record;
 use tempfile::TempDir;
 use test_requirements::TEST_TIMEOUT;
 
-const PATIENCE: Patience = Patience { timeout: Duration::from_secs(20), tries: 3 };
+const PATIENCE: Timeouts = Timeouts { timeout: Duration::from_secs(20), tries: 3 };
 const FILE: &str = "signals.mcap";
 
 /// Returns exit status and standard output or error.

@@ -9,7 +9,7 @@ use std::thread::{self, JoinHandle};
 use std::time::{Duration, Instant};
 
 use dimsart::broker::{self, SharedPort};
-use dimsart::connect::{Capture, ConnectError, Device, Live, Patience, Tap, ValueText};
+use dimsart::connect::{Capture, ConnectError, Device, Live, Tap, Timeouts, ValueText};
 use hil_sim::clock;
 use hil_sim::link::{PortError, Stream};
 use hil_sim::response::LiveRig;
@@ -17,7 +17,7 @@ use hil_sim::rig_file::RigFile;
 use hil_sim::schemes::SchemeText;
 use test_requirements::TEST_TIMEOUT;
 
-const PATIENCE: Patience = Patience { timeout: Duration::from_secs(20), tries: 3 };
+const PATIENCE: Timeouts = Timeouts { timeout: Duration::from_secs(20), tries: 3 };
 /// Time scale for a busy machine: a lease lasts one second of the computer's time.
 const SPEED: f64 = 0.2;
 
@@ -185,7 +185,7 @@ fn clients_go_on_when_the_one_that_had_the_port_ends() {
         }
     });
     // Requests to the ending client are lost, and soon repeated.
-    let patience = Patience { timeout: Duration::from_millis(500), tries: 100 };
+    let patience = Timeouts { timeout: Duration::from_millis(500), tries: 100 };
     let greet = || Device::greet(broker::open(&port, 0).unwrap(), patience, dimsart_modules::ALL).unwrap();
     let (first, mut second, mut third) = (greet(), greet(), greet());
     drop(first);

@@ -236,14 +236,14 @@ fn what_keeps_a_link_passive_is_stable_where_position_force_is_not() {
 #[test]
 fn a_tenth_of_the_packets_lost_sets_hardly_more_energy_loose() {
     // Remaining debt of a bounded damper, and overdraft of one tick.
-    for (scheme, least_j) in [("tdpa", -0.13), ("tank", -4e-3)] {
+    for (scheme, min_j) in [("tdpa", -0.13), ("tank", -4e-3)] {
         let (rows, _) = telerobot(scheme, &[], &["link.0.carrier.loss+link.1.carrier.loss=0,0.1"]);
         let [kept_j, lossy_j] =
             [0, 1].map(|row: usize| rows[row]["energy_ports_min_j"].parse::<f64>().unwrap());
         assert!(rows.iter().all(|row| row["stable"] == "true"), "{rows:?}");
         assert!(rows[1]["lost_packets"].parse::<u32>().unwrap() > 1000, "{rows:?}");
         assert!(
-            kept_j >= least_j && lossy_j >= least_j && lossy_j >= 1.1 * kept_j,
+            kept_j >= min_j && lossy_j >= min_j && lossy_j >= 1.1 * kept_j,
             "{scheme}: {kept_j} {lossy_j}"
         );
     }

@@ -20,7 +20,7 @@ pub(crate) enum Shows {
     /// The last state, and that the drive is silent.
     Silent,
     /// The last state, and that the drive does not follow its command.
-    Disobeys,
+    UnexpectedMode,
 }
 
 /// Phase of a joint and its drive.
@@ -79,7 +79,7 @@ impl Agreement {
         match self.phase {
             _ if was_refused || self.is_gone() => Shows::Nothing,
             _ if self.silent_ticks != 0 && self.silent_ticks == self.missing_ticks => Shows::Silent,
-            Phase::Refused => Shows::Disobeys,
+            Phase::Refused => Shows::UnexpectedMode,
             _ => Shows::State,
         }
     }

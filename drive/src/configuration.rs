@@ -11,7 +11,7 @@ pub(crate) const TRACKING_RAD_PER_S: f32 = 2_000.0;
 /// Delay from a sample to the middle of the period in which its voltage is applied, the next one.
 pub(crate) const PERIODS_TO_VOLTAGE: f32 = 1.5;
 /// Maximum of observer bandwidth times period, `rad`; unstable above 0.8.
-const MOST_TRACKING_SHARE: f32 = 0.301;
+const MAX_TRACKING_SHARE: f32 = 0.301;
 
 /// A permanent-magnet motor with three phases.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -262,7 +262,7 @@ impl Configuration {
         );
         require!(self.limits.stall_s, limits.stall_s > 0.0, "above 0, or infinity");
         require!(self.inverter.period_s, is_positive(inverter.period_s), "above 0");
-        let is_followed = inverter.period_s * TRACKING_RAD_PER_S <= MOST_TRACKING_SHARE;
+        let is_followed = inverter.period_s * TRACKING_RAD_PER_S <= MAX_TRACKING_SHARE;
         require!(self.inverter.period_s, is_followed, "at most 150e-6 for the angle observer");
         require!(self.bandwidth_rad_per_s, is_positive(self.bandwidth_rad_per_s), "above 0");
         let is_slow = self.bandwidth_rad_per_s * inverter.period_s <= 1.0 / 3.0;

@@ -99,7 +99,7 @@ impl CurrentController {
             d: self.direct.proportional_ohm * error_a.d + self.integral_v.d + coupling_d_v,
             q: self.quadrature.proportional_ohm * error_a.q + self.integral_v.q + coupling_q_v,
         };
-        let given_v = within_circle(asked_v, supply.most_v, supply.per_most_v);
+        let given_v = within_circle(asked_v, supply.max_v, supply.per_max_v);
         self.integral_v = Dq {
             d: self.direct.integrate(self.integral_v.d, error_a.d, asked_v.d - given_v.d),
             q: self.quadrature.integrate(self.integral_v.q, error_a.q, asked_v.q - given_v.q),

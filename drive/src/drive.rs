@@ -131,7 +131,7 @@ impl Drive {
             self.feels = !self.feels;
             let Dq { d, q } = self.current_a;
             if !self.feels {
-                let (angle, held_rad_per_s) = (self.tracking.angle(), supply.most_v * self.speed_per_v);
+                let (angle, held_rad_per_s) = (self.tracking.angle(), supply.max_v * self.speed_per_v);
                 self.protection.weigh(q, angle, speed_rad_per_s, held_rad_per_s);
             } else if self.is_on {
                 let (unexpected_v, pole_pairs) =
@@ -152,8 +152,8 @@ impl Drive {
             return None;
         };
         self.is_on = true;
-        let most_a = self.protection.current_limit_a(sample.temperature_c);
-        let wanted_a = within(torque_nm * self.current_per_torque, most_a);
+        let max_a = self.protection.current_limit_a(sample.temperature_c);
+        let wanted_a = within(torque_nm * self.current_per_torque, max_a);
         self.voltage_v = self.controller.step(
             Dq { d: 0.0, q: wanted_a },
             self.current_a,

@@ -26,15 +26,15 @@ use shaking::{Axis, Shaking};
 use turning::Turning;
 
 /// Maximum phase current relative to the requested current.
-const MOST_SHARE: f32 = 1.25;
+const MAX_SHARE: f32 = 1.25;
 
-/// Minimum current as a share of the dead-time voltage over `R`, so that no phase exceeds [`MOST_SHARE`] while the
+/// Minimum current as a share of the dead-time voltage over `R`, so that no phase exceeds [`MAX_SHARE`] while the
 /// current vector rotates. There the dead-time effect is `cos 30°` of the effect along a phase, which carries `cos 30°`
-/// of the current: `cos 30° (1 - cos 30°) / (MOST_SHARE - cos 30°)`.
+/// of the current: `cos 30° (1 - cos 30°) / (MAX_SHARE - cos 30°)`.
 const DEAD_TIME_SHARE: f32 = 0.302;
 /// Minimum current relative to `dead_time_current_a`: at half of the requested current, less 5 %, two phases carry half
 /// of it and must be above `dead_time_current_a`. Otherwise the dead-time effect is identified as resistance.
-const LEAST_SHARE: f32 = 4.5;
+const MIN_SHARE: f32 = 4.5;
 /// Margin for the back-EMF and for a resistance that is not known yet.
 const RESERVE: f32 = 1.5;
 
@@ -59,9 +59,9 @@ pub struct Identified {
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum IdentificationError {
     /// The supply voltage is too low for the current.
-    NoCurrent,
+    SupplyTooLow,
     /// The phase currents do not match the voltage.
-    WrongPhases,
+    PhaseMismatch,
     /// The current is too small: dead time or back-EMF changes it by more than a quarter.
     TooLittleCurrent {
         /// Recommended current, `A`.
@@ -79,8 +79,8 @@ pub enum IdentificationError {
 }
 
 impl IdentificationError {
-    fn too_little(least_a: f32) -> Self {
-        Self::TooLittleCurrent { needed_a: RESERVE * least_a }
+    fn too_little(min_a: f32) -> Self {
+        Self::TooLittleCurrent { needed_a: RESERVE * min_a }
     }
 }
 
@@ -148,7 +148,7 @@ impl Identification {
     fn begin(configuration: &Checked, current_a: f32, finds_inductances: bool) -> Self {
         let configuration = configuration.get();
         let current_a = within(current_a, configuration.limits.current_a);
-        let needed_a = LEAST_SHARE * configuration.inverter.dead_time_current_a;
+        let needed_a = MIN_SHARE * configuration.inverter.dead_time_current_a;
         let period_s = configuration.inverter.period_s;
         Self {
             finds_inductances,
@@ -177,17 +177,17 @@ impl Identification {
         let supply = self.modulation.supply(sample.bus_v);
         let voltage_v = match self.protection.fault() {
             Some(fault) => Err(IdentificationError::Fault(fault)),
-            None => self.voltage(sample, supply.most_v),
+            None => self.voltage(sample, supply.max_v),
         };
         let within =
-            |Stator { alpha, beta }: Stator| alpha * alpha + beta * beta <= supply.most_v * supply.most_v;
+            |Stator { alpha, beta }: Stator| alpha * alpha + beta * beta <= supply.max_v * supply.max_v;
         let end = match voltage_v {
             Ok(Some(voltage_v)) if within(voltage_v) => {
                 let duties = self.modulation.duties(voltage_v, Stator::default(), &supply);
                 return IdentificationStep::GoesOn(duties);
             }
             // The supply voltage has dropped below the voltage needed.
-            Ok(Some(_)) => Err(IdentificationError::NoCurrent),
+            Ok(Some(_)) => Err(IdentificationError::SupplyTooLow),
             Ok(None) => Ok(self.found),
             Err(error) => Err(error),
         };
@@ -197,8 +197,8 @@ impl Identification {
 
     /// Returns the voltage for the next period, `V`; `None` when finished.
     #[inline]
-    fn voltage(&mut self, sample: &Sample, most_v: f32) -> Result<Option<Stator>, IdentificationError> {
-        if sample.phase_a.iter().any(|phase_a| phase_a.abs() > MOST_SHARE * self.current_a) {
+    fn voltage(&mut self, sample: &Sample, max_v: f32) -> Result<Option<Stator>, IdentificationError> {
+        if sample.phase_a.iter().any(|phase_a| phase_a.abs() > MAX_SHARE * self.current_a) {
             let dead_time_a = self.held_v / self.found.resistance_ohm - self.current_a;
             return Err(IdentificationError::too_little(larger(
                 DEAD_TIME_SHARE * dead_time_a,
@@ -209,7 +209,7 @@ impl Identification {
         let (current_a, period_s) = (self.current_a, self.period_s);
         let (voltage_v, next) = match &mut self.stage {
             Stage::Resting(resting) => {
-                let (voltage_v, done) = resting.step(sample.phase_a, most_v)?;
+                let (voltage_v, done) = resting.step(sample.phase_a, max_v)?;
                 let next = done.map(|rest| {
                     (self.found.resistance_ohm, self.held_v) = (rest.resistance_ohm, rest.voltage_v);
                     match self.finds_inductances {
@@ -220,7 +220,7 @@ impl Identification {
                 (voltage_v, next)
             }
             Stage::Shaking(shaking) => {
-                let (voltage_v, done) = shaking.step(is_a, most_v)?;
+                let (voltage_v, done) = shaking.step(is_a, max_v)?;
                 let next = done.map(|inductance_h| match shaking.axis {
                     Axis::Direct => {
                         self.found.direct_inductance_h = inductance_h;

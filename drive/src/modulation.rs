@@ -31,9 +31,9 @@ pub struct Supply {
     /// `1/V`.
     pub per_bus_v: f32,
     /// Maximum voltage in any direction, `V`.
-    pub most_v: f32,
-    /// `1 / most_v`.
-    pub per_most_v: f32,
+    pub max_v: f32,
+    /// `1 / max_v`.
+    pub per_max_v: f32,
 }
 
 impl Modulation {
@@ -56,10 +56,10 @@ impl Modulation {
     #[must_use]
     pub fn supply(&self, bus_v: f32) -> Supply {
         let per_bus_v = 1.0 / bus_v;
-        Supply { per_bus_v, most_v: self.radius_share * bus_v, per_most_v: self.per_radius_share * per_bus_v }
+        Supply { per_bus_v, max_v: self.radius_share * bus_v, per_max_v: self.per_radius_share * per_bus_v }
     }
 
-    /// Returns the duty cycles for a voltage up to [`Supply::most_v`], `V`, with the reference current `wanted_a` for
+    /// Returns the duty cycles for a voltage up to [`Supply::max_v`], `V`, with the reference current `wanted_a` for
     /// dead-time compensation. They are within range without clamping.
     #[inline]
     #[must_use]

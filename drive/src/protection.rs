@@ -16,7 +16,7 @@ const ENCODER_NOISE_RAD: f32 = 0.01;
 /// Count of a missing or invalid encoder reading; a valid one subtracts 1. Two in a row, or one in three permanently,
 /// are bridged by extrapolation.
 const BAD_READING: u8 = 2;
-const MOST_BAD: u8 = 4;
+const MAX_BAD: u8 = 4;
 /// Minimum plausible temperature, `°C`: an open sensor reads lower.
 const COLDEST_C: f32 = -40.0;
 /// Heat that a winding at standstill dissipates, as a share of the square of the maximum current.
@@ -41,8 +41,8 @@ pub struct Protection {
     limits: Limits,
     /// Two periods: the checks of motion and of the encoder's alignment alternate.
     check_s: f32,
-    most_sum_a: f32,
-    most_surprise_rad: f32,
+    max_sum_a: f32,
+    max_surprise_rad: f32,
     standstill_rad_per_s: f32,
     /// Current limit per degree below the trip temperature.
     derating_a_per_c: f32,
@@ -57,9 +57,9 @@ pub struct Protection {
     emf_vs: f32,
     coupling_h: f32,
     unseen_periods: i32,
-    most_unseen_periods: i32,
+    max_unseen_periods: i32,
     last_a: f32,
-    most_change_a: f32,
+    max_change_a: f32,
     unstable_periods: i32,
     bad_readings: u8,
     stalled_s: f32,
@@ -77,8 +77,8 @@ impl Protection {
         Self {
             limits,
             check_s: 2.0 * period_s,
-            most_sum_a: SENSOR_SHARE * limits.trip_current_a,
-            most_surprise_rad: 2.0 * limits.speed_rad_per_s * period_s + ENCODER_NOISE_RAD,
+            max_sum_a: SENSOR_SHARE * limits.trip_current_a,
+            max_surprise_rad: 2.0 * limits.speed_rad_per_s * period_s + ENCODER_NOISE_RAD,
             standstill_rad_per_s: STANDSTILL_SHARE * limits.speed_rad_per_s,
             derating_a_per_c: limits.current_a / (limits.trip_c - limits.derating_c),
             stall_per_a2: 1.0 / (limits.current_a * limits.current_a * (1.0 - COOLED_SHARE)),
@@ -89,9 +89,9 @@ impl Protection {
             emf_vs: EMF_SHARE * motor.flux_linkage_vs,
             coupling_h: COUPLING_SHARE * motor.quadrature_inductance_h,
             unseen_periods: 0,
-            most_unseen_periods: (TURNING_UNSEEN_S / period_s) as i32,
+            max_unseen_periods: (TURNING_UNSEEN_S / period_s) as i32,
             last_a: 0.0,
-            most_change_a: OSCILLATION_SHARE * limits.current_a,
+            max_change_a: OSCILLATION_SHARE * limits.current_a,
             unstable_periods: 0,
             bad_readings: 0,
             stalled_s: 0.0,
@@ -125,7 +125,7 @@ impl Protection {
             // A saturated converter: the other two phases do not balance it.
             _ if !has_current && (u + v + w).is_infinite() => DriveFault::CurrentSensors,
             _ if !has_current => DriveFault::Overcurrent,
-            _ if !is_within(u + v + w, self.most_sum_a) => DriveFault::CurrentSensors,
+            _ if !is_within(u + v + w, self.max_sum_a) => DriveFault::CurrentSensors,
             Sample { bus_v, .. } if *bus_v > most_bus_v => DriveFault::Overvoltage,
             Sample { bus_v, .. } if *bus_v >= least_bus_v => {
                 match (COLDEST_C..trip_c).contains(&sample.temperature_c) {
@@ -142,7 +142,7 @@ impl Protection {
     #[inline]
     pub(crate) fn believe(&mut self, rotor: Rotor, surprise_rad: f32) -> Option<f32> {
         let found = match rotor {
-            Rotor::At(_) if surprise_rad.abs() <= self.most_surprise_rad => {
+            Rotor::At(_) if surprise_rad.abs() <= self.max_surprise_rad => {
                 self.bad_readings = self.bad_readings.saturating_sub(1);
                 return Some(surprise_rad);
             }
@@ -161,7 +161,7 @@ impl Protection {
     /// Checks whether too many readings were missing or invalid to extrapolate: the observer must be reinitialised.
     #[inline]
     pub(crate) fn has_lost_rotor(&self) -> bool {
-        self.bad_readings > MOST_BAD
+        self.bad_readings > MAX_BAD
     }
 
     /// Checks overspeed and stall. The speed limit is the lower of the configured one and `held_rad_per_s`, up to which
@@ -189,10 +189,10 @@ impl Protection {
     pub(crate) fn watch(&mut self, current_a: f32) {
         let change_a = current_a - self.last_a;
         self.last_a = current_a;
-        let is_large = change_a.abs() > self.most_change_a;
+        let is_large = change_a.abs() > self.max_change_a;
         // A reference that steps in every tick causes large changes in half of the checks.
         self.unstable_periods = (self.unstable_periods + if is_large { 2 } else { -4 }).max(0);
-        if self.unstable_periods > self.most_unseen_periods {
+        if self.unstable_periods > self.max_unseen_periods {
             self.note(DriveFault::CurrentLoop);
         }
     }
@@ -214,7 +214,7 @@ impl Protection {
             + pole_pairs * speed_rad_per_s * (self.emf_vs + self.coupling_h * current_a.abs());
         let is_wrong = unexpected_v.abs() > tolerance_v;
         self.unseen_periods = (self.unseen_periods + if is_wrong { 2 } else { -1 }).max(0);
-        if self.unseen_periods > self.most_unseen_periods {
+        if self.unseen_periods > self.max_unseen_periods {
             let stands = speed_rad_per_s <= self.standstill_rad_per_s;
             self.note(if stands { DriveFault::EncoderLost } else { DriveFault::EncoderSlipped });
         }

@@ -7,7 +7,8 @@ use std::{env, fs};
 fn main() -> Result<(), String> {
     println!("cargo:rerun-if-env-changed=DIMSART_MODULES");
     let text = match env::var_os("DIMSART_MODULES").map(PathBuf::from) {
-        None => "/// None.\npub const OWN: dimsart_core::Kinds = dimsart_core::Kinds::NONE;\n".to_owned(),
+        None => "/// None.\npub const OWN: dimsart_core::ModuleKinds = dimsart_core::ModuleKinds::NONE;\n"
+            .to_owned(),
         Some(path) => {
             let file = fs::canonicalize(&path).map_err(|error| {
                 format!("DIMSART_MODULES: {}: {error}; set it to the path of a Rust file", path.display())
@@ -21,6 +22,6 @@ fn main() -> Result<(), String> {
             )
         }
     };
-    let out = env::var_os("OUT_DIR").ok_or("cargo sets OUT_DIR")?;
+    let out = env::var_os("OUT_DIR").ok_or("OUT_DIR is not set by cargo")?;
     fs::write(PathBuf::from(out).join("own_modules.rs"), text).map_err(|error| error.to_string())
 }

@@ -1,6 +1,6 @@
 //! Table 1 as a single function, exported by name like the [controller](crate::entry_points): the reference
 //! for a tick's cost.
-#![expect(unsafe_code, reason = "the names are for a host tool; nothing else of the image has them")]
+#![expect(unsafe_code, reason = "exported names for a host tool, unique in the image")]
 
 use by_hand::{DOF, Master, Packet};
 

@@ -6,7 +6,7 @@
 //! wait states.
 #![no_std]
 #![no_main]
-#![expect(unsafe_code, reason = "the names are for a host tool; nothing else of the image has them")]
+#![expect(unsafe_code, reason = "exported names for a host tool, unique in the image")]
 
 mod stopping;
 

@@ -3,8 +3,8 @@
 //! `dimsart cycles` calls and bounds these functions in an emulated processor. They are therefore never
 //! inlined, and their arguments can be set by a host: a slice is an address and a length; a returned value is
 //! written to an address that precedes the other arguments.
-#![expect(unsafe_code, reason = "the names are for a host tool; nothing else of the image has them")]
-#![expect(improper_ctypes_definitions, reason = "a host only hands on what has no layout of its own")]
+#![expect(unsafe_code, reason = "exported names for a host tool, unique in the image")]
+#![expect(improper_ctypes_definitions, reason = "a host only passes these values through")]
 
 use crate::modules::{MODULES, RUNS_PROGRAMS};
 use boards::{Board as _, Limits, Selected};
@@ -125,7 +125,7 @@ pub(crate) fn connect_with(
     if let Err(error) = dimsart.connect(device, MODULES) {
         defmt::panic!("data base too small for the device: {}", error);
     }
-    dimsart.engine_mut().time_calls(Selected::counter(), Selected::SPARE_CYCLES);
+    dimsart.engine_mut().set_call_timer(Selected::counter(), Selected::SPARE_CYCLES);
     (frames.words_in, frames.words_out) = (dimsart.frame().output_words(), dimsart.frame().input_words());
     dimsart
 }

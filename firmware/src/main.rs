@@ -145,8 +145,8 @@ fn start_scheme(
     key_range: Option<key_service::KeyRange>,
     dimsart: &mut Dimsart,
 ) -> (SchemeService, KeyService, KeysToTake) {
-    const MOST: usize = if modules::RUNS_PROGRAMS { MAX_SCHEME_BYTES } else { MAX_BYTES_WITHOUT_LAWS };
-    static SCHEME: ConstStaticCell<heapless::Vec<u8, MOST>> = ConstStaticCell::new(heapless::Vec::new());
+    const MAX: usize = if modules::RUNS_PROGRAMS { MAX_SCHEME_BYTES } else { MAX_BYTES_WITHOUT_LAWS };
+    static SCHEME: ConstStaticCell<heapless::Vec<u8, MAX>> = ConstStaticCell::new(heapless::Vec::new());
     let scheme = SCHEME.take();
     let status = block_on(firmware::start(store.as_mut(), scheme, stamp().scheme(), dimsart));
     defmt::info!("{}: starts with scheme {}", Selected::NAME, status.origin);

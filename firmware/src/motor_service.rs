@@ -42,7 +42,7 @@ impl MotorService {
                 if motor_checksum(words) == checksum {
                     match Motor::check_motor(layout, words) {
                         Ok(()) => keep(layout, words, schemes, tick).await,
-                        Err(fallback) => Err(Refusal::Motor(MotorRefusal::NotTaken(fallback))),
+                        Err(fallback) => Err(Refusal::Motor(MotorRefusal::Invalid(fallback))),
                     }
                 } else {
                     Err(Refusal::Motor(MotorRefusal::Incomplete))
@@ -77,7 +77,7 @@ async fn keep(
     if schemes.stalls_tick && runs(tick).await {
         return Err(Refusal::Store(StoreError::SchemeRuns));
     }
-    let kept = store.keep_motor(layout, words).await;
+    let kept = store.store_motor(layout, words).await;
     (schemes.status.trial, schemes.status.is_saved) = (store.trial(), store.is_saved());
     kept.map_err(|Broken| Refusal::Store(StoreError::Storage))
 }

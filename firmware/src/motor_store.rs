@@ -12,14 +12,14 @@ use crate::scheme_store::{SPARE_BYTES, SchemeStore};
 
 /// Key of the item.
 const MOTOR: u8 = 3;
-const MOST_WORDS: usize = 1 + MAX_MOTOR_WORDS;
+const MAX_WORDS: usize = 1 + MAX_MOTOR_WORDS;
 
 impl<F: NorFlash> SchemeStore<F> {
     /// Reads the stored configuration without checking its values: whether there is one, and why it could not
     /// be read. Can be called before [`open`](Self::open).
     pub fn motor(&mut self) -> MotorReport {
         let mut report = MotorReport::default();
-        let mut bytes = [0; 4 * MOST_WORDS];
+        let mut bytes = [0; 4 * MAX_WORDS];
         let opened = self.items.open();
         let found = self.items.fetch(MOTOR, &mut bytes);
         let (Ok(()), Ok(bytes)) = (opened, found) else {
@@ -42,8 +42,8 @@ impl<F: NorFlash> SchemeStore<F> {
     ///
     /// # Errors
     /// [`Broken`]; the old configuration is still stored.
-    pub async fn keep_motor(&mut self, layout: u16, words: &[u32]) -> Result<(), Broken> {
-        let mut bytes = [[0; 4]; MOST_WORDS];
+    pub async fn store_motor(&mut self, layout: u16, words: &[u32]) -> Result<(), Broken> {
+        let mut bytes = [[0; 4]; MAX_WORDS];
         let item = bytes.get_mut(..=words.len()).ok_or(Broken)?;
         for (bytes, word) in item.iter_mut().zip(core::iter::once(&u32::from(layout)).chain(words)) {
             *bytes = word.to_le_bytes();

@@ -22,7 +22,7 @@ pub(crate) fn start(_: Option<()>, _: Option<&mut Flash>) -> (KeyService, KeysTo
 /// Accepts all requests.
 pub(crate) struct KeyService;
 
-#[expect(clippy::unused_self, reason = "the other one has a state")]
+#[expect(clippy::unused_self, reason = "the key service has a state")]
 impl KeyService {
     /// Decodes the request in a frame. A [`NotUnderstood`](DecodeError::NotUnderstood) request is refused.
     pub(crate) fn take(&mut self, content: &[u8]) -> Result<(u16, Request), DecodeError> {

@@ -7,7 +7,7 @@ use boards::{Board as _, Selected};
 use dimsart_link::{EventKind, EventLog};
 
 /// Events, including those before the last reset.
-#[expect(unsafe_code, reason = "start-up writes nothing there")]
+#[expect(unsafe_code, reason = "not initialised at start-up")]
 // SAFETY: the section holds nothing else, and any content is valid: `restore` finds the events in it.
 #[unsafe(link_section = ".uninit.EVENTS")]
 pub(crate) static EVENTS: EventLog = EventLog::new();

@@ -63,7 +63,7 @@ impl SchemeService {
             SchemeAction::Confirm if is_tried && store.trial() == Trial::Tried => store.confirm().await,
             // Already confirmed; the response was lost.
             SchemeAction::Confirm if is_tried && store.trial() == Trial::None && store.is_saved() => Ok(()),
-            SchemeAction::Confirm => return Err(refused(StoreError::NotTried)),
+            SchemeAction::Confirm => return Err(refused(StoreError::NoTrial)),
             SchemeAction::RollBack => store.roll_back().await,
             SchemeAction::Look => Ok(()),
             _ => return Err(Refusal::NotUnderstood),
@@ -94,7 +94,7 @@ async fn collect(
     }
     if let Response::Finding { faults: faults @ 1.., .. } = tick.ask(Request::Finding { index: 0 }).await {
         let faults = usize::try_from(faults).unwrap_or(usize::MAX);
-        return Err(Refusal::Engine(CommandError::DoesNotMatch { faults }));
+        return Err(Refusal::Engine(CommandError::HasFaults { faults }));
     }
     let too_long = |_| refused(StoreError::TooLong);
     let (mut writer, mut cursor) = (Writer::new(scheme, fingerprint), Cursor::default());

@@ -1,8 +1,5 @@
 //! Data stamped into the image after linking: its scheme and its modules' costs.
-#![expect(
-    unsafe_code,
-    reason = "a host tool finds the stamp by its name, and changes it behind the compiler's back"
-)]
+#![expect(unsafe_code, reason = "a host tool finds the stamp by name and changes it in the image")]
 
 use dimsart_core::Dimsart;
 use dimsart_core::online::OPCODES;

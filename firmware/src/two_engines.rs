@@ -21,14 +21,14 @@ use cortex_m::peripheral::syst::SystClkSource;
 use cortex_m::peripheral::{SCB, SYST};
 use cortex_m_rt::{entry, exception};
 use dimsart_core::{
-    AxisKind, Command, Coupling, DataType, DeviceDescriptor, Dimsart, Kinds, ModuleRef, Snapshot,
+    AxisKind, Command, Coupling, DataType, DeviceDescriptor, Dimsart, ModuleKinds, ModuleRef, Snapshot,
     TIMEOUT_TICKS, Tick, Value, Word, join_kinds, limits::Sizes, memory, types,
 };
 use dimsart_modules::{CONTROL, SIGNALS};
 use semihosting::process::exit;
 use static_cell::{ConstStaticCell, StaticCell};
 
-const MODULES: Kinds = join_kinds![CONTROL, SIGNALS];
+const MODULES: ModuleKinds = join_kinds![CONTROL, SIGNALS];
 
 const DOF: usize = 3;
 const AXES: [AxisKind; DOF] = [AxisKind::Rotary; DOF];
@@ -39,7 +39,7 @@ const GAIN: f32 = 0.5;
 /// Ticks of the joint after the planner has stopped: until its commands are late, plus some.
 const TICKS_ALONE: u32 = TIMEOUT_TICKS + 10;
 /// Maximum timer counts between two ticks, less than a tick of the planner takes.
-const MOST_BETWEEN: u32 = 1 << 15;
+const MAX_BETWEEN: u32 = 1 << 15;
 const LONGEST: u32 = 0x00FF_FFFF;
 
 /// Memory of each engine.
@@ -96,7 +96,7 @@ fn main() -> ! {
 
     let Some(mut peripherals) = Peripherals::take() else { exit(1) };
     peripherals.SYST.set_clock_source(SystClkSource::Core);
-    peripherals.SYST.set_reload(MOST_BETWEEN);
+    peripherals.SYST.set_reload(MAX_BETWEEN);
     peripherals.SYST.clear_current();
     peripherals.SYST.enable_counter();
     peripherals.SYST.enable_interrupt();
@@ -165,7 +165,7 @@ fn run_planner(dimsart: &mut Dimsart, mut between: Between) -> u32 {
         let tick = ticks_of(&measured, 1.0);
         must("the planner receives the latest position", tick >= shown && tick >= seen);
         seen = tick;
-        dimsart.hold_back(between.are_late());
+        dimsart.set_commands_stale(between.are_stale());
         dimsart.tick(&measured, &mut commanded);
         PLANNER_CROSSES.store(true, Relaxed);
         between.show(commanded);
@@ -188,7 +188,7 @@ fn SysTick() {
         joint.random ^= joint.random << 13;
         joint.random ^= joint.random >> 17;
         joint.random ^= joint.random << 5;
-        set_timer(joint.random % MOST_BETWEEN + 1);
+        set_timer(joint.random % MAX_BETWEEN + 1);
     }
 }
 
@@ -202,7 +202,7 @@ impl Joint {
             *word = Word::from(at(tick, axis));
         }
         between.get(desired);
-        dimsart.hold_back(between.are_late());
+        dimsart.set_commands_stale(between.are_stale());
         let now_planned = ticks_of(desired, 1.0 / GAIN);
         must("planner commands are never older than before", now_planned >= *planned && now_planned < tick);
         let mut force = [Word(0); DOF];
@@ -240,7 +240,7 @@ fn at(tick: u32, axis: usize) -> f32 {
 #[expect(
     clippy::cast_possible_truncation,
     clippy::cast_sign_loss,
-    reason = "another tick than what was shown says so"
+    reason = "an inexact value fails the comparison"
 )]
 fn ticks_of(words: &[Word], factor: f32) -> u32 {
     let positions = words.iter().map(|word| f32::from_bits(word.0) * factor);
@@ -252,7 +252,7 @@ fn ticks_of(words: &[Word], factor: f32) -> u32 {
 }
 
 /// Restarts the timer.
-#[expect(unsafe_code, reason = "the processor's timer belongs to this interrupt from its first one on")]
+#[expect(unsafe_code, reason = "only this interrupt uses the timer after its first call")]
 fn set_timer(counts: u32) {
     // SAFETY: `main` does not use it after enabling the interrupt.
     let mut timer = unsafe { Peripherals::steal() }.SYST;

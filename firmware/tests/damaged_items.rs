@@ -1,5 +1,5 @@
-//! Schemes and a motor's configuration in a flash with a damaged bit or word: a start that does not find the newest ones says
-//! so, and finds those that are not damaged.
+//! Schemes and a motor configuration in flash with a damaged bit or word: a start that does not find the
+//! newest items reports that, and finds the intact ones.
 #![expect(clippy::unwrap_used, clippy::indexing_slicing, reason = "in helpers of tests as in tests")]
 
 #[path = "common/board.rs"]
@@ -16,7 +16,7 @@ const CONFIRMED: u16 = 10;
 const NEWER: u16 = 20;
 const NEXT: u16 = 30;
 
-/// What a start comes to: the scheme's bytes, and the rest as it is reported.
+/// The result of a start: the scheme's bytes and the report.
 type Started = (Vec<u8>, Origin, Trial, Option<Fallback>);
 
 fn start(flash: Flash) -> (Board, Started) {
@@ -26,7 +26,7 @@ fn start(flash: Flash) -> (Board, Started) {
     (board, (bytes, status.origin, status.trial, status.fallback))
 }
 
-/// Saves a scheme after this flash was started, and starts again.
+/// Starts with this flash, saves a scheme and starts again.
 fn try_next(flash: Flash, gain: u16) -> Board {
     let mut board = Board::start(flash);
     block_on(board.store.save(&scheme(gain))).unwrap();
@@ -39,7 +39,7 @@ fn confirmed(flash: Flash, gain: u16) -> Flash {
     board.store.into_flash()
 }
 
-/// Flashes with a confirmed scheme and a newer one at each step, each in its first page, and in one that was moved to.
+/// Flashes with a confirmed scheme and a newer one at each step, in the first page and in a later one.
 fn flashes() -> Vec<(String, Flash)> {
     let mut flashes = Vec::new();
     for mut flash in blank_flashes() {
@@ -56,7 +56,7 @@ fn flashes() -> Vec<(String, Flash)> {
             flashes.push((name("tried"), Board::start(waits).store.into_flash()));
             flashes.push((name("confirmed"), tried.store.into_flash()));
             flashes.push((name("rolled back"), left.store.into_flash()));
-            // Until the page that is written to is another one.
+            // Until another page is written.
             let erased = flash.erasures.clone();
             let mut gain = 40;
             while flash.erasures == erased {
@@ -68,14 +68,14 @@ fn flashes() -> Vec<(String, Flash)> {
     flashes
 }
 
-/// Damages of a word: each of its bits, and all of it.
+/// Damages of a word: each single bit, and all bits.
 fn damages(word: [u8; WORD]) -> impl Iterator<Item = [u8; WORD]> {
     let bits = (0..64).map(move |bit| (u64::from_le_bytes(word) ^ 1 << bit).to_le_bytes());
     let whole = [[0; WORD], [0xFF; WORD], word.map(|byte| !byte), *b"damaged!"];
     bits.chain(whole).filter(move |damaged| *damaged != word)
 }
 
-/// The flash with every damage of every word that was written, and of one that was not.
+/// The flash with every damage of every written word and of one blank word.
 fn each_damage(flash: &Flash) -> impl Iterator<Item = (String, Flash)> + '_ {
     let is_written = |place: &usize| flash.bytes[*place..][..WORD] != [0xFF; WORD] || *place == PAGE - WORD;
     let places = (0..flash.bytes.len()).step_by(WORD).filter(is_written);
@@ -145,7 +145,7 @@ fn a_damaged_bit_or_word_of_a_motor_s_configuration_is_told_and_takes_no_scheme_
     let keep = |flash: Flash, first: u32| {
         let mut store = store(flash);
         let _ = store.open();
-        block_on(store.keep_motor(1, &[first; 5])).unwrap();
+        block_on(store.store_motor(1, &[first; 5])).unwrap();
         store.into_flash()
     };
     for blank in blank_flashes() {

@@ -1,4 +1,4 @@
-//! A key in a flash whose power goes at every byte, in one that is damaged, and in one that is worn.
+//! A key in flash with a power loss at every byte, in damaged flash and in worn flash.
 #![expect(
     clippy::unwrap_used,
     clippy::indexing_slicing,
@@ -17,7 +17,7 @@ use firmware::{Kept, KeptKey, KeyStore, SEEDS_PER_START, SchemeStore};
 use rand_core::{Rng, SeedableRng};
 use rand_pcg::Pcg64Mcg;
 
-/// Schemes before it.
+/// Schemes before the key.
 const KEYS: Range<u32> = 4096..8192;
 const PLACE: usize = 4096;
 const BODY_BYTES: usize = 40;
@@ -25,12 +25,12 @@ const RETIRED: usize = 48;
 /// Record, commit and retirement.
 const HEAD_BYTES: usize = 56;
 
-/// Of the watchdog before the first tick: 512 ms of an oscillator that may be a twentieth too fast.
+/// Watchdog timeout before the first tick: 512 ms of an oscillator that may be 5 % fast.
 const PATIENCE_US: u64 = 480_000;
-/// Most pages that a start erases.
+/// Maximum number of pages that a start erases.
 const MAX_ERASURES: u32 = 2;
 
-/// What a user does to a board.
+/// Steps of a user.
 #[derive(Debug, Clone, Copy)]
 enum Step {
     Set(u8),
@@ -42,7 +42,7 @@ fn key(number: u8) -> [u8; 16] {
     [number; 16]
 }
 
-/// A board with the flash in it.
+/// A board with this flash.
 struct Board {
     flash: Flash,
     store: KeyStore,
@@ -71,7 +71,7 @@ impl Board {
         board
     }
 
-    /// The number of the key, none without one.
+    /// The number of the key, if any.
     fn number(&self) -> Option<u8> {
         match self.kept {
             Kept::Key(KeptKey { key, .. }) => Some(key[0]),
@@ -87,7 +87,7 @@ impl Board {
             Step::Clear => block_on(store.clear(flash)).map(|()| Kept::None).ok()?,
             Step::Restart => {
                 *self = Self::start(self.flash.clone());
-                // Without power nothing is known.
+                // Without power the state is unknown.
                 return (self.flash.power != Some(0)).then_some(());
             }
         };
@@ -100,13 +100,13 @@ fn script() -> Vec<Step> {
     let mut steps =
         vec![Restart, Set(1), Restart, Restart, Set(2), Restart, Clear, Restart, Set(3), Set(4), Clear];
     steps.extend([Clear, Set(5)]);
-    // More than a page has room to count.
+    // More than a page can count.
     steps.extend([Restart; PAGE / WORD + 10]);
     steps.extend([Set(6), Restart]);
     steps
 }
 
-/// What is left in the flash wherever the power can go in a step.
+/// The flash after a power loss at every point of a step.
 fn cuts(flash: &Flash, step: Step) -> Vec<Flash> {
     let cut = |power| {
         let board = if matches!(step, Step::Restart) { Board::off } else { Board::start };
@@ -134,7 +134,8 @@ fn damage_of_either_record_after_a_cut_at_any_write_takes_nothing_back_or_locks(
         for flash in cuts(&board.flash, step) {
             let started = Board::start(flash.clone());
             let number = started.number();
-            // Before the next start a bit may make a commit whole that was cut; after it, not even a byte decides anything.
+            // Before the next start, a bit can complete an interrupted commit; after it, even a damaged byte
+            // has no effect.
             for (flash, allowed, damages) in
                 [(flash, [number, finished], &BITS[..]), (started.flash, [number; 2], &BITS_AND_BYTE)]
             {
@@ -174,7 +175,7 @@ fn after_a_cut_at_any_write_and_another_one_in_the_next_start_the_old_or_the_new
                 count += 1;
                 let mut found = Board::start(again);
                 assert!([before, after].contains(&found.number()), "{step:?}: {:?}", found.kept);
-                // The store is as good as new.
+                // The store works as before.
                 found.carry_out(Step::Set(77)).unwrap();
                 assert_eq!(Board::start(found.flash).number(), Some(77), "{step:?}");
             }
@@ -185,7 +186,7 @@ fn after_a_cut_at_any_write_and_another_one_in_the_next_start_the_old_or_the_new
     assert!(count > 10_000, "{count} cuts: too little was written");
 }
 
-/// An erasure turns the bits of a page to ones, each in its own time.
+/// An erasure sets the bits of a page to one at different times.
 #[test]
 fn an_old_page_whose_retirement_and_erasure_were_cut_locks_nothing() {
     let board = Board::with_key(1);
@@ -196,7 +197,7 @@ fn an_old_page_whose_retirement_and_erasure_were_cut_locks_nothing() {
         };
         let mut count = 0;
         for flash in cuts(&board.flash, step).into_iter().filter(retirement_is_cut) {
-            // The last thing before the erasure is that the retirement is finished.
+            // Before the erasure, the retirement is completed.
             let before = cuts(&flash, Step::Restart).into_iter().rfind(|flash| flash.erasures == [0; PAGES]);
             let before = before.unwrap_or(flash);
             for (eighths, seed) in (1..8).flat_map(|eighths| (0..100).map(move |seed| (eighths, seed))) {
@@ -249,7 +250,7 @@ fn a_damaged_record_locks_whatever_it_said() {
         let mut flash = board.flash.clone();
         flash.bytes[place..place + BODY_BYTES].fill(0xFF);
         assert_eq!(Board::start(flash).kept, Kept::Damaged, "its commit is still there");
-        // What is behind it says nothing of keys.
+        // The bytes after it are not part of a key.
         for bit in 8 * BODY_BYTES..8 * (HEAD_BYTES + 2 * WORD) {
             let mut flash = board.flash.clone();
             flash.bytes[place + bit / 8] ^= 1 << (bit % 8);
@@ -266,12 +267,12 @@ fn no_start_has_the_seed_of_another_one() {
         let Kept::Key(KeptKey { seed, .. }) = board.kept else { panic!("{:?}", board.kept) };
         assert!(seeds.range(seed..seed + SEEDS_PER_START).next().is_none(), "start {start}");
         seeds.insert(seed);
-        // Some starts end before anything else happens, with a mark half written.
+        // Some starts are interrupted while writing the mark.
         let power = (start % 7 == 0).then_some(start % 9);
         let cut = Board::start(Flash { power, ..board.flash });
         board = Board::start(Flash { power: None, ..cut.flash });
     }
-    // Two starts each time. A page of an STM32G4 takes 10 000 erasures: 3 million starts.
+    // Two starts per iteration. A page of an STM32G4 endures 10 000 erasures: 3 million starts.
     let most = *board.flash.erasures.iter().max().unwrap();
     assert!(most <= 33, "{:?}", board.flash.erasures);
 }

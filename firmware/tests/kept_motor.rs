@@ -1,4 +1,4 @@
-//! The configuration of a motor in the flash that keeps the schemes, whose power goes at every byte.
+//! A motor configuration in the flash of the schemes, with a power loss at every byte.
 #![expect(clippy::unwrap_used, clippy::indexing_slicing, reason = "in helpers of tests as in tests")]
 
 mod common;
@@ -24,7 +24,7 @@ fn words(first: u32) -> Vec<u32> {
 }
 
 fn keep(flash: Flash, first: u32) -> (Flash, Result<(), Broken>) {
-    in_store(flash, |store| block_on(store.keep_motor(1, &words(first))))
+    in_store(flash, |store| block_on(store.store_motor(1, &words(first))))
 }
 
 fn kept(flash: Flash) -> (Flash, MotorReport) {
@@ -40,7 +40,7 @@ fn what_is_kept_is_read_until_it_is_forgotten() {
     let (flash, report) = kept(flash);
     assert_eq!((report.layout, report.is_kept, report.fallback), (1, true, None));
     assert_eq!(report.words[..], words(7));
-    let (flash, done) = in_store(flash, |store| block_on(store.keep_motor(0, &[])));
+    let (flash, done) = in_store(flash, |store| block_on(store.store_motor(0, &[])));
     assert_eq!(done, Ok(()));
     assert_eq!(kept(flash).1, MotorReport::default());
 }
@@ -49,16 +49,16 @@ fn what_is_kept_is_read_until_it_is_forgotten() {
 fn schemes_and_motor_leave_each_other_alone() {
     let (flash, done) = keep(Flash::new(), 7);
     assert_eq!(done, Ok(()));
-    // A flash without schemes is none that holds garbage.
+    // A flash without schemes is valid.
     let mut flash = in_store(flash, |store| {
         assert_eq!(store.open(), Ok(()));
         block_on(store.save(&[5; 512])).unwrap();
     })
     .0;
-    // Long enough to turn over every page.
+    // Long enough to use every page again.
     for first in 0..150 {
         flash = in_store(flash, |store| {
-            assert_eq!(block_on(store.keep_motor(1, &words(first))), Ok(()));
+            assert_eq!(block_on(store.store_motor(1, &words(first))), Ok(()));
             block_on(store.save(&[6; 512])).unwrap();
             assert_eq!(store.motor().words[..], words(first));
             assert_eq!(store.trial(), Trial::Waits);

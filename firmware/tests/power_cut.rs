@@ -1,4 +1,4 @@
-//! Schemes in a flash whose power goes at every byte, and in one that is worn.
+//! Schemes in flash with a power loss at every byte, and in worn flash.
 #![expect(clippy::unwrap_used, clippy::indexing_slicing, reason = "in helpers of tests as in tests")]
 
 #[path = "common/board.rs"]
@@ -17,7 +17,7 @@ use firmware::{SchemeStore, start};
 use board::{BUILT_IN, Board, blank_flashes, controller, scheme, store};
 use common::{Flash, PAGE, PAGES, WORD};
 
-/// What a user does to a board.
+/// Steps of a user.
 #[derive(Debug, Clone, Copy)]
 enum Step {
     Save(u16),
@@ -26,7 +26,7 @@ enum Step {
     Restart,
 }
 
-/// What is kept, as plainly as it can be written.
+/// A simple model of the stored state.
 #[derive(Debug, Clone, Copy, Default)]
 struct Model {
     saved: Option<u16>,
@@ -43,12 +43,12 @@ impl Model {
         }
     }
 
-    /// What a start runs that finds nothing new to try.
+    /// The scheme of a start without a new one on trial.
     fn confirmed(self) -> (u16, Origin) {
         self.saved.map_or((BUILT_IN, Origin::BuiltIn), |gain| (gain, Origin::Saved))
     }
 
-    /// What the next start runs.
+    /// The scheme of the next start.
     fn next(self) -> (u16, Origin) {
         match self.trial {
             Some((gain, false)) => (gain, Origin::Trial),
@@ -57,7 +57,7 @@ impl Model {
     }
 }
 
-/// Long enough to turn over every page.
+/// Long enough to use every page again.
 fn script() -> Vec<Step> {
     use Step::{Confirm, Restart, RollBack, Save};
     let round = |gain: u16| {
@@ -81,12 +81,12 @@ fn script() -> Vec<Step> {
         ]
     };
     let mut script: Vec<_> = (0..4).flat_map(|number| round(10 + 7 * number)).collect();
-    // What was confirmed long ago moves on, page by page.
+    // An old confirmed scheme is moved from page to page.
     script.extend((0..24).flat_map(|gain| [Save(gain), RollBack]));
     script
 }
 
-/// Carries out a step; gives the flash, and whether the step was done.
+/// Executes a step; returns the flash, and whether the step was completed.
 fn act(step: Step, flash: Flash) -> (Flash, bool) {
     if matches!(step, Step::Restart) {
         let board = Board::start(flash);
@@ -122,8 +122,8 @@ fn cut_at_any_write(mut flash: Flash) {
             let mut board = Board::start(cut);
             let found = (board.running(), board.status.origin);
             let allowed = [model.next(), next.next()];
-            assert!(allowed.contains(&found), "{step:?} cut at {power}: {found:?} is none of {allowed:?}");
-            // The store is as good as new.
+            assert!(allowed.contains(&found), "{step:?} cut at {power}: {found:?} instead of {allowed:?}");
+            // The store works as before.
             block_on(board.store.save(&scheme(77))).unwrap();
             let mut board = Board::start(board.store.into_flash());
             assert_eq!(
@@ -131,11 +131,11 @@ fn cut_at_any_write(mut flash: Flash) {
                 (77, Origin::Trial),
                 "{step:?} cut at {power}"
             );
-            // And what was confirmed is still there when nobody confirms the new one.
+            // The confirmed scheme is kept if the new one is not confirmed.
             let mut board = Board::start(board.store.into_flash());
             let found = (board.running(), board.status.origin);
             let allowed = [model.confirmed(), next.confirmed()];
-            assert!(allowed.contains(&found), "{step:?} cut at {power}: {found:?} is none of {allowed:?}");
+            assert!(allowed.contains(&found), "{step:?} cut at {power}: {found:?} instead of {allowed:?}");
         }
         flash = act(step, flash).0;
         model = next;
@@ -168,7 +168,7 @@ fn save_ten_thousand(flash: Flash) {
     }
     let flash = board.store.into_flash();
     let (least, most) = (flash.erasures.iter().min().unwrap(), flash.erasures.iter().max().unwrap());
-    // A page of an STM32G4 takes 10 000 erasures.
+    // A page of an STM32G4 endures 10 000 erasures.
     assert!(*most < 2_000 && most - least <= 1, "{:?}", flash.erasures);
 }
 
@@ -202,7 +202,7 @@ fn nothing(fingerprint: u32) -> SchemeBytes {
     bytes
 }
 
-/// A board that finds these bytes on trial.
+/// A board with these bytes on trial.
 fn with_trial(bytes: &[u8]) -> Board {
     let mut board = Board::start(Flash::new());
     block_on(board.store.save(&scheme(5))).unwrap();
@@ -217,10 +217,10 @@ fn a_scheme_on_trial_that_does_not_load_gives_way_to_the_saved_one_with_the_reas
     let print = fingerprint(controller().engine_mut());
     let mut damaged = scheme(6);
     damaged[10] ^= 1;
-    let faults = CommandError::DoesNotMatch { faults: 1 };
+    let faults = CommandError::HasFaults { faults: 1 };
     for (bytes, reason) in [
         (nothing(print).as_slice(), LoadError::Refused { command: 0, error: faults }),
-        (&nothing(print ^ 1), LoadError::OtherImage),
+        (&nothing(print ^ 1), LoadError::IncompatibleImage),
         (&damaged, LoadError::Damaged),
         (&[], LoadError::Damaged),
     ] {
@@ -247,7 +247,7 @@ fn a_saved_scheme_of_another_image_gives_way_to_the_built_in_one() {
     block_on(board.store.save(&nothing(print ^ 1))).unwrap();
     block_on(board.store.confirm()).unwrap();
     let mut board = Board::start(board.store.into_flash());
-    let fallback = Some(Fallback::Saved(LoadError::OtherImage));
+    let fallback = Some(Fallback::Saved(LoadError::IncompatibleImage));
     let expected = SchemeStatus { origin: Origin::BuiltIn, fallback, trial: Trial::None, is_saved: true };
     assert_eq!((board.status, board.running()), (expected, BUILT_IN));
 }

@@ -1,5 +1,5 @@
-//! Schemes and keys in a flash that says yes to words and erasures that it has not taken: nobody is told that they are
-//! kept.
+//! Schemes and keys in flash that reports success for failed writes and erasures: they must not be reported
+//! as stored.
 #![expect(clippy::unwrap_used, clippy::indexing_slicing, reason = "in helpers of tests as in tests")]
 
 mod common;
@@ -14,12 +14,12 @@ use firmware::{Broken, Kept, KeyStore, SchemeStore};
 const SCHEMES: Range<u32> = 0..8192;
 const KEYS: Range<u32> = 4096..8192;
 
-/// What is done to a flash at one go, and what it then is said to hold.
+/// A step and the expected content of the flash.
 type Step = fn(Flash, u8) -> (Flash, Result<(), Broken>);
 
 fn open_schemes(flash: Flash) -> SchemeStore<Flash> {
     let mut store = SchemeStore::new(flash, SCHEMES).unwrap();
-    // A flash that holds something else is erased by the first save.
+    // The first save erases a flash with other content.
     let _ = store.open();
     store
 }
@@ -50,12 +50,12 @@ fn is_set(mut flash: Flash, number: u8) -> bool {
     matches!(block_on(store.open(&mut flash)), Kept::Key(kept) if kept.key == [number; 16])
 }
 
-/// The flash, which takes every write again.
+/// The flash, with working writes.
 fn repaired(flash: Flash) -> Flash {
     Flash { deaf: 0..0, ..flash }
 }
 
-/// Carries a step out on `flash`, deaf for every single word or page, and for all from there on.
+/// Executes a step on `flash` with each single word or page failing, and with all following ones failing.
 fn hold(flash: &Flash, step: Step, is_kept: fn(Flash, u8) -> bool) -> usize {
     const NUMBER: u8 = 0x5A;
     let (heard, done) = step(flash.clone(), NUMBER);
@@ -75,7 +75,7 @@ fn hold(flash: &Flash, step: Step, is_kept: fn(Flash, u8) -> bool) -> usize {
 fn a_scheme_that_the_flash_has_not_taken_is_no_scheme_that_is_saved() {
     let mut flash = Flash::new();
     let mut refused = 0;
-    // Enough to go round all pages, with moves and erasures.
+    // Enough to use all pages again, with moves and erasures.
     for number in 0..45 {
         refused += hold(&flash, save, is_saved);
         flash = save(flash, number).0;

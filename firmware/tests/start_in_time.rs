@@ -1,5 +1,5 @@
-//! Schemes in a page of any fill level: a start is over before the watchdog resets the board, and a save erases one page at
-//! most.
+//! Schemes in a page at any fill level: a start ends before the watchdog timeout, and a save erases at most
+//! one page.
 #![expect(clippy::unwrap_used, clippy::indexing_slicing, reason = "in helpers of tests as in tests")]
 
 #[path = "common/board.rs"]
@@ -12,14 +12,14 @@ use dimsart_core::checksum::CRC;
 use dimsart_link::protocol::{Fallback, Origin, Trial};
 use embassy_futures::block_on;
 
-/// Keys of items: as in the firmware, and all of an item that has another length.
+/// Keys of items as in the firmware.
 const RECORD: u8 = 0;
 const PLACES: [u8; 2] = [1, 2];
 const MOTOR: u8 = 3;
-/// Of a record.
+/// Length of a record.
 const RECORD_BYTES: usize = 16;
 
-/// The bytes of an item, written a second time from the description of the format.
+/// Encodes an item, implemented independently from the description of the format.
 fn item(key: u8, bytes: &[u8]) -> Vec<u8> {
     let [low, high] = u16::try_from(bytes.len()).unwrap().to_le_bytes();
     let mut item = vec![key, 0, low, high];
@@ -32,7 +32,7 @@ fn item(key: u8, bytes: &[u8]) -> Vec<u8> {
     item
 }
 
-/// The blank flash with these items in its first page.
+/// A blank flash with these items in its first page.
 fn with_items(mut flash: Flash, items: &[Vec<u8>]) -> Flash {
     let sequence = 1_u32.to_le_bytes();
     let mut page = [sequence, CRC.checksum(&sequence).to_le_bytes()].concat();
@@ -51,7 +51,7 @@ fn erasures(flash: &Flash) -> u32 {
     flash.erasures.iter().sum()
 }
 
-/// Saves another scheme, tries it and confirms it, with one erasure at most for each of the two.
+/// Saves, tries and confirms another scheme, with at most one erasure each.
 fn save_and_confirm(mut board: Board, gain: u16) -> Flash {
     let before = erasures(board.store.flash());
     block_on(board.store.save(&scheme(gain))).unwrap();
@@ -82,7 +82,7 @@ fn at_every_fill_level_a_trial_runs_or_the_saved_scheme_does_with_the_reason() {
             let filler = words.chunks(128).map(|words| item(MOTOR, &words[WORD..]));
             let full = with_items(blank.clone(), &kept.iter().cloned().chain(filler).collect::<Vec<_>>());
             assert_eq!(used(&full), fill);
-            // The power fails before, behind or within the record of the trial, or within its first word.
+            // Power loss before, during or after the record of the trial, or in its first word.
             let record = item(RECORD, &[PLACES[0], 2]);
             for written in [0, 3, WORD] {
                 let mut flash = full.clone();
@@ -113,7 +113,7 @@ fn at_every_fill_level_a_trial_runs_or_the_saved_scheme_does_with_the_reason() {
     assert!(tried > 1000 && left >= 12, "{tried} {left}");
 }
 
-/// The sequence that had a board reset itself for ever: a parameter is set, saved, tried, and confirmed or not.
+/// A sequence that once made a board reset forever: set a parameter, save, try, confirm or not.
 #[test]
 fn a_thousand_saves_erase_less_than_a_page_each_and_no_start_erases() {
     for blank in blank_flashes() {
@@ -143,7 +143,7 @@ fn a_motor_s_configuration_that_is_kept_meanwhile_leaves_a_trial_its_room() {
         for cycle in 0..200 {
             block_on(board.store.save(&scheme(cycle % 100))).unwrap();
             for first in 0..cycle % 5 {
-                block_on(board.store.keep_motor(1, &[u32::from(first); 25])).unwrap();
+                block_on(board.store.store_motor(1, &[u32::from(first); 25])).unwrap();
             }
             board = Board::start(board.store.into_flash());
             assert_eq!((board.status.origin, board.status.fallback), (Origin::Trial, None), "save {cycle}");

@@ -1,7 +1,7 @@
-//! Whether the joints of a robot fit on one CAN bus: the worst case worked out, and one second simulated.
+//! Checks whether the joints of a robot fit on one CAN bus: worst-case analysis and a simulation of 1 s.
 //!
-//! A central controller sends each joint a packet every period, and each joint one back. The bus carries them if
-//! every packet is across before the next one of its kind is due.
+//! A central controller sends a packet to each joint every period, and each joint replies with a packet. Every packet
+//! must arrive before the next one of its stream is sent.
 
 use serde::Serialize;
 
@@ -14,16 +14,16 @@ use crate::bus::time::{NS_PER_S, bits_ns, ns_seconds, seconds_ns};
 use crate::bus::{MediumReport, Random, Traffic, load};
 use crate::link::can_frames;
 
-/// Channels, and so identifiers, of packets to the joints and from them: commands are more urgent.
+/// Base channels (identifiers) of packets to and from joints; commands have priority.
 const TO_JOINTS: u16 = 0x100;
 const FROM_JOINTS: u16 = 0x200;
-/// Most joints: each direction has so many channels.
+/// Maximum number of joints, the channels per direction.
 pub const MAX_JOINTS: u16 = 64;
-/// Who sends to the joints.
+/// Name of the controller.
 const CONTROLLER: &str = "controller";
-/// Time that is simulated, `ns`.
+/// Simulated time, `ns`.
 const SIMULATED_NS: u64 = NS_PER_S;
-/// Data rates of CAN FD that transceivers are sold for, `bit/s`.
+/// Common data rates of CAN FD transceivers, `bit/s`.
 const DATA_RATES: [u32; 4] = [2_000_000, 4_000_000, 5_000_000, 8_000_000];
 
 /// A bus with its joints.
@@ -31,7 +31,7 @@ const DATA_RATES: [u32; 4] = [2_000_000, 4_000_000, 5_000_000, 8_000_000];
 pub struct BusPlan {
     /// Joints on the bus, 1 to [`MAX_JOINTS`].
     pub joints: u16,
-    /// Packets per second to each joint and from it, `Hz`.
+    /// Packets per second to and from each joint, `Hz`.
     pub rate_hz: f64,
     /// Words of a packet to a joint.
     pub words_to_joint: usize,
@@ -39,51 +39,51 @@ pub struct BusPlan {
     pub words_from_joint: usize,
     /// Classic CAN or CAN FD.
     pub format: Format,
-    /// The bus.
+    /// Bus parameters.
     pub parameters: CanParameters,
-    /// Of the simulated bits and errors.
+    /// Random seed of simulated bits and errors.
     pub seed: u64,
 }
 
-/// What a plan comes to; printed whole by `--json`.
+/// Figures of a plan; printed by `--json`.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct BusFigures {
-    /// Whether every packet is across before the next one of its kind, in the worst case and in the simulation.
+    /// Whether every packet arrives before the next one of its stream, in the worst case and in the simulation.
     pub fits: bool,
-    /// Time between two packets of a kind, and the most that one may take, `s`.
+    /// Period of a stream, the maximum response time, `s`.
     pub period_s: f64,
-    /// Share of the time that the longest frames take; above 1 there is more to send than the bus carries.
+    /// Worst-case load; above 1 the bus is overloaded.
     pub worst_load: f64,
-    /// Share of the time that the simulated frames took.
+    /// Simulated load.
     pub simulated_load: f64,
-    /// Packets that found no room in the simulation.
+    /// Dropped packets in the simulation.
     pub dropped: u64,
     /// Error frames in the simulation.
     pub error_frames: u64,
-    /// By falling urgency.
+    /// By descending priority.
     pub packets: Vec<PacketFigures>,
-    /// What to do when it does not fit.
+    /// Remedies if it does not fit.
     pub advice: Vec<String>,
 }
 
-/// What the packets of one channel come to.
+/// Figures of a stream.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct PacketFigures {
-    /// From where to where.
+    /// Direction and joint.
     pub name: String,
-    /// On the bus.
+    /// Identifier.
     pub identifier: String,
-    /// Frames of a packet.
+    /// Frames per packet.
     pub frames: usize,
-    /// Bits of them at the most, spaces between frames included.
-    pub most_bits: u32,
-    /// Longest time from being given to being across, without errors, `s`; none when the bus cannot carry it.
+    /// Maximum bits of a packet, including interframe spaces.
+    pub max_bits: u32,
+    /// Worst-case response time without errors, `s`; `None` if the bus is overloaded.
     pub worst_response_s: Option<f64>,
-    /// The longest in the simulation, errors included, `s`; none when nothing came across.
+    /// Maximum simulated response time, including errors, `s`; `None` without received packets.
     pub simulated_response_s: Option<f64>,
 }
 
-/// Why a plan cannot be looked at.
+/// Packet too long.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, thiserror::Error)]
 #[error("packet of {words} words is too long: the maximum is 16 words on classic CAN and 13 on CAN FD")]
 pub struct TooManyWords {
@@ -91,7 +91,7 @@ pub struct TooManyWords {
     pub words: usize,
 }
 
-/// The packets of one channel.
+/// A stream of packets.
 struct Stream {
     name: String,
     sender: String,
@@ -100,10 +100,10 @@ struct Stream {
 }
 
 impl BusPlan {
-    /// Works the plan out and simulates it. What was on the bus goes along, for a picture.
+    /// Analyses and simulates the plan; also returns the traffic for a picture.
     ///
     /// # Errors
-    /// [`TooManyWords`] for a packet that the format does not carry.
+    /// [`TooManyWords`] for a packet that is too long.
     pub fn look(&self) -> Result<(BusFigures, MediumReport), TooManyWords> {
         let streams = self.streams();
         let packets: Vec<Vec<CanFrame>> =
@@ -113,13 +113,13 @@ impl BusPlan {
         let period_s = ns_seconds(self.period_ns());
         let seen = |identifier: Identifier| -> Option<&Response> { bus.responses().get(&identifier) };
         let figures = streams.iter().zip(&packets).zip(&responses_ns).map(|((stream, frames), worst_ns)| {
-            let most_bits = frames.iter().map(|frame| self.most_bits(frame)).sum();
+            let max_bits = frames.iter().map(|frame| self.max_bits(frame)).sum();
             let identifier = Identifier::Standard(stream.channel);
             PacketFigures {
                 name: stream.name.clone(),
                 identifier: identifier.to_string(),
                 frames: frames.len(),
-                most_bits,
+                max_bits,
                 worst_response_s: worst_ns.map(ns_seconds),
                 simulated_response_s: seen(identifier).map(|response| ns_seconds(response.longest_ns)),
             }
@@ -164,13 +164,13 @@ impl BusPlan {
         Ok((figures, report))
     }
 
-    /// Time between two packets of a kind, `ns`.
+    /// Returns the period of a stream, `ns`.
     #[must_use]
     pub fn period_ns(&self) -> u64 {
         seconds_ns(1.0 / self.rate_hz).max(1)
     }
 
-    /// By falling urgency.
+    /// By descending priority.
     fn streams(&self) -> Vec<Stream> {
         let joints = 1..=self.joints;
         let to = joints.clone().map(|joint| Stream {
@@ -188,7 +188,7 @@ impl BusPlan {
         to.chain(from).collect()
     }
 
-    /// The frames of the stream's packet number `count`, with words of any bits.
+    /// Returns the frames of packet number `count` of a stream, with random words.
     fn frames(&self, stream: &Stream, count: u64) -> Result<Vec<CanFrame>, TooManyWords> {
         let too_many = TooManyWords { words: stream.words };
         let mut random =
@@ -205,18 +205,18 @@ impl BusPlan {
         can_frames(&packet.to_bytes(), stream.channel, self.format, identifier).ok_or(too_many)
     }
 
-    fn most_bits(&self, frame: &CanFrame) -> u32 {
-        let bits = CanFrame::most_wire_bits(frame.identifier, self.format, frame.data().len());
+    fn max_bits(&self, frame: &CanFrame) -> u32 {
+        let bits = CanFrame::max_wire_bits(frame.identifier, self.format, frame.data().len());
         bits.sum() + crate::bus::can::INTERFRAME_BITS
     }
 
     fn frame_ns(&self, frame: &CanFrame) -> u64 {
-        let bits = CanFrame::most_wire_bits(frame.identifier, self.format, frame.data().len());
+        let bits = CanFrame::max_wire_bits(frame.identifier, self.format, frame.data().len());
         CanBus::frame_ns(&self.parameters, bits)
     }
 
-    /// Of each stream's last frame, `ns`. The frames of a packet are sent one after the other, so each of them is a
-    /// message of its own, more urgent than the next one.
+    /// Worst-case response times of each stream's last frame, `ns`. The frames of a packet are sent in order, each as
+    /// a message with priority over the next.
     fn worst_responses_ns(&self, packets: &[Vec<CanFrame>]) -> Vec<Option<u64>> {
         let message = |frame: &CanFrame| Message {
             period_ns: self.period_ns(),
@@ -233,7 +233,7 @@ impl BusPlan {
         packets.iter().map(response_ns).collect()
     }
 
-    /// All packets are given to the bus at the same moments: nothing is harder for it.
+    /// All packets are queued at the same time, the worst case.
     fn simulate(&self, streams: &[Stream], packets: &[Vec<CanFrame>]) -> Result<(CanBus, u64), TooManyWords> {
         let mut bus = CanBus::new(self.parameters, self.seed);
         let mut senders: Vec<&str> = Vec::new();
@@ -249,7 +249,7 @@ impl BusPlan {
         for count in 0..periods.max(1) {
             let now_ns = count * self.period_ns();
             for ((stream, frames), node) in streams.iter().zip(packets).zip(&nodes) {
-                // On a bus that is much too slow most find none: they are not made.
+                // Skips packets that do not fit into the queue.
                 if !bus.has_no_room(*node, now_ns, frames.len()) {
                     bus.submit(*node, now_ns, self.frames(stream, count)?);
                 }
@@ -260,7 +260,7 @@ impl BusPlan {
         Ok((bus, dropped))
     }
 
-    /// Whether the worst case is in time, without errors.
+    /// Whether the worst case without errors is in time.
     fn is_in_time(&self) -> bool {
         let packets: Result<Vec<_>, _> = self.streams().iter().map(|stream| self.frames(stream, 0)).collect();
         let Ok(packets) = packets else { return false };
@@ -268,14 +268,14 @@ impl BusPlan {
         responses_ns.iter().all(|response_ns| response_ns.is_some_and(|ns| ns <= self.period_ns()))
     }
 
-    /// What would fit.
+    /// Lists the remedies.
     fn advice(&self) -> Vec<String> {
         let streams = self.streams();
         let commands = streams.iter().filter(|stream| stream.sender == CONTROLLER);
         let waiting: usize =
             commands.filter_map(|stream| self.frames(stream, 0).ok()).map(|frames| frames.len()).sum();
         if self.is_in_time() {
-            // What would fit if it took less time is not the question then.
+            // If it fits without errors, other remedies do not apply.
             return vec![if waiting > self.parameters.queue_frames {
                 format!(
                     "increase the queue: the controller sends {waiting} frames at a time (--set \
@@ -312,9 +312,7 @@ impl BusPlan {
         };
         match self::highest(u32::from(self.joints).saturating_sub(1), with) {
             0 => {}
-            joints => {
-                advice.push(format!("connect at most {joints} joints to one bus (--joints {joints})"))
-            }
+            joints => advice.push(format!("connect at most {joints} joints to one bus (--joints {joints})")),
         }
         let most = self.words_to_joint.max(self.words_from_joint);
         let fewer = |words: usize| Self { words_to_joint: words, words_from_joint: words, ..self.clone() };
@@ -329,7 +327,7 @@ impl BusPlan {
     }
 }
 
-/// The highest number up to `most` that `holds`, which holds up to some number and not beyond; 0 for none.
+/// Returns the highest number up to `most` for which `holds` is true (monotonic); 0 if none.
 fn highest(most: u32, holds: impl Fn(u32) -> bool) -> u32 {
     let (mut good, mut bad) = (0, most + 1);
     while good + 1 < bad {

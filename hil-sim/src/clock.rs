@@ -1,22 +1,22 @@
-//! The clock of everything that waits: the computer's, the same in slow motion, or one that a test controls.
+//! Clock for waiting: the system's, in slow motion, or controlled by a test.
 
 use std::cell::Cell;
 use std::sync::OnceLock;
 use std::thread;
 use std::time::{Duration, Instant};
 
-/// When slow motion began, and its speed.
+/// Start and speed of slow motion.
 static SLOW: OnceLock<(Instant, f64)> = OnceLock::new();
 
 thread_local! {
     static SIMULATED: Cell<Option<Instant>> = const { Cell::new(None) };
 }
 
-/// While it lives, time passes for its thread only while the thread sleeps.
+/// While it exists, time advances for its thread only in sleeps.
 #[derive(Debug)]
 pub struct Simulated(());
 
-/// Stops the time of this thread, for a test.
+/// Freezes the time of this thread, for a test.
 #[must_use]
 pub fn simulate() -> Simulated {
     SIMULATED.set(Some(Instant::now()));
@@ -29,12 +29,12 @@ impl Drop for Simulated {
     }
 }
 
-/// Lets the program's time pass at another speed from now on, such as 0.1 for slow motion. Only the first call counts.
+/// Sets the speed of the program's time, such as 0.1 for slow motion. Only the first call has an effect.
 pub fn set_speed(speed: f64) {
     SLOW.get_or_init(|| (Instant::now(), speed));
 }
 
-/// The present moment.
+/// Returns the present time.
 #[must_use]
 pub fn now() -> Instant {
     SIMULATED.get().unwrap_or_else(|| match SLOW.get() {
@@ -43,18 +43,18 @@ pub fn now() -> Instant {
     })
 }
 
-/// Time since `moment`.
+/// Returns the time since `moment`.
 #[must_use]
 pub fn since(moment: Instant) -> Duration {
     now().saturating_duration_since(moment)
 }
 
-/// Lets time pass until `moment`; returns at once after it.
+/// Sleeps until `moment`; returns at once if it has passed.
 pub fn sleep_until(moment: Instant) {
     sleep(moment.saturating_duration_since(now()));
 }
 
-/// Lets time pass.
+/// Sleeps.
 pub fn sleep(time: Duration) {
     match SIMULATED.get() {
         Some(now) => SIMULATED.set(Some(now + time)),

@@ -4,11 +4,11 @@
 //! Station ──▶ Board ──frames──▶ Emulator: pipes to a process, the firmware in it
 //!   copy ◀── Layout: where the board's signals are in the copy's Data Base
 //! ```
-//! The scheme of a controller of this process is brought to the board by commands, so one image runs any scheme.
-//! The controller stays as a copy that is looked at and never ticked: after each tick it holds the board's Data
-//! Base. Who looks at a station need not know where its controller runs.
+//! Commands upload the scheme of a controller of this process to the board, so that one image runs any scheme. The
+//! controller remains as a copy that is never ticked: it mirrors the board's Data Base after each tick. Readers of a
+//! station are independent of where its controller runs.
 //!
-//! The line to the emulator is made of pipes that it inherits: elsewhere than on Unix no board starts.
+//! The emulator inherits pipes as its line; boards are therefore available on Unix only.
 
 mod board;
 #[cfg_attr(not(all(unix, feature = "emulated")), path = "emulated/no_emulator.rs")]
@@ -32,7 +32,7 @@ pub use processor::share_one_processor;
 
 /// The emulator.
 const PROGRAM: &str = "qemu-system-arm";
-/// Longest time that one exchange may take: far more than one takes on any loaded machine.
+/// Timeout of an exchange, far above the time on a loaded machine.
 const PATIENCE: Duration = Duration::from_secs(8);
-/// What an instruction takes in the emulator's time.
+/// Time of an instruction in the emulator.
 const NS_PER_INSTRUCTION: u64 = 1 << 10;

@@ -1,11 +1,11 @@
-//! What a controller would send, found by letting it send.
+//! Determines the first packet of a controller by simulation.
 
 use dimsart_core::{Dimsart, Packet, Word};
 
-/// Most ticks between two packets, see `CTX_EVERY`.
+/// Maximum ticks between two packets, see `CTX_EVERY`.
 const MAX_EVERY_TICKS: usize = 100;
 
-/// The first packet that a controller sends over a link while its device is at rest; none when it sends nothing.
+/// Returns the first packet of a controller on a link with its device at rest; `None` if it sends no packet.
 pub fn first_packet(dimsart: &mut Dimsart, link: usize) -> Option<Packet> {
     let measured = vec![Word(0); dimsart.frame().output_words()];
     let mut commanded = vec![Word(0); dimsart.frame().input_words()];

@@ -1,31 +1,32 @@
-//! Text from a device, image, recording or network peer: characters that a terminal or a scheme would act on are replaced.
+//! Sanitises text from a device, image, recording or network peer: replaces characters that a terminal or scheme
+//! would interpret.
 //!
-//! Every reader of such text calls [`visible`] or [`visible_word`] where the text enters, so that no later use has to.
+//! Every reader of such text calls [`visible`] or [`visible_word`] at its entry.
 
 use std::borrow::Cow;
 
-/// The text on one line: control characters, changes of the text direction and invisible characters become `?`.
+/// Returns text on one line: control characters, changes of text direction and invisible characters become `?`.
 #[must_use]
 pub fn visible(text: &str) -> String {
     replaced(text, is_hidden)
 }
 
-/// The same for a name in schemes, where blanks and `#` separate and end rows.
+/// Like [`visible`], for a name in schemes, where whitespace and `#` are separators.
 #[must_use]
 pub fn visible_word(text: &str) -> String {
     replaced(text, ends_word)
 }
 
-/// The same for several lines, such as a scheme: what separates words and lines stays, and so does a byte order mark.
+/// Like [`visible`], for several lines, such as a scheme: keeps whitespace, newlines and a byte order mark.
 #[must_use]
 pub fn visible_lines(text: &str) -> String {
     replaced(text, |found| is_hidden(found) && !['\n', '\r', '\t', '\u{feff}'].contains(&found))
 }
 
-/// The text as messages show it: of a long one its beginning, so that a message stays one that is read.
+/// Shortens a long text for a message.
 #[must_use]
-pub fn shortened(text: &str, most_chars: usize) -> Cow<'_, str> {
-    match text.char_indices().nth(most_chars) {
+pub fn shortened(text: &str, max_chars: usize) -> Cow<'_, str> {
+    match text.char_indices().nth(max_chars) {
         Some((end, _)) => Cow::Owned(format!("{}…", text.get(..end).unwrap_or_default())),
         None => Cow::Borrowed(text),
     }
@@ -35,14 +36,14 @@ fn replaced(text: &str, is_replaced: impl Fn(char) -> bool) -> String {
     text.replace(is_replaced, "?")
 }
 
-/// Whether a character is not allowed within a word of a scheme.
+/// Whether a character is not allowed in a word of a scheme.
 #[must_use]
 pub fn ends_word(found: char) -> bool {
     is_hidden(found) || found.is_whitespace() || found == '#'
 }
 
-/// Whether a character changes a terminal or a line instead of being seen: control characters, line separators, changes of
-/// the text direction, and Unicode's default ignorable characters.
+/// Whether a character affects the terminal or line instead of being displayed: control characters, line separators,
+/// changes of text direction, and Unicode's default ignorable characters.
 #[must_use]
 pub fn is_hidden(found: char) -> bool {
     found.is_control()

@@ -1,12 +1,12 @@
-//! The file with the key that both sides of a link have.
+//! Key file of both ends of a link.
 
 use std::fs;
 use std::path::{Path, PathBuf};
 
 /// Bytes of a key.
 const KEY_BYTES: usize = 16;
-/// Most bytes of a file with a key, and with space around it.
-const MOST_BYTES: u64 = 4096;
+/// Maximum size of a key file, including whitespace, bytes.
+const MAX_BYTES: u64 = 4096;
 
 /// Invalid key file. Messages never contain the key.
 #[derive(Debug, thiserror::Error)]
@@ -24,7 +24,7 @@ pub enum KeyFileError {
     },
     /// A device, pipe or folder, which can block or never end, or a file that is too large.
     #[error(
-        "{}: a key file must be a regular file of at most {MOST_BYTES} bytes; create a key with `openssl rand \
+        "{}: a key file must be a regular file of at most {MAX_BYTES} bytes; create a key with `openssl rand \
         -hex {KEY_BYTES}`",
         path.display()
     )]
@@ -61,12 +61,12 @@ pub enum KeyFileError {
 /// Reads a key: 32 hexadecimal digits, with or without a final newline.
 ///
 /// # Errors
-/// [`KeyFileError`] says what the file lacks.
+/// [`KeyFileError`] if the file is unreadable or invalid.
 pub fn read(path: &Path) -> Result<[u8; KEY_BYTES], KeyFileError> {
     let path_of = || path.to_owned();
     let unreadable = |source| KeyFileError::Unreadable { path: path_of(), source };
     let metadata = fs::metadata(path).map_err(unreadable)?;
-    if !metadata.is_file() || metadata.len() > MOST_BYTES {
+    if !metadata.is_file() || metadata.len() > MAX_BYTES {
         return Err(KeyFileError::NotRegular { path: path_of() });
     }
     let text = fs::read_to_string(path).map_err(unreadable)?;
@@ -82,7 +82,7 @@ pub fn read(path: &Path) -> Result<[u8; KEY_BYTES], KeyFileError> {
     key.ok_or(KeyFileError::Length { path: path_of(), found: digits.len() })
 }
 
-/// What is wrong with who may read the file, if the system tells; in words.
+/// Warns if other users can read the file, if the system provides permissions.
 #[must_use]
 pub fn exposure(path: &Path) -> Option<String> {
     #[cfg(unix)]
@@ -141,7 +141,8 @@ mod tests {
         fs::write(&large, [b' '; 4097]).unwrap();
         for path in [Path::new("/dev/zero"), &pipe, &large, folder.path()] {
             let message = read(path).unwrap_err().to_string();
-            let expected = format!("{}: a key file must be a regular file of at most 4096 bytes", path.display());
+            let expected =
+                format!("{}: a key file must be a regular file of at most 4096 bytes", path.display());
             assert!(message.starts_with(&expected), "{message}");
         }
     }

@@ -1,9 +1,9 @@
-//! Two processes meet before they run: each waits until the other answers, then both start on one beat.
+//! Synchronises two processes before a run: each waits for the other, then both start on a common beat.
 //!
-//! Both exchange packets while their worlds stand still. Two clocks of the same rate that tick at almost the same
-//! moment would, with every small delay, find two packets in one tick and none in the next, and of two packets the
-//! older one is lost. So one side listens when the other's packets come and puts its own ticks half a period later;
-//! that is as far from trouble as can be, in both directions.
+//! Both exchange packets while their plants stand still. With two equal clock rates and nearly equal tick times,
+//! small delay variations would cause two packets in one tick and none in the next, and one of the two is lost. One
+//! side therefore measures the arrival times of the other's packets and shifts its own ticks by half a period, the
+//! maximum distance in both directions.
 
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant};
@@ -13,27 +13,27 @@ use dimsart_core::types;
 use crate::link::ArrivalPoll;
 use crate::rig::{Probe, Rig};
 
-/// Ticks in which the other side has answered before the meeting ends: so many moments to learn its beat from.
+/// Ticks with an answer before the start, to measure the peer's beat.
 const ANSWERED_TICKS: usize = 32;
-/// From the end of the meeting to the first tick of the run, in ticks: time to get ready.
+/// Ticks from the handshake to the first tick of the run.
 const READY_TICKS: u32 = 20;
 
-/// Why a meeting came to nothing.
+/// Synchronisation error.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Missed {
-    /// Nothing came.
+    /// No packet.
     Silence,
-    /// What came was refused.
+    /// Packets were refused.
     Stranger,
-    /// The user gave up.
+    /// Stopped by the user.
     Stopped,
 }
 
-/// Ticks `rig`, whose world stands still, until the other side has answered or `wait` is over. Gives the moment of
-/// the run's first tick: on the own beat, or half a period after the other side's packets for who brings an `arrival`.
+/// Ticks `rig` without moving its plants until the peer answers or `wait` is over. Returns the time of the run's
+/// first tick: on its own beat, or with an `arrival` detector half a period after the peer's packets.
 ///
 /// # Errors
-/// [`Missed`] says how the other side failed to appear.
+/// [`Missed`] if the peer does not respond.
 pub fn meet(
     rig: &mut Rig,
     arrival: Option<&ArrivalPoll>,
@@ -56,7 +56,7 @@ pub fn meet(
         if !has_answered && start.elapsed() > wait {
             return Err(if any(&mut refused) { Missed::Stranger } else { Missed::Silence });
         }
-        // What came while this side was late says nothing of the other one's beat.
+        // Arrivals in a late tick do not show the peer's beat.
         let next = due + period;
         let heard = arrival.and_then(|arrival| arrival.arrival_before(next));
         if has_answered {

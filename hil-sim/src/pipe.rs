@@ -1,41 +1,41 @@
-//! Bytes both ways within a program: what a serial line is between two.
+//! Bidirectional pipe within a process, equivalent to a serial line.
 
 use std::io::{self, ErrorKind, Read, Write};
 use std::sync::mpsc::{Receiver, RecvTimeoutError, SyncSender, TryRecvError, TrySendError, sync_channel};
 use std::time::Duration;
 
-/// Writes that wait to be read at most; more are refused with `WouldBlock`, and lost.
+/// Maximum queued writes; further writes fail with `WouldBlock`.
 pub const ROOM: usize = 1024;
 
-/// One end. A read that finds nothing ends after its wait with `WouldBlock`; it gives 0 when the other end is gone.
+/// One end. A read without data ends after its timeout with `WouldBlock`; it returns 0 if the other end is closed.
 #[derive(Debug)]
 pub struct Pipe {
-    /// What is written here.
+    /// Outgoing bytes.
     pub writer: PipeWriter,
-    /// What the other end wrote.
+    /// Incoming bytes.
     pub reader: PipeReader,
 }
 
-/// Where bytes go in.
+/// Sender.
 #[derive(Debug, Clone)]
 pub struct PipeWriter(SyncSender<Vec<u8>>);
 
-/// Where they come out.
+/// Receiver.
 #[derive(Debug)]
 pub struct PipeReader {
     chunks: Receiver<Vec<u8>>,
-    /// Of the last chunk, what has not been read yet.
+    /// Unread rest of the last chunk.
     rest: Vec<u8>,
     wait: Duration,
 }
 
-/// Two ends, whose reads wait for so long.
+/// Creates two ends with this read timeout.
 #[must_use]
 pub fn pair(waits: [Duration; 2]) -> [Pipe; 2] {
     pair_with_rooms(waits, [ROOM; 2])
 }
 
-/// The same, each with room for so many writes that it has not read yet.
+/// Like `pair`, with this capacity of queued writes.
 #[must_use]
 pub fn pair_with_rooms(waits: [Duration; 2], rooms: [usize; 2]) -> [Pipe; 2] {
     let way = |wait, room| {

@@ -83,7 +83,7 @@ pub struct Recording {
     time_s: Vec<f64>,
     values: Vec<f64>,
     /// Maximum rows before thinning.
-    most_rows: Option<usize>,
+    max_rows: Option<usize>,
     /// Number of original rows per two kept rows, and the number in the last two so far.
     every: usize,
     merged: usize,
@@ -96,13 +96,13 @@ impl Recording {
     /// Creates an empty recording.
     #[must_use]
     pub fn new(columns: Vec<Column>) -> Self {
-        Self { columns, time_s: Vec::new(), values: Vec::new(), most_rows: None, every: 1, merged: 0 }
+        Self { columns, time_s: Vec::new(), values: Vec::new(), max_rows: None, every: 1, merged: 0 }
     }
 
     /// Limits the number of rows, for pictures of runs of any length: when full, every four rows become two, with the
     /// minimum and maximum of each column, and so do later rows. Peaks are preserved, their exact times are not.
     pub fn thin_beyond(&mut self, rows: usize) {
-        self.most_rows = Some(rows.max(THINNED));
+        self.max_rows = Some(rows.max(THINNED));
     }
 
     /// Whether rows represent several ticks.
@@ -113,11 +113,11 @@ impl Recording {
 
     /// Makes room for one more row.
     fn thin_out(&mut self) {
-        let Some(most_rows) = self.most_rows else { return };
+        let Some(max_rows) = self.max_rows else { return };
         if self.every > 1 {
             self.merge_last();
         }
-        if self.time_s.len() >= most_rows && self.merged == 0 {
+        if self.time_s.len() >= max_rows && self.merged == 0 {
             self.thin();
             self.every = THINNED.max(2 * self.every);
         }
@@ -236,7 +236,7 @@ fn touch(values: &mut Vec<f64>, more: usize) {
 mod tests {
     use super::*;
 
-    fn recorded(most_rows: Option<usize>, rows: u32) -> Recording {
+    fn recorded(max_rows: Option<usize>, rows: u32) -> Recording {
         let column = |signal: &str| Column {
             source: "world".to_owned(),
             signal: signal.to_owned(),
@@ -245,8 +245,8 @@ mod tests {
             format: None,
         };
         let mut recording = Recording::new(vec![column("sine"), column("peak")]);
-        if let Some(most_rows) = most_rows {
-            recording.thin_beyond(most_rows);
+        if let Some(max_rows) = max_rows {
+            recording.thin_beyond(max_rows);
         }
         for tick in 0..rows {
             let time_s = f64::from(tick) * 1e-3;

@@ -1,4 +1,4 @@
-//! The experiment of a [rig file](crate::rig_file): its devices are moved as it says, and how they follow is measured.
+//! Creates the experiment of a [rig file](crate::rig_file): moves the devices and measures their response.
 //!
 //! ```text
 //! RigFile ──▶ Rig { Station: controller ◀─▶ Instrumented { Joint per axis, references, loads } } ──▶ Experiment
@@ -62,26 +62,26 @@ use crate::recorder::Recorder;
 use crate::rig::Rig;
 use crate::rig_file::{HAND, LOAD, MoveSection, Part, RigFile};
 
-/// The loop around an axis.
+/// Loop of an axis.
 #[derive(Debug, Default)]
 pub(crate) struct AxisLoop {
     pub(crate) station: usize,
-    /// Among those of the station.
+    /// Index in the station.
     pub(crate) axis: usize,
-    /// None where it is not linear.
+    /// `None` if not linear.
     pub(crate) free: Option<LoopFigures>,
-    /// The same with every axis held by its wall; none without one.
+    /// Loop with every axis held by its wall; `None` without a wall.
     pub(crate) in_contact: Option<LoopFigures>,
 }
 
 impl AxisLoop {
-    /// One that is not linear.
+    /// A nonlinear loop.
     fn unknown(at: Place) -> Self {
         Self { station: at.station, axis: at.place, ..Self::default() }
     }
 }
 
-/// The experiment of a rig file, with all controllers in one process and one virtual time.
+/// Creates the experiment of a rig file, with all controllers in one process and in virtual time.
 pub(crate) fn experiment(file: &RigFile) -> Result<Experiment, ExperimentError> {
     let begun = Instant::now();
     let planned = press::planned(file)?;
@@ -95,7 +95,7 @@ pub(crate) fn experiment(file: &RigFile) -> Result<Experiment, ExperimentError> 
     }
 }
 
-/// The same of a rig with all stations, or with one `alone`: its name and that of the one at the other end of its link.
+/// Creates the experiment of all stations, or of one station `alone`: its name and that of its peer.
 fn experiment_of(
     begun: Instant,
     file: &RigFile,
@@ -120,7 +120,7 @@ fn experiment_of(
     Ok(experiment)
 }
 
-/// What is observed of moves, in the order in which it is reported.
+/// Observers of moves, in reporting order.
 fn of_moves(
     file: &RigFile,
     rig: &Rig,
@@ -144,7 +144,7 @@ fn of_moves(
         Box::new(Swings::new(rig, |station| rests_s.get(station).cloned().unwrap_or_default())),
         Box::new(Reception { reports_silence: alone.is_none() }),
     ];
-    // Hands and loads alone bring no energy to controllers.
+    // Hands and loads supply no energy to controllers.
     let brings_energy =
         |moved: &MoveSection| ![HAND, LOAD].contains(&moved.on.as_str()) && !moved.is_constant();
     match alone {
@@ -157,7 +157,7 @@ fn of_moves(
     Ok(observers)
 }
 
-/// What is observed of a press. What takes both stations is observed where both are.
+/// Observers of a press; observers of both stations need both stations.
 fn of_press(
     file: &RigFile,
     planned: &Planned,
@@ -174,7 +174,7 @@ fn of_press(
         planned_ticks: *link_round_trip_ticks,
         has_both_ends: alone.is_none(),
     };
-    // From the hand's push on until it lets go: when that has settled, nothing is to oscillate.
+    // Settled phase between the push and the release, in which no oscillation is allowed.
     let pushed_s: Range<f64> = phases.contact_start_s..phases.release_s.min(file.duration_s);
     let creep = Creep {
         controllers: [chain.master.clone(), chain.slave.clone()],
@@ -202,7 +202,7 @@ fn of_press(
     Ok(observers)
 }
 
-/// When the hand of a press guides, pushes and lets go; none of an experiment that does not press.
+/// Returns the times at which the hand of a press guides, pushes and releases; `None` without a press.
 ///
 /// # Errors
 /// As [`Experiment::new`].
@@ -210,8 +210,8 @@ pub fn phases(file: &RigFile) -> Result<Option<Phases>, ExperimentError> {
     Ok(press::planned(file)?.map(|planned| planned.phases))
 }
 
-/// Ticks of a round trip between the stations of a press when nothing on the way is late: of links and of the delay modules
-/// of both schemes. None of an experiment that does not press.
+/// Returns the round trip in ticks between the stations of a press without late packets: links and delay modules of
+/// both schemes. `None` without a press.
 ///
 /// # Errors
 /// As [`Experiment::new`].
@@ -222,7 +222,7 @@ pub fn round_trip_ticks(file: &RigFile) -> Result<Option<u32>, ExperimentError> 
     }))
 }
 
-/// From one packet of a press to the next, ticks. None of an experiment that does not press.
+/// Returns the ticks per packet of a press; `None` without a press.
 ///
 /// # Errors
 /// As [`Experiment::new`].
@@ -230,8 +230,8 @@ pub fn every_ticks(file: &RigFile) -> Result<Option<u32>, ExperimentError> {
     Ok(press::planned(file)?.map(|planned| planned.chain.every_ticks()))
 }
 
-/// Words of the packets that the schemes of a press send for one axis, from the hand's station and to it; 0 for one that
-/// sends none. None of an experiment that does not press.
+/// Returns the packet sizes of a press for one axis in words, from the hand's station and to it; 0 if no packet is
+/// sent. `None` without a press.
 ///
 /// # Errors
 /// As [`Experiment::new`].

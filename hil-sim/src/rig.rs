@@ -294,7 +294,7 @@ impl Station {
         let mut guarded = guarded.as_mut().filter(|guarded| guarded.link == link);
         if let Some(guarded) = &mut guarded {
             guarded.tick();
-            guarded.shake_hands(|bytes| carry(bytes.into()));
+            guarded.send_handshake(|bytes| carry(bytes.into()));
         }
         let mut carry = |content: Carried| match &mut guarded {
             Some(guarded) => guarded.seal(&content.into_bytes(), |bytes| carry(bytes.into())),

@@ -46,7 +46,7 @@ pub use bus::{BusSection, IdealSection};
 pub use controller::{ControllerSection, LinkSection};
 pub use data_type::TypeSection;
 pub use device::{ActuatorSection, AxisSection, AxisUnit, DeviceSection, WatchSection};
-use dimsart_core::{DataType, Kinds, types};
+use dimsart_core::{DataType, ModuleKinds, types};
 pub use error::RigFileError;
 pub use media::{CanSection, DelayKind, UartSection, UdpSection};
 pub use moves::{
@@ -117,10 +117,10 @@ pub struct RigFile {
     pub folder: PathBuf,
     /// Module kinds of every controller; default: the library's.
     #[serde(skip, default = "library")]
-    pub kinds: Kinds,
+    pub kinds: ModuleKinds,
 }
 
-fn library() -> Kinds {
+fn library() -> ModuleKinds {
     dimsart_modules::ALL
 }
 

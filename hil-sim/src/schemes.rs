@@ -69,10 +69,7 @@ pub struct SchemeText {
 #[derive(Debug, thiserror::Error)]
 pub enum SchemeFileError {
     /// Cannot read the file.
-    #[error(
-        "cannot read scheme file {name}: {source}; use another path, or one of {}",
-        built_in_names()
-    )]
+    #[error("cannot read scheme file {name}: {source}; use another path, or one of {}", built_in_names())]
     Unreadable {
         /// The file.
         name: String,

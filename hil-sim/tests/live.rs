@@ -93,7 +93,7 @@ impl Bench {
     }
 
     fn disarm(&mut self) {
-        self.lease(LeaseAction::GiveBack);
+        self.lease(LeaseAction::Release);
         self.are_armed = false;
     }
 

@@ -1,7 +1,7 @@
 //! A rig runs control laws of its caller, and no others.
 #![expect(clippy::unwrap_used, reason = "a failed unwrap is a failed test")]
 
-use dimsart_core::{Context, Input, Kinds, Module, Output, Unit, join_kinds, kinds, types, words};
+use dimsart_core::{Context, Input, Module, ModuleKinds, Output, Unit, join_kinds, kinds, types, words};
 use hil_sim::experiment;
 use hil_sim::rig_file::RigFile;
 
@@ -28,7 +28,7 @@ impl Module for Brake {
     type Settings = ();
     type Gains = Gains;
     type State = ();
-    type Axis = ();
+    type AxisState = ();
     type Ports = Ports;
 
     fn compute(context: &Context<'_, Self>) {
@@ -46,7 +46,7 @@ const RIG: &str = r#"
 "#;
 const SCHEME: &str = "all MOD_ENG MOD_ON BRAKE_MOD\nall MOD_ENG MATCHING_CHECK\n";
 
-fn last_velocity(kinds: Kinds) -> Result<f64, String> {
+fn last_velocity(kinds: ModuleKinds) -> Result<f64, String> {
     let scheme = tempfile::NamedTempFile::new().unwrap();
     std::fs::write(scheme.path(), SCHEME).unwrap();
     let text = RIG.replace("SCHEME", &scheme.path().display().to_string());

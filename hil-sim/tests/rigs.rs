@@ -303,10 +303,7 @@ fn one_setting_goes_over_a_file_by_names_and_numbers() {
     for (set, expected) in [
         ("duration_s", "write key=value"),
         ("device.arm.delay_ticks=1", "select an entry by index or name: joint"),
-        (
-            "device.joint.delay_tick=1",
-            "unknown key `device.joint.delay_tick`; did you mean 'delay_ticks'?",
-        ),
+        ("device.joint.delay_tick=1", "unknown key `device.joint.delay_tick`; did you mean 'delay_ticks'?"),
         ("duration_s.x=1", "`duration_s` is a value"),
         ("duration_s=long", "--set duration_s=long"),
     ] {
@@ -481,11 +478,17 @@ fn what_does_not_go_together_in_coupled_axes_is_named() {
 fn a_sampled_spring_gives_out_the_energy_of_its_delay() {
     let rows = PD.replace("D_PARAM 1.5", "D_PARAM 0");
     let text = pd_rig(0.0)
-        .replace("plant.load = { inertia = 0.02, damping = 0.05 }", "plant.load = { inertia = 0.02, damping = \
-        0.05 }\nhand = { inertia = 0.01, damping = 2.0, stiffness = 1000.0 }")
+        .replace(
+            "plant.load = { inertia = 0.02, damping = 0.05 }",
+            "plant.load = { inertia = 0.02, damping = \
+        0.05 }\nhand = { inertia = 0.01, damping = 2.0, stiffness = 1000.0 }",
+        )
         .replace("duration_s = 0.6", "duration_s = 2.0")
         .replace("on = \"DES_POSITION\"", "on = \"hand\"")
-        .replace("step = { at_s = 0.05, size = 0.5 }", "minimum_jerk = { at_s = 0.1, until_s = 0.9, size = 0.2 }")
+        .replace(
+            "step = { at_s = 0.05, size = 0.5 }",
+            "minimum_jerk = { at_s = 0.1, until_s = 0.9, size = 0.2 }",
+        )
         + "[[experiment.move]]\ndevice = 'drive'\non = 'hand'\nminimum_jerk = { at_s = 1.0, until_s = 1.8, size \
         = -0.2 }\n\
            [[experiment.move]]\ndevice = 'drive'\non = 'DES_POSITION'\nstep = { at_s = -1.0, size = 0.0 }\n";

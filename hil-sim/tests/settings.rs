@@ -189,7 +189,11 @@ fn an_error_in_a_file_names_line_and_column() {
     let message = "cell.toml:2:18: `slave.device.mass_kg` is -2.0, must be a finite number > 0";
     assert_eq!(wrong.refused(), message);
     let broken = File::new("seed = 2\nlink = [\n");
-    assert!(broken.refused().contains("not a valid TOML file: TOML parse error at line "), "{}", broken.refused());
+    assert!(
+        broken.refused().contains("not a valid TOML file: TOML parse error at line "),
+        "{}",
+        broken.refused()
+    );
     let missing = RigFile::load(Path::new("no/such/file.toml"), &[]).unwrap_err().to_string();
     assert!(missing.starts_with("cannot read the rig file no/such/file.toml"), "{missing}");
     let unknown = File::new("rig = 'nosuch'\nseed = 2\n").refused();
@@ -228,9 +232,7 @@ fn everything_that_is_wrong_is_told_at_once() {
 #[test]
 fn a_force_for_an_axis_that_is_not_there_is_refused() {
     let set = |arguments: &[&str]| with(arguments).map(|_| ()).map_err(|error| error.to_string());
-    assert!(
-        set(&["hand.contact_force_n=[1, 2, 3, 4, 5]"]).unwrap_err().contains("5 values for 3 axes")
-    );
+    assert!(set(&["hand.contact_force_n=[1, 2, 3, 4, 5]"]).unwrap_err().contains("5 values for 3 axes"));
     assert_eq!(set(&["dof=1"]), Ok(()), "the shipped forces of further axes are nobody's fault");
     assert_eq!(set(&["dof=5", "hand.contact_force_n=[1, 2, 3, 4, 5]"]), Ok(()));
 }

@@ -60,10 +60,7 @@ fn a_bus_that_is_too_slow_is_a_fault_with_its_remedy() {
         "bus.bus.can_fd.queue_frames=8",
     ];
     let slow = run(&read("arm_bus", &slow)).unwrap().outcome;
-    assert!(
-        slow.faults.iter().any(|fault| fault.contains("queue full; raise the bit rates")),
-        "{slow:?}"
-    );
+    assert!(slow.faults.iter().any(|fault| fault.contains("queue full; raise the bit rates")), "{slow:?}");
 }
 
 fn pair(bus: &str, link: &str, every_ticks: u32) -> String {
@@ -181,12 +178,14 @@ fn a_file_declares_types_of_its_own() {
     let run = run_pair(ROWS, &text).unwrap();
     let widths = column(&run, "lead", "GRIP_WIDTH", 0);
     assert!(widths[50].abs() < 1e-9 && (widths[200] - 0.04).abs() < 1e-6);
-    let rows = ROWS.replace("follow PDCTRL_MOD K_PARAM", "lead SUM_MOD PORT_A GRIP_WIDTH\nlead SUM_MOD PORT_B \
-    DES_POSITION\nlead MOD_ENG MOD_ON SUM_MOD\nfollow PDCTRL_MOD K_PARAM");
+    let rows = ROWS.replace(
+        "follow PDCTRL_MOD K_PARAM",
+        "lead SUM_MOD PORT_A GRIP_WIDTH\nlead SUM_MOD PORT_B \
+    DES_POSITION\nlead MOD_ENG MOD_ON SUM_MOD\nfollow PDCTRL_MOD K_PARAM",
+    );
     run_pair(&rows, &text).unwrap();
     let error = wrong(&text.replace("unit = 'm'", "unit = 'inch'").replace("'GRIP_FORCE'", "'FORCE'"));
-    for expected in ["unknown unit 'inch'; use one of 1, m,", "type 'FORCE' is already a built-in type"]
-    {
+    for expected in ["unknown unit 'inch'; use one of 1, m,", "type 'FORCE' is already a built-in type"] {
         assert!(error.contains(expected), "{expected} is not in\n{error}");
     }
 }

@@ -1,4 +1,4 @@
-//! Two-sided loops of one axis: the real controllers and links, with plants of a test's own.
+//! Two-sided loops of one axis: real controllers and links with plants defined by a test.
 #![expect(
     clippy::unwrap_used,
     clippy::indexing_slicing,
@@ -19,13 +19,13 @@ pub(crate) const MASTER: usize = 0;
 /// Index of the remote station in a rig.
 pub(crate) const SLAVE: usize = 1;
 
-/// The shipped experiment with one axis and `settings` over it, such as `wave.form=split link.loss=0.1`.
+/// The shipped experiment with one axis and `settings`, such as `wave.form=split link.loss=0.1`.
 pub(crate) fn bilateral(settings: &str) -> RigFile {
     let settings = ["dof=1"].into_iter().chain(settings.split_whitespace());
     RigFile::of_shipped("bilateral", &settings.map(str::to_owned).collect::<Vec<_>>()).unwrap()
 }
 
-/// The rig of [`bilateral`], moving these axes instead of its own.
+/// The rig of [`bilateral`] with these axes.
 pub(crate) fn rig(settings: &str, master: Axis, slave: Axis) -> Rig {
     let mut experiment = Experiment::new(&bilateral(settings)).unwrap();
     for (station, axis) in experiment.rig_mut().stations_mut().iter_mut().zip([master, slave]) {
@@ -34,8 +34,8 @@ pub(crate) fn rig(settings: &str, master: Axis, slave: Axis) -> Rig {
     std::mem::replace(experiment.rig_mut(), Rig::new(TICK_S))
 }
 
-/// Settings that delay the waves by exactly so many ticks, on a link that adds as little as it can: none
-/// to the slave, which is stepped after the master, one back.
+/// Settings that delay the waves by exactly these ticks, on a link with its minimum delay: none to the slave,
+/// which is stepped after the master, one tick back.
 pub(crate) fn delays(forward_ticks: u32, backward_ticks: u32) -> String {
     let behind_link_ticks = backward_ticks - 1;
     format!(
@@ -44,21 +44,21 @@ pub(crate) fn delays(forward_ticks: u32, backward_ticks: u32) -> String {
     )
 }
 
-/// A moving mass, and what pushes it.
+/// A moving mass and the external force on it.
 pub(crate) type Axis = (Joint, Option<Push>);
 
-/// What an axis meets; not every program of tests has all of it.
+/// The environment of an axis; some test programs use only a part.
 #[allow(dead_code, reason = "shared by programs of tests")]
 #[derive(Clone, Copy)]
 pub(crate) enum Met {
     Nothing,
-    /// A spring from 0 on both ways, `N/m`.
+    /// A spring at 0 in both directions, `N/m`.
     Spring(f64),
-    /// A wall: its surface, `m`, and `N/m` and `N s/m` behind it.
+    /// A wall: surface in `m`, stiffness in `N/m`, damping in `N s/m`.
     Wall(f64, f64, f64),
 }
 
-/// A mass with a damper to ground, at rest at 0, what it meets and what pushes it.
+/// A mass with a damper to ground, at rest at 0, with its environment and external force.
 pub(crate) fn axis(mass_kg: f64, damping_ns_per_m: f64, met: Met, push: Option<Push>) -> Axis {
     let mut joint = JointParameters::of_inertia(mass_kg);
     joint.load.damping = damping_ns_per_m;
@@ -73,12 +73,12 @@ pub(crate) fn axis(mass_kg: f64, damping_ns_per_m: f64, met: Met, push: Option<P
     (joint.build().unwrap(), push)
 }
 
-/// A push of time, held for each tick.
+/// A force as a function of time, held during each tick.
 pub(crate) fn push(force_n: impl Fn(f64) -> f64 + Send + 'static) -> Option<Push> {
     Some(Box::new(force_n))
 }
 
-/// What a signal of one station is in the present tick.
+/// Returns a signal of a station in the current tick.
 pub(crate) fn signal(rig: &Rig, side: usize, data_type: &DataType) -> f64 {
     let data_base = rig.stations()[side].dimsart.engine().data_base();
     let slot = data_base.slot(data_type.first()).unwrap_or_else(|| panic!("no {} there", data_type.name));

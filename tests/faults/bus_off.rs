@@ -1,4 +1,4 @@
-//! Links that go and come, and a CAN bus that sends its nodes away: no motion until somebody says so.
+//! Unstable links and CAN bus-off: no motion until it is enabled again.
 
 use std::f64::consts::PI;
 
@@ -10,12 +10,12 @@ use crate::line::Loop;
 use crate::loops::{Met, SLAVE, axis, push, rig};
 use test_requirements::length;
 
-/// A hand that never lets go.
+/// A hand that never releases the device.
 fn swing() -> Option<Push> {
     push(|t| 2.0 * libm::sin(2.0 * PI * 0.7 * t))
 }
 
-/// How far the slave goes in so many ticks, `m`.
+/// Returns how far the slave moves in these ticks, `m`.
 fn slave_goes_m(both: &mut Loop, ticks: u64, what: &str) -> f64 {
     let mut range_m = [f64::INFINITY, f64::NEG_INFINITY];
     for _ in 0..ticks {
@@ -27,7 +27,7 @@ fn slave_goes_m(both: &mut Loop, ticks: u64, what: &str) -> f64 {
     range_m[1] - range_m[0]
 }
 
-/// A hundred times in the long run.
+/// 100 repetitions in the long run.
 #[test]
 fn a_link_that_comes_back_moves_nothing_until_it_is_enabled_again() {
     const CYCLE_TICKS: u64 = 4000;
@@ -37,20 +37,20 @@ fn a_link_that_comes_back_moves_nothing_until_it_is_enabled_again() {
         let what = format!("flap {flap}");
         let moved_m = slave_goes_m(&mut both, 1500, &what);
         assert!(moved_m > 0.01, "{what}: {moved_m} m while the link is there");
-        // Down, lost, and a second in which friction takes what moves.
+        // Link down, link lost, and a second in which friction stops the motion.
         slave_goes_m(&mut both, 1100, &what);
         let moved_m = slave_goes_m(&mut both, CYCLE_TICKS - 2600, &what);
-        assert!(moved_m < 1e-6, "{what}: {moved_m} m though nobody enabled it");
+        assert!(moved_m < 1e-6, "{what}: {moved_m} m without being enabled");
         both.reset();
     }
 }
 
-/// Bits so bad that nodes leave the bus again and again. For a while they come back before anybody misses them; then
-/// one stays away, the link is lost on both sides, and the slave stays where it is though the hand goes on.
+/// Bit errors cause repeated bus-off. At first nodes rejoin before the link is lost; then one stays off, the
+/// link is lost on both sides, and the slave stays at rest although the hand moves on.
 #[test]
 fn a_node_that_stays_off_the_bus_leaves_both_sides_at_rest() {
     for seed in 0..length(3, 100) {
-        // So that about one frame in four is destroyed: it takes more than one in nine to be sent away.
+        // Destroys about one frame in four; more than one in nine leads to bus-off.
         for (carrier, bit_error_rate) in [("can link.every_ticks=2", 2e-3), ("can_fd", 1e-3)] {
             for rejoins in [0, 3] {
                 let what = format!("{carrier}, {rejoins} rejoins, seed {seed}");

@@ -1,4 +1,4 @@
-//! The two-sided loop of one axis over a line whose packets the test loses, and knows of.
+//! The two-sided loop of one axis over a line with packet loss controlled by the test.
 
 use std::sync::{Arc, Mutex};
 
@@ -9,10 +9,10 @@ use hil_sim::rig::{End, Rig, SimulatedDimsart, Station};
 
 use crate::loops::{MASTER, Met, SLAVE, TICK_S, axis, delays, rig, signal};
 
-/// Ticks without a packet that lose a link.
+/// Ticks without a packet after which a link is lost.
 pub(crate) const TIMEOUT_TICKS: u64 = 20;
 
-/// Loses the packets of the ticks that `loses` says, and notes when one arrives.
+/// Loses the packets of the ticks selected by `loses`, and records arrivals.
 struct LossyLink<F> {
     line: InProcess,
     loses: F,
@@ -41,22 +41,22 @@ impl<F: FnMut(u64) -> bool + Send> Link for LossyLink<F> {
     }
 }
 
-/// What a tick of one side came to, and what the line says it has to.
+/// A side's state, and the state expected from the line.
 pub(crate) struct Watched {
     arrivals: Arc<Mutex<Option<u64>>>,
-    /// Tick in which the link became lost, as the line knows it.
+    /// Tick in which the link became lost, from the line's arrivals.
     lost_at: Option<u64>,
 }
 
 /// Two stations and the lines between them.
 pub(crate) struct Loop {
     pub(crate) rig: Rig,
-    /// By the station that listens.
+    /// By the receiving station.
     pub(crate) sides: [Watched; 2],
 }
 
 impl Loop {
-    /// Implicit form, 10 ticks each way. `loses` is asked for every packet, by the station that it is sent to.
+    /// Implicit form, 10 ticks each way. `loses` is called for every packet, by receiving station.
     pub(crate) fn new<F: FnMut(u64) -> bool + Send + 'static>(
         settings: &str,
         hand: Option<Push>,
@@ -82,7 +82,8 @@ impl Loop {
         Self { rig, sides: watched }
     }
 
-    /// A tick of both sides. Each has its link lost exactly since [`TIMEOUT_TICKS`] without an arrival; gives which has.
+    /// Runs a tick of both sides and checks that each link is lost exactly after [`TIMEOUT_TICKS`] without an
+    /// arrival; returns the lost ones.
     pub(crate) fn tick(&mut self, what: &str) -> [bool; 2] {
         self.rig.tick();
         let now = self.rig.ticks();
@@ -102,7 +103,7 @@ impl Loop {
         self.sides.each_ref().map(|side| side.lost_at.is_some())
     }
 
-    /// Lets both sides start anew.
+    /// Resets both sides.
     pub(crate) fn reset(&mut self) {
         for (station, side) in self.rig.stations_mut().iter_mut().zip(&mut self.sides) {
             station.dimsart.command(Command::Reset).unwrap();
@@ -111,7 +112,7 @@ impl Loop {
         }
     }
 
-    /// Where the devices are, `m`.
+    /// Returns the positions of the devices, `m`.
     pub(crate) fn positions_m(&self) -> [f64; 2] {
         [MASTER, SLAVE].map(|side| signal(&self.rig, side, types::POSITION))
     }

@@ -1,5 +1,5 @@
-//! Packets lost by chance and in bursts, in the whole two-sided loop: both sides notice a lost link when, and only
-//! when, nothing has come for 20 ticks, and the channel never gives more energy than it got.
+//! Random and burst losses in the two-sided loop: both sides report a lost link exactly after 20 ticks
+//! without a packet, and the channel stays passive.
 
 use std::f64::consts::PI;
 
@@ -13,18 +13,18 @@ use crate::line::Loop;
 use crate::loops::push;
 use test_requirements::length;
 
-/// One count of the energy account that packets carry, `J`; far above the rounding of the account here.
+/// Resolution of the energy account in packets, `J`; far above its rounding errors here.
 const NOTHING_J: f64 = 1e-9;
-/// A hand with this force moves a device with a damper of 8 N s/m by less than 0.2 m; and so does the other.
+/// A hand with this force moves each device, with a damper of 8 N s/m, by less than 0.2 m.
 const FAR_M: f64 = 0.5;
 
-/// Swings with 2 N at 0.7 Hz until it lets go, 10 s before the end.
+/// Oscillates with 2 N at 0.7 Hz until 10 s before the end.
 fn swing(duration_s: f64) -> Option<Push> {
     let force = move |t| if t < duration_s - 10.0 { 2.0 * libm::sin(2.0 * PI * 0.7 * t) } else { 0.0 };
     push(force)
 }
 
-/// Runs a loop that has to be passive and come to rest; gives which sides lost their link.
+/// Runs a loop and checks that it is passive and comes to rest; returns the sides with a lost link.
 fn run(mut both: Loop, ticks: u64, what: &str) -> [bool; 2] {
     let mut energy = ChannelEnergy::new(&both.rig);
     let mut lost = [false; 2];
@@ -53,7 +53,7 @@ fn run(mut both: Loop, ticks: u64, what: &str) -> [bool; 2] {
     lost
 }
 
-/// 20 runs of 60 s each in the long run. With half of all lost 20 in a row are rare, with 70 % they are sure to come.
+/// 20 runs of 60 s each in the long run. 20 consecutive losses are rare at 50 % loss and certain at 70 %.
 #[test]
 fn chance_losses_lose_the_link_only_when_nothing_came_for_twenty_ticks() {
     let (seeds, seconds) = (length(1, 20), length(20, 60));
@@ -70,7 +70,7 @@ fn chance_losses_lose_the_link_only_when_nothing_came_for_twenty_ticks() {
                 let both = Loop::new(&format!("link.stale={stale}"), swing(seconds as f64), loses);
                 let lost = run(both, 1000 * seconds, &what);
                 gone += u64::from(lost.contains(&true));
-                // 20 in a row are expected once in 1e20 ticks with 10 % and once in 1e14 with 20 %.
+                // 20 consecutive losses are expected once in 1e20 ticks at 10 % and once in 1e14 at 20 %.
                 assert!(loss > 0.2 || lost == [false; 2], "{what}");
             }
             println!("{stale}, {loss} lost: {gone} of {seeds} runs of {seconds} s lost their link");
@@ -79,7 +79,7 @@ fn chance_losses_lose_the_link_only_when_nothing_came_for_twenty_ticks() {
     }
 }
 
-/// Every length from 1 to 1000, at several moments, in the long run.
+/// Every length from 1 to 1000 at several times in the long run.
 #[test]
 fn bursts_of_nineteen_never_lose_the_link_and_of_twenty_always_do() {
     let is_run = |burst: &u64| *burst <= 24 || length(0, 1) == 1 || [50, 100, 333, 1000].contains(burst);

@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""The outside oracle of the arm.
+"""Reference implementation of the arm.
 
 Simulates arms in MuJoCo (RK4, in steps small enough that halving them changes nothing that counts) under held torques,
 and writes what a simulator has to reproduce:

@@ -1,21 +1,21 @@
-//! The arm against an outside simulator: the same links in ``MuJoCo``.
+//! The arm compared with another simulator: the same links in `MuJoCo`.
 //!
-//! The reference runs are those of `arm.py`. Each position and velocity stays within 1e-11 of its peak on every tick of 1.5 s: what is left are the steps of both
-//! integrators, which an arm that swings freely spreads. At one instant there is nothing to integrate: mass matrix, bias,
-//! tip and Jacobian agree within 1e-13 of their largest entry.
+//! The reference runs are from `arm.py`. Each position and velocity stays within 1e-11 of its peak on every
+//! tick of 1.5 s; the rest is the step error of both integrators, which grows in free motion. Without
+//! integration, mass matrix, bias, tip and Jacobian agree within 1e-13 of their largest entry.
 
 use hil_sim::plant::{Arm, ArmParameters};
 use serde::Deserialize;
 
 use crate::evidence::{self, Compared, Evidence};
 
-/// Share of a signal's peak that a run may be off by.
+/// Maximum deviation relative to a signal's peak.
 const TOLERANCE: f64 = 1e-11;
 
-/// Share of the largest entry that the equations of motion may be off by.
+/// Maximum deviation of the equations of motion relative to the largest entry.
 const INSTANT_TOLERANCE: f64 = 1e-13;
 
-/// The reference runs, as `arm.json` lists them.
+/// The reference runs listed in `arm.json`.
 #[derive(Deserialize)]
 struct Reference {
     tick_s: f64,
@@ -26,7 +26,7 @@ struct Reference {
 struct Case {
     name: String,
     file: String,
-    /// Its parameters, in TOML.
+    /// Parameters in TOML.
     arm: String,
     samples: Vec<Sample>,
 }
@@ -43,7 +43,7 @@ struct Sample {
     jacobian: Vec<Vec<f64>>,
 }
 
-/// Runs the case; over the ticks, each axis' position, then each axis' velocity.
+/// Runs the case; returns each axis' position, then each axis' velocity, over the ticks.
 fn run(arm: &mut Arm, tick_s: f64, rows: &[Vec<f64>]) -> Vec<Vec<f64>> {
     let axes = arm.axes();
     let ticks = (0_u32..).zip(rows).map(|(tick, row)| {
@@ -56,7 +56,7 @@ fn run(arm: &mut Arm, tick_s: f64, rows: &[Vec<f64>]) -> Vec<Vec<f64>> {
     ticks.collect()
 }
 
-/// The equations of motion at every sample: what the reference has, and what the arm has.
+/// Returns the expected and actual equations of motion at every sample.
 fn look(arm: &Arm, samples: &[Sample]) -> [(&'static str, Vec<f64>, Vec<f64>); 5] {
     let of = |expected: fn(&Sample) -> Vec<f64>, found: &dyn Fn(&Sample) -> Vec<f64>| {
         (samples.iter().flat_map(expected).collect(), samples.iter().flat_map(found).collect())

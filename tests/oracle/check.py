@@ -1,10 +1,10 @@
-"""The one way a self-check of the oracle fails."""
+"""Error of an oracle's self-check."""
 
 from __future__ import annotations
 
 
 class SelfCheckError(Exception):
-    """The oracle contradicts itself; its files must not be trusted."""
+    """The oracle is inconsistent; its files are invalid."""
 
 
 def require(holds: bool, what: str) -> None:

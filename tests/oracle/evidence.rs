@@ -1,14 +1,14 @@
-//! Comparisons with an oracle: what is beyond its tolerance fails the test, and all of it is kept for `cargo xtask step oracle` to
-//! show.
+//! Comparisons with a reference: deviations above the tolerance fail the test; all results are stored for
+//! `cargo xtask step oracle`.
 
 use std::path::Path;
 
 use serde::{Deserialize, Serialize};
 
-/// Most points that are kept of a curve.
+/// Maximum number of stored points of a curve.
 const POINTS: usize = 1000;
 
-/// A file of the reference runs.
+/// Reads a file of the reference runs.
 pub(crate) fn read<T: for<'a> Deserialize<'a>>(path: &Path) -> T {
     let text = std::fs::read_to_string(path).unwrap_or_else(|error| {
         panic!("{}: {error}; make the reference runs with `cargo xtask test`", path.display())
@@ -16,7 +16,7 @@ pub(crate) fn read<T: for<'a> Deserialize<'a>>(path: &Path) -> T {
     serde_json::from_str(&text).unwrap()
 }
 
-/// Its rows of numbers, and what stands above each column.
+/// Reads the header and rows of a table.
 pub(crate) fn table(path: &Path) -> (Vec<String>, Vec<Vec<f64>>) {
     let mut reader =
         csv::Reader::from_path(path).unwrap_or_else(|error| panic!("{}: {error}", path.display()));
@@ -24,41 +24,41 @@ pub(crate) fn table(path: &Path) -> (Vec<String>, Vec<Vec<f64>>) {
     (names, reader.deserialize().map(Result::unwrap).collect())
 }
 
-/// A column of a table.
+/// Returns a column of a table.
 pub(crate) fn column(rows: &[Vec<f64>], place: usize) -> Vec<f64> {
     rows.iter().map(|row| row[place]).collect()
 }
 
-/// What a test has compared.
+/// The comparisons of a test.
 pub(crate) struct Evidence {
     test: &'static str,
     rows: Vec<Row>,
     wrong: Vec<String>,
 }
 
-/// One signal, or one quantity.
+/// A comparison of a signal or quantity.
 #[derive(Default)]
 pub(crate) struct Compared<'a> {
     /// The module or the plant.
     pub(crate) subject: &'a str,
-    /// What was compared.
+    /// The compared quantity.
     pub(crate) name: String,
-    /// What says what is right.
+    /// The reference implementation.
     pub(crate) oracle: &'a str,
     pub(crate) expected: &'a [f64],
     pub(crate) found: &'a [f64],
-    /// What the error is a share of; none for the largest magnitude that is expected.
+    /// The error is relative to this value; `None` for the maximum magnitude of the expected values.
     pub(crate) scale: Option<f64>,
-    /// The share that is allowed.
+    /// The permitted relative error.
     pub(crate) tolerance: f64,
-    /// Why it is not 1e-5.
+    /// The reason for a tolerance other than 1e-5.
     pub(crate) why: &'a str,
-    /// Time from one value to the next, `s`; none for what is no curve.
+    /// Time between two values, `s`; `None` if it is not a curve.
     pub(crate) period_s: Option<f64>,
 }
 
 impl<'a> Compared<'a> {
-    /// Curves of a run, against what scipy integrates.
+    /// A comparison of curves with scipy's integration.
     pub(crate) fn with_scipy(subject: &'a str, name: &str, tolerance: f64, period_s: f64) -> Self {
         Self {
             subject,
@@ -83,7 +83,7 @@ struct Row {
     curve: Option<Curve>,
 }
 
-/// What was expected and what was found, thinned out.
+/// Expected and actual values, decimated.
 #[derive(Serialize)]
 struct Curve {
     time_s: Vec<f64>,
@@ -96,13 +96,13 @@ impl Evidence {
         Self { test, rows: Vec::new(), wrong: Vec::new() }
     }
 
-    /// Keeps a comparison, and whether it fails the test.
+    /// Adds a comparison and whether it fails the test.
     pub(crate) fn judge(&mut self, of: &Compared<'_>) {
         let Compared { subject, name, expected, found, tolerance, .. } = of;
         assert_eq!(expected.len(), found.len(), "{subject}, {name}");
         assert!(!expected.is_empty(), "{subject}, {name}: nothing was compared");
         let errors = expected.iter().zip(*found).map(|(expected, found)| (expected - found).abs());
-        // Not `max`: what is not a number is the worst of all.
+        // Unlike `max`, treats NaN as the worst error.
         let worst = errors.fold(0.0_f64, |worst, error| if error <= worst { worst } else { error });
         let peak = expected.iter().fold(0.0_f64, |peak, value| peak.max(value.abs()));
         let scale = of.scale.unwrap_or(peak);
@@ -123,7 +123,7 @@ impl Evidence {
         });
     }
 
-    /// Keeps a comparison of each column that was found with those at the end of the reference's table, in one case.
+    /// Compares each column with those at the end of the reference's table, for one case.
     pub(crate) fn judge_columns(
         &mut self,
         case: &Compared<'_>,
@@ -141,10 +141,10 @@ impl Evidence {
         }
     }
 
-    /// Writes what was compared beside the reference runs.
+    /// Writes the comparisons next to the reference runs.
     ///
     /// # Panics
-    /// If anything was beyond its tolerance, or nothing was compared.
+    /// If a deviation exceeds its tolerance, or there is no comparison.
     pub(crate) fn end(self) {
         let folder = test_requirements::reference_runs("an oracle").unwrap().join("found");
         std::fs::create_dir_all(&folder).unwrap();

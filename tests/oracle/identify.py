@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""The outside oracle of identification: scipy's frequency response and numpy's least squares.
+"""Reference implementation of identification: scipy's frequency response and numpy's least squares.
 
     FOLDER/identify.json   signals, the response that scipy finds of them; a joint with its motion in closed form
 

@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""The outside oracle of the actuated joint.
+"""Reference implementation of the actuated joint.
 
 Integrates the joint's equations with scipy's DOP853 at a relative tolerance of 1e-10, tick by tick under
 a held command and from event to event of dry friction, and writes what a simulator has to reproduce:

@@ -1,17 +1,19 @@
-//! The actuated joint against an outside integrator: the same equations in scipy's DOP853 at a tolerance of 1e-10.
+//! The actuated joint compared with another integrator: the same equations in scipy's DOP853 at a tolerance
+//! of 1e-10.
 //!
-//! The reference runs are those of `joint.py`. Each signal stays within 1e-5 of its peak on every tick. Where the voltage reaches its limit, or teeth or a stop touch,
-//! a rate changes at once within a step of either integrator: that leaves up to 5e-6, smooth motion 1e-9.
+//! The reference runs are from `joint.py`. Each signal stays within 1e-5 of its peak on every tick. Voltage
+//! saturation and contact of teeth or a stop are discontinuities within a step of either integrator, with
+//! errors up to 5e-6; smooth motion agrees to 1e-9.
 
 use hil_sim::plant::{JointParameters, JointState};
 use serde::Deserialize;
 
 use crate::evidence::{self, Compared, Evidence};
 
-/// Share of a signal's peak that it may be off by.
+/// Maximum deviation relative to a signal's peak.
 const TOLERANCE: f64 = 1e-5;
 
-/// The reference runs, as `joint.json` lists them.
+/// The reference runs listed in `joint.json`.
 #[derive(Deserialize)]
 struct Reference {
     tick_s: f64,
@@ -22,14 +24,14 @@ struct Reference {
 struct Case {
     name: String,
     file: String,
-    /// Its parameters, in TOML.
+    /// Parameters in TOML.
     joint: String,
-    /// Amplitude of the outside force's cosine.
+    /// Amplitude of the external force's cosine.
     load: f64,
     load_hz: f64,
 }
 
-/// A column of the reference, and where the simulator has it.
+/// A column of the reference and the corresponding signal.
 type Column = (&'static str, fn(&JointState) -> f64);
 
 const COMPARED: [Column; 7] = [
@@ -42,7 +44,7 @@ const COMPARED: [Column; 7] = [
     ("winding_c", |state| state.winding_c),
 ];
 
-/// Runs the case and gives each of [`COMPARED`] over the ticks.
+/// Runs the case; returns each of [`COMPARED`] over the ticks.
 fn run(case: &Case, tick_s: f64, rows: &[Vec<f64>]) -> Vec<Vec<f64>> {
     let mut joint = toml::from_str::<JointParameters>(&case.joint).unwrap().build().unwrap();
     let load = |t: f64| case.load * libm::cos(core::f64::consts::TAU * case.load_hz * t);

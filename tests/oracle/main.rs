@@ -1,7 +1,7 @@
-//! Modules and plants against outside implementations: scipy, python-control, `MuJoCo`, closed forms.
+//! Modules and plants compared with other implementations: scipy, python-control, `MuJoCo`, closed forms.
 //!
-//! `cargo xtask test` has the reference runs written by the Python scripts beside these files, and says in `DIMSART_ORACLE`
-//! where they are; `cargo xtask step oracle` draws what was compared.
+//! `cargo xtask test` writes the reference runs with the Python scripts in this folder and sets
+//! `DIMSART_ORACLE` to their folder; `cargo xtask step oracle` shows the comparisons.
 #![expect(
     clippy::unwrap_used,
     clippy::indexing_slicing,

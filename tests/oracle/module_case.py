@@ -1,4 +1,4 @@
-"""A module of the library against an outside implementation: what a case is, and how it is written down."""
+"""Format of a case that compares a library module with another implementation."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ class Case:
     inputs: dict[str, NDArray[np.float64]]
     """What the device measures: data type to signal."""
     expected: dict[str, NDArray[np.float64]]
-    """What the Data Base has behind each tick: signal, `NAME` or `NAME.2`, to values."""
+    """Expected data base after each tick: values by signal, `NAME` or `NAME.2`."""
     tolerance: float = TOLERANCE
     """Largest error, as a share of the largest magnitude that is expected of the signal."""
     why: str = ""
@@ -47,7 +47,7 @@ class Case:
 
     def as_json(self) -> dict[str, Any]:
         if self.tolerance > TOLERANCE and not self.why:
-            raise ValueError(f"{self.module}, {self.name}: say why the tolerance is {self.tolerance}")
+            raise ValueError(f"{self.module}, {self.name}: give a reason for the tolerance of {self.tolerance}")
         return {
             "module": self.module,
             "name": self.name,

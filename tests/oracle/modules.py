@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""What outside implementations say of the modules of the library: every case of `cases/`, written down.
+"""Writes every case of `cases/`: the library modules' expected results from other implementations.
 
     FOLDER/modules.json    see `module_case.py`
 

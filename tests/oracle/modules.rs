@@ -1,6 +1,7 @@
-//! The modules of the library, each against an outside implementation.
+//! The library's modules, each compared with another implementation.
 //!
-//! The cases are those of `modules.py`. A case is a scheme, what the device measures tick by tick, and what the Data Base has to have behind each tick.
+//! The cases are from `modules.py`. A case is a scheme, the measurements of each tick, and the expected data
+//! base after each tick.
 use std::collections::{BTreeMap, BTreeSet};
 
 use dimsart_core::{
@@ -30,7 +31,7 @@ struct Case {
     commands: Vec<Late>,
 }
 
-/// Rows that are given before a tick.
+/// Rows to load before a tick.
 #[derive(Deserialize)]
 struct Late {
     tick: usize,
@@ -46,7 +47,7 @@ impl Case {
         self.expected.values().chain(self.inputs.values()).map(Vec::len).max().unwrap()
     }
 
-    /// A controller whose device measures the inputs.
+    /// Creates a controller whose device measures the inputs.
     fn controller(&self) -> (Dimsart, Vec<&'static DataType>) {
         let outputs: Vec<&'static DataType> = self
             .inputs
@@ -82,7 +83,7 @@ impl Case {
         assert!(errors.is_empty(), "{}: {errors:?}\n{rows}", self.title());
     }
 
-    /// Runs it; what is expected and what was found, signal by signal.
+    /// Runs the case; returns expected and actual values of each signal.
     fn run(&self) -> Vec<(String, Signal, Signal)> {
         let (mut dimsart, outputs) = self.controller();
         let mut found: Vec<(String, Signal, Signal)> = self
@@ -123,7 +124,7 @@ fn word(data_type: &DataType, value: f64) -> Word {
     }
 }
 
-/// A signal of the Data Base, whatever its format.
+/// Returns a signal of the data base in any format.
 fn signal(dimsart: &Dimsart, name: &str) -> Vec<f64> {
     let engine = dimsart.engine();
     let signal = engine.device().signal(name).unwrap_or_else(|| panic!("no signal {name}"));
@@ -162,7 +163,7 @@ fn every_module_does_what_an_outside_implementation_says() {
         }
     }
     evidence.end();
-    // The ends of a link, and what has no number to compare, have tests of their own.
+    // Link modules and modules without a numeric result have other tests.
     let elsewhere = ["COMM_RXMOD", "COMM_TXMOD", "RECORDER_MOD", "ONLINE_MOD"];
     let compared: BTreeSet<&str> = cases.iter().map(|case| case.module.as_str()).chain(elsewhere).collect();
     let missing: Vec<&str> =

@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""The outside oracle of the PHANToM.
+"""Reference implementation of the PHANToM.
 
 Integrates the device with scipy's DOP853 at a relative tolerance of 1e-11, tick by tick under a held command, and writes
 what a simulator has to reproduce:

@@ -1,18 +1,18 @@
-//! The PHANToM against an outside integrator: its five bodies, put in space one by one, in scipy's DOP853 at a tolerance
-//! of 1e-11, where the simulator has the published equations of motion.
+//! The PHANToM compared with another integrator: its five bodies, placed one by one, in scipy's DOP853 at a
+//! tolerance of 1e-11; the simulator uses the published equations of motion.
 //!
-//! The reference runs are those of `phantom.py`. Each signal stays within 1e-9 of its peak on every tick. The reference finds its slopes by differences: that is what
-//! is left.
+//! The reference runs are from `phantom.py`. Each signal stays within 1e-9 of its peak on every tick; the
+//! rest is due to the reference's numerical derivatives.
 
 use hil_sim::plant::{Phantom, PhantomParameters, Tip};
 use serde::Deserialize;
 
 use crate::evidence::{self, Compared, Evidence};
 
-/// Share of a signal's peak that it may be off by.
+/// Maximum deviation relative to a signal's peak.
 const TOLERANCE: f64 = 1e-9;
 
-/// The reference runs, as `phantom.json` lists them.
+/// The reference runs listed in `phantom.json`.
 #[derive(Deserialize)]
 struct Reference {
     tick_s: f64,
@@ -23,14 +23,14 @@ struct Reference {
 struct Case {
     name: String,
     file: String,
-    /// Its parameters, in TOML.
+    /// Parameters in TOML.
     phantom: String,
-    /// Of a hand that holds the tip where it starts.
+    /// Stiffness of a hand that holds the tip at the start.
     hand_stiffness_n_per_m: f64,
     hand_damping_ns_per_m: f64,
 }
 
-/// Positions, velocities and tip after a tick.
+/// Returns positions, velocities and tip after a tick.
 fn seen(phantom: &Phantom) -> [f64; 9] {
     let [one, two, three] = [0, 1, 2].map(|axis| phantom.axis(axis));
     let [x, y, z] = phantom.tip(0.0).position_m;
@@ -39,7 +39,7 @@ fn seen(phantom: &Phantom) -> [f64; 9] {
     [positions, velocities, [x, y, z]].concat().try_into().unwrap()
 }
 
-/// Runs the case and gives each signal over the ticks.
+/// Runs the case; returns each signal over the ticks.
 fn run(case: &Case, tick_s: f64, rows: &[Vec<f64>]) -> Vec<Vec<f64>> {
     let mut phantom = toml::from_str::<PhantomParameters>(&case.phantom).unwrap().build().unwrap();
     let anchor = phantom.tip(0.0).position_m;

@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""Reads a recording as others do, with the reader of `mcap` and with `AnyReader` of `rosbags`, and prints as JSON what each found:
+"""Reads a recording with `mcap` and with `AnyReader` of `rosbags`, and prints the results as JSON:
 how many messages each topic has, and the last message of each topic. `dimsart/tests/replay.rs` runs it.
 
     .venv/bin/python tests/oracle/recording.py runs/latest/signals.mcap

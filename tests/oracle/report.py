@@ -1,9 +1,9 @@
 #!/usr/bin/env python3
-"""The page of what the tests have compared with outside implementations: a table, and the curves laid over each other.
+"""Writes a page with the comparisons of the tests with other implementations: a table and plots.
 
     python tests/oracle/report.py --found target/oracle/found --out target/oracle-report
 
-The tests write the rows (`tests/common/evidence.rs`); `cargo xtask step oracle` runs all of it.
+The tests write the rows (`tests/oracle/evidence.rs`); `cargo xtask step oracle` runs everything.
 """
 
 from __future__ import annotations
@@ -30,7 +30,7 @@ figure{display:inline-block;margin:1rem 1rem 0 0}figcaption{font-size:13px;max-w
 
 
 def main() -> int:
-    parser = argparse.ArgumentParser(description="Draws what was compared.")
+    parser = argparse.ArgumentParser(description="Write a page with the comparisons.")
     parser.add_argument("--found", type=Path, required=True, help="folder of the tests' rows")
     parser.add_argument("--out", type=Path, required=True, help="folder to write to")
     arguments = parser.parse_args()
@@ -46,7 +46,7 @@ def main() -> int:
     (arguments.out / "index.html").write_text(page(rows))
     print(table(rows))
     wrong = sum(not is_right(row) for row in rows)
-    print(f"{len(rows)} comparisons, {wrong} beyond their tolerance: {arguments.out / 'index.html'}")
+    print(f"{len(rows)} comparisons, {wrong} exceed their tolerance: {arguments.out / 'index.html'}")
     return 1 if wrong else 0
 
 
@@ -60,12 +60,12 @@ def slug(text: str) -> str:
 
 def figures(row: dict[str, Any]) -> tuple[str, str, str]:
     error = row["largest_error"]
-    return str(row["samples"]), "not a number" if error is None else f"{error:.1e}", f"{row['tolerance']:.0e}"
+    return str(row["samples"]), "NaN" if error is None else f"{error:.1e}", f"{row['tolerance']:.0e}"
 
 
 def table(rows: list[dict[str, Any]]) -> str:
-    """As text, a row for each comparison."""
-    head = ("What", "Compared", "Oracle", "Samples", "Largest error", "Allowed")
+    """Returns a text table with a row for each comparison."""
+    head = ("Subject", "Quantity", "Reference", "Samples", "Max. error", "Tolerance")
     body = [(row["subject"], row["name"], row["oracle"], *figures(row)) for row in rows]
     widths = [max(len(line[place]) for line in [head, *body]) for place in range(len(head))]
     lines = ["  ".join(word.ljust(width) for word, width in zip(line, widths)).rstrip() for line in [head, *body]]
@@ -102,11 +102,11 @@ def page(rows: list[dict[str, Any]]) -> str:
     packages = ", ".join(f"{name} {version(name)}" for name in PACKAGES)
     body = "\n".join(cells(row) for row in rows)
     images = "\n".join(picture(row) for row in rows if row["picture"])
-    return f"""<!doctype html><html lang="en"><meta charset="utf-8"><title>DIMSART against outside implementations</title>
-<style>{STYLE}</style><h1>DIMSART against outside implementations</h1>
-<p>Every module and every plant, in the arithmetic of the controller (f32) or of the simulator (f64), against {packages}, or a
-closed form in double precision. The largest error is a share of the largest magnitude of the signal.</p>
-<table><tr><th>What<th>Compared<th>Oracle<th>Samples<th>Largest error<th>Allowed
+    return f"""<!doctype html><html lang="en"><meta charset="utf-8"><title>DIMSART compared with other implementations</title>
+<style>{STYLE}</style><h1>DIMSART compared with other implementations</h1>
+<p>Every module and plant, computed by the controller (f32) or the simulator (f64), is compared with {packages} or a
+closed form in double precision. Errors are relative to the signal's maximum magnitude.</p>
+<table><tr><th>Subject<th>Quantity<th>Reference<th>Samples<th>Max. error<th>Tolerance
 {body}</table><h2>Curves</h2>{images}</html>
 """
 

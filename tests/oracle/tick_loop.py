@@ -1,4 +1,4 @@
-"""The same loop as one plain loop over the ticks: the self-check of the python-control model.
+"""The same loop as a plain loop over ticks: self-check of the python-control model.
 
 Nothing is shared with `loop.py` but the parameters: the devices step by the closed-form solution
 of M x'' + B x' + Ke x = f for constant f, and the implicit order by its solved formula

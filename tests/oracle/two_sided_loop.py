@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""The outside oracle of the two-sided teleoperation loop.
+"""Reference implementation of the two-sided teleoperation loop.
 
 Simulates the wave-variable loop of `loop.py` (equations there) with python-control, checks itself
 against a plain loop over the ticks (`tick_loop.py`) and against closed forms (`predictions.py`), and

@@ -1,12 +1,13 @@
-//! The simulator against an outside implementation: the same loops in python-control.
+//! The simulator compared with another implementation: the same loops in python-control.
 //!
-//! The reference runs are those of `two_sided_loop.py`. The simulator runs the same masses, dampers, springs, delays and hand forces with the shipped scheme, and each signal
-//! has to stay within 1e-4 of its peak on every tick; both waves of a line are measured against the larger peak.
+//! The reference runs are from `two_sided_loop.py`. The simulator runs the same masses, dampers, springs,
+//! delays and hand forces with the shipped scheme. Each signal must stay within 1e-4 of its peak on every
+//! tick; both waves of a line are relative to the larger peak.
 //!
-//! What remains is the controllers' `f32`. Measured and desired position are rounded by up to half an `ulp` each, so
-//! the force of a controller of stiffness `K` by up to `K ulp(x)`: 1.9e-5 N at 38 mm and 5000 `N/m`, or 1e-5 of the
-//! forces here. Waves carry it to the other side. Free devices wander farthest and differ most, by up to 3.4e-5;
-//! those at a wall by 2e-6.
+//! The rest is due to the controllers' `f32`. Measured and desired positions are rounded by up to half an
+//! `ulp` each, so the force of a controller of stiffness `K` deviates by up to `K ulp(x)`: 1.9e-5 N at 38 mm
+//! and 5000 `N/m`, or 1e-5 of the forces here. Waves transmit the deviation. Free devices move farthest and
+//! deviate most, by up to 3.4e-5; devices at a wall by 2e-6.
 use dimsart_core::{DataType, types};
 use hil_sim::plant::Push;
 use hil_sim::response::{Held, linear_loops};
@@ -15,13 +16,13 @@ use serde::Deserialize;
 use crate::evidence::{self, Compared, Evidence, column};
 use crate::loops::{MASTER, Met, SLAVE, TICK_S, axis, bilateral, delays, push, rig, signal};
 
-/// Share of a signal's peak that it may be off by.
+/// Maximum deviation relative to a signal's peak.
 const TOLERANCE: f64 = 1e-4;
-/// The printed order multiplies what is at half the sample rate by 2.255 in each round trip of 22 ticks: rounding has
-/// more of that than the hand's push. Its first five round trips are compared.
+/// The printed order amplifies signals at half the sample rate by 2.255 in each round trip of 22 ticks:
+/// rounding errors exceed the hand's push there. The first five round trips are compared.
 const COMPARED_TICKS_PRINTED: usize = 110;
 
-/// The reference runs, as `cases.json` lists them.
+/// The reference runs listed in `cases.json`.
 #[derive(Deserialize)]
 struct Reference {
     tick_s: f64,
@@ -50,10 +51,10 @@ struct Side {
     pd_damping_ns_per_m: f64,
 }
 
-/// A column of the reference, where the simulator has it, and the columns whose peak it is measured against.
+/// A column of the reference, its station and signal, and the columns whose peak is used.
 type Column = (&'static str, usize, &'static DataType, &'static [&'static str]);
 
-/// A wave that is small everywhere would be measured against its own rounding.
+/// A wave that is small everywhere would otherwise be compared with its own rounding.
 const LINE_WAVES: &[&str] = &["master_wave_out_sqrt_w", "slave_wave_out_sqrt_w"];
 const COMPARED: [Column; 10] = [
     ("master_position_m", MASTER, types::POSITION, &["master_position_m"]),
@@ -68,7 +69,7 @@ const COMPARED: [Column; 10] = [
     ("slave_wave_in_sqrt_w", SLAVE, types::CH2_WAVES, LINE_WAVES),
 ];
 
-/// Runs the case and gives each of [`COMPARED`] over the ticks.
+/// Runs the case; returns each of [`COMPARED`] over the ticks.
 fn run(case: &Case, forces_n: Vec<f64>, ticks: usize) -> Vec<Vec<f64>> {
     let settings = format!(
         "{} wave.form={} wave.impedance_ns_per_m={} master.stiffness_n_per_m={} slave.stiffness_n_per_m={} \
@@ -114,8 +115,8 @@ struct WeaklyDamped {
     contact_growth_per_tick: f64,
 }
 
-/// What is heard of a loop that is struck is its largest eigenvalue: within 2e-5 of one that grows, and within a third of
-/// how far the others are from 1, where modes that die out together are not told apart.
+/// The growth of a loop after an impulse equals its largest eigenvalue: within 2e-5 if it grows, otherwise
+/// within a third of the other eigenvalues' distance from 1, where decaying modes are not distinguished.
 #[test]
 fn loops_grow_by_the_largest_eigenvalue_of_python_control() {
     let Some(folder) = test_requirements::reference_runs("python-control") else { return };

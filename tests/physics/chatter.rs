@@ -1,4 +1,4 @@
-//! Loops that are stable in free motion and swing in contact, on and off the wall.
+//! Loops that are stable in free motion and oscillate in contact.
 #![expect(clippy::unwrap_used, reason = "in helpers of tests as in tests")]
 
 use std::sync::atomic::AtomicBool;
@@ -14,8 +14,8 @@ fn outcome(settings: &str) -> Outcome {
     experiment.without_recording().run(&AtomicBool::new(false), |_| ()).outcome
 }
 
-/// A light slave with hardly any damping before a hard wall that has none: its own oscillation on the wall,
-/// `sqrt(k/m)/2π = 225 Hz` for 0.05 kg, is not damped enough by the sampled controller behind a delay.
+/// A light slave with little damping at a hard undamped wall: the sampled controller with delay does not damp
+/// its natural frequency on the wall, `sqrt(k/m)/2π = 225 Hz` for 0.05 kg.
 const WEAK: &str = "dof=1 master.time_delay_ticks=0 slave.time_delay_ticks=0 hand.damping_ns_per_m=0.5 \
                     slave.device.damping_ns_per_m=2 wall.stiffness_n_per_m=1e5 wall.damping_ns_per_m=0";
 
@@ -33,7 +33,7 @@ fn a_slave_that_hammers_on_the_wall_is_not_stable() {
     }
 }
 
-/// Too slow to be seen in the run, and told by its eigenvalue.
+/// Too slow to be visible in the run; detected by its eigenvalue.
 #[test]
 fn a_loop_that_has_hardly_begun_to_grow_is_not_stable() {
     let slow = "wave.form=implicit hand.damping_ns_per_m=0.5 slave.device.damping_ns_per_m=2 \
@@ -44,11 +44,18 @@ fn a_loop_that_has_hardly_begun_to_grow_is_not_stable() {
     let free = outcome.loops.iter().find(|one| one.held == Held::Free).unwrap();
     assert!((free.growth_per_tick.unwrap() - 1.000_283).abs() < 1e-5, "{free:?}");
     let says = |part: &str| outcome.faults.iter().any(|fault| fault.contains(part));
-    assert!(says("the loop free is unstable: it grows by a factor of 1.0002") && says("doubles in \
-    2.4"), "{:?}", outcome.faults);
+    assert!(
+        says("the loop free is unstable: it grows by a factor of 1.0002")
+            && says(
+                "doubles in \
+    2.4"
+            ),
+        "{:?}",
+        outcome.faults
+    );
 }
 
-/// The same loops on a wall with damping, or with more of it at the hand, rest; so does the shipped one.
+/// The same loops with a damped wall or a more damped hand come to rest; so does the shipped loop.
 #[test]
 fn a_contact_that_comes_to_rest_is_stable_and_has_no_limit_cycle() {
     for settings in [
@@ -61,8 +68,8 @@ fn a_contact_that_comes_to_rest_is_stable_and_has_no_limit_cycle() {
     }
 }
 
-/// Of the shipped scenario, controllers and line never give out more than they got. With hardly any damping and a delay
-/// they do, though the line's own account stays at 0: that is an identity.
+/// In the shipped scenario, controllers and line are passive. With little damping and a delay they are
+/// active, although the line's own account stays at 0 by definition.
 #[test]
 fn the_energy_at_the_robots_tells_an_active_loop_from_a_passive_one() {
     let passive = outcome("dof=1");

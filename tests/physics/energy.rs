@@ -1,4 +1,4 @@
-//! What the line holds is what is on its way in it.
+//! The energy in the line is that of the waves in flight.
 #![expect(clippy::unwrap_used, reason = "in helpers of tests as in tests")]
 
 use std::collections::VecDeque;
@@ -13,7 +13,7 @@ use hil_sim::rig::Rig;
 
 use crate::loops::{MASTER, Met, SLAVE, TICK_S, axis, bilateral, delays, push, rig, signal};
 
-/// One direction of the line: waves that have left and not arrived yet.
+/// One direction of the line: waves in flight.
 struct InFlight(VecDeque<f64>);
 
 impl InFlight {
@@ -21,7 +21,7 @@ impl InFlight {
         Self((0..delay_ticks).map(|_| 0.0).collect())
     }
 
-    /// Takes the wave that leaves in this tick; gives the one that is to arrive in it.
+    /// Adds the wave sent in this tick; returns the one that arrives.
     fn pass(&mut self, wave: f64) -> f64 {
         self.0.push_back(wave);
         self.0.pop_front().unwrap()
@@ -32,10 +32,10 @@ impl InFlight {
     }
 }
 
-/// Half a unit in the last place of an `f32`, as a share of the number.
+/// Half a unit in the last place of an `f32`, relative to the number.
 const ROUNDING: f64 = 0.5 * f32::EPSILON as f64;
 
-/// Energy that a port passes on to the line in this tick by force and velocity, and by both its waves, `J`.
+/// Returns the energy from a port to the line in this tick, by force and velocity, and by waves, `J`.
 fn passed_j(rig: &Rig, side: usize) -> (f64, f64) {
     let at = |data_type| signal(rig, side, data_type);
     let waves = at(types::CH1_WAVES).powi(2) + at(types::CH2_WAVES).powi(2);
@@ -46,9 +46,9 @@ fn passed_j(rig: &Rig, side: usize) -> (f64, f64) {
 ///
 /// `sum h (F_m v_m - F_s v_s) = h/2 (sum of squares of the waves in flight, both ways) >= 0`
 ///
-/// and a wave arrives bit for bit as it left, so many ticks later. The simulator's own account, which is made of
-/// waves alone, is the right side exactly; the left side is made of forces and velocities that were rounded, each
-/// by up to [`ROUNDING`], hence 4 of it of all the energy that was carried.
+/// and a wave arrives unchanged after the delay. The simulator's account, computed from waves only, equals
+/// the right side exactly; the left side contains forces and velocities rounded by up to [`ROUNDING`] each,
+/// hence a tolerance of 4 times that, relative to the transferred energy.
 #[test]
 fn the_line_holds_the_energy_of_the_waves_in_flight() {
     for form in ["split", "implicit"] {
@@ -89,9 +89,9 @@ fn the_line_holds_the_energy_of_the_waves_in_flight() {
     }
 }
 
-/// Axis 0 pushes the slave into a spring and keeps energy on its way all the time; axis 1 swings now and then, over
-/// a link that repeats what it loses, and takes out more than was put in. Together they have more than nothing, yet
-/// one is not passive.
+/// Axis 0 pushes the slave into a spring and keeps energy in flight; axis 1 oscillates over a link that
+/// repeats lost packets, and extracts more energy than was put in. Their sum is positive, but axis 1 is not
+/// passive.
 #[test]
 fn an_axis_that_gives_energy_away_does_not_hide_behind_another() {
     let swing = |t: f64| if t > 2.0 && t % 2.0 < 1.0 { 2.0 * libm::sin(2.0 * PI * 3.0 * t) } else { 0.0 };

@@ -1,4 +1,4 @@
-//! What grows without bound is told, at the rate it grows, before or when it leaves its range. What is stable never is.
+//! Unbounded growth is reported with its rate, at the latest when it leaves its range, without false alarms.
 #![expect(clippy::unwrap_used, reason = "in helpers of tests as in tests")]
 
 use std::sync::atomic::AtomicBool;
@@ -16,7 +16,7 @@ fn outcome(settings: &str) -> Outcome {
     experiment.without_recording().run(&AtomicBool::new(false), |_| ()).outcome
 }
 
-/// The first alarm within `ticks`.
+/// Returns the first alarm within `ticks`.
 fn alarm(rig: &mut Rig, limits: Ranges, ticks: u64) -> Option<Alarm> {
     let mut watch = Watch::new(rig, [limits; 2]);
     (0..ticks).find_map(|_| {
@@ -27,7 +27,7 @@ fn alarm(rig: &mut Rig, limits: Ranges, ticks: u64) -> Option<Alarm> {
     })
 }
 
-/// The unstable loops of `stability.rs`, with their growth per tick: settings, whether in contact, growth.
+/// The unstable loops of `stability.rs`: settings, contact, growth per tick.
 fn unstable() -> Vec<(String, bool, f64)> {
     let mut loops = Vec::new();
     for (ticks, growth) in
@@ -55,8 +55,8 @@ fn what_flies_apart_is_told_before_or_when_it_leaves_its_range() {
     }
 }
 
-/// In ranges so wide that a loop is in them for long, it is the growth that is told; what grows by more than 15 % per
-/// tick goes through the noise and out of any range in fewer windows than it takes to be sure.
+/// With wide ranges, growth is detected first. Growth above 15 % per tick leaves any range before detection
+/// is certain.
 #[test]
 fn growth_is_told_with_its_rate() {
     let limits = Ranges { position: 1e30, force: 1e9, max_force: [1e9; 8], wave: 1e9 };
@@ -74,12 +74,15 @@ fn growth_is_told_with_its_rate() {
 fn a_run_that_ends_before_its_range_is_left_is_not_stable_all_the_same() {
     let outcome = outcome("wave.form=printed duration_s=0.4 dof=3");
     assert!(!outcome.stable && outcome.ticks == 400);
-    // Behind what is known of its linear loops, each of which grows.
+    // After the known faults of its linear loops, each of which grows.
     let [_, _, _, fault] = outcome.faults.as_slice() else { panic!("{:?}", outcome.faults) };
     assert!(outcome.loops.iter().all(LinearLoop::grows), "{:?}", outcome.loops);
-    for part in
-        ["master ", " wave of axis ", " grows without bound, by a factor of 1.0", " per tick, detected at 0.3"]
-    {
+    for part in [
+        "master ",
+        " wave of axis ",
+        " grows without bound, by a factor of 1.0",
+        " per tick, detected at 0.3",
+    ] {
         assert!(fault.contains(part), "{fault}");
     }
 }

@@ -1,6 +1,6 @@
-//! The two-sided system against the closed forms of wave-variable teleoperation.
+//! The two-sided system compared with closed forms of wave-variable teleoperation.
 //!
-//! Everything but hands and devices is what ships: schemes, modules, engine, packets, links.
+//! Schemes, modules, engine, packets and links are the shipped ones; hands and devices are simplified.
 
 mod chatter;
 mod energy;

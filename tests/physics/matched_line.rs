@@ -1,4 +1,4 @@
-//! Lines that end in their own impedance, and one that ends in a wall.
+//! Lines terminated by their impedance or by a wall.
 
 use std::collections::VecDeque;
 use std::f64::consts::PI;
@@ -12,7 +12,7 @@ const IMPEDANCE: f64 = 10.0;
 const MASS_KG: f64 = 0.4;
 const BANDWIDTH_HZ: f64 = 3.0;
 
-/// A robot behind a matched port, in free motion but for what pushes it.
+/// A robot at a matched port, in free motion except for an external force.
 struct Robot {
     port: Port,
     period_s: f64,
@@ -33,7 +33,7 @@ impl Robot {
         Self { port, period_s, position_m: 0.0, velocity_m_per_s: 0.0 }
     }
 
-    /// The wave that comes out.
+    /// Runs a tick; returns the reflected wave.
     fn tick(&mut self, wave: f64, push_n: f64) -> f64 {
         self.port.tick(&[wave, self.position_m, self.velocity_m_per_s]);
         let h = self.period_s;
@@ -44,8 +44,8 @@ impl Robot {
     }
 }
 
-/// Largest wave that comes back of one of 1, and how far at most the robot is from `λ/(s + λ)` of the desired position, as
-/// a share of its motion.
+/// Returns the maximum reflection of a unit wave, and the robot's maximum deviation from `λ/(s + λ)` of the
+/// desired position, relative to its motion.
 fn answer(period_s: f64) -> (f64, f64) {
     let mut robot = Robot::new(period_s);
     let left = libm::exp(-2.0 * PI * BANDWIDTH_HZ * period_s);
@@ -59,7 +59,7 @@ fn answer(period_s: f64) -> (f64, f64) {
         off_m = off_m.max((robot.position_m - lagging_m).abs());
         back = back.max(robot.tick(libm::sin(2.0 * PI * 2.0 * time_s).powi(2), 0.0).abs());
         let desired_m = robot.port.signal("DES_POSITION");
-        // Between two ticks the desired position goes evenly.
+        // The desired position changes linearly between ticks.
         let slope = (desired_m - before_m) * (1.0 / (2.0 * PI * BANDWIDTH_HZ * period_s));
         lagging_m = desired_m - slope + (lagging_m - before_m + slope) * left;
         before_m = desired_m;
@@ -68,7 +68,8 @@ fn answer(period_s: f64) -> (f64, f64) {
     (back, off_m / way_m)
 }
 
-/// Niemeyer and Slotine (2004). What is left is of the force that is held for a tick: it goes with the sample period.
+/// Niemeyer and Slotine (2004). The rest is due to the force held during a tick and proportional to the
+/// sample period.
 #[test]
 fn a_matched_robot_sends_no_wave_back_and_lags_as_its_bandwidth_says() {
     let (coarse, coarse_off) = answer(1e-4);
@@ -80,7 +81,7 @@ fn a_matched_robot_sends_no_wave_back_and_lags_as_its_bandwidth_says() {
     assert!((coarse / fine / 5.0 - 1.0).abs() < 0.1 && (coarse_off / fine_off / 5.0 - 1.0).abs() < 0.2);
 }
 
-/// With both robots matched a hand drags both ends of the line: `V = F/(2b)`, whatever the delay.
+/// With both robots matched, a hand moves both ends of the line: `V = F/(2b)` for any delay.
 #[test]
 fn a_hand_drags_two_matched_robots_at_half_of_what_one_end_takes() {
     let push_n = 1.0;
@@ -105,7 +106,7 @@ fn a_hand_drags_two_matched_robots_at_half_of_what_one_end_takes() {
     }
 }
 
-/// Force that a swing of the near end meets, `N`, tick by tick: the far end is held.
+/// Returns the force on an oscillating near end with the far end held, `N`, per tick.
 fn held_line(frequency_hz: f64, forward_ticks: usize, backward_ticks: usize, ticks: usize) -> Vec<f64> {
     let port = "MOD_ENG MOD_ON WIMPEDANCE_MOD";
     let measured = &[types::VELOCITY, types::CH2_WAVES];
@@ -123,8 +124,8 @@ fn held_line(frequency_hz: f64, forward_ticks: usize, backward_ticks: usize, tic
     (0..ticks).map(force).collect()
 }
 
-/// `Z = b coth(s T)`: its first zero is at half of one over the round trip, where a swing meets no more force after each
-/// round trip, and its first pole at twice that, where each adds `2 b`.
+/// `Z = b coth(s T)`: the first zero is at half the inverse of the round-trip time, where the force vanishes
+/// after each round trip; the first pole is at twice that, where each round trip adds `2 b`.
 #[test]
 fn a_held_line_gives_way_at_half_of_one_over_its_round_trip() {
     for (forward, backward) in [(10, 10), (3, 17)] {

@@ -1,4 +1,4 @@
-//! How the coupled devices move through free space.
+//! Free motion of the coupled devices.
 
 use dimsart_core::types;
 use hil_sim::rig::Rig;
@@ -6,13 +6,13 @@ use hil_sim::rig::Rig;
 use crate::loops::{MASTER, Met, SLAVE, TICK_S, axis, delays, push, rig, signal};
 
 const FORMS: [&str; 2] = ["split", "implicit"];
-/// What the hand pushes with, `N`.
+/// Force of the hand, `N`.
 const FORCE_N: f64 = 1.0;
 const IMPEDANCE_NS_PER_M: f64 = 10.0;
 const MASTER_STIFFNESS_N_PER_M: f64 = 3000.0;
 const SLAVE_STIFFNESS_N_PER_M: f64 = 5000.0;
 
-/// A constant push on a master of 0.1 kg that drags a slave of 0.5 kg, from rest.
+/// A constant force on a master of 0.1 kg that moves a slave of 0.5 kg, from rest.
 fn pushed(form: &str, ticks: (u32, u32), damping_ns_per_m: (f64, f64)) -> Rig {
     let settings = format!("wave.form={form} {}", delays(ticks.0, ticks.1));
     let master = axis(0.1, damping_ns_per_m.0, Met::Nothing, push(|_| FORCE_N));
@@ -26,11 +26,11 @@ fn compliance_m_per_n(round_trip_ticks: u32) -> f64 {
         + 1.0 / SLAVE_STIFFNESS_N_PER_M
 }
 
-/// At constant speed `V` the line stretches by its force, and by what the two delays differ:
+/// At constant speed `V` the line stretches by its force and by the difference of the delays:
 ///
 /// `x_md - x_sd = F T_rt/(2 b) + V (T_1 - T_2)/2`, `F = B_s V`, `V = F_hand/(B_m + B_s) = 1/12 m/s`
 ///
-/// between desired positions; between the devices both controllers stretch by `F/K` as well.
+/// between desired positions; between the devices, both controllers also stretch by `F/K`.
 #[test]
 fn uneven_delays_shift_the_devices_at_speed() {
     for form in FORMS {
@@ -63,11 +63,11 @@ fn uneven_delays_shift_the_devices_at_speed() {
     }
 }
 
-/// The push accelerates both devices and the line, less what damper and springs take off:
+/// The force accelerates both devices and the line, reduced by damper and springs:
 ///
 /// `M = M_m + M_s + b T - B_s² (T/b + 1/K_m + 1/K_s)`, `T` the mean of both delays.
 ///
-/// It shows as the lag of the position behind its asymptote: `x -> V (t - M/(B_m + B_s))`.
+/// It is visible as the position's lag behind its asymptote: `x -> V (t - M/(B_m + B_s))`.
 #[test]
 fn the_line_adds_its_apparent_mass() {
     for form in FORMS {
@@ -89,12 +89,12 @@ fn the_line_adds_its_apparent_mass() {
     }
 }
 
-/// A step of force comes back as an echo after each round trip, smaller by
+/// A force step returns as an echo after each round trip, reduced by
 ///
 /// `(b - B_m)(b - B_s) / ((b + B_m)(b + B_s))`,
 ///
-/// while masses and controllers settle within a few percent of one: before the first echo the hand drags itself and
-/// the line, `F/(B_m + b)`, in the end both devices, `F/(B_m + B_s)`.
+/// while masses and controllers settle within a few percent of a round trip: before the first echo the hand
+/// moves the master and the line, `F/(B_m + b)`, finally both devices, `F/(B_m + B_s)`.
 #[test]
 fn echoes_die_by_the_product_of_both_reflections() {
     let b = IMPEDANCE_NS_PER_M;

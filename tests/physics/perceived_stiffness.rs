@@ -1,4 +1,4 @@
-//! What the hand feels of a wall, through line and controllers.
+//! Perceived stiffness of a wall through line and controllers.
 #![expect(clippy::indexing_slicing, reason = "in helpers of tests as in tests")]
 
 use std::sync::atomic::AtomicBool;
@@ -24,15 +24,16 @@ const GOLDEN: [(u32, [f64; 3]); 7] = [
 ];
 const WALLS_N_PER_M: [f64; 3] = [f64::INFINITY, 1e4, 1e3];
 
-/// Surface of the wall, `m`: the contact is made from free space.
+/// Surface of the wall, `m`: contact starts from free space.
 const SURFACE_M: f64 = 0.01;
 const HAND_FORCE_N: f64 = 2.0;
 /// Ticks over which the settled contact is averaged.
 const WATCHED: u64 = 200;
 
-/// Pushes the slave into the wall and gives force over depth at the master once all is settled, `N/m`.
+/// Pushes the slave into the wall and returns force over depth at the master after settling, `N/m`.
 ///
-/// A hand and a slave damped like the line swallow most of an echo; 24 round trips and 2 s leave less than 1e-6.
+/// A hand and a slave with the line's damping absorb most of an echo; 24 round trips and 2 s leave less than
+/// 1e-6.
 fn perceived_n_per_m(form: &str, round_trip_ticks: u32, wall_n_per_m: f64) -> f64 {
     let backward_ticks = round_trip_ticks.div_ceil(2);
     let settings = format!("wave.form={form} {}", delays(round_trip_ticks - backward_ticks, backward_ticks));
@@ -70,7 +71,7 @@ fn the_hand_feels_both_controllers_the_line_and_the_wall_in_series() {
     }
 }
 
-/// A soft wall gives way slowly: hand, slave and wall damp the motion, and the wall alone brings it to rest.
+/// A soft wall settles slowly: only its stiffness stops the damped motion.
 #[test]
 fn a_run_waits_until_a_soft_wall_has_settled() {
     for wall_n_per_m in [10, 100] {
@@ -86,8 +87,8 @@ fn a_run_waits_until_a_soft_wall_has_settled() {
     }
 }
 
-/// A whole run as `dimsart run` makes it: the report gives the measured round trip, and the golden number next to its
-/// own prediction, on both axes that touch the wall.
+/// A whole run as in `dimsart run`: the report contains the measured round trip, and the golden value next to
+/// its own prediction, for both axes in contact.
 #[test]
 fn a_run_reports_round_trip_and_perceived_stiffness() {
     for (form, delays, round_trip_ticks, expected) in [

@@ -1,4 +1,4 @@
-//! A controller of one axis at any sample period, for plants that a test integrates itself.
+//! A one-axis controller with any sample period, for plants that a test integrates.
 #![expect(
     clippy::unwrap_used,
     clippy::indexing_slicing,
@@ -15,7 +15,7 @@ pub(crate) struct Port {
 }
 
 impl Port {
-    /// Of a device that measures these types, with rows `MODULE COMMAND VALUE`.
+    /// Creates a controller for a device with these measured types and rows `MODULE COMMAND VALUE`.
     pub(crate) fn new(period_s: f64, measured: &'static [&'static DataType], rows: &str) -> Self {
         let device = DeviceDescriptor::new("port", &[AxisKind::Linear], period_s as f32, measured, &[]);
         let mut dimsart = Dimsart::new(ProvidedMemory::leaked(), device.unwrap(), ALL).unwrap();
@@ -27,13 +27,13 @@ impl Port {
         Self { dimsart }
     }
 
-    /// Runs a tick on what is measured.
+    /// Runs a tick with these measurements.
     pub(crate) fn tick(&mut self, measured: &[f64]) {
         let words: Vec<Word> = measured.iter().map(|value| Word::from(*value as f32)).collect();
         assert_eq!(self.dimsart.tick(&words, &mut []), Tick::Ran);
     }
 
-    /// A signal behind the tick.
+    /// Returns a signal after the tick.
     pub(crate) fn signal(&self, name: &str) -> f64 {
         let engine = self.dimsart.engine();
         let slot = engine.data_base().slot(engine.device().signal(name).unwrap()).unwrap();

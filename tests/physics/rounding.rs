@@ -1,4 +1,4 @@
-//! What rounding does to a hand that leans on the wall for long.
+//! Effect of rounding on long contact with a wall.
 
 use hil_sim::experiment;
 use hil_sim::observer::creep::by_rounding_m_per_s;
@@ -18,11 +18,11 @@ const RIG: &str = r#"
     move = [{ device = "master", on = "hand", minimum_jerk = { at_s = 0.2, until_s = 1.0, size = 0.05 } }]
 "#;
 
-/// At some impedances roundings cancel; at none they pass the bound.
+/// At some impedances rounding errors cancel; the bound holds for all.
 #[test]
 fn a_hand_in_contact_creeps_by_less_than_the_bound_of_rounding() {
     let shipped = BUILT_IN.iter().find(|(name, _)| *name == "bilateral").unwrap().1;
-    let mut most_share = 0.0_f64;
+    let mut max_share = 0.0_f64;
     for impedance in ["3.9", "7.3", "10", "21.7"] {
         let folder = tempfile::tempdir().unwrap();
         let rows = shipped.lines().map(|row| match row.split_whitespace().collect::<Vec<_>>().as_slice() {
@@ -46,7 +46,7 @@ fn a_hand_in_contact_creeps_by_less_than_the_bound_of_rounding() {
             crept_m_per_s.abs() < bound_m_per_s,
             "b = {impedance}: {crept_m_per_s} m/s, bound {bound_m_per_s}"
         );
-        most_share = most_share.max(crept_m_per_s.abs() / bound_m_per_s);
+        max_share = max_share.max(crept_m_per_s.abs() / bound_m_per_s);
     }
-    assert!(most_share > 0.01, "the bound is of another thing: {most_share}");
+    assert!(max_share > 0.01, "the bound is of another thing: {max_share}");
 }

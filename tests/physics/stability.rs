@@ -1,7 +1,7 @@
-//! Which loops stay together whatever the delay, and which fly apart.
+//! Stability of loops as a function of the delay.
 //!
-//! Master 0.1 kg, slave 0.5 kg, 8 `N s/m` on each, `K = 3000` and `5000 N/m`, `b = 10 N s/m`, no damping in the
-//! controllers; in contact, the slave hangs on a spring of 10 kN/m.
+//! Master 0.1 kg, slave 0.5 kg, 8 `N s/m` each, `K = 3000` and `5000 N/m`, `b = 10 N s/m`, controllers
+//! without damping; in contact, the slave is on a spring of 10 kN/m.
 
 use std::f64::consts::PI;
 use std::sync::atomic::AtomicBool;
@@ -13,13 +13,13 @@ use hil_sim::rig::Rig;
 
 use crate::loops::{MASTER, Met, TICK_S, axis, bilateral, delays, push, rig, signal};
 
-/// The loop of this file, its slave `in_contact` or free, with a hand that pushes with a force of time.
+/// The loop of this file, with the slave `in_contact` or free, and a hand's force.
 pub(crate) fn held(settings: &str, in_contact: bool, hand: Option<Push>) -> Rig {
     let met = if in_contact { Met::Spring(1e4) } else { Met::Nothing };
     rig(settings, axis(0.1, 8.0, Met::Nothing, hand), axis(0.5, 8.0, met, None))
 }
 
-/// The largest force that the master's controller commands in the next `ticks`, `N`.
+/// Returns the maximum force command of the master's controller in the next `ticks`, `N`.
 fn peak_n(rig: &mut Rig, ticks: u64) -> f64 {
     let mut peak_n = 0.0_f64;
     for _ in 0..ticks {
@@ -30,8 +30,8 @@ fn peak_n(rig: &mut Rig, ticks: u64) -> f64 {
     peak_n
 }
 
-/// A feeble push that changes sign with every tick and grows by `growth`, faded in and out over `ticks`: it moves
-/// the loop at half the sample rate, where the printed order grows fastest, and hardly elsewhere.
+/// A small force that changes sign in every tick and grows by `growth`, faded in and out over `ticks`: it
+/// excites the loop at half the sample rate, where the printed order grows fastest.
 fn shake(ticks: u64, growth: f64) -> Option<Push> {
     let length = ticks as f64;
     push(move |t| {
@@ -41,12 +41,13 @@ fn shake(ticks: u64, growth: f64) -> Option<Push> {
     })
 }
 
-/// The paper's listing computes the controller before the wave transformer. Each port then reflects more than came
-/// in, at half the sample rate `(2 + k)/(2 - k)` with `k = h K/b`, and a round trip multiplies by both: 2.255.
+/// The paper's listing computes the controller before the wave transformer. Each port then amplifies
+/// reflections at half the sample rate by `(2 + k)/(2 - k)` with `k = h K/b`; a round trip multiplies both:
+/// 2.255.
 ///
-/// Growth per tick is the spectral radius of the loop, to the 5 decimals it is given with. Neighbouring modes grow
-/// almost as fast, so it is followed over 80 round trips: the loop is linear, and numbers of 24 bits keep their
-/// precision from 1e-32 to 1e8.
+/// Growth per tick equals the spectral radius to 5 decimals. Other modes grow almost as fast, so it is
+/// measured over 80 round trips: the loop is linear, and `f32` keeps its relative precision from 1e-32 to
+/// 1e8.
 #[test]
 fn the_printed_order_grows_as_its_spectral_radius_says() {
     for (ticks, expected) in
@@ -70,13 +71,14 @@ fn the_printed_order_grows_as_its_spectral_radius_says() {
     }
 }
 
-/// A push for a tenth of a second, `N`.
+/// A force for 0.1 s, `N`.
 pub(crate) fn nudge() -> Option<Push> {
     push(|t| if t < 0.1 { 2.0 } else { 0.0 })
 }
 
-/// Both cures of the printed order hold whatever the delay: what a push leaves in the loop is swallowed by hand and
-/// slave, up to a round trip of a second. Only rounding stays, `K` times an `f32`'s step at the position.
+/// Both corrections of the printed order are stable for any delay: hand and slave absorb the energy of a
+/// push, up to a round trip of a second. Only rounding remains: `K` times the resolution of an `f32`
+/// position.
 #[test]
 fn split_and_implicit_come_to_rest_at_any_delay() {
     const ROUNDING_N: f64 = 2e-5;
@@ -94,10 +96,11 @@ fn split_and_implicit_come_to_rest_at_any_delay() {
     }
 }
 
-/// The same controllers and devices without waves: each follows the other's delayed position, and a few ticks of
-/// delay are enough.
+/// The same controllers and devices without waves: each follows the other's delayed position and becomes
+/// unstable after a few ticks of delay.
 ///
-/// Growth per tick is the spectral radius of that loop, its devices discretised exactly, on both sides of the limit.
+/// Growth per tick equals the spectral radius of that loop with exactly discretised devices, on both sides of
+/// the limit.
 #[test]
 fn without_waves_the_same_gains_fly_apart_after_a_few_ticks() {
     let scheme = "master.scheme=builtin:position_position slave.scheme=builtin:position_position";
@@ -105,7 +108,7 @@ fn without_waves_the_same_gains_fly_apart_after_a_few_ticks() {
         [(false, 3, 0.999161), (false, 4, 1.004032), (true, 1, 0.994779), (true, 2, 1.002652)]
     {
         let link = format!("link.forward_delay_ticks={ticks} link.backward_delay_ticks={ticks}");
-        // Feeble: what grows without bound stays below what a force can be.
+        // Small enough to stay below the maximum force while growing.
         let feeble = push(|t| if t < 0.1 { 2e-9 } else { 0.0 });
         let mut rig = held(&format!("{scheme} {link}"), in_contact, feeble);
         peak_n(&mut rig, 500);
@@ -118,7 +121,7 @@ fn without_waves_the_same_gains_fly_apart_after_a_few_ticks() {
     }
 }
 
-/// The whole experiment, hand and wall included, with the waves taken out of it.
+/// The whole experiment, including hand and wall, without waves.
 #[test]
 fn an_experiment_that_waves_carry_leaves_its_range_without_them() {
     let link = "link.forward_delay_ticks=11 link.backward_delay_ticks=11";

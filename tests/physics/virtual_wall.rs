@@ -1,4 +1,4 @@
-//! A sampled wall: how stiff it may be, when it stops being passive, and what a passivity controller makes of it.
+//! A sampled wall: stability limit, passivity limit, and the effect of a passivity controller.
 #![expect(clippy::indexing_slicing, reason = "in helpers of tests as in tests")]
 
 use std::f64::consts::PI;
@@ -19,7 +19,7 @@ fn wall(stiffness: f64, damping: f64, position_m: f64) -> Port {
     )
 }
 
-/// A mass with a damper under a held force, exactly: `v' = (F - b v)/m`.
+/// A mass with a damper under a held force, integrated exactly: `v' = (F - b v)/m`.
 struct Mass {
     mass_kg: f64,
     damping_ns_per_m: f64,
@@ -38,7 +38,7 @@ impl Mass {
     }
 }
 
-/// Largest speed early and late of a device that rests against a wall and got a nudge; the wall never lets go of it.
+/// Returns the early and late maximum speed of a device in permanent contact with a wall after a small push.
 fn swing(stiffness: f64, damping: f64, device: [f64; 2]) -> (f64, f64) {
     const SURFACE_M: f64 = -0.02;
     const TICKS: usize = 60_000;
@@ -56,8 +56,8 @@ fn swing(stiffness: f64, damping: f64, device: [f64; 2]) -> (f64, f64) {
     (largest(&speeds[TICKS / 10..TICKS / 5]), largest(&speeds[9 * TICKS / 10..]))
 }
 
-/// The poles of mass and sampled wall are a pair whose product is `e + K g` with `e = exp(-b h/m)`, so that it is 1 at
-/// `K = b² (1 - e)/(m (1 - e - b h/m e))`; for a heavy mass that is `2 b/h`.
+/// The poles of mass and sampled wall are a pair with the product `e + K g`, `e = exp(-b h/m)`, which is 1 at
+/// `K = b² (1 - e)/(m (1 - e - b h/m e))`; `2 b/h` for a heavy mass.
 #[test]
 fn a_sampled_wall_swings_from_the_stiffness_on_that_its_poles_say() {
     for [mass_kg, damping] in [[0.1, 1.0], [0.05, 2.0]] {
@@ -77,7 +77,8 @@ fn a_sampled_wall_swings_from_the_stiffness_on_that_its_poles_say() {
     }
 }
 
-/// What a wall gives to a device that is moved to and fro between two positions, a tick each way, `J` in a tick.
+/// Returns the energy that a wall generates in a tick for a device that alternates between two positions,
+/// `J`.
 fn leak_j(stiffness: f64, damping: f64, amplitude_m: f64) -> f64 {
     const TICKS: usize = 200;
     let mut port = wall(stiffness, damping, -1.0);
@@ -91,8 +92,9 @@ fn leak_j(stiffness: f64, damping: f64, amplitude_m: f64) -> f64 {
     given_j / TICKS as f64
 }
 
-/// Colgate and Schenkel (1997): passive with all hands where `b > K h/2 + |B|`. The worst hand is the one above: with the
-/// force of the last sample the wall gives `2 K A² + 4 B A²/h` in a tick, and the damper takes `b (2A)²/h`.
+/// Colgate and Schenkel (1997): passive for all hands if `b > K h/2 + |B|`. The worst hand is the one above:
+/// with the force of the last sample the wall generates `2 K A² + 4 B A²/h` per tick, and the damper
+/// dissipates `b (2A)²/h`.
 #[test]
 fn a_sampled_wall_gives_what_colgates_damping_takes() {
     let amplitude_m = 1e-3;
@@ -105,9 +107,9 @@ fn a_sampled_wall_gives_what_colgates_damping_takes() {
     }
 }
 
-/// Abbott and Okamura (2005): dry friction `f` pays for an encoder's step `d` where `K <= 2 f/d`. The worst hand crosses a
-/// count within a tick against no force, and is pushed back with `K d`: it gets `K d` of every way in and out that friction
-/// takes `2 f` of.
+/// Abbott and Okamura (2005): dry friction `f` compensates an encoder's resolution `d` if `K <= 2 f/d`. The
+/// worst hand crosses a count within a tick without force and is pushed back with `K d`: it gains `K d` per
+/// crossing, of which friction dissipates `2 f`.
 #[test]
 fn the_step_of_an_encoder_needs_the_friction_of_theory() {
     let (friction_n, step_m, crossing_m) = (0.04, 30e-6, 10e-6);
@@ -116,7 +118,7 @@ fn the_step_of_an_encoder_needs_the_friction_of_theory() {
         let mut port = wall(factor * stiffness, 0.0, 0.0);
         let mut energy_j = 0.0;
         for tick in 0..1000 {
-            // Just below the count, then just above it, and as far back.
+            // Just below the count, just above it, and back.
             let is_inside = tick % 2 == 1;
             port.tick(&[if is_inside { step_m } else { 0.0 }]);
             let step_m = if is_inside { -crossing_m } else { crossing_m };
@@ -126,15 +128,15 @@ fn the_step_of_an_encoder_needs_the_friction_of_theory() {
     }
 }
 
-/// What came of pushing a device of 40 g against a wall with a hand's spring.
+/// Results of pushing a 40 g device against a wall with a hand's spring.
 struct Push {
     peak_mm: f64,
     tail_mm: f64,
     energy_mj: f64,
 }
 
-/// 40 g and 0.8 N s/m, a hand of 400 N/m that wants to be at 33 mm, a wall at 30 mm, an encoder of 1024 counts on a drum of
-/// 10 mm, 2 N at most; observer and controller in every tick.
+/// 40 g and 0.8 N s/m, a hand of 400 N/m with a target of 33 mm, a wall at 30 mm, an encoder of 1024 counts
+/// on a 10 mm drum, at most 2 N; observer and controller in every tick.
 fn push(stiffness: f64, wall_every_ticks: usize, cap_ns_per_m: f64) -> Push {
     let mut port = Port::new(
         TICK_S,
@@ -168,7 +170,8 @@ fn push(stiffness: f64, wall_every_ticks: usize, cap_ns_per_m: f64) -> Push {
     }
 }
 
-/// A published table of five runs: largest position, swing of the last half second, energy that the wall took in.
+/// A published table of five runs: maximum position, oscillation of the last half second, energy absorbed by
+/// the wall.
 ///
 /// | | K | wall computed every | cap |
 /// |---|---|---|---|

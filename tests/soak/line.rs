@@ -1,4 +1,4 @@
-//! A line that loses packets and brings them late at times, in order.
+//! A line with packet loss and jitter, in order.
 
 use std::collections::VecDeque;
 
@@ -7,9 +7,9 @@ use rand_core::{Rng, SeedableRng};
 use rand_pcg::Pcg64Mcg;
 
 const TRANSIT_NS: u64 = 2_300_000;
-/// A packet takes up to so much longer.
+/// Maximum additional delay of a packet.
 const JITTER_NS: u64 = 2_000_000;
-/// One in so many is lost.
+/// One packet in this number is lost.
 const LOSS: u32 = 100;
 
 pub(crate) struct Line {

@@ -1,6 +1,7 @@
-//! A day of the shipped experiment: a hand that never rests, a line that loses packets and is late at times, and clocks
-//! that differ. Nothing fails, nothing is lost but packets, nothing grows.
+//! A day of the shipped experiment with continuous motion, packet loss, jitter and different clocks: no
+//! faults, no growth, and nothing lost except packets.
 //!
+//! Short in `cargo test`; `cargo xtask long` runs 24 hours.
 //! Short as `cargo test` runs it; `cargo xtask long` runs all 24 hours.
 #![expect(
     clippy::unwrap_used,
@@ -16,20 +17,20 @@ mod side;
 use line::Line;
 use side::{DOF, Side};
 
-/// As far as two cheap oscillators can be apart: 500 ppm fast and 500 ppm slow.
+/// Maximum difference of two cheap oscillators: 500 ppm fast and 500 ppm slow.
 const PERIODS_NS: [u64; 2] = [999_500, 1_000_500];
 const NS_PER_S: u64 = 1_000_000_000;
-/// What is looked at in a piece.
+/// Length of an evaluated interval.
 const SPELL_S: u64 = 60;
-/// One count of the energy account that packets carry, J.
+/// Resolution of the energy account in packets, J.
 const COUNT_J: f64 = 1e-9;
 
-/// Largest values of a spell, of both sides.
+/// Maximum values of an interval, over both sides.
 #[derive(Debug, Clone, Copy, Default)]
 struct Largest {
     force_n: f64,
     position_m: f64,
-    /// Of the way from one device to the other, on the axes that touch nothing.
+    /// Position difference of the devices, on axes without contact.
     apart_m: f64,
 }
 
@@ -92,13 +93,13 @@ fn a_day_without_rest_leaves_nothing_behind() {
     assert!(sides.iter().any(|side| side.energy_rounds > 0), "no counter of energy went round");
 }
 
-/// Every packet is accounted for, and nothing else is counted.
+/// Checks that every packet is accounted for, without other counts.
 fn check_counters(sides: &[Side; 2], lines: &[Line; 2]) {
     for (at, side) in sides.iter().enumerate() {
         let line = &lines[1 - at];
         assert_eq!(side.refused_ticks(), 0);
         assert_eq!(side.reasons(), [], "no command is cut, and no device is held back");
-        // Of two that come in one tick the older one is replaced; what is on its way has not come yet.
+        // Of two packets in one tick the older one is superseded; packets in flight are not counted.
         let delivered = line.sent - line.lost - line.in_flight();
         assert_eq!(u64::from(side.count("LINK_REFUSED")), delivered - side.taken);
         let missed = u64::from(side.count("LINK_LOST"));

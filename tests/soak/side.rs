@@ -1,4 +1,4 @@
-//! A side of the experiment that is ticked by a clock of its own.
+//! A side of the experiment with its own clock.
 
 use dimsart_core::{Packet, Reason, Tick, TypeRef, Word, types};
 use hil_sim::experiment::Experiment;
@@ -7,11 +7,11 @@ use hil_sim::rig::SimulatedDimsart;
 use hil_sim::rig_file::RigFile;
 
 pub(crate) const DOF: usize = 3;
-/// What is lost is made up for, and what comes bunched is evened out: else positions drift apart, as documented.
+/// Compensates losses and bursts; otherwise positions drift, as documented.
 const SETTINGS: [&str; 2] = ["link.stale=limited", "link.playout_ticks=4"];
-/// So many grains are 1 W: the squares of waves add up without rounding.
+/// Grains per W: squares of waves add up without rounding.
 const GRAINS_PER_W: f64 = (1_u128 << 70) as f64;
-/// Where the axes swing to, and how fast: the first one meets the wall in every swing.
+/// Centres of the axes' oscillation; the first axis touches the wall in every period.
 const CENTERS_M: [f64; DOF] = [0.03, 0.0, 0.0];
 const FREQUENCIES_HZ: [f64; DOF] = [0.5, 0.7, 1.1];
 const AMPLITUDE_M: f64 = 0.03;
@@ -22,15 +22,15 @@ pub(crate) struct Side {
     period_ns: u64,
     pub(crate) next_ns: u64,
     pub(crate) ticks: u64,
-    /// Ticks in which a packet was taken.
+    /// Ticks with a received packet.
     pub(crate) taken: u64,
-    /// How often the counters of its packets, and of their energy, went round.
+    /// Wraps of the packet and energy counters.
     pub(crate) rounds: u64,
     pub(crate) energy_rounds: u64,
     last_counters: [u32; 2],
     pub(crate) position_m: [f32; DOF],
     pub(crate) force_n: [f32; DOF],
-    /// Brought to the line, less what was taken from it.
+    /// Energy to the line minus energy from it.
     grains: [i128; DOF],
     slots: [u8; 3],
 }
@@ -86,7 +86,7 @@ impl Side {
         self.dimsart.receive(0, &packet.to_bytes()).unwrap();
     }
 
-    /// A tick, in which the scheme commands the device, and what moves until the next one; gives the packet.
+    /// Runs a tick with the device enabled, and the plant until the next one; returns the packet.
     pub(crate) fn tick(&mut self) -> Packet {
         self.plant.sense(&mut self.position_m);
         let mut commanded = [Word(0); DOF];
@@ -118,7 +118,7 @@ impl Side {
         }
     }
 
-    /// By the controllers' own ticks, as they count it.
+    /// In the controllers' own ticks.
     pub(crate) fn energy_j(&self, axis: usize) -> f64 {
         0.5e-3 * (self.grains[axis] as f64 / GRAINS_PER_W)
     }
@@ -135,7 +135,7 @@ impl Side {
         self.dimsart.refused_ticks()
     }
 
-    /// Every reason that ticks have had, and how many.
+    /// Returns every reason with its number of ticks.
     pub(crate) fn reasons(&self) -> Vec<(Reason, u32)> {
         self.dimsart.safety().counts().iter().filter(|(_, ticks)| *ticks > 0).collect()
     }

@@ -59,12 +59,12 @@ struct Check {
     verdict: &'static str,
     found: String,
     expected: &'static str,
-    next_step: &'static str,
+    remedy: &'static str,
 }
 
 impl Check {
     fn not_run(name: &'static str, why: &str) -> Self {
-        Self { name, verdict: "not_run", found: why.to_owned(), expected: "", next_step: "" }
+        Self { name, verdict: "not_run", found: why.to_owned(), expected: "", remedy: "" }
     }
 
     fn of(
@@ -73,9 +73,9 @@ impl Check {
         found: Result<String, String>,
         next: &'static str,
     ) -> Self {
-        let (verdict, next_step) = if found.is_ok() { ("passed", "") } else { ("failed", next) };
+        let (verdict, remedy) = if found.is_ok() { ("passed", "") } else { ("failed", next) };
         let found = found.unwrap_or_else(|wrong| wrong);
-        Self { name, verdict, found, expected, next_step }
+        Self { name, verdict, found, expected, remedy }
     }
 }
 

@@ -29,7 +29,7 @@ pub(crate) const MOTEUS: Moteus<{ TOOLING.axes }> = Moteus {
     timeout_s: 0.02,
     missing_ticks: 3,
     most_torque_nm: 1.0,
-    most_speed_rad_per_s: 100.0,
+    max_speed_rad_per_s: 100.0,
 }
 .checked();
 

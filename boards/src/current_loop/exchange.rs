@@ -12,7 +12,7 @@ use dimsart_core::DriveFault;
 use super::identifying::Identifying;
 
 /// Maximum number of reads: the loop runs once per period, and a read takes less than one.
-const MOST_LOOKS: u8 = 4;
+const MAX_LOOKS: u8 = 4;
 /// Command for the bridge to be off.
 const OFF: u32 = f32::NAN.to_bits();
 
@@ -109,7 +109,7 @@ impl Exchange {
     /// data.
     #[must_use]
     pub fn told(&self) -> Option<Told> {
-        for _ in 0..MOST_LOOKS {
+        for _ in 0..MAX_LOOKS {
             let version = self.version.load(Acquire);
             let [angle, speed, current, bus, temperature, flags, periods] =
                 self.told.each_ref().map(|cell| cell.load(Relaxed));
@@ -137,14 +137,14 @@ impl Exchange {
 pub struct Age {
     given: u32,
     periods: u16,
-    most_periods: u16,
+    max_periods: u16,
 }
 
 impl Age {
     /// Sets the maximum age in periods; there is no command yet.
     #[must_use]
-    pub const fn new(most_periods: u16) -> Self {
-        Self { given: 0, periods: most_periods, most_periods }
+    pub const fn new(max_periods: u16) -> Self {
+        Self { given: 0, periods: max_periods, max_periods }
     }
 
     /// Counts a period; returns the torque command unless it has expired.
@@ -155,7 +155,7 @@ impl Age {
         } else {
             (self.given, self.periods) = (given, 0);
         }
-        torque_nm.filter(|_| self.periods < self.most_periods)
+        torque_nm.filter(|_| self.periods < self.max_periods)
     }
 }
 

@@ -4,7 +4,7 @@
 use core::sync::atomic::Ordering::{Acquire, Relaxed, Release};
 use core::sync::atomic::{AtomicU32, compiler_fence};
 
-use dimsart_link::protocol::{FoundMotor, Identification, IdentificationFailure};
+use dimsart_link::protocol::{Identification, IdentificationFailure, IdentifiedMotor};
 
 /// No request.
 const NOTHING: u32 = 0;
@@ -18,8 +18,8 @@ const FAILED: u32 = 3;
 const DRIVE: u32 = 0x100;
 const FAILURES: [IdentificationFailure; 5] = [
     IdentificationFailure::Ended,
-    IdentificationFailure::NoCurrent,
-    IdentificationFailure::WrongPhases,
+    IdentificationFailure::SupplyTooLow,
+    IdentificationFailure::PhaseMismatch,
     IdentificationFailure::DidNotMove,
     IdentificationFailure::Slipped,
 ];
@@ -104,7 +104,7 @@ impl Identifying {
         match state {
             NONE => Identification::None,
             UNDER_WAY => Identification::UnderWay,
-            FOUND => Identification::Found(FoundMotor {
+            FOUND => Identification::Found(IdentifiedMotor {
                 resistance_ohm: f32::from_bits(resistance),
                 direct_inductance_h: f32::from_bits(direct),
                 quadrature_inductance_h: f32::from_bits(quadrature),
@@ -134,7 +134,7 @@ mod tests {
     fn what_is_told_comes_through() {
         let identifying = Identifying::new();
         assert_eq!(identifying.told(), Identification::None);
-        let motor = FoundMotor {
+        let motor = IdentifiedMotor {
             resistance_ohm: 0.6,
             direct_inductance_h: 1e-4,
             quadrature_inductance_h: 2e-4,

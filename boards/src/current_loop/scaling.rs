@@ -1,7 +1,7 @@
 //! Converts ADC counts to amperes, volts and degrees.
 
 /// Maximum count of a 12-bit ADC.
-pub const MOST_COUNTS: u16 = 4095;
+pub const MAX_COUNTS: u16 = 4095;
 /// Periods for averaging the zero-current offset: 51 ms.
 const REST_PERIODS: u16 = 1 << 10;
 /// Initial periods in which the amplifiers settle.
@@ -27,7 +27,7 @@ impl Scaling {
     #[inline]
     #[must_use]
     pub fn celsius(&self, count: u16) -> f32 {
-        let place = usize::from(count.min(MOST_COUNTS) / 128);
+        let place = usize::from(count.min(MAX_COUNTS) / 128);
         let share = f32::from(count % 128) / 128.0;
         match self.temperature_c.get(place..) {
             Some([low, high, ..]) => low + share * (high - low),
@@ -75,7 +75,7 @@ pub fn amperes(counts: [u16; 3], rest: [f32; 3], scaling: &Scaling) -> [f32; 3] 
     let [u, v, w] = counts;
     let [rest_u, rest_v, rest_w] = rest;
     let of = |count: u16, rest: f32| {
-        let end_a = if (1..MOST_COUNTS).contains(&count) { 1.0 } else { f32::INFINITY };
+        let end_a = if (1..MAX_COUNTS).contains(&count) { 1.0 } else { f32::INFINITY };
         (f32::from(count) - rest) * scaling.a_per_count * end_a
     };
     [of(u, rest_u), of(v, rest_v), of(w, rest_w)]
@@ -121,25 +121,25 @@ mod tests {
         let shunt_v = -0.003 * current_a;
         let conductance = 1.0 / 1_500.0 + 1.0 / 22_000.0 + 1.0 / 2_200.0;
         let input_v = (shunt_v / 1_500.0 + 3.3 / 22_000.0) / conductance;
-        16.0 * input_v / 3.3 * f64::from(MOST_COUNTS)
+        16.0 * input_v / 3.3 * f64::from(MAX_COUNTS)
     }
 
     /// The shield: a 10 mOhm shunt, 680 Ohm in series, 6.8 kOhm to 3.3 V; an amplifier with 4.7 kOhm and 1
     /// kOhm.
     fn shield_counts(current_a: f64) -> f64 {
         let input_v = (-0.01 * current_a / 680.0 + 3.3 / 6_800.0) / (1.0 / 680.0 + 1.0 / 6_800.0);
-        (1.0 + 4.7) * input_v / 3.3 * f64::from(MOST_COUNTS)
+        (1.0 + 4.7) * input_v / 3.3 * f64::from(MAX_COUNTS)
     }
 
     #[test]
     #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "counts of a converter")]
     fn currents_are_those_of_the_schematic() {
-        for (scaling, counts, most_a) in
+        for (scaling, counts, max_a) in
             [(SCALING, counts as fn(f64) -> f64, 40.0), (SHIELD, shield_counts, 28.0)]
         {
             assert!((f64::from(scaling.rest_counts) - counts(0.0)).abs() < 1.0, "{}", counts(0.0));
             let rest = [scaling.rest_counts; 3];
-            for current_a in [-most_a, -1.0, 0.0, 3.0, most_a] {
+            for current_a in [-max_a, -1.0, 0.0, 3.0, max_a] {
                 let shown = counts(current_a).round() as u16;
                 for measured_a in amperes([shown; 3], rest, &scaling) {
                     assert!((f64::from(measured_a) - current_a).abs() < 0.06, "{current_a}: {measured_a}");
@@ -167,7 +167,7 @@ mod tests {
         for celsius in -30..=130 {
             let kelvin = f64::from(celsius) + 273.15;
             let ohm = 10_000.0 * (3_425.0 * (1.0 / kelvin - 1.0 / 298.15)).exp();
-            let count = f64::from(MOST_COUNTS) * 4_700.0 / (4_700.0 + ohm);
+            let count = f64::from(MAX_COUNTS) * 4_700.0 / (4_700.0 + ohm);
             let found = SCALING.celsius(count.round() as u16);
             let tolerance = if celsius < 0 { 1.5 } else { 1.0 };
             assert!((found - celsius as f32).abs() < tolerance, "{celsius}: {found}");

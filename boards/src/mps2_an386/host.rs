@@ -105,7 +105,7 @@ pub(super) fn say_stopped() {
     if number == NOT_OPEN {
         return;
     }
-    #[expect(unsafe_code, reason = "whoever owns the pipe is stopped")]
+    #[expect(unsafe_code, reason = "the owner of the pipe has stopped")]
     // SAFETY: an open file descriptor whose owner never runs again.
     let mut from_board = File::from(unsafe { OwnedFd::from_raw_fd(number) });
     STAMPS.set(1, Some(Mps2An386::counter().now()));

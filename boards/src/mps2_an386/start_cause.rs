@@ -9,7 +9,7 @@ const WATCHDOG: u32 = 0x57D0_6E5D;
 const PROGRAM: u32 = 0x9206_4A35;
 
 /// Cause of the next reset.
-#[expect(unsafe_code, reason = "start-up writes nothing there")]
+#[expect(unsafe_code, reason = "not initialised at start-up")]
 // SAFETY: the section holds nothing else, and `take` accepts any word.
 #[unsafe(link_section = ".uninit.NEXT_CAUSE")]
 static NEXT_CAUSE: AtomicU32 = AtomicU32::new(0);

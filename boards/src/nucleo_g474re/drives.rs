@@ -43,7 +43,7 @@ const ADDRESSES: [MoteusAddress; AXES] = {
     [address(first), address(second), address(third)]
 };
 
-#[expect(clippy::panic, reason = "of a constant: the compiler says so")]
+#[expect(clippy::panic, reason = "evaluated at compile time")]
 const fn address(id: u8) -> MoteusAddress {
     match MoteusAddress::new(MOTEUS.host, id) {
         Some(address) => address,

@@ -74,7 +74,7 @@ pub(super) const OUTPUT_LIMITS: &[OutputLimits] = &[three_phase::position_limits
 
 /// The image's configuration.
 #[used]
-#[expect(unsafe_code, reason = "a host tool finds it by its name, and changes it behind the compiler's back")]
+#[expect(unsafe_code, reason = "a host tool finds it by name and changes it in the image")]
 #[unsafe(export_name = "dimsart_drive")]
 static CONFIGURATION: Configuration = DRIVE.configuration;
 static PLACE: &Configuration = &CONFIGURATION;
@@ -115,7 +115,7 @@ pub(super) fn start(wiring: Wiring) -> Joint {
 impl ThreePhase for NucleoG474re {
     const DRIVE: ThreePhaseDrive = DRIVE;
     const CHANNELS: Channels = CHANNELS;
-    #[expect(unsafe_code, reason = "the registers' library has it as a timer of 32 bits")]
+    #[expect(unsafe_code, reason = "the register library has it as a 32-bit timer")]
     // SAFETY: the timer has all registers of a 16-bit timer at the same addresses.
     const COUNTER: TimGp16 = unsafe { TimGp16::from_ptr(pac::TIM2.as_ptr()) };
     /// The L6398's low-side inputs are inverted.
@@ -125,7 +125,7 @@ impl ThreePhase for NucleoG474re {
     type EncoderPins = EncoderPins;
 
     fn image() -> Checked {
-        #[expect(unsafe_code, reason = "the compiler is to take nothing of what it was for granted")]
+        #[expect(unsafe_code, reason = "volatile, because a host tool may have changed it")]
         // SAFETY: always a valid reference.
         let configuration = unsafe { (&raw const PLACE).read_volatile() };
         configuration.checked().unwrap_or(CHECKED)

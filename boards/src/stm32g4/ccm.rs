@@ -1,6 +1,6 @@
 //! Copies code to the CCM SRAM (`boards/ccm.x`, `boards/ccm-current-loop.x`) at the very start.
 
-#![expect(unsafe_code, reason = "it runs before RAM holds anything, as what cortex-m-rt fills RAM by")]
+#![expect(unsafe_code, reason = "runs before RAM is initialised, like cortex-m-rt's start code")]
 
 use core::arch::global_asm;
 

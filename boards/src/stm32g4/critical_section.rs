@@ -5,7 +5,7 @@
 //! It wakes no task, does not log and uses no driver, only its own variables, registers that no other code
 //! writes while it runs, and atomics.
 
-#![expect(unsafe_code, reason = "the crate wants it so")]
+#![expect(unsafe_code, reason = "required by the crate")]
 
 use core::sync::atomic::{Ordering::SeqCst, compiler_fence};
 

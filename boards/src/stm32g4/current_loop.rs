@@ -49,7 +49,7 @@ pub(crate) fn start(
     }
     line::ADC1_2.set_priority(PRIORITY);
     line::ADC1_2.unpend();
-    #[expect(unsafe_code, reason = "its handler is there")]
+    #[expect(unsafe_code, reason = "its handler exists")]
     // SAFETY: breaks no critical section: the interrupt uses nothing that they protect.
     unsafe {
         line::ADC1_2.enable();
@@ -73,7 +73,7 @@ fn ADC1_2() {
 }
 
 /// A separate function, placed in fast memory by name.
-#[expect(unsafe_code, reason = "the name is for the linker's script alone")]
+#[expect(unsafe_code, reason = "section name for the linker script")]
 #[unsafe(export_name = "dimsart_current_loop")]
 #[inline(never)]
 extern "C" fn period() {

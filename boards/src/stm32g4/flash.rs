@@ -37,7 +37,7 @@ pub(crate) fn storage(
 
 /// Returns the pages of the schemes, as offsets from the start of the flash.
 fn schemes() -> Range<u32> {
-    #[expect(unsafe_code, reason = "the linker's symbols are declared so; only their addresses are used")]
+    #[expect(unsafe_code, reason = "linker symbols; only their addresses are used")]
     // SAFETY: the memory map defines both.
     unsafe extern "C" {
         safe static _storage_start: u8;
@@ -49,7 +49,7 @@ fn schemes() -> Range<u32> {
 /// Returns the pages of the key.
 #[cfg(feature = "auth")]
 fn keys() -> Range<u32> {
-    #[expect(unsafe_code, reason = "the linker's symbols are declared so; only their addresses are used")]
+    #[expect(unsafe_code, reason = "linker symbols; only their addresses are used")]
     // SAFETY: the memory map of a board with a key variant defines both.
     unsafe extern "C" {
         safe static _keys_start: u8;
@@ -113,7 +113,7 @@ impl NorFlash for SchemeFlash {
     }
 }
 
-#[expect(unsafe_code, reason = "an exception of the processor may come at any time")]
+#[expect(unsafe_code, reason = "exception handler")]
 mod ecc {
     use cortex_m_rt::exception;
     use embassy_stm32::pac::FLASH;

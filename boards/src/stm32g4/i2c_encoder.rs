@@ -26,7 +26,7 @@ const CHANNEL: usize = 2;
 /// DMA request of I²C 4 RX (RM0440, 13.3.2).
 const REQUEST: u8 = 22;
 /// Maximum periods of a reading before it is aborted; it takes two.
-const MOST_PERIODS: u8 = 3;
+const MAX_PERIODS: u8 = 3;
 
 /// Prescaler of the bus clock.
 const PRESCALER: u8 = 4;
@@ -39,9 +39,9 @@ const fn ns(counts: u8) -> u32 {
     counts as u32 * PRESCALER as u32 * 1_000_000 / (crate::CLOCK_HZ / 1_000)
 }
 const _: () = {
-    let [low_ns, high_ns, setup_ns] = As5600::LEAST_NS;
+    let [low_ns, high_ns, setup_ns] = As5600::MIN_NS;
     assert!(ns(LOW) >= low_ns && ns(HIGH) >= high_ns && ns(SETUP) >= setup_ns);
-    assert!(ns(LOW + HIGH) + FASTEST_EDGES_NS >= 1_000_000_000 / As5600::MOST_CLOCK_HZ);
+    assert!(ns(LOW + HIGH) + FASTEST_EDGES_NS >= 1_000_000_000 / As5600::MAX_CLOCK_HZ);
 };
 
 /// DMA buffer.
@@ -180,7 +180,7 @@ impl Encoder for I2cEncoder {
     fn end(&mut self) {
         let flags = I2C4.isr().read();
         self.periods += 1;
-        if flags.nackf() || flags.arlo() || self.periods > MOST_PERIODS {
+        if flags.nackf() || flags.arlo() || self.periods > MAX_PERIODS {
             self.reading = Rotor::Lost;
             return self.set_up();
         }

@@ -19,7 +19,7 @@ use embedded_can::{ExtendedId, StandardId};
 
 use crate::bit_timing::{self, BitTiming};
 use crate::bus_off::{BusOff, Step};
-use crate::can_words::{self, MOST_BYTES, WORDS};
+use crate::can_words::{self, MAX_BYTES, WORDS};
 use crate::stm32g4::fdcan_registers::{compensate_delay, take_away};
 use crate::{CLOCK_HZ, TICK_HZ};
 
@@ -41,7 +41,7 @@ pub(crate) fn rejoins() -> u32 {
     REJOINS.load(Relaxed)
 }
 
-#[expect(clippy::panic, reason = "of a constant: the compiler says so")]
+#[expect(clippy::panic, reason = "evaluated at compile time")]
 const fn timing(bits_per_s: u32, limits: bit_timing::BitLimits) -> BitTiming {
     match BitTiming::find(CLOCK_HZ, bits_per_s, SAMPLE_PERMILLE, limits) {
         Some(timing) => timing,
@@ -124,7 +124,7 @@ impl MoteusBus {
             }
             let place = fill.fgi();
             let [first, second] = [0, 1].map(|word| FDCANRAM1.rxfifo0(at(place, word)).read());
-            let mut bytes = [0; MOST_BYTES];
+            let mut bytes = [0; MAX_BYTES];
             let found = can_words::received([first, second]);
             let length = found.map_or(0, |(_, length)| length);
             let (words, _) = bytes.as_chunks_mut();
@@ -139,7 +139,7 @@ impl MoteusBus {
     }
 
     /// Sends the frames of a tick, at most three. Drops frames without room.
-    #[expect(clippy::unused_self, reason = "who has the bus may send")]
+    #[expect(clippy::unused_self, reason = "sending requires ownership of the bus")]
     pub(crate) fn send<'f>(&mut self, frames: impl Iterator<Item = (u32, &'f [u8])>) {
         take_away();
         frames.for_each(|(identifier, data)| put(identifier, data));

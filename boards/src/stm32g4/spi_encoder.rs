@@ -22,10 +22,10 @@ const SELECT_PIN: usize = 2;
 /// 5.25 MHz from the bus clock. Half the divider would be too fast for both.
 const CLOCK: Br = Br::DIV32;
 const CLOCK_HZ: u32 = crate::CLOCK_HZ / 32;
-const _: () = assert!(CLOCK_HZ <= As5047p::MOST_CLOCK_HZ && CLOCK_HZ <= Mt6701::MOST_CLOCK_HZ);
+const _: () = assert!(CLOCK_HZ <= As5047p::MAX_CLOCK_HZ && CLOCK_HZ <= Mt6701::MAX_CLOCK_HZ);
 /// Select time of the slower encoder in cycles, rounded up.
-const SELECT_CYCLES: u32 = (As5047p::LEAST_SELECT_NS * (crate::CLOCK_HZ / 1_000_000)).div_ceil(1_000);
-const _: () = assert!(As5047p::LEAST_SELECT_NS >= Mt6701::LEAST_SELECT_NS);
+const SELECT_CYCLES: u32 = (As5047p::MIN_SELECT_NS * (crate::CLOCK_HZ / 1_000_000)).div_ceil(1_000);
+const _: () = assert!(As5047p::MIN_SELECT_NS >= Mt6701::MIN_SELECT_NS);
 
 /// SPI 3 and its select pin.
 struct Wires {

@@ -2,7 +2,7 @@
 
 use dimsart_core::limits::Sizes;
 use dimsart_core::{
-    AxisKind, Command, Context, DataType, DeviceDescriptor, Dimsart, Kinds, Module, ModuleRef,
+    AxisKind, Command, Context, DataType, DeviceDescriptor, Dimsart, Module, ModuleKinds, ModuleRef,
     ProvidedMemory, memory, scheme, types,
 };
 use dimsart_modules::{self as modules, ALL};
@@ -18,14 +18,14 @@ impl Module for Empty {
     type Settings = ();
     type Gains = ();
     type State = ();
-    type Axis = ();
+    type AxisState = ();
     type Ports = ();
 
     fn compute(_: &Context<'_, Self>) {}
 }
 
 /// The standard modules and the empty one, so that the engine searches the usual number of kinds.
-const WITH_EMPTY: Kinds = dimsart_core::kinds![
+const WITH_EMPTY: ModuleKinds = dimsart_core::kinds![
     modules::CommRx,
     modules::CommTx,
     modules::WaveTransformer,
@@ -65,7 +65,7 @@ fn counted_step(dimsart: &mut Dimsart) {
 
 fn robot(
     memory: impl Into<ProvidedMemory>,
-    kinds: Kinds,
+    kinds: ModuleKinds,
     dof: usize,
     types: &'static [&'static DataType],
 ) -> Dimsart {

@@ -104,7 +104,7 @@ impl Storage {
     }
 
     /// Returns the number of used slots.
-    pub(crate) fn taken_slots(&self) -> usize {
+    pub(crate) fn used_slots(&self) -> usize {
         self.blocks.iter().filter(|block| **block != Block::FREE).count()
     }
 

@@ -14,7 +14,7 @@ impl Engine {
     /// has at least one command. All commands of all places rebuild the same scheme in an engine without
     /// modules, for a device of the same types; `MATCHING_CHECK` then starts it.
     #[must_use]
-    pub fn command_of(&mut self, place: u8, index: u16) -> Option<Command> {
+    pub fn rebuild_command(&mut self, place: u8, index: u16) -> Option<Command> {
         let module = self.modules_by_place().nth(usize::from(place))?;
         let is_plugged_in = self.is_plugged_in(module);
         let mut skip = index;
@@ -98,13 +98,13 @@ impl Engine {
         None
     }
 
-    /// Returns the commands that rebuild the scheme; see [`command_of`](Self::command_of).
+    /// Returns the commands that rebuild the scheme; see [`rebuild_command`](Self::rebuild_command).
     pub fn commands(&mut self) -> impl Iterator<Item = Command> + '_ {
         let mut cursor = Cursor::default();
         core::iter::from_fn(move || {
             loop {
                 let (place, index) = cursor.place_and_index();
-                let command = self.command_of(place, index);
+                let command = self.rebuild_command(place, index);
                 if !cursor.advance(command.is_some()) {
                     return None;
                 }
@@ -116,7 +116,7 @@ impl Engine {
     }
 }
 
-/// Position in the [commands](Engine::command_of) of a scheme.
+/// Position in the [commands](Engine::rebuild_command) of a scheme.
 #[derive(Debug, Clone, Copy, Default)]
 pub struct Cursor {
     place: u8,

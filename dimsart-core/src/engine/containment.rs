@@ -31,7 +31,7 @@ pub enum FaultCause {
         /// The value, `f32` bits.
         bits: u32,
     },
-    /// A call exceeded its [time budget](Engine::time_calls).
+    /// A call exceeded its [time budget](Engine::set_call_timer).
     TookTooLong {
         /// The budget, in processor cycles.
         budget_cycles: u32,
@@ -97,7 +97,7 @@ impl Engine {
     }
 
     /// Returns the isolated modules: the failed modules and their dependents.
-    pub fn fallen_modules(&self) -> impl Iterator<Item = ModuleRef> + '_ {
+    pub fn isolated_modules(&self) -> impl Iterator<Item = ModuleRef> + '_ {
         let modules = self.schemes.running().wiring.modules().iter();
         modules.filter(|plugged| plugged.needs & self.failed != 0).map(|plugged| plugged.module)
     }

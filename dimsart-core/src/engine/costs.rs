@@ -26,7 +26,7 @@ impl Engine {
     /// limit.
     // A call prevents a conditional return around it, which the stack analysis cannot follow.
     #[inline(never)]
-    pub fn time_calls(&mut self, counter: Counter, spare_cycles: u32) {
+    pub fn set_call_timer(&mut self, counter: Counter, spare_cycles: u32) {
         (self.counter, self.spare_cycles) = (Some(counter), spare_cycles);
     }
 

@@ -2,7 +2,7 @@
 
 use super::laws::{LAWS, Laws};
 use crate::module::rate::{self, EVERY_TICKS};
-use crate::module::{Kind, KindId, ModuleRef};
+use crate::module::{KindId, ModuleKind, ModuleRef};
 use crate::parameter::{Parameter, Parameters};
 use crate::vocabulary::Name;
 use crate::vocabulary::names::numbered;
@@ -10,22 +10,22 @@ use crate::vocabulary::names::numbered;
 /// A list of module kinds, of an image or of a host program.
 #[doc(alias = "List of Modules")]
 #[derive(Debug, Clone, Copy)]
-pub struct Kinds {
-    list: &'static [&'static Kind],
+pub struct ModuleKinds {
+    list: &'static [&'static ModuleKind],
     /// Functions for programs; none if no kind runs programs, so that the image does not contain them.
     laws: Option<&'static Laws>,
 }
 
-impl Kinds {
+impl ModuleKinds {
     /// Empty list.
     pub const NONE: Self = Self::new(&[]);
 
-    /// Creates a list, such as `&[&Kind::of::<MyLaw>()]`.
+    /// Creates a list, such as `&[&ModuleKind::of::<MyLaw>()]`.
     ///
     /// # Panics
     /// When two kinds have the same [id](KindId); for a constant this is a build error. Rename one of them.
     #[must_use]
-    pub const fn new(kinds: &'static [&'static Kind]) -> Self {
+    pub const fn new(kinds: &'static [&'static ModuleKind]) -> Self {
         let (mut rest, mut laws) = (kinds, None);
         while let [first, others @ ..] = rest {
             rest = others;
@@ -46,7 +46,7 @@ impl Kinds {
 
     /// Returns all kinds, in order.
     #[must_use]
-    pub const fn list(self) -> &'static [&'static Kind] {
+    pub const fn list(self) -> &'static [&'static ModuleKind] {
         self.list
     }
 
@@ -71,7 +71,7 @@ impl Kinds {
     /// Finds a kind by id.
     #[must_use]
     #[inline(never)]
-    pub fn kind(self, id: KindId) -> Option<&'static Kind> {
+    pub fn kind(self, id: KindId) -> Option<&'static ModuleKind> {
         self.list.iter().copied().find(|kind| kind.id == id)
     }
 
@@ -126,7 +126,7 @@ impl Kinds {
     #[doc(hidden)]
     #[must_use]
     #[expect(clippy::indexing_slicing, reason = "a constant: out of bounds is a build error")]
-    pub const fn joined<const COUNT: usize>(lists: &[Self]) -> [&'static Kind; COUNT] {
+    pub const fn joined<const COUNT: usize>(lists: &[Self]) -> [&'static ModuleKind; COUNT] {
         let (mut all, mut place, mut lists) = ([lists[0].list[0]; COUNT], 0, lists);
         while let [first, rest @ ..] = lists {
             let mut list = first.list;
@@ -140,17 +140,17 @@ impl Kinds {
     }
 }
 
-impl PartialEq for Kinds {
+impl PartialEq for ModuleKinds {
     fn eq(&self, other: &Self) -> bool {
         self.list.iter().map(|kind| kind.id).eq(other.list.iter().map(|kind| kind.id))
     }
 }
 
-/// Creates [`Kinds`] from module types, such as `kinds![MyLaw, dimsart_modules::Pd]`.
+/// Creates [`ModuleKinds`] from module types, such as `kinds![MyLaw, dimsart_modules::Pd]`.
 #[macro_export]
 macro_rules! kinds {
     ($($module:ty),* $(,)?) => {
-        $crate::Kinds::new(const { &[$(const { &$crate::Kind::of::<$module>() }),*] })
+        $crate::ModuleKinds::new(const { &[$(const { &$crate::ModuleKind::of::<$module>() }),*] })
     };
 }
 
@@ -160,9 +160,9 @@ macro_rules! kinds {
 macro_rules! join_kinds {
     ($($list:expr),+ $(,)?) => {
         const {
-            const LISTS: &[$crate::Kinds] = &[$($list),+];
-            const JOINED: [&$crate::Kind; $crate::Kinds::count(LISTS)] = $crate::Kinds::joined(LISTS);
-            $crate::Kinds::new(&JOINED)
+            const LISTS: &[$crate::ModuleKinds] = &[$($list),+];
+            const JOINED: [&$crate::ModuleKind; $crate::ModuleKinds::count(LISTS)] = $crate::ModuleKinds::joined(LISTS);
+            $crate::ModuleKinds::new(&JOINED)
         }
     };
 }

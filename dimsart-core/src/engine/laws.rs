@@ -6,7 +6,7 @@
 
 use super::Engine;
 use crate::data_base::Block;
-use crate::module::{Kind, ModuleRef};
+use crate::module::{ModuleKind, ModuleRef};
 use crate::online::{LawRefusal, LawReport, MAX_PARAMETERS, PARAMETERS, Program};
 use crate::parameter::Parameters;
 use crate::scheme::Command;
@@ -18,8 +18,8 @@ pub(crate) struct Laws {
     report: fn(&Engine, u8) -> Option<LawReport>,
     words: fn(&Engine, u8) -> Option<&[u32]>,
     command: fn(&Engine, u8, ModuleRef, &mut u16) -> Option<Command>,
-    give_defaults: fn(&mut Engine, &Kind, Block),
-    parameter: fn(&Engine, &Kind, Block, &mut Parameters<'_>),
+    give_defaults: fn(&mut Engine, &ModuleKind, Block),
+    parameter: fn(&Engine, &ModuleKind, Block, &mut Parameters<'_>),
     cycles: fn(&Engine, u8) -> Option<u32>,
 }
 
@@ -76,7 +76,7 @@ impl Engine {
 
     /// Sets an instance's parameters to the defaults of its new program, if its kind runs programs.
     #[inline(never)]
-    pub(super) fn give_defaults_of_law(&mut self, kind: &Kind, configuration: Block) {
+    pub(super) fn give_defaults_of_law(&mut self, kind: &ModuleKind, configuration: Block) {
         if let Some(laws) = self.kinds.laws().filter(|_| kind.runs_program()) {
             (laws.give_defaults)(self, kind, configuration);
         }
@@ -84,7 +84,7 @@ impl Engine {
 
     /// Describes the requested parameter of an instance by its program, if its kind runs programs.
     #[inline(never)]
-    pub(super) fn law_parameter(&self, kind: &Kind, configuration: Block, visit: &mut Parameters<'_>) {
+    pub(super) fn law_parameter(&self, kind: &ModuleKind, configuration: Block, visit: &mut Parameters<'_>) {
         if let Some(laws) = self.kinds.laws().filter(|_| kind.runs_program()) {
             (laws.parameter)(self, kind, configuration, visit);
         }
@@ -167,7 +167,7 @@ impl Engine {
     }
 
     /// Returns the program of an instance with this configuration; 0 for none.
-    fn program_of(&self, kind: &Kind, configuration: Block) -> u8 {
+    fn program_of(&self, kind: &ModuleKind, configuration: Block) -> u8 {
         if !kind.runs_program() {
             return 0;
         }
@@ -177,7 +177,7 @@ impl Engine {
     }
 
     /// The second word of the settings stores the program whose parameters are set.
-    fn give_defaults_of_program(&mut self, kind: &Kind, configuration: Block) {
+    fn give_defaults_of_program(&mut self, kind: &ModuleKind, configuration: Block) {
         let number = self.program_of(kind, configuration);
         let program = self.data_base.programs().get(number.into());
         let default = |parameter| program.and_then(|program| program.parameter(parameter));
@@ -195,7 +195,7 @@ impl Engine {
     }
 
     /// The first parameter of a kind that runs programs is the program number.
-    fn program_parameter(&self, kind: &Kind, configuration: Block, visit: &mut Parameters<'_>) {
+    fn program_parameter(&self, kind: &ModuleKind, configuration: Block, visit: &mut Parameters<'_>) {
         let program = self.data_base.programs().get(self.program_of(kind, configuration).into());
         let parameter = visit.asked().and_then(|parameter| parameter.checked_sub(1));
         visit.say_of_program(

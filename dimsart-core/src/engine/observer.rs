@@ -17,7 +17,7 @@ pub trait Observer: Sized {
 
     /// Makes all calls of a step.
     #[inline]
-    fn look_on(&mut self, mut calls: Calls<'_>, data: &Data<'_>) {
+    fn observe_step(&mut self, mut calls: Calls<'_>, data: &Data<'_>) {
         calls.run_by(data, |place, call| {
             self.call(place, || (call.compute)(data, call.configuration, call.state));
         });
@@ -31,7 +31,7 @@ impl Observer for () {
     }
 
     #[inline(always)]
-    fn look_on(&mut self, calls: Calls<'_>, data: &Data<'_>) {
+    fn observe_step(&mut self, calls: Calls<'_>, data: &Data<'_>) {
         calls.run(data);
     }
 }

@@ -8,7 +8,9 @@ use super::Engine;
 use crate::data_base::Block;
 use crate::limits::MAX_PORTS;
 use crate::module::rate::{self, EVERY_TICKS};
-use crate::module::{Declare, Kind, KindId, MAX_HANDLES, MAX_SETTINGS_WORDS, ModuleRef, PortSpec, PortSpecs};
+use crate::module::{
+    Declare, KindId, MAX_HANDLES, MAX_SETTINGS_WORDS, ModuleKind, ModuleRef, PortSpec, PortSpecs,
+};
 use crate::parameter::{Entries, Found, ParameterError, Parameters, Value};
 use crate::scheme::{CommandError, Instance, Scheme};
 use crate::signal::TypeRef;
@@ -114,7 +116,7 @@ impl Engine {
         &self,
         scheme: &Scheme,
         module: ModuleRef,
-        kind: &Kind,
+        kind: &ModuleKind,
     ) -> [Cell<u32>; MAX_SETTINGS_WORDS] {
         let copy = [const { Cell::new(0) }; MAX_SETTINGS_WORDS];
         match scheme.instance(module) {

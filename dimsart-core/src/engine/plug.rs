@@ -3,7 +3,7 @@
 use super::Engine;
 use super::transaction::Transaction;
 use crate::module::rate::{self, EVERY_TICKS};
-use crate::module::{Binding, Kind, ModuleBindings, ModuleRef, PortSpecs};
+use crate::module::{Binding, ModuleBindings, ModuleKind, ModuleRef, PortSpecs};
 use crate::parameter::{ParameterError, Parameters, Value};
 use crate::scheme::{Command, CommandError, Instance, New};
 use crate::signal::{DataType, TypeRef};
@@ -118,7 +118,7 @@ impl Engine {
             binding.signal = signal;
             return Ok(());
         }
-        bindings.push(Binding { module, port, signal }).map_err(|_| CommandError::WiringFull)
+        bindings.push(Binding { module, port, signal }).map_err(|_| CommandError::TooManyWires)
     }
 
     fn set(
@@ -161,7 +161,7 @@ impl Engine {
         Ok(())
     }
 
-    fn kind_of(&self, module: ModuleRef) -> Result<&'static Kind, CommandError> {
+    fn kind_of(&self, module: ModuleRef) -> Result<&'static ModuleKind, CommandError> {
         let kind = self.kind(module.kind).filter(|_| module.number > 0);
         kind.ok_or(CommandError::UnknownModule(module))
     }

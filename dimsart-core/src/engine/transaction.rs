@@ -101,7 +101,7 @@ impl Engine {
         }
         let (_, faults) = self.finding(0);
         self.is_checked = faults == 0 && self.transaction.is_open();
-        if faults > 0 { Err(CommandError::DoesNotMatch { faults }) } else { Ok(()) }
+        if faults > 0 { Err(CommandError::HasFaults { faults }) } else { Ok(()) }
     }
 
     /// Stops the scheme; a commit does not restart it.

@@ -84,7 +84,7 @@ pub(super) fn write<V: Vocabulary + ?Sized>(
             write!(f, "this would break the running scheme")?;
             known.map_or(Ok(()), |known| write!(f, ": {}", Explanation::of_finding(known, finding)))
         }
-        CommandError::DoesNotMatch { faults } => {
+        CommandError::HasFaults { faults } => {
             write!(f, "the scheme does not match: {faults} fault(s)")
         }
         CommandError::TooSlow { module, cycles, tick_cycles, limit_cycles } => {
@@ -108,7 +108,7 @@ pub(super) fn write<V: Vocabulary + ?Sized>(
                 "a transaction is open already: end it with COMMIT or ABORT (`commit`, `abort` at a device)"
             )
         }
-        CommandError::FaultReaction => {
+        CommandError::StillStopping => {
             write!(f, "the device is still moving to its safe value: retry the reset")
         }
         CommandError::RunsEveryTick(module) => {
@@ -137,7 +137,7 @@ pub(super) fn write<V: Vocabulary + ?Sized>(
                  counters (CTX_COUNTERS OFF, CRX_COUNTERS OFF)"
             )
         }
-        CommandError::WiringFull => {
+        CommandError::TooManyWires => {
             write!(
                 f,
                 "too many ports or bindings: unplug a module, or drop the bindings of an unplugged one (MOD_INIT in \

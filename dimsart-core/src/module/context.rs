@@ -40,9 +40,9 @@ impl<'a, M: Module> Context<'a, M> {
             0 => &[],
             _ => data.range(configuration, Self::GAINS + data.dof() * M::Gains::COUNT)?,
         };
-        let state = match M::State::COUNT + M::Axis::COUNT {
+        let state = match M::State::COUNT + M::AxisState::COUNT {
             0 => &[],
-            _ => data.range(state, M::State::COUNT + data.dof() * M::Axis::COUNT)?,
+            _ => data.range(state, M::State::COUNT + data.dof() * M::AxisState::COUNT)?,
         };
         Some(Self { data, configuration, state, takes_over: false, module: PhantomData })
     }
@@ -136,14 +136,18 @@ impl<'a, M: Module> Context<'a, M> {
     #[must_use]
     #[inline(always)]
     pub fn axis_words(&self, axis: usize) -> &'a [Cell<u32>] {
-        let start = M::State::COUNT + axis * M::Axis::COUNT;
-        self.state.get(start..start + M::Axis::COUNT).unwrap_or_default()
+        let start = M::State::COUNT + axis * M::AxisState::COUNT;
+        self.state.get(start..start + M::AxisState::COUNT).unwrap_or_default()
     }
 
     /// Initialises the state of every axis from its gains and inputs.
     #[inline(always)]
-    pub fn begin_axes<I: Inputs>(&self, inputs: I, mut first: impl FnMut(M::Gains, I::Values) -> M::Axis) {
-        self.map_lanes(inputs, [], |_, lane, inputs| {
+    pub fn begin_axes<I: Inputs>(
+        &self,
+        inputs: I,
+        mut first: impl FnMut(M::Gains, I::Values) -> M::AxisState,
+    ) {
+        self.map_axis_contexts(inputs, [], |_, lane, inputs| {
             lane.set_axis(first(lane.gains(), inputs));
             []
         });
@@ -158,9 +162,9 @@ impl<'a, M: Module> Context<'a, M> {
         &self,
         inputs: I,
         outputs: O,
-        mut law: impl FnMut(M::Gains, &mut M::Axis, I::Values) -> O::Values,
+        mut law: impl FnMut(M::Gains, &mut M::AxisState, I::Values) -> O::Values,
     ) {
-        self.map_lanes(inputs, outputs, |_, lane, inputs| {
+        self.map_axis_contexts(inputs, outputs, |_, lane, inputs| {
             let mut axis = lane.axis();
             let outputs = law(lane.gains(), &mut axis, inputs);
             lane.set_axis(axis);
@@ -171,11 +175,11 @@ impl<'a, M: Module> Context<'a, M> {
     /// As [`map_axes`](Self::map_axes), for a law that needs the axis number or access to single parameters
     /// and state.
     #[inline(always)]
-    pub fn map_lanes<I: Inputs, O: Outputs>(
+    pub fn map_axis_contexts<I: Inputs, O: Outputs>(
         &self,
         inputs: I,
         outputs: O,
-        mut law: impl FnMut(usize, Lane<'a, M>, I::Values) -> O::Values,
+        mut law: impl FnMut(usize, AxisContext<'a, M>, I::Values) -> O::Values,
     ) {
         let Some(sources) = inputs.words(self.data) else { return };
         let Some(sinks) = outputs.words(self.data) else { return };
@@ -183,9 +187,9 @@ impl<'a, M: Module> Context<'a, M> {
         let mut state = self.state.get(M::State::COUNT..).unwrap_or_default();
         for axis in 0..self.data.dof() {
             let Some((own_gains, gains_behind)) = gains.split_at_checked(M::Gains::COUNT) else { return };
-            let Some((own_state, state_behind)) = state.split_at_checked(M::Axis::COUNT) else { return };
+            let Some((own_state, state_behind)) = state.split_at_checked(M::AxisState::COUNT) else { return };
             (gains, state) = (gains_behind, state_behind);
-            let lane = Lane { gains: own_gains, state: own_state, module: PhantomData };
+            let lane = AxisContext { gains: own_gains, state: own_state, module: PhantomData };
             let values = law(axis, lane, I::read(&sources, axis));
             O::write(&sinks, axis, values);
         }
@@ -199,13 +203,13 @@ fn clear(words: &[Cell<u32>]) {
 
 /// Parameters and state of one axis.
 #[derive(Debug)]
-pub struct Lane<'a, M: Module> {
+pub struct AxisContext<'a, M: Module> {
     gains: &'a [Cell<u32>],
     state: &'a [Cell<u32>],
     module: PhantomData<M>,
 }
 
-impl<M: Module> Lane<'_, M> {
+impl<M: Module> AxisContext<'_, M> {
     /// Returns the parameters of the axis.
     #[inline(always)]
     #[must_use]
@@ -224,8 +228,8 @@ impl<M: Module> Lane<'_, M> {
     /// Returns the state of the axis.
     #[inline(always)]
     #[must_use]
-    pub fn axis(&self) -> M::Axis {
-        M::Axis::load(self.state)
+    pub fn axis(&self) -> M::AxisState {
+        M::AxisState::load(self.state)
     }
 
     /// Returns element `place` of an array of `T` at the start of the axis' state, as [`gain`](Self::gain).
@@ -237,7 +241,7 @@ impl<M: Module> Lane<'_, M> {
 
     /// Stores the state of the axis for the next tick.
     #[inline(always)]
-    pub fn set_axis(&self, axis: M::Axis) {
+    pub fn set_axis(&self, axis: M::AxisState) {
         axis.store(self.state);
     }
 }

@@ -23,7 +23,7 @@ type DeclarePorts = fn(&[Cell<u32>], &mut Declare<'_>, &[Cell<u32>]);
 
 /// A module kind: description and functions.
 #[derive(Debug, Clone, Copy)]
-pub struct Kind {
+pub struct ModuleKind {
     /// [`Module::NAME`].
     pub name: &'static str,
     /// Computed from the name.
@@ -56,7 +56,7 @@ pub(crate) struct Configuration<'a> {
     gains: &'a [Cell<u32>],
 }
 
-impl Kind {
+impl ModuleKind {
     /// Creates the kind of a module.
     #[must_use]
     pub const fn of<M: Module>() -> Self {
@@ -64,29 +64,29 @@ impl Kind {
             assert!(M::Settings::COUNT <= MAX_SETTINGS_WORDS, "a module's settings take more than 24 words");
             assert!(M::Ports::COUNT <= MAX_HANDLES, "a module has more than 16 handles");
             assert!(M::State::COUNT < 256, "a module's state takes more than 255 words: declare memory");
-            assert!(M::Gains::COUNT < 256 && M::Axis::COUNT < 256, "an axis takes more than 255 words");
+            assert!(M::Gains::COUNT < 256 && M::AxisState::COUNT < 256, "an axis takes more than 255 words");
         }
         #[expect(clippy::cast_possible_truncation, reason = "checked above")]
         Self {
             name: M::NAME,
             id: KindId::of(M::NAME),
             summary: Summary::new(M::SUMMARY),
-            outlasts_arming: M::OUTLASTS_ARMING,
+            outlasts_arming: M::KEEPS_STATE_ON_ARMING,
             runs_program: M::RUNS_PROGRAM,
             handles: M::Ports::COUNT as u8,
             settings_words: M::Settings::COUNT as u8,
             state_words: M::State::COUNT as u8,
             gains_words: M::Gains::COUNT as u8,
-            axis_words: M::Axis::COUNT as u8,
+            axis_words: M::AxisState::COUNT as u8,
             parameters: visit::<M>,
             prepare: prepare::<M>,
             ports: ports::<M>,
-            begin: if M::State::COUNT + M::Axis::COUNT == 0 { None } else { Some(begin::<M>) },
+            begin: if M::State::COUNT + M::AxisState::COUNT == 0 { None } else { Some(begin::<M>) },
             compute: [compute::<M>, compute_late::<M>],
         }
     }
 
-    /// [`Module::OUTLASTS_ARMING`].
+    /// [`Module::KEEPS_STATE_ON_ARMING`].
     pub(crate) const fn outlasts_arming(&self) -> bool {
         self.outlasts_arming
     }

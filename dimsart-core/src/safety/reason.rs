@@ -1,7 +1,7 @@
 //! Reasons why a device does not get the scheme's command: number, name, meaning and remedy.
 
 macro_rules! reasons {
-    ($($number:literal $reason:ident $name:literal $meaning:literal $next_step:literal;)*) => {
+    ($($number:literal $reason:ident $name:literal $meaning:literal $remedy:literal;)*) => {
         /// Reason why a device does not get the scheme's command.
         ///
         /// The numbers are used in logs and on the wire, have gaps for new reasons, and are never reused. 0
@@ -41,10 +41,10 @@ macro_rules! reasons {
 
             /// Returns the remedy; empty if there is nothing to do.
             #[must_use]
-            pub const fn next_step(self) -> &'static str {
+            pub const fn remedy(self) -> &'static str {
                 match self {
                     Self::None => "",
-                    $(Self::$reason => $next_step,)*
+                    $(Self::$reason => $remedy,)*
                 }
             }
         }
@@ -139,8 +139,8 @@ reasons! {
 /// Prints name, number, meaning and remedy on one line.
 impl core::fmt::Display for Reason {
     fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
-        let [name, meaning, next_step] = [self.name(), self.meaning(), self.next_step()];
-        write!(f, "{name} (reason {}): {meaning} {next_step}", self.number())
+        let [name, meaning, remedy] = [self.name(), self.meaning(), self.remedy()];
+        write!(f, "{name} (reason {}): {meaning} {remedy}", self.number())
     }
 }
 

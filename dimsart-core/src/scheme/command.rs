@@ -221,7 +221,7 @@ pub enum CommandError {
     /// The change would break the running scheme.
     WouldBreak(Finding),
     /// The scheme has faults and does not start; [`Engine::check`](crate::Engine::check) lists them.
-    DoesNotMatch {
+    HasFaults {
         /// Number of faults.
         faults: usize,
     },
@@ -239,7 +239,7 @@ pub enum CommandError {
     /// Ticks have a cycle limit, and the image's stamp has no cost of this module.
     CostUnknown(ModuleRef),
     /// Too many ports, or too many ports bound by commands ([`Sizes`](crate::limits::Sizes)).
-    WiringFull,
+    TooManyWires,
     /// The signals of a channel and its counters exceed
     /// [`MAX_PACKET_WORDS`](crate::limits::MAX_PACKET_WORDS).
     PacketTooLong {
@@ -251,7 +251,7 @@ pub enum CommandError {
     /// No transaction is open.
     NoTransaction,
     /// A reset was refused, because the device is still moving to its safe value after a fault.
-    FaultReaction,
+    StillStopping,
     /// A link module must run in every tick; its own parameters set how often it sends.
     RunsEveryTick(ModuleRef),
     /// The module's parameter `PROGRAM` is not the number of a stored [program](crate::online).

@@ -74,7 +74,7 @@ pub enum Finding {
         relation: UnitRelation,
     },
     /// Fault: two modules use the same end of a link.
-    LinkTaken {
+    DuplicateLinkEnd {
         /// The link.
         link: u8,
         /// First module in a tick.
@@ -93,7 +93,7 @@ pub enum Finding {
         every_ticks: u8,
     },
     /// Fault: a module needs a signal's value of the previous tick, but reads it after it was written.
-    NotDelayed {
+    MissingDelay {
         /// The signal.
         signal: TypeRef,
         /// The writer.
@@ -103,7 +103,7 @@ pub enum Finding {
     },
     /// Fault: a late stage depends on a module that follows its early stage and does not run whenever the
     /// late stage does.
-    LateStageWaits {
+    LateStageRate {
         /// The module with the late stage.
         reader: ModuleRef,
         /// The module that it waits for.

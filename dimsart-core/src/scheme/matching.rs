@@ -206,7 +206,7 @@ impl MatchingCheck<'_> {
             let has_it = |first: &&ActiveModule| first.link_end.is_some_and(|other| other.is_same(end));
             if let Some(first) = modules.iter().take(place).find(has_it) {
                 let (first, second) = (first.module, second.module);
-                report.add(Finding::LinkTaken { link: end.link, first, second });
+                report.add(Finding::DuplicateLinkEnd { link: end.link, first, second });
             }
         }
     }
@@ -234,7 +234,7 @@ impl MatchingCheck<'_> {
                 let is_between = late.needs & module_bit(other) != 0 && writer.needs & module_bit(order) != 0;
                 if is_between && !late.rate.every_ticks.is_multiple_of(writer.rate.every_ticks) {
                     let (reader, every_ticks) = (late.module, writer.rate.every_ticks);
-                    report.add(Finding::LateStageWaits { reader, writer: writer.module, every_ticks });
+                    report.add(Finding::LateStageRate { reader, writer: writer.module, every_ticks });
                 }
             }
         }
@@ -268,7 +268,7 @@ impl MatchingCheck<'_> {
             Some(writer) if reader.direction == Direction::Read && reader.is_delayed => {
                 // A measurement may be of the previous tick.
                 if let (Party::Module(writer), Party::Module(reader)) = (writer.party, reader.party) {
-                    report.add(Finding::NotDelayed { signal, writer, reader });
+                    report.add(Finding::MissingDelay { signal, writer, reader });
                 }
             }
             Some(_) => {}

@@ -17,7 +17,7 @@ use crate::data_base::{Block, CheckedWords, DataBase, List, Storage, bit};
 use crate::device::DeviceDescriptor;
 use crate::limits::MAX_PACKET_WORDS;
 use crate::module::{
-    Begin, Compute, Declare, Direction, Kind, KindId, LinkEnd, MAX_HANDLES, ModuleBindings, ModuleRef,
+    Begin, Compute, Declare, Direction, KindId, LinkEnd, MAX_HANDLES, ModuleBindings, ModuleKind, ModuleRef,
     PortSpec, PortSpecs, Rate, Stage,
 };
 use crate::parameter::ParameterError;
@@ -42,7 +42,7 @@ pub(crate) struct Wiring {
 }
 
 const NO_PORT: u8 = u8::MAX;
-const FULL: CommandError = CommandError::WiringFull;
+const FULL: CommandError = CommandError::TooManyWires;
 
 /// A module that is plugged in.
 #[derive(Debug, Clone, Copy)]
@@ -118,7 +118,7 @@ pub(crate) struct New<'a> {
     pub(crate) module: ModuleRef,
     pub(crate) instance: u8,
     pub(crate) every_ticks: u8,
-    pub(crate) kind: &'a Kind,
+    pub(crate) kind: &'a ModuleKind,
     pub(crate) settings: &'a [Cell<u32>],
     /// Index in the plug-in order.
     pub(crate) order: usize,
@@ -296,7 +296,7 @@ impl Wiring {
     pub(crate) fn set_calls(
         &mut self,
         calls: impl Iterator<Item = (u8, Stage)>,
-        find_kind: impl Fn(KindId) -> Option<&'static Kind>,
+        find_kind: impl Fn(KindId) -> Option<&'static ModuleKind>,
     ) {
         self.calls.clear();
         for (order, stage) in calls {

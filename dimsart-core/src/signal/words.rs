@@ -128,7 +128,7 @@ impl<T: Words, const N: usize> Words for [T; N] {
 ///         damping: f32 = per_axis("D_PARAM", Unit::Damping, 0.0..=1e4, 0.0),
 ///         damping_per_tick: f32,
 ///     }
-///     pub struct Axis { previous_error: f32 }
+///     pub struct AxisState { previous_error: f32 }
 ///     pub ports Ports {
 ///         position: Input = input("POSITION", types::POSITION),
 ///         force: Output = output("DES_FORCE", types::DES_FORCE),

@@ -207,7 +207,7 @@ fn sound_sets(all: &Set) -> u32 {
                 }
                 assert_eq!(found(&bench, all), expected, "set {set:#010b}, reversed: {is_reversed}");
                 let refused =
-                    (!expected.is_empty()).then_some(CommandError::DoesNotMatch { faults: expected.len() });
+                    (!expected.is_empty()).then_some(CommandError::HasFaults { faults: expected.len() });
                 assert_eq!(bench.dimsart.command(Command::Check).err(), refused, "set {set:#010b}");
                 if is_transaction {
                     let end = if expected.is_empty() { Command::Commit } else { Command::Abort };

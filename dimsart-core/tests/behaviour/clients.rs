@@ -207,7 +207,7 @@ fn while_one_holds_it_the_others_look_and_change_nothing() {
     assert_eq!(board.command(1, stiffer()).unwrap().blocked, None);
     // Any client may stop the device.
     assert_eq!(board.command(2, Command::Stop).unwrap().blocked, Some(Blocked::Tick(Tick::Idle)));
-    board.lease(1, LeaseAction::GiveBack).unwrap();
+    board.lease(1, LeaseAction::Release).unwrap();
     board.command(2, stiffer()).unwrap();
 }
 
@@ -374,7 +374,7 @@ fn what_its_holder_asks_of_the_schemes_renews_a_lease_and_a_look_does_not() {
         let expected = LeaseStatus { holder: 1, ticks_left };
         assert_eq!(board.lease(3, LeaseAction::Look), Ok(expected), "{action:?} of {client}");
     }
-    board.lease(1, LeaseAction::GiveBack).unwrap();
+    board.lease(1, LeaseAction::Release).unwrap();
     board.ask(1, Request::Schemes(SchemeAction::Save));
     assert_eq!(
         board.lease(1, LeaseAction::Look),

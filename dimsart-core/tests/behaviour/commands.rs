@@ -3,7 +3,7 @@
 #![expect(clippy::cast_possible_truncation, reason = "numbers of a test, small by construction")]
 
 use crate::common::{self, Bench, Snapshot};
-use dimsart_core::Kinds;
+use dimsart_core::ModuleKinds;
 use dimsart_core::{
     Command, CommandError, Context, Declare, Finding, Input, Module, ModuleRef, ParameterError, Party,
     StorageError, TypeRef, Value, limits::MAX_MODULES, types,
@@ -154,7 +154,7 @@ fn refusals() -> Vec<(String, Command, CommandError)> {
         (
             "MOD_ENG MOD_ON RECORDER_MOD",
             Command::Check,
-            CommandError::DoesNotMatch { faults: 2 },
+            CommandError::HasFaults { faults: 2 },
         ),
         (RUNNING, off("PDCTRL_MOD"), CommandError::WouldBreak(missing)),
         (RUNNING, close("PDCTRL_MOD"), CommandError::WouldBreak(missing)),
@@ -214,7 +214,7 @@ impl Module for Greedy {
     type Settings = ();
     type Gains = ();
     type State = ();
-    type Axis = ();
+    type AxisState = ();
     type Ports = [Input; 13];
 
     fn ports(_: &(), declare: &mut Declare<'_>) -> [Input; 13] {
@@ -224,7 +224,7 @@ impl Module for Greedy {
     fn compute(_: &Context<'_, Self>) {}
 }
 
-const GREEDIES: Kinds = dimsart_core::kinds![Greedy];
+const GREEDIES: ModuleKinds = dimsart_core::kinds![Greedy];
 
 #[test]
 fn a_module_of_too_many_ports_is_refused() {
@@ -349,7 +349,7 @@ fn stop_lets_the_scheme_be_rebuilt_and_the_check_starts_it_again() {
     let mut bench = robot();
     bench.rows(RUNNING);
     bench.rows("MOD_ENG STOP\nMOD_ENG MOD_OFF PDCTRL_MOD");
-    assert_eq!(bench.order("MOD_ENG MATCHING_CHECK"), Err(CommandError::DoesNotMatch { faults: 2 }));
+    assert_eq!(bench.order("MOD_ENG MATCHING_CHECK"), Err(CommandError::HasFaults { faults: 2 }));
     assert!(!bench.dimsart.engine().is_running());
     bench.rows("MOD_ENG MOD_ON PIDCTRL_MOD");
     assert_eq!(

@@ -7,8 +7,8 @@ use std::collections::VecDeque;
 
 use dimsart_core::{
     AxisKind, CommandError, DataType, DeviceDescriptor, Dimsart, Direction, EVERY_TICKS, Engine, KindId,
-    Kinds, ModuleRef, Packet, PortSpec, ProvidedMemory, Step, Tick, TypeRef, Usage, Value, Word, scheme,
-    types,
+    ModuleKinds, ModuleRef, Packet, PortSpec, ProvidedMemory, Step, Tick, TypeRef, Usage, Value, Word,
+    scheme, types,
 };
 use dimsart_modules::ALL;
 
@@ -38,7 +38,7 @@ impl Bench {
     }
 
     /// As `of`, with other module kinds.
-    pub(crate) fn with_kinds(kinds: Kinds, dof: usize, outputs: Types, inputs: Types) -> Self {
+    pub(crate) fn with_kinds(kinds: ModuleKinds, dof: usize, outputs: Types, inputs: Types) -> Self {
         let axes = vec![AxisKind::Linear; dof];
         let device = DeviceDescriptor::new("bench", &axes, H, outputs, inputs).unwrap();
         Self { dimsart: Dimsart::new(ProvidedMemory::leaked(), device, kinds).unwrap() }

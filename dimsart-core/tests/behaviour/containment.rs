@@ -6,8 +6,8 @@
 use std::collections::BTreeSet;
 
 use dimsart_core::{
-    Command, Context, DriveEvent, DriveState, FaultCause, Input, Kinds, Module, ModuleRef, Output, Reason,
-    Tick, TypeRef, Value, Word, types, words,
+    Command, Context, DriveEvent, DriveState, FaultCause, Input, Module, ModuleKinds, ModuleRef, Output,
+    Reason, Tick, TypeRef, Value, Word, types, words,
 };
 use rand_core::{Rng, SeedableRng};
 use rand_pcg::Pcg32;
@@ -36,14 +36,14 @@ impl Module for Mix {
     type Settings = Settings;
     type Gains = ();
     type State = ();
-    type Axis = f32;
+    type AxisState = f32;
     type Ports = Ports;
 
     fn compute(context: &Context<'_, Self>) {
         let Ports { a, b, out } = context.ports();
         let Settings { spoils, .. } = context.settings();
         let last = context.dof() - 1;
-        context.map_lanes([a, b], [out], |axis, lane, [a, b]| {
+        context.map_axis_contexts([a, b], [out], |axis, lane, [a, b]| {
             let sum = lane.axis() * 0.5 + 0.25 * (a + b) + 1.0;
             let sum = if spoils && axis == last { f32::NAN } else { sum };
             lane.set_axis(sum);
@@ -52,7 +52,7 @@ impl Module for Mix {
     }
 }
 
-const MIXERS: Kinds = dimsart_core::kinds![Mix];
+const MIXERS: ModuleKinds = dimsart_core::kinds![Mix];
 
 const DOF: usize = 2;
 const NO_TYPES: Types = &[];
@@ -117,7 +117,7 @@ fn output(bench: &Bench, graph: &Graph, number: u8) -> Vec<u32> {
 }
 
 fn fallen(bench: &Bench) -> BTreeSet<u8> {
-    bench.dimsart.engine().fallen_modules().map(|module| module.number).collect()
+    bench.dimsart.engine().isolated_modules().map(|module| module.number).collect()
 }
 
 fn spoil(bench: &mut Bench, number: u8, spoils: bool) {
@@ -283,7 +283,7 @@ fn a_sender_that_falls_sends_nothing_until_a_reset() {
     assert!(bench.dimsart.outgoing(0).is_none());
     bench.tick(&[1.0]);
     assert!(bench.dimsart.outgoing(0).is_none());
-    assert_eq!(bench.dimsart.engine().fallen_modules().count(), 2);
+    assert_eq!(bench.dimsart.engine().isolated_modules().count(), 2);
     bench.rows("MOD_ENG RESET");
     bench.tick(&[1.0]);
     let packet = bench.dimsart.outgoing(0).unwrap();

@@ -45,7 +45,7 @@ impl<'a> Pair<'a> {
 
     fn fast_tick(&mut self, position: [f32; DOF]) -> (Tick, Vec<f32>) {
         self.of_fast.get(&mut self.desired);
-        self.fast.dimsart.hold_back(self.of_fast.are_late());
+        self.fast.dimsart.set_commands_stale(self.of_fast.are_stale());
         let measured: Vec<Word> = position.map(Word::from).into_iter().chain(self.desired).collect();
         let (tick, commanded) = self.fast.try_tick(&measured);
         self.of_fast.show(self.fast.dimsart.signals(&[types::POSITION.first()]));
@@ -55,7 +55,7 @@ impl<'a> Pair<'a> {
     fn slow_tick(&mut self) -> Tick {
         let mut measured = [Word(0); DOF];
         self.of_slow.get(&mut measured);
-        self.slow.dimsart.hold_back(self.of_slow.are_late());
+        self.slow.dimsart.set_commands_stale(self.of_slow.are_stale());
         let (tick, commanded) = self.slow.try_tick(&measured);
         self.of_slow.show(commanded);
         tick

@@ -12,9 +12,9 @@ use std::collections::BTreeMap;
 use crate::common::Bench;
 use dimsart_core::limits::{DEFAULT_WORDS, MAX_MODULES, MAX_SLOTS};
 use dimsart_core::{
-    Command, CommandError, Context, DataType, Declare, Direction, Engine, Input, KindId, Kinds, Matrix,
-    Memory, Module, ModuleRef, Output, ParameterError, Parameters, PortSpec, Shape, StorageError, Summary,
-    TypeRef, Unit, Value, Word, types, words,
+    Command, CommandError, Context, DataType, Declare, Direction, Engine, Input, KindId, Matrix, Memory,
+    Module, ModuleKinds, ModuleRef, Output, ParameterError, Parameters, PortSpec, Shape, StorageError,
+    Summary, TypeRef, Unit, Value, Word, types, words,
 };
 use dimsart_modules::ALL;
 use rand_core::{Rng, SeedableRng};
@@ -34,7 +34,7 @@ enum Need {
 /// Simple model of the Data Base.
 #[derive(Default)]
 struct Model {
-    /// Kinds for which the device has enough axes.
+    /// ModuleKinds for which the device has enough axes.
     kinds: Vec<KindId>,
     /// Users and words of each signal.
     signals: BTreeMap<(u16, u8), (u32, usize)>,
@@ -314,7 +314,7 @@ impl Module for Stamper {
     type Settings = StamperSettings;
     type Gains = ();
     type State = StamperState;
-    type Axis = ();
+    type AxisState = ();
     type Ports = StamperPorts;
 
     fn parameters(settings: &mut StamperSettings, _: &mut (), visit: &mut Parameters<'_>) {
@@ -339,7 +339,7 @@ impl Module for Stamper {
     }
 }
 
-const STAMPERS: Kinds = dimsart_core::kinds![Stamper];
+const STAMPERS: ModuleKinds = dimsart_core::kinds![Stamper];
 
 #[test]
 fn what_stays_plugged_in_keeps_its_contents_while_others_move() {
@@ -397,7 +397,7 @@ impl Module for Beside {
     type Settings = ();
     type Gains = ();
     type State = ();
-    type Axis = ();
+    type AxisState = ();
     type Ports = (Input<Matrix<2, 2>>, Output<Matrix<2, 2>>);
 
     fn ports(_: &(), declare: &mut Declare<'_>) -> Self::Ports {
@@ -413,7 +413,7 @@ impl Module for Beside {
     }
 }
 
-const BESIDES: Kinds = dimsart_core::kinds![Beside];
+const BESIDES: ModuleKinds = dimsart_core::kinds![Beside];
 
 #[test]
 fn outside_a_matrix_there_is_nothing() {

@@ -16,7 +16,7 @@ fn a_can_bus_is_logged_when_it_changes() {
     let log: &EventLog = Box::leak(Box::new(EventLog::new()));
     let mut info: DeviceInfo = DeviceInfo::new("bench").with_events(log);
     let [left, joined, given_up] =
-        [EventKind::BusLeft, EventKind::BusJoined, EventKind::BusGivenUp].map(|kind| kind as u8);
+        [EventKind::BusOff, EventKind::BusRejoined, EventKind::BusOffPermanent].map(|kind| kind as u8);
     for what in [joined, joined, left, left, joined, left, given_up, given_up, left, joined] {
         info.log_bus(what);
     }
@@ -48,6 +48,6 @@ fn a_fault_that_is_there_again_behind_a_reset_is_told_again() {
     reset(&mut bench, &mut info);
     tick(&mut bench, &mut info, 0.0);
     let [refused, failed] = [Reason::MeasurementRefused, Reason::ModuleFailed].map(Reason::number);
-    let (reset, cut_out) = (EventKind::Reset as u8, EventKind::ModuleCutOut as u8);
+    let (reset, cut_out) = (EventKind::Reset as u8, EventKind::ModuleIsolated as u8);
     assert_eq!(events(log), [refused, reset, refused, cut_out, reset, failed, reset, 0]);
 }

@@ -7,7 +7,7 @@ use crate::common::IDS;
 use crate::common::{Bench, DelayedLink, Types};
 use dimsart_core::{
     AxisKind, CommandError, Content, Context, Cost, Costs, DataType, DeviceDescriptor, Difference, Finding,
-    Format, Input, Kinds, Matrix, Module, Output, Packet, Shape, Single, Square, Summary, Tick, Unit,
+    Format, Input, Matrix, Module, ModuleKinds, Output, Packet, Shape, Single, Square, Summary, Tick, Unit,
     UnitRelation, Vector, Word, types, words,
 };
 use dimsart_modules::ALL;
@@ -399,7 +399,7 @@ impl Module for Turn {
     type Settings = ();
     type Gains = ();
     type State = ();
-    type Axis = ();
+    type AxisState = ();
     type Ports = Ports;
 
     #[expect(clippy::cast_precision_loss, reason = "small numbers")]
@@ -429,7 +429,7 @@ own_types! {
     0x8023 I32_SQUARE_OUT  I32  Shape::Square;
 }
 
-const TURNS: Kinds = dimsart_core::kinds![Turn];
+const TURNS: ModuleKinds = dimsart_core::kinds![Turn];
 
 #[test]
 fn a_module_reads_and_writes_axes_of_mixed_formats_and_square_matrices() {

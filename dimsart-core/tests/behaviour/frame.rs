@@ -2,7 +2,7 @@
 #![expect(clippy::unwrap_used, reason = "in helpers of tests as in tests")]
 
 use crate::common::{Bench, Types};
-use dimsart_core::Kinds;
+use dimsart_core::ModuleKinds;
 use dimsart_core::{
     AxisKind, Context, DataType, DescriptorError, DeviceDescriptor, Dimsart, FaultCause, Format, FrameError,
     Input, MAX_DEVICE_TYPES, Matrix, Module, Output, Shape, Single, Summary, Tick, Unit, Vector, Word,
@@ -68,7 +68,7 @@ impl Module for Relay {
     type Settings = Settings;
     type Gains = ();
     type State = ();
-    type Axis = ();
+    type AxisState = ();
     type Ports = Signals;
 
     fn compute(context: &Context<'_, Self>) {
@@ -95,7 +95,7 @@ impl Module for Relay {
     }
 }
 
-const RELAYS: Kinds = dimsart_core::kinds![Relay];
+const RELAYS: ModuleKinds = dimsart_core::kinds![Relay];
 
 const DOF: usize = 3;
 /// Indices of the floats in a measured frame, by type, with the number of words before the type.

@@ -27,7 +27,7 @@ fn guarded() -> Vec<Request> {
         Request::Command(Command::Close),
         Request::Lease(LeaseAction::Take),
         Request::Lease(LeaseAction::Renew),
-        Request::Lease(LeaseAction::GiveBack),
+        Request::Lease(LeaseAction::Release),
         Request::Schemes(SchemeAction::Save),
         Request::Schemes(SchemeAction::Confirm),
         Request::Schemes(SchemeAction::RollBack),

@@ -6,9 +6,9 @@ use std::cell::Cell;
 use std::sync::atomic::{AtomicU32, Ordering::Relaxed};
 
 use dimsart_core::{
-    AxisKind, Context, Cost, Costs, Counter, DeviceDescriptor, Dimsart, Input, InputLimits, KindId, Kinds,
-    Module, Output, OutputLimits, Packet, Parameters, ProvidedMemory, SafeValue, Tick, Word, scheme, types,
-    words,
+    AxisKind, Context, Cost, Costs, Counter, DeviceDescriptor, Dimsart, Input, InputLimits, KindId, Module,
+    ModuleKinds, Output, OutputLimits, Packet, Parameters, ProvidedMemory, SafeValue, Tick, Word, scheme,
+    types, words,
 };
 use dimsart_modules as modules;
 use dimsart_modules::ALL;
@@ -50,7 +50,7 @@ impl Module for Failing {
     type Settings = ();
     type Gains = ();
     type State = ();
-    type Axis = ();
+    type AxisState = ();
     type Ports = Ports;
 
     fn parameters((): &mut (), (): &mut (), _: &mut Parameters<'_>) {}
@@ -59,11 +59,11 @@ impl Module for Failing {
         let Ports { law, force } = context.ports();
         let (adds, cycles) = DEED.get();
         COUNTER.with(|counter| counter.fetch_add(cycles, Relaxed));
-        context.map_lanes([law], [force], |_, _, [law]| [law + adds]);
+        context.map_axis_contexts([law], [force], |_, _, [law]| [law + adds]);
     }
 }
 
-const KINDS: Kinds = dimsart_core::kinds![modules::Pd, Failing, modules::CommRx];
+const KINDS: ModuleKinds = dimsart_core::kinds![modules::Pd, Failing, modules::CommRx];
 static IDS: [KindId; 3] = KINDS.ids();
 
 fn load(dimsart: &mut Dimsart, rows: &str) {
@@ -105,7 +105,7 @@ impl Joint {
         let device = device.with_output_limits(&[SENSOR_LIMITS]).unwrap();
         let mut dimsart = Dimsart::new(ProvidedMemory::leaked(), device, KINDS).unwrap();
         dimsart.engine_mut().set_costs(Some(Costs::new(&COSTS, &IDS)));
-        dimsart.engine_mut().time_calls(Counter::up(COUNTER.with(|counter| *counter)), 0);
+        dimsart.engine_mut().set_call_timer(Counter::up(COUNTER.with(|counter| *counter)), 0);
         load(
             &mut dimsart,
             "PDCTRL_MOD K_PARAM 400\nPDCTRL_MOD D_PARAM 40\nPDCTRL_MOD PORT_DES_FORCE DES_FORCE.2\n\
@@ -149,7 +149,7 @@ impl Joint {
         }
         // The timeout of the coupling to the commanding engine.
         self.silent_ticks = if fault.is_commander_silent { self.silent_ticks + 1 } else { 0 };
-        self.dimsart.hold_back(self.silent_ticks >= dimsart_core::TIMEOUT_TICKS);
+        self.dimsart.set_commands_stale(self.silent_ticks >= dimsart_core::TIMEOUT_TICKS);
         let sensed_m = fault.sensor.map_or(self.position_m, |sensor| sensor(self.position_m, then_m, ticks));
         let wanted_m = 0.05 * (f64::from(self.tick) * 0.01).sin();
         #[expect(clippy::cast_possible_truncation, reason = "small by construction")]

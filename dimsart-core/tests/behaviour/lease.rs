@@ -6,7 +6,7 @@ use proptest::prelude::*;
 
 const LENGTH: u32 = 200;
 const ACTIONS: [LeaseAction; 4] =
-    [LeaseAction::Look, LeaseAction::Take, LeaseAction::Renew, LeaseAction::GiveBack];
+    [LeaseAction::Look, LeaseAction::Take, LeaseAction::Renew, LeaseAction::Release];
 
 fn held() -> Lease {
     let mut lease = Lease::new(LENGTH);
@@ -32,7 +32,7 @@ fn another_client_is_refused_by_the_holder_s_name_and_nothing_of_it_prolongs_the
     let mut lease = held();
     for left in (0..LENGTH).rev() {
         lease.tick();
-        for action in [LeaseAction::Take, LeaseAction::Renew, LeaseAction::GiveBack] {
+        for action in [LeaseAction::Take, LeaseAction::Renew, LeaseAction::Release] {
             if left > 0 {
                 assert_eq!(lease.carry_out(2, action), Err(Refusal::Lease { holder: 1 }));
             }
@@ -58,7 +58,7 @@ fn who_was_too_late_to_renew_has_to_take_it_anew() {
 fn given_back_it_ends_at_once() {
     let mut lease = held();
     for _ in 0..2 {
-        assert_eq!(lease.carry_out(1, LeaseAction::GiveBack), Ok(LeaseStatus::default()));
+        assert_eq!(lease.carry_out(1, LeaseAction::Release), Ok(LeaseStatus::default()));
         assert!(!lease.is_armed());
     }
     assert!(!lease.tick());
@@ -111,7 +111,7 @@ proptest! {
             prop_assert_eq!(result.is_ok(), expected);
             if expected && matches!(action, LeaseAction::Take | LeaseAction::Renew) {
                 model.holder = Some((client, model.tick));
-            } else if expected && action == LeaseAction::GiveBack {
+            } else if expected && action == LeaseAction::Release {
                 model.holder = None;
             }
             let other = client % 3 + 1;

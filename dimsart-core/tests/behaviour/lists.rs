@@ -2,15 +2,15 @@
 #![expect(clippy::unwrap_used, reason = "in helpers of tests as in tests")]
 
 use dimsart_core::{
-    AxisKind, Command, CommandError, DeviceDescriptor, Dimsart, Kinds, ModuleRef, ProvidedMemory, Value,
-    join_kinds, kinds, types,
+    AxisKind, Command, CommandError, DeviceDescriptor, Dimsart, ModuleKinds, ModuleRef, ProvidedMemory,
+    Value, join_kinds, kinds, types,
 };
 use dimsart_modules::{CONTROL, P};
 
-const P_ALONE: Kinds = kinds![P];
-const TWO_LISTS: Kinds = join_kinds![P_ALONE, CONTROL];
+const P_ALONE: ModuleKinds = kinds![P];
+const TWO_LISTS: ModuleKinds = join_kinds![P_ALONE, CONTROL];
 
-fn controller(list: Kinds) -> Dimsart {
+fn controller(list: ModuleKinds) -> Dimsart {
     let (outputs, inputs) = (&[types::POSITION, types::DES_POSITION], &[types::DES_FORCE]);
     let device = DeviceDescriptor::new("arm", &[AxisKind::Linear; 3], 1e-3, outputs, inputs);
     Dimsart::new(ProvidedMemory::leaked(), device.unwrap(), list).unwrap()
@@ -50,5 +50,5 @@ fn joined_lists_have_the_kinds_of_each_in_order() {
 fn a_list_with_the_same_kind_twice_is_refused() {
     // In a constant this is a build error.
     let first = P_ALONE.list()[0];
-    let _ = Kinds::new(vec![first, first].leak());
+    let _ = ModuleKinds::new(vec![first, first].leak());
 }

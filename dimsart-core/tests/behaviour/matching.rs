@@ -46,7 +46,7 @@ fn table_1_as_printed_matches_on_the_master() {
 fn table_1_as_printed_lacks_exactly_one_provider_on_the_slave() {
     let mut slave = robot();
     let errors = load(&mut slave, include_str!("../../../schemes/table1.scheme"), "slave");
-    assert_eq!(errors, ["20:25 Refused(DoesNotMatch { faults: 1 })"]);
+    assert_eq!(errors, ["20:25 Refused(HasFaults { faults: 1 })"]);
     let report = slave.engine().check();
     let tx = ALL.module("COMM_TXMOD").unwrap();
     let expected = Finding::NoProvider { signal: types::CH1_TD_WAVES.first(), reader: Party::Module(tx) };
@@ -94,7 +94,7 @@ fn every_fault_of_a_scheme_is_in_one_report_and_the_declared_delays_behind() {
         [
             format!("7:ModuleCommand({pcontrol:?})"),
             "11:ModuleValue".to_owned(),
-            "12:Refused(DoesNotMatch { faults: 7 })".to_owned()
+            "12:Refused(HasFaults { faults: 7 })".to_owned()
         ]
     );
     let mut findings = bench.findings();
@@ -306,7 +306,7 @@ fn two_modules_at_one_end_of_a_link_are_a_fault() {
     bench.run(two);
     let refused = bench.order("MOD_ENG MOD_ON COMM_TXMOD.2");
     assert!(
-        matches!(refused, Err(CommandError::WouldBreak(Finding::LinkTaken { link: 0, .. }))),
+        matches!(refused, Err(CommandError::WouldBreak(Finding::DuplicateLinkEnd { link: 0, .. }))),
         "{refused:?}"
     );
     bench.rows("COMM_TXMOD.2 CTX_LINK 1\nMOD_ENG MOD_ON COMM_TXMOD.2");

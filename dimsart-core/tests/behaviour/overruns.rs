@@ -5,8 +5,8 @@ use std::cell::Cell;
 use std::sync::atomic::{AtomicU32, Ordering::Relaxed};
 
 use dimsart_core::{
-    Command, Context, Cost, Costs, Counter, FaultCause, Input, KindId, Kinds, Module, ModuleRef, Output,
-    Tick, Unit, types, words,
+    Command, Context, Cost, Costs, Counter, FaultCause, Input, KindId, Module, ModuleKinds, ModuleRef,
+    Output, Tick, Unit, types, words,
 };
 use dimsart_link::protocol::DeviceInfo;
 use dimsart_link::{Event, EventKind, EventLog};
@@ -40,18 +40,18 @@ impl Module for Slow {
     type Settings = Settings;
     type Gains = ();
     type State = ();
-    type Axis = ();
+    type AxisState = ();
     type Ports = Ports;
 
     fn compute(context: &Context<'_, Self>) {
         let Ports { input, output } = context.ports();
         CALLS.with(|calls| calls.set(calls.get() + 1));
         COUNTER.with(|counter| counter.fetch_add(context.settings().cycles, Relaxed));
-        context.map_lanes([input], [output], |_, _, [signal]| [signal]);
+        context.map_axis_contexts([input], [output], |_, _, [signal]| [signal]);
     }
 }
 
-const SLOWS: Kinds = dimsart_core::kinds![Slow];
+const SLOWS: ModuleKinds = dimsart_core::kinds![Slow];
 
 const DOF: usize = 2;
 const SPARE_CYCLES: u32 = 50;
@@ -75,7 +75,7 @@ fn bench_with_counter(counts_per_cycle: u32) -> Bench {
     let engine = bench.dimsart.engine_mut();
     engine.set_costs(Some(Costs::new(&COSTS, const { &[KindId::of(Slow::NAME)] })));
     let counter = Counter::up(COUNTER.with(|counter| *counter)).with_counts_per_cycle(counts_per_cycle);
-    engine.time_calls(counter, SPARE_CYCLES);
+    engine.set_call_timer(counter, SPARE_CYCLES);
     let signal = |number| dimsart_core::TypeRef { id: types::SIGNAL_OUT.id, number };
     let bindings = [
         (types::SIGNAL.first(), types::DES_FORCE.first()),
@@ -132,7 +132,7 @@ fn one_that_is_cut_out_is_in_the_log_once_though_the_device_goes_on() {
         (0..).map_while(|back| LOG.get(back)).filter(|event| event.module.is_some()).collect();
     assert_eq!(cut_out.len(), 1, "{cut_out:?}");
     let Event { tick, what, module, detail, .. } = cut_out[0];
-    assert_eq!((tick, what, module, detail), (1, EventKind::ModuleCutOut as u8, Some(slow(3)), BUDGET));
+    assert_eq!((tick, what, module, detail), (1, EventKind::ModuleIsolated as u8, Some(slow(3)), BUDGET));
 }
 
 #[test]
@@ -144,7 +144,7 @@ fn one_that_takes_longer_is_cut_out_in_that_tick_with_what_depends_on_it() {
         // The device does not depend on the third module.
         set_cycles(&mut bench, 3, cycles);
         assert_eq!(bench.tick(&[1.0, -2.0]), [1.0, -2.0]);
-        assert_eq!(bench.dimsart.engine().fallen_modules().collect::<Vec<_>>(), [slow(3)]);
+        assert_eq!(bench.dimsart.engine().isolated_modules().collect::<Vec<_>>(), [slow(3)]);
         let (tick, commanded) = {
             set_cycles(&mut bench, 1, cycles);
             CALLS.set(0);
@@ -153,7 +153,7 @@ fn one_that_takes_longer_is_cut_out_in_that_tick_with_what_depends_on_it() {
         assert_eq!(tick, Tick::ModuleFailed(slow(1)), "{percent} %");
         assert!(commanded.iter().all(|word| word.0 == 0), "{commanded:?}");
         assert_eq!(CALLS.get(), 1, "dependents and previously isolated modules are not called");
-        assert_eq!(bench.dimsart.engine().fallen_modules().count(), 3);
+        assert_eq!(bench.dimsart.engine().isolated_modules().count(), 3);
         let fault = bench.dimsart.engine().module_fault().unwrap();
         assert_eq!(fault.module, slow(1));
         assert_eq!(fault.cause, FaultCause::TookTooLong { budget_cycles: BUDGET });

@@ -2,7 +2,7 @@
 #![expect(clippy::unwrap_used, reason = "in helpers of tests as in tests")]
 
 use crate::common::Bench;
-use dimsart_core::{Accepted, Kinds, ParameterSet, ParameterText, ProvidedMemory};
+use dimsart_core::{Accepted, ModuleKinds, ParameterSet, ParameterText, ProvidedMemory};
 use dimsart_core::{
     Command, CommandError, Context, Declare, Dimsart, Entries, Input, Module, ModuleRef, Output,
     ParameterError, Parameters, Unit, Value, choice, limits::MAX_DOF, types, words,
@@ -49,7 +49,7 @@ impl Module for Feedback {
     type Settings = Settings;
     type Gains = Gains;
     type State = ();
-    type Axis = ();
+    type AxisState = ();
     type Ports = Ports;
 
     fn parameters(settings: &mut Settings, gains: &mut Gains, visit: &mut Parameters<'_>) {
@@ -64,14 +64,14 @@ impl Module for Feedback {
 
     fn compute(context: &Context<'_, Self>) {
         let Ports { input, output } = context.ports();
-        context.map_lanes([], [output], |_, lane, []| {
+        context.map_axis_contexts([], [output], |_, lane, []| {
             let columns = lane.gains().square.into_iter().take(context.dof());
             [columns.enumerate().map(|(column, gain)| gain * context.axis(input, column)).sum()]
         });
     }
 }
 
-const FEEDBACKS: Kinds = dimsart_core::kinds![Feedback];
+const FEEDBACKS: ModuleKinds = dimsart_core::kinds![Feedback];
 
 const MODULE: ModuleRef = ModuleRef::new("FEEDBACK_MOD", 1);
 

@@ -216,7 +216,7 @@ fn an_accepted_command_says_what_still_keeps_the_device_still() {
     assert_eq!(served.ask(Request::Finding { index: 0 }), Response::Finding { finding: wanted, faults: 1 });
     assert_eq!(served.ask(Request::Finding { index: 1 }), Response::Refused(Refusal::NotThere));
     let effect = served.command(Command::Check);
-    assert_eq!(effect.refused, Some(CommandError::DoesNotMatch { faults: 1 }));
+    assert_eq!(effect.refused, Some(CommandError::HasFaults { faults: 1 }));
 
     // Its own measured position can serve as the desired position.
     served.command(Command::Unplug(pd));

@@ -212,7 +212,7 @@ fn what_is_damaged_cut_or_of_another_image_is_refused_before_any_command() {
     }
     let mut other = SchemeBytes::new();
     Writer::new(&mut other, fingerprint(shipped.engine_mut()) ^ 1).finish().unwrap();
-    assert_eq!(reload(&other, &mut dimsart), Err(LoadError::OtherImage));
+    assert_eq!(reload(&other, &mut dimsart), Err(LoadError::IncompatibleImage));
     assert_eq!(format!("{dimsart:?}"), nothing);
     assert_eq!(bytes[0], SAVED_SCHEME_VERSION);
     assert_eq!(reload(&bytes, &mut dimsart), Ok(()));
@@ -230,7 +230,7 @@ fn a_scheme_that_does_not_load_leaves_no_module_behind() {
     commands.iter().for_each(|command| writer.push(command).unwrap());
     writer.finish().unwrap();
     let error = reload(&bytes, &mut dimsart).unwrap_err();
-    let LoadError::Refused { command, error: CommandError::DoesNotMatch { .. } } = error else {
+    let LoadError::Refused { command, error: CommandError::HasFaults { .. } } = error else {
         panic!("{error}")
     };
     assert_eq!(usize::from(command), commands.len(), "the last command, which starts it");
@@ -288,7 +288,7 @@ impl<const IS_PER_AXIS: bool> Module for Law<IS_PER_AXIS> {
     type Settings = Gain;
     type Gains = Gain;
     type State = ();
-    type Axis = ();
+    type AxisState = ();
     type Ports = ();
 
     fn parameters(settings: &mut Gain, gains: &mut Gain, visit: &mut Parameters<'_>) {

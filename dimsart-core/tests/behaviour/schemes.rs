@@ -2,7 +2,7 @@
 #![expect(clippy::unwrap_used, reason = "in helpers of tests as in tests")]
 
 use crate::common::Bench;
-use dimsart_core::scheme::{self, Place, Problem, SchemeError};
+use dimsart_core::scheme::{self, Problem, SchemeError, SourceLocation};
 use dimsart_core::{Accepts, CommandError, ModuleRef, ParameterError, Value, types};
 use dimsart_modules::ALL;
 use proptest::prelude::*;
@@ -111,7 +111,7 @@ fn what_is_wrong_is_named_with_its_place() {
             "m MOD_ENG MATCHING_CHECK",
             11,
             "MATCHING_CHECK",
-            Problem::Refused(CommandError::DoesNotMatch { faults: 1 }),
+            Problem::Refused(CommandError::HasFaults { faults: 1 }),
         ),
         // Words may contain non-ASCII characters; columns count bytes.
         ("m PDCTRL_MOD K_PARAM ½", 22, "½", stiffness),
@@ -125,7 +125,7 @@ fn what_is_wrong_is_named_with_its_place() {
         let before = bench.snapshot();
         let text =
             format!("# a comment\n\n   \t \r\n  # another\r\n{row}\r\nm PCTRL_MOD K_PARAM 2 # continues");
-        let place = Place { line: 5, column, word };
+        let place = SourceLocation { line: 5, column, word };
         assert_eq!(load(&mut bench, &text), [SchemeError { place, problem }], "{row}");
         bench.rows("MOD_ENG MOD_CLOSE PCTRL_MOD");
         assert_eq!(bench.snapshot(), before, "{row}");

@@ -169,7 +169,7 @@ fn a_refused_commit_names_every_fault_and_can_be_mended() {
     joint.bench.rows("MOD_ENG BEGIN\nMOD_ENG MOD_OFF PDCTRL_MOD\nMOD_ENG MOD_ON SUM_MOD");
     let refused = joint.bench.order("MOD_ENG COMMIT");
     let findings = joint.bench.findings();
-    assert_eq!(refused, Err(CommandError::DoesNotMatch { faults: findings.len() }));
+    assert_eq!(refused, Err(CommandError::HasFaults { faults: findings.len() }));
     assert!(findings.len() > 1, "{findings:?}");
     assert!(findings.iter().any(|finding| finding.contains("DES_FORCE")), "{findings:?}");
     assert_eq!(joint.bench.dimsart.engine().steps().count(), 1);

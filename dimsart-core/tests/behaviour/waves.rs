@@ -3,7 +3,7 @@
 #![expect(clippy::cast_possible_truncation, clippy::float_cmp, reason = "rounded and compared on purpose")]
 
 use crate::common::{self, Bench, DelayedLink, H, assert_close};
-use dimsart_core::{Context, Input, Kinds, Module, Output, Unit, types, words};
+use dimsart_core::{Context, Input, Module, ModuleKinds, Output, Unit, types, words};
 use dimsart_modules::ALL;
 use rand_core::{Rng, SeedableRng};
 use rand_pcg::Pcg32;
@@ -32,7 +32,7 @@ impl Module for Resistor {
     type Settings = Settings;
     type Gains = ();
     type State = ();
-    type Axis = ();
+    type AxisState = ();
     type Ports = Ports;
 
     fn compute(context: &Context<'_, Self>) {
@@ -46,7 +46,7 @@ impl Module for Resistor {
     }
 }
 
-const SLAVES: Kinds = dimsart_core::kinds![
+const SLAVES: ModuleKinds = dimsart_core::kinds![
     dimsart_modules::CommRx,
     dimsart_modules::CommTx,
     dimsart_modules::WaveTransformer,
@@ -60,7 +60,7 @@ const V: f64 = 0.2;
 const DELAYS: [(usize, usize); 4] = [(1, 1), (10, 10), (3, 8), (40, 4)];
 
 /// A controller at one end of the line, with these modules between receiver and sender.
-fn end(kinds: Kinds, outputs: common::Types, modules: &str) -> Bench {
+fn end(kinds: ModuleKinds, outputs: common::Types, modules: &str) -> Bench {
     let mut bench = Bench::with_kinds(kinds, 3, outputs, &[]);
     bench.run(&format!(
         "COMM_RXMOD TIMEOUT_TICKS 0\nCOMM_RXMOD CRX_ADD_DATA CH2_WAVES\nMOD_ENG MOD_ON COMM_RXMOD\n{modules}\n\

@@ -15,7 +15,7 @@ pub enum AuthError {
     /// The message has no tag.
     NoTag,
     /// Not newer than the last accepted message: a replay. The tag was not checked.
-    NotFresh,
+    Replay,
     /// Invalid tag: forged, sealed with another key, or without a session with this end.
     Tag,
 }
@@ -25,7 +25,7 @@ impl core::fmt::Display for AuthError {
         f.write_str(match self {
             Self::Envelope(_) => "corrupt, or for another channel",
             Self::NoTag => "not authenticated: the peer has no key",
-            Self::NotFresh => "replay of an earlier message",
+            Self::Replay => "replay of an earlier message",
             Self::Tag => "invalid tag: forged, or the two sides have different keys",
         })
     }
@@ -149,7 +149,7 @@ impl Opener {
             length.and_then(|length| covered.split_at_checked(length)).ok_or(AuthError::Envelope(bytes))?;
         let (low, tag) =
             trailer.split_at_checked(self.profile.freshness_bytes()).ok_or(AuthError::Envelope(bytes))?;
-        let freshness = self.profile.freshness(low, session.newest).ok_or(AuthError::NotFresh)?;
+        let freshness = self.profile.freshness(low, session.newest).ok_or(AuthError::Replay)?;
         let right = session.key.tag(self.channel, freshness, sealed);
         if !is_same(tag, right.get(..tag.len()).unwrap_or_default()) {
             return Err(AuthError::Tag);

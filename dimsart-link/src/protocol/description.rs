@@ -1,7 +1,7 @@
 //! Descriptions in responses.
 
 use dimsart_core::limits::MAX_DOF;
-use dimsart_core::{AxisKind, Kind, ModuleRef};
+use dimsart_core::{AxisKind, ModuleKind, ModuleRef};
 use heapless::Vec;
 use serde::{Deserialize, Serialize};
 
@@ -27,8 +27,8 @@ pub struct ModuleText<'a> {
     pub name: &'a str,
 }
 
-impl From<&Kind> for ModuleText<'static> {
-    fn from(kind: &Kind) -> Self {
+impl From<&ModuleKind> for ModuleText<'static> {
+    fn from(kind: &ModuleKind) -> Self {
         Self { name: kind.name }
     }
 }

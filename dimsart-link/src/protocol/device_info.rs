@@ -58,7 +58,7 @@ impl<const STREAMS: usize> DeviceInfo<STREAMS> {
             events: None,
             reason: Some(Reason::Stopped),
             failed: 0,
-            bus: EventKind::BusJoined as u8,
+            bus: EventKind::BusRejoined as u8,
             answer_law: refuse_law,
             streams: [Stream::NONE; STREAMS],
         }
@@ -141,7 +141,7 @@ impl<const STREAMS: usize> DeviceInfo<STREAMS> {
         let is_new = self.reason != Some(reason);
         for ModuleFault { module, cause } in faults {
             let is_why = tick == Tick::ModuleFailed(module) && is_new;
-            let what = if is_why { reason.number() } else { EventKind::ModuleCutOut as u8 };
+            let what = if is_why { reason.number() } else { EventKind::ModuleIsolated as u8 };
             let event = Event { module: Some(module), ..Event::of(what) };
             self.log(match cause {
                 FaultCause::Wrote { signal, word, bits } => {

@@ -1,7 +1,7 @@
 //! Messages about a board's key. `gate.rs` checks requests against it.
 //!
 //! ```text
-//! open ──set──▶ locked ──set, clear: sealed with the key that is held──▶ locked, open
+//! open ──set──▶ locked ──set, clear: sealed with the current key──▶ locked, open
 //! damaged: the stored key is corrupt. The board refuses all requests that need a key
 //! ```
 //! Without feature `auth` none of these values exists: requests about keys are unknown.

@@ -26,7 +26,7 @@ pub enum LeaseAction {
     /// Renews the lease. Refused after it expired: motion starts with a `Take` only.
     Renew,
     /// Releases the lease. No effect on a free lease.
-    GiveBack,
+    Release,
 }
 
 /// State of the lease.
@@ -75,7 +75,7 @@ impl Lease {
             LeaseAction::Renew if holder != client => return Err(Refusal::Lease { holder }),
             _ => {
                 self.admit(client)?;
-                let is_held = action != LeaseAction::GiveBack;
+                let is_held = action != LeaseAction::Release;
                 self.status = LeaseStatus {
                     holder: if is_held { client } else { NO_CLIENT },
                     ticks_left: if is_held { self.length_ticks } else { 0 },
@@ -133,7 +133,7 @@ impl Lease {
             MotorAction::Identify { .. } if holder != client || holder == NO_CLIENT => {
                 Err(Refusal::Lease { holder })
             }
-            MotorAction::Identify { .. } if !is_running => Err(Refusal::Motor(MotorRefusal::NothingRuns)),
+            MotorAction::Identify { .. } if !is_running => Err(Refusal::Motor(MotorRefusal::NotRunning)),
             MotorAction::Identify { current_a } if !(current_a > 0.0 && current_a.is_finite()) => {
                 Err(Refusal::Motor(MotorRefusal::Current))
             }
@@ -165,7 +165,7 @@ mod tests {
         }
         assert_eq!(lease.admit_motor(identify, 7, true), Ok(()));
         assert_eq!(lease.admit_motor(identify, 8, true), Err(Refusal::Lease { holder: 7 }));
-        assert_eq!(lease.admit_motor(identify, 7, false), Err(Refusal::Motor(MotorRefusal::NothingRuns)));
+        assert_eq!(lease.admit_motor(identify, 7, false), Err(Refusal::Motor(MotorRefusal::NotRunning)));
         for current_a in [0.0, -1.0, f32::NAN, f32::INFINITY] {
             let identify = MotorAction::Identify { current_a };
             assert_eq!(lease.admit_motor(identify, 7, true), Err(Refusal::Motor(MotorRefusal::Current)));

@@ -93,14 +93,14 @@ pub enum Identification {
     /// In progress.
     UnderWay,
     /// Completed.
-    Found(FoundMotor),
+    Found(IdentifiedMotor),
     /// Failed.
     Failed(IdentificationFailure),
 }
 
 /// Identified motor data.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
-pub struct FoundMotor {
+pub struct IdentifiedMotor {
     /// Phase resistance, `ohm`.
     pub resistance_ohm: f32,
     /// d-axis inductance, `H`.
@@ -122,9 +122,9 @@ pub enum IdentificationFailure {
     /// Motion was disabled.
     Ended,
     /// The supply voltage is too low for this current.
-    NoCurrent,
+    SupplyTooLow,
     /// Current and voltage vectors have different directions.
-    WrongPhases,
+    PhaseMismatch,
     /// The rotor did not turn.
     DidNotMove,
     /// The rotation does not match a whole number of pole pairs.
@@ -140,10 +140,10 @@ impl core::fmt::Display for IdentificationFailure {
     fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
         match self {
             Self::Ended => f.write_str("motion ended early: the scheme was stopped, or the lease ended"),
-            Self::NoCurrent => {
+            Self::SupplyTooLow => {
                 f.write_str("the supply cannot drive this current: check the motor's wires, or request less")
             }
-            Self::WrongPhases => f.write_str(
+            Self::PhaseMismatch => f.write_str(
                 "current does not follow the voltage: a phase is open, or the wires or signs of the current sensors are swapped",
             ),
             Self::TooLittleCurrent(tenths) => write!(
@@ -179,9 +179,9 @@ pub enum MotorRefusal {
     /// The transferred words are incomplete.
     Incomplete,
     /// The board would reject it at the next start.
-    NotTaken(MotorFallback),
+    Invalid(MotorFallback),
     /// No scheme runs.
-    NothingRuns,
+    NotRunning,
     /// Invalid current.
     Current,
 }
@@ -193,13 +193,13 @@ impl core::fmt::Display for MotorRefusal {
                 "the configuration can only be changed at rest: disarm the client that holds the lease"
             }
             Self::Incomplete => "configuration incomplete: send it again",
-            Self::NotTaken(MotorFallback::Layout) => {
+            Self::Invalid(MotorFallback::Layout) => {
                 "unknown configuration layout: use the `dimsart` that the image was built with"
             }
-            Self::NotTaken(_) => {
+            Self::Invalid(_) => {
                 "a value is out of range, or this board does not support it (for example the type of encoder)"
             }
-            Self::NothingRuns => "identification needs a running scheme: `check` starts it",
+            Self::NotRunning => "identification needs a running scheme: `check` starts it",
             Self::Current => "the current must be greater than 0",
         })
     }

@@ -51,8 +51,8 @@ impl core::fmt::Display for Refusal {
         match self {
             Self::NotUnderstood => write!(
                 f,
-                "unknown request: the device speaks another protocol version. Flash an image of this version, or use the \
-                 `dimsart` that its image was built with"
+                "unknown request: the device speaks another protocol version. \
+                 Flash an image of this version, or use the `dimsart` that its image was built with"
             ),
             Self::NotThere => write!(f, "no such index on the device"),
             Self::TooLong => write!(f, "the response does not fit a frame: shorten the texts in the image"),
@@ -69,8 +69,8 @@ impl core::fmt::Display for Refusal {
             Self::Lease { holder } => {
                 write!(
                     f,
-                    "client {holder} holds the lease, so other clients cannot change anything: disarm that client, or `stop` the \
-                     scheme"
+                    "client {holder} holds the lease, so other clients cannot change anything: \
+                     disarm that client, or `stop` the scheme"
                 )
             }
             Self::Fault(number) => {

@@ -75,7 +75,7 @@ pub enum Request {
     /// State of the controller.
     Status,
     /// A command of the list that reproduces the scheme; see
-    /// [`Engine::command_of`](dimsart_core::Engine::command_of).
+    /// [`Engine::rebuild_command`](dimsart_core::Engine::rebuild_command).
     SchemeCommand {
         /// Index of the module in the plug-in order.
         place: u8,

@@ -97,7 +97,7 @@ pub enum StoreError {
     /// The scheme is too long.
     TooLong,
     /// The last start did not load a scheme on trial.
-    NotTried,
+    NoTrial,
     /// The storage cannot be read, or does not hold the written data.
     Storage,
 }
@@ -113,7 +113,7 @@ impl core::fmt::Display for StoreError {
                 let most = crate::saved_scheme::MAX_SCHEME_BYTES;
                 write!(f, "the scheme exceeds {most} bytes: remove modules or per-axis values")
             }
-            Self::NotTried => {
+            Self::NoTrial => {
                 write!(
                     f,
                     "no scheme is on trial: `save` one, restart the device, test the scheme, then confirm it"
@@ -122,8 +122,8 @@ impl core::fmt::Display for StoreError {
             Self::Storage => {
                 write!(
                     f,
-                    "verification of the written data failed; earlier data is kept. Try again; if this repeats, the flash is \
-                     worn out or write-protected"
+                    "verification of the written data failed; earlier data is kept. \
+                     Try again; if this repeats, the flash is worn out or write-protected"
                 )
             }
         }

@@ -118,7 +118,7 @@ fn respond<const STREAMS: usize>(
             module_fault: engine.module_fault(),
         }),
         Request::SchemeCommand { place, index } => {
-            Response::SchemeCommand(found(engine.command_of(place, index))?)
+            Response::SchemeCommand(found(engine.rebuild_command(place, index))?)
         }
         Request::Timing => Response::Timing(found(info.timing)?.into()),
         Request::Schemes(_) => {
@@ -237,7 +237,7 @@ mod tests {
     use super::super::{Receiver, decode_response};
     use super::*;
     use dimsart_core::envelope::Class;
-    use dimsart_core::{AxisKind, Kinds, ProvidedMemory};
+    use dimsart_core::{AxisKind, ModuleKinds, ProvidedMemory};
 
     const LONG: &str = match core::str::from_utf8(&[b'x'; 256]) {
         Ok(text) => text,
@@ -246,7 +246,7 @@ mod tests {
 
     fn controller() -> Dimsart {
         let device = DeviceDescriptor::new("arm", &[AxisKind::Linear], 1e-3, &[], &[]);
-        Dimsart::new(ProvidedMemory::leaked(), device.unwrap(), Kinds::NONE).unwrap()
+        Dimsart::new(ProvidedMemory::leaked(), device.unwrap(), ModuleKinds::NONE).unwrap()
     }
 
     fn content(frame: &[u8]) -> std::vec::Vec<u8> {

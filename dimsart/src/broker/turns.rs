@@ -30,7 +30,7 @@ pub(super) struct Turns {
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 pub(super) enum Urgency {
     Stop,
-    GiveBack,
+    Release,
     Renew,
 }
 
@@ -138,7 +138,7 @@ impl Turns {
 fn urgency(request: &Request) -> Option<Urgency> {
     match request {
         Request::Command(Command::Stop) => Some(Urgency::Stop),
-        Request::Lease(LeaseAction::GiveBack) => Some(Urgency::GiveBack),
+        Request::Lease(LeaseAction::Release) => Some(Urgency::Release),
         Request::Lease(LeaseAction::Renew) => Some(Urgency::Renew),
         _ => None,
     }
@@ -216,7 +216,7 @@ mod tests {
         for id in 0..10_000 {
             bench.add(1, id, STOP);
             bench.add(1, id, Request::Lease(LeaseAction::Renew));
-            bench.add(1, id, Request::Lease(LeaseAction::GiveBack));
+            bench.add(1, id, Request::Lease(LeaseAction::Release));
         }
         assert_eq!(bench.0.len(), 3);
         bench.add(2, 20_000, STOP);

@@ -3,7 +3,7 @@
 use std::io::Write;
 
 use clap::Args;
-use dimsart_core::Kinds;
+use dimsart_core::ModuleKinds;
 use dimsart_link::protocol::DEFAULT_BAUD;
 
 use super::Ending;
@@ -89,7 +89,7 @@ docs/howto/fleet-over-zenoh.md has a client in Python, dimsart/tests/bridge.rs o
 
 #[cfg(not(feature = "zenoh"))]
 impl Bridge {
-    pub(super) fn execute(self, _kinds: Kinds, _out: &mut impl Write) -> Ending {
+    pub(super) fn execute(self, _kinds: ModuleKinds, _out: &mut impl Write) -> Ending {
         Err("this `dimsart` was built without Zenoh; build it with \
              `cargo build --release -p dimsart --features zenoh`"
             .into())
@@ -103,7 +103,7 @@ mod with_zenoh {
     use std::thread;
     use std::time::Duration;
 
-    use super::{Bridge, Ending, Kinds, Write};
+    use super::{Bridge, Ending, ModuleKinds, Write};
     use crate::bridge::{self, Place};
     use crate::cli::run::stop_on_interrupt;
     use crate::cli::station::station;
@@ -113,7 +113,7 @@ mod with_zenoh {
     const A_MOMENT: Duration = Duration::from_millis(20);
 
     impl Bridge {
-        pub(in crate::cli) fn execute(self, kinds: Kinds, out: &mut impl Write) -> Ending {
+        pub(in crate::cli) fn execute(self, kinds: ModuleKinds, out: &mut impl Write) -> Ending {
             let stop = stop_on_interrupt()?;
             let stations = self.ports.iter().map(|port| self.station(port, kinds));
             let stations = stations.collect::<Result<Vec<_>, String>>()?;
@@ -142,7 +142,7 @@ mod with_zenoh {
             Ok(ExitCode::SUCCESS)
         }
 
-        fn station(&self, text: &str, kinds: Kinds) -> Result<Station, String> {
+        fn station(&self, text: &str, kinds: ModuleKinds) -> Result<Station, String> {
             let (name, port) = match text.split_once('=') {
                 Some((name, port)) => (Some(name.to_owned()), port),
                 None => (None, text),

@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
 use clap::{Args, ValueEnum};
-use dimsart_core::Kinds;
+use dimsart_core::ModuleKinds;
 use serde::Serialize;
 
 use super::output::{say, text_table};
@@ -91,7 +91,7 @@ fn rate(text: &str) -> Result<f64, String> {
 }
 
 impl Bus {
-    pub(super) fn execute(self, kinds: Kinds, out: &mut impl Write) -> Ending {
+    pub(super) fn execute(self, kinds: ModuleKinds, out: &mut impl Write) -> Ending {
         let file = rig_argument::read(self.rig.as_deref(), &self.sets, kinds)?;
         let plan = self.plan(&file)?;
         let (figures, medium) = plan.look()?;
@@ -170,7 +170,7 @@ fn print(out: &mut dyn Write, plan: &BusPlan, figures: &BusFigures) -> std::io::
             packet.name.clone(),
             packet.identifier.clone(),
             packet.frames.to_string(),
-            packet.most_bits.to_string(),
+            packet.max_bits.to_string(),
             milliseconds(packet.worst_response_s),
             milliseconds(packet.simulated_response_s),
         ]);

@@ -10,7 +10,7 @@ use std::process::ExitCode;
 
 use clap::Args;
 use dimsart_core::limits::{DEFAULT_WORDS, MAX_LINKS, Sizes};
-use dimsart_core::{DeviceDescriptor, Dimsart, Kinds, Usage, memory};
+use dimsart_core::{DeviceDescriptor, Dimsart, ModuleKinds, Usage, memory};
 use serde::Serialize;
 use target::Target;
 
@@ -92,7 +92,7 @@ Examples:
 A scheme is a text with rows `dest module command value`; the built-in schemes are in the folder schemes/.";
 
 impl Check {
-    pub(super) fn execute(self, kinds: Kinds, out: &mut impl Write) -> Ending {
+    pub(super) fn execute(self, kinds: ModuleKinds, out: &mut impl Write) -> Ending {
         let target =
             self.board.as_deref().map(|board| Target::find(board, self.image.as_deref())).transpose()?;
         let path = Path::new(&self.scheme);
@@ -130,7 +130,11 @@ impl Check {
         notes.iter().try_for_each(|note| writeln!(out, "  note: {note}"))
     }
 
-    fn check_scheme(&self, kinds: Kinds, target: Option<&Target>) -> Result<Vec<Verdict>, Box<dyn Error>> {
+    fn check_scheme(
+        &self,
+        kinds: ModuleKinds,
+        target: Option<&Target>,
+    ) -> Result<Vec<Verdict>, Box<dyn Error>> {
         let scheme = SchemeText::read(&self.scheme)?;
         let dof = self.dof.or(target.map(|target| target.board.axes)).unwrap_or(DOF);
         let period_s = self.sample_period_s.unwrap_or(PERIOD_S);
@@ -160,7 +164,7 @@ impl Check {
     fn check_rig(
         &self,
         path: &Path,
-        kinds: Kinds,
+        kinds: ModuleKinds,
         target: Option<&Target>,
     ) -> Result<Vec<Verdict>, Box<dyn Error>> {
         let file = rig_argument::read(Some(path), &[], kinds)?;
@@ -223,7 +227,7 @@ fn check(
     scheme: &SchemeText,
     side: &'static str,
     device: DeviceDescriptor,
-    kinds: Kinds,
+    kinds: ModuleKinds,
     target: Option<&Target>,
 ) -> Result<Verdict, Box<dyn Error>> {
     let Some(found) = target else {

@@ -9,7 +9,7 @@ use boards::BOARDS;
 use boards::catalogue::BoardInfo;
 use chips::{Bench, Board, SharedBoard};
 use clap::Args;
-use dimsart_core::Kinds;
+use dimsart_core::ModuleKinds;
 use serde::Deserialize;
 
 use super::line::{Device, LineOptions};
@@ -17,7 +17,7 @@ use super::{Ending, UsageError};
 use crate::commissioning::{
     Check, Computer, LockedRotor, Report, Step, Surroundings, examine, save_and_restart, watch_ticks,
 };
-use crate::connect::{self, Patience};
+use crate::connect::{self, Timeouts};
 use crate::cycles::Firmware;
 use crate::report;
 
@@ -82,7 +82,7 @@ struct Before {
 }
 
 impl Commission {
-    pub(super) fn execute(self, kinds: Kinds, out: &mut impl Write) -> Ending {
+    pub(super) fn execute(self, kinds: ModuleKinds, out: &mut impl Write) -> Ending {
         let info = BOARDS.iter().find(|board| board.name == self.board).ok_or_else(|| {
             let names: Vec<&str> = BOARDS.iter().map(|board| board.name).collect();
             UsageError(format!("unknown board {}; known boards: {}", self.board, names.join(", ")))
@@ -117,7 +117,7 @@ impl Commission {
     fn check_emulated(
         &self,
         image: Option<&Path>,
-        kinds: Kinds,
+        kinds: ModuleKinds,
         report: &mut Report,
     ) -> Result<(), Box<dyn Error>> {
         let board =
@@ -125,7 +125,7 @@ impl Commission {
         let firmware = Firmware::find(image, Some(board.name))?;
         report.facts.push(("image's file".to_owned(), firmware.path.display().to_string()));
         let mut emulated = SharedBoard::new(Bench::new(board, firmware.image)?);
-        let mut device = connect::Device::greet(emulated.line(), Patience::default(), kinds)?;
+        let mut device = connect::Device::greet(emulated.line(), Timeouts::default(), kinds)?;
         let checked = self.check(&mut device, &mut emulated, report);
         report.add([rules(&emulated), Check::not_run(LOCKED, "the emulated chip has no motor")]);
         checked
@@ -135,7 +135,7 @@ impl Commission {
         &self,
         info: &BoardInfo,
         folder: &Path,
-        kinds: Kinds,
+        kinds: ModuleKinds,
         report: &mut Report,
         out: &mut impl Write,
     ) -> Result<(), Box<dyn Error>> {

@@ -9,7 +9,7 @@ use std::path::PathBuf;
 use std::process::ExitCode;
 
 use clap::{Args, Subcommand};
-use dimsart_core::Kinds;
+use dimsart_core::ModuleKinds;
 use serde::Serialize;
 
 use super::line::{Device, LineOptions};
@@ -115,7 +115,7 @@ struct ApplyReport<'a> {
 }
 
 impl Config {
-    pub(super) fn execute(self, kinds: Kinds, out: &mut impl Write) -> Ending {
+    pub(super) fn execute(self, kinds: ModuleKinds, out: &mut impl Write) -> Ending {
         let Self { action, line } = self;
         match action {
             Action::Save { port, file } => save(&mut line.open(&port, kinds)?, &port, file, out),
@@ -179,7 +179,7 @@ fn compare(
     to: &str,
     side: Option<&'static str>,
     line: &LineOptions,
-    kinds: Kinds,
+    kinds: ModuleKinds,
 ) -> Result<Difference, Box<dyn Error>> {
     let (mut from, mut to) = (Source::open(from, line, kinds)?, Source::open(to, line, kinds)?);
     let (first, second) = match (&mut from, &mut to) {
@@ -205,7 +205,7 @@ fn apply(
 ) -> Ending {
     let name = &exchange.scheme.name;
     let (rows, _) = device.configuration_text()?;
-    let from = device.read_configuration(&rows, crate::connect::ANY_SIDE)?;
+    let from = device.read_configuration(&rows, crate::connect::ALL_DESTINATIONS)?;
     let to: Configuration = device.read_configuration(&exchange.scheme.text, exchange.side)?;
     let difference = Difference::between(&from, &to);
     say(json, out, |out| print_difference(out, [port, name], &difference))?;

@@ -10,7 +10,7 @@ use std::process::ExitCode;
 use std::time::Duration;
 
 use clap::{Args, Subcommand};
-use dimsart_core::Kinds;
+use dimsart_core::ModuleKinds;
 
 use answer::{Json, KeyState, Look, SchemeRows, SentFile, write_recorded};
 
@@ -262,7 +262,7 @@ enum KeyAction {
 }
 
 impl Connect {
-    pub(super) fn execute(self, kinds: Kinds, out: &mut impl Write) -> Ending {
+    pub(super) fn execute(self, kinds: ModuleKinds, out: &mut impl Write) -> Ending {
         let mut device = self.line.open(&self.port, kinds)?;
         let is_well = self.action.unwrap_or(Action::Show).execute(&mut device, &self.json, out)?;
         Ok(if is_well { ExitCode::SUCCESS } else { ExitCode::FAILURE })

@@ -2,10 +2,10 @@
 
 use std::error::Error;
 
-use dimsart_core::{CommandError, Kinds};
+use dimsart_core::{CommandError, ModuleKinds};
 
 use super::UsageError;
-use crate::connect::ANY_SIDE;
+use crate::connect::ALL_DESTINATIONS;
 use hil_sim::response::{LoadedController, loaded_controllers};
 use hil_sim::rig::SimulatedDimsart;
 use hil_sim::rig_file::RigFile;
@@ -21,7 +21,7 @@ pub(super) fn side_of_scheme(
     scheme: &SchemeText,
     side: &'static str,
     dof: Option<usize>,
-    kinds: Kinds,
+    kinds: ModuleKinds,
 ) -> Result<Box<SimulatedDimsart>, Box<dyn Error>> {
     let device = device(side, dof.unwrap_or(DOF), PERIOD_S)?;
     let mut dimsart = Box::new(SimulatedDimsart::new(device, kinds).map_err(CommandError::from)?);
@@ -74,7 +74,7 @@ pub(super) fn one_controller(
     let found = controllers(file, rig, wanted)?.into_iter().next();
     let found = found.ok_or_else(|| format!("{rig} has no controller"))?;
     let section = file.controllers.iter().find(|section| section.name() == found.name);
-    let side = section.filter(|_| !is_one).map_or(ANY_SIDE, |section| section.side()).to_owned();
+    let side = section.filter(|_| !is_one).map_or(ALL_DESTINATIONS, |section| section.side()).to_owned();
     Ok((found, side))
 }
 

@@ -11,7 +11,7 @@ use ::cycles::timing::{Column, Timing};
 use attach::Attached;
 use clap::{Args, ValueEnum};
 use comfy_table::CellAlignment;
-use dimsart_core::Kinds;
+use dimsart_core::ModuleKinds;
 use dimsart_link::protocol::DEFAULT_BAUD;
 use indicatif::{ProgressBar, ProgressStyle};
 
@@ -92,7 +92,7 @@ enum Value {
 }
 
 impl Cycles {
-    pub(super) fn execute(self, kinds: Kinds, out: &mut impl Write) -> Ending {
+    pub(super) fn execute(self, kinds: ModuleKinds, out: &mut impl Write) -> Ending {
         let attached =
             self.attach.as_deref().map(|port| Attached::greet(port, self.baud, kinds)).transpose()?;
         let mut sets = self.sets;

@@ -6,7 +6,7 @@ use std::path::Path;
 use std::process::ExitCode;
 
 use clap::Args;
-use dimsart_core::Kinds;
+use dimsart_core::ModuleKinds;
 
 use super::Ending;
 use super::controllers::{controllers, no_rig, rig_says_itself, side_of_scheme};
@@ -51,7 +51,7 @@ Rows that set the channels of a scheme, before the MOD_ON rows of these modules:
   slave    COMM_RXMOD   CRX_CHANNEL   16";
 
 impl Dbc {
-    pub(super) fn execute(self, kinds: Kinds, out: &mut impl Write) -> Ending {
+    pub(super) fn execute(self, kinds: ModuleKinds, out: &mut impl Write) -> Ending {
         let messages = match crate::rig_argument::read_rig(Path::new(&self.scheme), kinds)? {
             Some(file) => self.of_rig(&file)?,
             None => self.of_scheme(kinds)?,
@@ -65,7 +65,7 @@ impl Dbc {
         Ok(ExitCode::SUCCESS)
     }
 
-    fn of_scheme(&self, kinds: Kinds) -> Result<Vec<Message>, Box<dyn Error>> {
+    fn of_scheme(&self, kinds: ModuleKinds) -> Result<Vec<Message>, Box<dyn Error>> {
         if self.controller.is_some() {
             return Err(no_rig(&self.scheme).into());
         }

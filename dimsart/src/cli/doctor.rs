@@ -6,7 +6,7 @@ use std::path::Path;
 use std::process::{Command, ExitCode};
 
 use clap::Args;
-use dimsart_core::Kinds;
+use dimsart_core::ModuleKinds;
 use serde::Serialize;
 
 use super::Ending;
@@ -73,14 +73,14 @@ const OLDEST_PROBE_RS: [u32; 2] = [0, 32];
 const UDEV_FOLDERS: [&str; 3] = ["/etc/udev/rules.d", "/usr/lib/udev/rules.d", "/lib/udev/rules.d"];
 
 impl Doctor {
-    pub(super) fn execute(self, kinds: Kinds, out: &mut impl Write) -> Ending {
+    pub(super) fn execute(self, kinds: ModuleKinds, out: &mut impl Write) -> Ending {
         match &self.board {
-            Some(port) => self.look_over(port, kinds, out),
+            Some(port) => self.check_board(port, kinds, out),
             None => self.look_for_tools(out),
         }
     }
 
-    fn look_over(&self, port: &str, kinds: Kinds, out: &mut impl Write) -> Ending {
+    fn check_board(&self, port: &str, kinds: ModuleKinds, out: &mut impl Write) -> Ending {
         let examined = self.line.open(port, kinds).and_then(|mut device| {
             Ok(commissioning::examine(&mut device, &Computer::new(port, None), None)?)
         });

@@ -8,7 +8,7 @@ use std::process::ExitCode;
 use std::sync::atomic::AtomicBool;
 
 use clap::Args;
-use dimsart_core::Kinds;
+use dimsart_core::ModuleKinds;
 use serde::Serialize;
 
 use super::output::{say, text_table};
@@ -115,7 +115,7 @@ struct Answer<'a> {
 }
 
 impl Identify {
-    pub(super) fn execute(self, kinds: Kinds, out: &mut impl Write) -> Ending {
+    pub(super) fn execute(self, kinds: ModuleKinds, out: &mut impl Write) -> Ending {
         let joints = if rig_argument::is_rig(&self.source)
             || self.source.extension().is_none() && !self.source.exists()
         {

@@ -5,11 +5,11 @@ use std::path::{Path, PathBuf};
 use std::time::Duration;
 
 use clap::{Args, value_parser};
-use dimsart_core::Kinds;
+use dimsart_core::ModuleKinds;
 use dimsart_link::protocol::DEFAULT_BAUD;
 
 use crate::broker;
-use crate::connect::{self, ConnectError, KeyReport, Patience};
+use crate::connect::{self, ConnectError, KeyReport, Timeouts};
 use hil_sim::key_file::{self, KeyFileError};
 use hil_sim::link::Stream;
 
@@ -38,9 +38,9 @@ pub(super) struct LineOptions {
 
 impl LineOptions {
     /// Opens a port and reads the device's identity.
-    pub(super) fn open(&self, port: &str, kinds: Kinds) -> Result<Device, Box<dyn Error>> {
+    pub(super) fn open(&self, port: &str, kinds: ModuleKinds) -> Result<Device, Box<dyn Error>> {
         let stream = broker::open(port, self.baud).map_err(ConnectError::from)?;
-        let patience = Patience { timeout: self.timeout_s, tries: self.tries };
+        let patience = Timeouts { timeout: self.timeout_s, tries: self.tries };
         let mut device =
             Device::greet(stream, patience, kinds).map_err(|error| format!("{port}: {error}"))?;
         if let Some(note) = device.version_note() {

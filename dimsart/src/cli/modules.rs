@@ -9,8 +9,8 @@ use std::process::ExitCode;
 use clap::Args;
 use dimsart_core::scheme::switch;
 use dimsart_core::{
-    Accepts, AxisKind, Direction, Engine, Kind, Kinds, ModuleRef, Parameter, ParameterText, PortSpec,
-    ProvidedMemory, Unit, UnitRelation, Value, Word,
+    Accepts, AxisKind, Direction, Engine, ModuleKind, ModuleKinds, ModuleRef, Parameter, ParameterText,
+    PortSpec, ProvidedMemory, Unit, UnitRelation, Value, Word,
 };
 use dimsart_modules::{GROUPS, group_of};
 use serde::Serialize;
@@ -140,7 +140,7 @@ impl ParameterRow {
 type Rows<const COLUMNS: usize> = Vec<[String; COLUMNS]>;
 
 impl Modules {
-    pub(super) fn execute(self, kinds: Kinds, out: &mut impl Write) -> Ending {
+    pub(super) fn execute(self, kinds: ModuleKinds, out: &mut impl Write) -> Ending {
         let names = kinds.list().iter().map(|kind| kind.name);
         let names: Vec<String> =
             names.chain(GROUPS.iter().map(|(name, _)| *name)).map(str::to_owned).collect();
@@ -160,11 +160,12 @@ impl Modules {
             write!(out, "{MARKDOWN_HEAD}")?;
         }
         let mut engine = Engine::new(ProvidedMemory::leaked(), device("device", 1, 1e-3)?, kinds);
-        let is_wanted =
-            |kind: &Kind| self.name.as_deref().is_none_or(|name| [kind.name, group(kind)].contains(&name));
+        let is_wanted = |kind: &ModuleKind| {
+            self.name.as_deref().is_none_or(|name| [kind.name, group(kind)].contains(&name))
+        };
         let wanted = kinds.list().iter().filter(|kind| is_wanted(kind));
         let costs = self.image.as_deref().map(KindCost::of_image).transpose()?;
-        let cost = |kind: &Kind| match &costs {
+        let cost = |kind: &ModuleKind| match &costs {
             Some(costs) => costs.get(&kind.id).cloned().unwrap_or_default(),
             None => KindCost::of_board(kind.name),
         };
@@ -190,14 +191,14 @@ impl Modules {
 }
 
 /// The group of a kind; empty for a kind of a project.
-fn group(kind: &Kind) -> &'static str {
+fn group(kind: &ModuleKind) -> &'static str {
     group_of(kind.id).unwrap_or_default()
 }
 
 impl Description {
     const HEADER: [&str; 5] = ["group", "module", "function", "cycles + per axis", "bytes + per axis"];
 
-    fn new(engine: &mut Engine, kind: &Kind, cost: KindCost) -> Self {
+    fn new(engine: &mut Engine, kind: &ModuleKind, cost: KindCost) -> Self {
         let ports = engine.ports(ModuleRef { kind: kind.id, number: 1 }).unwrap_or_default();
         let parameters: Vec<_> =
             (0..).map_while(|index| engine.kinds().describe_parameter(kind.id, index)).collect();

@@ -8,7 +8,7 @@ use std::process::ExitCode;
 
 use boards::current_loop::why;
 use clap::{Args, Subcommand};
-use dimsart_core::Kinds;
+use dimsart_core::ModuleKinds;
 use drive::{Configuration, Identified, Modulation};
 use hil_sim::recording::{Column, Recording};
 
@@ -109,7 +109,7 @@ enum Action {
 }
 
 impl Motor {
-    pub(super) fn execute(self, kinds: Kinds, out: &mut impl Write) -> Ending {
+    pub(super) fn execute(self, kinds: ModuleKinds, out: &mut impl Write) -> Ending {
         let open = |port: &str| self.line.open(port, kinds);
         match self.action {
             Action::Example => {
@@ -176,7 +176,7 @@ fn print_figures(told: &Configuration, out: &mut impl Write) -> std::io::Result<
     let Configuration { motor, limits, bandwidth_rad_per_s, .. } = told;
     let constant = motor.torque_constant_nm_per_a();
     let speed = |bus_v: f32| {
-        let free = Modulation::new(told).supply(bus_v).most_v / motor.flux_linkage_vs;
+        let free = Modulation::new(told).supply(bus_v).max_v / motor.flux_linkage_vs;
         free / f32::from(motor.pole_pairs)
     };
     let rows = [

@@ -14,7 +14,7 @@ use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
 use clap::Args;
-use dimsart_core::Kinds;
+use dimsart_core::ModuleKinds;
 
 use super::Ending;
 
@@ -87,7 +87,7 @@ const PLACES: [Place; 2] = [
 ];
 
 impl NewModule {
-    pub(super) fn execute(self, kinds: Kinds, out: &mut impl Write) -> Ending {
+    pub(super) fn execute(self, kinds: ModuleKinds, out: &mut impl Write) -> Ending {
         let names = Names::new(&self.name, kinds)?;
         if let Some(folder) = &self.folder {
             let path = folder.join(format!("{}.rs", names.file));
@@ -189,7 +189,7 @@ mod tests {
     };
 
     /// The template, registered.
-    const WITH_TEMPLATE: dimsart_core::Kinds = dimsart_core::kinds![template::Template];
+    const WITH_TEMPLATE: dimsart_core::ModuleKinds = dimsart_core::kinds![template::Template];
 
     #[test]
     fn the_template_is_a_module_that_runs_once_registered() {

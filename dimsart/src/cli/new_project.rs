@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
 use clap::Args;
-use dimsart_core::Kinds;
+use dimsart_core::ModuleKinds;
 
 use super::Ending;
 use super::new_module::{Names, write_first};
@@ -59,7 +59,7 @@ build-dir = \"DIMSART/target\"";
 const CONFIGURATION: &str = include_str!("new_project/image_build.toml");
 
 impl NewProject {
-    pub(super) fn execute(self, kinds: Kinds, out: &mut impl Write) -> Ending {
+    pub(super) fn execute(self, kinds: ModuleKinds, out: &mut impl Write) -> Ending {
         let folder = &self.name;
         let name = folder.file_name().and_then(|name| name.to_str()).unwrap_or_default().to_lowercase();
         let is_package = name.starts_with(|first: char| first.is_ascii_lowercase())

@@ -7,17 +7,17 @@ use std::sync::atomic::Ordering;
 use std::time::{Duration, Instant};
 
 use clap::Args;
-use dimsart_core::Kinds;
+use dimsart_core::ModuleKinds;
 use dimsart_link::protocol::DEFAULT_BAUD;
 
 use super::Ending;
 use super::run::stop_on_interrupt;
 use crate::broker;
-use crate::connect::{ConnectError, Device, Patience, Tap};
+use crate::connect::{ConnectError, Device, Tap, Timeouts};
 use crate::report::SignalsKind;
 use crate::tap_file::{self, Next, TapFile};
 
-const PATIENCE: Patience = Patience { timeout: Duration::from_millis(500), tries: 3 };
+const PATIENCE: Timeouts = Timeouts { timeout: Duration::from_millis(500), tries: 3 };
 /// Interval between writes.
 const A_MOMENT: Duration = Duration::from_millis(50);
 /// Timeout of the first row.
@@ -65,7 +65,7 @@ Examples:
   dimsart record sim:joint --duration-s 60 --out runs/a-minute";
 
 impl Record {
-    pub(super) fn execute(self, kinds: Kinds, out: &mut impl Write) -> Ending {
+    pub(super) fn execute(self, kinds: ModuleKinds, out: &mut impl Write) -> Ending {
         let stop = stop_on_interrupt()?;
         let line = broker::open(&self.port, self.baud).map_err(ConnectError::from)?;
         let mut device = Device::greet(line, PATIENCE, kinds)?;

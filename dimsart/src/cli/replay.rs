@@ -6,7 +6,7 @@ use std::process::ExitCode;
 use std::time::{Duration, Instant};
 
 use clap::Args;
-use dimsart_core::Kinds;
+use dimsart_core::ModuleKinds;
 use indicatif::ProgressBar;
 
 use super::{Ending, NOT_STABLE};
@@ -47,7 +47,7 @@ Examples:
 Exit status: 0 identical, 1 not replayable, 2 wrong usage, 3 different.";
 
 impl Replay {
-    pub(super) fn execute(self, kinds: Kinds, out: &mut impl Write) -> Ending {
+    pub(super) fn execute(self, kinds: ModuleKinds, out: &mut impl Write) -> Ending {
         let bar = ProgressBar::new_spinner();
         bar.enable_steady_tick(Duration::from_millis(100));
         let start = Instant::now();

@@ -10,7 +10,7 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant};
 
 use clap::{Args, Parser};
-use dimsart_core::Kinds;
+use dimsart_core::ModuleKinds;
 use indicatif::{ProgressBar, ProgressStyle};
 
 use super::line::seconds;
@@ -164,7 +164,7 @@ impl Default for Run {
 }
 
 impl Run {
-    pub(super) fn execute(self, kinds: Kinds, out: &mut impl Write) -> Ending {
+    pub(super) fn execute(self, kinds: ModuleKinds, out: &mut impl Write) -> Ending {
         if self.keys {
             let rig = self.rig.as_deref().and_then(Path::to_str).and_then(RigFile::shipped);
             let usual = RigFile::shipped(USUAL).unwrap_or_default();

@@ -8,7 +8,7 @@ use clap::Args;
 
 use super::Ending;
 use super::controllers::{no_rig, one_controller, rig_says_itself, side_of_scheme};
-use dimsart_core::{Dimsart, Kinds};
+use dimsart_core::{Dimsart, ModuleKinds};
 use hil_sim::schemes::{self, SchemeText};
 
 /// Print the scheme of one side or of a rig's controller in its shortest form.
@@ -39,7 +39,7 @@ Examples:
   dimsart scheme arm_bus --controller coordinator";
 
 impl Scheme {
-    pub(super) fn execute(self, kinds: Kinds, out: &mut impl Write) -> Ending {
+    pub(super) fn execute(self, kinds: ModuleKinds, out: &mut impl Write) -> Ending {
         if let Some(file) = crate::rig_argument::read_rig(Path::new(&self.scheme), kinds)? {
             if self.side.is_some() || self.dof.is_some() {
                 return Err(rig_says_itself("--side and --dof").into());

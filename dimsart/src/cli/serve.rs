@@ -8,7 +8,7 @@ use std::sync::atomic::Ordering;
 use std::sync::mpsc::Sender;
 
 use clap::Args;
-use dimsart_core::Kinds;
+use dimsart_core::ModuleKinds;
 use dimsart_link::protocol::DEFAULT_BAUD;
 
 use super::run::stop_on_interrupt;
@@ -105,7 +105,7 @@ Up to 64 clients can share a port, and up to 64 connections a page; a new client
 One client at a time holds the lease. Requests are served in turn; `stop` is sent first.";
 
 impl Serve {
-    pub(super) fn execute(self, kinds: Kinds, out: &mut impl Write) -> Ending {
+    pub(super) fn execute(self, kinds: ModuleKinds, out: &mut impl Write) -> Ending {
         let name = self.what.to_string_lossy();
         let is_file = self.what.extension().is_some_and(|extension| extension == "toml");
         let is_port = !is_file && (name.contains([':', '/', '\\']) || name.starts_with("COM"));
@@ -122,7 +122,7 @@ impl Serve {
         Ok(ExitCode::SUCCESS)
     }
 
-    fn share(&self, port: &str, kinds: Kinds, out: &mut impl Write) -> Result<(), Box<dyn Error>> {
+    fn share(&self, port: &str, kinds: ModuleKinds, out: &mut impl Write) -> Result<(), Box<dyn Error>> {
         let stop = stop_on_interrupt()?;
         let mut line = broker::open(port, self.baud).map_err(ConnectError::from)?;
         writeln!(out, "{port} is shared until Ctrl-C: dimsart connect {port}")?;
@@ -166,7 +166,7 @@ impl Serve {
         &self,
         ports: &[(String, String)],
         hand: Option<(Sender<Hold>, Vec<Vec<String>>)>,
-        kinds: Kinds,
+        kinds: ModuleKinds,
         out: &mut impl Write,
     ) -> Result<Option<Page>, Box<dyn Error>> {
         if self.no_page {

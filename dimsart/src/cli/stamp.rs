@@ -11,7 +11,7 @@ use std::{env, fs};
 use clap::Args;
 use dimsart_core::limits::MAX_DOF;
 use dimsart_core::online::Opcode;
-use dimsart_core::{Cost, KindId, Kinds};
+use dimsart_core::{Cost, KindId, ModuleKinds};
 use dimsart_link::saved_scheme::{self, SchemeBytes};
 use serde::Serialize;
 
@@ -75,7 +75,7 @@ Examples:
   dimsart stamp firmware.elf --tick-percent 30       limit a tick to 30 % of its period";
 
 impl Stamp {
-    pub(super) fn execute(self, kinds: Kinds, out: &mut impl Write) -> Ending {
+    pub(super) fn execute(self, kinds: ModuleKinds, out: &mut impl Write) -> Ending {
         let firmware = Firmware::find(self.elf.as_deref(), None)?;
         let board = firmware.board().ok_or_else(|| format!("`{}`: unknown board", firmware.name))?;
         let budget = Budget::of(board.name)?;
@@ -122,7 +122,11 @@ fn name(scheme: &str) -> &str {
 }
 
 /// Encodes the rows of a scheme for one side, for a device with the maximum number of axes.
-fn saved(scheme: &str, side: &'static str, kinds: Kinds) -> Result<SchemeBytes, Box<dyn std::error::Error>> {
+fn saved(
+    scheme: &str,
+    side: &'static str,
+    kinds: ModuleKinds,
+) -> Result<SchemeBytes, Box<dyn std::error::Error>> {
     let text = SchemeText::read(scheme)?;
     let device = device(side, MAX_DOF, SAMPLE_PERIOD_S)?;
     let mut dimsart = SimulatedDimsart::new(device, kinds).map_err(dimsart_core::CommandError::from)?;
@@ -142,7 +146,7 @@ fn costs(
     firmware: &Firmware,
     image: &StampedImage,
     memory: Memory,
-    kinds: Kinds,
+    kinds: ModuleKinds,
 ) -> Result<ImageCosts, Box<dyn std::error::Error>> {
     let file = firmware.path.with_added_extension("costs");
     let (key, ids) = (key(image, memory)?, image.kinds());
@@ -166,7 +170,7 @@ fn key(image: &StampedImage, memory: Memory) -> Result<String, Box<dyn std::erro
 }
 
 /// Names of the cost lines of an image with these kinds, in order; with instructions if it runs laws.
-fn names(ids: &[KindId], kinds: Kinds) -> Vec<String> {
+fn names(ids: &[KindId], kinds: ModuleKinds) -> Vec<String> {
     let opcodes: &[Opcode] = if runs_laws(ids) { Opcode::ALL } else { &[] };
     let instructions = opcodes.iter().map(|opcode| opcode.name().to_owned());
     let modules = ids.iter().map(|id| name_of(*id, kinds));

@@ -1,9 +1,9 @@
 //! A station for a port on the command line.
 
-use dimsart_core::Kinds;
+use dimsart_core::ModuleKinds;
 
 use crate::broker::{self, SIMULATED};
-use crate::connect::{ConnectError, Device, Patience};
+use crate::connect::{ConnectError, Device, Timeouts};
 use crate::page::{Access, OpenLine, Station};
 
 /// Connects to a station, named `name` or as its device. If it disconnects later, it is reconnected.
@@ -12,11 +12,11 @@ pub(super) fn station(
     name: Option<String>,
     port: &str,
     baud: u32,
-    kinds: Kinds,
+    kinds: ModuleKinds,
 ) -> Result<Station, String> {
     let is_wrong = |error: ConnectError| format!("{port}: {error}");
     let line = broker::open(port, baud).map_err(|error| is_wrong(error.into()))?;
-    let device = Device::greet(line, Patience::default(), kinds).map_err(is_wrong)?;
+    let device = Device::greet(line, Timeouts::default(), kinds).map_err(is_wrong)?;
     let name = name.unwrap_or_else(|| device.identity().device.clone());
     let open: OpenLine = Box::new({
         let port = port.to_owned();

@@ -6,7 +6,7 @@ use std::process::ExitCode;
 use std::sync::atomic::Ordering;
 
 use clap::Args;
-use dimsart_core::Kinds;
+use dimsart_core::ModuleKinds;
 use indicatif::ProgressBar;
 use serde::Serialize;
 
@@ -95,7 +95,7 @@ const STABILITY_SETTINGS: [&str; 7] = [
 ];
 
 impl Sweep {
-    pub(super) fn execute(mut self, kinds: Kinds, out: &mut impl Write) -> Ending {
+    pub(super) fn execute(mut self, kinds: ModuleKinds, out: &mut impl Write) -> Ending {
         if self.vary.is_empty() && self.file.is_none() {
             self.vary = STABILITY_MAP.iter().map(|values| values.parse()).collect::<Result<_, _>>()?;
             self.sets.splice(0..0, STABILITY_SETTINGS.map(str::to_owned));

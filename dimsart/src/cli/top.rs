@@ -4,7 +4,7 @@ use std::io::{self, IsTerminal};
 use std::process::ExitCode;
 
 use clap::Args;
-use dimsart_core::Kinds;
+use dimsart_core::ModuleKinds;
 use dimsart_link::protocol::DEFAULT_BAUD;
 
 use super::run::stop_on_interrupt;
@@ -52,7 +52,7 @@ Keys:
   q, Ctrl-C      release the lease and quit";
 
 impl Top {
-    pub(super) fn execute(self, kinds: Kinds) -> Ending {
+    pub(super) fn execute(self, kinds: ModuleKinds) -> Ending {
         if !(io::stdin().is_terminal() && io::stdout().is_terminal()) {
             let port = self.ports.first().map_or("PORT", String::as_str);
             let reason = format!(

@@ -60,8 +60,8 @@ pub(super) fn checks(looks: &Looks, board: Option<&BoardInfo>, holder: Option<u8
     let motor = board.and_then(|board| board.tooling.motor);
     let supply =
         limits.map_or([0.0, f64::INFINITY], |limits| [limits.least_bus_v, limits.most_bus_v].map(f64::from));
-    let [least_c, most_c] = TEMPERATURES_C;
-    let temperature = [least_c, limits.map_or(most_c, |limits| f64::from(limits.derating_c))];
+    let [min_c, max_c] = TEMPERATURES_C;
+    let temperature = [min_c, limits.map_or(max_c, |limits| f64::from(limits.derating_c))];
     let current = motor.map_or(f64::INFINITY, |motor| CURRENT_SHARE * f64::from(motor.max_current_a));
     let mut checks = Vec::new();
     for name in looks.measured.iter().map(String::as_str) {

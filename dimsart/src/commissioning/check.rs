@@ -38,25 +38,25 @@ pub struct Check {
     /// Expected finding; empty if the check was not run.
     pub expected: String,
     /// Next step; empty unless the check failed.
-    pub next_step: String,
+    pub remedy: String,
 }
 
 impl Check {
-    /// Returns a completed check; `next_step` applies if it failed.
+    /// Returns a completed check; `remedy` applies if it failed.
     #[must_use]
     pub fn new(
         name: &str,
         is_well: bool,
         found: impl Into<String>,
         expected: impl Into<String>,
-        next_step: &str,
+        remedy: &str,
     ) -> Self {
         Self {
             name: name.to_owned(),
             verdict: if is_well { Verdict::Passed } else { Verdict::Failed },
             found: found.into(),
             expected: expected.into(),
-            next_step: if is_well { String::new() } else { next_step.to_owned() },
+            remedy: if is_well { String::new() } else { remedy.to_owned() },
         }
     }
 
@@ -68,17 +68,17 @@ impl Check {
             verdict: Verdict::NotRun,
             found: why.into(),
             expected: String::new(),
-            next_step: String::new(),
+            remedy: String::new(),
         }
     }
 }
 
 impl fmt::Display for Check {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let Self { name, verdict, found, expected, next_step } = self;
+        let Self { name, verdict, found, expected, remedy } = self;
         write!(f, "{verdict:<8} {name}: {found}")?;
         if *verdict == Verdict::Failed {
-            write!(f, "; expected: {expected}; next: {next_step}")?;
+            write!(f, "; expected: {expected}; next: {remedy}")?;
         }
         Ok(())
     }

@@ -10,7 +10,7 @@ use dimsart_link::{EventKind, StartCause};
 
 use super::at_rest::{self, Looks};
 use super::{Check, Surroundings, watch_ticks};
-use crate::connect::{ConnectError, Device, Events, Faults, KeptReport, StatusReport, TimingText};
+use crate::connect::{ConnectError, Device, Events, Faults, StatusReport, StoredSchemesReport, TimingText};
 
 /// Time to watch ticks, `s`.
 const WATCHED_S: f64 = 1.0;
@@ -125,7 +125,7 @@ fn start(events: &Events) -> Check {
     )
 }
 
-fn scheme(kept: Option<&KeptReport>) -> Check {
+fn scheme(kept: Option<&StoredSchemesReport>) -> Check {
     let name = "scheme";
     let Some(kept) = kept else { return Check::not_run(name, "the device stores no schemes") };
     let next = match (kept.origin, kept.trial) {

@@ -8,7 +8,7 @@ use hil_sim::schemes::SchemeText;
 
 use super::ticks::wait;
 use super::{Check, Surroundings};
-use crate::connect::{ANY_SIDE, ConnectError, Device, Tap, TapRow};
+use crate::connect::{ALL_DESTINATIONS, ConnectError, Device, Tap, TapRow};
 use crate::report::{Curve, Figure, Level, Panel};
 
 /// A constant torque, initially 0.
@@ -66,7 +66,7 @@ impl LockedRotor {
     pub fn prepare<S: Read + Write>(device: &mut Device<S>) -> Result<String, ConnectError> {
         let rows = device.scheme_rows(None)?;
         let scheme = SchemeText { name: "a constant torque".to_owned(), text: SCHEME.to_owned() };
-        device.replace_scheme(&scheme, ANY_SIDE)?;
+        device.replace_scheme(&scheme, ALL_DESTINATIONS)?;
         Ok(rows)
     }
 
@@ -80,7 +80,7 @@ impl LockedRotor {
     ) -> Result<(), ConnectError> {
         device.hold_lease()?;
         let waited = wait(device, around, ALIGNING_S);
-        device.give_lease_back()?;
+        device.release_lease()?;
         waited
     }
 
@@ -100,7 +100,7 @@ impl LockedRotor {
         let recorded = self.record(device, around, &mut tap);
         // Also after an error.
         let ended = device.set("SIGGEN_MOD", "AMPLITUDE[0]", "0");
-        device.give_lease_back()?;
+        device.release_lease()?;
         device.end_tap(&mut tap)?;
         ended?;
         let (rows, reason) = recorded?;
@@ -115,7 +115,7 @@ impl LockedRotor {
     /// As [`align`](Self::align).
     pub fn put_back<S: Read + Write>(device: &mut Device<S>, rows: &str) -> Result<(), ConnectError> {
         let scheme = SchemeText { name: "the scheme before".to_owned(), text: rows.to_owned() };
-        device.replace_scheme(&scheme, ANY_SIDE).map(drop)
+        device.replace_scheme(&scheme, ALL_DESTINATIONS).map(drop)
     }
 
     fn record<S: Read + Write>(

@@ -76,10 +76,9 @@ impl Report {
             let _ = writeln!(text, "| {} | {} |", cell(name), cell(value));
         }
         text += "\n| Check | | Found | Expected | Next step |\n|---|---|---|---|---|\n";
-        for Check { name, verdict, found, expected, next_step } in &self.checks {
-            let [name, found, expected, next_step] =
-                [name, found, expected, next_step].map(|text| cell(text));
-            let _ = writeln!(text, "| {name} | {verdict} | {found} | {expected} | {next_step} |");
+        for Check { name, verdict, found, expected, remedy } in &self.checks {
+            let [name, found, expected, remedy] = [name, found, expected, remedy].map(|text| cell(text));
+            let _ = writeln!(text, "| {name} | {verdict} | {found} | {expected} | {remedy} |");
         }
         for histogram in &self.histograms {
             let _ = write!(text, "\n{}:\n\n```text\n{}```\n", histogram.title, histogram.text());

@@ -6,7 +6,7 @@ use dimsart_link::protocol::{Refusal, StoreError};
 
 use super::ticks::wait;
 use super::{Check, Surroundings};
-use crate::connect::{ConnectError, Device, KeptReport};
+use crate::connect::{ConnectError, Device, StoredSchemesReport};
 
 const NAME: &str = "save, restart, confirm";
 const EXPECTED: &str = "on trial after one restart, saved after the next";
@@ -59,7 +59,7 @@ pub fn save_and_restart<S: Read + Write>(
 fn tried<S: Read + Write>(
     device: &mut Device<S>,
     around: &mut impl Surroundings,
-    saved: &KeptReport,
+    saved: &StoredSchemesReport,
 ) -> Result<Check, ConnectError> {
     let wrong = |found: String| Check::new(NAME, false, found, EXPECTED, NEXT);
     if saved.trial != "waits" {
@@ -96,8 +96,8 @@ fn tried<S: Read + Write>(
 /// Writes the board's flash, and stops its scheme first if the board requires it; returns whether it was stopped.
 fn write<S: Read + Write>(
     device: &mut Device<S>,
-    action: fn(&mut Device<S>) -> Result<KeptReport, ConnectError>,
-) -> Result<(KeptReport, bool), ConnectError> {
+    action: fn(&mut Device<S>) -> Result<StoredSchemesReport, ConnectError>,
+) -> Result<(StoredSchemesReport, bool), ConnectError> {
     match action(device) {
         Err(ConnectError::Refused(Refusal::Store(StoreError::SchemeRuns))) => {}
         done => return Ok((done?, false)),

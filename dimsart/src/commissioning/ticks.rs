@@ -159,16 +159,16 @@ fn duration(name: &str, timing: Option<&TimingText>, cycles: &[f64]) -> Check {
     else {
         return Check::not_run(name, "the device does not report tick times or their bound");
     };
-    let least_sent = cycles.iter().copied().reduce(f64::min);
-    let most_sent = cycles.iter().copied().reduce(f64::max);
+    let min_sent = cycles.iter().copied().reduce(f64::min);
+    let max_sent = cycles.iter().copied().reduce(f64::max);
     let mut found = format!("mean {mean}, max {most} since the start, with requests");
-    if let (Some(least), Some(most)) = (least_sent, most_sent) {
+    if let (Some(least), Some(most)) = (min_sent, max_sent) {
         found = format!("{least} to {most} in {} sampled ticks; {found}", cycles.len());
     }
     let limit = timing.limit_cycles;
     Check::new(
         name,
-        most_sent.unwrap_or(mean.into()) <= bound.into() && limit.is_none_or(|limit| most <= limit.get()),
+        max_sent.unwrap_or(mean.into()) <= bound.into() && limit.is_none_or(|limit| most <= limit.get()),
         found,
         format!(
             "max {bound} without requests (bound of the machine code); limit with requests: {}",

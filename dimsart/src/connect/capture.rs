@@ -5,7 +5,7 @@ use std::time::Duration;
 
 use serde::Serialize;
 
-use super::command::ANY_SIDE;
+use super::command::ALL_DESTINATIONS;
 use super::{ConnectError, Device, Recorded};
 use hil_sim::schemes::SchemeText;
 
@@ -105,6 +105,6 @@ impl<S: Read + Write> Device<S> {
 
     fn send_rows_as_one(&mut self, rows: &str) -> Result<(), ConnectError> {
         let scheme = SchemeText { name: "capture".to_owned(), text: rows.to_owned() };
-        self.send_scheme(&scheme, ANY_SIDE).map(drop)
+        self.send_scheme(&scheme, ALL_DESTINATIONS).map(drop)
     }
 }

@@ -13,7 +13,7 @@ use super::show::ParameterReport;
 use super::{ConnectError, Device};
 
 /// Destination of a row that applies to every device.
-pub(crate) const ANY_SIDE: &str = "all";
+pub(crate) const ALL_DESTINATIONS: &str = "all";
 
 /// Outcome of an accepted command.
 #[derive(Debug, Clone, PartialEq, Serialize)]
@@ -38,7 +38,7 @@ impl<S: Read + Write> Device<S> {
     /// # Errors
     /// [`ConnectError::Word`] for an unknown name or a module that does not exist.
     pub fn get(&mut self, module: &str, parameter: &str) -> Result<ParameterReport, ConnectError> {
-        let row = Row::of(&[ANY_SIDE, module, parameter]);
+        let row = Row::of(&[ALL_DESTINATIONS, module, parameter]);
         let law = self.law_of(&row)?;
         let (module, parameter, entry) = self.read(law.as_ref(), |known| {
             let named = row.parameter(known)?;
@@ -74,7 +74,7 @@ impl<S: Read + Write> Device<S> {
         parameter: &str,
         value: &str,
     ) -> Result<CommandOutcome, ConnectError> {
-        let row = Row::of(&[ANY_SIDE, module, parameter, value]);
+        let row = Row::of(&[ALL_DESTINATIONS, module, parameter, value]);
         let law = self.law_of(&row)?;
         let command = match self.read(law.as_ref(), |known| known.command(&row)) {
             Err(ConnectError::Word(wrong)) => {
@@ -213,7 +213,7 @@ impl<S: Read + Write> Device<S> {
 
     /// Explains why a command was refused, with all faults of a scheme that does not match.
     pub(super) fn refusal_with_faults(&mut self, error: CommandError) -> Result<String, ConnectError> {
-        let CommandError::DoesNotMatch { faults } = error else { return self.refusal_text(error) };
+        let CommandError::HasFaults { faults } = error else { return self.refusal_text(error) };
         let (_, findings) = self.findings()?;
         let texts = findings.into_iter().filter(|finding| finding.is_fault).map(|finding| finding.text);
         Ok(format!("the scheme has {faults} fault(s): {}", texts.collect::<Vec<_>>().join("; ")))
@@ -224,7 +224,7 @@ impl<S: Read + Write> Device<S> {
             // STOP ends the lease. A lost lease must not prevent STOP.
             self.forget_lease();
         }
-        self.ask(&Request::Command(command), take!(Effect))?.ok_or(ConnectError::OtherAnswer)
+        self.ask(&Request::Command(command), take!(Effect))?.ok_or(ConnectError::UnexpectedAnswer)
     }
 
     /// Returns the outcome of a change of the scheme.

@@ -5,7 +5,7 @@ use std::io::{Read, Write};
 use dimsart_core::Command;
 use hil_sim::schemes::SchemeText;
 
-use super::command::ANY_SIDE;
+use super::command::ALL_DESTINATIONS;
 use super::scheme::Sending;
 use super::{ConnectError, Device, Sent};
 use crate::config::{Configuration, text};
@@ -33,7 +33,7 @@ impl<S: Read + Write> Device<S> {
         let commands = self.commands_known()?;
         let all = commands.len();
         let commands: Vec<Command> = commands.into_iter().flatten().collect();
-        let rows = self.rows_of(&commands, ANY_SIDE)?;
+        let rows = self.rows_of(&commands, ALL_DESTINATIONS)?;
         // The last row starts the scheme.
         let unknown = all - (rows.lines().count() - 1).min(all);
         let note = match unknown {

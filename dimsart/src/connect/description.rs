@@ -5,8 +5,8 @@ use std::fmt;
 
 use dimsart_core::scheme::{SWITCH, switch};
 use dimsart_core::{
-    Accepted, AxisKind, DataTypeText, Entries, Format, KindId, Kinds, ModuleRef, ParameterText, PortText,
-    Shape, Unit, Value, Vocabulary,
+    Accepted, AxisKind, DataTypeText, Entries, Format, KindId, ModuleKinds, ModuleRef, ParameterText,
+    PortText, Shape, Unit, Value, Vocabulary,
 };
 use dimsart_link::protocol::{self, Request, Response, decode_response};
 use hil_sim::recording::indices;
@@ -58,7 +58,7 @@ fn axis_names<S: Serializer>(axes: &[AxisKind], serializer: S) -> Result<S::Ok, 
 pub(super) struct Description {
     pub(super) identity: Identity,
     /// Module kinds of this program.
-    pub(super) kinds: Kinds,
+    pub(super) kinds: ModuleKinds,
     answers: Vec<Answer>,
     missing: Cell<Option<Request>>,
 }
@@ -71,7 +71,7 @@ struct Answer {
 }
 
 impl Description {
-    pub(super) fn new(identity: Identity, kinds: Kinds) -> Self {
+    pub(super) fn new(identity: Identity, kinds: ModuleKinds) -> Self {
         Self { identity, kinds, answers: Vec::new(), missing: Cell::new(None) }
     }
 

@@ -2,15 +2,15 @@
 
 use std::io::{Read, Write};
 
-use dimsart_core::scheme::{Place, Problem, SchemeError};
-use dimsart_core::{Kinds, ModuleRef, TypeRef, Vocabulary};
+use dimsart_core::scheme::{Problem, SchemeError, SourceLocation};
+use dimsart_core::{ModuleKinds, ModuleRef, TypeRef, Vocabulary};
 use dimsart_link::protocol::LawAction;
 use dimsart_link::protocol::{
     InstanceText, OLDEST_PROTOCOL_VERSION, PROTOCOL_VERSION, Refusal, Request, Response, Status,
 };
 
 use super::description::{Description, Identity};
-use super::{ConnectError, LineError, Patience, RequestLine};
+use super::{ConnectError, LineError, RequestLine, Timeouts};
 use hil_sim::law::{Law, WithLaw};
 use hil_sim::schemes::Explained;
 
@@ -43,7 +43,7 @@ impl<S: Read + Write> Device<S> {
     ///
     /// # Errors
     /// [`ConnectError::Line`] without an answer, or for one that cannot be decoded; [`ConnectError::TooOld`].
-    pub fn greet(stream: S, patience: Patience, kinds: Kinds) -> Result<Self, ConnectError> {
+    pub fn greet(stream: S, patience: Timeouts, kinds: ModuleKinds) -> Result<Self, ConnectError> {
         let mut line = RequestLine::new(stream, patience);
         let identity = match line.ask(&Request::Identify)? {
             Response::Identity(identity) if identity.protocol_version < OLDEST_PROTOCOL_VERSION => {
@@ -51,7 +51,7 @@ impl<S: Read + Write> Device<S> {
             }
             Response::Identity(identity) => identity.into(),
             Response::Refused(refusal) => return Err(ConnectError::Refused(refusal)),
-            _ => return Err(ConnectError::OtherAnswer),
+            _ => return Err(ConnectError::UnexpectedAnswer),
         };
         Ok(Self { line, description: Description::new(identity, kinds), has_taken_lease: false })
     }
@@ -71,7 +71,7 @@ impl<S: Read + Write> Device<S> {
     }
 
     /// Returns the module kinds of this program.
-    pub(super) fn known_kinds(&self) -> Kinds {
+    pub(super) fn known_kinds(&self) -> ModuleKinds {
         self.description.kinds
     }
 
@@ -83,7 +83,7 @@ impl<S: Read + Write> Device<S> {
     }
 
     pub(super) fn may_change(&self) -> Result<(), ConnectError> {
-        self.newer_version().map_or(Ok(()), |theirs| Err(ConnectError::LookOnly(theirs)))
+        self.newer_version().map_or(Ok(()), |theirs| Err(ConnectError::ReadOnly(theirs)))
     }
 
     /// Returns a note about the limits for a device of a newer protocol version.
@@ -122,7 +122,7 @@ impl<S: Read + Write> Device<S> {
         take: impl FnOnce(Response<'_>) -> Option<T>,
     ) -> Result<Option<T>, ConnectError> {
         if is_beyond_every_list(request) {
-            return Err(ConnectError::EndlessList);
+            return Err(ConnectError::ListTooLong);
         }
         if request.needs_key() {
             self.may_change()?;
@@ -133,7 +133,7 @@ impl<S: Read + Write> Device<S> {
         match self.line.ask(request)? {
             Response::Refused(Refusal::NotThere) => Ok(None),
             Response::Refused(refusal) => Err(ConnectError::Refused(refusal)),
-            response => take(response).map(Some).ok_or(ConnectError::OtherAnswer),
+            response => take(response).map(Some).ok_or(ConnectError::UnexpectedAnswer),
         }
     }
 
@@ -156,7 +156,7 @@ impl<S: Read + Write> Device<S> {
     }
 
     pub(super) fn status(&mut self) -> Result<Status, ConnectError> {
-        self.ask(&Request::Status, take!(Status))?.ok_or(ConnectError::OtherAnswer)
+        self.ask(&Request::Status, take!(Status))?.ok_or(ConnectError::UnexpectedAnswer)
     }
 
     pub(super) fn instances(&mut self) -> Result<Vec<InstanceText>, ConnectError> {
@@ -230,7 +230,7 @@ impl<S: Read + Write> Device<S> {
 
 /// Error for an invalid word that is not part of a text.
 fn misread(word: &str, problem: Problem) -> SchemeError<'_> {
-    SchemeError { place: Place { line: 1, column: 1, word }, problem }
+    SchemeError { place: SourceLocation { line: 1, column: 1, word }, problem }
 }
 
 /// Returns whether an index exceeds the maximum list length: a device that answered all lower ones never ends its list.

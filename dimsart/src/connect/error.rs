@@ -27,7 +27,7 @@ pub enum ConnectError {
         "read-only, nothing has changed: the device has protocol version {0}, this program {PROTOCOL_VERSION}; use the \
          `dimsart` of the image's version"
     )]
-    LookOnly(u16),
+    ReadOnly(u16),
     /// The device refused the request.
     #[error("{0}")]
     Refused(Refusal),
@@ -39,10 +39,10 @@ pub enum ConnectError {
         "lease expired, outputs at their safe value: no answer to its renewals in time; check the line for lost bytes, \
          and the device for overload"
     )]
-    LeaseOver,
+    LeaseExpired,
     /// The remote user of the lease is silent or has left.
     #[error("client silent for 0.5 s: lease released, outputs at their safe value")]
-    NobodyThere,
+    ClientSilent,
     /// The image has no authentication.
     #[error(
         "this image has no authentication; flash the `auth` variant, such as `cargo xtask flash nucleo-g474re,auth`"
@@ -69,10 +69,10 @@ pub enum ConnectError {
     NoRandomness(String),
     /// A list of the device exceeds its maximum length.
     #[error("a list of the device has no end: flash an image of this version, `cargo xtask flash BOARD`")]
-    EndlessList,
+    ListTooLong,
     /// The answer does not fit the request.
     #[error("unexpected answer from the device: compare the versions of its image and of this command")]
-    OtherAnswer,
+    UnexpectedAnswer,
     /// An unknown name or an invalid value.
     #[error("{0}")]
     Word(String),

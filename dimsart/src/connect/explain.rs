@@ -60,7 +60,7 @@ impl<S: Read + Write> Device<S> {
     /// Explains why a command was refused.
     pub(super) fn refusal_text(&mut self, error: CommandError) -> Text {
         let hint =
-            if let CommandError::DoesNotMatch { .. } = error { "; run `faults` to list them" } else { "" };
+            if let CommandError::HasFaults { .. } = error { "; run `faults` to list them" } else { "" };
         self.know(|known| format!("{}{hint}", Explanation::of_refusal(known, error)))
     }
 }

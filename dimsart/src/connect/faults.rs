@@ -139,7 +139,7 @@ impl<S: Read + Write> Device<S> {
         let command = Command::Check;
         let effect = self.try_give(command)?;
         match effect.refused {
-            None | Some(CommandError::DoesNotMatch { .. }) => {}
+            None | Some(CommandError::HasFaults { .. }) => {}
             Some(error) => return Err(ConnectError::Command(self.refusal_text(error)?)),
         }
         let (faults, findings) = self.findings()?;
@@ -233,10 +233,10 @@ fn subject(finding: Finding) -> (Option<ModuleRef>, Option<TypeRef>) {
         Finding::Mismatch { module, signal, .. } | Finding::UnitsDiffer { module, signal, .. } => {
             (Some(module), Some(signal))
         }
-        Finding::LinkTaken { second, .. } => (Some(second), None),
+        Finding::DuplicateLinkEnd { second, .. } => (Some(second), None),
         Finding::Held { signal, writer, .. } => (Some(writer), Some(signal)),
-        Finding::NotDelayed { signal, reader, .. } => (Some(reader), Some(signal)),
-        Finding::LateStageWaits { reader, .. } => (Some(reader), None),
+        Finding::MissingDelay { signal, reader, .. } => (Some(reader), Some(signal)),
+        Finding::LateStageRate { reader, .. } => (Some(reader), None),
         _ => (None, None),
     }
 }

@@ -16,7 +16,7 @@ use super::{ConnectError, Device};
 
 /// State of the stored schemes.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize)]
-pub struct KeptReport {
+pub struct StoredSchemesReport {
     /// Scheme loaded at the last start: `built-in`, `saved`, `trial` or `none`.
     pub origin: &'static str,
     /// Why the start fell back to this scheme, if it did.
@@ -27,7 +27,7 @@ pub struct KeptReport {
     pub is_saved: bool,
 }
 
-impl fmt::Display for KeptReport {
+impl fmt::Display for StoredSchemesReport {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.write_str(match self.origin {
             "built-in" => "started with the built-in scheme",
@@ -108,7 +108,7 @@ impl<S: Read + Write> Device<S> {
     ///
     /// # Errors
     /// [`ConnectError::Refused`] or [`ConnectError::Command`] with the reason; the stored schemes are unchanged.
-    pub fn save(&mut self) -> Result<KeptReport, ConnectError> {
+    pub fn save(&mut self) -> Result<StoredSchemesReport, ConnectError> {
         self.schemes(SchemeAction::Save)
     }
 
@@ -116,7 +116,7 @@ impl<S: Read + Write> Device<S> {
     ///
     /// # Errors
     /// [`ConnectError::Refused`] when the last start did not try it.
-    pub fn confirm(&mut self) -> Result<KeptReport, ConnectError> {
+    pub fn confirm(&mut self) -> Result<StoredSchemesReport, ConnectError> {
         self.schemes(SchemeAction::Confirm)
     }
 
@@ -124,7 +124,7 @@ impl<S: Read + Write> Device<S> {
     ///
     /// # Errors
     /// [`ConnectError::Refused`] with the reason.
-    pub fn roll_back(&mut self) -> Result<KeptReport, ConnectError> {
+    pub fn roll_back(&mut self) -> Result<StoredSchemesReport, ConnectError> {
         self.schemes(SchemeAction::RollBack)
     }
 
@@ -132,7 +132,7 @@ impl<S: Read + Write> Device<S> {
     ///
     /// # Errors
     /// [`ConnectError`] when the device does not answer.
-    pub fn kept(&mut self) -> Result<Option<KeptReport>, ConnectError> {
+    pub fn kept(&mut self) -> Result<Option<StoredSchemesReport>, ConnectError> {
         known(self.schemes(SchemeAction::Look).map(Some))
     }
 
@@ -146,16 +146,16 @@ impl<S: Read + Write> Device<S> {
         Ok(Some(TimingText::new(timing, bound)))
     }
 
-    fn schemes(&mut self, action: SchemeAction) -> Result<KeptReport, ConnectError> {
+    fn schemes(&mut self, action: SchemeAction) -> Result<StoredSchemesReport, ConnectError> {
         match self.ask(&Request::Schemes(action), take!(Schemes)) {
             Err(ConnectError::Refused(Refusal::Engine(error))) => {
                 Err(ConnectError::Command(self.refusal_text(error)?))
             }
-            status => self.kept_report(status?.ok_or(ConnectError::OtherAnswer)?),
+            status => self.kept_report(status?.ok_or(ConnectError::UnexpectedAnswer)?),
         }
     }
 
-    fn kept_report(&mut self, status: SchemeStatus) -> Result<KeptReport, ConnectError> {
+    fn kept_report(&mut self, status: SchemeStatus) -> Result<StoredSchemesReport, ConnectError> {
         let SchemeStatus { origin, fallback, trial, is_saved } = status;
         let origin = match origin {
             Origin::Empty => "none",
@@ -169,7 +169,7 @@ impl<S: Read + Write> Device<S> {
             Trial::Tried => "tried",
         };
         let reason = fallback.map(|fallback| self.fallback_text(fallback)).transpose()?;
-        Ok(KeptReport { origin, reason, trial, is_saved })
+        Ok(StoredSchemesReport { origin, reason, trial, is_saved })
     }
 
     fn fallback_text(&mut self, fallback: Fallback) -> Result<String, ConnectError> {

@@ -98,7 +98,7 @@ impl<S: Read + Write> Device<S> {
         for command in law.commands(number) {
             self.give(command)?;
         }
-        let look = self.look_at_law(number)?.ok_or(ConnectError::OtherAnswer)?;
+        let look = self.look_at_law(number)?.ok_or(ConnectError::UnexpectedAnswer)?;
         Ok(LawReport::new(number, law, look.cycles, look.is_used))
     }
 

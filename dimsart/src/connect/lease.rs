@@ -8,12 +8,12 @@ use std::time::Duration;
 use dimsart_link::protocol::{Blocked, LeaseAction, LeaseStatus, NO_CLIENT, Refusal, Request, Response};
 use serde::Serialize;
 
-use super::{ConnectError, Device, LineError, Patience, Presence};
+use super::{ConnectError, Device, LineError, Presence, Timeouts};
 
 /// Timeout of the heartbeat: three periods.
 const SILENCE: Duration = Duration::from_millis(300);
 /// All tries together end before the lease expires.
-const RENEWAL: Patience = Patience { timeout: Duration::from_millis(45), tries: 3 };
+const RENEWAL: Timeouts = Timeouts { timeout: Duration::from_millis(45), tries: 3 };
 
 /// State of a device.
 #[derive(Debug, Clone, PartialEq, Serialize)]
@@ -79,7 +79,7 @@ impl<S: Read + Write> Device<S> {
         Ok(taken)
     }
 
-    /// Takes the lease and renews it in time until it is [released](Self::give_lease_back). Requests,
+    /// Takes the lease and renews it in time until it is [released](Self::release_lease). Requests,
     /// [`listen`](Self::listen) and [`renew_in_time`](Self::renew_in_time) send the renewals; three in a row may get lost.
     ///
     /// # Errors
@@ -93,8 +93,8 @@ impl<S: Read + Write> Device<S> {
     /// Holds the lease for a remote user, only while the user is present: it expires 200 ms after the last renewal.
     ///
     /// # Errors
-    /// As [`hold_lease`](Self::hold_lease), and [`ConnectError::NobodyThere`] later.
-    pub fn hold_lease_for(&mut self, presence: &Presence) -> Result<LeaseStatus, ConnectError> {
+    /// As [`hold_lease`](Self::hold_lease), and [`ConnectError::ClientSilent`] later.
+    pub fn hold_lease_while_present(&mut self, presence: &Presence) -> Result<LeaseStatus, ConnectError> {
         let taken = self.take_lease()?;
         self.line_mut().hold_lease(Some(presence.clone()));
         Ok(taken)
@@ -118,13 +118,13 @@ impl<S: Read + Write> Device<S> {
     ///
     /// # Errors
     /// [`ConnectError::Refused`] when it had expired: outputs are at their safe value.
-    /// [`ConnectError::LeaseOver`] when the device does not answer in time.
+    /// [`ConnectError::LeaseExpired`] when the device does not answer in time.
     pub fn renew_lease(&mut self) -> Result<LeaseStatus, ConnectError> {
         let patience = self.line_mut().set_patience(RENEWAL);
         let renewed = self.lease(LeaseAction::Renew);
         self.line_mut().set_patience(patience);
         match renewed {
-            Err(ConnectError::Line(LineError::NoAnswer { .. })) => Err(ConnectError::LeaseOver),
+            Err(ConnectError::Line(LineError::NoAnswer { .. })) => Err(ConnectError::LeaseExpired),
             renewed => renewed?.ok_or(ConnectError::NoLease),
         }
     }
@@ -133,14 +133,14 @@ impl<S: Read + Write> Device<S> {
     ///
     /// # Errors
     /// As [`take_lease`](Self::take_lease).
-    pub fn give_lease_back(&mut self) -> Result<(), ConnectError> {
+    pub fn release_lease(&mut self) -> Result<(), ConnectError> {
         self.forget_lease();
-        self.lease(LeaseAction::GiveBack).map(drop)
+        self.lease(LeaseAction::Release).map(drop)
     }
 
     /// Ends the renewals.
     pub(super) fn forget_lease(&mut self) {
-        self.line_mut().let_lease_go();
+        self.line_mut().end_renewals();
         self.has_taken_lease = false;
     }
 

@@ -16,7 +16,7 @@ use dimsart_link::protocol::{
 use super::renewal::Renewal;
 use super::unsolicited::Unsolicited;
 use super::{ConnectError, Presence};
-pub use error::{LineError, Patience};
+pub use error::{LineError, Timeouts};
 use error::{failed, is_nothing_yet, too_long};
 use hil_sim::clock;
 use request::{answers, any_id, is_renewal, may_repeat};
@@ -29,7 +29,7 @@ const REMEMBERED: usize = 32;
 #[derive(Debug)]
 pub struct RequestLine<S> {
     stream: S,
-    patience: Patience,
+    patience: Timeouts,
     receiver: Receiver,
     bytes: u64,
     id: u16,
@@ -47,7 +47,7 @@ pub struct RequestLine<S> {
 
 impl<S: Read + Write> RequestLine<S> {
     /// Uses an open, unbuffered stream whose reads time out quickly; see [`Stream`](hil_sim::link::Stream).
-    pub fn new(stream: S, patience: Patience) -> Self {
+    pub fn new(stream: S, patience: Timeouts) -> Self {
         Self {
             stream,
             patience,
@@ -88,7 +88,7 @@ impl<S: Read + Write> RequestLine<S> {
     }
 
     /// Ends the renewals.
-    pub(super) fn let_lease_go(&mut self) {
+    pub(super) fn end_renewals(&mut self) {
         self.renewal = None;
     }
 
@@ -122,7 +122,7 @@ impl<S: Read + Write> RequestLine<S> {
         self.asked.push_back(id);
         let mut buffer = [0; MAX_FRAME_BYTES];
         let frame = if self.is_sealed(request) {
-            self.shake_hands()?;
+            self.send_handshake()?;
             let Some(sealer) = &mut self.sealer else { return Ok(()) };
             sealer.encode(request, id, &mut buffer)
         } else {
@@ -136,7 +136,7 @@ impl<S: Read + Write> RequestLine<S> {
     }
 
     /// Sends the pending handshake frame.
-    fn shake_hands(&mut self) -> Result<(), LineError> {
+    fn send_handshake(&mut self) -> Result<(), LineError> {
         let Some(sealer) = &mut self.sealer else { return Ok(()) };
         let mut buffer = [0; MAX_FRAME_BYTES];
         let frame = sealer.handshake(&mut buffer).map_err(|_| too_long())?;
@@ -145,7 +145,7 @@ impl<S: Read + Write> RequestLine<S> {
 
     /// Establishes an authenticated session; returns false if the device has another key.
     fn find_together(&mut self) -> Result<bool, LineError> {
-        let Patience { timeout, tries } = self.patience;
+        let Timeouts { timeout, tries } = self.patience;
         let mut hellos = 0;
         while let Some(sealer) = self.sealer.as_ref().filter(|sealer| !sealer.is_answered()) {
             if hellos == tries {
@@ -156,7 +156,7 @@ impl<S: Read + Write> RequestLine<S> {
                 return Err(LineError::NoAnswer { tries, timeout, bytes: self.bytes, frames });
             }
             hellos += 1;
-            self.shake_hands()?;
+            self.send_handshake()?;
             let deadline = clock::now() + timeout;
             self.read_until(deadline, Awaited::Challenge)?;
             if self.sealer.as_ref().is_some_and(RequestSealer::is_contradicted) {
@@ -188,7 +188,7 @@ impl<S: Read + Write> RequestLine<S> {
     }
 
     /// Sets the timeouts and returns the previous ones.
-    pub(super) fn set_patience(&mut self, patience: Patience) -> Patience {
+    pub(super) fn set_patience(&mut self, patience: Timeouts) -> Timeouts {
         std::mem::replace(&mut self.patience, patience)
     }
 
@@ -202,7 +202,7 @@ impl<S: Read + Write> RequestLine<S> {
     /// An idempotent request is repeated after a timeout.
     ///
     /// # Errors
-    /// [`LineError`]; after [`LineError::Unsure`] the command may have been carried out.
+    /// [`LineError`]; after [`LineError::OutcomeUnknown`] the command may have been carried out.
     pub fn ask(&mut self, request: &Request) -> Result<Response<'_>, LineError> {
         if self.is_number_taken && self.renewal.is_none() {
             self.change_client();
@@ -237,7 +237,7 @@ impl<S: Read + Write> RequestLine<S> {
         let Counters { frames, .. } = self.receiver.counters();
         Err(match may_repeat {
             true => LineError::NoAnswer { tries, timeout, bytes: self.bytes, frames },
-            false => LineError::Unsure { timeout },
+            false => LineError::OutcomeUnknown { timeout },
         })
     }
 

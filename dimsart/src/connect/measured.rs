@@ -79,7 +79,7 @@ impl<S: Read + Write> Device<S> {
     ///
     /// # Errors
     /// [`ConnectError`] when the device does not answer.
-    pub fn measure_anew(&mut self) -> Result<(), ConnectError> {
+    pub fn reset_cycle_counts(&mut self) -> Result<(), ConnectError> {
         self.ask_cycles(0, true).map(drop)
     }
 

@@ -3,7 +3,7 @@
 use std::io::{Read, Write};
 
 use dimsart_link::protocol::{
-    FoundMotor, Identification, IdentificationFailure, MotorAction, MotorFallback, MotorReport, Refusal,
+    Identification, IdentificationFailure, IdentifiedMotor, MotorAction, MotorFallback, MotorReport, Refusal,
     Request, Response, StoreError, motor_checksum,
 };
 use drive::Configuration;
@@ -12,7 +12,7 @@ use super::device::take;
 use super::{ConnectError, Device};
 
 /// Maximum number of polls of an identification, a few milliseconds each; twice the longest identification.
-const MOST_LOOKS: u32 = 20_000;
+const MAX_LOOKS: u32 = 20_000;
 
 /// Motor configuration in use.
 #[derive(Debug, Clone, PartialEq)]
@@ -56,7 +56,7 @@ impl<S: Read + Write> Device<S> {
     ///
     /// # Errors
     /// [`ConnectError::Refused`] while a client holds the lease, or for an invalid configuration; [`ConnectError::NoDrive`].
-    pub fn keep_motor(&mut self, told: &Configuration) -> Result<bool, ConnectError> {
+    pub fn store_motor(&mut self, told: &Configuration) -> Result<bool, ConnectError> {
         let words = told.to_words();
         for (place, word) in (0..).zip(words) {
             self.motor_report(MotorAction::Put { place, word })?;
@@ -67,11 +67,11 @@ impl<S: Read + Write> Device<S> {
     }
 
     /// Deletes the stored configuration: the next start loads the image's. May stop the scheme as
-    /// [`keep_motor`](Self::keep_motor) does.
+    /// [`store_motor`](Self::store_motor) does.
     ///
     /// # Errors
-    /// As [`keep_motor`](Self::keep_motor).
-    pub fn forget_motor(&mut self) -> Result<bool, ConnectError> {
+    /// As [`store_motor`](Self::store_motor).
+    pub fn delete_motor(&mut self) -> Result<bool, ConnectError> {
         self.write_motor(MotorAction::Forget)
     }
 
@@ -84,10 +84,10 @@ impl<S: Read + Write> Device<S> {
         &mut self,
         current_a: f32,
         mut pause: impl FnMut(),
-    ) -> Result<FoundMotor, ConnectError> {
+    ) -> Result<IdentifiedMotor, ConnectError> {
         self.hold_lease()?;
         let found = self.wait_for_motor(current_a, &mut pause);
-        let given_back = self.give_lease_back();
+        let given_back = self.release_lease();
         let found = found?;
         given_back?;
         found.map_err(ConnectError::Identification)
@@ -97,9 +97,9 @@ impl<S: Read + Write> Device<S> {
         &mut self,
         current_a: f32,
         pause: &mut impl FnMut(),
-    ) -> Result<Result<FoundMotor, IdentificationFailure>, ConnectError> {
+    ) -> Result<Result<IdentifiedMotor, IdentificationFailure>, ConnectError> {
         let mut action = MotorAction::Identify { current_a };
-        for _ in 0..MOST_LOOKS {
+        for _ in 0..MAX_LOOKS {
             let found = self.ask(&Request::Motor(action), take!(Identification));
             match no_drive(found)? {
                 Identification::Found(found) => return Ok(Ok(found)),

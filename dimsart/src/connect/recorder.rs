@@ -235,16 +235,16 @@ impl<S: Read + Write> Device<S> {
     }
 
     fn layout(&mut self, recorder: ModuleRef) -> Result<Layout, ConnectError> {
-        self.know(|known| Layout::of(known, recorder))?.ok_or(ConnectError::OtherAnswer)
+        self.know(|known| Layout::of(known, recorder))?.ok_or(ConnectError::UnexpectedAnswer)
     }
 
     /// Reads the number of rows in its memory.
     fn length(&mut self, module: ModuleRef, layout: &Layout, name: &str) -> Result<u32, ConnectError> {
         let parameter =
             self.know(|known| known.parameter_named(module.kind, LENGTH).map(|(number, _)| number))?;
-        let parameter = parameter.ok_or(ConnectError::OtherAnswer)?;
+        let parameter = parameter.ok_or(ConnectError::UnexpectedAnswer)?;
         let rows = self.ask(&Request::Get { module, parameter, entry: 0 }, take!(Value))?;
-        let Some(Value::Count(rows)) = rows else { return Err(ConnectError::OtherAnswer) };
+        let Some(Value::Count(rows)) = rows else { return Err(ConnectError::UnexpectedAnswer) };
         let expected = usize::try_from(rows).ok().and_then(|rows| rows.checked_mul(layout.row_words));
         if expected != Some(layout.memory_words) || layout.memory_words == 0 {
             let Layout { signal, row_words, memory_words, .. } = layout;

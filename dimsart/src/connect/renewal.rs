@@ -63,9 +63,9 @@ impl Renewal {
         match self.refusal {
             Some(refusal) => Err(ConnectError::Refused(refusal)),
             None if self.presence.as_ref().is_some_and(|presence| !presence.is_there()) => {
-                Err(ConnectError::NobodyThere)
+                Err(ConnectError::ClientSilent)
             }
-            None if self.unanswered > MAX_UNANSWERED => Err(ConnectError::LeaseOver),
+            None if self.unanswered > MAX_UNANSWERED => Err(ConnectError::LeaseExpired),
             None => Ok(()),
         }
     }

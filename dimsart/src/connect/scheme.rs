@@ -2,12 +2,12 @@
 
 use std::io::{Read, Write};
 
-use dimsart_core::scheme::{self, Place, Problem, Row, SchemeError};
+use dimsart_core::scheme::{self, Problem, Row, SchemeError, SourceLocation};
 use dimsart_core::{Command, CommandError, ModuleRef};
 use dimsart_link::protocol::Effect;
 use serde::Serialize;
 
-use super::command::ANY_SIDE;
+use super::command::ALL_DESTINATIONS;
 use super::{ConnectError, Device};
 use hil_sim::law::{Law, WithLaw};
 use hil_sim::schemes::{Explained, SIDES, SchemeText, rows};
@@ -60,7 +60,7 @@ impl<S: Read + Write> Device<S> {
     /// [`ConnectError::Line`] when the device does not answer.
     pub fn scheme_rows(&mut self, side: Option<&str>) -> Result<String, ConnectError> {
         let commands = self.commands()?;
-        self.rows_of(&commands, side.unwrap_or(ANY_SIDE))
+        self.rows_of(&commands, side.unwrap_or(ALL_DESTINATIONS))
     }
 
     pub(super) fn rows_of(&mut self, commands: &[Command], side: &str) -> Result<String, ConnectError> {
@@ -149,7 +149,7 @@ impl<S: Read + Write> Device<S> {
         let Effect { refused, .. } = self.try_give(command)?;
         let Some(refused) = refused else { return Ok(Ok(())) };
         let mut misread = self.misread(row.refused(refused), law)?;
-        if matches!(refused, CommandError::DoesNotMatch { .. }) {
+        if matches!(refused, CommandError::HasFaults { .. }) {
             misread.message = format!("refused: {}", self.refusal_with_faults(refused)?);
         }
         Ok(Err(misread))
@@ -160,7 +160,7 @@ impl<S: Read + Write> Device<S> {
         error: SchemeError<'_>,
         law: Option<&(ModuleRef, Law)>,
     ) -> Result<Misread, ConnectError> {
-        let Place { line, column, word } = error.place;
+        let SourceLocation { line, column, word } = error.place;
         let message = self.know(|known| Explained { error, known: &WithLaw::new(known, law) }.to_string())?;
         let is_unknown = match error.problem {
             Problem::Destination | Problem::Surplus | Problem::Entry { .. } | Problem::Refused(_) => false,

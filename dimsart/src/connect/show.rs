@@ -13,7 +13,7 @@ use serde::Serialize;
 use super::description::{Identity, ValueText, axis_name, joined, range_text};
 use super::device::take;
 use super::faults::FirstFaultText;
-use super::kept::{KeptReport, TimingText, known};
+use super::kept::{StoredSchemesReport, TimingText, known};
 use super::key::KeyReport;
 use super::signals::SignalReport;
 use super::{ConnectError, Device};
@@ -141,7 +141,7 @@ pub struct StatusReport {
     /// Timing of the ticks; `None` on a device that does not measure it.
     pub timing: Option<TimingText>,
     /// Stored schemes; `None` on a device without storage.
-    pub schemes: Option<KeptReport>,
+    pub schemes: Option<StoredSchemesReport>,
     /// Lease; `None` on a device without one.
     pub lease: Option<LeaseStatus>,
     /// Key state; `None` if the image has no authentication.
@@ -347,7 +347,7 @@ impl<S: Read + Write> Device<S> {
         let mut values = Vec::new();
         for entry in places {
             let request = Request::Get { module, parameter, entry };
-            values.push(self.ask(&request, take!(Value))?.ok_or(ConnectError::OtherAnswer)?);
+            values.push(self.ask(&request, take!(Value))?.ok_or(ConnectError::UnexpectedAnswer)?);
         }
         let (_, columns) = entries.size(dof);
         let indices = match place {
@@ -375,7 +375,7 @@ impl<S: Read + Write> Device<S> {
                 is_structural: found.is_structural,
             })
         })?;
-        report.ok_or(ConnectError::OtherAnswer)
+        report.ok_or(ConnectError::UnexpectedAnswer)
     }
 }
 

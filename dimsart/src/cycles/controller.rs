@@ -90,13 +90,13 @@ impl Controller {
     /// Loads a [saved scheme](dimsart_link::saved_scheme).
     ///
     /// # Errors
-    /// [`CyclesError::OtherImage`] or [`CyclesError::Refused`]; no scheme is loaded then.
+    /// [`CyclesError::IncompatibleImage`] or [`CyclesError::Refused`]; no scheme is loaded then.
     pub fn load(&mut self, scheme: &[u8]) -> Result<Run, CyclesError> {
         let run = self.call_of_load(scheme)?;
         let run = self.run("dimsart_load", &run)?;
         match run.result {
             0 => Ok(run),
-            u32::MAX => Err(CyclesError::OtherImage),
+            u32::MAX => Err(CyclesError::IncompatibleImage),
             command => Err(CyclesError::Refused { command }),
         }
     }

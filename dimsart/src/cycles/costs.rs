@@ -12,16 +12,16 @@ use std::thread;
 
 use ::cycles::timing::Timing;
 use dimsart_core::online::Opcode;
-use dimsart_core::{Cost, KindId, Kinds};
+use dimsart_core::{Cost, KindId, ModuleKinds};
 
 use super::law_costs;
-use super::scheme_bound::{MOST_DOF, SchemeBound, Variant};
+use super::scheme_bound::{DOF_LIMIT, SchemeBound, Variant};
 use super::{CyclesError, Firmware};
 
 /// Added degrees of freedom for every choice of parameters.
 const FEW: Range<u16> = 0..2;
 /// Added degrees of freedom for the worst choices.
-const MANY: Range<u16> = FEW.end..MOST_DOF;
+const MANY: Range<u16> = FEW.end..DOF_LIMIT;
 /// P controllers of the largest scheme.
 const CONTROLLERS: u8 = 10;
 
@@ -30,7 +30,7 @@ const CONTROLLERS: u8 = 10;
 pub struct ImageCosts {
     /// Costs of the tick, of each kind, then of each instruction of laws, as in a [stamp](dimsart_core::stamp).
     pub lines: Vec<Cost>,
-    /// Kinds without a bound, with the reasons.
+    /// ModuleKinds without a bound, with the reasons.
     pub unknown: Vec<(String, String)>,
 }
 
@@ -50,7 +50,7 @@ impl ImageCosts {
         firmware: &Firmware,
         timing: Timing,
         ids: &[KindId],
-        kinds: Kinds,
+        kinds: ModuleKinds,
     ) -> Result<Self, CyclesError> {
         let bounds = |tasks: &[_]| bounds(firmware, timing, tasks, kinds);
         let variants: Vec<Variant> = ids.iter().flat_map(|id| Variant::of(*id, kinds)).collect();
@@ -67,7 +67,7 @@ impl ImageCosts {
     }
 
     /// The lowest lines above bounds.
-    fn above(found: Vec<Found<'_>>, ids: &[KindId], kinds: Kinds) -> Result<Self, CyclesError> {
+    fn above(found: Vec<Found<'_>>, ids: &[KindId], kinds: ModuleKinds) -> Result<Self, CyclesError> {
         let mut bounds: Vec<(Task<'_>, SchemeBound)> = Vec::new();
         let mut failed: BTreeMap<KindId, String> = BTreeMap::new();
         for (task, bound) in found {
@@ -110,12 +110,12 @@ pub(crate) fn runs_laws(ids: &[KindId]) -> bool {
 }
 
 /// The name of a kind, or its id if unknown.
-pub(crate) fn name_of(id: KindId, kinds: Kinds) -> String {
+pub(crate) fn name_of(id: KindId, kinds: ModuleKinds) -> String {
     kinds.kind(id).map_or_else(|| id.to_string(), |kind| kind.name.to_owned())
 }
 
 /// Cost of each instruction of a law, per axis.
-fn instructions(firmware: &Firmware, timing: Timing, kinds: Kinds) -> Result<Vec<Cost>, CyclesError> {
+fn instructions(firmware: &Firmware, timing: Timing, kinds: ModuleKinds) -> Result<Vec<Cost>, CyclesError> {
     let with = Opcode::ALL.iter().map(|opcode| law_costs::with(*opcode, kinds));
     let variants: Vec<Variant> = [law_costs::plain(kinds)].into_iter().chain(with).collect();
     let tasks = tasks(variants.iter().map(Some), 1..2);
@@ -129,10 +129,10 @@ fn instructions(firmware: &Firmware, timing: Timing, kinds: Kinds) -> Result<Vec
 /// Every scheme with its minimum degrees of freedom plus `more`.
 fn tasks<'a>(schemes: impl Iterator<Item = Option<&'a Variant>>, more: Range<u16>) -> Vec<Task<'a>> {
     let tasks = schemes.flat_map(|scheme| {
-        let least = scheme.map_or(1, Variant::least_dof);
+        let least = scheme.map_or(1, Variant::min_dof);
         more.clone().map(move |more| (scheme, least + more))
     });
-    tasks.filter(|(_, dof)| *dof <= MOST_DOF).collect()
+    tasks.filter(|(_, dof)| *dof <= DOF_LIMIT).collect()
 }
 
 /// Indices of the worst schemes around a kind, with few degrees of freedom or extrapolated to more.
@@ -155,7 +155,7 @@ fn worst(found: &[Found<'_>], kind: KindId) -> Vec<usize> {
 }
 
 /// Computes bounds with a thread per processor, in the order of tasks.
-fn bounds<'a>(firmware: &Firmware, timing: Timing, tasks: &[Task<'a>], kinds: Kinds) -> Vec<Found<'a>> {
+fn bounds<'a>(firmware: &Firmware, timing: Timing, tasks: &[Task<'a>], kinds: ModuleKinds) -> Vec<Found<'a>> {
     let next = AtomicUsize::new(0);
     let work = || {
         let mut found = Vec::new();
@@ -189,7 +189,7 @@ fn call(bounds: &[(Task<'_>, SchemeBound)]) -> u64 {
         let calls = many.0.checked_sub(few.0).filter(|calls| *calls > 0)?;
         Some(many.1.saturating_sub(few.1).div_ceil(calls))
     };
-    (1..=MOST_DOF).filter_map(slope).max().unwrap_or_default()
+    (1..=DOF_LIMIT).filter_map(slope).max().unwrap_or_default()
 }
 
 fn most(points: impl Iterator<Item = (u16, u64)>) -> Points {

@@ -68,7 +68,7 @@ pub enum CyclesError {
         "the controller runs `{runs}`, but {} is `{found}`: give the ELF that was flashed, or flash this ELF",
         path.display()
     )]
-    OtherThanRuns {
+    ImageMismatch {
         /// The file.
         path: PathBuf,
         /// Name of the image.
@@ -78,7 +78,7 @@ pub enum CyclesError {
     },
     /// The controller's image is not in the folder.
     #[error("{}: the controller's image `{name}` not found: give the ELF that was flashed", folder.display())]
-    NoneOfThatName {
+    ImageNotFound {
         /// The folder.
         folder: PathBuf,
         /// Name of the controller's image.
@@ -106,7 +106,7 @@ pub enum CyclesError {
         "image and command differ in modules, parameters or data types: rebuild both from the same sources \
          (`cargo board BOARD`)"
     )]
-    OtherImage,
+    IncompatibleImage,
     /// The image refuses a scheme that runs on the host.
     #[error(
         "the image refuses command {command} of the scheme, which runs on the host: the board's Data Base is too small"

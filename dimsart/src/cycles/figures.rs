@@ -82,7 +82,7 @@ pub struct Figures {
 impl Row {
     pub(super) fn new(name: String, statistics: &Statistics, most: Option<Most>, budget_cycles: u64) -> Self {
         let bound = most.map(|most| most.cycles);
-        let most_seen = statistics.max.max(statistics.random_max);
+        let max_seen = statistics.max.max(statistics.random_max);
         Self {
             name,
             emulated_min: statistics.min,
@@ -91,10 +91,10 @@ impl Row {
             runs: statistics.count,
             random_max: statistics.random_max,
             bound,
-            ratio: bound.filter(|_| most_seen > 0).map(|bound| ratio(bound, most_seen)),
+            ratio: bound.filter(|_| max_seen > 0).map(|bound| ratio(bound, max_seen)),
             stack_bytes: most.map(|most| most.stack_bytes),
             stack_emulated_bytes: statistics.stack_bytes,
-            budget_percent: 100.0 * ratio(bound.unwrap_or(most_seen), budget_cycles),
+            budget_percent: 100.0 * ratio(bound.unwrap_or(max_seen), budget_cycles),
         }
     }
 }

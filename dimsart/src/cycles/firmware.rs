@@ -107,7 +107,7 @@ impl Firmware {
                 true => Ok(firmware),
                 false => {
                     let Self { path, name: found, .. } = firmware;
-                    Err(CyclesError::OtherThanRuns { path, found, runs: name.to_owned() })
+                    Err(CyclesError::ImageMismatch { path, found, runs: name.to_owned() })
                 }
             };
         };
@@ -123,7 +123,7 @@ impl Firmware {
         let mut found = candidates.filter_map(|path| Self::find(Some(&path), None).ok());
         found
             .find(|firmware| firmware.name == name)
-            .ok_or_else(|| CyclesError::NoneOfThatName { folder, name: name.to_owned() })
+            .ok_or_else(|| CyclesError::ImageNotFound { folder, name: name.to_owned() })
     }
 
     fn new(path: PathBuf, image: Image) -> Result<Self, CyclesError> {

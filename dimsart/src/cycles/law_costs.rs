@@ -4,7 +4,7 @@ use dimsart_core::online::{
     Field, Header, Instruction, LawParameter, MAX_INPUTS, MAX_OUTPUTS, MAX_PARAMETERS, MAX_STATES, OWN_AXIS,
     Opcode, seal,
 };
-use dimsart_core::{Command, Cost, Kinds, ModuleRef, TypeRef, Unit, Value, types};
+use dimsart_core::{Command, Cost, ModuleKinds, ModuleRef, TypeRef, Unit, Value, types};
 use hil_sim::law;
 
 use super::scheme_bound::{SchemeBound, Variant};
@@ -16,12 +16,12 @@ const COPIES: u8 = 8;
 pub(super) const MODULE: ModuleRef = ModuleRef::new(law::MODULE, 1);
 
 /// A law with all ports, parameters and states that writes an input to every output.
-pub(super) fn plain(kinds: Kinds) -> Variant {
+pub(super) fn plain(kinds: ModuleKinds) -> Variant {
     Variant::new(MODULE, commands(&[]), kinds)
 }
 
 /// The same law with copies of an instruction, if a tick can contain it.
-pub(super) fn with(opcode: Opcode, kinds: Kinds) -> Variant {
+pub(super) fn with(opcode: Opcode, kinds: ModuleKinds) -> Variant {
     // Fields other than registers are 0; registers read the input.
     let fields: Vec<u8> = opcode
         .fields()

@@ -2,7 +2,7 @@
 
 use dimsart_core::envelope::MAX_CONTENT_BYTES;
 use dimsart_core::limits::MAX_PACKET_WORDS;
-use dimsart_core::{DeviceDescriptor, Kinds, Packet, Word};
+use dimsart_core::{DeviceDescriptor, ModuleKinds, Packet, Word};
 use dimsart_link::saved_scheme::{self, fingerprint_of};
 
 use super::CyclesError;
@@ -29,7 +29,7 @@ pub(super) type Template = (usize, u16, Packet);
 pub(super) struct RandomInputs<'a> {
     random: Random,
     device: DeviceDescriptor,
-    kinds: Kinds,
+    kinds: ModuleKinds,
     dimsart: Box<SimulatedDimsart>,
     scheme: &'a [u8],
     template: Option<Template>,
@@ -41,7 +41,7 @@ pub(super) struct RandomInputs<'a> {
 impl<'a> RandomInputs<'a> {
     pub(super) fn new(
         device: DeviceDescriptor,
-        kinds: Kinds,
+        kinds: ModuleKinds,
         scheme: &'a [u8],
         template: Option<Template>,
         seed: u64,
@@ -56,7 +56,7 @@ impl<'a> RandomInputs<'a> {
     pub(super) fn tick(&mut self) -> (bool, &TickTrace) {
         let mut place = self.ticks % (STARTS + EPISODE_TICKS);
         let left_ticks = STARTS + EPISODE_TICKS - place;
-        if left_ticks > CUT_OUT_TICKS && self.dimsart.engine().fallen_modules().next().is_some() {
+        if left_ticks > CUT_OUT_TICKS && self.dimsart.engine().isolated_modules().next().is_some() {
             self.ticks += left_ticks - CUT_OUT_TICKS;
             place = STARTS + EPISODE_TICKS - CUT_OUT_TICKS;
         }

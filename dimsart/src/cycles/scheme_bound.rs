@@ -4,7 +4,7 @@ use ::cycles::timing::Timing;
 use dimsart_core::limits::{MAX_CHANNEL_TYPES, MAX_DOF, MAX_LINKS};
 use dimsart_core::scheme::{ENGINE, Problem, Row};
 use dimsart_core::{
-    Accepts, Command, CommandError, Direction, Finding, Format, KindId, Kinds, ModuleRef, Parameter,
+    Accepts, Command, CommandError, Direction, Finding, Format, KindId, ModuleKinds, ModuleRef, Parameter,
     ParameterError, Party, PortText, TypeRef, Value, Vocabulary, types,
 };
 use dimsart_link::saved_scheme;
@@ -34,7 +34,7 @@ const MIXED_CONTENT: [TypeRef; MAX_CHANNEL_TYPES] = {
 
 /// Maximum degrees of freedom of a scheme.
 #[expect(clippy::cast_possible_truncation, reason = "8")]
-pub(super) const MOST_DOF: u16 = MAX_DOF as u16;
+pub(super) const DOF_LIMIT: u16 = MAX_DOF as u16;
 
 /// Bound of a small scheme.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -53,13 +53,13 @@ pub(super) struct Variant {
     module: ModuleRef,
     parameters: Vec<Command>,
     /// Module kinds of the controller.
-    kinds: Kinds,
+    kinds: ModuleKinds,
 }
 
 impl Variant {
     /// Returns all combinations of choices and switches; numbers at their default and at another value, separately for
     /// structural and other parameters.
-    pub(super) fn of(kind: KindId, kinds: Kinds) -> Vec<Self> {
+    pub(super) fn of(kind: KindId, kinds: ModuleKinds) -> Vec<Self> {
         let module = ModuleRef { kind, number: 1 };
         if module == law_costs::MODULE {
             return vec![law_costs::plain(kinds)];
@@ -93,18 +93,18 @@ impl Variant {
     }
 
     /// A module that gets these commands before it is plugged in.
-    pub(super) fn new(module: ModuleRef, parameters: Vec<Command>, kinds: Kinds) -> Self {
+    pub(super) fn new(module: ModuleRef, parameters: Vec<Command>, kinds: ModuleKinds) -> Self {
         Self { module, parameters, kinds }
     }
 
     /// Minimum degrees of freedom of its kind.
-    pub(super) fn least_dof(&self) -> u16 {
+    pub(super) fn min_dof(&self) -> u16 {
         let takes = |dof: &u16| {
             let plugged_in = Scheme::new(self.module, usize::from(*dof), self.kinds)
                 .map(|mut scheme| scheme.dimsart.command(Command::PlugIn(self.module)));
             !matches!(plugged_in, Ok(Err(CommandError::Parameter(ParameterError::NoSuchEntry))))
         };
-        (1..=MOST_DOF).find(takes).unwrap_or(1)
+        (1..=DOF_LIMIT).find(takes).unwrap_or(1)
     }
 }
 
@@ -150,7 +150,7 @@ impl SchemeBound {
     /// [`CyclesError`] if there is no bound.
     pub(super) fn of_many(
         count: u8,
-        kinds: Kinds,
+        kinds: ModuleKinds,
         firmware: &Firmware,
         timing: Timing,
         dof: usize,
@@ -171,7 +171,7 @@ struct Scheme {
 }
 
 impl Scheme {
-    fn new(module: ModuleRef, dof: usize, kinds: Kinds) -> Result<Self, CyclesError> {
+    fn new(module: ModuleRef, dof: usize, kinds: ModuleKinds) -> Result<Self, CyclesError> {
         let device = device("master", dof, SAMPLE_PERIOD_S)?;
         let dimsart =
             SimulatedDimsart::new(device, kinds).map_err(|error| CyclesError::Scheme(error.into()))?;
@@ -210,7 +210,7 @@ impl Scheme {
         // Move writers of last-tick values after the module.
         let report = scheme.dimsart.engine().check();
         for finding in report.findings() {
-            if let Finding::NotDelayed { writer, .. } = *finding {
+            if let Finding::MissingDelay { writer, .. } = *finding {
                 scheme.give(Command::Unplug(writer))?;
                 scheme.give(Command::PlugIn(writer))?;
             }
@@ -334,8 +334,8 @@ mod tests {
     fn every_kind_has_schemes_around_it_from_the_fewest_axes_on_that_it_takes() {
         for known in ALL.list() {
             let own = Variant::of(known.id, ALL);
-            let least = own.iter().map(|variant| variant.least_dof()).max().unwrap();
-            for dof in [least, MOST_DOF].map(usize::from) {
+            let least = own.iter().map(|variant| variant.min_dof()).max().unwrap();
+            for dof in [least, DOF_LIMIT].map(usize::from) {
                 let schemes = own.iter().map(|variant| Scheme::around(variant, dof).unwrap());
                 let count = schemes.flatten().count();
                 // Counters come over a link, for every choice of causality.
@@ -347,7 +347,7 @@ mod tests {
 
     #[test]
     fn an_arm_takes_the_axes_that_it_has() {
-        let least = |name| Variant::new(named(name), Vec::new(), ALL).least_dof();
+        let least = |name| Variant::new(named(name), Vec::new(), ALL).min_dof();
         assert_eq!(["PCTRL_MOD", "PLANAR_INVERSE_MOD", "PHANTOM_INVERSE_MOD"].map(least), [1, 2, 3]);
     }
 }

@@ -17,7 +17,7 @@ const SETTLED: f64 = 0.1;
 /// Initial voltage of the step, relative to the available voltage.
 const STEP_SHARE: f64 = 0.5;
 /// Maximum permitted overshoot.
-const MOST_OVERSHOOT: f64 = 0.2;
+const MAX_OVERSHOOT: f64 = 0.2;
 /// Counts of the simulated encoder.
 const COUNTS: u32 = 1 << 14;
 /// Timeout of an identification.
@@ -38,7 +38,7 @@ impl Follow {
     /// Returns whether it settles with at most 20 % overshoot.
     #[must_use]
     pub fn is_good(&self) -> bool {
-        self.settled_s.is_some() && self.overshoot <= MOST_OVERSHOOT
+        self.settled_s.is_some() && self.overshoot <= MAX_OVERSHOOT
     }
 }
 

@@ -4,7 +4,7 @@ use serde::{Deserialize, Serialize};
 use serde_json::Value;
 
 use super::page_device::{Hand, PageDevice};
-use crate::connect::{ANY_SIDE, ConnectError, FindingText, Presence};
+use crate::connect::{ALL_DESTINATIONS, ConnectError, FindingText, Presence};
 use hil_sim::schemes::SchemeText;
 
 /// A requested action.
@@ -90,12 +90,12 @@ impl Action {
             Self::Scheme { rows, replace } => {
                 let scheme = SchemeText { name: "rows".to_owned(), text: rows };
                 json(&match replace {
-                    true => device.replace_scheme(&scheme, ANY_SIDE)?,
-                    false => device.send_scheme(&scheme, ANY_SIDE)?,
+                    true => device.replace_scheme(&scheme, ALL_DESTINATIONS)?,
+                    false => device.send_scheme(&scheme, ALL_DESTINATIONS)?,
                 })
             }
             Self::Arm => {
-                device.hold_lease_for(presence)?;
+                device.hold_lease_while_present(presence)?;
                 text("armed: the lease is held while it is renewed")
             }
             Self::Renew => {
@@ -103,7 +103,7 @@ impl Action {
                 text("the lease is renewed")
             }
             Self::Disarm => {
-                device.give_lease_back()?;
+                device.release_lease()?;
                 text("disarmed: lease released, outputs at their safe value")
             }
             Self::Abort => text(device.abort()?),
@@ -161,7 +161,7 @@ fn transaction(
 ) -> Result<Value, ConnectError> {
     device.begin()?;
     let done = edits.into_iter().try_for_each(|edit| match presence.has_left() {
-        true => Err(ConnectError::NobodyThere),
+        true => Err(ConnectError::ClientSilent),
         false => edit.run(device).map(drop),
     });
     let done = done.and_then(|()| match commit {

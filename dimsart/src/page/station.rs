@@ -25,14 +25,14 @@ use std::sync::{Arc, Mutex, PoisonError};
 use std::thread;
 use std::time::Duration;
 
-use dimsart_core::Kinds;
+use dimsart_core::ModuleKinds;
 use serde_json::Value;
 use tokio::sync::oneshot;
 
 use super::action::Action;
 use super::news::Board;
 use super::page_device::{Hand, OpenLine, PageDevice};
-use crate::connect::{ConnectError, Device, Patience, Presence};
+use crate::connect::{ConnectError, Device, Presence, Timeouts};
 use asking::{Ask, Asked, Asking};
 use looking::look;
 use recording::Recorder;
@@ -49,7 +49,7 @@ pub struct Access {
     /// Opens a line to the controller.
     pub open: OpenLine,
     /// Module kinds of this program.
-    pub kinds: Kinds,
+    pub kinds: ModuleKinds,
     /// Baud rate, which limits the rate of signal rows; `None` for a line without a limit.
     pub baud: Option<u32>,
     /// Moves references of a simulated device.
@@ -58,7 +58,7 @@ pub struct Access {
     pub recordings: Option<PathBuf>,
 }
 
-const PATIENCE: Patience = Patience { timeout: Duration::from_millis(300), tries: 4 };
+const PATIENCE: Timeouts = Timeouts { timeout: Duration::from_millis(300), tries: 4 };
 /// Maximum number of unanswered requests per client, and of all clients.
 const MAX_WAITING: usize = 32;
 const MAX_WAITING_OF_ALL: usize = 256;

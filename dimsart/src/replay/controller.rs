@@ -2,7 +2,7 @@
 
 use std::collections::VecDeque;
 
-use dimsart_core::{Command, Kinds, Word};
+use dimsart_core::{Command, ModuleKinds, Word};
 use dimsart_link::protocol::{Request, decode_request};
 
 use super::device::DeviceFacts;
@@ -31,7 +31,7 @@ impl ReplayedController {
         name: &str,
         device_json: Option<&String>,
         scheme: Option<&String>,
-        kinds: Kinds,
+        kinds: ModuleKinds,
     ) -> Result<Self, ReplayError> {
         let controller = || name.to_owned();
         let lacking = |what| ReplayError::Lacking { controller: controller(), what };

@@ -55,12 +55,12 @@ const TOP: f64 = 110.0;
 const RIGHT: f64 = 40.0;
 const BOTTOM: f64 = 90.0;
 /// Maximum number of values at an axis.
-const MOST_LABELS: usize = 12;
+const MAX_LABELS: usize = 12;
 /// Colours of the first and the second border.
 const BORDER_COLORS: [RGBColor; 2] = [BLACK, RGBColor(0xff, 0xe1, 0x4d)];
 /// Colours from minimum to maximum.
-const LEAST_COLOR: RGBColor = RGBColor(0xf3, 0xf6, 0xf9);
-const MOST_COLOR: RGBColor = RGBColor(0x00, 0x4a, 0x75);
+const MIN_COLOR: RGBColor = RGBColor(0xf3, 0xf6, 0xf9);
+const MAX_COLOR: RGBColor = RGBColor(0x00, 0x4a, 0x75);
 
 impl FieldMap {
     /// Returns the minimum and maximum number.
@@ -86,9 +86,9 @@ impl FieldMap {
                     mixed
                 };
                 RGBColor(
-                    mix(LEAST_COLOR.0, MOST_COLOR.0),
-                    mix(LEAST_COLOR.1, MOST_COLOR.1),
-                    mix(LEAST_COLOR.2, MOST_COLOR.2),
+                    mix(MIN_COLOR.0, MAX_COLOR.0),
+                    mix(MIN_COLOR.1, MAX_COLOR.1),
+                    mix(MIN_COLOR.2, MAX_COLOR.2),
                 )
             }
         }
@@ -101,8 +101,8 @@ impl FieldMap {
         legend.extend(has(Field::Yes).then(|| (color(0), "yes".to_owned())));
         legend.extend(has(Field::No).then(|| (color(1), "no".to_owned())));
         if let Some((least, most)) = self.range() {
-            legend.push((LEAST_COLOR, format!("{least:.4}")));
-            legend.push((MOST_COLOR, format!("{most:.4}")));
+            legend.push((MIN_COLOR, format!("{least:.4}")));
+            legend.push((MAX_COLOR, format!("{most:.4}")));
         }
         legend.extend(has(Field::Nothing).then(|| (LIGHT_GREY, "no result".to_owned())));
         legend
@@ -164,11 +164,11 @@ impl Picture for FieldMap {
             y += 22.0;
         }
         let text = font(13.0, FontStyle::Normal, GREY);
-        for (row, value) in self.down.1.iter().enumerate().step_by(rows.div_ceil(MOST_LABELS).max(1)) {
+        for (row, value) in self.down.1.iter().enumerate().step_by(rows.div_ceil(MAX_LABELS).max(1)) {
             let y = TOP + high * (1.0 - share(row, rows) - 0.5 * share(1, rows));
             label(area, value, (LEFT - 10.0, y), HPos::Right, &text)?;
         }
-        for (column, value) in self.right.1.iter().enumerate().step_by(columns.div_ceil(MOST_LABELS).max(1)) {
+        for (column, value) in self.right.1.iter().enumerate().step_by(columns.div_ceil(MAX_LABELS).max(1)) {
             let x = LEFT + wide * (share(column, columns) + 0.5 * share(1, columns));
             label(area, value, (x, TOP + high + 18.0), HPos::Center, &text)?;
         }

@@ -68,8 +68,8 @@ impl Figure {
 
 const WIDTH: u32 = 1400;
 /// Minimum height; more panels make a figure higher.
-const LEAST_HEIGHT: u32 = 900;
-const LEAST_PANEL_HEIGHT: u32 = 180;
+const MIN_HEIGHT: u32 = 900;
+const MIN_PANEL_HEIGHT: u32 = 180;
 /// The following sizes are in displayed pixels.
 const TITLE_HEIGHT: f64 = 62.0;
 const PANEL_TITLE_HEIGHT: f64 = 34.0;
@@ -228,7 +228,7 @@ impl<'a> FigurePicture<'a> {
 impl Picture for FigurePicture<'_> {
     fn size(&self) -> (u32, u32) {
         let panels = u32::try_from(self.panels.len()).unwrap_or(1);
-        (WIDTH, LEAST_HEIGHT.max(panels.saturating_mul(LEAST_PANEL_HEIGHT) + 130))
+        (WIDTH, MIN_HEIGHT.max(panels.saturating_mul(MIN_PANEL_HEIGHT) + 130))
     }
 
     fn draw<B: DrawingBackend>(&self, area: &Area<B>) -> Drawn<B> {
@@ -434,7 +434,7 @@ mod tests {
         let mut reader = png::Decoder::new(std::io::Cursor::new(bytes)).read_info().unwrap();
         let mut pixels = vec![0; reader.output_buffer_size().unwrap()];
         let info = reader.next_frame(&mut pixels).unwrap();
-        assert_eq!((info.width, info.height), (WIDTH, LEAST_HEIGHT));
+        assert_eq!((info.width, info.height), (WIDTH, MIN_HEIGHT));
         let blue = color(0);
         assert!(pixels.chunks_exact(3).filter(|pixel| *pixel == [blue.0, blue.1, blue.2]).count() > 500);
     }

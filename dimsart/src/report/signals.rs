@@ -14,7 +14,7 @@ use crate::recorder_files;
 use hil_sim::recording::Piece;
 
 /// Queue length for a slow disk, in blocks of up to 64 rows; the run waits when it is full.
-const MOST_WAITING: usize = 64;
+const MAX_WAITING: usize = 64;
 
 /// Format of the signals, with its metadata.
 #[derive(Debug, Clone, Default, PartialEq, Eq)]
@@ -89,7 +89,7 @@ impl SignalsFile {
         let path = folder.join(format.kind().file_name());
         let options = File::options().read(true).write(true).create(true).truncate(true).open(&path);
         let file = options.map_err(|source| ReportError::File { path: path.clone(), source })?;
-        let (sender, pieces) = sync_channel(MOST_WAITING);
+        let (sender, pieces) = sync_channel(MAX_WAITING);
         let at = path.clone();
         let thread = std::thread::spawn(move || match format {
             SignalsFormat::Csv => csv::write(&pieces, file, &at),

@@ -22,7 +22,7 @@ pub struct GridError {
 }
 
 /// Maximum number of points of a grid.
-const MOST_POINTS: usize = 10_000_000;
+const MAX_POINTS: usize = 10_000_000;
 
 impl FromStr for Values {
     type Err = GridError;
@@ -96,7 +96,7 @@ impl Grid {
             }
         }
         let count = axes.iter().try_fold(1_usize, |count, axis| count.checked_mul(axis.values.len()));
-        match count.filter(|count| *count <= MOST_POINTS) {
+        match count.filter(|count| *count <= MAX_POINTS) {
             Some(_) => Ok(Self { axes }),
             None => refuse("--vary", "more than 10 million points"),
         }

@@ -98,7 +98,7 @@ fn examined(spoil: impl FnOnce(&mut Device<CommandLine>, &mut SharedBoard)) -> O
 fn assert_failed(checks: &[Check], name: &str, found: &str) {
     let check = checks.iter().find(|check| check.name == name).unwrap();
     assert_eq!(check.verdict, Verdict::Failed, "{check}");
-    assert!(check.found.contains(found) && !check.next_step.is_empty(), "{check}");
+    assert!(check.found.contains(found) && !check.remedy.is_empty(), "{check}");
 }
 
 #[test]
@@ -188,8 +188,8 @@ fn a_step_of_the_torque_on_a_locked_rotor_shows_the_motor_s_torque_constant() {
     let (check, step) = right.step(&mut device, &line).unwrap();
     assert_eq!(check.verdict, Verdict::Passed, "{check}");
     let (_, recording) = step.picture();
-    let most_a = recording.column(1).fold(0.0, f64::max);
-    assert!((0.9..1.3).contains(&most_a), "{most_a} A");
+    let max_a = recording.column(1).fold(0.0, f64::max);
+    assert!((0.9..1.3).contains(&max_a), "{max_a} A");
     // A motor with another torque constant than configured.
     let wrong = LockedRotor { torque_constant_nm_per_a: 0.06, ..right };
     let (check, _) = wrong.step(&mut device, &line).unwrap();
@@ -197,7 +197,7 @@ fn a_step_of_the_torque_on_a_locked_rotor_shows_the_motor_s_torque_constant() {
     // A free rotor.
     line.powered.lock().unwrap().lock(false);
     let (check, _) = right.step(&mut device, &line).unwrap();
-    assert!(check.verdict == Verdict::Failed && check.next_step.contains("the rotor turned"), "{check}");
+    assert!(check.verdict == Verdict::Failed && check.remedy.contains("the rotor turned"), "{check}");
     assert!(!line.powered.lock().unwrap().is_on(), "the lease was not released");
     LockedRotor::put_back(&mut device, &before).unwrap();
     assert_eq!(device.scheme_rows(None).unwrap(), before);

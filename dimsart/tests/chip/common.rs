@@ -6,10 +6,10 @@ use std::time::Duration;
 pub(crate) use chips::CommandLine;
 use chips::{Bench, Board, OnBench, SharedBoard};
 use cycles::image::Image;
-use dimsart::connect::{Device, Patience};
+use dimsart::connect::{Device, Timeouts};
 
 /// Timeouts for a board that is slower than real time, also on a busy computer.
-pub(crate) const PATIENCE: Patience = Patience { timeout: Duration::from_secs(20), tries: 3 };
+pub(crate) const PATIENCE: Timeouts = Timeouts { timeout: Duration::from_secs(20), tries: 3 };
 
 /// Returns the board of a name on the bench, with its image; `None` without images.
 pub(crate) fn bench(name: &str) -> Option<Bench> {

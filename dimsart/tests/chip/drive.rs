@@ -8,9 +8,9 @@ use crate::client::Client;
 use crate::motor::{PERIOD_CYCLES, Powered};
 
 /// Cycles of the whole loop, from its first to its last instruction: half of the drive's period.
-const MOST_LOOP_CYCLES: u64 = PERIOD_CYCLES / 6;
+const MAX_LOOP_CYCLES: u64 = PERIOD_CYCLES / 6;
 /// Cycles of 1 us.
-const MOST_JITTER_CYCLES: u64 = 168;
+const MAX_JITTER_CYCLES: u64 = 168;
 /// Maximum time until motion is enabled and the rotor is aligned: `boards/src/b_g431b_esc1.rs`.
 const LONGEST_ALIGNING_S: f64 = 8.0;
 
@@ -82,22 +82,22 @@ fn a_current_follows_a_step_of_the_torque() {
     // 0.05 N m/A. The board limits the slew to 5 A in 10 ms.
     let (wanted_nm, wanted_a) = (0.15_f32, 3.0);
     client.want(&mut powered, wanted_nm);
-    let (mut most_a, mut most_direct_a, mut reached_s) = (0.0_f64, 0.0_f64, None);
+    let (mut max_a, mut max_direct_a, mut reached_s) = (0.0_f64, 0.0_f64, None);
     let begun_s = powered.time_s();
     while powered.time_s() < begun_s + 0.05 {
         client.period(&mut powered);
         let state = powered.motor.state();
-        most_a = most_a.max(state.quadrature_a);
-        most_direct_a = most_direct_a.max(state.direct_a.abs());
+        max_a = max_a.max(state.quadrature_a);
+        max_direct_a = max_direct_a.max(state.direct_a.abs());
         if state.quadrature_a > 0.95 * wanted_a && reached_s.is_none() {
             reached_s = Some(powered.time_s() - begun_s);
         }
     }
     let made_nm = powered.motor.torque_nm();
-    eprintln!("{made_nm:.4} N m, at most {most_a:.3} A, across {most_direct_a:.3} A, after {reached_s:?} s");
+    eprintln!("{made_nm:.4} N m, at most {max_a:.3} A, across {max_direct_a:.3} A, after {reached_s:?} s");
     assert!((made_nm - f64::from(wanted_nm)).abs() < 0.03 * f64::from(wanted_nm), "{made_nm} N m");
-    assert!(most_a < 1.1 * wanted_a, "{most_a} A");
-    assert!(most_direct_a < 0.3, "{most_direct_a} A");
+    assert!(max_a < 1.1 * wanted_a, "{max_a} A");
+    assert!(max_direct_a < 0.3, "{max_direct_a} A");
     assert!(reached_s.is_some_and(|reached_s| reached_s < 0.01), "{reached_s:?}");
     let told_a = client.signal(&mut powered, types::MOTOR_CURRENT.id);
     assert!((f64::from(told_a) - wanted_a).abs() < 0.1, "{told_a} A");
@@ -135,12 +135,12 @@ fn the_delivered_torque_is_the_commanded_one_at_every_speed() {
 fn until_off(
     powered: &mut Powered,
     client: &mut Client,
-    most_s: f64,
+    max_s: f64,
     mut each: impl FnMut(&mut Powered, f64),
 ) -> f64 {
     let begun_s = powered.time_s();
     let mut time_s = 0.0;
-    while powered.is_on() && time_s < most_s {
+    while powered.is_on() && time_s < max_s {
         each(powered, time_s);
         client.period(powered);
         time_s = powered.time_s() - begun_s;
@@ -282,15 +282,14 @@ fn an_encoder_that_is_unplugged_while_the_rotor_turns_is_a_named_fault_and_the_r
     let speed_rad_per_s = powered.motor.state().speed_rad_per_s;
     assert!(speed_rad_per_s > 20.0, "{speed_rad_per_s} rad/s");
     powered.has_encoder = false;
-    let (mut most_a, begun_s, unplugged) = (0.0_f64, powered.time_s(), powered.bench.processor.cycles());
+    let (mut max_a, begun_s, unplugged) = (0.0_f64, powered.time_s(), powered.bench.processor.cycles());
     while powered.is_on() && powered.time_s() < begun_s + 1.0 {
         client.period(&mut powered);
-        most_a =
-            powered.motor.phase_a().into_iter().fold(most_a, |most_a, phase_a| most_a.max(phase_a.abs()));
+        max_a = powered.motor.phase_a().into_iter().fold(max_a, |max_a, phase_a| max_a.max(phase_a.abs()));
     }
     let after_s = off_after(&powered, unplugged).unwrap() as f64 / 168e6;
-    eprintln!("{speed_rad_per_s:.1} rad/s, at most {most_a:.2} A, off after {after_s:.4} s");
-    assert!(most_a < f64::from(powered.drive.configuration.limits.trip_current_a), "{most_a} A");
+    eprintln!("{speed_rad_per_s:.1} rad/s, at most {max_a:.2} A, off after {after_s:.4} s");
+    assert!(max_a < f64::from(powered.drive.configuration.limits.trip_current_a), "{max_a} A");
     assert!(after_s < 0.1, "{after_s} s");
     client.run_for(&mut powered, 0.005);
     // An incremental encoder does not report a disconnection: the back-EMF shows it.
@@ -334,7 +333,7 @@ fn a_period_of_the_current_loop_takes_a_sixth_of_its_time_at_most() {
     let mean = cycles.iter().sum::<u64>() / PERIODS;
     let (least, most) = (cycles.iter().min().unwrap(), cycles.iter().max().unwrap());
     eprintln!("{least} to {most} cycles, mean {mean}");
-    assert!(*most <= MOST_LOOP_CYCLES, "{most} cycles");
+    assert!(*most <= MAX_LOOP_CYCLES, "{most} cycles");
 }
 
 #[test]
@@ -356,7 +355,7 @@ fn the_current_loop_comes_in_time_while_the_command_line_is_busy() {
         let (least, most) = powered.chip().take_answer_cycles().unwrap();
         eprintln!("{asked} requests: {least} to {most} cycles from the last sample to the loop");
         assert!(asked > 200);
-        assert!(most - least <= MOST_JITTER_CYCLES, "{least} to {most} cycles");
+        assert!(most - least <= MAX_JITTER_CYCLES, "{least} to {most} cycles");
         powered.run_for(0.02);
         powered.received.clear();
         let reason = client.reason(&mut powered);

@@ -15,9 +15,9 @@ impl As5047pModel {
         SpiDevice {
             name: "AS5047P",
             mode: 1,
-            most_clock_hz: 10e6,
-            least_select_s: 350e-9,
-            least_release_s: 350e-9,
+            max_clock_hz: 10e6,
+            min_select_s: 350e-9,
+            min_release_s: 350e-9,
             state: [0, Self::GOOD, 0, 0],
             behaviour: Self::behave,
         }
@@ -54,9 +54,9 @@ impl Mt6701Model {
         SpiDevice {
             name: "MT6701",
             mode: 1,
-            most_clock_hz: 8e6,
-            least_select_s: 100e-9,
-            least_release_s: 100e-9,
+            max_clock_hz: 8e6,
+            min_select_s: 100e-9,
+            min_release_s: 100e-9,
             state: [0; 4],
             behaviour: Self::behave,
         }
@@ -97,10 +97,10 @@ impl As5600Model {
         I2cDevice {
             name: "AS5600",
             address: 0x36,
-            most_clock_hz: 1e6,
-            least_low_s: 500e-9,
-            least_high_s: 260e-9,
-            least_setup_s: 50e-9 + 120e-9,
+            max_clock_hz: 1e6,
+            min_low_s: 500e-9,
+            min_high_s: 260e-9,
+            min_setup_s: 50e-9 + 120e-9,
             state: [0, Self::GOOD, 0, 0],
             behaviour: Self::behave,
         }

@@ -84,7 +84,7 @@ fn a_configuration_that_is_set_is_taken_by_the_next_start_until_it_is_forgotten(
 
     let mut told = image.configuration;
     (told.joint.gear_ratio, told.joint.zero_rad, told.limits.current_a) = (-4.0, 0.5, 4.0);
-    assert!(device.keep_motor(&told).unwrap(), "its scheme runs, and the write would delay its ticks");
+    assert!(device.store_motor(&told).unwrap(), "its scheme runs, and the write would delay its ticks");
     let now = device.motor().unwrap();
     assert!(now.waits && now.configuration == image.configuration);
 
@@ -101,7 +101,7 @@ fn a_configuration_that_is_set_is_taken_by_the_next_start_until_it_is_forgotten(
     };
     assert!(position.abs() < 0.01, "0.5 - 2 / 4: {position}");
 
-    device.forget_motor().unwrap();
+    device.delete_motor().unwrap();
     let forgotten = board.restart().motor().unwrap();
     assert!(!forgotten.is_kept && forgotten.configuration == image.configuration);
     assert_eq!(board.powered().bench.violations(), [] as [&str; 0]);
@@ -116,15 +116,15 @@ fn what_the_board_would_not_take_is_refused_and_nothing_is_kept() {
     too_much.limits.current_a = 50.0;
     let other_encoder = drive::Configuration { encoder: drive::Encoder::As5047p, ..right };
     for wrong in [too_much, other_encoder] {
-        let refused = device.keep_motor(&wrong).unwrap_err().to_string();
+        let refused = device.store_motor(&wrong).unwrap_err().to_string();
         assert!(refused.contains("out of its range"), "{refused}");
     }
     device.take_lease().unwrap();
-    let refused = device.keep_motor(&right).unwrap_err().to_string();
+    let refused = device.store_motor(&right).unwrap_err().to_string();
     assert!(refused.contains("at rest"), "{refused}");
     let refused = device.restart().unwrap_err().to_string();
     assert!(refused.contains("holds the lease"), "{refused}");
-    device.give_lease_back().unwrap();
+    device.release_lease().unwrap();
     assert!(!device.motor().unwrap().waits);
     assert!(!board.restart().motor().unwrap().is_kept);
 }
@@ -135,7 +135,7 @@ fn a_board_without_a_drive_says_so() {
     shared.run_for(0.1);
     let mut device = shared.greet();
     assert!(matches!(device.motor(), Err(ConnectError::NoDrive)));
-    assert!(matches!(device.forget_motor(), Err(ConnectError::NoDrive)));
+    assert!(matches!(device.delete_motor(), Err(ConnectError::NoDrive)));
 }
 
 #[test]
@@ -145,7 +145,7 @@ fn a_board_identifies_its_motor_although_it_was_told_of_another_one() {
     let truth = device.motor().unwrap().configuration.motor;
     let mut told = device.motor().unwrap().configuration;
     (told.motor.pole_pairs, told.motor.resistance_ohm, told.motor.direct_inductance_h) = (4, 2.0, 1e-3);
-    device.keep_motor(&told).unwrap();
+    device.store_motor(&told).unwrap();
     let mut device = board.restart();
     device.set("COMM_RXMOD", "TIMEOUT_TICKS", "0").unwrap();
     let found = device.identify_motor(2.0, || {}).unwrap();
@@ -168,7 +168,7 @@ fn a_motor_of_low_resistance_asks_for_the_current_that_identifies_it() {
     let mut device = board.greet();
     let mut told = device.motor().unwrap().configuration;
     (told.limits.current_a, told.limits.trip_current_a) = (10.0, 20.0);
-    device.keep_motor(&told).unwrap();
+    device.store_motor(&told).unwrap();
     let mut device = board.restart();
     device.set("COMM_RXMOD", "TIMEOUT_TICKS", "0").unwrap();
     let error = device.identify_motor(2.0, || {}).unwrap_err();

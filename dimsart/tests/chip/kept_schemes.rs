@@ -3,7 +3,7 @@
 use chips::stm32g4::FlashFault;
 use chips::{BOARDS, Bench, Part};
 use cycles::processor::Reset;
-use dimsart::connect::{ConnectError, Device, KeptReport};
+use dimsart::connect::{ConnectError, Device, StoredSchemesReport};
 
 use crate::common::{CommandLine, Shared, bench_of, image};
 
@@ -25,8 +25,8 @@ fn change_and_save(shared: &Shared, stiffness: &str) -> Result<String, String> {
 /// Writes to the flash of a board. A single-bank board halts during the write, so its scheme is stopped before.
 fn write(
     shared: &Shared,
-    action: fn(&mut Device<CommandLine>) -> Result<KeptReport, ConnectError>,
-) -> Result<KeptReport, String> {
+    action: fn(&mut Device<CommandLine>) -> Result<StoredSchemesReport, ConnectError>,
+) -> Result<StoredSchemesReport, String> {
     let mut device = shared.greet();
     if shared.bench().board.part == Part::G474re {
         return action(&mut device).map_err(|error| error.to_string());
@@ -105,7 +105,7 @@ fn a_scheme_that_the_flash_does_not_take_is_refused() {
 
 /// Waits for the start of a reset board, which erases nothing and ends before the watchdog timeout; returns the loaded scheme.
 #[track_caller]
-fn start_in_time(shared: &Shared, case: &str) -> KeptReport {
+fn start_in_time(shared: &Shared, case: &str) -> StoredSchemesReport {
     let erased = shared.bench().chip().flash_writes().0;
     shared.run_for(START_S);
     let (now_erased, resets) = {
@@ -120,7 +120,7 @@ fn start_in_time(shared: &Shared, case: &str) -> KeptReport {
 }
 
 #[track_caller]
-fn restart_in_time(shared: &Shared, case: &str) -> KeptReport {
+fn restart_in_time(shared: &Shared, case: &str) -> StoredSchemesReport {
     shared.bench().reset();
     start_in_time(shared, case)
 }

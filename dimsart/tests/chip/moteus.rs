@@ -16,7 +16,7 @@ const BOARD: usize = 0;
 const ADAPTER: usize = 1;
 /// From `boards/src/catalogue/nucleo_g474re.rs`.
 const IDS: [u8; 3] = [1, 2, 3];
-const MOST_TORQUE_NM: f64 = 1.0;
+const MAX_TORQUE_NM: f64 = 1.0;
 const INERTIA_KG_M2: f64 = 0.01;
 /// Polling interval of the bus: shorter than a frame.
 const STEP_S: f64 = 50e-6;
@@ -39,7 +39,7 @@ impl World {
         let adapter = CanAdapter::bench(board.board).unwrap();
         let axis = |id| {
             let joint = JointParameters::of_inertia(INERTIA_KG_M2).build().unwrap();
-            (MoteusDrive::new(id, MOST_TORQUE_NM), joint)
+            (MoteusDrive::new(id, MAX_TORQUE_NM), joint)
         };
         let mut world = Self {
             bus: CanBus::new(vec![board, adapter]),

@@ -36,7 +36,7 @@ const ASKED_S: f64 = 12e-6;
 /// Sample period of an AS5600: 150 us.
 const SAMPLE_PERIODS: u64 = 3;
 /// Maximum number of averaged samples.
-const MOST_SAMPLES: usize = 16;
+const MAX_SAMPLES: usize = 16;
 /// Angle of an absolute encoder with the d axis aligned to phase U, `rad`.
 pub(crate) const OFFSET_RAD: f64 = 1.1;
 
@@ -344,7 +344,7 @@ impl Powered {
         }
         self.sampled_periods = 0;
         self.samples.push_front(turns);
-        self.samples.truncate(MOST_SAMPLES);
+        self.samples.truncate(MAX_SAMPLES);
         let Some(device) = self.bench.chip().i2c_device("I2C4") else { return };
         let count = As5600Model::filtered_samples(device).min(self.samples.len());
         #[expect(clippy::cast_precision_loss, reason = "a few")]

@@ -55,20 +55,20 @@ fn follow_a_step((mut powered, mut client): (Powered, Client), name: &str) {
     // 0.05 N m/A. The board limits the slew to 5 A in 10 ms.
     let (wanted_nm, wanted_a) = (0.15_f32, 3.0);
     client.want(&mut powered, wanted_nm);
-    let (mut most_a, mut reached_s) = (0.0_f64, None);
+    let (mut max_a, mut reached_s) = (0.0_f64, None);
     let begun_s = powered.time_s();
     while powered.time_s() < begun_s + 0.05 {
         client.period(&mut powered);
         let state = powered.motor.state();
-        most_a = most_a.max(state.quadrature_a);
+        max_a = max_a.max(state.quadrature_a);
         if state.quadrature_a > 0.95 * wanted_a && reached_s.is_none() {
             reached_s = Some(powered.time_s() - begun_s);
         }
     }
     let made_nm = powered.motor.torque_nm();
-    eprintln!("{name}: {made_nm:.4} N m, at most {most_a:.3} A, after {reached_s:?} s");
+    eprintln!("{name}: {made_nm:.4} N m, at most {max_a:.3} A, after {reached_s:?} s");
     assert!((made_nm - f64::from(wanted_nm)).abs() < 0.03 * f64::from(wanted_nm), "{made_nm} N m");
-    assert!(most_a < 1.1 * wanted_a, "{most_a} A");
+    assert!(max_a < 1.1 * wanted_a, "{max_a} A");
     assert!(reached_s.is_some_and(|reached_s| reached_s < 0.01), "{reached_s:?}");
     let told_a = client.signal(&mut powered, types::MOTOR_CURRENT.id);
     assert!((f64::from(told_a) - wanted_a).abs() < 0.1, "{told_a} A");
@@ -131,8 +131,8 @@ fn the_age_of_an_absolute_angle_is_made_up_for_while_the_rotor_turns() {
         );
         // Without compensation the angle would lag by 0.033 rad, and with an AS5600 by 0.2 rad.
         // With half as many readings, the observer lags more during acceleration.
-        let most_rad = if encoder == Encoder::As5600 { 0.02 } else { 0.012 };
-        assert!(askew_rad.abs() < most_rad, "{askew_rad}");
+        let max_rad = if encoder == Encoder::As5600 { 0.02 } else { 0.012 };
+        assert!(askew_rad.abs() < max_rad, "{askew_rad}");
         // As in `boards/src/current_loop.rs`. An AS5600 has received two bytes when it samples its angle: 18.5 bits of 1.15 us.
         if encoder == Encoder::As5600 {
             let taken = share.rem_euclid(1.0) + 18.5 * 1.15 / 50.0;
@@ -163,7 +163,7 @@ fn a_period_of_the_current_loop_takes_a_quarter_of_its_time_at_most_with_any_enc
 #[test]
 fn an_absolute_encoder_that_is_unplugged_is_a_named_fault_in_the_tick_after() {
     // Three readings must be missing, plus a tick to detect it. An AS5600 is read every other period.
-    for (encoder, most_periods) in ABSOLUTE.into_iter().zip([5, 5, 10]) {
+    for (encoder, max_periods) in ABSOLUTE.into_iter().zip([5, 5, 10]) {
         let Some((mut powered, mut client)) = started(encoder) else { return };
         client.want(&mut powered, 0.05);
         client.run_for(&mut powered, 0.05);
@@ -173,7 +173,7 @@ fn an_absolute_encoder_that_is_unplugged_is_a_named_fault_in_the_tick_after() {
         client.run_for(&mut powered, 2e-3);
         let off = powered.switched.last().filter(|(_, is_on)| !is_on).unwrap();
         eprintln!("{encoder:?}: off after {} cycles", off.0 - unplugged);
-        assert!(off.0 - unplugged < most_periods * PERIOD_CYCLES, "{off:?} {unplugged}");
+        assert!(off.0 - unplugged < max_periods * PERIOD_CYCLES, "{off:?} {unplugged}");
         assert_eq!(client.reason(&mut powered), Some(Reason::EncoderLost));
         assert_sound(&powered);
     }

@@ -163,7 +163,7 @@ fn wires_that_touch_drive_both_off_the_bus_and_both_join_it_again() {
 
 /// CAN bus event codes among these.
 fn of_bus(events: &[u8]) -> Vec<u8> {
-    let is_of_bus = |what: &&u8| (EventKind::BusLeft as u8..=EventKind::BusGivenUp as u8).contains(*what);
+    let is_of_bus = |what: &&u8| (EventKind::BusOff as u8..=EventKind::BusOffPermanent as u8).contains(*what);
     events.iter().filter(is_of_bus).copied().collect()
 }
 
@@ -179,7 +179,7 @@ fn a_bus_that_was_given_up_is_joined_by_a_reset_and_no_reset_hides_that_it_is_si
     }
     pair.run(300);
     let [left, joined, given_up] =
-        [EventKind::BusLeft, EventKind::BusJoined, EventKind::BusGivenUp].map(|kind| kind as u8);
+        [EventKind::BusOff, EventKind::BusRejoined, EventKind::BusOffPermanent].map(|kind| kind as u8);
     for board in [MASTER, SLAVE] {
         assert!(pair.bench(board).chip().is_can_off());
         assert_eq!(pair.blocked(board), Some(Blocked::Tick(Tick::LinkLost { link: 0 })));

@@ -10,7 +10,7 @@ use std::sync::{Arc, Mutex};
 use std::thread;
 use std::time::Duration;
 
-use dimsart::connect::{Device, Patience};
+use dimsart::connect::{Device, Timeouts};
 use dimsart_core::{Tick, Word};
 use dimsart_link::protocol::{
     HEARTBEATS_PER_S, MAX_FRAME_BYTES, Receiver, Request, decode_request, encode_heartbeat, encode_sample,
@@ -90,7 +90,7 @@ impl Board {
         self.connect_with(QUICK)
     }
 
-    pub(crate) fn connect_with(&self, patience: Patience) -> Device<Client> {
+    pub(crate) fn connect_with(&self, patience: Timeouts) -> Device<Client> {
         Device::greet(self.line(), patience, dimsart_modules::ALL).unwrap()
     }
 

@@ -361,7 +361,7 @@ fn a_device_of_a_newer_version_is_read_as_far_as_it_is_understood_and_never_chan
     ];
     for refusal in refusals {
         let error = refusal.unwrap_err();
-        assert!(matches!(error, ConnectError::LookOnly(_)), "{error}");
+        assert!(matches!(error, ConnectError::ReadOnly(_)), "{error}");
         let expected = format!(
             "read-only, nothing has changed: the device has protocol version {}, this program {PROTOCOL_VERSION}",
             PROTOCOL_VERSION + 1

@@ -7,7 +7,7 @@ use std::sync::{Arc, Mutex};
 use std::thread;
 use std::time::Duration;
 
-use dimsart::connect::{Device, Patience};
+use dimsart::connect::{Device, Timeouts};
 use dimsart_core::{
     AxisKind, DataType, DeviceDescriptor, Dimsart, Format, ProvidedMemory, Shape, Summary, Unit, Word, types,
 };
@@ -23,9 +23,9 @@ use hil_sim::schemes::SchemeText;
 use rand_core::{Rng, SeedableRng};
 
 /// Timeouts for a lossless line on a busy machine.
-pub(crate) const QUICK: Patience = Patience { timeout: Duration::from_secs(10), tries: 3 };
+pub(crate) const QUICK: Timeouts = Timeouts { timeout: Duration::from_secs(10), tries: 3 };
 /// Timeouts for a line without answers.
-pub(crate) const SHORT: Patience = Patience { timeout: Duration::from_millis(500), tries: 3 };
+pub(crate) const SHORT: Timeouts = Timeouts { timeout: Duration::from_millis(500), tries: 3 };
 
 /// Longer than the timeout of a line with late answers.
 const LATE: Duration = Duration::from_millis(120);
@@ -180,7 +180,7 @@ impl Emulated {
         emulated
     }
 
-    pub(crate) fn connect(&self, patience: Patience) -> Device<Box<dyn Stream>> {
+    pub(crate) fn connect(&self, patience: Timeouts) -> Device<Box<dyn Stream>> {
         Device::greet(open_port(&self.port, 0).unwrap(), patience, ALL).unwrap()
     }
 

@@ -46,8 +46,8 @@ fn out(port: &str, action: &str) -> String {
 #[test]
 fn each_command_is_given_as_it_is_and_answered_by_how_the_schemes_stand_and_what_comes_next() {
     let not_confirmed = Some(Fallback::Unconfirmed);
-    let other_image = Some(Fallback::Trial(LoadError::OtherImage));
-    let refused = LoadError::Refused { command: 4, error: CommandError::DoesNotMatch { faults: 2 } };
+    let other_image = Some(Fallback::Trial(LoadError::IncompatibleImage));
+    let refused = LoadError::Refused { command: 4, error: CommandError::HasFaults { faults: 2 } };
     for (action, expected, found, lines) in [
         (
             "save",
@@ -116,9 +116,9 @@ fn what_a_board_refuses_is_told_with_what_to_do() {
         (Refusal::Store(StoreError::NoStorage), "the device cannot store schemes"),
         (Refusal::Store(StoreError::SchemeRuns), "`stop` it first"),
         (Refusal::Store(StoreError::TooLong), "the scheme takes more than"),
-        (Refusal::Store(StoreError::NotTried), "restart the device"),
+        (Refusal::Store(StoreError::NoTrial), "restart the device"),
         (Refusal::Store(StoreError::Storage), "what was kept before still is"),
-        (Refusal::Engine(CommandError::DoesNotMatch { faults: 1 }), "run `faults` to list them"),
+        (Refusal::Engine(CommandError::HasFaults { faults: 1 }), "run `faults` to list them"),
     ] {
         let (port, _) = keeping(Err(refusal));
         let found = message(&dimsart(&["connect", &port, "save"]));

@@ -6,7 +6,7 @@ use std::sync::mpsc::{Receiver, channel};
 use std::thread;
 use std::time::Duration;
 
-use dimsart::connect::{ConnectError, Live, Patience, ValueText};
+use dimsart::connect::{ConnectError, Live, Timeouts, ValueText};
 use dimsart_core::{Tick, Word};
 use dimsart_link::protocol::{LeaseAction, MAX_FRAME_BYTES, Refusal, Request, encode_request, request_id};
 use hil_sim::clock;
@@ -151,7 +151,7 @@ fn a_lease_that_is_held_outlasts_a_long_row_of_questions() {
         device.state().unwrap();
     }
     assert_eq!(device.live().unwrap().holder, Some(device.client()));
-    device.give_lease_back().unwrap();
+    device.release_lease().unwrap();
     board.wait_for(Tick::Disarmed);
     device.state().unwrap();
 }
@@ -159,7 +159,7 @@ fn a_lease_that_is_held_outlasts_a_long_row_of_questions() {
 #[test]
 fn an_answer_that_gets_lost_does_not_cost_the_lease() {
     let board = running();
-    let patience = Patience { timeout: Duration::from_millis(500), tries: 3 };
+    let patience = Timeouts { timeout: Duration::from_millis(500), tries: 3 };
     let mut device = board.connect_with(patience);
     device.hold_lease().unwrap();
     for lost in 1..=2 {
@@ -195,7 +195,7 @@ fn a_lease_of_a_locked_board_is_renewed_with_its_key() {
     device.listen(Duration::from_millis(400)).unwrap();
     device.renew_in_time().unwrap();
     assert_eq!(device.live().unwrap().holder, Some(device.client()));
-    device.give_lease_back().unwrap();
+    device.release_lease().unwrap();
     board.wait_for(Tick::Disarmed);
 }
 
@@ -210,7 +210,7 @@ fn others_who_seal_do_not_cost_the_lease() {
     // Each session's next request is older than the last one accepted by the board: alternate between both.
     for _ in 0..20 {
         other.take_lease().unwrap();
-        other.give_lease_back().unwrap();
+        other.release_lease().unwrap();
     }
     device.hold_lease().unwrap();
     for _ in 0..8 {
@@ -222,7 +222,7 @@ fn others_who_seal_do_not_cost_the_lease() {
         }
     }
     assert_eq!(device.live().unwrap().holder, Some(device.client()));
-    device.give_lease_back().unwrap();
+    device.release_lease().unwrap();
 }
 
 /// Sends a request as a client of this number, in addition to the other clients.

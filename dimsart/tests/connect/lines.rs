@@ -5,7 +5,7 @@ use std::sync::{Arc, Mutex};
 use std::thread;
 use std::time::Duration;
 
-use dimsart::connect::{ConnectError, Device, LineError, Patience};
+use dimsart::connect::{ConnectError, Device, LineError, Timeouts};
 use dimsart_link::protocol::{
     MAX_FRAME_BYTES, OLDEST_PROTOCOL_VERSION, PROTOCOL_VERSION, Refusal, Request, Response, decode_request,
     encode_response, serve,
@@ -20,7 +20,7 @@ fn noise_loss_and_delay_change_no_answer() {
     let clean = Emulated::start();
     let script =
         "all PDCTRL_MOD K_PARAM 7\nall PDCTRL_MOD D_PARAM 3\nall PDCTRL_MOD PORT_DES_POSITION POSITION\n";
-    let patience = Patience { timeout: Duration::from_millis(50), tries: 200 };
+    let patience = Timeouts { timeout: Duration::from_millis(50), tries: 200 };
     let mut device = clean.connect(patience);
     device
         .send_scheme(&SchemeText { name: "my.scheme".to_owned(), text: script.to_owned() }, "master")
@@ -44,7 +44,7 @@ fn noise_loss_and_delay_change_no_answer() {
 #[test]
 fn an_answer_that_comes_after_its_question_was_repeated_is_not_taken_for_the_next_one() {
     let emulated = Emulated::on(Faults { late_commands_each: 6, ..Faults::default() });
-    let mut device = emulated.connect(Patience { timeout: Duration::from_millis(50), tries: 200 });
+    let mut device = emulated.connect(Timeouts { timeout: Duration::from_millis(50), tries: 200 });
     for value in ["11", "12", "13", "14", "15"] {
         for (name, value) in [("K_PARAM", value.to_owned()), ("D_PARAM", format!("1{value}"))] {
             let outcome = device.set("PDCTRL_MOD", name, &value).unwrap();
@@ -88,7 +88,7 @@ fn a_command_that_must_not_be_given_twice_is_sent_once() {
     });
     let mut device = Device::greet(open_port(&port, 0).unwrap(), SHORT, dimsart_modules::ALL).unwrap();
     let error = device.on("PDCTRL_MOD", None).unwrap_err();
-    assert!(matches!(error, ConnectError::Line(LineError::Unsure { .. })), "{error}");
+    assert!(matches!(error, ConnectError::Line(LineError::OutcomeUnknown { .. })), "{error}");
     assert!(error.to_string().contains("run `show` before you repeat it"), "{error}");
     assert_eq!(robot.lock().unwrap().commands, 1);
     let error = device.set("PDCTRL_MOD", "K_PARAM", "1").unwrap_err();
@@ -164,7 +164,7 @@ fn an_answer_of_a_newer_version_is_not_taken_for_silence() {
     let error = device.overview().unwrap_err();
     assert!(matches!(error, ConnectError::Line(LineError::NotUnderstood)), "{error}");
     assert!(error.to_string().contains("use the `dimsart` of the image's version"), "{error}");
-    assert!(matches!(device.on("PDCTRL_MOD", None), Err(ConnectError::LookOnly(_))));
+    assert!(matches!(device.on("PDCTRL_MOD", None), Err(ConnectError::ReadOnly(_))));
     assert_eq!(device.signals(&[]).unwrap()[0].name, "POSITION", "reading is possible");
 }
 

@@ -10,7 +10,7 @@ use cycles::timing::{Column, Profile, Timing};
 use dimsart::budget::Budget;
 use dimsart::cycles::{Controller, CyclesError, Firmware, Memory};
 use dimsart::stamp::StampedImage;
-use dimsart_core::{Costs, Dimsart, Kind, KindId, ProvidedMemory};
+use dimsart_core::{Costs, Dimsart, KindId, ModuleKind, ProvidedMemory};
 use dimsart_link::saved_scheme;
 use dimsart_modules::{ALL, group_of};
 use hil_sim::schemes::device;
@@ -54,7 +54,7 @@ fn every_board_s_stamp_knows_every_kind_and_takes_the_shipped_scheme_by_the_boar
         assert!(!image.compiler().is_empty(), "{board}");
         let costs = image.costs().unwrap();
         assert!(costs.first().is_some_and(|cost| cost.cycles(1) > 0), "{board}: {costs:?}");
-        let of_groups = |kind: &&&Kind| group_of(kind.id).is_some_and(|group| info.has_group(group));
+        let of_groups = |kind: &&&ModuleKind| group_of(kind.id).is_some_and(|group| info.has_group(group));
         let expected: Vec<KindId> = ALL.list().iter().filter(of_groups).map(|kind| kind.id).collect();
         assert_eq!(image.kinds(), expected, "{board}");
         assert!(costs[1..=expected.len()].iter().all(|cost| cost.cycles(1) > 0), "{board}: {costs:?}");

@@ -18,7 +18,7 @@ pub(crate) const EVERY_MODULE: &str =
     concat!(env!("CARGO_MANIFEST_DIR"), "/tests/emulated/every_module.scheme");
 
 /// Maximum counts, so that the memory of a board suffices.
-const MOST: u32 = 100;
+const MAX: u32 = 100;
 /// Larger factors would cause infinities, and a module with an infinite output is stopped.
 const LARGEST: f32 = 1e3;
 
@@ -91,7 +91,7 @@ fn random_value(parameter: &Parameter, random: &mut Pcg64Mcg) -> Option<Value> {
             let (min, max) = (min.max(-LARGEST), max.min(LARGEST));
             Value::Real(min + (max - min) * (number as f32 / u32::MAX as f32))
         }
-        Accepts::Count { min, max } => Value::Count(min + number % (max.min(MOST) - min + 1)),
+        Accepts::Count { min, max } => Value::Count(min + number % (max.min(MAX) - min + 1)),
         Accepts::Integer { min, max } => {
             // `None` if the range has all numbers.
             let count = max.abs_diff(min).checked_add(1);

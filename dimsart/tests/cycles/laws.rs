@@ -11,7 +11,7 @@ use hil_sim::schemes::device;
 use crate::common::variant;
 
 /// Maximum ratio of the cycles of a law and of the same law in Rust.
-const MOST_TIMES: u64 = 15;
+const MAX_TIMES: u64 = 15;
 const TICKS: u16 = 300;
 
 const P: &str = "law P
@@ -142,7 +142,7 @@ fn a_law_has_the_bits_of_the_one_in_rust_and_takes_at_most_15_times_its_cycles()
                 cycles_in_rust / ticks,
                 cycles as f64 / cycles_in_rust as f64
             );
-            assert!(cycles <= MOST_TIMES * cycles_in_rust, "{name}: {cycles} and {cycles_in_rust}");
+            assert!(cycles <= MAX_TIMES * cycles_in_rust, "{name}: {cycles} and {cycles_in_rust}");
         }
     }
 }

@@ -7,7 +7,7 @@ use std::thread;
 use std::time::Duration;
 
 use defmt_decoder::DecodeError;
-use dimsart::connect::{Device, Patience};
+use dimsart::connect::{Device, Timeouts};
 use hil_sim::link::{Stream, open_port};
 use tempfile::TempDir;
 
@@ -151,6 +151,6 @@ fn emulator(image: &Path, folder: &Path, shift: u8) -> Child {
 }
 
 pub(crate) fn greet(uart: Box<dyn Stream>) -> Device<Box<dyn Stream>> {
-    let patience = Patience { timeout: TEST_TIMEOUT / 10, tries: 10 };
+    let patience = Timeouts { timeout: TEST_TIMEOUT / 10, tries: 10 };
     Device::greet(uart, patience, dimsart_modules::ALL).unwrap()
 }

@@ -105,7 +105,7 @@ fn a_scheme_of_another_image_is_not_run() {
     change_fingerprint(&mut flash);
     fs::write(path, flash).unwrap();
     firmware.restart();
-    let reason = "started with the built-in scheme: the scheme on trial does not load: it was saved by an image with \
+    let reason = "started with the built-in scheme: the scheme on trial does not load: saved by an image with \
                   other modules, parameters or data types: save it again";
     assert_shows(&firmware, &format!("{reason}\n{NOT_AGAIN}"), 10);
 }

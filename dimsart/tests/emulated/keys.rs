@@ -169,7 +169,7 @@ fn a_lease_is_sealed_and_whoever_repeats_it_is_refused() {
         device.take_lease().unwrap();
         // On a busy computer the lease expires before these arrive; they are authenticated anyway.
         let _ = device.renew_lease();
-        device.give_lease_back().is_ok()
+        device.release_lease().is_ok()
     };
     let repeated = heard.lock().unwrap().clone();
     let mut uart = board.firmware.uart();

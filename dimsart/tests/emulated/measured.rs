@@ -35,7 +35,7 @@ fn measured_under_the_lease(device: &mut Device<Box<dyn Stream>>) -> Measured {
     for _ in 0..1000 {
         let attempt = device.hold_lease().and_then(|_| device.reset(None)).and_then(|_| measured(device));
         match attempt {
-            Err(ConnectError::Refused(Refusal::Lease { .. })) | Err(ConnectError::LeaseOver) => {}
+            Err(ConnectError::Refused(Refusal::Lease { .. })) | Err(ConnectError::LeaseExpired) => {}
             attempt => return attempt.unwrap(),
         }
     }
@@ -96,7 +96,7 @@ fn eight_clients_cost_a_tick_nothing() {
     let _shared = SharedPort::new(&port, firmware.uart()).unwrap();
     let connect = || greet(broker::open(&port, 0).unwrap());
     let mut device = connect();
-    device.measure_anew().unwrap();
+    device.reset_cycle_counts().unwrap();
     let alone = measured(&mut device).unwrap().tick;
     let is_over = AtomicBool::new(false);
     let watched = thread::scope(|scope| {
@@ -110,7 +110,7 @@ fn eight_clients_cost_a_tick_nothing() {
                 }
             });
         }
-        device.measure_anew().unwrap();
+        device.reset_cycle_counts().unwrap();
         let watched = measured(&mut device).unwrap().tick;
         is_over.store(true, Ordering::Relaxed);
         watched
@@ -137,7 +137,7 @@ fn a_change_of_the_scheme_and_a_request_begin_anew() {
     let Some(firmware) = Firmware::start_measuring() else { return };
     let mut device = greet(firmware.uart());
     let before = measured(&mut device).unwrap();
-    device.measure_anew().unwrap();
+    device.reset_cycle_counts().unwrap();
     assert!(device.measured().unwrap().unwrap().tick.runs < before.tick.runs);
     measured(&mut device).unwrap();
     device.stop().unwrap();

@@ -140,8 +140,9 @@ impl Cia402Joint {
         let trouble = match (shows, state) {
             _ if of_setup.is_some() || emergency.is_some() => emergency.or(of_setup),
             (Shows::Silent, _) => Some(Cia402Trouble::Silent),
-            (Shows::Disobeys, Cia402State::OperationEnabled) => Some(Cia402Trouble::Mode(self.mode)),
-            (Shows::Disobeys, _) | (Shows::State, Cia402State::Fault | Cia402State::FaultReactionActive) => {
+            (Shows::UnexpectedMode, Cia402State::OperationEnabled) => Some(Cia402Trouble::Mode(self.mode)),
+            (Shows::UnexpectedMode, _)
+            | (Shows::State, Cia402State::Fault | Cia402State::FaultReactionActive) => {
                 Some(Cia402Trouble::State(state))
             }
             _ => None,

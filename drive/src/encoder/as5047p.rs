@@ -15,10 +15,10 @@ impl As5047p {
     /// Counts per turn.
     pub const COUNTS_PER_TURN: u32 = 1 << 14;
     /// Maximum clock, `Hz`. SPI mode 1 (idle low, sampled on the falling edge), most significant bit first.
-    pub const MOST_CLOCK_HZ: u32 = 10_000_000;
+    pub const MAX_CLOCK_HZ: u32 = 10_000_000;
     /// Minimum time from chip select to the first clock edge, and between two frames with the chip deselected, `ns`.
     /// The three frames take 7 µs at the maximum clock: the chip can be read every 50 µs.
-    pub const LEAST_SELECT_NS: u32 = 350;
+    pub const MIN_SELECT_NS: u32 = 350;
     /// Frames of a reading, each with its own chip select: read the compensated angle, the diagnosis, and the error
     /// register, which clears it. Otherwise one corrupted command would flag all later replies.
     pub const REQUEST: [[u8; 2]; 3] = [read(0x3FFF), read(0x3FFC), read(0x0001)];

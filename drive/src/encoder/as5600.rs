@@ -17,10 +17,10 @@ impl As5600 {
     /// I²C address, 7 bits.
     pub const ADDRESS: u8 = 0x36;
     /// Maximum clock, `Hz`: Fast-mode Plus.
-    pub const MOST_CLOCK_HZ: u32 = 1_000_000;
+    pub const MAX_CLOCK_HZ: u32 = 1_000_000;
     /// Minimum clock low time, clock high time, and data setup time including the maximum rise time of the data, `ns`
     /// (NXP UM10204, Fast-mode Plus).
-    pub const LEAST_NS: [u32; 3] = [500, 260, 50 + 120];
+    pub const MIN_NS: [u32; 3] = [500, 260, 50 + 120];
     /// Sample period of the chip, `s`.
     pub const SAMPLE_S: f32 = 150e-6;
     /// Mean age of the angle after [setup](Self::SETUP), `s`: half a sample period of waiting plus half of filtering

@@ -15,10 +15,10 @@ impl Mt6701 {
     pub const COUNTS_PER_TURN: u32 = 1 << 14;
     /// Maximum safe clock, `Hz`; drivers state 8 MHz to 25 MHz. SPI mode 1 (idle low, sampled on the falling edge), most
     /// significant bit first.
-    pub const MOST_CLOCK_HZ: u32 = 8_000_000;
+    pub const MAX_CLOCK_HZ: u32 = 8_000_000;
     /// Minimum time from chip select to the first clock edge, `ns`. The three bytes take 3.2 µs at the maximum clock:
     /// the chip can be read every 50 µs.
-    pub const LEAST_SELECT_NS: u32 = 100;
+    pub const MIN_SELECT_NS: u32 = 100;
 
     /// Decodes the three bytes.
     ///

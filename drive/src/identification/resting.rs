@@ -11,9 +11,9 @@ const RISE_S: f32 = 2.0;
 const SHARE: f32 = 0.05;
 const FILTER_S: f32 = 0.02;
 /// Maximum attempts until the phase currents match the voltage.
-const MOST_TRIES: u8 = 4;
+const MAX_TRIES: u8 = 4;
 /// Minimum difference of the two compared currents, relative to the current.
-const LEAST_CHANGE: f32 = 0.25;
+const MIN_CHANGE: f32 = 0.25;
 /// Time for the rotor to come to rest.
 const SETTLE_S: f32 = 0.5;
 /// Averaging time of a current.
@@ -71,38 +71,38 @@ impl Resting {
     pub(super) fn step(
         &mut self,
         phase_a: [f32; 3],
-        most_v: f32,
+        max_v: f32,
     ) -> Result<(Stator, Option<Rest>), IdentificationError> {
         let [along_a, v, w] = phase_a;
         let largest_a = larger(larger(along_a.abs(), v.abs()), w.abs());
         let wanted_a = if self.half.is_none() { 0.5 * self.current_a } else { self.current_a };
-        let (missing_a, most_a) = (wanted_a - largest_a, SHARE * self.current_a);
+        let (missing_a, max_a) = (wanted_a - largest_a, SHARE * self.current_a);
         let rise_a = largest_a - self.filtered_a;
         self.filtered_a += rise_a * self.period_s / FILTER_S;
-        let change_v = most_v * self.period_s / RISE_S;
+        let change_v = max_v * self.period_s / RISE_S;
         let mut done = None;
         match &mut self.held_s {
             None => {
-                if rise_a < most_a {
+                if rise_a < max_a {
                     self.voltage_v += change_v;
                 }
                 if missing_a <= 0.0 {
                     self.held_s = Some(0.0);
-                } else if self.voltage_v > most_v {
-                    return Err(IdentificationError::NoCurrent);
+                } else if self.voltage_v > max_v {
+                    return Err(IdentificationError::SupplyTooLow);
                 }
             }
             Some(held_s) => {
                 *held_s += self.period_s;
                 if *held_s > SETTLE_S {
                     self.samples += 1.0;
-                    self.is_steady &= missing_a < LEAST_CHANGE * self.current_a;
+                    self.is_steady &= missing_a < MIN_CHANGE * self.current_a;
                     for (sum_a, phase_a) in self.sum_a.iter_mut().zip(phase_a) {
                         *sum_a += phase_a;
                     }
-                } else if missing_a > most_a && rise_a < most_a {
+                } else if missing_a > max_a && rise_a < max_a {
                     self.voltage_v += change_v;
-                } else if missing_a < -most_a && rise_a > -most_a {
+                } else if missing_a < -max_a && rise_a > -max_a {
                     self.voltage_v -= change_v;
                 }
                 if *held_s > SETTLE_S + AVERAGE_S {
@@ -114,11 +114,11 @@ impl Resting {
                         // The rotor may still move: its back-EMF brakes it, more so at low resistance.
                         *held_s = 0.0;
                         self.tries += 1;
-                        if self.tries > MOST_TRIES {
-                            return Err(IdentificationError::WrongPhases);
+                        if self.tries > MAX_TRIES {
+                            return Err(IdentificationError::PhaseMismatch);
                         }
                     } else if let Some((half_v, half_a)) = self.half {
-                        if mean_a - half_a < LEAST_CHANGE * self.current_a {
+                        if mean_a - half_a < MIN_CHANGE * self.current_a {
                             return Err(IdentificationError::too_little(self.current_a));
                         }
                         let resistance_ohm = (self.voltage_v - half_v) / (mean_a - half_a);

@@ -11,7 +11,7 @@ const PERIODS: u16 = 400;
 const BEFORE: u16 = 10;
 /// Sufficient current change per sample, relative to the current, and the minimum if the supply voltage limits it.
 const SHARE: f32 = 0.15;
-const LEAST_SHARE: f32 = 0.01;
+const MIN_SHARE: f32 = 0.01;
 /// First amplitude, relative to the voltage across the resistance; without the dead-time voltage, which may dominate.
 const FIRST_SHARE: f32 = 0.25;
 
@@ -49,7 +49,7 @@ impl Shaking {
     pub(super) fn step(
         &mut self,
         is_a: Stator,
-        most_v: f32,
+        max_v: f32,
     ) -> Result<(Stator, Option<f32>), IdentificationError> {
         let along_a = match self.axis {
             Axis::Direct => is_a.alpha,
@@ -57,8 +57,8 @@ impl Shaking {
         };
         // Conservative bound of the circle across the holding voltage: without the square root.
         let room_v = match self.axis {
-            Axis::Direct => most_v - self.held_v,
-            Axis::Quadrature => most_v - self.held_v * self.held_v / most_v,
+            Axis::Direct => max_v - self.held_v,
+            Axis::Quadrature => max_v - self.held_v * self.held_v / max_v,
         };
         self.amplitude_v = smaller(self.amplitude_v, room_v);
         // The change since the last sample is caused by the voltage of two periods ago, of the same sign.
@@ -71,11 +71,11 @@ impl Shaking {
         let mut done = None;
         if self.periods == BEFORE + PERIODS {
             let change_a = self.sum_a / f32::from(PERIODS);
-            let least_share = if 2.0 * self.amplitude_v <= room_v { SHARE } else { LEAST_SHARE };
-            if change_a >= least_share * self.current_a {
+            let min_share = if 2.0 * self.amplitude_v <= room_v { SHARE } else { MIN_SHARE };
+            if change_a >= min_share * self.current_a {
                 done = Some(self.amplitude_v * self.period_s / change_a);
-            } else if least_share < SHARE {
-                return Err(IdentificationError::NoCurrent);
+            } else if min_share < SHARE {
+                return Err(IdentificationError::SupplyTooLow);
             } else {
                 self.amplitude_v *= 2.0;
             }

@@ -13,9 +13,9 @@ const TURN_S: f32 = 2.0;
 const AHEAD: f32 = 0.25;
 const WAY: f32 = 1.25;
 /// Maximum deviation from a whole number of pole pairs.
-const MOST_FRACTION: f32 = 0.3;
+const MAX_FRACTION: f32 = 0.3;
 /// Minimum travel per electrical turn, in turns; less counts as no motion (above 128 pole pairs).
-const LEAST_TRAVEL: f32 = 1.0 / 128.0;
+const MIN_TRAVEL: f32 = 1.0 / 128.0;
 /// Units of an [`Angle`] per step of travel: 2²⁸ steps per turn, range ±8 turns.
 const UNITS: i32 = 16;
 const STEP: f32 = 1.0 / 268_435_456.0;
@@ -107,13 +107,13 @@ impl Turning {
     fn turned(&self) -> Result<Turned, IdentificationError> {
         let travels = [self.forward.travel(), -self.back.travel()];
         let [forward, back] = travels;
-        if forward.abs() < LEAST_TRAVEL || back.abs() < LEAST_TRAVEL {
+        if forward.abs() < MIN_TRAVEL || back.abs() < MIN_TRAVEL {
             return Err(IdentificationError::DidNotMove);
         }
         let [pairs, pairs_back] = travels.map(|travel| 1.0 / travel.abs());
         #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "at most 128")]
         let pole_pairs = (pairs + 0.5) as u8;
-        let is_whole = |pairs: f32| (pairs - f32::from(pole_pairs)).abs() <= MOST_FRACTION;
+        let is_whole = |pairs: f32| (pairs - f32::from(pole_pairs)).abs() <= MAX_FRACTION;
         if pole_pairs == 0 || forward * back < 0.0 || !is_whole(pairs) || !is_whole(pairs_back) {
             return Err(IdentificationError::Slipped { travel_rad: forward * core::f32::consts::TAU });
         }

@@ -20,13 +20,13 @@ const MODE_POSITION: u8 = 10;
 const HERE: u8 = i8::MIN.cast_unsigned();
 
 /// Maximum frame length, bytes.
-const MOST_BYTES: usize = 32;
+const MAX_BYTES: usize = 32;
 
 /// Data of a CAN FD frame, padded to a valid length. Each frame queries the contents of
 /// [`MoteusState`](crate::MoteusState).
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct MoteusFrame {
-    bytes: [u8; MOST_BYTES],
+    bytes: [u8; MAX_BYTES],
     length: usize,
 }
 
@@ -80,12 +80,12 @@ impl MoteusFrame {
 
     /// Creates a frame of a command followed by the query.
     fn asking<const LENGTH: usize>(command: [u8; LENGTH]) -> Self {
-        const { assert!(LENGTH + QUERY.len() <= MOST_BYTES) };
-        let mut bytes = [NOP; MOST_BYTES];
+        const { assert!(LENGTH + QUERY.len() <= MAX_BYTES) };
+        let mut bytes = [NOP; MAX_BYTES];
         bytes.iter_mut().zip(command.into_iter().chain(QUERY)).for_each(|(place, byte)| *place = byte);
         // Valid CAN FD lengths.
         let mut lengths = (0..=8).chain([12, 16, 20, 24]);
-        let length = lengths.find(|length| *length >= LENGTH + QUERY.len()).unwrap_or(MOST_BYTES);
+        let length = lengths.find(|length| *length >= LENGTH + QUERY.len()).unwrap_or(MAX_BYTES);
         Self { bytes, length }
     }
 }

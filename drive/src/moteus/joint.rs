@@ -82,7 +82,7 @@ impl MoteusJoint {
         };
         let trouble = match (shows, state.fault.map(MoteusTrouble::Fault)) {
             (Shows::Silent, _) => Some(MoteusTrouble::Silent),
-            (Shows::Disobeys, None) => Some(MoteusTrouble::Disobeys(state.mode)),
+            (Shows::UnexpectedMode, None) => Some(MoteusTrouble::UnexpectedMode(state.mode)),
             (_, fault) => fault,
         };
         MoteusReading {

@@ -10,7 +10,7 @@ pub enum MoteusReplyError {
     /// The reply ends within a subframe.
     Truncated,
     /// A number has more than 32 bits.
-    Overlong,
+    NumberTooLong,
     /// Unknown subframe.
     UnknownSubframe {
         /// First byte of the subframe.
@@ -29,7 +29,7 @@ pub enum MoteusReplyError {
         register: u8,
     },
     /// Mode or fault is not an integer from 0 to 255.
-    NoWholeNumber {
+    NotAnInteger {
         /// First such register.
         register: u8,
     },
@@ -41,7 +41,7 @@ impl fmt::Display for MoteusReplyError {
             Self::Truncated => {
                 f.write_str("reply ends within a subframe: check whether the bus truncates frames")
             }
-            Self::Overlong => {
+            Self::NumberTooLong => {
                 f.write_str("reply has a number above 32 bits: check that this id is a moteus drive")
             }
             Self::UnknownSubframe { kind } => {
@@ -53,7 +53,7 @@ impl fmt::Display for MoteusReplyError {
             Self::Missing { register } => {
                 write!(f, "reply lacks register {register:#05x}: check for another host with this id")
             }
-            Self::NoWholeNumber { register } => {
+            Self::NotAnInteger { register } => {
                 write!(
                     f,
                     "register {register:#05x} is not an integer from 0 to 255: update the drive's firmware"
@@ -108,10 +108,10 @@ impl Bytes<'_> {
             let [byte] = self.take()?;
             number |= u64::from(byte & 0x7f) << shift;
             if byte & 0x80 == 0 {
-                return u32::try_from(number).map_err(|_| MoteusReplyError::Overlong);
+                return u32::try_from(number).map_err(|_| MoteusReplyError::NumberTooLong);
             }
         }
-        Err(MoteusReplyError::Overlong)
+        Err(MoteusReplyError::NumberTooLong)
     }
 
     /// Reads consecutive registers of a subframe; `kind` encodes their type and, up to three, their number.
@@ -123,7 +123,7 @@ impl Bytes<'_> {
         let first = self.varuint()?;
         for index in 0..count {
             let value = self.value(kind >> 2 & 0b11)?;
-            show(first.checked_add(index).ok_or(MoteusReplyError::Overlong)?, value);
+            show(first.checked_add(index).ok_or(MoteusReplyError::NumberTooLong)?, value);
         }
         Ok(())
     }

@@ -81,5 +81,5 @@ fn whole(value: Option<Value>, register: u8) -> Result<u8, MoteusReplyError> {
         // Not queried as a float.
         Value::Float(_) => None,
     };
-    number.ok_or(MoteusReplyError::NoWholeNumber { register })
+    number.ok_or(MoteusReplyError::NotAnInteger { register })
 }

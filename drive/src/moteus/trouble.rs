@@ -15,7 +15,7 @@ pub enum MoteusTrouble {
     /// Reported by the drive.
     Fault(MoteusFault),
     /// Unexpected mode under command: the drive turned off, or another host commands it.
-    Disobeys(MoteusMode),
+    UnexpectedMode(MoteusMode),
     /// No replies.
     Silent,
 }
@@ -26,7 +26,7 @@ impl MoteusTrouble {
     pub fn from_number(number: u16) -> Option<Self> {
         match (u8::try_from(number), u8::try_from(number.wrapping_sub(MODE))) {
             (Ok(number), _) => MoteusFault::from_number(number).map(Self::Fault),
-            (_, Ok(number)) => Some(Self::Disobeys(MoteusMode::from_number(number))),
+            (_, Ok(number)) => Some(Self::UnexpectedMode(MoteusMode::from_number(number))),
             _ => (number == SILENT).then_some(Self::Silent),
         }
     }
@@ -36,7 +36,7 @@ impl MoteusTrouble {
     pub fn number(self) -> u16 {
         match self {
             Self::Fault(fault) => fault.number().into(),
-            Self::Disobeys(mode) => MODE + u16::from(mode.number()),
+            Self::UnexpectedMode(mode) => MODE + u16::from(mode.number()),
             Self::Silent => SILENT,
         }
     }
@@ -46,8 +46,10 @@ impl MoteusTrouble {
     pub fn remedy(self) -> &'static str {
         match self {
             Self::Fault(fault) => fault.remedy(),
-            Self::Disobeys(MoteusMode::Timeout) => "check bus and termination, or increase the timeout",
-            Self::Disobeys(_) => "make sure no other program commands it, such as `moteus_tool` or `tview`",
+            Self::UnexpectedMode(MoteusMode::Timeout) => "check bus and termination, or increase the timeout",
+            Self::UnexpectedMode(_) => {
+                "make sure no other program commands it, such as `moteus_tool` or `tview`"
+            }
             Self::Silent => "check supply, `id.id`, wiring, termination and bit rates",
         }
     }
@@ -63,7 +65,7 @@ impl fmt::Display for MoteusTrouble {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
             Self::Fault(fault) => fault.fmt(f),
-            Self::Disobeys(mode) => write!(f, "commanded, but in mode {mode} ({})", self.number()),
+            Self::UnexpectedMode(mode) => write!(f, "commanded, but in mode {mode} ({})", self.number()),
             Self::Silent => write!(f, "no reply ({SILENT})"),
         }
     }

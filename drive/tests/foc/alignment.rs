@@ -76,7 +76,7 @@ fn an_encoder_that_slips_at_any_speed_is_a_named_fault_within_20_ms_and_the_roto
             let begin = bench.motor.state();
             let fastest = begin.speed_rad_per_s.abs();
             let case = format!("{name}, {errors:?}, {share}, {:.0} rad/s", begin.speed_rad_per_s);
-            let least_v = if errors == EXACT { 0.1 } else { 0.25 } * motor.supply_v;
+            let min_v = if errors == EXACT { 0.1 } else { 0.25 } * motor.supply_v;
             let (mut wrong_s, mut found_s, mut forward) = (None, None, 0.0_f64);
             for period in 0..40_000_u16 {
                 let time_s = f64::from(period) * PERIOD_S;
@@ -84,7 +84,7 @@ fn an_encoder_that_slips_at_any_speed_is_a_named_fault_within_20_ms_and_the_roto
                 let slip_rad = slip(time_s, state.angle_rad - begin.angle_rad);
                 let wrong_rad = (7.0 * slip_rad + PI).rem_euclid(TAU) - PI;
                 let magnets_v = 7.0 * motor.flux_linkage_vs * state.speed_rad_per_s.abs();
-                if wrong_rad.abs() > PI / 3.0 && magnets_v > least_v {
+                if wrong_rad.abs() > PI / 3.0 && magnets_v > min_v {
                     wrong_s.get_or_insert(time_s);
                 }
                 // Against the command.
@@ -195,10 +195,10 @@ fn a_healthy_motor_runs_without_a_fault_at_all_speeds_in_steps_reversals_saturat
         // 100 °C warmer.
         motor.resistance_ohm *= if random.within(0.0, 1.0) < 0.5 { 1.4 } else { 1.0 };
         motor.dead_time_share *= random.within(0.7, 1.5);
-        let most_nm = f64::from(told.limits.current_a * told.motor.torque_constant_nm_per_a());
-        let cogging_nm = random.within(-0.2, 0.2).max(0.0) * most_nm;
+        let max_nm = f64::from(told.limits.current_a * told.motor.torque_constant_nm_per_a());
+        let cogging_nm = random.within(-0.2, 0.2).max(0.0) * max_nm;
         // At the rate limit of the safety stage, or as a step.
-        let rate_nm = most_nm * if random.within(0.0, 1.0) < 0.7 { PERIOD_S / 0.01 } else { 2.0 };
+        let rate_nm = max_nm * if random.within(0.0, 1.0) < 0.7 { PERIOD_S / 0.01 } else { 2.0 };
         let hold = random.one_of([20, 100, 1_000, 4_000]);
         // Alignment error up to 10° (electrical).
         let slip_rad = random.within(-0.17, 0.17) / f64::from(motor.pole_pairs);
@@ -212,9 +212,9 @@ fn a_healthy_motor_runs_without_a_fault_at_all_speeds_in_steps_reversals_saturat
             let magnets_v = electrical * state.speed_rad_per_s * motor.flux_linkage_vs;
             fastest_share = fastest_share.max(magnets_v.abs() / motor.supply_v);
             if period % hold == 0 {
-                let any_nm = random.within(-most_nm, most_nm);
-                target_nm = random.one_of([0.0, most_nm, -most_nm, any_nm]);
-                load_nm = random.within(-1.0, 1.0).clamp(-0.8, 0.8) * most_nm;
+                let any_nm = random.within(-max_nm, max_nm);
+                target_nm = random.one_of([0.0, max_nm, -max_nm, any_nm]);
+                load_nm = random.within(-1.0, 1.0).clamp(-0.8, 0.8) * max_nm;
                 if period % (3 * hold) != 0 {
                     load_nm = 0.0;
                 }

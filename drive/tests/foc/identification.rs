@@ -36,21 +36,21 @@ fn identify_with(
     change: impl Fn(Sample, u32) -> Sample,
 ) -> (Result<Identified, IdentificationError>, f64) {
     let mut identification = Identification::new(&bench.configuration, current_a).unwrap();
-    let (mut duties, mut most_a) = (None, 0.0_f64);
+    let (mut duties, mut max_a) = (None, 0.0_f64);
     for period in 0..400_000 {
         let sample = change(bench.sample(), period);
         let next = match identification.step(&sample) {
             IdentificationStep::GoesOn(next) => next,
             IdentificationStep::Over(end) => {
                 assert_eq!(identification.step(&sample), IdentificationStep::Over(end), "must stay finished");
-                return (end, most_a);
+                return (end, max_a);
             }
         };
         bench.motor.advance(duties, PERIOD_S);
         let most = bench.configuration.inverter.most_duty - 0.5 + 1e-6;
         assert!(next.iter().all(|duty| (duty - 0.5).abs() <= most), "{next:?}");
         duties = Some(next.map(f64::from));
-        most_a = bench.motor.phase_a().iter().fold(most_a, |most_a, phase_a| phase_a.abs().max(most_a));
+        max_a = bench.motor.phase_a().iter().fold(max_a, |max_a, phase_a| phase_a.abs().max(max_a));
     }
     panic!("identification does not finish")
 }
@@ -83,9 +83,9 @@ fn a_motor_is_found_out_with_a_current_that_is_bounded() {
         let mut bench = Bench::new(&motor, told);
         bench.motor = bench.motor.with_cogging(0.01, 12 * pole_pairs);
         bench.motor.set_rotor(0.7, 0.0);
-        let (found, most_a) = identify(&mut bench, |sample, _| sample);
+        let (found, max_a) = identify(&mut bench, |sample, _| sample);
         let found = found.unwrap();
-        assert!(most_a < 1.25 * f64::from(CURRENT_A), "{most_a} A");
+        assert!(max_a < 1.25 * f64::from(CURRENT_A), "{max_a} A");
         assert_eq!((u32::from(found.pole_pairs), found.is_encoder_reversed), (pole_pairs, is_reversed));
         assert!(is_near(found.resistance_ohm, resistance_ohm, 0.03), "{found:?}");
         assert!(is_near(found.direct_inductance_h, direct_h, 0.05), "{found:?}");
@@ -137,8 +137,8 @@ fn a_motor_of_low_resistance_asks_for_the_current_that_identifies_it() {
         let identify = |current_a| {
             let mut bench = Bench::new(&motor, configuration(&motor));
             bench.motor.set_rotor(rotor_rad, 0.0);
-            let (found, most_a) = identify_with(&mut bench, current_a, |sample, _| sample);
-            assert!(most_a < 1.3 * f64::from(current_a), "{most_a} A of {current_a}");
+            let (found, max_a) = identify_with(&mut bench, current_a, |sample, _| sample);
+            assert!(max_a < 1.3 * f64::from(current_a), "{max_a} A of {current_a}");
             found
         };
         let (mut current_a, mut requests) = (first_a, 1);
@@ -166,8 +166,8 @@ fn a_current_that_dead_time_distorts_is_too_little() {
     let told = configuration(&motor());
     let needed_a = 4.5 * told.inverter.dead_time_current_a;
     let expected = Err(IdentificationError::TooLittleCurrent { needed_a });
-    let (found, most_a) = identify_with(&mut Bench::new(&motor(), told), 0.89, |sample, _| sample);
-    assert_eq!((found, most_a.to_bits()), (expected, 0));
+    let (found, max_a) = identify_with(&mut Bench::new(&motor(), told), 0.89, |sample, _| sample);
+    assert_eq!((found, max_a.to_bits()), (expected, 0));
     let resistance_ohm = 1.2;
     let motor = ThreePhaseParameters { resistance_ohm, coulomb_nm: 0.0, ..free() };
     let (found, _) = identify_with(&mut Bench::new(&motor, told), 0.91, |sample, _| sample);
@@ -194,17 +194,17 @@ fn a_joint_that_cannot_turn_is_an_error_and_no_result() {
 fn what_is_wrong_with_wires_and_sensors_is_said() {
     type Change = fn(Sample, u32) -> Sample;
     let cases: [(IdentificationError, Change); 8] = [
-        (IdentificationError::NoCurrent, |sample, _| Sample { phase_a: [0.0; 3], ..sample }),
+        (IdentificationError::SupplyTooLow, |sample, _| Sample { phase_a: [0.0; 3], ..sample }),
         // V open, sensors of U and V swapped, all sensors inverted.
-        (IdentificationError::WrongPhases, |sample, _| {
+        (IdentificationError::PhaseMismatch, |sample, _| {
             let [u, ..] = sample.phase_a;
             Sample { phase_a: [u, 0.0, -u], ..sample }
         }),
-        (IdentificationError::WrongPhases, |sample, _| {
+        (IdentificationError::PhaseMismatch, |sample, _| {
             let [u, v, w] = sample.phase_a;
             Sample { phase_a: [v, u, w], ..sample }
         }),
-        (IdentificationError::WrongPhases, |sample, _| Sample {
+        (IdentificationError::PhaseMismatch, |sample, _| Sample {
             phase_a: sample.phase_a.map(|phase_a| -phase_a),
             ..sample
         }),
@@ -218,7 +218,7 @@ fn what_is_wrong_with_wires_and_sensors_is_said() {
             ..sample
         }),
         // The supply sags below the holding voltage.
-        (IdentificationError::NoCurrent, |sample, period| match period {
+        (IdentificationError::SupplyTooLow, |sample, period| match period {
             60_000.. => Sample { bus_v: 10.5, ..sample },
             _ => sample,
         }),
@@ -226,11 +226,11 @@ fn what_is_wrong_with_wires_and_sensors_is_said() {
     for (expected, change) in cases {
         let motor = ThreePhaseParameters { resistance_ohm: 1.2, ..free() };
         let mut bench = Bench::new(&motor, configuration(&motor));
-        let (found, most_a) = identify(&mut bench, change);
+        let (found, max_a) = identify(&mut bench, change);
         assert_eq!(found, Err(expected));
         assert!(
-            most_a < 1.25 * f64::from(CURRENT_A) || expected == IdentificationError::NoCurrent,
-            "{most_a} A"
+            max_a < 1.25 * f64::from(CURRENT_A) || expected == IdentificationError::SupplyTooLow,
+            "{max_a} A"
         );
     }
     let told = configuration(&motor());

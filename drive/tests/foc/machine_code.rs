@@ -16,9 +16,9 @@ use drive::{Configuration, Duties, Encoder, Rotor, Sample};
 use crate::bench::{Bench, configuration, motor};
 
 /// Maximum cycles of a period with zero wait states, as in an STM32G4's CCM SRAM.
-const MOST_CYCLES: u64 = 700;
+const MAX_CYCLES: u64 = 700;
 /// Maximum bound over all paths, with the upper end of every range in Arm's tables.
-const MOST_BOUND_CYCLES: u64 = 985;
+const MAX_BOUND_CYCLES: u64 = 985;
 
 /// Memory not used by the image.
 const DRIVE: u32 = 0x2100_0000;
@@ -162,8 +162,8 @@ fn a_period_has_the_host_s_bits_on_a_cortex_m_and_its_cycles_are_bounded() {
         println!("| {memory} | {mean} | {most} | {} | {} |", bound.cycles, bound.stack_bytes);
         assert!(most <= bound.cycles, "{most} of {}", bound.cycles);
         if profile == Profile::ZeroWait {
-            assert!(most <= MOST_CYCLES, "{most} of {MOST_CYCLES}");
-            assert!(bound.cycles <= MOST_BOUND_CYCLES, "{} of {MOST_BOUND_CYCLES}", bound.cycles);
+            assert!(most <= MAX_CYCLES, "{most} of {MAX_CYCLES}");
+            assert!(bound.cycles <= MAX_BOUND_CYCLES, "{} of {MAX_BOUND_CYCLES}", bound.cycles);
         }
     }
 }

@@ -238,16 +238,16 @@ fn a_bridge_that_is_off_lets_the_current_go_and_begins_from_nothing() {
     }
     assert!(bench.motor.phase_a().iter().all(|phase_a| phase_a.abs() < 0.1), "{:?}", bench.motor.phase_a());
     // While the bridge was off, the back-EMF was present: it must be compensated at once.
-    let mut most_nm = 0.0_f64;
+    let mut max_nm = 0.0_f64;
     for _ in 0..400 {
-        most_nm = most_nm.max(bench.step(Some(0.3)).abs());
+        max_nm = max_nm.max(bench.step(Some(0.3)).abs());
     }
-    assert!(most_nm < 0.3 * 1.3, "{most_nm}");
+    assert!(max_nm < 0.3 * 1.3, "{max_nm}");
     // The integrals of a large current are cleared.
     bench.run(Some(2.0), 1_000);
     bench.run(None, 40);
-    let most_nm = (0..40).map(|_| bench.step(Some(0.0)).abs()).fold(0.0, f64::max);
-    assert!(most_nm < 0.05, "{most_nm}");
+    let max_nm = (0..40).map(|_| bench.step(Some(0.0)).abs()).fold(0.0, f64::max);
+    assert!(max_nm < 0.05, "{max_nm}");
     assert_eq!(bench.drive.step(&bench.sample(), Some(f32::NAN)), None);
     assert_eq!(bench.drive.fault(), None, "a NaN torque is not a drive fault");
 }
@@ -327,14 +327,14 @@ fn a_rotor_that_is_driven_faster_than_can_be_held_against_turns_the_bridge_off_b
     let motor = motor();
     let mut bench = Bench::new(&motor, configuration(&motor));
     bench.motor.set_rotor(0.0, 100.0);
-    let mut least_nm = 0.0_f64;
+    let mut min_nm = 0.0_f64;
     for period in 0..8_000_u16 {
         let angle_rad = bench.motor.state().angle_rad;
         bench.motor.set_rotor(angle_rad, 100.0 + 0.01 * f64::from(period));
-        least_nm = least_nm.min(bench.step(Some(0.0)));
+        min_nm = min_nm.min(bench.step(Some(0.0)));
     }
     assert_eq!(bench.drive.fault(), Some(DriveFault::Overspeed));
-    assert!(least_nm > -0.1, "{least_nm} N m");
+    assert!(min_nm > -0.1, "{min_nm} N m");
 }
 
 #[test]
@@ -444,20 +444,17 @@ fn an_encoder_that_stands_still_while_the_rotor_turns_is_told_in_a_fiftieth_of_a
             bench.motor.set_rotor(0.5, speed);
             bench.run(Some(torque_nm), 200);
             assert_eq!(bench.drive.fault(), None);
-            let (rotor, mut most_a) = (bench.sample().rotor, 0.0_f64);
+            let (rotor, mut max_a) = (bench.sample().rotor, 0.0_f64);
             let found = (0..20_000_u16).find(|_| {
                 let sample = Sample { rotor, ..bench.sample() };
                 bench.step_with(&sample, Some(torque_nm));
-                most_a = bench
-                    .motor
-                    .phase_a()
-                    .into_iter()
-                    .fold(most_a, |most_a, phase_a| most_a.max(phase_a.abs()));
+                max_a =
+                    bench.motor.phase_a().into_iter().fold(max_a, |max_a, phase_a| max_a.max(phase_a.abs()));
                 bench.drive.fault().is_some()
             });
             let found_s = found.map(|period| f64::from(period) * crate::bench::PERIOD_S);
             let case =
-                format!("{speed} rad/s, {torque_nm} N m, {errors:?}: {found_s:?} s, at most {most_a:.1} A");
+                format!("{speed} rad/s, {torque_nm} N m, {errors:?}: {found_s:?} s, at most {max_a:.1} A");
             assert_eq!(bench.drive.fault(), Some(DriveFault::EncoderLost), "{case}");
             assert!(found_s.is_some_and(|found_s| found_s < 0.02), "{case}");
         }

@@ -5,7 +5,7 @@ use hil_sim::plant::ThreePhaseParameters;
 use crate::bench::{Bench, PERIOD_S, configuration, motor};
 
 /// Maximum torque error by encoder, converters and dead time, all simulated.
-const MOST_ERROR: f64 = 0.02;
+const MAX_ERROR: f64 = 0.02;
 
 /// Returns the motoring speed at which this current needs this share of the maximum voltage, `rad/s`.
 fn speed_at(motor: &ThreePhaseParameters, current_a: f64, share: f64) -> f64 {
@@ -40,7 +40,7 @@ fn the_torque_is_right_to_two_percent_at_every_speed_that_the_voltage_allows() {
                 let found_nm = bench.mean_torque_nm(wanted_nm, 2_000);
                 let error = found_nm / f64::from(wanted_nm) - 1.0;
                 assert!(
-                    error.abs() < MOST_ERROR,
+                    error.abs() < MAX_ERROR,
                     "R {resistance}, L {inductance}, {current_a} A, {speed} rad/s: {error}"
                 );
                 assert_eq!(bench.drive.fault(), None);
@@ -56,7 +56,7 @@ fn a_motor_whose_inductances_differ_makes_the_torque_with_its_current_across_the
     bench.motor.set_rotor(0.3, 60.0);
     let wanted_nm = bench.configuration.motor.torque_constant_nm_per_a() * 10.0;
     let found_nm = bench.mean_torque_nm(wanted_nm, 2_000);
-    assert!((found_nm / f64::from(wanted_nm) - 1.0).abs() < MOST_ERROR, "{found_nm} {wanted_nm}");
+    assert!((found_nm / f64::from(wanted_nm) - 1.0).abs() < MAX_ERROR, "{found_nm} {wanted_nm}");
     assert!(bench.motor.state().direct_a.abs() < 0.3, "{:?}", bench.motor.state());
 }
 
@@ -67,15 +67,15 @@ fn a_torque_that_comes_and_goes_at_high_speed_leaves_the_flux_alone() {
     bench.motor.set_rotor(0.0, 0.7 * speed_at(&motor, 10.0, 1.0));
     let constant = bench.configuration.motor.torque_constant_nm_per_a();
     bench.run(Some(0.0), 400);
-    let mut most_a = 0.0_f64;
+    let mut max_a = 0.0_f64;
     for current_a in [10.0, -10.0, 0.0] {
         for _ in 0..200 {
             bench.step(Some(constant * current_a));
-            most_a = most_a.max(bench.motor.state().direct_a.abs());
+            max_a = max_a.max(bench.motor.state().direct_a.abs());
         }
     }
     // 2 A without decoupling, 1.1 A without extrapolation of the angle.
-    assert!(most_a < 0.8, "{most_a} A on the d axis");
+    assert!(max_a < 0.8, "{max_a} A on the d axis");
 }
 
 #[test]
@@ -86,7 +86,7 @@ fn cogging_turns_the_rotor_back_and_forth_and_leaves_the_torque_of_the_current_r
     // A torque below the cogging torque, then one above it.
     for wanted_nm in [0.03_f32, 0.3] {
         let found_nm = bench.mean_torque_nm(wanted_nm, 600);
-        assert!((found_nm / f64::from(wanted_nm) - 1.0).abs() < MOST_ERROR, "{wanted_nm}: {found_nm}");
+        assert!((found_nm / f64::from(wanted_nm) - 1.0).abs() < MAX_ERROR, "{wanted_nm}: {found_nm}");
         let speed = bench.motor.state().speed_rad_per_s;
         assert_eq!(speed > 20.0, wanted_nm > 0.05, "{wanted_nm} N m: {speed} rad/s");
     }
@@ -125,16 +125,16 @@ fn beyond_the_voltage_the_flux_is_held_and_the_torque_is_there_again_as_soon_as_
     assert!(bench.motor.torque_nm() < 0.5 * f64::from(wanted_nm), "{}", bench.motor.torque_nm());
     // The load brakes it within 50 ms; the integrals have not wound up.
     let (fast, slow) = (bench.motor.state().speed_rad_per_s, 0.5 * speed_at(&motor, 10.0, 1.0));
-    let mut most_nm = 0.0_f64;
+    let mut max_nm = 0.0_f64;
     for period in 0..2_000 {
         let share = f64::from(period.min(1_000)) / 1_000.0;
         let angle_rad = bench.motor.state().angle_rad;
         bench.motor.set_rotor(angle_rad, fast + share * (slow - fast));
-        most_nm = most_nm.max(bench.step(Some(wanted_nm)));
+        max_nm = max_nm.max(bench.step(Some(wanted_nm)));
     }
-    assert!(most_nm < 1.1 * f64::from(wanted_nm), "{most_nm} {wanted_nm}");
+    assert!(max_nm < 1.1 * f64::from(wanted_nm), "{max_nm} {wanted_nm}");
     assert_eq!(bench.drive.fault(), None);
-    assert!((bench.motor.torque_nm() / f64::from(wanted_nm) - 1.0).abs() < MOST_ERROR);
+    assert!((bench.motor.torque_nm() / f64::from(wanted_nm) - 1.0).abs() < MAX_ERROR);
 }
 
 #[test]

@@ -139,7 +139,7 @@ fn a_drive_that_somebody_else_stops_is_not_started_again() {
     let _ = bench.drive.receive(0x0001, MoteusFrame::stop().bytes());
     bench.tick(Some(1.0));
     let told = bench.tick(Some(1.0)).trouble.unwrap();
-    assert_eq!((told, told.number()), (MoteusTrouble::Disobeys(MoteusMode::Stopped), 256));
+    assert_eq!((told, told.number()), (MoteusTrouble::UnexpectedMode(MoteusMode::Stopped), 256));
     for _ in 0..10 {
         assert!(shows_nothing(&bench.tick(Some(1.0))));
         assert_eq!(bench.sent, MoteusFrame::stop());
@@ -159,7 +159,7 @@ fn a_drive_that_never_gets_ready_is_told_of() {
         assert_eq!(joint.receive(0x100, preparing), Ok(true));
     }
     let first = shown.iter().position(|reading| reading.trouble.is_some()).unwrap();
-    assert_eq!(shown[first].trouble, Some(MoteusTrouble::Disobeys(MoteusMode::Preparing)));
+    assert_eq!(shown[first].trouble, Some(MoteusTrouble::UnexpectedMode(MoteusMode::Preparing)));
     assert!((40..60).contains(&first) && shown[first + 1..].iter().all(shows_nothing), "{first}");
 }
 

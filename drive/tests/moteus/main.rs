@@ -9,7 +9,7 @@ use drive::{MoteusAddress, MoteusFault, MoteusFrame, MoteusMode, MoteusReplyErro
 use hil_sim::plant::MoteusDrive;
 use proptest::prelude::*;
 
-const MOST_TORQUE_NM: f64 = 8.0;
+const MAX_TORQUE_NM: f64 = 8.0;
 const TIMEOUT_S: f32 = 0.02;
 
 fn address() -> MoteusAddress {
@@ -17,7 +17,7 @@ fn address() -> MoteusAddress {
 }
 
 fn model() -> MoteusDrive {
-    MoteusDrive::new(1, MOST_TORQUE_NM)
+    MoteusDrive::new(1, MAX_TORQUE_NM)
 }
 
 /// Sends a frame and reads the reply.
@@ -97,7 +97,7 @@ fn a_torque_comes_to_the_joint_and_its_motion_comes_back() {
     for torque_nm in [9.0, f32::MAX, -f32::MAX] {
         let mut model = model();
         send(&mut model, MoteusFrame::torque(torque_nm, TIMEOUT_S));
-        assert!((model.torque_nm().abs() - MOST_TORQUE_NM).abs() < 1e-9);
+        assert!((model.torque_nm().abs() - MAX_TORQUE_NM).abs() < 1e-9);
         let limit = send(&mut model, MoteusFrame::query()).fault.unwrap();
         assert!(limit.is_limit() && limit.remedy().contains("max_current_A"), "{limit}");
     }
@@ -201,12 +201,12 @@ fn a_reply_that_is_cut_or_wrong_says_what_is_wrong() {
         (b"\x50\x31\xa0\x02\x81\x01", MoteusReplyError::Refused { register: 0x120, error: 129 }),
         (b"\x00", MoteusReplyError::UnknownSubframe { kind: 0 }),
         (b"\x41\x01", MoteusReplyError::UnknownSubframe { kind: 0x41 }),
-        (b"\x21\x80\x80\x80\x80\x10\x00", MoteusReplyError::Overlong),
-        (b"\x22\xff\xff\xff\xff\x0f\x00\x00", MoteusReplyError::Overlong),
+        (b"\x21\x80\x80\x80\x80\x10\x00", MoteusReplyError::NumberTooLong),
+        (b"\x22\xff\xff\xff\xff\x0f\x00\x00", MoteusReplyError::NumberTooLong),
         (b"\x2c\xff\xff\xff\xff\x0f\x01", MoteusReplyError::Truncated),
         (
             b"\x21\x00\xff\x2f\x01\0\0\0\0\0\0\0\0\0\0\0\0\x23\x0d\0\0\0",
-            MoteusReplyError::NoWholeNumber { register: 0 },
+            MoteusReplyError::NotAnInteger { register: 0 },
         ),
     ];
     for (reply, expected) in cases {
@@ -242,7 +242,7 @@ proptest! {
     fn no_torque_in_a_frame_is_other_than_finite(torque_nm in any::<f32>(), timeout_s in any::<f32>()) {
         let mut model = model();
         send(&mut model, MoteusFrame::torque(torque_nm, timeout_s));
-        prop_assert!(model.torque_nm().abs() <= MOST_TORQUE_NM);
+        prop_assert!(model.torque_nm().abs() <= MAX_TORQUE_NM);
         model.advance(1.01 * f64::from(timeout_s.abs()) + 1e-30);
         prop_assert!(model.torque_nm().abs() <= 0.0);
     }

@@ -39,7 +39,7 @@ pub struct Transceiver {
     /// Its name.
     pub name: &'static str,
     /// Highest bit rate that it is specified for, `bit/s`.
-    pub most_bits_per_s: f64,
+    pub max_bits_per_s: f64,
     /// From what is sent to the same read back, at most; `s`.
     pub loop_delay_s: f64,
     /// Pin of the chip that switches it off when it is high: port and number.
@@ -48,10 +48,10 @@ pub struct Transceiver {
 
 /// SLLSEQ7E: up to 1 Mbit/s; it is the TCAN330G that has 5 Mbit/s.
 const TCAN330: Transceiver =
-    Transceiver { name: "TCAN330", most_bits_per_s: 1e6, loop_delay_s: 135e-9, off: Some(('C', 11)) };
+    Transceiver { name: "TCAN330", max_bits_per_s: 1e6, loop_delay_s: 135e-9, off: Some(('C', 11)) };
 /// What ISO 11898-2:2016 lets a transceiver for 5 Mbit/s be, for a board that has none.
 const EXTERNAL: Transceiver =
-    Transceiver { name: "an external transceiver", most_bits_per_s: 5e6, loop_delay_s: 255e-9, off: None };
+    Transceiver { name: "an external transceiver", max_bits_per_s: 5e6, loop_delay_s: 255e-9, off: None };
 
 /// Of L6387, and of drivers that make the low side themselves.
 const NOT_INVERTED: GateDriver = GateDriver { is_low_side_inverted: false };

@@ -320,11 +320,11 @@ impl CanBus {
         for place in group {
             let Some(node) = self.nodes.get_mut(*place) else { continue };
             let transceiver = node.bench.board.transceiver;
-            if node.is_on() && bits_per_s > transceiver.most_bits_per_s * 1.001 {
+            if node.is_on() && bits_per_s > transceiver.max_bits_per_s * 1.001 {
                 node.bench.note_fault(format!(
                     "{} is specified for {} Mbit/s, and the bus has {:.1} Mbit/s",
                     transceiver.name,
-                    transceiver.most_bits_per_s / 1e6,
+                    transceiver.max_bits_per_s / 1e6,
                     bits_per_s / 1e6
                 ));
             }

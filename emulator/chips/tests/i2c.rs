@@ -49,10 +49,10 @@ const BUSY: u32 = 1 << 15;
 const COUNTER: I2cDevice = I2cDevice {
     name: "counter",
     address: 0x36,
-    most_clock_hz: 4e5,
-    least_low_s: 1.3e-6,
-    least_high_s: 0.6e-6,
-    least_setup_s: 0.4e-6,
+    max_clock_hz: 4e5,
+    min_low_s: 1.3e-6,
+    min_high_s: 0.6e-6,
+    min_setup_s: 0.4e-6,
     state: [0; 4],
     behaviour: |[next, ..], event| match event {
         I2cEvent::Started { .. } => 1,

@@ -34,9 +34,9 @@ const FRAME_CYCLES: u64 = 64;
 const ECHO: SpiDevice = SpiDevice {
     name: "echo",
     mode: 1,
-    most_clock_hz: 5e6,
-    least_select_s: 1e-6,
-    least_release_s: 1e-6,
+    max_clock_hz: 5e6,
+    min_select_s: 1e-6,
+    min_release_s: 1e-6,
     state: [0xABCD, 0, 0, 0],
     behaviour: |state, event| match event {
         SpiEvent::Frame { sent, .. } => std::mem::replace(&mut state[0], sent),

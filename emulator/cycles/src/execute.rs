@@ -102,10 +102,10 @@ impl<D: Domain, M: Memory<D>> Execution<'_, D, M> {
             }
             Operation::Divide { d, n, m, is_signed } => self.divide(d, n, m, is_signed),
             Operation::Extend { kind, d, n, m, rotation } => self.extend(kind, d, n, m, rotation),
-            Operation::ExtractField { d, n, least_bit, width, is_signed } => {
-                self.extract_field(d, n, (least_bit, width), is_signed);
+            Operation::ExtractField { d, n, min_bit, width, is_signed } => {
+                self.extract_field(d, n, (min_bit, width), is_signed);
             }
-            Operation::InsertField { d, n, least_bit, width } => self.insert_field(d, n, (least_bit, width)),
+            Operation::InsertField { d, n, min_bit, width } => self.insert_field(d, n, (min_bit, width)),
             Operation::Bits { kind, d, m } => self.bits(kind, d, m),
             Operation::Saturate { d, bits, is_signed, n, shift, amount } => {
                 self.saturate(d, (bits, is_signed), n, (shift, amount));

@@ -346,9 +346,9 @@ pub enum Operation {
     /// `SXTB` and so on of `m` rotated right by 0, 8, 16 or 24 bits; with `n` `SXTAB` and so on.
     Extend { kind: Extend, d: Register, n: Option<Register>, m: Register, rotation: u8 },
     /// `UBFX`, `SBFX`.
-    ExtractField { d: Register, n: Register, least_bit: u8, width: u8, is_signed: bool },
+    ExtractField { d: Register, n: Register, min_bit: u8, width: u8, is_signed: bool },
     /// `BFI`; without `n` `BFC`.
-    InsertField { d: Register, n: Option<Register>, least_bit: u8, width: u8 },
+    InsertField { d: Register, n: Option<Register>, min_bit: u8, width: u8 },
     /// `CLZ`, `RBIT`, `REV`, ...
     Bits { kind: BitOperation, d: Register, m: Register },
     /// `SSAT`, `USAT` to `bits` bits of `n` shifted.

@@ -152,7 +152,7 @@ impl Stack<'_, '_> {
         // Up to a level, each with what can be interrupted in turn.
         let mut below: Vec<Level> = Vec::new();
         let mut deepest: Vec<Level> = Vec::new();
-        let [mut saved_bytes, mut most_saved_bytes] = [0; 2];
+        let [mut saved_bytes, mut max_saved_bytes] = [0; 2];
         for (priority, handlers) in by_priority {
             let handlers: Vec<u32> = handlers.into_iter().filter(|handler| self.runs(*handler)).collect();
             let [mut top, mut level] = [None::<Level>, None::<Level>];
@@ -170,7 +170,7 @@ impl Stack<'_, '_> {
             let is_fixed = priority.is_some_and(|Reverse(priority)| priority < 0);
             if is_fixed {
                 // It interrupts any of them, and what nothing else does.
-                deepest.push(Level { saved_bytes: most_saved_bytes, ..top });
+                deepest.push(Level { saved_bytes: max_saved_bytes, ..top });
             } else {
                 let with_top: Vec<Level> = below.iter().cloned().chain([top]).collect();
                 if sum(&with_top) >= sum(&deepest) {
@@ -180,7 +180,7 @@ impl Stack<'_, '_> {
             }
             // In a handler floats are not in use before it uses them (B1.5.7).
             saved_bytes = if uses_floats { FLOAT_FRAME_BYTES } else { FRAME_BYTES };
-            most_saved_bytes = most_saved_bytes.max(saved_bytes);
+            max_saved_bytes = max_saved_bytes.max(saved_bytes);
         }
         Ok(deepest)
     }

@@ -58,9 +58,9 @@ impl Values {
         Self::of(&mut numbers.collect::<Vec<u32>>()).unwrap_or(Self::one(0))
     }
 
-    /// The same of so few that they need no memory of their own: of the first `MOST`.
-    fn collect_few<const MOST: usize>(numbers: impl Iterator<Item = u32>) -> Option<Self> {
-        let (mut all, mut count) = ([0; MOST], 0);
+    /// The same of so few that they need no memory of their own: of the first `MAX`.
+    fn collect_few<const MAX: usize>(numbers: impl Iterator<Item = u32>) -> Option<Self> {
+        let (mut all, mut count) = ([0; MAX], 0);
         for (place, number) in all.iter_mut().zip(numbers) {
             *place = number;
             count += 1;

@@ -13,10 +13,10 @@ use cycles::instruction::{Arithmetic, Condition, LR, Offset, Operation, PC, SP, 
 use program::{CODE, Program, RAM, at};
 
 /// Both arguments of every program go from 0 to this.
-const MOST: u32 = 15;
+const MAX: u32 = 15;
 
 fn bound(program: &Program) -> Result<Bound, BoundError> {
-    bound_of(program, 0..=MOST, &[])
+    bound_of(program, 0..=MAX, &[])
 }
 
 fn bound_of(
@@ -45,7 +45,7 @@ fn bound_of(
 /// The most cycles and bytes of stack that any arguments take.
 fn longest_run(program: &Program) -> (u64, u32) {
     let machine = program.machine();
-    let arguments = (0..=MOST).flat_map(|a| (0..=MOST).map(move |b| [a, b, 0, 0]));
+    let arguments = (0..=MAX).flat_map(|a| (0..=MAX).map(move |b| [a, b, 0, 0]));
     let runs = arguments.map(|arguments| {
         let run = machine.clone().call(CODE, arguments).unwrap();
         (run.cycles, run.stack_bytes)

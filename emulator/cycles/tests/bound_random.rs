@@ -11,7 +11,7 @@ use proptest::collection::vec;
 use proptest::prelude::*;
 use proptest::sample::select;
 
-const MOST: u32 = 15;
+const MAX: u32 = 15;
 /// Register with the address of eight words of memory.
 const BASE: Register = 7;
 /// Register for what a statement needs at once.
@@ -196,7 +196,7 @@ proptest! {
         let first = program.machine();
         let mut machine = first.clone();
         let (image, timing, memory) = (program.image(), program::timing(), Snapshot::from(&machine));
-        let arguments = [0..=MOST, 0..=MOST, 0..=0, 0..=0];
+        let arguments = [0..=MAX, 0..=MAX, 0..=0, 0..=0];
         let question = Question {
             image: &image,
             timing: &timing,
@@ -207,8 +207,8 @@ proptest! {
         };
         let once = Bound::of_once(&question).unwrap().remove(0);
         let every = Bound::of_every(&question).unwrap().remove(0);
-        for a in 0..=MOST {
-            for b in 0..=MOST {
+        for a in 0..=MAX {
+            for b in 0..=MAX {
                 let run = first.clone().call(CODE, [a, b, 0, 0]).unwrap();
                 prop_assert!(run.cycles <= once.cycles, "{} of {} with {a} and {b}", run.cycles, once.cycles);
                 prop_assert_eq!(run.stack_bytes, once.stack_bytes);

@@ -81,7 +81,7 @@ fn write(mut program: Program, tree: &Tree) -> Program {
 }
 
 /// The bound, and the most that a call takes in any state that there can be.
-fn bound_and_most(tree: &Tree) -> (u64, u64) {
+fn bound_and_max(tree: &Tree) -> (u64, u64) {
     let program = write(Program::new([program::number(BASE, RAM)]), tree);
     let machine = program.machine();
     let (image, timing, memory) = (program.image(), program::timing(), Snapshot::from(&machine));
@@ -137,7 +137,7 @@ fn leaf(assigned: &[(u32, u32)], work: u32) -> Tree {
 fn words_that_changed_together_once_need_not_do_so_again() {
     // (0, 0), then (1, 2), then (0, 2), where the long way is.
     let tree = test(0, 0, test(1, 0, leaf(&[(0, 1), (1, 2)], 0), leaf(&[], 50)), leaf(&[(0, 0)], 0));
-    let (bound, most) = bound_and_most(&tree);
+    let (bound, most) = bound_and_max(&tree);
     assert!(most > 50 && bound >= most, "{most} of {bound}");
 }
 
@@ -146,7 +146,7 @@ proptest! {
 
     #[test]
     fn no_state_takes_longer_than_the_bound(tree in tree()) {
-        let (bound, most) = bound_and_most(&tree);
+        let (bound, most) = bound_and_max(&tree);
         prop_assert!(most <= bound, "{most} of {bound}");
     }
 }

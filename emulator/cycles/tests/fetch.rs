@@ -10,7 +10,7 @@ use rand_pcg::Pcg64Mcg;
 
 const BUFFER_WORDS: usize = 3;
 /// Cycles from a fetch until its word can be executed: as many as a jump takes at most on top of its own.
-const MOST_LATENCY: usize = 3;
+const MAX_LATENCY: usize = 3;
 const CODE: u32 = 0x1000;
 /// `NOP`; `LDR R1, [R0]`; `ADD.W R12, R1, #1`; `LDR.W R12, [R0]`; `STR.W R1, [R0]`.
 const KINDS: [&[u16]; 5] = [&[0xBF00], &[0x6801], &[0xF101, 0x0C01], &[0xF8D0, 0xC000], &[0xF8C0, 0x1000]];
@@ -61,7 +61,7 @@ fn no_chip_with_a_buffer_of_three_words_stalls_more_often() {
         let likely = Timing::new(Profile::ZeroWait, Column::Likely);
         let own_likely = model(likely.with(Row::MisalignedRun, 0), &code);
         let stalls = |all: &[u32], own: &[u32]| (all.iter().sum::<u32>() - own.iter().sum::<u32>()) as usize;
-        for latency in 1..=MOST_LATENCY {
+        for latency in 1..=MAX_LATENCY {
             // The first word, and the second one of a misaligned target: what a jump there takes is apart.
             let after_jump = latency + 1;
             let upper = stalls(&of(Column::Upper), &own);

@@ -30,7 +30,7 @@ pub(crate) fn start(
 }
 
 /// The authentication state.
-#[expect(clippy::large_enum_variant, reason = "a board has one, and nowhere else to put it")]
+#[expect(clippy::large_enum_variant, reason = "a single instance per board")]
 enum Door {
     /// Without a key: all packets pass.
     Open,
@@ -110,7 +110,7 @@ async fn carry(
                     guarded.guard.send_on(packet.channel);
                     guarded.channel = packet.channel;
                 }
-                shake_hands(&mut door, link, &mut link_out).await;
+                send_handshake(&mut door, link, &mut link_out).await;
                 send(&mut door, link, &packet, &mut link_out).await;
             }
             Either3::Third((link, length)) => {
@@ -121,7 +121,7 @@ async fn carry(
                         Err(_) => packets_in.give_sparingly(Received { link, packet }, LINKS),
                     }
                 }
-                shake_hands(&mut door, link, &mut link_out).await;
+                send_handshake(&mut door, link, &mut link_out).await;
                 // A tag takes long: yields to the command line.
                 yield_now().await;
             }
@@ -130,7 +130,7 @@ async fn carry(
 }
 
 /// Sends the pending handshakes of a link.
-async fn shake_hands(door: &mut Door, link: usize, link_out: &mut LinkOut) {
+async fn send_handshake(door: &mut Door, link: usize, link_out: &mut LinkOut) {
     let Some(Guarded { guard, channel }) = door.guarded(link) else { return };
     while let Some(handshake) = guard.handshake(now_ms()) {
         link_out.send(link, *channel, handshake).await;

@@ -18,14 +18,14 @@ use firmware::{SchemeStore, start};
 
 use crate::common::Flash;
 
-/// Of the watchdog between two ticks on nucleo-g474re, the least patient one. Before the first tick it waits for 512 ms.
+/// Watchdog timeout between two ticks on nucleo-g474re, the shortest. Before the first tick it is 512 ms.
 const PATIENCE_US: u64 = 10_000;
 
 fn pd() -> ModuleRef {
     ALL.module("PDCTRL_MOD").unwrap()
 }
 
-/// As if a tick cost as much as each of its modules.
+/// Assumes that a tick costs as much as each of its modules.
 const COSTS: Costs = Costs::new(&[Cost::new(500, 50); 1 + KINDS], &IDS);
 const KINDS: usize = ALL.list().len();
 static IDS: [KindId; KINDS] = ALL.ids();
@@ -44,7 +44,7 @@ pub(crate) fn controller() -> Dimsart {
 }
 
 thread_local! {
-    /// The schemes that were made, by their gain.
+    /// The created schemes by gain.
     static SCHEMES: RefCell<BTreeMap<u16, Vec<u8>>> = const { RefCell::new(BTreeMap::new()) };
 }
 
@@ -74,26 +74,26 @@ fn new_scheme(gain: u16) -> Vec<u8> {
 
 pub(crate) const BUILT_IN: u16 = 9;
 
-/// A board with the flash in it.
+/// A board with this flash.
 pub(crate) struct Board {
     pub(crate) store: SchemeStore<Flash>,
     pub(crate) dimsart: Dimsart,
     pub(crate) status: SchemeStatus,
 }
 
-/// Flashes with as many pages as boards have.
+/// Flashes with the boards' numbers of pages.
 pub(crate) fn blank_flashes() -> [Flash; 2] {
     [Flash::of_pages(2), Flash::new()]
 }
 
-/// A store in all of a flash.
+/// A store in the whole flash.
 pub(crate) fn store(flash: Flash) -> SchemeStore<Flash> {
     let range = 0..u32::try_from(flash.bytes.len()).unwrap();
     SchemeStore::new(flash, range).unwrap()
 }
 
 impl Board {
-    /// Starts as a board does, which erases no page: its watchdog does not wait for that.
+    /// Starts like a board, without erasing a page: the watchdog timeout is too short for that.
     pub(crate) fn start(flash: Flash) -> Self {
         let (patience_us, erasures) = (flash.patience_us, flash.erasures.clone());
         let mut store = store(Flash { patience_us: PATIENCE_US, ..flash });
@@ -105,7 +105,8 @@ impl Board {
         Self { store, dimsart, status }
     }
 
-    /// The gain by which the running scheme is known; it is whole and commands are answered.
+    /// Returns the gain of the running scheme, after checking that the scheme is complete and commands are
+    /// answered.
     pub(crate) fn running(&mut self) -> u16 {
         assert!(self.dimsart.engine().is_running());
         let value = self.dimsart.engine_mut().get(pd(), 0, 0).unwrap();

@@ -1,4 +1,4 @@
-//! A flash whose power can go at any byte, and one that says yes to what it does not take; beside a watchdog.
+//! A flash with power loss at any byte or with failing writes, and a watchdog.
 
 use std::ops::Range;
 
@@ -12,22 +12,22 @@ pub(crate) const WORD: usize = 8;
 pub(crate) const PAGE: usize = 2048;
 pub(crate) const PAGES: usize = 4;
 
-/// Of a word and a page: the most that the STM32G4's data sheet has.
+/// Maximum times of a word and a page in the STM32G4's data sheet.
 const WORD_US: u64 = 100;
 const PAGE_US: u64 = 25_000;
 
-/// Flash that takes each word once between two erasures, but zeros at any time, as an STM32G4's does; and
-/// whose power can go, or that can be deaf.
+/// Flash like an STM32G4's: a word is written once between two erasures, except with zeros. Power can fail,
+/// and writes can fail silently.
 #[derive(Clone)]
 pub(crate) struct Flash {
     pub(crate) bytes: Vec<u8>,
     pub(crate) is_written: Vec<bool>,
     pub(crate) erasures: Vec<u32>,
-    /// How much is still written or erased, in eighths of words and pages: bytes of a word.
+    /// Remaining writes and erasures before the power loss, in eighths of words and pages (bytes of a word).
     pub(crate) power: Option<usize>,
-    /// Words and pages that were begun to be written or erased since the flash was made.
+    /// Number of started writes and erasures.
     pub(crate) begun: usize,
-    /// Those of them that are not taken, which nobody is told.
+    /// Writes and erasures that fail silently.
     pub(crate) deaf: Range<usize>,
     /// Time until the watchdog resets the board, `us`.
     pub(crate) patience_us: u64,
@@ -59,19 +59,19 @@ impl Flash {
         }
     }
 
-    /// Whether the next word or page is not taken.
+    /// Returns whether the next write or erasure fails.
     fn is_deaf(&mut self) -> bool {
         self.begun += 1;
         self.deaf.contains(&(self.begun - 1))
     }
 
-    /// Time of an operation.
+    /// Counts the time of an operation.
     fn pass(&mut self, duration_us: u64) {
         assert!(duration_us <= self.patience_us, "the watchdog resets the board");
         self.patience_us -= duration_us;
     }
 
-    /// Carries out as many eighths of the next word or page as there is power for.
+    /// Executes as many eighths of the next word or page as power permits.
     fn begin(&mut self, carry_out: impl FnOnce(&mut Self, usize)) -> Result<(), PowerGone> {
         let eighths = self.power.map_or(8, |left| left.min(8));
         self.power = self.power.map(|left| left - eighths);
@@ -79,7 +79,7 @@ impl Flash {
         if eighths == 8 { Ok(()) } else { Err(PowerGone) }
     }
 
-    /// Turns so many eighths of a page's bits to ones, wherever they are: each takes its own time.
+    /// Sets this many eighths of a page's bits to one, in a random order.
     pub(crate) fn erase_eighths(&mut self, page: usize, eighths: usize, seed: u64) {
         let mut random = Pcg64Mcg::seed_from_u64(seed);
         for byte in &mut self.bytes[page * PAGE..][..PAGE] {

@@ -199,7 +199,7 @@ mod tests {
 
     #[test]
     fn a_spread_of_delays_changes_the_order_only_where_overtaking_is_allowed() {
-        let delay = Delay::Uniform { least_s: 0.01, width_s: 0.005 };
+        let delay = Delay::Uniform { min_s: 0.01, width_s: 0.005 };
         let kept = run(DatagramParameters { delay: delay.clone(), ..clean() }, 1000);
         assert!(kept.is_sorted_by_key(|(_, number)| *number) && kept.len() == 1000);
         let free = run(DatagramParameters { delay, overtaking: true, ..clean() }, 1000);

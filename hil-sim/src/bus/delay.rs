@@ -15,17 +15,17 @@ const LONGEST_S: f64 = 3600.0;
 pub enum Delay {
     /// Constant.
     Constant(f64),
-    /// Uniform from `least_s`, of width `width_s`.
+    /// Uniform from `min_s`, of width `width_s`.
     Uniform {
         /// Minimum.
-        least_s: f64,
+        min_s: f64,
         /// Maximum minus minimum.
         width_s: f64,
     },
-    /// `least_s` plus a gamma-distributed queueing time.
+    /// `min_s` plus a gamma-distributed queueing time.
     Gamma {
         /// Minimum.
-        least_s: f64,
+        min_s: f64,
         /// Mean queueing time, > 0.
         mean_s: f64,
         /// Shape, > 0: 1 is exponential, large values are bell-shaped.
@@ -110,10 +110,8 @@ impl Delay {
     pub fn upper_s(&self) -> f64 {
         match self {
             Self::Constant(delay_s) => *delay_s,
-            Self::Uniform { least_s, width_s } => least_s + width_s,
-            Self::Gamma { least_s, mean_s, shape } => {
-                least_s + mean_s * (1.0 + DEVIATIONS / libm::sqrt(*shape))
-            }
+            Self::Uniform { min_s, width_s } => min_s + width_s,
+            Self::Gamma { min_s, mean_s, shape } => min_s + mean_s * (1.0 + DEVIATIONS / libm::sqrt(*shape)),
             Self::Recorded(delays) => delays.iter().flatten().copied().fold(0.0, f64::max),
         }
     }
@@ -135,8 +133,8 @@ impl Delays {
     pub(super) fn next_ns(&mut self, random: &mut Random) -> Option<u64> {
         let delay_s = match &self.delay {
             Delay::Constant(delay_s) => *delay_s,
-            Delay::Uniform { least_s, width_s } => least_s + width_s * random.uniform(),
-            Delay::Gamma { least_s, mean_s, shape } => least_s + mean_s / shape * random.gamma(*shape),
+            Delay::Uniform { min_s, width_s } => min_s + width_s * random.uniform(),
+            Delay::Gamma { min_s, mean_s, shape } => min_s + mean_s / shape * random.gamma(*shape),
             Delay::Recorded(delays) => {
                 let place = self.drawn % delays.len().max(1);
                 self.drawn += 1;
@@ -186,13 +184,13 @@ mod tests {
 
     #[test]
     fn delays_are_distributed_as_their_closed_forms_say() {
-        let drawn = draw(Delay::Uniform { least_s: 0.01, width_s: 0.005 }, 11);
+        let drawn = draw(Delay::Uniform { min_s: 0.01, width_s: 0.005 }, 11);
         let below = |delay_s: f64| (delay_s - 0.01) / 0.005;
         assert_distributed(&drawn, 0.0125, 0.005 / 12.0_f64.sqrt(), 1.8, below);
         // A gamma distribution of whole shape is Erlang's: 1 - exp(-x) (1 + x + ... + x^(k-1)/(k-1)!).
         for shape in [1_u32, 2, 5] {
             let k = f64::from(shape);
-            let drawn = draw(Delay::Gamma { least_s: 0.01, mean_s: 0.004, shape: k }, u64::from(shape));
+            let drawn = draw(Delay::Gamma { min_s: 0.01, mean_s: 0.004, shape: k }, u64::from(shape));
             let below = |delay_s: f64| {
                 let x = (delay_s - 0.01) * k / 0.004;
                 let terms = (0..shape).scan(1.0, |term, n| {
@@ -210,7 +208,7 @@ mod tests {
     #[test]
     fn the_upper_estimate_is_hardly_ever_exceeded() {
         for shape in [0.5, 1.0, 4.0] {
-            let delay = Delay::Gamma { least_s: 0.01, mean_s: 0.004, shape };
+            let delay = Delay::Gamma { min_s: 0.01, mean_s: 0.004, shape };
             let upper_s = delay.upper_s();
             let beyond = draw(delay, 3).iter().filter(|delay_s| **delay_s > upper_s).count();
             // At shape 0.5, the widest: erfc(sqrt(0.5 + 6 sqrt(0.5))), 2.1 in 1000 draws.

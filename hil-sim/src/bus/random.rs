@@ -56,8 +56,8 @@ impl Random {
         radius * libm::cos(core::f64::consts::TAU * self.uniform())
     }
 
-    /// Geometric: number of successes before the first failure, each trial failing with `probability`; by inversion.
-    /// `u64::MAX`-like values if no trial fails.
+    /// Geometric: number of successful trials before the first failure, each failing with `probability`; by
+    /// inversion. Saturates if no trial fails.
     pub fn before_failure(&mut self, probability: f64) -> u64 {
         if probability <= 0.0 {
             return u64::MAX;

@@ -27,7 +27,7 @@ fn classic_frames_of_six_joints_are_counted_by_hand() {
     assert!(figures.fits, "{figures:?}");
     assert!((figures.worst_load - 12.0 * 3.0 * 135e-6 / 5e-3).abs() < 1e-9);
     let last = figures.packets.last().unwrap();
-    assert_eq!((last.frames, last.most_bits, last.identifier.as_str()), (3, 405, "0x206"));
+    assert_eq!((last.frames, last.max_bits, last.identifier.as_str()), (3, 405, "0x206"));
     assert!((last.worst_response_s.unwrap() - 4.86e-3).abs() < 1e-9, "{last:?}");
     // The most urgent one waits for a frame that has begun.
     assert!((figures.packets[0].worst_response_s.unwrap() - 4.0 * 135e-6).abs() < 1e-9);

@@ -13,56 +13,56 @@ use super::upload::{self, CLIENT, Layout};
 use super::{EmulatedError, Image, NS_PER_INSTRUCTION};
 use crate::rig::{RemoteController, RemoteError, SimulatedDimsart};
 
-/// Ticks from one renewal of the lease to the next, half of what it lasts.
+/// Ticks between renewals of the lease, half of its duration.
 const RENEWAL_TICKS: u32 = 100;
-/// Of the board's processor, 25 MHz.
+/// Clock frequency of the board's processor, 25 MHz.
 const NS_PER_CYCLE: u64 = 40;
 
 /// A controller that runs as firmware on an emulated board, in lockstep with this process.
 ///
-/// It carries out the scheme of a controller of this process, its *copy*, which is never ticked: its Data Base is
-/// overwritten with the board's after every tick.
+/// It runs the scheme of a controller in this process, its *copy*, which is never ticked: the copy's Data Base
+/// mirrors the board's after every tick.
 #[derive(Debug)]
 pub struct Board {
     wire: Wire,
     layout: Layout,
-    /// Until the lease is renewed.
+    /// Ticks until the lease is renewed.
     ticks_to_renewal: u32,
-    /// How the next request says that the board may move its device.
+    /// Motion flag of the next request.
     lease: LeaseAction,
-    /// The cycle counter at the beginning of the tick before the last one.
+    /// Cycle counter at the start of the tick before the last one.
     began: Option<u32>,
 }
 
-/// What an image [with authentication](Image::is_authenticated) is given a key of.
+/// Authentication data of an image [with authentication](Image::is_authenticated).
 #[derive(Debug, Clone, Copy)]
 pub struct BoardKey {
     /// The key.
     pub bytes: KeyBytes,
-    /// What the board's nonces begin with: the two sides of a link need different ones.
+    /// Prefix of the board's nonces; both sides of a link need different ones.
     pub salt: u64,
 }
 
-/// What goes there and back in one exchange.
+/// Data of an exchange.
 #[derive(Debug)]
 pub(super) struct Wire {
     emulator: Emulator,
-    /// Grows until it is sent.
+    /// Next request.
     request: Frame,
     answer: Frame,
-    /// Packets for it, those that it has no room for among them.
+    /// Packets for the board, including dropped ones.
     packets: usize,
     has_room: bool,
-    /// Once the board is locked.
+    /// Session, if the board is locked.
     pub(super) sealer: Option<RequestSealer>,
 }
 
 impl Board {
-    /// Starts the image, and on it the scheme of `copy` for a device with the same axes. The firmware's log goes
-    /// to `log`. With a key the board is locked and authenticates its links; its image must know how to.
+    /// Starts the image with the scheme of `copy` for a device with the same axes. The firmware's log is written to
+    /// `log`. With a key, the board is locked and authenticates its links; the image must support this.
     ///
     /// # Errors
-    /// [`EmulatedError`] says what is missing or differs; no process is left.
+    /// [`EmulatedError`]; no process remains.
     pub fn start(
         image: &Image,
         copy: &mut SimulatedDimsart,
@@ -77,7 +77,7 @@ impl Board {
 }
 
 impl RemoteController for Board {
-    /// A tick takes [`MAX_PACKETS`] at most: with more of them it fails, so that no packet is lost silently.
+    /// A tick accepts at most [`MAX_PACKETS`]; with more it fails, so that no packet is lost silently.
     fn receive(&mut self, link: usize, bytes: &[u8]) {
         if let Some(tag) = Tag::of_link(link) {
             let Wire { request, packets, has_room, .. } = &mut self.wire;
@@ -103,13 +103,13 @@ impl RemoteController for Board {
         Box::new(self.wire.sections(move |tag| tag.link() == Some(link)))
     }
 
-    /// To one in a hundred thousand: the emulator's time counts them.
+    /// Accuracy 1e-5, as measured by the emulator's time.
     fn instructions(&self) -> Option<u32> {
         let [before, after, mask] = self.stamps()?;
         instructions(after.wrapping_sub(before) & mask)
     }
 
-    /// The exchange with the host among them; none before the second tick.
+    /// Including the exchange with the host; `None` before the second tick.
     fn instructions_of_all(&self) -> Option<u32> {
         let [before, _, mask] = self.stamps()?;
         instructions(before.wrapping_sub(self.began?) & mask)
@@ -147,7 +147,11 @@ impl Board {
                     let expected = 4 * commanded.len();
                     if content.len() != expected {
                         let found = content.len();
-                        return Err(EmulatedError::OtherAnswer { what: "commanded words", expected, found });
+                        return Err(EmulatedError::UnexpectedAnswer {
+                            what: "commanded words",
+                            expected,
+                            found,
+                        });
                     }
                     for (word, bits) in commanded.iter_mut().zip(words(content)) {
                         *word = Word(bits);
@@ -160,7 +164,7 @@ impl Board {
         tick.ok_or(EmulatedError::NoAnswer { ticks: 1 })
     }
 
-    /// Asks for the lease in time; in a tick that nobody holds it the board says [`Tick::Disarmed`].
+    /// Renews the lease in time; without a lease the board returns [`Tick::Disarmed`].
     fn keep_lease(&mut self) {
         if self.ticks_to_renewal == 0 {
             self.wire.ask(&Request::Lease(self.lease), request_id(CLIENT, 0));
@@ -169,7 +173,7 @@ impl Board {
         self.ticks_to_renewal -= 1;
     }
 
-    /// The cycle counter before and after the last tick, and the bits of it that count.
+    /// Cycle counter before and after the last tick, and its valid bits.
     fn stamps(&self) -> Option<[u32; 3]> {
         let stamps = self.wire.sections(|tag| tag == Tag::Stamps).next()?;
         let mut cycles = words(stamps);
@@ -196,15 +200,15 @@ impl Wire {
         }
     }
 
-    /// Adds a section to the next request. One that does not fit is lost, as on a line that is full.
+    /// Adds a section to the next request; dropped if it does not fit.
     pub(super) fn send(&mut self, tag: Tag, content: &[u8]) {
         let _ = self.request.push(tag, content);
     }
 
-    /// Puts a request on the command line, sealed when it must be.
+    /// Sends a request on the command line, sealed if required.
     pub(super) fn ask(&mut self, request: &Request, id: u16) {
         let mut buffer = [0; MAX_FRAME_BYTES];
-        // Fits: the buffer is as long as a frame can be.
+        // The buffer has the maximum size of a frame.
         let frame = match &mut self.sealer {
             Some(sealer) if request.needs_key() => {
                 sealer.encode(request, id, &mut buffer).unwrap_or_default()
@@ -215,7 +219,7 @@ impl Wire {
         self.send(Tag::Command, &frame);
     }
 
-    /// One tick of the board.
+    /// Runs a tick of the board.
     pub(super) fn exchange(&mut self, measured: &[Word]) -> Result<(), EmulatedError> {
         let mut bytes = [0; 4 * dimsart_core::MAX_DEVICE_TYPES * dimsart_core::limits::MAX_DOF];
         for (bytes, word) in bytes.chunks_exact_mut(4).zip(measured) {
@@ -229,11 +233,11 @@ impl Wire {
         self.emulator.exchange(&self.request, &mut self.answer)?;
         self.request.clear();
         (self.packets, self.has_room) = (0, true);
-        // What came is looked at more than once: be sure that it is whole.
+        // Validates the answer, which is read more than once.
         self.answer.sections().find_map(Result::err).map_or(Ok(()), |error| Err(error.into()))
     }
 
-    /// Contents of the sections of the last answer that `is_wanted`.
+    /// Contents of the selected sections of the last answer.
     pub(super) fn sections(&self, is_wanted: impl Fn(Tag) -> bool) -> impl Iterator<Item = &[u8]> {
         let is_wanted = move |(tag, content)| is_wanted(tag).then_some(content);
         self.answer.sections().filter_map(Result::ok).filter_map(is_wanted)
@@ -244,7 +248,7 @@ fn instructions(cycles: u32) -> Option<u32> {
     u32::try_from(u64::from(cycles) * NS_PER_CYCLE / NS_PER_INSTRUCTION).ok()
 }
 
-/// The words that bytes hold.
+/// Converts bytes to words.
 pub(super) fn words(bytes: &[u8]) -> impl Iterator<Item = u32> {
     bytes.as_chunks().0.iter().map(|word| u32::from_le_bytes(*word))
 }

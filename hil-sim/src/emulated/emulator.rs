@@ -1,4 +1,4 @@
-//! The emulator as a process and the pipes to the firmware in it.
+//! The emulator process and the pipes to its firmware.
 
 use std::fs::File;
 use std::io::{self, ErrorKind, PipeReader, PipeWriter, Read, Write};
@@ -16,26 +16,26 @@ use super::process::Process;
 pub use super::process::end_all;
 use super::{EmulatedError, Image, PATIENCE};
 
-/// Between two looks at a process that says nothing.
+/// Poll interval of a silent process.
 const A_WHILE: Timespec = Timespec { tv_sec: 0, tv_nsec: 100_000_000 };
-/// As the firmware names them.
+/// Names used by the firmware.
 const TO_BOARD: &str = "to-board";
 const FROM_BOARD: &str = "from-board";
 
-/// A running emulator and the line to its firmware.
+/// A running emulator and the pipes to its firmware.
 ///
-/// Both end with this value; should this process be killed, its ends of the pipes close and the firmware leaves, as
-/// soon as it looks: opening a pipe waits for nobody.
+/// Both end with this value. If this process is killed, its ends of the pipes close and the firmware exits; opening a
+/// pipe does not block.
 #[derive(Debug)]
 pub(super) struct Emulator {
     process: Process,
     to_board: PipeWriter,
     from_board: PipeReader,
-    /// Where the firmware finds its ends, until it has opened them: nothing can be left behind then.
+    /// Folder of the pipes until the firmware has opened them, to leave no files behind.
     folder: Option<TempDir>,
 }
 
-/// Why a line carries nothing more.
+/// Reason for a closed pipe.
 enum Broken {
     Closed,
     Silent,
@@ -49,13 +49,13 @@ impl From<ExchangeError> for Broken {
 }
 
 impl Emulator {
-    /// Starts an image. The firmware's log goes to `log`.
+    /// Starts an image. The firmware's log is written to `log`.
     pub(super) fn start(image: &Image, log: Option<File>) -> Result<Self, EmulatedError> {
         let folder = tempfile::Builder::new().prefix("dimsart-").tempdir().map_err(EmulatedError::Files)?;
         let (board_reads, to_board) = io::pipe().map_err(EmulatedError::Files)?;
         let (from_board, board_writes) = io::pipe().map_err(EmulatedError::Files)?;
         let its_number = board_writes.as_raw_fd();
-        // The emulator's standard input, and what it inherits.
+        // Standard input of the emulator, and the inherited pipe.
         for (name, number) in [(TO_BOARD, 0), (FROM_BOARD, its_number)] {
             let made = symlink(format!("/dev/fd/{number}"), folder.path().join(name));
             made.map_err(EmulatedError::Files)?;
@@ -64,7 +64,7 @@ impl Emulator {
         Ok(Self { process, to_board, from_board, folder: Some(folder) })
     }
 
-    /// Sends a frame and takes in the answer. After an error the emulator has ended.
+    /// Sends a frame and receives the answer. After an error the emulator has exited.
     pub(super) fn exchange(&mut self, request: &Frame, answer: &mut Frame) -> Result<(), EmulatedError> {
         let Self { process, to_board, from_board, folder } = self;
         let sent = to_board.write_all(request.as_bytes()).map_err(|_| Broken::Closed);
@@ -91,7 +91,7 @@ fn read(from_board: &mut PipeReader, process: &mut Process, bytes: &mut [u8]) ->
     let deadline = Instant::now() + PATIENCE;
     loop {
         match poll(&mut [PollFd::new(from_board, PollFlags::IN)], Some(&A_WHILE)) {
-            // It may have ended without ever having opened its end.
+            // It may have exited before opening its end.
             Ok(0) if process.has_ended() => return Err(Broken::Closed),
             Ok(0) if Instant::now() > deadline => return Err(Broken::Silent),
             Ok(0) | Err(Errno::INTR) => continue,

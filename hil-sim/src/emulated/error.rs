@@ -36,13 +36,11 @@ pub enum EmulatedError {
         wanted: String,
     },
     /// Emulator not installed or not executable.
-    #[error(
-        "cannot start the emulator {PROGRAM}: {0}; install it (Debian: `apt install qemu-system-arm`)"
-    )]
+    #[error("cannot start the emulator {PROGRAM}: {0}; install it (Debian: `apt install qemu-system-arm`)")]
     NoEmulator(io::Error),
-    /// Cannot create the sockets.
+    /// Cannot create the pipes.
     #[error(
-        "cannot create the sockets of the emulated board: {0}; free space in the temporary folder or set TMPDIR"
+        "cannot create the pipes of the emulated board: {0}; free space in the temporary folder or set TMPDIR"
     )]
     Files(io::Error),
     /// Timeout.
@@ -115,10 +113,8 @@ pub enum EmulatedError {
         found: usize,
     },
     /// Unexpected size of a tick's data.
-    #[error(
-        "the board sent {found} bytes of {what}, expected {expected}: its scheme has changed"
-    )]
-    OtherAnswer {
+    #[error("the board sent {found} bytes of {what}, expected {expected}: its scheme has changed")]
+    UnexpectedAnswer {
         /// Kind of data.
         what: &'static str,
         /// Bytes.

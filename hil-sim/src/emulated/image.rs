@@ -1,4 +1,4 @@
-//! The firmware image: where it is, and whether it is the right one.
+//! The firmware image: path and validation.
 
 use std::env;
 use std::fs;
@@ -6,13 +6,13 @@ use std::path::{Path, PathBuf};
 
 use super::EmulatedError;
 
-/// The board that is emulated, by the name that its image has.
+/// The emulated board, by the name of its image.
 pub const BOARD: &str = "mps2-an386";
 /// Folder of images, each named after its board and variant.
 pub const FOLDER_VARIABLE: &str = "DIMSART_FIRMWARE";
-/// Builds the image.
+/// Command that builds the image.
 pub const BUILD: &str = "cargo board mps2-an386";
-/// Where [`BUILD`] leaves it in the folder of all that is built.
+/// Path of the image in the target folder, as built by [`BUILD`].
 const BUILT: &str = "thumbv7em-none-eabihf/firmware/firmware";
 
 /// A firmware image for the emulated board.
@@ -24,8 +24,8 @@ pub struct Image {
 }
 
 impl Image {
-    /// The image at `given`; without, the one in the folder that the variable `DIMSART_FIRMWARE` names,
-    /// without that the one that was built beside this program or in `target`.
+    /// Finds the image: at `given`, in the folder of the variable `DIMSART_FIRMWARE`, built beside this program, or
+    /// in `target`, in this order.
     ///
     /// # Errors
     /// [`EmulatedError::NoImage`], [`EmulatedError::Image`] or [`EmulatedError::WrongImage`].
@@ -47,33 +47,33 @@ impl Image {
             (format!("dimsart {version} {BOARD}"), format!("dimsart {version} auth+{BOARD}"));
         let has = |text: &str| bytes.windows(text.len()).any(|part| part == text.as_bytes());
         let is_authenticated = has(&with_keys);
-        // An image whose tick comes from a timer does not wait for a host.
+        // An image with a timer tick does not wait for a host.
         if !(is_authenticated || has(&wanted)) || has("+timer-tick") {
             return Err(EmulatedError::WrongImage { path, wanted });
         }
         Ok(Self { path, bytes, is_authenticated })
     }
 
-    /// Whether it authenticates links and requests, once it is given a key.
+    /// Whether it supports authentication of links and requests.
     #[must_use]
     pub fn is_authenticated(&self) -> bool {
         self.is_authenticated
     }
 
-    /// Where it is.
+    /// Returns its path.
     #[must_use]
     pub fn path(&self) -> &Path {
         &self.path
     }
 
-    /// The whole file, with what a debugger knows.
+    /// Returns the file with debug information.
     #[must_use]
     pub fn bytes(&self) -> &[u8] {
         &self.bytes
     }
 }
 
-/// Where a build leaves the image: in the folder that this program was built in, or in `target`.
+/// Returns the path of a built image: in the build folder of this program, or in `target`.
 pub fn built() -> PathBuf {
     let program = env::current_exe().unwrap_or_default();
     let beside = program.ancestors().map(|folder| folder.join(BUILT)).find(|path| path.is_file());

@@ -1,4 +1,4 @@
-//! What the firmware logs, read as it comes: the last lines are kept, all of them go to a file.
+//! The firmware's log: keeps the last lines and writes all lines to a file.
 
 use std::collections::VecDeque;
 use std::fs::File;
@@ -11,10 +11,10 @@ use defmt_decoder::{DecodeError, Table};
 
 use crate::foreign_text::visible_lines;
 
-/// Lines that are kept to be shown when the firmware ends.
+/// Lines kept for error messages.
 const KEPT_LINES: usize = 12;
 
-/// The log of one emulated board.
+/// Log of an emulated board.
 #[derive(Debug)]
 pub(super) struct Log {
     lines: Lines,
@@ -31,7 +31,7 @@ impl Lines {
     fn add(&self, line: String) {
         let line = visible_lines(&line);
         if let Some(mut file) = self.file.as_deref() {
-            // A log that cannot be written is no reason to end a run.
+            // A log that cannot be written does not end a run.
             let _ = writeln!(file, "{line}");
         }
         let mut last = self.last.lock().unwrap_or_else(PoisonError::into_inner);
@@ -43,7 +43,7 @@ impl Lines {
 }
 
 impl Log {
-    /// Follows the firmware's defmt frames, of the image `elf`, and the emulator's own messages until both end.
+    /// Reads the defmt frames of the image `elf` and the emulator's messages until both end.
     pub(super) fn follow(
         firmware: Option<ChildStdout>,
         emulator: Option<ChildStderr>,
@@ -61,17 +61,17 @@ impl Log {
         Self { lines, readers: [firmware, emulator].into_iter().flatten().collect() }
     }
 
-    /// The last lines, once the emulator has ended: waits until all of them are read.
+    /// Returns the last lines after the emulator has exited and all lines are read.
     pub(super) fn last_lines(&mut self) -> Vec<String> {
         for reader in self.readers.drain(..) {
-            // A reader that failed has left what it read.
+            // A failed reader keeps its lines.
             let _ = reader.join();
         }
         self.lines.last.lock().unwrap_or_else(PoisonError::into_inner).iter().cloned().collect()
     }
 }
 
-/// Reads to the end in any case: a full pipe would stop the firmware.
+/// Always reads to the end: a full pipe would block the firmware.
 fn decode(mut stream: impl Read, elf: &[u8], mut add: impl FnMut(String)) {
     let mut bytes = [0; 1024];
     let table = Table::parse(elf).ok().flatten();
@@ -85,7 +85,7 @@ fn decode(mut stream: impl Read, elf: &[u8], mut add: impl FnMut(String)) {
                     let level = frame.level().map_or("", |level| level.as_str());
                     add(format!("{level:<5} {}", frame.display_message()));
                 }
-                // Passed over: the frames end with a mark.
+                // Skipped: frames end with a delimiter.
                 Err(DecodeError::Malformed) => {}
                 Err(DecodeError::UnexpectedEof) => break,
             }

@@ -1,4 +1,4 @@
-//! In place of the emulator where it cannot inherit pipes.
+//! Replaces the emulator on systems without inherited pipes.
 
 use std::fs::File;
 use std::io::ErrorKind;
@@ -7,11 +7,11 @@ use dimsart_link::exchange::Frame;
 
 use super::{EmulatedError, Image};
 
-/// There is none.
+/// Never constructed.
 #[derive(Debug)]
 pub(super) enum Emulator {}
 
-/// There was none.
+/// No emulator.
 pub fn end_all() -> bool {
     false
 }

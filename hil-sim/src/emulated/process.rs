@@ -1,4 +1,4 @@
-//! The emulator's process: started with a firmware image, ended whatever happens.
+//! The emulator process: starts with an image, and is always terminated.
 
 use std::fs::File;
 use std::io::{PipeReader, PipeWriter};
@@ -15,7 +15,8 @@ use rustix::process::{Pid, Signal, kill_process};
 use super::log::Log;
 use super::{EmulatedError, Image, PROGRAM};
 
-/// In instruction-count time, with 2^10 ns for each as [`NS_PER_INSTRUCTION`](super::NS_PER_INSTRUCTION) says, a run is the same instruction by instruction, and faster than against a clock.
+/// With instruction-count time, 2^10 ns per instruction ([`NS_PER_INSTRUCTION`](super::NS_PER_INSTRUCTION)), runs are
+/// reproducible and faster than with a clock.
 const ARGUMENTS: &[&str] = &[
     "-M",
     "mps2-an386",
@@ -30,24 +31,24 @@ const ARGUMENTS: &[&str] = &[
     "shift=10,align=off,sleep=off",
     "-kernel",
 ];
-/// How long a process whose line is closed may take to end by itself.
+/// Timeout for the exit of a process after its line is closed.
 const LAST_MOMENTS: Duration = Duration::from_secs(1);
 const A_MOMENT: Duration = Duration::from_millis(5);
 
-/// Those that run, for who cannot wait for their owner to end them.
+/// Running emulators, for termination without waiting for their owners.
 static RUNNING: Mutex<Vec<Pid>> = Mutex::new(Vec::new());
 
-/// Ends every emulator of this process; their owners find out. False when there was none.
+/// Terminates all emulators of this process; their owners detect it. Returns false if there was none.
 pub fn end_all() -> bool {
     let running = RUNNING.lock().unwrap_or_else(PoisonError::into_inner);
     for pid in running.iter() {
-        // Fails only where it has ended.
+        // Fails only if it has exited.
         let _ = kill_process(*pid, Signal::KILL);
     }
     !running.is_empty()
 }
 
-/// A process that ends with this value.
+/// A process that is terminated with this value.
 #[derive(Debug)]
 pub(super) struct Process {
     child: Child,
@@ -55,8 +56,8 @@ pub(super) struct Process {
 }
 
 impl Process {
-    /// Starts an image in a working folder. The firmware reads its line from the standard input and writes it to
-    /// the pipe that it inherits under the same number. What it logs goes to `log`.
+    /// Starts an image in a working folder. The firmware reads standard input and writes to the pipe inherited under
+    /// the same number. Its log is written to `log`.
     pub(super) fn start(
         image: &Image,
         folder: &Path,
@@ -67,10 +68,10 @@ impl Process {
         let mut command = Command::new(PROGRAM);
         command.args(ARGUMENTS).arg(path).current_dir(folder).stdin(reads);
         command.stdout(Stdio::piped()).stderr(Stdio::piped());
-        // Ctrl-C is for this process, which then ends the emulator.
+        // Ctrl-C is handled by this process, which then terminates the emulator.
         command.process_group(0);
         let mut running = RUNNING.lock().unwrap_or_else(PoisonError::into_inner);
-        // Within the lock: no other emulator is to inherit it.
+        // Inside the lock, so that no other emulator inherits the pipe.
         fcntl_setfd(&writes, FdFlags::empty()).map_err(|error| EmulatedError::Files(error.into()))?;
         let mut child = command.spawn().map_err(EmulatedError::NoEmulator)?;
         drop(writes);
@@ -84,13 +85,13 @@ impl Process {
         self.child.try_wait().is_ok_and(|status| status.is_some())
     }
 
-    /// How it ended, after its line was closed.
+    /// Returns its exit status after its line was closed.
     pub(super) fn ended(&mut self) -> EmulatedError {
         let status = self.await_end();
         EmulatedError::Ended { status, log: self.log.last_lines() }
     }
 
-    /// What its firmware stopped by, after it said so, and what its actuators are left with.
+    /// Returns the reason of a firmware stop, and the last commands of its actuators.
     pub(super) fn stopped(&mut self, commanded: Vec<f32>) -> EmulatedError {
         self.await_end();
         EmulatedError::Stopped { commanded, log: self.log.last_lines() }
@@ -106,7 +107,7 @@ impl Process {
         status
     }
 
-    /// Ends it because nothing comes any more.
+    /// Terminates it after a timeout.
     pub(super) fn hung(&mut self) -> EmulatedError {
         self.end();
         EmulatedError::Hung { log: self.log.last_lines() }
@@ -114,7 +115,7 @@ impl Process {
 
     fn end(&mut self) {
         let mut running = RUNNING.lock().unwrap_or_else(PoisonError::into_inner);
-        // Either fails only where there is nothing left to be ended.
+        // Both fail only if it has exited.
         let _ = self.child.kill();
         let _ = self.child.wait();
         running.retain(|pid| *pid != Pid::from_child(&self.child));
@@ -124,7 +125,7 @@ impl Process {
 impl Drop for Process {
     fn drop(&mut self) {
         self.end();
-        // So that its file is whole.
+        // Completes its log file.
         self.log.last_lines();
     }
 }

@@ -1,9 +1,9 @@
-//! One processor for a host and its emulators.
+//! Runs a host and its emulators on one processor.
 
-/// Keeps this thread, and every emulator that it starts from now on, on the processor that it runs on.
+/// Pins this thread, and every emulator that it starts, to its present processor.
 ///
-/// In lockstep only one of them has anything to do at a time. On one processor they hand over without waking another
-/// one up, which makes a run twice as fast. Does nothing where the system cannot do that.
+/// In lockstep only one of them runs at a time. On one processor they switch without waking another one, which
+/// doubles the speed. No effect if unsupported.
 pub fn share_one_processor() {
     #[cfg(all(target_os = "linux", feature = "emulated"))]
     {
@@ -12,7 +12,7 @@ pub fn share_one_processor() {
         if here < CpuSet::MAX_CPU {
             let mut processors = CpuSet::new();
             processors.set(here);
-            // Refused, the run is only slower.
+            // Without pinning the run is only slower.
             let _ = sched_setaffinity(None, &processors);
         }
     }

@@ -1,4 +1,4 @@
-//! Brings a controller's scheme to the board, by commands, and learns where the board keeps its signals.
+//! Uploads a controller's scheme to the board, and reads the layout of the board's signals.
 
 use dimsart_core::{Command, KindId, TypeRef, Word};
 use dimsart_link::auth::Key;
@@ -12,25 +12,25 @@ use super::EmulatedError;
 use super::board::{BoardKey, Wire, words};
 use crate::rig::SimulatedDimsart;
 
-/// This process, to the board.
+/// Client id of this process.
 pub(super) const CLIENT: u8 = 1;
-/// Ticks in which a request is answered: it is carried out in the one that it comes with.
+/// Timeout of a request in ticks; it is answered in the tick of its arrival.
 const ANSWER_TICKS: u32 = 8;
 
-/// Where the board's signals are in the copy's Data Base, in the order in which the board shows them.
+/// Slots of the board's signals in the copy's Data Base, in the order of the board.
 #[derive(Debug)]
 pub(super) struct Layout {
-    /// Slot of the copy, none for a signal that it lacks, and words.
+    /// Slot of the copy (`None` if missing), and number of words.
     signals: Vec<(Option<u8>, usize)>,
     words: usize,
 }
 
 impl Layout {
-    /// Overwrites the copy with what the board shows: a revision, then the words.
+    /// Overwrites the copy with the board's data: a revision, then the words.
     pub(super) fn show(&self, content: &[u8], copy: &mut SimulatedDimsart) -> Result<(), EmulatedError> {
         let (expected, found) = (4 * (1 + self.words), content.len());
         if found != expected {
-            return Err(EmulatedError::OtherAnswer { what: "the Data Base", expected, found });
+            return Err(EmulatedError::UnexpectedAnswer { what: "the Data Base", expected, found });
         }
         let mut words = words(content).skip(1);
         for (slot, count) in &self.signals {
@@ -44,7 +44,7 @@ impl Layout {
     }
 }
 
-/// Gives the board the scheme of `copy`, and a key. Nothing is measured meanwhile, so nothing is computed.
+/// Uploads the scheme of `copy`, and a key. Without measurements the scheme is not computed meanwhile.
 pub(super) fn upload(
     wire: &mut Wire,
     copy: &mut SimulatedDimsart,
@@ -63,7 +63,7 @@ pub(super) fn upload(
     line.layout(copy)
 }
 
-/// What the library of this command answers.
+/// Answer of this command's library.
 fn answer_here(copy: &mut SimulatedDimsart, request: &Request) -> Response<'static> {
     protocol::serve(request_id(CLIENT, 0), request, copy, &mut <DeviceInfo>::new("").with_laws())
 }
@@ -75,7 +75,7 @@ fn unexpected(answer: &Response<'_>) -> EmulatedError {
     }
 }
 
-/// The board's command line, one request at a time.
+/// Command line of the board, one request at a time.
 struct CommandLine<'a> {
     wire: &'a mut Wire,
     nothing_measured: Vec<Word>,
@@ -97,7 +97,7 @@ impl CommandLine<'_> {
         Ok(())
     }
 
-    /// Gives the board a key, and finds together with it.
+    /// Sets the board's key and completes the handshake.
     fn lock(&mut self, BoardKey { bytes, salt }: BoardKey) -> Result<(), EmulatedError> {
         match self.ask(&Request::Key(KeyAction::Set { key: bytes, salt }))? {
             Response::Key(KeyState::Locked) => {}
@@ -106,7 +106,7 @@ impl CommandLine<'_> {
         let mut sealer = RequestSealer::new(&Key::new(&bytes.0), salt);
         let mut receiver = Receiver::new();
         for _ in 0..ANSWER_TICKS {
-            // A hello at first, and at last the answer to the challenge.
+            // First a hello, finally the answer to the challenge.
             let is_answered = sealer.is_answered();
             if let Ok(Some(handshake)) = sealer.handshake(&mut [0; MAX_FRAME_BYTES]) {
                 self.wire.send(Tag::Command, handshake);
@@ -135,7 +135,7 @@ impl CommandLine<'_> {
             self.wire.exchange(&self.nothing_measured)?;
             for bytes in self.wire.sections(|tag| tag == Tag::Command) {
                 receiver.take_all(bytes, |content| {
-                    // Heartbeats come in between.
+                    // Skips heartbeats.
                     if matches!(decode_response(content), Ok((found, _)) if found == id) {
                         is_there = true;
                         content.clone_into(&mut self.content);
@@ -166,8 +166,8 @@ impl CommandLine<'_> {
         }
     }
 
-    /// Whether kinds, parameters and types are the same there as here: commands name them by their numbers. Kinds and types
-    /// that the board's image has not are not compared.
+    /// Checks that kinds, parameters and types of board and host are equal: commands refer to them by number. Kinds
+    /// and types missing in the board's image are not compared.
     fn compare_libraries(&mut self, copy: &mut SimulatedDimsart) -> Result<(), EmulatedError> {
         for place in 0..=u8::MAX {
             let kind = match self.ask(&Request::Module { place })? {
@@ -198,7 +198,7 @@ impl CommandLine<'_> {
         Ok(())
     }
 
-    /// Whether there is anything of that number; it has to be the same there as here.
+    /// Whether an item of this number exists; it must be equal on board and host.
     fn is_same(
         &mut self,
         copy: &mut SimulatedDimsart,

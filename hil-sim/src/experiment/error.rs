@@ -1,4 +1,4 @@
-//! Why an experiment cannot be set up or run: what is wrong, where, and what to do next.
+//! Errors of setting up and running an experiment.
 
 use dimsart_core::{DescriptorError, StorageError};
 
@@ -11,64 +11,64 @@ use crate::recorder::UnknownSignal;
 use crate::rig::{AuthenticationFailure, RemoteError};
 use crate::schemes::{Loaded, SchemeFileError};
 
-/// Why an experiment could not be set up or run.
+/// Error of an experiment.
 #[derive(Debug, thiserror::Error)]
 pub enum ExperimentError {
-    /// The device cannot exist.
+    /// Invalid device.
     #[error("device '{device}': {error}")]
     Device {
         /// The device.
         device: String,
-        /// What is wrong.
+        /// Reason.
         error: DescriptorError,
     },
-    /// The device's types do not fit.
+    /// The Data Base is too small for the device's types.
     #[error("the Data Base has no room for the device's types: {0:?}")]
     Storage(StorageError),
-    /// A plant's parameter.
+    /// Invalid plant parameter.
     #[error("{place}: {error}")]
     Plant {
-        /// Which plant.
+        /// Plant.
         place: String,
-        /// What is wrong.
+        /// Reason.
         error: ParameterError,
     },
-    /// The scheme cannot be read.
+    /// Unreadable scheme.
     #[error(transparent)]
     SchemeFile(#[from] SchemeFileError),
-    /// The scheme does not run on this controller.
+    /// Invalid scheme for this controller.
     #[error("the scheme {name} does not run on {controller}:\n{}", list(loaded))]
     Scheme {
         /// The scheme.
         name: String,
         /// The controller.
         controller: String,
-        /// What is wrong.
+        /// Reason.
         loaded: Loaded,
     },
-    /// A law that cannot be read, is invalid, or is one too many.
+    /// Law that is unreadable, invalid, or one too many.
     #[error("the controller '{controller}': {what}")]
     Law {
         /// The controller.
         controller: String,
-        /// What is wrong.
+        /// Reason.
         what: String,
     },
-    /// A file that something moves by.
+    /// Invalid samples file.
     #[error(transparent)]
     Samples(#[from] SamplesError),
-    /// A link over a CAN bus whose receiver listens to no channel.
+    /// A link over a CAN bus without a channel.
     #[error(
         "the link from '{from}' to '{to}' has no channel on its CAN bus: set CTX_CHANNEL of the sender and \
         CRX_CHANNEL of the receiver to the same number, 1 to 2047"
     )]
     NoChannel {
-        /// The controller that sends.
+        /// Sending controller.
         from: String,
-        /// The controller that receives.
+        /// Receiving controller.
         to: String,
     },
-    /// Two links over one CAN bus have the same channel.
+    /// Duplicate channel of two links on a CAN bus.
     #[error(
         "the links to '{first}' and '{second}' share channel {channel} of one CAN bus: give each link unique \
         CTX_CHANNEL and CRX_CHANNEL"
@@ -76,88 +76,90 @@ pub enum ExperimentError {
     SameChannel {
         /// The channel.
         channel: u16,
-        /// The controller that receives by the first one in the file.
+        /// Receiver of the first link in the file.
         first: String,
-        /// The one that receives by the other one.
+        /// Receiver of the second link.
         second: String,
     },
-    /// Recorded delays of a network.
+    /// Invalid delays file.
     #[error(transparent)]
     Delays(#[from] DelayFileError),
-    /// What `record.signals` names.
+    /// Unknown name in `record.signals`.
     #[error(transparent)]
     Record(#[from] UnknownSignal),
-    /// The side's link to another process.
+    /// Cannot open the link to another process.
     #[error(
         "{source}; or use another address: --set link.{name}_address=IP:PORT (on both sides), serial:PATH or \
         can:INTERFACE"
     )]
     Link {
-        /// Whose address it is.
+        /// Station of the address.
         name: String,
-        /// What is wrong with it.
+        /// Reason.
         source: OpenError,
     },
-    /// A station that cannot run alone.
-    #[error("the controller '{name}' has no link with addresses in both directions: set `address` of both links")]
+    /// The station cannot run alone.
+    #[error(
+        "the controller '{name}' has no link with addresses in both directions: set `address` of both links"
+    )]
     NoAddress {
         /// The controller.
         name: String,
     },
-    /// The other process does not answer.
+    /// The peer does not answer.
     #[error(
         "no packet from the {other} at {peer} within {waited_s} s; start it with `dimsart run --side {other}` \
         and the same scenario, or increase --wait-s"
     )]
     NoPeer {
-        /// Where it should be.
+        /// Address of the peer.
         peer: Address,
-        /// How long was waited, `s`.
+        /// Time waited, `s`.
         waited_s: f64,
-        /// The other side's name.
+        /// Name of the peer.
         other: String,
     },
-    /// The key cannot be read.
+    /// Unreadable key.
     #[error(transparent)]
     KeyFile(#[from] KeyFileError),
-    /// Nothing to make a nonce of.
+    /// No random numbers for a nonce.
     #[error("no random numbers from the operating system, required by link.key_file: {0}")]
     NoRandomness(#[from] getrandom::Error),
-    /// What the other process sends cannot be trusted.
+    /// Authentication failure of the peer's packets.
     #[error(
         "packets from the {other} at {peer} were refused: {reason}; use the same link.key_file on both sides"
     )]
     AuthenticationFailure {
-        /// Where it is.
+        /// Address of the peer.
         peer: Address,
-        /// The other side's name.
+        /// Name of the peer.
         other: String,
-        /// Why.
+        /// Reason.
         reason: AuthenticationFailure,
     },
-    /// The other process sends something else.
+    /// The peer's packets do not match.
     #[error(
         "packets from the {other} at {peer} do not match this side's scheme; use the same scenario (dof, \
         schemes) on both sides"
     )]
     WrongPeer {
-        /// Where it is.
+        /// Address of the peer.
         peer: Address,
-        /// The other side's name.
+        /// Name of the peer.
         other: String,
     },
-    /// The firmware of a station does not run, or no longer runs.
+    /// Error of a station's firmware.
     #[error("{station} as firmware: {source}")]
     Emulated {
         /// The station.
         station: String,
-        /// What is wrong.
+        /// Reason.
         source: RemoteError,
     },
-    /// The user gave up waiting.
+    /// Stopped by the user while waiting.
     #[error("stopped while waiting for the {other}, before the run")]
     Stopped {
-        /// The other side's name.
+        /// Name of the peer.
         other: String,
     },
 }

@@ -32,7 +32,7 @@ pub struct ResponseTooShort {
 }
 
 /// Minimum number of segments.
-const LEAST_SEGMENTS: usize = 4;
+const MIN_SEGMENTS: usize = 4;
 
 /// Estimates the response from `input` to `output` at `points` frequencies, logarithmically spaced.
 ///
@@ -46,7 +46,7 @@ pub fn frequency_response(
     points: usize,
 ) -> Result<Vec<FrequencyPoint>, ResponseTooShort> {
     let ticks = input.len().min(output.len());
-    let needed = segment * (LEAST_SEGMENTS + 1) / 2;
+    let needed = segment * (MIN_SEGMENTS + 1) / 2;
     if ticks < needed || segment < 4 {
         return Err(ResponseTooShort { ticks, segment, needed });
     }

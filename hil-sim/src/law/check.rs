@@ -156,16 +156,16 @@ fn data_type(signal: &Word) -> Result<TypeRef, Problem> {
     let Some((found, number)) = found else {
         let known = types::ALL.iter().filter(takes).map(|found| found.name);
         let help = advice(&signal.text, known, "`dimsart modules` lists the data types");
-        return Err(Problem::new(
-            signal.span.clone(),
-            format!("unknown data type {}", signal.text),
-            help,
-        ));
+        return Err(Problem::new(signal.span.clone(), format!("unknown data type {}", signal.text), help));
     };
     if !takes(&found) {
         let message = format!("{} is not a vector with one real number per axis", found.name);
-        return Err(Problem::new(signal.span.clone(), message, "laws can only read and write vectors of real \
-        numbers"));
+        return Err(Problem::new(
+            signal.span.clone(),
+            message,
+            "laws can only read and write vectors of real \
+        numbers",
+        ));
     }
     Ok(TypeRef { id: found.id, number })
 }
@@ -190,7 +190,11 @@ fn parameter(statement: &Statement) -> Result<NamedParameter, Problem> {
         Some([Number { value: min, .. }, Number { value: max, span }]) => {
             if max < min {
                 let help = "write the minimum first";
-                return Err(Problem::new(span.clone(), "invalid range: the minimum is above the maximum", help));
+                return Err(Problem::new(
+                    span.clone(),
+                    "invalid range: the minimum is above the maximum",
+                    help,
+                ));
             }
             [*min, *max]
         }
@@ -279,7 +283,8 @@ fn assignments(law: &mut Checked<'_>, text: &str) -> Result<(), Problem> {
             return Err(Problem::new(end..end, format!("`{missing}` is not assigned"), help));
         }
         if law.coupled_axes.is_some() && seen.contains(&(Declared::Output(number), None)) {
-            let help = format!("add the axis index as in the other assignments, such as `{}[0] = ...`", output.name);
+            let help =
+                format!("add the axis index as in the other assignments, such as `{}[0] = ...`", output.name);
             return Err(Problem::new(
                 end..end,
                 format!("`{}` is assigned without an axis index", output.name),

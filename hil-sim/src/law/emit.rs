@@ -31,11 +31,7 @@ pub(super) fn emit(law: &Checked<'_>, lowered: &Lowered, text: &str) -> Result<L
     })?;
     let names = names(law);
     let text_bytes = u8::try_from(names.len()).map_err(|_| {
-        Problem::new(
-            law.name.span.clone(),
-            "names exceed 255 bytes in total",
-            "shorten the longest names",
-        )
+        Problem::new(law.name.span.clone(), "names exceed 255 bytes in total", "shorten the longest names")
     })?;
     let counts = |count: usize| u8::try_from(count).unwrap_or(u8::MAX);
     let axes = law.coupled_axes.unwrap_or_else(|| lowered.values.axes());
@@ -71,9 +67,7 @@ pub(super) fn emit(law: &Checked<'_>, lowered: &Lowered, text: &str) -> Result<L
     }
     match Program::verify(&words) {
         Ok(_) => Ok(compiled(words)),
-        Err(error) => {
-            Err(Problem::new(end..end, format!("invalid program: {error}"), "simplify the law"))
-        }
+        Err(error) => Err(Problem::new(end..end, format!("invalid program: {error}"), "simplify the law")),
     }
 }
 

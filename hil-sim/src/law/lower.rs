@@ -120,11 +120,7 @@ impl Lowering<'_> {
                 let (yes, no_value) = (self.expression(yes)?, self.expression(no)?);
                 if yes.is_truth != no_value.is_truth {
                     let help = "use numbers in both branches, or conditions in both";
-                    return Err(Problem::new(
-                        no.span.clone(),
-                        "the branches of `if` differ in type",
-                        help,
-                    ));
+                    return Err(Problem::new(no.span.clone(), "the branches of `if` differ in type", help));
                 }
                 let id = self.values.of(Opcode::Select, &[condition, yes.id, no_value.id]);
                 return Ok(Typed { id, is_truth: yes.is_truth });
@@ -193,11 +189,7 @@ impl Lowering<'_> {
     fn last(&mut self, output: &Word, axis: Option<&Axis>, span: &Span) -> Result<Id, Problem> {
         if !self.begins {
             let help = "use it only as a state's initial value: `state force_before = last(force)`";
-            return Err(Problem::new(
-                span.clone(),
-                "`last` is available only when the law starts",
-                help,
-            ));
+            return Err(Problem::new(span.clone(), "`last` is available only when the law starts", help));
         }
         let Some(Declared::Output(number)) = self.law.declared(&output.text) else {
             let message = format!("`{}` is not an output", output.text);

@@ -32,11 +32,14 @@ pub(super) fn parse(text: &str) -> Result<Vec<Statement>, Problem> {
 }
 
 fn problem(error: ErrMode<Problem>) -> Problem {
-    match error {        ErrMode::Backtrack(found) => {
+    match error {
+        ErrMode::Backtrack(found) => {
             Problem::new(found.span, format!("unexpected {}", found.message), found.help)
         }
         ErrMode::Cut(problem) => problem,
-        ErrMode::Incomplete(_) => Problem::new(0..0, "unexpected end of the text", "add a newline at the end"),
+        ErrMode::Incomplete(_) => {
+            Problem::new(0..0, "unexpected end of the text", "add a newline at the end")
+        }
     }
 }
 
@@ -65,9 +68,11 @@ fn must<'t, O>(
 ) -> impl Parser<Input<'t>, O, ErrMode<Problem>> {
     move |input: &mut Input<'t>| {
         parser.parse_next(input).map_err(|error| match error {
-            ErrMode::Backtrack(found) => {
-                ErrMode::Cut(Problem::new(found.span, format!("expected {should}, found {}", found.message), help))
-            }
+            ErrMode::Backtrack(found) => ErrMode::Cut(Problem::new(
+                found.span,
+                format!("expected {should}, found {}", found.message),
+                help,
+            )),
             error => error,
         })
     }
@@ -100,8 +105,7 @@ fn name(input: &mut Input<'_>) -> Parsed<Word> {
 
 /// A name that this statement declares.
 fn new_name(input: &mut Input<'_>) -> Parsed<Word> {
-    must(name, "a name", "choose a word that is not a keyword, such as `force`")
-        .parse_next(input)
+    must(name, "a name", "choose a word that is not a keyword, such as `force`").parse_next(input)
 }
 
 fn equals(input: &mut Input<'_>) -> Parsed<()> {
@@ -142,7 +146,11 @@ fn statement(input: &mut Input<'_>) -> Parsed<Statement> {
         keyword if KEYWORDS.contains(&keyword) => {
             let help =
                 "start with `law`, `in`, `out`, `param`, `state`, `let`, or the name of an output or state";
-            Err(ErrMode::Cut(Problem::new(first.span, format!("a statement cannot start with `{keyword}`"), help)))
+            Err(ErrMode::Cut(Problem::new(
+                first.span,
+                format!("a statement cannot start with `{keyword}`"),
+                help,
+            )))
         }
         _ => {
             let axis = axis(input)?;

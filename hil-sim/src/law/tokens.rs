@@ -1,4 +1,4 @@
-//! From text to words, numbers and signs.
+//! Splits text into words, numbers and signs.
 
 use winnow::ascii::digit1;
 use winnow::combinator::{alt, delimited, fail, opt, repeat};
@@ -10,7 +10,7 @@ use winnow::token::{any, none_of, one_of, take_while};
 use super::error::Problem;
 use super::syntax::Span;
 
-/// A word, number or sign, and where it stands.
+/// A token with its position.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub(super) struct Token<'t> {
     pub(super) kind: Kind,
@@ -22,16 +22,16 @@ pub(super) struct Token<'t> {
 pub(super) enum Kind {
     Word,
     Number,
-    /// With its quotation marks.
+    /// Including quotation marks.
     Text,
     Sign,
     /// The end of a statement, or of the text.
     End,
 }
 
-/// Most parentheses that are open at a time, and most tokens of a statement: what reads them calls itself.
-const MOST_OPEN: usize = 32;
-const MOST_TOKENS: usize = 300;
+/// Maximum open parentheses, and maximum tokens per statement: limits the recursion of the parser.
+const MAX_OPEN: usize = 32;
+const MAX_TOKENS: usize = 300;
 
 type Input<'t> = LocatingSlice<&'t str>;
 
@@ -39,7 +39,7 @@ type Input<'t> = LocatingSlice<&'t str>;
 const SIGNS: [&str; 19] =
     ["..", "<=", ">=", "==", "!=", "<", ">", "=", "+", "-", "*", "/", "(", ")", "[", "]", ":", ",", "."];
 
-/// The tokens of a text; the last one is an end.
+/// Splits a text into tokens; the last one is [`Kind::End`].
 pub(super) fn tokens(text: &str) -> Result<Vec<Token<'_>>, Problem> {
     let mut input = LocatingSlice::new(text);
     let (mut tokens, mut open) = (Vec::new(), 0_usize);
@@ -66,7 +66,7 @@ pub(super) fn tokens(text: &str) -> Result<Vec<Token<'_>>, Problem> {
             });
         };
         let depth = tokens.iter().rev().take_while(|token: &&Token<'_>| token.kind != Kind::End).count();
-        if open > MOST_OPEN || depth > MOST_TOKENS {
+        if open > MAX_OPEN || depth > MAX_TOKENS {
             let help = "split it with `let`";
             return Err(Problem::new(start..start + found.len(), "statement too long", help));
         }

@@ -22,7 +22,7 @@ const OWN_IDENTIFIERS: u32 = 0x1000_0000;
 /// Identifiers of other nodes: one half has higher priority, the other half lower.
 const OTHER_IDENTIFIERS: [u32; 2] = [0x0800_0000, 0x1800_0000];
 /// Maximum frames of a classic CAN packet.
-const MOST_FRAMES: u32 = 16;
+const MAX_FRAMES: u32 = 16;
 /// Overhead of a UART frame, bytes.
 const STREAM_BYTES: usize = 4;
 
@@ -219,12 +219,12 @@ fn longest_ns(
     let line_ns =
         |bytes: usize, bits_per_byte: usize, rate: u32| bits_ns((bytes * bits_per_byte) as u64, rate);
     let of_can = |can: &CanSection, format, bytes, frames: u32| {
-        let most = CanFrame::most_wire_bits(Identifier::Extended(0), format, bytes);
+        let most = CanFrame::max_wire_bits(Identifier::Extended(0), format, bytes);
         u64::from((2 + can.other_nodes) * frames) * CanBus::frame_ns(&CanParameters::from(can), most)
     };
     Ok(match (uart, can, can_fd, udp) {
         (Some(uart), ..) => Some(line_ns(packet_bytes + STREAM_BYTES, 10, uart.bits_per_s)),
-        (_, Some(can), ..) => Some(of_can(can, Format::Classic, 8, MOST_FRAMES)),
+        (_, Some(can), ..) => Some(of_can(can, Format::Classic, 8, MAX_FRAMES)),
         (_, _, Some(can), _) => Some(of_can(can, Format::Fd, 64, 1)),
         (.., Some(udp)) => {
             let rate = if is_forward { udp.forward_bits_per_s } else { udp.backward_bits_per_s };

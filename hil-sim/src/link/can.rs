@@ -100,10 +100,10 @@ impl Medium for CanDirection {
         let others = self.others.iter().filter_map(|(number, _)| nodes.get(*number));
         let crowded = match others.map(|node| node.dropped).sum() {
             0_u64 => None,
-            dropped => {
-                Some(format!("CAN bus: {dropped} packets of the other nodes (can.other_nodes) were dropped, \
-                queue full"))
-            }
+            dropped => Some(format!(
+                "CAN bus: {dropped} packets of the other nodes (can.other_nodes) were dropped, \
+                queue full"
+            )),
         };
         let longest_ns = bus.responses().values().map(|response| response.longest_ns).max();
         MediumState {

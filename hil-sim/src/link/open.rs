@@ -24,9 +24,7 @@ pub enum OpenError {
     #[error(transparent)]
     Serial(#[from] PortError),
     /// CAN interface.
-    #[error(
-        "cannot open CAN interface {interface}: {source}; bring it up with `ip link set {interface} up`"
-    )]
+    #[error("cannot open CAN interface {interface}: {source}; bring it up with `ip link set {interface} up`")]
     Can {
         /// Interface.
         interface: String,

@@ -43,8 +43,8 @@ impl UdpSection {
         let Self { delay_s, spread_s, gamma_shape, .. } = *self;
         Ok(match self.delay {
             DelayKind::Constant => Delay::Constant(delay_s),
-            DelayKind::Uniform => Delay::Uniform { least_s: delay_s, width_s: spread_s },
-            DelayKind::Gamma => Delay::Gamma { least_s: delay_s, mean_s: spread_s, shape: gamma_shape },
+            DelayKind::Uniform => Delay::Uniform { min_s: delay_s, width_s: spread_s },
+            DelayKind::Gamma => Delay::Gamma { min_s: delay_s, mean_s: spread_s, shape: gamma_shape },
             DelayKind::Recorded => Delay::read(&folder.join(&self.delays_file))?,
         })
     }

@@ -44,9 +44,7 @@ pub enum PortError {
         port: String,
     },
     /// In use.
-    #[error(
-        "{port} is in use by another program: close it (a terminal, another user's `dimsart`) and retry"
-    )]
+    #[error("{port} is in use by another program: close it (a terminal, another user's `dimsart`) and retry")]
     InUse {
         /// The port.
         port: String,
@@ -216,6 +214,9 @@ mod tests {
     fn a_port_that_is_not_there_lists_those_that_are() {
         let existing = vec!["/dev/ttyS0".to_owned(), "/dev/ttyACM0".to_owned()];
         let message = PortError::NotThere { port: "/dev/ttyACM9".to_owned(), existing }.to_string();
-        assert!(message.contains("port /dev/ttyACM9 not found; available: /dev/ttyS0, /dev/ttyACM0;"), "{message}");
+        assert!(
+            message.contains("port /dev/ttyACM9 not found; available: /dev/ttyS0, /dev/ttyACM0;"),
+            "{message}"
+        );
     }
 }

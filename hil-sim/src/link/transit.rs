@@ -3,7 +3,7 @@
 use std::collections::VecDeque;
 
 /// Maximum packets in flight; older ones count as lost.
-const MOST_AWAITED: usize = 1024;
+const MAX_AWAITED: usize = 1024;
 
 /// Measures the delay from sending to arrival.
 #[derive(Debug, Default)]
@@ -26,7 +26,7 @@ pub struct TransitTicks {
 impl Transit {
     /// Records a packet sent in tick `now`.
     pub(super) fn sent(&mut self, now: u64, bytes: &[u8]) {
-        if self.awaited.len() == MOST_AWAITED {
+        if self.awaited.len() == MAX_AWAITED {
             self.awaited.pop_front();
         }
         self.awaited.push_back((now, bytes.to_vec()));

@@ -75,10 +75,7 @@ impl Creep {
             let share = f64::from(self.every_ticks) * missing / ticks;
             let creep_mm_per_s = 1e3 * share * max_n / impedance_ns_per_m;
             let (at_most, remedy) = match policy {
-                "LIMITED" => (
-                    "up to ",
-                    "set link.playout_ticks (PLAYOUT_TICKS) to the range of the delay",
-                ),
+                "LIMITED" => ("up to ", "set link.playout_ticks (PLAYOUT_TICKS) to the range of the delay"),
                 _ => ("", "set link.stale=hold (STALE HOLD), which keeps the mean"),
             };
             (share > NOTABLE && max_n > 0.0).then(|| {

@@ -39,9 +39,10 @@ impl Followings {
                 let Some(growth) = figures.and_then(|figures| figures.growth_per_tick) else { continue };
                 let the_loop = format!("the loop of axis {} of {}{place}", of.axis, name(rig, of.station));
                 if growth > 1.0 + UNDECIDED {
-                    outcome
-                        .fail(format!("{the_loop} is unstable: disturbances grow by a factor of {growth:.5} per \
-                        tick"));
+                    outcome.fail(format!(
+                        "{the_loop} is unstable: disturbances grow by a factor of {growth:.5} per \
+                        tick"
+                    ));
                 } else if growth >= 1.0 - UNDECIDED {
                     outcome.undecided.push(format!(
                         "{the_loop} is at its stability limit (growth within 1e-5 per tick): change a gain for \

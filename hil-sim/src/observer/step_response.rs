@@ -65,11 +65,11 @@ impl StepResponse {
 
     /// Returns the figures.
     pub(super) fn figures(&self) -> StepFigures {
-        let [tenth_s, most_s] = self.risen_s;
+        let [tenth_s, max_s] = self.risen_s;
         let end_s = self.last.map_or(self.at_s, |(time_s, _)| time_s);
         let has_stayed = |inside_s: f64| end_s - inside_s >= STAYED * (end_s - self.at_s);
         StepFigures {
-            rise_time_s: tenth_s.zip(most_s).map(|(from_s, to_s)| to_s - from_s),
+            rise_time_s: tenth_s.zip(max_s).map(|(from_s, to_s)| to_s - from_s),
             overshoot: self.most,
             settling_time_s: self
                 .inside_s

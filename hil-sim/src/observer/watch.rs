@@ -177,8 +177,7 @@ impl Watch {
                     return Some(Alarm::Left(at(reason)));
                 }
                 Tick::Disarmed => {
-                    let reason =
-                        "lease expired: the board set its outputs to the safe value";
+                    let reason = "lease expired: the board set its outputs to the safe value";
                     return Some(Alarm::Left(at(reason.to_owned())));
                 }
             }

@@ -179,7 +179,7 @@ impl DriveBus {
         let Some(sync) = &mut self.sync else { return };
         // After the longest frames of the drives.
         let bits =
-            CanFrame::most_wire_bits(Identifier::Standard(0), Format::Classic, 4).sum() + INTERFRAME_BITS;
+            CanFrame::max_wire_bits(Identifier::Standard(0), Format::Classic, 4).sum() + INTERFRAME_BITS;
         let wait_ns = bits_ns(bits, self.wires.can.bits_per_s) * self.axes.len() as u64;
         let (sync, heartbeat) = sync.frames();
         let frames = [Some(sync), heartbeat].into_iter().flatten().filter_map(|frame| classic(&frame));

@@ -1,11 +1,11 @@
-//! Joints that move by themselves, as a plant of their own: for a test of a controller without a rig file.
+//! Independent joints as a plant, for tests of a controller without a rig file.
 
 use super::{Actuation, Joint, Plant};
 
-/// A force on a joint by time, `s`, which is held for a period.
+/// Force on a joint by time, `s`, constant within a period.
 pub type Push = Box<dyn Fn(f64) -> f64 + Send>;
 
-/// Independent joints, and what pushes each of them.
+/// Independent joints and their external forces.
 #[derive(Default)]
 pub struct Joints {
     joints: Vec<(Joint, Option<Push>)>,
@@ -18,13 +18,13 @@ impl core::fmt::Debug for Joints {
 }
 
 impl Joints {
-    /// A plant of these joints, each with what pushes it.
+    /// Creates a plant of joints with their external forces.
     #[must_use]
     pub fn new(joints: Vec<(Joint, Option<Push>)>) -> Self {
         Self { joints }
     }
 
-    /// The joints, in the order of their axes.
+    /// Returns the joints in the order of their axes.
     pub fn joints_mut(&mut self) -> impl Iterator<Item = &mut Joint> {
         self.joints.iter_mut().map(|(joint, _)| joint)
     }

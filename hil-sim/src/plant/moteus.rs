@@ -1,11 +1,11 @@
-//! A mjbots moteus drive as its CAN FD bus sees it, with an ideal torque source behind it.
+//! moteus drive (mjbots) on its CAN FD bus, with an ideal torque source.
 //!
-//! From `docs/protocol/can.md` and `docs/protocol/registers.md` of <https://github.com/mjbots/moteus>, and from its firmware
-//! where these are silent: the mode, written first, sets the rest of a command back; a frame is obeyed after it has been
-//! answered, up to where it ends early; frames without a mode leave the watchdog as it is.
+//! Implements `docs/protocol/can.md` and `docs/protocol/registers.md` of <https://github.com/mjbots/moteus>, and the
+//! firmware's behaviour otherwise: writing the mode first resets the rest of a command; a frame is executed after its
+//! reply, up to a truncated end; frames without a mode do not reset the watchdog.
 //!
-//! It is stopped, in position mode, timed out or at fault, at once; other modes it refuses. Timed out it lets go, as
-//! with `servo.timeout_mode` 0: a drive as delivered brakes.
+//! Supported states: stopped, position mode, timeout and fault; other modes are refused. After a timeout it is
+//! free-running (`servo.timeout_mode` 0); a drive as delivered brakes.
 
 use core::f64::consts::TAU;
 use core::ops::Range;
@@ -14,24 +14,24 @@ const MODE_STOPPED: u8 = 0;
 const MODE_FAULT: u8 = 1;
 const MODE_POSITION: u8 = 10;
 const MODE_TIMEOUT: u8 = 11;
-/// The limit of current holds the torque.
+/// Limited by the maximum current.
 const LIMITED_BY_CURRENT: u8 = 99;
 
-/// `servo.default_timeout_s` as delivered.
+/// Default of `servo.default_timeout_s`.
 const DEFAULT_TIMEOUT_S: f64 = 0.1;
-/// Of the position controller, per turn; it has no integral part.
+/// Gains of the position controller, per turn, without integral part.
 const PROPORTIONAL_NM: f64 = 4.0;
 const DERIVATIVE_NM_S: f64 = 0.05;
 
-/// What registers 0x020 to 0x02b are after the mode was written: position, velocity, torque, scales of the proportional
-/// and derivative parts, two, timeout, and four more.
+/// Registers 0x020 to 0x02b after the mode was written: position, velocity, torque, scales of the proportional and
+/// derivative parts, two others, timeout, and four more.
 const UNSPECIFIED: [f64; 12] =
     [0.0, 0.0, 0.0, 1.0, 1.0, f64::NAN, f64::NAN, 0.0, f64::NAN, f64::NAN, f64::NAN, 1.0];
 
-/// A mode and what registers 0x020 to 0x02b hold for it.
+/// A mode and its registers 0x020 to 0x02b.
 type Command = (u8, [f64; 12]);
 
-/// One drive on a bus.
+/// A drive on a bus.
 #[derive(Debug, Clone)]
 pub struct MoteusDrive {
     id: u8,
@@ -45,7 +45,7 @@ pub struct MoteusDrive {
 }
 
 impl MoteusDrive {
-    /// A drive with its `id`, stopped at 0 rad, that makes `most_torque_nm` at most.
+    /// Creates a stopped drive with its `id` at 0 rad and a maximum torque of `most_torque_nm`.
     #[must_use]
     pub fn new(id: u8, most_torque_nm: f64) -> Self {
         Self {
@@ -60,24 +60,24 @@ impl MoteusDrive {
         }
     }
 
-    /// Puts the output where the world behind it has it.
+    /// Sets the output to the position and velocity of the plant.
     pub fn set_state(&mut self, position_rad: f64, velocity_rad_per_s: f64) {
         (self.position_turns, self.velocity_turns_per_s) = (position_rad / TAU, velocity_rad_per_s / TAU);
     }
 
-    /// A fault of this number turns the drive off until it is stopped.
+    /// Triggers a fault, which disables the drive until a stop command.
     pub fn raise_fault(&mut self, number: u8) {
         (self.mode, self.fault) = (MODE_FAULT, number);
     }
 
-    /// Torque at the output, `N m`.
+    /// Returns the torque at the output, `N m`.
     #[must_use]
     pub fn torque_nm(&self) -> f64 {
-        let (wanted_nm, most_nm) = (self.wanted_nm(), self.most_torque_nm);
-        if wanted_nm.abs() > most_nm { most_nm.copysign(wanted_nm) } else { wanted_nm }
+        let (wanted_nm, max_nm) = (self.wanted_nm(), self.most_torque_nm);
+        if wanted_nm.abs() > max_nm { max_nm.copysign(wanted_nm) } else { wanted_nm }
     }
 
-    /// Lets time pass.
+    /// Advances time.
     pub fn advance(&mut self, period_s: f64) {
         if self.mode != MODE_POSITION {
             return;
@@ -88,14 +88,14 @@ impl MoteusDrive {
         }
     }
 
-    /// Time until it lets go if nothing comes, `s`; none while it does nothing, or has no timeout.
+    /// Returns the time until its timeout, `s`; `None` if inactive or without a timeout.
     #[must_use]
     pub fn left_s(&self) -> Option<f64> {
         let left_s = self.timeout_s() - self.since_command_s;
         (self.mode == MODE_POSITION && !left_s.is_nan()).then_some(left_s.max(0.0))
     }
 
-    /// NaN is none.
+    /// NaN: no timeout.
     fn timeout_s(&self) -> f64 {
         match self.command[7] {
             timeout_s if timeout_s.abs() <= 0.0 => DEFAULT_TIMEOUT_S,
@@ -103,14 +103,14 @@ impl MoteusDrive {
         }
     }
 
-    /// Takes a frame off the bus; gives the reply's arbitration id and data, where one is wanted and there is anything to say.
+    /// Receives a frame; returns arbitration id and data of the reply, if requested and not empty.
     pub fn receive(&mut self, arbitration_id: u32, mut bytes: &[u8]) -> Option<(u32, Vec<u8>)> {
         let [destination, source, 0, 0] = arbitration_id.to_le_bytes() else { return None };
         if destination != self.id {
             return None;
         }
         let (mut reply, mut staged) = (Vec::new(), None);
-        // Where it ends early, that is the end.
+        // Stops at a truncated end.
         let _ = self.take_apart(&mut bytes, &mut staged, &mut reply);
         if let Some(staged) = staged {
             self.obey(staged);
@@ -133,7 +133,7 @@ impl MoteusDrive {
             let width = kind & 0x0c;
             let count = if kind & 3 == 0 { varuint(bytes)? } else { u32::from(kind & 3) };
             let first = varuint(bytes)?;
-            // More than a frame has are none.
+            // Registers beyond the frame's capacity are ignored.
             let registers = first..first.checked_add(count.min(64))?;
             if kind < 0x10 {
                 for register in registers {
@@ -149,7 +149,7 @@ impl MoteusDrive {
         Some(())
     }
 
-    /// All that is asked for, in one subframe; or the first register that is not there.
+    /// Reads all requested registers in one subframe, or returns the first nonexistent register.
     fn answer(&self, width: u8, registers: Range<u32>, reply: &mut Vec<u8>) {
         let missing = registers.clone().find(|register| self.value(*register).is_none());
         match (missing, low(registers.end - registers.start)) {
@@ -165,7 +165,7 @@ impl MoteusDrive {
     fn obey(&mut self, (mode, command): Command) {
         match (mode, self.mode) {
             (MODE_STOPPED, _) => (self.mode, self.fault) = (MODE_STOPPED, 0),
-            // Only a stop leads out of these.
+            // Only a stop command ends these states.
             (_, MODE_FAULT | MODE_TIMEOUT) => {}
             _ => {
                 (self.mode, self.command, self.since_command_s) = (mode, command, 0.0);
@@ -186,7 +186,7 @@ impl MoteusDrive {
             + derivative.min(proportional) * DERIVATIVE_NM_S * (velocity - self.velocity_turns_per_s)
     }
 
-    /// What a register shows; none where there is none.
+    /// Reads a register; `None` if it does not exist.
     fn value(&self, register: u32) -> Option<f64> {
         Some(match register {
             0x00 => f64::from(self.mode),
@@ -202,7 +202,7 @@ impl MoteusDrive {
     }
 }
 
-/// Writes into the command that a mode has begun; without one it is lost. Gives the number of an error.
+/// Writes to the command started by a mode; ignored without a mode. Returns the error number.
 fn write(staged: &mut Option<Command>, register: u32, value: f64) -> Result<(), u8> {
     match register {
         0x00 if value.abs() < 0.5 => *staged = Some((MODE_STOPPED, UNSPECIFIED)),
@@ -222,7 +222,7 @@ fn write(staged: &mut Option<Command>, register: u32, value: f64) -> Result<(), 
     Ok(())
 }
 
-/// What one step is of an integer of 8, 16 and 32 bits.
+/// Resolutions of integers with 8, 16 and 32 bits.
 fn steps(register: u32) -> [f64; 3] {
     match register {
         0x01 | 0x20 => [0.01, 0.0001, 0.00001],
@@ -236,7 +236,7 @@ fn steps(register: u32) -> [f64; 3] {
     }
 }
 
-/// A value as it comes, in 8, 16 or 32 bits or as a float; none where the frame ends.
+/// Reads a value of 8, 16 or 32 bits or a float; `None` at the end of the frame.
 fn decode(width: u8, register: u32, bytes: &mut &[u8]) -> Option<f64> {
     let [step8, step16, step32] = steps(register);
     let (number, least, step) = match width {
@@ -264,7 +264,7 @@ fn encode(width: u8, register: u32, value: f64, reply: &mut Vec<u8>) {
     reply.extend((number as i32).to_le_bytes().into_iter().take(bytes));
 }
 
-/// An error with a register, of any number.
+/// Register error with any number.
 fn refuse(kind: u8, register: u32, error: u8, reply: &mut Vec<u8>) {
     reply.push(kind);
     let mut rest = register;

@@ -57,7 +57,8 @@ impl SensorParameters {
     /// # Errors
     /// The first parameter out of range.
     pub fn check(&self) -> Result<(), ParameterError> {
-        let time = |path, time_s: f64| require(path, time_s, !time_s.is_nan(), "a time in s, or inf for never");
+        let time =
+            |path, time_s: f64| require(path, time_s, !time_s.is_nan(), "a time in s, or inf for never");
         finite("gain", self.gain)?;
         finite("offset", self.offset)?;
         not_negative("counts_per_unit", self.counts_per_unit)?;

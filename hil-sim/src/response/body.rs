@@ -1,4 +1,4 @@
-//! What moves: joints by themselves, or axes that move each other.
+//! Plants of devices: independent joints, or coupled axes.
 
 use dimsart_core::limits::MAX_DOF;
 
@@ -18,16 +18,16 @@ pub(super) enum Body {
     Drives(Box<DriveBus>),
 }
 
-/// A `PHANToM`, whose Cartesian positions begin where it stands.
+/// A `PHANToM`, with Cartesian positions relative to its start.
 #[derive(Debug)]
 pub(super) struct Tip {
     phantom: Phantom,
     origin_m: [f64; 3],
-    /// Held in the last period, at its port.
+    /// Command of the last period, at its port.
     command: [f64; 3],
 }
 
-/// The truth about an axis.
+/// True state of an axis.
 #[derive(Debug, Clone, Copy, Default)]
 pub(super) struct AxisState {
     pub(super) position: f64,
@@ -35,17 +35,17 @@ pub(super) struct AxisState {
     pub(super) force: f64,
     /// Current, voltage and winding temperature of its motor.
     pub(super) motor: Option<[f64; 3]>,
-    /// What its drive says, in place of sensors.
+    /// Readings of its drive, in place of sensors.
     pub(super) reading: Option<DriveReading>,
-    /// Angle and speed of a joint whose axis is a direction of the tip.
+    /// Angle and speed of a joint, if the axis is a direction of the tip.
     pub(super) joint: Option<[f64; 2]>,
 }
 
 impl Body {
-    /// The plant of a device at rest, for ticks of `tick_s`.
+    /// Creates the plant of a device at rest, for ticks of `tick_s`.
     ///
     /// # Errors
-    /// [`ExperimentError::Plant`] for one that cannot exist.
+    /// [`ExperimentError::Plant`] for invalid parameters.
     pub(super) fn new(section: &DeviceSection, tick_s: f64, seed: u64) -> Result<Self, ExperimentError> {
         let wrong = |axis: usize| {
             let place = format!("device '{}', axis {axis}", section.name);
@@ -83,7 +83,7 @@ impl Body {
         })
     }
 
-    /// The truth about an axis now; all 0 for one that it has not.
+    /// Returns the true state of an axis; 0 for a nonexistent axis.
     pub(super) fn state(&self, axis: usize) -> AxisState {
         match self {
             Self::Joints(joints) => joints.get(axis).map_or_else(AxisState::default, AxisState::of),
@@ -100,7 +100,7 @@ impl Body {
         }
     }
 
-    /// Where a joint is now whose controller sees it as it is; none for any other axis.
+    /// Returns the position of a joint that is measured directly; `None` for other axes.
     pub(super) fn joint_position(&self, axis: usize) -> Option<f64> {
         match self {
             Self::Joints(joints) => joints.get(axis).map(Joint::position),
@@ -108,7 +108,7 @@ impl Body {
         }
     }
 
-    /// Where an axis is now; 0 for one that it has not.
+    /// Returns the position of an axis; 0 for a nonexistent axis.
     pub(super) fn position(&self, axis: usize) -> f64 {
         match self {
             Self::Joints(joints) => joints.get(axis).map_or(0.0, Joint::position),
@@ -116,7 +116,7 @@ impl Body {
         }
     }
 
-    /// Where an axis is and what its actuator does, and the angle of a joint whose axis is a direction of the tip.
+    /// Returns the position and actuator of an axis, and the joint angle if the axis is a direction of the tip.
     pub(super) fn actuation(&self, axis: usize) -> (f64, f64, Option<[f64; 2]>) {
         match self {
             Self::Joints(joints) => {
@@ -129,7 +129,7 @@ impl Body {
         }
     }
 
-    /// What accelerates an axis by itself now; 0 for a coupled one.
+    /// Returns the acceleration of an uncoupled axis; 0 for a coupled one.
     pub(super) fn acceleration(&self, axis: usize) -> f64 {
         match self {
             Self::Joints(joints) => joints.get(axis).map_or(0.0, Joint::acceleration),
@@ -138,7 +138,7 @@ impl Body {
         }
     }
 
-    /// Changes the spring that an axis which moves by itself hangs on.
+    /// Changes the spring of an uncoupled axis.
     pub(super) fn hold(&mut self, axis: usize, stiffness: f64, rest_position: f64) {
         match self {
             Self::Joints(joints) => {
@@ -150,7 +150,7 @@ impl Body {
         }
     }
 
-    /// Everything that it moves on from, axis by axis.
+    /// Returns its state by axis.
     pub(super) fn values(&self) -> Vec<f64> {
         let coupled = |positions: &Axes, velocities: &Axes, axes: usize| {
             positions.iter().take(axes).chain(velocities.iter().take(axes)).copied().collect()
@@ -168,7 +168,7 @@ impl Body {
         }
     }
 
-    /// Puts it there.
+    /// Sets its state.
     pub(super) fn set_values(&mut self, values: &[f64]) {
         let set = |joint: &mut Joint, left: &mut &[f64]| {
             let (own, rest) = left.split_at_checked(joint.values().len()).unwrap_or_default();
@@ -185,7 +185,7 @@ impl Body {
         }
     }
 
-    /// Whether an axis pushes against an end of its travel, or of the machine's that it is part of.
+    /// Whether an axis or its machine is in contact with a stop.
     pub(super) fn is_at_stop(&self, axis: usize) -> bool {
         match self {
             Self::Joints(joints) => joints.get(axis).is_some_and(Joint::is_at_stop),
@@ -195,19 +195,19 @@ impl Body {
         }
     }
 
-    /// Whether the actuator of an axis is commanded from the next period on, or off.
+    /// Sets whether the actuator of an axis is commanded or off from the next period on.
     pub(super) fn switch(&mut self, axis: usize, is_on: bool) {
         if let Self::Drives(bus) = self {
             bus.switch(axis, is_on);
         }
     }
 
-    /// Whether an actuator holds what it is commanded from the beginning of a period to its end.
+    /// Whether an actuator holds its command for a whole period.
     pub(super) fn holds_commands(&self) -> bool {
         !matches!(self, Self::Drives(_))
     }
 
-    /// Holds `commands` from `start_s` for `period_s` and moves on, pushed and held by what is around its axes.
+    /// Applies the constant `commands` from `start_s` for `period_s`, with the environment of its axes.
     pub(super) fn advance(
         &mut self,
         start_s: f64,
@@ -251,7 +251,7 @@ impl Body {
     }
 }
 
-/// The forces on so many coupled axes by time, position and velocity.
+/// External forces on coupled axes by time, position and velocity.
 fn pushes(axes: usize, force: &dyn Fn(usize, f64, f64, f64) -> f64) -> impl Fn(f64, &Axes, &Axes) -> Axes {
     move |time_s, positions, velocities| {
         let mut forces = [0.0; MAX_DOF];

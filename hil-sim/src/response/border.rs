@@ -1,14 +1,15 @@
-//! Where theory has a coupling of two robots become unstable, or active: worked out of a rig's own numbers, beside its run.
+//! Stability and passivity limits of a two-robot coupling by theory, from the rig's parameters.
 //!
-//! **Position-force.** The slave's controller pushes by `F = K (x_m[k-n1] - x_s)`, the master is pushed by `-S F[k-n2]`.
-//! With both robots sampled and their force held, `G = x/F` of a mass with damper and spring, the loop is
-//! `1 + z^-n L = 0`, `L = S K G_m/(1 + K G_s)`, `n = n1 + n2`. A root comes to the unit circle where `|L| = 1` at
-//! `z = exp(jθ)`, and `n = (π + arg L)/θ` ticks turn its phase to -180°: the smallest one is the delay margin, phase
-//! margin over frequency. It is the smaller one of free space and of the slave held by its wall.
+//! **Position-force.** The slave's controller outputs `F = K (x_m[k-n1] - x_s)`, the master receives `-S F[k-n2]`.
+//! With both robots sampled and forces constant within a tick, and `G = x/F` of a mass-damper-spring, the loop is `1
+//! + z^-n L = 0`, `L = S K G_m/(1 + K G_s)`, `n = n1 + n2`. A root reaches the unit circle where `|L| = 1` at `z =
+//! exp(jθ)`; a delay of `n = (π + arg L)/θ` ticks shifts its phase to -180°. The minimum is the delay margin (phase
+//! margin divided by frequency), of free space and of wall contact.
 //!
-//! **Wave variables, passivity in time domain, tanks.** The link is passive whatever its delay, and so is a wall. What is
-//! left is the sampled spring `K` at each robot, which the robot's own damping has to pay for: `b >= K h/2` (Colgate and
-//! Schenkel 1997), and `b >= K h/2 / (1 - K h/B)` for waves of impedance `B` in their split form, which is later by a tick.
+//! **Wave variables, time-domain passivity, tanks.** The link is passive at any delay, and so is a wall. The
+//! remaining active element is the sampled spring `K` at each robot, which the robot's damping must dissipate: `b >=
+//! K h/2` (Colgate and Schenkel 1997), and `b >= K h/2 / (1 - K h/B)` for waves of impedance `B` in split form, which
+//! is one tick later.
 
 use std::f64::consts::PI;
 
@@ -22,52 +23,52 @@ use crate::plant::{GearParameters, JointMotorParameters, JointParameters};
 use crate::rig::{Rig, SimulatedDimsart};
 use crate::rig_file::{AxisSection, ControllerSection, DeviceSection, LinkSection, RigFile};
 
-/// Frequencies at which the loop is looked at, evenly on a logarithmic scale over the decades below half the sample rate.
+/// Evaluated frequencies, logarithmic over the decades below half the sample rate.
 const FREQUENCIES: u32 = 4_000;
 const DECADES: f64 = 5.0;
-/// Until a frequency is known to the last bits.
+/// Iterations for full resolution of a frequency.
 const HALVINGS: u32 = 48;
-/// What a coupling may be made of.
+/// Kinds of coupling.
 const KNOWN: [&str; 7] =
     ["COMM_RXMOD", "COMM_TXMOD", "NORMALIZER_MOD", "PDCTRL_MOD", "TANK_MOD", "TDPA_MOD", "WTRANSF_MOD"];
-/// Largest eigenvalue, but for rounding, of what is stable or stays where it is.
+/// Largest eigenvalue, within rounding, of a stable system or one with constant offsets.
 const STABLE: f64 = 1.0 + 1e-9;
 
-/// What decides, and what it must not pass.
+/// The deciding quantity and its limit.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 #[serde(untagged)]
 pub enum Border {
-    /// Of a coupling that the delay makes unstable.
+    /// A coupling that becomes unstable by delay.
     Delay {
-        /// Ticks there and back.
+        /// Round trip, ticks.
         round_trip_ticks: f64,
-        /// So many of them it is stable below; none when any number of them is.
+        /// Delay margin, ticks; `None` if stable for any delay.
         delay_margin_ticks: Option<f64>,
     },
-    /// Of a coupling that is passive at any delay, at the robot that has the least to spare. `N s/m` or `N m s/rad`.
+    /// A coupling that is passive at any delay, at the robot with the least reserve. `N s/m` or `N m s/rad`.
     Damping {
-        /// What its sampled controller needs.
+        /// Damping required by its sampled controller.
         needed_damping: f64,
-        /// What it has, with the hand that holds it.
+        /// Available damping, including the hand.
         damping: f64,
     },
 }
 
-/// A robot of one axis, and what its controller couples it by.
+/// A robot of one axis with its coupling.
 struct Robot<'f> {
     axis: &'f AxisSection,
     joint: JointParameters,
     /// `K_PARAM` of its PD controller.
     stiffness: Option<f64>,
-    /// What the other one's force is multiplied by.
+    /// Factor of the peer's force.
     force_scale: Option<f64>,
-    /// The damping of its own that its coupling needs; none where the coupling is not known to be passive.
+    /// Damping required by its coupling; `None` if the coupling is not known to be passive.
     needed_damping: Option<f64>,
-    /// Whether its scheme has what comes over the link wait.
+    /// Whether its scheme delays received signals.
     adds_delay: bool,
 }
 
-/// Whether a scheme has modules that theory knows here and no others, each of them once and in every tick.
+/// Whether a scheme consists only of modules covered by the theory, each once and in every tick.
 fn is_known(engine: &SimulatedEngine) -> bool {
     let known = |module: ModuleRef| {
         let is_one = |name: &&str| ModuleRef::new(name, 1) == module;
@@ -78,8 +79,8 @@ fn is_known(engine: &SimulatedEngine) -> bool {
 }
 
 impl Border {
-    /// Of two robots of one axis each, rigid and without a motor's lag, that links of constant delay join, under schemes of the
-    /// modules that the coupling is made of; `None` of anything else.
+    /// Computes the limit of two rigid one-axis robots without motor lag, joined by links of constant delay, with
+    /// schemes of the covered modules; `None` otherwise.
     #[must_use]
     pub fn of(file: &RigFile, rig: &mut Rig) -> Option<Self> {
         let [one, other] = file.controllers.as_slice() else { return None };
@@ -119,7 +120,7 @@ impl Border {
 }
 
 impl<'f> Robot<'f> {
-    /// None of a device that is not one mass, damper and spring, or whose controller differentiates.
+    /// `None` unless the device is one mass, damper and spring and its controller does not differentiate.
     fn of(device: &'f DeviceSection, dimsart: &mut SimulatedDimsart, period_s: f64) -> Option<Self> {
         let [axis] = device.axes.as_slice() else { return None };
         let joint = axis.joint()?;
@@ -153,12 +154,12 @@ impl<'f> Robot<'f> {
         Some(Self { axis, joint, stiffness, force_scale, needed_damping, adds_delay })
     }
 
-    /// Of its own and of the hand that holds it.
+    /// Damping of robot and hand.
     fn damping(&self) -> f64 {
         self.joint.load.damping + self.joint.friction.viscous
     }
 
-    /// How its position follows a force that is held for a tick; in contact, with its wall on both sides.
+    /// Position response to a force that is constant within a tick; in contact, with a two-sided wall.
     fn sampled(&self, in_contact: bool, period_s: f64) -> Option<Sampled> {
         let wall = self.axis.met_wall().filter(|_| in_contact);
         let (wall_stiffness, wall_damping) = wall.map_or((0.0, 0.0), |wall| (wall.stiffness, wall.damping));
@@ -179,11 +180,11 @@ impl<'f> Robot<'f> {
     }
 }
 
-/// A robot from tick to tick: position, velocity and the force that is held.
+/// A robot as a sampled system: position, velocity and constant force.
 struct Sampled(Matrix3<f64>);
 
 impl Sampled {
-    /// `G(z)`.
+    /// Returns `G(z)`.
     fn gain(&self, z: Complex<f64>) -> Complex<f64> {
         let step = &self.0;
         let [to_x, to_v] = [step.m13, step.m23];
@@ -192,7 +193,7 @@ impl Sampled {
     }
 }
 
-/// The loop of position-force.
+/// Position-force loop.
 struct PositionForce {
     master: Sampled,
     slave: Sampled,
@@ -213,7 +214,7 @@ impl PositionForce {
         })
     }
 
-    /// Ticks there and back up to which it is stable, 0 of one that never is.
+    /// Returns the maximum stable round trip in ticks, 0 if never stable.
     fn delay_margin_ticks(&self) -> f64 {
         if !self.is_stable_at_once() {
             return 0.0;
@@ -240,7 +241,7 @@ impl PositionForce {
         (0..FREQUENCIES).filter_map(crossing).fold(f64::INFINITY, f64::min)
     }
 
-    /// Whether it is stable without delay: by its eigenvalues. What stays where it is counts as stable.
+    /// Whether it is stable without delay, by its eigenvalues. Constant offsets count as stable.
     fn is_stable_at_once(&self) -> bool {
         let [master, slave] = [&self.master.0, &self.slave.0];
         let [to_slave, to_master] = [self.stiffness, -self.force_scale * self.stiffness];
@@ -266,7 +267,7 @@ impl PositionForce {
     }
 }
 
-/// Of two controllers, each with a link to the other one that goes over no bus; a packet without delay waits for a
+/// Round trip of two controllers with direct links to each other without a bus; a packet without delay waits for a
 /// controller that is stepped earlier.
 fn round_trip_ticks(file: &RigFile, [one, other]: [&str; 2]) -> Option<f64> {
     let [there, back] = file.links.as_slice() else { return None };

@@ -1,4 +1,4 @@
-//! Makes a rig of a file: a station for every controller, and the links between them.
+//! Builds the rig of a file: a station per controller, and their links.
 
 use std::sync::{Arc, Mutex};
 
@@ -18,10 +18,10 @@ use crate::rig_file::part::Part;
 use crate::rig_file::{AxisSection, ControllerSection, DeviceSection, HAND, LOAD, LinkSection, RigFile};
 use crate::schemes::{self, Loaded, SIDES, SchemeText};
 
-/// Odd, with bits all over: neighbouring numbers become seeds that have nothing in common.
+/// Odd number with mixed bits, to decorrelate consecutive seeds.
 const SPREAD: u64 = 0x9E37_79B9_7F4A_7C15;
 
-/// All devices with their controllers, and the links between them; a press is planned.
+/// Builds all devices, controllers and links; plans a press.
 pub(super) fn rig(file: &RigFile, press: Option<&Planned>) -> Result<Rig, ExperimentError> {
     let mut rig = Rig::new(file.sample_period_s);
     let parts = Part::of_all(file);
@@ -38,7 +38,7 @@ pub(super) fn rig(file: &RigFile, press: Option<&Planned>) -> Result<Rig, Experi
     Ok(rig)
 }
 
-/// What moves in a device, commanded by as many controllers.
+/// Creates the machine of a device with its number of controllers.
 pub(super) fn machine(
     file: &RigFile,
     device: &DeviceSection,
@@ -51,7 +51,7 @@ pub(super) fn machine(
     Ok(Machine::new(body, axes_of(file, device, &let_go_s)?, device.delay_ticks, controllers))
 }
 
-/// Links over a CAN bus that need no channels: those of two controllers, one each way.
+/// Whether links over a CAN bus need no channels: two controllers with one link in each direction.
 const LINKS_WITHOUT_CHANNELS: usize = 2;
 
 fn connect(file: &RigFile, parts: &[Part<'_>], rig: &mut Rig) -> Result<(), ExperimentError> {
@@ -87,7 +87,7 @@ fn connect(file: &RigFile, parts: &[Part<'_>], rig: &mut Rig) -> Result<(), Expe
                 let is_authenticated = link.key_file.is_some();
                 let route = Route { bus, from, to, is_forward, channel, number, is_authenticated };
                 let over = buses.link(route, behind);
-                // A bus that is not there was refused with the file.
+                // Unknown buses were rejected with the file.
                 over.unwrap_or_else(|| Box::new(InProcess::new(*carrier, file.seed)))
             }
         };
@@ -96,26 +96,26 @@ fn connect(file: &RigFile, parts: &[Part<'_>], rig: &mut Rig) -> Result<(), Expe
     Ok(())
 }
 
-/// A controller of a rig, and what came of its scheme.
+/// A controller of a rig with the result of loading its scheme.
 #[derive(Debug)]
 pub struct LoadedController {
-    /// The controller's name.
+    /// Name of the controller.
     pub name: String,
-    /// The scheme's.
+    /// Name of the scheme.
     pub scheme: String,
-    /// The controller, as far as its scheme was understood.
+    /// Controller with the valid rows of its scheme.
     pub dimsart: Box<SimulatedDimsart>,
-    /// What is wrong with the scheme, if anything.
+    /// Errors of the scheme.
     pub loaded: Loaded,
 }
 
-/// All controllers of a rig with their schemes, whether these match or not.
+/// Loads the schemes of all controllers of a rig, valid or not.
 ///
 /// # Errors
-/// [`ExperimentError`] for a device that cannot be, or a scheme that cannot be read.
+/// [`ExperimentError`] for an invalid device or an unreadable scheme.
 pub fn loaded_controllers(file: &RigFile) -> Result<Vec<LoadedController>, ExperimentError> {
     let of_part = |part: &Part<'_>| match loaded_controller(file, part) {
-        // What is wrong with the others is told, too.
+        // Reports the errors of all controllers.
         Err(ExperimentError::SchemeFile(error)) => Ok(LoadedController {
             name: part.name().to_owned(),
             scheme: part.controller.scheme.clone(),
@@ -128,7 +128,6 @@ pub fn loaded_controllers(file: &RigFile) -> Result<Vec<LoadedController>, Exper
 }
 
 fn empty_controller(file: &RigFile, part: &Part<'_>) -> Result<Box<SimulatedDimsart>, ExperimentError> {
-    // In its place: it is large, and there is one for each loop that is computed.
     let mut dimsart = Box::new(SimulatedDimsart::unconnected());
     dimsart.connect(descriptor(file, part)?, file.kinds).map_err(ExperimentError::Storage)?;
     Ok(dimsart)
@@ -155,12 +154,12 @@ fn loaded_controller(file: &RigFile, part: &Part<'_>) -> Result<LoadedController
     Ok(LoadedController { name: part.name().to_owned(), scheme: scheme.name, dimsart, loaded })
 }
 
-/// A refusal in words.
+/// Message of a refusal.
 fn told(dimsart: &SimulatedDimsart, error: CommandError) -> String {
     Explanation::of_refusal(dimsart.engine(), error).to_string()
 }
 
-/// A controller whose scheme runs.
+/// Creates a controller with a running scheme.
 pub(super) fn controller(file: &RigFile, part: &Part<'_>) -> Result<Box<SimulatedDimsart>, ExperimentError> {
     let LoadedController { name, scheme, dimsart, loaded } = loaded_controller(file, part)?;
     if !loaded.is_sound() {
@@ -170,7 +169,7 @@ pub(super) fn controller(file: &RigFile, part: &Part<'_>) -> Result<Box<Simulate
     Ok(dimsart)
 }
 
-/// A controller, joined to its axes of a machine.
+/// Connects a controller to its axes of a machine.
 pub(super) fn station(
     file: &RigFile,
     part: &Part<'_>,
@@ -187,7 +186,7 @@ pub(super) fn station(
 
 fn descriptor(file: &RigFile, part: &Part<'_>) -> Result<DeviceDescriptor, ExperimentError> {
     let kinds: Vec<AxisKind> = part.sections().map(|(_, axis)| part.device.kind(axis)).collect();
-    // A descriptor lives as long as the program: on a board it is in flash.
+    // Descriptors are static, as in the flash of a board.
     let leak = |names: &[String]| -> &'static [&'static DataType] {
         Vec::leak(names.iter().filter_map(|name| file.data_type(name)).collect())
     };
@@ -201,7 +200,7 @@ fn descriptor(file: &RigFile, part: &Part<'_>) -> Result<DeviceDescriptor, Exper
         .map_err(|error| ExperimentError::Device { device: part.name().to_owned(), error })
 }
 
-/// Range and rate of the actuators, for each type that the device takes.
+/// Range and rate of the actuators, by commanded type.
 fn limits(part: &Part<'_>) -> &'static [&'static [InputLimits]] {
     let of_axis = |axis: &usize| {
         #[expect(clippy::cast_possible_truncation, reason = "the controller's number is an f32")]
@@ -233,7 +232,7 @@ fn outputs_of(file: &RigFile, part: &Part<'_>) -> Result<Vec<Output>, Experiment
         let data_type = file.data_type(name).unwrap_or(types::SIGNAL);
         if RigFile::is_sensed(data_type) {
             let sensor = |(axis, of_axis): (usize, &AxisSection)| {
-                // Of every sensor another seed.
+                // Each sensor has a different seed.
                 let place = u64::from(data_type.id) << 32 | axis as u64;
                 let mut parameters = of_axis.sensor.get(name).cloned().unwrap_or_default();
                 parameters.seed =

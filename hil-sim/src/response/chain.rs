@@ -1,4 +1,4 @@
-//! The chain from the hand to what the slave meets, as the loaded schemes set it up.
+//! Static chain from the hand to the environment of the slave, from the loaded schemes.
 //!
 //! Static stiffness (Niemeyer and Slotine; every part in series):
 //! `1/K = 1/K_master + T/(2 b) + 1/K_slave + 1/K_obstacle`, `T` the round trip of the waves.
@@ -11,32 +11,32 @@ pub(super) use controller::{SimulatedEngine, chosen, real};
 
 use super::press::Obstacle;
 
-/// Both controllers and what the slave is pressed against.
+/// Both controllers and the obstacle of the slave.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct Chain {
-    /// The operator's end.
+    /// Master.
     pub master: Controller,
-    /// The remote end.
+    /// Slave.
     pub slave: Controller,
-    /// By axis.
+    /// Obstacle stiffness by axis.
     pub obstacles: Vec<Option<Obstacle>>,
 }
 
 impl Chain {
-    /// Samples that the delay modules of both sides add to a round trip; none when a side is not known.
+    /// Samples of the delay modules of both sides in a round trip; `None` if a side is unknown.
     #[must_use]
     pub fn delay_ticks(&self) -> Option<u32> {
         Some(self.master.delay_ticks?.saturating_add(self.slave.delay_ticks?))
     }
 
-    /// From one packet to the next, ticks.
+    /// Ticks per packet.
     #[must_use]
     pub fn every_ticks(&self) -> u32 {
         self.master.every_ticks.max(self.slave.every_ticks).max(1)
     }
 
-    /// Wave impedances of master and slave, `N s/m`, if they differ. Forces are then scaled by
-    /// `sqrt(b_slave/b_master)` from master to slave and velocities by its inverse, and positions drift apart.
+    /// Wave impedances of master and slave, `N s/m`, if different. Forces are then scaled by `sqrt(b_slave/b_master)`
+    /// from master to slave, velocities by its inverse, and positions drift apart.
     #[must_use]
     pub fn unlike_impedances_ns_per_m(&self) -> Option<[f64; 2]> {
         let impedances = [self.master.impedance_ns_per_m?, self.slave.impedance_ns_per_m?];
@@ -44,8 +44,8 @@ impl Chain {
         (master.to_bits() != slave.to_bits()).then_some(impedances)
     }
 
-    /// Stiffness on `axis` for a round trip of `round_trip_s`, `N/m`; none for a chain that lacks a part (wave
-    /// transformers, PD controllers, something to meet), and for one of unlike impedances, which is no spring.
+    /// Returns the stiffness on `axis` for a round trip of `round_trip_s`, `N/m`; `None` if a part is missing (wave
+    /// transformers, PD controllers, obstacle) or the impedances differ.
     #[must_use]
     pub fn stiffness_n_per_m(&self, axis: usize, round_trip_s: f64) -> Option<f64> {
         if self.unlike_impedances_ns_per_m().is_some() {

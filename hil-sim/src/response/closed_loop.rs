@@ -1,10 +1,10 @@
-//! The loops of a rig as a linear system, at any point of the `z` plane.
+//! Loops of a rig as a linear system, at any point of the `z` plane.
 //!
-//! Devices are linear between events, by their matrices ([`PlantModel`]); controllers with their links and buses by their
-//! answers to one disturbed measurement ([`Answer`]). With `P` and `K` of these the loop is `1 - P K`.
+//! Devices are linear between events, given by matrices ([`PlantModel`]); controllers with their links and buses are
+//! given by their answers to one disturbed measurement ([`Answer`]). With `P` and `K` of these the loop is `1 - P K`.
 //!
-//! Controllers that are stepped at different rates repeat after `N` ticks. Then all that is in such a cycle makes one vector
-//! ("lifting", Khargonekar, Poolla and Tannenbaum, IEEE Transactions on Automatic Control 30, 1985), and `Z = z^N`.
+//! Controllers with different rates repeat after `N` ticks. All signals of such a cycle form one vector ("lifting",
+//! Khargonekar, Poolla and Tannenbaum, IEEE Transactions on Automatic Control 30, 1985), and `Z = z^N`.
 #![expect(clippy::indexing_slicing, reason = "matrices, whose sizes follow from one another")]
 
 use std::f64::consts::{PI, TAU};
@@ -15,54 +15,54 @@ use super::controller_model::Answer;
 use super::plant_model::PlantModel;
 use super::series::{GRID_RAD, Spectrum, grid_angle};
 
-/// Frequencies at first: on a logarithmic scale over so many decades, and evenly: powers of two, which are on the grid of the
-/// transforms. Of short answers fewer: two for each tick.
+/// Initial frequencies: logarithmic over this number of decades, and linear: powers of two, which are on the grid of
+/// the transforms. For short answers fewer: two per tick.
 const LOGARITHMIC: u32 = 120;
 const DECADES: f64 = 6.0;
 const MIN_EVEN_OF_SHORT: usize = 64;
 const MIN_EVEN: usize = 256;
 const MAX_EVEN: usize = 1_024;
-/// Distances of the grid from which on any angle can as well be one of it.
+/// Distance in grid steps above which an angle is moved to the grid.
 const COARSE: f64 = 16.0;
-/// Ticks of the longest answer for each of these.
+/// Ticks of the longest answer per linear frequency.
 const EVEN_TICKS: usize = 8;
 
-/// What a controller measures, in one tick of a cycle.
+/// Measurement of a controller, in one tick of a cycle.
 #[derive(Debug)]
 pub(super) struct Column {
-    /// Among the outputs of the plants.
+    /// Index among the outputs of the plants.
     pub(super) output: usize,
     pub(super) phase: usize,
-    /// By command of the loop.
+    /// Answers by command of the loop.
     pub(super) answers: Vec<Option<Answer>>,
 }
 
-/// A reference of one axis, and what follows it.
+/// A reference of one axis, and the quantity that follows it.
 #[derive(Debug)]
 pub(super) struct Reference {
-    /// Among the outputs of the plants that follow.
+    /// Index among the following outputs of the plants.
     pub(super) output: usize,
-    /// By phase, by command of the loop.
+    /// Answers by phase and by command of the loop.
     pub(super) answers: Vec<Vec<Option<Answer>>>,
 }
 
-/// A device, or the part of it that matters.
+/// A device, or its relevant part.
 #[derive(Debug)]
 pub(super) struct Block {
     pub(super) model: PlantModel,
-    /// Its commands and outputs among those of the loop.
+    /// Its commands and outputs, as indices of the loop.
     pub(super) commands: Vec<usize>,
     pub(super) outputs: Vec<usize>,
 }
 
-/// Axes that move one another, by their plants or by their controllers.
+/// Group of axes that are coupled by their plants or controllers.
 #[derive(Debug)]
 pub(super) struct Loop {
     pub(super) period_s: f64,
     pub(super) cycle_ticks: usize,
-    /// With the outputs that are fed back.
+    /// Model with the fed back outputs.
     pub(super) plants: Vec<Block>,
-    /// With what follows references, too.
+    /// Model that also has the outputs that follow references.
     pub(super) followers: Vec<Block>,
     pub(super) commands: usize,
     pub(super) columns: Vec<Column>,
@@ -73,16 +73,16 @@ pub(super) struct Loop {
 pub(super) type Point = Complex<f64>;
 pub(super) const ONE: Point = Complex { re: 1.0, im: 0.0 };
 
-/// What blocks do to the commands of a cycle, at one `z`.
+/// Effect of blocks on the commands of a cycle, at one `z`.
 pub(super) struct Lifted {
     pub(super) determinant: Point,
-    /// From commands to outputs, by how many ticks later an output is, from `1 - N` on.
+    /// From commands to outputs, by the delay of an output in ticks, from `1 - N` on.
     pub(super) phases: Vec<DMatrix<Point>>,
 }
 
-/// The loop at one `z`.
+/// Loop at one `z`.
 pub(super) struct At {
-    /// Of the plants' own poles.
+    /// Determinant of the plants' poles.
     pub(super) determinant: Point,
     /// From the commands of a cycle to columns.
     pub(super) plant: DMatrix<Point>,
@@ -96,13 +96,12 @@ impl Loop {
         self.cycle_ticks as f64
     }
 
-    /// `z` where `Z` has an angle.
+    /// Returns `z` at an angle of `Z`.
     pub(super) fn on_circle(&self, radius: f64, angle: f64) -> Point {
         Point::from_polar(radius, angle / self.cycle())
     }
 
-    /// The angles at which something may happen: narrow in a plant near its poles, in a controller as wide as its answer is
-    /// short.
+    /// Angles of interest: dense in a plant near its poles, in a controller depending on the length of its answer.
     pub(super) fn angles(&self) -> Vec<f64> {
         let answers = self.columns.iter().flat_map(|column| column.answers.iter().flatten());
         let ticks = answers.map(Answer::ticks).max().unwrap_or_default();
@@ -116,7 +115,7 @@ impl Loop {
             logarithmic.map(|angle| if angle < COARSE * GRID_RAD { angle } else { grid_angle(angle) });
         let around = |(angle, away): (f64, f64)| {
             [-3.0, -1.0, -0.3, 0.0, 0.3, 1.0, 3.0].map(|widths| {
-                // Beyond half the rate of a cycle it is seen folded.
+                // Above half the rate of a cycle it is aliased.
                 let folded = self.cycle() * (angle + widths * away);
                 libm::fabs((folded + PI).rem_euclid(TAU) - PI)
             })
@@ -159,7 +158,7 @@ impl Loop {
         Lifted { determinant, phases }
     }
 
-    /// With answers that are off by a rounding, each its own way.
+    /// Perturbs each answer by rounding.
     pub(super) fn at_rounded(&self, z: Point, rounding: f64) -> At {
         let back = self.cycle_later(z).inv();
         self.with_answers(z, |place, command, phase| {
@@ -196,7 +195,7 @@ impl Loop {
         At { determinant, plant, controller }
     }
 
-    /// All of it where `Z` is on a circle around 0, on which it is known at most angles in no time.
+    /// The loop for `Z` on a circle around 0, with fast evaluation at grid angles.
     pub(super) fn circle(&self, radius: f64) -> Circle<'_> {
         let mut circle = Circle { whole: self, radius, answers: Vec::new() };
         circle.answers =
@@ -213,7 +212,7 @@ fn offset(phase: usize, begun: usize) -> isize {
 /// See [`Loop::circle`].
 pub(super) struct Circle<'a> {
     pub(super) whole: &'a Loop,
-    /// Of `z`.
+    /// Radius of `z`.
     radius: f64,
     /// By column.
     answers: Vec<Spectra<'a>>,
@@ -223,7 +222,7 @@ pub(super) struct Circle<'a> {
 pub(super) type Spectra<'a> = Vec<Vec<Option<Spectrum<'a>>>>;
 
 impl<'a> Circle<'a> {
-    /// Of answers to what began in a phase of a cycle.
+    /// Sum of the answers to inputs in a phase of a cycle.
     pub(super) fn spectra(&self, answers: &'a [Option<Answer>], begun: usize) -> Spectra<'a> {
         let ticks = self.whole.cycle_ticks;
         let of_cycle = self.radius.powi(i32::try_from(ticks).unwrap_or(1));
@@ -234,13 +233,13 @@ impl<'a> Circle<'a> {
         answers.iter().map(|answer| (0..ticks).map(|phase| spectrum(answer, phase)).collect()).collect()
     }
 
-    /// `z` where `Z` has an angle, and `1/Z`.
+    /// Returns `z` at an angle of `Z`, and `1/Z`.
     pub(super) fn point(&self, angle: f64) -> (Point, Point) {
         let z = self.whole.on_circle(self.radius, angle);
         (z, self.whole.cycle_later(z).inv())
     }
 
-    /// The loop where `Z` has an angle.
+    /// Returns the loop at an angle of `Z`.
     pub(super) fn at(&self, angle: f64) -> At {
         let (z, back) = self.point(angle);
         self.whole.with_answers(z, |place, command, phase| {

@@ -1,11 +1,12 @@
-//! What a rig's controllers answer to a measurement that differs in one tick, while their devices stand still.
+//! Answers of a rig's controllers to a measurement disturbed in one tick, with devices at rest.
 //!
 //! ```text
 //!   h[k] = taps[k] + level + slope k
 //! ```
-//! An integrator keeps a level, two in a row a slope; all else dies out. Controllers, links and buses are those of the rig
-//! itself, and two rigs are compared: one is disturbed. Half of the disturbance, the other way, must be answered by half:
-//! else the controllers are not linear, and the next smaller disturbance is tried.
+//! An integrator keeps a level, two integrators in series a slope; other answers decay. Controllers, links and buses
+//! are those of the rig; two rigs are compared, one of them disturbed. Half of the disturbance with opposite sign
+//! must give half the answer with opposite sign; otherwise the controllers are nonlinear and the next smaller
+//! disturbance is tried.
 
 use std::borrow::Cow;
 
@@ -16,51 +17,51 @@ use crate::rig::{Rig, Shown};
 use crate::rig_file::{LinkSection, RigFile};
 use dimsart_core::Tick;
 
-/// Disturbances, in the unit of the measurement, the largest first: `f32` has more digits for it.
+/// Disturbances in the unit of the measurement, largest first, for the best resolution in `f32`.
 const SIZES: [f32; 4] = [1.0 / 64.0, 1.0 / 1024.0, 1.0 / 16_384.0, 1.0 / 262_144.0];
-/// Of an answer, at most this part may not scale with the disturbance.
+/// Maximum share of an answer that does not scale with the disturbance.
 const LINEAR: f64 = 0.01;
-/// Share of the largest answer below which it has died out: at first, how much more after so many ticks each, at most. A
-/// controller's rounding may never die out.
+/// Relative level of a decayed answer: initial value, and maximum growth after these ticks each. Rounding of a
+/// controller may never decay.
 const MIN_OVER: f64 = 1e-9;
 const OVER_TICKS: usize = 1_000;
 const MAX_OVER: f64 = 1e-6;
-/// Share of a command which is its rounding.
+/// Relative rounding of a command.
 const ROUNDING: f64 = 3e-7;
-/// A level that is not more than so many tolerances is none: those of this disturbance and of the one before.
+/// Tolerances below which a level counts as 0: for this disturbance and the previous one.
 const LEFT: f64 = 8.0;
-/// Ticks that an answer must have died out for, beside those that the controllers can remember it for.
+/// Additional ticks for which an answer must have decayed, beyond the memory of the controllers.
 const QUIET_TICKS: usize = 32;
-/// Ticks before something that grows evenly is taken for two integrators.
+/// Ticks before linear growth counts as two integrators.
 const SLOPE_TICKS: usize = 2_000;
-/// Ticks that a packet may wait on a bus.
+/// Maximum ticks of a packet on a bus.
 const BUS_TICKS: usize = 16;
-/// Longest answer, and longest memory.
-const MOST_TICKS: usize = 60_000;
-const MOST_QUIET_TICKS: usize = 20_000;
-/// Longest cycle of controllers that are stepped at different rates.
-const MOST_CYCLE_TICKS: usize = 200;
+/// Maximum length of an answer, and of the memory.
+const MAX_TICKS: usize = 60_000;
+const MAX_QUIET_TICKS: usize = 20_000;
+/// Maximum cycle of controllers with different rates.
+const MAX_CYCLE_TICKS: usize = 200;
 
-/// A place of a controller's frame.
+/// Index in a controller's frame.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) struct Place {
     pub(super) station: usize,
     pub(super) place: usize,
 }
 
-/// How one command answers one measurement.
+/// Answer of one command to one measurement.
 #[derive(Debug, Clone, Default)]
 pub(super) struct Answer {
     taps: Vec<f64>,
-    /// Of blocks of them.
+    /// Sums of blocks.
     moments: Vec<Moments>,
     level: f64,
     slope: f64,
-    /// What rounding makes of it.
+    /// Perturbs it by rounding.
     rounding: f64,
 }
 
-/// The controllers of a rig, disturbed one measurement at a time.
+/// Controllers of a rig, disturbed one measurement at a time.
 #[derive(Debug)]
 pub(super) struct Controllers<'f> {
     file: &'f RigFile,
@@ -71,29 +72,29 @@ pub(super) struct Controllers<'f> {
     pair: Option<Pair>,
 }
 
-/// Two rigs that stand still, one of them disturbed.
+/// Two rigs at rest, one of them disturbed.
 #[derive(Debug)]
 struct Pair {
     still: Rig,
     disturbed: Rig,
-    /// What the other one commands, and for how many ticks it has: what has not changed for longer than anything is remembered
-    /// does not change.
+    /// Commands of the undisturbed rig, and for how many ticks they have been constant: beyond the memory they cannot
+    /// change.
     commands: Vec<f64>,
     unchanged_ticks: usize,
     quiet_ticks: usize,
-    /// What the disturbed one commands more, by tick.
+    /// Difference of the disturbed rig's commands, by tick.
     differences: Vec<Vec<f64>>,
-    /// Size of the commands, which their rounding goes by.
+    /// Magnitude of the commands, for their rounding.
     sizes: Vec<f64>,
-    /// What is left of the last disturbance at most.
+    /// Upper bound of the residue of the last disturbance.
     settled: Vec<f64>,
 }
 
 impl<'f> Controllers<'f> {
-    /// Of a rig, and what is commanded; none when they have no cycle that is short enough.
+    /// Creates the model of a rig and its commands; `None` without a sufficiently short cycle.
     ///
     /// # Errors
-    /// As the [experiment](super::Experiment::new)'s.
+    /// As [`Experiment::new`](super::Experiment::new).
     pub(super) fn new(file: &'f RigFile, commands: Vec<Place>) -> Result<Option<Self>, ExperimentError> {
         let rig = build::rig(file, None)?;
         let (mut cycle_ticks, mut memory_ticks) = (1, 0);
@@ -103,24 +104,24 @@ impl<'f> Controllers<'f> {
             let own = rates.map(|rate| usize::from(rate.every_ticks)).fold(1, least_common_multiple);
             let cycle = own.saturating_mul(station.every_ticks());
             cycle_ticks = least_common_multiple(cycle_ticks, cycle);
-            // A delay line takes a word for each sample; any other module passes a signal on a tick later at most.
+            // A delay line uses one word per sample; other modules delay by at most one tick.
             let data_base = engine.data_base();
             let is_signal = |slot: u8| data_base.signals().any(|(signal, _)| signal == slot);
             let lines = (0..=u8::MAX).filter(|slot| !is_signal(*slot));
             memory_ticks += lines.map(|slot| data_base.words(slot).len()).sum::<usize>();
             memory_ticks += engine.instances().count();
         }
-        // There, and back over a bus.
+        // Round trip over a bus.
         let link_ticks = |link: &LinkSection| link.carrier.delay_ticks as usize + BUS_TICKS;
         let on_the_way: usize = file.links.iter().map(link_ticks).sum();
         let quiet_ticks = memory_ticks.saturating_mul(cycle_ticks).saturating_add(on_the_way + QUIET_TICKS);
-        let quiet_ticks = quiet_ticks.min(MOST_QUIET_TICKS);
-        let is_short = cycle_ticks <= MOST_CYCLE_TICKS;
+        let quiet_ticks = quiet_ticks.min(MAX_QUIET_TICKS);
+        let is_short = cycle_ticks <= MAX_CYCLE_TICKS;
         Ok(is_short.then_some(Self { file, commands, cycle_ticks, quiet_ticks, pair: None }))
     }
 
-    /// What every command answers to a measurement that differs in one tick, so many ticks after a cycle's beginning; none
-    /// when that is not linear or does not die out.
+    /// Returns the answers of all commands to a measurement disturbed in one tick of a cycle; `None` if nonlinear or
+    /// not decaying.
     ///
     /// # Errors
     /// As [`new`](Self::new).
@@ -140,7 +141,7 @@ impl<'f> Controllers<'f> {
             let mut answers = |size: f32| {
                 pair.answers(&self.commands, place, size, |tick| tick % self.cycle_ticks == phase)
             };
-            // Twice the half leaves everything where it was.
+            // Two halves restore the initial state.
             let found = answers(size).and_then(|whole| {
                 let half = answers(-0.5 * size)?;
                 let is_kept = |answer: &Answer| answer.level.abs() > 0.0 || answer.slope.abs() > 0.0;
@@ -161,7 +162,7 @@ impl<'f> Controllers<'f> {
 }
 
 impl Pair {
-    /// Both of them in operation; none when they do not come to that.
+    /// Two rigs in operation; `None` if they cannot be started.
     fn new(file: &RigFile, commands: &[Place], quiet_ticks: usize) -> Result<Option<Self>, ExperimentError> {
         let (still, disturbed) = (build::rig(file, None)?, build::rig(file, None)?);
         let (differences, sizes) = (Vec::new(), vec![0.0; commands.len()]);
@@ -180,7 +181,7 @@ impl Pair {
         while ran_ticks < quiet_ticks {
             pair.tick(commands);
             ran_ticks = if pair.is_running() { ran_ticks + 1 } else { 0 };
-            if pair.differences.len() > MOST_TICKS {
+            if pair.differences.len() > MAX_TICKS {
                 return Ok(None);
             }
         }
@@ -214,7 +215,7 @@ impl Pair {
         self.disturbed.stand_still();
     }
 
-    /// One for each command, per unit of the disturbance.
+    /// Answers of each command, per unit of the disturbance.
     fn answers(
         &mut self,
         commands: &[Place],
@@ -245,7 +246,7 @@ impl Pair {
             for (at, (most, difference)) in most.iter_mut().zip(last).enumerate() {
                 *most = most.max((difference - expected(at, ticks - 1)).abs());
             }
-            if !self.is_running() || ticks > MOST_TICKS || most.iter().any(|most| most.is_nan()) {
+            if !self.is_running() || ticks > MAX_TICKS || most.iter().any(|most| most.is_nan()) {
                 return None;
             }
             if ticks < quiet_ticks || !ticks.is_multiple_of(QUIET_TICKS) {
@@ -301,7 +302,7 @@ fn commands(rig: &Rig, places: &[Place]) -> Vec<f64> {
     places.iter().map(command).collect()
 }
 
-/// The straight lines that rows follow, as level at the first one and slope; none while one of them does not.
+/// Fits lines to rows (level at the first one, and slope); `None` if a row is not a line.
 fn lines(rows: &[Vec<f64>], tolerances: &[f64], sizes: &[f64]) -> Option<Vec<(f64, f64)>> {
     let (first, last) = rows.first().zip(rows.last())?;
     #[expect(clippy::cast_precision_loss, reason = "far fewer ticks than 2^53")]
@@ -327,8 +328,8 @@ fn least_common_multiple(a: usize, b: usize) -> usize {
 }
 
 impl Answer {
-    /// Of the answers to a disturbance and twice to its half, the other way: what bends by its square cancels out. None
-    /// when they do not agree; an answer of nothing where there is none.
+    /// Combines the answers to a disturbance and twice to its half with opposite sign, which cancels the quadratic
+    /// part. `None` if they disagree; an empty answer without any response.
     fn mean(answers: [Self; 3]) -> Option<Option<Self>> {
         let ticks = answers.iter().map(|answer| answer.taps.len()).max().unwrap_or_default();
         let value = |answer: &Self, tick: usize| {
@@ -357,12 +358,12 @@ impl Answer {
         Some(Some(Self { taps, moments, level, slope, rounding }))
     }
 
-    /// Ticks until it has died out.
+    /// Ticks until it has decayed.
     pub(super) fn ticks(&self) -> usize {
         self.taps.len()
     }
 
-    /// Of every cycle of `N` ticks the one at this offset, which may be before the cycle begins.
+    /// Returns the tick at this offset, possibly negative, of every cycle of `N` ticks.
     pub(super) fn series(&self, cycle_ticks: usize, offset: isize) -> Series<'_> {
         let is_before = offset < 0;
         let first = if is_before { offset + cycle_ticks.cast_signed() } else { offset };

@@ -1,4 +1,4 @@
-//! The hands of a rig file, and what each of them can feel: what the devices at the other end of its links meet.
+//! Hands of a rig file, and the environments they can perceive through links.
 
 use std::ops::Range;
 
@@ -12,8 +12,8 @@ use crate::rig::Probe;
 use crate::rig_file::part::linked_with;
 use crate::rig_file::{Part, RigFile};
 
-/// Every axis of a rig that is held by a hand and whose links lead to something that can be felt. It is observed in the
-/// second halves of the times in which nothing moves. Of an experiment that presses, in the settled contact, on the axes that are pressed.
+/// Returns every axis with a hand and a linked environment. It is observed in the second half of each phase at rest;
+/// in a press, in the settled contact of the pressed axes.
 pub(super) fn feeling(
     file: &RigFile,
     press: Option<&Planned>,

@@ -1,4 +1,4 @@
-//! The guards of links whose sections name a key.
+//! Guards of links with a key.
 
 use std::collections::BTreeMap;
 use std::path::PathBuf;
@@ -21,17 +21,17 @@ fn guard(key: &Key, link: u8, is_classic_can: bool, seed: u64, [out, listening]:
     guard
 }
 
-/// The key of a link.
+/// Reads the key of a link.
 fn key_path(file: &RigFile, link: &LinkSection) -> Option<PathBuf> {
     link.key_file.as_deref().map(|path| file.resolve(path))
 }
 
-/// Seeds of the two ends of a link: two runs of a seed are alike, and nothing is replayed from one to the other.
+/// Seeds of both ends of a link: runs with equal seeds are identical, and no packet is valid in the other direction.
 fn seed(file: &RigFile, station: usize) -> u64 {
     file.seed.wrapping_mul(2).wrapping_add(station as u64)
 }
 
-/// Guards both ends of every link with a key. They have found together when the run begins.
+/// Adds guards to both ends of every link with a key, with completed handshakes.
 pub(super) fn guard_all(file: &RigFile, parts: &[Part<'_>], rig: &mut Rig) -> Result<(), ExperimentError> {
     for link in &file.links {
         let Some(path) = key_path(file, link) else { continue };
@@ -45,7 +45,7 @@ pub(super) fn guard_all(file: &RigFile, parts: &[Part<'_>], rig: &mut Rig) -> Re
             found.map_or(0, |station| station.dimsart.listening_channel(link.into()))
         };
         let [one, other] = ends.map(channel);
-        // The link back has the same guards.
+        // The reverse link uses the same guards.
         for ((station, number), channels) in ends.into_iter().zip([[other, one], [one, other]]) {
             let guard = guard(&key, number, is_classic_can, seed(file, station), channels);
             if let Some(station) = rig.stations_mut().get_mut(station).filter(|found| !found.is_guarded()) {
@@ -58,14 +58,14 @@ pub(super) fn guard_all(file: &RigFile, parts: &[Part<'_>], rig: &mut Rig) -> Re
     Ok(())
 }
 
-/// By controller, what an emulated board is given to authenticate packets with.
+/// Returns, by controller, the authentication data of an emulated board.
 pub(super) fn board_keys(file: &RigFile) -> Result<BTreeMap<String, BoardKey>, ExperimentError> {
     let mut keys = BTreeMap::new();
     for (place, part) in Part::of_all(file).iter().enumerate() {
         let path =
             file.links.iter().filter(|link| link.from == part.name()).find_map(|link| key_path(file, link));
         if let Some(path) = path {
-            // As for a guard, and far from one's.
+            // Seeds as for a guard, but different from a guard's.
             let salt = !seed(file, place).rotate_left(32);
             keys.insert(part.name().to_owned(), BoardKey { bytes: KeyBytes(key_file::read(&path)?), salt });
         }
@@ -73,7 +73,7 @@ pub(super) fn board_keys(file: &RigFile) -> Result<BTreeMap<String, BoardKey>, E
     Ok(keys)
 }
 
-/// Guards a station's end of a link to another process or a board.
+/// Adds a guard to a station's link to another process or a board.
 pub(super) fn guard_one(
     file: &RigFile,
     link: &LinkSection,
@@ -116,8 +116,8 @@ mod tests {
     fn a_tag_costs_its_bytes_on_every_carrier() {
         let key = tempfile::NamedTempFile::new().unwrap();
         std::fs::write(key.path(), "00112233445566778899aabbccddeeff").unwrap();
-        // Of a byte stream, 62 bytes in place of 50; of CAN FD, frames of 64 in place of 48 bytes; of classic CAN,
-        // 10 frames in place of 9, which with the other side's are more than a tick takes; of UDP, 87 bytes in place of 75.
+        // On a byte stream, 62 instead of 50 bytes; CAN FD: 64 instead of 48 bytes; classic CAN: 10 instead of 9
+        // frames, which with the peer's exceed a tick; UDP: 87 instead of 75 bytes.
         for (carrier, more, ticks) in
             [("uart", 62.0 / 50.0, 0), ("can_fd", 1.24, 0), ("can", 1.12, 2), ("udp", 87.0 / 75.0, 0)]
         {

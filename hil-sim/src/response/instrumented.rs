@@ -1,4 +1,4 @@
-//! What a controller sees of a device: sensors of its axes, and references that come with what is measured.
+//! A device as seen by a controller: sensors of its axes, and references.
 
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
@@ -11,33 +11,33 @@ use crate::motion::{Motion, sum_at};
 use crate::plant::{Actuation, Plant, Repetition, Sensor};
 use crate::rig_file::AxisUnit;
 
-/// The axes of a machine that one controller has, behind the frame of its device.
+/// The axes of a machine of one controller, with the frame of its device.
 #[derive(Debug)]
 pub(super) struct Instrumented {
     machine: Arc<Mutex<Machine>>,
-    /// Which of the machine's.
+    /// Indices of the axes in the machine.
     axes: Vec<usize>,
-    /// What fills the frame, in its order: every one a value for each axis.
+    /// Sources of the frame, in order, with one value per axis.
     outputs: Vec<Output>,
-    /// Whether anything moves: references alone come with nothing that does.
+    /// Whether it has a plant; otherwise only references.
     moves: bool,
-    /// Whether the experiment is one of a [press](crate::rig_file::PressSection).
+    /// Whether the experiment is a [press](crate::rig_file::PressSection).
     is_pressed: bool,
-    /// Of each axis, whether its actuator holds its force for a period.
+    /// Whether the actuator of each axis holds its force for a period.
     holds_force: Vec<bool>,
     /// Whether its actuators can be off.
     can_be_off: bool,
-    /// Where the machine's axes are: read without taking the machine.
+    /// Positions of the machine's axes, readable without locking it.
     positions: Arc<Positions>,
     time_s: f64,
 }
 
-/// What fills a part of the frame.
+/// Source of a part of the frame.
 #[derive(Debug)]
 pub(super) enum Output {
-    /// What is measured of every axis, by a sensor each.
+    /// Sensors of every axis.
     Sensed(&'static DataType, Vec<Sensor>),
-    /// What every axis is to do.
+    /// References of every axis.
     Reference(Vec<Vec<Motion>>),
 }
 
@@ -57,11 +57,11 @@ impl Instrumented {
     }
 
     fn machine(&self) -> MutexGuard<'_, Machine> {
-        // All its calls are whole: one that somebody panicked with is as good as before.
+        // A poisoned lock is safe: every call leaves the machine consistent.
         self.machine.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
-    /// An axis of the machine by its place among those of the controller.
+    /// Converts an axis of the controller to an axis of the machine.
     fn axis(&self, place: usize) -> Option<usize> {
         self.axes.get(place).copied()
     }
@@ -158,7 +158,7 @@ impl Plant for Instrumented {
             ("voltage", "V"),
             ("winding", "°C"),
         ];
-        // Where a hand presses, what it and the obstacle do.
+        // In a press: force of hand and obstacle.
         const PRESSED: [(&str, &str); 9] = [
             ("position", "m"),
             ("velocity", "m/s"),
@@ -170,7 +170,7 @@ impl Plant for Instrumented {
             ("voltage", "V"),
             ("winding", "°C"),
         ];
-        // Its motors turn the joints.
+        // Its motors drive the joints.
         const AT_TIP: [(&str, &str); 4] =
             [("position", "m"), ("velocity", "m/s"), ("actuator_force", "N·m"), ("load", "N")];
         let Some(axis) = self.axis(axis).filter(|_| self.moves) else { return &[] };
@@ -186,7 +186,7 @@ impl Plant for Instrumented {
         let is_ideal =
             |axis: &Axis| axis.section.plant.as_ref().is_some_and(|plant| !plant.motor.has_winding());
         let count = match self.is_pressed && machine.axis(axis).is_some_and(is_ideal) {
-            // Its load is what the hand's is.
+            // Its load is the hand's force.
             true => 5,
             false if has_motor => known.len(),
             false => 4,
@@ -213,7 +213,7 @@ impl Plant for Instrumented {
     }
 }
 
-/// What a sensor shows of an axis.
+/// Sensed quantity of an axis.
 pub(super) fn sensed(data_type: &DataType, state: &AxisState) -> f64 {
     if let Some(reading) = &state.reading {
         return said(data_type, reading).into();
@@ -230,7 +230,7 @@ pub(super) fn sensed(data_type: &DataType, state: &AxisState) -> f64 {
     }
 }
 
-/// What a drive says of an axis.
+/// Drive reading of an axis.
 fn said(data_type: &DataType, reading: &DriveReading) -> f32 {
     match data_type.id {
         id if id == types::VELOCITY.id => reading.velocity_rad_per_s,

@@ -1,10 +1,10 @@
-//! Whether the loop of hand, controllers, link and environment grows or dies out, as a linear system: by its largest
-//! eigenvalue, whatever a run happens to show of it.
+//! Stability of the loop of hand, controllers, link and environment as a linear system, by its largest eigenvalue,
+//! independent of the run.
 //!
-//! One axis is put together from the rig's own controllers, links and plants, without what is not linear or is
-//! chance: dry friction, encoder steps, a motor's voltage limit, jitter, loss, bit errors. Hand and environment strike
-//! it, and what it does then is listened to: the second difference of both positions, of which a constant offset or speed
-//! leaves nothing. The largest eigenvalue is by how much that grows from tick to tick in the end.
+//! One axis is simulated with the rig's controllers, links and plants, without nonlinear and random effects: Coulomb
+//! friction, encoder quantisation, voltage limits, jitter, loss, bit errors. Hand and environment are struck, and the
+//! second difference of both positions, which removes constant offsets and speeds, is evaluated. The largest
+//! eigenvalue is its final growth per tick.
 
 use core::ops::ControlFlow;
 use std::panic::resume_unwind;
@@ -21,47 +21,47 @@ use crate::plant::JointMotorParameters;
 use crate::rig::Rig;
 use crate::rig_file::{AxisSection, AxisSpring, DeviceSection, LOAD, MoveSection, RigFile, Step};
 
-/// Speed that the hand's strike gives the master alone, `m/s`.
+/// Speed of the master after the strike, `m/s`.
 const STRUCK_M_PER_S: f64 = 0.1;
-/// How far the slave's spring is stretched at most, `m`, for each `m/s` of that.
-const MOST_STRETCHED_M: f64 = 0.01;
-/// Growth per tick, up or down, that is not told from none.
+/// Maximum stretch of the slave's spring, `m`, per `m/s` of the strike.
+const MAX_STRETCHED_M: f64 = 0.01;
+/// Growth per tick that is not distinguishable from 1.
 pub const UNDECIDED: f64 = 1e-5;
-/// Shortest and longest time that is listened for, ticks.
-const LEAST_TICKS: usize = 1_500;
-const MOST_TICKS: usize = 64_000;
-/// The same in blocks: long round trips take longer.
-const LEAST_BLOCKS: usize = 8;
-/// Ticks that are looked at together, at least, and the same in round trips.
-const LEAST_BLOCK_TICKS: usize = 100;
+/// Minimum and maximum evaluation time, ticks.
+const MIN_TICKS: usize = 1_500;
+const MAX_TICKS: usize = 64_000;
+/// Minimum and maximum evaluation time in blocks, for long round trips.
+const MIN_BLOCKS: usize = 8;
+/// Minimum block length in ticks, and in round trips.
+const MIN_BLOCK_TICKS: usize = 100;
 const BLOCK_ROUND_TRIPS: usize = 2;
-/// Share of the largest block, as a root mean square, below which there is only rounding.
+/// Relative RMS below which a block contains only rounding.
 const ROUNDING: f64 = 1e-5;
-/// Second difference at which growth is beyond doubt, and above which the controllers' numbers come to their ends, `m`.
+/// Second difference at which growth is certain, and above which the controllers' numbers saturate, `m`.
 const TOP_M: f64 = 0.1;
-/// Ticks in which a strike half as hard is answered half as much by what is linear, and how exactly.
+/// Ticks of the linearity test with half the strike, and its tolerance.
 const HALF_TICKS: usize = 400;
 const LINEAR_WITHIN: f64 = 0.02;
 
-/// What acts on both ends of the loop.
+/// Conditions at both ends of the loop.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Held {
-    /// The hand guides the master by its spring; the slave is free.
+    /// The hand guides the master with its spring; the slave is free.
     Guided,
-    /// The hand holds the master by its mass and damping alone; the slave is free.
+    /// The hand adds only its mass and damping; the slave is free.
     Free,
-    /// The same, and the slave stays in contact with what it meets.
+    /// As [`Free`](Self::Free), with the slave in permanent contact.
     Contact,
 }
 
-/// One linear loop.
+/// A linear loop.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct LinearLoop {
-    /// What acts on it.
+    /// Its conditions.
     pub held: Held,
-    /// Its largest eigenvalue: by how much what is struck grows (> 1) or dies out in a tick. None for a loop that is not
-    /// linear: struck half as hard, it does not answer by half.
+    /// Largest eigenvalue, the growth per tick: unstable if > 1. `None` for a nonlinear loop, which does not respond
+    /// proportionally to half the strike.
     pub growth_per_tick: Option<f64>,
 }
 
@@ -78,36 +78,39 @@ impl Held {
 }
 
 impl LinearLoop {
-    /// Whether it grows for certain.
+    /// Whether it is unstable.
     #[must_use]
     pub fn grows(&self) -> bool {
         self.growth_per_tick.is_some_and(|growth| growth > 1.0 + UNDECIDED)
     }
 
-    /// Whether it is not told if it grows.
+    /// Whether its stability is undecided.
     #[must_use]
     pub fn is_undecided(&self) -> bool {
         self.growth_per_tick.is_some_and(|growth| (growth - 1.0).abs() <= UNDECIDED)
     }
 
-    /// What is wrong with one that grows, in words.
+    /// Fault message of an unstable loop.
     fn fault(&self, period_s: f64) -> Option<String> {
         let growth = self.growth_per_tick.filter(|_| self.grows())?;
         let doubles_s = period_s * core::f64::consts::LN_2 / libm::log(growth);
         let held = self.held.words();
-        Some(format!("the loop {held} is unstable: it grows by a factor of {growth:.6} per tick and doubles in \
-        {doubles_s:.3} s"))
+        Some(format!(
+            "the loop {held} is unstable: it grows by a factor of {growth:.6} per tick and doubles in \
+        {doubles_s:.3} s"
+        ))
     }
 
-    /// Of one that is not told from either, in words.
+    /// Warning of an undecided loop.
     fn warning(&self) -> Option<String> {
         let held = self.held.words();
-        let text = format!("the loop {held} is at its stability limit (growth within 1e-5 per tick): undecided");
+        let text =
+            format!("the loop {held} is at its stability limit (growth within 1e-5 per tick): undecided");
         self.is_undecided().then_some(text)
     }
 }
 
-/// Computes the loops of a rig on a thread of its own during the run.
+/// Computes the loops of a rig on a separate thread during the run.
 #[derive(Debug)]
 pub(super) struct Loops {
     file: RigFile,
@@ -123,7 +126,7 @@ impl Loops {
 impl Observer for Loops {
     fn begin(&mut self) {
         let file = self.file.clone();
-        // A rig that makes an experiment makes its loops.
+        // The rig was built before.
         self.worked_out = Some(std::thread::spawn(move || linear_loops(&file).unwrap_or_default()));
     }
 
@@ -141,8 +144,8 @@ impl Observer for Loops {
     }
 }
 
-/// The loops of a rig whose experiment is a [press](crate::rig_file::PressSection): guided, free, and in contact where there
-/// is something to meet. None of any other rig.
+/// Computes the loops of a rig with a [press](crate::rig_file::PressSection): guided, free, and in contact if it has
+/// an obstacle. Empty for other rigs.
 ///
 /// # Errors
 /// As [`Experiment::new`](crate::experiment::Experiment::new).
@@ -160,14 +163,14 @@ pub fn linear_loops(file: &RigFile) -> Result<Vec<LinearLoop>, ExperimentError> 
         .collect()
 }
 
-/// One axis of a rig without what is not linear, or is chance, and without a hand's spring and what is met.
+/// One axis of a rig without nonlinear and random effects, hand spring and obstacle.
 struct Linear {
     file: RigFile,
-    /// Devices of the hand and of what it presses with, and their controllers.
+    /// Devices of the hand and its peer, and their controllers.
     devices: [String; 2],
     controllers: [String; 2],
     hand_stiffness: f64,
-    /// What a contact is held by: stiffness and damping.
+    /// Stiffness and damping of the contact.
     met: Option<[f64; 2]>,
 }
 
@@ -231,11 +234,11 @@ fn growth_per_tick(linear: &Linear, held: Held) -> Result<Option<f64>, Experimen
     if (0.5 * whole_root - half_root).abs() > LINEAR_WITHIN * half_root {
         return Ok(None);
     }
-    let block_ticks = LEAST_BLOCK_TICKS.max(BLOCK_ROUND_TRIPS * round_trip_ticks);
-    let least_blocks = LEAST_TICKS.div_ceil(block_ticks).max(LEAST_BLOCKS);
-    let most_blocks = MOST_TICKS.div_ceil(block_ticks).max(2 * LEAST_BLOCKS);
+    let block_ticks = MIN_BLOCK_TICKS.max(BLOCK_ROUND_TRIPS * round_trip_ticks);
+    let min_blocks = MIN_TICKS.div_ceil(block_ticks).max(MIN_BLOCKS);
+    let max_blocks = MAX_TICKS.div_ceil(block_ticks).max(2 * MIN_BLOCKS);
     let mut blocks: Vec<f64> = Vec::new();
-    while blocks.len() < most_blocks {
+    while blocks.len() < max_blocks {
         let from = blocks.len() * block_ticks;
         whole.listen(from + block_ticks);
         blocks.push(whole.root_mean_square(from, from + block_ticks));
@@ -244,15 +247,15 @@ fn growth_per_tick(linear: &Linear, held: Held) -> Result<Option<f64>, Experimen
             break;
         }
         let largest = blocks.iter().copied().fold(0.0, f64::max);
-        if blocks.len() >= least_blocks && blocks.last().is_some_and(|last| *last < ROUNDING * largest) {
+        if blocks.len() >= min_blocks && blocks.last().is_some_and(|last| *last < ROUNDING * largest) {
             break;
         }
     }
-    let is_fast = whole.is_over && blocks.len() < LEAST_BLOCKS;
+    let is_fast = whole.is_over && blocks.len() < MIN_BLOCKS;
     Ok(if is_fast { whole.fast_growth() } else { growth_of(&blocks, block_ticks) })
 }
 
-/// Of the second half of the blocks up to the last one that is more than rounding.
+/// Growth of the second half of the blocks above rounding.
 fn growth_of(blocks: &[f64], block_ticks: usize) -> Option<f64> {
     let largest = blocks.iter().copied().fold(0.0, f64::max);
     let is_heard = |block: &f64| *block > 3.0 * ROUNDING * largest;
@@ -262,7 +265,7 @@ fn growth_of(blocks: &[f64], block_ticks: usize) -> Option<f64> {
     Some(libm::exp(slope(logarithms) / count(block_ticks)))
 }
 
-/// Of the straight line through values at 0, 1, 2..., by least squares.
+/// Slope of a least-squares line through values at 0, 1, 2, ....
 fn slope(values: impl ExactSizeIterator<Item = f64>) -> f64 {
     let middle = 0.5 * (count(values.len()) - 1.0);
     let sums = values.enumerate().fold((0.0, 0.0), |(products, squares), (at, value)| {
@@ -277,15 +280,15 @@ fn count(ticks: usize) -> f64 {
     ticks as f64
 }
 
-/// A loop at rest that the hand has struck.
+/// A loop at rest, struck by the hand.
 struct Struck {
     rig: Rig,
     delay_ticks: usize,
-    /// By station, its last two positions, `m`.
+    /// Last two positions by station, `m`.
     last_m: [[f64; 2]; 2],
-    /// By tick, the square of the second difference of both positions, `m²`.
+    /// Squared second difference of both positions by tick, `m²`.
     squares: Vec<f64>,
-    /// Whether it has grown up to [`TOP_M`].
+    /// Whether it has reached [`TOP_M`].
     is_over: bool,
 }
 
@@ -309,9 +312,9 @@ impl Struck {
             held_axis.hand.iter_mut().for_each(|of| of.stiffness = linear.hand_stiffness);
         }
         if let Some([stiffness, damping]) = linear.met.filter(|_| held == Held::Contact) {
-            // Off its rest, so that the slave is struck, too, and as hard as the master.
+            // Displaced from rest, to strike the slave as hard as the master.
             let stretched = stiffness.max(f64::MIN_POSITIVE).recip() * struck_m_per_s * other_kg / period_s;
-            let rest_position = stretched.min(MOST_STRETCHED_M * struck_m_per_s);
+            let rest_position = stretched.min(MAX_STRETCHED_M * struck_m_per_s);
             met_axis.spring = Some(AxisSpring { rest_position, stiffness, damping });
         }
         for (name, axis) in [(hand, held_axis), (other, met_axis)] {
@@ -327,7 +330,7 @@ impl Struck {
         Ok(Self { rig, delay_ticks, last_m: [[0.0; 2]; 2], squares: Vec::new(), is_over: false })
     }
 
-    /// Goes on until so many ticks are over, or it has grown.
+    /// Runs for this number of ticks, or until it has grown.
     fn listen(&mut self, ticks: usize) {
         while self.squares.len() < ticks && !self.is_over {
             self.rig.step();
@@ -349,7 +352,7 @@ impl Struck {
         libm::sqrt(squares.iter().sum::<f64>() / count(squares.len().max(1)))
     }
 
-    /// Of what grew beyond doubt: of the largest answer so far, in the second half of the ticks.
+    /// Growth of an unstable loop: of the maximum so far, in the second half of the ticks.
     fn fast_growth(&self) -> Option<f64> {
         let mut most = 0.0_f64;
         let largest: Vec<f64> = self

@@ -1,4 +1,4 @@
-//! A rig in real time, whose controllers are asked over lines, as boards are.
+//! A rig in real time with controllers that are accessed over lines, like boards.
 //!
 //! ```text
 //! line ──requests──▶ Answering ──▶ Dimsart ◀─▶ plant, as in any rig
@@ -32,19 +32,19 @@ use crate::rig::{Rig, Station};
 use crate::rig_file::RigFile;
 use crate::rig_file::part::Part;
 
-/// Streams of telemetry of each controller: so many clients, or parts of what one client looks at, at a time.
+/// Telemetry streams of each controller: simultaneous clients, or parts of one client's view.
 pub const TELEMETRY_STREAMS: usize = 16;
 
-/// Longest time that the other end of a line waits for bytes in one read.
+/// Timeout of a read at the other end of a line.
 const WAIT: Duration = Duration::from_millis(1);
-/// Requests that one tick answers: a board answers one, and has less time for it.
+/// Requests answered per tick; a board answers one, with less time.
 const ANSWERS_PER_TICK: usize = 8;
-/// Requests that wait; more are dropped.
+/// Maximum queued requests; surplus requests are dropped.
 const ROOM: usize = 64;
-/// What the simulated controllers say they are.
+/// Identification of the simulated controllers.
 const IMAGE: &str = concat!("simulated, DIMSART ", env!("CARGO_PKG_VERSION"));
 
-/// A rig that goes on until it is stopped. Its experiment starts when all controllers are armed, and repeats.
+/// A rig that runs until stopped. Its experiment starts when all controllers are armed, and repeats.
 #[derive(Debug)]
 pub struct LiveRig {
     file: RigFile,
@@ -57,20 +57,20 @@ pub struct LiveRig {
     recorder: Option<Recorder>,
 }
 
-/// A reference that somebody holds.
+/// A reference held by a client.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Hold {
-    /// The controller that it is of, by its place in the rig.
+    /// Index of its controller in the rig.
     pub station: usize,
-    /// Name of the reference, such as `DES_POSITION`. What a sensor shows is never held.
+    /// Name of the reference, such as `DES_POSITION`; never a measured signal.
     pub signal: String,
     /// Axis of the controller.
     pub axis: usize,
-    /// Where it is held; none: what the experiment moves again.
+    /// Held value; `None` returns it to the experiment.
     pub value: Option<f32>,
 }
 
-/// What a simulated controller has beside it, as a board's firmware.
+/// State of a simulated controller beyond its engine, as in the firmware of a board.
 #[derive(Debug)]
 struct Answering {
     info: DeviceInfo<TELEMETRY_STREAMS>,
@@ -80,16 +80,16 @@ struct Answering {
     waiting: VecDeque<Vec<u8>>,
     dropped: u32,
     heartbeats: u16,
-    /// Ticks of the controller, and from one heartbeat to the next.
+    /// Ticks of the controller, and ticks per heartbeat.
     ticks: u32,
     heartbeat_ticks: u32,
-    /// Beyond which a position is no longer one.
+    /// Maximum valid position.
     position_limit: f64,
 }
 
 impl LiveRig {
-    /// A rig at rest, and a line to each of its controllers, by name. They move what they control while somebody holds
-    /// their lease.
+    /// Creates a rig at rest with a line to each of its controllers, by name. Controllers move their devices while a
+    /// client holds the lease.
     ///
     /// # Errors
     /// As [`Experiment::new`](super::Experiment::new).
@@ -109,11 +109,11 @@ impl LiveRig {
         Ok((Self { file, planned, rig, references, answering, hand, holds, recorder: None }, lines))
     }
 
-    /// Tells `listener` every tick from the first one on: the signals that the file's `[record]` names, and all that went into
-    /// the controllers. A listener that is thousands of ticks behind is told nothing more: the rig waits for nobody.
+    /// Sends every tick to `listener`: the signals of `[record]` and all controller inputs. Drops a listener that is
+    /// thousands of ticks behind.
     ///
     /// # Errors
-    /// [`ExperimentError`] for a signal that nothing has.
+    /// [`ExperimentError`] for an unknown signal.
     pub fn tell(&mut self, listener: SyncSender<Piece>) -> Result<(), ExperimentError> {
         self.rig.stations_mut().iter_mut().for_each(Station::keep_inputs);
         let mut recorder = Recorder::new(&self.rig, &self.file.record)?.in_a_hurry();
@@ -122,25 +122,25 @@ impl LiveRig {
         Ok(())
     }
 
-    /// The rig, to look at or to change before it runs.
+    /// Returns the rig, for inspection or changes before the run.
     pub fn rig_mut(&mut self) -> &mut Rig {
         &mut self.rig
     }
 
-    /// Takes what somebody holds, while the rig runs.
+    /// Returns the channel for held references.
     #[must_use]
     pub fn hand(&self) -> Sender<Hold> {
         self.hand.clone()
     }
 
-    /// The references of a station that can be held, as `DES_POSITION[0]`.
+    /// Returns the references of a station that can be held, as `DES_POSITION[0]`.
     #[must_use]
     pub fn references(&self, station: usize) -> Vec<String> {
         let own = self.references.names().filter(|(of, ..)| *of == station);
         own.map(|(_, signal, axis)| format!("{signal}[{axis}]")).collect()
     }
 
-    /// Runs until `stop` is set. Time in which the computer stalls is skipped. `say` hears what a user should know.
+    /// Runs until `stop` is set. Skips time in which the computer stalls. `say` receives messages for the user.
     pub fn run(mut self, stop: &AtomicBool, mut say: impl FnMut(String)) {
         let mut pace = Pace::new(clock::now(), self.rig.period_s());
         while !stop.load(Ordering::Relaxed) {
@@ -149,11 +149,11 @@ impl LiveRig {
             }
             self.step(pace.late_ticks(), &mut say);
         }
-        // Which tells what it has not told yet.
+        // Sends pending messages.
         let _ = self.recorder.map(Recorder::finish);
     }
 
-    /// One tick of all controllers and their devices, `late_ticks` being those that came late so far.
+    /// Runs one tick of all controllers and devices; `late_ticks` is the number of late ticks so far.
     pub fn step(&mut self, late_ticks: u64, mut say: impl FnMut(String)) {
         while let Ok(Hold { station, signal, axis, value }) = self.holds.try_recv() {
             self.references.hold(station, &signal, axis, value, &self.rig);
@@ -188,8 +188,7 @@ impl LiveRig {
         }
     }
 
-    /// Puts a rig back to where it began whose axes have left every range: a gain that is too high does that, and it is
-    /// there to be tried.
+    /// Resets the plants of a rig whose axes are out of range, for example by too high a gain under test.
     fn put_back(&mut self, say: &mut impl FnMut(String)) {
         let has_left = |(station, answering): &(&Station, &Answering)| {
             let mut positions = (0..station.plant.dof()).map(|axis| station.plant.position(axis));
@@ -203,7 +202,7 @@ impl LiveRig {
             station.name,
             self.rig.time_s()
         ));
-        // It was built once already.
+        // The rig was built before.
         let Ok(mut anew) = build::rig(&self.file, self.planned.as_ref()) else { return };
         for (station, fresh) in self.rig.stations_mut().iter_mut().zip(anew.stations_mut()) {
             std::mem::swap(&mut station.plant, &mut fresh.plant);
@@ -216,7 +215,7 @@ impl Answering {
     fn new(line: Pipe, period_s: f64, position_limit: f64) -> Self {
         #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "1 to a million")]
         let tick_hz = (1.0 / period_s).round().clamp(1.0, 1e6) as u32;
-        // A log outlives its controller: on a board a reset does not take it away.
+        // The log survives a reset of the controller, as on a board.
         let events: &'static EventLog = Box::leak(Box::new(EventLog::new()));
         Self {
             info: DeviceInfo::new(IMAGE).with_laws().for_clients(tick_hz).with_events(events),
@@ -232,7 +231,7 @@ impl Answering {
         }
     }
 
-    /// Answers what has come, between two ticks.
+    /// Answers requests between two ticks.
     fn answer(&mut self, station: &mut Station) {
         let Self { info, line, receiver, waiting, dropped, .. } = self;
         let (mut buffer, mut frame) = ([0; 1024], [0; MAX_FRAME_BYTES]);
@@ -246,7 +245,7 @@ impl Answering {
             });
         }
         for content in waiting.drain(..waiting.len().min(ANSWERS_PER_TICK)) {
-            // What is no request needs no answer.
+            // Invalid requests are not answered.
             let Some((id, response)) = serve_content(&content, &mut station.dimsart, info) else { continue };
             station.inputs_mut().into_iter().for_each(|kept| kept.add_request(&content, &response));
             if matches!(decode_request(&content), Ok((_, Request::Command(Command::Reset)))) {
@@ -279,7 +278,7 @@ impl Answering {
     }
 }
 
-/// Says it, or counts that nobody took it.
+/// Sends a message, or counts it as dropped.
 fn say(line: &mut Pipe, bytes: &[u8], dropped: &mut u32) {
     if line.write_all(bytes).is_err() {
         *dropped = dropped.saturating_add(1);

@@ -1,11 +1,11 @@
-//! The figures of a loop: growth, margins, bandwidth.
+//! Figures of a loop: growth, margins, bandwidth.
 //!
-//! The gain `L` is that of the command of one axis, with the loops of the others closed; where controllers run at different
-//! rates, each eigenvalue of the gain over a cycle. Crossings are found by bisection between frequencies that are as
-//! close as the gain bends.
+//! The gain `L` is that of the command of one axis with the loops of the other axes closed; with different controller
+//! rates, each eigenvalue of the gain over a cycle. Crossings are found by bisection between frequencies that are
+//! spaced according to the curvature of the gain.
 //!
-//! Margins: Åström and Murray, Feedback Systems, section 10.3. They mean what they say for one loop; of an axis whose
-//! neighbours move along, they are those with its neighbours' loops closed.
+//! Margins: Åström and Murray, Feedback Systems, section 10.3. They apply to one loop; for coupled axes, the loops of
+//! the other axes are closed.
 #![expect(clippy::indexing_slicing, reason = "matrices, whose sizes follow from one another")]
 
 use std::f64::consts::{FRAC_1_SQRT_2, TAU};
@@ -17,37 +17,37 @@ use serde::Serialize;
 use super::closed_loop::{Circle, Loop, ONE, Point, Spectra};
 use super::poles::UNDECIDED;
 
-/// How often the way from one frequency to the next is halved at most.
+/// Maximum halvings between two frequencies.
 const GAIN_HALVINGS: u32 = 12;
-/// Most steps to a zero, and how exactly it is found.
+/// Maximum iterations to a zero, and its tolerance.
 const ZERO_STEPS: u32 = 48;
 const ZERO_WITHIN: f64 = 1e-13;
-/// Angle below which a gain is lost in rounding.
+/// Angle below which a gain is below rounding.
 const MIN_ANGLE: f64 = 1e-6;
-/// A gain of this size is rounding.
+/// Magnitude of a gain that is rounding.
 const MIN_GAIN: f64 = 1e-9;
-/// Share of a gain that a straight line to it may be off by.
+/// Relative tolerance of linear interpolation of a gain.
 const STRAIGHT: f64 = 0.05;
 
-/// What is known of one loop around an axis.
+/// Figures of the loop of an axis.
 #[derive(Debug, Clone, Copy, PartialEq, Default, Serialize)]
 pub struct LoopFigures {
-    /// Growth per tick of the disturbance that dies out slowest: above 1 the loop is unstable, and has no other figures. None
-    /// where all of them are gone soon.
+    /// Growth per tick of the slowest decaying disturbance: above 1 the loop is unstable and has no other figures.
+    /// `None` if all disturbances decay fast.
     pub growth_per_tick: Option<f64>,
-    /// Smallest distance of the phase from -180°, lag or lead, where the gain is 1, degrees; none when it never is.
+    /// Phase margin, minimum distance of the phase from -180°, lag or lead, degrees; `None` without a gain crossing.
     pub phase_margin_deg: Option<f64>,
-    /// Frequency there, `Hz`.
+    /// Frequency of the margin, `Hz`.
     pub crossover_hz: Option<f64>,
-    /// By what the gain may rise until the loop is unstable; none when by anything.
+    /// Gain margin, factor; `None` if unlimited.
     pub gain_margin: Option<f64>,
-    /// Frequency at which the closed loop from reference to position (of a velocity loop: to velocity) falls below 0.707,
-    /// `Hz`; none where no reference is measured, and when it never does.
+    /// Bandwidth: frequency at which the closed loop from reference to position (velocity loop: to velocity) falls
+    /// below 0.707, `Hz`; `None` without a measured reference or without a crossing.
     pub bandwidth_hz: Option<f64>,
 }
 
 impl Loop {
-    /// Of every command; none where nothing is fed back to it.
+    /// Figures of every command; `None` without feedback.
     pub(super) fn figures(&self) -> Vec<Option<LoopFigures>> {
         let growth_per_tick = self.growth_per_tick();
         let figures = LoopFigures { growth_per_tick, ..LoopFigures::default() };
@@ -75,23 +75,22 @@ impl Loop {
 }
 
 impl Circle<'_> {
-    /// Of an angle of `Z`, from 0 to pi.
+    /// Gains by angle of `Z`, from 0 to pi.
     fn hz(&self, angle: f64) -> f64 {
         angle / (TAU * self.whole.period_s * self.whole.cycle())
     }
 
-    /// Gains of a loop: where controllers run at different rates, its commands in a cycle are fed back one by one, and
-    /// the eigenvalues of that decide.
+    /// Gains of a loop; with different controller rates, the eigenvalues of its commands in a cycle.
     fn gains_of_each(&self) -> usize {
         if self.whole.cycle_ticks == 1 { 1 } else { self.whole.columns.len() }
     }
 
-    /// The gains of all loops at an angle, each with the others closed; in the order of those nearby.
+    /// Returns the gains of all loops at an angle, each with the others closed, matched to nearby gains.
     fn gains_near(&self, angle: f64, nearby: &DVector<Point>) -> DVector<Point> {
         self.ordered(self.gains_at(angle), nearby)
     }
 
-    /// Gains in the order of those nearby.
+    /// Matches gains to nearby gains.
     fn ordered(&self, mut gains: DVector<Point>, nearby: &DVector<Point>) -> DVector<Point> {
         for first in (0..gains.len()).step_by(self.gains_of_each().max(1)) {
             for place in first..first + self.gains_of_each() {
@@ -103,7 +102,7 @@ impl Circle<'_> {
         gains
     }
 
-    /// The same in any order.
+    /// Returns the gains in any order.
     fn gains_at(&self, angle: f64) -> DVector<Point> {
         let at = self.at(angle);
         let ticks = self.whole.cycle_ticks;
@@ -129,7 +128,7 @@ impl Circle<'_> {
         gains
     }
 
-    /// The gains at so many angles that they are nearly straight in between.
+    /// Computes gains at enough angles for linear interpolation.
     fn gains(&self) -> Vec<(f64, DVector<Point>)> {
         let angles = self.whole.angles().into_iter().filter(|angle| *angle > MIN_ANGLE);
         let mut gains: Vec<(f64, DVector<Point>)> = Vec::new();
@@ -140,7 +139,7 @@ impl Circle<'_> {
             };
             let next = (angle, self.gains_near(angle, &from.1));
             self.refine(&from, &next, GAIN_HALVINGS, &mut gains);
-            // Halves may have told apart what was mixed up.
+            // Halving may have separated mixed gains.
             let nearby = gains.last().map_or(from.1, |(_, nearby)| nearby.clone());
             gains.push((angle, self.ordered(next.1, &nearby)));
         }
@@ -171,7 +170,7 @@ impl Circle<'_> {
         self.refine(&middle, &to, halvings - 1, gains);
     }
 
-    /// Where something of the gains of a command changes its sign from one angle to the next.
+    /// Intervals of angles with a sign change of a function of the gains of a command.
     fn crossings<'g>(
         &self,
         command: usize,
@@ -191,7 +190,7 @@ impl Circle<'_> {
         gains.windows(2).flat_map(of_pair).collect()
     }
 
-    /// The angle of a crossing, and the gain there.
+    /// Angle of a crossing, and its gain.
     fn located(&self, crossing: &Crossing<'_>, of: impl Fn(Point) -> f64) -> (f64, Point) {
         let Crossing { place, from, to, .. } = *crossing;
         let mut nearby = from.clone();
@@ -207,7 +206,7 @@ impl Circle<'_> {
         command * each..(command + 1) * each
     }
 
-    /// The smallest one of all crossings, degrees, and its angle.
+    /// Minimum phase margin of all crossings, degrees, and its angle.
     fn phase_margin(&self, command: usize, gains: &[(f64, DVector<Point>)]) -> Option<(f64, f64)> {
         let of = |gain: Point| gain.norm() - 1.0;
         let crossings = self.crossings(command, gains, of);
@@ -216,7 +215,7 @@ impl Circle<'_> {
         margins.min_by(|a, b| a.0.total_cmp(&b.0))
     }
 
-    /// The smallest one above 1 of all crossings of -180°; at half the sample rate every gain is real.
+    /// Minimum gain margin above 1 of all crossings of -180°; at half the sample rate every gain is real.
     fn gain_margin(&self, command: usize, gains: &[(f64, DVector<Point>)]) -> Option<f64> {
         let of = |gain: Point| gain.im;
         let is_on_axis =
@@ -227,7 +226,7 @@ impl Circle<'_> {
         let mut crossings = self.crossings(command, gains, of);
         crossings.sort_by(|a, b| b.gain.norm().total_cmp(&a.gain.norm()));
         for crossing in crossings.iter().filter(|crossing| crossing.gain.re < 0.0) {
-            // A straight line to it is about right; the others are smaller.
+            // Linear interpolation suffices here; the other margins are smaller.
             if (1.0 + 2.0 * STRAIGHT) * crossing.gain.norm() < largest {
                 break;
             }
@@ -239,7 +238,7 @@ impl Circle<'_> {
         (largest > 0.0).then(|| 1.0 / largest)
     }
 
-    /// The angle at which what follows a reference falls below it by 3 dB.
+    /// Angle at which the following output falls 3 dB below its reference.
     fn bandwidth(&self, command: usize) -> Option<f64> {
         let reference = self.whole.references.get(command)?.as_ref()?;
         let answers: Vec<Spectra<'_>> =
@@ -260,7 +259,7 @@ impl Circle<'_> {
         None
     }
 
-    /// What comes of a reference of size 1 in what follows it.
+    /// Response to a unit reference.
     fn followed(&self, output: usize, answers: &[Spectra<'_>], angle: f64) -> Point {
         let (z, back) = self.point(angle);
         let Loop { cycle_ticks: ticks, commands, followers, .. } = self.whole;
@@ -296,16 +295,16 @@ impl Circle<'_> {
 
 /// A change of sign between two angles.
 struct Crossing<'g> {
-    /// Among the gains.
+    /// Index among the gains.
     place: usize,
     from: &'g (f64, DVector<Point>),
     to: &'g (f64, DVector<Point>),
-    /// On a straight line between them.
+    /// Linear interpolation.
     gain: Point,
 }
 
-/// Where a value is 0 between two places where it has different signs: regula falsi, with the weight of an end halved that
-/// stays (Dowell and Jarratt, "A modified regula falsi method", BIT 11, 1971).
+/// Finds a zero between two points with different signs: regula falsi, with the weight of a fixed end halved (Dowell
+/// and Jarratt, "A modified regula falsi method", BIT 11, 1971).
 fn zero([mut from, mut to]: [(f64, f64); 2], mut value: impl FnMut(f64) -> f64) -> f64 {
     for _ in 0..ZERO_STEPS {
         let at = (from.0 * to.1 - to.0 * from.1) / (to.1 - from.1);

@@ -1,4 +1,4 @@
-//! What moves in a device: its body, what pushes and holds it, and commands that come late.
+//! The machine of a device: plant, environment, and delayed commands.
 
 use std::collections::VecDeque;
 use std::sync::Arc;
@@ -11,35 +11,35 @@ use crate::motion::{Motion, sum_at};
 use crate::plant::{JointMotorParameters, JointParameters, Repetition};
 use crate::rig_file::{AxisHand, AxisSection};
 
-/// What a tick's time may be less than a multiple of the period by rounding, `s`.
+/// Tolerance for rounding of tick times, `s`.
 const LATE_S: f64 = 1e-9;
-/// Most ticks that a command can wait.
-pub(super) const MOST_WAITING: usize = 5;
+/// Maximum delay of a command, ticks.
+pub(super) const MAX_WAITING: usize = 5;
 
-/// A device, whose axes one controller commands, or several.
+/// A device with one or more controllers.
 #[derive(Debug)]
 pub(super) struct Machine {
     body: Body,
     axes: Vec<Axis>,
-    /// From a command to its effect: whole ticks, and a share of one.
+    /// Delay of commands: whole ticks, and a fraction of a tick.
     delay: (usize, f64),
     repetition: Repetition,
-    /// Commands that are not over, the newest last.
+    /// Active and pending commands, newest last.
     waiting: VecDeque<Vec<f64>>,
     positions: Arc<Positions>,
-    /// When the next hand lets go, `s`, as far as that is known.
+    /// Time of the next release of a hand, `s`, if known.
     next_let_go_s: f64,
-    /// Controllers, and how many of them have commanded in this tick.
+    /// Number of controllers, and of those that have commanded in this tick.
     controllers: usize,
     commanded: usize,
 }
 
-/// Where the axes of a machine are.
+/// Positions of the axes of a machine.
 #[derive(Debug, Default)]
 pub(super) struct Positions([AtomicU64; MAX_DOF]);
 
 impl Positions {
-    /// Where an axis is; NaN for one that there is not.
+    /// Returns the position of an axis; NaN for a nonexistent axis.
     pub(super) fn of(&self, axis: usize) -> f64 {
         self.0.get(axis).map_or(f64::NAN, |bits| f64::from_bits(bits.load(Ordering::Relaxed)))
     }
@@ -51,17 +51,17 @@ impl Positions {
     }
 }
 
-/// What pushes and holds an axis.
+/// Environment of an axis.
 #[derive(Debug)]
 pub(super) struct Axis {
     pub(super) section: AxisSection,
     pub(super) load: Vec<Motion>,
-    /// Where its hand wants to be.
+    /// Intended position of its hand.
     pub(super) hand: Vec<Motion>,
-    /// When its hand lets go of it, `s`: it moves along from then on, and pulls to nowhere.
+    /// Release time of its hand, `s`: afterwards the hand only adds its inertia and damping.
     pub(super) let_go_s: f64,
     pub(super) has_let_go: bool,
-    /// Of what moves it by time alone: a force, and until when it stays.
+    /// Time-dependent force, and the end of its constant phase.
     still: Option<(f64, f64)>,
 }
 
@@ -70,7 +70,7 @@ impl Axis {
         Self { section, load, hand, let_go_s, has_let_go: false, still: None }
     }
 
-    /// By time alone: the load, and what the hand wants more than 0.
+    /// Time-dependent force: load, and the hand's spring for its intended position.
     pub(super) fn outside(&self, repetition: Repetition, time_s: f64) -> f64 {
         let at = |motions: &[Motion]| match motions {
             [] => 0.0,
@@ -79,7 +79,7 @@ impl Axis {
         at(&self.load) + if self.has_let_go { 0.0 } else { self.section.hand_stiffness() * at(&self.hand) }
     }
 
-    /// [`outside`](Self::outside) where it is the same for a period, without asking for it again and again.
+    /// [`outside`](Self::outside), cached while constant.
     #[inline]
     pub(super) fn still_outside(
         &mut self,
@@ -105,13 +105,13 @@ impl Axis {
         Some(force)
     }
 
-    /// The load, and the hand's spring.
+    /// Load and hand spring.
     pub(super) fn pushed_by(&self, repetition: Repetition, time_s: f64, position: f64) -> f64 {
         let held = if self.has_let_go { 0.0 } else { self.section.hand_stiffness() * position };
         self.outside(repetition, time_s) - held
     }
 
-    /// What the hand does to its device, its own inertia included, as a force sensor between them shows.
+    /// Force of the hand on its device, including its inertia, as measured by a sensor between them.
     pub(super) fn hand_force(
         &self,
         repetition: Repetition,
@@ -125,10 +125,10 @@ impl Axis {
 }
 
 impl Machine {
-    /// At rest, before the first command of as many controllers.
+    /// Creates the machine at rest with its number of controllers.
     pub(super) fn new(body: Body, axes: Vec<Axis>, delay_ticks: f64, controllers: usize) -> Self {
-        let mut waiting = VecDeque::with_capacity(MOST_WAITING);
-        waiting.resize(MOST_WAITING, vec![0.0; axes.len()]);
+        let mut waiting = VecDeque::with_capacity(MAX_WAITING);
+        waiting.resize(MAX_WAITING, vec![0.0; axes.len()]);
         let repetition = Repetition::ONCE;
         let positions = Arc::<Positions>::default();
         positions.show(&body, axes.len());
@@ -168,19 +168,19 @@ impl Machine {
         self.body.state(axis)
     }
 
-    /// Whether the actuator of an axis holds its force for a period: without delay and motor, what was commanded.
+    /// Whether the actuator of an axis holds its force for a period: no delay and no motor.
     pub(super) fn holds_force(&self, axis: usize) -> bool {
         let plant = self.axis(axis).and_then(|axis| axis.section.plant.as_ref());
         let is_ideal = |plant: &JointParameters| matches!(plant.motor, JointMotorParameters::Ideal {});
         self.body.holds_commands() && !self.is_late() && plant.is_none_or(is_ideal)
     }
 
-    /// Whether commands take effect some time after they came.
+    /// Whether commands are delayed.
     fn is_late(&self) -> bool {
         self.delay.0 > 0 || self.delay.1 > 0.0
     }
 
-    /// Has a hand let go whose time has come.
+    /// Releases hands whose time has come.
     fn let_go(&mut self, time_s: f64) {
         if time_s < self.next_let_go_s {
             return;
@@ -198,19 +198,20 @@ impl Machine {
         }
     }
 
-    /// Whether an axis pushes against a wall, or an end of its travel.
+    /// Whether an axis is in contact with a wall or stop.
     pub(super) fn is_touching(&self, axis: usize) -> bool {
         let wall = self.axis(axis).and_then(|axis| axis.section.met_wall());
         let is_at_wall = |wall: &crate::rig_file::AxisWall| wall.depth(self.body.position(axis)) > 0.0;
         self.body.is_at_stop(axis) || wall.is_some_and(is_at_wall)
     }
 
-    /// Tells whether the actuators of axes are commanded, or off.
+    /// Sets whether the actuators of axes are commanded or off.
     pub(super) fn switch(&mut self, axes: &[usize], is_on: bool) {
         axes.iter().for_each(|axis| self.body.switch(*axis, is_on));
     }
 
-    /// Takes what a controller commands its axes; moves on from `start_s` for `period_s` when all of them have.
+    /// Stores the commands of a controller; advances from `start_s` for `period_s` when all controllers have
+    /// commanded.
     pub(super) fn take(&mut self, start_s: f64, period_s: f64, commands: impl Iterator<Item = (usize, f64)>) {
         if self.commanded == 0 && self.is_late() {
             self.waiting.rotate_left(1);

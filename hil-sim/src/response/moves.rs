@@ -1,4 +1,4 @@
-//! The moves of an experiment, by what they move; and what follows them.
+//! Moves of an experiment by signal, and the tracking observers.
 
 use std::ops::Range;
 
@@ -10,7 +10,7 @@ use crate::observer::following::{FOLLOWS, Follow, followed};
 use crate::rig_file::part::{Part, linked_with};
 use crate::rig_file::{ControllerSection, MoveSection, RigFile};
 
-/// All moves on one signal of an axis.
+/// Returns all moves of a signal of an axis.
 pub(super) fn motions(
     file: &RigFile,
     device: &str,
@@ -20,7 +20,7 @@ pub(super) fn motions(
     made(file, |moved| moved.moves(device, on) && moved.axis == axis)
 }
 
-/// All moves of an axis.
+/// Returns all moves of an axis.
 fn all_motions(file: &RigFile, device: &str, axis: usize) -> Result<Vec<Motion>, ExperimentError> {
     made(file, |moved| moved.device == device && moved.axis == axis)
 }
@@ -31,7 +31,7 @@ fn made(file: &RigFile, is_it: impl Fn(&MoveSection) -> bool) -> Result<Vec<Moti
     Ok(made?.into_iter().flatten().collect())
 }
 
-/// What is to be followed, by every axis of a station; nothing where nothing moves.
+/// Returns the followed references of every axis of a station; empty without moves.
 pub(super) fn follows(
     file: &RigFile,
     part: &Part<'_>,
@@ -52,7 +52,7 @@ pub(super) fn follows(
                 follows.push(Follow::new(place, reference, unit, quantity, motions, &starts_s));
             }
         }
-        // What a link or a module brings is a reference, too.
+        // References can also come from a link or a module.
         for (reference, quantity) in FOLLOWS.iter().filter(|(known, _)| !measured.contains(known)) {
             let unit = reference.unit.symbol(kind);
             follows.push(Follow::new(place, reference, unit, *quantity, Vec::new(), &starts_s));
@@ -61,8 +61,7 @@ pub(super) fn follows(
     Ok(follows)
 }
 
-/// The stretches in which nothing begins or goes on to move an axis of any device, `s`, the first one first: coupled axes
-/// move each other.
+/// Returns the rest phases of all devices, `s`, in order; coupled axes move each other.
 pub(super) fn rests_s(file: &RigFile, axis: usize) -> Result<Vec<Range<f64>>, ExperimentError> {
     let is_coupled = |moved: &MoveSection| {
         file.devices.iter().any(|device| device.name == moved.device && device.coupled_axes().is_some())
@@ -70,8 +69,8 @@ pub(super) fn rests_s(file: &RigFile, axis: usize) -> Result<Vec<Range<f64>>, Ex
     rests_between_s(file, |moved| moved.axis == axis || is_coupled(moved))
 }
 
-/// The stretches in which nothing moves a controller's device or one that links lead to, `s`: those that are as long as the
-/// one at the end, and that one. None when it is moved to the end.
+/// Returns the rest phases of a controller's device and linked devices, `s`: the last one and those of at least its
+/// length. Empty if they move until the end.
 pub(super) fn long_rests_s(file: &RigFile, part: &Part<'_>) -> Result<Vec<Range<f64>>, ExperimentError> {
     let linked = linked_with(file, part.name());
     let of_linked = |controller: &&ControllerSection| linked.contains(controller.name());
@@ -79,8 +78,8 @@ pub(super) fn long_rests_s(file: &RigFile, part: &Part<'_>) -> Result<Vec<Range<
         file.controllers.iter().filter(of_linked).map(|controller| controller.device.as_str()).collect();
     let mut rests_s = rests_between_s(file, |moved| devices.contains(&moved.device.as_str()))?;
     let last_s = rests_s.last().filter(|rest_s| rest_s.end >= file.duration_s);
-    let least_s = last_s.map_or(f64::INFINITY, |rest_s| rest_s.end - rest_s.start);
-    rests_s.retain(|rest_s| rest_s.end - rest_s.start >= least_s);
+    let min_s = last_s.map_or(f64::INFINITY, |rest_s| rest_s.end - rest_s.start);
+    rests_s.retain(|rest_s| rest_s.end - rest_s.start >= min_s);
     Ok(rests_s)
 }
 

@@ -1,4 +1,4 @@
-//! One station of a rig, what it is linked with being another process or a board.
+//! One station of a rig that is linked with another process or a board.
 
 use std::sync::atomic::AtomicBool;
 use std::sync::{Arc, Mutex};
@@ -16,26 +16,26 @@ use crate::pace::Pace;
 use crate::rig::{End, Rig, Station};
 use crate::rig_file::{LinkSection, Part, RigFile};
 
-/// Silence after which a station that is a process of its own calls its link lost unless told otherwise, ticks.
+/// Default link timeout of a station that is a separate process, ticks.
 const DESKTOP_TIMEOUT_TICKS: i64 = 1000;
 
-/// A station that can run alone: its controller, the other one, and where each of them is.
+/// A station that can run alone, its peer, and their addresses.
 #[derive(Debug)]
 pub struct Alone<'f> {
-    /// Its controller.
+    /// Controller.
     pub own: Part<'f>,
-    /// The one at the other end of its link.
+    /// Controller of the peer.
     pub other: Part<'f>,
-    /// Where it listens.
+    /// Own address.
     pub own_address: &'f Address,
-    /// Where the other one does.
+    /// Peer address.
     pub peer_address: &'f Address,
-    /// The link that it sends over.
+    /// Sending link.
     out: &'f LinkSection,
 }
 
 impl<'f> Alone<'f> {
-    /// The station of that controller; none where it has no link with an address each way.
+    /// Finds the station of a controller; `None` without a link with addresses in both directions.
     #[must_use]
     pub fn of(file: &'f RigFile, name: &str) -> Option<Self> {
         let parts = Part::of_all(file);
@@ -51,7 +51,7 @@ impl<'f> Alone<'f> {
         })
     }
 
-    /// Where it finds the other one: at the other end of what it is at itself, or at another socket.
+    /// Returns the peer's address: the other end of its own medium, or another socket.
     #[must_use]
     pub fn meeting_place(&self) -> &'f Address {
         match self.own_address {
@@ -60,14 +60,14 @@ impl<'f> Alone<'f> {
         }
     }
 
-    /// Whether the other controller is further up in the file: this one then follows its beat.
+    /// Whether the peer is further up in the file: this station then synchronises with it.
     fn follows(&self, file: &RigFile) -> bool {
         let place = |name: &str| Part::of_all(file).iter().position(|part| part.name() == name);
         place(self.other.name()) < place(self.own.name())
     }
 }
 
-/// The file with a timeout for a process of a desktop computer, which is not real time, where none was set.
+/// Adds a default timeout for a process on a desktop computer without real time.
 fn with_timeout(file: &RigFile) -> RigFile {
     let mut file = file.clone();
     for controller in &mut file.controllers {
@@ -77,11 +77,10 @@ fn with_timeout(file: &RigFile) -> RigFile {
     file
 }
 
-/// One station only, in real time, what it is linked with being another process or a board. Waits up to `wait` for that to
-/// start, unless `stop` is set meanwhile.
+/// Creates the experiment of one station in real time. Waits up to `wait` for its peer, unless `stop` is set.
 ///
 /// # Errors
-/// As [`Experiment::new`], and when the link cannot be opened or the other one does not come.
+/// As [`Experiment::new`], or the link cannot be opened or the peer does not respond.
 pub fn one_station(
     file: &RigFile,
     name: &str,
@@ -93,7 +92,7 @@ pub fn one_station(
     let alone = Alone::of(file, name).ok_or_else(no_address)?;
     let mut dimsart = controller(file, &alone.own)?;
     let own = Controller::read(&mut dimsart);
-    // A scheme that is not at hand on this computer leaves figures unknown that are of both.
+    // Without the peer's scheme, figures of both stations are unknown.
     let other = controller(file, &alone.other);
     let numbers = [alone.out.to_link, alone.out.from_link].map(usize::from);
     let out = other.as_ref().map_or(0, |other| other.listening_channel(numbers[0]));
@@ -116,7 +115,7 @@ pub fn one_station(
     let end = End { station, link: numbers[1] };
     let (link, arrival) = link::open(alone.own_address, alone.peer_address, channels)
         .map_err(|source| ExperimentError::Link { name: name.to_owned(), source })?;
-    // One of the two follows the other one's beat.
+    // One station synchronises with the other.
     let arrival = arrival.filter(|_| alone.follows(file));
     rig.connect(end, end, link);
     let peer = alone.meeting_place().clone();

@@ -1,42 +1,42 @@
-//! The linear model of a device around its start: from the commands of a tick to what is measured in the next one.
+//! Linear model of a device around its start: from the commands of a tick to the measurements of the next one.
 //!
 //! ```text
 //!   x[k+1] = A x[k] + Σ B_l u[k-l]        y[k+1] = C x[k] + Σ D_l u[k-l]
 //! ```
-//! The columns are central differences of the device's own simulation over one tick. Each sub-step of a linear device is
-//! linear, so that these are exact up to rounding; the lags `l` are those of its delay.
+//! Columns are central differences of the device's simulation over one tick. Each sub-step of a linear device is
+//! linear, so they are exact up to rounding; the lags `l` are those of its delay.
 #![expect(clippy::indexing_slicing, reason = "matrices, whose sizes follow from one another")]
 
 use nalgebra::{Complex, DMatrix, DVector};
 
 use super::body::Body;
-use super::machine::{MOST_WAITING, Machine};
+use super::machine::{MAX_WAITING, Machine};
 
-/// Step of the differences, in the unit of each state; of drives, which compute in `f32`, a larger one.
+/// Step of the differences, in the unit of each state; larger for drives, which compute in `f32`.
 const STEP: f64 = 1e-4;
 const STEP_OF_DRIVES: f64 = 1.0 / 64.0;
-/// Ticks in which commands and a drive's set-up pass.
-const IDLE_TICKS: usize = MOST_WAITING + 1;
+/// Ticks for the decay of commands and the setup of drives.
+const IDLE_TICKS: usize = MAX_WAITING + 1;
 const IDLE_TICKS_OF_DRIVES: usize = 300;
-/// Share by which both sides of a difference may disagree.
+/// Maximum relative asymmetry of a difference.
 const LINEAR: f64 = 0.01;
 /// Entries below this are rounding.
 const ROUNDING: f64 = 1e-11;
-/// The same of drives: of a thousandth of their torque, or a count of their encoder.
+/// Rounding of drives: 0.001 of their torque, or an encoder count.
 const ROUNDING_OF_DRIVES: f64 = 1e-7;
 
 /// See the [module docs](self).
 #[derive(Debug, Clone)]
 pub(super) struct PlantModel {
     state: DMatrix<f64>,
-    /// By lag.
+    /// Matrices by lag.
     input: Vec<DMatrix<f64>>,
     output: DMatrix<f64>,
-    /// By lag.
+    /// Matrices by lag.
     feedthrough: Vec<DMatrix<f64>>,
 }
 
-/// A model at one point of the `z` plane.
+/// Model at one point of the `z` plane.
 #[derive(Debug)]
 pub(super) struct PlantPoint {
     /// `det(1 - A/z)`.
@@ -46,7 +46,7 @@ pub(super) struct PlantPoint {
 }
 
 impl PlantModel {
-    /// Of a machine with so many axes, at rest at its start, and of what `read` shows of it; none when it is not linear there.
+    /// Creates the model of a machine at its start, with the outputs of `read`; `None` if nonlinear.
     pub(super) fn new(
         machine: &mut Machine,
         period_s: f64,
@@ -77,17 +77,17 @@ impl PlantModel {
         for at in 0..states {
             let [plus, minus] = [step, -step].map(|by| {
                 let after = tick(&moved(&start, at, by), &none);
-                // A bus may carry some of it on.
+                // A bus can delay a part of it.
                 (0..IDLE_TICKS).for_each(|_| drop(tick(&start, &none)));
                 after
             });
             fill(&mut whole, at, [&plus, &rest, &minus], step, rounding)?;
         }
-        let mut lags = vec![DMatrix::zeros(states + outputs, axes); MOST_WAITING];
+        let mut lags = vec![DMatrix::zeros(states + outputs, axes); MAX_WAITING];
         for axis in 0..axes {
             let mut answers = |by: f64| -> Vec<Vec<f64>> {
                 let first = tick(&start, &moved(&none, axis, by));
-                let later = (1..MOST_WAITING).map(|_| tick(&start, &none));
+                let later = (1..MAX_WAITING).map(|_| tick(&start, &none));
                 std::iter::once(first).chain(later).collect()
             };
             let [plus, minus] = [answers(step), answers(-step)];
@@ -115,7 +115,7 @@ impl PlantModel {
         is_passed || (0..reached.len()).any(|state| reached[state] && is_there(self.output[(output, state)]))
     }
 
-    /// From these commands to these outputs, with the states that both need.
+    /// Reduces the model to these commands and outputs, with their states.
     pub(super) fn reduced(&self, commands: &[usize], outputs: &[usize]) -> Self {
         let reached = spread(self.pushed_by(commands), &self.state);
         let is_seen = |state: usize, _| outputs.iter().any(|output| is_there(self.output[(*output, state)]));
@@ -139,7 +139,7 @@ impl PlantModel {
         DVector::from_fn(self.state.nrows(), is_pushed)
     }
 
-    /// Angles of its poles, with how far they are from the unit circle.
+    /// Angles of its poles, and their distances from the unit circle.
     pub(super) fn poles(&self) -> Vec<(f64, f64)> {
         if self.state.is_empty() {
             return Vec::new();
@@ -148,7 +148,7 @@ impl PlantModel {
         poles.iter().map(|pole| (pole.arg().abs(), (1.0 - pole.norm()).abs())).collect()
     }
 
-    /// The model at `z`.
+    /// Returns the model at `z`.
     pub(super) fn at(&self, z: Complex<f64>) -> PlantPoint {
         let back = z.inv();
         let states = self.state.nrows();
@@ -170,7 +170,7 @@ impl PlantModel {
         };
         let factors = DMatrix::from_fn(states, states, at).lu();
         let determinant = factors.determinant();
-        // Of one step back each: of the state and of what is seen of it.
+        // One tick earlier each: state and measurement.
         let mut moved = lagged(&self.input, states);
         if !factors.solve_mut(&mut moved) {
             moved.fill(NOT_A_NUMBER);
@@ -189,7 +189,7 @@ fn is_there(entry: f64) -> bool {
     entry.abs() > 0.0
 }
 
-/// All states that any of these leads to.
+/// All states reachable from these.
 fn spread(mut from: DVector<bool>, step: &DMatrix<f64>) -> DVector<bool> {
     for _ in 0..from.len() {
         let leads =
@@ -204,7 +204,7 @@ const ZERO: Complex<f64> = Complex { re: 0.0, im: 0.0 };
 const ONE: Complex<f64> = Complex { re: 1.0, im: 0.0 };
 const NOT_A_NUMBER: Complex<f64> = Complex { re: f64::NAN, im: f64::NAN };
 
-/// Fills a column by what comes of a step up, of none and of a step down; none when these are not on a line.
+/// Computes a column from steps up, zero and down; `None` if they are not collinear.
 fn fill(
     matrix: &mut DMatrix<f64>,
     column: usize,

@@ -1,7 +1,8 @@
-//! Whether a loop grows: by the largest size of its poles.
+//! Stability of a loop by the largest magnitude of its poles.
 //!
-//! These are the zeros of `det(1 - A/z) det(1 - P K)`, with the plants' state matrix `A`. How many lie outside a circle is how
-//! often that turns around zero along it (argument principle; Åström and Murray, Feedback Systems, section 10.2).
+//! The poles are the zeros of `det(1 - A/z) det(1 - P K)`, with the plants' state matrix `A`. The number outside a
+//! circle is the winding number of this determinant along the circle (argument principle; Åström and Murray, Feedback
+//! Systems, section 10.2).
 
 use std::f64::consts::PI;
 
@@ -10,41 +11,40 @@ use nalgebra::DMatrix;
 use super::closed_loop::{At, Loop, ONE, Point};
 use super::controller_model::Answer;
 
-/// Growth per tick, up or down, that is not told from none.
+/// Growth per tick that is not distinguishable from 1.
 pub(crate) const UNDECIDED: f64 = 1e-5;
-/// Growth per tick below which a disturbance is gone soon.
+/// Growth per tick below which disturbances decay fast.
 const GONE: f64 = 0.9977;
-/// The same times the ticks of the longest answer: what is smaller drowns in rounding.
+/// The logarithm of this growth over the longest answer; smaller values are below rounding.
 const ROUNDING_TICKS: f64 = 5.0;
-/// How exactly a growth is worked out.
+/// Resolution of a growth.
 const GROWTH_WITHIN: f64 = 1e-6;
-/// Distance from 1 within which a pole is one of something that stays where it is put, at least and at most: several of
-/// them in one place are known less well.
+/// Minimum and maximum distance from 1 of a pole that counts as a constant offset; multiple poles are less accurate.
 const MIN_DRIFT: f64 = 5e-6;
 const MAX_DRIFT: f64 = 1e-3;
-/// The controllers' rounding, and the share of the characteristic that it may change where poles are told apart.
+/// Rounding of the controllers, and its maximum share of the characteristic for separable poles.
 const ROUNDING: f64 = 1e-6;
 const SURE: f64 = 0.3;
-/// Points on half a circle around 1, less one.
+/// Number of points on half a circle around 1, minus one.
 const STEPS_AROUND: u32 = 24;
-/// Largest growth per tick.
+/// Maximum growth per tick.
 const MAX_GROWTH: f64 = 1e6;
 const TURN_HALVINGS: u32 = 40;
-/// Newton's method: most steps, the difference for a slope, and the step that ends it.
+/// Newton's method: maximum steps, difference for the slope, and final step.
 const NEWTON_STEPS: usize = 30;
 const NEWTON_DIFFERENCE: f64 = 1e-6;
 const NEWTON_WITHIN: f64 = 1e-10;
-/// Largest turn from one point to the next, rad, and by how much its two halves may differ from it.
+/// Maximum rotation between two points, rad, and tolerance of its two halves.
 const TURN_RAD: f64 = 0.8;
 const TURN_OFF_RAD: f64 = 0.2;
 
 impl Loop {
-    /// What turns around zero once for every pole outside of a circle.
+    /// Function that winds around zero once for every pole outside a circle.
     fn characteristic(&self, z: Point, rounding: f64) -> Point {
         self.at_rounded(z, rounding).characteristic()
     }
 
-    /// Distance from 1 at which rounding does not matter, so that poles can be told from those of drifts.
+    /// Distance from 1 above which poles are distinguishable from those of drifts.
     fn drift(&self) -> f64 {
         let mut drift = MIN_DRIFT;
         while drift < MAX_DRIFT && !around(drift).all(|z| self.is_sure(z)) {
@@ -59,7 +59,7 @@ impl Loop {
         off.iter().all(|off| *off <= SURE * exact.norm())
     }
 
-    /// Whether a pole lies outside a circle, but for those of drifts.
+    /// Whether a pole is outside a circle, except those of drifts.
     fn has_pole_beyond(&self, radius: f64, drift: f64, angles: &[f64]) -> bool {
         let circle = self.circle(radius);
         let beyond = -half_turns(&|angle| circle.at(angle).characteristic(), angles);
@@ -73,7 +73,7 @@ impl Loop {
         beyond - drifting > 0.5
     }
 
-    /// Largest size of a pole; 1 where that is undecided, none of loops in which all dies out soon.
+    /// Returns the largest magnitude of a pole; 1 if undecided, `None` if all disturbances decay fast.
     pub(super) fn growth_per_tick(&self) -> Option<f64> {
         let (angles, drift) = (self.angles(), self.drift());
         let has_pole_beyond = |radius: f64| self.has_pole_beyond(radius, drift, &angles);
@@ -96,7 +96,7 @@ impl Loop {
                 return None;
             }
         }
-        // A pole that Newton's method finds is the largest one if two circles around it say so.
+        // A pole of Newton's method is the largest if two circles around it confirm it.
         if let Some(size) = self.pole_near(0.5 * (from + to), &angles).map(|pole| pole.norm())
             && from < size
             && size < to
@@ -118,8 +118,8 @@ impl Loop {
 }
 
 impl Loop {
-    /// The pole that Newton's method leads to from where the characteristic is smallest on a circle; none where it leads
-    /// nowhere.
+    /// Finds a pole with Newton's method, from the minimum of the characteristic on a circle; `None` without
+    /// convergence.
     fn pole_near(&self, radius: f64, angles: &[f64]) -> Option<Point> {
         let value = |z: Point| self.characteristic(z, 0.0);
         let circle = self.circle(radius);
@@ -171,7 +171,7 @@ fn around(distance: f64) -> impl Iterator<Item = Point> {
     (0..=STEPS_AROUND).map(move |n| ONE + Point::from_polar(distance, angle(n)))
 }
 
-/// How far something turns around zero along three points; halved until that is sure.
+/// Rotation around zero along three points, refined until reliable.
 fn turned_rad(value: &impl Fn(f64) -> Point, [from, middle, to]: [(f64, Point); 3], halvings: u32) -> f64 {
     let turn = |from: (f64, Point), to: (f64, Point)| (to.1 / from.1).arg();
     let [whole, first, second] = [turn(from, to), turn(from, middle), turn(middle, to)];

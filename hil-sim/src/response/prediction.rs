@@ -1,4 +1,4 @@
-//! What the static chain predicts a hand to feel of what it presses, beside what was felt.
+//! Compares the perceived stiffness with the prediction of the static chain.
 
 use core::ops::ControlFlow;
 
@@ -7,7 +7,7 @@ use crate::observer::Observer;
 use crate::outcome::{AxisOutcome, ContactStiffness, Outcome};
 use crate::rig::Rig;
 
-/// Compares what was felt with what the static chain predicts.
+/// Observer that adds the predicted stiffness.
 #[derive(Debug)]
 pub(super) struct Prediction {
     pub(super) chain: Chain,

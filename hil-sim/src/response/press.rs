@@ -1,4 +1,4 @@
-//! A hand that guides, pushes and lets go, at times that follow from the schemes.
+//! Plans a press: a hand guides, pushes and releases, at times derived from the schemes.
 //!
 //! With the round trip `T`, wave impedance `b`, moving mass `M`, its damping `B` and controller stiffness `K` of the
 //! master, contact settles to 1e-5 of the contact force within
@@ -27,44 +27,44 @@ use crate::rig_file::{
 };
 use std::ops::Range;
 
-/// Settled means within 1e-5: `ln(1e5)` time constants.
+/// Time constants until the contact is settled to 1e-5: `ln(1e5)`.
 const TIME_CONSTANTS: f64 = 11.513;
-/// Round trips that the weakly damped middle frequencies need, whatever the hand.
+/// Round trips for weakly damped middle frequencies, independent of the hand.
 const ROUND_TRIPS: f64 = 55.0;
-/// Further round trips per unit of mismatch.
+/// Additional round trips per unit of mismatch.
 const ROUND_TRIPS_PER_MISMATCH: f64 = 8.0;
-/// One leg of the free path without delay, `s`.
+/// Time of a leg of the free path without delay, `s`.
 const LEG_S: f64 = 1.2;
-/// At rest after the free path, without delay, `s`.
+/// Rest after the free path without delay, `s`.
 const REST_S: f64 = 0.3;
-/// Longest wait for the slave to reach the wall without delay, `s`: a feeble push is not worth more.
+/// Maximum time for the slave to reach the wall without delay, `s`.
 const LONGEST_APPROACH_S: f64 = 60.0;
-/// Longest settling that is waited for, `s`: without damping or stiffness nothing settles at all.
+/// Maximum settling time, `s`: without damping or stiffness a contact never settles.
 const LONGEST_SETTLING_S: f64 = 600.0;
-/// How long the settled contact is watched, without delay, `s`.
+/// Observation time of the settled contact without delay, `s`.
 const WATCH_S: f64 = 0.5;
-/// Released, without delay, `s`.
+/// Time after the release without delay, `s`.
 const RELEASE_S: f64 = 1.5;
 
-/// The phases of a run, each from the end of the one before it, `s`.
+/// Phases of a run, each from the end of the previous one, `s`.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Phases {
-    /// One leg of the free path: the hand goes out, across and back.
+    /// Duration of a leg of the free path: out, across and back.
     pub leg_s: f64,
-    /// The hand's push begins.
+    /// Start of the push.
     pub contact_start_s: f64,
-    /// The contact force has settled.
+    /// The contact has settled.
     pub settled_s: f64,
-    /// The hand lets go.
+    /// Release.
     pub release_s: f64,
-    /// Nothing more happens.
+    /// End of the run.
     pub end_s: f64,
 }
 
-/// What the hand's push on an axis presses the other device against: a spring and a damper from a surface on.
+/// Obstacle of an axis: a spring-damper behind a surface.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Obstacle {
-    /// Where its force begins, `m`.
+    /// Position of the surface, `m`.
     pub surface_m: f64,
     /// `N/m`, > 0.
     pub stiffness_n_per_m: f64,
@@ -73,7 +73,7 @@ pub struct Obstacle {
 }
 
 impl Obstacle {
-    /// What an axis meets when it is pushed in the direction of a force; none where it has no stiffness.
+    /// Returns the obstacle of an axis in the direction of a force; `None` without stiffness.
     fn of(section: &AxisSection, force_n: f64) -> Option<Self> {
         if let Some(AxisSpring { rest_position, stiffness, damping }) = section.met_spring().cloned() {
             let obstacle =
@@ -92,13 +92,13 @@ impl Obstacle {
     }
 }
 
-/// A press as it is planned: what takes part, and when.
+/// A planned press: participants and times.
 #[derive(Debug, Clone)]
 pub(super) struct Planned {
     pub(super) chain: Chain,
     pub(super) phases: Phases,
     pub(super) link_round_trip_ticks: u32,
-    /// Constant push by axis, `N`.
+    /// Constant force by axis, `N`.
     pub(super) forces_n: Vec<f64>,
 }
 
@@ -109,21 +109,21 @@ pub(super) fn moved_by(section: &AxisSection) -> (f64, f64) {
     section.hand.as_ref().map_or(own, |hand| (own.0 + hand.inertia, own.1 + hand.damping))
 }
 
-/// What decides the times of one axis.
+/// Parameters that determine the times of an axis.
 struct PressedAxis {
     force_n: f64,
-    /// Hand and what it holds.
+    /// Hand and master.
     held: (f64, f64),
     other: (f64, f64),
     obstacle: Option<Obstacle>,
 }
 
-/// Whether an axis meets nothing whatever the hand does.
+/// Whether an axis has no obstacle in either direction.
 fn meets_nothing(section: &AxisSection) -> bool {
     section.met_wall().is_none() && section.met_spring().is_none()
 }
 
-/// The push on each axis: none where there is nothing to push against.
+/// Returns the push on each axis; 0 without an obstacle.
 pub(super) fn forces_n(press: &PressSection, other: &Part<'_>) -> Vec<f64> {
     let wanted = press.force.iter().copied().chain(core::iter::repeat(0.0));
     other
@@ -133,10 +133,10 @@ pub(super) fn forces_n(press: &PressSection, other: &Part<'_>) -> Vec<f64> {
         .collect()
 }
 
-/// A press with the controllers that its schemes make; none of an experiment that does not press.
+/// Plans a press with controllers created from its schemes; `None` without a press.
 ///
 /// # Errors
-/// A scheme that does not run, or recorded delays that cannot be used.
+/// A scheme is invalid, or recorded delays are unreadable.
 pub(super) fn planned(file: &RigFile) -> Result<Option<Planned>, ExperimentError> {
     let Some(parts) = file.pressed() else { return Ok(None) };
     let [hand, other] = &parts;
@@ -145,7 +145,7 @@ pub(super) fn planned(file: &RigFile) -> Result<Option<Planned>, ExperimentError
     planned_with(file, [one?, two?]).map(Some)
 }
 
-/// The same of controllers that are known.
+/// Plans a press with existing controllers.
 pub(super) fn planned_with(file: &RigFile, controllers: [Controller; 2]) -> Result<Planned, ExperimentError> {
     let (Some([hand, other]), Some(press)) = (file.pressed(), &file.experiment.press) else {
         return Ok(Planned::default());
@@ -170,7 +170,7 @@ pub(super) fn planned_with(file: &RigFile, controllers: [Controller; 2]) -> Resu
     Ok(Planned { chain, phases, link_round_trip_ticks, forces_n })
 }
 
-/// The part of that controller.
+/// Returns the part of a controller.
 pub(super) fn part<'f>(file: &'f RigFile, name: &str) -> Option<Part<'f>> {
     Part::of_all(file).into_iter().find(|part| part.name() == name)
 }
@@ -183,7 +183,7 @@ impl Default for Planned {
 }
 
 impl Planned {
-    /// The file with what the hand does as moves, and the length of the run.
+    /// Returns the file with the motion of the hand as moves, and the length of the run.
     pub(super) fn moved(&self, file: &RigFile) -> RigFile {
         let mut file = file.clone();
         let Some(press) = file.experiment.press.clone() else { return file };
@@ -211,7 +211,7 @@ impl Planned {
         file
     }
 
-    /// When the hand lets go of each axis, `s`.
+    /// Returns the release times by axis, `s`.
     pub(super) fn let_go_s(&self) -> Vec<f64> {
         let of =
             |force_n: &f64| if force_n.abs() > 0.0 { self.phases.contact_start_s } else { f64::INFINITY };
@@ -220,7 +220,7 @@ impl Planned {
 }
 
 impl Phases {
-    /// The phases of a press whose schemes make this chain, over a link of this round trip; pushes begin and end with ticks.
+    /// Computes the phases of a press for a chain and a round trip, aligned to ticks.
     fn new(file: &RigFile, chain: &Chain, axes: &[PressedAxis], link_round_trip_ticks: u32) -> Self {
         let jitter_ticks = file.links.iter().map(|link| link.carrier.jitter_ticks).max().unwrap_or_default();
         let late_ticks = [jitter_ticks.saturating_mul(2), chain.delay_ticks().unwrap_or(0)]
@@ -242,14 +242,14 @@ impl Phases {
         }
     }
 
-    /// When the settled contact can be measured, `s`.
+    /// Interval of the settled contact, `s`.
     #[must_use]
     pub fn settled(&self) -> Range<f64> {
         self.settled_s..self.release_s
     }
 }
 
-/// From the first push until every pushed axis has crossed to what it meets, at the speed `F/(B + Bs)`.
+/// Time from the push until all pushed axes reach the obstacle, at the speed `F/(B + Bs)`.
 fn approach_s(axes: &[PressedAxis], round_trip_s: f64) -> f64 {
     let start_s = |axis: &PressedAxis| 2.0 * ratio(axis.held.0, axis.held.1);
     let crossed_s = |axis: &PressedAxis| {
@@ -262,13 +262,13 @@ fn approach_s(axes: &[PressedAxis], round_trip_s: f64) -> f64 {
     axes.iter().filter_map(crossed_s).fold(first_s, f64::max).min(LONGEST_APPROACH_S) + 3.0 * round_trip_s
 }
 
-/// The formula at the head of this file, for the axis that takes longest.
+/// Settling time by the formula of the module docs, for the slowest axis.
 fn settling_s(axes: &[PressedAxis], chain: &Chain, round_trip_s: f64) -> f64 {
     let longest_s = axes.iter().enumerate().map(|(axis, of)| axis_settling_s(of, chain, axis, round_trip_s));
     longest_s.fold(0.0, f64::max).min(LONGEST_SETTLING_S)
 }
 
-/// What a chain lacks adds nothing; without waves, echoes die as on a matched line.
+/// Missing parts add 0; without waves, echoes decay as on a matched line.
 fn axis_settling_s(of: &PressedAxis, chain: &Chain, axis: usize, round_trip_s: f64) -> f64 {
     let PressedAxis {
         held: (mass_kg, damping_ns_per_m), other: (other_kg, other_ns_per_m), obstacle, ..
@@ -293,7 +293,7 @@ fn axis_settling_s(of: &PressedAxis, chain: &Chain, axis: usize, round_trip_s: f
     TIME_CONSTANTS * time_constants_s + echoes_s
 }
 
-/// A quotient that is a number even for 0/0.
+/// Quotient with a defined value for 0/0.
 fn ratio(numerator: f64, denominator: f64) -> f64 {
     numerator / denominator.max(f64::MIN_POSITIVE)
 }

@@ -1,4 +1,4 @@
-//! The linear loops of a rig at its start: which axes belong together, and what is known of each.
+//! Linear loops of a rig at its start: coupled axes and their figures.
 
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -17,29 +17,29 @@ use crate::observer::following::{FOLLOWS, followed};
 use crate::rig_file::part::{Part, linked_with};
 use crate::rig_file::{DeviceSection, MoveSection, RigFile, Step};
 
-/// An axis that is commanded.
+/// A commanded axis.
 struct Commanded {
-    /// Its controller, and its place there.
+    /// Controller, and index of the axis there.
     at: Place,
     device: usize,
     axis: usize,
 }
 
-/// What a controller gets of an axis.
+/// Input of a controller from an axis.
 struct Channel {
     at: Place,
-    /// The axis among those commanded.
+    /// Index of the commanded axis.
     command: usize,
     name: &'static str,
     id: u16,
-    /// Whether a sensor shows it; else it is a reference.
+    /// Whether it is measured; otherwise it is a reference.
     is_sensed: bool,
     gain: f64,
-    /// By phase of a cycle, by command; none where that is not linear.
+    /// Answers by phase of a cycle and by command; `None` if nonlinear.
     answers: Vec<Option<Vec<Option<Answer>>>>,
 }
 
-/// The loops around all axes, free and held by their walls.
+/// Computes the loops of all axes, free and in contact with their walls.
 ///
 /// # Errors
 /// As the [experiment](super::Experiment::new)'s.
@@ -60,7 +60,7 @@ pub(super) fn loops(file: &RigFile) -> Result<Vec<AxisLoop>, ExperimentError> {
     };
     let mut channels = channels(&free, &parts, &commanded);
     let free_models = models(&free, &channels, &commanded)?;
-    // Controllers that are not linear or have a device that is not, with all that links lead to from them.
+    // Excludes nonlinear controllers and devices, and all controllers linked to them.
     let mut not_linear = BTreeSet::new();
     let has_model = |command: &Commanded| matches!(free_models.get(command.device), Some(Some(_)));
     for command in commanded.iter().filter(|command| !has_model(command)) {
@@ -99,7 +99,7 @@ fn name_of<'f>(parts: &[Part<'f>], at: Place) -> &'f str {
     parts.get(at.station).map(Part::name).unwrap_or_default()
 }
 
-/// What is measured, and the references that are followed.
+/// Measurements and followed references.
 fn channels(file: &RigFile, parts: &[Part<'_>], commanded: &[Commanded]) -> Vec<Channel> {
     let mut channels = Vec::new();
     for (station, part) in parts.iter().enumerate().filter(|(_, part)| part.device.moves()) {
@@ -121,7 +121,7 @@ fn channels(file: &RigFile, parts: &[Part<'_>], commanded: &[Commanded]) -> Vec<
     channels
 }
 
-/// What is measured of a device.
+/// Measurements of a device.
 fn sensed_of<'a>(
     channels: &'a [Channel],
     commanded: &'a [Commanded],
@@ -133,8 +133,7 @@ fn sensed_of<'a>(
     channels.iter().filter(|channel| channel.is_sensed).filter(is_of)
 }
 
-/// Of every device from its commands to the sensed channels, and behind them position and velocity of each of its axes; none of
-/// one that is not linear.
+/// Models of all devices, from commands to measurements, position and velocity of each axis; `None` if nonlinear.
 fn models(
     file: &RigFile,
     channels: &[Channel],
@@ -161,7 +160,7 @@ fn models(
     file.devices.iter().enumerate().map(model).collect()
 }
 
-/// All axes, with what their controllers answer.
+/// All axes, with the answers of their controllers.
 struct Axes<'a> {
     parts: &'a [Part<'a>],
     commanded: &'a [Commanded],
@@ -170,7 +169,7 @@ struct Axes<'a> {
 }
 
 impl Axes<'_> {
-    /// Of every axis; none where it is not linear.
+    /// Figures by axis; `None` if nonlinear.
     fn figures(
         &self,
         models: &[Option<PlantModel>],
@@ -196,7 +195,7 @@ impl Axes<'_> {
         sensed_of(self.channels, self.commanded, device)
     }
 
-    /// The commands that act on one another, and whether all of that is linear.
+    /// Groups of coupled commands, and whether they are linear.
     fn groups(&self, models: &[Option<PlantModel>]) -> Vec<(Vec<usize>, bool)> {
         let mut group_of: Vec<usize> = (0..self.commanded.len()).collect();
         let is_linear = |command: &Commanded| {
@@ -232,7 +231,7 @@ impl Axes<'_> {
         groups.into_values().collect()
     }
 
-    /// The loop of a group.
+    /// Creates the loop of a group.
     fn closed(
         &self,
         group: &[usize],
@@ -309,8 +308,8 @@ impl Axes<'_> {
     }
 }
 
-/// The rig with nothing that moves it, references where the joints stand, and nothing that is known not to be linear: dry
-/// friction, a gear's losses, backlash, stops, a sensor's steps and noise; and nothing that is chance on the links.
+/// Returns the rig at rest with references at the joints' positions, without nonlinearities (Coulomb friction, gear
+/// losses, backlash, stops, sensor resolution and noise) and without random effects on the links.
 fn at_rest(file: &RigFile, in_contact: bool) -> RigFile {
     let mut at_rest = file.clone();
     for device in &mut at_rest.devices {

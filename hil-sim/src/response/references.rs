@@ -31,7 +31,7 @@ pub(super) struct References {
     repetition: Repetition,
     period_s: f64,
     start_tick: u64,
-    /// Of the experiment and the return.
+    /// Time of the experiment and the return.
     cycle_ticks: u64,
     is_running: bool,
 }
@@ -39,7 +39,7 @@ pub(super) struct References {
 #[derive(Debug)]
 struct Reference {
     station: usize,
-    /// In the station's frame.
+    /// Index in the station's frame.
     place: usize,
     signal: String,
     axis: usize,
@@ -48,24 +48,24 @@ struct Reference {
     max_speed: f64,
     /// Set by a user, in place of the experiment.
     held: Option<f64>,
-    /// None while the controller does not command its device.
+    /// `None` while the controller does not command its device.
     approach: Option<Approach>,
 }
 
 /// The value of a reference while its controller does not command the device.
 #[derive(Debug, Clone, Copy, PartialEq)]
 enum Start {
-    /// The position that this place of the frame shows.
+    /// Position at this index of the frame.
     Measured(usize),
     /// The position of an axis of another controller.
     Led { station: usize, axis: usize },
-    /// 0: a velocity or a force.
+    /// 0, for a velocity or a force.
     Rest,
-    /// The experiment's: it does not move the device by itself.
+    /// The experiment's value, for a reference that does not move the device.
     Experiment,
 }
 
-/// The way from the value at arming to the experiment.
+/// Approach from the value at arming to the experiment.
 #[derive(Debug, Clone, Copy, Default)]
 struct Approach {
     offset: f64,
@@ -74,7 +74,7 @@ struct Approach {
 }
 
 impl References {
-    /// The references of a file's controllers, at the start of the experiment.
+    /// Creates the references of a file's controllers, at the start of the experiment.
     pub(super) fn new(file: &RigFile) -> Result<Self, ExperimentError> {
         let (parts, period_s) = (Part::of_all(file), file.sample_period_s);
         let (mut all, mut moving) = (Vec::new(), Vec::new());
@@ -102,12 +102,12 @@ impl References {
         Ok(Self { all, moving, repetition, period_s, start_tick: 0, cycle_ticks, is_running: false })
     }
 
-    /// What can be held: station, signal and axis of each reference.
+    /// Returns the references that can be held: station, signal and axis.
     pub(super) fn names(&self) -> impl Iterator<Item = (usize, &str, usize)> {
         self.all.iter().map(|reference| (reference.station, reference.signal.as_ref(), reference.axis))
     }
 
-    /// Holds a reference at a value; none: the experiment moves it again. Everything else stays as it is.
+    /// Holds a reference at a value; `None` returns it to the experiment. Other references are unchanged.
     pub(super) fn hold(&mut self, station: usize, signal: &str, axis: usize, value: Option<f32>, rig: &Rig) {
         let found = self.all.iter_mut().find(|reference| {
             reference.station == station && reference.axis == axis && reference.signal == signal
@@ -115,14 +115,14 @@ impl References {
         let Some(reference) = found else { return };
         reference.held = value.filter(|value| value.is_finite()).map(f64::from);
         if reference.held.is_none() && reference.approach.is_some() {
-            // It does not jump back, either.
+            // It returns without a jump.
             let base = reference.base(&self.repetition, rig.time_s());
             let offset = reference.shown(rig).unwrap_or(base) - base;
             reference.approach = Some(Approach::from(offset, reference.max_speed));
         }
     }
 
-    /// Sets what every controller gets in the next tick.
+    /// Sets the references of the next tick.
     pub(super) fn lead(&mut self, rig: &mut Rig) {
         let (tick, time_s) = (rig.ticks(), rig.time_s());
         let commands = |rig: &Rig, station: usize| {
@@ -192,7 +192,7 @@ impl Reference {
         Ok(all)
     }
 
-    /// The station whose device it moves.
+    /// Returns the station whose device it moves.
     fn commanded_by(&self) -> usize {
         if let Start::Led { station, .. } = self.start { station } else { self.station }
     }
@@ -201,12 +201,12 @@ impl Reference {
         self.approach.is_some_and(|approach| approach.done_s < approach.duration_s)
     }
 
-    /// The value that it showed last.
+    /// Last value.
     fn shown(&self, rig: &Rig) -> Option<f64> {
         rig.stations().get(self.station)?.shown(self.place).map(f64::from)
     }
 
-    /// The value that it goes to.
+    /// Target value.
     fn base(&self, repetition: &Repetition, time_s: f64) -> f64 {
         self.held.unwrap_or_else(|| repetition.value(time_s, |time_s| sum_at(&self.motions, time_s)))
     }

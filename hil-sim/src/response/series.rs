@@ -1,4 +1,4 @@
-//! The sum of an answer at any point of the `z` plane: `Σ h[k] z^-k`.
+//! Sum of an answer at any point of the `z` plane: `Σ h[k] z^-k`.
 
 use std::borrow::Cow;
 use std::f64::consts::TAU;
@@ -7,21 +7,21 @@ use std::sync::{Arc, LazyLock};
 use nalgebra::Complex;
 use rustfft::{Fft, FftPlanner};
 
-/// Angles of a turn at which answers are transformed at once, their distance, and by how much one of them may be rounded.
+/// Number of angles of the transform, their spacing, and their rounding tolerance.
 const GRID: usize = 8_192;
 #[expect(clippy::cast_precision_loss, reason = "a power of two")]
 pub(super) const GRID_RAD: f64 = TAU / GRID as f64;
 const SAME_ANGLE: f64 = 4.0 * f64::EPSILON;
-/// A series of so many ticks is summed up in less time than transformed.
+/// Length in ticks below which direct summation is faster than the transform.
 const SHORT_TICKS: usize = 64;
-/// Planned once: a loop is looked at on many circles.
+/// The transform is planned once and used for many circles.
 static TRANSFORM: LazyLock<Arc<dyn Fft<f64>>> = LazyLock::new(|| FftPlanner::new().plan_fft_forward(GRID));
 
-/// One tick of every cycle of an answer: `h[q] = taps[q] + level + slope q`, a cycle earlier if it is before.
+/// One tick of every cycle of an answer: `h[q] = taps[q] + level + slope q`, a cycle earlier for negative offsets.
 #[derive(Debug)]
 pub(super) struct Series<'a> {
     pub(super) taps: Cow<'a, [f64]>,
-    /// None where only some of the taps are in it.
+    /// `None` if it contains only some taps.
     pub(super) moments: &'a [Moments],
     pub(super) level: f64,
     pub(super) slope: f64,
@@ -43,7 +43,7 @@ impl Series<'_> {
     }
 }
 
-/// A series on a circle: by a Fourier transform where it is long and its angle is one of the grid's, as most are.
+/// A series on a circle: by Fourier transform if it is long and the angle is on the grid.
 #[derive(Debug)]
 pub(super) struct Spectrum<'a> {
     series: Series<'a>,
@@ -51,7 +51,7 @@ pub(super) struct Spectrum<'a> {
 }
 
 impl<'a> Spectrum<'a> {
-    /// Where `Z` has this radius.
+    /// Evaluates at a radius of `Z`.
     pub(super) fn new(series: Series<'a>, radius: f64) -> Self {
         if series.taps.len() <= SHORT_TICKS {
             return Self { series, grid: Vec::new() };
@@ -68,7 +68,7 @@ impl<'a> Spectrum<'a> {
         Self { series, grid }
     }
 
-    /// Where `Z` has this angle; `back` is one over it.
+    /// Evaluates at an angle of `Z`; `back` is its inverse.
     pub(super) fn at(&self, angle: f64, back: Complex<f64>) -> Complex<f64> {
         match grid_place(angle).and_then(|place| self.grid.get(place)) {
             Some(sum) => self.series.with_rest(*sum, back),
@@ -77,12 +77,12 @@ impl<'a> Spectrum<'a> {
     }
 }
 
-/// The angle of the grid that is the nearest one.
+/// Returns the nearest angle of the grid.
 pub(super) fn grid_angle(angle: f64) -> f64 {
     libm::round(angle / GRID_RAD) * GRID_RAD
 }
 
-/// The place of an angle in the grid, up to a rounding of the angle.
+/// Returns the grid index of an angle, within rounding.
 fn grid_place(angle: f64) -> Option<usize> {
     let place = libm::round(angle / GRID_RAD);
     if (angle - place * GRID_RAD).abs() > SAME_ANGLE || place < 0.0 {
@@ -92,11 +92,11 @@ fn grid_place(angle: f64) -> Option<usize> {
     Some(place as usize)
 }
 
-/// Sums that are taken side by side.
+/// Number of parallel sums.
 const LANES: usize = 8;
 
-/// `Σ factors[k] x^k` by Horner's rule: every so many factors are a polynomial of their own, as a processor works on
-/// several at once. Most of the time of an analysis goes into this.
+/// `Σ factors[k] x^k` by Horner's rule, interleaved into several independent polynomials for speed: an analysis
+/// spends most of its time here.
 fn polynomial(factors: &[f64], x: Complex<f64>) -> Complex<f64> {
     let Complex { re: turn_re, im: turn_im } = x.powu(u32::try_from(LANES).unwrap_or_default());
     let (mut re, mut im) = ([0.0; LANES], [0.0; LANES]);
@@ -112,10 +112,11 @@ fn polynomial(factors: &[f64], x: Complex<f64>) -> Complex<f64> {
     lanes.fold(Complex::new(0.0, 0.0), |sum, (re, im)| sum * x + Complex::new(re, im))
 }
 
-/// Ticks of a block, and its middle. A slow motion sees only its moments: `0.4^12/12!` of a Taylor series is rounding.
+/// Length of a block in ticks, and its middle. A slow mode depends only on the block's moments: the Taylor remainder
+/// `0.4^12/12!` is below rounding.
 pub(super) const BLOCK_TICKS: usize = 64;
 const MIDDLE_TICK: f64 = 31.5;
-/// Fastest motion, `1/tick`.
+/// Fastest mode, `1/tick`.
 const SLOW_PER_TICK: f64 = 0.0125;
 const ORDERS: usize = 12;
 /// `Σ factors[k] (k - middle)^n/n!` of a block.
@@ -133,7 +134,8 @@ pub(super) fn moments(block: &[f64]) -> Moments {
     moments
 }
 
-/// The [polynomial] of these blocks near 1: `x^k` is a Taylor series of its exponent in each; none elsewhere, or without blocks.
+/// The [polynomial] of blocks near 1, by a Taylor series of the exponent of `x^k` in each block; `None` elsewhere, or
+/// without blocks.
 fn slow_polynomial(blocks: &[Moments], x: Complex<f64>) -> Option<Complex<f64>> {
     let per_tick = x.ln();
     if blocks.is_empty() || per_tick.norm() > SLOW_PER_TICK {

@@ -4,7 +4,7 @@ use dimsart_core::envelope::MAX_CONTENT_BYTES;
 use dimsart_link::auth::{AuthError, Guard};
 
 /// Maximum answers per tick, as limited by the line of a board.
-const MOST_ANSWERS: usize = 64;
+const MAX_ANSWERS: usize = 64;
 
 /// A guard and its state.
 #[derive(Debug)]
@@ -44,14 +44,14 @@ impl Guarded {
                 deliver(&[]);
             }
         }
-        while let Some(handshake) = self.guard.handshake(now_ms).filter(|_| self.answers.len() < MOST_ANSWERS)
+        while let Some(handshake) = self.guard.handshake(now_ms).filter(|_| self.answers.len() < MAX_ANSWERS)
         {
             self.answers.push(handshake.to_vec());
         }
     }
 
     /// Returns the handshakes that are due.
-    pub(super) fn shake_hands(&mut self, mut carry: impl FnMut(&[u8])) {
+    pub(super) fn send_handshake(&mut self, mut carry: impl FnMut(&[u8])) {
         let now_ms = self.now_ms();
         self.answers.drain(..).for_each(|answer| carry(&answer));
         while let Some(handshake) = self.guard.handshake(now_ms) {

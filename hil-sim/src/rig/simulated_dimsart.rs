@@ -4,7 +4,7 @@ use std::ops::{Deref, DerefMut};
 use std::sync::{Mutex, PoisonError};
 
 use dimsart_core::limits::Sizes;
-use dimsart_core::{DeviceDescriptor, Dimsart, Kinds, ProvidedMemory, StorageError, memory};
+use dimsart_core::{DeviceDescriptor, Dimsart, ModuleKinds, ProvidedMemory, StorageError, memory};
 use scopeguard::ScopeGuard;
 
 /// Sizes of a simulated controller: a link per joint of a coordinator, and delays of seconds.
@@ -23,7 +23,7 @@ impl SimulatedDimsart {
     ///
     /// # Errors
     /// [`StorageError`] if the device's types do not fit into the Data Base.
-    pub fn new(device: DeviceDescriptor, kinds: Kinds) -> Result<Self, StorageError> {
+    pub fn new(device: DeviceDescriptor, kinds: ModuleKinds) -> Result<Self, StorageError> {
         let mut dimsart = Self::unconnected();
         dimsart.connect(device, kinds)?;
         Ok(dimsart)

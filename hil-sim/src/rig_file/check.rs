@@ -13,11 +13,11 @@ use crate::rig::SIZES;
 use crate::schemes::suggestion;
 
 /// Longest delay of a device, ticks.
-const MOST_DELAY_TICKS: f64 = 3.0;
+const MAX_DELAY_TICKS: f64 = 3.0;
 /// Largest integer that JSON represents exactly.
 const MAX_SEED: u64 = (1 << 53) - 1;
 /// Maximum ticks of the rig per tick of a controller.
-const MOST_EVERY_TICKS: u32 = 1000;
+const MAX_EVERY_TICKS: u32 = 1000;
 /// Signals that a device has sensors for.
 pub(super) const SENSED: [&DataType; 10] = [
     types::POSITION,
@@ -67,7 +67,8 @@ impl RigFile {
             problems.push(format!("seed is {}, must be 0 to {MAX_SEED}", self.seed));
         }
         if !(1e-5..=0.1).contains(&self.sample_period_s) {
-            problems.push(format!("sample_period_s is {} s, must be 0.00001 s to 0.1 s", self.sample_period_s));
+            problems
+                .push(format!("sample_period_s is {} s, must be 0.00001 s to 0.1 s", self.sample_period_s));
         }
         if self.record.every_ticks == 0 {
             problems.push("record.every_ticks is 0, must be 1 or more".to_owned());
@@ -87,10 +88,10 @@ impl RigFile {
             if !is_name(controller.name()) && controller.name() != controller.device {
                 problems.push(format!("controller {place}: {}", no_name(controller.name())));
             }
-            if !(1..=MOST_EVERY_TICKS).contains(&controller.every_ticks) {
+            if !(1..=MAX_EVERY_TICKS).contains(&controller.every_ticks) {
                 let (name, every) = (controller.name(), controller.every_ticks);
                 problems.push(format!(
-                    "controller '{name}': every_ticks is {every}, must be 1 to {MOST_EVERY_TICKS}"
+                    "controller '{name}': every_ticks is {every}, must be 1 to {MAX_EVERY_TICKS}"
                 ));
             }
         }
@@ -117,9 +118,8 @@ impl RigFile {
                 problems.push(format!("{at}: an axis of '{device}' has no hand: add `hand` to every axis"));
             }
             if self.pressed().is_none() {
-                problems.push(format!(
-                    "{at}: '{device}' has no link to the device that presses: add a [[link]]"
-                ));
+                problems
+                    .push(format!("{at}: '{device}' has no link to the device that presses: add a [[link]]"));
             }
         }
         if !(path.is_finite() && force.iter().all(|force| force.is_finite())) {
@@ -138,9 +138,7 @@ impl RigFile {
         };
         let set = settings.iter().find(sets_it).filter(|_| force.len() > axes)?;
         let (name, count) = (&set.key, force.len());
-        Some(format!(
-            "{name} has {count} values for {axes} axes: give one value per axis, or raise dof"
-        ))
+        Some(format!("{name} has {count} values for {axes} axes: give one value per axis, or raise dof"))
     }
 
     fn names(&self) -> Vec<String> {
@@ -172,9 +170,9 @@ impl RigFile {
             let most = limits::MAX_DOF;
             problems.push(format!("device '{name}' has {} axes, must have 1 to {most}", axes.len()));
         }
-        if !(0.0..=MOST_DELAY_TICKS).contains(delay_ticks) {
+        if !(0.0..=MAX_DELAY_TICKS).contains(delay_ticks) {
             problems.push(format!(
-                "device '{name}': delay_ticks is {delay_ticks}, must be 0 to {MOST_DELAY_TICKS}"
+                "device '{name}': delay_ticks is {delay_ticks}, must be 0 to {MAX_DELAY_TICKS}"
             ));
         }
         if let Some(WatchSection { position, force, wave }) = &device.watch {
@@ -240,8 +238,10 @@ impl RigFile {
         let its = self.controllers.iter().filter(|controller| controller.device == *name);
         let axes: Vec<usize> = its.flat_map(|controller| controller.axes(device)).collect();
         for axis in axes.iter().filter(|axis| **axis >= count) {
-            problems.push(format!("a controller uses axis {axis} of '{name}', which has {count} axes, numbered \
-            from 0"));
+            problems.push(format!(
+                "a controller uses axis {axis} of '{name}', which has {count} axes, numbered \
+            from 0"
+            ));
         }
         for axis in 0..count {
             let controllers = axes.iter().filter(|known| **known == axis).count();
@@ -283,8 +283,11 @@ impl RigFile {
         }
         for number in [link.from_link, link.to_link] {
             if usize::from(number) >= SIZES.links {
-                problems.push(format!("link {number} is out of range: a controller has {} links, numbered from \
-                0", SIZES.links));
+                problems.push(format!(
+                    "link {number} is out of range: a controller has {} links, numbered from \
+                0",
+                    SIZES.links
+                ));
             }
         }
         let InProcessParameters { loss, duplication, reordering, .. } = link.carrier;
@@ -299,8 +302,11 @@ impl RigFile {
         let Some(device) = self.device(&moved.device) else { return };
         if moved.axis >= device.axes.len() {
             let (axis, count) = (moved.axis, device.axes.len());
-            problems.push(format!("{at}: axis {axis} of '{}' is out of range: it has {count} axes, numbered \
-            from 0", device.name));
+            problems.push(format!(
+                "{at}: axis {axis} of '{}' is out of range: it has {count} axes, numbered \
+            from 0",
+                device.name
+            ));
         }
         let sensed = SENSED.map(|data_type| data_type.name);
         let references: Vec<String> =
@@ -351,8 +357,10 @@ fn check_drives(device: &DeviceSection, problems: &mut Vec<String>) {
         problems.push(format!("device '{name}' has both moteus and cia402 drives: keep one of them"));
     }
     if device.delay_ticks > 0.0 {
-        problems.push(format!("device '{name}': delay_ticks is not allowed with drives, whose bus sets the \
-        delay: remove it"));
+        problems.push(format!(
+            "device '{name}': delay_ticks is not allowed with drives, whose bus sets the \
+        delay: remove it"
+        ));
     }
     if device.axes.iter().any(|axis| axis.unit != AxisUnit::Radian) {
         problems.push(format!("device '{name}': drives are rotary: set the unit of every axis to \"rad\""));
@@ -374,13 +382,14 @@ fn check_coupled(device: &DeviceSection, problems: &mut Vec<String>) {
         problems.push(format!("device '{name}' has both arm and phantom: keep one of them"));
     }
     if device.axes.len() != count {
-        problems.push(format!("device '{name}' has {count} coupled axes but {} [[device.axis]] entries: give \
-        one per axis, or none", device.axes.len()));
+        problems.push(format!(
+            "device '{name}' has {count} coupled axes but {} [[device.axis]] entries: give \
+        one per axis, or none",
+            device.axes.len()
+        ));
     }
     for (axis, _) in device.axes.iter().enumerate().filter(|(_, section)| section.plant.is_some()) {
-        problems.push(format!(
-            "device '{name}', axis {axis}: a coupled axis cannot have a plant: remove it"
-        ));
+        problems.push(format!("device '{name}', axis {axis}: a coupled axis cannot have a plant: remove it"));
     }
     let of_arm = device.arm.as_ref().map(|arm| arm.check().map_err(|error| error.within("arm")));
     let of_phantom =
@@ -446,7 +455,9 @@ fn check_axis(at: &str, measures: &[String], section: &AxisSection, problems: &m
     let sensed: Vec<String> = sensed.into_iter().filter(|sensed| measures.contains(sensed)).collect();
     for signal in sensor.keys().filter(|signal| !sensed.contains(signal)) {
         let near = suggestion(signal, &sensed);
-        problems.push(format!("{at}: sensor.{signal} has no effect, the device does not measure '{signal}' by a \
-        sensor; {near}"));
+        problems.push(format!(
+            "{at}: sensor.{signal} has no effect, the device does not measure '{signal}' by a \
+        sensor; {near}"
+        ));
     }
 }

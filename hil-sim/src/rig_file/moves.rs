@@ -135,9 +135,8 @@ impl MoveSection {
             forms.push("prbs");
             numbers.extend([("at_s", *at_s), ("until_s", *until_s), ("amplitude", *amplitude)]);
             spans.push((*at_s, *until_s));
-            if !(*bit_s > 0.0 && (until_s - at_s) / bit_s <= MOST_BITS) {
-                problems
-                    .push(format!("bit_s is {bit_s} s, must be > 0 s and give at most {MOST_BITS} bits"));
+            if !(*bit_s > 0.0 && (until_s - at_s) / bit_s <= MAX_BITS) {
+                problems.push(format!("bit_s is {bit_s} s, must be > 0 s and give at most {MAX_BITS} bits"));
             }
         }
         if let Some(SamplesFile { at_s, .. }) = &self.samples {
@@ -149,8 +148,7 @@ impl MoveSection {
             problems.push(format!("has {has}: set exactly one of {}", FORMS.join(", ")));
         }
         let not_finite = numbers.into_iter().filter(|(_, number)| !number.is_finite());
-        problems
-            .extend(not_finite.map(|(key, number)| format!("{key} is {number}, must be finite")));
+        problems.extend(not_finite.map(|(key, number)| format!("{key} is {number}, must be finite")));
         let backwards = spans.into_iter().filter(|(at_s, until_s)| until_s <= at_s);
         problems.extend(
             backwards.map(|(at_s, until_s)| format!("until_s is {until_s} s, must be after at_s, {at_s} s")),
@@ -161,7 +159,7 @@ impl MoveSection {
 
 const FORMS: [&str; 7] = ["step", "ramp", "minimum_jerk", "sine", "chirp", "prbs", "samples"];
 /// Maximum bits of a pseudo-random sequence.
-const MOST_BITS: f64 = 1e6;
+const MAX_BITS: f64 = 1e6;
 
 /// Step by `size` at `at_s`.
 #[derive(Debug, Clone, PartialEq, Deserialize, Serialize)]

@@ -19,7 +19,7 @@ const STAND_INS: [[&str; 2]; 5] = [["0", "1"], ["true", "false"], ["'x'", "'y'"]
 /// Span of a placeholder.
 const NOWHERE: Range<usize> = usize::MAX..usize::MAX;
 /// Maximum number of reported errors.
-const MOST: usize = 100;
+const MAX: usize = 100;
 /// Start of the deserializer's message for a missing key.
 const MISSING: &str = "missing field `";
 
@@ -46,7 +46,7 @@ pub(super) fn read(text: &str, name: &str) -> Result<RigFile, RigFileError> {
             found.push((start, format!("{}: {words}", line_and_column(text, start))));
         }
         let has_stand_in = place.kind != Kind::Key && place.stand_in(&mut documents, error.message());
-        if !has_stand_in && !place.take_out(&mut documents) || found.len() == MOST {
+        if !has_stand_in && !place.take_out(&mut documents) || found.len() == MAX {
             break;
         }
         mended.push(place.way);

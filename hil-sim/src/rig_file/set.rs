@@ -22,10 +22,8 @@ impl Setting {
     /// Settings of a `--set` argument: one, or one per key of a table.
     pub(super) fn of_argument(argument: &str) -> Result<Vec<Self>, RigFileError> {
         let at = format!("{SET}{argument}");
-        let refuse = |at| RigFileError::Set {
-            at,
-            reason: "write key=value, for example --set seed=2".to_owned(),
-        };
+        let refuse =
+            |at| RigFileError::Set { at, reason: "write key=value, for example --set seed=2".to_owned() };
         let Some((key, value)) = argument.split_once('=') else { return Err(refuse(at)) };
         let (key, value) = (key.trim(), value.trim());
         let is_broken = value.starts_with(['[', '{', '"', '\'']) && value.parse::<Value>().is_err();
@@ -214,7 +212,9 @@ fn apply(table: &mut Table, key: &str, text: &str) -> Result<(), String> {
 fn elsewhere(table: &Table, way: &str, message: &str) -> Option<String> {
     let (first, _) = way.split_once('.')?;
     if !table.contains_key(first) && message.starts_with("invalid type: map, expected a sequence") {
-        return Some(format!("the file has no [[{first}]]: add the section to the file before setting its keys"));
+        return Some(format!(
+            "the file has no [[{first}]]: add the section to the file before setting its keys"
+        ));
     }
     if !message.starts_with("unknown field") {
         return None;

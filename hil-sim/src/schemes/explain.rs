@@ -102,7 +102,10 @@ impl<V: Vocabulary + ?Sized> fmt::Display for Explained<'_, V> {
         let word = &*shortened(place.word, MAX_WORD_CHARS);
         match problem {
             Problem::Module | Problem::ModuleValue if let Some(kind) = self.missing_kind() => {
-                write!(f, "the image does not include {kind}: build it with this module kind (docs/firmware.md)")
+                write!(
+                    f,
+                    "the image does not include {kind}: build it with this module kind (docs/firmware.md)"
+                )
             }
             Problem::Destination => self.unknown(f, "a side", ["master", "slave", "m&s", "all"]),
             Problem::Module => self.unknown(f, "a module", [ENGINE].into_iter().chain(known.kind_names())),

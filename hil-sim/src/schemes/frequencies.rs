@@ -1,4 +1,4 @@
-//! Filters whose frequency is too high for the rate of their module: a board limits it without a message.
+//! Checks filters for frequencies too high for the rate of their module, which a board limits silently.
 
 use dimsart_core::{Engine, ModuleRef, Value, Vocabulary as _};
 
@@ -6,7 +6,7 @@ use dimsart_core::{Engine, ModuleRef, Value, Vocabulary as _};
 const KINDS: [&str; 2] = ["NOTCH_MOD", "LOWPASS_MOD"];
 const MAX_SHARE: f64 = 0.49;
 
-/// A fault for each frequency of a plugged-in filter that is above its maximum.
+/// Returns a fault for each frequency of a plugged-in filter above its maximum.
 pub(super) fn too_high(engine: &mut Engine) -> Vec<String> {
     let kinds = KINDS.map(|name| engine.module_named(name).map(|module| module.kind));
     let filters: Vec<ModuleRef> = engine
@@ -17,7 +17,7 @@ pub(super) fn too_high(engine: &mut Engine) -> Vec<String> {
 }
 
 fn of_module(engine: &mut Engine, module: ModuleRef) -> Vec<String> {
-    // A low-pass of first order has no maximum.
+    // A first-order low-pass has no maximum.
     if value(engine, module, "ORDER", 0) == Some(Value::Choice(0)) {
         return Vec::new();
     }
@@ -26,7 +26,7 @@ fn of_module(engine: &mut Engine, module: ModuleRef) -> Vec<String> {
     let axes = u8::try_from(engine.device().dof()).unwrap_or(u8::MAX);
     let fault = |axis: u8| {
         let Some(Value::Real(frequency_hz)) = value(engine, module, "FREQUENCY", axis) else { return None };
-        // The maximum as an f32 is allowed.
+        // The maximum rounded to `f32` is allowed.
         (f64::from(frequency_hz) > max_hz * (1.0 + 1e-6)).then(|| {
             let remedy = if every_ticks > 1 { "lower FREQUENCY or EVERY_TICKS" } else { "lower FREQUENCY" };
             format!(
@@ -38,7 +38,7 @@ fn of_module(engine: &mut Engine, module: ModuleRef) -> Vec<String> {
     (0..axes).filter_map(fault).collect()
 }
 
-/// A parameter by its name; none where the module has none of that name.
+/// Finds a parameter by name; `None` if missing.
 fn value(engine: &mut Engine, module: ModuleRef, name: &str, place: u8) -> Option<Value> {
     let (parameter, _) = engine.parameter_named(module.kind, name)?;
     engine.get(module, parameter, place).ok()

@@ -55,7 +55,7 @@ pub fn load_for(
             // The faults are more specific than this refusal.
             Ok(())
             | Err(Refusal {
-                error: SchemeError { problem: Problem::Refused(CommandError::DoesNotMatch { .. }), .. },
+                error: SchemeError { problem: Problem::Refused(CommandError::HasFaults { .. }), .. },
                 ..
             }) => {}
             Err(refusal) => {
@@ -75,9 +75,7 @@ pub fn load_for(
     }
     faults.extend(too_high);
     if errors.is_empty() && engine.is_in_transaction() {
-        faults.push(format!(
-            "open transaction at the end of the scheme: add the row `all {ENGINE} COMMIT`"
-        ));
+        faults.push(format!("open transaction at the end of the scheme: add the row `all {ENGINE} COMMIT`"));
     } else if faults.is_empty() && errors.is_empty() && !engine.is_running() {
         faults.push(format!(
             "the scheme is stopped after its last row: add the row `all {ENGINE} MATCHING_CHECK`"

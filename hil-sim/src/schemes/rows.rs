@@ -1,11 +1,11 @@
-//! A scheme that is in a controller, as rows of text.
+//! Converts a controller's scheme to rows of text.
 
 use dimsart_core::{Accepted, Command, Entries, ModuleRef, Value, Vocabulary};
 
-/// The rows of these commands for `dest`, by these names; a command that schemes have no row for gives none.
+/// Returns the rows of these commands for `dest`, with these names; commands without a row are skipped.
 ///
-/// Given to a controller without modules, for a device of the same types, they build the same scheme, and the last row lets
-/// it run.
+/// Applied to a controller without modules, for a device of the same types, they build the same scheme; the last row
+/// starts it.
 #[must_use]
 pub fn rows(commands: &[Command], dest: &str, names: &(impl Vocabulary + ?Sized)) -> String {
     let parts: Vec<[String; 3]> = commands.iter().filter_map(|command| parts(*command, names)).collect();
@@ -45,7 +45,7 @@ fn parts(command: Command, names: &(impl Vocabulary + ?Sized)) -> Option<[String
     Some(["MOD_ENG".to_owned(), word, module])
 }
 
-/// An entry of a parameter as it stands behind the parameter's name: `[2]`, or `[0][2]` of a matrix.
+/// Index of a parameter's entry in a row: `[2]`, or `[0][2]` of a matrix.
 #[must_use]
 pub fn entry_text(entries: Entries, entry: usize, dof: u8) -> String {
     let (_, columns) = entries.size(dof);
@@ -56,7 +56,7 @@ pub fn entry_text(entries: Entries, entry: usize, dof: u8) -> String {
     }
 }
 
-/// A value as a row has it.
+/// Formats a value for a row.
 #[must_use]
 pub fn value_text(value: Value, accepts: &Accepted<'_>, names: &(impl Vocabulary + ?Sized)) -> String {
     match value {

@@ -18,10 +18,10 @@ fn positions(text: &str, axis: usize) -> Vec<f64> {
 
 /// Whatever the bus does to a frame's start: the longest that stuff bits can make the frames of a tick, and none.
 fn jitter_s(frames: f64) -> f64 {
-    let most = CanFrame::most_wire_bits(Identifier::Extended(0x8001), Format::Fd, 32);
+    let most = CanFrame::max_wire_bits(Identifier::Extended(0x8001), Format::Fd, 32);
     // Head, data and CRC field of 32 bytes without stuff bits that depend on them.
-    let least_fast = 5 + 8 * 32 + 4 + 21 + 7 + 1;
-    frames * f64::from(most.fast - least_fast) / 5e6
+    let min_fast = 5 + 8 * 32 + 4 + 21 + 7 + 1;
+    frames * f64::from(most.fast - min_fast) / 5e6
 }
 
 /// Torque and motion of the drive's own periods, from frame to frame: what is commanded comes of where the joint was a

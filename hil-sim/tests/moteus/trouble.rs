@@ -115,7 +115,7 @@ fn a_controller_that_stops_is_noticed_by_the_drives() {
     // The first reply after it, to frame 50, is read in tick 51.
     assert_eq!(
         (bench.run_to(51), bench.trouble(0)),
-        (Tick::Ran, Some(MoteusTrouble::Disobeys(MoteusMode::Timeout)))
+        (Tick::Ran, Some(MoteusTrouble::UnexpectedMode(MoteusMode::Timeout)))
     );
     assert!(matches!(bench.run_to(52), Tick::MeasurementRefused(_)));
     assert!(bench.world(0).0.abs() < 1e-12);

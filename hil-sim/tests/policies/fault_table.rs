@@ -166,12 +166,12 @@ impl Both {
         let before = self.pair.force_n().map(<[f32]>::to_vec);
         self.pair.step();
         // That of all axes is the same, in ticks of a millisecond.
-        let most_n = LIMITS.rate_per_s * 1e-3;
+        let max_n = LIMITS.rate_per_s * 1e-3;
         for (now_n, last_n) in self.pair.force_n().into_iter().flatten().zip(before.iter().flatten()) {
             let step_n = (now_n - last_n).abs();
             // What f32 rounds: the sum of the last value and the step.
             let rounding_n = f32::EPSILON * (now_n.abs() + last_n.abs());
-            if !(LIMITS.min..=LIMITS.max).contains(now_n) || step_n > most_n + rounding_n {
+            if !(LIMITS.min..=LIMITS.max).contains(now_n) || step_n > max_n + rounding_n {
                 return Err(FaultTableError::LimitBroken { last_n: *last_n, now_n: *now_n });
             }
             self.largest_n = self.largest_n.max(now_n.abs());

@@ -108,7 +108,7 @@ impl Known {
             Request::Lease(LeaseAction::Take | LeaseAction::Renew) => {
                 self.lease = Some((asked.client, LEASE_TICKS));
             }
-            Request::Lease(LeaseAction::GiveBack) | Request::Command(Command::Stop) => self.lease = None,
+            Request::Lease(LeaseAction::Release) | Request::Command(Command::Stop) => self.lease = None,
             Request::Command(Command::Reset | Command::Close) => self.heard = None,
             // It starts what stands still, and changes nothing of what runs.
             Request::Command(Command::Check) if !is_running => self.heard = None,

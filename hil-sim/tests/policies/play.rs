@@ -172,7 +172,7 @@ impl<'a> Play<'a> {
     fn repair(&mut self, shipped: &[Vec<Command>; 2]) -> Result<(), String> {
         for (side, shipped) in shipped.iter().enumerate() {
             // Whoever else holds the lease gives it back.
-            self.ask(side, STRANGER, Request::Lease(LeaseAction::GiveBack))?;
+            self.ask(side, STRANGER, Request::Lease(LeaseAction::Release))?;
             self.ask(side, CLIENT, Request::Command(Command::Abort))?;
             if self.pair.of(side)[0].commands() != *shipped {
                 self.ask(side, CLIENT, Request::Command(Command::Close))?;
@@ -207,7 +207,7 @@ impl<'a> Play<'a> {
             for _ in 0..SPELL_TICKS {
                 self.tick()?;
                 for seen in &self.before {
-                    left_n = seen.given_n.iter().fold(left_n, |most_n, now_n| most_n.max(now_n.abs()));
+                    left_n = seen.given_n.iter().fold(left_n, |max_n, now_n| max_n.max(now_n.abs()));
                     self.played.is_swinging |= seen.reason.is_limit();
                 }
             }

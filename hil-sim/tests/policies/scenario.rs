@@ -136,7 +136,7 @@ fn fault() -> impl Strategy<Value = Fault> {
 }
 
 fn what() -> impl Strategy<Value = What> {
-    let action = || select(&[LeaseAction::Take, LeaseAction::GiveBack, LeaseAction::Renew][..]);
+    let action = || select(&[LeaseAction::Take, LeaseAction::Release, LeaseAction::Renew][..]);
     // A silence of 19 ticks is none that a link is lost by; one of 20 is.
     let ticks = prop_oneof![4 => 1..30_u32, 1 => 19..21_u32, 1 => 30..300_u32];
     prop_oneof![

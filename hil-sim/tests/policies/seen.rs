@@ -50,7 +50,7 @@ impl Seen {
             counts: *dimsart.safety().counts(),
             refused_ticks: dimsart.refused_ticks(),
             called: controller.called().collect(),
-            fallen: dimsart.engine().fallen_modules().collect(),
+            fallen: dimsart.engine().isolated_modules().collect(),
             module_fault: dimsart.engine().module_fault(),
             has_sent,
             is_running: dimsart.engine().is_running(),

@@ -158,7 +158,7 @@ def tracking() -> Case:
     gain = np.asarray(control.acker(model.T, (np.array([[1.0, 0.0]]) @ model).T, [pole, pole])).ravel()
     return Case(
         module="VELOCITY_OBSERVER_MOD",
-        name="a tracking loop of 30 Hz behind an encoder",
+        name="a tracking loop of 30 Hz after an encoder",
         oracle="control.acker",
         rows="VELOCITY_OBSERVER_MOD FREQUENCY 30",
         inputs={"POSITION": position},
@@ -172,7 +172,7 @@ def difference() -> Case:
     slope = np.diff(position, prepend=position[0]) / TICK_S
     return Case(
         module="VELOCITY_OBSERVER_MOD",
-        name="a difference behind a low-pass of 80 Hz",
+        name="a difference after a low-pass of 80 Hz",
         oracle="numpy.diff, scipy.signal.lfilter",
         rows="VELOCITY_OBSERVER_MOD METHOD DIFFERENCE\nVELOCITY_OBSERVER_MOD FREQUENCY 80",
         inputs={"POSITION": position},

@@ -63,7 +63,7 @@ def states(axes: int) -> tuple[Array, Array]:
 
 
 def padded(values: list[Array], axes: int) -> Array:
-    """x, y, z on as many axes as there are, 0 on those behind."""
+    """x, y, z on the existing axes, 0 on further ones."""
     return np.pad(np.array(values), ((0, 0), (0, max(0, axes - 3))))[:, :axes]
 
 
@@ -210,7 +210,7 @@ def collision_case(module: str, oracle: str, rows: str, runs: tuple[Array, Array
         rows=rows + f"{module} BANDWIDTH {bandwidth}\n{module} THRESHOLD {threshold}\n",
         inputs={"POSITION": position, "VELOCITY": velocity, "DES_FORCE": command}, expected={"EXTERNAL_FORCE": seen},
         tolerance=2e-3,
-        why="the true motion is continuous: what the speed adds between two ticks is taken by the trapezoidal rule, and momenta are differences of rounded ones",
+        why="the true motion is continuous; the module integrates by the trapezoidal rule, and momenta are differences of rounded values",
     )
 
 

@@ -64,7 +64,7 @@ def differentiator() -> Case:
     slope = np.diff(x, prepend=x[0]) / TICK_S
     return Case(
         module="DIFFERENTIATOR_MOD",
-        name="a sine behind a low-pass of 4 ms",
+        name="a sine after a low-pass of 4 ms",
         oracle="numpy.diff, scipy.signal.lfilter",
         rows="DIFFERENTIATOR_MOD FILTER_TIME 0.004",
         inputs={"SIGNAL": x},

@@ -200,7 +200,7 @@ def multisine() -> Case:
         inputs={"POSITION": np.zeros(time.size)},
         expected={"SIGNAL_OUT": -1 + 0.5 * waves.sum(axis=1)},
         tolerance=2e-5,
-        why="the periods of a tick are rounded to f32, and the last tone has gone through 72",
+        why="periods per tick are rounded to f32, and the last tone has completed 72",
     )
 
 

@@ -2,7 +2,7 @@
 //!
 //! A test without its requirement prints a line to the terminal and passes, so that `cargo test` passes with only Rust
 //! installed. `cargo xtask long` treats such a line as a failure.
-#![expect(clippy::panic, reason = "a test fails by it")]
+#![expect(clippy::panic, reason = "fails a test")]
 
 use std::env;
 use std::io::Write;

@@ -10,7 +10,7 @@ struct Fault {
     number: u8,
     name: &'static str,
     meaning: &'static str,
-    next_step: &'static str,
+    remedy: &'static str,
     /// Its category.
     is: &'static str,
 }
@@ -20,7 +20,7 @@ fn faults() -> impl Iterator<Item = Fault> {
         number: reason.number(),
         name: reason.name(),
         meaning: reason.meaning(),
-        next_step: reason.next_step(),
+        remedy: reason.remedy(),
         is: match (reason.is_fault(), reason.is_limit()) {
             _ if *reason == Reason::LinkDown => {
                 "A fault: the device moves to its safe value, within its rate limit, until the first packet. The lease is kept."
@@ -37,7 +37,7 @@ fn faults() -> impl Iterator<Item = Fault> {
         number: *kind as u8,
         name: kind.name(),
         meaning: kind.meaning(),
-        next_step: kind.next_step(),
+        remedy: kind.remedy(),
         is: "An event in the log: see `dimsart connect PORT events`.",
     });
     reasons.chain(events)
@@ -54,11 +54,11 @@ pub(super) fn pages() -> Result<Vec<Page>, String> {
 }
 
 fn page(fault: &Fault, table: &str) -> Page {
-    let Fault { number, name, meaning, next_step, is } = fault;
+    let Fault { number, name, meaning, remedy, is } = fault;
     let title = format!("{number} {name}");
     let mut text = format!("# {title}\n\n{meaning}\n\n{is}\n");
-    if !next_step.is_empty() {
-        text += &format!("\n## Remedy\n\n{next_step}\n");
+    if !remedy.is_empty() {
+        text += &format!("\n## Remedy\n\n{remedy}\n");
     }
     let reason = format!("| {number} |");
     let noticed: String = table

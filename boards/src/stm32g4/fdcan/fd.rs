@@ -18,7 +18,7 @@ impl Receiver {
         Self
     }
 
-    #[expect(clippy::unused_self, reason = "the other kind of frames has a state")]
+    #[expect(clippy::unused_self, reason = "the classic CAN receiver has a state")]
     pub(super) fn take<'d>(&mut self, data: &'d [u8], _: u16) -> Option<&'d [u8]> {
         can_fd::unpack(data)
     }

@@ -102,7 +102,7 @@ fn a_reference_gives_out_no_more_than_was_reported_and_its_credit_whatever_is_lo
         let (size, rate) = (0.02 + 0.3 * share(), 0.2 + 2.0 * share());
         let paid_w = if seed % 3 == 0 { 0.0 } else { 20.0 * share() };
         let (mut x, mut v, mut far, mut reported_j) = (0.0, 0.0, 0.0, 0.0);
-        let (mut outage_ticks, mut desired, mut out_j, mut least_j) = (0.0, 0.0, 0.0, 0.0_f64);
+        let (mut outage_ticks, mut desired, mut out_j, mut min_j) = (0.0, 0.0, 0.0, 0.0_f64);
         for tick in 0..6000 {
             if outage_ticks > 0.0 {
                 outage_ticks -= 1.0;
@@ -117,13 +117,13 @@ fn a_reference_gives_out_no_more_than_was_reported_and_its_credit_whatever_is_lo
             let now = f64::from(bench.signal("DES_POSITION")[0]);
             out_j += force * (now - desired);
             desired = now;
-            least_j = least_j.min(reported_j - out_j);
+            min_j = min_j.min(reported_j - out_j);
             let wall = if x > 0.1 { -5000.0 * (x - 0.1) } else { 0.0 };
             v += h * (force - 3.0 * v + wall) / mass;
             x += h * v;
         }
-        assert!(least_j > -credit_j - 1e-4, "{seed}: {least_j} J");
-        assert!(least_j < -0.01 || paid_w > 0.0, "{seed}: it uses its credit: {least_j}");
+        assert!(min_j > -credit_j - 1e-4, "{seed}: {min_j} J");
+        assert!(min_j < -0.01 || paid_w > 0.0, "{seed}: it uses its credit: {min_j}");
     }
 }
 
@@ -140,7 +140,7 @@ fn a_force_gives_out_no_more_than_was_reported_and_its_credit_whatever_is_lost()
         );
         let (rate, paid_w) = (0.2 + 2.0 * share(), if seed % 3 == 0 { 0.0 } else { 5.0 * share() });
         let (mut x, mut v, mut far, mut reported_j) = (0.0_f64, 0.0_f64, 0.0, 0.0);
-        let (mut outage_ticks, mut out_j, mut least_j) = (0.0, 0.0, 0.0_f64);
+        let (mut outage_ticks, mut out_j, mut min_j) = (0.0, 0.0, 0.0_f64);
         let (mut last_x, mut force) = (0.0, 0.0);
         for tick in 0..6000 {
             if outage_ticks > 0.0 {
@@ -156,12 +156,12 @@ fn a_force_gives_out_no_more_than_was_reported_and_its_credit_whatever_is_lost()
             last_x = measured;
             self::tick(&mut bench, [measured, far as f32], counts);
             force = f64::from(bench.signal("DES_FORCE")[0]);
-            least_j = least_j.min(reported_j - out_j);
+            min_j = min_j.min(reported_j - out_j);
             v += h * (force - 5.0 * v - 100.0 * x) / mass;
             x += h * v;
         }
         // Plus the effect of one tick of 30 N on 0.5 kg, which is known afterwards.
-        assert!(least_j > -0.1 - 30.0 * 30.0 * h * h / mass, "{seed}: {least_j} J");
+        assert!(min_j > -0.1 - 30.0 * 30.0 * h * h / mass, "{seed}: {min_j} J");
     }
 }
 

@@ -11,8 +11,8 @@
 mod model;
 
 use dimsart_core::{
-    Command, CommandError, Context, Declare, Input, Kinds, Memory, Module, ModuleRef, Output, Tick, TypeRef,
-    Unit, Value, types, words,
+    Command, CommandError, Context, Declare, Input, Memory, Module, ModuleKinds, ModuleRef, Output, Tick,
+    TypeRef, Unit, Value, types, words,
 };
 use rand_core::{Rng, SeedableRng};
 use rand_pcg::Pcg32;
@@ -55,7 +55,7 @@ impl Module for Node {
     type Settings = Settings;
     type Gains = ();
     type State = State;
-    type Axis = ();
+    type AxisState = ();
     type Ports = Ports;
 
     fn ports(settings: &Settings, declare: &mut Declare<'_>) -> Ports {
@@ -87,7 +87,7 @@ impl Module for Node {
     }
 }
 
-const KINDS: Kinds = dimsart_core::kinds![Node];
+const KINDS: ModuleKinds = dimsart_core::kinds![Node];
 
 fn node(number: u8) -> ModuleRef {
     ModuleRef::new(Node::NAME, number)
@@ -206,7 +206,7 @@ fn compare_with_model(transactions: u64, seed: u64) -> Counts {
         let expected = model.command(command);
         let found = bench.dimsart.command(command);
         match (expected, found) {
-            (Err(CommandError::DoesNotMatch { .. }), Err(CommandError::WouldBreak(_)))
+            (Err(CommandError::HasFaults { .. }), Err(CommandError::WouldBreak(_)))
                 if !bench.dimsart.engine().is_in_transaction() => {}
             _ => assert_eq!(found, expected, "{command:?} {model:?}"),
         }

@@ -27,7 +27,7 @@ fn requests() {
         Request::Lease(LeaseAction::Look),
         Request::Lease(LeaseAction::Take),
         Request::Lease(LeaseAction::Renew),
-        Request::Lease(LeaseAction::GiveBack),
+        Request::Lease(LeaseAction::Release),
         Request::Telemetry { place: 1, signal: SIGNAL, every_ticks: 300 },
         Request::Cycles { place: 1, begins_anew: true },
         Request::Safety,

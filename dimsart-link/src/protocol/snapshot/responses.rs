@@ -93,7 +93,7 @@ fn responses() {
         schemes(Origin::Saved, Some(Fallback::Unconfirmed), Trial::Tried),
         schemes(Origin::Trial, Some(Fallback::Trial(LoadError::Damaged)), Trial::Tried),
         schemes(Origin::BuiltIn, Some(Fallback::Saved(LoadError::Version { found: 9 })), Trial::None),
-        schemes(Origin::BuiltIn, Some(Fallback::Saved(LoadError::OtherImage)), Trial::None),
+        schemes(Origin::BuiltIn, Some(Fallback::Saved(LoadError::IncompatibleImage)), Trial::None),
         schemes(Origin::Empty, Some(Fallback::BuiltIn(refused)), Trial::None),
         schemes(Origin::Saved, Some(Fallback::Damaged), Trial::None),
         schemes(Origin::Saved, Some(Fallback::NotRecorded), Trial::Waits),
@@ -133,7 +133,7 @@ fn responses() {
         Response::Motor(MotorReport { fallback: Some(MotorFallback::Damaged), ..MotorReport::default() }),
         Response::Identification(Identification::None),
         Response::Identification(Identification::UnderWay),
-        Response::Identification(Identification::Found(FoundMotor {
+        Response::Identification(Identification::Found(IdentifiedMotor {
             resistance_ohm: 1.0,
             direct_inductance_h: 2.0,
             quadrature_inductance_h: 2.0,
@@ -146,7 +146,7 @@ fn responses() {
         Response::Identification(Identification::Failed(IdentificationFailure::Drive(57))),
         Response::Identification(Identification::Failed(IdentificationFailure::TooLittleCurrent(300))),
         Response::Refused(Refusal::Motor(MotorRefusal::InUse)),
-        Response::Refused(Refusal::Motor(MotorRefusal::NotTaken(MotorFallback::Layout))),
+        Response::Refused(Refusal::Motor(MotorRefusal::Invalid(MotorFallback::Layout))),
         Response::Law(LawReport { words: 90, is_used: true, cycles: Some(300) }),
         Response::Law(LawReport::default()),
         Response::Restarts,

@@ -51,11 +51,11 @@ impl Target {
         faults.extend(missing.map(|link| {
             format!("the scheme uses link {link}, {name} has links 0 to {}", links.saturating_sub(1))
         }));
-        let Usage { modules: taken_modules, slots: taken_slots, .. } = dimsart.engine().usage();
+        let Usage { modules: taken_modules, slots: used_slots, .. } = dimsart.engine().usage();
         let [taken_wires, taken_bindings] = dimsart.engine().wires_and_bindings();
         let too_many = [
             (taken_modules, modules, "modules"),
-            (taken_slots, slots, "slots of the Data Base"),
+            (used_slots, slots, "slots of the Data Base"),
             (taken_wires, wires, "ports of plugged modules"),
             (taken_bindings, bindings, "bound ports"),
         ];

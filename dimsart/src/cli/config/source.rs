@@ -2,12 +2,12 @@
 
 use std::error::Error;
 
-use dimsart_core::{AxisKind, CommandError, DeviceDescriptor, Kinds, types};
+use dimsart_core::{AxisKind, CommandError, DeviceDescriptor, ModuleKinds, types};
 
 use super::super::UsageError;
 use super::super::line::{Device, LineOptions, is_port};
 use crate::config::{Configuration, first_side};
-use crate::connect::ANY_SIDE;
+use crate::connect::ALL_DESTINATIONS;
 use hil_sim::rig::SimulatedDimsart;
 use hil_sim::schemes::SchemeText;
 
@@ -19,7 +19,7 @@ pub(super) enum Source {
 
 impl Source {
     /// Opens a port, or reads a file.
-    pub(super) fn open(name: &str, line: &LineOptions, kinds: Kinds) -> Result<Self, Box<dyn Error>> {
+    pub(super) fn open(name: &str, line: &LineOptions, kinds: ModuleKinds) -> Result<Self, Box<dyn Error>> {
         if is_port(name) {
             return Ok(Self::Device(Box::new(line.open(name, kinds)?)));
         }
@@ -29,12 +29,12 @@ impl Source {
     pub(super) fn read(
         &mut self,
         side: Option<&'static str>,
-        kinds: Kinds,
+        kinds: ModuleKinds,
     ) -> Result<Configuration, Box<dyn Error>> {
         match self {
             Self::Device(device) => {
                 let (rows, _) = device.configuration_text()?;
-                Ok(device.read_configuration(&rows, ANY_SIDE)?)
+                Ok(device.read_configuration(&rows, ALL_DESTINATIONS)?)
             }
             Self::File(scheme) => without_a_device(scheme, side_of(scheme, side)?, kinds),
         }
@@ -45,7 +45,7 @@ impl Source {
 pub(super) fn side_of(scheme: &SchemeText, side: Option<&'static str>) -> Result<&'static str, UsageError> {
     match (side, first_side(&scheme.text)) {
         (Some(side), _) => Ok(side),
-        (None, None) => Ok(ANY_SIDE),
+        (None, None) => Ok(ALL_DESTINATIONS),
         (None, Some((line, word))) => Err(UsageError(format!(
             "{}:{line}: this row is for {word} only: select a side with --side",
             scheme.name
@@ -54,7 +54,11 @@ pub(super) fn side_of(scheme: &SchemeText, side: Option<&'static str>) -> Result
 }
 
 /// Reads rows by the names of this program. A file does not define its axes: units are given for linear and rotary axes.
-fn without_a_device(scheme: &SchemeText, side: &str, kinds: Kinds) -> Result<Configuration, Box<dyn Error>> {
+fn without_a_device(
+    scheme: &SchemeText,
+    side: &str,
+    kinds: ModuleKinds,
+) -> Result<Configuration, Box<dyn Error>> {
     let axes = [AxisKind::Linear, AxisKind::Rotary].repeat(4);
     let device = DeviceDescriptor::new("any", &axes, 1e-3, &[types::POSITION], &[types::DES_FORCE])?;
     let dimsart = Box::new(SimulatedDimsart::new(device, kinds).map_err(CommandError::from)?);

@@ -67,7 +67,7 @@ pub(super) fn watch(
     let is_terminal = screen.0;
     screen.leave(out)?;
     if is_armed {
-        device.give_lease_back()?;
+        device.release_lease()?;
     }
     let last = ending?;
     if is_terminal {
@@ -119,7 +119,7 @@ pub(super) fn arm(device: &mut Device, json: &Json, out: &mut impl Write) -> Res
     }
     let ending = hold(device, json, &stop, out);
     // Also after an error; a lease that cannot be released expires.
-    let given_back = device.give_lease_back();
+    let given_back = device.release_lease();
     ending?;
     given_back?;
     if !json.json {

@@ -6,15 +6,15 @@ use std::time::Duration;
 
 use comfy_table::CellAlignment;
 use dimsart_core::stamp::UNSTAMPED;
-use dimsart_core::{Command, Kinds};
+use dimsart_core::{Command, ModuleKinds};
 use serde::Serialize;
 
 use crate::broker;
 use crate::cli::output::text_table;
-use crate::connect::{ConnectError, Device, Measured, MeasuredRow, Patience};
+use crate::connect::{ConnectError, Device, Measured, MeasuredRow, Timeouts};
 use crate::cycles::{Figures, Row};
 
-const PATIENCE: Patience = Patience { timeout: Duration::from_millis(500), tries: 3 };
+const PATIENCE: Timeouts = Timeouts { timeout: Duration::from_millis(500), tries: 3 };
 
 /// A controller with the feature `measure`.
 pub(super) struct Attached {
@@ -92,7 +92,7 @@ impl<'a> Comparison<'a> {
 
 impl Attached {
     /// Reads identity, scheme and measurements of the controller at a port.
-    pub(super) fn greet(port: &str, baud: u32, kinds: Kinds) -> Result<Self, Box<dyn Error>> {
+    pub(super) fn greet(port: &str, baud: u32, kinds: ModuleKinds) -> Result<Self, Box<dyn Error>> {
         let at_port = |error: ConnectError| format!("{port}: {error}");
         let stream = broker::open(port, baud).map_err(ConnectError::from)?;
         let mut device = Device::greet(stream, PATIENCE, kinds).map_err(at_port)?;

@@ -45,16 +45,16 @@ pub(super) fn set(device: &mut Device, file: &Path, restart: bool, out: &mut imp
 }
 
 pub(super) fn forget(device: &mut Device, restart: bool, out: &mut impl Write) -> Ending {
-    let stopped = device.forget_motor()?;
+    let stopped = device.delete_motor()?;
     end(device, stopped, restart, "the image's configuration", out)
 }
 
 pub(super) fn identify(device: &mut Device, current_a: f32, store: bool, out: &mut impl Write) -> Ending {
     let told = device.motor()?.configuration;
-    let most_a = told.limits.current_a;
-    if !(current_a > 0.0 && current_a <= most_a) {
+    let max_a = told.limits.current_a;
+    if !(current_a > 0.0 && current_a <= max_a) {
         return Err(format!(
-            "--current-a is {current_a} A: it must be above 0 and at most limits.current_a = {most_a} A"
+            "--current-a is {current_a} A: it must be above 0 and at most limits.current_a = {max_a} A"
         )
         .into());
     }
@@ -100,7 +100,7 @@ fn keep(
     for (name, from, to) in motor::differences(now, next) {
         writeln!(out, "{name}: {from} -> {to}")?;
     }
-    let stopped = device.keep_motor(next)?;
+    let stopped = device.store_motor(next)?;
     end(device, stopped, restart, "the new configuration", out)
 }
 

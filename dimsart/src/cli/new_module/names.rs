@@ -1,6 +1,6 @@
 //! The names of a new module.
 
-use dimsart_core::Kinds;
+use dimsart_core::ModuleKinds;
 
 /// Words reserved by Rust or used by the template.
 const RESERVED: &[&str] = &[
@@ -86,7 +86,7 @@ impl Names {
     ///
     /// # Errors
     /// The name is invalid; the text suggests a valid one.
-    pub(in crate::cli) fn new(name: &str, kinds: Kinds) -> Result<Self, String> {
+    pub(in crate::cli) fn new(name: &str, kinds: ModuleKinds) -> Result<Self, String> {
         let mut words: Vec<String> = name.split(['-', '_', ' ']).map(str::to_lowercase).collect();
         // `_MOD` is added to the name in schemes.
         words.pop_if(|last| last == "mod" && name.len() > "mod".len());

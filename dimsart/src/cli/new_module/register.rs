@@ -31,14 +31,14 @@ pub(super) fn register(text: &str, names: &Names) -> Option<String> {
 
 #[cfg(test)]
 mod tests {
-    use dimsart_core::Kinds;
+    use dimsart_core::ModuleKinds;
 
     use super::*;
 
     /// The lists of the library and of a project.
     #[test]
     fn a_module_comes_into_both_lists_among_its_like_and_at_the_end() {
-        let names = Names::new("swing damper", Kinds::NONE).unwrap();
+        let names = Names::new("swing damper", ModuleKinds::NONE).unwrap();
         let library = include_str!("../../../../dimsart-modules/src/lib.rs");
         let project = include_str!("../new_project/modules.rs");
         for text in [library, project] {
@@ -60,6 +60,6 @@ mod tests {
 
     #[test]
     fn a_file_without_a_list_is_left_alone() {
-        assert_eq!(register("fn main() {}\n", &Names::new("swing damper", Kinds::NONE).unwrap()), None);
+        assert_eq!(register("fn main() {}\n", &Names::new("swing damper", ModuleKinds::NONE).unwrap()), None);
     }
 }

@@ -28,7 +28,7 @@ impl Module for Template {
     type Settings = ();
     type Gains = Gains;
     type State = ();
-    type Axis = ();
+    type AxisState = ();
     type Ports = Ports;
 
     fn compute(context: &Context<'_, Self>) {

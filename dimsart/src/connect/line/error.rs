@@ -7,14 +7,14 @@ use dimsart_link::protocol::PROTOCOL_VERSION;
 
 /// Timeout and number of tries of a request.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct Patience {
+pub struct Timeouts {
     /// Timeout of each try.
     pub timeout: Duration,
     /// Maximum number of tries.
     pub tries: u32,
 }
 
-impl Default for Patience {
+impl Default for Timeouts {
     fn default() -> Self {
         Self { timeout: Duration::from_millis(500), tries: 3 }
     }
@@ -40,7 +40,7 @@ pub enum LineError {
         "no answer to the command in {} s, it may have been carried out: run `show` before you repeat it",
         timeout.as_secs_f64()
     )]
-    Unsure {
+    OutcomeUnknown {
         /// Timeout.
         timeout: Duration,
     },

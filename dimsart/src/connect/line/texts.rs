@@ -25,7 +25,7 @@ pub(super) fn make_visible(content: &mut [u8]) {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::connect::{Device, Patience};
+    use crate::connect::{Device, Timeouts};
     use dimsart_core::{
         Accepted, DataTypeText, Direction, Entries, Format, ParameterText, PortText, Shape, Stage, Unit,
     };
@@ -90,7 +90,7 @@ mod tests {
 
     #[test]
     fn an_image_s_name_adds_no_row_to_a_saved_configuration() {
-        let device = Device::greet(Robot::default(), Patience::default(), dimsart_modules::ALL).unwrap();
+        let device = Device::greet(Robot::default(), Timeouts::default(), dimsart_modules::ALL).unwrap();
         let text = crate::config::text(device.identity(), "");
         assert!(text.contains(LINE), "{text}");
         assert!(text.lines().all(|line| line.starts_with('#')), "{text}");

@@ -232,7 +232,7 @@ impl Asking {
         match device.renew_in_time() {
             Ok(()) if device.holds_lease() => {}
             Err(ConnectError::Line(error)) => return Err(error.into()),
-            Err(ConnectError::NobodyThere) => {
+            Err(ConnectError::ClientSilent) => {
                 self.let_go(device);
                 self.tell_lost("client silent for 0.5 s: lease released, outputs at their safe value");
             }
@@ -261,7 +261,7 @@ impl Asking {
     fn let_go(&mut self, device: &mut PageDevice) {
         self.holder = None;
         // If the release fails, the lease expires.
-        let _ = device.give_lease_back();
+        let _ = device.release_lease();
     }
 }
 

@@ -10,14 +10,14 @@ use crate::top::text::wrapped;
 use crate::top::told::{Live, Status};
 
 /// Maximum number of lines of a sentence.
-const MOST: usize = 3;
+const MAX: usize = 3;
 
 /// Returns the top lines.
 pub(super) fn lines(screen: &Screen, width: usize) -> Vec<Line<'static>> {
     let mut lines = vec![tabs(screen)];
     let Some(seen) = screen.seen() else { return lines };
     let paragraph = |text: &str, style: Style| {
-        wrapped(text, width, MOST).into_iter().map(move |line| Line::styled(line, style))
+        wrapped(text, width, MAX).into_iter().map(move |line| Line::styled(line, style))
     };
     let bad = paint(screen, Color::Red).bold();
     match (&seen.gone, &seen.status) {

@@ -73,8 +73,8 @@ const SAMPLING_HALVES: [u64; 8] = [5, 13, 25, 49, 95, 185, 495, 1281];
 /// Conversion of 12 bits, in half ticks.
 const CONVERSION_HALVES: u64 = 25;
 /// Most of a converter's clock alone, and of several together (data sheet, fADC at VDDA of 2.7 V and more).
-const MOST_ALONE_HZ: f64 = 60e6;
-const MOST_TOGETHER_HZ: f64 = 52e6;
+const MAX_ALONE_HZ: f64 = 60e6;
+const MAX_TOGETHER_HZ: f64 = 52e6;
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum Group {
@@ -313,12 +313,12 @@ impl Adc {
         if !self.registers.has(CR, ADEN) || self.ready_at.is_some() {
             access.violates(format!("{name} is started before it is ready"));
         }
-        let most_hz = if is_alone { MOST_ALONE_HZ } else { MOST_TOGETHER_HZ };
-        if self.ticks.hz > most_hz {
+        let max_hz = if is_alone { MAX_ALONE_HZ } else { MAX_TOGETHER_HZ };
+        if self.ticks.hz > max_hz {
             access.violates(format!(
                 "{name} runs at {} MHz, and the data sheet allows {}",
                 self.ticks.hz / 1e6,
-                most_hz / 1e6
+                max_hz / 1e6
             ));
         }
     }

@@ -38,7 +38,7 @@ impl Pwr {
     /// What a clock breaks: the range of the core's voltage ("Dynamic voltage scaling management"), or the wait states
     /// that the flash needs there (table "Number of wait states according to CPU clock (HCLK) frequency").
     pub(super) fn clock_fault(&self, bus_hz: f64, wait_states: u32) -> Option<String> {
-        let (range, most_mhz, step_mhz) =
+        let (range, max_mhz, step_mhz) =
             match (self.registers.bits(CR1, 9, 2), self.registers.has(CR5, R1MODE)) {
                 (1, false) => ("range 1 with boost", 170.0, 34.0),
                 (1, true) => ("range 1 without boost", 150.0, 30.0),
@@ -47,8 +47,8 @@ impl Pwr {
             };
         let bus_mhz = bus_hz / 1e6;
         let needed = (bus_mhz / step_mhz - 1e-6).floor();
-        if bus_mhz > most_mhz {
-            Some(format!("the processor runs at {bus_mhz} MHz, and {range} allows {most_mhz}"))
+        if bus_mhz > max_mhz {
+            Some(format!("the processor runs at {bus_mhz} MHz, and {range} allows {max_mhz}"))
         } else if f64::from(wait_states) < needed {
             Some(format!(
                 "flash with {wait_states} wait states at {bus_mhz} MHz in {range}, which needs {needed}"

@@ -57,25 +57,25 @@ impl<D: Domain, M> Execution<'_, D, M> {
         &mut self,
         d: Register,
         n: Register,
-        (least_bit, width): (u8, u8),
+        (min_bit, width): (u8, u8),
         is_signed: bool,
     ) {
         let word = self.read(n);
-        let field = self.shifted(word, Shift::LogicalRight, least_bit);
+        let field = self.shifted(word, Shift::LogicalRight, min_bit);
         let field =
             if is_signed { self.sign_extended(field, width) } else { self.mask(field, lowest_bits(width)) };
         self.write(d, field);
     }
 
-    pub(super) fn insert_field(&mut self, d: Register, n: Option<Register>, (least_bit, width): (u8, u8)) {
-        let field = lowest_bits(width) << least_bit;
+    pub(super) fn insert_field(&mut self, d: Register, n: Option<Register>, (min_bit, width): (u8, u8)) {
+        let field = lowest_bits(width) << min_bit;
         let before = self.read(d);
         let around = self.mask(before, !field);
         let result = match n {
             None => around,
             Some(n) => {
                 let inserted = self.read(n);
-                let inserted = self.shifted(inserted, Shift::Left, least_bit);
+                let inserted = self.shifted(inserted, Shift::Left, min_bit);
                 let inserted = self.mask(inserted, field);
                 self.domain.or(around, inserted)
             }

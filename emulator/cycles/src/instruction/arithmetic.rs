@@ -119,13 +119,13 @@ fn bit_field(code: Bits, kind: u8) -> Option<Operation> {
     match kind {
         0b10110 if n != SP => {
             let width = (field + 1).checked_sub(amount).filter(|&width| width > 0)?;
-            Some(Operation::InsertField { d, n: Some(n).filter(|&n| n != PC), least_bit: amount, width })
+            Some(Operation::InsertField { d, n: Some(n).filter(|&n| n != PC), min_bit: amount, width })
         }
         _ if !is_plain(n) => None,
         0b10100 | 0b11100 => (amount + field < 32).then_some(Operation::ExtractField {
             d,
             n,
-            least_bit: amount,
+            min_bit: amount,
             width: field + 1,
             is_signed: kind == 0b10100,
         }),

@@ -198,15 +198,15 @@ fn syntax(operation: &Operation) -> Syntax {
                 None => plain(name, cores(&[d, m]) + &rotation),
             }
         }
-        O::ExtractField { d, n, least_bit, width, is_signed } => plain(
+        O::ExtractField { d, n, min_bit, width, is_signed } => plain(
             if is_signed { "sbfx" } else { "ubfx" },
-            format!("{}, #{least_bit}, #{width}", cores(&[d, n])),
+            format!("{}, #{min_bit}, #{width}", cores(&[d, n])),
         ),
-        O::InsertField { d, n: Some(n), least_bit, width } => {
-            plain("bfi", format!("{}, #{least_bit}, #{width}", cores(&[d, n])))
+        O::InsertField { d, n: Some(n), min_bit, width } => {
+            plain("bfi", format!("{}, #{min_bit}, #{width}", cores(&[d, n])))
         }
-        O::InsertField { d, n: None, least_bit, width } => {
-            plain("bfc", format!("{}, #{least_bit}, #{width}", core(d)))
+        O::InsertField { d, n: None, min_bit, width } => {
+            plain("bfc", format!("{}, #{min_bit}, #{width}", core(d)))
         }
         O::Bits { kind, d, m } => plain(lower(kind), cores(&[d, m])),
         O::Saturate { d, bits, is_signed, n, shift, amount } => plain(

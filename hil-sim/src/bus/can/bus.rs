@@ -1,13 +1,12 @@
-//! The bus itself: arbitration, frame times, error frames with retransmission, bus-off.
+//! CAN bus: arbitration, frame times, error frames with retransmission, bus-off.
 //!
 //! ```text
 //! submit ──▶ waiting (per node) ──arbitration──▶ wire ──▶ arrived (per node) ──▶ receive
 //! ```
-//! Whenever the wire is free and something waits, the lowest identifier of all nodes goes. A bit error is seen by
-//! all nodes; the frame is broken off there, an error frame follows, and it is sent again. In a frame's last bit it comes
-//! too late for who listens: the frame is taken, and once more when it is sent again. Nodes count errors, become
-//! passive and leave the bus as ISO 11898-1 says. A node that left comes back after 128 times 11 recessive bits, as
-//! often as it is allowed to; then it stays away.
+//! When the bus is idle, the pending frame with the lowest identifier is sent. All nodes see a bit error: the frame
+//! is aborted, followed by an error frame and a retransmission. An error in the last bit is too late for receivers,
+//! which accept the frame twice. Error counters, error-passive and bus-off states follow ISO 11898-1. A bus-off node
+//! recovers after 128 times 11 recessive bits, up to a maximum number of recoveries.
 
 use std::collections::BTreeMap;
 
@@ -17,39 +16,39 @@ use crate::bus::Random;
 use crate::bus::time::bits_ns;
 use crate::bus::traffic::{Occupation, Timeline};
 
-/// Bits of an error frame at the longest, space behind it included: a flag, one that answers it, delimiter.
+/// Maximum bits of an error frame, including the interframe space: flag, echoed flag, delimiter.
 const ERROR_FRAME_BITS: u32 = 6 + 6 + 8 + INTERFRAME_BITS;
-/// Further bits that an error-passive node waits after a frame of its own.
+/// Additional bits that an error-passive node waits after its own frame.
 const SUSPENDED_BITS: u32 = 8;
-/// Recessive bits that bring a node back: so many in a row, so often.
+/// Recovery from bus-off: length and number of recessive sequences.
 const REJOIN_BITS: u32 = 128 * RECESSIVE_BITS;
 const RECESSIVE_BITS: u32 = 11;
-/// Place of the acknowledge bit, from the end of a frame.
+/// Position of the acknowledge bit from the end of a frame.
 const BITS_FROM_ACKNOWLEDGE: u32 = 9;
 
-/// What kind of bus it is.
+/// Parameters of a bus.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct CanParameters {
     /// Nominal bit rate, `bit/s`.
     pub bits_per_s: u32,
-    /// Bit rate of the data of CAN FD frames, `bit/s`.
+    /// Data bit rate of CAN FD, `bit/s`.
     pub data_bits_per_s: u32,
-    /// Share of the bits that all nodes see wrong, 0 to 1.
+    /// Probability of a bit error seen by all nodes, 0 to 1.
     pub bit_error_rate: f64,
-    /// How often a node that left the bus may come back.
+    /// Maximum number of recoveries from bus-off.
     pub rejoins: u32,
-    /// Frames that wait in a node at most.
+    /// Queue size of a node, frames.
     pub queue_frames: usize,
 }
 
-/// How long frames of one identifier took, from when they waited to their end.
+/// Response times of an identifier, from queueing to end of frame.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub struct Response {
-    /// Frames that got through.
+    /// Number of sent frames.
     pub frames: u64,
-    /// The longest time, `ns`.
+    /// Maximum, `ns`.
     pub longest_ns: u64,
-    /// All of them together, `ns`.
+    /// Sum, `ns`.
     pub sum_ns: u64,
 }
 
@@ -59,7 +58,7 @@ pub struct CanBus {
     parameters: CanParameters,
     random: Random,
     nodes: Vec<Node>,
-    /// When the wire is free again.
+    /// Time at which the bus becomes idle.
     free_ns: u64,
     busy_ns: u64,
     error_frames: u64,
@@ -68,7 +67,7 @@ pub struct CanBus {
 }
 
 impl CanBus {
-    /// A bus without nodes whose errors come from `seed`.
+    /// Creates a bus without nodes, with a random seed.
     #[must_use]
     pub fn new(parameters: CanParameters, seed: u64) -> Self {
         Self {
@@ -83,44 +82,44 @@ impl CanBus {
         }
     }
 
-    /// Adds a node that listens for these identifiers, and gives its number.
+    /// Adds a node that receives these identifiers; returns its number.
     pub fn add(&mut self, name: &str, accepts: &[Identifier]) -> usize {
         self.nodes.push(Node::new(name, accepts));
         self.nodes.len() - 1
     }
 
-    /// The nodes, by their number.
+    /// Returns the nodes, by number.
     #[must_use]
     pub fn nodes(&self) -> &[Node] {
         &self.nodes
     }
 
-    /// Error frames so far.
+    /// Returns the number of error frames.
     #[must_use]
     pub fn error_frames(&self) -> u64 {
         self.error_frames
     }
 
-    /// Time the wire was taken so far, spaces between frames included, `ns`.
+    /// Returns the busy time including interframe spaces, `ns`.
     #[must_use]
     pub fn busy_ns(&self) -> u64 {
         self.busy_ns
     }
 
-    /// How long frames took, by identifier, the most urgent first.
+    /// Returns the response times by identifier, highest priority first.
     #[must_use]
     pub fn responses(&self) -> &BTreeMap<Identifier, Response> {
         &self.responses
     }
 
-    /// Who had the wire when.
+    /// Returns the timeline.
     #[must_use]
     pub fn timeline(&self) -> &Timeline {
         &self.timeline
     }
 
-    /// Lets the frames of a content wait in a node from `now_ns` on; the times of calls never go back. False if they
-    /// do not all fit: then none waits, and the node counts it.
+    /// Queues the frames of a packet in a node from `now_ns` on; calls must be in order of time. Returns false if
+    /// they do not all fit; then no frame is queued and the node counts the drop.
     pub fn submit(&mut self, node: usize, now_ns: u64, frames: Vec<CanFrame>) -> bool {
         if self.has_no_room(node, now_ns, frames.len()) {
             return false;
@@ -134,7 +133,7 @@ impl CanBus {
         true
     }
 
-    /// The controller of a node was reset: if it is off the bus, it joins again as if it had never left.
+    /// Resets a node: a bus-off node joins again without recovery.
     pub fn reset(&mut self, node: usize, now_ns: u64) {
         self.run_until(now_ns);
         let rejoin_ns = bits_ns(REJOIN_BITS, self.parameters.bits_per_s);
@@ -144,7 +143,7 @@ impl CanBus {
         }
     }
 
-    /// Whether a content of so many frames does not fit from `now_ns` on; then the node counts it.
+    /// Whether a packet of this many frames does not fit from `now_ns` on; the node then counts the drop.
     pub fn has_no_room(&mut self, node: usize, now_ns: u64, frames: usize) -> bool {
         self.run_until(now_ns);
         let room = self.parameters.queue_frames;
@@ -154,7 +153,7 @@ impl CanBus {
         is_full
     }
 
-    /// Gives `deliver` the frames that a node listens for and that ended by `now_ns`.
+    /// Passes received frames of a node that ended by `now_ns` to `deliver`.
     pub fn receive(&mut self, node: usize, now_ns: u64, mut deliver: impl FnMut(u64, &CanFrame)) {
         self.run_until(now_ns);
         let Some(node) = self.nodes.get_mut(node) else { return };
@@ -165,7 +164,7 @@ impl CanBus {
         }
     }
 
-    /// The same of frames with this identifier alone; others go on waiting.
+    /// Like `receive`, for frames with this identifier only.
     pub fn receive_only(
         &mut self,
         (node, identifier): (usize, Identifier),
@@ -183,14 +182,14 @@ impl CanBus {
         });
     }
 
-    /// Has a node listen for one more identifier.
+    /// Adds an identifier that a node receives.
     pub fn accept(&mut self, node: usize, identifier: Identifier) {
         if let Some(node) = self.nodes.get_mut(node) {
             node.accepts.push(identifier);
         }
     }
 
-    /// Sends all that begins before `now_ns`.
+    /// Simulates all transmissions that start before `now_ns`.
     pub fn run_until(&mut self, now_ns: u64) {
         if self.free_ns >= now_ns {
             return;
@@ -251,7 +250,7 @@ impl CanBus {
         }
     }
 
-    /// How long the first `bits` of a frame last.
+    /// Duration of the first `bits` of a frame.
     fn lasts_ns(&self, frame: WireBits, bits: u32) -> u64 {
         let head = bits.min(frame.head);
         let fast = (bits - head).min(frame.fast);
@@ -259,14 +258,14 @@ impl CanBus {
         bits_ns(slow, self.parameters.bits_per_s) + bits_ns(fast, self.parameters.data_bits_per_s)
     }
 
-    /// Longest time that a frame of these bits and the space behind it take, `ns`.
+    /// Maximum duration of a frame with these bits, including the interframe space, `ns`.
     #[must_use]
     pub fn frame_ns(parameters: &CanParameters, bits: WireBits) -> u64 {
         let slow = bits.head + bits.tail + INTERFRAME_BITS;
         bits_ns(slow, parameters.bits_per_s) + bits_ns(bits.fast, parameters.data_bits_per_s)
     }
 
-    /// Error counters, and what follows from them.
+    /// Updates error counters and states.
     fn count(&mut self, sender: usize, start_ns: u64, [is_good, is_acknowledged, is_received]: [bool; 3]) {
         let [recessive_ns, suspended_ns, rejoin_ns] = [RECESSIVE_BITS, SUSPENDED_BITS, REJOIN_BITS]
             .map(|bits| bits_ns(bits, self.parameters.bits_per_s));
@@ -274,7 +273,7 @@ impl CanBus {
         let taken_ns = free_ns - start_ns;
         for (index, node) in self.nodes.iter_mut().enumerate() {
             if node.state(start_ns) == ErrorState::BusOff {
-                // A whole frame counts as one stretch of recessive bits: its end and the space behind it.
+                // A whole frame counts as one recessive sequence: its end and the interframe space.
                 node.back_ns = node.back_ns.saturating_add(taken_ns.saturating_sub(recessive_ns));
             } else if index != sender {
                 node.has_received(is_received);

@@ -1,26 +1,26 @@
-//! A CAN frame and the bits it takes on the wire, stuff bits included.
+//! CAN frames and their bits on the wire, including stuff bits.
 //!
-//! Classic CAN (ISO 11898-1): five equal bits are followed by one of the other value, from the start of the frame to
-//! the end of its CRC-15. CAN FD: the same up to the end of the data; a stuff bit of its own then precedes the stuff
-//! count and follows every fourth bit of it and of the CRC, 17 bits long up to 16 bytes and 21 bits beyond. From the
-//! bit-rate switch (BRS) to the CRC delimiter, CAN FD has its fast bit rate.
+//! Classic CAN (ISO 11898-1): five equal bits are followed by a bit of opposite value, from the start of the frame to
+//! the end of its CRC-15. CAN FD: the same up to the end of the data; then a fixed stuff bit precedes the stuff count
+//! and follows every fourth bit of the stuff count and the CRC (17 bits up to 16 bytes of data, otherwise 21 bits).
+//! CAN FD uses its data bit rate from the bit-rate switch (BRS) to the CRC delimiter.
 
 use crc::{CRC_15_CAN, Crc};
 
 static CRC: Crc<u16> = Crc::<u16>::new(&CRC_15_CAN);
 
-/// Most bytes of a classic frame.
+/// Maximum data of a classic frame, bytes.
 pub const CLASSIC_BYTES: usize = 8;
-/// Bits between two frames, at the nominal rate.
+/// Interframe space in bits, at the nominal rate.
 pub const INTERFRAME_BITS: u32 = 3;
-/// The lengths that a CAN FD frame can have, bytes, by their code.
+/// Data lengths of CAN FD, bytes, by code.
 const FD_LENGTHS: [usize; 16] = [0, 1, 2, 3, 4, 5, 6, 7, 8, 12, 16, 20, 24, 32, 48, 64];
-/// Bytes up to which CAN FD has the shorter CRC.
+/// Maximum data with the shorter CRC of CAN FD, bytes.
 const SHORT_CRC_BYTES: usize = 16;
 /// CRC delimiter, acknowledge and its delimiter, end of frame.
 const TAIL_BITS: u32 = 10;
 
-/// Who sends what: the lower, the earlier it is sent.
+/// Identifier; lower identifiers have priority.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub enum Identifier {
     /// 11 bits.
@@ -30,7 +30,7 @@ pub enum Identifier {
 }
 
 impl Identifier {
-    /// What arbitration compares, bit after bit: base, then whether it goes on, then the rest.
+    /// Arbitration order: base identifier, identifier extension, remaining bits.
     #[must_use]
     pub fn priority(self) -> u32 {
         match self {
@@ -64,34 +64,34 @@ impl core::fmt::Display for Identifier {
 /// Classic CAN or CAN FD with its bit-rate switch.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Format {
-    /// Up to 8 bytes, one bit rate.
+    /// Classic CAN: up to 8 bytes, one bit rate.
     Classic,
-    /// Up to 64 bytes, the data at a rate of its own.
+    /// CAN FD: up to 64 bytes, with a data bit rate.
     Fd,
 }
 
 /// A data frame.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct CanFrame {
-    /// Its identifier.
+    /// Identifier.
     pub identifier: Identifier,
     format: Format,
     data: Vec<u8>,
 }
 
-/// Bits of a frame by the rate they have on the wire, without the space behind it.
+/// Bits of a frame by bit rate, without the interframe space.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct WireBits {
-    /// At the nominal rate, from the start on; all but the tail of a classic frame.
+    /// Nominal rate, from the start; for classic frames all bits except the tail.
     pub head: u32,
-    /// At the data rate.
+    /// Data rate.
     pub fast: u32,
-    /// At the nominal rate again.
+    /// Nominal rate after the data.
     pub tail: u32,
 }
 
 impl WireBits {
-    /// All of them.
+    /// Sum.
     #[must_use]
     pub fn sum(self) -> u32 {
         self.head + self.fast + self.tail
@@ -99,7 +99,7 @@ impl WireBits {
 }
 
 impl CanFrame {
-    /// A frame of this data; none for a length that no such frame has.
+    /// Creates a frame; `None` for an invalid length.
     #[must_use]
     pub fn new(identifier: Identifier, format: Format, data: &[u8]) -> Option<Self> {
         let fits = match format {
@@ -109,13 +109,13 @@ impl CanFrame {
         fits.then(|| Self { identifier, format, data: data.to_vec() })
     }
 
-    /// Its data.
+    /// Returns its data.
     #[must_use]
     pub fn data(&self) -> &[u8] {
         &self.data
     }
 
-    /// What this very frame takes, with the stuff bits of its own bits.
+    /// Returns the bits of this frame, including its stuff bits.
     #[must_use]
     pub fn wire_bits(&self) -> WireBits {
         let (mut bits, head) = self.bits();
@@ -127,7 +127,7 @@ impl CanFrame {
                 WireBits { head: stuffed, fast: 0, tail: TAIL_BITS }
             }
             Format::Fd => {
-                // What follows the data is a fixed stuff bit, whatever came before.
+                // A fixed stuff bit follows the data.
                 let all = stuffed(&bits, bits.len().saturating_sub(1)) + 1;
                 let head = stuffed(&bits, head.saturating_sub(1)) + 1;
                 WireBits { head, fast: all - head + fd_crc_field(self.data.len()) + 1, tail: TAIL_BITS - 1 }
@@ -135,13 +135,12 @@ impl CanFrame {
         }
     }
 
-    /// Bits from the start to the end of the data, before stuffing, and how many of them have the nominal rate
-    /// in a CAN FD frame.
+    /// Bits up to the end of the data, before stuffing, and how many of them have the nominal rate in CAN FD.
     fn bits(&self) -> (Vec<bool>, usize) {
         let mut bits = Vec::with_capacity(64 + 8 * self.data.len());
         push(&mut bits, 0, 1);
         match self.identifier {
-            // Remote request or its substitute, and whether the identifier goes on.
+            // Remote request bit or its substitute, and identifier extension.
             Identifier::Standard(base) => push(&mut bits, u32::from(base) << 2, 13),
             Identifier::Extended(all) => {
                 push(&mut bits, all >> 18, 11);
@@ -165,12 +164,12 @@ impl CanFrame {
         (bits, head)
     }
 
-    /// The most that any frame of this kind and length takes.
+    /// Returns the maximum bits of a frame of this kind and length.
     ///
-    /// Stuff bits: one after the first five bits and after every four more (Davis, Burns, Bril and Lukkien 2007). CAN
-    /// FD: those that follow a bit of the fast part are fast.
+    /// Stuff bits: one after the first five bits and one after every further four (Davis, Burns, Bril and Lukkien
+    /// 2007). CAN FD: stuff bits after a bit of the data phase have the data rate.
     #[must_use]
-    pub fn most_wire_bits(identifier: Identifier, format: Format, bytes: usize) -> WireBits {
+    pub fn max_wire_bits(identifier: Identifier, format: Format, bytes: usize) -> WireBits {
         let count = |bytes: usize| u32::try_from(8 * bytes).unwrap_or(u32::MAX);
         let stuffed = |bits: u32| bits + bits.saturating_sub(1) / 4;
         let is_extended = matches!(identifier, Identifier::Extended(_));
@@ -195,12 +194,12 @@ fn fd_crc_field(bytes: usize) -> u32 {
     bits + 1 + bits / 4
 }
 
-/// Appends the lowest `count` bits of `value`, the highest first.
+/// Appends the lowest `count` bits of `value`, most significant first.
 fn push(bits: &mut Vec<bool>, value: u32, count: u32) {
     bits.extend((0..count).rev().map(|bit| value >> bit & 1 == 1));
 }
 
-/// Bits on the wire of the first `count` bits, the stuff bit after the last of them included.
+/// Bits on the wire of the first `count` bits, including a stuff bit after the last.
 fn stuffed(bits: &[bool], count: usize) -> u32 {
     let (mut sent, mut run, mut last) = (0, 0, true);
     for bit in bits.iter().take(count) {
@@ -215,7 +214,7 @@ fn stuffed(bits: &[bool], count: usize) -> u32 {
     sent
 }
 
-/// The CRC of bits that begin with any number of zeros more: it starts from zero, so they do not change it.
+/// CRC of bits; leading zeros have no effect as it starts from 0.
 fn crc_15(bits: &[bool]) -> u16 {
     let padding = std::iter::repeat_n(false, bits.len().next_multiple_of(8) - bits.len());
     let padded: Vec<bool> = padding.chain(bits.iter().copied()).collect();

@@ -1,51 +1,51 @@
-//! A node on a CAN bus: what waits to be sent, what came in, and its error counters.
+//! A node on a CAN bus: send queue, received frames, error counters.
 
 use std::collections::VecDeque;
 
 use super::frame::{CanFrame, Identifier, WireBits};
 
-/// Above, a node is error-passive.
+/// Limit of error-passive.
 const PASSIVE_ABOVE: u32 = 127;
-/// Above, a node leaves the bus.
+/// Limit of bus-off.
 const BUS_OFF_ABOVE: u32 = 255;
 
-/// How far a node still takes part (ISO 11898-1).
+/// Error state of a node (ISO 11898-1).
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum ErrorState {
-    /// Takes part in full.
+    /// Error-active.
     Active,
-    /// Errors it sees destroy no frame of others, and it waits 8 bits more between frames of its own.
+    /// Error-passive: does not abort frames of other nodes, and waits 8 more bits between its own frames.
     Passive,
-    /// Neither sends nor receives.
+    /// Bus-off: neither sends nor receives.
     BusOff,
 }
 
 /// One node.
 #[derive(Debug)]
 pub struct Node {
-    /// Its name in pictures.
+    /// Name in pictures.
     pub name: String,
-    /// What it listens for.
+    /// Received identifiers.
     pub(super) accepts: Vec<Identifier>,
     pub(super) waiting: VecDeque<Waiting>,
-    /// With the moment of arrival, `ns`.
+    /// Received frames with their arrival, `ns`.
     pub(super) arrived: VecDeque<(u64, CanFrame)>,
-    /// Error counters of ISO 11898-1: of what it sends and of what it receives.
+    /// Transmit and receive error counters (ISO 11898-1).
     pub(super) transmit_errors: u32,
     pub(super) receive_errors: u32,
-    /// Until when it sends nothing: an error-passive node lets others go first.
+    /// End of its suspension of transmission, if error-passive.
     pub(super) suspended_until_ns: u64,
-    /// When it is on the bus again; 0 while it never was off.
+    /// Time of its recovery; 0 if never bus-off.
     pub(super) back_ns: u64,
-    /// How often it left the bus.
+    /// Number of bus-off events.
     pub bus_offs: u32,
-    /// The same, since its controller was reset last.
+    /// Number of bus-off events since the last reset of its controller.
     pub(super) recent_bus_offs: u32,
-    /// Contents that found no room, or a node that was off.
+    /// Dropped packets: queue full or bus-off.
     pub dropped: u64,
 }
 
-/// A frame that waits.
+/// A queued frame.
 #[derive(Debug)]
 pub(super) struct Waiting {
     pub(super) frame: CanFrame,
@@ -70,7 +70,7 @@ impl Node {
         }
     }
 
-    /// How far it takes part at a moment.
+    /// Returns its error state at a time.
     #[must_use]
     pub fn state(&self, now_ns: u64) -> ErrorState {
         if now_ns < self.back_ns {
@@ -82,34 +82,34 @@ impl Node {
         }
     }
 
-    /// Its transmit and receive error counters.
+    /// Returns its transmit and receive error counters.
     #[must_use]
     pub fn error_counters(&self) -> (u32, u32) {
         (self.transmit_errors, self.receive_errors)
     }
 
-    /// Counts what became of a frame of its own. True if that was one error too many: it leaves the bus.
+    /// Counts the result of its own frame; returns true if it becomes bus-off.
     pub(super) fn has_sent(&mut self, well: bool, is_acknowledged: bool) -> bool {
         match (well, is_acknowledged) {
             (true, true) => self.transmit_errors = self.transmit_errors.saturating_sub(1),
-            // Alone on the bus: a passive node does not count it, else it would leave for want of company.
+            // Alone on the bus, a passive node does not count a missing acknowledge, to avoid bus-off.
             (true, false) if self.transmit_errors > PASSIVE_ABOVE => {}
             _ => self.transmit_errors += 8,
         }
         self.transmit_errors > BUS_OFF_ABOVE
     }
 
-    /// Counts what became of a frame of another node.
+    /// Counts the result of another node's frame.
     pub(super) fn has_received(&mut self, well: bool) {
         self.receive_errors = match (well, self.receive_errors) {
             (true, errors) if errors > PASSIVE_ABOVE => PASSIVE_ABOVE - 8,
             (true, errors) => errors.saturating_sub(1),
-            // It stops counting when it is passive.
+            // Counting stops when passive.
             (false, errors) => (errors + 1).min(PASSIVE_ABOVE + 1),
         };
     }
 
-    /// The frame it would send at `start_ns`: the most urgent that waits, the oldest of one identifier first.
+    /// Returns the frame to send at `start_ns`: highest priority first, oldest first for equal identifiers.
     pub(super) fn candidate(&self, start_ns: u64) -> Option<(Identifier, usize)> {
         if start_ns < self.suspended_until_ns || start_ns < self.back_ns {
             return None;
@@ -118,7 +118,7 @@ impl Node {
         ready.map(|(place, waiting)| (waiting.frame.identifier, place)).min()
     }
 
-    /// When it next has something to send; none when nothing waits.
+    /// Returns the time of its next pending frame; `None` without one.
     pub(super) fn ready_ns(&self) -> Option<u64> {
         let earliest = self.waiting.iter().map(|waiting| waiting.ready_ns).min()?;
         Some(earliest.max(self.suspended_until_ns).max(self.back_ns))

@@ -1,22 +1,23 @@
 //! Worst-case response times on a CAN bus.
 //!
 //! Davis, Burns, Bril and Lukkien, "Controller Area Network (CAN) schedulability analysis: refuted, revisited and
-//! revised", Real-Time Systems 35, 2007: non-preemptive fixed priorities, every instance in the busy period looked at.
+//! revised", Real-Time Systems 35, 2007: non-preemptive fixed priorities, evaluates every instance in the busy
+//! period.
 
-/// A message that is sent periodically.
+/// A periodic message.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Message {
-    /// Time between two, `ns`.
+    /// Period, `ns`.
     pub period_ns: u64,
-    /// How much later than its period says it can be ready, `ns`.
+    /// Release jitter, `ns`.
     pub jitter_ns: u64,
-    /// Its longest frame, with the space behind it, `ns`.
+    /// Maximum frame time including the interframe space, `ns`.
     pub frame_ns: u64,
 }
 
-/// Longest time from when `messages[index]` should be ready to the end of its frame and the space behind it, `ns`.
-/// `messages` begin with the most urgent; a bit lasts `bit_ns`, at least 1. None when the bus cannot carry it and all that is more
-/// urgent, or when there is no such message.
+/// Worst-case time from the nominal release of `messages[index]` to the end of its frame and the interframe space,
+/// `ns`. `messages` are in order of priority; a bit lasts `bit_ns`, at least 1. `None` if the bus is overloaded up to
+/// this priority, or the message does not exist.
 #[must_use]
 pub fn worst_response_ns(messages: &[Message], index: usize, bit_ns: u64) -> Option<u64> {
     let message = messages.get(index)?;
@@ -39,13 +40,13 @@ pub fn worst_response_ns(messages: &[Message], index: usize, bit_ns: u64) -> Opt
     (0..instances).map(response_ns).max()
 }
 
-/// What `messages` want of the wire in a time, when all come as early and as close together as they can.
+/// Worst-case demand of `messages` in a time interval.
 fn demand_ns(messages: &[Message], time_ns: u64, bit_ns: u64) -> u64 {
     let frames = |message: &Message| (time_ns + message.jitter_ns + bit_ns).div_ceil(message.period_ns);
     messages.iter().map(|message| frames(message) * message.frame_ns).sum()
 }
 
-/// From below; `next` grows with its argument and less than it, in the long run.
+/// Fixed-point iteration from below.
 fn fixed_point(start_ns: u64, next: impl Fn(u64) -> u64) -> u64 {
     let mut time_ns = start_ns;
     loop {

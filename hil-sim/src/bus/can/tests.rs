@@ -111,7 +111,7 @@ proptest! {
     #[test]
     fn no_response_is_longer_than_the_analysis_says(frames in message_sets()) {
         let messages: Vec<Message> = frames.iter().map(|(frame, period_ns, _)| {
-            let most = CanFrame::most_wire_bits(frame.identifier, Format::Classic, frame.data().len());
+            let most = CanFrame::max_wire_bits(frame.identifier, Format::Classic, frame.data().len());
             Message { period_ns: *period_ns, jitter_ns: 0, frame_ns: CanBus::frame_ns(&CLEAN, most) }
         }).collect();
         let bus = run(CLEAN, &frames, 100_000_000);
@@ -156,8 +156,8 @@ fn error_frames_come_as_often_as_bits_are_wrong_and_everything_gets_through() {
     assert!((found - expected).abs() < 4.0 * expected.sqrt(), "{found} for {expected}");
     assert_eq!(bus.nodes().iter().map(|node| node.bus_offs).sum::<u32>(), 0);
     // A wrong bit costs what is gone of the frame, an error frame, and the frame again.
-    let most_ns = bits_ns(2 * bits + 23 + 100, 1_000_000);
-    assert!(longest_ns(&bus, 1) > bits_ns(bits + 23, 1_000_000) && longest_ns(&bus, 1) < 3 * most_ns);
+    let max_ns = bits_ns(2 * bits + 23 + 100, 1_000_000);
+    assert!(longest_ns(&bus, 1) > bits_ns(bits + 23, 1_000_000) && longest_ns(&bus, 1) < 3 * max_ns);
 }
 
 /// ISO 11898-1: for who listens a frame is good from the last bit but one of its end on, for its sender from the last.

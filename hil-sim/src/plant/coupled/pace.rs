@@ -18,9 +18,8 @@ pub(super) fn check<M: Mechanism>(coupled: &Coupled<M>) -> Result<(), ParameterE
     // Path and value of a damper or spring, and its rate.
     let resolved = |path: &str, value: f64, per_s: f64| {
         let steps_per_ms = 1e-3 * per_s * STEPS_PER_TIME_CONSTANT;
-        let allowed = format!(
-            "small enough for {STEPS_PER_MS_MAX} sub-steps per ms (needs {steps_per_ms:.0})"
-        );
+        let allowed =
+            format!("small enough for {STEPS_PER_MS_MAX} sub-steps per ms (needs {steps_per_ms:.0})");
         require(path, value, steps_per_ms <= STEPS_PER_MS_MAX, &allowed)
     };
     for (axis, actuator) in coupled.actuators.iter().enumerate() {

@@ -92,8 +92,10 @@ pub(super) fn check(wires: &Wires, axes: usize, problems: &mut Vec<String>) {
     let named = wires.fault.iter().map(|fault| fault.axis);
     let named = named.chain(wires.absent.iter().filter_map(|absence| absence.axis));
     for axis in named.filter(|axis| *axis >= axes) {
-        problems.push(format!("fault or absence: axis {axis} is out of range, there are {axes} axes, numbered \
-        from 0"));
+        problems.push(format!(
+            "fault or absence: axis {axis} is out of range, there are {axes} axes, numbered \
+        from 0"
+        ));
     }
 }
 

@@ -89,7 +89,9 @@ impl MoteusParameters {
         for (place, id) in self.ids.iter().enumerate() {
             if MoteusAddress::new(self.host, *id).is_none() {
                 let host = self.host;
-                problems.push(format!("id {id} with host {host}: ids must be 0 to 126 and differ from the host's"));
+                problems.push(format!(
+                    "id {id} with host {host}: ids must be 0 to 126 and differ from the host's"
+                ));
             }
             if self.ids.iter().take(place).any(|other| other == id) {
                 problems.push(format!("duplicate drive id {id}: ids must be unique"));

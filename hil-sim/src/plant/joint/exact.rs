@@ -1,8 +1,8 @@
-//! Exact steps of a rigid joint, whose equations are linear within a mode but for gravity and the dip of dry friction.
+//! Exact steps of a rigid joint, which is linear within a mode except for gravity and the Stribeck effect.
 //!
-//! A step has the matrix exponential of its mode ([`Transition`]). The outside force goes along a line through a step, with
-//! the impulse of the parabola through its start, middle and end. So does what gravity and friction exert beyond linear
-//! forces: the parabola's values are those along the motion that it leads to, by repeated substitution.
+//! A step uses the matrix exponential of its mode ([`Transition`]). The external force is approximated by a line with
+//! the impulse of the parabola through its start, middle and end, as are the nonlinear forces of gravity and
+//! friction, whose parabola is found by iteration along the resulting motion.
 
 use super::friction::FrictionParameters;
 use super::gear::Flow;
@@ -13,15 +13,15 @@ use super::state::State;
 use super::stops::{Contact, StopsParameters};
 use crate::plant::transition::{Dynamics, Motion, Transition};
 
-/// Steps in use are fewer in any usual joint.
+/// Capacity, more than a usual joint needs.
 const MAX_KNOWN: usize = 64;
 
-/// The steps met so far, so that each is computed once.
+/// Cache of steps.
 #[derive(Debug)]
 pub(super) struct ExactSteps {
     /// Energy stored at the start, `J`.
     pub(super) start_j: f64,
-    /// Whether nothing is dry, lossy, wound or bent.
+    /// Whether the joint has no Coulomb friction, losses, winding or nonlinear forces.
     is_plain: bool,
     known: Vec<Known>,
     /// The step that was used last.
@@ -33,7 +33,7 @@ pub(super) struct Known {
     key: Key,
     pub(super) regime: Regime,
     pub(super) whole: Transition,
-    /// Of its half and its quarter; none where forces are linear.
+    /// Transitions of half and quarter steps; `None` without nonlinear forces.
     pub(super) parts: Option<[Transition; 2]>,
 }
 
@@ -45,7 +45,7 @@ struct Key {
     bits: [u64; 2],
 }
 
-/// The coefficients of a mode.
+/// Coefficients of a mode.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Regime {
     pub(super) dynamics: Dynamics,
@@ -53,13 +53,13 @@ pub(super) struct Regime {
     pub(super) leverage: f64,
     /// Force against the output per velocity, without a stop's.
     pub(super) resistance: f64,
-    /// Force against the motion.
+    /// Coulomb friction force.
     pub(super) coulomb: f64,
     /// Natural frequency.
     rad_per_s: f64,
-    /// How fast forces that are not linear let motions grow, `1/s`.
+    /// Growth rate by nonlinear forces, `1/s`.
     growth_per_s: f64,
-    /// Furthest that an acceleration of 1 leads to, however long it takes, `s²`.
+    /// Maximum displacement per acceleration over any time, `s²`.
     swing_s2: f64,
 }
 
@@ -69,7 +69,7 @@ impl ExactSteps {
         Self { start_j: mechanics.stored_j(&mechanics.start()), is_plain, known: Vec::new(), last: 0 }
     }
 
-    /// The step in `mode`.
+    /// Returns the step in `mode`.
     pub(super) fn get(&mut self, mechanics: &Mechanics, mode: &Mode, step_s: f64) -> &Known {
         let bits = [mechanics.load.stiffness.to_bits(), step_s.to_bits()];
         let key = Key { stop: mode.stop, flow: mode.flow, bits };
@@ -92,30 +92,30 @@ impl ExactSteps {
 }
 
 impl Mechanics {
-    /// Whether its equations are linear within a mode, but for gravity and the dip of dry friction.
+    /// Whether its equations are linear within a mode, except for gravity and Stribeck effect.
     pub(super) fn is_exact(&self) -> bool {
         self.flexible.is_none() && !self.friction.has_presliding() && self.motor.is_linear()
     }
 
-    /// Whether every mode is linear, and a stop the only thing that changes it.
+    /// Whether every mode is linear and only stops change the mode.
     fn is_plain(&self) -> bool {
         let is_dry = self.friction.is_dry() || self.gear.is_lossy();
         self.motor == JointMotorParameters::default() && !is_dry && !self.is_bent()
     }
 
-    /// Whether forces within a mode are not linear.
+    /// Whether forces within a mode are nonlinear.
     fn is_bent(&self) -> bool {
         self.load.gravity_torque_nm.abs() > 0.0 || self.friction.breakaway > self.friction.coulomb
     }
 
-    /// What gravity and the dip of dry friction exert beyond linear forces.
+    /// Nonlinear force of gravity and Stribeck effect.
     pub(super) fn bent_force(&self, mode: &Mode, position: f64, velocity: f64) -> f64 {
         let FrictionParameters { coulomb, .. } = self.friction;
         let dip = direction(mode.output) * (self.friction.level(velocity) - coulomb);
         self.load.hanging_force(position) - dip
     }
 
-    /// What accelerates the joint in `mode` under the force `outside`, `N m` or `N`.
+    /// Returns the acceleration in `mode` under the force `outside`, `N m` or `N`.
     #[inline]
     pub(super) fn net_force(
         &self,

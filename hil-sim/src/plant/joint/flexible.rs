@@ -1,11 +1,11 @@
-//! The elastic element between gear and load: harmonic drive, torsion bar, torque sensor, belt.
+//! Elastic element between gear and load: harmonic drive, torsion bar, torque sensor, belt.
 //!
-//! `τ = K x + D x'`, `x` the part of the twist `θ/N - q` beyond the backlash; teeth push and never pull.
+//! `τ = K x + D x'`, `x` is the part of the twist `θ/N - q` beyond the backlash; teeth push only.
 
 use crate::plant::parameter::{ParameterError, not_negative, positive};
 use serde::{Deserialize, Serialize};
 
-/// A spring-damper between gear and load. Units of an output that turns; of one that slides in parentheses.
+/// A spring-damper between gear and load. Units of a rotary output; of a linear output in parentheses.
 #[derive(Debug, Clone, PartialEq, Deserialize, Serialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct FlexibleParameters {
@@ -16,26 +16,26 @@ pub struct FlexibleParameters {
 }
 
 impl Default for FlexibleParameters {
-    /// 1e4 N m/rad without damping: the order of a light arm's joint. A placeholder.
+    /// 1e4 N m/rad without damping, the order of magnitude of a light arm's joint; a placeholder.
     fn default() -> Self {
         Self { stiffness: 1e4, damping: 0.0 }
     }
 }
 
-/// Which flanks of the teeth touch.
+/// Tooth flanks in contact.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Mesh {
-    /// No backlash: both always do.
+    /// Both, without backlash.
     Tight,
-    /// None: in the gap, or leaving a flank faster than it follows.
+    /// No flank: in the gap, or separating.
     Open,
-    /// Those that push the output forward.
+    /// Flanks that push the output forward.
     Forward,
-    /// Those that push the output backward.
+    /// Flanks that push the output backward.
     Backward,
 }
 
-/// The spring with the backlash in it.
+/// Spring with backlash.
 #[derive(Debug, Clone)]
 pub(super) struct Flexible {
     pub(super) stiffness: f64,
@@ -72,7 +72,7 @@ impl Flexible {
         if pushes { side } else { Mesh::Open }
     }
 
-    /// On the output, `N m` or `N`.
+    /// Returns the force on the output, `N m` or `N`.
     pub(super) fn torque(&self, mesh: Mesh, twist: f64, twist_rate: f64) -> f64 {
         let stretch = match mesh {
             Mesh::Open => return 0.0,
@@ -83,7 +83,7 @@ impl Flexible {
         self.stiffness * stretch + self.damping * twist_rate
     }
 
-    /// The part of the twist that stretches the spring, `rad` or `m`.
+    /// Returns the part of the twist that stretches the spring, `rad` or `m`.
     pub(super) fn stretch(&self, twist: f64) -> f64 {
         twist - twist.clamp(-self.half_gap, self.half_gap)
     }

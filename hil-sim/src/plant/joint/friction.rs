@@ -1,4 +1,4 @@
-//! Friction at the output: Coulomb with Stribeck's dip and viscous, dry or with presliding (`LuGre`).
+//! Friction at the output: Coulomb with Stribeck effect and viscous, without or with presliding (`LuGre`).
 //!
 //! `g(v) = Fc + (Fs - Fc) exp(-(v/vs)²)`. Dry: `F = sgn(v) g(v) + σ2 v`, and up to `Fs` at rest.
 //! `LuGre`: `z' = v - σ0 |v| z / g(v)`, `F = σ0 z + σ1 z' + σ2 v` (Canudas de Wit, Olsson, Åström, Lischinsky, "A new
@@ -7,29 +7,29 @@
 use crate::plant::parameter::{ParameterError, not_negative, positive, require};
 use serde::{Deserialize, Serialize};
 
-/// Stribeck velocities at which nothing is left of the dip: `e^(-6.5²)` is far below the last bit.
+/// Multiple of the Stribeck velocity above which the Stribeck effect is negligible: `e^(-6.5²)`.
 const PAST_DIP: f64 = 6.5;
 
-/// Friction at the output. Units of an output that turns; of one that slides in parentheses.
+/// Friction at the output. Units of a rotary output; of a linear output in parentheses.
 #[derive(Debug, Clone, PartialEq, Deserialize, Serialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct FrictionParameters {
     /// `Fc`, `N m` (`N`), >= 0.
     pub coulomb: f64,
-    /// `Fs`, `N m` (`N`), at least `coulomb`; 0 for the same as `coulomb`.
+    /// `Fs`, `N m` (`N`), >= `coulomb`; 0: equal to `coulomb`.
     pub breakaway: f64,
-    /// `vs`, `rad/s` (`m/s`), > 0: where most of `breakaway` is gone.
+    /// `vs`, Stribeck velocity, `rad/s` (`m/s`), > 0.
     pub stribeck_velocity: f64,
     /// `σ2`, `N m s/rad` (`N s/m`), >= 0.
     pub viscous: f64,
-    /// `σ0`, `N m/rad` (`N/m`), >= 0; above 0 the friction is `LuGre`'s, at 0 it is dry.
+    /// `σ0`, `N m/rad` (`N/m`), >= 0; > 0: `LuGre` friction, 0: Coulomb friction.
     pub presliding_stiffness: f64,
     /// `σ1`, `N m s/rad` (`N s/m`), >= 0; only with `presliding_stiffness`.
     pub presliding_damping: f64,
 }
 
 impl Default for FrictionParameters {
-    /// None; a Stribeck velocity of 0.01.
+    /// No friction; a Stribeck velocity of 0.01.
     fn default() -> Self {
         Self {
             coulomb: 0.0,
@@ -80,16 +80,18 @@ impl FrictionParameters {
         self.coulomb + (self.breakaway - self.coulomb) * libm::exp(-share * share)
     }
 
-    /// Steepest fall of the dip, `N m s/rad` or `N s/m`: that of `exp(-(v/vs)²)` is `sqrt(2/e)/vs`.
+    /// Maximum negative slope of the Stribeck curve, `N m s/rad` or `N s/m`; that of `exp(-(v/vs)²)` is
+    /// `sqrt(2/e)/vs`.
     pub(super) fn steepest(&self) -> f64 {
         let dip = (self.breakaway - self.coulomb).max(0.0) / self.stribeck_velocity;
         (2.0 / core::f64::consts::E).sqrt() * dip
     }
 
-    /// Against the motion, and how fast the bristles deflect. `direction` is the sliding direction, -1, 0 or 1.
+    /// Friction force against the motion, and rate of the bristle deflection. `direction` is the sliding direction,
+    /// -1, 0 or 1.
     ///
-    /// The bristles settle at up to `fastest_per_s`: the faster the output, the faster they would, without end, but
-    /// an explicit step follows only so fast. Where they settle to is the same.
+    /// The settling rate of the bristles is limited to `fastest_per_s`, as it increases with the speed and an
+    /// explicit step can follow only up to a limit. Their steady state is unchanged.
     pub(super) fn resist(
         &self,
         direction: f64,

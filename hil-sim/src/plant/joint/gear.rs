@@ -1,4 +1,4 @@
-//! The gear: ratio, its own inertia, losses and lost motion.
+//! Gear: ratio, inertia, losses and backlash.
 
 use crate::plant::parameter::{ParameterError, not_negative, positive, require};
 use serde::{Deserialize, Serialize};
@@ -7,21 +7,21 @@ use serde::{Deserialize, Serialize};
 #[derive(Debug, Clone, PartialEq, Deserialize, Serialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct GearParameters {
-    /// `N`: rotor angle per output motion, `rad/rad` for an output that turns, `rad/m` for one that slides, > 0.
+    /// `N`: rotor angle per output motion, `rad/rad` for a rotary output, `rad/m` for a linear one, > 0.
     pub ratio: f64,
     /// Inertia that turns with the rotor, `kg m²`, >= 0.
     pub inertia_kg_m2: f64,
-    /// Share of the power that arrives when the motor drives the load, above 0, up to 1.
+    /// Efficiency when the motor drives the load, > 0 and <= 1.
     pub efficiency: f64,
-    /// Share of the power that arrives when the load drives the motor, above 0, up to 1.
+    /// Efficiency when the load drives the motor, > 0 and <= 1.
     pub backdrive_efficiency: f64,
-    /// Lost motion on reversal (the whole gap), at the output, `rad` or `m`, >= 0. Above 0 only with `flexible`,
-    /// whose stiffness the teeth have.
+    /// Backlash (whole gap) at the output, `rad` or `m`, >= 0. Above 0 only with `flexible`, which is the stiffness
+    /// of the teeth.
     pub backlash: f64,
 }
 
 impl Default for GearParameters {
-    /// No gear: 1:1 without losses.
+    /// 1:1 without losses.
     fn default() -> Self {
         Self { ratio: 1.0, inertia_kg_m2: 0.0, efficiency: 1.0, backdrive_efficiency: 1.0, backlash: 0.0 }
     }
@@ -41,13 +41,13 @@ impl GearParameters {
         self.efficiency < 1.0 || self.backdrive_efficiency < 1.0
     }
 
-    /// Output torque (times `1/ratio`) per rotor torque, for a transmitted torque of the sign of `torque` while
-    /// the gear turns in `direction` (-1, 0 or 1). A gear at rest shows no loss here: its losses hold it.
+    /// Output torque (times `1/ratio`) per rotor torque, for a transmitted torque with the sign of `torque` and
+    /// motion in `direction` (-1, 0 or 1). Losses at rest act as holding friction instead.
     pub(super) fn transmission(&self, torque: f64, direction: f64) -> f64 {
         self.share(Flow::of(torque * direction))
     }
 
-    /// The same by the flow of power.
+    /// Output torque per rotor torque by direction of power.
     pub(super) fn share(&self, flow: Flow) -> f64 {
         match flow {
             Flow::Forward => self.efficiency,
@@ -57,7 +57,7 @@ impl GearParameters {
     }
 }
 
-/// Which way a gear transmits power.
+/// Direction of power through a gear.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Flow {
     None,
@@ -68,7 +68,7 @@ pub(super) enum Flow {
 }
 
 impl Flow {
-    /// Of a power from motor to load.
+    /// Direction of a power from motor to load.
     pub(super) fn of(power: f64) -> Self {
         if power > 0.0 {
             Self::Forward

@@ -1,4 +1,4 @@
-//! One exact step, the forces in it, and whether it lasts.
+//! One exact step: its forces and its validity.
 
 use super::exact::{ExactSteps, Known};
 use super::mechanics::{Inputs, Mechanics};
@@ -9,13 +9,13 @@ use super::stops::StopsParameters;
 use super::winding::Current;
 use crate::plant::transition::{Motion, Transition};
 
-/// Share of all forces that a parabola may miss the outside force by.
+/// Tolerance of the parabola for the external force, relative to all forces.
 const SMOOTH: f64 = 1e-8;
-/// The same of what is not linear: most of a miss is the same on either side of the middle, and its impulse cancels.
+/// Tolerance for nonlinear forces: most errors cancel around the middle.
 const SMOOTH_BEND: f64 = 1e-6;
-/// Substitutions until a parabola stays: each has a hundredth of the error of the one before, or less.
+/// Maximum iterations of a parabola; each reduces the error by 100 or more.
 const MAX_SUBSTITUTIONS: usize = 8;
-/// Share of itself that it then changes by, at most.
+/// Relative change at convergence.
 const SETTLED: f64 = 1e-8;
 
 /// A step within a mode.
@@ -49,7 +49,7 @@ impl<'a> Leg<'a> {
         self.end_under(&self.bend())
     }
 
-    /// The same, if nothing can change the mode on the way and all forces are smooth.
+    /// The end of the step, if the mode cannot change on the way and all forces are smooth.
     pub(super) fn sure_end(&self) -> Option<State> {
         let Self { mode, push, .. } = *self;
         let scale = push.scale() + (self.mechanics.gear.ratio * self.inputs.wanted_nm).abs();
@@ -67,13 +67,13 @@ impl<'a> Leg<'a> {
         (!bend.is_rougher_than(SMOOTH_BEND * scale)).then(|| self.end_under(&bend))
     }
 
-    /// What accelerates the joint at the start under the force `outside`, `N m` or `N`.
+    /// Returns the acceleration at the start under the force `outside`, `N m` or `N`.
     fn net_force(&self, outside: f64) -> f64 {
         let Self { mechanics, known, mode, start, inputs, .. } = *self;
         mechanics.net_force(&known.regime, start, mode, inputs.wanted_nm, outside)
     }
 
-    /// Motion at the start and jerk under `force`, and the motion at the end of `transition`, which takes `step_s`.
+    /// Motion at the start and jerk under `force`, and the motion at the end of `transition` after `step_s`.
     fn moved(&self, transition: &Transition, force: &Push, step_s: f64) -> (Motion, f64, Motion) {
         let inverse = transition.inverse_mass_per_kg;
         let [outside, change] = force.line();
@@ -90,12 +90,12 @@ impl<'a> Leg<'a> {
         (start, jerk, end)
     }
 
-    /// How fast the current changes at the start; none without a winding.
+    /// Rate of the current at the start; `None` without a winding.
     fn rate_a_per_s(&self) -> Option<f64> {
         Some(-self.known.regime.dynamics.bandwidth_per_s * self.current?.off_a)
     }
 
-    /// What gravity and the dip of friction exert beyond linear forces along the motion that follows from it.
+    /// Nonlinear forces of gravity and Stribeck effect along the resulting motion.
     fn bend(&self) -> Push {
         let (Some([half, quarter]), false) = (&self.known.parts, self.mode.output == Slide::Stuck) else {
             return Push::default();
@@ -157,9 +157,9 @@ impl<'a> Leg<'a> {
             let (inputs, state) = (Inputs { load, ..*inputs }, State { quadrature_a: current_a, ..*start });
             mechanics.acceleration(&inputs, &state, &Mode { output, ..*mode })
         };
-        let [least_a, most_a] = current.map_or([start.quadrature_a; 2], Current::range_a);
-        accelerates(Slide::Forward, most, most_a) <= 0.0
-            && accelerates(Slide::Backward, least, least_a) >= 0.0
+        let [min_a, max_a] = current.map_or([start.quadrature_a; 2], Current::range_a);
+        accelerates(Slide::Forward, most, max_a) <= 0.0
+            && accelerates(Slide::Backward, least, min_a) >= 0.0
             && self.follows(0.0)
     }
 
@@ -171,7 +171,7 @@ impl<'a> Leg<'a> {
         })
     }
 
-    /// Whether nothing can touch, let go, stop sliding, turn the power around or meet a limit on the way.
+    /// Whether no event is possible: contact, release, stop of sliding, reversal of power, limit.
     fn outlasts(&self) -> bool {
         let Self { mechanics, known: Known { regime, .. }, mode, start, push, step_s, .. } = *self;
         let reach = |stops: &StopsParameters| stops.reach(mode.stop, start);
@@ -193,8 +193,8 @@ impl<'a> Leg<'a> {
             && self.keeps_flow(slowed, moved)
     }
 
-    /// Whether the power through a lossy gear keeps its direction while the current settles, the velocity changes by `slowed`
-    /// and the position by `moved`, at most.
+    /// Whether the power through a lossy gear keeps its direction while the current settles, the velocity changes by
+    /// at most `slowed` and the position by at most `moved`.
     fn keeps_flow(&self, slowed: f64, moved: f64) -> bool {
         let Self { mechanics, known: Known { regime, .. }, mode, start, inputs, push, .. } = *self;
         if !mechanics.gear.is_lossy() {

@@ -1,13 +1,13 @@
-//! What the joint moves: an inertia with damping, under gravity, on a spring to ground.
+//! Load: inertia with damping, gravity, and a spring to ground.
 
 use crate::plant::parameter::{ParameterError, finite, not_negative, positive};
 use serde::{Deserialize, Serialize};
 
-/// The load on the output. Units are those of an output that turns; of one that slides in parentheses.
+/// The load on the output. Units of a rotary output; of a linear output in parentheses.
 #[derive(Debug, Clone, PartialEq, Deserialize, Serialize)]
 #[serde(deny_unknown_fields)]
 pub struct LoadParameters {
-    /// Inertia, `kg m²` (`kg`), > 0. The one parameter without a default.
+    /// Inertia, `kg m²` (`kg`), > 0. Required.
     pub inertia: f64,
     /// Viscous damping to ground, `N m s/rad` (`N s/m`), >= 0.
     #[serde(default)]
@@ -15,26 +15,26 @@ pub struct LoadParameters {
     /// Output position at the start, `rad` (`m`), at rest and with any spring relaxed.
     #[serde(default)]
     pub start_position: f64,
-    /// `m g l` of a load that hangs off a turning output, `N m`: its torque is `-m g l sin(position - gravity_angle)`.
-    /// Negative stands it on its head.
+    /// `m g l` of a hanging load on a rotary output, `N m`: its torque is `-m g l sin(position - gravity_angle)`.
+    /// Negative: inverted pendulum.
     #[serde(default)]
     pub gravity_torque_nm: f64,
-    /// Position in which the load hangs straight down, `rad`.
+    /// Position at which the load hangs straight down, `rad`.
     #[serde(default)]
     pub gravity_angle_rad: f64,
-    /// Weight along a sliding output, `N`, positive towards smaller positions.
+    /// Weight along a linear output, `N`, positive towards smaller positions.
     #[serde(default)]
     pub gravity_force_n: f64,
-    /// Of a spring to ground, `N m/rad` (`N/m`), >= 0.
+    /// Stiffness of the spring to ground, `N m/rad` (`N/m`), >= 0.
     #[serde(default)]
     pub stiffness: f64,
-    /// Where that spring is relaxed, `rad` (`m`).
+    /// Rest position of the spring, `rad` (`m`).
     #[serde(default)]
     pub rest_position: f64,
 }
 
 impl LoadParameters {
-    /// A load of this inertia (`kg m²` or `kg`) alone.
+    /// Creates a load with this inertia (`kg m²` or `kg`).
     #[must_use]
     pub fn of_inertia(inertia: f64) -> Self {
         Self {
@@ -60,12 +60,12 @@ impl LoadParameters {
         finite("rest_position", self.rest_position)
     }
 
-    /// By gravity and the spring, `N m` or `N`.
+    /// Returns the force of gravity and spring, `N m` or `N`.
     pub(super) fn potential_force(&self, position: f64) -> f64 {
         self.linear_force(position) + self.hanging_force(position)
     }
 
-    /// By gravity on a turning load, `N m`.
+    /// Returns the gravity torque of a rotary load, `N m`.
     pub(super) fn hanging_force(&self, position: f64) -> f64 {
         if self.gravity_torque_nm.abs() <= 0.0 {
             return 0.0;
@@ -73,7 +73,7 @@ impl LoadParameters {
         -self.gravity_torque_nm * libm::sin(position - self.gravity_angle_rad)
     }
 
-    /// By the spring and a weight along a sliding output, `N m` or `N`.
+    /// Returns the force of the spring and of a weight along a linear output, `N m` or `N`.
     pub(super) fn linear_force(&self, position: f64) -> f64 {
         self.stiffness * (self.rest_position - position) - self.gravity_force_n
     }

@@ -1,4 +1,4 @@
-//! The equations of motion.
+//! Equations of motion of a joint.
 //!
 //! ```text
 //!   rigid:     (M + N² e J) q'' = N e τ_rotor + τ_out                 θ = N q
@@ -19,7 +19,7 @@ use super::state::State;
 use super::stops::{Contact, StopsParameters};
 use super::winding::Winding;
 
-/// A joint's parts.
+/// Parts of a joint.
 #[derive(Debug, Clone)]
 pub(super) struct Mechanics {
     pub(super) load: LoadParameters,
@@ -28,24 +28,24 @@ pub(super) struct Mechanics {
     pub(super) gear: GearParameters,
     pub(super) flexible: Option<Flexible>,
     pub(super) motor: JointMotorParameters,
-    /// The motor's; none where steps are not exact.
+    /// Linear motor model; `None` if steps are not exact.
     pub(super) winding: Option<Winding>,
-    /// All that turns with the rotor.
+    /// Inertia of the rotor side.
     pub(super) rotor_kg_m2: f64,
 }
 
-/// What acts from outside at one instant.
+/// External inputs at one instant.
 #[derive(Debug, Clone, Copy, Default)]
 pub(super) struct Inputs {
-    /// Wanted of the motor.
+    /// Commanded torque.
     pub(super) wanted_nm: f64,
     /// On the output, `N m` or `N`.
     pub(super) load: f64,
-    /// How fast the bristles of the friction may settle, `1/s`.
+    /// Maximum settling rate of the friction's bristles, `1/s`.
     pub(super) settling_max_per_s: f64,
 }
 
-/// What follows from state and inputs.
+/// Results of state and inputs.
 #[derive(Debug, Clone, Copy, Default)]
 pub(super) struct Rates {
     pub(super) state: State,
@@ -59,11 +59,11 @@ pub(super) struct Rates {
 struct Resistance {
     /// `N m` or `N`.
     force: f64,
-    /// How fast the bristles deflect.
+    /// Rate of the bristle deflection.
     deflection_rate: f64,
 }
 
-/// What the drive does: transmitted force at the output, accelerations, and the power lost on the way.
+/// Drive: transmitted force at the output, accelerations, and power loss.
 struct Drive {
     force: f64,
     acceleration: f64,
@@ -91,7 +91,7 @@ impl Mechanics {
         }
     }
 
-    /// Energy in all that moves, bends, hangs or carries current, `J`.
+    /// Stored energy in motion, springs, gravity and current, `J`.
     pub(super) fn stored_j(&self, state: &State) -> f64 {
         let (rotor_rad, rotor_rad_per_s) = self.rotor(state);
         let half_square = |factor: f64, value: f64| 0.5 * factor * value * value;
@@ -109,7 +109,7 @@ impl Mechanics {
             + self.motor.field_j(state)
     }
 
-    /// The mode that `state` is in.
+    /// Returns the mode of `state`.
     pub(super) fn mode(&self, inputs: &Inputs, state: &State) -> Mode {
         let stop =
             self.stops.as_ref().map_or(Contact::Free, |stops| stops.contact(state.position, state.velocity));
@@ -142,18 +142,18 @@ impl Mechanics {
         self.drive(inputs, state, mode).acceleration
     }
 
-    /// Whether all of what is commanded arrives at the output, for nothing takes its part.
+    /// Whether the commanded force arrives at the output unchanged.
     pub(super) fn is_source(&self) -> bool {
         let is_ideal = self.motor == JointMotorParameters::default();
         is_ideal && self.flexible.is_none() && self.rotor_kg_m2 <= 0.0 && !self.gear.is_lossy()
     }
 
-    /// Whether the rotor can stick, by its own friction or the gear's losses.
+    /// Whether the rotor can stick by its friction or gear losses.
     fn is_rotor_dry(&self) -> bool {
         self.motor.coulomb_nm() > 0.0 || self.gear.is_lossy()
     }
 
-    /// How everything changes in `mode`.
+    /// Returns the rates of the state in `mode`.
     pub(super) fn rates(&self, inputs: &Inputs, state: &State, mode: &Mode) -> Rates {
         let (_, rotor_rad_per_s) = self.rotor(state);
         let electric = self.motor.electric(inputs.wanted_nm, rotor_rad_per_s, state);
@@ -207,14 +207,14 @@ impl Mechanics {
         }
     }
 
-    /// What acts on the output from outside.
+    /// External force on the output.
     fn outer(&self, resistance: f64, inputs: &Inputs, state: &State, mode: &Mode) -> f64 {
         let stop = |stops: &StopsParameters| stops.force(mode.stop, state.position, state.velocity);
         inputs.load + self.load.potential_force(state.position) + self.stops.as_ref().map_or(0.0, stop)
             - resistance
     }
 
-    /// Of a rigid joint: has the sign of the torque in its gear, whatever the efficiency.
+    /// Of a rigid joint: has the sign of the gear torque, independent of the efficiency.
     pub(super) fn transmitted(&self, inputs: &Inputs, state: &State, mode: &Mode) -> f64 {
         let resistance = self.resistance(inputs, state, mode.output).force;
         let outer = self.outer(resistance, inputs, state, mode);
@@ -279,7 +279,7 @@ impl Mechanics {
         turning * self.motor.coulomb_nm() + self.motor.viscous_nms_per_rad() * rotor_rad_per_s
     }
 
-    /// Of the flexible element, at the output, and its rate.
+    /// Force of the flexible element at the output, and its rate.
     fn twist(&self, state: &State) -> (f64, f64) {
         let ratio = self.gear.ratio;
         (state.rotor_rad / ratio - state.position, state.rotor_rad_per_s / ratio - state.velocity)

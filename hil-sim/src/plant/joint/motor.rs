@@ -1,4 +1,4 @@
-//! What turns the rotor: an ideal source of torque, or a motor with its amplifier.
+//! Motor: an ideal torque source, or a motor with its amplifier.
 
 use super::brushed::BrushedParameters;
 use super::pace::Pace;
@@ -13,11 +13,11 @@ use serde::{Deserialize, Serialize};
 #[derive(Debug, Clone, PartialEq, Deserialize, Serialize)]
 #[serde(tag = "kind", rename_all = "snake_case", deny_unknown_fields)]
 pub enum JointMotorParameters {
-    /// The commanded torque, at once and without limit.
+    /// Ideal torque source without limit.
     Ideal {},
-    /// A DC motor with brushes.
+    /// Brushed DC motor.
     Brushed(BrushedParameters),
-    /// A permanent-magnet motor with three phases and field-oriented control.
+    /// Three-phase permanent-magnet motor with field-oriented control.
     ThreePhase(ThreePhaseParameters),
 }
 
@@ -30,13 +30,13 @@ impl Default for JointMotorParameters {
 /// The electrical side at one instant.
 #[derive(Debug, Clone, Copy, Default)]
 pub(super) struct Electric {
-    /// Rates of the motor's own states.
+    /// Rates of the motor's states.
     pub(super) rates: State,
-    /// Amplitude for three phases, `V`.
+    /// Voltage, `V`; three-phase: amplitude.
     pub(super) voltage_v: f64,
-    /// From the amplifier into the motor.
+    /// Power from the amplifier, `W`.
     pub(super) supplied_w: f64,
-    /// In winding and amplifier.
+    /// Power loss in winding and amplifier, `W`.
     pub(super) lost_w: f64,
 }
 
@@ -49,7 +49,7 @@ impl JointMotorParameters {
         }
     }
 
-    /// Whether there is a winding, with a current, a voltage and a temperature.
+    /// Whether it has a winding with current, voltage and temperature.
     #[must_use]
     pub fn has_winding(&self) -> bool {
         !matches!(self, Self::Ideal {})
@@ -91,7 +91,7 @@ impl JointMotorParameters {
         }
     }
 
-    /// Whether its torque is linear in what is wanted and time while the voltage lasts.
+    /// Whether its torque is linear in command and time below voltage saturation.
     pub(super) fn is_linear(&self) -> bool {
         !matches!(self, Self::ThreePhase(motor) if motor.dead_time_share > 0.0)
     }
@@ -117,7 +117,7 @@ impl JointMotorParameters {
         self.thermal().map_or(DATA_SHEET_C, |thermal| thermal.ambient_c)
     }
 
-    /// What the field exerts on the rotor, `N m`, when `wanted_nm` is.
+    /// Returns the torque on the rotor, `N m`, for the command `wanted_nm`.
     pub(super) fn torque_nm(&self, wanted_nm: f64, state: &State) -> f64 {
         match self {
             Self::Ideal {} => wanted_nm,
@@ -126,7 +126,7 @@ impl JointMotorParameters {
         }
     }
 
-    /// The electrical side when `wanted_nm` is and the rotor turns at `rotor_rad_per_s`.
+    /// Returns the electrical side for the command `wanted_nm` and the speed `rotor_rad_per_s`.
     pub(super) fn electric(&self, wanted_nm: f64, rotor_rad_per_s: f64, state: &State) -> Electric {
         match self {
             Self::Ideal {} => Electric { supplied_w: wanted_nm * rotor_rad_per_s, ..Electric::default() },
@@ -144,7 +144,7 @@ impl JointMotorParameters {
         }
     }
 
-    /// How fast it can change. `rotor_kg_m2` is all that has to turn with the rotor.
+    /// Returns its fastest rate. `rotor_kg_m2` is the total inertia of the rotor side.
     pub(super) fn paces(&self, rotor_kg_m2: f64) -> Vec<Pace> {
         match self {
             Self::Ideal {} => Vec::new(),

@@ -1,18 +1,18 @@
-//! How fast the parts of a joint can change, and the sub-steps that resolve it.
+//! Time constants of a joint, and the sub-steps that resolve them.
 
 use super::mechanics::Mechanics;
 use crate::plant::parameter::{ParameterError, require};
 
-/// Sub-steps per unit of time constant: a fourth-order Runge-Kutta step of a tenth errs by 1e-6 of it.
+/// Sub-steps per time constant: a fourth-order Runge-Kutta step of 0.1 time constants has a relative error of 1e-6.
 const SUB_STEPS_PER_TIME_CONSTANT: f64 = 10.0;
-/// What a simulation can afford.
+/// Maximum sub-steps per millisecond.
 const SUB_STEPS_PER_MS_MAX: f64 = 5000.0;
 
-/// How fast one parameter lets the joint change.
+/// Rate of a parameter.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Pace {
     path: &'static str,
-    /// Of the parameter.
+    /// Path of the parameter.
     value: f64,
     /// Natural frequency or reciprocal time constant.
     per_s: f64,
@@ -24,18 +24,17 @@ impl Pace {
     }
 }
 
-/// How many sub-steps a second takes to resolve all of it.
+/// Returns the sub-steps per second that resolve the joint.
 ///
 /// # Errors
-/// The fastest parameter, if they are too many.
+/// The parameter with the fastest rate, if it requires too many sub-steps.
 pub(super) fn sub_steps_per_s(mechanics: &Mechanics) -> Result<f64, ParameterError> {
     let paces = paces(mechanics);
     let per_s = paces.iter().map(|pace| pace.per_s * pace.per_s).sum::<f64>().sqrt();
     let sub_steps_per_ms = 1e-3 * per_s * SUB_STEPS_PER_TIME_CONSTANT;
     if let Some(fastest) = paces.iter().max_by(|one, other| one.per_s.total_cmp(&other.per_s)) {
-        let allowed = format!(
-            "small enough for {SUB_STEPS_PER_MS_MAX} sub-steps per ms (needs {sub_steps_per_ms:.0})"
-        );
+        let allowed =
+            format!("small enough for {SUB_STEPS_PER_MS_MAX} sub-steps per ms (needs {sub_steps_per_ms:.0})");
         require(fastest.path, fastest.value, sub_steps_per_ms <= SUB_STEPS_PER_MS_MAX, &allowed)?;
     }
     Ok(1e3 * sub_steps_per_ms)
@@ -44,7 +43,7 @@ pub(super) fn sub_steps_per_s(mechanics: &Mechanics) -> Result<f64, ParameterErr
 fn paces(mechanics: &Mechanics) -> Vec<Pace> {
     let Mechanics { load, stops, friction, gear, flexible, motor, rotor_kg_m2, .. } = mechanics;
     let ratio2 = gear.ratio * gear.ratio;
-    // What has to move along with the output, and with the rotor, at least.
+    // Minimum inertia at the output, and at the rotor.
     let (moved, turned_kg_m2) = if flexible.is_some() {
         (load.inertia, *rotor_kg_m2)
     } else {

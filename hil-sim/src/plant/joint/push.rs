@@ -12,7 +12,7 @@ pub(super) struct Push {
 }
 
 impl Push {
-    /// A force that is the same all the time.
+    /// A constant force.
     pub(super) fn held(force: f64) -> Self {
         Self { start: force, quarter: force, middle: force, end: force }
     }
@@ -22,7 +22,7 @@ impl Push {
         Self { start, quarter: 0.375 * start + 0.75 * middle - 0.125 * end, middle, end }
     }
 
-    /// Whether the parabola misses the force at the quarter by more than `max`, or nothing is known of it.
+    /// Whether the error of the parabola at the quarter exceeds `max`, or is unknown.
     pub(super) fn is_rougher_than(&self, max: f64) -> bool {
         let miss = (self.quarter - Self::parabola([self.start, self.middle, self.end]).quarter).abs();
         miss.is_nan() || miss > max
@@ -32,23 +32,23 @@ impl Push {
         self.start.abs() + self.middle.abs() + self.end.abs()
     }
 
-    /// How far its middle is off the line from start to end.
+    /// Deviation of its middle from the line between start and end.
     fn bulge(&self) -> f64 {
         self.middle - 0.5 * (self.start + self.end)
     }
 
-    /// How far it goes up and down, at most.
+    /// Maximum range.
     pub(super) fn variation(&self) -> f64 {
         (self.end - self.start).abs() + 2.0 * self.bulge().abs()
     }
 
-    /// Between which values it stays.
+    /// Minimum and maximum.
     pub(super) fn range(&self) -> [f64; 2] {
         let bulge = self.bulge().abs();
         [self.start.min(self.end) - bulge, self.start.max(self.end) + bulge]
     }
 
-    /// Start and change of the line with the impulse of the parabola.
+    /// Start and slope of the line with the impulse of the parabola.
     pub(super) fn line(&self) -> [f64; 2] {
         [self.start + 2.0 / 3.0 * self.bulge(), self.end - self.start]
     }

@@ -1,21 +1,21 @@
-//! Everything of a joint that has a rate of change.
+//! State of a joint.
 
-/// The state; as a rate of change, each per second.
+/// State, or its rate per second.
 #[derive(Debug, Clone, Copy, Default)]
 pub(super) struct State {
     /// Of the output, `rad` or `m`.
     pub(super) position: f64,
     /// Of the output, `rad/s` or `m/s`.
     pub(super) velocity: f64,
-    /// Of the rotor behind a flexible element; unused when it moves with the output.
+    /// Rotor with a flexible element; unused for a rigid joint.
     pub(super) rotor_rad: f64,
     pub(super) rotor_rad_per_s: f64,
     /// `LuGre`'s `z`, `rad` or `m`.
     pub(super) deflection: f64,
     pub(super) direct_a: f64,
-    /// The current that makes the torque; a brushed motor's only one.
+    /// Torque-producing current; a brushed motor's only current.
     pub(super) quadrature_a: f64,
-    /// What the current controllers' integrators know of dead time.
+    /// Dead-time compensation of the current controllers' integrators.
     pub(super) learned_d_v: f64,
     pub(super) learned_q_v: f64,
     pub(super) winding_c: f64,
@@ -24,7 +24,7 @@ pub(super) struct State {
 }
 
 impl State {
-    /// What a linear model of the joint consists of: all but energies and the temperature of the winding.
+    /// State of a linear model: without energies and winding temperature.
     pub(super) fn values_mut(&mut self) -> [&mut f64; 9] {
         [
             &mut self.position,

@@ -1,4 +1,4 @@
-//! One step: exact or by Runge-Kutta within a mode, halved where the mode changes.
+//! One step: exact or by Runge-Kutta within a mode, halved at mode changes.
 
 use super::exact::ExactSteps;
 use super::leg::Leg;
@@ -7,28 +7,28 @@ use super::mode::Mode;
 use super::push::Push;
 use super::state::State;
 
-/// How often a sub-step may be halved.
+/// Maximum halvings of a sub-step.
 pub(super) const HALVINGS_MAX: u8 = 10;
-/// How often a period is halved into exact sub-steps at most, [`SUB_STEPS_MIN`](crate::plant::SUB_STEPS_MIN) or more: where
-/// something may happen in it.
+/// Maximum halvings of a period into exact sub-steps, at least [`SUB_STEPS_MIN`](crate::plant::SUB_STEPS_MIN) if an
+/// event is possible.
 pub(super) const PERIOD_HALVINGS: u8 = 5;
 
-/// One period of held command.
+/// A period of constant command.
 pub(super) struct Period<'a> {
     pub(super) mechanics: &'a Mechanics,
     pub(super) load: &'a dyn Fn(f64) -> f64,
-    /// Whether the load stays the same.
+    /// Whether the load is constant.
     pub(super) is_held: bool,
     pub(super) sub_steps_per_s: f64,
-    /// None of a joint that takes no exact steps.
+    /// `None` without exact steps.
     pub(super) exact: Option<&'a mut ExactSteps>,
-    /// Where the period has come to.
+    /// Time within the period.
     pub(super) inputs: Inputs,
 }
 
 impl Period<'_> {
-    /// Takes `state`, in `mode` at `from_s`, on by `step_s`; may halve that as often as `halvings_left` says. A step that may
-    /// be halved more often than a sub-step is taken only if its mode surely lasts.
+    /// Advances `state`, in `mode` at `from_s`, by `step_s`; halves the step at most `halvings_left` times. A step
+    /// longer than a sub-step is taken only if its mode certainly persists.
     pub(super) fn pass(
         &mut self,
         state: &mut State,
@@ -50,7 +50,7 @@ impl Period<'_> {
                 return;
             }
         };
-        // Whoever turns around is at rest for an instant, and dry friction may keep it there.
+        // At a reversal the joint is at rest for an instant, and Coulomb friction may hold it.
         let output_reverses = mode.output.is_reversed_by(next_mode.output);
         let rotor_reverses = mode.rotor.is_reversed_by(next_mode.rotor);
         if output_reverses {
@@ -72,7 +72,7 @@ impl Period<'_> {
         Inputs { load: (self.load)(time_s), ..self.inputs }
     }
 
-    /// The state after a step; none where that is too long.
+    /// Returns the state after a step; `None` if the step is too long.
     fn step(
         &mut self,
         state: &State,

@@ -1,16 +1,16 @@
-//! The ends of the travel: a spring-damper at each, which pushes and never pulls.
+//! End stops: a spring-damper at each end, which pushes only.
 
 use super::state::State;
 use crate::plant::parameter::{ParameterError, not_negative, positive, require};
 use serde::{Deserialize, Serialize};
 
-/// Both ends of the travel. Units of an output that turns; of one that slides in parentheses.
+/// End stops. Units of a rotary output; of a linear output in parentheses.
 #[derive(Debug, Clone, PartialEq, Deserialize, Serialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct StopsParameters {
-    /// Lower end, `rad` (`m`); `-inf` for none.
+    /// Lower end, `rad` (`m`); `-inf`: no stop.
     pub min: f64,
-    /// Upper end, `rad` (`m`), above `min`; `inf` for none.
+    /// Upper end, `rad` (`m`), > `min`; `inf`: no stop.
     pub max: f64,
     /// `N m/rad` (`N/m`), > 0.
     pub stiffness: f64,
@@ -19,17 +19,17 @@ pub struct StopsParameters {
 }
 
 impl Default for StopsParameters {
-    /// No ends; where one is named, 1e4 N m/rad (N/m) without damping.
+    /// No stops; default of a stop: 1e4 N m/rad (N/m) without damping.
     fn default() -> Self {
         Self { min: f64::NEG_INFINITY, max: f64::INFINITY, stiffness: 1e4, damping: 0.0 }
     }
 }
 
-/// Which stop pushes.
+/// Stop in contact.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(in crate::plant) enum Contact {
     Free,
-    /// Deep in a stop that cannot follow the output out.
+    /// Inside a stop that cannot follow the retreating output.
     Released,
     Lower,
     Upper,
@@ -54,7 +54,7 @@ impl StopsParameters {
         if self.stiffness * depth + self.damping * inward > 0.0 { contact } else { Contact::Released }
     }
 
-    /// What the stop in `contact` exerts, `N m` or `N`.
+    /// Returns the force of the stop in `contact`, `N m` or `N`.
     pub(in crate::plant) fn force(&self, contact: Contact, position: f64, velocity: f64) -> f64 {
         match contact {
             Contact::Free | Contact::Released => 0.0,
@@ -63,8 +63,8 @@ impl StopsParameters {
         }
     }
 
-    /// How far position and velocity may go, at least, until another stop pushes or the pushing one lets go: its push vanishes
-    /// after half of it by the position or half of it by the velocity. None where that is not known.
+    /// Minimum changes of position and velocity before a contact change: the force of a stop vanishes after half by
+    /// position or half by velocity. `None` if unknown.
     pub(super) fn reach(&self, contact: Contact, state: &State) -> Option<[f64; 2]> {
         let State { position, velocity, .. } = *state;
         let depth = match contact {
@@ -77,7 +77,7 @@ impl StopsParameters {
         Some([depth.min(half_push / self.stiffness), half_push / self.damping])
     }
 
-    /// How far the output is beyond an end, signed, `rad` or `m`.
+    /// Signed distance of the output beyond an end, `rad` or `m`.
     pub(in crate::plant) fn beyond(&self, position: f64) -> f64 {
         (position - self.max).max(0.0) - (self.min - position).max(0.0)
     }

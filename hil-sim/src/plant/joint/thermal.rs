@@ -1,15 +1,15 @@
-//! The winding's temperature, one body: `C T' = P - (T - T_ambient)/R_th`, and copper's resistance with it.
+//! Winding temperature, one body: `C T' = P - (T - T_ambient)/R_th`, with the resistance of copper.
 
 use crate::plant::parameter::{ParameterError, finite, not_negative, positive};
 use serde::{Deserialize, Serialize};
 
-/// The temperature at which data sheets give a winding's resistance, `°C`.
+/// Reference temperature of winding resistance in data sheets, `°C`.
 pub(super) const DATA_SHEET_C: f64 = 25.0;
 
-/// Resistance per that at 25 °C that copper has near 40 K.
+/// Minimum relative resistance, of copper near 40 K.
 const MIN_WARMTH: f64 = 0.1;
 
-/// How the winding warms up.
+/// Thermal model of a winding.
 #[derive(Debug, Clone, PartialEq, Deserialize, Serialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct ThermalParameters {
@@ -17,14 +17,14 @@ pub struct ThermalParameters {
     pub resistance_k_per_w: f64,
     /// `C`, `J/K`, > 0.
     pub capacity_j_per_k: f64,
-    /// `°C`; the winding starts at it.
+    /// Ambient temperature, `°C`, also at the start.
     pub ambient_c: f64,
-    /// How much of its resistance at 25 °C the winding gains per kelvin, `1/K`, >= 0. Copper: 0.0039.
+    /// Temperature coefficient of the resistance, relative to 25 °C, `1/K`, >= 0. Copper: 0.0039.
     pub coefficient_per_k: f64,
 }
 
 impl Default for ThermalParameters {
-    /// A small motor in air at 25 °C, copper: 14 K/W, time constant 210 s. A placeholder.
+    /// A small copper motor in air at 25 °C: 14 K/W, time constant 210 s; placeholders.
     fn default() -> Self {
         Self {
             resistance_k_per_w: 14.0,
@@ -43,12 +43,12 @@ impl ThermalParameters {
         not_negative("coefficient_per_k", self.coefficient_per_k)
     }
 
-    /// `K/s` under `loss_w`.
+    /// Returns the rate, `K/s`, with the loss `loss_w`.
     pub(super) fn rate(&self, winding_c: f64, loss_w: f64) -> f64 {
         (loss_w - (winding_c - self.ambient_c) / self.resistance_k_per_w) / self.capacity_j_per_k
     }
 
-    /// By how much the winding warms in `step_s`, `K`, with a loss of `cold_j` at the resistance of 25 °C.
+    /// Returns the temperature rise in `step_s`, `K`, for a loss of `cold_j` at the resistance of 25 °C.
     pub(super) fn warming_k(&self, winding_c: f64, cold_j: f64, step_s: f64) -> f64 {
         let warmth = self.warmth(winding_c);
         let cooling_j = step_s * (winding_c - self.ambient_c) / self.resistance_k_per_w;
@@ -59,7 +59,7 @@ impl ThermalParameters {
         first_k * (1.0 + b / 2.0 * (1.0 + b / 3.0 * (1.0 + b / 4.0)))
     }
 
-    /// Resistance at `winding_c` per resistance at 25 °C, at least [`MIN_WARMTH`].
+    /// Returns the resistance relative to 25 °C, at least [`MIN_WARMTH`].
     pub(super) fn warmth(&self, winding_c: f64) -> f64 {
         (1.0 + self.coefficient_per_k * (winding_c - DATA_SHEET_C)).max(MIN_WARMTH)
     }

@@ -1,17 +1,18 @@
-//! A permanent-magnet motor with three phases in the rotor's frame (dq), averaged over the inverter's switching.
+//! Three-phase permanent-magnet motor in the rotor's frame (dq), averaged over the inverter's switching.
 //!
-//! Amplitude-invariant, so that `|i|` is the peak of a phase current (Krause, Wasynczuk, Sudhoff, "Analysis of Electric
-//! Machinery and Drive Systems", chapter on permanent-magnet AC machines; there with `3/2` as here):
+//! Amplitude-invariant: `|i|` is the peak of a phase current (Krause, Wasynczuk, Sudhoff, "Analysis of Electric
+//! Machinery and Drive Systems", chapter on permanent-magnet AC machines; also with `3/2`):
 //!
 //! ```text
 //!   u_d = R i_d + L_d i_d' - w_e L_q i_q              w_e = p w
 //!   u_q = R i_q + L_q i_q' + w_e (L_d i_d + ψ)        τ = 3/2 p (ψ i_q + (L_d - L_q) i_d i_q)
 //! ```
-//! Two PI controllers by pole cancellation with both couplings fed forward: `i/i_ref = wc/(s + wc)` on either axis
-//! while the voltage lasts. `i_d` is held at 0. The voltage stays within the circle `U/sqrt(3)`, `u_d` first.
+//! Two PI controllers with pole cancellation and feedforward of both couplings: `i/i_ref = wc/(s + wc)` on both axes
+//! below voltage saturation. `i_d` is controlled to 0. The voltage is limited to the circle `U/sqrt(3)`, with
+//! priority for `u_d`.
 //!
-//! Dead time takes `4/π U share` (the fundamental of a square wave of height `U share`) off the voltage, against
-//! the current. The integrators learn it with their time constant `L/R`.
+//! Dead time reduces the voltage by `4/π U share` (the fundamental of a square wave of height `U share`) against the
+//! current. The integrators compensate it with the time constant `L/R`.
 
 use super::motor::Electric;
 use super::pace::Pace;
@@ -21,17 +22,17 @@ use super::winding::Winding;
 use crate::plant::parameter::{ParameterError, not_negative, positive, positive_or_infinite, require};
 use serde::{Deserialize, Serialize};
 
-/// A permanent-magnet motor with three phases, its inverter and its field-oriented current control.
+/// Three-phase permanent-magnet motor, inverter and field-oriented current control.
 #[derive(Debug, Clone, PartialEq, Deserialize, Serialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct ThreePhaseParameters {
-    /// `R` of a phase at 25 °C, > 0: half of what is measured between two leads.
+    /// `R` of a phase at 25 °C, > 0: half of the resistance between two leads.
     pub resistance_ohm: f64,
     /// `L_d`, `H`, > 0.
     pub direct_inductance_h: f64,
     /// `L_q`, `H`, > 0.
     pub quadrature_inductance_h: f64,
-    /// `ψ`, peak flux of the magnets through a phase, `V s` per electrical radian, > 0.
+    /// `ψ`, peak flux linkage of a phase, `V s` per electrical radian, > 0.
     pub flux_linkage_vs: f64,
     /// `p`, >= 1.
     pub pole_pairs: u32,
@@ -39,24 +40,24 @@ pub struct ThreePhaseParameters {
     pub rotor_inertia_kg_m2: f64,
     /// Viscous friction of the rotor, `N m s/rad`, >= 0.
     pub viscous_nms_per_rad: f64,
-    /// Dry friction of the rotor, `N m`, >= 0.
+    /// Coulomb friction of the rotor, `N m`, >= 0.
     pub coulomb_nm: f64,
-    /// Largest commanded current, peak of a phase, `A`, > 0; `inf` for none.
+    /// Maximum current, phase peak, `A`, > 0; `inf`: unlimited.
     pub current_limit_a: f64,
-    /// `U`, the inverter's supply, `V`, > 0; `inf` for no limit.
+    /// `U`, supply voltage of the inverter, `V`, > 0; `inf`: unlimited.
     pub supply_v: f64,
-    /// Dead time per period of the pulse-width modulation, 0 to 0.2; above 0 only with a finite `supply_v`.
+    /// Dead time as a share of the PWM period, 0 to 0.2; > 0 only with a finite `supply_v`.
     pub dead_time_share: f64,
-    /// Current below which dead time takes proportionally less, `A`, > 0: the phases' ripple hides it.
+    /// Current below which the dead-time voltage is proportional to the current, `A`, > 0, due to current ripple.
     pub dead_time_current_a: f64,
     /// `wc`, bandwidth of the current loops, `rad/s`, > 0.
     pub current_bandwidth_rad_per_s: f64,
-    /// How the winding warms up; without it stays at 25 °C.
+    /// Thermal model of the winding; default: 25 °C.
     pub thermal: Option<ThermalParameters>,
 }
 
 impl Default for ThreePhaseParameters {
-    /// The order of a frameless joint motor of 70 mm at 48 V with a 1 kHz current loop. Placeholders.
+    /// Order of magnitude of a 70 mm frameless joint motor at 48 V with a 1 kHz current loop; placeholders.
     fn default() -> Self {
         Self {
             resistance_ohm: 0.3,
@@ -77,7 +78,7 @@ impl Default for ThreePhaseParameters {
     }
 }
 
-/// As a drive's configuration tells the motor and its bridge; all else is the default.
+/// Creates the motor and inverter of a drive's configuration, with defaults for other parameters.
 impl From<&drive::Configuration> for ThreePhaseParameters {
     fn from(told: &drive::Configuration) -> Self {
         Self {
@@ -121,7 +122,7 @@ impl ThreePhaseParameters {
         1.5 * f64::from(self.pole_pairs) * self.flux_linkage_vs
     }
 
-    /// Without dead time there is no current along the magnets' flux.
+    /// Without dead time the d-axis current is 0.
     pub(super) fn winding(&self) -> Winding {
         let pole_pairs = f64::from(self.pole_pairs);
         Winding {
@@ -177,7 +178,7 @@ impl ThreePhaseParameters {
         }
     }
 
-    /// What resistance, coupling and magnets take off the voltage of `d` and of `q`, `V`, at currents in `A`.
+    /// Voltages of resistance, coupling and back-EMF on `d` and `q`, `V`, at currents in `A`.
     pub(super) fn lost_v(
         &self,
         resistance_ohm: f64,
@@ -192,7 +193,7 @@ impl ThreePhaseParameters {
         )
     }
 
-    /// What dead time takes off the voltage at most, `V`.
+    /// Maximum voltage of dead time, `V`.
     fn dead_time_v(&self) -> f64 {
         if self.dead_time_share > 0.0 {
             4.0 / core::f64::consts::PI * self.supply_v * self.dead_time_share
@@ -201,7 +202,7 @@ impl ThreePhaseParameters {
         }
     }
 
-    /// `u_d` as far as the inverter goes, and `u_q` as far as that leaves room.
+    /// Limits `u_d` to the inverter's voltage and `u_q` to the rest.
     fn within_circle(&self, d_v: f64, q_v: f64) -> (f64, f64) {
         let radius_v = self.supply_v / 3.0_f64.sqrt();
         if radius_v.is_infinite() {
@@ -219,20 +220,20 @@ impl ThreePhaseParameters {
 
     pub(super) fn paces(&self, rotor_kg_m2: f64) -> [Pace; 6] {
         let bandwidth = self.current_bandwidth_rad_per_s;
-        let least_h = self.direct_inductance_h.min(self.quadrature_inductance_h);
+        let min_h = self.direct_inductance_h.min(self.quadrature_inductance_h);
         let dead_ohm = self.dead_time_v() / self.dead_time_current_a;
         let back_emf_vs = f64::from(self.pole_pairs) * self.flux_linkage_vs;
-        // Beyond no-load speed the voltage can no longer take the coupling of the axes away.
+        // Above no-load speed the voltage cannot compensate the coupling of the axes.
         let no_load_rad_per_s = if self.supply_v.is_finite() {
             self.supply_v / (3.0_f64.sqrt() * self.flux_linkage_vs)
         } else {
             0.0
         };
-        let electromechanical = back_emf_vs * (1.5 / (least_h * rotor_kg_m2)).sqrt();
+        let electromechanical = back_emf_vs * (1.5 / (min_h * rotor_kg_m2)).sqrt();
         [
             Pace::of("motor.current_bandwidth_rad_per_s", bandwidth, bandwidth),
-            Pace::of("motor.direct_inductance_h", self.direct_inductance_h, self.resistance_ohm / least_h),
-            Pace::of("motor.dead_time_current_a", self.dead_time_current_a, dead_ohm / least_h),
+            Pace::of("motor.direct_inductance_h", self.direct_inductance_h, self.resistance_ohm / min_h),
+            Pace::of("motor.dead_time_current_a", self.dead_time_current_a, dead_ohm / min_h),
             Pace::of("motor.supply_v", self.supply_v, no_load_rad_per_s),
             Pace::of("motor.flux_linkage_vs", self.flux_linkage_vs, electromechanical),
             Pace::of(

@@ -1,13 +1,13 @@
-//! A winding whose current follows the wanted one as a first-order lag, `i' = wc (i_ref - i)`, while the voltage lasts.
+//! A winding with a first-order current response, `i' = wc (i_ref - i)`, below voltage saturation.
 
 use super::state::State;
 use super::thermal::ThermalParameters;
 use crate::plant::transition::Transition;
 
-/// Current along the magnets' flux that is none, `A`.
+/// Negligible d-axis current, `A`.
 const NO_CURRENT_A: f64 = 1e-9;
 
-/// A brushed motor's winding, or three phases without dead time: all current makes torque.
+/// Winding of a brushed motor, or three phases without dead time: all current produces torque.
 #[derive(Debug, Clone)]
 pub(super) struct Winding {
     pub(super) nm_per_a: f64,
@@ -18,7 +18,7 @@ pub(super) struct Winding {
     pub(super) inductance_h: f64,
     /// Voltage per rotor speed.
     pub(super) emf_vs: f64,
-    /// Voltage per rotor speed and current, at right angles to the others; 0 with brushes.
+    /// Voltage per rotor speed and current, orthogonal to the others; 0 for a brushed motor.
     pub(super) coupling_h: f64,
     pub(super) voltage_limit_v: f64,
     /// Power per voltage times current.
@@ -26,7 +26,7 @@ pub(super) struct Winding {
     pub(super) thermal: Option<ThermalParameters>,
 }
 
-/// The current over a step: what it settles to, and how far it begins from there.
+/// Current over a step: final value, and initial deviation.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Current {
     pub(super) settled_a: f64,
@@ -48,7 +48,8 @@ impl Winding {
         Current { settled_a, off_a: state.quadrature_a - settled_a }
     }
 
-    /// Whether the voltage lasts, while the current settles and the rotor's speed changes by up to `change_rad_per_s`.
+    /// Whether the voltage is not saturated while the current settles and the rotor speed changes by up to
+    /// `change_rad_per_s`.
     pub(super) fn follows(
         &self,
         state: &State,
@@ -59,7 +60,7 @@ impl Winding {
         let warmth = self.thermal.as_ref().map_or(1.0, |thermal| thermal.warmth(state.winding_c));
         let Current { settled_a, off_a } = current;
         let start_a = settled_a + off_a;
-        // The voltage that the current needs is linear in it.
+        // The required voltage is linear in the current.
         let needs_v = |current_a: f64, off_a: f64| {
             let own_v = self.resistance_ohm * warmth * current_a + self.emf_vs * rotor_rad_per_s;
             (own_v - self.inductance_h * self.bandwidth_per_s * off_a).abs()
@@ -72,8 +73,8 @@ impl Winding {
         is_along && along_v * along_v + across_v * across_v <= self.voltage_limit_v * self.voltage_limit_v
     }
 
-    /// Carries current and temperature on by a step in which it follows; returns what it takes up beyond its work on the
-    /// rotor, `J`.
+    /// Advances current and temperature by a step without saturation; returns the energy consumed in addition to the
+    /// mechanical work, `J`.
     pub(super) fn settle(
         &self,
         transition: &Transition,

@@ -1,15 +1,16 @@
-//! The equations of motion of the PHANToM Premium 1.5.
+//! Equations of motion of the PHANToM Premium 1.5.
 //!
-//! M. C. Cavusoglu, D. Feygin, F. Tendick, "A critical study of the mechanical and electrical properties of the PHANToM
-//! haptic interface and improvements for high-performance control", Presence 11(6), 2002. Axis 0 turns the whole device
-//! about the vertical; axis 1 is the angle of the inner link over the horizontal; axis 2 that of the outer link from the
-//! vertical, and because a parallel bar turns the outer link, axis 2 is seen from the base too, not from the inner link.
+//! M. C. Cavusoglu, D. Feygin, F. Tendick, "A critical study of the mechanical and electrical properties of the
+//! PHANToM haptic interface and improvements for high-performance control", Presence 11(6), 2002. Axis 0 rotates the
+//! whole device about the vertical; axis 1 is the angle of the inner link above the horizontal; axis 2 is the angle
+//! of the outer link from the vertical. A parallel bar drives the outer link, so axis 2 is relative to the base, not
+//! to the inner link.
 //!
-//! Four bodies swing: the outer link `a`, the parallel bar `c`, the inner link with motor and counterweight `be`, the bar
-//! at the shoulder with the other motor `df`; `base` only turns. With `A = l1 (l2 ma + l3 mc)`, the entries of the matrix
-//! of Coriolis terms that the bias below is made of are
-//! `C23 = ½ A cos(q2 - q3) q3'` and `C32 = -½ A cos(q2 - q3) q2'`. A public implementation has `C32` with a plus: with
-//! that `dM/dt - 2 C` would not be skew, and the device would make energy.
+//! Four bodies pivot: the outer link `a`, the parallel bar `c`, the inner link with motor and counterweight `be`, the
+//! bar at the shoulder with the other motor `df`; `base` rotates about the vertical only. With `A = l1 (l2 ma + l3
+//! mc)`, the Coriolis matrix of the bias below has the entries `C23 = ½ A cos(q2 - q3) q3'` and `C32 = -½ A cos(q2 -
+//! q3) q2'`. A public implementation has `C32` with a plus sign, which would make `dM/dt - 2 C` not skew-symmetric
+//! and generate energy.
 #![expect(clippy::indexing_slicing, reason = "matrices of a fixed size")]
 
 use crate::plant::coupled::{Axes, Dynamics, Matrix, Mechanism, transposed};
@@ -18,7 +19,7 @@ use dimsart_core::limits::MAX_DOF;
 use serde::{Deserialize, Serialize};
 
 /// Lengths, masses and moments of inertia. Those of `be` and `df` are about their pivots, the others about the mass
-/// centres; `x` is across the plane of the links, `y` up, `z` forward with all axes at 0.
+/// centres; with all axes at 0, `x` is normal to the plane of the links, `y` up, `z` forward.
 #[derive(Debug, Clone, PartialEq, Deserialize, Serialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct LinkageParameters {
@@ -52,7 +53,7 @@ pub struct LinkageParameters {
     pub base_kg_m2: f64,
     /// Down, `m/s²`.
     pub gravity_m_per_s2: f64,
-    /// Of what moves with the tip, as a hand does that carries itself: without weight, `kg`.
+    /// Mass attached to the tip, such as a hand that carries its own weight: without gravity, `kg`.
     pub tip_kg: f64,
 }
 
@@ -102,7 +103,7 @@ impl LinkageParameters {
                 not_negative(&format!("{path}[{index}]"), *moment)?;
             }
         }
-        // Each axis then turns something of its own, wherever the others are.
+        // Each axis then has an inertia of its own in every position.
         positive("base_kg_m2", self.base_kg_m2)?;
         for (path, [xx, ..]) in
             [("inner_kg_m2[0]", self.inner_kg_m2), ("shoulder_kg_m2[0]", self.shoulder_kg_m2)]
@@ -114,19 +115,19 @@ impl LinkageParameters {
     }
 }
 
-/// The linkage: three axes, and what of the parameters the equations of motion hold.
+/// The linkage: parameters of the equations of motion.
 #[derive(Debug, Clone)]
 pub struct Linkage {
     inner_m: f64,
     outer_m: f64,
-    /// Of `M11`, `kg m²`: constant, with `cos 2 q2`, with `cos 2 q3`.
+    /// Coefficients of `M11`, `kg m²`: constant, of `cos 2 q2`, of `cos 2 q3`.
     turning: [f64; 3],
     /// `M22` and `M33`, `kg m²`.
     inner: f64,
     outer: f64,
     /// `A`, `kg m²`.
     coupling: f64,
-    /// Of `N2` with `cos q2`, of `N3` with `sin q3`, `N m`.
+    /// Coefficients of `cos q2` in `N2` and of `sin q3` in `N3`, `N m`.
     weights_nm: [f64; 2],
     tip_kg: f64,
 }
@@ -145,7 +146,7 @@ impl Linkage {
         let (ma, mc) = (p.outer_kg, p.parallel_kg);
         let ([axx, ayy, azz], [cxx, cyy, czz]) = (p.outer_kg_m2, p.parallel_kg_m2);
         let ([bexx, beyy, bezz], [dfxx, dfyy, dfzz]) = (p.inner_kg_m2, p.shoulder_kg_m2);
-        // Where the masses of `a` and `c` are, as seen from elbow and shoulder.
+        // Mass centres of `a` and `c`, relative to elbow and shoulder.
         let inner = l1 * l1 * (ma + 0.25 * mc);
         let outer = 0.25 * l2 * l2 * ma + l3 * l3 * mc;
         let around = ayy + azz + beyy + bezz + cyy + czz + dfyy + dfzz;
@@ -168,7 +169,8 @@ impl Linkage {
         }
     }
 
-    /// What a mass at the tip adds: `m Jᵀ J`, and `m Jᵀ a` with the acceleration `a` of the tip at even speed of the axes.
+    /// Contribution of a mass at the tip: `m Jᵀ J`, and `m Jᵀ a` with the acceleration `a` of the tip at constant
+    /// axis speeds.
     fn add_tip(&self, position: &Axes, velocity: &Axes, mass: &mut Matrix, bias: &mut Axes) {
         if self.tip_kg <= 0.0 {
             return;
@@ -189,7 +191,7 @@ impl Linkage {
         let (outer_sin, outer_cos) = angles.outer;
         let [turning, inner, outer, ..] = *velocity;
         let reach_rate = -self.inner_m * inner_sin * inner + self.outer_m * outer_cos * outer;
-        // At even speed of the axes.
+        // At constant axis speeds.
         let outward = -self.inner_m * inner_cos * inner * inner
             - self.outer_m * outer_sin * outer * outer
             - self.reach_m(&angles) * turning * turning;
@@ -226,7 +228,7 @@ impl Mechanism for Linkage {
         let [turning_rad_per_s, inner_rad_per_s, outer_rad_per_s, ..] = *velocity;
         let [constant, with_inner, with_outer] = self.turning;
         let coupling = self.coupling;
-        // Of the difference of the two angles.
+        // Cosine and sine of the difference of the two angles.
         let sin_between = sin_inner * cos_outer - cos_inner * sin_outer;
         let cos_between = cos_inner * cos_outer + sin_inner * sin_outer;
 
@@ -241,7 +243,7 @@ impl Mechanism for Linkage {
         mass[(1, 2)] += -0.5 * coupling * sin_between;
         mass[(2, 1)] += -0.5 * coupling * sin_between;
 
-        // How M11 changes with either angle; half of it makes C11, C12 and C13.
+        // Half of the derivative of M11 by each angle gives C11, C12 and C13.
         let by_inner = -4.0 * with_inner * sin_inner * cos_inner - coupling * sin_inner * sin_outer;
         let by_outer = -4.0 * with_outer * sin_outer * cos_outer + coupling * cos_inner * cos_outer;
         let [inner_nm, outer_nm] = self.weights_nm;
@@ -268,7 +270,7 @@ impl Mechanism for Linkage {
         inner_nm * angles.inner.0 - outer_nm * angles.outer.1
     }
 
-    /// `x` forward, `y` left, `z` up, from where the axes meet.
+    /// `x` forward, `y` left, `z` up, from the intersection of the axes.
     fn tip_m(&self, position: &Axes) -> [f64; 3] {
         let angles = Angles::of(position);
         let reach_m = self.reach_m(&angles);

@@ -1,4 +1,4 @@
-//! What a scheme makes of one side's controller.
+//! Parameters of one side of the chain, from its scheme.
 
 use dimsart_core::{Accepts, Engine, ModuleRef, Value};
 
@@ -7,27 +7,27 @@ use crate::rig::SimulatedDimsart;
 
 pub(crate) type SimulatedEngine = Engine;
 
-/// One end of the line. [`default`](Default::default) is one of which nothing is known.
+/// One side. [`default`](Default::default): all unknown.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Controller {
-    /// `K_PARAM` of `PDCTRL_MOD` by axis, `N/m`; empty without one.
+    /// `K_PARAM` of `PDCTRL_MOD` by axis, `N/m`; empty without the module.
     pub stiffness_n_per_m: Vec<f64>,
-    /// `B_PARAM` of `WTRANSF_MOD`, `N s/m`; none without one.
+    /// `B_PARAM` of `WTRANSF_MOD`, `N s/m`; `None` without the module.
     pub impedance_ns_per_m: Option<f64>,
-    /// Samples that the scheme adds between the link and what its signals come from and go to, both ways: by delay
-    /// modules, packets that are not sent in every tick, and play-out.
+    /// Samples added by the scheme between link and signals, both directions: delay modules, packets not sent in
+    /// every tick, and play-out.
     pub delay_ticks: Option<u32>,
-    /// From one packet that it sends to the next, ticks; 0 where it is not known.
+    /// Ticks per sent packet; 0 if unknown.
     pub every_ticks: u32,
-    /// Of those, what the receiver adds to even out jitter: `PLAYOUT_TICKS`, where the policy uses it.
+    /// Play-out delay of the receiver (`PLAYOUT_TICKS`), if used by its policy.
     pub playout_ticks: u32,
-    /// The policy of its receiver, where that gives out less than was sent when a packet is missing: `ZERO`, and `LIMITED`
-    /// without play-out. Displacement is then lost for good.
+    /// Policy of its receiver if missing packets lose displacement permanently: `ZERO`, and `LIMITED` without
+    /// play-out.
     pub losing_policy: Option<&'static str>,
 }
 
 impl Controller {
-    /// Reads what a scheme has set; the controller need never have ticked.
+    /// Reads the parameters of a loaded scheme; the controller need not have run.
     pub fn read(dimsart: &mut SimulatedDimsart) -> Self {
         let delay_ticks = Some(delay::delay_ticks(dimsart));
         let engine = dimsart.engine_mut();
@@ -46,7 +46,7 @@ impl Controller {
     }
 }
 
-/// A real parameter of a module, if the scheme plugs the module in.
+/// Reads a real parameter of a plugged-in module.
 pub(crate) fn real(engine: &mut SimulatedEngine, module: &str, parameter: &str, axis: u8) -> Option<f64> {
     match value(engine, ModuleRef::new(module, 1), parameter, axis)? {
         Value::Real(value) => Some(f64::from(value)),
@@ -54,7 +54,7 @@ pub(crate) fn real(engine: &mut SimulatedEngine, module: &str, parameter: &str, 
     }
 }
 
-/// A whole parameter of a module, if the scheme plugs the module in.
+/// Reads an integer parameter of a plugged-in module.
 pub(super) fn count(engine: &mut SimulatedEngine, module: ModuleRef, parameter: &str) -> Option<u32> {
     match value(engine, module, parameter, 0)? {
         Value::Count(value) => Some(value),
@@ -62,12 +62,12 @@ pub(super) fn count(engine: &mut SimulatedEngine, module: ModuleRef, parameter: 
     }
 }
 
-/// A choice of a module by its name, if the scheme plugs the module in.
+/// Reads a choice of a plugged-in module, by name.
 pub(crate) fn chosen(engine: &mut SimulatedEngine, module: &str, parameter: &str) -> Option<&'static str> {
     choice(engine, ModuleRef::new(module, 1), parameter)
 }
 
-/// A choice among names, if the scheme plugs the module in.
+/// Reads a choice of a plugged-in module, among names.
 pub(super) fn choice(
     engine: &mut SimulatedEngine,
     module: ModuleRef,

@@ -1,11 +1,11 @@
-//! What the delay modules and the packets of a scheme add to a round trip.
+//! Delays added to a round trip by the delay modules and packets of a scheme.
 //!
-//! Its receiver gives a wave out `PLAYOUT_TICKS` later than the fastest packet would have come.
-//! A wave that is sent in every `n`-th tick, as a mean, and given out for `n` ticks is `n - 1` ticks late on average.
+//! The receiver outputs a wave `PLAYOUT_TICKS` after the fastest packet. A wave sent every `n` ticks as a mean, and
+//! output for `n` ticks, is delayed by `n - 1` ticks on average.
 //!
-//! Only those on the way count, whatever their number and however their ports are bound: from where the signal that
-//! leaves on link 0 is made to its packet, and from the packet that comes in to what uses its signal. Of several
-//! signals in a packet the first wave is followed, or the first signal of a packet without waves.
+//! Only delay modules in the signal path count, independent of their number and bindings: from the source of the
+//! signal sent on link 0 to its packet, and from the received packet to the user of its signal. The first wave of a
+//! packet is followed, or its first signal if it has no waves.
 
 use dimsart_core::{Direction, KindId, ModuleRef, TypeRef, Unit};
 
@@ -19,7 +19,7 @@ struct Delay {
     ticks: u32,
 }
 
-/// Samples between the link and what its signals come from and go to, both ways together.
+/// Samples between link and signals, both directions together.
 pub(super) fn delay_ticks(dimsart: &mut SimulatedDimsart) -> u32 {
     let engine = dimsart.engine_mut();
     let sent = carried(engine, "COMM_TXMOD", "CTX_LINK", Direction::Read);
@@ -32,19 +32,19 @@ pub(super) fn delay_ticks(dimsart: &mut SimulatedDimsart) -> u32 {
     [behind.unwrap_or(0), every.saturating_sub(1), playout].into_iter().fold(before, u32::saturating_add)
 }
 
-/// From one packet that is sent on link 0 to the next, ticks.
+/// Ticks per packet sent on link 0.
 pub(super) fn every_ticks(engine: &mut SimulatedEngine) -> u32 {
     let sender = on_link_0(engine, "COMM_TXMOD", "CTX_LINK");
     sender.and_then(|module| count(engine, module, "CTX_EVERY")).unwrap_or(1)
 }
 
-/// What the receiver of link 0 does where a packet is missing; none without one.
+/// Policy of the receiver of link 0 for missing packets; `None` without a receiver.
 pub(super) fn policy(engine: &mut SimulatedEngine) -> Option<&'static str> {
     let receiver = on_link_0(engine, "COMM_RXMOD", "CRX_LINK")?;
     choice(engine, receiver, "STALE")
 }
 
-/// What evens out jitter at the receiver of link 0; 0 under a policy that does not use it.
+/// Play-out of the receiver of link 0; 0 if not used by its policy.
 pub(super) fn playout_ticks(engine: &mut SimulatedEngine) -> u32 {
     let Some(receiver) = on_link_0(engine, "COMM_RXMOD", "CRX_LINK") else { return 0 };
     let policy = choice(engine, receiver, "STALE");
@@ -52,17 +52,17 @@ pub(super) fn playout_ticks(engine: &mut SimulatedEngine) -> u32 {
     count(engine, receiver, "PLAYOUT_TICKS").filter(|_| makes_up).unwrap_or(0)
 }
 
-/// The delay modules of a scheme, and the signals that anything else makes use of.
+/// Delay modules of a scheme, and signals used by other modules.
 struct DelayLine {
     delays: Vec<Delay>,
     used: Vec<TypeRef>,
 }
 
 impl DelayLine {
-    /// From where `signal` is made: a signal has one provider.
+    /// Samples from the source of `signal`, which has one provider.
     fn ticks_before(&self, mut signal: TypeRef) -> u32 {
         let mut ticks = 0_u32;
-        // As many steps as there are delays: bindings can make a circle.
+        // At most one step per delay module, as bindings can form a loop.
         for _ in &self.delays {
             let Some(delay) = self.delays.iter().find(|delay| delay.to == signal) else { break };
             ticks = ticks.saturating_add(delay.ticks);
@@ -71,7 +71,7 @@ impl DelayLine {
         ticks
     }
 
-    /// To the nearest use of `signal`, by way of `most` delays at most; none when nothing uses it.
+    /// Samples to the nearest user of `signal`, through at most `most` delay modules; `None` if unused.
     fn ticks_behind(&self, signal: TypeRef, most: usize) -> Option<u32> {
         if self.used.contains(&signal) {
             return Some(0);
@@ -82,7 +82,7 @@ impl DelayLine {
     }
 }
 
-/// The signal of a comm module's packets on link 0 that is followed.
+/// Returns the followed signal of a comm module on link 0.
 fn carried(engine: &mut SimulatedEngine, kind: &str, link: &str, direction: Direction) -> Option<TypeRef> {
     let module = on_link_0(engine, kind, link)?;
     let signals = signals(engine, module, direction);
@@ -92,7 +92,7 @@ fn carried(engine: &mut SimulatedEngine, kind: &str, link: &str, direction: Dire
     signals.iter().find(is_wave).or(signals.first()).copied()
 }
 
-/// The comm module of this kind that is at link 0.
+/// Finds the comm module of this kind on link 0.
 fn on_link_0(engine: &mut SimulatedEngine, kind: &str, link: &str) -> Option<ModuleRef> {
     let modules: Vec<ModuleRef> = engine.instances().filter(|module| is_of(*module, kind)).collect();
     modules.into_iter().find(|module| count(engine, *module, link) == Some(0))
@@ -111,7 +111,7 @@ fn delays(engine: &mut SimulatedEngine) -> Vec<Delay> {
     modules.into_iter().filter_map(delay).collect()
 }
 
-/// What the device or a module reads that neither delays nor records.
+/// Signals read by the device, or by a module other than delays and recorders.
 fn used(engine: &SimulatedEngine) -> Vec<TypeRef> {
     let uses = |module: &ModuleRef| !is_of(*module, "TIMEDELAY_MOD") && !is_of(*module, "RECORDER_MOD");
     let modules = engine.instances().filter(uses);
@@ -123,7 +123,7 @@ fn is_of(module: ModuleRef, kind: &str) -> bool {
     module.kind == KindId::of(kind)
 }
 
-/// Signals that a module reads or writes, in the order of its ports; none when it is not plugged in.
+/// Returns the signals of a module in the order of its ports; `None` if not plugged in.
 fn signals(engine: &SimulatedEngine, module: ModuleRef, direction: Direction) -> Vec<TypeRef> {
     let steps = engine.steps().filter(|step| step.module == module);
     let signals = steps.flat_map(|step| engine.step_signals(step));

@@ -81,7 +81,7 @@ impl Controller {
         dimsart.connect(device, KINDS).map_err(ExperimentError::Storage)?;
         let counter = COUNTER.with(|counter| *counter);
         dimsart.engine_mut().set_costs(Some(Costs::new(&COSTS, &IDS)));
-        dimsart.engine_mut().time_calls(Counter::up(counter), spare_cycles);
+        dimsart.engine_mut().set_call_timer(Counter::up(counter), spare_cycles);
         let commanded = vec![Word(0); dimsart.frame().input_words()];
         let mut controller = Self {
             dimsart,
@@ -247,7 +247,7 @@ impl Controller {
     /// that the device does not depend on.
     pub(crate) fn reason(&self) -> u8 {
         if self.last_tick == Tick::Ran && self.is_cut() {
-            EventKind::ModuleCutOut as u8
+            EventKind::ModuleIsolated as u8
         } else {
             self.last_tick.reason().number()
         }

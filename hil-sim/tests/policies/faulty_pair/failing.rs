@@ -2,7 +2,7 @@
 
 use std::cell::Cell;
 
-use dimsart_core::{Context, Cost, Input, KindId, Kinds, Module, Output, Unit, types, words};
+use dimsart_core::{Context, Cost, Input, KindId, Module, ModuleKinds, Output, Unit, types, words};
 use dimsart_modules as modules;
 
 use super::fault::{Fault, Writes, Wrong};
@@ -52,7 +52,7 @@ impl Module for Failing {
     type Settings = Settings;
     type Gains = ();
     type State = ();
-    type Axis = ();
+    type AxisState = ();
     type Ports = Ports;
 
     fn compute(context: &Context<'_, Self>) {
@@ -74,7 +74,7 @@ impl Module for Failing {
 }
 
 /// The modules of the shipped scheme, and the one that fails.
-pub(crate) const KINDS: Kinds = dimsart_core::kinds![
+pub(crate) const KINDS: ModuleKinds = dimsart_core::kinds![
     modules::CommRx,
     modules::WaveTransformer,
     modules::Pd,

@@ -25,7 +25,7 @@ pub(super) fn nothing_else_is_logged(moment: &Moment<'_>) -> Option<bool> {
     let now = moment.now;
     let reset = EventKind::Reset as u8;
     let changed = EventKind::SchemeChange as u8;
-    let cut_out = EventKind::ModuleCutOut as u8;
+    let cut_out = EventKind::ModuleIsolated as u8;
     let count = |command| moment.asked.iter().filter(|asked| asked.is_taken_command(command)).count();
     let logged = |what: u8| now.events.iter().filter(|event| event.what == what).count();
     let is_about_this_tick = |what: u8| {

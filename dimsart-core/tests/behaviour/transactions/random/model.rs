@@ -119,7 +119,7 @@ impl Model {
             Command::Check => {
                 let faults = self.edited().faults();
                 if faults > 0 {
-                    return Err(CommandError::DoesNotMatch { faults });
+                    return Err(CommandError::HasFaults { faults });
                 }
                 match &mut self.draft {
                     Some((_, starts)) => *starts = true,
@@ -160,7 +160,7 @@ impl Model {
                     matches!(change, Command::PlugIn(_) | Command::Unplug(_) | Command::CloseModule(_));
                 if self.draft.is_none() && self.is_running && changes_wiring && changed.faults() > 0 {
                     // The model does not predict which of them.
-                    return Err(CommandError::DoesNotMatch { faults: changed.faults() });
+                    return Err(CommandError::HasFaults { faults: changed.faults() });
                 }
                 *self.edited() = changed;
                 Ok(())
@@ -177,7 +177,7 @@ impl Model {
         let (draft, starts) = self.draft.clone().ok_or(CommandError::NoTransaction)?;
         let faults = draft.faults();
         if (self.is_running || starts) && faults > 0 {
-            return Err(CommandError::DoesNotMatch { faults });
+            return Err(CommandError::HasFaults { faults });
         }
         (self.running, self.draft) = (draft, None);
         if starts && !self.is_running {

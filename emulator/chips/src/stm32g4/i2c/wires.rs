@@ -15,13 +15,13 @@ pub struct I2cDevice {
     /// Its address, 7 bits.
     pub address: u32,
     /// Of the clock.
-    pub most_clock_hz: f64,
+    pub max_clock_hz: f64,
     /// Least time that the clock is low, `s`.
-    pub least_low_s: f64,
+    pub min_low_s: f64,
     /// Least time that the clock is high, `s`.
-    pub least_high_s: f64,
+    pub min_high_s: f64,
     /// Least time from the data's change to the clock's rise, with the longest rise of the data, `s`.
-    pub least_setup_s: f64,
+    pub min_setup_s: f64,
     /// What it remembers and measures.
     pub state: [u32; 4],
     /// What it does, and what it says.
@@ -115,18 +115,18 @@ impl Bus {
     pub(super) fn check(&self, bit_s: f64, [low_s, high_s]: [f64; 2], setup_s: f64, access: &mut Access<'_>) {
         let Some(device) = &self.device else { return };
         let name = device.name;
-        if bit_s * device.most_clock_hz < 1.0 {
-            let khz = [1.0 / bit_s, device.most_clock_hz].map(|hz| hz / 1e3);
+        if bit_s * device.max_clock_hz < 1.0 {
+            let khz = [1.0 / bit_s, device.max_clock_hz].map(|hz| hz / 1e3);
             access.violates(format!("{name} is clocked with {:.0} kHz, and takes {:.0}", khz[0], khz[1]));
         }
-        for (what, is_s, least_s) in [
-            ("has its clock low for", low_s, device.least_low_s),
-            ("has its clock high for", high_s, device.least_high_s),
-            ("gets its data ahead of the clock by", setup_s, device.least_setup_s),
+        for (what, is_s, min_s) in [
+            ("has its clock low for", low_s, device.min_low_s),
+            ("has its clock high for", high_s, device.min_high_s),
+            ("gets its data ahead of the clock by", setup_s, device.min_setup_s),
         ] {
-            if is_s < least_s {
-                let [is_ns, least_ns] = [is_s, least_s].map(|time_s| time_s * 1e9);
-                access.violates(format!("{name} {what} {is_ns:.0} ns, and wants {least_ns:.0}"));
+            if is_s < min_s {
+                let [is_ns, min_ns] = [is_s, min_s].map(|time_s| time_s * 1e9);
+                access.violates(format!("{name} {what} {is_ns:.0} ns, and wants {min_ns:.0}"));
             }
         }
     }

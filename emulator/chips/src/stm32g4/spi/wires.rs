@@ -13,11 +13,11 @@ pub struct SpiDevice {
     /// CPOL and CPHA, as one number of two bits: 0 to 3.
     pub mode: u32,
     /// Of its clock.
-    pub most_clock_hz: f64,
+    pub max_clock_hz: f64,
     /// Least time from its being selected to the first edge of the clock, `s`.
-    pub least_select_s: f64,
+    pub min_select_s: f64,
     /// Least time that it is not selected between two times that it is, `s`.
-    pub least_release_s: f64,
+    pub min_release_s: f64,
     /// What it remembers and measures.
     pub state: [u32; 4],
     /// What it does, and what it sends.
@@ -105,9 +105,9 @@ impl Chip {
     }
 
     /// Whether it has been as it is for less than that.
-    fn is_younger(&self, least_s: f64, hz: f64, now: u64) -> bool {
+    fn is_younger(&self, min_s: f64, hz: f64, now: u64) -> bool {
         #[expect(clippy::cast_precision_loss, reason = "only short times matter")]
-        self.since.is_some_and(|since| ((now - since) as f64) < least_s * hz)
+        self.since.is_some_and(|since| ((now - since) as f64) < min_s * hz)
     }
 
     pub(super) fn see(&mut self, is_selected: bool, is_busy: bool, hz: f64, access: &mut Access<'_>) {
@@ -118,7 +118,7 @@ impl Chip {
         if is_busy {
             access.violates(format!("{name} is selected or released in the middle of a frame"));
         }
-        if is_selected && self.is_younger(self.device.least_release_s, hz, now) {
+        if is_selected && self.is_younger(self.device.min_release_s, hz, now) {
             access.violates(format!("{name} is selected again too early"));
         }
         (self.is_selected, self.since) = (is_selected, Some(now));
@@ -127,18 +127,18 @@ impl Chip {
 
     /// At the begin of a frame.
     pub(super) fn check(&self, mode: u32, clock_hz: f64, hz: f64, access: &mut Access<'_>) {
-        let SpiDevice { name, most_clock_hz, least_select_s, .. } = self.device;
+        let SpiDevice { name, max_clock_hz, min_select_s, .. } = self.device;
         if !self.is_selected {
             return;
         }
-        if clock_hz > most_clock_hz {
-            let mhz = [clock_hz, most_clock_hz].map(|hz| hz / 1e6);
+        if clock_hz > max_clock_hz {
+            let mhz = [clock_hz, max_clock_hz].map(|hz| hz / 1e6);
             access.violates(format!("{name} is clocked with {:.1} MHz, and takes {:.1}", mhz[0], mhz[1]));
         }
         if mode != self.device.mode {
             access.violates(format!("{name} is clocked in mode {mode}, and takes mode {}", self.device.mode));
         }
-        if self.is_younger(least_select_s, hz, access.at.cycle) {
+        if self.is_younger(min_select_s, hz, access.at.cycle) {
             access.violates(format!("{name} is clocked too early after it was selected"));
         }
     }

@@ -18,7 +18,7 @@ fn identifier(number: u32) -> Identifier {
 fn the_longest_classic_frames_are_those_of_the_literature() {
     for bytes in 0_u32..=8 {
         for (identifier, base) in [(Identifier::Standard(0), 55), (Identifier::Extended(0), 80)] {
-            let most = CanFrame::most_wire_bits(identifier, Format::Classic, bytes as usize).sum();
+            let most = CanFrame::max_wire_bits(identifier, Format::Classic, bytes as usize).sum();
             assert_eq!(most + INTERFRAME_BITS, base + 10 * bytes);
         }
     }
@@ -28,7 +28,7 @@ fn the_longest_classic_frames_are_those_of_the_literature() {
 /// 10 a byte lack what ISO 11898-1:2015 added: the stuff count and one fixed stuff bit.
 #[test]
 fn the_longest_fd_frames_are_as_the_standard_counts_them() {
-    let bits = |bytes| CanFrame::most_wire_bits(Identifier::Standard(0), Format::Fd, bytes);
+    let bits = |bytes| CanFrame::max_wire_bits(Identifier::Standard(0), Format::Fd, bytes);
     assert_eq!(bits(8).head + bits(8).tail + INTERFRAME_BITS, 32);
     // ESI, length code, 2 stuff bits; stuff count, CRC and their stuff bits; CRC delimiter.
     assert_eq!([0, 8, 16].map(|bytes| bits(bytes).fast), [0, 80, 160].map(|data| 7 + data + 27 + 1));
@@ -89,7 +89,7 @@ fn the_longest_can_be_reached_but_for_the_crc() {
             .map(|data| classic(Identifier::Standard(0), &data[..bytes]).wire_bits().sum())
             .max()
             .unwrap();
-        let most = CanFrame::most_wire_bits(Identifier::Standard(0), Format::Classic, bytes).sum();
+        let most = CanFrame::max_wire_bits(Identifier::Standard(0), Format::Classic, bytes).sum();
         // The CRC's own bits, at most three stuff bits, cannot be chosen; the length code ends a run early.
         assert!(best + 4 >= most, "{bytes} bytes: {best} of {most}");
     }
@@ -104,7 +104,7 @@ proptest! {
         let bytes = if format == Format::Fd { FD_LENGTHS[code] } else { code };
         let data = if repeated { [data[0]; 64] } else { data };
         let frame = CanFrame::new(identifier(number), format, &data[..bytes]).unwrap();
-        let (bits, most) = (frame.wire_bits(), CanFrame::most_wire_bits(identifier(number), format, bytes));
+        let (bits, most) = (frame.wire_bits(), CanFrame::max_wire_bits(identifier(number), format, bytes));
         prop_assert!(bits.head <= most.head && bits.sum() <= most.sum() && bits.tail == most.tail, "{bits:?} {most:?}");
     }
 }
