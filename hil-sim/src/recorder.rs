@@ -16,7 +16,7 @@ use crate::rig::{Rig, Station};
 use crate::rig_file::RecordSection;
 use selection::Selection;
 
-/// Maximum rows per message to a listener; messages cost more than recording.
+/// Maximum ticks per message to a listener; messages cost more than recording.
 const TOLD_TICKS: u64 = 64;
 /// Maximum time of rows in a message, `s`.
 const TOLD_S: f64 = 0.1;
@@ -262,7 +262,7 @@ impl Source {
     }
 }
 
-/// Sends a message to the listener.
+/// Returns the ticks per message to a listener.
 fn told_ticks(period_s: f64) -> u64 {
     #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "a cast saturates")]
     let ticks = (TOLD_S / period_s) as u64;

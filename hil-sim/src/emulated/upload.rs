@@ -63,7 +63,7 @@ pub(super) fn upload(
     line.layout(copy)
 }
 
-/// Answer of this command's library.
+/// Returns the answer of this command's library to a request.
 fn answer_here(copy: &mut SimulatedDimsart, request: &Request) -> Response<'static> {
     protocol::serve(request_id(CLIENT, 0), request, copy, &mut <DeviceInfo>::new("").with_laws())
 }

@@ -214,7 +214,7 @@ impl<M: Mechanism> Coupled<M> {
         }
     }
 
-    /// Mass matrix of mechanism and motors.
+    /// Returns mass matrix and bias, including motor inertias.
     fn dynamics(&self, position: &Axes, velocity: &Axes) -> Dynamics {
         let mut dynamics = self.mechanism.dynamics(position, velocity);
         for (axis, actuator) in self.actuators.iter().enumerate() {

@@ -1,10 +1,10 @@
 //! Stability and passivity limits of a two-robot coupling by theory, from the rig's parameters.
 //!
 //! **Position-force.** The slave's controller outputs `F = K (x_m[k-n1] - x_s)`, the master receives `-S F[k-n2]`.
-//! With both robots sampled and forces constant within a tick, and `G = x/F` of a mass-damper-spring, the loop is `1
-//! + z^-n L = 0`, `L = S K G_m/(1 + K G_s)`, `n = n1 + n2`. A root reaches the unit circle where `|L| = 1` at `z =
-//! exp(jθ)`; a delay of `n = (π + arg L)/θ` ticks shifts its phase to -180°. The minimum is the delay margin (phase
-//! margin divided by frequency), of free space and of wall contact.
+//! Both robots are sampled, forces are constant within a tick, and `G = x/F` is that of a mass-damper-spring. The
+//! loop is `1 + z^-n L = 0`, with `L = S K G_m/(1 + K G_s)` and `n = n1 + n2`. A root reaches the unit circle where
+//! `|L| = 1` at `z = exp(jθ)`; a delay of `n = (π + arg L)/θ` ticks shifts its phase to -180°. The minimum is the
+//! delay margin (phase margin divided by frequency), of free space and of wall contact.
 //!
 //! **Wave variables, time-domain passivity, tanks.** The link is passive at any delay, and so is a wall. The
 //! remaining active element is the sampled spring `K` at each robot, which the robot's damping must dissipate: `b >=

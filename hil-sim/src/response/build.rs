@@ -51,7 +51,7 @@ pub(super) fn machine(
     Ok(Machine::new(body, axes_of(file, device, &let_go_s)?, device.delay_ticks, controllers))
 }
 
-/// Whether links over a CAN bus need no channels: two controllers with one link in each direction.
+/// Maximum links over a CAN bus without channels: two controllers with one link in each direction.
 const LINKS_WITHOUT_CHANNELS: usize = 2;
 
 fn connect(file: &RigFile, parts: &[Part<'_>], rig: &mut Rig) -> Result<(), ExperimentError> {

@@ -21,7 +21,7 @@ fn guard(key: &Key, link: u8, is_classic_can: bool, seed: u64, [out, listening]:
     guard
 }
 
-/// Reads the key of a link.
+/// Returns the path of a link's key file.
 fn key_path(file: &RigFile, link: &LinkSection) -> Option<PathBuf> {
     link.key_file.as_deref().map(|path| file.resolve(path))
 }

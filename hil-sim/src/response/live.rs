@@ -149,7 +149,7 @@ impl LiveRig {
             }
             self.step(pace.late_ticks(), &mut say);
         }
-        // Sends pending messages.
+        // Sends pending rows to the listener.
         let _ = self.recorder.map(Recorder::finish);
     }
 

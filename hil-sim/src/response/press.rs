@@ -220,7 +220,7 @@ impl Planned {
 }
 
 impl Phases {
-    /// Computes the phases of a press for a chain and a round trip, aligned to ticks.
+    /// Computes the phases of a press for a chain and the link's round trip, aligned to ticks.
     fn new(file: &RigFile, chain: &Chain, axes: &[PressedAxis], link_round_trip_ticks: u32) -> Self {
         let jitter_ticks = file.links.iter().map(|link| link.carrier.jitter_ticks).max().unwrap_or_default();
         let late_ticks = [jitter_ticks.saturating_mul(2), chain.delay_ticks().unwrap_or(0)]

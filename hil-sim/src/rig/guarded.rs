@@ -59,7 +59,7 @@ impl Guarded {
         }
     }
 
-    /// Adds the tag to a packet. Returns `None` until the peer has answered.
+    /// Adds the tag to a packet and passes it to `carry`; drops the packet until the peer has answered.
     pub(super) fn seal(&mut self, content: &[u8], carry: impl FnMut(&[u8])) {
         let mut out = [0; MAX_CONTENT_BYTES];
         self.guard.seal(content, &mut out).into_iter().for_each(carry);

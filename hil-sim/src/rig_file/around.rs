@@ -119,15 +119,15 @@ impl AxisSection {
         self.spring.as_ref().filter(|_| self.environment.is_none_or(|kind| kind == EnvironmentKind::Spring))
     }
 
-    /// Stops and springs of the environment.
+    /// Returns the force of wall and spring on the axis.
     #[must_use]
     pub fn met_force(&self, position: f64, velocity: f64) -> f64 {
         self.met_spring().map_or(0.0, |spring| spring.force(position, velocity))
             + self.met_wall().map_or(0.0, |wall| wall.force(position, velocity))
     }
 
-    /// Springs and dampers of hand, spring and wall, without the inertia of the hand; the spring of the hand pulls to
-    /// 0.
+    /// Returns the force of hand, spring and wall on the axis, without the inertia of the hand; the spring of the
+    /// hand pulls to 0.
     #[must_use]
     pub fn force(&self, position: f64, velocity: f64) -> f64 {
         let springs: f64 = self.springs().map(|spring| spring.force(position, velocity)).sum();

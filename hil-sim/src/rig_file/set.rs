@@ -178,8 +178,8 @@ pub(super) fn can_be_set(table: &Table, key: &str, value: &str) -> Result<(), St
     }
 }
 
-/// Sets a value (`device.joint.axis.0.plant.load.inertia`, `0.02`). An entry of a list is selected by its index from 0, or by its
-/// `name` or `device`.
+/// Sets a value (`device.joint.axis.0.plant.load.inertia`, `0.02`). An entry of a list is selected by its index from
+/// 0, or by its `name` or `device`.
 fn apply(table: &mut Table, key: &str, text: &str) -> Result<(), String> {
     let parts: Vec<&str> = key.split('.').map(str::trim).collect();
     let Some((last, parents)) = parts.split_last() else { return Ok(()) };

@@ -37,7 +37,7 @@ impl Push {
         self.middle - 0.5 * (self.start + self.end)
     }
 
-    /// Maximum range.
+    /// Upper bound of its total variation.
     pub(super) fn variation(&self) -> f64 {
         (self.end - self.start).abs() + 2.0 * self.bulge().abs()
     }
