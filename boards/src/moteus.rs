@@ -14,7 +14,7 @@ pub struct Moteus<const JOINTS: usize> {
     /// Maximum number of consecutive ticks without a reply.
     pub missing_ticks: u8,
     /// Maximum torque command at the output, `N·m`, either sign: at most what `servo.max_current_A` allows.
-    pub most_torque_nm: f32,
+    pub max_torque_nm: f32,
     /// Maximum speed of the output, either direction, `rad/s`.
     pub max_speed_rad_per_s: f32,
 }
@@ -46,7 +46,7 @@ impl<const JOINTS: usize> Moteus<JOINTS> {
     /// Returns the limits of torque commands, `N·m`: 10 ms from zero to maximum; safe value 0.
     #[must_use]
     pub const fn limits(&self) -> InputLimits {
-        let max = self.most_torque_nm;
+        let max = self.max_torque_nm;
         InputLimits { min: -max, max, rate_per_s: max / RISE_S, safe_value: SafeValue::Zero }
     }
 
@@ -68,7 +68,7 @@ mod tests {
         ids: [1, 2],
         timeout_s: 0.02,
         missing_ticks: 3,
-        most_torque_nm: 2.0,
+        max_torque_nm: 2.0,
         max_speed_rad_per_s: 50.0,
     };
 
@@ -84,7 +84,7 @@ mod tests {
                 ids: [1, 2, 3, 4],
                 timeout_s: 0.02,
                 missing_ticks: 3,
-                most_torque_nm: 1.0,
+                max_torque_nm: 1.0,
                 max_speed_rad_per_s: 1.0
             }
             .checked())

@@ -7,6 +7,7 @@ use std::fs;
 use std::path::{Path, PathBuf};
 
 use drive::{Configuration, ConfigurationError};
+use hil_sim::renamed_keys::{self, RenamedKey};
 
 pub use simulated::{Follow, follow, identify};
 pub use text::{differences, text};
@@ -43,13 +44,15 @@ pub enum MotorError {
     },
 }
 
-/// Reads a configuration file.
+/// Reads a configuration file; calls `warn` with each old key in it.
 ///
 /// # Errors
 /// [`MotorError`].
-pub fn read(path: &Path) -> Result<Configuration, MotorError> {
+pub fn read(path: &Path, warn: impl FnMut(RenamedKey)) -> Result<Configuration, MotorError> {
     let path_of = || path.to_owned();
     let text = fs::read_to_string(path).map_err(|source| MotorError::File { path: path_of(), source })?;
+    let (text, renamed) = renamed_keys::updated(&text);
+    renamed.into_iter().for_each(warn);
     let configuration: Configuration = toml::from_str(&text)
         .map_err(|error| MotorError::Text { path: path_of(), reason: error.to_string() })?;
     configuration.check().map_err(|error| MotorError::Value { path: path_of(), error })?;
@@ -66,12 +69,16 @@ mod tests {
         let file = folder.path().join("motor.toml");
         let read_text = |text: &str| {
             fs::write(&file, text).unwrap();
-            read(&file)
+            read(&file, |_| ())
         };
-        assert!(read(&file).unwrap_err().to_string().contains("dimsart motor example"));
+        assert!(read(&file, |_| ()).unwrap_err().to_string().contains("dimsart motor example"));
         assert_eq!(read_text(EXAMPLE).unwrap().motor.pole_pairs, 10);
+        let mut warnings = Vec::new();
+        fs::write(&file, EXAMPLE.replace("max_duty", "most_duty")).unwrap();
+        assert_eq!(read(&file, |key| warnings.push(key.old)).unwrap(), read_text(EXAMPLE).unwrap());
+        assert_eq!(warnings, ["most_duty"]);
         for (from, to, expected) in [
-            ("most_duty = 0.95", "most_duty = 0.3", "most_duty is 0.3: must be 0.6 to 1"),
+            ("max_duty = 0.95", "max_duty = 0.3", "max_duty is 0.3: must be 0.6 to 1"),
             ("pole_pairs = 10", "pole_pears = 10", "unknown field `pole_pears`"),
             ("pole_pairs = 10\n", "", "missing field `pole_pairs`"),
             ("trip_c = 100.0", "trip_c = 70", "limits.trip_c is 70: must be above limits.derating_c"),

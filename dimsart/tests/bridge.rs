@@ -49,7 +49,7 @@ scheme = "reference.scheme"
 [[experiment.move]]
 device = "axis"
 on = "load"
-step = { at_s = 0.5, size = 0.01 }
+step = { at_s = 0.5, amplitude = 0.01 }
 "#;
 
 /// The reference is a generator's offset.

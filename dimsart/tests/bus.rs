@@ -91,8 +91,9 @@ fn a_node_that_is_off_the_bus_is_not_called_a_full_line() {
 
 #[test]
 fn a_link_that_carries_nothing_is_a_fault_for_each_who_listens() {
-    for set in ["link.loss=1", "udp.burst_start=1"] {
-        let faults = run(&["link.carrier=udp", "udp.burst_end=0", set, "duration_s=0.5"]).outcome.faults;
+    for set in ["link.loss=1", "udp.burst_entry_probability=1"] {
+        let faults =
+            run(&["link.carrier=udp", "udp.burst_exit_probability=0", set, "duration_s=0.5"]).outcome.faults;
         let silent =
             |name| format!("the link to COMM_RXMOD of the {name} never came up: no packet received; ");
         assert_eq!(faults.len(), 2, "{faults:?}");
@@ -120,7 +121,12 @@ fn a_link_that_both_sides_lose_at_once_is_told_of_both() {
 /// After a lost link, the results of the slave's controller do not move the slave.
 #[test]
 fn forces_that_no_device_gets_have_no_range() {
-    let bursts = ["link.carrier=udp", "udp.burst_start=0.01", "udp.burst_end=0.2", "duration_s=5"];
+    let bursts = [
+        "link.carrier=udp",
+        "udp.burst_entry_probability=0.01",
+        "udp.burst_exit_probability=0.2",
+        "duration_s=5",
+    ];
     let outcome = run(&bursts).outcome;
     let is_told = |what: &str| outcome.faults.iter().any(|fault| fault.contains(what));
     assert!(is_told("slave lost link 0") && is_told("master lost link 0"), "{:?}", outcome.faults);

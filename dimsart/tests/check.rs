@@ -302,7 +302,12 @@ fn what_is_found_can_be_read_by_a_program() {
     assert_eq!((&master["controller"], &master["matches"]), (&"master".into(), &true.into()));
     assert_eq!((&slave["controller"], &slave["matches"]), (&"slave".into(), &false.into()));
     assert!(slave["faults"][0].as_str().unwrap().contains("which has no provider"), "{slave}");
-    assert!(master["words"].as_u64().unwrap() > 100 && master["most_words"] == 2048, "{master}");
+    assert!(
+        master["words"].as_u64().unwrap() > 100
+            && master["max_words"] == 2048
+            && master["most_words"] == 2048,
+        "{master}"
+    );
 }
 
 #[test]

@@ -31,7 +31,7 @@ const TYPED_RIG: &str = r#"
     [[experiment.move]]
     device = "gripper"
     on = "GRIP_WIDTH"
-    step = { at_s = 0.1, size = 0.5 }
+    step = { at_s = 0.1, amplitude = 0.5 }
 "#;
 
 #[test]

@@ -48,18 +48,18 @@ const KEYS: &[&str] = &[
     "udp.spread_s",
     "udp.gamma_shape",
     "udp.delays_file",
-    "udp.burst_start",
-    "udp.burst_end",
+    "udp.burst_entry_probability",
+    "udp.burst_exit_probability",
     "udp.burst_loss",
     "udp.overtaking",
-    "wave.impedance_ns_per_m",
+    "wave.impedance_n_s_per_m",
     "wave.form",
     "master.scheme",
     "master.stiffness_n_per_m",
-    "master.damping_ns_per_m",
+    "master.damping_n_s_per_m",
     "master.time_delay_ticks",
     "master.device.mass_kg",
-    "master.device.damping_ns_per_m",
+    "master.device.damping_n_s_per_m",
     "master.device.coulomb_friction_n",
     "master.device.encoder_step_m",
     "master.device.start_position_m",
@@ -72,10 +72,10 @@ const KEYS: &[&str] = &[
     "master.motor.voltage_limit_v",
     "slave.scheme",
     "slave.stiffness_n_per_m",
-    "slave.damping_ns_per_m",
+    "slave.damping_n_s_per_m",
     "slave.time_delay_ticks",
     "slave.device.mass_kg",
-    "slave.device.damping_ns_per_m",
+    "slave.device.damping_n_s_per_m",
     "slave.device.coulomb_friction_n",
     "slave.device.encoder_step_m",
     "slave.device.start_position_m",
@@ -87,17 +87,17 @@ const KEYS: &[&str] = &[
     "slave.motor.current_bandwidth_rad_per_s",
     "slave.motor.voltage_limit_v",
     "hand.mass_kg",
-    "hand.damping_ns_per_m",
+    "hand.damping_n_s_per_m",
     "hand.stiffness_n_per_m",
     "hand.path_amplitude_m",
     "hand.contact_force_n",
     "wall.position_m",
     "wall.stiffness_n_per_m",
-    "wall.damping_ns_per_m",
+    "wall.damping_n_s_per_m",
     "wall.solid",
     "spring.rest_position_m",
     "spring.stiffness_n_per_m",
-    "spring.damping_ns_per_m",
+    "spring.damping_n_s_per_m",
     "limits.position_m",
     "limits.force_n",
     "limits.wave",
@@ -172,6 +172,28 @@ fn every_key_of_the_bilateral_scenario_keeps_its_name() {
     let has = |key: &&&str| file.parameter(key).is_some() || of_file(key);
     let missing: Vec<_> = KEYS.iter().filter(|key| !has(key)).collect();
     assert!(missing.is_empty(), "{missing:?}");
+}
+
+#[test]
+fn old_names_of_keys_are_accepted_with_a_warning() {
+    for (old, new) in [
+        ("hand.damping_ns_per_m=0.5", "hand.damping_n_s_per_m=0.5"),
+        ("wave.impedance_ns_per_m=12", "wave.impedance_n_s_per_m=12"),
+        ("udp.burst_end=0.5", "udp.burst_exit_probability=0.5"),
+        ("device.slave.axis.0.wall.damping=2", "device.slave.axis.0.wall.damping=2"),
+    ] {
+        let [old_file, new_file] =
+            [old, new].map(|set| RigFile::of_shipped("bilateral", &[set.to_owned()]).unwrap());
+        assert_eq!(old_file.renamed_keys.len(), usize::from(old != new), "{old}");
+        assert_eq!(RigFile { renamed_keys: Vec::new(), ..old_file }, new_file, "{old}");
+    }
+    let text = RigFile::shipped("joint").unwrap();
+    let old = text.replace("amplitude = ", "size = ");
+    let [old, new] = [&old, text].map(|text| RigFile::read(text, "joint", PathBuf::new(), &[]).unwrap());
+    assert!(old.renamed_keys.iter().any(|key| key.old == "size") && new.renamed_keys.is_empty());
+    let outcome = run(&old).unwrap().outcome;
+    assert!(outcome.warnings.iter().any(|warning| warning.contains("`size` is now `amplitude`")));
+    assert_eq!(RigFile { renamed_keys: Vec::new(), ..old }, new);
 }
 
 #[test]

@@ -468,7 +468,7 @@ fn every_tick_of_64_types_reaches_eight_pages() {
     let rig = format!(
         "duration_s = 1.0\n[[device]]\nname = \"joint\"\nmeasures = [\"POSITION\", \"DES_POSITION\"]\n\
          [[device.axis]]\nplant.load.inertia = 0.02\n[[controller]]\ndevice = \"joint\"\nscheme = {scheme:?}\n\
-         [[experiment.move]]\ndevice = \"joint\"\non = \"DES_POSITION\"\nstep = {{ at_s = 0.1, size = 0.1 }}\n"
+         [[experiment.move]]\ndevice = \"joint\"\non = \"DES_POSITION\"\nstep = {{ at_s = 0.1, amplitude = 0.1 }}\n"
     );
     let served = Served::start("wide", &rig);
     let listen = |mut browser: Browser| {

@@ -44,9 +44,9 @@ pub struct Limits {
     /// Phase current that trips the drive, `A`, above `current_a`.
     pub trip_current_a: f32,
     /// Minimum supply voltage, `V`, > 0.
-    pub least_bus_v: f32,
+    pub min_bus_v: f32,
     /// Maximum supply voltage, `V`, above the minimum; braking raises it.
-    pub most_bus_v: f32,
+    pub max_bus_v: f32,
     /// Temperature above which the current limit is reduced, `°C`.
     pub derating_c: f32,
     /// Temperature at which the drive trips, `°C`, above `derating_c`.
@@ -103,7 +103,7 @@ pub struct Inverter {
     /// Current below which the dead-time effect is proportional to the current, `A`, > 0.
     pub dead_time_current_a: f32,
     /// Maximum duty cycle, 0.6 to 1: low-side current sensing needs the rest.
-    pub most_duty: f32,
+    pub max_duty: f32,
 }
 
 /// Configuration of a drive.
@@ -244,11 +244,11 @@ impl Configuration {
             is_above(limits.trip_current_a, limits.current_a),
             "above limits.current_a"
         );
-        require!(self.limits.least_bus_v, is_positive(limits.least_bus_v), "above 0");
+        require!(self.limits.min_bus_v, is_positive(limits.min_bus_v), "above 0");
         require!(
-            self.limits.most_bus_v,
-            is_above(limits.most_bus_v, limits.least_bus_v),
-            "above limits.least_bus_v"
+            self.limits.max_bus_v,
+            is_above(limits.max_bus_v, limits.min_bus_v),
+            "above limits.min_bus_v"
         );
         require!(self.limits.derating_c, limits.derating_c.is_finite(), "finite");
         require!(self.limits.trip_c, is_above(limits.trip_c, limits.derating_c), "above limits.derating_c");
@@ -286,7 +286,7 @@ impl Configuration {
         let dead_time = inverter.dead_time_share;
         require!(self.inverter.dead_time_share, 0.0 <= dead_time && dead_time <= 0.2, "0 to 0.2");
         require!(self.inverter.dead_time_current_a, is_positive(inverter.dead_time_current_a), "above 0");
-        require!(self.inverter.most_duty, 0.6 <= inverter.most_duty && inverter.most_duty <= 1.0, "0.6 to 1");
+        require!(self.inverter.max_duty, 0.6 <= inverter.max_duty && inverter.max_duty <= 1.0, "0.6 to 1");
         Ok(Checked(*self))
     }
 }

@@ -17,7 +17,7 @@
 //! #     pole_pairs: 10, is_encoder_reversed: false, encoder_offset_rad: 0.0,
 //! # };
 //! # const LIMITS: drive::Limits = drive::Limits {
-//! #     current_a: 20.0, trip_current_a: 30.0, least_bus_v: 18.0, most_bus_v: 30.0, derating_c: 80.0, trip_c: 100.0,
+//! #     current_a: 20.0, trip_current_a: 30.0, min_bus_v: 18.0, max_bus_v: 30.0, derating_c: 80.0, trip_c: 100.0,
 //! #     speed_rad_per_s: 400.0, stall_s: 2.0,
 //! # };
 //! use drive::{Angle, Configuration, Drive, Encoder, Inverter, Joint, Rotor, Sample};
@@ -29,7 +29,7 @@
 //!     aligning_current_a: 5.0,
 //!     encoder: Encoder::Incremental { counts_per_turn: 4_096 },
 //!     joint: Joint { gear_ratio: 1.0, zero_rad: 0.0 },
-//!     inverter: Inverter { period_s: 50e-6, dead_time_share: 0.02, dead_time_current_a: 0.2, most_duty: 0.95 },
+//!     inverter: Inverter { period_s: 50e-6, dead_time_share: 0.02, dead_time_current_a: 0.2, max_duty: 0.95 },
 //! })?;
 //! // Once per period, with the sample and the torque commanded by the tick.
 //! let rotor = Rotor::At(Angle::from_counts(1_000, 4_096));

@@ -41,8 +41,8 @@ impl Modulation {
     #[inline]
     #[must_use]
     pub fn new(configuration: &Configuration) -> Self {
-        let Inverter { dead_time_share, dead_time_current_a, most_duty, .. } = configuration.inverter;
-        let radius_share = FRAC_1_SQRT_3 * (2.0 * (most_duty - dead_time_share) - 1.0);
+        let Inverter { dead_time_share, dead_time_current_a, max_duty, .. } = configuration.inverter;
+        let radius_share = FRAC_1_SQRT_3 * (2.0 * (max_duty - dead_time_share) - 1.0);
         Self {
             dead_time_share,
             dead_time_per_a: dead_time_share / dead_time_current_a,

@@ -115,7 +115,7 @@ impl Protection {
     /// Checks currents, supply voltage and temperature.
     #[inline]
     pub(crate) fn look(&mut self, sample: &Sample) {
-        let Limits { trip_current_a, least_bus_v, most_bus_v, trip_c, .. } = self.limits;
+        let Limits { trip_current_a, min_bus_v, max_bus_v, trip_c, .. } = self.limits;
         let [u, v, w] = sample.phase_a;
         // NaN fails every comparison.
         let is_within = |value: f32, most: f32| value.abs() <= most;
@@ -126,8 +126,8 @@ impl Protection {
             _ if !has_current && (u + v + w).is_infinite() => DriveFault::CurrentSensors,
             _ if !has_current => DriveFault::Overcurrent,
             _ if !is_within(u + v + w, self.max_sum_a) => DriveFault::CurrentSensors,
-            Sample { bus_v, .. } if *bus_v > most_bus_v => DriveFault::Overvoltage,
-            Sample { bus_v, .. } if *bus_v >= least_bus_v => {
+            Sample { bus_v, .. } if *bus_v > max_bus_v => DriveFault::Overvoltage,
+            Sample { bus_v, .. } if *bus_v >= min_bus_v => {
                 match (COLDEST_C..trip_c).contains(&sample.temperature_c) {
                     true => return,
                     false => DriveFault::Overtemperature,

@@ -34,8 +34,8 @@ impl Configuration {
             joint.zero_rad.to_bits(),
             limits.current_a.to_bits(),
             limits.trip_current_a.to_bits(),
-            limits.least_bus_v.to_bits(),
-            limits.most_bus_v.to_bits(),
+            limits.min_bus_v.to_bits(),
+            limits.max_bus_v.to_bits(),
             limits.derating_c.to_bits(),
             limits.trip_c.to_bits(),
             limits.speed_rad_per_s.to_bits(),
@@ -43,7 +43,7 @@ impl Configuration {
             inverter.period_s.to_bits(),
             inverter.dead_time_share.to_bits(),
             inverter.dead_time_current_a.to_bits(),
-            inverter.most_duty.to_bits(),
+            inverter.max_duty.to_bits(),
         ]
     }
 
@@ -57,10 +57,9 @@ impl Configuration {
         let [_, _, resistance_ohm, direct_inductance_h, quadrature_inductance_h, flux_linkage_vs, ..] =
             number;
         let [_, _, _, _, _, _, poles, _, kind, counts_per_turn, ..] = *words;
-        let [.., stall_s, period_s, dead_time_share, dead_time_current_a, most_duty] = number;
+        let [.., stall_s, period_s, dead_time_share, dead_time_current_a, max_duty] = number;
         let [_, _, _, _, _, _, _, encoder_offset_rad, _, _, gear_ratio, zero_rad, rest @ ..] = number;
-        let [current_a, trip_current_a, least_bus_v, most_bus_v, derating_c, trip_c, speed_rad_per_s, ..] =
-            rest;
+        let [current_a, trip_current_a, min_bus_v, max_bus_v, derating_c, trip_c, speed_rad_per_s, ..] = rest;
         let [pole_pairs, is_encoder_reversed @ (0 | 1), 0, 0] = poles.to_le_bytes() else { return None };
         let encoder = match kind {
             0 => Encoder::Incremental { counts_per_turn },
@@ -86,14 +85,14 @@ impl Configuration {
             limits: Limits {
                 current_a,
                 trip_current_a,
-                least_bus_v,
-                most_bus_v,
+                min_bus_v,
+                max_bus_v,
                 derating_c,
                 trip_c,
                 speed_rad_per_s,
                 stall_s,
             },
-            inverter: Inverter { period_s, dead_time_share, dead_time_current_a, most_duty },
+            inverter: Inverter { period_s, dead_time_share, dead_time_current_a, max_duty },
         })
     }
 }
@@ -119,8 +118,8 @@ mod tests {
         limits: Limits {
             current_a: 13.0,
             trip_current_a: 14.0,
-            least_bus_v: 15.0,
-            most_bus_v: 16.0,
+            min_bus_v: 15.0,
+            max_bus_v: 16.0,
             derating_c: 17.0,
             trip_c: 18.0,
             speed_rad_per_s: 19.0,
@@ -130,7 +129,7 @@ mod tests {
             period_s: 20.0,
             dead_time_share: 21.0,
             dead_time_current_a: 22.0,
-            most_duty: 23.0,
+            max_duty: 23.0,
         },
     };
 

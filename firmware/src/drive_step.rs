@@ -81,8 +81,8 @@ const CONFIGURATION: Configuration = Configuration {
     limits: Limits {
         current_a: 20.0,
         trip_current_a: 30.0,
-        least_bus_v: 10.0,
-        most_bus_v: 30.0,
+        min_bus_v: 10.0,
+        max_bus_v: 30.0,
         derating_c: 80.0,
         trip_c: 100.0,
         speed_rad_per_s: 400.0,
@@ -92,7 +92,7 @@ const CONFIGURATION: Configuration = Configuration {
     aligning_current_a: 5.0,
     encoder: Encoder::Incremental { counts_per_turn: 4096 },
     joint: Joint { gear_ratio: 1.0, zero_rad: 0.0 },
-    inverter: Inverter { period_s: 5e-5, dead_time_share: 0.02, dead_time_current_a: 0.2, most_duty: 0.95 },
+    inverter: Inverter { period_s: 5e-5, dead_time_share: 0.02, dead_time_current_a: 0.2, max_duty: 0.95 },
 };
 
 #[entry]

@@ -76,7 +76,9 @@ impl Experiment {
     /// # Errors
     /// [`ExperimentError`] if a device, plant or scheme is invalid.
     pub fn new(file: &RigFile) -> Result<Self, ExperimentError> {
-        response::experiment(file)
+        let mut experiment = response::experiment(file)?;
+        experiment.outcome.warnings.extend(file.renamed_keys.iter().map(ToString::to_string));
+        Ok(experiment)
     }
 
     /// Creates an experiment of `duration_s` from a rig and observers; its construction started at `begun`.

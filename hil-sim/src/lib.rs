@@ -9,7 +9,7 @@
 //!     duration_s = 0.5
 //!     device = [{ name = "joint", measures = ["POSITION", "DES_POSITION"], axis = [{ plant.load.inertia = 0.02 }] }]
 //!     controller = [{ device = "joint", scheme = "builtin:joint" }]
-//!     experiment.move = [{ device = "joint", on = "DES_POSITION", step = { at_s = 0.1, size = 0.5 } }]
+//!     experiment.move = [{ device = "joint", on = "DES_POSITION", step = { at_s = 0.1, amplitude = 0.5 } }]
 //! "#;
 //! let outcome = experiment::run(&RigFile::read(rig, "my rig", "".into(), &[])?)?.outcome;
 //! assert!(outcome.stable && outcome.axes[0].loop_figures.is_some_and(|figures| figures.bandwidth_hz > Some(5.0)));
@@ -74,6 +74,7 @@ pub mod pipe;
 pub mod plant;
 pub mod recorder;
 pub mod recording;
+pub mod renamed_keys;
 pub mod response;
 pub mod rig;
 pub mod rig_file;

@@ -64,16 +64,16 @@ impl Motion {
     /// Returns its value at a time, `s`, in the unit of its signal.
     pub(crate) fn at(&self, time_s: f64) -> f64 {
         match self {
-            Self::Step(Step { at_s, size }) => {
+            Self::Step(Step { at_s, amplitude }) => {
                 if time_s >= *at_s - LATE_S {
-                    *size
+                    *amplitude
                 } else {
                     0.0
                 }
             }
-            Self::Ramp(Ramp { at_s, until_s, size }) => size * share(time_s, *at_s, *until_s),
-            Self::MinimumJerk(MinimumJerk { at_s, until_s, size }) => {
-                size * minimum_jerk(share(time_s, *at_s, *until_s))
+            Self::Ramp(Ramp { at_s, until_s, amplitude }) => amplitude * share(time_s, *at_s, *until_s),
+            Self::MinimumJerk(MinimumJerk { at_s, until_s, amplitude }) => {
+                amplitude * minimum_jerk(share(time_s, *at_s, *until_s))
             }
             Self::Sine(Sine { at_s, until_s, amplitude, frequency_hz }) => {
                 let is_on = (*at_s..*until_s).contains(&time_s);
@@ -197,7 +197,7 @@ mod tests {
 
     #[test]
     fn a_least_jerk_move_is_at_rest_at_both_ends_and_fastest_in_the_middle() {
-        let motion = Motion::MinimumJerk(MinimumJerk { at_s: 1.0, until_s: 3.0, size: 2.0 });
+        let motion = Motion::MinimumJerk(MinimumJerk { at_s: 1.0, until_s: 3.0, amplitude: 2.0 });
         let speed = |time_s: f64| (motion.at(time_s + 1e-6) - motion.at(time_s - 1e-6)) / 2e-6;
         assert_eq!([motion.at(0.0), motion.at(2.0), motion.at(5.0)], [0.0, 1.0, 2.0]);
         assert!(speed(1.0).abs() < 1e-4 && speed(3.0).abs() < 1e-4);

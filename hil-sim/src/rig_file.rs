@@ -18,7 +18,7 @@
 //! [[experiment.move]]                 # what happens to it
 //! device = "joint"
 //! on = "DES_POSITION"
-//! step = { at_s = 0.1, size = 0.5 }
+//! step = { at_s = 0.1, amplitude = 0.5 }
 //! ```
 //! The suffix of a key is its unit. Keys of rotary or linear axes have no suffix: rad or m, N m or N. Paths are
 //! relative to the file's folder.
@@ -40,6 +40,7 @@ mod settings_file;
 
 use std::path::{Path, PathBuf};
 
+use crate::renamed_keys::{self, RenamedKey};
 use crate::schemes::suggestion;
 pub use around::{AxisHand, AxisSpring, AxisWall, EnvironmentKind, RIGID_STIFFNESS, WallSide};
 pub use bus::{BusSection, IdealSection};
@@ -115,6 +116,9 @@ pub struct RigFile {
     /// Base folder of relative paths.
     #[serde(skip)]
     pub folder: PathBuf,
+    /// Old keys that the file or a setting uses.
+    #[serde(skip)]
+    pub renamed_keys: Vec<RenamedKey>,
     /// Module kinds of every controller; default: the library's.
     #[serde(skip, default = "library")]
     pub kinds: ModuleKinds,
@@ -223,6 +227,9 @@ impl RigFile {
                 Err(error) => errors.push(error),
             }
         }
+        let (text, mut renamed) = renamed_keys::updated(text);
+        renamed.extend(settings.iter_mut().filter_map(Setting::update));
+        let text = text.as_ref();
         let is_shipped = SHIPPED.iter().any(|(_, shipped)| *shipped == text);
         let own = match is_shipped.then(|| toml::from_str(text)) {
             Some(Ok(own)) => own,
@@ -230,7 +237,7 @@ impl RigFile {
         };
         let is_sound = is_shipped || own.clone().completed(folder.clone()).problems().is_empty();
         let file = match set::apply_all(text, own, &settings) {
-            Ok(file) if errors.is_empty() => file.completed(folder),
+            Ok(file) if errors.is_empty() => Self { renamed_keys: renamed, ..file.completed(folder) },
             Ok(_) if errors.len() == 1 => return Err(errors.remove(0)),
             Ok(_) => return Err(RigFileError::Sets(errors)),
             Err(error) => {

@@ -21,7 +21,7 @@ fn run(plant: &str, [k, i, d]: [f64; 3], duration_s: f64) -> Run {
         [[experiment.move]]
         device = "drive"
         on = "DES_POSITION"
-        step = {{ at_s = 0.1, size = 0.5 }}
+        step = {{ at_s = 0.1, amplitude = 0.5 }}
         "#
     );
     let rows = format!(

@@ -158,10 +158,10 @@ impl Bench {
 fn rate_and_step(moved: &MoveSection) -> (f64, f64) {
     let tau = std::f64::consts::TAU;
     if let Some(step) = &moved.step {
-        return (0.0, step.size.abs());
+        return (0.0, step.amplitude.abs());
     }
-    let ramp = moved.ramp.iter().map(|ramp| ramp.size.abs() / (ramp.until_s - ramp.at_s));
-    let jerk = moved.minimum_jerk.iter().map(|of| 1.875 * of.size.abs() / (of.until_s - of.at_s));
+    let ramp = moved.ramp.iter().map(|ramp| ramp.amplitude.abs() / (ramp.until_s - ramp.at_s));
+    let jerk = moved.minimum_jerk.iter().map(|of| 1.875 * of.amplitude.abs() / (of.until_s - of.at_s));
     let sine = moved.sine.iter().map(|sine| tau * sine.frequency_hz * sine.amplitude);
     let chirp = moved.chirp.iter().map(|chirp| tau * chirp.from_hz.max(chirp.to_hz) * chirp.amplitude);
     let rates: Vec<f64> = ramp.chain(jerk).chain(sine).chain(chirp).collect();

@@ -81,7 +81,7 @@ impl Loop {
             [[experiment.move]]
             device = "drive"
             on = "{follows}"
-            step = {{ at_s = 0.1, size = 0.001 }}
+            step = {{ at_s = 0.1, amplitude = 0.001 }}
             "#,
             self.delay, self.inertia, self.damping
         );
@@ -356,7 +356,7 @@ fn bandwidth_is_that_from_reference_to_position() {
             [[experiment.move]]
             device = "drive"
             on = "DES_POSITION"
-            step = { at_s = 0.0, size = 0.001 }
+            step = { at_s = 0.0, amplitude = 0.001 }
         "#;
         let file = RigFile::read(text, "test", folder.path().to_owned(), &[]).unwrap();
         experiment::run(&file).unwrap().outcome.axes[0].loop_figures.unwrap().bandwidth_hz
@@ -388,7 +388,7 @@ fn saturation_that_alternates_in_sign_is_not_stable_without_margins() {
         [[experiment.move]]
         device = "drive"
         on = "DES_POSITION"
-        step = { at_s = 0.1, size = 0.001 }
+        step = { at_s = 0.1, amplitude = 0.001 }
     "#;
     let folder = tempfile::tempdir().unwrap();
     let rows = "all PIDCTRL_MOD K_PARAM 3000\nall PIDCTRL_MOD D_PARAM 100\nall MOD_ENG MOD_ON PIDCTRL_MOD\nall MOD_ENG MATCHING_CHECK";

@@ -31,11 +31,11 @@ fn rig(more: &str) -> String {
         [[experiment.move]]
         device = "joint"
         on = "DES_POSITION"
-        step = {{ at_s = 0.0, size = 0.0 }}
+        step = {{ at_s = 0.0, amplitude = 0.0 }}
         [[experiment.move]]
         device = "joint"
         on = "load"
-        step = {{ at_s = 0.2, size = -{LOAD_NM} }}
+        step = {{ at_s = 0.2, amplitude = -{LOAD_NM} }}
         [record]
         signals = ["joint.MOTOR_CURRENT", "joint.MOTOR_VOLTAGE", "joint.WINDING_TEMPERATURE"]
         "#

@@ -42,7 +42,7 @@ const RIG: &str = r#"
     duration_s = 2.0
     device = [{ name = "wheel", measures = ["VELOCITY"], axis = [{ plant.load.inertia = 0.01 }] }]
     controller = [{ device = "wheel", scheme = "SCHEME", set.BRAKE_MOD.D_PARAM = 0.1 }]
-    experiment.move = [{ device = "wheel", on = "load", step = { at_s = 0.0, size = 0.2 } }]
+    experiment.move = [{ device = "wheel", on = "load", step = { at_s = 0.0, amplitude = 0.2 } }]
 "#;
 const SCHEME: &str = "all MOD_ENG MOD_ON BRAKE_MOD\nall MOD_ENG MATCHING_CHECK\n";
 

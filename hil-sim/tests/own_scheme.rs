@@ -38,8 +38,8 @@ fn run(scheme: &str, settings: &[&str]) -> Result<Outcome, String> {
         format!("master.scheme={path}"),
         format!("slave.scheme={path}"),
         "dof=2".to_owned(),
-        "hand.damping_ns_per_m=20".to_owned(),
-        "slave.device.damping_ns_per_m=20".to_owned(),
+        "hand.damping_n_s_per_m=20".to_owned(),
+        "slave.device.damping_n_s_per_m=20".to_owned(),
     ];
     let settings: Vec<String> =
         own.into_iter().chain(settings.iter().map(|text| (*text).to_owned())).collect();
@@ -53,8 +53,8 @@ fn run(scheme: &str, settings: &[&str]) -> Result<Outcome, String> {
 }
 
 /// Springs in series before the shipped wall of 1e4 N/m, `N/m`.
-fn chain(master: f64, impedance_ns_per_m: f64, ticks: u32, slave: f64) -> f64 {
-    let line = f64::from(ticks) * 1e-3 / (2.0 * impedance_ns_per_m);
+fn chain(master: f64, impedance_n_s_per_m: f64, ticks: u32, slave: f64) -> f64 {
+    let line = f64::from(ticks) * 1e-3 / (2.0 * impedance_n_s_per_m);
     1.0 / (1.0 / master + line + 1.0 / slave + 1.0 / 1e4)
 }
 
@@ -149,7 +149,7 @@ fn unlike_wave_impedances_are_named() {
     assert_eq!(outcome.k_predicted_n_per_m, [None, None]);
     let expected = "wave impedances differ, 10 N s/m on the master and 5 N s/m on the slave";
     assert!(outcome.faults.iter().any(|fault| fault.contains(expected)), "{:?}", outcome.faults);
-    let outcome = run(&unlike, &["duration_s=0.2", "wave.impedance_ns_per_m=20"]).unwrap();
+    let outcome = run(&unlike, &["duration_s=0.2", "wave.impedance_n_s_per_m=20"]).unwrap();
     assert!(outcome.faults.is_empty(), "{:?}", outcome.faults);
 }
 

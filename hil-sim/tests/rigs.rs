@@ -58,7 +58,7 @@ fn pd_rig(delay_ticks: f64) -> String {
         [[experiment.move]]
         device = "drive"
         on = "DES_POSITION"
-        step = {{ at_s = 0.05, size = 0.5 }}
+        step = {{ at_s = 0.05, amplitude = 0.5 }}
         "#
     )
 }
@@ -203,7 +203,7 @@ fn led(sent: &str) -> Run {
     ));
     scheme.run(&format!(
         "duration_s = 0.5\n{}{}[[link]]\nfrom = 'lead'\nto = 'follow'\n\
-         [[experiment.move]]\ndevice = 'lead'\non = 'DES_POSITION'\nstep = {{ at_s = 0.1, size = 0.1 }}\n",
+         [[experiment.move]]\ndevice = 'lead'\non = 'DES_POSITION'\nstep = {{ at_s = 0.1, amplitude = 0.1 }}\n",
         device("lead", ", 'DES_POSITION'"),
         device("follow", "")
     ))
@@ -329,8 +329,8 @@ fn everything_that_does_not_go_together_is_named_at_once() {
         device = "drive"
         axis = 1
         on = "DES_VELOCITY"
-        step = { at_s = 0.1, size = 1.0 }
-        ramp = { at_s = 0.1, until_s = 0.0, size = 1.0 }
+        step = { at_s = 0.1, amplitude = 1.0 }
+        ramp = { at_s = 0.1, until_s = 0.0, amplitude = 1.0 }
     "#;
     let error = RigFile::read(text, "my.toml", PathBuf::new(), &[]).unwrap_err().to_string();
     for expected in [
@@ -425,7 +425,7 @@ fn a_stiffness_that_has_not_settled_says_so() {
 
 #[test]
 fn nothing_is_felt_of_a_wall_that_is_not_met() {
-    let sets = ["experiment.move.0.minimum_jerk.size=0.01".to_owned()];
+    let sets = ["experiment.move.0.minimum_jerk.amplitude=0.01".to_owned()];
     let file = RigFile::read(RigFile::shipped("three").unwrap(), "three", PathBuf::new(), &sets).unwrap();
     let run = Experiment::new(&file).unwrap().run(&AtomicBool::new(false), |_| ());
     assert_eq!(run.outcome.perceived, []);
@@ -486,12 +486,12 @@ fn a_sampled_spring_gives_out_the_energy_of_its_delay() {
         .replace("duration_s = 0.6", "duration_s = 2.0")
         .replace("on = \"DES_POSITION\"", "on = \"hand\"")
         .replace(
-            "step = { at_s = 0.05, size = 0.5 }",
-            "minimum_jerk = { at_s = 0.1, until_s = 0.9, size = 0.2 }",
+            "step = { at_s = 0.05, amplitude = 0.5 }",
+            "minimum_jerk = { at_s = 0.1, until_s = 0.9, amplitude = 0.2 }",
         )
         + "[[experiment.move]]\ndevice = 'drive'\non = 'hand'\nminimum_jerk = { at_s = 1.0, until_s = 1.8, size \
         = -0.2 }\n\
-           [[experiment.move]]\ndevice = 'drive'\non = 'DES_POSITION'\nstep = { at_s = -1.0, size = 0.0 }\n";
+           [[experiment.move]]\ndevice = 'drive'\non = 'DES_POSITION'\nstep = { at_s = -1.0, amplitude = 0.0 }\n";
     let run = SchemeFile::new(&rows).run(&text);
     let speeds = column(&run, "world", "drive.velocity");
     let expected_j = -40.0 * 0.5e-3 * speeds.iter().map(|speed| speed * speed * 1e-3).sum::<f64>();

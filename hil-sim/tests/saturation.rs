@@ -12,11 +12,11 @@ fn against_the_stop(row: &str) -> Run {
     let moves = "[[experiment.move]]
         device = \"joint\"
         on = \"DES_POSITION\"
-        step = { at_s = 0.1, size = 4.0 }
+        step = { at_s = 0.1, amplitude = 4.0 }
         [[experiment.move]]
         device = \"joint\"
         on = \"DES_POSITION\"
-        step = { at_s = 6.0, size = -3.5 }";
+        step = { at_s = 6.0, amplitude = -3.5 }";
     let rig = rig.replace("duration_s = 1.6", "duration_s = 8.0").replace("builtin:joint", "law.scheme");
     let limit = "all     PIDCTRL_MOD  LIMIT           20";
     let scheme = include_str!("../../schemes/joint.scheme");
@@ -77,7 +77,7 @@ fn a_rig_declares_range_and_rate_of_an_actuator() {
             [[experiment.move]]
             device = "joint"
             on = "DES_POSITION"
-            step = {{ at_s = 0.1, size = 0.5 }}
+            step = {{ at_s = 0.1, amplitude = 0.5 }}
             "#
         )
     };

@@ -59,7 +59,7 @@ fn a_parameter_sets_all_of_its_keys() {
         "link.backward_delay_ticks=4",
         "link.loss=0.1",
         "link.stale=integral",
-        "wave.impedance_ns_per_m=12",
+        "wave.impedance_n_s_per_m=12",
         "wave.form=implicit",
         "master.stiffness_n_per_m=1000",
         "wall.stiffness_n_per_m=inf",
@@ -118,7 +118,7 @@ fn every_parameter_of_a_shipped_rig_has_a_meaning_and_takes_what_stands_there() 
     }
     let (default, meaning) = RigFile::shipped_setting("bilateral", "link.loss").unwrap();
     assert_eq!((default.as_deref(), meaning.as_str()), (Some("0.0"), "share of lost packets"));
-    assert_eq!(RigFile::shipped_setting("bilateral", "wave.impedance_ns_per_m").unwrap().0, None);
+    assert_eq!(RigFile::shipped_setting("bilateral", "wave.impedance_n_s_per_m").unwrap().0, None);
 }
 
 #[test]
@@ -126,7 +126,7 @@ fn an_unknown_key_names_the_nearest_one() {
     for (wrong, right) in [
         ("link.los", "link.loss"),
         ("loss", "link.loss"),
-        ("wave.impedance", "wave.impedance_ns_per_m"),
+        ("wave.impedance", "wave.impedance_n_s_per_m"),
         ("mastr.stiffness_n_per_m", "master.stiffness_n_per_m"),
         ("link.forward_delay", "link.forward_delay_ticks"),
     ] {

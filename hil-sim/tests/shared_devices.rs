@@ -71,7 +71,7 @@ fn pair(bus: &str, link: &str, every_ticks: u32) -> String {
          [[controller]]\ndevice = 'lead'\nscheme = 'SCHEME'\nevery_ticks = {every_ticks}\n\
          [[controller]]\ndevice = 'follow'\nscheme = 'SCHEME'\n\
          [[link]]\nfrom = 'lead'\nto = 'follow'\n{link}\n\
-         [[experiment.move]]\ndevice = 'lead'\non = 'DES_POSITION'\nramp = {{ at_s = 0.1, until_s = 0.5, size = \
+         [[experiment.move]]\ndevice = 'lead'\non = 'DES_POSITION'\nramp = {{ at_s = 0.1, until_s = 0.5, amplitude = \
          1.0 }}\n"
     )
 }
@@ -174,7 +174,7 @@ fn a_file_declares_types_of_its_own() {
         pair("[[type]]\nname = 'GRIP_WIDTH'\nunit = 'm'\n[[type]]\nname = 'GRIP_FORCE'\nunit = 'N'", "", 1)
             .replace("measures = ['DES_POSITION']", "measures = ['DES_POSITION', 'GRIP_WIDTH']");
     let text = text
-        + "[[experiment.move]]\ndevice = 'lead'\non = 'GRIP_WIDTH'\nstep = { at_s = 0.1, size = 0.04 }\n";
+        + "[[experiment.move]]\ndevice = 'lead'\non = 'GRIP_WIDTH'\nstep = { at_s = 0.1, amplitude = 0.04 }\n";
     let run = run_pair(ROWS, &text).unwrap();
     let widths = column(&run, "lead", "GRIP_WIDTH", 0);
     assert!(widths[50].abs() < 1e-9 && (widths[200] - 0.04).abs() < 1e-6);

@@ -59,9 +59,9 @@ pub(crate) enum Met {
 }
 
 /// A mass with a damper to ground, at rest at 0, with its environment and external force.
-pub(crate) fn axis(mass_kg: f64, damping_ns_per_m: f64, met: Met, push: Option<Push>) -> Axis {
+pub(crate) fn axis(mass_kg: f64, damping_n_s_per_m: f64, met: Met, push: Option<Push>) -> Axis {
     let mut joint = JointParameters::of_inertia(mass_kg);
-    joint.load.damping = damping_ns_per_m;
+    joint.load.damping = damping_n_s_per_m;
     match met {
         Met::Nothing => {}
         Met::Spring(stiffness) => joint.load.stiffness = stiffness,

@@ -84,9 +84,9 @@ class Side:
     """A device and the PD that drives it."""
 
     mass_kg: float
-    device_damping_ns_per_m: float
+    device_damping_n_s_per_m: float
     stiffness_n_per_m: float
-    pd_damping_ns_per_m: float = 0.0
+    pd_damping_n_s_per_m: float = 0.0
 
 
 @dataclass(frozen=True)
@@ -99,7 +99,7 @@ class Loop:
     master: Side
     slave: Side
     wall_stiffness_n_per_m: float = 0.0
-    impedance_ns_per_m: float = IMPEDANCE_NS_PER_M
+    impedance_n_s_per_m: float = IMPEDANCE_NS_PER_M
 
 
 def gain(name: str, value: float, source: str, target: str) -> control.StateSpace:
@@ -123,7 +123,7 @@ def device(name: str, side: Side, wall_stiffness_n_per_m: float, forces: list[st
         nothing = np.zeros((1, len(forces)))
         return control.ss([], [], [], nothing, PER_TICK, name=f"{name}_device", inputs=forces, outputs=[position])
     continuous = control.ss(
-        [[0, 1], [-wall_stiffness_n_per_m / side.mass_kg, -side.device_damping_ns_per_m / side.mass_kg]],
+        [[0, 1], [-wall_stiffness_n_per_m / side.mass_kg, -side.device_damping_n_s_per_m / side.mass_kg]],
         [[0] * len(forces), [1 / side.mass_kg] * len(forces)],
         [[1, 0]],
         [[0] * len(forces)],
@@ -135,7 +135,7 @@ def device(name: str, side: Side, wall_stiffness_n_per_m: float, forces: list[st
 
 
 def pd(name: str, side: Side) -> control.StateSpace:
-    k, d = side.stiffness_n_per_m, side.pd_damping_ns_per_m / TICK_S
+    k, d = side.stiffness_n_per_m, side.pd_damping_n_s_per_m / TICK_S
     return control.ss(
         [[0]], [[1, -1]], [[-d]], [[k + d, -k - d]], PER_TICK, name=name, inputs=["reference", "position"],
         outputs=["pd_force"],
@@ -205,8 +205,8 @@ def build(loop: Loop) -> control.StateSpace:
         [
             device("master", loop.master, 0.0, ["master_force_n", "hand_force_n"]),
             device("slave", loop.slave, loop.wall_stiffness_n_per_m, ["slave_force_n"]),
-            port("master", loop.master, order, loop.impedance_ns_per_m),
-            port("slave", loop.slave, order, loop.impedance_ns_per_m),
+            port("master", loop.master, order, loop.impedance_n_s_per_m),
+            port("slave", loop.slave, order, loop.impedance_n_s_per_m),
             delay_line("forward", loop.forward_delay_ticks, "master_wave_out_sqrt_w", "slave_wave_in_sqrt_w"),
             delay_line("backward", loop.backward_delay_ticks, "slave_wave_out_sqrt_w", "master_wave_in_sqrt_w"),
         ],

@@ -62,13 +62,13 @@ LEAST_DAMPING_NS_PER_M = 0.01
 def clamped_side(kappa: float, pd_damping_by_impedance: float) -> Side:
     """A side with these gains; its device does not matter."""
     stiffness, damping = kappa * IMPEDANCE_NS_PER_M / TICK_S, pd_damping_by_impedance * IMPEDANCE_NS_PER_M
-    return Side(mass_kg=1.0, device_damping_ns_per_m=0.0, stiffness_n_per_m=stiffness, pd_damping_ns_per_m=damping)
+    return Side(mass_kg=1.0, device_damping_n_s_per_m=0.0, stiffness_n_per_m=stiffness, pd_damping_n_s_per_m=damping)
 
 
 def margin(order: str, side: Side, angles: NDArray[np.float64]) -> NDArray[np.float64]:
     """m(y) of the head of this file."""
     y = np.sin(angles / 2) ** 2
-    kappa, d = TICK_S * side.stiffness_n_per_m / IMPEDANCE_NS_PER_M, side.pd_damping_ns_per_m / IMPEDANCE_NS_PER_M
+    kappa, d = TICK_S * side.stiffness_n_per_m / IMPEDANCE_NS_PER_M, side.pd_damping_n_s_per_m / IMPEDANCE_NS_PER_M
     control_part = (kappa / 2 + d) / (kappa**2 / 4 + y * d * (kappa + d))
     if order == "implicit":
         return control_part
@@ -78,7 +78,7 @@ def margin(order: str, side: Side, angles: NDArray[np.float64]) -> NDArray[np.fl
 
 def passive_damping(order: str, side: Side) -> float:
     """Device damping that makes a side passive; the gains must be below the limit."""
-    k = (TICK_S * side.stiffness_n_per_m + 2 * side.pd_damping_ns_per_m) / IMPEDANCE_NS_PER_M
+    k = (TICK_S * side.stiffness_n_per_m + 2 * side.pd_damping_n_s_per_m) / IMPEDANCE_NS_PER_M
     return IMPEDANCE_NS_PER_M / 2 * k / (1 - k / LIMITS[order])
 
 
@@ -159,11 +159,11 @@ def needed_damping_rows() -> list[dict[str, Any]]:
                     {
                         "order": order,
                         "stiffness_n_per_m": stiffness,
-                        "pd_damping_ns_per_m": damping,
-                        "passive_damping_ns_per_m": expected,
-                        "computed_passive_damping_ns_per_m": float(np.max(needed)),
+                        "pd_damping_n_s_per_m": damping,
+                        "passive_damping_n_s_per_m": expected,
+                        "computed_passive_damping_n_s_per_m": float(np.max(needed)),
                         "frequencies_hz": frequencies_hz.tolist(),
-                        "needed_damping_ns_per_m": needed_damping(
+                        "needed_damping_n_s_per_m": needed_damping(
                             order, side, 2 * pi * TICK_S * frequencies_hz
                         ).tolist(),
                     }
@@ -175,7 +175,7 @@ def needed_damping_rows() -> list[dict[str, Any]]:
 def reflection(order: str, side: Side, wall_stiffness_n_per_m: float) -> control.StateSpace:
     """Wave in to wave out of a side with its device."""
     moved = device("side", side, wall_stiffness_n_per_m, ["force"])
-    without_device_damping = replace(side, device_damping_ns_per_m=0.0)
+    without_device_damping = replace(side, device_damping_n_s_per_m=0.0)
     return device_port(order, without_device_damping).lft(moved, nu=1, ny=1)
 
 
@@ -188,18 +188,18 @@ def growth_per_tick(loop: Loop) -> float:
     return spectral_radius(control.feedback(forward * master, backward * slave, sign=1))
 
 
-def damped(loop: Loop, damping_ns_per_m: float, delay_ticks: int) -> Loop:
+def damped(loop: Loop, damping_n_s_per_m: float, delay_ticks: int) -> Loop:
     """The loop with this device damping on both sides and this delay each way."""
     return replace(
         loop,
         forward_delay_ticks=delay_ticks,
         backward_delay_ticks=delay_ticks,
-        master=replace(loop.master, device_damping_ns_per_m=damping_ns_per_m),
-        slave=replace(loop.slave, device_damping_ns_per_m=damping_ns_per_m),
+        master=replace(loop.master, device_damping_n_s_per_m=damping_n_s_per_m),
+        slave=replace(loop.slave, device_damping_n_s_per_m=damping_n_s_per_m),
     )
 
 
-def smallest_damping(loop: Loop, enough_ns_per_m: float) -> tuple[float, int]:
+def smallest_damping(loop: Loop, enough_n_s_per_m: float) -> tuple[float, int]:
     """Least device damping on both sides that keeps the loop from growing, and the delay that asks for it."""
     smallest, worst = LEAST_DAMPING_NS_PER_M, 0
     for n in DELAYS_TICKS:
@@ -208,9 +208,9 @@ def smallest_damping(loop: Loop, enough_ns_per_m: float) -> tuple[float, int]:
             return growth_per_tick(damped(loop, damping, n)) <= 1 + NEUTRAL
 
         if not is_stable(smallest):
-            require(is_stable(enough_ns_per_m), f"{loop.order}, {n} ticks: grows with {enough_ns_per_m} N s/m")
-            near = min(1.1 * smallest, enough_ns_per_m)
-            smallest, worst = threshold(is_stable, smallest, near if is_stable(near) else enough_ns_per_m, 1e-3), n
+            require(is_stable(enough_n_s_per_m), f"{loop.order}, {n} ticks: grows with {enough_n_s_per_m} N s/m")
+            near = min(1.1 * smallest, enough_n_s_per_m)
+            smallest, worst = threshold(is_stable, smallest, near if is_stable(near) else enough_n_s_per_m, 1e-3), n
     require(worst > 0, f"{loop.order}: stable with next to no device damping")
     for share, grows in ((1.0, False), (0.99, True)):
         radius = spectral_radius(build(damped(loop, share * smallest, worst)))
@@ -238,9 +238,9 @@ def damping_bound_rows() -> list[dict[str, Any]]:
                             "master_mass_kg": master_kg,
                             "slave_mass_kg": slave_kg,
                             "wall_stiffness_n_per_m": wall,
-                            "smallest_damping_ns_per_m": smallest,
+                            "smallest_damping_n_s_per_m": smallest,
                             "at_delay_ticks": worst,
-                            "passive_damping_ns_per_m": passive,
+                            "passive_damping_n_s_per_m": passive,
                         }
                     )
     return rows

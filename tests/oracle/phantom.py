@@ -204,7 +204,7 @@ def main() -> int:
             text = "".join(f"{key} = {toml(value)}\n" for key, value in parameters.items())
             listed.append({
                 "name": name, "file": file, "phantom": text,
-                "hand_stiffness_n_per_m": stiffness, "hand_damping_ns_per_m": damping,
+                "hand_stiffness_n_per_m": stiffness, "hand_damping_n_s_per_m": damping,
             })
         (folder / "phantom.json").write_text(json.dumps({"tick_s": TICK_S, "cases": listed}, indent=2) + "\n")
     except (SelfCheckError, OSError) as error:

@@ -27,7 +27,7 @@ struct Case {
     phantom: String,
     /// Stiffness of a hand that holds the tip at the start.
     hand_stiffness_n_per_m: f64,
-    hand_damping_ns_per_m: f64,
+    hand_damping_n_s_per_m: f64,
 }
 
 /// Returns positions, velocities and tip after a tick.
@@ -46,7 +46,7 @@ fn run(case: &Case, tick_s: f64, rows: &[Vec<f64>]) -> Vec<Vec<f64>> {
     let hand = |tip: &Tip| {
         [0, 1, 2].map(|direction| {
             case.hand_stiffness_n_per_m * (anchor[direction] - tip.position_m[direction])
-                - case.hand_damping_ns_per_m * tip.velocity_m_per_s[direction]
+                - case.hand_damping_n_s_per_m * tip.velocity_m_per_s[direction]
         })
     };
     let ticks = (0_u32..).zip(rows).map(|(tick, row)| {

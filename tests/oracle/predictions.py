@@ -27,8 +27,8 @@ from check import require, require_close
 from loop import IMPEDANCE_NS_PER_M, NEUTRAL, TICK_S, Loop, Side, build, simulate, spectral_radius
 from passivity import clamped_rows, damping_bound_rows, needed_damping_rows
 
-MASTER = Side(mass_kg=0.1, device_damping_ns_per_m=8.0, stiffness_n_per_m=3000.0)
-SLAVE = Side(mass_kg=0.5, device_damping_ns_per_m=8.0, stiffness_n_per_m=5000.0)
+MASTER = Side(mass_kg=0.1, device_damping_n_s_per_m=8.0, stiffness_n_per_m=3000.0)
+SLAVE = Side(mass_kg=0.5, device_damping_n_s_per_m=8.0, stiffness_n_per_m=5000.0)
 CURED = ("split", "implicit")
 DIVERGING = ("printed", "transformer_first")
 STIFF_WALL_N_PER_M = 1e4
@@ -44,7 +44,7 @@ def mean_delay_s(loop: Loop) -> float:
 def line_compliance(loop: Loop) -> float:
     """Between the two devices: both PDs and the line."""
     springs = 1 / loop.master.stiffness_n_per_m + 1 / loop.slave.stiffness_n_per_m
-    return springs + mean_delay_s(loop) / loop.impedance_ns_per_m
+    return springs + mean_delay_s(loop) / loop.impedance_n_s_per_m
 
 
 def perceived_stiffness(loop: Loop) -> float:
@@ -53,19 +53,19 @@ def perceived_stiffness(loop: Loop) -> float:
 
 def offset_at_speed(loop: Loop, speed_m_per_s: float) -> float:
     asymmetry_s = (loop.forward_delay_ticks - loop.backward_delay_ticks) * TICK_S / 2
-    force_n = loop.slave.device_damping_ns_per_m * speed_m_per_s
+    force_n = loop.slave.device_damping_n_s_per_m * speed_m_per_s
     return force_n * line_compliance(loop) + speed_m_per_s * asymmetry_s
 
 
 def apparent_mass(loop: Loop) -> float:
-    masses = loop.master.mass_kg + loop.slave.mass_kg + loop.impedance_ns_per_m * mean_delay_s(loop)
-    return masses - loop.slave.device_damping_ns_per_m**2 * line_compliance(loop)
+    masses = loop.master.mass_kg + loop.slave.mass_kg + loop.impedance_n_s_per_m * mean_delay_s(loop)
+    return masses - loop.slave.device_damping_n_s_per_m**2 * line_compliance(loop)
 
 
 def as_implicit(loop: Loop) -> Loop:
     """The implicit loop that makes the same forces as this plain split one: K/(1 - kappa) in place of K."""
     master, slave = (
-        replace(side, stiffness_n_per_m=1 / (1 / side.stiffness_n_per_m - TICK_S / loop.impedance_ns_per_m))
+        replace(side, stiffness_n_per_m=1 / (1 / side.stiffness_n_per_m - TICK_S / loop.impedance_n_s_per_m))
         for side in (loop.master, loop.slave)
     )
     return replace(loop, order="implicit", master=master, slave=slave)
@@ -110,13 +110,13 @@ def weakly_damped_rows() -> list[dict[str, Any]]:
                 (10.0, 0.2, 10.0, 1e4),
                 (0.5, 0.1, 1.0, 3e4),
             ):
-                master = Side(mass_kg=0.1, device_damping_ns_per_m=0.5 + hand, stiffness_n_per_m=3000.0)
-                slave = Side(mass_kg=slave_kg, device_damping_ns_per_m=slave_damping, stiffness_n_per_m=5000.0)
+                master = Side(mass_kg=0.1, device_damping_n_s_per_m=0.5 + hand, stiffness_n_per_m=3000.0)
+                slave = Side(mass_kg=slave_kg, device_damping_n_s_per_m=slave_damping, stiffness_n_per_m=5000.0)
                 row = {
                     "order": order,
                     "forward_delay_ticks": forward,
                     "backward_delay_ticks": backward,
-                    "hand_damping_ns_per_m": hand,
+                    "hand_damping_n_s_per_m": hand,
                     "slave": asdict(slave),
                     "wall_stiffness_n_per_m": wall,
                 }
@@ -160,7 +160,7 @@ def settling_ticks(system: control.StateSpace) -> int:
 def coasting_rows() -> list[dict[str, Any]]:
     """A constant hand force in free space: offset at speed, and apparent mass from the lag of the start."""
     hand_force_n = 1.0
-    light = replace(SLAVE, device_damping_ns_per_m=4.0)
+    light = replace(SLAVE, device_damping_n_s_per_m=4.0)
     held = replace(MASTER, mass_kg=0.6)
     rows = []
     for order in CURED:
@@ -175,11 +175,11 @@ def coasting_rows() -> list[dict[str, Any]]:
             system = build(loop)
             ticks = settling_ticks(system)
             signals = simulate(system, np.full(ticks + 1, hand_force_n))[:, -1]
-            damping = master.device_damping_ns_per_m + slave.device_damping_ns_per_m
+            damping = master.device_damping_n_s_per_m + slave.device_damping_n_s_per_m
             speed = hand_force_n / damping
             offset, mass = offset_at_speed(loop, speed), apparent_mass(loop)
             springs = 1 / master.stiffness_n_per_m + 1 / slave.stiffness_n_per_m
-            decoded = offset - slave.device_damping_ns_per_m * speed * springs
+            decoded = offset - slave.device_damping_n_s_per_m * speed * springs
             computed_mass = float(damping * (ticks * TICK_S - signals[0] / speed))
             what = f"{order}, {forward}+{backward} ticks"
             require_close(f"offset at speed, {what}", float(signals[0] - signals[1]), offset, 1e-10)
@@ -236,7 +236,7 @@ def all_predictions() -> dict[str, Any]:
         sections[name] = compute()
     return {
         "tick_s": TICK_S,
-        "impedance_ns_per_m": IMPEDANCE_NS_PER_M,
+        "impedance_n_s_per_m": IMPEDANCE_NS_PER_M,
         "master": asdict(MASTER),
         "slave": asdict(SLAVE),
         "note": "growth, stability, perceived_stiffness and plain_split use `master` and `slave`; damping_bounds has the same"

@@ -23,7 +23,7 @@ State = tuple[float, float]
 
 def device_step(side: Side, wall_stiffness_n_per_m: float) -> Callable[[State, float], State]:
     """The exact map of (position, velocity) over one tick under a constant force."""
-    m, b, ke, h = side.mass_kg, side.device_damping_ns_per_m, wall_stiffness_n_per_m, TICK_S
+    m, b, ke, h = side.mass_kg, side.device_damping_n_s_per_m, wall_stiffness_n_per_m, TICK_S
     if ke == 0.0:
         lost = -expm1(-b * h / m)
 
@@ -63,7 +63,7 @@ class Port:
             "printed": self.printed,
             "transformer_first": self.transformer_first,
         }[order]
-        self.k, self.d = side.stiffness_n_per_m, side.pd_damping_ns_per_m / TICK_S
+        self.k, self.d = side.stiffness_n_per_m, side.pd_damping_n_s_per_m / TICK_S
         self.a, self.per_b = sqrt(2 * b), TICK_S / b
         self.desired, self.force, self.error = 0.0, 0.0, 0.0
         self.settling = SETTLING if order == "split" else 0.0
@@ -104,8 +104,8 @@ def simulate_ticks(loop: Loop, hand_force_n: NDArray[np.float64]) -> NDArray[np.
     """Response from rest; row i is `SIGNALS[i]`, column k is tick k. Both delays are at least one tick."""
     move_master = device_step(loop.master, 0.0)
     move_slave = device_step(loop.slave, loop.wall_stiffness_n_per_m)
-    master = Port(loop.order, loop.master, loop.impedance_ns_per_m)
-    slave = Port(loop.order, loop.slave, loop.impedance_ns_per_m)
+    master = Port(loop.order, loop.master, loop.impedance_n_s_per_m)
+    slave = Port(loop.order, loop.slave, loop.impedance_n_s_per_m)
     forward, backward = [0.0] * loop.forward_delay_ticks, [0.0] * loop.backward_delay_ticks
     master_state, slave_state = (0.0, 0.0), (0.0, 0.0)
     rows = np.empty((len(hand_force_n), len(SIGNALS)))

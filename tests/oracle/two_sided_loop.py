@@ -57,12 +57,12 @@ HAND_FORCE = {
 }
 
 # The master's mass includes half a kilogram of hand, its damping the hand's.
-MASTER = Side(mass_kg=0.6, device_damping_ns_per_m=8.0, stiffness_n_per_m=3000.0)
-SLAVE = Side(mass_kg=0.5, device_damping_ns_per_m=8.0, stiffness_n_per_m=5000.0)
+MASTER = Side(mass_kg=0.6, device_damping_n_s_per_m=8.0, stiffness_n_per_m=3000.0)
+SLAVE = Side(mass_kg=0.5, device_damping_n_s_per_m=8.0, stiffness_n_per_m=5000.0)
 
 
-def damped(side: Side, pd_damping_ns_per_m: float) -> Side:
-    return replace(side, pd_damping_ns_per_m=pd_damping_ns_per_m)
+def damped(side: Side, pd_damping_n_s_per_m: float) -> Side:
+    return replace(side, pd_damping_n_s_per_m=pd_damping_n_s_per_m)
 
 
 # Name: loop, ticks. Split needs h K/b + 2 D/b <= 15/16. The printed order diverges, so its run is short.

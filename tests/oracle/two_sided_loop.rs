@@ -40,15 +40,15 @@ struct Case {
     master: Side,
     slave: Side,
     wall_stiffness_n_per_m: f64,
-    impedance_ns_per_m: f64,
+    impedance_n_s_per_m: f64,
 }
 
 #[derive(Deserialize)]
 struct Side {
     mass_kg: f64,
-    device_damping_ns_per_m: f64,
+    device_damping_n_s_per_m: f64,
     stiffness_n_per_m: f64,
-    pd_damping_ns_per_m: f64,
+    pd_damping_n_s_per_m: f64,
 }
 
 /// A column of the reference, its station and signal, and the columns whose peak is used.
@@ -72,21 +72,21 @@ const COMPARED: [Column; 10] = [
 /// Runs the case; returns each of [`COMPARED`] over the ticks.
 fn run(case: &Case, forces_n: Vec<f64>, ticks: usize) -> Vec<Vec<f64>> {
     let settings = format!(
-        "{} wave.form={} wave.impedance_ns_per_m={} master.stiffness_n_per_m={} slave.stiffness_n_per_m={} \
-         master.damping_ns_per_m={} slave.damping_ns_per_m={}",
+        "{} wave.form={} wave.impedance_n_s_per_m={} master.stiffness_n_per_m={} slave.stiffness_n_per_m={} \
+         master.damping_n_s_per_m={} slave.damping_n_s_per_m={}",
         delays(case.forward_delay_ticks, case.backward_delay_ticks),
         case.order,
-        case.impedance_ns_per_m,
+        case.impedance_n_s_per_m,
         case.master.stiffness_n_per_m,
         case.slave.stiffness_n_per_m,
-        case.master.pd_damping_ns_per_m,
-        case.slave.pd_damping_ns_per_m,
+        case.master.pd_damping_n_s_per_m,
+        case.slave.pd_damping_n_s_per_m,
     );
     #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "the number of a tick")]
     let hand = push(move |t| forces_n[(t / TICK_S).round() as usize]);
     let stiffness_n_per_m = case.wall_stiffness_n_per_m;
     let device =
-        |side: &Side, met, push: Option<Push>| axis(side.mass_kg, side.device_damping_ns_per_m, met, push);
+        |side: &Side, met, push: Option<Push>| axis(side.mass_kg, side.device_damping_n_s_per_m, met, push);
     let wall = Met::Spring(stiffness_n_per_m);
     let mut rig = rig(&settings, device(&case.master, Met::Nothing, hand), device(&case.slave, wall, None));
     let run = (0..ticks).map(|_| {
@@ -108,7 +108,7 @@ struct WeaklyDamped {
     order: String,
     forward_delay_ticks: u32,
     backward_delay_ticks: u32,
-    hand_damping_ns_per_m: f64,
+    hand_damping_n_s_per_m: f64,
     slave: Side,
     wall_stiffness_n_per_m: f64,
     free_growth_per_tick: f64,
@@ -124,13 +124,13 @@ fn loops_grow_by_the_largest_eigenvalue_of_python_control() {
     let mut growing = 0;
     for row in &predictions.weakly_damped {
         let file = bilateral(&format!(
-            "{} dof=1 wave.form={} hand.damping_ns_per_m={} hand.stiffness_n_per_m=0 slave.device.mass_kg={} \
-             slave.device.damping_ns_per_m={} wall.stiffness_n_per_m={} wall.damping_ns_per_m=0",
+            "{} dof=1 wave.form={} hand.damping_n_s_per_m={} hand.stiffness_n_per_m=0 slave.device.mass_kg={} \
+             slave.device.damping_n_s_per_m={} wall.stiffness_n_per_m={} wall.damping_n_s_per_m=0",
             delays(row.forward_delay_ticks, row.backward_delay_ticks),
             row.order,
-            row.hand_damping_ns_per_m,
+            row.hand_damping_n_s_per_m,
             row.slave.mass_kg,
-            row.slave.device_damping_ns_per_m,
+            row.slave.device_damping_n_s_per_m,
             row.wall_stiffness_n_per_m,
         ));
         let loops = linear_loops(&file).unwrap();

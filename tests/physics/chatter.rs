@@ -16,8 +16,8 @@ fn outcome(settings: &str) -> Outcome {
 
 /// A light slave with little damping at a hard undamped wall: the sampled controller with delay does not damp
 /// its natural frequency on the wall, `sqrt(k/m)/2π = 225 Hz` for 0.05 kg.
-const WEAK: &str = "dof=1 master.time_delay_ticks=0 slave.time_delay_ticks=0 hand.damping_ns_per_m=0.5 \
-                    slave.device.damping_ns_per_m=2 wall.stiffness_n_per_m=1e5 wall.damping_ns_per_m=0";
+const WEAK: &str = "dof=1 master.time_delay_ticks=0 slave.time_delay_ticks=0 hand.damping_n_s_per_m=0.5 \
+                    slave.device.damping_n_s_per_m=2 wall.stiffness_n_per_m=1e5 wall.damping_n_s_per_m=0";
 
 #[test]
 fn a_slave_that_hammers_on_the_wall_is_not_stable() {
@@ -36,7 +36,7 @@ fn a_slave_that_hammers_on_the_wall_is_not_stable() {
 /// Too slow to be visible in the run; detected by its eigenvalue.
 #[test]
 fn a_loop_that_has_hardly_begun_to_grow_is_not_stable() {
-    let slow = "wave.form=implicit hand.damping_ns_per_m=0.5 slave.device.damping_ns_per_m=2 \
+    let slow = "wave.form=implicit hand.damping_n_s_per_m=0.5 slave.device.damping_n_s_per_m=2 \
     link.forward_delay_ticks=50 \
                 link.backward_delay_ticks=49 master.time_delay_ticks=0 slave.time_delay_ticks=0 duration_s=0.5";
     let outcome = outcome(slow);
@@ -60,7 +60,7 @@ fn a_loop_that_has_hardly_begun_to_grow_is_not_stable() {
 fn a_contact_that_comes_to_rest_is_stable_and_has_no_limit_cycle() {
     for settings in [
         "dof=1",
-        &WEAK.replace("wall.damping_ns_per_m=0", "wall.damping_ns_per_m=20"),
+        &WEAK.replace("wall.damping_n_s_per_m=0", "wall.damping_n_s_per_m=20"),
         "dof=1 environment=spring",
     ] {
         let outcome = outcome(settings);

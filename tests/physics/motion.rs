@@ -13,10 +13,10 @@ const MASTER_STIFFNESS_N_PER_M: f64 = 3000.0;
 const SLAVE_STIFFNESS_N_PER_M: f64 = 5000.0;
 
 /// A constant force on a master of 0.1 kg that moves a slave of 0.5 kg, from rest.
-fn pushed(form: &str, ticks: (u32, u32), damping_ns_per_m: (f64, f64)) -> Rig {
+fn pushed(form: &str, ticks: (u32, u32), damping_n_s_per_m: (f64, f64)) -> Rig {
     let settings = format!("wave.form={form} {}", delays(ticks.0, ticks.1));
-    let master = axis(0.1, damping_ns_per_m.0, Met::Nothing, push(|_| FORCE_N));
-    rig(&settings, master, axis(0.5, damping_ns_per_m.1, Met::Nothing, None))
+    let master = axis(0.1, damping_n_s_per_m.0, Met::Nothing, push(|_| FORCE_N));
+    rig(&settings, master, axis(0.5, damping_n_s_per_m.1, Met::Nothing, None))
 }
 
 /// Compliance of line and controllers, `T/b + 1/K_m + 1/K_s` with the mean delay `T`, `m/N`.
@@ -77,8 +77,8 @@ fn the_line_adds_its_apparent_mass() {
                 rig.step();
             }
             let position_m = rig.stations()[MASTER].plant.position(0);
-            let damping_ns_per_m = 8.0 + 8.0;
-            let mass_kg = damping_ns_per_m * (rig.time_s() - position_m * damping_ns_per_m / FORCE_N);
+            let damping_n_s_per_m = 8.0 + 8.0;
+            let mass_kg = damping_n_s_per_m * (rig.time_s() - position_m * damping_n_s_per_m / FORCE_N);
             let round_trip_ticks = ticks.0 + ticks.1;
             let line_kg = IMPEDANCE_NS_PER_M * 0.5 * TICK_S * f64::from(round_trip_ticks);
             let expected_kg = 0.1 + 0.5 + line_kg - 8.0 * 8.0 * compliance_m_per_n(round_trip_ticks);

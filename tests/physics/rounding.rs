@@ -15,7 +15,7 @@ const RIG: &str = r#"
     link = [{ from = "master", to = "slave" }, { from = "slave", to = "master" }]
     [experiment]
     margins = false
-    move = [{ device = "master", on = "hand", minimum_jerk = { at_s = 0.2, until_s = 1.0, size = 0.05 } }]
+    move = [{ device = "master", on = "hand", minimum_jerk = { at_s = 0.2, until_s = 1.0, amplitude = 0.05 } }]
 "#;
 
 /// At some impedances rounding errors cancel; the bound holds for all.

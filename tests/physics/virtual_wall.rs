@@ -22,15 +22,15 @@ fn wall(stiffness: f64, damping: f64, position_m: f64) -> Port {
 /// A mass with a damper under a held force, integrated exactly: `v' = (F - b v)/m`.
 struct Mass {
     mass_kg: f64,
-    damping_ns_per_m: f64,
+    damping_n_s_per_m: f64,
     position_m: f64,
     velocity_m_per_s: f64,
 }
 
 impl Mass {
     fn advance(&mut self, force_n: f64) {
-        let final_m_per_s = force_n / self.damping_ns_per_m;
-        let time_constant_s = self.mass_kg / self.damping_ns_per_m;
+        let final_m_per_s = force_n / self.damping_n_s_per_m;
+        let time_constant_s = self.mass_kg / self.damping_n_s_per_m;
         let left = libm::exp(-TICK_S / time_constant_s);
         let excess = self.velocity_m_per_s - final_m_per_s;
         self.position_m += final_m_per_s * TICK_S + excess * time_constant_s * (1.0 - left);
@@ -42,9 +42,9 @@ impl Mass {
 fn swing(stiffness: f64, damping: f64, device: [f64; 2]) -> (f64, f64) {
     const SURFACE_M: f64 = -0.02;
     const TICKS: usize = 60_000;
-    let [mass_kg, damping_ns_per_m] = device;
+    let [mass_kg, damping_n_s_per_m] = device;
     let mut port = wall(stiffness, damping, SURFACE_M);
-    let mut mass = Mass { mass_kg, damping_ns_per_m, position_m: 0.0, velocity_m_per_s: 1e-3 };
+    let mut mass = Mass { mass_kg, damping_n_s_per_m, position_m: 0.0, velocity_m_per_s: 1e-3 };
     let mut speeds = Vec::new();
     for _ in 0..TICKS {
         port.tick(&[mass.position_m]);
@@ -137,14 +137,14 @@ struct Push {
 
 /// 40 g and 0.8 N s/m, a hand of 400 N/m with a target of 33 mm, a wall at 30 mm, an encoder of 1024 counts
 /// on a 10 mm drum, at most 2 N; observer and controller in every tick.
-fn push(stiffness: f64, wall_every_ticks: usize, cap_ns_per_m: f64) -> Push {
+fn push(stiffness: f64, wall_every_ticks: usize, cap_n_s_per_m: f64) -> Push {
     let mut port = Port::new(
         TICK_S,
         &[types::POSITION],
         &format!(
             "VWALL_MOD K_PARAM {stiffness}\nVWALL_MOD WALL_POSITION 0.03\nVWALL_MOD PORT_DES_FORCE DES_FORCE.2\n\
              VWALL_MOD EVERY_TICKS {wall_every_ticks}\nMOD_ENG MOD_ON VWALL_MOD\n\
-             PASSIVITY_MOD DAMPER {cap_ns_per_m}\nPASSIVITY_MOD LIMIT 2\nMOD_ENG MOD_ON PASSIVITY_MOD"
+             PASSIVITY_MOD DAMPER {cap_n_s_per_m}\nPASSIVITY_MOD LIMIT 2\nMOD_ENG MOD_ON PASSIVITY_MOD"
         ),
     );
     let count_m = 2.0 * PI * 0.010 / 1024.0;

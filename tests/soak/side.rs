@@ -141,8 +141,8 @@ impl Side {
     }
 }
 
-fn axis(mass_kg: f64, damping_ns_per_m: f64) -> JointParameters {
+fn axis(mass_kg: f64, damping_n_s_per_m: f64) -> JointParameters {
     let mut joint = JointParameters::of_inertia(mass_kg);
-    joint.load.damping = damping_ns_per_m;
+    joint.load.damping = damping_n_s_per_m;
     joint
 }

@@ -25,8 +25,8 @@ pub(super) const CONFIGURATION: Configuration = Configuration {
     limits: Limits {
         current_a: 5.0,
         trip_current_a: 10.0,
-        least_bus_v: 8.0,
-        most_bus_v: 28.0,
+        min_bus_v: 8.0,
+        max_bus_v: 28.0,
         derating_c: 80.0,
         trip_c: 100.0,
         speed_rad_per_s: 400.0,
@@ -43,7 +43,7 @@ pub(super) const CONFIGURATION: Configuration = Configuration {
         dead_time_current_a: 0.3,
         // The lower switches must be on for 1.7 us before the phases are sampled: the amplifiers settle in
         // 1.3 us.
-        most_duty: 0.9,
+        max_duty: 0.9,
     },
 };
 /// Motor, encoder and scaling.

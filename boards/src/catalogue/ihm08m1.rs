@@ -11,7 +11,7 @@ use crate::current_loop::Scaling;
 /// hardware with the data sheets of motor and supply.
 const CONFIGURATION: Configuration = Configuration {
     // The shield's range, with a margin.
-    limits: Limits { least_bus_v: 10.0, most_bus_v: 45.0, ..b_g431b_esc1::CONFIGURATION.limits },
+    limits: Limits { min_bus_v: 10.0, max_bus_v: 45.0, ..b_g431b_esc1::CONFIGURATION.limits },
     ..b_g431b_esc1::CONFIGURATION
 };
 /// Motor, encoder and scaling.

@@ -28,7 +28,7 @@ pub(crate) const MOTEUS: Moteus<{ TOOLING.axes }> = Moteus {
     ids: [1, 2, 3],
     timeout_s: 0.02,
     missing_ticks: 3,
-    most_torque_nm: 1.0,
+    max_torque_nm: 1.0,
     max_speed_rad_per_s: 100.0,
 }
 .checked();

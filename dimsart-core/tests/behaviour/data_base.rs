@@ -34,7 +34,7 @@ enum Need {
 /// Simple model of the Data Base.
 #[derive(Default)]
 struct Model {
-    /// ModuleKinds for which the device has enough axes.
+    /// Module kinds for which the device has enough axes.
     kinds: Vec<KindId>,
     /// Users and words of each signal.
     signals: BTreeMap<(u16, u8), (u32, usize)>,

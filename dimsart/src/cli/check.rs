@@ -75,6 +75,8 @@ struct Verdict {
     slots: usize,
     words: usize,
     /// Words of the board's Data Base; none without a board.
+    max_words: Option<usize>,
+    /// Old name of `max_words`; the next release drops it.
     most_words: Option<usize>,
     /// Maximum time of a tick, or why it is unknown; none without a board.
     time: Option<String>,
@@ -111,15 +113,26 @@ impl Check {
     }
 
     fn print(&self, verdict: &Verdict, sizes: Sizes, out: &mut impl Write) -> std::io::Result<()> {
-        let Verdict { controller, matches, faults, delays, notes, modules, slots, words, most_words, time } =
-            verdict;
+        let Verdict {
+            controller,
+            matches,
+            faults,
+            delays,
+            notes,
+            modules,
+            slots,
+            words,
+            max_words,
+            time,
+            ..
+        } = verdict;
         let result = if *matches { "matches" } else { "does NOT match" };
         writeln!(out, "{} on the {controller}: {result}", self.scheme)?;
         for (kind, lines) in [("fault", faults), ("delay", delays)] {
             lines.iter().try_for_each(|line| writeln!(out, "  {kind}: {line}"))?;
         }
         if *matches {
-            let of_words = most_words.map_or(String::new(), |most| format!(" of {most}"));
+            let of_words = max_words.map_or(String::new(), |most| format!(" of {most}"));
             writeln!(
                 out,
                 "  uses {modules} of {} modules, {slots} of {} slots, {words}{of_words} words",
@@ -190,7 +203,7 @@ impl Check {
         let judge = |mut controller: LoadedController| {
             let LoadedController { name, dimsart, loaded, .. } = &mut controller;
             // Without a board, the usual size.
-            let most_words = target.map_or(DEFAULT_WORDS, |target| target.board.sizes.words);
+            let max_words = target.map_or(DEFAULT_WORDS, |target| target.board.sizes.words);
             if let Some(Ok(limit)) = target.map(|target| &target.limit) {
                 dimsart.engine_mut().set_costs(Some(limit.costs));
             }
@@ -198,7 +211,7 @@ impl Check {
                 name,
                 dimsart,
                 loaded,
-                Some(most_words).filter(|_| has_dof || target.is_some()),
+                Some(max_words).filter(|_| has_dof || target.is_some()),
                 target,
             );
             if verdict.matches && has_dof {
@@ -246,7 +259,7 @@ fn check_on(
     dimsart: &mut Dimsart,
     scheme: &SchemeText,
     side: &'static str,
-    most_words: usize,
+    max_words: usize,
     target: Option<&Target>,
 ) -> Verdict {
     if let Some(Ok(limit)) = target.map(|target| &target.limit) {
@@ -254,7 +267,7 @@ fn check_on(
         dimsart.engine_mut().set_costs(Some(limit.costs));
     }
     let loaded = schemes::load(scheme, side, &[], dimsart);
-    let mut verdict = verdict(side, dimsart, &loaded, Some(most_words), target);
+    let mut verdict = verdict(side, dimsart, &loaded, Some(max_words), target);
     if verdict.matches {
         verdict.notes = (0..MAX_LINKS).filter_map(|link| line_note(dimsart, link)).collect();
     }
@@ -266,12 +279,12 @@ fn verdict(
     name: &str,
     dimsart: &mut Dimsart,
     loaded: &Loaded,
-    most_words: Option<usize>,
+    max_words: Option<usize>,
     target: Option<&Target>,
 ) -> Verdict {
     let Usage { modules, slots, words, .. } = dimsart.engine().usage();
     let mut faults: Vec<String> = loaded.problems().collect();
-    if let Some(most) = most_words.filter(|most| words > *most) {
+    if let Some(most) = max_words.filter(|most| words > *most) {
         let place = target.map_or("a board of the usual size", |target| &target.name);
         faults.push(format!(
             "the Data Base needs {words} words, {place} has {most}: shorten a delay, record fewer rows or remove a module"
@@ -287,7 +300,8 @@ fn verdict(
         modules,
         slots,
         words,
-        most_words,
+        max_words,
+        most_words: max_words,
         time: target.and_then(|target| target.time(dimsart)),
     }
 }

@@ -177,7 +177,7 @@ impl Modules {
             writeln!(out, "{}", serde_json::to_string(&descriptions)?)?;
             return Ok(ExitCode::SUCCESS);
         }
-        if descriptions.len() > 1 && !(self.markdown && !is_summary) {
+        if descriptions.len() > 1 && (is_summary || !self.markdown) {
             let list = rows(Description::HEADER, descriptions.iter().map(Description::cells));
             if self.markdown { markdown_table(out, &list) } else { print_table(out, &list) }?;
         }

@@ -116,7 +116,7 @@ impl Motor {
                 write!(out, "{}", motor::EXAMPLE)?;
                 Ok(ExitCode::SUCCESS)
             }
-            Action::Check { file, out: folder } => check(&motor::read(&file)?, &folder, out),
+            Action::Check { file, out: folder } => check(&motor::read(&file, warn)?, &folder, out),
             Action::Show { port } => board::show(&mut open(&port)?, &port, out),
             Action::Set { port, file, restart } => board::set(&mut open(&port)?, &file, restart, out),
             Action::Forget { port, restart } => board::forget(&mut open(&port)?, restart, out),
@@ -130,7 +130,7 @@ impl Motor {
                 Err(UsageError("--store applies to boards only: give a port".to_owned()).into())
             }
             Action::Identify { source, current_a, inertia_kg_m2, friction_nm, .. } => {
-                let told = motor::read(Path::new(&source))?;
+                let told = motor::read(Path::new(&source), warn)?;
                 let current_a = current_a.unwrap_or(SIMULATED_A);
                 let found = motor::identify(&told, current_a, inertia_kg_m2, friction_nm)?.map_err(why)?;
                 print_found(&told, &found, "true", out)?;
@@ -186,10 +186,10 @@ fn print_figures(told: &Configuration, out: &mut impl Write) -> std::io::Result<
             "no-load speed",
             format!(
                 "{:.0} rad/s at {} V, {:.0} rad/s at {} V",
-                speed(limits.least_bus_v),
-                limits.least_bus_v,
-                speed(limits.most_bus_v),
-                limits.most_bus_v
+                speed(limits.min_bus_v),
+                limits.min_bus_v,
+                speed(limits.max_bus_v),
+                limits.max_bus_v
             ),
         ),
         (
@@ -266,4 +266,8 @@ fn print_found(
         table.add_row([name.to_owned(), found, truth]);
     }
     writeln!(out, "{table}")
+}
+
+fn warn(key: hil_sim::renamed_keys::RenamedKey) {
+    eprintln!("dimsart: warning: {key}");
 }

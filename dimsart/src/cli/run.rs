@@ -100,7 +100,7 @@ const USUAL_SETTINGS: &[&str] = &[
     "link.backward_delay_ticks",
     "link.loss",
     "link.stale",
-    "wave.impedance_ns_per_m",
+    "wave.impedance_n_s_per_m",
     "wave.form",
     "master.scheme",
     "master.stiffness_n_per_m",

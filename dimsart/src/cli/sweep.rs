@@ -88,10 +88,10 @@ const STABILITY_SETTINGS: [&str; 7] = [
     "dof=1",
     "master.time_delay_ticks=0",
     "slave.time_delay_ticks=0",
-    "hand.damping_ns_per_m=0.5",
+    "hand.damping_n_s_per_m=0.5",
     "slave.device.mass_kg=0.05",
-    "slave.device.damping_ns_per_m=2",
-    "wall.damping_ns_per_m=0",
+    "slave.device.damping_n_s_per_m=2",
+    "wall.damping_n_s_per_m=0",
 ];
 
 impl Sweep {

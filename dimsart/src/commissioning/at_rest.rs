@@ -59,7 +59,7 @@ pub(super) fn checks(looks: &Looks, board: Option<&BoardInfo>, holder: Option<u8
     let limits = board.and_then(|board| board.tooling.drive).map(|drive| drive.configuration.limits);
     let motor = board.and_then(|board| board.tooling.motor);
     let supply =
-        limits.map_or([0.0, f64::INFINITY], |limits| [limits.least_bus_v, limits.most_bus_v].map(f64::from));
+        limits.map_or([0.0, f64::INFINITY], |limits| [limits.min_bus_v, limits.max_bus_v].map(f64::from));
     let [min_c, max_c] = TEMPERATURES_C;
     let temperature = [min_c, limits.map_or(max_c, |limits| f64::from(limits.derating_c))];
     let current = motor.map_or(f64::INFINITY, |motor| CURRENT_SHARE * f64::from(motor.max_current_a));

@@ -30,7 +30,7 @@ const CONTROLLERS: u8 = 10;
 pub struct ImageCosts {
     /// Costs of the tick, of each kind, then of each instruction of laws, as in a [stamp](dimsart_core::stamp).
     pub lines: Vec<Cost>,
-    /// ModuleKinds without a bound, with the reasons.
+    /// Module kinds without a bound, with the reasons.
     pub unknown: Vec<(String, String)>,
 }
 

@@ -46,7 +46,7 @@ impl Follow {
 fn motor(told: &Configuration, inertia_kg_m2: f64) -> ThreePhaseParameters {
     ThreePhaseParameters {
         rotor_inertia_kg_m2: inertia_kg_m2,
-        supply_v: (f64::from(told.limits.least_bus_v) + f64::from(told.limits.most_bus_v)) / 2.0,
+        supply_v: (f64::from(told.limits.min_bus_v) + f64::from(told.limits.max_bus_v)) / 2.0,
         ..told.into()
     }
 }

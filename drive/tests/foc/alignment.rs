@@ -25,7 +25,7 @@ fn small() -> (ThreePhaseParameters, Configuration) {
     };
     let mut told = configuration(&motor);
     (told.limits.current_a, told.limits.trip_current_a) = (5.0, 10.0);
-    told.limits.least_bus_v = 8.0;
+    told.limits.min_bus_v = 8.0;
     (motor, told)
 }
 

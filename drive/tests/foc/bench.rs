@@ -38,8 +38,8 @@ pub(crate) fn configuration(motor: &ThreePhaseParameters) -> Configuration {
         limits: Limits {
             current_a: 20.0,
             trip_current_a: 30.0,
-            least_bus_v: 10.0,
-            most_bus_v: 30.0,
+            min_bus_v: 10.0,
+            max_bus_v: 30.0,
             derating_c: 80.0,
             trip_c: 100.0,
             speed_rad_per_s: 400.0,
@@ -53,7 +53,7 @@ pub(crate) fn configuration(motor: &ThreePhaseParameters) -> Configuration {
             period_s: as_f32(PERIOD_S),
             dead_time_share: as_f32(motor.dead_time_share),
             dead_time_current_a: as_f32(motor.dead_time_current_a),
-            most_duty: 0.95,
+            max_duty: 0.95,
         },
     }
 }

@@ -47,7 +47,7 @@ fn identify_with(
             }
         };
         bench.motor.advance(duties, PERIOD_S);
-        let most = bench.configuration.inverter.most_duty - 0.5 + 1e-6;
+        let most = bench.configuration.inverter.max_duty - 0.5 + 1e-6;
         assert!(next.iter().all(|duty| (duty - 0.5).abs() <= most), "{next:?}");
         duties = Some(next.map(f64::from));
         max_a = bench.motor.phase_a().iter().fold(max_a, |max_a, phase_a| phase_a.abs().max(max_a));

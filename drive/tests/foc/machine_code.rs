@@ -66,8 +66,8 @@ impl Emulated {
             joint.zero_rad,
             limits.current_a,
             limits.trip_current_a,
-            limits.least_bus_v,
-            limits.most_bus_v,
+            limits.min_bus_v,
+            limits.max_bus_v,
             limits.derating_c,
             limits.trip_c,
             limits.speed_rad_per_s,
@@ -75,7 +75,7 @@ impl Emulated {
             inverter.period_s,
             inverter.dead_time_share,
             inverter.dead_time_current_a,
-            inverter.most_duty,
+            inverter.max_duty,
         ];
         machine.write(NUMBERS, &numbers.map(f32::to_le_bytes).concat()).unwrap();
         let function = |name: &str| image.function(name).unwrap().address;

@@ -356,7 +356,7 @@ fn what_no_drive_can_have_is_refused_by_name() {
         ("motor.resistance_ohm", |told| told.motor.resistance_ohm = 0.0),
         ("motor.pole_pairs", |told| told.motor.pole_pairs = 0),
         ("limits.trip_current_a", |told| told.limits.trip_current_a = 20.0),
-        ("limits.most_bus_v", |told| told.limits.most_bus_v = f32::NAN),
+        ("limits.max_bus_v", |told| told.limits.max_bus_v = f32::NAN),
         ("limits.trip_c", |told| told.limits.trip_c = 80.0),
         ("aligning_current_a", |told| told.aligning_current_a = 21.0),
         ("encoder.counts_per_turn", |told| told.encoder = Encoder::Incremental { counts_per_turn: 1 }),
@@ -365,7 +365,7 @@ fn what_no_drive_can_have_is_refused_by_name() {
         ("joint.zero_rad", |told| told.joint.zero_rad = f32::INFINITY),
         ("bandwidth_rad_per_s", |told| told.bandwidth_rad_per_s = 7_000.0),
         ("inverter.dead_time_share", |told| told.inverter.dead_time_share = 0.3),
-        ("inverter.most_duty", |told| told.inverter.most_duty = 0.5),
+        ("inverter.max_duty", |told| told.inverter.max_duty = 0.5),
     ];
     for (name, change) in cases {
         let mut told = right;
@@ -403,7 +403,7 @@ fn whatever_converters_show_and_whoever_commands_duties_stay_within_their_range(
             };
             let sample = Sample { phase_a: [u, v, -u - v], bus_v, temperature_c, rotor };
             if let Some(duties) = drive.step(&sample, torque_nm) {
-                let most = told.inverter.most_duty - 0.5 + 1e-6;
+                let most = told.inverter.max_duty - 0.5 + 1e-6;
                 prop_assert!(duties.iter().all(|duty| (duty - 0.5).abs() <= most), "{duties:?}");
                 prop_assert!(drive.fault().is_none() && torque_nm.is_some_and(f32::is_finite));
                 on.set(on.get() + 1);

@@ -76,22 +76,22 @@ pub(crate) const CASES: [Case; 21] = [
     bad(
         UDP_BAD,
         "zero",
-        "link.carrier=udp udp.delay=uniform udp.delay_s=0.003 udp.spread_s=0.004 udp.burst_start=0.006 \
-         udp.burst_end=0.6 link.stale=zero",
+        "link.carrier=udp udp.delay=uniform udp.delay_s=0.003 udp.spread_s=0.004 udp.burst_entry_probability=0.006 \
+         udp.burst_exit_probability=0.6 link.stale=zero",
         false,
     ),
     bad(
         UDP_BAD,
         "limited",
-        "link.carrier=udp udp.delay=uniform udp.delay_s=0.003 udp.spread_s=0.004 udp.burst_start=0.006 \
-         udp.burst_end=0.6 link.stale=limited",
+        "link.carrier=udp udp.delay=uniform udp.delay_s=0.003 udp.spread_s=0.004 udp.burst_entry_probability=0.006 \
+         udp.burst_exit_probability=0.6 link.stale=limited",
         false,
     ),
     bad(
         UDP_BAD,
         "limited, play-out 14",
-        "link.carrier=udp udp.delay=uniform udp.delay_s=0.003 udp.spread_s=0.004 udp.burst_start=0.006 \
-         udp.burst_end=0.6 link.stale=limited link.playout_ticks=14",
+        "link.carrier=udp udp.delay=uniform udp.delay_s=0.003 udp.spread_s=0.004 udp.burst_entry_probability=0.006 \
+         udp.burst_exit_probability=0.6 link.stale=limited link.playout_ticks=14",
         true,
     ),
 ];

@@ -1,8 +1,8 @@
 //! One direction of a network path: rate, delay, burst losses, with or without reordering.
 //!
 //! Burst losses after Gilbert (1960) and Elliott (1963): the path is good or bad; it can change before each datagram,
-//! and loses a share of the datagrams while bad. Bursts last `1/burst_end` datagrams on average; the path is bad for
-//! `burst_start/(burst_start + burst_end)` of the time.
+//! and loses a share of the datagrams while bad. Bursts last `1/burst_exit_probability` datagrams on average; the path is bad for
+//! `burst_entry_probability/(burst_entry_probability + burst_exit_probability)` of the time.
 
 use std::collections::VecDeque;
 
@@ -25,9 +25,9 @@ pub struct DatagramParameters {
     /// Delay after the bottleneck.
     pub delay: Delay,
     /// Probability per datagram that a burst starts, 0 to 1.
-    pub burst_start: f64,
+    pub burst_entry_probability: f64,
     /// Probability per datagram that a burst ends, 0 to 1.
-    pub burst_end: f64,
+    pub burst_exit_probability: f64,
     /// Share of datagrams lost in a burst, 0 to 1.
     pub burst_loss: f64,
     /// Whether datagrams can overtake each other; otherwise they keep their order.
@@ -94,7 +94,11 @@ impl DatagramPath {
     }
 
     fn is_lost_in_burst(&mut self) -> bool {
-        let change = if self.is_bad { self.parameters.burst_end } else { self.parameters.burst_start };
+        let change = if self.is_bad {
+            self.parameters.burst_exit_probability
+        } else {
+            self.parameters.burst_entry_probability
+        };
         self.is_bad ^= self.random.happens(change);
         self.is_bad && self.random.happens(self.parameters.burst_loss)
     }
@@ -143,8 +147,8 @@ mod tests {
             header_bytes: 28,
             queue_bytes: 1000,
             delay: Delay::Constant(0.01),
-            burst_start: 0.0,
-            burst_end: 1.0,
+            burst_entry_probability: 0.0,
+            burst_exit_probability: 1.0,
             burst_loss: 1.0,
             overtaking: false,
         }
@@ -185,7 +189,10 @@ mod tests {
     #[test]
     fn losses_come_in_bursts_of_the_length_asked_for() {
         let count = 200_000;
-        let arrived = run(DatagramParameters { burst_start: 0.002, burst_end: 0.1, ..clean() }, count);
+        let arrived = run(
+            DatagramParameters { burst_entry_probability: 0.002, burst_exit_probability: 0.1, ..clean() },
+            count,
+        );
         let gaps: Vec<u64> =
             arrived.windows(2).map(|pair| pair[1].1 - pair[0].1 - 1).filter(|gap| *gap > 0).collect();
         let lost = 1.0 - arrived.len() as f64 / count as f64;

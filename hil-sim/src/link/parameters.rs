@@ -28,8 +28,8 @@ impl UdpSection {
             header_bytes: self.header_bytes,
             queue_bytes: self.queue_bytes,
             delay,
-            burst_start: self.burst_start,
-            burst_end: self.burst_end,
+            burst_entry_probability: self.burst_entry_probability,
+            burst_exit_probability: self.burst_exit_probability,
             burst_loss: self.burst_loss,
             overtaking: self.overtaking,
         }

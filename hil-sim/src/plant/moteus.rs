@@ -35,7 +35,7 @@ type Command = (u8, [f64; 12]);
 #[derive(Debug, Clone)]
 pub struct MoteusDrive {
     id: u8,
-    most_torque_nm: f64,
+    max_torque_nm: f64,
     mode: u8,
     fault: u8,
     command: [f64; 12],
@@ -45,12 +45,12 @@ pub struct MoteusDrive {
 }
 
 impl MoteusDrive {
-    /// Creates a stopped drive with its `id` at 0 rad and a maximum torque of `most_torque_nm`.
+    /// Creates a stopped drive with its `id` at 0 rad and a maximum torque of `max_torque_nm`.
     #[must_use]
-    pub fn new(id: u8, most_torque_nm: f64) -> Self {
+    pub fn new(id: u8, max_torque_nm: f64) -> Self {
         Self {
             id,
-            most_torque_nm,
+            max_torque_nm,
             mode: MODE_STOPPED,
             fault: 0,
             command: UNSPECIFIED,
@@ -73,7 +73,7 @@ impl MoteusDrive {
     /// Returns the torque at the output, `N m`.
     #[must_use]
     pub fn torque_nm(&self) -> f64 {
-        let (wanted_nm, max_nm) = (self.wanted_nm(), self.most_torque_nm);
+        let (wanted_nm, max_nm) = (self.wanted_nm(), self.max_torque_nm);
         if wanted_nm.abs() > max_nm { max_nm.copysign(wanted_nm) } else { wanted_nm }
     }
 
@@ -195,7 +195,7 @@ impl MoteusDrive {
             0x03 => self.torque_nm(),
             0x0d => 24.0,
             0x0e => 30.0,
-            0x0f if self.wanted_nm().abs() > self.most_torque_nm => f64::from(LIMITED_BY_CURRENT),
+            0x0f if self.wanted_nm().abs() > self.max_torque_nm => f64::from(LIMITED_BY_CURRENT),
             0x0f => f64::from(self.fault),
             _ => return None,
         })

@@ -15,7 +15,7 @@ pub(super) struct Dynamics {
     /// `N/m`.
     pub(super) stiffness_n_per_m: f64,
     /// `N s/m`.
-    pub(super) damping_ns_per_m: f64,
+    pub(super) damping_n_s_per_m: f64,
     /// `1/kg`.
     pub(super) inverse_mass_per_kg: f64,
     /// Bandwidth of the current loop, `1/s`: `i' = ... - bandwidth i`; 0 without a winding.
@@ -57,7 +57,7 @@ impl Transition {
     pub(super) fn over(dynamics: &Dynamics, step_s: f64) -> Self {
         let Dynamics {
             stiffness_n_per_m,
-            damping_ns_per_m,
+            damping_n_s_per_m,
             inverse_mass_per_kg,
             bandwidth_per_s,
             force_n_per_a,
@@ -65,13 +65,13 @@ impl Transition {
         #[rustfmt::skip]
         let a = Matrix3::new(
             0.0, 1.0, 0.0,
-            -stiffness_n_per_m * inverse_mass_per_kg, -damping_ns_per_m * inverse_mass_per_kg,
+            -stiffness_n_per_m * inverse_mass_per_kg, -damping_n_s_per_m * inverse_mass_per_kg,
             force_n_per_a * inverse_mass_per_kg,
             0.0, 0.0, -bandwidth_per_s,
         );
         let frequency_rad_per_s = (stiffness_n_per_m.abs() * inverse_mass_per_kg).sqrt();
         let fastest_per_s =
-            frequency_rad_per_s + damping_ns_per_m.abs() * inverse_mass_per_kg + bandwidth_per_s;
+            frequency_rad_per_s + damping_n_s_per_m.abs() * inverse_mass_per_kg + bandwidth_per_s;
         let Integrals { third, second: ramps, first: increments, growth } =
             Integrals::over(&a, fastest_per_s, step_s);
         // By parts: ∫ t v = t x - ∫ x, and ∫ e^{-bt} ∫v = (∫ e^{-bt} v - e^{-bt} ∫v)/b.
@@ -197,7 +197,7 @@ mod tests {
     fn dynamics(stiffness: f64, damping: f64) -> Dynamics {
         Dynamics {
             stiffness_n_per_m: stiffness,
-            damping_ns_per_m: damping,
+            damping_n_s_per_m: damping,
             inverse_mass_per_kg: 2.0,
             ..Dynamics::default()
         }

@@ -197,7 +197,7 @@ impl Linear {
                 .iter_mut()
                 .for_each(|uart| (uart.bit_error_rate, uart.byte_drop, uart.byte_insert) = (0.0, 0.0, 0.0));
             bus.can.iter_mut().chain(&mut bus.can_fd).for_each(|can| can.bit_error_rate = 0.0);
-            bus.udp.iter_mut().for_each(|udp| udp.burst_start = 0.0);
+            bus.udp.iter_mut().for_each(|udp| udp.burst_entry_probability = 0.0);
         }
         (file.experiment.press, file.experiment.moves) = (None, Vec::new());
         Some(Self { file, devices, controllers, hand_stiffness, met })
@@ -304,7 +304,7 @@ impl Struck {
         let [(mass_kg, _), (other_kg, _)] = [&held_axis, &met_axis].map(moved_by);
         let force_n = struck_m_per_s * mass_kg / period_s;
         let strike = |at_s: f64, size: f64| MoveSection {
-            step: Some(Step { at_s, size }),
+            step: Some(Step { at_s, amplitude: size }),
             ..MoveSection::nothing(hand, LOAD)
         };
         file.experiment.moves = vec![strike(0.0, force_n), strike(period_s, -force_n)];

@@ -69,7 +69,7 @@ pub struct Obstacle {
     /// `N/m`, > 0.
     pub stiffness_n_per_m: f64,
     /// `N s/m`.
-    pub damping_ns_per_m: f64,
+    pub damping_n_s_per_m: f64,
 }
 
 impl Obstacle {
@@ -77,7 +77,7 @@ impl Obstacle {
     fn of(section: &AxisSection, force_n: f64) -> Option<Self> {
         if let Some(AxisSpring { rest_position, stiffness, damping }) = section.met_spring().cloned() {
             let obstacle =
-                Self { surface_m: rest_position, stiffness_n_per_m: stiffness, damping_ns_per_m: damping };
+                Self { surface_m: rest_position, stiffness_n_per_m: stiffness, damping_n_s_per_m: damping };
             return (stiffness > 0.0).then_some(obstacle);
         }
         let wall = section.met_wall()?;
@@ -87,7 +87,7 @@ impl Obstacle {
         };
         let AxisWall { position, damping, .. } = *wall;
         let obstacle =
-            Self { surface_m: position, stiffness_n_per_m: wall.stiffness(), damping_ns_per_m: damping };
+            Self { surface_m: position, stiffness_n_per_m: wall.stiffness(), damping_n_s_per_m: damping };
         is_in_the_way.then_some(obstacle)
     }
 }
@@ -191,15 +191,16 @@ impl Planned {
         let out = press.path;
         for (axis, force_n) in self.forces_n.iter().enumerate() {
             let on = |on: &str| MoveSection { axis, ..MoveSection::nothing(&press.device, on) };
-            let leg = |number: f64, size: f64| MoveSection {
+            let leg = |number: f64, amplitude: f64| MoveSection {
                 minimum_jerk: Some(MinimumJerk {
                     at_s: number * leg_s,
                     until_s: (number + 1.0) * leg_s,
-                    size,
+                    amplitude,
                 }),
                 ..on(HAND)
             };
-            let step = |at_s: f64, size: f64| MoveSection { step: Some(Step { at_s, size }), ..on(LOAD) };
+            let step =
+                |at_s: f64, amplitude: f64| MoveSection { step: Some(Step { at_s, amplitude }), ..on(LOAD) };
             file.experiment.moves.extend([leg(0.0, out), leg(1.0, -2.0 * out), leg(2.0, out)]);
             if force_n.abs() > 0.0 {
                 file.experiment.moves.extend([step(contact_start_s, *force_n), step(release_s, -force_n)]);
@@ -254,8 +255,8 @@ fn approach_s(axes: &[PressedAxis], round_trip_s: f64) -> f64 {
     let start_s = |axis: &PressedAxis| 2.0 * ratio(axis.held.0, axis.held.1);
     let crossed_s = |axis: &PressedAxis| {
         let distance_m = axis.obstacle?.surface_m * axis.force_n.signum();
-        let drag_ns_per_m = axis.held.1 + axis.other.1;
-        let crossing_s = distance_m.max(0.0) * drag_ns_per_m / axis.force_n.abs();
+        let drag_n_s_per_m = axis.held.1 + axis.other.1;
+        let crossing_s = distance_m.max(0.0) * drag_n_s_per_m / axis.force_n.abs();
         (axis.force_n.abs() > 0.0).then(|| start_s(axis) + crossing_s)
     };
     let first_s = axes.iter().map(start_s).fold(0.0, f64::max);
@@ -271,22 +272,23 @@ fn settling_s(axes: &[PressedAxis], chain: &Chain, round_trip_s: f64) -> f64 {
 /// Missing parts add 0; without waves, echoes decay as on a matched line.
 fn axis_settling_s(of: &PressedAxis, chain: &Chain, axis: usize, round_trip_s: f64) -> f64 {
     let PressedAxis {
-        held: (mass_kg, damping_ns_per_m), other: (other_kg, other_ns_per_m), obstacle, ..
+        held: (mass_kg, damping_n_s_per_m), other: (other_kg, other_n_s_per_m), obstacle, ..
     } = *of;
     let stiffness = |controller: &Controller| controller.stiffness_n_per_m.get(axis).copied();
     let (master, slave) = (stiffness(&chain.master), stiffness(&chain.slave));
-    let impedance_ns_per_m = chain.master.impedance_ns_per_m;
+    let impedance_n_s_per_m = chain.master.impedance_n_s_per_m;
     let springs = [master, slave, obstacle.map(|obstacle| obstacle.stiffness_n_per_m)];
     let springs_m_per_n: f64 = springs.into_iter().flatten().map(|n_per_m| ratio(1.0, n_per_m)).sum();
-    let perceived_m_per_n = springs_m_per_n + impedance_ns_per_m.map_or(0.0, |b| 0.5 * round_trip_s / b);
-    let slave_damping_ns_per_m = other_ns_per_m + obstacle.map_or(0.0, |obstacle| obstacle.damping_ns_per_m);
-    let time_constants_s = 2.0 * ratio(mass_kg, damping_ns_per_m)
-        + 2.0 * ratio(other_kg, slave_damping_ns_per_m)
-        + damping_ns_per_m * perceived_m_per_n
-        + obstacle.map_or(0.0, |obstacle| ratio(slave_damping_ns_per_m, obstacle.stiffness_n_per_m));
-    let mismatch = impedance_ns_per_m.map_or(1.0, |b| {
-        let slow = ratio(damping_ns_per_m, b);
-        let resonant = ratio(master.unwrap_or(0.0) * mass_kg, damping_ns_per_m * b);
+    let perceived_m_per_n = springs_m_per_n + impedance_n_s_per_m.map_or(0.0, |b| 0.5 * round_trip_s / b);
+    let slave_damping_n_s_per_m =
+        other_n_s_per_m + obstacle.map_or(0.0, |obstacle| obstacle.damping_n_s_per_m);
+    let time_constants_s = 2.0 * ratio(mass_kg, damping_n_s_per_m)
+        + 2.0 * ratio(other_kg, slave_damping_n_s_per_m)
+        + damping_n_s_per_m * perceived_m_per_n
+        + obstacle.map_or(0.0, |obstacle| ratio(slave_damping_n_s_per_m, obstacle.stiffness_n_per_m));
+    let mismatch = impedance_n_s_per_m.map_or(1.0, |b| {
+        let slow = ratio(damping_n_s_per_m, b);
+        let resonant = ratio(master.unwrap_or(0.0) * mass_kg, damping_n_s_per_m * b);
         slow.max(ratio(1.0, slow)).max(resonant)
     });
     let echoes_s = round_trip_s * (ROUND_TRIPS + ROUND_TRIPS_PER_MISMATCH * mismatch);
@@ -307,7 +309,7 @@ mod tests {
         let file = RigFile::of_shipped("bilateral", sets).unwrap();
         let controller = |stiffness_n_per_m| Controller {
             stiffness_n_per_m: vec![stiffness_n_per_m; 3],
-            impedance_ns_per_m: Some(10.0),
+            impedance_n_s_per_m: Some(10.0),
             delay_ticks: Some(0),
             every_ticks: 1,
             playout_ticks: 0,
@@ -350,8 +352,8 @@ mod tests {
     #[test]
     fn nothing_that_never_settles_makes_a_run_endless() {
         let sets = [
-            "hand.damping_ns_per_m=0",
-            "master.device.damping_ns_per_m=0",
+            "hand.damping_n_s_per_m=0",
+            "master.device.damping_n_s_per_m=0",
             "hand.contact_force_n=[1e-9]",
             "master.stiffness_n_per_m=0",
             "slave.stiffness_n_per_m=0",
@@ -370,10 +372,10 @@ mod tests {
             moved.experiment.moves.iter().filter(on_axis).filter_map(|moved| moved.step.clone()).collect()
         };
         let Phases { contact_start_s, release_s, .. } = planned.phases;
-        for (axis, size) in [(0, 2.0), (1, 1.0)] {
+        for (axis, amplitude) in [(0, 2.0), (1, 1.0)] {
             let [push, release] = &pushes(axis)[..] else { panic!("{:?}", pushes(axis)) };
-            assert_eq!(push, &Step { at_s: contact_start_s, size });
-            assert_eq!(release, &Step { at_s: release_s, size: -size });
+            assert_eq!(push, &Step { at_s: contact_start_s, amplitude });
+            assert_eq!(release, &Step { at_s: release_s, amplitude: -amplitude });
         }
         assert_eq!(pushes(2), []);
         assert_eq!(planned.let_go_s(), [contact_start_s, contact_start_s, f64::INFINITY]);

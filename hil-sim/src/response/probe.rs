@@ -322,7 +322,7 @@ fn at_rest(file: &RigFile, in_contact: bool) -> RigFile {
     let moves = file.devices.iter().flat_map(|device| {
         (0..device.axes.len()).map(|axis| MoveSection {
             axis,
-            step: Some(Step { at_s: -1.0, size: device.start_position(axis) }),
+            step: Some(Step { at_s: -1.0, amplitude: device.start_position(axis) }),
             ..MoveSection::nothing(&device.name, types::DES_POSITION.name)
         })
     });

@@ -59,7 +59,11 @@ impl BusSection {
             ]
         }));
         let shares = shares.chain(udp.iter().flat_map(|udp| {
-            [("burst_start", udp.burst_start), ("burst_end", udp.burst_end), ("burst_loss", udp.burst_loss)]
+            [
+                ("burst_entry_probability", udp.burst_entry_probability),
+                ("burst_exit_probability", udp.burst_exit_probability),
+                ("burst_loss", udp.burst_loss),
+            ]
         }));
         for (key, share) in shares.filter(|(_, share)| !(0.0..=1.0).contains(share)) {
             problems.push(format!("bus '{name}': {key} is {share}, must be 0 to 1"));

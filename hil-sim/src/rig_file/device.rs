@@ -265,7 +265,7 @@ impl DeviceSection {
         let motor = match (&self.arm, &self.phantom, &self.moteus, &self.cia402) {
             (Some(arm), ..) => arm.link.get(axis).map(|link| link.effort_limit),
             (_, Some(phantom), ..) => phantom.max_force(axis),
-            (.., Some(moteus), _) => Some(moteus.most_torque_nm),
+            (.., Some(moteus), _) => Some(moteus.max_torque_nm),
             (.., Some(cia402)) => Some(cia402.max_torque_nm()),
             _ => own(),
         };

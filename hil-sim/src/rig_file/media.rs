@@ -73,9 +73,9 @@ pub struct UdpSection {
     /// `recorded`: CSV file, first column: delay in s, or `lost`.
     pub delays_file: String,
     /// Probability per packet that a loss burst starts (Gilbert-Elliott), 0 to 1.
-    pub burst_start: f64,
+    pub burst_entry_probability: f64,
     /// Probability per packet that a loss burst ends, 0 to 1.
-    pub burst_end: f64,
+    pub burst_exit_probability: f64,
     /// Share of packets lost in a burst, 0 to 1.
     pub burst_loss: f64,
     /// Whether packets can overtake each other.
@@ -114,8 +114,8 @@ impl Default for UdpSection {
             spread_s: 0.0,
             gamma_shape: 2.0,
             delays_file: "delays.csv".to_owned(),
-            burst_start: 0.0,
-            burst_end: 1.0,
+            burst_entry_probability: 0.0,
+            burst_exit_probability: 1.0,
             burst_loss: 1.0,
             overtaking: false,
         }

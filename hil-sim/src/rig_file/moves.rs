@@ -105,18 +105,18 @@ impl MoveSection {
         let mut forms = Vec::new();
         let mut numbers = Vec::new();
         let mut spans = Vec::new();
-        if let Some(Step { at_s, size }) = &self.step {
+        if let Some(Step { at_s, amplitude }) = &self.step {
             forms.push("step");
-            numbers.extend([("at_s", *at_s), ("size", *size)]);
+            numbers.extend([("at_s", *at_s), ("amplitude", *amplitude)]);
         }
-        if let Some(Ramp { at_s, until_s, size }) = &self.ramp {
+        if let Some(Ramp { at_s, until_s, amplitude }) = &self.ramp {
             forms.push("ramp");
-            numbers.extend([("at_s", *at_s), ("until_s", *until_s), ("size", *size)]);
+            numbers.extend([("at_s", *at_s), ("until_s", *until_s), ("amplitude", *amplitude)]);
             spans.push((*at_s, *until_s));
         }
-        if let Some(MinimumJerk { at_s, until_s, size }) = &self.minimum_jerk {
+        if let Some(MinimumJerk { at_s, until_s, amplitude }) = &self.minimum_jerk {
             forms.push("minimum_jerk");
-            numbers.extend([("at_s", *at_s), ("until_s", *until_s), ("size", *size)]);
+            numbers.extend([("at_s", *at_s), ("until_s", *until_s), ("amplitude", *amplitude)]);
             spans.push((*at_s, *until_s));
         }
         if let Some(Sine { at_s, until_s, amplitude, frequency_hz }) = &self.sine {
@@ -161,17 +161,17 @@ const FORMS: [&str; 7] = ["step", "ramp", "minimum_jerk", "sine", "chirp", "prbs
 /// Maximum bits of a pseudo-random sequence.
 const MAX_BITS: f64 = 1e6;
 
-/// Step by `size` at `at_s`.
+/// Step by `amplitude` at `at_s`.
 #[derive(Debug, Clone, PartialEq, Deserialize, Serialize)]
 #[serde(deny_unknown_fields)]
 pub struct Step {
     /// Time, `s`.
     pub at_s: f64,
     /// Size.
-    pub size: f64,
+    pub amplitude: f64,
 }
 
-/// Ramp by `size` from `at_s` to `until_s`.
+/// Ramp by `amplitude` from `at_s` to `until_s`.
 #[derive(Debug, Clone, PartialEq, Deserialize, Serialize)]
 #[serde(deny_unknown_fields)]
 pub struct Ramp {
@@ -180,10 +180,10 @@ pub struct Ramp {
     /// End time, `s`.
     pub until_s: f64,
     /// Size.
-    pub size: f64,
+    pub amplitude: f64,
 }
 
-/// Minimum-jerk motion by `size (10 t³ - 15 t⁴ + 6 t⁵)`, `t` from 0 at `at_s` to 1 at `until_s` (Flash and Hogan
+/// Minimum-jerk motion by `amplitude (10 t³ - 15 t⁴ + 6 t⁵)`, `t` from 0 at `at_s` to 1 at `until_s` (Flash and Hogan
 /// 1985).
 #[derive(Debug, Clone, PartialEq, Deserialize, Serialize)]
 #[serde(deny_unknown_fields)]
@@ -193,7 +193,7 @@ pub struct MinimumJerk {
     /// End time, `s`.
     pub until_s: f64,
     /// Size.
-    pub size: f64,
+    pub amplitude: f64,
 }
 
 /// `amplitude sin(2 π frequency_hz (t - at_s))` from `at_s` to `until_s`, 0 before and after.

@@ -4,6 +4,7 @@ use toml::{Table, Value};
 
 use super::error::SET;
 use super::{ParameterSection, RigFile, RigFileError, read};
+use crate::renamed_keys::{self, RenamedKey};
 
 /// Minimum similarity of two names, maximum 2.
 const MIN_LIKENESS: f64 = 1.2;
@@ -32,6 +33,16 @@ impl Setting {
         }
         let key: Vec<&str> = key.split('.').map(str::trim).collect();
         Ok(Self { at, key: key.join("."), value: value.to_owned() }.flattened())
+    }
+
+    /// Replaces an old key, in the path or in the value; returns the first one.
+    pub(super) fn update(&mut self) -> Option<RenamedKey> {
+        let (key, in_path) = renamed_keys::updated_path(&self.key);
+        let value = format!("value = {}", self.value);
+        let (value, in_value) = renamed_keys::updated(&value);
+        self.key = key;
+        self.value = value["value = ".len()..].to_owned();
+        in_path.or(in_value.first().copied())
     }
 
     /// Settings of the entries of a table.
@@ -181,7 +192,8 @@ pub(super) fn can_be_set(table: &Table, key: &str, value: &str) -> Result<(), St
 /// Sets a value (`device.joint.axis.0.plant.load.inertia`, `0.02`). An entry of a list is selected by its index from
 /// 0, or by its `name` or `device`.
 fn apply(table: &mut Table, key: &str, text: &str) -> Result<(), String> {
-    let parts: Vec<&str> = key.split('.').map(str::trim).collect();
+    let (key, _) = renamed_keys::updated_path(key);
+    let parts: Vec<&str> = key.split('.').collect();
     let Some((last, parents)) = parts.split_last() else { return Ok(()) };
     let mut here = table;
     let mut way = parents.iter();

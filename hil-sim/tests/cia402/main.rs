@@ -34,7 +34,7 @@ fn text(cia402: &str) -> String {
         [[experiment.move]]
         device = "robot"
         on = "DES_POSITION"
-        step = {{ at_s = 0.05, size = 0.05 }}
+        step = {{ at_s = 0.05, amplitude = 0.05 }}
         "#
     )
 }

@@ -110,7 +110,7 @@ fn the_shipped_rig_runs_and_its_pendulum_hangs_as_much_lower_as_its_weight_says(
 /// The safety stage limits the command to the drive's maximum torque: the drive reports no limit of its own.
 #[test]
 fn a_command_is_held_to_the_maximum_torque_of_the_drive_and_the_joint_goes_on() {
-    let text = text("most_torque_nm = 0.5", &step(0, 0.05));
+    let text = text("max_torque_nm = 0.5", &step(0, 0.05));
     let run = run(&read(&text)).unwrap();
     let column = |signal: &str| -> Vec<f64> {
         let place = run.recording.find("robot", signal, Some(0)).unwrap();

@@ -43,7 +43,7 @@ fn text(moteus: &str, more: &str) -> String {
 /// A step of an axis' reference at 0 s.
 fn step(axis: usize, size: f64) -> String {
     format!(
-        "[[experiment.move]]\ndevice = \"robot\"\naxis = {axis}\non = \"DES_POSITION\"\nstep = {{ at_s = 0.0, size = {size} }}\n"
+        "[[experiment.move]]\ndevice = \"robot\"\naxis = {axis}\non = \"DES_POSITION\"\nstep = {{ at_s = 0.0, amplitude = {size} }}\n"
     )
 }
 

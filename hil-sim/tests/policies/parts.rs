@@ -36,9 +36,9 @@ pub(crate) fn plants(scenario: &Scenario) -> [Box<dyn Plant>; 2] {
         true => HAND_N_PER_M * amplitude_m * libm::sin(core::f64::consts::TAU * 3.0 * t),
         false => 0.0,
     };
-    let joint = |mass_kg, damping_ns_per_m| {
+    let joint = |mass_kg, damping_n_s_per_m| {
         let mut joint = JointParameters::of_inertia(mass_kg);
-        joint.load.damping = damping_ns_per_m;
+        joint.load.damping = damping_n_s_per_m;
         joint
     };
     let (mut held, mut free) = (joint(0.1, 10.5), joint(0.2, 10.0));

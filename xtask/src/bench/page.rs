@@ -96,7 +96,9 @@ fn simulator(found: &Simulator) -> String {
 fn series(what: &str, points: &[(u8, f64)]) -> String {
     let Line { slope, offset, residual } = Line::fit(points);
     let (slope, offset, residual) = (number(slope), number(offset), number(residual));
-    let rows: Vec<_> = points.iter().map(|(n, cost)| [n.to_string(), number(*cost)]).collect();
+    // The fit shows the rest.
+    let ends = points.iter().take(1).chain(points.iter().skip(1).last());
+    let rows: Vec<_> = ends.map(|(n, cost)| [n.to_string(), number(*cost)]).collect();
     let line = format!("\nLinear fit: {offset} + {slope} n, maximum residual {residual}.\n");
     table([what, "Instructions"], &rows) + &line
 }

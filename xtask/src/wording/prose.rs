@@ -88,26 +88,27 @@ enum Opening {
 
 /// The next comment or string literal in a line of code, with the text after its opening.
 fn leave_code(line: &str) -> Option<(Opening, &str)> {
-    let bytes = line.as_bytes();
-    let mut at = 0;
-    while at < bytes.len() {
-        match bytes[at] {
-            b'/' if bytes.get(at + 1) == Some(&b'/') => return Some((Opening::Comment, &line[at + 2..])),
-            // A character, not a lifetime.
-            b'\'' if bytes.get(at + 1) == Some(&b'\\') => at += 2,
-            b'\'' if bytes.get(at + 1) == Some(&b'"') && bytes.get(at + 2) == Some(&b'\'') => at += 2,
-            b'"' => return Some((Opening::Text, &line[at + 1..])),
-            b'r' if at == 0 || !bytes[at - 1].is_ascii_alphanumeric() => {
-                let hashes = bytes[at + 1..].iter().take_while(|byte| **byte == b'#').count();
-                if bytes.get(at + 1 + hashes) == Some(&b'"') {
-                    return Some((Opening::Raw(hashes), &line[at + hashes + 2..]));
-                }
-            }
-            _ => {}
+    let mut rest = line;
+    let mut before = ' ';
+    loop {
+        if let Some(after) = rest.strip_prefix("//") {
+            return Some((Opening::Comment, after));
         }
-        at += 1;
+        if let Some(after) = rest.strip_prefix('"') {
+            return Some((Opening::Text, after));
+        }
+        if let Some(after) = rest.strip_prefix('r').filter(|_| !before.is_ascii_alphanumeric()) {
+            let literal = after.trim_start_matches('#');
+            if let Some(literal_after) = literal.strip_prefix('"') {
+                return Some((Opening::Raw(after.len() - literal.len()), literal_after));
+            }
+        }
+        // A quotation mark as a character.
+        let skipped = ["'\"'", "'\\\"'", "'\\''"].iter().find_map(|character| rest.strip_prefix(character));
+        let mut characters = rest.chars();
+        before = characters.next()?;
+        rest = skipped.unwrap_or(characters.as_str());
     }
-    None
 }
 
 /// Where a string literal ends.

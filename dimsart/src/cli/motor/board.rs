@@ -34,7 +34,7 @@ pub(super) fn show(device: &mut Device, port: &str, out: &mut impl Write) -> End
 }
 
 pub(super) fn set(device: &mut Device, file: &Path, restart: bool, out: &mut impl Write) -> Ending {
-    let mut told = motor::read(file)?;
+    let mut told = motor::read(file, super::warn)?;
     let now = device.motor()?.configuration;
     if told.inverter != now.inverter {
         eprintln!("dimsart: note: [inverter] of {} ignored: the board's values are used", file.display());

@@ -125,7 +125,7 @@ fn errors_lose_packets_and_damage_none_unseen_and_the_seed_decides_them() {
         ("uart", "uart.byte_drop=0.01"),
         ("uart", "uart.byte_insert=0.01"),
         ("can_fd", "can.bit_error_rate=1e-4"),
-        ("udp", "udp.burst_start=0.1"),
+        ("udp", "udp.burst_entry_probability=0.1"),
     ] {
         let file = rig(carrier, &[set]);
         let (arrived, [forward, _]) = run(&file, 500);

@@ -26,8 +26,8 @@ pub struct MoteusParameters {
     #[serde(default = "missing_ticks")]
     pub missing_ticks: u8,
     /// Maximum torque of a drive at the output, `N m`.
-    #[serde(default = "most_torque_nm")]
-    pub most_torque_nm: f64,
+    #[serde(default = "max_torque_nm")]
+    pub max_torque_nm: f64,
     /// Time from the end of a frame to the queued reply, `s`. No value is published: measure your drives.
     #[serde(default = "reply_delay_s")]
     pub reply_delay_s: f64,
@@ -48,7 +48,7 @@ pub struct MoteusParameters {
     pub absent: Vec<Absence>,
 }
 
-fn most_torque_nm() -> f64 {
+fn max_torque_nm() -> f64 {
     4.0
 }
 
@@ -63,7 +63,7 @@ impl MoteusParameters {
         let drives = self.ids.iter().filter_map(|id| {
             let address = MoteusAddress::new(self.host, *id)?;
             let control = MoteusJoint::new(address, self.timeout_s, self.missing_ticks);
-            let drive = MoteusDrive::new(*id, self.most_torque_nm);
+            let drive = MoteusDrive::new(*id, self.max_torque_nm);
             Some(Box::new(Moteus { control, drive, reply: None }) as Box<dyn OnBus>)
         });
         DriveBus::new(self.wires(), drives.zip(joints), None, seed)
@@ -99,7 +99,7 @@ impl MoteusParameters {
         }
         let positive = [
             ("timeout_s", f64::from(self.timeout_s)),
-            ("most_torque_nm", self.most_torque_nm),
+            ("max_torque_nm", self.max_torque_nm),
             ("bits_per_s", self.bits_per_s.into()),
             ("data_bits_per_s", self.data_bits_per_s.into()),
         ];

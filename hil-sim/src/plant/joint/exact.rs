@@ -183,7 +183,7 @@ impl Mechanics {
         let winding = self.winding.as_ref();
         let dynamics = Dynamics {
             stiffness_n_per_m: self.load.stiffness + stiffness,
-            damping_ns_per_m: resistance + damping,
+            damping_n_s_per_m: resistance + damping,
             inverse_mass_per_kg: inertia.recip(),
             bandwidth_per_s: winding.map_or(0.0, |winding| winding.bandwidth_per_s),
             force_n_per_a: winding.map_or(0.0, |winding| leverage * winding.nm_per_a),
@@ -193,7 +193,7 @@ impl Mechanics {
         let rad2_per_s2 = (dynamics.stiffness_n_per_m + gravity) / inertia;
         let rad_per_s = rad2_per_s2.sqrt();
         let unsteady = self.friction.steepest() + if gravity > 0.0 { gravity / rad_per_s } else { 0.0 };
-        let damped = dynamics.damping_ns_per_m / (inertia * rad_per_s);
+        let damped = dynamics.damping_n_s_per_m / (inertia * rad_per_s);
         let swing_s2 = 2.0 / rad2_per_s2 * (1.0 + damped * damped).sqrt();
         let growth_per_s = unsteady / inertia;
         let swing_s2 = if gravity > 0.0 || swing_s2.is_nan() { f64::INFINITY } else { swing_s2 };

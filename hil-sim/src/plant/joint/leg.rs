@@ -203,7 +203,7 @@ impl<'a> Leg<'a> {
         let turned = mechanics.motor.viscous_nms_per_rad() * mechanics.gear.ratio * slowed;
         let outer = push.variation()
             + (regime.dynamics.stiffness_n_per_m + mechanics.load.gravity_torque_nm.abs()) * moved
-            + (regime.dynamics.damping_ns_per_m + mechanics.friction.steepest()) * slowed;
+            + (regime.dynamics.damping_n_s_per_m + mechanics.friction.steepest()) * slowed;
         let changes = mechanics.transmitted_by(turned, -outer);
         let first = mechanics.transmitted(&Inputs { load: push.start, ..*inputs }, start, mode);
         let settled_a = self.current.map_or(start.quadrature_a, |current| current.settled_a);

@@ -13,7 +13,7 @@ pub struct Controller {
     /// `K_PARAM` of `PDCTRL_MOD` by axis, `N/m`; empty without the module.
     pub stiffness_n_per_m: Vec<f64>,
     /// `B_PARAM` of `WTRANSF_MOD`, `N s/m`; `None` without the module.
-    pub impedance_ns_per_m: Option<f64>,
+    pub impedance_n_s_per_m: Option<f64>,
     /// Samples added by the scheme between link and signals, both directions: delay modules, packets not sent in
     /// every tick, and play-out.
     pub delay_ticks: Option<u32>,
@@ -36,7 +36,7 @@ impl Controller {
         let stiffness = |axis| real(engine, "PDCTRL_MOD", "K_PARAM", axis);
         Self {
             stiffness_n_per_m: (0..dof).map_while(stiffness).collect(),
-            impedance_ns_per_m: real(engine, "WTRANSF_MOD", "B_PARAM", 0),
+            impedance_n_s_per_m: real(engine, "WTRANSF_MOD", "B_PARAM", 0),
             delay_ticks,
             every_ticks: delay::every_ticks(engine),
             playout_ticks,
