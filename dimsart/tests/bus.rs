@@ -57,11 +57,7 @@ fn the_links_delay_comes_on_top_of_the_mediums() {
 fn a_line_that_is_too_slow_is_a_fault() {
     let run = run(&["link.carrier=uart", "uart.bits_per_s=115200", "duration_s=1"]);
     assert!(run.outcome.media.iter().all(|traffic| traffic.load > 0.99 && traffic.dropped > 500));
-    assert!(
-        run.outcome.faults.iter().any(|fault| fault.contains("the line is full")),
-        "{:?}",
-        run.outcome.faults
-    );
+    assert!(run.outcome.faults.iter().any(|fault| fault.contains("queue full")), "{:?}", run.outcome.faults);
 }
 
 /// The master's packets have priority: the superseded ones are the slave's.
@@ -209,7 +205,7 @@ fn the_packets_of_the_space_link_fit_its_link_at_500_hz_and_not_at_1_khz() {
     assert!(worn.warnings.iter().any(creeps) && !outcome.warnings.iter().any(creeps), "{:?}", worn.warnings);
     let full = load(&["link.every_ticks=1", "duration_s=10"]);
     assert!(
-        full.media[0].load > 0.99 && full.faults.iter().any(|fault| fault.contains("the line is full")),
+        full.media[0].load > 0.99 && full.faults.iter().any(|fault| fault.contains("queue full")),
         "{full:?}"
     );
 }

@@ -39,7 +39,7 @@ fn table_1_as_printed_lacks_one_provider_on_the_slave() {
     let output = dimsart(&["check", "builtin:table1"]);
     assert_eq!(output.status.code(), Some(1));
     let out = String::from_utf8(output.stdout).unwrap();
-    let lines: Vec<&str> = out.lines().filter(|line| !line.contains("takes")).collect();
+    let lines: Vec<&str> = out.lines().filter(|line| !line.contains("  uses ")).collect();
     let fault = "  fault: COMM_TXMOD reads CH1_TD_WAVES, which has no provider: plug in a module that writes \
     CH1_TD_WAVES";
     assert_eq!(
@@ -61,7 +61,7 @@ fn both_sides_are_checked_unless_one_is_named() {
     let (status, out) = check(BILATERAL, &[]);
     assert_eq!(status, Some(0));
     assert!(out.contains("on the master: matches") && out.contains("on the slave: matches"), "{out}");
-    assert!(out.contains("  takes 5 of 32 modules, "), "{out}");
+    assert!(out.contains("  uses 5 of 32 modules, "), "{out}");
     let (_, out) = check(BILATERAL, &["--side", "slave"]);
     assert!(!out.contains("master"), "{out}");
 }

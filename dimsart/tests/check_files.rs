@@ -49,8 +49,10 @@ fn a_rig_with_a_type_of_its_own_is_checked_and_every_fault_of_it_named() {
     let found: serde_json::Value = serde_json::from_str(&out).unwrap();
     assert_eq!((status, &found[0]["matches"]), (Some(1), &false.into()));
     let faults = found[0]["faults"].to_string();
-    let expected =
-        ["'GRP_WIDTH' is not a data type; did you mean 'GRIP_WIDTH'?", "reads DES_POSITION and nobody"];
+    let expected = [
+        "'GRP_WIDTH' is not a data type; did you mean 'GRIP_WIDTH'?",
+        "reads DES_POSITION, which has no provider",
+    ];
     assert!(expected.iter().all(|fault| faults.contains(fault)), "{faults}");
 }
 

@@ -174,7 +174,7 @@ fn can_fd_frames_are_read_by_the_dbc() {
 #[test]
 fn what_does_not_fit_is_said() {
     let error = dbc::messages(&mut controller(6), "master", Frames::Can).unwrap_err().to_string();
-    assert!(error.contains("18 words") && error.contains("16 fit"), "{error}");
+    assert!(error.contains("18 words") && error.contains("maximum 16"), "{error}");
 }
 
 #[test]

@@ -307,7 +307,7 @@ fn an_edge_is_caught_on_the_device() {
     }
     assert_eq!(device.scheme_rows(None).unwrap(), before, "the scheme is unchanged");
     let wrong = Capture { word: 1, ..rising.clone() };
-    assert!(device.capture(&wrong, || true).unwrap_err().to_string().contains("no value 1"));
+    assert!(device.capture(&wrong, || true).unwrap_err().to_string().contains("has no word 1"));
     let never = Capture { level: 1e6, ..rising };
     assert_eq!(device.capture(&never, || true).unwrap().recorded, None);
     assert_eq!(device.scheme_rows(None).unwrap(), before);

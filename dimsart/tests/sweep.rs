@@ -31,7 +31,7 @@ fn shards_merge_into_what_one_machine_gives() {
         assert!(sweep(parts.path(), &["--shard", shard]).status.success());
     }
     let merged = sweep(parts.path(), &["--merge"]);
-    assert!(String::from_utf8_lossy(&merged.stdout).contains("12 of 12 points, of 3 shards"));
+    assert!(String::from_utf8_lossy(&merged.stdout).contains("12 of 12 points from 3 shards"));
     assert_eq!(read(whole.path(), "sweep.csv"), read(parts.path(), "sweep.csv"));
     for picture in ["map.svg", "map.png"] {
         assert!(whole.path().join(picture).exists(), "{picture}");

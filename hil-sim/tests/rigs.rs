@@ -420,7 +420,7 @@ fn a_stiffness_that_has_not_settled_says_so() {
     let file = RigFile::read(RigFile::shipped("three").unwrap(), "three", PathBuf::new(), &sets).unwrap();
     let run = Experiment::new(&file).unwrap().run(&AtomicBool::new(false), |_| ());
     let [felt] = run.outcome.perceived.as_slice() else { panic!("{:?}", run.outcome.perceived) };
-    assert!(felt.unsettled.as_ref().is_some_and(|how| how.contains("to go")), "{felt:?}");
+    assert!(felt.unsettled.as_ref().is_some_and(|how| how.contains("still missing")), "{felt:?}");
 }
 
 #[test]

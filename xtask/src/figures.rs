@@ -44,7 +44,7 @@ const TIME: &str = "
 One side of Table 1 runs as firmware on the emulated board, everything else on the host, for 100 000 ticks in lockstep. Each tick
 includes a round trip of sensor and actuator data. Ticks per second depend on the machine and its load; the target is 10 000.
 Instructions are counted from reading the sensors to commanding the actuators; they depend only on source and compiler. Under
-load, the command line receives a request or noise in every tick; 100 times the line's rate refers to 115 200 baud.
+load, the command line receives a request or noise in every tick; the line's rate is 115 200 baud.
 ";
 
 const JITTER: &str = "

@@ -6,13 +6,14 @@ use crate::shell::{EMULATOR, Outcome, cargo, cargo_emulator, run};
 use crate::steps::Steps;
 use crate::toolchain::Toolchain;
 use crate::{
-    bench, boards, budgets, module_costs, oracle, panic_free, setup, stack, test_programs, tutorial,
+    bench, boards, budgets, module_costs, oracle, panic_free, setup, stack, test_programs, tutorial, wording,
 };
 
 /// Format, lints of the host, tests of the core and of the two-sided loop.
 pub(crate) fn quick() -> Outcome {
     Steps::run(|steps| {
         steps.step("format", format)?;
+        steps.step("wording", wording::hold)?;
         steps.step("lints", lint)?;
         steps.step("tests of the core", || {
             run(&mut cargo(&["test", "--quiet", "--package", "dimsart-core"]))
@@ -51,6 +52,7 @@ pub(crate) fn ci() -> Outcome {
             },
             || {
                 python(steps)?;
+                steps.step("wording", wording::hold)?;
                 steps.step("lints", lint)?;
                 steps.step("documentation", document)?;
                 build(steps)

@@ -199,7 +199,7 @@ enum Action {
     /// Lock the board with a key, or unlock it.
     #[command(subcommand)]
     Key(KeyAction),
-    /// Print the rows of a recorder as CSV, oldest first; nothing stops.
+    /// Print the rows of a recorder as CSV, oldest first, without stopping the recorder.
     #[command(after_long_help = RECORDER)]
     Recorder {
         /// Recorder, such as `RECORDER_MOD.2` (default: the only one).

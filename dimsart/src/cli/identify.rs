@@ -101,7 +101,7 @@ struct Joint {
 enum Truth {
     Unknown,
     Of([(Quantity, f64); 6]),
-    /// Those of an arm depend on the positions of its other joints.
+    /// Inertia and gravity of an arm's joint depend on the positions of the other joints.
     OfArm(ArmParameters),
 }
 

@@ -44,10 +44,10 @@ In a scheme:
   all  PDCTRL_MOD    K_PARAM        3000           sets a parameter, on every axis
   all  PDCTRL_MOD    K_PARAM[0]     1000           sets it on axis 0 alone
   all  SUM_MOD       PORT_A         DES_FORCE      binds a port to another type of the same unit and shape
-  all  MOD_ENG       MOD_ON         PDCTRL_MOD     plugs the module in
-  all  MOD_ENG       MOD_ON         PDCTRL_MOD.2   plugs in a second instance
   all  PDCTRL_MOD    EVERY_TICKS    10             runs it every 10th tick (1, 2, 4, 5, 10, 20, 50 or 100; set while
-                                                   unplugged; not for COMM_RXMOD and COMM_TXMOD)";
+                                                   unplugged; not for COMM_RXMOD and COMM_TXMOD)
+  all  MOD_ENG       MOD_ON         PDCTRL_MOD     plugs the module in
+  all  MOD_ENG       MOD_ON         PDCTRL_MOD.2   plugs in a second instance";
 
 const EVERY_TICKS: &str = "\
 Modules with EVERY_TICKS run in every n-th tick; ends of links run in every tick (CTX_EVERY sets how often they send).

@@ -466,7 +466,8 @@ fn a_file_that_is_sent_ends_no_transaction() {
         let rows = format!("all PDCTRL_MOD K_PARAM 7\nall MOD_ENG {row}\nall PDCTRL_MOD K_PARAM 9999\n");
         let message = device.send_scheme(&text(&rows), "master").unwrap_err().to_string();
         assert!(
-            message.starts_with("my.scheme:2:13: refused: the file is sent as one transaction"),
+            message
+                .starts_with("my.scheme:2:13: refused: remove this row, the file is sent as one transaction"),
             "{message}"
         );
         assert_eq!(device.overview().unwrap(), before, "{row}");

@@ -93,7 +93,7 @@ fn what_does_not_match_is_saved_and_not_taken() {
     let mut fresh = without_modules(of_side("builtin:table1", "slave"));
     let before = saved(&mut fresh);
     let error = exchanged(&mut fresh, &text, false).unwrap_err().to_string();
-    assert!(error.contains("CH1_TD_WAVES") && error.contains("nothing changed"), "{error}");
+    assert!(error.contains("CH1_TD_WAVES") && error.contains("nothing has changed"), "{error}");
     assert_eq!(saved(&mut fresh), before);
 }
 
@@ -270,7 +270,11 @@ fn wrong_inputs_are_told() {
         (&["save", port, "/no/such/folder/file"], 1, "cannot write /no/such/folder/file"),
         (&["apply", "builtin:bilateral", port], 2, "builtin:bilateral:8: this row is for m&s"),
         (&["apply", "builtin:bilateral", port, "--side", "both"], 2, "invalid value 'both'"),
-        (&["apply", &begins, port], 1, ":1:13: refused: the file is sent as one transaction"),
+        (
+            &["apply", &begins, port],
+            1,
+            ":1:13: refused: remove this row, the file is sent as one transaction",
+        ),
         (&["apply", &wrong, port, "--side", "master"], 1, "does not know 2 rows"),
         (&["apply", &mistyped, port, "--skip-unknown"], 1, "'3o00'"),
         (&["apply", "builtin:table1", port, "--side", "slave"], 1, "CH1_TD_WAVES"),

@@ -78,7 +78,7 @@ fn each_command_is_given_as_it_is_and_answered_by_how_the_schemes_stand_and_what
             "save",
             SchemeAction::Save,
             status(Origin::BuiltIn, other_image, Trial::Tried, false),
-            "started with the built-in scheme: the scheme on trial does not load: it was saved by an image with other \
+            "started with the built-in scheme: the scheme on trial does not load: saved by an image with other \
              modules, parameters or data types: save it again\nthe scheme on trial does not run again: `save` another \
              scheme\n",
         ),
@@ -115,9 +115,9 @@ fn what_a_board_refuses_is_told_with_what_to_do() {
     for (refusal, expected) in [
         (Refusal::Store(StoreError::NoStorage), "the device cannot store schemes"),
         (Refusal::Store(StoreError::SchemeRuns), "`stop` it first"),
-        (Refusal::Store(StoreError::TooLong), "the scheme takes more than"),
+        (Refusal::Store(StoreError::TooLong), "the scheme exceeds 920 bytes"),
         (Refusal::Store(StoreError::NoTrial), "restart the device"),
-        (Refusal::Store(StoreError::Storage), "what was kept before still is"),
+        (Refusal::Store(StoreError::Storage), "earlier data is kept"),
         (Refusal::Engine(CommandError::HasFaults { faults: 1 }), "run `faults` to list them"),
     ] {
         let (port, _) = keeping(Err(refusal));

@@ -186,8 +186,9 @@ fn a_kind_that_the_image_lacks_is_named() {
     for arguments in [&["recorder"][..], &["recorder", "RECORDER_MOD"], &["on", "RECORDER_MOD.2"]] {
         let found = message(&emulated.run(arguments));
         assert!(
-            found
-                .contains("the image has no RECORDER_MOD: build it with that module kind (docs/firmware.md)"),
+            found.contains(
+                "the image does not include RECORDER_MOD: build it with this module kind (docs/firmware.md)"
+            ),
             "{found}"
         );
     }

@@ -151,6 +151,15 @@ fn emulator(image: &Path, folder: &Path, shift: u8) -> Child {
 }
 
 pub(crate) fn greet(uart: Box<dyn Stream>) -> Device<Box<dyn Stream>> {
-    let patience = Timeouts { timeout: TEST_TIMEOUT / 10, tries: 10 };
+    greet_within(uart, 10)
+}
+
+/// Greets a board that first has to read what is queued for it.
+pub(crate) fn greet_after_queue(uart: Box<dyn Stream>) -> Device<Box<dyn Stream>> {
+    greet_within(uart, 100)
+}
+
+fn greet_within(uart: Box<dyn Stream>, tries: u32) -> Device<Box<dyn Stream>> {
+    let patience = Timeouts { timeout: TEST_TIMEOUT / 10, tries };
     Device::greet(uart, patience, dimsart_modules::ALL).unwrap()
 }

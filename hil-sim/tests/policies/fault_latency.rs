@@ -58,16 +58,11 @@ fn what_must_be_noticed_is_noticed_in_time_and_told_by_its_number() {
     assert_noticed("a sensor gives 1", 32, [0, 0], "reset and lease");
     assert_noticed("a sensor jumps by 10 mm", 32, [0, 0], "reset and lease");
     assert_noticed("a sensor jumps by 1000 mm", 32, [0, 0], "reset and lease");
-    assert_noticed("a module that the device depends on writes", 40, [0, 0], "reset and lease");
+    assert_noticed("a module upstream of the device writes", 40, [0, 0], "reset and lease");
     assert_noticed("a module that only sends writes", 131, [0, 0], "reset");
     for percent in [30, 50, 100, 500] {
-        let takes = format!("takes {percent} % longer than it costs");
-        assert_noticed(
-            &format!("a module that the device depends on {takes}"),
-            40,
-            [0, 0],
-            "reset and lease",
-        );
+        let takes = format!("exceeds its cost by {percent} %");
+        assert_noticed(&format!("a module upstream of the device {takes}"), 40, [0, 0], "reset and lease");
         assert_noticed(&format!("a module that only sends {takes}"), 131, [0, 0], "reset");
     }
     for line in [
@@ -90,7 +85,10 @@ fn what_nobody_can_know_is_said_to_be_never_noticed() {
         those(name).into_iter().for_each(|row| assert_eq!(row.noticed, never(), "{}", row.fault));
     }
     // Within a quarter of its cost, as long as a link may be silent, and sound packets between damaged ones.
-    for name in ["a module that the device depends on takes 10 %", "a module that only sends takes 10 %"] {
+    for name in [
+        "a module upstream of the device exceeds its cost by 10 %",
+        "a module that only sends exceeds its cost by 10 %",
+    ] {
         those(name).into_iter().for_each(|row| assert_eq!(row.noticed, never(), "{}", row.fault));
     }
     for name in ["nothing comes over the link for 19 ticks", "every other packet is damaged"] {

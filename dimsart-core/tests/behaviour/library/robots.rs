@@ -60,7 +60,10 @@ fn a_wave_transformer_and_its_law_work_at_the_tip_with_every_coordinate_there() 
     };
     assert_eq!(of_coordinates(&rows), [""; 0]);
     let mixed = of_coordinates(&rows.replace("PORT_LINE_FORCE TIP_FORCE", "PORT_LINE_FORCE LINE_FORCE"));
-    assert!(mixed.len() == 1 && mixed[0].contains("is bound to LINE_FORCE, which is of joints"), "{mixed:?}");
+    assert!(
+        mixed.len() == 1 && mixed[0].contains("is bound to LINE_FORCE, which is in joint coordinates"),
+        "{mixed:?}"
+    );
 }
 
 #[test]
@@ -68,7 +71,7 @@ fn what_is_of_the_tip_takes_nothing_of_joints_and_a_sum_of_both_is_refused() {
     let inverse = findings(
         "PHANTOM_INVERSE_MOD PORT_DES_TIP_POSITION POSITION\nPHANTOM_INVERSE_MOD PORT_DES_POSITION DES_POSITION.2\nMOD_ENG MOD_ON PHANTOM_INVERSE_MOD",
     );
-    assert!(inverse.len() == 1 && inverse[0].contains("another unit"), "{inverse:?}");
+    assert!(inverse.len() == 1 && inverse[0].contains("wrong unit"), "{inverse:?}");
     assert!(!UnitRelation::Same.admits(Unit::Position, Unit::Metre));
     assert!(UnitRelation::Derivative.admits(Unit::MetrePerSecond, Unit::Metre));
     for (unit, symbol) in [(Unit::Metre, "m"), (Unit::MetrePerSecond, "m/s"), (Unit::Newton, "N")] {

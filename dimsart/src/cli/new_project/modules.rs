@@ -8,4 +8,6 @@ pub mod template;
 pub use template::Template;
 
 /// Modules that this project adds to the library, in its tools and images.
-pub const OWN: dimsart_core::ModuleKinds = dimsart_core::kinds![Template,];
+pub const OWN: dimsart_core::ModuleKinds = dimsart_core::kinds![
+    Template,
+];

@@ -89,7 +89,7 @@ fn a_full_line_is_a_figure_and_a_fault() {
         let (_, [forward, _]) = run(&rig(carrier, &[set, more]), 500);
         let report = forward.report(500).unwrap();
         assert!(report.traffic.load > 0.9, "{:?}", report.traffic);
-        let is_told = report.faults.iter().any(|fault| fault.contains("the line is full"));
+        let is_told = report.faults.iter().any(|fault| fault.contains("queue full"));
         assert_eq!(is_told, report.traffic.dropped > 0, "{report:?}");
         assert!(is_told || carrier == "can_fd", "{report:?}");
     }
@@ -115,7 +115,7 @@ fn a_packet_that_no_frame_carries_is_a_fault() {
     forward.send(0, &[0; 64]);
     let report = forward.report(1).unwrap();
     assert_eq!(report.traffic.dropped, 1);
-    assert!(report.faults[0].contains("longer than it can carry"), "{:?}", report.faults);
+    assert!(report.faults[0].contains("too long for this carrier"), "{:?}", report.faults);
 }
 
 #[test]

@@ -38,22 +38,22 @@ pub(crate) fn cases() -> Vec<Case> {
         one("an actuator is stuck", Fault::ActuatorStuck),
     ];
     for (written, writes) in [("NaN", Writes::Nan), ("infinity", Writes::Infinity), ("1e38", Writes::Large)] {
-        for (places, name) in [(&[1, 2][..], "that the device depends on"), (&[3], "that only sends")] {
+        for (places, name) in [(&[1, 2][..], "upstream of the device"), (&[3], "that only sends")] {
             let faults = places.iter().map(|place| Fault::Writes(*place, writes)).collect();
             cases.push(Case { name: format!("a module {name} writes {written}"), faults, spare_cycles: 0 });
         }
     }
     for percent in [10, 30, 50, 100, 500] {
         for (modules, name) in
-            [(&BEFORE_DEVICE[..], "that the device depends on"), (&BEHIND_DEVICE, "that only sends")]
+            [(&BEFORE_DEVICE[..], "upstream of the device"), (&BEHIND_DEVICE, "that only sends")]
         {
             let faults = modules.iter().map(|module| Fault::TakesLonger(module, percent)).collect();
-            let name = format!("a module {name} takes {percent} % longer than it costs");
+            let name = format!("a module {name} exceeds its cost by {percent} %");
             cases.push(Case { name, faults, spare_cycles: 0 });
         }
     }
     for module in BEFORE_DEVICE.into_iter().chain(BEHIND_DEVICE) {
-        let name = format!("{module} takes 500 % longer, {SPARE_CYCLES} cycles left for interrupts");
+        let name = format!("{module} exceeds its cost by 500 %, {SPARE_CYCLES} cycles spare for interrupts");
         let faults = vec![Fault::TakesLonger(module, 500)];
         cases.push(Case { name, faults, spare_cycles: SPARE_CYCLES });
     }
