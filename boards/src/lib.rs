@@ -1,7 +1,7 @@
 //! Board support for DIMSART.
 //!
-//! Machine units (counts, duty cycles, register bits) exist only below the trait `Board`. A board knows its
-//! device's types, but no modules, schemes or data base.
+//! Machine units (counts, duty cycles, register bits) exist only below the trait `Board`. A board depends on its
+//! device's types, but on no modules, schemes or data base.
 //!
 //! # Adding a board
 //!

@@ -152,7 +152,7 @@ fn guard_stack(protection: &MPU) {
     cortex_m::asm::isb();
 }
 
-/// The library is told the frequency set by [`clock_switch`], because it computes dividers from it. It
+/// The library receives the frequency set by [`clock_switch`], because it computes dividers from it. It
 /// switches to the crystal, treats this frequency as the crystal's, and leaves the PLL off.
 fn config() -> Config {
     let mut config = Config::default();

@@ -83,7 +83,11 @@ mod tests {
 
     fn taken(mut report: MotorReport) -> (Configuration, MotorReport) {
         let runs_by = take(&mut report, &IMAGE.checked().unwrap(), reads);
-        assert_eq!(Configuration::from_words(&report.words), Some(*runs_by.get()), "it says what it runs by");
+        assert_eq!(
+            Configuration::from_words(&report.words),
+            Some(*runs_by.get()),
+            "the report equals the configuration in use"
+        );
         assert_eq!(report.layout, Configuration::LAYOUT);
         (*runs_by.get(), report)
     }

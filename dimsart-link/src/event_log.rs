@@ -323,7 +323,7 @@ mod tests {
             prop_assert_eq!(numbers(&log), []);
         }
 
-        /// A reset during a write loses that event and the one that it replaces.
+        /// A reset during a write loses that event and the replaced one.
         #[test]
         fn a_reset_in_the_middle_of_an_event_costs_no_other(events in 1..200_u32, written in 0..WORDS) {
             let (log, next) = (filled(events), filled(events + 1));

@@ -38,7 +38,7 @@
 //!
 //! [`PROTOCOL_VERSION`] increases when variants are added. Variants are added at the end, here and in every
 //! transmitted core enum; from [`OLDEST_PROTOCOL_VERSION`] on, existing variants never change. A device
-//! therefore answers every request that it knows from an older or newer host, and [`Refusal::NotUnderstood`]
+//! therefore answers every known request from an older or newer host, and [`Refusal::NotUnderstood`]
 //! otherwise. Devices older than [`OLDEST_PROTOCOL_VERSION`] need the host program of their image.
 //!
 //! # Time

@@ -7,7 +7,7 @@
 //! `J`. `FEED_FORCE` is `-COMPENSATION` times the estimate, limited to `±LIMIT`.
 //!
 //! `F` is `DES_FORCE` of the previous tick including `FEED_FORCE`: bind the port to the force that the device receives,
-//! and plug the module in before the one that writes it. The estimate starts at 0; on takeover, at the last output.
+//! and plug the module in before the module that writes it. The estimate starts at 0; on takeover, at the last output.
 //!
 //! ```
 //! use dimsart_core::{Bench, types};

@@ -188,7 +188,7 @@ fn follow(context: &Context<'_, WaveTransformer>) {
     if form == Form::Printed {
         context.map_axes(inputs, [desired_position], |(), axis, port| [step(axis, port)]);
     } else {
-        // The solved and the commanded force differ by rounding: integrate the one in the outgoing wave, or position and
+        // The solved and the commanded force differ by rounding: integrate the force in the outgoing wave, or position and
         // wave drift apart.
         context.map_axes(inputs, [], |(), axis, port| {
             step(axis, port);

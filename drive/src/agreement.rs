@@ -11,7 +11,7 @@ pub(crate) enum Says {
     Stuck,
 }
 
-/// What a joint reports in a tick.
+/// Report of a joint in a tick.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum Shows {
     Nothing,

@@ -1,4 +1,4 @@
-//! What a scenario's slave can meet.
+//! Environments of a scenario's slave.
 #![expect(clippy::unwrap_used, reason = "a failed unwrap is a failed test")]
 
 use std::sync::atomic::AtomicBool;

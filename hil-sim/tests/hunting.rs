@@ -1,4 +1,4 @@
-//! Friction hunting: what is said of a joint that never comes to rest, beside what its recorded position does.
+//! Friction hunting: the report on a joint that never comes to rest, compared with its recorded position.
 #![expect(clippy::unwrap_used, clippy::indexing_slicing, reason = "in helpers of tests as in tests")]
 
 use hil_sim::experiment::{self, Run};

@@ -54,7 +54,7 @@ fn normal(random: &mut Pcg32) -> f64 {
 }
 
 impl Kind {
-    /// What is recorded of a sweep from 0.05 to 3 Hz in 40 s.
+    /// Recording of a sweep from 0.05 to 3 Hz in 40 s.
     fn record(&self, seed: u64) -> (Vec<f64>, Vec<f64>) {
         let mut random = Pcg32::seed_from_u64(seed);
         let offset = f64::from(random.next_u32()) / f64::from(u32::MAX);

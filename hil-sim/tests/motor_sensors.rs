@@ -1,4 +1,4 @@
-//! What a motor's sensors show of it, against the closed forms of a joint that holds a load.
+//! Readings of a motor's sensors against the closed forms of a joint that holds a load.
 #![expect(clippy::unwrap_used, reason = "in helpers of tests as in tests")]
 
 use std::path::PathBuf;

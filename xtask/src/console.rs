@@ -197,10 +197,16 @@ false
     #[test]
     fn a_command_that_fails_or_prints_something_else_is_told_with_what_it_printed() {
         let error = |block: &str| result(&format!("```{block}\n```\n")).unwrap_err();
-        let told = error("console\n$ echo so; false\n$ echo never");
-        assert!(told.starts_with("`echo so; false` ended with") && told.ends_with(":\nso"), "{told}");
-        let told = error("console\n$ printf 'b\\na\\n'\na\nb");
-        assert!(told.contains("did not print") && told.contains("\nb\n. It printed:\nb\na"), "{told}");
+        let message = error("console\n$ echo so; false\n$ echo never");
+        assert!(
+            message.starts_with("`echo so; false` ended with") && message.ends_with(":\nso"),
+            "{message}"
+        );
+        let message = error("console\n$ printf 'b\\na\\n'\na\nb");
+        assert!(
+            message.contains("did not print") && message.contains("\nb\n. It printed:\nb\na"),
+            "{message}"
+        );
         assert!(error("console fails\n$ true").contains("expected to fail"));
         assert!(error("console\n$ false &").contains("ended with"));
         assert!(error("diff\n--- no\n+++ no\n@@ -1 +1 @@\n-a\n+b").contains("git apply"));

@@ -86,12 +86,12 @@ pub(crate) fn hold(images: &[boards::Image]) -> Outcome {
         }
         println!("{name}: a tick reaches {} functions, none of which can panic", functions.len());
         if image.function(CURRENT_LOOP).is_some() {
-            let beside = BESIDE_LOOP.map(Name::new);
-            let allowed = [&ALLOWED_IN_LOOP.map(Name::new)[..], &beside].concat();
+            let allowed = BESIDE_LOOP.map(Name::new);
+            let allowed = [&ALLOWED_IN_LOOP.map(Name::new)[..], &allowed].concat();
             let reached = reach::only(&image, &declared, CURRENT_LOOP, &allowed);
             let reached =
                 reached.map_err(|error| format!("{name}: forbidden code in a current loop: {error}"))?;
-            hold_to_ccm(name, &image, CURRENT_LOOP, &reached.addresses, &beside)?;
+            hold_to_ccm(name, &image, CURRENT_LOOP, &reached.addresses, &allowed)?;
             println!(
                 "{name}: a current loop reaches {} functions, none of which can panic",
                 reached.functions.len()
@@ -101,15 +101,21 @@ pub(crate) fn hold(images: &[boards::Image]) -> Outcome {
     Ok(())
 }
 
-/// Fails if a root in CCM SRAM reaches functions outside, except those of `beside`.
-fn hold_to_ccm(name: &str, image: &Image, root: &str, functions: &BTreeSet<u32>, beside: &[Name]) -> Outcome {
+/// Fails if a root in CCM SRAM reaches functions outside, except the functions named in `allowed`.
+fn hold_to_ccm(
+    name: &str,
+    image: &Image,
+    root: &str,
+    functions: &BTreeSet<u32>,
+    allowed: &[Name],
+) -> Outcome {
     let [start, end] = ["__sccm", "__eccm"].map(|name| image.symbols.get(name).copied().unwrap_or(0));
     let is_inside = |address: u32| (start..end).contains(&address);
     if !image.function(root).is_some_and(|root| is_inside(root.address)) {
         return Ok(());
     }
     let is_beside = |address: &u32| {
-        image.functions.get(address).is_some_and(|function| beside.iter().any(|name| name.is_of(function)))
+        image.functions.get(address).is_some_and(|function| allowed.iter().any(|name| name.is_of(function)))
     };
     let outside = functions.iter().filter(|address| !is_inside(**address) && !is_beside(address));
     let outside: Vec<String> = outside.map(|address| image.place(*address)).collect();
@@ -138,7 +144,7 @@ mod tests {
                 (address, Function { names: vec![name.to_owned()], address, bytes: 2 })
             }),
         );
-        let hold = |image: &Image, beside: &[Name]| hold_to_ccm("board", image, "tick", &reached, beside);
+        let hold = |image: &Image, allowed: &[Name]| hold_to_ccm("board", image, "tick", &reached, allowed);
         assert_eq!(hold(&image, &[]), Ok(()));
         let marks = [("__sccm", 0x1000_0000), ("__eccm", 0x1000_1000)];
         image.symbols.extend(marks.map(|(name, address)| (name.to_owned(), address)));

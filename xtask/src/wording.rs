@@ -35,12 +35,12 @@ const HABITS: [Habit; 5] = [
     },
     Habit {
         name: "stand-in without a noun",
-        pattern: r"\b(?:that of|those of|the one (?:that|of|in|with))\b",
+        pattern: r"\bthe one (?:that|of|in|with)\b",
         remedy: "repeat the noun",
     },
     Habit {
         name: "negated noun",
-        pattern: r"\bnobody\b|\b(?:is|are|was|were) none\b|\b(?:is|are) no [a-z]+ (?:that|of)\b",
+        pattern: r"\bnobody\b|\bthat (?:is|are) none\b|\b(?:is|are) no [a-z]+ (?:that|of)\b",
         remedy: "state the positive: invalid, unknown, missing, disarmed",
     },
 ];
@@ -100,7 +100,7 @@ mod tests {
             ("the board says why", "light verb"),
             ("the integrator goes on", "light verb"),
             ("modules begin anew", "home-made term"),
-            ("its range and that of its sensor", "stand-in without a noun"),
+            ("its range and the one of its sensor", "stand-in without a noun"),
             ("nobody holds the lease", "negated noun"),
             ("a unit that is none", "negated noun"),
             ("which is no number that fits", "negated noun"),

@@ -111,7 +111,7 @@ pub(super) fn say_stopped() {
     STAMPS.set(1, Some(Mps2An386::counter().now()));
     let mut frame = Frame::new();
     frame.clear();
-    // If the host has left, the emulator's exit code says the same.
+    // If the host has left, the emulator's exit code reports the same.
     let _ = frame.push_with(Tag::Stopped, 4 * WORDS, |bytes| COMMANDED.copy_to_bytes(bytes));
     let _ = frame.push(Tag::Stamps, &stamps());
     let _ = from_board.write_all(frame.as_bytes());

@@ -97,7 +97,7 @@ impl core::fmt::Display for KeyRefusal {
             ),
             #[cfg(feature = "auth")]
             Self::NotAccepted => f.write_str(
-                "sealed request refused: the board's key differs from the one in the file",
+                "sealed request refused: the board's key differs from the key in the file",
             ),
             #[cfg(feature = "auth")]
             Self::InUse => f.write_str(

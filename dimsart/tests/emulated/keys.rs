@@ -92,7 +92,7 @@ fn a_board_is_given_a_key_at_rest_and_from_then_on_takes_what_moves_it_from_who_
         }
         board.does(&["show"], "a key is set");
         board.does(&["stop"], "stopped");
-        board.refuses(&["check", "--key-file", &other], "the board's key differs from the one in the file");
+        board.refuses(&["check", "--key-file", &other], "the board's key differs from the key in the file");
         board.does(&["check", "--key-file", &key], "");
         board.does(&["set", "PDCTRL_MOD", "K_PARAM", "20", "--key-file", &key], "K_PARAM is 20");
         board.does(&["stop"], "stopped");
@@ -100,7 +100,7 @@ fn a_board_is_given_a_key_at_rest_and_from_then_on_takes_what_moves_it_from_who_
         board.does(&["stop"], "stopped");
     }
     board.does(&["key", "set", &other, "--key-file", &key], "a key is set");
-    board.refuses(&["key", "clear", "--key-file", &key], "the board's key differs from the one in the file");
+    board.refuses(&["key", "clear", "--key-file", &key], "the board's key differs from the key in the file");
     board.does(&["key", "clear", "--key-file", &other], OPEN);
     board.does(&["check"], "");
 }

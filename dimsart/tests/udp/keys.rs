@@ -44,7 +44,7 @@ fn refusal(output: &Output) -> String {
     let message = text(&output.stderr);
     assert_eq!(output.status.code(), Some(1), "{message}");
     assert!(output.stdout.is_empty(), "{}", text(&output.stdout));
-    assert!(message.contains("was refused: ") && message.contains("the same link.key_file"), "{message}");
+    assert!(message.contains("were refused: ") && message.contains("the same link.key_file"), "{message}");
     message
 }
 

@@ -26,6 +26,15 @@ pub(super) struct Network {
     is_over: AtomicBool,
 }
 
+/// Ends the network's threads when it is dropped.
+struct End<'n>(&'n AtomicBool);
+
+impl Drop for End<'_> {
+    fn drop(&mut self) {
+        self.0.store(true, Ordering::Relaxed);
+    }
+}
+
 impl Network {
     /// Transfers packets while `work` runs, which receives the two ends.
     pub(super) fn carry<R>(work: impl FnOnce([SocketAddr; 2]) -> R) -> R {
@@ -43,9 +52,9 @@ impl Network {
         std::thread::scope(|scope| {
             scope.spawn(|| network.pass(0, 1, &meddle));
             scope.spawn(|| network.pass(1, 0, &meddle));
-            let result = work(network.ends.each_ref().map(address));
-            network.is_over.store(true, Ordering::Relaxed);
-            result
+            // Also after a failed assertion: the scope waits for its threads.
+            let _end = End(&network.is_over);
+            work(network.ends.each_ref().map(address))
         })
     }
 

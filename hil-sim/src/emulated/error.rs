@@ -81,7 +81,7 @@ pub enum EmulatedError {
     /// Firmware with other modules or types.
     #[error("image and command differ in {what}; rebuild the image with `{BUILD}`")]
     OtherLibrary {
-        /// What differs.
+        /// The difference.
         what: String,
     },
     /// Different sample periods.

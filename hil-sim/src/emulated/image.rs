@@ -24,7 +24,7 @@ pub struct Image {
 }
 
 impl Image {
-    /// Finds the image: at `given`, in the folder of the variable `DIMSART_FIRMWARE`, built beside this program, or
+    /// Finds the image: at `given`, in the folder of the variable `DIMSART_FIRMWARE`, built next to this program, or
     /// in `target`, in this order.
     ///
     /// # Errors

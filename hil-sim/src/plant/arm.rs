@@ -58,7 +58,7 @@ impl ArmParameters {
     /// Checks whether the arm is physically possible and can be simulated.
     ///
     /// # Errors
-    /// The first parameter out of range, or the one that requires too many sub-steps at the start.
+    /// The first parameter out of range, or the parameter that requires too many sub-steps at the start.
     pub fn check(&self) -> Result<(), ParameterError> {
         self.build().map(drop)
     }

@@ -128,7 +128,7 @@ impl JointParameters {
     /// Checks whether the joint is physically possible and can be simulated.
     ///
     /// # Errors
-    /// The first parameter out of range, or the one that requires too many sub-steps.
+    /// The first parameter out of range, or the parameter that requires too many sub-steps.
     pub fn check(&self) -> Result<(), ParameterError> {
         self.build().map(drop)
     }

@@ -133,7 +133,7 @@ impl PhantomParameters {
     /// Checks whether the device is physically possible and can be simulated.
     ///
     /// # Errors
-    /// The first parameter out of range, or the one that requires too many sub-steps at the start.
+    /// The first parameter out of range, or the parameter that requires too many sub-steps at the start.
     pub fn check(&self) -> Result<(), ParameterError> {
         self.build().map(drop)
     }

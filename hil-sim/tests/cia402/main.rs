@@ -63,7 +63,7 @@ impl Bench {
         self.rig().stations()[0].last_tick
     }
 
-    /// What the Data Base has of an axis.
+    /// The signals of an axis in the Data Base.
     fn shows(&mut self, data_type: &'static DataType, axis: usize) -> f64 {
         Probe::new(data_type.first()).values(&self.rig().stations()[0]).nth(axis).unwrap()
     }

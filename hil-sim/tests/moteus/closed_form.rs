@@ -75,7 +75,7 @@ fn the_step_is_that_of_spring_damper_and_inertia_with_the_delay_taken_off() {
         );
     assert!((most / 0.05 - 1.0 - overshoot).abs() < 0.01, "{} by {overshoot}", most / 0.05 - 1.0);
     let (peak_s, expected_s) = (tick as f64 * PERIOD_S, PI / damped);
-    // What is read is a tick old, and the first command a tick late.
+    // Measurements are a tick old; the first command is a tick late.
     assert!((peak_s - expected_s).abs() < 3.0 * PERIOD_S, "{peak_s} s, {expected_s} s");
     assert!((read.last().unwrap() - 0.05).abs() < 1e-5);
 }

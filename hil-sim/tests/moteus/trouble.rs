@@ -34,7 +34,7 @@ impl Bench {
         self.rig().stations()[0].dimsart.safety().reason()
     }
 
-    /// What the Data Base has of an axis.
+    /// The signals of an axis in the Data Base.
     fn shows(&mut self, data_type: &'static DataType, axis: usize) -> f64 {
         let station = &self.rig().stations()[0];
         Probe::new(data_type.first()).values(station).nth(axis).unwrap()

@@ -37,9 +37,9 @@ pub(crate) enum FaultTableError {
     /// A force was not finite, not in its range, or faster than its rate.
     #[error("{now_n} N after {last_n} N: not in its range, or faster than its rate")]
     LimitBroken {
-        /// In the tick before.
+        /// Force in the previous tick.
         last_n: f32,
-        /// What it was.
+        /// Force in this tick.
         now_n: f32,
     },
     /// A side did not run while nothing was wrong.
@@ -49,7 +49,7 @@ pub(crate) enum FaultTableError {
         case: String,
         /// When.
         tick: u32,
-        /// What it came to.
+        /// The outcome.
         came: Tick,
     },
 }
@@ -73,16 +73,16 @@ impl std::fmt::Display for After {
     }
 }
 
-/// What a fault came to.
+/// Outcome of a fault.
 #[derive(Debug, Clone, Default)]
 pub(crate) struct Row {
     /// The fault.
     pub(crate) fault: String,
-    /// Ticks until it was told.
+    /// Ticks until the fault was reported.
     pub(crate) noticed: After,
-    /// The numbers that it was told by.
+    /// Numbers in the report.
     pub(crate) reasons: BTreeSet<u8>,
-    /// What was named.
+    /// The reported item.
     pub(crate) named: BTreeSet<String>,
     /// Tries in which something else was named than what was wrong.
     pub(crate) misnamed: u32,
@@ -169,7 +169,7 @@ impl Both {
         let max_n = LIMITS.rate_per_s * 1e-3;
         for (now_n, last_n) in self.pair.force_n().into_iter().flatten().zip(before.iter().flatten()) {
             let step_n = (now_n - last_n).abs();
-            // What f32 rounds: the sum of the last value and the step.
+            // Rounding in f32: the sum of the last value and the step.
             let rounding_n = f32::EPSILON * (now_n.abs() + last_n.abs());
             if !(LIMITS.min..=LIMITS.max).contains(now_n) || step_n > max_n + rounding_n {
                 return Err(FaultTableError::LimitBroken { last_n: *last_n, now_n: *now_n });

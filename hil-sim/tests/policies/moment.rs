@@ -20,7 +20,7 @@ pub(crate) fn failing(place: u8) -> ModuleRef {
     ModuleRef::new("FAILING_MOD", place)
 }
 
-/// What a client asked for between two ticks.
+/// Request of a client between two ticks.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Asked {
     pub(crate) client: u8,
@@ -41,7 +41,7 @@ impl Asked {
 /// What the world knows of a side beside what it shows, by its own account.
 #[derive(Debug, Clone, Default)]
 pub(crate) struct Known {
-    /// Who holds the lease, and for how many ticks.
+    /// Holder of the lease and its remaining ticks.
     pub(crate) lease: Option<(u8, u32)>,
     /// Ticks since a packet came that was new.
     pub(crate) silent_ticks: u32,

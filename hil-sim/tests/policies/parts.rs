@@ -1,4 +1,4 @@
-//! What a scenario's pair is made of.
+//! Parts of a scenario's pair.
 
 use hil_sim::plant::{Actuation, JointParameters, Joints, Plant, Push, StopsParameters};
 use hil_sim::schemes::SchemeText;

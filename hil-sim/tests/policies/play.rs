@@ -24,10 +24,10 @@ const SPELL_TICKS: u32 = 50;
 const SPELLS: u32 = 100;
 /// What is left of the forces then, N: nothing that matters.
 const REST_N: f32 = 0.02;
-/// Another client than the one that the pair has.
+/// A client other than the pair's.
 const STRANGER: u8 = 2;
 
-/// What came of a scenario in which every policy held.
+/// Result of a scenario without a violated policy.
 #[derive(Debug, Default)]
 pub(crate) struct Played {
     /// How many ticks each policy was about.

@@ -1,4 +1,4 @@
-//! What is tried: settings of a pair, and what happens to it.
+//! A scenario: settings of a pair, and events.
 
 use crate::faulty_pair::{Fault, Line, Shows, Writes};
 use dimsart_link::protocol::LeaseAction;
@@ -137,7 +137,7 @@ fn fault() -> impl Strategy<Value = Fault> {
 
 fn what() -> impl Strategy<Value = What> {
     let action = || select(&[LeaseAction::Take, LeaseAction::Release, LeaseAction::Renew][..]);
-    // A silence of 19 ticks is none that a link is lost by; one of 20 is.
+    // A silence of 20 ticks loses the link; 19 ticks do not.
     let ticks = prop_oneof![4 => 1..30_u32, 1 => 19..21_u32, 1 => 30..300_u32];
     prop_oneof![
         10 => (fault(), 0..3_usize, ticks)

@@ -1,4 +1,4 @@
-//! What is seen of a side after a tick.
+//! Observation of a side after a tick.
 
 use crate::faulty_pair::Pair;
 use dimsart_core::{DriveState, ModuleFault, ModuleRef, Reason, ReasonCounts, Scalar as _, Tick, types};
@@ -11,7 +11,7 @@ pub(crate) struct Seen {
     pub(crate) came: Tick,
     pub(crate) reason: Reason,
     pub(crate) state: DriveState,
-    /// What the scheme commands, and what the device gets, N.
+    /// Forces commanded by the scheme and applied to the device, N.
     pub(crate) commanded_n: Vec<f32>,
     pub(crate) given_n: Vec<f32>,
     pub(crate) counts: ReasonCounts,

@@ -1,4 +1,4 @@
-//! What a side's sensors can show, by an account of its own.
+//! Independent model of the readings that a side's sensors can show.
 
 use crate::faulty_pair::SENSOR_LIMITS;
 use dimsart_core::{Scalar as _, Word};

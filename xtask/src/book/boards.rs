@@ -14,7 +14,7 @@ pub(super) fn pages() -> Result<Vec<Page>, String> {
 
 fn page(board: &BoardInfo, readme: &str) -> Result<Page, String> {
     let BoardInfo { name, tooling, memory_map, budget } = board;
-    let says = head_of(&read_text(&format!("boards/src/{}.rs", name.replace('-', "_")))?);
+    let head = head_of(&read_text(&format!("boards/src/{}.rs", name.replace('-', "_")))?);
     let chip = tooling.chip.map_or_else(|| "none (emulated)".to_owned(), |chip| format!("`{chip}`"));
     let variants: Vec<String> = tooling.variants.iter().map(|variant| format!("`{variant}`")).collect();
     let mut rows = vec![
@@ -37,7 +37,7 @@ fn page(board: &BoardInfo, readme: &str) -> Result<Page, String> {
         .map(|(handler, priority)| format!("| `{handler}` | {priority} |\n"))
         .collect();
     let text = format!(
-        "# {name}\n\n{says}\n{}## In figures\n\n| Property | Value |\n|---|---|\n{rows}\n\
+        "# {name}\n\n{head}\n{}## In figures\n\n| Property | Value |\n|---|---|\n{rows}\n\
          ## Interrupts\n\nLower numbers have higher priority.\n\n| Handler | Priority |\n|---|---:|\n{handlers}\n\
          ## Budget\n\nMeasured figures: [firmware](../firmware.md).\n\n```toml\n{}\n```\n\n\
          ## Memory map\n\n```text\n{}\n```\n",

@@ -1,4 +1,4 @@
-//! What mdBook is given: the repository's pages at their places, those that are made, and the summary of all.
+//! Input of mdBook: the repository's pages, the generated pages and the summary.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Component, Path};

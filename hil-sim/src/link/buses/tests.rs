@@ -38,7 +38,7 @@ fn packet(counter: u16) -> Vec<u8> {
     seal(Class::Packet, 0, counter, 40, &mut bytes).unwrap().to_vec()
 }
 
-/// What arrived, with its tick.
+/// Arrivals with their ticks.
 type Arrivals = Vec<(u64, Vec<u8>)>;
 
 /// Sends a packet a tick both ways, and gives what arrived at the slave, with its tick, and the links.

@@ -134,8 +134,8 @@ impl Mechanics {
             + self.stops.as_ref().map_or(0.0, stop)
     }
 
-    /// Takes the state of a plain joint on by a whole period under a held force, if no stop touches or lets go on the way; says
-    /// whether it did. What [`Leg`](super::leg::Leg) does in general, for the joints that most ticks consist of.
+    /// Advances a plain joint by a whole period under a constant force; returns false if a stop engages or disengages
+    /// within it. [`Leg`](super::leg::Leg) is the general case; this one covers most ticks.
     pub(super) fn glide(
         &self,
         steps: &mut ExactSteps,

@@ -126,7 +126,7 @@ impl Controller {
         self.info = self.info.with_events(events);
     }
 
-    /// What the last tick came to.
+    /// Result of the last tick.
     pub(crate) fn last_tick(&self) -> Tick {
         self.last_tick
     }
@@ -166,7 +166,7 @@ impl Controller {
         self.clock.cycles = calls.collect();
     }
 
-    /// What a client is answered.
+    /// Response to a client.
     pub(crate) fn ask(&mut self, client: u8, request: &Request) -> Response<'static> {
         let answer = serve(request_id(client, 2), request, &mut self.dimsart, &mut self.info);
         if matches!(request, Request::Command(_)) {
@@ -190,7 +190,7 @@ impl Controller {
     }
 
     pub(crate) fn receive(&mut self, bytes: &[u8]) {
-        // What is refused is counted by the controller.
+        // The controller counts refused requests.
         let _ = self.dimsart.receive(0, bytes);
     }
 
@@ -203,7 +203,7 @@ impl Controller {
         self.ticks_to_renewal -= 1;
         self.has_renewed = self.ticks_to_renewal == 0 && self.renews;
         if self.has_renewed {
-            // Refused while there is nothing to renew: after a fault it is to be taken anew.
+            // Refused without a lease: after a fault the client must acquire it again.
             let _ = self.ask(CLIENT, &Request::Lease(LeaseAction::Renew));
         }
         if self.ticks_to_renewal == 0 {
@@ -253,7 +253,7 @@ impl Controller {
         }
     }
 
-    /// What is named with it, and the axis of a signal that is.
+    /// The named item; for a signal, its axis.
     pub(crate) fn named(&self) -> String {
         let name = |module| KINDS.module_name(module).to_string();
         match self.last_tick {

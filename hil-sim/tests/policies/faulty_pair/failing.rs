@@ -1,4 +1,4 @@
-//! A module that fails when it is told to, and the modules of the shipped scheme beside it.
+//! A module that fails on command, and the modules of the shipped scheme.
 
 use std::cell::Cell;
 
@@ -73,7 +73,7 @@ impl Module for Failing {
     }
 }
 
-/// The modules of the shipped scheme, and the one that fails.
+/// The modules of the shipped scheme, and the failing module.
 pub(crate) const KINDS: ModuleKinds = dimsart_core::kinds![
     modules::CommRx,
     modules::WaveTransformer,

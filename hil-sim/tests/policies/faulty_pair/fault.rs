@@ -1,19 +1,19 @@
-//! What can go wrong at one side of a pair.
+//! Faults at one side of a pair.
 
-/// What the sensor of an axis shows.
+/// A fault of an axis sensor.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) enum Shows {
     /// This, whatever the position is.
     This(f32),
     /// So much more than the position, m.
     More(f32),
-    /// What it showed in the tick before.
+    /// Reading of the previous tick.
     Stuck,
     /// More than the position by so much in each tick, m.
     Drift(f32),
 }
 
-/// What a module that fails writes.
+/// Output of a failing module.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) enum Writes {
     /// No number.
@@ -24,7 +24,7 @@ pub(crate) enum Writes {
     Large,
 }
 
-/// What comes over a line.
+/// A fault of a line.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) enum Line {
     /// Nothing for so many ticks.
@@ -83,7 +83,7 @@ impl Fault {
 /// A fault that lasts.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct Wrong {
-    /// What it is.
+    /// The fault.
     pub(crate) fault: Fault,
     /// The axis that it is about, if it is about one.
     pub(crate) axis: usize,

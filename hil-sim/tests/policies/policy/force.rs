@@ -31,7 +31,7 @@ pub(super) fn in_range(moment: &Moment<'_>) -> Option<bool> {
 }
 
 pub(super) fn within_rate(moment: &Moment<'_>) -> Option<bool> {
-    // What f32 rounds: the sum of the last value and the step.
+    // Rounding in f32: the sum of the last value and the step.
     let rounding_n = |before_n: f32, now_n: f32| f32::EPSILON * (before_n.abs() + now_n.abs());
     let is_within =
         |[before_n, now_n, _]: [f32; 3]| (now_n - before_n).abs() <= STEP_N + rounding_n(before_n, now_n);

@@ -1,4 +1,4 @@
-//! What a textbook says of small arms.
+//! Small arms against textbook closed forms.
 
 use super::*;
 use core::f64::consts::{FRAC_PI_2, PI};

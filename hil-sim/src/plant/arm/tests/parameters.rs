@@ -1,4 +1,4 @@
-//! What a file may say of an arm.
+//! Valid and invalid arm parameters.
 
 use super::*;
 

@@ -1,4 +1,4 @@
-//! What comes back from a stop.
+//! Rebound from a stop.
 
 use super::*;
 
