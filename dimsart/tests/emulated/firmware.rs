@@ -61,7 +61,9 @@ impl Firmware {
     /// Restarts it with the content of its flash.
     pub(crate) fn restart(&mut self) {
         self.end();
-        let _ = fs::remove_file(self.folder().join(UART));
+        for socket in [UART, DEBUGGER] {
+            let _ = fs::remove_file(self.folder().join(socket));
+        }
         self.emulator = emulator(&self.image, self.folder.path(), self.shift);
     }
 
@@ -73,11 +75,11 @@ impl Firmware {
         self.folder.path()
     }
 
-    /// Returns the name of its UART, once it exists.
+    /// Returns the name of its UART, once the UART accepts connections: its name exists earlier, the debugger's socket later.
     pub(crate) fn port(&self) -> String {
-        let path = self.folder().join(UART);
-        wait_until(|| "the emulator creates no socket".to_owned(), || path.exists());
-        format!("unix:{}", path.display())
+        let [uart, debugger] = [UART, DEBUGGER].map(|socket| self.folder().join(socket));
+        wait_until(|| "the emulator creates no sockets".to_owned(), || debugger.exists());
+        format!("unix:{}", uart.display())
     }
 
     pub(crate) fn uart(&self) -> Box<dyn Stream> {
