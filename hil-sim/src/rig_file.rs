@@ -227,10 +227,14 @@ impl RigFile {
                 Err(error) => errors.push(error),
             }
         }
-        let (text, mut renamed) = renamed_keys::updated(text);
+        let is_shipped = SHIPPED.iter().any(|(_, shipped)| *shipped == text);
+        // A shipped rig has the new keys: it is parsed once.
+        let (text, mut renamed) = match is_shipped {
+            true => (text.into(), Vec::new()),
+            false => renamed_keys::updated(text),
+        };
         renamed.extend(settings.iter_mut().filter_map(Setting::update));
         let text = text.as_ref();
-        let is_shipped = SHIPPED.iter().any(|(_, shipped)| *shipped == text);
         let own = match is_shipped.then(|| toml::from_str(text)) {
             Some(Ok(own)) => own,
             _ => read::read(text, name)?,

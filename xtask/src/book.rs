@@ -27,7 +27,7 @@ pub(crate) fn book() -> Outcome {
     if folder.exists() {
         fs::remove_dir_all(&folder).map_err(|error| format!("{}: {error}", folder.display()))?;
     }
-    for (path, bytes) in source::files()? {
+    for (path, bytes) in source::files(&modules::details()?)? {
         write(&folder.join("pages").join(path), &bytes)?;
     }
     for file in ["book.toml", "book.css"] {

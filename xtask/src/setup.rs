@@ -1,6 +1,7 @@
 //! Finds and, if possible, installs the tools that tests need in addition to Rust.
 
 use std::path::PathBuf;
+use std::sync::OnceLock;
 
 use crate::shell::{Outcome, cargo, command, run, succeeds, target, top};
 
@@ -22,8 +23,13 @@ pub(crate) fn install(packages: &[&str], purpose: &str) -> Outcome {
     installed.map_err(|error| format!("{error}\n{by_hand}"))
 }
 
-/// Installs the oracle's Python packages in `.venv`; returns its Python.
+/// Installs the oracle's Python packages in `.venv`, once in a run; returns its Python.
 pub(crate) fn python() -> Result<PathBuf, String> {
+    static PYTHON: OnceLock<Result<PathBuf, String>> = OnceLock::new();
+    PYTHON.get_or_init(set_up_python).clone()
+}
+
+fn set_up_python() -> Result<PathBuf, String> {
     let requirements = top().join("tests/oracle/requirements.txt");
     let wanted = std::fs::read_to_string(&requirements)
         .map_err(|error| format!("cannot read {}: {error}", requirements.display()))?;

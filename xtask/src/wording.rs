@@ -30,7 +30,7 @@ const HABITS: [Habit; 5] = [
     },
     Habit {
         name: "home-made term",
-        pattern: r"\b(?:anew|untold|lessens?|mends?|mended|whoever|out of it|begins? anew|beside)\b",
+        pattern: r"\b(?:anew|untold|lessens?|mends?|mended|whoever|out of it|beside)\b",
         remedy: "use the term of the field: restart, reduce, correct, next to",
     },
     Habit {
@@ -45,9 +45,6 @@ const HABITS: [Habit; 5] = [
     },
 ];
 
-/// Texts that may contain a habit: path, and a part of the line. At most ten.
-const EXCEPTIONS: [(&str, &str); 0] = [];
-
 /// Fails with every habit that it finds, and with misspelled words.
 pub(crate) fn hold() -> Outcome {
     let found = findings()?;
@@ -59,25 +56,17 @@ pub(crate) fn hold() -> Outcome {
 }
 
 fn findings() -> Result<Vec<String>, String> {
-    let patterns = HABITS.map(|habit| Regex::new(habit.pattern));
+    let compiled = HABITS.iter().map(|habit| Ok((habit, Regex::new(habit.pattern)?)));
+    let habits: Vec<_> = compiled.collect::<Result<_, regex::Error>>().map_err(|error| error.to_string())?;
     let mut found = Vec::new();
     for path in prose::files()? {
         let text =
             fs::read_to_string(top().join(&path)).map_err(|error| format!("cannot read {path}: {error}"))?;
         for (line, part) in prose::texts(&path, &text) {
-            for (habit, pattern) in HABITS.iter().zip(&patterns) {
-                let pattern = pattern.as_ref().map_err(ToString::to_string)?;
-                let is_excepted =
-                    EXCEPTIONS.iter().any(|(file, excepted)| *file == path && part.contains(excepted));
-                if pattern.is_match(part) && !is_excepted {
-                    found.push(format!(
-                        "{path}:{line}: {}: {}\n    {}",
-                        habit.name,
-                        part.trim(),
-                        habit.remedy
-                    ));
-                }
-            }
+            let matching = habits.iter().filter(|(_, pattern)| pattern.is_match(part));
+            found.extend(matching.map(|(Habit { name, remedy, .. }, _)| {
+                format!("{path}:{line}: {name}: {}\n    {remedy}", part.trim())
+            }));
         }
     }
     Ok(found)

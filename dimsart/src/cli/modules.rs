@@ -155,8 +155,8 @@ impl Modules {
             };
             return Err(format!("unknown module or group '{name}'; {near}").into());
         }
-        let is_summary = self.name.is_none();
-        if self.markdown && is_summary {
+        let shows_details = self.markdown && self.name.is_some();
+        if self.markdown && !shows_details {
             write!(out, "{MARKDOWN_HEAD}")?;
         }
         let mut engine = Engine::new(ProvidedMemory::leaked(), device("device", 1, 1e-3)?, kinds);
@@ -177,11 +177,11 @@ impl Modules {
             writeln!(out, "{}", serde_json::to_string(&descriptions)?)?;
             return Ok(ExitCode::SUCCESS);
         }
-        if descriptions.len() > 1 && (is_summary || !self.markdown) {
+        if descriptions.len() > 1 && !shows_details {
             let list = rows(Description::HEADER, descriptions.iter().map(Description::cells));
             if self.markdown { markdown_table(out, &list) } else { print_table(out, &list) }?;
         }
-        if self.markdown && !is_summary {
+        if shows_details {
             descriptions.iter().try_for_each(|description| description.markdown(out))?;
         } else if let [one] = descriptions.as_slice() {
             one.print(out)?;

@@ -8,17 +8,13 @@ use super::{Page, head_of, read_text};
 use crate::budget_file::BudgetFile;
 use crate::shell::{cargo, top};
 
-/// The pages, in the order of the summary table.
-pub(super) fn pages() -> Result<Vec<Page>, String> {
+/// The pages, in the order of the summary table. `details` are those of all modules, from [`details`].
+pub(super) fn pages(details: &str) -> Result<Vec<Page>, String> {
     let sources = sources()?;
-    let mut pages = Vec::new();
-    for group in groups(&read_text("docs/modules.md")?) {
-        let details = details(&group)?;
-        for (name, section) in sections(&details) {
-            pages.push(page(name, section, &sources)?);
-        }
-    }
-    Ok(pages)
+    let section_of =
+        |wanted: &str| sections(details).find(|(name, _)| *name == wanted).map_or("", |(_, section)| section);
+    let table = read_text("docs/modules.md")?;
+    rows(&table).map(|(_, name)| page(name, section_of(name), &sources)).collect()
 }
 
 /// Adds a link to the module's page to each row of the summary table.
@@ -49,8 +45,12 @@ fn groups(page: &str) -> Vec<String> {
     groups
 }
 
-/// Ports and parameters of a group's modules, as Markdown.
-fn details(group: &str) -> Result<String, String> {
+/// Ports and parameters of all modules, as Markdown. Builds and runs `dimsart`.
+pub(super) fn details() -> Result<String, String> {
+    groups(&read_text("docs/modules.md")?).iter().map(|group| details_of(group)).collect()
+}
+
+fn details_of(group: &str) -> Result<String, String> {
     let mut command =
         cargo(&["run", "--quiet", "--package", "dimsart", "--", "modules", group, "--markdown"]);
     let output = command.output().map_err(|error| format!("cannot run dimsart modules: {error}"))?;

@@ -10,11 +10,12 @@ use crate::shell::top;
 /// Files by path: pages, and what they link to and show.
 pub(super) type Files = BTreeMap<String, Vec<u8>>;
 
-/// Every page that the summary in `docs/` names, as it stands, and what belongs to them.
-pub(super) fn files() -> Result<Files, String> {
+/// Every page that the summary in `docs/` names, with generated pages and linked files. `module_details` are from
+/// [`modules::details`].
+pub(super) fn files(module_details: &str) -> Result<Files, String> {
     let summary = read_text("docs/SUMMARY.md")?;
     let made = [
-        ("docs/modules.md", modules::pages()?),
+        ("docs/modules.md", modules::pages(module_details)?),
         ("docs/firmware.md", boards::pages()?),
         ("docs/faults.md", faults::pages()?),
     ];
@@ -133,7 +134,7 @@ mod tests {
     /// On a Git host and in the book: of the repository's pages, of the book's, and of those that are made.
     #[test]
     fn every_link_leads_somewhere() {
-        let (book, mut wrong) = (files().unwrap(), Vec::new());
+        let (book, mut wrong) = (files("").unwrap(), Vec::new());
         let mut pages: Files = book.clone();
         for path in pages_of_docs() {
             pages.insert(format!("./{path}"), read(&path).unwrap());
