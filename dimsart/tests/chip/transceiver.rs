@@ -44,7 +44,7 @@ fn two_escs_keep_to_what_their_transceivers_carry() {
 #[test]
 fn a_node_that_sends_data_faster_is_told() {
     let Some(mut bus) = on_a_bus([ESC, "nucleo-g474re"]) else { return };
-    let known = "TCAN330 is specified for 1 Mbit/s, and the bus has 4.0 Mbit/s";
+    let known = "TCAN330 is specified for 1 Mbit/s, but the bus runs at 4.0 Mbit/s";
     assert_eq!(bus.bench(0).unwrap().violations(), [known]);
     assert_eq!(bus.bench(1).unwrap().violations(), [] as [&str; 0]);
 }

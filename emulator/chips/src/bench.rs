@@ -1,4 +1,4 @@
-//! A board on the bench: an emulated chip that runs an image, and time.
+//! An emulated board: a chip that runs an image, the parts around the chip, and simulated time.
 
 use std::sync::Arc;
 
@@ -12,24 +12,25 @@ use cycles::timing::{Column, Flash, Profile, Timing};
 use crate::stm32g4::{GateDriver, Violation};
 use crate::{Part, Stm32g4};
 
-/// What a board has around its chip.
+/// A board: its chip and the parts around the chip.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Board {
-    /// Its name: that of its image.
+    /// Name of the board and of its image.
     pub name: &'static str,
-    /// The board whose firmware it runs, as in `boards`: its name, but for a shield.
+    /// Name of the board whose firmware it runs, as in `boards`; differs from `name` for a board with a
+    /// shield.
     pub firmware: &'static str,
     /// Its chip.
     pub part: Part,
-    /// Of its crystal.
+    /// Frequency of its crystal.
     pub crystal_hz: f64,
     /// The UART of its command line.
     pub command_uart: &'static str,
-    /// Between its chip and the CAN bus.
+    /// Transceiver between the chip and the CAN bus.
     pub transceiver: Transceiver,
-    /// Between timer 1 and its bridge.
+    /// Gate driver between timer 1 and the bridge.
     pub gate_driver: GateDriver,
-    /// At analog pins while nothing moves: port, pin, `V`.
+    /// Voltages at analog pins at standstill: port, pin, `V`.
     pub voltages: &'static [(char, u32, f64)],
 }
 
@@ -38,27 +39,27 @@ pub struct Board {
 pub struct Transceiver {
     /// Its name.
     pub name: &'static str,
-    /// Highest bit rate that it is specified for, `bit/s`.
+    /// Maximum specified bit rate, `bit/s`.
     pub max_bits_per_s: f64,
-    /// From what is sent to the same read back, at most; `s`.
+    /// Maximum loop delay from transmit input to receive output, `s`.
     pub loop_delay_s: f64,
-    /// Pin of the chip that switches it off when it is high: port and number.
+    /// Chip pin that switches the transceiver off at a high level: port and number.
     pub off: Option<(char, u32)>,
 }
 
-/// SLLSEQ7E: up to 1 Mbit/s; it is the TCAN330G that has 5 Mbit/s.
+/// Data sheet SLLSEQ7E: up to 1 Mbit/s. The TCAN330G supports 5 Mbit/s.
 const TCAN330: Transceiver =
     Transceiver { name: "TCAN330", max_bits_per_s: 1e6, loop_delay_s: 135e-9, off: Some(('C', 11)) };
-/// What ISO 11898-2:2016 lets a transceiver for 5 Mbit/s be, for a board that has none.
+/// Limits of ISO 11898-2:2016 for a 5 Mbit/s transceiver, for a board without a transceiver.
 const EXTERNAL: Transceiver =
-    Transceiver { name: "an external transceiver", max_bits_per_s: 5e6, loop_delay_s: 255e-9, off: None };
+    Transceiver { name: "external transceiver", max_bits_per_s: 5e6, loop_delay_s: 255e-9, off: None };
 
-/// Of L6387, and of drivers that make the low side themselves.
+/// For the L6387 and for drivers that generate the low side themselves.
 const NOT_INVERTED: GateDriver = GateDriver { is_low_side_inverted: false };
-/// Its data sheet: the low side is on at a low level.
+/// L6398 data sheet: the low side is on at a low level.
 const L6398: GateDriver = GateDriver { is_low_side_inverted: true };
 
-/// Boards whose images boot here.
+/// Boards whose images the emulator boots.
 pub const BOARDS: &[Board] = &[
     Board {
         name: "nucleo-g474re",
@@ -92,7 +93,7 @@ pub const BOARDS: &[Board] = &[
     },
 ];
 
-/// The shunts' resistors without current; a supply of 12 V; a bridge of 25 °C (ST UM2516).
+/// Voltages without shunt current, at a 12 V supply and a bridge temperature of 25 °C (ST UM2516).
 const AT_REST: &[(char, u32, f64)] = &[
     ('A', 1, 0.12857),
     ('A', 7, 0.12857),
@@ -104,40 +105,43 @@ const AT_REST: &[(char, u32, f64)] = &[
     ('B', 14, 1.05510),
 ];
 
-/// The shield's amplifiers without current; a supply of 12 V; a bridge of 25 °C (X-NUCLEO-IHM08M1).
+/// Amplifier voltages without current, at a 12 V supply and a bridge temperature of 25 °C (X-NUCLEO-IHM08M1).
 const SHIELD_AT_REST: &[(char, u32, f64)] =
     &[('A', 0, 1.71), ('C', 1, 1.71), ('C', 0, 1.71), ('A', 1, 0.62656), ('C', 2, 1.05510)];
 
 impl Board {
-    /// The board of this name.
+    /// Returns the board with this name.
     #[must_use]
     pub fn named(name: &str) -> Option<&'static Self> {
         BOARDS.iter().find(|board| board.name == name)
     }
 }
 
-/// What drivers of `embassy-stm32` 0.6 do against the manual: they write ones to reserved bits of
-/// these registers.
-pub const KNOWN: [&str; 4] =
-    ["FDCAN1_TXBTIE gets 0xffffffff", "LPUART1_ICR gets", "USART2_ICR gets", "USART3_ICR gets"];
+/// Known violations by drivers of `embassy-stm32` 0.6: they write ones to reserved bits of these registers.
+pub const KNOWN: [&str; 4] = [
+    "FDCAN1_TXBTIE is set to 0xffffffff",
+    "LPUART1_ICR is set to",
+    "USART2_ICR is set to",
+    "USART3_ICR is set to",
+];
 
-/// Longest piece of a run in which the clock may change unnoticed, `s`.
+/// Maximum interval between two checks for a changed clock frequency, `s`.
 const PIECE_S: f64 = 1e-3;
 
-/// A board that runs.
+/// A running board.
 #[derive(Debug, Clone)]
 pub struct Bench {
-    /// What it is.
+    /// Description of the board.
     pub board: &'static Board,
     /// The processor, with the chip as its bus.
     pub processor: Processor<Stm32g4>,
     time_s: f64,
-    /// What the board does not do as its parts' data sheets say.
+    /// Violations of the data sheets of the board's parts.
     faults: Vec<String>,
 }
 
 impl Bench {
-    /// A board that just got its power. Code is fetched as the chip does, with waiting for flash.
+    /// Returns a board after power-on. Code fetches include the flash wait states, as on the chip.
     ///
     /// # Errors
     /// [`MachineError::NoSymbol`].
@@ -163,16 +167,17 @@ impl Bench {
         self.time_s
     }
 
-    /// Lets so much time pass.
+    /// Runs for this time.
     ///
     /// # Errors
-    /// [`MachineError::Stopped`] where the program does what is not modelled.
+    /// [`MachineError::Stopped`] if the program does something that is not modelled.
     pub fn run_for(&mut self, duration_s: f64) -> Result<(), MachineError> {
         let end_s = self.time_s + duration_s;
         while self.time_s < end_s {
             self.time_s = (self.time_s + PIECE_S).min(end_s);
             while self.processor.bus.clock().seconds_at(self.processor.cycles()) < self.time_s {
-                // At a clock that changes meanwhile, this is too late or too early: the next round mends it.
+                // Too late or too early if the clock frequency changes meanwhile: the next iteration corrects
+                // it.
                 let end = self.processor.bus.clock().cycle_at(self.time_s);
                 self.processor.run_until(end.max(self.processor.cycles() + 1))?;
             }
@@ -180,7 +185,8 @@ impl Bench {
         Ok(())
     }
 
-    /// Runs until `cycle` of the processor has passed; time is counted by [`run_for`](Self::run_for) alone.
+    /// Runs until processor cycle `cycle` has passed. Only [`run_for`](Self::run_for) advances
+    /// [`time_s`](Self::time_s).
     ///
     /// # Errors
     /// As [`run_for`](Self::run_for).
@@ -188,7 +194,7 @@ impl Bench {
         self.processor.run_until(cycle)
     }
 
-    /// Pulls the reset pin for a moment.
+    /// Resets the chip by its reset pin.
     pub fn reset(&mut self) {
         self.processor.reset(Reset::Pin);
     }
@@ -196,7 +202,7 @@ impl Bench {
     /// Writes a word of memory or a register, as a debug probe does.
     ///
     /// # Errors
-    /// [`AccessError`] where neither is.
+    /// [`AccessError`] if the address is neither memory nor a register.
     pub fn write_word(&mut self, address: u32, word: u32) -> Result<(), AccessError> {
         let at = At { cycle: self.processor.cycles(), code: 0 };
         self.processor.bus.store(address, Width::Word, word, at)?;
@@ -204,36 +210,36 @@ impl Bench {
         Ok(())
     }
 
-    /// Reads a word of memory or a register, with what reading it does.
+    /// Reads a word of memory or a register, including the side effects of the read.
     ///
     /// # Errors
-    /// [`AccessError`] where neither is.
+    /// [`AccessError`] if the address is neither memory nor a register.
     pub fn read_word(&mut self, address: u32) -> Result<u32, AccessError> {
         let at = At { cycle: self.processor.cycles(), code: 0 };
         self.processor.bus.load(address, Width::Word, at)
     }
 
-    /// Puts bytes on the board's command line.
+    /// Sends bytes to the board's command line.
     pub fn send(&mut self, bytes: &[u8]) {
         let now = self.processor.cycles();
         self.processor.bus.receive(self.board.command_uart, bytes, now);
     }
 
-    /// What came over the board's command line since this was last asked.
+    /// Takes the bytes that the board has sent on its command line since the last call.
     pub fn received(&mut self) -> Vec<u8> {
         let sent = self.processor.bus.take_sent(self.board.command_uart);
         sent.into_iter().map(|(_, byte)| byte).collect()
     }
 
-    /// Notes what the board does wrong, once.
+    /// Records a violation by the board, once.
     pub(crate) fn note_fault(&mut self, what: String) {
         if !self.faults.contains(&what) {
             self.faults.push(what);
         }
     }
 
-    /// Violations as lines: what, where in the code; then what the board's other parts are not made for. [`KNOWN`] ones
-    /// are left out.
+    /// Violations by the program, one line each with the place in the code, then violations of the data
+    /// sheets of the board's other parts. [`KNOWN`] violations are excluded.
     #[must_use]
     pub fn violations(&self) -> Vec<String> {
         let image = self.processor.image();

@@ -1,4 +1,5 @@
-//! A node of a CAN FD bus that a host speaks through: a chip that runs no program and whose FDCAN is set up from outside.
+//! A host's CAN FD adapter: a chip without a program, whose FDCAN is configured by register writes from
+//! outside.
 
 use std::collections::VecDeque;
 use std::sync::Arc;
@@ -24,23 +25,23 @@ const RXF0A: u32 = CAN + 0x94;
 const TXFQS: u32 = CAN + 0xC4;
 const TXBAR: u32 = CAN + 0xCC;
 
-/// Bytes of a frame in message RAM before its data.
+/// Header bytes of a frame in message RAM.
 const HEAD_BYTES: u32 = 8;
 const ELEMENT_BYTES: u32 = 72;
 const FIFO: u32 = RAM + 0xB0;
 const BUFFERS: u32 = RAM + 0x278;
-/// FD, with the switch of the rate.
+/// FD frame with bit rate switch.
 const FD: u32 = 0b11 << 20;
 const EXTENDED: u32 = 1 << 30;
 
-/// Frames that wait for room in the controller.
+/// Frames that wait for a free TX buffer of the adapter's controller.
 #[derive(Debug, Default)]
 pub struct CanAdapter {
     waiting: VecDeque<(u32, Vec<u8>)>,
 }
 
 impl CanAdapter {
-    /// The adapter's chip, for the bus.
+    /// Returns the adapter's chip, for the bus.
     ///
     /// # Errors
     /// As [`Bench::new`].
@@ -51,7 +52,8 @@ impl CanAdapter {
         Bench::new(board, Arc::new(Image { segments: vec![segment], ..Image::default() }))
     }
 
-    /// The bit timing of a board that has set up its controller, at 170 MHz: nominal, of data, delay of its transceiver.
+    /// Returns the bit timing of a board with a configured controller at 170 MHz: nominal, data, transceiver
+    /// delay.
     ///
     /// # Errors
     /// As [`Bench::read_word`].
@@ -59,12 +61,13 @@ impl CanAdapter {
         Ok([board.read_word(NBTP)?, board.read_word(DBTP)?, board.read_word(TDCR)?])
     }
 
-    /// Joins the bus with that timing. Every frame goes to FIFO 0.
+    /// Joins the bus with this bit timing. FIFO 0 receives all frames.
     ///
     /// # Errors
     /// As [`Bench::run_for`].
     pub fn join(bench: &mut Bench, [nominal, data, delay]: [u32; 3]) -> Result<(), MachineError> {
-        // Crystal beside the oscillator that runs it, PLL from 24 to 170 MHz for the controller, clocks of port A and of it.
+        // Start the crystal (the processor stays on HSI), the PLL from 24 to 170 MHz for the controller, and
+        // the clocks of port A and the controller.
         write(bench, &[(RCC, 1 << 16 | 1 << 8)])?;
         bench.run_for(10e-3)?;
         write(bench, &[(RCC + 0x0C, 1 << 20 | 85 << 8 | 5 << 4 | 3), (RCC, 1 << 24 | 1 << 16 | 1 << 8)])?;
@@ -112,13 +115,13 @@ impl CanAdapter {
         Ok(Some((identifier, bytes)))
     }
 
-    /// Has a frame with a 29-bit identifier sent as soon as there is room. Data of a length that CAN FD does not have
-    /// is filled up with zeros, and cut at 64 bytes.
+    /// Queues a frame with a 29-bit identifier. Data is padded with zeros to the next CAN FD length and
+    /// truncated at 64 bytes.
     pub fn send(&mut self, identifier: u32, bytes: Vec<u8>) {
         self.waiting.push_back((identifier, bytes));
     }
 
-    /// Gives the controller as many frames as it has room for.
+    /// Moves queued frames to the free TX buffers of the controller.
     ///
     /// # Errors
     /// As [`Bench::write_word`].
@@ -147,7 +150,7 @@ fn write(bench: &mut Bench, words: &[(u32, u32)]) -> Result<(), MachineError> {
     for (address, word) in words {
         let stopped = |error: AccessError| MachineError::Stopped {
             address: *address,
-            place: "set-up of the CAN adapter".to_owned(),
+            place: "setup of the CAN adapter".to_owned(),
             stop: Stop::from(error),
         };
         bench.write_word(*address, *word).map_err(stopped)?;

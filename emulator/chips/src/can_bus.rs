@@ -1,79 +1,80 @@
-//! The wire between the CAN controllers of several boards.
+//! The CAN bus between the controllers of several boards.
 //!
-//! Boards run one after the other, each for a [slice](SLICE_S) that is shorter than anything that begins on the bus
-//! lasts; then it is decided what has begun in it. So what one board does comes to another in the right cycle. Only
-//! errors in a frame's first bits show up to a slice late.
+//! Boards run in turn, each for a [time slice](SLICE_S) that is shorter than the shortest bus activity. After
+//! each slice, the bus decides which frames have started in it. A board's action therefore reaches the other
+//! boards in the correct cycle. Only errors in a frame's first bits appear up to one slice late.
 //!
 //! ```text
-//! offers of all that are free ──▶ the most urgent goes ──▶ who reads it, who says that it is wrong ──▶ when, to each
+//! offers of all nodes ──▶ arbitration ──▶ receivers, error flags ──▶ outcome and its time, for each node
 //! ```
-//! A frame is whole: what is plugged in, cut or switched off in the middle of one counts from the next one on.
+//! A frame is atomic: a node connected, disconnected or switched off during a frame takes effect from the
+//! next frame.
 //!
-//! An error is taken to be found at the end of the arbitration, where two nominal bit rates do not fit, or a few bits
-//! into the data, where two data bit rates do not.
+//! A mismatch of nominal bit rates is detected at the end of arbitration, a mismatch of data bit rates a few
+//! bits into the data.
 
 use cycles::machine::MachineError;
 
 use crate::Bench;
 use crate::stm32g4::fdcan::{Error, Message, Offer, Outcome, Passage, Rates, WireBits};
 
-/// 16 bits at CAN's highest nominal rate; the shortest that anything lasts is 18: one bit that goes wrong, an error
-/// flag, its delimiter and the space behind it.
+/// 16 bits at CAN's maximum nominal rate. The shortest bus activity has 18 bits: one faulty bit, error flag,
+/// error delimiter and intermission.
 const SLICE_S: f64 = 16e-6;
-/// Space between frames.
+/// Intermission between frames.
 const SPACE_BITS: f64 = 3.0;
 const FLAG_BITS: f64 = 6.0;
 const DELIMITER_BITS: f64 = 8.0;
-/// Acknowledge, its delimiter and the end of a frame.
+/// Acknowledge, acknowledge delimiter and end of frame.
 const BITS_FROM_ACKNOWLEDGE: f64 = 9.0;
-/// Until different rates of data show.
+/// Bits until a mismatch of data bit rates is detected.
 const DATA_BITS_TO_ERROR: f64 = 10.0;
 
-/// What became of a frame.
+/// Fate of a frame.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Fate {
-    /// Somebody acknowledged it.
+    /// Acknowledged.
     Passed,
-    /// Nobody acknowledged it.
+    /// Not acknowledged by any node.
     NotAcknowledged,
-    /// It was broken off.
+    /// Aborted by an error flag.
     BrokenOff,
 }
 
 /// A frame that was on the bus.
 #[derive(Debug, Clone)]
 pub struct Passed {
-    /// When it began, `s`.
+    /// Start time, `s`.
     pub begins_s: f64,
-    /// When it ended or was broken off, `s`.
+    /// Time of the end or the abort, `s`.
     pub ends_s: f64,
-    /// Number of the board that sent it.
+    /// Index of the sending board.
     pub sender: usize,
     /// The frame.
     pub message: Message,
-    /// What became of it.
+    /// Its fate.
     pub fate: Fate,
 }
 
-/// A board with its plug.
+/// A board and its connection to the bus.
 #[derive(Debug)]
 struct Node {
     bench: Bench,
     is_plugged: bool,
-    /// When the bus that it sees is free.
+    /// Time from which the board sees an idle bus.
     free_s: f64,
 }
 
-/// A bus with the boards on it.
+/// A bus with its boards.
 #[derive(Debug)]
 pub struct CanBus {
     nodes: Vec<Node>,
-    /// Whether its two wires touch: nobody reads a dominant bit.
+    /// Whether its two wires are shorted: no node reads a dominant bit.
     is_shorted: bool,
     passed: Vec<Passed>,
 }
 
-/// Who meets a frame, and how.
+/// A frame on the bus.
 struct Meeting {
     sender: usize,
     message: Message,
@@ -82,7 +83,7 @@ struct Meeting {
     bits: WireBits,
 }
 
-/// An error on the bus: when, and who finds it.
+/// A detected error: time and detecting node.
 struct Found {
     at_s: f64,
     node: usize,
@@ -91,7 +92,7 @@ struct Found {
 }
 
 impl CanBus {
-    /// A bus with these boards, all plugged in.
+    /// Returns a bus with these boards, all connected.
     #[must_use]
     pub fn new(benches: Vec<Bench>) -> Self {
         let plug = |mut bench: Bench| {
@@ -102,29 +103,29 @@ impl CanBus {
         Self { nodes: benches.into_iter().map(plug).collect(), is_shorted: false, passed: Vec::new() }
     }
 
-    /// A board by its number.
+    /// Returns a board by its index.
     pub fn bench(&mut self, number: usize) -> Option<&mut Bench> {
         self.nodes.get_mut(number).map(|node| &mut node.bench)
     }
 
-    /// Plugs a board in, or cuts its wires behind its transceiver.
+    /// Connects a board to the bus, or disconnects its wires at the bus side of its transceiver.
     pub fn plug(&mut self, number: usize, is_plugged: bool) {
         if let Some(node) = self.nodes.get_mut(number) {
             node.is_plugged = is_plugged;
         }
     }
 
-    /// Has the two wires of the bus touch, or not.
+    /// Shorts the two wires of the bus, or removes the short.
     pub fn short(&mut self, is_shorted: bool) {
         self.is_shorted = is_shorted;
     }
 
-    /// Frames since this was last asked.
+    /// Takes the frames since the last call.
     pub fn take_passed(&mut self) -> Vec<Passed> {
         std::mem::take(&mut self.passed)
     }
 
-    /// Lets so much time pass.
+    /// Runs all boards for this time.
     ///
     /// # Errors
     /// As [`Bench::run_for`].
@@ -141,7 +142,7 @@ impl CanBus {
         Ok(())
     }
 
-    /// What has begun up to a time, on the bus and at each board that is cut off.
+    /// Decides which frames have started before a time, on the bus and at each disconnected board.
     fn decide(&mut self, now_s: f64) {
         let (joined, alone): (Vec<usize>, Vec<usize>) = (0..self.nodes.len())
             .partition(|place| self.nodes.get(*place).is_some_and(|node| node.is_plugged && node.is_on()));
@@ -177,7 +178,7 @@ impl CanBus {
         };
         offers.retain(|(_, _, offer)| offer.message.priority() == priority);
         let Some((sender, _, offer)) = offers.first().cloned() else { return };
-        // Two with one identifier go on until their frames differ.
+        // Senders with the same identifier continue until their frames differ.
         let rivals: Vec<usize> = offers.iter().skip(1).map(|(place, ..)| *place).collect();
         let message = offer.message;
         let Some(rates) = self.nodes.get_mut(sender).and_then(Node::rates) else { return };
@@ -185,7 +186,7 @@ impl CanBus {
         self.pass(group, &meeting, &rivals);
     }
 
-    /// What becomes of a frame.
+    /// Decides the outcome of a frame for every node.
     fn pass(&mut self, group: &[usize], meeting: &Meeting, rivals: &[usize]) {
         let bit_s = meeting.rates.nominal.duration_s;
         self.see_transceivers(group, meeting);
@@ -208,7 +209,8 @@ impl CanBus {
                     Ok(true) => hears.push(*place),
                     Ok(false) => ignores.push(*place),
                     Err(error) => {
-                        // A passive node keeps its error to itself, unless it sends.
+                        // An error-passive or monitoring node does not abort the frame, unless it is a
+                        // sender.
                         let breaks_off = !node.fdcan().is_passive() && node.fdcan().speaks();
                         if breaks_off || rivals.contains(place) {
                             found.push(error);
@@ -225,7 +227,7 @@ impl CanBus {
         let end_s = meeting.ends_s();
         let (fate, ends_s, free_s) = match first {
             Some(first) => {
-                // The flag of who found it, then those of the others.
+                // The error flag of the detecting node, then the error flags of the other nodes.
                 let flags = if hears.is_empty() && found.len() == 1 { 1.0 } else { 2.0 };
                 let bits = flags * FLAG_BITS + DELIMITER_BITS + SPACE_BITS;
                 (Fate::BrokenOff, first.at_s, first.at_s + bits * bit_s)
@@ -306,14 +308,14 @@ impl CanBus {
         }
     }
 
-    /// A node finds an error that it says nothing of, and waits for the bus to be idle.
+    /// A node detects an error without sending an error flag, and waits until the bus is idle.
     fn tell_error(&mut self, place: usize, meeting: &Meeting, found: &Found) {
         let free_s = meeting.ends_s() + SPACE_BITS * meeting.rates.nominal.duration_s;
         let outcome = Outcome::NotReceived { error: found.error, is_first: false };
         self.tell(place, meeting, [found.at_s, free_s], outcome, found.is_data_error);
     }
 
-    /// Notes boards whose transceiver is not made for the bit rates of a frame.
+    /// Records boards whose transceiver is not specified for the bit rates of a frame.
     fn see_transceivers(&mut self, group: &[usize], meeting: &Meeting) {
         let fast_s = meeting.message.switches_rate.then_some(meeting.rates.data.duration_s);
         let bits_per_s = 1.0 / fast_s.unwrap_or(f64::INFINITY).min(meeting.rates.nominal.duration_s);
@@ -322,7 +324,7 @@ impl CanBus {
             let transceiver = node.bench.board.transceiver;
             if node.is_on() && bits_per_s > transceiver.max_bits_per_s * 1.001 {
                 node.bench.note_fault(format!(
-                    "{} is specified for {} Mbit/s, and the bus has {:.1} Mbit/s",
+                    "{} is specified for {} Mbit/s, but the bus runs at {:.1} Mbit/s",
                     transceiver.name,
                     transceiver.max_bits_per_s / 1e6,
                     bits_per_s / 1e6
@@ -333,7 +335,7 @@ impl CanBus {
 }
 
 impl Meeting {
-    /// Duration of the bits at the nominal rate up to the switch, and of all.
+    /// Duration of the bits at the nominal rate before the rate switch.
     fn head_s(&self) -> f64 {
         f64::from(self.bits.head) * self.rates.nominal.duration_s
     }
@@ -345,14 +347,14 @@ impl Meeting {
             + f64::from(self.bits.tail) * self.rates.nominal.duration_s
     }
 
-    /// At the end of the arbitration.
+    /// An error that is detected at the end of arbitration.
     fn early_error(&self, node: usize, error: Error) -> Found {
         let bits = if self.message.is_extended { 32.0 } else { 13.0 };
         let at_s = self.start_s + bits * self.rates.nominal.duration_s;
         Found { at_s, node, error, is_data_error: false }
     }
 
-    /// In the data.
+    /// An error that is detected in the data.
     fn data_error(&self, node: usize, error: Error) -> Found {
         let at_s = self.start_s + self.head_s() + DATA_BITS_TO_ERROR * self.rates.data.duration_s;
         Found { at_s, node, error, is_data_error: true }
@@ -360,11 +362,11 @@ impl Meeting {
 }
 
 impl Node {
-    /// Whether its transceiver is.
+    /// Whether the board's transceiver is on and connected to the controller.
     fn is_on(&self) -> bool {
         let chip = &self.bench.processor.bus;
         let off = self.bench.board.transceiver.off;
-        // A pin that nobody drives is no promise: taken as off.
+        // An undriven control pin counts as off.
         let is_off = off.is_some_and(|(port, pin)| chip.output(port, pin).unwrap_or(true));
         !is_off && chip.is_can_connected()
     }
@@ -392,7 +394,7 @@ impl Node {
         }
     }
 
-    /// The error that a sender finds in what it reads back.
+    /// Returns the error that a sender detects in its read-back bits.
     fn reads_back(
         &mut self,
         meeting: &Meeting,
@@ -414,7 +416,8 @@ impl Node {
         (is_late && !self.fdcan().compensates_delay()).then(|| meeting.data_error(place, Error::Recessive))
     }
 
-    /// Whether it reads a frame, or lets it be, or finds it wrong.
+    /// Returns whether the node receives (`true`) or ignores (`false`) the frame, or the error that the node
+    /// detects.
     fn understands(&mut self, meeting: &Meeting, is_rival: bool, place: usize) -> Result<bool, Found> {
         if is_rival {
             return Err(meeting.data_error(place, Error::Recessive));

@@ -1,15 +1,15 @@
-//! Emulated chips: the processor of `cycles` with memory and peripherals around it.
+//! Emulated chips: the processor of `cycles` with memory and peripherals.
 //!
 //! ```text
-//! ELF ──▶ Processor ──loads, stores──▶ Stm32g4: one file a peripheral ──▶ pins, lines, wires
+//! ELF ──▶ Processor ──loads, stores──▶ Stm32g4: one file per peripheral ──▶ pins, serial lines, buses
 //!                   ◀──interrupts────        │
-//!                                            └──▶ violations: what the manual forbids
+//!                                            └──▶ violations of the reference manual
 //! ```
 //!
-//! A peripheral is modelled as far as firmware here uses it; a register that a model does not know of is a violation,
-//! never silence. Registers, their bits and their values after a reset stand in `stm32g4/registers.txt`, taken from
-//! ST's headers and reference manual and not from the register crate that firmware is built with: what one has wrong the
-//! other shows.
+//! The models cover the features that this project's firmware uses. Access to an unknown register is a
+//! violation. Registers, their bits and reset values are listed in `stm32g4/registers.txt`. The list comes
+//! from ST's headers and reference manual, not from the firmware's register crate: an error in either one
+//! becomes visible.
 #![forbid(unsafe_code)]
 
 mod bench;

@@ -1,4 +1,4 @@
-//! A board that its user and the reader of its command line share: each read lets its time pass.
+//! A board shared by its user and the reader of its command line. Each read advances the board's time.
 
 use std::io::{self, ErrorKind, Read, Write};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
@@ -7,15 +7,15 @@ use cycles::machine::MachineError;
 
 use crate::Bench;
 
-/// Time of the board that passes in a read of its command line, `s`.
+/// Time by which a read of the command line advances the board, `s`.
 const READ_S: f64 = 1e-3;
 
-/// A board on a bench, with its surroundings.
+/// An emulated board with its surroundings.
 pub trait OnBench {
     /// The board's bench.
     fn bench(&mut self) -> &mut Bench;
 
-    /// Lets time pass.
+    /// Runs for this time.
     ///
     /// # Errors
     /// As [`Bench::run_for`].
@@ -32,7 +32,7 @@ impl OnBench for Bench {
     }
 }
 
-/// A handle of an emulated board.
+/// A shared handle of an emulated board.
 #[derive(Debug)]
 pub struct SharedBoard<W = Bench>(Arc<Mutex<W>>);
 
@@ -43,13 +43,13 @@ impl<W> Clone for SharedBoard<W> {
 }
 
 impl<W> SharedBoard<W> {
-    /// The board on a bench.
+    /// Shares a board.
     #[must_use]
     pub fn new(bench: W) -> Self {
         Self(Arc::new(Mutex::new(bench)))
     }
 
-    /// The bench; the command line waits for it.
+    /// Locks the bench; the command line waits meanwhile.
     pub fn bench(&self) -> MutexGuard<'_, W> {
         self.0.lock().unwrap_or_else(PoisonError::into_inner)
     }

@@ -60,10 +60,10 @@ use self::timer::Timer;
 use self::usart::Usart;
 use self::violation::Access;
 
-/// Of the internal oscillator that the chip starts with.
+/// Frequency of the internal oscillator, which is the clock after a reset.
 const START_HZ: f64 = 16e6;
 
-/// A chip: its memory, its peripherals, and what is wired to its pins.
+/// A chip: its memory, its peripherals and the devices at its pins.
 #[derive(Debug, Clone)]
 pub struct Stm32g4 {
     part: Part,
@@ -82,21 +82,21 @@ pub struct Stm32g4 {
     adcs: [Adc; 2],
     adc_common: Common,
     opamp: Opamp,
-    /// What gives pins their voltages.
+    /// Voltage sources at pins.
     wires: BTreeMap<(char, u32), Wire>,
-    /// Between timer 1 and the bridge.
+    /// Gate driver between timer 1 and the bridge.
     gate_driver: GateDriver,
     fdcan: Fdcan,
     plain: Vec<Registers>,
     violations: Vec<Violation>,
-    /// What was written, for who reviews how a program sets the chip up.
+    /// Register writes, for reviews of a program's chip setup.
     pub journal: Journal,
     resets: Vec<Reset>,
 }
 
 impl Stm32g4 {
-    /// A chip that just got its power, with an image in its flash. `crystal_hz` is none where the board's crystal does not
-    /// swing.
+    /// Returns a chip after power-on, with an image in its flash. `crystal_hz` is `None` if the board's
+    /// crystal does not oscillate.
     #[must_use]
     pub fn new(part: Part, image: &Image, crystal_hz: Option<f64>) -> Self {
         Self {
@@ -126,40 +126,40 @@ impl Stm32g4 {
         }
     }
 
-    /// What the program did that the manual forbids.
+    /// Returns the program's violations of the reference manual.
     #[must_use]
     pub fn violations(&self) -> &[Violation] {
         &self.violations
     }
 
-    /// Resets since the chip got its power.
+    /// Resets since power-on.
     #[must_use]
     pub fn resets(&self) -> &[Reset] {
         &self.resets
     }
 
-    /// Frequency and time.
+    /// Clock frequency and time.
     #[must_use]
     pub fn clock(&self) -> &Clock {
         &self.clock
     }
 
-    /// Has the board's crystal swing at a frequency, or not.
+    /// Sets the frequency of the board's crystal; `None` if it does not oscillate.
     pub fn set_crystal(&mut self, hz: Option<f64>) {
         self.rcc.crystal_hz = hz;
     }
 
-    /// What the flash has wrong from now on.
+    /// Sets the fault of the flash.
     pub fn set_flash_fault(&mut self, fault: FlashFault) {
         self.flash.fault = fault;
     }
 
-    /// The bytes of the flash, as damage or a programmer changes them.
+    /// The bytes of the flash, to be changed as by damage or a programmer.
     pub fn flash(&mut self) -> &mut [u8] {
         &mut self.memory.flash
     }
 
-    /// Pages that were erased and 64-bit words that were programmed.
+    /// Numbers of erased pages and of programmed 64-bit words.
     #[must_use]
     pub fn flash_writes(&self) -> (u64, u64) {
         (self.flash.erased_pages, self.flash.programmed)
@@ -173,7 +173,7 @@ impl Stm32g4 {
         self.usarts.iter_mut().zip(USARTS).find(|(_, known)| *known == name).map(|(usart, _)| usart)
     }
 
-    /// Takes over the clock that RCC makes, and checks it.
+    /// Applies the clock frequency that RCC generates, and checks it.
     fn see_clock(&mut self, at: At) {
         let hz = self.rcc.bus_hz();
         #[expect(clippy::float_cmp, reason = "the same registers give the same number")]
@@ -186,7 +186,7 @@ impl Stm32g4 {
         faults.into_iter().flatten().for_each(|fault| access.violates(fault));
     }
 
-    /// Lets timer 1 and the converters go on together: each sample is of the bridge as it was at that instant.
+    /// Advances timer 1 and the ADCs together: each sample uses the state of the bridge at its instant.
     fn convert(&mut self, now: u64) {
         loop {
             let timer = self.timers.first().map_or(u64::MAX, Timer::next_event);
@@ -221,7 +221,7 @@ impl Stm32g4 {
         }
     }
 
-    /// Looks at what a write has made of pins: who is selected, and whether the bridge is short-circuited at any time.
+    /// Updates SPI and I²C pins after a register write, and checks that the bridge is never short-circuited.
     fn see_pins(&mut self, block: Block, at: At) {
         if !matches!(block, Block::Gpio(_) | Block::Timer(1) | Block::Spi(_) | Block::I2c(_)) {
             return;
@@ -253,16 +253,18 @@ impl Stm32g4 {
         }
     }
 
-    /// A message that is to be sent must not change.
+    /// Checks that a write does not change a pending message.
     fn see_message(&mut self, address: u32, at: At) {
         let pending = address.checked_sub(MESSAGES).and_then(|offset| self.fdcan.pending_at(offset));
         if let Some(buffer) = pending {
             let access = &mut Access { at, violations: &mut self.violations };
-            access.violates(format!("TX buffer {buffer} of FDCAN1 is written while it is to be sent"));
+            access.violates(format!(
+                "TX buffer {buffer} of FDCAN1 is written while its transmission is pending"
+            ));
         }
     }
 
-    /// Serves the DMA's requests until none is left.
+    /// Serves all pending DMA requests.
     fn move_data(&mut self, now: u64) {
         while self.move_one(now) {}
     }
@@ -315,8 +317,8 @@ impl Stm32g4 {
     }
 }
 
-/// What is behind a request of the multiplexer, and whether it has received (RM0440, "DMAMUX: assignment of multiplexer
-/// inputs to resources").
+/// Peripheral of a DMAMUX request, and whether the request is for received data (RM0440, "DMAMUX: assignment
+/// of multiplexer inputs to resources").
 fn requester(request: u32) -> Option<(Block, bool)> {
     let block = match request {
         16 | 17 => Block::I2c(0),
@@ -332,7 +334,7 @@ fn requester(request: u32) -> Option<(Block, bool)> {
     Some((block, request.is_multiple_of(2)))
 }
 
-/// What an access takes of the register that it is in.
+/// Extracts the accessed bytes of a register.
 fn part_of(word: u32, address: u32, width: Width) -> u32 {
     let shifted = word >> (8 * (address & 3));
     match width {

@@ -1,4 +1,4 @@
-//! The verdict on a run: how long it was, and each broken rule, fault and reset.
+//! The verdict on a run: simulated time, broken rules, faults and resets.
 
 use std::fmt;
 
@@ -9,12 +9,13 @@ use crate::Bench;
 pub struct Verdict {
     /// Board, time, clock, instructions and the longest time with interrupts masked.
     pub run: String,
-    /// A line for each broken rule, fault and reset.
+    /// One line per broken rule, fault or reset.
     pub troubles: Vec<String>,
 }
 
 impl Bench {
-    /// How the run went; begins anew to look for the longest time with interrupts masked.
+    /// Returns the verdict on the run so far, and restarts the measurement of the longest time with
+    /// interrupts masked.
     pub fn verdict(&mut self) -> Verdict {
         Verdict::of(self)
     }
@@ -27,7 +28,7 @@ impl Verdict {
         #[expect(clippy::cast_precision_loss, reason = "below 2^53")]
         let masked_us = masked as f64 / hz * 1e6;
         let run = format!(
-            "{}: {:.3} s at {:.0} MHz, {} instructions; interrupts masked for {masked_us:.1} us at most, until {place}",
+            "{}: {:.3} s at {:.0} MHz, {} instructions; interrupts masked for at most {masked_us:.1} us, until {place}",
             bench.board.name,
             bench.time_s(),
             hz / 1e6,
@@ -41,7 +42,7 @@ impl Verdict {
         Self { run, troubles }
     }
 
-    /// Whether there was no trouble.
+    /// Whether no rule was broken and no fault or reset occurred.
     #[must_use]
     pub fn is_well(&self) -> bool {
         self.troubles.is_empty()
@@ -53,6 +54,10 @@ impl fmt::Display for Verdict {
         let Self { run, troubles } = self;
         writeln!(formatter, "{run}")?;
         troubles.iter().try_for_each(|trouble| writeln!(formatter, "{trouble}"))?;
-        formatter.write_str(if self.is_well() { "no rule broken, no fault, no reset" } else { "not well" })
+        formatter.write_str(if self.is_well() {
+            "no rule broken, no fault, no reset"
+        } else {
+            "FAILED: see the lines above"
+        })
     }
 }

@@ -1,6 +1,7 @@
-//! Timer 1's outputs as the driver behind them takes them: a bridge is never short-circuited, and off when it is to be off.
+//! Timer 1's outputs with a gate driver: a short-circuited bridge, or a closed switch while the bridge is
+//! off, is a violation.
 
-#![expect(clippy::unwrap_used, reason = "in helpers of tests as in tests")]
+#![expect(clippy::unwrap_used, reason = "allowed in test helpers as in tests")]
 
 use chips::stm32g4::GateDriver;
 use chips::{Part, Stm32g4};
@@ -16,18 +17,18 @@ const CCER: u32 = TIM1 + 0x20;
 const ARR: u32 = TIM1 + 0x2C;
 const BDTR: u32 = TIM1 + 0x44;
 
-/// Channel 1 and its complement on; inverted complement.
+/// Channel 1 and its complementary output on; inverted complementary output.
 const BOTH: u32 = 0b101;
 const INVERTED: u32 = 0b1000;
-/// Complement high while the main output is off.
+/// Complementary output high while the main output is off.
 const IDLE_HIGH: u32 = 1 << 9;
 const OSSI: u32 = 1 << 10;
 const MOE: u32 = 1 << 15;
 const SHORT: &str = "half bridge 1 of TIM1: both switches are closed at once";
-const CLOSED: &str = "half bridge 1 of TIM1: a switch is closed while it is off";
+const CLOSED: &str = "half bridge 1 of TIM1: a switch is closed while the bridge is off";
 
-/// A chip whose first half bridge is wired to PA8 and PA7.
-fn told(is_low_side_inverted: bool, outputs: u32, idle: u32, switch: u32) -> Vec<String> {
+/// Violations of a chip whose first half bridge is connected to PA8 and PA7.
+fn violations(is_low_side_inverted: bool, outputs: u32, idle: u32, switch: u32) -> Vec<String> {
     let mut chip = Stm32g4::new(Part::G474re, &Image::default(), None);
     chip.set_gate_driver(GateDriver { is_low_side_inverted });
     let mut cycle = 0;
@@ -52,26 +53,26 @@ fn told(is_low_side_inverted: bool, outputs: u32, idle: u32, switch: u32) -> Vec
 }
 
 #[test]
-fn a_driver_whose_low_side_is_inverted_wants_inverted_outputs_and_a_high_idle_level() {
+fn an_inverted_low_side_needs_inverted_outputs_and_a_high_idle_level() {
     for switch in [0, MOE] {
-        assert_eq!(told(true, BOTH | INVERTED, IDLE_HIGH, switch), [] as [&str; 0]);
-        assert_eq!(told(false, BOTH, 0, switch), [] as [&str; 0]);
+        assert_eq!(violations(true, BOTH | INVERTED, IDLE_HIGH, switch), [] as [&str; 0]);
+        assert_eq!(violations(false, BOTH, 0, switch), [] as [&str; 0]);
     }
 }
 
 #[test]
-fn outputs_of_the_wrong_polarity_are_told() {
-    // The upper switch is closed while the lower one's input is low: both are.
-    assert_eq!(told(true, BOTH, IDLE_HIGH, MOE).last().unwrap(), SHORT);
-    assert_eq!(told(false, BOTH | INVERTED, 0, MOE).last().unwrap(), SHORT);
+fn outputs_of_the_wrong_polarity_are_violations() {
+    // The upper switch is closed while the lower switch's input is low: both are closed.
+    assert_eq!(violations(true, BOTH, IDLE_HIGH, MOE).last().unwrap(), SHORT);
+    assert_eq!(violations(false, BOTH | INVERTED, 0, MOE).last().unwrap(), SHORT);
 }
 
 #[test]
-fn idle_levels_that_close_switches_are_told() {
+fn idle_levels_that_close_switches_are_violations() {
     const UPPER_IDLE_HIGH: u32 = 1 << 8;
-    assert_eq!(told(true, BOTH | INVERTED, UPPER_IDLE_HIGH, 0), [SHORT]);
-    assert_eq!(told(false, BOTH, UPPER_IDLE_HIGH | IDLE_HIGH, 0), [SHORT]);
-    // The lower one alone, which brakes.
-    assert_eq!(told(true, BOTH | INVERTED, 0, 0), [CLOSED]);
-    assert_eq!(told(false, BOTH, IDLE_HIGH, 0), [CLOSED]);
+    assert_eq!(violations(true, BOTH | INVERTED, UPPER_IDLE_HIGH, 0), [SHORT]);
+    assert_eq!(violations(false, BOTH, UPPER_IDLE_HIGH | IDLE_HIGH, 0), [SHORT]);
+    // The lower switch alone is closed, which brakes.
+    assert_eq!(violations(true, BOTH | INVERTED, 0, 0), [CLOSED]);
+    assert_eq!(violations(false, BOTH, IDLE_HIGH, 0), [CLOSED]);
 }

@@ -1,9 +1,9 @@
-//! I²C 4 and a device on its wires, by register writes.
+//! I²C 4 and a device, tested by register writes.
 
 #![expect(
     clippy::unwrap_used,
     clippy::cast_possible_truncation,
-    reason = "in helpers of tests as in tests; cycles are few"
+    reason = "allowed in test helpers as in tests; small cycle counts"
 )]
 
 use chips::stm32g4::{I2cDevice, I2cEvent};
@@ -28,9 +28,9 @@ const TXDR: u32 = CR1 + 0x28;
 
 const ON: u32 = 1;
 const RXDMAEN: u32 = 1 << 15;
-/// Of 16 MHz: low for 30 cycles, high for 20, the data 16 cycles before.
+/// At 16 MHz: clock low for 30 cycles, high for 20, data 16 cycles before the clock.
 const TIMING: u32 = 15 << 20 | 19 << 8 | 29;
-/// With what it takes to see the edges: 4.16 cycles of the filter and 2, twice each.
+/// Including the detection of both edges: 4.16 cycles of the filter plus 2 cycles, each.
 const BIT_CYCLES: f64 = 50.0 + 2.0 * (4.16 + 2.0);
 
 const READ: u32 = 1 << 10;
@@ -45,7 +45,7 @@ const STOPF: u32 = 1 << 5;
 const TC: u32 = 1 << 6;
 const BUSY: u32 = 1 << 15;
 
-/// Sends bytes that count up from the last one that it got, and does not take 0xFF.
+/// Sends bytes that count up from the last received byte, and does not acknowledge 0xFF.
 const COUNTER: I2cDevice = I2cDevice {
     name: "counter",
     address: 0x36,
@@ -100,7 +100,7 @@ impl Lab {
         self.chip.advance(self.cycle);
     }
 
-    /// As long as so many bits take, rounded down.
+    /// Waits for the duration of this number of bits, rounded down.
     fn wait_bits(&mut self, bits: f64) {
         self.wait((bits * BIT_CYCLES) as u64);
     }
@@ -122,13 +122,13 @@ impl Lab {
         self.write(CR2, address << 1 | bytes << 16 | more | START);
     }
 
-    fn told(&self) -> Vec<&str> {
+    fn violations(&self) -> Vec<&str> {
         self.chip.violations().iter().map(|violation| violation.what.as_str()).collect()
     }
 }
 
 #[test]
-fn a_register_is_written_and_read_behind_a_second_start_and_takes_its_time() {
+fn a_write_and_a_read_after_a_repeated_start_take_the_correct_time() {
     let mut lab = Lab::ready();
     assert_eq!(lab.flags(), TXE);
     lab.write(TXDR, 0x40);
@@ -150,17 +150,17 @@ fn a_register_is_written_and_read_behind_a_second_start_and_takes_its_time() {
     assert_eq!(lab.read(RXDR), 0x41);
     lab.write(ICR, STOPF);
     assert_eq!(lab.flags(), TXE);
-    assert_eq!(lab.told(), [] as [&str; 0]);
+    assert_eq!(lab.violations(), [] as [&str; 0]);
 }
 
 #[test]
-fn the_clock_is_held_while_a_byte_is_missing_or_not_taken() {
+fn the_clock_is_held_low_while_a_byte_is_missing_or_unread() {
     let mut lab = Lab::ready();
     lab.start(0x36, 2, AUTOEND);
     lab.wait(100_000);
     assert_eq!(lab.flags(), TXE | TXIS | BUSY);
     lab.write(TXDR, 1);
-    assert_eq!(lab.flags(), TXE | TXIS | BUSY, "the first one is on its way");
+    assert_eq!(lab.flags(), TXE | TXIS | BUSY, "the first byte is being sent");
     lab.write(TXDR, 2);
     assert_eq!(lab.flags(), BUSY);
     lab.wait_bits(18.6);
@@ -174,11 +174,11 @@ fn the_clock_is_held_while_a_byte_is_missing_or_not_taken() {
     }
     lab.wait_bits(1.0);
     assert_eq!(lab.flags(), TXE | STOPF);
-    assert_eq!(lab.told(), [] as [&str; 0]);
+    assert_eq!(lab.violations(), [] as [&str; 0]);
 }
 
 #[test]
-fn the_dma_takes_what_comes() {
+fn the_dma_takes_received_bytes() {
     let mut lab = Lab::ready();
     lab.write(DMAMUX + 8, 22);
     lab.write(DMA1 + 0x34, 3);
@@ -187,15 +187,15 @@ fn the_dma_takes_what_comes() {
     lab.write(DMA1 + 0x30, 1 << 7 | 1);
     lab.write(CR1, ON | RXDMAEN);
     lab.start(0x36, 3, READ | AUTOEND);
-    // Nobody looks at any of it.
+    // The program reads no register.
     (0..40).for_each(|_| lab.wait_bits(1.0));
     assert_eq!(lab.flags(), TXE | STOPF);
     assert_eq!(lab.read(0x2000_0100) & 0xFF_FFFF, 0x02_0100);
-    assert_eq!(lab.told(), [] as [&str; 0]);
+    assert_eq!(lab.violations(), [] as [&str; 0]);
 }
 
 #[test]
-fn what_nobody_acknowledges_ends_by_itself_and_a_low_line_never() {
+fn a_missing_acknowledge_ends_a_transfer_and_a_low_line_blocks_it() {
     let mut lab = Lab::ready();
     lab.start(0x37, 1, 0);
     lab.wait_bits(10.1);
@@ -205,7 +205,7 @@ fn what_nobody_acknowledges_ends_by_itself_and_a_low_line_never() {
     lab.start(0x36, 2, 0);
     lab.wait_bits(19.1);
     assert_eq!(lab.flags(), TXE | NACKF | STOPF);
-    // With nobody there, and its pull-ups off.
+    // Without a device, then also without pull-ups.
     lab.write(ICR, NACKF | STOPF);
     lab.chip.wire_i2c("I2C4", None);
     lab.start(0x36, 1, 0);
@@ -216,11 +216,11 @@ fn what_nobody_acknowledges_ends_by_itself_and_a_low_line_never() {
     lab.start(0x36, 1, 0);
     lab.wait(100_000);
     assert_eq!(lab.flags(), TXE);
-    assert_eq!(lab.told(), [] as [&str; 0]);
+    assert_eq!(lab.violations(), [] as [&str; 0]);
 }
 
 #[test]
-fn a_device_that_was_left_while_it_sent_holds_the_line_until_the_clock_was_pulsed_nine_times() {
+fn an_aborted_device_holds_the_data_line_until_nine_clock_pulses() {
     let mut lab = Lab::ready();
     lab.start(0x36, 3, READ | AUTOEND);
     lab.wait_bits(14.0);
@@ -243,33 +243,33 @@ fn a_device_that_was_left_while_it_sent_holds_the_line_until_the_clock_was_pulse
         lab.wait(100_000);
         assert_eq!(lab.flags() & RXNE == RXNE, pulses == 9);
     }
-    assert_eq!(lab.told(), [] as [&str; 0]);
+    assert_eq!(lab.violations(), [] as [&str; 0]);
 }
 
 #[test]
-fn what_the_peripheral_and_the_device_do_not_take_is_told() {
-    let told = |timing: u32, act: &dyn Fn(&mut Lab)| {
+fn violations_of_peripheral_and_device_are_reported() {
+    let violations = |timing: u32, act: &dyn Fn(&mut Lab)| {
         let mut lab = Lab::new();
         lab.write(TIMINGR, timing);
         lab.write(CR1, ON);
         act(&mut lab);
         lab.wait(10_000);
-        lab.told().into_iter().map(str::to_owned).collect::<Vec<_>>()
+        lab.violations().into_iter().map(str::to_owned).collect::<Vec<_>>()
     };
     type Act<'a> = &'a dyn Fn(&mut Lab);
     let rules: [(&str, Act<'_>); 10] = [
-        ("I2C4_CR1 is accessed without a clock", &|lab| {
+        ("I2C4_CR1 is accessed while its clock is off", &|lab| {
             lab.write(APB1ENR2, 0);
             lab.write(CR1, ON);
         }),
-        ("I2C4_TIMINGR is written while it is on", &|lab| lab.write(TIMINGR, TIMING)),
+        ("I2C4_TIMINGR is written while the I²C is on", &|lab| lab.write(TIMINGR, TIMING)),
         ("the filters of I2C4 are changed while it is on", &|lab| lab.write(CR1, ON | 1 << 8)),
-        ("I2C4_CR1 gets 0x00000041: not modelled", &|lab| lab.write(CR1, ON | 1 << 6)),
-        ("I2C4_CR2 is changed while it is to start", &|lab| {
+        ("I2C4_CR1 is set to 0x00000041: not modelled", &|lab| lab.write(CR1, ON | 1 << 6)),
+        ("I2C4_CR2 is changed while a START is pending", &|lab| {
             lab.start(0x36, 1, READ);
             lab.write(CR2, 0);
         }),
-        ("I2C4 is started in the middle of a transfer", &|lab| {
+        ("I2C4 is started during a transfer", &|lab| {
             lab.start(0x36, 1, 0);
             lab.wait(10_000);
             lab.start(0x36, 1, 0);
@@ -279,28 +279,28 @@ fn what_the_peripheral_and_the_device_do_not_take_is_told() {
             lab.start(0x36, 1, 0);
         }),
         ("I2C4_TXDR is written while it is full", &|lab| (0..2).for_each(|byte| lab.write(TXDR, byte))),
-        ("I2C4_RXDR is read while nothing was received", &|lab| {
+        ("I2C4_RXDR is read while it is empty", &|lab| {
             lab.read(RXDR);
         }),
-        ("a pin of I2C4 is no open drain", &|lab| lab.write(GPIOC + 4, 1 << 6)),
+        ("a pin of I2C4 is not open-drain", &|lab| lab.write(GPIOC + 4, 1 << 6)),
     ];
     for (rule, act) in rules {
-        assert_eq!(told(TIMING, act), [rule]);
+        assert_eq!(violations(TIMING, act), [rule]);
     }
     let start = |lab: &mut Lab| lab.start(0x36, 1, 0);
     let cases = [
-        (TIMING - 10, vec!["counter has its clock low for 1250 ns, and wants 1300"]),
-        (TIMING - (12 << 8), vec!["counter has its clock high for 500 ns, and wants 600"]),
-        (TIMING - (10 << 20), vec!["counter gets its data ahead of the clock by 375 ns, and wants 400"]),
+        (TIMING - 10, vec!["counter: clock low time is 1250 ns, but must be at least 1300 ns"]),
+        (TIMING - (12 << 8), vec!["counter: clock high time is 500 ns, but must be at least 600 ns"]),
+        (TIMING - (10 << 20), vec!["counter: data setup time is 375 ns, but must be at least 400 ns"]),
         (
             TIMING - (10 << 8) - 10,
             vec![
-                "counter is clocked with 449 kHz, and takes 400",
-                "counter has its clock low for 1250 ns, and wants 1300",
+                "counter is clocked at 449 kHz, but allows at most 400 kHz",
+                "counter: clock low time is 1250 ns, but must be at least 1300 ns",
             ],
         ),
     ];
     for (timing, expected) in cases {
-        assert_eq!(told(timing, &start), expected);
+        assert_eq!(violations(timing, &start), expected);
     }
 }

@@ -1,6 +1,6 @@
-//! What the manual forbids is told: each rule broken once, by register writes.
+//! Violations of the reference manual are reported: each rule is broken once by register writes.
 
-#![expect(clippy::unwrap_used, reason = "in helpers of tests as in tests")]
+#![expect(clippy::unwrap_used, reason = "allowed in test helpers as in tests")]
 
 use chips::{Part, Stm32g4};
 use cycles::image::Image;
@@ -14,10 +14,10 @@ const GPIOB: u32 = 0x4800_0400;
 const TIM3: u32 = 0x4000_0400;
 const IWDG: u32 = 0x4000_3000;
 
-/// Of a crystal of 24 MHz: 168 MHz.
+/// 168 MHz from a crystal of 24 MHz.
 const PLL: u32 = 3 | 5 << 4 | 84 << 8 | 1 << 24;
 
-/// A chip whose registers are written one after the other, a thousand cycles apart.
+/// A chip with register writes at intervals of 1000 cycles.
 struct Bench {
     chip: Stm32g4,
     cycle: u64,
@@ -43,11 +43,11 @@ impl Bench {
         self.chip.load(address, Width::Word, At { cycle: self.cycle, code: 0 }).unwrap()
     }
 
-    fn told(&self) -> Vec<&str> {
+    fn violations(&self) -> Vec<&str> {
         self.chip.violations().iter().map(|violation| violation.what.as_str()).collect()
     }
 
-    /// The crystal and the PLL on, everything that 168 MHz wants but the switch.
+    /// Enables the crystal and the PLL: everything that 168 MHz requires before the switch.
     fn prepare(&mut self, boosts: bool, wait_states: u32) {
         self.write(RCC + 0x58, 1 << 28 | 0x400);
         self.write(RCC, 0x1_0500);
@@ -61,7 +61,7 @@ impl Bench {
         self.write(FLASH, 0x4_0600 | wait_states);
     }
 
-    /// To the PLL with the AHB divided, then undivided.
+    /// Switches to the PLL with a divided AHB, then ends the division.
     fn switch(&mut self, pause_cycles: u64) {
         self.write(RCC + 0x08, 0x83);
         self.cycle += pause_cycles;
@@ -71,63 +71,71 @@ impl Bench {
 }
 
 #[test]
-fn the_switch_as_the_manual_has_it_breaks_no_rule() {
+fn a_clock_switch_as_in_the_manual_breaks_no_rule() {
     let mut bench = Bench::new();
     bench.prepare(true, 4);
     bench.switch(168);
-    assert_eq!(bench.told(), [] as [&str; 0]);
+    assert_eq!(bench.violations(), [] as [&str; 0]);
     assert!((bench.chip.clock().hz() - 168e6).abs() < 1.0);
 }
 
 #[test]
-fn the_core_without_its_boost_is_told() {
+fn a_missing_core_voltage_boost_is_a_violation() {
     let mut bench = Bench::new();
     bench.prepare(false, 4);
     bench.switch(168);
-    assert!(bench.told().contains(&"the processor runs at 168 MHz, and range 1 without boost allows 150"));
-    // As a register crate has the bit: in another place.
+    assert!(bench.violations().contains(
+        &"the processor runs at 168 MHz, but voltage range 1 without boost allows at most 150 MHz"
+    ));
+    // The bit position of a register crate, which is wrong.
     let mut bench = Bench::new();
     bench.prepare(false, 4);
     bench.write(PWR + 0x80, 0x101);
-    assert_eq!(bench.told(), ["PWR_CR5 gets 0x00000101: bits 0x00000001 are reserved"]);
+    assert_eq!(bench.violations(), ["PWR_CR5 is set to 0x00000101: bits 0x00000001 are reserved"]);
 }
 
 #[test]
-fn a_clock_in_one_step_without_a_pause_or_without_wait_states_is_told() {
+fn a_clock_switch_without_steps_pause_or_wait_states_is_a_violation() {
     let mut bench = Bench::new();
     bench.prepare(true, 4);
     bench.write(RCC + 0x08, 0x03);
-    assert_eq!(bench.told(), ["the system clock goes to 168 MHz in one step: divide the AHB by 2 before"]);
+    assert_eq!(
+        bench.violations(),
+        ["the system clock switches to 168 MHz in one step: divide the AHB by 2 first"]
+    );
 
     let mut bench = Bench::new();
     bench.prepare(true, 4);
     bench.switch(20);
     assert_eq!(
-        bench.told(),
-        ["the AHB stops dividing less than 1 us after the switch to a fast system clock"]
+        bench.violations(),
+        ["the AHB division ends less than 1 us after the switch to a fast system clock"]
     );
 
     let mut bench = Bench::new();
     bench.prepare(true, 3);
     bench.switch(168);
-    assert_eq!(bench.told(), ["flash with 3 wait states at 168 MHz in range 1 with boost, which needs 4"]);
+    assert_eq!(
+        bench.violations(),
+        ["flash has 3 wait states, but 168 MHz in voltage range 1 with boost needs 4"]
+    );
 }
 
 #[test]
-fn a_peripheral_without_a_clock_and_a_pin_without_a_use_are_told() {
+fn a_peripheral_without_a_clock_and_an_unused_pin_function_are_violations() {
     let mut bench = Bench::new();
     bench.write(TIM3, 1);
-    assert_eq!(bench.told(), ["TIM3_CR1 is accessed without a clock"]);
+    assert_eq!(bench.violations(), ["TIM3_CR1 is accessed while its clock is off"]);
 
     let mut bench = Bench::new();
     bench.write(RCC + 0x4C, 2);
     bench.write(GPIOB + 0x20, 5 << 24);
     bench.write(GPIOB, 0xFFFF_EEBF);
-    assert_eq!(bench.told(), ["PB6 gets alternate function 5, which the board has no use for"]);
+    assert_eq!(bench.violations(), ["PB6 is set to alternate function 5, which the board does not use"]);
 }
 
 #[test]
-fn the_watchdog_s_window_is_that_of_its_reset_until_it_was_fed() {
+fn the_watchdog_s_timeout_is_its_reset_value_until_the_first_feed() {
     // 10 ms: a prescaler of 4 and 80 counts of 32 kHz.
     let set_up = |feeds: bool| {
         let mut bench = Bench::new();
@@ -149,11 +157,14 @@ fn the_watchdog_s_window_is_that_of_its_reset_until_it_was_fed() {
 }
 
 #[test]
-fn flash_takes_its_time_and_what_it_is_not_asked_rightly_is_told() {
+fn flash_operations_take_time_and_incorrect_writes_are_reported() {
     let mut bench = Bench::new();
     let word = 0x0804_0000;
     bench.write(word, 1);
-    assert_eq!(bench.told(), ["flash at 0x08040000 is written without FLASH_CR.PG"]);
+    assert_eq!(
+        bench.violations(),
+        ["flash at 0x08040000 is written while FLASH_CR.PG is 0 or FLASH_CR is locked"]
+    );
     bench.write(FLASH + 8, 0x4567_0123);
     bench.write(FLASH + 8, 0xCDEF_89AB);
     bench.write(FLASH + 0x10, 0xFFFF);
@@ -162,7 +173,7 @@ fn flash_takes_its_time_and_what_it_is_not_asked_rightly_is_told() {
     bench.write(word + 4, 0x9ABC_DEF0);
     assert_eq!(bench.read(FLASH + 0x10) >> 16 & 1, 1, "busy");
     assert!(bench.chip.wait(word, bench.cycle) > 0);
-    assert_eq!(bench.chip.wait(0x0800_0000, bench.cycle), 0, "the other bank is read meanwhile");
+    assert_eq!(bench.chip.wait(0x0800_0000, bench.cycle), 0, "the other bank can be read meanwhile");
     bench.wait(16 * 82);
     assert_eq!(
         [bench.read(FLASH + 0x10), bench.read(word), bench.read(word + 4)],
@@ -181,13 +192,13 @@ fn flash_takes_its_time_and_what_it_is_not_asked_rightly_is_told() {
 }
 
 #[test]
-fn a_reset_leaves_memory_and_says_why() {
+fn a_reset_keeps_memory_and_sets_the_flags_of_its_cause() {
     let mut bench = Bench::new();
     bench.write(0x2000_0000, 7);
     bench.write(RCC + 0x94, 1 << 23);
     let cycle = bench.cycle;
     bench.chip.reset(Reset::Chip, cycle);
     assert_eq!(bench.read(0x2000_0000), 7);
-    assert_eq!(bench.read(RCC + 0x94) >> 24, 0x24, "the watchdog, and with it the pin");
+    assert_eq!(bench.read(RCC + 0x94) >> 24, 0x24, "watchdog and pin");
     assert!((bench.chip.clock().hz() - 16e6).abs() < 1.0);
 }

@@ -1,6 +1,6 @@
-//! SPI 3 and a device on its wires, by register writes.
+//! SPI 3 and a device, tested by register writes.
 
-#![expect(clippy::unwrap_used, reason = "in helpers of tests as in tests")]
+#![expect(clippy::unwrap_used, reason = "allowed in test helpers as in tests")]
 
 use chips::stm32g4::{SpiDevice, SpiEvent};
 use chips::{Part, Stm32g4};
@@ -17,7 +17,7 @@ const CR2: u32 = CR1 + 4;
 const SR: u32 = CR1 + 8;
 const DR: u32 = CR1 + 12;
 
-/// Master by its own word, mode 1, a quarter of 16 MHz.
+/// Master (MSTR, SSM, SSI), mode 1, a quarter of 16 MHz.
 const MODE_1: u32 = 1 << 9 | 1 << 8 | 1 << 3 | 1 << 2 | 1;
 const ON: u32 = 1 << 6;
 const FRAME_16: u32 = 15 << 8;
@@ -30,7 +30,7 @@ const BSY: u32 = 1 << 7;
 /// Cycles of a frame of 16 bits.
 const FRAME_CYCLES: u64 = 64;
 
-/// Sends what it got in the last frame, and then the number of frames in which it was selected.
+/// Sends the content of the previous frame, and counts its selects.
 const ECHO: SpiDevice = SpiDevice {
     name: "echo",
     mode: 1,
@@ -109,36 +109,36 @@ impl Lab {
         self.wait(20);
     }
 
-    fn told(&self) -> Vec<&str> {
+    fn violations(&self) -> Vec<&str> {
         self.chip.violations().iter().map(|violation| violation.what.as_str()).collect()
     }
 }
 
 #[test]
-fn frames_take_their_time_and_go_both_ways() {
+fn frames_take_the_correct_time_and_transfer_both_ways() {
     let mut lab = Lab::ready(FRAME_16);
     lab.select(true);
     assert_eq!(lab.flags() & (RXNE | TXE | BSY), TXE);
     lab.send(0x1234);
     assert_eq!(lab.flags() & (RXNE | BSY), BSY);
     lab.wait(FRAME_CYCLES - 1);
-    assert_eq!(lab.flags() & (RXNE | BSY), BSY, "a bit is still missing");
+    assert_eq!(lab.flags() & (RXNE | BSY), BSY, "the last bit is still in transfer");
     lab.wait(1);
     assert_eq!(lab.flags() & (RXNE | BSY), RXNE);
     assert_eq!(lab.read(DR, Width::Half), 0xABCD);
     assert_eq!(lab.flags() & (RXNE | OVR), 0);
-    // Two frames of 12 bits in the FIFO, one behind the other.
+    // Two frames of 12 bits in the FIFO.
     let mut lab = Lab::ready(FRAME_12);
     lab.select(true);
     lab.send(0x123);
     lab.send(0x456);
     lab.wait(2 * 48);
     assert_eq!([lab.read(DR, Width::Half), lab.read(DR, Width::Half)], [0xBCD, 0x123]);
-    assert_eq!(lab.told(), [] as [&str; 0]);
+    assert_eq!(lab.violations(), [] as [&str; 0]);
 }
 
 #[test]
-fn a_line_that_nobody_drives_is_where_its_resistor_pulls_it() {
+fn an_undriven_line_has_the_level_of_its_pull_resistor() {
     let mut lab = Lab::ready(FRAME_16);
     lab.send(0x1234);
     lab.wait(FRAME_CYCLES);
@@ -149,11 +149,11 @@ fn a_line_that_nobody_drives_is_where_its_resistor_pulls_it() {
     lab.send(0x1234);
     lab.wait(FRAME_CYCLES);
     assert_eq!(lab.read(DR, Width::Half), 0);
-    assert_eq!(lab.told(), [] as [&str; 0]);
+    assert_eq!(lab.violations(), [] as [&str; 0]);
 }
 
 #[test]
-fn frames_that_nobody_takes_are_an_overrun() {
+fn unread_frames_cause_an_overrun() {
     let mut lab = Lab::ready(FRAME_16);
     lab.select(true);
     for frame in 0..3 {
@@ -161,81 +161,88 @@ fn frames_that_nobody_takes_are_an_overrun() {
         lab.wait(FRAME_CYCLES);
     }
     assert_eq!(lab.flags() & OVR, OVR);
-    assert_eq!([lab.read(DR, Width::Half), lab.read(DR, Width::Half)], [0xABCD, 0], "the third one is lost");
+    assert_eq!(
+        [lab.read(DR, Width::Half), lab.read(DR, Width::Half)],
+        [0xABCD, 0],
+        "the third frame is lost"
+    );
     lab.flags();
     assert_eq!(lab.flags() & OVR, 0, "cleared by reading data and then flags");
-    assert_eq!(lab.told(), [] as [&str; 0]);
+    assert_eq!(lab.violations(), [] as [&str; 0]);
 }
 
 #[test]
-fn what_the_spi_does_not_take_is_told() {
-    let told = |act: &dyn Fn(&mut Lab)| {
+fn violations_of_the_spi_are_reported() {
+    let violations = |act: &dyn Fn(&mut Lab)| {
         let mut lab = Lab::ready(FRAME_16);
         act(&mut lab);
-        lab.told().into_iter().map(str::to_owned).collect::<Vec<_>>()
+        lab.violations().into_iter().map(str::to_owned).collect::<Vec<_>>()
     };
     type Act<'a> = &'a dyn Fn(&mut Lab);
     let rules: [(&str, Act<'_>); 8] = [
-        ("SPI3_CR1 is accessed without a clock", &|lab| {
+        ("SPI3_CR1 is accessed while its clock is off", &|lab| {
             lab.write(APB1ENR1, 0x400);
             lab.write(CR1, MODE_1 | ON);
         }),
         ("SPI3_CR1 is changed while the SPI is on", &|lab| lab.write(CR1, MODE_1 | ON | 1 << 5)),
-        ("the frame of SPI3 is changed while the SPI is on", &|lab| lab.write(CR2, FRAME_12)),
+        ("the frame size of SPI3 is changed while the SPI is on", &|lab| lab.write(CR2, FRAME_12)),
         ("SPI3_DR is written while the SPI is off", &|lab| {
             lab.write(CR1, MODE_1);
             lab.send(1);
         }),
-        ("SPI3_DR is written while its FIFO is full", &|lab| (0..4).for_each(|frame| lab.send(frame))),
-        ("SPI3_DR is read while nothing was received", &|lab| {
+        ("SPI3_DR is written while its TX FIFO is full", &|lab| (0..4).for_each(|frame| lab.send(frame))),
+        ("SPI3_DR is read while its RX FIFO is empty", &|lab| {
             lab.read(DR, Width::Half);
         }),
-        ("SPI3 is switched off in the middle of a frame", &|lab| {
+        ("SPI3 is switched off during a frame", &|lab| {
             lab.send(1);
             lab.access(CR1, MODE_1, Width::Word);
         }),
-        ("SPI3_DR is accessed by another width than that of its frames", &|lab| {
+        ("SPI3_DR is accessed with a width other than the frame width", &|lab| {
             lab.access(DR, 1, Width::Byte)
         }),
     ];
     for (rule, act) in rules {
-        assert_eq!(told(act), [rule]);
+        assert_eq!(violations(act), [rule]);
     }
-    let reserved = told(&|lab| lab.write(CR2, FRAME_16 | 1 << 15));
-    assert_eq!(reserved, ["SPI3_CR2 gets 0x00008f00: bits 0x00008000 are reserved"]);
+    let reserved = violations(&|lab| lab.write(CR2, FRAME_16 | 1 << 15));
+    assert_eq!(reserved, ["SPI3_CR2 is set to 0x00008f00: bits 0x00008000 are reserved"]);
 }
 
 #[test]
-fn what_the_device_does_not_take_is_told() {
-    let told = |control: u32, act: &dyn Fn(&mut Lab)| {
+fn violations_of_the_device_are_reported() {
+    let violations = |control: u32, act: &dyn Fn(&mut Lab)| {
         let mut lab = Lab::new();
         lab.write(CR2, FRAME_16);
         lab.write(CR1, control);
         lab.write(CR1, control | ON);
         act(&mut lab);
         lab.wait(1_000);
-        lab.told().into_iter().map(str::to_owned).collect::<Vec<_>>()
+        lab.violations().into_iter().map(str::to_owned).collect::<Vec<_>>()
     };
     let send = |lab: &mut Lab| {
         lab.select(true);
         lab.send(1);
     };
-    assert_eq!(told(MODE_1 & !(1 << 3), &send), ["echo is clocked with 8.0 MHz, and takes 5.0"]);
-    assert_eq!(told(MODE_1 & !1, &send), ["echo is clocked in mode 0, and takes mode 1"]);
-    let early = told(MODE_1, &|lab| {
+    assert_eq!(
+        violations(MODE_1 & !(1 << 3), &send),
+        ["echo is clocked at 8.0 MHz, but allows at most 5.0 MHz"]
+    );
+    assert_eq!(violations(MODE_1 & !1, &send), ["echo is clocked in mode 0, but requires mode 1"]);
+    let early = violations(MODE_1, &|lab| {
         lab.access(GPIOD + 0x18, 1 << 18, Width::Word);
         lab.send(1);
     });
-    assert_eq!(early, ["echo is clocked too early after it was selected"]);
-    let cut = told(MODE_1, &|lab| {
+    assert_eq!(early, ["echo is clocked less than 1000 ns after its select"]);
+    let cut = violations(MODE_1, &|lab| {
         send(lab);
         lab.access(GPIOD + 0x18, 1 << 2, Width::Word);
     });
-    assert_eq!(cut, ["echo is selected or released in the middle of a frame"]);
-    let again = told(MODE_1, &|lab| {
+    assert_eq!(cut, ["echo is selected or released during a frame"]);
+    let again = violations(MODE_1, &|lab| {
         lab.select(true);
         lab.access(GPIOD + 0x18, 1 << 2, Width::Word);
         lab.access(GPIOD + 0x18, 1 << 18, Width::Word);
     });
-    assert_eq!(again, ["echo is selected again too early"]);
+    assert_eq!(again, ["echo is selected less than 1000 ns after its release"]);
 }

@@ -1,9 +1,10 @@
-//! Words of which it is known only what they can be.
+//! The domain of partially known words: each word has a set of possible values.
 //!
-//! A word is a *symbol* plus a number. A symbol stands for one value that the program has somewhere on its way (an
-//! input, a result, what a place in memory holds where two paths meet); each has the [`Values`] that it can have on
-//! any path. What a branch taken says of a symbol is a *fact* of that path: it holds for every copy of the symbol in
-//! registers and memory, and for what was computed from it. Where paths meet again, facts that both know are kept.
+//! A word is a *symbol* plus a number. A symbol represents one value of the program: an input, a result, or
+//! the contents of a memory location where two paths merge. Each symbol has the [`Values`] that are possible
+//! on any path. A branch condition adds a *fact* to its path: the fact holds for every copy of the symbol in
+//! registers and memory, and for every word computed from it. A merge keeps the facts that hold on both
+//! paths.
 
 mod domain;
 mod facts;
@@ -26,15 +27,15 @@ use std::collections::{BTreeSet, HashMap};
 use crate::values::Values;
 use symbol::{Joined, Origin, Side, Symbol};
 
-/// The domain of words that are known in part, and what is known of them on the present path.
+/// The domain of partially known words, with the facts of the current path.
 #[derive(Debug)]
 pub(crate) struct Abstract {
     symbols: Vec<Symbol>,
-    /// Places where two paths met.
+    /// Number of merges so far.
     joins: u32,
-    /// What was computed from one word, by that word and the function's name.
+    /// Words derived from one word, by that word and the function's name.
     derived: HashMap<(Word, (u8, u32)), Word>,
-    /// Numbers that words were compared with: where a growing one may come to rest.
+    /// Numbers that words were compared with: candidates for the limit of a growing value.
     pub(crate) thresholds: BTreeSet<u32>,
     pub(crate) facts: Facts,
 }
@@ -53,17 +54,17 @@ impl Default for Abstract {
 }
 
 impl Abstract {
-    /// What a word can be on the present path.
+    /// Possible values of a word on the current path.
     pub(crate) fn values(&self, word: Word) -> Values {
         self.values_by(word, &self.facts)
     }
 
-    /// A word that can be any of these.
+    /// A new word with these possible values.
     pub(crate) fn unknown(&mut self, values: Values) -> Word {
         self.new_symbol(values, Origin::Given)
     }
 
-    /// A word that is one or the other, by the path that was taken to the place where they met.
+    /// A word that is one of two, depending on the path taken to the merge.
     fn joined(&mut self, join: u32, [left, right]: [Side; 2]) -> Word {
         if left.word == right.word {
             return left.word;

@@ -1,4 +1,4 @@
-//! The worst case of a function: cycles and stack that no run exceeds.
+//! Upper bounds on the cycles and the stack of a function.
 
 mod settle;
 
@@ -16,14 +16,14 @@ use crate::values::Values;
 
 pub use crate::explore::{BoundError, Reason};
 
-/// Memory that a program writes, as it is before a call: addresses and contents.
+/// Contents of writable memory before a call: addresses and bytes.
 #[derive(Debug, Clone, Default)]
 pub struct Snapshot {
     regions: Vec<Region>,
 }
 
 impl Snapshot {
-    /// Of pieces of memory; an address must be divisible by 4.
+    /// Snapshot of these regions; each address must be divisible by 4.
     pub fn new<'a>(regions: impl IntoIterator<Item = (u32, &'a [u8])>) -> Self {
         let region = |(address, bytes): (u32, &[u8])| Region { address, bytes: Rc::new(bytes.to_vec()) };
         Self { regions: regions.into_iter().map(region).collect() }
@@ -36,46 +36,46 @@ impl From<&Machine> for Snapshot {
     }
 }
 
-/// Memory that holds another value in every call.
+/// Memory with a different value in every call.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Input {
-    /// Where.
+    /// Addresses.
     pub addresses: Range<u32>,
-    /// How wide one value is.
+    /// Width of each value.
     pub width: Width,
-    /// What each value can be.
+    /// Possible values.
     pub values: RangeInclusive<u32>,
 }
 
 impl Input {
-    /// Memory of which nothing is known.
+    /// Completely unknown memory.
     #[must_use]
     pub fn any(addresses: Range<u32>) -> Self {
         Self { addresses, width: Width::Byte, values: 0..=0xFF }
     }
 
-    /// Words that can be anything.
+    /// Unknown words.
     #[must_use]
     pub fn words(addresses: Range<u32>) -> Self {
         Self { addresses, width: Width::Word, values: 0..=u32::MAX }
     }
 }
 
-/// A function that is called.
+/// A function call.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Call {
-    /// Its address.
+    /// Address of the function.
     pub function: u32,
-    /// R0 to R3: what each can be.
+    /// Possible values of R0 to R3.
     pub arguments: [RangeInclusive<u32>; 4],
-    /// What is not known of the memory before; a later one goes over an earlier one.
+    /// Unknown memory before the call; later inputs override earlier ones.
     pub inputs: Vec<Input>,
-    /// Whether it may be left out.
+    /// Whether the call may be omitted.
     pub is_optional: bool,
 }
 
 impl Call {
-    /// A call that takes place, with these arguments.
+    /// A mandatory call with these arguments.
     #[must_use]
     pub fn new(function: u32, arguments: [u32; 4]) -> Self {
         let arguments = arguments.map(|argument| argument..=argument);
@@ -83,60 +83,60 @@ impl Call {
     }
 }
 
-/// What is to be bounded.
+/// The input of the analysis.
 #[derive(Debug, Clone)]
 pub struct Question<'a> {
     /// The program.
     pub image: &'a Image,
-    /// The cycles of its instructions.
+    /// Timing model of its instructions.
     pub timing: &'a Timing,
     /// Memory before the first call.
     pub memory: &'a Snapshot,
     /// SP before each call.
     pub stack_top: u32,
-    /// Calls, one after the other.
+    /// Sequence of calls.
     pub calls: &'a [Call],
-    /// Addresses of functions whose calls are bounded, too.
+    /// Addresses of functions whose calls are also bounded.
     pub marked: &'a BTreeSet<u32>,
 }
 
-/// The worst case of a call of a marked function.
+/// Worst case of a call of a marked function.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct CallBound {
-    /// Its address.
+    /// Address of the function.
     pub function: u32,
-    /// Cycles from its first instruction to its return, that included.
+    /// Cycles from the first instruction to the return, including the return.
     pub cycles: u64,
-    /// Bytes of stack that it and what it calls reserve.
+    /// Bytes of stack reserved by the function and its callees.
     pub stack_bytes: u32,
 }
 
-/// The worst case of a call.
+/// Worst case of a call.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Bound {
-    /// Cycles from the first instruction to the return, that included.
+    /// Cycles from the first instruction to the return, including the return.
     pub cycles: u64,
     /// Bytes of stack.
     pub stack_bytes: u32,
-    /// Every call of a marked function that there can be, in order.
+    /// Every possible call of a marked function, in order.
     pub calls: Vec<CallBound>,
-    /// Cycles that the longest path spends in each function, without those that it calls; by address.
+    /// Cycles of the longest path in each function, without callees; by address.
     pub shares: BTreeMap<u32, u64>,
     /// Blocks of the longest path: address and cycles.
     pub path: Vec<(u32, u64)>,
-    /// Addresses of all instructions that can be executed, as far as is known.
+    /// Addresses of all reachable instructions, as far as known.
     pub visited: BTreeSet<u32>,
-    /// Words of memory of which more than one value was possible before the call: address, smallest, greatest.
+    /// Words of memory with several possible values before the call: address, minimum, maximum.
     pub unknown: Vec<(u32, u32, u32)>,
-    /// How often the calls were followed until memory was like before them.
+    /// Number of rounds of calls until the memory converged.
     pub rounds: u32,
 }
 
 impl Bound {
-    /// Bounds each call of the question, made once.
+    /// Bounds each call for a single execution of the sequence.
     ///
     /// # Errors
-    /// [`BoundError`] where a path cannot be followed.
+    /// [`BoundError`] if a path cannot be followed.
     pub fn of_once(question: &Question<'_>) -> Result<Vec<Self>, BoundError> {
         let mut domain = Abstract::default();
         let memory = question.start_memory();
@@ -144,11 +144,11 @@ impl Bound {
         Ok(round.bounds(&mut domain))
     }
 
-    /// Bounds each call of the question when all of them are made again and again, any number of times and each time
-    /// with other inputs: what the calls leave behind in memory is there before the next ones.
+    /// Bounds each call for any number of repetitions of the sequence, each with different inputs. Memory
+    /// written by the calls persists into the next repetition.
     ///
     /// # Errors
-    /// [`BoundError`] where a path cannot be followed, or when memory goes on changing.
+    /// [`BoundError`] if a path cannot be followed or the memory does not converge.
     pub fn of_every(question: &Question<'_>) -> Result<Vec<Self>, BoundError> {
         settle::settle(question)
     }
@@ -197,7 +197,7 @@ impl Question<'_> {
     }
 }
 
-/// Words that can be more than one number.
+/// Words with several possible values.
 fn unknown_words(domain: &mut Abstract, memory: &AbstractMemory) -> Vec<(u32, u32, u32)> {
     let words = memory.words(domain);
     let values = words.into_iter().map(|(address, word)| (address, domain.values(word)));

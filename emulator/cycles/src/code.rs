@@ -1,9 +1,9 @@
-//! Instructions by their address, found without a search, with their prices.
+//! Instructions and their prices, indexed by address without a search.
 
 use crate::instruction::Instruction;
 use crate::timing::{Price, Timing};
 
-/// Bytes without code between two areas from which on they are kept apart.
+/// Minimum gap without code that separates two areas.
 const GAP_BYTES: u32 = 0x1_0000;
 
 /// All instructions of an image.
@@ -13,17 +13,17 @@ pub(crate) struct Code {
     instructions: Vec<(Instruction, Price)>,
 }
 
-/// Code that lies close together.
+/// A contiguous area of code.
 #[derive(Debug)]
 struct Area {
     /// Address of the first instruction.
     address: u32,
-    /// For every halfword, 1 + the place of the instruction that begins there, or 0.
+    /// For every halfword: index + 1 of the instruction that starts there, or 0.
     places: Vec<u32>,
 }
 
 impl Code {
-    /// Of instructions by ascending address, with their prices by a model.
+    /// Builds the index from instructions by ascending address, with their prices in this model.
     pub(crate) fn new<'a>(instructions: impl Iterator<Item = &'a Instruction>, timing: &Timing) -> Self {
         let mut code = Self::default();
         let mut end = None;
@@ -42,12 +42,13 @@ impl Code {
         code
     }
 
-    /// The instruction that begins at an address.
+    /// The instruction that starts at an address.
     pub(crate) fn at(&self, address: u32) -> Option<&(Instruction, Price)> {
         self.instructions.get(self.place(address)?)
     }
 
-    /// The same, at once where it follows the one at the place `last`, which becomes its place.
+    /// Like [`at`](Self::at), but fast if the instruction directly follows the one at index `last`. Updates
+    /// `last`.
     #[inline]
     pub(crate) fn at_behind(&self, last: &mut usize, address: u32) -> Option<&(Instruction, Price)> {
         let next = self.instructions.get(last.wrapping_add(1));

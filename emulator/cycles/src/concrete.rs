@@ -1,4 +1,4 @@
-//! Words that are known: what a processor computes with.
+//! Known words, as a processor computes with them.
 
 #[cfg(test)]
 mod tests;
@@ -17,14 +17,14 @@ pub struct Flags {
     pub negative: bool,
     /// Z: the result is zero.
     pub zero: bool,
-    /// C: a sum without sign is too great, or a difference needs no borrow, or the last bit shifted out.
+    /// C: carry of an unsigned sum, no borrow of a difference, or the last bit shifted out.
     pub carry: bool,
-    /// V: a sum or a difference with sign is out of range.
+    /// V: signed overflow of a sum or difference.
     pub overflow: bool,
 }
 
 impl Flags {
-    /// As bits 31 to 28 of a word.
+    /// Flags as bits 31 to 28 of a word.
     #[must_use]
     pub fn to_word(self) -> u32 {
         u32::from(self.negative) << 31
@@ -33,7 +33,7 @@ impl Flags {
             | u32::from(self.overflow) << 28
     }
 
-    /// Of bits 31 to 28 of a word.
+    /// Flags from bits 31 to 28 of a word.
     #[must_use]
     pub fn from_word(word: u32) -> Self {
         let bit = |number: u32| (word >> number) & 1 == 1;

@@ -1,66 +1,68 @@
-//! What an image does not say of itself: whom a call through a pointer calls, and how often a function nests.
+//! Declarations that an image does not contain: the targets of calls through pointers, and the nesting of
+//! functions.
 //!
 //! ```text
-//! # A function that calls through pointers, and what they can point to.
+//! # A function that calls through pointers, and the possible targets.
 //! embassy_executor::*::on_interrupt from CORDIC
 //!     embassy_executor::raw::TaskStorage<F>::poll reaching dimsart_tick
 //! # A function that can be on the stack more than once.
 //! at most 2 __rustc::rust_begin_unwind
 //! # A function that masks all interrupts and never returns.
 //! last firmware::rescue::rescue
-//! # Interrupts that do nothing before the program has come back from some functions.
+//! # Interrupts that do nothing until the program has returned from the early functions.
 //! late CORDIC
 //! early dimsart_link::saved_scheme::load
 //! ```
 //!
-//! Names are as [`Function::names`] has them, `*` stands for any text in them. `from` is for calls on behalf of this
-//! interrupt handler alone; `reaching` and `not reaching` choose among functions of one name by what they call in turn.
-//! `if any NAME` is a callee that an image can lack: without it the call is never made.
+//! Names have the form of [`Function::names`]; `*` matches any text. `from` applies to calls from this
+//! interrupt handler only; `reaching` and `not reaching` select among functions with the same name by their
+//! direct and indirect callees. `if any NAME` is an optional callee: if the image does not contain it, the
+//! call is never made.
 
 use crate::image::Function;
 
-/// A text of that form, read.
+/// A parsed declaration text.
 #[derive(Debug, Clone, PartialEq, Eq, Default)]
 pub struct Declared {
     /// Calls through pointers.
     pub callers: Vec<Caller>,
-    /// Functions that can be on the stack this often, all of them together.
+    /// Functions with the maximum number of times that they can be on the stack, in total per name.
     pub nesting: Vec<(u32, Name)>,
-    /// Functions that nothing interrupts but what cannot be masked, and that never return.
+    /// Functions that only non-maskable exceptions can interrupt and that never return.
     pub last: Vec<Name>,
     /// Interrupt handlers that do nothing while the program is in one of the early functions.
     pub late: Vec<Name>,
-    /// Functions that the program has left for good when a late handler does something.
+    /// Functions that the program never executes again after a late handler first does something.
     pub early: Vec<Name>,
 }
 
 /// A function that calls through pointers.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Caller {
-    /// Its name.
+    /// Name of the function.
     pub name: Name,
-    /// The interrupt handler that it is called from, if only such calls are meant.
+    /// The interrupt handler from which the function is called, if the declaration is limited to these calls.
     pub from: Option<Name>,
-    /// What it can call.
+    /// Possible callees.
     pub callees: Vec<Callee>,
 }
 
-/// What can be called.
+/// A possible callee.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Callee {
-    /// Its name.
+    /// Name of the function.
     pub name: Name,
-    /// Whether an image can lack it.
+    /// Whether the image may lack it.
     pub is_optional: bool,
-    /// A function that it reaches (true) or does not.
+    /// A function that the callee calls directly or indirectly (true) or does not call (false).
     pub reaching: Option<(bool, Name)>,
 }
 
-/// Names of functions, `*` for any text.
+/// A function name pattern; `*` matches any text.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Name(String);
 
-/// Why a text is none of that form.
+/// Syntax error in a declaration text.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 #[error("line {line}: {problem}")]
 pub struct DeclaredError {
@@ -69,7 +71,7 @@ pub struct DeclaredError {
 }
 
 impl Declared {
-    /// Reads a text.
+    /// Parses a declaration text.
     ///
     /// # Errors
     /// [`DeclaredError`].
@@ -84,11 +86,11 @@ impl Declared {
             }
             if text.starts_with(char::is_whitespace) {
                 let caller = declared.callers.last_mut();
-                let caller = caller.ok_or(error("an indented line names a callee; no caller is above it"))?;
+                let caller = caller.ok_or(error("indented callee without a caller line above it"))?;
                 caller.callees.push(Callee::read(words));
             } else if let Some(rest) = words.strip_prefix("at most ") {
-                let (times, name) = rest.split_once(' ').ok_or(error("write `at most N NAME`"))?;
-                let times = times.parse().map_err(|_| error("write `at most N NAME`"))?;
+                let (times, name) = rest.split_once(' ').ok_or(error("expected `at most N NAME`"))?;
+                let times = times.parse().map_err(|_| error("expected `at most N NAME`"))?;
                 declared.nesting.push((times, Name::new(name)));
             } else if let Some(name) = words.strip_prefix("last ") {
                 declared.last.push(Name::new(name));
@@ -110,10 +112,10 @@ impl Declared {
         Ok(declared)
     }
 
-    /// Refuses a last caller without callees: it would be taken to call nothing.
+    /// Rejects a last caller without callees: it would count as a function without calls.
     fn has_callees(&self, line: usize) -> Result<(), DeclaredError> {
         let is_empty = self.callers.last().is_some_and(|caller| caller.callees.is_empty());
-        let problem = "a caller without callees; name them below it, indented";
+        let problem = "caller without callees: list them indented below it";
         if is_empty { Err(DeclaredError { line, problem }) } else { Ok(()) }
     }
 }
@@ -132,13 +134,13 @@ impl Callee {
 }
 
 impl Name {
-    /// Of a text.
+    /// Creates a pattern from its text.
     #[must_use]
     pub fn new(text: &str) -> Self {
         Self(text.trim().to_owned())
     }
 
-    /// Whether a function has such a name.
+    /// Whether a name of the function matches.
     #[must_use]
     pub fn is_of(&self, function: &Function) -> bool {
         function.names.iter().any(|name| self.fits(name))
@@ -184,17 +186,17 @@ mod tests {
     }
 
     #[test]
-    fn what_is_not_of_the_form_is_refused_with_its_line() {
+    fn a_syntax_error_names_its_line() {
         let error = |text| Declared::read(text).unwrap_err().to_string();
         assert!(error("\n    callee").starts_with("line 2: "));
         assert!(error("at most two f").starts_with("line 1: "));
-        // It would be taken to call nothing.
+        // Otherwise it would count as a function without calls.
         assert!(error("# why\na\n\nb\n    c").starts_with("line 2: "));
         assert!(error("a\n    b\nc from d\nat most 2 e").starts_with("line 3: "));
     }
 
     #[test]
-    fn a_star_stands_for_any_text() {
+    fn a_star_matches_any_text() {
         let fits = |pattern: &str, name| Name::new(pattern).fits(name);
         assert!(fits("a::b", "a::b") && !fits("a::b", "a::bc"));
         assert!(fits("a::*", "a::b::c") && !fits("a::*", "b::a::c"));

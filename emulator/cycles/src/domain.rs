@@ -1,32 +1,33 @@
-//! What the words of a machine are: numbers, or all the numbers that they can be.
+//! The domain of a machine's words: numbers, or sets of possible numbers.
 
 use crate::instruction::{Condition, Shift};
 
-/// Values that instructions compute with. [`execute`](crate) is written over any domain; what it proves of the concrete
-/// one (against an emulator) holds for every other, as long as each method here covers the concrete one.
+/// Values that instructions compute with. [`execute`](crate) is generic over the domain. Its comparison with
+/// an emulator in the concrete domain applies to every other domain, as long as each method here covers the
+/// concrete method.
 ///
-/// A domain is an object, so that it can number the values it makes.
+/// The domain is an object, so that it can number its values.
 pub trait Domain {
     /// 32 bits.
     type Word: Copy + core::fmt::Debug + PartialEq;
-    /// A truth, possibly not known.
+    /// A truth value, possibly unknown.
     type Bit: Copy + core::fmt::Debug + PartialEq;
     /// N, Z, C and V.
     type Flags: Copy + core::fmt::Debug + PartialEq;
 
     /// A known word.
     fn constant(&mut self, value: u32) -> Self::Word;
-    /// The number a word is, if there is but one.
+    /// The value of a word, if only one is possible.
     fn known(&self, word: Self::Word) -> Option<u32>;
-    /// A known truth.
+    /// A known truth value.
     fn bit(&mut self, value: bool) -> Self::Bit;
-    /// The truth, if it is known.
+    /// The truth value, if known.
     fn known_bit(&self, bit: Self::Bit) -> Option<bool>;
 
-    /// `a + b + carry`, with the flags that it sets. Subtraction is `a + !b + 1`: a domain may recognise it by
+    /// `a + b + carry`, and its flags. Subtraction is `a + !b + 1`; a domain may handle it in
     /// [`subtract`](Self::subtract) instead.
     fn add(&mut self, a: Self::Word, b: Self::Word, carry: Self::Bit) -> (Self::Word, Self::Flags);
-    /// `a - b - !carry`, with the flags that it sets (C is "no borrow").
+    /// `a - b - !carry`, and its flags (C is "no borrow").
     fn subtract(&mut self, a: Self::Word, b: Self::Word, carry: Self::Bit) -> (Self::Word, Self::Flags);
     /// `a & b`.
     fn and(&mut self, a: Self::Word, b: Self::Word) -> Self::Word;
@@ -49,21 +50,23 @@ pub trait Domain {
     /// `a / b`, 0 when `b` is 0.
     fn divide_unsigned(&mut self, a: Self::Word, b: Self::Word) -> Self::Word;
 
-    /// Any other function of up to three words: a domain that does not know all of them knows nothing of the result.
+    /// Any other function of up to three words. If an argument is unknown, a domain may treat the result as
+    /// unknown.
     fn apply(&mut self, words: [Self::Word; 3], function: fn([u32; 3]) -> u32) -> Self::Word;
-    /// As [`apply`](Self::apply), for functions whose result is at most `greatest` (unsigned) whatever the words.
+    /// Like [`apply`](Self::apply), for functions whose result is at most `greatest` (unsigned) for all
+    /// arguments.
     fn apply_below(
         &mut self,
         words: [Self::Word; 3],
         greatest: u32,
         function: fn([u32; 3]) -> u32,
     ) -> Self::Word;
-    /// A truth about up to three words.
+    /// A predicate of up to three words.
     fn test(&mut self, words: [Self::Word; 3], function: fn([u32; 3]) -> bool) -> Self::Bit;
     /// One of two words.
     fn select(&mut self, condition: Self::Bit, then: Self::Word, otherwise: Self::Word) -> Self::Word;
 
-    /// Flags after an operation on bits: N and Z of `result`, the carry given, V as it was.
+    /// Flags after a bitwise operation: N and Z of `result`, the given carry, unchanged V.
     fn flags_of(&mut self, result: Self::Word, carry: Self::Bit, before: Self::Flags) -> Self::Flags;
     /// The carry flag.
     fn carry(&mut self, flags: Self::Flags) -> Self::Bit;

@@ -1,7 +1,7 @@
-//! What an instruction does, written once for every domain of values.
+//! Semantics of instructions, generic over the domain of values.
 //!
-//! By the pseudocode of the Armv7-M Architecture Reference Manual (DDI 0403E), chapter A7. One file for each kind of
-//! instruction; here is which one does what, and where the program goes on.
+//! Follows the pseudocode of the Armv7-M Architecture Reference Manual (DDI 0403E), chapter A7. Each kind of
+//! instruction has its own file; this file selects the operation and returns the next address.
 
 mod arithmetic;
 mod bits;
@@ -19,47 +19,48 @@ use crate::domain::Domain;
 use crate::instruction::{Instruction, Operation};
 use crate::state::{AccessError, Memory, Registers};
 
-/// Where the program goes on.
+/// The next address.
 #[derive(Debug)]
 pub(crate) enum Flow<D: Domain> {
-    /// With the next instruction.
+    /// The next instruction.
     Next,
-    /// At an address that stands in the instruction; LR is set already for a call.
+    /// An address encoded in the instruction. For a call, LR is already set.
     Jump(u32),
-    /// At an address out of a register or memory. A clear bit 0 is a fault (the processor knows Thumb only); where
-    /// the instruction ignores that bit, it is set here.
+    /// An address from a register or memory. A clear bit 0 is a fault, because the processor supports only
+    /// Thumb. For instructions that ignore this bit, it is set here.
     Indirect(D::Word),
-    /// At an address that stands in the instruction, if the condition holds (`CBZ`, `CBNZ`).
+    /// An address encoded in the instruction, if the condition holds (`CBZ`, `CBNZ`).
     Branch {
-        /// Where.
+        /// Target address.
         target: u32,
-        /// If this holds.
+        /// Condition.
         taken: D::Bit,
     },
-    /// It asks for the outside: supervisor call, breakpoint (semihosting), waiting, undefined. Its operation says which.
+    /// A request to the environment: supervisor call, breakpoint (semihosting), wait, undefined instruction.
+    /// The operation selects which.
     Trap,
 }
 
-/// Why an instruction cannot be executed.
+/// Reason that an instruction cannot be executed.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, thiserror::Error)]
 pub enum ExecuteError {
-    /// An access to memory.
+    /// A failed memory access.
     #[error(transparent)]
     Access(#[from] AccessError),
-    /// Its effect is not modelled.
-    #[error("an instruction that is not modelled")]
+    /// The effect is not modelled.
+    #[error("instruction not modelled")]
     Unmodelled,
 }
 
 /// Executes an instruction whose condition holds.
 ///
-/// Not modelled, and an error: reading the float status into a core register (its sticky exception bits are not kept),
-/// rounding modes other than to nearest, special registers but APSR, MSP, PRIMASK, FAULTMASK and BASEPRI, and an
-/// exclusive store of which it is not known whether it happens. An address that is certainly not divisible by four,
-/// where the instruction needs that, is [`AccessError::Unaligned`].
+/// Returns an error for operations that are not modelled: reading the float status into a core register (its
+/// sticky exception bits are not kept), rounding modes other than to nearest, special registers except APSR,
+/// MSP, PRIMASK, FAULTMASK and BASEPRI, and an exclusive store whose success is unknown. If the instruction
+/// requires alignment, an address that is certainly not divisible by four is [`AccessError::Unaligned`].
 ///
 /// # Errors
-/// [`ExecuteError`]; registers and memory may have changed in part then, as on the processor.
+/// [`ExecuteError`]; registers and memory may then have changed in part, as on the processor.
 #[inline]
 pub(crate) fn execute<D: Domain, M: Memory<D>>(
     domain: &mut D,
@@ -70,7 +71,7 @@ pub(crate) fn execute<D: Domain, M: Memory<D>>(
     Execution { domain, registers, memory, instruction }.run()
 }
 
-/// An instruction while it is executed.
+/// The instruction in execution.
 struct Execution<'a, D: Domain, M> {
     domain: &'a mut D,
     registers: &'a mut Registers<D>,
@@ -137,7 +138,7 @@ impl<D: Domain, M: Memory<D>> Execution<'_, D, M> {
                 return Ok(self.compare_branch(n, on_nonzero, target));
             }
             Operation::TableBranch { n, m, half } => return self.table_branch(n, m, half),
-            // What follows an IT block carries its conditions itself.
+            // The instructions after IT carry their conditions themselves.
             Operation::IfThen { .. } | Operation::Hint | Operation::Barrier => {}
             Operation::Wait
             | Operation::SupervisorCall(_)

@@ -1,9 +1,10 @@
-//! Every path through a program at once: merged where paths meet, the longest kept.
+//! Explores all paths of a program at once: paths merge where they meet, and the longest path is kept.
 //!
-//! What waits to be executed is sorted by *where and when* it is: the calls that lead there and, in each function, the
-//! place of the block in the function's [order](crate::flow) with the number of every loop's round. Every way leads to
-//! a later one, so that all paths to a block are known, and merged, when it is executed: loops unroll as far as their
-//! conditions allow, and what comes out is the longest path through a graph without cycles.
+//! Waiting states are sorted by their position in program order: the active calls and, in each function, the
+//! place of the block in the function's [order](crate::flow) with the iteration number of every enclosing
+//! loop. Every step leads to a later position. All paths to a block are therefore known and merged before it
+//! executes, loops unroll as far as their conditions allow, and the result is the longest path through an
+//! acyclic graph.
 
 mod error;
 mod frame;
@@ -23,37 +24,37 @@ use crate::state::Registers;
 use crate::timing::{Pipeline, Timing};
 use crate::values::Values;
 
-/// What the explored function returns to: no memory is there.
+/// Return address of the explored function: no memory is mapped there.
 const RETURN: u32 = 0xF000_0000;
-/// Rounds of one loop after which it counts as endless.
+/// Maximum number of iterations of a loop; beyond it, the loop counts as unbounded.
 const MAX_ROUNDS: u32 = 100_000;
-/// Instructions after which exploring is given up.
+/// Maximum number of instructions; beyond it, exploration stops.
 const MAX_STEPS: u64 = 50_000_000;
 
-/// A place in the order of all that can happen.
+/// A position in program order.
 type Key = Vec<u32>;
 
-/// What is known before a block.
+/// The state before a block.
 #[derive(Debug, Clone)]
 struct State {
     registers: Registers<Abstract>,
     memory: AbstractMemory,
     facts: Facts,
     frames: Vec<Frame>,
-    /// Of the longest path here.
+    /// Cycles of the longest path to this state.
     cycles: u64,
     pipeline: Pipeline,
     /// The last block of the longest path.
     node: usize,
 }
 
-/// A block on the longest path to something.
+/// A block on a longest path.
 #[derive(Debug, Clone, Copy)]
 struct Node {
     before: usize,
     function: u32,
     block: u32,
-    /// When it began.
+    /// Cycles at its start.
     cycles: u64,
 }
 
@@ -66,7 +67,7 @@ pub(crate) struct Region {
     pub(crate) stack_bytes: u32,
 }
 
-/// What was found.
+/// The result of exploration.
 #[derive(Debug)]
 pub(crate) struct Found {
     pub(crate) cycles: u64,
@@ -80,7 +81,7 @@ pub(crate) struct Found {
     pub(crate) facts: Facts,
 }
 
-/// Where a program begins.
+/// The initial state of a program.
 pub(crate) struct Start<'a> {
     pub(crate) image: &'a Image,
     pub(crate) timing: &'a Timing,
@@ -145,9 +146,9 @@ struct Explorer<'a> {
     nodes: Vec<Node>,
     visited: BTreeSet<u32>,
     steps: u64,
-    /// Of the instruction that is executed.
+    /// Address of the instruction in execution.
     address: u32,
-    /// What is known behind the return, with the lowest SP.
+    /// The state after the return, with the lowest SP.
     end: Option<(State, u32)>,
 }
 
@@ -177,7 +178,7 @@ impl Explorer<'_> {
         })
     }
 
-    /// Has a state wait for its turn, merged with what waits at the same place already.
+    /// Queues a state. Merges it with a state that already waits at the same position.
     fn wait(&mut self, key: Key, state: State) {
         let state = match self.waiting.remove(&key) {
             Some(other) => self.merge(other, state),
@@ -186,7 +187,7 @@ impl Explorer<'_> {
         self.waiting.insert(key, state);
     }
 
-    /// What is known when either of two is.
+    /// The state that covers both states.
     fn merge(&mut self, left: State, right: State) -> State {
         let mut join = Join::new(self.domain, &left.facts, &right.facts);
         let registers = join.registers(&left.registers, &right.registers);
@@ -210,7 +211,7 @@ impl Explorer<'_> {
         Rc::clone(self.flows.entry(entry).or_insert_with(|| Rc::new(FlowGraph::of(image, entry))))
     }
 
-    /// What went wrong at the present instruction.
+    /// An error at the current instruction.
     fn error(&self, frames: &[Frame], reason: Reason) -> BoundError {
         let image = self.start.image;
         let callers = frames.iter().rev().skip(1).map(|frame| image.place(frame.block)).collect();

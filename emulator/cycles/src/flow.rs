@@ -1,4 +1,4 @@
-//! The blocks of a function, and an order to visit them in.
+//! The blocks of a function, and the order in which to visit them.
 
 mod order;
 
@@ -7,21 +7,21 @@ use std::collections::{BTreeMap, BTreeSet};
 use crate::image::{Image, jump_table};
 use crate::instruction::{Condition, Instruction, Operation, PC};
 
-/// Instructions that are executed one after the other.
+/// A sequence of instructions without jumps in between.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub(crate) struct Block {
-    /// Address behind its last instruction.
+    /// Address after its last instruction.
     pub(crate) end: u32,
-    /// Blocks that can follow without leaving the function, calls taken as done.
+    /// Possible next blocks in the function; a call continues after its return.
     successors: Vec<u32>,
-    /// Loops that it is in, the outermost first: each by its place in the order and the block that it begins with.
+    /// Enclosing loops, outermost first: the place in the order and the head block of each.
     pub(crate) loops: Vec<(u32, u32)>,
-    /// Its place in the order.
+    /// Place in the order.
     pub(crate) place: u32,
 }
 
-/// A function from one entry on. Every way from a block to another one leads on in the order, except back to the block
-/// that a loop begins with (a weak topological order, Bourdoncle 1993).
+/// The blocks reachable from a function's entry. Every edge leads forward in the order, except edges back to
+/// the head of a loop (a weak topological order, Bourdoncle 1993).
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub(crate) struct FlowGraph {
     pub(crate) entry: u32,
@@ -29,7 +29,7 @@ pub(crate) struct FlowGraph {
 }
 
 impl FlowGraph {
-    /// Follows the jumps from an entry.
+    /// Follows the jumps from the entry.
     pub(crate) fn of(image: &Image, entry: u32) -> Self {
         let mut begins = BTreeSet::from([entry]);
         let mut visited = BTreeSet::new();
@@ -72,7 +72,7 @@ fn block(image: &Image, entry: u32, begin: u32, begins: &BTreeSet<u32>) -> Block
     Block { end, successors, loops: Vec::new(), place: 0 }
 }
 
-/// Where it goes on in the function behind an instruction that ends a block; none if it does not end one.
+/// Next addresses in the function after an instruction that ends a block; `None` if it does not end a block.
 fn followers(image: &Image, entry: u32, instruction: &Instruction) -> Option<Vec<u32>> {
     let next = instruction.next();
     let is_conditional = instruction.condition != Condition::Always;
@@ -97,7 +97,7 @@ fn followers(image: &Image, entry: u32, instruction: &Instruction) -> Option<Vec
     Some(targets)
 }
 
-/// Whether it writes the program counter.
+/// Whether the instruction writes the program counter.
 fn leaves(operation: &Operation) -> bool {
     match operation {
         Operation::BranchRegister { .. } => true,
@@ -108,7 +108,7 @@ fn leaves(operation: &Operation) -> bool {
     }
 }
 
-/// Whether an address is in the function that has `entry`.
+/// Whether an address is in the function with this `entry`.
 fn is_in(image: &Image, entry: u32, address: u32) -> bool {
     let function = |address| image.function_at(address).map(|function| function.address);
     image.code.contains_key(&address) && function(entry) == function(address)

@@ -1,8 +1,8 @@
-//! What a function puts on the stack and what it calls, read from its code.
+//! The stack use and the calls of a function, read from its code.
 //!
-//! Every path through a function is followed with the stack pointer, the registers that it has to restore, and the
-//! addresses that it loads. What the compiler has outlined (`OUTLINED_FUNCTION_n`, a piece of a function that stands
-//! elsewhere) is followed as a part of the function.
+//! Follows every path through a function and tracks the stack pointer, the registers that the function must
+//! restore, and the addresses that it loads. Outlined code (`OUTLINED_FUNCTION_n`, a piece of a function that
+//! the compiler moved elsewhere) counts as part of the function.
 
 mod origin;
 mod slots;
@@ -16,138 +16,137 @@ use crate::execute::ExecuteError;
 use crate::image::Image;
 use crate::instruction::{Register, Undecoded};
 
-/// Begins of the names of what the compiler has outlined, and of what the linker puts before it where it is out of reach
-/// for a branch.
+/// Name prefixes of outlined pieces, and of the linker's thunks for pieces out of branch range.
 const OUTLINED: [&str; 2] = ["OUTLINED_FUNCTION_", "__Thumbv7ABSLongThunk_OUTLINED_FUNCTION_"];
 
-/// A function, followed.
+/// The analysis of one function.
 #[derive(Debug, Clone, PartialEq, Eq, Default)]
 pub struct Frame {
-    /// Where it begins.
+    /// Start address.
     pub address: u32,
-    /// Bytes that the function's own instructions put on the stack, at most.
+    /// Maximum number of bytes that the function's own instructions put on the stack.
     pub own_bytes: u32,
-    /// The same with outlined pieces.
+    /// The same, including outlined pieces.
     pub bytes: u32,
-    /// What it calls, by the address of the instruction; a conditional call counts.
+    /// Calls, by the address of the instruction; conditional calls count.
     pub calls: BTreeMap<u32, Call>,
-    /// Where the outlined pieces begin that are a part of it.
+    /// Start addresses of its outlined pieces.
     pub pieces: BTreeSet<u32>,
-    /// Whether it can come back to its caller.
+    /// Whether it can return to its caller.
     pub returns: bool,
-    /// Whether it has an instruction for floats: an interrupt saves their registers too from then on.
+    /// Whether it has a float instruction: from then on, an interrupt also saves the float registers.
     pub uses_floats: bool,
-    /// Whether it begins by setting the stack pointer to the stack's begin, as a fault handler does.
+    /// Whether it starts by resetting the stack pointer to the top of the stack, like a fault handler.
     pub restarts_stack: bool,
-    /// Instructions that trap (`UDF`): what the program takes to be impossible.
+    /// Trapping instructions (`UDF`), for cases that the program assumes to be impossible.
     pub traps: BTreeSet<u32>,
-    /// Instructions that take a square root (`VSQRT`).
+    /// Square root instructions (`VSQRT`).
     pub square_roots: BTreeSet<u32>,
 }
 
-/// A call, or a jump to another function, which returns in this one's place.
+/// A call, or a jump to another function that returns in place of this function.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Call {
-    /// Bytes on the stack, of this function, when it happens.
+    /// Bytes of this function on the stack at the call.
     pub depth_bytes: u32,
-    /// Where the called function begins; none if it does not stand in the code.
+    /// Start address of the called function; `None` if the code does not contain it.
     pub callee: Option<u32>,
 }
 
-/// Why a function cannot be followed.
+/// Reason that the analysis of a function failed.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 pub enum FrameError {
-    /// There is no code.
-    #[error("{place}: no instruction is there; if it is code, give it a function's symbol")]
+    /// The image has no code at this address.
+    #[error("{place}: no instruction at this address; if this is code, give it a function symbol")]
     NoCode {
-        /// Where.
+        /// Location.
         place: String,
     },
     /// An instruction is not modelled.
     #[error("{place}: {instruction}")]
     Undecoded {
-        /// Where.
+        /// Location.
         place: String,
-        /// Which.
+        /// The instruction.
         instruction: Undecoded,
     },
     /// An instruction is not modelled.
     #[error("{place}: {error}")]
     Unmodelled {
-        /// Where.
+        /// Location.
         place: String,
-        /// Why.
+        /// The error.
         error: ExecuteError,
     },
-    /// The stack pointer is not its value at the begin and a known number of bytes.
-    #[error("{place}: the stack pointer cannot be followed")]
+    /// The stack pointer is not its start value plus a known number of bytes.
+    #[error("{place}: unknown stack pointer")]
     LostStack {
-        /// Where.
+        /// Location.
         place: String,
     },
-    /// Two paths meet with different depths.
-    #[error("{place}: one way there has {bytes} bytes on the stack, another {other_bytes}")]
+    /// Two paths merge with different stack depths.
+    #[error("{place}: paths merge with different stack depths: {bytes} and {other_bytes} bytes")]
     Depths {
-        /// Where they meet.
+        /// Location of the merge.
         place: String,
-        /// One.
+        /// Depth of one path.
         bytes: i64,
-        /// The other.
+        /// Depth of the other path.
         other_bytes: i64,
     },
-    /// It returns, or leaves for another function for good, with something on the stack, or with less than it came with.
-    #[error("{place}: the function ends with {bytes} bytes on the stack")]
+    /// It returns, or jumps to another function for good, at a stack depth other than its start depth.
+    #[error("{place}: unbalanced stack: {bytes} bytes at the function's end")]
     Unbalanced {
-        /// Where.
+        /// Location.
         place: String,
-        /// Bytes that are left.
+        /// Remaining bytes; negative if the function removed too many.
         bytes: i64,
     },
-    /// It returns without a register as its caller had it.
-    #[error("{place}: the function ends without R{register} as it was at its begin")]
+    /// It returns without restoring a register.
+    #[error("{place}: R{register} is not restored at the function's end")]
     NotRestored {
-        /// Where.
+        /// Location.
         place: String,
         /// R4 to R11.
         register: Register,
     },
-    /// It goes on at an address that is neither its caller's nor a function's.
-    #[error("{place}: it cannot be seen where this goes")]
+    /// It continues at an address that is neither its caller nor a function.
+    #[error("{place}: unknown jump target")]
     LostReturn {
-        /// Where.
+        /// Location.
         place: String,
     },
     /// It jumps into the middle of another function.
-    #[error("{place}: a jump into the middle of {target}")]
+    #[error("{place}: jump into the middle of {target}")]
     JumpInto {
-        /// Where.
+        /// Location.
         place: String,
-        /// Where to.
+        /// Target of the jump.
         target: String,
     },
 }
 
-/// The functions of an image, each followed when it is asked for.
+/// The functions of an image, each analysed on demand.
 #[derive(Debug)]
 pub struct Frames<'a> {
     image: &'a Image,
     known: RefCell<Known>,
 }
 
-/// What has been found out.
+/// Results so far.
 #[derive(Debug, Default)]
 struct Known {
     frames: BTreeMap<u32, Rc<Frame>>,
-    /// Functions that are being followed, each called by the one before it.
+    /// Functions in analysis, each called by the previous one.
     followed: Vec<u32>,
-    /// Of these, the ones that another one took not to return while they were.
+    /// Functions in analysis that another function has assumed not to return.
     taken_to_end: BTreeSet<u32>,
-    /// Functions that call themselves and return all the same.
+    /// Recursive functions that nevertheless return.
     returning: BTreeSet<u32>,
 }
 
 impl<'a> Frames<'a> {
-    /// Of an image.
+    /// Creates the analysis of an image.
     #[must_use]
     pub fn new(image: &'a Image) -> Self {
         Self { image, known: RefCell::default() }
@@ -159,10 +158,10 @@ impl<'a> Frames<'a> {
         self.image
     }
 
-    /// The function that begins at an address.
+    /// The function at an address.
     ///
     /// # Errors
-    /// [`FrameError`], of it or of a function that it calls.
+    /// [`FrameError`], of the function or of one of its callees.
     pub fn of(&self, address: u32) -> Result<Rc<Frame>, FrameError> {
         if let Some(frame) = self.known.borrow().frames.get(&address) {
             return Ok(Rc::clone(frame));
@@ -178,7 +177,7 @@ impl<'a> Frames<'a> {
             known.followed.pop();
             let frame = Rc::new(followed?);
             if known.taken_to_end.remove(&address) && frame.returns {
-                // What was found out with that is wrong.
+                // Results based on that assumption are wrong.
                 known.frames.retain(|function, _| before.contains(function));
                 known.returning.insert(address);
                 continue;
@@ -188,7 +187,7 @@ impl<'a> Frames<'a> {
         }
     }
 
-    /// Whether a piece of other functions begins at an address, which is followed as a part of them.
+    /// Whether an outlined piece of other functions starts at an address; it is analysed as part of them.
     #[must_use]
     pub fn is_outlined(&self, address: u32) -> bool {
         let function = self.image.functions.get(&address);
@@ -196,8 +195,8 @@ impl<'a> Frames<'a> {
         function.is_some_and(|function| function.names.iter().any(is_piece))
     }
 
-    /// Whether a function can come back. One that is being followed does not, unless another path of it does: the
-    /// smallest solution.
+    /// Whether a function can return. A function in analysis counts as not returning unless another of its
+    /// paths returns: the smallest solution.
     fn returns(&self, address: u32) -> Result<bool, FrameError> {
         {
             let mut known = self.known.borrow_mut();

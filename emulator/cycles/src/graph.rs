@@ -1,4 +1,4 @@
-//! Who calls whom in an image.
+//! The call graph of an image.
 
 use std::collections::btree_map::Entry;
 use std::collections::{BTreeMap, BTreeSet, VecDeque};
@@ -8,64 +8,62 @@ use crate::declared::{Callee, Declared, Name};
 use crate::frame::{Frame, FrameError, Frames};
 use crate::image::{Function, Image};
 
-/// The calls of an image, with what is declared of them.
+/// The calls of an image, including declared calls.
 #[derive(Debug)]
 pub(crate) struct Graph<'a> {
     /// The functions.
     pub frames: Frames<'a>,
-    /// What the image does not say.
+    /// Declarations for calls through pointers.
     pub declared: &'a Declared,
 }
 
-/// Why calls cannot be followed.
+/// Reason that calls cannot be followed.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 pub enum GraphError {
-    /// A function cannot be followed.
+    /// The analysis of a function failed.
     #[error(transparent)]
     Frame(#[from] FrameError),
-    /// A call through a pointer of which nothing is declared.
-    #[error("{place}: a call through a pointer; declare what {caller} can call (on behalf of {root})")]
+    /// A call through a pointer without a declaration.
+    #[error("{place}: undeclared call through a pointer; declare callees of {caller} (called from {root})")]
     Undeclared {
-        /// Where.
+        /// Location.
         place: String,
-        /// The function.
+        /// The calling function.
         caller: String,
-        /// What it is called from.
+        /// The interrupt handler or program entry from which it is called.
         root: String,
     },
-    /// A call of an address where no function begins.
-    #[error(
-        "{place}: a call of {target:#010x}, where no function begins; give it a function's symbol (`.type`)"
-    )]
+    /// A call to an address where no function starts.
+    #[error("{place}: call to {target:#010x}, where no function starts: give it a function symbol (`.type`)")]
     NoFunction {
-        /// Where.
+        /// Location.
         place: String,
-        /// What is called.
+        /// Target of the call.
         target: u32,
     },
-    /// What is declared matches nothing.
-    #[error("no function of the image is '{callee}', which {caller} is declared to call")]
+    /// A declaration that matches no function.
+    #[error("no function in the image matches '{callee}', a declared callee of {caller}")]
     Unmatched {
         /// Declared callee.
         callee: String,
-        /// Of this caller.
+        /// Its caller.
         caller: String,
     },
 }
 
-/// A call, its target found.
+/// A call with its resolved target.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) struct Edge {
     /// Address of the instruction.
     pub at: u32,
-    /// Bytes of the caller that are on the stack.
+    /// Bytes of the caller on the stack.
     pub depth_bytes: u32,
-    /// Where the called function begins.
+    /// Start address of the called function.
     pub callee: u32,
 }
 
 impl<'a> Graph<'a> {
-    /// Of an image.
+    /// Creates the call graph of an image.
     #[must_use]
     pub(crate) fn new(image: &'a Image, declared: &'a Declared) -> Self {
         Self { frames: Frames::new(image), declared }
@@ -77,14 +75,14 @@ impl<'a> Graph<'a> {
         self.frames.image()
     }
 
-    /// Whether the function that begins at an address has such a name.
+    /// Whether the function at an address has a matching name.
     #[must_use]
     pub(crate) fn has_name(&self, address: u32, name: &Name) -> bool {
         self.image().functions.get(&address).is_some_and(|function| name.is_of(function))
     }
 
-    /// A function and what it calls on behalf of `root`, where an interrupt or the program begins. At each call's target
-    /// a function begins.
+    /// A function and its calls, when called from `root`: an interrupt handler or the program entry. A
+    /// function starts at each call target.
     ///
     /// # Errors
     /// [`GraphError`].
@@ -105,7 +103,7 @@ impl<'a> Graph<'a> {
         Ok((frame, edges))
     }
 
-    /// Everything that `root` reaches, each with its caller and the call on one of the shortest ways.
+    /// All functions reachable from `root`, each with its caller and call on a shortest path.
     ///
     /// # Errors
     /// [`GraphError`].
@@ -123,7 +121,7 @@ impl<'a> Graph<'a> {
         Ok(reached)
     }
 
-    /// What a call through a pointer can call.
+    /// Possible targets of a call through a pointer.
     fn pointed(&self, root: u32, caller: u32, at: u32) -> Result<Vec<u32>, GraphError> {
         let image = self.image();
         let declared = self.declared.callers.iter().find(|declared| {
@@ -152,7 +150,8 @@ impl<'a> Graph<'a> {
         Ok(callees.into_iter().collect())
     }
 
-    /// Whether it calls what it has to, by calls that need no declaration.
+    /// Whether a function satisfies `reaching` or `not reaching`, counting only calls that need no
+    /// declaration.
     fn is_meant(&self, callee: &Callee, function: &Function) -> Result<bool, GraphError> {
         let Some((reaches, other)) = &callee.reaching else { return Ok(true) };
         let mut seen = BTreeSet::from([function.address]);

@@ -10,74 +10,75 @@ use crate::instruction::{Instruction, Undecoded};
 
 pub use read::ImageError;
 
-/// A function of the image. Several can have one address (identical ones are folded).
+/// A function of the image. Several functions can share an address (identical code is folded).
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Function {
-    /// Where it begins; even.
+    /// Start address; even.
     pub address: u32,
-    /// Bytes, with the constants that stand behind its code.
+    /// Size in bytes, including the constants after its code.
     pub bytes: u32,
-    /// Names, demangled, each once.
+    /// Demangled names, without duplicates.
     pub names: Vec<String>,
 }
 
 impl Function {
-    /// Where it ends: the address behind its last byte.
+    /// End address: the address after its last byte.
     #[must_use]
     pub fn end(&self) -> u32 {
         self.address.saturating_add(self.bytes)
     }
 }
 
-/// A range of bytes that the file fills.
+/// A range of bytes with contents in the file.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Segment {
-    /// Address while the program runs.
+    /// Address at run time.
     pub address: u32,
-    /// Address that it is flashed to; another one for initial values of variables, and for code that is copied to
-    /// where it runs.
+    /// Address in flash. It differs from `address` for initial values of variables and for code that is
+    /// copied before it runs.
     pub flashed_at: u32,
-    /// What is there.
+    /// Contents.
     pub bytes: Vec<u8>,
-    /// Whether the program may write there.
+    /// Whether the program may write to it.
     pub is_writable: bool,
 }
 
-/// An ELF, read.
+/// A parsed ELF.
 #[derive(Debug, Clone, Default)]
 pub struct Image {
-    /// Filled memory, by address.
+    /// Memory with contents, by address.
     pub segments: Vec<Segment>,
-    /// Memory of variables that the file has no initial value for.
+    /// Memory of variables without initial values in the file.
     pub unfilled: Vec<Range<u32>>,
     /// Every function, by address.
     pub functions: BTreeMap<u32, Function>,
     /// Every other symbol with its address: linker marks (`_stack_start`, `__sbss`) and variables, demangled.
     pub symbols: BTreeMap<String, u32>,
-    /// Every instruction, by address: code of all functions by the mapping symbols `$t` and `$d`.
+    /// Every instruction, by address: the code of all functions according to the mapping symbols `$t` and
+    /// `$d`.
     pub code: BTreeMap<u32, Instruction>,
-    /// What of that code is not modelled. [`code`](Self::code) lacks it and what stands behind it up to the next
-    /// function or constant: who gets there finds no instruction.
+    /// Code that is not modelled. [`code`](Self::code) has a gap from there to the next function or constant:
+    /// execution that reaches the gap finds no instruction.
     pub undecoded: Vec<Undecoded>,
-    /// Bytes of stack that a function's own frame takes, by its address, from `.stack_sizes` where it is there.
+    /// Stack bytes of each function's own frame, by its address, from `.stack_sizes` if present.
     pub stack_sizes: BTreeMap<u32, u32>,
 }
 
 impl Image {
-    /// The function of this name, one of them if there are several.
+    /// The function with this name; any of them if there are several.
     #[must_use]
     pub fn function(&self, name: &str) -> Option<&Function> {
         self.functions.values().find(|function| function.names.iter().any(|known| known == name))
     }
 
-    /// The function that the address stands in.
+    /// The function that contains an address.
     #[must_use]
     pub fn function_at(&self, address: u32) -> Option<&Function> {
         let (_, function) = self.functions.range(..=address).next_back()?;
         (address < function.end()).then_some(function)
     }
 
-    /// An address for a reader: `function+0x1c`, or the address itself where no function is.
+    /// An address for display: `function+0x1c`, or the address itself outside of functions.
     #[must_use]
     pub fn place(&self, address: u32) -> String {
         let named = self.function_at(address).and_then(|function| Some((function, function.names.first()?)));
@@ -88,7 +89,7 @@ impl Image {
         }
     }
 
-    /// Bytes that the file puts at an address while the program runs; none unless all of them are there.
+    /// Bytes of the file at a run-time address; `None` unless all of them are present.
     #[must_use]
     pub fn bytes(&self, address: u32, length: usize) -> Option<&[u8]> {
         self.segments.iter().find_map(|segment| {

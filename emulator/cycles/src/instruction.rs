@@ -1,8 +1,8 @@
-//! An instruction of the Cortex-M4F, decoded.
+//! A decoded instruction of the Cortex-M4F.
 //!
-//! Register numbers are 0 to 15 for the core (13 the stack pointer, 14 the link register, 15 the program counter,
-//! which reads as the instruction's address + 4) and 0 to 31 for single-precision floats. Source of every encoding and
-//! meaning: the Armv7-M Architecture Reference Manual (DDI 0403E), chapters A5 to A7.
+//! Register numbers are 0 to 15 for the core (13: stack pointer; 14: link register; 15: program counter,
+//! which reads as the instruction's address + 4) and 0 to 31 for single-precision floats. Source of all
+//! encodings and semantics: the Armv7-M Architecture Reference Manual (DDI 0403E), chapters A5 to A7.
 
 mod arithmetic;
 mod bits;
@@ -34,23 +34,23 @@ pub const LR: Register = 14;
 /// The program counter.
 pub const PC: Register = 15;
 
-/// An instruction where it stands.
+/// An instruction and its address.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Instruction {
-    /// Where it stands; even.
+    /// Address; even.
     pub address: u32,
-    /// Bytes: 2 or 4.
+    /// Size in bytes: 2 or 4.
     pub bytes: u8,
-    /// When it is executed; in an IT block the block's, of a conditional branch its own.
+    /// Condition for execution, from the IT block or from the conditional branch itself.
     pub condition: Condition,
-    /// Whether it stands in an IT block: nothing may jump to it then.
+    /// Whether it is in an IT block; jumps to it are then not allowed.
     pub in_it_block: bool,
-    /// What it does.
+    /// The operation.
     pub operation: Operation,
 }
 
 impl Instruction {
-    /// Address of the instruction behind it.
+    /// Address of the next instruction.
     #[must_use]
     pub fn next(&self) -> u32 {
         self.address.wrapping_add(u32::from(self.bytes))
@@ -88,13 +88,13 @@ pub enum Condition {
     Greater,
     /// Z, or N ≠ V, signed.
     LessOrEqual,
-    /// Always.
+    /// Unconditional.
     Always,
 }
 
-/// How a register is shifted. `RotateExtended` is by one bit through the carry.
+/// Kind of shift. `RotateExtended` rotates by one bit through the carry.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-#[expect(missing_docs, reason = "the names say it")]
+#[expect(missing_docs, reason = "the names are self-explanatory")]
 pub enum Shift {
     Left,
     LogicalRight,
@@ -106,36 +106,37 @@ pub enum Shift {
 /// A second operand.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Operand {
-    /// A number; `carry` is the carry that its encoding puts out, none if it leaves the flag alone.
+    /// A number. `carry` is the carry out of its encoding, `None` if the flag does not change.
     Immediate {
-        /// The number, expanded.
+        /// The expanded number.
         value: u32,
         /// Carry out of the expansion.
         carry: Option<bool>,
     },
-    /// A register, shifted by a number of bits: 0 to 31, or 32 for right shifts. Left by 0 is the register itself.
+    /// A register shifted by a constant: 0 to 31 bits, or 32 for right shifts. Left by 0 is the register
+    /// itself.
     Register {
         /// The register.
         register: Register,
-        /// How it is shifted.
+        /// Kind of shift.
         shift: Shift,
-        /// By how many bits.
+        /// Number of bits.
         amount: u8,
     },
-    /// A register, shifted by the low byte of another (`LSL rd, rn, rm` and its like).
+    /// A register shifted by the low byte of another register (`LSL rd, rn, rm` and similar).
     ShiftedBy {
         /// The register.
         register: Register,
-        /// How it is shifted, never `RotateExtended`.
+        /// Kind of shift, never `RotateExtended`.
         shift: Shift,
-        /// The register with the amount.
+        /// The register that holds the amount.
         amount: Register,
     },
 }
 
-/// What is computed of the first and the second operand.
+/// Operator of the first and the second operand.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-#[expect(missing_docs, reason = "the manual's names, written out")]
+#[expect(missing_docs, reason = "the manual's names in full")]
 pub enum Arithmetic {
     And,
     BitClear,
@@ -149,9 +150,9 @@ pub enum Arithmetic {
     ReverseSubtract,
 }
 
-/// Bytes that are moved at once.
+/// Width of an access.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-#[expect(missing_docs, reason = "the names say it")]
+#[expect(missing_docs, reason = "the names are self-explanatory")]
 pub enum Width {
     Byte,
     Half,
@@ -159,7 +160,7 @@ pub enum Width {
 }
 
 impl Width {
-    /// How many they are.
+    /// Number of bytes.
     #[must_use]
     pub const fn bytes(self) -> u8 {
         match self {
@@ -173,11 +174,11 @@ impl Width {
 /// An address in memory.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Address {
-    /// Register to start from; with [`PC`] its value is aligned down to 4.
+    /// Base register. The value of [`PC`] as base is aligned down to 4.
     pub base: Register,
-    /// What is added to it.
+    /// Offset.
     pub offset: Offset,
-    /// Whether the base register is written back, and whether the offset counts for this access.
+    /// Whether the access uses the offset, and whether the base register is written back.
     pub mode: AddressMode,
 }
 
@@ -190,18 +191,18 @@ pub enum Offset {
     Register(Register, u8),
 }
 
-/// What becomes of the base register.
+/// Use of the offset and the base register.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum AddressMode {
-    /// Base + offset is used, the base stays.
+    /// Base + offset is used; the base does not change.
     Offset,
     /// Base + offset is used and written back.
     PreIndexed,
-    /// The base is used, base + offset written back.
+    /// The base is used; base + offset is written back.
     PostIndexed,
 }
 
-/// What a multiplication of halves or with a long result is; see the manual's instruction of that name.
+/// Multiplication of halfwords or with a long result; see the manual's instruction of that name.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[expect(missing_docs, reason = "the manual's names")]
 pub enum LongMultiply {
@@ -214,13 +215,13 @@ pub enum LongMultiply {
 
 /// A half of a register.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-#[expect(missing_docs, reason = "the names say it")]
+#[expect(missing_docs, reason = "the names are self-explanatory")]
 pub enum Half {
     Bottom,
     Top,
 }
 
-/// One source, one result: bits turned round or counted.
+/// One source, one result: reverses or counts bits.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[expect(missing_docs, reason = "the manual's names")]
 pub enum BitOperation {
@@ -231,7 +232,7 @@ pub enum BitOperation {
     Revsh,
 }
 
-/// What an extension takes of the (rotated) register.
+/// Part of the (rotated) register that an extension uses.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[expect(missing_docs, reason = "the manual's names")]
 pub enum Extend {
@@ -243,7 +244,7 @@ pub enum Extend {
     Uxtb16,
 }
 
-/// Two sources, one result, lanes of 8 or 16 bits or with saturation, by the manual's names.
+/// Two sources, one result: lanes of 8 or 16 bits, or saturation. The manual's names.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[expect(missing_docs, reason = "the manual's names")]
 pub enum Parallel {
@@ -270,7 +271,7 @@ pub enum Parallel {
     Sel,
 }
 
-/// A float operation of two sources; the multiply-accumulates read the destination too.
+/// A float operation with two sources; the multiply-accumulates also read the destination.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[expect(missing_docs, reason = "the manual's names")]
 pub enum FloatArithmetic {
@@ -289,7 +290,7 @@ pub enum FloatArithmetic {
     Vdiv,
 }
 
-/// A float operation of one source.
+/// A float operation with one source.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[expect(missing_docs, reason = "the manual's names")]
 pub enum FloatUnary {
@@ -299,9 +300,9 @@ pub enum FloatUnary {
     Vsqrt,
 }
 
-/// Conversions between floats and whole numbers, in float registers.
+/// Conversions between floats and integers, in float registers.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-#[expect(missing_docs, reason = "source and target say it")]
+#[expect(missing_docs, reason = "the names contain source and target")]
 pub enum FloatConvert {
     FromUnsigned,
     FromSigned,
@@ -309,9 +310,9 @@ pub enum FloatConvert {
     ToUnsigned,
     /// Rounds toward zero.
     ToSigned,
-    /// Rounds as FPSCR says, to nearest by default (`VCVTR`).
+    /// Rounds according to FPSCR, to nearest by default (`VCVTR`).
     ToUnsignedRounded,
-    /// Rounds as FPSCR says, to nearest by default (`VCVTR`).
+    /// Rounds according to FPSCR, to nearest by default (`VCVTR`).
     ToSignedRounded,
     /// With this many fraction bits; 32-bit.
     FromFixedUnsigned(u8),
@@ -320,16 +321,16 @@ pub enum FloatConvert {
     ToFixedSigned(u8),
 }
 
-/// What an instruction does.
+/// The operation of an instruction.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-#[expect(missing_docs, reason = "d, n, m, a, t are the manual's names of the destination and the sources")]
+#[expect(missing_docs, reason = "d, n, m, a, t are the manual's names for the destination and the sources")]
 pub enum Operation {
     /// `MOV`, `MVN` (`inverted`), `MOVW`, and the shifts `LSL`, `LSR`, `ASR`, `ROR`, `RRX`.
     Move { d: Register, operand: Operand, inverted: bool, sets_flags: bool },
     /// `MOVT`.
     MoveTop { d: Register, value: u16 },
-    /// `ADD`, `AND` and so on; without `d` the comparisons `CMP`, `CMN`, `TST`, `TEQ`. `n` = [`PC`] is `ADR`
-    /// when the operand is a number: aligned down to 4.
+    /// `ADD`, `AND` and so on; without `d` the comparisons `CMP`, `CMN`, `TST`, `TEQ`. With an immediate
+    /// operand, `n` = [`PC`] is `ADR`: aligned down to 4.
     Arithmetic { operator: Arithmetic, d: Option<Register>, n: Register, operand: Operand, sets_flags: bool },
     /// `MUL`; with `a` `MLA` (`a + n m`), or `MLS` (`a - n m`) when `subtracts`.
     Multiply { d: Register, n: Register, m: Register, a: Option<Register>, subtracts: bool, sets_flags: bool },
@@ -355,7 +356,7 @@ pub enum Operation {
     Saturate { d: Register, bits: u8, is_signed: bool, n: Register, shift: Shift, amount: u8 },
     /// `PKHBT`, `PKHTB` (`top_first`).
     Pack { d: Register, n: Register, m: Register, amount: u8, top_first: bool },
-    /// Lanes.
+    /// Operations on lanes.
     Parallel { kind: Parallel, d: Register, n: Register, m: Register },
     /// `LDR` and so on. `t` = [`PC`] jumps.
     Load { t: Register, address: Address, width: Width, is_signed: bool },
@@ -365,11 +366,11 @@ pub enum Operation {
     LoadPair { t: Register, t2: Register, address: Address },
     /// `STRD`.
     StorePair { t: Register, t2: Register, address: Address },
-    /// `LDM`, `POP`: registers by bit, lowest address first. Down: the block ends below the base (`LDMDB`).
+    /// `LDM`, `POP`: registers by bit, lowest address first. `down`: the block ends below the base (`LDMDB`).
     LoadMultiple { n: Register, registers: u16, writes_back: bool, down: bool },
     /// `STM`, `PUSH`.
     StoreMultiple { n: Register, registers: u16, writes_back: bool, down: bool },
-    /// `LDREX` and its narrow forms; the offset in bytes.
+    /// `LDREX` and its narrow forms; the offset is in bytes.
     LoadExclusive { t: Register, n: Register, offset: u32, width: Width },
     /// `STREX`; `d` becomes 0 on success.
     StoreExclusive { d: Register, t: Register, n: Register, offset: u32, width: Width },
@@ -379,7 +380,7 @@ pub enum Operation {
     Branch { target: u32 },
     /// `BL`.
     BranchLink { target: u32 },
-    /// `BX`, `MOV pc` excluded.
+    /// `BX`, but not `MOV pc`.
     BranchRegister { m: Register },
     /// `BLX`.
     BranchLinkRegister { m: Register },
@@ -387,7 +388,7 @@ pub enum Operation {
     CompareBranch { n: Register, on_nonzero: bool, target: u32 },
     /// `TBB`, `TBH` (`half`).
     TableBranch { n: Register, m: Register, half: bool },
-    /// `IT`: how many instructions it governs, 1 to 4.
+    /// `IT`, with the number of instructions in its block, 1 to 4.
     IfThen { length: u8 },
     /// `NOP`, `YIELD`, `SEV` and other hints without effect on the program.
     Hint,
@@ -411,17 +412,17 @@ pub enum Operation {
     Float { operator: FloatArithmetic, d: FloatRegister, n: FloatRegister, m: FloatRegister },
     /// `VABS.F32` and so on.
     FloatUnary { operator: FloatUnary, d: FloatRegister, m: FloatRegister },
-    /// `VMOV.F32` of a number: its bits.
+    /// `VMOV.F32` of an immediate, as bits.
     FloatImmediate { d: FloatRegister, bits: u32 },
-    /// `VCMP`, `VCMPE` (`quiet_signals`); without `m` with zero.
+    /// `VCMP`, `VCMPE` (`quiet_signals`); without `m` a comparison with zero.
     FloatCompare { d: FloatRegister, m: Option<FloatRegister>, quiet_signals: bool },
-    /// `VCVT` between single precision and whole numbers.
+    /// `VCVT` between single precision and integers.
     FloatConvert { kind: FloatConvert, d: FloatRegister, m: FloatRegister },
-    /// `VLDR.32`; with `is_double` `VLDR.64`, registers `d` and `d + 1`.
+    /// `VLDR.32`; if `is_double`, `VLDR.64` to registers `d` and `d + 1`.
     FloatLoad { d: FloatRegister, is_double: bool, base: Register, offset: i32 },
     /// `VSTR`.
     FloatStore { d: FloatRegister, is_double: bool, base: Register, offset: i32 },
-    /// `VLDM`, `VPOP`: `count` single registers from `d` on.
+    /// `VLDM`, `VPOP`: `count` single registers from `d`.
     FloatLoadMultiple { n: Register, d: FloatRegister, count: u8, writes_back: bool, down: bool },
     /// `VSTM`, `VPUSH`.
     FloatStoreMultiple { n: Register, d: FloatRegister, count: u8, writes_back: bool, down: bool },
@@ -433,7 +434,7 @@ pub enum Operation {
     FloatPairFromCore { d: FloatRegister, t: Register, t2: Register },
     /// `VMOV` of `m` and `m + 1` to two core registers.
     FloatPairToCore { t: Register, t2: Register, m: FloatRegister },
-    /// `VMRS`; [`PC`] stands for the flags (`APSR_nzcv`).
+    /// `VMRS`; `t` = [`PC`] is the flags (`APSR_nzcv`).
     FloatStatusRead { t: Register },
     /// `VMSR`.
     FloatStatusWrite { t: Register },

@@ -1,34 +1,36 @@
-//! Worst-case cycles and stack of Cortex-M4F code, read from the ELF that is flashed.
+//! Worst-case cycles and stack of Cortex-M4F code, computed from the ELF that is flashed.
 //!
 //! ```text
 //! ELF ──▶ Image ──▶ Code: every instruction, decoded once
 //!                     │
 //!                     ▼
-//!           execute: what an instruction does, written once, over any Domain of values
+//!           execute: semantics of an instruction, generic over the Domain of values
 //!             │                                   │
-//!   Concrete: 32-bit words              Abstract: what a word can be
+//!   Concrete: 32-bit words              Abstract: sets of possible words
 //!             │                                   │
 //!        Machine: runs it               Bound: every path, merged, the longest kept
 //!             └──────────┬────────────────────────┘
 //!                     Timing: cycles of an instruction, for both
 //! ```
 //!
-//! A [`Bound`](bound::Bound) begins with memory as it is, such as that of a controller with its scheme, makes unknown what
-//! a call is given, and follows every path of the call. Paths are merged where they meet again, in such an order that
-//! each place is visited once: after all ways that lead there. Loops unroll by themselves as far as their conditions
-//! allow, calls through pointers go where the pointers point, so that the code needs no annotations; and the longest
-//! path through what is unrolled is the very optimum that an implicit path enumeration (IPET) finds by linear
-//! programming, here with the context of every call and round. For calls that are made again and again, memory after
-//! them is merged into the memory before until nothing changes any more: what holds then holds for all of them.
+//! A [`Bound`](bound::Bound) starts from a given memory, such as a controller's memory with its scheme, makes
+//! the inputs of a call unknown, and follows every path of the call. Paths merge where they meet, in an order
+//! that visits each place once, after all paths that lead there. Loops unroll as far as their conditions
+//! allow, and calls through pointers follow the pointer values, so the code needs no annotations. The longest
+//! path through the unrolled graph is the optimum that an implicit path enumeration (IPET) finds by linear
+//! programming, with the context of every call and iteration. For repeated calls, the memory after the calls
+//! is merged into the memory before them until it converges; the result then holds for any number of
+//! repetitions.
 //!
-//! What is called, and what that puts on the stack, is followed for the image as a whole, all inputs and schemes alike:
+//! The calls and their stack use are analysed for the whole image, independent of inputs and schemes:
 //!
 //! ```text
-//! execute over addresses ──▶ Frames ──▶ Graph, with what is declared of calls through pointers ──▶ stack, reach
+//! execute over addresses ──▶ Frames ──▶ Graph, with declared calls through pointers ──▶ stack, reach
 //! ```
 //!
-//! Cycles are those of a model built on Arm's Technical Reference Manual ("TRM-model cycles"), never measured on
-//! silicon. What the analysis does not know ends in an error that names the place, never in a guess.
+//! Cycles come from a model built on Arm's Technical Reference Manual ("TRM-model cycles"), never measured on
+//! silicon. If the analysis lacks information, it stops with an error that names the location; it never
+//! guesses.
 #![forbid(unsafe_code)]
 
 mod abstraction;

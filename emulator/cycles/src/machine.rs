@@ -1,4 +1,4 @@
-//! A processor that runs functions of an image, and counts what they take.
+//! A processor that runs functions of an image and counts their cycles and stack.
 
 mod calls;
 mod error;
@@ -21,38 +21,38 @@ use crate::instruction::{Instruction, LR, Operation, SP};
 use crate::state::{AccessError, Registers};
 use crate::timing::{Access, Caches, Known, Outcome, Pipeline, Price, Timing};
 
-/// What a called function returns to: no memory is there.
+/// Return address of a called function: no memory is mapped there.
 const RETURN: u32 = 0xF000_0000;
-/// Instructions after which a call is given up.
+/// Default maximum number of instructions of a call.
 const STEP_LIMIT: u64 = 1_000_000_000;
 
-/// What a call took, from its first instruction to its return, that included.
+/// Result and cost of a call, from its first instruction to its return, including the return.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Run {
     /// R0 at the end.
     pub result: u32,
     /// Cycles of the timing model.
     pub cycles: u64,
-    /// Instructions, those that an IT block skipped too.
+    /// Number of instructions, including those skipped in an IT block.
     pub instructions: u64,
-    /// Bytes of stack that were reserved at most.
+    /// Maximum bytes of stack reserved.
     pub stack_bytes: u32,
-    /// Bytes of stack down to the lowest that was written.
+    /// Bytes of stack down to the lowest byte written.
     pub stack_written_bytes: u32,
-    /// Calls of marked functions, in the order in which they began.
+    /// Calls of marked functions, in the order of their starts.
     pub calls: Vec<Call>,
 }
 
-/// A Cortex-M4F with the memory of an image: flash as the file has it, initial values of variables and code that is copied
-/// at start in their place, the other variables zero. There are no interrupts and no peripherals: an access to anything else is an error, unless
-/// [`map`](Self::map) put plain memory there.
+/// A Cortex-M4F with the memory of an image: flash contents from the file, initialised variables and code
+/// that is copied at startup in place, other variables zero. It has no interrupts and no peripherals: an
+/// access to any other address is an error, unless [`map`](Self::map) added plain memory there.
 ///
-/// A clone is a machine of its own, in the same state.
+/// A clone is an independent machine in the same state.
 #[derive(Debug, Clone)]
 pub struct Machine {
     image: Arc<Image>,
     code: Arc<Code>,
-    /// Place in `code` of the last instruction.
+    /// Index in `code` of the last instruction.
     last: usize,
     memory: Regions,
     /// Registers of the core and of the float unit.
@@ -70,10 +70,10 @@ pub struct Machine {
 }
 
 impl Machine {
-    /// A machine whose RAM is what the image's linker script gives to stack and variables.
+    /// Creates a machine whose RAM is the stack and variables of the image's linker script.
     ///
     /// # Errors
-    /// [`MachineError::NoSymbol`] when the image does not say where that is.
+    /// [`MachineError::NoSymbol`] if the image does not define the location of its RAM.
     pub fn new(image: Arc<Image>, timing: Timing) -> Result<Self, MachineError> {
         let symbol =
             |name: &'static str| image.symbols.get(name).copied().ok_or(MachineError::NoSymbol { name });
@@ -98,54 +98,55 @@ impl Machine {
         })
     }
 
-    /// The image that it runs.
+    /// The image.
     #[must_use]
     pub fn image(&self) -> &Arc<Image> {
         &self.image
     }
 
-    /// Has calls of these functions (their addresses) reported by [`call`](Self::call).
+    /// Makes [`call`](Self::call) report calls of these functions (addresses).
     pub fn mark(&mut self, functions: impl IntoIterator<Item = u32>) {
         self.calls.mark(functions);
     }
 
-    /// Instructions after which a call is given up, in place of 10^9.
+    /// Sets the maximum number of instructions of a call; the default is 10^9.
     pub fn limit(&mut self, instructions: u64) {
         self.step_limit = instructions;
     }
 
-    /// Puts plain memory, all zero, where the image has none: for the arguments of calls, or in place of a peripheral.
+    /// Adds plain, zeroed memory where the image has none: for arguments of calls, or in place of a
+    /// peripheral.
     pub fn map(&mut self, address: u32, bytes: u32) {
         self.memory.map(address, bytes);
     }
 
-    /// Memory that programs can write: addresses and contents.
+    /// Writable memory: addresses and contents.
     pub fn writable(&self) -> impl Iterator<Item = (u32, &[u8])> {
         self.memory.writable()
     }
 
-    /// Copies memory out.
+    /// Reads memory.
     ///
     /// # Errors
-    /// [`AccessError::Unmapped`]; `bytes` are as they were then.
+    /// [`AccessError::Unmapped`]; `bytes` is then unchanged.
     pub fn read(&self, address: u32, bytes: &mut [u8]) -> Result<(), AccessError> {
         self.memory.read(address, bytes)
     }
 
-    /// Copies into memory.
+    /// Writes memory.
     ///
     /// # Errors
-    /// [`AccessError::Unmapped`], [`AccessError::ReadOnly`]; memory is as it was then.
+    /// [`AccessError::Unmapped`], [`AccessError::ReadOnly`]; memory is then unchanged.
     pub fn write(&mut self, address: u32, bytes: &[u8]) -> Result<(), AccessError> {
         self.memory.write(address, bytes)
     }
 
-    /// Runs a function until it returns. R0 to R3 are its arguments, the stack is empty before; all else is as the
-    /// last call left it.
+    /// Runs a function until it returns. R0 to R3 are its arguments; the stack is empty at the start. All
+    /// other state persists from the previous call.
     ///
     /// # Errors
-    /// [`MachineError::Stopped`] where the function does what is not modelled; memory and registers stay as they were
-    /// there.
+    /// [`MachineError::Stopped`] if the function does something that is not modelled; memory and registers
+    /// keep their state at that point.
     pub fn call(&mut self, address: u32, arguments: [u32; 4]) -> Result<Run, MachineError> {
         self.begin(address, arguments);
         self.stack.paint(&mut self.memory);
@@ -162,7 +163,8 @@ impl Machine {
         })
     }
 
-    /// Goes to the first instruction of a function, as [`call`](Self::call), to [`step`](Self::step) through it.
+    /// Goes to the first instruction of a function, like [`call`](Self::call), for execution with
+    /// [`step`](Self::step).
     pub fn begin(&mut self, address: u32, arguments: [u32; 4]) {
         let [r0, r1, r2, r3, ..] = &mut self.registers.core;
         [*r0, *r1, *r2, *r3] = arguments;
@@ -176,13 +178,13 @@ impl Machine {
         self.calls.jumped(self.address, &self.registers, &mut self.stack, Moment::default());
     }
 
-    /// The next instruction; none behind the end of the function, and where there is no code.
+    /// The next instruction; `None` after the end of the function and at an address without code.
     #[must_use]
     pub fn next(&self) -> Option<&Instruction> {
         self.code.at(self.address).map(|(instruction, _)| instruction)
     }
 
-    /// Executes the next instruction, or skips it when its condition does not hold.
+    /// Executes the next instruction, or skips it if its condition does not hold.
     ///
     /// # Errors
     /// [`MachineError::Stopped`].
@@ -236,7 +238,7 @@ impl Machine {
         self.cycles += u64::from(cycles);
     }
 
-    /// Where and in which function, for people.
+    /// An error with the address and the function, for display.
     fn stopped(&self, stop: Stop) -> MachineError {
         MachineError::Stopped { address: self.address, place: self.image.place(self.address), stop }
     }

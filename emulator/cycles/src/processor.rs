@@ -1,4 +1,4 @@
-//! A Cortex-M4F that boots an image: exceptions, interrupts and sleep, with a chip around it.
+//! A Cortex-M4F that boots an image, with exceptions, interrupts and sleep, inside a chip.
 //!
 //! ```text
 //! Image ──▶ Processor::step ──▶ execute ──▶ View ──▶ System: NVIC, SCB, DWT   0xE000_0000 and above
@@ -6,14 +6,14 @@
 //!               └── interrupt lines, time of the next event ──┘
 //! ```
 //!
-//! The processor knows no memory and no peripheral: a [`Bus`] has them. Time is counted in cycles of the processor's
-//! clock, also while it sleeps. Instructions are those of the image, decoded once: code that a program writes into RAM
-//! by itself is not run, but what it copies there for the linker's sake is.
+//! The processor contains no memory and no peripherals: a [`Bus`] provides them. Time is counted in processor
+//! clock cycles, including sleep. Instructions come from the image and are decoded once: code that a program
+//! itself generates in RAM is not supported, but code that it copies to its linked address is.
 //!
-//! Modelled after the Armv7-M Architecture Reference Manual (DDI 0403E), chapter B1: one stack, all code privileged,
-//! priorities without subgroups. Not modelled, and an error or without effect: PSP, `SysTick`, a debugger.
-//! The float registers are put on the stack at once; the cycles of it are counted when a handler first uses the float
-//! unit, as the processor does with its lazy stacking.
+//! Modelled after the Armv7-M Architecture Reference Manual (DDI 0403E), chapter B1: one stack, all code
+//! privileged, priorities without subgroups. Not modelled, and either an error or without effect: PSP,
+//! `SysTick`, a debugger. The float registers are stacked immediately; their cycles are counted when a
+//! handler first uses the float unit, like the processor's lazy stacking.
 
 mod exceptions;
 mod memory_protection;
@@ -34,27 +34,27 @@ use crate::machine::{MachineError, Stop};
 use crate::state::{AccessError, Registers};
 use crate::timing::{Access, Caches, Known, Outcome, Pipeline, Price, Timing};
 
-/// Words that are no address: where a handler returns to.
+/// Values from here on are not addresses but exception returns.
 const EXCEPTION_RETURN: u32 = 0xF000_0000;
-/// What PRIMASK, FAULTMASK and BASEPRI are changed by.
+/// `SYSm` numbers of special registers that the processor itself reads.
 const IPSR: u8 = 5;
 const CONTROL: u8 = 20;
 
-/// When and from where a program accesses something.
+/// Time and address of an access.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct At {
-    /// Cycles of the processor since it was made.
+    /// Cycles since the creation of the processor.
     pub cycle: u64,
     /// Address of the instruction.
     pub code: u32,
 }
 
-/// A chip around the processor: its memory, peripherals and interrupt lines. `now` is in cycles of the processor.
+/// The chip around the processor: its memory, peripherals and interrupt lines. `now` is in processor cycles.
 pub trait Bus {
-    /// Reads below `0xE000_0000`, the upper bits zero.
+    /// Reads an address below `0xE000_0000`; the upper bits are zero.
     ///
     /// # Errors
-    /// [`AccessError`]: the processor takes a fault.
+    /// [`AccessError`]: causes a fault.
     fn load(&mut self, address: u32, width: Width, at: At) -> Result<u32, AccessError>;
 
     /// Writes the lower bits.
@@ -63,57 +63,57 @@ pub trait Bus {
     /// As [`load`](Self::load).
     fn store(&mut self, address: u32, width: Width, value: u32, at: At) -> Result<(), AccessError>;
 
-    /// Cycles that an access to code at `address` waits because its memory is busy.
+    /// Wait cycles of a code access to `address` because its memory is busy.
     fn wait(&self, address: u32, now: u64) -> u64;
 
-    /// Lets happen what happens by itself up to `now`.
+    /// Processes all events up to `now`.
     fn advance(&mut self, now: u64);
 
-    /// The cycle in which something happens next by itself.
+    /// The cycle of the next event.
     fn next_event(&self) -> u64;
 
-    /// Interrupt lines that are active, bit 0 that of interrupt 0.
+    /// Active interrupt lines; bit 0 is interrupt 0.
     fn lines(&self) -> u128;
 
-    /// Whether the chip wants to be reset; it is [`reset`](Self::reset) then.
+    /// Whether the chip requests a reset; [`reset`](Self::reset) is then called.
     fn wants_reset(&self, now: u64) -> bool;
 
-    /// Resets everything but the processor; memory stays as it is.
+    /// Resets everything except the processor; memory keeps its contents.
     fn reset(&mut self, cause: Reset, now: u64);
 }
 
-/// What resets a processor.
+/// Cause of a reset.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Reset {
-    /// The program asked for it (`AIRCR.SYSRESETREQ`).
+    /// The program (`AIRCR.SYSRESETREQ`).
     Program,
-    /// The chip did, such as its watchdog.
+    /// The chip, such as its watchdog.
     Chip,
-    /// Somebody pulled its pin.
+    /// The reset pin.
     Pin,
 }
 
-/// A fault that the program's handler was called for, or that locked the processor up.
+/// A fault that called the program's handler or locked up the processor.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Fault {
-    /// When, in cycles.
+    /// Time in cycles.
     pub cycle: u64,
-    /// The function and the distance from its begin.
+    /// The function and the offset from its start.
     pub place: String,
-    /// Why.
+    /// Cause.
     pub why: Stop,
-    /// Whether no handler could be called: only a reset helps then.
+    /// Whether no handler could be called: the processor then requires a reset.
     pub locks_up: bool,
 }
 
-/// What the processor does.
+/// State of the processor.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum State {
     /// It executes instructions.
     Running,
     /// It waits for an interrupt.
     Sleeping,
-    /// It stands still after a fault that no handler could be called for.
+    /// It has stopped after a fault without a callable handler.
     LockedUp,
 }
 
@@ -122,14 +122,14 @@ pub enum State {
 pub struct Processor<B> {
     image: Arc<Image>,
     code: Arc<Code>,
-    /// Place in `code` of the last instruction.
+    /// Index in `code` of the last instruction.
     last: usize,
     /// Registers of the core and of the float unit.
     pub registers: Registers<Concrete>,
     /// The chip.
     pub bus: B,
     address: u32,
-    /// Where the last fault was.
+    /// Address of the last fault.
     faulted_at: u32,
     system: System,
     protection: MemoryProtection,
@@ -144,20 +144,20 @@ pub struct Processor<B> {
     masking: Masking,
 }
 
-/// For how long the program kept interrupts out, by PRIMASK.
+/// Time that the program masked interrupts with PRIMASK.
 #[derive(Debug, Clone, Copy, Default)]
 struct Masking {
     since: Option<u64>,
     longest: u64,
-    /// Where the longest began to end.
+    /// Address at which the longest masked period ended.
     ended_at: u32,
 }
 
 impl<B: Bus> Processor<B> {
-    /// A processor that was just reset, in a chip that has the image in its memory.
+    /// Creates a processor after reset, in a chip with the image in its memory.
     ///
     /// # Errors
-    /// [`MachineError::NoSymbol`] when the image has no vector table.
+    /// [`MachineError::NoSymbol`] if the image has no vector table.
     pub fn new(image: Arc<Image>, bus: B, timing: Timing) -> Result<Self, MachineError> {
         let name = "__vector_table";
         let vectors = image.symbols.get(name).or_else(|| image.symbols.get("__vector_table.0")).copied();
@@ -188,31 +188,31 @@ impl<B: Bus> Processor<B> {
         Ok(processor)
     }
 
-    /// The image that it runs.
+    /// The image.
     #[must_use]
     pub fn image(&self) -> &Arc<Image> {
         &self.image
     }
 
-    /// Cycles since it was made, those asleep and before a reset, too.
+    /// Cycles since creation, including sleep and the time before a reset.
     #[must_use]
     pub fn cycles(&self) -> u64 {
         self.cycles
     }
 
-    /// Instructions since it was made.
+    /// Instructions since creation.
     #[must_use]
     pub fn instructions(&self) -> u64 {
         self.instructions
     }
 
-    /// What it does.
+    /// State of the processor.
     #[must_use]
     pub fn state(&self) -> State {
         self.state
     }
 
-    /// Every fault since it was made.
+    /// All faults since creation.
     #[must_use]
     pub fn faults(&self) -> &[Fault] {
         &self.faults
@@ -224,13 +224,14 @@ impl<B: Bus> Processor<B> {
         self.address
     }
 
-    /// Where it is, for people.
+    /// The current location, for display.
     #[must_use]
     pub fn place(&self) -> String {
         self.image.place(self.address)
     }
 
-    /// The longest that PRIMASK kept interrupts out since this was last asked, in cycles, and where it ended.
+    /// The longest time that PRIMASK masked interrupts since the last call of this function, in cycles, and
+    /// the location of its end.
     pub fn take_longest_masked(&mut self) -> (u64, String) {
         let Masking { longest, ended_at, .. } = std::mem::take(&mut self.masking);
         (longest, self.image.place(ended_at))
@@ -239,7 +240,7 @@ impl<B: Bus> Processor<B> {
     /// Runs until `cycle` has passed.
     ///
     /// # Errors
-    /// [`MachineError::Stopped`] where the program does what is not modelled.
+    /// [`MachineError::Stopped`] if the program does something that is not modelled.
     pub fn run_until(&mut self, cycle: u64) -> Result<(), MachineError> {
         while self.cycles < cycle {
             self.step(cycle)?;
@@ -247,7 +248,7 @@ impl<B: Bus> Processor<B> {
         Ok(())
     }
 
-    /// The next instruction, or an exception's entry, or sleep until the next event, up to `limit`.
+    /// Executes the next instruction, enters an exception, or sleeps until the next event or `limit`.
     ///
     /// # Errors
     /// [`MachineError::Stopped`].
@@ -267,7 +268,7 @@ impl<B: Bus> Processor<B> {
         }
     }
 
-    /// Has the processor look at its chip again, behind something that came from outside.
+    /// Updates the processor after an external change of the chip.
     pub fn look_again(&mut self) {
         self.look_at_bus();
     }
@@ -277,7 +278,7 @@ impl<B: Bus> Processor<B> {
         self.look_at_bus();
     }
 
-    /// What the chip wants after it was touched, or after time has passed.
+    /// Handles the chip's requests after an access or after time has passed.
     fn look_at_bus(&mut self) {
         if self.bus.wants_reset(self.cycles) {
             self.reset(Reset::Chip);
@@ -286,14 +287,15 @@ impl<B: Bus> Processor<B> {
         self.next_event = self.bus.next_event();
     }
 
-    /// Resets chip and processor.
+    /// Resets the chip and the processor.
     pub fn reset(&mut self, cause: Reset) {
         self.bus.reset(cause, self.cycles);
         self.start();
         self.next_event = self.bus.next_event();
     }
 
-    /// As after a reset (DDI 0403E B1.5.5): the first two words of the vector table say where stack and program begin.
+    /// State after a reset (DDI 0403E B1.5.5): the first two words of the vector table are the initial SP and
+    /// the entry.
     fn start(&mut self) {
         self.registers = Registers::new(&mut Concrete);
         self.registers.write(LR, u32::MAX);
@@ -396,7 +398,7 @@ impl<B: Bus> Processor<B> {
         Ok(())
     }
 
-    /// Lets the float unit be used; false when it is switched off.
+    /// Starts a use of the float unit. Returns false if it is disabled.
     fn begin_float(&mut self) -> bool {
         if !self.system.has_float() {
             return false;
@@ -425,7 +427,7 @@ impl<B: Bus> Processor<B> {
         self.cycles += u64::from(cycles);
     }
 
-    /// A fault of an access, of code that is not there or of an instruction: the program's handler is called.
+    /// Handles a fault (failed access, missing code or faulting instruction): calls the program's handler.
     fn fault(&mut self, why: Stop) -> Result<(), Stop> {
         let locks_up = !self.enter_hard_fault();
         if locks_up {
@@ -440,7 +442,7 @@ impl<B: Bus> Processor<B> {
         MachineError::Stopped { address: self.address, place: self.place(), stop }
     }
 
-    /// Reads memory as a debugger would, without effects on peripherals where the bus has none.
+    /// Reads memory like a debugger; whether peripherals see side effects depends on the bus.
     ///
     /// # Errors
     /// [`AccessError`].

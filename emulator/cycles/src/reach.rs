@@ -1,4 +1,4 @@
-//! What a function can reach, and what it must not.
+//! Check of the functions that a function can reach.
 
 use std::collections::BTreeSet;
 
@@ -6,52 +6,57 @@ use crate::declared::{Declared, Name};
 use crate::graph::{Graph, GraphError};
 use crate::image::Image;
 
-/// What was looked through.
+/// The reached code.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Reached {
-    /// Names of the functions that are reached, in the order of their addresses.
+    /// Names of the reached functions, in order of their addresses.
     pub functions: Vec<String>,
-    /// Where they and the pieces begin that the compiler has outlined of them.
+    /// Start addresses of these functions and of their outlined pieces.
     pub addresses: BTreeSet<u32>,
-    /// Square roots that are taken by an instruction.
+    /// Number of square root instructions.
     pub square_roots: usize,
 }
 
-/// What is wrong.
+/// Reason that the check failed.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 pub enum ReachError {
     /// Calls cannot be followed.
     #[error(transparent)]
     Graph(#[from] GraphError),
-    /// There is nothing to start from.
+    /// The image has no start function.
     #[error("the image has no function '{name}'")]
     NoRoot {
-        /// Which.
+        /// Name of the function.
         name: String,
     },
-    /// A function is reached that is not allowed.
-    #[error("{} is reached:\n    {}", .path.last().map_or("", String::as_str), .path.join("\n    "))]
+    /// A forbidden function is reached.
+    #[error(
+        "forbidden function {} is reached:\n    {}",
+        .path.last().map_or("", String::as_str),
+        .path.join("\n    ")
+    )]
     Forbidden {
-        /// Where the calls are, from the begin on; the function is the last one.
+        /// Call locations from the start; the last entry is the function.
         path: Vec<String>,
     },
-    /// An instruction that traps is reached.
-    #[error("a trap is reached:\n    {}", .path.join("\n    "))]
+    /// A trapping instruction is reached.
+    #[error("a trapping instruction is reached:\n    {}", .path.join("\n    "))]
     Trap {
-        /// Where the calls are, from the begin on; the trap is the last one.
+        /// Call locations from the start; the last entry is the trap.
         path: Vec<String>,
     },
 }
 
-/// Follows all calls of the function `root` and says what is reached, if all of it has one of the `allowed` names.
+/// Follows all calls of the function `root`. Returns the reached code if all reached functions have one of
+/// the `allowed` names.
 ///
 /// # Errors
-/// [`ReachError`], with the path to the first thing that is wrong.
+/// [`ReachError`], with the path to the first violation.
 pub fn only(image: &Image, declared: &Declared, root: &str, allowed: &[Name]) -> Result<Reached, ReachError> {
     let graph = Graph::new(image, declared);
     let begin = image.function(root).ok_or_else(|| ReachError::NoRoot { name: root.to_owned() })?.address;
     let reached = graph.reached(begin)?;
-    // The calls on the way, and what they lead to.
+    // The calls on the path, and the last function.
     let path = |last: u32| {
         let mut path = vec![image.place(last)];
         let mut function = last;

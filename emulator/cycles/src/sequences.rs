@@ -1,13 +1,14 @@
-//! Short sequences of instructions, with the cycles that the manuals give for them: what checks the table of
+//! Short sequences of instructions with their cycles according to the manuals. They check the table of
 //! [`timing`](crate::timing), here and on a chip.
 //!
-//! They stand in `sequences.txt`, one a line: the row that it is there for, the cycles in both columns, the code
-//! in halfwords, and the same as text, with the code at `0x1000`. The numbers are worked out from the manuals' words by hand, above the lines
-//! that they are for, not by the model.
+//! `sequences.txt` contains one sequence per line: the row that it tests, the cycles in both columns, the
+//! code in halfwords, and its text, with the code at `0x1000`. The cycles are derived from the manuals by
+//! hand, as noted above the lines, and not from the model.
 //!
-//! A sequence is a function with `BX LR` and `NOP` behind it, at an address divisible by 4. It is called with R0 the address of
-//! [`BUFFER_BYTES`] in RAM that is divisible by 8, R1 = 0, R2 = `0xFFFF_FFFF` and R3 = 1, and uses no other registers
-//! than R12 and S0 to S15. Its cycles are those that it takes longer than a function of `BX LR` alone.
+//! A sequence is a function with `BX LR` and `NOP` appended, at an address divisible by 4. It is called with
+//! R0 = the address of [`BUFFER_BYTES`] in RAM (divisible by 8), R1 = 0, R2 = `0xFFFF_FFFF` and R3 = 1. It
+//! uses no other registers than R12 and S0 to S15. Its cycles are the difference to a function that contains
+//! only `BX LR`.
 
 use std::collections::BTreeMap;
 use std::sync::Arc;
@@ -21,27 +22,27 @@ use crate::timing::Timing;
 pub const BUFFER_BYTES: u32 = 64;
 
 const TEXT: &str = include_str!("sequences.txt");
-/// What stands behind a sequence: `BX LR`, and a `NOP`, since a load relative to PC reads both.
+/// Code after a sequence: `BX LR`, and a `NOP` because a load relative to PC reads both.
 pub const RETURN: [u16; 2] = [0x4770, 0xBF00];
 const CODE: u32 = 0x1000;
 const STACK: u32 = 0x2000_0000;
 const STACK_END: u32 = 0x2000_0100;
 
-/// A sequence and what it takes.
+/// A sequence and its expected cycles.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Sequence {
-    /// The name of the row that it is there for.
+    /// Name of the row that it tests.
     pub row: &'static str,
-    /// Its cycles by the manuals, as they are seen most often.
+    /// Most common number of cycles according to the manuals.
     pub likely: u32,
-    /// Its cycles by the manuals at most.
+    /// Maximum cycles according to the manuals.
     pub upper: u32,
-    /// Its instructions, for readers.
+    /// Its instructions, for display.
     pub text: &'static str,
     halfwords: &'static str,
 }
 
-/// Every sequence; a line that is none is left out.
+/// All sequences. Skips comments and lines in another format.
 pub fn sequences() -> impl Iterator<Item = Sequence> {
     TEXT.lines().filter_map(|line| {
         let mut columns = line.split('|').map(str::trim);
@@ -52,15 +53,15 @@ pub fn sequences() -> impl Iterator<Item = Sequence> {
 }
 
 impl Sequence {
-    /// The code without the return behind it.
+    /// The code without the appended return.
     pub fn halfwords(&self) -> impl Iterator<Item = u16> {
         self.halfwords.split(' ').filter_map(|halfword| u16::from_str_radix(halfword, 16).ok())
     }
 
-    /// What it takes by a model.
+    /// Cost of the sequence in a timing model.
     ///
     /// # Errors
-    /// [`SequenceError`]: not of the sequences here.
+    /// [`SequenceError`]; never for the sequences in this file.
     pub fn count(&self, timing: Timing) -> Result<Count, SequenceError> {
         let (with, without) = (run(timing, self.halfwords())?, run(timing, std::iter::empty())?);
         Ok(Count {
@@ -72,22 +73,22 @@ impl Sequence {
     /// The instructions.
     ///
     /// # Errors
-    /// [`Undecoded`]: not of the sequences here.
+    /// [`Undecoded`]; never for the sequences in this file.
     pub fn instructions(&self) -> Result<Vec<Instruction>, Undecoded> {
         decode_all(CODE, &bytes(self.halfwords())).collect()
     }
 }
 
-/// What a sequence takes.
+/// Cost of a sequence.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Count {
     /// Cycles of the timing model.
     pub cycles: u64,
-    /// Instructions, skipped ones too.
+    /// Instructions, including skipped ones.
     pub instructions: u64,
 }
 
-/// Why a sequence does not run.
+/// Reason that a sequence does not run.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 pub enum SequenceError {
     /// It cannot be decoded.

@@ -1,11 +1,11 @@
-//! How much stack an image takes: every interrupt at its deepest, one on top of the other.
+//! Stack use of an image: the sum of every interrupt level at its maximum depth.
 //!
 //! ```text
 //! program ◀─ 8 or 26 words ─ interrupt of low priority ◀─ 8 or 26 words ─ ... ◀─ interrupt of high priority
 //! ```
 //!
-//! An interrupt saves 8 words, 26 where the code below it uses floats (room for them is taken even when they are saved
-//! late), and up to 4 bytes so that the stack is aligned to 8 (Armv7-M Architecture Reference Manual, B1.5.7).
+//! An interrupt saves 8 words, or 26 if the interrupted code uses floats (their space is reserved even with
+//! lazy stacking), and up to 4 bytes to align the stack to 8 (Armv7-M Architecture Reference Manual, B1.5.7).
 
 mod depths;
 mod vectors;
@@ -24,32 +24,33 @@ const FLOAT_FRAME_BYTES: u32 = 26 * 4 + 4;
 /// The stack of an image.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct StackBound {
-    /// What is on the stack at its deepest: the program, then what interrupts it, the most urgent last.
+    /// The deepest stack: the program, followed by the interrupts above it, the most urgent last.
     pub levels: Vec<Level>,
-    /// All of them on top of each other, with what interrupts save.
+    /// Total bytes, including the frames saved by interrupts.
     pub bytes: u32,
-    /// What the linker has left for it.
+    /// Bytes of stack that the linker reserved.
     pub available_bytes: u32,
 }
 
-/// One priority.
+/// A priority level.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Level {
-    /// Smaller is more urgent; none for the program.
+    /// Priority, a smaller number is more urgent; `None` for the program.
     pub priority: Option<i16>,
-    /// The handler that goes deepest, or the program's begin.
+    /// The deepest handler, or the program's entry.
     pub handler: String,
-    /// What is saved when it interrupts the level below it.
+    /// Bytes saved when it interrupts the level below.
     pub saved_bytes: u32,
-    /// Bytes that it takes itself.
+    /// Bytes of the handler itself.
     pub bytes: u32,
-    /// Whether it begins a new stack at the stack's begin: its bytes are not on top of the others then.
+    /// Whether it resets the stack pointer to the top of the stack: its bytes then do not add to the other
+    /// levels.
     pub restarts_stack: bool,
-    /// Its deepest chain of calls: functions, each with the bytes it has on the stack.
+    /// Its deepest call chain: functions, each with its bytes on the stack.
     pub chain: Vec<(String, u32)>,
 }
 
-/// Why there is no bound, or why it is not kept.
+/// Reason that the stack cannot be bounded.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 pub enum StackError {
     /// Calls cannot be followed.
@@ -58,41 +59,41 @@ pub enum StackError {
     /// A function calls itself.
     #[error("recursion: {}; declare how often it can nest (`at most N NAME`)", .chain.join(" -> "))]
     Recursion {
-        /// The functions, the first one again at the end.
+        /// The functions in call order; the last entry repeats the first.
         chain: Vec<String>,
     },
     /// A linker's symbol is missing.
     #[error("the image has no symbol '{name}'")]
     NoSymbol {
-        /// Which.
+        /// Name of the symbol.
         name: &'static str,
     },
-    /// An interrupt's priority is not known.
-    #[error("the priority of the interrupt handler {handler} is not declared")]
+    /// The priority of an interrupt is unknown.
+    #[error("undeclared priority of interrupt handler {handler}")]
     NoPriority {
-        /// Which.
+        /// Name of the handler.
         handler: String,
     },
-    /// An entry of the vector table is no function.
-    #[error("vector {vector} is {address:#010x}, where no function begins")]
+    /// An entry of the vector table does not point to a function.
+    #[error("vector {vector} points to {address:#010x}, where no function starts")]
     NoHandler {
-        /// Place in the table.
+        /// Index in the vector table.
         vector: usize,
-        /// What stands there.
+        /// The entry.
         address: u32,
     },
-    /// A function that is declared is not there.
-    #[error("no function of the image is '{name}', which is declared")]
+    /// A declared function is missing.
+    #[error("no function in the image matches '{name}', which is declared")]
     Unmatched {
-        /// Its name.
+        /// Name of the function.
         name: String,
     },
 }
 
-/// Bounds the stack of an image whose interrupts have these priorities, by their handlers' names.
+/// Bounds the stack of an image with these interrupt priorities, by handler name.
 ///
 /// # Errors
-/// [`StackError`]. A stack that is too small is none: see [`StackBound::available_bytes`].
+/// [`StackError`]. A stack that is too small is not an error: see [`StackBound::available_bytes`].
 pub fn bound(
     image: &Image,
     declared: &Declared,
@@ -122,17 +123,17 @@ fn sum(levels: &[Level]) -> u32 {
     levels.iter().map(|level| level.saved_bytes + if level.restarts_stack { 0 } else { level.bytes }).sum()
 }
 
-/// Of those that begin a new stack.
+/// Maximum bytes of the levels that reset the stack pointer.
 fn alone(levels: &[Level]) -> u32 {
     levels.iter().filter(|level| level.restarts_stack).map(|level| level.bytes).max().unwrap_or(0)
 }
 
-/// What the program does.
+/// Phase of the program.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum Phase {
-    /// What is declared to be early: the late handlers do not run.
+    /// The early functions run; late handlers do nothing.
     Early,
-    /// The rest.
+    /// The rest of the program.
     Later,
 }
 
@@ -143,13 +144,13 @@ struct Stack<'g, 'a> {
 }
 
 impl Stack<'_, '_> {
-    /// Everything that can be on the stack at once, at its deepest.
+    /// The deepest stack of this phase.
     fn deepest(&self, handlers: &[(Option<i16>, u32)]) -> Result<Vec<Level>, StackError> {
         let mut by_priority: BTreeMap<Option<Reverse<i16>>, Vec<u32>> = BTreeMap::new();
         for (priority, handler) in handlers {
             by_priority.entry(priority.map(Reverse)).or_default().push(*handler);
         }
-        // Up to a level, each with what can be interrupted in turn.
+        // For each level, the deepest stack up to it that higher levels can still interrupt.
         let mut below: Vec<Level> = Vec::new();
         let mut deepest: Vec<Level> = Vec::new();
         let [mut saved_bytes, mut max_saved_bytes] = [0; 2];
@@ -169,7 +170,7 @@ impl Stack<'_, '_> {
             let (Some(top), Some(level)) = (top, level) else { continue };
             let is_fixed = priority.is_some_and(|Reverse(priority)| priority < 0);
             if is_fixed {
-                // It interrupts any of them, and what nothing else does.
+                // It can interrupt any level, including code that masks interrupts.
                 deepest.push(Level { saved_bytes: max_saved_bytes, ..top });
             } else {
                 let with_top: Vec<Level> = below.iter().cloned().chain([top]).collect();
@@ -178,7 +179,7 @@ impl Stack<'_, '_> {
                 }
                 below.push(level);
             }
-            // In a handler floats are not in use before it uses them (B1.5.7).
+            // In a handler, the float registers are not in use before its first float instruction (B1.5.7).
             saved_bytes = if uses_floats { FLOAT_FRAME_BYTES } else { FRAME_BYTES };
             max_saved_bytes = max_saved_bytes.max(saved_bytes);
         }
@@ -191,8 +192,9 @@ impl Stack<'_, '_> {
         self.phase == Phase::Later || !late.any(|name| self.graph.has_name(handler, name))
     }
 
-    /// A handler, with what functions call that nothing interrupts or without; and whether it uses floats. The frames of
-    /// these functions are there in any case: interrupts are masked behind their begin.
+    /// A handler, and whether it uses floats. `is_last` includes the callees of `last` functions, which
+    /// nothing interrupts. The frames of the `last` functions themselves always count: they mask interrupts
+    /// only after their start.
     fn level(
         &self,
         priority: Option<Reverse<i16>>,
@@ -217,7 +219,7 @@ impl Stack<'_, '_> {
             restarts_stack: self.graph.frames.of(handler).map_err(GraphError::from)?.restarts_stack,
             chain: depths.chain(),
         };
-        // Once used, the floats' registers are in use: also by what is left out here.
+        // Float registers stay in use after their first use, even if that was in functions left out here.
         let mut uses_floats = false;
         for function in self.graph.reached(handler)?.into_keys() {
             uses_floats |= self.graph.frames.of(function).map_err(GraphError::from)?.uses_floats;

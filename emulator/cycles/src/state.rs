@@ -1,4 +1,4 @@
-//! What a program sees of the processor: registers and memory, over any domain of values.
+//! The programmer's model of the processor: registers and memory, generic over the domain of values.
 
 use crate::domain::Domain;
 use crate::instruction::{FloatRegister, Register, Width};
@@ -6,14 +6,14 @@ use crate::instruction::{FloatRegister, Register, Width};
 /// Registers of the core and of the floating-point unit.
 #[derive(Debug)]
 pub struct Registers<D: Domain> {
-    /// R0 to R14; the place of R15 is not used: an instruction knows its address.
+    /// R0 to R14; the entry of R15 is unused, because each instruction has its own address.
     pub core: [D::Word; 16],
     /// S0 to S31.
     pub float: [D::Word; 32],
     /// N, Z, C, V.
     pub flags: D::Flags,
-    /// N, Z, C, V of FPSCR, from the last float comparison; its other bits keep their reset value 0 (to nearest, no
-    /// flush to zero), but sticky exceptions, which are not modelled.
+    /// N, Z, C, V of FPSCR, from the last float comparison. The other bits keep their reset value 0 (round to
+    /// nearest, no flush to zero), except for the sticky exception bits, which are not modelled.
     pub float_flags: D::Flags,
     /// PRIMASK, bit 0.
     pub primask: D::Word,
@@ -21,13 +21,13 @@ pub struct Registers<D: Domain> {
     pub faultmask: D::Word,
     /// BASEPRI.
     pub basepri: D::Word,
-    /// APSR's Q in bit 27 and GE in bits 19 to 16, all else zero.
+    /// Q of APSR in bit 27 and GE in bits 19 to 16; all other bits are zero.
     pub dsp_flags: D::Word,
-    /// Whether an exclusive load still waits for its store.
+    /// Whether an exclusive load is pending.
     pub exclusive: D::Bit,
 }
 
-// By hand, because a derived one would ask it of the domain too.
+// Manual implementation, because a derived one would require the trait of the domain too.
 impl<D: Domain> Clone for Registers<D> {
     fn clone(&self) -> Self {
         Self { ..*self }
@@ -46,7 +46,7 @@ impl<D: Domain> PartialEq for Registers<D> {
 }
 
 impl<D: Domain> Registers<D> {
-    /// All zero.
+    /// All registers zero.
     pub fn new(domain: &mut D) -> Self {
         let zero = domain.constant(0);
         let flags = domain.flags_from(zero);
@@ -64,19 +64,19 @@ impl<D: Domain> Registers<D> {
         }
     }
 
-    /// A core register, but R15: an instruction knows its own address.
+    /// Reads a core register except R15.
     #[expect(clippy::indexing_slicing, reason = "four bits")]
     pub fn read(&self, register: Register) -> D::Word {
         self.core[usize::from(register & 15)]
     }
 
-    /// Sets a core register to any word (a program's SP stays divisible by 4, which is not seen to here).
+    /// Sets a core register to any word. The caller must keep SP divisible by 4.
     #[expect(clippy::indexing_slicing, reason = "four bits")]
     pub fn write(&mut self, register: Register, value: D::Word) {
         self.core[usize::from(register & 15)] = value;
     }
 
-    /// A float register.
+    /// Reads a float register.
     #[expect(clippy::indexing_slicing, reason = "five bits")]
     pub fn read_float(&self, register: FloatRegister) -> D::Word {
         self.float[usize::from(register & 31)]
@@ -89,46 +89,48 @@ impl<D: Domain> Registers<D> {
     }
 }
 
-/// Why an access to memory has no result.
+/// Reason that a memory access failed.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, thiserror::Error)]
 pub enum AccessError {
-    /// Nothing is there.
+    /// No memory is mapped there.
     #[error("no memory at {address:#010x}")]
     Unmapped {
-        /// The first byte.
+        /// Address of the first byte.
         address: u32,
     },
-    /// It must not be written.
+    /// The memory is read-only.
     #[error("write to read-only memory at {address:#010x}")]
     ReadOnly {
-        /// The first byte.
+        /// Address of the first byte.
         address: u32,
     },
-    /// The memory protection unit keeps everybody out.
+    /// The memory protection unit denies access.
     #[error("access to protected memory at {address:#010x}")]
     Protected {
-        /// The first byte.
+        /// Address of the first byte.
         address: u32,
     },
-    /// The access needs an address divisible by its width.
+    /// The access requires an address divisible by its width.
     #[error("unaligned access at {address:#010x}")]
     Unaligned {
-        /// The first byte.
+        /// Address of the first byte.
         address: u32,
     },
-    /// The address is not known well enough.
-    #[error("an address between {lowest:#010x} and {highest:#010x} that is not known well enough")]
+    /// The address is not known precisely enough.
+    #[error(
+        "unknown address between {lowest:#010x} and {highest:#010x}: range too wide or not fully accessible"
+    )]
     Unknown {
-        /// The smallest it can be.
+        /// Minimum address.
         lowest: u32,
-        /// The greatest it can be.
+        /// Maximum address.
         highest: u32,
     },
 }
 
-/// Memory. Little-endian; unaligned words and halves are allowed, as on the processor.
+/// Memory. Little-endian; unaligned words and halfwords are allowed, as on the processor.
 pub(crate) trait Memory<D: Domain> {
-    /// Reads, the upper bits zero.
+    /// Reads; the upper bits are zero.
     ///
     /// # Errors
     /// [`AccessError`].
@@ -137,7 +139,7 @@ pub(crate) trait Memory<D: Domain> {
     /// Writes the lower bits.
     ///
     /// # Errors
-    /// [`AccessError`]; nothing is written then.
+    /// [`AccessError`]; memory is then unchanged.
     fn store(
         &mut self,
         domain: &mut D,

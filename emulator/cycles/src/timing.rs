@@ -1,7 +1,8 @@
-//! Cycles of an instruction on the Cortex-M4F, by Arm's tables.
+//! Cycles of an instruction on the Cortex-M4F, from Arm's tables.
 //!
-//! The numbers stand in [`Row`], each with its source; what is here and below says which rows an instruction pays.
-//! An order of instructions matters, too: what the ones before leave behind is a [`Pipeline`].
+//! [`Row`] contains the figures with their sources; this module and its submodules select the rows that apply
+//! to an instruction. The order of instructions matters, too: a [`Pipeline`] holds the effects of the
+//! preceding instructions.
 
 mod core_cycles;
 mod flash;
@@ -21,49 +22,49 @@ pub use table::{Cost, Row};
 
 use crate::instruction::Instruction;
 
-/// Which of two values counts where Arm gives a range.
+/// Selects the value where Arm specifies a range.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Column {
-    /// What is seen most often.
+    /// The most common value.
     Likely,
-    /// The greatest.
+    /// The maximum.
     Upper,
 }
 
-/// The memory that instructions come from.
+/// The memory that contains the code.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Profile {
-    /// Every access without waiting.
+    /// No access waits.
     ZeroWait,
     /// Code and constants in flash.
     Flash(Flash),
 }
 
-/// What became of an instruction.
+/// Outcome of an instruction.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Outcome {
     /// Its condition did not hold.
     Skipped,
-    /// Executed; the next one follows.
+    /// It executed; the next instruction follows.
     Done,
     /// It jumped.
     Taken,
 }
 
-/// The model.
+/// The timing model.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Timing {
     profile: Profile,
     column: Column,
     cycles: [u8; Row::COUNT],
-    /// Cycles that the floating-point unit is busy behind the longest instruction that others overlap.
+    /// Cycles that the floating-point unit stays busy after the longest instruction that others overlap.
     longest_busy: u8,
-    /// Cycles until the latest result of the floating-point unit is there.
+    /// Cycles until the latest result of the floating-point unit is available.
     longest_result: u8,
 }
 
 impl Timing {
-    /// The model with a memory and one value of every range.
+    /// Creates the model for a memory and a column.
     #[must_use]
     pub fn new(profile: Profile, column: Column) -> Self {
         let mut cycles = [0; Row::COUNT];
@@ -73,7 +74,7 @@ impl Timing {
         Self { profile, column, cycles, longest_busy: 0, longest_result: 0 }.with_longest_busy()
     }
 
-    /// The model with another number in a row, such as one that a chip has measured.
+    /// The model with another figure in a row, such as one measured on a chip.
     #[must_use]
     pub fn with(mut self, row: Row, cycles: u8) -> Self {
         if let Some(place) = self.cycles.get_mut(row as usize) {
@@ -96,7 +97,7 @@ impl Timing {
         self.cycles.get(row as usize).map_or(0, |cycles| u32::from(*cycles))
     }
 
-    /// The longest that so many reads of flash are waited for, whatever is in the caches.
+    /// Maximum wait cycles of this number of flash reads, for any cache state.
     #[must_use]
     pub fn longest_waits(&self, reads: u32) -> u32 {
         match &self.profile {
@@ -105,9 +106,8 @@ impl Timing {
         }
     }
 
-    /// Cycles of an instruction behind `pipeline`, which it moves on, whatever is in the caches: flash is waited for
-    /// in full at every new line, behind every jump (and there a read that was under way comes first), and at every
-    /// load that can be from flash.
+    /// Cycles of an instruction after `pipeline`, which is updated, for any cache state: every new line,
+    /// every jump (after a read in progress) and every load that can be from flash has the full wait states.
     pub fn cycles(
         &self,
         pipeline: &mut Pipeline,
@@ -125,7 +125,7 @@ impl Timing {
         }
     }
 
-    /// As [`cycles`](Self::cycles), of a run with these caches: never more.
+    /// Like [`cycles`](Self::cycles), for a run with these caches: never more.
     pub fn cached_cycles(
         &self,
         pipeline: &mut Pipeline,
@@ -138,7 +138,7 @@ impl Timing {
         self.cached_cycles_of(pipeline, caches, &self.price(instruction), outcome, known)
     }
 
-    /// The same, of an instruction by its price, with the address of its access to memory.
+    /// The same, for an instruction with a precomputed price and the address of its memory access.
     #[inline]
     pub(crate) fn cached_cycles_of(
         &self,

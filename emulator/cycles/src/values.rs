@@ -1,4 +1,4 @@
-//! What a word can be: a few numbers, or every so many-th number of an interval.
+//! The set of possible values of a word: a few numbers, or an arithmetic progression.
 
 mod arithmetic;
 #[cfg(test)]
@@ -6,25 +6,25 @@ pub(crate) mod tests;
 
 pub(crate) use arithmetic::shifted;
 
-/// Most numbers that are kept one by one.
+/// Maximum number of explicitly stored numbers.
 pub(crate) const MAX_SET: usize = 8;
-/// Most results that a function is tried on one by one.
+/// Maximum number of combinations for which a function is evaluated.
 const MAX_TRIED: u64 = 64;
 
-/// The numbers that a word can be; never none.
+/// The possible values of a word; never empty.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) struct Values(Kind);
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum Kind {
-    /// Ascending, without repetitions; what is behind the first `count` is zero.
+    /// Ascending, without duplicates; entries after the first `count` are zero.
     Set { numbers: [u32; MAX_SET], count: u8 },
-    /// More than [`MAX_SET`] numbers: from `low` to `high` in steps that divide the distance.
+    /// More than [`MAX_SET`] numbers: from `low` to `high`; `step` divides their difference.
     Range { low: u32, high: u32, step: u32 },
 }
 
 impl Values {
-    /// Every number.
+    /// All numbers.
     pub(crate) const ALL: Self = Self(Kind::Range { low: 0, high: u32::MAX, step: 1 });
 
     /// One number.
@@ -36,7 +36,7 @@ impl Values {
         Self(Kind::Set { numbers, count: 1 })
     }
 
-    /// Every number from `low` to `high`; the two in any order.
+    /// All numbers from `low` to `high`, in either order.
     pub(crate) fn between(low: u32, high: u32) -> Self {
         Self::stepped(low.min(high), low.max(high), 1)
     }
@@ -53,12 +53,13 @@ impl Values {
         }
     }
 
-    /// All of these numbers, perhaps with some between them. The iterator must not be empty: it is 0 alone then.
+    /// A set that covers these numbers, possibly with others between them. For an empty iterator, the set is
+    /// {0}.
     pub(crate) fn collect(numbers: impl Iterator<Item = u32>) -> Self {
         Self::of(&mut numbers.collect::<Vec<u32>>()).unwrap_or(Self::one(0))
     }
 
-    /// The same of so few that they need no memory of their own: of the first `MAX`.
+    /// The same for the first `MAX` numbers, without a heap allocation.
     fn collect_few<const MAX: usize>(numbers: impl Iterator<Item = u32>) -> Option<Self> {
         let (mut all, mut count) = ([0; MAX], 0);
         for (place, number) in all.iter_mut().zip(numbers) {
@@ -86,7 +87,7 @@ impl Values {
         Some(Self(Kind::Set { numbers: set, count }))
     }
 
-    /// Results of a function of three words, if these have few enough values to be tried one by one.
+    /// Results of a function of three words, if these have few enough combinations to evaluate all.
     pub(crate) fn map(words: [Self; 3], function: impl Fn([u32; 3]) -> u32) -> Option<Self> {
         let [a, b, c] = words;
         let count = a.count().saturating_mul(b.count()).saturating_mul(c.count());
@@ -102,7 +103,7 @@ impl Values {
         Self::of(&mut results)
     }
 
-    /// The smallest of them.
+    /// Minimum.
     pub(crate) fn low(&self) -> u32 {
         match &self.0 {
             Kind::Set { numbers, .. } => numbers.first().copied().unwrap_or(0),
@@ -110,7 +111,7 @@ impl Values {
         }
     }
 
-    /// The greatest of them.
+    /// Maximum.
     pub(crate) fn high(&self) -> u32 {
         match &self.0 {
             Kind::Set { numbers, count } => {
@@ -120,7 +121,7 @@ impl Values {
         }
     }
 
-    /// What divides every distance between two of them; 0 when there is but one.
+    /// A common divisor of all differences; 0 for a single number.
     pub(crate) fn step(&self) -> u32 {
         match &self.0 {
             Kind::Set { .. } => {
@@ -130,7 +131,7 @@ impl Values {
         }
     }
 
-    /// How many there are.
+    /// Number of values.
     pub(crate) fn count(&self) -> u64 {
         match &self.0 {
             Kind::Set { count, .. } => u64::from(*count),
@@ -138,7 +139,7 @@ impl Values {
         }
     }
 
-    /// The number, if there is but one.
+    /// The number, if there is only one.
     pub(crate) fn single(&self) -> Option<u32> {
         match &self.0 {
             Kind::Set { numbers, count: 1 } => numbers.first().copied(),
@@ -146,7 +147,7 @@ impl Values {
         }
     }
 
-    /// Whether it is one of them.
+    /// Whether the set contains a number.
     pub(crate) fn contains(&self, number: u32) -> bool {
         match &self.0 {
             Kind::Set { .. } => self.iter().any(|member| member == number),
@@ -156,7 +157,7 @@ impl Values {
         }
     }
 
-    /// All of them, ascending.
+    /// All numbers, ascending.
     pub(crate) fn iter(&self) -> impl Iterator<Item = u32> + use<> {
         let (numbers, count, low, step) = match self.0 {
             Kind::Set { numbers, count } => (numbers, u64::from(count), 0, 0),
@@ -171,7 +172,7 @@ impl Values {
         })
     }
 
-    /// Those of both, perhaps with some between them.
+    /// Numbers in either set, possibly with others between them.
     pub(crate) fn union(&self, other: &Self) -> Self {
         if self == other {
             return *self;
@@ -185,7 +186,7 @@ impl Values {
         Self::stepped(low, high, greatest_divisor(step, self.low().abs_diff(other.low())))
     }
 
-    /// Those that are of both, perhaps with some others of `self`.
+    /// Numbers in both sets, possibly with others from one set.
     pub(crate) fn intersection(&self, other: &Self) -> Option<Self> {
         match (&self.0, &other.0) {
             (Kind::Set { .. }, _) => self.retain(|number| other.contains(number)),
@@ -197,7 +198,7 @@ impl Values {
         }
     }
 
-    /// Those from `low` to `high`.
+    /// The numbers from `least` to `greatest`.
     pub(crate) fn limit(&self, least: u32, greatest: u32) -> Option<Self> {
         match self.0 {
             Kind::Set { .. } => self.retain(|number| (least..=greatest).contains(&number)),
@@ -209,7 +210,7 @@ impl Values {
         }
     }
 
-    /// Whether one of them is from `low` to `high`: [`limit`](Self::limit) without its numbers.
+    /// Whether a number from `least` to `greatest` is in the set: [`limit`](Self::limit) without its result.
     pub(crate) fn reaches(&self, least: u32, greatest: u32) -> bool {
         match self.0 {
             Kind::Set { .. } => self.iter().any(|number| (least..=greatest).contains(&number)),
@@ -222,7 +223,7 @@ impl Values {
         }
     }
 
-    /// Those for which something holds; all while there are too many to try them.
+    /// The numbers that satisfy a predicate; all of them if there are too many to test.
     pub(crate) fn retain(&self, holds: impl Fn(u32) -> bool) -> Option<Self> {
         if self.count() > MAX_TRIED {
             return Some(*self);
@@ -235,7 +236,7 @@ impl Values {
     }
 }
 
-/// Greatest number that divides both; 0 is divided by every number.
+/// Greatest common divisor; every number divides 0.
 fn greatest_divisor(a: u32, b: u32) -> u32 {
     let (mut a, mut b) = (a, b);
     while b != 0 {

@@ -1,4 +1,4 @@
-//! Bounds of small programs: the worst case where it is known, never less than any run, an error where there is none.
+//! Bounds of small programs: equal to the known worst case, never below any run, an error if no bound exists.
 
 #![expect(clippy::unwrap_used, reason = "a failed unwrap is a failed test")]
 
@@ -12,7 +12,7 @@ use cycles::bound::{Bound, BoundError, Call, Input, Question, Reason, Snapshot};
 use cycles::instruction::{Arithmetic, Condition, LR, Offset, Operation, PC, SP, Width};
 use program::{CODE, Program, RAM, at};
 
-/// Both arguments of every program go from 0 to this.
+/// Both arguments of every program range from 0 to this value.
 const MAX: u32 = 15;
 
 fn bound(program: &Program) -> Result<Bound, BoundError> {
@@ -42,7 +42,7 @@ fn bound_of(
     Bound::of_once(&question).map(|mut bounds| bounds.remove(0))
 }
 
-/// The most cycles and bytes of stack that any arguments take.
+/// Maximum cycles and stack bytes over all arguments.
 fn longest_run(program: &Program) -> (u64, u32) {
     let machine = program.machine();
     let arguments = (0..=MAX).flat_map(|a| (0..=MAX).map(move |b| [a, b, 0, 0]));
@@ -53,7 +53,7 @@ fn longest_run(program: &Program) -> (u64, u32) {
     runs.reduce(|a, b| (a.0.max(b.0), a.1.max(b.1))).unwrap()
 }
 
-/// The bound is what the longest run takes.
+/// Asserts that the bound equals the longest run.
 fn assert_exact(program: &Program) {
     let bound = bound(program).unwrap();
     assert_eq!((bound.cycles, bound.stack_bytes), longest_run(program));
@@ -80,7 +80,7 @@ fn divide(d: u8) -> Operation {
 }
 
 #[test]
-fn of_two_ways_the_longer_one_counts() {
+fn the_longer_of_two_paths_counts() {
     let program = Program::new([compare(0, 5)])
         .when(Condition::CarryClear, 4)
         .then([divide(1), Operation::Branch { target: at(5) }, add(1, 1)])
@@ -92,7 +92,7 @@ fn of_two_ways_the_longer_one_counts() {
 }
 
 #[test]
-fn nested_loops_count_as_often_as_they_go_round() {
+fn nested_loops_count_every_iteration() {
     // r2 = 5; do { r3 = 3; do {} while --r3; } while --r2
     let program = Program::new([program::number(2, 5), program::number(3, 3), subtract(3, 1)])
         .when(Condition::NotEqual, 2)
@@ -101,11 +101,11 @@ fn nested_loops_count_as_often_as_they_go_round() {
         .returns();
     assert_exact(&program);
     let inner = bound(&program).unwrap().path.iter().filter(|(block, _)| *block == at(2)).count();
-    assert!(inner >= 10, "{inner} rounds of the inner loop");
+    assert!(inner >= 10, "{inner} iterations of the inner loop");
 }
 
 #[test]
-fn a_loop_that_data_ends_counts_as_long_as_data_can_last() {
+fn a_data_dependent_loop_counts_its_maximum_iterations() {
     // do { r0 -= 1 } while r0 >= 0, signed
     let program = Program::new([subtract(0, 1)]).when(Condition::Plus, 0).returns();
     assert_exact(&program);
@@ -115,7 +115,7 @@ fn a_loop_that_data_ends_counts_as_long_as_data_can_last() {
 }
 
 #[test]
-fn a_minimum_bounds_the_loop_behind_it() {
+fn a_minimum_bounds_the_loop_after_it() {
     // r0 = min(r0, 3); do {} while --r0 >= 0
     let program = Program::new([compare(0, 3), Operation::IfThen { length: 1 }])
         .in_it(Condition::CarrySet, program::number(0, 3))
@@ -135,7 +135,7 @@ fn an_it_block_is_executed_or_skipped() {
             .in_it(condition, add(1, 1))
             .returns()
     };
-    // Never for arguments up to 15, and always.
+    // Never executed for arguments up to 15, and always executed.
     assert_exact(&it(Condition::Higher));
     assert_exact(&it(Condition::LowerOrSame));
     let [never, always] =
@@ -144,7 +144,7 @@ fn an_it_block_is_executed_or_skipped() {
 }
 
 #[test]
-fn a_table_branch_goes_to_every_entry_that_the_index_allows() {
+fn a_table_branch_takes_every_possible_entry() {
     let table = |mask| {
         Program::new([program::arithmetic(Arithmetic::And, Some(0), 0, mask)])
             .table(0, [4, 5, 6, 7])
@@ -159,10 +159,10 @@ fn a_table_branch_goes_to_every_entry_that_the_index_allows() {
 
 #[test]
 fn calls_and_tail_calls_return_to_their_callers() {
-    // main saves LR and calls the first function, which ends in the second one.
+    // `main` saves LR and calls the first function, which tail-calls the second function.
     let save = Operation::StoreMultiple { n: SP, registers: 1 << LR | 1 << 4, writes_back: true, down: true };
     let load = Operation::LoadMultiple { n: SP, registers: 1 << PC | 1 << 4, writes_back: true, down: false };
-    // The first instruction takes in what a bound does not know of the time before.
+    // The first instruction absorbs the unknown pipeline state before the call.
     let calls = [5, 7].map(|number| Operation::BranchLink { target: at(number) });
     let program = Program::new([Operation::Hint, save])
         .then(calls)
@@ -182,8 +182,9 @@ fn calls_and_tail_calls_return_to_their_callers() {
 }
 
 #[test]
-fn what_one_call_leaves_behind_bounds_the_next() {
-    // A counter in memory from 0 to 9, then from the start: as many rounds of a loop as it says.
+fn state_left_by_one_call_affects_the_bound_of_the_next() {
+    // A counter in memory counts from 0 to 9 and restarts; each call runs as many loop iterations as the
+    // counter.
     let store =
         Operation::Store { t: 1, address: program::address(2, Offset::Immediate(0)), width: Width::Word };
     let load = Operation::Load {
@@ -223,7 +224,7 @@ fn what_one_call_leaves_behind_bounds_the_next() {
 }
 
 #[test]
-fn what_cannot_be_decided_is_an_error_that_names_the_place() {
+fn an_undecidable_program_is_an_error_with_the_location() {
     let endless = Program::new([Operation::Hint, Operation::Branch { target: at(1) }]);
     assert!(matches!(reason(&endless), Reason::Unbounded { .. }));
     assert!(bound(&endless).unwrap_err().place.contains("main"));

@@ -1,4 +1,4 @@
-//! Bounds of random programs: no run of one takes longer, or more of the stack.
+//! Bounds of random programs: no run exceeds the bounds of cycles and stack.
 
 mod program;
 
@@ -12,11 +12,11 @@ use proptest::prelude::*;
 use proptest::sample::select;
 
 const MAX: u32 = 15;
-/// Register with the address of eight words of memory.
+/// Register that points to eight words of memory.
 const BASE: Register = 7;
-/// Register for what a statement needs at once.
+/// Scratch register within a statement.
 const SCRATCH: Register = 3;
-/// Counters of loops, by depth.
+/// Loop counters, by nesting depth.
 const COUNTERS: [Register; 3] = [4, 5, 6];
 
 #[derive(Debug, Clone)]
@@ -24,17 +24,17 @@ enum Statement {
     Compute(Arithmetic, Register, Register, u32),
     Shift(Register, Register, Shift, u8),
     Divide(Register, Register),
-    /// A register becomes at most or at least a number.
+    /// Limits a register to a maximum or minimum.
     Limit(Condition, Register, u32),
-    /// The word that the low bits of a register say.
+    /// Loads the word at the index in the low bits of a register.
     Load(Register, Register),
     Store(Register, Register),
     If(Condition, Register, u32, Vec<Statement>, Vec<Statement>),
-    /// As often as a number says.
+    /// Repeats a fixed number of times.
     Repeat(u32, Vec<Statement>),
-    /// As often as the low bits of a register say, at least once.
+    /// Repeats as often as the low bits of a register, at least once.
     RepeatBy(Register, Vec<Statement>),
-    /// One of four, by the low bits of a register.
+    /// Selects one of four by the low bits of a register.
     Choose(Register, [Vec<Statement>; 4]),
 }
 
@@ -166,7 +166,7 @@ fn write_one(program: Program, statement: &Statement, depth: usize) -> Program {
             for end in ends {
                 program.set_target(end, program.here());
             }
-            // What is too far away for a table is left out.
+            // Skips branches that are too far away for a table.
             if begins.iter().all(|begin| 2 * (begin - table) < 256) {
                 program.set_table(table, begins);
             } else {
@@ -210,11 +210,21 @@ proptest! {
         for a in 0..=MAX {
             for b in 0..=MAX {
                 let run = first.clone().call(CODE, [a, b, 0, 0]).unwrap();
-                prop_assert!(run.cycles <= once.cycles, "{} of {} with {a} and {b}", run.cycles, once.cycles);
+                prop_assert!(
+                    run.cycles <= once.cycles,
+                    "{} cycles exceed the bound of {} with {a} and {b}",
+                    run.cycles,
+                    once.cycles
+                );
                 prop_assert_eq!(run.stack_bytes, once.stack_bytes);
-                // Once more, with what earlier calls left behind.
+                // A further call, with the memory that earlier calls left.
                 let run = machine.call(CODE, [a, b, 0, 0]).unwrap();
-                prop_assert!(run.cycles <= every.cycles, "{} of {} in every call", run.cycles, every.cycles);
+                prop_assert!(
+                    run.cycles <= every.cycles,
+                    "{} cycles exceed the bound of {} in repeated calls",
+                    run.cycles,
+                    every.cycles
+                );
             }
         }
     }

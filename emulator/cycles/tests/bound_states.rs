@@ -1,5 +1,5 @@
-//! Bounds of calls that are made for ever: programs that go from state to state, by an input and by what the call before
-//! left in memory, against all the states that they ever come to.
+//! Bounds of repeated calls: programs with a state machine in memory and an input, compared with all states
+//! that they can reach.
 #![expect(clippy::unwrap_used, reason = "a failed unwrap is a failed test")]
 
 mod program;
@@ -15,27 +15,27 @@ use proptest::prelude::*;
 
 const BASE: Register = 2;
 const SCRATCH: Register = 1;
-/// Words of memory that make up a state; the one behind them is the input.
+/// Words of memory that form a state; the next word is the input.
 const WORDS: u32 = 3;
-/// Each is less than this.
+/// Each word is less than this.
 const VALUES: u32 = 3;
 
 type State = [u32; WORDS as usize];
 
-/// What a call does, by the state that it finds.
+/// The program of a call, as a decision tree over its state.
 #[derive(Debug, Clone)]
 enum Tree {
-    /// Whether a word is a number.
+    /// Tests whether a word equals a number.
     Test { word: u32, number: u32, yes: Box<Self>, no: Box<Self> },
-    /// What some words become, and how long that takes.
+    /// Assigns words and takes some time.
     Leaf { assigned: Vec<(u32, Source)>, work: u32 },
 }
 
-/// What a word becomes.
+/// The new value of a word.
 #[derive(Debug, Clone, Copy)]
 enum Source {
     Number(u32),
-    /// What another one is.
+    /// The value of another word.
     Word(u32),
 }
 
@@ -80,7 +80,7 @@ fn write(mut program: Program, tree: &Tree) -> Program {
     }
 }
 
-/// The bound, and the most that a call takes in any state that there can be.
+/// The bound, and the maximum cycles of a call in any reachable state.
 fn bound_and_max(tree: &Tree) -> (u64, u64) {
     let program = write(Program::new([program::number(BASE, RAM)]), tree);
     let machine = program.machine();
@@ -110,7 +110,7 @@ fn bound_and_max(tree: &Tree) -> (u64, u64) {
     (bound, most)
 }
 
-/// Cycles and the state behind a call.
+/// Cycles of a call and the state after it.
 fn call(mut machine: Machine, state: State, given: u32) -> (u64, State) {
     let words = state.into_iter().chain([given]);
     let bytes: Vec<u8> = words.flat_map(u32::to_le_bytes).collect();
@@ -134,11 +134,11 @@ fn leaf(assigned: &[(u32, u32)], work: u32) -> Tree {
 }
 
 #[test]
-fn words_that_changed_together_once_need_not_do_so_again() {
-    // (0, 0), then (1, 2), then (0, 2), where the long way is.
+fn words_that_changed_together_once_can_change_separately() {
+    // (0, 0), then (1, 2), then (0, 2), where the longest path is.
     let tree = test(0, 0, test(1, 0, leaf(&[(0, 1), (1, 2)], 0), leaf(&[], 50)), leaf(&[(0, 0)], 0));
     let (bound, most) = bound_and_max(&tree);
-    assert!(most > 50 && bound >= most, "{most} of {bound}");
+    assert!(most > 50 && bound >= most, "{most} cycles, bound {bound}");
 }
 
 proptest! {
@@ -147,6 +147,6 @@ proptest! {
     #[test]
     fn no_state_takes_longer_than_the_bound(tree in tree()) {
         let (bound, most) = bound_and_max(&tree);
-        prop_assert!(most <= bound, "{most} of {bound}");
+        prop_assert!(most <= bound, "{most} cycles exceed the bound of {bound}");
     }
 }

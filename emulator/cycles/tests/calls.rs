@@ -1,4 +1,4 @@
-//! What functions put on the stack and what they reach, in images made by hand.
+//! Stack use and reachability of functions, in hand-made images.
 
 #[path = "calls/code.rs"]
 mod code;
@@ -49,7 +49,7 @@ fn bound(image: &Image, declared: &str) -> Result<StackBound, StackError> {
 
 #[test]
 fn a_frame_is_as_deep_as_its_deepest_path() {
-    // The space is taken behind CBZ R0.
+    // The stack space is reserved after CBZ R0.
     let frame = one(&[PUSH_R4_LR, 0xB110, TAKE_64, 0xBF00, GIVE_64, POP_R4_PC]).unwrap();
     assert_eq!((frame.bytes, frame.own_bytes), (72, 72));
     assert!(frame.returns && !frame.uses_floats);
@@ -61,7 +61,7 @@ fn a_frame_is_as_deep_as_its_deepest_path() {
 }
 
 #[test]
-fn a_push_that_is_dropped_is_found_out() {
+fn a_missing_push_is_detected() {
     let whole = [PUSH_R4_LR, TAKE_64, GIVE_64, POP_R4_PC];
     assert!(one(&whole).is_ok());
     for dropped in 0..3 {
@@ -69,18 +69,18 @@ fn a_push_that_is_dropped_is_found_out() {
             whole.iter().enumerate().filter(|(at, _)| *at != dropped).map(|(_, code)| *code).collect();
         assert!(one(&rest).is_err(), "without instruction {dropped}");
     }
-    // One register less: PUSH {R4} for PUSH {R4, LR}.
+    // One register fewer: PUSH {R4} instead of PUSH {R4, LR}.
     assert!(one(&[0xB410, TAKE_64, GIVE_64, POP_R4_PC]).is_err());
-    // R4 comes back as R5: POP {R5, PC}.
+    // The value of R4 is restored to R5: POP {R5, PC}.
     let error = one(&[PUSH_R4_LR, 0xBD20]).unwrap_err();
     assert!(matches!(error, FrameError::NotRestored { register: 5, .. }), "{error}");
 }
 
 #[test]
-fn a_stack_pointer_that_is_lost_is_named() {
+fn an_unknown_stack_pointer_is_reported_with_its_location() {
     // MOV SP, R0
     let error = one(&[0x4685, RETURN]).unwrap_err();
-    assert_eq!(error.to_string(), "f: the stack pointer cannot be followed");
+    assert_eq!(error.to_string(), "f: unknown stack pointer");
     // CBZ R0 over the PUSH
     let error = one(&[0xB100, PUSH_R4_LR, 0xBF00, RETURN]).unwrap_err();
     assert!(matches!(error, FrameError::Depths { .. }), "{error}");
@@ -89,7 +89,7 @@ fn a_stack_pointer_that_is_lost_is_named() {
 }
 
 #[test]
-fn a_stack_pointer_that_is_kept_elsewhere_is_followed() {
+fn a_stack_pointer_saved_in_another_register_is_tracked() {
     // PUSH {R7, LR}; MOV R7, SP; SUB SP, #64; MOV SP, R7; POP {R7, PC}
     assert_eq!(one(&[PUSH_R7_LR, 0x466F, TAKE_64, 0x46BD, POP_R7_PC]).unwrap().bytes, 72);
 }
@@ -102,37 +102,37 @@ fn calls_are_found_with_their_depths() {
 }
 
 #[test]
-fn a_function_by_its_address_is_found() {
-    // LDR R0, [PC, #4]; BLX R0: in between what the pool is aligned by.
+fn a_call_through_a_loaded_address_is_resolved() {
+    // LDR R0, [PC, #4]; BLX R0: alignment padding lies before the constant pool.
     let [low, high] = [0x0141, 0x0800];
     let code = vec![PUSH_R7_LR, 0x4801, CALL_R0, POP_R7_PC, low, high];
     let mut image = image(&[("f", code), ("g", vec![RETURN])], &[]);
-    // What stands behind the code are constants.
+    // Constants follow the code.
     image.code.retain(|at, _| !(address(0) + 8..address(1)).contains(at));
     let frame = Frames::new(&image).of(address(0)).unwrap();
     assert_eq!(frame.calls[&(address(0) + 4)].callee, Some(address(1)));
 }
 
 #[test]
-fn what_never_returns_is_not_walked_past() {
+fn analysis_stops_after_a_call_that_never_returns() {
     let panics = [&[PUSH_R7_LR][..], &call(0, 1, 1)].concat();
     let frame = followed(&[("f", panics), ("panic", vec![LOOP])]).unwrap();
     assert!(!frame.returns);
-    // Not even where both call each other.
+    // The same applies if both call each other.
     let panics = [&[PUSH_R7_LR][..], &call(1, 1, 0)].concat();
     let frame = followed(&[("f", [&[PUSH_R7_LR][..], &call(0, 1, 1)].concat()), ("g", panics)]).unwrap();
     assert!(!frame.returns);
 }
 
 #[test]
-fn outlined_pieces_are_a_part_of_their_function() {
+fn outlined_pieces_are_part_of_their_function() {
     // The piece is the function's end: POP {R4, PC}.
     let ends = [&[PUSH_R4_LR, TAKE_64, GIVE_64][..], &jump(0, 3, 1)].concat();
     let frame = followed(&[("f", ends), ("OUTLINED_FUNCTION_0", vec![POP_R4_PC])]).unwrap();
     assert!(frame.returns);
     assert_eq!(frame.bytes, 72);
     assert!(frame.pieces.iter().eq(&[address(1)]), "{:?}", frame.pieces);
-    // The piece is called, and calls in its turn: B.W g.
+    // The piece is called, and itself calls: B.W g.
     let calls = [&[PUSH_R7_LR][..], &call(0, 1, 1), &[POP_R7_PC]].concat();
     let piece = ("OUTLINED_FUNCTION_1", jump(1, 0, 2).to_vec());
     let frame = followed(&[("f", calls), piece, ("g", vec![RETURN])]).unwrap();
@@ -141,7 +141,7 @@ fn outlined_pieces_are_a_part_of_their_function() {
 }
 
 #[test]
-fn a_call_too_far_for_one_instruction_goes_through_the_linker_s_thunk() {
+fn an_out_of_range_call_goes_through_the_linker_thunk() {
     // MOVW R12, #0x0181; MOVT R12, #0x0800; BX R12: to g.
     let thunk = ("__Thumbv7ABSLongThunk_g", vec![0xF240, 0x1C81, 0xF6C0, 0x0C00, 0x4760]);
     let calls = [&[PUSH_R7_LR][..], &call(0, 1, 1), &[POP_R7_PC]].concat();
@@ -158,8 +158,8 @@ fn a_call_too_far_for_one_instruction_goes_through_the_linker_s_thunk() {
 }
 
 #[test]
-fn an_outlined_piece_behind_a_thunk_is_a_part_of_its_function() {
-    // MOVW R12, #0x0181; MOVT R12, #0x0800; BX R12: to a piece that takes and gives 64 bytes.
+fn an_outlined_piece_behind_a_thunk_is_part_of_its_function() {
+    // MOVW R12, #0x0181; MOVT R12, #0x0800; BX R12: to a piece that reserves and releases 64 bytes.
     let thunk = ("__Thumbv7ABSLongThunk_OUTLINED_FUNCTION_0", vec![0xF240, 0x1C81, 0xF6C0, 0x0C00, 0x4760]);
     let calls = [&[PUSH_R7_LR][..], &call(0, 1, 1), &[POP_R7_PC]].concat();
     let piece = ("OUTLINED_FUNCTION_0", vec![TAKE_64, GIVE_64, RETURN]);
@@ -170,12 +170,13 @@ fn an_outlined_piece_behind_a_thunk_is_a_part_of_its_function() {
 }
 
 #[test]
-fn tables_of_jumps_are_followed() {
-    // TBB [PC, R0] to a return, or to one behind 64 bytes.
+fn jump_tables_are_followed() {
+    // TBB [PC, R0] to a return, or to a return after 64 bytes on the stack.
     let mut image = image(&[("f", vec![0xE8DF, 0xF000, 0x0201, RETURN, TAKE_64, GIVE_64, RETURN])], &[]);
     image.code.remove(&(address(0) + 4));
     assert_eq!(Frames::new(&image).of(address(0)).unwrap().bytes, 64);
-    // The arm with the 64 bytes begins with what is not modelled, then the other one, too.
+    // First the branch with the 64 bytes starts with an instruction that is not modelled, then both branches
+    // do.
     for unmodelled in [address(0) + 8, address(0) + 6] {
         image.code.remove(&unmodelled);
         let error = Frames::new(&image).of(address(0)).unwrap_err();
@@ -184,46 +185,46 @@ fn tables_of_jumps_are_followed() {
 }
 
 #[test]
-fn a_table_ends_where_it_is_filled_up_and_where_constants_begin() {
+fn a_table_ends_at_its_padding_and_at_constants() {
     let bytes = |code: &[u16], table: std::ops::Range<u32>| {
         let mut image = image(&[("f", code.to_vec())], &[]);
         image.code.retain(|at, _| !table.contains(&(at - address(0))));
         Frames::new(&image).of(address(0)).map(|frame| frame.bytes)
     };
-    // Three bytes, and one that makes them even.
+    // Three byte entries, and one padding byte.
     let three = [0xE8DF, 0xF000, 0x0302, 0x0004, RETURN, RETURN, TAKE_64, GIVE_64, RETURN];
     assert_eq!(bytes(&three, 4..8), Ok(64));
-    // A half, and an instruction that does nothing.
+    // One halfword entry, and a NOP as padding.
     let half = [0xE8DF, 0xF010, 0x0002, 0xBF00, TAKE_64, GIVE_64, RETURN];
     assert_eq!(bytes(&half, 4..8), Ok(64));
-    // Only a last byte can be there for that.
+    // Only the last byte can be padding.
     let first = [&three[..2], &[0x0300, 0x0004], &three[4..]].concat();
     assert!(matches!(bytes(&first, 4..8), Err(FrameError::NoCode { .. })));
-    // LDR R1, [PC, #4] loads what stands behind the table.
+    // LDR R1, [PC, #4] loads the constant after the table.
     let constant = [0x4901, 0xE8DF, 0xF000, 0x0403, 0x0001, 0x0800, RETURN, TAKE_64, GIVE_64, RETURN];
     assert_eq!(bytes(&constant, 6..12), Ok(64));
-    // ADR R1 says where the table of TBB [R1, R0] is, behind something else; ADR R2 does not.
+    // The table of TBB [R1, R0] does not directly follow the branch: ADR R1 locates it, ADR R2 does not.
     let pointed = |adr| [adr, 0xE8D1, 0xF000, 0xBF00, 0x0302, RETURN, TAKE_64, GIVE_64, RETURN];
     assert_eq!(bytes(&pointed(0xA101), 6..10), Ok(64));
     assert!(matches!(bytes(&pointed(0xA201), 6..10), Err(FrameError::LostReturn { .. })));
-    // MOV R2, R3 between the two changes nothing, MOV R1, R3 does, and MOV PC, R3 leads elsewhere.
+    // MOV R2, R3 in between changes nothing; MOV R1, R3 does, and MOV PC, R3 jumps elsewhere.
     let moved = |mov| [0xA101, mov, 0xE8D1, 0xF000, 0x0201, RETURN, TAKE_64, GIVE_64, RETURN];
     assert_eq!(bytes(&moved(0x461A), 8..10), Ok(64));
     assert!(matches!(bytes(&moved(0x4619), 8..10), Err(FrameError::LostReturn { .. })));
     assert!(bytes(&moved(0x469F), 8..10).is_err());
-    // Nor does STR R3, [R2]; STR R3, [R1], #4 moves R1 on.
+    // STR R3, [R2] changes nothing either; STR R3, [R1], #4 updates R1.
     assert_eq!(bytes(&moved(0x6013), 8..10), Ok(64));
     let moving = [0xA101, 0xF841, 0x3B04, 0xE8D1, 0xF000, 0x0201, RETURN, TAKE_64, GIVE_64, RETURN];
     assert!(matches!(bytes(&moving, 10..12), Err(FrameError::LostReturn { .. })));
-    // TBB [R1, R0] has its table anywhere, TBB [PC, R0] without one leads nowhere.
+    // The table of TBB [R1, R0] can be anywhere; TBB [PC, R0] without a table has no target.
     let elsewhere = [0xE8D1, 0xF000, 0x0302, 0x0004, RETURN, RETURN, RETURN];
     assert!(matches!(bytes(&elsewhere, 4..8), Err(FrameError::LostReturn { .. })));
     assert!(matches!(bytes(&[0xE8DF, 0xF000, RETURN], 0..0), Err(FrameError::LostReturn { .. })));
 }
 
 #[test]
-fn a_call_of_what_has_no_functions_symbol_is_refused() {
-    // Out of assembly, behind a function without a size.
+fn a_call_target_without_a_function_symbol_is_rejected() {
+    // From assembly, after a function without a size.
     let mut image = image(&[("start", calling(0, 1)), ("label", vec![TAKE_64, LOOP])], &[0]);
     image.functions.remove(&address(1));
     image.functions.get_mut(&address(0)).unwrap().bytes = address(2) - address(0);
@@ -233,7 +234,7 @@ fn a_call_of_what_has_no_functions_symbol_is_refused() {
 }
 
 #[test]
-fn levels_nest_with_what_interrupts_save() {
+fn levels_nest_with_the_frames_that_interrupts_save() {
     let program = [&[TAKE_64][..], &SQUARE_ROOT, &[LOOP]].concat();
     let functions = [
         ("start", program),
@@ -246,22 +247,23 @@ fn levels_nest_with_what_interrupts_save() {
     let bound = bound(&image, "").unwrap();
     let levels: Vec<_> =
         bound.levels.iter().map(|level| (level.priority, level.saved_bytes, level.bytes)).collect();
-    // Below the low level floats are used: 26 words; in it they are not: 8; 4 bytes to align each.
+    // The code below the low level uses floats: 26 words; the low level does not: 8 words; 4 bytes of
+    // alignment each.
     assert_eq!(levels, [(None, 0, 64), (Some(6), 108, 8), (Some(2), 36, 8)]);
     assert_eq!((bound.bytes, bound.available_bytes), (64 + 108 + 8 + 36 + 8, 0x400));
     assert_eq!(bound.levels[2].handler, "same");
 }
 
 #[test]
-fn an_interrupt_without_a_priority_is_refused() {
+fn an_interrupt_without_a_priority_is_rejected() {
     let image = image(&[("start", vec![LOOP]), ("unheard", vec![RETURN])], &[0, NONE, NONE, 1]);
     let error = bound(&image, "").unwrap_err();
     assert_eq!(error, StackError::NoPriority { handler: "unheard".into() });
 }
 
 #[test]
-fn a_stack_that_is_larger_than_the_linkers_is_seen() {
-    // SUB.W SP, SP, #1024 is all of it.
+fn a_stack_larger_than_the_linkers_is_detected() {
+    // SUB.W SP, SP, #1024 uses the whole stack.
     let fits = [("start", vec![0xF5AD, 0x6D80, LOOP])];
     let bound_of = |functions: &[Code]| bound(&image(functions, &[0]), "").unwrap();
     let bound = bound_of(&fits);
@@ -271,9 +273,9 @@ fn a_stack_that_is_larger_than_the_linkers_is_seen() {
 }
 
 #[test]
-fn recursion_is_refused_with_its_chain_and_allowed_as_declared() {
+fn recursion_is_rejected_with_its_chain_and_allowed_if_declared() {
     let functions = [("start", calling(0, 1)), ("f", calling(1, 2)), ("g", calling(2, 1))];
-    // They return: only so far as others do.
+    // The functions return only because CBZ can skip the call.
     let functions = functions.map(|(name, mut code)| {
         code.insert(0, 0xB110);
         let number = usize::from(name == "f") + 2 * usize::from(name == "g");
@@ -317,7 +319,7 @@ fn a_call_through_a_pointer_must_be_declared() {
 }
 
 #[test]
-fn what_masks_interrupts_is_on_top_and_what_is_early_below_no_late_interrupt() {
+fn last_functions_are_on_top_and_early_functions_exclude_late_interrupts() {
     let functions = [
         ("start", calling(0, 3)),
         ("low", calling(1, 4)),
@@ -333,17 +335,17 @@ fn what_masks_interrupts_is_on_top_and_what_is_early_below_no_late_interrupt() {
     assert_eq!(bytes("last last"), 8 + 64 + 36 + 8 + 8 + 64);
     assert_eq!(bytes("late low\nearly early"), 8 + 36 + 8 + 8 + 64 + 36);
     assert_eq!(bytes("late low\nearly early\nlast last"), 8 + 36 + 8 + 8 + 64);
-    // Up to where it masks interrupts it is interrupted itself.
+    // Before it masks interrupts, it can be interrupted itself.
     let own = [&functions[..4], &[("last", vec![TAKE_64, LOOP])]].concat();
     let own = bound(&code::image(&own, &vectors), "last last").unwrap();
     assert_eq!(own.bytes, 8 + 64 + 36 + 8 + 64 + 36);
-    let error = bound(&image, "last nobody").unwrap_err();
+    let error = bound(&image, "last missing").unwrap_err();
     assert!(matches!(error, StackError::Unmatched { .. }), "{error}");
 }
 
 #[test]
-fn a_fault_handler_begins_a_new_stack() {
-    // LDR R0, [PC, #0]; MOV SP, R0; B.N itself; the stack's begin.
+fn a_fault_handler_restarts_the_stack() {
+    // LDR R0, [PC, #0]; MOV SP, R0; B.N to itself; the top of the stack.
     let fault = vec![0x4801, 0x4685, TAKE_64, LOOP, 0x0400, 0x2000];
     let mut image = image(&[("start", vec![LOOP]), ("fault", fault)], &[0, NONE, 1]);
     image.code.retain(|at, _| *at < address(1) + 8);
@@ -353,7 +355,7 @@ fn a_fault_handler_begins_a_new_stack() {
 }
 
 #[test]
-fn a_panic_that_is_reached_is_named_with_its_path() {
+fn a_reached_panic_is_reported_with_its_path() {
     let root = [&SQUARE_ROOT[..], &jump(0, 2, 1)].concat();
     let functions = [("tick", root), ("core::f", calling(1, 2)), ("core::panicking::panic", vec![LOOP])];
     let image = image(&functions, &[]);
@@ -369,7 +371,7 @@ fn a_panic_that_is_reached_is_named_with_its_path() {
 }
 
 #[test]
-fn a_trap_and_a_call_out_of_sight_are_no_less() {
+fn traps_and_undeclared_pointer_calls_are_reported_too() {
     let only =
         |code: Vec<u16>| reach::only(&image(&[("tick", code)], &[]), &Declared::default(), "tick", &[]);
     let error = only(vec![0xB100, RETURN, TRAP]).unwrap_err();

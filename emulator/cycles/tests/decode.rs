@@ -1,4 +1,4 @@
-//! Encodings against LLVM's reading of them, and what stands between them: IT blocks.
+//! Encodings compared with LLVM's disassembly, and IT blocks, which affect the following instructions.
 
 use cycles::instruction::{
     Arithmetic, Condition, Instruction, ItState, Operand, Operation, Undecoded, decode, decode_all,
@@ -19,7 +19,7 @@ fn all(halfwords: &[u16]) -> Vec<Instruction> {
 }
 
 #[test]
-fn encodings_read_as_llvm_reads_them() {
+fn encodings_match_the_disassembly_of_llvm() {
     let rows = include_str!("encodings.txt").lines().filter(|line| !line.starts_with('#'));
     let mut known = 0;
     for row in rows {
@@ -38,7 +38,7 @@ fn encodings_read_as_llvm_reads_them() {
 }
 
 #[test]
-fn any_bytes_are_decoded_or_refused() {
+fn any_bytes_are_decoded_or_rejected() {
     let blocks = [0xBF08u16, 0xBF1C, 0xBF01];
     for first in 0..=u16::MAX {
         let is_wide = first >= 0xE800;
@@ -65,7 +65,7 @@ fn any_bytes_are_decoded_or_refused() {
     }
 }
 
-/// `ITETE GT` governs four instructions, one in two with the condition turned round.
+/// `ITETE GT` governs four instructions; every second one has the inverse condition.
 #[test]
 fn an_it_block_gives_its_conditions_in_order() {
     let code = all(&[0xBFCB, 0x1840, 0x1840, 0xF851, 0x0B04, 0x1840, 0x1840]);
@@ -78,9 +78,10 @@ fn an_it_block_gives_its_conditions_in_order() {
     assert_eq!(code[3].to_string(), "ldrgt r0, [r1], #4");
 }
 
-/// The same 16 bits are `ADDS` outside of a block and `ADD` in it (A6.7.3), the comparison sets flags in both.
+/// The same 16 bits are `ADDS` outside of a block and `ADD` inside (A6.7.3); a comparison sets the flags in
+/// both cases.
 #[test]
-fn narrow_arithmetic_leaves_the_flags_alone_in_a_block() {
+fn narrow_arithmetic_does_not_change_the_flags_in_a_block() {
     let code = all(&[0x1840, 0xBF04, 0x1840, 0x4288]);
     assert_eq!(code[0].to_string(), "adds r0, r0, r1");
     assert_eq!(code[2].to_string(), "addeq r0, r0, r1");
@@ -89,7 +90,7 @@ fn narrow_arithmetic_leaves_the_flags_alone_in_a_block() {
 }
 
 #[test]
-fn what_jumps_is_the_last_of_its_block() {
+fn a_jump_is_the_last_instruction_of_its_block() {
     // BX LR; POP {PC}; BL; LDR PC, [R0]; MOV PC, R0; TBB
     let jumps: [&[u16]; 6] =
         [&[0x4770], &[0xBD00], &[0xF000, 0xF800], &[0xF8D0, 0xF000], &[0x4687], &[0xE8D0, 0xF001]];
@@ -99,7 +100,7 @@ fn what_jumps_is_the_last_of_its_block() {
         let first = bytes(&[&[0xBF04], jump, &[0xBF00]].concat());
         assert!(decode_all(ADDRESS, &first).nth(1).unwrap().is_err(), "{jump:x?}");
     }
-    // CBZ, IT, conditional B (both sizes), CPSID, MOVS of a register: in no block.
+    // CBZ, IT, conditional B (both sizes), CPSID, MOVS of a register: not allowed in any block.
     for never in [&[0xB100u16][..], &[0xBF08], &[0xD000], &[0xF000, 0x8000], &[0xB672], &[0x0008]] {
         assert!(alone(never).is_ok(), "{never:x?}");
         let last = bytes(&[&[0xBF08], never].concat());
@@ -108,14 +109,14 @@ fn what_jumps_is_the_last_of_its_block() {
 }
 
 #[test]
-fn a_breakpoint_heeds_no_condition() {
+fn a_breakpoint_ignores_the_condition() {
     assert_eq!(all(&[0xBF08, 0xBEAB])[1].condition, Condition::Always);
     assert_eq!(all(&[0xBF08, 0xDE00])[1].condition, Condition::Equal);
 }
 
-/// Table A5-11: the four patterns leave the carry alone, a rotation puts out its top bit.
+/// Table A5-11: the four patterns do not change the carry; a rotation sets it to the top bit.
 #[test]
-fn expanded_numbers_carry_as_the_manual_says() {
+fn expanded_immediates_set_the_carry_as_in_the_manual() {
     let operand = |code: [u16; 2]| match alone(&code).unwrap().operation {
         Operation::Move { operand: Operand::Immediate { value, carry }, .. } => (value, carry),
         other => panic!("{other:?}"),
@@ -130,7 +131,7 @@ fn expanded_numbers_carry_as_the_manual_says() {
 }
 
 #[test]
-fn adr_is_a_number_from_the_aligned_program_counter() {
+fn adr_adds_an_immediate_to_the_aligned_program_counter() {
     let Operation::Arithmetic { operator, d, n, .. } = alone(&[0xF2AF, 0x0009]).unwrap().operation else {
         panic!("ADR is arithmetic");
     };
@@ -138,7 +139,7 @@ fn adr_is_a_number_from_the_aligned_program_counter() {
 }
 
 #[test]
-fn decoding_ends_at_what_is_not_modelled() {
+fn decoding_ends_at_an_unmodelled_instruction() {
     // NOP, CDP, NOP
     let code = bytes(&[0xBF00, 0xEE00, 0x0000, 0xBF00]);
     let decoded: Vec<_> = decode_all(ADDRESS, &code).collect();

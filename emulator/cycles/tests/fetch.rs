@@ -1,7 +1,8 @@
-//! Stalls of runs of misaligned instructions against a fetch unit that is played word by word.
+//! Stalls of runs of misaligned instructions, compared with a word-by-word simulation of the fetch unit.
 //!
-//! Arm, KA8521: a Cortex-M4 fetches aligned words, one per cycle, into a buffer of three, as long as there is room.
-#![expect(clippy::unwrap_used, reason = "in helpers of tests as in tests")]
+//! Arm, KA8521: a Cortex-M4 fetches aligned words, one per cycle, into a three-word buffer while it has
+//! space.
+#![expect(clippy::unwrap_used, reason = "test helpers, like tests")]
 
 use cycles::instruction::{Instruction, decode_all};
 use cycles::timing::{Column, Known, Outcome, Pipeline, Profile, Row, Timing};
@@ -9,7 +10,7 @@ use rand_core::{Rng, SeedableRng};
 use rand_pcg::Pcg64Mcg;
 
 const BUFFER_WORDS: usize = 3;
-/// Cycles from a fetch until its word can be executed: as many as a jump takes at most on top of its own.
+/// Cycles from a fetch until its word can execute: the maximum additional cycles of a jump.
 const MAX_LATENCY: usize = 3;
 const CODE: u32 = 0x1000;
 /// `NOP`; `LDR R1, [R0]`; `ADD.W R12, R1, #1`; `LDR.W R12, [R0]`; `STR.W R1, [R0]`.
@@ -21,9 +22,10 @@ fn model(timing: Timing, code: &[Instruction]) -> Vec<u32> {
     code.iter().map(|one| timing.cycles(&mut pipeline, one, Outcome::Done, Known::default())).collect()
 }
 
-/// Cycles that a chip waits for instructions whose own cycles are known, a word coming `latency` cycles after its fetch.
+/// Wait cycles of a chip for instructions with known own cycles, if a word arrives `latency` cycles after its
+/// fetch.
 fn waits(code: &[Instruction], own: &[u32], latency: usize) -> usize {
-    // When each word comes, from that of the first instruction on.
+    // Arrival time of each word, starting with the first instruction's word.
     let mut comes: Vec<usize> = Vec::new();
     let (mut now, mut waits) = (0, 0);
     let word = |address: u32| usize::try_from((address - CODE) / 4).unwrap();
@@ -44,7 +46,7 @@ fn waits(code: &[Instruction], own: &[u32], latency: usize) -> usize {
     waits
 }
 
-/// Of the upper column, that is; the likely one says what is seen most often.
+/// Applies to the upper column; the likely column contains the most common values.
 #[test]
 fn no_chip_with_a_buffer_of_three_words_stalls_more_often() {
     let mut random = Pcg64Mcg::seed_from_u64(1);
@@ -62,13 +64,14 @@ fn no_chip_with_a_buffer_of_three_words_stalls_more_often() {
         let own_likely = model(likely.with(Row::MisalignedRun, 0), &code);
         let stalls = |all: &[u32], own: &[u32]| (all.iter().sum::<u32>() - own.iter().sum::<u32>()) as usize;
         for latency in 1..=MAX_LATENCY {
-            // The first word, and the second one of a misaligned target: what a jump there takes is apart.
+            // Excludes the cost of the jump there: the first word, and the second word of a misaligned
+            // target.
             let after_jump = latency + 1;
             let upper = stalls(&of(Column::Upper), &own);
-            assert!(waits(&code, &own, latency) <= after_jump + upper, "{code:?} of {latency}");
+            assert!(waits(&code, &own, latency) <= after_jump + upper, "{code:?}, latency {latency}");
             let likely = stalls(&of(Column::Likely), &own_likely);
             more_than_likely += usize::from(waits(&code, &own_likely, latency) > after_jump + likely);
         }
     }
-    assert!(more_than_likely > 0, "the buffer is no check of anything");
+    assert!(more_than_likely > 0, "the simulated buffer never stalls more than the likely column");
 }

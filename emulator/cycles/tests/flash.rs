@@ -1,4 +1,4 @@
-//! Waiting for flash, by hand-counted examples of 4 wait states and lines of 8 bytes.
+//! Flash wait states: hand-counted examples with 4 wait states and lines of 8 bytes.
 
 use cycles::instruction::{Instruction, decode_all};
 use cycles::timing::{Access, Caches, Column, Flash, Known, Outcome, Pipeline, Profile, Timing};
@@ -23,7 +23,7 @@ fn timing(flash: Flash) -> Timing {
     Timing::new(Profile::Flash(flash), Column::Likely)
 }
 
-/// Cycles with the worst of caches.
+/// Cycles in the worst cache state.
 fn longest(flash: Flash, code: &[Instruction], known: Known) -> u32 {
     let mut pipeline = Pipeline::default();
     code.iter().map(|i| timing(flash).cycles(&mut pipeline, i, Outcome::Done, known)).sum()
@@ -62,29 +62,29 @@ fn code_in_ram_does_not_wait() {
 }
 
 #[test]
-fn what_comes_back_from_ccm_waits_for_its_line() {
+fn a_return_from_ccm_waits_for_its_line() {
     let code = [decode(FLASH, &[NOP; 2]), decode(CCM, &[NOP; 2]), decode(FLASH + 4, &[NOP; 2])].concat();
     assert_eq!(longest(Flash::STM32G4, &code, Known::default()), 6 + 2 * 4);
 }
 
 #[test]
-fn what_ran_once_is_cached_until_as_many_other_lines_ran() {
+fn a_line_stays_cached_until_as_many_other_lines_were_used() {
     let flash = Flash { instruction_lines: 3, ..Flash::STM32G4 };
     let line = |number: u32| decode(FLASH + 8 * number, &[NOP; 4]);
     let mut caches = Caches::default();
     let mut run = |number| cached(flash, &mut caches, &line(number), Known::default());
     let waits = [0, 1, 2, 0, 3, 0, 1].map(|number| run(number) - 4);
-    // Line 0 is used again before line 3 comes: line 1 gives way.
+    // Line 0 is used again before line 3 is read, so line 1 is replaced.
     assert_eq!(waits, [4, 4, 4, 0, 4, 0, 4]);
 }
 
 #[test]
-fn a_branch_back_is_a_miss_and_a_read_in_vain_at_worst_and_a_hit_in_the_cache() {
+fn a_backward_branch_is_at_worst_a_miss_after_a_useless_read_and_hits_in_the_cache() {
     let code = decode(FLASH, &[BRANCH]);
     let [branch] = code.as_slice() else { panic!("one instruction") };
     let (mut pipeline, mut caches) = (Pipeline::default(), Caches::default());
     let timing = timing(Flash::STM32G4);
-    // 3 cycles of its own, its line, and the line behind it.
+    // 3 own cycles, the read of its line, and the useless read of the next line.
     let mut again = || timing.cycles(&mut pipeline, branch, Outcome::Taken, Known::default());
     assert_eq!([again(), again()], [3 + 4 + 4; 2]);
     let mut pipeline = Pipeline::default();
@@ -98,7 +98,7 @@ fn constants_wait_and_variables_do_not() {
     let code = decode(RAM, &[LOAD, NOP]);
     let at = |address| Known { access: Some(Access::at(address)), ..Known::default() };
     assert_eq!(longest(Flash::STM32G4, &code, at(FLASH)), 3 + 4);
-    // A word across two lines, and one more access for it.
+    // A word across two lines, with one further access.
     assert_eq!(longest(Flash::STM32G4, &code, at(FLASH + 6)), 3 + 2 * 4 + 1);
     assert_eq!(longest(Flash::STM32G4, &code, at(RAM)), 3);
     assert_eq!(longest(Flash::STM32G4, &code, at(CCM)), 3);
@@ -107,7 +107,7 @@ fn constants_wait_and_variables_do_not() {
         longest(Flash::STM32G4, &code, Known { access: Some(access), ..Known::default() })
     };
     assert_eq!(between(CCM, CCM + 0x7FFC), 3);
-    // Behind it, and where it does not reach: flash.
+    // Addresses after the CCM and before it are flash.
     assert_eq!(between(CCM, CCM + 0x8000), 3 + 2 * 4);
     assert_eq!(between(CCM - 4, CCM + 4), 3 + 2 * 4);
     let unknown =
@@ -119,11 +119,12 @@ fn constants_wait_and_variables_do_not() {
 }
 
 #[test]
-fn a_line_read_ahead_is_waited_for_less() {
+fn a_prefetched_line_waits_less() {
     let flash = Flash { prefetches: true, ..Flash::STM32G4 };
     let code = decode(FLASH, &[NOP; 8]);
-    // The second line's read of 5 cycles begins with the first line's four instructions: one cycle is left.
+    // The read of the second line takes 5 cycles and starts together with the first line's four instructions,
+    // so one cycle remains.
     assert_eq!(cached(flash, &mut Caches::default(), &code, Known::default()), 8 + 4 + 1);
-    // At worst a useless read of 5 comes before either.
+    // In the worst case, a useless read of 5 cycles precedes both lines.
     assert_eq!(longest(flash, &code, Known::default()), 8 + 2 * (4 + 5));
 }

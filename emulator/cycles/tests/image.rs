@@ -1,4 +1,4 @@
-//! Images out of ELF files, as small as they can be.
+//! Minimal images from ELF files.
 
 #[path = "image/elf.rs"]
 mod elf;
@@ -10,15 +10,15 @@ use cycles::machine::Machine;
 use cycles::timing::{Column, Flash, Profile, Timing};
 use elf::{ABSOLUTE, Elf, FUNCTION, GLOBAL, OBJECT};
 
-/// Where code is copied to at start.
+/// Address of code that is copied at startup.
 const CCM: u32 = 0x1000_0000;
 
-/// Two functions in flash, the first with two constants behind its code, the second without a size; a variable; a
-/// function that runs elsewhere than it is flashed.
+/// Two functions in flash, the first with two constants after its code, the second without a size; a
+/// variable; and a function that runs at an address other than its flash address.
 fn sample() -> Elf {
     Elf {
         machine: 40,
-        // NOP; BX LR; constants that are no code; MOVS R0, #1; BX LR
+        // NOP; BX LR; constants that are not code; MOVS R0, #1; BX LR
         text: [0xBF00u16, 0x4770, 0xFFFF, 0xFFFF, 0x2001, 0x4770]
             .iter()
             .flat_map(|half| half.to_le_bytes())
@@ -70,7 +70,7 @@ fn an_image_has_memory_functions_and_code() {
     assert_eq!((data.address, data.flashed_at, data.is_writable), (0x2000_0000, 0x0800_000C, true));
 }
 
-/// Code and variables in a RAM that is not where the others are.
+/// Code and variables in a separate RAM.
 #[test]
 fn code_runs_where_it_is_copied_to() {
     let mut image = Image::read(&sample().bytes()).unwrap();
@@ -79,7 +79,7 @@ fn code_runs_where_it_is_copied_to() {
     let timing = Timing::new(Profile::Flash(Flash::STM32G4), Column::Likely);
     let mut machine = Machine::new(Arc::new(image), timing).unwrap();
     let run = machine.call(CCM, [CCM + 8, 0, 0, 0]).unwrap();
-    // 2 for the load, 1 each for sum and store, 3 for the return: nothing waits.
+    // 2 cycles for the load, 1 each for sum and store, 3 for the return: no wait states.
     assert_eq!(run.cycles, 7);
     let mut variable = [0; 4];
     machine.read(CCM + 8, &mut variable).unwrap();
@@ -100,19 +100,19 @@ fn places_have_names_and_memory_has_bytes() {
     assert_eq!(image.bytes(0x1FFF_FFFF, 1), None);
 }
 
-/// What is not modelled leaves a hole in the code, and the functions behind it are read all the same.
+/// Code that is not modelled leaves a gap; the functions after it are still decoded.
 #[test]
-fn undecoded_code_is_a_hole_up_to_the_next_function() {
+fn undecoded_code_is_a_gap_up_to_the_next_function() {
     let mut elf = sample();
     elf.text[2..4].copy_from_slice(&0xB650u16.to_le_bytes());
     let image = Image::read(&elf.bytes()).unwrap();
     let addresses: Vec<u32> = image.code.keys().copied().collect();
     assert_eq!(addresses[..3], [0x0800_0000, 0x0800_0008, 0x0800_000A]);
-    assert_eq!(image.undecoded[0].to_string(), "0xb650 at 0x08000002 is not an instruction that is modelled");
+    assert_eq!(image.undecoded[0].to_string(), "0xb650 at 0x08000002 is not a modelled instruction");
 }
 
 #[test]
-fn files_that_cannot_be_analysed_say_why() {
+fn files_that_cannot_be_analysed_return_the_reason() {
     let error = |elf: Elf| Image::read(&elf.bytes()).unwrap_err();
     assert!(matches!(Image::read(b"not an ELF"), Err(ImageError::NotElf(_))));
     assert!(matches!(error(Elf { machine: 243, ..sample() }), ImageError::NotArm { machine: 243 }));
@@ -123,9 +123,9 @@ fn files_that_cannot_be_analysed_say_why() {
     assert!(matches!(error(Elf { stack_sizes, ..sample() }), ImageError::CutOff { part: ".stack_sizes" }));
 }
 
-/// A file that is cut off anywhere is refused or read, never a panic.
+/// Any truncated file is rejected or parsed, never a panic.
 #[test]
-fn damaged_files_are_no_panic() {
+fn damaged_files_do_not_panic() {
     let bytes = sample().bytes();
     for length in 0..bytes.len() {
         let _ = Image::read(&bytes[..length]);

@@ -1,5 +1,6 @@
-//! What the machine tells of a call: results, cycles, stack, marked functions, and where it stops.
-#![expect(clippy::unwrap_used, clippy::panic, reason = "in helpers of tests as in tests")]
+//! Results of calls on the machine: return value, cycles, stack, marked functions, and the location of
+//! errors.
+#![expect(clippy::unwrap_used, clippy::panic, reason = "test helpers, like tests")]
 
 use std::collections::BTreeMap;
 use std::sync::Arc;
@@ -96,7 +97,7 @@ fn machine() -> Machine {
     Machine::new(Arc::new(image()), Timing::new(Profile::ZeroWait, Column::Likely)).unwrap()
 }
 
-/// Where a call stopped, and why.
+/// Location and reason of the error of a call.
 fn stop(machine: &mut Machine, function: u32, argument: u32) -> (String, Stop) {
     match machine.call(function, [argument, 0, 0, 0]) {
         Err(MachineError::Stopped { place, stop, .. }) => (place, stop),
@@ -105,33 +106,33 @@ fn stop(machine: &mut Machine, function: u32, argument: u32) -> (String, Stop) {
 }
 
 #[test]
-fn a_call_gives_the_result_and_what_it_took() {
+fn a_call_returns_the_result_and_its_cost() {
     let run = machine().call(ADD, [2, 3, 0, 0]).unwrap();
     assert_eq!((run.result, run.instructions, run.stack_bytes), (5, 2, 0));
     assert!(run.cycles >= 2);
-    // An address of Thumb code, as in a table of functions.
+    // A Thumb address with bit 0 set, as in a table of functions.
     assert_eq!(machine().call(ADD | 1, [2, 3, 0, 0]).unwrap(), run);
 }
 
 #[test]
-fn the_stack_is_counted_down_to_its_lowest_pointer_and_to_its_lowest_written_byte() {
+fn the_stack_is_measured_to_the_lowest_pointer_and_the_lowest_written_byte() {
     let run = machine().call(DEEP, [7, 0, 0, 0]).unwrap();
     assert_eq!(run.stack_bytes, 5 * 4 + 16);
     assert_eq!(run.stack_written_bytes, 5 * 4 + 8);
-    // A call leaves no marks that the next one would count.
+    // The next call does not count bytes written by an earlier call.
     let mut machine = machine();
     machine.call(DEEP, [7, 0, 0, 0]).unwrap();
     assert_eq!(machine.call(ADD, [0; 4]).unwrap().stack_written_bytes, 0);
 }
 
 #[test]
-fn marked_functions_are_told_in_order_with_tail_calls_and_without_loops() {
+fn marked_calls_are_reported_in_order_with_tail_calls_and_without_loops() {
     let mut machine = machine();
     machine.mark([OUTER, INNER]);
     let run = machine.call(OUTER, [3, 0, 0, 0]).unwrap();
     let functions: Vec<u32> = run.calls.iter().map(|call| call.function).collect();
     assert_eq!(functions, [OUTER, INNER, INNER, INNER]);
-    // One, two and three times round; the last is jumped to, and returns for the outer one.
+    // One, two and three iterations; the last call is a tail call and returns for the outer function.
     let instructions: Vec<u64> = run.calls.iter().map(|call| call.instructions).collect();
     assert_eq!(instructions, [run.instructions, 3, 5, 7]);
     assert_eq!(run.instructions, 9 + 3 + 5 + 7);
@@ -144,14 +145,14 @@ fn marked_functions_are_told_in_order_with_tail_calls_and_without_loops() {
 }
 
 #[test]
-fn memory_is_as_the_image_has_it_and_stays_between_calls() {
+fn memory_is_initialised_from_the_image_and_persists_between_calls() {
     let mut machine = machine();
     let mut load = |address| machine.call(LOAD, [address, 0, 0, 0]).map(|run| run.result);
     assert_eq!(load(DATA), Ok(0x0403_0201));
     assert_eq!(load(DATA_IN_FLASH), Ok(0x0403_0201));
     assert_eq!(load(DATA + 4), Ok(0));
     assert_eq!(load(ADD), Ok(0x4770_1840));
-    // Not aligned, which a load of one word may be.
+    // Unaligned, which is allowed for single-word loads.
     assert_eq!(load(DATA + 1), Ok(0x0004_0302));
     machine.write(DATA + 4, &[9]).unwrap();
     let twin = machine.clone();
@@ -165,13 +166,13 @@ fn memory_is_as_the_image_has_it_and_stays_between_calls() {
 }
 
 #[test]
-fn what_is_not_there_stops_the_call_and_names_the_place() {
+fn unmapped_memory_or_code_stops_the_call_with_its_location() {
     let mut machine = machine();
     let peripheral = 0x4000_0000;
     let (place, reason) = stop(&mut machine, LOAD, peripheral);
     assert_eq!(place, "load");
     assert_eq!(reason, AccessError::Unmapped { address: peripheral }.into());
-    // Half in, half out.
+    // Partly inside, partly outside of RAM.
     assert_eq!(
         stop(&mut machine, LOAD, 0x2000_1FFE).1,
         AccessError::Unmapped { address: 0x2000_1FFE }.into()
@@ -180,7 +181,7 @@ fn what_is_not_there_stops_the_call_and_names_the_place() {
     assert_eq!(stop(&mut machine, PAIR, DATA + 2).1, AccessError::Unaligned { address: DATA + 2 }.into());
     assert_eq!(stop(&mut machine, JUMP, ADD).1, Stop::NotThumb { target: ADD });
     assert_eq!(stop(&mut machine, JUMP, DATA | 1).1, Stop::NoCode);
-    // Into the middle of an instruction.
+    // A jump into the middle of an instruction.
     assert_eq!(stop(&mut machine, PAIR + 2, 0).1, Stop::NoCode);
     let operation = Operation::SupervisorCall(1);
     assert_eq!(stop(&mut machine, SERVICE, 0).1, Stop::Trap { operation });
@@ -190,7 +191,7 @@ fn what_is_not_there_stops_the_call_and_names_the_place() {
 }
 
 #[test]
-fn a_call_without_end_is_given_up() {
+fn an_endless_call_stops_at_the_limit() {
     let mut machine = machine();
     machine.limit(1000);
     assert_eq!(stop(&mut machine, FOREVER, 0).1, Stop::StepLimit { instructions: 1000 });
@@ -201,7 +202,7 @@ fn a_call_without_end_is_given_up() {
 }
 
 #[test]
-fn an_image_that_does_not_say_where_its_ram_is_gives_no_machine() {
+fn an_image_without_ram_symbols_is_an_error() {
     let mut image = image();
     image.symbols = BTreeMap::new();
     let error = Machine::new(Arc::new(image), Timing::new(Profile::ZeroWait, Column::Likely)).unwrap_err();

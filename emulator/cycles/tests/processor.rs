@@ -1,5 +1,5 @@
-//! Exceptions of the processor: what is put on the stack, who interrupts whom, sleep, faults, the guard of the stack.
-#![expect(clippy::unwrap_used, clippy::indexing_slicing, reason = "in helpers of tests as in tests")]
+//! Exceptions of the processor: stacked frames, preemption, sleep, faults, and protection of the stack.
+#![expect(clippy::unwrap_used, clippy::indexing_slicing, reason = "test helpers, like tests")]
 
 use std::sync::Arc;
 
@@ -13,7 +13,7 @@ const FLASH: u32 = 0x0800_0000;
 const STACK_TOP: u32 = 0x2000_0400;
 const RAM: u32 = 0x2000_0000;
 const RAM_BYTES: usize = 0x400;
-/// Who writes an exception's number there clears the line of its interrupt.
+/// Writing an exception number here clears the line of its interrupt.
 const CLEAR: u32 = 0x4000_0000;
 
 const HARD_FAULT: u32 = FLASH + 0x100;
@@ -94,7 +94,7 @@ impl Bus for Chip {
     fn reset(&mut self, _: Reset, _: u64) {}
 }
 
-/// A processor that is to run `main`, with these handlers of interrupts 0 and 1.
+/// A processor that runs `main`, with these handlers for interrupts 0 and 1.
 fn processor(main: &[u16], handlers: [u32; 2]) -> Processor<Chip> {
     let mut flash = vec![0; 0x400];
     let mut put = |address: u32, bytes: &[u8]| {
@@ -128,10 +128,10 @@ fn processor(main: &[u16], handlers: [u32; 2]) -> Processor<Chip> {
     Processor::new(Arc::new(image), chip, Timing::new(Profile::ZeroWait, Column::Likely)).unwrap()
 }
 
-/// str r7, [r0]; str r3, [r2]; b .: enables interrupts, sets their priorities.
+/// str r7, [r0]; str r3, [r2]; b .: enables interrupts and sets their priorities.
 const SET_UP: [u16; 3] = [0x6007, 0x6013, 0xE7FE];
 
-/// After [`SET_UP`], with these priorities.
+/// A processor after [`SET_UP`], with these priorities.
 fn set_up(priorities: [u8; 2], handlers: [u32; 2]) -> Processor<Chip> {
     let mut processor = processor(&SET_UP, handlers);
     let [first, second] = priorities;
@@ -156,7 +156,7 @@ fn step(processor: &mut Processor<Chip>) {
 }
 
 #[test]
-fn a_handler_leaves_no_trace_but_what_it_wrote() {
+fn a_handler_changes_only_the_memory_it_writes() {
     let mut processor = set_up([0x40, 0x80], [FIRST, SECOND]);
     let before = processor.registers.clone();
     processor.bus.lines = 1;
@@ -167,13 +167,13 @@ fn a_handler_leaves_no_trace_but_what_it_wrote() {
     processor.run_until(began + 60).unwrap();
     assert!(processor.registers == before);
     assert_eq!(processor.bus.word(RAM), 16);
-    // What was on the stack: the return address is the loop's, xPSR has the Thumb bit.
+    // The stacked frame: the return address is in the loop, xPSR has the Thumb bit set.
     assert_eq!(processor.bus.word(STACK_TOP - 8), MAIN + 4);
     assert_eq!(processor.bus.word(STACK_TOP - 4) & 0x0100_01FF, 0x0100_0000);
 }
 
 #[test]
-fn the_more_urgent_interrupts_the_other_and_not_the_reverse() {
+fn only_a_more_urgent_interrupt_preempts() {
     for (priorities, is_nested) in [([0x80, 0x40], true), ([0x40, 0x80], false), ([0x40, 0x40], false)] {
         let mut processor = set_up(priorities, [FIRST, SECOND]);
         processor.bus.lines = 1;
@@ -189,7 +189,7 @@ fn the_more_urgent_interrupts_the_other_and_not_the_reverse() {
 }
 
 #[test]
-fn a_handler_right_behind_another_one_costs_less_than_two() {
+fn tail_chained_handlers_cost_less_than_two_separate_handlers() {
     let cycles = |lines: u128| {
         let mut processor = set_up([0x40, 0x80], [FIRST, SECOND]);
         processor.bus.lines = lines;
@@ -205,7 +205,7 @@ fn a_handler_right_behind_another_one_costs_less_than_two() {
 }
 
 #[test]
-fn basepri_keeps_out_what_is_not_more_urgent() {
+fn basepri_masks_interrupts_that_are_not_more_urgent() {
     let mut processor = set_up([0x40, 0x80], [FIRST, SECOND]);
     processor.registers.basepri = 0x80;
     processor.bus.lines = 2;
@@ -220,7 +220,7 @@ fn basepri_keeps_out_what_is_not_more_urgent() {
 }
 
 #[test]
-fn a_sleeper_with_interrupts_masked_wakes_and_handles_nothing() {
+fn a_sleeping_processor_with_masked_interrupts_wakes_without_running_a_handler() {
     // str r7, [r0]; cpsid i; wfi; movs r0, #7; b .
     let mut processor = processor(&[0x6007, 0xB672, 0xBF30, 0x2007, 0xE7FE], [FIRST, SECOND]);
     for (register, value) in [(0, ENABLE), (7, 1), (4, RAM), (6, CLEAR)] {
@@ -253,7 +253,7 @@ fn float_registers_survive_a_handler_that_uses_them() {
 }
 
 #[test]
-fn a_float_unit_that_is_off_is_a_fault() {
+fn a_float_instruction_with_the_unit_disabled_is_a_fault() {
     // vmov s0, r2; b .
     let mut processor = processor(&[0xEE00, 0x2A10, 0xE7FE], [FIRST, SECOND]);
     processor.run_until(30).unwrap();
@@ -269,7 +269,8 @@ fn a_fault_calls_its_handler_and_a_fault_there_locks_up() {
     let [fault] = processor.faults() else { panic!("{:?}", processor.faults()) };
     assert!((fault.place.as_str(), fault.locks_up) == ("main", false), "{fault:?}");
     assert_eq!(processor.registers.read(0), 9);
-    // Without room for a frame the handler of that fault is called, and the stack is as if the frame were there (MSTKERR, STKERR).
+    // If the frame has no memory, the hard fault handler runs, and SP is as after stacking the frame
+    // (MSTKERR, STKERR).
     let mut processor = set_up([0x40, 0x80], [FIRST, SECOND]);
     processor.registers.write(SP, 0x1000_0000);
     processor.bus.lines = 1;
@@ -280,10 +281,10 @@ fn a_fault_calls_its_handler_and_a_fault_there_locks_up() {
 }
 
 #[test]
-fn a_guarded_range_keeps_everybody_out() {
+fn a_protected_range_denies_all_access() {
     // str r1, [r0, #8]; str r2, [r0, #12]; str r3, [r0]; str r4, [r5]; str r4, [r6]; b .
     let mut processor = processor(&[0x6081, 0x60C2, 0x6003, 0x602C, 0x6034, 0xE7FE], [FIRST, SECOND]);
-    // 32 bytes without access; whoever is privileged has all else.
+    // 32 bytes without access; privileged code has access to everything else.
     let registers = [
         (0, PROTECTION),
         (1, RAM + 0x100),

@@ -1,22 +1,22 @@
-//! The cycle table against the manuals' words, and that no row can change by one cycle unseen.
+//! Compares the cycle table with the manuals, and checks that every change of a row by one cycle is detected.
 
 use cycles::sequences::sequences;
 use cycles::timing::{Column, Profile, Row, Timing};
 
-/// Rows that no sequence can pay: likely, upper. What follows an interrupt is no sequence, and a trap ends one.
+/// Rows without a sequence: likely, upper. Interrupts occur outside of sequences, and a trap ends a sequence.
 const ALONE: [(Row, u32, u32); 5] = [
-    // The least that an instruction takes.
+    // The minimum of any instruction.
     (Row::Trap, 1, 1),
-    // TRM 3.9: 12 cycles to the handler with memory that does not wait, 6 from one to the next.
+    // TRM 3.9: 12 cycles to the handler with zero-wait memory, 6 from one handler to the next.
     (Row::ExceptionEntry, 12, 12),
     (Row::TailChaining, 6, 6),
-    // The registers' pop takes 10; with the refill up to 12.
+    // Restoring the registers takes 10 cycles; up to 12 with the refill.
     (Row::ExceptionExit, 10, 12),
     // 17 words: S0 to S15 and FPSCR.
     (Row::LazyStacking, 0, 17),
 ];
 
-/// What the model says otherwise than the manuals.
+/// Differences between the model and the manuals.
 fn differences(timing: Timing, column: Column) -> Vec<String> {
     let sequences = sequences().filter_map(|sequence| {
         let expected = if column == Column::Likely { sequence.likely } else { sequence.upper };
@@ -33,7 +33,7 @@ fn differences(timing: Timing, column: Column) -> Vec<String> {
 }
 
 #[test]
-fn the_model_takes_what_the_manuals_say() {
+fn the_model_matches_the_manuals() {
     for column in [Column::Likely, Column::Upper] {
         let differences = differences(Timing::new(Profile::ZeroWait, column), column);
         assert!(differences.is_empty(), "{column:?}:\n{}", differences.join("\n"));
@@ -41,7 +41,7 @@ fn the_model_takes_what_the_manuals_say() {
 }
 
 #[test]
-fn a_row_that_is_off_by_one_is_seen() {
+fn an_off_by_one_row_is_detected() {
     for column in [Column::Likely, Column::Upper] {
         for row in Row::ALL {
             let right = row.cost().of(column);
@@ -49,7 +49,7 @@ fn a_row_that_is_off_by_one_is_seen() {
                 let timing = Timing::new(Profile::ZeroWait, column).with(*row, wrong);
                 assert!(
                     !differences(timing, column).is_empty(),
-                    "{row:?} of {wrong} goes unseen in {column:?}"
+                    "{row:?} = {wrong} is not detected in {column:?}"
                 );
             }
         }
@@ -68,7 +68,7 @@ fn every_row_has_its_sequence() {
 }
 
 #[test]
-fn the_sequences_are_what_their_text_says() {
+fn the_sequences_match_their_text() {
     for sequence in sequences() {
         let instructions = sequence.instructions().unwrap();
         let text: Vec<String> = instructions.iter().map(ToString::to_string).collect();

@@ -1,4 +1,4 @@
-//! The timing model against itself: joining paths never makes what follows look faster than it is.
+//! Consistency of the timing model: joining paths never makes later instructions faster.
 
 use cycles::instruction::{
     Address, AddressMode, Arithmetic, Condition, FloatArithmetic, FloatConvert, FloatUnary, Instruction,
@@ -9,13 +9,13 @@ use proptest::collection::vec;
 use proptest::prelude::*;
 use proptest::sample::select;
 
-/// An instruction with what became of it.
+/// An instruction with its outcome.
 type Step = (Instruction, Outcome, Known);
 
 const FLASH: u32 = 0x0800_0000;
 const PREFETCHING: Flash = Flash { wait_states: 5, line_bytes: 16, prefetches: true, ..Flash::STM32G4 };
 
-/// Registers are few, so that hazards are many.
+/// Few registers, so that hazards are frequent.
 fn register() -> impl Strategy<Value = u8> {
     select(vec![0_u8, 1, 2, 13])
 }
@@ -133,7 +133,7 @@ fn step() -> impl Strategy<Value = Step> {
 }
 
 fn steps() -> impl Strategy<Value = Vec<Step>> {
-    // Some follow each other, as in a program; the others are where a jump went.
+    // Some steps follow each other, as in a program; the others are jump targets.
     vec((step(), 0_u8..4), 0..12).prop_map(|steps| {
         let mut next = FLASH;
         let place = |(mut step, jumps): (Step, u8)| {
@@ -154,7 +154,7 @@ fn timings() -> impl Strategy<Value = Timing> {
         .prop_map(|(profile, column)| Timing::new(profile, column))
 }
 
-/// Cycles until after each step.
+/// Cycles up to and including each step.
 fn run(timing: &Timing, pipeline: &mut Pipeline, steps: &[Step]) -> Vec<u32> {
     let mut total = 0;
     let cycles = |(instruction, outcome, known): &Step| {
@@ -171,9 +171,10 @@ fn at_least(slow: &[u32], fast: &[u32]) -> bool {
 proptest! {
     #![proptest_config(ProptestConfig { failure_persistence: None, ..ProptestConfig::with_cases(1000) })]
 
-    /// Of two paths that meet, the later one's time and the joined pipeline bound both, whatever comes then.
+    /// When two paths merge, the later time and the joined pipeline bound both, for any following
+    /// instructions.
     #[test]
-    fn behind_joined_paths_all_is_at_least_as_late_as_behind_either(
+    fn instructions_after_joined_paths_are_at_least_as_late_as_after_either(
         timing in timings(), a in steps(), b in steps(), then in steps()
     ) {
         let (mut after_a, mut after_b) = (Pipeline::default(), Pipeline::default());
@@ -187,7 +188,7 @@ proptest! {
     }
 
     #[test]
-    fn nothing_is_slower_than_behind_an_unknown_path(timing in timings(), a in steps(), then in steps()) {
+    fn no_path_is_slower_than_an_unknown_path(timing in timings(), a in steps(), then in steps()) {
         let mut after_a = Pipeline::default();
         run(&timing, &mut after_a, &a);
         let worst = run(&timing, &mut Pipeline::worst(), &then);
@@ -195,10 +196,10 @@ proptest! {
     }
 
     #[test]
-    fn to_know_less_never_takes_less(timing in timings(), steps in steps()) {
+    fn less_knowledge_never_takes_fewer_cycles(timing in timings(), steps in steps()) {
         let unknown: Vec<Step> = steps.iter().map(|(i, outcome, _)| (*i, *outcome, Known::default())).collect();
         let of = |steps: &[Step]| run(&timing, &mut Pipeline::default(), steps);
-        // What an access relative to SP or PC is, the model knows by itself; a lie about it is no case.
+        // The model itself derives accesses relative to SP or PC; wrong data for these accesses is excluded.
         let by_itself = |step: &&Step| matches!(step.0.operation,
             Operation::Load { address: Address { base: 13 | 15, .. }, .. }
             | Operation::Store { address: Address { base: 13 | 15, .. }, .. }
@@ -216,7 +217,7 @@ proptest! {
     }
 
     #[test]
-    fn caches_never_make_a_run_longer_than_without(
+    fn caches_never_make_a_run_longer(
         prefetches in any::<bool>(), column in select(vec![Column::Likely, Column::Upper]), steps in steps()
     ) {
         let flash = Flash { prefetches, instruction_lines: 4, data_lines: 2, ..Flash::STM32G4 };
@@ -233,8 +234,8 @@ proptest! {
     }
 }
 
-/// Found by many more cases than the ones above: a stall that a joined path has where a float result is waited for
-/// anyway must not spare it one later.
+/// Regression test, found with many more cases than above: a stall of a joined path during the wait for a
+/// float result must not prevent a later stall.
 #[test]
 fn a_stall_is_not_hidden_behind_a_float_result() {
     let decode = |halfwords: &[u16]| -> Vec<Step> {
@@ -243,7 +244,8 @@ fn a_stall_is_not_hidden_behind_a_float_result() {
         decode_all(FLASH + 2, &bytes).flatten().map(step).collect()
     };
     let timing = Timing::new(Profile::ZeroWait, Column::Likely);
-    // Misaligned four-byte instructions all: ADD.W before, then VMLA, VMOV and ADD.W; the third of a run stalls.
+    // All are misaligned four-byte instructions: ADD.W before, then VMLA, VMOV and ADD.W; the third of a run
+    // stalls.
     let mut before = Pipeline::default();
     run(&timing, &mut before, &decode(&[0xF101, 0x0C01]));
     let then = decode(&[0xEE00, 0x0A00, 0xEEB0, 0x0A40, 0xF101, 0x0C01]);
@@ -253,7 +255,7 @@ fn a_stall_is_not_hidden_behind_a_float_result() {
 }
 
 #[test]
-fn every_row_says_where_it_comes_from() {
+fn every_row_names_its_source() {
     for row in Row::ALL {
         let cost = row.cost();
         assert!(

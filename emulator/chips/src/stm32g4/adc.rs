@@ -1,12 +1,13 @@
-//! A converter from voltage to counts (RM0440, chapter 21): regular conversions that a program starts, injected sequences that
-//! a program or timer 1 starts, one conversion after the other.
+//! Analog-to-digital converter (RM0440, chapter 21): regular conversions, started by the program, and
+//! injected sequences, started by the program or by timer 1. Conversions run one after the other.
 //!
 //! ```text
 //! trigger ──latency──▶ sampling ──12.5 cycles──▶ JDR1, JEOC ──▶ sampling ...  JDRn, JEOC, JEOS
-//!                             ▲ the voltage of this instant
+//!                             ▲ voltage at this instant
 //! ```
-//! Not modelled, and a violation when chosen: regular conversions on a trigger, continuous and discontinuous ones, DMA,
-//! oversampling, watchdogs, offsets, differential inputs, less than 12 bits, the queue of injected sequences.
+//! Not modelled, and a violation if selected: triggered, continuous and discontinuous regular conversions,
+//! DMA, oversampling, analog watchdogs, offsets, differential inputs, resolutions below 12 bits, the queue of
+//! injected sequences.
 
 mod common;
 #[cfg(test)]
@@ -35,7 +36,7 @@ const JSQR: u32 = 0x4C;
 const JDR1: u32 = 0x80;
 const JDR4: u32 = 0x8C;
 
-// Of CR.
+// Bits of CR.
 const ADEN: u32 = 0;
 const ADDIS: u32 = 1;
 const ADSTART: u32 = 2;
@@ -45,9 +46,9 @@ const JADSTP: u32 = 5;
 const ADVREGEN: u32 = 28;
 const DEEPPWD: u32 = 29;
 const ADCAL: u32 = 31;
-/// A program sets them, hardware clears them.
+/// Bits that a program sets and the hardware clears.
 const SET_ONLY: u32 = 1 << ADCAL | 0x3F;
-// Of ISR and IER.
+// Bits of ISR and IER.
 const ADRDY: u32 = 0;
 const EOSMP: u32 = 1;
 const EOC: u32 = 2;
@@ -55,16 +56,16 @@ const EOS: u32 = 3;
 const OVR: u32 = 4;
 const JEOC: u32 = 5;
 const JEOS: u32 = 6;
-/// Of CFGR: an overrun overwrites. Everything else but JQDIS is not modelled.
+/// Bit of CFGR: an overrun overwrites data. All other bits except JQDIS are not modelled.
 const OVRMOD: u32 = 12;
-/// Of SMPR1: the shortest time is one cycle more.
+/// Bit of SMPR1: extends the shortest sampling time by one cycle.
 const SMPPLUS: u32 = 31;
 
-/// Until the regulator is up (data sheet, `tADCVREG_STUP`).
+/// Startup time of the regulator (data sheet, `tADCVREG_STUP`).
 const REGULATOR_S: f64 = 20e-6;
-/// Of a calibration (data sheet, tCAL).
+/// Duration of a calibration (data sheet, tCAL).
 const CALIBRATION_TICKS: u64 = 116;
-/// Behind a calibration, for which ADEN is not taken (21.4.9).
+/// Time after a calibration during which ADEN is ignored (21.4.9).
 const DEAF_TICKS: u64 = 4;
 /// From ADEN to ADRDY: one conversion (data sheet, tSTAB).
 const START_TICKS: u64 = 15;
@@ -72,7 +73,8 @@ const START_TICKS: u64 = 15;
 const SAMPLING_HALVES: [u64; 8] = [5, 13, 25, 49, 95, 185, 495, 1281];
 /// Conversion of 12 bits, in half ticks.
 const CONVERSION_HALVES: u64 = 25;
-/// Most of a converter's clock alone, and of several together (data sheet, fADC at VDDA of 2.7 V and more).
+/// Maximum clock frequency of one ADC alone, and of several ADCs together (data sheet, fADC at VDDA of 2.7 V
+/// and more).
 const MAX_ALONE_HZ: f64 = 60e6;
 const MAX_TOGETHER_HZ: f64 = 52e6;
 
@@ -85,21 +87,21 @@ enum Group {
 #[derive(Debug, Clone, Copy)]
 struct Conversion {
     group: Group,
-    /// In its sequence, from 0 on.
+    /// Position in its sequence, from 0.
     place: u32,
-    /// When sampling is over.
+    /// Cycle of the end of sampling.
     samples_at: u64,
     ends_at: u64,
-    /// Once it is sampled.
+    /// Result; `None` before the end of sampling.
     counts: Option<u32>,
 }
 
-/// An instant at which a converter holds the voltage of a channel.
+/// An instant at which an ADC samples the voltage of a channel.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Sampling {
     pub(super) converter: u32,
     pub(super) channel: u32,
-    /// With the instruction that had it start.
+    /// Cycle, and the instruction that started the conversion.
     pub(super) at: At,
 }
 
@@ -108,27 +110,27 @@ pub(super) struct Adc {
     part: Part,
     number: u32,
     registers: Registers,
-    /// Of the common clock, when the converter was last touched.
+    /// Common clock at the last write to CR.
     ticks: Ticks,
     regulated_at: Option<u64>,
     calibrated_at: Option<u64>,
-    /// From when on ADEN is taken.
+    /// First cycle in which ADEN is accepted.
     hears_from: u64,
     ready_at: Option<u64>,
     running: Option<Conversion>,
-    /// A regular conversion that an injected sequence came between.
+    /// Position of a regular conversion that an injected sequence has interrupted.
     interrupted: Option<u32>,
-    /// Instructions that started regular conversions and injected ones.
+    /// Instructions that started the regular and the injected conversions.
     regular_by: u32,
     injected_by: u32,
-    /// End of the last injected sequence, while its flag is set.
+    /// End of an injected sequence whose flag has not been cleared.
     unanswered: Option<u64>,
-    /// Least and most cycles until one was cleared.
+    /// Minimum and maximum cycles until the flag was cleared.
     answered: Option<(u64, u64)>,
 }
 
 impl Adc {
-    /// Converter 1 or 2.
+    /// Returns ADC1 or ADC2.
     pub(super) fn new(part: Part, number: u32) -> Self {
         Self {
             part,
@@ -164,7 +166,7 @@ impl Adc {
         self.registers.get(ISR)
     }
 
-    /// The output of timer 1 that injected sequences wait for.
+    /// The trigger output of timer 1 that injected sequences wait for.
     pub(super) fn awaits(&self) -> Option<Output> {
         let waits = self.registers.has(CR, JADSTART) && self.registers.bits(JSQR, 7, 2) != 0;
         if waits { self.trigger_output() } else { None }
@@ -185,7 +187,7 @@ impl Adc {
         self.registers.read(offset, access)
     }
 
-    /// `is_alone` when the other converter is off.
+    /// Writes a register. `is_alone`: the other ADC is off.
     pub(super) fn write(
         &mut self,
         offset: u32,
@@ -215,7 +217,9 @@ impl Adc {
                 }
                 self.control(value, is_alone, clock, access);
             }
-            DR | JDR1..=JDR4 => access.violates(format!("{} is written", self.registers.name(offset))),
+            DR | JDR1..=JDR4 => {
+                access.violates(format!("{} is written, but is read-only", self.registers.name(offset)))
+            }
             IER => self.registers.write(offset, value, access),
             SMPR1 | SMPR2 | SQR1..=SQR4 | JSQR | CFGR => {
                 if is_started {
@@ -224,8 +228,10 @@ impl Adc {
                 }
                 self.registers.write(offset, value, access);
                 if offset == CFGR && value & !(1 << OVRMOD) != 1 << 31 {
-                    access
-                        .violates(format!("{} gets {value:#010x}: not modelled", self.registers.name(CFGR)));
+                    access.violates(format!(
+                        "{} is set to {value:#010x}: not modelled",
+                        self.registers.name(CFGR)
+                    ));
                 }
             }
             _ => {
@@ -233,7 +239,7 @@ impl Adc {
                 self.registers.write(offset, value, access);
                 if self.registers.get(offset) != before {
                     access.violates(format!(
-                        "{} gets {value:#010x}: not modelled",
+                        "{} is set to {value:#010x}: not modelled",
                         self.registers.name(offset)
                     ));
                 }
@@ -269,10 +275,10 @@ impl Adc {
         }
         if gets(ADEN) && now >= self.hears_from {
             if has(ADCAL) {
-                access.violates(format!("{name} is switched on while it is calibrated"));
+                access.violates(format!("{name} is switched on during its calibration"));
             }
             if !is_regulated {
-                access.violates(format!("{name} is on less than 20 us after its regulator's start"));
+                access.violates(format!("{name} is switched on less than 20 us after its regulator's start"));
             }
             self.registers.set_bit(CR, ADEN, true);
             self.ready_at = Some(now + self.ticks.cycles(START_TICKS));
@@ -316,7 +322,7 @@ impl Adc {
         let max_hz = if is_alone { MAX_ALONE_HZ } else { MAX_TOGETHER_HZ };
         if self.ticks.hz > max_hz {
             access.violates(format!(
-                "{name} runs at {} MHz, and the data sheet allows {}",
+                "{name} runs at {} MHz, but the data sheet allows at most {} MHz",
                 self.ticks.hz / 1e6,
                 max_hz / 1e6
             ));
@@ -333,7 +339,7 @@ impl Adc {
             Group::Regular => {
                 if self.registers.bits(CFGR, 10, 2) != 0 {
                     access.violates(format!(
-                        "ADC{}'s regular conversions await a trigger: not modelled",
+                        "ADC{}'s regular conversions wait for a trigger: not modelled",
                         self.number
                     ));
                 } else if self.running.is_some() {
@@ -351,7 +357,7 @@ impl Adc {
         }
     }
 
-    /// What the trigger outputs of timer 1 have done.
+    /// Handles an edge of a trigger output of timer 1.
     pub(super) fn see(&mut self, edge: Edge, violations: &mut Vec<Violation>) {
         let on = self.registers.bits(JSQR, 7, 2);
         let is_wanted = if edge.is_rising { on & 1 == 1 } else { on & 2 == 2 };
@@ -374,7 +380,7 @@ impl Adc {
         self.begin(Group::Injected, 0, at + self.ticks.latency);
     }
 
-    /// Begins to sample.
+    /// Starts sampling.
     fn begin(&mut self, group: Group, place: u32, at: u64) {
         let sampling = self.sampling_halves(self.channel(group, place));
         self.running = Some(Conversion {
@@ -402,7 +408,7 @@ impl Adc {
         if code == 0 && self.registers.has(SMPR1, SMPPLUS) { halves + 2 } else { halves }
     }
 
-    /// Lets happen what is due; `sample` gives the counts of a voltage.
+    /// Advances to cycle `now`; `sample` returns the counts of the sampled voltage.
     pub(super) fn advance(&mut self, now: u64, mut sample: impl FnMut(Sampling) -> u32) {
         if let Some(at) = self.calibrated_at.filter(|at| *at <= now) {
             self.calibrated_at = None;
@@ -482,7 +488,8 @@ impl Adc {
         [self.calibrated_at, self.ready_at, conversion].into_iter().flatten().min().unwrap_or(u64::MAX)
     }
 
-    /// Cycles until the flag of an injected sequence's end was cleared, least and most since this was last asked.
+    /// Takes the minimum and maximum cycles from the end of an injected sequence until its flag was cleared,
+    /// since the last call.
     pub(super) fn take_answer_cycles(&mut self) -> Option<(u64, u64)> {
         self.answered.take()
     }

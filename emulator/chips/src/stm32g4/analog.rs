@@ -1,4 +1,4 @@
-//! What converters see: voltages on pins, through amplifiers or not.
+//! Voltages at the ADC inputs: of pins, directly or through amplifiers.
 
 use std::collections::BTreeMap;
 
@@ -7,28 +7,28 @@ use super::map::PORTS;
 use super::opamp::{Opamp, PINS, SUPPLY_V};
 use super::timer::{Gate, GateDriver, Timer};
 
-/// What gives a pin its voltage.
+/// Voltage source of a pin.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Wire {
-    /// The same always, V.
+    /// Constant voltage, V.
     At(f64),
-    /// A shunt below a half bridge of timer 1's, with what is between it and the pin.
+    /// A shunt below a half bridge of timer 1, with the circuit between shunt and pin.
     Shunt {
-        /// Its channel, from 0 on.
+        /// Channel of the half bridge, from 0.
         channel: u32,
-        /// While the lower switch is closed, V.
+        /// Voltage while the lower switch is closed, V.
         low_v: f64,
-        /// While the upper one is, V.
+        /// Voltage while the upper switch is closed, V.
         high_v: f64,
-        /// While both are open, V.
+        /// Voltage while both switches are open, V.
         open_v: f64,
     },
 }
 
-/// What a channel is connected to.
+/// Input of an ADC channel.
 enum Source {
     Pin(char, u32),
-    /// From 0 on.
+    /// Index of the amplifier, from 0.
     Amplifier(usize),
 }
 
@@ -61,36 +61,37 @@ fn source(converter: u32, channel: u32) -> Option<Source> {
     Some(Source::Pin(port, pin))
 }
 
-/// Counts of 12 bits.
+/// Converts a voltage to 12-bit counts.
 #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "clamped before")]
 pub(super) fn counts(volts: f64) -> u32 {
     (volts / SUPPLY_V * 4096.0).round().clamp(0.0, 4095.0) as u32
 }
 
-/// All that a voltage at an instant hangs on.
+/// Everything that determines a voltage at an instant.
 pub(super) struct Scene<'a> {
     pub(super) wires: &'a BTreeMap<(char, u32), Wire>,
     pub(super) amplifiers: &'a Opamp,
     pub(super) ports: &'a [Gpio],
-    /// As it is at this instant.
+    /// Timer 1 at this instant.
     pub(super) bridge: Option<&'a Timer>,
     pub(super) driver: GateDriver,
     pub(super) now: u64,
 }
 
 impl Scene<'_> {
-    /// At a channel of a converter, V.
+    /// Voltage at a channel of an ADC, V.
     ///
     /// # Errors
-    /// What is not connected, not modelled, or wrong.
+    /// Description of a missing connection, or of an unmodelled or invalid setting.
     pub(super) fn channel_v(&self, converter: u32, channel: u32) -> Result<f64, String> {
         match source(converter, channel) {
             Some(Source::Amplifier(place)) if self.amplifiers.drives_converter(place) => {
                 self.amplified_v(place)
             }
-            Some(Source::Amplifier(place)) => {
-                Err(format!("ADC{converter} samples OPAMP{}, whose output does not go there", place + 1))
-            }
+            Some(Source::Amplifier(place)) => Err(format!(
+                "ADC{converter} samples OPAMP{}, whose output is not connected to the ADC",
+                place + 1
+            )),
             Some(Source::Pin(port, pin)) => self.pin_v((port, pin)),
             None => Err(format!("ADC{converter} samples channel {channel}: not modelled")),
         }
@@ -103,7 +104,7 @@ impl Scene<'_> {
     fn pin_v(&self, (port, pin): (char, u32)) -> Result<f64, String> {
         let gpio = PORTS.iter().position(|letter| *letter == port).and_then(|place| self.ports.get(place));
         if !gpio.is_some_and(|gpio| gpio.is_analog(pin)) {
-            return Err(format!("P{port}{pin} is used as an analog pin and is none"));
+            return Err(format!("P{port}{pin} is used as an analog pin, but is not in analog mode"));
         }
         let driver = PINS.iter().position(|pins| pins.output == (port, pin));
         if let Some(place) = driver.filter(|place| self.amplifiers.drives_pin(*place)) {
@@ -118,7 +119,7 @@ impl Scene<'_> {
                     Gate::Open => *open_v,
                 })
             }
-            None => Err(format!("P{port}{pin} is sampled, and nothing says what voltage is there")),
+            None => Err(format!("P{port}{pin} is sampled, but no voltage source is connected to it")),
         }
     }
 }

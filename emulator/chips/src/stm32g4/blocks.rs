@@ -1,4 +1,4 @@
-//! Which peripheral an access is for.
+//! Dispatch of accesses to peripherals.
 
 use cycles::AccessError;
 use cycles::instruction::Width;
@@ -20,7 +20,7 @@ impl Stm32g4 {
             let name =
                 self.registers(place.block).map(|registers| registers.name(offset)).unwrap_or_default();
             let access = &mut Access { at, violations: &mut self.violations };
-            access.violates(format!("{name} is accessed without a clock"));
+            access.violates(format!("{name} is accessed while its clock is off"));
         }
         Ok((place.block, offset))
     }
@@ -115,7 +115,7 @@ impl Stm32g4 {
             }
             Block::I2c(place) => {
                 if !self.rcc.clocks_i2c_by_bus(place) {
-                    access.violates("an I²C has another clock than the bus's: not modelled");
+                    access.violates("an I²C does not run on the bus clock: not modelled");
                 }
                 if let Some(i2c) = self.i2cs.get_mut(place) {
                     i2c.write(offset, value, access);

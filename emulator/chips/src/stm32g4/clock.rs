@@ -1,6 +1,6 @@
-//! Cycles of the processor as time: its frequency changes while a program starts.
+//! Conversion of processor cycles to time. The clock frequency changes while a program starts.
 
-/// The frequency of the processor, which is that of all buses here, and when it was set.
+/// Clock frequency of the processor and of all buses, and the time of its last change.
 #[derive(Debug, Clone, Copy)]
 pub struct Clock {
     hz: f64,
@@ -23,7 +23,7 @@ impl Clock {
         *self = Self { hz, since_cycle: cycle, since_s: self.seconds_at(cycle) };
     }
 
-    /// When a cycle is, as long as the frequency stays; `s`.
+    /// Time of a cycle at the present frequency, `s`.
     #[must_use]
     pub fn seconds_at(&self, cycle: u64) -> f64 {
         #[expect(clippy::cast_precision_loss, reason = "a run has less than 2^53 cycles")]
@@ -31,7 +31,7 @@ impl Clock {
         self.since_s + cycles / self.hz
     }
 
-    /// The cycle at a time, as long as the frequency stays.
+    /// Cycle at a time, at the present frequency.
     #[must_use]
     pub fn cycle_at(&self, time_s: f64) -> u64 {
         self.since_cycle + whole((time_s - self.since_s) * self.hz)

@@ -1,4 +1,4 @@
-//! A DMA controller with its request multiplexer (RM0440, chapters 12 and 13): one item for each request.
+//! A DMA controller with its request multiplexer (RM0440, chapters 12 and 13): one item per request.
 
 use super::Part;
 use super::registers::Registers;
@@ -10,29 +10,29 @@ const CHANNEL: u32 = 0x08;
 const CHANNEL_BYTES: u32 = 0x14;
 const CHANNELS: u32 = 8;
 
-// Of a channel's CCR.
+// Bits of a channel's CCR.
 const EN: u32 = 0;
 const DIR: u32 = 4;
 const CIRC: u32 = 5;
 const MINC: u32 = 7;
-// Of a channel's four bits of ISR; the first one is any of the others.
+// Of a channel's four bits of ISR; the first bit is set if any other bit is set.
 const TC: u32 = 1;
 const HT: u32 = 2;
 
-/// What a channel does for a request.
+/// A channel's transfer for a request.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Transfer {
     pub(super) channel: u32,
-    /// Of the memory.
+    /// Memory address.
     pub(super) address: u32,
-    /// From memory to the peripheral.
+    /// Whether the transfer is from memory to the peripheral.
     pub(super) is_read: bool,
 }
 
 #[derive(Debug, Clone)]
 pub(super) struct Dma {
     registers: Registers,
-    /// Items that each channel began with.
+    /// Number of items with which each channel was started.
     counts: [u32; CHANNELS as usize],
 }
 
@@ -57,7 +57,7 @@ impl Dma {
         if offset == IFCR {
             let cleared = (0..CHANNELS).fold(0, |cleared, channel| {
                 let flags = value >> (4 * channel) & 0xF;
-                // Clearing the first one clears all.
+                // Clearing the first flag clears all flags of the channel.
                 cleared | (if flags & 1 == 1 { 0xF } else { flags }) << (4 * channel)
             });
             let flags = self.registers.get(ISR) & !cleared;
@@ -72,7 +72,7 @@ impl Dma {
             access.violates(format!("{} is written while its channel is on", self.registers.name(offset)));
         }
         self.registers.write(offset, value, access);
-        // A channel that is switched off and on again goes on where it was, unless it is told anew.
+        // A channel that is switched off and on again continues, unless its count is written.
         if register == 4
             && let Some(count) = self.counts.get_mut(channel as usize)
         {
@@ -80,7 +80,7 @@ impl Dma {
         }
     }
 
-    /// What a channel does for a request now; none when it is off or done.
+    /// A channel's transfer for a request now; `None` if the channel is off or complete.
     pub(super) fn transfer(&self, channel: u32) -> Option<Transfer> {
         let control = CHANNEL + channel * CHANNEL_BYTES;
         let left = self.registers.get(control + 4);
@@ -94,7 +94,7 @@ impl Dma {
         Some(Transfer { channel, address, is_read: self.registers.has(control, DIR) })
     }
 
-    /// A channel has moved an item.
+    /// Counts an item that a channel has moved.
     pub(super) fn moved(&mut self, channel: u32) {
         let control = CHANNEL + channel * CHANNEL_BYTES;
         let count = self.counts.get(channel as usize).copied().unwrap_or(0);
@@ -111,7 +111,7 @@ impl Dma {
         self.registers.set(control + 4, if goes_round { count } else { left });
     }
 
-    /// Channels that ask for an interrupt, as bits.
+    /// Channels that request an interrupt, as bits.
     pub(super) fn interrupts(&self) -> u32 {
         let flags = self.registers.get(ISR);
         let wants = |channel: &u32| {
@@ -122,7 +122,7 @@ impl Dma {
     }
 }
 
-/// The first flag of each channel says whether another one is set.
+/// Sets the first flag of each channel if any of its other flags is set.
 fn with_any(flags: u32) -> u32 {
     (0..CHANNELS).fold(flags & 0xEEEE_EEEE, |flags, channel| {
         let any = flags >> (4 * channel) & 0xE != 0;

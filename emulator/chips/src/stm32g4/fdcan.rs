@@ -2,13 +2,13 @@
 //!
 //! ```text
 //! program ──▶ TX buffers ──offer──▶ CanBus ──Passage──▶ filters ──▶ RX FIFOs ──▶ program
-//!                                  (who goes, who hears it, what becomes of it)
+//!                                   (arbitration, receivers, outcome)
 //! ```
-//! The bus decides about whole frames and says what will become of each; the controller lets it happen at that time.
-//! Without a bus, what is to be sent waits for ever.
+//! The bus decides the outcome of whole frames, with the time of each outcome; the controller applies it at
+//! that time. Without a bus, pending frames wait forever.
 //!
-//! Not modelled, and a violation where a program asks for it: test modes, the timeout counter, timestamps from timer 3. A
-//! controller that is stopped in the middle of a frame does not spoil that frame for others.
+//! Not modelled, and a violation if selected: test modes, the timeout counter, timestamps from timer 3. A
+//! controller that is stopped during a frame does not corrupt the frame for other nodes.
 
 mod buffers;
 mod errors;
@@ -42,12 +42,13 @@ use super::Part;
 use super::registers::Registers;
 use super::violation::Access;
 
-/// How far it takes part.
+/// Participation of the controller in bus traffic.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum Presence {
     /// INIT is set.
     Out,
-    /// It waits for so many idle sequences, from the cycle on in which the bus became recessive.
+    /// The controller waits for this number of idle sequences, from the cycle in which the bus became
+    /// recessive.
     Joining {
         sequences: u32,
         since: u64,
@@ -60,7 +61,7 @@ enum Presence {
 pub(crate) struct Fdcan {
     part: Part,
     registers: Registers,
-    /// Of its own clock; none while that does not run.
+    /// Frequency of its own clock; `None` while the clock is off.
     kernel_hz: Option<f64>,
     bus_hz: f64,
     presence: Presence,
@@ -70,10 +71,10 @@ pub(crate) struct Fdcan {
     errors: Errors,
     /// `PSR.LEC` and `PSR.DLEC`.
     last_errors: [u32; 2],
-    /// Of the last FD frame: `RESI`, `RBRS` and `RFDF` of PSR.
+    /// State of the last FD frame: `RESI`, `RBRS` and `RFDF` of PSR.
     last_fd: u32,
     passages: VecDeque<Passage>,
-    /// When an error-passive sender may go on.
+    /// Cycle from which an error-passive sender may send again.
     suspended_until: u64,
     idle_at: u64,
     timestamps_since: u64,
@@ -114,12 +115,12 @@ impl Fdcan {
         &self.registers
     }
 
-    /// Its clock, and that of the buses and the processor.
+    /// Sets the frequencies of its own clock, and of the processor and the buses.
     pub(super) fn set_clock(&mut self, kernel_hz: Option<f64>, bus_hz: f64) {
         (self.kernel_hz, self.bus_hz) = (kernel_hz, bus_hz);
     }
 
-    /// Cycles of so many bits at the nominal rate.
+    /// Cycles of this number of bits at the nominal rate.
     fn cycles(&self, bits: f64) -> u64 {
         let duration_s = self.rates().map_or(0.0, |rates| rates.nominal.duration_s);
         #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "casts saturate")]
@@ -127,7 +128,7 @@ impl Fdcan {
         cycles
     }
 
-    /// Bit rates; none without a clock.
+    /// Bit rates; `None` without a clock.
     pub(crate) fn rates(&self) -> Option<Rates> {
         self.kernel_hz.map(|hz| Rates::new(&self.registers, hz))
     }
@@ -136,12 +137,12 @@ impl Fdcan {
         self.errors.is_passive()
     }
 
-    /// Whether it left the bus for its errors, or has not yet come back.
+    /// Whether the controller is bus-off, or has not recovered yet.
     pub(crate) fn is_off(&self) -> bool {
         self.errors.is_off()
     }
 
-    /// Whether it takes part in a frame that begins at a cycle; none where it is not there at all.
+    /// Whether the controller takes part in a frame that starts at a cycle; `None` while INIT is set.
     pub(crate) fn takes_part(&self, begins: u64) -> Option<bool> {
         match self.presence {
             Presence::Out => None,
@@ -150,7 +151,7 @@ impl Fdcan {
         }
     }
 
-    /// Whether it says by dominant bits what it has seen: an acknowledge, an error.
+    /// Whether the controller sends acknowledges and error flags: not in bus monitoring mode.
     pub(crate) fn speaks(&self) -> bool {
         !self.registers.has(CCCR, MON)
     }
@@ -159,12 +160,12 @@ impl Fdcan {
         self.registers.has(CCCR, FDOE)
     }
 
-    /// Whether it waits for the end of a frame of a kind that it does not know, instead of breaking it off.
+    /// Whether the controller ignores a frame with an unknown format until its end, instead of aborting it.
     pub(crate) fn tolerates_unknown(&self) -> bool {
         !self.registers.has(CCCR, PXHD)
     }
 
-    /// Whether what it sends is compared with what it reads back as late as the transceiver gives it back.
+    /// Whether transmitter delay compensation is enabled.
     pub(crate) fn compensates_delay(&self) -> bool {
         self.registers.has(DBTP, TDC)
     }
@@ -173,7 +174,7 @@ impl Fdcan {
         self.registers.has(TXBC, TFQM)
     }
 
-    /// The buffer whose message is at a place of message RAM, while it is to be sent.
+    /// The pending TX buffer at an offset of message RAM.
     pub(super) fn pending_at(&self, offset: u32) -> Option<u32> {
         let place = offset.checked_sub(TX_BUFFERS)? / ELEMENT_BYTES;
         (self.buffers.pending() >> place.min(31) & 1 == 1).then_some(place)
@@ -214,7 +215,7 @@ impl Fdcan {
         }
     }
 
-    /// `PSR`; what it says of the last frame is said once.
+    /// `PSR`; a read clears the state of the last frame.
     fn status(&mut self, now: u64) -> u32 {
         let activity = match (self.presence, self.passages.front()) {
             (Presence::Out | Presence::Joining { .. }, _) => 0,
@@ -234,7 +235,7 @@ impl Fdcan {
             | std::mem::take(&mut self.last_fd)
     }
 
-    /// Counts of the timestamp's counter: one per nominal bit and prescaler.
+    /// Counts of the timestamp counter: one count per nominal bit times prescaler.
     fn counts(&self, now: u64) -> u64 {
         if self.registers.bits(TSCC, 0, 2) != 1 {
             return 0;
@@ -288,7 +289,7 @@ impl Fdcan {
                 };
                 if !fifo.acknowledge(value) {
                     access.violates(format!(
-                        "{} acknowledges element {value}, which holds nothing",
+                        "{} acknowledges element {value}, which is empty",
                         self.registers.name(offset)
                     ));
                 }
@@ -309,8 +310,7 @@ impl Fdcan {
                 }
             }
             PSR | ECR | HPMS | RXF0S | RXF1S | TXFQS | TXBRP | TXBTO | TXBCF | TXEFS => {
-                access
-                    .violates(format!("{} is written, which can only be read", self.registers.name(offset)));
+                access.violates(format!("{} is written, but is read-only", self.registers.name(offset)));
             }
             _ => self.registers.write(offset, value, access),
         }

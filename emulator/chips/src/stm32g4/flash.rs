@@ -1,4 +1,4 @@
-//! The flash's interface (RM0440, chapter 3): it is programmed by 64 bits, erased by pages, and takes its time.
+//! Flash interface (RM0440, chapter 3): programs 64-bit words and erases pages, with realistic durations.
 
 use super::Part;
 use super::clock::Clock;
@@ -12,7 +12,7 @@ const SR: u32 = 0x10;
 const CR: u32 = 0x14;
 const OPTR: u32 = 0x20;
 
-// Of SR.
+// Bits of SR.
 const EOP: u32 = 0;
 const PROGERR: u32 = 3;
 const WRPERR: u32 = 4;
@@ -21,14 +21,14 @@ const SIZERR: u32 = 6;
 const PGSERR: u32 = 7;
 const BSY: u32 = 16;
 const ERRORS: u32 = 0xC3FA;
-// Of CR.
+// Bits of CR.
 const PG: u32 = 0;
 const PER: u32 = 1;
 const STRT: u32 = 16;
 const EOPIE: u32 = 24;
 const ERRIE: u32 = 25;
 const LOCK: u32 = 31;
-/// Of OPTR: two banks.
+/// Bit of OPTR: two banks.
 const DBANK: u32 = 22;
 
 const KEYS: [u32; 2] = [0x4567_0123, 0xCDEF_89AB];
@@ -37,17 +37,17 @@ const PROGRAM_S: f64 = 81.7e-6;
 const ERASE_S: f64 = 22.0e-3;
 const PAGE_BYTES: usize = 2048;
 
-/// What the flash has wrong, to see what a program makes of it.
+/// A fault of the flash, to test a program's reaction.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum FlashFault {
-    /// Nothing.
+    /// No fault.
     #[default]
     None,
     /// Every write ends in `WRPERR`, as on a protected page, and changes nothing.
     WriteProtected,
-    /// Writes and erasing end well and change nothing.
+    /// Writing and erasing succeed and change nothing.
     WornOut,
-    /// A page takes for ever to erase.
+    /// Erasing a page never ends.
     NeverErased,
 }
 
@@ -56,13 +56,13 @@ pub(super) struct Flash {
     part: Part,
     registers: Registers,
     keys_taken: usize,
-    /// The first word of 64 bits.
+    /// Address and value of the first word of 64 bits.
     half: Option<(u32, u32)>,
     busy_until: u64,
-    /// The bank that is busy.
+    /// The busy bank.
     busy_bank: u32,
     pub(super) fault: FlashFault,
-    /// Pages that were erased, and 64-bit words that were programmed, since it was made.
+    /// Numbers of erased pages and of programmed 64-bit words since power-on.
     pub(super) erased_pages: u64,
     pub(super) programmed: u64,
 }
@@ -95,7 +95,7 @@ impl Flash {
         self.registers.bits(ACR, 0, 4)
     }
 
-    /// Whether each bank is read on its own.
+    /// Whether the flash has two banks that are read independently.
     fn has_banks(&self) -> bool {
         self.part.banks() == 2 && self.registers.has(OPTR, DBANK)
     }
@@ -105,7 +105,7 @@ impl Flash {
         u32::from(self.has_banks() && offset >= self.part.flash_bytes() / 2)
     }
 
-    /// Cycles until what is at an address can be read.
+    /// Cycles until an address can be read.
     #[inline]
     pub(super) fn wait(&self, address: u32, now: u64) -> u64 {
         if now >= self.busy_until || !(FLASH..0x1000_0000).contains(&address) {
@@ -131,7 +131,9 @@ impl Flash {
                 self.keys_taken = match KEYS.get(self.keys_taken) {
                     Some(key) if *key == value => self.keys_taken + 1,
                     _ => {
-                        access.violates("FLASH_KEYR gets a wrong key: it stays locked until the next reset");
+                        access.violates(
+                            "FLASH_KEYR is set to a wrong key: the flash stays locked until the next reset",
+                        );
                         usize::MAX
                     }
                 };
@@ -173,7 +175,7 @@ impl Flash {
 
     fn erase(&mut self, memory: &mut [u8], clock: &Clock, access: &mut Access<'_>) {
         if !self.registers.has(CR, PER) {
-            access.violates("FLASH_CR starts something that is no erasing of a page");
+            access.violates("FLASH_CR starts an operation other than page erase: not modelled");
             return;
         }
         let in_bank = self.registers.bits(CR, 3, if self.part.banks() == 2 { 7 } else { 6 }) as usize;
@@ -191,15 +193,13 @@ impl Flash {
                 let page = memory.get_mut(begin..).and_then(|rest| rest.get_mut(..PAGE_BYTES));
                 match page {
                     Some(page) => page.fill(ERASED),
-                    None => {
-                        access.violates(format!("page {in_bank} is erased, which the flash does not have"))
-                    }
+                    None => access.violates(format!("page {in_bank} is erased, but does not exist")),
                 }
             }
         }
     }
 
-    /// A write to the flash itself.
+    /// A word write to the flash memory.
     pub(super) fn program(
         &mut self,
         address: u32,
@@ -213,7 +213,9 @@ impl Flash {
             access.violates(format!("flash at {address:#010x} is written while the flash is busy"));
         }
         if !self.registers.has(CR, PG) || self.registers.has(CR, LOCK) {
-            access.violates(format!("flash at {address:#010x} is written without FLASH_CR.PG"));
+            access.violates(format!(
+                "flash at {address:#010x} is written while FLASH_CR.PG is 0 or FLASH_CR is locked"
+            ));
             self.registers.set_bit(SR, PGSERR, true);
             return;
         }
@@ -237,7 +239,7 @@ impl Flash {
         let begin = offset as usize - 4;
         let Some(room) = memory.get_mut(begin..begin + 8) else { return };
         let is_erased = room.iter().all(|byte| *byte == ERASED);
-        // Only zeros may be written over what is there.
+        // Existing data may be overwritten only with zeros.
         if !is_erased && (low, value) != (0, 0) {
             self.registers.set_bit(SR, PROGERR, true);
             return;
@@ -249,9 +251,9 @@ impl Flash {
         }
     }
 
-    /// A write that is no word.
+    /// A write of less than a word.
     pub(super) fn program_part(&mut self, access: &mut Access<'_>) {
-        access.violates("flash is written by less than a word");
+        access.violates("flash is written with less than a 32-bit word");
         self.registers.set_bit(SR, SIZERR, true);
     }
 
@@ -262,7 +264,7 @@ impl Flash {
             if self.registers.get(SR) & ERRORS == 0 && self.registers.has(CR, EOPIE) {
                 self.registers.set_bit(SR, EOP, true);
             }
-            // OPERR says that there was an error, where its interrupt is on.
+            // OPERR reports an error if the error interrupt is enabled.
             if self.registers.get(SR) & ERRORS != 0 && self.registers.has(CR, ERRIE) {
                 self.registers.set_bit(SR, 1, true);
             }

@@ -14,7 +14,7 @@ const BSRR: u32 = 0x18;
 const AFRL: u32 = 0x20;
 const BRR: u32 = 0x28;
 
-// Of MODER.
+// Values of the fields of MODER.
 const OUTPUT: u32 = 1;
 const ALTERNATE: u32 = 2;
 const ANALOG: u32 = 3;
@@ -25,14 +25,15 @@ pub(super) struct Gpio {
     letter: char,
     registers: Registers,
     functions: &'static [Function],
-    /// What the outside holds the pins at.
+    /// External levels at the pins.
     inputs: u32,
 }
 
 impl Gpio {
     pub(super) fn new(part: Part, letter: char) -> Self {
         let mut registers = Registers::new(part, "GPIO", &format!("GPIO{letter}"));
-        // The table has those of port A. Port B has pins of JTAG, too; all pins of the others are analog.
+        // The register table has the reset values of port A. Port B has JTAG pins, too; all pins of the other
+        // ports are analog.
         if letter != 'A' {
             registers.set(MODER, if letter == 'B' { 0xFFFF_FEBF } else { u32::MAX });
             registers.set(OSPEEDR, if letter == 'B' { 0xC0 } else { 0 });
@@ -49,17 +50,17 @@ impl Gpio {
         &self.registers
     }
 
-    /// What the outside has a pin at.
+    /// Sets the external level at a pin.
     pub(super) fn set_input(&mut self, pin: u32, is_high: bool) {
         self.inputs = self.inputs & !(1 << pin) | u32::from(is_high) << pin;
     }
 
-    /// The level that a pin is driven to; none when the chip does not drive it as an output.
+    /// Level that the chip drives at a pin; `None` if the pin is not an output.
     pub(super) fn output(&self, pin: u32) -> Option<bool> {
         (self.mode(pin) == OUTPUT).then(|| self.registers.has(ODR, pin))
     }
 
-    /// What an alternate function's pin is connected to: the function's name.
+    /// Names of the alternate functions that are selected at pins.
     pub(super) fn connected(&self) -> impl Iterator<Item = &'static str> {
         let mine = self.functions.iter().filter(|function| function.0 == self.letter);
         mine.filter(|Function(_, pin, number, _)| {
@@ -68,7 +69,8 @@ impl Gpio {
         .map(|function| function.3)
     }
 
-    /// The level that its pull resistor gives to the pin that an alternate function is connected to.
+    /// Level of the pull resistor at the pin of a selected alternate function; `None` without a pull
+    /// resistor.
     pub(super) fn pull_of(&self, function: &str) -> Option<bool> {
         let pin = self.pin_of(function)?;
         self.connected().find(|connected| *connected == function)?;
@@ -79,12 +81,12 @@ impl Gpio {
         }
     }
 
-    /// Whether that pin only ever pulls down.
+    /// Whether the pin of an alternate function is open-drain.
     pub(super) fn is_open_drain(&self, function: &str) -> bool {
         self.pin_of(function).is_some_and(|pin| self.registers.has(OTYPER, pin))
     }
 
-    /// The pin that can have an alternate function.
+    /// The pin of an alternate function.
     pub(super) fn pin_of(&self, function: &str) -> Option<u32> {
         let mut mine = self.functions.iter().filter(|one| one.0 == self.letter);
         Some(mine.find(|one| one.3 == function)?.1)
@@ -113,7 +115,7 @@ impl Gpio {
     pub(super) fn write(&mut self, offset: u32, value: u32, access: &mut Access<'_>) {
         let output = self.registers.get(ODR);
         match offset {
-            // Setting wins over clearing.
+            // Setting has priority over clearing.
             BSRR => self.registers.set(ODR, output & !(value >> 16) | value & 0xFFFF),
             BRR => self.registers.set(ODR, output & !(value & 0xFFFF)),
             _ => self.registers.write(offset, value, access),
@@ -123,7 +125,7 @@ impl Gpio {
         }
     }
 
-    /// A pin whose mode is an alternate function must have one that is known.
+    /// Checks that every pin in alternate mode has a known function.
     fn check_functions(&self, access: &mut Access<'_>) {
         for pin in (0..16).filter(|pin| self.mode(*pin) == ALTERNATE) {
             let number = self.alternate(pin);
@@ -131,11 +133,11 @@ impl Gpio {
                 .functions
                 .iter()
                 .any(|function| (function.0, function.1, function.2) == (self.letter, pin, number));
-            // JTAG's pins after a reset.
+            // JTAG pins after a reset.
             let is_debug = matches!((self.letter, pin, number), ('A', 13..=15, 0) | ('B', 3 | 4, 0));
             if !is_known && !is_debug {
                 access.violates(format!(
-                    "P{}{pin} gets alternate function {number}, which the board has no use for",
+                    "P{}{pin} is set to alternate function {number}, which the board does not use",
                     self.letter
                 ));
             }

@@ -1,5 +1,5 @@
-//! I²C as a master with addresses of 7 bits (RM0440, chapter 41), and the device behind its wires. There are no reloads, no
-//! interrupts and no slave.
+//! I²C master with 7-bit addresses (RM0440, chapter 41), and the device at its wires. Reload, interrupts and
+//! slave mode are not modelled.
 
 mod wires;
 
@@ -18,16 +18,16 @@ const ICR: u32 = 0x1C;
 const RXDR: u32 = 0x24;
 const TXDR: u32 = 0x28;
 
-// Of CR1.
+// Bits of CR1.
 const PE: u32 = 0;
 const DNF: u32 = 8;
 const ANFOFF: u32 = 12;
 const RXDMAEN: u32 = 15;
-/// Interrupts, the DMA of what is sent, slave, wake-up.
+/// Interrupts, transmit DMA, slave mode, wake-up.
 const NOT_MODELLED: u32 = 0x00FF_40FE;
-/// What is only written while the peripheral is off.
+/// Bits that may change only while the peripheral is off.
 const FILTERS: u32 = 1 << ANFOFF | 0xF << DNF;
-// Of CR2.
+// Bits of CR2.
 const RD_WRN: u32 = 10;
 const ADD10: u32 = 11;
 const START: u32 = 13;
@@ -35,7 +35,7 @@ const STOP: u32 = 14;
 const NBYTES: u32 = 16;
 const RELOAD: u32 = 24;
 const AUTOEND: u32 = 25;
-// Of ISR.
+// Bits of ISR.
 const TXE: u32 = 0;
 const TXIS: u32 = 1;
 const RXNE: u32 = 2;
@@ -43,28 +43,28 @@ const NACKF: u32 = 4;
 const STOPF: u32 = 5;
 const TC: u32 = 6;
 const BUSY: u32 = 15;
-/// What a program clears by ICR.
+/// Flags that a program clears by ICR.
 const CLEARABLE: u32 = 0x3F38;
 
-/// Of the analog filter, `s`: what it may take at least and at most (data sheet, "I2C analog filter").
+/// Minimum and maximum delay of the analog filter, `s` (data sheet, "I2C analog filter").
 const FILTER_S: [f64; 2] = [50e-9, 260e-9];
-/// In which the clock's edge is seen, of the peripheral's own clock.
+/// Delay until a clock edge is detected, in cycles of the peripheral's own clock.
 const SYNCHRONIZED_CYCLES: f64 = 2.0;
-/// Bits of a byte with its acknowledge; of a START, and of a STOP.
+/// Duration in bits of a byte with its acknowledge (`BYTE_BITS`), and of a START or STOP (`EDGE_BITS`).
 const BYTE_BITS: f64 = 9.0;
 const EDGE_BITS: f64 = 0.5;
 
-/// What is on the wires.
+/// State of a transfer.
 #[derive(Debug, Clone, Copy, PartialEq)]
 enum Phase {
     Idle,
-    /// A START and the address; for ever where a line is low.
+    /// A START and the address; never ends while a line is held low.
     Address,
     Sending(u8),
     Receiving(u8),
-    /// A byte came while the one before was not taken: the clock is held low.
+    /// A byte was received while the previous byte is unread: the clock is held low.
     Full(u8),
-    /// The clock is held low until the program goes on.
+    /// The clock is held low until the program continues the transfer.
     Held,
     Stopping,
 }
@@ -75,13 +75,13 @@ pub(super) struct I2c {
     registers: Registers,
     phase: Phase,
     ends_at: u64,
-    /// Bytes of the transfer that did not begin yet.
+    /// Bytes of the transfer that have not started.
     left: u32,
     to_send: Option<u8>,
     received: Option<u8>,
     pins: Pins,
     bus: Bus,
-    /// Of the bus, which is its clock.
+    /// Frequency of the bus clock, which clocks the peripheral.
     hz: f64,
 }
 
@@ -107,7 +107,7 @@ impl I2c {
         self.pins = Pins::default();
     }
 
-    /// Leaves the wires in the middle of whatever is on them: a device that was about to send a byte goes on to.
+    /// Aborts the transfer. A device that is sending a byte continues to send.
     fn let_go(&mut self) {
         self.bus.is_held |= matches!(self.phase, Phase::Receiving(_) | Phase::Full(_));
         (self.phase, self.ends_at, self.left) = (Phase::Idle, u64::MAX, 0);
@@ -122,17 +122,18 @@ impl I2c {
         &mut self.bus
     }
 
-    /// Takes in what the pins are now.
+    /// Updates the state of the pins.
     pub(super) fn see_pins(&mut self, pins: Pins, hz: f64, access: &mut Access<'_>) {
         self.advance(access.at.cycle);
         if pins.is_connected && !pins.is_open_drain {
-            access.violates(format!("a pin of {} is no open drain", self.name));
+            access.violates(format!("a pin of {} is not open-drain", self.name));
         }
         self.bus.see_clock(pins.clock);
         (self.pins, self.hz) = (pins, hz);
     }
 
-    /// A byte takes its bits, each one low and high of the clock, and twice the time until its edge is seen; `s`.
+    /// Duration of a bit, `s`: low and high time of the clock, and twice the delay until a clock edge is
+    /// detected.
     fn bit_s(&self, filter_s: f64) -> f64 {
         let [low_s, high_s] = self.clock_s();
         let filter_s = if self.registers.has(CR1, ANFOFF) { 0.0 } else { filter_s };
@@ -144,14 +145,14 @@ impl I2c {
         [0, 8].map(|place| self.timing_s(place, 8))
     }
 
-    /// A part of the timing register, `s`.
+    /// Time set by a field of the timing register, `s`.
     fn timing_s(&self, place: u32, width: u32) -> f64 {
         let prescaler = self.registers.bits(TIMINGR, 28, 4) + 1;
         let [prescaler, count] = [prescaler, self.registers.bits(TIMINGR, place, width) + 1].map(f64::from);
         prescaler * count / self.hz
     }
 
-    /// Its longest: with the slowest filter.
+    /// Maximum cycles of this number of bits: with the slowest filter.
     fn cycles(&self, bits: f64) -> u64 {
         let [_, slowest_s] = FILTER_S;
         #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "some thousand")]
@@ -175,7 +176,7 @@ impl I2c {
         self.advance(access.at.cycle);
         match offset {
             RXDR if self.received.is_none() => {
-                access.violates(format!("{}_RXDR is read while nothing was received", self.name));
+                access.violates(format!("{}_RXDR is read while it is empty", self.name));
                 self.registers.get(RXDR)
             }
             RXDR => self.take_received(access.at.cycle),
@@ -190,14 +191,16 @@ impl I2c {
         let changed = before ^ value;
         match offset {
             CR1 if value & NOT_MODELLED != 0 => {
-                access.violates(format!("{}_CR1 gets {value:#010x}: not modelled", self.name));
+                access.violates(format!("{}_CR1 is set to {value:#010x}: not modelled", self.name));
             }
             CR1 if is_on && changed & FILTERS != 0 => {
                 access.violates(format!("the filters of {} are changed while it is on", self.name));
             }
-            TIMINGR if is_on => access.violates(format!("{}_TIMINGR is written while it is on", self.name)),
+            TIMINGR if is_on => {
+                access.violates(format!("{}_TIMINGR is written while the I²C is on", self.name))
+            }
             CR2 if before >> START & 1 == 1 && changed != 0 => {
-                access.violates(format!("{}_CR2 is changed while it is to start", self.name));
+                access.violates(format!("{}_CR2 is changed while a START is pending", self.name));
             }
             ICR => {
                 self.registers.set(ISR, self.registers.get(ISR) & !(value & CLEARABLE));
@@ -228,7 +231,7 @@ impl I2c {
 
     fn command(&mut self, access: &mut Access<'_>) {
         if self.registers.has(CR2, RELOAD) || self.registers.has(CR2, ADD10) {
-            access.violates(format!("{} reloads or has an address of 10 bits: not modelled", self.name));
+            access.violates(format!("{} uses RELOAD or a 10-bit address: not modelled", self.name));
         }
         let is_complete = self.registers.has(ISR, TC);
         let [starts, stops] = [START, STOP].map(|bit| self.registers.has(CR2, bit));
@@ -237,7 +240,7 @@ impl I2c {
         }
         if starts {
             if self.phase != Phase::Idle && !is_complete {
-                return access.violates(format!("{} is started in the middle of a transfer", self.name));
+                return access.violates(format!("{} is started during a transfer", self.name));
             }
             self.registers.set_bit(ISR, TC, false);
             self.left = self.registers.bits(CR2, NBYTES, 8);
@@ -293,13 +296,13 @@ impl I2c {
         }
     }
 
-    /// Nobody has acknowledged: a STOP follows by itself.
+    /// Handles a missing acknowledge: a STOP follows automatically.
     fn refuse(&mut self, at: u64) {
         self.registers.set_bit(ISR, NACKF, true);
         self.go(Phase::Stopping, at, EDGE_BITS);
     }
 
-    /// The next byte, or the end.
+    /// Starts the next byte, or ends the transfer.
     fn go_on(&mut self, at: u64) {
         if self.left == 0 {
             if self.registers.has(CR2, AUTOEND) {
@@ -323,7 +326,7 @@ impl I2c {
         is_receiving && self.registers.has(CR1, RXDMAEN) && self.received.is_some()
     }
 
-    /// The byte that a program or the DMA takes.
+    /// Takes the received byte, for the program or the DMA.
     pub(super) fn take_received(&mut self, now: u64) -> u32 {
         if let Some(byte) = self.received.take() {
             self.registers.set(RXDR, byte.into());

@@ -14,16 +14,16 @@ const START: u32 = 0xCCCC;
 const FEED: u32 = 0xAAAA;
 const UNLOCK: u32 = 0x5555;
 
-/// Of its own oscillator (data sheet: 31.04 to 32.96 kHz).
+/// Frequency of its own oscillator (data sheet: 31.04 to 32.96 kHz).
 const LSI_HZ: f64 = 32_000.0;
-/// Until a written prescaler or reload value has its effect.
+/// Time until a written prescaler or reload value takes effect.
 const UPDATE_S: f64 = 6.0 / LSI_HZ;
 
 #[derive(Debug, Clone)]
 pub(super) struct Iwdg {
     registers: Registers,
     is_unlocked: bool,
-    /// When it bites; none before it is started.
+    /// Cycle of the watchdog reset; `None` before the watchdog is started.
     bites_at: Option<u64>,
     updated_at: u64,
 }
@@ -48,7 +48,7 @@ impl Iwdg {
     pub(super) fn write(&mut self, offset: u32, value: u32, clock: &Clock, access: &mut Access<'_>) {
         let now = access.at.cycle;
         match (offset, value) {
-            // Its counter holds 0xFFF until it is fed.
+            // The first count starts at 0xFFF; the reload value applies from the first feed.
             (KR, START) => self.count_from(self.registers.get(RLR).max(0xFFF), clock, now),
             (KR, FEED) => {
                 if self.bites_at.is_some() {

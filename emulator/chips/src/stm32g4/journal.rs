@@ -1,6 +1,6 @@
-//! What a program writes to registers, in order.
+//! Log of a program's register writes, in order.
 
-/// Writes while it is open, from power-on on.
+/// Register writes from power-on until the journal is closed.
 #[derive(Debug, Clone, Default)]
 pub struct Journal {
     lines: Vec<String>,
@@ -14,12 +14,12 @@ impl Journal {
         }
     }
 
-    /// Notes nothing from now on.
+    /// Stops the recording.
     pub fn close(&mut self) {
         self.is_closed = true;
     }
 
-    /// A line for each write: the register and its new value.
+    /// One line per write: the register and its new value.
     #[must_use]
     pub fn lines(&self) -> &[String] {
         &self.lines

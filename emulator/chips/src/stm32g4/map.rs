@@ -1,4 +1,4 @@
-//! Which peripheral is at an address, and what gives it its clock (RM0440, "Memory map"; ST's headers).
+//! Peripherals by address, with their clock enable bits (RM0440, "Memory map"; ST's headers).
 
 // Enable registers of RCC.
 const AHB1: u32 = 0x48;
@@ -14,31 +14,31 @@ pub(super) enum Block {
     Pwr,
     Flash,
     Gpio(usize),
-    /// By its number.
+    /// Number of the timer.
     Timer(u32),
     Usart(usize),
-    /// SPI 1 to 3, from 0 on.
+    /// Index of SPI 1 to 3, from 0.
     Spi(usize),
-    /// I²C 1 to 4, from 0 on.
+    /// Index of I²C 1 to 4, from 0.
     I2c(usize),
     Dma(usize),
     Iwdg,
-    /// Converter 1 or 2, from 0 on.
+    /// Index of ADC1 or ADC2, from 0.
     Adc(usize),
     AdcCommon,
     Opamp,
     Fdcan,
-    /// One that does no more than hold what is written.
+    /// A peripheral that only stores written values.
     Plain(usize),
 }
 
-/// Where a peripheral is.
+/// Address range of a peripheral.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Place {
     pub(super) begin: u32,
     pub(super) bytes: u32,
     pub(super) block: Block,
-    /// Register and bit of RCC that give it its clock.
+    /// RCC register and bit that enable its clock.
     pub(super) gate: Option<(u32, u32)>,
 }
 
@@ -50,17 +50,17 @@ const fn part(begin: u32, bytes: u32, block: Block, gate: (u32, u32)) -> Place {
     Place { begin, bytes, block, gate: Some(gate) }
 }
 
-/// UARTs that are modelled, in the order of their numbers here.
+/// Modelled UARTs, in the order of their indices.
 pub(super) const USARTS: [&str; 4] = ["USART1", "USART2", "USART3", "LPUART1"];
-/// SPIs that are modelled.
+/// Modelled SPIs.
 pub(super) const SPIS: [&str; 3] = ["SPI1", "SPI2", "SPI3"];
-/// I²Cs that are modelled.
+/// Modelled I²Cs.
 pub(super) const I2CS: [&str; 4] = ["I2C1", "I2C2", "I2C3", "I2C4"];
-/// Ports.
+/// GPIO ports.
 pub(super) const PORTS: [char; 7] = ['A', 'B', 'C', 'D', 'E', 'F', 'G'];
-/// Numbers of timers that are modelled.
+/// Numbers of the modelled timers.
 pub(super) const TIMERS: [u32; 5] = [1, 2, 3, 4, 5];
-/// Peripherals that hold what is written: class in the table, name.
+/// Peripherals that only store written values: class in the register table, name.
 pub(super) const PLAIN: [(&str, &str); 5] = [
     ("SYSCFG", "SYSCFG"),
     ("EXTI", "EXTI"),
@@ -70,7 +70,7 @@ pub(super) const PLAIN: [(&str, &str); 5] = [
 ];
 pub(super) const DMAMUX: usize = 2;
 
-/// All of them.
+/// All modelled peripherals.
 pub(super) const PLACES: &[Place] = &[
     at(0x4000_0000, Block::Timer(2), Some((APB1, 0))),
     at(0x4000_0400, Block::Timer(3), Some((APB1, 1))),
@@ -118,7 +118,8 @@ pub(super) fn find(address: u32) -> Option<&'static Place> {
     PLACES.iter().find(|place| (place.begin..place.begin + place.bytes).contains(&address))
 }
 
-/// Peripherals that a bit of an RCC reset register resets: those that its twin among the enable registers gives a clock.
+/// Peripherals that bits of an RCC reset register reset. The corresponding enable register has the same bit
+/// positions.
 pub(super) fn reset_by(register: u32, bits: u32) -> impl Iterator<Item = Block> {
     const FROM_RESET_TO_ENABLE: u32 = 0x20;
     PLACES.iter().filter_map(move |place| {

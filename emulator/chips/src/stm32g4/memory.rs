@@ -1,4 +1,4 @@
-//! Flash and RAM as bytes. CCM SRAM shows up twice: at its own address and behind SRAM 2 (RM0440, 2.4).
+//! Flash and RAM as bytes. CCM SRAM is mapped twice: at its own address and after SRAM 2 (RM0440, 2.4).
 
 use cycles::image::Image;
 use cycles::instruction::Width;
@@ -11,12 +11,12 @@ const SRAM: u32 = 0x2000_0000;
 /// Message RAM of the CAN controllers.
 pub(super) const MESSAGES: u32 = 0x4000_A400;
 const MESSAGE_BYTES: u32 = 0x350;
-/// Of the chip, 96 bits.
+/// Address of the chip's 96-bit unique ID.
 const UNIQUE_ID: u32 = 0x1FFF_7590;
 const SERIAL: [u8; 12] = *b"EMULATED-G4\0";
-/// What RAM holds when the chip gets power: nothing that a program should rely on.
+/// Value of RAM bytes after power-on: a program must not rely on it.
 const AFTER_POWER_ON: u8 = 0xA5;
-/// Of flash that is erased.
+/// Value of erased flash bytes.
 pub(super) const ERASED: u8 = 0xFF;
 
 /// All memory of a chip.
@@ -72,7 +72,7 @@ impl Memory {
         }
     }
 
-    /// False where no RAM is.
+    /// Returns `false` if the address is not in RAM.
     pub(super) fn store(&mut self, address: u32, width: Width, value: u32) -> bool {
         let (memory, begin) = match address {
             SRAM..0x2010_0000 => (&mut self.sram, (address - SRAM) as usize),

@@ -1,5 +1,5 @@
-//! Operational amplifiers 1 to 3 (RM0440, chapter 25; names of the fields by ST's `stm32g4xx_ll_opamp.h`): with their own
-//! resistors for a gain, or as followers.
+//! Operational amplifiers 1 to 3 (RM0440, chapter 25; field names from ST's `stm32g4xx_ll_opamp.h`): with
+//! internal gain resistors, or as followers.
 
 use super::Part;
 use super::clock::Clock;
@@ -7,18 +7,18 @@ use super::registers::Registers;
 use super::violation::Access;
 
 pub(super) const AMPLIFIERS: usize = 3;
-/// The supply, V: no output goes beyond it.
+/// Supply voltage and maximum output voltage, V.
 pub(super) const SUPPLY_V: f64 = 3.3;
 
-// Of CSR.
+// Bits of CSR.
 const EN: u32 = 0;
 const INTOEN: u32 = 8;
 const LOCK: u32 = 31;
 /// FORCEVP, USERTRIM, CALON, CALSEL and the trimming.
 const NOT_MODELLED: u32 = 0x1FF8_3812;
-/// `VINMx` has the end of the resistors, or a capacitor.
+/// `VINMx` is connected to the end of the gain resistors, or to a filter capacitor.
 const BIAS: u32 = 1;
-/// Until an output is what it says (`LL_OPAMP_DELAY_STARTUP_US`, its longest).
+/// Maximum startup time of an amplifier (`LL_OPAMP_DELAY_STARTUP_US`).
 const START_S: f64 = 30e-6;
 
 /// Pins of an amplifier.
@@ -41,7 +41,7 @@ pub(super) const PINS: [Pins; AMPLIFIERS] = [
 #[derive(Debug, Clone)]
 pub(super) struct Opamp {
     registers: Registers,
-    /// When each will have started.
+    /// Cycle in which the startup of each amplifier ends.
     starts: [u64; AMPLIFIERS],
 }
 
@@ -66,7 +66,7 @@ impl Opamp {
         let name = self.registers.name(offset);
         let before = self.registers.get(offset);
         if before >> LOCK & 1 == 1 {
-            access.violates(format!("{name} is written and is locked"));
+            access.violates(format!("{name} is written while it is locked"));
             return;
         }
         self.registers.write(offset, value, access);
@@ -77,20 +77,20 @@ impl Opamp {
                 }
                 value & NOT_MODELLED == 0
             }
-            // Amplifiers 4 to 6, and inputs that a timer chooses.
+            // Amplifiers 4 to 6, and input selection by a timer.
             None => value & !(1 << LOCK) == 0,
         };
         if !is_known {
-            access.violates(format!("{name} gets {value:#010x}: not modelled"));
+            access.violates(format!("{name} is set to {value:#010x}: not modelled"));
         }
     }
 
-    /// Whether an amplifier, from 0 on, drives its pin.
+    /// Whether an amplifier, by its index, drives its pin.
     pub(super) fn drives_pin(&self, place: usize) -> bool {
         self.has(place, EN) && !self.has(place, INTOEN)
     }
 
-    /// Whether an amplifier's output goes to its converter only.
+    /// Whether an amplifier's output is connected only to its ADC.
     pub(super) fn drives_converter(&self, place: usize) -> bool {
         self.has(place, EN) && self.has(place, INTOEN)
     }
@@ -103,10 +103,10 @@ impl Opamp {
         self.registers.has(Self::control(place), bit)
     }
 
-    /// What an amplifier that is on makes of the voltages of its pins, V.
+    /// Output voltage of an amplifier that is on, from the voltages at its pins, V.
     ///
     /// # Errors
-    /// What is not modelled, or wrong.
+    /// Description of an unmodelled or invalid setting.
     pub(super) fn output_v(
         &self,
         place: usize,
@@ -115,7 +115,7 @@ impl Opamp {
     ) -> Result<f64, String> {
         let name = format!("OPAMP{}", place + 1);
         let field = |first, width| self.registers.bits(Self::control(place), first, width);
-        let pins = PINS.get(place).ok_or("there is no such amplifier")?;
+        let pins = PINS.get(place).ok_or("no such amplifier")?;
         if self.starts.get(place).is_some_and(|start| *start > now) {
             return Err(format!("{name} is sampled less than 30 us after its start"));
         }
@@ -127,14 +127,12 @@ impl Opamp {
             (3, _, _) => input_v,
             (2, code @ 0..=5, connection) => {
                 let gain = f64::from(2u32 << code);
-                // The resistors end at the ground, or at VINM0.
+                // The gain resistors end at ground, or at VINM0.
                 let end_v = if connection & BIAS == 0 { 0.0 } else { pin_v(pins.bias)? };
                 gain * input_v - (gain - 1.0) * end_v
             }
             (inverting, code, _) => {
-                return Err(format!(
-                    "{name} with VM_SEL {inverting} and a gain of code {code}: not modelled"
-                ));
+                return Err(format!("{name} with VM_SEL {inverting} and gain code {code}: not modelled"));
             }
         };
         Ok(output_v.clamp(0.0, SUPPLY_V))

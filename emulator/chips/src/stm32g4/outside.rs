@@ -1,4 +1,4 @@
-//! What is outside of the chip: levels, voltages, encoders, lines, a bridge.
+//! External signals of the chip: levels, voltages, encoders, serial lines, a bridge.
 
 use super::fdcan::Fdcan;
 use super::gpio::Gpio;
@@ -10,20 +10,20 @@ use super::usart::Usart;
 use super::{Stm32g4, Wire};
 
 impl Stm32g4 {
-    /// Alternate functions that pins are connected to, such as `TIM1_CH1`.
+    /// Alternate functions that are selected at pins, such as `TIM1_CH1`.
     #[must_use]
     pub fn connected(&self) -> Vec<&'static str> {
         self.ports.iter().flat_map(Gpio::connected).collect()
     }
 
-    /// The level that a pin is driven to; none when the chip does not drive it as an output.
+    /// Level that the chip drives at a pin; `None` if the pin is not an output.
     #[must_use]
     pub fn output(&self, port: char, pin: u32) -> Option<bool> {
         let place = PORTS.iter().position(|letter| *letter == port)?;
         self.ports.get(place)?.output(pin)
     }
 
-    /// The level that the outside has a pin at.
+    /// Sets the external level at a pin.
     pub fn set_input(&mut self, port: char, pin: u32, is_high: bool) {
         for gpio in
             self.ports.iter_mut().zip(PORTS).filter(|(_, letter)| *letter == port).map(|(gpio, _)| gpio)
@@ -32,56 +32,56 @@ impl Stm32g4 {
         }
     }
 
-    /// What a pin is connected to, for converters and amplifiers.
+    /// Connects a voltage source to a pin, for ADCs and amplifiers.
     pub fn wire(&mut self, port: char, pin: u32, wire: Wire) {
         self.wires.insert((port, pin), wire);
     }
 
-    /// The voltage that the outside has a pin at.
+    /// Sets the external voltage at a pin.
     pub fn set_voltage(&mut self, port: char, pin: u32, volts: f64) {
         self.wire(port, pin, Wire::At(volts));
     }
 
-    /// Puts a driver between timer 1 and the bridge; without it, every high level closes a switch.
+    /// Sets the gate driver between timer 1 and the bridge. By default, every high level closes a switch.
     pub fn set_gate_driver(&mut self, driver: GateDriver) {
         self.gate_driver = driver;
     }
 
-    /// Wires a device to an SPI, which a low level at a pin selects; or takes it off, where it is none.
+    /// Connects a device to an SPI, selected by a low level at a pin; `None` disconnects the device.
     pub fn wire_spi(&mut self, name: &str, select: (char, u32), device: Option<SpiDevice>) {
         if let Some(spi) = self.spi(name) {
             spi.wire(device.map(|device| Chip::new(device, select)));
         }
     }
 
-    /// The device that is wired to an SPI.
+    /// The device at an SPI.
     pub fn spi_device(&mut self, name: &str) -> Option<&mut SpiDevice> {
         self.spi(name)?.device()
     }
 
-    /// The cycle in which that device was selected last, if it is.
+    /// Cycle in which the device at an SPI was selected; `None` while it is not selected.
     pub fn spi_selected_at(&mut self, name: &str) -> Option<u64> {
         self.spi(name)?.selected_at()
     }
 
-    /// Wires a device to an I²C, or takes it off, where it is none.
+    /// Connects a device to an I²C; `None` disconnects the device.
     pub fn wire_i2c(&mut self, name: &str, device: Option<I2cDevice>) {
         if let Some(i2c) = self.i2c(name) {
             i2c.bus().device = device;
         }
     }
 
-    /// The device that is wired to an I²C.
+    /// The device at an I²C.
     pub fn i2c_device(&mut self, name: &str) -> Option<&mut I2cDevice> {
         self.i2c(name)?.bus().device.as_mut()
     }
 
-    /// The cycle in which an I²C last began to ask a device to send.
+    /// Cycle of the last START of a read transfer on an I²C.
     pub fn i2c_read_at(&mut self, name: &str) -> Option<u64> {
         self.i2c(name)?.bus().read_at
     }
 
-    /// Holds the data line of an I²C low, or lets it go.
+    /// Holds the data line of an I²C low, or releases it.
     pub fn hold_i2c(&mut self, name: &str, is_held: bool) {
         if let Some(i2c) = self.i2c(name) {
             i2c.bus().is_stuck = is_held;
@@ -96,39 +96,40 @@ impl Stm32g4 {
         self.spis.iter_mut().zip(SPIS).find(|(_, known)| *known == name).map(|(spi, _)| spi)
     }
 
-    /// What timer 1 puts on the bridge, if all of its pins are connected.
+    /// Pulses of timer 1 at the bridge, if all pins of the bridge are connected.
     #[must_use]
     pub fn pulses(&self) -> Option<Pulses> {
         let timer = self.timers.first()?;
         let connected = self.connected();
         let has = |name: &&str| connected.contains(name);
         let (high, low) = (["TIM1_CH1", "TIM1_CH2", "TIM1_CH3"], ["TIM1_CH1N", "TIM1_CH2N", "TIM1_CH3N"]);
-        // A driver that makes the low sides itself has no pins for them, whatever the timer would put there.
+        // A gate driver that generates the low sides itself has no pins for them, whatever the timer outputs
+        // there.
         let is_low_side_driven = timer.is_complementary() && low.iter().all(has);
         let is_whole = high.iter().all(has) && (is_low_side_driven || !low.iter().any(has));
         is_whole.then(|| timer.pulses()).flatten()
     }
 
-    /// The next cycle in which the lower switches of timer 1's bridge are in the middle of their time; none while its timer does
-    /// not count up and down.
+    /// Next cycle in the middle of the on time of timer 1's lower switches; `None` unless the timer counts up
+    /// and down.
     #[must_use]
     pub fn next_middle(&self) -> Option<u64> {
         self.timers.first()?.next_top()
     }
 
-    /// When timer 1 was allowed to drive its bridge (`MOE`), or was not any more, since this was last asked: cycle, whether it
-    /// is.
+    /// Takes the changes of timer 1's main output enable (`MOE`) since the last call: cycle, whether it is
+    /// set.
     pub fn take_switched(&mut self) -> Vec<(u64, bool)> {
         self.timers.first_mut().map(Timer::take_switched).unwrap_or_default()
     }
 
-    /// Cycles from the end of an injected sequence of converter 1 to its flag's being cleared: the least and the most since this
-    /// was last asked.
+    /// Takes the minimum and maximum cycles from the end of an injected sequence of ADC1 until its flag is
+    /// cleared, since the last call.
     pub fn take_answer_cycles(&mut self) -> Option<(u64, u64)> {
         self.adcs[0].take_answer_cycles()
     }
 
-    /// Turns the shaft of an encoder on a timer's first two channels, by so many counts.
+    /// Turns the shaft of an encoder at a timer's channels 1 and 2 by this number of counts.
     pub fn turn(&mut self, timer: u32, counts: i64) {
         let connected = self.connected();
         let is_connected = [1, 2].iter().all(|channel| {
@@ -140,7 +141,7 @@ impl Stm32g4 {
         }
     }
 
-    /// Puts bytes on the line to a UART, from cycle `now` on; lost when its pin is not connected.
+    /// Sends bytes to a UART from cycle `now`. The bytes are lost if its pin is not connected.
     pub fn receive(&mut self, uart: &str, bytes: &[u8], now: u64) {
         let pin = format!("{uart}_RX");
         if self.connected().iter().any(|name| **name == *pin)
@@ -150,12 +151,12 @@ impl Stm32g4 {
         }
     }
 
-    /// Whether bytes for a UART are still on the line.
+    /// Whether bytes to a UART are still in transit.
     pub fn is_receiving(&mut self, uart: &str) -> bool {
         self.usart(uart).is_some_and(|uart| uart.is_receiving())
     }
 
-    /// What a UART has sent since this was last asked, with the cycle of each byte's end.
+    /// Takes the bytes that a UART has sent since the last call, each with the cycle of its end.
     pub fn take_sent(&mut self, uart: &str) -> Vec<(u64, u8)> {
         let pin = format!("{uart}_TX");
         let is_connected = self.connected().iter().any(|name| **name == *pin);
@@ -163,35 +164,35 @@ impl Stm32g4 {
         if is_connected { sent } else { Vec::new() }
     }
 
-    /// Bits per second of a UART; none before it is set up.
+    /// Bit rate of a UART, `bit/s`; `None` before it is configured.
     pub fn baud(&mut self, uart: &str) -> Option<f64> {
         let hz = self.clock.hz();
         self.usart(uart)?.bit_cycles().map(|cycles| hz / cycles)
     }
 
-    /// Bytes that came to a UART while the one before was not taken.
+    /// Number of bytes that a UART has lost by overruns.
     pub fn overruns(&mut self, uart: &str) -> u64 {
         self.usart(uart).map_or(0, |uart| uart.overruns)
     }
 
-    /// The serial number, by which nodes differ that have no channel.
+    /// Sets the serial number, which distinguishes nodes without a channel.
     pub fn set_serial(&mut self, serial: [u8; 12]) {
         self.memory.serial = serial;
     }
 
-    /// Whether CAN has left its bus for its errors.
+    /// Whether the CAN controller is bus-off.
     #[must_use]
     pub fn is_can_off(&self) -> bool {
         self.fdcan.is_off()
     }
 
-    /// The CAN controller, for its bus: as it is at a cycle, and then.
+    /// The CAN controller for its bus, advanced to a cycle.
     pub(crate) fn fdcan(&mut self, now: u64) -> &mut Fdcan {
         self.fdcan.advance(now, &mut self.memory.messages);
         &mut self.fdcan
     }
 
-    /// Whether both of its pins are connected.
+    /// Whether both pins of the CAN controller are connected.
     pub(crate) fn is_can_connected(&self) -> bool {
         let has = |name: &str| self.ports.iter().flat_map(Gpio::connected).any(|connected| connected == name);
         has("FDCAN1_RX") && has("FDCAN1_TX")

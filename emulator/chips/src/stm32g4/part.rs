@@ -1,4 +1,4 @@
-//! Chips of the family.
+//! Emulated chips.
 
 /// A chip.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -10,7 +10,7 @@ pub enum Part {
 }
 
 impl Part {
-    /// As the table of registers names it.
+    /// Name of the chip in the register table.
     pub(super) fn family(self) -> &'static str {
         match self {
             Self::G431cb => "G431",
@@ -25,7 +25,7 @@ impl Part {
         }
     }
 
-    /// SRAM 1 and SRAM 2; CCM SRAM.
+    /// Bytes of SRAM 1 and 2 together; bytes of CCM SRAM.
     pub(super) fn sram_bytes(self) -> (usize, usize) {
         match self {
             Self::G431cb => (22 << 10, 10 << 10),
@@ -33,7 +33,7 @@ impl Part {
         }
     }
 
-    /// Banks of the flash: reading one goes on while the other is written.
+    /// Number of flash banks. One bank can be read while the other is written.
     pub(super) fn banks(self) -> u32 {
         match self {
             Self::G431cb => 1,
@@ -41,7 +41,7 @@ impl Part {
         }
     }
 
-    /// What pins can do of what firmware here uses: port, pin, number of the alternate function.
+    /// Alternate functions that this project's firmware uses.
     pub(super) fn functions(self) -> &'static [Function] {
         match self {
             Self::G431cb => G431_FUNCTIONS,
@@ -50,7 +50,7 @@ impl Part {
     }
 }
 
-/// An alternate function: port, pin, its number, what it is.
+/// An alternate function: port, pin, number, name.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Function(pub(super) char, pub(super) u32, pub(super) u32, pub(super) &'static str);
 

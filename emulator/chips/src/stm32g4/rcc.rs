@@ -15,15 +15,15 @@ const CCIPR2: u32 = 0x9C;
 const CSR: u32 = 0x94;
 const CRRCR: u32 = 0x98;
 
-// Of CR: on, and ready one bit or two above it.
+// Enable bits of CR; the ready bit is one or two bits above.
 const HSION: u32 = 8;
 const HSEON: u32 = 16;
 const PLLON: u32 = 24;
-/// Of CCIPR.
+/// Field of CCIPR.
 const FDCANSEL: u32 = 24;
-/// Of PLLCFGR.
+/// Bit of PLLCFGR.
 const PLLQEN: u32 = 20;
-// Of CSR.
+// Bits of CSR.
 const RMVF: u32 = 23;
 const PIN: u32 = 26;
 const POWER: u32 = 27;
@@ -31,15 +31,16 @@ const PROGRAM: u32 = 28;
 const WATCHDOG: u32 = 29;
 
 const HSI_HZ: f64 = 16e6;
-/// Until an oscillator is ready: typical times of the data sheet.
+/// Startup times of the oscillators: typical values of the data sheet.
 const CRYSTAL_S: f64 = 2e-3;
 const PLL_S: f64 = 40e-6;
 const OTHERS_S: f64 = 5e-6;
-/// A jump beyond it goes in two steps, with so long a pause between them ("System clock (SYSCLK) selection").
+/// A switch from below to above this frequency takes two steps, with a pause between them ("System clock
+/// (SYSCLK) selection").
 const SMALL_STEP_HZ: f64 = 80e6;
 const PAUSE_S: f64 = 1e-6;
 
-/// Why the chip was reset last.
+/// Cause of the last reset.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Cause {
     PowerOn,
@@ -48,7 +49,7 @@ pub(super) enum Cause {
     Pin,
 }
 
-/// Something that becomes ready.
+/// A ready bit that will be set.
 #[derive(Debug, Clone, Copy)]
 struct Ready {
     register: u32,
@@ -59,10 +60,10 @@ struct Ready {
 #[derive(Debug, Clone)]
 pub(super) struct Rcc {
     registers: Registers,
-    /// Of the board's crystal; none when it does not swing.
+    /// Frequency of the board's crystal; `None` if the crystal does not oscillate.
     pub(super) crystal_hz: Option<f64>,
     coming: Vec<Ready>,
-    /// When the system clock last went beyond a small step, while the buses are still divided.
+    /// Time of the last switch to a fast system clock, while the AHB is still divided.
     stepped_at_s: Option<f64>,
 }
 
@@ -78,7 +79,8 @@ impl Rcc {
         rcc
     }
 
-    /// All but the flags of causes, which a program clears. Any reset pulls the pin, too.
+    /// Resets all registers except the reset flags, which the program clears. Every reset also sets the flag
+    /// of the reset pin.
     pub(super) fn reset(&mut self, cause: Cause) {
         let flags = self.registers.get(CSR) & 0xFE00_0000;
         self.registers.reset();
@@ -98,7 +100,7 @@ impl Rcc {
         &self.registers
     }
 
-    /// Whether a bit of an enable register is set: the peripheral has its clock.
+    /// Whether a bit of an enable register is set, so that its peripheral has a clock.
     pub(super) fn enables(&self, register: u32, bit: u32) -> bool {
         self.registers.has(register, bit)
     }
@@ -107,7 +109,8 @@ impl Rcc {
         self.registers.read(offset, access)
     }
 
-    /// Bits that a reset register sets, so that their peripherals are reset: (register, bits).
+    /// Writes a register. For a reset register, returns the register and its bits: the caller resets the
+    /// peripherals.
     pub(super) fn write(
         &mut self,
         offset: u32,
@@ -154,7 +157,7 @@ impl Rcc {
         None
     }
 
-    /// Has what was switched on or off become ready, or not ready.
+    /// Updates the ready bit of an oscillator that was switched on or off.
     fn switch(
         &mut self,
         register: u32,
@@ -169,8 +172,10 @@ impl Rcc {
         if !is_on && is_ready {
             self.registers.set_bit(register, ready, false);
             if register == CR && self.source() == Some(on) {
-                access
-                    .violates(format!("{} switches off what the processor runs on", self.registers.name(CR)));
+                access.violates(format!(
+                    "{} switches off the processor's clock source",
+                    self.registers.name(CR)
+                ));
             }
         } else if is_on && !is_ready && !self.coming.iter().any(|coming| coming.bit == ready) {
             let at_cycle = access.at.cycle + clock.cycles(after_s);
@@ -178,7 +183,7 @@ impl Rcc {
         }
     }
 
-    /// The bit of CR of the oscillator that is the system clock.
+    /// Enable bit in CR of the oscillator that is the system clock.
     fn source(&self) -> Option<u32> {
         match self.registers.bits(CFGR, 2, 2) {
             1 => Some(HSION),
@@ -207,7 +212,7 @@ impl Rcc {
         if old_hz <= SMALL_STEP_HZ && new_hz > SMALL_STEP_HZ {
             if !divides(value) {
                 access.violates(format!(
-                    "the system clock goes to {} MHz in one step: divide the AHB by 2 before",
+                    "the system clock switches to {} MHz in one step: divide the AHB by 2 first",
                     new_hz / 1e6
                 ));
             }
@@ -215,9 +220,8 @@ impl Rcc {
         }
         if divides(before) && !divides(value) {
             if self.stepped_at_s.is_some_and(|then_s| now_s - then_s < PAUSE_S) {
-                access.violates(
-                    "the AHB stops dividing less than 1 us after the switch to a fast system clock",
-                );
+                access
+                    .violates("the AHB division ends less than 1 us after the switch to a fast system clock");
             }
             self.stepped_at_s = None;
         }
@@ -226,7 +230,7 @@ impl Rcc {
         }
     }
 
-    /// Of the system clock.
+    /// Frequency of the system clock.
     pub(super) fn system_hz(&self) -> f64 {
         match self.registers.bits(CFGR, 2, 2) {
             2 => self.crystal_hz.unwrap_or(0.0),
@@ -235,7 +239,7 @@ impl Rcc {
         }
     }
 
-    /// Of the processor and all buses.
+    /// Frequency of the processor and all buses.
     pub(super) fn bus_hz(&self) -> f64 {
         let divider = match self.registers.bits(CFGR, 4, 4) {
             code @ 8..=11 => f64::from(2 << (code - 8)),
@@ -245,22 +249,22 @@ impl Rcc {
         self.system_hz() / divider
     }
 
-    /// Whether the converters' own clock is the system's (CCIPR.ADC12SEL), which is that of the bus.
+    /// Whether the ADCs' own clock is the system clock (CCIPR.ADC12SEL), and equal to the bus clock.
     pub(super) fn clocks_converters(&self) -> bool {
         self.registers.bits(CCIPR, 28, 2) == 2 && self.registers.bits(CFGR, 4, 4) < 8
     }
 
-    /// Of the output R of the PLL, which can be the system clock.
+    /// Frequency of PLL output R, a source of the system clock.
     fn pll_r_hz(&self) -> f64 {
         self.vco_hz() / f64::from(2 * (self.registers.bits(PLLCFGR, 25, 2) + 1))
     }
 
-    /// Of the PLL's output Q, which FDCAN can run on.
+    /// Frequency of PLL output Q, a clock source of FDCAN.
     pub(super) fn pll_q_hz(&self) -> f64 {
         self.vco_hz() / f64::from(2 * (self.registers.bits(PLLCFGR, 21, 2) + 1))
     }
 
-    /// Of what FDCAN runs on; none while that stands still.
+    /// Frequency of FDCAN's clock; `None` while the clock is off.
     pub(super) fn can_hz(&self) -> Option<f64> {
         let is_ready = |on: u32| self.registers.has(CR, on + 1);
         match self.registers.bits(CCIPR, FDCANSEL, 2) {
@@ -271,7 +275,7 @@ impl Rcc {
         }
     }
 
-    /// Whether an I²C, from 0 on, runs on its bus's clock.
+    /// Whether an I²C, by its index, runs on the bus clock.
     pub(super) fn clocks_i2c_by_bus(&self, place: usize) -> bool {
         let (register, bit) =
             [(CCIPR, 12), (CCIPR, 14), (CCIPR, 16), (CCIPR2, 0)].get(place).copied().unwrap_or((CCIPR2, 0));
@@ -291,13 +295,13 @@ impl Rcc {
         source / f64::from(self.registers.bits(PLLCFGR, 4, 4) + 1)
     }
 
-    /// What the PLL may not do, when it is on (data sheet, "PLL characteristics").
+    /// Violation by the PLL if it is on and out of range (data sheet, "PLL characteristics").
     pub(super) fn pll_fault(&self) -> Option<String> {
         let (input, vco) = (self.pll_input_hz() / 1e6, self.vco_hz() / 1e6);
         let is_in_range = (2.66..=16.0).contains(&input) && (96.0..=344.0).contains(&vco);
         let is_on = self.registers.has(CR, PLLON);
         (is_on && !is_in_range)
-            .then(|| format!("the PLL makes {vco} MHz of {input} MHz, which is out of its range"))
+            .then(|| format!("PLL out of range: input {input} MHz (2.66 to 16), VCO {vco} MHz (96 to 344)"))
     }
 
     pub(super) fn advance(&mut self, now: u64) {

@@ -1,27 +1,27 @@
-//! Registers as words with names: which bits they have, and what they are after a reset.
+//! Named registers, with their existing bits and reset values.
 
 use std::sync::LazyLock;
 
 use super::Part;
 use super::violation::Access;
 
-/// Every register.
+/// All registers.
 static TABLE: LazyLock<Vec<Facts>> =
     LazyLock::new(|| include_str!("registers.txt").lines().filter_map(Facts::read).collect());
-/// Bytes between the first registers of two peripherals.
+/// Size of a peripheral's address range.
 const BLOCK_BYTES: u32 = 0x400;
 
-/// What is known of a register.
+/// Description of a register.
 #[derive(Debug)]
 struct Facts {
-    /// Of its peripheral.
+    /// Class of its peripheral.
     class: &'static str,
     name: &'static str,
     offset: u32,
-    /// Bits that exist.
+    /// Existing bits.
     mask: u32,
     reset: u32,
-    /// The chips that have it so; none where all do.
+    /// Chip with this description; `None`: all chips.
     family: Option<&'static str>,
 }
 
@@ -36,7 +36,7 @@ impl Facts {
     }
 }
 
-/// Sets what a register has in a list that is as long as it has to be.
+/// Sets the entry of a register in a list, which grows if needed.
 fn set_at<T: Clone + Default>(list: &mut Vec<T>, offset: u32, value: T) {
     let Some(place) = place(offset) else { return };
     if list.len() <= place {
@@ -47,22 +47,22 @@ fn set_at<T: Clone + Default>(list: &mut Vec<T>, offset: u32, value: T) {
     }
 }
 
-/// The registers of a peripheral, which hold what is written; models add what else happens.
+/// Registers of a peripheral. They store written values; the models add side effects.
 #[derive(Debug, Clone)]
 pub(super) struct Registers {
     peripheral: String,
-    /// By [`place`].
+    /// Indexed by [`place`].
     facts: Vec<Option<&'static Facts>>,
     values: Vec<u32>,
 }
 
-/// Index of a register; none for an address that is not a word's.
+/// Index of a register; `None` for an unaligned offset.
 fn place(offset: u32) -> Option<usize> {
     usize::try_from(offset / 4).ok().filter(|_| offset.is_multiple_of(4))
 }
 
 impl Registers {
-    /// Those of a class, for a peripheral of this name, after a reset.
+    /// Returns the registers of a class with their reset values, for a peripheral with this name.
     pub(super) fn new(part: Part, class: &str, peripheral: &str) -> Self {
         let mine = TABLE.iter().filter(|facts| {
             facts.class == class && facts.family.is_none_or(|family| family == part.family())
@@ -92,12 +92,12 @@ impl Registers {
         }
     }
 
-    /// What a register holds; 0 where there is none.
+    /// Value of a register; 0 if the register does not exist.
     pub(super) fn get(&self, offset: u32) -> u32 {
         place(offset).and_then(|place| self.values.get(place)).copied().unwrap_or(0)
     }
 
-    /// Bits of a register, shifted down.
+    /// Value of a bit field.
     pub(super) fn bits(&self, offset: u32, first: u32, width: u32) -> u32 {
         self.get(offset) >> first & ((1u32 << width) - 1)
     }
@@ -107,35 +107,35 @@ impl Registers {
         self.get(offset) >> bit & 1 == 1
     }
 
-    /// Sets a register by hardware.
+    /// Sets a register as the hardware does.
     pub(super) fn set(&mut self, offset: u32, value: u32) {
         set_at(&mut self.values, offset, value);
     }
 
-    /// Sets or clears a bit by hardware.
+    /// Sets or clears a bit as the hardware does.
     pub(super) fn set_bit(&mut self, offset: u32, bit: u32, value: bool) {
         let others = self.get(offset) & !(1 << bit);
         self.set(offset, others | u32::from(value) << bit);
     }
 
-    /// A program's read.
+    /// Read by the program.
     pub(super) fn read(&self, offset: u32, access: &mut Access<'_>) -> u32 {
         if self.facts(offset).is_none() {
-            access.violates(format!("{} is read, which is no register", self.name(offset)));
+            access.violates(format!("{} is read, but there is no such register", self.name(offset)));
         }
         self.get(offset)
     }
 
-    /// A program's write. Bits that a register does not have are a violation when they change.
+    /// Write by the program. A change of reserved bits is a violation.
     pub(super) fn write(&mut self, offset: u32, value: u32, access: &mut Access<'_>) {
         let Some(facts) = self.facts(offset) else {
-            access.violates(format!("{} is written, which is no register", self.name(offset)));
+            access.violates(format!("{} is written, but there is no such register", self.name(offset)));
             return;
         };
         let reserved = (value ^ facts.reset) & !facts.mask;
         if reserved != 0 {
             access.violates(format!(
-                "{} gets {value:#010x}: bits {reserved:#010x} are reserved",
+                "{} is set to {value:#010x}: bits {reserved:#010x} are reserved",
                 self.name(offset)
             ));
         }

@@ -1,5 +1,5 @@
-//! SPI as a master with frames of 4 to 16 bits (RM0440, chapter 39), and the device behind its wires. There is no DMA, no CRC and
-//! no I²S.
+//! SPI master with frames of 4 to 16 bits (RM0440, chapter 39), and the device at its wires. DMA, CRC and I²S
+//! are not modelled.
 
 mod wires;
 
@@ -19,21 +19,21 @@ const CR2: u32 = 0x04;
 const SR: u32 = 0x08;
 const DR: u32 = 0x0C;
 
-// Of CR1.
+// Bits of CR1.
 const MSTR: u32 = 2;
 const SPE: u32 = 6;
 const SSI: u32 = 8;
 const SSM: u32 = 9;
-/// What is only written while the SPI is off: mode, master, rate, order of bits, lines.
+/// Bits that may change only while the SPI is off: mode, master, clock rate, bit order, data lines.
 const FIXED: u32 = 0xAEBF;
-// Of CR2; interrupts.
+// Bits of CR2; interrupts.
 const DMA: u32 = 0b11;
 const ERRIE: u32 = 5;
 const RXNEIE: u32 = 6;
 const TXEIE: u32 = 7;
 const DS: u32 = 8;
 const FRXTH: u32 = 12;
-// Of SR.
+// Bits of SR.
 const RXNE: u32 = 0;
 const TXE: u32 = 1;
 const OVR: u32 = 6;
@@ -41,10 +41,10 @@ const BSY: u32 = 7;
 const FRLVL: u32 = 9;
 const FTLVL: u32 = 11;
 
-/// Of each FIFO.
+/// Size of each FIFO.
 const FIFO_BYTES: u32 = 4;
 
-/// A frame on its way.
+/// A frame in transfer.
 #[derive(Debug, Clone, Copy)]
 struct Frame {
     sent: u32,
@@ -62,7 +62,7 @@ pub(super) struct Spi {
     has_read: bool,
     pins: Pins,
     chip: Option<Chip>,
-    /// Of the bus.
+    /// Frequency of the bus clock.
     hz: f64,
 }
 
@@ -104,12 +104,12 @@ impl Spi {
         self.chip.as_ref().and_then(Chip::selected_at)
     }
 
-    /// The pin that selects the device.
+    /// The select pin of the device.
     pub(super) fn select_pin(&self) -> Option<(char, u32)> {
         self.chip.as_ref().map(|chip| chip.select)
     }
 
-    /// Takes in what the pins are now.
+    /// Updates the state of the pins.
     pub(super) fn see_pins(&mut self, pins: Pins, hz: f64, access: &mut Access<'_>) {
         self.advance(access.at.cycle);
         (self.pins, self.hz) = (pins, hz);
@@ -120,7 +120,7 @@ impl Spi {
     }
 
     fn bits(&self) -> u32 {
-        // Values that there are not are 8 bits.
+        // Reserved values mean 8 bits.
         match self.registers.bits(CR2, DS, 4) {
             0..=2 => 8,
             less => less + 1,
@@ -135,7 +135,8 @@ impl Spi {
         2 << self.registers.bits(CR1, 3, 3)
     }
 
-    /// Accesses of the data register have the width of a frame: two frames in one access are not modelled.
+    /// Checks that an access to the data register has the width of a frame: two frames in one access are not
+    /// modelled.
     fn check_width(&self, width: Width, access: &mut Access<'_>) {
         let is_right = match width {
             Width::Byte => self.bytes() == 1,
@@ -143,7 +144,7 @@ impl Spi {
             Width::Word => false,
         };
         if !is_right {
-            access.violates(format!("{}_DR is accessed by another width than that of its frames", self.name));
+            access.violates(format!("{}_DR is accessed with a width other than the frame width", self.name));
         }
     }
 
@@ -155,13 +156,13 @@ impl Spi {
                 self.has_read = true;
                 match self.received.pop_front() {
                     Some(frame) => self.registers.set(DR, frame),
-                    None => access.violates(format!("{}_DR is read while nothing was received", self.name)),
+                    None => access.violates(format!("{}_DR is read while its RX FIFO is empty", self.name)),
                 }
                 self.registers.get(DR)
             }
             SR => {
                 let flags = self.flags();
-                // Cleared by reading first data, then status.
+                // Cleared by reading data, then status.
                 if self.has_read {
                     self.registers.set_bit(SR, OVR, false);
                 }
@@ -180,20 +181,20 @@ impl Spi {
                 access.violates(format!("{}_CR1 is changed while the SPI is on", self.name));
             }
             CR1 if is_on && value >> SPE & 1 == 0 && self.shifting.is_some() => {
-                access.violates(format!("{} is switched off in the middle of a frame", self.name));
+                access.violates(format!("{} is switched off during a frame", self.name));
             }
             CR2 if is_on && (before ^ value) >> DS & 0xF != 0 => {
-                access.violates(format!("the frame of {} is changed while the SPI is on", self.name));
+                access.violates(format!("the frame size of {} is changed while the SPI is on", self.name));
             }
             CR2 if value & DMA != 0 => {
-                access.violates(format!("{} wants DMA, which is not modelled", self.name))
+                access.violates(format!("{}_CR2 enables DMA: not modelled", self.name))
             }
             _ => {}
         }
         self.registers.write(offset, value, access);
         let has = |bit| self.registers.has(CR1, bit);
         if offset == CR1 && has(SPE) && !(has(MSTR) && has(SSM) && has(SSI)) {
-            access.violates(format!("{} is on and no master by its own word: not modelled", self.name));
+            access.violates(format!("{} is on without MSTR, SSM and SSI: not modelled", self.name));
         }
     }
 
@@ -203,7 +204,7 @@ impl Spi {
             return access.violates(format!("{}_DR is written while the SPI is off", self.name));
         }
         if self.held(&self.waiting) + self.bytes() > FIFO_BYTES {
-            return access.violates(format!("{}_DR is written while its FIFO is full", self.name));
+            return access.violates(format!("{}_DR is written while its TX FIFO is full", self.name));
         }
         self.waiting.push_back(value & ((1 << self.bits()) - 1));
         if self.shifting.is_none() {
@@ -217,7 +218,7 @@ impl Spi {
         }
     }
 
-    /// Begins the next frame, if there is one.
+    /// Starts the next waiting frame, if any.
     fn begin(&mut self, now: u64) {
         let ends_at = now + u64::from(self.bits()) * self.divider();
         self.shifting = self.waiting.pop_front().map(|sent| Frame { sent, ends_at });
@@ -236,7 +237,7 @@ impl Spi {
         }
     }
 
-    /// What comes in while a frame goes out.
+    /// Returns the frame that is received while a frame is sent.
     fn exchange(&mut self, sent: u32) -> u32 {
         let (bits, pins) = (self.bits(), self.pins);
         let sent = if pins.has_output { sent } else { 0 };

@@ -1,6 +1,6 @@
-//! Timers (RM0440, chapters 28 and 29): counters that count up or up and down, compare, make pulses, follow encoders.
+//! Timers (RM0440, chapters 28 and 29): count up or up and down, compare, generate pulses, read encoders.
 //!
-//! A timer is not stepped: where it is follows from the time that has passed.
+//! A timer is not stepped: its count follows from the elapsed time.
 
 mod gates;
 mod trigger;
@@ -30,26 +30,26 @@ const CCR1: u32 = 0x34;
 const BDTR: u32 = 0x44;
 const DMA_ADDRESS: u32 = 0x4C;
 
-// Of CR1.
+// Bits of CR1.
 const CEN: u32 = 0;
 const UDIS: u32 = 1;
 const URS: u32 = 2;
 const DIR: u32 = 4;
 const CMS: u32 = 5;
-/// Of BDTR: main output enable.
+/// Bit of BDTR: main output enable.
 const MOE: u32 = 15;
-/// Of SR and DIER.
+/// Bit of SR and DIER.
 const UPDATE: u32 = 0;
 const CHANNELS: u32 = 4;
 
-/// What the bridge behind timer 1 gets.
+/// Pulses of timer 1 at the bridge.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Pulses {
-    /// Part of a period that each high side is on; none where its output or its low side's is switched off.
+    /// Duty cycle of each high side; `None` unless its output is enabled, in PWM mode 1.
     pub duties: [Option<f64>; 3],
-    /// Between one side and the other, in cycles.
+    /// Dead time between high and low side, in cycles.
     pub dead_time_cycles: u32,
-    /// Of the whole period.
+    /// Period, in cycles.
     pub period_cycles: u64,
 }
 
@@ -58,21 +58,21 @@ pub(super) struct Timer {
     part: Part,
     number: u32,
     registers: Registers,
-    /// Cycle up to which everything has happened.
+    /// Cycle up to which the timer is advanced.
     seen: u64,
     /// Cycles of the prescaler since its last count.
     divided: u64,
-    /// Place in the period, in counts: for counting up and down, counts since the last lowest.
+    /// Position in the period, in counts. Counting up and down: counts since the last minimum.
     phase: u64,
-    /// What is in effect of what can be preloaded.
+    /// Effective values of registers with preload: prescaler, compare values, repetitions.
     prescaler: u64,
     compares: [u32; 4],
     repetitions: u32,
-    /// What the trigger outputs have done since this was taken.
+    /// Edges of the trigger outputs since they were last taken.
     edges: Vec<Edge>,
-    /// When the main output was switched on or off since this was taken.
+    /// Changes of the main output enable since they were last taken: cycle, whether it is set.
     switched: Vec<(u64, bool)>,
-    /// What TRGO and TRGO2 are at.
+    /// Levels of TRGO and TRGO2.
     levels: [bool; 2],
     has_gates: bool,
 }
@@ -129,7 +129,7 @@ impl Timer {
         self.registers.get(ARR).into()
     }
 
-    /// Counts of a period.
+    /// Period in counts.
     fn period(&self) -> u64 {
         if self.is_up_and_down() { (2 * self.top()).max(1) } else { self.top() + 1 }
     }
@@ -144,7 +144,7 @@ impl Timer {
         up_to_top as u32
     }
 
-    /// Turns an encoder's shaft: by so many counts.
+    /// Turns an encoder's shaft by this number of counts.
     pub(super) fn turn(&mut self, counts: i64) {
         if self.is_encoder() && self.registers.has(CR1, CEN) {
             let period = i64::try_from(self.top() + 1).unwrap_or(i64::MAX);
@@ -153,7 +153,7 @@ impl Timer {
         }
     }
 
-    /// The pulses on the bridge; none while the main output is off.
+    /// The pulses at the bridge; `None` while the main output is off or the counter is stopped.
     pub(super) fn pulses(&self) -> Option<Pulses> {
         if !self.has_gates || !self.registers.has(BDTR, MOE) || !self.is_counting() {
             return None;
@@ -174,7 +174,7 @@ impl Timer {
         })
     }
 
-    /// Whether the low sides of the bridge are driven against the high ones.
+    /// Whether the complementary outputs for the low sides of the bridge are enabled.
     pub(super) fn is_complementary(&self) -> bool {
         [2, 6, 10].into_iter().all(|bit| self.registers.has(CCER, bit))
     }
@@ -239,7 +239,7 @@ impl Timer {
         self.see_levels(access.at.cycle);
     }
 
-    /// An update event: what was preloaded takes effect.
+    /// An update event: preloaded values take effect.
     fn update(&mut self) {
         self.prescaler = self.registers.get(PSC).into();
         for (channel, compare) in (0..CHANNELS).zip(&mut self.compares) {
@@ -248,17 +248,17 @@ impl Timer {
         self.repetitions = self.registers.get(RCR);
     }
 
-    /// Counts until the phase is `target` again, at least 1.
+    /// Counts until the phase reaches `target`, at least 1.
     fn distance(&self, target: u64) -> u64 {
         let period = self.period();
-        // A division is slow, and rarely needed.
+        // Avoids a slow division, which is rarely needed.
         let [target, phase] =
             [target, self.phase].map(|count| if count < period { count } else { count % period });
         if target > phase { target - phase } else { target + period - phase }
     }
 
-    /// Counts until each of these flags would be set, with its bit in SR. Up and down, it is the way up alone (CMS 2), down
-    /// alone (CMS 1) or both.
+    /// Bit in SR of each of these flags, with the counts until the flag would be set. Counting up and down,
+    /// compare matches set the flag only on the way up (CMS 2), only on the way down (CMS 1) or both ways.
     fn coming(&self, flags: u32) -> impl Iterator<Item = (u32, u64)> {
         let mode = self.registers.bits(CR1, CMS, 2);
         let period = self.period();
@@ -278,13 +278,13 @@ impl Timer {
         })
     }
 
-    /// Counts until the counter overflows, or turns.
+    /// Counts until the counter overflows or changes direction.
     fn counts_to_update(&self) -> u64 {
         let overflow = self.distance(self.top() + u64::from(!self.is_up_and_down()));
         if self.is_up_and_down() { overflow.min(self.distance(0)) } else { overflow }
     }
 
-    /// The cycle in which so many counts have passed.
+    /// Cycle in which this number of counts has passed.
     fn cycle_of(&self, counts: u64) -> u64 {
         (self.seen + counts * (self.prescaler + 1)).saturating_sub(self.divided)
     }
@@ -326,7 +326,7 @@ impl Timer {
         self.seen = now;
     }
 
-    /// When an interrupt or a trigger comes next.
+    /// Cycle of the next interrupt or trigger.
     pub(super) fn next_event(&self) -> u64 {
         if !self.is_counting() {
             return u64::MAX;
@@ -337,17 +337,17 @@ impl Timer {
         let triggers = self.has_gates && self.selects().contains(&Select::UPDATE);
         let update = (wanted & 1 == 1 || triggers || compare.is_some() || edge.is_some())
             .then(|| self.cycle_of(self.counts_to_update()));
-        // Behind an update, compares may be others: so one comes first.
+        // An update can change the compare values, so it is an event, too.
         [compare, edge, update].into_iter().flatten().min().unwrap_or(u64::MAX)
     }
 
-    /// Flags of SR whose interrupt is on.
+    /// Flags of SR with an enabled interrupt.
     pub(super) fn interrupts(&self) -> u32 {
         self.registers.get(SR) & self.registers.get(DIER)
     }
 }
 
-/// Cycles of BDTR.DTG, with DTS running at the bus clock.
+/// Dead time of BDTR.DTG in cycles, with DTS at the bus clock.
 fn dead_time(code: u32) -> u32 {
     match code >> 5 {
         0..=3 => code,

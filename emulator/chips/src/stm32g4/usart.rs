@@ -1,4 +1,4 @@
-//! USART and LPUART, asynchronous with 8 data bits (RM0440, chapters 37 and 38), and the line behind it.
+//! USART and LPUART, asynchronous with 8 data bits (RM0440, chapters 37 and 38), and the serial line.
 
 use std::collections::VecDeque;
 
@@ -16,16 +16,16 @@ const RDR: u32 = 0x24;
 const TDR: u32 = 0x28;
 const PRESC: u32 = 0x2C;
 
-// Of CR1.
+// Bits of CR1.
 const UE: u32 = 0;
 const RE: u32 = 2;
 const TE: u32 = 3;
 const FIFOEN: u32 = 29;
-// Of CR3.
+// Bits of CR3.
 const EIE: u32 = 0;
 const DMAR: u32 = 6;
 const DMAT: u32 = 7;
-// Of ISR; interrupts of CR1 have the same places from IDLE to TXE.
+// Bits of ISR; the interrupt enable bits of CR1 have the same positions from IDLE to TXE.
 const ORE: u32 = 3;
 const IDLE: u32 = 4;
 const RXNE: u32 = 5;
@@ -33,12 +33,12 @@ const TC: u32 = 6;
 const TXE: u32 = 7;
 const TEACK: u32 = 21;
 const REACK: u32 = 22;
-/// Errors, `IDLE` and `TC`: what a program clears by ICR.
+/// Flags that a program clears by ICR: errors, `IDLE` and `TC`.
 const CLEARABLE: u32 = 0x5F;
 
 /// Start, 8 data bits, stop.
 const BITS_PER_BYTE: u64 = 10;
-/// Of a FIFO, where it is on.
+/// Size of an enabled FIFO.
 const FIFO_BYTES: usize = 8;
 /// Dividers of PRESC.
 const PRESCALERS: [u64; 12] = [1, 2, 4, 6, 8, 10, 12, 16, 32, 64, 128, 256];
@@ -47,21 +47,21 @@ const PRESCALERS: [u64; 12] = [1, 2, 4, 6, 8, 10, 12, 16, 32, 64, 128, 256];
 pub(super) struct Usart {
     registers: Registers,
     is_low_power: bool,
-    /// Bytes on the way to the chip.
+    /// Bytes in transit to the chip.
     coming: VecDeque<u8>,
-    /// When the next of them is whole.
+    /// Cycle in which the next of these bytes is complete.
     received_at: u64,
-    /// When the line has been silent for a byte's time.
+    /// Cycle in which the line has been idle for the duration of a byte.
     silent_at: u64,
-    /// The byte that is being sent, and when it is out.
+    /// The byte that is being sent, and the cycle of its end.
     sending: Option<(u8, u64)>,
-    /// Bytes behind it.
+    /// Bytes that wait to be sent.
     waiting: VecDeque<u8>,
-    /// Bytes that came and were not taken.
+    /// Received bytes that have not been read.
     received: VecDeque<u8>,
-    /// Bytes that were sent, and when each was out.
+    /// Sent bytes, each with the cycle of its end.
     sent: Vec<(u64, u8)>,
-    /// Bytes that came while the one before was not taken.
+    /// Number of bytes lost by overruns.
     pub(super) overruns: u64,
 }
 
@@ -96,7 +96,7 @@ impl Usart {
         &self.registers
     }
 
-    /// Cycles of a byte on the line; none before a rate is set.
+    /// Cycles per byte on the line; `None` before a bit rate is set.
     fn byte_cycles(&self) -> Option<u64> {
         let divider = u64::from(self.registers.get(BRR));
         let prescaler = PRESCALERS.get(self.registers.get(PRESC) as usize).copied().unwrap_or(1);
@@ -104,13 +104,13 @@ impl Usart {
         (divider > 0).then_some(divider * prescaler * BITS_PER_BYTE / fraction)
     }
 
-    /// Cycles of the bus that a bit takes.
+    /// Bus cycles per bit.
     pub(super) fn bit_cycles(&self) -> Option<f64> {
         #[expect(clippy::cast_precision_loss, reason = "some thousand")]
         self.byte_cycles().map(|cycles| cycles as f64 / BITS_PER_BYTE as f64)
     }
 
-    /// Puts bytes on the line to the chip, behind those that are on it.
+    /// Appends bytes to the bytes in transit to the chip.
     pub(super) fn receive(&mut self, bytes: &[u8], now: u64) {
         if self.coming.is_empty() {
             self.received_at = now + self.byte_cycles().unwrap_or(0);
@@ -122,7 +122,7 @@ impl Usart {
         std::mem::take(&mut self.sent)
     }
 
-    /// Whether bytes for the chip are still on the line.
+    /// Whether bytes to the chip are still in transit.
     pub(super) fn is_receiving(&self) -> bool {
         !self.coming.is_empty()
     }
@@ -183,7 +183,7 @@ impl Usart {
         }
     }
 
-    /// Bytes that wait in either direction.
+    /// Number of bytes that are buffered in each direction.
     fn depth(&self) -> usize {
         if self.registers.has(CR1, FIFOEN) { FIFO_BYTES } else { 1 }
     }
@@ -197,7 +197,7 @@ impl Usart {
                 self.registers.set_bit(ISR, TC, true);
             }
         }
-        // One byte at a time: a program or the DMA takes it before the next one.
+        // One byte at a time: the program or the DMA takes it before the next byte.
         if self.received_at <= now
             && let Some(byte) = self.coming.pop_front()
         {
@@ -228,7 +228,7 @@ impl Usart {
         sent.min(received).min(self.silent_at)
     }
 
-    /// Whether it wants the DMA to take a byte, or to bring one.
+    /// Whether the UART requests a DMA transfer.
     pub(super) fn wants_dma(&self, is_receiving: bool) -> bool {
         if is_receiving {
             self.registers.has(CR3, DMAR) && self.registers.has(ISR, RXNE)
@@ -237,7 +237,7 @@ impl Usart {
         }
     }
 
-    /// The byte that a program or the DMA takes.
+    /// Takes the received byte, for the program or the DMA.
     pub(super) fn take_received(&mut self) -> u32 {
         if let Some(byte) = self.received.pop_front() {
             self.registers.set(RDR, byte.into());
@@ -246,7 +246,7 @@ impl Usart {
         self.registers.get(RDR)
     }
 
-    /// The byte that the DMA brings.
+    /// Sends a byte from the DMA.
     pub(super) fn put_to_send(&mut self, byte: u32, now: u64) {
         self.send(byte, now);
     }

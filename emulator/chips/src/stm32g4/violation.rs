@@ -1,19 +1,19 @@
-//! What a program does that the manual forbids.
+//! Violations of the reference manual by a program.
 
 use cycles::processor::At;
 
-/// Something that a chip may answer by anything. The same one at the same place is counted.
+/// A violation: the chip's reaction is undefined. Repeated violations at the same instruction are counted.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Violation {
-    /// When it happened first, and at which instruction.
+    /// Cycle and instruction of the first occurrence.
     pub at: At,
-    /// What, for people.
+    /// Description.
     pub what: String,
-    /// How often.
+    /// Number of occurrences.
     pub count: u64,
 }
 
-/// Where peripherals note violations, and when: one access.
+/// One access, with the list in which peripherals record violations.
 #[derive(Debug)]
 pub(super) struct Access<'a> {
     pub(super) at: At,

@@ -1,8 +1,8 @@
-//! Adapters that a host speaks through.
+//! CAN adapters of a host.
 
 use chips::{Board, CanAdapter, CanBus};
 
-/// Of a controller at 170 MHz: 1 and 5 Mbit/s, with the transceiver's delay compensated.
+/// Bit timing of a controller at 170 MHz: 1 and 5 Mbit/s, with transceiver delay compensation.
 const TIMING: [u32; 3] = [32 << 25 | 135 << 8 | 32, 1 << 23 | 23 << 8 | 8 << 4 | 7, 25 << 8];
 
 /// Two adapters on a bus.
@@ -16,7 +16,7 @@ fn bus() -> CanBus {
 }
 
 #[test]
-fn two_adapters_exchange_frames_of_every_length_in_order_by_the_chip_s_rules() {
+fn two_adapters_exchange_frames_in_order_without_violations() {
     let mut bus = bus();
     let mut adapter = CanAdapter::default();
     let frames: Vec<(u32, Vec<u8>)> = [0, 1, 8, 12, 20, 64]
@@ -40,7 +40,7 @@ fn two_adapters_exchange_frames_of_every_length_in_order_by_the_chip_s_rules() {
 }
 
 #[test]
-fn data_of_a_length_that_can_fd_lacks_is_filled_up_with_zeros() {
+fn data_is_padded_with_zeros_to_the_next_can_fd_length() {
     let mut bus = bus();
     let mut adapter = CanAdapter::default();
     adapter.send(5, vec![7; 9]);

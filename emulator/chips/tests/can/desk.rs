@@ -33,29 +33,29 @@ pub(crate) const TXBTO: u32 = 0xD4;
 pub(crate) const TXBCF: u32 = 0xD8;
 pub(crate) const TXEFS: u32 = 0xE4;
 
-/// 16 quanta of 16 MHz, sample behind 13: 1 Mbit/s.
+/// 16 quanta at 16 MHz, sample point after 13: 1 Mbit/s.
 pub(crate) const ONE_MBIT: u32 = 2 << 25 | 11 << 8 | 2;
 /// 8 quanta: 2 Mbit/s.
 pub(crate) const TWO_MBIT_DATA: u32 = 4 << 8 | 1 << 4 | 1;
 
-/// What a controller is set up as.
+/// Setup of a controller.
 #[derive(Clone, Copy)]
 pub(crate) struct Setup {
     pub(crate) nominal: u32,
     pub(crate) data: u32,
-    /// Bits of CCCR beside INIT and CCE.
+    /// Bits of CCCR other than INIT and CCE.
     pub(crate) control: u32,
     pub(crate) filters: u32,
     pub(crate) is_queue: bool,
 }
 
-/// FD with the switch of the rate; every frame goes to FIFO 0.
+/// FD with bit rate switch; FIFO 0 receives all frames.
 pub(crate) const PLAIN: Setup =
     Setup { nominal: ONE_MBIT, data: TWO_MBIT_DATA, control: 1 << 8 | 1 << 9, filters: 0, is_queue: false };
 
 pub(crate) struct Desk(pub(crate) CanBus);
 
-/// A frame of 11 bits or, at bit 30 of the identifier, 29 bits.
+/// A frame with an 11-bit identifier or, with bit 30 of `first` set, a 29-bit identifier.
 #[derive(Clone, Copy)]
 pub(crate) struct Frame<'a> {
     pub(crate) first: u32,
@@ -75,7 +75,7 @@ pub(crate) fn extended(identifier: u32, data: &[u8]) -> Frame<'_> {
     Frame { first: identifier | 1 << 30, flags: 0, code: u32::try_from(data.len()).unwrap(), data }
 }
 
-/// A board whose processor has nothing to run and stands still.
+/// A board whose processor has no program.
 fn idle(name: &str) -> Bench {
     let bytes = vec![0, 0x10, 0, 0x20, 9, 0, 0, 8, 0, 0, 0, 0];
     let segment = Segment { address: 0x0800_0000, flashed_at: 0x0800_0000, bytes, is_writable: false };
@@ -84,7 +84,7 @@ fn idle(name: &str) -> Bench {
 }
 
 impl Desk {
-    /// So many boards with nothing set up.
+    /// This number of boards, without setup.
     pub(crate) fn new(boards: usize) -> Self {
         Self::of(&vec!["nucleo-g474re"; boards])
     }
@@ -93,7 +93,7 @@ impl Desk {
         Self(CanBus::new(names.iter().map(|name| idle(name)).collect()))
     }
 
-    /// So many boards that are set up alike, and on the bus.
+    /// This number of boards with the same setup, on the bus.
     pub(crate) fn joined(boards: usize, setup: Setup) -> Self {
         let mut desk = Self::new(boards);
         (0..boards).for_each(|board| desk.start(board, setup));
@@ -141,7 +141,7 @@ impl Desk {
         self.store(board, RAM + offset, value);
     }
 
-    /// Clocks, pins and, on the ESC, its transceiver on. FDCAN runs at the 16 MHz that the chip starts with.
+    /// Enables clocks, pins and, on the ESC, the transceiver. FDCAN runs at the initial 16 MHz.
     pub(crate) fn power(&mut self, board: usize) {
         self.store(board, RCC + 0x58, 1 << 25 | 1 << 10);
         self.store(board, RCC + 0x4C, 0b111);
@@ -183,13 +183,13 @@ impl Desk {
         }
     }
 
-    /// Puts a frame into a buffer and asks for it to be sent.
+    /// Puts a frame into a buffer and requests its transmission.
     pub(crate) fn send(&mut self, board: usize, buffer: u32, frame: Frame<'_>) {
         self.put(board, buffer, frame);
         self.write(board, TXBAR, 1 << buffer);
     }
 
-    /// Identifiers of what has passed, in order.
+    /// Identifiers of the acknowledged frames, in order.
     pub(crate) fn passed(&mut self) -> Vec<u32> {
         let passed = self.0.take_passed().into_iter();
         passed
@@ -198,7 +198,7 @@ impl Desk {
             .collect()
     }
 
-    /// Takes the oldest frame of FIFO 0: its two words of header and its bytes.
+    /// Takes the oldest frame of FIFO 0: its two header words and its data.
     pub(crate) fn take(&mut self, board: usize) -> Option<(u32, u32, Vec<u8>)> {
         let state = self.read(board, RXF0S);
         if state & 0xF == 0 {

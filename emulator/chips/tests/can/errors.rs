@@ -1,4 +1,4 @@
-//! Errors: nobody there, wires that touch, bit rates that differ, leaving the bus and coming back.
+//! Errors: no receiver, shorted wires, different bit rates, bus-off and recovery.
 
 use chips::Fate;
 
@@ -10,7 +10,7 @@ const BO: u32 = 1 << 7;
 const EP: u32 = 1 << 5;
 
 #[test]
-fn alone_a_node_becomes_passive_and_stays_on_the_bus() {
+fn a_single_node_becomes_error_passive_and_stays_on_the_bus() {
     let mut desk = Desk::joined(1, PLAIN);
     desk.send(0, 0, standard(1, &[1, 2, 3]));
     desk.run_us(100_000.0);
@@ -19,7 +19,7 @@ fn alone_a_node_becomes_passive_and_stays_on_the_bus() {
     assert_eq!(desk.read(0, IR) >> 17 & 0b111, 0b011, "EP, EW");
     let tried = desk.0.take_passed();
     assert!(tried.len() > 500 && tried.iter().all(|frame| frame.fate == Fate::NotAcknowledged));
-    // It lets others go first, by 8 bits more.
+    // An error-passive sender waits 8 more bits, so that other nodes can send first.
     let gap_bits = |first: usize| {
         let gap_s = tried[first + 1].begins_s - tried[first].ends_s;
         (gap_s * 1e6).round()
@@ -29,7 +29,7 @@ fn alone_a_node_becomes_passive_and_stays_on_the_bus() {
 }
 
 #[test]
-fn who_joins_acknowledges_and_the_sender_is_active_again() {
+fn a_joining_node_acknowledges_and_the_sender_is_error_active_again() {
     let mut desk = Desk::new(2);
     desk.start(0, PLAIN);
     desk.send(0, 0, standard(1, &[]));
@@ -43,7 +43,7 @@ fn who_joins_acknowledges_and_the_sender_is_active_again() {
 }
 
 #[test]
-fn where_nobody_sends_again_an_unacknowledged_frame_is_given_up() {
+fn without_retransmission_an_unacknowledged_frame_is_dropped() {
     let mut desk = Desk::joined(1, Setup { control: PLAIN.control | 1 << 6, ..PLAIN });
     desk.send(0, 0, standard(1, &[]));
     desk.run_us(500.0);
@@ -51,7 +51,7 @@ fn where_nobody_sends_again_an_unacknowledged_frame_is_given_up() {
     assert_eq!(desk.0.take_passed().len(), 1);
 }
 
-/// A sender that reads none of its dominant bits leaves the bus behind 32 frames.
+/// A sender that reads back no dominant bits is bus-off after 32 frames.
 fn leaves(desk: &mut Desk) {
     desk.send(0, 0, standard(1, &[]));
     desk.run_us(3_000.0);
@@ -62,13 +62,13 @@ fn leaves(desk: &mut Desk) {
 }
 
 #[test]
-fn wires_that_touch_drive_a_sender_off_the_bus_and_it_comes_back_when_it_is_let() {
+fn shorted_wires_cause_bus_off_until_the_program_requests_recovery() {
     let mut desk = Desk::joined(2, PLAIN);
     desk.0.short(true);
     leaves(&mut desk);
     desk.0.short(false);
     desk.run_us(50_000.0);
-    assert_eq!(desk.read(0, PSR) & BO, BO, "not by itself");
+    assert_eq!(desk.read(0, PSR) & BO, BO, "no automatic recovery");
     desk.write(0, IR, 1 << 19);
     desk.write(0, CCCR, PLAIN.control);
     // 129 times 11 bits.
@@ -77,13 +77,13 @@ fn wires_that_touch_drive_a_sender_off_the_bus_and_it_comes_back_when_it_is_let(
     assert_eq!(desk.0.take_passed().len(), 0);
     desk.run_us(2.0);
     assert_eq!((desk.read(0, PSR) & BO, desk.read(0, ECR), desk.read(0, IR) >> 19 & 1), (0, 32 << 16, 1));
-    // What waited goes.
+    // The pending frame is sent.
     desk.run_us(200.0);
     assert_eq!(desk.passed(), [1]);
 }
 
 #[test]
-fn frames_of_others_make_the_way_back_longer() {
+fn frames_of_other_nodes_delay_bus_off_recovery() {
     let mut desk = Desk::joined(3, PLAIN);
     desk.0.short(true);
     leaves(&mut desk);
@@ -97,24 +97,24 @@ fn frames_of_others_make_the_way_back_longer() {
         desk.run_us(150.0);
         back_us += 150;
     }
-    // A frame of 8 bytes takes the time of ten sequences or so, and its end is one.
+    // A frame of 8 bytes lasts about ten idle sequences, and its end counts as one sequence.
     assert!((4_000..16_000).contains(&back_us), "{back_us} us");
 }
 
 #[test]
-fn a_transceiver_that_is_off_does_not_give_back_what_is_sent() {
+fn with_its_transceiver_off_a_sender_reads_back_nothing() {
     let mut desk = Desk::of(&["b-g431b-esc1", "nucleo-g474re"]);
     desk.start(0, PLAIN);
     desk.start(1, PLAIN);
     desk.run_us(50.0);
-    // The ESC's PC11 goes up.
+    // PC11 of the ESC goes high.
     desk.store(0, 0x4800_0818, 1 << 11);
     leaves(&mut desk);
-    assert_eq!(desk.read(1, ECR), 0, "the other one hears nothing");
+    assert_eq!(desk.read(1, ECR), 0, "the other node receives nothing");
 }
 
 #[test]
-fn a_transceiver_says_when_it_is_too_slow() {
+fn a_bit_rate_above_the_transceiver_s_limit_is_a_violation() {
     let mut desk = Desk::of(&["b-g431b-esc1", "nucleo-g474re"]);
     desk.start(0, PLAIN);
     desk.start(1, PLAIN);
@@ -124,12 +124,15 @@ fn a_transceiver_says_when_it_is_too_slow() {
     assert_eq!(desk.bench(0).violations(), [] as [&str; 0]);
     desk.send(0, 1, Frame { flags: FD, ..standard(1, &[]) });
     desk.run_us(150.0);
-    assert_eq!(desk.bench(0).violations(), ["TCAN330 is specified for 1 Mbit/s, and the bus has 2.0 Mbit/s"]);
+    assert_eq!(
+        desk.bench(0).violations(),
+        ["TCAN330 is specified for 1 Mbit/s, but the bus runs at 2.0 Mbit/s"]
+    );
     assert_eq!(desk.bench(1).violations(), [] as [&str; 0]);
 }
 
 #[test]
-fn nodes_of_different_bit_rates_spoil_each_other_s_frames() {
+fn nodes_with_different_bit_rates_corrupt_each_other_s_frames() {
     let mut desk = Desk::joined(2, PLAIN);
     // 800 kbit/s.
     desk.start(1, Setup { nominal: ONE_MBIT & !0xFF00 | 15 << 8, ..PLAIN });
@@ -138,13 +141,13 @@ fn nodes_of_different_bit_rates_spoil_each_other_s_frames() {
     desk.run_us(10_000.0);
     assert_eq!(desk.passed(), []);
     assert!(desk.read(0, ECR) & 0xFF >= 128, "{:#x}", desk.read(0, ECR));
-    // The receiver is passive, too, and lets the frames be: nobody acknowledges them.
+    // The receiver is error-passive, too, and no longer aborts the frames: they are not acknowledged.
     assert_eq!(desk.read(1, ECR) >> 15 & 1, 1);
     assert_eq!(desk.take(1), None);
 }
 
 #[test]
-fn a_data_rate_that_differs_spoils_only_what_uses_it() {
+fn a_different_data_bit_rate_corrupts_only_frames_that_use_it() {
     let mut desk = Desk::joined(2, PLAIN);
     desk.start(1, Setup { data: TWO_MBIT_DATA + (1 << 8), ..PLAIN });
     desk.run_us(50.0);
@@ -159,7 +162,7 @@ fn a_data_rate_that_differs_spoils_only_what_uses_it() {
 }
 
 #[test]
-fn what_crystals_differ_by_does_no_harm_and_six_percent_do() {
+fn crystal_tolerance_is_accepted_and_a_six_percent_difference_is_not() {
     let mut desk = Desk::joined(2, PLAIN);
     // 17 quanta instead of 16.
     desk.start(1, Setup { nominal: ONE_MBIT + (1 << 8), ..PLAIN });
@@ -182,7 +185,7 @@ fn what_crystals_differ_by_does_no_harm_and_six_percent_do() {
 }
 
 #[test]
-fn a_classic_node_lets_fd_frames_pass_or_breaks_them_off() {
+fn a_classic_node_ignores_or_aborts_fd_frames() {
     for (control, expected) in [(0, 1), (1 << 12, 0)] {
         let mut desk = Desk::joined(3, PLAIN);
         desk.start(2, Setup { control, ..PLAIN });
@@ -195,7 +198,7 @@ fn a_classic_node_lets_fd_frames_pass_or_breaks_them_off() {
 }
 
 #[test]
-fn two_that_send_with_one_identifier_collide() {
+fn two_senders_with_the_same_identifier_collide() {
     let mut desk = Desk::joined(3, PLAIN);
     desk.send(2, 0, standard(0, &[0; 8]));
     desk.run_us(50.0);

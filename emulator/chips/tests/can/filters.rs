@@ -1,10 +1,10 @@
-//! Which frames come in.
+//! Acceptance filters.
 
 use crate::desk::{Desk, Frame, PLAIN, RXF0S, RXF1S, Setup, extended, standard};
 
 const REST_REJECTED: u32 = 0b1010 << 2;
 
-/// Where each frame goes: FIFO 0, FIFO 1 or nowhere.
+/// Receiving FIFO of each frame: 0, 1 or none.
 fn places(filters: u32, words: &[(u32, u32)], frames: &[Frame<'_>]) -> Vec<Option<u8>> {
     let mut desk = Desk::joined(2, Setup { filters, ..PLAIN });
     for (offset, word) in words {
@@ -23,7 +23,7 @@ fn places(filters: u32, words: &[(u32, u32)], frames: &[Frame<'_>]) -> Vec<Optio
 }
 
 #[test]
-fn filters_of_eleven_bits_are_a_range_a_pair_or_a_mask() {
+fn standard_filters_are_a_range_a_pair_or_a_mask() {
     let filter =
         |kind: u32, action: u32, first: u32, second: u32| kind << 30 | action << 27 | first << 16 | second;
     let words = [
@@ -39,21 +39,21 @@ fn filters_of_eleven_bits_are_a_range_a_pair_or_a_mask() {
     let filters = 6 << 16 | REST_REJECTED;
     let found = places(filters, &words, &frames);
     assert_eq!(found, [Some(0), Some(0), None, Some(1), None, Some(1), Some(1), None]);
-    // A list that is shorter ends earlier.
+    // A shorter filter list ends earlier.
     assert_eq!(places(1 << 16 | REST_REJECTED, &words, &frames[..1]), [None]);
 }
 
 #[test]
-fn filters_of_twenty_nine_bits_do_not_see_frames_of_eleven() {
+fn extended_filters_ignore_standard_frames() {
     let words = [(0x70, 1 << 29), (0x74, 3 << 30 | 0x1FFF_FFFF)];
     let frames = [extended(0x1234_5678, &[]), standard(0x12, &[])];
     assert_eq!(places(8 << 24 | REST_REJECTED, &words, &frames), [Some(0), None]);
-    // The rest of eleven bits goes to FIFO 1.
+    // Non-matching standard frames go to FIFO 1.
     assert_eq!(places(0b01_10 << 2, &words, &frames), [None, Some(1)]);
 }
 
 #[test]
-fn a_frame_that_asks_for_data_can_be_kept_out() {
+fn remote_frames_can_be_rejected() {
     let remote = Frame { first: 1 << 29 | 5 << 18, ..standard(5, &[]) };
     assert_eq!(places(0, &[], &[remote]), [Some(0)]);
     assert_eq!(places(0b10, &[], &[remote, standard(5, &[])]), [None, Some(0)]);

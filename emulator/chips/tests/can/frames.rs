@@ -1,4 +1,4 @@
-//! Frames: what comes in, when, in which order.
+//! Frames: content, timing and order.
 
 use chips::Fate;
 
@@ -8,7 +8,7 @@ use crate::desk::{
 };
 
 #[test]
-fn a_frame_comes_in_whole_at_its_last_bit_but_one() {
+fn a_frame_is_received_at_its_second_to_last_bit() {
     let mut desk = Desk::joined(2, PLAIN);
     let data: Vec<u8> = (1..=48).collect();
     desk.send(0, 0, Frame { first: 0x123 << 18, flags: FD, code: 14, data: &data });
@@ -22,7 +22,8 @@ fn a_frame_comes_in_whole_at_its_last_bit_but_one() {
     assert_eq!((first, second >> 16 & 0x3F, bytes), (0x123 << 18, 0b11_1110, data));
     assert_eq!(desk.take(1), None);
     assert_eq!((desk.read(0, TXBRP), desk.read(0, TXBTO), desk.read(0, TXFQS)), (0, 1, 0x0001_0103));
-    // 17 bits slow before the switch, 9 behind the CRC; 4 + 8 * 48 and its checks fast, stuff bits on both sides.
+    // Slow: 17 bits before the rate switch, 9 after the CRC. Fast: 4 + 8 * 48 bits, stuff count and CRC. Both
+    // parts have stuff bits.
     let bits = passed.message.wire_bits();
     assert!((17..=20).contains(&bits.head) && bits.tail == 9, "{bits:?}");
     let unstuffed = 5 + 8 * 48 + 1 + 4 + 21 + 6 + 1;
@@ -33,7 +34,7 @@ fn a_frame_comes_in_whole_at_its_last_bit_but_one() {
 }
 
 #[test]
-fn both_ends_are_told_in_the_right_cycle() {
+fn sender_and_receiver_are_notified_in_the_correct_cycle() {
     let mut desk = Desk::joined(2, PLAIN);
     desk.send(0, 0, standard(0x555, &[0xAA; 8]));
     let asked = desk.bench(0).processor.cycles();
@@ -43,7 +44,7 @@ fn both_ends_are_told_in_the_right_cycle() {
             break u64::from(passed.message.wire_bits().head + passed.message.wire_bits().tail);
         }
     };
-    // 16 cycles to a bit. The events of the processor are those of the chip.
+    // 16 cycles per bit. The processor runs from one chip event to the next.
     let received_at = asked + 16 * (bits - 1);
     for (board, cycle, register) in [(1, received_at, RXF0S), (0, asked + 16 * bits, TXBTO)] {
         let before = desk.bench(board).processor.cycles();
@@ -56,11 +57,11 @@ fn both_ends_are_told_in_the_right_cycle() {
 }
 
 #[test]
-fn the_lowest_identifier_goes_first_and_eleven_bits_before_twenty_nine() {
+fn the_lowest_identifier_wins_and_standard_before_extended() {
     let mut desk = Desk::joined(4, PLAIN);
     desk.send(0, 0, standard(0x7FF, &[0; 8]));
     desk.run_us(40.0);
-    // While that is on the bus.
+    // While the first frame is on the bus.
     desk.send(1, 0, standard(0x101, &[]));
     desk.send(2, 0, extended(0x100 << 18, &[]));
     desk.send(3, 0, standard(0x100, &[]));
@@ -71,7 +72,7 @@ fn the_lowest_identifier_goes_first_and_eleven_bits_before_twenty_nine() {
 }
 
 #[test]
-fn a_fifo_keeps_its_order_and_a_queue_sends_the_most_urgent() {
+fn a_fifo_sends_in_order_and_a_queue_by_priority() {
     for (is_queue, expected) in [(false, [3, 1, 2]), (true, [1, 2, 3])] {
         let mut desk = Desk::joined(2, Setup { is_queue, ..PLAIN });
         for (buffer, identifier) in (0..).zip([3, 1, 2]) {
@@ -92,7 +93,7 @@ fn a_fifo_keeps_its_order_and_a_queue_sends_the_most_urgent() {
 }
 
 #[test]
-fn a_full_fifo_loses_the_new_one_or_gives_up_the_oldest() {
+fn a_full_fifo_drops_the_new_frame_or_overwrites_the_oldest() {
     for overwrites in [false, true] {
         let mut desk = Desk::joined(2, Setup { filters: u32::from(overwrites) << 9, ..PLAIN });
         for identifier in 0..4u32 {
@@ -109,7 +110,7 @@ fn a_full_fifo_loses_the_new_one_or_gives_up_the_oldest() {
 }
 
 #[test]
-fn what_has_not_begun_is_cancelled_at_once_and_what_has_is_sent() {
+fn a_waiting_frame_is_cancelled_at_once_and_a_started_frame_is_sent() {
     let mut desk = Desk::joined(2, PLAIN);
     for buffer in 0..3 {
         desk.send(0, buffer, standard(buffer, &[0; 8]));
@@ -120,9 +121,9 @@ fn what_has_not_begun_is_cancelled_at_once_and_what_has_is_sent() {
     desk.run_us(400.0);
     assert_eq!(desk.passed(), [0, 1]);
     assert_eq!((desk.read(0, TXBTO), desk.read(0, TXBCF)), (0b011, 0b101));
-    // The FIFO went on behind the one that was cancelled.
+    // The FIFO has continued after the cancelled buffer.
     assert_eq!(desk.read(0, TXFQS), 0x0000_0003);
-    // Right behind its request, nobody knows yet.
+    // Directly after its request, the frame may have started.
     desk.send(0, 0, standard(7, &[]));
     desk.write(0, TXBCR, 1);
     desk.run_us(400.0);
@@ -130,13 +131,13 @@ fn what_has_not_begun_is_cancelled_at_once_and_what_has_is_sent() {
 }
 
 #[test]
-fn a_cancelled_oldest_lets_the_fifo_go_on() {
+fn a_fifo_continues_after_its_oldest_request_is_cancelled() {
     let mut desk = Desk::joined(1, PLAIN);
     for buffer in 0..3 {
         desk.send(0, buffer, standard(buffer, &[]));
     }
     desk.run_us(5_000.0);
-    assert_eq!(desk.read(0, TXFQS), 1 << 21, "nobody acknowledges");
+    assert_eq!(desk.read(0, TXFQS), 1 << 21, "no acknowledge");
     for (buffer, free) in [(0, 1), (1, 2), (2, 3)] {
         desk.write(0, TXBCR, 1 << buffer);
         desk.run_us(300.0);
@@ -146,7 +147,7 @@ fn a_cancelled_oldest_lets_the_fifo_go_on() {
 }
 
 #[test]
-fn lines_tell_what_is_selected_for_them() {
+fn interrupt_lines_signal_their_selected_flags() {
     let mut desk = Desk::joined(2, PLAIN);
     let lines = |desk: &mut Desk| {
         use cycles::processor::Bus as _;
@@ -166,7 +167,7 @@ fn lines_tell_what_is_selected_for_them() {
 }
 
 #[test]
-fn what_was_sent_leaves_an_event_where_that_is_asked_for() {
+fn a_sent_frame_stores_an_event_if_requested() {
     let mut desk = Desk::joined(2, PLAIN);
     desk.send(0, 0, Frame { flags: EVENT | 0x5A << 24, ..standard(0x42, &[1, 2]) });
     desk.send(0, 1, standard(0x43, &[]));
@@ -177,7 +178,7 @@ fn what_was_sent_leaves_an_event_where_that_is_asked_for() {
 }
 
 #[test]
-fn who_is_not_set_for_fd_sends_classic_frames() {
+fn a_controller_without_fd_sends_classic_frames() {
     let mut desk = Desk::joined(2, Setup { control: 0, ..PLAIN });
     desk.send(0, 0, Frame { first: 1 << 18, flags: FD, code: 15, data: &[9; 64] });
     desk.run_us(300.0);

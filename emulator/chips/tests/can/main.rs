@@ -1,9 +1,9 @@
-//! FDCAN and the bus, without a program: registers are written as a debugger does while the processor stands still.
+//! FDCAN and the bus without a program: the tests write registers, as a debugger does on a halted processor.
 #![expect(
     clippy::unwrap_used,
     clippy::indexing_slicing,
     clippy::panic,
-    reason = "in helpers of tests as in tests"
+    reason = "allowed in test helpers as in tests"
 )]
 
 mod adapter;

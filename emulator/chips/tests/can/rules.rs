@@ -1,4 +1,4 @@
-//! What the manual forbids.
+//! Violations of the reference manual.
 
 use crate::desk::{CCCR, DBTP, Desk, NBTP, PLAIN, RXF0A, TXBAR, standard};
 
@@ -9,7 +9,7 @@ fn violation(desk: &mut Desk) -> String {
 }
 
 #[test]
-fn a_controller_that_runs_is_not_set_up() {
+fn a_running_controller_cannot_be_configured() {
     let mut desk = Desk::joined(1, PLAIN);
     let before = desk.read(0, NBTP);
     desk.write(0, NBTP, before + 1);
@@ -18,7 +18,7 @@ fn a_controller_that_runs_is_not_set_up() {
 }
 
 #[test]
-fn init_alone_does_not_unlock_it() {
+fn init_alone_does_not_unlock_the_configuration() {
     let mut desk = Desk::joined(1, PLAIN);
     desk.write(0, CCCR, PLAIN.control | 1);
     desk.write(0, CCCR, 1);
@@ -27,7 +27,7 @@ fn init_alone_does_not_unlock_it() {
 }
 
 #[test]
-fn cce_comes_behind_init_and_goes_with_it() {
+fn cce_is_set_after_init_and_cleared_with_it() {
     let mut desk = Desk::joined(1, PLAIN);
     desk.write(0, CCCR, PLAIN.control | 0b11);
     assert_eq!(desk.read(0, CCCR) & 0b11, 1);
@@ -38,7 +38,7 @@ fn cce_comes_behind_init_and_goes_with_it() {
 }
 
 #[test]
-fn a_clock_that_does_not_run_starts_nothing() {
+fn a_controller_without_a_running_clock_does_not_start() {
     let mut desk = Desk::new(1);
     desk.power(0);
     // The crystal, which is off.
@@ -54,28 +54,30 @@ fn a_clock_that_does_not_run_starts_nothing() {
 }
 
 #[test]
-fn a_message_that_is_to_be_sent_stays_as_it_is() {
+fn writing_a_pending_message_is_a_violation() {
     let mut desk = Desk::joined(1, PLAIN);
     desk.send(0, 0, standard(1, &[]));
     desk.put(0, 1, standard(2, &[]));
     assert_eq!(desk.bench(0).violations(), [] as [&str; 0]);
     desk.put(0, 0, standard(2, &[]));
-    assert!(violation(&mut desk).contains("TX buffer 0 of FDCAN1 is written while it is to be sent"));
+    assert!(
+        violation(&mut desk).contains("TX buffer 0 of FDCAN1 is written while its transmission is pending")
+    );
 }
 
 #[test]
-fn a_fifo_is_filled_in_its_order_and_emptied_only_of_what_it_holds() {
+fn a_fifo_is_filled_in_order_and_only_occupied_elements_are_acknowledged() {
     let mut desk = Desk::joined(1, PLAIN);
     desk.put(0, 1, standard(1, &[]));
     desk.write(0, TXBAR, 0b10);
-    assert!(violation(&mut desk).contains("asks for buffer 1"));
+    assert!(violation(&mut desk).contains("requests buffer 1"));
     let mut desk = Desk::joined(1, PLAIN);
     desk.write(0, RXF0A, 0);
-    assert!(violation(&mut desk).contains("FDCAN1_RXF0A acknowledges element 0, which holds nothing"));
+    assert!(violation(&mut desk).contains("FDCAN1_RXF0A acknowledges element 0, which is empty"));
 }
 
 #[test]
-fn delay_is_compensated_with_short_quanta_only() {
+fn delay_compensation_requires_a_prescaler_of_at_most_two() {
     let mut desk = Desk::new(1);
     desk.power(0);
     desk.configure(0, PLAIN);

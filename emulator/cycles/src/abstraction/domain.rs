@@ -1,4 +1,4 @@
-//! What operations on words that are known in part come to.
+//! Operations on partially known words.
 
 use super::flags::Flags;
 use super::symbol::{Function, Origin};
@@ -7,20 +7,20 @@ use crate::domain::Domain;
 use crate::instruction::{Condition, Shift};
 use crate::values::Values;
 
-/// A truth that may not be known.
+/// A truth value, possibly unknown.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum Bit {
-    /// It is known.
+    /// Known.
     Known(bool),
-    /// It is whether a condition holds.
+    /// True if this condition holds for these flags.
     Holds(Condition, Flags),
-    /// Nothing is known.
+    /// Unknown.
     Unknown,
 }
 
 impl Abstract {
-    /// A function of one word that is not known. The same function of the same word is the same word: what is learnt
-    /// of one computation holds for the next.
+    /// A function of one unknown word. The same function of the same word yields the same word, so facts
+    /// about one computation hold for the next.
     fn derived(&mut self, word: Word, function: Function) -> Word {
         if word == Word::ANYTHING || word.is_constant() {
             return self.unknown(function.image(&self.values(word)));
@@ -32,7 +32,7 @@ impl Abstract {
         if let Some(known) = self.derived.get(&(word, name)) {
             return *known;
         }
-        // What it can be on any path, as every path shares it.
+        // Values possible on any path, because all paths share the result.
         let values = function.image(&self.everywhere(word));
         let result = self.new_symbol(values, Origin::Derived(word, function));
         self.derived.insert((word, name), result);
@@ -47,7 +47,7 @@ impl Abstract {
         }
     }
 
-    /// The one word among three that is not known, with the others.
+    /// The only unknown word among three, with the values of the other two and its position.
     fn only_unknown(&self, words: [Word; 3]) -> Option<(Word, [u32; 3], u8)> {
         let mut numbers = [0; 3];
         let mut unknown = None;
@@ -72,7 +72,7 @@ impl Abstract {
         }
     }
 
-    /// The word of which this is the inverse.
+    /// The word whose bitwise inverse is `word`.
     fn inverted(&self, word: Word) -> Option<Word> {
         match self.symbol(word.symbol).filter(|_| word.offset == 0)?.origin {
             Origin::Derived(source, Function::From(u32::MAX)) => Some(source),
@@ -80,7 +80,7 @@ impl Abstract {
         }
     }
 
-    /// The sum of two multiples of a word, as compilers multiply by small numbers.
+    /// Sum of two multiples of the same word: compilers multiply by small numbers this way.
     fn sum_of_multiples(&mut self, a: Word, b: Word) -> Option<Word> {
         let ((source, one), (other, two)) = (self.multiple(a), self.multiple(b));
         let sum = |this: &mut Self| this.derived(source, Function::Multiply(one.wrapping_add(two)));
@@ -88,7 +88,7 @@ impl Abstract {
         is_same.then(|| sum(self).plus(a.offset.wrapping_add(b.offset)))
     }
 
-    /// What a word is a multiple of, its offset left aside.
+    /// The word that `word` is a multiple of, and the factor. Ignores the offset.
     fn multiple(&self, word: Word) -> (Word, u32) {
         match self.symbol(word.symbol).map(|symbol| &symbol.origin) {
             Some(Origin::Derived(source, Function::Multiply(factor))) => (*source, *factor),
@@ -182,7 +182,7 @@ impl Domain for Abstract {
             Some((word, 0xFF)) => self.part(word, 0, 1),
             Some((word, 0xFFFF)) => self.part(word, 0, 2),
             Some((word, mask)) => match self.inverted(word) {
-                // So that the bits of a word and of its inverse are known to be the same.
+                // Relates the bits of the inverse to the bits of the source.
                 Some(source) => {
                     let bits = self.derived(source, Function::And(mask));
                     self.derived(bits, Function::ExclusiveOr(mask))
@@ -329,7 +329,7 @@ impl Domain for Abstract {
     }
 }
 
-/// The last bit that a shift by 1 to 255 puts out.
+/// The last bit shifted out by a shift of 1 to 255 bits.
 fn carry_out(shift: Shift, values: &Values, bits: u32) -> Bit {
     let out = |number: u32| {
         u32::from(match shift {

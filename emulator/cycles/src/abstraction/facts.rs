@@ -1,4 +1,4 @@
-//! What is known of words on one path, and what follows from it.
+//! Facts about words on one path, and their consequences.
 
 use std::collections::BTreeMap;
 use std::rc::Rc;
@@ -7,21 +7,21 @@ use super::symbol::{Origin, Side, Symbol};
 use super::{Abstract, Word};
 use crate::values::Values;
 
-/// Which of two paths was taken to a place where they met: the number of the place, and whether it was the right one.
+/// The path taken to a merge: the number of the merge, and whether the right path was taken.
 pub(super) type Choice = (u32, bool);
 
-/// What is known of symbols on one path. Cheap to clone.
+/// Facts about symbols on one path. Cheap to clone.
 #[derive(Debug, Clone, Default)]
 pub(crate) struct Facts {
     pub(super) values: Rc<BTreeMap<u32, Values>>,
-    /// Where two paths met: whether the right one was taken.
+    /// For each merge, whether the right path was taken.
     pub(super) sides: Rc<BTreeMap<u32, bool>>,
-    /// What holds besides if a choice was made.
+    /// Additional facts that hold under a choice.
     pub(super) under: Rc<BTreeMap<Choice, Self>>,
 }
 
 impl Facts {
-    /// What is known on both of two paths.
+    /// Facts that hold on both paths.
     pub(super) fn common(&self, other: &Self) -> Self {
         fn common<K: Ord + Copy, V: Clone>(
             [left, right]: [&Rc<BTreeMap<K, V>>; 2],
@@ -40,7 +40,7 @@ impl Facts {
         }
     }
 
-    /// Facts that hold if these choices were made one after the other.
+    /// Facts that hold under this sequence of choices.
     pub(super) fn at_mut(&mut self, choices: &[Choice]) -> &mut Self {
         match choices.split_first() {
             None => self,
@@ -49,7 +49,7 @@ impl Facts {
     }
 }
 
-/// Facts that hold together, the last ones first.
+/// Facts that hold together, the most recent first.
 #[derive(Clone, Copy)]
 pub(super) struct Context<'a> {
     facts: &'a Facts,
@@ -69,7 +69,7 @@ impl<'a> Context<'a> {
         self.all().find_map(|facts| facts.sides.get(&join)).copied()
     }
 
-    /// Goes on with all that holds under choices made besides.
+    /// Calls `then` with the facts that also hold under these choices.
     pub(super) fn within<T>(&self, choices: &[Choice], then: &mut dyn FnMut(&Context<'_>) -> T) -> T {
         let Some((first, rest)) = choices.split_first() else { return then(self) };
         let facts: Vec<&Facts> = self.all().filter_map(|facts| facts.under.get(first)).collect();
@@ -84,7 +84,7 @@ impl<'a> Context<'a> {
     }
 }
 
-/// Steps that are followed back from a word to what it was computed from.
+/// Maximum number of steps from a word back to its sources.
 const DEPTH: u32 = 5;
 
 impl Abstract {
@@ -92,12 +92,12 @@ impl Abstract {
         self.values_within(word, &Context::new(facts), DEPTH)
     }
 
-    /// What a word can be if these choices were made.
+    /// Possible values of a word under these choices.
     pub(super) fn values_under(&self, word: Word, choices: &[Choice]) -> Values {
         Context::new(&self.facts).within(choices, &mut |context| self.values_within(word, context, DEPTH))
     }
 
-    /// Which of two paths was taken, if these choices were made.
+    /// The path taken to a merge, under these choices.
     pub(super) fn side_under(&self, join: u32, choices: &[Choice]) -> Option<bool> {
         let chosen = choices.iter().find(|(other, _)| *other == join).map(|(_, side)| *side);
         chosen.or_else(|| Context::new(&self.facts).within(choices, &mut |context| context.side(join)))
@@ -120,7 +120,7 @@ impl Abstract {
         if word.offset == 0 { values } else { values.add(&Values::one(word.offset)) }
     }
 
-    /// What a symbol can be by what it comes from.
+    /// Possible values of a symbol, derived from its origin.
     fn followed(&self, symbol: &Symbol, context: &Context<'_>, depth: u32) -> Option<Values> {
         match &symbol.origin {
             Origin::Derived(source, function) => {

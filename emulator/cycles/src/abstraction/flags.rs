@@ -1,18 +1,18 @@
-//! The flags N, Z, C and V: what they can be, and what was compared.
+//! The flags N, Z, C and V: their possible states and the comparison that set them.
 
 use super::{Abstract, Word};
 use crate::instruction::Condition;
 use crate::values::Values;
 
-/// Which of the 16 states of the flags are possible, and what they were set by.
+/// The possible states of the flags (16 in total), and the operation that set them.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) struct Flags {
-    /// By N Z C V as a number, a bit each; never 0.
+    /// One bit per state, indexed by NZCV as a number; never 0.
     pub(super) possible: u16,
     pub(super) source: Source,
 }
 
-/// What set the flags.
+/// The operation that set the flags.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Source {
     Unknown,
@@ -20,7 +20,7 @@ pub(super) enum Source {
     Difference(Word, Word),
     /// `a + b`.
     Sum(Word, Word),
-    /// N and Z tell this word.
+    /// N and Z belong to this word.
     Result(Word),
 }
 
@@ -28,10 +28,10 @@ const N: u16 = 8;
 const Z: u16 = 4;
 const C: u16 = 2;
 const V: u16 = 1;
-/// What turns the order of signed numbers into that of unsigned ones.
+/// Toggling this bit maps signed order to unsigned order.
 const SIGN: u32 = 1 << 31;
 
-/// Whether a condition holds for flags.
+/// Whether a condition holds for these flags.
 fn holds(condition: Condition, nzcv: u16) -> bool {
     let [n, z, c, v] = [N, Z, C, V].map(|flag| nzcv & flag != 0);
     match condition {
@@ -53,7 +53,7 @@ fn holds(condition: Condition, nzcv: u16) -> bool {
     }
 }
 
-/// What holds when a condition does not; none of `Always`.
+/// The opposite condition; `None` for `Always`.
 fn inverse(condition: Condition) -> Option<Condition> {
     Some(match condition {
         Condition::Equal => Condition::NotEqual,
@@ -74,12 +74,12 @@ fn inverse(condition: Condition) -> Option<Condition> {
     })
 }
 
-/// States of the flags for which something holds.
+/// Flag states that satisfy a predicate.
 fn states(holds: impl Fn(u16) -> bool) -> u16 {
     (0..16).filter(|nzcv| holds(*nzcv)).fold(0, |states, nzcv| states | 1 << nzcv)
 }
 
-/// N and Z of a result.
+/// N and Z flags of a result.
 fn sign_and_zero(result: u32) -> u16 {
     (if result >> 31 == 1 { N } else { 0 }) | (if result == 0 { Z } else { 0 })
 }
@@ -92,7 +92,7 @@ fn flags_of_sum(a: u32, b: u32, carry: bool) -> u16 {
     sign_and_zero(result) | (if carries { C } else { 0 }) | (if overflows { V } else { 0 })
 }
 
-/// States of flags with N and Z of some result.
+/// Flag states whose N and Z match a possible result.
 fn states_of(result: &Values) -> u16 {
     states(|nzcv| match (nzcv & N != 0, nzcv & Z != 0) {
         (true, true) => false,
@@ -102,7 +102,7 @@ fn states_of(result: &Values) -> u16 {
     })
 }
 
-/// The order of two words, by their smallest and greatest numbers.
+/// Possible order of two words, from their minimum and maximum.
 #[derive(Clone, Copy)]
 struct Order {
     can_be_less: bool,
@@ -115,14 +115,14 @@ impl Order {
     }
 }
 
-/// Ends of an interval in the order of signed numbers, with the sign turned round.
+/// Minimum and maximum in signed order, with the sign bit toggled.
 fn signed_ends(values: &Values) -> (u32, u32) {
     let (low, high) = (values.low() ^ SIGN, values.high() ^ SIGN);
     if low <= high { (low, high) } else { (0, u32::MAX) }
 }
 
 impl Flags {
-    /// From bits 31 to 28 of a word.
+    /// Flags from bits 31 to 28 of a word.
     pub(super) fn from_bits(values: &Values) -> Self {
         let is_possible = |nzcv: u16| {
             let low = u32::from(nzcv) << 28;
@@ -132,12 +132,12 @@ impl Flags {
         Self { possible: if possible == 0 { u16::MAX } else { possible }, source: Source::Unknown }
     }
 
-    /// Every state that they can be in, as bits 31 to 28 of a word.
+    /// All possible states, as bits 31 to 28 of a word.
     pub(super) fn bits(self) -> Values {
         Values::collect((0..16).filter(|nzcv| self.possible & 1 << nzcv != 0).map(|nzcv| nzcv << 28))
     }
 
-    /// Whether a condition holds, if that is known.
+    /// Whether a condition holds, if known.
     pub(super) fn decide(self, condition: Condition) -> Option<bool> {
         let meets = states(|nzcv| holds(condition, nzcv));
         match (self.possible & meets, self.possible & !meets) {
@@ -147,14 +147,14 @@ impl Flags {
         }
     }
 
-    /// Of an operation on bits.
+    /// Flags of a bitwise operation.
     pub(super) fn of_result(result: Word, values: &Values, carry: Option<bool>, before: Self) -> Self {
         let overflow = states(|nzcv| before.possible & states(|other| other & V == nzcv & V) != 0);
         let carry = states(|nzcv| carry.is_none_or(|carry| carry == (nzcv & C != 0)));
         Self { possible: states_of(values) & overflow & carry, source: Source::Result(result) }.or_any()
     }
 
-    /// Something is always possible; nothing only on a path that nobody takes.
+    /// Replaces an empty set of states with all states. The set is empty only on an unreachable path.
     fn or_any(self) -> Self {
         if self.possible == 0 { Self { possible: u16::MAX, ..self } } else { self }
     }
@@ -207,7 +207,7 @@ impl Abstract {
         Flags { possible: ordered & states_of(result), source }.or_any()
     }
 
-    /// Takes note that a condition holds, or does not, and gives the flags that are left; none when it cannot be.
+    /// Assumes that a condition holds or fails. Returns the remaining flags, or `None` if this is impossible.
     pub(crate) fn assume(&mut self, condition: Condition, flags: Flags, truth: bool) -> Option<Flags> {
         let possible = flags.possible & states(|nzcv| holds(condition, nzcv) == truth);
         if possible == 0 {
@@ -246,7 +246,7 @@ impl Abstract {
             Condition::CarrySet => {
                 match u32::MAX.checked_sub(b.high()).and_then(|most| most.checked_add(1)) {
                     Some(least) => self.within(a, least, u32::MAX),
-                    // Nothing, which is 0, carries.
+                    // Adding 0 never carries.
                     None => false,
                 }
             }
@@ -270,7 +270,7 @@ impl Abstract {
             Condition::Less => self.order(a, b, true, SIGN),
             Condition::Greater => self.order(b, a, true, SIGN),
             Condition::LessOrEqual => self.order(a, b, false, SIGN),
-            // The sign of a difference to nothing is that of the number.
+            // The sign of `a - 0` is the sign of `a`.
             Condition::Minus | Condition::Plus if self.values(b).single() == Some(0) => {
                 self.assume_result(condition, a)
             }
@@ -278,7 +278,7 @@ impl Abstract {
         }
     }
 
-    /// `a` is not what `b` is.
+    /// Assumes that `a` and `b` differ.
     fn differ(&mut self, a: Word, b: Word) -> bool {
         let (x, Some(number)) = (self.values(a), self.values(b).single()) else { return true };
         let others = if x.low() == number {
@@ -295,7 +295,8 @@ impl Abstract {
         }
     }
 
-    /// `a` is at most `b`, or less when `is_strict`; both with the bits of `turned` turned round.
+    /// Assumes that `a` is at most `b`, or less than `b` if `is_strict`. Compares both with the bits of
+    /// `turned` toggled.
     fn order(&mut self, a: Word, b: Word, is_strict: bool, turned: u32) -> bool {
         let ends = |values: Values| {
             if turned == 0 { (values.low(), values.high()) } else { signed_ends(&values) }
@@ -314,7 +315,7 @@ impl Abstract {
 
     fn within_turned(&mut self, word: Word, low: u32, high: u32, turned: u32) -> bool {
         let (low, high) = (low ^ turned, high ^ turned);
-        // An interval of signed numbers around 0 is two of unsigned ones.
+        // A signed interval around 0 is two unsigned intervals.
         if low <= high {
             return self.within(word, low, high);
         }

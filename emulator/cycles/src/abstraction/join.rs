@@ -1,4 +1,4 @@
-//! Where two paths meet: what can be on either.
+//! The merge of two paths: the state that covers both.
 
 use std::collections::HashMap;
 use std::rc::Rc;
@@ -10,13 +10,14 @@ use super::symbol::{Side, Slot};
 use super::{Abstract, AbstractMemory, Bit, Word};
 use crate::state::Registers;
 
-/// Two paths that meet.
+/// The merge of two paths.
 pub(crate) struct Join<'a> {
     domain: &'a mut Abstract,
     left: &'a Facts,
     right: &'a Facts,
     number: u32,
-    /// Words that were joined, by symbols and distance: the joined word, and what the left one was plus.
+    /// Merged words by the two symbols and the distance of their offsets: the merged word, and the left
+    /// word's offset.
     joined: HashMap<(u32, u32, u32), (Word, u32)>,
 }
 
@@ -27,7 +28,7 @@ impl<'a> Join<'a> {
         Self { domain, left, right, number, joined: HashMap::new() }
     }
 
-    /// Either of two words. Words that were equal, or some number apart, on both paths still are.
+    /// A word that covers both words. Words with a constant difference on both paths keep it.
     pub(crate) fn word(&mut self, left: Word, right: Word) -> Word {
         if left == right {
             return left;
@@ -48,7 +49,7 @@ impl<'a> Join<'a> {
         word
     }
 
-    /// Registers of either path.
+    /// Registers that cover both paths.
     pub(crate) fn registers(
         &mut self,
         left: &Registers<Abstract>,
@@ -81,7 +82,7 @@ impl<'a> Join<'a> {
         Flags { possible: left.possible | right.possible, source }
     }
 
-    /// Memory of either path.
+    /// Memory that covers both paths.
     pub(crate) fn memory(&mut self, left: &AbstractMemory, right: &AbstractMemory) -> AbstractMemory {
         let mut both = left.clone();
         if Rc::ptr_eq(&left.regions, &right.regions) {
@@ -118,7 +119,7 @@ impl<'a> Join<'a> {
         cell_of([a, b, c, d])
     }
 
-    /// Two bytes as a number if they are one on both paths.
+    /// Two bytes, as one number if they form a number on both paths.
     fn half(&mut self, left: [Slot; 2], right: [Slot; 2]) -> [Slot; 2] {
         if left == right {
             return left;
@@ -145,7 +146,7 @@ impl<'a> Join<'a> {
         self.word(left, right)
     }
 
-    /// What is known on both paths.
+    /// Facts that hold on both paths.
     pub(crate) fn facts(&self) -> Facts {
         self.left.common(self.right)
     }

@@ -1,4 +1,4 @@
-//! Memory of words that are known in part.
+//! Memory of partially known words.
 
 mod part;
 mod settle;
@@ -12,9 +12,9 @@ use crate::state::{AccessError, Memory};
 use crate::timing::Access;
 use crate::values::Values;
 
-/// Words of a page: what is copied when a path changes one of them.
+/// Words of a page, the unit that is copied when a path changes a word.
 const PAGE_WORDS: usize = 32;
-/// Most places that one access can go to.
+/// Maximum number of possible locations of one access.
 const MAX_PLACES: u64 = 16_384;
 
 /// Four bytes.
@@ -26,12 +26,12 @@ pub(super) enum Cell {
 
 pub(super) type Page = [Cell; PAGE_WORDS];
 
-/// A piece of memory with its contents before the program begins.
+/// A piece of memory with its initial contents.
 #[derive(Debug, Clone)]
 pub(crate) struct Region {
     /// Address of the first byte, divisible by 4.
     pub(crate) address: u32,
-    /// What is there.
+    /// Contents.
     pub(crate) bytes: Rc<Vec<u8>>,
 }
 
@@ -43,16 +43,16 @@ pub(super) struct Pages {
     pub(super) pages: Vec<Rc<Page>>,
 }
 
-/// All that a program can read and write. Cheap to clone: what stays the same is shared.
+/// All memory that a program can read and write. Cheap to clone: unchanged pages are shared.
 #[derive(Debug, Clone)]
 pub(crate) struct AbstractMemory {
     fixed: Rc<Vec<Region>>,
     pub(super) regions: Rc<Vec<Pages>>,
-    /// Where the first access since this was last cleared begins.
+    /// Start of the first access since this was last cleared.
     pub(crate) first_access: Option<Access>,
 }
 
-/// Bytes of an access.
+/// Bytes of an access of this width.
 fn bytes(width: Width) -> u8 {
     match width {
         Width::Byte => 1,
@@ -62,7 +62,7 @@ fn bytes(width: Width) -> u8 {
 }
 
 impl AbstractMemory {
-    /// Memory that stays, and memory that is written, as it is before.
+    /// Constant memory, and writable memory with its initial contents.
     pub(crate) fn new(fixed: Vec<Region>, written: &[Region]) -> Self {
         let pages = |region: &Region| {
             let words: Vec<u32> = region
@@ -86,7 +86,7 @@ impl AbstractMemory {
         }
     }
 
-    /// Every word that can be written: address, and contents read as a whole.
+    /// Every writable word: address and contents, read as a word.
     pub(crate) fn words(&self, domain: &mut Abstract) -> Vec<(u32, Word)> {
         let mut words = Vec::new();
         for region in self.regions.iter() {
@@ -115,7 +115,7 @@ impl AbstractMemory {
         Rc::make_mut(region.pages.get_mut(word / PAGE_WORDS)?).get_mut(word % PAGE_WORDS)
     }
 
-    /// A byte of memory that is written.
+    /// A byte of writable memory.
     fn slot(&self, address: u32) -> Option<Slot> {
         let byte = u8::try_from(address % 4).unwrap_or(0);
         Some(match self.cell(address)? {
@@ -149,7 +149,7 @@ impl AbstractMemory {
             let address = address.checked_add(place).ok_or(unmapped)?;
             let mut found = self.slot(address).ok_or(unmapped)?;
             if found.word == Word::ANYTHING {
-                // From here on it is a value of its own.
+                // From here on, this is a separate value.
                 let value = domain.unknown(Values::ALL);
                 self.give_name(address, value);
                 found = self.slot(address).ok_or(unmapped)?;
@@ -159,8 +159,8 @@ impl AbstractMemory {
         Ok(domain.combine(&slots, bytes))
     }
 
-    /// Calls the byte at `address`, of which nothing is known, by a symbol; the word that it is a part of, if that is
-    /// not known either.
+    /// Assigns the symbol `value` to the unknown byte at `address`, or to its whole word if that is unknown
+    /// too.
     fn give_name(&mut self, address: u32, value: Word) {
         match self.cell_mut(address) {
             Some(Cell::Whole(word)) => *word = value,
@@ -174,7 +174,7 @@ impl AbstractMemory {
         }
     }
 
-    /// Whether `bytes` can be written there.
+    /// Checks that `bytes` at `address` are writable.
     fn check_store(&self, address: u32, bytes: u8) -> Result<(), AccessError> {
         let is_writable = |region: &Pages| is_within(region.address, region.bytes, address, u32::from(bytes));
         if self.regions.iter().any(is_writable) {
@@ -193,7 +193,7 @@ impl AbstractMemory {
             }
             return;
         }
-        // As long as what is stored: its other bytes are never looked at.
+        // The stored value has only these bytes.
         let value = domain.part(value, 0, bytes);
         for byte in 0..bytes {
             let Some(cell) = self.cell_mut(address.wrapping_add(byte.into())) else { return };
@@ -206,7 +206,7 @@ impl AbstractMemory {
         }
     }
 
-    /// Makes a place be what it was or `value`.
+    /// A store that may or may not change this location: it then holds the old value or `value`.
     fn store_perhaps(
         &mut self,
         domain: &mut Abstract,
@@ -229,7 +229,7 @@ impl AbstractMemory {
         Ok(())
     }
 
-    /// Whether every one of these addresses is in one region.
+    /// Whether one region contains all these addresses.
     fn holds_all(&self, places: &Values, bytes: u8) -> bool {
         let (low, length) = (places.low(), places.high() - places.low());
         let Some(length) = length.checked_add(bytes.into()) else { return false };
@@ -243,7 +243,7 @@ impl AbstractMemory {
     }
 }
 
-/// Whether `length` bytes from `address` on are in a region.
+/// Whether a region contains `length` bytes from `address`.
 fn is_within(start: u32, bytes: u32, address: u32, length: u32) -> bool {
     address.checked_sub(start).and_then(|from| from.checked_add(length)).is_some_and(|end| end <= bytes)
 }
@@ -261,7 +261,7 @@ pub(super) fn cell_of(slots: [Slot; 4]) -> Cell {
     if is_whole { Cell::Whole(first.word) } else { Cell::Parts(Rc::new(slots)) }
 }
 
-/// Addresses, as the timing model takes them.
+/// Addresses in the form of the timing model.
 fn access(places: &Values) -> Access {
     let bits = places.low() | places.step();
     let alignment = if bits.is_multiple_of(4) { 4 } else { 2 - (bits % 2) as u8 };

@@ -1,4 +1,4 @@
-//! What is learnt of a word, and what follows of others.
+//! New facts about a word, and their consequences for other words.
 
 use std::rc::Rc;
 
@@ -7,16 +7,17 @@ use super::symbol::{Joined, Origin, Side};
 use super::{Abstract, Word};
 use crate::values::{MAX_SET, Values};
 
-/// Choices, one after the other, under which something is remembered.
+/// Maximum length of a sequence of choices that has facts.
 const MAX_CHOICES: usize = 5;
 
 impl Abstract {
-    /// Takes note that a word is one of `values` on the present path. False when it cannot be: nobody takes this path.
+    /// Adds the fact that a word is one of `values` on the current path. Returns false if this is impossible:
+    /// the path is unreachable.
     pub(crate) fn narrow(&mut self, word: Word, values: &Values) -> bool {
         self.narrow_under(&[], word, values)
     }
 
-    /// As [`narrow`](Self::narrow), if these choices were made; false when they cannot have been.
+    /// Like [`narrow`](Self::narrow), under these choices. Returns false if these choices are impossible.
     fn narrow_under(&mut self, choices: &[Choice], word: Word, values: &Values) -> bool {
         if word == Word::ANYTHING {
             return true;
@@ -31,7 +32,7 @@ impl Abstract {
         let now = if low <= high || values.count() <= MAX_SET as u64 {
             before.intersection(&values.add(&Values::one(shift)))
         } else {
-            // Of the symbol, it is what is left at both ends of the numbers.
+            // The symbol keeps both ends of its range.
             match (before.limit(low, u32::MAX), before.limit(0, high)) {
                 (Some(upper), Some(lower)) => Some(upper.union(&lower)),
                 (upper, lower) => upper.or(lower),
@@ -47,7 +48,7 @@ impl Abstract {
         }
     }
 
-    /// What follows of other words when a symbol is one of `now`.
+    /// Derives facts about other words from a symbol that is one of `now`.
     fn follow(&mut self, choices: &[Choice], symbol: Word, now: &Values) -> bool {
         match self.symbol(symbol.symbol).map(|symbol| &symbol.origin) {
             Some(Origin::Derived(source, function)) => {
@@ -81,7 +82,8 @@ impl Abstract {
         }
     }
 
-    /// Whether a symbol can be one of `now` if one more choice was made; takes note of what follows then.
+    /// Whether a symbol can be one of `now` under one more choice. Adds the resulting facts under that
+    /// choice.
     fn can_be(&mut self, choices: &[Choice], choice: Choice, side: Side, now: &Values) -> bool {
         let Some(both) = side.values.intersection(now) else { return false };
         if choices.len() >= MAX_CHOICES {
@@ -91,7 +93,7 @@ impl Abstract {
         self.narrow_under(&choices, side.word, &both)
     }
 
-    /// Takes note of which of two paths was taken: what was known in that case is known now.
+    /// Adds the path taken to a merge: facts under that choice now hold unconditionally.
     fn choose(&mut self, choices: &[Choice], (join, is_right): Choice) -> bool {
         if let Some(chosen) = self.side_under(join, choices) {
             return chosen == is_right;

@@ -1,4 +1,4 @@
-//! Symbols, and what is known of them.
+//! Symbols, their values and origins.
 
 use crate::instruction::Shift;
 use crate::values::{Values, shifted};
@@ -10,9 +10,9 @@ pub(crate) struct Word {
     pub(super) offset: u32,
 }
 
-/// The symbol that is 0: a word with it is a known number.
+/// The symbol 0: a word with this symbol is a constant.
 const ZERO: u32 = 0;
-/// Stands for any value, another one at every place it stands: nothing can be learnt of it.
+/// Represents an unknown value, a different one at each use: facts about it are impossible.
 const ANYTHING: u32 = 1;
 
 impl Word {
@@ -36,24 +36,24 @@ impl Word {
 
 #[derive(Debug)]
 pub(super) struct Symbol {
-    /// What it can be on any path.
+    /// Values possible on any path.
     pub(super) values: Values,
     pub(super) origin: Origin,
 }
 
-/// Where a symbol comes from.
+/// Origin of a symbol.
 #[derive(Debug)]
 pub(super) enum Origin {
     Given,
     /// A function of another word.
     Derived(Word, Function),
-    /// Four bytes that stood beside each other in memory.
+    /// Four adjacent bytes in memory.
     Bytes([Slot; 4]),
-    /// Either of two, by the path that was taken.
+    /// One of two words, depending on the path taken.
     Joined(Box<Joined>),
 }
 
-/// A symbol where two paths met.
+/// A symbol created by a merge of two paths.
 #[derive(Debug)]
 pub(super) struct Joined {
     pub(super) join: u32,
@@ -61,7 +61,7 @@ pub(super) struct Joined {
     pub(super) right: Side,
 }
 
-/// What a symbol is if one of two paths was taken.
+/// The word and values of a symbol on one of the two paths.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Side {
     pub(super) word: Word,
@@ -75,24 +75,24 @@ pub(super) struct Slot {
     pub(super) byte: u8,
 }
 
-/// Functions of one word that can be followed back.
+/// Functions of one word whose argument can be derived from the result.
 #[derive(Debug, Clone, Copy)]
 pub(super) enum Function {
     And(u32),
     Or(u32),
     ExclusiveOr(u32),
-    /// This minus the word.
+    /// This number minus the word.
     From(u32),
     Multiply(u32),
     Shift(Shift, u32),
-    /// So many bytes from this one on.
+    /// First byte and number of bytes.
     Part(u8, u8),
-    /// Any function, with the word at this place.
+    /// Any function, with the word as this argument.
     Other(fn([u32; 3]) -> u32, [u32; 3], u8),
 }
 
 impl Function {
-    /// Tells it from every other; none of those that cannot be compared.
+    /// Unique key of a function; `None` for functions that cannot be compared.
     pub(super) fn name(self) -> Option<(u8, u32)> {
         Some(match self {
             Self::And(mask) => (0, mask),
@@ -109,7 +109,7 @@ impl Function {
         })
     }
 
-    /// Of one number.
+    /// Applies the function to one number.
     pub(super) fn at(self, number: u32) -> u32 {
         match self {
             Self::And(mask) => number & mask,
@@ -131,7 +131,7 @@ impl Function {
         }
     }
 
-    /// Of all the numbers that a word can be.
+    /// Results for all possible values of a word.
     pub(super) fn image(self, values: &Values) -> Values {
         let tried = || Values::map([*values, Values::one(0), Values::one(0)], |[number, ..]| self.at(number));
         match self {
@@ -151,11 +151,12 @@ impl Function {
         }
     }
 
-    /// What the word can be when the function is one of `results`; none when that says nothing.
+    /// Possible values of the word if the result is one of `results`; `None` if the result does not constrain
+    /// them.
     pub(super) fn source(self, results: &Values) -> Option<Values> {
         match self {
             Self::From(minuend) => Some(Values::one(minuend).subtract(results)),
-            // The low bits are known: every so many-th number.
+            // The low bits are known, so the values form an arithmetic progression.
             Self::And(mask) => {
                 let step = mask.checked_add(1).filter(|step| step.is_power_of_two())?;
                 Some(Values::stepped(results.single()?, u32::MAX, step))

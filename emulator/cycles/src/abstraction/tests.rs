@@ -1,4 +1,5 @@
-//! Words known in part against known ones: whatever is computed and learnt, the true number is among those left.
+//! Partially known words against known words: after all operations and facts, the true number is still
+//! possible.
 
 use proptest::collection::vec;
 use proptest::prelude::*;
@@ -26,7 +27,7 @@ enum Step {
     AndNumber(u32),
     AddNumber(u32),
     Apply,
-    /// Learn whether a condition holds for the flags of a difference, a sum or a result.
+    /// Adds the fact whether a condition holds for the flags of a difference, a sum or a result.
     Learn(Condition, u8),
     Store(u32, Width),
     Load(u32, Width),
@@ -70,7 +71,7 @@ fn step() -> impl Strategy<Value = Step> {
     ]
 }
 
-/// A domain with a number for every word, and memory.
+/// The domain and memory, with the true number of every word.
 struct Both {
     domain: Abstract,
     memory: AbstractMemory,
@@ -159,7 +160,7 @@ impl Both {
         self.push(result.0, result.1);
     }
 
-    /// An address by the low bits of a word.
+    /// An address from the low bits of a word.
     fn somewhere(&mut self, (word, number): (Word, u32)) -> (Word, u32) {
         let (mask, base, no) = (self.domain.constant(7), self.domain.constant(RAM), self.domain.bit(false));
         let offset = self.domain.and(word, mask);
@@ -185,7 +186,7 @@ proptest! {
     #![proptest_config(ProptestConfig { cases: 1000, ..ProptestConfig::default() })]
 
     #[test]
-    fn true_numbers_are_never_lost(
+    fn true_numbers_remain_possible(
         inputs in vec(values(), 1..4),
         steps in vec((step(), any::<Index>(), any::<Index>()), 1..25),
     ) {
@@ -206,11 +207,11 @@ proptest! {
 }
 
 #[test]
-fn an_address_of_an_element_is_known_when_its_number_is() {
+fn a_known_index_makes_the_element_address_known() {
     let mut domain = Abstract::default();
     let number = domain.unknown(Values::ALL);
     let no_carry = domain.bit(false);
-    // Base + 4 (n + 4 n), as compilers multiply by 20.
+    // Base + 4 (n + 4 n): compilers multiply by 20 this way.
     let by = |domain: &mut Abstract, word, bits| {
         let bits = domain.constant(bits);
         domain.shift(Shift::Left, word, bits, no_carry).0

@@ -1,4 +1,4 @@
-//! The worst case of calls that are made again and again.
+//! The worst case of repeated calls.
 
 use std::collections::BTreeMap;
 use std::ops::Range;
@@ -9,22 +9,22 @@ use crate::explore::{Reason, explore};
 use crate::instruction::Width;
 use crate::values::Values;
 
-/// Rounds after which it is given up.
+/// Maximum number of rounds.
 const MAX_ROUNDS: u32 = 60;
 
 /// All calls, once.
 pub(super) struct Round {
     bounds: Vec<Bound>,
-    /// What is known before each.
+    /// Memory and facts before each call.
     before: Vec<(AbstractMemory, Facts)>,
     memory: AbstractMemory,
     facts: Facts,
-    /// The most that any call takes of the stack.
+    /// Maximum stack of any call.
     stack_bytes: u32,
 }
 
 impl Round {
-    /// A bound of each call.
+    /// Bounds of all calls.
     pub(super) fn bounds(self, domain: &mut Abstract) -> Vec<Bound> {
         let bound = |(bound, (memory, facts))| {
             domain.facts = facts;
@@ -63,7 +63,8 @@ pub(super) fn round(
     Ok(round)
 }
 
-/// Follows the calls again and again, each time with the memory of before or after them, until that is the same.
+/// Repeats the calls until memory converges. Each round starts with the union of memory before and after the
+/// last round.
 pub(super) fn settle(question: &Question<'_>) -> Result<Vec<Bound>, BoundError> {
     let mut domain = Abstract::default();
     let mut memory = question.start_memory();
@@ -77,7 +78,7 @@ pub(super) fn settle(question: &Question<'_>) -> Result<Vec<Bound>, BoundError> 
         let mut after = Join::new(&mut domain, &facts, &found.facts).memory(&memory, &found.memory);
         domain.facts = facts;
         let change = memory.first_change(&domain, &after, &given);
-        // In the first round, inputs and what is below the stack are not unknown yet.
+        // In the first round, the inputs and the memory below the stack are not yet unknown.
         let Some(lowest) = change.or((number == 1).then_some(0)) else {
             let bounds = found.bounds(&mut domain).into_iter();
             return Ok(bounds.map(|bound| Bound { rounds: number, ..bound }).collect());
@@ -89,7 +90,8 @@ pub(super) fn settle(question: &Question<'_>) -> Result<Vec<Bound>, BoundError> 
             return Err(BoundError { address, place, callers: Vec::new(), reason });
         }
         after = after.widen(&mut domain, &mut growths);
-        // What is below SP when a call begins is whatever came there since the last one.
+        // Memory below SP is unknown at the start of a call: anything may have written it since the last
+        // call.
         given.push(question.stack_top - found.stack_bytes..question.stack_top);
         given = merged(given);
         for range in given.iter().cloned() {
@@ -100,7 +102,7 @@ pub(super) fn settle(question: &Question<'_>) -> Result<Vec<Bound>, BoundError> 
     }
 }
 
-/// The same addresses in as few ranges as can be: every byte of memory is looked up in them, and calls share inputs.
+/// Merges overlapping ranges: every byte of memory is looked up in the ranges, and calls share inputs.
 fn merged(mut ranges: Vec<Range<u32>>) -> Vec<Range<u32>> {
     ranges.sort_by_key(|range| range.start);
     let mut all: Vec<Range<u32>> = Vec::new();

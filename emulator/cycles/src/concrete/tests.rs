@@ -6,13 +6,13 @@ use super::{Concrete, Flags};
 use crate::domain::Domain;
 use crate::instruction::{Condition, Shift};
 
-/// Words, many of them at the edge of something.
+/// Words, many of them edge cases.
 fn word() -> impl Strategy<Value = u32> {
     let edges = prop::sample::select(vec![0, 1, 2, 0x7FFF_FFFF, 0x8000_0000, 0x8000_0001, u32::MAX]);
     prop_oneof![edges, any::<u32>()]
 }
 
-/// Flags of a sum of three numbers, out of its exact values with and without signs.
+/// Flags of a sum of three numbers, from the exact unsigned and signed result.
 fn flags_of_sum(unsigned: u64, signed: i64) -> Flags {
     let result = unsigned & 0xFFFF_FFFF;
     Flags {
@@ -48,7 +48,7 @@ proptest! {
     }
 
     #[test]
-    fn a_comparison_decides_as_the_numbers_do(a in word(), b in word()) {
+    fn conditions_match_the_order_of_the_numbers(a in word(), b in word()) {
         let (_, flags) = Concrete.subtract(a, b, true);
         let (sa, sb) = (signed(a), signed(b));
         for (condition, expected) in [
@@ -69,7 +69,7 @@ proptest! {
     }
 
     #[test]
-    fn a_shift_is_as_many_shifts_by_one_bit(a in word(), amount in 0..256_u32, carry: bool) {
+    fn a_shift_equals_repeated_shifts_by_one_bit(a in word(), amount in 0..256_u32, carry: bool) {
         for (kind, by_one) in [
             (Shift::Left, (|a| (a << 1, a >> 31 == 1)) as fn(u32) -> (u32, bool)),
             (Shift::LogicalRight, |a| (a >> 1, a & 1 == 1)),
@@ -77,7 +77,7 @@ proptest! {
             (Shift::RotateRight, |a| (a.rotate_right(1), a & 1 == 1)),
         ] {
             let expected = (0..amount).fold((a, carry), |(a, _), _| by_one(a));
-            // The low byte counts.
+            // Only the low byte counts.
             prop_assert_eq!(Concrete.shift(kind, a, amount | 0xABCD_0000, carry), expected, "{:?}", kind);
         }
         let expected = (a >> 1 | u32::from(carry) << 31, a & 1 == 1);
@@ -85,7 +85,7 @@ proptest! {
     }
 
     #[test]
-    fn logic_is_bit_by_bit(a in word(), b in word()) {
+    fn logic_is_bitwise(a in word(), b in word()) {
         for bit in 0..32 {
             let of = |word: u32| word >> bit & 1 == 1;
             prop_assert_eq!(of(Concrete.and(a, b)), of(a) && of(b));
@@ -96,7 +96,7 @@ proptest! {
     }
 
     #[test]
-    fn products_and_quotients_are_those_of_long_numbers(a in word(), b in word()) {
+    fn products_and_quotients_match_64_bit_arithmetic(a in word(), b in word()) {
         let product = u64::from(a) * u64::from(b);
         prop_assert_eq!(u64::from(Concrete.multiply(a, b)), product & 0xFFFF_FFFF);
         let quotient = Concrete.divide_unsigned(a, b);

@@ -88,7 +88,7 @@ impl<D: Domain, M> Execution<'_, D, M> {
         }
     }
 
-    /// Writes a result; to R15 it jumps, whatever bit 0 is.
+    /// Writes a result. A write to R15 jumps and ignores bit 0.
     #[inline]
     fn result(&mut self, d: Register, result: D::Word) -> Flow<D> {
         if d == PC {

@@ -27,7 +27,7 @@ impl<D: Domain, M> Execution<'_, D, M> {
             Extend::Sxth => self.sign_extended(word, 16),
             Extend::Sxtb16 => {
                 let zero = self.domain.constant(0);
-                // The sign of each lane's lower byte fills its upper one.
+                // The sign of each lane's lower byte fills the upper byte.
                 self.domain.apply([word, zero, zero], |[word, ..]| {
                     (word & 0x00FF_00FF) | (((word >> 7) & 0x0001_0001) * 0xFF00)
                 })
@@ -47,7 +47,7 @@ impl<D: Domain, M> Execution<'_, D, M> {
         self.write(d, result);
     }
 
-    /// A word whose sign stands in the highest of its lowest `bits` bits.
+    /// Sign-extends the lowest `bits` bits of a word.
     pub(super) fn sign_extended(&mut self, word: D::Word, bits: u8) -> D::Word {
         let left = self.shifted(word, Shift::Left, 32 - bits);
         self.shifted(left, Shift::ArithmeticRight, 32 - bits)
@@ -119,7 +119,7 @@ impl<D: Domain, M> Execution<'_, D, M> {
         self.write(d, result);
     }
 
-    /// Sets Q where `function` says so.
+    /// Sets Q if the result of `function` has it set.
     pub(super) fn set_q(&mut self, words: [D::Word; 3], function: fn([u32; 3]) -> u32) {
         let q = self.domain.apply_below(words, Q, function);
         self.registers.dsp_flags = self.domain.or(self.registers.dsp_flags, q);
@@ -137,7 +137,7 @@ impl<D: Domain, M> Execution<'_, D, M> {
     }
 }
 
-/// A word of that many lowest bits, 0 to 32.
+/// A mask of the lowest `bits` bits, 0 to 32.
 fn lowest_bits(bits: u8) -> u32 {
     u32::MAX.checked_shr(32_u32.saturating_sub(u32::from(bits))).unwrap_or(0)
 }
@@ -146,7 +146,7 @@ fn lowest_bits(bits: u8) -> u32 {
 fn saturated_signed([word, bits, _]: [u32; 3]) -> u32 {
     let greatest = (1_i64 << bits.saturating_sub(1).min(31)) - 1;
     let value = i64::from(word.cast_signed()).clamp(-greatest - 1, greatest);
-    // Within 32 bits by the clamp.
+    // The clamp keeps the value within 32 bits.
     i32::try_from(value).unwrap_or(0).cast_unsigned()
 }
 

@@ -1,4 +1,4 @@
-//! Branches that compute or remember something.
+//! Branches that compute a target or set LR.
 
 use super::{ExecuteError, Execution, Flow};
 use crate::domain::Domain;
@@ -24,7 +24,7 @@ impl<D: Domain, M: Memory<D>> Execution<'_, D, M> {
 
     pub(super) fn compare_branch(&mut self, n: Register, on_nonzero: bool, target: u32) -> Flow<D> {
         let (n, zero, carry) = (self.read(n), self.domain.constant(0), self.domain.bit(true));
-        // As a comparison, so that a domain learns something of the register by the way that is taken.
+        // As a comparison, so that a domain derives a fact about the register from the branch taken.
         let (_, flags) = self.domain.subtract(n, zero, carry);
         let condition = if on_nonzero { Condition::NotEqual } else { Condition::Equal };
         Flow::Branch { target, taken: self.domain.holds(condition, flags) }

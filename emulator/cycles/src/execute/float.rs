@@ -1,4 +1,4 @@
-//! Float instructions: which function of which registers.
+//! Float instructions: the function and its registers.
 
 use super::Execution;
 use super::float_arithmetic::{arithmetic, compared, square_root};

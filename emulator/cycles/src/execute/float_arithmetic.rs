@@ -1,14 +1,14 @@
-//! Single-precision arithmetic, bit by bit as the FPv4-SP does it in its default mode.
+//! Single-precision arithmetic, bit-exact with the FPv4-SP in its default mode.
 //!
-//! The host's arithmetic is the same but where a NaN comes out: which one is not defined there, so that is seen to
-//! here (DDI 0403E A2.5.5, `FPProcessNaNs`).
+//! The host's arithmetic differs only in its NaN results, which are not defined there. This file selects the
+//! NaN (DDI 0403E A2.5.5, `FPProcessNaNs`).
 
 use crate::instruction::FloatArithmetic;
 
 const SIGN: u32 = 0x8000_0000;
 const QUIET: u32 = 0x0040_0000;
 const INFINITY: u32 = 0x7F80_0000;
-/// What an operation without a result gives.
+/// Result of an invalid operation.
 const DEFAULT_NAN: u32 = 0x7FC0_0000;
 
 /// The function of `[n, m, d]` that an instruction writes to `d`.
@@ -55,7 +55,7 @@ fn fused(addend: u32, n: u32, m: u32) -> u32 {
     }
     let is = |n: u32, magnitude: u32| n & !SIGN == magnitude;
     let no_product = (is(n, INFINITY) && is(m, 0)) || (is(n, 0) && is(m, INFINITY));
-    // A product that does not exist goes before a quiet NaN to add it to.
+    // An invalid product has priority over a quiet NaN addend.
     if no_product && !is_signalling(addend) {
         return DEFAULT_NAN;
     }
@@ -78,7 +78,8 @@ pub(super) fn compared([d, m, _]: [u32; 3]) -> u32 {
     }
 }
 
-/// The NaN that an operation hands on: the first signalling operand, made quiet, else the first quiet one.
+/// The NaN that an operation propagates: the first signalling operand, made quiet, or else the first quiet
+/// operand.
 fn nan_of<const N: usize>(operands: [u32; N]) -> Option<u32> {
     let signalling = operands.into_iter().find(|operand| is_signalling(*operand));
     let quiet = || operands.into_iter().find(|operand| f32::from_bits(*operand).is_nan());

@@ -1,15 +1,12 @@
-//! Conversions between single precision and whole or fixed-point numbers.
+//! Conversions between single precision and integers or fixed-point numbers.
 
 use crate::instruction::FloatConvert;
 
-/// The function of the word to convert and of the number of fraction bits, and that number.
+/// The conversion function of the word and the number of fraction bits, and that number.
 ///
-/// What is out of range becomes the nearest number that there is, NaN becomes 0, as with Rust's `as`. To fixed point
-/// rounds toward zero, from it to the nearest; a double has the scaled number exactly.
-#[expect(
-    clippy::cast_possible_truncation,
-    reason = "saturates or rounds, which is what the instruction does"
-)]
+/// Values out of range saturate and NaN becomes 0, like Rust's `as`. Conversion to fixed point rounds toward
+/// zero, conversion from fixed point to nearest; a double holds the scaled number exactly.
+#[expect(clippy::cast_possible_truncation, reason = "saturates or rounds, like the instruction")]
 pub(super) fn convert(kind: FloatConvert) -> (fn([u32; 3]) -> u32, u8) {
     match kind {
         FloatConvert::FromUnsigned => (|[m, ..]| (m as f32).to_bits(), 0),

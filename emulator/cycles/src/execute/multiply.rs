@@ -52,7 +52,7 @@ impl<D: Domain, M> Execution<'_, D, M> {
         self.write(high, upper);
     }
 
-    /// Sum of two pairs of words, the lower one first.
+    /// Sum of two pairs of words, low word first.
     fn sum_long(&mut self, a: (D::Word, D::Word), b: (D::Word, D::Word)) -> (D::Word, D::Word) {
         let none = self.domain.bit(false);
         let (lower, flags) = self.domain.add(a.0, b.0, none);
@@ -85,7 +85,7 @@ impl<D: Domain, M> Execution<'_, D, M> {
         self.accumulate(d, product, a);
     }
 
-    /// Half of a register with its sign.
+    /// A sign-extended half of a register.
     fn half(&mut self, (register, half): (Register, Half)) -> D::Word {
         let (word, zero) = (self.read(register), self.domain.constant(0));
         let function: fn([u32; 3]) -> u32 = match half {
@@ -95,7 +95,7 @@ impl<D: Domain, M> Execution<'_, D, M> {
         self.domain.apply([word, zero, zero], function)
     }
 
-    /// The sum wraps; that it did stays in Q.
+    /// The sum wraps; an overflow sets Q.
     fn accumulate(&mut self, d: Register, product: D::Word, a: Option<Register>) {
         let result = match a {
             None => product,
@@ -152,7 +152,7 @@ fn signed(word: u32) -> i64 {
     i64::from(word.cast_signed())
 }
 
-#[expect(clippy::cast_possible_truncation, reason = "the lower word is meant")]
+#[expect(clippy::cast_possible_truncation, reason = "takes the lower word")]
 fn low(value: i64) -> u32 {
     value.cast_unsigned() as u32
 }

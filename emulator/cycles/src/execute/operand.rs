@@ -1,4 +1,4 @@
-//! Registers and second operands, as an instruction reads and writes them.
+//! Access of instructions to registers and second operands.
 
 use super::Execution;
 use crate::domain::Domain;
@@ -15,7 +15,7 @@ impl<D: Domain, M> Execution<'_, D, M> {
         self.registers.read(register)
     }
 
-    /// As [`read`](Self::read), R15 aligned down to 4: what `ADR` and literal loads start from.
+    /// Like [`read`](Self::read), with R15 aligned down to 4: the base of `ADR` and literal loads.
     #[inline]
     pub(super) fn read_base(&mut self, register: Register) -> D::Word {
         if register == PC {
@@ -32,7 +32,7 @@ impl<D: Domain, M> Execution<'_, D, M> {
         self.registers.write(register, value);
     }
 
-    /// The bits of a word that a mask has.
+    /// The bits of a word selected by a mask.
     #[inline]
     pub(super) fn mask(&mut self, word: D::Word, mask: u32) -> D::Word {
         let mask = self.domain.constant(mask);
@@ -53,7 +53,7 @@ impl<D: Domain, M> Execution<'_, D, M> {
         self.domain.subtract(a, b, carry).0
     }
 
-    /// A word and a number of bytes, up or down.
+    /// A word plus a signed number of bytes.
     #[inline]
     pub(super) fn displaced(&mut self, word: D::Word, bytes: i32) -> D::Word {
         let distance = self.domain.constant(bytes.unsigned_abs());
@@ -64,7 +64,7 @@ impl<D: Domain, M> Execution<'_, D, M> {
         }
     }
 
-    /// A word shifted by a number of bits, the carry out dropped.
+    /// A word shifted by a number of bits, without the carry out.
     #[inline]
     pub(super) fn shifted(&mut self, word: D::Word, shift: Shift, amount: u8) -> D::Word {
         if amount == 0 && shift != Shift::RotateExtended {
@@ -75,7 +75,7 @@ impl<D: Domain, M> Execution<'_, D, M> {
         self.domain.shift(shift, word, amount, carry).0
     }
 
-    /// A second operand and the carry that it puts out.
+    /// A second operand and its carry out.
     #[inline]
     pub(super) fn operand(&mut self, operand: Operand) -> (D::Word, D::Bit) {
         let carry = self.domain.carry(self.registers.flags);

@@ -1,4 +1,4 @@
-//! Lanes of 8 or 16 bits, and saturating sums.
+//! Operations on lanes of 8 or 16 bits, and saturating sums.
 
 use super::Execution;
 use super::bits::Q;
@@ -27,8 +27,8 @@ impl<D: Domain, M> Execution<'_, D, M> {
     }
 }
 
-/// What becomes of the destination. The 32-bit sums take the registers in the order of the assembler: `QSUB d, m, n`
-/// is `m - n`, `QDSUB d, m, n` is `m - 2 n`.
+/// The result. The 32-bit sums have the operand order of the assembler: `QSUB d, m, n` is `m - n`, `QDSUB d,
+/// m, n` is `m - 2 n`.
 fn value(kind: Parallel) -> Function {
     match kind {
         Parallel::Uadd8 => |w| bytes(w, |n, m| n + m),
@@ -58,8 +58,8 @@ fn value(kind: Parallel) -> Function {
     }
 }
 
-/// GE after an operation that sets it: of a sum without sign its carry, of a difference that there is no borrow, with
-/// signs that the result is not negative.
+/// GE flags of an operation that sets them: carry of an unsigned sum, no borrow of an unsigned difference,
+/// non-negative signed result.
 fn greater_or_equal(kind: Parallel) -> Option<Function> {
     Some(match kind {
         Parallel::Uadd8 => |w| gathered(bytes(w, |n, m| -i32::from(n + m > 0xFF))),
@@ -74,7 +74,7 @@ fn greater_or_equal(kind: Parallel) -> Option<Function> {
     })
 }
 
-/// Q of a 32-bit sum, where it saturates.
+/// Q flag of a 32-bit sum that saturates.
 fn saturated(kind: Parallel) -> Option<Function> {
     Some(match kind {
         Parallel::Qadd => |[n, m, _]| q(n.cast_signed().checked_add(m.cast_signed())),
@@ -97,14 +97,14 @@ fn doubled(word: u32) -> i32 {
     word.cast_signed().saturating_mul(2)
 }
 
-/// Each pair of bytes, as numbers without sign, becomes the lowest byte of what `function` gives.
+/// For each pair of unsigned bytes: the lowest byte of `function`'s result.
 #[inline]
 fn bytes([n, m, _]: [u32; 3], function: impl Fn(i32, i32) -> i32) -> u32 {
     let (n, m) = (n.to_le_bytes().map(i32::from), m.to_le_bytes().map(i32::from));
     u32::from_le_bytes(lanes(n, m, function).map(|[lowest, ..]| lowest))
 }
 
-/// As [`bytes`], with signs.
+/// Like [`bytes`], signed.
 #[inline]
 fn signed_bytes([n, m, _]: [u32; 3], function: impl Fn(i32, i32) -> i32) -> u32 {
     let (n, m) = (n.to_le_bytes().map(|lane| i32::from(lane.cast_signed())), m.to_le_bytes());
@@ -113,14 +113,14 @@ fn signed_bytes([n, m, _]: [u32; 3], function: impl Fn(i32, i32) -> i32) -> u32 
     )
 }
 
-/// As [`bytes`], with halves.
+/// Like [`bytes`], with halfwords.
 #[inline]
 fn halves([n, m, _]: [u32; 3], function: impl Fn(i32, i32) -> i32) -> u32 {
     let split = |word: u32| [word & 0xFFFF, word >> 16].map(u32::cast_signed);
     joined(lanes(split(n), split(m), function))
 }
 
-/// As [`halves`], with signs.
+/// Like [`halves`], signed.
 #[inline]
 fn signed_halves([n, m, _]: [u32; 3], function: impl Fn(i32, i32) -> i32) -> u32 {
     let split = |word: u32| [word << 16, word].map(|upper| upper.cast_signed() >> 16);
@@ -137,7 +137,7 @@ fn joined([[a, b, ..], [c, d, ..]]: [[u8; 4]; 2]) -> u32 {
     u32::from_le_bytes([a, b, c, d])
 }
 
-/// GE of a word whose bytes are all ones or zero.
+/// GE flags from a word whose bytes are all ones or zero.
 fn gathered(lanes: u32) -> u32 {
     (0..4).map(|lane| ((lanes >> (8 * lane)) & 1) << (16 + lane)).sum()
 }

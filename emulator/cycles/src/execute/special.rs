@@ -29,7 +29,7 @@ impl<D: Domain, M> Execution<'_, D, M> {
                 let flags = self.domain.flags_word(self.registers.flags);
                 self.domain.or(flags, self.registers.dsp_flags)
             }
-            // Of two stack pointers only this one is used.
+            // Of the two stack pointers, only MSP is used.
             MSP => self.read(SP),
             PRIMASK => self.registers.primask,
             BASEPRI | BASEPRI_MAX => self.registers.basepri,
@@ -45,7 +45,7 @@ impl<D: Domain, M> Execution<'_, D, M> {
         match special {
             APSR => {
                 self.registers.flags = self.domain.flags_from(value);
-                // Q with them, GE not.
+                // Writes Q with the flags, but not GE.
                 let lanes = self.mask(self.registers.dsp_flags, !Q);
                 let q = self.mask(value, Q);
                 self.registers.dsp_flags = self.domain.or(lanes, q);
@@ -66,7 +66,7 @@ impl<D: Domain, M> Execution<'_, D, M> {
         Ok(())
     }
 
-    /// The flags only: sticky exception bits are not kept.
+    /// Reads only the flags: sticky exception bits are not kept.
     pub(super) fn float_status_read(&mut self, t: Register) -> Result<(), ExecuteError> {
         if t != PC {
             return Err(ExecuteError::Unmodelled);
@@ -75,7 +75,7 @@ impl<D: Domain, M> Execution<'_, D, M> {
         Ok(())
     }
 
-    /// No rounding mode but to nearest, no flush to zero, no default NaN.
+    /// Supports only rounding to nearest, without flush to zero and default NaN.
     pub(super) fn float_status_write(&mut self, t: Register) -> Result<(), ExecuteError> {
         let value = self.read(t);
         let modes = self.mask(value, 0x07C0_0000);

@@ -7,11 +7,11 @@ use crate::state::{AccessError, Memory};
 
 const WORD_BYTES: i32 = 4;
 
-/// A word of the domain, or why there is none.
+/// A word of the domain, or an error.
 type Fallible<T> = Result<T, ExecuteError>;
 
 impl<D: Domain, M: Memory<D>> Execution<'_, D, M> {
-    /// Where to access, and what the base register becomes.
+    /// Address of the access, and the new value of the base register.
     fn address(&mut self, address: Address) -> (D::Word, Option<D::Word>) {
         let base = self.read_base(address.base);
         let moved = match address.offset {
@@ -35,7 +35,7 @@ impl<D: Domain, M: Memory<D>> Execution<'_, D, M> {
         }
     }
 
-    /// An address that the processor wants divisible. One that is not known is left to the memory.
+    /// Checks an address that must be aligned. The memory checks an unknown address.
     fn aligned(&self, address: D::Word, width: Width) -> Fallible<D::Word> {
         match self.domain.known(address) {
             Some(address) if !address.is_multiple_of(width.bytes().into()) => {
@@ -106,7 +106,7 @@ impl<D: Domain, M: Memory<D>> Execution<'_, D, M> {
         Ok(())
     }
 
-    /// Lowest address of a block of words at a base register, and what that register becomes.
+    /// Lowest address of a block of words at a base register, and the new value of that register.
     fn block(&mut self, n: Register, count: u32, down: bool) -> Fallible<(D::Word, D::Word)> {
         let base = self.read(n);
         let base = self.aligned(base, Width::Word)?;
@@ -169,7 +169,7 @@ impl<D: Domain, M: Memory<D>> Execution<'_, D, M> {
         Ok(())
     }
 
-    /// Without an interrupt in between, a store after a load takes place.
+    /// Without an interrupt in between, a store after an exclusive load succeeds.
     pub(super) fn store_exclusive(
         &mut self,
         d: Register,

@@ -1,74 +1,74 @@
-//! Why there is no bound.
+//! Errors of the worst-case analysis.
 
 use crate::execute::ExecuteError;
 
-/// There is no bound, and where it fails.
+/// The reason that no bound was found, and the location.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 #[error("{place}{}: {reason}", called_from(callers))]
 pub struct BoundError {
     /// Address of the instruction.
     pub address: u32,
-    /// The function and the distance from its begin.
+    /// The function and the offset from its start.
     pub place: String,
-    /// Blocks that called, the innermost first.
+    /// Calling blocks, innermost first.
     pub callers: Vec<String>,
-    /// What cannot be bounded.
+    /// The reason.
     pub reason: Reason,
 }
 
-/// What cannot be bounded.
+/// The reason that no bound was found.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, thiserror::Error)]
 pub enum Reason {
-    /// An access to memory that is not known well enough, or an instruction that is not modelled.
+    /// An access to memory that is not known precisely enough, or an instruction that is not modelled.
     #[error(transparent)]
     Execute(#[from] ExecuteError),
-    /// The program comes to where the image has no instruction.
-    #[error("no code is there")]
+    /// The program reaches an address without an instruction in the image.
+    #[error("no code at this address")]
     NoCode,
-    /// A jump that can go anywhere.
-    #[error("a jump to somewhere between {lowest:#010x} and {highest:#010x}: its target is not known")]
+    /// A jump with an unknown target.
+    #[error("unknown jump target, between {lowest:#010x} and {highest:#010x}")]
     UnknownTarget {
-        /// The smallest address.
+        /// Minimum address.
         lowest: u32,
-        /// The greatest address.
+        /// Maximum address.
         highest: u32,
     },
-    /// A function that calls itself, maybe by way of others.
-    #[error("recursion: the function at {function:#010x} is called while it runs")]
+    /// A function that calls itself, directly or indirectly.
+    #[error("recursion: the function at {function:#010x} calls itself, directly or indirectly")]
     Recursion {
-        /// Its address.
+        /// Address of the function.
         function: u32,
     },
-    /// A loop whose end is not known.
-    #[error("a loop without a known end: not decided after {rounds} rounds")]
+    /// A loop without a known bound.
+    #[error("unbounded loop: no exit found within {rounds} iterations")]
     Unbounded {
-        /// How far it was followed.
+        /// Number of explored iterations.
         rounds: u32,
     },
-    /// A jump back to where no loop begins.
-    #[error("a computed jump back, not to where a loop begins")]
+    /// A backward jump to a block that is not a loop head.
+    #[error("irreducible control flow: a computed jump back to a block that is not a loop head")]
     Irreducible,
-    /// It needs a debugger, an operating system or an interrupt.
-    #[error("a trap: it asks for what is not there")]
+    /// The instruction requires a debugger, an operating system or an interrupt.
+    #[error("trap: requires a debugger, an operating system or an interrupt")]
     Trap,
-    /// SP is not known.
-    #[error("the stack pointer is not known")]
+    /// The stack pointer is unknown.
+    #[error("unknown stack pointer")]
     UnknownStack,
-    /// Exploring takes too long.
-    #[error("not done after {steps} instructions")]
+    /// Exploration takes too long.
+    #[error("analysis stopped after {steps} instructions")]
     TooLong {
-        /// How many.
+        /// Number of instructions.
         steps: u64,
     },
     /// No path leads to the return.
-    #[error("it never returns")]
+    #[error("the function never returns")]
     NoReturn,
-    /// What one call leaves behind for the next goes on changing.
-    #[error("memory still changes after {rounds} calls, at {lowest:#010x} first")]
+    /// Memory does not converge over repeated calls.
+    #[error("memory still changes after {rounds} rounds of calls, lowest address {lowest:#010x}")]
     Unsettled {
-        /// Calls.
+        /// Number of rounds.
         rounds: u32,
-        /// The lowest address of what changes.
+        /// The lowest address that still changes.
         lowest: u32,
     },
 }

@@ -1,31 +1,31 @@
-//! A function that is being executed: where in it, and since when.
+//! A function in execution: the current position and the loop iterations.
 
 use std::rc::Rc;
 
 use super::Key;
 use crate::flow::FlowGraph;
 
-/// A call that has not returned.
+/// An active call.
 #[derive(Debug, Clone)]
 pub(super) struct Frame {
     pub(super) call: Rc<Call>,
-    /// The block that is executed or calls.
+    /// The block that executes or calls.
     pub(super) block: u32,
-    /// Rounds of the loops around it, the outermost first.
+    /// Iteration numbers of the enclosing loops, outermost first.
     rounds: Vec<u32>,
-    /// SP on any path since the call.
+    /// Lowest SP on any path since the call.
     pub(super) lowest: u32,
 }
 
-/// What does not change while a function runs.
+/// Properties that stay constant during a call.
 #[derive(Debug)]
 pub(super) struct Call {
     pub(super) flow: Rc<FlowGraph>,
-    /// Key of the caller, then the function's entry.
+    /// Key of the caller, followed by the function's entry.
     pub(super) key: Key,
-    /// None for a jump to another function: that returns to where its caller would.
+    /// Return address; `None` for a jump to another function, which returns to the caller of this function.
     pub(super) returns_to: Option<u32>,
-    /// SP at the begin.
+    /// SP at the start.
     pub(super) stack: u32,
 }
 
@@ -36,12 +36,12 @@ impl Frame {
         Self { call: Rc::new(call), block, rounds: vec![0; rounds], lowest }
     }
 
-    /// Whether nothing of it has been executed.
+    /// Whether no block has executed yet.
     pub(super) fn is_new(&self) -> bool {
         self.block == self.call.flow.entry && self.rounds.iter().all(|round| *round == 0)
     }
 
-    /// Goes on with a block; gives the round of the loop that it begins, if it does.
+    /// Moves to a block. Returns the iteration number of the loop that starts there, if any.
     pub(super) fn go_to(&mut self, target: u32) -> u32 {
         let blocks = &self.call.flow.blocks;
         let loops = |block: u32| blocks.get(&block).map_or([].as_slice(), |block| block.loops.as_slice());
@@ -62,7 +62,7 @@ impl Frame {
         round
     }
 
-    /// Where it is, among all that can happen.
+    /// The position in program order.
     pub(super) fn key(&self) -> Key {
         let mut key = self.call.key.clone();
         if let Some(block) = self.call.flow.blocks.get(&self.block) {
@@ -74,7 +74,7 @@ impl Frame {
         key
     }
 
-    /// Either of two at the same place.
+    /// The frame that covers both frames at the same position.
     pub(super) fn merge(&self, other: &Self) -> Self {
         Self { lowest: self.lowest.min(other.lowest), ..self.clone() }
     }

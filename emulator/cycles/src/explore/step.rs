@@ -1,4 +1,4 @@
-//! Executing a block: every instruction on every path, and where the paths go.
+//! Executes a block: every instruction on every path, and the transitions to the next blocks.
 
 use super::frame::{Call, Frame};
 use super::{BoundError, Explorer, MAX_ROUNDS, MAX_STEPS, Node, Reason, Region, State};
@@ -9,15 +9,15 @@ use crate::instruction::{Condition, Instruction, Operation, SP};
 use crate::timing::{Known, Outcome};
 use crate::values::Values;
 
-/// Paths through IT blocks that are kept apart within one block.
+/// Maximum number of separate paths within one block (from IT blocks).
 const MAX_PATHS: usize = 8;
-/// Most targets of one jump.
+/// Maximum number of targets of one jump.
 const MAX_TARGETS: u64 = 64;
 
 type Fallible<T> = Result<T, BoundError>;
 
 impl Explorer<'_> {
-    /// Executes a block, until all paths have left it.
+    /// Executes a block until all paths have left it.
     pub(super) fn block(&mut self, mut state: State) -> Fallible<()> {
         let Some(frame) = state.frames.last() else { return Ok(()) };
         let (block, call) = (frame.block, std::rc::Rc::clone(&frame.call));
@@ -47,7 +47,7 @@ impl Explorer<'_> {
             if address == end {
                 return stay.into_iter().try_for_each(|state| self.go_to(state, address));
             }
-            // Within a block, paths stay apart: a branch behind an IT block often asks for the same condition.
+            // Within a block, paths stay separate: a branch after an IT block often tests the same condition.
             let is_in_it_block = self.start.image.code.get(&address).is_some_and(|next| next.in_it_block);
             if stay.len() > MAX_PATHS && !is_in_it_block {
                 let merged = stay.into_iter().reduce(|left, right| self.merge(left, right));
@@ -60,7 +60,7 @@ impl Explorer<'_> {
         }
     }
 
-    /// Executes an instruction, or skips it where its condition does not hold.
+    /// Executes an instruction, or skips it if its condition does not hold.
     fn instruction(
         &mut self,
         state: State,
@@ -83,7 +83,7 @@ impl Explorer<'_> {
         holds.map_or(Ok(()), |state| self.execute(state, instruction, stay))
     }
 
-    /// The paths on which something holds, and on which it does not.
+    /// The paths on which a condition holds, and on which it fails.
     fn fork(&mut self, state: State, bit: Bit) -> (Option<State>, Option<State>) {
         match self.domain.known_bit(bit) {
             Some(true) => (Some(state), None),
@@ -162,7 +162,7 @@ impl Explorer<'_> {
         Ok(())
     }
 
-    /// As [`fork`](Self::fork), by what is known on the path.
+    /// Like [`fork`](Self::fork), with the facts of the path.
     fn fork_in(&mut self, mut state: State, bit: Bit) -> (Option<State>, Option<State>) {
         std::mem::swap(&mut self.domain.facts, &mut state.facts);
         let known = self.domain.known_bit(bit);
@@ -175,7 +175,7 @@ impl Explorer<'_> {
         state.cycles += u64::from(cycles);
     }
 
-    /// Goes to every address that a word can be.
+    /// Jumps to every possible address of a word.
     fn jump(&mut self, mut state: State, instruction: &Instruction, word: Word) -> Fallible<()> {
         std::mem::swap(&mut self.domain.facts, &mut state.facts);
         let targets = self.domain.values(word);
@@ -204,7 +204,7 @@ impl Explorer<'_> {
         Ok(())
     }
 
-    /// Goes on with a block of the same function, or in another function that will return in its place.
+    /// Continues at a block of the same function, or in another function that returns in its place.
     pub(super) fn go_to(&mut self, mut state: State, target: u32) -> Fallible<()> {
         let Some(frame) = state.frames.last_mut() else { return Ok(()) };
         if !frame.call.flow.blocks.contains_key(&target) {
@@ -224,7 +224,7 @@ impl Explorer<'_> {
         Ok(())
     }
 
-    /// Begins a function.
+    /// Enters a function.
     pub(super) fn call(&mut self, mut state: State, entry: u32, returns_to: Option<u32>) -> Fallible<()> {
         if state.frames.iter().any(|frame| frame.call.flow.entry == entry) {
             return Err(self.error(&state.frames, Reason::Recursion { function: entry }));
@@ -241,7 +241,7 @@ impl Explorer<'_> {
         Ok(())
     }
 
-    /// Ends functions until the one that returns there.
+    /// Leaves functions up to and including the function that returns to `target`.
     fn come_back(&mut self, mut state: State, target: u32) -> Fallible<()> {
         while let Some(frame) = state.frames.pop() {
             if let Some(region) = self.regions.get_mut(&frame.call.key) {

@@ -5,8 +5,8 @@ use std::collections::{BTreeMap, BTreeSet};
 use super::FlowGraph;
 
 impl FlowGraph {
-    /// Sorts the blocks: strongly connected ones follow each other, and among these the same again without the ways
-    /// back to the one that they are entered by.
+    /// Sorts the blocks: a strongly connected component is contiguous, and is itself sorted in the same way
+    /// without the edges back to its entry block.
     pub(super) fn sort(&mut self) {
         let edges: BTreeMap<u32, Vec<u32>> =
             self.blocks.iter().map(|(begin, block)| (*begin, block.successors.clone())).collect();
@@ -24,13 +24,13 @@ impl FlowGraph {
 struct Order {
     edges: BTreeMap<u32, Vec<u32>>,
     places: BTreeMap<u32, (u32, Vec<(u32, u32)>)>,
-    /// Loops around what is placed now.
+    /// Loops around the blocks that are being placed.
     loops: Vec<(u32, u32)>,
     next: u32,
 }
 
 impl Order {
-    /// Places blocks that are reached from `entry`; ways back to `head` do not count.
+    /// Places the blocks reachable from `entry`; ignores edges back to `head`.
     fn place_all(&mut self, blocks: BTreeSet<u32>, entry: u32, head: Option<u32>) {
         let mut search = Search::new(&self.edges, &blocks, head);
         search.visit(entry);
@@ -38,7 +38,7 @@ impl Order {
             search.visit(*block);
         }
         let mut components = search.components;
-        // They were found last to first.
+        // Tarjan's search finds the components in reverse order.
         components.reverse();
         for component in components {
             let first = component.first().copied().unwrap_or(entry);
@@ -48,7 +48,7 @@ impl Order {
                 self.next += 1;
                 continue;
             }
-            // The search came into a component by its first block.
+            // The search entered the component through its first block.
             self.loops.push((self.next, first));
             if component.len() > 1 {
                 self.place_all(component.into_iter().collect(), first, Some(first));
@@ -72,7 +72,7 @@ struct Search<'a> {
     head: Option<u32>,
     numbers: BTreeMap<u32, u32>,
     stack: Vec<u32>,
-    /// Components, each with the block first that the search came in by.
+    /// Components, each with its entry block first.
     components: Vec<Vec<u32>>,
 }
 
@@ -81,7 +81,7 @@ impl<'a> Search<'a> {
         Self { edges, blocks, head, numbers: BTreeMap::new(), stack: Vec::new(), components: Vec::new() }
     }
 
-    /// Gives the smallest number that is reached from a block, among those of which the component is not known yet.
+    /// Visits a block. Returns the smallest number reachable from it among blocks without a known component.
     fn visit(&mut self, block: u32) -> u32 {
         if let Some(number) = self.numbers.get(&block) {
             return if self.stack.contains(&block) { *number } else { u32::MAX };

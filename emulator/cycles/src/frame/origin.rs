@@ -1,30 +1,30 @@
-//! Words by where they come from: enough to follow a stack pointer and a function's address.
+//! The domain of words by origin: enough to track the stack pointer and addresses of functions.
 
 use crate::concrete::Concrete;
 use crate::domain::Domain;
 use crate::instruction::{Condition, Register, Shift};
 
-/// What is known of a word.
+/// Knowledge about a word.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Word {
-    /// Nothing.
+    /// Unknown.
     Unknown,
-    /// It is this number.
+    /// This number.
     Constant(u32),
-    /// The stack pointer at the function's begin and this many bytes.
+    /// The stack pointer at the function's start, plus this many bytes.
     Stack(i32),
-    /// What this register held at the function's begin.
+    /// The value of this register at the function's start.
     Entry(Register),
 }
 
 impl Word {
-    /// What is known of either.
+    /// The knowledge common to both.
     pub(super) fn join(self, other: Self) -> Self {
         if self == other { self } else { Self::Unknown }
     }
 }
 
-/// The domain of such words. Flags are not known.
+/// The domain of these words. Flags are unknown.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Origins;
 
@@ -40,7 +40,7 @@ fn constant(number: Option<u32>) -> Word {
     number.map_or(Word::Unknown, Word::Constant)
 }
 
-/// `place + bytes`, or minus them: both wrap alike.
+/// `place + bytes`; a subtraction passes the wrapped negative.
 fn moved(place: i32, bytes: u32) -> Word {
     Word::Stack(place.wrapping_add_unsigned(bytes))
 }
@@ -89,7 +89,7 @@ impl Domain for Origins {
         self.add(a, negated, carry)
     }
 
-    /// A stack pointer is divisible by 8 at a function's begin (AAPCS32, 6.2.1.2).
+    /// The stack pointer is divisible by 8 at a function's start (AAPCS32, 6.2.1.2).
     fn and(&mut self, a: Word, b: Word) -> Word {
         match (a, b) {
             (Word::Constant(a), Word::Constant(b)) => Word::Constant(a & b),
@@ -120,7 +120,7 @@ impl Domain for Origins {
                 let (shifted, out) = Concrete.shift(shift, a, amount, carry);
                 (Word::Constant(shifted), Some(out))
             }
-            // Without the carry flag only what needs none.
+            // Without a known carry flag, only shifts that do not use it.
             (Some([a, amount]), None) if shift != Shift::RotateExtended => {
                 (Word::Constant(Concrete.shift(shift, a, amount, false).0), None)
             }

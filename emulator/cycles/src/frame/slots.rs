@@ -1,4 +1,4 @@
-//! Memory, as far as a function's frame needs it: saved registers and constants.
+//! Memory for the stack analysis: saved registers and constants.
 
 use std::collections::BTreeMap;
 
@@ -9,8 +9,9 @@ use crate::state::{AccessError, Memory};
 
 const WORD_BYTES: i32 = 4;
 
-/// What is saved on the stack, by its distance from the stack pointer at the function's begin. A write through a pointer
-/// that is not known changes none of it: a program that does so has lost its way already.
+/// Words saved on the stack, by their distance from the stack pointer at the function's start. A write
+/// through an unknown pointer does not change them: a program that overwrites its saved registers is already
+/// broken.
 #[derive(Debug, Clone)]
 pub(super) struct Slots<'a> {
     pub(super) image: &'a Image,
@@ -18,14 +19,14 @@ pub(super) struct Slots<'a> {
 }
 
 impl Slots<'_> {
-    /// Keeps what is the same in both; says whether that changes this one.
+    /// Keeps the entries that are equal in both. Returns whether this one changed.
     pub(super) fn join(&mut self, other: &Self) -> bool {
         let before = self.saved.len();
         self.saved.retain(|place, word| other.saved.get(place) == Some(word));
         self.saved.len() != before
     }
 
-    /// A word that no program changes.
+    /// A constant word, in memory that no program changes.
     fn constant(&self, address: u32) -> Option<u32> {
         let is_constant = |address| {
             let holds = |start: u32, length: usize| {
@@ -59,7 +60,7 @@ impl Memory<Origins> for Slots<'_> {
         value: Word,
     ) -> Result<(), AccessError> {
         if let Word::Stack(place) = address {
-            // Other values may be changed through pointers, and nobody needs them.
+            // Other values may change through pointers, and the analysis does not need them.
             if let (Word::Entry(_), Width::Word) = (value, width) {
                 self.saved.insert(place, value);
             } else {

@@ -13,19 +13,20 @@ use crate::state::Registers;
 
 /// Registers that a call may change: R0 to R3, R12 and LR (AAPCS32, 6.1.1).
 const SCRATCH: [Register; 6] = [0, 1, 2, 3, 12, LR];
-/// Registers that a function gives back as they were.
+/// Registers that a function must restore.
 const RESTORED: std::ops::RangeInclusive<Register> = 4..=11;
-/// Most outlined pieces in each other.
+/// Maximum nesting of outlined pieces.
 const MAX_PIECES: usize = 8;
 /// `SYSm` of MSP, PSP and CONTROL.
 const STACK_SPECIALS: [u8; 3] = [8, 9, 20];
 
 type Fallible<T> = Result<T, FrameError>;
 
-/// A place on a path: an instruction's address and where the outlined pieces around it return to, the outermost first.
+/// A position on a path: the instruction's address, and the return addresses of the enclosing outlined
+/// pieces, outermost first.
 type Place = (u32, Vec<u32>);
 
-/// What is known at a place.
+/// The state at a position.
 #[derive(Debug, Clone)]
 struct State<'a> {
     registers: Registers<Origins>,
@@ -60,7 +61,7 @@ pub(super) fn walk(frames: &Frames<'_>, address: u32) -> Fallible<Frame> {
 }
 
 impl<'a> Walk<'a> {
-    /// Comes to a place with what is known on one way.
+    /// Reaches a position with the state of one path.
     fn reach(&mut self, place: Place, state: State<'a>) -> Fallible<()> {
         let Some(known) = self.states.get_mut(&place) else {
             self.waiting.insert(place.clone());
@@ -139,7 +140,7 @@ impl<'a> Walk<'a> {
         }
     }
 
-    /// None for what only makes a register unknown, which the semantics would refuse.
+    /// Returns `None` for instructions that only make a register unknown and that `execute` would reject.
     fn execute(&self, instruction: &Instruction, state: &mut State<'a>) -> Fallible<Option<Flow<Origins>>> {
         let lost = match instruction.operation {
             Operation::StoreExclusive { d, .. } | Operation::ReadSpecial { d, .. } => Some(d),
@@ -187,7 +188,7 @@ impl<'a> Walk<'a> {
         }
     }
 
-    /// Goes on in the function, in an outlined piece, or in another function for good.
+    /// Continues in the function, in an outlined piece, or for good in another function.
     fn jump(
         &mut self,
         instruction: &Instruction,
@@ -210,7 +211,7 @@ impl<'a> Walk<'a> {
         Err(FrameError::JumpInto { place, target: self.image.place(target) })
     }
 
-    /// Calls an outlined piece, which returns by LR.
+    /// Calls an outlined piece, which returns through LR.
     fn enter_piece(
         &mut self,
         instruction: &Instruction,
@@ -226,7 +227,7 @@ impl<'a> Walk<'a> {
         self.reach((target, pieces), state)
     }
 
-    /// Calls a function; goes on behind the call if it comes back.
+    /// Calls a function. Continues after the call if it returns.
     fn call(
         &mut self,
         instruction: &Instruction,
@@ -241,7 +242,7 @@ impl<'a> Walk<'a> {
         self.reach(next, state)
     }
 
-    /// Notes a call; says whether it can come back.
+    /// Records a call. Returns whether it can return.
     fn note(&mut self, instruction: &Instruction, callee: Option<u32>, state: &State<'_>) -> Fallible<bool> {
         let Word::Stack(distance) = state.registers.read(SP) else {
             return Err(self.lost_stack(instruction));
@@ -255,7 +256,7 @@ impl<'a> Walk<'a> {
         callee.map_or(Ok(true), |callee| self.frames.returns(callee))
     }
 
-    /// Jumps to another function, which returns to where LR says.
+    /// Jumps to another function, which returns to LR.
     fn hand_over(
         &mut self,
         instruction: &Instruction,
@@ -277,7 +278,7 @@ impl<'a> Walk<'a> {
         }
     }
 
-    /// Goes on at an address out of a register or memory.
+    /// Jumps to an address from a register or memory.
     fn leave(
         &mut self,
         instruction: &Instruction,
@@ -303,7 +304,7 @@ impl<'a> Walk<'a> {
         }
     }
 
-    /// Where the innermost piece returns to, if that is the word.
+    /// The return position of the innermost piece, if the word is its return address.
     fn piece_left(&self, word: Word, mut pieces: Vec<u32>) -> Option<Place> {
         let back = pieces.pop()?;
         (function(word) == Some(back)).then_some((back, pieces))
@@ -349,7 +350,7 @@ impl<'a> Walk<'a> {
     }
 }
 
-/// The function that a word is the address of.
+/// The function at the address in a word.
 fn function(word: Word) -> Option<u32> {
     match word {
         Word::Constant(address) if address & 1 == 1 => Some(address & !1),
@@ -357,7 +358,7 @@ fn function(word: Word) -> Option<u32> {
     }
 }
 
-/// What a call may change.
+/// Clears registers that a call may change.
 fn forget(state: &mut State<'_>) {
     for register in SCRATCH {
         state.registers.write(register, Word::Unknown);

@@ -1,17 +1,17 @@
-//! Tables of jumps.
+//! Jump tables.
 
 use crate::image::Image;
 use crate::instruction::{Address, Arithmetic, Instruction, Offset, Operand, Operation, PC, Register};
 use crate::timing::registers;
 
-/// What stands behind a table is aligned to this at most.
+/// Maximum alignment of the code or data after a table.
 const ALIGNMENT: u32 = 4;
-/// `NOP`, as it fills up to code that is aligned.
+/// `NOP`, the padding before aligned code.
 const NOP: u32 = 0xBF00;
 
-/// Targets of a table branch (`TBB`, of halves `TBH`) at an address, whose table `n` points to: it stands behind the
-/// branch, up to the next instruction, constant or target. None if it is not known where. There need not be code at a
-/// target: it can be of a kind that is not modelled.
+/// Targets of the table branch (`TBB`, or `TBH` if `is_half`) at an address, with its table in `n`. The table
+/// follows the branch and ends at the next instruction, constant or target. Empty if the location of the
+/// table is unknown. A target may lack decoded code, if its instruction is not modelled.
 pub(crate) fn targets(image: &Image, address: u32, n: Register, is_half: bool) -> Vec<u32> {
     let counter = address.wrapping_add(4);
     let Some(start) = table(image, address, n) else { return Vec::new() };
@@ -27,8 +27,8 @@ pub(crate) fn targets(image: &Image, address: u32, n: Register, is_half: bool) -
             _ => break,
         };
         let target = counter.wrapping_add(2 * entry);
-        // No code is in the table: an entry that leads there, or is an instruction that does nothing, fills it up.
-        // Anywhere but at the end it is kept, and found wrong.
+        // The table contains no code: an entry that points into it, or that is a `NOP`, is padding. Such an
+        // entry is kept anywhere but at the end, where it causes an error.
         let is_filling = (target <= place || entry == NOP) && end - place < ALIGNMENT;
         if !is_filling {
             end = if target > place { end.min(target) } else { end };
@@ -39,8 +39,8 @@ pub(crate) fn targets(image: &Image, address: u32, n: Register, is_half: bool) -
     targets
 }
 
-/// Where the table of a branch begins: right behind it, or where the instruction in front of it (`ADR`) has `n` point
-/// to, because constants lie between them. What gives other registers their values can stand between the two.
+/// Start of a branch's table: directly after the branch, or, if constants lie in between, the address that a
+/// preceding `ADR` loads into `n`. Instructions that write other registers may lie between `ADR` and branch.
 fn table(image: &Image, mut address: u32, n: Register) -> Option<u32> {
     if n == PC {
         return Some(address.wrapping_add(4));
@@ -66,7 +66,7 @@ fn table(image: &Image, mut address: u32, n: Register) -> Option<u32> {
     }
 }
 
-/// The first constant from `start` on that the function around it loads.
+/// The first constant at or after `start` that the enclosing function loads.
 fn first_constant(image: &Image, start: u32) -> Option<u32> {
     let function = image.function_at(start)?;
     let code = image.code.range(function.address..function.end());

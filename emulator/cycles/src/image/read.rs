@@ -1,4 +1,4 @@
-//! Reading the file: program headers, symbols, code, stack sizes.
+//! Parsing of the file: program headers, symbols, code, stack sizes.
 
 use core::ops::Range;
 use std::collections::BTreeMap;
@@ -12,45 +12,39 @@ use crate::instruction::decode_all;
 
 type File<'a> = ElfFile32<'a, LittleEndian>;
 
-/// Why a file is not an image that can be analysed.
+/// Reason that a file cannot be analysed.
 #[derive(Debug, thiserror::Error)]
 pub enum ImageError {
-    /// Not an ELF of 32 bits, little-endian, or a damaged one.
-    #[error(
-        "not a sound 32-bit little-endian ELF ({0}): give the file that the linker wrote, not a .bin or .hex"
-    )]
+    /// Not a 32-bit little-endian ELF, or a damaged one.
+    #[error("invalid 32-bit little-endian ELF ({0}): use the linker's output, not a .bin or .hex file")]
     NotElf(#[from] object::Error),
-    /// A part of it reaches beyond its end.
-    #[error("{part} of the ELF is cut off: copy or link the file anew")]
+    /// A part extends beyond the end of the file.
+    #[error("truncated ELF: {part} is incomplete; copy or link the file again")]
     CutOff {
-        /// Which.
+        /// The part.
         part: &'static str,
     },
-    /// For another processor.
-    #[error(
-        "an ELF for another processor (machine {machine}, Arm is 40): build it for thumbv7em-none-eabihf"
-    )]
+    /// An ELF for another processor.
+    #[error("ELF for another processor (machine {machine}, Arm is 40): build it for thumbv7em-none-eabihf")]
     NotArm {
-        /// The machine of its header.
+        /// Machine number in the header.
         machine: u16,
     },
-    /// It has no functions.
-    #[error(
-        "no function has a symbol: link the image without stripping it (`strip = \"none\"` in its profile)"
-    )]
+    /// The ELF has no functions.
+    #[error("no function symbols: link the image without stripping it (`strip = \"none\"` in its profile)")]
     Stripped,
-    /// It does not say what is code and what is data.
+    /// The ELF does not distinguish code from data.
     #[error(
-        "no mapping symbols ($t, $d) tell code from constants: link the image without stripping local symbols"
+        "no mapping symbols ($t, $d) to separate code from constants: link without stripping local symbols"
     )]
     Unmapped,
 }
 
 impl Image {
-    /// Reads an ELF.
+    /// Parses an ELF.
     ///
     /// # Errors
-    /// [`ImageError`]. Code that is not modelled is none: see [`undecoded`](Self::undecoded).
+    /// [`ImageError`]. Code that is not modelled is not an error: see [`undecoded`](Self::undecoded).
     pub fn read(bytes: &[u8]) -> Result<Self, ImageError> {
         let file = File::parse(bytes)?;
         let machine = file.elf_header().e_machine(LittleEndian);
@@ -71,7 +65,7 @@ impl Image {
         Ok(image)
     }
 
-    /// Functions and other symbols; returns where code begins (true) and ends (false).
+    /// Reads functions and other symbols. Returns where code starts (true) and ends (false).
     fn read_symbols(&mut self, file: &File<'_>) -> Result<BTreeMap<u32, bool>, ImageError> {
         let mut mapping = BTreeMap::new();
         let mut locals = BTreeMap::new();
@@ -102,7 +96,8 @@ impl Image {
         Ok(mapping)
     }
 
-    /// Functions whose symbols have no size, out of assembly, reach up to the next one or the end of their section.
+    /// Functions whose symbols have no size (from assembly) extend to the next function or the end of their
+    /// section.
     fn measure_functions(&mut self, file: &File<'_>) {
         let starts: Vec<u32> = self.functions.keys().copied().collect();
         let ends = starts.iter().skip(1).copied().map(Some).chain([None]);
@@ -119,7 +114,8 @@ impl Image {
         }
     }
 
-    /// Decodes all functions where they are code. No IT block reaches into another function or over constants.
+    /// Decodes the code of all functions. An IT block never extends into another function or across
+    /// constants.
     fn read_code(&mut self, mapping: &BTreeMap<u32, bool>) {
         let (mut code, mut undecoded) = (BTreeMap::new(), Vec::new());
         for range in self.functions.values().flat_map(|function| code_ranges(function, mapping)) {
@@ -136,7 +132,7 @@ impl Image {
     }
 }
 
-/// Where a function is code.
+/// Code ranges of a function.
 fn code_ranges(function: &Function, mapping: &BTreeMap<u32, bool>) -> Vec<Range<u32>> {
     let before = mapping.range(..=function.address).next_back();
     let mut code_since = before.filter(|&(_, &is_code)| is_code).map(|_| function.address);
@@ -157,7 +153,7 @@ fn code_ranges(function: &Function, mapping: &BTreeMap<u32, bool>) -> Vec<Range<
     ranges
 }
 
-/// What the file fills, by address.
+/// Ranges with contents in the file, by address.
 fn segments(file: &File<'_>) -> Result<Vec<Segment>, ImageError> {
     let mut segments = Vec::new();
     for header in file.elf_program_headers() {
@@ -178,7 +174,7 @@ fn segments(file: &File<'_>) -> Result<Vec<Segment>, ImageError> {
     Ok(segments)
 }
 
-/// What the file leaves without contents, behind what it fills.
+/// Ranges without contents in the file, after the contents of their segment.
 fn unfilled(file: &File<'_>) -> Vec<Range<u32>> {
     let loaded = file.elf_program_headers().iter().filter(|header| header.p_type(LittleEndian) == PT_LOAD);
     let behind = loaded.map(|header| {
@@ -200,7 +196,8 @@ fn is_in_memory(file: &File<'_>, section: SymbolSection) -> bool {
     }
 }
 
-/// What a mapping symbol says of the bytes from it on: code, or data (and code of another instruction set).
+/// The kind of the bytes after a mapping symbol: code (true), or data or code of another instruction set
+/// (false).
 fn mapped(name: &str) -> Option<bool> {
     let kind = name.split('.').next()?;
     match kind {
@@ -210,8 +207,7 @@ fn mapped(name: &str) -> Option<bool> {
     }
 }
 
-/// Without the hash that tells one compilation's symbols from another's.
-/// In characters that a terminal shows, whatever the file has.
+/// Demangled, without the hash that distinguishes compilations. Non-printable characters become `?`.
 fn demangled(name: &str) -> String {
     format!("{:#}", rustc_demangle::demangle(name)).replace(|letter: char| !matches!(letter, ' '..='~'), "?")
 }
@@ -231,7 +227,8 @@ fn stack_sizes(file: &File<'_>) -> Result<BTreeMap<u32, u32>, ImageError> {
     Ok(sizes)
 }
 
-/// A number of seven bits a byte, the lowest first, the last without bit 7; and what is behind it.
+/// A LEB128 number (seven bits per byte, lowest first, bit 7 clear in the last byte), and the remaining
+/// bytes.
 fn unsigned_leb128(bytes: &[u8]) -> Option<(u32, &[u8])> {
     let length = bytes.iter().position(|byte| byte & 0x80 == 0)? + 1;
     let (number, behind) = bytes.split_at_checked(length)?;

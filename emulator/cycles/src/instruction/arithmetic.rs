@@ -1,14 +1,14 @@
-//! 32-bit data processing with a shifted register or a number (A5.3.1, A5.3.3, A5.3.11).
+//! 32-bit data processing with a shifted register or an immediate (A5.3.1, A5.3.3, A5.3.11).
 
 use super::bits::Bits;
 use super::{Arithmetic, Operand, Operation, PC, Register, SP, Shift};
 
-/// Registers that most 32-bit encodings exclude.
+/// Whether most 32-bit encodings allow the register.
 pub(super) fn is_plain(register: Register) -> bool {
     register != SP && register != PC
 }
 
-/// With a register shifted by a number.
+/// Data processing with a register shifted by a constant.
 pub(super) fn shifted_register(code: Bits) -> Option<Operation> {
     if code.is_set(15) {
         return None;
@@ -22,7 +22,7 @@ pub(super) fn shifted_register(code: Bits) -> Option<Operation> {
     let is_simple = matches!(operand, Operand::Register { shift: Shift::Left, amount: 0, .. });
     let n = code.register(16);
     let d = code.register(8);
-    // `MOV` of a register may name the stack pointer once, `ADD` and `SUB` may start from it.
+    // `MOV` of a register allows one stack pointer operand; `ADD` and `SUB` allow it as first source.
     if code.byte(21, 4) == 2 && n == PC && is_simple && !code.is_set(20) {
         let is_allowed = d != PC && m != PC && (d != SP || m != SP);
         return is_allowed.then_some(Operation::Move { d, operand, inverted: false, sets_flags: false });
@@ -34,12 +34,12 @@ pub(super) fn shifted_register(code: Bits) -> Option<Operation> {
     processing(code, operand)
 }
 
-/// With an expanded number.
+/// Data processing with an expanded immediate.
 pub(super) fn expanded_immediate(code: Bits) -> Option<Operation> {
     processing(code, Operand::expanded(code)?)
 }
 
-/// What both have in common: operator, flags, first source, destination.
+/// The common part: operator, flags, first source, destination.
 fn processing(code: Bits, operand: Operand) -> Option<Operation> {
     let sets_flags = code.is_set(20);
     let n = code.register(16);
@@ -84,7 +84,7 @@ fn pack(code: Bits, amount: u8) -> Option<Operation> {
     is_allowed.then_some(Operation::Pack { d, n, m, amount, top_first })
 }
 
-/// With a number of 12 or 16 bits, or bit fields.
+/// Data processing with an immediate of 12 or 16 bits, and bit fields.
 pub(super) fn plain_immediate(code: Bits) -> Option<Operation> {
     let d = code.register(8);
     let n = code.register(16);
@@ -103,7 +103,7 @@ pub(super) fn plain_immediate(code: Bits) -> Option<Operation> {
     }
 }
 
-/// `ADDW`, `SUBW`; from the program counter `ADR`.
+/// `ADDW`, `SUBW`; with the program counter as base, `ADR`.
 fn sum(operator: Arithmetic, d: Register, n: Register, value: u32) -> Option<Operation> {
     let operand = Operand::number(value);
     let is_allowed = is_plain(d) || (d == SP && n == SP);
@@ -129,7 +129,7 @@ fn bit_field(code: Bits, kind: u8) -> Option<Operation> {
             width: field + 1,
             is_signed: kind == 0b10100,
         }),
-        // Shifted right by 0, the two of 16 bits.
+        // A right shift by 0 encodes the 16-bit variants.
         0b10010 | 0b11010 if amount == 0 => None,
         0b10000 | 0b10010 | 0b11000 | 0b11010 => {
             let is_signed = !code.is_set(23);

@@ -2,23 +2,23 @@
 
 use super::Register;
 
-/// A 16-bit encoding, or a 32-bit one with its first halfword on top.
+/// A 16-bit encoding, or a 32-bit encoding with its first halfword on top.
 #[derive(Clone, Copy)]
 pub(super) struct Bits(pub(super) u32);
 
 impl Bits {
-    /// `width` bits from bit `low` on; `width` is 1 to 31.
+    /// `width` bits from bit `low`; `width` is 1 to 31.
     pub(super) fn number(self, low: u32, width: u32) -> u32 {
         (self.0 >> low) & ((1 << width) - 1)
     }
 
-    /// As [`number`](Self::number), of at most 8 bits.
+    /// Like [`number`](Self::number), for at most 8 bits.
     pub(super) fn byte(self, low: u32, width: u32) -> u8 {
         let [byte, ..] = self.number(low, width).to_le_bytes();
         byte
     }
 
-    /// A register of four bits.
+    /// A four-bit register number.
     pub(super) fn register(self, low: u32) -> Register {
         self.byte(low, 4)
     }
@@ -34,13 +34,13 @@ impl Bits {
         self.number(bit, 1) == 1
     }
 
-    /// The field as a number with its sign in its highest bit.
+    /// The field as a signed number.
     pub(super) fn signed(self, low: u32, width: u32) -> i32 {
         sign_extend(self.number(low, width), width)
     }
 }
 
-/// `value` of `width` bits as a signed number.
+/// Sign-extends `value` of `width` bits.
 pub(super) fn sign_extend(value: u32, width: u32) -> i32 {
     let unused = 32 - width;
     (value << unused).cast_signed() >> unused

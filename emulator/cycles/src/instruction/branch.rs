@@ -1,4 +1,4 @@
-//! 32-bit branches and what concerns the processor as a whole (A5.3.4).
+//! 32-bit branches and system control (A5.3.4).
 
 use super::arithmetic::is_plain;
 use super::bits::{Bits, sign_extend};
@@ -20,7 +20,7 @@ pub(super) fn decode(code: Bits, address: u32) -> Option<(Condition, Operation)>
     Some((Condition::Always, operation))
 }
 
-/// Offset of 25 bits, whose second and third are turned round by the sign.
+/// A 25-bit offset; its bits 23 and 22 are the XNOR of the encoded bit and the sign bit.
 fn far(code: Bits) -> i32 {
     let sign = code.number(26, 1);
     let turned = |bit| (code.number(bit, 1) ^ sign) ^ 1;
@@ -28,13 +28,13 @@ fn far(code: Bits) -> i32 {
     sign_extend(offset | code.number(0, 11) << 1, 25)
 }
 
-/// Offset of 21 bits.
+/// A 21-bit offset.
 fn near(code: Bits) -> i32 {
     let offset = code.number(26, 1) << 20 | code.number(11, 1) << 19 | code.number(13, 1) << 18;
     sign_extend(offset | code.number(16, 6) << 12 | code.number(0, 11) << 1, 21)
 }
 
-/// `UDF.W`, with a number of which 8 bits are kept.
+/// `UDF.W`; keeps 8 bits of its number.
 fn undefined(code: Bits) -> Option<Operation> {
     let number = code.number(16, 4) << 12 | code.number(0, 12);
     u8::try_from(number).ok().map(Operation::Undefined)
@@ -54,7 +54,7 @@ fn control(code: Bits) -> Option<Operation> {
             let special = code.byte(0, 8);
             (is_plain(d) && is_special(special)).then_some(Operation::ReadSpecial { d, special })
         }
-        // Of the program status all flags are written, GE not (mask 10).
+        // Writes all flags of the program status, but not GE (mask 10).
         top if top >> 4 == 0b011_1000 && code.number(8, 6) == 0b00_1000 => {
             let n = code.register(16);
             let special = code.byte(0, 8);

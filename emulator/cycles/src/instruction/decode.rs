@@ -1,37 +1,37 @@
-//! From bytes to instructions.
+//! Decoding of bytes into instructions.
 
 use super::bits::Bits;
 use super::{Condition, Instruction, ItState, Operation, narrow, wide};
 
-/// Bytes that are no instruction of a Cortex-M4F, or one that is not modelled, or whose effect the manual leaves open
-/// (UNPREDICTABLE).
+/// Bytes that are not an instruction of a Cortex-M4F, that are not modelled, or whose effect is UNPREDICTABLE
+/// according to the manual.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, thiserror::Error)]
 pub enum Undecoded {
     /// A 16-bit encoding.
-    #[error("{code:#06x} at {address:#010x} is not an instruction that is modelled")]
+    #[error("{code:#06x} at {address:#010x} is not a modelled instruction")]
     Narrow {
-        /// Where it stands.
+        /// Address.
         address: u32,
-        /// Its halfword.
+        /// The halfword.
         code: u16,
     },
     /// A 32-bit encoding.
-    #[error("{code:#010x} at {address:#010x} is not an instruction that is modelled")]
+    #[error("{code:#010x} at {address:#010x} is not a modelled instruction")]
     Wide {
-        /// Where it stands.
+        /// Address.
         address: u32,
-        /// Its first halfword on top.
+        /// The encoding, with its first halfword on top.
         code: u32,
     },
     /// The code ends within an instruction.
     #[error("the code ends within the instruction at {address:#010x}")]
     CutOff {
-        /// Where it begins.
+        /// Start address.
         address: u32,
     },
 }
 
-/// Decodes the instruction that `bytes` begin with, standing at `address` with `block` around it.
+/// Decodes the first instruction in `bytes`, at `address` and in the IT block `block`.
 ///
 /// # Errors
 /// [`Undecoded`].
@@ -61,7 +61,7 @@ pub fn decode(address: u32, bytes: &[u8], block: ItState) -> Result<Instruction,
     Ok(Instruction { address, bytes, condition, in_it_block, operation })
 }
 
-/// What jumps is the last of its block; some stand in none.
+/// A jump must be the last instruction of its IT block; some instructions are not allowed in any.
 fn may_stand_in_block(operation: &Operation, block: ItState) -> bool {
     match operation {
         Operation::CompareBranch { .. } | Operation::IfThen { .. } | Operation::ChangeState { .. } => false,
@@ -69,13 +69,13 @@ fn may_stand_in_block(operation: &Operation, block: ItState) -> bool {
     }
 }
 
-/// Decodes code from its begin to its end; the item behind an [`Undecoded`] is the end.
+/// Decodes code from start to end. After an [`Undecoded`], the iteration ends.
 #[must_use]
 pub fn decode_all(address: u32, bytes: &[u8]) -> Instructions<'_> {
     Instructions { address, bytes, block: ItState::OUTSIDE }
 }
 
-/// The instructions of code, one behind the other; see [`decode_all`].
+/// The instructions of a piece of code, in order; see [`decode_all`].
 #[derive(Debug, Clone)]
 pub struct Instructions<'a> {
     address: u32,

@@ -21,7 +21,7 @@ impl Display for Instruction {
 }
 
 impl Condition {
-    /// The manual's two letters, none for always.
+    /// The manual's two letters; empty for `Always`.
     fn name(self) -> &'static str {
         match self {
             Self::Equal => "eq",
@@ -64,7 +64,7 @@ impl Arithmetic {
     }
 }
 
-/// A line of assembly: the condition stands between name and types.
+/// A line of assembly: the condition is between name and types.
 struct Syntax {
     name: String,
     types: &'static str,
@@ -79,7 +79,7 @@ fn single(name: impl Into<String>, operands: impl Into<String>) -> Syntax {
     Syntax { name: name.into(), types: ".f32", operands: operands.into() }
 }
 
-/// The name of a variant that is the manual's own.
+/// The lower-case name of a variant, which is the manual's name.
 fn lower(variant: impl Debug) -> String {
     format!("{variant:?}").to_lowercase()
 }
@@ -109,7 +109,7 @@ fn target(address: u32) -> String {
     format!("{address:#x}")
 }
 
-/// A float register of single or double precision.
+/// A float register in single or double precision.
 fn of_size(d: FloatRegister, is_double: bool) -> String {
     if is_double { format!("d{}", d / 2) } else { floats(&[d]) }
 }
@@ -220,7 +220,7 @@ fn syntax(operation: &Operation) -> Syntax {
         }
         O::Parallel { kind, d, n, m } => {
             let name = lower(kind);
-            // The saturating sums name their sources the other way round.
+            // The saturating sums have the reverse operand order.
             let turned = matches!(name.as_str(), "qadd" | "qsub" | "qdadd" | "qdsub");
             plain(name, if turned { cores(&[d, m, n]) } else { cores(&[d, n, m]) })
         }

@@ -19,12 +19,12 @@ pub(super) fn decode(code: Bits) -> Option<Operation> {
     }
 }
 
-/// A single-precision register: four bits and the lowest one.
+/// A single-precision register: four bits and the lowest bit.
 fn single(code: Bits, high: u32, lowest: u32) -> FloatRegister {
     code.byte(high, 4) << 1 | code.byte(lowest, 1)
 }
 
-/// The first half of a double-precision register, of which there are 16.
+/// The first half of a double-precision register; there are 16.
 fn double(code: Bits, low: u32, highest: u32) -> Option<FloatRegister> {
     (!code.is_set(highest)).then_some(code.byte(low, 4) << 1)
 }
@@ -95,7 +95,7 @@ fn transfer(code: Bits) -> Option<Operation> {
             (_, false) => Some(Operation::FloatStatusWrite { t }),
         };
     }
-    // Half of a double register is a single one.
+    // Half of a double-precision register is a single-precision register.
     let s = match (code.byte(21, 3), code.is_set(8)) {
         (0, false) => single(code, 16, 7),
         (half @ (0 | 1), true) => double(code, 16, 7)? | half,
@@ -128,7 +128,7 @@ fn processing(code: Bits) -> Option<Operation> {
     Some(Operation::Float { operator, d, n: single(code, 16, 7), m: single(code, 0, 5) })
 }
 
-/// `VMOV` of a number: `VFPExpandImm` (A6.4.1).
+/// `VMOV` of an immediate: `VFPExpandImm` (A6.4.1).
 fn immediate(code: Bits, d: FloatRegister) -> Option<Operation> {
     let number = code.number(16, 4) << 4 | code.number(0, 4);
     let exponent = if number & 0x40 == 0 { 0x4000_0000 } else { 0x3E00_0000 };
@@ -136,7 +136,7 @@ fn immediate(code: Bits, d: FloatRegister) -> Option<Operation> {
     (!code.is_set(5) && !code.is_set(7)).then_some(Operation::FloatImmediate { d, bits })
 }
 
-/// One source: moves, square root, comparison, conversion. Half precision is not modelled.
+/// Operations with one source: moves, square root, comparison, conversion. Half precision is not modelled.
 fn of_one(code: Bits, d: FloatRegister) -> Option<Operation> {
     let m = single(code, 0, 5);
     let upper = code.is_set(7);
@@ -157,7 +157,7 @@ fn of_one(code: Bits, d: FloatRegister) -> Option<Operation> {
         (12, true) => convert(FloatConvert::ToUnsigned),
         (13, false) => convert(FloatConvert::ToSignedRounded),
         (13, true) => convert(FloatConvert::ToSigned),
-        // Fixed point of 32 bits, in place.
+        // 32-bit fixed point, in place.
         (kind @ (10 | 11 | 14 | 15), true) => {
             let bits = 32 - (code.byte(0, 4) << 1 | code.byte(5, 1));
             let kind = match kind {

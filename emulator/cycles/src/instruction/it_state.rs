@@ -1,4 +1,4 @@
-//! The IT block that an instruction stands in.
+//! The IT block of an instruction.
 
 use super::Condition;
 
@@ -7,15 +7,15 @@ use super::Condition;
 pub struct ItState(u8);
 
 impl ItState {
-    /// Behind no `IT`.
+    /// No IT block.
     pub const OUTSIDE: Self = Self(0);
 
-    /// Behind an `IT` with this low byte: the first condition and the mask.
+    /// State after an `IT` with this low byte: the first condition and the mask.
     pub(super) fn behind(byte: u8) -> Self {
         Self(byte)
     }
 
-    /// How many instructions are still governed, 0 to 4.
+    /// Number of instructions left in the block, 0 to 4.
     #[must_use]
     pub fn length(self) -> u8 {
         match self.0 & 0xF {
@@ -24,13 +24,13 @@ impl ItState {
         }
     }
 
-    /// The next instruction's condition; none outside of a block.
+    /// Condition of the next instruction; `None` outside of a block.
     #[must_use]
     pub fn condition(self) -> Option<Condition> {
         if self.length() == 0 { None } else { Condition::from_bits(self.0 >> 4) }
     }
 
-    /// Behind the next instruction.
+    /// State after the next instruction.
     #[must_use]
     pub fn advanced(self) -> Self {
         if self.length() <= 1 { Self(0) } else { Self((self.0 & 0xE0) | ((self.0 << 1) & 0x1F)) }

@@ -1,4 +1,5 @@
-//! 32-bit data processing of registers alone, in lanes too; multiplication and division (A5.3.12 to A5.3.17).
+//! 32-bit data processing of registers only, including lanes; multiplication and division (A5.3.12 to
+//! A5.3.17).
 
 use super::arithmetic::is_plain;
 use super::bits::Bits;
@@ -6,7 +7,7 @@ use super::{
     BitOperation, Extend, Half, LongMultiply, Operand, Operation, PC, Parallel, Register, SP, Shift,
 };
 
-/// Shifts by a register, extensions, lanes, bits.
+/// Shifts by a register, extensions, lanes, bit operations.
 pub(super) fn register(code: Bits) -> Option<Operation> {
     let (d, n, m) = (code.register(8), code.register(16), code.register(0));
     if code.byte(12, 4) != 15 || !is_plain(d) || !is_plain(m) {
@@ -48,7 +49,7 @@ pub(super) fn register(code: Bits) -> Option<Operation> {
     }
 }
 
-/// Addition and subtraction in lanes (A5.3.13, A5.3.14). Exchanged and halving ones are not modelled.
+/// Addition and subtraction in lanes (A5.3.13, A5.3.14). Exchanging and halving variants are not modelled.
 fn parallel(kind: u8, group: u8) -> Option<Parallel> {
     Some(match (group, kind) {
         (0, 0) => Parallel::Sadd8,
@@ -71,10 +72,10 @@ fn parallel(kind: u8, group: u8) -> Option<Parallel> {
     })
 }
 
-/// Saturating sums, selection, bits turned round or counted (A5.3.15).
+/// Saturating sums, selection, bit reversal and counting (A5.3.15).
 fn bits(kind: u8, variant: u8, d: Register, n: Register, m: Register) -> Option<Operation> {
     let parallel = |kind| Some(Operation::Parallel { kind, d, n, m });
-    // The source of these stands in the encoding twice.
+    // The encoding contains the source register twice.
     let bits = |kind| (n == m).then_some(Operation::Bits { kind, d, m });
     match (kind, variant) {
         (0, 0) => parallel(Parallel::Qadd),
@@ -91,7 +92,7 @@ fn bits(kind: u8, variant: u8, d: Register, n: Register, m: Register) -> Option<
     }
 }
 
-/// Multiplication with results of 32 and 64 bits, division. Dual products are not modelled.
+/// Multiplication with results of 32 and 64 bits, and division. Dual products are not modelled.
 pub(super) fn multiply(code: Bits) -> Option<Operation> {
     let (d, n, m) = (code.register(8), code.register(16), code.register(0));
     if ![d, n, m].into_iter().all(is_plain) {

@@ -55,7 +55,7 @@ fn address(code: Bits, is_load: bool) -> Option<Address> {
         (true, false, false) => AddressMode::Offset,
         (true, _, true) => AddressMode::PreIndexed,
         (false, _, true) => AddressMode::PostIndexed,
-        // Without privilege, and undefined.
+        // Unprivileged accesses, and undefined encodings.
         (true, true, false) | (false, _, false) => return None,
     };
     let offset = if code.is_set(9) { low(8) } else { -low(8) };

@@ -1,4 +1,4 @@
-//! 32-bit loads and stores of several registers, exclusive ones, table branches (A5.3.5, A5.3.6).
+//! 32-bit loads and stores of several registers, exclusive accesses, table branches (A5.3.5, A5.3.6).
 
 use super::arithmetic::is_plain;
 use super::bits::Bits;
@@ -25,7 +25,7 @@ pub(super) fn registers(code: Bits) -> Option<Operation> {
     (!has(PC)).then_some(Operation::StoreMultiple { n, registers, writes_back, down })
 }
 
-/// `LDRD`, `STRD`, or without indexing and write-back the others.
+/// `LDRD`, `STRD`; without indexing and write-back, exclusive accesses and table branches.
 pub(super) fn pair_or_exclusive(code: Bits) -> Option<Operation> {
     let (indexed, writes_back) = (code.is_set(24), code.is_set(21));
     let mode = match (indexed, writes_back) {

@@ -6,7 +6,7 @@ use super::{
     Operation, PC, Register, SP, Shift, Width,
 };
 
-/// The operation, with its own condition if it is a conditional branch. In an IT block flags are left alone.
+/// The operation, with its own condition if it is a conditional branch. In an IT block, flags do not change.
 pub(super) fn decode(code: Bits, address: u32, in_it_block: bool) -> Option<(Condition, Operation)> {
     let sets_flags = !in_it_block;
     let operation = match code.byte(10, 6) {
@@ -53,7 +53,7 @@ fn load(t: Register, base: Register, bytes: u32, width: Width) -> Operation {
     Operation::Load { t, address: at(base, bytes), width, is_signed: false }
 }
 
-/// `LSL`, `LSR`, `ASR` by a number. `MOVS` of a register is `LSL` by 0, and stands in no IT block.
+/// `LSL`, `LSR`, `ASR` by a constant. `MOVS` of a register is `LSL` by 0, and is not allowed in an IT block.
 fn shift(code: Bits, sets_flags: bool) -> Option<Operation> {
     let operand = Operand::shifted(code.byte(3, 3), code.byte(11, 2), code.byte(6, 5));
     (sets_flags || code.number(6, 7) != 0).then_some(Operation::Move {
@@ -75,7 +75,7 @@ fn add_or_subtract(code: Bits, sets_flags: bool) -> Operation {
     }
 }
 
-/// `MOV`, `CMP`, `ADD`, `SUB` of a number of 8 bits.
+/// `MOV`, `CMP`, `ADD`, `SUB` with an 8-bit immediate.
 fn immediate(code: Bits, sets_flags: bool) -> Operation {
     let register = code.byte(8, 3);
     let operand = Operand::number(code.number(0, 8));
@@ -188,7 +188,7 @@ fn register_offset(code: Bits) -> Operation {
     }
 }
 
-/// Loads and stores of low registers with a number as offset, of a low register or the stack pointer.
+/// Loads and stores of low registers with an immediate offset from a low register or the stack pointer.
 fn immediate_offset(code: Bits) -> Operation {
     let field = code.number(6, 5);
     let (width, t, base, bytes) = match code.byte(12, 4) {
@@ -204,7 +204,7 @@ fn immediate_offset(code: Bits) -> Operation {
     }
 }
 
-/// A5.2.5.
+/// Miscellaneous 16-bit instructions (A5.2.5).
 fn miscellaneous(code: Bits, address: u32) -> Option<Operation> {
     let d = code.byte(0, 3);
     let m = code.byte(3, 3);
@@ -251,7 +251,7 @@ fn miscellaneous(code: Bits, address: u32) -> Option<Operation> {
     })
 }
 
-/// A list of registers that is not empty.
+/// A nonempty register list.
 fn some(registers: u16) -> Option<u16> {
     (registers != 0).then_some(registers)
 }
@@ -268,7 +268,7 @@ fn if_then_or_hint(code: Bits) -> Option<Operation> {
     }
 }
 
-/// Those that are not allotted do nothing (A5.2.5).
+/// Unallocated hints do nothing (A5.2.5).
 pub(super) fn hint(number: u8) -> Operation {
     match number {
         2 | 3 => Operation::Wait,
@@ -276,7 +276,8 @@ pub(super) fn hint(number: u8) -> Operation {
     }
 }
 
-/// `STM`, `LDM` of low registers. What a base stores that is not the first of the list is unknown.
+/// `STM`, `LDM` of low registers. The stored value of a base register that is not the first of the list is
+/// unknown.
 fn multiple(code: Bits) -> Option<Operation> {
     let n = code.byte(8, 3);
     let registers = some(code.half() & 0xFF)?;

@@ -1,10 +1,10 @@
-//! Operands out of their encodings.
+//! Operands from their encodings.
 
 use super::bits::Bits;
 use super::{Condition, Operand, Operation, PC, Register, Shift};
 
 impl Condition {
-    /// A condition of four bits; there is no 15.
+    /// A four-bit condition; 15 is invalid.
     pub(super) fn from_bits(bits: u8) -> Option<Self> {
         Some(match bits {
             0 => Self::Equal,
@@ -28,17 +28,17 @@ impl Condition {
 }
 
 impl Operand {
-    /// A number that leaves the carry alone.
+    /// A number that does not change the carry.
     pub(super) fn number(value: u32) -> Self {
         Self::Immediate { value, carry: None }
     }
 
-    /// A register as it is.
+    /// An unshifted register.
     pub(super) fn register(register: Register) -> Self {
         Self::Register { register, shift: Shift::Left, amount: 0 }
     }
 
-    /// A register shifted by a number: `DecodeImmShift` (A7.4.2).
+    /// A register shifted by a constant: `DecodeImmShift` (A7.4.2).
     pub(super) fn shifted(register: Register, kind: u8, amount: u8) -> Self {
         let (shift, amount) = match (kind, amount) {
             (0, amount) => (Shift::Left, amount),
@@ -95,7 +95,8 @@ impl Operation {
         )
     }
 
-    /// Whether the program may go on elsewhere than at the next instruction, its condition aside; traps do not count.
+    /// Whether the program may continue elsewhere than at the next instruction. Ignores the condition; traps
+    /// do not count.
     #[must_use]
     pub fn jumps(&self) -> bool {
         match *self {

@@ -31,27 +31,27 @@ pub(super) fn core(register: Register) -> &'static str {
     NAMES.get(usize::from(register)).copied().unwrap_or("r?")
 }
 
-/// Core registers in a row.
+/// A list of core registers.
 pub(super) fn cores(registers: &[Register]) -> String {
     registers.iter().map(|&register| core(register)).collect::<Vec<_>>().join(", ")
 }
 
-/// Core registers by bit.
+/// Core registers from a bit mask.
 pub(super) fn list(registers: u16) -> String {
     format!("{{{}}}", cores(&(0..16).filter(|&register| registers >> register & 1 == 1).collect::<Vec<_>>()))
 }
 
-/// Float registers in a row.
+/// A list of float registers.
 pub(super) fn floats(registers: &[FloatRegister]) -> String {
     registers.iter().map(|register| format!("s{register}")).collect::<Vec<_>>().join(", ")
 }
 
-/// Float registers one behind the other.
+/// Consecutive float registers.
 pub(super) fn run(first: FloatRegister, count: u8) -> String {
     format!("{{{}}}", floats(&(first..first.saturating_add(count)).collect::<Vec<_>>()))
 }
 
-/// A half, by its letter.
+/// The letter of a half.
 pub(super) fn half(half: Half) -> &'static str {
     match half {
         Half::Bottom => "b",
@@ -59,7 +59,7 @@ pub(super) fn half(half: Half) -> &'static str {
     }
 }
 
-/// A register, shifted by a number.
+/// A register shifted by a constant.
 pub(super) fn shifted(register: Register, shift: Shift, amount: u8) -> String {
     match (shift, amount) {
         (Shift::Left, 0) => core(register).to_owned(),
@@ -79,7 +79,7 @@ pub(super) fn operand(operand: Operand) -> String {
     }
 }
 
-/// An address at a number of bytes from a register.
+/// An address at an offset in bytes from a register.
 pub(super) fn at(base: Register, bytes: i64) -> String {
     if bytes == 0 { format!("[{}]", core(base)) } else { format!("[{}, #{bytes}]", core(base)) }
 }

@@ -1,4 +1,4 @@
-//! 32-bit encodings (A5.3): which table they stand in.
+//! 32-bit encodings (A5.3): selection of the table.
 
 use super::bits::Bits;
 use super::{Condition, Operation, arithmetic, branch, float, lanes, memory, multiple};

@@ -1,4 +1,4 @@
-//! Calls of marked functions: when they begin, when they return.
+//! Calls of marked functions: detection of their start and return.
 
 use std::collections::BTreeSet;
 
@@ -7,43 +7,44 @@ use crate::concrete::Concrete;
 use crate::instruction::{LR, SP};
 use crate::state::Registers;
 
-/// A call of a marked function, from its first instruction to its return, that included.
+/// A call of a marked function, from its first instruction to its return, including the return.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub struct Call {
-    /// Its address.
+    /// Address of the function.
     pub function: u32,
-    /// Cycles of the timing model, those of functions that it calls included.
+    /// Cycles of the timing model, including callees.
     pub cycles: u64,
-    /// Instructions, likewise.
+    /// Instructions, including callees.
     pub instructions: u64,
-    /// Bytes of stack that it and what it calls reserved at most.
+    /// Maximum bytes of stack reserved by the function and its callees.
     pub stack_bytes: u32,
 }
 
-/// How far a run is.
+/// The progress of a run.
 #[derive(Debug, Clone, Copy, Default)]
 pub(super) struct Moment {
     pub(super) cycles: u64,
     pub(super) instructions: u64,
 }
 
-/// A call that has not returned.
+/// An active call.
 #[derive(Debug, Clone)]
 struct Open {
-    /// Its place among all calls.
+    /// Index among all calls.
     index: usize,
     function: u32,
-    /// With bit 0, as in LR.
+    /// Return address with bit 0 set, as in LR.
     returns_to: u32,
-    /// SP at its begin and after its return.
+    /// SP at its start and after its return.
     stack: u32,
     began: Moment,
-    /// Lowest SP of what encloses it until it began.
+    /// Lowest SP of the enclosing call before this call.
     lowest_around: u32,
 }
 
-/// What a call is does not depend on how the jump there is written: it ends when the program comes to where LR pointed
-/// when it began, with the stack as it was then. A tail call's caller therefore ends with it.
+/// Detects calls independent of the type of jump instruction: a call ends when the program reaches the
+/// address that LR held at its start, with SP as at its start. A caller with a tail call therefore ends
+/// together with its callee.
 #[derive(Debug, Clone, Default)]
 pub(super) struct Calls {
     marked: BTreeSet<u32>,
@@ -61,12 +62,12 @@ impl Calls {
         self.calls.clear();
     }
 
-    /// All calls of a run that is over.
+    /// All calls of a finished run.
     pub(super) fn take(&mut self) -> Vec<Call> {
         std::mem::take(&mut self.calls)
     }
 
-    /// The program has jumped to an address.
+    /// Handles a jump to an address.
     #[inline]
     pub(super) fn jumped(
         &mut self,
@@ -92,7 +93,7 @@ impl Calls {
 
     fn enter(&mut self, function: u32, registers: &Registers<Concrete>, stack: &mut Stack, began: Moment) {
         let (pointer, returns_to) = (registers.read(SP), registers.read(LR));
-        // A loop whose first instruction is the function's own.
+        // A loop that jumps back to the function's first instruction is not a new call.
         let goes_on = self.open.last().is_some_and(|open| {
             (open.function, open.returns_to, open.stack) == (function, returns_to, pointer)
         });

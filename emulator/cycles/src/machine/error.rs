@@ -1,44 +1,44 @@
-//! Why a machine stops.
+//! Errors that stop a machine.
 
 use crate::execute::ExecuteError;
 use crate::instruction::Operation;
 use crate::state::AccessError;
 
-/// Why there is no machine, or no end of a call.
+/// Error in the creation of a machine or during a call.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 pub enum MachineError {
-    /// The image does not say where its RAM is.
-    #[error("the image has no symbol {name}, which says where its RAM is; link it with cortex-m-rt's link.x")]
+    /// A symbol of the memory layout is missing.
+    #[error("image without memory layout symbol {name}: link it with cortex-m-rt's link.x")]
     NoSymbol {
         /// The symbol.
         name: &'static str,
     },
-    /// An instruction did what is not modelled.
+    /// An instruction did something that is not modelled.
     #[error("{place}: {stop}")]
     Stopped {
-        /// Its address.
+        /// Address of the instruction.
         address: u32,
-        /// The function and the distance from its begin.
+        /// The function and the offset from its start.
         place: String,
-        /// What it did.
+        /// The reason.
         stop: Stop,
     },
 }
 
-/// What a machine stops at.
+/// Reason that a machine stops.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, thiserror::Error)]
 pub enum Stop {
-    /// The program jumped to where the image has no instruction.
-    #[error("no code is there")]
+    /// The program jumped to an address without an instruction in the image.
+    #[error("no code at this address")]
     NoCode,
-    /// A jump to a word that says Arm code, which a Cortex-M does not have.
-    #[error("a jump to {target:#010x}, which is no address of Thumb code")]
+    /// A jump to Arm code, which a Cortex-M does not support.
+    #[error("jump to {target:#010x}, which is not a Thumb address (bit 0 is clear)")]
     NotThumb {
-        /// The word.
+        /// Target of the jump.
         target: u32,
     },
-    /// It needs a debugger, an operating system or an interrupt.
-    #[error("{operation:?}, which asks for what is not there")]
+    /// It requires a debugger, an operating system, an interrupt or an enabled float unit.
+    #[error("{operation:?}: requires a debugger, an operating system, an interrupt or an enabled float unit")]
     Trap {
         /// The operation.
         operation: Operation,
@@ -48,7 +48,7 @@ pub enum Stop {
     StackOverflow {
         /// SP.
         pointer: u32,
-        /// Where the stack ends.
+        /// The lowest valid SP.
         lowest: u32,
     },
     /// The call takes too long.
@@ -57,7 +57,7 @@ pub enum Stop {
         /// The limit.
         instructions: u64,
     },
-    /// It cannot be executed.
+    /// The instruction cannot be executed.
     #[error(transparent)]
     Execute(#[from] ExecuteError),
 }

@@ -1,4 +1,4 @@
-//! Flash, RAM and what was mapped besides, byte by byte.
+//! Flash, RAM and additionally mapped memory.
 
 use std::ops::Range;
 
@@ -7,11 +7,11 @@ use crate::image::Image;
 use crate::instruction::Width;
 use crate::state::{AccessError, Memory};
 
-/// All memory there is, RAM first because it is used most.
+/// All memory; RAM is first because it is used most.
 #[derive(Debug, Clone)]
 pub(super) struct Regions {
     regions: Vec<Region>,
-    /// Where the first access since this was last cleared began.
+    /// Address of the first access since this was last cleared.
     pub(super) first_access: Option<u32>,
 }
 
@@ -45,7 +45,7 @@ impl Region {
 }
 
 impl Regions {
-    /// RAM, zero but for initial values, and what is flashed; RAM elsewhere, as far as the image uses it.
+    /// RAM (zero except for initial values), flashed contents, and other RAM that the image uses.
     pub(super) fn new(ram: Range<u32>, image: &Image) -> Self {
         let mut regions = Self { regions: Vec::new(), first_access: None };
         regions.map(ram.start, ram.end.saturating_sub(ram.start));
@@ -98,7 +98,7 @@ impl Regions {
         Ok(())
     }
 
-    /// Bytes to be written.
+    /// Bytes for a write.
     #[inline]
     fn bytes_mut(&mut self, address: u32, bytes: usize) -> Result<&mut [u8], AccessError> {
         for region in &mut self.regions {

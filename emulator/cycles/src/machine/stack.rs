@@ -1,14 +1,14 @@
-//! The stack: how deep it goes.
+//! The stack and its maximum depth.
 
 use std::ops::Range;
 
 use super::Stop;
 use super::memory::Regions;
 
-/// Byte that the stack is filled with before a call.
+/// Fill byte of the stack before a call.
 const PAINT: u8 = 0xA5;
 
-/// The stack's place and the lowest SP.
+/// The range of the stack and the lowest SP.
 #[derive(Debug, Clone)]
 pub(super) struct Stack {
     range: Range<u32>,
@@ -21,7 +21,7 @@ impl Stack {
         Self { range: range.start..top, lowest: top }
     }
 
-    /// SP when nothing is on it.
+    /// SP of the empty stack.
     pub(super) fn top(&self) -> u32 {
         self.range.end
     }
@@ -30,7 +30,7 @@ impl Stack {
         self.lowest = self.top();
     }
 
-    /// SP is there.
+    /// Records a new SP.
     #[inline]
     pub(super) fn at(&mut self, pointer: u32) -> Result<(), Stop> {
         if pointer < self.lowest {
@@ -42,12 +42,12 @@ impl Stack {
         Ok(())
     }
 
-    /// Begins to look for the lowest SP within a call; gives the lowest around it until then.
+    /// Starts a measurement of the lowest SP within a call. Returns the lowest SP before it.
     pub(super) fn enter(&mut self, pointer: u32) -> u32 {
         std::mem::replace(&mut self.lowest, pointer)
     }
 
-    /// Goes on around a call; gives the bytes that the call took.
+    /// Resumes the measurement around a call. Returns the bytes of the call.
     pub(super) fn leave(&mut self, pointer: u32, lowest_around: u32) -> u32 {
         let bytes = pointer.saturating_sub(self.lowest);
         self.lowest = self.lowest.min(lowest_around);
@@ -64,10 +64,10 @@ impl Stack {
         }
     }
 
-    /// Bytes from the lowest that is not as it was painted.
+    /// Bytes from the lowest byte that differs from the fill byte.
     pub(super) fn written_bytes(&self, memory: &Regions) -> u32 {
         let bytes = memory.slice(self.range.clone()).unwrap_or_default();
-        // In chunks, which are compared faster.
+        // Chunks compare faster.
         let painted = bytes.chunks(64).take_while(|chunk| **chunk == [PAINT; 64]).count() * 64;
         let rest = bytes.get(painted..).unwrap_or_default();
         let painted = rest.iter().take_while(|byte| **byte == PAINT).count();

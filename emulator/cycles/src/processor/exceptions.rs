@@ -1,4 +1,4 @@
-//! Entry to an exception's handler and return from it (DDI 0403E B1.5.6 to B1.5.8).
+//! Exception entry and return (DDI 0403E B1.5.6 to B1.5.8).
 
 use super::system::{HARD_FAULT, System};
 use super::{Bus, Fault, Processor, State};
@@ -8,31 +8,33 @@ use crate::machine::Stop;
 use crate::state::AccessError;
 use crate::timing::Pipeline;
 
-/// From an interrupt to its handler's first instruction, without waiting for memory (Arm 100166, "Exception handling").
+/// From an interrupt to the first instruction of its handler, with memory without wait states (Arm 100166,
+/// "Exception handling").
 const ENTRY_CYCLES: u64 = 12;
-/// Back to what was interrupted.
+/// From a handler to the interrupted code.
 const RETURN_CYCLES: u64 = 10;
 /// From one handler to the next.
 const TAIL_CHAIN_CYCLES: u64 = 6;
 
 /// R0 to R3, R12, LR, the return address and xPSR.
 const BASIC_FRAME: u32 = 0x20;
-/// And S0 to S15 with FPSCR.
+/// The same, plus S0 to S15 and FPSCR.
 const FLOAT_FRAME: u32 = 0x68;
 const FLOATS: u8 = 16;
 
-// `EXC_RETURN`: where to, and with which frame.
+// `EXC_RETURN`: the target mode, and the kind of frame.
 const TO_HANDLER: u32 = 0xFFFF_FFF1;
 const TO_THREAD: u32 = 0xFFFF_FFF9;
 const HAS_BASIC_FRAME: u32 = 1 << 4;
 
-// Of xPSR.
+// Fields of xPSR.
 const THUMB: u32 = 1 << 24;
 const REALIGNED: u32 = 1 << 9;
 const EXCEPTION: u32 = 0x1FF;
 
 impl<B: Bus> Processor<B> {
-    /// Goes to the handler of the most urgent interrupt, if it may run now; else wakes from sleep where it would.
+    /// Enters the handler of the most urgent interrupt if it may run now. Otherwise, wakes a sleeping
+    /// processor if the interrupt wakes it.
     pub(super) fn take_interrupt(&mut self) {
         if let Some(exception) = self.system.next_exception(&self.registers) {
             self.state = match self.state {
@@ -51,7 +53,7 @@ impl<B: Bus> Processor<B> {
         }
     }
 
-    /// False where there is no handler for it, or no stack.
+    /// Returns false if no handler or no stack is available.
     pub(super) fn enter_hard_fault(&mut self) -> bool {
         self.faulted_at = self.address;
         !self.system.is_faulting() && self.enter(HARD_FAULT).is_ok()
@@ -61,8 +63,8 @@ impl<B: Bus> Processor<B> {
         self.image.place(self.faulted_at)
     }
 
-    /// A frame that finds no memory is a fault of its own, whose handler comes first, behind the place of that frame; what was to
-    /// come stays pending (DDI 0403E B1.5.11, derived exceptions).
+    /// A failed write of a frame is a separate fault. Its handler runs first, at the SP below that frame; the
+    /// original exception stays pending (DDI 0403E B1.5.11, derived exceptions).
     fn derive(&mut self, error: AccessError, has_float: bool) {
         self.faulted_at = self.address;
         let locks_up = self.system.is_faulting();
@@ -102,7 +104,7 @@ impl<B: Bus> Processor<B> {
         self.registers.exclusive = false;
     }
 
-    /// To what `EXC_RETURN` says, or to the next handler.
+    /// Returns according to `EXC_RETURN`, or enters the next handler.
     pub(super) fn leave(&mut self, exc_return: u32) -> Result<(), Stop> {
         self.system.leave(self.bus.lines());
         self.registers.faultmask = 0;
@@ -181,7 +183,7 @@ impl<B: Bus> Processor<B> {
 }
 
 impl System {
-    /// Whether a fault now could not be handled any more.
+    /// Whether a further fault could not be handled.
     fn is_faulting(&self) -> bool {
         self.is_active(HARD_FAULT)
     }

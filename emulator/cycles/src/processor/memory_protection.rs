@@ -1,4 +1,4 @@
-//! The memory protection unit, as far as it guards a range against every access (DDI 0403E B3.5).
+//! The memory protection unit, for privileged code only (DDI 0403E B3.5).
 
 use crate::state::AccessError;
 
@@ -9,14 +9,15 @@ const BASE: u32 = 0xE000_ED9C;
 const ATTRIBUTES: u32 = 0xE000_EDA0;
 const REGIONS: usize = 8;
 
-/// Its regions. A privileged program has whatever no region denies it (`PRIVDEFENA`), or nothing is checked at all.
+/// Regions of the MPU. Outside of regions, a privileged program has full access (`PRIVDEFENA`). If the MPU is
+/// disabled, all accesses are allowed.
 #[derive(Debug, Clone, Default)]
 pub(super) struct MemoryProtection {
     control: u32,
     number: u32,
-    /// Base address with its low bits, size and attributes.
+    /// Base address with its low bits; size and attributes.
     regions: [(u32, u32); REGIONS],
-    /// Regions up to the last enabled one.
+    /// Number of regions up to the last enabled region.
     used: usize,
 }
 
@@ -49,14 +50,14 @@ impl MemoryProtection {
         })
     }
 
-    /// Whether one of its registers is there.
+    /// Writes a register. Returns whether the address is one of its registers.
     pub(super) fn store(&mut self, address: u32, value: u32) -> bool {
         match address {
             TYPE => {}
             CONTROL => self.control = value & 7,
             NUMBER => self.number = value & 7,
             BASE => {
-                // `VALID` chooses the region, too.
+                // `VALID` also selects the region.
                 if value & 0x10 != 0 {
                     self.number = value & 7;
                 }
@@ -85,7 +86,7 @@ impl MemoryProtection {
     }
 }
 
-/// Whether an enabled region has the address, outside its disabled eighths.
+/// Whether an enabled region contains the address, outside its disabled subregions (eighths).
 fn contains((base, attributes): (u32, u32), address: u32) -> bool {
     let exponent = (attributes >> 1 & 0x1F) + 1;
     if attributes & 1 == 0 || exponent < 5 {

@@ -1,26 +1,27 @@
-//! The processor's own registers: interrupt controller, system control, cycle counter (DDI 0403E B3.2, B3.4, C1.8).
+//! System registers of the processor: interrupt controller, system control, cycle counter (DDI 0403E B3.2,
+//! B3.4, C1.8).
 
 use crate::concrete::Concrete;
 use crate::instruction::Width;
 use crate::state::{AccessError, Registers};
 
-/// Of an exception.
+/// Exception number.
 pub(super) const HARD_FAULT: u8 = 3;
-/// The first interrupt's exception.
+/// Exception number of the first interrupt.
 const INTERRUPTS: u8 = 16;
-/// Bits that a priority has; lower ones read as zero (STM32).
+/// Implemented priority bits; lower bits read as zero (STM32).
 const PRIORITY_BITS: u8 = 0xF0;
-/// Cycles that the float registers take to get onto the stack, when a handler first uses them.
+/// Cycles for stacking the float registers, when a handler first uses the float unit.
 const LAZY_STACKING_CYCLES: u64 = 17;
-/// Less urgent than everything.
+/// Lowest urgency.
 const THREAD: i16 = 256;
 
-// Of AIRCR.
+// Fields of AIRCR.
 const KEY: u32 = 0x05FA_0000;
 const READ_KEY: u32 = 0xFA05_0000;
 const SYSRESETREQ: u32 = 1 << 2;
 
-// Registers.
+// Register addresses.
 const ACTLR: u32 = 0xE000_E008;
 const SYSTICK_CONTROL: u32 = 0xE000_E010;
 const CPUID: u32 = 0xE000_ED00;
@@ -37,10 +38,10 @@ const STIR: u32 = 0xE000_EF00;
 const FPCCR: u32 = 0xE000_EF34;
 const DWT_CONTROL: u32 = 0xE000_1000;
 const CYCLE_COUNT: u32 = 0xE000_1004;
-/// Of the Cortex-M4 r0p1.
+/// CPUID of the Cortex-M4 r0p1.
 const CORTEX_M4: u32 = 0x410F_C241;
 
-/// Interrupt controller and system control. Exceptions are bits of a word by their number.
+/// Interrupt controller and system control. Sets of exceptions have one bit per exception number.
 #[derive(Debug, Clone)]
 pub(super) struct System {
     vectors: u32,
@@ -51,9 +52,9 @@ pub(super) struct System {
     lines: u128,
     priorities: [u8; 128],
     current: u8,
-    /// `CONTROL.FPCA`: what is interrupted needs its float registers kept.
+    /// `CONTROL.FPCA`: an exception must save the float registers.
     pub(super) uses_float: bool,
-    /// Whether float registers on the stack have not been paid for.
+    /// Whether the cycles for stacking the float registers are still outstanding.
     owes_stacking: bool,
     coprocessors: u32,
     monitor: u32,
@@ -94,7 +95,7 @@ impl System {
         self.vectors
     }
 
-    /// `IPSR`: the exception that runs, 0 outside of handlers.
+    /// `IPSR`: number of the active exception, 0 outside of handlers.
     pub(super) fn current(&self) -> u8 {
         self.current
     }
@@ -107,13 +108,14 @@ impl System {
         self.coprocessors >> 20 & 0xF == 0xF
     }
 
-    /// Cycles that its first use costs.
+    /// Starts a use of the float unit. Returns its additional cycles.
     pub(super) fn begin_float(&mut self) -> u64 {
         self.uses_float = true;
         if std::mem::take(&mut self.owes_stacking) { LAZY_STACKING_CYCLES } else { 0 }
     }
 
-    /// An interrupt is pending when its line becomes active (and is so again when it still is as its handler returns).
+    /// An interrupt becomes pending when its line becomes active, and again if the line is still active when
+    /// its handler returns.
     pub(super) fn see_lines(&mut self, lines: u128) {
         let lines = lines << INTERRUPTS;
         self.pending |= lines & !self.lines;
@@ -124,13 +126,13 @@ impl System {
         self.pending & self.enabled != 0
     }
 
-    /// The exception that interrupts what runs now, if one does.
+    /// The exception that preempts the current code, if any.
     pub(super) fn next_exception(&self, registers: &Registers<Concrete>) -> Option<u8> {
         let (priority, exception) = self.most_urgent()?;
         (priority < self.running_priority(registers)).then_some(exception)
     }
 
-    /// Whether a sleeping processor wakes: PRIMASK does not keep it from that (DDI 0403E B1.5.19).
+    /// Whether a sleeping processor wakes: PRIMASK does not prevent it (DDI 0403E B1.5.19).
     pub(super) fn wakes(&self, registers: &Registers<Concrete>) -> bool {
         let unmasked = Registers { primask: 0, ..registers.clone() };
         self.next_exception(&unmasked).is_some()
@@ -168,7 +170,7 @@ impl System {
         self.chain(exception);
     }
 
-    /// Goes to a handler without a new frame on the stack.
+    /// Enters a handler without a new frame on the stack.
     pub(super) fn chain(&mut self, exception: u8) {
         self.active |= 1 << exception;
         self.pending &= !(1 << exception);
@@ -176,7 +178,7 @@ impl System {
         self.uses_float = false;
     }
 
-    /// Ends the handler that runs.
+    /// Ends the active handler.
     pub(super) fn leave(&mut self, lines: u128) {
         let left = self.current;
         self.active &= !(1 << left);
@@ -218,7 +220,7 @@ impl System {
             DHCSR => 0,
             DWT_CONTROL => self.counter_control,
             CYCLE_COUNT => self.counted(now),
-            // `STKALIGN` is on after a reset, as is lazy stacking.
+            // Reset values: `STKALIGN` and lazy stacking are on.
             CCR => self.others.get(&address).copied().unwrap_or(0x200),
             FPCCR => self.others.get(&address).copied().unwrap_or(0xC000_0000),
             _ => self.others.get(&address).copied().unwrap_or(0),
@@ -261,7 +263,7 @@ impl System {
             DEMCR => self.monitor = value,
             DWT_CONTROL => self.counter_control = value,
             CYCLE_COUNT => self.counter_start = now.wrapping_sub(value.into()),
-            // It would be pending every so many cycles: no program of ours has it on.
+            // SysTick would be pending periodically; the supported programs do not enable it.
             SYSTICK_CONTROL if value & 1 == 1 => return Err(AccessError::Unmapped { address }),
             ACTLR | SCR | CCR | SHCSR | FPCCR => {
                 self.others.insert(address, value);
@@ -286,7 +288,7 @@ impl System {
     }
 }
 
-/// Exceptions of a set, by their number.
+/// Exceptions in a set, by number.
 fn bits(mut set: u128) -> impl Iterator<Item = u8> {
     std::iter::from_fn(move || {
         let lowest = u8::try_from(set.trailing_zeros()).ok().filter(|lowest| *lowest < 128)?;
@@ -295,13 +297,13 @@ fn bits(mut set: u128) -> impl Iterator<Item = u8> {
     })
 }
 
-/// 32 interrupts of a set, by the address of their register.
-#[expect(clippy::cast_possible_truncation, reason = "a register has 32 of them")]
+/// 32 interrupts of a set, selected by the address of their register.
+#[expect(clippy::cast_possible_truncation, reason = "a register has 32 interrupts")]
 fn part(set: u128, address: u32) -> u32 {
     (set >> INTERRUPTS).checked_shr((address & 0x1F) * 8).unwrap_or(0) as u32
 }
 
-/// Bits of a register as interrupts of a set.
+/// Bits of a register as a set of interrupts.
 fn placed(address: u32, value: u32) -> u128 {
     (u128::from(value).checked_shl((address & 0x1C) * 8).unwrap_or(0)) << INTERRUPTS
 }

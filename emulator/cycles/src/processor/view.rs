@@ -1,4 +1,4 @@
-//! What a program sees at an address: the processor's own registers, or the chip.
+//! The address space of a program: the processor's own registers and the chip.
 
 use super::memory_protection::MemoryProtection;
 use super::system::System;
@@ -7,11 +7,11 @@ use crate::concrete::Concrete;
 use crate::instruction::Width;
 use crate::state::{AccessError, Memory};
 
-/// Of the processor's own registers.
+/// Start of the processor's own registers.
 const PRIVATE: u32 = 0xE000_0000;
-/// Of the chip's debug support, among the processor's own.
+/// Registers of the chip's debug support, within the processor's own range.
 const CHIP_DEBUG: std::ops::Range<u32> = 0xE004_2000..0xE004_3000;
-/// From here on there is more than memory.
+/// Start of peripherals; below are only memories.
 const PERIPHERALS: u32 = 0x4000_0000;
 
 /// The address space during one instruction.

@@ -1,4 +1,4 @@
-//! How deep a handler goes.
+//! Maximum stack depth of a handler.
 
 use std::collections::BTreeMap;
 
@@ -6,24 +6,24 @@ use super::StackError;
 use crate::declared::Name;
 use crate::graph::{Edge, Graph};
 
-/// A call chain, from its deepest end.
+/// The deepest call chain, from one function on.
 #[derive(Debug, Clone, Copy, Default)]
 struct Deepest {
     bytes: u32,
-    /// The call that is deepest, none where the function itself is.
+    /// The deepest call; `None` if the function's own frame is deepest.
     by: Option<Edge>,
 }
 
-/// A function on the stack, and how many functions of each declared nesting are there with it.
+/// A function on the stack, and the number of functions on the stack for each declared nesting.
 type Place = (u32, Vec<u32>);
 
-/// The depths of what is called on behalf of one handler.
+/// The stack depths of all functions called from one handler.
 pub(super) struct Depths<'g, 'a> {
     graph: &'g Graph<'a>,
     root: u32,
-    /// Functions that are not called now.
+    /// Functions whose calls are ignored.
     pub(super) left_out: &'g [Name],
-    /// Functions that call nothing now.
+    /// Functions whose callees are ignored.
     pub(super) last: &'g [Name],
     known: BTreeMap<Place, Deepest>,
     path: Vec<Place>,
@@ -34,7 +34,7 @@ impl<'g, 'a> Depths<'g, 'a> {
         Self { graph, root, left_out: &[], last: &[], known: BTreeMap::new(), path: Vec::new() }
     }
 
-    /// Bytes of the handler at its deepest.
+    /// Maximum stack bytes of the handler.
     pub(super) fn bytes(&mut self) -> Result<u32, StackError> {
         Ok(self.of(self.begin())?.bytes)
     }
@@ -69,8 +69,8 @@ impl<'g, 'a> Depths<'g, 'a> {
         Ok(deepest)
     }
 
-    /// What a call leads to where `nested` functions of each declared nesting are on the stack; none if the call does
-    /// not happen.
+    /// The target of a call with `nested` functions of each declared nesting on the stack; `None` if the call
+    /// does not happen.
     fn called(&self, edge: Edge, nested: &[u32]) -> Option<Place> {
         if self.is_one_of(edge.callee, self.left_out) {
             return None;
@@ -91,7 +91,7 @@ impl<'g, 'a> Depths<'g, 'a> {
         names.iter().any(|name| self.graph.has_name(function, name))
     }
 
-    /// The deepest chain, once all depths are known: functions, each with the bytes that it has on the stack.
+    /// The deepest chain, after all depths are known: functions, each with its bytes on the stack.
     pub(super) fn chain(&self) -> Vec<(String, u32)> {
         let mut chain = Vec::new();
         let mut place = Some(self.begin());

@@ -3,15 +3,16 @@
 use super::StackError;
 use crate::image::Image;
 
-/// Exceptions that have a fixed priority, by their place in the vector table.
+/// Exceptions with a fixed priority, by vector number.
 const FIXED: [(usize, i16); 2] = [(NON_MASKABLE, -2), (HARD_FAULT, -1)];
 const RESET: usize = 1;
 const NON_MASKABLE: usize = 2;
 const HARD_FAULT: usize = 3;
-/// What is never to happen ends here.
+/// Handler of exceptions that never occur.
 const DEFAULT: &str = "DefaultHandler";
 
-/// Where the program begins and every interrupt handler that can run, with its priority; the program has none.
+/// The program's entry and every interrupt handler that can run, with its priority; the program has no
+/// priority.
 pub(super) fn levels(
     image: &Image,
     priorities: &[(&str, i16)],
@@ -35,7 +36,7 @@ fn has_name(image: &Image, address: u32, name: &str) -> bool {
     function.is_some_and(|function| function.names.iter().any(|known| known == name))
 }
 
-/// The handlers of the vector table with their places in it, each once.
+/// Handlers of the vector table with their vector numbers, without duplicates.
 fn vectors(image: &Image) -> Result<Vec<(usize, u32)>, StackError> {
     let begin = super::symbol(image, "__vector_table")?;
     let end = super::symbol(image, "__stext")?;

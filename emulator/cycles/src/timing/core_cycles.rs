@@ -1,11 +1,11 @@
-//! Cycles of an instruction without waiting for flash: the rows that it pays.
+//! Cycles of an instruction without flash wait states: the rows that apply to it.
 
 use super::pipeline::Pipeline;
 use super::price::Price;
 use super::{Access, Column, Known, Outcome, Row, Timing};
 
 impl Timing {
-    /// Cycles without waiting for flash.
+    /// Cycles without flash wait states.
     #[inline]
     pub(super) fn core_cycles(
         &self,
@@ -17,12 +17,13 @@ impl Timing {
         pipeline.float_busy = pipeline.float_busy.min(self.longest_busy);
         pipeline.float_results_after = pipeline.float_results_after.min(self.longest_result);
 
-        // The floating-point unit is taken to stand still in stalls. If it did not, a path that stalls early, where its
-        // result is waited for anyway, could overtake one that stalls later: joined pipelines would bound neither.
+        // The model assumes that the floating-point unit pauses during stalls. Otherwise, a path that stalls
+        // early, while it waits for a float result anyway, could overtake a path with a later stall, and
+        // joined pipelines would bound neither.
         let mut stalls = self.fetch_stall(pipeline, price.is_misaligned);
         if price.is_if_then {
-            // It may be folded away: what is before it is then right before the next instruction. If it takes its time, two
-            // loads around it do not pipeline.
+            // `IT` may be folded: the preceding instruction then directly precedes the next one. If it takes
+            // cycles, the loads around it do not pipeline.
             let own = self.row(Row::IfThen);
             if own > 0 {
                 pipeline.load = None;
@@ -57,7 +58,7 @@ impl Timing {
         stalls + own
     }
 
-    /// What the place of a four-byte instruction costs.
+    /// Cycles from the alignment of a four-byte instruction.
     fn fetch_stall(&self, pipeline: &mut Pipeline, is_misaligned: bool) -> u32 {
         let mut cycles = 0;
         if std::mem::take(&mut pipeline.jumped) && is_misaligned {
@@ -71,7 +72,7 @@ impl Timing {
         cycles
     }
 
-    /// An instruction's own cycles, behind a load that it may be pipelined behind.
+    /// An instruction's own cycles, after a load that it may pipeline with.
     fn own_cycles(&self, pipeline: &Pipeline, price: &Price, known: Known) -> u32 {
         let mut cycles = u32::from(price.own);
         if let Some(is_signed) = price.division {
@@ -89,8 +90,8 @@ impl Timing {
         cycles
     }
 
-    /// What a quotient's length adds. Arm says only that leading zeros and ones shorten a division: in the upper
-    /// column none do.
+    /// Cycles from the length of the quotient. Arm specifies only that leading zeros and ones shorten a
+    /// division; the upper column assumes that they do not.
     fn quotient_cycles(&self, division: Option<(u32, u32)>, is_signed: bool) -> u32 {
         let most = self.row(Row::DivideQuotient);
         let Some((dividend, divisor)) = division.filter(|_| self.column == Column::Likely) else {
@@ -105,7 +106,8 @@ impl Timing {
         (most * bits).div_ceil(u32::BITS)
     }
 
-    /// Cycles that a row takes at once, and those that it leaves to the floating-point unit alone.
+    /// Cycles of a row that block all instructions, and the remaining cycles that block only the
+    /// floating-point unit.
     pub(super) fn overlapped(&self, row: Row) -> (u32, u8) {
         let cycles = self.row(row);
         let overlaps = matches!(row, Row::FloatMultiplyAccumulate | Row::FloatDivide);
@@ -114,7 +116,8 @@ impl Timing {
     }
 }
 
-/// Cycles until the floating-point unit is free and has what the instruction reads; 0 for any other instruction.
+/// Cycles until the floating-point unit is free and the instruction's operands are available; 0 for other
+/// instructions.
 fn float_wait(pipeline: &Pipeline, price: &Price) -> u32 {
     let Some(sources) = price.float else { return 0 };
     let mut wait = pipeline.float_busy;

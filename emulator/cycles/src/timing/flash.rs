@@ -1,4 +1,4 @@
-//! Flash that the processor waits for: its lines, and the caches before it.
+//! Flash with wait states: its lines and caches.
 
 use super::Outcome;
 use super::known::{Access, Known, RAM};
@@ -6,33 +6,34 @@ use super::least_recent::LeastRecent;
 use super::price::Price;
 use crate::instruction::Instruction;
 
-/// A flash memory behind caches, as STM32 parts have it.
+/// A flash memory behind caches, as in STM32 parts.
 ///
-/// It holds everything below `0x2000_0000`, the code region of the Armv7-M memory map, but the RAM that is there; RAM
-/// never waits.
+/// It covers all addresses below `0x2000_0000` (the code region of the Armv7-M memory map), except for RAM in
+/// that region. RAM has no wait states.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Flash {
-    /// Cycles that a read waits, on top of its own.
+    /// Wait states of a read, in addition to its own cycle.
     pub wait_states: u8,
-    /// Bytes of a read, a power of 2, at least 4.
+    /// Bytes per read: a power of 2, at least 4.
     pub line_bytes: u8,
-    /// Lines that the cache of instructions holds.
+    /// Lines in the instruction cache.
     pub instruction_lines: u16,
-    /// Lines that the cache of constants holds.
+    /// Lines in the data cache.
     pub data_lines: u16,
-    /// Whether the line behind the last one is read ahead.
+    /// Whether the line after the current one is prefetched.
     pub prefetches: bool,
-    /// First address of the RAM in the code region, such as CCM SRAM, and the one behind it; equal where there is none.
+    /// Start and end address of RAM in the code region, such as CCM SRAM; equal if there is none.
     pub code_ram: (u32, u32),
 }
 
 impl Flash {
-    /// The STM32G4 above 136 MHz in two banks, as the firmware runs it.
+    /// The STM32G4 above 136 MHz in two banks, as configured by the firmware.
     ///
-    /// ST, RM0440, embedded flash memory: 4 wait states in range 1 boost mode from 136 to 170 MHz; 64 bits a read in
-    /// two banks; instruction cache of 32 lines of 4 x 64 bits, data cache of 8 such lines, both on after reset, where
-    /// the prefetch is off. Here every 64 bits are a line of their own, and the one not used for longest gives way.
-    /// Embedded SRAM: the CCM SRAM, 32 KiB at most, is read without wait states at any clock.
+    /// ST, RM0440, embedded flash memory: 4 wait states in range 1 boost mode from 136 to 170 MHz; 64 bits
+    /// per read in two banks; instruction cache of 32 lines of 4 x 64 bits, data cache of 8 such lines, both
+    /// enabled after reset, with prefetch disabled. The model treats every 64 bits as a separate line and
+    /// replaces the least recently used line. Embedded SRAM: the CCM SRAM, up to 32 KiB, has no wait states
+    /// at any clock.
     pub const STM32G4: Self = Self {
         wait_states: 4,
         line_bytes: 8,
@@ -42,8 +43,8 @@ impl Flash {
         code_ram: (0x1000_0000, 0x1000_8000),
     };
 
-    /// The longest that an instruction waits: for every line that is not `line`, the one that the instruction before
-    /// ended in, and for what it loads. Moves `line` on.
+    /// Maximum wait cycles of an instruction: for every line except `line`, the last line of the preceding
+    /// instruction, and for its loads. Updates `line`.
     pub(super) fn longest_waits(
         &self,
         line: &mut Option<u32>,
@@ -57,14 +58,14 @@ impl Flash {
         *line = self.line(instruction.next().wrapping_sub(1));
         if outcome == Outcome::Taken {
             *line = None;
-            // The read ahead that the jump makes useless is finished first.
+            // A jump waits for a prefetch in progress that it makes useless.
             reads += usize::from(self.holds(instruction.address));
         }
         let fetches = self.longest_read() * u32::try_from(reads).unwrap_or(u32::MAX);
         fetches + loaded(price, outcome, known).map_or(0, |(access, bytes)| self.longest_load(access, bytes))
     }
 
-    /// The longest that a load of `bytes` is waited for.
+    /// Maximum wait cycles of a load of `bytes`.
     fn longest_load(&self, access: Access, bytes: u32) -> u32 {
         let reads = if access.lowest == access.highest {
             u32::try_from(all(self.lines(access.lowest, bytes)).count()).unwrap_or(u32::MAX)
@@ -76,13 +77,13 @@ impl Flash {
         self.longest_read() * reads
     }
 
-    /// The longest that a read is waited for: one ahead of it may be under way.
+    /// Maximum wait cycles of a read, including a prefetch in progress.
     pub(super) fn longest_read(&self) -> u32 {
         let ahead = if self.prefetches { self.cycles_ahead() } else { 0 };
         u32::from(self.wait_states) + ahead
     }
 
-    /// Cycles of a read ahead.
+    /// Cycles of a prefetch.
     fn cycles_ahead(&self) -> u32 {
         u32::from(self.wait_states) + 1
     }
@@ -99,28 +100,28 @@ impl Flash {
         access.lowest < RAM && !(access.lowest >= start && access.highest < end)
     }
 
-    /// The number of the line that holds `address`; none in RAM.
+    /// The number of the line that contains `address`; `None` in RAM.
     fn line(&self, address: u32) -> Option<u32> {
         self.holds(address).then(|| address >> self.line_bytes.trailing_zeros())
     }
 
-    /// Numbers of the first and the last line that `bytes` from `address` on lie in; none in RAM.
+    /// Numbers of the first and the last line of `bytes` at `address`; `None` in RAM.
     fn lines(&self, address: u32, bytes: u32) -> Option<(u32, u32)> {
         self.line(address).zip(self.line(address.saturating_add(bytes.saturating_sub(1))))
     }
 
-    /// Numbers of the first and the last line that an instruction lies in.
+    /// Numbers of the first and the last line of an instruction.
     pub(super) fn lines_of(&self, instruction: &Instruction) -> Option<(u32, u32)> {
         self.lines(instruction.address, instruction.bytes.into())
     }
 }
 
-/// The lines from a first to a last one.
+/// All lines from the first to the last.
 fn all(lines: Option<(u32, u32)>) -> impl Iterator<Item = u32> {
     lines.into_iter().flat_map(|(first, last)| first..=last)
 }
 
-/// What an instruction loads: from where, and how many bytes.
+/// Address and number of bytes of an instruction's load.
 fn loaded(price: &Price, outcome: Outcome, known: Known) -> Option<(Access, u32)> {
     let bytes = price.loaded_bytes.filter(|_| outcome != Outcome::Skipped)?;
     Some((known.access.unwrap_or(Access::UNKNOWN), bytes.into()))
@@ -129,17 +130,17 @@ fn loaded(price: &Price, outcome: Outcome, known: Known) -> Option<(Access, u32)
 /// The state of the caches in an emulated run.
 #[derive(Debug, Clone, Default)]
 pub struct Caches {
-    /// The line that the processor takes instructions from.
+    /// The line of the current instruction.
     current: Option<u32>,
     instructions: LeastRecent,
     data: LeastRecent,
-    /// The line that is being read ahead, and cycles until it is there.
+    /// The line being prefetched, and the cycles until it is available.
     ahead: Option<(u32, u32)>,
 }
 
 impl Caches {
-    /// What an instruction of `core_cycles` waits: its lines, then what it loads. That of which the address is not
-    /// known is in no cache.
+    /// Wait cycles of an instruction with `core_cycles`: for its lines and its loads. A load from an unknown
+    /// address misses the cache.
     pub(super) fn waits(
         &mut self,
         flash: &Flash,
@@ -149,7 +150,7 @@ impl Caches {
         core_cycles: u32,
     ) -> u32 {
         let mut waits = match price.lines {
-            // Most instructions.
+            // The common case.
             Some((first, last)) if first == last && self.current == Some(first) => 0,
             lines => all(lines).map(|line| self.fetch(flash, line)).sum(),
         };
@@ -183,7 +184,7 @@ impl Caches {
         if self.data.take(line, flash.data_lines) { 0 } else { self.read(flash) }
     }
 
-    /// Cycles that a read is waited for, behind one ahead of it.
+    /// Wait cycles of a read, after a prefetch in progress.
     fn read(&mut self, flash: &Flash) -> u32 {
         let left = self.ahead.as_mut().map_or(0, |(_, left)| std::mem::take(left));
         left + u32::from(flash.wait_states)

@@ -1,25 +1,25 @@
-//! What is known of the values that an instruction worked on.
+//! Known values of an instruction's operands.
 
 use super::rows;
 use crate::instruction::{Instruction, PC, SP, Width};
 
-/// What is known of the values that an instruction worked on; [`Known::default`] is nothing, which costs the most.
+/// Known values of an instruction's operands. In [`Known::default`], all are unknown, which costs the most.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub struct Known {
     /// Dividend and divisor of a division.
     pub division: Option<(u32, u32)>,
-    /// The (first) access to memory of a load or store. Of one relative to SP or PC enough is known without.
+    /// The (first) memory access of a load or store. Optional for accesses relative to SP or PC.
     pub access: Option<Access>,
 }
 
-/// Where an access to memory begins.
+/// Start of a memory access.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Access {
-    /// The smallest address it can be.
+    /// Minimum address.
     pub lowest: u32,
-    /// The greatest address it can be.
+    /// Maximum address.
     pub highest: u32,
-    /// 1, 2 or 4: it divides every address it can be.
+    /// 1, 2 or 4: divides all possible addresses.
     pub alignment: u8,
 }
 
@@ -35,7 +35,7 @@ impl Access {
 }
 
 impl Known {
-    /// With what is known of the access to memory without: SP is always divisible by 4 and in RAM, PC is known.
+    /// Adds the access if it is relative to SP or PC: SP is divisible by 4 and in RAM, PC is known.
     pub(super) fn with_access_of(self, instruction: &Instruction) -> Self {
         let access = self.access.or_else(|| {
             let (base, offset) = rows::immediate_offset(&instruction.operation)?;
@@ -54,11 +54,11 @@ impl Known {
     }
 }
 
-/// Where RAM begins in the Armv7-M memory map; below it is code.
+/// Start of RAM in the Armv7-M memory map; below is code.
 pub(super) const RAM: u32 = 0x2000_0000;
 
 impl Access {
-    /// Accesses that one of `width` is split into because it is unaligned, less one.
+    /// Number of additional accesses when an access of `width` is split because it is unaligned.
     pub(super) fn further(self, width: Width) -> u32 {
         match (width, self.alignment) {
             (Width::Word, 1) => 2,

@@ -1,24 +1,25 @@
-//! The lines of flash that a cache holds; the least recently used one is replaced.
+//! A cache of flash lines with least-recently-used replacement.
 
 /// Entries of [`LeastRecent::places`], a power of 2.
 const PLACES: usize = 1024;
 
-/// A line of a cache, in a list from the least to the most recently used one.
+/// A cached line, in a list from the least to the most recently used line.
 #[derive(Debug, Clone, Copy)]
 struct Line {
     number: u32,
-    /// Places of its neighbours in the list; its own at an end.
+    /// Indices of its neighbours in the list; at an end, its own index.
     older: u8,
     newer: u8,
 }
 
-/// Lines of flash; the least recently used one is replaced.
+/// Cached flash lines; the least recently used line is replaced.
 #[derive(Debug, Clone)]
 pub(super) struct LeastRecent {
     lines: Vec<Line>,
     oldest: u8,
     newest: u8,
-    /// The place in `lines` of each line, by the lower bits of its number: true for nearly all of them.
+    /// The likely index in `lines` for each line, by the lower bits of its number; correct for nearly all
+    /// lines.
     places: Vec<u8>,
 }
 
@@ -29,7 +30,8 @@ impl Default for LeastRecent {
 }
 
 impl LeastRecent {
-    /// Takes a line from it, or puts it there; whether it was there. It holds `most` lines, 256 at most.
+    /// Uses a line and inserts it if missing. Returns whether it was cached. The cache holds `most` lines, up
+    /// to 256.
     pub(super) fn take(&mut self, number: u32, most: u16) -> bool {
         let entry = number as usize % PLACES;
         let likely = self.places.get(entry).copied().unwrap_or(0);
@@ -52,7 +54,7 @@ impl LeastRecent {
         u8::try_from(place).ok()
     }
 
-    /// Puts a line where there is room, or in the place of the least recently used one; returns its place.
+    /// Inserts a line in a free place or replaces the least recently used line. Returns its index.
     fn replace(&mut self, number: u32, most: u16) -> u8 {
         match u8::try_from(self.lines.len()) {
             Ok(place) if u16::from(place) < most => {
@@ -73,7 +75,7 @@ impl LeastRecent {
         }
     }
 
-    /// Makes a line the most recently used one.
+    /// Makes a line the most recently used line.
     fn renew(&mut self, place: u8) {
         let newest = self.newest;
         let Some(&Line { older, newer, .. }) = self.line(place).filter(|_| place != newest) else { return };
@@ -104,12 +106,12 @@ mod tests {
     use super::*;
 
     #[test]
-    fn it_holds_the_lines_that_were_used_last() {
+    fn it_holds_the_most_recently_used_lines() {
         for most in [1, 2, 3, 32, 256] {
             let (mut cache, mut model) = (LeastRecent::default(), Vec::new());
             let mut random = Pcg64Mcg::seed_from_u64(most.into());
             for _ in 0..20_000 {
-                // Twice as many as it holds, and some that share an entry.
+                // Twice as many lines as the cache holds, some of which share an entry.
                 let number = random.next_u32() % (2 * u32::from(most)) + (random.next_u32() % 2) * 1024;
                 let was_there =
                     model.iter().position(|held| *held == number).map(|place| model.remove(place));

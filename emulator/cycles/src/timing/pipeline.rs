@@ -1,45 +1,44 @@
-//! What earlier instructions leave behind that later ones wait for.
+//! Effects of preceding instructions that delay later instructions.
 
 use super::Column;
 
-/// What earlier instructions leave behind that later ones wait for.
+/// Effects of preceding instructions that delay later instructions.
 ///
-/// The default is a pipeline that nothing is waited for in. Whatever instructions follow, and wherever one stops,
-/// they take at least as long behind [`join`](Self::join)ed paths as behind either, and longest behind
-/// [`worst`](Self::worst).
+/// The default is a pipeline without delays. Any instructions, stopped at any point, take at least as long
+/// after [`join`](Self::join)ed paths as after either path, and longest after [`worst`](Self::worst).
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub struct Pipeline {
-    /// Core registers that the preceding instruction computed, bit n for Rn: addresses wait for them.
+    /// Core registers computed by the preceding instruction, bit n for Rn: addresses wait for them.
     pub(super) computed: u16,
-    /// The preceding instruction is a load that another access can be pipelined behind.
+    /// The preceding instruction, if it is a load that another access can pipeline with.
     pub(super) load: Option<PrecedingLoad>,
-    /// Cycles until the floating-point unit takes an instruction.
+    /// Cycles until the floating-point unit accepts an instruction.
     pub(super) float_busy: u8,
-    /// Float registers whose values come late, bit n for Sn.
+    /// Float registers with a late result, bit n for Sn.
     pub(super) float_results: u32,
-    /// Cycles until they are there.
+    /// Cycles until these results are available.
     pub(super) float_results_after: u8,
-    /// Misaligned four-byte instructions in a row.
+    /// Consecutive misaligned four-byte instructions.
     pub(super) misaligned: MisalignedRun,
-    /// The preceding instruction jumped, and was no load.
+    /// Whether the preceding instruction jumped and was not a load.
     pub(super) jumped: bool,
-    /// Number of the line of flash that the preceding instruction ended in, if it is known.
+    /// Number of the last flash line of the preceding instruction, if known.
     pub(super) line: Option<u32>,
 }
 
-/// A load that just went.
+/// The preceding load.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) struct PrecedingLoad {
-    /// Core registers that it brings.
+    /// Core registers that it loads.
     pub(super) registers: u16,
-    /// To a float register.
+    /// Whether it loads a float register.
     pub(super) is_float: bool,
 }
 
-/// How far a run of misaligned four-byte instructions is, ordered by how soon it stalls.
+/// Progress of a run of misaligned four-byte instructions, ordered by proximity to a stall.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Default)]
 pub(super) enum MisalignedRun {
-    /// It has stalled and does so once, as far as this column says.
+    /// It has stalled, and stalls only once in this column.
     Stalled,
     #[default]
     None,
@@ -48,9 +47,9 @@ pub(super) enum MisalignedRun {
 }
 
 impl MisalignedRun {
-    /// The run after one more instruction, and whether that stalls: the third of a run, in the upper column every
-    /// further one, too. A chip stalls more than once where the run mixes accesses to memory with other instructions;
-    /// after which of them is not known.
+    /// The run after one more instruction, and whether that instruction stalls: the third of a run and, in
+    /// the upper column, every further one. A chip stalls more than once if the run mixes memory accesses
+    /// with other instructions; which of them stall is unknown.
     pub(super) fn next(self, is_misaligned: bool, column: Column) -> (Self, bool) {
         match (self, column) {
             _ if !is_misaligned => (Self::None, false),
@@ -64,7 +63,7 @@ impl MisalignedRun {
 }
 
 impl Pipeline {
-    /// Behind either of two paths.
+    /// The pipeline that is at least as slow as both.
     #[must_use]
     pub fn join(self, other: Self) -> Self {
         let load = self.load.zip(other.load).map(|(a, b)| PrecedingLoad {
@@ -83,7 +82,7 @@ impl Pipeline {
         }
     }
 
-    /// Behind an unknown path: as slow as can be.
+    /// The slowest pipeline, after an unknown path.
     #[must_use]
     pub fn worst() -> Self {
         Self {
@@ -98,7 +97,7 @@ impl Pipeline {
         }
     }
 
-    /// Lets time pass for the floating-point unit.
+    /// Advances the time of the floating-point unit.
     pub(super) fn pass(&mut self, cycles: u32) {
         let cycles = u8::try_from(cycles).unwrap_or(u8::MAX);
         self.float_busy = self.float_busy.saturating_sub(cycles);

@@ -1,39 +1,39 @@
-//! The part of an instruction's cycles that is the same at each execution.
+//! The constant part of an instruction's cycles.
 
 use super::pipeline::PrecedingLoad;
 use super::registers::FloatSources;
 use super::{Profile, Row, Timing, registers, rows};
 use crate::instruction::{Instruction, Operation, PC, Width};
 
-/// The part of an instruction's cycles that is the same at each execution, by one timing model.
+/// The constant part of an instruction's cycles, in one timing model.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Price {
-    /// Cycles of its own, without a division's quotient.
+    /// Own cycles, without the quotient of a division.
     pub(super) own: u16,
-    /// On top of them, where it jumps.
+    /// Additional cycles if it jumps.
     pub(super) refill: u8,
-    /// Off them behind a load of a core register, or of a float register.
+    /// Cycles saved after a load of a core register, or of a float register.
     pub(super) pipelined: [u8; 2],
-    /// What each further access of an unaligned one adds, and its width.
+    /// Additional cycles for each further access of an unaligned access, and its width.
     pub(super) unaligned: Option<(u8, Width)>,
-    /// Of a division: whether it is signed.
+    /// For a division: whether it is signed.
     pub(super) division: Option<bool>,
     pub(super) is_if_then: bool,
-    /// Four bytes at an address that is not divisible by 4.
+    /// Whether it has four bytes at an address not divisible by 4.
     pub(super) is_misaligned: bool,
-    /// Core registers of its address.
+    /// Core registers in its address.
     pub(super) address: u16,
     /// Core registers that it computes.
     pub(super) computed: u16,
-    /// What it leaves to accesses that pipeline behind it.
+    /// Its effect on accesses that pipeline with it.
     pub(super) load: Option<PrecedingLoad>,
-    /// What it reads of the floating-point unit.
+    /// Float registers that it reads.
     pub(super) float: Option<FloatSources>,
-    /// The float register whose value comes late, cycles that the unit is busy, and until the value is there.
+    /// The float register with a late result, the busy cycles of the unit, and the cycles until the result.
     pub(super) float_result: (u32, u8, u8),
     /// Bytes that it loads.
     pub(super) loaded_bytes: Option<u8>,
-    /// Numbers of the first and the last line of flash that it lies in.
+    /// Numbers of its first and last flash line.
     pub(super) lines: Option<(u32, u32)>,
 }
 
@@ -45,7 +45,7 @@ impl Price {
 }
 
 impl Timing {
-    /// What an instruction costs at each execution.
+    /// The constant cost of an instruction.
     pub(crate) fn price(&self, instruction: &Instruction) -> Price {
         let operation = &instruction.operation;
         let base = rows::base(operation);

@@ -1,10 +1,10 @@
-//! Which registers an instruction reads and writes, as far as a later one waits for them.
+//! Registers that an instruction reads and writes, as far as a later instruction waits for them.
 
 use crate::instruction::{
     Address, AddressMode, FloatArithmetic, FloatRegister, FloatUnary, Offset, Operation, PC, Register,
 };
 
-/// Core registers that go into the address of an access; bit n for Rn. None of PC: it is never late.
+/// Core registers in the address of an access; bit n for Rn. Excludes PC, which is never late.
 pub(super) fn of_address(operation: &Operation) -> u16 {
     let registers = match *operation {
         Operation::Load { ref address, .. }
@@ -30,7 +30,7 @@ pub(super) fn of_address(operation: &Operation) -> u16 {
     registers & 0x7FFF
 }
 
-/// Core registers that the instruction computes: what it loads is not among them, the base that it moves on is.
+/// Core registers that the instruction computes: includes an updated base, excludes loaded registers.
 pub(super) fn computed(operation: &Operation) -> u16 {
     match *operation {
         Operation::Move { d, .. }
@@ -60,7 +60,7 @@ pub(super) fn computed(operation: &Operation) -> u16 {
     }
 }
 
-/// Core registers that an operation writes, early or late; none where another instruction than the next one may follow.
+/// Core registers that an operation writes, early or late; `None` if it may jump.
 pub(crate) fn written(operation: &Operation) -> Option<u16> {
     let others = match *operation {
         Operation::Branch { .. }
@@ -88,7 +88,7 @@ fn written_back(address: &Address) -> u16 {
     if address.mode == AddressMode::Offset { 0 } else { bit(address.base) }
 }
 
-/// Core registers that a load which others pipeline behind brings.
+/// Core registers written by a load that other accesses pipeline with.
 pub(super) fn loaded(operation: &Operation) -> u16 {
     match *operation {
         Operation::Load { t, .. } | Operation::LoadExclusive { t, .. } => bit(t),
@@ -100,13 +100,13 @@ pub(super) fn loaded(operation: &Operation) -> u16 {
 /// Float registers that an instruction reads, bit n for Sn.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) struct FloatSources {
-    /// At once.
+    /// Read at the start.
     pub(super) read: u32,
-    /// One cycle later: what a multiply-accumulate adds to.
+    /// Read one cycle later: the addend of a multiply-accumulate.
     pub(super) addend: u32,
 }
 
-/// Float registers that an instruction of the floating-point unit reads; none of any other instruction.
+/// Float registers that a floating-point instruction reads; `None` for other instructions.
 pub(super) fn float_sources(operation: &Operation) -> Option<FloatSources> {
     let mut addend = 0;
     let read = match *operation {
@@ -135,7 +135,7 @@ pub(super) fn float_sources(operation: &Operation) -> Option<FloatSources> {
     Some(FloatSources { read, addend })
 }
 
-/// The float register that arithmetic or a conversion writes, whose result comes late.
+/// The float register with the late result of arithmetic or a conversion.
 pub(super) fn float_result(operation: &Operation) -> u32 {
     match *operation {
         Operation::Float { d, .. }

@@ -1,4 +1,4 @@
-//! Which rows of the table an operation pays: a match over every operation, so that none is left out.
+//! Table rows of an operation: a match over every operation, so that the compiler finds a missing one.
 
 use super::registers::accumulates;
 use super::table::Row;
@@ -6,7 +6,7 @@ use crate::instruction::{
     Address, AddressMode, FloatArithmetic, FloatUnary, Offset, Operation, Register, Width,
 };
 
-/// The row of an operation's own cycles.
+/// The row with an operation's own cycles.
 pub(super) fn base(operation: &Operation) -> Row {
     match operation {
         Operation::Move { .. }
@@ -74,7 +74,7 @@ pub(super) fn base(operation: &Operation) -> Row {
     }
 }
 
-/// What every register of an access to several adds, and how many there are.
+/// The row for each register of a multiple access, and the number of registers.
 pub(super) fn each(operation: &Operation) -> Option<(Row, u32)> {
     match *operation {
         Operation::LoadPair { .. } | Operation::StorePair { .. } => Some((Row::MultipleEach, 2)),
@@ -88,7 +88,7 @@ pub(super) fn each(operation: &Operation) -> Option<(Row, u32)> {
     }
 }
 
-/// Bytes that an operation loads; none if it loads nothing.
+/// Bytes that an operation loads; `None` if it loads nothing.
 pub(super) fn loaded_bytes(operation: &Operation) -> Option<u32> {
     match *operation {
         Operation::Load { width, .. } | Operation::LoadExclusive { width, .. } => Some(width.bytes().into()),
@@ -101,7 +101,7 @@ pub(super) fn loaded_bytes(operation: &Operation) -> Option<u32> {
     }
 }
 
-/// Whether an operation is a load that pipelines with its neighbours: not one that moves its base.
+/// Whether an operation is a load that pipelines with its neighbours: not with an updated base.
 pub(super) fn pipelines(operation: &Operation) -> bool {
     match operation {
         Operation::Load { address, .. } => address.mode == AddressMode::Offset,
@@ -111,7 +111,8 @@ pub(super) fn pipelines(operation: &Operation) -> bool {
     }
 }
 
-/// The row that an operation pays for every further access if it is unaligned, and its width. The others must not be.
+/// The row for each further access if the operation is unaligned, and its width. Other operations must be
+/// aligned.
 pub(super) fn unaligned(operation: &Operation) -> Option<(Row, Width)> {
     match *operation {
         Operation::Load { width, .. } => Some((Row::UnalignedLoad, width)),
@@ -120,7 +121,7 @@ pub(super) fn unaligned(operation: &Operation) -> Option<(Row, Width)> {
     }
 }
 
-/// Base register and the offset to the (first) access, of an address without a second register.
+/// Base register and offset of the (first) access, for an address without a second register.
 pub(super) fn immediate_offset(operation: &Operation) -> Option<(Register, i32)> {
     let of = |address: &Address| match (address.offset, address.mode) {
         (_, AddressMode::PostIndexed) => Some((address.base, 0)),

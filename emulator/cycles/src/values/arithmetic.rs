@@ -1,4 +1,4 @@
-//! Operations on all the numbers that words can be. Each covers the operation on the numbers themselves.
+//! Operations on sets of possible values. Each result covers the operation on the members.
 
 use super::{Values, greatest_divisor};
 use crate::instruction::Shift;
@@ -66,7 +66,7 @@ impl Values {
         let below = 1_u32.checked_shl(mask.trailing_zeros()).unwrap_or(1 << 31);
         let dropped = !mask;
         if dropped & dropped.wrapping_add(1) == 0 {
-            // Low bits go: the order stays.
+            // Clearing low bits keeps the order.
             let step = if many.step() % below == 0 { many.step() } else { below };
             return Self::stepped(many.low() & mask, many.high() & mask, step);
         }
@@ -105,7 +105,7 @@ impl Values {
         Self::between(0, bits_below(self.high() | other.high()))
     }
 
-    /// `a` shifted by the low byte of `amount`; none while the carry would come in.
+    /// `a` shifted by the low byte of `amount`; `None` if the result depends on the carry.
     pub(crate) fn shift(&self, shift: Shift, amount: &Self) -> Option<Self> {
         if shift == Shift::RotateExtended {
             return None;
@@ -142,8 +142,8 @@ impl Values {
         })
     }
 
-    /// Every number with the same remainder as `number` by the greatest power of two in `step`, which is all that is
-    /// left of it when numbers wrap.
+    /// All numbers congruent to `number` modulo the largest power of two in `step`: only this part of the
+    /// step remains after a wrap.
     fn congruent(number: u32, step: u32) -> Self {
         let power = power_of_two(step);
         Self::stepped(number & (power - 1), u32::MAX, power)
@@ -162,7 +162,7 @@ impl Values {
     }
 }
 
-/// The shift of one number by 0 to 255 bits; without the carry.
+/// Shifts one number by 0 to 255 bits, without the carry.
 pub(crate) fn shifted(shift: Shift, number: u32, bits: u32) -> u32 {
     match shift {
         Shift::Left => number.checked_shl(bits).unwrap_or(0),
@@ -172,17 +172,17 @@ pub(crate) fn shifted(shift: Shift, number: u32, bits: u32) -> u32 {
     }
 }
 
-/// The greatest power of two that divides a step; of 0, which every power divides, the greatest one there is.
+/// The largest power of two that divides a step; 2^31 for 0, which every power divides.
 fn power_of_two(step: u32) -> u32 {
     1 << step.trailing_zeros().min(31)
 }
 
-/// A mask that drops the bits below a power of two.
+/// A mask that clears the bits below a power of two.
 fn mask_of(power: u32) -> u32 {
     !(power - 1)
 }
 
-/// The number whose bits are all set from the highest one in `number` on.
+/// All bits from the highest set bit of `number` down.
 fn bits_below(number: u32) -> u32 {
     u32::MAX.checked_shr(number.leading_zeros()).unwrap_or(0)
 }

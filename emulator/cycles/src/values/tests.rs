@@ -1,11 +1,11 @@
-//! Operations on all numbers against the same operations on each.
+//! Operations on sets of values, against the same operations on their members.
 
 use proptest::prelude::*;
 
 use super::{Values, shifted};
 use crate::instruction::Shift;
 
-/// Some numbers, and one of them.
+/// A set of values and one of its members.
 pub(crate) fn values() -> impl Strategy<Value = (Values, u32)> {
     let number = prop_oneof![0_u32..40, any::<u32>(), (0_u32..20).prop_map(|n| u32::MAX - n), Just(1 << 31)];
     let step = prop_oneof![Just(1_u32), 2_u32..20, (0_u32..31).prop_map(|power| 1 << power)];
@@ -57,7 +57,7 @@ proptest! {
     }
 
     #[test]
-    fn sets_cover_what_they_are_made_of((a, x) in values(), (b, y) in values(), c in any::<u32>()) {
+    fn sets_cover_their_members((a, x) in values(), (b, y) in values(), c in any::<u32>()) {
         let both = a.union(&b);
         prop_assert!(both.contains(x) && both.contains(y));
         prop_assert!(!b.contains(x) || a.intersection(&b).unwrap().contains(x));

@@ -1,12 +1,12 @@
-//! Images out of single functions.
-#![expect(clippy::unwrap_used, clippy::indexing_slicing, reason = "a part of tests, which may")]
+//! Images built from single functions.
+#![expect(clippy::unwrap_used, clippy::indexing_slicing, reason = "test code")]
 
 use cycles::image::{Function, Image, Segment};
 use cycles::instruction::decode_all;
 
-/// Where the vector table is.
+/// Address of the vector table.
 const TABLE: u32 = 0x0800_0000;
-/// Where the functions begin, one every [`ROOM`] bytes.
+/// Address of the first function; one function every [`ROOM`] bytes.
 const BEGIN: u32 = 0x0800_0100;
 const ROOM: u32 = 0x40;
 /// Bottom of the stack.
@@ -17,7 +17,7 @@ const TOP: u32 = 0x2000_0400;
 /// A function: its name and its code, in halfwords.
 pub(crate) type Code = (&'static str, Vec<u16>);
 
-/// Where the function of this number begins.
+/// Start address of the function with this index.
 pub(crate) fn address(function: usize) -> u32 {
     BEGIN + ROOM * u32::try_from(function).unwrap()
 }
@@ -27,7 +27,7 @@ pub(crate) fn call(from: usize, halfword: usize, to: usize) -> [u16; 2] {
     branch(from, halfword, to, 0xD000)
 }
 
-/// `B.W`, as [`call`].
+/// `B.W`, like [`call`].
 pub(crate) fn jump(from: usize, halfword: usize, to: usize) -> [u16; 2] {
     branch(from, halfword, to, 0x9000)
 }
@@ -41,7 +41,7 @@ fn branch(from: usize, halfword: usize, to: usize, kind: u16) -> [u16; 2] {
     [0xF000 | sign << 10 | bits(11, 0x3FF), kind | j(22) << 13 | j(21) << 11 | bits(0, 0x7FF)]
 }
 
-/// An image of these functions; the vector table has the numbers of functions, 0 for none.
+/// An image of these functions; the vector table contains indices of functions, or `NONE` for zero entries.
 pub(crate) fn image(functions: &[Code], vectors: &[usize]) -> Image {
     let mut image = Image::default();
     let mut text = vec![0; usize::try_from(ROOM).unwrap() * functions.len()];

@@ -1,5 +1,5 @@
-//! A writer of small ELF files: flash at 0x08000000, initial values of RAM at 0x20000000, code that is copied to
-//! 0x10000000 at start, with variables behind it.
+//! Writer of small ELF files: flash at 0x08000000, initial values of RAM at 0x20000000, and code that is
+//! copied to 0x10000000 at startup, followed by variables.
 
 pub(crate) const FUNCTION: u8 = 2;
 pub(crate) const OBJECT: u8 = 1;
@@ -22,9 +22,9 @@ pub(crate) struct Elf {
     pub(crate) symbols: Vec<Symbol>,
 }
 
-/// Bytes in front of the first section: the file's header and program headers.
+/// Bytes before the first section: the file header and program headers.
 const HEADERS: u32 = 52 + 4 * 32;
-/// Bytes of variables behind the code in the CCM.
+/// Bytes of variables after the code in the CCM.
 const VARIABLES: u32 = 8;
 
 fn words(words: &[u32]) -> Vec<u8> {

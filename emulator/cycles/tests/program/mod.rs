@@ -1,5 +1,5 @@
-//! Small programs put together by hand: every instruction takes four bytes.
-#![expect(dead_code, reason = "each test takes what it needs")]
+//! Small hand-made programs: every instruction is four bytes long.
+#![expect(dead_code, reason = "each test uses only some of these")]
 #![expect(clippy::unwrap_used, reason = "a failed unwrap is a failed test")]
 
 use std::collections::BTreeMap;
@@ -17,7 +17,7 @@ pub(crate) const RAM: u32 = 0x2000_0000;
 const STACK: u32 = 0x2000_1000;
 pub(crate) const STACK_TOP: u32 = 0x2000_2000;
 
-/// Address of an instruction by its number.
+/// Address of the instruction with this number.
 pub(crate) fn at(number: u32) -> u32 {
     CODE + 4 * number
 }
@@ -28,7 +28,7 @@ pub(crate) fn timing() -> Timing {
 
 pub(crate) fn arithmetic(operator: Arithmetic, d: Option<Register>, n: Register, number: u32) -> Operation {
     let operand = Operand::Immediate { value: number, carry: None };
-    // The stack pointer's sums set no flags.
+    // Sums with the stack pointer do not set flags.
     Operation::Arithmetic { operator, d, n, operand, sets_flags: d != Some(13) }
 }
 
@@ -41,12 +41,12 @@ pub(crate) fn address(base: Register, offset: Offset) -> Address {
     Address { base, offset, mode: AddressMode::Offset }
 }
 
-/// Instructions one after the other, with the tables of table branches between them.
+/// A sequence of instructions, with the tables of table branches in between.
 #[derive(Debug, Clone, Default)]
 pub(crate) struct Program {
     instructions: BTreeMap<u32, Instruction>,
     tables: BTreeMap<u32, [u8; 4]>,
-    /// Where functions but the first begin.
+    /// Start addresses of all functions except the first.
     functions: Vec<u32>,
     next: u32,
 }
@@ -80,13 +80,13 @@ impl Program {
         self
     }
 
-    /// A branch under a condition to an instruction by its number.
+    /// A conditional branch to the instruction with this number.
     pub(crate) fn when(mut self, condition: Condition, target: u32) -> Self {
         self.add(condition, false, Operation::Branch { target: at(target) });
         self
     }
 
-    /// A table branch to instructions by their numbers.
+    /// A table branch to the instructions with these numbers.
     pub(crate) fn table(mut self, m: Register, targets: [u32; 4]) -> Self {
         self.add(Condition::Always, false, Operation::TableBranch { n: PC, m, half: false });
         self.tables.insert(self.next, [0; 4]);
@@ -112,13 +112,13 @@ impl Program {
         self.then([Operation::BranchRegister { m: LR }])
     }
 
-    /// What follows is another function.
+    /// Starts a new function at the next instruction.
     pub(crate) fn function(mut self) -> Self {
         self.functions.push(self.next);
         self
     }
 
-    /// Addresses of all functions but the first.
+    /// Addresses of all functions except the first.
     pub(crate) fn functions(&self) -> impl Iterator<Item = u32> {
         self.functions.iter().map(|number| at(*number))
     }

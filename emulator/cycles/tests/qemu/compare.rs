@@ -1,4 +1,4 @@
-//! A machine and QEMU, side by side.
+//! Comparison of a machine with QEMU.
 
 use cycles::Flags;
 use cycles::instruction::{Instruction, Operation};
@@ -6,17 +6,17 @@ use cycles::machine::Machine;
 
 use super::emulator::{Emulator, State};
 
-/// The status bit of Thumb code.
+/// The Thumb bit of the status register.
 const THUMB: u32 = 1 << 24;
-/// Those of saturation and of lanes: Q and GE.
+/// The saturation flag Q and the lane flags GE.
 const DSP_FLAGS: u32 = 0x080F_0000;
 
-/// Has a machine and an emulator that come to the same address begin there with the emulator's registers.
+/// Runs the emulator until it reaches the machine's address, and copies its registers to the machine.
 pub(crate) fn meet(machine: &mut Machine, emulator: &mut Emulator) {
     let begin = machine.next().expect("code").address;
     let state = loop {
         let state = emulator.state();
-        let Some(state) = state else { panic!("QEMU never comes to {begin:#010x}: {}", emulator.said) };
+        let Some(state) = state else { panic!("QEMU never reaches {begin:#010x}: {}", emulator.said) };
         if state.core[15] == begin {
             break state;
         }
@@ -28,8 +28,8 @@ pub(crate) fn meet(machine: &mut Machine, emulator: &mut Emulator) {
     machine.registers.float_flags = Flags::from_word(state.fpscr);
 }
 
-/// Executes both to a breakpoint or the return of the function that the machine runs, and compares the whole state
-/// behind every instruction. Gives how many there were; `executed` hears each.
+/// Executes both to a breakpoint or to the return of the machine's function, and compares the whole state
+/// after every instruction. Calls `executed` for each instruction and returns their number.
 pub(crate) fn lockstep(
     machine: &mut Machine,
     emulator: &mut Emulator,
@@ -47,22 +47,23 @@ pub(crate) fn lockstep(
         instructions += 1;
         let Some(next) = machine.next() else { break };
         let Some(theirs) = emulator.state() else {
-            panic!("QEMU ended behind {instruction:?}: {}", emulator.said)
+            panic!("QEMU ended after {instruction:?}: {}", emulator.said)
         };
         let ours = state(machine, next, &theirs);
-        // Its sticky exceptions are not kept here.
+        // The machine does not keep the sticky exception bits.
         let theirs = State { fpscr: theirs.fpscr & 0xF000_0000, ..theirs };
-        assert!(ours == theirs, "behind {instruction:?}\n{}", difference(&ours, &theirs));
+        assert!(ours == theirs, "after {instruction:?}\n{}", difference(&ours, &theirs));
     }
     instructions
 }
 
-/// A machine's state as QEMU logs it.
+/// The machine's state in the format of QEMU's log.
 fn state(machine: &Machine, next: &Instruction, theirs: &State) -> State {
     let registers = &machine.registers;
     let mut core = registers.core;
     core[15] = next.address;
-    // How many instructions an IT block still governs is not kept, but whether it does, and by which condition.
+    // The machine does not keep the number of instructions left in an IT block, only whether it is in a
+    // block, and the condition.
     let block =
         if next.in_it_block { (theirs.xpsr & 0x0600_0C00) | (next.condition as u32) << 12 } else { 0 };
     let xpsr = registers.flags.to_word() | registers.dsp_flags | THUMB | block;

@@ -1,9 +1,9 @@
-//! Jumps of every kind, forward, over a few instructions.
+//! Jumps of every kind, forward over a few instructions.
 
 use crate::program::Writer;
 
 impl Writer {
-    /// Something that jumps.
+    /// Any kind of jump.
     pub(crate) fn control(&mut self) {
         match self.below(9) {
             0 => self.skip_narrow(),
@@ -23,7 +23,7 @@ impl Writer {
         }
     }
 
-    /// Bytes from what a branch at an address counts from, to here.
+    /// Bytes from the base of a branch at an address to the current position.
     fn distance_from(&self, branch: u32) -> u16 {
         (self.address() - branch - 4) as u16
     }
@@ -32,7 +32,7 @@ impl Writer {
     fn skip_narrow(&mut self) {
         let condition = self.below(15) as u16;
         let branch = self.hole();
-        // The distance counts from the second instruction behind.
+        // The distance counts from the second instruction after the branch.
         self.put(&[0xBF00]);
         self.some(4);
         let halves = self.distance_from(branch) / 2;
@@ -40,7 +40,7 @@ impl Writer {
         self.patch(branch, branches | halves);
     }
 
-    /// The same in 32 bits.
+    /// The same with a 32-bit encoding.
     fn skip_wide(&mut self) {
         let condition = self.below(15) as u16;
         let (branch, rest) = (self.hole(), self.hole());
@@ -54,7 +54,7 @@ impl Writer {
     fn skip_by_register(&mut self) {
         let (register, on_nonzero) = (self.low_register(), self.below(2) as u16);
         if self.below(2) == 0 {
-            // Often zero.
+            // Makes zero likely.
             self.put(&[0xF000 | register, register << 8 | 1]); // and register, register, #1
         }
         let branch = self.hole();
@@ -64,7 +64,7 @@ impl Writer {
         self.patch(branch, 0xB100 | on_nonzero << 11 | (halves >> 5) << 9 | (halves & 0x1F) << 3 | register);
     }
 
-    /// `B` as the last of an IT block.
+    /// `B` as the last instruction of an IT block.
     fn skip_in_block(&mut self) {
         let condition = self.below(14) as u16;
         self.put(&[0xBF08 | condition << 4]);
@@ -91,7 +91,7 @@ impl Writer {
         self.patch(table + 2, targets[2] | targets[3] << 8);
     }
 
-    /// `TBH` over four snippets, its table somewhere else than behind it.
+    /// `TBH` over four snippets, with a table that does not directly follow it.
     fn table_of_halves(&mut self) {
         let register = self.low_register();
         let base = 12;
@@ -109,7 +109,7 @@ impl Writer {
         }
     }
 
-    /// A function and a call of it.
+    /// A function and a call to it.
     fn subroutine(&mut self) {
         let over = self.hole();
         let function = self.address();
@@ -137,7 +137,7 @@ impl Writer {
                 self.put(&[0x4780 | register << 3]); // blx register
             }
             _ => {
-                // A jump with the return address set by hand: add lr, pc, #9 is what stands behind the bx.
+                // A jump with a manually set return address: add lr, pc, #9 is the address after the bx.
                 let register = self.low_register();
                 self.load_constant(register, function | 1);
                 if !self.address().is_multiple_of(4) {
@@ -149,7 +149,7 @@ impl Writer {
         }
     }
 
-    /// Words and floats pushed and popped, SP moved.
+    /// Pushes and pops words and floats, and moves SP.
     fn stack(&mut self) {
         let pushed = self.below(0x100) as u16 | 1;
         let popped = {
@@ -177,7 +177,7 @@ impl Writer {
         self.put(&[0xBC00 | popped]);
     }
 
-    /// `B` to what stands already.
+    /// `B` to existing code.
     pub(crate) fn branch_back(&mut self, target: u32) {
         let halves = target.wrapping_sub(self.address() + 4) >> 1;
         self.put(&[0xF400 | (halves >> 11 & 0x3FF) as u16, 0xB800 | (halves & 0x7FF) as u16]);

@@ -1,4 +1,4 @@
-//! Instructions drawn from the patterns.
+//! Random instructions from the patterns.
 
 use std::collections::BTreeMap;
 
@@ -7,7 +7,7 @@ use rand_core::Rng;
 
 use crate::program::Writer;
 
-/// Registers that may hold anything.
+/// Registers that may contain any value.
 const FREE: [u16; 10] = [0, 1, 2, 3, 4, 5, 6, 7, 12, 14];
 
 impl Writer {
@@ -16,12 +16,13 @@ impl Writer {
         (base, (base + 1 + self.below(7) as u16) % 8)
     }
 
-    /// Has a base register point into RAM, an index register be small; flags stay.
+    /// Points a base register into RAM and makes an index register small; does not change flags.
     pub(super) fn point(&mut self, base: u16, index: u16) {
         self.put(&[0x4640 | base, 0xF3C0 | index, index << 8 | 5]); // mov base, r8; ubfx index, index, #0, #6
     }
 
-    /// An instruction of a pattern that may stand behind those of `block`, and does not write registers of `kept`.
+    /// A random instruction of a pattern that is allowed after `block` and does not write the registers
+    /// `kept`.
     pub(super) fn drawn(
         &mut self,
         pattern: &str,
@@ -37,7 +38,7 @@ impl Writer {
                 return instruction;
             }
         }
-        panic!("no instruction of {pattern} is decoded");
+        panic!("found no decodable instruction of {pattern}");
     }
 
     pub(super) fn filled(&mut self, pattern: &str, (base, index): (u16, u16), kept: &[u16]) -> Vec<u16> {

@@ -1,20 +1,20 @@
-//! QEMU, and what it logs before every instruction.
+//! QEMU and its log of the state before every instruction.
 
 use std::io::{BufRead, BufReader, Read};
 use std::path::PathBuf;
 use std::process::{Child, ChildStderr, Command, Stdio};
 
-/// Bytes of the log that are read at once.
+/// Bytes of the log per read.
 const AT_ONCE: usize = 1 << 20;
 
-/// A processor before an instruction.
+/// State of a processor before an instruction.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub(crate) struct State {
     /// R0 to R15.
     pub(crate) core: [u32; 16],
     /// S0 to S31.
     pub(crate) float: [u32; 32],
-    /// The program status register, with the state of an IT block.
+    /// The program status register, including the IT state.
     pub(crate) xpsr: u32,
     /// The float status register.
     pub(crate) fpscr: u32,
@@ -25,12 +25,12 @@ pub(crate) struct Emulator {
     process: Child,
     log: BufReader<ChildStderr>,
     line: Vec<u8>,
-    /// Lines that are no registers.
+    /// Log lines other than registers.
     pub(crate) said: String,
 }
 
 impl Emulator {
-    /// Starts the emulated board with these files in its memory, at these addresses, to go instruction by instruction.
+    /// Starts the emulated board in single-step mode with these files loaded at these addresses.
     pub(crate) fn start(files: &[(PathBuf, u32)]) -> Self {
         let mut command = Command::new("qemu-system-arm");
         command.args(["-M", "mps2-an386", "-nographic", "-monitor", "none", "-serial", "none"]);
@@ -46,7 +46,7 @@ impl Emulator {
         Self { process, log: BufReader::with_capacity(AT_ONCE, log), line: Vec::new(), said: String::new() }
     }
 
-    /// The state before the next instruction; none when the program has ended.
+    /// The state before the next instruction; `None` after the program has ended.
     pub(crate) fn state(&mut self) -> Option<State> {
         let mut state = State::default();
         loop {
@@ -79,7 +79,7 @@ impl Emulator {
     }
 }
 
-/// Has QEMU go instruction by instruction, by the option's name in its version.
+/// QEMU's option for single-step mode, which depends on its version.
 fn one_by_one() -> &'static [&'static str] {
     let output = Command::new("qemu-system-arm").arg("--version").output().expect("QEMU");
     let said = String::from_utf8_lossy(&output.stdout).into_owned();
@@ -93,7 +93,7 @@ fn one_by_one() -> &'static [&'static str] {
 
 impl Drop for Emulator {
     fn drop(&mut self) {
-        // Fails only where it has ended.
+        // Fails only if QEMU has already ended.
         let _ = self.process.kill();
         let _ = self.process.wait();
         let _ = self.log.get_mut().read_to_string(&mut self.said);

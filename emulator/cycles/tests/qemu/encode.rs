@@ -1,6 +1,6 @@
-//! Instructions that programs begin with, as halfwords.
+//! Encodings of the instructions at the start of programs, as halfwords.
 
-/// `MOVW` and `MOVT`: a register of R0 to R12 or LR becomes a number.
+/// `MOVW` and `MOVT`: loads a number into a register (R0 to R12 or LR).
 pub(crate) fn constant(register: u16, value: u32) -> [u16; 4] {
     let [a, b, c, d] = value.to_le_bytes();
     let of = |operation: u16, half: u16| {
@@ -11,7 +11,7 @@ pub(crate) fn constant(register: u16, value: u32) -> [u16; 4] {
     [low[0], low[1], high[0], high[1]]
 }
 
-/// Switches the float unit on; R0 and R1 are lost.
+/// Enables the float unit; overwrites R0 and R1.
 pub(crate) fn float_unit_on() -> Vec<u16> {
     let mut code = [constant(0, 0xE000_ED88), constant(1, 0x00F0_0000)].concat();
     code.extend([0x6001, 0xF3BF, 0x8F4F, 0xF3BF, 0x8F6F]); // str r1, [r0]; dsb; isb

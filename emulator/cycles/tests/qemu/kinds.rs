@@ -1,8 +1,8 @@
-//! Kinds of instructions, to see that each was executed.
+//! Kinds of instructions, to check that each was executed.
 
 use cycles::instruction::Instruction;
 
-/// Operations without a kind of their own. Not in a program: what waits or traps.
+/// Operations without a kind field. Excludes operations that wait or trap, which programs do not contain.
 const PLAIN: &str = "\
     Barrier Branch BranchLink BranchLinkRegister BranchRegister ChangeState ClearExclusive CompareBranch \
     Divide ExtractField FloatCompare FloatFromCore FloatImmediate FloatLoad FloatLoadMultiple \
@@ -42,7 +42,7 @@ pub(crate) fn all() -> impl Iterator<Item = String> {
     PLAIN.split_whitespace().map(str::to_owned).chain(with_kind)
 }
 
-/// An operation without its operands: its variant and, where it has one, its kind.
+/// An operation without operands: its variant and, if it has one, its kind.
 pub(crate) fn kind(instruction: &Instruction) -> String {
     let text = format!("{:?}", instruction.operation);
     let word =

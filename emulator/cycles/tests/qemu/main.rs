@@ -1,7 +1,7 @@
-//! What an instruction does here is what it does in QEMU: the whole state before each of a million instructions, of ten
-//! million where `LONG_TESTS` is set.
+//! Compares the emulated instructions with QEMU: the whole state before each of a million instructions, or of
+//! ten million if `LONG_TESTS` is set.
 //!
-//! Without QEMU the test is skipped, with a line that says so; where `REQUIRE_QEMU` is set, it fails.
+//! Without QEMU, the test is skipped with a message; if `REQUIRE_QEMU` is set, it fails.
 #![expect(
     clippy::unwrap_used,
     clippy::expect_used,
@@ -38,7 +38,7 @@ use kinds::{all, kind};
 use program::{CODE, Program, RAM, STACK};
 
 #[test]
-fn random_instructions_do_what_they_do_in_qemu() {
+fn random_instructions_match_qemu() {
     if !has_qemu() {
         return;
     }
@@ -49,12 +49,12 @@ fn random_instructions_do_what_they_do_in_qemu() {
         instructions += compare(&Program::random(seed, 6_000, 20), &mut executed);
     }
     println!("{instructions} instructions: {executed:#?}");
-    assert!(instructions >= programs * 250_000, "only {instructions}");
+    assert!(instructions >= programs * 250_000, "only {instructions} instructions");
     let missing: Vec<_> = all().filter(|kind| executed.get(kind).is_none_or(|count| *count < 20)).collect();
-    assert!(missing.is_empty(), "hardly executed: {missing:?}");
+    assert!(missing.is_empty(), "executed fewer than 20 times: {missing:?}");
 }
 
-/// Whether QEMU starts.
+/// Whether QEMU can start.
 fn has_qemu() -> bool {
     let version = Command::new("qemu-system-arm").arg("--version").stdout(Stdio::null()).status();
     let Err(error) = version else { return true };
@@ -64,7 +64,7 @@ fn has_qemu() -> bool {
     false
 }
 
-/// Runs a program on both, and counts what was executed.
+/// Runs a program on both and counts the executed kinds of instructions.
 fn compare(program: &Program, executed: &mut BTreeMap<String, u64>) -> u64 {
     let folder = tempfile::tempdir().unwrap();
     let file = folder.path().join("program");
@@ -74,7 +74,7 @@ fn compare(program: &Program, executed: &mut BTreeMap<String, u64>) -> u64 {
     let mut emulator = Emulator::start(&[(file, 0)]);
     meet(&mut machine, &mut emulator);
     assert_eq!(machine.registers.core[13], STACK);
-    // By address, and only then by kind: that is a text.
+    // Counts by address first: the kind is a string and slow to compute.
     let mut counts: BTreeMap<u32, u64> = BTreeMap::new();
     let instructions = lockstep(&mut machine, &mut emulator, |instruction| {
         *counts.entry(instruction.address).or_default() += 1;

@@ -1,10 +1,11 @@
 //! Encodings of every instruction, as the manual (DDI 0403E, A5 and A7) prints them.
 //!
-//! A digit stands for itself. Letters are fields: `d`, `n`, `m`, `a`, `t`, `u` core registers that a program may use
-//! for anything, `b` a base register that points into RAM, `c` an index register with a small number, `x` bits of any
-//! kind. One register's field can stand in two places, and be of 3 bits. What the manual forbids is drawn again.
+//! A digit is a fixed bit. Letters are fields: `d`, `n`, `m`, `a`, `t`, `u` are freely usable core registers,
+//! `b` is a base register that points into RAM, `c` is an index register with a small number, `x` is any bit.
+//! A register field can occur in two places and can have 3 bits. Encodings that the manual forbids are
+//! redrawn.
 
-/// Instructions without memory, of the core.
+/// Core instructions without memory access.
 pub(crate) const CORE: &[&str] = &[
     // 16 bits: shifts, sums, moves.
     "00000xxxxxmmmddd",
@@ -33,7 +34,7 @@ pub(crate) const CORE: &[&str] = &[
     "1011101011mmmddd",
     "10100dddxxxxxxxx",
     "10101dddxxxxxxxx",
-    // A number as second operand.
+    // Immediate as second operand.
     "11110x00000xnnnn0xxxddddxxxxxxxx",
     "11110x00001xnnnn0xxxddddxxxxxxxx",
     "11110x00010xnnnn0xxxddddxxxxxxxx",
@@ -56,7 +57,7 @@ pub(crate) const CORE: &[&str] = &[
     "11110x10101011110xxxddddxxxxxxxx",
     "11110x100100xxxx0xxxddddxxxxxxxx",
     "11110x101100xxxx0xxxddddxxxxxxxx",
-    // A shifted register as second operand.
+    // Shifted register as second operand.
     "11101010000xnnnn0xxxddddxxxxmmmm",
     "11101010001xnnnn0xxxddddxxxxmmmm",
     "11101010010xnnnn0xxxddddxxxxmmmm",
@@ -124,9 +125,9 @@ pub(crate) const CORE: &[&str] = &[
     "111100111000nnnn10001000000100xx",
 ];
 
-/// Instructions without memory, of the float unit.
+/// Float instructions without memory access.
 pub(crate) const FLOAT: &[&str] = &[
-    // VMLA, VMLS, VNMLA, VNMLS, VMUL, VNMUL, VADD, VSUB, VDIV, fused ones.
+    // VMLA, VMLS, VNMLA, VNMLS, VMUL, VNMUL, VADD, VSUB, VDIV, and fused operations.
     "111011100x00xxxxxxxx1010xxx0xxxx",
     "111011100x01xxxxxxxx1010xxx0xxxx",
     "111011100x10xxxxxxxx1010xxx0xxxx",
@@ -134,7 +135,7 @@ pub(crate) const FLOAT: &[&str] = &[
     "111011101x00xxxxxxxx1010x0x0xxxx",
     "111011101x01xxxxxxxx1010xxx0xxxx",
     "111011101x10xxxxxxxx1010xxx0xxxx",
-    // One source.
+    // Operations with one source.
     "111011101x11xxxxxxxx10100000xxxx",
     "111011101x110000xxxx101001x0xxxx",
     "111011101x110000xxxx101011x0xxxx",
@@ -209,12 +210,12 @@ pub(crate) const MEMORY: &[&str] = &[
     "111011010x11bbbbxxxx101x000xxxxx",
 ];
 
-/// Exclusive loads and the stores that belong to them.
+/// Exclusive loads and their stores.
 pub(crate) const EXCLUSIVE: &[(&str, &str)] = &[
     ("111010000101bbbbtttt111100000110", "111010000100bbbbttttdddd00000110"),
     ("111010001101bbbbtttt111101001111", "111010001100bbbbtttt11110100dddd"),
     ("111010001101bbbbtttt111101011111", "111010001100bbbbtttt11110101dddd"),
 ];
 
-/// Forgets an exclusive load.
+/// Clears an exclusive load.
 pub(crate) const CLEAR_EXCLUSIVE: &str = "11110011101111111000111100101111";

@@ -1,7 +1,7 @@
-//! Random programs: every instruction, with operands of every kind.
+//! Random programs: every instruction, with all kinds of operands.
 //!
-//! A program runs its body again and again, each time with other words out of a pool. R8 points into RAM, R10 into the
-//! pool, R11 counts; R0 to R7, R12 and LR are for anything.
+//! A program repeats its body, each time with other words from a pool. R8 points into RAM, R10 into the pool,
+//! and R11 counts the runs; R0 to R7, R12 and LR are free.
 
 use std::ops::Range;
 
@@ -12,31 +12,31 @@ use crate::encode::{constant, float_unit_on};
 use crate::patterns::{CLEAR_EXCLUSIVE, CORE, EXCLUSIVE, FLOAT, FOUR_FLOATS, MEMORY};
 use crate::words::words;
 
-/// Where the code begins: behind the vector table, with room for loads relative to the program counter.
+/// Start of the code: after the vector table, with space for loads relative to the program counter.
 pub(crate) const CODE: u32 = 0x2000;
-/// Where the pool begins, and its words.
+/// Start and size (in words) of the pool.
 const POOL: u32 = 0x10_0000;
 const POOL_WORDS: usize = 0x2_0000;
-/// Bytes that one run of the body begins behind the one before in the pool.
+/// Offset in the pool, in bytes, between two runs of the body.
 const POOL_STEP: u32 = 0x1A4;
-/// RAM that programs write.
+/// RAM that programs write to.
 pub(crate) const RAM: Range<u32> = 0x2000_2000..0x2001_0000;
-/// What R8 points to.
+/// Address in R8.
 const WINDOW: u32 = 0x2000_5000;
-/// SP at the begin: something is above it.
+/// Initial SP; memory above it is used too.
 pub(crate) const STACK: u32 = 0x2000_F000;
 
-/// A program and its data, from address 0 on.
+/// A program and its data, starting at address 0.
 pub(crate) struct Program {
-    /// What is loaded.
+    /// Contents of memory.
     pub(crate) bytes: Vec<u8>,
-    /// Address of the first instruction behind the preamble.
+    /// Address of the first instruction after the preamble.
     pub(crate) begin: u32,
-    /// Code as it is, without the tables in it.
+    /// Ranges of code, without the tables in between.
     pub(crate) code: Vec<Range<u32>>,
 }
 
-/// A program that is being written.
+/// A program under construction.
 pub(crate) struct Writer {
     pub(crate) random: Pcg64Mcg,
     halves: Vec<u16>,
@@ -46,7 +46,7 @@ pub(crate) struct Writer {
 }
 
 impl Program {
-    /// A body of `snippets` that is run `runs` times.
+    /// A body of `snippets` snippets that runs `runs` times.
     pub(crate) fn random(seed: u64, snippets: usize, runs: u16) -> Self {
         let random = Pcg64Mcg::seed_from_u64(seed);
         let mut writer = Writer { random, halves: Vec::new(), tables: Vec::new(), pool_bytes: 0 };
@@ -64,14 +64,14 @@ impl Program {
             writer.snippet();
         }
         writer.put(&[0xF1BB, 0x0B01]); // subs r11, r11, #1
-        writer.put(&[0xD001]); // beq, over the next one
+        writer.put(&[0xD001]); // beq over the next instruction
         writer.branch_back(start);
         writer.read_ram();
         writer.leave();
         let end = writer.address();
         let used = writer.pool_bytes + POOL_STEP * u32::from(runs) + 128;
         assert!(used < 4 * POOL_WORDS as u32, "the pool is too small: {used}");
-        assert!(end + 0x1100 < POOL, "the code reaches into the pool: {end:#x}");
+        assert!(end + 0x1100 < POOL, "the code overlaps the pool: {end:#x}");
         writer.finish(begin, end)
     }
 }
@@ -85,12 +85,12 @@ impl Writer {
         self.halves.extend_from_slice(halves);
     }
 
-    /// Replaces a halfword that stands already.
+    /// Replaces an existing halfword.
     pub(crate) fn patch(&mut self, address: u32, half: u16) {
         self.halves[((address - CODE) / 2) as usize] = half;
     }
 
-    /// A place for a halfword that is not known yet, in code or in a table.
+    /// Reserves a halfword, in code or in a table, that is set later.
     pub(crate) fn hole(&mut self) -> u32 {
         let address = self.address();
         self.put(&[0]);
@@ -119,14 +119,14 @@ impl Writer {
         self.put(&constant(register, value));
     }
 
-    /// Reads all that was written.
+    /// Reads all of the written RAM.
     fn read_ram(&mut self) {
         self.load_constant(0, RAM.start);
         self.load_constant(1, RAM.end);
         self.put(&[0xF850, 0x3B04, 0x4288, 0xD1FB]); // ldr r3, [r0], #4; cmp r0, r1; bne back
     }
 
-    /// Ends the emulator, by semihosting.
+    /// Exits the emulator through semihosting.
     fn leave(&mut self) {
         self.load_constant(0, 0x18);
         self.load_constant(1, 0x0002_0026);
@@ -164,7 +164,7 @@ impl Writer {
         }
     }
 
-    /// Instructions without jumps.
+    /// Instructions other than jumps.
     pub(crate) fn simple(&mut self) {
         match self.below(20) {
             0..9 => self.one_of(CORE, &[]),
@@ -175,7 +175,7 @@ impl Writer {
         }
     }
 
-    /// Instructions that leave memory alone.
+    /// Instructions without memory access.
     pub(crate) fn plain(&mut self) {
         match self.below(2) {
             0 => self.one_of(CORE, &[]),
@@ -193,12 +193,12 @@ impl Writer {
         self.put(&instruction);
     }
 
-    /// `IT` and what it governs; a load or store last.
+    /// `IT` and its block; a load or store only as the last instruction.
     fn if_then(&mut self) {
         let (base, index) = self.base_and_index();
         self.point(base, index);
         let length = 1 + self.below(4);
-        // The lowest bit that is set says the length, those above it which conditions are the inverse.
+        // The lowest set bit encodes the length, the bits above it select the inverse condition.
         let lowest = 4 - length;
         let condition = if length == 1 { self.below(15) } else { self.below(14) };
         let inverses = if condition == 14 { 0 } else { self.below(16) };
@@ -212,7 +212,7 @@ impl Writer {
             };
             let pattern = loop {
                 let pattern = patterns[self.below(patterns.len() as u32) as usize];
-                // CPS stands in no block.
+                // CPS is not allowed in any block.
                 if !pattern.starts_with("10110110011") {
                     break pattern;
                 }
@@ -224,7 +224,7 @@ impl Writer {
         self.put(&block);
     }
 
-    /// An exclusive load, and a store that belongs to it or comes too late.
+    /// An exclusive load, and a store that succeeds or fails.
     fn exclusive(&mut self) {
         let (load, store) = EXCLUSIVE[self.below(EXCLUSIVE.len() as u32) as usize];
         let (base, index) = self.base_and_index();
@@ -242,14 +242,14 @@ impl Writer {
         self.put(&store);
     }
 
-    /// Flags of the float unit out of a register.
+    /// Sets the flags of the float unit from a register.
     fn float_status(&mut self) {
         let register = self.low_register();
         self.put(&[0xF000 | register, 0x4070 | register << 8]); // and register, register, #0xF0000000
         self.put(&[0xEEE1, register << 12 | 0x0A10]); // vmsr fpscr, register
     }
 
-    /// Words out of the pool.
+    /// Loads words from the pool.
     fn new_words(&mut self) {
         let list = (self.random.next_u32() & 0x50FF | 0x11) as u16;
         self.put(&[0xE8BA, list]); // ldmia r10!, {...}
@@ -262,7 +262,7 @@ impl Writer {
         self.load_floats(first, count);
     }
 
-    /// Arithmetic on operands that come out of the pool together, so that a pair of odd ones meets.
+    /// Arithmetic on operands that are adjacent in the pool, so that pairs of special values occur.
     fn four_floats(&mut self) {
         self.load_floats(0, 4);
         for _ in 0..3 {
@@ -276,5 +276,5 @@ impl Writer {
     }
 }
 
-/// What stands between an exclusive load and its store: nothing that writes the core or memory.
+/// Instructions between an exclusive load and its store: they do not write core registers or memory.
 const FLOAT_ONLY: &[&str] = &["111011100x11xxxxxxxx1010xxx0xxxx", "1011111100000000"];

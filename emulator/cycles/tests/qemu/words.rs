@@ -1,8 +1,8 @@
-//! Words for operands: numbers, bit patterns and floats, many of them at the edge of something.
+//! Words for operands: numbers, bit patterns and floats, many of them edge cases.
 
 use rand_core::Rng;
 
-/// NaNs of both kinds and signs, infinities, zeros, the smallest and the greatest of each kind of float.
+/// NaNs of both kinds and signs, infinities, zeros, and the smallest and largest float of each kind.
 const FLOATS: &[u32] = &[
     0x7FC0_0000,
     0xFFC0_0001,
@@ -39,7 +39,7 @@ const FLOATS: &[u32] = &[
 ];
 const NUMBERS: &[u32] = &[0, 1, 2, 31, 32, 33, 64, 127, 128, 255, 256, 0x7FFF, 0x8000, 0xFFFF, 0x1_0000];
 
-/// That many words, as bytes: now and then some odd floats, one behind the other.
+/// This many words, as bytes; occasionally several consecutive special floats.
 pub(crate) fn words(random: &mut impl Rng, count: usize) -> Vec<u8> {
     let mut odd = 0_u32;
     let words = (0..count).map(|_| {
@@ -63,11 +63,11 @@ fn word(random: &mut impl Rng) -> u32 {
         1 => one_of(random, NUMBERS),
         2 => one_of(random, NUMBERS).wrapping_neg(),
         3 => 0x8000_0000_u32.wrapping_add(one_of(random, NUMBERS)).wrapping_sub(bits & 1),
-        // Floats of about the same size, so that sums round.
+        // Floats of similar size, so that sums are rounded.
         4 | 5 => bits & 0x807F_FFFF | (120 + (random.next_u32() & 15)) << 23,
-        // Tiny ones, whose products and quotients are denormal.
+        // Tiny floats, whose products and quotients are denormal.
         6 => bits & 0x807F_FFFF | (random.next_u32() % 70) << 23,
-        // Lanes at their edges.
+        // Lanes with edge values.
         7 => u32::from_le_bytes(
             bits.to_le_bytes().map(|byte| [0, 1, 0x7F, 0x80, 0x81, 0xFF, 0xFE, byte][usize::from(byte & 7)]),
         ),

@@ -1,4 +1,4 @@
-//! What converters 1 and 2 have in common: their clock (RM0440, 21.4.3 and 21.8).
+//! Common registers and clock of ADC1 and ADC2 (RM0440, 21.4.3 and 21.8).
 
 use super::super::Part;
 use super::super::registers::Registers;
@@ -7,22 +7,22 @@ use super::super::violation::Access;
 const CSR: u32 = 0x00;
 const CCR: u32 = 0x08;
 const CDR: u32 = 0x0C;
-// Of CCR.
+// Bits of CCR.
 const DUAL_AND_DMA: u32 = 0xEF1F;
 const CKMODE: u32 = 16;
 const PRESC: u32 = 18;
 
 /// Dividers of PRESC.
 const PRESCALERS: [u64; 12] = [1, 2, 4, 6, 8, 10, 12, 16, 32, 64, 128, 256];
-/// Eighths of a tick from a trigger to the begin of sampling, by CKMODE (data sheet, tLATR; of the clock that is not the
-/// bus's, 1.5 to 2.5 ticks, the middle).
+/// Latency from a trigger to the start of sampling by CKMODE, in eighths of a tick (data sheet, tLATR; for
+/// the asynchronous clock, the mean of 1.5 to 2.5 ticks).
 const LATENCY_EIGHTHS: [u64; 4] = [16, 16, 18, 17];
 
-/// The converters' clock, in cycles of the bus.
+/// ADC clock, in bus cycles.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub(in super::super) struct Ticks {
     divider: u64,
-    /// From a trigger to the begin of sampling, in cycles.
+    /// Time from a trigger to the start of sampling, in cycles.
     pub(super) latency: u64,
     pub(super) hz: f64,
 }
@@ -32,7 +32,7 @@ impl Ticks {
         ticks * self.divider
     }
 
-    /// Of half ticks, rounded up.
+    /// Cycles of half ticks, rounded up.
     pub(super) fn half_cycles(self, halves: u64) -> u64 {
         (halves * self.divider).div_ceil(2)
     }
@@ -57,33 +57,33 @@ impl Common {
         &self.registers
     }
 
-    /// `flags` are those of both converters.
+    /// Reads a register. `flags`: the flags of both ADCs.
     pub(in super::super) fn read(&self, offset: u32, flags: [u32; 2], access: &mut Access<'_>) -> u32 {
         match offset {
             CSR => flags[0] | flags[1] << 16,
             CDR => {
-                access.violates("ADC12_CDR is read: two converters as one are not modelled");
+                access.violates("ADC12_CDR is read: dual mode is not modelled");
                 0
             }
             _ => self.registers.read(offset, access),
         }
     }
 
-    /// `is_on` when a converter is.
+    /// Writes a register. `is_on`: an ADC is on.
     pub(in super::super) fn write(&mut self, offset: u32, value: u32, is_on: bool, access: &mut Access<'_>) {
         if is_on {
-            access.violates(format!("{} is written while a converter is on", self.registers.name(offset)));
+            access.violates(format!("{} is written while an ADC is on", self.registers.name(offset)));
         }
         self.registers.write(offset, value, access);
         if offset == CCR && value & DUAL_AND_DMA != 0 {
-            access.violates("ADC12_CCR has two converters work as one: not modelled");
+            access.violates("ADC12_CCR selects dual mode or DMA: not modelled");
         }
     }
 
-    /// The clock; `asynchronous` is the one that RCC gives the converters, if it is modelled.
+    /// The ADC clock. `has_system_clock`: RCC selects the system clock as the ADCs' own clock.
     ///
     /// # Errors
-    /// What is not modelled.
+    /// Description of an unmodelled or reserved setting.
     pub(in super::super) fn ticks(&self, bus_hz: f64, has_system_clock: bool) -> Result<Ticks, String> {
         let mode = self.registers.bits(CCR, CKMODE, 2) as usize;
         let divider = match mode {
@@ -92,7 +92,7 @@ impl Common {
             3 => 4,
             _ if !has_system_clock => {
                 return Err(
-                    "the converters' clock is neither the bus's nor the system's: not modelled".to_owned()
+                    "the ADC clock is neither the bus clock nor the system clock: not modelled".to_owned()
                 );
             }
             _ => PRESCALERS

@@ -1,4 +1,4 @@
-//! Converters, amplifiers and timer 1 by what a program writes to their registers.
+//! ADCs, amplifiers and timer 1, tested by register writes.
 
 use cycles::image::Image;
 use cycles::instruction::Width;
@@ -45,7 +45,7 @@ struct Lab {
 }
 
 impl Lab {
-    /// A chip whose converters have their clock, a quarter of the bus's.
+    /// A chip whose ADCs run at a quarter of the bus clock.
     fn new() -> Self {
         let mut lab = Self { chip: Stm32g4::new(Part::G431cb, &Image::default(), None), now: 1000 };
         lab.write(RCC_AHB2ENR, 0x2003);
@@ -55,7 +55,7 @@ impl Lab {
         lab
     }
 
-    /// And with both of them ready.
+    /// The same chip, with both ADCs ready.
     fn ready() -> Self {
         let mut lab = Self::new();
         for adc in [ADC1, ADC2] {
@@ -89,7 +89,7 @@ impl Lab {
         self.chip.advance(self.now);
     }
 
-    /// Goes on from event to event, as a processor does, until the converters' interrupt; the cycle of it.
+    /// Advances from event to event, as a processor does, until the ADC interrupt; returns its cycle.
     fn interrupt(&mut self) -> u64 {
         while self.chip.lines() >> 18 & 1 == 0 {
             self.now = self.chip.next_event();
@@ -98,7 +98,7 @@ impl Lab {
         self.now
     }
 
-    /// A regular conversion of a channel that is sampled longest.
+    /// A regular conversion of a channel, with the longest sampling time.
     fn convert(&mut self, adc: u32, channel: u32) -> u32 {
         self.write(adc + SMPR1, 0x3FFF_FFFF);
         self.write(adc + SMPR1 + 4, 0x07FF_FFFF);
@@ -108,7 +108,7 @@ impl Lab {
         self.read(adc + DR)
     }
 
-    /// Timer 1 up and down, with new duty cycles at its top and a trigger there.
+    /// Starts timer 1, counting up and down, with update events at its maximum.
     fn start_timer(&mut self, compares: [u32; 4]) {
         for (offset, value) in [
             (0x00, 0xA0),
@@ -126,7 +126,7 @@ impl Lab {
         ] {
             self.write(TIM1 + offset, value);
         }
-        // Every other turn from the first one on: one is left, which is the one at the bottom.
+        // An update at every other reversal from the first one: at the maximum, not at the minimum.
         self.write(TIM1 + 0x30, 0);
         self.write(TIM1 + 0x14, 1);
         self.write(TIM1 + 0x30, 1);
@@ -146,13 +146,13 @@ impl Lab {
     }
 }
 
-/// As the board's shunts are wired: channel, low while it is closed.
+/// A shunt of the board: channel, voltage while the lower switch is closed.
 fn shunt(channel: u32, low_v: f64) -> Wire {
     Wire::Shunt { channel, low_v, high_v: 0.5, open_v: 0.25 }
 }
 
 #[test]
-fn counts_are_the_voltages_share_of_the_supply() {
+fn counts_are_proportional_to_voltage_and_saturate_at_the_supply() {
     let mut lab = Lab::ready();
     for (volts, counts) in [(-1.0, 0), (0.0, 0), (0.825, 1024), (1.65, 2048), (3.2995, 4095), (5.0, 4095)] {
         lab.chip.set_voltage('A', 0, volts);
@@ -164,7 +164,7 @@ fn counts_are_the_voltages_share_of_the_supply() {
 }
 
 #[test]
-fn a_conversion_takes_the_sampling_time_and_12_and_a_half_ticks() {
+fn a_conversion_takes_the_sampling_time_plus_12_and_a_half_ticks() {
     let mut lab = Lab::ready();
     lab.chip.set_voltage('A', 0, 1.0);
     lab.write(ADC1 + JSQR, 1 << 9);
@@ -174,7 +174,7 @@ fn a_conversion_takes_the_sampling_time_and_12_and_a_half_ticks() {
         lab.write(ADC1 + IER, JEOS);
         lab.write(ADC1 + CR, VREGEN | JADSTART);
         let started = lab.now;
-        // 2.125 ticks until it begins.
+        // Sampling starts after 2.125 ticks.
         assert_eq!(lab.interrupt() - started, 9 + 2 * (halves + 25), "{halves} half ticks");
         assert_eq!(lab.read(ADC1 + CR) & JADSTART, 0);
     }
@@ -182,7 +182,7 @@ fn a_conversion_takes_the_sampling_time_and_12_and_a_half_ticks() {
 }
 
 #[test]
-fn a_voltage_is_that_of_the_end_of_sampling() {
+fn the_result_is_the_voltage_at_the_end_of_sampling() {
     let mut lab = Lab::ready();
     lab.write(ADC1 + JSQR, 1 << 9);
     lab.write(ADC1 + SMPR1, 4 << 3);
@@ -192,12 +192,12 @@ fn a_voltage_is_that_of_the_end_of_sampling() {
         lab.wait(waits);
         lab.chip.set_voltage('A', 0, 1.65);
         lab.wait(1000);
-        assert_eq!(lab.read(ADC1 + JDR1), counts, "9 and 47.5 times 4 cycles");
+        assert_eq!(lab.read(ADC1 + JDR1), counts, "sampling ends after 9 plus 47.5 times 4 cycles");
     }
 }
 
 #[test]
-fn timer_1_starts_both_converters_where_the_lower_switches_are_closed() {
+fn timer_1_triggers_both_adcs_while_the_lower_switches_are_closed() {
     let mut lab = Lab::ready();
     // U, W, temperature; V, supply. Triggered by TRGO2.
     for (adc, jsqr) in [
@@ -221,7 +221,7 @@ fn timer_1_starts_both_converters_where_the_lower_switches_are_closed() {
     lab.write(ADC1 + CR, VREGEN | JADSTART);
     for period in 0..3 {
         let end = lab.interrupt();
-        // 2.125 ticks; twice 6.5 and 12.5; 47.5 and 12.5.
+        // 2.125 ticks; two conversions of 6.5 and 12.5 ticks; one of 47.5 and 12.5 ticks.
         assert_eq!(end, started + u64::from(TOP + 2 * TOP * period) + 9 + 2 * 76 + 240, "{period}");
         let volts = |counts: u32| f64::from(counts) * 3.3 / 4096.0;
         let read: Vec<f64> = [JDR1, JDR1 + 4, JDR1 + 8].map(|place| volts(lab.read(ADC1 + place))).into();
@@ -235,8 +235,8 @@ fn timer_1_starts_both_converters_where_the_lower_switches_are_closed() {
 }
 
 #[test]
-fn a_shunt_shows_its_current_only_while_its_lower_switch_is_closed() {
-    // Sampled 9 + 26 cycles behind the top. At 4190, that is within 134 cycles of dead time.
+fn a_shunt_measures_current_only_while_its_lower_switch_is_closed() {
+    // Sampled 9 + 26 cycles after the maximum. At 4190, that is within the dead time of 134 cycles.
     for (compare, volts) in [(0, 1.0), (3780, 1.0), (4190, 0.25), (4200, 0.5)] {
         let mut lab = Lab::ready();
         lab.write(ADC1 + JSQR, 3 << 9 | 1 << 7 | 8 << 2);
@@ -249,7 +249,7 @@ fn a_shunt_shows_its_current_only_while_its_lower_switch_is_closed() {
         lab.interrupt();
         let read = f64::from(lab.read(ADC1 + JDR1)) * 3.3 / 4096.0;
         assert!((read - volts).abs() < 0.001, "{compare}: {read} V");
-        // With the bridge off, at once.
+        // With the bridge off, both switches open at once.
         lab.write(TIM1 + 0x44, 0x0C83);
         lab.write(ADC1 + ISR, JEOC | JEOS);
         lab.interrupt();
@@ -258,8 +258,9 @@ fn a_shunt_shows_its_current_only_while_its_lower_switch_is_closed() {
 }
 
 #[test]
-fn a_reference_of_a_channel_triggers_at_its_edges() {
-    // Active up to the compare value on the way up, and from it on down: so its edges are at 4000 and 2 * 4200 - 4000.
+fn a_channel_s_reference_triggers_at_its_edges() {
+    // Active below the compare value when counting up, from the compare value when counting down: its edges
+    // are at 4000 and 2 * 4200 - 4000.
     for (edges, expected) in [(1, [4400, 12_800]), (2, [4000, 12_400]), (3, [4000, 4400])] {
         for (select, trigger) in [(7 << 20, 8), (7 << 4, 0)] {
             let mut lab = Lab::ready();
@@ -280,7 +281,7 @@ fn a_reference_of_a_channel_triggers_at_its_edges() {
 }
 
 #[test]
-fn an_injected_sequence_comes_between_regular_conversions() {
+fn an_injected_sequence_interrupts_a_regular_conversion() {
     let mut lab = Lab::ready();
     lab.chip.set_voltage('A', 0, 1.65);
     lab.chip.set_voltage('A', 1, 0.825);
@@ -300,13 +301,13 @@ fn an_injected_sequence_comes_between_regular_conversions() {
 }
 
 #[test]
-fn amplifiers_have_their_gains() {
+fn amplifiers_apply_their_gains() {
     for (code, gain) in (0..).zip([2.0, 4.0, 8.0, 16.0, 32.0, 64.0]) {
         let mut lab = Lab::ready();
         lab.chip.set_voltage('A', 1, 0.03);
         lab.chip.set_voltage('A', 3, 0.01);
         let control = code << 14 | 2 << 5 | 1;
-        // Alone, and with its resistors' end at VINM0; on its pin, and inside.
+        // Gain resistors at ground and at VINM0, output at the pin; then internal output.
         for (bits, channel, expected) in
             [(0, 3, 0.03 * gain), (1 << 17, 3, 0.03 * gain - 0.01 * (gain - 1.0)), (1 << 8, 13, 0.03 * gain)]
         {
@@ -316,7 +317,7 @@ fn amplifiers_have_their_gains() {
             assert!((read - expected).abs() < 0.001, "{gain}: {read} V, not {expected}");
         }
         lab.chip.set_voltage('A', 1, 2.0);
-        assert_eq!(lab.convert(ADC1, 13), 4095, "no more than its supply");
+        assert_eq!(lab.convert(ADC1, 13), 4095, "at most the supply");
         lab.write(OPAMP1, 3 << 5 | 1);
         assert!(lab.convert(ADC1, 3).abs_diff(2482) <= 1, "a follower");
         assert_eq!(lab.violations(), [] as [&str; 0]);
@@ -324,7 +325,7 @@ fn amplifiers_have_their_gains() {
 }
 
 #[test]
-fn a_converter_that_is_not_ready_is_a_violation() {
+fn use_of_an_adc_that_is_not_ready_is_a_violation() {
     let mut lab = Lab::new();
     lab.write(ADC1 + CR, 1 << 29 | VREGEN);
     lab.violates("deep power-down");
@@ -333,20 +334,20 @@ fn a_converter_that_is_not_ready_is_a_violation() {
     lab.write(ADC1 + CR, VREGEN | ADCAL);
     lab.violates("calibrated less than 20 us");
     lab.write(ADC1 + CR, VREGEN | ADEN);
-    lab.violates("switched on while it is calibrated");
+    lab.violates("switched on during its calibration");
 
     let mut lab = Lab::new();
     lab.write(ADC1 + CR, VREGEN);
     lab.write(ADC1 + CR, VREGEN | ADEN);
-    lab.violates("on less than 20 us");
+    lab.violates("switched on less than 20 us");
     lab.write(ADC1 + CR, VREGEN | ADSTART);
     lab.violates("started before it is ready");
     lab.write(CCR, BY_FOUR);
-    lab.violates("ADC12_CCR is written while a converter is on");
+    lab.violates("ADC12_CCR is written while an ADC is on");
 }
 
 #[test]
-fn a_converter_is_deaf_for_four_ticks_behind_its_calibration() {
+fn enable_is_ignored_for_four_ticks_after_calibration() {
     let mut lab = Lab::new();
     lab.write(ADC1 + CR, VREGEN);
     lab.wait(3_360);
@@ -361,7 +362,7 @@ fn a_converter_is_deaf_for_four_ticks_behind_its_calibration() {
 }
 
 #[test]
-fn converters_have_a_highest_clock_that_is_lower_together() {
+fn the_maximum_clock_is_lower_with_both_adcs_on() {
     for (bus_hz, are_both_on, is_allowed) in
         [(103e6, true, true), (105e6, true, false), (119e6, false, true), (121e6, false, false)]
     {
@@ -379,14 +380,14 @@ fn converters_have_a_highest_clock_that_is_lower_together() {
 }
 
 #[test]
-fn what_is_not_modelled_or_not_connected_is_a_violation() {
+fn unmodelled_settings_and_missing_connections_are_violations() {
     for (offset, value, what) in [
         (CFGR, 1 << 31 | 1 << 13, "CFGR"),
         (CFGR, 0, "CFGR"),
         (CFGR2, 1, "CFGR2"),
         (0x60, 1 << 31, "OFR1"),
         (0xB0, 2, "DIFSEL"),
-        (0x58, 1, "no register"),
+        (0x58, 1, "no such register"),
     ] {
         let mut lab = Lab::ready();
         lab.write(ADC1 + offset, value);
@@ -394,26 +395,26 @@ fn what_is_not_modelled_or_not_connected_is_a_violation() {
     }
     let mut lab = Lab::ready();
     lab.convert(ADC1, 1);
-    lab.violates("PA0 is sampled, and nothing says what voltage is there");
+    lab.violates("PA0 is sampled, but no voltage source is connected to it");
     lab.convert(ADC1, 18);
     lab.violates("ADC1 samples channel 18: not modelled");
     lab.convert(ADC1, 13);
-    lab.violates("OPAMP1, whose output does not go there");
+    lab.violates("OPAMP1, whose output is not connected to the ADC");
     lab.write(GPIOA_MODER, 0xABFF_FFFC);
     lab.convert(ADC1, 1);
-    lab.violates("PA0 is used as an analog pin and is none");
+    lab.violates("PA0 is used as an analog pin, but is not in analog mode");
     lab.chip.set_voltage('A', 1, 0.1);
     lab.write(OPAMP1, 3 << 5 | 1);
     lab.convert(ADC1, 3);
     lab.violates("less than 30 us after its start");
     lab.write(OPAMP1, 1 << 11 | 1);
-    lab.violates("OPAMP_CSR1 gets 0x00000801: not modelled");
+    lab.violates("OPAMP_CSR1 is set to 0x00000801: not modelled");
     lab.write(CCR, BY_FOUR | 6);
-    lab.violates("work as one");
+    lab.violates("ADC12_CCR selects dual mode or DMA");
 }
 
 #[test]
-fn triggers_that_come_too_soon_or_are_unknown_are_violations() {
+fn early_and_unknown_triggers_are_violations() {
     let mut lab = Lab::ready();
     lab.chip.set_voltage('A', 0, 1.0);
     lab.write(ADC1 + JSQR, 1 << 9 | 3 << 7 | 8 << 2);
@@ -433,5 +434,5 @@ fn triggers_that_come_too_soon_or_are_unknown_are_violations() {
     lab.write(ADC2 + JSQR, 1 << 7 | 8 << 2);
     lab.write(TIM1 + 0x04, 10 << 20);
     lab.write(ADC2 + CR, VREGEN | JADSTART);
-    lab.violates("TIM1_CR2.MMS2 is 10");
+    lab.violates("TIM1_CR2.MMS2 is 10: trigger source not modelled");
 }

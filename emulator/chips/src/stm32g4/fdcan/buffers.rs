@@ -1,27 +1,27 @@
-//! The three TX buffers, as a FIFO or as a queue that sends the most urgent first.
+//! The three TX buffers, as a FIFO or as a queue that sends the message with the highest priority first.
 
 use super::message::Message;
 
 pub(super) const COUNT: usize = 3;
 
-/// A frame that a program wants sent.
+/// A frame whose transmission a program has requested.
 #[derive(Debug, Clone)]
 pub(super) struct Request {
     pub(super) message: Message,
-    /// Since when, in cycles.
+    /// Cycle of the request.
     pub(super) since: u64,
-    /// Whether the program wants it back while it may be on the wire.
+    /// Whether the program has cancelled the request while the frame may be on the bus.
     pub(super) is_cancelled: bool,
 }
 
-/// What waits.
+/// State of the TX buffers.
 #[derive(Debug, Clone, Default)]
 pub(super) struct Buffers {
     pub(super) requests: [Option<Request>; COUNT],
     /// `TXBTO` and `TXBCF`.
     pub(super) sent: u32,
     pub(super) cancelled: u32,
-    /// The oldest of the FIFO, and how many buffers it has taken.
+    /// Oldest buffer of the FIFO (`get`), and number of occupied buffers (`level`).
     get: usize,
     level: usize,
     pub(super) on_wire: Option<usize>,
@@ -37,7 +37,7 @@ impl Buffers {
         self.requests.get(place)?.as_ref()
     }
 
-    /// Whether a FIFO's next request may be for this buffer.
+    /// Whether the next request of a FIFO may be for this buffer.
     pub(super) fn is_next(&self, place: usize) -> bool {
         self.level < COUNT && place == (self.get + self.level) % COUNT
     }
@@ -53,7 +53,7 @@ impl Buffers {
         }
     }
 
-    /// What would be sent next.
+    /// Buffer to be sent next.
     pub(super) fn next(&self, is_queue: bool) -> Option<usize> {
         if self.on_wire.is_some() {
             return self.on_wire;
@@ -67,7 +67,7 @@ impl Buffers {
         waiting.min().map(|(_, place)| place)
     }
 
-    /// A buffer is done with. A FIFO goes on to the next one that is to be sent.
+    /// Frees a buffer. A FIFO continues with the next pending buffer.
     pub(super) fn finish(&mut self, place: usize, is_queue: bool) {
         if let Some(room) = self.requests.get_mut(place) {
             *room = None;

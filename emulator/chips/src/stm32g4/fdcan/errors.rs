@@ -3,15 +3,15 @@
 const WARNING: u32 = 96;
 const PASSIVE: u32 = 128;
 const BUS_OFF: u32 = 256;
-/// What a passive receiver is at after it has received something: 119 to 127.
+/// Error count of an error-passive receiver after a reception: 119 to 127.
 const ACTIVE_AGAIN: u32 = 119;
 
-/// Counters of a controller.
+/// Error counters of a controller.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
 pub(super) struct Errors {
     pub(super) transmit: u32,
     pub(super) receive: u32,
-    /// Since the program read it.
+    /// Number of errors since the program's last read.
     pub(super) logged: u32,
 }
 
@@ -36,8 +36,8 @@ impl Errors {
         self.receive = if self.receive >= PASSIVE { ACTIVE_AGAIN } else { self.receive.saturating_sub(1) };
     }
 
-    /// A frame of its own went wrong. One that nobody acknowledges is not counted by a passive node: it would leave the
-    /// bus for want of company.
+    /// A transmission failed. An error-passive node does not count a missing acknowledge: otherwise a node
+    /// alone on the bus would become bus-off.
     pub(super) fn has_not_sent(&mut self, for_want_of_acknowledge: bool) {
         self.logged = (self.logged + 1).min(0xFF);
         if !(for_want_of_acknowledge && self.is_passive()) {
@@ -45,11 +45,11 @@ impl Errors {
         }
     }
 
-    /// A frame of another node was wrong, and this node was the first to say so, or not.
+    /// A reception failed. `is_first`: this node was the first to send an error flag.
     pub(super) fn has_not_received(&mut self, is_first: bool) {
         self.logged = (self.logged + 1).min(0xFF);
         let counted = if is_first { 9 } else { 1 };
-        // Behind 128 it stands still.
+        // The count saturates above 128.
         self.receive = (self.receive + counted).min(PASSIVE + 8);
     }
 

@@ -1,14 +1,14 @@
-//! A ring of three elements in message RAM: an RX FIFO, or the events of what was sent.
+//! A ring of three elements in message RAM: an RX FIFO, or the TX event FIFO.
 
-/// Elements.
+/// Number of elements.
 const ROOM: u32 = 3;
 
-/// Which elements hold something.
+/// Occupied elements.
 #[derive(Debug, Clone, Copy, Default)]
 pub(super) struct Fifo {
     get: u32,
     level: u32,
-    /// Whether something was lost since the flag was cleared.
+    /// Whether an element was lost since the flag was cleared.
     pub(super) has_lost: bool,
 }
 
@@ -17,7 +17,8 @@ impl Fifo {
         self.level == ROOM
     }
 
-    /// The element that something new goes to; none when all are taken and the oldest is not to be given up.
+    /// Adds an element and returns its index; `None` if the FIFO is full and does not overwrite its oldest
+    /// element.
     pub(super) fn put(&mut self, overwrites: bool) -> Option<u32> {
         if self.is_full() {
             if !overwrites {
@@ -32,7 +33,7 @@ impl Fifo {
         Some(place)
     }
 
-    /// The program has taken everything up to an element; false when that one holds nothing.
+    /// Frees all elements up to this index; `false` if this element is empty.
     pub(super) fn acknowledge(&mut self, place: u32) -> bool {
         let taken = (place + ROOM - self.get) % ROOM + 1;
         if place >= ROOM || taken > self.level {

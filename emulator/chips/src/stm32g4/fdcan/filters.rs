@@ -1,4 +1,4 @@
-//! Which frames come in, and where to: the lists of filters, then what is said of the rest.
+//! Acceptance filtering: the filter lists, then the setting for non-matching frames.
 
 use crate::stm32g4::registers::Registers;
 
@@ -6,7 +6,7 @@ use super::layout::{RXGFC, XIDAM};
 use super::message::Message;
 use super::ram::{EXTENDED_FILTERS, Ram, STANDARD_FILTERS};
 
-// Of RXGFC.
+// Bits of RXGFC.
 const RRFE: u32 = 0;
 const RRFS: u32 = 1;
 const ANFE: u32 = 2;
@@ -14,12 +14,12 @@ const ANFS: u32 = 4;
 const LSS: u32 = 16;
 const LSE: u32 = 24;
 
-/// What a frame meets.
+/// Filter result of a frame.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) struct Match {
-    /// Where it goes.
+    /// FIFO for the frame; `None` if the frame is rejected.
     pub(super) fifo: Option<usize>,
-    /// The filter, none for one of the rest.
+    /// Index of the matching filter; `None` for a non-matching frame.
     pub(super) filter: Option<u32>,
     pub(super) has_priority: bool,
 }
@@ -61,7 +61,7 @@ pub(super) fn look_up(registers: &Registers, ram: &Ram<'_>, message: &Message) -
     }
 }
 
-/// What a filter says of an identifier; none when it does not match, or is off.
+/// Action of a filter for an identifier; `None` if the filter does not match or is disabled.
 fn standard(ram: &Ram<'_>, place: u32, identifier: u32) -> Option<u32> {
     let word = ram.word(STANDARD_FILTERS + 4 * place);
     let (action, first, second) = (word >> 27 & 7, word >> 16 & 0x7FF, word & 0x7FF);

@@ -35,7 +35,7 @@ pub(super) const TXEFS: u32 = 0xE4;
 pub(super) const TXEFA: u32 = 0xE8;
 pub(super) const CKDIV: u32 = 0x100;
 
-// Of CCCR.
+// Bits of CCCR.
 pub(super) const INIT: u32 = 0;
 pub(super) const CCE: u32 = 1;
 pub(super) const ASM: u32 = 2;
@@ -48,17 +48,17 @@ pub(super) const BRSE: u32 = 9;
 pub(super) const PXHD: u32 = 12;
 /// Bits that a program changes only while INIT and CCE are set: DAR, FDOE, BRSE, PXHD, EFBI, TXP, NISO.
 pub(super) const PROTECTED: u32 = 0xF340;
-/// Bits that it sets only then, and clears at any time: ASM, MON, TEST.
+/// Bits that a program sets only while INIT and CCE are set, and clears at any time: ASM, MON, TEST.
 pub(super) const PROTECTED_FROM_SETTING: u32 = 0xA4;
 pub(super) const TEST_MODE: u32 = 7;
-/// Of DBTP.
+/// Bit of DBTP.
 pub(super) const TDC: u32 = 23;
-/// Of TXBC: a queue, no FIFO.
+/// Bit of TXBC: queue instead of FIFO.
 pub(super) const TFQM: u32 = 24;
-/// Of RXGFC: FIFO 1's, then FIFO 0's in the next bit.
+/// Bit of RXGFC: overwrite mode of FIFO 1; the next bit is for FIFO 0.
 pub(super) const F1OM: u32 = 8;
 
-// Of IR and IE.
+// Bits of IR and IE.
 pub(super) const RF0N: u32 = 0;
 pub(super) const RF0L: u32 = 2;
 pub(super) const RF1N: u32 = 3;
@@ -75,15 +75,15 @@ pub(super) const EW: u32 = 18;
 pub(super) const BO: u32 = 19;
 pub(super) const PEA: u32 = 21;
 pub(super) const PED: u32 = 22;
-/// Bits of IR that each bit of ILS puts on a line.
+/// Bits of IR that each bit of ILS assigns to an interrupt line.
 pub(super) const GROUPS: [u32; 7] =
     [0b111, 0b111 << RF1N, 0b111 << HPM, 0b1111 << TFE, 0b111 << TSW, 0b11 << 16, 0b11_1111 << EW];
 
-/// No error since the program asked last.
+/// No error since the program's last read.
 pub(super) const NO_CHANGE: u32 = 7;
-/// Recessive bits that let a controller take part.
+/// Number of recessive bits after which a controller takes part.
 pub(super) const IDLE_BITS: f64 = 11.0;
-/// So often, where it was off the bus. ISO 11898-1 asks for 128 times; the controller adds one.
+/// Number of idle sequences after bus-off. ISO 11898-1 requires 128; the controller adds one.
 pub(super) const SEQUENCES_AFTER_BUS_OFF: u32 = 129;
-/// Most that TDCO and the quanta before a sample may be.
+/// Maximum prescaler field of DBTP with delay compensation: a prescaler of 2.
 pub(super) const LONGEST_COMPENSATED_PRESCALER: u32 = 1;

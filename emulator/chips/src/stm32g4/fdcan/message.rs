@@ -1,31 +1,32 @@
-//! A frame: as it lies in message RAM, and the bits that it takes on the wire.
+//! A frame: its format in message RAM, and its bits on the wire.
 //!
 //! Bits without stuff bits, from the start of the frame to the end of its data:
 //!
 //! | | 11-bit identifier | 29-bit identifier |
 //! |---|---|---|
 //! | classic | 19 + 8 n | 39 + 8 n |
-//! | FD up to the switch of the rate, and behind it | 17, 5 + 8 n | 36, 5 + 8 n |
+//! | FD before and after the rate switch | 17, 5 + 8 n | 36, 5 + 8 n |
 //!
-//! A classic frame then has 15 bits of CRC; up to there five equal bits are followed by one of the other value. An FD
-//! frame has stuff bits up to its data, then a fixed stuff bit, 4 bits of stuff count, 17 bits of CRC (21 beyond 16
-//! bytes) and a fixed stuff bit behind every fourth of these. Both end with CRC delimiter, acknowledge, its delimiter
-//! and 7 bits end of frame (ISO 11898-1:2015).
+//! A classic frame continues with 15 bits of CRC; up to the end of the CRC, five equal bits are followed by a
+//! stuff bit of the opposite value. An FD frame has stuff bits up to the end of its data, then a fixed stuff
+//! bit, 4 bits of stuff count, 17 bits of CRC (21 above 16 bytes) and a fixed stuff bit after every fourth of
+//! these bits. Both end with CRC delimiter, acknowledge, acknowledge delimiter and 7 bits of end of frame
+//! (ISO 11898-1:2015).
 
-/// Bytes by length code.
+/// Number of data bytes by length code.
 pub(crate) const LENGTHS: [usize; 16] = [0, 1, 2, 3, 4, 5, 6, 7, 8, 12, 16, 20, 24, 32, 48, 64];
 const CLASSIC_BYTES: usize = 8;
-/// Bytes up to which an FD frame has the shorter CRC.
+/// Maximum number of data bytes of an FD frame with the shorter CRC.
 const SHORT_CRC_BYTES: usize = 16;
 const CRC_15: u16 = 0x4599;
-/// Acknowledge, its delimiter, end of frame.
+/// Acknowledge, acknowledge delimiter, end of frame.
 const END_BITS: u32 = 9;
 
-// Of the first word of an element in message RAM.
+// Bits of the first word of an element in message RAM.
 const ESI: u32 = 31;
 const XTD: u32 = 30;
 const RTR: u32 = 29;
-// Of the second one.
+// Bits of the second word.
 const FDF: u32 = 21;
 const BRS: u32 = 20;
 const DLC: u32 = 16;
@@ -33,17 +34,17 @@ const DLC: u32 = 16;
 /// A frame.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Message {
-    /// 11 bits, or 29.
+    /// Identifier of 11 or 29 bits.
     pub identifier: u32,
     /// Whether the identifier has 29 bits.
     pub is_extended: bool,
-    /// Whether it asks for data instead of having some.
+    /// Whether it is a remote frame, which requests data and contains none.
     pub is_remote: bool,
     /// Whether it is a CAN FD frame.
     pub is_fd: bool,
-    /// Whether its data goes at the data bit rate.
+    /// Whether its data is sent at the data bit rate.
     pub switches_rate: bool,
-    /// Whether its sender said that it is error passive.
+    /// Whether its sender has reported to be error-passive.
     pub is_from_passive: bool,
     /// Length code, 0 to 15.
     pub code: u8,
@@ -51,10 +52,10 @@ pub struct Message {
     pub data: Vec<u8>,
 }
 
-/// Bits of a frame by the rate they have on the wire, without the space behind it.
+/// Bits of a frame on the wire by their bit rate, without the intermission.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct WireBits {
-    /// At the nominal rate, from the start on.
+    /// At the nominal rate, from the start of the frame.
     pub head: u32,
     /// At the data rate.
     pub fast: u32,
@@ -63,8 +64,8 @@ pub struct WireBits {
 }
 
 impl Message {
-    /// A frame of words of message RAM: two of header, then the data. What the controller does not let through, FD or
-    /// the switch of the rate, it sends without.
+    /// Parses a frame from words of message RAM: two header words, then the data. FD format and rate switch
+    /// are removed if the controller does not allow them.
     pub(super) fn from_words(word: impl Fn(usize) -> u32, allows_fd: bool, allows_switch: bool) -> Self {
         let (first, second) = (word(0), word(1));
         let has = |word: u32, bit: u32| word >> bit & 1 == 1;
@@ -87,7 +88,7 @@ impl Message {
         }
     }
 
-    /// The first word of an element of an RX FIFO or of the events.
+    /// First word of an element of an RX FIFO or of the TX event FIFO.
     pub(super) fn first_word(&self) -> u32 {
         let identifier = if self.is_extended { self.identifier } else { self.identifier << 18 };
         identifier
@@ -96,12 +97,12 @@ impl Message {
             | u32::from(self.is_from_passive) << ESI
     }
 
-    /// What the second word says of the frame.
+    /// Bits of the second word that describe the frame.
     pub(super) fn second_word(&self) -> u32 {
         u32::from(self.is_fd) << FDF | u32::from(self.switches_rate) << BRS | u32::from(self.code) << DLC
     }
 
-    /// What arbitration compares, bit after bit: the lowest goes on.
+    /// Arbitration bits as a number: the lowest value wins.
     #[must_use]
     pub fn priority(&self) -> u32 {
         let remote = u32::from(self.is_remote);
@@ -113,7 +114,7 @@ impl Message {
         }
     }
 
-    /// What this very frame takes on the wire.
+    /// Bits of this frame on the wire, with its stuff bits.
     #[must_use]
     pub fn wire_bits(&self) -> WireBits {
         let (mut bits, head) = self.bits();
@@ -122,7 +123,7 @@ impl Message {
             push(&mut bits, crc.into(), 15);
             return WireBits { head: stuffed(&bits, bits.len()), fast: 0, tail: 1 + END_BITS };
         }
-        // The fixed stuff bit takes the place of one that the last bit would ask for.
+        // The fixed stuff bit replaces a stuff bit after the last bit.
         let data = stuffed(&bits, bits.len().saturating_sub(1)) + 1;
         let checked = 4 + if self.data.len() <= SHORT_CRC_BYTES { 17 } else { 21 };
         let all = data + 1 + checked + checked / 4;
@@ -130,7 +131,8 @@ impl Message {
         WireBits { head, fast: all + 1 - head, tail: END_BITS }
     }
 
-    /// Bits from the start to the end of the data without stuff bits, and how many come before the rate is switched.
+    /// Bits from the start of the frame to the end of the data without stuff bits, and their number before
+    /// the rate switch.
     fn bits(&self) -> (Vec<bool>, usize) {
         let mut bits = Vec::with_capacity(64 + 8 * self.data.len());
         push(&mut bits, 0, 1);
@@ -163,7 +165,7 @@ fn push(bits: &mut Vec<bool>, value: u32, count: u32) {
     bits.extend((0..count).rev().map(|bit| value >> bit & 1 == 1));
 }
 
-/// Bits on the wire of the first `count` bits, with the stuff bit that the last of them asks for.
+/// Number of bits on the wire for the first `count` bits, with a stuff bit that the last of them requires.
 fn stuffed(bits: &[bool], count: usize) -> u32 {
     let (mut sent, mut run, mut last) = (0, 0, true);
     for bit in bits.iter().take(count) {

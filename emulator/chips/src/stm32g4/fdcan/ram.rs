@@ -1,19 +1,19 @@
-//! Message RAM: where what lies (RM0440, "Message RAM": its figure misprints the begin of RX FIFO 0).
+//! Layout of message RAM (RM0440, "Message RAM": its figure misprints the start of RX FIFO 0).
 
-/// 28 words.
+/// 28 elements of one word.
 pub(super) const STANDARD_FILTERS: u32 = 0x000;
-/// 8 of two words.
+/// 8 elements of two words.
 pub(super) const EXTENDED_FILTERS: u32 = 0x070;
 /// Both RX FIFOs, 3 elements each.
 pub(super) const RX_FIFOS: [u32; 2] = [0x0B0, 0x188];
-/// 3 of two words.
+/// 3 elements of two words.
 pub(super) const TX_EVENTS: u32 = 0x260;
 /// 3 elements.
 pub(super) const TX_BUFFERS: u32 = 0x278;
-/// Of a frame in a FIFO or a buffer: 18 words.
+/// Size of a frame in a FIFO or a buffer: 18 words.
 pub(super) const ELEMENT_BYTES: u32 = 72;
 
-/// Bytes as words.
+/// Word access to the bytes of message RAM.
 #[derive(Debug)]
 pub(super) struct Ram<'a>(pub(super) &'a mut [u8]);
 

@@ -1,17 +1,18 @@
-//! Bit rates, and how far two nodes may differ (ISO 11898-1; Bosch, "The Configuration of the CAN Bit Timing").
+//! Bit rates, and the tolerated difference between two nodes (ISO 11898-1; Bosch, "The Configuration of the
+//! CAN Bit Timing").
 
 use crate::stm32g4::registers::Registers;
 
 use super::layout::{CKDIV, DBTP, NBTP};
 
-/// A bit at one of the two rates.
+/// Timing of a bit at one of the two rates.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct Bit {
-    /// Of a whole bit.
+    /// Duration of a bit.
     pub(crate) duration_s: f64,
-    /// From its begin to where its level is taken.
+    /// Time from the start of the bit to its sample point.
     pub(crate) sample_s: f64,
-    /// Share that its duration may be off.
+    /// Relative tolerance of its duration.
     tolerance: f64,
 }
 
@@ -19,7 +20,7 @@ impl Bit {
     fn new(quantum_s: f64, [before, behind, jump]: [u32; 3]) -> Self {
         let quanta = f64::from(1 + before + behind);
         let (before_sample, behind, jump) = (f64::from(1 + before), f64::from(behind), f64::from(jump));
-        // Ten bits between two edges that it can follow; 13 bits to the sixth bit of an error flag.
+        // Ten bits between two resynchronizing edges; 13 bits to the sixth bit of an error flag.
         let by_jump = jump / (2.0 * 10.0 * quanta);
         let by_flag = behind.min(before_sample - 1.0) / (2.0 * (13.0 * quanta - behind));
         Self {
@@ -29,7 +30,7 @@ impl Bit {
         }
     }
 
-    /// Whether nodes of these two understand each other.
+    /// Whether nodes with these two bit timings can communicate.
     pub(crate) fn fits(&self, other: &Self) -> bool {
         let apart = (self.duration_s / other.duration_s - 1.0).abs();
         apart <= self.tolerance + other.tolerance
@@ -44,7 +45,7 @@ pub(crate) struct Rates {
 }
 
 impl Rates {
-    /// What registers say, at this clock.
+    /// Reads the bit rates from registers, at this clock frequency.
     pub(super) fn new(registers: &Registers, kernel_hz: f64) -> Self {
         let divider = match registers.bits(CKDIV, 0, 4) {
             0 => 1,

@@ -1,4 +1,4 @@
-//! How it is set up: INIT and CCE, and what they lock.
+//! Setup: INIT and CCE, and the bits that they lock.
 
 use super::buffers::Buffers;
 use super::fifo::Fifo;
@@ -10,7 +10,7 @@ use super::{Fdcan, Presence};
 use crate::stm32g4::violation::Access;
 
 impl Fdcan {
-    /// A register that holds how the controller works.
+    /// Writes a configuration register.
     pub(super) fn configure(&mut self, offset: u32, value: u32, access: &mut Access<'_>) {
         let is_test = offset == TEST && !self.registers.has(CCCR, TEST_MODE);
         let is_locked = !self.may_configure() || is_test;
@@ -25,12 +25,12 @@ impl Fdcan {
         let (mode, compensates) = (self.registers.bits(TSCC, 0, 2), self.compensates_delay());
         let prescaler = self.registers.bits(DBTP, 16, 5);
         let fault = match offset {
-            RXGFC if too_many => "FDCAN1_RXGFC counts more filters than message RAM holds",
+            RXGFC if too_many => "FDCAN1_RXGFC selects more than 28 standard or 8 extended filters",
             TOCC if value & 1 == 1 => "FDCAN1_TOCC starts the timeout counter: not modelled",
-            TSCC if mode > 1 => "FDCAN1_TSCC takes timestamps from timer 3: not modelled",
-            TEST if value >> 4 & 7 != 0 => "FDCAN1_TEST asks for a test mode: not modelled",
+            TSCC if mode > 1 => "FDCAN1_TSCC selects timestamps from timer 3: not modelled",
+            TEST if value >> 4 & 7 != 0 => "FDCAN1_TEST selects a test mode: not modelled",
             DBTP if compensates && prescaler > LONGEST_COMPENSATED_PRESCALER => {
-                "FDCAN1_DBTP compensates delay with a prescaler above 2"
+                "FDCAN1_DBTP enables delay compensation with a prescaler above 2"
             }
             _ => return,
         };
@@ -69,7 +69,7 @@ impl Fdcan {
         }
     }
 
-    /// What setting CCE does to the state.
+    /// Clears the state, as setting CCE does.
     pub(super) fn clear(&mut self) {
         self.buffers = Buffers::default();
         self.received = [Fifo::default(); 2];
@@ -83,10 +83,10 @@ impl Fdcan {
         self.buffers.on_wire = None;
     }
 
-    /// INIT was cleared.
+    /// Joins the bus after INIT was cleared.
     pub(super) fn join(&mut self, access: &mut Access<'_>) {
         if self.kernel_hz.is_none() {
-            access.violates("FDCAN1 is started, and the clock that RCC_CCIPR selects for it does not run");
+            access.violates("FDCAN1 is started, but the clock that RCC_CCIPR selects for it is off");
             return;
         }
         let sequences = if self.errors.is_off() { SEQUENCES_AFTER_BUS_OFF } else { 1 };

@@ -1,4 +1,4 @@
-//! What a frame that passed leaves in message RAM: a frame that came in, an event of one that was sent.
+//! Results of an acknowledged frame in message RAM: a received frame, or the event of a sent frame.
 
 use super::layout::{F1OM, HPM, HPMS, RF0L, RF0N, RF1N, RXGFC, TC, TEFF, TEFL, TEFN, TFE, TXBTIE};
 use super::ram::{ELEMENT_BYTES, RX_FIFOS, Ram, TX_BUFFERS, TX_EVENTS};

@@ -1,4 +1,4 @@
-//! What it offers the bus, and what the bus makes of it.
+//! Frames that the controller offers to the bus, and their outcomes.
 
 use super::buffers::{self, Request};
 use super::errors::Errors;
@@ -8,52 +8,52 @@ use super::ram::{ELEMENT_BYTES, Ram, TX_BUFFERS};
 use super::{Fdcan, Presence};
 use crate::stm32g4::violation::Access;
 
-/// What a frame came to for one controller.
+/// Outcome of a frame for one controller.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum Outcome {
-    /// It sent the frame and somebody acknowledged it.
+    /// Sent and acknowledged.
     Sent,
-    /// The frame came in.
+    /// Received.
     Received,
-    /// It sent the frame, and there was an error.
+    /// Sent with an error.
     NotSent(Error),
-    /// The frame came with an error; whether this controller was the first to say so.
+    /// Received with an error. `is_first`: this controller was the first to send an error flag.
     NotReceived { error: Error, is_first: bool },
-    /// It does not take part, and waits for the bus to be idle.
+    /// Ignored: the controller waits until the bus is idle.
     Ignored,
 }
 
-/// What `PSR.LEC` says.
+/// Error code in `PSR.LEC`.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum Error {
     Stuff = 1,
     Form = 2,
     Acknowledge = 3,
-    /// It sent recessive, and read dominant.
+    /// Sent recessive, but read dominant.
     Recessive = 4,
-    /// It sent dominant, and read recessive.
+    /// Sent dominant, but read recessive.
     Dominant = 5,
 }
 
-/// A frame on the bus as one controller meets it; times in its cycles.
+/// A frame on the bus for one controller; times in the controller's cycles.
 #[derive(Debug, Clone)]
 pub(crate) struct Passage {
     pub(crate) message: Message,
     pub(crate) begins: u64,
-    /// When its outcome shows.
+    /// Cycle in which its outcome takes effect.
     pub(crate) ends: u64,
-    /// When the next one may begin.
+    /// Cycle in which the next frame may start.
     pub(crate) free: u64,
     pub(crate) outcome: Outcome,
-    /// Whether an error was in the part of the data bit rate.
+    /// Whether an error was in the part at the data bit rate.
     pub(crate) is_data_error: bool,
 }
 
-/// A frame that a controller would send.
+/// A frame that a controller is ready to send.
 #[derive(Debug, Clone)]
 pub(crate) struct Offer {
     pub(crate) message: Message,
-    /// From when on.
+    /// Cycle from which the frame may start.
     pub(crate) since: u64,
 }
 
@@ -61,11 +61,14 @@ impl Fdcan {
     pub(super) fn request(&mut self, place: usize, ram: &mut [u8], access: &mut Access<'_>) {
         let is_queue = self.is_queue();
         if self.buffers.get(place).is_some() || !is_queue && !self.buffers.is_next(place) {
-            access.violates(format!("FDCAN1_TXBAR asks for buffer {place}, which is not the next free one"));
+            access
+                .violates(format!("FDCAN1_TXBAR requests buffer {place}, which is not the next free buffer"));
             return;
         }
         if self.registers.get(CCCR) & (1 << MON | 1 << ASM) != 0 {
-            access.violates("FDCAN1_TXBAR asks to send in a mode that only listens");
+            access.violates(
+                "FDCAN1_TXBAR requests a transmission in bus monitoring or restricted operation mode",
+            );
             return;
         }
         let message = self.message(place, ram);
@@ -86,7 +89,7 @@ impl Fdcan {
 
     pub(super) fn cancel(&mut self, place: usize, now: u64) {
         let is_queue = self.is_queue();
-        // Since the bus was last idle, it may have begun: the bus will say.
+        // The bus is idle, so the frame may have started: the bus decides in its next slice.
         let may_be_on_wire = self.buffers.on_wire == Some(place)
             || self.is_wired
                 && self.presence == Presence::In
@@ -99,7 +102,7 @@ impl Fdcan {
         }
     }
 
-    /// A request ends without having been sent.
+    /// Ends a request without a transmission.
     pub(super) fn give_up(&mut self, place: usize) {
         self.buffers.finish(place, self.is_queue());
         self.buffers.cancelled |= 1 << place;
@@ -108,7 +111,7 @@ impl Fdcan {
         }
     }
 
-    /// What it would send next.
+    /// The frame to send next.
     pub(crate) fn offer(&self) -> Option<Offer> {
         let place = self.buffers.next(self.is_queue()).filter(|_| self.buffers.on_wire.is_none())?;
         let request = self.buffers.get(place)?;
@@ -121,8 +124,8 @@ impl Fdcan {
         Some(Offer { message: request.message.clone(), since })
     }
 
-    /// The bus has decided all that begins up to now: what was cancelled and has not begun does not begin.
-    /// Whether something has changed by that.
+    /// Ends cancelled requests whose frames have not started; the bus has decided all frames that start up to
+    /// now. Returns whether a request has ended.
     pub(crate) fn settle(&mut self) -> bool {
         let before = self.buffers.cancelled;
         for place in 0..buffers::COUNT {
@@ -135,7 +138,7 @@ impl Fdcan {
         self.buffers.cancelled != before
     }
 
-    /// A frame begins on the bus.
+    /// A frame starts on the bus.
     pub(crate) fn begin(&mut self, passage: Passage) {
         if let Some(joined_at) = self.joined_at() {
             if joined_at <= passage.begins {
@@ -157,12 +160,12 @@ impl Fdcan {
         self.passages.push_back(passage);
     }
 
-    /// Behind any frame, 11 recessive bits end when the next one may begin.
+    /// Start of the 11 recessive bits after a frame. They end when the next frame may start.
     pub(super) fn quiet_since(&self, passage: &Passage) -> u64 {
         passage.free.saturating_sub(self.cycles(IDLE_BITS))
     }
 
-    /// It takes part from now on.
+    /// The controller takes part from now on.
     pub(super) fn enter(&mut self) {
         self.presence = Presence::In;
         if self.errors.is_off() {
@@ -172,7 +175,7 @@ impl Fdcan {
         }
     }
 
-    /// What a frame leaves behind.
+    /// Applies the outcome of a frame.
     pub(super) fn end(&mut self, passage: &Passage, ram: &mut Ram<'_>) {
         let before = self.errors;
         let is_passive = before.is_passive();
@@ -216,7 +219,7 @@ impl Fdcan {
         self.raise(if is_data_error { PED } else { PEA });
     }
 
-    /// Flags of what has changed with the counters.
+    /// Sets the flags of changes in the error counters' states.
     pub(super) fn see_errors(&mut self, before: Errors) {
         let now = self.errors;
         let changes = [

@@ -1,63 +1,63 @@
-//! What is between an I²C and a device: pins, pull-ups, and the times that the device wants of the clock.
+//! Connection of an I²C and a device: pins, pull-ups, and the clock timing that the device requires.
 
 use super::super::gpio::Gpio;
 use super::super::violation::Access;
 
-/// Pulses of the clock after which a device that sends has come to its end.
+/// Number of clock pulses after which a sending device releases the data line.
 const FREEING_PULSES: u32 = 9;
 
-/// A device on the wires of an I²C, by its data sheet. It brings the pull-ups of both lines. It is a value: a board on the
-/// bench can be copied with all that is around it.
+/// A device on an I²C, by its data sheet, with the pull-ups of both lines. The device is plain data, so that
+/// an emulated board can be copied with its surroundings.
 #[derive(Debug, Clone, Copy)]
 pub struct I2cDevice {
-    /// For people.
+    /// Name for messages.
     pub name: &'static str,
-    /// Its address, 7 bits.
+    /// 7-bit address.
     pub address: u32,
-    /// Of the clock.
+    /// Maximum clock frequency.
     pub max_clock_hz: f64,
-    /// Least time that the clock is low, `s`.
+    /// Minimum low time of the clock, `s`.
     pub min_low_s: f64,
-    /// Least time that the clock is high, `s`.
+    /// Minimum high time of the clock, `s`.
     pub min_high_s: f64,
-    /// Least time from the data's change to the clock's rise, with the longest rise of the data, `s`.
+    /// Minimum data setup time before the rising clock edge, with the maximum rise time of the data, `s`.
     pub min_setup_s: f64,
-    /// What it remembers and measures.
+    /// State and measured values of the device.
     pub state: [u32; 4],
-    /// What it does, and what it says.
+    /// Reaction to an event; returns the answer.
     pub behaviour: fn(&mut [u32; 4], I2cEvent) -> u32,
 }
 
-/// What happens to a device.
+/// An event at a device.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum I2cEvent {
-    /// It was addressed. An answer that is not 0 acknowledges.
+    /// The device was addressed. A nonzero answer acknowledges.
     Started {
-        /// Whether it is to send.
+        /// Whether the device is to send.
         is_read: bool,
     },
-    /// It got a byte. An answer that is not 0 acknowledges.
+    /// The device received a byte. A nonzero answer acknowledges.
     Written {
         /// The byte.
         byte: u8,
     },
-    /// It is to send a byte, from now on: the answer.
+    /// The device starts to send a byte: the answer.
     Read,
 }
 
-/// What an I²C's pins are.
+/// State of the pins of an I²C.
 #[derive(Debug, Clone, Copy, Default)]
 pub(in super::super) struct Pins {
-    /// Both of them.
+    /// Whether both pins are connected.
     pub(super) is_connected: bool,
     pub(super) is_open_drain: bool,
     is_pulled_up: bool,
-    /// The level that the program drives the clock's pin to, where it does.
+    /// Level that the program drives at the clock pin; `None` if the pin is not an output.
     pub(super) clock: Option<bool>,
 }
 
 impl Pins {
-    /// Those of an I²C, by its name.
+    /// Returns the pins of an I²C, by its name.
     pub(in super::super) fn new(i2c: &str, connected: &[&str], ports: &[Gpio]) -> Self {
         let names = ["SCL", "SDA"].map(|line| format!("{i2c}_{line}"));
         let of_both = |is_so: &dyn Fn(&Gpio, &str) -> bool| {
@@ -73,15 +73,15 @@ impl Pins {
     }
 }
 
-/// The wires.
+/// The wires and the device.
 #[derive(Debug, Clone, Default)]
 pub(in super::super) struct Bus {
     pub(in super::super) device: Option<I2cDevice>,
-    /// Whether something has the data line low.
+    /// Whether an external fault holds the data line low.
     pub(in super::super) is_stuck: bool,
-    /// Whether the device does, which was left while it was sending.
+    /// Whether the device holds the data line low, because its transfer was aborted while it was sending.
     pub(super) is_held: bool,
-    /// When a device was last addressed to send.
+    /// Cycle of the last START of a read transfer.
     pub(in super::super) read_at: Option<u64>,
     clock: Option<bool>,
     pulses: u32,
@@ -92,13 +92,13 @@ impl Bus {
         !self.is_stuck && !self.is_held && (self.device.is_some() || pins.is_pulled_up)
     }
 
-    /// What the device at an address says; 0 where there is none.
+    /// Answer of the device at an address; 0 without a device.
     pub(super) fn answer(&mut self, address: u32, event: I2cEvent) -> u32 {
         let device = self.device.as_mut().filter(|device| device.address == address);
         device.map_or(0, |device| (device.behaviour)(&mut device.state, event))
     }
 
-    /// The program moves the clock's pin itself.
+    /// Counts the clock pulses that the program generates at the pin.
     pub(super) fn see_clock(&mut self, clock: Option<bool>) {
         if clock == Some(false) && self.clock != clock {
             self.pulses += 1;
@@ -111,22 +111,28 @@ impl Bus {
         }
     }
 
-    /// At a START, with the shortest period of the clock, its low and high time, and the data's setup time, `s`.
+    /// Checks the device's requirements at a START: the shortest clock period, the low and high time of the
+    /// clock, and the data setup time, `s`.
     pub(super) fn check(&self, bit_s: f64, [low_s, high_s]: [f64; 2], setup_s: f64, access: &mut Access<'_>) {
         let Some(device) = &self.device else { return };
         let name = device.name;
         if bit_s * device.max_clock_hz < 1.0 {
             let khz = [1.0 / bit_s, device.max_clock_hz].map(|hz| hz / 1e3);
-            access.violates(format!("{name} is clocked with {:.0} kHz, and takes {:.0}", khz[0], khz[1]));
+            access.violates(format!(
+                "{name} is clocked at {:.0} kHz, but allows at most {:.0} kHz",
+                khz[0], khz[1]
+            ));
         }
         for (what, is_s, min_s) in [
-            ("has its clock low for", low_s, device.min_low_s),
-            ("has its clock high for", high_s, device.min_high_s),
-            ("gets its data ahead of the clock by", setup_s, device.min_setup_s),
+            ("clock low time", low_s, device.min_low_s),
+            ("clock high time", high_s, device.min_high_s),
+            ("data setup time", setup_s, device.min_setup_s),
         ] {
             if is_s < min_s {
                 let [is_ns, min_ns] = [is_s, min_s].map(|time_s| time_s * 1e9);
-                access.violates(format!("{name} {what} {is_ns:.0} ns, and wants {min_ns:.0}"));
+                access.violates(format!(
+                    "{name}: {what} is {is_ns:.0} ns, but must be at least {min_ns:.0} ns"
+                ));
             }
         }
     }

@@ -1,42 +1,42 @@
-//! What is between an SPI and a device: pins, and the times that the device wants of them.
+//! Connection of an SPI and a device: pins, and the timing that the device requires.
 
 use super::super::gpio::Gpio;
 use super::super::map::PORTS;
 use super::super::violation::Access;
 
-/// A device on the wires of an SPI, by its data sheet. It is a value: a board on the bench can be copied with all that is around
-/// it.
+/// A device on an SPI, by its data sheet. The device is plain data, so that an emulated board can be copied
+/// with its surroundings.
 #[derive(Debug, Clone, Copy)]
 pub struct SpiDevice {
-    /// For people.
+    /// Name for messages.
     pub name: &'static str,
-    /// CPOL and CPHA, as one number of two bits: 0 to 3.
+    /// SPI mode 0 to 3, from CPOL and CPHA.
     pub mode: u32,
-    /// Of its clock.
+    /// Maximum clock frequency.
     pub max_clock_hz: f64,
-    /// Least time from its being selected to the first edge of the clock, `s`.
+    /// Minimum time from select to the first clock edge, `s`.
     pub min_select_s: f64,
-    /// Least time that it is not selected between two times that it is, `s`.
+    /// Minimum time from release to the next select, `s`.
     pub min_release_s: f64,
-    /// What it remembers and measures.
+    /// State and measured values of the device.
     pub state: [u32; 4],
-    /// What it does, and what it sends.
+    /// Reaction to an event; returns the sent bits.
     pub behaviour: fn(&mut [u32; 4], SpiEvent) -> u32,
 }
 
-/// What happens to a device.
+/// An event at a device.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum SpiEvent {
-    /// It is selected.
+    /// The device is selected.
     Selected,
-    /// So many bits went each way: what it got. The answer is what it sent meanwhile, the highest bit first.
+    /// A frame was exchanged. The answer is the frame that the device has sent, most significant bit first.
     Frame {
-        /// Of the frame.
+        /// Number of bits of the frame.
         bits: u32,
-        /// To the device.
+        /// Frame that was sent to the device.
         sent: u32,
     },
-    /// It is not selected any more.
+    /// The device is released.
     Released,
 }
 
@@ -46,19 +46,19 @@ impl SpiDevice {
     }
 }
 
-/// What an SPI's pins are.
+/// State of the pins of an SPI.
 #[derive(Debug, Clone, Copy, Default)]
 pub(in super::super) struct Pins {
     pub(super) is_clocked: bool,
     pub(super) has_output: bool,
     pub(super) has_input: bool,
-    /// Of the input's pull resistor.
+    /// Level of the input's pull resistor.
     pub(super) pull: Option<bool>,
     pub(super) is_selected: bool,
 }
 
 impl Pins {
-    /// Those of an SPI, by its name, and the one that selects its device.
+    /// Returns the pins of an SPI, by its name, with the select pin of its device.
     pub(in super::super) fn new(
         spi: &str,
         connected: &[&str],
@@ -80,14 +80,14 @@ impl Pins {
     }
 }
 
-/// A device that is wired.
+/// A connected device.
 #[derive(Debug, Clone)]
 pub(in super::super) struct Chip {
     pub(super) device: SpiDevice,
-    /// Low while it is selected.
+    /// Select pin, low while the device is selected.
     pub(super) select: (char, u32),
     is_selected: bool,
-    /// Since when it is as it is.
+    /// Cycle of the last select or release.
     since: Option<u64>,
 }
 
@@ -104,7 +104,7 @@ impl Chip {
         self.since.filter(|_| self.is_selected)
     }
 
-    /// Whether it has been as it is for less than that.
+    /// Whether the last select or release is less than `min_s` ago.
     fn is_younger(&self, min_s: f64, hz: f64, now: u64) -> bool {
         #[expect(clippy::cast_precision_loss, reason = "only short times matter")]
         self.since.is_some_and(|since| ((now - since) as f64) < min_s * hz)
@@ -116,16 +116,17 @@ impl Chip {
         }
         let (name, now) = (self.device.name, access.at.cycle);
         if is_busy {
-            access.violates(format!("{name} is selected or released in the middle of a frame"));
+            access.violates(format!("{name} is selected or released during a frame"));
         }
         if is_selected && self.is_younger(self.device.min_release_s, hz, now) {
-            access.violates(format!("{name} is selected again too early"));
+            let min_ns = self.device.min_release_s * 1e9;
+            access.violates(format!("{name} is selected less than {min_ns:.0} ns after its release"));
         }
         (self.is_selected, self.since) = (is_selected, Some(now));
         self.device.answer(if is_selected { SpiEvent::Selected } else { SpiEvent::Released });
     }
 
-    /// At the begin of a frame.
+    /// Checks the device's requirements at the start of a frame.
     pub(super) fn check(&self, mode: u32, clock_hz: f64, hz: f64, access: &mut Access<'_>) {
         let SpiDevice { name, max_clock_hz, min_select_s, .. } = self.device;
         if !self.is_selected {
@@ -133,13 +134,20 @@ impl Chip {
         }
         if clock_hz > max_clock_hz {
             let mhz = [clock_hz, max_clock_hz].map(|hz| hz / 1e6);
-            access.violates(format!("{name} is clocked with {:.1} MHz, and takes {:.1}", mhz[0], mhz[1]));
+            access.violates(format!(
+                "{name} is clocked at {:.1} MHz, but allows at most {:.1} MHz",
+                mhz[0], mhz[1]
+            ));
         }
         if mode != self.device.mode {
-            access.violates(format!("{name} is clocked in mode {mode}, and takes mode {}", self.device.mode));
+            access.violates(format!(
+                "{name} is clocked in mode {mode}, but requires mode {}",
+                self.device.mode
+            ));
         }
         if self.is_younger(min_select_s, hz, access.at.cycle) {
-            access.violates(format!("{name} is clocked too early after it was selected"));
+            let min_ns = min_select_s * 1e9;
+            access.violates(format!("{name} is clocked less than {min_ns:.0} ns after its select"));
         }
     }
 }

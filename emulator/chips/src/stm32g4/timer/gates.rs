@@ -1,16 +1,17 @@
-//! Which switches of the bridge behind timer 1 are closed: what its pins are at (RM0440, 28, table of output control bits), and
-//! what the driver behind them takes for closed.
+//! Closed switches of timer 1's bridge: from the pin levels (RM0440, 28, table of output control bits) and
+//! the gate driver's input polarity.
 
 use super::{BDTR, CCER, CR2, MOE, Timer, dead_time};
 
-/// Of BDTR: off states while the main output is off, and while it is on.
+/// Bits of BDTR: off states while the main output is off (`OSSI`), and while it is on (`OSSR`).
 const OSSI: u32 = 10;
 const OSSR: u32 = 11;
 
-/// What is between the pins and the switches. An upper switch is closed by a high level, and none by a pin that nothing drives.
+/// A gate driver between the pins and the switches. A high level closes an upper switch. An undriven pin
+/// closes no switch.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub struct GateDriver {
-    /// Whether a low level closes the lower ones, instead of a high one.
+    /// Whether a low level closes the lower switches, instead of a high level.
     pub is_low_side_inverted: bool,
 }
 
@@ -21,19 +22,19 @@ impl GateDriver {
     }
 }
 
-/// A half bridge.
+/// State of a half bridge.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(in super::super) enum Gate {
     /// The upper switch is closed.
     High,
-    /// The lower one is.
+    /// The lower switch is closed.
     Low,
-    /// None is: its diodes lead.
+    /// Both switches are open: the diodes conduct.
     Open,
 }
 
 impl Timer {
-    /// A half bridge now, by its channel. For a dead time after an edge none of its switches is closed.
+    /// State of a half bridge now, by its channel. Both switches are open for the dead time after an edge.
     pub(in super::super) fn gate(&self, channel: u32, driver: GateDriver) -> Gate {
         let dead = u64::from(dead_time(self.registers.bits(BDTR, 0, 8))).div_ceil(self.prescaler + 1);
         let is_dead = self.counts_since_edge(channel).is_some_and(|counts| counts < dead);
@@ -48,13 +49,13 @@ impl Timer {
         }
     }
 
-    /// What is wrong with a half bridge, as the registers are: at any time of a period both of its switches are closed at once, or
-    /// one of them is while the bridge is off.
+    /// Returns the fault of a half bridge with the present registers: both switches closed at once at any
+    /// time of a period, or a switch closed while the bridge is off.
     pub(in super::super) fn misuse(&self, channel: u32, driver: GateDriver) -> Option<&'static str> {
         let is_off = !self.registers.has(BDTR, MOE);
         let levels =
             [[true, false], [false, true], [false, false]].map(|active| self.levels(channel, active));
-        // Behind the switch-off both are at their inactive levels first.
+        // After switch-off, both pins first have their inactive levels.
         let is_driven = self.levels(channel, [false; 2]) != [None; 2];
         let inactive = [0, 1].map(|side| Some(self.registers.has(CCER, 4 * channel + 2 * side + 1)));
         let mut closed =
@@ -63,11 +64,12 @@ impl Timer {
             Some("both switches are closed at once")
         } else {
             (is_off && closed.any(|closed| closed.contains(&true)))
-                .then_some("a switch is closed while it is off")
+                .then_some("a switch is closed while the bridge is off")
         }
     }
 
-    /// The levels of a channel's two pins, whose outputs are active or not; none where the timer does not drive one.
+    /// Levels of a channel's two pins, from the active states of its outputs; `None` for a pin that the timer
+    /// does not drive.
     fn levels(&self, channel: u32, active: [bool; 2]) -> [Option<bool>; 2] {
         let is_enabled = [0, 1].map(|side| self.registers.has(CCER, 4 * channel + 2 * side));
         let is_any = is_enabled.contains(&true);
@@ -78,7 +80,7 @@ impl Timer {
             }
             let is_inverted = self.registers.has(CCER, 4 * channel + 2 * side + 1);
             if self.registers.has(CCER, 4 * channel + 2 * side) {
-                // Alone it is no complement.
+                // Enabled alone, the complementary output follows the reference without inversion.
                 let is_alone = side == 1 && !is_enabled[0];
                 Some((if is_alone { active[0] } else { is_active }) != is_inverted)
             } else {
@@ -87,19 +89,20 @@ impl Timer {
         })
     }
 
-    /// The next cycle in which the counter is at its top, in the middle of the time that the lower switches are closed; none
-    /// while it does not count up and down.
+    /// Next cycle with the counter at its maximum, in the middle of the on time of the lower switches; `None`
+    /// unless it counts up and down.
     pub(in super::super) fn next_top(&self) -> Option<u64> {
         let is_right = self.is_counting() && self.is_up_and_down();
         is_right.then(|| self.cycle_of(self.distance(self.top())))
     }
 
-    /// When the main output was switched on or off since this was last asked.
+    /// Takes the changes of the main output enable since the last call.
     pub(in super::super) fn take_switched(&mut self) -> Vec<(u64, bool)> {
         std::mem::take(&mut self.switched)
     }
 
-    /// Counts since the reference of a channel has changed; none where it does not, with the compare value that is in effect.
+    /// Counts since the last edge of a channel's reference; `None` if the reference has no edges at the
+    /// effective compare value.
     fn counts_since_edge(&self, channel: u32) -> Option<u64> {
         let period = self.period();
         let compare = self.compares.get(channel as usize).copied().map_or(0, u64::from);

@@ -1,15 +1,16 @@
-//! Trigger outputs of timer 1, which converters are started by (RM0440, 28.3.29 and the fields MMS and MMS2 of `TIM1_CR2`).
+//! Trigger outputs of timer 1, which start ADC conversions (RM0440, 28.3.29 and the fields MMS and MMS2 of
+//! `TIM1_CR2`).
 
 use super::{CCMR1, CEN, CHANNELS, CR1, CR2, Timer};
 
-/// An output.
+/// A trigger output.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(in super::super) enum Output {
     Trgo,
     Trgo2,
 }
 
-/// What an output does.
+/// An edge of a trigger output.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(in super::super) struct Edge {
     pub(in super::super) output: Output,
@@ -17,7 +18,7 @@ pub(in super::super) struct Edge {
     pub(in super::super) is_rising: bool,
 }
 
-/// What is put out: a code of MMS and MMS2, which have the same ones up to 7.
+/// Source of a trigger output: a code of MMS or MMS2. Both fields have the same codes up to 7.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) struct Select(u32);
 
@@ -26,21 +27,21 @@ impl Select {
     pub(super) const ENABLE: Self = Self(1);
     pub(super) const UPDATE: Self = Self(2);
 
-    /// The channel whose reference is put out.
+    /// The channel whose reference is the source.
     fn channel(self) -> Option<u32> {
         self.0.checked_sub(4).filter(|channel| *channel < CHANNELS)
     }
 }
 
 impl Timer {
-    /// Of TRGO and TRGO2.
+    /// Sources of TRGO and TRGO2.
     pub(super) fn selects(&self) -> [Select; 2] {
         let low = self.registers.bits(CR2, 4, 3);
         let high = self.registers.bits(CR2, 25, 1);
         [Select(high << 3 | low), Select(self.registers.bits(CR2, 20, 4))]
     }
 
-    /// What an output is chosen to put out and is not modelled.
+    /// Returns a description of an output's source if it is not modelled.
     pub(in super::super) fn unknown_trigger(&self, output: Output) -> Option<String> {
         let [first, second] = self.selects();
         let (select, field) = match output {
@@ -51,11 +52,12 @@ impl Timer {
             Some(channel) => self.reference(channel, self.phase).is_some(),
             None => matches!(select, Select::RESET | Select::ENABLE | Select::UPDATE),
         };
-        (!is_known).then(|| format!("TIM1_CR2.{field} is {}: as a trigger, that is not modelled", select.0))
+        (!is_known).then(|| format!("TIM1_CR2.{field} is {}: trigger source not modelled", select.0))
     }
 
-    /// The reference signal of a channel (`OCxREF`) at a place in the period; none in a mode that is not modelled. One way up
-    /// it is active below the compare value, on the way down also at it (28.3.10 to 28.3.13).
+    /// Reference signal of a channel (`OCxREF`) at a position in the period; `None` in a mode that is not
+    /// modelled. Counting up, it is active below the compare value; counting down, also at the compare value
+    /// (28.3.10 to 28.3.13).
     pub(super) fn reference(&self, channel: u32, phase: u64) -> Option<bool> {
         let place = CCMR1 + channel / 2 * 4;
         let first = channel % 2 * 8;
@@ -79,7 +81,7 @@ impl Timer {
         }
     }
 
-    /// Counts until a reference that is put out can change; none where none is.
+    /// Counts until a reference that is a trigger source can change; `None` without such a source.
     pub(super) fn counts_to_edge(&self) -> Option<u64> {
         if !self.has_gates {
             return None;
@@ -95,7 +97,7 @@ impl Timer {
         distances.min()
     }
 
-    /// Outputs that are a level.
+    /// Updates the outputs whose source is a level.
     pub(super) fn see_levels(&mut self, at: u64) {
         if !self.has_gates {
             return;
@@ -114,7 +116,7 @@ impl Timer {
         }
     }
 
-    /// Outputs that are a pulse of one cycle on one of these events.
+    /// Pulses the outputs whose source is one of these events, for one cycle.
     pub(super) fn pulse(&mut self, events: &[Select], at: u64) {
         if !self.has_gates {
             return;
@@ -127,7 +129,7 @@ impl Timer {
         }
     }
 
-    /// What the outputs have done since this was last asked, in order.
+    /// Takes the edges of the outputs since the last call, in order.
     pub(in super::super) fn take_edges(&mut self) -> Vec<Edge> {
         std::mem::take(&mut self.edges)
     }

@@ -1,4 +1,4 @@
-//! Parts of words, and words of parts.
+//! Parts of words, and words composed of parts.
 
 use super::{Cell, slots_of};
 use crate::abstraction::symbol::{Function, Joined, Origin, Side, Slot};
@@ -7,15 +7,15 @@ use crate::domain::Domain as _;
 use crate::instruction::Shift;
 use crate::values::Values;
 
-/// Joins, one before the other, that a part is looked for behind.
+/// Maximum depth of nested merges when deriving a part.
 const JOINS: u32 = 6;
-/// Name of the parts among functions of one word.
+/// Number that identifies parts among the functions of one word.
 const PART: u8 = 9;
 /// A byte that is zero.
 const NOTHING: Slot = Slot { word: Word { symbol: 0, offset: 0 }, byte: 0 };
 
 impl Abstract {
-    /// So many bytes of a word from byte `first` on, as a number. The same part is the same word.
+    /// `bytes` bytes of a word from byte `first`, as a number. The same part always yields the same word.
     pub(in crate::abstraction) fn part(&mut self, word: Word, first: u8, bytes: u8) -> Word {
         if bytes == 4 {
             return word;
@@ -34,7 +34,7 @@ impl Abstract {
         self.part_everywhere(word, (first, bytes), JOINS)
     }
 
-    /// As [`part`](Self::part), of a word on whatever path: nothing that only the present one knows goes into it.
+    /// Like [`part`](Self::part), but for all paths: does not use facts of the current path.
     fn part_everywhere(&mut self, word: Word, (first, bytes): (u8, u8), joins: u32) -> Word {
         let function = Function::Part(first, bytes);
         if word.is_constant() {
@@ -71,13 +71,13 @@ impl Abstract {
         part
     }
 
-    /// What a word can be on any path.
+    /// Values of a word that are possible on any path.
     pub(in crate::abstraction) fn everywhere(&self, word: Word) -> Values {
         let values = self.symbol(word.symbol).map_or(Values::ALL, |symbol| symbol.values);
         values.add(&Values::one(word.offset))
     }
 
-    /// The part of a word that was put together of bytes, if just these were one word.
+    /// Part of a word composed of bytes, if the selected bytes belong to one word.
     fn part_of_bytes(&mut self, word: Word, (first, bytes): (u8, u8), joins: u32) -> Option<Word> {
         let slots = self.bytes_of(word, |domain, word| domain.everywhere(word));
         let from = usize::from(first);
@@ -96,7 +96,7 @@ impl Abstract {
         is_run.then(|| self.part_everywhere(*other, (*byte, bytes), joins))
     }
 
-    /// The word of which these slots are all the bytes that are not zero.
+    /// The word to which all these slots belong, if its other bytes are zero.
     fn one_word(&self, slots: &[Slot]) -> Option<Word> {
         let word = slots.first()?.word;
         let is_one = (0..).zip(slots).all(|(byte, slot)| *slot == Slot { word, byte });
@@ -104,7 +104,7 @@ impl Abstract {
         (is_one && self.values(word).high() <= greatest).then_some(word)
     }
 
-    /// The number that stands in the first `bytes` of four bytes.
+    /// The number in the first `bytes` of four bytes.
     pub(in crate::abstraction) fn combine(&mut self, slots: &[Slot; 4], bytes: u8) -> Word {
         let used = slots.get(..usize::from(bytes)).unwrap_or_default();
         if let Some(word) = self.one_word(used) {
@@ -132,7 +132,8 @@ impl Abstract {
         self.new_symbol(values, Origin::Bytes(padded))
     }
 
-    /// The bytes of a word, those that are always zero as such. `values` says what a word can be.
+    /// Bytes of a word; bytes that are always zero become [`NOTHING`]. `values` returns the possible values
+    /// of a word.
     fn bytes_of(&self, word: Word, values: impl Fn(&Self, Word) -> Values + Copy) -> [Slot; 4] {
         let whole = [0, 1, 2, 3].map(|byte| Slot { word, byte });
         if word.is_constant() {
@@ -144,10 +145,10 @@ impl Abstract {
         slots
     }
 
-    /// The bytes of a word by what it was computed from.
+    /// Bytes of a word, derived from its origin.
     fn structure(&self, word: Word, values: impl Fn(&Self, Word) -> Values + Copy) -> Option<[Slot; 4]> {
         if word.offset != 0 {
-            // Only what is added to nothing stays apart.
+            // Adding an offset keeps the bytes separate only where it adds to zero bytes.
             let mut slots = self.bytes_of(Word { offset: 0, ..word }, values);
             for (slot, added) in
                 slots.iter_mut().zip(word.offset.to_le_bytes()).filter(|(_, added)| *added != 0)
@@ -185,12 +186,12 @@ impl Abstract {
         }
     }
 
-    /// A known byte as a word of its own.
+    /// A known byte as a separate word.
     fn byte_of(&self, slot: Slot) -> Word {
         Word::constant(Function::Part(slot.byte, 1).at(slot.word.offset))
     }
 
-    /// The sum of two words that have no byte in common.
+    /// The sum of two words without a common nonzero byte.
     pub(in crate::abstraction) fn beside(&mut self, a: Word, b: Word) -> Option<Word> {
         let values = |domain: &Self, word| domain.values(word);
         let mut slots = self.bytes_of(a, values);

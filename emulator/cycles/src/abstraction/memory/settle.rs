@@ -1,4 +1,4 @@
-//! Memory before and after a call: what changed, and where what grows may come to rest.
+//! Memory before and after a call: detection of changes, and widening of growing values.
 
 use std::collections::{BTreeMap, BTreeSet, HashMap};
 use std::ops::Range;
@@ -11,7 +11,7 @@ use crate::instruction::Width;
 use crate::values::Values;
 
 impl AbstractMemory {
-    /// Makes values of these addresses unknown, each by itself.
+    /// Makes the values at these addresses unknown and independent of each other.
     pub(crate) fn forget(
         &mut self,
         domain: &mut Abstract,
@@ -42,8 +42,8 @@ impl AbstractMemory {
         })
     }
 
-    /// The lowest address, but for the given ones, where `after` can be what this cannot: another number, or one that
-    /// was equal to another and is not any more. None when this covers `after`.
+    /// The lowest address, outside the given ranges, where `after` is not covered by this memory: a new
+    /// value, or two equal values that now differ. `None` if this memory covers `after`.
     pub(crate) fn first_change(&self, domain: &Abstract, after: &Self, given: &[Range<u32>]) -> Option<u32> {
         let mut same: HashMap<u32, (u32, u32)> = HashMap::new();
         for ((start, before), (_, after)) in self.pages().zip(after.pages()) {
@@ -59,8 +59,8 @@ impl AbstractMemory {
         None
     }
 
-    /// Lets numbers that the last join let grow, again and again, go on to where they may come to rest: one that
-    /// something was compared with, and at last the end of all numbers. `growths` is how often each has grown.
+    /// Widens numbers that repeatedly grew in the last merge: to a number from a comparison, finally to the
+    /// full range. `growths` counts how often each number grew.
     pub(crate) fn widen(mut self, domain: &mut Abstract, growths: &mut BTreeMap<u32, u32>) -> Self {
         let mut wider = HashMap::new();
         let before = self.clone();
@@ -87,8 +87,8 @@ impl AbstractMemory {
 }
 
 impl Abstract {
-    /// Whether a byte can be all that it can be after, and is tied to others as it is after. `same` is which symbol
-    /// after stands for which one before.
+    /// Whether the byte `before` covers the byte `after`: its possible values and its relations to other
+    /// bytes. `same` maps symbols before to symbols after.
     fn covers(&self, same: &mut HashMap<u32, (u32, u32)>, before: Slot, after: Slot) -> bool {
         if before.word == Word::ANYTHING || after.word == Word::ANYTHING {
             return before.word == Word::ANYTHING;
@@ -105,9 +105,9 @@ impl Abstract {
             && (before == after || values.union(&self.values(after.word)) == values)
     }
 
-    /// A word that can be all that this one can be, or more if that has grown. Only what [`covers`](Self::covers) looks
-    /// at is kept, ties to other words that `wider` is kept for: what else a symbol comes from, such as which of two
-    /// paths was taken, holds for the round it was found in and perhaps for no other.
+    /// A word that covers this word, or more if the word grew. Keeps only the properties that
+    /// [`covers`](Self::covers) compares; `wider` preserves relations to other words. Other origins of a
+    /// symbol, such as the path taken at a merge, may hold only for the current round.
     fn widened(&mut self, wider: &mut HashMap<u32, Word>, word: Word, growths: &mut u32) -> Word {
         if let Some(widened) = wider.get(&word.symbol) {
             return widened.plus(word.offset);
@@ -134,14 +134,14 @@ impl Abstract {
     }
 }
 
-/// How often a number may grow before it is let go to the next threshold.
+/// Growths of a number before it is widened to the next threshold.
 const PATIENCE: u32 = 3;
-/// How often it may grow before it can be anything.
+/// Growths of a number before it becomes unknown.
 const THRESHOLDS: u32 = 7;
-/// Numbers at which what grows may come to rest, besides those that something is compared with.
+/// Limits for growing numbers, in addition to the numbers in comparisons.
 const WIDTHS: [u32; 3] = [0xFF, 0xFFFF, 0x7FFF_FFFF];
 
-/// `now` up to the next thresholds where it goes beyond `before`.
+/// Widens `now` to the next thresholds where it exceeds `before`.
 fn grown(before: &Values, now: &Values, thresholds: &BTreeSet<u32>) -> Values {
     let above = |end: u32| {
         let compared = thresholds.range(end..).next().copied();
