@@ -21,14 +21,23 @@ mod log;
 mod process;
 mod processor;
 mod upload;
+mod wire;
 
 use std::time::Duration;
 
-pub use board::{Board, BoardKey};
+pub use board::Board;
 pub use emulator::end_all;
 pub use error::EmulatedError;
-pub use image::{BOARD, BUILD, FOLDER_VARIABLE, Image, built};
+pub use image::{Image, built};
 pub use processor::share_one_processor;
+pub use wire::BoardKey;
+
+/// The emulated board, by the name of its image.
+pub const BOARD: &str = "mps2-an386";
+/// Folder of images, each named after its board and variant.
+pub const FOLDER_VARIABLE: &str = "DIMSART_FIRMWARE";
+/// Command that builds the image.
+pub const BUILD: &str = "cargo board mps2-an386";
 
 /// The emulator.
 const PROGRAM: &str = "qemu-system-arm";
@@ -36,3 +45,8 @@ const PROGRAM: &str = "qemu-system-arm";
 const PATIENCE: Duration = Duration::from_secs(8);
 /// Time of an instruction in the emulator.
 const NS_PER_INSTRUCTION: u64 = 1 << 10;
+
+/// Converts bytes to words.
+fn words(bytes: &[u8]) -> impl Iterator<Item = u32> {
+    bytes.as_chunks().0.iter().map(|word| u32::from_le_bytes(*word))
+}

@@ -21,9 +21,9 @@ use crate::observer::Observer;
 use crate::observer::channel_energy::ChannelEnergy;
 use crate::outcome::{Outcome, RealTime};
 use crate::pace::Pace;
+use crate::phases::Phases;
 use crate::recorder::Recorder;
 use crate::recording::{Piece, Recording};
-use crate::response::{self, Phases};
 use crate::rig::Rig;
 use crate::rig_file::RigFile;
 
@@ -41,7 +41,7 @@ pub struct Experiment {
     /// In reporting order.
     observers: Vec<Box<dyn Observer>>,
     /// Outcome, with results that are known before the run.
-    outcome: Outcome,
+    pub(crate) outcome: Outcome,
     /// `None` if no signals are recorded.
     recorder: Option<Recorder>,
     /// Channel energy for the recorder; `None` for several channels.
@@ -71,16 +71,6 @@ pub struct Run {
 }
 
 impl Experiment {
-    /// Creates the experiment of a rig file, with all controllers in one process and in virtual time.
-    ///
-    /// # Errors
-    /// [`ExperimentError`] if a device, plant or scheme is invalid.
-    pub fn new(file: &RigFile) -> Result<Self, ExperimentError> {
-        let mut experiment = response::experiment(file)?;
-        experiment.outcome.warnings.extend(file.renamed_keys.iter().map(ToString::to_string));
-        Ok(experiment)
-    }
-
     /// Creates an experiment of `duration_s` from a rig and observers; its construction started at `begun`.
     pub(crate) fn observed(
         begun: Instant,

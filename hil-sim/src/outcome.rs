@@ -3,11 +3,12 @@
 use serde::Serialize;
 
 use crate::bus::Traffic;
+pub use crate::loop_figures::LoopFigures;
 pub use crate::observer::limit_cycles::LimitCycle;
 pub use crate::observer::perceived::PerceivedStiffness;
 pub use crate::observer::reception::Received;
 pub use crate::observer::saturation::Saturation;
-pub use crate::response::{Border, LinearLoop, LoopFigures};
+pub use crate::response::{Border, LinearLoop};
 
 /// All figures of a run, as printed by `--json`.
 #[derive(Debug, Clone, PartialEq, Serialize)]

@@ -4,6 +4,7 @@
 //! RigFile ──▶ Rig { Station: controller ◀─▶ Instrumented { Joint per axis, references, loads } } ──▶ Experiment
 //! ```
 
+mod axis;
 mod body;
 mod border;
 mod build;
@@ -18,6 +19,7 @@ mod live;
 mod loop_gain;
 mod machine;
 mod moves;
+mod obstacle;
 mod one_station;
 mod plant_model;
 mod poles;
@@ -35,13 +37,10 @@ pub use build::{LoadedController, loaded_controllers};
 pub use chain::{Chain, Controller};
 pub use linear_loop::{Held, LinearLoop, linear_loops};
 pub use live::{Hold, LiveRig, TELEMETRY_STREAMS};
-pub use loop_gain::LoopFigures;
+pub use obstacle::Obstacle;
 pub use one_station::{Alone, one_station};
-pub(crate) use poles::UNDECIDED;
 use press::moved_by;
-pub use press::{Obstacle, Phases};
 
-use controller_model::Place;
 use press::Planned;
 
 use crate::experiment::{Experiment, ExperimentError};
@@ -58,40 +57,33 @@ use crate::observer::round_trip::{RoundTrips, Ways};
 use crate::observer::saturation::Saturated;
 use crate::observer::watch::Watch;
 use crate::outcome::Outcome;
+use crate::phases::Phases;
 use crate::recorder::Recorder;
 use crate::rig::Rig;
 use crate::rig_file::{HAND, LOAD, MoveSection, Part, RigFile};
 
-/// Loop of an axis.
-#[derive(Debug, Default)]
-pub(crate) struct AxisLoop {
-    pub(crate) station: usize,
-    /// Index in the station.
-    pub(crate) axis: usize,
-    /// `None` if not linear.
-    pub(crate) free: Option<LoopFigures>,
-    /// Loop with every axis held by its wall; `None` without a wall.
-    pub(crate) in_contact: Option<LoopFigures>,
-}
-
-impl AxisLoop {
-    /// A nonlinear loop.
-    fn unknown(at: Place) -> Self {
-        Self { station: at.station, axis: at.place, ..Self::default() }
+impl Experiment {
+    /// Creates the experiment of a rig file, with all controllers in one process and in virtual time.
+    ///
+    /// # Errors
+    /// [`ExperimentError`] if a device, plant or scheme is invalid.
+    pub fn new(file: &RigFile) -> Result<Self, ExperimentError> {
+        let mut experiment = experiment(file)?;
+        experiment.outcome.warnings.extend(file.renamed_keys.iter().map(ToString::to_string));
+        Ok(experiment)
     }
 }
 
-/// Creates the experiment of a rig file, with all controllers in one process and in virtual time.
-pub(crate) fn experiment(file: &RigFile) -> Result<Experiment, ExperimentError> {
+fn experiment(file: &RigFile) -> Result<Experiment, ExperimentError> {
     let begun = Instant::now();
     let planned = press::planned(file)?;
     match planned {
         Some(planned) => {
             let moved = planned.moved(file);
-            let rig = build::rig(&moved, Some(&planned))?;
+            let rig = build::rig(&moved, &planned.let_go_s())?;
             experiment_of(begun, &moved, Some(planned), rig, None)
         }
-        None => experiment_of(begun, file, None, build::rig(file, None)?, None),
+        None => experiment_of(begun, file, None, build::rig(file, &[])?, None),
     }
 }
 

@@ -24,6 +24,7 @@
 //! relative to the file's folder.
 
 mod around;
+mod axis;
 mod bus;
 mod check;
 mod controller;
@@ -33,6 +34,7 @@ mod error;
 mod media;
 mod moves;
 mod parameter;
+mod parameter_check;
 pub(crate) mod part;
 mod read;
 mod set;
@@ -43,10 +45,11 @@ use std::path::{Path, PathBuf};
 use crate::renamed_keys::{self, RenamedKey};
 use crate::schemes::suggestion;
 pub use around::{AxisHand, AxisSpring, AxisWall, EnvironmentKind, RIGID_STIFFNESS, WallSide};
+pub use axis::{ActuatorSection, AxisSection, AxisUnit};
 pub use bus::{BusSection, IdealSection};
 pub use controller::{ControllerSection, LinkSection};
 pub use data_type::TypeSection;
-pub use device::{ActuatorSection, AxisSection, AxisUnit, DeviceSection, WatchSection};
+pub use device::{DeviceSection, WatchSection};
 use dimsart_core::{DataType, ModuleKinds, types};
 pub use error::RigFileError;
 pub use media::{CanSection, DelayKind, UartSection, UdpSection};
@@ -252,7 +255,7 @@ impl RigFile {
         let mut problems = file.problems();
         problems.extend(file.surplus_forces(&settings));
         if !is_shipped {
-            problems.extend(parameter::problems(&file.parameters, text));
+            problems.extend(parameter_check::problems(&file.parameters, text));
         }
         if problems.is_empty() {
             return Ok(file);

@@ -116,12 +116,13 @@ pub(crate) fn name_of(id: KindId, kinds: ModuleKinds) -> String {
 
 /// Cost of each instruction of a law, per axis.
 fn instructions(firmware: &Firmware, timing: Timing, kinds: ModuleKinds) -> Result<Vec<Cost>, CyclesError> {
-    let with = Opcode::ALL.iter().map(|opcode| law_costs::with(*opcode, kinds));
-    let variants: Vec<Variant> = [law_costs::plain(kinds)].into_iter().chain(with).collect();
+    let laws = [law_costs::plain()].into_iter().chain(Opcode::ALL.iter().copied().map(law_costs::with));
+    let variants: Vec<Variant> = laws.map(|law| Variant::new(law_costs::MODULE, law, kinds)).collect();
     let tasks = tasks(variants.iter().map(Some), 1..2);
     let dof = tasks.first().map_or(1, |(_, dof)| *dof);
     let found = bounds(firmware, timing, &tasks, kinds);
-    let found: Vec<_> = found.into_iter().map(|(_, bound)| bound).collect::<Result<_, _>>()?;
+    let cycles = |bound: Option<SchemeBound>| bound.map(|bound| bound.module.0);
+    let found: Vec<_> = found.into_iter().map(|(_, bound)| bound.map(cycles)).collect::<Result<_, _>>()?;
     let (plain, with) = found.split_first().ok_or(CyclesError::NoTick)?;
     Ok(law_costs::lines(*plain, with, dof))
 }

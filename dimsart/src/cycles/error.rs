@@ -16,8 +16,9 @@ use hil_sim::experiment::ExperimentError;
 pub enum CyclesError {
     /// No image at this path.
     #[error(
-        "no firmware image {}: build it with `cargo board {board}`, or give the path of an ELF",
-        path.display()
+        "no firmware image {}: build it with `cargo board {board}` (boards: {}), or give the path of an ELF",
+        path.display(),
+        crate::budget::names()
     )]
     NoImage {
         /// Path of the missing image.
@@ -109,7 +110,8 @@ pub enum CyclesError {
     IncompatibleImage,
     /// The image refuses a scheme that runs on the host.
     #[error(
-        "the image refuses command {command} of the scheme, which runs on the host: the board's Data Base is too small"
+        "the scheme runs on the host, but the board's Data Base is too small for it: command {command} was refused; \
+         use fewer modules or axes"
     )]
     Refused {
         /// Its number, from 1.

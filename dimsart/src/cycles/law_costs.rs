@@ -4,10 +4,8 @@ use dimsart_core::online::{
     Field, Header, Instruction, LawParameter, MAX_INPUTS, MAX_OUTPUTS, MAX_PARAMETERS, MAX_STATES, OWN_AXIS,
     Opcode, seal,
 };
-use dimsart_core::{Command, Cost, ModuleKinds, ModuleRef, TypeRef, Unit, Value, types};
+use dimsart_core::{Command, Cost, ModuleRef, TypeRef, Unit, Value, types};
 use hil_sim::law;
-
-use super::scheme_bound::{SchemeBound, Variant};
 
 /// Copies of an instruction in a program.
 const COPIES: u8 = 8;
@@ -15,13 +13,13 @@ const COPIES: u8 = 8;
 /// The module that runs laws.
 pub(super) const MODULE: ModuleRef = ModuleRef::new(law::MODULE, 1);
 
-/// A law with all ports, parameters and states that writes an input to every output.
-pub(super) fn plain(kinds: ModuleKinds) -> Variant {
-    Variant::new(MODULE, commands(&[]), kinds)
+/// Loads a law with all ports, parameters and states that writes an input to every output.
+pub(super) fn plain() -> Vec<Command> {
+    commands(&[])
 }
 
-/// The same law with copies of an instruction, if a tick can contain it.
-pub(super) fn with(opcode: Opcode, kinds: ModuleKinds) -> Variant {
+/// Loads the same law with copies of an instruction, if a tick can contain it.
+pub(super) fn with(opcode: Opcode) -> Vec<Command> {
     // Fields other than registers are 0; registers read the input.
     let fields: Vec<u8> = opcode
         .fields()
@@ -34,7 +32,7 @@ pub(super) fn with(opcode: Opcode, kinds: ModuleKinds) -> Variant {
         .collect();
     let copies = vec![Instruction::new(opcode, &fields); COPIES.into()];
     let copies = if opcode == Opcode::Last { Vec::new() } else { copies };
-    Variant::new(MODULE, commands(&copies), kinds)
+    commands(&copies)
 }
 
 fn commands(more: &[Instruction]) -> Vec<Command> {
@@ -68,10 +66,10 @@ fn commands(more: &[Instruction]) -> Vec<Command> {
     commands
 }
 
-/// Cost of each instruction per axis, from bounds of the plain law and of laws with its copies on `dof` axes.
-pub(super) fn lines(plain: Option<SchemeBound>, with: &[Option<SchemeBound>], dof: u16) -> Vec<Cost> {
+/// Cost of each instruction per axis, from the cycles of the plain law and of laws with its copies on `dof` axes.
+pub(super) fn lines(plain: Option<u64>, with: &[Option<u64>], dof: u16) -> Vec<Cost> {
     let lines = with.iter().zip(Opcode::ALL).map(|(bound, opcode)| {
-        let more = bound.as_ref()?.module.0.saturating_sub(plain?.module.0);
+        let more = (*bound)?.saturating_sub(plain?);
         let each = more.div_ceil(u64::from(COPIES) * u64::from(dof));
         u16::try_from(each).ok().filter(|each| *each > 0 || *opcode == Opcode::Last)
     });

@@ -62,7 +62,7 @@ impl Variant {
     pub(super) fn of(kind: KindId, kinds: ModuleKinds) -> Vec<Self> {
         let module = ModuleRef { kind, number: 1 };
         if module == law_costs::MODULE {
-            return vec![law_costs::plain(kinds)];
+            return vec![Self::new(module, law_costs::plain(), kinds)];
         }
         let described = |index| Some((index, kinds.describe_parameter(kind, index)?));
         let parameters: Vec<(u8, Parameter)> = (0..).map_while(described).collect();

@@ -1,9 +1,9 @@
 //! Pictures of a press: positions, forces, energy in the channel.
 
 use crate::report::{Curve, Figure, Level, Panel, Span};
+use hil_sim::phases::Phases;
 use hil_sim::recorder::CHANNEL_ENERGY;
 use hil_sim::recording::Recording;
-use hil_sim::response::Phases;
 use hil_sim::rig_file::RigFile;
 
 /// File names of the figures, without extension.

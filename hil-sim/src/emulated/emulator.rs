@@ -11,9 +11,9 @@ use rustix::event::{PollFd, PollFlags, Timespec, poll};
 use rustix::io::Errno;
 use tempfile::TempDir;
 
-use super::board::words;
 use super::process::Process;
 pub use super::process::end_all;
+use super::words;
 use super::{EmulatedError, Image, PATIENCE};
 
 /// Poll interval of a silent process.

@@ -7,7 +7,7 @@ use std::process::ExitStatus;
 use dimsart_link::exchange::{self, ExchangeError, MAX_FRAME_BYTES, MAX_PACKETS};
 use dimsart_link::protocol::Refusal;
 
-use super::image::BUILD;
+use super::BUILD;
 use super::{PATIENCE, PROGRAM};
 
 /// Error of running a controller on an emulated board.

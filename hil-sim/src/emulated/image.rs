@@ -4,15 +4,9 @@ use std::env;
 use std::fs;
 use std::path::{Path, PathBuf};
 
-use super::EmulatedError;
+use super::{BOARD, EmulatedError, FOLDER_VARIABLE};
 
-/// The emulated board, by the name of its image.
-pub const BOARD: &str = "mps2-an386";
-/// Folder of images, each named after its board and variant.
-pub const FOLDER_VARIABLE: &str = "DIMSART_FIRMWARE";
-/// Command that builds the image.
-pub const BUILD: &str = "cargo board mps2-an386";
-/// Path of the image in the target folder, as built by [`BUILD`].
+/// Path of the image in the target folder, as built by [`BUILD`](super::BUILD).
 const BUILT: &str = "thumbv7em-none-eabihf/firmware/firmware";
 
 /// A firmware image for the emulated board.

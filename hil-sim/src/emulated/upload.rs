@@ -8,8 +8,8 @@ use dimsart_link::protocol::{
     RequestSealer, Response, decode_response, request_id,
 };
 
-use super::EmulatedError;
-use super::board::{BoardKey, Wire, words};
+use super::wire::{BoardKey, Wire};
+use super::{EmulatedError, words};
 use crate::rig::SimulatedDimsart;
 
 /// Client id of this process.

@@ -6,10 +6,10 @@ use dimsart_core::{DataType, types};
 
 use super::Observer;
 use super::step_response::{StepFigures, StepResponse};
+use crate::loop_figures::{AxisLoop, UNDECIDED};
 use crate::motion::{Motion, sum_at};
 use crate::outcome::{AxisOutcome, Following, Outcome};
 use crate::plant::MAX_QUANTITIES;
-use crate::response::{AxisLoop, UNDECIDED};
 use crate::rig::{Probe, Rig, Station};
 
 /// Quantity of an axis that follows each reference.

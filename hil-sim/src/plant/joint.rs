@@ -14,6 +14,7 @@
 
 mod bridge_motor;
 mod brushed;
+mod electric;
 mod exact;
 mod flexible;
 mod friction;
@@ -28,6 +29,7 @@ mod push;
 mod state;
 mod step;
 mod stops;
+mod sub_steps;
 #[cfg(test)]
 mod tests;
 mod thermal;
@@ -167,7 +169,7 @@ impl JointParameters {
         if mechanics.is_exact() {
             mechanics.winding = self.motor.winding();
         }
-        let sub_steps_per_s = pace::sub_steps_per_s(&mechanics)?;
+        let sub_steps_per_s = sub_steps::sub_steps_per_s(&mechanics)?;
         let state = mechanics.start();
         let exact = mechanics.is_exact().then(|| ExactSteps::new(&mechanics));
         let is_source = mechanics.is_source();

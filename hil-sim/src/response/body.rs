@@ -2,9 +2,7 @@
 
 use dimsart_core::limits::MAX_DOF;
 
-use drive::DriveReading;
-
-use super::machine::Axis;
+use super::axis::{Axis, AxisState};
 use crate::experiment::ExperimentError;
 use crate::plant::{Arm, Axes, DriveBus, Joint, JointParameters, Phantom, PhantomPort, Repetition};
 use crate::rig_file::{AxisSection, DeviceSection};
@@ -25,20 +23,6 @@ pub(super) struct Tip {
     origin_m: [f64; 3],
     /// Command of the last period, at its port.
     command: [f64; 3],
-}
-
-/// True state of an axis.
-#[derive(Debug, Clone, Copy, Default)]
-pub(super) struct AxisState {
-    pub(super) position: f64,
-    pub(super) velocity: f64,
-    pub(super) force: f64,
-    /// Current, voltage and winding temperature of its motor.
-    pub(super) motor: Option<[f64; 3]>,
-    /// Readings of its drive, in place of sensors.
-    pub(super) reading: Option<DriveReading>,
-    /// Angle and speed of a joint, if the axis is a direction of the tip.
-    pub(super) joint: Option<[f64; 2]>,
 }
 
 impl Body {

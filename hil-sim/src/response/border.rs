@@ -13,11 +13,11 @@
 
 use std::f64::consts::PI;
 
-use dimsart_core::ModuleRef;
+use dimsart_core::{Engine, ModuleRef};
 use nalgebra::{Complex, Matrix3, Matrix4};
 use serde::Serialize;
 
-use super::chain::{Controller, SimulatedEngine, chosen, real};
+use super::chain::{Controller, chosen, real};
 use crate::link::InProcessParameters;
 use crate::plant::{GearParameters, JointMotorParameters, JointParameters};
 use crate::rig::{Rig, SimulatedDimsart};
@@ -69,7 +69,7 @@ struct Robot<'f> {
 }
 
 /// Whether a scheme consists only of modules covered by the theory, each once and in every tick.
-fn is_known(engine: &SimulatedEngine) -> bool {
+fn is_known(engine: &Engine) -> bool {
     let known = |module: ModuleRef| {
         let is_one = |name: &&str| ModuleRef::new(name, 1) == module;
         let is_in_every_tick = engine.rate_of(module).is_none_or(|rate| rate.every_ticks == 1);

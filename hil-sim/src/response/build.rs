@@ -4,12 +4,12 @@ use std::sync::{Arc, Mutex};
 
 use dimsart_core::{AxisKind, CommandError, DataType, DeviceDescriptor, Explanation, InputLimits, types};
 
+use super::axis::Axis;
 use super::body::Body;
 use super::guards::guard_all;
 use super::instrumented::{Instrumented, Output};
-use super::machine::{Axis, Machine};
+use super::machine::Machine;
 use super::moves::motions;
-use super::press::Planned;
 use crate::experiment::ExperimentError;
 use crate::law::Law;
 use crate::link::{Buses, InProcess, Link, Route};
@@ -21,13 +21,13 @@ use crate::schemes::{self, Loaded, SIDES, SchemeText};
 /// Odd number with mixed bits, to decorrelate consecutive seeds.
 const SPREAD: u64 = 0x9E37_79B9_7F4A_7C15;
 
-/// Builds all devices, controllers and links; plans a press.
-pub(super) fn rig(file: &RigFile, press: Option<&Planned>) -> Result<Rig, ExperimentError> {
+/// Builds all devices, controllers and links. `let_go_s`: release times of the pressing hand by axis; empty without a press.
+pub(super) fn rig(file: &RigFile, let_go_s: &[f64]) -> Result<Rig, ExperimentError> {
     let mut rig = Rig::new(file.sample_period_s);
     let parts = Part::of_all(file);
     for device in &file.devices {
         let mut of_device = parts.iter().filter(|part| part.device.name == device.name);
-        let machine = Arc::new(Mutex::new(machine(file, device, of_device.clone().count(), press)?));
+        let machine = Arc::new(Mutex::new(machine(file, device, of_device.clone().count(), let_go_s)?));
         of_device.try_for_each(|part| {
             rig.add(station(file, part, Arc::clone(&machine), controller(file, part)?)?);
             Ok::<_, ExperimentError>(())
@@ -43,12 +43,12 @@ pub(super) fn machine(
     file: &RigFile,
     device: &DeviceSection,
     controllers: usize,
-    press: Option<&Planned>,
+    let_go_s: &[f64],
 ) -> Result<Machine, ExperimentError> {
     let body = Body::new(device, file.sample_period_s, file.seed)?;
     let presses = file.experiment.press.as_ref().is_some_and(|press| press.device == device.name);
-    let let_go_s = press.filter(|_| presses).map_or_else(Vec::new, Planned::let_go_s);
-    Ok(Machine::new(body, axes_of(file, device, &let_go_s)?, device.delay_ticks, controllers))
+    let let_go_s = if presses { let_go_s } else { &[] };
+    Ok(Machine::new(body, axes_of(file, device, let_go_s)?, device.delay_ticks, controllers))
 }
 
 /// Maximum links over a CAN bus without channels: two controllers with one link in each direction.

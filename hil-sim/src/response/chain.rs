@@ -5,11 +5,12 @@
 
 mod controller;
 mod delay;
+mod scheme_values;
 
 pub use controller::Controller;
-pub(super) use controller::{SimulatedEngine, chosen, real};
+pub(super) use scheme_values::{chosen, real};
 
-use super::press::Obstacle;
+use super::obstacle::Obstacle;
 
 /// Both controllers and the obstacle of the slave.
 #[derive(Debug, Clone, Default, PartialEq)]

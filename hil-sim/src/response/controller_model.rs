@@ -96,7 +96,7 @@ impl<'f> Controllers<'f> {
     /// # Errors
     /// As [`Experiment::new`](super::Experiment::new).
     pub(super) fn new(file: &'f RigFile, commands: Vec<Place>) -> Result<Option<Self>, ExperimentError> {
-        let rig = build::rig(file, None)?;
+        let rig = build::rig(file, &[])?;
         let (mut cycle_ticks, mut memory_ticks) = (1, 0);
         for station in rig.stations() {
             let engine = station.dimsart.engine();
@@ -164,7 +164,7 @@ impl<'f> Controllers<'f> {
 impl Pair {
     /// Two rigs in operation; `None` if they cannot be started.
     fn new(file: &RigFile, commands: &[Place], quiet_ticks: usize) -> Result<Option<Self>, ExperimentError> {
-        let (still, disturbed) = (build::rig(file, None)?, build::rig(file, None)?);
+        let (still, disturbed) = (build::rig(file, &[])?, build::rig(file, &[])?);
         let (differences, sizes) = (Vec::new(), vec![0.0; commands.len()]);
         let (settled, unchanged) = (sizes.clone(), sizes.clone());
         let mut pair = Self {

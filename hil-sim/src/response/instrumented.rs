@@ -5,8 +5,8 @@ use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use dimsart_core::{DataType, types};
 use drive::DriveReading;
 
-use super::body::AxisState;
-use super::machine::{Axis, Machine, Positions};
+use super::axis::{Axis, AxisState};
+use super::machine::{Machine, Positions};
 use crate::motion::{Motion, sum_at};
 use crate::plant::{Actuation, Plant, Repetition, Sensor};
 use crate::rig_file::AxisUnit;

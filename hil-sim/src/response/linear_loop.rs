@@ -15,6 +15,7 @@ use serde::Serialize;
 use super::{build, chain, moved_by};
 use crate::experiment::ExperimentError;
 use crate::link::{InProcessParameters, round_trip_ticks};
+use crate::loop_figures::UNDECIDED;
 use crate::observer::Observer;
 use crate::outcome::Outcome;
 use crate::plant::JointMotorParameters;
@@ -25,8 +26,6 @@ use crate::rig_file::{AxisSection, AxisSpring, DeviceSection, LOAD, MoveSection,
 const STRUCK_M_PER_S: f64 = 0.1;
 /// Maximum stretch of the slave's spring, `m`, per `m/s` of the strike.
 const MAX_STRETCHED_M: f64 = 0.01;
-/// Growth per tick that is not distinguishable from 1.
-pub const UNDECIDED: f64 = 1e-5;
 /// Minimum and maximum evaluation time, ticks.
 const MIN_TICKS: usize = 1_500;
 const MAX_TICKS: usize = 64_000;
@@ -321,7 +320,7 @@ impl Struck {
             let of_device = file.devices.iter_mut().find(|device| device.name == *name);
             of_device.into_iter().for_each(|device| device.axes = vec![axis.clone()]);
         }
-        let mut rig = build::rig(&file, None)?;
+        let mut rig = build::rig(&file, &[])?;
         let mut delay_ticks = 0;
         for station in rig.stations_mut() {
             let read = chain::Controller::read(&mut station.dimsart);

@@ -20,7 +20,7 @@ use dimsart_link::protocol::{
 };
 
 use super::build;
-use super::press::{self, Planned};
+use super::press::{self, Planned, release_times_s};
 use super::references::References;
 use crate::clock;
 use crate::experiment::ExperimentError;
@@ -96,7 +96,8 @@ impl LiveRig {
     pub fn new(file: &RigFile) -> Result<(Self, Vec<(String, Pipe)>), ExperimentError> {
         let planned = press::planned(file)?;
         let file = &planned.as_ref().map_or_else(|| file.clone(), |planned| planned.moved(file));
-        let (rig, references) = (build::rig(file, planned.as_ref())?, References::new(file)?);
+        let (rig, references) =
+            (build::rig(file, &release_times_s(planned.as_ref()))?, References::new(file)?);
         let (mut answering, mut lines) = (Vec::new(), Vec::new());
         for (part, station) in Part::of_all(file).iter().zip(rig.stations()) {
             let [client, here] = pair([WAIT, Duration::ZERO]);
@@ -203,7 +204,7 @@ impl LiveRig {
             self.rig.time_s()
         ));
         // The rig was built before.
-        let Ok(mut anew) = build::rig(&self.file, self.planned.as_ref()) else { return };
+        let Ok(mut anew) = build::rig(&self.file, &release_times_s(self.planned.as_ref())) else { return };
         for (station, fresh) in self.rig.stations_mut().iter_mut().zip(anew.stations_mut()) {
             std::mem::swap(&mut station.plant, &mut fresh.plant);
         }

@@ -12,10 +12,9 @@ use std::f64::consts::{FRAC_1_SQRT_2, TAU};
 use std::ops::Range;
 
 use nalgebra::{DMatrix, DVector, Schur};
-use serde::Serialize;
 
 use super::closed_loop::{Circle, Loop, ONE, Point, Spectra};
-use super::poles::UNDECIDED;
+use crate::loop_figures::{LoopFigures, UNDECIDED};
 
 /// Maximum halvings between two frequencies.
 const GAIN_HALVINGS: u32 = 12;
@@ -28,23 +27,6 @@ const MIN_ANGLE: f64 = 1e-6;
 const MIN_GAIN: f64 = 1e-9;
 /// Relative tolerance of linear interpolation of a gain.
 const STRAIGHT: f64 = 0.05;
-
-/// Figures of the loop of an axis.
-#[derive(Debug, Clone, Copy, PartialEq, Default, Serialize)]
-pub struct LoopFigures {
-    /// Growth per tick of the slowest decaying disturbance: above 1 the loop is unstable and has no other figures.
-    /// `None` if all disturbances decay fast.
-    pub growth_per_tick: Option<f64>,
-    /// Phase margin, minimum distance of the phase from -180°, lag or lead, degrees; `None` without a gain crossing.
-    pub phase_margin_deg: Option<f64>,
-    /// Frequency of the margin, `Hz`.
-    pub crossover_hz: Option<f64>,
-    /// Gain margin, factor; `None` if unlimited.
-    pub gain_margin: Option<f64>,
-    /// Bandwidth: frequency at which the closed loop from reference to position (velocity loop: to velocity) falls
-    /// below 0.707, `Hz`; `None` without a measured reference or without a crossing.
-    pub bandwidth_hz: Option<f64>,
-}
 
 impl Loop {
     /// Figures of every command; `None` without feedback.

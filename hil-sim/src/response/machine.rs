@@ -6,13 +6,10 @@ use std::sync::atomic::{AtomicU64, Ordering};
 
 use dimsart_core::limits::MAX_DOF;
 
-use super::body::{AxisState, Body};
-use crate::motion::{Motion, sum_at};
+use super::axis::{Axis, AxisState, LATE_S};
+use super::body::Body;
 use crate::plant::{JointMotorParameters, JointParameters, Repetition};
-use crate::rig_file::{AxisHand, AxisSection};
 
-/// Tolerance for rounding of tick times, `s`.
-const LATE_S: f64 = 1e-9;
 /// Maximum delay of a command, ticks.
 pub(super) const MAX_WAITING: usize = 5;
 
@@ -48,79 +45,6 @@ impl Positions {
         for (axis, bits) in self.0.iter().enumerate().take(axes) {
             bits.store(body.position(axis).to_bits(), Ordering::Relaxed);
         }
-    }
-}
-
-/// Environment of an axis.
-#[derive(Debug)]
-pub(super) struct Axis {
-    pub(super) section: AxisSection,
-    pub(super) load: Vec<Motion>,
-    /// Intended position of its hand.
-    pub(super) hand: Vec<Motion>,
-    /// Release time of its hand, `s`: afterwards the hand only adds its inertia and damping.
-    pub(super) let_go_s: f64,
-    pub(super) has_let_go: bool,
-    /// Time-dependent force, and the end of its constant phase.
-    still: Option<(f64, f64)>,
-}
-
-impl Axis {
-    pub(super) fn new(section: AxisSection, load: Vec<Motion>, hand: Vec<Motion>, let_go_s: f64) -> Self {
-        Self { section, load, hand, let_go_s, has_let_go: false, still: None }
-    }
-
-    /// Time-dependent force: load, and the hand's spring for its intended position.
-    pub(super) fn outside(&self, repetition: Repetition, time_s: f64) -> f64 {
-        let at = |motions: &[Motion]| match motions {
-            [] => 0.0,
-            motions => repetition.value(time_s, |time_s| sum_at(motions, time_s)),
-        };
-        at(&self.load) + if self.has_let_go { 0.0 } else { self.section.hand_stiffness() * at(&self.hand) }
-    }
-
-    /// [`outside`](Self::outside), cached while constant.
-    #[inline]
-    pub(super) fn still_outside(
-        &mut self,
-        repetition: Repetition,
-        start_s: f64,
-        period_s: f64,
-    ) -> Option<f64> {
-        let end_s = start_s + period_s;
-        if let Some((force, until_s)) = self.still
-            && end_s <= until_s
-        {
-            return Some(force);
-        }
-        self.still = None;
-        let mut motions = self.load.iter().chain(&self.hand);
-        if repetition != Repetition::ONCE || !motions.clone().all(|motion| motion.is_still(start_s, end_s)) {
-            return None;
-        }
-        let next_s = motions.by_ref().map(Motion::start_s).filter(|at_s| *at_s >= end_s - LATE_S);
-        let until_s = next_s.fold(f64::INFINITY, f64::min) + LATE_S;
-        let force = self.outside(repetition, start_s);
-        self.still = Some((force, until_s));
-        Some(force)
-    }
-
-    /// Load and hand spring.
-    pub(super) fn pushed_by(&self, repetition: Repetition, time_s: f64, position: f64) -> f64 {
-        let held = if self.has_let_go { 0.0 } else { self.section.hand_stiffness() * position };
-        self.outside(repetition, time_s) - held
-    }
-
-    /// Force of the hand on its device, including its inertia, as measured by a sensor between them.
-    pub(super) fn hand_force(
-        &self,
-        repetition: Repetition,
-        time_s: f64,
-        state: &AxisState,
-        acceleration: f64,
-    ) -> f64 {
-        let Some(AxisHand { inertia, damping, .. }) = self.section.hand else { return 0.0 };
-        self.pushed_by(repetition, time_s, state.position) - damping * state.velocity - inertia * acceleration
     }
 }
 

@@ -107,7 +107,8 @@ pub fn one_station(
     };
     let moved = planned.as_ref().map_or_else(|| file.clone(), |planned| planned.moved(file));
     let part = press::part(&moved, name).ok_or_else(no_address)?;
-    let machine = Arc::new(Mutex::new(machine(&moved, part.device, 1, planned.as_ref())?));
+    let machine =
+        Arc::new(Mutex::new(machine(&moved, part.device, 1, &press::release_times_s(planned.as_ref()))?));
     let mut rig = Rig::new(file.sample_period_s);
     let mut station = station(&moved, &part, machine, dimsart)?;
     guard_one(file, alone.out, alone.own_address, &mut station, channels)?;

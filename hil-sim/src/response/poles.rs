@@ -10,9 +10,8 @@ use nalgebra::DMatrix;
 
 use super::closed_loop::{At, Loop, ONE, Point};
 use super::controller_model::Answer;
+use crate::loop_figures::UNDECIDED;
 
-/// Growth per tick that is not distinguishable from 1.
-pub(crate) const UNDECIDED: f64 = 1e-5;
 /// Growth per tick below which disturbances decay fast.
 const GONE: f64 = 0.9977;
 /// The logarithm of this growth over the longest answer; smaller values are below rounding.

@@ -19,12 +19,11 @@
 
 use super::build;
 use super::chain::{Chain, Controller};
+use super::obstacle::Obstacle;
 use crate::experiment::ExperimentError;
 use crate::link::round_trip_ticks;
-use crate::rig_file::{
-    AxisSection, AxisSpring, AxisWall, HAND, LOAD, MinimumJerk, MoveSection, Part, PressSection, RigFile,
-    Step, WallSide,
-};
+use crate::phases::Phases;
+use crate::rig_file::{AxisSection, HAND, LOAD, MinimumJerk, MoveSection, Part, PressSection, RigFile, Step};
 use std::ops::Range;
 
 /// Time constants until the contact is settled to 1e-5: `ln(1e5)`.
@@ -45,52 +44,6 @@ const LONGEST_SETTLING_S: f64 = 600.0;
 const WATCH_S: f64 = 0.5;
 /// Time after the release without delay, `s`.
 const RELEASE_S: f64 = 1.5;
-
-/// Phases of a run, each from the end of the previous one, `s`.
-#[derive(Debug, Clone, PartialEq)]
-pub struct Phases {
-    /// Duration of a leg of the free path: out, across and back.
-    pub leg_s: f64,
-    /// Start of the push.
-    pub contact_start_s: f64,
-    /// The contact has settled.
-    pub settled_s: f64,
-    /// Release.
-    pub release_s: f64,
-    /// End of the run.
-    pub end_s: f64,
-}
-
-/// Obstacle of an axis: a spring-damper behind a surface.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Obstacle {
-    /// Position of the surface, `m`.
-    pub surface_m: f64,
-    /// `N/m`, > 0.
-    pub stiffness_n_per_m: f64,
-    /// `N s/m`.
-    pub damping_n_s_per_m: f64,
-}
-
-impl Obstacle {
-    /// Returns the obstacle of an axis in the direction of a force; `None` without stiffness.
-    fn of(section: &AxisSection, force_n: f64) -> Option<Self> {
-        if let Some(AxisSpring { rest_position, stiffness, damping }) = section.met_spring().cloned() {
-            let obstacle =
-                Self { surface_m: rest_position, stiffness_n_per_m: stiffness, damping_n_s_per_m: damping };
-            return (stiffness > 0.0).then_some(obstacle);
-        }
-        let wall = section.met_wall()?;
-        let is_in_the_way = match wall.solid {
-            WallSide::Above => force_n >= 0.0,
-            WallSide::Below => force_n < 0.0,
-        };
-        let AxisWall { position, damping, .. } = *wall;
-        let obstacle =
-            Self { surface_m: position, stiffness_n_per_m: wall.stiffness(), damping_n_s_per_m: damping };
-        is_in_the_way.then_some(obstacle)
-    }
-}
 
 /// A planned press: participants and times.
 #[derive(Debug, Clone)]
@@ -173,6 +126,11 @@ pub(super) fn planned_with(file: &RigFile, controllers: [Controller; 2]) -> Resu
 /// Returns the part of a controller.
 pub(super) fn part<'f>(file: &'f RigFile, name: &str) -> Option<Part<'f>> {
     Part::of_all(file).into_iter().find(|part| part.name() == name)
+}
+
+/// Returns the release times of the pressing hand by axis, `s`; empty without a press.
+pub(super) fn release_times_s(planned: Option<&Planned>) -> Vec<f64> {
+    planned.map_or_else(Vec::new, Planned::let_go_s)
 }
 
 impl Default for Planned {

@@ -4,15 +4,15 @@ use std::collections::{BTreeMap, BTreeSet};
 
 use dimsart_core::types;
 
+use super::build;
 use super::closed_loop::{Block, Column, Loop, Reference};
 use super::controller_model::{Answer, Controllers, Place};
 use super::instrumented::sensed;
-use super::loop_gain::LoopFigures;
 use super::machine::Machine;
 use super::plant_model::PlantModel;
-use super::{AxisLoop, build};
 use crate::experiment::ExperimentError;
 use crate::link::InProcessParameters;
+use crate::loop_figures::{AxisLoop, LoopFigures};
 use crate::observer::following::{FOLLOWS, followed};
 use crate::rig_file::part::{Part, linked_with};
 use crate::rig_file::{DeviceSection, MoveSection, RigFile, Step};
@@ -56,7 +56,10 @@ pub(super) fn loops(file: &RigFile) -> Result<Vec<AxisLoop>, ExperimentError> {
     }
     let places = commanded.iter().map(|command| command.at).collect();
     let Some(mut controllers) = Controllers::new(&free, places)? else {
-        return Ok(commanded.iter().map(|command| AxisLoop::unknown(command.at)).collect());
+        return Ok(commanded
+            .iter()
+            .map(|command| AxisLoop::unknown(command.at.station, command.at.place))
+            .collect());
     };
     let mut channels = channels(&free, &parts, &commanded);
     let free_models = models(&free, &channels, &commanded)?;
@@ -90,7 +93,9 @@ pub(super) fn loops(file: &RigFile) -> Result<Vec<AxisLoop>, ExperimentError> {
     let figures = |place: usize| AxisLoop {
         free: free_figures.get(place).copied().flatten(),
         in_contact: in_contact.as_ref().and_then(|all| *all.get(place)?),
-        ..commanded.get(place).map_or_else(AxisLoop::default, |command| AxisLoop::unknown(command.at))
+        ..commanded
+            .get(place)
+            .map_or_else(AxisLoop::default, |command| AxisLoop::unknown(command.at.station, command.at.place))
     };
     Ok((0..commanded.len()).map(figures).collect())
 }
@@ -143,7 +148,7 @@ fn models(
         if !section.moves() {
             return Ok(None);
         }
-        let mut machine = build::machine(file, section, 1, None)?;
+        let mut machine = build::machine(file, section, 1, &[])?;
         let read = |machine: &Machine| {
             let shown = sensed_of(channels, commanded, device).filter_map(|channel| {
                 let axis = commanded.get(channel.command)?.axis;

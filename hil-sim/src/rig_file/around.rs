@@ -2,9 +2,6 @@
 
 use serde::{Deserialize, Serialize};
 
-use super::AxisSection;
-use crate::plant::{JointParameters, StopsParameters};
-
 /// Stiffness that replaces an infinite wall stiffness, `N/m` or `N m/rad`: 1 nm of penetration per newton.
 pub const RIGID_STIFFNESS: f64 = 1e9;
 
@@ -78,99 +75,16 @@ fn above() -> WallSide {
     WallSide::Above
 }
 
-impl AxisSection {
-    /// Returns the joint with everything attached to it; `None` for a coupled axis. The spring of the hand pulls to
-    /// 0; the rest of the hand's force is a [load](Self::hand_stiffness).
-    #[must_use]
-    pub fn joint(&self) -> Option<JointParameters> {
-        let mut joint = self.plant.clone()?;
-        if let Some(hand) = &self.hand {
-            joint.load.inertia += hand.inertia;
-            joint.load.damping += hand.damping;
-        }
-        let own = AxisSpring {
-            rest_position: joint.load.rest_position,
-            stiffness: joint.load.stiffness,
-            damping: 0.0,
-        };
-        let AxisSpring { rest_position, stiffness, damping } = self.springs().fold(own, AxisSpring::beside);
-        (joint.load.rest_position, joint.load.stiffness) = (rest_position, stiffness);
-        joint.load.damping += damping;
-        if let Some(wall) = self.met_wall() {
-            let (min, max) = match wall.solid {
-                WallSide::Above => (f64::NEG_INFINITY, wall.position),
-                WallSide::Below => (wall.position, f64::INFINITY),
-            };
-            joint.stops =
-                Some(StopsParameters { min, max, stiffness: wall.stiffness(), damping: wall.damping });
-        }
-        Some(joint)
-    }
-
-    /// Returns the active wall.
-    #[must_use]
-    pub fn met_wall(&self) -> Option<&AxisWall> {
-        self.wall.as_ref().filter(|_| self.environment.is_none_or(|kind| kind == EnvironmentKind::Wall))
-    }
-
-    /// Returns the active spring.
-    #[must_use]
-    pub fn met_spring(&self) -> Option<&AxisSpring> {
-        self.spring.as_ref().filter(|_| self.environment.is_none_or(|kind| kind == EnvironmentKind::Spring))
-    }
-
-    /// Returns the force of wall and spring on the axis.
-    #[must_use]
-    pub fn met_force(&self, position: f64, velocity: f64) -> f64 {
-        self.met_spring().map_or(0.0, |spring| spring.force(position, velocity))
-            + self.met_wall().map_or(0.0, |wall| wall.force(position, velocity))
-    }
-
-    /// Returns the force of hand, spring and wall on the axis, without the inertia of the hand; the spring of the
-    /// hand pulls to 0.
-    #[must_use]
-    pub fn force(&self, position: f64, velocity: f64) -> f64 {
-        let springs: f64 = self.springs().map(|spring| spring.force(position, velocity)).sum();
-        let hand = self.hand.as_ref().map_or(0.0, |hand| -hand.damping * velocity);
-        springs + hand + self.met_wall().map_or(0.0, |wall| wall.force(position, velocity))
-    }
-
-    /// Adds the inertia and damping of the hand, without its stiffness.
-    #[must_use]
-    pub fn without_hand_stiffness(&self) -> Self {
-        let hand = self.hand.clone().map(|hand| AxisHand { stiffness: 0.0, ..hand });
-        Self { hand, ..self.clone() }
-    }
-
-    /// Stiffness of the hand, `N m/rad` or `N/m`; 0 without a hand.
-    #[must_use]
-    pub fn hand_stiffness(&self) -> f64 {
-        self.hand.as_ref().map_or(0.0, |hand| hand.stiffness)
-    }
-
-    /// Attaches a further spring-damper.
-    pub(super) fn attach(&mut self, stiffness: f64, rest_position: f64, damping: f64) {
-        let one = AxisSpring { rest_position, stiffness, damping };
-        self.spring = Some(self.spring.take().map_or(one.clone(), |spring| spring.beside(one)));
-    }
-
-    /// Stiffness of the hand, and spring-damper of the environment.
-    fn springs(&self) -> impl Iterator<Item = AxisSpring> {
-        let hand = AxisSpring { rest_position: 0.0, stiffness: self.hand_stiffness(), damping: 0.0 };
-        core::iter::once(hand).chain(self.met_spring().cloned())
-    }
-}
-
 impl AxisSpring {
     /// Combines two springs to ground: the stiffnesses add, and the rest position is where the forces cancel.
-    fn beside(self, other: Self) -> Self {
+    pub(super) fn beside(self, other: Self) -> Self {
         let stiffness = self.stiffness + other.stiffness;
         let moment = self.stiffness * self.rest_position + other.stiffness * other.rest_position;
         let rest_position = if stiffness > 0.0 { moment / stiffness } else { 0.0 };
         Self { rest_position, stiffness, damping: self.damping + other.damping }
     }
 
-    fn force(&self, position: f64, velocity: f64) -> f64 {
+    pub(super) fn force(&self, position: f64, velocity: f64) -> f64 {
         self.stiffness * (self.rest_position - position) - self.damping * velocity
     }
 }
@@ -193,7 +107,7 @@ impl AxisWall {
     }
 
     /// Force of the wall, which pushes only.
-    fn force(&self, position: f64, velocity: f64) -> f64 {
+    pub(super) fn force(&self, position: f64, velocity: f64) -> f64 {
         let depth = self.depth(position);
         if depth <= 0.0 {
             return 0.0;

@@ -239,8 +239,8 @@ impl RigFile {
         let axes: Vec<usize> = its.flat_map(|controller| controller.axes(device)).collect();
         for axis in axes.iter().filter(|axis| **axis >= count) {
             problems.push(format!(
-                "a controller uses axis {axis} of '{name}', which has {count} axes, numbered \
-            from 0"
+                "a controller uses axis {axis} of '{name}': not among its axes, 0 to {}",
+                count.saturating_sub(1)
             ));
         }
         for axis in 0..count {
@@ -303,9 +303,9 @@ impl RigFile {
         if moved.axis >= device.axes.len() {
             let (axis, count) = (moved.axis, device.axes.len());
             problems.push(format!(
-                "{at}: axis {axis} of '{}' is out of range: it has {count} axes, numbered \
-            from 0",
-                device.name
+                "{at}: axis {axis} of '{}' is out of range: its axes are 0 to {}",
+                device.name,
+                count.saturating_sub(1)
             ));
         }
         let sensed = SENSED.map(|data_type| data_type.name);

@@ -1,11 +1,9 @@
 //! `[[device]]`: axes with their plants, and the signals exchanged with the controller.
 
-use std::collections::BTreeMap;
-
 use dimsart_core::{AxisKind, limits};
 use serde::{Deserialize, Serialize};
 
-use super::{AxisHand, AxisSpring, AxisWall, EnvironmentKind};
+use super::{ActuatorSection, AxisSection, AxisUnit};
 use crate::observer::watch::Ranges;
 use crate::plant::{
     ArmParameters, Cia402Parameters, JointParameters, LinkKind, MoteusParameters, PhantomParameters,
@@ -57,39 +55,6 @@ pub struct DeviceSection {
     pub cia402: Option<Cia402Parameters>,
 }
 
-/// `[[device.axis]]`.
-#[derive(Debug, Clone, PartialEq, Deserialize, Serialize)]
-#[serde(deny_unknown_fields)]
-pub struct AxisSection {
-    /// Number of equal axes.
-    #[serde(default = "one", skip_serializing_if = "is_one")]
-    pub count: usize,
-    /// Rotary (`rad`) or linear (`m`).
-    #[serde(default)]
-    pub unit: AxisUnit,
-    /// Plant of an axis that is not coupled.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub plant: Option<JointParameters>,
-    /// Sensor errors by signal; default: ideal sensors.
-    #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
-    pub sensor: BTreeMap<String, SensorParameters>,
-    /// Limits of the safety stage, as declared by a board.
-    #[serde(default, skip_serializing_if = "ActuatorSection::is_unlimited")]
-    pub actuator: ActuatorSection,
-    /// Which of `wall` and `spring` is active; default: both.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub environment: Option<EnvironmentKind>,
-    /// One-sided wall; equivalent to a stop of the `plant`.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub wall: Option<AxisWall>,
-    /// Spring to ground.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub spring: Option<AxisSpring>,
-    /// Hand on the axis.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub hand: Option<AxisHand>,
-}
-
 /// `[device.watch]`: ranges of the device's signals, symmetric around 0.
 #[derive(Debug, Clone, Copy, PartialEq, Deserialize, Serialize)]
 #[serde(deny_unknown_fields)]
@@ -101,76 +66,6 @@ pub struct WatchSection {
     /// Wave range, `sqrt(W)`.
     #[serde(default = "wave_limit")]
     pub wave: f64,
-}
-
-impl Default for AxisSection {
-    fn default() -> Self {
-        Self {
-            count: 1,
-            unit: AxisUnit::default(),
-            plant: None,
-            sensor: BTreeMap::new(),
-            actuator: ActuatorSection::default(),
-            environment: None,
-            wall: None,
-            spring: None,
-            hand: None,
-        }
-    }
-}
-
-/// `actuator`: range and rate of an axis' force.
-#[derive(Debug, Clone, Copy, PartialEq, Deserialize, Serialize)]
-#[serde(deny_unknown_fields, default)]
-pub struct ActuatorSection {
-    /// Maximum force, ±, `N` or `N m`; `inf`: the maximum of the motor.
-    pub max_force: f64,
-    /// Maximum rate of the force, `N/s` or `N m/s`; `inf`: unlimited.
-    pub max_rate: f64,
-}
-
-impl Default for ActuatorSection {
-    fn default() -> Self {
-        Self { max_force: f64::INFINITY, max_rate: f64::INFINITY }
-    }
-}
-
-impl ActuatorSection {
-    fn is_unlimited(&self) -> bool {
-        *self == Self::default()
-    }
-}
-
-/// Unit of an axis.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Deserialize, Serialize)]
-pub enum AxisUnit {
-    /// Rotary.
-    #[default]
-    #[serde(rename = "rad")]
-    Radian,
-    /// Linear.
-    #[serde(rename = "m")]
-    Metre,
-}
-
-impl AxisUnit {
-    /// Returns the axis kind of the controller.
-    #[must_use]
-    pub const fn kind(self) -> AxisKind {
-        match self {
-            Self::Radian => AxisKind::Rotary,
-            Self::Metre => AxisKind::Linear,
-        }
-    }
-
-    /// Returns the unit of stiffness.
-    #[must_use]
-    pub const fn stiffness(self) -> &'static str {
-        match self {
-            Self::Radian => "N m/rad",
-            Self::Metre => "N/m",
-        }
-    }
 }
 
 impl DeviceSection {
@@ -296,15 +191,6 @@ const WAVE_LIMIT: f64 = 1e4;
 
 fn wave_limit() -> f64 {
     WAVE_LIMIT
-}
-
-const fn one() -> usize {
-    1
-}
-
-#[expect(clippy::trivially_copy_pass_by_ref, reason = "as serde has it")]
-const fn is_one(count: &usize) -> bool {
-    *count == 1
 }
 
 fn position_limit() -> f64 {

@@ -3,9 +3,7 @@
 use std::collections::BTreeMap;
 
 use serde::{Deserialize, Serialize};
-use toml::{Table, Value};
-
-use super::set;
+use toml::Value;
 
 /// `[[parameter]]`: a name for `--set`, `--vary` and sweeps, which sets all its keys. Its default is the value of its
 /// keys.
@@ -115,7 +113,7 @@ impl ParameterSection {
     }
 
     /// Valid value for checking its keys.
-    fn example(&self) -> String {
+    pub(super) fn example(&self) -> String {
         let least = self.min.map(|min| min.max(0.0));
         let number = least.or(self.above.map(|above| above + 1.0)).or(self.max);
         let choice = self.choices.first().or(self.values.keys().next()).cloned();
@@ -126,38 +124,4 @@ impl ParameterSection {
 
 fn unquoted(value: &str) -> &str {
     value.trim_matches(['"', '\''])
-}
-
-/// Returns the errors of a file's parameters, one line each.
-pub(super) fn problems(parameters: &[ParameterSection], text: &str) -> Vec<String> {
-    // The text was parsed before.
-    let table: Table = toml::from_str(text).unwrap_or_default();
-    let mut problems = Vec::new();
-    for (place, parameter) in parameters.iter().enumerate() {
-        let ParameterSection { name, keys, also, values, with, .. } = parameter;
-        let mut wrong = |what: String| problems.push(format!("parameter '{name}': {what}"));
-        if parameters.iter().take(place).any(|other| other.name == *name) {
-            wrong("duplicate name: give each parameter a unique name".to_owned());
-        }
-        if name.is_empty() || name.contains(['=', '+', ' ']) {
-            wrong("invalid name: remove =, + and spaces".to_owned());
-        }
-        if set::value_at(&table, name).is_some() {
-            wrong("a key of this name exists: choose another name".to_owned());
-        }
-        if keys.is_empty() && also.is_empty() && values.is_empty() {
-            wrong("sets no keys: add `keys`".to_owned());
-        }
-        if with.as_ref().is_some_and(|with| !parameters.iter().any(|other| other.name == *with)) {
-            wrong("unknown parameter in `with`".to_owned());
-        }
-        let left_out = |key: &&String| set::value_at(&table, key).is_none();
-        let with_also = set::with_also(&table, parameters, parameter);
-        for key in keys.iter().filter(left_out) {
-            if let Err(reason) = set::can_be_set(&with_also, key, &parameter.example()) {
-                wrong(reason);
-            }
-        }
-    }
-    problems
 }

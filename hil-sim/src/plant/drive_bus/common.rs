@@ -93,8 +93,8 @@ pub(super) fn check(wires: &Wires, axes: usize, problems: &mut Vec<String>) {
     let named = named.chain(wires.absent.iter().filter_map(|absence| absence.axis));
     for axis in named.filter(|axis| *axis >= axes) {
         problems.push(format!(
-            "fault or absence: axis {axis} is out of range, there are {axes} axes, numbered \
-        from 0"
+            "fault or absence: axis {axis} is out of range: the axes are 0 to {}",
+            axes.saturating_sub(1)
         ));
     }
 }

@@ -4,7 +4,7 @@
 //! wc L`, `Ki = wc R`) and back-EMF feedforward, with an ideal integrator in saturation and with a warm winding: `u =
 //! R i + ke w + wc L (i_ref - i)`, limited; without limit, `i/i_ref = wc/(s + wc)` exactly.
 
-use super::motor::Electric;
+use super::electric::Electric;
 use super::pace::Pace;
 use super::state::State;
 use super::thermal::ThermalParameters;

@@ -1,6 +1,7 @@
 //! Motor: an ideal torque source, or a motor with its amplifier.
 
 use super::brushed::BrushedParameters;
+use super::electric::Electric;
 use super::pace::Pace;
 use super::state::State;
 use super::thermal::{DATA_SHEET_C, ThermalParameters};
@@ -25,19 +26,6 @@ impl Default for JointMotorParameters {
     fn default() -> Self {
         Self::Ideal {}
     }
-}
-
-/// The electrical side at one instant.
-#[derive(Debug, Clone, Copy, Default)]
-pub(super) struct Electric {
-    /// Rates of the motor's states.
-    pub(super) rates: State,
-    /// Voltage, `V`; three-phase: amplitude.
-    pub(super) voltage_v: f64,
-    /// Power from the amplifier, `W`.
-    pub(super) supplied_w: f64,
-    /// Power loss in winding and amplifier, `W`.
-    pub(super) lost_w: f64,
 }
 
 impl JointMotorParameters {

@@ -14,7 +14,7 @@
 //! Dead time reduces the voltage by `4/π U share` (the fundamental of a square wave of height `U share`) against the
 //! current. The integrators compensate it with the time constant `L/R`.
 
-use super::motor::Electric;
+use super::electric::Electric;
 use super::pace::Pace;
 use super::state::State;
 use super::thermal::ThermalParameters;

@@ -7,9 +7,9 @@
 //! signal sent on link 0 to its packet, and from the received packet to the user of its signal. The first wave of a
 //! packet is followed, or its first signal if it has no waves.
 
-use dimsart_core::{Direction, KindId, ModuleRef, TypeRef, Unit};
+use dimsart_core::{Direction, Engine, KindId, ModuleRef, TypeRef, Unit};
 
-use super::controller::{SimulatedEngine, choice, count};
+use super::scheme_values::{choice, count};
 use crate::rig::SimulatedDimsart;
 
 /// A delay module between two signals.
@@ -33,19 +33,19 @@ pub(super) fn delay_ticks(dimsart: &mut SimulatedDimsart) -> u32 {
 }
 
 /// Ticks per packet sent on link 0.
-pub(super) fn every_ticks(engine: &mut SimulatedEngine) -> u32 {
+pub(super) fn every_ticks(engine: &mut Engine) -> u32 {
     let sender = on_link_0(engine, "COMM_TXMOD", "CTX_LINK");
     sender.and_then(|module| count(engine, module, "CTX_EVERY")).unwrap_or(1)
 }
 
 /// Policy of the receiver of link 0 for missing packets; `None` without a receiver.
-pub(super) fn policy(engine: &mut SimulatedEngine) -> Option<&'static str> {
+pub(super) fn policy(engine: &mut Engine) -> Option<&'static str> {
     let receiver = on_link_0(engine, "COMM_RXMOD", "CRX_LINK")?;
     choice(engine, receiver, "STALE")
 }
 
 /// Play-out of the receiver of link 0; 0 if not used by its policy.
-pub(super) fn playout_ticks(engine: &mut SimulatedEngine) -> u32 {
+pub(super) fn playout_ticks(engine: &mut Engine) -> u32 {
     let Some(receiver) = on_link_0(engine, "COMM_RXMOD", "CRX_LINK") else { return 0 };
     let policy = choice(engine, receiver, "STALE");
     let makes_up = policy.is_some_and(|policy| matches!(policy, "LIMITED" | "INTEGRAL"));
@@ -83,7 +83,7 @@ impl DelayLine {
 }
 
 /// Returns the followed signal of a comm module on link 0.
-fn carried(engine: &mut SimulatedEngine, kind: &str, link: &str, direction: Direction) -> Option<TypeRef> {
+fn carried(engine: &mut Engine, kind: &str, link: &str, direction: Direction) -> Option<TypeRef> {
     let module = on_link_0(engine, kind, link)?;
     let signals = signals(engine, module, direction);
     let is_wave = |signal: &&TypeRef| {
@@ -93,12 +93,12 @@ fn carried(engine: &mut SimulatedEngine, kind: &str, link: &str, direction: Dire
 }
 
 /// Finds the comm module of this kind on link 0.
-fn on_link_0(engine: &mut SimulatedEngine, kind: &str, link: &str) -> Option<ModuleRef> {
+fn on_link_0(engine: &mut Engine, kind: &str, link: &str) -> Option<ModuleRef> {
     let modules: Vec<ModuleRef> = engine.instances().filter(|module| is_of(*module, kind)).collect();
     modules.into_iter().find(|module| count(engine, *module, link) == Some(0))
 }
 
-fn delays(engine: &mut SimulatedEngine) -> Vec<Delay> {
+fn delays(engine: &mut Engine) -> Vec<Delay> {
     let modules: Vec<ModuleRef> =
         engine.instances().filter(|module| is_of(*module, "TIMEDELAY_MOD")).collect();
     let delay = |module| {
@@ -112,7 +112,7 @@ fn delays(engine: &mut SimulatedEngine) -> Vec<Delay> {
 }
 
 /// Signals read by the device, or by a module other than delays and recorders.
-fn used(engine: &SimulatedEngine) -> Vec<TypeRef> {
+fn used(engine: &Engine) -> Vec<TypeRef> {
     let uses = |module: &ModuleRef| !is_of(*module, "TIMEDELAY_MOD") && !is_of(*module, "RECORDER_MOD");
     let modules = engine.instances().filter(uses);
     let read = modules.flat_map(|module| signals(engine, module, Direction::Read));
@@ -124,7 +124,7 @@ fn is_of(module: ModuleRef, kind: &str) -> bool {
 }
 
 /// Returns the signals of a module in the order of its ports; `None` if not plugged in.
-fn signals(engine: &SimulatedEngine, module: ModuleRef, direction: Direction) -> Vec<TypeRef> {
+fn signals(engine: &Engine, module: ModuleRef, direction: Direction) -> Vec<TypeRef> {
     let steps = engine.steps().filter(|step| step.module == module);
     let signals = steps.flat_map(|step| engine.step_signals(step));
     signals.filter(|(_, found)| *found == direction).map(|(signal, _)| signal).collect()
