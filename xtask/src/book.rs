@@ -9,6 +9,7 @@ mod source;
 use std::fs;
 use std::path::Path;
 
+use crate::measured;
 use crate::setup;
 use crate::shell::{Outcome, command, run, target, top};
 
@@ -32,6 +33,11 @@ pub(crate) fn book() -> Outcome {
     }
     for file in ["book.toml", "book.css"] {
         write(&folder.join(file), &read(&format!("docs/{file}"))?)?;
+    }
+    for (measuring, name) in measured::PAGES.iter().filter(|(_, name)| measured::details(name).is_none()) {
+        println!(
+            "without the details of docs/{name}.md: run `cargo xtask {measuring}` before `cargo xtask book`"
+        );
     }
     run(command(mdbook, ["build", "--dest-dir"]).arg(&book).arg(&folder))?;
     println!("the book: {}", book.join("index.html").display());

@@ -16,6 +16,7 @@ mod flash;
 mod fuzz;
 mod long;
 mod markdown;
+mod measured;
 mod module_costs;
 mod oracle;
 mod page;
@@ -75,7 +76,11 @@ const FILES: &[Chore] = &[
         "cycles and stack of the shipped scheme on every board: boards/budgets/",
         budgets::write,
     ),
-    Chore::new("figures", "memory and time of the firmware: docs/firmware.md", figures::run),
+    Chore::new(
+        "figures",
+        "memory of the firmware, docs/firmware.md, and its timing for the book",
+        figures::run,
+    ),
     Chore::new(
         "module-costs",
         "cycles of every kind of module: boards/module-costs.txt",

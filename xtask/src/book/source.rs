@@ -16,7 +16,8 @@ pub(super) fn files(module_details: &str) -> Result<Files, String> {
     let summary = read_text("docs/SUMMARY.md")?;
     let made = [
         ("docs/modules.md", modules::pages(module_details)?),
-        ("docs/firmware.md", boards::pages()?),
+        ("docs/firmware.md", measured("firmware")?.into_iter().chain(boards::pages()?).collect()),
+        ("docs/benchmarks.md", measured("benchmarks")?),
         ("docs/faults.md", faults::pages()?),
     ];
     let mut files = Files::new();
@@ -48,6 +49,14 @@ pub(super) fn files(module_details: &str) -> Result<Files, String> {
     }
     files.insert("SUMMARY.md".to_owned(), with_made(&summary, &made).into_bytes());
     Ok(files)
+}
+
+/// A page with measured details, unless nothing was measured in this checkout.
+fn measured(name: &str) -> Result<Vec<Page>, String> {
+    let Some(text) = crate::measured::details(name) else { return Ok(Vec::new()) };
+    let title = text.lines().next().and_then(|line| line.strip_prefix("# "));
+    let title = title.ok_or_else(|| format!("the measured details of {name} have no title"))?.to_owned();
+    Ok(vec![Page { title, path: format!("docs/measured/{name}.md"), text }])
 }
 
 /// The files of this repository that a page links to.
