@@ -72,7 +72,8 @@ pub fn share(cycles: u32, percent: u32) -> u32 {
     u32::try_from(u64::from(cycles) * u64::from(percent) / 100).unwrap_or(u32::MAX)
 }
 
-fn names() -> String {
+/// The names of all boards.
+pub(crate) fn names() -> String {
     BOARDS.iter().map(|board| board.name).collect::<Vec<_>>().join(", ")
 }
 

@@ -57,7 +57,7 @@ enum Action {
     Check {
         /// Configuration (TOML).
         file: PathBuf,
-        /// Folder of the picture of the step.
+        /// Folder for the plot of the current step.
         #[arg(long, value_name = "FOLDER", default_value = "runs/motor")]
         out: PathBuf,
     },

@@ -163,7 +163,7 @@ fn saturated(found: &Saturation, simulated_s: f64) -> Fact {
 fn perceived(felt: &PerceivedStiffness) -> Fact {
     let PerceivedStiffness { device, axis, met_by, unit, stiffness, unsettled } = felt;
     let settled = unsettled.as_ref().map_or_else(String::new, |how| format!("; NOT settled: {how}"));
-    let note = format!("by the hand on axis {axis} of {device}, from the contact of {met_by}{settled}");
+    let note = format!("hand at axis {axis} of {device}, obstacle at {met_by}{settled}");
     fact("perceived stiffness", format!("{stiffness:.1}"), unit, &note)
 }
 

@@ -68,7 +68,9 @@ pub enum ConnectError {
     #[error("cannot create a nonce, the system's random number generator failed: {0}")]
     NoRandomness(String),
     /// A list of the device exceeds its maximum length.
-    #[error("a list of the device has no end: flash an image of this version, `cargo xtask flash BOARD`")]
+    #[error(
+        "a list of the device exceeds its maximum length: flash an image of this version, `cargo xtask flash BOARD`"
+    )]
     ListTooLong,
     /// The answer does not fit the request.
     #[error("unexpected answer from the device: compare the versions of its image and of this command")]

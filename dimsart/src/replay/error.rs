@@ -8,7 +8,7 @@ use dimsart_core::{DescriptorError, StorageError};
 #[derive(Debug, thiserror::Error)]
 pub enum ReplayError {
     /// The file is missing or cannot be read.
-    #[error("cannot read {}: {source}", path.display())]
+    #[error("cannot read {}: {source}; give the path of a recording (MCAP)", path.display())]
     File {
         /// The file.
         path: PathBuf,
