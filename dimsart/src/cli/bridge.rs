@@ -45,7 +45,8 @@ Examples:
   dimsart bridge left=/dev/ttyACM0 right=/dev/ttyACM1 --prefix robot7 --router tcp/10.0.0.1:7447";
 
 const REFERENCE: &str = r#"Published under PREFIX/NAME/. A query (get) for a key returns its last value.
-  state      every 0.1 s     JSON: `live` as `connect PORT watch --json`; `holder`: number of the bridge's client with the lease
+  state      every 0.1 s     JSON: `live` as `connect PORT watch --json`, with `state`: why the device is not commanded, and
+                             the next step; `holder`: number of the bridge's client with the lease
   faults     every 2 s       JSON as `connect PORT faults --json`
   events     on change       JSON as `connect PORT events --json`
   overview   on change       JSON as `connect PORT show --json`
@@ -81,9 +82,9 @@ without TLS.
 
 ROS 2: /PREFIX/NAME/joint_states (sensor_msgs/msg/JointState, every 20 ms: POSITION, VELOCITY and FORCE if present, rad or m;
 joint NAME, or NAME_0, NAME_1 of several axes) and /diagnostics (diagnostic_msgs/msg/DiagnosticArray, every 2 s; error: fault,
-warning: earlier fault, stale: unreachable), from node PREFIX_bridge. A hyphen becomes an underscore. Time stamps are this
-computer's time of arrival. References come from a Zenoh client, not from a ROS 2 topic.
-
+warning: earlier fault, stale: unreachable), from node PREFIX_bridge, in CDR. The Zenoh keys are DOMAIN/TOPIC/TYPE/HASH. A
+hyphen becomes an underscore. Time stamps are this computer's time of arrival. References come from a Zenoh client, not from a
+ROS 2 topic.
 
 docs/howto/fleet-over-zenoh.md has a client in Python, dimsart/tests/bridge.rs one in Rust."#;
 

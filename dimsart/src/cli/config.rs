@@ -47,6 +47,8 @@ Examples:
 #[derive(Debug, Subcommand)]
 enum Action {
     /// Print a controller's configuration, or write it to a file.
+    ///
+    /// Commands of a newer version are omitted; a comment in the text counts them.
     Save {
         /// Port of the controller, such as `/dev/ttyACM0` or `sim:joint`.
         port: String,

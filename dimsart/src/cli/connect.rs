@@ -23,8 +23,8 @@ use hil_sim::schemes::SchemeText;
 ///
 /// Each command prints its result, whether the scheme commands the device now and, if not, why. A device moves only while a
 /// client holds its lease (`arm`); meanwhile other clients may read, and `stop`. Up to 64 programs of one user can share a
-/// port: the first one passes on the requests of the others, and another one takes over when it ends. Names, ranges,
-/// choices and units come from the device.
+/// port: the first one passes on the requests of the others, and another one takes over when it ends. They may use different
+/// names of the port, such as a link in /dev/serial/by-id. Names, ranges, choices and units come from the device.
 #[derive(Debug, Args)]
 #[command(after_help = EXAMPLES)]
 pub(super) struct Connect {
@@ -77,8 +77,9 @@ listed, nothing changes, and the transaction stays open for corrections; `abort`
 
 A module that is in both schemes keeps its state, also at a new position and with new parameters. It restarts if its ports,
 memory or link change. A new module takes over smoothly where it can: PIDCTRL_MOD starts with the integral, and PDCTRL_MOD with
-the force, that continue the last command. A law without memory, such as a table or a sum, commands its output at once: plug in
-LIMIT_MOD after it, with RATE, for a ramp. The safety stage limits the rate of the device's inputs in any case.
+the force, that continue the last command. A law without memory, such as a table or a sum, commands its output at once. For a
+ramp, plug in LIMIT_MOD after it, with RATE, in the same transaction. The safety stage always limits the rate of the device's
+inputs.
 
 In a scheme file the rows are `MOD_ENG BEGIN`, `COMMIT` and `ABORT`. `MATCHING_CHECK` between them starts the scheme at the
 commit, if none runs. A file that `scheme FILE` sends has none of these rows: it is already one transaction.";

@@ -15,9 +15,9 @@ use crate::replay::{self, Replayed};
 /// Replay a recording through the core, and compare all signals bit by bit.
 ///
 /// Reads `signals.mcap` of `dimsart run --signals mcap` or `dimsart serve --record`, which contains all inputs of each
-/// controller before each tick: device, scheme, commands, permission to move, packets of links. A recording of emulated
-/// firmware (`run --target`) must give the same bits in this core. A difference is reported with its tick, module and
-/// signal, first the signal that is computed first.
+/// controller before each tick: device, scheme, commands, permission to move, packets of links, measurements of the device.
+/// A recording of emulated firmware (`run --target`) must give the same bits in this core. A difference is reported with its
+/// tick, module and signal, first the signal that is computed first.
 ///
 /// Cannot be replayed: recordings of `dimsart record`, of older versions, and of an emulated board whose links have a key.
 /// If the writer was killed or the power failed, the file is replayed up to its last complete record, and a note reports
@@ -25,8 +25,9 @@ use crate::replay::{self, Replayed};
 ///
 /// In the file, topic /NAME has the signals of controller NAME, continued as /NAME/2 after a change that adds signals, and
 /// /NAME/inputs its inputs. Messages start with `tick` and `time_s`. `log_time` is wall-clock time, so that recordings of
-/// several devices and cameras can be merged. The profile is `ros2`: Foxglove, `PlotJuggler` and `AnyReader` of `rosbags`
-/// open the file.
+/// several devices and cameras can be merged. A simulated run counts it from the creation of the file; a recording in real
+/// time derives it from the arrival of the rows, and is late by the delay of the line. The profile is `ros2`: Foxglove,
+/// `PlotJuggler` and `AnyReader` of `rosbags` open the file.
 #[derive(Debug, Args)]
 #[command(after_help = EXAMPLES)]
 pub(super) struct Replay {

@@ -50,7 +50,8 @@ pub(super) struct Run {
     out: Option<PathBuf>,
     /// Run only this controller's station, in real time.
     ///
-    /// The other station is another process, reached over UDP, a serial port or CAN (`link.master_address`).
+    /// The other station is another process, reached over UDP, a serial port or CAN (`link.master_address`). With
+    /// `link.key_file`, these packets are authenticated, too.
     #[arg(long, value_name = "CONTROLLER")]
     side: Option<String>,
     /// Maximum time to wait for the other side, s.
@@ -118,6 +119,7 @@ Examples:
   dimsart run --set wave.form=printed --out runs/printed     the paper's order, which diverges
   dimsart run --set link.carrier=can_fd                      the link over a simulated CAN FD bus
   dimsart run --set link.key_file=link.key                   authenticated packets
+  dimsart run scenarios/space_link.toml                      a link to a robot in orbit: low rate, delay and loss
   dimsart run --keys > my.toml                               a rig file to start from
   dimsart run joint --keys > my.toml                         a rig file of one joint
   dimsart run my.toml --set seed=7 --no-report --json        figures for programs

@@ -32,8 +32,8 @@ const DEFAULT_RIG: &str = "joint";
 /// Each simulated controller is a port, sim:NAME, which `dimsart connect` uses like a board's port. The experiment of the
 /// rig starts when all its controllers are armed, and repeats without a jump. While a controller is disarmed its position
 /// reference follows the measured position; after arming it approaches the experiment at up to 1 rad/s or 0.1 m/s. Forces
-/// are limited to the motors' maximum. If the computer stalls, the rig skips this time and reports it. An axis that leaves
-/// its range is put back to its start, and the lease ends.
+/// are limited to the motors' maximum. If the computer stalls, the rig skips this time, so that leases do not expire in a
+/// burst of ticks, and reports it. An axis that leaves its range is put back to its start, and the lease ends.
 #[derive(Debug, Args)]
 #[command(after_help = EXAMPLES, after_long_help = format!("{EXAMPLES}\n\n{PAGE}"))]
 pub(super) struct Serve {
@@ -80,7 +80,7 @@ Examples:
   dimsart serve /dev/ttyACM0                          share a board's port";
 
 const PAGE: &str = "\
-The page:
+The page (it needs no internet access):
   State     why the scheme does not command the device and the next step; drive, lease, ticks, first fault. Arm takes the lease;
             other pages can then only read and stop. If the page is closed or hidden, or its computer sleeps, motion ends
             within 0.7 s. STOP (Esc) stops all devices of the page and releases their leases.
@@ -91,12 +91,14 @@ The page:
   Modules   parameters with unit, range and default; changed values are blue. Edits are collected and checked by the device;
             Apply together applies them as one transaction. Parameters that cannot be set while a module runs are set while
             it is unplugged.
-  Scope     signals over up to a minute: trigger, cursors, zoom, spectrum (Hann), XY, CSV. A simulated controller sends
-            every tick of up to 64 signals. A board sends up to 4 signals (12 words), as many ticks as a fifth of its line
-            carries (every 4th at 1 kHz and 921 600 baud), to one client at a time; `leave out` and `send` select the signals
-            for all pages. Lost ticks are gaps and are counted.
-  Record    records the signals of the scope to runs/page/NAME-1/signals.mcap, with the scheme. The server records, also after
-            the page is closed, until a page stops it, the signals change, the line fails or `serve` ends.
+  Scope     signals over up to a minute, one plot per unit: trigger (rising, falling or either edge, level, share before the
+            edge; auto, normal or single), cursors, zoom, spectrum (Hann), XY, CSV. A simulated controller sends every tick of
+            up to 64 signals. A board sends up to 4 signals (12 words), as many ticks as a fifth of its line carries (every
+            4th at 1 kHz and 921 600 baud), to one client at a time; `leave out` and `send` select the signals for all pages.
+            Lost ticks are gaps and are counted.
+  Record    records the signals of the scope to runs/page/NAME-1/signals.mcap (then NAME-2), with exact values and the scheme.
+            The server records, also after the page is closed, until a page stops it, the signals change, the line
+            fails or `serve` ends; the page then shows the reason. Rows that the line or the disk lost are counted.
   Access    by the token in the address, which belongs to this user and changes when the computer restarts; pages of other sites
             have no access. After `serve` has ended, an open page sends its token to any program that opens the port: close it
             on a shared computer.

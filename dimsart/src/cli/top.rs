@@ -42,7 +42,7 @@ const KEYS: &str = "\
 Keys:
   Space          STOP all stations shown and release their leases, also while typing; `s` does the same otherwise
   a, d           arm, after a question, and disarm. Motion ends within 0.7 s if the terminal closes or does not keep up
-  c, r           check, which starts a stopped scheme if it matches; reset, if not armed from here
+  c, r           check, which starts a stopped scheme if it matches, and reset; both only while not armed from here
   1 … 9, Tab     select a station
   Left, Right    select the panel: modules, signals, chart or events
   Up, Down, PgUp, PgDn, Home, End   select a line
