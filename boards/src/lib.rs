@@ -41,7 +41,7 @@ pub use board::{
     is_driven,
 };
 #[cfg(target_os = "none")]
-pub use listening::Listening;
+pub use listening::ReceiveChannels;
 
 use catalogue::BoardInfo;
 

@@ -27,7 +27,7 @@ pub use joint::{Cia402Joint, Cia402Reading};
 pub use node::Cia402Node;
 pub use settings::Cia402Settings;
 pub use state::{Cia402Command, Cia402State};
-pub use trouble::Cia402Trouble;
+pub use trouble::Cia402JointFault;
 
 /// NMT states in heartbeats.
 const OPERATIONAL: u8 = 0x05;

@@ -29,7 +29,7 @@ pub use joint::{MoteusJoint, MoteusReading};
 pub use mode::MoteusMode;
 pub use reply::MoteusReplyError;
 pub use state::MoteusState;
-pub use trouble::MoteusTrouble;
+pub use trouble::MoteusJointFault;
 
 /// Register numbers.
 mod register {

@@ -61,9 +61,9 @@ fn whole() -> Vec<u32> {
 fn keep(dimsart: &mut Dimsart, words: &[u32]) -> Result<(), CommandError> {
     for (place, pair) in (0_u8..=u8::MAX).step_by(2).zip(words.chunks(2)) {
         let words = [pair[0], pair.get(1).copied().unwrap_or(0)];
-        dimsart.command(Command::PutLaw { place, words })?;
+        dimsart.command(Command::UploadLaw { place, words })?;
     }
-    dimsart.command(Command::KeepLaw { number: 1, count: u8::try_from(words.len()).unwrap_or(u8::MAX) })
+    dimsart.command(Command::StoreLaw { number: 1, count: u8::try_from(words.len()).unwrap_or(u8::MAX) })
 }
 
 /// Appends a valid CRC, which a fuzzer does not find by chance.

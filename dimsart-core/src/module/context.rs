@@ -221,7 +221,7 @@ impl<M: Module> AxisContext<'_, M> {
     /// element of a table is loaded. None after the end of the parameters.
     #[inline(always)]
     #[must_use]
-    pub fn gain<T: Words>(&self, place: usize) -> Option<T> {
+    pub fn gain_element<T: Words>(&self, place: usize) -> Option<T> {
         one_of(self.gains, place)
     }
 
@@ -235,7 +235,7 @@ impl<M: Module> AxisContext<'_, M> {
     /// Returns element `place` of an array of `T` at the start of the axis' state, as [`gain`](Self::gain).
     #[inline(always)]
     #[must_use]
-    pub fn remembered<T: Words>(&self, place: usize) -> Option<T> {
+    pub fn state_element<T: Words>(&self, place: usize) -> Option<T> {
         one_of(self.state, place)
     }
 

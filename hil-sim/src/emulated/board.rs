@@ -2,7 +2,7 @@
 
 use std::fs::File;
 
-use dimsart_core::{AxisKind, DeviceDescriptor, Tick, Word};
+use dimsart_core::{AxisKind, DeviceDescriptor, TickResult, Word};
 use dimsart_link::exchange::{self, Frame, MAX_PACKETS, Tag};
 use dimsart_link::protocol::{
     KeyBytes, LeaseAction, MAX_FRAME_BYTES, Request, RequestSealer, encode_request, request_id,
@@ -91,7 +91,7 @@ impl RemoteController for Board {
         measured: &[Word],
         commanded: &mut [Word],
         copy: &mut SimulatedDimsart,
-    ) -> Result<Tick, RemoteError> {
+    ) -> Result<TickResult, RemoteError> {
         Ok(self.exchange(measured, commanded, copy)?)
     }
 
@@ -130,7 +130,7 @@ impl Board {
         measured: &[Word],
         commanded: &mut [Word],
         copy: &mut SimulatedDimsart,
-    ) -> Result<Tick, EmulatedError> {
+    ) -> Result<TickResult, EmulatedError> {
         self.keep_lease();
         self.began = self.stamps().map(|[before, _, _]| before);
         let Self { wire, layout, .. } = self;
