@@ -103,7 +103,7 @@ impl BusOff {
         }
     }
 
-    /// Like [`look`](Self::look), for the board's only node: also handles [`reset`] and updates
+    /// Like [`poll`](Self::poll), for the board's only node: also handles [`reset`] and updates
     /// [`last_event`].
     pub fn poll_board(&mut self, now_ms: u32, is_off: bool) -> Step {
         if IS_RESET.swap(false, Relaxed) {

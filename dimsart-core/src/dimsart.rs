@@ -54,7 +54,7 @@ impl Dimsart {
         Ok(dimsart)
     }
 
-    /// Creates a controller without a device; its ticks are [`Tick::Idle`].
+    /// Creates a controller without a device; its ticks are [`TickResult::Idle`].
     #[must_use]
     #[inline]
     pub fn unconnected(memory: impl Into<ProvidedMemory>) -> Self {

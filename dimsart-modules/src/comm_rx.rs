@@ -29,9 +29,9 @@
 //! losses, as long as no packet is more than `n` ticks later than the fastest one. The wave is delayed by `n` ticks.
 //!
 //! After `TIMEOUT_TICKS` consecutive ticks without a due packet the link is lost: the device receives its safe value
-//! ([`Tick::LinkLost`](dimsart_core::Tick)) until `RESET` or `MOD_RESET`; the scheme is still computed. Before the
+//! ([`TickResult::LinkLost`](dimsart_core::TickResult)) until `RESET` or `MOD_RESET`; the scheme is still computed. Before the
 //! first packet, the timeout counts from the module's start or reset and the link is then down
-//! ([`Tick::LinkDown`](dimsart_core::Tick)): the device receives its safe value until that packet arrives.
+//! ([`TickResult::LinkDown`](dimsart_core::TickResult)): the device receives its safe value until that packet arrives.
 //! [`LinkState`](dimsart_core::LinkState) reports the state of every tick.
 
 use core::cell::Cell;

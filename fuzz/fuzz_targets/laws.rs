@@ -5,7 +5,7 @@
 use std::cell::RefCell;
 
 use dimsart_core::online::{Header, Instruction, LawParameter, OWN_AXIS, Opcode, Program, seal};
-use dimsart_core::{Command, CommandError, Dimsart, ModuleRef, Tick, Unit, Value, Word, types};
+use dimsart_core::{Command, CommandError, Dimsart, ModuleRef, TickResult, Unit, Value, Word, types};
 use dimsart_fuzz::{arm, controller};
 use dimsart_modules::ALL;
 use libfuzzer_sys::fuzz_target;
@@ -108,8 +108,8 @@ fuzz_target!(|bytes: &[u8]| {
             let mut forces = [Word(0xDEAD); 3];
             let tick = dimsart.tick(&[Word::from(position); 3], &mut forces);
             assert!(forces.iter().all(|force| f32::from_bits(force.0).is_finite()));
-            assert!(tick == Tick::Ran || forces == [Word(0); 3]);
-            assert!(runs || tick != Tick::Ran);
+            assert!(tick == TickResult::Ran || forces == [Word(0); 3]);
+            assert!(runs || tick != TickResult::Ran);
         }
     });
 });

@@ -22,7 +22,7 @@ pub struct ModuleFault {
 #[derive(Debug, Clone, Copy, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum FaultCause {
-    /// It wrote NaN, infinity, or a value beyond the [maximum](crate::Unit::largest) of its signal's unit.
+    /// It wrote NaN, infinity, or a value beyond the [maximum](crate::Unit::max_magnitude) of its signal's unit.
     InvalidOutput {
         /// The signal.
         signal: TypeRef,

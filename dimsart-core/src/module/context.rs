@@ -232,7 +232,7 @@ impl<M: Module> AxisContext<'_, M> {
         M::AxisState::load(self.state)
     }
 
-    /// Returns element `place` of an array of `T` at the start of the axis' state, as [`gain`](Self::gain).
+    /// Returns element `place` of an array of `T` at the start of the axis' state, as [`gain_element`](Self::gain_element).
     #[inline(always)]
     #[must_use]
     pub fn state_element<T: Words>(&self, place: usize) -> Option<T> {

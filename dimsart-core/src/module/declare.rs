@@ -80,7 +80,7 @@ impl<'a> Declare<'a> {
         self
     }
 
-    /// The next port accepts a signal of any unit, for a module that copies values. [Tie](Self::tie) the
+    /// The next port accepts a signal of any unit, for a module that copies values. [Tie](Self::constrain_unit) the
     /// outputs to it.
     pub fn any_unit(&mut self) -> &mut Self {
         self.next.accepts_any_unit = true;
@@ -88,7 +88,7 @@ impl<'a> Declare<'a> {
     }
 
     /// The next port accepts a signal of any unit, format and shape, for a module that copies words.
-    /// [Tie](Self::tie) the outputs to it. Its handle is [`Untyped`](crate::Untyped); with another handle it
+    /// [Tie](Self::constrain_unit) the outputs to it. Its handle is [`Untyped`](crate::Untyped); with another handle it
     /// accepts any unit only.
     pub fn any_type(&mut self) -> &mut Self {
         self.next.accepts_any_type = true;

@@ -57,7 +57,7 @@ pub enum Finding {
         /// Whether the delay is declared.
         is_declared: bool,
     },
-    /// Fault: the units of two signals, or their formats and shapes, violate a [tie](crate::Declare::tie) of
+    /// Fault: the units of two signals, or their formats and shapes, violate a [tie](crate::Declare::constrain_unit) of
     /// the module's ports.
     UnitsDiffer {
         /// The module.

@@ -155,7 +155,7 @@ impl Unit {
         }
     }
 
-    /// Returns whether a port of this unit accepts a signal of unit `found`: a unit that [fits](Self::fits),
+    /// Returns whether a port of this unit accepts a signal of unit `found`: a unit that [fits](Self::matches),
     /// or its Cartesian equivalent. Then all coordinates of the module must be Cartesian.
     #[must_use]
     pub fn accepts(self, found: Self) -> bool {

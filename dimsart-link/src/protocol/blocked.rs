@@ -11,7 +11,7 @@ use dimsart_core::{Finding, Reason, TickResult};
 pub enum NotCommandedReason {
     /// The scheme does not match; contains the first fault.
     Mismatch(Finding),
-    /// The outcome of the last tick, other than [`Tick::Ran`].
+    /// The outcome of the last tick, other than [`TickResult::Ran`].
     Tick(TickResult),
 }
 

@@ -164,7 +164,7 @@ impl Board {
         tick.ok_or(EmulatedError::NoAnswer { ticks: 1 })
     }
 
-    /// Renews the lease in time; without a lease the board returns [`Tick::Disarmed`].
+    /// Renews the lease in time; without a lease the board returns [`TickResult::Disarmed`].
     fn keep_lease(&mut self) {
         if self.ticks_to_renewal == 0 {
             self.wire.ask(&Request::Lease(self.lease), request_id(CLIENT, 0));
