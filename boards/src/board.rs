@@ -15,7 +15,7 @@ use embassy_executor::SendSpawner;
 use embedded_io_async::{Read, Write};
 use embedded_storage_async::nor_flash::NorFlash;
 
-use crate::listening::ReceiveChannels;
+use crate::receive_channels::ReceiveChannels;
 
 /// Maximum bytes per transfer of a link: a packet, with its tag if authenticated.
 #[cfg(not(feature = "auth"))]

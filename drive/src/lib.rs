@@ -59,6 +59,7 @@ mod current_controller;
 mod drive;
 mod encoder;
 mod identification;
+mod joint_fault;
 mod modulation;
 mod moteus;
 mod number;
@@ -66,7 +67,6 @@ mod protection;
 mod reading;
 mod sample;
 mod tracking;
-mod trouble;
 mod vector;
 mod words;
 
@@ -82,6 +82,7 @@ pub use current_controller::CurrentController;
 pub use drive::{Drive, Measured};
 pub use encoder::{As5047p, As5600, Mt6701};
 pub use identification::{Identification, IdentificationError, IdentificationStep, Identified};
+pub use joint_fault::JointFault;
 pub use modulation::{Duties, Modulation, Supply};
 pub use moteus::{
     MoteusAddress, MoteusFault, MoteusFrame, MoteusJoint, MoteusJointFault, MoteusMode, MoteusReading,
@@ -91,5 +92,4 @@ pub use protection::Protection;
 pub use reading::DriveReading;
 pub use sample::{Rotor, Sample};
 pub use tracking::Tracking;
-pub use trouble::JointFault;
 pub use vector::{Dq, Stator, Turn};

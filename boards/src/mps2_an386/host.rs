@@ -15,7 +15,7 @@ use static_cell::ConstStaticCell;
 use super::{Mps2An386, SharedWords, clock, uart};
 use crate::board::{Axes, Board, Idle, LinkIn, LinkOut, MAX_CARRIED_BYTES};
 use crate::handover::{Handover, QueueReceiver, QueueSender};
-use crate::listening::ReceiveChannels;
+use crate::receive_channels::ReceiveChannels;
 use dimsart_link::exchange::{ExchangeError, Frame, MAX_SIGNAL_WORDS, Tag, VERSION};
 
 const WORDS: usize = MAX_DEVICE_TYPES * MAX_DOF;

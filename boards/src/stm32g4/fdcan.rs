@@ -5,7 +5,7 @@
 //! so that every node has a different one. The controller's filter passes only the received channel, or on
 //! channel 0 every 29-bit identifier.
 //!
-//! [`bus_off`](crate::bus_off) describes the recovery from bus-off, and [`unsent`](crate::unsent) when
+//! [`bus_off`](crate::bus_off) describes the recovery from bus-off, and [`pending_frames`](crate::pending_frames) when
 //! unacknowledged frames are dropped for newer ones. The controller buffers 3 received frames: for longer
 //! classic packets, the task must run at least every 3 frames (350 us).
 
@@ -35,9 +35,9 @@ use self::fd as kind;
 use crate::CLOCK_HZ;
 use crate::board::{LinkIn, LinkOut, MAX_CARRIED_BYTES};
 use crate::bus_off::{BusOff, Step};
-use crate::listening::ReceiveChannels;
+use crate::pending_frames::PendingFrames;
+use crate::receive_channels::ReceiveChannels;
 use crate::stm32g4::fdcan_registers::{compensate_delay, take_away};
-use crate::unsent::PendingFrames;
 
 /// Delay compensation allows 1 or 2.
 const PRESCALER: u8 = 2;

@@ -7,7 +7,7 @@ use embassy_stm32::mode::Async;
 use embassy_stm32::usart::{RingBufferedUartRx, UartTx};
 
 use crate::board::{LinkIn, LinkOut, MAX_CARRIED_BYTES};
-use crate::listening::ReceiveChannels;
+use crate::receive_channels::ReceiveChannels;
 
 /// Receives contents over a UART.
 pub struct UartReceiver {
