@@ -93,8 +93,8 @@ impl Board for BG431bEsc1 {
 
     type Joints = Joint;
     type CommandPort = UartPort;
-    type LinkIn = fdcan::FromCan;
-    type LinkOut = fdcan::ToCan;
+    type LinkIn = fdcan::CanReceiver;
+    type LinkOut = fdcan::CanSender;
     type Flash = SchemeFlash;
     type Idle = Sleep;
 

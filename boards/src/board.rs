@@ -4,8 +4,8 @@ use core::ops::Range;
 
 use dimsart_core::limits::{MAX_DOF, Sizes};
 use dimsart_core::{
-    AxisKind, Counter, DataType, DriveFault, InputLimits, MAX_PACKET_BYTES, OutputLimits, Scalar as _, Tick,
-    Word, types,
+    AxisKind, Counter, DataType, DriveFault, InputLimits, MAX_PACKET_BYTES, OutputLimits, Scalar as _,
+    TickResult, Word, types,
 };
 use dimsart_link::StartCause;
 #[cfg(feature = "auth")]
@@ -15,7 +15,7 @@ use embassy_executor::SendSpawner;
 use embedded_io_async::{Read, Write};
 use embedded_storage_async::nor_flash::NorFlash;
 
-use crate::listening::Listening;
+use crate::receive_channels::ReceiveChannels;
 
 /// Maximum bytes per transfer of a link: a packet, with its tag if authenticated.
 #[cfg(not(feature = "auth"))]
@@ -197,7 +197,7 @@ pub trait Joints: Send + 'static {
     /// `commanded` is the finite output of the safety stage and drives the actuators whatever `tick` is,
     /// because a safe value may be approached gradually. A power stage is on only while [`is_driven`]. An
     /// actuator that fails is detected by its sensors, or disarms itself.
-    fn write(&mut self, tick: Tick, commanded: &[Word]);
+    fn write(&mut self, tick: TickResult, commanded: &[Word]);
 }
 
 /// A byte stream to a host. Bytes that arrive faster than they are read are lost; the protocol detects that.
@@ -206,8 +206,8 @@ pub trait CommandPort: Read + Write + Send + 'static {}
 
 /// Returns whether a power stage is needed: the scheme commands, or a ramp to zero is in progress.
 #[must_use]
-pub fn is_driven(tick: Tick, commanded: &[Word]) -> bool {
-    matches!(tick, Tick::Ran) || commanded.iter().any(|word| f32::from_word(*word) != 0.0)
+pub fn is_driven(tick: TickResult, commanded: &[Word]) -> bool {
+    matches!(tick, TickResult::Ran) || commanded.iter().any(|word| f32::from_word(*word) != 0.0)
 }
 
 /// Receives packets over the device's links.
@@ -218,7 +218,7 @@ pub trait LinkIn: Send + 'static {
     /// channel. A cancelled wait loses nothing.
     fn receive(
         &mut self,
-        listening: &Listening,
+        listening: &ReceiveChannels,
         packet: &mut [u8; MAX_CARRIED_BYTES],
     ) -> impl Future<Output = (usize, usize)>;
 }

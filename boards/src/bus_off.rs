@@ -34,7 +34,7 @@ pub const REJOIN_WINDOW_MS: u32 = 10_000;
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Step {
     /// No action.
-    Stay,
+    None,
     /// Rejoin the bus.
     Rejoin,
     /// Give up until a reset; returned once, for a report.
@@ -75,18 +75,18 @@ impl BusOff {
     }
 
     /// Polls the logic at time `now_ms` (may wrap) with the node's bus-off state. Call about every 10 ms.
-    pub fn look(&mut self, now_ms: u32, is_off: bool) -> Step {
+    pub fn poll(&mut self, now_ms: u32, is_off: bool) -> Step {
         match self.state {
-            State::GivenUp => Step::Stay,
+            State::GivenUp => Step::None,
             _ if !is_off => {
                 self.state = State::On;
-                Step::Stay
+                Step::None
             }
             State::On | State::Joining => {
                 self.state = State::Off { since_ms: now_ms };
-                Step::Stay
+                Step::None
             }
-            State::Off { since_ms } if now_ms.wrapping_sub(since_ms) < REJOIN_DELAY_MS => Step::Stay,
+            State::Off { since_ms } if now_ms.wrapping_sub(since_ms) < REJOIN_DELAY_MS => Step::None,
             State::Off { .. } if self.has_joined_too_often(now_ms) => {
                 self.state = State::GivenUp;
                 Step::GiveUp
@@ -103,13 +103,13 @@ impl BusOff {
         }
     }
 
-    /// Like [`look`](Self::look), for the board's only node: also handles [`reset`] and updates
+    /// Like [`poll`](Self::poll), for the board's only node: also handles [`reset`] and updates
     /// [`last_event`].
-    pub fn look_for_board(&mut self, now_ms: u32, is_off: bool) -> Step {
+    pub fn poll_board(&mut self, now_ms: u32, is_off: bool) -> Step {
         if IS_RESET.swap(false, Relaxed) {
             self.reset(now_ms);
         }
-        let step = self.look(now_ms, is_off);
+        let step = self.poll(now_ms, is_off);
         LAST_EVENT.store(self.event() as u8, Relaxed);
         step
     }
@@ -154,8 +154,8 @@ mod tests {
     /// Polls every 10 ms with `is_off` by time since the start; returns the actions with their times.
     fn run(node: &mut BusOff, start_ms: u32, looks: u32, is_off: impl Fn(u32) -> bool) -> Vec<(u32, Step)> {
         let times = (0..looks).map(|look| 10 * look);
-        let steps = times.map(|time| (time, node.look(start_ms.wrapping_add(time), is_off(time))));
-        steps.filter(|(_, step)| *step != Step::Stay).collect()
+        let steps = times.map(|time| (time, node.poll(start_ms.wrapping_add(time), is_off(time))));
+        steps.filter(|(_, step)| *step != Step::None).collect()
     }
 
     #[test]
@@ -172,7 +172,7 @@ mod tests {
                 [(100, Step::Rejoin), (210, Step::Rejoin), (320, Step::Rejoin), (430, Step::GiveUp)];
             assert_eq!(steps, expected);
             assert_eq!(node.rejoins(), 3);
-            assert_eq!(node.look(0, false), Step::Stay);
+            assert_eq!(node.poll(0, false), Step::None);
             assert_eq!(node.event(), EventKind::BusOffPermanent);
         }
     }

@@ -16,9 +16,9 @@ mod exchange;
 mod identifying;
 mod scaling;
 
-pub use exchange::{Age, Exchange, Told};
-pub use identifying::Identifying;
-pub use scaling::{MAX_COUNTS, Rest, Scaling, WrongAtRest, amperes};
+pub use exchange::{Age, Exchange, LoopState};
+pub use identifying::IdentificationExchange;
+pub use scaling::{MAX_COUNTS, OffsetError, Rest, Scaling, amperes};
 
 use dimsart_core::DriveFault;
 use dimsart_link::protocol::{self, IdentificationFailure, IdentifiedMotor};
@@ -70,7 +70,7 @@ enum Stage {
     Unaligned,
     Aligning(Identification),
     Driving,
-    Identifying(Identification),
+    IdentificationExchange(Identification),
     Identified,
 }
 
@@ -91,7 +91,7 @@ impl CurrentLoop {
             configuration: *checked,
             rest_counts: [drive.scaling.rest_counts; 3],
             stage: Stage::AtRest(Rest::default()),
-            drive: Drive::of(checked).with_encoder_age(encoder_age_s),
+            drive: Drive::from_checked(checked).with_encoder_age(encoder_age_s),
             age: Age::new(max_periods),
             idle_periods: 0,
             max_periods,
@@ -103,7 +103,7 @@ impl CurrentLoop {
     /// Runs one period; returns the duty cycles for the next one, or `None` to turn off the bridge at once.
     #[inline]
     pub fn period(&mut self, counts: Counts, rotor: Rotor, exchange: &Exchange) -> Option<Duties> {
-        let wanted_nm = self.age.young(exchange.wanted());
+        let wanted_nm = self.age.fresh_command(exchange.commanded());
         self.idle_periods = if wanted_nm.is_some() { 0 } else { self.idle_periods.saturating_add(1) };
         if self.idle_periods >= self.max_periods {
             self.idle_periods = 0;
@@ -126,7 +126,7 @@ impl CurrentLoop {
         let duties = if is_driving { duties } else { self.prepare(&counts, &sample, is_wanted, exchange) };
         self.periods = self.periods.wrapping_add(1);
         let measured = self.drive.measured();
-        exchange.tell(&Told {
+        exchange.tell(&LoopState {
             angle: measured.angle.0,
             speed_rad_per_s: measured.speed_rad_per_s,
             current_a: measured.current_a.q,
@@ -158,14 +158,14 @@ impl CurrentLoop {
                     self.stage = self.first_stage();
                     self.fault = None;
                 }
-                Err(WrongAtRest) => {
+                Err(OffsetError) => {
                     self.fault = Some(DriveFault::CurrentSensors);
                     self.stage = Stage::AtRest(Rest::default());
                 }
             },
             Stage::Unaligned => {
                 if is_wanted && self.fault.is_none() && self.drive.fault().is_none() {
-                    let identification = Identification::of_offset(
+                    let identification = Identification::offset_only(
                         &self.configuration,
                         self.configuration.get().aligning_current_a,
                     );
@@ -174,8 +174,8 @@ impl CurrentLoop {
             }
             Stage::Aligning(_) if !is_wanted => self.stage = Stage::Unaligned,
             Stage::Aligning(identification) => match identification.step(sample) {
-                IdentificationStep::GoesOn(duties) => return Some(duties),
-                IdentificationStep::Over(Ok(found)) => {
+                IdentificationStep::Running(duties) => return Some(duties),
+                IdentificationStep::Finished(Ok(found)) => {
                     let motor = &self.configuration.get().motor;
                     let is_this_motor = (found.pole_pairs, found.is_encoder_reversed)
                         == (motor.pole_pairs, motor.is_encoder_reversed);
@@ -189,7 +189,7 @@ impl CurrentLoop {
                         self.stage = Stage::Unaligned;
                     }
                 }
-                IdentificationStep::Over(Err(error)) => {
+                IdentificationStep::Finished(Err(error)) => {
                     self.fault = Some(match error {
                         IdentificationError::Fault(fault) => fault,
                         _ => DriveFault::NotAligned,
@@ -197,16 +197,16 @@ impl CurrentLoop {
                     self.stage = Stage::Unaligned;
                 }
             },
-            Stage::Identifying(_) if !is_wanted => {
+            Stage::IdentificationExchange(_) if !is_wanted => {
                 exchange.identifying.tell(failed(IdentificationFailure::Ended));
                 self.stage = self.first_stage();
             }
-            Stage::Identifying(identification) => {
+            Stage::IdentificationExchange(identification) => {
                 // The motor's parameters may be wrong; only faults of the bridge count.
                 self.drive.clear();
                 match identification.step(sample) {
-                    IdentificationStep::GoesOn(duties) => return Some(duties),
-                    IdentificationStep::Over(end) => {
+                    IdentificationStep::Running(duties) => return Some(duties),
+                    IdentificationStep::Finished(end) => {
                         exchange.identifying.tell(end.map_or_else(|error| failed(why(error)), found));
                         self.stage = Stage::Identified;
                     }
@@ -225,14 +225,15 @@ impl CurrentLoop {
 
     #[cold]
     #[inline(never)]
-    fn begin_identification(&mut self, identifying: &Identifying) {
+    fn begin_identification(&mut self, identifying: &IdentificationExchange) {
         let current_a = identifying.take_asked();
         if matches!(self.stage, Stage::AtRest(_)) {
             let fault = self.fault.unwrap_or(DriveFault::CurrentSensors);
             return identifying.tell(failed(IdentificationFailure::Drive(fault.reason().number())));
         }
         self.fault = None;
-        self.stage = Stage::Identifying(Identification::of_motor(&self.configuration, current_a));
+        self.stage =
+            Stage::IdentificationExchange(Identification::with_inductances(&self.configuration, current_a));
     }
 
     /// Clears a fault.

@@ -62,19 +62,19 @@ impl<T, const N: usize> Handover<T, N> {
     }
 
     /// Returns its two ends.
-    pub fn split(&'static mut self) -> (Giver<T>, Taker<T>) {
+    pub fn split(&'static mut self) -> (QueueSender<T>, QueueReceiver<T>) {
         let (producer, consumer) = self.queue.split();
-        (Giver { producer, both: &self.both }, Taker { consumer, both: &self.both })
+        (QueueSender { producer, both: &self.both }, QueueReceiver { consumer, both: &self.both })
     }
 }
 
 /// The sending end.
-pub struct Giver<T: 'static> {
+pub struct QueueSender<T: 'static> {
     producer: Producer<'static, T>,
     both: &'static Both,
 }
 
-impl<T> Giver<T> {
+impl<T> QueueSender<T> {
     /// Sends an item, or drops and counts it if the queue is full. Does not block.
     pub fn give(&mut self, item: T) {
         if self.producer.enqueue(item).is_err() {
@@ -84,7 +84,7 @@ impl<T> Giver<T> {
     }
 
     /// Like [`give`](Self::give), but keeps a number of places free for more important items.
-    pub fn give_sparingly(&mut self, item: T, places: usize) {
+    pub fn send_with_reserve(&mut self, item: T, places: usize) {
         if self.producer.len() + places < self.producer.capacity() {
             self.give(item);
         } else {
@@ -113,12 +113,12 @@ impl<T> Giver<T> {
 }
 
 /// The receiving end.
-pub struct Taker<T: 'static> {
+pub struct QueueReceiver<T: 'static> {
     consumer: Consumer<'static, T>,
     both: &'static Both,
 }
 
-impl<T> Taker<T> {
+impl<T> QueueReceiver<T> {
     /// Returns the number of items that the sender dropped.
     #[must_use]
     pub fn dropped(&self) -> u32 {
@@ -131,7 +131,7 @@ impl<T> Taker<T> {
     }
 
     /// Borrows an item, if any, and then drops it: avoids moving large items.
-    pub fn take_in_place<R>(&mut self, look: impl FnOnce(&T) -> R) -> Option<R> {
+    pub fn receive_in_place<R>(&mut self, look: impl FnOnce(&T) -> R) -> Option<R> {
         let found = self.consumer.peek().map(look);
         drop(self.consumer.dequeue());
         found
@@ -171,10 +171,10 @@ mod tests {
     fn what_is_given_sparingly_leaves_room_for_what_matters_more() {
         let (mut giver, mut taker) = Box::leak(Box::new(Handover::<u8, 4>::new())).split();
         for _ in 0..10 {
-            giver.give_sparingly(0, 2);
+            giver.send_with_reserve(0, 2);
         }
         giver.give(1);
-        giver.give_sparingly(0, 2);
+        giver.send_with_reserve(0, 2);
         giver.give(2);
         assert_eq!([(); 4].map(|()| taker.take()), [Some(0), Some(1), Some(2), None]);
         assert_eq!(giver.dropped(), 10);

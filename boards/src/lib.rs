@@ -25,15 +25,15 @@ pub mod clock_switch;
 pub mod current_loop;
 pub mod encoder;
 pub mod handover;
-#[cfg(target_os = "none")]
-mod listening;
 pub mod moteus;
 pub mod motor;
+pub mod pending_frames;
+#[cfg(target_os = "none")]
+mod receive_channels;
 pub mod shaft;
 #[cfg(all(target_os = "none", feature = "stm32g4"))]
 mod stm32g4;
 pub mod three_phase;
-pub mod unsent;
 
 #[cfg(target_os = "none")]
 pub use board::{
@@ -41,7 +41,7 @@ pub use board::{
     is_driven,
 };
 #[cfg(target_os = "none")]
-pub use listening::Listening;
+pub use receive_channels::ReceiveChannels;
 
 use catalogue::BoardInfo;
 

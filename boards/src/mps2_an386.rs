@@ -26,7 +26,7 @@ use cortex_m::peripheral::syst::SystClkSource;
 use cortex_m::peripheral::{MPU, Peripherals, SCB, SYST};
 use defmt_semihosting as _;
 use dimsart_core::limits::Sizes;
-use dimsart_core::{Counter, DataType, Tick, Word};
+use dimsart_core::{Counter, DataType, TickResult, Word};
 use dimsart_link::StartCause;
 use dimsart_link::exchange::MAX_PACKETS;
 use embassy_executor::InterruptExecutor;
@@ -111,8 +111,8 @@ impl Board for Mps2An386 {
 
     type Joints = PlayedJoints;
     type CommandPort = uart::CommandPort;
-    type LinkIn = host::FromHost;
-    type LinkOut = host::ToHost;
+    type LinkIn = host::HostReceiver;
+    type LinkOut = host::HostSender;
     type Flash = flash::FileFlash;
     type Idle = host::Host;
 
@@ -245,7 +245,7 @@ impl Joints for PlayedJoints {
         host::MEASURED.copy_to(measured);
     }
 
-    fn write(&mut self, tick: Tick, commanded: &[Word]) {
+    fn write(&mut self, tick: TickResult, commanded: &[Word]) {
         host::COMMANDED.fill(commanded);
         host::set_outcome(tick);
         host::STAMPS.set(1, Some(Mps2An386::counter().now()));

@@ -7,7 +7,7 @@ use boards::BOARDS;
 use boards::catalogue::BoardInfo;
 use boards::motor::Motor;
 use dimsart_core::{
-    AxisKind, DeviceDescriptor, Dimsart, ProvidedMemory, Scalar as _, Tick, Word, scheme, types,
+    AxisKind, DeviceDescriptor, Dimsart, ProvidedMemory, Scalar as _, TickResult, Word, scheme, types,
 };
 use dimsart_modules::ALL;
 
@@ -43,15 +43,15 @@ impl Pair {
 
     /// Returns the torques at these angles, `N·m` and `rad`.
     fn tick(&mut self, angles: [f32; 2]) -> [f32; 2] {
-        let packets = self.0.each_mut().map(|dimsart| dimsart.outgoing(0));
+        let packets = self.0.each_mut().map(|dimsart| dimsart.take_outgoing(0));
         for (dimsart, packet) in self.0.iter_mut().zip(packets.into_iter().rev()) {
             let Some(packet) = packet else { continue };
-            dimsart.deliver(0, &Ok(packet)).unwrap();
+            dimsart.receive_parsed(0, &Ok(packet)).unwrap();
         }
         let mut torques = [0.0; 2];
         for ((dimsart, torque), angle) in self.0.iter_mut().zip(&mut torques).zip(angles) {
             let mut commanded = [Word(0)];
-            assert_eq!(dimsart.tick(&[angle.into_word()], &mut commanded), Tick::Ran);
+            assert_eq!(dimsart.tick(&[angle.into_word()], &mut commanded), TickResult::Ran);
             *torque = f32::from_word(commanded[0]);
         }
         torques

@@ -11,7 +11,7 @@ use core::f64::consts::TAU;
 
 use boards::BOARDS;
 use boards::catalogue::ThreePhaseDrive;
-use boards::current_loop::{Counts, CurrentLoop, Exchange, MAX_COUNTS, Told};
+use boards::current_loop::{Counts, CurrentLoop, Exchange, LoopState, MAX_COUNTS};
 use dimsart_core::DriveFault;
 use dimsart_link::protocol::{Identification, IdentificationFailure};
 use drive::{Angle, Duties, Encoder, Rotor};
@@ -106,13 +106,13 @@ impl Bench {
     }
 
     /// Runs a tick with a torque command and the periods until the next one.
-    fn tick(&mut self, wanted_nm: Option<f32>) -> Told {
-        self.exchange.want(wanted_nm);
+    fn tick(&mut self, wanted_nm: Option<f32>) -> LoopState {
+        self.exchange.command(wanted_nm);
         (0..PERIODS_PER_TICK).for_each(|_| self.period());
         self.told()
     }
 
-    fn told(&self) -> Told {
+    fn told(&self) -> LoopState {
         self.exchange.told().unwrap()
     }
 
@@ -144,7 +144,7 @@ fn it_finds_its_offsets_aligns_the_rotor_and_makes_the_torque() {
         let mut sum_nm = 0.0;
         bench.tick(Some(wanted_nm));
         for _ in 0..5 * PERIODS_PER_TICK {
-            bench.exchange.want(Some(wanted_nm));
+            bench.exchange.command(Some(wanted_nm));
             bench.period();
             sum_nm += bench.motor.torque_nm();
         }
@@ -212,7 +212,7 @@ fn the_delivered_torque_is_the_commanded_one_at_every_speed() {
         (0..20).for_each(|_| assert_eq!(bench.tick(Some(wanted_nm)).fault, None));
         let mut sum_nm = 0.0;
         for _ in 0..20 * PERIODS_PER_TICK {
-            bench.exchange.want(Some(wanted_nm));
+            bench.exchange.command(Some(wanted_nm));
             bench.period();
             sum_nm += bench.motor.torque_nm();
         }
@@ -257,7 +257,7 @@ fn a_tick_that_wants_nothing_opens_the_bridge_in_the_next_period() {
     let mut bench = Bench::new(|_| {});
     bench.align();
     bench.tick(Some(0.02));
-    bench.exchange.want(None);
+    bench.exchange.command(None);
     bench.period();
     assert!(!bench.is_on());
     // Alignment happens once.
@@ -365,7 +365,7 @@ fn identify(bench: &mut Bench, current_a: f32) -> Identification {
     for _ in 0..12_000 {
         let told = bench.tick(Some(0.0));
         assert!(!told.is_ready && told.fault.is_none(), "{told:?}");
-        if bench.exchange.identifying.told() != Identification::UnderWay {
+        if bench.exchange.identifying.told() != Identification::Running {
             break;
         }
     }
@@ -446,7 +446,7 @@ fn no_more_current_is_made_than_the_limit_whatever_is_asked_for() {
     bench.exchange.identifying.ask(50.0);
     let mut max_a = 0.0_f64;
     for _ in 0..100_000 {
-        bench.exchange.want(Some(0.0));
+        bench.exchange.command(Some(0.0));
         bench.period();
         max_a = bench.motor.phase_a().into_iter().fold(max_a, |max_a, phase_a| max_a.max(phase_a.abs()));
     }

@@ -8,7 +8,7 @@ use crate::engine::ModuleKinds;
 use crate::limits::MAX_DOF;
 use crate::memory::ProvidedMemory;
 use crate::rows::{self, SchemeError};
-use crate::safety::Tick;
+use crate::safety::TickResult;
 use crate::signal::{AxisKind, DataType, Word};
 
 /// A controller for a device with one linear axis, whose measurements the test sets.
@@ -41,7 +41,7 @@ pub enum BenchError {
     /// The first row of the scheme that was refused.
     Scheme(SchemeError<'static>),
     /// The scheme does not run: it has no `MATCHING_CHECK`, or does not match.
-    DoesNotRun,
+    NotRunning,
 }
 
 impl Bench {
@@ -67,7 +67,7 @@ impl Bench {
         rows::load(rows, "all", &[], &mut dimsart, |error| first = first.or(Some(error)));
         match first {
             Some(error) => Err(BenchError::Scheme(error)),
-            None if !dimsart.engine().is_running() => Err(BenchError::DoesNotRun),
+            None if !dimsart.engine().is_running() => Err(BenchError::NotRunning),
             None => Ok(Self { dimsart }),
         }
     }
@@ -77,7 +77,7 @@ impl Bench {
     pub fn tick(&mut self, measured: &[f32], signal: &str) -> Option<f32> {
         let mut words = [Word::default(); MAX_DOF];
         words.iter_mut().zip(measured).for_each(|(word, value)| *word = Word::from(*value));
-        if self.dimsart.tick(words.get(..measured.len())?, &mut []) != Tick::Ran {
+        if self.dimsart.tick(words.get(..measured.len())?, &mut []) != TickResult::Ran {
             return None;
         }
         let engine = self.dimsart.engine();

@@ -129,7 +129,7 @@ impl<'a, const SHOWS: usize, const GETS: usize> Coupling<'a, SHOWS, GETS> {
     }
 
     /// Call after each tick: sends these words to the peer.
-    pub fn show(&mut self, words: impl IntoIterator<Item = Word>) {
+    pub fn send(&mut self, words: impl IntoIterator<Item = Word>) {
         self.shows.write(words.into_iter().map(|word| word.0));
     }
 }

@@ -6,8 +6,8 @@ use crate::engine::ModuleKinds;
 use crate::engine::{Engine, Observer};
 use crate::memory::ProvidedMemory;
 use crate::packet::mailbox::is_newer;
-use crate::packet::{LinkPort, Packet, PacketError, Silence};
-use crate::safety::{DriveFault, Reason, Safety, Tick};
+use crate::packet::{LinkPort, LinkTimeout, Packet, PacketError};
+use crate::safety::{DriveFault, Reason, Safety, TickResult};
 use crate::scheme::{Command, CommandError};
 use crate::signal::{TypeRef, Word};
 
@@ -54,7 +54,7 @@ impl Dimsart {
         Ok(dimsart)
     }
 
-    /// Creates a controller without a device; its ticks are [`Tick::Idle`].
+    /// Creates a controller without a device; its ticks are [`TickResult::Idle`].
     #[must_use]
     #[inline]
     pub fn unconnected(memory: impl Into<ProvidedMemory>) -> Self {
@@ -115,7 +115,7 @@ impl Dimsart {
 
     /// Sets the fault of the device's drive, if any, from the next tick on: the device then gets its safe
     /// value, until a reset if it was commanded before.
-    pub fn drive_fault(&mut self, fault: Option<DriveFault>) {
+    pub fn set_drive_fault(&mut self, fault: Option<DriveFault>) {
         self.drive_fault = fault;
     }
 
@@ -124,7 +124,7 @@ impl Dimsart {
     ///
     /// Firmware and simulator both call it; the order is defined only here. `measured` and `commanded` contain the
     /// words of the descriptor's types, in order. Afterwards `commanded` always contains finite numbers.
-    pub fn tick(&mut self, measured: &[Word], commanded: &mut [Word]) -> Tick {
+    pub fn tick(&mut self, measured: &[Word], commanded: &mut [Word]) -> TickResult {
         self.tick_observed(measured, commanded, &mut ())
     }
 
@@ -135,9 +135,9 @@ impl Dimsart {
         measured: &[Word],
         commanded: &mut [Word],
         observer: &mut impl Observer,
-    ) -> Tick {
+    ) -> TickResult {
         let computed = self.compute(measured, observer);
-        let is_refused = matches!(computed, Err(Tick::MeasurementRefused(_)));
+        let is_refused = matches!(computed, Err(TickResult::MeasurementRefused(_)));
         let fault = self.drive_fault;
         let tick = self.safety.decide(computed, fault, &self.engine, &self.frame, measured, commanded);
         if is_refused && !self.safety.state().is_fault() {
@@ -149,13 +149,13 @@ impl Dimsart {
 
     /// Measures and runs the modules. An error is the reason why they do not command the device.
     #[inline]
-    fn compute(&mut self, measured: &[Word], observer: &mut impl Observer) -> Result<(), Tick> {
+    fn compute(&mut self, measured: &[Word], observer: &mut impl Observer) -> Result<(), TickResult> {
         if let Err(error) = self.frame.write(self.engine.data_base_mut(), measured) {
             self.engine.data_base().links().iter().for_each(LinkPort::miss_tick);
-            return Err(Tick::MeasurementRefused(error));
+            return Err(TickResult::MeasurementRefused(error));
         }
         if !self.engine.is_running() {
-            return Err(Tick::Idle);
+            return Err(TickResult::Idle);
         }
         let is_limited = self.safety.reason() != Reason::None;
         if is_limited {
@@ -165,18 +165,18 @@ impl Dimsart {
         self.engine.step_observed(observer);
         // Read in every tick, because it is valid only for this tick.
         let silent_link = self.silent_link();
-        if let Some((link, Silence::Lost)) = silent_link {
-            return Err(Tick::LinkLost { link });
+        if let Some((link, LinkTimeout::Lost)) = silent_link {
+            return Err(TickResult::LinkLost { link });
         }
         // The drive fault may be the cause of a module's fault.
         if let Some(fault) = self.drive_fault {
-            return Err(Tick::DriveFailed(fault));
+            return Err(TickResult::DriveFailed(fault));
         }
         if let Some(module) = self.engine.lost_device() {
-            return Err(Tick::ModuleFailed(module));
+            return Err(TickResult::ModuleFailed(module));
         }
         if self.are_commands_late {
-            return Err(Tick::CommandsLate);
+            return Err(TickResult::CommandsLate);
         }
         match (silent_link, self.first_packet) {
             (None, FirstPacket::Unneeded) => Ok(()),
@@ -189,17 +189,17 @@ impl Dimsart {
 
     /// Handles a tick before or with a link's first packet.
     #[cold]
-    fn wait(&mut self, link: u8, first_packet: FirstPacket) -> Tick {
+    fn wait(&mut self, link: u8, first_packet: FirstPacket) -> TickResult {
         self.first_packet = first_packet;
-        Tick::LinkDown { link }
+        TickResult::LinkDown { link }
     }
 
     /// Returns a link that its receiving module has reported as lost or down in this tick.
-    fn silent_link(&self) -> Option<(u8, Silence)> {
+    fn silent_link(&self) -> Option<(u8, LinkTimeout)> {
         let links = self.engine.data_base().links();
-        let link = links.iter().position(|port| port.silence.get() != Silence::None)?;
-        let silence = links.get(link)?.silence.get();
-        links.iter().for_each(|port| port.silence.set(Silence::None));
+        let link = links.iter().position(|port| port.timeout.get() != LinkTimeout::None)?;
+        let silence = links.get(link)?.timeout.get();
+        links.iter().for_each(|port| port.timeout.set(LinkTimeout::None));
         u8::try_from(link).ok().map(|link| (link, silence))
     }
 
@@ -236,8 +236,8 @@ impl Dimsart {
 
     /// Returns the channel that a module receives on a link, 0 to 2047; 0 without a receiver.
     #[must_use]
-    pub fn listening_channel(&self, link: usize) -> u16 {
-        self.engine.listening_channel(link)
+    pub fn receive_channel(&self, link: usize) -> u16 {
+        self.engine.receive_channel(link)
     }
 
     /// Stores bytes received over link `link` for the next tick.
@@ -245,22 +245,26 @@ impl Dimsart {
     /// Of several packets between two ticks the newest is kept.
     ///
     /// # Errors
-    /// [`PacketError`] when the bytes are not a packet of the [channel](Self::listening_channel); a packet
+    /// [`PacketError`] when the bytes are not a packet of the [channel](Self::receive_channel); a packet
     /// that was stored before is kept.
     pub fn receive(&mut self, link: usize, bytes: &[u8]) -> Result<(), PacketError> {
-        self.deliver(link, &Packet::from_bytes(bytes, self.listening_channel(link)))
+        self.receive_parsed(link, &Packet::from_bytes(bytes, self.receive_channel(link)))
     }
 
     /// As [`receive`](Self::receive), for a caller that has already parsed the packet.
     ///
     /// # Errors
     /// The given [`PacketError`], which is counted; or [`PacketError::NoLink`].
-    pub fn deliver(&mut self, link: usize, packet: &Result<Packet, PacketError>) -> Result<(), PacketError> {
+    pub fn receive_parsed(
+        &mut self,
+        link: usize,
+        packet: &Result<Packet, PacketError>,
+    ) -> Result<(), PacketError> {
         let port = self.engine.data_base().links().get(link).ok_or(PacketError::NoLink)?;
         let count = || port.superseded.set(port.superseded.get().wrapping_add(1));
         let packet = packet.as_ref().map_err(|error| *error).inspect_err(|_| {
             count();
-            port.is_damaged.set(true);
+            port.has_refused.set(true);
         })?;
         if port.received.is_full() {
             count();
@@ -293,7 +297,7 @@ impl Dimsart {
 
     /// Takes the packet that the last tick has produced for link `link`, if any.
     #[must_use]
-    pub fn outgoing(&mut self, link: usize) -> Option<Packet> {
+    pub fn take_outgoing(&mut self, link: usize) -> Option<Packet> {
         self.engine.data_base().links().get(link)?.outgoing.take()
     }
 

@@ -11,7 +11,7 @@ mod plug;
 mod transaction;
 mod vocabulary;
 
-pub use commands::Cursor;
+pub use commands::CommandCursor;
 pub use containment::{FaultCause, ModuleFault};
 use core::num::NonZeroU32;
 pub use kinds::ModuleKinds;
@@ -46,7 +46,8 @@ pub struct Usage {
     /// Words of the Data Base in use.
     pub words: usize,
     /// Total words of the Data Base.
-    pub words_in_all: usize,
+    #[serde(rename = "words_in_all")]
+    pub total_words: usize,
 }
 
 /// Modules, their Data Base and the device.
@@ -175,7 +176,7 @@ impl Engine {
             Command::Reset => self.reset(),
             Command::Stop => self.stop(),
             Command::Close | Command::Init => self.close_all(),
-            Command::PutLaw { .. } | Command::KeepLaw { .. } | Command::RemoveLaw { .. } => {
+            Command::UploadLaw { .. } | Command::StoreLaw { .. } | Command::RemoveLaw { .. } => {
                 return self.change_law(command).map_err(CommandError::Law);
             }
             change => return self.change(change),
@@ -313,7 +314,7 @@ impl Engine {
     /// Returns the index of a module in the plug-in order, from 0; for the same scheme as
     /// [`instances`](Self::instances).
     #[must_use]
-    pub fn place_of(&self, module: ModuleRef) -> Option<usize> {
+    pub fn position_of(&self, module: ModuleRef) -> Option<usize> {
         self.edited().wiring.order_of(module)
     }
 
@@ -331,10 +332,10 @@ impl Engine {
     }
 
     /// Returns the channel that a module receives on a link; 0 without a receiver.
-    pub(crate) fn listening_channel(&self, link: usize) -> u16 {
+    pub(crate) fn receive_channel(&self, link: usize) -> u16 {
         let modules = self.schemes.running().wiring.modules();
         let mut ends = modules.iter().filter_map(|plugged| plugged.link_end);
-        ends.find(|end| end.listens_to(link)).map_or(0, |end| end.channel)
+        ends.find(|end| end.receives_from(link)).map_or(0, |end| end.channel)
     }
 
     /// Returns the first memory of a module that is plugged in, for example a recorder's record.
@@ -357,12 +358,12 @@ impl Engine {
     /// counted as in [`instances`](Self::instances).
     #[must_use]
     pub fn usage(&self) -> Usage {
-        let words_in_all = self.data_base.storage().words.len();
+        let total_words = self.data_base.storage().words.len();
         Usage {
             modules: self.edited().instances.len(),
             slots: self.data_base.used_slots(),
-            words: words_in_all - self.data_base.free_words(),
-            words_in_all,
+            words: total_words - self.data_base.free_words(),
+            total_words,
         }
     }
 

@@ -5,8 +5,8 @@ mod refusal;
 use core::fmt;
 
 use crate::engine::{Engine, FaultCause, ModuleFault};
-use crate::module::{Difference, ModuleRef};
-use crate::scheme::{CommandError, Finding, Party};
+use crate::module::{ModuleRef, TypeMismatch};
+use crate::scheme::{CommandError, Endpoint, Finding};
 use crate::signal::{TypeRef, UnitRelation};
 use crate::vocabulary::Vocabulary;
 
@@ -28,49 +28,49 @@ impl Engine {
     /// Returns the text of a finding of this engine's check.
     #[must_use]
     pub fn explain(&self, finding: Finding) -> Explanation<'_, Self> {
-        Explanation::of_finding(self, finding)
+        Explanation::for_finding(self, finding)
     }
 
     /// Returns the text of a module fault.
     #[must_use]
     pub fn explain_module_fault(&self, fault: ModuleFault) -> Explanation<'_, Self> {
-        Explanation::of_module_fault(self, fault)
+        Explanation::for_module_fault(self, fault)
     }
 }
 
 impl<'a, V: Vocabulary + ?Sized> Explanation<'a, V> {
     /// Creates the text of a finding of the matching check.
     #[must_use]
-    pub fn of_finding(known: &'a V, finding: Finding) -> Self {
+    pub fn for_finding(known: &'a V, finding: Finding) -> Self {
         Self { known, subject: Subject::Finding(finding) }
     }
 
     /// Creates the text of a refused command.
     #[must_use]
-    pub fn of_refusal(known: &'a V, error: CommandError) -> Self {
+    pub fn for_refusal(known: &'a V, error: CommandError) -> Self {
         Self { known, subject: Subject::Refusal(error) }
     }
 
     /// Creates the text of a module fault.
     #[must_use]
-    pub fn of_module_fault(known: &'a V, fault: ModuleFault) -> Self {
+    pub fn for_module_fault(known: &'a V, fault: ModuleFault) -> Self {
         Self { known, subject: Subject::Module(fault) }
     }
 
     fn module_fault(&self, f: &mut fmt::Formatter<'_>, fault: ModuleFault) -> fmt::Result {
         let ModuleFault { module, cause } = fault;
-        write!(f, "{} ", self.known.name_of_module(module))?;
+        write!(f, "{} ", self.known.module_name(module))?;
         let remedy = match cause {
-            FaultCause::Wrote { signal, word, bits } => {
+            FaultCause::InvalidOutput { signal, word, bits } => {
                 let value = f32::from_bits(bits);
-                write!(f, "wrote {value} to word {word} of {}", self.known.name_of_signal(signal))?;
+                write!(f, "wrote {value} to word {word} of {}", self.known.signal_name(signal))?;
                 let unit = self.known.type_of(signal).map(|found| found.unit);
                 if let Some(unit) = unit.filter(|_| value.is_finite()) {
-                    write!(f, " (limit {:e})", unit.largest())?;
+                    write!(f, " (limit {:e})", unit.max_magnitude())?;
                 }
                 "lower its gains or check its inputs"
             }
-            FaultCause::TookTooLong { budget_cycles } => {
+            FaultCause::TimeExceeded { budget_cycles } => {
                 write!(f, "exceeded its budget of {budget_cycles} cycles per call")?;
                 "run `dimsart stamp` again, or shorten the interrupts"
             }
@@ -82,29 +82,29 @@ impl<'a, V: Vocabulary + ?Sized> Explanation<'a, V> {
         let known = self.known;
         match finding {
             Finding::NoProvider { signal, reader } => {
-                let signal = known.name_of_signal(signal);
+                let signal = known.signal_name(signal);
                 self.party(f, reader)?;
                 write!(f, " reads {signal}, which has no provider: plug in a module that writes {signal}")
             }
             Finding::TwoProviders { signal, first, second } => {
-                write!(f, "{} has two providers, ", known.name_of_signal(signal))?;
+                write!(f, "{} has two providers, ", known.signal_name(signal))?;
                 self.party(f, first)?;
                 write!(f, " and ")?;
                 self.party(f, second)?;
                 write!(f, ": unplug one or bind its port to another signal (PORT_... command)")
             }
-            Finding::Mismatch { module, port, signal, difference } => {
+            Finding::Mismatch { module, port, signal, mismatch } => {
                 let port = self.port_name(module, port);
-                let bound = known.name_of_signal(signal);
-                write!(f, "port {port} of {} is bound to {bound}, ", known.name_of_module(module))?;
-                self.difference(f, signal, difference)?;
-                let kind = known.name_of_module(ModuleRef { number: 1, ..module });
+                let bound = known.signal_name(signal);
+                write!(f, "port {port} of {} is bound to {bound}, ", known.module_name(module))?;
+                self.difference(f, signal, mismatch)?;
+                let kind = known.module_name(ModuleRef { number: 1, ..module });
                 write!(f, ": bind it to a compatible signal (PORT_{port} command); ")?;
                 write!(f, "see `dimsart modules {kind}`")
             }
             Finding::Delay { signal, writer, reader, is_declared } => {
                 self.party(f, reader)?;
-                write!(f, " reads {} before ", known.name_of_signal(signal))?;
+                write!(f, " reads {} before ", known.signal_name(signal))?;
                 self.party(f, writer)?;
                 write!(f, " writes it, so it sees the last tick's value")?;
                 if is_declared {
@@ -116,7 +116,7 @@ impl<'a, V: Vocabulary + ?Sized> Explanation<'a, V> {
                 }
             }
             Finding::UnitsDiffer { module, port, signal, other_port, other_signal, relation } => {
-                write!(f, "{} has ", known.name_of_module(module))?;
+                write!(f, "{} has ", known.module_name(module))?;
                 self.bound_port(f, module, other_port, other_signal)?;
                 write!(f, " and ")?;
                 self.bound_port(f, module, port, signal)?;
@@ -124,29 +124,29 @@ impl<'a, V: Vocabulary + ?Sized> Explanation<'a, V> {
                     UnitRelation::Same => "the unit of the first",
                     UnitRelation::Integral => "the unit of the first times s",
                     UnitRelation::Derivative => "the unit of the first divided by s",
-                    UnitRelation::Alike => "the unit, format and shape of the first",
+                    UnitRelation::SameType => "the unit, format and shape of the first",
                 };
                 write!(f, ", but the second must have {expected}: ")?;
                 write!(f, "bind one of them to a compatible signal (PORT_... command)")
             }
-            Finding::Held { signal, writer, every_ticks } => {
-                let (writer, signal) = (known.name_of_module(writer), known.name_of_signal(signal));
+            Finding::SlowWriter { signal, writer, every_ticks } => {
+                let (writer, signal) = (known.module_name(writer), known.signal_name(signal));
                 write!(f, "{writer} writes {signal} every {every_ticks} ticks: readers get values up to ")?;
                 write!(f, "{} ticks old", every_ticks.saturating_sub(1))
             }
             Finding::MissingDelay { signal, writer, reader } => {
-                let [writer, reader] = [writer, reader].map(|module| known.name_of_module(module));
-                let signal = known.name_of_signal(signal);
+                let [writer, reader] = [writer, reader].map(|module| known.module_name(module));
+                let signal = known.signal_name(signal);
                 write!(f, "{reader} needs {signal} of the last tick, but {writer} overwrites it first: ")?;
                 write!(f, "plug in {reader} before {writer}")
             }
             Finding::LateStageRate { reader, writer, every_ticks } => {
-                let [writer, reader] = [writer, reader].map(|module| known.name_of_module(module));
+                let [writer, reader] = [writer, reader].map(|module| known.module_name(module));
                 write!(f, "{reader} needs {writer} in each of its ticks, but {writer} runs every ")?;
                 write!(f, "{every_ticks} ticks: set EVERY_TICKS of {reader} to a multiple of {every_ticks}")
             }
             Finding::DuplicateLinkEnd { link, first, second } => {
-                let [first, second] = [first, second].map(|module| known.name_of_module(module));
+                let [first, second] = [first, second].map(|module| known.module_name(module));
                 write!(f, "{first} and {second} use the same end of link {link}: ")?;
                 write!(f, "set another link for one of them, or unplug it")
             }
@@ -157,10 +157,10 @@ impl<'a, V: Vocabulary + ?Sized> Explanation<'a, V> {
         self.known.port_text(module, port).map_or("?", |port| port.name)
     }
 
-    fn party(&self, f: &mut fmt::Formatter<'_>, party: Party) -> fmt::Result {
+    fn party(&self, f: &mut fmt::Formatter<'_>, party: Endpoint) -> fmt::Result {
         match party {
-            Party::Frame => write!(f, "the device {}", self.known.device_name()),
-            Party::Module(module) => write!(f, "{}", self.known.name_of_module(module)),
+            Endpoint::Frame => write!(f, "the device {}", self.known.device_name()),
+            Endpoint::Module(module) => write!(f, "{}", self.known.module_name(module)),
         }
     }
 
@@ -172,25 +172,32 @@ impl<'a, V: Vocabulary + ?Sized> Explanation<'a, V> {
         signal: TypeRef,
     ) -> fmt::Result {
         let port = self.port_name(module, port);
-        write!(f, "{port} bound to {}", self.known.name_of_signal(signal))?;
-        match self.known.type_of(signal).map(|found| found.unit.on(self.known.axes())) {
+        write!(f, "{port} bound to {}", self.known.signal_name(signal))?;
+        match self.known.type_of(signal).map(|found| found.unit.for_axes(self.known.axes())) {
             Some(unit) if !unit.is_empty() => write!(f, " ({unit})"),
             _ => Ok(()),
         }
     }
 
-    fn difference(&self, f: &mut fmt::Formatter<'_>, signal: TypeRef, difference: Difference) -> fmt::Result {
+    fn difference(
+        &self,
+        f: &mut fmt::Formatter<'_>,
+        signal: TypeRef,
+        difference: TypeMismatch,
+    ) -> fmt::Result {
         let Some(found) = self.known.type_of(signal) else {
             return write!(f, "which does not exist");
         };
         match difference {
-            Difference::Unit => write!(f, "which has the wrong unit, {}", found.unit.on(self.known.axes())),
-            Difference::Format => write!(f, "which has the wrong format, {:?}", found.format),
-            Difference::Shape => write!(f, "which has the wrong shape, {:?}", found.shape),
-            Difference::Coordinates if found.unit.cartesian().is_some() => {
+            TypeMismatch::Unit => {
+                write!(f, "which has the wrong unit, {}", found.unit.for_axes(self.known.axes()))
+            }
+            TypeMismatch::Format => write!(f, "which has the wrong format, {:?}", found.format),
+            TypeMismatch::Shape => write!(f, "which has the wrong shape, {:?}", found.shape),
+            TypeMismatch::Coordinates if found.unit.cartesian().is_some() => {
                 write!(f, "which is in joint coordinates, but other ports of the module are Cartesian")
             }
-            Difference::Coordinates => {
+            TypeMismatch::Coordinates => {
                 write!(f, "which is Cartesian, but other ports of the module use joint coordinates")
             }
         }

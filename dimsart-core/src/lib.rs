@@ -124,7 +124,7 @@ pub use device::output_limits::OutputLimits;
 pub use device::timing::{Duration, Timing};
 pub use dimsart::Dimsart;
 pub use engine::{
-    Calls, Cursor, Engine, FaultCause, ModuleFault, ModuleKinds, Observer, Step, Usage, type_at,
+    Calls, CommandCursor, Engine, FaultCause, ModuleFault, ModuleKinds, Observer, Step, Usage, type_at,
 };
 pub use explain::Explanation;
 pub use limits::MAX_DEVICE_TYPES;
@@ -136,7 +136,7 @@ pub use module::declare::Declare;
 pub use module::kind::ModuleKind;
 pub use module::kind_id::KindId;
 pub use module::module_ref::ModuleRef;
-pub use module::port::{Difference, Direction, PortSpec, Stage};
+pub use module::port::{Direction, PortSpec, Stage, TypeMismatch};
 pub use module::port_set::PortSet;
 pub use module::rate::{EVERY_TICKS, Rate};
 pub use packet::content::Content;
@@ -147,14 +147,14 @@ pub use packet::{MAX_PACKET_BYTES, PACKET_OVERHEAD, Packet, PacketError, checksu
 pub use parameter::{
     Accepts, Choice, Entries, Parameter, ParameterError, ParameterSet, Parameters, TypeList, Value,
 };
-pub use safety::{DriveEvent, DriveFault, DriveState, Reason, ReasonCounts, Safety, Tick};
+pub use safety::{DriveEvent, DriveFault, DriveState, Reason, ReasonCounts, Safety, TickResult};
 pub use scheme::command::{Command, CommandError, EngineCommand};
-pub use scheme::finding::{Finding, Party};
+pub use scheme::finding::{Endpoint, Finding};
 pub use scheme::matching::CheckReport;
 pub use signal::data_type::{DataType, Shape, TypeRef};
 pub use signal::summary::Summary;
 pub use signal::unit::{AxisKind, Unit};
-pub use signal::unit_tie::{UnitRelation, UnitTie};
+pub use signal::unit_constraint::{UnitConstraint, UnitRelation};
 pub use signal::word::{Format, Scalar, Word};
 pub use signal::words::Words;
 pub use signal::{types, words};
@@ -162,4 +162,4 @@ pub use vocabulary::description::{
     Accepted, DataTypeText, MAX_CHOICES, ParameterText, PortText, TooManyChoices,
 };
 pub use vocabulary::names::Name;
-pub use vocabulary::{UnitOn, Vocabulary, names};
+pub use vocabulary::{AxisUnit, Vocabulary, names};

@@ -8,7 +8,7 @@
 pub struct Sizes {
     /// Module instances, plugged in or not; maximum [`MAX_MODULES`].
     pub modules: usize,
-    /// Ports, and handles, of all modules that are plugged in; maximum [`MAX_WIRES`] each.
+    /// Ports, and handles, of all modules that are plugged in; maximum [`MAX_BOUND_PORTS`] each.
     pub wires: usize,
     /// Ports of all modules that commands have bound to other signals.
     pub bindings: usize,
@@ -41,7 +41,7 @@ impl Sizes {
     #[must_use]
     pub const fn checked(self) -> Self {
         assert!(self.modules <= MAX_MODULES, "a controller has at most 32 modules");
-        assert!(self.wires <= MAX_WIRES, "a controller has at most 255 ports");
+        assert!(self.wires <= MAX_BOUND_PORTS, "a controller has at most 255 ports");
         assert!(self.slots <= MAX_SLOTS, "a Data Base has at most 64 slots");
         assert!(self.links <= MAX_LINKS, "a controller has at most 8 links");
         assert!(self.words <= MAX_WORDS, "a Data Base has at most 65534 words");
@@ -50,7 +50,7 @@ impl Sizes {
 
     /// Number of program slots: one more for the program being uploaded.
     #[must_use]
-    pub const fn program_places(self) -> usize {
+    pub const fn program_slots(self) -> usize {
         if self.programs == 0 { 0 } else { self.programs + 1 }
     }
 }
@@ -67,7 +67,7 @@ pub(crate) const MAX_CALLS: usize = 2 * MAX_MODULES;
 /// Maximum number of ports of a module instance.
 pub const MAX_PORTS: usize = 12;
 /// Maximum number of ports, and of handles, of all modules that are plugged in: their indices are bytes.
-pub const MAX_WIRES: usize = 255;
+pub const MAX_BOUND_PORTS: usize = 255;
 /// Maximum number of slots in a Data Base: a set of them has 64 bits.
 pub const MAX_SLOTS: usize = 64;
 /// Maximum number of data types of a COMM channel (`ADD_DATA` commands).

@@ -89,7 +89,7 @@ impl CompensatedSum {
 
     /// Adds a fraction of a turn and subtracts a completed turn, which is exact.
     #[inline(always)]
-    pub fn turn_on(&mut self, share: f32) {
+    pub fn add_turns(&mut self, share: f32) {
         if self.add(share) >= 1.0 {
             self.sum -= 1.0;
         }
@@ -97,7 +97,7 @@ impl CompensatedSum {
 
     /// Adds a step and limits the sum to `most`.
     #[inline(always)]
-    pub fn add_up_to(&mut self, step: f32, most: f32) {
+    pub fn add_limited(&mut self, step: f32, most: f32) {
         if self.add(step) > most {
             *self = Self::new(most);
         }

@@ -69,7 +69,7 @@ macro_rules! memory {
             { $sizes.bindings },
             { $sizes.slots },
             { $sizes.links },
-            { $sizes.program_places() },
+            { $sizes.program_slots() },
             { $sizes.words },
         >
     };

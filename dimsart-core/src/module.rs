@@ -17,7 +17,7 @@ pub(crate) use declare::Declare;
 pub(crate) use kind::{Begin, Compute, MAX_HANDLES, MAX_SETTINGS_WORDS, ModuleKind};
 pub(crate) use kind_id::KindId;
 pub(crate) use module_ref::ModuleRef;
-pub(crate) use port::{Difference, Direction, LinkEnd, PortSpec, PortSpecs, Stage};
+pub(crate) use port::{Direction, LinkEnd, PortSpec, PortSpecs, Stage, TypeMismatch};
 pub(crate) use rate::{EVERY_TICKS, Load, Rate};
 
 use crate::device::DeviceDescriptor;

@@ -13,7 +13,7 @@ mod verify;
 
 pub use instruction::{Field, Instruction, OPCODES, OWN_AXIS, Opcode, REGISTERS};
 pub use interpret::calculate;
-pub use interpret::{Registers, Surroundings, run};
+pub use interpret::{Environment, Registers, run};
 pub(crate) use program::PARAMETERS;
 pub use program::{
     Header, LawParameter, MAX_INPUTS, MAX_OUTPUTS, MAX_PARAMETERS, MAX_STATES, Program, Section, seal,

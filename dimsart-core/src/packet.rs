@@ -12,7 +12,7 @@ pub mod envelope;
 pub mod mailbox;
 
 pub(crate) use checksum::CRC;
-pub(crate) use mailbox::{LinkPort, Silence};
+pub(crate) use mailbox::{LinkPort, LinkTimeout};
 
 use heapless::Vec;
 

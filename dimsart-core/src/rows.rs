@@ -50,7 +50,7 @@ pub struct Row<'a> {
 
 /// Problem with a word of a row.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub enum Problem {
+pub enum RowError {
     /// Unknown destination: expected a side, its initial, or `all`.
     Destination,
     /// Unknown module: expected `MOD_ENG` or a module.
@@ -89,7 +89,7 @@ pub struct SchemeError<'a> {
     /// The location of the wrong word.
     pub place: SourceLocation<'a>,
     /// The problem.
-    pub problem: Problem,
+    pub problem: RowError,
 }
 
 /// Returns the rows of a scheme without comments and blank lines.
@@ -154,7 +154,7 @@ impl<'a> Row<'a> {
     /// Returns whether the row is for `side`, one of `sides`.
     ///
     /// # Errors
-    /// [`Problem::Destination`] when the destination is not one of the sides.
+    /// [`RowError::Destination`] when the destination is not one of the sides.
     pub fn is_for(&self, side: &str, sides: &[&str]) -> Result<bool, SchemeError<'a>> {
         let place = self.place(0);
         if place.word == "all" {
@@ -164,7 +164,7 @@ impl<'a> Row<'a> {
         for part in place.word.split('&') {
             let is_known = |side: &&str| !part.is_empty() && (*side == part || side.get(..1) == Some(part));
             if !sides.iter().any(is_known) {
-                return Err(SchemeError { place, problem: Problem::Destination });
+                return Err(SchemeError { place, problem: RowError::Destination });
             }
             is_mine |= is_known(&side);
         }
@@ -174,7 +174,7 @@ impl<'a> Row<'a> {
     /// Creates a row from words, the destination first, without a location in a text. Empty words are
     /// missing.
     #[must_use]
-    pub fn of(words: &[&'a str]) -> Self {
+    pub fn from_words(words: &[&'a str]) -> Self {
         let place = |word| SourceLocation { line: 1, column: 1, word };
         let mut row = Self { words: Vec::new(), end: place("") };
         for word in words.iter().filter(|word| !word.is_empty()) {
@@ -194,7 +194,7 @@ impl<'a> Row<'a> {
             (self.module_command(known)?, 4)
         };
         match self.words.get(words) {
-            Some(place) => Err(SchemeError { place: *place, problem: Problem::Surplus }),
+            Some(place) => Err(SchemeError { place: *place, problem: RowError::Surplus }),
             None => Ok(command),
         }
     }
@@ -211,12 +211,12 @@ impl<'a> Row<'a> {
     /// Creates the error of a refused row, located at the responsible word.
     #[must_use]
     pub fn refused(&self, error: CommandError) -> SchemeError<'a> {
-        let problem = Problem::Refused(error);
+        let problem = RowError::Refused(error);
         match error {
             CommandError::Parameter(ParameterError::NoSuchEntry | ParameterError::WhilePluggedIn) => {
                 SchemeError { place: self.place(2), problem }
             }
-            _ => self.blame(problem),
+            _ => self.error_at_last_word(problem),
         }
     }
 
@@ -228,7 +228,7 @@ impl<'a> Row<'a> {
 
     /// Creates an error at the row's last word.
     #[must_use]
-    pub fn blame(&self, problem: Problem) -> SchemeError<'a> {
+    pub fn error_at_last_word(&self, problem: RowError) -> SchemeError<'a> {
         SchemeError { place: self.words.last().copied().unwrap_or(self.end), problem }
     }
 
@@ -238,14 +238,14 @@ impl<'a> Row<'a> {
         known: &(impl Vocabulary + ?Sized),
     ) -> Result<(Command, usize), SchemeError<'a>> {
         let place = self.place(2);
-        let unknown = SchemeError { place, problem: Problem::EngineCommand };
+        let unknown = SchemeError { place, problem: RowError::EngineCommand };
         let command = EngineCommand::of(place.word).ok_or(unknown)?;
         if !command.needs_module {
             return Ok((command.with(None).ok_or(unknown)?, 3));
         }
         let place = self.place(3);
-        let module = known.module_named(place.word);
-        let module = module.ok_or(SchemeError { place, problem: Problem::ModuleValue })?;
+        let module = known.find_module(place.word);
+        let module = module.ok_or(SchemeError { place, problem: RowError::ModuleValue })?;
         Ok((command.with(Some(module)).ok_or(unknown)?, 4))
     }
 
@@ -256,7 +256,7 @@ impl<'a> Row<'a> {
             let mut ports = known.port_texts(module);
             let port = ports.position(|found| found.name == port && found.bound.is_some());
             let port = port.and_then(|port| u8::try_from(port).ok());
-            let port = port.ok_or(SchemeError { place, problem: Problem::ModuleCommand(module) })?;
+            let port = port.ok_or(SchemeError { place, problem: RowError::ModuleCommand(module) })?;
             return Ok(Command::bind(module, port, self.signal(known)?));
         }
         let (module, parameter, entry) = self.parameter(known)?;
@@ -267,7 +267,7 @@ impl<'a> Row<'a> {
         }
         let place = self.place(3);
         let value = accepts.and_then(|accepts| read_value(&accepts, place.word));
-        let problem = Problem::Value { module, parameter };
+        let problem = RowError::Value { module, parameter };
         let value = value.ok_or(SchemeError { place, problem })?;
         Ok(Command::Set { module, parameter, entry, value })
     }
@@ -282,27 +282,27 @@ impl<'a> Row<'a> {
     ) -> Result<(ModuleRef, u8, Option<u8>), SchemeError<'a>> {
         let module = self.module(known)?;
         let place = self.place(2);
-        let unknown = SchemeError { place, problem: Problem::ModuleCommand(module) };
+        let unknown = SchemeError { place, problem: RowError::ModuleCommand(module) };
         let (name, indices) = split_axis(place.word);
-        let (parameter, found) = known.parameter_named(module.kind, name).ok_or(unknown)?;
+        let (parameter, found) = known.find_parameter(module.kind, name).ok_or(unknown)?;
         let dof = known.dof();
         let entry = indices.and_then(|indices| found.entries.place(indices, dof));
         // The engine checks the axis against its device.
         let entry = entry.filter(|place| {
             !found.entries.are_matrix() || place.is_none_or(|place| place < found.entries.count(dof))
         });
-        let entry = entry.ok_or(SchemeError { place, problem: Problem::Entry { module, parameter } })?;
+        let entry = entry.ok_or(SchemeError { place, problem: RowError::Entry { module, parameter } })?;
         Ok((module, parameter, entry))
     }
 
     fn module(&self, known: &(impl Vocabulary + ?Sized)) -> Result<ModuleRef, SchemeError<'a>> {
         let place = self.place(1);
-        known.module_named(place.word).ok_or(SchemeError { place, problem: Problem::Module })
+        known.find_module(place.word).ok_or(SchemeError { place, problem: RowError::Module })
     }
 
     fn signal(&self, known: &(impl Vocabulary + ?Sized)) -> Result<TypeRef, SchemeError<'a>> {
         let place = self.place(3);
-        known.signal_named(place.word).ok_or(SchemeError { place, problem: Problem::Type })
+        known.signal_named(place.word).ok_or(SchemeError { place, problem: RowError::Type })
     }
 
     fn place(&self, index: usize) -> SourceLocation<'a> {

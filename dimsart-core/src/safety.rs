@@ -24,7 +24,7 @@ use velocity::Velocity;
 /// Result of a tick. It always leaves a valid frame for the device.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
-pub enum Tick {
+pub enum TickResult {
     /// The scheme ran and commands the device.
     Ran,
     /// The scheme is stopped; the device gets its safe value.
@@ -58,7 +58,7 @@ pub enum Tick {
     ModuleFailed(ModuleRef),
 }
 
-impl Tick {
+impl TickResult {
     /// Returns why the scheme does not command the device; [`Reason::None`] if it does.
     #[must_use]
     pub const fn reason(self) -> Reason {
@@ -95,7 +95,7 @@ pub struct Safety {
     state: DriveState,
     is_motion_forbidden: bool,
     /// The latched fault and its reason, in a fault state.
-    failed: (Tick, Reason),
+    failed: (TickResult, Reason),
     refused_ticks: u32,
     reason: Reason,
     counts: ReasonCounts,
@@ -109,7 +109,7 @@ impl Safety {
         Self {
             state: DriveState::NotReadyToSwitchOn,
             is_motion_forbidden: false,
-            failed: (Tick::Ran, Reason::None),
+            failed: (TickResult::Ran, Reason::None),
             refused_ticks: 0,
             reason: Reason::None,
             counts: ReasonCounts::new(),
@@ -205,19 +205,21 @@ impl Safety {
     #[inline]
     pub(crate) fn decide(
         &mut self,
-        computed: Result<(), Tick>,
+        computed: Result<(), TickResult>,
         drive_fault: Option<DriveFault>,
         engine: &Engine,
         frame: &Frame,
         measured: &[Word],
         commanded: &mut [Word],
-    ) -> Tick {
+    ) -> TickResult {
         // A match, not `and_then`: chained results are copied in every tick.
         let tick = match computed {
             Err(tick) => tick,
             Ok(()) => match frame.read(engine.data_base(), commanded) {
-                Err(error) => Tick::CommandRefused(error),
-                Ok(()) if self.state != DriveState::OperationEnabled && !self.enable() => Tick::Disarmed,
+                Err(error) => TickResult::CommandRefused(error),
+                Ok(()) if self.state != DriveState::OperationEnabled && !self.enable() => {
+                    TickResult::Disarmed
+                }
                 Ok(()) => {
                     self.reason = Reason::None;
                     if !self.limited.is_empty() {
@@ -227,12 +229,12 @@ impl Safety {
                         }
                         self.limit(measured, commanded);
                     }
-                    return Tick::Ran;
+                    return TickResult::Ran;
                 }
             },
         };
         let cause = match (tick, drive_fault) {
-            (Tick::MeasurementRefused(_), Some(fault)) => Tick::DriveFailed(fault),
+            (TickResult::MeasurementRefused(_), Some(fault)) => TickResult::DriveFailed(fault),
             _ => tick,
         };
         self.give_safe_values((tick, cause), engine, measured, commanded)
@@ -241,17 +243,17 @@ impl Safety {
     #[inline(never)]
     fn give_safe_values(
         &mut self,
-        (tick, cause): (Tick, Tick),
+        (tick, cause): (TickResult, TickResult),
         engine: &Engine,
         measured: &[Word],
         commanded: &mut [Word],
-    ) -> Tick {
+    ) -> TickResult {
         let (told, reason) = self.tell(tick, cause, engine.is_running());
         let period_s = engine.device().sample_period_s();
         self.reason = reason;
         self.counts.count(self.reason);
         commanded.fill(Word(0));
-        let measured = if matches!(tick, Tick::MeasurementRefused(_)) { &[] } else { measured };
+        let measured = if matches!(tick, TickResult::MeasurementRefused(_)) { &[] } else { measured };
         if !self.has_commanded {
             self.hold_position(measured);
         }
@@ -284,16 +286,18 @@ impl Safety {
 
     /// Returns the result and reason of a tick in which no scheme commands the device; the latched fault
     /// until a reset.
-    fn tell(&mut self, tick: Tick, cause: Tick, is_running: bool) -> (Tick, Reason) {
+    fn tell(&mut self, tick: TickResult, cause: TickResult, is_running: bool) -> (TickResult, Reason) {
         let told = (cause, cause.reason());
-        let is_refused = matches!(tick, Tick::MeasurementRefused(_) | Tick::CommandRefused(_));
+        let is_refused = matches!(tick, TickResult::MeasurementRefused(_) | TickResult::CommandRefused(_));
         self.refused_ticks = self.refused_ticks.saturating_add(is_refused.into());
         // While nothing moves, a refused frame or a late command does not latch, nor does a link that is
         // down.
         let fails = match tick {
             _ if is_refused => is_running && self.enable(),
-            Tick::CommandsLate | Tick::DriveFailed(_) => self.state == DriveState::OperationEnabled,
-            Tick::LinkDown { .. } => false,
+            TickResult::CommandsLate | TickResult::DriveFailed(_) => {
+                self.state == DriveState::OperationEnabled
+            }
+            TickResult::LinkDown { .. } => false,
             _ => told.1.is_fault(),
         };
         if fails && !self.state.is_fault() {

@@ -8,7 +8,7 @@ pub(crate) mod stored;
 pub(crate) mod wiring;
 
 pub(crate) use command::{Command, CommandError, EngineCommand};
-pub(crate) use finding::{Finding, Party};
+pub(crate) use finding::{Endpoint, Finding};
 pub(crate) use matching::{CheckReport, MatchingCheck};
 pub(crate) use stored::{Instance, Scheme, Schemes};
 pub(crate) use wiring::{ActiveModule, Call, New, Port, Wiring};

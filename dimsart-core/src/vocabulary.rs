@@ -68,17 +68,17 @@ pub trait Vocabulary {
     }
 
     /// Finds a module by name, `PDCTRL_MOD` or `PDCTRL_MOD.2`. The instance need not exist.
-    fn module_named(&self, word: &str) -> Option<ModuleRef> {
+    fn find_module(&self, word: &str) -> Option<ModuleRef> {
         numbered(self.kind_names(), word)
     }
 
     /// Returns the name of a module; `?` for an unknown kind.
-    fn name_of_module(&self, module: ModuleRef) -> Name<'_> {
+    fn module_name(&self, module: ModuleRef) -> Name<'_> {
         Name { name: self.kind_name(module.kind).unwrap_or("?"), number: module.number }
     }
 
     /// Finds a parameter of a module kind by name, and its number.
-    fn parameter_named(&self, kind: KindId, name: &str) -> Option<(u8, ParameterText<'_>)> {
+    fn find_parameter(&self, kind: KindId, name: &str) -> Option<(u8, ParameterText<'_>)> {
         let of_all = self.parameter_text(kind, EVERY_TICKS).map(|parameter| (EVERY_TICKS, parameter));
         let mut found = (0..=u8::MAX).zip(self.parameter_texts(kind)).chain(of_all);
         found.find(|(_, parameter)| parameter.name == name)
@@ -98,14 +98,14 @@ pub trait Vocabulary {
     }
 
     /// Returns the name of a signal; `?` for an unknown type.
-    fn name_of_signal(&self, signal: TypeRef) -> Name<'_> {
+    fn signal_name(&self, signal: TypeRef) -> Name<'_> {
         Name { name: self.type_of(signal).map_or("?", |found| found.name), number: signal.number }
     }
 }
 
 /// A unit's symbol for the axes of a device: both symbols if the axes differ. Empty if dimensionless.
 #[derive(Debug, Clone, Copy)]
-pub struct UnitOn<'a> {
+pub struct AxisUnit<'a> {
     unit: Unit,
     axes: &'a [AxisKind],
 }
@@ -113,21 +113,21 @@ pub struct UnitOn<'a> {
 impl Unit {
     /// Returns the unit for these axes.
     #[must_use]
-    pub fn on(self, axes: &[AxisKind]) -> UnitOn<'_> {
-        UnitOn { unit: self, axes }
+    pub fn for_axes(self, axes: &[AxisKind]) -> AxisUnit<'_> {
+        AxisUnit { unit: self, axes }
     }
 
     /// Returns the unit of one word of a signal, for its row's axis. Scalars, and rows after the last axis,
     /// have the unit of all axes.
     #[must_use]
-    pub fn of_word(self, shape: Shape, word: usize, axes: &[AxisKind]) -> UnitOn<'_> {
+    pub fn for_word(self, shape: Shape, word: usize, axes: &[AxisKind]) -> AxisUnit<'_> {
         let (row, _) = shape.place(word, axes.len());
         let axis = axes.chunks(1).nth(row).filter(|_| shape != Shape::Scalar);
-        self.on(axis.unwrap_or(axes))
+        self.for_axes(axis.unwrap_or(axes))
     }
 }
 
-impl UnitOn<'_> {
+impl AxisUnit<'_> {
     /// Returns whether the unit is dimensionless.
     #[must_use]
     pub fn is_empty(&self) -> bool {
@@ -135,7 +135,7 @@ impl UnitOn<'_> {
     }
 }
 
-impl fmt::Display for UnitOn<'_> {
+impl fmt::Display for AxisUnit<'_> {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let [linear, rotary] = [AxisKind::Linear, AxisKind::Rotary].map(|kind| self.unit.symbol(kind));
         let is_all = |kind| self.axes.iter().all(|axis| *axis == kind);
@@ -165,7 +165,7 @@ mod tests {
         ] {
             for (word, expected) in expected.iter().enumerate() {
                 assert_eq!(
-                    std::format!("{}", Unit::Force.of_word(shape, word, &axes)),
+                    std::format!("{}", Unit::Force.for_word(shape, word, &axes)),
                     *expected,
                     "{shape:?}"
                 );

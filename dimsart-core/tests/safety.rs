@@ -6,7 +6,7 @@
 use dimsart_core::ProvidedMemory;
 use dimsart_core::{
     AxisKind, Command, CommandError, DataType, DescriptorError, DeviceDescriptor, Dimsart, DriveFault,
-    DriveState, FrameError, InputLimits, LimitsFault, Packet, Reason, SafeValue, Tick, Word,
+    DriveState, FrameError, InputLimits, LimitsFault, Packet, Reason, SafeValue, TickResult, Word,
     limits::MAX_LIMITED_WORDS, scheme, types,
 };
 use dimsart_link::EventKind;
@@ -93,17 +93,17 @@ impl Arm {
 
     fn packet(&mut self) -> Packet {
         self.sender.tick(&[Word(0); AXES], &mut []);
-        self.sender.outgoing(0).unwrap()
+        self.sender.take_outgoing(0).unwrap()
     }
 
     /// Runs a tick in which the scheme commands twice this value.
-    fn tick(&mut self, half_n: [f32; AXES]) -> Tick {
+    fn tick(&mut self, half_n: [f32; AXES]) -> TickResult {
         let packet = self.packet();
-        self.dimsart.deliver(0, &Ok(packet)).unwrap();
+        self.dimsart.receive_parsed(0, &Ok(packet)).unwrap();
         self.tick_in_silence(half_n)
     }
 
-    fn tick_in_silence(&mut self, half_n: [f32; AXES]) -> Tick {
+    fn tick_in_silence(&mut self, half_n: [f32; AXES]) -> TickResult {
         let mut measured = [Word(0); 2 * AXES];
         for axis in 0..AXES {
             measured[axis] = (half_n[axis] + self.position_m[axis]).into();
@@ -130,7 +130,7 @@ impl Arm {
     }
 
     fn ticks_of(&self, reason: Reason) -> u32 {
-        self.dimsart.safety().counts().of(reason)
+        self.dimsart.safety().counts().ticks_with(reason)
     }
 }
 
@@ -173,7 +173,7 @@ struct Model {
     /// Measurements of the last tick, if any.
     position_m: Option<[f32; AXES]>,
     /// The latched fault.
-    failed: Option<Tick>,
+    failed: Option<TickResult>,
     /// Whether the scheme commanded the device in the last tick.
     was_enabled: bool,
 }
@@ -197,13 +197,20 @@ impl Model {
     }
 
     /// Checks a tick in which the scheme would have commanded `force_n`.
-    fn check(&mut self, arm: &Arm, tick: Tick, is_allowed: bool, is_measured: bool, force_n: [f32; AXES]) {
+    fn check(
+        &mut self,
+        arm: &Arm,
+        tick: TickResult,
+        is_allowed: bool,
+        is_measured: bool,
+        force_n: [f32; AXES],
+    ) {
         let commands = is_allowed && arm.dimsart.engine().is_running();
-        let refused = matches!(tick, Tick::MeasurementRefused(_));
+        let refused = matches!(tick, TickResult::MeasurementRefused(_));
         assert_eq!(self.failed.unwrap_or(tick), tick, "until a reset");
         let fails = match tick {
-            Tick::CommandsLate => commands && self.was_enabled,
-            Tick::LinkDown { .. } => false,
+            TickResult::CommandsLate => commands && self.was_enabled,
+            TickResult::LinkDown { .. } => false,
             _ => tick.reason().is_fault() && (commands || !refused),
         };
         if self.failed.is_none() && fails {
@@ -211,13 +218,14 @@ impl Model {
         }
         let state = arm.dimsart.safety().state();
         assert_eq!(state.is_fault(), self.failed.is_some(), "{state:?}");
-        assert_eq!(state == DriveState::OperationEnabled, tick == Tick::Ran, "{state:?}");
+        assert_eq!(state == DriveState::OperationEnabled, tick == TickResult::Ran, "{state:?}");
         let now_m = is_measured.then_some(arm.position_m);
         let (mut is_outside, mut is_too_fast) = (false, false);
         for (axis, limits) in LIMITS.iter().enumerate() {
             let (given, last) = (arm.given[axis], self.given[axis]);
             let (min, max) = (limits.min, limits.max);
-            let wanted = if tick == Tick::Ran { force_n[axis].into() } else { self.safe_value(axis, now_m) };
+            let wanted =
+                if tick == TickResult::Ran { force_n[axis].into() } else { self.safe_value(axis, now_m) };
             let inside = wanted.clamp(min.into(), max.into());
             let step = f64::from(limits.rate_per_s * H_S);
             let reached = inside.clamp(f64::from(last) - step, f64::from(last) + step);
@@ -231,23 +239,23 @@ impl Model {
             is_too_fast |= force_n[axis].max(min).min(max).to_bits() != given.to_bits();
         }
         let reason = match tick {
-            Tick::Ran if is_outside => Reason::RangeLimited,
-            Tick::Ran if is_too_fast => Reason::RateLimited,
+            TickResult::Ran if is_outside => Reason::RangeLimited,
+            TickResult::Ran if is_too_fast => Reason::RateLimited,
             _ => tick.reason(),
         };
         assert_eq!(arm.reason(), reason);
-        assert!(tick == Tick::Ran || arm.count == self.count, "{tick:?}: not held");
+        assert!(tick == TickResult::Ran || arm.count == self.count, "{tick:?}: not held");
         let is_there = (0..AXES).all(|axis| {
             f64::from(arm.given[axis])
                 == self.safe_value(axis, now_m).clamp(LIMITS[axis].min.into(), LIMITS[axis].max.into())
         });
-        if is_there && tick != Tick::Ran {
+        if is_there && tick != TickResult::Ran {
             assert!(
                 !matches!(state, DriveState::QuickStopActive | DriveState::FaultReactionActive),
                 "{state:?}"
             );
         }
-        let was_enabled = tick == Tick::Ran;
+        let was_enabled = tick == TickResult::Ran;
         *self = Self { given: arm.given, count: arm.count, position_m: now_m, was_enabled, ..*self };
     }
 }
@@ -305,16 +313,16 @@ fn every_tick_keeps_range_rate_and_safe_value_whatever_comes() {
 #[test]
 fn the_safe_value_is_reached_and_left_at_the_rate() {
     let mut arm = Arm::limited();
-    (0..400).for_each(|_| assert_eq!(arm.tick([2.5, 10.0, 5.0]), Tick::Ran));
+    (0..400).for_each(|_| assert_eq!(arm.tick([2.5, 10.0, 5.0]), TickResult::Ran));
     assert_eq!(arm.given, [5.0, 20.0, 10.0]);
     arm.dimsart.allow_motion(false);
     for tick in 1_u8..=10 {
-        assert_eq!(arm.tick([2.5, 10.0, 5.0]), Tick::Disarmed);
+        assert_eq!(arm.tick([2.5, 10.0, 5.0]), TickResult::Disarmed);
         let left = f32::from(5_u8.saturating_sub(tick));
         assert_eq!(arm.given, [left, 20.0, f32::max(10.0 - 3.0 * f32::from(tick), 0.0)]);
     }
     arm.dimsart.allow_motion(true);
-    assert_eq!(arm.tick([2.5, 10.0, 5.0]), Tick::Ran);
+    assert_eq!(arm.tick([2.5, 10.0, 5.0]), TickResult::Ran);
     assert_eq!(arm.given, [1.0, 20.0, 3.0]);
 }
 
@@ -361,7 +369,7 @@ fn a_rate_that_is_accepted_changes_the_command_anywhere_in_its_range() {
             load(&mut dimsart, FOLLOWS);
             let measured = [[Word::from(wanted); AXES], [Word::from(stands); AXES]].concat();
             let mut commanded = [Word(0); AXES];
-            assert_eq!(dimsart.tick(&measured, &mut commanded), Tick::Ran);
+            assert_eq!(dimsart.tick(&measured, &mut commanded), TickResult::Ran);
             let given = f32::from_bits(commanded[0].0);
             assert!((given - stands) * (wanted - stands) > 0.0, "{min} to {max}: {given} from {stands}");
         }
@@ -385,19 +393,19 @@ fn a_position_that_is_held_begins_where_the_device_stands() {
     let mut dimsart = new(&[HELD]);
     // Without commands the device may be moved by hand.
     assert_eq!(tick(&mut dimsart, f32::NAN).1, 0.0, "no measurement yet");
-    assert_eq!(tick(&mut dimsart, 1.5), (Tick::Idle, 1.5));
-    assert_eq!(tick(&mut dimsart, -1.25), (Tick::Idle, -1.25));
-    assert_eq!(tick(&mut dimsart, 7.0), (Tick::Idle, 2.0), "the nearest value of the range");
+    assert_eq!(tick(&mut dimsart, 1.5), (TickResult::Idle, 1.5));
+    assert_eq!(tick(&mut dimsart, -1.25), (TickResult::Idle, -1.25));
+    assert_eq!(tick(&mut dimsart, 7.0), (TickResult::Idle, 2.0), "the nearest value of the range");
     tick(&mut dimsart, 1.0);
     // A scheme that commands 0 starts from there.
     load(&mut dimsart, FOLLOWS);
-    assert_eq!(tick(&mut dimsart, 1.0), (Tick::Ran, 1.0 - H_S));
+    assert_eq!(tick(&mut dimsart, 1.0), (TickResult::Ran, 1.0 - H_S));
     dimsart.allow_motion(false);
-    assert_eq!(tick(&mut dimsart, 1.75), (Tick::Disarmed, 1.0 - H_S), "its last value");
+    assert_eq!(tick(&mut dimsart, 1.75), (TickResult::Disarmed, 1.0 - H_S), "its last value");
     // A scheme that commands from the first tick on.
     let mut dimsart = new(&[HELD]);
     load(&mut dimsart, FOLLOWS);
-    assert_eq!(tick(&mut dimsart, 1.0), (Tick::Ran, 1.0 - H_S));
+    assert_eq!(tick(&mut dimsart, 1.0), (TickResult::Ran, 1.0 - H_S));
 }
 
 #[test]
@@ -439,7 +447,7 @@ fn limits_that_limit_nothing_change_no_bit() {
 fn every_reason_can_be_met_and_is_counted() {
     let mut arm = Arm::limited();
     let mut met = Vec::new();
-    let mut meet = |arm: &Arm, tick: Tick, reason| {
+    let mut meet = |arm: &Arm, tick: TickResult, reason| {
         assert_eq!((arm.reason(), arm.ticks_of(reason)), (reason, 1), "{tick:?}");
         met.push(reason);
     };
@@ -454,7 +462,7 @@ fn every_reason_can_be_met_and_is_counted() {
     meet(&arm, tick, Reason::Disarmed);
     arm.dimsart.allow_motion(true);
     let tick = arm.tick([f32::NAN; AXES]);
-    assert!(matches!(tick, Tick::MeasurementRefused(FrameError::NotFinite { .. })));
+    assert!(matches!(tick, TickResult::MeasurementRefused(FrameError::NotFinite { .. })));
     meet(&arm, tick, Reason::MeasurementRefused);
     arm.reset();
     let tick = arm.dimsart.tick(&[Word(0); 2 * AXES], &mut []);
@@ -470,37 +478,37 @@ fn every_reason_can_be_met_and_is_counted() {
     meet(&arm, tick, Reason::CommandsLate);
     arm.dimsart.set_commands_stale(false);
     // On a bus of drives, the fault names the axis.
-    let gone = DriveFault::Gone { axis: 1 };
+    let gone = DriveFault::NoResponse { axis: 1 };
     for fault in DriveFault::ALL.iter().copied().chain([gone]) {
         arm.reset();
         arm.tick([0.0, 0.5, 0.0]);
-        arm.dimsart.drive_fault(Some(fault));
+        arm.dimsart.set_drive_fault(Some(fault));
         let tick = arm.tick([0.0, 0.5, 0.0]);
         meet(&arm, tick, fault.reason());
-        assert_eq!(tick, Tick::DriveFailed(fault));
+        assert_eq!(tick, TickResult::DriveFailed(fault));
         assert_eq!(DriveFault::by_number(fault.reason().number()), (fault != gone).then_some(fault));
-        arm.dimsart.drive_fault(None);
+        arm.dimsart.set_drive_fault(None);
         assert_eq!(arm.tick([0.0, 0.5, 0.0]), tick, "until a reset");
         // An implausible measurement or a module fault in the same tick is a consequence.
         for measured in [[f32::NAN; AXES], [f32::MAX; AXES]] {
             arm.reset();
             arm.tick([0.0, 0.5, 0.0]);
-            arm.dimsart.drive_fault(Some(fault));
-            assert_eq!(arm.tick(measured), Tick::DriveFailed(fault));
-            arm.dimsart.drive_fault(None);
-            assert_eq!(arm.tick([0.0, 0.5, 0.0]), Tick::DriveFailed(fault), "until a reset");
+            arm.dimsart.set_drive_fault(Some(fault));
+            assert_eq!(arm.tick(measured), TickResult::DriveFailed(fault));
+            arm.dimsart.set_drive_fault(None);
+            assert_eq!(arm.tick([0.0, 0.5, 0.0]), TickResult::DriveFailed(fault), "until a reset");
         }
     }
     arm.reset();
     arm.tick([0.0, 0.5, 0.0]);
     let tick = core::iter::repeat_with(|| arm.tick_in_silence([0.0, 0.5, 0.0]))
         .take(100)
-        .find(|tick| *tick == Tick::LinkLost { link: 0 });
+        .find(|tick| *tick == TickResult::LinkLost { link: 0 });
     meet(&arm, tick.unwrap(), Reason::LinkLost);
     arm.reset();
     let tick = core::iter::repeat_with(|| arm.tick_in_silence([0.0, 0.5, 0.0]))
         .take(100)
-        .find(|tick| *tick == Tick::LinkDown { link: 0 });
+        .find(|tick| *tick == TickResult::LinkDown { link: 0 });
     meet(&arm, tick.unwrap(), Reason::LinkDown);
     arm.reset();
     load(&mut arm.dimsart, "any MOD_ENG STOP");
@@ -574,7 +582,7 @@ fn a_new_device_begins_anew_but_motion_stays_forbidden() {
     arm.dimsart.connect(device(), ALL).unwrap();
     assert_eq!((arm.reason(), arm.ticks_of(Reason::Disarmed)), (Reason::None, 0));
     load(&mut arm.dimsart, SPRING);
-    assert_eq!(arm.tick([1.0; AXES]), Tick::Disarmed);
+    assert_eq!(arm.tick([1.0; AXES]), TickResult::Disarmed);
 }
 
 #[test]

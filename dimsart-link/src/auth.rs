@@ -55,10 +55,10 @@
 //! a new session only for a challenge to its own last hello, an opener only for a proof of its own last
 //! challenge, and each only once. Hello and question have no tag and change no state. An opener answers every
 //! hello without storing it, so a flood cannot displace the genuine one. A guard limits replies that do not
-//! depend on the request to one per ms, and ignores hello and question for [`STANDS_MS`] after each accepted
+//! depend on the request to one per ms, and ignores hello and question for [`SESSION_HOLD_MS`] after each accepted
 //! message.
 //!
-//! After one side restarts, its peer ignores it for [`STANDS_MS`] plus one round trip: 7 ms at a one-way
+//! After one side restarts, its peer ignores it for [`SESSION_HOLD_MS`] plus one round trip: 7 ms at a one-way
 //! delay of 1 ms. Up to a one-way delay of 7 ms this is shorter than the 20 ticks after which a link is lost.
 //! The restarted side receives its first message after 4 one-way delays.
 //!
@@ -87,7 +87,7 @@ mod opener;
 mod sealer;
 mod tag;
 
-pub use guard::{Guard, STANDS_MS};
+pub use guard::{Guard, SESSION_HOLD_MS};
 pub use line::Line;
 pub use opener::{AuthError, Opener};
 pub use sealer::Sealer;

@@ -227,7 +227,7 @@ impl EventLog {
     }
 
     /// Adds a panic or an exception; the meaning of `detail` depends on the kind.
-    pub fn add_stop(&self, kind: EventKind, detail: u32) {
+    pub fn add_failure(&self, kind: EventKind, detail: u32) {
         let tick = self.get(0).map_or(0, |event| event.tick);
         self.add(tick, Event { detail, ..Event::of(kind as u8) });
     }
@@ -281,7 +281,7 @@ mod tests {
     #[test]
     fn a_start_goes_on_counting_and_says_its_cause() {
         let log = filled(100);
-        log.add_stop(EventKind::Exception, 0x0200);
+        log.add_failure(EventKind::Exception, 0x0200);
         log.last.store(0xDEAD_BEEF, Relaxed);
         log.restore();
         log.add_start(StartCause::Watchdog);

@@ -13,7 +13,7 @@
 //! outputs, but commands are processed.
 
 use crate::encode::encode_into;
-use dimsart_core::Tick;
+use dimsart_core::TickResult;
 
 /// Version of the exchange; the first byte of a [`Tag::Hello`].
 pub const VERSION: u8 = 5;
@@ -93,7 +93,7 @@ pub enum ExchangeError {
     /// A frame of this many bytes exceeds [`MAX_FRAME_BYTES`].
     TooLong(usize),
     /// A section overruns its frame.
-    Truncated,
+    SectionOverrun,
     /// Unknown tag: the two sides have different versions.
     UnknownTag(u8),
     /// Invalid outcome.
@@ -106,7 +106,9 @@ impl core::fmt::Display for ExchangeError {
             Self::TooLong(bytes) => {
                 write!(f, "frame of {bytes} bytes exceeds the limit of {MAX_FRAME_BYTES}: send less per tick")
             }
-            Self::Truncated => write!(f, "section overruns its frame: peer does not speak this protocol"),
+            Self::SectionOverrun => {
+                write!(f, "section overruns its frame: peer does not speak this protocol")
+            }
             Self::UnknownTag(tag) => {
                 write!(f, "unknown section {tag}: build both sides from the same version")
             }
@@ -190,7 +192,7 @@ impl Frame {
     ///
     /// # Errors
     /// As [`push`](Self::push).
-    pub fn push_outcome(&mut self, outcome: Option<Tick>) -> Result<(), ExchangeError> {
+    pub fn push_outcome(&mut self, outcome: Option<TickResult>) -> Result<(), ExchangeError> {
         let mut bytes = [0; MAX_OUTCOME_BYTES];
         let bytes = encode_into(&outcome, &mut bytes).ok_or(ExchangeError::Outcome)?;
         self.push(Tag::Outcome, bytes)
@@ -259,7 +261,7 @@ impl Frame {
 ///
 /// # Errors
 /// [`ExchangeError::Outcome`] if it is invalid or unknown.
-pub fn outcome(content: &[u8]) -> Result<Option<Tick>, ExchangeError> {
+pub fn outcome(content: &[u8]) -> Result<Option<TickResult>, ExchangeError> {
     postcard::from_bytes(content).map_err(|_| ExchangeError::Outcome)
 }
 
@@ -268,11 +270,11 @@ fn split<'a>(rest: &mut &'a [u8]) -> Option<Result<(Tag, &'a [u8]), ExchangeErro
         return None;
     }
     let Some((&[tag, low, high], behind)) = rest.split_first_chunk::<HEADER_BYTES>() else {
-        return Some(Err(ExchangeError::Truncated));
+        return Some(Err(ExchangeError::SectionOverrun));
     };
     let Some((content, behind)) = behind.split_at_checked(usize::from(u16::from_le_bytes([low, high])))
     else {
-        return Some(Err(ExchangeError::Truncated));
+        return Some(Err(ExchangeError::SectionOverrun));
     };
     *rest = behind;
     let known = Tag::ALL.into_iter().find(|known| *known as u8 == tag);
@@ -337,8 +339,8 @@ mod tests {
     fn what_is_no_frame_is_refused() {
         assert_eq!(received(&[0xff, 0xff, 0]).unwrap_err(), ExchangeError::TooLong(0x1_0001));
         let errors = |bytes: &[u8]| received(bytes).unwrap().sections().find_map(Result::err);
-        assert_eq!(errors(&[2, 0, 3, 0]), Some(ExchangeError::Truncated));
-        assert_eq!(errors(&[3, 0, 3, 1, 0]), Some(ExchangeError::Truncated));
+        assert_eq!(errors(&[2, 0, 3, 0]), Some(ExchangeError::SectionOverrun));
+        assert_eq!(errors(&[3, 0, 3, 1, 0]), Some(ExchangeError::SectionOverrun));
         assert_eq!(errors(&[3, 0, 99, 0, 0]), Some(ExchangeError::UnknownTag(99)));
         assert_eq!(errors(&[0, 0]), None);
     }
@@ -348,11 +350,11 @@ mod tests {
         let refused = FrameError::NotFinite { signal: types::POSITION.first(), word: u16::MAX };
         let longest = FrameError::Length { expected: usize::MAX, found: usize::MAX };
         let ticks = [
-            Tick::Ran,
-            Tick::Idle,
-            Tick::MeasurementRefused(refused),
-            Tick::CommandRefused(longest),
-            Tick::Disarmed,
+            TickResult::Ran,
+            TickResult::Idle,
+            TickResult::MeasurementRefused(refused),
+            TickResult::CommandRefused(longest),
+            TickResult::Disarmed,
         ];
         for sent in ticks.map(Some).into_iter().chain([None]) {
             let mut frame = Frame::new();

@@ -12,7 +12,7 @@
 //! # Discovery
 //!
 //! A host needs no tables. [`Request::Identify`] identifies the device; modules, parameters, ports and data
-//! types are listed by ascending index until [`Refusal::NotThere`]. The response to a command is its
+//! types are listed by ascending index until [`Refusal::NotFound`]. The response to a command is its
 //! [`Effect`], not only an acknowledgement. Every request gets one response with the same id; the
 //! [`Receiver`] drops and counts damaged frames.
 //!
@@ -85,7 +85,7 @@ mod serve;
 mod snapshot;
 mod telemetry;
 
-pub use blocked::{Blocked, FirstFault};
+pub use blocked::{FirstFault, NotCommandedReason};
 pub use client::{NO_CLIENT, client_of, request_id};
 pub use cycles::CyclesReport;
 pub use description::{Identity, InstanceText, ModuleText};
@@ -93,7 +93,7 @@ pub use device_info::DeviceInfo;
 pub use dimsart_core::envelope::MAX_CONTENT_BYTES;
 pub use frame::{DecodeError, MAX_FRAME_BYTES, NoRoom};
 #[cfg(feature = "auth")]
-pub use gate::{Gate, Taken};
+pub use gate::{Gate, GateOutcome};
 pub use heartbeat::{HEARTBEATS_PER_S, Heartbeat, decode_heartbeat, encode_heartbeat};
 #[cfg(feature = "auth")]
 pub use key::KeyBytes;

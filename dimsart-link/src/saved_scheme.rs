@@ -119,7 +119,7 @@ const MAX_COMMAND_BYTES: usize = 24;
 pub fn save(engine: &mut Engine) -> Result<SchemeBytes, TooLong> {
     let mut bytes = SchemeBytes::new();
     let mut writer = Writer::new(&mut bytes, fingerprint(engine));
-    engine.commands().try_for_each(|command| writer.push(&command))?;
+    engine.rebuild_commands().try_for_each(|command| writer.push(&command))?;
     writer.finish()?;
     Ok(bytes)
 }

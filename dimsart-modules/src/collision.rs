@@ -26,7 +26,7 @@
 
 use core::marker::PhantomData;
 
-use crate::dynamics::{Body, axes, links};
+use crate::dynamics::{ArmDynamics, axes, links};
 use dimsart_core::{
     Context, DeviceDescriptor, Input, Module, Output, ParameterSet, Parameters, Unit, types, words,
 };
@@ -69,7 +69,7 @@ words! {
 #[derive(Debug)]
 pub struct Collision<B>(PhantomData<B>);
 
-impl<B: Body> Module for Collision<B> {
+impl<B: ArmDynamics> Module for Collision<B> {
     const NAME: &'static str = B::COLLISION;
     const SUMMARY: &'static str = "Collision detection: external force on an arm by a momentum observer.";
     type Settings = B::Settings;
@@ -121,7 +121,7 @@ impl<B: Body> Module for Collision<B> {
 }
 
 /// Returns for each axis the momentum and `Cᵀ q' - g - b q'`.
-fn motion<B: Body>(context: &Context<'_, Collision<B>>) -> impl Iterator<Item = (f32, f32)> {
+fn motion<B: ArmDynamics>(context: &Context<'_, Collision<B>>) -> impl Iterator<Item = (f32, f32)> {
     let Ports { position, velocity, .. } = context.ports();
     let links = links(context, position, |(_, link)| link);
     let body = B::at(context.settings(), &links, &axes(context, position));

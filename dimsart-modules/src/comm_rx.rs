@@ -29,9 +29,9 @@
 //! losses, as long as no packet is more than `n` ticks later than the fastest one. The wave is delayed by `n` ticks.
 //!
 //! After `TIMEOUT_TICKS` consecutive ticks without a due packet the link is lost: the device receives its safe value
-//! ([`Tick::LinkLost`](dimsart_core::Tick)) until `RESET` or `MOD_RESET`; the scheme is still computed. Before the
+//! ([`TickResult::LinkLost`](dimsart_core::TickResult)) until `RESET` or `MOD_RESET`; the scheme is still computed. Before the
 //! first packet, the timeout counts from the module's start or reset and the link is then down
-//! ([`Tick::LinkDown`](dimsart_core::Tick)): the device receives its safe value until that packet arrives.
+//! ([`TickResult::LinkDown`](dimsart_core::TickResult)): the device receives its safe value until that packet arrives.
 //! [`LinkState`](dimsart_core::LinkState) reports the state of every tick.
 
 use core::cell::Cell;
@@ -51,7 +51,7 @@ use dimsart_core::{
 
 choice! {
     /// Policy for a wave without a new packet.
-    pub enum Stale { Hold = "HOLD", Zero = "ZERO", Limited = "LIMITED", Integral = "INTEGRAL" }
+    pub enum StalePolicy { Hold = "HOLD", Zero = "ZERO", Limited = "LIMITED", Integral = "INTEGRAL" }
 }
 
 words! {
@@ -60,7 +60,7 @@ words! {
         types: TypeList,
         link: u32,
         channel: u32,
-        stale: Stale,
+        stale: StalePolicy,
         hold_ticks: u32,
         has_counters: bool,
         axis: u32,
@@ -161,15 +161,15 @@ impl Module for CommRx {
             settings.types.iter().zip(CHANNEL_PORTS).zip(&mut ports.channel).enumerate()
         {
             let Some(data_type) = declare.device().data_type(signal.id) else { continue };
-            *port = declare.of_signal(*signal).output(name, data_type);
+            *port = declare.default_signal(*signal).output(name, data_type);
             if wave == Some(place) {
                 ports.wave = port.as_vector();
             }
         }
         let layout = settings.layout();
-        declare.packs(layout.packet_words(declare.device(), &settings.types));
-        declare.needs_axis(layout.has_axis(declare.device()));
-        declare.listens_to(settings.link, settings.channel);
+        declare.set_packet_words(layout.packet_words(declare.device(), &settings.types));
+        declare.requires_axis(layout.has_axis(declare.device()));
+        declare.receives_from(settings.link, settings.channel);
         ports.age = declare.output("AGE", types::LINK_AGE);
         ports.lost = declare.output("LOST", types::LINK_LOST);
         ports.round_trip = declare.output("ROUND_TRIP", types::LINK_ROUND_TRIP);
@@ -372,8 +372,8 @@ fn go_without(context: &Context<'_, CommRx>) {
     let Settings { stale, hold_ticks, expected, tick_s, .. } = context.settings();
     let State { reception, left_ticks, .. } = context.state();
     match stale {
-        Stale::Hold if reception.overdue_ticks(expected.every_ticks) <= hold_ticks => {}
-        Stale::Limited | Stale::Integral => {
+        StalePolicy::Hold if reception.overdue_ticks(expected.every_ticks) <= hold_ticks => {}
+        StalePolicy::Limited | StalePolicy::Integral => {
             context.map_axes([], [context.ports().wave], |(), received, []| {
                 [stale.pay(received, tick_s, left_ticks)]
             });
@@ -382,7 +382,7 @@ fn go_without(context: &Context<'_, CommRx>) {
     }
 }
 
-impl Stale {
+impl StalePolicy {
     /// Checks whether the policy recovers lost waves, which needs counters.
     fn makes_up(self) -> bool {
         matches!(self, Self::Limited | Self::Integral)

@@ -102,7 +102,7 @@ impl Module for CommTx {
             settings.types.iter().zip(names).zip(handles)
         {
             let Some(data_type) = declare.device().data_type(signal.id) else { continue };
-            *input = declare.of_signal(*signal).input(name, data_type);
+            *input = declare.default_signal(*signal).input(name, data_type);
             *sample = *input;
             if settings.every_ticks > 1 && is_wave(declare.device(), *signal) {
                 let dof = declare.device().dof();
@@ -111,9 +111,9 @@ impl Module for CommTx {
             }
         }
         let layout = settings.layout();
-        declare.packs(layout.packet_words(declare.device(), &settings.types));
-        declare.needs_axis(layout.has_axis(declare.device()));
-        declare.sends_over(settings.link, settings.channel);
+        declare.set_packet_words(layout.packet_words(declare.device(), &settings.types));
+        declare.requires_axis(layout.has_axis(declare.device()));
+        declare.sends_on(settings.link, settings.channel);
         ports
     }
 

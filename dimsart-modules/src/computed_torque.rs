@@ -25,7 +25,7 @@
 
 use core::marker::PhantomData;
 
-use crate::dynamics::{Body, axes, links, write};
+use crate::dynamics::{ArmDynamics, axes, links, write};
 use dimsart_core::limits::MAX_DOF;
 use dimsart_core::{
     Context, DeviceDescriptor, Input, Module, Output, ParameterSet, Parameters, Unit, types, words,
@@ -62,7 +62,7 @@ words! {
 #[derive(Debug)]
 pub struct ComputedTorque<B>(PhantomData<B>);
 
-impl<B: Body> Module for ComputedTorque<B> {
+impl<B: ArmDynamics> Module for ComputedTorque<B> {
     const NAME: &'static str = B::COMPUTED_TORQUE;
     const SUMMARY: &'static str = "Computed-torque control: inverse dynamics of the arm with a PD loop.";
     type Settings = B::Settings;

@@ -120,7 +120,7 @@ impl Module for DelayedPassivity {
         ports.far_energy = declare.input("FAR_ENERGY", types::FAR_ENERGY);
         if settings.causality == Causality::Impedance {
             let wanted = types::DES_FORCE.copy(2);
-            ports.wanted = declare.of_signal(wanted).input("FORCE_IN", types::DES_FORCE);
+            ports.wanted = declare.default_signal(wanted).input("FORCE_IN", types::DES_FORCE);
             ports.out = declare.output("DES_FORCE", types::DES_FORCE);
             ports.line_energy = declare.output("LINE_ENERGY", types::LINE_ENERGY);
             ports.energy = declare.output("PORT_ENERGY", types::PORT_ENERGY);

@@ -59,8 +59,8 @@ impl Module for Demux {
             outputs.iter_mut().zip(["OUT1", "OUT2", "OUT3", "OUT4"]).zip(1..).take(count)
         {
             let signal = types::SIGNAL_OUT.copy(number);
-            *output = declare.of_signal(signal).output(name, types::SIGNAL_OUT);
-            declare.tie(name, UnitRelation::Same, "SIGNAL_IN");
+            *output = declare.default_signal(signal).output(name, types::SIGNAL_OUT);
+            declare.constrain_unit(name, UnitRelation::Same, "SIGNAL_IN");
         }
         Ports { input, condition, outputs }
     }

@@ -7,7 +7,7 @@
 
 use core::ops::RangeInclusive;
 
-use crate::tip::{Joint, Placed, Placement, Vector3};
+use crate::tip::{ForwardKinematics, Joint, TipPose, Vector3};
 use dimsart_core::{AxisKind, Unit, math, words};
 
 const LENGTH: RangeInclusive<f32> = -100.0..=100.0;
@@ -51,7 +51,7 @@ struct Frame {
     z: Vector3,
 }
 
-impl Placed for DenavitHartenberg {
+impl ForwardKinematics for DenavitHartenberg {
     const TIP: &'static str = "DH_TIP_MOD";
     type Settings = TipOffset;
     type Joint = Row;
@@ -60,12 +60,12 @@ impl Placed for DenavitHartenberg {
         (row.sin_alpha, row.cos_alpha) = math::sin_cos(row.alpha);
     }
 
-    fn place(TipOffset { x, y, z }: TipOffset, joints: &[Joint<Row>]) -> Placement {
+    fn place(TipOffset { x, y, z }: TipOffset, joints: &[Joint<Row>]) -> TipPose {
         let tip = Vector3 { x, y, z };
         let axis = |x, y, z| Vector3 { x, y, z };
         let (x, y, z) = (axis(1.0, 0.0, 0.0), axis(0.0, 1.0, 0.0), axis(0.0, 0.0, 1.0));
         let mut frame = Frame { origin: Vector3::default(), x, y, z };
-        let mut placement = Placement::default();
+        let mut placement = TipPose::default();
         // Until the tip is known, a column holds the origin of its joint.
         let mut axes = [Vector3::default(); dimsart_core::limits::MAX_DOF];
         for ((joint, column), axis) in joints.iter().zip(&mut placement.columns).zip(&mut axes) {

@@ -45,7 +45,7 @@ impl Module for Differentiator {
 
     fn ports(_: &Settings, declare: &mut Declare<'_>) -> Ports {
         let ports = Ports::declare(declare);
-        declare.tie("SIGNAL_OUT", UnitRelation::Derivative, "SIGNAL_IN");
+        declare.constrain_unit("SIGNAL_OUT", UnitRelation::Derivative, "SIGNAL_IN");
         ports
     }
 

@@ -9,7 +9,7 @@ use dimsart_core::{Context, Input, Module, Output, ParameterSet};
 pub(super) type Axes = [f32; MAX_DOF];
 
 /// Dynamics of an arm in one pose: `M(q) q'' + C(q, q') q' + g(q) = tau`.
-pub trait Body: Debug + Copy + 'static {
+pub trait ArmDynamics: Debug + Copy + 'static {
     /// Name of its gravity compensation module.
     const GRAVITY: &'static str;
     /// Name of its computed-torque module.

@@ -92,7 +92,7 @@ impl Module for EnergyTank {
         let wanted = types::DES_FORCE.copy(2);
         Ports {
             position: declare.input("POSITION", types::POSITION),
-            wanted: declare.of_signal(wanted).input("FORCE_IN", types::DES_FORCE),
+            wanted: declare.default_signal(wanted).input("FORCE_IN", types::DES_FORCE),
             far_energy: declare.input("FAR_ENERGY", types::FAR_ENERGY),
             force: declare.output("DES_FORCE", types::DES_FORCE),
             line_energy: declare.output("LINE_ENERGY", types::LINE_ENERGY),

@@ -11,7 +11,7 @@ impl PortSet for Filtered {
     fn declare(declare: &mut Declare<'_>) -> Self {
         let input = declare.input("SIGNAL_IN", types::SIGNAL);
         let output = declare.output("SIGNAL_OUT", types::SIGNAL_OUT);
-        declare.tie("SIGNAL_OUT", UnitRelation::Same, "SIGNAL_IN");
+        declare.constrain_unit("SIGNAL_OUT", UnitRelation::Same, "SIGNAL_IN");
         Self { input, output }
     }
 }

@@ -18,7 +18,7 @@
 
 use core::marker::PhantomData;
 
-use crate::dynamics::{Body, axes, links, write};
+use crate::dynamics::{ArmDynamics, axes, links, write};
 use dimsart_core::{Context, Input, Module, Output, ParameterSet, Parameters, types, words};
 
 words! {
@@ -33,7 +33,7 @@ words! {
 #[derive(Debug)]
 pub struct GravityCompensation<B>(PhantomData<B>);
 
-impl<B: Body> Module for GravityCompensation<B> {
+impl<B: ArmDynamics> Module for GravityCompensation<B> {
     const NAME: &'static str = B::GRAVITY;
     const SUMMARY: &'static str = "Gravity compensation: torques that hold an arm against gravity.";
     type Settings = B::Settings;

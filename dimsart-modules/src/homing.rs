@@ -97,7 +97,7 @@ impl Module for Homing {
                 StopBy::Condition => declare.input("CONDITION", types::CONDITION),
             },
             desired_position: declare.output("DES_POSITION", types::DES_POSITION),
-            homed: declare.of_signal(homed).output("HOMED_POSITION", types::POSITION),
+            homed: declare.default_signal(homed).output("HOMED_POSITION", types::POSITION),
             state: declare.output("STATE", types::STATE),
         }
     }

@@ -44,7 +44,7 @@ impl Module for Integrator {
 
     fn ports(_: &Settings, declare: &mut Declare<'_>) -> Ports {
         let ports = Ports::declare(declare);
-        declare.tie("SIGNAL_OUT", UnitRelation::Integral, "SIGNAL_IN");
+        declare.constrain_unit("SIGNAL_OUT", UnitRelation::Integral, "SIGNAL_IN");
         ports
     }
 

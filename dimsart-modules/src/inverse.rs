@@ -54,7 +54,7 @@ words! {
 }
 
 /// An arm with closed-form inverse kinematics.
-pub trait Invertible: Debug + 'static {
+pub trait InverseKinematics: Debug + 'static {
     /// Name of its module.
     const INVERSE: &'static str;
     /// Minimum number of axes.
@@ -65,7 +65,7 @@ pub trait Invertible: Debug + 'static {
     fn joints(tip: Axes, bend: impl Fn(f32, f32) -> [f32; 2]) -> Axes;
 }
 
-impl Invertible for Planar {
+impl InverseKinematics for Planar {
     const INVERSE: &'static str = "PLANAR_INVERSE_MOD";
     const JOINTS: usize = 2;
     const BENDS_BOTH_WAYS: bool = true;
@@ -76,7 +76,7 @@ impl Invertible for Planar {
     }
 }
 
-impl Invertible for Phantom {
+impl InverseKinematics for Phantom {
     const INVERSE: &'static str = "PHANTOM_INVERSE_MOD";
     const JOINTS: usize = 3;
     const BENDS_BOTH_WAYS: bool = false;
@@ -93,7 +93,7 @@ impl Invertible for Phantom {
 #[derive(Debug)]
 pub struct Inverse<A>(PhantomData<A>);
 
-impl<A: Invertible> Module for Inverse<A> {
+impl<A: InverseKinematics> Module for Inverse<A> {
     const NAME: &'static str = A::INVERSE;
     const SUMMARY: &'static str = "Inverse kinematics: joint positions for a desired tip position.";
     type Settings = Settings;
@@ -119,7 +119,7 @@ impl<A: Invertible> Module for Inverse<A> {
     }
 
     fn ports(_: &Settings, declare: &mut Declare<'_>) -> Ports {
-        declare.needs_axis(declare.device().dof() >= A::JOINTS);
+        declare.requires_axis(declare.device().dof() >= A::JOINTS);
         Ports::declare(declare)
     }
 

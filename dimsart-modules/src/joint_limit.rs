@@ -91,7 +91,7 @@ impl Module for JointLimit {
         Ports {
             position: declare.input("POSITION", types::POSITION),
             velocity: declare.input("VELOCITY", types::VELOCITY),
-            wanted: declare.of_signal(wanted).input("FORCE_IN", types::DES_FORCE),
+            wanted: declare.default_signal(wanted).input("FORCE_IN", types::DES_FORCE),
             force: declare.output("DES_FORCE", types::DES_FORCE),
         }
     }

@@ -76,11 +76,11 @@ impl Module for Logic {
         let a = declare.input("A", types::CONDITION);
         let b = match settings.function {
             Function::And | Function::Or | Function::Xor | Function::Latch => {
-                declare.of_signal(second).input("B", types::CONDITION)
+                declare.default_signal(second).input("B", types::CONDITION)
             }
             _ => Input::default(),
         };
-        Ports { a, b, output: declare.of_signal(third).output("CONDITION", types::CONDITION) }
+        Ports { a, b, output: declare.default_signal(third).output("CONDITION", types::CONDITION) }
     }
 
     fn begin(context: &Context<'_, Self>) {

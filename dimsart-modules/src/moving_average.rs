@@ -62,7 +62,7 @@ impl Module for MovingAverage {
     fn ports(settings: &Settings, declare: &mut Declare<'_>) -> Ports {
         let Filtered { input, output } = Filtered::declare(declare);
         let ticks = usize::try_from(settings.window_ticks).unwrap_or(usize::MAX);
-        let words = ticks.saturating_mul(declare.words_of("SIGNAL_IN"));
+        let words = ticks.saturating_mul(declare.signal_words("SIGNAL_IN"));
         Ports { input, output, window: declare.memory("WINDOW", words) }
     }
 

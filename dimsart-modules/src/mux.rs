@@ -54,7 +54,7 @@ impl Module for Mux {
         for (input, name) in inputs.iter_mut().zip(["IN1", "IN2", "IN3", "IN4"]).take(count) {
             *input = declare.input(name, types::SIGNAL);
             if name != "IN1" {
-                declare.tie(name, UnitRelation::Same, "IN1");
+                declare.constrain_unit(name, UnitRelation::Same, "IN1");
             }
         }
         let condition = match settings.select_by {
@@ -62,7 +62,7 @@ impl Module for Mux {
             SelectBy::Condition => declare.input("CONDITION", types::CONDITION),
         };
         let output = declare.output("SIGNAL_OUT", types::SIGNAL_OUT);
-        declare.tie("SIGNAL_OUT", UnitRelation::Same, "IN1");
+        declare.constrain_unit("SIGNAL_OUT", UnitRelation::Same, "IN1");
         Ports { inputs, condition, output }
     }
 

@@ -6,7 +6,7 @@
 use core::cell::Cell;
 
 use dimsart_core::online::{
-    MAX_INPUTS, MAX_OUTPUTS, MAX_PARAMETERS, MAX_STATES, OWN_AXIS, REGISTERS, Section, Surroundings, run,
+    Environment, MAX_INPUTS, MAX_OUTPUTS, MAX_PARAMETERS, MAX_STATES, OWN_AXIS, REGISTERS, Section, run,
 };
 use dimsart_core::{
     Context, Declare, DeviceDescriptor, Input, Module, Output, Parameters, Unit, types, words,
@@ -67,17 +67,17 @@ impl Module for Online {
         let Some(program) = declare.program(settings.program) else { return ports };
         let (header, dof) = (program.header(), declare.device().dof());
         let axes = usize::from(header.axes);
-        declare.needs_axis(if header.is_coupled { axes == dof } else { axes <= dof });
+        declare.requires_axis(if header.is_coupled { axes == dof } else { axes <= dof });
         let mut signals = program.ports();
         for (name, input) in INPUTS.into_iter().zip(&mut ports.inputs).take(header.inputs.into()) {
             let Some(signal) = signals.next() else { break };
             let Some(data_type) = types::by_id(signal.id) else { break };
-            *input = declare.of_signal(signal).input(name, data_type);
+            *input = declare.default_signal(signal).input(name, data_type);
         }
         for (name, output) in OUTPUTS.into_iter().zip(&mut ports.outputs).take(header.outputs.into()) {
             let Some(signal) = signals.next() else { break };
             let Some(data_type) = types::by_id(signal.id) else { break };
-            *output = declare.of_signal(signal).output(name, data_type);
+            *output = declare.default_signal(signal).output(name, data_type);
         }
         ports
     }
@@ -134,7 +134,7 @@ impl AxisContext<'_> {
     }
 }
 
-impl Surroundings for AxisContext<'_> {
+impl Environment for AxisContext<'_> {
     #[inline(always)]
     fn period_s(&self) -> f32 {
         self.period_s
@@ -147,7 +147,7 @@ impl Surroundings for AxisContext<'_> {
     }
 
     #[inline(always)]
-    fn last(&self, port: u32, axis: u32) -> f32 {
+    fn last_output(&self, port: u32, axis: u32) -> f32 {
         let output: Output = self.context.port(MAX_INPUTS + port as usize);
         if self.context.takes_over() { self.context.axis(output.last(), self.axis(axis)) } else { 0.0 }
     }
@@ -161,7 +161,7 @@ impl Surroundings for AxisContext<'_> {
     }
 
     #[inline(always)]
-    fn remember(&self, number: u32, value: f32) {
+    fn set_state(&self, number: u32, value: f32) {
         if let Some(word) = self.states.get(number as usize) {
             word.set(value.to_bits());
         }

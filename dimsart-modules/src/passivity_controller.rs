@@ -55,7 +55,7 @@ words! {
 impl AxisState {
     /// Adds the energy that entered. Returns the balance, `J`; negative for a deficit.
     fn observe(&mut self, energy_in_j: f32, limit_j: f32) -> f32 {
-        self.energy.add_up_to(energy_in_j, limit_j);
+        self.energy.add_limited(energy_in_j, limit_j);
         self.energy.value()
     }
 }
@@ -94,7 +94,7 @@ impl Module for PassivityController {
             let wanted = types::DES_FORCE.copy(2);
             return Ports {
                 position,
-                wanted: declare.of_signal(wanted).input("FORCE_IN", types::DES_FORCE),
+                wanted: declare.default_signal(wanted).input("FORCE_IN", types::DES_FORCE),
                 out: declare.output("DES_FORCE", types::DES_FORCE),
                 energy: declare.output("PORT_ENERGY", types::PORT_ENERGY),
                 ..Ports::default()
@@ -103,7 +103,7 @@ impl Module for PassivityController {
         let wanted = types::DES_POSITION.copy(2);
         Ports {
             position,
-            wanted: declare.of_signal(wanted).input("POSITION_IN", types::DES_POSITION),
+            wanted: declare.default_signal(wanted).input("POSITION_IN", types::DES_POSITION),
             out: declare.output("DES_POSITION", types::DES_POSITION),
             force: declare.late().input("DES_FORCE", types::DES_FORCE),
             energy: declare.late().output("PORT_ENERGY", types::PORT_ENERGY),

@@ -15,8 +15,8 @@
 //! haptic interface", Presence 11(6), 2002. The defaults are its lengths and masses, lumped. The motors are not
 //! included: see `MOTOR_INERTIA`.
 
-use crate::dynamics::{Axes, Body};
-use crate::tip::{Joint, Placed, Placement, Vector3};
+use crate::dynamics::{ArmDynamics, Axes};
+use crate::tip::{ForwardKinematics, Joint, TipPose, Vector3};
 use dimsart_core::limits::MAX_DOF;
 use dimsart_core::{Unit, math, words};
 
@@ -53,12 +53,12 @@ words! {
 #[derive(Debug, Clone, Copy)]
 pub struct PhantomChain;
 
-impl Placed for PhantomChain {
+impl ForwardKinematics for PhantomChain {
     const TIP: &'static str = "PHANTOM_TIP_MOD";
     type Settings = Lengths;
     type Joint = ();
 
-    fn place(Lengths { inner, outer }: Lengths, joints: &[Joint<()>]) -> Placement {
+    fn place(Lengths { inner, outer }: Lengths, joints: &[Joint<()>]) -> TipPose {
         let angle = |axis| math::sin_cos(joints.get(axis).map_or(0.0, |joint: &Joint<()>| joint.position));
         let [(sine, cosine), (inner_sine, inner_cosine), (outer_sine, outer_cosine)] = [0, 1, 2].map(angle);
         let (inner_x, inner_z) = (inner * inner_cosine, inner * inner_sine);
@@ -66,7 +66,7 @@ impl Placed for PhantomChain {
         let reach = inner_x + outer_x;
         let in_plane = |along, up| Vector3 { x: along * cosine, y: along * sine, z: up };
         let tip = in_plane(reach, inner_z + outer_z);
-        let mut placement = Placement { tip, ..Placement::default() };
+        let mut placement = TipPose { tip, ..TipPose::default() };
         let columns = [
             Vector3 { x: -tip.y, y: tip.x, z: 0.0 },
             in_plane(-inner_z, inner_x),
@@ -87,7 +87,7 @@ pub struct Phantom {
     cos_outer: f32,
 }
 
-impl Body for Phantom {
+impl ArmDynamics for Phantom {
     const GRAVITY: &'static str = "PHANTOM_GRAVITY_MOD";
     const COMPUTED_TORQUE: &'static str = "PHANTOM_TORQUE_MOD";
     const COLLISION: &'static str = "PHANTOM_COLLISION_MOD";

@@ -12,8 +12,8 @@
 //!
 //! (Newton-Euler, link by link, with the masses beyond a joint lumped into it; Craig, chapter 6.)
 
-use crate::dynamics::{Axes, Body};
-use crate::tip::{Joint, Placed, Placement, Vector3};
+use crate::dynamics::{ArmDynamics, Axes};
+use crate::tip::{ForwardKinematics, Joint, TipPose, Vector3};
 use dimsart_core::limits::MAX_DOF;
 use dimsart_core::{Unit, math, words};
 
@@ -49,13 +49,13 @@ type Vector2 = [f32; 2];
 #[derive(Debug, Clone, Copy)]
 pub struct PlanarChain;
 
-impl Placed for PlanarChain {
+impl ForwardKinematics for PlanarChain {
     const TIP: &'static str = "PLANAR_TIP_MOD";
     type Settings = ();
     type Joint = Length;
 
-    fn place((): (), joints: &[Joint<Length>]) -> Placement {
-        let mut placement = Placement::default();
+    fn place((): (), joints: &[Joint<Length>]) -> TipPose {
+        let mut placement = TipPose::default();
         let mut angle = 0.0;
         for (joint, column) in joints.iter().zip(&mut placement.columns) {
             *column = placement.tip;
@@ -99,7 +99,7 @@ impl Lumped {
     }
 }
 
-impl Body for Planar {
+impl ArmDynamics for Planar {
     const GRAVITY: &'static str = "PLANAR_GRAVITY_MOD";
     const COMPUTED_TORQUE: &'static str = "PLANAR_TORQUE_MOD";
     const COLLISION: &'static str = "PLANAR_COLLISION_MOD";

@@ -1,6 +1,6 @@
 //! Reception of packets: sequence check, loss and timeout detection, link statistics.
 
-use dimsart_core::mailbox::{LinkPort, START_COUNTERS, Silence, counters_ahead, is_newer, low_half};
+use dimsart_core::mailbox::{LinkPort, LinkTimeout, START_COUNTERS, counters_ahead, is_newer, low_half};
 use dimsart_core::{Content, LinkState};
 
 /// Silence after which two packets out of sequence, the second newer than the first, indicate a restart of the sender.
@@ -116,8 +116,8 @@ impl Reception {
     /// Records the accepted packet in the link.
     #[inline(always)]
     pub(super) fn acknowledge(&self, link: &LinkPort) {
-        link.is_damaged.set(false);
-        link.missed_ticks.set(0);
+        link.has_refused.set(false);
+        link.skipped_ticks.set(0);
         link.accepted_counter.set(self.counter);
     }
 
@@ -155,7 +155,7 @@ impl Reception {
     #[inline]
     pub(super) fn state(&self, link: &LinkPort) -> LinkState {
         if self.is_lost {
-            link.silence.set(Silence::Lost);
+            link.timeout.set(LinkTimeout::Lost);
             return LinkState::Timeout;
         }
         self.state
@@ -170,7 +170,7 @@ impl Reception {
     fn go_without(&mut self, link: &LinkPort, expected: &Expected) -> Option<Came> {
         self.catch_up(link);
         self.grow_older(link, expected);
-        if link.is_damaged.replace(false) {
+        if link.has_refused.replace(false) {
             self.state = LinkState::Error;
         } else if self.overdue_ticks(expected.every_ticks) > 0 {
             self.state = LinkState::NoData;
@@ -189,9 +189,9 @@ impl Reception {
 
     /// Adds the ticks in which the module was not computed; nothing ages before the first packet.
     fn catch_up(&mut self, link: &LinkPort) {
-        let missed_ticks = link.missed_ticks.take();
+        let skipped_ticks = link.skipped_ticks.take();
         if self.counter != 0 {
-            self.age_ticks = self.age_ticks.saturating_add(missed_ticks).min(u32::MAX - 1);
+            self.age_ticks = self.age_ticks.saturating_add(skipped_ticks).min(u32::MAX - 1);
         }
     }
 
@@ -200,7 +200,7 @@ impl Reception {
         let Expected { every_ticks, timeout_ticks, .. } = *expected;
         let is_late = timeout_ticks != 0 && self.overdue_ticks(every_ticks) >= timeout_ticks;
         if is_late && self.counter == 0 {
-            link.silence.set(Silence::Down);
+            link.timeout.set(LinkTimeout::Down);
         }
         self.is_lost |= is_late && self.counter != 0;
     }

@@ -77,7 +77,7 @@ impl Module for Recorder {
     fn ports(settings: &Settings, declare: &mut Declare<'_>) -> Ports {
         let rows = usize::try_from(settings.length).unwrap_or(usize::MAX);
         let input = declare.any_type().input("SIGNAL_IN", types::SIGNAL);
-        let words = rows.saturating_mul(declare.words_of("SIGNAL_IN"));
+        let words = rows.saturating_mul(declare.signal_words("SIGNAL_IN"));
         Ports {
             input,
             rows: declare.output("ROWS", types::RECORDED_ROWS),

@@ -59,11 +59,11 @@ impl Module for SharedControl {
         let second = types::SIGNAL.copy(2);
         let ports = Ports {
             operator: declare.any_unit().input("OPERATOR", types::SIGNAL),
-            program: declare.any_unit().of_signal(second).input("PROGRAM", types::SIGNAL),
+            program: declare.any_unit().default_signal(second).input("PROGRAM", types::SIGNAL),
             output: declare.any_unit().output("SIGNAL_OUT", types::SIGNAL_OUT),
         };
-        declare.tie("PROGRAM", UnitRelation::Same, "OPERATOR");
-        declare.tie("SIGNAL_OUT", UnitRelation::Same, "OPERATOR");
+        declare.constrain_unit("PROGRAM", UnitRelation::Same, "OPERATOR");
+        declare.constrain_unit("SIGNAL_OUT", UnitRelation::Same, "OPERATOR");
         ports
     }
 

@@ -56,7 +56,7 @@ impl Module for SoftLimit {
         let wanted = types::DES_FORCE.copy(2);
         Ports {
             position: declare.input("POSITION", types::POSITION),
-            wanted: declare.of_signal(wanted).input("FORCE_IN", types::DES_FORCE),
+            wanted: declare.default_signal(wanted).input("FORCE_IN", types::DES_FORCE),
             force: declare.output("DES_FORCE", types::DES_FORCE),
         }
     }

@@ -35,8 +35,8 @@ impl Module for Sum {
 
     fn ports(_: &(), declare: &mut Declare<'_>) -> Ports {
         let ports = Ports::declare(declare);
-        declare.tie("B", UnitRelation::Same, "A");
-        declare.tie("SIGNAL_OUT", UnitRelation::Same, "A");
+        declare.constrain_unit("B", UnitRelation::Same, "A");
+        declare.constrain_unit("SIGNAL_OUT", UnitRelation::Same, "A");
         ports
     }
 

@@ -72,7 +72,7 @@ impl Module for Table {
         let Ports { input, output } = context.ports();
         let count = usize::try_from(context.settings().count).unwrap_or(POINTS);
         context.map_axis_contexts([input], [output], |_, lane, [x]| {
-            let word = |place: usize| lane.gain(place).unwrap_or(0.0);
+            let word = |place: usize| lane.gain_element(place).unwrap_or(0.0);
             // Below the first point, its value applies.
             let mut found = None;
             for place in 0..POINTS {

@@ -13,7 +13,7 @@ impl Source {
         let signal = types::DES_POSITION.copy(2);
         match self {
             Self::Parameter => Input::default(),
-            Self::Signal => declare.of_signal(signal).input("TARGET", types::DES_POSITION),
+            Self::Signal => declare.default_signal(signal).input("TARGET", types::DES_POSITION),
         }
     }
 

@@ -46,9 +46,9 @@ impl Module for TimeDelay {
     fn ports(settings: &Settings, declare: &mut Declare<'_>) -> Ports {
         let input = declare.any_type().input("SIGNAL_IN", types::CH1_WAVES);
         let output = declare.any_type().output("SIGNAL_OUT", types::CH1_TD_WAVES);
-        declare.tie("SIGNAL_OUT", UnitRelation::Alike, "SIGNAL_IN");
+        declare.constrain_unit("SIGNAL_OUT", UnitRelation::SameType, "SIGNAL_IN");
         let ticks = usize::try_from(settings.delay_ticks).unwrap_or(usize::MAX);
-        let words = ticks.saturating_mul(declare.words_of("SIGNAL_IN"));
+        let words = ticks.saturating_mul(declare.signal_words("SIGNAL_IN"));
         Ports { input, output, line: declare.memory("LINE", words) }
     }
 

@@ -34,7 +34,7 @@ use dimsart_core::{
 };
 
 /// Forward kinematics of an arm type.
-pub trait Placed: Debug + Copy + 'static {
+pub trait ForwardKinematics: Debug + Copy + 'static {
     /// Name of its module.
     const TIP: &'static str;
     /// Parameters common to all axes.
@@ -48,7 +48,7 @@ pub trait Placed: Debug + Copy + 'static {
     }
 
     /// Returns the position of the tip and the Jacobian.
-    fn place(settings: Self::Settings, joints: &[Joint<Self::Joint>]) -> Placement;
+    fn place(settings: Self::Settings, joints: &[Joint<Self::Joint>]) -> TipPose;
 }
 
 /// Parameters and position of a joint.
@@ -88,7 +88,7 @@ impl Vector3 {
 
 /// Position of the tip and the columns of its Jacobian.
 #[derive(Debug, Clone, Copy, Default)]
-pub struct Placement {
+pub struct TipPose {
     pub(super) tip: Vector3,
     pub(super) columns: [Vector3; MAX_DOF],
 }
@@ -97,7 +97,7 @@ pub struct Placement {
 #[derive(Debug)]
 pub struct Tip<A>(PhantomData<A>);
 
-impl<A: Placed> Module for Tip<A> {
+impl<A: ForwardKinematics> Module for Tip<A> {
     const NAME: &'static str = A::TIP;
     const SUMMARY: &'static str = "Arm tip: position, velocity, and joint torques for a tip force.";
     type Settings = (Options, A::Settings);
@@ -146,7 +146,7 @@ impl<A: Placed> Module for Tip<A> {
             }
             []
         });
-        let Placement { tip, columns } = A::place(settings, joints.get(..context.dof()).unwrap_or_default());
+        let TipPose { tip, columns } = A::place(settings, joints.get(..context.dof()).unwrap_or_default());
         let mut speed = Vector3::default();
         let mut columns = columns.into_iter();
         context.map_axis_contexts([position], [tip_position], |axis, lane, _| {

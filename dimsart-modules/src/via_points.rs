@@ -98,9 +98,10 @@ impl Module for ViaPoints {
         let mut piece_s = 0.0;
         let outputs = [desired_position, desired_velocity, desired_acceleration];
         context.map_axis_contexts([], outputs, |_, lane, []| {
-            let piece = Some(place).filter(|place| *place < POINTS).and_then(|place| lane.remembered(place));
+            let piece =
+                Some(place).filter(|place| *place < POINTS).and_then(|place| lane.state_element(place));
             let Some(piece) = piece.filter(|piece: &Piece| piece.time_s > 0.0) else {
-                return [lane.remembered(END).unwrap_or(0.0), 0.0, 0.0];
+                return [lane.state_element(END).unwrap_or(0.0), 0.0, 0.0];
             };
             piece_s = piece.time_s;
             let Piece { point, slope, bend, twist, .. } = piece;

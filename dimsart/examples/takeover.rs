@@ -51,7 +51,7 @@ impl Change {
             Self::Transaction => [&[Command::Begin][..], &exchange, &[Command::Commit]].concat(),
             Self::Stopped => [&[Command::Stop][..], &exchange, &[Command::Check]].concat(),
             Self::WholeScheme => {
-                let all = station.dimsart.engine_mut().commands();
+                let all = station.dimsart.engine_mut().rebuild_commands();
                 // Parameters first: the order of the two controllers' parameters differs.
                 let (plug_ins, others): (Vec<_>, Vec<_>) =
                     all.partition(|command| matches!(command, Command::PlugIn(_)));

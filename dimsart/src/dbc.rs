@@ -142,7 +142,7 @@ fn senders(dimsart: &mut Dimsart) -> Vec<Sender> {
             sender.link = usize::try_from(link).unwrap_or_default();
         }
         let types = kinds.parameter(sender.module.kind, "CTX_ADD_DATA");
-        for command in engine.commands() {
+        for command in engine.rebuild_commands() {
             if let Command::Set { module, parameter, value: Value::Type(signal), .. } = command
                 && module == sender.module
                 && Some(parameter) == types

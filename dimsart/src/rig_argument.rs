@@ -23,7 +23,7 @@ fn read_file(path: Option<&Path>, sets: &[String]) -> Result<RigFile, RigFileErr
     }
     if !path.exists() && path.extension().is_none() {
         let (name, known) = (path.display().to_string(), SHIPPED.map(|(name, _)| name.to_owned()));
-        return Err(RigFileError::NotShipped { near: suggestion(&name, &known), name });
+        return Err(RigFileError::UnknownRig { near: suggestion(&name, &known), name });
     }
     RigFile::load(path, sets)
 }

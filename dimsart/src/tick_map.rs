@@ -1,6 +1,6 @@
 //! Collects the steps of one tick of a controller, for the Data Base timeline.
 
-use dimsart_core::{Direction, Engine, Finding, Party, Stage, Step};
+use dimsart_core::{Direction, Endpoint, Engine, Finding, Stage, Step};
 
 use crate::report::{TickMap, TypeRow};
 use hil_sim::rig::Rig;
@@ -45,7 +45,7 @@ pub fn tick_map(name: &str, engine: &Engine) -> TickMap {
         let is_late = |place: &usize| {
             report.findings().iter().any(|finding| {
                 let step = place.checked_sub(1).and_then(|index| steps.get(index));
-                matches!((finding, step), (Finding::Delay { signal, reader: Party::Module(reader), .. }, Some(step))
+                matches!((finding, step), (Finding::Delay { signal, reader: Endpoint::Module(reader), .. }, Some(step))
                     if *signal == entry.signal && *reader == step.module)
             })
         };

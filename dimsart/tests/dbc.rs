@@ -44,7 +44,7 @@ fn packet(dof: usize) -> (Packet, Vec<f32>) {
         let measured: Vec<Word> =
             (1..).take(dof).map(|axis: u8| Word::from(f32::from(tick * axis) * 1e-3)).collect();
         dimsart.tick(&measured, &mut commanded);
-        packet = dimsart.outgoing(0);
+        packet = dimsart.take_outgoing(0);
     }
     let engine = dimsart.engine();
     let (slot, _) =
@@ -154,7 +154,7 @@ fn a_number_with_a_sign_is_read_with_it() {
     assert_eq!((signal.value_type, signal.size, signal.unit.as_str()), (ValueType::Signed, 32, "m or rad"));
     for turns in [-7, 0, 7, i32::MIN, i32::MAX] {
         dimsart.tick(&[turns.into()], &mut []);
-        let content = dimsart.outgoing(0).unwrap().to_bytes();
+        let content = dimsart.take_outgoing(0).unwrap().to_bytes();
         let frames: Vec<_> = can::frames(&content, CHANNEL).unwrap().map(|frame| frame.to_vec()).collect();
         let bits = u32::try_from(read(&dbc, CHANNEL, &frames)["TURNS"]).unwrap();
         assert_eq!(bits.cast_signed(), turns);

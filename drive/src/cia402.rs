@@ -13,21 +13,21 @@ mod emergency;
 mod frame;
 mod host;
 mod joint;
+mod joint_fault;
 mod node;
 mod settings;
 mod setup;
 mod state;
-mod trouble;
 
 pub use abort::Cia402Abort;
 pub use emergency::Cia402Emergency;
 pub use frame::Cia402Frame;
 pub use host::Cia402Host;
 pub use joint::{Cia402Joint, Cia402Reading};
+pub use joint_fault::Cia402JointFault;
 pub use node::Cia402Node;
 pub use settings::Cia402Settings;
 pub use state::{Cia402Command, Cia402State};
-pub use trouble::Cia402Trouble;
 
 /// NMT states in heartbeats.
 const OPERATIONAL: u8 = 0x05;

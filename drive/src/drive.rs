@@ -69,13 +69,13 @@ impl Drive {
     /// # Errors
     /// Returns [`ConfigurationError`] with the first value out of range.
     pub fn new(configuration: &Configuration) -> Result<Self, ConfigurationError> {
-        Ok(Self::of(&configuration.checked()?))
+        Ok(Self::from_checked(&configuration.checked()?))
     }
 
     /// Creates a drive that is off, from a validated configuration.
     #[inline]
     #[must_use]
-    pub fn of(configuration: &Checked) -> Self {
+    pub fn from_checked(configuration: &Checked) -> Self {
         let configuration = configuration.get();
         let Configuration { motor, inverter: Inverter { period_s, .. }, .. } = *configuration;
         let pole_pairs = f32::from(motor.pole_pairs);
@@ -161,8 +161,8 @@ impl Drive {
             &supply,
         );
         // Rotor angle while the voltage is applied.
-        let ahead = now.ahead(within(self.ahead_s * speed_rad_per_s, FRAC_PI_4));
-        Some(self.modulation.duties(ahead.unpark(self.voltage_v), ahead.unpark_across(wanted_a), &supply))
+        let ahead = now.rotated(within(self.ahead_s * speed_rad_per_s, FRAC_PI_4));
+        Some(self.modulation.duties(ahead.unpark(self.voltage_v), ahead.unpark_q(wanted_a), &supply))
     }
 
     /// Returns the measured state of the motor.
@@ -213,8 +213,8 @@ impl Drive {
             self.seen_s = Some(0.0);
             return;
         };
-        match self.protection.believe(rotor, self.tracking.surprise_rad(angle)) {
-            Some(surprise_rad) if seen_s > 0.0 => self.tracking.step(surprise_rad),
+        match self.protection.believe(rotor, self.tracking.prediction_error_rad(angle)) {
+            Some(prediction_error_rad) if seen_s > 0.0 => self.tracking.step(prediction_error_rad),
             Some(moved_rad) => self.tracking.begin(angle, moved_rad),
             None if seen_s > SETTLED_S && !self.protection.has_lost_rotor() => {
                 return self.tracking.step(0.0);

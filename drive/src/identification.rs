@@ -88,9 +88,9 @@ impl IdentificationError {
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum IdentificationStep {
     /// In progress, with the duty cycles for the next period.
-    GoesOn(Duties),
+    Running(Duties),
     /// Finished; the bridge must be off. Further steps return the same result.
-    Over(Result<Identified, IdentificationError>),
+    Finished(Result<Identified, IdentificationError>),
 }
 
 /// Stage of the identification.
@@ -127,20 +127,20 @@ impl Identification {
             let range = "above 0, up to limits.current_a";
             return Err(ConfigurationError { name: "current_a", value: current_a, range });
         }
-        Ok(Self::of_motor(&checked, current_a))
+        Ok(Self::with_inductances(&checked, current_a))
     }
 
     /// Starts an identification as [`new`](Self::new), with a validated configuration; clamps the current to its limit.
     #[inline]
     #[must_use]
-    pub fn of_motor(configuration: &Checked, current_a: f32) -> Self {
+    pub fn with_inductances(configuration: &Checked, current_a: f32) -> Self {
         Self::begin(configuration, current_a, true)
     }
 
-    /// Starts an identification as [`of_motor`](Self::of_motor) without the inductances.
+    /// Starts an identification as [`with_inductances`](Self::with_inductances) without the inductances.
     #[inline]
     #[must_use]
-    pub fn of_offset(configuration: &Checked, current_a: f32) -> Self {
+    pub fn offset_only(configuration: &Checked, current_a: f32) -> Self {
         Self::begin(configuration, current_a, false)
     }
 
@@ -169,7 +169,7 @@ impl Identification {
     #[inline]
     pub fn step(&mut self, sample: &Sample) -> IdentificationStep {
         if let Stage::Over(end) = self.stage {
-            return IdentificationStep::Over(end);
+            return IdentificationStep::Finished(end);
         }
         self.protection.look(sample);
         // The expected angle is not known yet.
@@ -184,7 +184,7 @@ impl Identification {
         let end = match voltage_v {
             Ok(Some(voltage_v)) if within(voltage_v) => {
                 let duties = self.modulation.duties(voltage_v, Stator::default(), &supply);
-                return IdentificationStep::GoesOn(duties);
+                return IdentificationStep::Running(duties);
             }
             // The supply voltage has dropped below the voltage needed.
             Ok(Some(_)) => Err(IdentificationError::SupplyTooLow),
@@ -192,7 +192,7 @@ impl Identification {
             Err(error) => Err(error),
         };
         self.stage = Stage::Over(end);
-        IdentificationStep::Over(end)
+        IdentificationStep::Finished(end)
     }
 
     /// Returns the voltage for the next period, `V`; `None` when finished.

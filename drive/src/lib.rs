@@ -59,6 +59,7 @@ mod current_controller;
 mod drive;
 mod encoder;
 mod identification;
+mod joint_fault;
 mod modulation;
 mod moteus;
 mod number;
@@ -66,14 +67,13 @@ mod protection;
 mod reading;
 mod sample;
 mod tracking;
-mod trouble;
 mod vector;
 mod words;
 
 pub use angle::Angle;
 pub use cia402::{
-    Cia402Abort, Cia402Command, Cia402Emergency, Cia402Frame, Cia402Host, Cia402Joint, Cia402Node,
-    Cia402Reading, Cia402Settings, Cia402State, Cia402Trouble,
+    Cia402Abort, Cia402Command, Cia402Emergency, Cia402Frame, Cia402Host, Cia402Joint, Cia402JointFault,
+    Cia402Node, Cia402Reading, Cia402Settings, Cia402State,
 };
 pub use configuration::{
     Checked, Configuration, ConfigurationError, Encoder, Inverter, Joint, Limits, Motor,
@@ -82,14 +82,14 @@ pub use current_controller::CurrentController;
 pub use drive::{Drive, Measured};
 pub use encoder::{As5047p, As5600, Mt6701};
 pub use identification::{Identification, IdentificationError, IdentificationStep, Identified};
+pub use joint_fault::JointFault;
 pub use modulation::{Duties, Modulation, Supply};
 pub use moteus::{
-    MoteusAddress, MoteusFault, MoteusFrame, MoteusJoint, MoteusMode, MoteusReading, MoteusReplyError,
-    MoteusState, MoteusTrouble,
+    MoteusAddress, MoteusFault, MoteusFrame, MoteusJoint, MoteusJointFault, MoteusMode, MoteusReading,
+    MoteusReplyError, MoteusState,
 };
 pub use protection::Protection;
 pub use reading::DriveReading;
 pub use sample::{Rotor, Sample};
 pub use tracking::Tracking;
-pub use trouble::DriveTrouble;
 pub use vector::{Dq, Stator, Turn};

@@ -17,19 +17,19 @@ mod address;
 mod fault;
 mod frame;
 mod joint;
+mod joint_fault;
 mod mode;
 mod reply;
 mod state;
-mod trouble;
 
 pub use address::MoteusAddress;
 pub use fault::MoteusFault;
 pub use frame::MoteusFrame;
 pub use joint::{MoteusJoint, MoteusReading};
+pub use joint_fault::MoteusJointFault;
 pub use mode::MoteusMode;
 pub use reply::MoteusReplyError;
 pub use state::MoteusState;
-pub use trouble::MoteusTrouble;
 
 /// Register numbers.
 mod register {

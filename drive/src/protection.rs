@@ -138,13 +138,13 @@ impl Protection {
         self.note(found);
     }
 
-    /// Checks an encoder reading that differs from the prediction by `surprise_rad`; returns it if plausible.
+    /// Checks an encoder reading that differs from the prediction by `prediction_error_rad`; returns it if plausible.
     #[inline]
-    pub(crate) fn believe(&mut self, rotor: Rotor, surprise_rad: f32) -> Option<f32> {
+    pub(crate) fn believe(&mut self, rotor: Rotor, prediction_error_rad: f32) -> Option<f32> {
         let found = match rotor {
-            Rotor::At(_) if surprise_rad.abs() <= self.max_surprise_rad => {
+            Rotor::At(_) if prediction_error_rad.abs() <= self.max_surprise_rad => {
                 self.bad_readings = self.bad_readings.saturating_sub(1);
-                return Some(surprise_rad);
+                return Some(prediction_error_rad);
             }
             Rotor::At(_) => DriveFault::EncoderJumped,
             Rotor::Awaited => return None,

@@ -1,10 +1,10 @@
 //! Reading of a joint whose drive is on a bus.
 
-use crate::DriveTrouble;
+use crate::JointFault;
 
 /// Reading of a joint in a tick; all NaN without data. `Trouble` is the fault type of the drive.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct DriveReading<Trouble = DriveTrouble> {
+pub struct DriveReading<Trouble = JointFault> {
     /// Position of the output, `rad`, not wrapped.
     pub position_rad: f32,
     /// Velocity of the output, `rad/s`.
@@ -39,10 +39,10 @@ impl<Trouble: Copy + Into<u32>> DriveReading<Trouble> {
     }
 }
 
-impl<Trouble: Into<DriveTrouble>> DriveReading<Trouble> {
+impl<Trouble: Into<JointFault>> DriveReading<Trouble> {
     /// Converts to a reading independent of the drive type.
     #[must_use]
-    pub fn of_any(self) -> DriveReading {
+    pub fn into_drive_reading(self) -> DriveReading {
         let Self { position_rad, velocity_rad_per_s, torque_nm, voltage_v, temperature_c, trouble } = self;
         let trouble = trouble.map(Into::into);
         DriveReading { position_rad, velocity_rad_per_s, torque_nm, voltage_v, temperature_c, trouble }

@@ -45,15 +45,15 @@ impl Tracking {
     /// Returns the difference of a measured angle from the prediction, `rad`.
     #[inline]
     #[must_use]
-    pub fn surprise_rad(&self, measured: Angle) -> f32 {
+    pub fn prediction_error_rad(&self, measured: Angle) -> f32 {
         measured.minus(self.expected).rad()
     }
 
     /// Advances one period with the prediction error; 0 without a measurement.
     #[inline]
-    pub fn step(&mut self, surprise_rad: f32) {
-        self.angle = self.expected.plus_rad(self.angle_gain * surprise_rad);
-        self.speed_rad_per_s += self.speed_gain * surprise_rad;
+    pub fn step(&mut self, prediction_error_rad: f32) {
+        self.angle = self.expected.plus_rad(self.angle_gain * prediction_error_rad);
+        self.speed_rad_per_s += self.speed_gain * prediction_error_rad;
         self.expected = self.angle.plus_rad(self.speed_rad_per_s * self.period_s);
     }
 
@@ -89,8 +89,8 @@ mod tests {
             let turns = angle_rad(f64::from(period) * f64::from(PERIOD_S)) / core::f64::consts::TAU;
             #[expect(clippy::cast_sign_loss, reason = "a turn has few counts")]
             let count = (turns.rem_euclid(1.0) * f64::from(counts)) as u32;
-            let surprise_rad = tracking.surprise_rad(Angle::from_counts(count, counts));
-            tracking.step(surprise_rad);
+            let prediction_error_rad = tracking.prediction_error_rad(Angle::from_counts(count, counts));
+            tracking.step(prediction_error_rad);
         }
         let last = angle_rad(f64::from(periods - 1) * f64::from(PERIOD_S));
         let exact = Angle(0).plus_rad(last.rem_euclid(core::f64::consts::TAU) as f32 / 2.0);

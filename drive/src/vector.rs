@@ -68,7 +68,7 @@ impl Turn {
     /// Rotates further by `angle_rad`, within ±π/4 electrical `rad`.
     #[inline]
     #[must_use]
-    pub fn ahead(self, angle_rad: f32) -> Self {
+    pub fn rotated(self, angle_rad: f32) -> Self {
         let (sin, cos) = sin_cos_near_zero(angle_rad);
         Self { sin: self.sin * cos + self.cos * sin, cos: self.cos * cos - self.sin * sin }
     }
@@ -90,7 +90,7 @@ impl Turn {
     /// Converts from the rotor frame, for `d = 0`.
     #[inline]
     #[must_use]
-    pub fn unpark_across(self, q: f32) -> Stator {
+    pub fn unpark_q(self, q: f32) -> Stator {
         Stator { alpha: -q * self.sin, beta: q * self.cos }
     }
 }
@@ -110,7 +110,7 @@ mod tests {
             let Dq { d, q } = Turn::to(wrapped).park(Stator::from_phases(phases));
             assert!((d - 3.0).abs() < 5e-6 && q.abs() < 5e-6, "{step}: {d} {q}");
             let back = Turn::to(wrapped).unpark(Dq { d, q }).phases();
-            assert_eq!(Turn::to(wrapped).unpark_across(2.0), Turn::to(wrapped).unpark(Dq { d: 0.0, q: 2.0 }));
+            assert_eq!(Turn::to(wrapped).unpark_q(2.0), Turn::to(wrapped).unpark(Dq { d: 0.0, q: 2.0 }));
             assert!(phases.iter().zip(back).all(|(one, other)| (one - other).abs() < 1e-5), "{back:?}");
         }
     }

@@ -8,7 +8,7 @@ use dimsart_link::protocol::{
 };
 use embedded_io_async::Write as _;
 
-use crate::handover::Taker;
+use crate::handover::QueueReceiver;
 
 pub(crate) type CommandPort = <Selected as boards::Board>::CommandPort;
 
@@ -29,14 +29,14 @@ pub(crate) fn alive() -> u32 {
 /// The line, and the queue of unsolicited messages.
 pub(crate) struct CommandLine {
     pub(crate) port: CommandPort,
-    pub(crate) reports: Taker<Unsolicited>,
+    pub(crate) reports: QueueReceiver<Unsolicited>,
     pub(crate) receiver: Receiver,
     pub(crate) frame: [u8; MAX_FRAME_BYTES],
     heartbeats: u16,
 }
 
 impl CommandLine {
-    pub(crate) fn new(port: CommandPort, reports: Taker<Unsolicited>) -> Self {
+    pub(crate) fn new(port: CommandPort, reports: QueueReceiver<Unsolicited>) -> Self {
         Self { port, reports, receiver: Receiver::new(), frame: [0; MAX_FRAME_BYTES], heartbeats: 0 }
     }
 

@@ -11,7 +11,7 @@ use embassy_time::{Duration, Timer};
 use firmware::{LineInput, Next};
 
 use crate::command_line::{CommandLine, CommandPort, Unsolicited};
-use crate::handover::Taker;
+use crate::handover::QueueReceiver;
 use crate::key_service::KeyService;
 use crate::motor_service::MotorService;
 use crate::scheme_service::SchemeService;
@@ -24,7 +24,7 @@ const LAST_BYTES: Duration = Duration::from_millis(5);
 pub(crate) async fn serve(
     port: CommandPort,
     mut tick: TickHandover,
-    reports: Taker<Unsolicited>,
+    reports: QueueReceiver<Unsolicited>,
     mut schemes: SchemeService,
     mut motor: MotorService,
     mut keys: KeyService,
@@ -51,7 +51,7 @@ pub(crate) async fn serve(
                                     motor.carry_out(action, &mut schemes, &mut tick).await
                                 }
                                 Request::Restart => match tick.ask(request).await {
-                                    Response::Refused(Refusal::NotThere) => Response::Restarts,
+                                    Response::Refused(Refusal::NotFound) => Response::Restarts,
                                     refused => refused,
                                 },
                                 #[cfg(feature = "auth")]

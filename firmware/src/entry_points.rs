@@ -13,7 +13,7 @@ use core::mem::MaybeUninit;
 use dimsart_core::limits::{MAX_DOF, Sizes};
 use dimsart_core::{
     AxisKind, DeviceDescriptor, Dimsart, InputLimits, MAX_DEVICE_TYPES, OutputLimits, Packet, PacketError,
-    Tick, Word, memory,
+    TickResult, Word, memory,
 };
 use dimsart_link::saved_scheme;
 use dimsart_link::saved_scheme::LoadError;
@@ -153,13 +153,13 @@ pub(crate) extern "C" fn read(bytes: &[u8], channel: u16) -> Result<Packet, Pack
 #[inline(never)]
 pub(crate) extern "C" fn deliver(dimsart: &mut Dimsart, link: usize, packet: &Result<Packet, PacketError>) {
     // The controller counts rejected packets.
-    let _ = dimsart.deliver(link, packet);
+    let _ = dimsart.receive_parsed(link, packet);
 }
 
 /// Runs one tick.
 #[unsafe(export_name = "dimsart_tick")]
 #[inline(never)]
-pub(crate) extern "C" fn tick(dimsart: &mut Dimsart, frames: &mut Frames) -> Tick {
+pub(crate) extern "C" fn tick(dimsart: &mut Dimsart, frames: &mut Frames) -> TickResult {
     let Frames { words_in, words_out, measured, commanded, .. } = frames;
     let measured = measured.get(..*words_in).unwrap_or_default();
     let commanded = commanded.get_mut(..*words_out).unwrap_or_default();
@@ -173,5 +173,5 @@ pub(crate) extern "C" fn tick(dimsart: &mut Dimsart, frames: &mut Frames) -> Tic
 #[unsafe(export_name = "dimsart_take")]
 #[inline(never)]
 pub(crate) extern "C" fn take(dimsart: &mut Dimsart, link: usize) -> Option<Packet> {
-    dimsart.outgoing(link)
+    dimsart.take_outgoing(link)
 }

@@ -14,7 +14,7 @@
 //! timeout.
 //!
 //! A damaged item is skipped up to the next valid one. It may have been the newest of any key, so the items
-//! before it are [in doubt](Items::is_in_doubt).
+//! before it are [in doubt](Items::may_be_outdated).
 //!
 //! A write is complete when it is [read back](crate::read_back).
 
@@ -23,7 +23,7 @@ use core::ops::Range;
 use dimsart_core::checksum::CRC;
 use embedded_storage_async::nor_flash::NorFlash;
 
-use crate::read_back::{Broken, ERASED, ReadBack};
+use crate::read_back::{ERASED, ReadBack, StorageError};
 
 /// Number of keys.
 const KEYS: usize = 4;
@@ -116,8 +116,8 @@ impl<F: NorFlash> Items<F> {
     /// Finds the valid items.
     ///
     /// # Errors
-    /// [`Broken`], also if the flash holds other data; there are no items then.
-    pub(crate) fn open(&mut self) -> Result<(), Broken> {
+    /// [`StorageError`], also if the flash holds other data; there are no items then.
+    pub(crate) fn open(&mut self) -> Result<(), StorageError> {
         self.current = None;
         for start in self.range.clone().step_by(F::ERASE_SIZE) {
             let (header, sum) = self.header(start)?;
@@ -142,7 +142,7 @@ impl<F: NorFlash> Items<F> {
     }
 
     /// Finds the valid items of a page.
-    fn scan(&mut self, page: &mut Page) -> Result<(), Broken> {
+    fn scan(&mut self, page: &mut Page) -> Result<(), StorageError> {
         let end = self.end(page.start);
         let mut place = page.free;
         while place < end {
@@ -166,7 +166,7 @@ impl<F: NorFlash> Items<F> {
         Ok(())
     }
 
-    fn sum_of(&mut self, header: [u8; 4], item: Item) -> Result<u32, Broken> {
+    fn sum_of(&mut self, header: [u8; 4], item: Item) -> Result<u32, StorageError> {
         let mut digest = CRC.digest();
         digest.update(&header);
         let mut block = [0; BLOCK_BYTES];
@@ -185,7 +185,7 @@ impl<F: NorFlash> Items<F> {
     }
 
     /// Returns whether an item of this key that is newer than the last valid one may be damaged.
-    pub(crate) fn is_in_doubt(&self, key: u8) -> bool {
+    pub(crate) fn may_be_outdated(&self, key: u8) -> bool {
         let damaged_before = self.last(key).map_or(0, |item| item.damaged);
         self.current.is_some_and(|page| page.damaged != damaged_before)
     }
@@ -206,10 +206,14 @@ impl<F: NorFlash> Items<F> {
     /// Reads an item into `buffer`; `None` if it does not exist.
     ///
     /// # Errors
-    /// [`Broken`], also if it is longer than the buffer.
-    pub(crate) fn fetch<'a>(&mut self, key: u8, buffer: &'a mut [u8]) -> Result<Option<&'a [u8]>, Broken> {
+    /// [`StorageError`], also if it is longer than the buffer.
+    pub(crate) fn fetch<'a>(
+        &mut self,
+        key: u8,
+        buffer: &'a mut [u8],
+    ) -> Result<Option<&'a [u8]>, StorageError> {
         let Some(item) = self.last(key) else { return Ok(None) };
-        let bytes = buffer.get_mut(..usize::from(item.length)).ok_or(Broken)?;
+        let bytes = buffer.get_mut(..usize::from(item.length)).ok_or(StorageError)?;
         self.flash.read(item.start + HEADER_BYTES, bytes)?;
         Ok(Some(bytes))
     }
@@ -217,8 +221,8 @@ impl<F: NorFlash> Items<F> {
     /// Replaces items, in one page with at least `spare` bytes left if possible. Erases at most one page.
     ///
     /// # Errors
-    /// [`Broken`]; each of the items is the old or the new one, the others are unchanged.
-    pub(crate) async fn store(&mut self, items: &[(u8, &[u8])], spare: usize) -> Result<(), Broken> {
+    /// [`StorageError`]; each of the items is the old or the new one, the others are unchanged.
+    pub(crate) async fn store(&mut self, items: &[(u8, &[u8])], spare: usize) -> Result<(), StorageError> {
         let size = |(_, bytes): &(u8, &[u8])| WORD_BYTES + bytes.len().next_multiple_of(WORD_BYTES);
         let wanted = items.iter().map(size).sum::<usize>() + spare;
         let has_room =
@@ -232,9 +236,9 @@ impl<F: NorFlash> Items<F> {
     /// Replaces items without erasing.
     ///
     /// # Errors
-    /// [`Broken`], also if the page is full: each item is the old or the new one, and further appends fail.
-    pub(crate) async fn append(&mut self, items: &[(u8, &[u8])]) -> Result<(), Broken> {
-        let mut page = self.current.ok_or(Broken)?;
+    /// [`StorageError`], also if the page is full: each item is the old or the new one, and further appends fail.
+    pub(crate) async fn append(&mut self, items: &[(u8, &[u8])]) -> Result<(), StorageError> {
+        let mut page = self.current.ok_or(StorageError)?;
         self.current = Some(Page { free: self.end(page.start), ..page });
         self.write(&mut page, items).await?;
         self.current = Some(page);
@@ -242,7 +246,7 @@ impl<F: NorFlash> Items<F> {
     }
 
     /// Continues in the next page.
-    async fn move_on(&mut self, items: &[(u8, &[u8])]) -> Result<(), Broken> {
+    async fn move_on(&mut self, items: &[(u8, &[u8])]) -> Result<(), StorageError> {
         let (start, sequence) = match self.current {
             Some(page) => (self.next(page.start), page.sequence.wrapping_add(1)),
             None => (self.range.start, 1),
@@ -262,7 +266,7 @@ impl<F: NorFlash> Items<F> {
         Ok(())
     }
 
-    async fn copy(&mut self, item: Item, to: u32) -> Result<(), Broken> {
+    async fn copy(&mut self, item: Item, to: u32) -> Result<(), StorageError> {
         for (from, to) in (item.start..item.end()).zip(to..).step_by(WORD_BYTES) {
             let mut word = [0; WORD_BYTES];
             self.flash.read(from, &mut word)?;
@@ -272,13 +276,13 @@ impl<F: NorFlash> Items<F> {
     }
 
     /// Writes all headers first: if a header is blank, so is everything after it.
-    async fn write(&mut self, page: &mut Page, items: &[(u8, &[u8])]) -> Result<(), Broken> {
+    async fn write(&mut self, page: &mut Page, items: &[(u8, &[u8])]) -> Result<(), StorageError> {
         for (key, bytes) in items {
             let start = page.free;
-            let length = u16::try_from(bytes.len()).map_err(|_| Broken)?;
+            let length = u16::try_from(bytes.len()).map_err(|_| StorageError)?;
             page.add(*key, length);
             if page.free > self.end(page.start) {
-                return Err(Broken);
+                return Err(StorageError);
             }
             let [low, high] = length.to_le_bytes();
             let header = [*key, 0, low, high];
@@ -297,23 +301,23 @@ impl<F: NorFlash> Items<F> {
     }
 
     /// Reads the header of a page or item: value and CRC.
-    fn header(&mut self, place: u32) -> Result<([u8; 4], u32), Broken> {
+    fn header(&mut self, place: u32) -> Result<([u8; 4], u32), StorageError> {
         let mut header = [[0; 4]; 2];
         self.flash.read(place, header.as_flattened_mut())?;
         let [says, sum] = header;
         Ok((says, u32::from_le_bytes(sum)))
     }
 
-    async fn write_header(&mut self, place: u32, says: [u8; 4], sum: u32) -> Result<(), Broken> {
+    async fn write_header(&mut self, place: u32, says: [u8; 4], sum: u32) -> Result<(), StorageError> {
         let header = [says, sum.to_le_bytes()];
         self.flash.write(place, header.as_flattened()).await
     }
 
     /// Fails if the words are not blank.
-    fn expect_blank(&mut self) -> Result<(), Broken> {
+    fn expect_blank(&mut self) -> Result<(), StorageError> {
         for place in self.range.clone().step_by(WORD_BYTES) {
             if self.header(place)? != BLANK {
-                return Err(Broken);
+                return Err(StorageError);
             }
         }
         Ok(())

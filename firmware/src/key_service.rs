@@ -5,15 +5,15 @@ use core::ops::Range;
 use boards::{Board as _, Selected, Storage};
 use dimsart_link::auth::Key;
 use dimsart_link::protocol::{
-    DecodeError, Gate, KeyAction, KeyBytes, KeyRefusal, LeaseAction, LeaseStatus, MAX_FRAME_BYTES, NO_CLIENT,
-    Refusal, Request, Response, StoreError, Taken,
+    DecodeError, Gate, GateOutcome, KeyAction, KeyBytes, KeyRefusal, LeaseAction, LeaseStatus,
+    MAX_FRAME_BYTES, NO_CLIENT, Refusal, Request, Response, StoreError,
 };
 use embassy_futures::block_on;
 use embassy_time::Instant;
-use firmware::{Broken, Kept, KeptKey, KeyStore, SEEDS_PER_START};
+use firmware::{Kept, KeptKey, KeyStore, SEEDS_PER_START, StorageError};
 use static_cell::ConstStaticCell;
 
-use crate::handover::{Giver, Handover, Taker};
+use crate::handover::{Handover, QueueReceiver, QueueSender};
 use crate::tick_handover::{Answer, TickHandover};
 
 type Flash = <Selected as boards::Board>::Flash;
@@ -28,7 +28,7 @@ pub(crate) fn now_ms() -> u32 {
 }
 
 /// For the task that authenticates packets: the current key, and a queue of later keys.
-pub(crate) type KeysToTake = (Taker<Kept>, Kept);
+pub(crate) type KeysToTake = (QueueReceiver<Kept>, Kept);
 
 /// The key's range of flash.
 pub(crate) type KeyRange = Range<u32>;
@@ -63,7 +63,7 @@ pub(crate) struct KeyService {
     gate: Gate,
     refusal: Refusal,
     /// To the task that authenticates packets.
-    links: Giver<Kept>,
+    links: QueueSender<Kept>,
 }
 
 impl KeyService {
@@ -72,13 +72,13 @@ impl KeyService {
     pub(crate) fn take(&mut self, content: &[u8]) -> Result<(u16, Request), DecodeError> {
         self.refusal = Refusal::NotUnderstood;
         match self.gate.take(content) {
-            Taken::Request(id, request) => Ok((id, request)),
-            Taken::Refused(id, refusal) => {
+            GateOutcome::Request(id, request) => Ok((id, request)),
+            GateOutcome::Refused(id, refusal) => {
                 self.refusal = Refusal::Key(refusal);
                 Err(DecodeError::NotUnderstood { id })
             }
-            Taken::NotUnderstood(id) => Err(DecodeError::NotUnderstood { id }),
-            Taken::Nothing => Err(DecodeError::OtherClass),
+            GateOutcome::NotUnderstood(id) => Err(DecodeError::NotUnderstood { id }),
+            GateOutcome::Nothing => Err(DecodeError::OtherClass),
         }
     }
 
@@ -90,7 +90,7 @@ impl KeyService {
     /// Encodes the pending handshake; returns its length, if any.
     pub(crate) fn handshake(&mut self, frame: &mut [u8; MAX_FRAME_BYTES]) -> Option<usize> {
         // Rarely pending.
-        if !self.gate.owes_handshake() {
+        if !self.gate.handshake_is_pending() {
             return None;
         }
         self.gate.handshake(frame).ok().flatten().map(<[u8]>::len)
@@ -115,7 +115,7 @@ impl KeyService {
         flash: Option<&mut Flash>,
         tick: &mut TickHandover,
     ) -> Result<(), Refusal> {
-        if action == KeyAction::Look {
+        if action == KeyAction::Read {
             return Ok(());
         }
         let (Some(store), Some(flash)) = (&mut self.store, flash) else {
@@ -129,7 +129,7 @@ impl KeyService {
             KeyAction::Clear => store.clear(flash).await.map(|()| Kept::None),
             _ => return Err(Refusal::NotUnderstood),
         };
-        let kept = kept.map_err(|Broken| Refusal::Store(StoreError::Storage))?;
+        let kept = kept.map_err(|StorageError| Refusal::Store(StoreError::Storage))?;
         self.gate = gate(kept);
         self.links.give(kept);
         // The links use the new key from the response on.
@@ -148,7 +148,7 @@ fn gate(kept: Kept) -> Gate {
 
 /// Returns whether no scheme runs and no client holds the lease.
 async fn is_at_rest(tick: &mut TickHandover) -> bool {
-    let lease = tick.ask(Request::Lease(LeaseAction::Look)).await;
+    let lease = tick.ask(Request::Lease(LeaseAction::Read)).await;
     let is_free = matches!(lease, Response::Lease(LeaseStatus { holder: NO_CLIENT, .. }));
     is_free && !crate::scheme_service::runs(tick).await
 }

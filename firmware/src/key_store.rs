@@ -18,7 +18,7 @@ use core::ops::Range;
 use dimsart_core::checksum::CRC;
 use embedded_storage_async::nor_flash::NorFlash;
 
-use crate::read_back::Broken;
+use crate::read_back::StorageError;
 use crate::read_back::{ERASED, ReadBack};
 
 const PAGES: u32 = 2;
@@ -115,7 +115,7 @@ impl KeyStore {
         self.try_open(flash).await.unwrap_or(Kept::Damaged)
     }
 
-    async fn try_open<F: NorFlash>(&mut self, flash: &mut F) -> Result<Kept, Broken> {
+    async fn try_open<F: NorFlash>(&mut self, flash: &mut F) -> Result<Kept, StorageError> {
         self.current = None;
         let mut is_damaged = false;
         for page in 0..PAGES {
@@ -152,13 +152,13 @@ impl KeyStore {
     /// Stores a key, replacing the old one. `salt` is a random number, different for every key.
     ///
     /// # Errors
-    /// [`Broken`]; the old key is still stored. The next start may find the new one.
+    /// [`StorageError`]; the old key is still stored. The next start may find the new one.
     pub async fn set<F: NorFlash>(
         &mut self,
         key: [u8; 16],
         salt: u64,
         flash: &mut F,
-    ) -> Result<KeptKey, Broken> {
+    ) -> Result<KeptKey, StorageError> {
         self.replace(Record { key: Some(key), salt, generation: 0, starts: 0 }, flash).await?;
         Ok(KeptKey { key, seed: seed(salt, 0) })
     }
@@ -167,12 +167,12 @@ impl KeyStore {
     ///
     /// # Errors
     /// As for [`set`](Self::set).
-    pub async fn clear<F: NorFlash>(&mut self, flash: &mut F) -> Result<(), Broken> {
+    pub async fn clear<F: NorFlash>(&mut self, flash: &mut F) -> Result<(), StorageError> {
         self.replace(Record { key: None, salt: 0, generation: 0, starts: 0 }, flash).await
     }
 
     /// Writes a record to the other page, then retires and erases the old one.
-    async fn replace<F: NorFlash>(&mut self, record: Record, flash: &mut F) -> Result<(), Broken> {
+    async fn replace<F: NorFlash>(&mut self, record: Record, flash: &mut F) -> Result<(), StorageError> {
         let (page, generation) = self.current.map_or((0, 0), |(page, old)| (other(page), old.generation));
         let record = Record { generation: generation.wrapping_add(1), ..record };
         self.retire(page, flash).await?;
@@ -185,19 +185,19 @@ impl KeyStore {
     }
 
     /// Commits the record of a page, unless it is completely committed.
-    async fn commit<F: NorFlash>(&self, page: u32, flash: &mut F) -> Result<(), Broken> {
+    async fn commit<F: NorFlash>(&self, page: u32, flash: &mut F) -> Result<(), StorageError> {
         let place = self.place(page) + COMMIT;
         let mut commit = WRITTEN;
-        flash.read(place, &mut commit).await.map_err(|_| Broken)?;
+        flash.read(place, &mut commit).await.map_err(|_| StorageError)?;
         if commit == WRITTEN { Ok(()) } else { write(flash, place, &WRITTEN).await }
     }
 
     /// Erases a page that is not current, unless it is erased.
-    async fn retire<F: NorFlash>(&self, page: u32, flash: &mut F) -> Result<(), Broken> {
+    async fn retire<F: NorFlash>(&self, page: u32, flash: &mut F) -> Result<(), StorageError> {
         let (from, to) = (self.place(page), self.place(page + 1));
         let mut word = WRITTEN;
         for place in (from..to).step_by(WORD_BYTES) {
-            flash.read(place, &mut word).await.map_err(|_| Broken)?;
+            flash.read(place, &mut word).await.map_err(|_| StorageError)?;
             if !is_erased(&word) {
                 // An interrupted erasure must not look like a damaged record.
                 write(flash, from + RETIRED, &WRITTEN).await?;
@@ -213,12 +213,12 @@ impl KeyStore {
         page: u32,
         record: Record,
         flash: &mut F,
-    ) -> Result<u32, Broken> {
+    ) -> Result<u32, StorageError> {
         let first = self.place(page) + MARKS;
         let mut free = first;
         let mut word = WRITTEN;
         for place in (first..self.place(page + 1)).step_by(WORD_BYTES) {
-            flash.read(place, &mut word).await.map_err(|_| Broken)?;
+            flash.read(place, &mut word).await.map_err(|_| StorageError)?;
             if !is_erased(&word) {
                 free = place + MARK_BYTES;
             }
@@ -232,12 +232,12 @@ impl KeyStore {
         Ok(starts)
     }
 
-    async fn find<F: NorFlash>(&self, page: u32, flash: &mut F) -> Result<Found, Broken> {
+    async fn find<F: NorFlash>(&self, page: u32, flash: &mut F) -> Result<Found, StorageError> {
         let (mut body, mut commit, mut retired) = ([0; BODY_BYTES], WRITTEN, WRITTEN);
         let place = self.place(page);
-        flash.read(place, &mut body).await.map_err(|_| Broken)?;
-        flash.read(place + COMMIT, &mut commit).await.map_err(|_| Broken)?;
-        flash.read(place + RETIRED, &mut retired).await.map_err(|_| Broken)?;
+        flash.read(place, &mut body).await.map_err(|_| StorageError)?;
+        flash.read(place + COMMIT, &mut commit).await.map_err(|_| StorageError)?;
+        flash.read(place + RETIRED, &mut retired).await.map_err(|_| StorageError)?;
         // An interrupted erasure leaves a similar number of zeros in both words.
         if zeros(commit) <= zeros(retired) + HALF_BITS {
             return Ok(Found::Nothing);
@@ -266,7 +266,7 @@ fn zeros(word: [u8; WORD_BYTES]) -> u32 {
     u64::from_le_bytes(word).count_zeros()
 }
 
-async fn write<F: NorFlash>(flash: &mut F, place: u32, bytes: &[u8]) -> Result<(), Broken> {
+async fn write<F: NorFlash>(flash: &mut F, place: u32, bytes: &[u8]) -> Result<(), StorageError> {
     ReadBack(flash).write(place, bytes).await
 }
 

@@ -14,7 +14,7 @@ mod watchdog;
 
 pub use key_store::{Kept, KeptKey, KeyStore, SEEDS_PER_START};
 pub use line_input::{LineInput, Next};
-pub use read_back::Broken;
+pub use read_back::StorageError;
 pub use scheme_store::SchemeStore;
 pub use start::start;
 pub use watchdog::Watchdog;

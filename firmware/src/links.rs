@@ -4,7 +4,7 @@
 #[cfg_attr(not(feature = "auth"), path = "links/open.rs")]
 mod carry;
 
-use boards::{Board as _, Listening, Selected};
+use boards::{Board as _, ReceiveChannels, Selected};
 use dimsart_core::{Dimsart, Packet, PacketError};
 
 pub(crate) use self::carry::start;
@@ -13,12 +13,12 @@ type LinkIn = <Selected as boards::Board>::LinkIn;
 type LinkOut = <Selected as boards::Board>::LinkOut;
 
 /// The channel received on each link; set by the tick.
-static LISTENING: Listening = Listening::new();
+static LISTENING: ReceiveChannels = ReceiveChannels::new();
 
 /// Sets the channels that the scheme receives on.
 pub(crate) fn listen(dimsart: &Dimsart) {
     for link in 0..Selected::SIZES.links {
-        LISTENING.set(link, dimsart.listening_channel(link));
+        LISTENING.set(link, dimsart.receive_channel(link));
     }
 }
 

@@ -3,7 +3,7 @@
 use core::sync::atomic::{Ordering::SeqCst, compiler_fence};
 
 use boards::{Board as _, Selected};
-use dimsart_core::{Dimsart, Observer, Tick, Word};
+use dimsart_core::{Dimsart, Observer, TickResult, Word};
 use dimsart_link::protocol::{self, CyclesReport, DeviceInfo, Refusal, Request, Response};
 
 use crate::tick_handover::Answer;
@@ -33,7 +33,12 @@ impl Measurements {
     }
 
     /// Runs and measures one tick. Ticks without module calls are not counted.
-    pub(crate) fn tick(&mut self, dimsart: &mut Dimsart, measured: &[Word], commanded: &mut [Word]) -> Tick {
+    pub(crate) fn tick(
+        &mut self,
+        dimsart: &mut Dimsart,
+        measured: &[Word],
+        commanded: &mut [Word],
+    ) -> TickResult {
         self.made = 0;
         let counter = Selected::counter();
         let start = counter.now();
@@ -58,7 +63,7 @@ impl Measurements {
         dimsart: &mut Dimsart,
         info: &mut DeviceInfo,
     ) -> Answer {
-        let Request::Cycles { place, begins_anew } = *request else {
+        let Request::Cycles { place, clears } = *request else {
             if matches!(request, Request::Command(_)) {
                 self.clear();
             }
@@ -67,10 +72,10 @@ impl Measurements {
         let place = usize::from(place);
         let statistics = core::iter::once(&self.tick).chain(&self.calls);
         let found = statistics.take(1 + dimsart.engine().steps().count()).nth(place).map(Statistics::report);
-        if begins_anew {
+        if clears {
             self.clear();
         }
-        found.map_or(Response::Refused(Refusal::NotThere), Response::Cycles)
+        found.map_or(Response::Refused(Refusal::NotFound), Response::Cycles)
     }
 }
 
@@ -100,7 +105,7 @@ impl Statistics {
         let Self { runs, least, greatest, sum } = *self;
         let mean = u32::try_from(sum / u64::from(runs.max(1))).unwrap_or(u32::MAX);
         let per_1024_instructions = Selected::counts_per_1024_instructions();
-        CyclesReport { runs, least, mean, greatest, per_1024_instructions }
+        CyclesReport { runs, min: least, mean, max: greatest, per_1024_instructions }
     }
 }
 

@@ -5,7 +5,7 @@ use dimsart_link::protocol::{
     MAX_MOTOR_WORDS, MotorAction, MotorRefusal, MotorReport, Refusal, Request, Response, StoreError,
     motor_checksum,
 };
-use firmware::Broken;
+use firmware::StorageError;
 
 use crate::scheme_service::{SchemeService, runs};
 use crate::tick_handover::{Answer, TickHandover};
@@ -27,17 +27,17 @@ impl MotorService {
         tick: &mut TickHandover,
     ) -> Answer {
         match tick.ask(Request::Motor(action)).await {
-            Response::Refused(Refusal::NotThere) if Motor::HAS_DRIVE => {}
+            Response::Refused(Refusal::NotFound) if Motor::HAS_DRIVE => {}
             refused => return refused,
         }
         let done = match action {
-            MotorAction::Put { place, word } => {
+            MotorAction::PutWord { place, word } => {
                 if let Some(put) = self.put.get_mut(usize::from(place)) {
                     *put = word;
                 }
                 Ok(())
             }
-            MotorAction::Keep { layout, count, checksum } => {
+            MotorAction::Store { layout, count, checksum } => {
                 let words = self.put.get(..usize::from(count)).unwrap_or_default();
                 if motor_checksum(words) == checksum {
                     match Motor::check_motor(layout, words) {
@@ -48,18 +48,18 @@ impl MotorService {
                     Err(Refusal::Motor(MotorRefusal::Incomplete))
                 }
             }
-            MotorAction::Forget => keep(0, &[], schemes, tick).await,
+            MotorAction::Delete => keep(0, &[], schemes, tick).await,
             MotorAction::Identify { current_a } => {
                 Motor::identify(current_a);
                 return Response::Identification(Motor::identification());
             }
-            MotorAction::Found => return Response::Identification(Motor::identification()),
-            MotorAction::Look => Ok(()),
+            MotorAction::ReadIdentification => return Response::Identification(Motor::identification()),
+            MotorAction::Read => Ok(()),
             _ => Err(Refusal::NotUnderstood),
         };
         match done {
             Ok(()) => {
-                self.report.waits |= matches!(action, MotorAction::Keep { .. } | MotorAction::Forget);
+                self.report.waits |= matches!(action, MotorAction::Store { .. } | MotorAction::Delete);
                 Response::Motor(self.report.clone())
             }
             Err(refusal) => Response::Refused(refusal),
@@ -75,9 +75,9 @@ async fn keep(
 ) -> Result<(), Refusal> {
     let Some(store) = &mut schemes.store else { return Err(Refusal::Store(StoreError::NoStorage)) };
     if schemes.stalls_tick && runs(tick).await {
-        return Err(Refusal::Store(StoreError::SchemeRuns));
+        return Err(Refusal::Store(StoreError::SchemeIsRunning));
     }
     let kept = store.store_motor(layout, words).await;
     (schemes.status.trial, schemes.status.is_saved) = (store.trial(), store.is_saved());
-    kept.map_err(|Broken| Refusal::Store(StoreError::Storage))
+    kept.map_err(|StorageError| Refusal::Store(StoreError::Storage))
 }

@@ -7,7 +7,7 @@
 use dimsart_link::protocol::{MAX_MOTOR_WORDS, MotorFallback, MotorReport};
 use embedded_storage_async::nor_flash::NorFlash;
 
-use crate::read_back::Broken;
+use crate::read_back::StorageError;
 use crate::scheme_store::{SPARE_BYTES, SchemeStore};
 
 /// Key of the item.
@@ -26,7 +26,7 @@ impl<F: NorFlash> SchemeStore<F> {
             report.fallback = Some(MotorFallback::Storage);
             return report;
         };
-        if self.items.is_in_doubt(MOTOR) {
+        if self.items.may_be_outdated(MOTOR) {
             report.fallback = Some(MotorFallback::Damaged);
         }
         let (words, _) = bytes.unwrap_or_default().as_chunks::<4>();
@@ -41,10 +41,10 @@ impl<F: NorFlash> SchemeStore<F> {
     /// Stores a configuration; layout 0 without words deletes it.
     ///
     /// # Errors
-    /// [`Broken`]; the old configuration is still stored.
-    pub async fn store_motor(&mut self, layout: u16, words: &[u32]) -> Result<(), Broken> {
+    /// [`StorageError`]; the old configuration is still stored.
+    pub async fn store_motor(&mut self, layout: u16, words: &[u32]) -> Result<(), StorageError> {
         let mut bytes = [[0; 4]; MAX_WORDS];
-        let item = bytes.get_mut(..=words.len()).ok_or(Broken)?;
+        let item = bytes.get_mut(..=words.len()).ok_or(StorageError)?;
         for (bytes, word) in item.iter_mut().zip(core::iter::once(&u32::from(layout)).chain(words)) {
             *bytes = word.to_le_bytes();
         }

@@ -65,7 +65,7 @@ fn rescue(kind: EventKind, detail: u32, say_why: impl FnOnce()) -> ! {
     Selected::disarm();
     // Logging can fail again; logs only once.
     if !IS_SAYING_WHY.swap(true, Relaxed) {
-        EVENTS.add_stop(kind, detail);
+        EVENTS.add_failure(kind, detail);
         say_why();
     }
     Selected::reset()

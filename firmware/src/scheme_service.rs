@@ -1,12 +1,12 @@
 //! Scheme service: stores schemes, outside the tick.
 
 use boards::Selected;
-use dimsart_core::{CommandError, Cursor};
+use dimsart_core::{CommandCursor, CommandError};
 use dimsart_link::protocol::{
     LeaseAction, Origin, Refusal, Request, Response, SchemeAction, SchemeStatus, StoreError, Trial,
 };
 use dimsart_link::saved_scheme::Writer;
-use firmware::{Broken, SchemeStore};
+use firmware::{SchemeStore, StorageError};
 use heapless::vec::VecView;
 
 use crate::command_line::CommandLine;
@@ -47,10 +47,10 @@ impl SchemeService {
         line: &mut CommandLine,
     ) -> Result<(), Refusal> {
         let Some(store) = &mut self.store else {
-            return if action == SchemeAction::Look { Ok(()) } else { Err(refused(StoreError::NoStorage)) };
+            return if action == SchemeAction::Read { Ok(()) } else { Err(refused(StoreError::NoStorage)) };
         };
-        if self.stalls_tick && action != SchemeAction::Look && runs(tick).await {
-            return Err(refused(StoreError::SchemeRuns));
+        if self.stalls_tick && action != SchemeAction::Read && runs(tick).await {
+            return Err(refused(StoreError::SchemeIsRunning));
         }
         let is_tried = self.status.origin == Origin::Trial;
         let result = match action {
@@ -65,11 +65,11 @@ impl SchemeService {
             SchemeAction::Confirm if is_tried && store.trial() == Trial::None && store.is_saved() => Ok(()),
             SchemeAction::Confirm => return Err(refused(StoreError::NoTrial)),
             SchemeAction::RollBack => store.roll_back().await,
-            SchemeAction::Look => Ok(()),
+            SchemeAction::Read => Ok(()),
             _ => return Err(Refusal::NotUnderstood),
         };
         (self.status.trial, self.status.is_saved) = (store.trial(), store.is_saved());
-        result.map_err(|Broken| refused(StoreError::Storage))
+        result.map_err(|StorageError| refused(StoreError::Storage))
     }
 }
 
@@ -97,7 +97,7 @@ async fn collect(
         return Err(Refusal::Engine(CommandError::HasFaults { faults }));
     }
     let too_long = |_| refused(StoreError::TooLong);
-    let (mut writer, mut cursor) = (Writer::new(scheme, fingerprint), Cursor::default());
+    let (mut writer, mut cursor) = (Writer::new(scheme, fingerprint), CommandCursor::default());
     loop {
         line.say_report().await;
         let (place, index) = cursor.place_and_index();

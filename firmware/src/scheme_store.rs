@@ -16,7 +16,7 @@ use embedded_storage_async::nor_flash::NorFlash;
 use heapless::vec::VecView;
 
 use crate::items::Items;
-use crate::read_back::Broken;
+use crate::read_back::StorageError;
 
 /// Keys of the items. The key of a scheme is its slot.
 const RECORD: u8 = 0;
@@ -50,8 +50,8 @@ impl<F: NorFlash> SchemeStore<F> {
     /// Reads the state of the schemes; none in a new flash.
     ///
     /// # Errors
-    /// [`Broken`], also if the flash holds other data; no scheme is stored then.
-    pub fn open(&mut self) -> Result<(), Broken> {
+    /// [`StorageError`], also if the flash holds other data; no scheme is stored then.
+    pub fn open(&mut self) -> Result<(), StorageError> {
         self.record = Record::default();
         self.items.open()?;
         // The record may refer to a newer scheme.
@@ -92,16 +92,16 @@ impl<F: NorFlash> SchemeStore<F> {
 
     /// Returns whether a newer record may be damaged.
     #[must_use]
-    pub fn is_in_doubt(&self) -> bool {
-        self.items.is_in_doubt(RECORD)
+    pub fn may_be_outdated(&self) -> bool {
+        self.items.may_be_outdated(RECORD)
     }
 
     /// Saves a scheme for a trial at the next start, replacing the last one on trial.
     ///
     /// # Errors
-    /// [`Broken`]; the scheme on trial is the old or the new one, the confirmed one is unchanged.
-    pub async fn save(&mut self, scheme: &[u8]) -> Result<(), Broken> {
-        let record = Record { trial: Trial::Waits, ..self.record };
+    /// [`StorageError`]; the scheme on trial is the old or the new one, the confirmed one is unchanged.
+    pub async fn save(&mut self, scheme: &[u8]) -> Result<(), StorageError> {
+        let record = Record { trial: Trial::Pending, ..self.record };
         let items = [(record.other_place(), scheme), (RECORD, &record.to_bytes())];
         self.items.store(&items, SPARE_BYTES).await?;
         self.record = record;
@@ -111,8 +111,8 @@ impl<F: NorFlash> SchemeStore<F> {
     /// Records the start of a trial; call before running the scheme. Erases nothing.
     ///
     /// # Errors
-    /// [`Broken`], also if the page is full: the scheme must not run.
-    pub async fn begin_trial(&mut self) -> Result<(), Broken> {
+    /// [`StorageError`], also if the page is full: the scheme must not run.
+    pub async fn begin_trial(&mut self) -> Result<(), StorageError> {
         let record = Record { trial: Trial::Tried, ..self.record };
         self.items.append(&[(RECORD, &record.to_bytes())]).await?;
         self.record = record;
@@ -122,16 +122,16 @@ impl<F: NorFlash> SchemeStore<F> {
     /// Confirms the scheme on trial.
     ///
     /// # Errors
-    /// [`Broken`]; the state is unchanged.
-    pub async fn confirm(&mut self) -> Result<(), Broken> {
+    /// [`StorageError`]; the state is unchanged.
+    pub async fn confirm(&mut self) -> Result<(), StorageError> {
         self.set(Record { confirmed: Some(self.record.other_place()), trial: Trial::None }).await
     }
 
     /// Deletes the scheme on trial.
     ///
     /// # Errors
-    /// [`Broken`]; the state is unchanged.
-    pub async fn roll_back(&mut self) -> Result<(), Broken> {
+    /// [`StorageError`]; the state is unchanged.
+    pub async fn roll_back(&mut self) -> Result<(), StorageError> {
         self.set(Record { trial: Trial::None, ..self.record }).await
     }
 
@@ -155,7 +155,7 @@ impl<F: NorFlash> SchemeStore<F> {
         saved_scheme::load(found.ok().flatten().unwrap_or_default(), fingerprint, dimsart)
     }
 
-    async fn set(&mut self, record: Record) -> Result<(), Broken> {
+    async fn set(&mut self, record: Record) -> Result<(), StorageError> {
         if record != self.record {
             self.items.store(&[(RECORD, &record.to_bytes())], 0).await?;
             self.record = record;
@@ -174,19 +174,19 @@ impl Record {
     fn to_bytes(self) -> [u8; RECORD_BYTES] {
         let trial = match self.trial {
             Trial::None => 0,
-            Trial::Waits => 1,
+            Trial::Pending => 1,
             Trial::Tried => 2,
         };
         [self.confirmed.unwrap_or(0), trial]
     }
 
-    fn from_bytes(bytes: &[u8]) -> Result<Self, Broken> {
-        let &[confirmed, trial] = bytes else { return Err(Broken) };
+    fn from_bytes(bytes: &[u8]) -> Result<Self, StorageError> {
+        let &[confirmed, trial] = bytes else { return Err(StorageError) };
         let trial = match trial {
             0 => Trial::None,
-            1 => Trial::Waits,
+            1 => Trial::Pending,
             2 => Trial::Tried,
-            _ => return Err(Broken),
+            _ => return Err(StorageError),
         };
         Ok(Self { confirmed: PLACES.contains(&confirmed).then_some(confirmed), trial })
     }

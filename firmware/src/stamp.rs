@@ -44,7 +44,7 @@ pub(crate) fn described() -> &'static str {
 pub(crate) extern "C" fn limit(dimsart: &mut Dimsart) {
     let stamp = stamp();
     let engine = dimsart.engine_mut();
-    engine.limit_cycles(stamp.limit_cycles());
+    engine.set_cycle_limit(stamp.limit_cycles());
     engine.set_costs(stamp.costs());
 }
 

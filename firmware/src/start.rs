@@ -45,14 +45,14 @@ async fn start_kept<F: NorFlash>(
 ) -> Option<Origin> {
     if store.open().is_err() {
         *fallback = Some(Fallback::Storage);
-    } else if store.is_in_doubt() {
+    } else if store.may_be_outdated() {
         *fallback = Some(Fallback::Damaged);
     }
     match store.trial() {
         Trial::None => {}
         Trial::Tried => *fallback = fallback.or(Some(Fallback::Unconfirmed)),
         // Before it runs, because it may crash the board.
-        Trial::Waits => match store.begin_trial().await {
+        Trial::Pending => match store.begin_trial().await {
             Err(_) => *fallback = Some(Fallback::NotRecorded),
             Ok(()) => match store.load(true, fingerprint, bytes, dimsart) {
                 Ok(()) => return Some(Origin::Trial),

@@ -1,8 +1,8 @@
 //! Log of the tick's statistics.
 
-use dimsart_core::{Tick, Timing};
+use dimsart_core::{TickResult, Timing};
 
-use crate::handover::Taker;
+use crate::handover::QueueReceiver;
 
 /// Whether the image has room for the log; `dimsart connect PORT show` prints the same figures.
 pub(crate) const IS_LOGGED: bool = !cfg!(feature = "b-g431b-esc1");
@@ -11,14 +11,14 @@ pub(crate) const IS_LOGGED: bool = !cfg!(feature = "b-g431b-esc1");
 #[derive(Clone, Copy)]
 pub(crate) struct Status {
     pub(crate) timing: Timing,
-    pub(crate) tick: Tick,
+    pub(crate) tick: TickResult,
     pub(crate) refused_ticks: u32,
     /// Items dropped because of a full queue to or from the tick.
     pub(crate) dropped: u32,
 }
 
 #[embassy_executor::task]
-pub(crate) async fn log(mut status: Taker<Status>) {
+pub(crate) async fn log(mut status: QueueReceiver<Status>) {
     loop {
         let Status { timing, tick, refused_ticks, dropped } = status.next().await;
         defmt::info!(

@@ -1,14 +1,14 @@
 //! The tick: once per period, at the highest priority except timing.
 
 use boards::{Board as _, Joints as _, Selected, bus_off};
-use dimsart_core::{Command, Dimsart, Packet, Tick, Timing};
+use dimsart_core::{Command, Dimsart, Packet, TickResult, Timing};
 use dimsart_link::protocol::{DeviceInfo, HEARTBEATS_PER_S, Request};
 use embassy_time::{Duration, Instant, Timer};
 use firmware::Watchdog;
 
 use crate::command_line::{self, Unsolicited};
 use crate::entry_points::{self, Frames};
-use crate::handover::{Giver, Taker};
+use crate::handover::{QueueReceiver, QueueSender};
 use crate::links::{self, Outgoing, Received};
 use crate::modules::RUNS_PROGRAMS;
 use crate::rescue::EVENTS;
@@ -30,12 +30,12 @@ const PATIENCE: u32 = 5 * HEARTBEAT_EVERY / 2;
 
 /// The tick's ends of the queues.
 pub(crate) struct Ends {
-    pub(crate) requests: Taker<(u16, Request)>,
-    pub(crate) answers: Giver<Answer>,
-    pub(crate) packets_in: Taker<Received>,
-    pub(crate) packets_out: Giver<Outgoing>,
-    pub(crate) reports: Giver<Unsolicited>,
-    pub(crate) status: Giver<Status>,
+    pub(crate) requests: QueueReceiver<(u16, Request)>,
+    pub(crate) answers: QueueSender<Answer>,
+    pub(crate) packets_in: QueueReceiver<Received>,
+    pub(crate) packets_out: QueueSender<Outgoing>,
+    pub(crate) reports: QueueSender<Unsolicited>,
+    pub(crate) status: QueueSender<Status>,
 }
 
 #[embassy_executor::task]
@@ -68,7 +68,7 @@ pub(crate) async fn run(
                 *word = value;
             }
         }
-        dimsart.drive_fault(joints.fault());
+        dimsart.set_drive_fault(joints.fault());
         let tick = step(dimsart, frames, &mut info, &mut ends);
         joints.write(tick, frames.commanded());
         timing.measure(counter.since(start));
@@ -79,7 +79,7 @@ pub(crate) async fn run(
         let has_overrun = Instant::now() >= due;
         while Instant::now() >= due {
             due += PERIOD;
-            info.leave_out_tick();
+            info.skip_tick();
         }
         timing.count(is_late, has_overrun);
         info.set_timing(timing);
@@ -89,7 +89,7 @@ pub(crate) async fn run(
         let out = ends.answers.dropped() + ends.packets_out.dropped() + ends.reports.dropped();
         let dropped = out + ends.packets_in.dropped();
         for sample in info.samples(dimsart.engine().data_base()) {
-            ends.reports.give_sparingly(Unsolicited::Sample(sample), 1);
+            ends.reports.send_with_reserve(Unsolicited::Sample(sample), 1);
         }
         if timing.ticks % HEARTBEAT_EVERY == 0 {
             ends.reports.give(Unsolicited::Heartbeat(info.heartbeat(dropped)));
@@ -101,7 +101,7 @@ pub(crate) async fn run(
 }
 
 /// Handles at most one request and the received packets, and runs one tick.
-fn step(dimsart: &mut Dimsart, frames: &mut Frames, info: &mut DeviceInfo, ends: &mut Ends) -> Tick {
+fn step(dimsart: &mut Dimsart, frames: &mut Frames, info: &mut DeviceInfo, ends: &mut Ends) -> TickResult {
     serve(dimsart, frames, info, ends);
     tick(dimsart, frames, info, ends)
 }
@@ -125,9 +125,9 @@ fn serve(dimsart: &mut Dimsart, frames: &mut Frames, info: &mut DeviceInfo, ends
 
 /// Delivers the received packets and runs one tick.
 #[inline(never)]
-fn tick(dimsart: &mut Dimsart, frames: &mut Frames, info: &mut DeviceInfo, ends: &mut Ends) -> Tick {
+fn tick(dimsart: &mut Dimsart, frames: &mut Frames, info: &mut DeviceInfo, ends: &mut Ends) -> TickResult {
     for _ in 0..Selected::PACKETS_PER_TICK {
-        let taken = ends.packets_in.take_in_place(|Received { link, packet }| {
+        let taken = ends.packets_in.receive_in_place(|Received { link, packet }| {
             let was_wanted = |packet: &Packet| packet.channel == links::listened_to(*link);
             if packet.as_ref().ok().is_none_or(was_wanted) {
                 entry_points::deliver(dimsart, *link, packet);

@@ -2,15 +2,15 @@
 
 use dimsart_link::protocol::{Request, Response};
 
-use crate::handover::{Giver, Taker};
+use crate::handover::{QueueReceiver, QueueSender};
 
 /// The tick's response.
 pub(crate) type Answer = Response<'static>;
 
 /// The queues to and from the tick.
 pub(crate) struct TickHandover {
-    pub(crate) requests: Giver<(u16, Request)>,
-    pub(crate) answers: Taker<Answer>,
+    pub(crate) requests: QueueSender<(u16, Request)>,
+    pub(crate) answers: QueueReceiver<Answer>,
     /// Id of the current request.
     pub(crate) id: u16,
 }

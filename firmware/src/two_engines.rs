@@ -22,7 +22,7 @@ use cortex_m::peripheral::{SCB, SYST};
 use cortex_m_rt::{entry, exception};
 use dimsart_core::{
     AxisKind, Command, Coupling, DataType, DeviceDescriptor, Dimsart, ModuleKinds, ModuleRef, Snapshot,
-    TIMEOUT_TICKS, Tick, Value, Word, join_kinds, limits::Sizes, memory, types,
+    TIMEOUT_TICKS, TickResult, Value, Word, join_kinds, limits::Sizes, memory, types,
 };
 use dimsart_modules::{CONTROL, SIGNALS};
 use semihosting::process::exit;
@@ -168,7 +168,7 @@ fn run_planner(dimsart: &mut Dimsart, mut between: Between) -> u32 {
         dimsart.set_commands_stale(between.are_stale());
         dimsart.tick(&measured, &mut commanded);
         PLANNER_CROSSES.store(true, Relaxed);
-        between.show(commanded);
+        between.send(commanded);
         PLANNER_CROSSES.store(false, Relaxed);
         ticks += 1;
     }
@@ -208,22 +208,22 @@ impl Joint {
         let mut force = [Word(0); DOF];
         let outcome = dimsart.tick(measured, &mut force);
         match outcome {
-            Tick::Ran => *planned = now_planned,
+            TickResult::Ran => *planned = now_planned,
             // No command has arrived yet.
-            Tick::CommandsLate if *planned == 0 => {}
+            TickResult::CommandsLate if *planned == 0 => {}
             _ => {
-                must("late commands are the only error", outcome == Tick::CommandsLate);
+                must("late commands are the only error", outcome == TickResult::CommandsLate);
                 let _ = LATE_AT.compare_exchange(0, tick, Relaxed, Relaxed);
             }
         }
         for (axis, word) in force.into_iter().enumerate() {
             let follows =
-                if outcome == Tick::Ran { GAIN * at(now_planned, axis) - at(tick, axis) } else { 0.0 };
+                if outcome == TickResult::Ran { GAIN * at(now_planned, axis) - at(tick, axis) } else { 0.0 };
             must("the force follows the law, or is 0", word == Word::from(follows));
         }
 
         let before = SYST::get_current();
-        between.show(dimsart.signals(&[types::POSITION.first()]));
+        between.send(dimsart.signals(&[types::POSITION.first()]));
         let taken = before.wrapping_sub(SYST::get_current()) & LONGEST;
         // A count is less than an instruction of the emulated board.
         must("the duration of a transfer is constant", taken.abs_diff(*showing.get_or_insert(taken)) <= 1);

@@ -5,7 +5,7 @@ mod common;
 
 use dimsart_link::protocol::{MotorFallback, MotorReport, Trial};
 use embassy_futures::block_on;
-use firmware::{Broken, SchemeStore};
+use firmware::{SchemeStore, StorageError};
 
 use common::{Flash, PAGE, PAGES};
 
@@ -23,7 +23,7 @@ fn words(first: u32) -> Vec<u32> {
     (first..).take(25).collect()
 }
 
-fn keep(flash: Flash, first: u32) -> (Flash, Result<(), Broken>) {
+fn keep(flash: Flash, first: u32) -> (Flash, Result<(), StorageError>) {
     in_store(flash, |store| block_on(store.store_motor(1, &words(first))))
 }
 
@@ -61,7 +61,7 @@ fn schemes_and_motor_leave_each_other_alone() {
             assert_eq!(block_on(store.store_motor(1, &words(first))), Ok(()));
             block_on(store.save(&[6; 512])).unwrap();
             assert_eq!(store.motor().words[..], words(first));
-            assert_eq!(store.trial(), Trial::Waits);
+            assert_eq!(store.trial(), Trial::Pending);
         })
         .0;
     }

@@ -277,7 +277,7 @@ fn a_saved_scheme_that_takes_too_long_gives_way_to_the_built_in_one() {
     let limit_cycles = board.dimsart.engine().tick_cycles().unwrap();
     let mut store = store(board.store.into_flash());
     let mut dimsart = controller();
-    dimsart.engine_mut().limit_cycles(NonZeroU32::new(limit_cycles));
+    dimsart.engine_mut().set_cycle_limit(NonZeroU32::new(limit_cycles));
     let status = block_on(start(Some(&mut store), &mut SchemeBytes::new(), &scheme(BUILT_IN), &mut dimsart));
     let Some(Fallback::Saved(LoadError::Refused { error, .. })) = status.fallback else {
         panic!("{status:?}")

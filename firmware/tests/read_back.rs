@@ -9,13 +9,13 @@ use std::ops::Range;
 use common::{Flash, PAGE, PAGES};
 use dimsart_link::protocol::Trial;
 use embassy_futures::block_on;
-use firmware::{Broken, Kept, KeyStore, SchemeStore};
+use firmware::{Kept, KeyStore, SchemeStore, StorageError};
 
 const SCHEMES: Range<u32> = 0..8192;
 const KEYS: Range<u32> = 4096..8192;
 
 /// A step and the expected content of the flash.
-type Step = fn(Flash, u8) -> (Flash, Result<(), Broken>);
+type Step = fn(Flash, u8) -> (Flash, Result<(), StorageError>);
 
 fn open_schemes(flash: Flash) -> SchemeStore<Flash> {
     let mut store = SchemeStore::new(flash, SCHEMES).unwrap();
@@ -25,14 +25,14 @@ fn open_schemes(flash: Flash) -> SchemeStore<Flash> {
 }
 
 /// Saves and confirms a scheme of these bytes.
-fn save(flash: Flash, number: u8) -> (Flash, Result<(), Broken>) {
+fn save(flash: Flash, number: u8) -> (Flash, Result<(), StorageError>) {
     let mut store = open_schemes(flash);
     let saved = block_on(store.save(&[number; 300])).and_then(|()| block_on(store.confirm()));
     (store.into_flash(), saved)
 }
 
 /// Sets a key of these bytes.
-fn set(mut flash: Flash, number: u8) -> (Flash, Result<(), Broken>) {
+fn set(mut flash: Flash, number: u8) -> (Flash, Result<(), StorageError>) {
     let mut store = KeyStore::new::<Flash>(KEYS).unwrap();
     block_on(store.open(&mut flash));
     let is_set = block_on(store.set([number; 16], number.into(), &mut flash));
@@ -99,7 +99,7 @@ fn a_key_that_the_flash_has_not_taken_is_no_key_that_is_set() {
 fn a_flash_full_of_something_else_that_is_not_erased_keeps_nothing() {
     let full = Flash { bytes: vec![0x5A; PAGES * PAGE], ..Flash::new() };
     let (_, saved) = save(Flash { deaf: 0..usize::MAX, ..full.clone() }, 1);
-    assert_eq!(saved, Err(Broken));
+    assert_eq!(saved, Err(StorageError));
     let (flash, saved) = save(full, 1);
     assert!(saved.is_ok() && is_saved(flash, 1));
 }

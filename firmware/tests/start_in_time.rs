@@ -96,7 +96,7 @@ fn at_every_fill_level_a_trial_runs_or_the_saved_scheme_does_with_the_reason() {
                     (20, Origin::Trial, doubt, Trial::Tried)
                 } else {
                     left += 1;
-                    (10, Origin::Saved, Some(Fallback::NotRecorded), Trial::Waits)
+                    (10, Origin::Saved, Some(Fallback::NotRecorded), Trial::Pending)
                 };
                 let mut board = Board::start(flash);
                 let status = board.status;

@@ -17,7 +17,7 @@ thread_local! {
     static SAMPLE: Vec<u8> = {
         let mut other = bilateral();
         other.tick(&[Word(0); 3], &mut [Word(0); 3]);
-        other.outgoing(0).unwrap().to_bytes().to_vec()
+        other.take_outgoing(0).unwrap().to_bytes().to_vec()
     };
 }
 
@@ -31,7 +31,7 @@ fn tick(dimsart: &mut Dimsart) {
     let mut forces = [Word(0xDEAD); 3];
     dimsart.tick(&[Word::from(0.25), Word(0), Word::from(-0.5)], &mut forces);
     assert!(forces.iter().all(|force| f32::from_bits(force.0).is_finite()));
-    let _ = dimsart.outgoing(0);
+    let _ = dimsart.take_outgoing(0);
 }
 
 fuzz_target!(|bytes: &[u8]| {

@@ -5,7 +5,7 @@
 use std::cell::RefCell;
 
 use dimsart_core::online::{Header, Instruction, LawParameter, OWN_AXIS, Opcode, Program, seal};
-use dimsart_core::{Command, CommandError, Dimsart, ModuleRef, Tick, Unit, Value, Word, types};
+use dimsart_core::{Command, CommandError, Dimsart, ModuleRef, TickResult, Unit, Value, Word, types};
 use dimsart_fuzz::{arm, controller};
 use dimsart_modules::ALL;
 use libfuzzer_sys::fuzz_target;
@@ -61,9 +61,9 @@ fn whole() -> Vec<u32> {
 fn keep(dimsart: &mut Dimsart, words: &[u32]) -> Result<(), CommandError> {
     for (place, pair) in (0_u8..=u8::MAX).step_by(2).zip(words.chunks(2)) {
         let words = [pair[0], pair.get(1).copied().unwrap_or(0)];
-        dimsart.command(Command::PutLaw { place, words })?;
+        dimsart.command(Command::UploadLaw { place, words })?;
     }
-    dimsart.command(Command::KeepLaw { number: 1, count: u8::try_from(words.len()).unwrap_or(u8::MAX) })
+    dimsart.command(Command::StoreLaw { number: 1, count: u8::try_from(words.len()).unwrap_or(u8::MAX) })
 }
 
 /// Appends a valid CRC, which a fuzzer does not find by chance.
@@ -108,8 +108,8 @@ fuzz_target!(|bytes: &[u8]| {
             let mut forces = [Word(0xDEAD); 3];
             let tick = dimsart.tick(&[Word::from(position); 3], &mut forces);
             assert!(forces.iter().all(|force| f32::from_bits(force.0).is_finite()));
-            assert!(tick == Tick::Ran || forces == [Word(0); 3]);
-            assert!(runs || tick != Tick::Ran);
+            assert!(tick == TickResult::Ran || forces == [Word(0); 3]);
+            assert!(runs || tick != TickResult::Ran);
         }
     });
 });

@@ -3,7 +3,7 @@
 
 use std::cell::RefCell;
 
-use dimsart_core::{Dimsart, Tick, Word, scheme};
+use dimsart_core::{Dimsart, TickResult, Word, scheme};
 use dimsart_fuzz::{SIDES, arm, controller};
 use dimsart_link::saved_scheme::{self, Writer, fingerprint};
 use dimsart_modules::ALL;
@@ -23,7 +23,7 @@ fn run(dimsart: &mut Dimsart) {
         let mut forces = [Word(0xDEAD); 3];
         let tick = dimsart.tick(&[Word::from(position); 3], &mut forces);
         assert!(forces.iter().all(|force| f32::from_bits(force.0).is_finite()));
-        assert!(tick == Tick::Ran || forces == [Word(0); 3]);
+        assert!(tick == TickResult::Ran || forces == [Word(0); 3]);
     }
 }
 

@@ -3,7 +3,7 @@
 
 use dimsart_core::envelope::MAX_CONTENT_BYTES;
 use dimsart_link::auth::{Guard, Key, Line, Opener, Profile};
-use dimsart_link::protocol::{Gate, MAX_FRAME_BYTES, Taken};
+use dimsart_link::protocol::{Gate, GateOutcome, MAX_FRAME_BYTES};
 use libfuzzer_sys::fuzz_target;
 
 const CHANNEL: u16 = 0;
@@ -20,7 +20,7 @@ fuzz_target!(|bytes: &[u8]| {
         for (piece, now_ms) in pieces().zip(0..) {
             assert!(!matches!(opener.open(piece, &mut out), Ok(Some(_))));
             while opener.handshake().is_some() {}
-            assert!(!matches!(guard.take(now_ms, piece, &mut out), Ok(Some(_))));
+            assert!(!matches!(guard.open(now_ms, piece, &mut out), Ok(Some(_))));
             while guard.handshake(now_ms).is_some() {}
             assert!(!guard.is_answered());
         }
@@ -29,7 +29,7 @@ fuzz_target!(|bytes: &[u8]| {
     for piece in pieces() {
         // Bypasses the checksum, which a fuzzer does not find by chance.
         let taken = gate.take(piece);
-        assert!(!matches!(taken, Taken::Request(_, request) if request.needs_key()));
+        assert!(!matches!(taken, GateOutcome::Request(_, request) if request.needs_key()));
         let _ = gate.handshake(&mut [0; MAX_FRAME_BYTES]);
     }
 });

@@ -104,7 +104,7 @@ impl BusPlan {
     ///
     /// # Errors
     /// [`TooManyWords`] for a packet that is too long.
-    pub fn look(&self) -> Result<(BusFigures, MediumReport), TooManyWords> {
+    pub fn analyse(&self) -> Result<(BusFigures, MediumReport), TooManyWords> {
         let streams = self.streams();
         let packets: Vec<Vec<CanFrame>> =
             streams.iter().map(|stream| self.frames(stream, 0)).collect::<Result<_, _>>()?;

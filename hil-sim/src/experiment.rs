@@ -141,9 +141,9 @@ impl Experiment {
 
     /// Limits the recording to the rows needed for pictures, independent of the length of the run. A
     /// [listener](Self::tell) still receives every row.
-    pub fn keep_for_pictures(&mut self) {
+    pub fn record_for_figures(&mut self) {
         if let Some(recorder) = &mut self.recorder {
-            recorder.keep_for_pictures();
+            recorder.record_for_figures();
         }
     }
 

@@ -11,6 +11,6 @@ pub fn first_packet(dimsart: &mut Dimsart, link: usize) -> Option<Packet> {
     let mut commanded = vec![Word(0); dimsart.frame().input_words()];
     (0..MAX_EVERY_TICKS).find_map(|_| {
         dimsart.tick(&measured, &mut commanded);
-        dimsart.outgoing(link)
+        dimsart.take_outgoing(link)
     })
 }

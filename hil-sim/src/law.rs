@@ -37,7 +37,7 @@ use serde::Serialize;
 use crate::foreign_text::{visible_lines, visible_word};
 
 pub use error::LawError;
-pub use vocabulary::{MODULE, WithLaw, runner};
+pub use vocabulary::{LawVocabulary, MODULE, runner};
 
 /// A compiled law.
 #[derive(Debug, Clone, PartialEq)]
@@ -161,7 +161,7 @@ impl Law {
 pub fn commands_of(words: &[u32], number: u8) -> Vec<Command> {
     let (pairs, rest) = words.as_chunks::<2>();
     let pairs = pairs.iter().copied().chain(rest.first().map(|last| [*last, 0]));
-    let puts = (0..=u8::MAX).step_by(2).zip(pairs).map(|(place, words)| Command::PutLaw { place, words });
+    let puts = (0..=u8::MAX).step_by(2).zip(pairs).map(|(place, words)| Command::UploadLaw { place, words });
     let count = u8::try_from(words.len()).unwrap_or(u8::MAX);
-    puts.chain([Command::KeepLaw { number, count }]).collect()
+    puts.chain([Command::StoreLaw { number, count }]).collect()
 }

@@ -20,11 +20,11 @@ const READY_TICKS: u32 = 20;
 
 /// Synchronisation error.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Missed {
+pub enum SynchronisationError {
     /// No packet.
     Silence,
     /// Packets were refused.
-    Stranger,
+    RejectedPackets,
     /// Stopped by the user.
     Stopped,
 }
@@ -33,13 +33,13 @@ pub enum Missed {
 /// first tick: on its own beat, or with an `arrival` detector half a period after the peer's packets.
 ///
 /// # Errors
-/// [`Missed`] if the peer does not respond.
+/// [`SynchronisationError`] if the peer does not respond.
 pub fn meet(
     rig: &mut Rig,
     arrival: Option<&ArrivalPoll>,
     wait: Duration,
     stop: &AtomicBool,
-) -> Result<Instant, Missed> {
+) -> Result<Instant, SynchronisationError> {
     let period = Duration::from_secs_f64(rig.period_s());
     let start = Instant::now();
     let mut due = start;
@@ -51,10 +51,14 @@ pub fn meet(
         let any = |probe: &mut Probe| rig.stations().iter().any(|station| probe.words(station) != [0]);
         let has_answered = any(&mut answered);
         if stop.load(Ordering::Relaxed) {
-            return Err(Missed::Stopped);
+            return Err(SynchronisationError::Stopped);
         }
         if !has_answered && start.elapsed() > wait {
-            return Err(if any(&mut refused) { Missed::Stranger } else { Missed::Silence });
+            return Err(if any(&mut refused) {
+                SynchronisationError::RejectedPackets
+            } else {
+                SynchronisationError::Silence
+            });
         }
         // Arrivals in a late tick do not show the peer's beat.
         let next = due + period;

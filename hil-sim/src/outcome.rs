@@ -8,7 +8,7 @@ pub use crate::observer::limit_cycles::LimitCycle;
 pub use crate::observer::perceived::PerceivedStiffness;
 pub use crate::observer::reception::Received;
 pub use crate::observer::saturation::Saturation;
-pub use crate::response::{Border, LinearLoop};
+pub use crate::response::{LinearLoop, StabilityLimit};
 
 /// All figures of a run, as printed by `--json`.
 #[derive(Debug, Clone, PartialEq, Serialize)]
@@ -51,7 +51,7 @@ pub struct Outcome {
     pub saturated: Vec<Saturation>,
     /// Predicted stability and passivity limits of a two-robot coupling; `None` if no theory applies.
     #[serde(skip_serializing_if = "Option::is_none")]
-    pub theory: Option<Border>,
+    pub theory: Option<StabilityLimit>,
     /// Reports of the simulated media.
     pub media: Vec<Traffic>,
     /// Packet counters of the receivers, by station.

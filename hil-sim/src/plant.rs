@@ -20,7 +20,7 @@ mod transition;
 pub use arm::{Arm, ArmParameters, Chain, LinkKind, LinkParameters};
 pub use cia402::Cia402Drive;
 pub use coupled::{Axes, Coupled, CoupledAxisState, Dynamics, Matrix, Mechanism, Tip};
-pub use drive_bus::{Absence, Cia402Parameters, DriveBus, FoundFault, MoteusParameters};
+pub use drive_bus::{Absence, Cia402Parameters, DriveBus, InjectedFault, MoteusParameters};
 pub use joint::{
     BridgeMotor, BridgeState, BrushedParameters, FlexibleParameters, FrictionParameters, GearParameters,
     Joint, JointEnergy, JointMotorParameters, JointParameters, JointState, LoadParameters, StopsParameters,
@@ -93,7 +93,7 @@ pub struct Actuation {
     /// Whether the force is constant over a period, as of an ideal source; the force of a motor varies.
     pub is_held: bool,
     /// Whether it moves several directions of the device, as the joints of a device held at its tip.
-    pub moves_several: bool,
+    pub is_shared: bool,
 }
 
 /// Maximum number of quantities of an axis.

@@ -94,14 +94,14 @@ impl Recorder {
     }
 
     /// Keeps only the rows needed for pictures; a [listener](Self::tell) receives all rows.
-    pub fn keep_for_pictures(&mut self) {
+    pub fn record_for_figures(&mut self) {
         self.recording.thin_beyond(PICTURE_ROWS);
     }
 
     /// Real-time mode: keeps no rows and never waits for a listener. A listener that is some thousand rows behind is
     /// dropped.
     #[must_use]
-    pub fn in_a_hurry(mut self) -> Self {
+    pub fn in_real_time(mut self) -> Self {
         self.recording.thin_beyond(0);
         Self { is_in_a_hurry: true, ..self }
     }
@@ -113,7 +113,7 @@ impl Recorder {
     }
 
     /// Sends the recorded rows and all further rows to `listener`, at most 64 ticks late, with the
-    /// [inputs](crate::rig::Station::keep_inputs) of these ticks. Waits for a full listener; ignores a disconnected
+    /// [inputs](crate::rig::Station::record_inputs) of these ticks. Waits for a full listener; ignores a disconnected
     /// one.
     pub fn tell(&mut self, listener: SyncSender<Piece>) {
         self.listener = Some(listener);
@@ -337,7 +337,7 @@ fn signals(number: usize, station: &Station) -> Vec<(Source, Vec<Column>)> {
         let of_word = |word: usize| {
             let DataType { unit, shape, .. } = *entry.data_type;
             let indices = indices(shape, word, device.dof());
-            let unit = unit.of_word(shape, word, device.axes());
+            let unit = unit.for_word(shape, word, device.axes());
             Column { format: Some(format), ..column(&station.name, &name, indices, unit) }
         };
         let columns = (0..words).map(of_word).collect();

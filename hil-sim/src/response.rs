@@ -32,7 +32,7 @@ mod series;
 use std::ops::Range;
 use std::time::Instant;
 
-pub use border::Border;
+pub use border::StabilityLimit;
 pub use build::{LoadedController, loaded_controllers};
 pub use chain::{Chain, Controller};
 pub use linear_loop::{Held, LinearLoop, linear_loops};
@@ -48,8 +48,8 @@ use crate::first_packet::first_packet;
 use crate::observer::Observer;
 use crate::observer::channel_energy::ChannelEnergy;
 use crate::observer::creep::Creep;
-use crate::observer::following::Followings;
-use crate::observer::limit_cycles::Swings;
+use crate::observer::following::TrackingObserver;
+use crate::observer::limit_cycles::LimitCycleObserver;
 use crate::observer::peer::Peer;
 use crate::observer::port_energy::PortEnergy;
 use crate::observer::reception::Reception;
@@ -101,7 +101,7 @@ fn experiment_of(
         Some(planned) => of_press(file, planned, &rig, alone)?,
         None => {
             if alone.is_none() {
-                outcome.theory = Border::of(file, &mut rig);
+                outcome.theory = StabilityLimit::of(file, &mut rig);
             }
             of_moves(file, &rig, alone)?
         }
@@ -129,11 +129,11 @@ fn of_moves(
     let rests_s = parts.iter().map(|part| moves::long_rests_s(file, part));
     let rests_s: Vec<_> = rests_s.collect::<Result<_, _>>()?;
     let mut observers: Vec<Box<dyn Observer>> = vec![
-        Box::new(Followings::new(follows, loops)),
+        Box::new(TrackingObserver::new(follows, loops)),
         Box::new(felt::feeling(file, None, alone.map(|(name, _)| name))?),
         Box::new(Saturated::new(rig)),
         Box::new(Watch::new(rig, parts.iter().map(|part| part.device.ranges()))),
-        Box::new(Swings::new(rig, |station| rests_s.get(station).cloned().unwrap_or_default())),
+        Box::new(LimitCycleObserver::new(rig, |station| rests_s.get(station).cloned().unwrap_or_default())),
         Box::new(Reception { reports_silence: alone.is_none() }),
     ];
     // Hands and loads supply no energy to controllers.
@@ -185,7 +185,7 @@ fn of_press(
     observers.push(Box::new(prediction::Prediction { chain: chain.clone(), dof: forces_n.len() }));
     observers
         .push(Box::new(Watch::new(rig, rig.stations().iter().filter_map(|station| ranges(&station.name)))));
-    observers.push(Box::new(Swings::new(rig, |_| vec![pushed_s.clone()])));
+    observers.push(Box::new(LimitCycleObserver::new(rig, |_| vec![pushed_s.clone()])));
     observers.push(Box::new(Reception { reports_silence: alone.is_none() }));
     match alone {
         None => observers.push(Box::new(creep)),

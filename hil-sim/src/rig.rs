@@ -22,7 +22,7 @@ pub use simulated_dimsart::{SIZES, SimulatedDimsart};
 pub use trace::TickTrace;
 
 use dimsart_core::envelope::Class;
-use dimsart_core::{Packet, PacketError, Tick, Word};
+use dimsart_core::{Packet, PacketError, TickResult, Word};
 use dimsart_link::auth::{AuthError, Guard};
 
 use crate::bus::MediumReport;
@@ -42,7 +42,7 @@ pub struct Station {
     /// The plant.
     pub plant: Box<dyn Plant>,
     /// Result of the last tick.
-    pub last_tick: Tick,
+    pub last_tick: TickResult,
     every_ticks: u64,
     remote: Option<Box<dyn RemoteController>>,
     trouble: Option<RemoteError>,
@@ -56,7 +56,7 @@ pub struct Station {
     arrivals: Arrivals,
     sensed: Vec<f32>,
     /// Frame entries that are overridden.
-    shown: Vec<(usize, Shown)>,
+    shown: Vec<(usize, FrameOverride)>,
     measured: Vec<Word>,
     commanded: Vec<Word>,
     command: Vec<f32>,
@@ -64,7 +64,7 @@ pub struct Station {
 
 /// Override of a frame entry.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub enum Shown {
+pub enum FrameOverride {
     /// Value.
     Value(f32),
     /// Value of another entry in the same tick.
@@ -80,7 +80,7 @@ impl Station {
             name: name.to_owned(),
             dimsart,
             plant,
-            last_tick: Tick::Idle,
+            last_tick: TickResult::Idle,
             every_ticks: 1,
             remote: None,
             trouble: None,
@@ -129,7 +129,7 @@ impl Station {
     }
 
     /// Overrides a frame entry from the next tick on.
-    pub fn show(&mut self, place: usize, shown: Shown) {
+    pub fn show(&mut self, place: usize, shown: FrameOverride) {
         self.shown.retain(|(changed, _)| *changed != place);
         self.shown.push((place, shown));
     }
@@ -166,12 +166,12 @@ impl Station {
     }
 
     /// Starts recording the inputs of the controller. Not available for a board that authenticates its links itself.
-    pub fn keep_inputs(&mut self) {
+    pub fn record_inputs(&mut self) {
         let is_open = !self.remote.as_ref().is_some_and(|remote| remote.is_authenticated());
         self.inputs = is_open.then(Inputs::default);
     }
 
-    /// Returns the inputs of the last tick; `None` unless they are [kept](Self::keep_inputs).
+    /// Returns the inputs of the last tick; `None` unless they are [kept](Self::record_inputs).
     #[must_use]
     pub fn inputs(&self) -> Option<&Inputs> {
         self.inputs.as_ref()
@@ -209,7 +209,7 @@ impl Station {
         let refusal = self.guarded.as_ref().and_then(|guarded| guarded.refusal);
         refusal
             .map(AuthenticationFailure::Refused)
-            .or(self.is_tagged.then_some(AuthenticationFailure::NoKeyHere))
+            .or(self.is_tagged.then_some(AuthenticationFailure::MissingKey))
     }
 
     /// Returns the number of superseded packets.
@@ -232,7 +232,7 @@ impl Station {
 
     /// Whether its actuators are active: commanded by the scheme or ramping to zero.
     fn is_driven(&self) -> bool {
-        self.last_tick == Tick::Ran || self.command.iter().any(|command| *command != 0.0)
+        self.last_tick == TickResult::Ran || self.command.iter().any(|command| *command != 0.0)
     }
 
     fn receive(&mut self, tick: u64, link: usize, carried: Carried) {
@@ -240,7 +240,7 @@ impl Station {
             Carried::Packet(packet) if self.takes_packet(link, &packet) => {
                 let packet = Ok(packet);
                 // Fails only for a nonexistent link.
-                if self.dimsart.deliver(link, &packet).is_ok()
+                if self.dimsart.receive_parsed(link, &packet).is_ok()
                     && let Ok(packet) = packet
                 {
                     self.arrivals.add(tick, link, packet);
@@ -258,18 +258,18 @@ impl Station {
         let is_guarded = self.guarded.as_ref().is_some_and(|guarded| guarded.link == link);
         let is_looked_at =
             is_guarded || self.remote.is_some() || self.trace.is_some() || self.inputs.is_some();
-        !is_looked_at && packet.channel == self.dimsart.listening_channel(link) && packet.counter != 0
+        !is_looked_at && packet.channel == self.dimsart.receive_channel(link) && packet.counter != 0
     }
 
     fn receive_bytes(&mut self, tick: u64, link: usize, bytes: &[u8]) {
         let Self { guarded, remote, dimsart, is_tagged, trace, inputs, arrivals, .. } = self;
-        let listening_channel = dimsart.listening_channel(link);
+        let receive_channel = dimsart.receive_channel(link);
         let mut give = |content: &[u8]| match remote {
             Some(remote) => remote.receive(link, content),
             // The controller counts refused packets.
             None => {
                 if let Some(trace) = trace {
-                    trace.received.push((link, dimsart.listening_channel(link), content.to_vec()));
+                    trace.received.push((link, dimsart.receive_channel(link), content.to_vec()));
                 }
                 if let Err(PacketError::Class { found }) = dimsart.receive(link, content) {
                     *is_tagged |= found >= HANDSHAKE;
@@ -277,7 +277,7 @@ impl Station {
             }
         };
         let mut deliver = |content: &[u8]| {
-            if let Ok(packet) = Packet::from_bytes(content, listening_channel) {
+            if let Ok(packet) = Packet::from_bytes(content, receive_channel) {
                 arrivals.add(tick, link, packet);
             }
             inputs.iter_mut().for_each(|inputs| inputs.packets.push((link, content.to_vec())));
@@ -303,7 +303,7 @@ impl Station {
         match remote {
             Some(remote) => remote.outgoing(link).map(Carried::from).for_each(carry),
             None => {
-                if let Some(packet) = dimsart.outgoing(link) {
+                if let Some(packet) = dimsart.take_outgoing(link) {
                     trace.iter_mut().for_each(|trace| trace.sent.push((link, packet.clone())));
                     carry(Carried::Packet(packet));
                 }
@@ -315,8 +315,8 @@ impl Station {
         self.plant.sense(&mut self.sensed);
         for (place, shown) in &self.shown {
             let value = match shown {
-                Shown::Value(value) => *value,
-                Shown::Place(other) => self.sensed.get(*other).copied().unwrap_or_default(),
+                FrameOverride::Value(value) => *value,
+                FrameOverride::Place(other) => self.sensed.get(*other).copied().unwrap_or_default(),
             };
             self.sensed.iter_mut().skip(*place).take(1).for_each(|word| *word = value);
         }
@@ -335,7 +335,7 @@ impl Station {
                 Err(trouble) => {
                     self.commanded.fill(Word(0));
                     self.trouble.get_or_insert(trouble);
-                    Tick::Idle
+                    TickResult::Idle
                 }
             },
         };
@@ -359,7 +359,7 @@ pub enum AuthenticationFailure {
     Refused(AuthError),
     /// The packet has a tag and there is no guard.
     #[error("the packet is authenticated but this side has no key")]
-    NoKeyHere,
+    MissingKey,
 }
 
 /// End of a link: station and link number.
@@ -510,7 +510,7 @@ impl Rig {
     }
 
     /// Advances one tick without motion.
-    pub fn stand_still(&mut self) {
+    pub fn advance_without_motion(&mut self) {
         self.tick += 1;
     }
 

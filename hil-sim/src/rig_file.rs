@@ -204,7 +204,7 @@ impl RigFile {
     pub fn of_shipped(name: &str, sets: &[String]) -> Result<Self, RigFileError> {
         let near = || suggestion(name, &SHIPPED.map(|(name, _)| name.to_owned()));
         let text = Self::shipped(name)
-            .ok_or_else(|| RigFileError::NotShipped { name: name.to_owned(), near: near() })?;
+            .ok_or_else(|| RigFileError::UnknownRig { name: name.to_owned(), near: near() })?;
         Self::read(text, name, PathBuf::new(), sets)
     }
 

@@ -78,7 +78,7 @@ pub enum SchemeFileError {
     },
     /// `builtin:` with an unknown name.
     #[error("unknown scheme {name}; use one of {}, or the path of a file", built_in_names())]
-    NotBuiltIn {
+    UnknownScheme {
         /// The name as written.
         name: String,
     },
@@ -108,7 +108,7 @@ impl SchemeText {
         match name.strip_prefix(BUILT_IN_PREFIX) {
             Some(wanted) => match BUILT_IN.iter().find(|(known, _)| *known == wanted) {
                 Some((_, text)) => Ok(Self { name, text: (*text).to_owned() }),
-                None => Err(SchemeFileError::NotBuiltIn { name }),
+                None => Err(SchemeFileError::UnknownScheme { name }),
             },
             None => match std::fs::read_to_string(&name) {
                 Ok(text) => Ok(Self { name, text: visible_lines(&text) }),

@@ -9,7 +9,7 @@
 
 use std::path::PathBuf;
 
-use dimsart_core::{Command, Tick, types};
+use dimsart_core::{Command, TickResult, types};
 use dimsart_link::protocol::{LeaseAction, MAX_FRAME_BYTES, Request, encode_request, request_id};
 use hil_sim::pipe::Pipe;
 use hil_sim::response::LiveRig;
@@ -116,7 +116,7 @@ impl Bench {
                 largest = largest.max(share);
                 let Some(reference) = &mut axis.reference else { continue };
                 let now = f64::from(station.shown(reference.place).unwrap());
-                let is_commanded = station.last_tick == Tick::Ran;
+                let is_commanded = station.last_tick == TickResult::Ran;
                 match reference.last {
                     _ if !is_commanded => {}
                     // Armed in this tick.
@@ -150,7 +150,7 @@ impl Bench {
 
     fn are_commanded(&mut self) -> bool {
         let mut stations = self.live.rig_mut().stations().iter();
-        stations.all(|station| station.last_tick == Tick::Ran)
+        stations.all(|station| station.last_tick == TickResult::Ran)
     }
 }
 

@@ -2,7 +2,7 @@
 
 use std::f64::consts::PI;
 
-use dimsart_core::Tick;
+use dimsart_core::TickResult;
 use hil_sim::plant::Push;
 use hil_sim::rig::Station;
 
@@ -68,7 +68,8 @@ fn a_node_that_stays_off_the_bus_leaves_both_sides_at_rest() {
                     let now_m = rig.stations()[SLAVE].position()[0];
                     farthest_m = farthest_m.max(now_m.abs());
                     if tick >= 15_000 {
-                        let is_lost = |station: &Station| station.last_tick == Tick::LinkLost { link: 0 };
+                        let is_lost =
+                            |station: &Station| station.last_tick == TickResult::LinkLost { link: 0 };
                         assert!(rig.stations().iter().all(is_lost), "{what}, tick {tick}");
                         let moved_m = (now_m - *at_rest_m.get_or_insert(now_m)).abs();
                         assert!(moved_m < 1e-6, "{what}: the slave moved by {moved_m} m");

@@ -2,7 +2,7 @@
 
 use std::sync::{Arc, Mutex};
 
-use dimsart_core::{Command, Tick, types};
+use dimsart_core::{Command, TickResult, types};
 use hil_sim::link::{InProcess, InProcessParameters, Link};
 use hil_sim::plant::{Joints, Push};
 use hil_sim::rig::{End, Rig, SimulatedDimsart, Station};
@@ -93,7 +93,8 @@ impl Loop {
             if is_silent && side.lost_at.is_none() {
                 side.lost_at = Some(now);
             }
-            let expected = if side.lost_at.is_some() { Tick::LinkLost { link: 0 } } else { Tick::Ran };
+            let expected =
+                if side.lost_at.is_some() { TickResult::LinkLost { link: 0 } } else { TickResult::Ran };
             assert_eq!(
                 station.last_tick, expected,
                 "{what}: {}, tick {now}, last arrival {last:?}",

@@ -5,7 +5,7 @@
 use std::collections::{BTreeMap, BTreeSet};
 
 use dimsart_core::{
-    AxisKind, DataType, DeviceDescriptor, Dimsart, Format, ProvidedMemory, Tick, Word, scheme, types,
+    AxisKind, DataType, DeviceDescriptor, Dimsart, Format, ProvidedMemory, TickResult, Word, scheme, types,
 };
 use dimsart_modules::ALL;
 use serde::Deserialize;
@@ -101,7 +101,7 @@ impl Case {
                 row.iter().map(|value| word(data_type, *value))
             });
             let measured: Vec<Word> = measured.collect();
-            assert_eq!(dimsart.tick(&measured, &mut []), Tick::Ran, "{}, tick {tick}", self.title());
+            assert_eq!(dimsart.tick(&measured, &mut []), TickResult::Ran, "{}, tick {tick}", self.title());
             for (name, _, rows) in &mut found {
                 rows.push(signal(&dimsart, name));
             }

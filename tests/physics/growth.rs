@@ -21,7 +21,7 @@ fn alarm(rig: &mut Rig, limits: Ranges, ticks: u64) -> Option<Alarm> {
     let mut watch = Watch::new(rig, [limits; 2]);
     (0..ticks).find_map(|_| {
         rig.tick();
-        let alarm = watch.look(rig);
+        let alarm = watch.check(rig);
         rig.advance();
         alarm
     })
@@ -62,7 +62,7 @@ fn growth_is_told_with_its_rate() {
     let limits = Ranges { position: 1e30, force: 1e9, max_force: [1e9; 8], wave: 1e9 };
     for (settings, in_contact, expected) in unstable().into_iter().filter(|(.., growth)| *growth < 1.15) {
         let alarm = alarm(&mut held(&settings, in_contact, nudge()), limits, 20_000);
-        let Some(Alarm::Grows(text)) = &alarm else { panic!("{settings}, contact {in_contact}: {alarm:?}") };
+        let Some(Alarm::Growth(text)) = &alarm else { panic!("{settings}, contact {in_contact}: {alarm:?}") };
         let (_, rate) = text.split_once("by a factor of ").unwrap();
         let growth: f64 = rate.split(' ').next().unwrap().parse().unwrap();
         println!("{settings}, contact {in_contact}: {text}");

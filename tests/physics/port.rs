@@ -6,7 +6,7 @@
     reason = "in helpers of tests as in tests"
 )]
 
-use dimsart_core::{AxisKind, DataType, DeviceDescriptor, Dimsart, ProvidedMemory, Tick, Word, scheme};
+use dimsart_core::{AxisKind, DataType, DeviceDescriptor, Dimsart, ProvidedMemory, TickResult, Word, scheme};
 use dimsart_modules::ALL;
 
 /// See the module docs.
@@ -30,7 +30,7 @@ impl Port {
     /// Runs a tick with these measurements.
     pub(crate) fn tick(&mut self, measured: &[f64]) {
         let words: Vec<Word> = measured.iter().map(|value| Word::from(*value as f32)).collect();
-        assert_eq!(self.dimsart.tick(&words, &mut []), Tick::Ran);
+        assert_eq!(self.dimsart.tick(&words, &mut []), TickResult::Ran);
     }
 
     /// Returns a signal after the tick.

@@ -1,6 +1,6 @@
 //! A side of the experiment with its own clock.
 
-use dimsart_core::{Packet, Reason, Tick, TypeRef, Word, types};
+use dimsart_core::{Packet, Reason, TickResult, TypeRef, Word, types};
 use hil_sim::experiment::Experiment;
 use hil_sim::plant::{Joint, JointParameters, Joints, Plant, Push, StopsParameters};
 use hil_sim::rig::SimulatedDimsart;
@@ -91,10 +91,10 @@ impl Side {
         self.plant.sense(&mut self.position_m);
         let mut commanded = [Word(0); DOF];
         let tick = self.dimsart.tick(&self.position_m.map(Word::from), &mut commanded);
-        assert_eq!(tick, Tick::Ran, "after {} ns", self.next_ns);
+        assert_eq!(tick, TickResult::Ran, "after {} ns", self.next_ns);
         self.force_n = commanded.map(|word| f32::from_bits(word.0));
         self.account();
-        let packet = self.dimsart.outgoing(0).unwrap();
+        let packet = self.dimsart.take_outgoing(0).unwrap();
         let counters = [packet.counter.into(), packet.words[DOF + 1]];
         self.rounds += u64::from(counters[0] < self.last_counters[0]);
         self.energy_rounds += u64::from(counters[1] < self.last_counters[1]);

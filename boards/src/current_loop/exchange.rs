@@ -9,7 +9,7 @@ use core::sync::atomic::{AtomicU32, compiler_fence, fence};
 
 use dimsart_core::DriveFault;
 
-use super::identifying::Identifying;
+use super::identifying::IdentificationExchange;
 
 /// Maximum number of reads: the loop runs once per period, and a read takes less than one.
 const MAX_LOOKS: u8 = 4;
@@ -18,7 +18,7 @@ const OFF: u32 = f32::NAN.to_bits();
 
 /// Data from the current loop to the tick.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
-pub struct Told {
+pub struct LoopState {
     /// Rotor angle in 2⁻³² of a turn.
     pub angle: u32,
     /// Rotor speed, `rad/s`.
@@ -47,7 +47,7 @@ pub struct Exchange {
     version: AtomicU32,
     told: [AtomicU32; 7],
     /// Requests and results of identifications.
-    pub identifying: Identifying,
+    pub identifying: IdentificationExchange,
 }
 
 impl Default for Exchange {
@@ -65,12 +65,12 @@ impl Exchange {
             given: AtomicU32::new(0),
             version: AtomicU32::new(0),
             told: [const { AtomicU32::new(0) }; 7],
-            identifying: Identifying::new(),
+            identifying: IdentificationExchange::new(),
         }
     }
 
     /// Commands a torque, `N m`, or `None` for the bridge to be off. Call in every tick.
-    pub fn want(&self, torque_nm: Option<f32>) {
+    pub fn command(&self, torque_nm: Option<f32>) {
         self.wanted_nm.store(torque_nm.map_or(OFF, f32::to_bits), Relaxed);
         // If the loop reads in between, it sees the new torque with the age of the old one.
         compiler_fence(Release);
@@ -80,14 +80,14 @@ impl Exchange {
     /// Returns the last torque command, if finite, and the number of commands.
     #[inline]
     #[must_use]
-    pub fn wanted(&self) -> (Option<f32>, u32) {
+    pub fn commanded(&self) -> (Option<f32>, u32) {
         let torque_nm = f32::from_bits(self.wanted_nm.load(Relaxed));
         (torque_nm.is_finite().then_some(torque_nm), self.given.load(Relaxed))
     }
 
     /// Publishes data to the tick; call from one place only.
     #[inline]
-    pub fn tell(&self, told: &Told) {
+    pub fn tell(&self, told: &LoopState) {
         let version = self.version.load(Relaxed);
         self.version.store(version.wrapping_add(1), Relaxed);
         fence(Release);
@@ -108,7 +108,7 @@ impl Exchange {
     /// Returns the latest data, all of one period; `None` if no consistent read was possible or there is no
     /// data.
     #[must_use]
-    pub fn told(&self) -> Option<Told> {
+    pub fn told(&self) -> Option<LoopState> {
         for _ in 0..MAX_LOOKS {
             let version = self.version.load(Acquire);
             let [angle, speed, current, bus, temperature, flags, periods] =
@@ -116,7 +116,7 @@ impl Exchange {
             fence(Acquire);
             if version != 0 && version.is_multiple_of(2) && version == self.version.load(Relaxed) {
                 let [number, is_ready, ..] = flags.to_le_bytes();
-                return Some(Told {
+                return Some(LoopState {
                     angle,
                     speed_rad_per_s: f32::from_bits(speed),
                     current_a: f32::from_bits(current),
@@ -149,7 +149,7 @@ impl Age {
 
     /// Counts a period; returns the torque command unless it has expired.
     #[inline]
-    pub fn young(&mut self, (torque_nm, given): (Option<f32>, u32)) -> Option<f32> {
+    pub fn fresh_command(&mut self, (torque_nm, given): (Option<f32>, u32)) -> Option<f32> {
         if given == self.given {
             self.periods = self.periods.saturating_add(1);
         } else {
@@ -169,25 +169,25 @@ mod tests {
     #[test]
     fn a_torque_that_is_not_given_anew_is_none_after_its_age() {
         let (exchange, mut age) = (Exchange::new(), Age::new(60));
-        assert_eq!(age.young(exchange.wanted()), None, "nothing was given yet");
+        assert_eq!(age.fresh_command(exchange.commanded()), None, "nothing was given yet");
         for _ in 0..3 {
-            exchange.want(Some(0.25));
+            exchange.command(Some(0.25));
             for period in 0..80 {
-                assert_eq!(age.young(exchange.wanted()).is_some(), period < 60, "{period}");
+                assert_eq!(age.fresh_command(exchange.commanded()).is_some(), period < 60, "{period}");
             }
         }
-        exchange.want(Some(-1.0));
-        assert_eq!(age.young(exchange.wanted()), Some(-1.0));
-        exchange.want(None);
-        assert_eq!(age.young(exchange.wanted()), None);
+        exchange.command(Some(-1.0));
+        assert_eq!(age.fresh_command(exchange.commanded()), Some(-1.0));
+        exchange.command(None);
+        assert_eq!(age.fresh_command(exchange.commanded()), None);
     }
 
     #[test]
     fn what_is_no_number_is_no_torque() {
         let exchange = Exchange::new();
         for torque_nm in [f32::NAN, f32::INFINITY, f32::NEG_INFINITY] {
-            exchange.want(Some(torque_nm));
-            assert_eq!(exchange.wanted().0, None);
+            exchange.command(Some(torque_nm));
+            assert_eq!(exchange.commanded().0, None);
         }
     }
 
@@ -196,7 +196,7 @@ mod tests {
         let exchange = Exchange::new();
         assert_eq!(exchange.told(), None);
         for fault in DriveFault::ALL.iter().copied().map(Some).chain([None]) {
-            let told = Told { fault, is_ready: fault.is_none(), bus_v: 24.0, ..Told::default() };
+            let told = LoopState { fault, is_ready: fault.is_none(), bus_v: 24.0, ..LoopState::default() };
             exchange.tell(&told);
             assert_eq!(exchange.told(), Some(told));
         }
@@ -209,14 +209,14 @@ mod tests {
             scope.spawn(|| {
                 for periods in 1..200_000_u32 {
                     let value = periods as f32;
-                    exchange.tell(&Told {
+                    exchange.tell(&LoopState {
                         angle: periods,
                         speed_rad_per_s: value,
                         current_a: value,
                         bus_v: value,
                         temperature_c: value,
                         periods,
-                        ..Told::default()
+                        ..LoopState::default()
                     });
                 }
                 is_over.store(true, Relaxed);

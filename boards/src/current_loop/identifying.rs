@@ -26,13 +26,13 @@ const FAILURES: [IdentificationFailure; 5] = [
 
 /// The exchange between a requester and a current loop.
 #[derive(Debug, Default)]
-pub struct Identifying {
+pub struct IdentificationExchange {
     asked_a: AtomicU32,
     state: AtomicU32,
     found: [AtomicU32; 5],
 }
 
-impl Identifying {
+impl IdentificationExchange {
     /// Creates an exchange without a request.
     #[must_use]
     pub const fn new() -> Self {
@@ -103,7 +103,7 @@ impl Identifying {
         let [pole_pairs, is_encoder_reversed, ..] = poles.to_le_bytes();
         match state {
             NONE => Identification::None,
-            UNDER_WAY => Identification::UnderWay,
+            UNDER_WAY => Identification::Running,
             FOUND => Identification::Found(IdentifiedMotor {
                 resistance_ohm: f32::from_bits(resistance),
                 direct_inductance_h: f32::from_bits(direct),
@@ -132,7 +132,7 @@ mod tests {
 
     #[test]
     fn what_is_told_comes_through() {
-        let identifying = Identifying::new();
+        let identifying = IdentificationExchange::new();
         assert_eq!(identifying.told(), Identification::None);
         let motor = IdentifiedMotor {
             resistance_ohm: 0.6,
@@ -148,7 +148,7 @@ mod tests {
         for end in failures.map(Identification::Failed).chain([Identification::Found(motor)]) {
             identifying.ask(2.5);
             assert!(identifying.is_asked());
-            assert_eq!(identifying.told(), Identification::UnderWay);
+            assert_eq!(identifying.told(), Identification::Running);
             assert_eq!(identifying.take_asked().to_bits(), 2.5_f32.to_bits());
             assert!(!identifying.is_asked());
             identifying.tell(end);

@@ -45,14 +45,14 @@ pub struct Rest {
 
 /// A phase shows a current while the bridge is off.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct WrongAtRest;
+pub struct OffsetError;
 
 impl Rest {
     /// Adds one period; returns the offsets when complete.
     ///
     /// # Errors
-    /// [`WrongAtRest`] if an offset is out of tolerance: faulty wiring or amplifier.
-    pub fn step(&mut self, counts: [u16; 3], scaling: &Scaling) -> Result<Option<[f32; 3]>, WrongAtRest> {
+    /// [`OffsetError`] if an offset is out of tolerance: faulty wiring or amplifier.
+    pub fn step(&mut self, counts: [u16; 3], scaling: &Scaling) -> Result<Option<[f32; 3]>, OffsetError> {
         if self.periods >= SETTLE_PERIODS {
             for (sum, count) in self.sums.iter_mut().zip(counts) {
                 *sum += u32::from(count);
@@ -64,7 +64,7 @@ impl Rest {
         }
         let means = self.sums.map(|sum| sum as f32 / f32::from(REST_PERIODS));
         let is_right = |mean: &f32| (mean - scaling.rest_counts).abs() <= scaling.rest_tolerance;
-        if means.iter().all(is_right) { Ok(Some(means)) } else { Err(WrongAtRest) }
+        if means.iter().all(is_right) { Ok(Some(means)) } else { Err(OffsetError) }
     }
 }
 
@@ -109,7 +109,7 @@ mod tests {
         for wrong in [0, 2000, 4095] {
             let mut rest = Rest::default();
             let ends = (0..2 * REST_PERIODS).find_map(|_| rest.step([2553, 2553, wrong], &SCALING).err());
-            assert_eq!(ends, Some(WrongAtRest), "{wrong}");
+            assert_eq!(ends, Some(OffsetError), "{wrong}");
         }
     }
 

@@ -4,7 +4,7 @@ use core::cell::{Cell, RefCell};
 use core::sync::atomic::{AtomicBool, AtomicI32, AtomicU32, Ordering::Relaxed};
 
 use critical_section::Mutex;
-use dimsart_core::{AxisKind, DataType, MAX_DEVICE_TYPES, Tick, limits::MAX_DOF, types};
+use dimsart_core::{AxisKind, DataType, MAX_DEVICE_TYPES, TickResult, limits::MAX_DOF, types};
 use heapless::Vec;
 use semihosting::fd::{AsFd as _, OwnedFd};
 use semihosting::fs::File;
@@ -14,8 +14,8 @@ use static_cell::ConstStaticCell;
 
 use super::{Mps2An386, SharedWords, clock, uart};
 use crate::board::{Axes, Board, Idle, LinkIn, LinkOut, MAX_CARRIED_BYTES};
-use crate::handover::{Giver, Handover, Taker};
-use crate::listening::Listening;
+use crate::handover::{Handover, QueueReceiver, QueueSender};
+use crate::receive_channels::ReceiveChannels;
 use dimsart_link::exchange::{ExchangeError, Frame, MAX_SIGNAL_WORDS, Tag, VERSION};
 
 const WORDS: usize = MAX_DEVICE_TYPES * MAX_DOF;
@@ -27,7 +27,7 @@ pub(super) static COMMANDED: SharedWords<WORDS> = SharedWords::new();
 /// The cycle counter before and after the last tick.
 pub(super) static STAMPS: SharedWords<2> = SharedWords::new();
 /// Outcome of the last tick, until it is sent.
-static OUTCOME: Mutex<Cell<Option<Tick>>> = Mutex::new(Cell::new(None));
+static OUTCOME: Mutex<Cell<Option<TickResult>>> = Mutex::new(Cell::new(None));
 /// File descriptor of the pipe to the host, for the last message; `NOT_OPEN` while closed.
 static FROM_BOARD: AtomicI32 = AtomicI32::new(NOT_OPEN);
 const NOT_OPEN: i32 = -1;
@@ -48,14 +48,14 @@ type Numbered = (usize, Vec<u8, MAX_CARRIED_BYTES>);
 type Packets = Handover<Numbered, 5>;
 
 /// Packets received from the host.
-pub struct FromHost(Taker<Numbered>);
+pub struct HostReceiver(QueueReceiver<Numbered>);
 /// Packets to the host.
-pub struct ToHost(Giver<Numbered>);
+pub struct HostSender(QueueSender<Numbered>);
 
-impl LinkIn for FromHost {
-    async fn receive(&mut self, _: &Listening, packet: &mut [u8; MAX_CARRIED_BYTES]) -> (usize, usize) {
+impl LinkIn for HostReceiver {
+    async fn receive(&mut self, _: &ReceiveChannels, packet: &mut [u8; MAX_CARRIED_BYTES]) -> (usize, usize) {
         self.0.ready().await;
-        let copied = self.0.take_in_place(|(link, bytes)| {
+        let copied = self.0.receive_in_place(|(link, bytes)| {
             let bytes = bytes.as_slice();
             if let Some(space) = packet.get_mut(..bytes.len()) {
                 space.copy_from_slice(bytes);
@@ -67,7 +67,7 @@ impl LinkIn for FromHost {
     }
 }
 
-impl LinkOut for ToHost {
+impl LinkOut for HostSender {
     async fn send(&mut self, link: usize, _: u16, packet: &[u8]) {
         // Dropped if too long, as on every link.
         if let Ok(bytes) = Vec::from_slice(packet) {
@@ -77,7 +77,7 @@ impl LinkOut for ToHost {
 }
 
 /// Stores the outcome of a tick.
-pub(super) fn set_outcome(tick: Tick) {
+pub(super) fn set_outcome(tick: TickResult) {
     critical_section::with(|section| OUTCOME.borrow(section).set(Some(tick)));
     TICKS.store(TICKS.load(Relaxed).wrapping_add(1), Relaxed);
 }
@@ -130,8 +130,8 @@ fn stamps() -> [u8; 9] {
 pub struct Host {
     streams: Option<Streams>,
     frame: &'static mut Frame,
-    packets_in: Giver<Numbered>,
-    packets_out: Taker<Numbered>,
+    packets_in: QueueSender<Numbered>,
+    packets_out: QueueReceiver<Numbered>,
     /// Types measured by the host.
     played: Outputs,
     words_in: usize,
@@ -171,7 +171,7 @@ impl From<semihosting::io::Error> for Trouble {
 }
 
 /// Waits for the host and receives the description of the device; without a host, three linear axes.
-pub(super) fn connect() -> (Host, Axes, FromHost, ToHost) {
+pub(super) fn connect() -> (Host, Axes, HostReceiver, HostSender) {
     static FRAME: ConstStaticCell<Frame> = ConstStaticCell::new(Frame::new());
     static PACKETS_IN: ConstStaticCell<Packets> = ConstStaticCell::new(Packets::new());
     static PACKETS_OUT: ConstStaticCell<Packets> = ConstStaticCell::new(Packets::new());
@@ -196,7 +196,7 @@ pub(super) fn connect() -> (Host, Axes, FromHost, ToHost) {
     let words = |types: &[&DataType]| types.iter().map(|of| of.shape.words(axes.len())).sum();
     host.words_in = words(&host.played);
     host.words_out = words(Mps2An386::INPUTS);
-    (host, axes, FromHost(to_take), ToHost(to_give))
+    (host, axes, HostReceiver(to_take), HostSender(to_give))
 }
 
 /// Measured type by default.
@@ -331,7 +331,7 @@ impl Host {
             critical_section::with(|section| self.frame.push(Tag::Signals, &SIGNALS.borrow_ref(section)))?;
         }
         let frame = &mut *self.frame;
-        while let Some(pushed) = self.packets_out.take_in_place(|(link, packet)| {
+        while let Some(pushed) = self.packets_out.receive_in_place(|(link, packet)| {
             let tag = Tag::of_link(*link).ok_or(Trouble::BadFrame)?;
             Ok::<_, Trouble>(frame.push(tag, packet)?)
         }) {

@@ -1,6 +1,6 @@
 //! Brushed motors on PWM + direction drivers, with encoders.
 
-use dimsart_core::{DataType, InputLimits, OutputLimits, Scalar as _, Tick, Word};
+use dimsart_core::{DataType, InputLimits, OutputLimits, Scalar as _, TickResult, Word};
 use embassy_stm32::Peri;
 use embassy_stm32::gpio::{Level, Output, OutputType, Pull, Speed};
 use embassy_stm32::pac;
@@ -111,7 +111,7 @@ impl crate::board::Joints for Joints {
         stm32g4::measure(measured.get_mut(AXES..));
     }
 
-    fn write(&mut self, tick: Tick, commanded: &[Word]) {
+    fn write(&mut self, tick: TickResult, commanded: &[Word]) {
         if !is_driven(tick, commanded) {
             disarm();
             return;

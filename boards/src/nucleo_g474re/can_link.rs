@@ -6,7 +6,7 @@ use embassy_stm32::{Peri, bind_interrupts};
 
 use crate::stm32g4::fdcan;
 
-pub(super) use fdcan::{FromCan as LinkIn, ToCan as LinkOut};
+pub(super) use fdcan::{CanReceiver as LinkIn, CanSender as LinkOut};
 
 bind_interrupts!(struct Interrupts {
     FDCAN1_IT0 => IT0InterruptHandler<FDCAN1>;

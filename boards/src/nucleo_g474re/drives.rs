@@ -1,7 +1,7 @@
 //! Joints with moteus drives on FDCAN 1.
 
 use dimsart_core::{
-    DataType, DriveFault, InputLimits, MAX_DEVICE_TYPES, OutputLimits, Scalar as _, Tick, Word, types,
+    DataType, DriveFault, InputLimits, MAX_DEVICE_TYPES, OutputLimits, Scalar as _, TickResult, Word, types,
 };
 use drive::{MoteusAddress, MoteusFrame, MoteusJoint, MoteusReading};
 use embassy_stm32::can::{CanConfigurator, IT0InterruptHandler, IT1InterruptHandler};
@@ -93,7 +93,7 @@ impl crate::board::Joints for Joints {
         for ((axis, joint), shown) in (0..).zip(joints.iter_mut()).zip(shown) {
             let reading = joint.read();
             if reading.position_rad.is_nan() {
-                gone.get_or_insert(DriveFault::Gone { axis });
+                gone.get_or_insert(DriveFault::NoResponse { axis });
             } else {
                 *shown = words(&reading);
             }
@@ -109,7 +109,7 @@ impl crate::board::Joints for Joints {
         self.gone
     }
 
-    fn write(&mut self, tick: Tick, commanded: &[Word]) {
+    fn write(&mut self, tick: TickResult, commanded: &[Word]) {
         let is_on = is_driven(tick, commanded);
         let torques = commanded.iter().map(|word| is_on.then_some(f32::from_word(*word)));
         let mut frames = [const { (0, None) }; AXES];

@@ -6,7 +6,7 @@ use static_cell::ConstStaticCell;
 
 use crate::stm32g4::{uart, uart_link};
 
-pub(super) use uart_link::{FromUart as LinkIn, ToUart as LinkOut};
+pub(super) use uart_link::{UartReceiver as LinkIn, UartSender as LinkOut};
 
 bind_interrupts!(struct Interrupts {
     USART3 => usart::InterruptHandler<USART3>;

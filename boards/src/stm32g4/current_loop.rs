@@ -63,7 +63,7 @@ pub(crate) fn exchange() -> &'static Exchange {
 
 /// Turns off all switches until the tick's next torque command. Callable at any time and priority.
 pub(crate) fn disarm() {
-    EXCHANGE.want(None);
+    EXCHANGE.command(None);
     switch_off();
 }
 

@@ -5,7 +5,7 @@
 //! so that every node has a different one. The controller's filter passes only the received channel, or on
 //! channel 0 every 29-bit identifier.
 //!
-//! [`bus_off`](crate::bus_off) describes the recovery from bus-off, and [`unsent`](crate::unsent) when
+//! [`bus_off`](crate::bus_off) describes the recovery from bus-off, and [`pending_frames`](crate::pending_frames) when
 //! unacknowledged frames are dropped for newer ones. The controller buffers 3 received frames: for longer
 //! classic packets, the task must run at least every 3 frames (350 us).
 
@@ -35,9 +35,9 @@ use self::fd as kind;
 use crate::CLOCK_HZ;
 use crate::board::{LinkIn, LinkOut, MAX_CARRIED_BYTES};
 use crate::bus_off::{BusOff, Step};
-use crate::listening::Listening;
+use crate::pending_frames::PendingFrames;
+use crate::receive_channels::ReceiveChannels;
 use crate::stm32g4::fdcan_registers::{compensate_delay, take_away};
-use crate::unsent::Unsent;
 
 /// Delay compensation allows 1 or 2.
 const PRESCALER: u8 = 2;
@@ -61,7 +61,7 @@ pub(crate) fn rejoins() -> u32 {
 }
 
 /// Receives contents over CAN.
-pub struct FromCan {
+pub struct CanReceiver {
     link: usize,
     frames: CanRx<'static>,
     bus: Properties,
@@ -74,15 +74,15 @@ pub struct FromCan {
 }
 
 /// Sends contents over CAN.
-pub struct ToCan {
+pub struct CanSender {
     link: usize,
     frames: CanTx<'static>,
     serial_number: ExtendedId,
-    unsent: Unsent,
+    unsent: PendingFrames,
 }
 
 /// Joins the bus as link `link`.
-pub(crate) fn start(mut can: CanConfigurator<'static>, link: usize) -> (FromCan, ToCan) {
+pub(crate) fn start(mut can: CanConfigurator<'static>, link: usize) -> (CanReceiver, CanSender) {
     for line in [interrupt::FDCAN1_IT0, interrupt::FDCAN1_IT1] {
         line.set_priority(super::LINE_PRIORITY);
     }
@@ -108,7 +108,7 @@ pub(crate) fn start(mut can: CanConfigurator<'static>, link: usize) -> (FromCan,
         let [before, _] = DATA_BIT;
         compensate_delay((1 + before) * PRESCALER);
     }
-    let from = FromCan {
+    let from = CanReceiver {
         link,
         frames: from,
         bus,
@@ -118,7 +118,7 @@ pub(crate) fn start(mut can: CanConfigurator<'static>, link: usize) -> (FromCan,
         channel: None,
         receiver: kind::Receiver::new(),
     };
-    (from, ToCan { link, frames: to, serial_number: serial_number(), unsent: Unsent::new() })
+    (from, CanSender { link, frames: to, serial_number: serial_number(), unsent: PendingFrames::new() })
 }
 
 const fn bits_per_s([before, behind]: [u8; 2]) -> u32 {
@@ -142,10 +142,10 @@ fn identifier(channel: u16) -> Option<StandardId> {
     StandardId::new(channel).filter(|_| channel != 0)
 }
 
-impl LinkIn for FromCan {
+impl LinkIn for CanReceiver {
     async fn receive(
         &mut self,
-        listening: &Listening,
+        listening: &ReceiveChannels,
         content: &mut [u8; MAX_CARRIED_BYTES],
     ) -> (usize, usize) {
         loop {
@@ -168,7 +168,7 @@ impl LinkIn for FromCan {
     }
 }
 
-impl FromCan {
+impl CanReceiver {
     /// Sets the filter for a channel.
     fn listen(&mut self, channel: u16) {
         if self.channel == Some(channel) {
@@ -188,7 +188,7 @@ impl FromCan {
 
     fn look(&mut self) {
         let is_off = matches!(self.bus.bus_error_mode(), BusErrorMode::BusOff);
-        if self.bus_off.look_for_board(self.now_ms, is_off) == Step::Rejoin {
+        if self.bus_off.poll_board(self.now_ms, is_off) == Step::Rejoin {
             // The controller then waits for 128 idle sequences.
             pac::FDCAN1.cccr().modify(|control| control.set_init(false));
             REJOINS.store(self.bus_off.rejoins(), Relaxed);
@@ -196,13 +196,13 @@ impl FromCan {
     }
 }
 
-impl LinkOut for ToCan {
+impl LinkOut for CanSender {
     async fn send(&mut self, link: usize, channel: u16, content: &[u8]) {
         if link != self.link {
             return;
         }
         let identifier = identifier(channel).map_or(Id::Extended(self.serial_number), Id::Standard);
-        if self.unsent.is_stuck(pac::FDCAN1.txbrp().read().0.count_ones()) {
+        if self.unsent.should_cancel(pac::FDCAN1.txbrp().read().0.count_ones()) {
             take_away();
         }
         for frame in kind::frames(content, channel, identifier) {

@@ -152,7 +152,7 @@ impl MoteusBus {
         }
         self.now_ms = self.now_ms.wrapping_add(LOOK_MS);
         let is_off = matches!(self.state.bus_error_mode(), BusErrorMode::BusOff);
-        if self.bus_off.look_for_board(self.now_ms, is_off) == Step::Rejoin {
+        if self.bus_off.poll_board(self.now_ms, is_off) == Step::Rejoin {
             // The controller then waits for 128 idle sequences.
             FDCAN1.cccr().modify(|control| control.set_init(false));
             REJOINS.store(self.bus_off.rejoins(), Relaxed);

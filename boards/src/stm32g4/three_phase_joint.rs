@@ -1,6 +1,6 @@
 //! A joint with a three-phase motor, above its current loop.
 
-use dimsart_core::{DataType, DriveFault, InputLimits, OutputLimits, Scalar as _, Tick, Word, types};
+use dimsart_core::{DataType, DriveFault, InputLimits, OutputLimits, Scalar as _, TickResult, Word, types};
 use dimsart_link::protocol::{Identification, MotorFallback, MotorReport};
 use drive::Configuration;
 use embassy_stm32::gpio::{AfType, Flex};
@@ -12,7 +12,7 @@ use super::current_sensing;
 use super::half_bridges::HalfBridges;
 use crate::Selected;
 use crate::board::{Joints, Limits, is_driven};
-use crate::current_loop::{CurrentLoop, Told};
+use crate::current_loop::{CurrentLoop, LoopState};
 use crate::motor::Ramp;
 use crate::shaft::Shaft;
 use crate::three_phase;
@@ -43,7 +43,7 @@ pub struct Joint {
     shaft: Shaft,
     limits: InputLimits,
     /// Data of the last tick.
-    told: Told,
+    told: LoopState,
     fault: Option<DriveFault>,
     /// Active after the alignment.
     ramp: Ramp,
@@ -57,7 +57,7 @@ impl Joint {
             waiting: Some((bridges, pins)),
             shaft: Shaft::new(joint, false),
             limits: InputLimits::NONE,
-            told: Told::default(),
+            told: LoopState::default(),
             fault: None,
             ramp: Ramp::default(),
         }
@@ -110,7 +110,7 @@ impl Joints for Joint {
             // No data in a whole tick.
             Some(_) | None => self.fault = Some(DriveFault::Silent),
         }
-        let Told { speed_rad_per_s, current_a, bus_v, temperature_c, .. } = self.told;
+        let LoopState { speed_rad_per_s, current_a, bus_v, temperature_c, .. } = self.told;
         let speed_rad_per_s = self.shaft.speed_rad_per_s(speed_rad_per_s);
         let read = [self.shaft.angle_rad(), speed_rad_per_s, current_a, bus_v, temperature_c];
         for (word, value) in measured.iter_mut().zip(read) {
@@ -123,19 +123,19 @@ impl Joints for Joint {
         self.fault
     }
 
-    fn write(&mut self, tick: Tick, commanded: &[Word]) {
+    fn write(&mut self, tick: TickResult, commanded: &[Word]) {
         let is_ready = self.told.is_ready;
         if !is_ready {
             self.ramp.begin();
         }
         if self.fault == Some(DriveFault::Silent)
             || !is_driven(tick, commanded)
-            || !matches!(tick, Tick::Ran) && !is_ready
+            || !matches!(tick, TickResult::Ran) && !is_ready
         {
             return current_loop::disarm();
         }
         let commanded_nm = commanded.first().map_or(0.0, |word| f32::from_word(*word));
         let joint_nm = if is_ready { self.ramp.follow(commanded_nm, &self.limits, TICK_S) } else { 0.0 };
-        current_loop::exchange().want(Some(self.shaft.rotor_nm(joint_nm)));
+        current_loop::exchange().command(Some(self.shaft.rotor_nm(joint_nm)));
     }
 }

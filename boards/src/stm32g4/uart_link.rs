@@ -7,10 +7,10 @@ use embassy_stm32::mode::Async;
 use embassy_stm32::usart::{RingBufferedUartRx, UartTx};
 
 use crate::board::{LinkIn, LinkOut, MAX_CARRIED_BYTES};
-use crate::listening::Listening;
+use crate::receive_channels::ReceiveChannels;
 
 /// Receives contents over a UART.
-pub struct FromUart {
+pub struct UartReceiver {
     link: usize,
     port: RingBufferedUartRx<'static>,
     receiver: StreamReceiver,
@@ -20,7 +20,7 @@ pub struct FromUart {
 }
 
 /// Sends contents over a UART.
-pub struct ToUart {
+pub struct UartSender {
     link: usize,
     port: UartTx<'static, Async>,
 }
@@ -29,14 +29,18 @@ pub struct ToUart {
 pub(crate) fn over(
     (receive, send): (RingBufferedUartRx<'static>, UartTx<'static, Async>),
     link: usize,
-) -> (FromUart, ToUart) {
+) -> (UartReceiver, UartSender) {
     let from =
-        FromUart { link, port: receive, receiver: StreamReceiver::new(), bytes: [0; 32], waiting: 0..0 };
-    (from, ToUart { link, port: send })
+        UartReceiver { link, port: receive, receiver: StreamReceiver::new(), bytes: [0; 32], waiting: 0..0 };
+    (from, UartSender { link, port: send })
 }
 
-impl LinkIn for FromUart {
-    async fn receive(&mut self, _: &Listening, content: &mut [u8; MAX_CARRIED_BYTES]) -> (usize, usize) {
+impl LinkIn for UartReceiver {
+    async fn receive(
+        &mut self,
+        _: &ReceiveChannels,
+        content: &mut [u8; MAX_CARRIED_BYTES],
+    ) -> (usize, usize) {
         loop {
             for index in self.waiting.by_ref() {
                 if let Some(byte) = self.bytes.get(index)
@@ -53,7 +57,7 @@ impl LinkIn for FromUart {
     }
 }
 
-impl LinkOut for ToUart {
+impl LinkOut for UartSender {
     async fn send(&mut self, link: usize, _: u16, content: &[u8]) {
         let mut frame = [0; stream::MAX_FRAME_BYTES];
         if link == self.link

@@ -1,7 +1,9 @@
 //! Table 1 compared with a hand-written version: identical results, instructions of each.
 
 use by_hand::{DOF, Master, PACKET_WORDS};
-use dimsart_core::{AxisKind, DeviceDescriptor, Dimsart, Packet, ProvidedMemory, Tick, Word, scheme, types};
+use dimsart_core::{
+    AxisKind, DeviceDescriptor, Dimsart, Packet, ProvidedMemory, TickResult, Word, scheme, types,
+};
 use dimsart_modules::ALL;
 
 const SCHEME: &str = include_str!("../../../schemes/bilateral.scheme");
@@ -19,7 +21,7 @@ fn side(name: &'static str) -> Dimsart {
 
 /// Marks the code that callgrind counts: the modular master.
 #[inline(never)]
-fn counted_table1(master: &mut Dimsart, measured: &[Word; DOF], commanded: &mut [Word; DOF]) -> Tick {
+fn counted_table1(master: &mut Dimsart, measured: &[Word; DOF], commanded: &mut [Word; DOF]) -> TickResult {
     master.tick(measured, commanded)
 }
 
@@ -37,13 +39,13 @@ pub(crate) fn run(ticks: u32, packets: bool) {
         let mut commanded = [Word(0); DOF];
         let mut hand_force = [0.0; DOF];
 
-        let received = slave.outgoing(0).filter(|_| packets);
+        let received = slave.take_outgoing(0).filter(|_| packets);
         if let Some(packet) = &received {
             master.receive(0, &packet.to_bytes()).expect("an intact packet");
         }
         let received = received.as_ref().map(to_hand);
 
-        let has_run = counted_table1(&mut master, &measured, &mut commanded) == Tick::Ran;
+        let has_run = counted_table1(&mut master, &measured, &mut commanded) == TickResult::Ran;
         // Without packets both command zero after their timeout.
         assert_eq!(
             has_run,
@@ -51,14 +53,14 @@ pub(crate) fn run(ticks: u32, packets: bool) {
             "{tick}"
         );
 
-        let packet = master.outgoing(0).expect("a packet every tick");
+        let packet = master.take_outgoing(0).expect("a packet every tick");
         assert_eq!(to_hand(&packet), hand_packet, "packets differ in tick {tick}");
         assert_eq!(commanded, hand_force.map(Word::from), "forces differ in tick {tick}");
         compare(&master, &by_hand, tick);
 
         slave.receive(0, &packet.to_bytes()).expect("an intact packet");
         let mut slave_force = [Word(0); DOF];
-        assert_eq!(slave.tick(&slave_axes.map(|(x, _)| Word::from(x)), &mut slave_force), Tick::Ran);
+        assert_eq!(slave.tick(&slave_axes.map(|(x, _)| Word::from(x)), &mut slave_force), TickResult::Ran);
         for ((x, velocity), force) in slave_axes.iter_mut().zip(slave_force) {
             *velocity += 1e-3 * (f32::from_bits(force.0) - 5.0 * *velocity);
             *x += 1e-3 * *velocity;

@@ -183,7 +183,7 @@ impl Side {
             if self.types.is_empty() {
                 self.span.offset = block.offset;
             }
-            self.types.push((block, data_type)).map_err(|_| StorageError::NoSlot)?;
+            self.types.push((block, data_type)).map_err(|_| StorageError::OutOfSlots)?;
             self.span.words += block.words;
         }
         Ok(())

@@ -15,9 +15,9 @@ pub(crate) type List<T> = &'static mut VecView<T>;
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum StorageError {
     /// No free slot.
-    NoSlot,
+    OutOfSlots,
     /// Not enough free words.
-    NoRoom {
+    OutOfMemory {
         /// Requested words.
         wanted: usize,
         /// Free words.
@@ -111,8 +111,9 @@ impl Storage {
     /// Allocates `words` words, all zero. Nothing changes on an error.
     pub(crate) fn take(&mut self, words: usize) -> Result<u8, StorageError> {
         let free = self.free_words();
-        let no_room = StorageError::NoRoom { wanted: words, free };
-        let index = self.blocks.iter().position(|block| *block == Block::FREE).ok_or(StorageError::NoSlot)?;
+        let no_room = StorageError::OutOfMemory { wanted: words, free };
+        let index =
+            self.blocks.iter().position(|block| *block == Block::FREE).ok_or(StorageError::OutOfSlots)?;
         let place = u16::try_from(self.used).ok().zip(u16::try_from(words).ok());
         let (offset, length) = place.filter(|_| words <= free).ok_or(no_room)?;
         if let Some(block) = self.blocks.get_mut(index) {
@@ -122,7 +123,7 @@ impl Storage {
             fresh.fill(0);
         }
         self.used += words;
-        u8::try_from(index).map_err(|_| StorageError::NoSlot)
+        u8::try_from(index).map_err(|_| StorageError::OutOfSlots)
     }
 
     /// Frees a block and closes its gap. A free index is ignored.
@@ -148,7 +149,7 @@ impl Storage {
     /// error.
     pub(crate) fn take_at_end(&mut self, words: usize) -> Result<Block, StorageError> {
         let free = self.free_words();
-        let no_room = StorageError::NoRoom { wanted: words, free };
+        let no_room = StorageError::OutOfMemory { wanted: words, free };
         if words > free {
             return Err(no_room);
         }
@@ -226,7 +227,7 @@ mod tests {
         let a = storage.take(3).unwrap();
         let b = storage.take(3).unwrap();
         storage.words_mut(storage.block(b)).unwrap().copy_from_slice(&[7, 8, 9]);
-        assert_eq!(storage.take(3), Err(StorageError::NoRoom { wanted: 3, free: 2 }));
+        assert_eq!(storage.take(3), Err(StorageError::OutOfMemory { wanted: 3, free: 2 }));
         storage.give_back(a);
         assert_eq!(storage.words(storage.block(b)).unwrap(), [7, 8, 9]);
         let c = storage.take(5).unwrap();
@@ -243,7 +244,7 @@ mod tests {
         for (block, value) in [(a, 1), (b, 2), (c, 3)] {
             storage.words_mut(block).unwrap().fill(value);
         }
-        assert_eq!(storage.take_at_end(2), Err(StorageError::NoRoom { wanted: 2, free: 1 }));
+        assert_eq!(storage.take_at_end(2), Err(StorageError::OutOfMemory { wanted: 2, free: 1 }));
         storage.give_back_at_end(b);
         assert_eq!(storage.words, [0, 0, 3, 3, 3, 1, 1, 1], "free words are unchanged");
         assert_eq!(storage.take_at_end(2).unwrap(), Block { offset: 1, words: 2 });

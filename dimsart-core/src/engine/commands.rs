@@ -99,8 +99,8 @@ impl Engine {
     }
 
     /// Returns the commands that rebuild the scheme; see [`rebuild_command`](Self::rebuild_command).
-    pub fn commands(&mut self) -> impl Iterator<Item = Command> + '_ {
-        let mut cursor = Cursor::default();
+    pub fn rebuild_commands(&mut self) -> impl Iterator<Item = Command> + '_ {
+        let mut cursor = CommandCursor::default();
         core::iter::from_fn(move || {
             loop {
                 let (place, index) = cursor.place_and_index();
@@ -118,12 +118,12 @@ impl Engine {
 
 /// Position in the [commands](Engine::rebuild_command) of a scheme.
 #[derive(Debug, Clone, Copy, Default)]
-pub struct Cursor {
+pub struct CommandCursor {
     place: u8,
     index: u16,
 }
 
-impl Cursor {
+impl CommandCursor {
     /// Returns place and index of the next command.
     #[must_use]
     pub fn place_and_index(self) -> (u8, u16) {

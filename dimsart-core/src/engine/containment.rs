@@ -22,8 +22,8 @@ pub struct ModuleFault {
 #[derive(Debug, Clone, Copy, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum FaultCause {
-    /// It wrote NaN, infinity, or a value beyond the [maximum](crate::Unit::largest) of its signal's unit.
-    Wrote {
+    /// It wrote NaN, infinity, or a value beyond the [maximum](crate::Unit::max_magnitude) of its signal's unit.
+    InvalidOutput {
         /// The signal.
         signal: TypeRef,
         /// Word of the signal, from 0.
@@ -32,7 +32,7 @@ pub enum FaultCause {
         bits: u32,
     },
     /// A call exceeded its [time budget](Engine::set_call_timer).
-    TookTooLong {
+    TimeExceeded {
         /// The budget, in processor cycles.
         budget_cycles: u32,
     },
@@ -84,8 +84,8 @@ impl Engine {
         });
         // If the written values are valid, the call took too long.
         let cause = wrong.next().map_or_else(
-            || FaultCause::TookTooLong { budget_cycles: self.budget_cycles(plugged) },
-            |(signal, word, bits)| FaultCause::Wrote { signal, word, bits },
+            || FaultCause::TimeExceeded { budget_cycles: self.budget_cycles(plugged) },
+            |(signal, word, bits)| FaultCause::InvalidOutput { signal, word, bits },
         );
         ModuleFault { module: plugged.module, cause }
     }
@@ -135,7 +135,7 @@ impl Engine {
         let returning = (0..).zip(wiring.modules()).filter(|(order, _)| back & module_bit(*order) != 0);
         for end in returning.filter_map(|(_, plugged)| plugged.link_end) {
             // A packet received in the meantime may be old.
-            let heard = (0..).zip(self.data_base.links()).filter(|(link, _)| end.listens_to(*link));
+            let heard = (0..).zip(self.data_base.links()).filter(|(link, _)| end.receives_from(*link));
             heard.for_each(|(_, port)| port.forget_received());
         }
         self.begins |= back != 0;

@@ -10,7 +10,7 @@ use crate::scheme::{ActiveModule, Wiring};
 impl Engine {
     /// Limits the cycles of a tick: once [costs](Self::set_costs) are known, a module that could exceed the
     /// limit is not plugged in. None, the default, is no limit. Modules already plugged in are kept.
-    pub fn limit_cycles(&mut self, limit: Option<NonZeroU32>) {
+    pub fn set_cycle_limit(&mut self, limit: Option<NonZeroU32>) {
         self.limit_cycles = limit;
     }
 

@@ -63,7 +63,7 @@ impl Engine {
     /// Executes a program command.
     #[inline(never)]
     pub(super) fn change_law(&mut self, command: Command) -> Result<(), LawRefusal> {
-        let laws = self.program_functions().ok_or(LawRefusal::NoSuchNumber)?;
+        let laws = self.program_functions().ok_or(LawRefusal::UnknownNumber)?;
         (laws.change)(self, command)
     }
 
@@ -112,15 +112,15 @@ impl Engine {
 
     fn change_program(&mut self, command: Command) -> Result<(), LawRefusal> {
         match command {
-            Command::PutLaw { place, words } => self.data_base.programs_mut().put(place, words),
-            Command::KeepLaw { number, count } => {
+            Command::UploadLaw { place, words } => self.data_base.programs_mut().put(place, words),
+            Command::StoreLaw { number, count } => {
                 let is_used = self.uses_program(number);
                 self.data_base.programs_mut().keep(number, count, is_used)?;
             }
             Command::RemoveLaw { number } if self.uses_program(number) => return Err(LawRefusal::InUse),
             Command::RemoveLaw { number } => self.data_base.programs_mut().remove(number),
             // `Engine::command` passes only program commands.
-            _ => return Err(LawRefusal::NoSuchNumber),
+            _ => return Err(LawRefusal::UnknownNumber),
         }
         Ok(())
     }
@@ -139,9 +139,9 @@ impl Engine {
         match usize::from(*skip) {
             skip if skip < puts => {
                 let word = |place| words.get(place).copied().unwrap_or(0);
-                Some(Command::PutLaw { place: number_of(start), words: [word(start), word(start + 1)] })
+                Some(Command::UploadLaw { place: number_of(start), words: [word(start), word(start + 1)] })
             }
-            skip if skip == puts => Some(Command::KeepLaw { number, count: number_of(words.len()) }),
+            skip if skip == puts => Some(Command::StoreLaw { number, count: number_of(words.len()) }),
             _ => {
                 *skip = skip.saturating_sub(u16::from(number_of(puts + 1)));
                 None
@@ -198,7 +198,7 @@ impl Engine {
     fn program_parameter(&self, kind: &ModuleKind, configuration: Block, visit: &mut Parameters<'_>) {
         let program = self.data_base.programs().get(self.program_of(kind, configuration).into());
         let parameter = visit.asked().and_then(|parameter| parameter.checked_sub(1));
-        visit.say_of_program(
+        visit.set_law_description(
             program.zip(parameter).and_then(|(program, parameter)| program.parameter(parameter)),
         );
     }

@@ -39,7 +39,7 @@ impl Engine {
         if self.is_running
             && let Some(fault) = self.first_fault_of(&self.schemes.pending().wiring)
         {
-            return Err(CommandError::WouldBreak(fault));
+            return Err(CommandError::BreaksScheme(fault));
         }
         self.switch();
         Ok(())
@@ -68,8 +68,8 @@ impl Engine {
             | Command::Begin
             | Command::Commit
             | Command::Abort
-            | Command::PutLaw { .. }
-            | Command::KeepLaw { .. }
+            | Command::UploadLaw { .. }
+            | Command::StoreLaw { .. }
             | Command::RemoveLaw { .. } => Ok(()),
         }
     }
@@ -149,7 +149,7 @@ impl Engine {
         let mut result = Ok(());
         let mut visit = Parameters::set(parameter, element, value, may_restructure, &mut result);
         self.visit(module.kind, configuration, axis, &mut visit);
-        if result.is_ok() && entries.are_of_axes() && place.is_none() {
+        if result.is_ok() && entries.are_per_axis() && place.is_none() {
             for other in 1..self.dof() {
                 let mut result = Ok(());
                 let mut visit = Parameters::set(parameter, None, value, may_restructure, &mut result);

@@ -173,7 +173,7 @@ impl Engine {
             let end = plugged.link_end.filter(|_| before.is_none());
             let begins = before.is_none_or(|before| before.begins);
             for (link, port) in (0..).zip(self.data_base.links()) {
-                if end.is_some_and(|end| end.listens_to(link)) {
+                if end.is_some_and(|end| end.receives_from(link)) {
                     port.forget_received();
                 }
             }

@@ -17,7 +17,7 @@ struct Named<'a, V: ?Sized>(Option<&'a V>, ModuleRef);
 impl<V: Vocabulary + ?Sized> fmt::Display for Named<'_, V> {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self.0 {
-            Some(known) => known.name_of_module(self.1).fmt(f),
+            Some(known) => known.module_name(self.1).fmt(f),
             None => f.write_str("the module"),
         }
     }
@@ -34,13 +34,13 @@ pub(super) fn write<V: Vocabulary + ?Sized>(
         CommandError::UnknownModule(module) => {
             match known.filter(|known| known.kind_name(module.kind).is_some()) {
                 Some(known) if module.number > 0 => {
-                    let name = known.name_of_module(ModuleRef { number: 1, ..module });
+                    let name = known.module_name(ModuleRef { number: 1, ..module });
                     write!(f, "the image has no {name}: build it with that module kind (docs/firmware.md)")
                 }
                 Some(known) => write!(
                     f,
                     "invalid instance {}.0: instances start at 1",
-                    known.name_of_module(ModuleRef { number: 1, ..module })
+                    known.module_name(ModuleRef { number: 1, ..module })
                 ),
                 None => {
                     write!(f, "the image has no module kind with id {}: build it with that kind", module.kind)
@@ -69,10 +69,10 @@ pub(super) fn write<V: Vocabulary + ?Sized>(
                 named(module)
             )
         }
-        CommandError::Storage(StorageError::NoSlot) => {
+        CommandError::Storage(StorageError::OutOfSlots) => {
             write!(f, "no free slot in the Data Base: unplug another module first")
         }
-        CommandError::Storage(StorageError::NoRoom { wanted, free }) => {
+        CommandError::Storage(StorageError::OutOfMemory { wanted, free }) => {
             write!(
                 f,
                 "the module needs {wanted} words of the Data Base, but only {free} are free: \
@@ -80,9 +80,9 @@ pub(super) fn write<V: Vocabulary + ?Sized>(
             )
         }
         CommandError::Parameter(error) => parameter(f, error, known),
-        CommandError::WouldBreak(finding) => {
+        CommandError::BreaksScheme(finding) => {
             write!(f, "this would break the running scheme")?;
-            known.map_or(Ok(()), |known| write!(f, ": {}", Explanation::of_finding(known, finding)))
+            known.map_or(Ok(()), |known| write!(f, ": {}", Explanation::for_finding(known, finding)))
         }
         CommandError::HasFaults { faults } => {
             write!(f, "the scheme does not match: {faults} fault(s)")
@@ -120,7 +120,7 @@ pub(super) fn write<V: Vocabulary + ?Sized>(
             )
         }
         CommandError::Law(refusal) => write!(f, "{refusal}"),
-        CommandError::NoLaw(module) => {
+        CommandError::UnknownLaw(module) => {
             write!(
                 f,
                 "{} has no law: set PROGRAM to the number of an uploaded law (`law list` at a device)",

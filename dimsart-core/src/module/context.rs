@@ -221,7 +221,7 @@ impl<M: Module> AxisContext<'_, M> {
     /// element of a table is loaded. None after the end of the parameters.
     #[inline(always)]
     #[must_use]
-    pub fn gain<T: Words>(&self, place: usize) -> Option<T> {
+    pub fn gain_element<T: Words>(&self, place: usize) -> Option<T> {
         one_of(self.gains, place)
     }
 
@@ -232,10 +232,10 @@ impl<M: Module> AxisContext<'_, M> {
         M::AxisState::load(self.state)
     }
 
-    /// Returns element `place` of an array of `T` at the start of the axis' state, as [`gain`](Self::gain).
+    /// Returns element `place` of an array of `T` at the start of the axis' state, as [`gain_element`](Self::gain_element).
     #[inline(always)]
     #[must_use]
-    pub fn remembered<T: Words>(&self, place: usize) -> Option<T> {
+    pub fn state_element<T: Words>(&self, place: usize) -> Option<T> {
         one_of(self.state, place)
     }
 

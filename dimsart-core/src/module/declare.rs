@@ -5,9 +5,9 @@ use core::mem::take;
 use crate::data_base::{Block, Input, Memory, Output, Signal};
 use crate::device::DeviceDescriptor;
 use crate::module::binding::ModuleBindings;
-use crate::module::port::{Difference, Direction, LinkEnd, PortSpec, PortSpecs, Stage};
+use crate::module::port::{Direction, LinkEnd, PortSpec, PortSpecs, Stage, TypeMismatch};
 use crate::online::{Program, Programs};
-use crate::signal::{DataType, TypeRef, UnitRelation, UnitTie};
+use crate::signal::{DataType, TypeRef, UnitConstraint, UnitRelation};
 
 /// Collects a module's declarations and returns the handles.
 ///
@@ -33,8 +33,8 @@ pub struct Declare<'a> {
 struct Next {
     is_late: bool,
     is_delayed: bool,
-    takes_any_unit: bool,
-    takes_any_type: bool,
+    accepts_any_unit: bool,
+    accepts_any_type: bool,
     signal: Option<TypeRef>,
 }
 
@@ -80,24 +80,24 @@ impl<'a> Declare<'a> {
         self
     }
 
-    /// The next port accepts a signal of any unit, for a module that copies values. [Tie](Self::tie) the
+    /// The next port accepts a signal of any unit, for a module that copies values. [Tie](Self::constrain_unit) the
     /// outputs to it.
     pub fn any_unit(&mut self) -> &mut Self {
-        self.next.takes_any_unit = true;
+        self.next.accepts_any_unit = true;
         self
     }
 
     /// The next port accepts a signal of any unit, format and shape, for a module that copies words.
-    /// [Tie](Self::tie) the outputs to it. Its handle is [`Untyped`](crate::Untyped); with another handle it
+    /// [Tie](Self::constrain_unit) the outputs to it. Its handle is [`Untyped`](crate::Untyped); with another handle it
     /// accepts any unit only.
     pub fn any_type(&mut self) -> &mut Self {
-        self.next.takes_any_type = true;
+        self.next.accepts_any_type = true;
         self
     }
 
     /// The next port has this default signal instead of the first of its type, for example the content of a
     /// comm channel.
-    pub fn of_signal(&mut self, signal: TypeRef) -> &mut Self {
+    pub fn default_signal(&mut self, signal: TypeRef) -> &mut Self {
         self.next.signal = Some(signal);
         self
     }
@@ -123,16 +123,16 @@ impl<'a> Declare<'a> {
             stage: Stage::Early,
             is_delayed: false,
             mismatch: None,
-            takes_any_unit: false,
-            takes_any_type: false,
-            tie: None,
+            accepts_any_unit: false,
+            accepts_any_type: false,
+            unit_constraint: None,
         });
         Memory { block }
     }
 
     /// Returns the number of words of the signal bound to a declared port; 0 for an unknown name.
     #[must_use]
-    pub fn words_of(&self, port: &str) -> usize {
+    pub fn signal_words(&self, port: &str) -> usize {
         let spec = self.specs.iter().find(|spec| spec.name == port);
         let Some((default, _)) = spec.and_then(|spec| spec.data_type) else { return 0 };
         let bound = self.bound.signal(port).and_then(|signal| self.device.data_type(signal.id));
@@ -140,34 +140,34 @@ impl<'a> Declare<'a> {
     }
 
     /// Ties the unit of `port` to the unit of `other`, both declared before, `other` first: for example a sum to
-    /// its terms. [`UnitRelation::Alike`] also ties format and shape. The matching check compares the signals of
+    /// its terms. [`UnitRelation::SameType`] also ties format and shape. The matching check compares the signals of
     /// both ports, and the signals of ports with the same tie. An unknown name has no effect.
-    pub fn tie(&mut self, port: &'static str, relation: UnitRelation, other: &'static str) {
+    pub fn constrain_unit(&mut self, port: &'static str, relation: UnitRelation, other: &'static str) {
         let place = |name| self.specs.iter().position(|spec: &PortSpec| spec.name == name);
         let (Some(place), Some(other)) = (place(port), place(other)) else { return };
         if let (Some(spec), Ok(port)) = (self.specs.get_mut(place), u8::try_from(other)) {
-            spec.tie = Some(UnitTie { relation, port });
+            spec.unit_constraint = Some(UnitConstraint { relation, port });
         }
     }
 
     /// Declares that the module sends over a link and channel. A second sender on the link is a fault.
-    pub fn sends_over(&mut self, link: u32, channel: u32) {
+    pub fn sends_on(&mut self, link: u32, channel: u32) {
         self.take_link_end(link, channel, true);
     }
 
     /// Declares that the module receives from a link and channel. A second receiver on the link is a fault.
-    pub fn listens_to(&mut self, link: u32, channel: u32) {
+    pub fn receives_from(&mut self, link: u32, channel: u32) {
         self.take_link_end(link, channel, false);
     }
 
     /// Declares the number of words of the module's packets. With more than
     /// [`MAX_PACKET_WORDS`](crate::limits::MAX_PACKET_WORDS) it is not plugged in.
-    pub fn packs(&mut self, words: usize) {
+    pub fn set_packet_words(&mut self, words: usize) {
         self.packet_words = words;
     }
 
     /// Declares whether the axis of a parameter exists. If not, the module is not plugged in.
-    pub fn needs_axis(&mut self, is_there: bool) {
+    pub fn requires_axis(&mut self, is_there: bool) {
         self.has_axis = is_there;
     }
 
@@ -213,12 +213,12 @@ impl<'a> Declare<'a> {
         direction: Direction,
     ) -> Block {
         let mismatch = if S::FORMAT.is_some_and(|format| format != data_type.format) {
-            Some(Difference::Format)
+            Some(TypeMismatch::Format)
         } else {
-            (!S::takes(data_type.shape)).then_some(Difference::Shape)
+            (!S::takes(data_type.shape)).then_some(TypeMismatch::Shape)
         };
-        if S::FORMAT.is_some() && take(&mut self.next.takes_any_type) {
-            self.next.takes_any_unit = true;
+        if S::FORMAT.is_some() && take(&mut self.next.accepts_any_type) {
+            self.next.accepts_any_unit = true;
         }
         self.add_signal(name, data_type, direction, mismatch)
     }
@@ -230,9 +230,9 @@ impl<'a> Declare<'a> {
         name: &'static str,
         data_type: &'static DataType,
         direction: Direction,
-        mismatch: Option<Difference>,
+        mismatch: Option<TypeMismatch>,
     ) -> Block {
-        let Next { is_late, is_delayed, takes_any_unit, takes_any_type, signal } = take(&mut self.next);
+        let Next { is_late, is_delayed, accepts_any_unit, accepts_any_type, signal } = take(&mut self.next);
         self.add(PortSpec {
             name,
             data_type: Some((data_type, signal.unwrap_or(data_type.first()))),
@@ -240,9 +240,9 @@ impl<'a> Declare<'a> {
             stage: if is_late { Stage::Late } else { Stage::Early },
             is_delayed,
             mismatch,
-            takes_any_unit,
-            takes_any_type,
-            tie: None,
+            accepts_any_unit,
+            accepts_any_type,
+            unit_constraint: None,
         })
     }
 

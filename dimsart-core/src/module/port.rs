@@ -3,7 +3,7 @@
 use heapless::Vec;
 
 use crate::limits::MAX_PORTS;
-use crate::signal::{DataType, TypeRef, UnitTie};
+use crate::signal::{DataType, TypeRef, UnitConstraint};
 
 /// Direction of a port.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
@@ -33,7 +33,7 @@ pub enum Stage {
 /// Difference between a signal and the type that a port expects.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
-pub enum Difference {
+pub enum TypeMismatch {
     /// Different physical unit.
     Unit,
     /// Different number format.
@@ -59,7 +59,7 @@ impl LinkEnd {
     }
 
     /// Returns whether it is the receiving end of a link.
-    pub(crate) fn listens_to(self, link: usize) -> bool {
+    pub(crate) fn receives_from(self, link: usize) -> bool {
         !self.is_sending && usize::from(self.link) == link
     }
 }
@@ -78,33 +78,33 @@ pub struct PortSpec {
     /// Declares that the data are one tick old.
     pub is_delayed: bool,
     /// Difference between the data type and the type of the module's handle; none if they match.
-    pub mismatch: Option<Difference>,
+    pub mismatch: Option<TypeMismatch>,
     /// Whether it accepts a signal of another unit.
-    pub takes_any_unit: bool,
+    pub accepts_any_unit: bool,
     /// Whether it accepts a signal of another unit, format or shape.
-    pub takes_any_type: bool,
+    pub accepts_any_type: bool,
     /// Tie to the unit of another port.
-    pub tie: Option<UnitTie>,
+    pub unit_constraint: Option<UnitConstraint>,
 }
 
 impl PortSpec {
     /// Returns whether it accepts coordinates (joint or Cartesian).
     pub(crate) fn takes_coordinate(&self) -> bool {
-        let takes_any = self.takes_any_unit || self.takes_any_type;
+        let takes_any = self.accepts_any_unit || self.accepts_any_type;
         !takes_any && self.data_type.is_some_and(|(expected, _)| expected.unit.cartesian().is_some())
     }
 
     /// Returns the difference between type `found` and the type that the port expects.
-    pub(crate) fn difference(&self, found: &DataType) -> Option<Difference> {
+    pub(crate) fn difference(&self, found: &DataType) -> Option<TypeMismatch> {
         let (expected, _) = self.data_type?;
-        if self.takes_any_type {
+        if self.accepts_any_type {
             None
-        } else if !self.takes_any_unit && !expected.unit.takes(found.unit) {
-            Some(Difference::Unit)
+        } else if !self.accepts_any_unit && !expected.unit.accepts(found.unit) {
+            Some(TypeMismatch::Unit)
         } else if expected.format != found.format {
-            Some(Difference::Format)
+            Some(TypeMismatch::Format)
         } else if expected.shape != found.shape {
-            Some(Difference::Shape)
+            Some(TypeMismatch::Shape)
         } else {
             self.mismatch
         }

@@ -22,7 +22,7 @@ pub struct Rate {
     /// Period in ticks.
     pub every_ticks: u8,
     /// Ticks until the next run.
-    pub left_ticks: u8,
+    pub ticks_until_run: u8,
 }
 
 impl Rate {
@@ -32,7 +32,7 @@ impl Rate {
         while let Some(remainder) = common.checked_rem(rest) {
             (common, rest) = (rest, remainder);
         }
-        self.left_ticks.abs_diff(other.left_ticks).is_multiple_of(common)
+        self.ticks_until_run.abs_diff(other.ticks_until_run).is_multiple_of(common)
     }
 
     pub(crate) fn is_slow(self) -> bool {
@@ -42,8 +42,8 @@ impl Rate {
     /// Starts a tick; returns whether the module runs in it.
     #[inline]
     pub(crate) fn is_due(&mut self) -> bool {
-        let is_due = self.left_ticks == 0;
-        self.left_ticks = if is_due { self.every_ticks } else { self.left_ticks }.wrapping_sub(1);
+        let is_due = self.ticks_until_run == 0;
+        self.ticks_until_run = if is_due { self.every_ticks } else { self.ticks_until_run }.wrapping_sub(1);
         is_due
     }
 }
@@ -79,17 +79,20 @@ impl Load {
 
     /// Adds a module's cost to its ticks.
     pub(crate) fn add(&mut self, rate: Rate, weight: u32) {
-        let Rate { every_ticks, left_ticks } = rate;
-        for load in self.0.iter_mut().skip(left_ticks.into()).step_by(usize::from(every_ticks).max(1)) {
+        let Rate { every_ticks, ticks_until_run } = rate;
+        for load in self.0.iter_mut().skip(ticks_until_run.into()).step_by(usize::from(every_ticks).max(1)) {
             *load = load.saturating_add(weight);
         }
     }
 
     /// Returns the phase with the lowest maximum load among those that fit; the first of several.
     pub(crate) fn lightest(&self, every_ticks: u8, fits: impl Fn(&Rate) -> bool) -> Rate {
-        let (mut best, mut least) = (Rate { every_ticks, left_ticks: 0 }, u32::MAX);
-        for rate in (0..every_ticks).map(|left_ticks| Rate { every_ticks, left_ticks }).filter(fits) {
-            let ticks = self.0.iter().skip(rate.left_ticks.into()).step_by(usize::from(every_ticks).max(1));
+        let (mut best, mut least) = (Rate { every_ticks, ticks_until_run: 0 }, u32::MAX);
+        for rate in
+            (0..every_ticks).map(|left_ticks| Rate { every_ticks, ticks_until_run: left_ticks }).filter(fits)
+        {
+            let ticks =
+                self.0.iter().skip(rate.ticks_until_run.into()).step_by(usize::from(every_ticks).max(1));
             let most = ticks.copied().max().unwrap_or(0);
             if most < least {
                 (best, least) = (rate, most);

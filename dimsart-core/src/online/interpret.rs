@@ -4,17 +4,17 @@ use super::instruction::{Field, Instruction, Opcode, PLACES, REGISTERS};
 use crate::math;
 
 /// Environment of a program on the current axis. Missing items read 0, and writes to them are dropped.
-pub trait Surroundings {
+pub trait Environment {
     /// Returns the module's sample period, `s`.
     fn period_s(&self) -> f32;
     /// Returns the value of an input port.
     fn input(&self, port: u32, axis: u32) -> f32;
     /// Returns the value of an output port after the last tick.
-    fn last(&self, port: u32, axis: u32) -> f32;
+    fn last_output(&self, port: u32, axis: u32) -> f32;
     /// Returns a parameter or a state.
     fn parameter(&self, number: u32, axis: u32) -> f32;
     /// Stores a state.
-    fn remember(&self, number: u32, value: f32);
+    fn set_state(&self, number: u32, value: f32);
     /// Writes an output port.
     fn write(&self, port: u32, axis: u32, value: f32);
 }
@@ -24,7 +24,7 @@ pub type Registers = [f32; REGISTERS];
 
 /// Runs instructions in sequence.
 #[inline(always)]
-pub fn run(instructions: &[u32], constants: &[u32], registers: &mut Registers, around: &impl Surroundings) {
+pub fn run(instructions: &[u32], constants: &[u32], registers: &mut Registers, around: &impl Environment) {
     for word in instructions {
         // Each operation extracts only the fields that it needs.
         let field = |place: u32| (word >> place) & FIELD;
@@ -34,9 +34,9 @@ pub fn run(instructions: &[u32], constants: &[u32], registers: &mut Registers, a
             Opcode::Period => around.period_s(),
             Opcode::Input => around.input(field(B), field(C)),
             Opcode::Parameter => around.parameter(field(B), field(C)),
-            Opcode::Last => around.last(field(B), field(C)),
+            Opcode::Last => around.last_output(field(B), field(C)),
             Opcode::Remember => {
-                around.remember(field(A), get(B));
+                around.set_state(field(A), get(B));
                 continue;
             }
             Opcode::Output => {
@@ -108,19 +108,19 @@ pub fn calculate(opcode: Opcode, arguments: &[f32]) -> Option<f32> {
 /// Empty environment.
 struct Nowhere;
 
-impl Surroundings for Nowhere {
+impl Environment for Nowhere {
     fn period_s(&self) -> f32 {
         0.0
     }
     fn input(&self, _: u32, _: u32) -> f32 {
         0.0
     }
-    fn last(&self, _: u32, _: u32) -> f32 {
+    fn last_output(&self, _: u32, _: u32) -> f32 {
         0.0
     }
     fn parameter(&self, _: u32, _: u32) -> f32 {
         0.0
     }
-    fn remember(&self, _: u32, _: f32) {}
+    fn set_state(&self, _: u32, _: f32) {}
     fn write(&self, _: u32, _: u32, _: f32) {}
 }

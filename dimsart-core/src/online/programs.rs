@@ -27,7 +27,7 @@ pub enum LawRefusal {
     /// A module uses the stored program.
     InUse,
     /// Program number out of range.
-    NoSuchNumber,
+    UnknownNumber,
 }
 
 impl core::fmt::Display for LawRefusal {
@@ -38,7 +38,7 @@ impl core::fmt::Display for LawRefusal {
                 f,
                 "a module uses the law with this number: choose another number, or `close` the module first"
             ),
-            Self::NoSuchNumber => {
+            Self::UnknownNumber => {
                 write!(f, "law number out of range: use a smaller number, from 1")
             }
         }
@@ -157,9 +157,9 @@ impl Programs {
         if is_used {
             return Err(LawRefusal::InUse);
         }
-        let (next, places) = self.places.split_first_mut().ok_or(LawRefusal::NoSuchNumber)?;
+        let (next, places) = self.places.split_first_mut().ok_or(LawRefusal::UnknownNumber)?;
         let place = usize::from(number).checked_sub(1).and_then(|place| places.get_mut(place));
-        let place = place.ok_or(LawRefusal::NoSuchNumber)?;
+        let place = place.ok_or(LawRefusal::UnknownNumber)?;
         place.words = next.words;
         (place.count, place.header) = (count, header);
         Ok(())

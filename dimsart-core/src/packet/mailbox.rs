@@ -125,7 +125,7 @@ impl Mailbox {
 
 /// Timeout state of a receiving module.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Silence {
+pub enum LinkTimeout {
     /// No timeout.
     None,
     /// No packet has arrived since the module began; ends with the first packet.
@@ -150,11 +150,11 @@ pub struct LinkPort {
     /// Ticks since the last packet was sent.
     pub since_sent_ticks: Cell<u32>,
     /// Whether a received packet was refused since the receiving module last checked.
-    pub is_damaged: Cell<bool>,
+    pub has_refused: Cell<bool>,
     /// Set by the receiving module in every tick of a timeout.
-    pub silence: Cell<Silence>,
+    pub timeout: Cell<LinkTimeout>,
     /// Ticks without computation since the receiving module last checked.
-    pub missed_ticks: Cell<u32>,
+    pub skipped_ticks: Cell<u32>,
     /// Packets replaced in `received` before a module read them, or refused.
     pub superseded: Cell<u32>,
 }
@@ -168,9 +168,9 @@ impl LinkPort {
             sent_number: Cell::new(0),
             sent_every_ticks: Cell::new(0),
             since_sent_ticks: Cell::new(0),
-            is_damaged: Cell::new(false),
-            silence: Cell::new(Silence::None),
-            missed_ticks: Cell::new(0),
+            has_refused: Cell::new(false),
+            timeout: Cell::new(LinkTimeout::None),
+            skipped_ticks: Cell::new(0),
             superseded: Cell::new(0),
         }
     }
@@ -180,15 +180,15 @@ impl LinkPort {
         let unused = u32::from(self.received.is_full());
         self.superseded.set(self.superseded.get().wrapping_add(unused));
         self.received.clear();
-        self.missed_ticks.set(self.missed_ticks.get().saturating_add(1));
+        self.skipped_ticks.set(self.skipped_ticks.get().saturating_add(1));
     }
 
     /// Drops the received packet: it may be old.
     pub(crate) fn forget_received(&self) {
         self.received.clear();
         self.accepted_counter.set(0);
-        self.is_damaged.set(false);
-        self.missed_ticks.set(0);
+        self.has_refused.set(false);
+        self.skipped_ticks.set(0);
     }
 }
 

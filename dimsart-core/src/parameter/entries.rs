@@ -35,7 +35,7 @@ impl Entries {
 
     /// Returns whether each axis has its own value.
     #[must_use]
-    pub const fn are_of_axes(self) -> bool {
+    pub const fn are_per_axis(self) -> bool {
         self.rows == 0
     }
 
@@ -67,7 +67,7 @@ impl Entries {
             return None;
         }
         let (_, columns) = self.size(dof);
-        let axis = if self.are_of_axes() { place.checked_div(columns)? } else { 0 };
+        let axis = if self.are_per_axis() { place.checked_div(columns)? } else { 0 };
         let element = place.wrapping_sub(axis.wrapping_mul(columns));
         Some((axis, self.are_matrix().then_some(element)))
     }

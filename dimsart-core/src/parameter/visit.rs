@@ -73,7 +73,7 @@ impl<'a> Parameters<'a> {
     }
 
     /// Sets the description of the requested parameter by the module's program.
-    pub(crate) fn say_of_program(&mut self, found: Option<LawParameter>) {
+    pub(crate) fn set_law_description(&mut self, found: Option<LawParameter>) {
         self.of_program = found;
     }
 

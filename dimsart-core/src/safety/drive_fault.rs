@@ -15,7 +15,7 @@ macro_rules! faults {
         #[repr(u8)]
         pub enum DriveFault {
             /// [`Reason::DriveGone`]: the fault of a drive on a bus.
-            Gone {
+            NoResponse {
                 /// Axis, from 0.
                 axis: u8,
             } = Reason::DriveGone as u8,
@@ -30,7 +30,7 @@ macro_rules! faults {
             #[must_use]
             pub const fn reason(self) -> Reason {
                 match self {
-                    Self::Gone { .. } => Reason::DriveGone,
+                    Self::NoResponse { .. } => Reason::DriveGone,
                     $(Self::$fault => Reason::$reason,)*
                 }
             }
@@ -66,7 +66,7 @@ impl DriveFault {
 impl fmt::Display for DriveFault {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.write_str(self.reason().name())?;
-        if let Self::Gone { axis } = self {
+        if let Self::NoResponse { axis } = self {
             write!(f, " of axis {axis}")?;
         }
         Ok(())

@@ -207,7 +207,7 @@ impl ReasonCounts {
 
     /// Returns the ticks of a reason; [`Reason::None`] is not counted.
     #[must_use]
-    pub fn of(&self, reason: Reason) -> u32 {
+    pub fn ticks_with(&self, reason: Reason) -> u32 {
         self.iter().find(|(found, _)| *found == reason).map_or(0, |(_, ticks)| ticks)
     }
 }

@@ -73,7 +73,7 @@ pub enum Command {
     },
     /// Uploads two words of a [program](crate::online). The program commands are for the controller, not for
     /// a scheme: they take effect at once, even in a transaction.
-    PutLaw {
+    UploadLaw {
         /// Index of the first word.
         place: u8,
         /// The words; words beyond the maximum are dropped.
@@ -81,7 +81,7 @@ pub enum Command {
     },
     /// Verifies the first `count` uploaded words and stores them as program `number`, unless a module uses a
     /// different program of this number.
-    KeepLaw {
+    StoreLaw {
         /// The program's number, from 1.
         number: u8,
         /// Number of words.
@@ -132,8 +132,8 @@ macro_rules! engine_commands {
                     $(Self::$Own => ($number, None),)*
                     Self::Set { .. }
                     | Self::Bind { .. }
-                    | Self::PutLaw { .. }
-                    | Self::KeepLaw { .. }
+                    | Self::UploadLaw { .. }
+                    | Self::StoreLaw { .. }
                     | Self::RemoveLaw { .. } => return None,
                 })
             }
@@ -219,7 +219,7 @@ pub enum CommandError {
     /// The parameter was refused.
     Parameter(ParameterError),
     /// The change would break the running scheme.
-    WouldBreak(Finding),
+    BreaksScheme(Finding),
     /// The scheme has faults and does not start; [`Engine::check`](crate::Engine::check) lists them.
     HasFaults {
         /// Number of faults.
@@ -255,7 +255,7 @@ pub enum CommandError {
     /// A link module must run in every tick; its own parameters set how often it sends.
     RunsEveryTick(ModuleRef),
     /// The module's parameter `PROGRAM` is not the number of a stored [program](crate::online).
-    NoLaw(ModuleRef),
+    UnknownLaw(ModuleRef),
     /// A program was refused.
     Law(LawRefusal),
 }

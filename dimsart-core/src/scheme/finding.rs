@@ -1,12 +1,12 @@
 //! Findings of the matching check.
 
-use crate::module::{Difference, ModuleRef};
+use crate::module::{ModuleRef, TypeMismatch};
 use crate::signal::{TypeRef, UnitRelation};
 
 /// Reader or writer of a signal.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
-pub enum Party {
+pub enum Endpoint {
     /// The frame: the device's measurements and commands.
     Frame,
     /// A module.
@@ -23,16 +23,16 @@ pub enum Finding {
         /// The signal.
         signal: TypeRef,
         /// Its reader.
-        reader: Party,
+        reader: Endpoint,
     },
     /// Fault: a signal has two writers.
     TwoProviders {
         /// The signal.
         signal: TypeRef,
         /// First writer in a tick.
-        first: Party,
+        first: Endpoint,
         /// Second writer, which overwrites the signal.
-        second: Party,
+        second: Endpoint,
     },
     /// Fault: a port is bound to a signal of wrong unit, format or shape.
     Mismatch {
@@ -43,7 +43,7 @@ pub enum Finding {
         /// The bound signal.
         signal: TypeRef,
         /// The difference.
-        difference: Difference,
+        mismatch: TypeMismatch,
     },
     /// A signal is read before it is written in the tick, so the reader gets the value of the previous tick.
     /// A fault unless the reader or the writer declares the delay.
@@ -51,13 +51,13 @@ pub enum Finding {
         /// The signal.
         signal: TypeRef,
         /// Its writer.
-        writer: Party,
+        writer: Endpoint,
         /// The reader.
-        reader: Party,
+        reader: Endpoint,
         /// Whether the delay is declared.
         is_declared: bool,
     },
-    /// Fault: the units of two signals, or their formats and shapes, violate a [tie](crate::Declare::tie) of
+    /// Fault: the units of two signals, or their formats and shapes, violate a [tie](crate::Declare::constrain_unit) of
     /// the module's ports.
     UnitsDiffer {
         /// The module.
@@ -84,7 +84,7 @@ pub enum Finding {
     },
     /// A module that does not run in every tick writes a signal: its readers get values up to
     /// `every_ticks - 1` ticks old.
-    Held {
+    SlowWriter {
         /// The signal.
         signal: TypeRef,
         /// Its writer.
@@ -117,6 +117,6 @@ impl Finding {
     /// Returns whether a scheme with this finding must not run.
     #[must_use]
     pub fn is_fault(&self) -> bool {
-        !matches!(self, Self::Delay { is_declared: true, .. } | Self::Held { .. })
+        !matches!(self, Self::Delay { is_declared: true, .. } | Self::SlowWriter { .. })
     }
 }

@@ -5,8 +5,8 @@ use heapless::Vec;
 use crate::data_base::bit;
 use crate::device::DeviceDescriptor;
 use crate::limits::MAX_FINDINGS;
-use crate::module::{Difference, Direction, Stage};
-use crate::scheme::finding::{Finding, Party};
+use crate::module::{Direction, Stage, TypeMismatch};
+use crate::scheme::finding::{Endpoint, Finding};
 use crate::scheme::wiring::{ActiveModule, Call, Port, Wiring, module_bit};
 use crate::signal::{DataType, TypeRef, Unit, UnitRelation};
 
@@ -50,7 +50,7 @@ impl CheckReport {
 
     /// Returns whether the scheme has no fault and may run.
     #[must_use]
-    pub fn is_sound(&self) -> bool {
+    pub fn has_no_fault(&self) -> bool {
         self.faults == 0
     }
 
@@ -73,7 +73,7 @@ impl CheckReport {
 /// One use of a signal: module or frame, position in the tick, and whether a delay is declared.
 #[derive(Debug, Clone, Copy)]
 struct Use {
-    party: Party,
+    party: Endpoint,
     place: usize,
     direction: Direction,
     is_delayed: bool,
@@ -145,7 +145,12 @@ impl MatchingCheck<'_> {
             for (port, found) in (0..).zip(self.wiring.ports(plugged)) {
                 let Some(difference) = found.difference() else { continue };
                 if let Some(signal) = signal_in(found.slot) {
-                    report.add(Finding::Mismatch { module: plugged.module, port, signal, difference });
+                    report.add(Finding::Mismatch {
+                        module: plugged.module,
+                        port,
+                        signal,
+                        mismatch: difference,
+                    });
                 }
             }
         }
@@ -161,8 +166,13 @@ impl MatchingCheck<'_> {
                 let Some(data_type) = self.device.data_type(signal.id) else { continue };
                 let is_joint_s = data_type.unit.cartesian().is_some();
                 if data_type.unit != Unit::Any && *first.get_or_insert(is_joint_s) != is_joint_s {
-                    let difference = Difference::Coordinates;
-                    report.add(Finding::Mismatch { module: plugged.module, port, signal, difference });
+                    let difference = TypeMismatch::Coordinates;
+                    report.add(Finding::Mismatch {
+                        module: plugged.module,
+                        port,
+                        signal,
+                        mismatch: difference,
+                    });
                 }
             }
         }
@@ -177,7 +187,7 @@ impl MatchingCheck<'_> {
                 let wrong = (0..).zip(ports).take(index).find_map(|(number, other)| {
                     let relation = match other.tie() {
                         _ if number == tie.port => tie.relation,
-                        found if found == Some(tie) && tie.relation == UnitRelation::Alike => tie.relation,
+                        found if found == Some(tie) && tie.relation == UnitRelation::SameType => tie.relation,
                         found if found == Some(tie) => UnitRelation::Same,
                         _ => return None,
                     };
@@ -216,7 +226,7 @@ impl MatchingCheck<'_> {
             for port in self.wiring.ports(plugged).iter().filter(|port| port.is_written()) {
                 if let Some(signal) = signal_in(port.slot) {
                     let (writer, every_ticks) = (plugged.module, plugged.rate.every_ticks);
-                    report.add(Finding::Held { signal, writer, every_ticks });
+                    report.add(Finding::SlowWriter { signal, writer, every_ticks });
                 }
             }
         }
@@ -245,7 +255,7 @@ impl MatchingCheck<'_> {
         let found = self.device.data_type(signal.id).zip(self.device.data_type(other.id));
         found.is_none_or(|(found, other)| {
             let is_alike = found.format == other.format && found.shape == other.shape;
-            relation.admits(found.unit, other.unit) && (is_alike || relation != UnitRelation::Alike)
+            relation.accepts(found.unit, other.unit) && (is_alike || relation != UnitRelation::SameType)
         })
     }
 
@@ -267,7 +277,7 @@ impl MatchingCheck<'_> {
             }
             Some(writer) if reader.direction == Direction::Read && reader.is_delayed => {
                 // A measurement may be of the previous tick.
-                if let (Party::Module(writer), Party::Module(reader)) = (writer.party, reader.party) {
+                if let (Endpoint::Module(writer), Endpoint::Module(reader)) = (writer.party, reader.party) {
                     report.add(Finding::MissingDelay { signal, writer, reader });
                 }
             }
@@ -279,14 +289,14 @@ impl MatchingCheck<'_> {
     #[inline(never)]
     fn visit_uses(&self, slot: u8, signal: TypeRef, visit: &mut dyn FnMut(Use)) {
         let is_mine = |types: &[&DataType]| types.iter().any(|data_type| data_type.first() == signal);
-        let frame = |direction, place| Use { party: Party::Frame, place, direction, is_delayed: false };
+        let frame = |direction, place| Use { party: Endpoint::Frame, place, direction, is_delayed: false };
         if is_mine(self.device.outputs) {
             visit(frame(Direction::Write, 0));
         }
         for (place, call) in (1..).zip(self.wiring.calls()) {
             let Some(plugged) = self.wiring.called(call) else { continue };
             for port in self.ports_of(call).filter(|port| port.slot == slot) {
-                let (party, direction) = (Party::Module(plugged.module), port.direction());
+                let (party, direction) = (Endpoint::Module(plugged.module), port.direction());
                 visit(Use { party, place, direction, is_delayed: port.is_delayed() });
             }
         }

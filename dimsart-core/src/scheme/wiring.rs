@@ -223,7 +223,7 @@ impl Wiring {
             return Err(ParameterError::OutOfRange.into());
         }
         if !declare.has_program() {
-            return Err(CommandError::NoLaw(new.module));
+            return Err(CommandError::UnknownLaw(new.module));
         }
         if !declare.has_axis() {
             return Err(ParameterError::NoSuchEntry.into());
@@ -258,7 +258,7 @@ impl Wiring {
             module: new.module,
             instance: new.instance,
             link_end,
-            rate: Rate { every_ticks: new.every_ticks, left_ticks: 0 },
+            rate: Rate { every_ticks: new.every_ticks, ticks_until_run: 0 },
             begins: true,
             takes_over: false,
             program,

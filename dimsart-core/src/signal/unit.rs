@@ -131,7 +131,7 @@ impl Unit {
     /// Returns the maximum magnitude of a signal of this unit, far beyond any joint's values. A module that
     /// writes more has failed.
     #[must_use]
-    pub const fn largest(self) -> f32 {
+    pub const fn max_magnitude(self) -> f32 {
         match self {
             Self::Position | Self::Velocity | Self::Force | Self::Wave => 1e9,
             Self::Metre | Self::MetrePerSecond | Self::Newton => 1e9,
@@ -155,16 +155,16 @@ impl Unit {
         }
     }
 
-    /// Returns whether a port of this unit accepts a signal of unit `found`: a unit that [fits](Self::fits),
+    /// Returns whether a port of this unit accepts a signal of unit `found`: a unit that [fits](Self::matches),
     /// or its Cartesian equivalent. Then all coordinates of the module must be Cartesian.
     #[must_use]
-    pub fn takes(self, found: Self) -> bool {
-        self.fits(found) || self.cartesian() == Some(found)
+    pub fn accepts(self, found: Self) -> bool {
+        self.matches(found) || self.cartesian() == Some(found)
     }
 
     /// Returns whether a signal of this unit can be bound to a port of unit `other`.
     #[must_use]
-    pub fn fits(self, other: Self) -> bool {
+    pub fn matches(self, other: Self) -> bool {
         self == other || self == Self::Any || other == Self::Any
     }
 }

@@ -143,7 +143,7 @@ fn faults(order: &[&Known]) -> Vec<(&'static str, &'static str)> {
 fn found(bench: &Bench, set: &Set) -> Vec<(&'static str, &'static str)> {
     let engine = bench.dimsart.engine();
     let name = |signal| {
-        let named = engine.name_of_signal(signal).to_string();
+        let named = engine.signal_name(signal).to_string();
         let all = set.iter().flat_map(Known::signals);
         all.chain(["DES_FORCE"]).find(|known| *known == named).unwrap()
     };

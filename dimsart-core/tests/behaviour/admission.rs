@@ -45,7 +45,7 @@ fn stamped(lines: &'static [Cost]) -> Bench {
 }
 
 fn limit(bench: &mut Bench, cycles: u32) {
-    bench.dimsart.engine_mut().limit_cycles(NonZeroU32::new(cycles));
+    bench.dimsart.engine_mut().set_cycle_limit(NonZeroU32::new(cycles));
 }
 
 fn module(name: &str) -> ModuleRef {

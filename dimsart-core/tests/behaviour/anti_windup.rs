@@ -1,7 +1,9 @@
 //! Anti-windup: integrals follow the force that the device got (range, rate, safe value).
 #![expect(clippy::unwrap_used, clippy::panic, reason = "in helpers of tests as in tests")]
 
-use dimsart_core::{AxisKind, DataType, DeviceDescriptor, Dimsart, InputLimits, ProvidedMemory, Tick, types};
+use dimsart_core::{
+    AxisKind, DataType, DeviceDescriptor, Dimsart, InputLimits, ProvidedMemory, TickResult, types,
+};
 use dimsart_modules::ALL;
 
 use crate::common::{Bench, H, assert_close};
@@ -91,7 +93,7 @@ fn an_integral_follows_the_safe_value_while_motion_is_not_allowed() {
         bench.dimsart.allow_motion(false);
         for _ in 0..3000 {
             let (tick, _) = bench.try_tick(&crate::common::words(&error(1.0)));
-            assert_eq!(tick, Tick::Disarmed);
+            assert_eq!(tick, TickResult::Disarmed);
         }
         assert_close(bench.signal("DES_FORCE")[0], 100.0, 0.02);
         bench.dimsart.allow_motion(true);

@@ -25,7 +25,7 @@ fn is_taken(sent: &[&str], received: &[&str], [from, to]: [&[AxisKind]; 2]) -> b
     let mut sender = bench(from, &add("COMM_TXMOD", "CTX_ADD_DATA", sent), measured);
     let mut receiver = bench(to, &add("COMM_RXMOD", "CRX_ADD_DATA", received), &[]);
     sender.tick(&vec![0.5; 4 * from.len()]);
-    receiver.dimsart.receive(0, &sender.dimsart.outgoing(0).unwrap().to_bytes()).unwrap();
+    receiver.dimsart.receive(0, &sender.dimsart.take_outgoing(0).unwrap().to_bytes()).unwrap();
     receiver.tick(&[]);
     let refused = receiver.bits("LINK_REFUSED")[0];
     let values = received.iter().flat_map(|name| receiver.signal(name));
@@ -68,7 +68,7 @@ fn a_packet_with_a_sample_that_is_no_number_never_came() {
         // Refused, lost and age after a packet with this word changed.
         let mut pass = |word: usize, bits: Option<u32>| {
             sender.tick(&[1.0]);
-            let mut packet = sender.dimsart.outgoing(0).unwrap();
+            let mut packet = sender.dimsart.take_outgoing(0).unwrap();
             packet.words[word] = bits.unwrap_or(packet.words[word]);
             receiver.dimsart.receive(0, &packet.to_bytes()).unwrap();
             receiver.tick(&[]);
@@ -91,7 +91,7 @@ fn three_axes_of_waves_fit_the_channel_of_rokviss() {
     let mut bench = Bench::of(3, &[types::CH1_WAVES], &[]);
     bench.run("COMM_TXMOD CTX_ADD_DATA CH1_WAVES\nMOD_ENG MOD_ON COMM_TXMOD");
     bench.tick(&[1.0; 3]);
-    let bytes = bench.dimsart.outgoing(0).unwrap().to_bytes().len();
+    let bytes = bench.dimsart.take_outgoing(0).unwrap().to_bytes().len();
     // Including COBS overhead and delimiter on a byte stream.
     assert!((bytes + 2) * 8 * 500 <= UP_BITS_PER_S, "{bytes} bytes");
 }
@@ -132,7 +132,7 @@ fn one_axis_goes_to_a_device_of_one_axis_and_comes_back() {
             let value = |place: u8| f32::from(10 * tick + place);
             let measured: Vec<f32> = (0..9).map(value).chain([f32::from_bits(77)]).collect();
             coordinator.tick(&measured);
-            let packet = coordinator.dimsart.outgoing(0).unwrap();
+            let packet = coordinator.dimsart.take_outgoing(0).unwrap();
             assert_eq!(packet.words.len(), 3);
             joint.dimsart.receive(0, &packet.to_bytes()).unwrap();
             joint.tick(&[0.25]);
@@ -140,7 +140,7 @@ fn one_axis_goes_to_a_device_of_one_axis_and_comes_back() {
             assert_eq!(joint.signal("DES_POSITION"), [axis_value]);
             assert_eq!(joint.signal("CH2_WAVES"), [measured[6 + axis]]);
             assert_eq!(joint.bits("LINK_LOST.2"), [77]);
-            coordinator.dimsart.receive(0, &joint.dimsart.outgoing(0).unwrap().to_bytes()).unwrap();
+            coordinator.dimsart.receive(0, &joint.dimsart.take_outgoing(0).unwrap().to_bytes()).unwrap();
             coordinator.tick(&measured);
             let alone =
                 |value: f32| (0..3).map(|place| if place == axis { value } else { 0.0 }).collect::<Vec<_>>();

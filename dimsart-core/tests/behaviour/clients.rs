@@ -3,12 +3,12 @@
 
 use dimsart_core::{
     AxisKind, Command, DataType, DeviceDescriptor, Dimsart, FrameError, ModuleRef, ProvidedMemory, Reason,
-    Tick, Value, Word, scheme, types,
+    TickResult, Value, Word, scheme, types,
 };
 use dimsart_link::EventLog;
 use dimsart_link::protocol::{
-    Blocked, DeviceInfo, Effect, LeaseAction, LeaseStatus, MAX_TELEMETRY_SIGNALS, MAX_TELEMETRY_WORDS,
-    NO_CLIENT, Refusal, Request, Response, Sample, SchemeAction, StoreError, request_id, serve,
+    DeviceInfo, Effect, LeaseAction, LeaseStatus, MAX_TELEMETRY_SIGNALS, MAX_TELEMETRY_WORDS, NO_CLIENT,
+    NotCommandedReason, Refusal, Request, Response, Sample, SchemeAction, StoreError, request_id, serve,
 };
 use dimsart_modules::ALL;
 
@@ -32,7 +32,7 @@ struct Board {
     dimsart: Dimsart,
     info: DeviceInfo<STREAMS>,
     number: u8,
-    last: (Tick, [Word; 3]),
+    last: (TickResult, [Word; 3]),
 }
 
 impl Board {
@@ -41,7 +41,7 @@ impl Board {
         let device = DeviceDescriptor::new("arm", &[AxisKind::Linear; 3], 1e-3, outputs, inputs);
         let dimsart = Dimsart::new(ProvidedMemory::leaked(), device.unwrap(), ALL).unwrap();
         let info = DeviceInfo::new("test").for_clients(TICK_HZ);
-        Self { dimsart, info, number: 0, last: (Tick::Idle, [Word(0); 3]) }
+        Self { dimsart, info, number: 0, last: (TickResult::Idle, [Word(0); 3]) }
     }
 
     /// Adds a spring to position 1: 50 N at the current position.
@@ -68,7 +68,7 @@ impl Board {
         }
     }
 
-    fn status(&mut self) -> Option<Blocked> {
+    fn status(&mut self) -> Option<NotCommandedReason> {
         match self.ask(1, Request::Status) {
             Response::Status(status) => status.blocked,
             other => panic!("{other:?}"),
@@ -113,7 +113,7 @@ fn a_device_moves_for_the_length_of_a_lease_and_is_still_in_the_tick_after_that(
     let mut board = Board::running();
     let moving = FORCE_N.map(Word::from);
     board.tick();
-    assert_eq!(board.last, (Tick::Disarmed, [Word(0); 3]));
+    assert_eq!(board.last, (TickResult::Disarmed, [Word(0); 3]));
     board.lease(1, LeaseAction::Take).unwrap();
     for action in [LeaseAction::Renew, LeaseAction::Take] {
         (0..LEASE_TICKS / 2).for_each(|_| drop(board.tick()));
@@ -121,10 +121,10 @@ fn a_device_moves_for_the_length_of_a_lease_and_is_still_in_the_tick_after_that(
     }
     for tick in 0..LEASE_TICKS {
         board.tick();
-        assert_eq!(board.last, (Tick::Ran, moving), "{tick} ticks after the renewal");
+        assert_eq!(board.last, (TickResult::Ran, moving), "{tick} ticks after the renewal");
     }
     board.tick();
-    assert_eq!(board.last, (Tick::Disarmed, [Word(0); 3]));
+    assert_eq!(board.last, (TickResult::Disarmed, [Word(0); 3]));
     // The scheme was still computed.
     let signals = board.dimsart.engine().data_base();
     let slot = signals.slot(types::DES_FORCE.first()).unwrap();
@@ -137,20 +137,26 @@ fn stop_releases_the_lease_and_starting_again_moves_nothing_without_arming() {
         let mut board = Board::running();
         board.lease(1, LeaseAction::Take).unwrap();
         board.tick();
-        assert_eq!(board.last.0, Tick::Ran);
+        assert_eq!(board.last.0, TickResult::Ran);
         let effect = board.command(stopping, Command::Stop).unwrap();
-        assert_eq!((effect.refused, effect.blocked), (None, Some(Blocked::Tick(Tick::Idle))));
-        assert_eq!(board.lease(2, LeaseAction::Look), Ok(LeaseStatus::default()));
+        assert_eq!(
+            (effect.refused, effect.blocked),
+            (None, Some(NotCommandedReason::Tick(TickResult::Idle)))
+        );
+        assert_eq!(board.lease(2, LeaseAction::Read), Ok(LeaseStatus::default()));
         let late = board.lease(1, LeaseAction::Renew);
         assert_eq!(late, Err(Refusal::Lease { holder: NO_CLIENT }), "a renewal does not restore it");
         // The request of `Start`, from the client that was armed.
         let effect = board.command(1, Command::Check).unwrap();
-        assert_eq!((effect.refused, effect.blocked), (None, Some(Blocked::Tick(Tick::Disarmed))));
+        assert_eq!(
+            (effect.refused, effect.blocked),
+            (None, Some(NotCommandedReason::Tick(TickResult::Disarmed)))
+        );
         board.tick();
-        assert_eq!(board.last, (Tick::Disarmed, [Word(0); 3]));
+        assert_eq!(board.last, (TickResult::Disarmed, [Word(0); 3]));
         board.lease(1, LeaseAction::Take).unwrap();
         board.tick();
-        assert_eq!(board.last.0, Tick::Ran);
+        assert_eq!(board.last.0, TickResult::Ran);
     }
 }
 
@@ -160,11 +166,11 @@ fn ticks_that_were_left_out_do_not_make_a_lease_longer() {
     board.lease(1, LeaseAction::Take).unwrap();
     for tick in 0..LEASE_TICKS / 4 {
         board.tick();
-        assert_eq!(board.last.0, Tick::Ran, "{tick}");
-        (0..3).for_each(|_| board.info.leave_out_tick());
+        assert_eq!(board.last.0, TickResult::Ran, "{tick}");
+        (0..3).for_each(|_| board.info.skip_tick());
     }
     board.tick();
-    assert_eq!(board.last.0, Tick::Disarmed);
+    assert_eq!(board.last.0, TickResult::Disarmed);
 }
 
 #[test]
@@ -175,13 +181,13 @@ fn neither_questions_nor_telemetry_nor_other_clients_prolong_a_lease() {
     for _ in 0..LEASE_TICKS {
         board.ask(1, Request::Status);
         board.command(1, stiffer()).unwrap();
-        board.lease(1, LeaseAction::Look).unwrap();
+        board.lease(1, LeaseAction::Read).unwrap();
         assert_eq!(board.lease(2, LeaseAction::Take), Err(Refusal::Lease { holder: 1 }));
         assert!(board.tick().is_some());
-        assert_eq!(board.last.0, Tick::Ran);
+        assert_eq!(board.last.0, TickResult::Ran);
     }
     board.tick();
-    assert_eq!(board.last.0, Tick::Disarmed);
+    assert_eq!(board.last.0, TickResult::Disarmed);
 }
 
 #[test]
@@ -206,7 +212,10 @@ fn while_one_holds_it_the_others_look_and_change_nothing() {
     assert!(matches!(board.ask(2, Request::Identify), Response::Identity(_)));
     assert_eq!(board.command(1, stiffer()).unwrap().blocked, None);
     // Any client may stop the device.
-    assert_eq!(board.command(2, Command::Stop).unwrap().blocked, Some(Blocked::Tick(Tick::Idle)));
+    assert_eq!(
+        board.command(2, Command::Stop).unwrap().blocked,
+        Some(NotCommandedReason::Tick(TickResult::Idle))
+    );
     board.lease(1, LeaseAction::Release).unwrap();
     board.command(2, stiffer()).unwrap();
 }
@@ -214,16 +223,22 @@ fn while_one_holds_it_the_others_look_and_change_nothing() {
 #[test]
 fn a_command_and_a_heartbeat_say_that_the_lease_is_missing() {
     let mut board = Board::running();
-    assert_eq!(board.command(1, stiffer()).unwrap().blocked, Some(Blocked::Tick(Tick::Disarmed)));
+    assert_eq!(
+        board.command(1, stiffer()).unwrap().blocked,
+        Some(NotCommandedReason::Tick(TickResult::Disarmed))
+    );
     board.tick();
     let heartbeat = board.info.heartbeat(3);
     assert_eq!((heartbeat.ticks, heartbeat.dropped), (1, 3));
-    assert_eq!((heartbeat.blocked, heartbeat.first_fault), (Some(Blocked::Tick(Tick::Disarmed)), None));
+    assert_eq!(
+        (heartbeat.blocked, heartbeat.first_fault),
+        (Some(NotCommandedReason::Tick(TickResult::Disarmed)), None)
+    );
     board.lease(7, LeaseAction::Take).unwrap();
     assert_eq!(board.command(7, stiffer()).unwrap().blocked, None, "it moves in the next tick");
     board.tick_at(f32::NAN);
     let heartbeat = board.info.heartbeat(0);
-    let reason = Blocked::Tick(Tick::MeasurementRefused(FrameError::NotFinite {
+    let reason = NotCommandedReason::Tick(TickResult::MeasurementRefused(FrameError::NotFinite {
         signal: types::POSITION.first(),
         word: 0,
     }));
@@ -284,7 +299,7 @@ fn telemetry_that_cannot_be_is_refused_and_what_there_is_goes_on() {
     for place in [u8::try_from(MAX_TELEMETRY_SIGNALS * STREAMS).unwrap(), 255] {
         assert_eq!(board.follow(1, place, types::POSITION, 1), Response::Refused(Refusal::TooLong));
     }
-    assert_eq!(board.follow(1, 1, types::FORCE, 1), Response::Refused(Refusal::NotThere));
+    assert_eq!(board.follow(1, 1, types::FORCE, 1), Response::Refused(Refusal::NotFound));
     assert_eq!(board.tick().unwrap().words.len(), 3);
     let all = [types::POSITION, types::VELOCITY, types::DES_POSITION, types::DES_FORCE];
     for (place, data_type) in (0..).zip(all) {
@@ -297,9 +312,9 @@ fn telemetry_that_cannot_be_is_refused_and_what_there_is_goes_on() {
     );
     // Without clients there are no messages.
     board.info = DeviceInfo::new("alone");
-    assert_eq!(board.follow(1, 0, types::POSITION, 1), Response::Refused(Refusal::NotThere));
+    assert_eq!(board.follow(1, 0, types::POSITION, 1), Response::Refused(Refusal::NotFound));
     board.tick();
-    assert_eq!(board.last.0, Tick::Ran, "nor a lease");
+    assert_eq!(board.last.0, TickResult::Ran, "nor a lease");
 }
 
 /// Arming the first of two boards stays valid when the second one starts.
@@ -313,8 +328,8 @@ fn a_link_that_is_down_keeps_the_lease_and_is_no_fault_of_the_past() {
     assert_eq!(scheme::load(rows, "any", &["any"], &mut board.dimsart, |_| ()), 0);
     board.lease(1, LeaseAction::Take).unwrap();
     (0..50).for_each(|_| drop(board.tick()));
-    let down = Some(Blocked::Tick(Tick::LinkDown { link: 0 }));
-    assert_eq!((board.last.0, board.status()), (Tick::LinkDown { link: 0 }, down));
+    let down = Some(NotCommandedReason::Tick(TickResult::LinkDown { link: 0 }));
+    assert_eq!((board.last.0, board.status()), (TickResult::LinkDown { link: 0 }, down));
     board.lease(1, LeaseAction::Renew).unwrap();
     let heartbeat = board.info.heartbeat(0);
     assert_eq!((heartbeat.blocked, heartbeat.first_fault, heartbeat.lease.holder), (down, None, 1));
@@ -334,24 +349,27 @@ fn answers_say_that_a_link_is_lost_as_heartbeats_do_until_a_reset() {
         "any COMM_RXMOD CRX_ADD_DATA DES_FORCE\nany MOD_ENG MOD_ON COMM_RXMOD\nany MOD_ENG MATCHING_CHECK";
     let mut board = load(Board::new(), rows);
     sender.tick();
-    let packet = sender.dimsart.outgoing(0).unwrap();
+    let packet = sender.dimsart.take_outgoing(0).unwrap();
     board.dimsart.receive(0, &packet.to_bytes()).unwrap();
     board.lease(1, LeaseAction::Take).unwrap();
     (0..20).for_each(|_| drop(board.tick()));
-    assert_eq!((board.last.0, board.status()), (Tick::Ran, None));
+    assert_eq!((board.last.0, board.status()), (TickResult::Ran, None));
     board.tick();
-    let lost = Some(Blocked::Tick(Tick::LinkLost { link: 0 }));
-    assert_eq!((board.last.0, board.info.heartbeat(0).blocked), (Tick::LinkLost { link: 0 }, lost));
+    let lost = Some(NotCommandedReason::Tick(TickResult::LinkLost { link: 0 }));
+    assert_eq!((board.last.0, board.info.heartbeat(0).blocked), (TickResult::LinkLost { link: 0 }, lost));
     assert_eq!(board.status(), lost);
     assert_eq!(board.command(1, Command::Check).unwrap().blocked, lost);
     assert_eq!(board.lease(1, LeaseAction::Renew), Err(Refusal::Fault(48)), "a fault ends the lease");
     assert_eq!(board.lease(1, LeaseAction::Take), Err(Refusal::Fault(48)), "and motion needs a reset");
-    assert_eq!(board.command(1, Command::Reset).unwrap().blocked, Some(Blocked::Tick(Tick::Disarmed)));
+    assert_eq!(
+        board.command(1, Command::Reset).unwrap().blocked,
+        Some(NotCommandedReason::Tick(TickResult::Disarmed))
+    );
     board.tick();
-    assert_eq!(board.last.0, Tick::Disarmed, "and a new lease");
+    assert_eq!(board.last.0, TickResult::Disarmed, "and a new lease");
     board.lease(1, LeaseAction::Take).unwrap();
     board.tick();
-    assert_eq!(board.last.0, Tick::Ran);
+    assert_eq!(board.last.0, TickResult::Ran);
     let heartbeat = board.info.heartbeat(0);
     assert_eq!(
         (heartbeat.blocked, heartbeat.first_fault.map(|first| Some(first.reason))),
@@ -364,7 +382,7 @@ fn what_its_holder_asks_of_the_schemes_renews_a_lease_and_a_look_does_not() {
     let mut board = Board::running();
     board.lease(1, LeaseAction::Take).unwrap();
     for (client, action, ticks_left) in [
-        (1, SchemeAction::Look, LEASE_TICKS - 10),
+        (1, SchemeAction::Read, LEASE_TICKS - 10),
         (2, SchemeAction::Save, LEASE_TICKS - 20),
         (1, SchemeAction::Save, LEASE_TICKS),
         (1, SchemeAction::Confirm, LEASE_TICKS),
@@ -372,12 +390,12 @@ fn what_its_holder_asks_of_the_schemes_renews_a_lease_and_a_look_does_not() {
         (0..10).for_each(|_| drop(board.tick()));
         board.ask(client, Request::Schemes(action));
         let expected = LeaseStatus { holder: 1, ticks_left };
-        assert_eq!(board.lease(3, LeaseAction::Look), Ok(expected), "{action:?} of {client}");
+        assert_eq!(board.lease(3, LeaseAction::Read), Ok(expected), "{action:?} of {client}");
     }
     board.lease(1, LeaseAction::Release).unwrap();
     board.ask(1, Request::Schemes(SchemeAction::Save));
     assert_eq!(
-        board.lease(1, LeaseAction::Look),
+        board.lease(1, LeaseAction::Read),
         Ok(LeaseStatus::default()),
         "motion starts only by taking the lease"
     );

@@ -147,7 +147,7 @@ fn signals_that_are_no_waves_keep_their_last_value() {
              MOD_ENG MOD_ON COMM_RXMOD"
         ));
         sender.tick(&[1.0, 2.0, 3.0, 4.0]);
-        let packet = sender.dimsart.outgoing(0).unwrap();
+        let packet = sender.dimsart.take_outgoing(0).unwrap();
         receiver.dimsart.receive(0, &packet.to_bytes()).unwrap();
         for _ in 0..200 {
             receiver.tick(&[]);

@@ -5,7 +5,7 @@
 use crate::common::{self, Bench, Snapshot};
 use dimsart_core::ModuleKinds;
 use dimsart_core::{
-    Command, CommandError, Context, Declare, Finding, Input, Module, ModuleRef, ParameterError, Party,
+    Command, CommandError, Context, Declare, Endpoint, Finding, Input, Module, ModuleRef, ParameterError,
     StorageError, TypeRef, Value, limits::MAX_MODULES, types,
 };
 use dimsart_modules::ALL;
@@ -78,10 +78,10 @@ fn refusals() -> Vec<(String, Command, CommandError)> {
     let force = types::DES_FORCE.first();
     let second = |name| Finding::TwoProviders {
         signal: force,
-        first: Party::Module(pd),
-        second: Party::Module(module(name)),
+        first: Endpoint::Module(pd),
+        second: Endpoint::Module(module(name)),
     };
-    let missing = Finding::NoProvider { signal: force, reader: Party::Module(module("RECORDER_MOD")) };
+    let missing = Finding::NoProvider { signal: force, reader: Endpoint::Module(module("RECORDER_MOD")) };
     let refused = |error| CommandError::Parameter(error);
     let axis = |axis, command: Command| match command {
         Command::Set { module, parameter, value, .. } => {
@@ -115,7 +115,7 @@ fn refusals() -> Vec<(String, Command, CommandError)> {
             TOO_LONG,
             on("TIMEDELAY_MOD"),
             // The device's three signals, the module's own words, and its two signals.
-            StorageError::NoRoom { wanted: 180_000, free: 2048 - 9 - 6 - 6 }.into(),
+            StorageError::OutOfMemory { wanted: 180_000, free: 2048 - 9 - 6 - 6 }.into(),
         ),
         ("", k_param(nan), refused(ParameterError::OutOfRange)),
         ("", k_param(Value::Real(f32::INFINITY)), refused(ParameterError::OutOfRange)),
@@ -156,10 +156,10 @@ fn refusals() -> Vec<(String, Command, CommandError)> {
             Command::Check,
             CommandError::HasFaults { faults: 2 },
         ),
-        (RUNNING, off("PDCTRL_MOD"), CommandError::WouldBreak(missing)),
-        (RUNNING, close("PDCTRL_MOD"), CommandError::WouldBreak(missing)),
-        (RUNNING, on("PIDCTRL_MOD"), CommandError::WouldBreak(second("PIDCTRL_MOD"))),
-        (RUNNING, on("PCTRL_MOD"), CommandError::WouldBreak(second("PCTRL_MOD"))),
+        (RUNNING, off("PDCTRL_MOD"), CommandError::BreaksScheme(missing)),
+        (RUNNING, close("PDCTRL_MOD"), CommandError::BreaksScheme(missing)),
+        (RUNNING, on("PIDCTRL_MOD"), CommandError::BreaksScheme(second("PIDCTRL_MOD"))),
+        (RUNNING, on("PCTRL_MOD"), CommandError::BreaksScheme(second("PCTRL_MOD"))),
         (RUNNING, k_param(nan), refused(ParameterError::OutOfRange)),
         (RUNNING, on("PDCTRL_MOD"), CommandError::PluggedIn(pd)),
     ];
@@ -173,7 +173,7 @@ fn refusals() -> Vec<(String, Command, CommandError)> {
     ] {
         all.push((full_house(), command, CommandError::TooManyModules));
     }
-    all.push((no_slots(), on("TIMEDELAY_MOD"), StorageError::NoSlot.into()));
+    all.push((no_slots(), on("TIMEDELAY_MOD"), StorageError::OutOfSlots.into()));
     all
 }
 
@@ -380,7 +380,7 @@ fn a_start_after_a_stop_is_as_the_first_one() {
         sender.run("COMM_TXMOD CTX_CHANNEL 2\nCOMM_TXMOD CTX_ADD_DATA CH1_WAVES\nMOD_ENG MOD_ON COMM_TXMOD");
         for tick in 0..100 {
             sender.tick(&[2.0]);
-            let packet = sender.dimsart.outgoing(0).unwrap();
+            let packet = sender.dimsart.take_outgoing(0).unwrap();
             used.dimsart.receive(0, &packet.to_bytes()).unwrap();
             used.tick(&[1e-4 * f32::from(tick as u8)]);
         }

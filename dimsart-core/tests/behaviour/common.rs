@@ -7,7 +7,7 @@ use std::collections::VecDeque;
 
 use dimsart_core::{
     AxisKind, CommandError, DataType, DeviceDescriptor, Dimsart, Direction, EVERY_TICKS, Engine, KindId,
-    ModuleKinds, ModuleRef, Packet, PortSpec, ProvidedMemory, Step, Tick, TypeRef, Usage, Value, Word,
+    ModuleKinds, ModuleRef, Packet, PortSpec, ProvidedMemory, Step, TickResult, TypeRef, Usage, Value, Word,
     scheme, types,
 };
 use dimsart_modules::ALL;
@@ -77,12 +77,12 @@ impl Bench {
     /// Runs a tick that must compute, although links may be down; returns the commands.
     pub(crate) fn tick(&mut self, measured: &[f32]) -> Vec<f32> {
         let (tick, commanded) = self.try_tick(&words(measured));
-        assert!(matches!(tick, Tick::Ran | Tick::LinkDown { .. }), "{tick:?}");
+        assert!(matches!(tick, TickResult::Ran | TickResult::LinkDown { .. }), "{tick:?}");
         commanded.into_iter().map(|word| f32::from_bits(word.0)).collect()
     }
 
     /// Runs a tick with frames of the right size.
-    pub(crate) fn try_tick(&mut self, measured: &[Word]) -> (Tick, Vec<Word>) {
+    pub(crate) fn try_tick(&mut self, measured: &[Word]) -> (TickResult, Vec<Word>) {
         // Not zero, so that an unwritten frame is detected.
         let mut commanded = vec![Word(0xDEAD); self.dimsart.frame().input_words()];
         let tick = self.dimsart.tick(measured, &mut commanded);
@@ -231,7 +231,7 @@ impl DelayedLink {
 
     /// Stores the packet of tick `now`.
     pub(crate) fn send(&mut self, now: usize, from: &mut Dimsart) {
-        self.packets.push_back((now + self.delay_ticks, from.outgoing(0).unwrap()));
+        self.packets.push_back((now + self.delay_ticks, from.take_outgoing(0).unwrap()));
     }
 
     /// Delivers the packets that are due before tick `now`.

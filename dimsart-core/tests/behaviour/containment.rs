@@ -7,7 +7,7 @@ use std::collections::BTreeSet;
 
 use dimsart_core::{
     Command, Context, DriveEvent, DriveState, FaultCause, Input, Module, ModuleKinds, ModuleRef, Output,
-    Reason, Tick, TypeRef, Value, Word, types, words,
+    Reason, TickResult, TypeRef, Value, Word, types, words,
 };
 use rand_core::{Rng, SeedableRng};
 use rand_pcg::Pcg32;
@@ -151,13 +151,15 @@ fn what_depends_on_a_module_that_fails_falls_with_it_and_nothing_else_does() {
                 assert_eq!(found, output(&twin, &graph, number), "seed {seed}, tick {tick}, module {number}");
             }
             let has_lost_device = expected.contains(&count);
-            assert_eq!(matches!(came, Tick::ModuleFailed(_)), has_lost_device, "{came:?}");
+            assert_eq!(matches!(came, TickResult::ModuleFailed(_)), has_lost_device, "{came:?}");
             assert_eq!(commanded, if has_lost_device { vec![Word(0); DOF] } else { twins });
             let fault = spoiled.dimsart.engine().module_fault();
             assert_eq!(fault.is_some(), !culprits.is_empty());
             if let Some(fault) = fault {
                 assert!(culprits.contains(&fault.module.number));
-                let FaultCause::Wrote { word: 1, bits, .. } = fault.cause else { panic!("{fault:?}") };
+                let FaultCause::InvalidOutput { word: 1, bits, .. } = fault.cause else {
+                    panic!("{fault:?}")
+                };
                 assert!(f32::from_bits(bits).is_nan());
             }
             lost += u32::from(has_lost_device);
@@ -171,7 +173,7 @@ fn what_depends_on_a_module_that_fails_falls_with_it_and_nothing_else_does() {
         assert_eq!(fallen(&spoiled), BTreeSet::new());
         for tick in 0..20 {
             let (came, commanded) = spoiled.try_tick(&measured(tick));
-            assert_eq!(came, Tick::Ran, "seed {seed}: no invalid value is left");
+            assert_eq!(came, TickResult::Ran, "seed {seed}: no invalid value is left");
             assert!(commanded.iter().all(|word| f32::from_bits(word.0).is_finite()));
         }
     }
@@ -188,10 +190,10 @@ fn a_module_comes_back_by_its_own_reset_and_those_that_fell_with_it_begin() {
     let graph = two_chains();
     let mut bench = bench(&graph);
     for _ in 0..10 {
-        assert_eq!(bench.try_tick(&[Word(0); DOF]).0, Tick::Ran);
+        assert_eq!(bench.try_tick(&[Word(0); DOF]).0, TickResult::Ran);
     }
     spoil(&mut bench, 1, true);
-    assert_eq!(bench.try_tick(&[Word(0); DOF]).0, Tick::Ran, "the device does not depend on it");
+    assert_eq!(bench.try_tick(&[Word(0); DOF]).0, TickResult::Ran, "the device does not depend on it");
     assert_eq!(fallen(&bench), BTreeSet::from([1, 2]));
     assert_eq!(bench.dimsart.safety().reason(), Reason::None);
     assert_eq!(bench.dimsart.engine().module_fault().map(|fault| fault.module), Some(mix(1)));
@@ -238,7 +240,7 @@ fn a_transaction_that_puts_another_in_its_place_leaves_nothing_cut_out() {
     }
     assert_eq!((fallen(&bench), bench.dimsart.engine().module_fault()), (BTreeSet::new(), None));
     for _ in 0..5 {
-        assert_eq!(bench.try_tick(&[Word(0); DOF]).0, Tick::Ran);
+        assert_eq!(bench.try_tick(&[Word(0); DOF]).0, TickResult::Ran);
     }
     assert_eq!(fallen(&bench), BTreeSet::new());
 }
@@ -249,7 +251,7 @@ fn a_signal_beyond_what_its_unit_can_be_is_a_fault_and_the_largest_value_is_none
     for (out, largest) in
         [(types::DES_FORCE, 1e9_f32), (types::DES_POSITION, 1e9), (types::SIGNAL_OUT, f32::MAX)]
     {
-        assert_eq!(out.unit.largest().to_bits(), largest.to_bits());
+        assert_eq!(out.unit.max_magnitude().to_bits(), largest.to_bits());
         let inputs: Types = Box::leak(Box::new([out]));
         for sign in [1.0, -1.0] {
             let mut bench = Bench::of(1, &[types::SIGNAL], inputs);
@@ -260,9 +262,9 @@ fn a_signal_beyond_what_its_unit_can_be_is_a_fault_and_the_largest_value_is_none
             if beyond.is_finite() {
                 let (tick, commanded) = bench.try_tick(&[Word::from(sign * beyond)]);
                 let fault = bench.dimsart.engine().module_fault().unwrap();
-                assert_eq!(tick, Tick::ModuleFailed(fault.module));
+                assert_eq!(tick, TickResult::ModuleFailed(fault.module));
                 let bits = (sign * beyond).to_bits();
-                assert_eq!(fault.cause, FaultCause::Wrote { signal: out.first(), word: 0, bits });
+                assert_eq!(fault.cause, FaultCause::InvalidOutput { signal: out.first(), word: 0, bits });
                 assert_eq!(commanded, [Word(0)]);
             }
         }
@@ -278,15 +280,15 @@ fn a_sender_that_falls_sends_nothing_until_a_reset() {
          MOD_ENG MOD_ON COMM_TXMOD",
     );
     bench.tick(&[1.0]);
-    assert!(bench.dimsart.outgoing(0).is_some());
-    assert_eq!(bench.try_tick(&[Word::from(f32::MAX)]).0, Tick::Ran, "no device depends on it");
-    assert!(bench.dimsart.outgoing(0).is_none());
+    assert!(bench.dimsart.take_outgoing(0).is_some());
+    assert_eq!(bench.try_tick(&[Word::from(f32::MAX)]).0, TickResult::Ran, "no device depends on it");
+    assert!(bench.dimsart.take_outgoing(0).is_none());
     bench.tick(&[1.0]);
-    assert!(bench.dimsart.outgoing(0).is_none());
+    assert!(bench.dimsart.take_outgoing(0).is_none());
     assert_eq!(bench.dimsart.engine().isolated_modules().count(), 2);
     bench.rows("MOD_ENG RESET");
     bench.tick(&[1.0]);
-    let packet = bench.dimsart.outgoing(0).unwrap();
+    let packet = bench.dimsart.take_outgoing(0).unwrap();
     assert_eq!(packet.counter, 2, "its counter continues");
 }
 

@@ -3,7 +3,7 @@
 
 use dimsart_core::ProvidedMemory;
 use dimsart_core::{
-    AxisKind, Command, CommandError, DeviceDescriptor, Dimsart, Observer, StorageError, Tick, Word,
+    AxisKind, Command, CommandError, DeviceDescriptor, Dimsart, Observer, StorageError, TickResult, Word,
     limits::Sizes, memory, types,
 };
 use dimsart_modules::ALL;
@@ -23,7 +23,7 @@ fn run(dimsart: &mut Dimsart) -> Result<(), CommandError> {
 #[test]
 fn a_tick_without_a_device_is_idle() {
     let mut dimsart = Dimsart::unconnected(ProvidedMemory::leaked());
-    assert_eq!(dimsart.tick(&[], &mut []), Tick::Idle);
+    assert_eq!(dimsart.tick(&[], &mut []), TickResult::Idle);
     assert_eq!(dimsart.engine().usage().slots, 0);
 }
 
@@ -42,10 +42,10 @@ fn an_observer_makes_every_call_of_a_tick_and_none_while_idle() {
     let mut dimsart = Dimsart::new(ProvidedMemory::leaked(), device(1), ALL).unwrap();
     let mut observer = Calls(0);
     let mut commanded = [Word(0)];
-    assert_eq!(dimsart.tick_observed(&[Word(0)], &mut commanded, &mut observer), Tick::Idle);
+    assert_eq!(dimsart.tick_observed(&[Word(0)], &mut commanded, &mut observer), TickResult::Idle);
     assert_eq!(observer.0, 0);
     run(&mut dimsart).unwrap();
-    assert_eq!(dimsart.tick_observed(&[Word(0)], &mut commanded, &mut observer), Tick::Ran);
+    assert_eq!(dimsart.tick_observed(&[Word(0)], &mut commanded, &mut observer), TickResult::Ran);
     assert_eq!(observer.0, dimsart.engine().steps().count());
 }
 
@@ -53,15 +53,15 @@ fn an_observer_makes_every_call_of_a_tick_and_none_while_idle() {
 fn connecting_again_starts_anew() {
     let mut dimsart = Dimsart::new(ProvidedMemory::leaked(), device(3), ALL).unwrap();
     run(&mut dimsart).unwrap();
-    assert_eq!(dimsart.tick(&[Word(0); 3], &mut [Word(0); 3]), Tick::Ran);
+    assert_eq!(dimsart.tick(&[Word(0); 3], &mut [Word(0); 3]), TickResult::Ran);
     dimsart.connect(device(2), ALL).unwrap();
-    assert_eq!(dimsart.tick(&[Word(0); 2], &mut [Word(0); 2]), Tick::Idle);
+    assert_eq!(dimsart.tick(&[Word(0); 2], &mut [Word(0); 2]), TickResult::Idle);
     assert_eq!(
         dimsart.engine().usage(),
         Dimsart::new(ProvidedMemory::leaked(), device(2), ALL).unwrap().engine().usage()
     );
     run(&mut dimsart).unwrap();
-    assert_eq!(dimsart.tick(&[Word(0); 2], &mut [Word(0); 2]), Tick::Ran);
+    assert_eq!(dimsart.tick(&[Word(0); 2], &mut [Word(0); 2]), TickResult::Ran);
 }
 
 #[test]
@@ -69,9 +69,9 @@ fn a_device_that_does_not_fit_leaves_the_controller_unconnected() {
     type FourWords = memory!(Sizes { words: 4, ..Sizes::DEFAULT });
     let memory = Box::leak(Box::new(FourWords::new()));
     let mut dimsart = Dimsart::new(memory, device(2), ALL).unwrap();
-    let no_room = StorageError::NoRoom { wanted: 3, free: 1 };
+    let no_room = StorageError::OutOfMemory { wanted: 3, free: 1 };
     assert_eq!(dimsart.connect(device(3), ALL), Err(no_room));
-    assert_eq!(dimsart.tick(&[], &mut []), Tick::Idle);
+    assert_eq!(dimsart.tick(&[], &mut []), TickResult::Idle);
     assert_eq!((dimsart.engine().usage().words, dimsart.engine().device().dof()), (0, 0));
     dimsart.connect(device(2), ALL).unwrap();
 }

@@ -2,7 +2,7 @@
 //! value.
 #![expect(clippy::cast_precision_loss, reason = "small by construction")]
 
-use dimsart_core::{Command, Coupling, DriveState, Reason, Snapshot, TIMEOUT_TICKS, Tick, Word, types};
+use dimsart_core::{Command, Coupling, DriveState, Reason, Snapshot, TIMEOUT_TICKS, TickResult, Word, types};
 
 use crate::common::Bench;
 
@@ -43,21 +43,21 @@ impl<'a> Pair<'a> {
         Self { fast: fast(), slow: slow(), of_fast, of_slow, desired: [Word(0); DOF] }
     }
 
-    fn fast_tick(&mut self, position: [f32; DOF]) -> (Tick, Vec<f32>) {
+    fn fast_tick(&mut self, position: [f32; DOF]) -> (TickResult, Vec<f32>) {
         self.of_fast.get(&mut self.desired);
         self.fast.dimsart.set_commands_stale(self.of_fast.are_stale());
         let measured: Vec<Word> = position.map(Word::from).into_iter().chain(self.desired).collect();
         let (tick, commanded) = self.fast.try_tick(&measured);
-        self.of_fast.show(self.fast.dimsart.signals(&[types::POSITION.first()]));
+        self.of_fast.send(self.fast.dimsart.signals(&[types::POSITION.first()]));
         (tick, commanded.into_iter().map(|word| f32::from_bits(word.0)).collect())
     }
 
-    fn slow_tick(&mut self) -> Tick {
+    fn slow_tick(&mut self) -> TickResult {
         let mut measured = [Word(0); DOF];
         self.of_slow.get(&mut measured);
         self.slow.dimsart.set_commands_stale(self.of_slow.are_stale());
         let (tick, commanded) = self.slow.try_tick(&measured);
-        self.of_slow.show(commanded);
+        self.of_slow.send(commanded);
         tick
     }
 }
@@ -75,9 +75,9 @@ fn a_cascade_over_two_engines_is_the_law_with_the_slow_one_held_between_its_tick
     for tick in 0..1_000 {
         let (came, force) = pair.fast_tick(position(tick));
         match commanded_from {
-            None => assert_eq!(came, Tick::CommandsLate, "tick {tick}: no data yet"),
+            None => assert_eq!(came, TickResult::CommandsLate, "tick {tick}: no data yet"),
             Some(then) => {
-                assert_eq!(came, Tick::Ran, "tick {tick}");
+                assert_eq!(came, TickResult::Ran, "tick {tick}");
                 for (axis, force) in force.iter().enumerate() {
                     let expected = STIFFNESS * (GAIN * position(then)[axis] - position(tick)[axis]);
                     assert!((force - expected).abs() <= 1e-5 * STIFFNESS, "tick {tick}: {force} {expected}");
@@ -85,7 +85,7 @@ fn a_cascade_over_two_engines_is_the_law_with_the_slow_one_held_between_its_tick
             }
         }
         if tick % EVERY == 3 {
-            assert_eq!(pair.slow_tick(), Tick::Ran);
+            assert_eq!(pair.slow_tick(), TickResult::Ran);
             commanded_from = Some(tick);
         }
     }
@@ -102,22 +102,26 @@ fn commands_are_late_after_twenty_ticks_and_never_after_nineteen() {
             pair.slow_tick();
         }
         // The first late tick still delivers the data of the tick before.
-        let ticks: Vec<Tick> = (0..=silent).map(|tick| pair.fast_tick(position(100 + tick)).0).collect();
-        let late = ticks.iter().position(|tick| *tick == Tick::CommandsLate);
+        let ticks: Vec<TickResult> =
+            (0..=silent).map(|tick| pair.fast_tick(position(100 + tick)).0).collect();
+        let late = ticks.iter().position(|tick| *tick == TickResult::CommandsLate);
         let expected = (silent >= TIMEOUT_TICKS).then_some(TIMEOUT_TICKS as usize);
         assert_eq!(late, expected, "silent for {silent}");
         pair.slow_tick();
         let (tick, force) = pair.fast_tick([1.0; DOF]);
         if late.is_none() {
-            assert_eq!(tick, Tick::Ran);
+            assert_eq!(tick, TickResult::Ran);
             continue;
         }
         // The fault latches, even if commands resume.
-        assert_eq!((tick, pair.fast.dimsart.safety().reason()), (Tick::CommandsLate, Reason::CommandsLate));
+        assert_eq!(
+            (tick, pair.fast.dimsart.safety().reason()),
+            (TickResult::CommandsLate, Reason::CommandsLate)
+        );
         assert_eq!(force, [0.0; DOF]);
         pair.fast.dimsart.command(Command::Reset).unwrap();
         pair.slow_tick();
-        assert_eq!(pair.fast_tick([1.0; DOF]).0, Tick::Ran);
+        assert_eq!(pair.fast_tick([1.0; DOF]).0, TickResult::Ran);
     }
 }
 
@@ -127,12 +131,12 @@ fn while_nothing_moves_late_commands_are_no_fault() {
     let mut pair = Pair::new(&mut between);
     pair.fast.dimsart.allow_motion(false);
     for tick in 0..100 {
-        assert_eq!(pair.fast_tick(position(tick)).0, Tick::CommandsLate);
+        assert_eq!(pair.fast_tick(position(tick)).0, TickResult::CommandsLate);
     }
     pair.slow_tick();
-    assert_eq!(pair.fast_tick(position(100)).0, Tick::Disarmed);
+    assert_eq!(pair.fast_tick(position(100)).0, TickResult::Disarmed);
     pair.fast.dimsart.allow_motion(true);
-    assert_eq!(pair.fast_tick(position(101)).0, Tick::Ran);
+    assert_eq!(pair.fast_tick(position(101)).0, TickResult::Ran);
 }
 
 #[test]
@@ -142,8 +146,8 @@ fn a_timeout_can_be_longer_for_an_engine_that_is_slower() {
     pair.of_fast = pair.of_fast.with_timeout_ticks(100);
     pair.fast_tick(position(0));
     pair.slow_tick();
-    let ticks: Vec<Tick> = (0..110).map(|tick| pair.fast_tick(position(tick)).0).collect();
-    assert_eq!(ticks.iter().position(|tick| *tick == Tick::CommandsLate), Some(100));
+    let ticks: Vec<TickResult> = (0..110).map(|tick| pair.fast_tick(position(tick)).0).collect();
+    assert_eq!(ticks.iter().position(|tick| *tick == TickResult::CommandsLate), Some(100));
 }
 
 #[test]
@@ -154,8 +158,8 @@ fn a_signal_that_is_not_there_is_refused_by_who_gets_it() {
     let lacking = [types::DES_VELOCITY.first()];
     let words: Vec<Word> = pair.fast.dimsart.signals(&lacking).collect();
     assert_eq!(words.len(), DOF);
-    pair.of_fast.show(words);
-    assert!(matches!(pair.slow_tick(), Tick::MeasurementRefused(_)));
+    pair.of_fast.send(words);
+    assert!(matches!(pair.slow_tick(), TickResult::MeasurementRefused(_)));
 }
 
 /// Two threads, as a loop and an interrupt: the words include a checksum.

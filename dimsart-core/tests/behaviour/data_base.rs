@@ -60,9 +60,9 @@ impl Model {
         };
         let free = DEFAULT_WORDS - self.words;
         if self.slots == MAX_SLOTS {
-            return Err(StorageError::NoSlot);
+            return Err(StorageError::OutOfSlots);
         } else if wanted > free {
-            return Err(StorageError::NoRoom { wanted, free });
+            return Err(StorageError::OutOfMemory { wanted, free });
         }
         if let Need::Signal(signal, words) = need {
             self.signals.insert((signal.id, signal.number), (1, words));
@@ -114,7 +114,7 @@ impl Model {
         }
         let (wanted, free) = (self.own_words[&module.kind], DEFAULT_WORDS - self.words);
         if wanted > free {
-            return Err(CommandError::Storage(StorageError::NoRoom { wanted, free }));
+            return Err(CommandError::Storage(StorageError::OutOfMemory { wanted, free }));
         }
         self.words += wanted;
         self.modules.push((module, wanted, None));
@@ -235,8 +235,8 @@ fn compare_with_model(dof: usize, operations: u32, seed: u64) -> [u32; 3] {
                 assert_eq!(engine.command(Command::PlugIn(module)), expected, "{operation}");
                 match expected {
                     Err(CommandError::TooManyModules) => refused[0] += 1,
-                    Err(CommandError::Storage(StorageError::NoSlot)) => refused[1] += 1,
-                    Err(CommandError::Storage(StorageError::NoRoom { .. })) => refused[2] += 1,
+                    Err(CommandError::Storage(StorageError::OutOfSlots)) => refused[1] += 1,
+                    Err(CommandError::Storage(StorageError::OutOfMemory { .. })) => refused[2] += 1,
                     _ => {}
                 }
             }

@@ -2,7 +2,7 @@
 #![expect(clippy::indexing_slicing, reason = "in helpers of tests as in tests")]
 #![expect(clippy::cast_possible_truncation, clippy::cast_precision_loss, reason = "numbers of a test")]
 
-use dimsart_core::{Accepts, Command, FaultCause, MAX_CHOICES, ModuleRef, Tick, Unit, Value};
+use dimsart_core::{Accepts, Command, FaultCause, MAX_CHOICES, ModuleRef, TickResult, Unit, Value};
 use dimsart_modules::ALL;
 use rand_core::{Rng, SeedableRng};
 use rand_pcg::Pcg32;
@@ -63,14 +63,14 @@ fn set_all(alone: &mut Alone, random: &mut Pcg32, module: ModuleRef) {
 fn fault(alone: &Alone) -> Option<String> {
     let engine = alone.bench.dimsart.engine();
     engine.module_fault().map(|fault| match fault.cause {
-        FaultCause::Wrote { signal, bits, .. } => {
+        FaultCause::InvalidOutput { signal, bits, .. } => {
             format!("wrote {} to {}", f32::from_bits(bits), engine.device().signal_name(signal))
         }
-        FaultCause::TookTooLong { .. } => "took too long".to_owned(),
+        FaultCause::TimeExceeded { .. } => "took too long".to_owned(),
     })
 }
 
-fn tick(alone: &mut Alone, measured: &[f32]) -> Tick {
+fn tick(alone: &mut Alone, measured: &[f32]) -> TickResult {
     let words: Vec<_> = measured.iter().map(|value| dimsart_core::Word::from(*value)).collect();
     alone.bench.try_tick(&words).0
 }
@@ -84,7 +84,7 @@ fn with_its_defaults_it_writes_nothing_but_numbers_that_can_be() {
         for _ in 0..TICKS {
             measure(&mut random, &mut measured);
             let tick = tick(&mut alone, &measured);
-            assert!(matches!(tick, Tick::Ran | Tick::LinkDown { .. }), "{}", name(module));
+            assert!(matches!(tick, TickResult::Ran | TickResult::LinkDown { .. }), "{}", name(module));
             assert_eq!(fault(&alone), None, "{}: {measured:?}", name(module));
         }
     }

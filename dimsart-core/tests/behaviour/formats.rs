@@ -6,9 +6,9 @@ use core::num::NonZeroU32;
 use crate::common::IDS;
 use crate::common::{Bench, DelayedLink, Types};
 use dimsart_core::{
-    AxisKind, CommandError, Content, Context, Cost, Costs, DataType, DeviceDescriptor, Difference, Finding,
-    Format, Input, Matrix, Module, ModuleKinds, Output, Packet, Shape, Single, Square, Summary, Tick, Unit,
-    UnitRelation, Vector, Word, types, words,
+    AxisKind, CommandError, Content, Context, Cost, Costs, DataType, DeviceDescriptor, Finding, Format,
+    Input, Matrix, Module, ModuleKinds, Output, Packet, Shape, Single, Square, Summary, TickResult,
+    TypeMismatch, Unit, UnitRelation, Vector, Word, types, words,
 };
 use dimsart_modules::ALL;
 
@@ -111,11 +111,11 @@ fn every_format_and_shape_goes_through_everything_bit_for_bit() {
         let (mut a, mut b, mut link) = (sender(types), receiver(types), DelayedLink::new(0));
         let mut taken = Vec::new();
         for tick in 0..30 {
-            assert_eq!(a.try_tick(&frame(types, tick)).0, Tick::Ran);
+            assert_eq!(a.try_tick(&frame(types, tick)).0, TickResult::Ran);
             link.send(tick, &mut a.dimsart);
             link.deliver(tick, &mut b.dimsart);
             let (ran, commanded) = b.try_tick(&[]);
-            assert_eq!(ran, Tick::Ran);
+            assert_eq!(ran, TickResult::Ran);
             let expected = match tick.checked_sub(3) {
                 Some(before) => frame(types, before),
                 None => vec![Word(0); commanded.len()],
@@ -196,7 +196,7 @@ fn a_wave_among_other_types_keeps_its_counters_and_the_others_hold_what_came_las
     for tick in 0..30 {
         let measured = mixed_frame(tick);
         a.try_tick(&measured);
-        let packet = a.dimsart.outgoing(0).unwrap();
+        let packet = a.dimsart.take_outgoing(0).unwrap();
         assert_eq!(packet.words.len(), 19 + 2 * DOF);
         let is_lost = tick % 5 == 3;
         if !is_lost {
@@ -222,11 +222,11 @@ fn a_packet_is_refused_for_a_float_that_is_not_finite_and_for_no_other_word() {
     for place in 0..19 {
         let (mut a, mut b) = mixed("ZERO");
         a.try_tick(&mixed_frame(0));
-        let mut packet = a.dimsart.outgoing(0).unwrap();
+        let mut packet = a.dimsart.take_outgoing(0).unwrap();
         packet.words[place] = f32::NAN.to_bits();
         b.dimsart.receive(0, &packet.to_bytes()).unwrap();
         let (ran, commanded) = b.try_tick(&[]);
-        assert_eq!(ran, Tick::Ran);
+        assert_eq!(ran, TickResult::Ran);
         let is_float = (6..9).contains(&place) || place >= 10;
         assert_eq!(b.bits("LINK_REFUSED"), [u32::from(is_float)], "word {place}");
         let expected = if is_float { 0 } else { f32::NAN.to_bits() };
@@ -249,7 +249,7 @@ fn contents_of_different_formats_or_shapes_differ_and_their_packets_are_refused(
     let mut b = Bench::of(DOF, &[], &[U32_VECTOR]);
     b.run("COMM_RXMOD CRX_ADD_DATA U32_VECTOR\nMOD_ENG MOD_ON COMM_RXMOD");
     a.try_tick(&[1, 2, 3].map(Word));
-    b.dimsart.receive(0, &a.dimsart.outgoing(0).unwrap().to_bytes()).unwrap();
+    b.dimsart.receive(0, &a.dimsart.take_outgoing(0).unwrap().to_bytes()).unwrap();
     assert_eq!(b.try_tick(&[]).1, [Word(0); DOF]);
     assert_eq!(b.bits("LINK_REFUSED"), [1]);
 }
@@ -301,13 +301,13 @@ fn what_does_not_fit_a_port_is_a_fault_and_what_does_is_none() {
             bench.rows(&format!("COMM_TXMOD PORT_DATA_1 {}.2\nMOD_ENG MOD_ON COMM_TXMOD", found.name));
             let report = bench.dimsart.engine().check();
             let difference = report.findings().iter().find_map(|finding| match finding {
-                Finding::Mismatch { difference, .. } => Some(*difference),
+                Finding::Mismatch { mismatch, .. } => Some(*mismatch),
                 _ => None,
             });
             let wanted = if expected.format != found.format {
-                Some(Difference::Format)
+                Some(TypeMismatch::Format)
             } else {
-                (expected.shape != found.shape).then_some(Difference::Shape)
+                (expected.shape != found.shape).then_some(TypeMismatch::Shape)
             };
             assert_eq!(difference, wanted, "{} where {} is expected", found.name, expected.name);
             bench.rows("MOD_ENG MOD_OFF COMM_TXMOD");
@@ -321,7 +321,7 @@ fn what_does_not_fit_a_port_is_a_fault_and_what_does_is_none() {
             let differ = report.findings().iter().filter(|finding| {
                 matches!(
                     finding,
-                    Finding::UnitsDiffer { port: 1, other_port: 0, relation: UnitRelation::Alike, .. }
+                    Finding::UnitsDiffer { port: 1, other_port: 0, relation: UnitRelation::SameType, .. }
                 )
             });
             assert_eq!(differ.count(), usize::from(wanted.is_some()), "{} of {}", found.name, expected.name);
@@ -360,14 +360,14 @@ fn a_wide_signal_costs_what_one_of_as_many_axes_does() {
     let mut bench = Bench::of(DOF, &[FITS], &[]);
     let limit = |cycles| NonZeroU32::new(cycles);
     bench.dimsart.engine_mut().set_costs(Some(Costs::new(&LINES, &IDS)));
-    bench.dimsart.engine_mut().limit_cycles(limit(13 + 58 - 1));
+    bench.dimsart.engine_mut().set_cycle_limit(limit(13 + 58 - 1));
     bench.rows("TIMEDELAY_MOD PORT_SIGNAL_IN FITS\nTIMEDELAY_MOD PORT_SIGNAL_OUT FITS.2");
     let before = bench.snapshot();
     let module = ALL.module("TIMEDELAY_MOD").unwrap();
     let too_slow = CommandError::TooSlow { module, cycles: 58, tick_cycles: 71, limit_cycles: 70 };
     assert_eq!(bench.order("MOD_ENG MOD_ON TIMEDELAY_MOD"), Err(too_slow));
     assert_eq!(bench.snapshot(), before);
-    bench.dimsart.engine_mut().limit_cycles(limit(71));
+    bench.dimsart.engine_mut().set_cycle_limit(limit(71));
     bench.rows("MOD_ENG MOD_ON TIMEDELAY_MOD");
     assert_eq!(bench.dimsart.engine().tick_cycles(), Some(71));
 }
@@ -445,7 +445,7 @@ fn a_module_reads_and_writes_axes_of_mixed_formats_and_square_matrices() {
     measured.extend([1, 2, 3, 4, 5, 6, 7, 8, 9].map(|element: i32| Word::from(element)));
     measured.push(Word(12));
     let (tick, commanded) = bench.try_tick(&measured);
-    assert_eq!(tick, Tick::Ran);
+    assert_eq!(tick, TickResult::Ran);
     let mut expected: Vec<Word> = [-1, 7, 0].map(|value: i32| Word::from(value)).into();
     expected.extend([1, 0, 1].map(|value: u32| Word::from(value)));
     expected.extend([true, false, false].map(Word::from));
@@ -464,7 +464,7 @@ fn a_square_has_a_row_and_a_column_for_each_axis() {
         let mut bench = Bench::of(dof, &[I32_SQUARE], &[]);
         bench.run("MOD_ENG MATCHING_CHECK");
         let words: Vec<Word> = (0..u32::try_from(dof * dof).unwrap()).map(|word| Word(!word)).collect();
-        assert_eq!(bench.try_tick(&words).0, Tick::Ran);
+        assert_eq!(bench.try_tick(&words).0, TickResult::Ran);
         assert!(bench.bits("I32_SQUARE").iter().copied().eq(words.iter().map(|word| word.0)));
     }
 }

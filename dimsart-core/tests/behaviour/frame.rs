@@ -5,7 +5,7 @@ use crate::common::{Bench, Types};
 use dimsart_core::ModuleKinds;
 use dimsart_core::{
     AxisKind, Context, DataType, DescriptorError, DeviceDescriptor, Dimsart, FaultCause, Format, FrameError,
-    Input, MAX_DEVICE_TYPES, Matrix, Module, Output, Shape, Single, Summary, Tick, Unit, Vector, Word,
+    Input, MAX_DEVICE_TYPES, Matrix, Module, Output, Shape, Single, Summary, TickResult, Unit, Vector, Word,
     limits::{MAX_DOF, Sizes},
     memory, types, words,
 };
@@ -124,7 +124,7 @@ fn measurement() -> Vec<Word> {
 #[test]
 fn every_format_and_shape_goes_through_bit_by_bit() {
     let (tick, commanded) = bench().try_tick(&measurement());
-    assert_eq!(tick, Tick::Ran);
+    assert_eq!(tick, TickResult::Ran);
     let mut expected = measurement();
     let jacobian = expected.split_off(2 * DOF + 5);
     expected.extend([0, 3, 1, 4, 2, 5].map(|word| jacobian[word]));
@@ -140,7 +140,7 @@ fn a_frame_of_the_wrong_length_changes_nothing_and_the_device_gets_zero() {
     for found in [0, 1, expected - 1, expected + 1, 100] {
         bench.dimsart.allow_motion(false);
         let (tick, commanded) = bench.try_tick(&vec![Word::from(1.0); found]);
-        assert_eq!(tick, Tick::MeasurementRefused(FrameError::Length { expected, found }));
+        assert_eq!(tick, TickResult::MeasurementRefused(FrameError::Length { expected, found }));
         assert!(commanded.iter().all(|word| *word == Word(0)));
         assert_eq!(bench.snapshot(), before);
     }
@@ -156,7 +156,7 @@ fn a_command_frame_of_the_wrong_length_is_filled_with_zero() {
         bench.try_tick(&measurement());
         let mut commanded = vec![Word(0xDEAD); found];
         let tick = bench.dimsart.tick(&measurement(), &mut commanded);
-        assert_eq!(tick, Tick::CommandRefused(FrameError::Length { expected, found }));
+        assert_eq!(tick, TickResult::CommandRefused(FrameError::Length { expected, found }));
         assert!(commanded.iter().all(|word| *word == Word(0)));
     }
 }
@@ -176,7 +176,7 @@ fn a_number_that_is_not_finite_is_named_wherever_it_stands() {
                 let (tick, commanded) = bench.try_tick(&measured);
                 let error =
                     FrameError::NotFinite { signal: data_type.first(), word: word.try_into().unwrap() };
-                assert_eq!(tick, Tick::MeasurementRefused(error));
+                assert_eq!(tick, TickResult::MeasurementRefused(error));
                 assert!(commanded.iter().all(|word| *word == Word(0)));
                 assert_eq!(bench.snapshot(), before);
             }
@@ -184,18 +184,21 @@ fn a_number_that_is_not_finite_is_named_wherever_it_stands() {
     }
     assert_eq!(
         bench.try_tick(&measurement()).0,
-        Tick::Disarmed,
+        TickResult::Disarmed,
         "without motion it ends with the next frame"
     );
     bench.dimsart.allow_motion(true);
-    assert_eq!(bench.try_tick(&measurement()).0, Tick::Ran);
+    assert_eq!(bench.try_tick(&measurement()).0, TickResult::Ran);
     let mut measured = measurement();
     measured[0] = Word::from(f32::NAN);
     bench.try_tick(&measured);
     let (tick, _) = bench.try_tick(&measurement());
-    assert!(matches!(tick, Tick::MeasurementRefused(_)), "in motion, the first one is a fault until a reset");
+    assert!(
+        matches!(tick, TickResult::MeasurementRefused(_)),
+        "in motion, the first one is a fault until a reset"
+    );
     bench.rows("MOD_ENG RESET");
-    assert_eq!(bench.try_tick(&measurement()).0, Tick::Ran);
+    assert_eq!(bench.try_tick(&measurement()).0, TickResult::Ran);
 }
 
 #[test]
@@ -208,15 +211,17 @@ fn what_a_module_spoils_never_reaches_the_device() {
             bench.rows(&format!("RELAY_MOD WORD {place}\nRELAY_MOD INFINITY {infinity}"));
             let (tick, commanded) = bench.try_tick(&measurement());
             let fault = bench.dimsart.engine().module_fault().unwrap();
-            assert_eq!(tick, Tick::ModuleFailed(fault.module));
-            let FaultCause::Wrote { signal, word: found, bits } = fault.cause else { panic!("{fault:?}") };
+            assert_eq!(tick, TickResult::ModuleFailed(fault.module));
+            let FaultCause::InvalidOutput { signal, word: found, bits } = fault.cause else {
+                panic!("{fault:?}")
+            };
             assert_eq!((signal, found), (data_type.first(), word));
             assert!(!f32::from_bits(bits).is_finite());
             assert!(commanded.iter().all(|word| *word == Word(0)));
             bench.rows("RELAY_MOD SPOILS OFF");
             assert_eq!(bench.try_tick(&measurement()).0, tick, "until a reset");
             bench.rows("MOD_ENG RESET");
-            assert_eq!(bench.try_tick(&measurement()).0, Tick::Ran);
+            assert_eq!(bench.try_tick(&measurement()).0, TickResult::Ran);
         }
     }
     assert_eq!(bench.dimsart.refused_ticks(), 0);
@@ -227,7 +232,7 @@ fn a_scheme_that_does_not_run_gives_the_safe_output() {
     let mut bench = bench();
     bench.rows("MOD_ENG STOP");
     let (tick, commanded) = bench.try_tick(&measurement());
-    assert_eq!(tick, Tick::Idle);
+    assert_eq!(tick, TickResult::Idle);
     assert!(commanded.iter().all(|word| *word == Word(0)));
     assert_eq!(bench.bits("COUNTER"), [i32::MIN.cast_unsigned()], "measurements are still visible");
     assert_eq!(bench.dimsart.refused_ticks(), 0);
@@ -237,10 +242,10 @@ fn a_scheme_that_does_not_run_gives_the_safe_output() {
 fn a_type_of_more_words_than_a_byte_counts_is_checked_to_its_end() {
     let mut bench = Bench::of(1, &[IMAGE], &[]);
     let mut measured = vec![Word::from(1.0); 320];
-    assert_eq!(bench.try_tick(&measured).0, Tick::Idle);
+    assert_eq!(bench.try_tick(&measured).0, TickResult::Idle);
     measured[319] = Word::from(f32::NAN);
     let error = FrameError::NotFinite { signal: IMAGE.first(), word: 319 };
-    assert_eq!(bench.try_tick(&measured).0, Tick::MeasurementRefused(error));
+    assert_eq!(bench.try_tick(&measured).0, TickResult::MeasurementRefused(error));
 }
 
 #[test]

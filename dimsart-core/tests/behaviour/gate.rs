@@ -8,8 +8,8 @@ use dimsart_core::envelope::{Class, seal};
 use dimsart_link::auth::{Key, Line, Opener, Profile, Sealer};
 use dimsart_link::carrier::stream;
 use dimsart_link::protocol::{
-    Gate, KeyAction, KeyBytes, KeyRefusal, KeyState, LeaseAction, MAX_FRAME_BYTES, Receiver, Request,
-    RequestSealer, SchemeAction, Taken, encode_request,
+    Gate, GateOutcome, KeyAction, KeyBytes, KeyRefusal, KeyState, LeaseAction, MAX_FRAME_BYTES, Receiver,
+    Request, RequestSealer, SchemeAction, encode_request,
 };
 use proptest::prelude::*;
 
@@ -33,7 +33,7 @@ fn guarded() -> Vec<Request> {
         Request::Schemes(SchemeAction::RollBack),
         Request::Key(KeyAction::Set { key: KeyBytes(*KEY), salt: u64::MAX }),
         Request::Key(KeyAction::Clear),
-        Request::Cycles { place: 0, begins_anew: true },
+        Request::Cycles { place: 0, clears: true },
     ]
 }
 
@@ -43,10 +43,10 @@ fn harmless() -> Vec<Request> {
         Request::Identify,
         Request::Status,
         Request::Command(Command::Stop),
-        Request::Lease(LeaseAction::Look),
-        Request::Schemes(SchemeAction::Look),
-        Request::Key(KeyAction::Look),
-        Request::Cycles { place: 0, begins_anew: false },
+        Request::Lease(LeaseAction::Read),
+        Request::Schemes(SchemeAction::Read),
+        Request::Key(KeyAction::Read),
+        Request::Cycles { place: 0, clears: false },
     ]
 }
 
@@ -66,15 +66,15 @@ impl Board {
     }
 
     /// Returns the result of a frame, and the handshake in reply.
-    fn take(&mut self, frame: &[u8]) -> (Taken, Option<Vec<u8>>) {
-        let (mut taken, gate) = (Taken::Nothing, &mut self.gate);
+    fn take(&mut self, frame: &[u8]) -> (GateOutcome, Option<Vec<u8>>) {
+        let (mut taken, gate) = (GateOutcome::Nothing, &mut self.gate);
         self.receiver.take_all(frame, |content| taken = gate.take(content));
         let handshake = gate.handshake(&mut [0; MAX_FRAME_BYTES]).unwrap().map(<[u8]>::to_vec);
-        assert!(!gate.owes_handshake());
+        assert!(!gate.handshake_is_pending());
         (taken, handshake)
     }
 
-    fn take_plain(&mut self, request: &Request) -> Taken {
+    fn take_plain(&mut self, request: &Request) -> GateOutcome {
         self.take(encode_request(request, ID, &mut [0; MAX_FRAME_BYTES]).unwrap()).0
     }
 }
@@ -91,7 +91,7 @@ impl Host {
         Self { sealer: RequestSealer::new(&key, SEEDS.fetch_add(1, Relaxed)), sent: Vec::new() }
     }
 
-    fn say(&mut self, frame: Vec<u8>, board: &mut Board) -> Taken {
+    fn say(&mut self, frame: Vec<u8>, board: &mut Board) -> GateOutcome {
         let (taken, answer) = board.take(&frame);
         self.sent.push(frame);
         Receiver::new().take_all(&answer.unwrap_or_default(), |content| {
@@ -100,7 +100,7 @@ impl Host {
         taken
     }
 
-    fn ask(&mut self, request: &Request, board: &mut Board) -> Taken {
+    fn ask(&mut self, request: &Request, board: &mut Board) -> GateOutcome {
         for _ in 0..3 {
             // A hello, then the response to the challenge.
             let is_known = self.sealer.is_answered();
@@ -114,11 +114,11 @@ impl Host {
                 self.sealer.encode(request, ID, &mut [0; MAX_FRAME_BYTES]).unwrap().map(<[u8]>::to_vec);
             let Some(sealed) = sealed else { continue };
             match self.say(sealed, board) {
-                Taken::Refused(_, KeyRefusal::NotAccepted) => self.sealer.forget(),
+                GateOutcome::Refused(_, KeyRefusal::NotAccepted) => self.sealer.forget(),
                 taken => return taken,
             }
         }
-        Taken::Refused(ID, KeyRefusal::NotAccepted)
+        GateOutcome::Refused(ID, KeyRefusal::NotAccepted)
     }
 }
 
@@ -127,9 +127,9 @@ fn a_board_without_a_key_takes_what_anybody_asks() {
     let mut board = Board::new(Gate::open());
     assert_eq!(board.gate.state(), KeyState::Open);
     for request in guarded().into_iter().chain(harmless()) {
-        assert_eq!(board.take_plain(&request), Taken::Request(ID, request));
+        assert_eq!(board.take_plain(&request), GateOutcome::Request(ID, request));
     }
-    assert!(matches!(Host::new(key()).ask(&Request::Status, &mut board), Taken::Refused(..)));
+    assert!(matches!(Host::new(key()).ask(&Request::Status, &mut board), GateOutcome::Refused(..)));
 }
 
 #[test]
@@ -137,16 +137,20 @@ fn a_locked_board_takes_what_moves_it_from_who_has_the_key_alone() {
     let (mut board, mut host) = (Board::locked(1), Host::new(key()));
     assert_eq!(board.gate.state(), KeyState::Locked);
     for request in guarded() {
-        assert_eq!(board.take_plain(&request), Taken::Refused(ID, KeyRefusal::Locked), "{request:?}");
-        assert_eq!(host.ask(&request, &mut board), Taken::Request(ID, request));
+        assert_eq!(board.take_plain(&request), GateOutcome::Refused(ID, KeyRefusal::Locked), "{request:?}");
+        assert_eq!(host.ask(&request, &mut board), GateOutcome::Request(ID, request));
         let mut stranger = Host::new(Key::new(b"another key of16"));
-        let refused = Taken::Refused(ID, KeyRefusal::NotAccepted);
+        let refused = GateOutcome::Refused(ID, KeyRefusal::NotAccepted);
         assert_eq!(stranger.ask(&request, &mut board), refused, "{request:?}");
-        assert_eq!(host.ask(&request, &mut board), Taken::Request(ID, request), "the stranger had no effect");
+        assert_eq!(
+            host.ask(&request, &mut board),
+            GateOutcome::Request(ID, request),
+            "the stranger had no effect"
+        );
     }
     for request in harmless() {
-        assert_eq!(board.take_plain(&request), Taken::Request(ID, request));
-        assert_eq!(host.ask(&request, &mut board), Taken::Request(ID, request));
+        assert_eq!(board.take_plain(&request), GateOutcome::Request(ID, request));
+        assert_eq!(host.ask(&request, &mut board), GateOutcome::Request(ID, request));
     }
 }
 
@@ -155,17 +159,17 @@ fn a_board_that_cannot_read_its_key_takes_nothing_that_moves_it_from_anybody() {
     let mut board = Board::new(Gate::damaged());
     assert_eq!(board.gate.state(), KeyState::Damaged);
     for request in guarded() {
-        assert_eq!(board.take_plain(&request), Taken::Refused(ID, KeyRefusal::Damaged), "{request:?}");
+        assert_eq!(board.take_plain(&request), GateOutcome::Refused(ID, KeyRefusal::Damaged), "{request:?}");
     }
     for request in harmless() {
-        assert_eq!(board.take_plain(&request), Taken::Request(ID, request));
+        assert_eq!(board.take_plain(&request), GateOutcome::Request(ID, request));
     }
     // As sealed when the key was readable.
     let (mut before, mut host) = (Board::locked(1), Host::new(key()));
     let take = Request::Lease(LeaseAction::Take);
-    assert_eq!(host.ask(&take, &mut before), Taken::Request(ID, take));
+    assert_eq!(host.ask(&take, &mut before), GateOutcome::Request(ID, take));
     for frame in &host.sent {
-        assert!(!matches!(board.take(frame).0, Taken::Request(..)));
+        assert!(!matches!(board.take(frame).0, GateOutcome::Request(..)));
     }
 }
 
@@ -173,15 +177,15 @@ fn a_board_that_cannot_read_its_key_takes_nothing_that_moves_it_from_anybody() {
 fn a_start_of_the_board_is_found_out_and_what_was_sealed_before_it_is_worth_nothing() {
     let (mut board, mut host) = (Board::locked(1), Host::new(key()));
     let take = Request::Lease(LeaseAction::Take);
-    assert_eq!(host.ask(&take, &mut board), Taken::Request(ID, take));
+    assert_eq!(host.ask(&take, &mut board), GateOutcome::Request(ID, take));
     let recorded = host.sent.clone();
     let mut board = Board::locked(2);
     for frame in &recorded {
-        assert!(!matches!(board.take(frame).0, Taken::Request(..)));
+        assert!(!matches!(board.take(frame).0, GateOutcome::Request(..)));
     }
-    assert_eq!(host.ask(&take, &mut board), Taken::Request(ID, take));
+    assert_eq!(host.ask(&take, &mut board), GateOutcome::Request(ID, take));
     for frame in &recorded {
-        assert!(!matches!(board.take(frame).0, Taken::Request(..)));
+        assert!(!matches!(board.take(frame).0, GateOutcome::Request(..)));
     }
 }
 
@@ -202,7 +206,7 @@ fn hosts_that_all_have_the_key_can_take_turns() {
     let take = Request::Lease(LeaseAction::Take);
     for _ in 0..10 {
         for host in &mut hosts {
-            assert_eq!(host.ask(&take, &mut board), Taken::Request(ID, take));
+            assert_eq!(host.ask(&take, &mut board), GateOutcome::Request(ID, take));
         }
     }
 }
@@ -217,14 +221,14 @@ fn a_flood_of_false_handshakes_keeps_no_host_from_its_board() {
     for _ in 0..20 {
         for _ in 0..50 {
             stranger.sealer.forget();
-            assert!(matches!(stranger.ask(&take, &mut board), Taken::Refused(..)));
+            assert!(matches!(stranger.ask(&take, &mut board), GateOutcome::Refused(..)));
             // Repetition of a genuine frame.
             for said in host.sent.clone() {
-                assert!(!matches!(board.take(&said).0, Taken::Request(..)));
+                assert!(!matches!(board.take(&said).0, GateOutcome::Request(..)));
             }
         }
         let before = host.sent.len();
-        assert_eq!(host.ask(&take, &mut board), Taken::Request(ID, take));
+        assert_eq!(host.ask(&take, &mut board), GateOutcome::Request(ID, take));
         assert!(host.sent.len() - before <= 3, "a hello, a proof and the request");
         host.sent.truncate(3);
     }
@@ -238,11 +242,11 @@ fn a_challenge_of_another_key_is_told_and_does_not_count() {
     let mut host = Host::new(key());
     let hello = host.sealer.handshake(&mut [0; MAX_FRAME_BYTES]).unwrap().unwrap().to_vec();
     host.say(hello.clone(), &mut other);
-    assert!(host.sealer.is_contradicted() && !host.sealer.is_answered());
+    assert!(host.sealer.is_rejected() && !host.sealer.is_answered());
     host.say(hello, &mut board);
     assert!(host.sealer.is_answered());
     assert!(host.sealer.handshake(&mut [0; MAX_FRAME_BYTES]).unwrap().is_some());
-    assert!(!host.sealer.is_contradicted());
+    assert!(!host.sealer.is_rejected());
 }
 
 /// Packets and handshakes of a link are not requests, and vice versa, even on one channel.
@@ -263,14 +267,14 @@ fn what_was_sealed_for_a_link_is_worth_nothing_on_the_command_line() {
     assert_eq!(opener.open(&hello, &mut [0; 256]), Ok(None));
     assert!(sealer.take(opener.handshake().unwrap()));
     let proof = sealer.handshake().unwrap().to_vec();
-    assert_eq!(board.take(stream::encode(&proof, &mut frame).unwrap()), (Taken::Nothing, None));
+    assert_eq!(board.take(stream::encode(&proof, &mut frame).unwrap()), (GateOutcome::Nothing, None));
     let request = encode_request(&Request::Lease(LeaseAction::Take), ID, &mut frame).unwrap().to_vec();
     let mut plain = Vec::new();
     Receiver::new().take_all(&request, |content| plain = seal_content(content));
     let mut sealed = [0; 256];
     let sealed = sealer.seal(&plain, &mut sealed).unwrap();
     let taken = board.take(stream::encode(sealed, &mut frame).unwrap()).0;
-    assert_eq!(taken, Taken::Refused(ID, KeyRefusal::NotAccepted));
+    assert_eq!(taken, GateOutcome::Refused(ID, KeyRefusal::NotAccepted));
     assert!(opener.open(&proof, &mut [0; 256]).is_ok());
     assert!(matches!(opener.open(sealed, &mut [0; 256]), Ok(Some(_))), "on its link it is right");
 }
@@ -294,14 +298,14 @@ proptest! {
         let take = Request::Lease(LeaseAction::Take);
         for (action, place, change) in steps {
             if action == 0 || host.sent.is_empty() {
-                prop_assert_eq!(host.ask(&take, &mut board), Taken::Request(ID, take));
+                prop_assert_eq!(host.ask(&take, &mut board), GateOutcome::Request(ID, take));
             } else {
                 let mut frame = place.get(&host.sent).clone();
                 if action == 1 {
                     let index = place.index(frame.len());
                     *frame.get_mut(index).unwrap() ^= change;
                 }
-                prop_assert!(!matches!(board.take(&frame).0, Taken::Request(..)));
+                prop_assert!(!matches!(board.take(&frame).0, GateOutcome::Request(..)));
             }
         }
     }

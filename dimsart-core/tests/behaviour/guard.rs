@@ -9,7 +9,7 @@ use std::collections::VecDeque;
 
 use dimsart_core::Packet;
 use dimsart_core::envelope::{Class, MAX_CONTENT_BYTES};
-use dimsart_link::auth::{AuthError, Guard, Key, Line, Profile, STANDS_MS};
+use dimsart_link::auth::{AuthError, Guard, Key, Line, Profile, SESSION_HOLD_MS};
 use dimsart_link::carrier::can::{Assembler, frames};
 use dimsart_link::carrier::can_fd;
 use proptest::prelude::*;
@@ -43,20 +43,20 @@ struct Side {
 }
 
 impl Side {
-    fn new(key: &[u8; 16], profile: Profile, [sends_on, listens_to]: [u16; 2], seed: u64) -> Self {
-        Self::of_line(key, Line::Link(0), profile, [sends_on, listens_to], seed)
+    fn new(key: &[u8; 16], profile: Profile, [sends_on, receives_from]: [u16; 2], seed: u64) -> Self {
+        Self::of_line(key, Line::Link(0), profile, [sends_on, receives_from], seed)
     }
 
     fn of_line(
         key: &[u8; 16],
         line: Line,
         profile: Profile,
-        [sends_on, listens_to]: [u16; 2],
+        [sends_on, receives_from]: [u16; 2],
         seed: u64,
     ) -> Self {
         let mut guard = Guard::new(&Key::new(key), line, profile, seed);
-        guard.send_on(sends_on);
-        guard.listen(listens_to);
+        guard.set_send_channel(sends_on);
+        guard.set_receive_channel(receives_from);
         Self {
             guard,
             sends_on,
@@ -93,7 +93,7 @@ impl Side {
 
     /// Collects its output.
     fn take(&mut self, now_ms: u32, content: &[u8], channel: u16) -> Vec<Vec<u8>> {
-        match self.guard.take(now_ms, content, &mut [0; MAX_CONTENT_BYTES]) {
+        match self.guard.open(now_ms, content, &mut [0; MAX_CONTENT_BYTES]) {
             Ok(Some(plain)) => {
                 self.taken.push(Packet::from_bytes(plain, channel).expect("sealed content is complete"));
                 self.taken_ms.push(now_ms);

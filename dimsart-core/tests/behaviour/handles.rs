@@ -1,6 +1,6 @@
 //! Handles of modules whose words move.
 
-use dimsart_core::{AxisKind, DeviceDescriptor, Dimsart, ProvidedMemory, Tick, Word, scheme, types};
+use dimsart_core::{AxisKind, DeviceDescriptor, Dimsart, ProvidedMemory, TickResult, Word, scheme, types};
 use dimsart_modules::ALL;
 
 const SCHEME: &str = "
@@ -32,7 +32,7 @@ fn handles_and_memories_follow_their_words_when_a_module_before_them_goes() {
         }
         let waves = [f32::from(tick), 100.0 + f32::from(tick)];
         let measured = [0.0, 0.0, waves[0], waves[1]].map(Word::from);
-        assert_eq!(dimsart.tick(&measured, &mut []), Tick::Ran);
+        assert_eq!(dimsart.tick(&measured, &mut []), TickResult::Ran);
 
         let data_base = dimsart.engine().data_base();
         let signal = dimsart.engine().device().signal("SIGNAL_OUT.2").unwrap();

@@ -7,8 +7,8 @@ use std::sync::atomic::{AtomicU32, Ordering::Relaxed};
 
 use dimsart_core::{
     AxisKind, Context, Cost, Costs, Counter, DeviceDescriptor, Dimsart, Input, InputLimits, KindId, Module,
-    ModuleKinds, Output, OutputLimits, Packet, Parameters, ProvidedMemory, SafeValue, Tick, Word, scheme,
-    types, words,
+    ModuleKinds, Output, OutputLimits, Packet, Parameters, ProvidedMemory, SafeValue, TickResult, Word,
+    scheme, types, words,
 };
 use dimsart_modules as modules;
 use dimsart_modules::ALL;
@@ -131,16 +131,16 @@ impl Joint {
 
     fn packet(&mut self) -> Packet {
         self.sender.tick(&[Word(0)], &mut []);
-        self.sender.outgoing(0).unwrap()
+        self.sender.take_outgoing(0).unwrap()
     }
 
-    fn step(&mut self, wrong: Option<(&Wrong, f32, u32)>) -> Tick {
+    fn step(&mut self, wrong: Option<(&Wrong, f32, u32)>) -> TickResult {
         let healthy = Wrong::default();
         let (fault, then_m, ticks) = wrong.unwrap_or((&healthy, 0.0, 0));
         DEED.set(fault.module);
         let packet = self.packet();
         match fault.link {
-            None => self.dimsart.deliver(0, &Ok(packet)).unwrap(),
+            None => self.dimsart.receive_parsed(0, &Ok(packet)).unwrap(),
             Some(is_damaged) => {
                 if is_damaged {
                     self.dimsart.receive(0, &[0xA5; 24]).unwrap_err();
@@ -176,10 +176,10 @@ fn latency(wrong: &Wrong) -> Option<(u32, u32, u8)> {
     let found = (0..PHASES).map(|phase| {
         let mut joint = Joint::new();
         for _ in 0..BEFORE + phase {
-            assert_eq!(joint.step(None), Tick::Ran);
+            assert_eq!(joint.step(None), TickResult::Ran);
         }
         let then_m = joint.position_m;
-        let noticed = (0..AFTER).find(|ticks| joint.step(Some((wrong, then_m, *ticks))) != Tick::Ran);
+        let noticed = (0..AFTER).find(|ticks| joint.step(Some((wrong, then_m, *ticks))) != TickResult::Ran);
         noticed.map(|ticks| (ticks, joint.dimsart.safety().reason().number()))
     });
     let found: Vec<_> = found.collect();

@@ -6,11 +6,11 @@ use proptest::prelude::*;
 
 const LENGTH: u32 = 200;
 const ACTIONS: [LeaseAction; 4] =
-    [LeaseAction::Look, LeaseAction::Take, LeaseAction::Renew, LeaseAction::Release];
+    [LeaseAction::Read, LeaseAction::Take, LeaseAction::Renew, LeaseAction::Release];
 
 fn held() -> Lease {
     let mut lease = Lease::new(LENGTH);
-    lease.carry_out(1, LeaseAction::Take).unwrap();
+    lease.handle(1, LeaseAction::Take).unwrap();
     lease
 }
 
@@ -19,7 +19,7 @@ fn it_ends_exactly_its_length_after_the_last_renewal() {
     for early in [0, 1, 100, LENGTH - 1] {
         let mut lease = held();
         assert!((0..early).all(|_| lease.tick()));
-        let status = lease.carry_out(1, LeaseAction::Renew).unwrap();
+        let status = lease.handle(1, LeaseAction::Renew).unwrap();
         assert_eq!(status, LeaseStatus { holder: 1, ticks_left: LENGTH });
         assert!((0..LENGTH).all(|_| lease.tick()), "renewed after {early}");
         assert!(!lease.tick(), "renewed after {early}");
@@ -34,23 +34,23 @@ fn another_client_is_refused_by_the_holder_s_name_and_nothing_of_it_prolongs_the
         lease.tick();
         for action in [LeaseAction::Take, LeaseAction::Renew, LeaseAction::Release] {
             if left > 0 {
-                assert_eq!(lease.carry_out(2, action), Err(Refusal::Lease { holder: 1 }));
+                assert_eq!(lease.handle(2, action), Err(Refusal::Lease { holder: 1 }));
             }
         }
-        lease.carry_out(1, LeaseAction::Look).unwrap();
+        lease.handle(1, LeaseAction::Read).unwrap();
         assert_eq!(lease.status().ticks_left, left);
     }
     assert!(!lease.tick());
-    assert_eq!(lease.carry_out(2, LeaseAction::Take).unwrap().holder, 2);
+    assert_eq!(lease.handle(2, LeaseAction::Take).unwrap().holder, 2);
 }
 
 #[test]
 fn who_was_too_late_to_renew_has_to_take_it_anew() {
     let mut lease = held();
     (0..=LENGTH).for_each(|_| _ = lease.tick());
-    assert_eq!(lease.carry_out(1, LeaseAction::Renew), Err(Refusal::Lease { holder: NO_CLIENT }));
+    assert_eq!(lease.handle(1, LeaseAction::Renew), Err(Refusal::Lease { holder: NO_CLIENT }));
     assert!(!lease.tick());
-    lease.carry_out(1, LeaseAction::Take).unwrap();
+    lease.handle(1, LeaseAction::Take).unwrap();
     assert!(lease.tick());
 }
 
@@ -58,7 +58,7 @@ fn who_was_too_late_to_renew_has_to_take_it_anew() {
 fn given_back_it_ends_at_once() {
     let mut lease = held();
     for _ in 0..2 {
-        assert_eq!(lease.carry_out(1, LeaseAction::Release), Ok(LeaseStatus::default()));
+        assert_eq!(lease.handle(1, LeaseAction::Release), Ok(LeaseStatus::default()));
         assert!(!lease.is_armed());
     }
     assert!(!lease.tick());
@@ -67,11 +67,11 @@ fn given_back_it_ends_at_once() {
 #[test]
 fn nobody_is_no_client_and_a_device_without_a_lease_moves_without_one() {
     for action in &ACTIONS[1..] {
-        assert_eq!(Lease::new(LENGTH).carry_out(NO_CLIENT, *action), Err(Refusal::NotThere));
+        assert_eq!(Lease::new(LENGTH).handle(NO_CLIENT, *action), Err(Refusal::NotFound));
     }
     let mut free = Lease::new(0);
-    assert!(free.is_armed() && free.tick() && free.admit(9).is_ok());
-    assert!(ACTIONS.iter().all(|action| free.carry_out(1, *action) == Err(Refusal::NotThere)));
+    assert!(free.is_armed() && free.tick() && free.check(9).is_ok());
+    assert!(ACTIONS.iter().all(|action| free.handle(1, *action) == Err(Refusal::NotFound)));
 }
 
 /// A second model of a lease: last renewal by client and time.
@@ -101,10 +101,10 @@ proptest! {
             }
             let holder = model.holder();
             let action = ACTIONS[action];
-            let result = lease.carry_out(client, action);
+            let result = lease.handle(client, action);
             let is_mine = holder == Some(client);
             let expected = match action {
-                LeaseAction::Look => true,
+                LeaseAction::Read => true,
                 LeaseAction::Renew => is_mine,
                 _ => is_mine || holder.is_none(),
             };
@@ -115,7 +115,7 @@ proptest! {
                 model.holder = None;
             }
             let other = client % 3 + 1;
-            prop_assert_eq!(lease.admit(other).is_ok(), model.holder().is_none_or(|it| it == other));
+            prop_assert_eq!(lease.check(other).is_ok(), model.holder().is_none_or(|it| it == other));
         }
     }
 }

@@ -4,7 +4,7 @@
 
 use crate::common::way::{Ends, Way, sender_with};
 use crate::common::{self, Bench};
-use dimsart_core::{CommandError, LinkState, Packet, PacketError, ParameterError, Tick, scheme, types};
+use dimsart_core::{CommandError, LinkState, Packet, PacketError, ParameterError, TickResult, scheme, types};
 use rand_core::{Rng, SeedableRng};
 use rand_pcg::Pcg32;
 
@@ -88,7 +88,7 @@ fn jitter_follows_rfc_3550() {
 }
 
 /// Returns the result of the receiver's tick, with this packet or none.
-fn outcome(way: &mut Way, packet: Option<&Packet>) -> Tick {
+fn outcome(way: &mut Way, packet: Option<&Packet>) -> TickResult {
     if let Some(packet) = packet {
         way.receiver.dimsart.receive(0, &packet.to_bytes()).unwrap();
     }
@@ -108,7 +108,7 @@ fn nineteen_lost_ticks_never_trip_and_twenty_always_do() {
                 let packet = way.try_send(1.0);
                 // Packets due during the burst are missing.
                 let packet = packet.filter(|_| !burst.contains(&tick));
-                let is_lost = outcome(&mut way, packet.as_ref()) != Tick::Ran;
+                let is_lost = outcome(&mut way, packet.as_ref()) != TickResult::Ran;
                 if packet.is_some() && tripped.is_none() {
                     last_accepted = tick;
                 }
@@ -133,9 +133,9 @@ fn nineteen_lost_ticks_never_trip_and_twenty_always_do() {
 
 /// Runs a tick of both sides, with or without a packet to the receiver; returns the command and the packet's
 /// age.
-fn commanded_and_age(sender: &mut Bench, receiver: &mut Bench, receives: bool) -> (Tick, f32, u32) {
+fn commanded_and_age(sender: &mut Bench, receiver: &mut Bench, receives: bool) -> (TickResult, f32, u32) {
     sender.tick(&[2.5]);
-    let packet = sender.dimsart.outgoing(0).unwrap();
+    let packet = sender.dimsart.take_outgoing(0).unwrap();
     if receives {
         receiver.dimsart.receive(0, &packet.to_bytes()).unwrap();
     }
@@ -150,10 +150,10 @@ fn a_lost_link_gives_the_safe_input_until_a_reset() {
     let mut receiver = Bench::of(1, &[], &[types::DES_FORCE]);
     receiver.run("COMM_RXMOD CRX_ADD_DATA DES_FORCE\nMOD_ENG MOD_ON COMM_RXMOD");
     let mut step = |receives| commanded_and_age(&mut sender, &mut receiver, receives);
-    let lost = Tick::LinkLost { link: 0 };
-    assert!((0..100).all(|_| step(true) == (Tick::Ran, 2.5, 0)));
+    let lost = TickResult::LinkLost { link: 0 };
+    assert!((0..100).all(|_| step(true) == (TickResult::Ran, 2.5, 0)));
     for age in 1..=19 {
-        assert_eq!(step(false), (Tick::Ran, 2.5, age));
+        assert_eq!(step(false), (TickResult::Ran, 2.5, age));
     }
     for age in 20..30 {
         assert_eq!(step(false), (lost, 0.0, age));
@@ -166,7 +166,7 @@ fn a_lost_link_gives_the_safe_input_until_a_reset() {
     assert!((0..10).all(|_| step(true) == (lost, 0.0, 0)), "its module does not reset a fault");
     receiver.rows("MOD_ENG RESET");
     let mut step = |receives| commanded_and_age(&mut sender, &mut receiver, receives);
-    assert!((0..100).all(|_| step(true) == (Tick::Ran, 2.5, 0)));
+    assert!((0..100).all(|_| step(true) == (TickResult::Ran, 2.5, 0)));
 }
 
 /// A module fault and a link fault in the same tick: the next reset ends both.
@@ -181,39 +181,39 @@ fn a_link_that_was_lost_behind_another_fault_is_not_lost_after_the_reset() {
     );
     let mut step = |receiver: &mut Bench, position_m, receives| {
         sender.tick(&[0.0]);
-        let packet = sender.dimsart.outgoing(0).unwrap();
+        let packet = sender.dimsart.take_outgoing(0).unwrap();
         if receives {
             receiver.dimsart.receive(0, &packet.to_bytes()).unwrap();
         }
         receiver.try_tick(&common::words(&[position_m])).0
     };
-    assert!((0..10).all(|_| step(&mut receiver, 0.0, true) == Tick::Ran));
-    assert!((0..30).all(|_| matches!(step(&mut receiver, 1e30, false), Tick::ModuleFailed(_))));
+    assert!((0..10).all(|_| step(&mut receiver, 0.0, true) == TickResult::Ran));
+    assert!((0..30).all(|_| matches!(step(&mut receiver, 1e30, false), TickResult::ModuleFailed(_))));
     assert_eq!(receiver.bits("LINK_STATE"), [LinkState::Timeout as u32]);
     receiver.rows("MOD_ENG RESET");
-    assert!((0..30).all(|_| step(&mut receiver, 0.0, true) == Tick::Ran));
+    assert!((0..30).all(|_| step(&mut receiver, 0.0, true) == TickResult::Ran));
 }
 
 #[test]
 fn a_link_without_a_first_packet_is_down_until_it_comes() {
-    let down = Tick::LinkDown { link: 0 };
+    let down = TickResult::LinkDown { link: 0 };
     let mut way = Way::timed("");
-    assert!((0..19).all(|_| outcome(&mut way, None) == Tick::Ran));
+    assert!((0..19).all(|_| outcome(&mut way, None) == TickResult::Ran));
     assert!((0..1000).all(|_| outcome(&mut way, None) == down));
     assert_eq!(way.count("LINK_STATE"), LinkState::NoData as u32);
     let packet = way.send(1.0);
     assert_eq!(outcome(&mut way, Some(&packet)), down, "modules begin in the next tick");
-    assert!((0..19).all(|_| outcome(&mut way, None) == Tick::Ran));
-    assert!((0..1000).all(|_| outcome(&mut way, None) == Tick::LinkLost { link: 0 }));
+    assert!((0..19).all(|_| outcome(&mut way, None) == TickResult::Ran));
+    assert!((0..1000).all(|_| outcome(&mut way, None) == TickResult::LinkLost { link: 0 }));
     way.receiver.rows("MOD_ENG RESET");
-    assert!((0..19).all(|_| outcome(&mut way, None) == Tick::Ran));
+    assert!((0..19).all(|_| outcome(&mut way, None) == TickResult::Ran));
     assert_eq!(outcome(&mut way, None), down, "a reset alone does not restore it");
     // Without a receiver there is no link.
     let mut way = Way::timed("");
     assert!((0..100).any(|_| outcome(&mut way, None) == down));
     way.receiver.rows("MOD_ENG MOD_OFF COMM_RXMOD");
     assert_eq!(outcome(&mut way, None), down);
-    assert!((0..100).all(|_| outcome(&mut way, None) == Tick::Ran));
+    assert!((0..100).all(|_| outcome(&mut way, None) == TickResult::Ran));
 }
 
 /// Windup while the device waits for its peer is discarded when the peer arrives.
@@ -228,7 +228,7 @@ fn motion_begins_anew_with_the_first_packet() {
     );
     let mut step = |receives| {
         sender.tick(&[0.0]);
-        let packet = sender.dimsart.outgoing(0).unwrap();
+        let packet = sender.dimsart.take_outgoing(0).unwrap();
         if receives {
             receiver.dimsart.receive(0, &packet.to_bytes()).unwrap();
         }
@@ -236,23 +236,23 @@ fn motion_begins_anew_with_the_first_packet() {
         let (tick, commanded) = receiver.try_tick(&common::words(&[-1.0]));
         (tick, f32::from_bits(commanded[0].0))
     };
-    (0..19).for_each(|_| assert_eq!(step(false).0, Tick::Ran));
-    let down = (Tick::LinkDown { link: 0 }, 0.0);
+    (0..19).for_each(|_| assert_eq!(step(false).0, TickResult::Ran));
+    let down = (TickResult::LinkDown { link: 0 }, 0.0);
     assert!((0..500).all(|_| step(false) == down));
     assert_eq!(step(true), down);
     let (tick, force) = step(true);
-    assert_eq!(tick, Tick::Ran);
+    assert_eq!(tick, TickResult::Ran);
     assert!(force < 3.0, "windup: {force} N");
 }
 
 #[test]
 fn a_timeout_that_is_switched_off_never_comes() {
     let mut way = Way::timed("COMM_RXMOD TIMEOUT_TICKS 0");
-    assert!((0..1000).all(|_| outcome(&mut way, None) == Tick::Ran));
+    assert!((0..1000).all(|_| outcome(&mut way, None) == TickResult::Ran));
     let mut way = Way::timed("COMM_RXMOD TIMEOUT_TICKS 0");
     let packet = way.send(1.0);
-    assert_eq!(outcome(&mut way, Some(&packet)), Tick::Ran);
-    assert!((0..1000).all(|_| outcome(&mut way, None) == Tick::Ran));
+    assert_eq!(outcome(&mut way, Some(&packet)), TickResult::Ran);
+    assert!((0..1000).all(|_| outcome(&mut way, None) == TickResult::Ran));
 }
 
 #[test]
@@ -303,7 +303,7 @@ fn a_round_trip_is_in_ticks_at_any_rate() {
                     let expected: u32 = tick - sent_at[&(side, packet.echo)];
                     assert_eq!(ends[side].bits("LINK_ROUND_TRIP"), [expected], "{every}, {tick}");
                 }
-                if let Some(packet) = ends[side].dimsart.outgoing(0) {
+                if let Some(packet) = ends[side].dimsart.take_outgoing(0) {
                     sent_at.insert((side, packet.counter), tick);
                     lines[1 - side].push((tick + 4, 0, packet));
                 }
@@ -323,7 +323,7 @@ fn time_goes_on_for_a_link_while_measurements_are_refused() {
         receiver.run("COMM_RXMOD CRX_ADD_DATA DES_FORCE\nMOD_ENG MOD_ON COMM_RXMOD");
         let mut step = |is_allowed: bool, force: f32, measured: f32, arrives: bool| {
             sender.tick(&[force]);
-            let packet = sender.dimsart.outgoing(0).unwrap();
+            let packet = sender.dimsart.take_outgoing(0).unwrap();
             if arrives {
                 receiver.dimsart.receive(0, &packet.to_bytes()).unwrap();
             }
@@ -331,16 +331,16 @@ fn time_goes_on_for_a_link_while_measurements_are_refused() {
             let (tick, commanded) = receiver.try_tick(&[measured.into()]);
             (tick, f32::from_bits(commanded[0].0))
         };
-        assert!((0..50).all(|_| step(true, 2.5, 0.0, true) == (Tick::Ran, 2.5)));
+        assert!((0..50).all(|_| step(true, 2.5, 0.0, true) == (TickResult::Ran, 2.5)));
         for tick in 0..missed {
             // No packet received in the meantime is left at the end.
             let (tick, force) = step(false, 2.5, f32::NAN, is_alive || tick == 0);
-            assert!(matches!(tick, Tick::MeasurementRefused(_)) && force == 0.0);
+            assert!(matches!(tick, TickResult::MeasurementRefused(_)) && force == 0.0);
         }
         if is_alive {
-            assert!((0..50).all(|_| step(true, 1.5, 0.0, true) == (Tick::Ran, 1.5)));
+            assert!((0..50).all(|_| step(true, 1.5, 0.0, true) == (TickResult::Ran, 1.5)));
         } else {
-            let moved = (0..100).take_while(|_| step(true, 1.5, 0.0, false).0 == Tick::Ran).count();
+            let moved = (0..100).take_while(|_| step(true, 1.5, 0.0, false).0 == TickResult::Ran).count();
             assert_eq!(moved, 19_usize.saturating_sub(missed), "{missed}");
         }
     }
@@ -357,7 +357,7 @@ fn what_a_line_gives_back_is_not_taken_for_the_other_side() {
             assert_eq!(scheme::load(text, side, &SIDES, &mut bench.dimsart, |_| {}), 0);
             for _ in 0..100 {
                 bench.tick(&[0.1]);
-                let own = bench.dimsart.outgoing(0).unwrap();
+                let own = bench.dimsart.take_outgoing(0).unwrap();
                 assert_eq!(own.echo, 0, "{side}");
                 assert_eq!(bench.dimsart.receive(0, &own.to_bytes()), Err(PacketError::Crc), "{side}");
             }

@@ -40,8 +40,8 @@ fn counters_may_wrap_and_nothing_is_lost_or_used_twice() {
 #[test]
 fn a_channel_hears_only_its_own_packets() {
     let mut way = Way::new("COMM_RXMOD CRX_CHANNEL 2047");
-    assert_eq!(way.receiver.dimsart.listening_channel(0), 2047);
-    assert_eq!(way.receiver.dimsart.listening_channel(1), 0);
+    assert_eq!(way.receiver.dimsart.receive_channel(0), 2047);
+    assert_eq!(way.receiver.dimsart.receive_channel(1), 0);
     let packet = way.send(1.0);
     assert_eq!(way.receiver.dimsart.receive(0, &packet.to_bytes()), Err(PacketError::Crc));
     way.sender = sender_with("COMM_TXMOD CTX_CHANNEL 2047");
@@ -49,7 +49,7 @@ fn a_channel_hears_only_its_own_packets() {
     assert_eq!((packet.channel, packet.counter), (2047, 1));
     assert_eq!(way.receive([&packet]), 1.0);
     way.receiver.rows("MOD_ENG MOD_OFF COMM_RXMOD");
-    assert_eq!(way.receiver.dimsart.listening_channel(0), 0, "no receiver");
+    assert_eq!(way.receiver.dimsart.receive_channel(0), 0, "no receiver");
 }
 
 /// Counters wrap after 65 535 packets: the first packets of a restarted sender can look like later ones of

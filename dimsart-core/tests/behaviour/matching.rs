@@ -6,8 +6,9 @@ use std::collections::BTreeSet;
 use crate::common::Bench;
 use crate::common::module_at;
 use dimsart_core::{
-    AxisKind, Command, CommandError, DataType, DeviceDescriptor, Dimsart, Direction, Engine, Finding, Format,
-    ParameterError, Party, ProvidedMemory, Shape, Summary, Unit, UnitRelation, limits, scheme, types,
+    AxisKind, Command, CommandError, DataType, DeviceDescriptor, Dimsart, Direction, Endpoint, Engine,
+    Finding, Format, ParameterError, ProvidedMemory, Shape, Summary, Unit, UnitRelation, limits, scheme,
+    types,
 };
 use dimsart_modules::ALL;
 use rand_core::{Rng, SeedableRng};
@@ -49,7 +50,7 @@ fn table_1_as_printed_lacks_exactly_one_provider_on_the_slave() {
     assert_eq!(errors, ["20:25 Refused(HasFaults { faults: 1 })"]);
     let report = slave.engine().check();
     let tx = ALL.module("COMM_TXMOD").unwrap();
-    let expected = Finding::NoProvider { signal: types::CH1_TD_WAVES.first(), reader: Party::Module(tx) };
+    let expected = Finding::NoProvider { signal: types::CH1_TD_WAVES.first(), reader: Endpoint::Module(tx) };
     assert_eq!(report.findings(), [expected]);
     assert!(!slave.engine().is_running());
 }
@@ -157,7 +158,7 @@ fn a_report_counts_what_it_cannot_list_and_lists_faults_before_declared_delays()
     assert_eq!(report.findings().len(), limits::MAX_FINDINGS);
     assert_eq!(report.unlisted(), 14 * 5 + 2 - limits::MAX_FINDINGS);
     assert!(report.findings().iter().all(Finding::is_fault));
-    assert!(!report.is_sound());
+    assert!(!report.has_no_fault());
 }
 
 #[test]
@@ -270,7 +271,9 @@ fn what_is_an_integral_one_way_is_a_derivative_the_other() {
     let units = Unit::ALL.iter().copied().filter(|unit| *unit != Unit::Any);
     for (unit, other) in units.clone().flat_map(|unit| units.clone().map(move |other| (unit, other))) {
         assert_eq!(unit.integral() == Some(other), other.derivative() == Some(unit), "{unit:?}, {other:?}");
-        assert!(UnitRelation::Same.admits(unit, Unit::Any) && UnitRelation::Integral.admits(Unit::Any, unit));
+        assert!(
+            UnitRelation::Same.accepts(unit, Unit::Any) && UnitRelation::Integral.accepts(Unit::Any, unit)
+        );
     }
 }
 
@@ -280,7 +283,7 @@ fn a_module_whose_units_differ_is_not_plugged_into_a_running_scheme() {
     let before = bench.snapshot();
     bench.rows("SUM_MOD PORT_A POSITION\nSUM_MOD PORT_B DES_FORCE\nSUM_MOD PORT_SIGNAL_OUT FORCE.2");
     let refused = bench.order("MOD_ENG MOD_ON SUM_MOD");
-    let Err(CommandError::WouldBreak(Finding::UnitsDiffer { port: 1, other_port: 0, .. })) = refused else {
+    let Err(CommandError::BreaksScheme(Finding::UnitsDiffer { port: 1, other_port: 0, .. })) = refused else {
         panic!("{refused:?}")
     };
     assert!(bench.dimsart.engine().is_running());
@@ -306,14 +309,14 @@ fn two_modules_at_one_end_of_a_link_are_a_fault() {
     bench.run(two);
     let refused = bench.order("MOD_ENG MOD_ON COMM_TXMOD.2");
     assert!(
-        matches!(refused, Err(CommandError::WouldBreak(Finding::DuplicateLinkEnd { link: 0, .. }))),
+        matches!(refused, Err(CommandError::BreaksScheme(Finding::DuplicateLinkEnd { link: 0, .. }))),
         "{refused:?}"
     );
     bench.rows("COMM_TXMOD.2 CTX_LINK 1\nMOD_ENG MOD_ON COMM_TXMOD.2");
     let refused = bench.order("COMM_TXMOD.2 CTX_LINK 0");
     assert_eq!(refused, Err(CommandError::Parameter(ParameterError::WhilePluggedIn)));
     bench.tick(&[1.0, 2.0, 3.0]);
-    let sent = [0, 1].map(|link| bench.dimsart.outgoing(link).unwrap());
+    let sent = [0, 1].map(|link| bench.dimsart.take_outgoing(link).unwrap());
     assert_eq!(sent[0], sent[1]);
 }
 

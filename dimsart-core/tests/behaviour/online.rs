@@ -64,9 +64,9 @@ fn with(place: usize, change: impl Fn(u32) -> u32) -> Vec<u32> {
 fn keep(bench: &mut Bench, number: u8, words: &[u32]) -> Result<(), CommandError> {
     for (place, pair) in (0..).step_by(2).zip(words.chunks(2)) {
         let words = [pair[0], pair.get(1).copied().unwrap_or(0)];
-        bench.dimsart.command(Command::PutLaw { place, words })?;
+        bench.dimsart.command(Command::UploadLaw { place, words })?;
     }
-    bench.dimsart.command(Command::KeepLaw { number, count: u8::try_from(words.len()).unwrap() })
+    bench.dimsart.command(Command::StoreLaw { number, count: u8::try_from(words.len()).unwrap() })
 }
 
 fn bench() -> Bench {
@@ -169,10 +169,13 @@ fn a_program_in_use_is_neither_overwritten_nor_removed() {
     assert_eq!(bench.dimsart.engine().law(1).map(|law| law.words), Some(0));
     assert!(bench.order("MOD_ENG MOD_ON ONLINE_MOD").is_ok(), "without a law it does nothing");
     bench.rows("ONLINE_MOD.2 PROGRAM 1");
-    assert_eq!(bench.order("MOD_ENG MOD_ON ONLINE_MOD.2"), Err(CommandError::NoLaw(module("ONLINE_MOD.2"))));
+    assert_eq!(
+        bench.order("MOD_ENG MOD_ON ONLINE_MOD.2"),
+        Err(CommandError::UnknownLaw(module("ONLINE_MOD.2")))
+    );
     let beyond = u8::try_from(Sizes::DEFAULT.programs + 1).unwrap();
-    assert_eq!(keep(&mut bench, beyond, &spring()), Err(CommandError::Law(LawRefusal::NoSuchNumber)));
-    assert_eq!(keep(&mut bench, 0, &spring()), Err(CommandError::Law(LawRefusal::NoSuchNumber)));
+    assert_eq!(keep(&mut bench, beyond, &spring()), Err(CommandError::Law(LawRefusal::UnknownNumber)));
+    assert_eq!(keep(&mut bench, 0, &spring()), Err(CommandError::Law(LawRefusal::UnknownNumber)));
 }
 
 #[test]
@@ -237,13 +240,13 @@ fn a_law_costs_what_its_instructions_do() {
     assert_eq!(bench.dimsart.engine().law(1).and_then(|law| law.cycles), Some(expected));
     bench.rows("ONLINE_MOD PROGRAM 1");
     let limit = |cycles| core::num::NonZeroU32::new(cycles);
-    bench.dimsart.engine_mut().limit_cycles(limit(120 + expected - 1));
+    bench.dimsart.engine_mut().set_cycle_limit(limit(120 + expected - 1));
     let refused = bench.order("MOD_ENG MOD_ON ONLINE_MOD");
     assert!(
         matches!(refused, Err(CommandError::TooSlow { cycles, .. }) if cycles == expected),
         "{refused:?}"
     );
-    bench.dimsart.engine_mut().limit_cycles(limit(120 + expected));
+    bench.dimsart.engine_mut().set_cycle_limit(limit(120 + expected));
     bench.rows("MOD_ENG MOD_ON ONLINE_MOD");
 }
 

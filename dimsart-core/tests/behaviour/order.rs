@@ -5,7 +5,7 @@
 
 use dimsart_core::{
     Accepts, AxisKind, Command, DeviceDescriptor, Dimsart, Direction, Engine, ModuleRef, PortSpec,
-    ProvidedMemory, Tick, TypeRef, Value, Word, types,
+    ProvidedMemory, TickResult, TypeRef, Value, Word, types,
 };
 use dimsart_modules::ALL;
 use rand_core::{Rng, SeedableRng};
@@ -97,7 +97,7 @@ impl Case {
                 frame[of(port)].copy_from_slice(&previous[of(port)]);
             }
             previous = fresh;
-            assert!(matches!(dimsart.tick(&frame, &mut []), Tick::Ran | Tick::LinkDown { .. }));
+            assert!(matches!(dimsart.tick(&frame, &mut []), TickResult::Ran | TickResult::LinkDown { .. }));
             let engine = dimsart.engine();
             let signals = engine.steps().filter(|step| step.module == self.module);
             let signals = signals.flat_map(|step| engine.step_signals(step)).collect::<Vec<_>>();

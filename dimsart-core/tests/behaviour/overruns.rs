@@ -6,7 +6,7 @@ use std::sync::atomic::{AtomicU32, Ordering::Relaxed};
 
 use dimsart_core::{
     Command, Context, Cost, Costs, Counter, FaultCause, Input, KindId, Module, ModuleKinds, ModuleRef,
-    Output, Tick, Unit, types, words,
+    Output, TickResult, Unit, types, words,
 };
 use dimsart_link::protocol::DeviceInfo;
 use dimsart_link::{Event, EventKind, EventLog};
@@ -113,9 +113,9 @@ fn a_budget_is_in_cycles_whatever_the_counter_counts() {
     set_cycles(&mut bench, 1, 3 * BUDGET);
     assert_eq!(bench.tick(&[1.0, -2.0]), [1.0, -2.0]);
     set_cycles(&mut bench, 1, 3 * BUDGET + 1);
-    assert_eq!(bench.try_tick(&[1.0_f32.into(); 2]).0, Tick::ModuleFailed(slow(1)));
+    assert_eq!(bench.try_tick(&[1.0_f32.into(); 2]).0, TickResult::ModuleFailed(slow(1)));
     let cause = bench.dimsart.engine().module_fault().map(|fault| fault.cause);
-    assert_eq!(cause, Some(FaultCause::TookTooLong { budget_cycles: BUDGET }));
+    assert_eq!(cause, Some(FaultCause::TimeExceeded { budget_cycles: BUDGET }));
 }
 
 #[test]
@@ -150,23 +150,23 @@ fn one_that_takes_longer_is_cut_out_in_that_tick_with_what_depends_on_it() {
             CALLS.set(0);
             bench.try_tick(&[1.0_f32.into(), (-2.0_f32).into()])
         };
-        assert_eq!(tick, Tick::ModuleFailed(slow(1)), "{percent} %");
+        assert_eq!(tick, TickResult::ModuleFailed(slow(1)), "{percent} %");
         assert!(commanded.iter().all(|word| word.0 == 0), "{commanded:?}");
         assert_eq!(CALLS.get(), 1, "dependents and previously isolated modules are not called");
         assert_eq!(bench.dimsart.engine().isolated_modules().count(), 3);
         let fault = bench.dimsart.engine().module_fault().unwrap();
         assert_eq!(fault.module, slow(1));
-        assert_eq!(fault.cause, FaultCause::TookTooLong { budget_cycles: BUDGET });
+        assert_eq!(fault.cause, FaultCause::TimeExceeded { budget_cycles: BUDGET });
         let text = bench.dimsart.engine().explain_module_fault(fault).to_string();
         assert!(text.contains(&format!("SLOW_MOD exceeded its budget of {BUDGET} cycles")), "{text}");
         // It latches until a reset; a reset alone does not repair it.
         set_cycles(&mut bench, 1, 0);
-        assert_eq!(bench.try_tick(&[1.0_f32.into(); 2]).0, Tick::ModuleFailed(slow(1)));
+        assert_eq!(bench.try_tick(&[1.0_f32.into(); 2]).0, TickResult::ModuleFailed(slow(1)));
         bench.dimsart.command(Command::Reset).unwrap();
         set_cycles(&mut bench, 3, 0);
         assert_eq!(bench.tick(&[1.0, -2.0]), [1.0, -2.0]);
         set_cycles(&mut bench, 1, cycles);
-        assert_eq!(bench.try_tick(&[1.0_f32.into(); 2]).0, Tick::ModuleFailed(slow(1)));
+        assert_eq!(bench.try_tick(&[1.0_f32.into(); 2]).0, TickResult::ModuleFailed(slow(1)));
     }
 }
 

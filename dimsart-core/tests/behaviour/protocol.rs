@@ -16,12 +16,12 @@ mod served;
 
 use crate::common::module_at;
 use dimsart_core::{
-    Accepted, Accepts, AxisKind, Command, CommandError, DataTypeText, EngineCommand, Finding, Format,
-    FrameError, ModuleRef, ParameterError, ParameterText, Party, PortText, Tick, Timing, TypeRef, Unit,
-    Value, scheme, types,
+    Accepted, Accepts, AxisKind, Command, CommandError, DataTypeText, Endpoint, EngineCommand, Finding,
+    Format, FrameError, ModuleRef, ParameterError, ParameterText, PortText, TickResult, Timing, TypeRef,
+    Unit, Value, scheme, types,
 };
 use dimsart_link::protocol::{
-    Blocked, Effect, MAX_SIGNAL_WORDS, PROTOCOL_VERSION, Refusal, Request, Response, SchemeAction,
+    Effect, MAX_SIGNAL_WORDS, NotCommandedReason, PROTOCOL_VERSION, Refusal, Request, Response, SchemeAction,
     StoreError, TimingReport,
 };
 use dimsart_modules::ALL;
@@ -203,18 +203,18 @@ fn an_accepted_command_says_what_still_keeps_the_device_still() {
     let mut served = ServedDevice::new();
     let pd = module("PDCTRL_MOD");
     let effect = served.command(Command::PlugIn(pd));
-    let wanted = Finding::NoProvider { signal: types::DES_POSITION.first(), reader: Party::Module(pd) };
+    let wanted = Finding::NoProvider { signal: types::DES_POSITION.first(), reader: Endpoint::Module(pd) };
     assert_eq!(
         effect,
         Effect {
             refused: None,
-            blocked: Some(Blocked::Mismatch(wanted)),
+            blocked: Some(NotCommandedReason::Mismatch(wanted)),
             value: None,
             is_in_transaction: false
         }
     );
     assert_eq!(served.ask(Request::Finding { index: 0 }), Response::Finding { finding: wanted, faults: 1 });
-    assert_eq!(served.ask(Request::Finding { index: 1 }), Response::Refused(Refusal::NotThere));
+    assert_eq!(served.ask(Request::Finding { index: 1 }), Response::Refused(Refusal::NotFound));
     let effect = served.command(Command::Check);
     assert_eq!(effect.refused, Some(CommandError::HasFaults { faults: 1 }));
 
@@ -229,7 +229,7 @@ fn an_accepted_command_says_what_still_keeps_the_device_still() {
         effect,
         Effect {
             refused: None,
-            blocked: Some(Blocked::Tick(Tick::Idle)),
+            blocked: Some(NotCommandedReason::Tick(TickResult::Idle)),
             value: None,
             is_in_transaction: false
         }
@@ -239,7 +239,7 @@ fn an_accepted_command_says_what_still_keeps_the_device_still() {
 
     served.tick(0.5);
     served.tick(f32::NAN);
-    let reason = Blocked::Tick(Tick::MeasurementRefused(FrameError::NotFinite {
+    let reason = NotCommandedReason::Tick(TickResult::MeasurementRefused(FrameError::NotFinite {
         signal: types::POSITION.first(),
         word: 0,
     }));
@@ -292,19 +292,19 @@ fn signals_are_read_in_pieces_as_the_last_tick_left_them() {
     assert_eq!(entries, expected);
     let position = Request::Signal { signal: types::POSITION.first(), from: 0 };
     let position = unwrap!(Signal, served.ask(position));
-    assert_eq!((position.format, position.unit, position.words_in_all), (Format::F32, Unit::Position, 3));
+    assert_eq!((position.format, position.unit, position.total_words), (Format::F32, Unit::Position, 3));
     assert_eq!(position.words, [0.25_f32.to_bits(), 0, 0]);
     let mut words = Vec::new();
     for from in [0, 32] {
         let part = unwrap!(Signal, served.ask(Request::Signal { signal: MAP.first(), from }));
-        assert_eq!(part.words_in_all, 40);
+        assert_eq!(part.total_words, 40);
         assert!(part.words.len() <= MAX_SIGNAL_WORDS);
         words.extend(part.words.into_iter().map(f32::from_bits));
     }
     assert_eq!(words, (1..=40_u8).map(f32::from).collect::<Vec<_>>());
     let missing = TypeRef { number: 2, ..MAP.first() };
     for (signal, from) in [(MAP.first(), 41), (missing, 0)] {
-        assert_eq!(served.ask(Request::Signal { signal, from }), Response::Refused(Refusal::NotThere));
+        assert_eq!(served.ask(Request::Signal { signal, from }), Response::Refused(Refusal::NotFound));
     }
 }
 
@@ -312,12 +312,12 @@ fn signals_are_read_in_pieces_as_the_last_tick_left_them() {
 fn a_scheme_is_told_command_by_command() {
     let mut served = ServedDevice::new();
     assert_eq!(scheme::load(SCHEME, "slave", SIDES, &mut served.dimsart, |error| panic!("{error:?}")), 0);
-    let expected: Vec<Command> = served.dimsart.engine_mut().commands().collect();
+    let expected: Vec<Command> = served.dimsart.engine_mut().rebuild_commands().collect();
     let mut found = Vec::new();
     for place in 0..=u8::MAX {
         let of_module = (0..=u16::MAX).map(|index| served.ask(Request::SchemeCommand { place, index }));
         let of_module: Vec<_> =
-            of_module.take_while(|answer| *answer != Response::Refused(Refusal::NotThere)).collect();
+            of_module.take_while(|answer| *answer != Response::Refused(Refusal::NotFound)).collect();
         if of_module.is_empty() {
             break;
         }
@@ -330,7 +330,7 @@ fn a_scheme_is_told_command_by_command() {
 #[test]
 fn timing_is_told_by_a_device_that_has_a_clock_and_a_controller_alone_keeps_no_schemes() {
     let mut served = ServedDevice::new();
-    assert_eq!(served.ask(Request::Timing), Response::Refused(Refusal::NotThere));
+    assert_eq!(served.ask(Request::Timing), Response::Refused(Refusal::NotFound));
     let mut timing = Timing::default();
     timing.count(true, false);
     timing.count(false, true);

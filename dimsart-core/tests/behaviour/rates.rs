@@ -6,7 +6,7 @@ use std::collections::BTreeMap;
 
 use dimsart_core::{
     AxisKind, Command, DeviceDescriptor, Dimsart, Direction, EVERY_TICKS, ModuleRef, Observer,
-    ProvidedMemory, Tick, Value, Word, types,
+    ProvidedMemory, TickResult, Value, Word, types,
 };
 use dimsart_modules::ALL;
 use rand_core::{Rng, SeedableRng};
@@ -31,7 +31,7 @@ fn calls(dimsart: &mut Dimsart) -> u32 {
     let mut count = Count(0);
     let measured = vec![Word(0); dimsart.frame().output_words()];
     let mut commanded = vec![Word(0); dimsart.frame().input_words()];
-    assert_eq!(dimsart.tick_observed(&measured, &mut commanded, &mut count), Tick::Ran);
+    assert_eq!(dimsart.tick_observed(&measured, &mut commanded, &mut count), TickResult::Ran);
     count.0
 }
 
@@ -76,7 +76,7 @@ fn a_module_computes_with_its_own_period_and_holds_between() {
                 let words = fast.frame().output_words();
                 let measured: Vec<_> =
                     (0..words).map(|_| Word::from((random.next_u32() >> 8) as f32 / 16_777_216.0)).collect();
-                let computes = |tick| matches!(tick, Tick::Ran | Tick::LinkDown { .. });
+                let computes = |tick| matches!(tick, TickResult::Ran | TickResult::LinkDown { .. });
                 assert!(computes(fast.tick(&measured, &mut [])));
                 if tick % u32::from(every_ticks) == 0 {
                     assert!(computes(slow.tick(&measured, &mut [])));
@@ -332,7 +332,8 @@ fn modules_that_need_one_another_share_their_ticks() {
         for (place, needed) in needs.iter().enumerate() {
             for other in needed {
                 let (one, other) = (rates[place], rates[*other]);
-                let runs = |rate: dimsart_core::Rate, tick: u8| tick % rate.every_ticks == rate.left_ticks;
+                let runs =
+                    |rate: dimsart_core::Rate, tick: u8| tick % rate.every_ticks == rate.ticks_until_run;
                 assert!(
                     (0..100).any(|tick| runs(one, tick) && runs(other, tick)),
                     "{one:?} needs {other:?}: {needs:?} {rates:?}"

@@ -126,7 +126,7 @@ fn a_scheme_comes_back_with_the_same_modules_signals_parameters_and_bits() {
             let outcomes = [&mut made, &mut copy].map(|bench| bench.try_tick(&words(&values)));
             assert_eq!(outcomes[0], outcomes[1]);
             for link in 0..2 {
-                let [sent, resent] = [&mut made, &mut copy].map(|bench| bench.dimsart.outgoing(link));
+                let [sent, resent] = [&mut made, &mut copy].map(|bench| bench.dimsart.take_outgoing(link));
                 assert_eq!(sent, resent, "round {round}, tick {tick}");
             }
             let signals = |bench: &Bench| {
@@ -225,7 +225,7 @@ fn a_scheme_that_does_not_load_leaves_no_module_behind() {
     let mut bytes = SchemeBytes::new();
     let mut writer = Writer::new(&mut bytes, fingerprint(dimsart.engine_mut()));
     let pd = ALL.module("PDCTRL_MOD").unwrap();
-    let mut commands: Vec<Command> = dimsart.engine_mut().commands().collect();
+    let mut commands: Vec<Command> = dimsart.engine_mut().rebuild_commands().collect();
     commands.retain(|command| *command != Command::PlugIn(pd));
     commands.iter().for_each(|command| writer.push(command).unwrap());
     writer.finish().unwrap();
@@ -240,7 +240,7 @@ fn a_scheme_that_does_not_load_leaves_no_module_behind() {
 #[test]
 fn a_scheme_without_the_command_that_starts_it_is_damaged() {
     let mut dimsart = shipped();
-    let commands: Vec<Command> = dimsart.engine_mut().commands().collect();
+    let commands: Vec<Command> = dimsart.engine_mut().rebuild_commands().collect();
     for count in [0, 1, commands.len()] {
         let mut bytes = SchemeBytes::new();
         let mut writer = Writer::new(&mut bytes, fingerprint(dimsart.engine_mut()));

@@ -2,7 +2,7 @@
 #![expect(clippy::unwrap_used, reason = "in helpers of tests as in tests")]
 
 use crate::common::Bench;
-use dimsart_core::scheme::{self, Problem, SchemeError, SourceLocation};
+use dimsart_core::scheme::{self, RowError, SchemeError, SourceLocation};
 use dimsart_core::{Accepts, CommandError, ModuleRef, ParameterError, Value, types};
 use dimsart_modules::ALL;
 use proptest::prelude::*;
@@ -28,18 +28,18 @@ fn module(name: &str) -> ModuleRef {
 }
 
 /// Invalid value of this parameter, with the accepted values.
-fn value(name: &str, parameter: &str, accepts: Accepts) -> Problem {
+fn value(name: &str, parameter: &str, accepts: Accepts) -> RowError {
     let module = module(name);
     let parameter = ALL.parameter(module.kind, parameter).unwrap();
     let found = ALL.describe_parameter(module.kind, parameter).unwrap();
     assert_eq!(found.accepts, accepts, "{name} {}", found.name);
-    Problem::Value { module, parameter }
+    RowError::Value { module, parameter }
 }
 
 /// Invalid entry of the parameter of another problem.
-fn entry(value: Problem) -> Problem {
+fn entry(value: RowError) -> RowError {
     match value {
-        Problem::Value { module, parameter } => Problem::Entry { module, parameter },
+        RowError::Value { module, parameter } => RowError::Entry { module, parameter },
         other => other,
     }
 }
@@ -52,40 +52,45 @@ fn what_is_wrong_is_named_with_its_place() {
     let ticks = value("TIMEDELAY_MOD", "TD_PARAM", Accepts::Count { min: 0, max: 60_000 });
     let switch = value("PDCTRL_MOD", "LAW_OUTPUT", Accepts::Flag);
     let cases = [
-        ("boss MOD_ENG STOP", 1, "boss", Problem::Destination),
-        ("m&s& MOD_ENG STOP", 1, "m&s&", Problem::Destination),
-        ("m&x MOD_ENG STOP", 1, "m&x", Problem::Destination),
-        ("x&m MOD_ENG STOP", 1, "x&m", Problem::Destination),
-        ("ma MOD_ENG STOP", 1, "ma", Problem::Destination),
-        ("all&m MOD_ENG STOP", 1, "all&m", Problem::Destination),
-        ("ALL MOD_ENG STOP", 1, "ALL", Problem::Destination),
-        ("m", 2, "", Problem::Module),
-        ("m   # MOD_ENG STOP", 2, "", Problem::Module),
-        ("m PDCTRL K_PARAM 1", 3, "PDCTRL", Problem::Module),
-        ("m pdctrl_mod K_PARAM 1", 3, "pdctrl_mod", Problem::Module),
-        ("m PDCTRL_MOD.0 K_PARAM 1", 3, "PDCTRL_MOD.0", Problem::Module),
-        ("m PDCTRL_MOD.256 K_PARAM 1", 3, "PDCTRL_MOD.256", Problem::Module),
-        ("m PDCTRL_MOD. K_PARAM 1", 3, "PDCTRL_MOD.", Problem::Module),
-        ("m\tMOD_ENG\t\tMOD_UP\tPDCTRL_MOD", 12, "MOD_UP", Problem::EngineCommand),
-        ("m MOD_ENG", 10, "", Problem::EngineCommand),
-        ("m MOD_ENG MOD_ON", 17, "", Problem::ModuleValue),
-        ("m MOD_ENG MOD_ON   PD", 20, "PD", Problem::ModuleValue),
-        ("m MOD_ENG STOP now", 16, "now", Problem::Surplus),
-        ("m MOD_ENG MOD_ON PDCTRL_MOD now or never", 29, "now", Problem::Surplus),
-        ("m PDCTRL_MOD K_PARAM 1 N/m", 24, "N/m", Problem::Surplus),
-        ("m PDCTRL_MOD P_PARAM 1", 14, "P_PARAM", Problem::ModuleCommand(pd)),
+        ("boss MOD_ENG STOP", 1, "boss", RowError::Destination),
+        ("m&s& MOD_ENG STOP", 1, "m&s&", RowError::Destination),
+        ("m&x MOD_ENG STOP", 1, "m&x", RowError::Destination),
+        ("x&m MOD_ENG STOP", 1, "x&m", RowError::Destination),
+        ("ma MOD_ENG STOP", 1, "ma", RowError::Destination),
+        ("all&m MOD_ENG STOP", 1, "all&m", RowError::Destination),
+        ("ALL MOD_ENG STOP", 1, "ALL", RowError::Destination),
+        ("m", 2, "", RowError::Module),
+        ("m   # MOD_ENG STOP", 2, "", RowError::Module),
+        ("m PDCTRL K_PARAM 1", 3, "PDCTRL", RowError::Module),
+        ("m pdctrl_mod K_PARAM 1", 3, "pdctrl_mod", RowError::Module),
+        ("m PDCTRL_MOD.0 K_PARAM 1", 3, "PDCTRL_MOD.0", RowError::Module),
+        ("m PDCTRL_MOD.256 K_PARAM 1", 3, "PDCTRL_MOD.256", RowError::Module),
+        ("m PDCTRL_MOD. K_PARAM 1", 3, "PDCTRL_MOD.", RowError::Module),
+        ("m\tMOD_ENG\t\tMOD_UP\tPDCTRL_MOD", 12, "MOD_UP", RowError::EngineCommand),
+        ("m MOD_ENG", 10, "", RowError::EngineCommand),
+        ("m MOD_ENG MOD_ON", 17, "", RowError::ModuleValue),
+        ("m MOD_ENG MOD_ON   PD", 20, "PD", RowError::ModuleValue),
+        ("m MOD_ENG STOP now", 16, "now", RowError::Surplus),
+        ("m MOD_ENG MOD_ON PDCTRL_MOD now or never", 29, "now", RowError::Surplus),
+        ("m PDCTRL_MOD K_PARAM 1 N/m", 24, "N/m", RowError::Surplus),
+        ("m PDCTRL_MOD P_PARAM 1", 14, "P_PARAM", RowError::ModuleCommand(pd)),
         ("m PDCTRL_MOD K_PARAM[ 1", 14, "K_PARAM[", entry(stiffness)),
-        ("m PDCTRL_MOD K_PARAM] 1", 14, "K_PARAM]", Problem::ModuleCommand(pd)),
+        ("m PDCTRL_MOD K_PARAM] 1", 14, "K_PARAM]", RowError::ModuleCommand(pd)),
         ("m PDCTRL_MOD K_PARAM[x] 1", 14, "K_PARAM[x]", entry(stiffness)),
         ("m PDCTRL_MOD K_PARAM[-1] 1", 14, "K_PARAM[-1]", entry(stiffness)),
         ("m PDCTRL_MOD K_PARAM[1][2] 1", 14, "K_PARAM[1][2]", entry(stiffness)),
-        ("m PDCTRL_MOD PORT_FORCE FORCE", 14, "PORT_FORCE", Problem::ModuleCommand(pd)),
-        ("m PDCTRL_MOD PORT_ FORCE", 14, "PORT_", Problem::ModuleCommand(pd)),
-        ("m TIMEDELAY_MOD PORT_LINE FORCE", 17, "PORT_LINE", Problem::ModuleCommand(module("TIMEDELAY_MOD"))),
-        ("m PDCTRL_MOD PORT_DES_FORCE FORZE", 29, "FORZE", Problem::Type),
-        ("m PDCTRL_MOD PORT_DES_FORCE FORCE.0", 29, "FORCE.0", Problem::Type),
-        ("m PDCTRL_MOD PORT_DES_FORCE", 28, "", Problem::Type),
-        ("m COMM_RXMOD CRX_ADD_DATA WAVES", 27, "WAVES", Problem::Type),
+        ("m PDCTRL_MOD PORT_FORCE FORCE", 14, "PORT_FORCE", RowError::ModuleCommand(pd)),
+        ("m PDCTRL_MOD PORT_ FORCE", 14, "PORT_", RowError::ModuleCommand(pd)),
+        (
+            "m TIMEDELAY_MOD PORT_LINE FORCE",
+            17,
+            "PORT_LINE",
+            RowError::ModuleCommand(module("TIMEDELAY_MOD")),
+        ),
+        ("m PDCTRL_MOD PORT_DES_FORCE FORZE", 29, "FORZE", RowError::Type),
+        ("m PDCTRL_MOD PORT_DES_FORCE FORCE.0", 29, "FORCE.0", RowError::Type),
+        ("m PDCTRL_MOD PORT_DES_FORCE", 28, "", RowError::Type),
+        ("m COMM_RXMOD CRX_ADD_DATA WAVES", 27, "WAVES", RowError::Type),
         ("m PDCTRL_MOD K_PARAM", 21, "", stiffness),
         ("m PDCTRL_MOD K_PARAM much", 22, "much", stiffness),
         ("m PDCTRL_MOD K_PARAM 3,5", 22, "3,5", stiffness),
@@ -104,20 +109,20 @@ fn what_is_wrong_is_named_with_its_place() {
             "m PDCTRL_MOD K_PARAM[3] 1",
             14,
             "K_PARAM[3]",
-            Problem::Refused(CommandError::Parameter(ParameterError::NoSuchEntry)),
+            RowError::Refused(CommandError::Parameter(ParameterError::NoSuchEntry)),
         ),
-        ("m MOD_ENG MOD_OFF PDCTRL_MOD", 19, "PDCTRL_MOD", Problem::Refused(CommandError::NotPluggedIn(pd))),
+        ("m MOD_ENG MOD_OFF PDCTRL_MOD", 19, "PDCTRL_MOD", RowError::Refused(CommandError::NotPluggedIn(pd))),
         (
             "m MOD_ENG MATCHING_CHECK",
             11,
             "MATCHING_CHECK",
-            Problem::Refused(CommandError::HasFaults { faults: 1 }),
+            RowError::Refused(CommandError::HasFaults { faults: 1 }),
         ),
         // Words may contain non-ASCII characters; columns count bytes.
         ("m PDCTRL_MOD K_PARAM ½", 22, "½", stiffness),
-        ("m PDCTRL_MOD K_PÄRAM 1", 14, "K_PÄRAM", Problem::ModuleCommand(pd)),
-        ("ä PDCTRL_MOD K_PARAM 1", 1, "ä", Problem::Destination),
-        ("m PÄ MOD 1", 3, "PÄ", Problem::Module),
+        ("m PDCTRL_MOD K_PÄRAM 1", 14, "K_PÄRAM", RowError::ModuleCommand(pd)),
+        ("ä PDCTRL_MOD K_PARAM 1", 1, "ä", RowError::Destination),
+        ("m PÄ MOD 1", 3, "PÄ", RowError::Module),
         ("m\u{a0}PDCTRL_MOD K_PARAM x", 23, "x", stiffness),
     ];
     for (row, column, word, problem) in cases {

@@ -3,7 +3,7 @@
 
 use dimsart_core::{
     AxisKind, Command, DataType, DescriptorError, DeviceDescriptor, Dimsart, DriveState, Format, FrameError,
-    OutputLimits, ProvidedMemory, Reason, Shape, Tick, Unit, Word, types,
+    OutputLimits, ProvidedMemory, Reason, Shape, TickResult, Unit, Word, types,
 };
 use dimsart_modules::ALL;
 use proptest::prelude::*;
@@ -40,7 +40,7 @@ impl Arm {
         Self { dimsart, position_m: [0.5, -0.25], measured_n: 0.0 }
     }
 
-    fn tick(&mut self) -> Tick {
+    fn tick(&mut self) -> TickResult {
         let position = self.position_m.map(Word::from);
         let measured = [position, [Word::from(self.measured_n); DOF]].concat();
         self.dimsart.tick(&measured, &mut [Word(0); DOF])
@@ -50,10 +50,10 @@ impl Arm {
         self.dimsart.signals(&[types::POSITION.first()]).collect()
     }
 
-    fn refusal(&self, axis: u16) -> Tick {
+    fn refusal(&self, axis: u16) -> TickResult {
         let bits = self.position_m[usize::from(axis)].to_bits();
         let signal = types::POSITION.first();
-        Tick::MeasurementRefused(FrameError::Implausible { signal, word: axis, bits })
+        TickResult::MeasurementRefused(FrameError::Implausible { signal, word: axis, bits })
     }
 }
 
@@ -70,7 +70,7 @@ proptest! {
             let moved_m = arm.position_m[0] + share * (STEP_M - 1e-6);
             arm.position_m[0] = moved_m.clamp(LIMITS.min, LIMITS.max);
             arm.measured_n += 1e6 * share;
-            prop_assert_eq!(arm.tick(), Tick::Ran);
+            prop_assert_eq!(arm.tick(), TickResult::Ran);
         }
     }
 
@@ -82,7 +82,7 @@ proptest! {
     ) {
         let mut arm = Arm::new();
         arm.position_m = [0.0; DOF];
-        prop_assert_eq!(arm.tick(), Tick::Ran);
+        prop_assert_eq!(arm.tick(), TickResult::Ran);
         let before = arm.position_in_data_base();
         arm.position_m[axis] += jump_m;
         let refusal = arm.refusal(axis.try_into().unwrap());
@@ -93,7 +93,7 @@ proptest! {
         }
         prop_assert_eq!(arm.dimsart.safety().state(), DriveState::Fault);
         arm.dimsart.command(Command::Reset).unwrap();
-        prop_assert_eq!(arm.tick(), Tick::Ran);
+        prop_assert_eq!(arm.tick(), TickResult::Ran);
     }
 }
 
@@ -115,7 +115,7 @@ fn what_is_beyond_the_range_is_refused_after_a_reset_too() {
     for beyond_m in [LIMITS.max + 0.001, LIMITS.min - 0.001, f32::MAX, f32::MIN] {
         arm.position_m = [0.5; DOF];
         arm.dimsart.command(Command::Reset).unwrap();
-        assert_eq!(arm.tick(), Tick::Ran);
+        assert_eq!(arm.tick(), TickResult::Ran);
         arm.position_m[0] = beyond_m;
         for _ in 0..3 {
             assert_eq!(arm.tick(), arm.refusal(0));
@@ -128,12 +128,12 @@ fn what_is_beyond_the_range_is_refused_after_a_reset_too() {
 fn while_nothing_moves_a_jump_costs_one_tick() {
     let mut arm = Arm::new();
     arm.dimsart.allow_motion(false);
-    assert_eq!(arm.tick(), Tick::Disarmed);
+    assert_eq!(arm.tick(), TickResult::Disarmed);
     arm.position_m = [2.0; DOF];
     assert_eq!(arm.tick(), arm.refusal(0));
-    assert_eq!(arm.tick(), Tick::Disarmed);
+    assert_eq!(arm.tick(), TickResult::Disarmed);
     arm.dimsart.allow_motion(true);
-    assert_eq!(arm.tick(), Tick::Ran);
+    assert_eq!(arm.tick(), TickResult::Ran);
 }
 
 #[test]

@@ -242,7 +242,7 @@ fn bits_of_a_run(form: &str) -> Vec<u32> {
                 .signals()
                 .flat_map(|(slot, _)| bench.dimsart.engine().data_base().words(slot).to_vec()),
         );
-        line.push_back(bench.dimsart.outgoing(0).unwrap().to_bytes());
+        line.push_back(bench.dimsart.take_outgoing(0).unwrap().to_bytes());
         if line.len() > 8 {
             let packet = line.pop_front().unwrap();
             if random.next_u32() % 4 != 0 {

@@ -6,7 +6,7 @@ mod any_scheme;
 mod random;
 
 use dimsart_core::{
-    Command, CommandError, DriveState, Reason, Scalar as _, Tick, Word, limits::MAX_MODULES, types,
+    Command, CommandError, DriveState, Reason, Scalar as _, TickResult, Word, limits::MAX_MODULES, types,
 };
 
 use crate::common::{Bench, Snapshot};
@@ -250,7 +250,7 @@ fn a_transaction_on_a_scheme_that_is_stopped_starts_it_where_it_was_checked() {
     assert!(!bench.dimsart.engine().is_running());
     bench.rows(&format!("MOD_ENG BEGIN\nMOD_ENG CLOSE\n{PID}\nMOD_ENG MATCHING_CHECK"));
     assert!(!bench.dimsart.engine().is_running());
-    assert_eq!(bench.try_tick(&[Word(0); 2]).0, Tick::Idle);
+    assert_eq!(bench.try_tick(&[Word(0); 2]).0, TickResult::Idle);
     bench.rows("MOD_ENG COMMIT");
     assert_eq!(bench.steps(), ["PIDCTRL_MOD Early"]);
     bench.tick(&[0.0, 0.0]);
@@ -312,7 +312,7 @@ fn arming_is_a_beginning() {
     armed.dimsart.allow_motion(false);
     for _ in 0..60_000 {
         let (tick, commanded) = armed.try_tick(&crate::common::words(&[0.0, 1.0]));
-        assert_eq!((tick, &commanded[..]), (Tick::Disarmed, &[Word(0)][..]));
+        assert_eq!((tick, &commanded[..]), (TickResult::Disarmed, &[Word(0)][..]));
     }
     assert!(armed.signal("DES_FORCE")[0] > 5_000.0, "no windup");
     armed.dimsart.allow_motion(true);
@@ -356,7 +356,7 @@ fn what_takes_over_from_a_force_that_is_not_finite_begins_anew() {
         };
         joint.bench.rows(settings.rsplit_once("\nMOD_ENG").unwrap().0);
         let far = crate::common::words(&[-3e38, 3e38]);
-        assert!(matches!(joint.bench.try_tick(&far).0, Tick::ModuleFailed(_)));
+        assert!(matches!(joint.bench.try_tick(&far).0, TickResult::ModuleFailed(_)));
         assert!(joint.bench.dimsart.engine().module_fault().is_some());
         joint.bench.rows(&format!(
             "MOD_ENG BEGIN\nMOD_ENG MOD_OFF PDCTRL_MOD\nMOD_ENG MOD_ON {module}\nMOD_ENG COMMIT"
@@ -386,8 +386,8 @@ fn a_packet_that_waits_is_the_listener_s_whatever_is_refused_meanwhile() {
         (5, "MOD_ENG PLACE_BEFORE COMM_RXMOD"),
     ] {
         sender.tick(&[number.into()]);
-        let packet = sender.dimsart.outgoing(0).unwrap();
-        bench.dimsart.deliver(0, &Ok(packet)).unwrap();
+        let packet = sender.dimsart.take_outgoing(0).unwrap();
+        bench.dimsart.receive_parsed(0, &Ok(packet)).unwrap();
         bench.rows(rows);
         let refused = bench.order(if number < 4 { "MOD_ENG MOD_ON COMM_RXMOD.2" } else { "MOD_ENG COMMIT" });
         assert!(refused.is_err(), "{rows}");
@@ -418,7 +418,7 @@ fn a_delay_line_of_another_shape_begins_and_writes_nowhere_else() {
         MOD_ENG MOD_ON TIMEDELAY_MOD\nMOD_ENG COMMIT",
     );
     for tick in 0..30 {
-        assert_eq!(bench.try_tick(&measured).0, Tick::Ran);
+        assert_eq!(bench.try_tick(&measured).0, TickResult::Ran);
         assert_eq!(bench.bits("LINK_AGE.2"), [if tick < 12 { 0 } else { 5 }], "{tick}");
         assert_eq!(bench.signal("SIGNAL_OUT").len(), before.len());
     }

@@ -11,7 +11,7 @@ use dimsart_core::envelope::verify;
 ///
 /// This time adds to the silence after a restart of the peer, so it is well below the 20 ticks after which a
 /// link is lost. If messages are less frequent, a forger can trigger a new handshake, which loses no message.
-pub const STANDS_MS: u32 = 5;
+pub const SESSION_HOLD_MS: u32 = 5;
 
 /// Seals outgoing messages and opens incoming ones.
 #[derive(Debug)]
@@ -44,7 +44,7 @@ impl Guard {
     }
 
     /// Sets the channel to receive on. A change starts a new handshake.
-    pub fn listen(&mut self, channel: u16) {
+    pub fn set_receive_channel(&mut self, channel: u16) {
         if channel != self.opener.channel() {
             self.opener.listen(channel);
             self.taken_ms = None;
@@ -52,7 +52,7 @@ impl Guard {
     }
 
     /// Sets the channel to send on. A change starts a new handshake.
-    pub fn send_on(&mut self, channel: u16) {
+    pub fn set_send_channel(&mut self, channel: u16) {
         self.sealer.send_on(channel);
     }
 
@@ -83,7 +83,7 @@ impl Guard {
     ///
     /// # Errors
     /// [`AuthError`]; `out` is then invalid.
-    pub fn take<'o>(
+    pub fn open<'o>(
         &mut self,
         now_ms: u32,
         content: &[u8],
@@ -91,7 +91,7 @@ impl Guard {
     ) -> Result<Option<&'o [u8]>, AuthError> {
         let channel = self.opener.channel();
         let covered = verify(content, channel).map_err(AuthError::Envelope)?;
-        let stands = self.taken_ms.is_some_and(|last| now_ms.wrapping_sub(last) < STANDS_MS);
+        let stands = self.taken_ms.is_some_and(|last| now_ms.wrapping_sub(last) < SESSION_HOLD_MS);
         match handshake(covered)? {
             None => {
                 let sealed = self.opener.check(covered).inspect_err(|_| self.owes_question |= !stands)?;

@@ -106,7 +106,7 @@ impl Opener {
         self.owes_taken
     }
 
-    pub(crate) fn owes_handshake(&self) -> bool {
+    pub(crate) fn handshake_is_pending(&self) -> bool {
         self.owes_challenge() || self.owes_taken
     }
 

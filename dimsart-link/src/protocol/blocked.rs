@@ -2,20 +2,20 @@
 
 use serde::{Deserialize, Serialize};
 
-use dimsart_core::{Finding, Reason, Tick};
+use dimsart_core::{Finding, Reason, TickResult};
 
 /// The reason why the scheme does not command the device.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[non_exhaustive]
-pub enum Blocked {
+pub enum NotCommandedReason {
     /// The scheme does not match; contains the first fault.
     Mismatch(Finding),
-    /// The outcome of the last tick, other than [`Tick::Ran`].
-    Tick(Tick),
+    /// The outcome of the last tick, other than [`TickResult::Ran`].
+    Tick(TickResult),
 }
 
-impl Blocked {
+impl NotCommandedReason {
     /// Returns the reason's number and texts.
     #[must_use]
     pub const fn reason(&self) -> Reason {
@@ -33,5 +33,5 @@ pub struct FirstFault {
     /// Number of the tick, from 1.
     pub tick: u64,
     /// The reason.
-    pub reason: Blocked,
+    pub reason: NotCommandedReason,
 }

@@ -8,11 +8,11 @@ pub struct CyclesReport {
     /// Measured runs; if 0, the counts are 0.
     pub runs: u32,
     /// Shortest run.
-    pub least: u32,
+    pub min: u32,
     /// Mean run, rounded down.
     pub mean: u32,
     /// Longest run.
-    pub greatest: u32,
+    pub max: u32,
     /// Unit of the counts: 0 for processor cycles; otherwise an emulator's time, with this many counts per
     /// 1024 instructions.
     pub per_1024_instructions: u32,

@@ -1,7 +1,7 @@
 //! State of a controller that the caller of its tick maintains.
 
 use super::LawAction;
-use super::blocked::{Blocked, FirstFault};
+use super::blocked::{FirstFault, NotCommandedReason};
 use super::heartbeat::Heartbeat;
 use super::law::{answer_law, refuse_law};
 use super::lease::Lease;
@@ -9,7 +9,9 @@ use super::refusal::Refusal;
 use super::response::Response;
 use super::telemetry::{MAX_TELEMETRY_SIGNALS, Sample, Stream, Wanted};
 use crate::event_log::{Event, EventKind, EventLog};
-use dimsart_core::{DataBase, Dimsart, Engine, FaultCause, FrameError, ModuleFault, Reason, Tick, Timing};
+use dimsart_core::{
+    DataBase, Dimsart, Engine, FaultCause, FrameError, ModuleFault, Reason, TickResult, Timing,
+};
 
 const LEASES_PER_S: u32 = 5;
 /// Telemetry ends after this silence of its client.
@@ -23,7 +25,7 @@ pub struct DeviceInfo<const STREAMS: usize = 1> {
     pub(super) image: &'static str,
     pub(super) ticks: u64,
     /// Why the last tick did not command the device.
-    blocked: Option<Blocked>,
+    blocked: Option<NotCommandedReason>,
     pub(super) first_fault: Option<FirstFault>,
     pub(super) timing: Option<Timing>,
     pub(super) lease: Lease,
@@ -50,7 +52,7 @@ impl<const STREAMS: usize> DeviceInfo<STREAMS> {
         Self {
             image,
             ticks: 0,
-            blocked: Some(Blocked::Tick(Tick::Idle)),
+            blocked: Some(NotCommandedReason::Tick(TickResult::Idle)),
             first_fault: None,
             timing: None,
             lease: Lease::new(0),
@@ -109,12 +111,12 @@ impl<const STREAMS: usize> DeviceInfo<STREAMS> {
     }
 
     /// Counts a skipped tick after an overrun, so that the lease does not last longer.
-    pub fn leave_out_tick(&mut self) {
+    pub fn skip_tick(&mut self) {
         let _ = self.lease.tick();
     }
 
     /// Ends a tick: counts it and records its outcome.
-    pub fn end_tick(&mut self, tick: Tick, dimsart: &Dimsart) {
+    pub fn end_tick(&mut self, tick: TickResult, dimsart: &Dimsart) {
         self.ticks = self.ticks.saturating_add(1);
         let (reason, failed) = (Some(tick.reason()), dimsart.engine().failed());
         if (reason, failed) != (self.reason, self.failed) {
@@ -122,13 +124,13 @@ impl<const STREAMS: usize> DeviceInfo<STREAMS> {
             self.log_tick(tick, faults);
             (self.reason, self.failed) = (reason, failed);
         }
-        self.blocked = (!matches!(tick, Tick::Ran)).then_some(Blocked::Tick(tick));
+        self.blocked = (!matches!(tick, TickResult::Ran)).then_some(NotCommandedReason::Tick(tick));
         // An armed client waits for a link's first packet: a peer that starts later is no fault.
         let reason = tick.reason();
         if reason.is_fault() && reason != Reason::LinkDown {
             // After a fault, motion needs a reset and a new lease.
             self.lease.end();
-            let first = FirstFault { tick: self.ticks, reason: Blocked::Tick(tick) };
+            let first = FirstFault { tick: self.ticks, reason: NotCommandedReason::Tick(tick) };
             self.first_fault.get_or_insert(first);
         }
     }
@@ -136,31 +138,31 @@ impl<const STREAMS: usize> DeviceInfo<STREAMS> {
     /// Logs the changes of a tick.
     #[cold]
     #[inline(never)]
-    fn log_tick(&self, tick: Tick, faults: impl Iterator<Item = ModuleFault>) {
+    fn log_tick(&self, tick: TickResult, faults: impl Iterator<Item = ModuleFault>) {
         let reason = tick.reason();
         let is_new = self.reason != Some(reason);
         for ModuleFault { module, cause } in faults {
-            let is_why = tick == Tick::ModuleFailed(module) && is_new;
+            let is_why = tick == TickResult::ModuleFailed(module) && is_new;
             let what = if is_why { reason.number() } else { EventKind::ModuleIsolated as u8 };
             let event = Event { module: Some(module), ..Event::of(what) };
             self.log(match cause {
-                FaultCause::Wrote { signal, word, bits } => {
+                FaultCause::InvalidOutput { signal, word, bits } => {
                     Event { signal: Some(signal), word, detail: bits, ..event }
                 }
-                FaultCause::TookTooLong { budget_cycles } => Event { detail: budget_cycles, ..event },
+                FaultCause::TimeExceeded { budget_cycles } => Event { detail: budget_cycles, ..event },
             });
         }
         let event = Event::of(reason.number());
         match tick {
             _ if !is_new => {}
-            Tick::ModuleFailed(_) => {}
-            Tick::LinkLost { link } | Tick::LinkDown { link } => {
+            TickResult::ModuleFailed(_) => {}
+            TickResult::LinkLost { link } | TickResult::LinkDown { link } => {
                 self.log(Event { detail: link.into(), ..event });
             }
-            Tick::MeasurementRefused(FrameError::NotFinite { signal, word }) => {
+            TickResult::MeasurementRefused(FrameError::NotFinite { signal, word }) => {
                 self.log(Event { signal: Some(signal), word, detail: f32::NAN.to_bits(), ..event });
             }
-            Tick::MeasurementRefused(FrameError::Implausible { signal, word, bits }) => {
+            TickResult::MeasurementRefused(FrameError::Implausible { signal, word, bits }) => {
                 self.log(Event { signal: Some(signal), word, detail: bits, ..event });
             }
             _ => self.log(event),
@@ -201,9 +203,9 @@ impl<const STREAMS: usize> DeviceInfo<STREAMS> {
     }
 
     /// Returns why a running scheme will not command the device in the next tick, if known.
-    pub(super) fn keeps_still(&self) -> Option<Blocked> {
+    pub(super) fn keeps_still(&self) -> Option<NotCommandedReason> {
         let fault = self.blocked.filter(|blocked| blocked.reason().is_fault());
-        fault.or_else(|| (!self.lease.is_armed()).then_some(Blocked::Tick(Tick::Disarmed)))
+        fault.or_else(|| (!self.lease.is_armed()).then_some(NotCommandedReason::Tick(TickResult::Disarmed)))
     }
 
     /// Clears the recorded fault after a reset.

@@ -19,7 +19,7 @@ use dimsart_core::envelope::{Class, HEADER_BYTES, MAX_CONTENT_BYTES, TAGGED};
 
 /// A received message after the check.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub enum Taken {
+pub enum GateOutcome {
     /// An accepted request with its id.
     Request(u16, Request),
     /// A refused request with its id and the reason.
@@ -75,9 +75,9 @@ impl Gate {
     }
 
     /// Checks the content of a frame.
-    pub fn take(&mut self, content: &[u8]) -> Taken {
+    pub fn take(&mut self, content: &[u8]) -> GateOutcome {
         let Some((&[class, low, high], _)) = content.split_first_chunk::<HEADER_BYTES>() else {
-            return Taken::Nothing;
+            return GateOutcome::Nothing;
         };
         if class != SEALED_REQUEST && class != Class::Handshake as u8 {
             return self.admit(content);
@@ -90,16 +90,16 @@ impl Gate {
         match opened {
             Ok(Some(sealed)) => request(sealed),
             Err(_) if class == SEALED_REQUEST => {
-                Taken::Refused(u16::from_le_bytes([low, high]), self.refusal())
+                GateOutcome::Refused(u16::from_le_bytes([low, high]), self.refusal())
             }
-            Ok(None) | Err(_) => Taken::Nothing,
+            Ok(None) | Err(_) => GateOutcome::Nothing,
         }
     }
 
     /// Returns whether a [handshake](Self::handshake) is pending.
     #[must_use]
-    pub fn owes_handshake(&self) -> bool {
-        matches!(&self.state, State::Locked(opener) if opener.owes_handshake())
+    pub fn handshake_is_pending(&self) -> bool {
+        matches!(&self.state, State::Locked(opener) if opener.handshake_is_pending())
     }
 
     /// Writes the frame of the pending handshake to `out`; `None` if there is none. Call after every frame.
@@ -113,14 +113,14 @@ impl Gate {
     }
 
     /// Checks an unsealed request.
-    fn admit(&self, content: &[u8]) -> Taken {
+    fn admit(&self, content: &[u8]) -> GateOutcome {
         match decode_request(content) {
             Ok((id, request)) if request.needs_key() && !matches!(self.state, State::Open) => {
                 let refusal = match self.state {
                     State::Damaged => KeyRefusal::Damaged,
                     _ => KeyRefusal::Locked,
                 };
-                Taken::Refused(id, refusal)
+                GateOutcome::Refused(id, refusal)
             }
             decoded => taken(decoded),
         }
@@ -138,9 +138,9 @@ impl Gate {
 const SEALED_REQUEST: u8 = Class::Request as u8 | TAGGED;
 
 /// Decodes a sealed request.
-fn request(sealed: &[u8]) -> Taken {
+fn request(sealed: &[u8]) -> GateOutcome {
     let mut buffer = [0; MAX_CONTENT_BYTES];
-    let Some(content) = buffer.get_mut(..sealed.len()) else { return Taken::Nothing };
+    let Some(content) = buffer.get_mut(..sealed.len()) else { return GateOutcome::Nothing };
     content.copy_from_slice(sealed);
     if let Some(class) = content.first_mut() {
         *class &= !TAGGED;
@@ -148,10 +148,10 @@ fn request(sealed: &[u8]) -> Taken {
     taken(decode_request(content))
 }
 
-fn taken(decoded: Result<(u16, Request), DecodeError>) -> Taken {
+fn taken(decoded: Result<(u16, Request), DecodeError>) -> GateOutcome {
     match decoded {
-        Ok((id, request)) => Taken::Request(id, request),
-        Err(DecodeError::NotUnderstood { id }) => Taken::NotUnderstood(id),
-        Err(DecodeError::OtherClass) => Taken::Nothing,
+        Ok((id, request)) => GateOutcome::Request(id, request),
+        Err(DecodeError::NotUnderstood { id }) => GateOutcome::NotUnderstood(id),
+        Err(DecodeError::OtherClass) => GateOutcome::Nothing,
     }
 }

@@ -2,7 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
-use super::blocked::{Blocked, FirstFault};
+use super::blocked::{FirstFault, NotCommandedReason};
 use super::frame::{DecodeError, NoRoom, decode, encode};
 use super::lease::LeaseStatus;
 use dimsart_core::envelope::Class;
@@ -17,7 +17,7 @@ pub struct Heartbeat {
     pub ticks: u64,
     /// Why the scheme did not command the device in the last tick; `None` if it did. For a stopped scheme
     /// always `Tick::Idle`: [`Status`](super::Status) has the reason.
-    pub blocked: Option<Blocked>,
+    pub blocked: Option<NotCommandedReason>,
     /// The first tick that was refused, or in which a link was lost.
     pub first_fault: Option<FirstFault>,
     /// The client that may move the device.

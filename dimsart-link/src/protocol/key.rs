@@ -35,7 +35,7 @@ impl defmt::Format for KeyBytes {
 pub enum KeyAction {
     /// Reads the state.
     #[cfg(feature = "auth")]
-    Look,
+    Read,
     /// Stores a key, replacing an existing one. The board is locked from the response on.
     #[cfg(feature = "auth")]
     Set {

@@ -13,7 +13,7 @@ use dimsart_core::{Engine, Format, Unit};
 #[non_exhaustive]
 pub enum LawAction {
     /// Reads the state of a slot, numbered from 1.
-    Look {
+    Status {
         /// The slot.
         number: u8,
     },
@@ -33,9 +33,9 @@ pub(super) fn answer_law(engine: &Engine, action: LawAction) -> Response<'static
             .law_words(number)
             .and_then(|words| text_of(words, from.into(), Format::U32, Unit::One))
             .map(Response::Signal),
-        LawAction::Look { number } => engine.law(number).map(Response::Law),
+        LawAction::Status { number } => engine.law(number).map(Response::Law),
     };
-    answer.unwrap_or(Response::Refused(Refusal::NotThere))
+    answer.unwrap_or(Response::Refused(Refusal::NotFound))
 }
 
 /// The same for a controller without laws.
@@ -49,7 +49,7 @@ pub(super) fn text_of(words: &[u32], from: u16, format: Format, unit: Unit) -> O
     Some(SignalText {
         format,
         unit,
-        words_in_all: u16::try_from(words.len()).unwrap_or(u16::MAX),
+        total_words: u16::try_from(words.len()).unwrap_or(u16::MAX),
         words: Vec::from_slice(wanted).unwrap_or_default(),
     })
 }

@@ -20,7 +20,7 @@ use super::refusal::Refusal;
 #[non_exhaustive]
 pub enum LeaseAction {
     /// Reads the state.
-    Look,
+    Read,
     /// Takes a free lease. Renews it for its holder.
     Take,
     /// Renews the lease. Refused after it expired: motion starts with a `Take` only.
@@ -63,18 +63,18 @@ impl Lease {
     ///
     /// # Errors
     /// [`Refusal::Lease`] with the holder if another client holds it, or [`NO_CLIENT`] if there is no lease
-    /// to renew; [`Refusal::NotThere`] if the device has no lease, or the client has no number. The lease is
+    /// to renew; [`Refusal::NotFound`] if the device has no lease, or the client has no number. The lease is
     /// unchanged.
-    pub fn carry_out(&mut self, client: u8, action: LeaseAction) -> Result<LeaseStatus, Refusal> {
-        if self.length_ticks == 0 || client == NO_CLIENT && action != LeaseAction::Look {
-            return Err(Refusal::NotThere);
+    pub fn handle(&mut self, client: u8, action: LeaseAction) -> Result<LeaseStatus, Refusal> {
+        if self.length_ticks == 0 || client == NO_CLIENT && action != LeaseAction::Read {
+            return Err(Refusal::NotFound);
         }
         let holder = self.status.holder;
         match action {
-            LeaseAction::Look => {}
+            LeaseAction::Read => {}
             LeaseAction::Renew if holder != client => return Err(Refusal::Lease { holder }),
             _ => {
-                self.admit(client)?;
+                self.check(client)?;
                 let is_held = action != LeaseAction::Release;
                 self.status = LeaseStatus {
                     holder: if is_held { client } else { NO_CLIENT },
@@ -89,7 +89,7 @@ impl Lease {
     ///
     /// # Errors
     /// [`Refusal::Lease`] with the holder, if another client holds the lease.
-    pub fn admit(&self, client: u8) -> Result<(), Refusal> {
+    pub fn check(&self, client: u8) -> Result<(), Refusal> {
         match self.status.holder {
             NO_CLIENT => Ok(()),
             holder if holder == client => Ok(()),
@@ -127,7 +127,7 @@ impl Lease {
     ) -> Result<(), Refusal> {
         let holder = self.status().holder;
         match action {
-            MotorAction::Keep { .. } | MotorAction::Forget if self.is_armed() => {
+            MotorAction::Store { .. } | MotorAction::Delete if self.is_armed() => {
                 Err(Refusal::Motor(MotorRefusal::InUse))
             }
             MotorAction::Identify { .. } if holder != client || holder == NO_CLIENT => {
@@ -137,12 +137,12 @@ impl Lease {
             MotorAction::Identify { current_a } if !(current_a > 0.0 && current_a.is_finite()) => {
                 Err(Refusal::Motor(MotorRefusal::Current))
             }
-            MotorAction::Look
-            | MotorAction::Put { .. }
-            | MotorAction::Keep { .. }
-            | MotorAction::Forget
+            MotorAction::Read
+            | MotorAction::PutWord { .. }
+            | MotorAction::Store { .. }
+            | MotorAction::Delete
             | MotorAction::Identify { .. }
-            | MotorAction::Found => Ok(()),
+            | MotorAction::ReadIdentification => Ok(()),
         }
     }
 }
@@ -154,13 +154,13 @@ mod tests {
     #[test]
     fn it_is_kept_at_rest_and_identified_under_the_lease_alone() {
         let mut lease = Lease::new(200);
-        let keep = MotorAction::Keep { layout: 1, count: 3, checksum: 0 };
+        let keep = MotorAction::Store { layout: 1, count: 3, checksum: 0 };
         let identify = MotorAction::Identify { current_a: 2.0 };
         assert_eq!(lease.admit_motor(keep, 7, true), Ok(()));
         assert_eq!(lease.admit_motor(identify, 7, true), Err(Refusal::Lease { holder: NO_CLIENT }));
         assert_eq!(lease.admit_motor(identify, NO_CLIENT, true), Err(Refusal::Lease { holder: NO_CLIENT }));
-        lease.carry_out(7, LeaseAction::Take).unwrap();
-        for action in [keep, MotorAction::Forget] {
+        lease.handle(7, LeaseAction::Take).unwrap();
+        for action in [keep, MotorAction::Delete] {
             assert_eq!(lease.admit_motor(action, 7, true), Err(Refusal::Motor(MotorRefusal::InUse)));
         }
         assert_eq!(lease.admit_motor(identify, 7, true), Ok(()));
@@ -170,6 +170,6 @@ mod tests {
             let identify = MotorAction::Identify { current_a };
             assert_eq!(lease.admit_motor(identify, 7, true), Err(Refusal::Motor(MotorRefusal::Current)));
         }
-        assert_eq!(lease.admit_motor(MotorAction::Look, 8, true), Ok(()));
+        assert_eq!(lease.admit_motor(MotorAction::Read, 8, true), Ok(()));
     }
 }

@@ -24,16 +24,16 @@ pub type MotorWords = Vec<u32, MAX_MOTOR_WORDS>;
 #[non_exhaustive]
 pub enum MotorAction {
     /// Reads the active configuration. This request and the next three are answered by a [`MotorReport`].
-    Look,
+    Read,
     /// Transfers one word of a configuration.
-    Put {
+    PutWord {
         /// Its index, below [`MAX_MOTOR_WORDS`].
         place: u8,
         /// The word.
         word: u32,
     },
     /// Stores the transferred words; the next start uses them. Refused while armed.
-    Keep {
+    Store {
         /// Layout of the words.
         layout: u16,
         /// Number of words.
@@ -42,7 +42,7 @@ pub enum MotorAction {
         checksum: u32,
     },
     /// Deletes the stored configuration; the next start uses the image's. Refused while armed.
-    Forget,
+    Delete,
     /// Identifies the motor, instead of running the scheme, until motion ends: turns the motor under the
     /// client's lease. This request and the next one are answered by an [`Identification`].
     Identify {
@@ -50,7 +50,7 @@ pub enum MotorAction {
         current_a: f32,
     },
     /// Reads the state of the identification.
-    Found,
+    ReadIdentification,
 }
 
 /// The active motor configuration of a board.
@@ -91,7 +91,7 @@ pub enum Identification {
     #[default]
     None,
     /// In progress.
-    UnderWay,
+    Running,
     /// Completed.
     Found(IdentifiedMotor),
     /// Failed.

@@ -15,7 +15,7 @@ pub enum Refusal {
     /// Unknown request.
     NotUnderstood,
     /// No item has this index or number; the end of a list.
-    NotThere,
+    NotFound,
     /// The response does not fit a frame.
     TooLong,
     /// Refused by the engine.
@@ -54,7 +54,7 @@ impl core::fmt::Display for Refusal {
                 "unknown request: the device speaks another protocol version. \
                  Flash an image of this version, or use the `dimsart` that its image was built with"
             ),
-            Self::NotThere => write!(f, "no such index on the device"),
+            Self::NotFound => write!(f, "no such index on the device"),
             Self::TooLong => write!(f, "the response does not fit a frame: shorten the texts in the image"),
             Self::Engine(error) => error.fmt(f),
             Self::Store(error) => error.fmt(f),

@@ -105,13 +105,13 @@ pub enum Request {
     /// The board's key; handled by the caller that has the key storage, not by [`serve`](super::serve).
     Key(KeyAction),
     /// Execution times since the last scheme change; handled by a caller that measures them.
-    /// [`serve`](super::serve) returns [`Refusal::NotThere`](super::Refusal::NotThere).
+    /// [`serve`](super::serve) returns [`Refusal::NotFound`](super::Refusal::NotFound).
     Cycles {
         /// 0 for the whole tick, then 1 for the first of [`Engine::steps`](dimsart_core::Engine::steps) and
         /// so on.
         place: u8,
         /// Clears the measurements of all places after the response. Needs no lease, because nothing moves.
-        begins_anew: bool,
+        clears: bool,
     },
     /// Reasons why the device does not get the scheme's commands, with counts.
     Safety,
@@ -153,12 +153,12 @@ impl Request {
     ///
     /// `STOP` does not count: every client may stop the device.
     #[must_use]
-    pub fn is_change(&self) -> bool {
+    pub fn changes_device(&self) -> bool {
         match self {
             Self::Command(command) => !matches!(command, Command::Stop),
-            Self::Schemes(action) => *action != SchemeAction::Look,
+            Self::Schemes(action) => *action != SchemeAction::Read,
             Self::Restart => true,
-            Self::Motor(action) => !matches!(action, MotorAction::Look | MotorAction::Found),
+            Self::Motor(action) => !matches!(action, MotorAction::Read | MotorAction::ReadIdentification),
             Self::Identify
             | Self::Module { .. }
             | Self::Parameter { .. }
@@ -191,10 +191,10 @@ impl Request {
     #[must_use]
     pub fn needs_key(&self) -> bool {
         match self {
-            Self::Lease(action) => *action != LeaseAction::Look,
-            Self::Key(action) => *action != KeyAction::Look,
-            Self::Cycles { begins_anew, .. } => *begins_anew,
-            _ => self.is_change(),
+            Self::Lease(action) => *action != LeaseAction::Read,
+            Self::Key(action) => *action != KeyAction::Read,
+            Self::Cycles { clears, .. } => *clears,
+            _ => self.changes_device(),
         }
     }
 }

@@ -5,7 +5,7 @@ use serde::{Deserialize, Serialize};
 
 use dimsart_core::{Accepted, BoundReport, DataTypeText, ParameterText, PortText};
 
-use super::blocked::{Blocked, FirstFault};
+use super::blocked::{FirstFault, NotCommandedReason};
 use super::cycles::CyclesReport;
 use super::description::{Identity, InstanceText, ModuleText};
 use super::frame::{DecodeError, EncodeError, NoRoom, decode, encode};
@@ -165,7 +165,7 @@ pub struct Effect {
     /// Why the command was refused without effect; `None` if it was executed.
     pub refused: Option<CommandError>,
     /// Why the scheme does not command the device; `None` if it does, or will in the next tick.
-    pub blocked: Option<Blocked>,
+    pub blocked: Option<NotCommandedReason>,
     /// New value of the parameter, or new binding of the port, if any.
     pub value: Option<Value>,
     /// Whether a transaction is open: changes are pending until the commit.
@@ -180,7 +180,7 @@ pub struct SignalText {
     /// Physical unit.
     pub unit: Unit,
     /// Total number of words.
-    pub words_in_all: u16,
+    pub total_words: u16,
     /// The requested words, in this `format`.
     pub words: Vec<u32, MAX_SIGNAL_WORDS>,
 }
@@ -195,7 +195,7 @@ pub struct Status {
     /// Whether the scheme passed its check and runs.
     pub is_running: bool,
     /// Why the scheme does not command the device; `None` if it does.
-    pub blocked: Option<Blocked>,
+    pub blocked: Option<NotCommandedReason>,
     /// The first tick that was refused.
     pub first_fault: Option<FirstFault>,
     /// Usage of the static storage.

@@ -16,7 +16,7 @@ use crate::saved_scheme::LoadError;
 #[non_exhaustive]
 pub enum SchemeAction {
     /// Reads the state.
-    Look,
+    Read,
     /// Saves the current scheme for a trial at the next start.
     Save,
     /// Saves the scheme on trial for every start. It must have run since the last start.
@@ -80,7 +80,7 @@ pub enum Trial {
     #[default]
     None,
     /// The next start tries the scheme.
-    Waits,
+    Pending,
     /// The scheme was tried; unless confirmed, the next start does not run it.
     Tried,
 }
@@ -93,7 +93,7 @@ pub enum StoreError {
     /// The board has no storage.
     NoStorage,
     /// A scheme runs, and writing would delay its tick.
-    SchemeRuns,
+    SchemeIsRunning,
     /// The scheme is too long.
     TooLong,
     /// The last start did not load a scheme on trial.
@@ -106,7 +106,7 @@ impl core::fmt::Display for StoreError {
     fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
         match self {
             Self::NoStorage => write!(f, "the device cannot store schemes"),
-            Self::SchemeRuns => {
+            Self::SchemeIsRunning => {
                 write!(f, "writing would delay the running scheme: `stop` it first")
             }
             Self::TooLong => {

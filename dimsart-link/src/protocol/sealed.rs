@@ -13,7 +13,7 @@ use dimsart_core::envelope::{Class, HEADER_BYTES, MAX_CONTENT_BYTES, seal};
 #[derive(Debug)]
 pub struct RequestSealer {
     sealer: Sealer,
-    is_contradicted: bool,
+    is_rejected: bool,
 }
 
 impl RequestSealer {
@@ -21,22 +21,22 @@ impl RequestSealer {
     #[must_use]
     pub fn new(key: &Key, seed: u64) -> Self {
         let sealer = Sealer::new(key, Line::Commands, Profile::Full, CHANNEL, seed);
-        Self { sealer, is_contradicted: false }
+        Self { sealer, is_rejected: false }
     }
 
     /// Processes the content of a frame; returns whether it is the board's answer to a
     /// [handshake](Self::handshake).
     pub fn take(&mut self, content: &[u8]) -> bool {
         let taken = self.sealer.take_covered(content);
-        self.is_contradicted |= taken.is_err();
+        self.is_rejected |= taken.is_err();
         taken == Ok(true)
     }
 
     /// Returns whether an answer to the last [handshake](Self::handshake) has another key. The answer may be
     /// forged.
     #[must_use]
-    pub fn is_contradicted(&self) -> bool {
-        self.is_contradicted
+    pub fn is_rejected(&self) -> bool {
+        self.is_rejected
     }
 
     /// Returns whether a session exists, so that requests can be sealed.
@@ -59,7 +59,7 @@ impl RequestSealer {
         if !self.is_answered() {
             self.sealer.forget();
         }
-        self.is_contradicted = false;
+        self.is_rejected = false;
         let Some(content) = self.sealer.handshake() else { return Ok(None) };
         stream::encode(content, out).map(Some).ok_or(NoRoom)
     }

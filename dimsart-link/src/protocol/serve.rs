@@ -3,7 +3,7 @@
 use heapless::Vec;
 
 use super::PROTOCOL_VERSION;
-use super::blocked::Blocked;
+use super::blocked::NotCommandedReason;
 use super::client::{NO_CLIENT, client_of};
 use super::description::{Identity, InstanceText};
 use super::device_info::DeviceInfo;
@@ -17,7 +17,7 @@ use super::schemes::StoreError;
 use super::telemetry::Wanted;
 use crate::event_log::{Event, EventKind};
 use dimsart_core::parameter::Value;
-use dimsart_core::{Command, DataBase, DeviceDescriptor, Dimsart, Engine, Format, Tick, Unit, type_at};
+use dimsart_core::{Command, DataBase, DeviceDescriptor, Dimsart, Engine, Format, TickResult, Unit, type_at};
 
 /// Executes the request with this id, between two ticks; see [Time](super#time) for the cost.
 #[must_use]
@@ -70,8 +70,8 @@ fn respond<const STREAMS: usize>(
     dimsart: &mut Dimsart,
     info: &mut DeviceInfo<STREAMS>,
 ) -> Result<Response<'static>, Refusal> {
-    if request.is_change() {
-        info.lease.admit(client_of(id))?;
+    if request.changes_device() {
+        info.lease.check(client_of(id))?;
     }
     let (refused_ticks, state) = (dimsart.refused_ticks(), dimsart.safety().state());
     let engine = dimsart.engine_mut();
@@ -122,8 +122,8 @@ fn respond<const STREAMS: usize>(
         }
         Request::Timing => Response::Timing(found(info.timing)?.into()),
         Request::Schemes(_) => {
-            if request.is_change() {
-                let _ = info.lease.carry_out(client_of(id), LeaseAction::Renew);
+            if request.changes_device() {
+                let _ = info.lease.handle(client_of(id), LeaseAction::Renew);
             }
             return Err(Refusal::Store(StoreError::NoStorage));
         }
@@ -137,21 +137,21 @@ fn respond<const STREAMS: usize>(
         Request::Bound => Response::Bound(found(engine.bound())?),
         Request::Motor(action) => {
             info.lease.admit_motor(action, client_of(id), engine.is_running())?;
-            return Err(Refusal::NotThere);
+            return Err(Refusal::NotFound);
         }
         Request::Restart => {
             return Err(match info.lease.status().holder {
-                NO_CLIENT => Refusal::NotThere,
+                NO_CLIENT => Refusal::NotFound,
                 holder => Refusal::Lease { holder },
             });
         }
         // `serve` handles laws.
         Request::Key(_) | Request::Law(_) => return Err(Refusal::NotUnderstood),
-        Request::Cycles { .. } => return Err(Refusal::NotThere),
+        Request::Cycles { .. } => return Err(Refusal::NotFound),
         Request::Lease(LeaseAction::Take | LeaseAction::Renew) if state.is_fault() => {
             return Err(Refusal::Fault(dimsart.safety().reason().number()));
         }
-        Request::Lease(action) => Response::Lease(info.lease.carry_out(client_of(id), action)?),
+        Request::Lease(action) => Response::Lease(info.lease.handle(client_of(id), action)?),
         Request::Telemetry { place, signal, every_ticks } => {
             let wanted = Wanted { id, place, signal, every_ticks };
             Response::Telemetry { words: info.send(wanted, engine.data_base())? }
@@ -161,7 +161,7 @@ fn respond<const STREAMS: usize>(
 }
 
 fn found<T>(item: Option<T>) -> Result<T, Refusal> {
-    item.ok_or(Refusal::NotThere)
+    item.ok_or(Refusal::NotFound)
 }
 
 fn identity<const STREAMS: usize>(
@@ -179,7 +179,7 @@ fn identity<const STREAMS: usize>(
 
 fn instance(engine: &Engine, index: u8) -> Option<InstanceText> {
     let module = engine.instances().nth(usize::from(index))?;
-    let place = engine.place_of(module).and_then(|place| u8::try_from(place).ok());
+    let place = engine.position_of(module).and_then(|place| u8::try_from(place).ok());
     Some(InstanceText { module, place })
 }
 
@@ -216,11 +216,13 @@ fn carry_out<const STREAMS: usize>(
     Effect { refused, blocked: blocked(engine, info), value, is_in_transaction: engine.is_in_transaction() }
 }
 
-fn blocked<const STREAMS: usize>(engine: &Engine, info: &DeviceInfo<STREAMS>) -> Option<Blocked> {
+fn blocked<const STREAMS: usize>(engine: &Engine, info: &DeviceInfo<STREAMS>) -> Option<NotCommandedReason> {
     if engine.is_running() {
         return info.keeps_still();
     }
-    Some(engine.first_fault().map_or(Blocked::Tick(Tick::Idle), Blocked::Mismatch))
+    Some(
+        engine.first_fault().map_or(NotCommandedReason::Tick(TickResult::Idle), NotCommandedReason::Mismatch),
+    )
 }
 
 /// Returns as many words of a slot as fit, starting at `from`.
@@ -286,7 +288,7 @@ mod tests {
 
     #[test]
     fn who_does_not_measure_says_so() {
-        assert_eq!(refusal(&[18, 0, 0]), Refusal::NotThere);
+        assert_eq!(refusal(&[18, 0, 0]), Refusal::NotFound);
     }
 
     #[test]

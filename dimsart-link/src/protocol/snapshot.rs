@@ -24,9 +24,11 @@ use dimsart_core::*;
 
 const MODULE: ModuleRef = ModuleRef::new("WAVEIMP_MOD", 2);
 const SIGNAL: TypeRef = TypeRef { id: 300, number: 1 };
-const MODULE_FAULT: ModuleFault =
-    ModuleFault { module: MODULE, cause: FaultCause::Wrote { signal: SIGNAL, word: 2, bits: 0x7F80_0000 } };
-const FINDING: Finding = Finding::NoProvider { signal: SIGNAL, reader: Party::Frame };
+const MODULE_FAULT: ModuleFault = ModuleFault {
+    module: MODULE,
+    cause: FaultCause::InvalidOutput { signal: SIGNAL, word: 2, bits: 0x7F80_0000 },
+};
+const FINDING: Finding = Finding::NoProvider { signal: SIGNAL, reader: Endpoint::Frame };
 
 /// Encodes a value in a frame, checks that it decodes to the same value, and returns the payload.
 fn round_trip<T: Serialize + Deserialize<'static> + PartialEq + Debug>(value: &T) -> String {
@@ -53,7 +55,7 @@ fn assert_bytes<T: Serialize + Deserialize<'static> + PartialEq + Debug>(values:
 fn keys() {
     let bytes = core::array::from_fn(|index| u8::try_from(index).unwrap());
     let requests = [
-        Request::Key(KeyAction::Look),
+        Request::Key(KeyAction::Read),
         Request::Key(KeyAction::Set { key: KeyBytes(bytes), salt: 300 }),
         Request::Key(KeyAction::Clear),
     ];
@@ -93,7 +95,7 @@ fn hex(bytes: &[u8]) -> String {
 #[test]
 fn heartbeats() {
     let lease = LeaseStatus { holder: 3, ticks_left: 199 };
-    let first_fault = Some(FirstFault { tick: 300, reason: Blocked::Tick(Tick::Idle) });
+    let first_fault = Some(FirstFault { tick: 300, reason: NotCommandedReason::Tick(TickResult::Idle) });
     let heartbeat = |blocked, first_fault| Heartbeat {
         ticks: 300,
         blocked,
@@ -106,7 +108,7 @@ fn heartbeats() {
     for (heartbeat, expected) in [
         (heartbeat(None, None), "05 07 00 ac 02 00 00 03 c7 01 01 02 ac 02"),
         (
-            heartbeat(Some(Blocked::Tick(Tick::Disarmed)), first_fault),
+            heartbeat(Some(NotCommandedReason::Tick(TickResult::Disarmed)), first_fault),
             "05 07 00 ac 02 01 01 04 01 ac 02 01 01 03 c7 01 01 02 ac 02",
         ),
     ] {

@@ -121,13 +121,13 @@ impl Stream {
             return Err(Refusal::Telemetry { client: holder });
         }
         if client == NO_CLIENT || patience_ticks == 0 {
-            return Err(Refusal::NotThere);
+            return Err(Refusal::NotFound);
         }
         let mut next = if place == 0 { Self::NONE } else { *self };
         *next.signals.get_mut(place).ok_or(Refusal::TooLong)? = Some(signal);
         let mut words = 0;
         for signal in next.signals.iter().flatten() {
-            words += data_base.words(data_base.slot(*signal).ok_or(Refusal::NotThere)?).len();
+            words += data_base.words(data_base.slot(*signal).ok_or(Refusal::NotFound)?).len();
         }
         let words = u8::try_from(words).unwrap_or(u8::MAX);
         if usize::from(words) > MAX_TELEMETRY_WORDS {

@@ -94,7 +94,7 @@ impl Bus {
     pub(super) fn execute(self, kinds: ModuleKinds, out: &mut impl Write) -> Ending {
         let file = rig_argument::read(self.rig.as_deref(), &self.sets, kinds)?;
         let plan = self.plan(&file)?;
-        let (figures, medium) = plan.look()?;
+        let (figures, medium) = plan.analyse()?;
         say(self.json, out, |text| print(text, &plan, &figures))?;
         if !self.no_picture
             && let Some(picture) = BusTimeline::of(&[medium], plan.period_ns())

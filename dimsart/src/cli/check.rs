@@ -263,7 +263,7 @@ fn check_on(
     target: Option<&Target>,
 ) -> Verdict {
     if let Some(Ok(limit)) = target.map(|target| &target.limit) {
-        dimsart.engine_mut().limit_cycles(NonZeroU32::new(limit.cycles));
+        dimsart.engine_mut().set_cycle_limit(NonZeroU32::new(limit.cycles));
         dimsart.engine_mut().set_costs(Some(limit.costs));
     }
     let loaded = schemes::load(scheme, side, &[], dimsart);

@@ -131,7 +131,7 @@ impl Summary {
         let parameters = law.parameters.iter().map(|found| Parameter {
             name: found.name.clone(),
             on_device: next(),
-            unit: found.parameter.unit.on(&[AxisKind::Linear, AxisKind::Rotary]).to_string(),
+            unit: found.parameter.unit.for_axes(&[AxisKind::Linear, AxisKind::Rotary]).to_string(),
             min: found.parameter.min,
             max: found.parameter.max,
             default: found.parameter.default,

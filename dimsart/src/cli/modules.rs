@@ -278,8 +278,8 @@ fn rows<const COLUMNS: usize>(
 
 fn port_row(port: &PortSpec, ports: &[PortSpec]) -> Option<PortRow> {
     let (data_type, _) = port.data_type?;
-    let any_or = |text: String| match port.tie.filter(|_| port.takes_any_type) {
-        None if port.takes_any_type => "any".to_owned(),
+    let any_or = |text: String| match port.unit_constraint.filter(|_| port.accepts_any_type) {
+        None if port.accepts_any_type => "any".to_owned(),
         None => text.to_lowercase(),
         Some(_) => port_unit(port, ports),
     };
@@ -326,12 +326,13 @@ fn markdown_table<const COLUMNS: usize>(out: &mut impl Write, rows: &Rows<COLUMN
 
 /// The unit of a port: its own, or derived from the port to which it is tied.
 fn port_unit(port: &PortSpec, ports: &[PortSpec]) -> String {
-    let other = port.tie.and_then(|tie| Some((tie.relation, ports.get(usize::from(tie.port))?.name)));
+    let other =
+        port.unit_constraint.and_then(|tie| Some((tie.relation, ports.get(usize::from(tie.port))?.name)));
     match (other, port.data_type) {
-        (Some((UnitRelation::Same | UnitRelation::Alike, other)), _) => format!("unit of {other}"),
+        (Some((UnitRelation::Same | UnitRelation::SameType, other)), _) => format!("unit of {other}"),
         (Some((UnitRelation::Integral, other)), _) => format!("unit of {other} × s"),
         (Some((UnitRelation::Derivative, other)), _) => format!("unit of {other} / s"),
-        (None, _) if port.takes_any_unit || port.takes_any_type => units(Unit::Any),
+        (None, _) if port.accepts_any_unit || port.accepts_any_type => units(Unit::Any),
         (None, Some((data_type, _))) => units(data_type.unit),
         (None, None) => String::new(),
     }
@@ -339,7 +340,7 @@ fn port_unit(port: &PortSpec, ports: &[PortSpec]) -> String {
 
 /// The unit on a linear and, if different, on a rotary axis.
 fn units(unit: Unit) -> String {
-    unit.on(&[AxisKind::Linear, AxisKind::Rotary]).to_string()
+    unit.for_axes(&[AxisKind::Linear, AxisKind::Rotary]).to_string()
 }
 
 fn default(parameter: &Parameter) -> String {

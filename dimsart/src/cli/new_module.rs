@@ -185,7 +185,7 @@ fn advice(path: &Path, error: &io::Error) -> String {
 mod tests {
     use super::*;
     use dimsart_core::{
-        AxisKind, Command, DeviceDescriptor, Dimsart, ProvidedMemory, Tick, Value, Word, types,
+        AxisKind, Command, DeviceDescriptor, Dimsart, ProvidedMemory, TickResult, Value, Word, types,
     };
 
     /// The template, registered.
@@ -204,7 +204,7 @@ mod tests {
         dimsart.command(Command::Check).unwrap();
         let mut force = [Word(0); 2];
         let measured = [0.25, 0.5, 0.75, 0.25].map(Word::from);
-        assert_eq!(dimsart.tick(&measured, &mut force), Tick::Ran);
+        assert_eq!(dimsart.tick(&measured, &mut force), TickResult::Ran);
         assert_eq!(force, [500.0, -250.0].map(Word::from));
     }
 }

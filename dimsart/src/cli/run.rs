@@ -190,7 +190,7 @@ impl Run {
         if self.no_report {
             experiment = experiment.without_recording();
         }
-        experiment.keep_for_pictures();
+        experiment.record_for_figures();
         if stop.load(Ordering::Relaxed) {
             return Err("interrupted before the run started".into());
         }
@@ -240,7 +240,7 @@ impl Run {
         match self.signals {
             SignalsKind::Csv => SignalsFormat::Csv,
             SignalsKind::Mcap => {
-                rig.stations_mut().iter_mut().for_each(Station::keep_inputs);
+                rig.stations_mut().iter_mut().for_each(Station::record_inputs);
                 let facts = RunFacts::new(settings_toml, rig);
                 SignalsFormat::Mcap(if self.side.is_some() { facts.in_real_time() } else { facts })
             }
@@ -294,7 +294,7 @@ impl Run {
             "{name} at {}: waiting up to {} s for the {other} at {} (`dimsart run --side {other}`)",
             alone.own_address,
             self.wait_s.as_secs_f64(),
-            alone.meeting_place(),
+            alone.peer_address(),
         );
         one_station(file, name, self.wait_s, stop)
     }

@@ -56,7 +56,7 @@ impl Scheme {
 }
 
 fn print(dimsart: &mut Dimsart, side: &str, out: &mut impl Write) -> Ending {
-    let commands: Vec<_> = dimsart.engine_mut().commands().collect();
+    let commands: Vec<_> = dimsart.engine_mut().rebuild_commands().collect();
     write!(out, "{}", schemes::rows(&commands, side, dimsart.engine()))?;
     Ok(ExitCode::SUCCESS)
 }

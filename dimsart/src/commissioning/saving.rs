@@ -99,7 +99,7 @@ fn write<S: Read + Write>(
     action: fn(&mut Device<S>) -> Result<StoredSchemesReport, ConnectError>,
 ) -> Result<(StoredSchemesReport, bool), ConnectError> {
     match action(device) {
-        Err(ConnectError::Refused(Refusal::Store(StoreError::SchemeRuns))) => {}
+        Err(ConnectError::Refused(Refusal::Store(StoreError::SchemeIsRunning))) => {}
         done => return Ok((done?, false)),
     }
     device.stop()?;

@@ -2,9 +2,9 @@
 
 use std::collections::BTreeMap;
 
-use dimsart_core::scheme::{self, PORT_PREFIX, Problem, Row, SchemeError};
+use dimsart_core::scheme::{self, PORT_PREFIX, Row, RowError, SchemeError};
 use dimsart_core::{Command, CommandError, KindId, ModuleRef, ParameterError, Value, Vocabulary};
-use hil_sim::law::{self, Law, WithLaw};
+use hil_sim::law::{self, Law, LawVocabulary};
 use hil_sim::schemes::{Explained, SIDES};
 
 use super::{Configuration, Module, Setting, UnknownRow};
@@ -28,7 +28,7 @@ impl Configuration {
                     row: words.join(" "),
                     reason: {
                         let law = law::runner(&row, known).and_then(|module| reader.law_of(module));
-                        Explained { error, known: &WithLaw::new(known, law.as_ref()) }.to_string()
+                        Explained { error, known: &LawVocabulary::new(known, law.as_ref()) }.to_string()
                     },
                 });
             }
@@ -55,11 +55,11 @@ impl Draft {
         let ports = self.ports.iter().map(|(port, signal)| {
             let mut by_default = known.port_texts(ModuleRef { kind, number: NOT_THERE });
             let found = by_default.find(|found| found.name == port).and_then(|found| found.bound);
-            let default = found.map(|signal| known.name_of_signal(signal).to_string());
+            let default = found.map(|signal| known.signal_name(signal).to_string());
             Setting::of_port(port, signal, default.unwrap_or_default())
         });
         let settings = self.values.iter().filter_map(parameter).chain(ports).collect();
-        Module { name: known.name_of_module(module).to_string(), is_on, settings }
+        Module { name: known.module_name(module).to_string(), is_on, settings }
     }
 }
 
@@ -82,7 +82,7 @@ impl<V: Vocabulary + ?Sized> Reader<'_, V> {
         let finish = |(module, is_on): (ModuleRef, bool)| {
             let draft = self.drafts.get(&(module.kind, module.number))?;
             let law = self.law_of(module);
-            Some(draft.finish(module, is_on, &WithLaw::new(self.known, law.as_ref())))
+            Some(draft.finish(module, is_on, &LawVocabulary::new(self.known, law.as_ref())))
         };
         on.chain(off).filter_map(finish).collect()
     }
@@ -99,15 +99,16 @@ impl<V: Vocabulary + ?Sized> Reader<'_, V> {
             return Ok(());
         }
         let law = law::runner(row, self.known).and_then(|module| self.law_of(module));
-        let read = WithLaw::new(self.known, law.as_ref()).command(row);
+        let read = LawVocabulary::new(self.known, law.as_ref()).command(row);
         let Some(port) = row.word(2).strip_prefix(PORT_PREFIX) else { return self.apply(row, read?) };
         // Ports can depend on parameters, which only the device has.
-        if !matches!(read, Ok(_) | Err(SchemeError { problem: Problem::ModuleCommand(_), .. })) {
+        if !matches!(read, Ok(_) | Err(SchemeError { problem: RowError::ModuleCommand(_), .. })) {
             return read.map(drop);
         }
-        let signal = self.known.signal_named(row.word(3)).ok_or_else(|| row.blame(Problem::Type))?;
-        if let Some(module) = self.known.module_named(row.word(1)) {
-            let signal = self.known.name_of_signal(signal).to_string();
+        let signal =
+            self.known.signal_named(row.word(3)).ok_or_else(|| row.error_at_last_word(RowError::Type))?;
+        if let Some(module) = self.known.find_module(row.word(1)) {
+            let signal = self.known.signal_name(signal).to_string();
             let of_law = law.iter().flat_map(|(_, law)| law.names()).find(|name| name.on_device == port);
             let port = of_law.map_or_else(|| port.to_owned(), |name| name.in_law);
             let ports = &mut self.draft(module).ports;
@@ -144,8 +145,8 @@ impl<V: Vocabulary + ?Sized> Reader<'_, V> {
             | Command::Begin
             | Command::Commit
             | Command::Abort
-            | Command::PutLaw { .. }
-            | Command::KeepLaw { .. }
+            | Command::UploadLaw { .. }
+            | Command::StoreLaw { .. }
             | Command::RemoveLaw { .. } => {}
         }
         Ok(())

@@ -35,7 +35,7 @@ impl Setting {
             values: values.iter().map(value).collect(),
             unit: match found.accepts {
                 Accepted::Types => String::new(),
-                _ => found.unit.on(known.axes()).to_string(),
+                _ => found.unit.for_axes(known.axes()).to_string(),
             },
             default,
             entries: found.entries,

@@ -38,7 +38,7 @@ impl<S: Read + Write> Device<S> {
     /// # Errors
     /// [`ConnectError::Word`] for an unknown name or a module that does not exist.
     pub fn get(&mut self, module: &str, parameter: &str) -> Result<ParameterReport, ConnectError> {
-        let row = Row::of(&[ALL_DESTINATIONS, module, parameter]);
+        let row = Row::from_words(&[ALL_DESTINATIONS, module, parameter]);
         let law = self.law_of(&row)?;
         let (module, parameter, entry) = self.read(law.as_ref(), |known| {
             let named = row.parameter(known)?;
@@ -74,7 +74,7 @@ impl<S: Read + Write> Device<S> {
         parameter: &str,
         value: &str,
     ) -> Result<CommandOutcome, ConnectError> {
-        let row = Row::of(&[ALL_DESTINATIONS, module, parameter, value]);
+        let row = Row::from_words(&[ALL_DESTINATIONS, module, parameter, value]);
         let law = self.law_of(&row)?;
         let command = match self.read(law.as_ref(), |known| known.command(&row)) {
             Err(ConnectError::Word(wrong)) => {

@@ -2,7 +2,7 @@
 
 use std::io::{Read, Write};
 
-use dimsart_core::{Command, Cursor};
+use dimsart_core::{Command, CommandCursor};
 use dimsart_link::protocol::{Request, Response};
 
 use super::{ConnectError, Device, LineError};
@@ -23,7 +23,7 @@ impl<S: Read + Write> Device<S> {
             Response::SchemeCommand(command) => Some(command),
             _ => None,
         };
-        let (mut cursor, mut commands) = (Cursor::default(), Vec::new());
+        let (mut cursor, mut commands) = (CommandCursor::default(), Vec::new());
         loop {
             let (place, index) = cursor.place_and_index();
             let command = match self.ask(&Request::SchemeCommand { place, index }, take) {

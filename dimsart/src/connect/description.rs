@@ -118,7 +118,7 @@ impl Description {
                 .get(usize::from(index))
                 .map_or(ValueText::Whole(index.into()), |name| ValueText::Name((*name).to_owned())),
             (Value::Choice(index), _) => ValueText::Whole(index.into()),
-            (Value::Type(signal), _) => ValueText::Name(self.name_of_signal(signal).to_string()),
+            (Value::Type(signal), _) => ValueText::Name(self.signal_name(signal).to_string()),
         }
     }
 }
@@ -179,7 +179,7 @@ impl WordText {
     pub(super) fn of_all(unit: Unit, shape: Shape, axes: &[AxisKind]) -> Vec<Self> {
         let word = |word| Self {
             indices: indices(shape, word, axes.len()),
-            unit: unit.of_word(shape, word, axes).to_string(),
+            unit: unit.for_word(shape, word, axes).to_string(),
         };
         (0..shape.words(axes.len())).map(word).collect()
     }

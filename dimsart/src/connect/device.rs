@@ -2,7 +2,7 @@
 
 use std::io::{Read, Write};
 
-use dimsart_core::scheme::{Problem, SchemeError, SourceLocation};
+use dimsart_core::scheme::{RowError, SchemeError, SourceLocation};
 use dimsart_core::{ModuleKinds, ModuleRef, TypeRef, Vocabulary};
 use dimsart_link::protocol::LawAction;
 use dimsart_link::protocol::{
@@ -11,7 +11,7 @@ use dimsart_link::protocol::{
 
 use super::description::{Description, Identity};
 use super::{ConnectError, LineError, RequestLine, Timeouts};
-use hil_sim::law::{Law, WithLaw};
+use hil_sim::law::{Law, LawVocabulary};
 use hil_sim::schemes::Explained;
 
 /// Requests to a restarting board, each with the line's timeouts.
@@ -131,7 +131,7 @@ impl<S: Read + Write> Device<S> {
             self.renew_in_time()?;
         }
         match self.line.ask(request)? {
-            Response::Refused(Refusal::NotThere) => Ok(None),
+            Response::Refused(Refusal::NotFound) => Ok(None),
             Response::Refused(refusal) => Err(ConnectError::Refused(refusal)),
             response => take(response).map(Some).ok_or(ConnectError::UnexpectedAnswer),
         }
@@ -144,7 +144,7 @@ impl<S: Read + Write> Device<S> {
     /// the device does not answer again.
     pub fn restart(&mut self) -> Result<(), ConnectError> {
         let begins = |response: Response<'_>| matches!(response, Response::Restarts).then_some(());
-        self.ask(&Request::Restart, begins)?.ok_or(ConnectError::Refused(Refusal::NotThere))?;
+        self.ask(&Request::Restart, begins)?.ok_or(ConnectError::Refused(Refusal::NotFound))?;
         let mut answer = self.status();
         for _ in 0..RESTARTING_LOOKS {
             if answer.is_ok() {
@@ -199,37 +199,37 @@ impl<S: Read + Write> Device<S> {
     pub(super) fn read<'a, T>(
         &mut self,
         law: Option<&(ModuleRef, Law)>,
-        read: impl Fn(&WithLaw<'_, Description>) -> Result<T, SchemeError<'a>>,
+        read: impl Fn(&LawVocabulary<'_, Description>) -> Result<T, SchemeError<'a>>,
     ) -> Result<T, ConnectError> {
         self.know(|known| {
-            let known = &WithLaw::new(known, law);
+            let known = &LawVocabulary::new(known, law);
             read(known).map_err(|error| ConnectError::Word(Explained { error, known }.to_string()))
         })?
     }
 
     /// Finds a module by its name; it need not exist yet.
     pub(super) fn module(&mut self, word: &str) -> Result<ModuleRef, ConnectError> {
-        self.read(None, |known| known.module_named(word).ok_or(misread(word, Problem::ModuleValue)))
+        self.read(None, |known| known.find_module(word).ok_or(misread(word, RowError::ModuleValue)))
     }
 
     /// Finds a signal by its name, `FORCE` or `FORCE.2`.
     pub(super) fn signal_named(&mut self, word: &str) -> Result<TypeRef, ConnectError> {
-        self.read(None, |known| known.signal_named(word).ok_or(misread(word, Problem::Type)))
+        self.read(None, |known| known.signal_named(word).ok_or(misread(word, RowError::Type)))
     }
 
     /// Returns the name of a module, `PDCTRL_MOD` or `PDCTRL_MOD.2`; `?` for a kind that is not in the image.
     pub(super) fn module_name(&mut self, module: ModuleRef) -> Result<String, ConnectError> {
-        self.know(|known| known.name_of_module(module).to_string())
+        self.know(|known| known.module_name(module).to_string())
     }
 
     /// Returns the name of a signal, `FORCE` or `FORCE.2`; `?` for an unknown type.
     pub(super) fn signal_name(&mut self, signal: TypeRef) -> Result<String, ConnectError> {
-        self.know(|known| known.name_of_signal(signal).to_string())
+        self.know(|known| known.signal_name(signal).to_string())
     }
 }
 
 /// Error for an invalid word that is not part of a text.
-fn misread(word: &str, problem: Problem) -> SchemeError<'_> {
+fn misread(word: &str, problem: RowError) -> SchemeError<'_> {
     SchemeError { place: SourceLocation { line: 1, column: 1, word }, problem }
 }
 
@@ -244,7 +244,7 @@ fn is_beyond_every_list(request: &Request) -> bool {
         | Request::Parameter { index, .. }
         | Request::Port { index, .. }
         | Request::Cycles { place: index, .. }
-        | Request::Law(LawAction::Look { number: index }) => index >= LISTED,
+        | Request::Law(LawAction::Status { number: index }) => index >= LISTED,
         Request::Module { place: index } | Request::Finding { index } => index == u8::MAX,
         Request::DataType { index } => index >= WORDS,
         Request::SchemeCommand { place, index } => place >= LISTED || index >= WORDS,

@@ -77,13 +77,13 @@ impl<S: Read + Write> Device<S> {
         let is_reason = |reason: Reason| what == reason.number();
         let text = match (module, signal) {
             (Some(module), _) => {
-                let cause = signal.map_or(FaultCause::TookTooLong { budget_cycles: detail }, |signal| {
-                    FaultCause::Wrote { signal, word, bits: detail }
+                let cause = signal.map_or(FaultCause::TimeExceeded { budget_cycles: detail }, |signal| {
+                    FaultCause::InvalidOutput { signal, word, bits: detail }
                 });
                 self.module_fault_text(ModuleFault { module, cause })?
             }
             (None, Some(signal)) => self.know(|known| {
-                let (name, value) = (known.name_of_signal(signal), f32::from_bits(detail));
+                let (name, value) = (known.signal_name(signal), f32::from_bits(detail));
                 match value.is_finite() {
                     true => format!("word {word} of {name} is {value}, outside the sensor's range"),
                     false => format!("word {word} of {name} is NaN or infinite"),

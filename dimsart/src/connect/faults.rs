@@ -3,7 +3,7 @@
 use std::fmt;
 use std::io::{Read, Write};
 
-use dimsart_core::{Command, CommandError, Finding, ModuleRef, Party, Reason, TypeRef};
+use dimsart_core::{Command, CommandError, Endpoint, Finding, ModuleRef, Reason, TypeRef};
 use dimsart_link::protocol::{FirstFault, Request, Response, SafetyReport};
 use serde::Serialize;
 
@@ -222,8 +222,8 @@ impl<S: Read + Write> Device<S> {
 /// Returns the module and signal of a finding.
 fn subject(finding: Finding) -> (Option<ModuleRef>, Option<TypeRef>) {
     let of = |party| match party {
-        Party::Module(module) => Some(module),
-        Party::Frame => None,
+        Endpoint::Module(module) => Some(module),
+        Endpoint::Frame => None,
     };
     match finding {
         Finding::NoProvider { signal, reader } | Finding::Delay { signal, reader, .. } => {
@@ -234,7 +234,7 @@ fn subject(finding: Finding) -> (Option<ModuleRef>, Option<TypeRef>) {
             (Some(module), Some(signal))
         }
         Finding::DuplicateLinkEnd { second, .. } => (Some(second), None),
-        Finding::Held { signal, writer, .. } => (Some(writer), Some(signal)),
+        Finding::SlowWriter { signal, writer, .. } => (Some(writer), Some(signal)),
         Finding::MissingDelay { signal, reader, .. } => (Some(reader), Some(signal)),
         Finding::LateStageRate { reader, .. } => (Some(reader), None),
         _ => (None, None),

@@ -133,7 +133,7 @@ impl<S: Read + Write> Device<S> {
     /// # Errors
     /// [`ConnectError`] when the device does not answer.
     pub fn kept(&mut self) -> Result<Option<StoredSchemesReport>, ConnectError> {
-        known(self.schemes(SchemeAction::Look).map(Some))
+        known(self.schemes(SchemeAction::Read).map(Some))
     }
 
     /// Reads the timing of the ticks; `None` on a device that does not measure it.
@@ -165,7 +165,7 @@ impl<S: Read + Write> Device<S> {
         };
         let trial = match trial {
             Trial::None => "none",
-            Trial::Waits => "waits",
+            Trial::Pending => "waits",
             Trial::Tried => "tried",
         };
         let reason = fallback.map(|fallback| self.fallback_text(fallback)).transpose()?;

@@ -40,7 +40,7 @@ impl<S: Read + Write> Device<S> {
     /// # Errors
     /// [`ConnectError::NoKeys`] when its image has no authentication; [`ConnectError::NoRandomness`].
     pub fn use_key(&mut self, key: &[u8; 16]) -> Result<KeyReport, ConnectError> {
-        let state = self.key_action(KeyAction::Look)?;
+        let state = self.key_action(KeyAction::Read)?;
         let sealer = (state == KeyReport::Locked).then(|| sealer(key)).transpose()?;
         self.line_mut().seal_with(sealer);
         Ok(state)
@@ -70,7 +70,7 @@ impl<S: Read + Write> Device<S> {
 
     /// Reads the key state; `None` when the image has no authentication.
     pub(super) fn key_report(&mut self) -> Result<Option<KeyReport>, ConnectError> {
-        match self.key_action(KeyAction::Look) {
+        match self.key_action(KeyAction::Read) {
             Err(ConnectError::NoKeys) => Ok(None),
             state => state.map(Some),
         }

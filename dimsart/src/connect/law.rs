@@ -176,9 +176,9 @@ impl<S: Read + Write> Device<S> {
                     Response::Signal(text) => Some(text),
                     _ => None,
                 })?;
-            let Some(SignalText { words_in_all, words: more, .. }) = read else { return Ok(None) };
+            let Some(SignalText { total_words, words: more, .. }) = read else { return Ok(None) };
             words.extend_from_slice(&more);
-            if more.is_empty() || words.len() >= usize::from(words_in_all).min(PROGRAM_WORDS) {
+            if more.is_empty() || words.len() >= usize::from(total_words).min(PROGRAM_WORDS) {
                 break;
             }
         }
@@ -186,7 +186,7 @@ impl<S: Read + Write> Device<S> {
     }
 
     fn look_at_law(&mut self, number: u8) -> Result<Option<dimsart_core::online::LawReport>, ConnectError> {
-        match self.ask(&Request::Law(LawAction::Look { number }), take!(Law)) {
+        match self.ask(&Request::Law(LawAction::Status { number }), take!(Law)) {
             Err(ConnectError::Refused(Refusal::NotUnderstood)) => Err(ConnectError::NoLaws),
             look => look,
         }

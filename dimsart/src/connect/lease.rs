@@ -1,11 +1,13 @@
 //! The lease that motion requires, and the heartbeat of the device.
 
-use dimsart_core::Tick;
+use dimsart_core::TickResult;
 use std::fmt;
 use std::io::{Read, Write};
 use std::time::Duration;
 
-use dimsart_link::protocol::{Blocked, LeaseAction, LeaseStatus, NO_CLIENT, Refusal, Request, Response};
+use dimsart_link::protocol::{
+    LeaseAction, LeaseStatus, NO_CLIENT, NotCommandedReason, Refusal, Request, Response,
+};
 use serde::Serialize;
 
 use super::{ConnectError, Device, LineError, Presence, Timeouts};
@@ -146,7 +148,7 @@ impl<S: Read + Write> Device<S> {
 
     /// Reads the state of the lease; `None` on a device without a lease.
     pub(super) fn lease_status(&mut self) -> Result<Option<LeaseStatus>, ConnectError> {
-        match self.lease(LeaseAction::Look) {
+        match self.lease(LeaseAction::Read) {
             Err(ConnectError::Refused(Refusal::NotUnderstood)) => Ok(None),
             answer => answer,
         }
@@ -184,7 +186,9 @@ impl<S: Read + Write> Device<S> {
         let heard = unsolicited.heartbeat().filter(|_| silence < SILENCE);
         // A heartbeat does not contain why a scheme does not run.
         let (ticks, blocked) = match heard {
-            Some(heard) if heard.blocked != Some(Blocked::Tick(Tick::Idle)) => (heard.ticks, heard.blocked),
+            Some(heard) if heard.blocked != Some(NotCommandedReason::Tick(TickResult::Idle)) => {
+                (heard.ticks, heard.blocked)
+            }
             _ => self.status().map(|status| (status.ticks, status.blocked))?,
         };
         let lease = match heard {

@@ -149,7 +149,7 @@ impl<S: Read + Write> RequestLine<S> {
         let mut hellos = 0;
         while let Some(sealer) = self.sealer.as_ref().filter(|sealer| !sealer.is_answered()) {
             if hellos == tries {
-                if sealer.is_contradicted() {
+                if sealer.is_rejected() {
                     return Ok(false);
                 }
                 let Counters { frames, .. } = self.receiver.counters();
@@ -159,7 +159,7 @@ impl<S: Read + Write> RequestLine<S> {
             self.send_handshake()?;
             let deadline = clock::now() + timeout;
             self.read_until(deadline, Awaited::Challenge)?;
-            if self.sealer.as_ref().is_some_and(RequestSealer::is_contradicted) {
+            if self.sealer.as_ref().is_some_and(RequestSealer::is_rejected) {
                 // The refusal may be forged: wait briefly for a valid challenge.
                 let moment = clock::now() + timeout / 10;
                 self.read_until(moment.min(deadline), Awaited::TrueChallenge)?;
@@ -285,8 +285,8 @@ impl<S: Read + Write> RequestLine<S> {
                         }
                     }
                     None => {
-                        let is_contradicted = sealer.as_ref().is_some_and(RequestSealer::is_contradicted);
-                        is_there |= awaited == Awaited::Challenge && is_contradicted;
+                        let is_rejected = sealer.as_ref().is_some_and(RequestSealer::is_rejected);
+                        is_there |= awaited == Awaited::Challenge && is_rejected;
                         unsolicited.take(content, client);
                     }
                     Some(id) if awaited == Awaited::Answer(id) => {

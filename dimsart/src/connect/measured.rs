@@ -33,13 +33,13 @@ pub struct MeasuredRow {
 
 impl MeasuredRow {
     fn new(report: CyclesReport) -> Self {
-        let CyclesReport { runs, least, mean, greatest, per_1024_instructions } = report;
+        let CyclesReport { runs, min, mean, max, per_1024_instructions } = report;
         let scale = match per_1024_instructions {
             0 => 1.0,
             counts => 1024.0 / f64::from(counts),
         };
         let scaled = |counts| scale * f64::from(counts);
-        Self { runs, least: scaled(least), mean: scaled(mean), greatest: scaled(greatest) }
+        Self { runs, least: scaled(min), mean: scaled(mean), greatest: scaled(max) }
     }
 
     /// Adds a section that runs after this one.
@@ -83,7 +83,7 @@ impl<S: Read + Write> Device<S> {
         self.ask_cycles(0, true).map(drop)
     }
 
-    fn ask_cycles(&mut self, place: u8, begins_anew: bool) -> Result<Option<CyclesReport>, ConnectError> {
-        self.ask(&Request::Cycles { place, begins_anew }, take!(Cycles))
+    fn ask_cycles(&mut self, place: u8, clears: bool) -> Result<Option<CyclesReport>, ConnectError> {
+        self.ask(&Request::Cycles { place, clears }, take!(Cycles))
     }
 }

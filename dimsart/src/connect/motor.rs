@@ -33,7 +33,7 @@ impl<S: Read + Write> Device<S> {
     /// # Errors
     /// [`ConnectError::NoDrive`], also of an older image; [`ConnectError::MotorLayout`].
     pub fn motor(&mut self) -> Result<MotorState, ConnectError> {
-        let report = self.motor_report(MotorAction::Look)?;
+        let report = self.motor_report(MotorAction::Read)?;
         if report.layout != Configuration::LAYOUT {
             return Err(ConnectError::MotorLayout(report.layout));
         }
@@ -59,11 +59,11 @@ impl<S: Read + Write> Device<S> {
     pub fn store_motor(&mut self, told: &Configuration) -> Result<bool, ConnectError> {
         let words = told.to_words();
         for (place, word) in (0..).zip(words) {
-            self.motor_report(MotorAction::Put { place, word })?;
+            self.motor_report(MotorAction::PutWord { place, word })?;
         }
         let count = u8::try_from(words.len()).unwrap_or(u8::MAX);
         let checksum = motor_checksum(&words);
-        self.write_motor(MotorAction::Keep { layout: Configuration::LAYOUT, count, checksum })
+        self.write_motor(MotorAction::Store { layout: Configuration::LAYOUT, count, checksum })
     }
 
     /// Deletes the stored configuration: the next start loads the image's. May stop the scheme as
@@ -72,7 +72,7 @@ impl<S: Read + Write> Device<S> {
     /// # Errors
     /// As [`store_motor`](Self::store_motor).
     pub fn delete_motor(&mut self) -> Result<bool, ConnectError> {
-        self.write_motor(MotorAction::Forget)
+        self.write_motor(MotorAction::Delete)
     }
 
     /// Takes the lease, lets the board identify its motor with `current_a`, and releases the lease. Calls `pause` between two
@@ -106,7 +106,7 @@ impl<S: Read + Write> Device<S> {
                 Identification::Failed(failure) => return Ok(Err(failure)),
                 _ => {}
             }
-            action = MotorAction::Found;
+            action = MotorAction::ReadIdentification;
             pause();
         }
         Ok(Err(IdentificationFailure::Ended))
@@ -114,7 +114,7 @@ impl<S: Read + Write> Device<S> {
 
     fn write_motor(&mut self, action: MotorAction) -> Result<bool, ConnectError> {
         match self.motor_report(action) {
-            Err(ConnectError::Refused(Refusal::Store(StoreError::SchemeRuns))) => {
+            Err(ConnectError::Refused(Refusal::Store(StoreError::SchemeIsRunning))) => {
                 self.stop()?;
                 self.motor_report(action).map(|_| true)
             }

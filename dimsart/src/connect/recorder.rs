@@ -136,7 +136,7 @@ impl Layout {
         let caught = memories.next().map(|(port, _)| port);
         let found = known.type_of(signal)?;
         let axes = known.axes();
-        let signal = known.name_of_signal(signal).to_string();
+        let signal = known.signal_name(signal).to_string();
         let row_words = found.shape.words(axes.len());
         let column = |WordText { indices, unit }| {
             let (source, signal) = (known.device_name().to_owned(), signal.clone());
@@ -241,7 +241,7 @@ impl<S: Read + Write> Device<S> {
     /// Reads the number of rows in its memory.
     fn length(&mut self, module: ModuleRef, layout: &Layout, name: &str) -> Result<u32, ConnectError> {
         let parameter =
-            self.know(|known| known.parameter_named(module.kind, LENGTH).map(|(number, _)| number))?;
+            self.know(|known| known.find_parameter(module.kind, LENGTH).map(|(number, _)| number))?;
         let parameter = parameter.ok_or(ConnectError::UnexpectedAnswer)?;
         let rows = self.ask(&Request::Get { module, parameter, entry: 0 }, take!(Value))?;
         let Some(Value::Count(rows)) = rows else { return Err(ConnectError::UnexpectedAnswer) };

@@ -2,14 +2,14 @@
 
 use std::io::{Read, Write};
 
-use dimsart_core::scheme::{self, Problem, Row, SchemeError, SourceLocation};
+use dimsart_core::scheme::{self, Row, RowError, SchemeError, SourceLocation};
 use dimsart_core::{Command, CommandError, ModuleRef};
 use dimsart_link::protocol::Effect;
 use serde::Serialize;
 
 use super::command::ALL_DESTINATIONS;
 use super::{ConnectError, Device};
-use hil_sim::law::{Law, WithLaw};
+use hil_sim::law::{Law, LawVocabulary};
 use hil_sim::schemes::{Explained, SIDES, SchemeText, rows};
 
 /// Outcome of sending a scheme.
@@ -136,7 +136,7 @@ impl<S: Read + Write> Device<S> {
             Some((module, law.clone()))
         });
         let law = law.as_ref();
-        let command = match self.know(|known| WithLaw::new(known, law).command(row))? {
+        let command = match self.know(|known| LawVocabulary::new(known, law).command(row))? {
             Ok(command) => command,
             Err(error) => return Ok(Err(self.misread(error, law)?)),
         };
@@ -161,11 +161,14 @@ impl<S: Read + Write> Device<S> {
         law: Option<&(ModuleRef, Law)>,
     ) -> Result<Misread, ConnectError> {
         let SourceLocation { line, column, word } = error.place;
-        let message = self.know(|known| Explained { error, known: &WithLaw::new(known, law) }.to_string())?;
+        let message =
+            self.know(|known| Explained { error, known: &LawVocabulary::new(known, law) }.to_string())?;
         let is_unknown = match error.problem {
-            Problem::Destination | Problem::Surplus | Problem::Entry { .. } | Problem::Refused(_) => false,
+            RowError::Destination | RowError::Surplus | RowError::Entry { .. } | RowError::Refused(_) => {
+                false
+            }
             // Another version may name a choice differently; a wrong number is wrong in every version.
-            Problem::Value { .. } => word.starts_with(|first: char| first.is_ascii_alphabetic()),
+            RowError::Value { .. } => word.starts_with(|first: char| first.is_ascii_alphabetic()),
             _ => !word.is_empty(),
         };
         Ok(Misread { line, column, message, is_unknown })

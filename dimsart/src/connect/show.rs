@@ -191,8 +191,8 @@ impl fmt::Display for Overview {
         if let Some(FirstFaultText { tick, reason }) = &status.first_fault {
             write!(f, "; first in tick {tick}: {reason}")?;
         }
-        let Usage { modules: count, slots, words, words_in_all } = status.usage;
-        writeln!(f, "\nmemory: {count} modules, {slots} slots, {words} of {words_in_all} words")?;
+        let Usage { modules: count, slots, words, total_words } = status.usage;
+        writeln!(f, "\nmemory: {count} modules, {slots} slots, {words} of {total_words} words")?;
         match &status.lease {
             None => {}
             Some(LeaseStatus { holder: NO_CLIENT, .. }) => writeln!(f, "no client holds the lease")?,
@@ -309,7 +309,7 @@ impl<S: Read + Write> Device<S> {
             let report = |port: PortText<'_>| PortReport {
                 name: format!("{PORT_PREFIX}{}", port.name),
                 writes: port.direction != Direction::Read,
-                signal: port.bound.map(|signal| known.name_of_signal(signal).to_string()).unwrap_or_default(),
+                signal: port.bound.map(|signal| known.signal_name(signal).to_string()).unwrap_or_default(),
             };
             known.port_texts(module).filter(|port| port.bound.is_some()).map(report).collect()
         })?;
@@ -366,7 +366,7 @@ impl<S: Read + Write> Device<S> {
                 values: values.iter().map(|value| known.value_text(*value, &found.accepts)).collect(),
                 unit: match found.accepts {
                     Accepted::Types => String::new(),
-                    _ => found.unit.on(known.axes()).to_string(),
+                    _ => found.unit.for_axes(known.axes()).to_string(),
                 },
                 range: range_text(&found),
                 summary: known.summary(module.kind, found.name).to_owned(),

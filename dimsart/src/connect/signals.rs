@@ -101,9 +101,9 @@ impl<S: Read + Write> Device<S> {
         let mut format = None;
         let (name, unit, shape) = self.know(|known| {
             let found = known.type_of(signal);
-            let unit = found.map(|found| found.unit.on(known.axes()).to_string());
+            let unit = found.map(|found| found.unit.for_axes(known.axes()).to_string());
             let shape = found.map(|found| (found.unit, found.shape));
-            (known.name_of_signal(signal).to_string(), unit.unwrap_or_default(), shape)
+            (known.signal_name(signal).to_string(), unit.unwrap_or_default(), shape)
         })?;
         let mut bound = None;
         let mut report = SignalReport { name, unit, values: Vec::new() };
@@ -111,8 +111,8 @@ impl<S: Read + Write> Device<S> {
         let take = |response: Response<'_>| match response {
             Response::Signal(text) => {
                 let values = text.words.iter().map(|word| ValueText::of_word(*word, text.format));
-                let unit = text.unit.on(&axes).to_string();
-                Some((text.format, (text.unit, unit), text.words_in_all, values.collect::<Vec<_>>()))
+                let unit = text.unit.for_axes(&axes).to_string();
+                Some((text.format, (text.unit, unit), text.total_words, values.collect::<Vec<_>>()))
             }
             _ => None,
         };

@@ -80,7 +80,7 @@ impl<'a> RandomInputs<'a> {
         dimsart.tick_observed(own, &mut commanded, trace);
         (trace.measured, trace.commanded) = (measured, commanded);
         for link in 0..dimsart_core::limits::MAX_LINKS {
-            trace.sent.extend(dimsart.outgoing(link).map(|packet| (link, packet)));
+            trace.sent.extend(dimsart.take_outgoing(link).map(|packet| (link, packet)));
         }
         (is_new, &self.trace)
     }

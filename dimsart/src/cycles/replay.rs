@@ -142,7 +142,7 @@ impl Replay {
             }
         }
         let scheme = saved_scheme::save(engine).map_err(|_| CyclesError::SchemeTooLong)?;
-        let given = [Command::Close].into_iter().chain(engine.commands());
+        let given = [Command::Close].into_iter().chain(engine.rebuild_commands());
         let names: Vec<String> = given.chain([Command::Check]).map(|command| name(&command)).collect();
         let bounds = self.bounded(Worst::of_commands(firmware, timing, controller, &scheme));
         let bounds = bounds.into_iter().flatten().map(Some).chain(std::iter::repeat(None));
@@ -310,7 +310,7 @@ impl Replay {
 fn name(command: &Command) -> String {
     let of_module = match command {
         Command::Bind { .. } => "a port's type",
-        Command::PutLaw { .. } | Command::KeepLaw { .. } => "a law",
+        Command::UploadLaw { .. } | Command::StoreLaw { .. } => "a law",
         _ => "a parameter",
     };
     command.as_engine_command().map_or(of_module, |known| known.name).to_owned()

@@ -2,10 +2,10 @@
 
 use ::cycles::timing::Timing;
 use dimsart_core::limits::{MAX_CHANNEL_TYPES, MAX_DOF, MAX_LINKS};
-use dimsart_core::scheme::{ENGINE, Problem, Row};
+use dimsart_core::scheme::{ENGINE, Row, RowError};
 use dimsart_core::{
-    Accepts, Command, CommandError, Direction, Finding, Format, KindId, ModuleKinds, ModuleRef, Parameter,
-    ParameterError, Party, PortText, TypeRef, Value, Vocabulary, types,
+    Accepts, Command, CommandError, Direction, Endpoint, Finding, Format, KindId, ModuleKinds, ModuleRef,
+    Parameter, ParameterError, PortText, TypeRef, Value, Vocabulary, types,
 };
 use dimsart_link::saved_scheme;
 
@@ -192,7 +192,7 @@ impl Scheme {
             let is_generated =
                 scheme.dimsart.engine().type_of(signal).is_some_and(|found| found.format == Format::F32);
             let renamed = if is_for_frame { signal } else { scheme.rename(signal, number)? };
-            let name = scheme.dimsart.engine().name_of_signal(renamed).to_string();
+            let name = scheme.dimsart.engine().signal_name(renamed).to_string();
             if is_generated {
                 let generator = format!("SIGGEN_MOD.{number}");
                 scheme.row(&generator, "FORM", "SINE")?;
@@ -224,7 +224,7 @@ impl Scheme {
         let mut missing: Vec<(TypeRef, bool)> = Vec::new();
         for finding in self.dimsart.engine().check().findings() {
             let Finding::NoProvider { signal, reader } = *finding else { continue };
-            let is_for_frame = reader == Party::Frame;
+            let is_for_frame = reader == Endpoint::Frame;
             match missing.iter_mut().find(|(known, _)| *known == signal) {
                 Some((_, is_known_for_frame)) => *is_known_for_frame |= is_for_frame,
                 None => missing.push((signal, is_for_frame)),
@@ -257,9 +257,9 @@ impl Scheme {
 
     fn row(&mut self, module: &str, command: &str, value: &str) -> Result<(), CyclesError> {
         let words = ["all", module, command, value];
-        let given = Row::of(&words).apply(&mut self.dimsart);
+        let given = Row::from_words(&words).apply(&mut self.dimsart);
         given.map_err(|error| match error.problem {
-            Problem::Refused(error) => CyclesError::Scheme(error),
+            RowError::Refused(error) => CyclesError::Scheme(error),
             _ => {
                 let reason = Explained { error, known: self.dimsart.engine() }.to_string();
                 CyclesError::Row { row: words.join(" "), reason }

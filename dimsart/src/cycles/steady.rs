@@ -51,7 +51,7 @@ impl Steady {
 pub(super) fn channels(dimsart: &Dimsart) -> [u16; MAX_LINKS] {
     let mut channels = [0; MAX_LINKS];
     for (link, channel) in channels.iter_mut().enumerate() {
-        *channel = dimsart.listening_channel(link);
+        *channel = dimsart.receive_channel(link);
     }
     channels
 }

@@ -75,7 +75,7 @@ pub(super) fn words(device: &DeviceDescriptor, types: &[TypeRef], count: usize) 
         (0..data_type.shape.words(device.dof())).map(move |word| {
             let indices = indices(data_type.shape, word, device.dof());
             let suffix: String = indices.iter().map(|index| format!("_{}", index + 1)).collect();
-            let unit = data_type.unit.of_word(data_type.shape, word, device.axes());
+            let unit = data_type.unit.for_word(data_type.shape, word, device.axes());
             // DBC is not UTF-8.
             let unit = unit.to_string().replace('·', " ");
             PacketWord { name: format!("{name}{suffix}"), kind, unit }

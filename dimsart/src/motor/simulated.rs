@@ -127,11 +127,11 @@ pub fn identify(
     let mut time_s = 0.0;
     while time_s < LONGEST_S {
         match identification.step(&sample(&bridge, told, truth.supply_v)) {
-            IdentificationStep::GoesOn(next) => {
+            IdentificationStep::Running(next) => {
                 bridge.advance(duties.map(wide), told.inverter.period_s.into());
                 duties = Some(next);
             }
-            IdentificationStep::Over(end) => return Ok(end),
+            IdentificationStep::Finished(end) => return Ok(end),
         }
         time_s += f64::from(told.inverter.period_s);
     }

@@ -32,7 +32,7 @@ pub(super) fn figures(
             (one, world(one, "position")),
         ],
     );
-    let walls = other.sections().map(|(_, section)| section.met_wall());
+    let walls = other.sections().map(|(_, section)| section.active_wall());
     for (panel, wall) in positions.iter_mut().zip(walls) {
         panel.levels.extend(wall.map(|wall| Level { label: "wall".to_owned(), value: wall.position }));
     }

@@ -122,7 +122,7 @@ impl ReplayedController {
         self.measured.clear();
         self.measured.extend(inputs.measured.iter().copied().map(Word));
         self.dimsart.tick(&self.measured, &mut self.commanded);
-        (0..MAX_LINKS).for_each(|link| drop(self.dimsart.outgoing(link)));
+        (0..MAX_LINKS).for_each(|link| drop(self.dimsart.take_outgoing(link)));
         self.replayed.ticks += 1;
         Ok(())
     }

@@ -30,7 +30,7 @@ impl RunFacts {
     pub fn new(settings_toml: String, rig: &mut Rig) -> Self {
         let facts = |station: &mut Station| {
             let engine = station.dimsart.engine_mut();
-            let commands: Vec<_> = engine.commands().collect();
+            let commands: Vec<_> = engine.rebuild_commands().collect();
             ControllerFacts {
                 name: station.name.clone(),
                 scheme: schemes::rows(&commands, &station.name, engine),

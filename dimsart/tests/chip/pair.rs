@@ -14,8 +14,8 @@ use dimsart::stamp::StampedImage;
 use dimsart_core::DataType;
 use dimsart_core::limits::MAX_DOF;
 use dimsart_link::protocol::{
-    Blocked, Heartbeat, LeaseAction, MAX_FRAME_BYTES, Receiver, Request, Response, decode_heartbeat,
-    decode_response, encode_request, request_id,
+    Heartbeat, LeaseAction, MAX_FRAME_BYTES, NotCommandedReason, Receiver, Request, Response,
+    decode_heartbeat, decode_response, encode_request, request_id,
 };
 use dimsart_link::saved_scheme;
 use dimsart_modules::ALL;
@@ -178,7 +178,7 @@ impl Pair {
     }
 
     /// Returns why a board's scheme does not command its device, by its last heartbeat.
-    pub(crate) fn blocked(&self, board: usize) -> Option<Blocked> {
+    pub(crate) fn blocked(&self, board: usize) -> Option<NotCommandedReason> {
         self.heartbeats[board].as_ref().unwrap().blocked
     }
 

@@ -2,9 +2,9 @@
 
 use std::f64::consts::TAU;
 
-use dimsart_core::{Command, Reason, Tick, types};
+use dimsart_core::{Command, Reason, TickResult, types};
 use dimsart_link::EventKind;
-use dimsart_link::protocol::{Blocked, Request};
+use dimsart_link::protocol::{NotCommandedReason, Request};
 
 use crate::pair::{COUNTS_PER_TURN, FULL_NM, MASTER, Pair, SLAVE, SPRING_NM_PER_RAD};
 
@@ -102,7 +102,7 @@ fn a_bus_that_is_cut_leaves_both_without_torque_until_they_are_reset() {
     for board in [MASTER, SLAVE] {
         assert!(pair.word(board, types::LINK_AGE) <= 3);
         assert!(!pair.bench(board).chip().is_can_off());
-        assert_eq!(pair.blocked(board), Some(Blocked::Tick(Tick::LinkLost { link: 0 })));
+        assert_eq!(pair.blocked(board), Some(NotCommandedReason::Tick(TickResult::LinkLost { link: 0 })));
         assert_eq!(pair.torque_nm(board), None);
         assert_eq!(pair.word(board, types::CAN_REJOINS), 0);
     }
@@ -182,7 +182,7 @@ fn a_bus_that_was_given_up_is_joined_by_a_reset_and_no_reset_hides_that_it_is_si
         [EventKind::BusOff, EventKind::BusRejoined, EventKind::BusOffPermanent].map(|kind| kind as u8);
     for board in [MASTER, SLAVE] {
         assert!(pair.bench(board).chip().is_can_off());
-        assert_eq!(pair.blocked(board), Some(Blocked::Tick(Tick::LinkLost { link: 0 })));
+        assert_eq!(pair.blocked(board), Some(NotCommandedReason::Tick(TickResult::LinkLost { link: 0 })));
         let events = pair.events(board);
         assert_eq!(of_bus(&events), [left, joined, left, joined, left, joined, left, given_up], "{events:?}");
     }
@@ -191,7 +191,7 @@ fn a_bus_that_was_given_up_is_joined_by_a_reset_and_no_reset_hides_that_it_is_si
     pair.arm();
     pair.run(100);
     assert!(!pair.bench(MASTER).chip().is_can_off());
-    assert_eq!(pair.blocked(MASTER), Some(Blocked::Tick(Tick::LinkDown { link: 0 })));
+    assert_eq!(pair.blocked(MASTER), Some(NotCommandedReason::Tick(TickResult::LinkDown { link: 0 })));
     assert_eq!(pair.torque_nm(MASTER), None);
     // With the other board: both move.
     pair.ask(SLAVE, &Request::Command(Command::Reset), |_| ());
@@ -223,7 +223,8 @@ fn boards_that_never_hear_each_other_are_not_driven_and_say_why() {
                 matches!(
                     blocked,
                     Some(
-                        Blocked::Tick(Tick::LinkDown { link: 0 }) | Blocked::Tick(Tick::LinkLost { link: 0 })
+                        NotCommandedReason::Tick(TickResult::LinkDown { link: 0 })
+                            | NotCommandedReason::Tick(TickResult::LinkLost { link: 0 })
                     )
                 ),
                 "{blocked:?}"
@@ -244,7 +245,7 @@ fn a_board_that_is_armed_before_its_peer_is_there_moves_when_it_is() {
     pair.arm();
     pair.run(300);
     for board in [MASTER, SLAVE] {
-        assert_eq!(pair.blocked(board), Some(Blocked::Tick(Tick::LinkDown { link: 0 })));
+        assert_eq!(pair.blocked(board), Some(NotCommandedReason::Tick(TickResult::LinkDown { link: 0 })));
         assert_eq!(pair.torque_nm(board), None);
     }
     pair.bus.plug(SLAVE, true);

@@ -507,7 +507,7 @@ fn a_device_whose_lists_have_no_end_is_told_so_and_asked_no_more() {
             return framed;
         };
         let kind = std::mem::discriminant(&request);
-        if !matches!(response, Response::Refused(Refusal::NotThere)) {
+        if !matches!(response, Response::Refused(Refusal::NotFound)) {
             last.insert(kind, answer.clone());
         }
         match last.get(&kind).and_then(|last: &Vec<u8>| decode_response(last).ok()) {

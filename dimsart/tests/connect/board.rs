@@ -11,7 +11,7 @@ use std::thread;
 use std::time::Duration;
 
 use dimsart::connect::{Device, Timeouts};
-use dimsart_core::{Tick, Word};
+use dimsart_core::{TickResult, Word};
 use dimsart_link::protocol::{
     HEARTBEATS_PER_S, MAX_FRAME_BYTES, Receiver, Request, decode_request, encode_heartbeat, encode_sample,
 };
@@ -39,7 +39,7 @@ pub(crate) struct Core {
     clients: Vec<Box<dyn Write + Send>>,
     requests: Vec<Vec<u8>>,
     ticks: u32,
-    last: Option<(Tick, [Word; 3])>,
+    last: Option<(TickResult, [Word; 3])>,
     is_stopped: bool,
     /// Number of the next status answers to lose.
     lost_answers: u32,
@@ -117,7 +117,7 @@ impl Board {
     }
 
     /// Waits for a tick with this result and returns its command.
-    pub(crate) fn wait_for(&self, wanted: Tick) -> [Word; 3] {
+    pub(crate) fn wait_for(&self, wanted: TickResult) -> [Word; 3] {
         for _ in 0..60_000 {
             match self.core.lock().unwrap().last {
                 Some((tick, commanded)) if tick == wanted => return commanded,

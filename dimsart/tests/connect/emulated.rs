@@ -13,7 +13,7 @@ use dimsart_core::{
 };
 use dimsart_link::auth::Key;
 use dimsart_link::protocol::{
-    DeviceInfo, Gate, KeyAction, MAX_FRAME_BYTES, Receiver, Refusal, Request, Response, Taken,
+    DeviceInfo, Gate, GateOutcome, KeyAction, MAX_FRAME_BYTES, Receiver, Refusal, Request, Response,
     decode_request, encode_response, serve,
 };
 use dimsart_modules::ALL;
@@ -109,11 +109,11 @@ impl Robot {
         let is_command = matches!(decode_request(content), Ok((_, Request::Command(_))));
         self.commands += u32::from(is_command);
         let (id, response) = match self.gate.take(content) {
-            Taken::Request(id, Request::Key(KeyAction::Look)) => (id, Response::Key(self.gate.state())),
-            Taken::Request(id, request) => (id, serve(id, &request, &mut self.dimsart, &mut self.info)),
-            Taken::Refused(id, refusal) => (id, Response::Refused(Refusal::Key(refusal))),
-            Taken::NotUnderstood(id) => (id, Response::Refused(Refusal::NotUnderstood)),
-            Taken::Nothing => return self.handshake(),
+            GateOutcome::Request(id, Request::Key(KeyAction::Read)) => (id, Response::Key(self.gate.state())),
+            GateOutcome::Request(id, request) => (id, serve(id, &request, &mut self.dimsart, &mut self.info)),
+            GateOutcome::Refused(id, refusal) => (id, Response::Refused(Refusal::Key(refusal))),
+            GateOutcome::NotUnderstood(id) => (id, Response::Refused(Refusal::NotUnderstood)),
+            GateOutcome::Nothing => return self.handshake(),
         };
         let mut bytes = encode_response(&response, id, &mut [0; MAX_FRAME_BYTES]).unwrap().to_vec();
         bytes.extend(self.handshake());

@@ -20,7 +20,7 @@ fn keeping(answer: Result<SchemeStatus, Refusal>) -> (String, Arc<Mutex<Vec<Sche
     timing.measure(4_000);
     robot.info.set_timing(timing);
     robot.dimsart.engine_mut().set_costs(Some(Costs::new(const { &[Cost::new(700, 100)] }, &[])));
-    robot.dimsart.engine_mut().limit_cycles(NonZeroU32::new(9_000));
+    robot.dimsart.engine_mut().set_cycle_limit(NonZeroU32::new(9_000));
     let notes = Arc::clone(&asked);
     let port = listen(move |content| match decode_request(content) {
         Ok((id, Request::Schemes(action))) => {
@@ -52,7 +52,7 @@ fn each_command_is_given_as_it_is_and_answered_by_how_the_schemes_stand_and_what
         (
             "save",
             SchemeAction::Save,
-            status(Origin::BuiltIn, None, Trial::Waits, false),
+            status(Origin::BuiltIn, None, Trial::Pending, false),
             "started with the built-in scheme\nthe next start runs the scheme on trial, once\n",
         ),
         (
@@ -114,7 +114,7 @@ fn each_command_is_given_as_it_is_and_answered_by_how_the_schemes_stand_and_what
 fn what_a_board_refuses_is_told_with_what_to_do() {
     for (refusal, expected) in [
         (Refusal::Store(StoreError::NoStorage), "the device cannot store schemes"),
-        (Refusal::Store(StoreError::SchemeRuns), "`stop` it first"),
+        (Refusal::Store(StoreError::SchemeIsRunning), "`stop` it first"),
         (Refusal::Store(StoreError::TooLong), "the scheme exceeds 920 bytes"),
         (Refusal::Store(StoreError::NoTrial), "restart the device"),
         (Refusal::Store(StoreError::Storage), "earlier data is kept"),

@@ -7,7 +7,7 @@ use std::thread;
 use std::time::Duration;
 
 use dimsart::connect::{ConnectError, Live, Timeouts, ValueText};
-use dimsart_core::{Tick, Word};
+use dimsart_core::{TickResult, Word};
 use dimsart_link::protocol::{LeaseAction, MAX_FRAME_BYTES, Refusal, Request, encode_request, request_id};
 use hil_sim::clock;
 use hil_sim::response::TELEMETRY_STREAMS;
@@ -27,9 +27,9 @@ fn running() -> Board {
     let sent = device.send_scheme(&scheme, "slave").unwrap();
     assert!(sent.state.starts_with(DISARMED), "{}", sent.state);
     // The state, regardless of the ticks spent waiting for its peer.
-    board.wait_for(Tick::LinkDown { link: 0 });
+    board.wait_for(TickResult::LinkDown { link: 0 });
     device.set("COMM_RXMOD", "TIMEOUT_TICKS", "0").unwrap();
-    board.wait_for(Tick::Disarmed);
+    board.wait_for(TickResult::Disarmed);
     board
 }
 
@@ -39,7 +39,7 @@ fn served() -> Board {
     let mut device = board.dial();
     device.send_scheme(&SchemeText::read("builtin:bilateral").unwrap(), "slave").unwrap();
     device.set("COMM_RXMOD", "TIMEOUT_TICKS", "0").unwrap();
-    board.wait_for(Tick::Disarmed);
+    board.wait_for(TickResult::Disarmed);
     board
 }
 
@@ -84,11 +84,11 @@ impl Program {
 #[test]
 fn a_device_moves_while_somebody_holds_the_lease_and_not_for_a_tick_longer() {
     let board = running();
-    assert_eq!(board.wait_for(Tick::Disarmed), [Word(0); 3]);
+    assert_eq!(board.wait_for(TickResult::Disarmed), [Word(0); 3]);
     let mut device = board.connect();
     device.take_lease().unwrap();
-    board.wait_for(Tick::Ran);
-    assert_eq!(board.wait_for(Tick::Disarmed), [Word(0); 3]);
+    board.wait_for(TickResult::Ran);
+    assert_eq!(board.wait_for(TickResult::Disarmed), [Word(0); 3]);
     let late = device.renew_lease().unwrap_err().to_string();
     assert!(late.contains("the lease was released by"), "{late}");
 }
@@ -98,7 +98,7 @@ fn a_device_moves_while_somebody_holds_the_lease_and_not_for_a_tick_longer() {
 fn arm_holds_the_lease_until_ctrl_c_and_gives_it_back() {
     let board = served();
     let mut arm = Program::start(&board, &["arm"]);
-    board.wait_for(Tick::Ran);
+    board.wait_for(TickResult::Ran);
     arm.wait_for(": the scheme runs and commands the device; client ");
     let mut other = board.dial();
     let refused = other.take_lease().unwrap_err().to_string();
@@ -111,7 +111,7 @@ fn arm_holds_the_lease_until_ctrl_c_and_gives_it_back() {
     let lines: Vec<_> = out.lines().collect();
     assert!(lines[0].ends_with(" holds the lease until Ctrl-C"), "{out}");
     assert_eq!(lines.last(), Some(&"disarmed: lease released, outputs at their safe value"));
-    board.wait_for(Tick::Disarmed);
+    board.wait_for(TickResult::Disarmed);
     other.set("PDCTRL_MOD", "K_PARAM", "1").unwrap();
 }
 
@@ -126,7 +126,7 @@ fn arm_tells_a_program_every_change() {
     board.dial().stop().unwrap();
     assert_eq!(arm.child.wait().unwrap().code(), Some(1));
     board.dial().check().unwrap();
-    board.wait_for(Tick::Disarmed);
+    board.wait_for(TickResult::Disarmed);
 }
 
 /// The board sends ten heartbeats per second.
@@ -152,7 +152,7 @@ fn a_lease_that_is_held_outlasts_a_long_row_of_questions() {
     }
     assert_eq!(device.live().unwrap().holder, Some(device.client()));
     device.release_lease().unwrap();
-    board.wait_for(Tick::Disarmed);
+    board.wait_for(TickResult::Disarmed);
     device.state().unwrap();
 }
 
@@ -196,7 +196,7 @@ fn a_lease_of_a_locked_board_is_renewed_with_its_key() {
     device.renew_in_time().unwrap();
     assert_eq!(device.live().unwrap().holder, Some(device.client()));
     device.release_lease().unwrap();
-    board.wait_for(Tick::Disarmed);
+    board.wait_for(TickResult::Disarmed);
 }
 
 /// The board keeps one authenticated session at a time.
@@ -313,11 +313,11 @@ fn a_device_that_falls_silent_is_told() {
 fn watch_shows_how_the_device_is_doing() {
     let board = served();
     let mut watch = Program::start(&board, &["watch", "POSITION", "--arm", "--period-s", "0.02"]);
-    board.wait_for(Tick::Ran);
+    board.wait_for(TickResult::Ran);
     watch.wait_for(": the scheme runs and commands the device; client ");
     watch.wait_for("POSITION");
     watch.interrupt();
-    board.wait_for(Tick::Disarmed);
+    board.wait_for(TickResult::Disarmed);
     let output = dimsart(&["connect", board.port.as_ref().unwrap(), "watch", "--once", "--arm"]);
     assert_eq!(output.status.code(), Some(2), "{output:?}");
 }

@@ -177,7 +177,7 @@ fn a_kind_that_the_image_lacks_is_named() {
     let port = listen(move |content| match decode_request(content) {
         // The list ends before this number.
         Ok((id, Request::Module { place: asked })) if usize::from(asked) >= place => {
-            let response = Response::Refused(Refusal::NotThere);
+            let response = Response::Refused(Refusal::NotFound);
             encode_response(&response, id, &mut [0; MAX_FRAME_BYTES]).unwrap().to_vec()
         }
         _ => robot.lock().unwrap().answer(content),

@@ -29,7 +29,7 @@ fn shipped(image: &StampedImage) -> Dimsart {
     let mut dimsart =
         Dimsart::new(ProvidedMemory::leaked(), device("master", DOF, 1e-3).unwrap(), ALL).unwrap();
     dimsart.engine_mut().set_costs(image.costs().map(|costs| Costs::new(costs.leak(), image.kinds().leak())));
-    dimsart.engine_mut().limit_cycles(NonZeroU32::new(image.limit_cycles()));
+    dimsart.engine_mut().set_cycle_limit(NonZeroU32::new(image.limit_cycles()));
     let scheme = SchemeText::read("builtin:bilateral").unwrap();
     assert!(schemes::load(&scheme, "master", &[], &mut dimsart).is_sound());
     dimsart

@@ -65,7 +65,7 @@ fn with_random_parameters(scenario: &RigFile, side: &'static str, random: &mut P
     let mut parameters: Vec<(ModuleRef, u8, Parameter)> = modules.into_iter().flat_map(described).collect();
     // A saved scheme cannot contain all of them.
     parameters.sort_by_cached_key(|_| random.next_u32());
-    let mut commands: Vec<Command> = dimsart.engine_mut().commands().collect();
+    let mut commands: Vec<Command> = dimsart.engine_mut().rebuild_commands().collect();
     let given = commands.len();
     for (module, index, parameter) in parameters {
         let Some(value) = random_value(&parameter, random) else { continue };

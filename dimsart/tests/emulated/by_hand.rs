@@ -39,7 +39,7 @@ impl ByHand {
 
     /// Returns whether a frame arrives before the end of the stream.
     fn receive(&mut self, frame: &mut Frame) -> bool {
-        frame.receive(|bytes| self.from_board.read(bytes).map_err(|_| ExchangeError::Truncated)).unwrap()
+        frame.receive(|bytes| self.from_board.read(bytes).map_err(|_| ExchangeError::SectionOverrun)).unwrap()
     }
 
     /// Sends a frame without waiting for an answer, and returns it.

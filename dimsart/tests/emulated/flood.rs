@@ -4,7 +4,7 @@
 
 use std::collections::BTreeMap;
 
-use dimsart_core::{Command, ModuleRef, Tick, types};
+use dimsart_core::{Command, ModuleRef, TickResult, types};
 use dimsart_link::protocol::{
     Heartbeat, MAX_FRAME_BYTES, NO_CLIENT, Receiver, Request, client_of, decode_heartbeat, decode_response,
     encode_request, request_id,
@@ -149,7 +149,7 @@ fn a_host_in_lockstep_holds_the_lease_by_the_command_line() {
     for _ in 0..1_000 {
         rig.step();
         let slave = &mut rig.stations_mut()[1];
-        assert_eq!(slave.last_tick, Tick::Ran);
+        assert_eq!(slave.last_tick, TickResult::Ran);
         for bytes in slave.board_mut().unwrap().command_bytes() {
             receiver.take_all(bytes, |content| {
                 leases.extend(decode_heartbeat(content).map(|(_, heartbeat)| heartbeat.lease));

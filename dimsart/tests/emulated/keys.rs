@@ -8,7 +8,7 @@ use std::sync::atomic::AtomicBool;
 use std::sync::{Arc, Mutex};
 
 use dimsart::connect::Device;
-use dimsart_core::{LinkState, Tick, types};
+use dimsart_core::{LinkState, TickResult, types};
 use dimsart_link::auth::{Guard, Key, Line, Profile};
 use dimsart_link::protocol::{KeyRefusal, LeaseStatus, Receiver, Refusal, Response, decode_response};
 use hil_sim::emulated::Image;
@@ -264,13 +264,13 @@ fn a_link_whose_other_side_changes_its_key_is_lost_and_the_device_gets_no_force(
     let mut experiment = with_slave(&scenario(Some(&key_file(&folder, "a"))), &image);
     let rig = experiment.rig_mut();
     assert_eq!(states(rig, 200).last(), Some(&(LinkState::Ok as u32)));
-    assert_eq!(rig.stations()[1].last_tick, Tick::Ran);
+    assert_eq!(rig.stations()[1].last_tick, TickResult::Ran);
     let stranger = Guard::new(&Key::new(&[0xBB; 16]), Line::Link(0), Profile::Full, 9);
     rig.stations_mut()[0].guard(0, stranger, 1e-3);
     let found = states(rig, 100);
     assert!(found.contains(&(LinkState::Error as u32)), "{found:?}");
     assert_eq!(found.last(), Some(&(LinkState::Timeout as u32)), "{found:?}");
-    assert_eq!(rig.stations()[1].last_tick, Tick::LinkLost { link: 0 });
+    assert_eq!(rig.stations()[1].last_tick, TickResult::LinkLost { link: 0 });
 }
 
 /// Firmware cost of a tick of one side, with and without a key.

@@ -3,7 +3,7 @@
 use std::collections::BTreeSet;
 
 use boards::BOARDS;
-use dimsart_core::{KindId, Tick, types};
+use dimsart_core::{KindId, TickResult, types};
 use dimsart_modules::{ALL, group_of};
 use hil_sim::emulated::BOARD;
 use hil_sim::experiment::Experiment;
@@ -87,7 +87,7 @@ fn compare<const COUNT: usize>(ticks: u64, settings: [&str; COUNT]) -> Option<Ri
             panic!("{side} in tick {tick}: {trouble}");
         }
         for (side, (here, there)) in here.stations().iter().zip(there.stations()).enumerate() {
-            assert_eq!(there.last_tick, Tick::Ran);
+            assert_eq!(there.last_tick, TickResult::Ran);
             let [expected, found] = [here, there].map(signals);
             if expected != found {
                 let differing = expected.iter().zip(&found).filter(|(one, other)| one != other);

@@ -1,6 +1,6 @@
 //! Random transactions on a running scheme, on the board and here: same answers, bit-identical ticks.
 
-use dimsart_core::{Command, CommandError, ModuleRef, Tick, Value};
+use dimsart_core::{Command, CommandError, ModuleRef, TickResult, Value};
 use dimsart_link::protocol::{
     MAX_FRAME_BYTES, Receiver, Request, Response, decode_response, encode_request, request_id,
 };
@@ -93,7 +93,7 @@ fn random_transactions_come_to_the_same_bits_and_answers_on_the_board() {
                 assert!(there.trouble().is_none(), "{transaction} {command:?}: {:?}", there.trouble());
                 let [expected, found] = [&*here, &*there].map(|rig| signals(&rig.stations()[0]));
                 assert_eq!(found, expected, "{transaction} {command:?}");
-                assert_eq!(there.stations()[0].last_tick, Tick::Ran, "{transaction} {command:?}");
+                assert_eq!(there.stations()[0].last_tick, TickResult::Ran, "{transaction} {command:?}");
                 here.advance();
                 there.advance();
                 for bytes in there.stations_mut()[0].board_mut().unwrap().command_bytes() {

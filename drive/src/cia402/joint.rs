@@ -4,8 +4,8 @@ use core::f32::consts::TAU;
 
 use super::setup::Setup;
 use super::{
-    BOOTING, Cia402Command, Cia402Emergency, Cia402Frame, Cia402Node, Cia402Settings, Cia402State,
-    Cia402Trouble, OPERATIONAL, TORQUE_MODE,
+    BOOTING, Cia402Command, Cia402Emergency, Cia402Frame, Cia402JointFault, Cia402Node, Cia402Settings,
+    Cia402State, OPERATIONAL, TORQUE_MODE,
 };
 use crate::DriveReading;
 use crate::agreement::{Agreement, Phase, Says, Shows};
@@ -14,7 +14,7 @@ use crate::agreement::{Agreement, Phase, Says, Shows};
 const STARTING_TICKS: u8 = 250;
 
 /// Reading of a joint in a tick; the temperature is NaN.
-pub type Cia402Reading = DriveReading<Cia402Trouble>;
+pub type Cia402Reading = DriveReading<Cia402JointFault>;
 
 /// One drive: set up once, then commanded a torque and read in every tick.
 ///
@@ -31,7 +31,7 @@ pub type Cia402Reading = DriveReading<Cia402Trouble>;
 /// | was never set up | NaN; a refused object as the trouble |
 /// | follows its command | its process data |
 /// | has been silent for fewer than `missing_ticks` | its last process data |
-/// | is silent or lost; or, under command, sent an emergency or left *operation enabled* | once with the [trouble](Cia402Trouble), then NaN |
+/// | is silent or lost; or, under command, sent an emergency or left *operation enabled* | once with the [trouble](Cia402JointFault), then NaN |
 /// | is not commanded | its process data, with its fault |
 ///
 /// The safety stage stops the robot on NaN. While a joint is off, its drive receives *disable voltage* in every tick. A
@@ -52,7 +52,7 @@ pub struct Cia402Joint {
     counts: i64,
     emergency: Option<Cia402Emergency>,
     /// Why the drive is set up again.
-    lost: Option<Cia402Trouble>,
+    lost: Option<Cia402JointFault>,
     is_lost_now: bool,
     /// Which of the two process data objects were received since the last tick.
     news: [bool; 2],
@@ -118,7 +118,7 @@ impl Cia402Joint {
                 self.emergency = Cia402Emergency::from_code(u16::from_le_bytes([low, high]));
             }
             &[state] if id == node.heartbeat_id() => self.see_heartbeat(state & 0x7f),
-            answer if id == node.answer_id() => self.setup.receive(answer),
+            answer if id == node.response_id() => self.setup.receive(answer),
             _ => {}
         }
     }
@@ -127,7 +127,7 @@ impl Cia402Joint {
     pub fn read(&mut self) -> Cia402Reading {
         self.ticks_since_heartbeat = self.ticks_since_heartbeat.saturating_add(1);
         if self.setup.is_done && self.ticks_since_heartbeat > self.settings.timeout_ticks() {
-            self.lose(Cia402Trouble::NoHeartbeat);
+            self.lose(Cia402JointFault::NoHeartbeat);
         }
         let has_spoken = core::mem::take(&mut self.news) == [true; 2];
         // A silent drive is already reported.
@@ -135,15 +135,15 @@ impl Cia402Joint {
         let said = if is_lost { Some(Says::Stuck) } else { has_spoken.then(|| self.says()) };
         let shows = self.agreement.read(said);
         let of_setup = self.setup.refusal.or(self.lost).filter(|_| !self.setup.is_done);
-        let emergency = self.emergency.map(Cia402Trouble::Emergency);
+        let emergency = self.emergency.map(Cia402JointFault::Emergency);
         let state = Cia402State::from_statusword(self.statusword);
         let trouble = match (shows, state) {
             _ if of_setup.is_some() || emergency.is_some() => emergency.or(of_setup),
-            (Shows::Silent, _) => Some(Cia402Trouble::Silent),
-            (Shows::UnexpectedMode, Cia402State::OperationEnabled) => Some(Cia402Trouble::Mode(self.mode)),
+            (Shows::Silent, _) => Some(Cia402JointFault::Silent),
+            (Shows::UnexpectedMode, Cia402State::OperationEnabled) => Some(Cia402JointFault::Mode(self.mode)),
             (Shows::UnexpectedMode, _)
             | (Shows::State, Cia402State::Fault | Cia402State::FaultReactionActive) => {
-                Some(Cia402Trouble::State(state))
+                Some(Cia402JointFault::State(state))
             }
             _ => None,
         };
@@ -190,14 +190,14 @@ impl Cia402Joint {
         self.ticks_since_heartbeat = 0;
         match state {
             OPERATIONAL => self.setup.see_operational(),
-            _ if self.setup.is_done => self.lose(Cia402Trouble::LeftOperation),
+            _ if self.setup.is_done => self.lose(Cia402JointFault::LeftOperation),
             BOOTING => self.setup.begin(),
             _ => {}
         }
     }
 
     /// Restarts the setup of the drive.
-    fn lose(&mut self, why: Cia402Trouble) {
+    fn lose(&mut self, why: Cia402JointFault) {
         (self.lost, self.is_lost_now) = (Some(why), true);
         (self.statusword, self.last_counts) = (0, None);
         self.setup.begin();

@@ -42,13 +42,13 @@ impl Cia402Node {
 
     /// Identifier of its SDO responses.
     #[must_use]
-    pub const fn answer_id(self) -> u16 {
+    pub const fn response_id(self) -> u16 {
         self.of(0x580)
     }
 
     /// Identifier of SDO requests to it.
     #[must_use]
-    pub const fn question_id(self) -> u16 {
+    pub const fn request_id(self) -> u16 {
         self.of(0x600)
     }
 

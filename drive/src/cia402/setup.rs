@@ -1,6 +1,6 @@
 //! Setup of a drive before torque control: one request at a time, without blocking.
 
-use super::{Cia402Abort, Cia402Frame, Cia402Node, Cia402Settings, Cia402Trouble, TORQUE_MODE};
+use super::{Cia402Abort, Cia402Frame, Cia402JointFault, Cia402Node, Cia402Settings, TORQUE_MODE};
 
 /// Maximum ticks for a response; then the setup restarts.
 const ANSWER_TICKS: u8 = 100;
@@ -75,7 +75,7 @@ pub(super) struct Setup {
     /// Ticks since the request of the present step.
     waited: Option<u8>,
     pub(super) is_done: bool,
-    pub(super) refusal: Option<Cia402Trouble>,
+    pub(super) refusal: Option<Cia402JointFault>,
     /// Rated torque of the motor, `N m`.
     pub(super) rated_nm: f32,
 }
@@ -172,12 +172,12 @@ impl Setup {
     }
 
     fn refuse(&mut self, object: u16, code: u32) {
-        self.refusal = Some(Cia402Trouble::Refused { object, abort: Cia402Abort::from_code(code) });
+        self.refusal = Some(Cia402JointFault::Refused { object, abort: Cia402Abort::from_code(code) });
     }
 
     fn question(&self, kind: u8, index: u16, part: u8, value: u32) -> Cia402Frame {
         let ([low, high], [a, b, c, d]) = (index.to_le_bytes(), value.to_le_bytes());
-        Cia402Frame::new(self.node.question_id(), [kind, low, high, part, a, b, c, d])
+        Cia402Frame::new(self.node.request_id(), [kind, low, high, part, a, b, c, d])
     }
 
     fn step(&self) -> Option<Step> {

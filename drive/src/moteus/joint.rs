@@ -1,6 +1,6 @@
 //! A moteus drive as a joint of a controller.
 
-use super::{MoteusAddress, MoteusFrame, MoteusMode, MoteusReplyError, MoteusState, MoteusTrouble};
+use super::{MoteusAddress, MoteusFrame, MoteusJointFault, MoteusMode, MoteusReplyError, MoteusState};
 use crate::DriveReading;
 use crate::agreement::{Agreement, Phase, Says, Shows};
 
@@ -20,7 +20,7 @@ const STARTING_TICKS: u8 = 50;
 /// |---|---|
 /// | replies and follows its command | the reply |
 /// | has not replied for fewer than `missing_ticks` | the last reply |
-/// | does not reply; or, under command, is in another mode | once with the [trouble](MoteusTrouble), then NaN |
+/// | does not reply; or, under command, is in another mode | once with the [trouble](MoteusJointFault), then NaN |
 /// | is not commanded | the reply, with the drive's fault |
 ///
 /// The safety stage stops the robot on NaN; the reading before it has the reason. While a joint is off, its drive is
@@ -38,7 +38,7 @@ pub struct MoteusJoint {
 }
 
 /// Reading of a joint in a tick.
-pub type MoteusReading = DriveReading<MoteusTrouble>;
+pub type MoteusReading = DriveReading<MoteusJointFault>;
 
 impl MoteusJoint {
     /// Creates a joint that is off and whose drive is unknown. Each torque command is valid for `timeout_s`, > 0;
@@ -80,9 +80,9 @@ impl MoteusJoint {
         let Some(state) = self.state.filter(|_| shows != Shows::Nothing) else {
             return MoteusReading::NOTHING;
         };
-        let trouble = match (shows, state.fault.map(MoteusTrouble::Fault)) {
-            (Shows::Silent, _) => Some(MoteusTrouble::Silent),
-            (Shows::UnexpectedMode, None) => Some(MoteusTrouble::UnexpectedMode(state.mode)),
+        let trouble = match (shows, state.fault.map(MoteusJointFault::Fault)) {
+            (Shows::Silent, _) => Some(MoteusJointFault::Silent),
+            (Shows::UnexpectedMode, None) => Some(MoteusJointFault::UnexpectedMode(state.mode)),
             (_, fault) => fault,
         };
         MoteusReading {

@@ -2,8 +2,8 @@
 #![expect(clippy::unwrap_used, reason = "test helpers")]
 
 use drive::{
-    Cia402Abort, Cia402Command, Cia402Emergency, Cia402Frame, Cia402Host, Cia402Joint, Cia402Node,
-    Cia402Reading, Cia402Settings, Cia402State, Cia402Trouble,
+    Cia402Abort, Cia402Command, Cia402Emergency, Cia402Frame, Cia402Host, Cia402Joint, Cia402JointFault,
+    Cia402Node, Cia402Reading, Cia402Settings, Cia402State,
 };
 use hil_sim::plant::Cia402Drive;
 use proptest::prelude::*;
@@ -119,7 +119,7 @@ impl Bench {
     }
 
     /// Runs until a fault is reported, once with a position and then without data.
-    fn told(&mut self) -> Cia402Trouble {
+    fn told(&mut self) -> Cia402JointFault {
         let mut readings = (0..100).map(|_| self.tick(Some(4.0)));
         let told = readings.find_map(|reading| reading.trouble.filter(|_| reading.position_rad.is_finite()));
         assert!(readings.all(|reading| reading.position_rad.is_nan() && reading.torque_nm.is_nan()));
@@ -161,7 +161,7 @@ fn identifiers_and_statuswords_are_those_of_the_standards() {
     let node = settings().node;
     assert_eq!([1, 2, 3, 4].map(|pdo| node.tpdo_id(pdo)), [0x185, 0x285, 0x385, 0x485]);
     assert_eq!([1, 2, 3, 4].map(|pdo| node.rpdo_id(pdo)), [0x205, 0x305, 0x405, 0x505]);
-    let others = [node.emergency_id(), node.answer_id(), node.question_id(), node.heartbeat_id()];
+    let others = [node.emergency_id(), node.response_id(), node.request_id(), node.heartbeat_id()];
     assert_eq!(others, [0x85, 0x585, 0x605, 0x705]);
     assert!([0, 128, 255].into_iter().all(|number| Cia402Node::new(number).is_none()));
     let masks = [
@@ -244,7 +244,7 @@ fn what_a_drive_refuses_is_named_and_what_it_may_lack_is_left_out() {
         let mut bench = Bench::new(drive);
         let reading = bench.ticks(150, Some(1.0));
         let abort = Cia402Abort::from_code(code);
-        assert_eq!(reading.trouble, Some(Cia402Trouble::Refused { object: refused, abort }));
+        assert_eq!(reading.trouble, Some(Cia402JointFault::Refused { object: refused, abort }));
         assert!(reading.position_rad.is_nan() && bench.drive.torque_nm().abs() < 1e-9);
     }
     for object in [0x6079, 0x1802, 0x1a02, 0x1803] {
@@ -287,7 +287,7 @@ fn the_model_refuses_what_no_drive_takes() {
 fn a_fault_is_told_of_once_kept_and_reset_by_the_next_start_alone() {
     let mut bench = Bench::moving();
     bench.drive.raise_fault(0x3210);
-    let emergency = Cia402Trouble::Emergency(Cia402Emergency::from_code(0x3210).unwrap());
+    let emergency = Cia402JointFault::Emergency(Cia402Emergency::from_code(0x3210).unwrap());
     assert_eq!(bench.told(), emergency);
     let reading = bench.ticks(50, None);
     assert_eq!((reading.trouble, state(&bench.drive)), (Some(emergency), Fault));
@@ -312,11 +312,11 @@ fn a_fault_is_told_of_once_kept_and_reset_by_the_next_start_alone() {
 fn an_emergency_alone_and_a_drive_that_somebody_else_turns_off_stop_the_joint() {
     let mut bench = Bench::moving();
     bench.joint.receive(0x85, &[0x10, 0x42, 0x09, 0, 0, 0, 0, 0]);
-    assert!(matches!(bench.told(), Cia402Trouble::Emergency(of) if of.code() == 0x4210));
+    assert!(matches!(bench.told(), Cia402JointFault::Emergency(of) if of.code() == 0x4210));
     bench.tick(None);
     bench.assert_moves();
     tell(&mut bench.drive, QuickStop);
-    assert_eq!(bench.told(), Cia402Trouble::State(QuickStopActive));
+    assert_eq!(bench.told(), Cia402JointFault::State(QuickStopActive));
     bench.tick(None);
     bench.assert_moves();
 }
@@ -326,7 +326,7 @@ fn heartbeats_that_stay_away_are_noticed_on_either_side() {
     // Drive side: with the bus cut, the drive turns off by itself.
     let mut bench = Bench::moving();
     bench.are_wires_whole = false;
-    assert_eq!(bench.told(), Cia402Trouble::Silent);
+    assert_eq!(bench.told(), Cia402JointFault::Silent);
     assert_eq!(state(&bench.drive), Fault);
     bench.are_wires_whole = true;
     bench.ticks(300, None);
@@ -334,19 +334,19 @@ fn heartbeats_that_stay_away_are_noticed_on_either_side() {
     // Controller side: process data without a heartbeat.
     let mut bench = Bench::moving();
     bench.drive.receive(0x605, &[0x2b, 0x17, 0x10, 0, 0, 0, 0, 0]);
-    assert_eq!(bench.told(), Cia402Trouble::NoHeartbeat);
+    assert_eq!(bench.told(), Cia402JointFault::NoHeartbeat);
     bench.ticks(100, None);
     bench.assert_moves();
     // After a power failure, the drive is set up again.
     bench.drive.boot();
-    assert_eq!(bench.told(), Cia402Trouble::LeftOperation);
+    assert_eq!(bench.told(), Cia402JointFault::LeftOperation);
     bench.ticks(100, None);
     bench.assert_moves();
 }
 
 #[test]
 fn every_trouble_has_its_number_and_a_remedy() {
-    let known = (0..=0x17_0000).filter_map(|number| Some((number, Cia402Trouble::from_number(number)?)));
+    let known = (0..=0x17_0000).filter_map(|number| Some((number, Cia402JointFault::from_number(number)?)));
     let mut kinds = 0;
     for (number, trouble) in known {
         assert_eq!(u32::from(trouble), number, "{trouble}");

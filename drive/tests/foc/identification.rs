@@ -40,9 +40,13 @@ fn identify_with(
     for period in 0..400_000 {
         let sample = change(bench.sample(), period);
         let next = match identification.step(&sample) {
-            IdentificationStep::GoesOn(next) => next,
-            IdentificationStep::Over(end) => {
-                assert_eq!(identification.step(&sample), IdentificationStep::Over(end), "must stay finished");
+            IdentificationStep::Running(next) => next,
+            IdentificationStep::Finished(end) => {
+                assert_eq!(
+                    identification.step(&sample),
+                    IdentificationStep::Finished(end),
+                    "must stay finished"
+                );
                 return (end, max_a);
             }
         };

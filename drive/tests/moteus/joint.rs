@@ -1,6 +1,6 @@
 //! A moteus joint and its drive model, tick by tick.
 
-use drive::{MoteusJoint, MoteusReading, MoteusTrouble};
+use drive::{MoteusJoint, MoteusJointFault, MoteusReading};
 
 use super::*;
 
@@ -79,7 +79,7 @@ fn replies_that_do_not_come_are_bridged_then_told_of_then_nothing() {
         assert_eq!(bench.tick(Some(1.0)).trouble, None, "{tick}");
     }
     let told = bench.tick(Some(1.0));
-    assert_eq!((told.trouble, told.fault().to_bits()), (Some(MoteusTrouble::Silent), 512.0_f32.to_bits()));
+    assert_eq!((told.trouble, told.fault().to_bits()), (Some(MoteusJointFault::Silent), 512.0_f32.to_bits()));
     assert!(told.position_rad.is_finite());
     for _ in 0..1000 {
         assert!(shows_nothing(&bench.tick(Some(1.0))));
@@ -97,7 +97,7 @@ fn a_fault_under_command_is_told_of_once_and_kept_until_the_next_start() {
     bench.drive.raise_fault(33);
     bench.tick(Some(1.0));
     let told = bench.tick(Some(1.0));
-    assert_eq!(told.trouble, MoteusTrouble::from_number(33));
+    assert_eq!(told.trouble, MoteusJointFault::from_number(33));
     assert!(told.position_rad.is_finite());
     // Continuing to command does not clear the fault.
     for _ in 0..100 {
@@ -120,7 +120,7 @@ fn a_fault_under_command_is_told_of_once_and_kept_until_the_next_start() {
 fn a_fault_that_comes_back_is_cleared_no_second_time() {
     let mut bench = Bench::new();
     bench.drive.raise_fault(40);
-    assert_eq!(bench.ticks(3, None).trouble, MoteusTrouble::from_number(40));
+    assert_eq!(bench.ticks(3, None).trouble, MoteusJointFault::from_number(40));
     let (mut stops, mut told) = (0, 0);
     for _ in 0..200 {
         told += u32::from(bench.tick(Some(1.0)).position_rad.is_finite());
@@ -139,7 +139,7 @@ fn a_drive_that_somebody_else_stops_is_not_started_again() {
     let _ = bench.drive.receive(0x0001, MoteusFrame::stop().bytes());
     bench.tick(Some(1.0));
     let told = bench.tick(Some(1.0)).trouble.unwrap();
-    assert_eq!((told, told.number()), (MoteusTrouble::UnexpectedMode(MoteusMode::Stopped), 256));
+    assert_eq!((told, told.number()), (MoteusJointFault::UnexpectedMode(MoteusMode::Stopped), 256));
     for _ in 0..10 {
         assert!(shows_nothing(&bench.tick(Some(1.0))));
         assert_eq!(bench.sent, MoteusFrame::stop());
@@ -159,7 +159,7 @@ fn a_drive_that_never_gets_ready_is_told_of() {
         assert_eq!(joint.receive(0x100, preparing), Ok(true));
     }
     let first = shown.iter().position(|reading| reading.trouble.is_some()).unwrap();
-    assert_eq!(shown[first].trouble, Some(MoteusTrouble::UnexpectedMode(MoteusMode::Preparing)));
+    assert_eq!(shown[first].trouble, Some(MoteusJointFault::UnexpectedMode(MoteusMode::Preparing)));
     assert!((40..60).contains(&first) && shown[first + 1..].iter().all(shows_nothing), "{first}");
 }
 
@@ -177,7 +177,7 @@ fn what_is_another_s_or_says_nothing_is_no_reply() {
 #[test]
 fn every_trouble_has_its_number_and_a_remedy() {
     for number in 0..=600 {
-        let Some(trouble) = MoteusTrouble::from_number(number) else {
+        let Some(trouble) = MoteusJointFault::from_number(number) else {
             assert!(number == 0 || number > 512, "{number}");
             continue;
         };
@@ -186,7 +186,7 @@ fn every_trouble_has_its_number_and_a_remedy() {
         assert!(is_same, "{number}: {trouble}");
         assert!(!trouble.remedy().is_empty() && !trouble.to_string().is_empty());
     }
-    let timed_out = MoteusTrouble::from_number(267).unwrap();
+    let timed_out = MoteusJointFault::from_number(267).unwrap();
     assert_eq!(timed_out.to_string(), "commanded, but in mode timeout (267)");
 }
 

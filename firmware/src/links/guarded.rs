@@ -13,7 +13,7 @@ use embassy_futures::yield_now;
 use firmware::{Kept, KeptKey};
 
 use super::{LISTENING, LinkIn, LinkOut, Outgoing, Received, listened_to};
-use crate::handover::{Giver, Taker};
+use crate::handover::{QueueReceiver, QueueSender};
 use crate::key_service::now_ms;
 use crate::{entry_points, token};
 
@@ -23,8 +23,8 @@ const LINKS: usize = Selected::SIZES.links;
 pub(crate) fn start(
     background: SendSpawner,
     (link_in, link_out): (LinkIn, LinkOut),
-    (packets_in, packets_out): (Giver<Received>, Taker<Outgoing>),
-    (keys, kept): (Taker<Kept>, Kept),
+    (packets_in, packets_out): (QueueSender<Received>, QueueReceiver<Outgoing>),
+    (keys, kept): (QueueReceiver<Kept>, Kept),
 ) {
     background.spawn(token(carry(link_in, link_out, packets_in, packets_out, keys, kept)));
 }
@@ -79,8 +79,8 @@ impl Door {
             Self::Shut => Some(refused()),
             Self::Guarded(guards) => {
                 let guard = &mut guards.get_mut(link)?.guard;
-                guard.listen(channel);
-                match guard.take(now_ms(), content, &mut [0; MAX_CONTENT_BYTES]) {
+                guard.set_receive_channel(channel);
+                match guard.open(now_ms(), content, &mut [0; MAX_CONTENT_BYTES]) {
                     Ok(opened) => opened.map(|content| entry_points::read(content, channel)),
                     Err(_) => Some(refused()),
                 }
@@ -93,9 +93,9 @@ impl Door {
 async fn carry(
     mut link_in: LinkIn,
     mut link_out: LinkOut,
-    mut packets_in: Giver<Received>,
-    mut packets_out: Taker<Outgoing>,
-    mut keys: Taker<Kept>,
+    mut packets_in: QueueSender<Received>,
+    mut packets_out: QueueReceiver<Outgoing>,
+    mut keys: QueueReceiver<Kept>,
     kept: Kept,
 ) {
     let mut door = Door::new(kept);
@@ -107,7 +107,7 @@ async fn carry(
             Either3::First(kept) => door = Door::new(kept),
             Either3::Second(Outgoing { link, packet }) => {
                 if let Some(guarded) = door.guarded(link) {
-                    guarded.guard.send_on(packet.channel);
+                    guarded.guard.set_send_channel(packet.channel);
                     guarded.channel = packet.channel;
                 }
                 send_handshake(&mut door, link, &mut link_out).await;
@@ -118,7 +118,7 @@ async fn carry(
                     match packet {
                         Ok(_) => packets_in.give(Received { link, packet }),
                         // A flood of invalid packets must not displace valid ones.
-                        Err(_) => packets_in.give_sparingly(Received { link, packet }, LINKS),
+                        Err(_) => packets_in.send_with_reserve(Received { link, packet }, LINKS),
                     }
                 }
                 send_handshake(&mut door, link, &mut link_out).await;

@@ -4,14 +4,14 @@ use boards::{LinkIn as _, LinkOut as _, MAX_CARRIED_BYTES};
 use embassy_executor::SendSpawner;
 
 use super::{LISTENING, LinkIn, LinkOut, Outgoing, Received, listened_to};
-use crate::handover::{Giver, Taker};
+use crate::handover::{QueueReceiver, QueueSender};
 use crate::{entry_points, token};
 
 /// Starts the tasks.
 pub(crate) fn start(
     background: SendSpawner,
     (link_in, link_out): (LinkIn, LinkOut),
-    (packets_in, packets_out): (Giver<Received>, Taker<Outgoing>),
+    (packets_in, packets_out): (QueueSender<Received>, QueueReceiver<Outgoing>),
     (): (),
 ) {
     background.spawn(token(receive(link_in, packets_in)));
@@ -19,7 +19,7 @@ pub(crate) fn start(
 }
 
 #[embassy_executor::task]
-async fn receive(mut link_in: LinkIn, mut packets: Giver<Received>) {
+async fn receive(mut link_in: LinkIn, mut packets: QueueSender<Received>) {
     let mut buffer = [0; MAX_CARRIED_BYTES];
     loop {
         let (link, length) = link_in.receive(&LISTENING, &mut buffer).await;
@@ -30,7 +30,7 @@ async fn receive(mut link_in: LinkIn, mut packets: Giver<Received>) {
 }
 
 #[embassy_executor::task]
-async fn send(mut link_out: LinkOut, mut packets: Taker<Outgoing>) {
+async fn send(mut link_out: LinkOut, mut packets: QueueReceiver<Outgoing>) {
     loop {
         // Drops the packet before its bytes are sent.
         let (link, channel, bytes) = {

@@ -43,7 +43,7 @@ impl Uart {
     #[must_use]
     pub fn new(parameters: UartParameters, seed: u64) -> Self {
         let mut random = Random::new(seed);
-        let good_bits = random.before_failure(parameters.bit_error_rate);
+        let good_bits = random.successes_before_failure(parameters.bit_error_rate);
         let line = SerialLine::new(parameters.bits_per_s, BITS_PER_BYTE, parameters.queue_bytes);
         let (on_the_way, timeline) = (VecDeque::new(), Timeline::default());
         Self { parameters, line, random, good_bits, on_the_way, errors: 0, timeline }
@@ -84,7 +84,7 @@ impl Uart {
         for bit in 0..BITS_PER_BYTE {
             if self.good_bits == 0 {
                 mask |= 1 << bit;
-                self.good_bits = self.random.before_failure(self.parameters.bit_error_rate);
+                self.good_bits = self.random.successes_before_failure(self.parameters.bit_error_rate);
             } else {
                 self.good_bits -= 1;
             }

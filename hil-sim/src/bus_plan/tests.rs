@@ -23,7 +23,7 @@ fn classic(rate_hz: f64) -> BusPlan {
 /// Three words are three frames of 8 bytes and 135 bits, twelve times: 4.86 ms. The last one is never blocked.
 #[test]
 fn classic_frames_of_six_joints_are_counted_by_hand() {
-    let (figures, _) = classic(200.0).look().unwrap();
+    let (figures, _) = classic(200.0).analyse().unwrap();
     assert!(figures.fits, "{figures:?}");
     assert!((figures.worst_load - 12.0 * 3.0 * 135e-6 / 5e-3).abs() < 1e-9);
     let last = figures.packets.last().unwrap();
@@ -35,22 +35,22 @@ fn classic_frames_of_six_joints_are_counted_by_hand() {
 
 #[test]
 fn a_bus_that_is_asked_too_much_says_what_would_fit() {
-    let (figures, report) = classic(1000.0).look().unwrap();
+    let (figures, report) = classic(1000.0).analyse().unwrap();
     assert!(!figures.fits && figures.worst_load > 4.8 && figures.simulated_load > 0.99, "{figures:?}");
     assert!(figures.dropped > 0 && report.timeline.occupations().count() > 100);
     let advice = figures.advice.join("\n");
     assert!(advice.contains("--rate-hz 205") && advice.contains("can.data_bits_per_s=8000000"), "{advice}");
-    assert!(classic(205.0).look().unwrap().0.fits && !classic(206.0).look().unwrap().0.fits);
-    assert!(PLAN.look().unwrap().0.fits);
+    assert!(classic(205.0).analyse().unwrap().0.fits && !classic(206.0).analyse().unwrap().0.fits);
+    assert!(PLAN.analyse().unwrap().0.fits);
     let slow = CanParameters { data_bits_per_s: 2_000_000, ..PLAN.parameters };
-    let (slow, _) = BusPlan { parameters: slow, ..PLAN }.look().unwrap();
+    let (slow, _) = BusPlan { parameters: slow, ..PLAN }.analyse().unwrap();
     assert!(!slow.fits && slow.advice.iter().any(|advice| advice.contains("8 Mbit/s")), "{slow:?}");
 }
 
 #[test]
 fn nothing_simulated_takes_longer_than_the_worst_case() {
     for joints in [1, 3, 6] {
-        let (figures, _) = BusPlan { joints, ..PLAN }.look().unwrap();
+        let (figures, _) = BusPlan { joints, ..PLAN }.analyse().unwrap();
         for packet in &figures.packets {
             let (seen_s, worst_s) = (packet.simulated_response_s.unwrap(), packet.worst_response_s.unwrap());
             assert!(seen_s <= worst_s && seen_s > 0.5 * worst_s - 100e-6, "{packet:?}");
@@ -64,7 +64,7 @@ fn nothing_simulated_takes_longer_than_the_worst_case() {
 #[test]
 fn errors_can_be_what_does_not_fit() {
     let parameters = CanParameters { bit_error_rate: 1e-3, ..PLAN.parameters };
-    let (figures, _) = BusPlan { parameters, ..PLAN }.look().unwrap();
+    let (figures, _) = BusPlan { parameters, ..PLAN }.analyse().unwrap();
     assert!(figures.error_frames > 100 && !figures.fits, "{figures:?}");
     // What would take less time is no remedy.
     let [advice] = &figures.advice[..] else { panic!("{:?}", figures.advice) };
@@ -75,16 +75,16 @@ fn errors_can_be_what_does_not_fit() {
 fn too_little_room_to_wait_can_be_what_does_not_fit() {
     let plan =
         |queue_frames| BusPlan { parameters: CanParameters { queue_frames, ..PLAN.parameters }, ..PLAN };
-    let (figures, _) = plan(5).look().unwrap();
+    let (figures, _) = plan(5).analyse().unwrap();
     assert!(!figures.fits && figures.dropped > 0);
     let [advice] = &figures.advice[..] else { panic!("{:?}", figures.advice) };
     assert!(advice.contains("can.queue_frames=6"), "{advice}");
-    assert!(plan(6).look().unwrap().0.fits);
+    assert!(plan(6).analyse().unwrap().0.fits);
 }
 
 #[test]
 fn a_packet_that_no_frame_carries_is_refused() {
     let plan = BusPlan { words_to_joint: 14, ..PLAN };
-    assert_eq!(plan.look().unwrap_err(), TooManyWords { words: 14 });
-    assert!(BusPlan { words_to_joint: 13, joints: 1, ..PLAN }.look().unwrap().0.fits);
+    assert_eq!(plan.analyse().unwrap_err(), TooManyWords { words: 14 });
+    assert!(BusPlan { words_to_joint: 13, joints: 1, ..PLAN }.analyse().unwrap().0.fits);
 }

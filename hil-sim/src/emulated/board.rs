@@ -2,7 +2,7 @@
 
 use std::fs::File;
 
-use dimsart_core::{Tick, Word};
+use dimsart_core::{TickResult, Word};
 use dimsart_link::exchange::{self, MAX_PACKETS, Tag};
 use dimsart_link::protocol::{LeaseAction, Request, request_id};
 
@@ -66,7 +66,7 @@ impl RemoteController for Board {
         measured: &[Word],
         commanded: &mut [Word],
         copy: &mut SimulatedDimsart,
-    ) -> Result<Tick, RemoteError> {
+    ) -> Result<TickResult, RemoteError> {
         Ok(self.exchange(measured, commanded, copy)?)
     }
 
@@ -105,7 +105,7 @@ impl Board {
         measured: &[Word],
         commanded: &mut [Word],
         copy: &mut SimulatedDimsart,
-    ) -> Result<Tick, EmulatedError> {
+    ) -> Result<TickResult, EmulatedError> {
         self.keep_lease();
         self.began = self.stamps().map(|[before, _, _]| before);
         let Self { wire, layout, .. } = self;
@@ -139,7 +139,7 @@ impl Board {
         tick.ok_or(EmulatedError::NoAnswer { ticks: 1 })
     }
 
-    /// Renews the lease in time; without a lease the board returns [`Tick::Disarmed`].
+    /// Renews the lease in time; without a lease the board returns [`TickResult::Disarmed`].
     fn keep_lease(&mut self) {
         if self.ticks_to_renewal == 0 {
             self.wire.ask(&Request::Lease(self.lease), request_id(CLIENT, 0));

@@ -58,7 +58,7 @@ pub(super) fn upload(
     if let Some(key) = key {
         line.lock(key)?;
     }
-    line.carry_out(copy.engine_mut().commands())?;
+    line.carry_out(copy.engine_mut().rebuild_commands())?;
     line.carry_out([Command::Check])?;
     line.layout(copy)
 }
@@ -218,7 +218,7 @@ impl CommandLine<'_> {
         for index in 0..=u8::MAX {
             let signal = match self.ask(&Request::Entry { index })? {
                 Response::Entry(signal) => signal,
-                Response::Refused(Refusal::NotThere) => break,
+                Response::Refused(Refusal::NotFound) => break,
                 answer => return Err(unexpected(&answer)),
             };
             signals.push((data_base.slot(signal), self.words(signal)?));
@@ -233,7 +233,7 @@ impl CommandLine<'_> {
 
     fn words(&mut self, signal: TypeRef) -> Result<usize, EmulatedError> {
         match self.ask(&Request::Signal { signal, from: 0 })? {
-            Response::Signal(found) => Ok(found.words_in_all.into()),
+            Response::Signal(found) => Ok(found.total_words.into()),
             answer => Err(unexpected(&answer)),
         }
     }

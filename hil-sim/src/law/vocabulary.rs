@@ -1,6 +1,6 @@
 //! Names of a controller, with the law's names for the module that runs a law.
 
-use dimsart_core::scheme::{Problem, Row, SchemeError};
+use dimsart_core::scheme::{Row, RowError, SchemeError};
 use dimsart_core::{
     Accepted, AxisKind, Command, DataTypeText, EVERY_TICKS, KindId, ModuleRef, ParameterText, PortText,
     Value, Vocabulary,
@@ -13,12 +13,12 @@ pub const MODULE: &str = "ONLINE_MOD";
 
 /// Names of a controller and of the law of one of its modules: `stiffness` for `P_1`, `PORT_force` for `PORT_OUT_1`.
 #[derive(Debug)]
-pub struct WithLaw<'k, V: ?Sized> {
+pub struct LawVocabulary<'k, V: ?Sized> {
     known: &'k V,
     law: Option<&'k (ModuleRef, Law)>,
 }
 
-impl<'k, V: Vocabulary + ?Sized> WithLaw<'k, V> {
+impl<'k, V: Vocabulary + ?Sized> LawVocabulary<'k, V> {
     /// Uses the law of a module; without a law, the controller's names.
     pub fn new(known: &'k V, law: Option<&'k (ModuleRef, Law)>) -> Self {
         Self { known, law }
@@ -30,7 +30,7 @@ impl<'k, V: Vocabulary + ?Sized> WithLaw<'k, V> {
     /// [`SchemeError`] with the unknown word.
     pub fn command<'a>(&self, row: &Row<'a>) -> Result<Command, SchemeError<'a>> {
         match row.command(self) {
-            Err(error @ SchemeError { problem: Problem::ModuleCommand(_), .. }) => {
+            Err(error @ SchemeError { problem: RowError::ModuleCommand(_), .. }) => {
                 row.command(self.known).map_err(|_| error)
             }
             command => command,
@@ -46,10 +46,10 @@ impl<'k, V: Vocabulary + ?Sized> WithLaw<'k, V> {
 pub fn runner(row: &Row<'_>, known: &(impl Vocabulary + ?Sized)) -> Option<ModuleRef> {
     let word = row.word(1);
     let is_runner = word.split('.').next() == Some(MODULE);
-    if is_runner { known.module_named(word) } else { None }
+    if is_runner { known.find_module(word) } else { None }
 }
 
-impl<V: Vocabulary + ?Sized> Vocabulary for WithLaw<'_, V> {
+impl<V: Vocabulary + ?Sized> Vocabulary for LawVocabulary<'_, V> {
     fn device_name(&self) -> &str {
         self.known.device_name()
     }
@@ -93,11 +93,11 @@ impl<V: Vocabulary + ?Sized> Vocabulary for WithLaw<'_, V> {
         Some(PortText { name, ..found })
     }
 
-    fn parameter_named(&self, kind: KindId, name: &str) -> Option<(u8, ParameterText<'_>)> {
+    fn find_parameter(&self, kind: KindId, name: &str) -> Option<(u8, ParameterText<'_>)> {
         let of_law = (0..=u8::MAX).zip(self.parameter_texts(kind)).find(|(_, found)| found.name == name);
         // A row may also use the controller's name.
         of_law.or_else(|| {
-            let (number, found) = self.known.parameter_named(kind, name)?;
+            let (number, found) = self.known.find_parameter(kind, name)?;
             Some((number, self.parameter_text(kind, number).unwrap_or(found)))
         })
     }

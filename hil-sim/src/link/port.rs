@@ -26,7 +26,7 @@ impl<S: Read + Write + Send + fmt::Debug> Stream for S {}
 pub enum PortError {
     /// Unknown port.
     #[error("port {port} not found; {}; a controller of `dimsart serve` is sim:NAME", list(existing))]
-    NotThere {
+    NotFound {
         /// The name.
         port: String,
         /// Available serial ports.
@@ -182,9 +182,9 @@ fn serial_error(port: &str, error: &serialport::Error) -> PortError {
     let port = port.to_owned();
     match error.kind() {
         Serial::Io(ErrorKind::PermissionDenied) => PortError::NoPermission { port },
-        Serial::Io(ErrorKind::NotFound) => PortError::NotThere { port, existing: existing() },
+        Serial::Io(ErrorKind::NotFound) => PortError::NotFound { port, existing: existing() },
         Serial::NoDevice if Path::new(&port).exists() => PortError::InUse { port },
-        Serial::NoDevice => PortError::NotThere { port, existing: existing() },
+        Serial::NoDevice => PortError::NotFound { port, existing: existing() },
         _ => PortError::Serial { port, reason: error.to_string() },
     }
 }
@@ -213,7 +213,7 @@ mod tests {
     #[test]
     fn a_port_that_is_not_there_lists_those_that_are() {
         let existing = vec!["/dev/ttyS0".to_owned(), "/dev/ttyACM0".to_owned()];
-        let message = PortError::NotThere { port: "/dev/ttyACM9".to_owned(), existing }.to_string();
+        let message = PortError::NotFound { port: "/dev/ttyACM9".to_owned(), existing }.to_string();
         assert!(
             message.contains("port /dev/ttyACM9 not found; available: /dev/ttyS0, /dev/ttyACM0;"),
             "{message}"

@@ -22,12 +22,12 @@ pub(crate) fn followed(reference: &DataType) -> Option<(&'static DataType, usize
 
 /// All axes with references, and all loops.
 #[derive(Debug)]
-pub(crate) struct Followings {
+pub(crate) struct TrackingObserver {
     follows: Vec<Follow>,
     loops: Vec<AxisLoop>,
 }
 
-impl Followings {
+impl TrackingObserver {
     pub(crate) fn new(follows: Vec<Follow>, loops: Vec<AxisLoop>) -> Self {
         Self { follows, loops }
     }
@@ -54,7 +54,7 @@ impl Followings {
     }
 }
 
-impl Observer for Followings {
+impl Observer for TrackingObserver {
     fn observe(&mut self, rig: &Rig) -> ControlFlow<()> {
         let time_s = rig.time_s();
         for follow in &mut self.follows {

@@ -57,16 +57,16 @@ pub struct LimitCycle {
 
 /// Observes every axis of a rig.
 #[derive(Debug)]
-pub struct Swings {
-    axes: Vec<(usize, usize, Swing)>,
+pub struct LimitCycleObserver {
+    axes: Vec<(usize, usize, AxisObserver)>,
 }
 
-impl Swings {
+impl LimitCycleObserver {
     /// Creates an observer; `rests_s` returns the rest phases of a station by its index, `s`.
     #[must_use]
     pub fn new(rig: &Rig, rests_s: impl Fn(usize) -> Vec<Range<f64>>) -> Self {
         let of_axis = |station, axis| {
-            rests_s(station).into_iter().map(move |rest_s| (station, axis, Swing::new(rest_s)))
+            rests_s(station).into_iter().map(move |rest_s| (station, axis, AxisObserver::new(rest_s)))
         };
         let of_station = |(station, there): (usize, &Station)| {
             (0..there.plant.dof()).flat_map(move |axis| of_axis(station, axis))
@@ -117,7 +117,7 @@ impl Swings {
     }
 }
 
-impl Observer for Swings {
+impl Observer for LimitCycleObserver {
     fn observe(&mut self, rig: &Rig) -> ControlFlow<()> {
         let time_s = rig.time_s();
         for (station, axis, swing) in &mut self.axes {
@@ -139,7 +139,7 @@ impl Observer for Swings {
 
 /// Observes the position of one axis.
 #[derive(Debug, Clone)]
-pub struct Swing {
+pub struct AxisObserver {
     rest_s: Range<f64>,
     /// The last two quarters.
     quarters: [Width; 2],
@@ -209,7 +209,7 @@ struct Width {
     most: f64,
 }
 
-impl Swing {
+impl AxisObserver {
     /// Creates an observer for a rest phase, `s`.
     #[must_use]
     pub fn new(rest_s: Range<f64>) -> Self {
@@ -369,7 +369,7 @@ mod tests {
     use super::*;
 
     fn motion(position: impl Fn(f64) -> f64) -> Motion {
-        let mut swing = Swing::new(0.5..2.5);
+        let mut swing = AxisObserver::new(0.5..2.5);
         for tick in 0..2500 {
             let time_s = f64::from(tick) * 1e-3;
             swing.add(time_s, position(time_s), || true);
@@ -407,7 +407,7 @@ mod tests {
             panic!("{:?}", motion(|t| step(t) + hunting(t, 0.9)))
         };
         assert!((3.0..20.0).contains(&until_s), "{until_s}");
-        let mut swing = Swing::new(0.5..until_s);
+        let mut swing = AxisObserver::new(0.5..until_s);
         for tick in 0..100_000 {
             let time_s = f64::from(tick) * 1e-3;
             swing.add(time_s, step(time_s) + hunting(time_s, 0.9), || false);

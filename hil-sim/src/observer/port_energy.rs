@@ -41,7 +41,7 @@ impl Observer for PortEnergy {
                 // An ideal source holds its force; the force of a motor varies.
                 let from = if now.is_held { now.force } else { before.force };
                 *energy_j -= 0.5 * (from + now.force) * (now.position - before.position);
-                are_together |= now.moves_several;
+                are_together |= now.is_shared;
             }
         }
         if are_together {

@@ -3,7 +3,7 @@
 use core::ops::ControlFlow;
 
 use dimsart_core::limits::MAX_DOF;
-use dimsart_core::{Tick, types};
+use dimsart_core::{TickResult, types};
 use serde::Serialize;
 
 use super::Observer;
@@ -56,7 +56,7 @@ impl Observer for Saturated {
 impl SaturatedStation {
     /// Adds the present tick of its station.
     fn add(&mut self, station: &Station) {
-        if station.last_tick != Tick::Ran {
+        if station.last_tick != TickResult::Ran {
             return;
         }
         let commands = self.command.values(station).zip(station.command());

@@ -4,8 +4,8 @@
 use core::ops::ControlFlow;
 
 use dimsart_core::limits::MAX_DOF;
-use dimsart_core::{DataType, Tick, Unit, Vocabulary as _, types};
-use drive::DriveTrouble;
+use dimsart_core::{DataType, TickResult, Unit, Vocabulary as _, types};
+use drive::JointFault;
 
 use super::Observer;
 use super::growth::Growth;
@@ -59,11 +59,11 @@ struct Watched {
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub enum Alarm {
     /// A signal grows but is still in range, or alternates between its limits.
-    Grows(String),
+    Growth(String),
     /// Links lost, one message per station; the devices get their safe input and the run continues.
     LinkLost(Vec<String>),
     /// A signal is out of range, or a frame was refused; the run ends.
-    Left(String),
+    OutOfRange(String),
 }
 
 /// One signal of a station, on every axis.
@@ -102,7 +102,7 @@ impl Watch {
     }
 
     /// Returns the fault of the present tick, if any. Growth is reported once, a lost link once per station.
-    pub fn look(&mut self, rig: &Rig) -> Option<Alarm> {
+    pub fn check(&mut self, rig: &Rig) -> Option<Alarm> {
         let (mut grows, mut lost) = (None, Vec::new());
         for (watched, station) in self.stations.iter_mut().zip(rig.stations()) {
             let Watched { position: range, position_unit, signals, reversals, drives, has_lost_link } =
@@ -111,16 +111,23 @@ impl Watch {
             let said =
                 drives.values(station).enumerate().find_map(|(axis, number)| ends_it(axis, number, station));
             if let Some(said) = said {
-                return Some(Alarm::Left(at(said)));
+                return Some(Alarm::OutOfRange(at(said)));
             }
             for (axis, position) in station.position().iter().enumerate() {
                 let position = f64::from(*position);
                 if is_outside(position, *range) {
-                    return Some(Alarm::Left(at(left("position", axis, position, *range, position_unit))));
+                    return Some(Alarm::OutOfRange(at(left(
+                        "position",
+                        axis,
+                        position,
+                        *range,
+                        position_unit,
+                    ))));
                 }
             }
             // Signals that do not act on the device are not checked.
-            let is_safe = matches!(station.last_tick, Tick::LinkLost { .. } | Tick::LinkDown { .. });
+            let is_safe =
+                matches!(station.last_tick, TickResult::LinkLost { .. } | TickResult::LinkDown { .. });
             for Signal { what, unit, range, probe, growth } in signals.iter_mut().filter(|_| !is_safe) {
                 let values = probe.values(station);
                 if growth.len() < values.len() {
@@ -128,7 +135,7 @@ impl Watch {
                 }
                 for (axis, (growth, value)) in growth.iter_mut().zip(values).enumerate() {
                     if is_outside(value, *range) {
-                        return Some(Alarm::Left(at(left(what, axis, value, *range, unit))));
+                        return Some(Alarm::OutOfRange(at(left(what, axis, value, *range, unit))));
                     }
                     if let Some(per_tick) = growth.add(value).filter(|_| grows.is_none()) {
                         grows = Some(at(format!(
@@ -148,37 +155,37 @@ impl Watch {
             }
             match station.last_tick {
                 // The first packet may take as long as the delay of the link.
-                Tick::Ran | Tick::Idle | Tick::LinkDown { .. } => {}
-                Tick::LinkLost { link } => {
+                TickResult::Ran | TickResult::Idle | TickResult::LinkDown { .. } => {}
+                TickResult::LinkLost { link } => {
                     if !core::mem::replace(has_lost_link, true) {
                         let what = "no packet for TIMEOUT_TICKS of COMM_RXMOD (`link.timeout_ticks`), force set to 0";
                         lost.push(at(format!("lost link {link}: {what}")));
                     }
                 }
-                Tick::MeasurementRefused(error) => {
-                    return Some(Alarm::Left(at(format!("measurement refused ({error})"))));
+                TickResult::MeasurementRefused(error) => {
+                    return Some(Alarm::OutOfRange(at(format!("measurement refused ({error})"))));
                 }
-                Tick::CommandsLate => {
-                    return Some(Alarm::Left(at("commands timed out".to_owned())));
+                TickResult::CommandsLate => {
+                    return Some(Alarm::OutOfRange(at("commands timed out".to_owned())));
                 }
-                Tick::DriveFailed(fault) => {
-                    return Some(Alarm::Left(at(format!("drive bridge off: {fault}"))));
+                TickResult::DriveFailed(fault) => {
+                    return Some(Alarm::OutOfRange(at(format!("drive bridge off: {fault}"))));
                 }
-                Tick::CommandRefused(error) => {
-                    return Some(Alarm::Left(at(format!("command refused ({error})"))));
+                TickResult::CommandRefused(error) => {
+                    return Some(Alarm::OutOfRange(at(format!("command refused ({error})"))));
                 }
-                Tick::ModuleFailed(module) => {
+                TickResult::ModuleFailed(module) => {
                     let engine = station.dimsart.engine();
                     // Only the signals of a board's controller are available here.
                     let reason = match engine.module_fault() {
                         Some(fault) => engine.explain_module_fault(fault).to_string(),
-                        None => format!("{} failed and is isolated", engine.name_of_module(module)),
+                        None => format!("{} failed and is isolated", engine.module_name(module)),
                     };
-                    return Some(Alarm::Left(at(reason)));
+                    return Some(Alarm::OutOfRange(at(reason)));
                 }
-                Tick::Disarmed => {
+                TickResult::Disarmed => {
                     let reason = "lease expired: the board set its outputs to the safe value";
-                    return Some(Alarm::Left(at(reason.to_owned())));
+                    return Some(Alarm::OutOfRange(at(reason.to_owned())));
                 }
             }
         }
@@ -187,20 +194,20 @@ impl Watch {
         }
         let grows = grows.filter(|_| !self.has_seen_growth)?;
         self.has_seen_growth = true;
-        Some(Alarm::Grows(grows))
+        Some(Alarm::Growth(grows))
     }
 }
 
 impl Observer for Watch {
     fn observe(&mut self, rig: &Rig) -> ControlFlow<()> {
-        match self.look(rig) {
+        match self.check(rig) {
             None => {}
             Some(Alarm::LinkLost(lost)) => self.faults.extend(lost),
-            Some(Alarm::Grows(fault)) => {
+            Some(Alarm::Growth(fault)) => {
                 self.faults.push(fault);
                 self.is_unstable = true;
             }
-            Some(Alarm::Left(fault)) => {
+            Some(Alarm::OutOfRange(fault)) => {
                 self.faults.push(fault);
                 self.is_unstable = true;
                 return ControlFlow::Break(());
@@ -265,10 +272,10 @@ fn left(what: &str, axis: usize, value: f64, range: f64, unit: &str) -> String {
 
 /// Describes the drive fault that ended the measurements.
 fn ends_it(axis: usize, number: f64, station: &Station) -> Option<String> {
-    if !matches!(station.last_tick, Tick::MeasurementRefused(_)) {
+    if !matches!(station.last_tick, TickResult::MeasurementRefused(_)) {
         return None;
     }
     #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "a cast saturates")]
-    let trouble = DriveTrouble::from_number(number as u32)?;
+    let trouble = JointFault::from_number(number as u32)?;
     Some(format!("no measurement, drive of axis {axis}: {trouble}: {}", trouble.remedy()))
 }

@@ -15,11 +15,11 @@ mod moteus;
 use super::joint::{Joint, JointState};
 use crate::bus::can::{CanBus, CanFrame, Format, INTERFRAME_BITS, Identifier};
 use crate::bus::time::{bits_ns, ns_seconds, seconds_ns};
-use common::{OnBus, Wires};
+use common::{BusParameters, DriveNode};
 use drive::{Cia402Frame, Cia402Host, DriveReading};
 
 pub use cia402::Cia402Parameters;
-pub use common::{Absence, FoundFault};
+pub use common::{Absence, InjectedFault};
 pub use moteus::MoteusParameters;
 
 /// Maximum frames in a node's queue: those of every drive in a tick.
@@ -30,7 +30,7 @@ const SHORTEST_S: f64 = 1e-9;
 /// The drives of a device on their bus, with their joints.
 #[derive(Debug)]
 pub struct DriveBus {
-    wires: Wires,
+    wires: BusParameters,
     bus: CanBus,
     /// Node of the controller.
     host: usize,
@@ -44,7 +44,7 @@ pub struct DriveBus {
 #[derive(Debug)]
 struct Axis {
     node: usize,
-    drive: Box<dyn OnBus>,
+    drive: Box<dyn DriveNode>,
     joint: Joint,
     reading: DriveReading,
     is_on: bool,
@@ -54,8 +54,8 @@ struct Axis {
 
 impl DriveBus {
     fn new(
-        wires: Wires,
-        drives: impl Iterator<Item = (Box<dyn OnBus>, Joint)>,
+        wires: BusParameters,
+        drives: impl Iterator<Item = (Box<dyn DriveNode>, Joint)>,
         sync: Option<Cia402Host>,
         seed: u64,
     ) -> Self {

@@ -62,7 +62,7 @@ impl Plant for Joints {
     fn add_actuations(&self, actuations: &mut Vec<Actuation>) {
         let actuation = |(joint, _): &(Joint, Option<Push>)| {
             let state = joint.state();
-            Actuation { position: state.position, force: state.force, is_held: true, moves_several: false }
+            Actuation { position: state.position, force: state.force, is_held: true, is_shared: false }
         };
         actuations.extend(self.joints.iter().map(actuation));
     }

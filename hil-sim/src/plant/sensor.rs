@@ -104,7 +104,7 @@ impl Sensor {
 
     /// Reads the sensor at `truth` and `time_s`. A sensor that is stuck before its first reading keeps this reading.
     #[expect(clippy::cast_possible_truncation, reason = "the controller's number is an f32")]
-    pub fn show(&mut self, time_s: f64, truth: f64) -> f32 {
+    pub fn measure(&mut self, time_s: f64, truth: f64) -> f32 {
         let is_stuck = time_s >= self.parameters.stuck_from_s;
         let shown = match self.shown {
             Some(shown) if is_stuck => shown,
@@ -148,9 +148,9 @@ mod tests {
 
     #[test]
     fn an_ideal_sensor_shows_the_truth_and_another_its_gain_and_offset() {
-        assert!((sensor(SensorParameters::default()).show(0.0, 0.25) - 0.25).abs() <= 0.0);
+        assert!((sensor(SensorParameters::default()).measure(0.0, 0.25) - 0.25).abs() <= 0.0);
         let scaled = SensorParameters { gain: 1.5, offset: -0.5, ..SensorParameters::default() };
-        assert!((sensor(scaled).show(0.0, 2.0) - 2.5).abs() <= 0.0);
+        assert!((sensor(scaled).measure(0.0, 2.0) - 2.5).abs() <= 0.0);
     }
 
     /// Completed counts, less than one below the true value; the rest is `f32` rounding.
@@ -161,7 +161,7 @@ mod tests {
         let mut worst = 0.0_f64;
         for k in -5000..5000_i32 {
             let truth = f64::from(k) * 1.237e-4;
-            let shown = f64::from(encoder.show(0.0, truth));
+            let shown = f64::from(encoder.measure(0.0, truth));
             assert!((shown * counts - (shown * counts).round()).abs() < 1e-4, "{shown} is no whole count");
             worst = worst.max(truth - shown);
             assert!((-1e-7..1.0 / counts + 1e-7).contains(&(truth - shown)), "{truth} shown as {shown}");
@@ -176,7 +176,7 @@ mod tests {
         let parameters = SensorParameters { noise_deviation: 0.02, seed: 7, ..SensorParameters::default() };
         let run = |parameters: &SensorParameters| {
             let mut noisy = sensor(parameters.clone());
-            (0..draws).map(|_| f64::from(noisy.show(0.0, 0.0))).collect::<Vec<_>>()
+            (0..draws).map(|_| f64::from(noisy.measure(0.0, 0.0))).collect::<Vec<_>>()
         };
         let seen = run(&parameters);
         let count = f64::from(draws);
@@ -198,12 +198,12 @@ mod tests {
     fn an_incremental_encoder_knows_where_it_is_once_its_index_has_passed() {
         let mut encoder = sensor(SensorParameters { index: Some(0.5), ..SensorParameters::default() });
         for (truth, shown) in [(0.2, 0.0), (0.4, 0.2), (0.1, -0.1), (0.6, 0.6), (0.1, 0.1), (-3.0, -3.0)] {
-            assert!((encoder.show(0.0, truth) - shown).abs() < 1e-7, "{truth}");
+            assert!((encoder.measure(0.0, truth) - shown).abs() < 1e-7, "{truth}");
         }
         let mut other = sensor(SensorParameters { index: Some(-0.5), ..SensorParameters::default() });
         assert!(
             [0.2, -0.4, -0.6]
-                .map(|truth| other.show(0.0, truth))
+                .map(|truth| other.measure(0.0, truth))
                 .iter()
                 .zip([0.0, -0.6, -0.6])
                 .all(|(a, b)| (a - b).abs() < 1e-6)
@@ -225,7 +225,7 @@ mod tests {
                 100..200 => t + 0.5,
                 _ => 0.699,
             };
-            let shown = f64::from(faulty.show(t, t));
+            let shown = f64::from(faulty.measure(t, t));
             assert!((shown - expected).abs() < 1e-7, "{shown} at {t} s instead of {expected}");
         }
     }

@@ -37,7 +37,7 @@ const STABLE: f64 = 1.0 + 1e-9;
 /// The deciding quantity and its limit.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 #[serde(untagged)]
-pub enum Border {
+pub enum StabilityLimit {
     /// A coupling that becomes unstable by delay.
     Delay {
         /// Round trip, ticks.
@@ -78,7 +78,7 @@ fn is_known(engine: &Engine) -> bool {
     engine.instances().filter(|module| engine.is_plugged_in(*module)).all(known)
 }
 
-impl Border {
+impl StabilityLimit {
     /// Computes the limit of two rigid one-axis robots without motor lag, joined by links of constant delay, with
     /// schemes of the covered modules; `None` otherwise.
     #[must_use]
@@ -161,7 +161,7 @@ impl<'f> Robot<'f> {
 
     /// Position response to a force that is constant within a tick; in contact, with a two-sided wall.
     fn sampled(&self, in_contact: bool, period_s: f64) -> Option<Sampled> {
-        let wall = self.axis.met_wall().filter(|_| in_contact);
+        let wall = self.axis.active_wall().filter(|_| in_contact);
         let (wall_stiffness, wall_damping) = wall.map_or((0.0, 0.0), |wall| (wall.stiffness, wall.damping));
         let inertia = self.joint.load.inertia;
         let a = Matrix3::new(

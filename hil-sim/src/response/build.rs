@@ -69,7 +69,7 @@ fn connect(file: &RigFile, parts: &[Part<'_>], rig: &mut Rig) -> Result<(), Expe
             None => Box::new(behind),
             Some(bus) => {
                 let receiver = rig.stations().get(end.station);
-                let channel = receiver.map_or(0, |station| station.dimsart.listening_channel(end.link));
+                let channel = receiver.map_or(0, |station| station.dimsart.receive_channel(end.link));
                 if buses.needs_channels(bus) {
                     let over_it = file.links.iter().filter(|link| link.bus.as_ref() == Some(bus)).count();
                     if channel == 0 && over_it != LINKS_WITHOUT_CHANNELS {
@@ -156,7 +156,7 @@ fn loaded_controller(file: &RigFile, part: &Part<'_>) -> Result<LoadedController
 
 /// Message of a refusal.
 fn told(dimsart: &SimulatedDimsart, error: CommandError) -> String {
-    Explanation::of_refusal(dimsart.engine(), error).to_string()
+    Explanation::for_refusal(dimsart.engine(), error).to_string()
 }
 
 /// Creates a controller with a running scheme.

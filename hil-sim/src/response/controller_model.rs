@@ -13,9 +13,9 @@ use std::borrow::Cow;
 use super::build;
 use super::series::{BLOCK_TICKS, Moments, Series, moments};
 use crate::experiment::ExperimentError;
-use crate::rig::{Rig, Shown};
+use crate::rig::{FrameOverride, Rig};
 use crate::rig_file::{LinkSection, RigFile};
-use dimsart_core::Tick;
+use dimsart_core::TickResult;
 
 /// Disturbances in the unit of the measurement, largest first, for the best resolution in `f32`.
 const SIZES: [f32; 4] = [1.0 / 64.0, 1.0 / 1024.0, 1.0 / 16_384.0, 1.0 / 262_144.0];
@@ -190,7 +190,9 @@ impl Pair {
 
     fn is_running(&self) -> bool {
         let is_running = |rig: &Rig| {
-            rig.stations().iter().all(|station| matches!(station.last_tick, Tick::Ran | Tick::Idle))
+            rig.stations()
+                .iter()
+                .all(|station| matches!(station.last_tick, TickResult::Ran | TickResult::Idle))
         };
         is_running(&self.still) && is_running(&self.disturbed)
     }
@@ -203,7 +205,7 @@ impl Pair {
                 commands.iter().zip(&self.commands).all(|(new, old)| new.to_bits() == old.to_bits());
             self.unchanged_ticks = if is_same { self.unchanged_ticks + 1 } else { 0 };
             self.commands = commands;
-            self.still.stand_still();
+            self.still.advance_without_motion();
         }
         self.disturbed.tick();
         let disturbed = commands(&self.disturbed, places);
@@ -212,7 +214,7 @@ impl Pair {
         }
         let differences = disturbed.iter().zip(&self.commands).map(|(disturbed, still)| disturbed - still);
         self.differences.push(differences.collect());
-        self.disturbed.stand_still();
+        self.disturbed.advance_without_motion();
     }
 
     /// Answers of each command, per unit of the disturbance.
@@ -289,7 +291,7 @@ impl Pair {
 
     fn show(&mut self, station: usize, place: usize, value: f32) {
         if let Some(station) = self.disturbed.stations_mut().get_mut(station) {
-            station.show(place, Shown::Value(value));
+            station.show(place, FrameOverride::Value(value));
         }
     }
 }

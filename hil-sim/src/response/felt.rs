@@ -34,8 +34,8 @@ pub(super) fn feeling(
                 let (axis, (_, met)) = sections.find(|(_, (other_place, _))| *other_place == place)?;
                 let is_met = met.unit == section.unit;
                 let station = Some(station).filter(|_| alone.is_none());
-                let spring = met.met_spring().filter(|spring| spring.stiffness > 0.0).cloned();
-                let obstacle = Obstacle::new(other.name(), station, axis, met.met_wall().cloned(), spring);
+                let spring = met.active_spring().filter(|spring| spring.stiffness > 0.0).cloned();
+                let obstacle = Obstacle::new(other.name(), station, axis, met.active_wall().cloned(), spring);
                 obstacle.filter(|_| is_met)
             };
             let obstacles: Vec<Obstacle> = others.filter_map(meets).collect();

@@ -16,8 +16,8 @@ use crate::rig_file::{LinkSection, Part, RigFile};
 fn guard(key: &Key, link: u8, is_classic_can: bool, seed: u64, [out, listening]: [u16; 2]) -> Guard {
     let profile = if is_classic_can { Profile::Short } else { Profile::Full };
     let mut guard = Guard::new(key, Line::Link(link), profile, seed);
-    guard.send_on(out);
-    guard.listen(listening);
+    guard.set_send_channel(out);
+    guard.set_receive_channel(listening);
     guard
 }
 
@@ -42,7 +42,7 @@ pub(super) fn guard_all(file: &RigFile, parts: &[Part<'_>], rig: &mut Rig) -> Re
         let is_classic_can = bus.is_some_and(|bus| bus.can.is_some());
         let channel = |(station, link): (usize, u8)| {
             let found = rig.stations().get(station);
-            found.map_or(0, |station| station.dimsart.listening_channel(link.into()))
+            found.map_or(0, |station| station.dimsart.receive_channel(link.into()))
         };
         let [one, other] = ends.map(channel);
         // The reverse link uses the same guards.

@@ -86,7 +86,7 @@ impl Plant for Instrumented {
                         };
                         let truth = position.unwrap_or_else(|| sensed(data_type, &machine.state(*axis)));
                         match sensors.get_mut(place) {
-                            Some(sensor) if !sensor.is_ideal() => sensor.show(*time_s, truth).into(),
+                            Some(sensor) if !sensor.is_ideal() => sensor.measure(*time_s, truth).into(),
                             _ => truth,
                         }
                     }
@@ -130,8 +130,8 @@ impl Plant for Instrumented {
         for (axis, is_held) in self.axes.iter().zip(&self.holds_force) {
             let (position, force, joint) = machine.body().actuation(*axis);
             let position = joint.map_or(position, |[turned, _]| turned);
-            let moves_several = joint.is_some();
-            actuations.push(Actuation { position, force, is_held: *is_held, moves_several });
+            let is_shared = joint.is_some();
+            actuations.push(Actuation { position, force, is_held: *is_held, is_shared });
         }
     }
 
@@ -203,7 +203,7 @@ impl Plant for Instrumented {
         let pressed = self.is_pressed.then(|| {
             let acceleration = machine.body().acceleration(axis);
             let hand = of_axis.hand_force(machine.repetition(), self.time_s, &state, acceleration);
-            [hand, of_axis.section.met_force(position, velocity)]
+            [hand, of_axis.section.environment_force(position, velocity)]
         });
         let known = [position, velocity, force].into_iter().chain(pressed.into_iter().flatten());
         let known = known.chain([load]).chain(motor.into_iter().flatten());

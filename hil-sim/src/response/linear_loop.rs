@@ -180,8 +180,8 @@ impl Linear {
         let controllers = parts.each_ref().map(|part| part.name().to_owned());
         let [held, other] = parts.each_ref().map(|part| part.sections().next().map(|(_, section)| section));
         let met = other.and_then(|section| {
-            let wall = section.met_wall().map(|wall| [wall.stiffness(), wall.damping]);
-            wall.or(section.met_spring().map(|spring| [spring.stiffness, spring.damping]))
+            let wall = section.active_wall().map(|wall| [wall.stiffness(), wall.damping]);
+            wall.or(section.active_spring().map(|spring| [spring.stiffness, spring.damping]))
         });
         let hand_stiffness = held.map_or(0.0, AxisSection::hand_stiffness);
         let mut file = file.clone();

@@ -116,8 +116,8 @@ impl LiveRig {
     /// # Errors
     /// [`ExperimentError`] for an unknown signal.
     pub fn tell(&mut self, listener: SyncSender<Piece>) -> Result<(), ExperimentError> {
-        self.rig.stations_mut().iter_mut().for_each(Station::keep_inputs);
-        let mut recorder = Recorder::new(&self.rig, &self.file.record)?.in_a_hurry();
+        self.rig.stations_mut().iter_mut().for_each(Station::record_inputs);
+        let mut recorder = Recorder::new(&self.rig, &self.file.record)?.in_real_time();
         recorder.tell(listener);
         self.recorder = Some(recorder);
         Ok(())

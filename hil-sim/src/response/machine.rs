@@ -124,7 +124,7 @@ impl Machine {
 
     /// Whether an axis is in contact with a wall or stop.
     pub(super) fn is_touching(&self, axis: usize) -> bool {
-        let wall = self.axis(axis).and_then(|axis| axis.section.met_wall());
+        let wall = self.axis(axis).and_then(|axis| axis.section.active_wall());
         let is_at_wall = |wall: &crate::rig_file::AxisWall| wall.depth(self.body.position(axis)) > 0.0;
         self.body.is_at_stop(axis) || wall.is_some_and(is_at_wall)
     }

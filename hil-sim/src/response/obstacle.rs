@@ -16,12 +16,12 @@ pub struct Obstacle {
 impl Obstacle {
     /// Returns the obstacle of an axis in the direction of a force; `None` without stiffness.
     pub(super) fn of(section: &AxisSection, force_n: f64) -> Option<Self> {
-        if let Some(AxisSpring { rest_position, stiffness, damping }) = section.met_spring().cloned() {
+        if let Some(AxisSpring { rest_position, stiffness, damping }) = section.active_spring().cloned() {
             let obstacle =
                 Self { surface_m: rest_position, stiffness_n_per_m: stiffness, damping_n_s_per_m: damping };
             return (stiffness > 0.0).then_some(obstacle);
         }
-        let wall = section.met_wall()?;
+        let wall = section.active_wall()?;
         let is_in_the_way = match wall.solid {
             WallSide::Above => force_n >= 0.0,
             WallSide::Below => force_n < 0.0,

@@ -11,7 +11,7 @@ use super::press::{Planned, planned_with};
 use super::{experiment_of, press};
 use crate::experiment::{Experiment, ExperimentError};
 use crate::link::{self, Address, Channels};
-use crate::meeting::{Missed, meet};
+use crate::meeting::{SynchronisationError, meet};
 use crate::pace::Pace;
 use crate::rig::{End, Rig, Station};
 use crate::rig_file::{LinkSection, Part, RigFile};
@@ -53,7 +53,7 @@ impl<'f> Alone<'f> {
 
     /// Returns the peer's address: the other end of its own medium, or another socket.
     #[must_use]
-    pub fn meeting_place(&self) -> &'f Address {
+    pub fn peer_address(&self) -> &'f Address {
         match self.own_address {
             Address::Udp(_) => self.peer_address,
             own => own,
@@ -95,9 +95,9 @@ pub fn one_station(
     // Without the peer's scheme, figures of both stations are unknown.
     let other = controller(file, &alone.other);
     let numbers = [alone.out.to_link, alone.out.from_link].map(usize::from);
-    let out = other.as_ref().map_or(0, |other| other.listening_channel(numbers[0]));
+    let out = other.as_ref().map_or(0, |other| other.receive_channel(numbers[0]));
     let are_authenticated = alone.out.key_file.is_some();
-    let channels = Channels { out, listening: dimsart.listening_channel(numbers[1]), are_authenticated };
+    let channels = Channels { out, listening: dimsart.receive_channel(numbers[1]), are_authenticated };
     let other = other.map(|mut other| Controller::read(&mut other)).unwrap_or_default();
     let hand = file.pressed().map(|[hand, _]| hand.name().to_owned());
     let planned: Option<Planned> = match hand {
@@ -119,15 +119,17 @@ pub fn one_station(
     // One station synchronises with the other.
     let arrival = arrival.filter(|_| alone.follows(file));
     rig.connect(end, end, link);
-    let peer = alone.meeting_place().clone();
+    let peer = alone.peer_address().clone();
     let start = meet(&mut rig, arrival.as_ref(), wait, stop).map_err(|missed| {
         let other = alone.other.name().to_owned();
         let authentication_failure = rig.stations().first().and_then(Station::authentication_failure);
         match (missed, authentication_failure) {
-            (Missed::Stopped, _) => ExperimentError::Stopped { other },
+            (SynchronisationError::Stopped, _) => ExperimentError::Stopped { other },
             (_, Some(reason)) => ExperimentError::AuthenticationFailure { peer, other, reason },
-            (Missed::Silence, None) => ExperimentError::NoPeer { peer, waited_s: wait.as_secs_f64(), other },
-            (Missed::Stranger, None) => ExperimentError::WrongPeer { peer, other },
+            (SynchronisationError::Silence, None) => {
+                ExperimentError::NoPeer { peer, waited_s: wait.as_secs_f64(), other }
+            }
+            (SynchronisationError::RejectedPackets, None) => ExperimentError::WrongPeer { peer, other },
         }
     })?;
     let mut experiment =

@@ -73,7 +73,7 @@ struct PressedAxis {
 
 /// Whether an axis has no obstacle in either direction.
 fn meets_nothing(section: &AxisSection) -> bool {
-    section.met_wall().is_none() && section.met_spring().is_none()
+    section.active_wall().is_none() && section.active_spring().is_none()
 }
 
 /// Returns the push on each axis; 0 without an obstacle.

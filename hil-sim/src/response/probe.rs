@@ -86,7 +86,7 @@ pub(super) fn loops(file: &RigFile) -> Result<Vec<AxisLoop>, ExperimentError> {
     let axes = Axes { parts: &parts, commanded: &commanded, channels: &channels, not_linear };
     let (cycle_ticks, period_s) = (controllers.cycle_ticks, free.sample_period_s);
     let free_figures = axes.figures(&free_models, cycle_ticks, period_s);
-    let meets = |section: &DeviceSection| section.axes.iter().any(|axis| axis.met_wall().is_some());
+    let meets = |section: &DeviceSection| section.axes.iter().any(|axis| axis.active_wall().is_some());
     let in_contact = file.devices.iter().any(meets).then(|| at_rest(file, true));
     let in_contact = in_contact.map(|file| models(&file, &channels, &commanded)).transpose()?;
     let in_contact = in_contact.map(|models| axes.figures(&models, cycle_ticks, period_s));

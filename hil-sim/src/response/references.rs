@@ -6,13 +6,13 @@
 //! all armed and there   experiment, return to its first value, experiment, ...
 //! ```
 
-use dimsart_core::{Tick, types};
+use dimsart_core::{TickResult, types};
 
 use super::moves::motions;
 use crate::experiment::ExperimentError;
 use crate::motion::{Motion, sum_at};
 use crate::plant::{PEAK_SPEED, Repetition, minimum_jerk};
-use crate::rig::{Rig, Shown, Station};
+use crate::rig::{FrameOverride, Rig, Station};
 use crate::rig_file::part::Part;
 use crate::rig_file::{AxisUnit, HAND, RigFile};
 
@@ -126,7 +126,7 @@ impl References {
     pub(super) fn lead(&mut self, rig: &mut Rig) {
         let (tick, time_s) = (rig.ticks(), rig.time_s());
         let commands = |rig: &Rig, station: usize| {
-            rig.stations().get(station).is_some_and(|station| station.last_tick == Tick::Ran)
+            rig.stations().get(station).is_some_and(|station| station.last_tick == TickResult::Ran)
         };
         if !self.is_running || tick.saturating_sub(self.start_tick) >= self.cycle_ticks {
             self.start_tick = tick;
@@ -218,7 +218,7 @@ impl Reference {
         time_s: f64,
         period_s: f64,
         rig: &Rig,
-    ) -> Shown {
+    ) -> FrameOverride {
         let base = self.base(repetition, time_s);
         if self.start == Start::Experiment {
             return value(base);
@@ -226,12 +226,12 @@ impl Reference {
         if !is_commanded {
             self.approach = None;
             return match self.start {
-                Start::Measured(place) => Shown::Place(place),
+                Start::Measured(place) => FrameOverride::Place(place),
                 Start::Led { station, axis } => {
                     let position = |station: &Station| station.plant.position(axis);
                     value(rig.stations().get(station).map_or(base, position))
                 }
-                Start::Rest => Shown::Value(0.0),
+                Start::Rest => FrameOverride::Value(0.0),
                 Start::Experiment => value(base),
             };
         }
@@ -263,8 +263,8 @@ fn max_speed(unit: AxisUnit) -> f64 {
     }
 }
 
-fn value(value: f64) -> Shown {
+fn value(value: f64) -> FrameOverride {
     #[expect(clippy::cast_possible_truncation, reason = "the controller's number is an f32")]
     let value = value as f32;
-    Shown::Value(value)
+    FrameOverride::Value(value)
 }

@@ -37,7 +37,7 @@ impl Guarded {
     /// Passes verified packets to `deliver` and drops refused packets.
     pub(super) fn open(&mut self, bytes: &[u8], mut deliver: impl FnMut(&[u8])) {
         let now_ms = self.now_ms();
-        match self.guard.take(now_ms, bytes, &mut [0; MAX_CONTENT_BYTES]) {
+        match self.guard.open(now_ms, bytes, &mut [0; MAX_CONTENT_BYTES]) {
             Ok(content) => content.into_iter().for_each(deliver),
             Err(error) => {
                 self.refusal = Some(error);
@@ -71,7 +71,7 @@ pub(super) fn introduce(left: &mut Guard, right: &mut Guard) {
     let tell = |from: &mut Guard, to: &mut Guard, now_ms| {
         while let Some(handshake) = from.handshake(now_ms) {
             // A handshake with equal keys and channels always succeeds.
-            let _ = to.take(now_ms, handshake, &mut []);
+            let _ = to.open(now_ms, handshake, &mut []);
         }
     };
     for now_ms in 1..=3 {
@@ -83,7 +83,7 @@ pub(super) fn introduce(left: &mut Guard, right: &mut Guard) {
 #[cfg(test)]
 mod tests {
     use dimsart_core::envelope::{Class, MAX_CONTENT_BYTES, seal};
-    use dimsart_core::{Tick, types};
+    use dimsart_core::{TickResult, types};
     use dimsart_link::auth::{Guard, Key, Line, Profile};
 
     use crate::experiment::Experiment;
@@ -110,7 +110,7 @@ mod tests {
             before(rig, tick);
             rig.step();
             for station in rig.stations() {
-                assert_eq!(station.last_tick, Tick::Ran, "{} in tick {tick}", station.name);
+                assert_eq!(station.last_tick, TickResult::Ran, "{} in tick {tick}", station.name);
                 longest = longest.max(Probe::new(types::LINK_AGE.first()).words(station)[0]);
             }
         }
@@ -133,7 +133,7 @@ mod tests {
         let before = run(rig, 100, |_, _| ());
         let during = run(rig, 2000, |rig, tick| {
             for station in rig.stations_mut() {
-                let channel = station.dimsart.listening_channel(0);
+                let channel = station.dimsart.receive_channel(0);
                 for (kind, length) in [(0, 0), (1, 8), (2, 16), (3, 8), (4, 16), (5, 16), (6, 8), (7, 0)] {
                     let random = u64::from(tick) << 8 | u64::from(kind);
                     station.receive(0, 0, Carried::Bytes(handshake(kind, random, length, channel)));
@@ -156,10 +156,10 @@ mod tests {
                 if tick == 0 {
                     let [master, slave] = rig.stations_mut() else { panic!("two") };
                     let (out, listening) =
-                        (slave.dimsart.listening_channel(0), master.dimsart.listening_channel(0));
+                        (slave.dimsart.receive_channel(0), master.dimsart.receive_channel(0));
                     let mut guard = Guard::new(&key, Line::Link(0), Profile::Full, 99);
-                    guard.send_on(out);
-                    guard.listen(listening);
+                    guard.set_send_channel(out);
+                    guard.set_receive_channel(listening);
                     master.guard(0, guard, 1e-3);
                 }
             });

@@ -2,7 +2,7 @@
 
 use std::error::Error;
 
-use dimsart_core::{Tick, Word};
+use dimsart_core::{TickResult, Word};
 
 use super::SimulatedDimsart;
 
@@ -23,7 +23,7 @@ pub trait RemoteController: core::fmt::Debug + Send {
         measured: &[Word],
         commanded: &mut [Word],
         copy: &mut SimulatedDimsart,
-    ) -> Result<Tick, RemoteError>;
+    ) -> Result<TickResult, RemoteError>;
 
     /// Returns the packets sent over `link` in the last tick.
     fn outgoing(&self, link: usize) -> Box<dyn Iterator<Item = &[u8]> + '_>;

@@ -129,7 +129,7 @@ impl AxisSection {
         let AxisSpring { rest_position, stiffness, damping } = self.springs().fold(own, AxisSpring::beside);
         (joint.load.rest_position, joint.load.stiffness) = (rest_position, stiffness);
         joint.load.damping += damping;
-        if let Some(wall) = self.met_wall() {
+        if let Some(wall) = self.active_wall() {
             let (min, max) = match wall.solid {
                 WallSide::Above => (f64::NEG_INFINITY, wall.position),
                 WallSide::Below => (wall.position, f64::INFINITY),
@@ -142,21 +142,21 @@ impl AxisSection {
 
     /// Returns the active wall.
     #[must_use]
-    pub fn met_wall(&self) -> Option<&AxisWall> {
+    pub fn active_wall(&self) -> Option<&AxisWall> {
         self.wall.as_ref().filter(|_| self.environment.is_none_or(|kind| kind == EnvironmentKind::Wall))
     }
 
     /// Returns the active spring.
     #[must_use]
-    pub fn met_spring(&self) -> Option<&AxisSpring> {
+    pub fn active_spring(&self) -> Option<&AxisSpring> {
         self.spring.as_ref().filter(|_| self.environment.is_none_or(|kind| kind == EnvironmentKind::Spring))
     }
 
     /// Returns the force of wall and spring on the axis.
     #[must_use]
-    pub fn met_force(&self, position: f64, velocity: f64) -> f64 {
-        self.met_spring().map_or(0.0, |spring| spring.force(position, velocity))
-            + self.met_wall().map_or(0.0, |wall| wall.force(position, velocity))
+    pub fn environment_force(&self, position: f64, velocity: f64) -> f64 {
+        self.active_spring().map_or(0.0, |spring| spring.force(position, velocity))
+            + self.active_wall().map_or(0.0, |wall| wall.force(position, velocity))
     }
 
     /// Returns the force of hand, spring and wall on the axis, without the inertia of the hand; the spring of the
@@ -165,7 +165,7 @@ impl AxisSection {
     pub fn force(&self, position: f64, velocity: f64) -> f64 {
         let springs: f64 = self.springs().map(|spring| spring.force(position, velocity)).sum();
         let hand = self.hand.as_ref().map_or(0.0, |hand| -hand.damping * velocity);
-        springs + hand + self.met_wall().map_or(0.0, |wall| wall.force(position, velocity))
+        springs + hand + self.active_wall().map_or(0.0, |wall| wall.force(position, velocity))
     }
 
     /// Adds the inertia and damping of the hand, without its stiffness.
@@ -190,7 +190,7 @@ impl AxisSection {
     /// Stiffness of the hand, and spring-damper of the environment.
     fn springs(&self) -> impl Iterator<Item = AxisSpring> {
         let hand = AxisSpring { rest_position: 0.0, stiffness: self.hand_stiffness(), damping: 0.0 };
-        core::iter::once(hand).chain(self.met_spring().cloned())
+        core::iter::once(hand).chain(self.active_spring().cloned())
     }
 }
 

@@ -411,7 +411,7 @@ fn check_coupled(device: &DeviceSection, problems: &mut Vec<String>) {
 
 fn check_axis(at: &str, measures: &[String], section: &AxisSection, problems: &mut Vec<String>) {
     let AxisSection { plant, sensor, .. } = section;
-    if section.met_wall().is_some() && plant.as_ref().is_some_and(|plant| plant.stops.is_some()) {
+    if section.active_wall().is_some() && plant.as_ref().is_some_and(|plant| plant.stops.is_some()) {
         problems.push(format!("{at}: both wall and plant.stops are set: keep one of them"));
     }
     let ActuatorSection { max_force, max_rate } = section.actuator;

@@ -143,7 +143,7 @@ impl DeviceSection {
                 *sensor = SensorParameters { gain: sensor.gain, ..SensorParameters::default() };
             }
             section.plant = section.plant.as_ref().map(JointParameters::linear);
-            let (wall, spring) = (section.met_wall().cloned(), section.met_spring().cloned());
+            let (wall, spring) = (section.active_wall().cloned(), section.active_spring().cloned());
             (section.environment, section.wall, section.spring) = (None, None, spring);
             if let Some(wall) = wall.filter(|_| in_contact) {
                 section.attach(wall.stiffness(), self.start_position(axis), wall.damping);

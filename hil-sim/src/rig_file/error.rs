@@ -15,7 +15,7 @@ pub enum RigFileError {
     },
     /// Neither a file nor a shipped rig.
     #[error("no such file or shipped rig: {name}; {near}")]
-    NotShipped {
+    UnknownRig {
         /// The name.
         name: String,
         /// Suggestion, or available rigs.
@@ -60,7 +60,7 @@ impl RigFileError {
             Self::Set { at, .. } => at.starts_with(SET),
             Self::Sets(errors) => errors.iter().all(Self::is_usage),
             Self::Wrong { sets, .. } => !sets.is_empty(),
-            Self::Unreadable { .. } | Self::NotShipped { .. } | Self::NotOne { .. } => false,
+            Self::Unreadable { .. } | Self::UnknownRig { .. } | Self::NotOne { .. } => false,
         }
     }
 }

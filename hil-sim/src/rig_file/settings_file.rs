@@ -28,7 +28,7 @@ pub(super) fn read(
     let wanted = table.get(RIG).map_or(Some(USUAL), |rig| rig.as_str()).unwrap_or_default();
     let shipped = RigFile::shipped(wanted).ok_or_else(|| {
         let known = super::SHIPPED.map(|(name, _)| name.to_owned());
-        RigFileError::NotShipped { name: wanted.to_owned(), near: suggestion(wanted, &known) }
+        RigFileError::UnknownRig { name: wanted.to_owned(), near: suggestion(wanted, &known) }
     })?;
     let document = DeTable::parse(text).map_err(|error| not_one(error.to_string()))?;
     let mut settings = Vec::new();

@@ -3,7 +3,7 @@
 use std::fmt;
 
 use dimsart_core::names::split;
-use dimsart_core::scheme::{ENGINE, PORT_PREFIX, Problem, SWITCH, SchemeError};
+use dimsart_core::scheme::{ENGINE, PORT_PREFIX, RowError, SWITCH, SchemeError};
 use dimsart_core::{
     Accepted, CommandError, EngineCommand, Explanation, KindId, ModuleRef, ParameterError, ParameterText,
     Vocabulary,
@@ -49,7 +49,7 @@ impl<V: Vocabulary + ?Sized> Explained<'_, V> {
 
     fn value(&self, f: &mut fmt::Formatter<'_>, parameter: &ParameterText<'_>) -> fmt::Result {
         let ParameterText { name, unit, accepts, .. } = parameter;
-        let unit = unit.on(self.known.axes());
+        let unit = unit.for_axes(self.known.axes());
         let unit = if unit.is_empty() { String::new() } else { format!(" {unit}") };
         match accepts {
             Accepted::Real { min, max, .. } => {
@@ -79,7 +79,7 @@ impl<V: Vocabulary + ?Sized> Explained<'_, V> {
                 "'{word}' is not an element of {name} ({rows} rows, {columns} columns): write {name}[0][0], \
                 counted from 0"
             )
-        } else if entries.are_of_axes() {
+        } else if entries.are_per_axis() {
             write!(
                 f,
                 "'{word}' is not an entry of {name}, which has one value per axis: write {name}[0], counted from 0"
@@ -101,20 +101,20 @@ impl<V: Vocabulary + ?Sized> fmt::Display for Explained<'_, V> {
         let Self { error: SchemeError { place, problem }, known } = *self;
         let word = &*shortened(place.word, MAX_WORD_CHARS);
         match problem {
-            Problem::Module | Problem::ModuleValue if let Some(kind) = self.missing_kind() => {
+            RowError::Module | RowError::ModuleValue if let Some(kind) = self.missing_kind() => {
                 write!(
                     f,
                     "the image does not include {kind}: build it with this module kind (docs/firmware.md)"
                 )
             }
-            Problem::Destination => self.unknown(f, "a side", ["master", "slave", "m&s", "all"]),
-            Problem::Module => self.unknown(f, "a module", [ENGINE].into_iter().chain(known.kind_names())),
-            Problem::ModuleValue => self.unknown(f, "a module", known.kind_names()),
-            Problem::EngineCommand => {
+            RowError::Destination => self.unknown(f, "a side", ["master", "slave", "m&s", "all"]),
+            RowError::Module => self.unknown(f, "a module", [ENGINE].into_iter().chain(known.kind_names())),
+            RowError::ModuleValue => self.unknown(f, "a module", known.kind_names()),
+            RowError::EngineCommand => {
                 self.unknown(f, "a command of the engine", EngineCommand::ALL.iter().map(|known| known.name))
             }
-            Problem::ModuleCommand(module) => {
-                let (name, there) = (known.name_of_module(module), self.parameters_and_ports(module));
+            RowError::ModuleCommand(module) => {
+                let (name, there) = (known.module_name(module), self.parameters_and_ports(module));
                 if there.is_empty() {
                     return write!(
                         f,
@@ -127,21 +127,21 @@ impl<V: Vocabulary + ?Sized> fmt::Display for Explained<'_, V> {
                     None => Ok(()),
                 }
             }
-            Problem::Type => self.unknown(f, "a data type", known.type_texts().map(|found| found.name)),
-            Problem::Entry { module, parameter } => match known.parameter_text(module.kind, parameter) {
+            RowError::Type => self.unknown(f, "a data type", known.type_texts().map(|found| found.name)),
+            RowError::Entry { module, parameter } => match known.parameter_text(module.kind, parameter) {
                 Some(parameter) => self.entry(f, &parameter),
                 None => self.missing_or(f, "an entry of this parameter"),
             },
-            Problem::Value { module, parameter } => match known.parameter_text(module.kind, parameter) {
+            RowError::Value { module, parameter } => match known.parameter_text(module.kind, parameter) {
                 Some(parameter) => self.value(f, &parameter),
                 None => self.missing_or(f, "a value of this parameter"),
             },
-            Problem::Surplus => write!(f, "unexpected word '{word}' at the end of the row"),
-            Problem::Refused(error @ CommandError::Parameter(ParameterError::NoSuchEntry)) => {
-                Explanation::of_refusal(known, error).fmt(f)
+            RowError::Surplus => write!(f, "unexpected word '{word}' at the end of the row"),
+            RowError::Refused(error @ CommandError::Parameter(ParameterError::NoSuchEntry)) => {
+                Explanation::for_refusal(known, error).fmt(f)
             }
-            Problem::Refused(error) => {
-                write!(f, "'{word}' refused: {}", Explanation::of_refusal(known, error))
+            RowError::Refused(error) => {
+                write!(f, "'{word}' refused: {}", Explanation::for_refusal(known, error))
             }
         }
     }

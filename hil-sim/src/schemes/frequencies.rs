@@ -8,7 +8,7 @@ const MAX_SHARE: f64 = 0.49;
 
 /// Returns a fault for each frequency of a plugged-in filter above its maximum.
 pub(super) fn too_high(engine: &mut Engine) -> Vec<String> {
-    let kinds = KINDS.map(|name| engine.module_named(name).map(|module| module.kind));
+    let kinds = KINDS.map(|name| engine.find_module(name).map(|module| module.kind));
     let filters: Vec<ModuleRef> = engine
         .instances()
         .filter(|module| kinds.contains(&Some(module.kind)) && engine.is_plugged_in(*module))
@@ -31,7 +31,7 @@ fn of_module(engine: &mut Engine, module: ModuleRef) -> Vec<String> {
             let remedy = if every_ticks > 1 { "lower FREQUENCY or EVERY_TICKS" } else { "lower FREQUENCY" };
             format!(
                 "FREQUENCY[{axis}] of {} is {frequency_hz} Hz, above 0.49 of the module's rate, {max_hz:.1} Hz: {remedy}",
-                engine.name_of_module(module)
+                engine.module_name(module)
             )
         })
     };
@@ -40,6 +40,6 @@ fn of_module(engine: &mut Engine, module: ModuleRef) -> Vec<String> {
 
 /// Finds a parameter by name; `None` if missing.
 fn value(engine: &mut Engine, module: ModuleRef, name: &str, place: u8) -> Option<Value> {
-    let (parameter, _) = engine.parameter_named(module.kind, name)?;
+    let (parameter, _) = engine.find_parameter(module.kind, name)?;
     engine.get(module, parameter, place).ok()
 }

@@ -1,11 +1,11 @@
 //! Applies a scheme's rows to a controller, overridden by the scenario's settings.
 
-use dimsart_core::scheme::{self, ENGINE, Problem, Row, SchemeError};
+use dimsart_core::scheme::{self, ENGINE, Row, RowError, SchemeError};
 use dimsart_core::{CommandError, Dimsart, Engine, Finding, ModuleRef, Value, Vocabulary};
 
 use super::explain::Explained;
 use super::{SIDES, SchemeText, Setting, frequencies};
-use crate::law::{self, Law, WithLaw};
+use crate::law::{self, Law, LawVocabulary};
 
 /// Result of loading a scheme into a controller.
 #[derive(Debug, Clone, Default, PartialEq, Eq)]
@@ -55,12 +55,11 @@ pub fn load_for(
             // The faults are more specific than this refusal.
             Ok(())
             | Err(Refusal {
-                error: SchemeError { problem: Problem::Refused(CommandError::HasFaults { .. }), .. },
+                error: SchemeError { problem: RowError::Refused(CommandError::HasFaults { .. }), .. },
                 ..
             }) => {}
-            Err(refusal) => {
-                errors.push(refusal.explain(&scheme.name, &WithLaw::new(dimsart.engine(), law.as_ref())))
-            }
+            Err(refusal) => errors
+                .push(refusal.explain(&scheme.name, &LawVocabulary::new(dimsart.engine(), law.as_ref()))),
         }
     }
     let too_high = frequencies::too_high(dimsart.engine_mut());
@@ -134,7 +133,7 @@ fn apply<'a>(
     settings: &'a [Setting],
     dimsart: &mut Dimsart,
 ) -> Result<(), Refusal<'a>> {
-    let command = WithLaw::new(dimsart.engine(), law).command(row)?;
+    let command = LawVocabulary::new(dimsart.engine(), law).command(row)?;
     for setting in settings.iter().filter(|setting| setting.is_due_before(command)) {
         give(setting, row, dimsart)?;
     }
@@ -151,7 +150,7 @@ fn apply<'a>(
 fn give<'a>(setting: &'a Setting, row: &Row<'a>, dimsart: &mut Dimsart) -> Result<(), Refusal<'a>> {
     scheme::rows(&setting.row()).try_for_each(|given| {
         given.apply(dimsart).map_err(|SchemeError { problem, .. }| {
-            let mut error = row.blame(problem);
+            let mut error = row.error_at_last_word(problem);
             error.place.word = &setting.value;
             Refusal { error, by: Some(setting) }
         })

@@ -22,7 +22,7 @@ pub fn rows(commands: &[Command], dest: &str, names: &(impl Vocabulary + ?Sized)
 
 /// Module, command and value of a row.
 fn parts(command: Command, names: &(impl Vocabulary + ?Sized)) -> Option<[String; 3]> {
-    let name = |module: ModuleRef| names.name_of_module(module).to_string();
+    let name = |module: ModuleRef| names.module_name(module).to_string();
     if let Command::Set { module, parameter, entry, value } = command {
         let text = names.parameter_text(module.kind, parameter)?;
         let place =
@@ -35,7 +35,7 @@ fn parts(command: Command, names: &(impl Vocabulary + ?Sized)) -> Option<[String
     }
     if let Command::Bind { module, port, signal } = command {
         let port = names.port_text(module, port)?;
-        return Some([name(module), format!("PORT_{}", port.name), names.name_of_signal(signal).to_string()]);
+        return Some([name(module), format!("PORT_{}", port.name), names.signal_name(signal).to_string()]);
     }
     let word = command.as_engine_command()?.name.to_owned();
     let module = match command {
@@ -70,7 +70,7 @@ pub fn value_text(value: Value, accepts: &Accepted<'_>, names: &(impl Vocabulary
             }
             _ => index.to_string(),
         },
-        Value::Type(signal) => names.name_of_signal(signal).to_string(),
+        Value::Type(signal) => names.signal_name(signal).to_string(),
     }
 }
 

@@ -3,8 +3,8 @@
 
 use std::path::PathBuf;
 
-use dimsart_core::{Command, DataType, Reason, Tick, types};
-use drive::{Cia402Emergency, Cia402Trouble, DriveTrouble};
+use dimsart_core::{Command, DataType, Reason, TickResult, types};
+use drive::{Cia402Emergency, Cia402JointFault, JointFault};
 use hil_sim::experiment::{Experiment, run};
 use hil_sim::rig::{Probe, Rig};
 use hil_sim::rig_file::RigFile;
@@ -56,7 +56,7 @@ impl Bench {
     }
 
     /// Runs to the end of tick `tick`, and says what came of it.
-    fn run_to(&mut self, tick: u64) -> Tick {
+    fn run_to(&mut self, tick: u64) -> TickResult {
         while self.rig().ticks() <= tick {
             self.rig().step();
         }
@@ -68,10 +68,10 @@ impl Bench {
         Probe::new(data_type.first()).values(&self.rig().stations()[0]).nth(axis).unwrap()
     }
 
-    fn trouble(&mut self, axis: usize) -> Option<Cia402Trouble> {
+    fn trouble(&mut self, axis: usize) -> Option<Cia402JointFault> {
         #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "a whole number")]
         let number = self.shows(types::DRIVE_FAULT, axis) as u32;
-        Cia402Trouble::from_number(number)
+        Cia402JointFault::from_number(number)
     }
 
     /// In truth, `N m`.
@@ -87,18 +87,18 @@ impl Bench {
         assert!(self.torque_nm(0).abs() < 1e-12 && self.torque_nm(1).abs() < 1e-12);
         self.rig().stations_mut()[0].dimsart.command(Command::Reset).unwrap();
         let tick = self.rig().ticks();
-        assert_eq!(self.run_to(tick + 1000), Tick::Ran);
+        assert_eq!(self.run_to(tick + 1000), TickResult::Ran);
         assert_eq!(self.trouble(0).or(self.trouble(1)), None);
         assert!((self.shows(types::POSITION, 0) - 0.05).abs() < 1e-4);
     }
 }
 
-fn is_refused(tick: Tick) -> bool {
-    matches!(tick, Tick::MeasurementRefused(_))
+fn is_refused(tick: TickResult) -> bool {
+    matches!(tick, TickResult::MeasurementRefused(_))
 }
 
-fn emergency(code: u16) -> Option<Cia402Trouble> {
-    Cia402Emergency::from_code(code).map(Cia402Trouble::Emergency)
+fn emergency(code: u16) -> Option<Cia402JointFault> {
+    Cia402Emergency::from_code(code).map(Cia402JointFault::Emergency)
 }
 
 /// A pendulum hangs `m g l sin(x) / K` below where it is wanted.
@@ -152,9 +152,9 @@ fn a_joint_moves_as_its_difference_equations_say() {
 #[test]
 fn a_fault_is_named_and_stops_all_joints_until_the_next_start_resets_it() {
     let mut bench = Bench::new("fault = [{ axis = 1, at_s = 0.06, number = 0x4310 }]");
-    assert_eq!((bench.run_to(60), bench.trouble(1)), (Tick::Ran, None));
+    assert_eq!((bench.run_to(60), bench.trouble(1)), (TickResult::Ran, None));
     assert!(bench.torque_nm(0).abs() > 1e-3);
-    assert_eq!((bench.run_to(61), bench.trouble(1)), (Tick::Ran, emergency(0x4310)));
+    assert_eq!((bench.run_to(61), bench.trouble(1)), (TickResult::Ran, emergency(0x4310)));
     assert!(is_refused(bench.run_to(62)));
     // By the next SYNC.
     bench.run_to(63);
@@ -167,8 +167,8 @@ fn a_fault_is_named_and_stops_all_joints_until_the_next_start_resets_it() {
 #[test]
 fn a_drive_that_leaves_the_bus_is_named_turns_itself_off_and_is_set_up_anew() {
     let mut bench = Bench::new("absent = [{ axis = 0, from_s = 0.0595, until_s = 0.1995 }]");
-    assert_eq!((bench.run_to(62), bench.trouble(0)), (Tick::Ran, None));
-    assert_eq!((bench.run_to(63), bench.trouble(0)), (Tick::Ran, Some(Cia402Trouble::Silent)));
+    assert_eq!((bench.run_to(62), bench.trouble(0)), (TickResult::Ran, None));
+    assert_eq!((bench.run_to(63), bench.trouble(0)), (TickResult::Ran, Some(Cia402JointFault::Silent)));
     assert!(is_refused(bench.run_to(64)));
     // It holds its torque until no heartbeat has come for 20 ms; the last one was at most 5 ms before.
     bench.run_to(73);
@@ -194,7 +194,7 @@ fn a_controller_that_stops_is_noticed_by_the_drives() {
 fn a_lost_frame_is_bridged_and_bit_errors_delay() {
     for cia402 in ["absent = [{ axis = 0, from_s = 0.0595, until_s = 0.0605 }]", "bit_error_rate = 2e-4"] {
         let mut bench = Bench::new(cia402);
-        assert_eq!(bench.run_to(1000), Tick::Ran, "{cia402}");
+        assert_eq!(bench.run_to(1000), TickResult::Ran, "{cia402}");
         assert!((bench.shows(types::POSITION, 0) - 0.05).abs() < 1e-4, "{cia402}");
     }
 }
@@ -206,8 +206,8 @@ fn a_run_that_a_drive_ends_says_which_one_and_what_to_do() {
     let said = outcome.faults.join("\n");
     assert!(!outcome.stable && said.contains("drive of axis 1: undervoltage (0x3220)"), "{said}");
     assert!(said.contains("check supply, fuse and wiring under load"), "{said}");
-    let number = u32::from(DriveTrouble::Cia402(emergency(0x3220).unwrap()));
-    assert_eq!(DriveTrouble::from_number(number).map(u32::from), Some(0x3220));
+    let number = u32::from(JointFault::Cia402(emergency(0x3220).unwrap()));
+    assert_eq!(JointFault::from_number(number).map(u32::from), Some(0x3220));
 }
 
 #[test]

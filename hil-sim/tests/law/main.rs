@@ -12,7 +12,7 @@ mod laws;
 mod names;
 
 use dimsart_core::{
-    AxisKind, Command, DeviceDescriptor, Dimsart, ModuleRef, ProvidedMemory, Tick, Value, Word, types,
+    AxisKind, Command, DeviceDescriptor, Dimsart, ModuleRef, ProvidedMemory, TickResult, Value, Word, types,
 };
 use dimsart_modules::ALL;
 use hil_sim::law::Law;
@@ -58,6 +58,6 @@ pub(crate) fn run(dimsart: &mut Dimsart, law: &Law, parameters: &[(u8, Option<u8
 pub(crate) fn tick(dimsart: &mut Dimsart, measured: &[f32]) -> Vec<f32> {
     let measured: Vec<Word> = measured.iter().copied().map(Word::from).collect();
     let mut forces = vec![Word(0); dimsart.engine().device().dof()];
-    assert_eq!(dimsart.tick(&measured, &mut forces), Tick::Ran);
+    assert_eq!(dimsart.tick(&measured, &mut forces), TickResult::Ran);
     forces.into_iter().map(|word| f32::from_bits(word.0)).collect()
 }

@@ -1,7 +1,7 @@
 //! Lost frames, absent drives, a controller that stops, faults: what the scheme sees, what the joint does, what is said.
 
-use dimsart_core::{Command, DataType, Reason, Tick, types};
-use drive::{MoteusMode, MoteusTrouble};
+use dimsart_core::{Command, DataType, Reason, TickResult, types};
+use drive::{MoteusJointFault, MoteusMode};
 use hil_sim::experiment::{Experiment, run};
 use hil_sim::rig::{Probe, Rig};
 
@@ -23,7 +23,7 @@ impl Bench {
     }
 
     /// Runs to the end of tick `tick`, and says what came of it.
-    fn run_to(&mut self, tick: u64) -> Tick {
+    fn run_to(&mut self, tick: u64) -> TickResult {
         while self.rig().ticks() <= tick {
             self.rig().step();
         }
@@ -40,10 +40,10 @@ impl Bench {
         Probe::new(data_type.first()).values(station).nth(axis).unwrap()
     }
 
-    fn trouble(&mut self, axis: usize) -> Option<MoteusTrouble> {
+    fn trouble(&mut self, axis: usize) -> Option<MoteusJointFault> {
         #[expect(clippy::cast_possible_truncation, reason = "a whole number up to 512")]
         let number = self.shows(types::DRIVE_FAULT, axis) as u16;
-        MoteusTrouble::from_number(number)
+        MoteusJointFault::from_number(number)
     }
 
     /// Torque on a joint, and how it moves, in truth.
@@ -72,7 +72,7 @@ fn a_lost_frame_repeats_a_reading_and_holds_a_torque() {
     assert_eq!(with.trouble(0), None, "one of three that may be missing");
     with.run_to(12);
     assert!(with.shows(types::POSITION, 0) > position);
-    assert_eq!(with.run_to(1000), Tick::Ran);
+    assert_eq!(with.run_to(1000), TickResult::Ran);
     assert!((with.shows(types::POSITION, 0) - 0.05).abs() < 1e-4);
 }
 
@@ -81,12 +81,15 @@ fn a_drive_that_leaves_the_bus_is_named_and_the_others_are_let_go() {
     let mut bench = Bench::new("absent = [{ axis = 0, from_s = 0.0995, until_s = 0.2995 }]");
     bench.run_to(99);
     // Frames 100 to 102 get no reply: the third is told of in tick 103, and the next one is refused.
-    assert_eq!((bench.run_to(102), bench.trouble(0)), (Tick::Ran, None));
-    assert_eq!((bench.run_to(103), bench.trouble(0)), (Tick::Ran, Some(MoteusTrouble::Silent)));
+    assert_eq!((bench.run_to(102), bench.trouble(0)), (TickResult::Ran, None));
+    assert_eq!((bench.run_to(103), bench.trouble(0)), (TickResult::Ran, Some(MoteusJointFault::Silent)));
     assert_eq!(bench.trouble(1), None);
     let refused = bench.run_to(104);
-    assert!(matches!(refused, Tick::MeasurementRefused(_)), "{refused:?}");
-    assert_eq!((bench.reason(), bench.trouble(0)), (Reason::MeasurementRefused, Some(MoteusTrouble::Silent)));
+    assert!(matches!(refused, TickResult::MeasurementRefused(_)), "{refused:?}");
+    assert_eq!(
+        (bench.reason(), bench.trouble(0)),
+        (Reason::MeasurementRefused, Some(MoteusJointFault::Silent))
+    );
     assert!(bench.world(1).0.abs() < 1e-12, "the other joint is off in the same tick");
     // What is absent holds its torque until its own timeout, 20 ms after the last frame.
     bench.run_to(118);
@@ -97,9 +100,9 @@ fn a_drive_that_leaves_the_bus_is_named_and_the_others_are_let_go() {
     bench.run_to(320);
     assert!(bench.world(0).0.abs() < 1e-12 && bench.trouble(0).is_none());
     bench.reset();
-    assert_eq!(bench.run_to(321), Tick::Ran);
+    assert_eq!(bench.run_to(321), TickResult::Ran);
     assert!(bench.world(0).0.abs() > 1e-3);
-    assert_eq!(bench.run_to(1300), Tick::Ran);
+    assert_eq!(bench.run_to(1300), TickResult::Ran);
     assert!((bench.shows(types::POSITION, 0) - 0.05).abs() < 1e-4);
 }
 
@@ -115,13 +118,13 @@ fn a_controller_that_stops_is_noticed_by_the_drives() {
     // The first reply after it, to frame 50, is read in tick 51.
     assert_eq!(
         (bench.run_to(51), bench.trouble(0)),
-        (Tick::Ran, Some(MoteusTrouble::UnexpectedMode(MoteusMode::Timeout)))
+        (TickResult::Ran, Some(MoteusJointFault::UnexpectedMode(MoteusMode::Timeout)))
     );
-    assert!(matches!(bench.run_to(52), Tick::MeasurementRefused(_)));
+    assert!(matches!(bench.run_to(52), TickResult::MeasurementRefused(_)));
     assert!(bench.world(0).0.abs() < 1e-12);
     bench.run_to(60);
     bench.reset();
-    assert_eq!(bench.run_to(1200), Tick::Ran);
+    assert_eq!(bench.run_to(1200), TickResult::Ran);
     assert!((bench.shows(types::POSITION, 0) - 0.05).abs() < 1e-4);
 }
 
@@ -129,10 +132,10 @@ fn a_controller_that_stops_is_noticed_by_the_drives() {
 #[test]
 fn replies_that_do_not_come_stop_the_scheme_before_the_drives_do() {
     let mut bench = Bench::new("absent = [{ from_s = 0.0095, until_s = 0.0495 }]");
-    assert!(matches!(bench.run_to(14), Tick::MeasurementRefused(_)));
+    assert!(matches!(bench.run_to(14), TickResult::MeasurementRefused(_)));
     assert_eq!(
         (bench.trouble(0), bench.trouble(1)),
-        (Some(MoteusTrouble::Silent), Some(MoteusTrouble::Silent))
+        (Some(MoteusJointFault::Silent), Some(MoteusJointFault::Silent))
     );
     bench.run_to(60);
     assert_eq!(bench.reason(), Reason::MeasurementRefused);
@@ -142,12 +145,12 @@ fn replies_that_do_not_come_stop_the_scheme_before_the_drives_do() {
 #[test]
 fn a_fault_is_named_and_stops_all_joints_until_it_is_cleared_by_the_next_start() {
     let mut bench = Bench::new("fault = [{ axis = 1, at_s = 0.02, number = 38 }]");
-    assert_eq!((bench.run_to(20), bench.trouble(1)), (Tick::Ran, None));
-    assert_eq!(bench.run_to(21), Tick::Ran);
+    assert_eq!((bench.run_to(20), bench.trouble(1)), (TickResult::Ran, None));
+    assert_eq!(bench.run_to(21), TickResult::Ran);
     let trouble = bench.trouble(1).unwrap();
     assert_eq!(trouble.to_string(), "overtemperature (38)");
     assert!(trouble.remedy().contains("cool"));
-    assert!(matches!(bench.run_to(22), Tick::MeasurementRefused(_)));
+    assert!(matches!(bench.run_to(22), TickResult::MeasurementRefused(_)));
     assert!(bench.world(0).0.abs() < 1e-12 && bench.world(1).0.abs() < 1e-12);
     // It is off, moves freely, and its fault stays to be seen.
     let (_, speed) = bench.world(0);
@@ -157,10 +160,10 @@ fn a_fault_is_named_and_stops_all_joints_until_it_is_cleared_by_the_next_start()
     assert_eq!(bench.reason(), Reason::MeasurementRefused);
     assert!(bench.world(0).1.to_bits() == speed.to_bits(), "nothing brakes it");
     bench.reset();
-    assert_eq!(bench.run_to(201), Tick::Ran);
-    assert_eq!(bench.run_to(203), Tick::Ran);
+    assert_eq!(bench.run_to(201), TickResult::Ran);
+    assert_eq!(bench.run_to(203), TickResult::Ran);
     assert_eq!(bench.trouble(1), None);
-    assert_eq!(bench.run_to(1200), Tick::Ran);
+    assert_eq!(bench.run_to(1200), TickResult::Ran);
     assert!((bench.shows(types::POSITION, 0) - 0.05).abs() < 1e-4);
 }
 
@@ -168,7 +171,7 @@ fn a_fault_is_named_and_stops_all_joints_until_it_is_cleared_by_the_next_start()
 #[test]
 fn a_bus_with_bit_errors_delays_frames_and_the_joint_still_gets_there() {
     let mut bench = Bench::new("bit_error_rate = 2e-4");
-    assert_eq!(bench.run_to(1000), Tick::Ran);
+    assert_eq!(bench.run_to(1000), TickResult::Ran);
     assert!((bench.shows(types::POSITION, 0) - 0.05).abs() < 1e-4);
 }
 

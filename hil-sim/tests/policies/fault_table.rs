@@ -9,7 +9,7 @@ mod cases;
 use std::collections::BTreeSet;
 use std::fmt::Write as _;
 
-use dimsart_core::Tick;
+use dimsart_core::TickResult;
 
 use crate::faulty_pair::{Fault, LIMITS, Pair, PairError};
 use cases::{Case, cases};
@@ -50,7 +50,7 @@ pub(crate) enum FaultTableError {
         /// When.
         tick: u32,
         /// The outcome.
-        came: Tick,
+        came: TickResult,
     },
 }
 
@@ -221,7 +221,7 @@ fn run(both: &mut Both, ticks: u32, case: &Case) -> Result<(), FaultTableError> 
         let tick = both.pair.ticks();
         both.step()?;
         for controller in both.pair.of(0) {
-            if controller.last_tick() != Tick::Ran || controller.is_cut() {
+            if controller.last_tick() != TickResult::Ran || controller.is_cut() {
                 let (case, came) = (case.name.clone(), controller.last_tick());
                 return Err(FaultTableError::Unhealthy { case, tick, came });
             }
@@ -243,10 +243,10 @@ fn try_once(
     for tick in 0..WATCH_TICKS {
         both.step()?;
         let [own, other] = both.pair.of(side);
-        if own.last_tick() != Tick::Ran {
+        if own.last_tick() != TickResult::Ran {
             held_back.get_or_insert(tick);
         }
-        if other.last_tick() != Tick::Ran {
+        if other.last_tick() != TickResult::Ran {
             other_held_back.get_or_insert(tick);
         }
         if noticed.is_none() && (held_back.is_some() || own.is_cut()) {

@@ -123,14 +123,14 @@ impl<'a> Play<'a> {
                     self.give(side, CLIENT, row)?;
                 }
             }
-            What::Stranger(row) => self.give(side, STRANGER, row)?,
+            What::RejectedPackets(row) => self.give(side, STRANGER, row)?,
         }
         Ok(())
     }
 
     fn give(&mut self, side: usize, client: u8, row: &str) -> Result<(), String> {
         let words: Vec<&str> = std::iter::once("all").chain(row.split_whitespace()).collect();
-        let row = Row::of(&words);
+        let row = Row::from_words(&words);
         // What is not understood is never sent.
         match row.command(self.pair.of(side)[0].dimsart().engine()) {
             Ok(command) => self.ask(side, client, Request::Command(command)),

@@ -42,7 +42,7 @@ pub(crate) enum What {
     /// It gives these rows, one after the other.
     Rows(Vec<&'static str>),
     /// Another client gives a row.
-    Stranger(&'static str),
+    RejectedPackets(&'static str),
     /// Another client wants something of the lease.
     StrangerLease(LeaseAction),
 }
@@ -145,7 +145,7 @@ fn what() -> impl Strategy<Value = What> {
         3 => action().prop_map(What::Lease),
         4 => select(ROWS).prop_map(|row| What::Rows(vec![row])),
         2 => select(TRANSACTIONS).prop_map(|rows| What::Rows(rows.to_vec())),
-        1 => select(ROWS).prop_map(What::Stranger),
+        1 => select(ROWS).prop_map(What::RejectedPackets),
         1 => action().prop_map(What::StrangerLease),
         // As a whole it lets an operator go on in the midst of what is wrong.
         3 => Just(What::Rows(vec!["MOD_ENG RESET"])),

@@ -1,14 +1,16 @@
 //! Observation of a side after a tick.
 
 use crate::faulty_pair::Pair;
-use dimsart_core::{DriveState, ModuleFault, ModuleRef, Reason, ReasonCounts, Scalar as _, Tick, types};
+use dimsart_core::{
+    DriveState, ModuleFault, ModuleRef, Reason, ReasonCounts, Scalar as _, TickResult, types,
+};
 use dimsart_link::{Event, EventLog};
 
 /// Of one side.
 #[derive(Debug, Clone)]
 pub(crate) struct Seen {
     pub(crate) ticks: u64,
-    pub(crate) came: Tick,
+    pub(crate) came: TickResult,
     pub(crate) reason: Reason,
     pub(crate) state: DriveState,
     /// Forces commanded by the scheme and applied to the device, N.
@@ -67,6 +69,6 @@ impl Seen {
     }
 
     pub(crate) fn is_held_back(&self) -> bool {
-        self.came != Tick::Ran
+        self.came != TickResult::Ran
     }
 }

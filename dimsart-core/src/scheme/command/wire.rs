@@ -99,8 +99,8 @@ impl From<Command> for Wire {
                 let (target, number) = (Target::Module(module), PORT.saturating_add(port));
                 Self { target, number, entry: None, value: Value::Type(signal) }
             }
-            Command::PutLaw { place, words } => Self::of_law(PUT_LAW, place, Value::Words(words)),
-            Command::KeepLaw { number, count } => Self::of_law(KEEP_LAW, number, Value::Count(count.into())),
+            Command::UploadLaw { place, words } => Self::of_law(PUT_LAW, place, Value::Words(words)),
+            Command::StoreLaw { number, count } => Self::of_law(KEEP_LAW, number, Value::Count(count.into())),
             Command::RemoveLaw { number } => Self::of_law(REMOVE_LAW, number, Value::Nothing),
             command => {
                 let (number, module) = command.to_engine().unwrap_or_default();
@@ -118,11 +118,11 @@ impl TryFrom<Wire> for Command {
         let Target::Module(module) = target else {
             let module = match value {
                 Value::Words(words) if number == PUT_LAW => {
-                    return Ok(Self::PutLaw { place: entry.ok_or(NoCommand)?, words });
+                    return Ok(Self::UploadLaw { place: entry.ok_or(NoCommand)?, words });
                 }
                 Value::Count(count) if number == KEEP_LAW => {
                     let count = u8::try_from(count).map_err(|_| NoCommand)?;
-                    return Ok(Self::KeepLaw { number: entry.ok_or(NoCommand)?, count });
+                    return Ok(Self::StoreLaw { number: entry.ok_or(NoCommand)?, count });
                 }
                 Value::Nothing if number == REMOVE_LAW => {
                     return Ok(Self::RemoveLaw { number: entry.ok_or(NoCommand)? });
@@ -167,8 +167,8 @@ mod tests {
         let sets = values.map(|value| Command::Set { module: MODULE, parameter: 127, entry: Some(7), value });
         let others = [Command::bind(MODULE, 0, signal), Command::bind(MODULE, 127, signal)];
         let laws = [
-            Command::PutLaw { place: 118, words: [u32::MAX, 0] },
-            Command::KeepLaw { number: 4, count: 120 },
+            Command::UploadLaw { place: 118, words: [u32::MAX, 0] },
+            Command::StoreLaw { number: 4, count: 120 },
             Command::RemoveLaw { number: 1 },
         ];
         for command in of_engine.chain(sets).chain(others).chain(laws) {

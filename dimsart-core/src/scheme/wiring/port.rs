@@ -1,7 +1,7 @@
 //! A port of a module that is plugged in, in three bytes.
 
-use crate::module::{Difference, Direction, PortSpec, Stage};
-use crate::signal::{DataType, Format, UnitRelation, UnitTie};
+use crate::module::{Direction, PortSpec, Stage, TypeMismatch};
+use crate::signal::{DataType, Format, UnitConstraint, UnitRelation};
 
 /// A port of a module that is plugged in.
 #[derive(Debug, Clone, Copy)]
@@ -22,9 +22,9 @@ impl Port {
     /// Shift of the index of its maximum value; 0 if its signal is not of format `f32`.
     const LARGEST: u8 = 6;
     const LARGEST_VALUES: [f32; 3] = [f32::MAX, 1e9, 1e12];
-    const DIFFERENCES: [Difference; 3] = [Difference::Unit, Difference::Format, Difference::Shape];
+    const DIFFERENCES: [TypeMismatch; 3] = [TypeMismatch::Unit, TypeMismatch::Format, TypeMismatch::Shape];
     const RELATIONS: [UnitRelation; 4] =
-        [UnitRelation::Same, UnitRelation::Integral, UnitRelation::Derivative, UnitRelation::Alike];
+        [UnitRelation::Same, UnitRelation::Integral, UnitRelation::Derivative, UnitRelation::SameType];
     const NO_TIE: u8 = 0x7F;
     /// Flag in the byte of the tie.
     const COORDINATE: u8 = 0x80;
@@ -34,14 +34,14 @@ impl Port {
         let difference = bound.and_then(|bound| spec.difference(bound));
         let of_floats = bound.filter(|bound| bound.format == Format::F32);
         let known = |bound: &DataType| {
-            let largest = bound.unit.largest().to_bits();
+            let largest = bound.unit.max_magnitude().to_bits();
             Self::LARGEST_VALUES.iter().position(|known| known.to_bits() == largest).unwrap_or(0)
         };
         let largest = of_floats.map_or(0, |bound| known(bound) + 1);
         let flag = |is_set, flag| if is_set { flag } else { 0 };
-        let number = |found: &Difference| Self::DIFFERENCES.iter().position(|known| known == found);
+        let number = |found: &TypeMismatch| Self::DIFFERENCES.iter().position(|known| known == found);
         let difference = difference.as_ref().and_then(number).map_or(0, |number| number + 1);
-        let tie = spec.tie.and_then(|UnitTie { relation, port }| {
+        let tie = spec.unit_constraint.and_then(|UnitConstraint { relation, port }| {
             let relation = Self::RELATIONS.iter().position(|known| *known == relation)?;
             Some(u8::try_from(relation).ok()? << 4 | port)
         });
@@ -77,7 +77,7 @@ impl Port {
     }
 
     /// Returns the difference between its signal and the expected type.
-    pub(crate) fn difference(self) -> Option<Difference> {
+    pub(crate) fn difference(self) -> Option<TypeMismatch> {
         let number = usize::from(self.flags >> Self::DIFFERENCE & 3).checked_sub(1)?;
         Self::DIFFERENCES.get(number).copied()
     }
@@ -92,12 +92,12 @@ impl Port {
         self.tie & Self::COORDINATE != 0
     }
 
-    pub(crate) fn tie(self) -> Option<UnitTie> {
+    pub(crate) fn tie(self) -> Option<UnitConstraint> {
         let tie = self.tie & !Self::COORDINATE;
         if tie == Self::NO_TIE {
             return None;
         }
         let relation = *Self::RELATIONS.get(usize::from(tie >> 4))?;
-        Some(UnitTie { relation, port: tie & 0xF })
+        Some(UnitConstraint { relation, port: tie & 0xF })
     }
 }

@@ -44,7 +44,7 @@ impl Way {
 
     pub(crate) fn try_send(&mut self, wave: f32) -> Option<Packet> {
         self.sender.tick(&[wave]);
-        self.sender.dimsart.outgoing(0)
+        self.sender.dimsart.take_outgoing(0)
     }
 
     /// Runs a tick of the receiver after these packets; returns the wave.

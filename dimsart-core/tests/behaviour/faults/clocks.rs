@@ -2,7 +2,7 @@
 
 use std::collections::VecDeque;
 
-use dimsart_core::{Packet, Tick};
+use dimsart_core::{Packet, TickResult};
 
 use crate::common::Bench;
 use crate::common::way::Ends;
@@ -32,9 +32,9 @@ impl Side {
             self.controller.dimsart.receive(0, &packet.to_bytes()).unwrap();
         }
         let (tick, _) = self.controller.try_tick(&crate::common::words(&[1.0]));
-        assert_eq!(tick, Tick::Ran, "after {} ns", self.next_ns);
+        assert_eq!(tick, TickResult::Ran, "after {} ns", self.next_ns);
         self.ticks_without += u64::from(self.count("LINK_AGE") > 0);
-        self.controller.dimsart.outgoing(0).unwrap()
+        self.controller.dimsart.take_outgoing(0).unwrap()
     }
 
     fn count(&self, name: &str) -> u32 {

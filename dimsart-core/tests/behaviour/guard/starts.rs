@@ -53,7 +53,10 @@ fn a_side_that_starts_anew_is_taken_again_before_the_link_is_lost() {
                 let first_ms = started.taken_ms[0] - started_ms;
                 let silence_ms = stayed.silence_ms(started_ms, link.now_ms);
                 println!("{profile:?}, {delay_ms} ms: {silence_ms} ms, {first_ms} ms");
-                assert!(silence_ms <= STANDS_MS + 2 * delay_ms && silence_ms < TIMEOUT_MS, "{silence_ms} ms");
+                assert!(
+                    silence_ms <= SESSION_HOLD_MS + 2 * delay_ms && silence_ms < TIMEOUT_MS,
+                    "{silence_ms} ms"
+                );
                 assert!(first_ms <= 4 * delay_ms + 2, "{first_ms} ms");
             }
         }
@@ -64,9 +67,9 @@ fn a_side_that_starts_anew_is_taken_again_before_the_link_is_lost() {
 fn a_side_that_changes_its_channel_is_taken_again() {
     for profile in PROFILES {
         let mut link = Link::running(profile, CHANNELS, 0);
-        link.sides[0].guard.send_on(99);
+        link.sides[0].guard.set_send_channel(99);
         link.sides[0].sends_on = 99;
-        link.sides[1].guard.listen(99);
+        link.sides[1].guard.set_receive_channel(99);
         link.run(200, &mut clean);
         assert!(link.sides[1].taken.len() >= 190, "{} taken", link.sides[1].taken.len());
         assert_eq!(link.sides[0].taken.len(), 200, "the other direction continues");
@@ -86,7 +89,7 @@ fn sides_that_are_far_away_find_together_in_two_round_trips() {
                     let last = side.taken_ms.windows(2).rposition(|pair| pair[1] > pair[0] + 1);
                     let since_ms = side.taken_ms[last.map_or(0, |gap| gap + 1)] - from_ms;
                     assert!(
-                        since_ms <= 4 * delay_ms + STANDS_MS + 5,
+                        since_ms <= 4 * delay_ms + SESSION_HOLD_MS + 5,
                         "{name} side, {delay_ms} ms, start {start}: lost some until {since_ms} ms"
                     );
                 }

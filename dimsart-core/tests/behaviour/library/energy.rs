@@ -3,7 +3,7 @@
 
 #![expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "converted measurements")]
 
-use dimsart_core::{Tick, Word, types};
+use dimsart_core::{TickResult, Word, types};
 use rand_core::{Rng, SeedableRng};
 use rand_pcg::Pcg32;
 
@@ -21,7 +21,7 @@ fn bench(far: crate::common::Types, rows: &str) -> Bench {
 
 fn tick(bench: &mut Bench, reals: [f32; 2], count: u32) {
     let words = [Word::from(reals[0]), Word::from(reals[1]), Word::from(count)];
-    assert_eq!(bench.try_tick(&words).0, Tick::Ran);
+    assert_eq!(bench.try_tick(&words).0, TickResult::Ran);
 }
 
 fn tank() -> Bench {

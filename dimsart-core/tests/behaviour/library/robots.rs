@@ -72,8 +72,8 @@ fn what_is_of_the_tip_takes_nothing_of_joints_and_a_sum_of_both_is_refused() {
         "PHANTOM_INVERSE_MOD PORT_DES_TIP_POSITION POSITION\nPHANTOM_INVERSE_MOD PORT_DES_POSITION DES_POSITION.2\nMOD_ENG MOD_ON PHANTOM_INVERSE_MOD",
     );
     assert!(inverse.len() == 1 && inverse[0].contains("wrong unit"), "{inverse:?}");
-    assert!(!UnitRelation::Same.admits(Unit::Position, Unit::Metre));
-    assert!(UnitRelation::Derivative.admits(Unit::MetrePerSecond, Unit::Metre));
+    assert!(!UnitRelation::Same.accepts(Unit::Position, Unit::Metre));
+    assert!(UnitRelation::Derivative.accepts(Unit::MetrePerSecond, Unit::Metre));
     for (unit, symbol) in [(Unit::Metre, "m"), (Unit::MetrePerSecond, "m/s"), (Unit::Newton, "N")] {
         assert_eq!(unit.symbol(AxisKind::Rotary), symbol);
     }

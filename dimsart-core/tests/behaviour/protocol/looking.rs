@@ -23,7 +23,7 @@ fn load(served: &mut ServedDevice, rows: &str) {
 fn memory(served: &mut ServedDevice, module: ModuleRef, port: u8, from: u16) -> Option<SignalText> {
     match served.ask(Request::Memory { module, port, from }) {
         Response::Signal(words) => Some(words),
-        Response::Refused(Refusal::NotThere) => None,
+        Response::Refused(Refusal::NotFound) => None,
         other => panic!("{other:?}"),
     }
 }
@@ -57,7 +57,7 @@ fn no_question_changes_the_controller() {
             Request::Entry { index },
             Request::Finding { index },
             Request::Signal { signal: types::POSITION.first(), from: index.into() },
-            Request::Cycles { place: index, begins_anew: false },
+            Request::Cycles { place: index, clears: false },
         ]
     });
     let others = [
@@ -65,11 +65,11 @@ fn no_question_changes_the_controller() {
         Request::Status,
         Request::Timing,
         Request::Safety,
-        Request::Schemes(SchemeAction::Look),
-        Request::Lease(LeaseAction::Look),
+        Request::Schemes(SchemeAction::Read),
+        Request::Lease(LeaseAction::Read),
     ];
     for request in of_modules.chain(of_lists).chain(others) {
-        assert!(!request.is_change(), "{request:?}");
+        assert!(!request.changes_device(), "{request:?}");
         served.ask(request);
         assert_eq!((served.state(), served.dimsart.engine().usage()), before, "{request:?}");
     }
@@ -86,7 +86,7 @@ fn a_memory_is_read_in_pieces_as_the_last_tick_left_it() {
     while words.len() < 90 {
         let from = u16::try_from(words.len()).unwrap();
         let part = memory(&mut served, recorder, ROWS_KEPT, from).unwrap();
-        assert_eq!((part.format, part.words_in_all), (Format::U32, 90));
+        assert_eq!((part.format, part.total_words), (Format::U32, 90));
         assert!(part.words.len() == MAX_SIGNAL_WORDS || words.len() + part.words.len() == 90);
         words.extend(part.words);
     }

@@ -74,7 +74,7 @@ impl ServedDevice {
     /// Requests index 0, 1, ... until the device reports the end.
     pub(super) fn list(&mut self, request: impl Fn(u8) -> Request) -> Vec<Response<'static>> {
         let answers = (0..=u8::MAX).map(|index| self.ask(request(index)));
-        answers.take_while(|response| *response != Response::Refused(Refusal::NotThere)).collect()
+        answers.take_while(|response| *response != Response::Refused(Refusal::NotFound)).collect()
     }
 
     pub(super) fn tick(&mut self, position: f32) {

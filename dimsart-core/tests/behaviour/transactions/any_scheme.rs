@@ -15,7 +15,7 @@
 use crate::common::IDS;
 use dimsart_core::{
     Accepts, AxisKind, Command, DeviceDescriptor, Dimsart, EVERY_TICKS, InputLimits, ModuleRef, Packet,
-    ProvidedMemory, SafeValue, Tick, TypeRef, Value, Word, scheme, types,
+    ProvidedMemory, SafeValue, TickResult, TypeRef, Value, Word, scheme, types,
 };
 use dimsart_modules::ALL;
 use rand_core::{Rng, SeedableRng};
@@ -194,13 +194,13 @@ fn torment(robot: Robot, commands: u32, seed: u64) -> Counts {
             bench.dimsart.allow_motion(below(&mut random, 3) > 0);
         }
         other.tick(&[Word(0); 3], &mut [Word(0); 3]);
-        if let Some(packet) = other.outgoing(0) {
-            let _ = bench.dimsart.deliver(0, &Ok::<Packet, _>(packet));
+        if let Some(packet) = other.take_outgoing(0) {
+            let _ = bench.dimsart.receive_parsed(0, &Ok::<Packet, _>(packet));
         }
         let mut measured: Vec<Word> = x_m.iter().map(|x| Word::from(*x)).collect();
         measured.resize(bench.dimsart.frame().output_words(), Word::from(0.3));
         let (tick, commanded) = bench.try_tick(&measured);
-        counts.ran += u32::from(tick == Tick::Ran);
+        counts.ran += u32::from(tick == TickResult::Ran);
         for ((word, given), x) in commanded.iter().zip(&mut given).zip(&mut x_m) {
             let force = f32::from_bits(word.0);
             assert!(force.abs() <= 40.0, "{number} {command:?}: {force}");
@@ -208,8 +208,8 @@ fn torment(robot: Robot, commands: u32, seed: u64) -> Counts {
             *given = force;
             *x = (*x + 1e-4 * force).clamp(-1.0, 1.0);
         }
-        while let Some(packet) = bench.dimsart.outgoing(0) {
-            let _ = other.deliver(0, &Ok(packet));
+        while let Some(packet) = bench.dimsart.take_outgoing(0) {
+            let _ = other.receive_parsed(0, &Ok(packet));
         }
     }
     let _ = bench.dimsart.command(Command::Abort);

@@ -11,8 +11,8 @@
 mod model;
 
 use dimsart_core::{
-    Command, CommandError, Context, Declare, Input, Memory, Module, ModuleKinds, ModuleRef, Output, Tick,
-    TypeRef, Unit, Value, types, words,
+    Command, CommandError, Context, Declare, Input, Memory, Module, ModuleKinds, ModuleRef, Output,
+    TickResult, TypeRef, Unit, Value, types, words,
 };
 use rand_core::{Rng, SeedableRng};
 use rand_pcg::Pcg32;
@@ -206,7 +206,7 @@ fn compare_with_model(transactions: u64, seed: u64) -> Counts {
         let expected = model.command(command);
         let found = bench.dimsart.command(command);
         match (expected, found) {
-            (Err(CommandError::HasFaults { .. }), Err(CommandError::WouldBreak(_)))
+            (Err(CommandError::HasFaults { .. }), Err(CommandError::BreaksScheme(_)))
                 if !bench.dimsart.engine().is_in_transaction() => {}
             _ => assert_eq!(found, expected, "{command:?} {model:?}"),
         }
@@ -223,11 +223,11 @@ fn compare_with_model(transactions: u64, seed: u64) -> Counts {
             let (tick, commanded) = bench.try_tick(&crate::common::words(&[measured as f32]));
             counts.ticks += 1;
             if !model.is_running {
-                assert_eq!(tick, Tick::Idle);
+                assert_eq!(tick, TickResult::Idle);
                 continue;
             }
             let signals = model.tick(measured);
-            assert_eq!(tick, Tick::Ran);
+            assert_eq!(tick, TickResult::Ran);
             let data_base = bench.dimsart.engine().data_base();
             for ((id, number), value) in &signals {
                 let slot = data_base.slot(TypeRef { id: *id, number: *number }).unwrap();

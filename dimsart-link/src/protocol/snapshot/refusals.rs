@@ -12,8 +12,8 @@ fn refusals() {
         CommandError::TooManyPorts,
         CommandError::PluggedIn(MODULE),
         CommandError::NotPluggedIn(MODULE),
-        CommandError::Storage(StorageError::NoSlot),
-        CommandError::Storage(StorageError::NoRoom { wanted: 300, free: 9 }),
+        CommandError::Storage(StorageError::OutOfSlots),
+        CommandError::Storage(StorageError::OutOfMemory { wanted: 300, free: 9 }),
     ]);
     errors.extend(
         [
@@ -29,7 +29,7 @@ fn refusals() {
         .map(CommandError::Parameter),
     );
     errors.extend([
-        CommandError::WouldBreak(FINDING),
+        CommandError::BreaksScheme(FINDING),
         CommandError::HasFaults { faults: 2 },
         CommandError::TooSlow { module: MODULE, cycles: 300, tick_cycles: 9, limit_cycles: 8 },
         CommandError::CostUnknown(MODULE),
@@ -39,11 +39,11 @@ fn refusals() {
         CommandError::NoTransaction,
         CommandError::StillStopping,
         CommandError::RunsEveryTick(MODULE),
-        CommandError::NoLaw(MODULE),
+        CommandError::UnknownLaw(MODULE),
         CommandError::Law(LawRefusal::Program(ProgramError::Damaged)),
         CommandError::Law(LawRefusal::Program(ProgramError::Register { at: 7 })),
         CommandError::Law(LawRefusal::InUse),
-        CommandError::Law(LawRefusal::NoSuchNumber),
+        CommandError::Law(LawRefusal::UnknownNumber),
     ]);
     let expected = [
         "00 64 55 02",
@@ -82,11 +82,11 @@ fn refusals() {
     assert_bytes(&errors, &expected);
     let refusals = [
         Refusal::NotUnderstood,
-        Refusal::NotThere,
+        Refusal::NotFound,
         Refusal::TooLong,
         Refusal::Engine(CommandError::TooManyPorts),
         Refusal::Store(StoreError::NoStorage),
-        Refusal::Store(StoreError::SchemeRuns),
+        Refusal::Store(StoreError::SchemeIsRunning),
         Refusal::Store(StoreError::TooLong),
         Refusal::Store(StoreError::NoTrial),
         Refusal::Store(StoreError::Storage),
@@ -101,23 +101,24 @@ fn refusals() {
 
 #[test]
 fn reasons() {
-    let (first, second) = (Party::Frame, Party::Module(MODULE));
-    let mismatch = |difference| Finding::Mismatch { module: MODULE, port: 4, signal: SIGNAL, difference };
+    let (first, second) = (Endpoint::Frame, Endpoint::Module(MODULE));
+    let mismatch =
+        |difference| Finding::Mismatch { module: MODULE, port: 4, signal: SIGNAL, mismatch: difference };
     let not_finite = FrameError::NotFinite { signal: SIGNAL, word: 2 };
     let reasons = [
-        Blocked::Mismatch(FINDING),
-        Blocked::Mismatch(Finding::TwoProviders { signal: SIGNAL, first, second }),
-        Blocked::Mismatch(mismatch(Difference::Unit)),
-        Blocked::Mismatch(mismatch(Difference::Format)),
-        Blocked::Mismatch(mismatch(Difference::Shape)),
-        Blocked::Mismatch(mismatch(Difference::Coordinates)),
-        Blocked::Mismatch(Finding::Delay {
+        NotCommandedReason::Mismatch(FINDING),
+        NotCommandedReason::Mismatch(Finding::TwoProviders { signal: SIGNAL, first, second }),
+        NotCommandedReason::Mismatch(mismatch(TypeMismatch::Unit)),
+        NotCommandedReason::Mismatch(mismatch(TypeMismatch::Format)),
+        NotCommandedReason::Mismatch(mismatch(TypeMismatch::Shape)),
+        NotCommandedReason::Mismatch(mismatch(TypeMismatch::Coordinates)),
+        NotCommandedReason::Mismatch(Finding::Delay {
             signal: SIGNAL,
             writer: first,
             reader: second,
             is_declared: true,
         }),
-        Blocked::Mismatch(Finding::UnitsDiffer {
+        NotCommandedReason::Mismatch(Finding::UnitsDiffer {
             module: MODULE,
             port: 1,
             signal: SIGNAL,
@@ -125,29 +126,40 @@ fn reasons() {
             other_signal: SIGNAL,
             relation: UnitRelation::Integral,
         }),
-        Blocked::Mismatch(Finding::UnitsDiffer {
+        NotCommandedReason::Mismatch(Finding::UnitsDiffer {
             module: MODULE,
             port: 1,
             signal: SIGNAL,
             other_port: 0,
             other_signal: SIGNAL,
-            relation: UnitRelation::Alike,
+            relation: UnitRelation::SameType,
         }),
-        Blocked::Mismatch(Finding::DuplicateLinkEnd { link: 1, first: MODULE, second: MODULE }),
-        Blocked::Mismatch(Finding::MissingDelay { signal: SIGNAL, writer: MODULE, reader: MODULE }),
-        Blocked::Mismatch(Finding::LateStageRate { reader: MODULE, writer: MODULE, every_ticks: 5 }),
-        Blocked::Tick(Tick::Idle),
-        Blocked::Tick(Tick::MeasurementRefused(FrameError::Length { expected: 3, found: 2 })),
-        Blocked::Tick(Tick::CommandRefused(not_finite)),
-        Blocked::Tick(Tick::Disarmed),
-        Blocked::Tick(Tick::LinkLost { link: 1 }),
-        Blocked::Tick(Tick::ModuleFailed(MODULE)),
-        Blocked::Tick(Tick::CommandsLate),
-        Blocked::Tick(Tick::DriveFailed(DriveFault::NotAligned)),
-        Blocked::Tick(Tick::DriveFailed(DriveFault::Gone { axis: 1 })),
-        Blocked::Tick(Tick::DriveFailed(DriveFault::EncoderSlipped)),
-        Blocked::Tick(Tick::DriveFailed(DriveFault::CurrentLoop)),
-        Blocked::Tick(Tick::LinkDown { link: 1 }),
+        NotCommandedReason::Mismatch(Finding::DuplicateLinkEnd { link: 1, first: MODULE, second: MODULE }),
+        NotCommandedReason::Mismatch(Finding::MissingDelay {
+            signal: SIGNAL,
+            writer: MODULE,
+            reader: MODULE,
+        }),
+        NotCommandedReason::Mismatch(Finding::LateStageRate {
+            reader: MODULE,
+            writer: MODULE,
+            every_ticks: 5,
+        }),
+        NotCommandedReason::Tick(TickResult::Idle),
+        NotCommandedReason::Tick(TickResult::MeasurementRefused(FrameError::Length {
+            expected: 3,
+            found: 2,
+        })),
+        NotCommandedReason::Tick(TickResult::CommandRefused(not_finite)),
+        NotCommandedReason::Tick(TickResult::Disarmed),
+        NotCommandedReason::Tick(TickResult::LinkLost { link: 1 }),
+        NotCommandedReason::Tick(TickResult::ModuleFailed(MODULE)),
+        NotCommandedReason::Tick(TickResult::CommandsLate),
+        NotCommandedReason::Tick(TickResult::DriveFailed(DriveFault::NotAligned)),
+        NotCommandedReason::Tick(TickResult::DriveFailed(DriveFault::NoResponse { axis: 1 })),
+        NotCommandedReason::Tick(TickResult::DriveFailed(DriveFault::EncoderSlipped)),
+        NotCommandedReason::Tick(TickResult::DriveFailed(DriveFault::CurrentLoop)),
+        NotCommandedReason::Tick(TickResult::LinkDown { link: 1 }),
     ];
     let expected = [
         "00 00 ac 02 01 00",

@@ -9,8 +9,8 @@ fn responses() {
     let unit = Unit::Position;
     let axes = [AxisKind::Linear, AxisKind::Rotary];
     let axes = heapless::Vec::<_, MAX_DOF>::from_slice(&axes).unwrap();
-    let usage = Usage { modules: 1, slots: 2, words: 3, words_in_all: 2048 };
-    let first_fault = Some(FirstFault { tick: 300, reason: Blocked::Tick(Tick::Idle) });
+    let usage = Usage { modules: 1, slots: 2, words: 3, total_words: 2048 };
+    let first_fault = Some(FirstFault { tick: 300, reason: NotCommandedReason::Tick(TickResult::Idle) });
     let parameter = |accepts| {
         let (name, default) = ("P", Some(Value::Count(1)));
         Response::Parameter(ParameterText {
@@ -34,7 +34,7 @@ fn responses() {
     let data_type =
         |format, shape| Response::DataType(DataTypeText { id: 300, name: "N", unit, format, shape });
     let responses = [
-        Response::Refused(Refusal::NotThere),
+        Response::Refused(Refusal::NotFound),
         Response::Identity(Identity {
             protocol_version: 1,
             device: "arm",
@@ -61,7 +61,7 @@ fn responses() {
         Response::Entry(SIGNAL),
         Response::Effect(Effect {
             refused: None,
-            blocked: Some(Blocked::Tick(Tick::Idle)),
+            blocked: Some(NotCommandedReason::Tick(TickResult::Idle)),
             value: Some(Value::Real(1.0)),
             is_in_transaction: true,
         }),
@@ -70,7 +70,7 @@ fn responses() {
         Response::Signal(SignalText {
             format: Format::F32,
             unit,
-            words_in_all: 2,
+            total_words: 2,
             words: heapless::Vec::from_slice(&[0, 0x3F80_0000]).unwrap(),
         }),
         Response::Finding { finding: FINDING, faults: 1 },
@@ -78,7 +78,7 @@ fn responses() {
             ticks: 300,
             refused_ticks: 1,
             is_running: false,
-            blocked: Some(Blocked::Tick(Tick::Idle)),
+            blocked: Some(NotCommandedReason::Tick(TickResult::Idle)),
             first_fault,
             usage,
             is_in_transaction: true,
@@ -89,23 +89,17 @@ fn responses() {
         timing(Some([1, 2, 300])),
         timing(None),
         schemes(Origin::Empty, None, Trial::None),
-        schemes(Origin::BuiltIn, Some(Fallback::Storage), Trial::Waits),
+        schemes(Origin::BuiltIn, Some(Fallback::Storage), Trial::Pending),
         schemes(Origin::Saved, Some(Fallback::Unconfirmed), Trial::Tried),
         schemes(Origin::Trial, Some(Fallback::Trial(LoadError::Damaged)), Trial::Tried),
         schemes(Origin::BuiltIn, Some(Fallback::Saved(LoadError::Version { found: 9 })), Trial::None),
         schemes(Origin::BuiltIn, Some(Fallback::Saved(LoadError::IncompatibleImage)), Trial::None),
         schemes(Origin::Empty, Some(Fallback::BuiltIn(refused)), Trial::None),
         schemes(Origin::Saved, Some(Fallback::Damaged), Trial::None),
-        schemes(Origin::Saved, Some(Fallback::NotRecorded), Trial::Waits),
+        schemes(Origin::Saved, Some(Fallback::NotRecorded), Trial::Pending),
         Response::Lease(LeaseStatus { holder: 3, ticks_left: 300 }),
         Response::Telemetry { words: 9 },
-        Response::Cycles(CyclesReport {
-            runs: 300,
-            least: 1,
-            mean: 2,
-            greatest: 300,
-            per_1024_instructions: 0,
-        }),
+        Response::Cycles(CyclesReport { runs: 300, min: 1, mean: 2, max: 300, per_1024_instructions: 0 }),
         Response::Safety(SafetyReport {
             reason: 16,
             ticks: heapless::Vec::from_slice(&[(16, 300), (96, 1)]).unwrap(),
@@ -132,7 +126,7 @@ fn responses() {
         Response::Motor(MotorReport { fallback: Some(MotorFallback::Value), ..MotorReport::default() }),
         Response::Motor(MotorReport { fallback: Some(MotorFallback::Damaged), ..MotorReport::default() }),
         Response::Identification(Identification::None),
-        Response::Identification(Identification::UnderWay),
+        Response::Identification(Identification::Running),
         Response::Identification(Identification::Found(IdentifiedMotor {
             resistance_ohm: 1.0,
             direct_inductance_h: 2.0,

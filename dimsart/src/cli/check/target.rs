@@ -45,7 +45,7 @@ impl Target {
             faults.push(format!("the scheme needs {dof} axes, {name} has {axes}"));
         }
         let mut uses =
-            |link: &usize| dimsart.listening_channel(*link) > 0 || first_packet(dimsart, *link).is_some();
+            |link: &usize| dimsart.receive_channel(*link) > 0 || first_packet(dimsart, *link).is_some();
         let Sizes { modules, wires, bindings, slots, links, .. } = board.sizes;
         let missing = (links..MAX_LINKS).filter(|link| uses(link));
         faults.extend(missing.map(|link| {

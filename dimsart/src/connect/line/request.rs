@@ -37,7 +37,7 @@ pub(super) fn answers(content: &[u8]) -> Option<u16> {
 /// a key refuses an unauthenticated second one.
 pub(super) fn may_repeat(request: &Request) -> bool {
     if let Request::Key(action) = request {
-        return *action == KeyAction::Look;
+        return *action == KeyAction::Read;
     }
     let Request::Command(command) = request else { return true };
     !matches!(

@@ -2,7 +2,7 @@
 
 use super::super::action::Edit;
 use super::*;
-use dimsart_core::{Command, Tick};
+use dimsart_core::{Command, TickResult};
 use dimsart_link::protocol::{
     DeviceInfo, MAX_FRAME_BYTES, NO_CLIENT, Receiver, Request, decode_request, encode_response, serve,
 };
@@ -21,7 +21,7 @@ struct Controller {
 }
 
 impl Controller {
-    fn tick(&mut self) -> Tick {
+    fn tick(&mut self) -> TickResult {
         let frame = self.dimsart.frame();
         let measured = vec![dimsart_core::Word(0); frame.output_words()];
         let mut commanded = vec![dimsart_core::Word(0); frame.input_words()];
@@ -104,7 +104,7 @@ fn after_a_stop_start_moves_nothing_and_the_page_is_not_armed() {
     {
         let mut controller = shared.0.lock().unwrap();
         assert_eq!(controller.info.heartbeat(0).lease.holder, NO_CLIENT);
-        assert_eq!(controller.tick(), Tick::Disarmed);
+        assert_eq!(controller.tick(), TickResult::Disarmed);
     }
     // The answer to this request follows the next status.
     station.ask(1, Action::Events).blocking_recv().unwrap().unwrap();

@@ -214,7 +214,7 @@ impl CanBus {
         let others = self.nodes.iter().enumerate().filter(|(index, _)| *index != sender);
         let is_acknowledged = others.into_iter().any(|(_, node)| node.state(start_ns) != ErrorState::BusOff);
         let all = waiting.bits.sum();
-        let good_bits = self.random.before_failure(self.parameters.bit_error_rate);
+        let good_bits = self.random.successes_before_failure(self.parameters.bit_error_rate);
         let good_bits = u32::try_from(good_bits).unwrap_or(u32::MAX).min(all);
         let is_good = good_bits >= all;
         let is_received = is_acknowledged && good_bits + 1 >= all;

@@ -4,7 +4,8 @@ use drive::{Cia402Host, Cia402Joint, Cia402Node, Cia402Settings, DriveReading};
 use serde::{Deserialize, Serialize};
 
 use super::common::{
-    Absence, FoundFault, OnBus, Wires, bits_per_s, check, missing_ticks, reply_delay_s, timeout_s,
+    Absence, BusParameters, DriveNode, InjectedFault, bits_per_s, check, missing_ticks, reply_delay_s,
+    timeout_s,
 };
 use super::{DriveBus, classic};
 use crate::bus::can::{CanFrame, Format, Identifier};
@@ -48,7 +49,7 @@ pub struct Cia402Parameters {
     pub bit_error_rate: f64,
     /// Faults reported by drives.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
-    pub fault: Vec<FoundFault>,
+    pub fault: Vec<InjectedFault>,
     /// Times at which a drive or the controller is off the bus. Another node acknowledges frames to an absent drive.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub absent: Vec<Absence>,
@@ -99,14 +100,24 @@ impl Cia402Parameters {
                 [self.counts_per_turn, self.gear_ratio, self.rated_torque_nm].map(f64::from);
             let drive = Cia402Drive::new(*node, counts, gear_ratio, rated_nm);
             let control = Cia402Joint::new(&settings);
-            Some(Box::new(Cia402 { control, drive, settings }) as Box<dyn OnBus>)
+            Some(Box::new(Cia402 { control, drive, settings }) as Box<dyn DriveNode>)
         });
-        let host = self.nodes.first().and_then(|node| settings(*node)).map(|of_any| Cia402Host::new(&of_any));
+        let host = self
+            .nodes
+            .first()
+            .and_then(|node| settings(*node))
+            .map(|into_drive_reading| Cia402Host::new(&into_drive_reading));
         DriveBus::new(self.wires(), drives.zip(joints), host, seed)
     }
 
-    fn wires(&self) -> Wires {
-        Wires::new([self.bits_per_s; 2], self.bit_error_rate, self.reply_delay_s, &self.fault, &self.absent)
+    fn wires(&self) -> BusParameters {
+        BusParameters::new(
+            [self.bits_per_s; 2],
+            self.bit_error_rate,
+            self.reply_delay_s,
+            &self.fault,
+            &self.absent,
+        )
     }
 
     /// Returns the errors of its parameters, for a device of `axes` axes.
@@ -153,18 +164,18 @@ struct Cia402 {
     settings: Cia402Settings,
 }
 
-impl OnBus for Cia402 {
+impl DriveNode for Cia402 {
     fn identifiers(&self) -> (Vec<Identifier>, Vec<Identifier>) {
         let Cia402Settings { node, host, .. } = self.settings;
         let by_drive = [
             Cia402Node::NMT_ID,
             Cia402Node::SYNC_ID,
             node.rpdo_id(1),
-            node.question_id(),
+            node.request_id(),
             host.heartbeat_id(),
         ];
         let pdos = [1, 2, 3].map(|pdo| node.tpdo_id(pdo));
-        let by_host = [node.emergency_id(), node.answer_id(), node.heartbeat_id()].into_iter().chain(pdos);
+        let by_host = [node.emergency_id(), node.response_id(), node.heartbeat_id()].into_iter().chain(pdos);
         (by_drive.map(Identifier::Standard).to_vec(), by_host.map(Identifier::Standard).collect())
     }
 
@@ -191,7 +202,7 @@ impl OnBus for Cia402 {
     }
 
     fn read(&mut self) -> DriveReading {
-        self.control.read().of_any()
+        self.control.read().into_drive_reading()
     }
 
     fn obey(&mut self, frame: &CanFrame) {

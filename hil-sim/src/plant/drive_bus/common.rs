@@ -7,7 +7,7 @@ use super::QUEUE_FRAMES;
 use crate::bus::can::{CanFrame, CanParameters, Identifier};
 
 /// A drive, and its driver on the controller.
-pub(super) trait OnBus: core::fmt::Debug + Send {
+pub(super) trait DriveNode: core::fmt::Debug + Send {
     /// Identifiers received by the drive and by the controller.
     fn identifiers(&self) -> (Vec<Identifier>, Vec<Identifier>);
     /// Sets up the drive before the first tick, independent of the bus: known to the controller and at rest.
@@ -33,17 +33,17 @@ pub(super) trait OnBus: core::fmt::Debug + Send {
 
 /// A bus with its faults.
 #[derive(Debug)]
-pub(super) struct Wires {
+pub(super) struct BusParameters {
     pub(super) can: CanParameters,
     pub(super) reply_delay_s: f64,
-    pub(super) fault: Vec<FoundFault>,
+    pub(super) fault: Vec<InjectedFault>,
     pub(super) absent: Vec<Absence>,
 }
 
 /// A fault reported by a drive.
 #[derive(Debug, Clone, Copy, PartialEq, Deserialize, Serialize)]
 #[serde(deny_unknown_fields)]
-pub struct FoundFault {
+pub struct InjectedFault {
     /// Axis.
     pub axis: usize,
     /// Tick start time of the fault, `s`.
@@ -82,7 +82,7 @@ pub(super) fn bits_per_s() -> u32 {
 }
 
 /// Returns the errors of the parameters, for a device of `axes` axes.
-pub(super) fn check(wires: &Wires, axes: usize, problems: &mut Vec<String>) {
+pub(super) fn check(wires: &BusParameters, axes: usize, problems: &mut Vec<String>) {
     if !(1e-6..=1e-3).contains(&wires.reply_delay_s) {
         problems.push(format!("reply_delay_s is {} s, must be 0.000001 s to 0.001 s", wires.reply_delay_s));
     }
@@ -99,13 +99,13 @@ pub(super) fn check(wires: &Wires, axes: usize, problems: &mut Vec<String>) {
     }
 }
 
-impl Wires {
+impl BusParameters {
     /// Creates a bus with nominal and data bit rate; bus-off nodes do not recover.
     pub(super) fn new(
         [bits_per_s, data_bits_per_s]: [u32; 2],
         bit_error_rate: f64,
         reply_delay_s: f64,
-        fault: &[FoundFault],
+        fault: &[InjectedFault],
         absent: &[Absence],
     ) -> Self {
         let can = CanParameters {

@@ -5,7 +5,8 @@ use serde::{Deserialize, Serialize};
 
 use super::DriveBus;
 use super::common::{
-    Absence, FoundFault, OnBus, Wires, bits_per_s, check, missing_ticks, reply_delay_s, timeout_s,
+    Absence, BusParameters, DriveNode, InjectedFault, bits_per_s, check, missing_ticks, reply_delay_s,
+    timeout_s,
 };
 use crate::bus::can::{CanFrame, Format, Identifier};
 use crate::plant::{Joint, MoteusDrive};
@@ -42,7 +43,7 @@ pub struct MoteusParameters {
     pub bit_error_rate: f64,
     /// Faults reported by drives.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
-    pub fault: Vec<FoundFault>,
+    pub fault: Vec<InjectedFault>,
     /// Times at which a drive or the controller is off the bus. Another node acknowledges frames to an absent drive.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub absent: Vec<Absence>,
@@ -64,13 +65,13 @@ impl MoteusParameters {
             let address = MoteusAddress::new(self.host, *id)?;
             let control = MoteusJoint::new(address, self.timeout_s, self.missing_ticks);
             let drive = MoteusDrive::new(*id, self.max_torque_nm);
-            Some(Box::new(Moteus { control, drive, reply: None }) as Box<dyn OnBus>)
+            Some(Box::new(Moteus { control, drive, reply: None }) as Box<dyn DriveNode>)
         });
         DriveBus::new(self.wires(), drives.zip(joints), None, seed)
     }
 
-    fn wires(&self) -> Wires {
-        Wires::new(
+    fn wires(&self) -> BusParameters {
+        BusParameters::new(
             [self.bits_per_s, self.data_bits_per_s],
             self.bit_error_rate,
             self.reply_delay_s,
@@ -122,7 +123,7 @@ struct Moteus {
     reply: Option<CanFrame>,
 }
 
-impl OnBus for Moteus {
+impl DriveNode for Moteus {
     fn identifiers(&self) -> (Vec<Identifier>, Vec<Identifier>) {
         let address = self.control.address();
         (vec![Identifier::Extended(address.command_id())], vec![Identifier::Extended(address.reply_id())])
@@ -144,7 +145,7 @@ impl OnBus for Moteus {
     }
 
     fn read(&mut self) -> DriveReading {
-        self.control.read().of_any()
+        self.control.read().into_drive_reading()
     }
 
     fn obey(&mut self, asked: &CanFrame) {

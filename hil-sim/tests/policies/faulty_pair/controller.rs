@@ -4,7 +4,7 @@ use std::sync::atomic::{AtomicU32, Ordering::Relaxed};
 
 use dimsart_core::{
     Command, Costs, Counter, DeviceDescriptor, Dimsart, FrameError, InputLimits, ModuleRef, Observer,
-    OutputLimits, Packet, SafeValue, Tick, Vocabulary as _, Word, scheme,
+    OutputLimits, Packet, SafeValue, TickResult, Vocabulary as _, Word, scheme,
 };
 use dimsart_link::protocol::{DeviceInfo, LeaseAction, Request, Response, request_id, serve};
 use dimsart_link::{EventKind, EventLog};
@@ -58,7 +58,7 @@ pub(crate) struct Controller {
     info: DeviceInfo,
     clock: Clock,
     commanded: Vec<Word>,
-    last_tick: Tick,
+    last_tick: TickResult,
     /// Modules whose calls take longer, and by how many per cent.
     slow: Vec<(&'static str, u32)>,
     /// Whether its client renews the lease.
@@ -88,7 +88,7 @@ impl Controller {
             info: DeviceInfo::new("").for_clients(TICK_HZ),
             clock: Clock { counter, cycles: Vec::new(), called: Vec::new() },
             commanded,
-            last_tick: Tick::Idle,
+            last_tick: TickResult::Idle,
             slow: Vec::new(),
             renews: true,
             ticks_to_renewal: RENEWAL_TICKS,
@@ -113,7 +113,7 @@ impl Controller {
 
     /// The commands that would build the scheme that runs.
     pub(crate) fn commands(&mut self) -> Vec<Command> {
-        self.dimsart.engine_mut().commands().collect()
+        self.dimsart.engine_mut().rebuild_commands().collect()
     }
 
     /// What is kept beside it.
@@ -127,7 +127,7 @@ impl Controller {
     }
 
     /// Result of the last tick.
-    pub(crate) fn last_tick(&self) -> Tick {
+    pub(crate) fn last_tick(&self) -> TickResult {
         self.last_tick
     }
 
@@ -195,7 +195,7 @@ impl Controller {
     }
 
     pub(crate) fn outgoing(&mut self) -> Option<Packet> {
-        self.dimsart.outgoing(0)
+        self.dimsart.take_outgoing(0)
     }
 
     /// A tick in which all this is wrong; gives what the actuators get, N.
@@ -246,7 +246,7 @@ impl Controller {
     /// Number of why the last tick was not as it should be: of the reason, or of the event where a module is cut out
     /// that the device does not depend on.
     pub(crate) fn reason(&self) -> u8 {
-        if self.last_tick == Tick::Ran && self.is_cut() {
+        if self.last_tick == TickResult::Ran && self.is_cut() {
             EventKind::ModuleIsolated as u8
         } else {
             self.last_tick.reason().number()
@@ -257,14 +257,14 @@ impl Controller {
     pub(crate) fn named(&self) -> String {
         let name = |module| KINDS.module_name(module).to_string();
         match self.last_tick {
-            Tick::ModuleFailed(module) => name(module),
-            Tick::LinkLost { link } | Tick::LinkDown { link } => format!("link {link}"),
-            Tick::MeasurementRefused(
+            TickResult::ModuleFailed(module) => name(module),
+            TickResult::LinkLost { link } | TickResult::LinkDown { link } => format!("link {link}"),
+            TickResult::MeasurementRefused(
                 FrameError::NotFinite { signal, word } | FrameError::Implausible { signal, word, .. },
             ) => {
-                format!("{} of axis {word}", self.dimsart.engine().name_of_signal(signal))
+                format!("{} of axis {word}", self.dimsart.engine().signal_name(signal))
             }
-            Tick::MeasurementRefused(FrameError::Length { found, .. }) => format!("{found} words"),
+            TickResult::MeasurementRefused(FrameError::Length { found, .. }) => format!("{found} words"),
             _ => self.dimsart.engine().module_fault().map(|fault| name(fault.module)).unwrap_or_default(),
         }
     }

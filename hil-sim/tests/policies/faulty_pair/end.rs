@@ -65,7 +65,7 @@ impl End {
             Some(Line::Damaged { .. }) => controller.receive(&damaged(bytes, random)),
             Some(Line::Repeats) => controller.receive(packet),
             Some(Line::Doubles) | None => {
-                let channel = controller.dimsart().listening_channel(0);
+                let channel = controller.dimsart().receive_channel(0);
                 *heard = Packet::from_bytes(bytes, channel).ok().map(|packet| packet.counter);
                 bytes.clone_into(packet);
                 controller.receive(bytes);

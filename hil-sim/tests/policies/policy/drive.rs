@@ -1,6 +1,6 @@
 //! Of the drive's state.
 
-use dimsart_core::{Command, DriveState, Tick};
+use dimsart_core::{Command, DriveState, TickResult};
 use dimsart_link::protocol::Request;
 
 use crate::moment::{DELAY, Moment, SENDER, failing};
@@ -38,7 +38,7 @@ pub(super) fn latches(moment: &Moment<'_>) -> Option<bool> {
 }
 
 pub(super) fn enables(moment: &Moment<'_>) -> Option<bool> {
-    let moves = moment.before.state.is_fault() && moment.now.came == Tick::Ran;
+    let moves = moment.before.state.is_fault() && moment.now.came == TickResult::Ran;
     let reset = || moment.asked.iter().position(|asked| asked.is_taken_command(Command::Reset));
     let take = || moment.asked.iter().rposition(crate::moment::Asked::is_taken_lease);
     moves.then(|| reset().zip(take()).is_some_and(|(reset, take)| reset < take))
@@ -67,9 +67,9 @@ pub(super) fn held_back_for_a_reason(moment: &Moment<'_>) -> Option<bool> {
     let is_refused = moment.is_frame_bad || !now.is_running || !only_sends(moment);
     let is_silent = moment.known.silent_ticks >= crate::moment::TIMEOUT_TICKS;
     // Modules begin in the tick after a link's first packet.
-    let is_silent = is_silent || matches!(before.came, Tick::LinkDown { .. });
+    let is_silent = is_silent || matches!(before.came, TickResult::LinkDown { .. });
     let has_reason = !moment.is_armed || is_latched || is_refused || is_silent;
-    (!has_reason).then(|| now.came == Tick::Ran)
+    (!has_reason).then(|| now.came == TickResult::Ran)
 }
 
 pub(super) fn stopped_is_still(moment: &Moment<'_>) -> Option<bool> {

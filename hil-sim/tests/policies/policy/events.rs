@@ -1,6 +1,6 @@
 //! Of what is counted and logged.
 
-use dimsart_core::{Command, Reason, Tick};
+use dimsart_core::{Command, Reason, TickResult};
 use dimsart_link::EventKind;
 
 use crate::moment::Moment;
@@ -56,13 +56,13 @@ pub(super) fn counters_rise(moment: &Moment<'_>) -> Option<bool> {
 pub(super) fn counted_once(moment: &Moment<'_>) -> Option<bool> {
     let Moment { before, now, .. } = moment;
     let is_right = |(reason, ticks): (Reason, u32)| {
-        let more = ticks.checked_sub(before.counts.of(reason));
+        let more = ticks.checked_sub(before.counts.ticks_with(reason));
         if reason.is_limit() {
             matches!(more, Some(0 | 1))
         } else {
             more == Some((reason == now.reason).into())
         }
     };
-    let tells_why = now.came == Tick::Ran || now.reason == now.came.reason();
+    let tells_why = now.came == TickResult::Ran || now.reason == now.came.reason();
     Some(tells_why && now.counts.iter().all(is_right))
 }

@@ -1,7 +1,7 @@
 //! Of what the device gets.
 
 use crate::faulty_pair::LIMITS;
-use dimsart_core::{Reason, Tick};
+use dimsart_core::{Reason, TickResult};
 
 use crate::moment::Moment;
 
@@ -39,12 +39,12 @@ pub(super) fn within_rate(moment: &Moment<'_>) -> Option<bool> {
 }
 
 pub(super) fn as_commanded(moment: &Moment<'_>) -> Option<bool> {
-    let is_free = moment.now.came == Tick::Ran && moment.now.reason == Reason::None;
+    let is_free = moment.now.came == TickResult::Ran && moment.now.reason == Reason::None;
     is_free.then(|| forces_n(moment).all(|[_, now_n, commanded_n]| now_n.to_bits() == commanded_n.to_bits()))
 }
 
 pub(super) fn nearest(moment: &Moment<'_>) -> Option<bool> {
-    let is_limited = moment.now.came == Tick::Ran && moment.now.reason.is_limit();
+    let is_limited = moment.now.came == TickResult::Ran && moment.now.reason.is_limit();
     let is_nearest = |[before_n, now_n, commanded_n]: [f32; 3]| {
         now_n.to_bits() == nearest_n(before_n, commanded_n).to_bits()
     };

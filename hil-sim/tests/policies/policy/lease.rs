@@ -1,6 +1,6 @@
 //! Of the lease.
 
-use dimsart_core::{Command, Tick};
+use dimsart_core::{Command, TickResult};
 use dimsart_link::protocol::{NO_CLIENT, Request};
 
 use crate::moment::Moment;
@@ -10,7 +10,7 @@ pub(super) fn moves_with_it_alone(moment: &Moment<'_>) -> Option<bool> {
 }
 
 pub(super) fn disarms_without_it_alone(moment: &Moment<'_>) -> Option<bool> {
-    moment.is_armed.then(|| moment.now.came != Tick::Disarmed)
+    moment.is_armed.then(|| moment.now.came != TickResult::Disarmed)
 }
 
 pub(super) fn ends_by_a_fault(moment: &Moment<'_>) -> Option<bool> {

@@ -1,6 +1,6 @@
 //! Of the line between the two.
 
-use dimsart_core::Tick;
+use dimsart_core::TickResult;
 
 use crate::moment::{Moment, RECEIVER, TIMEOUT_TICKS};
 
@@ -13,7 +13,7 @@ pub(super) fn silence_is_noticed(moment: &Moment<'_>) -> Option<bool> {
 }
 
 pub(super) fn lost_is_silent(moment: &Moment<'_>) -> Option<bool> {
-    let is_lost = |tick| matches!(tick, Tick::LinkLost { .. });
+    let is_lost = |tick| matches!(tick, TickResult::LinkLost { .. });
     let is_new = is_lost(moment.now.came) && !is_lost(moment.before.came);
     is_new.then_some(moment.known.silent_ticks >= TIMEOUT_TICKS)
 }

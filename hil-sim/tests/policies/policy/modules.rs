@@ -49,12 +49,12 @@ pub(super) fn sends_nothing(moment: &Moment<'_>) -> Option<bool> {
 pub(super) fn blamed_rightly(moment: &Moment<'_>) -> Option<bool> {
     let fault = moment.now.module_fault.filter(|_| moment.before.module_fault.is_none())?;
     let is_cause = |wrong: &Wrong| match (fault.cause, wrong.fault) {
-        (FaultCause::TookTooLong { .. }, Fault::TakesLonger(name, _)) => name_of(fault.module.kind) == name,
-        (FaultCause::Wrote { .. }, Fault::Writes(place, _)) => fault.module == failing(place),
+        (FaultCause::TimeExceeded { .. }, Fault::TakesLonger(name, _)) => name_of(fault.module.kind) == name,
+        (FaultCause::InvalidOutput { .. }, Fault::Writes(place, _)) => fault.module == failing(place),
         _ => false,
     };
     // Gains at the end of their range make waves without bound.
-    let has_grown = matches!(fault.cause, FaultCause::Wrote { .. }) && moment.is_changed();
+    let has_grown = matches!(fault.cause, FaultCause::InvalidOutput { .. }) && moment.is_changed();
     Some(has_grown || moment.wrong.iter().any(is_cause))
 }
 

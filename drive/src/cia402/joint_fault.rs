@@ -15,7 +15,7 @@ const OBJECTS: u32 = 0x1_0000;
 /// Fault of a joint. Its number in a signal: from 1024 the state of the drive, 1040 to 1042 bus faults, from 1280 the
 /// mode of operation, from 4096 the drive's emergency, from 65536 a refused object.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Cia402Trouble {
+pub enum Cia402JointFault {
     /// Reported by the drive.
     Emergency(Cia402Emergency),
     /// Unexpected state under command, or a fault.
@@ -37,7 +37,7 @@ pub enum Cia402Trouble {
     },
 }
 
-impl Cia402Trouble {
+impl Cia402JointFault {
     /// Converts the number of a signal; `None` for 0 and unknown numbers.
     #[must_use]
     pub fn from_number(number: u32) -> Option<Self> {
@@ -75,24 +75,24 @@ impl Cia402Trouble {
     }
 }
 
-impl From<Cia402Trouble> for u32 {
+impl From<Cia402JointFault> for u32 {
     /// Returns the number in a signal.
-    fn from(trouble: Cia402Trouble) -> Self {
+    fn from(trouble: Cia402JointFault) -> Self {
         match trouble {
-            Cia402Trouble::Emergency(emergency) => emergency.code().into(),
-            Cia402Trouble::State(state) => STATE + state as u32,
-            Cia402Trouble::Mode(mode) => MODE + Self::from(mode.cast_unsigned()),
-            Cia402Trouble::Silent => SILENT,
-            Cia402Trouble::NoHeartbeat => NO_HEARTBEAT,
-            Cia402Trouble::LeftOperation => LEFT,
-            Cia402Trouble::Refused { object, abort } => {
+            Cia402JointFault::Emergency(emergency) => emergency.code().into(),
+            Cia402JointFault::State(state) => STATE + state as u32,
+            Cia402JointFault::Mode(mode) => MODE + Self::from(mode.cast_unsigned()),
+            Cia402JointFault::Silent => SILENT,
+            Cia402JointFault::NoHeartbeat => NO_HEARTBEAT,
+            Cia402JointFault::LeftOperation => LEFT,
+            Cia402JointFault::Refused { object, abort } => {
                 OBJECTS * (1 + Self::from(abort.place())) + Self::from(object)
             }
         }
     }
 }
 
-impl fmt::Display for Cia402Trouble {
+impl fmt::Display for Cia402JointFault {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
             Self::Emergency(emergency) => emergency.fmt(f),

@@ -7,12 +7,12 @@
 
 /// Counts the frames in a controller's FIFO, without access to the controller.
 #[derive(Debug, Default, Clone)]
-pub struct Unsent {
+pub struct PendingFrames {
     /// Frames that would be pending if none had left since the start of the last packet.
     given: u32,
 }
 
-impl Unsent {
+impl PendingFrames {
     /// Creates an empty counter.
     #[must_use]
     pub const fn new() -> Self {
@@ -21,7 +21,7 @@ impl Unsent {
 
     /// Starts a packet while `waiting` frames are pending; returns whether to cancel them first.
     #[must_use]
-    pub fn is_stuck(&mut self, waiting: u32) -> bool {
+    pub fn should_cancel(&mut self, waiting: u32) -> bool {
         let is_stuck = waiting != 0 && waiting >= self.given;
         self.given = if is_stuck { 0 } else { waiting };
         is_stuck
@@ -49,7 +49,7 @@ mod tests {
     /// whole period, then pending frames are cancelled. In every slot the bus takes a frame if `is_free`.
     /// Returns slot, packet and index of each sent frame.
     fn send(frames: usize, packets: usize, is_free: impl Fn(usize) -> bool) -> Vec<(usize, usize, usize)> {
-        let (mut unsent, mut fifo, mut left) = (Unsent::new(), VecDeque::new(), Vec::new());
+        let (mut unsent, mut fifo, mut left) = (PendingFrames::new(), VecDeque::new(), Vec::new());
         let (mut to_send, mut queue, mut patience) = (VecDeque::new(), VecDeque::new(), PERIOD);
         for slot in 0..PERIOD * packets {
             // Dropped if two are queued.
@@ -59,7 +59,7 @@ mod tests {
             if to_send.is_empty()
                 && let Some(packet) = queue.pop_front()
             {
-                if unsent.is_stuck(u32::try_from(fifo.len()).unwrap()) {
+                if unsent.should_cancel(u32::try_from(fifo.len()).unwrap()) {
                     fifo.clear();
                 }
                 to_send = (0..frames).map(|place| (packet, place)).collect();

@@ -5,15 +5,15 @@ use core::sync::atomic::{AtomicU16, Ordering::Relaxed};
 use dimsart_core::limits::MAX_LINKS;
 
 /// The channel received on each link: set by the tick, read by the links.
-pub struct Listening([AtomicU16; MAX_LINKS]);
+pub struct ReceiveChannels([AtomicU16; MAX_LINKS]);
 
-impl Default for Listening {
+impl Default for ReceiveChannels {
     fn default() -> Self {
         Self::new()
     }
 }
 
-impl Listening {
+impl ReceiveChannels {
     /// Creates the initial state: channel 0 on every link.
     #[must_use]
     pub const fn new() -> Self {

@@ -13,26 +13,26 @@ pub enum UnitRelation {
     /// The other unit divided by `s`.
     Derivative,
     /// The same unit, format and shape.
-    Alike,
+    SameType,
 }
 
 impl UnitRelation {
     /// Returns whether unit `found` fits a port tied in this way to unit `other`. [`Unit::Any`] always fits,
     /// and is the only fit if the list has no unit for the relation.
     #[must_use]
-    pub fn admits(self, found: Unit, other: Unit) -> bool {
+    pub fn accepts(self, found: Unit, other: Unit) -> bool {
         let expected = match self {
-            Self::Same | Self::Alike => Some(other),
+            Self::Same | Self::SameType => Some(other),
             Self::Integral => other.integral(),
             Self::Derivative => other.derivative(),
         };
-        expected.map_or(found == Unit::Any, |expected| expected.fits(found))
+        expected.map_or(found == Unit::Any, |expected| expected.matches(found))
     }
 }
 
-/// Tie between the units of two ports of a module; see [`Declare::tie`](crate::Declare::tie).
+/// Tie between the units of two ports of a module; see [`Declare::constrain_unit`](crate::Declare::constrain_unit).
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct UnitTie {
+pub struct UnitConstraint {
     /// Relation of the units.
     pub relation: UnitRelation,
     /// Number of the other port.

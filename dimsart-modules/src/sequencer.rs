@@ -67,7 +67,7 @@ impl Module for Sequencer {
         let second = types::CONDITION.copy(2);
         Ports {
             a: declare.input("A", types::CONDITION),
-            b: declare.of_signal(second).input("B", types::CONDITION),
+            b: declare.default_signal(second).input("B", types::CONDITION),
             output: declare.output("SIGNAL_OUT", types::SIGNAL_OUT),
             state: declare.output("STATE", types::STATE),
         }
@@ -84,7 +84,7 @@ impl Module for Sequencer {
             // Rows in the order of the parameters.
             let of = |row: usize, state: u16| {
                 let state = Some(usize::from(state)).filter(|state| *state < STATES);
-                state.and_then(|state| lane.gain(row * STATES + state))
+                state.and_then(|state| lane.gain_element(row * STATES + state))
             };
             let [if_a, if_b, then] = [1, 2, 3].map(|row| of(row, axis.state).unwrap_or(-1.0));
             let next = if a > 0.5 && if_a >= 0.0 {

@@ -11,7 +11,7 @@ const SILENT: u16 = 512;
 /// Fault of a joint. Its number in a signal: 1 to 255 the drive's fault or limit, from 256 an unexpected mode under
 /// command, 512 no replies.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum MoteusTrouble {
+pub enum MoteusJointFault {
     /// Reported by the drive.
     Fault(MoteusFault),
     /// Unexpected mode under command: the drive turned off, or another host commands it.
@@ -20,7 +20,7 @@ pub enum MoteusTrouble {
     Silent,
 }
 
-impl MoteusTrouble {
+impl MoteusJointFault {
     /// Converts the number of a signal; `None` for 0 and unknown numbers.
     #[must_use]
     pub fn from_number(number: u16) -> Option<Self> {
@@ -55,13 +55,13 @@ impl MoteusTrouble {
     }
 }
 
-impl From<MoteusTrouble> for u32 {
-    fn from(trouble: MoteusTrouble) -> Self {
+impl From<MoteusJointFault> for u32 {
+    fn from(trouble: MoteusJointFault) -> Self {
         trouble.number().into()
     }
 }
 
-impl fmt::Display for MoteusTrouble {
+impl fmt::Display for MoteusJointFault {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
             Self::Fault(fault) => fault.fmt(f),
