@@ -22,6 +22,7 @@ use crate::common::{key_image, timer_key_image};
 use crate::firmware::{Firmware, greet};
 
 const LOCKED: &str = "the board is locked: pass its key file (--key-file FILE)";
+const OTHER_KEY: &str = "the board's key differs from the key in the file";
 const OPEN: &str = "no key is set: the device accepts every client without authentication";
 /// Offset of the key in the firmware's flash file.
 const KEY_PLACE: usize = 8192;
@@ -48,10 +49,12 @@ impl Setup {
         Some(Self { firmware, key, other, _folder: folder })
     }
 
-    fn run(&self, arguments: &[&str]) -> Output {
+    /// A client waits a tenth of its timeout for a valid challenge after each rejection of its key.
+    fn run(&self, arguments: &[&str], expected: &str) -> Output {
         let mut command = Command::new(env!("CARGO_BIN_EXE_dimsart"));
+        let timeout_s = if expected == OTHER_KEY { "20" } else { "600" };
         command
-            .args(["connect", &self.firmware.port(), "--timeout-s", "600"])
+            .args(["connect", &self.firmware.port(), "--timeout-s", timeout_s])
             .args(arguments)
             .output()
             .unwrap()
@@ -59,7 +62,7 @@ impl Setup {
 
     #[track_caller]
     fn does(&self, arguments: &[&str], expected: &str) {
-        let output = self.run(arguments);
+        let output = self.run(arguments, expected);
         let text = String::from_utf8(output.stdout).unwrap();
         assert!(
             output.status.success() && text.contains(expected),
@@ -70,7 +73,7 @@ impl Setup {
 
     #[track_caller]
     fn refuses(&self, arguments: &[&str], expected: &str) {
-        let output = self.run(arguments);
+        let output = self.run(arguments, expected);
         let text = String::from_utf8(output.stderr).unwrap();
         assert!(!output.status.success() && text.contains(expected), "{arguments:?}: {text}");
     }
@@ -92,7 +95,7 @@ fn a_board_is_given_a_key_at_rest_and_from_then_on_takes_what_moves_it_from_who_
         }
         board.does(&["show"], "a key is set");
         board.does(&["stop"], "stopped");
-        board.refuses(&["check", "--key-file", &other], "the board's key differs from the key in the file");
+        board.refuses(&["check", "--key-file", &other], OTHER_KEY);
         board.does(&["check", "--key-file", &key], "");
         board.does(&["set", "PDCTRL_MOD", "K_PARAM", "20", "--key-file", &key], "K_PARAM is 20");
         board.does(&["stop"], "stopped");
@@ -100,7 +103,7 @@ fn a_board_is_given_a_key_at_rest_and_from_then_on_takes_what_moves_it_from_who_
         board.does(&["stop"], "stopped");
     }
     board.does(&["key", "set", &other, "--key-file", &key], "a key is set");
-    board.refuses(&["key", "clear", "--key-file", &key], "the board's key differs from the key in the file");
+    board.refuses(&["key", "clear", "--key-file", &key], OTHER_KEY);
     board.does(&["key", "clear", "--key-file", &other], OPEN);
     board.does(&["check"], "");
 }
