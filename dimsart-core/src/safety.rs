@@ -44,7 +44,7 @@ pub enum TickResult {
     /// The scheme ran, but its external commands are [too old](crate::Dimsart::set_commands_stale): the device gets
     /// its safe value, until a reset if it was commanded before.
     CommandsLate,
-    /// The scheme ran, but the device's drive [reports](crate::Dimsart::drive_fault) a fault and its bridge
+    /// The scheme ran, but the device's drive [reports](crate::Dimsart::set_drive_fault) a fault and its bridge
     /// is off: the device gets its safe value, until a reset if it was commanded before.
     DriveFailed(DriveFault),
     /// The scheme ran, but no packet has arrived over a link since the start or the last reset, for longer
