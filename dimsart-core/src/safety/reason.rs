@@ -59,8 +59,8 @@ reasons! {
         "The scheme runs, but no client holds the lease."
         "Run `arm`.";
     32 MeasurementRefused "measurement refused"
-        "A measured value is NaN or infinite, out of its sensor's range, or changed faster than the sensor allows; or \
-         the frame has a wrong length. Nothing was computed."
+        "A measured value is NaN, infinite or outside its sensor's range, or it changed faster than its sensor allows, \
+         or the frame has a wrong length. The scheme did not run in this tick."
         "`faults` names the signal and the word: check that sensor and its cable, then `reset`.";
     36 CommandRefused "command refused"
         "The caller's frame for the device has a wrong length."
@@ -120,7 +120,8 @@ reasons! {
         "Restart the board, and report the fault.";
     68 DriveGone "drive gone"
         "A drive on the bus does not answer, or does not follow its commands."
-        "Check its supply and the bus; `DRIVE_FAULT` of its axis has the last fault that it reported. Then `reset`.";
+        "Check the drive's supply and the bus. `DRIVE_FAULT` of the axis contains the drive's last reported fault. Then \
+         `reset`.";
     69 EncoderSlipped "encoder slipped"
         "The encoder's angle does not match the rotor's magnets: counts are lost, or a wheel or magnet slips. The \
          bridge is off."

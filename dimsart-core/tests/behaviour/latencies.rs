@@ -196,8 +196,8 @@ fn the_page_of_faults_has_every_latency_as_it_is() {
     let sensor = |sensor| Wrong { sensor: Some(sensor), ..Wrong::default() };
     let module = |adds, percent| Wrong { module: (adds, COST * percent / 100), ..Wrong::default() };
     let rows = [
-        ("a sensor gives NaN", sensor(|_, _, _| f32::NAN)),
-        ("a sensor gives infinity", sensor(|_, _, _| f32::INFINITY)),
+        ("a sensor outputs NaN", sensor(|_, _, _| f32::NAN)),
+        ("a sensor outputs infinity", sensor(|_, _, _| f32::INFINITY)),
         ("a sensor jumps by 5 mm", sensor(|now_m, _, _| now_m + 5e-3)),
         ("a sensor jumps by 1 m", sensor(|now_m, _, _| now_m + 1.0)),
         ("a sensor is stuck", sensor(|_, then_m, _| then_m)),
@@ -209,11 +209,11 @@ fn the_page_of_faults_has_every_latency_as_it_is() {
         ("a module writes NaN", module(f32::NAN, 0)),
         ("a module writes infinity", module(f32::INFINITY, 0)),
         ("a module writes 1e38", module(1e38, 0)),
-        ("a call exceeds its cost by 10 %", module(0.0, 110)),
-        ("a call exceeds its cost by 25 %", module(0.0, 125)),
-        ("a call exceeds its cost by 26 %", module(0.0, 126)),
-        ("a call exceeds its cost by 100 %", module(0.0, 200)),
-        ("a call exceeds its cost by 500 %", module(0.0, 600)),
+        ("a call exceeds its declared cycles by 10 %", module(0.0, 110)),
+        ("a call exceeds its declared cycles by 25 %", module(0.0, 125)),
+        ("a call exceeds its declared cycles by 26 %", module(0.0, 126)),
+        ("a call exceeds its declared cycles by 100 %", module(0.0, 200)),
+        ("a call exceeds its declared cycles by 500 %", module(0.0, 600)),
         ("no packets arrive on a link", Wrong { link: Some(false), ..Wrong::default() }),
         ("damaged packets arrive on a link", Wrong { link: Some(true), ..Wrong::default() }),
         ("the commanding engine stops", Wrong { is_commander_silent: true, ..Wrong::default() }),

@@ -52,24 +52,24 @@ fn the_page_has_the_table_as_it_is() {
 
 #[test]
 fn what_must_be_noticed_is_noticed_in_time_and_told_by_its_number() {
-    assert_noticed("a sensor gives NaN", 32, [0, 0], "reset and lease");
-    assert_noticed("a sensor gives infinity", 32, [0, 0], "reset and lease");
-    assert_noticed("the frame of the sensors", 32, [0, 0], "reset and lease");
-    assert_noticed("a sensor gives 1", 32, [0, 0], "reset and lease");
+    assert_noticed("a sensor outputs NaN", 32, [0, 0], "reset and lease");
+    assert_noticed("a sensor outputs infinity", 32, [0, 0], "reset and lease");
+    assert_noticed("the sensor frame", 32, [0, 0], "reset and lease");
+    assert_noticed("a sensor outputs 1", 32, [0, 0], "reset and lease");
     assert_noticed("a sensor jumps by 10 mm", 32, [0, 0], "reset and lease");
     assert_noticed("a sensor jumps by 1000 mm", 32, [0, 0], "reset and lease");
     assert_noticed("a module upstream of the device writes", 40, [0, 0], "reset and lease");
-    assert_noticed("a module that only sends writes", 131, [0, 0], "reset");
+    assert_noticed("a module without effect on the device writes", 131, [0, 0], "reset");
     for percent in [30, 50, 100, 500] {
-        let takes = format!("exceeds its cost by {percent} %");
+        let takes = format!("exceeds its declared cycles by {percent} %");
         assert_noticed(&format!("a module upstream of the device {takes}"), 40, [0, 0], "reset and lease");
-        assert_noticed(&format!("a module that only sends {takes}"), 131, [0, 0], "reset");
+        assert_noticed(&format!("a module without effect on the device {takes}"), 131, [0, 0], "reset");
     }
     for line in [
-        "nothing comes over the link for 20 ticks",
-        "nothing comes over the link any more",
+        "the link is silent for 20 ticks",
+        "the link is permanently silent",
         "every packet is damaged",
-        "the same packet comes over and over",
+        "the same packet arrives repeatedly",
     ] {
         assert_noticed(line, 48, [19, 19], "reset and lease");
     }
@@ -80,18 +80,18 @@ fn what_must_be_noticed_is_noticed_in_time_and_told_by_its_number() {
 #[test]
 fn what_nobody_can_know_is_said_to_be_never_noticed() {
     for name in
-        ["none", "a sensor jumps by 1 mm", "a sensor is stuck", "a sensor drifts", "an actuator is stuck"]
+        ["no fault", "a sensor jumps by 1 mm", "a sensor is stuck", "a sensor drifts", "an actuator is stuck"]
     {
         those(name).into_iter().for_each(|row| assert_eq!(row.noticed, never(), "{}", row.fault));
     }
     // Within a quarter of its cost, as long as a link may be silent, and sound packets between damaged ones.
     for name in [
-        "a module upstream of the device exceeds its cost by 10 %",
-        "a module that only sends exceeds its cost by 10 %",
+        "a module upstream of the device exceeds its declared cycles by 10 %",
+        "a module without effect on the device exceeds its declared cycles by 10 %",
     ] {
         those(name).into_iter().for_each(|row| assert_eq!(row.noticed, never(), "{}", row.fault));
     }
-    for name in ["nothing comes over the link for 19 ticks", "every other packet is damaged"] {
+    for name in ["the link is silent for 19 ticks", "every other packet is damaged"] {
         those(name).into_iter().for_each(|row| assert_eq!(row.noticed, never(), "{}", row.fault));
     }
 }
